@@ -1,14 +1,14 @@
 #version 330 core
-// Lit from the camera's upper left, edges a little darker, cancellous faces with pores: told apart without colour too.
+// Light from the camera's upper left, slightly darker edges, pores on cancellous faces: distinguishable without colour.
 in vec3 at_view;
 in vec3 normal_view;
 in vec3 at_bone;
 in vec4 tint;
 
-uniform vec3 to_eye;       // in view space, where the projection is parallel
+uniform vec3 to_eye;       // direction to the eye in view space, used in parallel projection
 uniform float parallel;    // 1 or 0
-uniform float opacity;     // 1: solid; else the least that a face turned to the eye has
-uniform float pixel_mm;    // at the target
+uniform float opacity;     // 1: solid; otherwise the minimum alpha, where the surface faces the eye
+uniform float pixel_mm;    // at the camera's target
 
 layout(location = 0) out vec4 pixel;
 

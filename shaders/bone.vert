@@ -1,12 +1,12 @@
 #version 330 core
-// The bone's surface. A vertex knows which region lies below it and whether the bone was cut there; what colour that
-// means is in the palette, so that another way of colouring needs no other vertices.
+// The bone's surface. A vertex stores the region below it and whether the bone was cut there. The palette holds the
+// colours, so that a different colouring needs no new vertices.
 layout(location = 0) in vec3 p_mm;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in uvec2 region_cut;
 
 layout(std140) uniform Palette {
-  vec4 colour[512];  // by region; from 256 on where it was cut. a: how spongy it looks
+  vec4 colour[512];  // by region; entries from 256 on are for cut faces; a: strength of the pores
 };
 uniform mat4 view_from_bone;
 uniform mat4 clip_from_view;

@@ -2,8 +2,8 @@
 in vec2 uv;
 in vec4 colour;
 
-uniform sampler2D words;   // alpha of letters, or a picture
-uniform int kind;          // 0: plain, 1: letters, 2: picture
+uniform sampler2D words;   // alpha of text, or an image
+uniform int kind;          // 0: plain, 1: text, 2: image
 
 layout(location = 0) out vec4 pixel;
 

@@ -1,5 +1,5 @@
 #version 330 core
-// Panels and words, in framebuffer pixels from the top left.
+// Panels and text, in framebuffer pixels from the top left.
 layout(location = 0) in vec2 at_px;
 layout(location = 1) in vec2 at_texel;
 layout(location = 2) in vec4 tint;

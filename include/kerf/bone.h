@@ -1,4 +1,4 @@
-// A bone: where it is (a level set) and what it is made of (regions with elastic constants).
+// Bone: geometry (a level set) and material (regions with elastic constants).
 #pragma once
 
 #include <array>
@@ -13,20 +13,20 @@
 
 namespace kerf {
 
-/// A leaf of the level set that a simulation changed: {x, y, z} of its 8 x 8 x 8 voxels counted in leaves from the
-/// world's origin, and the values that it has now (512, mm).
+/// Leaf of the level set that a simulation changed. `index` is {x, y, z} of its block of 8 x 8 x 8 voxels, counted in
+/// leaves from the world's origin. `values` are its 512 current values, mm.
 struct ChangedLeaf {
   std::array<int, 3> index;
   const float* values;
 };
 
-/// A bone as a narrow-band level set and a grid of region numbers, both OpenVDB grids in the world frame.
+/// Bone as a narrow-band level set and a grid of region ids, both OpenVDB grids in the world frame.
 ///
-/// phi: signed distance to the surface in mm, negative inside, within `band_mm()` of the surface and clamped to
-/// +-band_mm() beyond. Its zero level is second-order in the voxel size; away from it the distance of an imported
-/// surface is true to a fifth of a voxel. region: 0 outside, else an id of materials(); it is defined a little beyond
-/// the surface too, so that a tooth that touches the surface finds its material. The two grids may have different voxel
-/// sizes. Copying is deep. Moving is cheap.
+/// phi is the signed distance to the surface in mm, negative inside, and clamped to +-band_mm() at larger distances.
+/// Its zero level is second-order accurate in the voxel size. Away from the zero level, the distance of an imported
+/// surface is accurate to a fifth of a voxel. The region grid holds 0 outside the bone and an id of materials()
+/// elsewhere. It extends a little beyond the surface, so that a tooth that touches the surface finds its material. The
+/// two grids may have different voxel sizes. Copies are independent. Moving is cheap.
 class Bone {
  public:
   Bone();  // no voxels
@@ -36,46 +36,46 @@ class Bone {
   Bone(Bone&&) noexcept;
   Bone& operator=(Bone&&) noexcept;
 
-  double voxel_mm() const;         // edge of a phi voxel
-  double region_voxel_mm() const;  // edge of a region voxel
-  double band_mm() const;          // half width of the narrow band: 3 voxels unless it was built otherwise
+  double voxel_mm() const;         // edge of a phi voxel, mm
+  double region_voxel_mm() const;  // edge of a region voxel, mm
+  double band_mm() const;          // half-width of the narrow band, mm; 3 voxels by default
   const MaterialTable& materials() const;
   void set_materials(MaterialTable table);
-  /// Other constants from here on, for a run; a file written of the bone still gets the table that it had.
+  /// Replaces the material constants for a run. Files of this bone are still written with the original table.
   void OverrideMaterials(MaterialTable table);
-  /// Provenance and other notes, written into the file's metadata.
+  /// Provenance and other notes, stored in the file's metadata.
   const std::map<std::string, std::string>& notes() const;
   void set_note(const std::string& key, const std::string& value);
 
-  /// Signed distance at a world point, mm, trilinear between voxel centres. Tick-safe, but slow (it starts a tree
-  /// search).
+  /// Returns the signed distance at a world point, mm, interpolated trilinearly between voxel centres. Tick-safe, but
+  /// slow: each call searches the tree.
   double SignedDistance(const Vec3& p_W) const;
-  /// Region id at a world point (nearest voxel), 0 where there is none. Tick-safe, but slow likewise.
+  /// Returns the region id at a world point (nearest voxel), 0 if there is none. Tick-safe, but slow (tree search).
   int RegionAt(const Vec3& p_W) const;
-  /// Young's modulus (MPa) and Poisson's ratio at a world point, as the saw's teeth meet them: interpolated between the
-  /// region voxels around it that have a material, E from the CT where it is used; 0 where there is none. Tick-safe,
-  /// but slow likewise.
+  /// Returns Young's modulus (MPa) and Poisson's ratio at a world point, as used for the teeth: interpolated between
+  /// the surrounding region voxels that have a material, with E from the CT where that is enabled. Returns 0 if there
+  /// is no material. Tick-safe, but slow (tree search).
   double ModulusAt(const Vec3& p_W) const;
   double PoissonRatioAt(const Vec3& p_W) const;
 
-  /// Whether CT numbers are in memory: an import keeps them when asked, and reading a file loads them when asked.
+  /// Returns true if CT numbers are in memory. CT import and file reading keep them only on request.
   bool has_hu() const;
-  /// Edge of their voxels, mm; 0 when there are none.
+  /// Edge of a CT voxel, mm; 0 if there are no CT numbers.
   double hu_voxel_mm() const;
 
-  bool empty() const;                               // no point with phi < 0
-  double CalcVolume() const;                        // mm^3, piecewise-linear within each cell; exact for plane faces
-  std::map<int, double> CalcRegionVolumes() const;  // mm^3 by region; sums to CalcVolume()
-  Box3 CalcBounds() const;                          // of the surface, to about a voxel
+  bool empty() const;                               // true if no voxel has phi < 0
+  double CalcVolume() const;                        // mm^3; piecewise linear within each cell, exact for plane faces
+  std::map<int, double> CalcRegionVolumes() const;  // mm^3 by region id; the sum equals CalcVolume()
+  Box3 CalcBounds() const;                          // of the surface, world frame, accurate to about a voxel
   std::uint64_t CountActiveVoxels() const;          // of phi
-  std::uint64_t CalcMemoryBytes() const;            // all grids
-  /// Order-independent 64-bit hash of all phi values with |phi| < band and of the region grid: equal iff the bones are
-  /// (nearly certainly) bit-identical.
+  std::uint64_t CalcMemoryBytes() const;            // of all grids
+  /// Computes an order-independent 64-bit hash of all phi values with |phi| < band and of the region grid. Two bones
+  /// have equal hashes if and only if they are bit-identical (except for an improbable collision).
   std::uint64_t CalcHash() const;
-  /// Of what it is made of: the constants of all regions, and E from the CT where that is used.
+  /// Computes a hash of the material: the constants of all regions, and E from the CT where that is enabled.
   std::uint64_t CalcMaterialHash() const;
 
-  struct Grids;  // OpenVDB lives behind this door: src/bone/grid/grids.h
+  struct Grids;  // opaque OpenVDB state (pimpl): src/bone/grid/grids.h
   Grids& grids() { return *grids_; }
   const Grids& grids() const { return *grids_; }
 

@@ -1,6 +1,6 @@
-// Effects: what a scene may ask for beyond contact and removal. Each is one file or folder of src/cut/effects with a
-// line in src/cut/effects/effects.h; scenes, `kerf effects`, the docs and the tests all walk the list of them. What a
-// scene does not name is not simulated: no time, no memory, no state.
+// Effects: optional physics that a scene enables, in addition to contact and removal. Each effect is one file or folder
+// in src/cut/effects and one line in src/cut/effects/effects.h. Scenes, `kerf effects`, the docs and the tests use
+// that list. An effect that a scene does not enable uses no time, no memory and no state.
 #pragma once
 
 #include <cstddef>
@@ -18,100 +18,102 @@ namespace kerf {
 class Effect;
 struct EffectSetup;
 
-/// A value of an effect's parameter: a number, a switch, a vector, or a text.
+/// Value of an effect's parameter: a number, a switch, a vector, or a text.
 using EffectValue = std::variant<double, bool, Vec3, std::string>;
 
-/// What a text that names a file stands for. Who reads scenes reads these too: effects see no files.
+/// Kind of file that a text parameter refers to. The scene reader reads these files; effects have no access to files.
 enum class EffectFileKind { kNone, kSurface, kMarkups };
 
-/// What was read from such a file. World frame, mm.
+/// Content of such a file. World frame, mm.
 struct EffectFile {
   struct Curve {
     std::vector<Vec3> points;
-    bool joined = false;  // to a line; else each stands by itself
+    bool joined = false;  // true: a polyline; false: separate points
   };
-  std::string place;          // in front of a message about it: "scene.toml:12:1: "; may be empty
-  std::string name;           // of the file
+  std::string place;          // prefix of messages about the file: "scene.toml:12:1: "; optional
+  std::string name;           // file name
   TriangleMesh mesh;          // kSurface: closed
   std::vector<Curve> curves;  // kMarkups
 };
 
-/// A parameter of an effect: a key of [effects.NAME] in a scene, its unit in the name.
+/// Parameter of an effect: a key of [effects.NAME] in a scene. The name includes the unit.
 struct EffectParameter {
   const char* key;
-  EffectValue preset;  // what a scene that doesn't say gets; gives the parameter its kind
-  double lower = 0;    // of the valid range of a number, and of each component of a vector
+  EffectValue preset;  // default value; its type is the parameter's type
+  double lower = 0;    // lower end of the valid range of a number or of each component of a vector
   double upper = 0;
   const char* meaning = "";
-  std::vector<const char*> words = {};          // that a text may be; none: any text
-  EffectFileKind file = EffectFileKind::kNone;  // else: a text that names a file, relative to the scene's
+  std::vector<const char*> words = {};          // valid values of a text; empty: any text
+  EffectFileKind file = EffectFileKind::kNone;  // not kNone: the text is a file name, relative to the scene folder
 };
 
-/// A figure that an effect gives after every tick: a column of a log.
+/// Result of an effect in each tick: a column of a log.
 struct EffectChannel {
-  const char* name;  // with its unit: "rpm", "peak_C"
+  const char* name;  // includes the unit: "rpm", "peak_C"
   const char* meaning;
 };
 
-/// When an effect is asked, in the order of a tick. An effect is called at those that it names, and nowhere else.
+/// Points of a tick at which an effect is called, in order. An effect is called only at those that it lists.
 enum EffectHook : unsigned {
-  kEffectBegin = 1u << 0,   // before the tick looks at anything: may change the spindle's speed
-  kEffectHolds = 1u << 1,   // the tool flies through air: may say that it must go step by step
-  kEffectEngage = 1u << 2,  // a step is set up: adds forces to it
-  kEffectSolved = 1u << 3,  // a step has been made: sees motion, teeth and forces
-  kEffectEnd = 1u << 4,     // the tick is over
-  kEffectPush = 1u << 5,    // and then adds to the force on the hand, beside the coupling
+  kEffectBegin = 1u << 0,   // at the start of a tick: may change the spindle speed
+  kEffectHolds = 1u << 1,   // before a move through air: may require that the tool be moved in steps
+  kEffectEngage = 1u << 2,  // when a substep is set up: adds forces to it
+  kEffectSolved = 1u << 3,  // after a substep: reads motion, teeth and forces
+  kEffectEnd = 1u << 4,     // at the end of a tick
+  kEffectPush = 1u << 5,    // at the end of a tick, adds a force on the hand, in addition to the coupling's
 };
 
-/// Whom an effect needs: a tool that a hand holds, or any.
+/// Tool that an effect requires: one that is coupled to a handle, or any.
 enum class EffectTool { kAny, kInHand };
 
-/// All that there is to know of an effect.
+/// Description of an effect.
 struct EffectInfo {
-  const char* name;     // as scenes name it
+  const char* name;     // name in scenes
   const char* summary;  // one line
-  const char* source;   // of model and figures
-  const char* reads;    // of a tick
-  const char* writes;   // force, torque, grids, events
-  const char* state;    // what it keeps between ticks
-  const char* sleeps;   // when it has nothing to do
+  const char* source;   // sources of model and constants
+  const char* reads;    // quantities of the tick that it reads
+  const char* writes;   // outputs: force, torque, grids, events
+  const char* state;    // data kept between ticks
+  const char* sleeps;   // condition under which it does nothing
   EffectTool tool = EffectTool::kAny;
-  std::vector<const char*> needs = {};  // other effects, by name
-  unsigned hooks = 0;                   // EffectHook
+  std::vector<const char*> needs = {};  // names of other effects that it requires
+  unsigned hooks = 0;                   // bits of EffectHook
   std::vector<EffectParameter> parameters = {};
   std::vector<EffectChannel> channels = {};
-  /// What is wrong with values that are in range each by itself, as a sentence; empty: nothing. Null: nothing ever is.
+  /// Returns an error message if the values are each in range but invalid in combination; otherwise an empty string.
+  /// Optional.
   std::string (*find_fault)(std::span<const EffectValue> values) = nullptr;
-  /// `values` in the order of `parameters`, each in its range. Allocates. Throws Error for values that do not go
-  /// together.
+  /// `values` must be in the order of `parameters`, each in its range. Allocates. Throws kerf::Error if the values are
+  /// invalid in combination.
   std::unique_ptr<Effect> (*make)(std::span<const EffectValue> values, const EffectSetup& setup) = nullptr;
 
-  /// Throws Error when there is no such parameter.
+  /// Returns the index of a parameter. Throws kerf::Error if it does not exist.
   std::size_t FindParameter(std::string_view key) const;
 };
 
-/// All effects, in the order in which a tick calls them.
+/// Returns all effects, in the order in which a tick calls them.
 const std::vector<const EffectInfo*>& Effects();
-/// Null when there is none of that name.
+/// Returns nullptr if there is no effect of that name.
 const EffectInfo* FindEffect(std::string_view name);
 
-/// An effect that a scene asks for, with its parameters.
+/// An effect chosen by a scene, with its parameters.
 class EffectChoice {
  public:
-  /// With the presets. Throws Error for a name that no effect has.
+  /// Sets all parameters to their defaults. Throws kerf::Error if there is no effect of that name.
   explicit EffectChoice(std::string_view name);
 
   const EffectInfo& info() const { return *info_; }
   const char* name() const { return info_->name; }
-  /// In the order of info().parameters.
+  /// Values in the order of info().parameters.
   const std::vector<EffectValue>& values() const { return values_; }
   std::vector<EffectValue>& values() { return values_; }
-  /// In the same order; null where none was read.
+  /// Files in the same order; nullptr if none was read.
   const std::vector<std::shared_ptr<const EffectFile>>& files() const { return files_; }
-  /// Throw Error when the effect has no such parameter, or one of another kind.
+  /// Throw kerf::Error if the effect has no such parameter or its type differs.
   double GetNumber(std::string_view key) const;
   EffectChoice& Set(std::string_view key, EffectValue value);
-  /// What stands in the file that the parameter names. Throws Error when it is no such parameter.
+  /// Sets the content of the file that the parameter names. Throws kerf::Error if there is no such parameter or it does
+  /// not name a file.
   EffectChoice& SetFile(std::string_view key, EffectFile file);
 
  private:
@@ -122,16 +124,16 @@ class EffectChoice {
 
 using EffectChoices = std::vector<EffectChoice>;
 
-/// Null when it is not chosen.
+/// Returns nullptr if the effect is not chosen.
 const EffectChoice* FindChoice(const EffectChoices& choices, std::string_view name);
-/// Sets a parameter of an effect, which is chosen thereby.
+/// Sets a parameter of an effect; adds the effect if it is not chosen yet. Throws kerf::Error as EffectChoice does.
 void SetEffect(EffectChoices& choices, std::string_view name, std::string_view key, EffectValue value);
 void SetEffect(EffectChoices& choices, std::string_view name, std::string_view key, double value);
-/// Leaves it out.
+/// Removes an effect from the choices.
 void RemoveEffect(EffectChoices& choices, std::string_view name);
 
-/// Throws Error that names each value out of range, each effect chosen twice, and each that needs another which is
-/// missing.
+/// Throws kerf::Error if a value is invalid, an effect is chosen twice, or an effect that another one requires is
+/// missing. The message lists every fault.
 void CheckEffects(const EffectChoices& choices);
 
 }  // namespace kerf

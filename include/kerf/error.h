@@ -1,4 +1,4 @@
-// How bad input is reported: one exception type with one clear sentence, thrown outside the tick only.
+// Reporting of bad input: one exception type, whose message is one clear sentence. Never thrown in the tick.
 #pragma once
 
 #include <stdexcept>

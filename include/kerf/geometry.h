@@ -8,6 +8,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -15,8 +16,9 @@ namespace kerf {
 
 using Vec3 = glm::dvec3;
 using Quat = glm::dquat;  // w, x, y, z; unit length
+inline constexpr double kDegreesPerRad = 180 / std::numbers::pi;
 
-/// Rigid transform X_AB: takes coordinates in frame B to frame A. Tick-safe.
+/// Rigid transform X_AB: maps coordinates in frame B to frame A. Tick-safe.
 struct Pose {
   Quat R_AB{1, 0, 0, 0};
   Vec3 p_AB{0, 0, 0};  // origin of B in A, mm
@@ -25,17 +27,19 @@ struct Pose {
   Vec3 Vector(const Vec3& v_B) const { return R_AB * v_B; }
   Vec3 InversePoint(const Vec3& p_A) const { return glm::conjugate(R_AB) * (p_A - p_AB); }
   Vec3 InverseVector(const Vec3& v_A) const { return glm::conjugate(R_AB) * v_A; }
+  Pose Inverse() const { return {glm::conjugate(R_AB), InversePoint(Vec3(0))}; }
 };
 
-/// All components finite and the quaternion of unit length to 1e-6. Tick-safe.
+/// Returns true if all components are finite and the quaternion has unit length to 1e-6. Tick-safe.
 bool IsValid(const Pose& X);
 
-/// Coordinates in W go from minus this to this, mm: a point beyond is a mistake.
+/// Valid world coordinates lie between -kWorldReach_mm and kWorldReach_mm, mm. Points outside are rejected.
 inline constexpr double kWorldReach_mm = 1e6;
-/// Finite and within the world.
+/// Returns true if the point is finite and its coordinates are valid world coordinates.
 bool IsInWorld(const Vec3& p_W);
 
-/// `v` at unit length, whatever its own: from 1e-300 to 1e300 too. None when it has no direction.
+/// Returns `v` scaled to unit length, also for lengths as extreme as 1e-300 and 1e300. Returns nullopt if `v` is zero
+/// or not finite.
 std::optional<Vec3> CalcDirection(const Vec3& v);
 
 /// Axis-aligned box, mm. Empty until the first Include().
@@ -50,23 +54,24 @@ struct Box3 {
   Box3 Grown(double margin_mm) const { return {lower - Vec3{margin_mm}, upper + Vec3{margin_mm}}; }
 };
 
-/// A plane to cut along. Of the two sides, "left" is the one that the normal points away from, whatever the patient's
-/// left; "right" the one that it points to.
+/// Plane of a cut. Its "left" side is the one that the normal points away from and its "right" side the one that the
+/// normal points to, regardless of the patient's left and right.
 struct CutPlane {
   Vec3 p_W{0};
   Vec3 normal_W{1, 0, 0};  // unit length
 };
 
-/// Indexed triangle surface, mm, triangles counter-clockwise seen from outside.
+/// Indexed triangle surface, mm, with triangles counter-clockwise as seen from outside.
 struct TriangleMesh {
   std::vector<Vec3> points;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// Volume enclosed by a closed, outward-oriented surface, mm^3 (divergence theorem; negative when turned inside out).
+/// Computes the volume enclosed by a closed, outward-oriented surface, mm^3 (divergence theorem; negative if the
+/// surface is oriented inwards).
 double CalcEnclosedVolume(const TriangleMesh& mesh);
-/// Edges that do not lie between exactly two oppositely directed triangles; 0 for a closed, consistently oriented
-/// surface.
+/// Counts the edges that do not lie between exactly two oppositely directed triangles; 0 for a closed, consistently
+/// oriented surface.
 std::size_t CountOpenEdges(const TriangleMesh& mesh);
 
 }  // namespace kerf

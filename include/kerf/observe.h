@@ -1,4 +1,4 @@
-// For who times a tick: it is told when a part of it begins. The tick itself has no clock.
+// Observer that times the stages of a tick. The tick itself uses no clock.
 #pragma once
 
 #include <cstddef>
@@ -6,15 +6,15 @@
 
 namespace kerf {
 
-/// A tool on a path has no kNear and no kSolve.
+/// Stages of a tick. A tool that follows a prescribed path has no kNear and no kSolve.
 enum class TickStage : std::uint8_t { kAccept, kNear, kEngage, kSolve, kRemove, kPublish, kEnd };
 
 class TickObserver {
  public:
   virtual ~TickObserver() = default;
-  /// The stage before is over. Called in the tick.
+  /// Called when a stage begins and the previous one ends. Called in the tick.
   virtual void Enter(TickStage stage) noexcept = 0;
-  /// Work for an effect, within a stage; `effect`: its place in the plan. Called in the tick.
+  /// Called around the work of an effect within a stage; `effect` is its index in the plan. Called in the tick.
   virtual void EnterEffect(std::size_t /*effect*/) noexcept {}
   virtual void LeaveEffect() noexcept {}
 };

@@ -1,22 +1,22 @@
-// Preloaded into a program (LD_PRELOAD), makes one of its calls to the system fail, and keeps a log of what it writes.
-// Nothing of this is part of kerf: tests/reliability/io_faults.py and power_loss.py use it.
+// Preload library (LD_PRELOAD) that makes one of a program's system calls fail and logs the program's writes. It is not
+// part of kerf; tests/reliability/io_faults.py and power_loss.py use it.
 //
-//   KERF_FAULT_ROOT    folder; only files below it are meant, by calls that name a file or have one open
-//   KERF_FAULT_CALL    which calls: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc
-//   KERF_FAULT_AT      the number of the call that fails, from 1; 0: none, they are counted
-//   KERF_FAULT_ERROR   its errno
-//   KERF_FAULT_LASTS   1: all such calls after it fail too
-//   KERF_FAULT_REPORT  a file that gets two 64-bit numbers: how many such calls there were, and how many failed
-//   KERF_FAULT_SITES   a file that gets a 64-bit number for each place that calls operator new: a sum of its call
-//   stack,
-//                      the same in each run without address randomisation (setarch -R)
-//   KERF_FAULT_SITE    such a number, decimal: the first call from that place fails, whatever KERF_FAULT_AT says
-//   KERF_IO_LOG        a file that gets what was done to files below the root, a line "WHAT INODE A B NAME|NAME" each:
-//                      O made or emptied (A = 1), W written (B bytes at A, which follow), T truncated to A,
-//                      S synced (its B bytes follow), D a folder synced, R renamed, U unlinked
+//   KERF_FAULT_ROOT    folder; only files below it are affected, in calls that name a file or have one open
+//   KERF_FAULT_CALL    kind of call: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc
+//   KERF_FAULT_AT      number of the call that fails, starting at 1; 0: none, calls are only counted
+//   KERF_FAULT_ERROR   errno of the failure
+//   KERF_FAULT_SIGNAL  a signal's number: it is raised in place of the failure, before the call; of "open", after it
+//   KERF_FAULT_LASTS   1: all later calls of this kind fail too
+//   KERF_FAULT_REPORT  output file of two 64-bit numbers: the number of such calls, and of failed ones
+//   KERF_FAULT_SITES   output file of a 64-bit number for each place that calls operator new: a hash of the call stack,
+//                      equal in each run without address randomisation (setarch -R)
+//   KERF_FAULT_SITE    such a number, decimal: the first call from that place fails, regardless of KERF_FAULT_AT
+//   KERF_IO_LOG        output file of the operations on files below the root, one line "WHAT INODE A B NAME|NAME" each:
+//                      O created or emptied (A = 1), W written (B bytes at A, which follow), T truncated to A,
+//                      S synced (its B bytes follow), D folder synced, R renamed, U unlinked
 //
-// "alloc": malloc() and its like of 64 kB and more; "new": each operator new. Counted from the start of main() until it
-// returns.
+// "alloc": malloc() and similar functions with at least 64 kB; "new": each operator new. Both are counted only while
+// main() runs.
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <fcntl.h>
@@ -28,6 +28,7 @@
 #include <atomic>
 #include <cerrno>
 #include <climits>
+#include <csignal>
 #include <cstdarg>
 #include <cstdint>
 #include <cstdio>
@@ -36,7 +37,7 @@
 #include <mutex>
 #include <new>
 
-// The C library's own names.
+// Names of the C library.
 // NOLINTBEGIN(bugprone-reserved-identifier)
 extern "C" {
 void* __libc_malloc(size_t);
@@ -47,14 +48,15 @@ void* __libc_memalign(size_t, size_t);
 
 namespace {
 
-constexpr std::size_t kLargeBytes = 65536;  // of "alloc"
-constexpr int kMostFiles = 65536;
+constexpr std::size_t kLargeBytes = 65536;  // threshold of "alloc"
+constexpr int kMaxFiles = 65536;
 
 struct Settings {
   char root[PATH_MAX] = "";
   const char* call = "";
   std::uint64_t at = 0;
   int error = EIO;
+  int signal = 0;
   bool lasts = false;
   int log = -1;
   int sites = -1;
@@ -62,7 +64,7 @@ struct Settings {
 };
 Settings settings;
 std::atomic<bool> active{false};
-std::atomic<bool> meant[kMostFiles];  // descriptors of files below the root
+std::atomic<bool> meant[kMaxFiles];  // true for descriptors of files below the root
 std::mutex log_mutex;
 
 struct Report {
@@ -78,34 +80,38 @@ F* Next(const char* name) {
 }
 #define NEXT(name) static auto* const next = Next<decltype(name)>(#name)
 
-/// Counts a call. Whether it is to fail; errno is set then.
+/// Counts a call. Returns true and sets errno if the call must fail.
 bool Fails(const char* call) {
   if (!active.load(std::memory_order_relaxed) || std::strcmp(settings.call, call) != 0) return false;
   const std::uint64_t number = ++report->calls;
   if (settings.at == 0 || number < settings.at || (number > settings.at && !settings.lasts)) return false;
   ++report->failed;
+  if (settings.signal != 0) {
+    std::raise(settings.signal);
+    return false;
+  }
   errno = settings.error;
   return true;
 }
 
-constexpr int kMostFrames = 7;  // of a place
-constexpr std::uint32_t kMostSites = 1 << 16;
-std::atomic<std::uint64_t> sites[kMostSites];  // a hash table
-thread_local bool is_tracing = false;          // backtrace() may allocate
+constexpr int kMaxFrames = 7;  // of the call stack of a place
+constexpr std::uint32_t kMaxSites = 1 << 16;
+std::atomic<std::uint64_t> sites[kMaxSites];  // a hash table
+thread_local bool is_tracing = false;         // set because backtrace() may allocate
 
-/// A sum of the call stack; never 0.
+/// Returns a hash of the call stack; never 0.
 std::uint64_t SumCallStack() {
-  void* frames[kMostFrames];
-  const int count = backtrace(frames, kMostFrames);
+  void* frames[kMaxFrames];
+  const int count = backtrace(frames, kMaxFrames);
   std::uint64_t sum = 0xcbf29ce484222325U;
   for (int i = 0; i < count; ++i) sum = (sum ^ reinterpret_cast<std::uint64_t>(frames[i])) * 0x100000001b3U;
   return sum == 0 ? 1 : sum;
 }
 
-/// Whether the place was not in the table, where it is now.
+/// Adds a place to the table. Returns true if it was not there before.
 bool IsNewSite(std::uint64_t sum) {
-  for (std::uint32_t i = 0; i < kMostSites; ++i) {
-    std::atomic<std::uint64_t>& place = sites[(sum + i) % kMostSites];
+  for (std::uint32_t i = 0; i < kMaxSites; ++i) {
+    std::atomic<std::uint64_t>& place = sites[(sum + i) % kMaxSites];
     std::uint64_t there = 0;
     if (place.compare_exchange_strong(there, sum)) return true;
     if (there == sum) return false;
@@ -113,7 +119,7 @@ bool IsNewSite(std::uint64_t sum) {
   return false;
 }
 
-/// Of operator new, by its place: notes it, or says whether it is to fail.
+/// For operator new: records the calling place. Returns true if the call must fail.
 bool FailsAtSite() {
   const bool is_wanted = settings.sites >= 0 || settings.site != 0;
   if (!is_wanted || is_tracing || !active.load(std::memory_order_relaxed)) return false;
@@ -127,7 +133,7 @@ bool FailsAtSite() {
 }
 
 bool IsMeant(int file) {
-  return file >= 0 && file < kMostFiles && meant[file].load(std::memory_order_relaxed);
+  return file >= 0 && file < kMaxFiles && meant[file].load(std::memory_order_relaxed);
 }
 
 bool IsBelowRoot(const char* path) {
@@ -168,7 +174,7 @@ void LogWrite(int file, const void* bytes, std::size_t size, std::int64_t offset
   Log('W', InodeOf(file), static_cast<std::uint64_t>(offset), size, "", "", bytes, size);
 }
 
-/// With the file's content, as it is on the disk from here on.
+/// Logs a sync with the file's content, which is on the disk from then on.
 void LogSync(int file) {
   if (settings.log < 0) return;
   char name[64];
@@ -187,7 +193,7 @@ void LogSync(int file) {
 }
 
 void NoteOpened(int file, const char* path, int flags) {
-  if (file < 0 || file >= kMostFiles) return;
+  if (file < 0 || file >= kMaxFiles) return;
   meant[file] = true;
   if ((flags & (O_CREAT | O_TRUNC)) == 0) return;
   Log('O', InodeOf(file), (flags & O_TRUNC) != 0 ? 1 : 0, 0, path, "", nullptr, 0);
@@ -196,10 +202,12 @@ void NoteOpened(int file, const char* path, int flags) {
 template <typename Open>
 int OpenBy(const char* path, int flags, Open&& open) {
   const bool below = IsBelowRoot(path);
-  if (Fails(below ? "open" : "open_elsewhere")) return -1;
+  const char* const call = below ? "open" : "open_elsewhere";
+  if (settings.signal == 0 && Fails(call)) return -1;
   if (!below || settings.log < 0) {
     const int file = open();
-    if (file >= 0 && file < kMostFiles) meant[file] = below;
+    if (file >= 0 && file < kMaxFiles) meant[file] = below;
+    if (settings.signal != 0) Fails(call);
     return file;
   }
   const std::lock_guard lock(log_mutex);
@@ -227,6 +235,7 @@ auto WithLog(Call&& call) {
   settings.call = get("KERF_FAULT_CALL");
   settings.at = std::strtoull(get("KERF_FAULT_AT"), nullptr, 10);
   settings.error = std::atoi(get("KERF_FAULT_ERROR"));
+  settings.signal = std::atoi(get("KERF_FAULT_SIGNAL"));
   settings.lasts = std::atoi(get("KERF_FAULT_LASTS")) != 0;
   const char* log = get("KERF_IO_LOG");
   if (log[0] != '\0') {
@@ -258,8 +267,8 @@ int CountedMain(int argc, char** argv, char** environment) {
   return code;
 }
 
-/// Of memory in large pieces. The software renderer (Mesa's drivers) does not look whether it got what it asked for,
-/// and libpng ends the program itself: what these ask for is left alone.
+/// For large allocations. Allocations by the software renderer (Mesa's drivers), which does not check the result, and
+/// by libpng, which ends the program, are not made to fail.
 bool FailsLarge(std::size_t size, const void* caller) {
   if (size < kLargeBytes || !active.load(std::memory_order_relaxed)) return false;
   Dl_info object{};
@@ -386,7 +395,7 @@ int mkdir(const char* path, mode_t mode) {
 
 int close(int file) {
   NEXT(close);
-  if (file >= 0 && file < kMostFiles) meant[file] = false;
+  if (file >= 0 && file < kMaxFiles) meant[file] = false;
   return next(file);
 }
 
@@ -441,7 +450,7 @@ ssize_t writev(int file, const iovec* parts, int count) {
 KERF_PWRITE(pwrite, off_t)
 KERF_PWRITE(pwrite64, off64_t)
 
-// What goes through the C library's streams does not pass by write() above. They are failed here and not logged.
+// Output through the C library's streams does not pass write() above. It can fail here but is not logged.
 std::size_t fwrite(const void* bytes, std::size_t size, std::size_t count, FILE* stream) {
   NEXT(fwrite);
   return IsMeant(fileno(stream)) && Fails("fwrite") ? 0 : next(bytes, size, count, stream);
@@ -454,7 +463,7 @@ int fclose(FILE* stream) {
   NEXT(fclose);
   const int file = fileno(stream);
   const bool fails = IsMeant(file) && Fails("fwrite");
-  if (file >= 0 && file < kMostFiles) meant[file] = false;
+  if (file >= 0 && file < kMaxFiles) meant[file] = false;
   const int result = next(stream);
   return fails ? EOF : result;
 }

@@ -1,4 +1,4 @@
-// What the readers of surfaces promise.
+// Checks the guarantees of the surface readers.
 #pragma once
 
 #include "kerf/geometry.h"

@@ -1,4 +1,4 @@
-// Every target with its corpus and with what was once a finding, in an ordinary build.
+// Runs every target on its corpus and on earlier findings, in an ordinary build.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ TEST_P(FuzzCorpus, IsReadOrRefusedWithASentence) {
   }
 }
 
-/// Without a fuzzer at hand: cut off, bytes changed, parts doubled.
+/// Replaces a fuzzer: truncates the files, changes bytes, duplicates parts.
 TEST_P(FuzzCorpus, SpoiledIsReadOrRefusedWithASentence) {
   std::mt19937 random(7);
   for (const std::string& file : ListFiles(std::string(KERF_SOURCE_DIR) + "/tests/fuzz/corpus/" + GetParam().name)) {

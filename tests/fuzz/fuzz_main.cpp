@@ -1,4 +1,4 @@
-// libFuzzer's entry for one target; KERF_FUZZ_RUN is its function.
+// libFuzzer's entry point for one target, whose function is KERF_FUZZ_RUN.
 #include <cstddef>
 #include <cstdint>
 #include <string_view>

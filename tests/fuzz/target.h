@@ -1,6 +1,6 @@
-// What the fuzz targets share. A target takes any bytes as the content of a file, and either reads them or throws Error
-// with one clear sentence; all else is a finding: another exception, a sanitizer's report, more time or memory than
-// tools/fuzz allows.
+// Common parts of the fuzz targets. A target takes any bytes as the content of a file, and either reads them or throws
+// Error with one clear sentence. Everything else is a finding: another exception, a sanitizer's report, more time or
+// memory than tools/fuzz allows.
 #pragma once
 
 #include <fcntl.h>
@@ -16,34 +16,34 @@
 
 namespace kerf::fuzz {
 
-/// What each target is: FuzzTarget_NAME(bytes).
+/// Declares and begins the definition of a target: FuzzTarget_NAME(bytes).
 #define KERF_FUZZ_TARGET(name)                         \
   void FuzzTarget_##name(std::string_view bytes); /**/ \
   void FuzzTarget_##name(std::string_view bytes)
 
-/// Ends the program with a message: a property that the target promises does not hold.
+/// Ends the program with a message: a guarantee of the target does not hold.
 [[noreturn]] inline void Finding(const std::string& what) {
   fmt::print(stderr, "finding: {}\n", what);
   std::abort();
 }
 
-/// Runs `read`; whether it took the input. A refusal must say something, and not at length.
+/// Runs `read`. Returns true if it accepted the input. A refusal must have a message of limited length.
 template <typename Read>
 bool Takes(Read&& read) {
-  constexpr std::size_t kMaxMessage = 65536;  // a scene tells up to 50 faults
+  constexpr std::size_t kMaxMessage = 65536;  // a scene reports up to 50 faults
   try {
     read();
     return true;
   } catch (const Error& e) {
     const std::string_view what = e.what();
     if (what.empty() || what.size() > kMaxMessage) Finding(fmt::format("a message of {} bytes", what.size()));
-    // To see what becomes of an input.
+    // Shows why an input was refused.
     if (std::getenv("KERF_FUZZ_TELL") != nullptr) fmt::print(stderr, "refused: {}\n", what);
     return false;
   }
 }
 
-/// A folder of this process's own in memory, where there is such a file system.
+/// Folder of this process in memory, if there is such a file system.
 class MemoryFolder {
  public:
   MemoryFolder() {
@@ -62,7 +62,7 @@ class MemoryFolder {
   MemoryFolder& operator=(const MemoryFolder&) = delete;
 
   const std::string& path() const { return path_; }
-  /// The path of a file with these bytes; it is there until the next of that name.
+  /// Writes a file with these bytes and returns its path. It is valid until the next call with that name.
   std::string Write(const std::string& name, std::string_view bytes) const {
     std::string path = path_ + "/" + name;
     const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);

@@ -7,9 +7,9 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(bridge_packet) {
   std::vector<std::uint8_t> packet(bytes.begin(), bytes.end());
-  // With its right sum, which no fuzzer finds, and as it is.
-  for (const bool mended : {false, true}) {
-    if (mended && packet.size() == kBridgeBytes) {
+  // As it is, and with the correct checksum, which a fuzzer would not find.
+  for (const bool repaired : {false, true}) {
+    if (repaired && packet.size() == kBridgeBytes) {
       const std::uint32_t sum = CalcCrc32(std::span(packet).first(kBridgeBytes - 4));
       for (std::size_t i = 0; i < 4; ++i) packet[kBridgeBytes - 4 + i] = static_cast<std::uint8_t>(sum >> (8 * i));
     }

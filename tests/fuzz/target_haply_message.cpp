@@ -11,7 +11,7 @@ KERF_FUZZ_TARGET(haply_message) {
   for (int i = 0; i < 3; ++i) {
     if (!(std::abs(state.p_H_mm[i]) <= 10'000)) Finding(fmt::format("the cursor at {} mm", state.p_H_mm[i]));
   }
-  // What goes back is heard by the same reader's rules: the id as it came.
+  // The device must be found by its own id, and a reply must be written for it.
   HaplyState again;
   if (ReadHaplyMessage(bytes, state.id, again) != HaplyReading::kOk) Finding("a device that its own id does not find");
   if (WriteHaplyForce(state.id, {1, 2, 3}).empty()) Finding("no message");

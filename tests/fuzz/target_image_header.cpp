@@ -8,7 +8,7 @@
 
 namespace kerf::fuzz {
 
-/// The first byte says which format.
+/// The first byte selects the format.
 KERF_FUZZ_TARGET(image_header) {
   constexpr std::array<const char*, 6> kNames{"f.nrrd", "f.nhdr", "f.nii", "f.nii.gz", "f.mha", "f.mhd"};
   if (bytes.empty()) return;

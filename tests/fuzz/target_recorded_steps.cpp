@@ -8,7 +8,7 @@ KERF_FUZZ_TARGET(recorded_steps) {
   Takes([&] { Unpack(bytes, std::size_t{1} << 20); });
   RecordedBlock block;
   if (!Takes([&] { block = DecodeBlock(bytes); })) return;
-  // What was read is written and read again: the same, whatever way it was written in.
+  // Writing and reading again gives the same, whatever the original encoding was.
   const std::string once = EncodeBlock(block);
   if (EncodeBlock(DecodeBlock(once)) != once) Finding("read and written again it is another");
 }

@@ -4,8 +4,8 @@
 namespace kerf::fuzz {
 namespace {
 
-/// Kind, length in two bytes, and as many bytes, again and again: as blocks of a recording with their right sums and,
-/// in version 2, their digests, which no fuzzer would guess.
+/// Makes a recording from repeated groups of a kind, a length in two bytes, and that number of bytes. Each group
+/// becomes a block with correct checksums and, in version 2, digests, which a fuzzer would not guess.
 std::string MakeFile(std::string_view bytes, int version) {
   std::string file(version == 1 ? kRecordingMagic1 : kRecordingMagic);
   BlockLink link = FirstLink();

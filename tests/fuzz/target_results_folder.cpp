@@ -7,7 +7,7 @@ namespace kerf::fuzz {
 KERF_FUZZ_TARGET(results_folder) {
   static const MemoryFolder folder;
   folder.Write("summary.json", bytes);
-  // These are removed when a run does not write them again.
+  // A run removes these files if it does not write them again.
   for (const std::string& name : ReadEarlierResults(folder.path())) {
     if (name.empty() || name.find('/') != std::string::npos || name == "." || name == "..") {
       Finding("a name that leads out of the folder");

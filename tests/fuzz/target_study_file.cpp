@@ -7,7 +7,7 @@ KERF_FUZZ_TARGET(study_file) {
   StudySpec spec;
   if (!Takes([&] { spec = ParseStudy(std::string(bytes), "/nowhere/fuzz.toml", {"entry", "slot", "mandible"}); }))
     return;
-  // What a study keeps in its folder reads back as the same.
+  // The description that a study keeps in its folder reads back equal.
   const std::string kept = SpecToJson(spec);
   if (SpecToJson(SpecFromJson(kept)) != kept) Finding("the study's description reads back as another");
 }

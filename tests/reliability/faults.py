@@ -1,4 +1,4 @@
-"""What io_faults.py and power_loss.py have in common: small inputs, commands that write, and what a whole result is."""
+"""Common parts of io_faults.py and power_loss.py: small inputs, commands that write, and checks of complete results."""
 
 import contextlib
 import json
@@ -34,7 +34,7 @@ pictures = {pictures}
 
 
 def write_ball(path):
-    """A ball of 1600 HU and 11 mm in soft tissue of 50, blurred by 0.5 mm, as NRRD."""
+    """Writes a ball of 1600 HU and 11 mm in soft tissue of 50 HU, blurred by 0.5 mm, as NRRD."""
     side = 32
     voxels = bytearray()
     for k in range(side):
@@ -48,7 +48,7 @@ def write_ball(path):
 
 
 class Program:
-    """kerf in a folder of its own, with the preloaded library."""
+    """Runs kerf in a separate folder, with the preloaded library."""
 
     def __init__(self, kerf, library):
         self.kerf, self.library = str(pathlib.Path(kerf).resolve()), str(pathlib.Path(library).resolve())
@@ -58,7 +58,7 @@ class Program:
         environment.update(HOME=str(root / "home"), KERF_DATA=str(root / "home"), TMPDIR=str(root / "tmp"))
         if settings:
             environment.update(LD_PRELOAD=self.library, KERF_FAULT_ROOT=str(root), **settings)
-        # The same addresses each time, by which a place that asks for memory is known.
+        # Equal addresses in each run, which identify the places that allocate memory.
         return subprocess.run(["setarch", "-R", self.kerf, *arguments], cwd=root, env=environment, capture_output=True, check=False, timeout=300,
                               stdin=subprocess.DEVNULL)
 
@@ -72,7 +72,7 @@ COMMANDS = {
 
 
 def prepare(program, root, name, pictures=False):
-    """The folder in which the command is run, with all that it needs."""
+    """Prepares the folder in which the command is run, with everything that it needs."""
     for folder in ("home", "tmp"):
         (root / folder).mkdir(parents=True)
     if name == "import":
@@ -90,20 +90,20 @@ def prepare(program, root, name, pictures=False):
 
 
 def snapshot(root):
-    """All files below it. OpenVDB gives each file a number of its own, which is left out."""
+    """Returns all files below the folder. The unique number that OpenVDB gives each file is left out."""
     files = {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file() and not path.is_symlink()}
     return {name: content[:21] + content[57:] if name.endswith(".vdb") and len(content) > 57 else content for name, content in files.items()}
 
 
 def list_attempts(path):
-    """Of a history that must be whole."""
+    """Returns the attempts of a history, which must be complete."""
     with contextlib.closing(sqlite3.connect(path)) as history:
         assert history.execute("PRAGMA integrity_check").fetchone() == ("ok",), "the history is damaged"
         return history.execute("SELECT student, hash FROM attempts ORDER BY number").fetchall()
 
 
 def check_whole(program, root, name, content, reference):
-    """A new result that need not be the same bytes each time. Raises AssertionError."""
+    """Checks a new result that need not be byte-identical each time. Raises AssertionError."""
     kind = pathlib.Path(name).suffix
     if kind == ".json":
         json.loads(content)
@@ -112,7 +112,7 @@ def check_whole(program, root, name, content, reference):
     elif kind == ".png":
         assert content[-8:-4] == b"IEND", f"{name} is cut short"
     else:
-        assert content[-1:] == reference[-1:] and abs(len(content) - len(reference)) <= 0.2 * len(reference) + 64, f"{name} is not whole"
+        assert content[-1:] == reference[-1:] and abs(len(content) - len(reference)) <= 0.2 * len(reference) + 64, f"{name} is incomplete"
 
 
 def copy_tree(source, target):

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Makes one call of a command to the system fail, the first, the second and so on until it ends without one having failed.
+"""Makes one system call of a command fail: the first, the second and so on, until the command ends without a failed call.
 
     tests/reliability/io_faults.py build/release/kerf build/release/tests/libkerf_io_faults.so [--most N] [--only COMMAND] [--write]
 
-After each: the exit code is 1 and there is one sentence, or it is 0 and the results are whole; each file is the old or the new one, whole; nothing
-else in the folder has changed. --most N: of each kind N calls at most, evenly spaced. --write puts the table into docs/reliability.md; exit 1 when a fault
-was not survived.
+After each: the exit code is 1 with one sentence, or 0 with complete results. Each file is the complete old or new one, and nothing else in
+the folder has changed. --most N: at most N calls of each kind, evenly spaced. --write puts the table into docs/reliability.md; exit code 1 if a
+fault was not survived.
 """
 
 import argparse
@@ -21,19 +21,19 @@ import tempfile
 from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# Kind of call, what it fails with, whether all that come after fail too.
+# Kind of call, its error, and whether all later calls fail too.
 FAULTS = [("open", errno.EMFILE, False), ("open_elsewhere", errno.EMFILE, False), ("read", errno.EIO, False), ("write", errno.ENOSPC, True),
           ("write", errno.EIO, False), ("fwrite", errno.ENOSPC, True), ("sync", errno.EIO, False), ("rename", errno.EIO, False), ("mmap", errno.ENOMEM, False),
           ("alloc", errno.ENOMEM, False), ("new_at", errno.ENOMEM, False), ("new", errno.ENOMEM, True)]
-# There are very many of these calls: as many are made to fail, evenly spaced. "new_at" is the first `new` of a place in
-# the program, of which there are thousands.
+# These calls are very numerous: only this many are made to fail, evenly spaced. "new_at" is the first `new` of a place
+# in the program; there are thousands of places.
 MOST = {"new": 60, "new_at": 120, "alloc": 60, "fwrite": 25}
 OLD = b"old\n"
 HISTORY = "home/practise.db"
 
 
 class Case:
-    """A command, its folder before it and after it ended well."""
+    """A command, and its folder before it and after its successful end."""
 
     def __init__(self, program, name, folder):
         self.program, self.name = program, name
@@ -44,7 +44,7 @@ class Case:
         _, second = self.run_clean()
         self.known = set(first.stderr.decode().splitlines())
         self.exact = {path for path in self.reference if self.reference[path] == second.get(path)}
-        # An earlier run's results are in the way, as a rule.
+        # In general the results of an earlier run are in place.
         for path in self.reference:
             if path not in self.before and path != "session.kerf":
                 (self.clean / path).parent.mkdir(parents=True, exist_ok=True)
@@ -60,7 +60,7 @@ class Case:
         return ended, snapshot(self.root)
 
     def inject(self, call, number, error, lasts):
-        """The exit code, and how many calls there were and failed. Raises AssertionError."""
+        """Returns the exit code, and the numbers of calls and of failed calls. Raises AssertionError."""
         copy_tree(self.clean, self.root)
         self.report.unlink(missing_ok=True)
         which = {"KERF_FAULT_SITE": str(self.sites[number - 1])} if call == "new_at" else {"KERF_FAULT_AT": str(number)}
@@ -71,7 +71,7 @@ class Case:
         return ended.returncode, calls, failed
 
     def count(self, call):
-        """How many such calls there are when none fails; of "new_at", places."""
+        """Returns the number of such calls if none fails; for "new_at", the number of places."""
         if call != "new_at":
             return self.inject(call, 0, 0, False)[1]
         copy_tree(self.clean, self.root)
@@ -88,31 +88,31 @@ class Case:
         said = [line for line in text.splitlines()
                 if line not in self.known and not line.startswith(("kerf: warning: ", "kerf: note: "))]
         foreign = [line for line in said if not line.startswith("kerf: ")]
-        assert not foreign, f"not a sentence of kerf: {foreign[:3]}"
+        assert not foreign, f"not a message of kerf: {foreign[:3]}"
         if ended.returncode == 1:
-            # A recording that ended early is said first, then what else was lost.
-            assert len(said) == 1 or (len(said) == 2 and "session.kerf" in said[0]), f"{len(said)} sentences: {said[:4]}"
+            # A recording that ended early is reported first, then other losses.
+            assert len(said) == 1 or (len(said) == 2 and "session.kerf" in said[0]), f"{len(said)} messages: {said[:4]}"
         self.check_files(ended.returncode == 0, "the recording ended" in text)
 
     def check_files(self, done, shorter):
-        """`shorter`: a loop ends with its recording, and its results are of a shorter session."""
+        """`shorter`: a loop ends with its recording, so its results are those of a shorter session."""
         now = snapshot(self.root)
         for path, content in self.before.items():
-            assert path in now or path not in self.reference or path.startswith(HISTORY), f"{path} is gone"
+            assert path in now or path not in self.reference or path.startswith(HISTORY), f"{path} is missing"
             if path.startswith(HISTORY):
                 continue
             assert path in self.reference or now.get(path) == content, f"{path} has changed"
         for path, content in now.items():
             if path.startswith(HISTORY):
                 continue
-            assert path in self.before or path in self.reference, f"{path} was left"
+            assert path in self.before or path in self.reference, f"{path} was left behind"
             if content == self.before.get(path) and not (done and content == OLD):
                 continue
             if path == "session.kerf":
                 self.check_recording(done)
             elif path in self.exact and not shorter:
                 content, reference = (strip_lost(path, text, now) for text in (content, self.reference[path]))
-                assert content == reference, f"{path} is neither old nor new: {len(content)} bytes"
+                assert content == reference, f"{path} has neither the old nor the new content: {len(content)} bytes"
             else:
                 check_whole(self.program, self.root, path, content, content if shorter else self.reference[path])
         if done:
@@ -122,13 +122,13 @@ class Case:
             assert students == ["Grace", "Ada"] or (not done and students == ["Grace"]), students
 
     def check_recording(self, done):
-        """What was recorded until the fault opens, or is refused in one sentence where it ends before its head."""
+        """The recording up to the fault can be opened, or is refused with one sentence if it ends before the end of its head."""
         log = self.program.run(self.root, ["log", "session.kerf"])
         assert log.returncode == 0 if done else log.returncode in (0, 3) or (log.returncode == 1 and log.stderr.count(b"\n") == 1), log.stderr
 
 
 def strip_lost(path, text, now):
-    """A report without its pictures that could not be written: it does not show them. Any other file as it is."""
+    """Returns a report without the pictures that could not be written, which it does not show; other files unchanged."""
     if not path.endswith(".md"):
         return text
     folder = path.rpartition("/")[0]
@@ -139,14 +139,14 @@ def strip_lost(path, text, now):
 
 
 def numbers(count, most):
-    """The first, the last and others between them, evenly spaced."""
+    """Returns the first, the last and others between them, evenly spaced."""
     if count <= most:
         return range(1, count + 1)
     return sorted({1 + round(i * (count - 1) / max(most - 1, 1)) for i in range(most)})
 
 
 def sweep(case, most, say):
-    """A row for each kind of fault: what, calls, injected, ended with a sentence, harmless, failures."""
+    """Returns a row for each kind of fault: kind, calls, injected, ended with a sentence, harmless, failures."""
     for call, error, lasts in FAULTS:
         count = case.count(call)
         injected = sentences = harmless = 0
@@ -155,7 +155,7 @@ def sweep(case, most, say):
             try:
                 code, _, failed = case.inject(call, number, error, lasts)
             except AssertionError as problem:
-                failures.append(f"{case.name}: {call} {number} of {count}, {errno.errorcode[error]}{' from there on' if lasts else ''}: {problem}")
+                failures.append(f"{case.name}: {call} {number} of {count}, {errno.errorcode[error]}{' and all later calls' if lasts else ''}: {problem}")
                 say(failures[-1])
                 injected += 1
                 continue
@@ -163,9 +163,9 @@ def sweep(case, most, say):
             injected += failed > 0
             sentences += failed > 0 and code == 1
             harmless += failed > 0 and code == 0
-        what = {"new_at": "new, by place"}.get(call, call.replace("_", " "))
+        what = {"new_at": "new, by call site"}.get(call, call.replace("_", " "))
         name = f"{what}, {errno.errorcode[error]}{', lasting' if lasts else ''}"
-        say(f"{case.name}: {name}: {count} calls, {injected} failed: {sentences} sentences, {harmless} harmless, {len(failures)} not survived")
+        say(f"{case.name}: {name}: {count} calls, {injected} failed: {sentences} messages, {harmless} harmless, {len(failures)} not survived")
         yield name, count, injected, sentences, harmless, failures
 
 
@@ -175,7 +175,7 @@ def main():
     parser.add_argument("library")
     parser.add_argument("--most", type=int, default=1_000_000)
     parser.add_argument("--only", choices=list(COMMANDS), action="append")
-    parser.add_argument("--call", help="this kind of call only")
+    parser.add_argument("--call", help="inject faults only into this kind of call")
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
     if arguments.call:
@@ -190,10 +190,10 @@ def main():
             failures += row[-1]
     shutil.rmtree(folder)
     injected = sum(row[3] for row in rows)
-    text = f"{injected - len(failures)} of {injected} faults survived: {sum(row[4] for row in rows)} ended in a sentence, {sum(row[5] for row in rows)} did no harm."
+    text = f"{injected - len(failures)} of {injected} faults survived: {sum(row[4] for row in rows)} ended with a message, {sum(row[5] for row in rows)} did no harm."
     print(text)
     if arguments.write:
-        table = "| command | fault | calls | injected | exit 1, a sentence | exit 0, whole |\n|---|---|---|---|---|---|\n"
+        table = "| command | fault | calls | injected | exit 1, with a message | exit 0, complete |\n|---|---|---|---|---|---|\n"
         table += "".join(f"| `{row[0]}` | {row[1]} | {row[2]} | {row[3]} | {row[4]} | {row[5]} |\n" for row in rows)
         page = ROOT / "docs/reliability.md"
         before, rest = page.read_text(encoding="utf-8").split("<!-- faults -->\n", 1)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Kills recorded sessions with SIGKILL at random moments. What was recorded must open, reach to the last half second, come out the same to
-the bit, and be gone on from; results that were there before must be as they were.
+"""Kills recorded sessions with SIGKILL at random moments. The recording must open, include all but at most the last half second, replay
+bit-identically, and be continuable; earlier results must be unchanged.
 
     tests/reliability/kill_recording.py build/release/kerf [--kills 200] [--seed 1] [--write]
     --write puts the counts into docs/reliability.md; exit 1 when a kill was not survived
 
-A kill after which more than half a second is lost by the clock is done again with the same figures; three in a row are a failure.
+A kill that loses more than half a second of real time is repeated with the same parameters; three in a row are a failure.
 """
 
 import argparse
@@ -21,8 +21,8 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-MOST_LOST_S = 0.5  # a block of 0.25 s that is not full yet, and one on its way
-BORN = {}  # of recordings: when they were first seen
+MOST_LOST_S = 0.5  # a block of 0.25 s that is not full yet, and one that is being written
+BORN = {}  # by recording: time when it was first seen
 SCENE = """
 [bone]
 model = "block"
@@ -54,10 +54,10 @@ def hashes(folder):
 
 
 def check_results(kerf, folder, earlier):
-    """Each file is as it was. A run that was killed while it replaced one after another has left new ones, whole: the same bytes, but for times in
-    JSON and the number that OpenVDB gives each file."""
+    """Checks that each file is unchanged. A run that was killed while replacing files one by one has left complete new ones: the same bytes, except
+    for times in JSON and the unique number that OpenVDB gives each file."""
     now = hashes(folder)
-    assert set(now) == set(earlier), f"files came or went: {set(now) ^ set(earlier)}"
+    assert set(now) == set(earlier), f"files appeared or disappeared: {set(now) ^ set(earlier)}"
     for name in now:
         if now[name] == earlier[name]:
             continue
@@ -71,20 +71,21 @@ def check_results(kerf, folder, earlier):
 
 
 def draw(dice):
-    """What is killed, whether at any moment since its start (one in ten; else since there is something to lose), and how long after that."""
+    """Draws the kind of session, whether it is killed at any moment since its start (one in ten; otherwise once there is something
+    to lose), and the delay after that."""
     kind = dice.choice(["live", "live", "live", "virtual", "run"])
     return kind, dice.random() <= 0.1, dice.uniform(0.0, 0.15 if kind == "run" else 2.5)
 
 
 def has_a_block(recording):
-    """The head is written all at once, the first block a quarter of a second after the loop began. On a machine that took a break in the
-    head it comes to a kill too early, at which there is less to ask."""
+    """Returns true once the first block is written. The head is written at once, the first block a quarter of a second after the loop began.
+    On a machine that stalls in between, a kill may come too early, where less can be checked."""
     now = recording.stat()
     return now.st_mtime > BORN.setdefault((recording, now.st_ino), now.st_mtime) + 0.1
 
 
 def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
-    """What became of it: 'before', or how many seconds at the end were lost. Raises AssertionError."""
+    """Returns the result: 'before', or the number of seconds lost at the end. Raises AssertionError."""
     recording = folder / f"{index}.kerf"
     recording.unlink(missing_ok=True)
     results = folder / ("run" if kind == "run" else "loop")
@@ -98,7 +99,7 @@ def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
         while process.poll() is None and not (recording.exists() and (kind != "live" or has_a_block(recording))):
             time.sleep(0.002)
     time.sleep(delay_s)
-    # Before the signal: what this script waits for in between is no loss.
+    # Taken before the signal, so that delays of this script do not count as loss.
     killed = time.time()
     process.send_signal(signal.SIGKILL)
     ended = process.wait()
@@ -117,18 +118,18 @@ def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
     if kind != "run":
         further = folder / f"{index}_further.kerf"
         gone_on = run(kerf, "loop", "--from", str(recording), "--virtual", "--seconds", "0.2", "--record", str(further))
-        assert gone_on.returncode == 0, f"going on: {gone_on.stderr}"
+        assert gone_on.returncode == 0, f"continuation: {gone_on.stderr}"
         again = json.loads(run(kerf, "replay", str(further), "--verify", "--json").stdout)
         assert again["identical"] and again["ticks"] == figures["ticks"] + 200, again
         further.unlink()
     recording.unlink()
-    # The file is written when a block is full: a fresh one may have none yet.
+    # Data are written when a block is full, so a new file may contain none yet.
     return lost_s if kind == "live" and figures["ticks"] > 0 else "fast"
 
 
 def kill_until_in_time(kerf, folder, kind, at_any_moment, delay_s, index):
-    """As one_kill, and with how often it had to be done again: by the clock, a machine that stands still while kerf is to write loses more
-    than kerf does. Whatever else is wrong is wrong at once; that three in a row lose too much is kerf's doing."""
+    """Same as one_kill, and returns the number of repetitions: if the machine stalls while kerf should write, more real time is lost than by
+    kerf itself. Any other fault counts immediately; losing too much three times in a row is a fault of kerf."""
     losses = []
     for again in range(3):
         outcome = one_kill(kerf, folder, kind, at_any_moment, delay_s, index)
@@ -174,10 +175,10 @@ def main():
     survived = arguments.kills - len(failures)
     worst = max(lost, default=0)
     text = (f"{survived} of {arguments.kills} kills survived (seed {arguments.seed}): {len(lost)} of live sessions, which lost at most {worst:.2f} s at "
-            f"their end; {counts['fast']} of runs and of loops without the clock, or within a session's first quarter of a second; {counts['before']} before "
+            f"their end; {counts['fast']} of runs and of loops in virtual time, or within a session's first quarter of a second; {counts['before']} before "
             f"anything was recorded; {counts['done']} came after the end of a run.")
     if repeats > 0:
-        text += f" {repeats} were done again, because by the clock more than {MOST_LOST_S} s were lost: a machine that stood still."
+        text += f" {repeats} were repeated, because more than {MOST_LOST_S} s of real time were lost when the machine stalled."
     print(text)
     if arguments.write:
         page = ROOT / "docs/reliability.md"

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""What a command's files can be after the power went: its writes are logged (faults/io_faults.cpp), and folders are made that hold what a disk may
-hold that puts off and reorders all that was not synced.
+"""Checks the possible states of a command's files after a power loss. Its writes are logged (faults/io_faults.cpp), and folders are made with
+the possible contents of a disk that delays and reorders everything that was not synced.
 
     tests/reliability/power_loss.py build/release/kerf build/release/tests/libkerf_io_faults.so [--states 1000] [--seed 1] [--only COMMAND] [--write]
 
-A file's content is that of its last fsync or fdatasync, and any of the 512-byte sectors written since, each or not; a file may have grown or not. Names
-(files made, renamed, removed) reach the disk in their order, up to any of them; those before a sync of their folder have. Then: each result is the old or
-the new one, whole; a recording is there and holds all that was synced; the history is whole and holds the old attempts or also the new one, and the new
-one for certain once the program has ended. --write puts the counts into docs/reliability.md; exit 1 when a state is none of these.
+A file has the content of its last fsync or fdatasync, plus any subset of the 512-byte sectors written since; its growth may be missing. Names
+(files created, renamed, removed) reach the disk in their order, up to any of them; those before a sync of their folder have reached it. Then
+each result must be the complete old or new one; a recording must exist and contain everything that was synced; the history must be
+complete and contain the old attempts, possibly with the new one, and certainly with it after the program has ended. --write puts the
+counts into docs/reliability.md; exit code 1 if a state violates this.
 """
 
 import argparse
@@ -24,12 +25,12 @@ from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, pre
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SECTOR = 512
 HISTORY = "home/practise.db"
-# In real time, as a recording is synced by the clock.
+# In real time, because a recording is synced by the clock.
 LIVE = {"loop": ["loop", "scene.toml", "--seconds", "2", "-o", "out", "--record", "session.kerf"]}
 
 
 def read_log(path):
-    """[what, inode, a, b, name, name, bytes] each."""
+    """Returns a list of [what, inode, a, b, name, name, bytes]."""
     operations = []
     with open(path, "rb") as log:
         while line := log.readline():
@@ -41,12 +42,12 @@ def read_log(path):
 
 
 class Disk:
-    """What has been done, and what of it has to be there."""
+    """Operations so far, and the part of them that must be on the disk."""
 
     def __init__(self, root):
         self.root = root
         self.synced, self.pending, self.names, self.moves = {}, {}, {}, []
-        self.files = {}  # of inodes, whose numbers are used again
+        self.files = {}  # by inode; inode numbers are reused
         for path in root.rglob("*"):
             if path.is_file():
                 file = self.files[path.stat().st_ino] = len(self.files)
@@ -100,7 +101,7 @@ class Disk:
                 names[what] = file
 
     def content(self, file, dice, share):
-        """With each sector that was written since the last sync, or not."""
+        """Returns the content with a random subset of the sectors that were written since the last sync."""
         data = bytearray(self.synced[file])
         for kind, at, content in self.pending.get(file, []):
             if kind == "cut":
@@ -118,7 +119,7 @@ class Disk:
         return bytes(data)
 
     def after_loss(self, dice, share):
-        """A folder that may be found: its files."""
+        """Returns the files of a folder that is possible after the loss."""
         names = dict(self.names)
         for move in self.moves[:round(dice.random() * len(self.moves)) if 0 < share < 1 else round(share * len(self.moves))]:
             self.apply(names, move)
@@ -133,7 +134,7 @@ class Trial:
         copy_tree(self.clean, self.root)
         command = LIVE.get(name, COMMANDS[name])
         if "-o" in command:
-            # An earlier run's results are in the way.
+            # Results of an earlier run are in place.
             without = [word for word in COMMANDS[name] if word not in ("--record", "session.kerf")]
             assert program.run(self.root, without).returncode == 0
         self.disk = Disk(self.root)
@@ -146,7 +147,7 @@ class Trial:
         self.lengths = {}
 
     def duration(self, content):
-        """Of a recording, s; None for what is none."""
+        """Returns the duration of a recording, s; None if it is not a recording."""
         if content not in self.lengths:
             self.found.mkdir(parents=True, exist_ok=True)
             (self.found / "part.kerf").write_bytes(content)
@@ -170,7 +171,7 @@ class Trial:
                 continue
             check_whole(self.program, self.found, name, content, self.after.get(name, b""))
         for name in self.before:
-            assert name in files or name not in self.after or name.startswith(HISTORY), f"{name} is gone"
+            assert name in files or name not in self.after or name.startswith(HISTORY), f"{name} is missing"
         if "session.kerf" in self.after:
             self.check_recording(files)
         if self.name == "hand-in":
@@ -181,12 +182,13 @@ class Trial:
         synced = [content for what, _, _, _, name, _, content in self.done if what == "S" and name.endswith("/session.kerf")]
         if not synced or self.duration(synced[-1]) is None:
             return
-        assert "session.kerf" in files, f"the recording is gone, of which {self.duration(synced[-1]):.2f} s were synced"
+        assert "session.kerf" in files, f"the recording is missing, although {self.duration(synced[-1]):.2f} s were synced"
         found = self.duration(files["session.kerf"])
-        assert found is not None and found >= self.duration(synced[-1]), f"{found} s are there and {self.duration(synced[-1])} s were synced"
+        assert found is not None and found >= self.duration(synced[-1]), f"the recording has {found} s, but {self.duration(synced[-1])} s were synced"
 
     def run(self, states, dice, say):
-        """How many states, and what was wrong. The power goes at each moment, with nothing and with all of what was not synced, and at random ones."""
+        """Returns the number of states and the failures. The power is lost at each moment, with nothing and with everything that was
+        not synced, and at random moments."""
         plan = [(moment, share) for moment in range(len(self.operations) + 1) for share in (0.0, 1.0)]
         plan = dice.sample(plan, min(states // 2, len(plan)))
         plan += [(dice.randrange(len(self.operations) + 1), dice.choice((0.1, 0.5, 0.9))) for _ in range(states - len(plan))]
@@ -198,8 +200,8 @@ class Trial:
                 self.done.append(operation)
             try:
                 self.check(self.disk.after_loss(dice, share), moment == len(self.operations))
-            except Exception as problem:  # of SQLite and of JSON too
-                failures.append(f"{self.name}: after {moment} of {len(self.operations)} operations, share {share}: {problem}")
+            except Exception as problem:  # also errors of SQLite and JSON
+                failures.append(f"{self.name}: after {moment} of {len(self.operations)} operations, fraction {share}: {problem}")
                 say(failures[-1])
         return len(plan), failures
 
@@ -225,10 +227,10 @@ def main():
         failures += wrong
     shutil.rmtree(folder)
     total = sum(row[3] for row in rows)
-    text = f"{total - len(failures)} of {total} states after a loss of power are whole (seed {arguments.seed})."
+    text = f"{total - len(failures)} of {total} states after a loss of power are complete (seed {arguments.seed})."
     print(text)
     if arguments.write:
-        table = "| command | operations logged | of them syncs | states | whole |\n|---|---|---|---|---|\n"
+        table = "| command | operations logged | of which syncs | states | complete |\n|---|---|---|---|---|\n"
         table += "".join(f"| `{row[0]}` | {row[1]} | {row[2]} | {row[3]} | {row[3] - row[4]} |\n" for row in rows)
         page = ROOT / "docs/reliability.md"
         before, rest = page.read_text(encoding="utf-8").split("<!-- power -->\n", 1)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Records sessions of every kind with one program and goes through them again with others, and on other machines as far as one machine can
-play them: on one core, and with the processor's newer instructions hidden from the C library.
+"""Records sessions of every kind with one program and replays them with others, and under the conditions of other machines as far as one
+machine can simulate them: on one core, and with the processor's newer instructions hidden from the C library.
 
     tests/reliability/replay_matrix.py build/release/kerf [more programs] [--write]
-    --only NAME one kind of session; --write puts the table into docs/reliability.md; exit 1 where something came out otherwise
+    --only NAME one kind of session; --write puts the table into docs/reliability.md; exits with 1 if a replay differs
 """
 
 import argparse
@@ -44,7 +44,7 @@ def main():
     parser.add_argument("--write", action="store_true")
     arguments = parser.parse_args()
     if arguments.only and arguments.write:
-        parser.error("the table in docs/reliability.md has them all: --write without --only")
+        parser.error("--write needs all recordings: omit --only")
     folder = pathlib.Path(tempfile.mkdtemp(prefix="kerf_replays_"))
     for scene in SCENES.glob("*.toml"):
         shutil.copy(scene, folder)
@@ -76,10 +76,10 @@ def main():
         rows.append([name, str(head["ticks"]), f"{minute_MB:.2f}", f"`{head['voxel_hash']}`", *cells])
         print(" | ".join(rows[-1]), flush=True)
     shutil.rmtree(folder)
-    header = ["recorded", "ticks", "MB a minute", "voxels' hash", *(name for name, _, _ in ways)]
+    header = ["recorded", "ticks", "MB a minute", "voxel hash", *(name for name, _, _ in ways)]
     table = "\n".join("| " + " | ".join(row) + " |" for row in [header, ["---"] * len(header), *rows])
     total = len(rows) * len(ways)
-    text = f"{total - failed} of {total} replays came out the same to the bit.\n\n{table}"
+    text = f"{total - failed} of {total} replays were bit-identical.\n\n{table}"
     print(text)
     if arguments.write:
         page = ROOT / "docs/reliability.md"

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""A small study as a job array on a real Slurm of one machine: its own daemons, ports and folder, all gone afterwards.
+"""Runs a small study as a job array on a real Slurm of one machine with separate daemons, ports and folder, which are removed afterwards.
 
     study_on_slurm.py KERF SOURCE_FOLDER
 
-Exit 0: all holds, 1: not, 77: left out, with the reason (Slurm or munge is not installed).
+Exit code 0: all checks hold, 1: not, 77: skipped, with the reason (Slurm or munge is not installed).
 """
 
 import ctypes
@@ -92,11 +92,11 @@ def wait_for(what, condition, limit_s=60):
 
 
 class DaemonEnded(RuntimeError):
-    """A daemon that ended at once: as when its port was taken since it was found free. With other ports it may not."""
+    """A daemon that ended immediately, for example because its port was taken after it was found free. Other ports may work."""
 
 
 class Cluster:
-    """Munge, controller and node, all with files in `folder` only."""
+    """Munge, controller and node, with all files in `folder`."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -150,7 +150,8 @@ class Cluster:
 
     def wait_until_ended(self, job):
         def has_ended():
-            # A controller that does not answer in time says nothing of the job, nor does it one long gone.
+            # A controller that does not answer in time gives no information on the job, nor does one that has already
+            # forgotten it.
             done = self.run("squeue", "-h", "-j", job)
             return not done.stdout.strip() if done.returncode == 0 else "Invalid job id" in done.stderr
 
@@ -166,7 +167,7 @@ class Cluster:
             except subprocess.TimeoutExpired:
                 daemon.kill()
                 daemon.wait()
-        # What the node's daemon started lives on without it; ours are those that name this folder.
+        # Processes started by the node's daemon survive it; those of this test have this folder in their environment.
         for environ in glob.glob("/proc/[0-9]*/environ"):
             pid = int(environ.split("/")[2])
             try:
@@ -182,7 +183,7 @@ class Cluster:
 
 
 def hashes(folder):
-    """What the records say, times left out."""
+    """Returns the contents of the records, without times."""
     found = {}
     for record in (folder / "cases").glob("*.json"):
         text = record.read_text()
@@ -203,7 +204,7 @@ def run_study(cluster, kerf, source):
     env = {"KERF": str(kerf)}
     merge = f"{kerf} study --merge -o out"
 
-    # Four shards, of which one never runs; the merge depends on them, however they end.
+    # Four shards, one of which never runs; the merge depends on them, however they end.
     array = cluster.submit("--hold", "--array=0-3", script, "small.toml", "out", env=env)
     merged = cluster.submit(f"--dependency=afterany:{array}", "--output=merge.log", "--wrap", merge)
     cluster.call("scancel", f"{array}_2")
@@ -215,7 +216,7 @@ def run_study(cluster, kerf, source):
     check(len(re.findall(r"shard \d/4 is", log)) == 1, "and no other")
     check((folder / "out/shard-3-of-4/plan.json").exists(), "the other shards ran")
 
-    # The lost one brought, and one that was there run again: nothing counts twice.
+    # Adds the lost shard and repeats an existing one: nothing is counted twice.
     again = cluster.submit("--array=2,3", script, "small.toml", "out", env=dict(env, KERF_SHARDS="4"))
     merged = cluster.submit(f"--dependency=afterok:{again}", "--output=merge_2.log", "--wrap", merge + " && echo whole")
     cluster.wait_until_ended(again)

@@ -1,4 +1,4 @@
-// A small scene for tests of the program: a disc goes straight down into a block.
+// Small scene for tests of the program: a disc moves straight down into a block.
 #pragma once
 
 #include <fmt/format.h>
@@ -7,15 +7,15 @@
 
 namespace kerf::test {
 
-/// Of the centre of the disc, which touches the block at 7.5 mm.
+/// Heights of the centre of the disc, which touches the block at 7.5 mm.
 struct DownStroke {
   double from_mm = 7.8;
   double to_mm = 2.5;
   double feed_mm_per_s = 3;
 };
 
-/// A block of 6 x 4 x 3 mm about the origin in voxels of 0.25 mm; a disc of 12 mm with its axis along x. `more`: what
-/// follows in the scene's file.
+/// Returns a scene with a block of 6 x 4 x 3 mm about the origin in voxels of 0.25 mm, and a disc of 12 mm with its
+/// axis along x. `more`: text appended to the scene's file.
 inline std::string MakeBlockScene(const DownStroke& stroke = {},
                                   const std::string& more = "[output]\npictures = false\n") {
   return fmt::format(R"([bone]

@@ -1,4 +1,4 @@
-// Chunks of a bone's surface put together again, for tests.
+// Reassembles the chunks of a bone's surface, for tests.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace kerf::test {
 
-/// A cortical lid of 4 mm over a cancellous core: 16 x 10 x 10 mm, its top at z = 0.
+/// Makes a cortical lid of 4 mm over a cancellous core: 16 x 10 x 10 mm, top at z = 0.
 inline Bone MakePlate(double voxel_mm) {
   BlockParams params;
   params.size_mm = {16, 10, 10};
@@ -32,7 +32,7 @@ inline std::vector<ChunkMesh> MeshAll(const BoneChunks& chunks, int step) {
   return meshes;
 }
 
-/// Vertices at the same place, to the bit, become one.
+/// Merges vertices with bit-identical positions.
 inline TriangleMesh JoinChunks(const BoneChunks& chunks, const std::vector<ChunkMesh>& meshes) {
   TriangleMesh joined;
   std::map<std::array<float, 3>, std::uint32_t> ids;
@@ -51,7 +51,8 @@ inline TriangleMesh JoinChunks(const BoneChunks& chunks, const std::vector<Chunk
   return joined;
 }
 
-/// Directed edges without as many in the opposite direction: 0 for a closed surface, be it pinched or not.
+/// Returns the number of directed edges without as many in the opposite direction: 0 for a closed surface, pinched or
+/// not.
 inline std::size_t CountUnpaired(const TriangleMesh& mesh) {
   std::map<std::array<std::uint32_t, 2>, int> balance;
   for (const auto& t : mesh.triangles) {
@@ -65,7 +66,7 @@ inline std::size_t CountUnpaired(const TriangleMesh& mesh) {
       std::count_if(balance.begin(), balance.end(), [](const auto& edge) { return edge.second != 0; }));
 }
 
-/// A cube along the axes.
+/// Makes an axis-aligned cube.
 inline std::shared_ptr<const TriangleMesh> MakeCube(const Vec3& middle, double edge) {
   auto mesh = std::make_shared<TriangleMesh>();
   for (int i = 0; i < 8; ++i) mesh->points.push_back(middle + edge * (Vec3{i & 1, (i >> 1) & 1, i >> 2} - 0.5));

@@ -1,6 +1,7 @@
 // Cuts with known answers for tests: a block in any pose, and strokes given in the block's own frame.
 #pragma once
 
+#include <numbers>
 #include <vector>
 
 #include "kerf/simulation.h"
@@ -8,14 +9,12 @@
 
 namespace kerf::test {
 
-inline constexpr double kPi = 3.14159265358979323846;
-
-/// Poses of a block against the grid, among them the disc's plane on a layer of voxel centres and midway between two.
-/// In the block's frame the disc lies in the plane y = 0.
+/// Returns poses of a block relative to the grid, including the disc's plane on a layer of voxel centres and midway
+/// between two. In the block's frame the disc lies in the plane y = 0.
 inline std::vector<Pose> BlockPoses(double voxel_mm) {
   const auto turned = [](const Vec3& axis, double degrees, const Vec3& p) {
     Pose X;
-    X.R_AB = glm::angleAxis(degrees * kPi / 180, glm::normalize(axis));
+    X.R_AB = glm::angleAxis(degrees * std::numbers::pi / 180, glm::normalize(axis));
     X.p_AB = p;
     return X;
   };
@@ -31,14 +30,15 @@ inline std::vector<Pose> BlockPoses(double voxel_mm) {
   };
 }
 
-/// Pose of a disc in the block's frame: centre p_B, spindle along +y of the block, tool x along the block's x.
+/// Returns the pose of a disc in the block's frame: centre p_B, spindle along the block's +y, tool x along the block's
+/// x.
 inline Pose DiscPose(const Pose& X_WB, const Vec3& p_B) {
   // Columns of R_BT: x_T = x_B, y_T = -z_B, z_T = y_B.
-  const Quat R_BT = glm::angleAxis(-kPi / 2, Vec3(1, 0, 0));
+  const Quat R_BT = glm::angleAxis(-std::numbers::pi / 2, Vec3(1, 0, 0));
   return {X_WB.R_AB * R_BT, X_WB.Point(p_B)};
 }
 
-/// Moves the disc's centre from `from_B` to `to_B` at `feed_mm_per_s`, 1 kHz; returns each tick's output.
+/// Moves the disc's centre from `from_B` to `to_B` at `feed_mm_per_s`, 1 kHz. Returns each tick's output.
 inline std::vector<TickOutput> Stroke(Simulation& simulation, const Pose& X_WB, const Vec3& from_B, const Vec3& to_B,
                                       double feed_mm_per_s, double rpm = 7500) {
   const double duration_s = glm::length(to_B - from_B) / feed_mm_per_s;
@@ -55,7 +55,8 @@ inline std::vector<TickOutput> Stroke(Simulation& simulation, const Pose& X_WB, 
   return out;
 }
 
-/// Area of the circular segment of height `depth`: what a disc of radius R buries when it is let down by `depth`.
+/// Returns the area of the circular segment of height `depth`: the part of a disc of radius R below the surface at that
+/// depth.
 inline double SegmentArea(double R, double depth) {
   return R * R * std::acos((R - depth) / R) - (R - depth) * std::sqrt(2 * R * depth - depth * depth);
 }

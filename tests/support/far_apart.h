@@ -1,4 +1,4 @@
-// How far one surface is from another.
+// Distance between two surfaces.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace kerf::test {
 
-/// The largest distance from `to` of any corner of `from` and of points over its triangles, `spacing_mm` apart at most;
-/// `limit_mm` at most. The tighter the limit, the quicker.
+/// Returns the largest distance from `to` to any corner of `from` or to points on its triangles at most `spacing_mm`
+/// apart, clamped to `limit_mm`. A tighter limit is faster.
 inline double CalcLargestDistance(const TriangleMesh& from, const TriangleMesh& to, double spacing_mm,
                                   double limit_mm = 1) {
   const SurfaceTree tree(to);

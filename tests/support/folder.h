@@ -1,4 +1,4 @@
-// A folder for a test's files, and what it says of them.
+// Folder for a test's files, and functions for reading and writing them.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 
 namespace kerf::test {
 
-/// A folder that goes when the test ends.
+/// Folder that is removed when the test ends.
 class Folder {
  public:
   Folder() {
@@ -49,7 +49,7 @@ inline std::string ReadBytes(const std::string& path) {
   return bytes.str();
 }
 
-/// The sentence of the Error that `f` throws; "" when it throws none.
+/// Returns the message of the Error that `f` throws; "" if it throws none.
 inline std::string MessageOf(const std::function<void()>& f) {
   try {
     f();

@@ -1,4 +1,4 @@
-// A recording with something changed in it, and all checksums and digests right.
+// Changes the contents of a recording while keeping all checksums and digests correct.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace kerf::test {
 
-/// `change`: called with the kind of each block and its bytes, which it may change.
+/// `change`: called with the kind and the bytes of each block; may modify the bytes.
 inline void ForgeRecording(const std::string& from, const std::string& to,
                            const std::function<void(BlockKind, std::string&)>& change) {
   BlockReader reader(from);
@@ -25,7 +25,7 @@ inline void ForgeRecording(const std::string& from, const std::string& to,
   file.Close();
 }
 
-/// The same with its blocks of steps.
+/// Same for the blocks of steps.
 inline void ForgeSteps(const std::string& from, const std::string& to,
                        const std::function<void(RecordedBlock&)>& change) {
   ForgeRecording(from, to, [&](BlockKind kind, std::string& bytes) {

@@ -1,4 +1,4 @@
-// Tests of files that lie about their size: a process with little memory left.
+// Limits the memory of a process, for tests of files with wrong size fields.
 #pragma once
 
 #include <sys/resource.h>
@@ -8,9 +8,9 @@
 
 namespace kerf::test {
 
-/// From here on this process gets `bytes` more of address space and then std::bad_alloc. For the statement of a death
-/// test: there is no way back. The address sanitizer reserves terabytes itself; under it this does nothing, and it ends
-/// the program when one request is absurd.
+/// Limits the address space of this process to `bytes` more than now; then std::bad_alloc is thrown. For the statement
+/// of a death test, because it cannot be undone. Has no effect with the address sanitizer or the thread sanitizer: the
+/// address sanitizer itself reserves terabytes, and ends the program at an absurdly large request.
 inline void LimitMemory(std::uint64_t bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   std::uint64_t pages = 0;

@@ -1,4 +1,4 @@
-// How long a live loop goes on in a test.
+// Ends a live loop in a test after a given duration of motion.
 #pragma once
 
 #include <atomic>
@@ -8,8 +8,8 @@
 
 namespace kerf::test {
 
-/// Ends a live loop once its hand has moved for so long: on a machine that stands still a hand falls behind the clock,
-/// by all but kLongestTick_s of each gap. Outlives the loop.
+/// Ends a live loop once its hand has moved for `motion_s`. If the machine stalls, the hand falls behind the clock by
+/// each gap minus kLongestTick_s. Must outlive the loop.
 class EndsAfterMotion {
  public:
   EndsAfterMotion(double motion_s, LoopOptions& options) : left_s_(motion_s) {

@@ -1,4 +1,4 @@
-// Tests that must come out the same on a machine of many cores.
+// Restricts a test to one core, for equal results on any machine.
 #pragma once
 
 #include <sched.h>
@@ -7,17 +7,17 @@
 
 namespace kerf::test {
 
-/// The first core that this process may use.
+/// Returns the first core that this process may use.
 inline int FindFirstCore() {
   cpu_set_t cores;
-  if (sched_getaffinity(0, sizeof(cores), &cores) != 0) throw std::runtime_error("no cores are told");
+  if (sched_getaffinity(0, sizeof(cores), &cores) != 0) throw std::runtime_error("the allowed cores are unknown");
   int first = 0;
   while (first + 1 < CPU_SETSIZE && !CPU_ISSET(first, &cores)) ++first;
   return first;
 }
 
-/// From here on this process has one core: libraries that would begin a thread for each, whose stack and arena are
-/// address space too, begin none. Before they are used.
+/// Restricts this process to one core. Libraries then start no thread per core, whose stacks and arenas would take
+/// address space. Must be called before they are used.
 inline void UseOneCore() {
   cpu_set_t cores;
   CPU_ZERO(&cores);

@@ -1,4 +1,4 @@
-// Runs the program as a user would, in a folder of its own.
+// Runs the program as a user would, in a separate folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@
 namespace kerf::test {
 
 struct ProgramResult {
-  int code = -1;  // exit code; 128 + signal when it was killed by one
+  int code = -1;  // exit code; 128 + signal if killed by a signal
   std::string out;
   std::string err;
 };
@@ -39,10 +39,10 @@ class ProgramTest : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  /// `arguments` as typed into a shell; the current folder is folder_.
+  /// Runs kerf with `arguments` as typed into a shell; the current folder is folder_.
   ProgramResult Kerf(const std::string& arguments) const { return KerfWithin("", arguments); }
 
-  /// The same after shell commands that set up limits.
+  /// Same, after shell commands that set limits.
   ProgramResult KerfWithin(const std::string& limits, const std::string& arguments) const {
     const std::string command = "cd '" + folder_.string() + "' && " + limits + " env -u DISPLAY '" KERF_PROGRAM "' " +
                                 arguments + " >stdout.txt 2>stderr.txt </dev/null";
@@ -60,15 +60,14 @@ class ProgramTest : public testing::Test {
   }
   bool Exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
 
-  /// One clear sentence on stderr, nothing on stdout, exit code 1.
+  /// Expects one clear sentence on stderr, nothing on stdout, exit code 1.
   static void ExpectRefusal(const ProgramResult& result, const std::string& sentence) {
     EXPECT_EQ(result.code, 1);
     EXPECT_EQ(result.out, "");
     EXPECT_EQ(result.err, "kerf: " + sentence + "\n");
   }
 
-  /// Ends the test as skipped when the program says that this build leaves out what was asked of it
-  /// (KERF_WITH_...=OFF).
+  /// Skips the test if the program reports that this build leaves out the requested part (KERF_WITH_...=OFF).
   static void SkipIfNotBuilt(const ProgramResult& result) {
     const bool is_built = result.err.find("this kerf was built without ") == std::string::npos;
     if (is_built && !result.out.starts_with("Not in this build ")) return;

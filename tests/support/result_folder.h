@@ -1,4 +1,4 @@
-// A folder for results that each test begins without, and that is gone after it.
+// Folder for results that does not exist at the beginning of a test and is removed after it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ class ResultFolderTest : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  std::string folder_;  // not made yet
+  std::string folder_;  // not created yet
 };
 
 }  // namespace kerf::test

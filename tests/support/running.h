@@ -1,4 +1,5 @@
-// The program beside a test: at a terminal of its own when it is to have one, told keys and signals, waited for.
+// Runs the program in parallel with a test, with a separate terminal if wanted. The test can send keys and signals and
+// wait.
 #pragma once
 
 #include <fcntl.h>
@@ -22,10 +23,10 @@
 
 namespace kerf::test {
 
-/// No wait in a test is for less than the slowest machine: what takes as long as this does not come.
+/// Limit of all waits in tests, sufficient for the slowest machine: an event that takes longer counts as missing.
 inline constexpr std::chrono::seconds kLongest{60};
 
-/// Until it holds; false when it did not.
+/// Waits until `holds` returns true. Returns false if it did not within `longest`.
 inline bool WaitUntil(const std::function<bool()>& holds, std::chrono::milliseconds longest = kLongest) {
   const auto end = std::chrono::steady_clock::now() + longest;
   while (!holds()) {
@@ -36,14 +37,14 @@ inline bool WaitUntil(const std::function<bool()>& holds, std::chrono::milliseco
 }
 
 enum class At : std::uint8_t {
-  kNowhere,   // its input ends at once; stdout.txt and stderr.txt of the folder are what it says
+  kNowhere,   // its input is empty; output goes to stdout.txt and stderr.txt of the folder
   kKeys,      // its input is a terminal
-  kTerminal,  // so is what it prints to stdout
+  kTerminal,  // input and stdout are a terminal
 };
 
 class Running {
  public:
-  /// `command`: a program of the shell's with its arguments. The folder is the current one.
+  /// `command`: a program and its arguments in shell syntax. The folder is its current folder.
   Running(std::filesystem::path folder, At at, const std::string& command) : folder_(std::move(folder)) {
     if (openpty(&master_, &terminal_, nullptr, nullptr, nullptr) != 0) throw std::runtime_error("no terminal");
     for (const int end : {master_, terminal_}) fcntl(end, F_SETFD, FD_CLOEXEC);
@@ -73,7 +74,7 @@ class Running {
   }
   ~Running() {
     if (!Ended()) {
-      kill(-id_, SIGKILL);  // and whom it has started
+      kill(-id_, SIGKILL);  // and its child processes
       waitpid(id_, nullptr, 0);
     }
     close(master_);
@@ -92,7 +93,7 @@ class Running {
   std::string out() const { return Slurp(folder_ / "stdout.txt"); }
   std::string err() const { return Slurp(folder_ / "stderr.txt"); }
   bool Said(const std::string& text) const { return err().find(text) != std::string::npos; }
-  /// What the terminal has been sent so far: what the program printed, and the keys where they are shown.
+  /// Returns everything sent to the terminal so far: the program's output, and echoed keys.
   const std::string& Shown() {
     for (;;) {
       pollfd output{.fd = master_, .events = POLLIN, .revents = 0};
@@ -109,14 +110,14 @@ class Running {
     return settings;
   }
 
-  /// Before the program had it.
+  /// Terminal settings before the program started.
   const termios& SettingsBefore() const { return before_; }
 
   bool Ended() {
     if (!ended_ && waitpid(id_, &status_, WNOHANG) == id_) ended_ = true;
     return ended_;
   }
-  /// Until it holds; false when the program ends before that.
+  /// Waits until `holds` returns true. Returns false if the program ends first.
   bool Until(const std::function<bool()>& holds) {
     bool held = false;
     WaitUntil([&] { return (held = holds()) || Ended(); });
@@ -125,7 +126,7 @@ class Running {
   bool UntilSaid(const std::string& text) {
     return Until([&] { return Said(text); });
   }
-  /// -1: it goes on and on.
+  /// Returns the exit code, or -1 if the program does not end.
   int WaitForEnd() {
     if (!WaitUntil([this] { return Ended(); })) return -1;
     return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);

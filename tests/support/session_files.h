@@ -1,4 +1,4 @@
-// What a session with a device leaves behind.
+// Reads the files of a session with a device.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,10 @@
 
 namespace kerf::test {
 
-/// The numbers of a row of forces.csv by the names of their columns.
+/// Values of a row of forces.csv by column name.
 using ForceRow = std::map<std::string, double>;
 
-/// Of the whole rows.
+/// Reads the complete rows.
 inline std::vector<ForceRow> ReadForces(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::vector<ForceRow> rows;
@@ -41,14 +41,15 @@ inline std::vector<ForceRow> ReadForces(const std::filesystem::path& path) {
   return rows;
 }
 
-/// Until the loop has run for a while from now on: its recording grows. False when it ends before that.
+/// Waits until the loop has run for a while, observed by its recording's growth. Returns false if the program ends
+/// first.
 inline bool GoesOn(Running& kerf, const std::filesystem::path& recording) {
   const auto bytes = [&recording] {
     std::error_code none_yet;
     const std::uintmax_t size = std::filesystem::file_size(recording, none_yet);
     return none_yet ? 0 : size;
   };
-  for (int i = 0; i < 2; ++i) {  // the first may be what it had done before
+  for (int i = 0; i < 2; ++i) {  // the first growth may be of earlier work
     if (!kerf.Until([&, before = bytes()] { return bytes() > before; })) return false;
   }
   return true;

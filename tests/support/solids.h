@@ -26,13 +26,13 @@ inline Bone MakeSphere(const Vec3& centre, double radius, double voxel_mm) {
   return MakeBone(SphereField(centre, radius), box.Grown(6 * voxel_mm), {voxel_mm, voxel_mm, {}}, OneRegionTable());
 }
 
-/// Signed distance of a box with half edges `half`, centred at the origin.
+/// Returns the signed distance of a box with half edges `half`, centred at the origin.
 inline double BoxDistance(const Vec3& p, const Vec3& half) {
   const Vec3 q = glm::abs(p) - half;
   return glm::length(glm::max(q, Vec3(0))) + std::min(std::max({q.x, q.y, q.z}), 0.0);
 }
 
-/// A box at a pose X_WB, centred at B's origin.
+/// Makes a box at the pose X_WB, centred at B's origin.
 inline Bone MakeBox(const Pose& X_WB, const Vec3& size, double voxel_mm) {
   SolidField field;
   field.value = [=](const Vec3& p_W) { return BoxDistance(X_WB.InversePoint(p_W), 0.5 * size); };

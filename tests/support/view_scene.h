@@ -1,4 +1,4 @@
-// A window's contents with everything in it, for tests and for pictures to look at.
+// Complete contents of a window, for tests and for pictures to look at.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ inline HudState MakeFullHud() {
   HudState hud;
   hud.values = {3.42, 5.1, 7500, 2.31, 1.4, 2.7, 0.38, 2};
   hud.now_s = 14;
-  hud.force_note = "hertz_chip: thrust 1.6 times the measured at a bite of 2.5 um, 9 times at 10 um (22 mm disc)";
+  hud.force_note = "hertz_chip: thrust 1.6 times that measured at a bite of 2.5 um, 9 times at 10 um (22 mm disc)";
   for (int i = 0; i < 14000; i += 5) {
     const double t = 0.001 * i;
     hud.force.push_back({t, 1.6 + 0.9 * std::sin(1.3 * t) + 0.25 * std::sin(61 * t)});
@@ -69,7 +69,7 @@ inline std::vector<HudKeyGroup> MakeHelp() {
 
 inline HudResult MakeResult() {
   return {"Groove of a given depth, level 2",
-          "82 of 100",
+          "82 out of 100",
           {{"Depth error, mean", "0.21 mm", "goal 0.3 mm", HudLevel::kGood},
            {"Depth error, p95", "0.48 mm", "goal 0.5 mm", HudLevel::kWarn},
            {"Plunge past the far side", "1.30 mm", "goal 0.5 mm", HudLevel::kBad},

@@ -1,4 +1,5 @@
-// Whether a text is well-formed XML, as far as what we write goes: tags that match, attributes in quotes, entities.
+// Checks that a text is well-formed XML, to the extent of kerf's own output: matching tags, quoted attributes,
+// entities.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 
 namespace kerf::test {
 
-/// "" when it is; else what is wrong.
+/// Returns "" if it is well-formed, otherwise a description of the fault.
 inline std::string FindXmlFault(std::string_view text) {
   const auto text_fault = [](std::string_view part) -> std::string {
     for (std::size_t i = 0; i < part.size(); ++i) {
@@ -34,7 +35,7 @@ inline std::string FindXmlFault(std::string_view text) {
     if (open.empty() && !std::all_of(between.begin(), between.end(), [](char c) { return c == '\n'; }))
       return "text outside the root";
     if (begin == text.size()) break;
-    // To the '>' that is in no quotes.
+    // Find the '>' outside quotes.
     std::size_t end = begin + 1;
     bool quoted = false;
     while (end < text.size() && (quoted || text[end] != '>')) {

@@ -1,4 +1,4 @@
-// The commands of parts that a build leaves out: each is listed, and says so.
+// Commands of components that are not in this build: each is listed and reports that it is missing.
 #include <string>
 
 #include "app/cli/commands.h"

@@ -14,19 +14,19 @@
 namespace kerf::cli {
 namespace {
 
-constexpr Rgb8 kPlanned{0, 114, 178};  // blue and vermilion: told apart by the colour-blind too
+constexpr Rgb8 kPlanned{0, 114, 178};  // blue and vermilion: distinguishable for colour-blind people
 constexpr Rgb8 kAchieved{213, 94, 0};
 constexpr double kPlaneMargin_mm = 4;
 
-/// Light tones, one a piece.
+/// Light tones, one per piece.
 constexpr std::array<Rgb8, 6> kPieceColours{
     {{232, 220, 196}, {196, 214, 232}, {204, 226, 203}, {230, 206, 222}, {226, 214, 180}, {206, 206, 218}}};
 
-/// A plane as a plate.
+/// Plane drawn as a plate.
 struct Plate {
   CutPlane plane;
-  Vec3 middle;  // is brought into the plane
-  Vec3 u;       // its sides
+  Vec3 middle;  // projected onto the plane
+  Vec3 u;       // directions of its sides
   Vec3 v;
   double half_u;
   double half_v;
@@ -49,7 +49,7 @@ Shape MakePlate(const Plate& plate, double half_thickness_mm, double opacity) {
   return shape;
 }
 
-/// A little larger, so that it stands out in front of another of the same size.
+/// Returns the mesh slightly enlarged, so that it is visible in front of another one of the same size.
 TriangleMesh Stretched(TriangleMesh mesh, const Vec3& about) {
   for (Vec3& p : mesh.points) p = about + 1.02 * (p - about);
   return mesh;
@@ -108,11 +108,11 @@ std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessm
   pictures.push_back(
       {.name = "overview", .caption = "The pieces with the planned and the achieved planes", .png = ReadPng(spec)});
   if (plates.empty()) return pictures;
-  // From along the first plane, across its depth: both are seen as lines.
+  // Seen along the first plane, across its depth: both planes appear as lines.
   const Plate& first = plates[1];
   const double height_mm = 2.2 * first.half_v;
   spec.shapes.resize(bone_shapes);
-  // What was planned is the wider line, so that both are seen where they are one.
+  // The planned plane is the wider line, so that both are visible where they coincide.
   for (std::size_t i = 0; i < plates.size(); ++i) {
     spec.shapes.push_back(MakePlate(plates[i], height_mm / (i % 2 == 0 ? 250 : 600), 1));
     if (i % 2 == 1) spec.shapes.back().mesh_W = Stretched(spec.shapes.back().mesh_W, first.middle);
@@ -120,7 +120,7 @@ std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessm
   const Vec3 up = first.v.z > 0.01 ? first.v : -first.v;
   const Vec3 outwards = first.middle - middle_of_bone;
   spec.camera = MakeCamera(glm::dot(first.u, outwards) < 0 ? -first.u : first.u, up, first.middle, height_mm);
-  pictures.push_back({.name = "cut", .caption = "The cut from near, along the first plane", .png = ReadPng(spec)});
+  pictures.push_back({.name = "cut", .caption = "Close-up of the cut, along the first plane", .png = ReadPng(spec)});
   return pictures;
 }
 

@@ -1,17 +1,17 @@
-// The picture in the report of `kerf assess`.
+// Pictures in the report of `kerf assess`.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "session/export/take_away.h"
+#include "session/export/write_export.h"
 #include "session/plan/assess.h"
 
 namespace kerf::cli {
 
-/// The pieces where they are with the planned and the achieved planes, in three quarters and along the first plane.
-/// Empty where there is nothing to see. `of_patient`: the bone lies as in a patient. Throws Error when this machine
-/// can't draw.
+/// Draws the pieces in their positions with the planned and the achieved planes: an overview in three-quarter view, and
+/// a view along the first plane. Returns an empty vector if there is nothing to show. `of_patient`: true if the bone is
+/// in patient coordinates. Throws Error if this machine cannot draw.
 std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessment& assessment, const PieceSet& pieces,
                                          bool of_patient);
 

@@ -1,4 +1,4 @@
-// kerf assess: what was cut against what was planned.
+// kerf assess: compares the cut with the plan.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
-#include "session/export/take_away.h"
+#include "session/export/write_export.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_loop.h"
 #include "session/run/run_pictures.h"
@@ -33,7 +33,7 @@ namespace {
 
 constexpr std::size_t kMaxPiecesFile = std::size_t{64} << 20;
 
-struct Options {
+struct AssessArguments {
   std::string file;
   std::string before;
   std::string after;
@@ -51,7 +51,7 @@ struct Options {
   bool json = false;
 };
 
-/// All that is held against each other.
+/// Input of the comparison.
 struct Subject {
   std::string title;
   Plan plan;
@@ -62,7 +62,7 @@ struct Subject {
   std::vector<TakenCurve> curves;
   std::vector<TakenFact> provenance;
   bool of_patient = true;
-  TakenRecording recording;  // none of bones in files
+  TakenRecording recording;  // unset for bones in files
 };
 
 bool EndsWith(const std::string& text, const std::string& end) {
@@ -73,22 +73,22 @@ std::string TitleOf(const Scene& scene) {
   return scene.title.empty() ? scene.name : scene.title;
 }
 
-/// From a recording of the loop, gone through again.
-void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
+/// Replays a recording of the loop.
+void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& subject) {
   RecordingReader recording(options.file);
   const RecordingHead& head = recording.head();
   if (head.kind != RecordedKind::kLoop) {
-    throw Error(fmt::format(
-        "{}: is of a run along a path; 'kerf replay {} -o FOLDER' writes its bone, and 'kerf assess SCENE --after "
-        "FOLDER/bone.vdb' takes that",
-        options.file, options.file));
+    throw Error(
+        fmt::format("{}: is a recording of 'kerf run'; write its bone with 'kerf replay {} -o FOLDER', then use 'kerf "
+                    "assess SCENE --after FOLDER/bone.vdb'",
+                    options.file, options.file));
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   subject.recording = {ToString(recording.damage().state), FindDamageWarnings(recording)};
   for (const std::string& warning : subject.recording.warnings) SayWarning("{}: {}", options.file, warning);
   LoopOptions loop;
   loop.virtual_time = true;
-  loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMostLoop_s);
+  loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMaxLoop_s);
   loop.stop = &CatchInterrupt();
   loop.scene_file = head.scene_file;
   loop.replay.recording = &recording;
@@ -97,7 +97,7 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   LoopSummary summary =
       RunLoop(recorded.scene, loop, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   if (summary.replayed && summary.replayed->divergence) {
-    subject.recording.warnings.push_back(fmt::format("other than recorded from tick {} on: {}",
+    subject.recording.warnings.push_back(fmt::format("differs from the recording from tick {} on: {}",
                                                      summary.replayed->divergence->step + 1,
                                                      summary.replayed->divergence->what));
     SayWarning("{}: {}", options.file, subject.recording.warnings.back());
@@ -105,7 +105,7 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   subject.title = TitleOf(recorded.scene);
   subject.plan = recorded.scene.plan;
   if (subject.plan.empty() && recorded.scene.exercise.given) {
-    // An exercise wants a cut as a plan does.
+    // An exercise prescribes a cut as a plan does.
     const WantedCut cut = MakeWantedCut(recorded.scene.exercise, MakeTool(recorded.scene));
     subject.plan.planes = {{.name = "wanted cut",
                             .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
@@ -133,8 +133,8 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
                         {"scene", head.scene_name}};
 }
 
-/// From bones in files, or the bone of the scene.
-void TakeBones(const Options& options, StageBars& bars, Subject& subject) {
+/// Reads bones from files, or the bone of the scene.
+void TakeBones(const AssessArguments& options, StageBars& bars, Subject& subject) {
   const bool markups = EndsWith(options.file, ".mrk.json");
   if (options.after.empty()) {
     throw CLI::RequiredError("--after");
@@ -162,13 +162,13 @@ void TakeBones(const Options& options, StageBars& bars, Subject& subject) {
   subject.provenance.push_back({"bone after", name_of(options.after)});
 }
 
-Subject TakeSubject(const Options& options) {
+Subject TakeSubject(const AssessArguments& options) {
   StageBars bars;
   Subject subject;
   const bool recording = EndsWith(options.file, ".kerf");
   if (recording) {
     if (!options.before.empty() || !options.after.empty()) {
-      throw CLI::ValidationError("--before, --after", "a recording has its own bones");
+      throw CLI::ValidationError("--before, --after", "a recording contains its own bones");
     }
     TakeRecording(options, bars, subject);
   } else {
@@ -205,7 +205,7 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet*
   }
   for (const StopResult& s : a.stops) {
     fmt::print("  {:<16}  {}\n", s.planned.name,
-               s.depth_mm ? fmt::format("{:.2f} mm deep, {:+.2f} mm against the plan", *s.depth_mm, s.over_mm)
+               s.depth_mm ? fmt::format("{:.2f} mm deep, {:+.2f} mm relative to the plan", *s.depth_mm, s.over_mm)
                           : "not reached");
   }
   if (a.planes.empty() && a.stops.empty()) fmt::print("  plan              none\n");
@@ -216,7 +216,7 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet*
   if (pieces != nullptr) fmt::print("  pieces            {}\n", pieces->size());
 }
 
-void Run(const Options& options) {
+void Run(const AssessArguments& options) {
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) lock.emplace(options.folder);
   Subject subject = TakeSubject(options);
@@ -228,23 +228,23 @@ void Run(const Options& options) {
     if (!options.pieces.empty()) pieces->Restore(ReadTextFile(options.pieces, kMaxPiecesFile), options.pieces);
   }
   if (!options.folder.empty()) {
-    TakeAway taken{.title = subject.title,
-                   .plan = &subject.plan,
-                   .assessment = &assessment,
-                   .pieces = &*pieces,
-                   .figures = subject.figures,
-                   .measures = {},
-                   .pictures = {},
-                   .curves = subject.curves,
-                   .provenance = subject.provenance,
-                   .recording = subject.recording};
+    ExportInput taken{.title = subject.title,
+                      .plan = &subject.plan,
+                      .assessment = &assessment,
+                      .pieces = &*pieces,
+                      .figures = subject.figures,
+                      .measures = {},
+                      .pictures = {},
+                      .curves = subject.curves,
+                      .provenance = subject.provenance,
+                      .recording = subject.recording};
     StageBars bars;
     if (!options.no_pictures && kPicturesBuilt) {
       bars.Show("drawing", 0);
       taken.pictures = DrawAssessment(subject.title, assessment, *pieces, subject.of_patient);
     }
-    WriteTakeAway(taken, options.folder, {.obj = options.obj, .triangles = options.triangles},
-                  [&](double fraction) { bars.Show("writing", fraction); });
+    WriteExport(taken, options.folder, {.obj = options.obj, .triangles = options.triangles},
+                [&](double fraction) { bars.Show("writing", fraction); });
   }
   if (options.json) {
     fmt::print("{}", FormatAssessmentJson(assessment, subject.recording));
@@ -258,39 +258,39 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddAssessCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<AssessArguments>();
   CLI::App* command = app.add_subcommand("assess",
-                                         "Hold what was cut against what was planned, and write what a surgeon takes "
-                                         "away (docs/planning.md). Exit code 3: "
-                                         "the recording is damaged or cut short");
+                                         "Compare the cut with its plan, and write a report (docs/planning.md). Exit "
+                                         "code 3: the recording is damaged or cut short");
   command
       ->add_option("FILE", options->file,
-                   "A recording (.kerf), or a scene with a [plan] (.toml), or planes of 3D Slicer (.mrk.json)")
+                   "Recording (.kerf), scene with a [plan] (.toml), or planes of 3D Slicer (.mrk.json)")
       ->required();
-  command->add_option("--before", options->before, "The bone before the cut (.vdb); else the scene's");
-  command->add_option("--after", options->after, "The bone after it (.vdb)");
-  command->add_option("--plan", options->plan, "Planes of 3D Slicer in place of the scene's plan (.mrk.json)");
-  command->add_option("--bone", options->bone_file, "A recording's bone, where it is not where it was (.vdb)");
-  command->add_option("--pieces", options->pieces, "Where the pieces are: a pieces.json of an earlier time");
+  command->add_option("--before", options->before, "Bone before the cut (.vdb); default: the scene's");
+  command->add_option("--after", options->after, "Bone after the cut (.vdb)");
+  command->add_option("--plan", options->plan, "Planes of 3D Slicer (.mrk.json), instead of the scene's plan");
+  command->add_option("--bone", options->bone_file, "Bone file of the recording, if it was moved (.vdb)");
+  command->add_option("--pieces", options->pieces, "Positions of the pieces: an earlier pieces.json");
   command->add_option("-o,--output", options->folder,
-                      "Folder for pieces, planes, measures and report.html; made when missing");
-  command->add_option("--margin", options->margin_mm, "Of all planes, in place of the plan's, mm")
+                      "Folder for pieces, planes, measures and report.html; created if missing");
+  command->add_option("--margin", options->margin_mm, "Margin of all planes, instead of the plan's, mm")
       ->check(NumberWithin(0.01, 100, "mm"));
-  command->add_option("--blade", options->blade_mm, "Thickness of the blade, in place of the scene's, mm")
+  command->add_option("--blade", options->blade_mm, "Thickness of the blade, instead of the scene's, mm")
       ->check(NumberWithin(0.02, 100, "mm"));
-  command->add_option("--reach", options->reach_mm, "A plane's kerf is looked for so far from it, mm")
+  command
+      ->add_option("--reach", options->reach_mm, "Largest distance from a plane at which its kerf is searched for, mm")
       ->capture_default_str()
       ->check(NumberWithin(0.1, 100, "mm"));
-  command->add_option("--smallest-piece", options->smallest_mm3, "Smaller ones are left out, mm3")
+  command->add_option("--smallest-piece", options->smallest_mm3, "Volume below which pieces are omitted, mm3")
       ->capture_default_str()
       ->check(NumberWithin(0, 1e6, "mm3"));
   command
       ->add_option("--triangles", options->triangles,
-                   "Each piece's file with at most so many triangles, 4 to 1e9; else with all")
+                   "Maximum number of triangles of each piece, 4 to 1e9; default: no reduction")
       ->check(CLI::Range(std::size_t{4}, std::size_t{1'000'000'000}).description(""));
-  command->add_flag("--obj", options->obj, "Pieces as OBJ instead of STL");
-  command->add_flag("--no-pictures", options->no_pictures, "Draw nothing");
-  command->add_flag("--json", options->json, "Print the figures as JSON");
+  command->add_flag("--obj", options->obj, "Write pieces as OBJ instead of STL");
+  command->add_flag("--no-pictures", options->no_pictures, "Draw no pictures");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

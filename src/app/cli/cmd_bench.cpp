@@ -1,4 +1,4 @@
-// kerf bench: how fast it is.
+// kerf bench: measures execution times.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -30,7 +30,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct BenchArguments {
   std::vector<std::string> cases;
   BenchOptions bench;
   std::string width;
@@ -39,7 +39,7 @@ struct Options {
   bool markdown = false;
 };
 
-void Run(Options& options) {
+void Run(BenchArguments& options) {
   if (!options.output.empty()) CheckWritable(options.output);
   try {
     CheckTickCases(options.cases);
@@ -58,7 +58,7 @@ void Run(Options& options) {
     options.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     report.results = RunTickCases(options.cases, options.bench);
   }
-  for (const std::string& doubt : FindTickDoubts(report)) SayWarning("{}", doubt);
+  for (const std::string& warning : FindTickWarnings(report)) SayWarning("{}", warning);
   const std::string text = options.json       ? FormatTickJson(report)
                            : options.markdown ? FormatTickMarkdown(report)
                                               : FormatTickTable(report);
@@ -96,26 +96,26 @@ void RunUndo(UndoCommand& command) {
 
 void AddUndoBench(CLI::App& group) {
   const auto options = std::make_shared<UndoCommand>();
-  CLI::App* command = group.add_subcommand(
-      "undo",
-      "Time going back over 1, 5 and 20 cuts through the default mandible and forward again, and what it costs "
-      "the tick to keep what was there; with hashes of the bone");
-  command->add_option("--rounds", options->bench.rounds, "Times that all is undone and redone, 1 to 1000")
+  CLI::App* command = group.add_subcommand("undo",
+                                           "Time undo and redo of 1, 5 and 20 cuts through the default mandible, and "
+                                           "the time that undo adds to a tick; with hashes of the bone");
+  command->add_option("--rounds", options->bench.rounds, "Repetitions of undo and redo, 1 to 1000")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_option("--voxel", options->bench.voxel_mm, "Voxels of the mandible, mm, 0.1 to 1")
+  command->add_option("--voxel", options->bench.voxel_mm, "Voxel size of the mandible, mm, 0.1 to 1")
       ->check(CLI::Range(0.1, 1.0))
       ->capture_default_str();
-  command->add_option("--leaves-per-tick", options->bench.leaves_per_tick, "Put back in a tick, 1 to 100000")
+  command->add_option("--leaves-per-tick", options->bench.leaves_per_tick, "Leaves restored in a tick, 1 to 100000")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command->add_option("--core", options->bench.core, "Core that it is held to, from 0")
+  command->add_option("--core", options->bench.core, "Core that runs the ticks, zero-based")
       ->check(CLI::Range(0, 4095))
       ->capture_default_str();
-  command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
-  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
-  command->add_flag("--markdown", options->markdown, "Report as the table of docs/reliability.md")->excludes(json);
+  command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
+  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/reliability.md")
+      ->excludes(json);
   command->callback([options] { RunUndo(*options); });
 }
 
@@ -153,22 +153,20 @@ void RunHourCommand(HourCommand& options) {
   } else {
     fmt::print("{}", FormatHourTable(hour));
   }
-  if (hour.loop.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended by itself: {}", hour.loop.failure));
+  if (hour.loop.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended early: {}", hour.loop.failure));
 }
 
 void AddHourCommand(CLI::App& group) {
   const auto options = std::make_shared<HourCommand>();
   CLI::App* command = group.add_subcommand(
-      "hour",
-      "Saw for an hour of simulated time and watch memory, times of ticks, force at rest and sums, minute by minute");
-  command->add_option("SCENE", options->scene, "The scene file; made for it: scenes/one_hour.toml")->required();
-  command->add_option("--minutes", options->hour.minutes, "How long, simulated minutes, 0.1 to 600")
+      "hour", "Simulate an hour of sawing, and report memory, tick times, force at rest and sums for each minute");
+  command->add_option("SCENE", options->scene, "Scene file (TOML), such as scenes/one_hour.toml")->required();
+  command->add_option("--minutes", options->hour.minutes, "Duration, simulated minutes, 0.1 to 600")
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
-  command->add_option("-o,--output", options->folder, "Folder for hour.csv and hour.png; made when missing");
-  command->add_option("--log", options->hour.folder,
-                      "Folder that is there; the loop's log goes into it as it comes, and away again at the end");
-  command->add_flag("--markdown", options->markdown, "The table of docs/reliability.md instead");
+  command->add_option("-o,--output", options->folder, "Folder for hour.csv and hour.png; created if missing");
+  command->add_option("--log", options->hour.folder, "Existing folder for the loop's log, which is removed at the end");
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/reliability.md");
   command->callback([options] { RunHourCommand(*options); });
 }
 
@@ -204,28 +202,28 @@ void RunView(ViewCommand& command) {
 void AddViewBench(CLI::App& group) {
   const auto options = std::make_shared<ViewCommand>();
   CLI::App* command = group.add_subcommand(
-      "view", "Time the picture of the default mandible while it is cut: the first one, changed chunks, frames");
-  command->add_option("--voxel", options->bench.voxel_mm, "Voxels of the mandible, mm, 0.1 to 1")
+      "view", "Time the drawing of the default mandible while it is cut: first picture, changed chunks, frames");
+  command->add_option("--voxel", options->bench.voxel_mm, "Voxel size of the mandible, mm, 0.1 to 1")
       ->check(CLI::Range(0.1, 1.0))
       ->capture_default_str();
-  command->add_option("--width", options->bench.width, "Of the picture, pixels, 320 to 4096")
+  command->add_option("--width", options->bench.width, "Width of the picture, pixels, 320 to 4096")
       ->check(CLI::Range(320, 4096))
       ->capture_default_str();
-  command->add_option("--height", options->bench.height, "Of the picture, pixels, 240 to 4096")
+  command->add_option("--height", options->bench.height, "Height of the picture, pixels, 240 to 4096")
       ->check(CLI::Range(240, 4096))
       ->capture_default_str();
-  command->add_option("--scale", options->bench.scale, "Of words and lines, 1 to 4")
+  command->add_option("--scale", options->bench.scale, "Scale of text and lines, 1 to 4")
       ->check(CLI::Range(1.0, 4.0))
       ->capture_default_str();
-  command->add_option("--frames", options->bench.frames, "Frames drawn of each view, 5 to 100000")
+  command->add_option("--frames", options->bench.frames, "Number of frames drawn of each view, 5 to 100000")
       ->check(CLI::Range(5, 100000))
       ->capture_default_str();
-  command->add_option("--cut", options->bench.cut_mm, "How far the disc goes, mm, 1 to 40")
+  command->add_option("--cut", options->bench.cut_mm, "Length of the disc's path, mm, 1 to 40")
       ->check(CLI::Range(1.0, 40.0))
       ->capture_default_str();
-  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
-  command->add_flag("--markdown", options->markdown, "Report as the table of docs/window.md")->excludes(json);
+  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/window.md")->excludes(json);
   command->callback([options] { RunView(*options); });
 }
 
@@ -236,7 +234,7 @@ namespace {
 struct DevicesCommand {
   ExchangeBenchOptions bench;
   DeviceOption device;
-  int timeout_ms = 0;  // 0: each driver's own
+  int timeout_ms = 0;  // 0: the default of each driver
   std::string output;
   bool models_only = false;
   bool json = false;
@@ -274,78 +272,70 @@ void RunDevices(DevicesCommand& command) {
 
 void AddDevicesBench(CLI::App& group) {
   const auto options = std::make_shared<DevicesCommand>();
-  CLI::App* command = group.add_subcommand(
-      "devices",
-      "Time an exchange with each device: with models of all kinds within this process, and with what is plugged in, "
-      "which gets no force");
-  command->add_option("--rounds", options->bench.rounds, "Exchanges with each, 10 to 10000000")
+  CLI::App* command = group.add_subcommand("devices",
+                                           "Time an exchange with each device: with models of all kinds in this "
+                                           "process, and with connected devices, without force");
+  command->add_option("--rounds", options->bench.rounds, "Number of exchanges with each device, 10 to 10000000")
       ->check(CLI::Range(10, 10'000'000))
       ->capture_default_str();
   command
       ->add_option("--rate", options->bench.rate_hz,
-                   "At which a device that is plugged in is asked, Hz, at most 10000; 0: as fast as it answers")
+                   "Rate of exchanges with a connected device, Hz, at most 10000; 0: as fast as it answers")
       ->check(NumberWithin(0, 10'000, "Hz"))
       ->capture_default_str();
   command
-      ->add_option(
-          "--timeout-ms", options->timeout_ms,
-          "How long an exchange with a Falcon, a bridge or an Inverse3 that is there may take before it is one "
-          "without an answer, 10 to 1000; without it 10 (Inverse3: 20). Other devices have times of their own")
+      ->add_option("--timeout-ms", options->timeout_ms,
+                   "Timeout of an exchange with a connected Falcon, bridge or Inverse3, ms, 10 to 1000; default: 10 "
+                   "(Inverse3: 20). Other devices have fixed timeouts")
       ->check(CLI::Range(10, 1000));
-  command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
-  command->add_flag("--models-only", options->models_only, "Leave alone what is plugged in");
+  command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
+  command->add_flag("--models-only", options->models_only, "Do not open connected devices");
   AddDriverOptions(*command, options->device);
-  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
-  command->add_flag("--markdown", options->markdown, "Report as the table of docs/emulated-usb.md")->excludes(json);
+  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/emulated-usb.md")
+      ->excludes(json);
   command->callback([options] { RunDevices(*options); });
 }
 
 }  // namespace
 
 void AddBenchCommand(CLI::App& app) {
-  CLI::App* group = app.add_subcommand("bench", "Measure how fast kerf is, beside baselines of the same run");
+  CLI::App* group = app.add_subcommand("bench", "Measure the speed of kerf, compared with baselines of the same run");
   group->require_subcommand(1);
   AddUndoBench(*group);
   AddHourCommand(*group);
   AddViewBench(*group);
   AddDevicesBench(*group);
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<BenchArguments>();
   CLI::App* command = group->add_subcommand(
-      "tick",
-      "Time whole ticks of the coupled simulation on one core, with the error and a hash of the result beside each "
-      "speed");
+      "tick", "Time whole ticks of the coupled simulation on one core, with the error and a hash of each result");
   command
       ->add_option(
           "--case", options->cases,
-          fmt::format("Cases to run, separated by commas or by repeating the option. Default: all, which takes "
-                      "some minutes. They are: {}",
+          fmt::format("Cases to run, separated by commas; may be repeated; default: all (some minutes). One of: {}",
                       fmt::join(NamesOfTickCases(), ", ")))
       ->delimiter(',');
   command
-      ->add_option(
-          "--ticks", options->bench.ticks,
-          "Ticks measured of each case, 1 to 10000000; where a cut is too short it is done again on fresh bones, "
-          "as a whole")
+      ->add_option("--ticks", options->bench.ticks,
+                   "Ticks measured of each case, 1 to 10000000; a cut that is too short is repeated on new bones")
       ->check(CLI::Range(1, 10000000))
       ->capture_default_str();
-  command->add_option("--core", options->bench.core, "Core that the ticks are held to, from 0")
+  command->add_option("--core", options->bench.core, "Core that runs the ticks, zero-based")
       ->check(CLI::Range(0, 4095))
       ->capture_default_str();
-  command->add_flag("--realtime", options->bench.realtime,
-                    "Let the ticks and the baselines go before other programs (SCHED_FIFO), as the loop does");
-  command->add_flag("--without-effects", options->bench.without_effects,
-                    "Without friction in the kerf, which the cuts have else");
+  command->add_flag("--realtime", options->bench.realtime, "Use real-time priority (SCHED_FIFO), as the loop does");
+  command->add_flag("--without-effects", options->bench.without_effects, "Omit the friction in the kerf");
   command
-      ->add_option(
-          "--width", options->width,
-          fmt::format("Vector instructions that the removal uses; the bone comes out the same with each. Default: "
-                      "the widest that this machine has. It has: {}",
-                      fmt::join(VectorTargets(), ", ")))
+      ->add_option("--width", options->width,
+                   fmt::format("Vector instructions for the removal, which do not change the bone; default: the widest "
+                               "of this machine. This machine has: {}",
+                               fmt::join(VectorTargets(), ", ")))
       ->check(CLI::IsMember(VectorTargets()));
-  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
-  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
-  command->add_flag("--markdown", options->markdown, "Report as the Markdown tables of the README")->excludes(json);
+  command->add_option("-o,--output", options->output, "File for the report; default: stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: a table of docs/benchmarks.md")
+      ->excludes(json);
   command->callback([options] { Run(*options); });
 }
 

@@ -1,4 +1,4 @@
-// kerf check: is a scene fit to run, and what will it do.
+// kerf check: checks that a scene can run and predicts its behaviour.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,27 +16,27 @@
 #include "session/run/check_scene.h"
 #include "session/run/cutting_energy.h"
 #include "session/run/run_slab_scene.h"
-#include "session/scene/doubts.h"
 #include "session/scene/path.h"
 #include "session/scene/scene.h"
 #include "session/scene/schema.h"
+#include "session/scene/warnings.h"
 
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct CheckArguments {
   std::string file;
   bool json = false;
 };
 
-/// The law at the scene's largest bite, on cortical bone.
+/// Force law at the scene's largest bite, on cortical bone.
 struct ToothAtTopBite {
   double bite_mm = 0;
   double thrust_N = 0;
   double J_per_mm3 = 0;
 };
 
-/// None where there is no such bite: a stopped spindle, a path that stays where it is.
+/// Returns nullopt if there is no such bite: a stopped spindle, or a path without motion.
 std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
   ToothAtTopBite tooth{CalcTopBite(scene), 0, 0};
   if (!std::isfinite(tooth.bite_mm) || !(tooth.bite_mm > 0)) return std::nullopt;
@@ -46,13 +46,13 @@ std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
   return tooth;
 }
 
-void Run(const Options& options) {
+void Run(const CheckArguments& options) {
   const Scene scene = ReadScene(options.file);
   const Path path = MakePath(scene);
   const bool slab = scene.simulation.mode == SceneMode::kSlab;
   const CheckedScene checked = CheckWholeScene(scene);
   const std::optional<LoopSetup>& loop = checked.loop;
-  for (const std::string& doubt : checked.warnings) Say("{}: warning: {}", options.file, doubt);
+  for (const std::string& warning : checked.warnings) Say("{}: warning: {}", options.file, warning);
 
   const ForceLawInfo& law = scene.force.info();
   const double bite_um = 1000 * CalcTopBite(scene);
@@ -91,7 +91,7 @@ void Run(const Options& options) {
     json["force"]["blades"] = DescribeBlades(scene.force);
     json["force"]["good_for"] = FindCaveat(law).good_for;
     json["force"]["measured_bite_um"] = {1000 * kMeasuredThrust.front().bite_mm, 1000 * kMeasuredThrust.back().bite_mm};
-    json["force"]["published_J_per_mm3"] = {kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3};
+    json["force"]["published_J_per_mm3"] = {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3};
     if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
       json["force"]["at_top_bite"] = {{"thrust_N", tooth->thrust_N},
                                       {"specific_energy_J_per_mm3", tooth->J_per_mm3},
@@ -135,12 +135,12 @@ void Run(const Options& options) {
              DescribeBlades(scene.force), FindCaveat(law).good_for);
   if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
     const bool within =
-        tooth->J_per_mm3 >= kLeastSpecificEnergy_J_per_mm3 && tooth->J_per_mm3 <= kMostSpecificEnergy_J_per_mm3;
+        tooth->J_per_mm3 >= kMinSpecificEnergy_J_per_mm3 && tooth->J_per_mm3 <= kMaxSpecificEnergy_J_per_mm3;
     fmt::print(
         "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; {} {:g} to {:g} "
         "J/mm3 ({})\n",
-        tooth->thrust_N, tooth->J_per_mm3, within ? "within" : "outside", kLeastSpecificEnergy_J_per_mm3,
-        kMostSpecificEnergy_J_per_mm3, kSpecificEnergySource);
+        tooth->thrust_N, tooth->J_per_mm3, within ? "within" : "outside", kMinSpecificEnergy_J_per_mm3,
+        kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
   }
   if (!loop) return;
   fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,
@@ -148,17 +148,17 @@ void Run(const Options& options) {
   fmt::print("         coupling at the {}: {}\n", scene.coupling.at == CouplingPoint::kGrip ? "grip" : "tool's centre",
              DescribeCoupling(*loop));
   fmt::print("  loop   {:g} Hz, {}\n", scene.loop.rate_hz,
-             scene.loop.degrade ? "may give up exactness for time" : "always exact");
+             scene.loop.degrade ? "may reduce fidelity to save time" : "always at full fidelity");
 }
 
 }  // namespace
 
 void AddCheckCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CheckArguments>();
   CLI::App* command =
-      app.add_subcommand("check", "Check a scene and the files that it names, and say what it will do.");
-  command->add_option("SCENE", options->file, "The scene file (TOML).")->required();
-  command->add_flag("--json", options->json, "Print the summary as JSON.");
+      app.add_subcommand("check", "Check a scene and the files that it names, and summarise what it will do");
+  command->add_option("SCENE", options->file, "Scene file (TOML; see 'kerf scene --defaults')")->required();
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

@@ -19,7 +19,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct CompareArguments {
   std::string scene;
   std::string folder = "out/compare";
   CompareParams params;
@@ -39,15 +39,15 @@ void PrintComparison(const Comparison& c, const std::vector<std::string>& files,
                ShowMemory(static_cast<double>(r.memory_bytes)));
   }
   fmt::print(
-      "  over the slice of {1:.1f} mm; ratio: of the mean to that of {0}; rms: difference of force from {0}, and "
-      "in % of its peak\n",
+      "  over the slice of {1:.1f} mm; ratio: mean divided by that of {0}; rms: difference of force from {0}, and in % "
+      "of its peak\n",
       c.reference().what.label, c.profile.end_mm);
   fmt::print("  results   {}/:", folder);
   for (const std::string& file : files) fmt::print(" {}", file);
   fmt::print("\n");
 }
 
-/// Bad use rather than a failure: nothing has been read yet.
+/// Reports bad usage rather than a failure, because nothing has been read yet.
 void CheckOption(const char* option, const CompareParams& params) {
   try {
     CheckCompareParams(params);
@@ -56,14 +56,14 @@ void CheckOption(const char* option, const CompareParams& params) {
   }
 }
 
-void Run(const Options& options) {
+void Run(const CompareArguments& options) {
   const CompareParams preset;
   CheckOption("--laws", {options.params.laws, preset.depth_step_mm, preset.repetitions});
   CheckOption("--depth-step", {{}, options.params.depth_step_mm, preset.repetitions});
   CheckOption("--repeat", {{}, preset.depth_step_mm, options.params.repetitions});
   const Scene scene = ReadScene(options.scene);
   CheckCompareInputsStay(scene, options.scene, options.folder);
-  const FolderLock lock(options.folder);  // before the long work
+  const FolderLock lock(options.folder);  // before the long computation
   Comparison comparison;
   {
     StageBars bars;
@@ -82,28 +82,27 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddCompareCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<CompareArguments>();
   CLI::App* command = app.add_subcommand(
-      "compare", "Make the same cut in voxel mode and in slab mode, and report forces, work, time and memory of each");
+      "compare", "Make the same cut in voxel mode and slab mode, and report forces, work, time and memory of each");
   command
       ->add_option("SCENE", options->scene,
-                   "The scene file (TOML) with a [slab] section; both modes run, whatever its mode")
+                   "Scene file (TOML) with a [slab] section; both modes run, whatever its mode")
       ->required();
-  command->add_option("-o,--output", options->folder, "Folder for report, figures, CSV and JSON; made when missing")
+  command->add_option("-o,--output", options->folder, "Folder for report, figures, CSV and JSON; created if missing")
       ->capture_default_str();
   command
-      ->add_option(
-          "--laws", options->params.laws,
-          "Force laws for voxel mode beside the scene's own, separated by commas, with their preset parameters; "
-          "\"all\": every law. Default: none")
+      ->add_option("--laws", options->params.laws,
+                   "Force laws for voxel mode in addition to the scene's, separated by commas, with their preset "
+                   "parameters; \"all\": every law; default: none")
       ->delimiter(',');
-  command->add_option("--depth-step", options->params.depth_step_mm, "Step of the common depth axis in mm, 0.005 to 5")
+  command->add_option("--depth-step", options->params.depth_step_mm, "Step of the common depth axis, mm, 0.005 to 5")
       ->capture_default_str();
   command
       ->add_option("--repeat", options->params.repetitions,
-                   "Runs of each case, 1 to 100, all cases in turn; the times are those of the fastest")
+                   "Runs of each case, 1 to 100, alternating between cases; the times are those of the fastest run")
       ->capture_default_str();
-  command->add_flag("--json", options->json, "Print compare.json to stdout");
+  command->add_flag("--json", options->json, "Print as JSON (compare.json)");
   command->callback([options] { Run(*options); });
 }
 

@@ -1,4 +1,4 @@
-// kerf device test: whether a haptic device works, without a simulation.
+// kerf device test: checks that a haptic device works, without a simulation.
 #include <fmt/format.h>
 #include <poll.h>
 #include <termios.h>
@@ -20,14 +20,14 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct DeviceArguments {
   DeviceOption device;
   DeviceCheckOptions check;
   bool watch = false;
   bool json = false;
 };
 
-/// While one stands, keys come at once and are not shown; nothing where there is no terminal.
+/// While an instance exists, keys are delivered immediately and not echoed. No effect without a terminal.
 class RawKeys {
  public:
   RawKeys() {
@@ -55,7 +55,7 @@ class RawKeys {
   std::optional<termios> before_;
 };
 
-/// On a terminal a passing line is written over the one before, cut off where the terminal ends.
+/// On a terminal a passing line overwrites the previous one and is cut off at the terminal's width.
 void ShowWatched(const std::string& line, bool passing) {
   if (isatty(STDOUT_FILENO) == 1) {
     fmt::print("\r\x1b[K\x1b[?7l{}\x1b[?7h{}", line, passing ? "" : "\n");
@@ -65,10 +65,10 @@ void ShowWatched(const std::string& line, bool passing) {
   std::fflush(stdout);
 }
 
-void Run(Options& options) {
+void Run(DeviceArguments& options) {
   const std::atomic<bool>& stop = CatchInterrupt();
   const std::shared_ptr<DeviceServo> servo = OpenServo(options.device, DeviceServoOptions{}, &stop);
-  if (!servo) throw CLI::ValidationError("NAME", "must be a device that is there: 'kerf devices' lists them");
+  if (!servo) throw CLI::ValidationError("NAME", "must be a connected device: 'kerf devices' lists them");
   DeviceCheckResult result;
   {
     const RawKeys keys;
@@ -89,35 +89,35 @@ void Run(Options& options) {
 }  // namespace
 
 void AddDeviceCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("device", "Try a haptic device without a simulation");
+  const auto options = std::make_shared<DeviceArguments>();
+  CLI::App* command = app.add_subcommand("device", "Test a haptic device without a simulation");
   command->require_subcommand(1);
-  CLI::App* test = command->add_subcommand(
-      "test",
-      "Homing, a handle at rest, a slow circle of force within a fifth of the peak, buttons, and how long a round "
-      "takes; any key stops it, and the force with it");
+  CLI::App* test =
+      command->add_subcommand("test",
+                              "Test homing, the handle at rest, a slow circle of force within a fifth of the peak, the "
+                              "buttons, and the time of a round; any key stops the test and the force");
   options->device.called = "NAME";
-  test->add_option(options->device.called, options->device.device, "The device, as 'kerf devices' lists it")
-      ->required();
+  test->add_option(options->device.called, options->device.device, "Device, as 'kerf devices' lists it")->required();
   AddDriverOptions(*test, options->device);
   DeviceCheckOptions& check = options->check;
-  test->add_option("--force", check.circle_share, "Of the circle, share of the device's peak, 0.01 to 0.2")
+  test->add_option("--force", check.circle_fraction,
+                   "Force of the circle, as a fraction of the device's peak, 0.01 to 0.2")
       ->check(NumberWithin(0.01, 0.2, "of the peak"))
       ->capture_default_str();
-  test->add_flag("--up", check.up, "It points up all the time, for weights to be lifted: 1 N lifts 102 g");
-  test->add_option("--circle", check.circle_s, "How long the force goes round, s, 4 to 60")
+  test->add_flag("--up", check.up, "Direct the force upwards all the time, to lift weights: 1 N lifts 102 g");
+  test->add_option("--circle", check.circle_s, "Duration of the circle, s, 4 to 60")
       ->check(NumberWithin(4, 60, "s"))
       ->capture_default_str();
-  test->add_option("--buttons", check.buttons_s, "How long to wait for the buttons, s, 0 to 60")
+  test->add_option("--buttons", check.buttons_s, "Time to wait for the buttons, s, 0 to 60")
       ->check(NumberWithin(0, 60, "s"))
       ->capture_default_str();
-  test->add_option("--homing", check.homing_s, "How long to wait for homing, s, 1 to 600")
+  test->add_option("--homing", check.homing_s, "Time to wait for homing, s, 1 to 600")
       ->check(NumberWithin(1, 600, "s"))
       ->capture_default_str();
-  CLI::Option* json = test->add_flag("--json", options->json, "As JSON");
+  CLI::Option* json = test->add_flag("--json", options->json, "Print as JSON");
   test->add_flag("--watch", options->watch,
-                 "Only show the handle's place and the buttons, ten times a second and without force, until a key is "
-                 "pressed")
+                 "Only show the handle's position and the buttons, ten times a second and without force, until a key "
+                 "is pressed")
       ->excludes(json);
   test->callback([options] { Run(*options); });
 }

@@ -1,4 +1,4 @@
-// kerf devices: which haptic devices are there, and what each known one can do.
+// kerf devices: lists the connected haptic devices and the properties of each known one.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct DevicesArguments {
   bool json = false;
   bool markdown = false;
   bool udev_rules = false;
@@ -30,17 +30,17 @@ struct Options {
 };
 
 void PrintFound(const std::vector<FoundDevice>& devices) {
-  if (devices.empty()) fmt::print("No device that kerf knows is there.\n");
+  if (devices.empty()) fmt::print("No supported device is connected.\n");
   for (const FoundDevice& found : devices) {
     fmt::print("{:<14} {} at {}: {}\n", found.choice, found.model, found.where,
                found.state == DeviceState::kReady ? "ready" : found.problem);
-    if (!found.mend.empty()) fmt::print("{:<14} {}\n", "", found.mend);
+    if (!found.remedy.empty()) fmt::print("{:<14} {}\n", "", found.remedy);
   }
-  fmt::print("\nkerf knows, by the name for --device:\n");
+  fmt::print("\nSupported devices, by name for --device:\n");
   for (const KnownDevice& known : KnownDevices()) {
-    fmt::print("{:<14} {} ({}){}\n", known.name, known.what, known.link, known.makes_force ? "" : ", makes no force");
+    fmt::print("{:<14} {} ({}){}\n", known.name, known.what, known.link, known.makes_force ? "" : ", without force");
   }
-  fmt::print("\n'kerf devices --profiles' shows what each can do, and those that are simulated.\n");
+  fmt::print("\n'kerf devices --profiles' shows the properties of each, and of the simulated devices.\n");
 }
 
 void PrintFoundJson(const std::vector<FoundDevice>& devices) {
@@ -54,7 +54,7 @@ void PrintFoundJson(const std::vector<FoundDevice>& devices) {
                                {"makes_force", found.kind->makes_force},
                                {"state", ToString(found.state)},
                                {"problem", found.problem},
-                               {"mend", found.mend}});
+                               {"remedy", found.remedy}});
   }
   for (const KnownDevice& known : KnownDevices()) {
     Json numbers = Json::array();
@@ -68,12 +68,12 @@ void PrintFoundJson(const std::vector<FoundDevice>& devices) {
   fmt::print("{}\n", json.dump(2));
 }
 
-/// Three figures, or a dash for what is not known or not there.
+/// Returns three significant digits, or a dash for an unknown or absent value.
 std::string Figure(double value) {
   return value > 0 ? fmt::format("{:.3g}", value) : "-";
 }
 
-void PrintProfiles(const Options& options) {
+void PrintProfiles(const DevicesArguments& options) {
   const std::vector<ForceTableRow> table = CalcForceTable(DeviceProfiles(), options.peak_N);
   if (options.json) {
     Json json = {{"schema", 1}, {"expected_peak_N", options.peak_N}, {"profiles", Json::array()}};
@@ -86,18 +86,19 @@ void PrintProfiles(const Options& options) {
                                   {"friction_hides_below_N", known(row.masked_N)},
                                   {"largest_over_hidden", known(row.range)},
                                   {"for_ever_N", known(row.lasting_N)},
-                                  {"for_ever_share", known(row.lasting_share)},
+                                  {"for_ever_share", known(row.lasting_fraction)},
                                   {"source", row.profile.source}});
     }
     fmt::print("{}\n", json.dump(2));
     return;
   }
-  const std::vector<std::string> heads = {"profile",    "peak (N)", "scale",        "largest (N)",
-                                          "hidden (N)", "range",    "for ever (N)", "for ever (%)"};
+  const std::vector<std::string> heads = {"profile",    "peak (N)", "scale",     "largest (N)",
+                                          "hidden (N)", "range",    "cont. (N)", "cont. (%)"};
   std::vector<std::vector<std::string>> rows;
   for (const ForceTableRow& row : table) {
     rows.push_back({row.profile.name, Figure(row.profile.peak_force_N), Figure(row.scale), Figure(row.largest_N),
-                    Figure(row.masked_N), Figure(row.range), Figure(row.lasting_N), Figure(100 * row.lasting_share)});
+                    Figure(row.masked_N), Figure(row.range), Figure(row.lasting_N),
+                    Figure(100 * row.lasting_fraction)});
   }
   if (options.markdown) {
     fmt::print("| {} |\n|{}\n", fmt::join(heads, " | "), " --- | --- | --- | --- | --- | --- | --- | --- |");
@@ -105,7 +106,8 @@ void PrintProfiles(const Options& options) {
     return;
   }
   fmt::print(
-      "{:g} N of the simulation scaled to each device's peak; all but the peak in newtons of the simulation.\n\n",
+      "A simulated force of {:g} N is scaled to each device's peak; all columns but the peak are in simulated "
+      "newtons.\n\n",
       options.peak_N);
   const auto print = [](const std::vector<std::string>& row) {
     fmt::print("{:<18}", row[0]);
@@ -115,15 +117,13 @@ void PrintProfiles(const Options& options) {
   print(heads);
   for (const std::vector<std::string>& row : rows) print(row);
   fmt::print(
-      "\nscale     device newtons for one of the simulation: peak / {:g}, never above 1\n"
-      "hidden    smaller forces are lost in the device's own friction: friction / scale\n"
-      "range     largest / hidden\n"
-      "for ever  what the motors bear without growing hot: continuous force / scale, and its share of the largest\n"
-      "-         not known, or none\n",
+      "\nscale     force on the device for 1 N in the simulation: peak / {:g}, at most 1\nhidden    the device's "
+      "friction masks smaller forces: friction / scale\nrange     largest / hidden\ncont.     continuous, without "
+      "overheating the motors: continuous force / scale, and in % of the largest\n-         unknown or absent\n",
       options.peak_N);
 }
 
-void Run(const Options& options) {
+void Run(const DevicesArguments& options) {
   if (options.udev_rules) {
     fmt::print("{}", MakeUdevRules());
   } else if (options.profiles) {
@@ -142,23 +142,22 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddDevicesCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<DevicesArguments>();
   CLI::App* command = app.add_subcommand(
       "devices",
-      "Which haptic devices are there, which can't be opened and why, and how that is mended; nothing is moved");
-  CLI::Option* json = command->add_flag("--json", options->json, "As JSON");
-  CLI::Option* rules = command->add_flag("--udev-rules", options->udev_rules,
-                                         "Print the rules for udev that let users at the devices, and how to install "
-                                         "them");
-  CLI::Option* profiles = command->add_flag(
-      "--profiles", options->profiles,
-      "What every known device makes of the simulation's force: how it is scaled, what its friction hides, what it "
-      "bears for long");
-  command->add_option("--peak", options->peak_N, "Largest force of the simulation, N, 0.1 to 10000")
+      "List the connected haptic devices, which of them can't be opened, why, and how to correct it; nothing is moved");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
+  CLI::Option* rules =
+      command->add_flag("--udev-rules", options->udev_rules,
+                        "Print udev rules that give users access to the devices, and how to install them");
+  CLI::Option* profiles = command->add_flag("--profiles", options->profiles,
+                                            "Show how each supported device renders the simulated force: its scale, "
+                                            "the forces that friction masks, the continuous force");
+  command->add_option("--peak", options->peak_N, "Largest simulated force, N, 0.1 to 10000")
       ->check(NumberWithin(0.1, 1e4, "N"))
       ->needs(profiles)
       ->capture_default_str();
-  command->add_flag("--markdown", options->markdown, "The profiles as the table of docs/devices.md")
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/devices.md")
       ->needs(profiles)
       ->excludes(json);
   rules->excludes(json)->excludes(profiles);

@@ -1,4 +1,4 @@
-// kerf effects: what a scene may ask for, and what it costs there.
+// kerf effects: lists the effects that a scene may use, and their costs in it.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -20,7 +20,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct EffectsArguments {
   std::string scene;
   EffectCostOptions measure;
   std::optional<double> voxel_mm;
@@ -42,25 +42,25 @@ void SetVoxel(Scene& scene, double voxel_mm) {
     case BoneSource::kFile:
       break;
   }
-  throw Error("--voxel is for a bone that the scene generates; this one is read from a file");
+  throw Error("--voxel applies only to a generated bone; this scene reads its bone from a file");
 }
 
-/// Throws Error for a word that can't be meant as a file: the nearest effect, or that there are such names.
+/// Throws Error for a word that cannot be a file name; the message suggests the nearest effect or lists all.
 void RefuseUnknownName(const std::string& word) {
   const std::filesystem::path path(word);
   if (path.has_extension() || path.has_parent_path()) return;
   std::vector<std::string> names;
   for (const EffectInfo* info : Effects()) names.emplace_back(info->name);
   const std::string nearest = FindNearestName(word, names);
-  throw Error(fmt::format("there is neither an effect nor a scene file \"{}\"; {}", word,
+  throw Error(fmt::format("\"{}\" is neither an effect nor a scene file; {}", word,
                           nearest.empty() ? fmt::format("the effects are {}", fmt::join(names, ", "))
                                           : fmt::format("the nearest effect is \"{}\"", nearest)));
 }
 
-void Run(Options& options) {
+void Run(EffectsArguments& options) {
   if (options.scene.empty()) {
     if (options.measure.all || options.markdown || !options.csv.empty() || options.voxel_mm) {
-      throw CLI::ValidationError("SCENE", "is missing: give the scene to measure on");
+      throw CLI::ValidationError("SCENE", "is required for a measurement");
     }
     fmt::print("{}", options.json ? FormatEffectListJson() : FormatEffectList());
     return;
@@ -95,33 +95,37 @@ void Run(Options& options) {
 }  // namespace
 
 void AddEffectsCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<EffectsArguments>();
   CLI::App* command = app.add_subcommand(
       "effects",
-      "List the effects that a scene may name; with a scene, which of them are on, why, and what each costs there");
-  command->add_option(
-      "SCENE", options->scene,
-      "The scene file: its cut is made with and without each effect, in turn, and timed; or an effect's name, "
-      "to list that one");
-  command->add_option("--seconds", options->measure.seconds, "Of the cut that is timed, where most teeth are engaged")
+      "List the effects that a scene may name; with a scene, which of them are on, why, and the cost of each");
+  command->add_option("SCENE", options->scene,
+                      "Scene file: its cut is timed alternately with and without each effect; or the name of an "
+                      "effect, to list only that one");
+  command
+      ->add_option("--seconds", options->measure.seconds,
+                   "Duration of the timed part of the cut, where most teeth are engaged, s")
       ->check(CLI::Range(0.1, 60.0))
       ->capture_default_str();
-  command->add_option("--passes", options->measure.passes, "Times through it, 1 to 100")
+  command->add_option("--passes", options->measure.passes, "Repetitions of the timed part, 1 to 100")
       ->check(CLI::Range(1, 100))
       ->capture_default_str();
-  command->add_flag("--run", options->as_run, "The tool led along its path, as by 'kerf run', not in a hand");
+  command->add_flag("--run", options->as_run,
+                    "Move the tool along its path, as 'kerf run' does, instead of with a hand");
   command->add_flag("--all", options->measure.all,
-                    "All effects that there are: those that the scene does not name with their presets");
-  command->add_flag("--together", options->measure.together_only, "Only all together, not each by itself");
-  command->add_option("--voxel", options->voxel_mm, "Voxels of so many mm, instead of the scene's, 0.02 to 4")
+                    "Measure all effects; those that the scene does not name use their defaults");
+  command->add_flag("--together", options->measure.together_only,
+                    "Measure only all effects together, not each one separately");
+  command->add_option("--voxel", options->voxel_mm, "Voxel size, instead of the scene's, mm, 0.02 to 4")
       ->check(CLI::Range(0.02, 4.0));
   CLI::Option* core =
-      command->add_option("--core", options->measure.core, "Core that the ticks are held to, from 0; without, any")
+      command->add_option("--core", options->measure.core, "Core that runs the ticks, zero-based; default: any")
           ->check(CLI::Range(0, 4095));
-  command->add_flag("--realtime", options->measure.realtime, "Let the ticks go before other programs (SCHED_FIFO)")
+  command->add_flag("--realtime", options->measure.realtime, "Use real-time priority (SCHED_FIFO), as the loop does")
       ->needs(core);
   CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
-  command->add_flag("--markdown", options->markdown, "Print as the Markdown table of the README")->excludes(json);
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: a table of docs/benchmarks.md")
+      ->excludes(json);
   command->add_option("--csv", options->csv, "Also write the costs to this file (volumes/effect_costs.csv)");
   command->callback([options] { Run(*options); });
 }

@@ -1,4 +1,4 @@
-// kerf export: a bone's surface as a triangle mesh, with as many triangles as wanted.
+// kerf export: writes a bone's surface as a triangle mesh with the wanted number of triangles.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -20,7 +20,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct ExportArguments {
   std::string file;
   std::string output;
   std::size_t triangles = 0;  // 0: all
@@ -37,13 +37,13 @@ struct Exported {
   double volume_mm3 = 0;
   double full_volume_mm3 = 0;
   std::size_t open_edges = 0;
-  double deviation_mm = 0;        // largest distance of a corner or a middle of a triangle from the bone's surface
-  double deviation_limit_mm = 0;  // distances beyond are not known
+  double deviation_mm = 0;        // largest distance of a triangle's corner or centre from the bone's surface
+  double deviation_limit_mm = 0;  // distances beyond it are unknown
 };
 
-Exported ExportSurface(const Bone& bone, const Options& options, const std::string& path) {
+Exported ExportSurface(const Bone& bone, const ExportArguments& options, const std::string& path) {
   const TriangleMesh full = ExtractSurface(bone);
-  if (full.triangles.empty()) throw Error(fmt::format("{}: holds no bone, so it has no surface", options.file));
+  if (full.triangles.empty()) throw Error(fmt::format("{}: contains no bone, so it has no surface", options.file));
   const TriangleMesh mesh = options.triangles > 0 ? Decimate(full, options.triangles) : full;
   Exported exported{path,
                     mesh.triangles.size(),
@@ -67,7 +67,7 @@ Exported ExportSurface(const Bone& bone, const Options& options, const std::stri
   return exported;
 }
 
-// x.stl becomes x-1.stl, x-2.stl, ...
+// Turns x.stl into x-1.stl, x-2.stl, ...
 std::string NumberedPath(const std::string& path, std::size_t number) {
   const std::filesystem::path whole(path);
   return (whole.parent_path() / fmt::format("{}-{}{}", whole.stem().string(), number, whole.extension().string()))
@@ -78,7 +78,7 @@ double CalcVolumeChangePercent(const Exported& exported) {
   return 100 * (exported.volume_mm3 / exported.full_volume_mm3 - 1);
 }
 
-void PrintJson(const Options& options, const std::vector<Exported>& all, const Pieces& pieces) {
+void PrintJson(const ExportArguments& options, const std::vector<Exported>& all, const Pieces& pieces) {
   nlohmann::ordered_json json;
   json["bone"] = options.file;
   json["surfaces"] = nlohmann::ordered_json::array();
@@ -98,7 +98,7 @@ void PrintJson(const Options& options, const std::vector<Exported>& all, const P
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-void Print(const Options& options, const std::vector<Exported>& all, const Pieces& pieces) {
+void Print(const ExportArguments& options, const std::vector<Exported>& all, const Pieces& pieces) {
   for (const Exported& one : all) {
     fmt::print("{}: {} triangles, {:.2f} cm3, {}\n", one.file, one.triangles, one.volume_mm3 / 1000,
                one.open_edges == 0 ? std::string("closed") : fmt::format("not closed ({} open edges)", one.open_edges));
@@ -109,13 +109,13 @@ void Print(const Options& options, const std::vector<Exported>& all, const Piece
     }
   }
   if (options.pieces && pieces.dust_count > 0) {
-    fmt::print("{} smaller than {} mm3 left out, {:.3f} mm3 together\n",
+    fmt::print("{} smaller than {} mm3 omitted, {:.3f} mm3 in total\n",
                pieces.dust_count == 1 ? "1 piece" : fmt::format("{} pieces", pieces.dust_count), options.min_piece_mm3,
                pieces.dust_mm3);
   }
 }
 
-void Run(const Options& options) {
+void Run(const ExportArguments& options) {
   CheckInputsStay({options.file}, {options.output});
   const Bone bone = ReadBone(options.file);
   std::vector<Exported> all;
@@ -144,29 +144,29 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddExportCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("export", "Write a bone's surface as a triangle mesh (STL, OBJ or PLY).");
-  command->add_option("BONE", options->file, "The bone (.vdb).")->required();
+  const auto options = std::make_shared<ExportArguments>();
+  CLI::App* command = app.add_subcommand("export", "Write a bone's surface as a triangle mesh (STL, OBJ or PLY)");
+  command->add_option("BONE", options->file, "Bone file (.vdb)")->required();
   command
-      ->add_option("-o,--output", options->output, "The mesh to write; its ending (.stl, .obj, .ply) says the format.")
+      ->add_option("-o,--output", options->output,
+                   "Mesh file to write; its extension (.stl, .obj, .ply) selects the format")
       ->required();
   command
       ->add_option("--triangles", options->triangles,
-                   "Reduce the surface to at most about this many triangles, keeping its shape and volume; 4 or more. "
-                   "Without it "
-                   "every triangle is written.")
+                   "Approximate maximum number of triangles, 4 or more; the shape and the volume are kept; default: no "
+                   "reduction")
       ->check(CLI::Range(std::size_t{4}, std::size_t{1} << 40).description(""));
   command
       ->add_option("--colour", options->colour,
-                   "Colour the points of a .ply: \"tissue\" or \"region\". Without it: no colours.")
+                   "Colours of the points of a .ply: \"tissue\" or \"region\"; default: none")
       ->check(CLI::IsMember({"tissue", "region"}).description(""));
   command->add_flag("--pieces", options->pieces,
-                    "Write each separate piece to a file of its own: x-1.stl (the largest), x-2.stl, ...");
+                    "Write each piece to a separate file: x-1.stl (the largest), x-2.stl, ...");
   command
       ->add_option("--min-piece", options->min_piece_mm3,
-                   "With --pieces: leave out pieces smaller than this, in mm3; 0 or more, 1 by default.")
+                   "With --pieces: volume below which pieces are omitted, mm3, 0 or more")
       ->check(CLI::NonNegativeNumber.description(""));
-  command->add_flag("--json", options->json, "Print what was written as JSON.");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

@@ -1,4 +1,4 @@
-// kerf import: from a CT or a surface to a bone.
+// kerf import: makes a bone from a CT or a surface.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -30,7 +30,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct ImportArguments {
   std::string input;
   std::string output;
   bool list = false;
@@ -38,7 +38,7 @@ struct Options {
   bool no_isolate = false;
   bool any_shape = false;
   bool no_fill = false;
-  bool teeth_asked = false;  // by an option about them
+  bool teeth_asked = false;  // requested by a tooth option
   std::vector<std::string> keep, drop, keep_markups, drop_markups;
   std::string materials;
   ImportOptions import;
@@ -54,10 +54,10 @@ double PeakMemory_MB() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-void List(const Options& options) {
+void List(const ImportArguments& options) {
   std::error_code failed;
   if (!std::filesystem::is_directory(options.input, failed)) {
-    throw Error(fmt::format("{}: --list wants a folder of DICOM files", options.input));
+    throw Error(fmt::format("{}: --list needs a folder of DICOM files", options.input));
   }
   const std::vector<DicomSeries> all = ListDicomSeries(options.input);
   Json list = Json::array();
@@ -80,7 +80,7 @@ void List(const Options& options) {
     fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-/// null when it is not known.
+/// Returns null if the error is unknown.
 Json ErrorJson(const SurfaceError& e) {
   if (e.points == 0) return nullptr;
   return {{"expected_mm", e.CalcExpected()},    {"offset_mm", e.offset_mm},
@@ -88,13 +88,13 @@ Json ErrorJson(const SurfaceError& e) {
           {"half_height_HU", e.half_height_hu}, {"points", e.points}};
 }
 
-/// null when none were kept.
+/// Returns null if no CT numbers were kept.
 Json HuJson(const ImportReport& r) {
   if (r.hu_voxel_mm == 0) return nullptr;
   return {{"voxel_mm", r.hu_voxel_mm}, {"min_HU", r.hu.min}, {"mean_HU", r.hu.mean}, {"max_HU", r.hu.max}};
 }
 
-/// null when the input was a CT.
+/// Returns null if the input was a CT.
 Json SurfaceJson(const ImportReport& r) {
   if (r.kind != "surface") return nullptr;
   return {{"triangles", r.surface.triangles},
@@ -105,7 +105,7 @@ Json SurfaceJson(const ImportReport& r) {
           {"repairs", r.surface.repairs}};
 }
 
-void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
+void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone& bone, double write_s) {
   Json seconds;
   double total = 0;
   for (const auto& [name, s] : r.seconds) {
@@ -158,14 +158,14 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-/// Smaller than the CT's voxels, so counted apart from the marrow.
+/// Voids are smaller than the CT's voxels, so they are counted separately from the marrow.
 std::string VoidsText(const ImportReport& r) {
   if (r.voids.count == 0) return "";
   return fmt::format(" and {} small void{} of {}{}", r.voids.count, r.voids.count == 1 ? "" : "s",
                      FormatVolume(r.voids.mm3), r.voids.count == 1 ? "" : " together");
 }
 
-void PrintText(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
+void PrintText(const ImportArguments& options, const ImportReport& r, const Bone& bone, double write_s) {
   const Vec3 size = r.box.size();
   const Vec3 centre = r.box.centre();
   if (r.kind != "surface") {
@@ -184,12 +184,12 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z,
              centre.x, centre.y, centre.z);
   if (const SurfaceError& e = r.surface_error; e.points > 0) {
-    fmt::print("surface    {:.2f} mm of expected error (rms): offset {:+.2f} mm (+ is outward), scatter {:.2f} mm\n",
+    fmt::print("surface    expected error {:.2f} mm (rms): offset {:+.2f} mm (+ is outward), scatter {:.2f} mm\n",
                e.CalcExpected(), e.offset_mm, e.scatter_mm);
   }
   fmt::print("pieces     {}", r.pieces);
   if (r.dropped_pieces > 0)
-    fmt::print("; {} bits of {} together left out", r.dropped_pieces, FormatVolume(r.dropped_mm3));
+    fmt::print("; {} smaller pieces of {} in total omitted", r.dropped_pieces, FormatVolume(r.dropped_mm3));
   fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
              static_cast<double>(r.memory_bytes) / 1e6, PeakMemory_MB());
   if (r.hu_voxel_mm > 0) {
@@ -206,22 +206,21 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   fmt::print("written    {}\n", options.output);
 }
 
-void Warn(const Options& options, const ImportReport& r) {
+void Warn(const ImportArguments& options, const ImportReport& r) {
   for (const std::string& warning : r.warnings) Say("{}", warning);
   if (r.kind != "surface" && r.tooth_mm3 == 0 && (r.mandible || options.teeth_asked)) {
-    Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU and more; where the CT shows "
-        "teeth, "
+    Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU or more; if the CT shows teeth, "
         "lower --tooth-hu",
         options.import.tissue.tooth_hu);
   }
   if (r.cut_by_scan) Say("the bone reaches the edge of the scan and is cut off there");
   if (!r.mandible) {
-    Say("all cortex is one region, since this is no mandible as the atlas knows it{}{}",
+    Say("all cortical bone is one region, because the bone is not recognised as a mandible{}{}",
         r.shape_objection.empty() ? "" : ": ", r.shape_objection);
   }
 }
 
-/// An option that would do nothing with this kind of input is a mistake.
+/// Rejects options that have no effect on this kind of input.
 void CheckOptionsAct(const CLI::App& command, const std::string& input) {
   const bool is_surface = IsSurfacePath(input);
   const std::vector<const char*> idle =
@@ -232,12 +231,13 @@ void CheckOptionsAct(const CLI::App& command, const std::string& input) {
                  : std::vector{"--units", "--mesh-shell"};
   for (const char* option : idle) {
     if (command.count(option) == 0) continue;
-    throw CLI::ValidationError(option, is_surface ? "acts on a CT only, and INPUT is a surface, which is imported whole"
-                                                  : "acts on a surface only, and INPUT is none");
+    throw CLI::ValidationError(option, is_surface
+                                           ? "applies to a CT only, but INPUT is a surface, which is imported whole"
+                                           : "applies to a surface only, but INPUT is a CT");
   }
 }
 
-void Run(Options& options) {
+void Run(ImportArguments& options) {
   if (options.list) {
     List(options);
     return;
@@ -290,79 +290,71 @@ if (options.json) {
 }  // namespace kerf::cli
 
 void AddImportCommand(CLI::App& app) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ImportArguments>();
   CLI::App* c =
-      app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface.");
+      app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface");
   c->add_option("INPUT", o->input,
-                "A folder of DICOM files, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply).")
+                "Folder of DICOM files, image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl .obj .ply)")
       ->required();
-  c->add_option("-o,--output", o->output, "The bone to write (.vdb).");
-  c->add_flag("--list", o->list, "List the series of a DICOM folder and do nothing else.");
+  c->add_option("-o,--output", o->output, "Bone file to write (.vdb)");
+  c->add_flag("--list", o->list, "List the series of a DICOM folder, and do nothing else");
   c->add_option("--series", o->import.series,
-                "UID, or its end, of the DICOM series to import; default: the only CT series.");
-  c->add_flag("--json", o->json, "Print the report as JSON.");
-  c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.1.");
+                "UID of the DICOM series, or the end of the UID; default: the only CT series");
+  c->add_flag("--json", o->json, "Print as JSON");
+  c->add_option("--voxel", o->import.voxel_mm, "Voxel size of the bone, mm, 0.05 to 2");
 
   AddFrameOption(*c, o->import.frame);
 
-  const std::string which = "Which bone";
-  c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")
+  const std::string which = "Selection of the bone";
+  c->add_option("--keep", o->keep, "Point x,y,z in the wanted bone, patient coordinates LPS, mm; may be repeated")
       ->allow_extra_args(false)
       ->group(which);
-  c->add_option("--drop", o->drop, "A point x,y,z in bone that is not wanted; may be repeated.")
+  c->add_option("--drop", o->drop, "Point x,y,z in unwanted bone; may be repeated")
       ->allow_extra_args(false)
       ->group(which);
   c->add_option("--keep-markups", o->keep_markups,
-                "A point list of 3D Slicer (.mrk.json) with points to keep; may be repeated.")
+                "Point list of 3D Slicer (.mrk.json) in the wanted bone; may be repeated")
       ->allow_extra_args(false)
       ->group(which);
-  c->add_option("--drop-markups", o->drop_markups, "The same with points to drop; may be repeated.")
+  c->add_option("--drop-markups", o->drop_markups,
+                "Point list of 3D Slicer (.mrk.json) in unwanted bone; may be repeated")
       ->allow_extra_args(false)
       ->group(which);
   c->add_flag("--no-isolate", o->no_isolate,
-              "Import all bone, in pieces of 1 cm3 and more, without looking for the mandible.")
+              "Import all bone, in pieces of at least 1 cm3, without isolating the mandible")
       ->group(which);
-  c->add_flag("--any-shape", o->any_shape, "Write what the points isolate even when it does not look like a mandible.")
+  c->add_flag("--any-shape", o->any_shape, "Write the isolated bone even if it does not look like a mandible")
       ->group(which);
 
   const std::string surface = "Surface and tissues";
-  c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000; default 300.")
-      ->group(surface);
+  c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000")->group(surface);
   c->add_flag("--no-fill", o->no_fill,
-              "Leave marrow spaces and canals below the iso value hollow; of a surface, what any inner shell encloses "
-              "(without it: where the shell faces inward).")
+              "Leave marrow spaces and canals below the iso value hollow; for a surface, the space inside every inner "
+              "shell (default: inside shells that face inward)")
       ->group(surface);
-  c->add_option("--cortical-hu", o->import.tissue.cortical_hu,
-                "Cortical bone from this HU up, -500 to 4000; default 850.")
+  c->add_option("--cortical-hu", o->import.tissue.cortical_hu, "Minimum HU of cortical bone, -500 to 4000")
       ->group(surface);
-  c->add_option("--shell", o->import.tissue.shell_mm,
-                "Cortical bone down to this depth whatever its HU, mm, 0 to 10; default 1.")
+  c->add_option("--shell", o->import.tissue.shell_mm, "Depth to which bone is cortical whatever its HU, mm, 0 to 10")
       ->group(surface);
-  c->add_option("--mesh-shell", o->import.mesh_shell_mm,
-                "Thickness of the cortex of a surface, mm, 0 to 10; default 2.")
+  c->add_option("--mesh-shell", o->import.mesh_shell_mm, "Thickness of the cortex of an imported surface, mm, 0 to 10")
       ->group(surface);
   c->add_option("--units", o->import.mesh_units,
-                "Unit of a surface's coordinates: mm, cm, m, in or um; default mm, if that is the size of a bone.")
+                "Unit of a surface's coordinates: mm, cm, m, in or um; default: mm, if that gives the size of a bone")
       ->check(CLI::IsMember({"mm", "cm", "m", "in", "um"}))
       ->group(surface);
-  c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Enamel from this HU up, 0 to 32767; default 1800.")
+  c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Minimum HU of enamel, 0 to 32767")->group(surface);
+  c->add_option("--tooth-body-hu", o->import.tissue.tooth_body_hu, "Minimum HU of dentin that is joined to enamel")
       ->group(surface);
-  c->add_option("--tooth-body-hu", o->import.tissue.tooth_body_hu,
-                "Dentin joined to enamel from this HU up; default 1200.")
+  c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Maximum distance of dentin from enamel, mm")
       ->group(surface);
-  c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Dentin reaches so far from enamel, mm; default 3.")
-      ->group(surface);
-  c->add_option("--materials", o->materials, "Region table (CSV) instead of the built-in one.")->group(surface);
-  CLI::Option* keep_hu =
-      c->add_flag(
-           "--keep-hu", o->import.keep_hu,
-           "Store the CT numbers in the bone, so that a scene can take its stiffness from them ([material] kind = "
-           "\"ct\").")
-          ->group(surface);
+  c->add_option("--materials", o->materials, "Region table (CSV) instead of the built-in one")->group(surface);
+  CLI::Option* keep_hu = c->add_flag("--keep-hu", o->import.keep_hu,
+                                     "Store the CT numbers in the bone, so that a scene can take its stiffness from "
+                                     "them ([material] kind = \"ct\")")
+                             ->group(surface);
   c->add_option(
        "--hu-voxel", o->import.hu_voxel_mm,
-       "Edge of a voxel of the stored CT numbers, mm, 0.1 to 5; default: the CT's finest spacing, but at least "
-       "--voxel.")
+       "Voxel size of the stored CT numbers, mm, 0.1 to 5; default: the CT's finest spacing, but at least --voxel")
       ->needs(keep_hu)
       ->check(NumberWithin(0.1, 5, "mm"))
       ->group(surface);

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-struct Options {
+struct InfoArguments {
   std::string bone;
   bool json = false;
 };
@@ -89,7 +89,7 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
   const std::map<int, double> volumes = bone.CalcRegionVolumes();
   for (const auto& [id, mm3] : volumes) {
     if (!bone.materials().Contains(id)) {
-      if (mm3 < 0.05) continue;  // slivers of the outermost cells
+      if (mm3 < 0.05) continue;  // slivers in the outermost cells
       fmt::print("  {:>3}  {:<34} {:<11} {:>8} {:>5} {:>10.1f}\n", id, "(no material)", "", "", "", mm3);
       continue;
     }
@@ -99,7 +99,7 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
   }
 }
 
-void Run(const Options& options) {
+void Run(const InfoArguments& options) {
   const Bone bone = ReadBone(options.bone, {.hu = true});
   const Pieces split = SplitPieces(bone);
   if (options.json) {
@@ -112,9 +112,9 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddInfoCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("info", "Show what a bone file holds: size, frame, regions, provenance");
-  command->add_option("BONE", options->bone, "The bone (.vdb)")->required();
+  const auto options = std::make_shared<InfoArguments>();
+  CLI::App* command = app.add_subcommand("info", "Show the contents of a bone file: size, frame, regions, provenance");
+  command->add_option("BONE", options->bone, "Bone file (.vdb)")->required();
   command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }

@@ -18,7 +18,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct LogArguments {
   std::string file;
   std::string output;
   bool csv = false;
@@ -29,11 +29,11 @@ struct Options {
   std::string key_file;
 };
 
-/// The given of each tick, a row each.
+/// Inputs of the ticks, one row per tick.
 class StepsCsv {
  public:
   explicit StepsCsv(double rate_hz) : rate_hz_(rate_hz) {}
-  /// Before a block's steps: where some are missing, the count and the clock go on behind them.
+  /// Must be called before a block's steps. If steps are missing, number and time continue after the gap.
   void Begin(const RecordedBlock& block) {
     if (block.first_step == step_) return;
     step_ = block.first_step;
@@ -68,7 +68,7 @@ const char* const kStatesHeader =
     "step,time_s,handle_x_mm,handle_y_mm,handle_z_mm,handle_qw,handle_qx,handle_qy,handle_qz,tool_x_mm,tool_y_mm,"
     "tool_z_mm,force_x_N,force_y_N,force_z_N,removed_total_mm3,engaged_teeth,rpm,buttons\n";
 
-/// How things stood, a hundred times a second.
+/// Appends the states, a hundred per second.
 void AddStates(const RecordedBlock& block, std::string& csv) {
   for (const RecordedState& s : block.states) {
     const RecordedStep& step = block.steps[static_cast<std::size_t>(s.step - block.first_step)];
@@ -83,9 +83,9 @@ void AddStates(const RecordedBlock& block, std::string& csv) {
   }
 }
 
-/// As it comes, never all of it in memory.
+/// Writes block by block, without keeping everything in memory.
 template <typename Put>
-void WriteCsv(const Options& options, RecordingReader& recording, Put&& put) {
+void WriteCsv(const LogArguments& options, RecordingReader& recording, Put&& put) {
   put(options.ticks ? StepsCsv::Header() : kStatesHeader);
   StepsCsv steps(recording.head().rate_hz);
   RecordedBlock block;
@@ -98,8 +98,8 @@ void WriteCsv(const Options& options, RecordingReader& recording, Put&& put) {
   }
 }
 
-/// The keys whose signatures are recognised: this installation's, and those in the file given.
-std::vector<KnownKey> ListKeys(const Options& options) {
+/// Returns the keys whose signatures are recognised: those of this installation and those in the given file.
+std::vector<KnownKey> ListKeys(const LogArguments& options) {
   std::vector<KnownKey> keys = ListOwnKeys();
   if (options.key_file.empty()) return keys;
   const std::vector<KnownKey> more = ReadPublicKeys(options.key_file);
@@ -107,8 +107,8 @@ std::vector<KnownKey> ListKeys(const Options& options) {
   return keys;
 }
 
-/// With --key only what was signed by one of these keys, and is as it was signed, is good.
-void CheckSigner(const Options& options, const RecordingReader& recording) {
+/// With --key, accepts only a recording that was signed by one of these keys and has not been changed since.
+void CheckSigner(const LogArguments& options, const RecordingReader& recording) {
   if (options.key_file.empty()) return;
   const RecordingSeal& seal = recording.seal();
   for (const KnownKey& known : ReadPublicKeys(options.key_file)) {
@@ -125,7 +125,7 @@ void PrintSummary(RecordingReader& recording, const std::vector<KnownKey>& keys)
              head.scene_file.empty() ? head.scene_name : head.scene_file);
   fmt::print("  recorded  {} by kerf {} ({}, {})\n", head.created, head.version, head.commit, head.compiler);
   fmt::print("  machine   {}\n", head.machine);
-  if (!head.taken_up_from.empty()) fmt::print("  goes on   from {}\n", head.taken_up_from);
+  if (!head.taken_up_from.empty()) fmt::print("  resumed   from {}\n", head.taken_up_from);
   fmt::print("  bone      {:016x} at {:g} mm voxels\n", head.bone_hash, head.voxel_mm);
   fmt::print(
       "  holds     {:.3f} s at {:g} Hz, {} ticks, {:.1f} kB: {:.2f} MB a minute\n", recording.duration_s(),
@@ -186,14 +186,14 @@ void PrintJson(RecordingReader& recording) {
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-void ShowKey(const Options& options) {
+void ShowKey(const LogArguments& options) {
   const std::optional<SealKey> key = options.make_key ? MakeKeyFile() : ReadKeyFile();
   if (!key) throw Error(fmt::format("{}: there is no key; 'kerf log --make-key' makes one", FindKeyFile()));
   fmt::print("{}\n", FormatPublicKey(key->public_key()));
   if (options.make_key) Say("recordings made from now on are signed with the key in {}", FindKeyFile());
 }
 
-void WriteCsv(const Options& options, RecordingReader& recording) {
+void WriteCsv(const LogArguments& options, RecordingReader& recording) {
   if (options.output.empty()) {
     WriteCsv(options, recording, [](const std::string& text) { fmt::print("{}", text); });
     return;
@@ -205,16 +205,16 @@ void WriteCsv(const Options& options, RecordingReader& recording) {
   csv.Commit();
 }
 
-void Run(const Options& options) {
+void Run(const LogArguments& options) {
   if (options.make_key || options.show_key) {
     if (!options.file.empty()) throw CLI::ValidationError("--make-key and --show-key", "take no recording");
     ShowKey(options);
     return;
   }
   if (options.file.empty()) throw CLI::RequiredError("FILE");
-  if (!options.csv && !options.output.empty()) throw CLI::ValidationError("-o", "is for --csv");
+  if (!options.csv && !options.output.empty()) throw CLI::ValidationError("-o", "requires --csv");
   RecordingReader recording(options.file);
-  const std::vector<KnownKey> keys = ListKeys(options);  // before anything is printed
+  const std::vector<KnownKey> keys = ListKeys(options);  // before any output
   if (options.json) {
     PrintJson(recording);
   } else if (options.csv) {
@@ -232,27 +232,24 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddLogCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "log",
-      "What a recording holds, for people or as CSV for notebooks. Exit code 3: what was read is shown, but the "
-      "recording is damaged or cut short");
-  command->add_option("FILE", options->file, "The recording (made by --record)");
-  CLI::Option* csv = command->add_flag(
-      "--csv", options->csv,
-      "As CSV, a hundred rows a second: handle, tool, force, what was removed; forces of every tick come from 'kerf "
-      "replay -o'");
-  command->add_flag("--ticks", options->ticks, "With --csv: what each tick was given, exactly")->needs(csv);
-  command->add_flag("--json", options->json, "Head, inputs, events and end as JSON")->excludes(csv);
-  command->add_option("-o,--output", options->output, "File for the CSV; without it, stdout");
-  command->add_option(
-      "--key", options->key_file,
-      "File of public keys, a line each as --show-key prints it, with a name behind it or without: exit "
-      "with 1 when the recording is not sealed and signed by one of them");
+  const auto options = std::make_shared<LogArguments>();
+  CLI::App* command = app.add_subcommand("log",
+                                         "Show the contents of a recording, as text, CSV or JSON. Exit code 3: the "
+                                         "readable part is shown, but the recording is damaged or cut short");
+  command->add_option("FILE", options->file, "Recording (made by --record)");
+  CLI::Option* csv = command->add_flag("--csv", options->csv,
+                                       "Print as CSV, a hundred rows a second: handle, tool, force, removed volume; "
+                                       "'kerf replay -o' writes the forces of every tick");
+  command->add_flag("--ticks", options->ticks, "With --csv: the exact inputs of each tick")->needs(csv);
+  command->add_flag("--json", options->json, "Print as JSON: head, inputs, events and end")->excludes(csv);
+  command->add_option("-o,--output", options->output, "File for the CSV; default: stdout");
+  command->add_option("--key", options->key_file,
+                      "File of public keys, one per line as --show-key prints it, optionally followed by a name; exit "
+                      "with 1 if the recording is not sealed and signed by one of them");
   CLI::Option* make =
       command->add_flag("--make-key", options->make_key,
-                        "Make this installation's key, which signs all its recordings from now on, in "
-                        "kerf/recording.key of $XDG_CONFIG_HOME or ~/.config, and print its public half");
+                        "Make this installation's key, which signs all its later recordings, in kerf/recording.key of "
+                        "$XDG_CONFIG_HOME or ~/.config, and print its public half");
   command->add_flag("--show-key", options->show_key, "Print the public half of this installation's key")
       ->excludes(make);
   command->callback([options] { Run(*options); });

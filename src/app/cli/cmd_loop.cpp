@@ -23,7 +23,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct LoopArguments {
   std::string scene;
   std::string folder;
   std::string hand;
@@ -48,7 +48,7 @@ void PrintTimes(const LoopTimeSummary& t) {
 void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
   fmt::print("  loop      {:.2f} s {} at {:g} Hz: {} ticks, {} missed (at most {} in a row)\n", s.simulated_s,
-             s.virtual_time ? "without the clock" : "live", s.rate_hz, s.counts.ticks, s.counts.missed,
+             s.virtual_time ? "in virtual time" : "live", s.rate_hz, s.counts.ticks, s.counts.missed,
              s.counts.longest_gap);
   if (!s.virtual_time) {
     fmt::print("  system    {} {}\n", s.grants.scheduling, s.grants.memory);
@@ -75,9 +75,9 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   for (const FidelityStep& step : s.fidelity_steps) {
     fmt::print(
         "  fidelity  at {:.2f} s from {} to {}: {}\n", step.time_s, kerf::ToString(step.from), kerf::ToString(step.to),
-        step.reason == FidelityReason::kOverrun
-            ? fmt::format("{:.0f} % of the ticks over budget, up to {:.0f} us", 100 * step.share_over, step.longest_us)
-            : std::string("calm"));
+        step.reason == FidelityReason::kOverrun ? fmt::format("{:.0f} % of the ticks over budget, up to {:.0f} us",
+                                                              100 * step.fraction_over, step.longest_us)
+                                                : std::string("calm"));
   }
   fmt::print("  removed   {}; {}\n", DescribeRemoved(s), DescribeStrokes(s));
   fmt::print("  bone      {}\n", DescribePieces(s));
@@ -86,15 +86,15 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   if (s.heat) fmt::print("  heat      {}\n", DescribeHeat(*s.heat));
   if (s.fragments) fmt::print("  fragments {}\n", DescribeFragments(*s.fragments));
   fmt::print("  readers   {} leaves sent; a copy made from them is {}\n", s.leaves_sent,
-             s.mirror_identical ? "bit-identical" : "NOT the bone");
+             s.mirror_identical ? "bit-identical" : "NOT identical");
   if (s.replayed) {
-    fmt::print("  gone on   from a recording: {} ticks, {:.3f} s\n", s.replayed->steps, s.replayed->time_s);
+    fmt::print("  resumed   from a recording: {} ticks, {:.3f} s\n", s.replayed->steps, s.replayed->time_s);
   }
   if (s.undone) {
-    fmt::print("  undo      back or forward {} times, {} checkpoints kept in {:.2f} MB\n", s.undone->restores,
+    fmt::print("  undo      undone or redone {} times, {} checkpoints kept in {:.2f} MB\n", s.undone->restores,
                s.undone->checkpoints, s.undone->kept_MB);
     if (!s.virtual_time && s.undone->restores > 0) {
-      fmt::print("            at most {:.1f} ms from asking to the bone being there\n", s.undone->longest_ms);
+      fmt::print("            at most {:.1f} ms from the request to the restored bone\n", s.undone->longest_ms);
     }
   }
   if (s.recorded) {
@@ -105,27 +105,27 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);
 }
 
-/// The scene of the file, or of the recording to go on from.
-Scene OpenScene(Options& options, std::optional<RecordingReader>& recording, RecordedScene& recorded) {
+/// Reads the scene from the file, or from the recording to continue.
+Scene OpenScene(LoopArguments& options, std::optional<RecordingReader>& recording, RecordedScene& recorded) {
   if (options.from.empty()) {
     if (options.scene.empty()) throw CLI::RequiredError("SCENE or --from");
     return ReadScene(options.scene);
   }
-  if (!options.scene.empty()) throw CLI::ValidationError("--from", "has its own scene; give no other");
+  if (!options.scene.empty()) throw CLI::ValidationError("--from", "uses the recording's scene; give no other");
   recording.emplace(options.from);
   const RecordingHead& head = recording->head();
   if (head.kind != RecordedKind::kLoop) {
-    throw Error(fmt::format("{}: is a recording of 'kerf run', which has no hand that could go on", options.from));
+    throw Error(fmt::format("{}: is a recording of 'kerf run', which can't be resumed", options.from));
   }
-  if (options.at_s && std::isnan(*options.at_s)) throw CLI::ValidationError("--at", "is no number");
+  if (options.at_s && std::isnan(*options.at_s)) throw CLI::ValidationError("--at", "is not a number");
   const RecordingDamage& damage = recording->damage();
   if (options.at_s && *options.at_s > recording->duration_s() + 1e-9) {
-    throw Error(fmt::format("{}: is {:.3f} s long; there is no moment {:g} s in it", options.from,
-                            recording->duration_s(), *options.at_s));
+    throw Error(fmt::format("{}: is {:.3f} s long; {:g} s is after its end", options.from, recording->duration_s(),
+                            *options.at_s));
   }
   const bool has_gap = damage.whole_steps < damage.known_steps;
   if (has_gap && options.at_s.value_or(damage.whole_s + 1) > damage.whole_s + 1e-9) {
-    throw Error(fmt::format("{}: {}; it can be gone on from up to {:.3f} s, with --at", options.from, damage.sentence,
+    throw Error(fmt::format("{}: {}; it can be resumed up to {:.3f} s, with --at", options.from, damage.sentence,
                             damage.whole_s));
   }
   if (!damage.sentence.empty()) SayWarning("{}: {}", options.from, damage.sentence);
@@ -137,19 +137,19 @@ Scene OpenScene(Options& options, std::optional<RecordingReader>& recording, Rec
   return recorded.scene;
 }
 
-/// The device that holds the tool, or moves the hand that does; null when none is really there.
-std::shared_ptr<DeviceServo> TakeDevice(Options& options, Scene& scene) {
+/// Opens the device that holds the tool or moves the hand; null if there is no real device.
+std::shared_ptr<DeviceServo> TakeDevice(LoopArguments& options, Scene& scene) {
   CheckDeviceOption(options.device);
   if (options.device.device.empty()) return nullptr;
   options.loop.device = MakePlayedDevice(options.device);
   if (options.loop.device.is_there()) return nullptr;
-  if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "has no time for a real device");
+  if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "can't be used with a real device");
   std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
   if (servo->traits().makes_force) {
     options.loop.device = HoldBy(*servo, options.loop.stop, [](const std::string& message) { Say("{}", message); });
     return servo;
   }
-  servo->Agree();  // no force comes of it
+  servo->Agree();  // safe: the device outputs no force
   options.loop.make_hand = [servo, R_WD = scene.device.orientation](SimulatedDevice& device, const LoopSetup&,
                                                                     const Vec3& p_TC_mm, double) {
     return std::make_unique<DeflectionHand>(device, *servo, R_WD, p_TC_mm);
@@ -157,7 +157,7 @@ std::shared_ptr<DeviceServo> TakeDevice(Options& options, Scene& scene) {
   return servo;
 }
 
-void Run(Options& options) {
+void Run(LoopArguments& options) {
   std::optional<RecordingReader> recording;
   RecordedScene recorded;
   Scene scene = OpenScene(options, recording, recorded);
@@ -174,7 +174,7 @@ void Run(Options& options) {
     inputs.push_back(options.from);
     CheckInputsStay(inputs, {options.loop.record});
     CheckNewRecording(options.loop.record);
-    // Nor may a result take its place.
+    // Results must not overwrite the recording.
     if (!options.folder.empty()) CheckLoopInputsStay(scene, options.loop.record, options.folder);
   }
   if (!options.hand.empty()) scene.hand.model = options.hand;
@@ -182,7 +182,7 @@ void Run(Options& options) {
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckLoopInputsStay(scene, options.scene, options.folder);
-    lock.emplace(options.folder);  // before the long work
+    lock.emplace(options.folder);  // before the long computation
   }
   const std::string lack =
       DescribeLackForLoop(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.record);
@@ -208,7 +208,7 @@ void Run(Options& options) {
       if (!options.folder.empty())
         WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
     } catch (const Error&) {
-      // What can't be made again is said first.
+      // Report a lost recording first: the session cannot be repeated.
       if (summary.recorded && !summary.recorded->failure.empty()) Say("{}", summary.recorded->failure);
       throw;
     }
@@ -222,75 +222,74 @@ void Run(Options& options) {
   }
   if (summary.replayed && summary.replayed->divergence) {
     const Divergence& d = *summary.replayed->divergence;
-    throw Error(fmt::format("{}: other than recorded from tick {} on, at {:.3f} s: {}", options.from, d.step + 1,
+    throw Error(fmt::format("{}: differs from the recording from tick {} on, at {:.3f} s: {}", options.from, d.step + 1,
                             d.time_s, d.what));
   }
   if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
-  if (summary.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended by itself: {}", summary.failure));
+  if (summary.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended early: {}", summary.failure));
 }
 
 }  // namespace
 
 void AddLoopCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<LoopArguments>();
   CLI::App* command = app.add_subcommand(
-      "loop", "Run a scene live in a simulated hand on a simulated device, and tell how the loop kept its time");
-  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')");
+      "loop", "Run a scene in real time with a simulated hand or a haptic device, and report the loop's timing");
+  command->add_option("SCENE", options->scene, "Scene file (TOML; see 'kerf scene --defaults')");
   CLI::Option* from = command->add_option("--from", options->from,
-                                          "Go on from a recording, in place of a scene: its end, or the moment --at. "
-                                          "One that was cut short is gone on from as it is, with a warning");
-  command->add_option("--at", options->at_s, "Moment of the recording to go on from, s")
+                                          "Resume a recording instead of a scene: from its end, or from the time --at. "
+                                          "A recording that was cut short is resumed as it is, with a warning");
+  command->add_option("--at", options->at_s, "Time of the recording from which to resume, s")
       ->needs(from)
       ->check(CLI::Range(0.0, 1e9));
-  command->add_option("--bone", options->bone_file, "The recording's bone, where it is not where it was (.vdb)")
-      ->needs(from);
+  command->add_option("--bone", options->bone_file, "Bone file of the recording, if it was moved (.vdb)")->needs(from);
   command
-      ->add_option(
-          "--do", options->actions,
-          "TIME:checkpoint=NAME, TIME:undo[=NAME], TIME:redo or TIME:rpm=SPEED, TIME in s since the session's or the "
-          "recording's start: remember the bone as it is then, go back to that, or to the checkpoint before, "
-          "and forward again (until something is cut), set the spindle's speed; may be given many times")
+      ->add_option("--do", options->actions,
+                   "Action at a time, s since the start of the session or the recording: TIME:checkpoint=NAME stores "
+                   "the bone, TIME:undo[=NAME] restores that or the previous checkpoint, TIME:redo reverts an undo "
+                   "(until something is cut), TIME:rpm=SPEED sets the spindle's speed; may be repeated")
       ->allow_extra_args(false);
-  command->add_option("--undo-mb", options->loop.undo_MB, "Memory for going back, MB, 0.2 to 1e6; the oldest go first")
+  command
+      ->add_option("--undo-mb", options->loop.undo_MB,
+                   "Memory for undo, MB, 0.2 to 1e6; the oldest checkpoints are dropped first")
       ->capture_default_str()
       ->check(CLI::Range(0.2, 1e6));
   CLI::Option* record =
       command->add_option("--record", options->loop.record,
-                          "Record the session into this file, which must not be there yet (see 'kerf replay')");
+                          "Record the session into this file, which must not exist yet (see 'kerf replay')");
   command
       ->add_option(
           "--seconds", options->loop.seconds,
-          fmt::format("How long, s (after --at, with --from), 0.01 to {:g}; Ctrl-C ends it earlier", kMostLoop_s))
+          fmt::format("Duration, s (after --at, with --from), 0.01 to {:g}; Ctrl-C ends it earlier", kMaxLoop_s))
       ->capture_default_str()
-      ->check(CLI::Range(0.01, kMostLoop_s));
-  command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
+      ->check(CLI::Range(0.01, kMaxLoop_s));
+  command->add_option("--hand", options->hand, "Hand model, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
   AddDeviceOption(*command, options->device, true);
   CLI::Option* rate = command
                           ->add_option("--rate-hz", options->rate_hz,
-                                       "Ticks a second, 250 to 4000, instead of the scene's [loop] rate_hz")
+                                       "Ticks per second, 250 to 4000, instead of the scene's [loop] rate_hz")
                           ->check(CLI::Range(250.0, 4000.0));
-  command->add_option(
-      "-o,--output", options->folder,
-      "Folder for report, JSON, forces, and as [output] asks bone, pieces and pictures; made when missing; without "
-      "it none are written");
-  command->add_flag("--full", options->full,
-                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
-                                kSurfaceErrorMm));
-  CLI::Option* without_clock =
-      command->add_flag("--virtual", options->loop.virtual_time,
-                        "Without the clock and without threads, as fast as it goes: the same bits each time");
+  command->add_option("-o,--output", options->folder,
+                      "Folder for report, JSON, forces, and the bone, pieces and pictures that [output] requests; "
+                      "created if missing; default: no files are written");
+  command->add_flag(
+      "--full", options->full,
+      fmt::format("Write the pieces at full resolution; otherwise within {:g} mm of it, with fewer triangles",
+                  kSurfaceErrorMm));
+  CLI::Option* without_clock = command->add_flag(
+      "--virtual", options->loop.virtual_time,
+      "Run in virtual time and without threads, as fast as possible: the results are bit-identical each time");
   command
-      ->add_option(
-          "--burn-us", options->loop.burn_us,
-          "Burn so many microseconds in each tick of the middle third (half of it in coarse ticks, a tenth in slab "
-          "ticks), to see [loop] degrade work; 0 to 100000")
+      ->add_option("--burn-us", options->loop.burn_us,
+                   "Time to waste in each tick of the middle third, us (half of it in coarse ticks, a tenth in slab "
+                   "ticks), to test [loop] degrade; 0 to 100000")
       ->check(CLI::Range(0.0, 1e5));
   command
       ->add_flag("--costs", options->loop.costs.costs,
-                 "Time each effect too, and show what a tick costs: live behind the progress bar, and as a table")
+                 "Time each effect too, and show the cost of a tick: live after the progress bar, and as a table")
       ->excludes(without_clock);
-  command->add_flag("--json", options->json, "Print the summary as JSON");
+  command->add_flag("--json", options->json, "Print as JSON");
   rate->excludes(from);
   command->callback([options, record] {
     options->records = record->count() > 0;

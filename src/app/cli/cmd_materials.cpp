@@ -1,4 +1,4 @@
-// kerf materials: the regions' constants and the laws from CT number to modulus, with what each holds for.
+// kerf materials: the regions' constants and the laws from CT number to modulus, with the range of validity of each.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -17,16 +17,16 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxMaterialsBytes = std::size_t{1} << 20;
 
-struct Options {
+struct MaterialsArguments {
   std::string regions;
   std::string laws;
   bool json = false;
 };
 
 const char* TagText(char tag) {
-  return tag == 'S' ? "coefficients read in the source" : tag == 'D' ? "derived" : "in part recalled, not verified";
+  return tag == 'S' ? "coefficients read in the source" : tag == 'D' ? "derived" : "partly from memory, not verified";
 }
 
 void PrintJson(const MaterialTable& table, const std::vector<CtLaw>& laws) {
@@ -92,7 +92,7 @@ void PrintText(const MaterialTable& table, const std::vector<CtLaw>& laws) {
                  (b.E0_MPa + b.a_MPa * std::pow(b.upper, b.b)) / 1000);
     }
     if (law.calibration.empty()) {
-      fmt::print("    calibration  none of its own: the scene must give ct_calibration, from the scanner's phantom\n");
+      fmt::print("    calibration  none: the scene must give ct_calibration, from the scanner's phantom\n");
     } else {
       const auto [low, high] = CalcValidHu(law);
       fmt::print("    calibration  {} (HU:g/cm3); valid from {:.0f} to {:.0f} HU\n", FormatCalibration(law.calibration),
@@ -102,12 +102,13 @@ void PrintText(const MaterialTable& table, const std::vector<CtLaw>& laws) {
   }
 }
 
-void Run(const Options& options) {
-  const MaterialTable table = options.regions.empty()
-                                  ? DefaultMandibleTable()
-                                  : ParseRegionTable(ReadTextFile(options.regions, kMaxFileBytes), options.regions);
-  const std::vector<CtLaw> laws =
-      options.laws.empty() ? DefaultCtLaws() : ParseCtLaws(ReadTextFile(options.laws, kMaxFileBytes), options.laws);
+void Run(const MaterialsArguments& options) {
+  const MaterialTable table =
+      options.regions.empty() ? DefaultMandibleTable()
+                              : ParseRegionTable(ReadTextFile(options.regions, kMaxMaterialsBytes), options.regions);
+  const std::vector<CtLaw> laws = options.laws.empty()
+                                      ? DefaultCtLaws()
+                                      : ParseCtLaws(ReadTextFile(options.laws, kMaxMaterialsBytes), options.laws);
   if (options.json) {
     PrintJson(table, laws);
   } else {
@@ -118,12 +119,12 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddMaterialsCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<MaterialsArguments>();
   CLI::App* command = app.add_subcommand(
       "materials", "List the regions' elastic constants and the laws from CT number to modulus, with their sources");
-  command->add_option("--regions", options->regions, "A region table (CSV) instead of the built-in one.");
-  command->add_option("--laws", options->laws, "A table of CT laws (CSV) instead of the built-in one.");
-  command->add_flag("--json", options->json, "Print as JSON.");
+  command->add_option("--regions", options->regions, "Region table (CSV) instead of the built-in one");
+  command->add_option("--laws", options->laws, "Table of CT laws (CSV) instead of the built-in one");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

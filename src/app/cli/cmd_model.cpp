@@ -1,4 +1,4 @@
-// kerf model: bones made from parameters.
+// kerf model: makes bones from parameters.
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -40,7 +40,7 @@ MaterialTable ReadMaterials(const Common& common) {
   return ParseRegionTable(ReadTextFile(common.materials), common.materials);
 }
 
-/// Writes the bone that `make` makes, and says what came out.
+/// Writes the bone that `make` returns, and prints its properties.
 void MakeAndWrite(const Common& common, const std::function<Bone(const std::function<void(double)>&)>& make) {
   if (std::filesystem::path(common.output).extension() != ".vdb") {
     throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", common.output));
@@ -98,13 +98,13 @@ void MakeAndWrite(const Common& common, const std::function<Bone(const std::func
 }
 
 void AddCommon(CLI::App& c, Common& common) {
-  c.add_option("-o,--output", common.output, "The bone to write (.vdb).")->required();
+  c.add_option("-o,--output", common.output, "Bone file to write (.vdb)")->required();
   c.add_option("--materials", common.materials,
-               "Table of regions (CSV) to use instead of the one built in (volumes/mandible_regions.csv).");
-  c.add_flag("--json", common.json, "Print the summary as JSON.");
+               "Region table (CSV) instead of the built-in one (volumes/mandible_regions.csv)");
+  c.add_flag("--json", common.json, "Print as JSON");
 }
 
-/// "ramus_height_mm" -> "--ramus-height"; the unit goes into the help text.
+/// "ramus_height_mm" -> "--ramus-height"; the unit is put into the help text.
 std::string MakeOptionName(std::string key, std::string* unit) {
   for (const char* suffix : {"mm", "deg"}) {
     const std::string ending = fmt::format("_{}", suffix);
@@ -116,7 +116,7 @@ std::string MakeOptionName(std::string key, std::string* unit) {
   return "--" + key;
 }
 
-/// One option for each described parameter.
+/// Adds one option for each described parameter.
 struct OptionMaker {
   CLI::App& command;
 
@@ -127,7 +127,7 @@ struct OptionMaker {
     std::string text = meaning;
     text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
     command.add_option(name, value,
-                       fmt::format("{}{}{}; {} to {}, default {}.", text, unit.empty() ? "" : ", ", unit, range.lower,
+                       fmt::format("{}{}{}; {} to {}, default {}", text, unit.empty() ? "" : ", ", unit, range.lower,
                                    range.upper, value));
   }
 };
@@ -137,7 +137,8 @@ void AddMandible(CLI::App& model) {
     MandibleParams params;
   };
   const auto o = std::make_shared<Options>();
-  CLI::App* c = model.add_subcommand("mandible", "The generic mandible, in patient coordinates (docs/mandible.md).");
+  CLI::App* c =
+      model.add_subcommand("mandible", "Make the generic mandible, in patient coordinates (docs/mandible.md)");
   AddCommon(*c, *o);
   Describe(o->params, OptionMaker{*c});
   c->callback([o] {
@@ -146,7 +147,7 @@ void AddMandible(CLI::App& model) {
   });
 }
 
-/// Turns by degrees about the block's x axis, then the world's y, then its z.
+/// Rotates by degrees about the world's x axis, then y, then z.
 Quat MakeRotation(const std::vector<double>& degrees) {
   return glm::angleAxis(glm::radians(degrees[2]), Vec3{0, 0, 1}) *
          glm::angleAxis(glm::radians(degrees[1]), Vec3{0, 1, 0}) *
@@ -165,23 +166,20 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
   AddCommon(*c, *o);
   const Vec3& s = defaults.size_mm;
   c->add_option("--size", o->size,
-                fmt::format("Length, width and height x,y,z, mm, each 0.1 to 1000; default {},{},{}.", s.x, s.y, s.z));
+                fmt::format("Length, width and height x,y,z, mm, each 0.1 to 1000; default: {},{},{}", s.x, s.y, s.z));
   std::string usual;
   for (const MaterialLayer& layer : defaults.layers)
     usual += fmt::format(" --layer {}:{}", layer.thickness_mm, layer.region);
-  c->add_option(
-       "--layer", o->layers,
-       fmt::format(
-           "A layer thickness:region, mm and a region of the table, from the top down; may be repeated, the last "
-           "one fills what is left; default{}.",
-           usual.empty() ? " region 24 throughout" : usual))
+  c->add_option("--layer", o->layers,
+                fmt::format("Layer as thickness:region, mm and a region of the table, from the top down; may be "
+                            "repeated; the last one fills the rest; default:{}",
+                            usual.empty() ? " region 24 throughout" : usual))
       ->allow_extra_args(false);
-  c->add_option("--at", o->at, "Where the middle of the top face stands, x,y,z, mm; default 0,0,0.");
+  c->add_option("--at", o->at, "Position of the middle of the top face, x,y,z, mm; default: 0,0,0");
   c->add_option("--rotate", o->rotate,
-                "Turn about the middle of the top face by x,y,z degrees: about the x axis, then the y axis, then the z "
-                "axis of the "
-                "world; default 0,0,0.");
-  c->add_option("--voxel", o->params.voxel_mm, "Edge of a voxel, mm; 0.02 to 4, default 0.1.");
+                "Rotation about the middle of the top face by x,y,z degrees: about the x axis, then the y axis, then "
+                "the z axis of the world; default: 0,0,0");
+  c->add_option("--voxel", o->params.voxel_mm, "Voxel size, mm, 0.02 to 4");
   c->callback([o] {
     BlockParams params = o->params;
     if (!o->size.empty()) {
@@ -200,7 +198,8 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
       const auto v = ParseNumbers(text, ':', 2, "--layer", "thickness:region, such as 2.2:24");
       if (v[1] != std::floor(v[1]) || v[1] < 1 || v[1] > 255) {
         throw CLI::ValidationError(
-            "--layer", fmt::format("'{}' names no region; a region is a whole number within 1 to 255", text));
+            "--layer",
+            fmt::format("'{}' does not specify a region; a region must be a whole number from 1 to 255", text));
       }
       params.layers.push_back({v[0], static_cast<int>(v[1])});
     }
@@ -212,11 +211,11 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
 }  // namespace
 
 void AddModelCommand(CLI::App& app) {
-  CLI::App* c = app.add_subcommand("model", "Make a bone from parameters: the generic mandible, a block or a plate.");
+  CLI::App* c = app.add_subcommand("model", "Make a bone from parameters: the generic mandible, a block or a plate");
   c->require_subcommand(1);
   AddMandible(*c);
-  AddBlock(*c, "block", "A block with layers of material, for experiments with a known answer.", BlockParams{});
-  AddBlock(*c, "plate", "A plate of the mandible's body laid flat: cortical, cancellous and cortical bone.",
+  AddBlock(*c, "block", "Make a block with layers of material, for experiments with a known answer", BlockParams{});
+  AddBlock(*c, "plate", "Make a flat plate like the mandible's body: cortical, cancellous and cortical bone",
            MakePlateParams());
 }
 

@@ -1,4 +1,4 @@
-// kerf paper: the paper's Tables 1 to 6, printed against computed, and where its text and tables part.
+// kerf paper: the paper's Tables 1 to 6, printed values against computed ones, and where its text and tables disagree.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -14,7 +14,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct PaperArguments {
   bool json = false;
   bool csv = false;
   bool markdown = false;
@@ -22,20 +22,20 @@ struct Options {
   std::string output;
 };
 
-std::string Format(const PaperTables& tables, const Options& options) {
+std::string Format(const PaperTables& tables, const PaperArguments& options) {
   if (options.json) return FormatPaperJson(tables);
   if (options.csv) return FormatPaperCsv(tables);
   if (options.markdown) return FormatPaperMarkdown(tables);
   return FormatPaperText(tables);
 }
 
-void Run(const Options& options) {
+void Run(const PaperArguments& options) {
   if (!options.figure.empty()) {
     if (std::filesystem::path(options.figure).extension() != ".png") {
       throw CLI::ValidationError("--figure", fmt::format("'{}' must end in .png", options.figure));
     }
     if (!options.output.empty() && IsSameFile(options.figure, options.output)) {
-      throw CLI::ValidationError("--figure", fmt::format("'{}' is the same file as that of -o", options.figure));
+      throw CLI::ValidationError("--figure", fmt::format("'{}' is the same file as that given by -o", options.figure));
     }
     CheckWritable(options.figure);
   }
@@ -53,18 +53,18 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddPaperCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<PaperArguments>();
   CLI::App* command = app.add_subcommand(
-      "paper", "Recompute the tables of the paper that kerf implements, and show where its text and tables disagree.");
-  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON; keys bear their units.");
-  CLI::Option* csv = command->add_flag("--csv", options->csv, "Print as CSV: a row for each of the 24 forces.");
-  command->add_flag("--markdown", options->markdown, "Print the table that stands in kerf's README.")
+      "paper", "Recompute the tables of the paper that kerf implements, and show where its text and tables disagree");
+  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
+  CLI::Option* csv = command->add_flag("--csv", options->csv, "Print as CSV: a row for each of the 24 forces");
+  command->add_flag("--markdown", options->markdown, "Print as Markdown: the table of docs/paper.md")
       ->excludes(json)
       ->excludes(csv);
   csv->excludes(json);
   command->add_option("--figure", options->figure,
-                      "Also draw force against depth, as computed and corrected, to this .png (1920 x 1080 pixels).");
-  command->add_option("-o,--output", options->output, "The file to print to; default: standard output.");
+                      "Picture of force against depth to write, computed and corrected (.png, 1920 x 1080 pixels)");
+  command->add_option("-o,--output", options->output, "File for the output; default: stdout");
   command->callback([options] { Run(*options); });
 }
 

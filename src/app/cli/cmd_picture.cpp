@@ -1,4 +1,4 @@
-// kerf picture: what a bone looks like, or a CT.
+// kerf picture: draws a bone or a CT.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -22,7 +22,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct PictureArguments {
   std::string file;
   std::string output;
   std::string view = "three-quarter";
@@ -46,16 +46,16 @@ std::string CheckSize(const std::string& text) {
   int width = 0;
   int height = 0;
   const bool fits = ParseSize(text, width, height) && width >= 64 && height >= 64 && width <= 8192 && height <= 8192;
-  return fits ? std::string() : fmt::format("'{}' is no size: give it as WIDTHxHEIGHT, each 64 to 8192 pixels", text);
+  return fits ? std::string() : fmt::format("'{}' is not a size: give WIDTHxHEIGHT, each 64 to 8192 pixels", text);
 }
 
-/// Whether an import would read it as a CT.
+/// Returns true if an import would read the path as a CT.
 bool IsCt(const std::string& path) {
   std::error_code failed;
   return std::filesystem::is_directory(path, failed) || HasImageExtension(path);
 }
 
-void DrawCt(const Options& options) {
+void DrawCt(const PictureArguments& options) {
   CtSheetOptions sheet = options.ct;
   sheet.input = options.file;
   sheet.output = options.output;
@@ -64,7 +64,7 @@ void DrawCt(const Options& options) {
   DrawCtSheet(sheet);
 }
 
-void DrawBone(const Options& options) {
+void DrawBone(const PictureArguments& options) {
   const Bone bone = ReadBone(options.file);
   PictureSpec spec;
   if (!options.size.empty()) ParseSize(options.size, spec.width, spec.height);
@@ -81,7 +81,7 @@ void DrawBone(const Options& options) {
   Shape shape;
   shape.mesh_W = ExtractSurface(bone);
   if (shape.mesh_W.triangles.empty())
-    throw Error(fmt::format("{}: holds no bone, so there is nothing to see", options.file));
+    throw Error(fmt::format("{}: contains no bone, so there is nothing to draw", options.file));
   SurfaceColours colours = CalcSurfaceColours(bone, shape.mesh_W, by);
   shape.point_colours = std::move(colours.points);
   spec.legend = std::move(colours.legend);
@@ -90,7 +90,7 @@ void DrawBone(const Options& options) {
   fmt::print("{}\n", options.output);
 }
 
-void Run(const CLI::App& command, const Options& options) {
+void Run(const CLI::App& command, const PictureArguments& options) {
   const bool ct = IsCt(options.file);
   for (const char* name : {"--view", "--colour", "--dark"}) {
     if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "is for a bone; a CT is drawn in slices");
@@ -106,58 +106,54 @@ void Run(const CLI::App& command, const Options& options) {
 }  // namespace
 
 void AddPictureCommand(CLI::App& app) {
-  const auto o = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("picture", "Draw a bone or a CT as a PNG; needs no display.");
+  const auto o = std::make_shared<PictureArguments>();
+  CLI::App* command = app.add_subcommand("picture", "Draw a bone or a CT as a PNG; needs no display");
   command
       ->add_option("BONE", o->file,
-                   "The bone (.vdb); or a CT, as 'kerf import' takes it: a folder of DICOM files or an image.")
+                   "Bone file (.vdb), or a CT, as 'kerf import' reads it: a folder of DICOM files or an image")
       ->required();
-  command->add_option("-o,--output", o->output, "The picture to write (.png).")->required();
+  command->add_option("-o,--output", o->output, "Picture file to write (.png)")->required();
   command->add_flag("--axes", o->axes,
-                    "Patient coordinates (LPS) in mm along the edges, and a grid. A CT always has them.");
+                    "Draw patient coordinates (LPS), mm, along the edges, and a grid; always drawn for a CT");
   command
-      ->add_option(
-          "--size", o->size,
-          "Width and height in pixels, each 64 to 8192, of a CT 200 to 8192; default 1280x720, of a CT 2400x1800.")
+      ->add_option("--size", o->size,
+                   "Width and height, pixels, each 64 to 8192 (CT: 200 to 8192); default: 1280x720 (CT: 2400x1800)")
       ->check(CLI::Validator(CheckSize, ""));
-  command->add_option("--title", o->title, "The line at the top; by default the file's name.");
+  command->add_option("--title", o->title, "Title of the picture; default: the file's name");
 
   const std::string bone = "A bone";
   command
-      ->add_option(
-          "--view", o->view,
-          "From where the patient is seen: front, back, left, right, top, bottom or three-quarter (the default).")
+      ->add_option("--view", o->view,
+                   "Side from which the patient is seen: front, back, left, right, top, bottom or three-quarter")
       ->check(CLI::IsMember({"front", "back", "left", "right", "top", "bottom", "three-quarter"}).description(""))
       ->group(bone);
   command
-      ->add_option("--colour", o->colour,
-                   "What the colours say: tissue (cortical, cancellous, tooth, canal; the default), region (of the "
-                   "table) or plain.")
+      ->add_option(
+          "--colour", o->colour,
+          "Meaning of the colours: tissue (cortical, cancellous, tooth, canal), region (of the table) or plain")
       ->check(CLI::IsMember({"tissue", "region", "plain"}).description(""))
       ->group(bone);
-  command->add_flag("--dark", o->dark, "Dark background instead of white.")->group(bone);
+  command->add_flag("--dark", o->dark, "Use a dark background instead of white")->group(bone);
 
-  const std::string ct = "A CT, for the points of 'kerf import --keep' and '--drop' to be read off";
+  const std::string ct = "A CT, to read off points for 'kerf import --keep' and '--drop'";
   command
       ->add_option("--slice", o->ct.slices,
-                   "A slice to draw: x=MM, y=MM or z=MM; may be repeated. Without: the bone from the front and the "
-                   "left, and axial slices: through the points, or ten over the bone's height.")
+                   "Slice to draw: x=MM, y=MM or z=MM; may be repeated; default: the bone from the front and the left, "
+                   "and axial slices through the points, or ten over the bone's height")
       ->allow_extra_args(false)
       ->group(ct);
-  command->add_option("--keep", o->ct.keep, "Mark the point x,y,z (LPS, mm) in green; may be repeated.")
+  command->add_option("--keep", o->ct.keep, "Point x,y,z (LPS, mm) to mark in green; may be repeated")
       ->allow_extra_args(false)
       ->group(ct);
-  command->add_option("--drop", o->ct.drop, "Mark the point x,y,z in orange; may be repeated.")
+  command->add_option("--drop", o->ct.drop, "Point x,y,z (LPS, mm) to mark in orange; may be repeated")
       ->allow_extra_args(false)
       ->group(ct);
-  command
-      ->add_option("--iso", o->ct.import.isolate.iso_hu,
-                   "Bone is what has this HU and more, -500 to 3000; default 300.")
+  command->add_option("--iso", o->ct.import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000")
       ->check(NumberWithin(-500, 3000, "HU"))
       ->group(ct);
   command
       ->add_option("--series", o->ct.import.series,
-                   "UID, or its end, of the DICOM series; default: the only CT series.")
+                   "UID of the DICOM series, or the end of the UID; default: the only CT series")
       ->group(ct);
   AddFrameOption(*command, o->ct.import.frame)->group(ct);
   command->callback([o, command] { Run(*command, *o); });

@@ -1,4 +1,4 @@
-// kerf practise: the student's exercises.
+// kerf practise: exercises for students.
 #include <fmt/format.h>
 
 #include <memory>
@@ -16,13 +16,13 @@ namespace {
 
 void OpenWindow(const PractiseOptions& options, const WindowOptions& window) {
   PracticeOptions practice;
-  practice.theatre = MakeTheatreOptions(window, "kerf practise", "practice");
+  practice.viewer = MakeViewerOptions(window, "kerf practise", "practice");
   practice.exercise = options.exercise;
   practice.level = options.level;
   practice.student = options.student;
-  Practice theatre(practice);
+  Practice viewer(practice);
   const ExitsAtOnce at_once;
-  for (const std::string& recording : theatre.Run()) fmt::print("recording  {}\n", recording);
+  for (const std::string& recording : viewer.Run()) fmt::print("recording  {}\n", recording);
 }
 
 }  // namespace
@@ -30,7 +30,7 @@ void OpenWindow(const PractiseOptions& options, const WindowOptions& window) {
 void AddPractiseCommand(CLI::App& app) {
   const auto options = std::make_shared<PractiseOptions>();
   CLI::App* command =
-      app.add_subcommand("practise", "Exercises for students, their scores and their history (docs/practise.md)");
+      app.add_subcommand("practise", "Do exercises in a window, score them and show their history (docs/practise.md)");
   const auto window = std::make_shared<WindowOptions>();
   AddPractiseHistoryOptions(*command, *options);
   AddWindowOptions(*command, *window);

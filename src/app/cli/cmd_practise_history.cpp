@@ -49,10 +49,10 @@ ScoreSheet Score(const std::string& file, const std::string& bone_file) {
   return ScoreRecording(recording, options, [&](const std::string& now, double f) { bars.Show(now, f); });
 }
 
-/// False when the recording is not whole.
+/// Returns false if the recording is incomplete.
 bool HandIn(const PractiseOptions& options) {
   if (options.student.empty()) throw CLI::ValidationError("--hand-in", "needs --student NAME");
-  History history(FindHistoryFile());  // before the long work
+  History history(FindHistoryFile());  // before the long computation
   const ScoreSheet sheet = Score(options.hand_in, options.bone_file);
   for (const std::string& warning : sheet.warnings) {
     SayWarning("{}: {}", options.hand_in, warning);
@@ -68,7 +68,7 @@ bool HandIn(const PractiseOptions& options) {
   return sheet.state == RecordingState::kWhole;
 }
 
-/// Those of `file`, and the installation's own.
+/// Returns the keys in `file` and those of the installation.
 std::vector<KnownKey> FindKnownKeys(const std::string& file) {
   std::vector<KnownKey> known;
   if (!file.empty()) known = ReadPublicKeys(file);
@@ -80,14 +80,14 @@ std::vector<KnownKey> FindKnownKeys(const std::string& file) {
   return known;
 }
 
-/// Whether it finished is told in `done`.
+/// Runs an agent. `done` is set to true if the agent finished.
 LoopSummary LetDo(const std::string& agent, std::uint64_t seed, const std::string& exercise, int level, double seconds,
                   const std::string& record, std::atomic<bool>& done) {
   const AgentParams params = MakeAgentParams(agent, seed);
   const Scene scene = MakeExerciseScene(exercise, level);
   LoopOptions loop;
   loop.virtual_time = true;
-  loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMostLoop_s);
+  loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMaxLoop_s);
   loop.log = LoopLog::kNowhere;
   loop.record = record;
   loop.scene_file = FindExercise(exercise).file;
@@ -98,10 +98,11 @@ LoopSummary LetDo(const std::string& agent, std::uint64_t seed, const std::strin
   return RunLoop(scene, loop, [&](const std::string& now, double f) { bars.Show(now, f); });
 }
 
-/// Of docs/practise.md: every agent at every exercise, the measures that count and the total, means over the seeds.
+/// Prints the table of docs/practise.md: each agent in each exercise, with the scored measures and the total, as
+/// means over the seeds.
 void PrintAgents(const PractiseOptions& options) {
   const TemporaryFolder folder("kerf_agents");
-  fmt::print("| exercise | agent | total | {} |\n|---|---|---|---|\n", "measures that count");
+  fmt::print("| exercise | agent | total | {} |\n|---|---|---|---|\n", "scored measures");
   for (const Exercise& exercise : ListExercises()) {
     if (!options.exercise.empty() && exercise.id != options.exercise) continue;
     for (const std::string_view agent : AgentNames()) {
@@ -138,7 +139,7 @@ void RunAgent(const PractiseOptions& options) {
       LetDo(options.agent, options.seed, options.exercise, options.level, options.seconds, options.record, done);
   if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
-  if (!done) SayWarning("the agent had not finished after {:.1f} s", summary.simulated_s);
+  if (!done) SayWarning("the agent did not finish within {:.1f} s", summary.simulated_s);
   fmt::print("{} did {} at level {} in {:.1f} s and removed {:.2f} mm3\n", options.agent, options.exercise,
              options.level, summary.simulated_s, summary.removed_mm3);
 }
@@ -150,26 +151,31 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   command.add_flag("--history", options.history, "List the attempts that were handed in");
   command.add_option("--student", options.student, "Name of the student");
   command.add_option("--report", options.report, "Write the teacher's page: curves and attempts (.html)");
-  command.add_option("--keys", options.keys, "With --report: public keys with their owners' names, a line each");
+  command.add_option("--keys", options.keys,
+                     "With --report: file of public keys, one per line, each followed by its owner's name");
   command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
-  command.add_option("--bone", options.bone_file, "With --hand-in: the bone, where it is not where it was (.vdb)");
-  command.add_option("--exercise", options.exercise, "The exercise, by its id (see --list)");
+  command.add_option("--bone", options.bone_file, "With --hand-in: bone file of the recording, if it was moved (.vdb)");
+  command.add_option("--exercise", options.exercise, "Id of the exercise (see --list)");
   command.add_option("--level", options.level, "Level of the exercise, 1 (all aids) to 5 (none)")
       ->check(CLI::Range(1, kLevels))
       ->capture_default_str();
   CLI::Option* agent = command.add_option(
-      "--agent", options.agent, "Let a synthetic novice, intermediate or expert do the exercise, without the clock");
+      "--agent", options.agent, "Let a synthetic novice, intermediate or expert do the exercise, in virtual time");
   command
-      .add_option("--agents", options.agents,
-                  "All three at every exercise, or at --exercise, with so many seeds each: a table, Markdown")
+      .add_option(
+          "--agents", options.agents,
+          "Let all three agents do every exercise, or --exercise, with this many seeds each; print a Markdown table")
       ->check(CLI::Range(1, 100));
-  command.add_option("--seed", options.seed, "Of the agent's errors and tremor")->needs(agent)->capture_default_str();
-  command.add_option("--seconds", options.seconds, "The agent stops after this; 0: when it has finished")
+  command.add_option("--seed", options.seed, "Seed of the agent's errors and tremor")
       ->needs(agent)
-      ->check(NumberWithin(0, kMostLoop_s, "s"));
-  command.add_option("--record", options.record, "Record the session into this file, which must not be there yet");
+      ->capture_default_str();
+  command.add_option("--seconds", options.seconds, "Time limit of the agent, s; 0: until it has finished")
+      ->needs(agent)
+      ->check(NumberWithin(0, kMaxLoop_s, "s"));
+  command.add_option("--record", options.record,
+                     "Record the session into this file, which must not exist yet (see 'kerf replay')");
   CLI::Option* json = command.add_flag("--json", options.json, "Print as JSON");
-  command.add_flag("--csv", options.csv, "Print the history as rows")->excludes(json);
+  command.add_flag("--csv", options.csv, "Print as CSV: the history")->excludes(json);
 }
 
 bool WantsPractiseHistory(const PractiseOptions& options) {

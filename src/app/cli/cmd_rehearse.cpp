@@ -1,4 +1,4 @@
-// kerf rehearse: a free cut in a window.
+// kerf rehearse: free cutting in a window.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -18,7 +18,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct RehearseArguments {
   std::string input;
   WindowOptions window;
   std::vector<std::string> plans;
@@ -29,52 +29,52 @@ struct Options {
   bool json = false;
 };
 
-void Run(const Options& options) {
+void Run(const RehearseArguments& options) {
   RehearsalOptions rehearsal;
-  rehearsal.theatre = MakeTheatreOptions(options.window, "kerf rehearse", "rehearsal");
-  rehearsal.theatre.scripted = options.watch;
+  rehearsal.viewer = MakeViewerOptions(options.window, "kerf rehearse", "rehearsal");
+  rehearsal.viewer.scripted = options.watch;
   rehearsal.input = options.input;
   rehearsal.obj = options.obj;
-  rehearsal.open = {.folder = rehearsal.theatre.folder, .voxel_mm = options.voxel_mm};
+  rehearsal.open = {.folder = rehearsal.viewer.folder, .voxel_mm = options.voxel_mm};
   rehearsal.plans = options.plans;
   rehearsal.saws = options.saws.empty() ? BuiltInSaws() : ParseSaws(ReadTextFile(options.saws), options.saws);
   if (!options.input.empty() && !std::filesystem::exists(options.input)) {
     throw Error(fmt::format("{}: there is no such file or folder", options.input));
   }
-  Rehearsal theatre(rehearsal);
+  Rehearsal viewer(rehearsal);
   const ExitsAtOnce at_once;
-  const RehearsalResult result = theatre.Run();
+  const RehearsalResult result = viewer.Run();
   if (options.json) {
-    fmt::print("{}\n", nlohmann::json{{"folder", rehearsal.theatre.folder},
+    fmt::print("{}\n", nlohmann::json{{"folder", rehearsal.viewer.folder},
                                       {"recordings", result.recordings},
                                       {"take_away", result.take_away}}
                            .dump(2));
     return;
   }
   for (const std::string& recording : result.recordings) fmt::print("recording  {}\n", recording);
-  if (!result.take_away.empty()) fmt::print("taken away {}\n", result.take_away);
+  if (!result.take_away.empty()) fmt::print("exported   {}\n", result.take_away);
 }
 
 }  // namespace
 
 void AddRehearseCommand(CLI::App& app) {
-  auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("rehearse", "Cut a bone freely in a window, by mouse and keys");
+  auto options = std::make_shared<RehearseArguments>();
+  CLI::App* command = app.add_subcommand("rehearse", "Cut a bone freely in a window, with mouse and keys");
   command->add_option("input", options->input,
-                      "A scene (.toml), a bone (.vdb), a folder with a DICOM series, or any file that 'kerf import' "
-                      "takes; without it the generic mandible");
-  command->add_option("--plan", options->plans, "Planes to cut along, of 3D Slicer (.mrk.json); may be given again");
-  command->add_option("--saws", options->saws, "Table of saws to switch among, columns as volumes/saws.csv");
-  command->add_option("--voxel", options->voxel_mm, "Voxels of a bone that is imported")
+                      "Scene (.toml), bone (.vdb), folder with a DICOM series, or any file that 'kerf import' reads; "
+                      "default: the generic mandible");
+  command->add_option("--plan", options->plans, "Planes to cut along, from 3D Slicer (.mrk.json); may be repeated");
+  command->add_option("--saws", options->saws, "Table of saws to choose from, with the columns of volumes/saws.csv");
+  command->add_option("--voxel", options->voxel_mm, "Voxel size of an imported bone, mm, 0.05 to 2")
       ->check(NumberWithin(0.05, 2, "mm"))
       ->capture_default_str();
   CLI::Option* watch =
       command->add_flag("--watch", options->watch,
-                        "The scene's own hand goes along its path, as in 'kerf loop'; the mouse has the view alone");
-  command->add_flag("--obj", options->obj, "Pieces are taken away as OBJ, not as STL");
+                        "Let the scene's hand follow its path, as in 'kerf loop'; the mouse only changes the view");
+  command->add_flag("--obj", options->obj, "Write pieces as OBJ instead of STL");
   AddWindowOptions(*command, options->window);
   watch->excludes("--device");
-  command->add_flag("--json", options->json, "What was left behind, as JSON");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

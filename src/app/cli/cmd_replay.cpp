@@ -25,7 +25,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct ReplayArguments {
   std::string file;
   std::string folder;
   std::string bone_file;
@@ -40,7 +40,7 @@ void PrintHead(const RecordingReader& recording) {
   const RecordingHead& head = recording.head();
   fmt::print("{}\n", head.scene_name);
   fmt::print("  recorded  {} by kerf {} ({}) on {}\n", head.created, head.version, head.commit, head.machine);
-  if (!head.taken_up_from.empty()) fmt::print("            goes on from {}\n", head.taken_up_from);
+  if (!head.taken_up_from.empty()) fmt::print("            resumed from {}\n", head.taken_up_from);
   fmt::print("  holds     {:.3f} s, {} ticks, {:.1f} kB\n", recording.duration_s(), recording.steps(),
              1e-3 * static_cast<double>(recording.file_bytes()));
   for (const std::string& warning : FindDamageWarnings(recording)) fmt::print("  damage    {}\n", warning);
@@ -79,16 +79,16 @@ std::string FormatJson(const RecordingReader& recording, const Replayed& replaye
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-/// Of the surfaces that are written.
-double ErrorOf(const Options& options) {
+/// Returns the error of the written surfaces.
+double ErrorOf(const ReplayArguments& options) {
   return options.full ? 0 : kSurfaceErrorMm;
 }
 
-Replayed ReplayLoop(const Options& options, RecordingReader& recording, const RecordedScene& recorded) {
+Replayed ReplayLoop(const ReplayArguments& options, RecordingReader& recording, const RecordedScene& recorded) {
   const Scene& scene = recorded.scene;
   LoopOptions loop;
   loop.virtual_time = true;
-  loop.seconds = std::clamp(std::min(options.until_s.value_or(1e9), recording.damage().whole_s), 0.01, kMostLoop_s);
+  loop.seconds = std::clamp(std::min(options.until_s.value_or(1e9), recording.damage().whole_s), 0.01, kMaxLoop_s);
   loop.stop = &CatchInterrupt();
   loop.scene_file = recording.head().scene_file;
   loop.replay.recording = &recording;
@@ -110,7 +110,7 @@ Replayed ReplayLoop(const Options& options, RecordingReader& recording, const Re
   return *summary.replayed;
 }
 
-Replayed ReplayRun(const Options& options, RecordingReader& recording, const RecordedScene& recorded) {
+Replayed ReplayRun(const ReplayArguments& options, RecordingReader& recording, const RecordedScene& recorded) {
   RunReplay replay(recording, options.until_s.value_or(std::numeric_limits<double>::infinity()), options.verify);
   StageBars bars;
   const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
@@ -124,17 +124,17 @@ Replayed ReplayRun(const Options& options, RecordingReader& recording, const Rec
   return replay.MakeReport(summary.hash_after);
 }
 
-void Run(const Options& options) {
-  if (options.until_s && std::isnan(*options.until_s)) throw CLI::ValidationError("--until", "is no number");
+void Run(const ReplayArguments& options) {
+  if (options.until_s && std::isnan(*options.until_s)) throw CLI::ValidationError("--until", "is not a number");
   RecordingReader recording(options.file);
   if (options.until_s && *options.until_s > recording.duration_s() + 1e-9) {
-    throw Error(fmt::format("{}: is {:.3f} s long; there is no moment {:g} s in it", options.file,
-                            recording.duration_s(), *options.until_s));
+    throw Error(fmt::format("{}: is {:.3f} s long; {:g} s is after its end", options.file, recording.duration_s(),
+                            *options.until_s));
   }
   const RecordingDamage& damage = recording.damage();
   if (options.until_s && *options.until_s > damage.whole_s + 1e-9) {
     throw Error(
-        fmt::format("{}: {}; it can be gone through up to {:.3f} s", options.file, damage.sentence, damage.whole_s));
+        fmt::format("{}: {}; it can be replayed up to {:.3f} s", options.file, damage.sentence, damage.whole_s));
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   std::optional<FolderLock> lock;
@@ -142,18 +142,18 @@ void Run(const Options& options) {
   for (const std::string& warning : FindDamageWarnings(recording)) SayWarning("{}: {}", options.file, warning);
   const bool loop = recording.head().kind == RecordedKind::kLoop;
   if (!loop && options.speed > 0) {
-    throw CLI::ValidationError("--speed", "is for a recorded loop; a run along a path has no pace of its own");
+    throw CLI::ValidationError("--speed", "applies to a recorded loop only; a run along a path is not in real time");
   }
   const Replayed replayed = loop ? ReplayLoop(options, recording, recorded) : ReplayRun(options, recording, recorded);
   if (!options.json) PrintHead(recording);
   if (options.json) fmt::print("{}", FormatJson(recording, replayed));
   if (const std::optional<Divergence>& d = replayed.divergence) {
-    const std::string what = fmt::format("{}: other than recorded from tick {} on, at {:.3f} s: {}", options.file,
-                                         d->step + 1, d->time_s, d->what);
+    const std::string what = fmt::format("{}: differs from the recording from tick {} on, at {:.3f} s: {}",
+                                         options.file, d->step + 1, d->time_s, d->what);
     if (options.verify) throw Error(what);
     SayWarning("{}", what);
   } else if (!options.json) {
-    fmt::print("  replayed  {:.3f} s, {} ticks: voxels and forces to the bit as recorded\n", replayed.time_s,
+    fmt::print("  replayed  {:.3f} s, {} ticks: voxels and forces bit-identical to the recording\n", replayed.time_s,
                replayed.steps);
   }
   if (!options.json) {
@@ -167,27 +167,26 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddReplayCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "replay",
-      "Go through a recording again: the same voxels and forces to the bit, or where they are not. Exit code 3: as "
-      "recorded as far as it goes, but the recording is damaged or cut short");
-  command->add_option("FILE", options->file, "The recording (made by --record)")->required();
-  command->add_flag(
-      "--verify", options->verify,
-      "Stop at the first tick whose forces, voxels, row of states or events come out otherwise, name it, and exit "
-      "with 1; without it the replay goes on and warns");
-  command->add_option("--speed", options->speed, "Times real time; 0: as fast as it goes")
+  const auto options = std::make_shared<ReplayArguments>();
+  CLI::App* command =
+      app.add_subcommand("replay",
+                         "Run a recording again, and report whether voxels and forces are bit-identical. Exit code 3: "
+                         "the readable part is identical, but the recording is damaged or cut short");
+  command->add_option("FILE", options->file, "Recording (made by --record)")->required();
+  command->add_flag("--verify", options->verify,
+                    "Stop at the first tick whose forces, voxels, states or events differ, report it, and exit with 1; "
+                    "default: warn and continue");
+  command->add_option("--speed", options->speed, "Speed relative to real time; 0: as fast as possible")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6));
-  command->add_option("--until", options->until_s, "Only as far as this moment, s")->check(CLI::Range(0.0, 1e9));
-  command->add_option("-o,--output", options->folder,
-                      "Folder for what the run itself would have written there; made when missing");
-  command->add_flag("--full", options->full,
-                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
-                                kSurfaceErrorMm));
-  command->add_option("--bone", options->bone_file, "The bone, where it is not where it was (.vdb)");
-  command->add_flag("--json", options->json, "Print what came of it as JSON");
+  command->add_option("--until", options->until_s, "Time at which to stop, s")->check(CLI::Range(0.0, 1e9));
+  command->add_option("-o,--output", options->folder, "Folder for the results of the recorded run; created if missing");
+  command->add_flag(
+      "--full", options->full,
+      fmt::format("Write the pieces at full resolution; otherwise within {:g} mm of it, with fewer triangles",
+                  kSurfaceErrorMm));
+  command->add_option("--bone", options->bone_file, "Bone file of the recording, if it was moved (.vdb)");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

@@ -18,7 +18,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct RunArguments {
   std::string scene;
   std::string folder = "out";
   bool json = false;
@@ -29,7 +29,7 @@ struct Options {
   bool full = false;
 };
 
-/// What the files of the pieces or parts hold.
+/// Prints the contents of the files of pieces or parts.
 template <typename Pieces>
 void PrintSurfaces(const Pieces& pieces, double error_mm) {
   std::size_t triangles = 0;
@@ -66,7 +66,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
     fmt::print("{}{:.2f} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
     if (s.pieces[i].place != PieceFate::kHeld) fmt::print(" ({})", ToString(s.pieces[i].place));
   }
-  if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 together", s.dust_count, s.dust_mm3);
+  if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 in total", s.dust_count, s.dust_mm3);
   fmt::print("\n");
   PrintSurfaces(s.pieces, s.surface_error_mm);
   if (s.heat) fmt::print("  heat      {}\n", DescribeHeat(*s.heat));
@@ -111,8 +111,8 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
   fmt::print("\n");
 }
 
-/// `lost`: gets a sentence when the recording could not be written to its end.
-void RunSlabMode(const Scene& scene, const Options& options, std::string& lost) {
+/// `lost`: set to a message if the recording could not be written completely.
+void RunSlabMode(const Scene& scene, const RunArguments& options, std::string& lost) {
   SlabSummary summary;
   {
     StageBars bars;
@@ -129,7 +129,7 @@ void RunSlabMode(const Scene& scene, const Options& options, std::string& lost) 
   }
 }
 
-void RunVoxelMode(const Scene& scene, const Options& options, std::string& lost) {
+void RunVoxelMode(const Scene& scene, const RunArguments& options, std::string& lost) {
   RunSummary summary;
   {
     StageBars bars;
@@ -147,14 +147,14 @@ void RunVoxelMode(const Scene& scene, const Options& options, std::string& lost)
   }
 }
 
-void Run(const Options& options) {
+void Run(const RunArguments& options) {
   Scene scene = ReadScene(options.scene);
   if (options.no_pictures) scene.output.pictures = false;
   CheckInputsStay(scene, options.scene, options.folder);
   if (options.records) {
     CheckInputsStay(ListInputs(scene, options.scene), {options.record});
     CheckNewRecording(options.record);
-    CheckInputsStay(scene, options.record, options.folder);  // nor may a result take its place
+    CheckInputsStay(scene, options.record, options.folder);  // results must not overwrite the recording
   }
   if (scene.simulation.mode == SceneMode::kSlab && options.costs) {
     throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
@@ -168,7 +168,7 @@ void Run(const Options& options) {
       RunVoxelMode(scene, options, lost);
     }
   } catch (const Error&) {
-    // What can't be made again is said first.
+    // Report a lost recording first.
     if (!lost.empty()) Say("{}", lost);
     throw;
   }
@@ -178,21 +178,23 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddRunCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RunArguments>();
   CLI::App* command =
       app.add_subcommand("run", "Run a scene: cut the bone along the path, write forces, bone, pieces and pictures");
-  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')")->required();
-  command->add_option("-o,--output", options->folder, "Folder for the results; made when missing")
+  command->add_option("SCENE", options->scene, "Scene file (TOML; see 'kerf scene --defaults')")->required();
+  command->add_option("-o,--output", options->folder, "Folder for the results; created if missing")
       ->capture_default_str();
   command->add_flag("--costs", options->costs,
-                    "Time each stage of the ticks and each effect: live behind the progress bar, and as a table");
+                    "Time each stage of the ticks and each effect, and show the cost of a tick: live after the "
+                    "progress bar, and as a table");
   CLI::Option* record = command->add_option(
-      "--record", options->record, "Record the run into this file, which must not be there yet (see 'kerf replay')");
-  command->add_flag("--no-pictures", options->no_pictures, "Draw no pictures, whatever the scene asks for");
-  command->add_flag("--full", options->full,
-                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
-                                kSurfaceErrorMm));
-  command->add_flag("--json", options->json, "Print the summary as JSON");
+      "--record", options->record, "Record the run into this file, which must not exist yet (see 'kerf replay')");
+  command->add_flag("--no-pictures", options->no_pictures, "Draw no pictures, even if the scene requests them");
+  command->add_flag(
+      "--full", options->full,
+      fmt::format("Write the pieces at full resolution; otherwise within {:g} mm of it, with fewer triangles",
+                  kSurfaceErrorMm));
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options, record] {
     options->records = record->count() > 0;
     Run(*options);

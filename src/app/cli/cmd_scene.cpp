@@ -1,4 +1,4 @@
-// kerf scene: the default scene, or a scene with all its values.
+// kerf scene: prints the default scene, or a scene with all its values.
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -10,13 +10,13 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct SceneArguments {
   std::string file;
   std::string output;
   bool defaults = false;
 };
 
-void Run(const Options& options) {
+void Run(const SceneArguments& options) {
   if (options.defaults == !options.file.empty()) {
     throw CLI::ValidationError("scene", "give either FILE or --defaults");
   }
@@ -32,12 +32,12 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddSceneCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("scene", "Print a scene as commented TOML with every value, unit and range.");
-  command->add_option("FILE", options->file, "The scene whose resolved form is printed: each value, given or default.");
+  const auto options = std::make_shared<SceneArguments>();
+  CLI::App* command = app.add_subcommand("scene", "Print a scene as commented TOML with every value, unit and range");
+  command->add_option("FILE", options->file, "Scene file (TOML), printed with all its values, given or default");
   command->add_flag("--defaults", options->defaults,
-                    "Print the default scene instead, with all that a scene may say; it runs as it stands.");
-  command->add_option("-o,--output", options->output, "The file to write to; default: standard output.");
+                    "Print the default scene instead, with all keys of a scene; it can be run as it is");
+  command->add_option("-o,--output", options->output, "File for the output; default: stdout");
   command->callback([options] { Run(*options); });
 }
 

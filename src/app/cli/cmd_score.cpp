@@ -1,4 +1,4 @@
-// kerf score: what a recording is worth.
+// kerf score: computes the score of a recording.
 #include <fmt/format.h>
 
 #include <memory>
@@ -15,7 +15,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct ScoreArguments {
   std::string file;
   std::string bone_file;
   std::string page;
@@ -24,7 +24,7 @@ struct Options {
   bool measures = false;
 };
 
-void Run(const Options& options) {
+void Run(const ScoreArguments& options) {
   if (options.measures) {
     fmt::print("{}", FormatMeasuresMarkdown());
     return;
@@ -54,17 +54,17 @@ void Run(const Options& options) {
 }  // namespace
 
 void AddScoreCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "score",
-      "Measure what a recording did, and score it if its scene is an exercise (docs/practise.md). Exit code 3: the "
-      "recording is damaged or cut short");
-  command->add_option("FILE", options->file, "The recording (made by --record)");
-  command->add_option("--bone", options->bone_file, "The bone, where it is not where it was (.vdb)");
-  command->add_option("-o,--output", options->page, "Also write a page for the browser (.html)");
+  const auto options = std::make_shared<ScoreArguments>();
+  CLI::App* command = app.add_subcommand("score",
+                                         "Measure the cut of a recording, and score it if its scene is an exercise "
+                                         "(docs/practise.md). Exit code 3: the recording is damaged or cut short");
+  command->add_option("FILE", options->file, "Recording (made by --record)");
+  command->add_option("--bone", options->bone_file, "Bone file of the recording, if it was moved (.vdb)");
+  command->add_option("-o,--output", options->page, "File for a report to open in a browser (.html)");
   CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
-  command->add_flag("--csv", options->csv, "Print as rows: key,name,unit,value,scored,weight,points")->excludes(json);
-  command->add_flag("--measures", options->measures, "Print the measures themselves: formula and evidence, Markdown");
+  command->add_flag("--csv", options->csv, "Print as CSV: key,name,unit,value,scored,weight,points")->excludes(json);
+  command->add_flag("--measures", options->measures,
+                    "Print the definitions of the measures as Markdown: formula and evidence");
   command->callback([options] { Run(*options); });
 }
 

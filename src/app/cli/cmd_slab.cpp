@@ -20,11 +20,11 @@
 namespace kerf::cli {
 namespace {
 
-/// What is said aloud when it is exceeded (docs/slab.md says what is usual).
+/// Larger values cause a warning (docs/slab.md gives typical ones).
 constexpr double kLargestDifference_percent = 0.1;
 constexpr double kLargestThicknessError_mm = 0.01;
 
-struct Options {
+struct SlabArguments {
   std::string plane;
   std::string plane_markups;
   std::string near_point;
@@ -39,7 +39,7 @@ CutPlane ParsePlane(const std::string& text) {
   const auto v = ParseNumbers(text, ',', 6, "--plane",
                               "a point and a normal, x,y,z,nx,ny,nz with the point in mm, such as 24,30,0,0,1,0");
   const auto normal = CalcDirection({v[3], v[4], v[5]});
-  if (!normal) throw CLI::ValidationError("--plane", fmt::format("'{}' has a normal without direction", text));
+  if (!normal) throw CLI::ValidationError("--plane", fmt::format("'{}' has a zero normal", text));
   return {{v[0], v[1], v[2]}, *normal};
 }
 
@@ -62,9 +62,9 @@ void Print(const PartsReport& r, const std::string& folder) {
              r.whole_mm3, r.CalcDifferencePercent());
   for (const PartFile& part : r.parts) {
     if (part.crumbs == 0) continue;
-    fmt::print("{:<8}  besides {} of {:.2g} mm3 together, each below {:g} % of the part\n", part.name,
+    fmt::print("{:<8}  and {} of {:.2g} mm3 in total, each below {:g} % of the part\n", part.name,
                part.crumbs == 1 ? "a crumb" : fmt::format("{} crumbs", part.crumbs), part.crumbs_mm3,
-               100 * kCrumbShare);
+               100 * kCrumbFraction);
   }
   fmt::print("written    {}/:", folder);
   for (const PartFile& part : r.parts) {
@@ -76,31 +76,31 @@ void Print(const PartsReport& r, const std::string& folder) {
 
 void Warn(const PartsReport& r, bool everywhere, bool reduced) {
   if (std::abs(r.CalcDifferencePercent()) > kLargestDifference_percent) {
-    Say("the parts' volumes sum to {:+.2f} % of the bone's: voxels of {:g} mm are coarse for this bone and "
-        "cut; make it again with smaller ones",
+    Say("the parts' volumes differ by {:+.2f} % from the bone's: voxels of {:g} mm are coarse for this bone and cut; "
+        "make the bone again with smaller voxels",
         r.CalcDifferencePercent(), r.parts.front().voxel_mm);
   }
   if (const double off_mm = r.measured_thickness_mm - r.thickness_mm;
       !(std::abs(off_mm) <= kLargestThicknessError_mm)) {
     Say("the slice's surface is {:.3f} mm thick instead of {:g} mm; {}", r.measured_thickness_mm, r.thickness_mm,
-        reduced ? "give it more --triangles" : "make the bone again with smaller voxels, or the slice thicker");
+        reduced ? "allow more --triangles" : "make the bone again with smaller voxels, or make the slice thicker");
   }
   if (!everywhere && r.cut_places > 1) {
-    Say("the bone is cut in {} places, because fewer left it in one piece", r.cut_places);
+    Say("the bone is cut in {} places, because fewer cuts leave it in one piece", r.cut_places);
   }
   if (!everywhere && r.places > r.cut_places) {
-    Say("the plane goes through the bone in {} places; {} of them {} left whole (--near chooses another, "
-        "--everywhere cuts all)",
+    Say("the plane passes through the bone in {} places; {} of them {} not cut (--near chooses another, --everywhere "
+        "cuts all)",
         r.places, r.places - r.cut_places, r.places - r.cut_places == 1 ? "is" : "are");
   }
 }
 
-void Run(Options& options) {
+void Run(SlabArguments& options) {
   if (options.plane.empty() == options.plane_markups.empty()) {
-    throw CLI::ValidationError("--plane", "give the plane by one of --plane and --plane-markups");
+    throw CLI::ValidationError("--plane", "give the plane by either --plane or --plane-markups");
   }
   if (options.cut.everywhere && !options.near_point.empty()) {
-    throw CLI::ValidationError("--near", "means nothing with --everywhere");
+    throw CLI::ValidationError("--near", "can't be combined with --everywhere");
   }
   if (!options.plane.empty()) options.cut.plane = ParsePlane(options.plane);
   if (!options.near_point.empty()) {
@@ -133,34 +133,31 @@ void Run(Options& options) {
 }  // namespace
 
 void AddSlabCommand(CLI::App& app) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<SlabArguments>();
   CLI::App* c = app.add_subcommand(
-      "slab", "Cut a bone into the paper's three parts: left segment, thin slice and right segment (docs/slab.md).");
-  c->add_option("BONE", o->parts.bone_file, "The bone (.vdb).")->required();
-  c->add_option("-o,--output", o->parts.folder, "The folder to write into; made when it is not there.")->required();
-  c->add_option(
-      "--plane", o->plane,
-      "The slice's middle plane, x,y,z,nx,ny,nz: a point, mm, -10^6 to 10^6, and a normal of any length, in patient "
-      "coordinates LPS. The normal points to the right segment.");
+      "slab", "Cut a bone into the paper's three parts: left segment, thin slice and right segment (docs/slab.md)");
+  c->add_option("BONE", o->parts.bone_file, "Bone file (.vdb)")->required();
+  c->add_option("-o,--output", o->parts.folder, "Folder for the results; created if missing")->required();
+  c->add_option("--plane", o->plane,
+                "Middle plane of the slice, x,y,z,nx,ny,nz: a point, mm, -10^6 to 10^6, and a normal of any length "
+                "that points to the right segment, in patient coordinates LPS");
   c->add_option(
       "--plane-markups", o->plane_markups,
-      "Takes the plane from a file of 3D Slicer (.mrk.json) instead: a plane, or three or more points that it "
-      "goes through or nearest to.");
-  c->add_option("--thickness", o->cut.thickness_mm, "Thickness of the slice, mm, 0.02 to 50; default 0.25.")
+      "File of 3D Slicer (.mrk.json) with the plane, or with three or more points to which a plane is fitted");
+  c->add_option("--thickness", o->cut.thickness_mm, "Thickness of the slice, mm, 0.02 to 50")
       ->check(NumberWithin(0.02, 50, "mm"));
   c->add_option("--near", o->near_point,
-                "Where the plane goes through the bone in several places: cut the one nearest to this point x,y,z, mm; "
-                "default: nearest to the plane's own point.");
-  c->add_flag("--everywhere", o->cut.everywhere, "Cut in all the places where the plane meets the bone.");
-  c->add_option("--formats", o->formats, "What to write of each part: any of obj,stl,vdb; default all.")
+                "Point x,y,z, mm: if the plane passes through the bone in several places, the nearest one is cut; "
+                "default: the plane's point");
+  c->add_flag("--everywhere", o->cut.everywhere, "Cut in all places where the plane passes through the bone");
+  c->add_option("--formats", o->formats, "Formats in which to write each part, separated by commas: obj, stl, vdb")
       ->delimiter(',')
       ->check(CLI::IsMember({"obj", "stl", "vdb"}).description(""));
   c->add_option("--triangles", o->parts.triangles,
-                "Reduce each part's surface to at most about this many triangles; 4 or more. Without it every triangle "
-                "is written.")
+                "Approximate maximum number of triangles of each part, 4 or more; default: no reduction")
       ->check(CLI::Range(std::size_t{4}, std::size_t{1} << 40).description(""));
-  c->add_flag("--no-picture", o->no_picture, "Leave out parts.png.");
-  c->add_flag("--json", o->json, "Print parts.json instead of the table.");
+  c->add_flag("--no-picture", o->no_picture, "Draw no picture (parts.png)");
+  c->add_flag("--json", o->json, "Print as JSON (parts.json)");
   c->callback([o] { Run(*o); });
 }
 

@@ -1,4 +1,4 @@
-// kerf stability: whether a scene's bone, tool, device, hand and gains are stable together.
+// kerf stability: checks that a scene's bone, tool, device, hand and gains are stable together.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct StabilityArguments {
   std::string scene;
   std::string folder;
   std::string profile;
@@ -46,7 +46,7 @@ void PrintStudy(const StabilityStudy& s) {
   fmt::print("\n  {:<25} {:<48} {:>9} {:>16}  holds\n", "scenario", "figure nearest to its bound", "measured", "bound");
   for (const ScenarioResult& scenario : s.scenarios) {
     if (scenario.skipped) fmt::print("  {:<25} {}\n", scenario.name, scenario.what);
-    // All that does not hold, or what is nearest to it.
+    // Everything that does not hold, or the item closest to its limit.
     if (!scenario.unjudged.empty()) {
       fmt::print("  {:<25} {}  {}\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
     }
@@ -76,11 +76,11 @@ void PrintStudy(const StabilityStudy& s) {
   for (const std::string& finding : s.findings) fmt::print("            {}\n", finding);
 }
 
-/// A bar for each stage, shown by whichever thread comes.
+/// Progress bar for each stage; may be called from any thread.
 class Bars {
  public:
   void Show(const std::string& now, double fraction) {
-    // One bar for the whole list of work: its stages run beside each other.
+    // One bar for the whole work list: its stages run in parallel.
     const std::string title = now == "making the bone" ? now : "examining the loop";
     if (title != title_) {
       bar_.reset();
@@ -95,11 +95,11 @@ class Bars {
   std::string title_;
 };
 
-Scene ReadOptionsScene(const Options& options) {
+Scene ReadOptionsScene(const StabilityArguments& options) {
   Scene scene = ReadScene(options.scene);
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.profile.empty()) return scene;
-  // Of the scene's own table, or else of the built-in one.
+  // From the scene's own table, otherwise from the built-in one.
   scene.device.profile = options.profile;
   if (scene.device.file.empty()) return scene;
   const auto& built_in = DeviceProfiles();
@@ -112,7 +112,7 @@ Scene ReadOptionsScene(const Options& options) {
   return scene;
 }
 
-void RunProfiles(const Options& options, const Scene& scene) {
+void RunProfiles(const StabilityArguments& options, const Scene& scene) {
   std::vector<ProfileMargins> rows;
   bool complete = true;
   {
@@ -129,17 +129,17 @@ void RunProfiles(const Options& options, const Scene& scene) {
       broken += fmt::format("{}{} in {}", broken.empty() ? "" : ", ", row.profile, row.hand);
   }
   if (!broken.empty()) {
-    throw Error(fmt::format("the margins are below gain {:g} and {} tick of delay on {}", kLeastGainMargin,
-                            kLeastDelayMargin_ticks, broken));
+    throw Error(fmt::format("the margins are below a gain of {:g} and {} tick of delay on {}", kMinGainMargin,
+                            kMinDelayMargin_ticks, broken));
   }
-  if (!complete) throw Error("ended before all devices were examined; those above are");
+  if (!complete) throw Error("ended before all devices were examined; only those listed above were");
 }
 
-void RunSweep(Options& options, const Scene& scene) {
+void RunSweep(StabilityArguments& options, const Scene& scene) {
   options.sweep.seed = options.study.seed;
   options.sweep.stop = options.study.stop;
   if (!options.folder.empty() && std::filesystem::is_directory(options.folder)) {
-    throw Error(fmt::format("{} is a folder; with --sweep, -o names a CSV file", options.folder));
+    throw Error(fmt::format("{} is a folder; with --sweep, -o must be a CSV file", options.folder));
   }
   SweepStudy study;
   {
@@ -154,7 +154,7 @@ void RunSweep(Options& options, const Scene& scene) {
   if (!study.complete) throw Error(fmt::format("ended after {} cases, none of which failed", study.rows.size()));
 }
 
-void Run(Options& options) {
+void Run(StabilityArguments& options) {
   const Scene scene = ReadOptionsScene(options);
   options.study.stop = &CatchInterrupt();
   if (options.sweeps) return RunSweep(options, scene);
@@ -162,7 +162,7 @@ void Run(Options& options) {
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckStabilityInputsStay(scene, options.scene, options.folder);
-    lock.emplace(options.folder);  // before the long work
+    lock.emplace(options.folder);  // before the long computation
   }
   StabilityStudy study;
   {
@@ -170,11 +170,11 @@ void Run(Options& options) {
     study = ExamineStability(scene, options.study,
                              [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); });
   }
-  // What was examined until an interruption does not take the place of earlier results.
+  // The results of an interrupted run do not overwrite earlier results.
   const bool keep = !study.complete && std::filesystem::exists(options.folder + "/stability.json");
   const bool write = !options.folder.empty() && !keep;
   if (write) WriteStabilityStudy(scene, study, options.folder);
-  if (!options.folder.empty() && keep) Say("the earlier results in {}/ stay", options.folder);
+  if (!options.folder.empty() && keep) Say("the earlier results in {}/ are kept", options.folder);
   for (const std::string& warning : study.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatStabilityJson(study));
@@ -189,7 +189,7 @@ void Run(Options& options) {
   }
   if (!study.complete) {
     throw Error(study.CountScenarios().judged + study.CountMargins().judged > 0
-                    ? "ended before all was examined; what was examined is stable"
+                    ? "ended before everything was examined; what was examined is stable"
                     : "ended before anything was examined");
   }
 }
@@ -197,37 +197,37 @@ void Run(Options& options) {
 }  // namespace
 
 void AddStabilityCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<StabilityArguments>();
   CLI::App* command = app.add_subcommand(
-      "stability", "Examine whether a scene's bone, tool, device, hand and gains are stable together; exit 1 when not");
-  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')")->required();
+      "stability",
+      "Examine whether a scene's bone, tool, device, hand and gains are stable together; exit with 1 if not");
+  command->add_option("SCENE", options->scene, "Scene file (TOML; see 'kerf scene --defaults')")->required();
   command->add_option("-o,--output", options->folder,
-                      "Folder for report, JSON, tables and figures; made when missing; without it none are written");
+                      "Folder for report, JSON, tables and figures; created if missing; default: no files are written");
   command->add_option("--profile", options->profile,
-                      "The device: one of the scene's table, or of those built in, instead of the scene's");
-  command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
+                      "Device profile of the scene's table or built in, instead of the scene's [device] profile");
+  command->add_option("--hand", options->hand, "Hand model, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
-  auto* quick = command->add_flag("--quick", options->study.quick, "Fewer hands and a coarser map");
-  command->add_option("--seed", options->study.seed, "Of what is left to chance in the scenarios; 0 and up")
+  auto* quick = command->add_flag("--quick", options->study.quick, "Use fewer hands and a coarser map");
+  command->add_option("--seed", options->study.seed, "Seed of the random parts of the scenarios, 0 or more")
       ->check([](const std::string& text) {
         const bool number =
             !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-        return number ? std::string() : fmt::format("\"{}\" is no whole number from 0 up", text);
+        return number ? std::string() : fmt::format("\"{}\" is not a whole number; give 0 or more", text);
       })
       ->capture_default_str();
-  auto* as_asked = command->add_flag(
-      "--as-asked", options->study.as_asked,
-      "Examine the scene's coupling as it is written, without lowering it to what device and loop bear");
+  auto* as_asked =
+      command->add_flag("--as-asked", options->study.as_asked,
+                        "Examine the scene's coupling as given, without lowering it to the limits of device and loop");
   auto* profiles = command->add_flag(
       "--profiles", options->profiles,
-      "Only the margins, with the scene's gains, on every device built in and in every hand (minutes)");
+      "Examine only the margins, with the scene's gains, on every built-in device and in every hand (minutes)");
   profiles->excludes(as_asked)->excludes("--profile")->excludes("--hand")->excludes("--output");
-  auto* sweep = command->add_flag(
-      "--sweep", options->sweeps,
-      "Instead: every number of the scene at its least, default and greatest value, alone and in random pairs, a row "
-      "each; -o names a CSV file then");
+  auto* sweep = command->add_flag("--sweep", options->sweeps,
+                                  "Sweep every number of the scene instead: minimum, default and maximum, alone and in "
+                                  "random pairs, a row each; -o is then a CSV file");
   sweep->excludes(as_asked)->excludes(profiles)->excludes(quick);
-  command->add_option("--pairs", options->sweep.pairs, "Random pairs of the sweep")
+  command->add_option("--pairs", options->sweep.pairs, "Number of random pairs of the sweep")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str()
       ->needs(sweep);
@@ -237,10 +237,9 @@ void AddStabilityCommand(CLI::App& app) {
       ->needs(sweep);
   command
       ->add_option("--keys", options->sweep.only,
-                   "Sweep only keys that begin with this, as \"effects.\"; may be "
-                   "given many times")
+                   "Beginning of the keys to sweep, such as \"effects.\"; may be repeated")
       ->needs(sweep);
-  command->add_flag("--json", options->json, "Print the results as JSON");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

@@ -1,4 +1,4 @@
-// kerf study: what accuracy costs in time.
+// kerf study: measures the cost of accuracy in time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct StudyArguments {
   std::vector<std::string> inputs;  // the study file; with --merge, folders
   std::string folder = "out/study";
   std::string data = "../shared/data";
@@ -39,7 +39,7 @@ struct Options {
   bool json = false;
 };
 
-void Warn(const std::string& what) {
+void PrintWarning(const std::string& what) {
   SayWarning("{}", what);
 }
 
@@ -60,9 +60,9 @@ void PrintCases(const char* title, const std::vector<std::pair<std::string, std:
   for (const auto& [name, why] : cases) fmt::print("    {}: {}\n", name, why);
 }
 
-/// The report of all records in the folder. Throws Error when cases failed.
-void Finish(const Options& options, const StudyWork& work, const std::vector<std::string>& missing) {
-  const StudyResults results = CollectResults(StudyFolder(options.folder), work.variant_of, Warn);
+/// Writes the report of all records in the folder. Throws Error if cases failed.
+void Finish(const StudyArguments& options, const StudyWork& work, const std::vector<std::string>& missing) {
+  const StudyResults results = CollectResults(StudyFolder(options.folder), work.variant_of, PrintWarning);
   DrawReport(results, options.folder);
   std::vector<std::pair<std::string, std::string>> failed;
   std::vector<std::pair<std::string, std::string>> omitted;
@@ -84,21 +84,21 @@ void Finish(const Options& options, const StudyWork& work, const std::vector<std
     fmt::print("{}\n", json.dump(1));
   } else {
     fmt::print("{}\n", results.title.empty() ? results.name : results.title);
-    fmt::print("  cases     {}, of which {} failed, {} left out; {} references; {} of work\n", results.cases.size(),
+    fmt::print("  cases     {}, of which {} failed, {} omitted; {} references; {} of work\n", results.cases.size(),
                failed.size(), omitted.size(), results.references.size(), ShowTime(results.seconds));
     PrintCases("failed", failed);
-    PrintCases("left out", omitted);
+    PrintCases("omitted", omitted);
     fmt::print("  results   {}/\n", options.folder);
   }
   for (const std::string& sentence : missing) Say("{}", sentence);
-  if (!missing.empty()) throw Error(fmt::format("{}: not all of the study is there", options.folder));
+  if (!missing.empty()) throw Error(fmt::format("{}: the study is incomplete", options.folder));
   if (!failed.empty()) {
     throw Error(
-        fmt::format("{} of {} cases failed; the same command tries them again", failed.size(), results.cases.size()));
+        fmt::format("{} of {} cases failed; run the same command to retry them", failed.size(), results.cases.size()));
   }
 }
 
-void PrintPlan(const Options& options, const StudyPlan& plan) {
+void PrintPlan(const StudyArguments& options, const StudyPlan& plan) {
   std::vector<std::size_t> own;
   if (options.run.shard) {
     own = SplitPlan(plan, options.run.shard->count)[static_cast<std::size_t>(options.run.shard->index)];
@@ -122,14 +122,13 @@ void PrintPlan(const Options& options, const StudyPlan& plan) {
     return;
   }
   for (const std::size_t i : own) fmt::print("{}{}\n", plan.cases[i].id, plan.cases[i].costs ? "" : "  (errors only)");
-  fmt::print("{} cases, {} references; {} records are not there yet\n", estimate.cases, estimate.references,
-             estimate.left);
+  fmt::print("{} cases, {} references; {} records to make\n", estimate.cases, estimate.references, estimate.left);
   fmt::print("about {} of one core: references {}, errors {}, costs {}; {}\n", ShowTime(all_s),
              ShowTime(estimate.references_s), ShowTime(estimate.errors_s), ShowTime(estimate.costs_s),
-             estimate.measured ? "by what is there already" : "by figures of another machine");
+             estimate.measured ? "estimated from existing records" : "estimated from times on another machine");
 }
 
-void Work(Options& options, const StudyWork& work) {
+void Work(StudyArguments& options, const StudyWork& work) {
   const StudySpec spec = options.inputs.empty()
                              ? ParseStudy(DefaultStudyToml(), "the default study", NamesOfStudyPaths())
                              : ReadStudyFile(options.inputs.front(), NamesOfStudyPaths());
@@ -139,7 +138,7 @@ void Work(Options& options, const StudyWork& work) {
   if (options.dry_run) return PrintPlan(options, MakePlan(spec, work.variant_of));
   options.run.command = fmt::format("kerf study {}", std::filesystem::path(options.inputs.front()).filename().string());
   options.run.stop = &CatchInterrupt();
-  options.run.warn = Warn;
+  options.run.warn = PrintWarning;
   StudyRunOutcome outcome;
   {
     StageBars bars;
@@ -147,11 +146,11 @@ void Work(Options& options, const StudyWork& work) {
     outcome = RunStudy(spec, work, options.run);
   }
   if (outcome.stopped) {
-    throw Error(fmt::format("stopped; {} records are kept in {}, the same command goes on from there",
+    throw Error(fmt::format("stopped; {} records are kept in {}; run the same command to continue",
                             outcome.kept + outcome.made, options.folder));
   }
   if (!options.run.shard) return Finish(options, work, {});
-  // The merge draws the report.
+  // The merge writes the report.
   const std::string folder = FolderOfShard(options.folder, *options.run.shard);
   if (options.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"schema", 1},
@@ -162,17 +161,16 @@ void Work(Options& options, const StudyWork& work) {
                                               {"omitted", outcome.omitted.size()}}
                            .dump(1));
   } else {
-    fmt::print("shard {}: {} records made, {} there before, {} failed, {} left out; in {}\n",
-               ToString(*options.run.shard), outcome.made, outcome.kept, outcome.failed.size(), outcome.omitted.size(),
-               folder);
+    fmt::print("shard {}: {} records made, {} kept, {} failed, {} omitted; in {}\n", ToString(*options.run.shard),
+               outcome.made, outcome.kept, outcome.failed.size(), outcome.omitted.size(), folder);
     PrintCases("failed", outcome.failed);
   }
   if (!outcome.failed.empty()) {
-    throw Error(fmt::format("{} cases failed; the same command tries them again", outcome.failed.size()));
+    throw Error(fmt::format("{} cases failed; run the same command to retry them", outcome.failed.size()));
   }
 }
 
-void Run(Options& options) {
+void Run(StudyArguments& options) {
   const int kinds = (options.merge ? 1 : 0) + (options.redraw ? 1 : 0) + (options.defaults ? 1 : 0);
   if (kinds > 1) throw CLI::ValidationError("study", "--merge, --redraw and --defaults exclude each other");
   if (kinds > 0 && (options.dry_run || options.run.extend || options.errors_only || options.costs_only)) {
@@ -187,19 +185,18 @@ void Run(Options& options) {
     return;
   }
   if (options.redraw) {
-    if (!options.inputs.empty())
-      throw CLI::ValidationError("--redraw", "takes its results from the folder of -o alone");
+    if (!options.inputs.empty()) throw CLI::ValidationError("--redraw", "reads results only from the -o folder");
     return DrawReport(ReadStudyResults(options.folder), options.folder);
   }
   const StudyWork work = MakeStudyWork(options.data, (std::filesystem::path(options.folder) / "bones").string());
   if (options.merge) {
-    const MergeOutcome outcome = MergeShards(options.inputs, options.folder, work.variant_of, Warn);
+    const MergeOutcome outcome = MergeShards(options.inputs, options.folder, work.variant_of, PrintWarning);
     if (!options.json) {
-      fmt::print("{} shards, {} records, {} of them more than once\n", outcome.shards, outcome.records, outcome.twice);
+      fmt::print("{} shards, {} records, {} of them duplicates\n", outcome.shards, outcome.records, outcome.twice);
     }
     return Finish(options, work, outcome.missing);
   }
-  // The default study can be planned without its file, but is hours of work: that takes one.
+  // The default study can be planned without its file, but running it takes hours, so a run requires the file.
   if (options.inputs.size() != 1 && !(options.inputs.empty() && options.dry_run)) {
     throw CLI::ValidationError("STUDY",
                                options.inputs.empty() ? "is missing: give one study file" : "give one study file");
@@ -217,31 +214,37 @@ void Run(Options& options) {
 }  // namespace
 
 void AddStudyCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<StudyArguments>();
   CLI::App* command = app.add_subcommand(
-      "study", "Measure what accuracy costs in time: errors against a reference and times, over settings and paths");
+      "study", "Measure what accuracy costs in time: errors against a reference, and times, over settings and paths");
   command->add_option("STUDY", options->inputs,
-                      "The study file (TOML); with --merge, folders of shards (none: those in -o)");
-  command->add_option("-o,--output", options->folder, "Folder for records and report; what is there is not done again")
+                      "Study file (TOML); with --merge: folders of shards (default: those in -o)");
+  command
+      ->add_option("-o,--output", options->folder,
+                   "Folder for records and report; created if missing; existing records are kept")
       ->capture_default_str();
   command->add_flag("--defaults", options->defaults, "Print the default study as commented TOML");
   command->add_flag("--dry-run", options->dry_run,
-                    "List the cases and estimate the time; do nothing. Without STUDY: of the default study");
-  CLI::Option* shard = command->add_option("--shard", options->shard,
-                                           "Only the I-th of N parts, counted from 0: I/N; into OUTPUT/shard-I-of-N");
-  command->add_flag("--merge", options->merge, "Put shards together; says which are missing")->excludes(shard);
-  command->add_flag("--redraw", options->redraw, "Only draw the report again from the results in -o");
-  command->add_option("--jobs", options->run.jobs, "References and errors at once; 0: as many as there are cores")
+                    "List the cases and estimate the time, and do nothing else; without STUDY: of the default study");
+  CLI::Option* shard =
+      command->add_option("--shard", options->shard,
+                          "Part of the study to run, I/N: part I of N, zero-based; results in OUTPUT/shard-I-of-N");
+  command->add_flag("--merge", options->merge, "Merge shards, and report missing ones")->excludes(shard);
+  command->add_flag("--redraw", options->redraw, "Only write the report again from the results in -o");
+  command
+      ->add_option("--jobs", options->run.jobs,
+                   "Number of references and errors computed at once; 0: one for each core")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
-  CLI::Option* errors_only = command->add_flag("--errors-only", options->errors_only, "No costs");
-  command->add_flag("--costs-only", options->costs_only, "No errors")->excludes(errors_only);
-  command->add_option("--core", options->run.core, "Core that timed ticks are held to, from 0; default: the last")
+  CLI::Option* errors_only =
+      command->add_flag("--errors-only", options->errors_only, "Compute errors, but measure no costs");
+  command->add_flag("--costs-only", options->costs_only, "Measure costs, but compute no errors")->excludes(errors_only);
+  command->add_option("--core", options->run.core, "Core that runs the ticks, zero-based; default: the last")
       ->check(CLI::Range(0, 4095));
   command->add_flag("--extend", options->run.extend,
-                    "Into the folder of another study: keep those of its records that fit this one");
+                    "Use the folder of another study, and keep its records that fit this one");
   command->add_option("--data", options->data, "Folder with the CT of the path \"ct\"")->capture_default_str();
-  command->add_flag("--json", options->json, "Print the summary as JSON");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

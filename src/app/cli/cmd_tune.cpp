@@ -1,4 +1,4 @@
-// kerf tune: the settings for a scene on this machine, written into it.
+// kerf tune: finds the settings for a scene on this machine and writes them into it.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -20,7 +20,7 @@
 namespace kerf::cli {
 namespace {
 
-struct Options {
+struct TuneArguments {
   std::string scene;
   std::string output;
   bool in_place = false;
@@ -33,16 +33,16 @@ struct Options {
   bool json = false;
 };
 
-/// "3.5%" or "0.035".
+/// Accepts "3.5%" or "0.035".
 double ParseError(const std::string& text) {
   const bool percent = !text.empty() && text.back() == '%';
   const std::optional<double> number = ParseNumber(percent ? text.substr(0, text.size() - 1) : text);
-  if (!number) throw CLI::ValidationError("--error", fmt::format("'{}' is no share: give 3.5% or 0.035", text));
-  const double share = percent ? *number / 100 : *number;
-  if (!(share >= 1e-4 && share <= 1)) {
+  if (!number) throw CLI::ValidationError("--error", fmt::format("'{}' is not a fraction: give 3.5% or 0.035", text));
+  const double fraction = percent ? *number / 100 : *number;
+  if (!(fraction >= 1e-4 && fraction <= 1)) {
     throw CLI::ValidationError("--error", fmt::format("'{}' is out of range; valid range 0.01% to 100%", text));
   }
-  return share;
+  return fraction;
 }
 
 std::string EvidenceFile(const std::string& scene) {
@@ -51,7 +51,7 @@ std::string EvidenceFile(const std::string& scene) {
   return (toml ? scene.substr(0, scene.size() - ending.size()) : scene) + ".tune.json";
 }
 
-/// A name for the backup that no file has.
+/// Returns a name for the backup that does not exist yet.
 std::string BackupFile(const std::string& scene) {
   std::string name = scene + ".bak";
   for (int i = 1; std::filesystem::exists(std::filesystem::symlink_status(name)); ++i) {
@@ -60,23 +60,24 @@ std::string BackupFile(const std::string& scene) {
   return name;
 }
 
-/// Before all the measuring: whether what is to be written can be.
-void CheckOutputs(const Options& options, const std::string& target) {
+/// Checks, before the measurements, that the outputs can be written.
+void CheckOutputs(const TuneArguments& options, const std::string& target) {
   const std::string evidence = EvidenceFile(target);
   CheckInputsStay({options.scene}, {evidence});
   if (!options.in_place && IsSameFile(options.scene, target)) {
-    throw Error(fmt::format("{}: -o names the scene itself; give --in-place to change it, with a backup", target));
+    throw Error(fmt::format("{}: -o is the scene itself; give --in-place to change it, with a backup", target));
   }
-  // Made for a moment, and nothing is left of them: permissions, a read-only file system and long names all show.
+  // Created temporarily and removed again; detects missing permissions, a read-only file system and names that are too
+  // long.
   const GrowingFile scene_file(target);
   const GrowingFile evidence_file(evidence);
   std::optional<GrowingFile> backup_file;
   if (options.in_place) backup_file.emplace(BackupFile(options.scene));
 }
 
-/// Scene, evidence and, in place, the scene as it was; all of them are on the disk before the first gets its name. What
-/// was written, for people.
-std::string WriteAll(const Options& options, const std::string& target, const std::string& text,
+/// Writes scene, evidence and, if in place, a backup of the scene. All are on the disk before the first is renamed.
+/// Returns a human-readable description of what was written.
+std::string WriteAll(const TuneArguments& options, const std::string& target, const std::string& text,
                      const std::string& edited, const std::string& json) {
   const bool changes = !options.in_place || edited != text;
   if (options.in_place && ReadTextFile(options.scene) != text) {
@@ -97,7 +98,7 @@ std::string WriteAll(const Options& options, const std::string& target, const st
   evidence_file.Commit();
   if (scene_file) scene_file->Commit();
   return (changes ? target + " " : "") + EvidenceFile(target) +
-         (backup.empty() ? "" : fmt::format("\n  backup    {}, the scene as it was", backup));
+         (backup.empty() ? "" : fmt::format("\n  backup    {}, the original scene", backup));
 }
 
 void PrintChoice(std::FILE* file, const std::string& note, const std::vector<SceneEdit>& edits) {
@@ -106,15 +107,15 @@ void PrintChoice(std::FILE* file, const std::string& note, const std::vector<Sce
   if (edits.empty()) fmt::print(file, "            the scene has these settings already\n");
 }
 
-/// Whether the scene is written so that settings can be put into it. Throws Error.
-void CheckEditable(const std::string& text, const Scene& scene, const Options& options) {
+/// Checks that settings can be inserted into the text of the scene. Throws Error.
+void CheckEditable(const std::string& text, const Scene& scene, const TuneArguments& options) {
   StudySettings other = SettingsOf(scene, options.tune.holding);
   other.rim_samples_per_pitch = other.rim_samples_per_pitch == 2 ? 4 : 2;
   other.substeps = other.carve_interval_ticks = other.substeps == 3 ? 5 : 3;
   EditScene(text, options.scene, EditsFor(scene, options.tune.holding, other), "");
 }
 
-void Run(Options& options) {
+void Run(TuneArguments& options) {
   options.tune.budget_us = options.budget_us;
   if (!options.error.empty()) options.tune.error = ParseError(options.error);
   if (!options.tune.budget_us && !options.tune.error) {
@@ -126,7 +127,7 @@ void Run(Options& options) {
   const std::string text = ReadTextFile(options.scene);
   const Scene scene = ParseScene(text, options.scene);
   if (!options.dry_run && !target.empty()) CheckOutputs(options, target);
-  CheckEditable(text, scene, options);  // before all the measuring
+  CheckEditable(text, scene, options);  // before the measurements
   options.tune.stop = &CatchInterrupt();
   TuneResult result;
   {
@@ -138,7 +139,7 @@ void Run(Options& options) {
   std::vector<SceneEdit> edits;
   if (result.keeps) edits = EditsFor(scene, options.tune.holding, result.again->settings);
   const std::string json = FormatTuneJson(result, options.tune, edits);
-  // Where stdout is the scene's, what was measured is a message.
+  // If the scene goes to stdout, the measurements are printed as a message.
   const bool scene_to_stdout = target.empty() && !options.dry_run && !options.json;
   std::FILE* table = scene_to_stdout ? stderr : stdout;
   if (options.json) {
@@ -147,9 +148,9 @@ void Run(Options& options) {
     fmt::print(table, "{}\n{}", scene.title.empty() ? scene.name : scene.title, FormatTuneTable(result));
   }
   if (!result.keeps) {
-    throw Error(fmt::format("{}: {}; the scene is as it was", options.scene,
-                            !result.chosen ? "no setting that was tried keeps what was asked"
-                                           : "no setting kept what was asked when it was measured again"));
+    throw Error(fmt::format("{}: {}; the scene is unchanged", options.scene,
+                            !result.chosen ? "no tested setting meets the limits"
+                                           : "no setting met the limits when it was measured again"));
   }
   const std::string note = DescribeEvidence(result, options.tune);
   if (!options.json) PrintChoice(table, note, edits);
@@ -166,41 +167,42 @@ void Run(Options& options) {
 }  // namespace
 
 void AddTuneCommand(CLI::App& app) {
-  const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "tune",
-      "Measure a scene on this machine with other voxels, samples, steps and removal, and print it with the most "
-      "accurate settings within a time, or the cheapest within an error");
-  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')")->required();
-  command->add_option("--budget-us", options->budget_us, "Time that 99 % of the ticks must keep, us, 1 to 1000000")
+  const auto options = std::make_shared<TuneArguments>();
+  CLI::App* command =
+      app.add_subcommand("tune",
+                         "Measure a scene on this machine with various voxel sizes, samples, substeps and removal "
+                         "intervals, and print it with the most accurate settings within a time limit, or the cheapest "
+                         "within an error limit");
+  command->add_option("SCENE", options->scene, "Scene file (TOML; see 'kerf scene --defaults')")->required();
+  command->add_option("--budget-us", options->budget_us, "Time limit for 99 % of the ticks, us, 1 to 1000000")
       ->check(NumberWithin(1, 1e6, "us"));
-  command->add_option(
-      "--error", options->error,
-      "Force error that 95 % of the ticks must keep, as 3.5% or 0.035: the cheapest settings are chosen");
-  command->add_flag("--led", options->led,
-                    "The tool led along the path, as 'kerf run' does; else in a hand, as 'kerf loop'");
+  command->add_option("--error", options->error,
+                      "Force error limit for 95 % of the ticks, as 3.5% or 0.035: the cheapest settings are chosen");
+  command->add_flag("--led", options->led, "Move the tool along its path, as 'kerf run' does, instead of with a hand");
   command
       ->add_option("--seconds", options->tune.seconds,
-                   "Measure errors only this long from the first contact on, s, 0.2 to 3600; default: all "
-                   "of the path, or the first passage through the bone where that takes more than 120 s")
+                   "Time after the first contact over which errors are measured, s, 0.2 to 3600; default: the whole "
+                   "path, or the first passage through the bone if the path takes more than 120 s")
       ->check(NumberWithin(0.2, 3600, "s"));
   command
-      ->add_option("--ticks", options->tune.ticks, "Ticks that each setting is timed over, at least, 1000 to 10000000")
+      ->add_option("--ticks", options->tune.ticks, "Minimum number of ticks timed with each setting, 1000 to 10000000")
       ->capture_default_str()
       ->check(CLI::Range(1000, 10000000));
-  command->add_option("--voxels", options->tune.voxels_mm, "Voxels to try instead of 0.4 to 0.05 mm")
+  command
+      ->add_option("--voxels", options->tune.voxels_mm,
+                   "Voxel sizes to try, mm, separated by commas; default: 0.4 to 0.05")
       ->delimiter(',')
       ->check(NumberWithin(0.02, 4, "mm"));
-  command->add_option("--core", options->core, "Hold the timed ticks to this core")->check(CLI::Range(0, 4095));
+  command->add_option("--core", options->core, "Core that runs the ticks, zero-based")->check(CLI::Range(0, 4095));
   CLI::Option* output = command->add_option("-o,--output", options->output,
-                                            "File for the scene with the settings chosen instead of stdout");
+                                            "File for the scene with the chosen settings; default: stdout");
   command
-      ->add_flag("--in-place", options->in_place,
-                 "Write the settings into SCENE itself; SCENE as it was goes to SCENE.bak, or .bak.1 and so on where "
-                 "that is taken")
+      ->add_flag(
+          "--in-place", options->in_place,
+          "Write the settings into SCENE itself; the original is kept as SCENE.bak, or .bak.1 and so on if that exists")
       ->excludes(output);
-  command->add_flag("--dry-run", options->dry_run, "Measure and say what would be chosen; write nothing");
-  command->add_flag("--json", options->json, "Print all that was measured as JSON");
+  command->add_flag("--dry-run", options->dry_run, "Measure and print the choice; write nothing");
+  command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });
 }
 

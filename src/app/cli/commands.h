@@ -1,16 +1,17 @@
-// The commands of the program, one file each. Only this folder prints.
+// Commands of the program, one file each. Only this folder prints.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace kerf::cli {
 
-// Each adds its sub-command, with options and what to do, to the program.
-// Bad use: throw CLI::ValidationError (exit 2). Failure: throw kerf::Error (exit 1).
+// Each function adds its sub-command with its options and its callback to the program.
+// Bad usage: throws CLI::ValidationError (exit code 2). Failure: throws kerf::Error (exit code 1).
 void AddAssessCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
+void AddCompletionCommand(CLI::App& app);
 void AddDeviceCommand(CLI::App& app);
 void AddDevicesCommand(CLI::App& app);
 void AddEffectsCommand(CLI::App& app);
@@ -20,6 +21,7 @@ void AddInfoCommand(CLI::App& app);
 void AddPaperCommand(CLI::App& app);
 void AddPractiseCommand(CLI::App& app);
 void AddRehearseCommand(CLI::App& app);
+void AddReferenceCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddImportCommand(CLI::App& app);

@@ -19,9 +19,9 @@
 namespace kerf::cli {
 namespace {
 
-constexpr std::size_t kMostSlices = 24;
+constexpr std::size_t kMaxSlices = 24;
 constexpr int kSpreadSlices = 10;
-constexpr int kLeastSheet_pixels = 200;
+constexpr int kMinSheet_pixels = 200;
 constexpr Rgb8 kKeepColour{0, 158, 115};
 constexpr Rgb8 kDropColour{213, 94, 0};
 
@@ -30,7 +30,7 @@ struct Slice {
   double at_mm;
 };
 
-// A point to be marked, and what it is called.
+// Point to mark, with its name.
 struct SheetPoint {
   Vec3 p_W;
   Rgb8 colour;
@@ -55,7 +55,7 @@ std::vector<Slice> ChooseSlices(const CtSheetOptions& options, const std::vector
     const int a = static_cast<int>(slice.axis);
     if (slice.at_mm >= box_W.lower[a] && slice.at_mm <= box_W.upper[a]) continue;
     throw CLI::ValidationError(
-        "--slice", fmt::format("{}={:g} meets no bone, which lies from {} to {} there", "xyz"[a], slice.at_mm,
+        "--slice", fmt::format("{}={:g} is outside the bone, which extends from {} to {}", "xyz"[a], slice.at_mm,
                                FormatLength(box_W.lower[a]), FormatLength(box_W.upper[a])));
   }
   if (slices.empty()) {
@@ -69,14 +69,14 @@ std::vector<Slice> ChooseSlices(const CtSheetOptions& options, const std::vector
     }
     for (const double z : levels) slices.push_back({CtAxis::kZ, z});
   }
-  if (slices.size() > kMostSlices) {
-    throw CLI::ValidationError("--slice", fmt::format("{} slices are more than the {} that a picture has room for",
-                                                      slices.size(), kMostSlices));
+  if (slices.size() > kMaxSlices) {
+    throw CLI::ValidationError(
+        "--slice", fmt::format("{} slices were given, but at most {} fit in a picture", slices.size(), kMaxSlices));
   }
   return slices;
 }
 
-// The view as a panel, with its axes named.
+// Returns the view as a panel with named axes.
 Panel MakePanel(std::string title, CtAxis axis, CtView view) {
   const bool axial = axis == CtAxis::kZ;
   const int across = axis == CtAxis::kX ? 1 : 0;
@@ -92,7 +92,7 @@ Panel MakePanel(std::string title, CtAxis axis, CtView view) {
   return panel;
 }
 
-// Where a point lies in a panel that looks along the axis.
+// Returns the position of a point in a panel that looks along the axis.
 PanelMark MakeMark(const SheetPoint& point, CtAxis axis) {
   const Vec3& p = point.p_W;
   switch (axis) {
@@ -122,10 +122,10 @@ std::vector<SheetPoint> ReadPoints(const CtSheetOptions& options) {
 void DrawCtSheet(const CtSheetOptions& options) {
   const std::vector<SheetPoint> points = ReadPoints(options);
   for (const std::string& text : options.slices) ParseSlice(text);  // before the CT is read
-  if (std::min(options.width, options.height) < kLeastSheet_pixels) {
+  if (std::min(options.width, options.height) < kMinSheet_pixels) {
     throw CLI::ValidationError("--size", fmt::format("a CT is drawn in several pictures; give each side {} to 8192 "
                                                      "pixels",
-                                                     kLeastSheet_pixels));
+                                                     kMinSheet_pixels));
   }
   ImportReport report;
   const Volume ct = ReadCt(options.input, options.import, report);
@@ -143,7 +143,7 @@ void DrawCtSheet(const CtSheetOptions& options) {
       "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f} HU and more. CT of {} x {} x {} "
       "voxels of {:.3g} x {:.3g} x {:.3g} mm.",
       draw.iso_hu, ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
-  // Two views of the surface first, so that one sees at which height what lies; orange: the slices.
+  // Two views of the surface first, which show the height of each structure; the slices are orange.
   const bool whole = options.slices.empty();
   for (const auto& [axis, title] :
        {std::pair(CtAxis::kY, "surface from the front"), std::pair(CtAxis::kX, "surface from the patient's left")}) {
@@ -158,7 +158,8 @@ void DrawCtSheet(const CtSheetOptions& options) {
     const auto a = static_cast<std::size_t>(slice.axis);
     Panel panel = MakePanel(fmt::format("{} = {:g} mm, {}", "xyz"[a], slice.at_mm, kFrom[a]), slice.axis,
                             DrawCtSlice(ct, slice.axis, slice.at_mm, draw));
-    // A point within 2 mm, half of what the import allows a point to be off the bone, counts as in the slice.
+    // A point within 2 mm counts as in the slice; that is half of the distance that the import allows from point to
+    // bone.
     for (const SheetPoint& point : points) {
       if (std::abs(point.p_W[static_cast<int>(a)] - slice.at_mm) <= 2) {
         panel.marks.push_back(MakeMark(point, slice.axis));

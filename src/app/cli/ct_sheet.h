@@ -1,4 +1,4 @@
-// A CT drawn for its coordinates to be read off: what `kerf import --keep` and `--drop` ask for.
+// Sheet of CT slices with coordinate axes, for finding the coordinates that `kerf import --keep` and `--drop` need.
 #pragma once
 
 #include <string>
@@ -11,12 +11,12 @@ namespace kerf::cli {
 struct CtSheetOptions {
   std::string input;
   std::string output;
-  std::string title;  // empty: the input's name
+  std::string title;  // empty: the name of the input
   int width = 2400;   // pixels
   int height = 1800;
-  std::vector<std::string> slices;      // "z=373.5"; empty: those of the points, else spread over the bone
-  std::vector<std::string> keep, drop;  // points x,y,z to be marked
-  ImportOptions import;                 // of which the series and the iso value count
+  std::vector<std::string> slices;      // "z=373.5"; empty: through the points, else spread over the bone
+  std::vector<std::string> keep, drop;  // points x,y,z to mark
+  ImportOptions import;                 // only the series and the iso value are used
 };
 
 void DrawCtSheet(const CtSheetOptions& options);

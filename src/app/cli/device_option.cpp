@@ -31,8 +31,8 @@ namespace {
 constexpr const char* kNone = "none";
 constexpr const char* kScript = "script:";
 constexpr const char* kRecording = "recording:";
-constexpr double kMostPlayed = 36e6;  // poses: ten hours at 1 kHz
-constexpr std::size_t kMostPathBytes = std::size_t{1} << 28;
+constexpr double kMaxPlayed = 36e6;  // poses: ten hours at 1 kHz
+constexpr std::size_t kMaxPathBytes = std::size_t{1} << 28;
 
 bool IsPlayed(const std::string& device) {
   return device == kNone || device.starts_with(kScript) || device.starts_with(kRecording);
@@ -40,7 +40,7 @@ bool IsPlayed(const std::string& device) {
 
 std::string FileOf(const std::string& device, std::string_view what) {
   std::string file = device.substr(what.size());
-  if (file.empty()) throw CLI::ValidationError("--device", fmt::format("\"{}\" needs a file behind it", what));
+  if (file.empty()) throw CLI::ValidationError("--device", fmt::format("\"{}\" must be followed by a file name", what));
   return file;
 }
 
@@ -55,19 +55,19 @@ std::uint16_t ReadPort(const std::string& text) {
 
 std::vector<PlayedPose> ReadScript(const std::string& file) {
   std::vector<PlayedPose> poses;
-  for (const TimedPose& pose : ParsePathCsv(ReadTextFile(file, kMostPathBytes), file)) {
+  for (const TimedPose& pose : ParsePathCsv(ReadTextFile(file, kMaxPathBytes), file)) {
     poses.push_back({.time_s = pose.time_s, .sample = {.X_WH = pose.X_WT, .buttons = 0}});
   }
   return poses;
 }
 
-/// The handle as it went.
+/// Reads the recorded poses of the handle.
 std::vector<PlayedPose> ReadHandle(const std::string& file) {
   RecordingReader recording(file);
   if (recording.head().kind != RecordedKind::kLoop) {
-    throw Error(fmt::format("{}: is a recording of 'kerf run', in which no hand moved", file));
+    throw Error(fmt::format("{}: is a recording of 'kerf run', which has no handle", file));
   }
-  if (static_cast<double>(recording.steps()) > kMostPlayed) throw Error(fmt::format("{}: is too long", file));
+  if (static_cast<double>(recording.steps()) > kMaxPlayed) throw Error(fmt::format("{}: is too long", file));
   std::vector<PlayedPose> poses;
   RecordedBlock block;
   double time_s = 0;
@@ -82,14 +82,14 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
       poses.push_back({.time_s = time_s, .sample = {.X_WH = step.X, .buttons = step.buttons}});
     }
   }
-  if (poses.empty()) throw Error(fmt::format("{}: has no pose of a handle", file));
+  if (poses.empty()) throw Error(fmt::format("{}: contains no handle poses", file));
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
-    SayWarning("{}: {}; the handle does not move in what is missing", file, damage);
+    SayWarning("{}: {}; the handle does not move in the missing parts", file, damage);
   }
   return poses;
 }
 
-/// On the command line: the environment may name one whatever the device is.
+/// Returns true if the command line gives the firmware file. The environment variable may be set for any device.
 bool AsksForFirmware(const DeviceOption& option) {
   const char* variable = std::getenv(kFalconFirmwareVariable);
   return !option.falcon_firmware.empty() && (variable == nullptr || option.falcon_firmware != variable);
@@ -108,50 +108,48 @@ void CheckIsFor(std::string_view kind, const char* name, bool given, std::string
 
 void AddDriverOptions(CLI::App& command, DeviceOption& option) {
   command
-      .add_option("--falcon-firmware", option.falcon_firmware,
-                  "The Novint Falcon's firmware, a file of its maker's that you have; not needed when another program "
-                  "has loaded it")
+      .add_option(
+          "--falcon-firmware", option.falcon_firmware,
+          "Firmware file of the Novint Falcon, from its manufacturer; not needed if another program has loaded it")
       ->envname(kFalconFirmwareVariable)
       ->check(CheckNotEmpty);
   command
       .add_option("--wooden", option.wooden,
-                  "A WoodenHaptics device's sizes (TOML, as volumes/wooden_2016.toml); without it those of 2016")
+                  "Dimensions of a WoodenHaptics device (TOML, as volumes/wooden_2016.toml); default: those of 2016")
       ->check(CheckNotEmpty);
-  CLI::Option* bridge = command.add_option(
-      "--bridge", option.bridge,
-      fmt::format("Where the bridge program of a device with a maker's library listens, ADDRESS[:PORT]; without it "
-                  "127.0.0.1:{}",
-                  kBridgePort));
+  CLI::Option* bridge = command.add_option("--bridge", option.bridge,
+                                           fmt::format("Address of the bridge program of a device with a "
+                                                       "manufacturer's library, ADDRESS[:PORT]; default: 127.0.0.1:{}",
+                                                       kBridgePort));
   bridge->check(CheckNotEmpty);
   command
       .add_flag("--bridge-elsewhere", option.bridge_elsewhere,
-                "It may be another machine's: whoever can send to it there can move the device")
+                "Allow a bridge on another machine; anyone who can send to it can move the device")
       ->needs(bridge);
 }
 
 CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
-  std::string what =
-      "The haptic device in your hand ('kerf devices' lists those that are there), in place of a simulated one";
+  std::string what = "Haptic device to use instead of a simulated one ('kerf devices' lists the connected ones)";
   if (played) {
     what +=
-        "; or \"none\": the handle stands still; \"script:FILE\": it goes by a table of poses, as [path] file; "
-        "\"recording:FILE\": as in a recording";
+        "; or \"none\": the handle does not move; \"script:FILE\": it follows a table of poses, as [path] file; "
+        "\"recording:FILE\": it moves as in a recording";
   }
   CLI::Option* device =
       command.add_option(kDeviceOption, option.device, what)->check([played](const std::string& name) {
         if (name.empty()) return CheckNotEmpty(name);
-        return played || !IsPlayed(name) ? "" : fmt::format("\"{}\" is for 'kerf loop' alone", name);
+        return played || !IsPlayed(name) ? "" : fmt::format("\"{}\" works only with 'kerf loop'", name);
       });
   AddDriverOptions(command, option);
   for (const char* name : {"--wooden", "--bridge"}) command.get_option(name)->needs(device);
-  command.add_option("--motion-scale", option.motion_scale, "mm of the tool for each of the handle, 0.02 to 20")
+  command.add_option("--motion-scale", option.motion_scale, "Motion of the tool per motion of the handle, 0.02 to 20")
       ->needs(device)
       ->check(NumberWithin(0.02, 20, "times"));
   command
       .add_option("--profile", option.profile,
-                  "What the device is like, of 'kerf devices --profiles', where it is not the one of its own name")
+                  "Profile of the device, from 'kerf devices --profiles'; default: the one with its name")
       ->needs(device);
-  command.add_flag("--left-handed", option.left_handed, "The device stands mirrored, right and left button exchanged")
+  command.add_flag("--left-handed", option.left_handed, "Mirror the device, and exchange its right and left buttons")
       ->needs(device);
   return device;
 }
@@ -187,7 +185,7 @@ void CheckDeviceOption(const DeviceOption& option) {
     throw CLI::ValidationError(
         option.called,
         option.called == kDeviceOption
-            ? fmt::format("{}; 'kerf loop' has \"none\", \"script:FILE\" and \"recording:FILE\" too", e.what())
+            ? fmt::format("{}; 'kerf loop' also accepts \"none\", \"script:FILE\" and \"recording:FILE\"", e.what())
             : e.what());
   }
   CheckIsFor("falcon", "--falcon-firmware", AsksForFirmware(option), kind);
@@ -212,8 +210,8 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
   StageBars bars;
   return std::make_shared<DeviceServo>(
       option.device, [bus, choice = option.device, driver] { return OpenDriver(*bus, choice, driver); }, served,
-      [&bars, stop](const std::string& doing, double share) {
-        bars.Show(doing, share);
+      [&bars, stop](const std::string& doing, double fraction) {
+        bars.Show(doing, fraction);
         return stop == nullptr || !stop->load();
       });
 }
@@ -233,10 +231,9 @@ LoopDevice MakePlayedDevice(const DeviceOption& option) {
   if (!IsPlayed(option.device)) return device;
   if (option.motion_scale || option.left_handed || !option.profile.empty() || !option.wooden.empty() ||
       !option.bridge.empty()) {
-    throw CLI::ValidationError("--device",
-                               fmt::format("\"{}\" tells poses of the tool: --motion-scale, --left-handed, --profile, "
-                                           "--wooden and --bridge are for a device that is there",
-                                           option.device));
+    throw CLI::ValidationError("--device", fmt::format("\"{}\" gives poses of the tool: --motion-scale, --left-handed, "
+                                                       "--profile, --wooden and --bridge apply to a real device only",
+                                                       option.device));
   }
   std::vector<PlayedPose> poses;
   if (option.device.starts_with(kScript)) poses = ReadScript(FileOf(option.device, kScript));
@@ -254,11 +251,11 @@ LoopDevice MakePlayedDevice(const DeviceOption& option) {
 void FollowServo(DeviceServo& servo, bool& waited) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   for (const std::string& message : servo.TakeMessages()) {
-    if (terminal) std::fputs("\r\x1b[K", stderr);  // over a progress bar
+    if (terminal) std::fputs("\r\x1b[K", stderr);  // erases a progress bar
     Say("{}", message);
   }
   if (!MayReadTerminal(STDIN_FILENO)) return;
-  // What was typed before it asked is no answer.
+  // Input typed before the request is not an answer.
   const bool asks = servo.state() == ServoState::kWaiting;
   const bool asked = std::exchange(waited, asks);
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};

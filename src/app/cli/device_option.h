@@ -1,4 +1,4 @@
-// The device that a command is to use, and what it needs.
+// Options for the device that a command uses.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -18,7 +18,7 @@ namespace kerf::cli {
 inline constexpr char kDeviceOption[] = "--device";
 
 struct DeviceOption {
-  std::string called = kDeviceOption;  // on the command line
+  std::string called = kDeviceOption;  // name on the command line
   std::string device;                  // empty: simulated
   std::string falcon_firmware;         // file
   std::string wooden;                  // file
@@ -29,30 +29,30 @@ struct DeviceOption {
   std::string profile;
 };
 
-/// --device and what goes with it. `played`: also "none", "script:FILE" and "recording:FILE".
+/// Adds --device and the options that belong to it. `played`: also accepts "none", "script:FILE" and "recording:FILE".
 CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played);
-/// What a device needs, alone: --falcon-firmware, --wooden.
+/// Adds only the drivers' options: --falcon-firmware, --wooden.
 void AddDriverOptions(CLI::App& command, DeviceOption& option);
 
-/// Reads the files. Throws Error.
+/// Reads the files that the options name. Throws Error.
 DriverOptions MakeDriverOptions(const DeviceOption& option);
 
-/// Throws the command line's error: nothing is called so (it names the nearest device), or an option is another
-/// device's, or one's when there is none.
+/// Throws CLI::ValidationError if the device does not exist (the message names the nearest one), or if an option
+/// belongs to another device or needs a real device.
 void CheckDeviceOption(const DeviceOption& option);
 
-/// Opens a device that is really there, firmware and all, and puts it into the scene's [device]; what is being done
-/// goes to stderr. Null when it is simulated or played. Throws Error.
+/// Opens a real device, loading its firmware if needed, and sets the scene's [device] from it. Progress is printed on
+/// stderr. Returns null if the device is simulated or played. Throws Error.
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene, const std::atomic<bool>* stop);
-/// The same without a scene.
+/// Same without a scene.
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
                                        const std::atomic<bool>* stop);
 
-/// Of a device that is played; empty when it is another.
+/// Returns the device that plays poses; empty if the option names another kind of device.
 LoopDevice MakePlayedDevice(const DeviceOption& option);
 
-/// What it says goes to stderr; on a terminal, Enter agrees to have force again.
-/// `waited`: between calls; false at first.
+/// Prints the servo's messages on stderr. On a terminal, Enter confirms that force may be enabled again. `waited`:
+/// state kept between calls; initially false.
 void FollowServo(DeviceServo& servo, bool& waited);
 
 }  // namespace kerf::cli

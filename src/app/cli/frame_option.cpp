@@ -8,8 +8,8 @@ namespace kerf::cli {
 CLI::Option* AddFrameOption(CLI::App& command, std::string& frame) {
   return command
       .add_option("--frame", frame,
-                  "Where x, y and z of the file's coordinates point to in the patient, whatever its header says: three "
-                  "letters, as LPS (left, posterior, superior) or RAS.")
+                  "Directions of the file's x, y and z axes in the patient, instead of those in its header: three "
+                  "letters, such as LPS (left, posterior, superior) or RAS")
       ->check([](const std::string& letters) {
         try {
           LpsFromFrame(letters);

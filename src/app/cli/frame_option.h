@@ -1,4 +1,4 @@
-// The option that states the frame of a file's coordinates.
+// Option for the frame of a file's coordinates.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -6,7 +6,7 @@
 
 namespace kerf::cli {
 
-/// Adds `--frame` to `command`; an unknown frame is bad use.
+/// Adds `--frame` to `command`. An unknown frame is bad usage.
 CLI::Option* AddFrameOption(CLI::App& command, std::string& frame);
 
 }  // namespace kerf::cli

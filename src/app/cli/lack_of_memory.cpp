@@ -20,16 +20,16 @@ double free_GB = 0;
 
 [[noreturn]] void Terminate() {
   const std::exception_ptr why = std::current_exception();
-  // A std::thread was destroyed while it ran: seen where one allocation failed (tests/reliability/io_faults.py).
-  if (!why) EndSaying("ended in the middle, as happens when memory runs out");
+  // A running std::thread was destroyed: observed after a single failed allocation (tests/reliability/io_faults.py).
+  if (!why) EndSaying("ended unexpectedly, probably because memory ran out");
   try {
     std::rethrow_exception(why);
   } catch (const std::bad_alloc&) {
     EndWithoutMemory();
   } catch (const std::exception& e) {
-    EndSaying(e.what());  // as of a thread that could not be started, in a destructor
+    EndSaying(e.what());  // for example, a thread could not be started in a destructor
   } catch (...) {
-    EndSaying("ended by an error of an unknown kind");
+    EndSaying("ended by an unknown error");
   }
 }
 
@@ -46,7 +46,7 @@ void HandleLackOfMemory() {
 }
 
 void EndWithoutMemory() {
-  // stderr has no buffer that would have to be made.
+  // stderr is unbuffered, so nothing is allocated.
   std::fprintf(stderr, "kerf: not enough memory: %.1f GB were free; use larger voxels or a shorter run\n", free_GB);
   std::fflush(stdout);
   EndAtOnceWith(1);

@@ -1,15 +1,15 @@
-// What is said and done when there is no memory left, which itself must need none.
+// Handling of memory shortage without allocating memory.
 #pragma once
 
 namespace kerf::cli {
 
-/// Limits the memory to what is free (files/memory.h). From here on a program that has run out of it where an exception
-/// can't get out (in a thread, in a destructor, while VTK draws) ends as one that has anywhere else: with the sentence
-/// and exit code 1, its devices let go and its temporaries removed.
+/// Limits the process's memory to what is free (files/memory.h). After this call, running out of memory where an
+/// exception cannot propagate (in a thread, in a destructor, while VTK draws) ends the program as elsewhere: with a
+/// message and exit code 1, devices released and temporary files removed.
 void HandleLackOfMemory();
 
-/// Says so and ends the program with exit code 1, at once: what is left to be taken down may ask for memory. Needs
-/// none.
+/// Prints a message and ends the program with exit code 1 immediately, because destructors could allocate memory.
+/// Allocates none itself.
 [[noreturn]] void EndWithoutMemory();
 
 }  // namespace kerf::cli

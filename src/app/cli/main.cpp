@@ -6,14 +6,17 @@
 #include <exception>
 #include <iostream>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
-#include "app/cli/commands.h"
+#include "app/cli/command_list.h"
 #include "app/cli/exit_codes.h"
 #include "app/cli/lack_of_memory.h"
 #include "app/cli/message.h"
 #include "app/cli/signals.h"
+#include "app/cli/topics.h"
+#include "base/core/errno_text.h"
 #include "base/core/nearest_name.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
@@ -23,7 +26,7 @@ namespace {
 using kerf::cli::kFailed;
 using kerf::cli::kUsage;
 
-/// What the command line says; "kerf help run" is "kerf run --help".
+/// Returns the arguments; "kerf help run" becomes "kerf run --help".
 std::vector<std::string> ReadArguments(int argc, char** argv) {
   std::vector<std::string> arguments;
   for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);
@@ -34,8 +37,8 @@ std::vector<std::string> ReadArguments(int argc, char** argv) {
   return arguments;
 }
 
-/// A sentence about a first word that is no command; "" when it is one or an option. CLI11 only says that a command is
-/// missing.
+/// Returns a message about a first word that is not a command; "" if it is a command or an option. CLI11 only reports a
+/// missing command.
 std::string FindUnknownCommand(const CLI::App& app, const std::vector<std::string>& arguments) {
   if (arguments.empty() || arguments.front().starts_with('-')) return "";
   const std::string& word = arguments.front();
@@ -47,7 +50,16 @@ std::string FindUnknownCommand(const CLI::App& app, const std::vector<std::strin
                      nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest));
 }
 
-/// "kerf model block", as far as it was understood.
+/// List of topics at the end of `kerf --help`.
+std::string ListTopics() {
+  std::string text = "Topics ('kerf help TOPIC'):";
+  for (const kerf::cli::Topic& topic : kerf::cli::Topics()) {
+    text += fmt::format("\n  {:<28}{}", topic.name, topic.summary);
+  }
+  return text;
+}
+
+/// Returns the part of the command that was parsed, such as "kerf model block".
 std::string NameParsedCommand(const CLI::App& app) {
   std::string name = app.get_name();
   for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
@@ -57,13 +69,13 @@ std::string NameParsedCommand(const CLI::App& app) {
   return name;
 }
 
-/// Output that got lost, on a full disk for instance, is a failure.
+/// Lost output, for example on a full disk, is a failure.
 int FlushOutput(int code) {
   errno = 0;
   std::cout.flush();
   const bool lost = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
   if (!lost) return code;
-  const std::string reason = errno == 0 ? "" : ": " + std::generic_category().message(errno);
+  const std::string reason = errno == 0 ? "" : ": " + FormatErrno(errno);
   kerf::cli::Say("standard output can't be written{}", reason);
   return code == 0 ? kFailed : code;
 }
@@ -75,41 +87,23 @@ int RunProgram(int argc, char** argv) {
     return fmt::format("kerf {} (commit {}; {})\nbuilt with {}", kerf::VersionString(), kerf::CommitString(),
                        kerf::CompilerString(), kerf::LibrariesString());
   });
-  kerf::cli::AddAssessCommand(app);
-  kerf::cli::AddBenchCommand(app);
-  kerf::cli::AddCheckCommand(app);
-  kerf::cli::AddCompareCommand(app);
-  kerf::cli::AddDevicesCommand(app);
-  kerf::cli::AddDeviceCommand(app);
-  kerf::cli::AddEffectsCommand(app);
-  kerf::cli::AddExportCommand(app);
-  kerf::cli::AddPictureCommand(app);
-  kerf::cli::AddInfoCommand(app);
-  kerf::cli::AddPaperCommand(app);
-  kerf::cli::AddRunCommand(app);
-  kerf::cli::AddLoopCommand(app);
-  kerf::cli::AddRehearseCommand(app);
-  kerf::cli::AddReplayCommand(app);
-  kerf::cli::AddScoreCommand(app);
-  kerf::cli::AddPractiseCommand(app);
-  kerf::cli::AddLogCommand(app);
-  kerf::cli::AddImportCommand(app);
-  kerf::cli::AddModelCommand(app);
-  kerf::cli::AddSceneCommand(app);
-  kerf::cli::AddMaterialsCommand(app);
-  kerf::cli::AddSlabCommand(app);
-  kerf::cli::AddStabilityCommand(app);
-  kerf::cli::AddStudyCommand(app);
-  kerf::cli::AddTuneCommand(app);
-  app.add_subcommand("help", "Show this list, or the help of a command: kerf help run.");
+  kerf::cli::AddCommands(app);
+  app.add_subcommand("help", "Show this list, the help of a command or a topic")->group("Help");
+  app.footer(ListTopics());
 
   using kerf::cli::Say;
   const std::vector<std::string> arguments = ReadArguments(argc, argv);
+  if (argc == 3 && std::string_view(argv[1]) == "help") {
+    if (const kerf::cli::Topic* topic = kerf::cli::FindTopic(argv[2]); topic != nullptr) {
+      fmt::print("{}\n\n{}\n", topic->summary, topic->text);
+      return 0;
+    }
+  }
   try {
-    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the end
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them in reverse order
     return 0;
   } catch (const CLI::ParseError& e) {
-    // --help and --version come as "errors" with exit code 0; everything else is bad use.
+    // --help and --version are "errors" with exit code 0; everything else is bad usage.
     if (const std::string unknown = FindUnknownCommand(app, arguments); !unknown.empty()) {
       Say("{}", unknown);
       return kUsage;
@@ -125,7 +119,7 @@ int RunProgram(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     kerf::cli::EndWithoutMemory();
   } catch (const std::system_error& e) {
-    if (std::ferror(stdout) == 0) Say("{}", e.what());  // else FlushOutput says it
+    if (std::ferror(stdout) == 0) Say("{}", e.what());  // otherwise FlushOutput() reports it
     return kFailed;
   } catch (const std::exception& e) {
     Say("{}", e.what());

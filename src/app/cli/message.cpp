@@ -27,15 +27,15 @@ std::string FormatMessage(std::string_view message) {
 
 namespace {
 
-constexpr std::size_t kMostOfAKind = 10;
+constexpr std::size_t kMaxOfAKind = 10;
 
 std::mutex limit_mutex;
 MessageLimit& Limit() {
-  static MessageLimit limit(kMostOfAKind);
+  static MessageLimit limit(kMaxOfAKind);
   return limit;
 }
 
-/// Where the sentence that begins at `begin` ends: before the next line that does not begin with a space.
+/// Returns the end of the sentence that begins at `begin`: before the next line that does not begin with a space.
 std::size_t FindSentenceEnd(std::string_view message, std::size_t begin) {
   std::size_t end = message.find('\n', begin);
   while (end != std::string_view::npos && end + 1 < message.size() &&
@@ -45,7 +45,7 @@ std::size_t FindSentenceEnd(std::string_view message, std::size_t begin) {
   return std::min(end, message.size());
 }
 
-// A closed or full stderr is no reason to end: what it should have shown is lost, the exit code stays.
+// A closed or full stderr does not end the program: the message is lost, the exit code is unchanged.
 void Print(std::string_view message) {
   std::fputs((FormatMessage(message) + '\n').c_str(), stderr);
 }

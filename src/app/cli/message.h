@@ -1,4 +1,4 @@
-// What the program says beside its results: on stderr, each sentence with "kerf: " before it.
+// Messages besides the results: on stderr, each sentence prefixed with "kerf: ".
 #pragma once
 
 #include <fmt/format.h>
@@ -9,23 +9,23 @@
 
 namespace kerf::cli {
 
-/// `message` with "kerf: " before each line that begins a sentence; a line that begins with a space continues the one
-/// before. What is not printable (core/printable.h) becomes '?', since messages quote files and nothing in a file may
-/// control the terminal.
+/// Returns `message` with "kerf: " before each line that begins a sentence. A line that begins with a space continues
+/// the previous one. Unprintable characters (core/printable.h) are replaced by '?', because messages quote files, and
+/// no file may control the terminal.
 std::string FormatMessage(std::string_view message);
 
-/// Prints FormatMessage(message) and a line end on stderr; of sentences that differ in their numbers only, the first
-/// ten. Any thread.
+/// Prints FormatMessage(message) and a newline on stderr. Of sentences that differ only in their numbers, only the
+/// first ten are printed. May be called by any thread.
 void PrintMessage(std::string_view message);
-/// At the program's end: how many more there were of each kind.
+/// Prints, at the program's end, how many messages of each kind were left out.
 void PrintLeftOutMessages();
 
-/// PrintMessage of a text formatted as by fmt::format.
+/// Calls PrintMessage() with a text formatted as by fmt::format.
 template <typename... Args>
 void Say(fmt::format_string<Args...> format, Args&&... args) {
   PrintMessage(fmt::format(format, std::forward<Args>(args)...));
 }
-/// The same with "warning: " before it.
+/// Same with the prefix "warning: ".
 template <typename... Args>
 void SayWarning(fmt::format_string<Args...> format, Args&&... args) {
   PrintMessage("warning: " + fmt::format(format, std::forward<Args>(args)...));

@@ -15,7 +15,7 @@ std::optional<double> ParseNumber(const std::string& text) {
   if (rest.size() > 1 && rest[0] == '+' && rest[1] != '-') rest.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-  // Too small for a double is out of range, too.
+  // A value too small for a double is also out of range.
   if (error != std::errc() || end != rest.data() + rest.size() || !std::isfinite(value)) return std::nullopt;
   return value;
 }
@@ -50,7 +50,7 @@ Vec3 ParsePoint(const std::string& text, const char* option) {
 CLI::Validator NumberWithin(double lower, double upper, const char* unit) {
   const auto check = [=](const std::string& text) {
     const auto value = ParseNumber(text);
-    if (!value) return fmt::format("'{}' is no number; give {:g} to {:g} {}", text, lower, upper, unit);
+    if (!value) return fmt::format("'{}' is not a number; give {:g} to {:g} {}", text, lower, upper, unit);
     if (*value >= lower && *value <= upper) return std::string();
     return fmt::format("{:g} {} is out of range; give {:g} to {:g} {}", *value, unit, lower, upper, unit);
   };

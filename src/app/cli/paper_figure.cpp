@@ -23,7 +23,7 @@ constexpr double kCorrectedTop_N = 0.3;
 constexpr std::array<Rgb8, kPaperRegionCount> kColours{{{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {180, 80, 150}}};
 constexpr Rgb8 kGrey{120, 126, 134};
 
-// The staircase as computed, with its risers where the paper's arc reaches a further pitch.
+// Makes the computed staircase, with risers where the paper's arc reaches another pitch.
 PlotSeries MakeStaircase(const PaperTables& tables, const PaperRegionRow& region) {
   PlotSeries series;
   const double d = tables.saw.diameter_mm;
@@ -69,7 +69,7 @@ PlotSpec MakePanel(int width) {
   return panel;
 }
 
-// The other reading, in grey behind.
+// Adds the other reading in grey, in the background.
 void AddBackdrop(PlotSpec& panel, PlotSeries series) {
   series.colour = kGrey;
   series.width = 3;
@@ -77,7 +77,7 @@ void AddBackdrop(PlotSpec& panel, PlotSeries series) {
   panel.series.push_back(std::move(series));
 }
 
-// The regions by force, the largest first, as their curves lie.
+// Sorts the regions by force, largest first, in the order of their curves.
 std::vector<std::size_t> SortByForce(const PaperTables& tables) {
   std::vector<std::size_t> order(kPaperRegionCount);
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -1,4 +1,4 @@
-// The figure of kerf paper: force against depth, as the paper computed it and corrected.
+// Figure of kerf paper: force against depth, as computed in the paper and corrected.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace kerf::cli {
 
-/// Writes a PNG of 1920 x 1080 pixels. Throws Error when it can't be written or this machine can't draw.
+/// Writes a PNG of 1920 x 1080 pixels. Throws Error if it cannot be written or this machine cannot draw.
 void WritePaperFigure(const PaperTables& tables, const std::string& path);
 
 }  // namespace kerf::cli

@@ -22,7 +22,7 @@ void Append(std::string& to, fmt::format_string<T...> format, T&&... values) {
   fmt::format_to(std::back_inserter(to), format, std::forward<T>(values)...);
 }
 
-// Breaks at spaces so that no line is longer than `width`, each after `indent` spaces.
+// Breaks at spaces so that no line is longer than `width`; indents each line by `indent` spaces.
 std::string Wrap(std::string_view text, std::size_t indent, std::size_t width) {
   const std::string margin(indent, ' ');
   std::string lines;
@@ -55,7 +55,7 @@ void AppendRegions(std::string& out, const PaperTables& tables) {
            fmt::format("{} - {}", row.band_top_mm, row.band_bottom_mm), 1e5 * row.K_m_per_cbrt_N.printed,
            1e5 * row.K_m_per_cbrt_N.computed, row.K_m_per_cbrt_N.relative_difference(), row.tooth_force_N);
   }
-  Append(out, "  The paper prints one K, region 24's; each force follows from its own region's.\n");
+  Append(out, "  The paper prints only the K of region 24; each force follows from the K of its own region.\n");
 }
 
 void AppendArcs(std::string& out, const PaperTables& tables) {
@@ -88,10 +88,9 @@ void AppendForces(std::string& out, const PaperTables& tables) {
 std::string DescribeDevice(const PaperTables& tables) {
   const PaperDeviceAdvice& device = tables.device;
   return fmt::format(
-      "The paper asks for a haptic device of at least {:.0f} N. The disc buried to its full diameter has {:.0f} teeth "
-      "engaged by the paper's arc; in region {} they bear {:.5f} x {:.0f}^3 = {:.1f} N from the printed force of one "
-      "tooth, "
-      "{:.1f} N computed. Corrected, {:.0f} teeth are engaged and bear {:.3f} N.",
+      "The paper asks for a haptic device of at least {:.0f} N. With the disc in the bone to its full diameter, the "
+      "paper's arc engages {:.0f} teeth; in region {} they exert {:.5f} x {:.0f}^3 = {:.1f} N from the printed force "
+      "of one tooth, {:.1f} N computed. Corrected, {:.0f} teeth are engaged and exert {:.3f} N.",
       device.printed_at_least_N, device.teeth, device.region, tables.depths[0].force_N[0].printed, device.teeth,
       device.from_printed_force_N, device.computed_N, device.corrected_teeth, device.corrected_N);
 }
@@ -234,8 +233,8 @@ std::string FormatPaperMarkdown(const PaperTables& tables) {
   out += " |\n";
   const PaperDifferences& largest = tables.largest;
   Append(out,
-         "\nprinted / computed. Largest relative difference: force {:.1e} (of which the printed decimals explain up to "
-         "{:.1e}), arc {:.1e}, K of region {} {:.1e}; teeth counts that differ: {}.\n",
+         "\nprinted / computed. Largest relative difference: force {:.1e} (up to {:.1e} due to the rounding of "
+         "printed values), arc {:.1e}, K of region {} {:.1e}; teeth counts that differ: {}.\n",
          largest.force, largest.force_by_rounding, largest.arc, tables.regions[0].region, largest.K_region_24,
          largest.teeth_that_differ);
   return out;

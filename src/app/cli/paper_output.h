@@ -1,4 +1,4 @@
-// What kerf paper prints: for people, for programs and for the README.
+// Output formats of kerf paper: human-readable text, JSON, CSV, and Markdown for docs/paper.md.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 namespace kerf::cli {
 
 std::string FormatPaperText(const PaperTables& tables);
-/// One object; keys with units.
+/// One JSON object; keys with units.
 std::string FormatPaperJson(const PaperTables& tables);
-/// A row for each of the 24 forces.
+/// One row for each of the 24 forces.
 std::string FormatPaperCsv(const PaperTables& tables);
-/// The block of the README, between the lines <!-- kerf paper --markdown --> and <!-- end -->.
+/// Block of docs/paper.md between the lines <!-- kerf paper --markdown --> and <!-- end -->.
 std::string FormatPaperMarkdown(const PaperTables& tables);
 
 }  // namespace kerf::cli

@@ -1,4 +1,4 @@
-// The half of `kerf practise` that needs no window.
+// Part of `kerf practise` that needs no window.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -13,12 +13,12 @@ struct PractiseOptions {
   bool json = false;
   bool csv = false;
   std::string student;
-  std::string report;   // a page for the teacher
-  std::string keys;     // of known signers
-  std::string hand_in;  // a recording
+  std::string report;   // output file of a page for the teacher
+  std::string keys;     // file with keys of known signers
+  std::string hand_in;  // recording to hand in
   std::string bone_file;
   std::string agent;
-  int agents = 0;  // all of them, with so many seeds each
+  int agents = 0;  // number of seeds; runs all agents
   std::string exercise;
   std::string record;
   int level = 1;
@@ -27,9 +27,9 @@ struct PractiseOptions {
 };
 
 void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options);
-/// Whether one of them was asked for.
+/// Returns true if one of the options was given.
 bool WantsPractiseHistory(const PractiseOptions& options);
-/// Does it and returns the exit code. Throws as a command's callback does.
+/// Executes the options and returns the exit code. Throws the same errors as a command's callback.
 int RunPractiseHistory(const PractiseOptions& options);
 
 }  // namespace kerf::cli

@@ -1,4 +1,4 @@
-// A progress bar on stderr with the time left; shown on a terminal only, and only for what takes more than two seconds.
+// Progress bar on stderr with the remaining time; shown only on a terminal and only for work of more than two seconds.
 #pragma once
 
 #include <chrono>
@@ -11,13 +11,13 @@ namespace kerf::cli {
 class ProgressBar {
  public:
   explicit ProgressBar(std::string title);
-  ~ProgressBar();  // wipes the bar
+  ~ProgressBar();  // erases the bar
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Stands behind the bar from the next Show() on. Any thread.
+  /// Sets the text shown after the bar from the next Show() on. May be called by any thread.
   void SetNote(std::string note);
-  /// `fraction` 0 to 1. Any thread.
+  /// `fraction`: 0 to 1. May be called by any thread.
   void Show(double fraction);
 
  private:
@@ -31,11 +31,11 @@ class ProgressBar {
   Clock::time_point last_{};
 };
 
-/// A bar for each stage of a work that tells its stages by name, one after the other. One thread.
+/// Consecutive bars for the named stages of one task. Not thread-safe.
 class StageBars {
  public:
   void Show(const std::string& stage, double fraction);
-  /// Behind the bar of the stage that is shown; gone with it.
+  /// Sets the text after the bar of the current stage; removed together with the bar.
   void SetNote(const std::string& note);
 
  private:

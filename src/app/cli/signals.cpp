@@ -55,7 +55,7 @@ extern "C" void LetGoAndStop(int) {
 }
 
 extern "C" void NoteInterrupt(int number) {
-  const std::int64_t now_ns = MonotonicClock().Now();  // clock_gettime() may be called in a handler
+  const std::int64_t now_ns = MonotonicClock().Now();  // clock_gettime() is safe in a signal handler
   if (!interrupted.load()) {
     interrupted_ns.store(now_ns);
     interrupted_by.store(number);
@@ -63,8 +63,8 @@ extern "C" void NoteInterrupt(int number) {
     return;
   }
   if (number == interrupted_by.load() && now_ns - interrupted_ns.load() < kSame_ns) return;
-  HandleSignals();  // sigaction() may be called in a handler
-  raise(number);    // handled so once this handler returns
+  HandleSignals();  // sigaction() is safe in a signal handler
+  raise(number);    // ends the program once this handler returns
 }
 
 }  // namespace
@@ -90,7 +90,7 @@ void HandleSignalsOfDevices() {
     sigaction(number, &action, nullptr);
   };
   const auto end = [&](int number) { handle(number, LetGoAndEnd, static_cast<int>(SA_RESETHAND)); };
-  // All that would end a program (signal(7)) but those of CatchInterrupt() and HandleSignals().
+  // All signals that end a program (signal(7)) except those of CatchInterrupt() and HandleSignals().
   for (const int number : {SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGSEGV, SIGUSR1, SIGUSR2, SIGPIPE,
                            SIGALRM, SIGSTKFLT, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSYS}) {
     end(number);
@@ -111,7 +111,7 @@ ExitsAtOnce::~ExitsAtOnce() {
 bool MayReadTerminal(int file) {
   if (isatty(file) != 1) return false;
   const pid_t in_front = tcgetpgrp(file);
-  return in_front == -1 || in_front == getpgrp();  // -1: it is not the terminal that this program is controlled by
+  return in_front == -1 || in_front == getpgrp();  // -1: not the controlling terminal of this program
 }
 
 void HandleSignals() {

@@ -1,24 +1,24 @@
-// What the program does when it is told to end.
+// Reactions of the program to signals.
 #pragma once
 
 #include <atomic>
 
 namespace kerf::cli {
 
-/// From now on a signal that ends the program (SIGHUP, SIGINT, SIGTERM; those that are ignored stay so) removes what is
-/// half written first, and a file that grows beyond the process's limit fails to be written (SIGXFSZ).
+/// From this call on, a signal that ends the program (SIGHUP, SIGINT, SIGTERM, unless ignored) first removes unfinished
+/// files, and writing a file beyond the process's size limit fails (SIGXFSZ).
 void HandleSignals();
 
-/// From now on a signal that ends or stops the program, a fault of its own included, takes the force from the haptic
-/// devices first (DeviceServo::LetGoOfAll). Not SIGKILL and SIGSTOP, which nobody can catch, nor a fault of the thread
-/// that serves a device: it alone could, and blocks all signals.
+/// From this call on, a signal that ends or stops the program, including its own faults, first switches off the force
+/// of the haptic devices (DeviceServo::LetGoOfAll). Exceptions are SIGKILL and SIGSTOP, which cannot be caught, and a
+/// fault of the thread that serves a device: only that thread could switch the force off, and it blocks all signals.
 void HandleSignalsOfDevices();
 
-/// Ends the program at once: devices are let go, temporaries removed, nothing is taken down.
+/// Ends the program immediately: releases devices and removes temporary files, but runs no destructors.
 [[noreturn]] void EndAtOnceWith(int status);
 
-/// While one stands, exit() ends the program at once, after the same: a library that gives up calls it (Xlib, whose
-/// server is gone) while threads of ours still use what the program would take down.
+/// While an instance exists, exit() ends the program immediately in the same way. On a fatal error a library may call
+/// exit() (Xlib when its server is lost) while other threads still use objects that a normal exit would destroy.
 class ExitsAtOnce {
  public:
   ExitsAtOnce();
@@ -27,12 +27,12 @@ class ExitsAtOnce {
   ExitsAtOnce& operator=(const ExitsAtOnce&) = delete;
 };
 
-/// It is a terminal, and this program is not in its background, where who reads it is stopped.
+/// Returns true if `file` is a terminal and the program is not in its background, where reading would stop it.
 bool MayReadTerminal(int file);
 
-/// From now on the first SIGINT, SIGTERM or SIGHUP (those that are ignored stay so) sets this to true, for work that
-/// ends itself safely; a second one is handled as before. The same one again within a quarter of a second is no second
-/// one: timeout(1), and a shell beside its job, tell the program of each signal twice.
+/// From this call on, the first SIGINT, SIGTERM or SIGHUP (unless ignored) sets the returned flag, for work that ends
+/// itself safely. A second signal is handled as before. A repetition of the same signal within 0.25 s does not count as
+/// a second one: timeout(1), and some shells, send each signal twice.
 const std::atomic<bool>& CatchInterrupt();
 
 }  // namespace kerf::cli

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// $XDG_DATA_HOME/kerf, or ~/.local/share/kerf.
+/// Returns $XDG_DATA_HOME/kerf, or ~/.local/share/kerf.
 std::string DataFolder() {
   const auto get = [](const char* name) {
     const char* value = std::getenv(name);
@@ -26,49 +26,49 @@ std::string DataFolder() {
   };
   if (const std::string data = get("XDG_DATA_HOME"); !data.empty()) return data + "/kerf";
   if (const std::string home = get("HOME"); !home.empty()) return home + "/.local/share/kerf";
-  throw Error("neither HOME nor XDG_DATA_HOME is set: say with -o where recordings are to go");
+  throw Error("neither HOME nor XDG_DATA_HOME is set: give a folder for recordings with -o");
 }
 
 }  // namespace
 
 void AddWindowOptions(CLI::App& command, WindowOptions& options) {
-  command.add_option("-o", options.folder,
-                     "Folder for recordings, pictures and what is taken away; without it a new one in "
-                     "~/.local/share/kerf");
-  command.add_option("--size", options.size, "Of the window, WIDTHxHEIGHT")->capture_default_str();
-  command.add_option("--scale", options.scale, "Of words and lines, 1 to 4; without it the display's")
+  command.add_option(
+      "-o", options.folder,
+      "Folder for recordings, pictures and exports; created if missing; default: a new one in ~/.local/share/kerf");
+  command.add_option("--size", options.size, "Size of the window, WIDTHxHEIGHT")->capture_default_str();
+  command.add_option("--scale", options.scale, "Scale of text and lines, 1 to 4; default: the display's")
       ->check(NumberWithin(1, 4, "times"));
   AddDeviceOption(command, options.device, false);
-  command.add_option("--log", options.log, "File for what happens in the window, a line of JSON each");
+  command.add_option("--log", options.log, "File for the events of the window, a line of JSON each");
 }
 
-TheatreOptions MakeTheatreOptions(const WindowOptions& options, const std::string& title, const std::string& kind) {
-  TheatreOptions theatre;
-  theatre.title = title;
-  theatre.log = options.log;
-  theatre.scale = options.scale;
-  theatre.interrupt = &CatchInterrupt();
+ViewerOptions MakeViewerOptions(const WindowOptions& options, const std::string& title, const std::string& kind) {
+  ViewerOptions viewer;
+  viewer.title = title;
+  viewer.log = options.log;
+  viewer.scale = options.scale;
+  viewer.interrupt = &CatchInterrupt();
   const std::vector<double> size = ParseNumbers(options.size, 'x', 2, "--size", "WIDTHxHEIGHT");
   if (!(size[0] >= 640 && size[0] <= 16384 && size[1] >= 400 && size[1] <= 16384)) {
-    throw CLI::ValidationError("--size", fmt::format("'{}' is not within 640x400 to 16384x16384", options.size));
+    throw CLI::ValidationError("--size", fmt::format("'{}' must be 640x400 to 16384x16384", options.size));
   }
-  theatre.width = static_cast<int>(size[0]);
-  theatre.height = static_cast<int>(size[1]);
-  theatre.folder = options.folder;
-  if (theatre.folder.empty()) {
-    theatre.folder = fmt::format("{}/{}-{:%Y%m%d-%H%M%S}", DataFolder(), kind, fmt::localtime(std::time(nullptr)));
+  viewer.width = static_cast<int>(size[0]);
+  viewer.height = static_cast<int>(size[1]);
+  viewer.folder = options.folder;
+  if (viewer.folder.empty()) {
+    viewer.folder = fmt::format("{}/{}-{:%Y%m%d-%H%M%S}", DataFolder(), kind, fmt::localtime(std::time(nullptr)));
   }
-  if (fs::exists(theatre.folder + "/session.kerf")) {
-    throw Error(fmt::format("{}: holds a session already; name another folder", theatre.folder));
+  if (fs::exists(viewer.folder + "/session.kerf")) {
+    throw Error(fmt::format("{}: already contains a session; give another folder", viewer.folder));
   }
   DeviceServoOptions servo;
   servo.motion_scale = options.device.motion_scale.value_or(1);
   servo.left_handed = options.device.left_handed;
   servo.profile = options.device.profile;
-  servo.told_orientation = true;  // as one looks at the bone
-  theatre.device = OpenServo(options.device, servo, theatre.interrupt);
-  theatre.lock = std::make_shared<FolderLock>(theatre.folder);
-  return theatre;
+  servo.reported_orientation = true;  // from the user's viewpoint
+  viewer.device = OpenServo(options.device, servo, viewer.interrupt);
+  viewer.lock = std::make_shared<FolderLock>(viewer.folder);
+  return viewer;
 }
 
 }  // namespace kerf::cli

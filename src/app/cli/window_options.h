@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/cli/device_option.h"
-#include "app/window/theatre.h"
+#include "app/window/viewer_app.h"
 
 namespace kerf::cli {
 
@@ -18,8 +18,8 @@ struct WindowOptions {
 };
 
 void AddWindowOptions(CLI::App& command, WindowOptions& options);
-/// Opens the device, if any, and makes the session's folder: the one asked for, or kerf/`kind`-DATE-TIME in the user's
-/// data folder. Throws Error, and CLI::ValidationError for a size that is none.
-TheatreOptions MakeTheatreOptions(const WindowOptions& options, const std::string& title, const std::string& kind);
+/// Opens the device, if any, and creates the session's folder: the one given, or kerf/`kind`-DATE-TIME in the user's
+/// data folder. Throws Error, or CLI::ValidationError for an invalid size.
+ViewerOptions MakeViewerOptions(const WindowOptions& options, const std::string& title, const std::string& kind);
 
 }  // namespace kerf::cli

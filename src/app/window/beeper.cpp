@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <thread>
 
 namespace kerf {
@@ -13,8 +14,7 @@ namespace {
 
 constexpr unsigned kRate_Hz = 48'000;
 constexpr std::size_t kBlock = 480;  // 10 ms
-constexpr double kLoudness = 6000;   // of 32767
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kLoudness = 6000;   // amplitude, of 32767
 constexpr double kSilent = std::numeric_limits<double>::quiet_NaN();
 
 void SayNothing(const char*, int, const char*, int, const char*, ...) {}
@@ -27,7 +27,7 @@ Beep CalcBeep(std::optional<double> to_goal_mm) {
   if (!to_goal_mm || std::isnan(*to_goal_mm) || *to_goal_mm > kFrom_mm) return {};
   if (*to_goal_mm < -kThere_mm) return {.per_s = std::numeric_limits<double>::infinity(), .pitch_Hz = 1320};
   if (*to_goal_mm < kThere_mm) return {.per_s = std::numeric_limits<double>::infinity(), .pitch_Hz = 880};
-  // 2 a second at 3 mm, 10 a second at the goal.
+  // 2 per second at 3 mm, 10 per second at 0.2 mm before the goal.
   return {.per_s = 2 + 8 * (kFrom_mm - *to_goal_mm) / (kFrom_mm - kThere_mm), .pitch_Hz = 880};
 }
 
@@ -40,8 +40,8 @@ struct Beeper::State {
   void Play() {
     std::array<std::int16_t, kBlock> block{};
     double phase = 0;     // of the tone, cycles
-    double beat = 0;      // of the beeps, likewise
-    double loudness = 0;  // follows in a few ms: no clicks
+    double beat = 0;      // of the beeps, cycles
+    double loudness = 0;  // changes within a few ms to avoid clicks
     double pitch_Hz = 880;
     while (!stop.load()) {
       const double now_mm = to_goal_mm.load();
@@ -53,10 +53,11 @@ struct Beeper::State {
         const bool on = steady || (beep.per_s > 0 && beat - std::floor(beat) < 0.5);
         loudness += ((on ? kLoudness : 0) - loudness) / 240;
         phase += pitch_Hz / kRate_Hz;
-        sample = static_cast<std::int16_t>(std::lround(loudness * std::sin(2 * kPi * (phase - std::floor(phase)))));
+        sample = static_cast<std::int16_t>(
+            std::lround(loudness * std::sin(2 * std::numbers::pi * (phase - std::floor(phase)))));
       }
       const snd_pcm_sframes_t written = snd_pcm_writei(out, block.data(), block.size());
-      if (written < 0 && snd_pcm_recover(out, static_cast<int>(written), 1) < 0) return;  // the sound device is gone
+      if (written < 0 && snd_pcm_recover(out, static_cast<int>(written), 1) < 0) return;  // audio device removed
     }
   }
 };

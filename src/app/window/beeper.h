@@ -1,5 +1,5 @@
-// A tone that tells how far it is to the goal, as cars tell it of a wall: beeps, quicker the nearer, one tone there, a
-// high one beyond.
+// Sound that indicates the distance to the goal, as parking sensors do: beeps that become faster towards the goal, a
+// continuous tone at the goal, and a high one beyond it.
 #pragma once
 
 #include <memory>
@@ -9,14 +9,14 @@ namespace kerf {
 
 class Beeper {
  public:
-  /// A machine without sound gives none: has_sound().
+  /// Without an audio device no sound is played and has_sound() returns false.
   Beeper();
   ~Beeper();
   Beeper(const Beeper&) = delete;
   Beeper& operator=(const Beeper&) = delete;
 
   bool has_sound() const;
-  /// None: silence. Any thread.
+  /// nullopt: silence. May be called by any thread.
   void Set(std::optional<double> to_goal_mm);
 
  private:
@@ -24,7 +24,7 @@ class Beeper {
   std::unique_ptr<State> state_;
 };
 
-/// What is to be heard: so many beeps a second (0: none; infinite: one tone), of so many Hz.
+/// Sound to play: beeps per second (0: none; infinite: continuous tone) and their frequency in Hz.
 struct Beep {
   double per_s = 0;
   double pitch_Hz = 0;

@@ -1,11 +1,11 @@
-// What a person does with keyboard, mouse and window, as the rest of the program sees it.
+// Keyboard, mouse and window events, independent of the window library.
 #pragma once
 
 #include <cstdint>
 
 namespace kerf {
 
-/// Keys by what is printed on them on a keyboard laid out as in the US; letters and digits are their characters.
+/// Keys named after their label on a US keyboard; letters and digits have their character codes.
 enum class Key : std::uint16_t {
   kNone = 0,
   kSpace = ' ',
@@ -85,8 +85,8 @@ struct WindowEvent {
     kMouseDown,
     kMouseUp,    // button, x, y
     kMouseMove,  // x, y
-    kScroll,     // amount: notches, away from the hand positive
-    kResize,     // the size is asked of the window
+    kScroll,     // amount: notches, positive away from the user
+    kResize,     // query the size from the window
     kFocus,      // on
     kMinimise,   // on
     kClose,
@@ -97,7 +97,7 @@ struct WindowEvent {
   char32_t character = 0;
   MouseButton button = MouseButton::kLeft;
   double x = 0;  // pixels of the picture from its left edge
-  double y = 0;  // from its top
+  double y = 0;  // pixels from its top
   double amount = 0;
   bool on = false;
   bool shift = false;

@@ -19,7 +19,7 @@
 namespace kerf {
 namespace {
 
-std::string g_glfw_error;  // GLFW tells by a callback without a place to put it
+std::string g_glfw_error;  // GLFW reports errors by a callback without user data
 
 Key KeyOf(int key) {
   if ((key >= GLFW_KEY_A && key <= GLFW_KEY_Z) || (key >= GLFW_KEY_0 && key <= GLFW_KEY_9)) {
@@ -60,13 +60,13 @@ Key KeyOf(int key) {
 }  // namespace
 
 struct GlWindow::State {
-  EndsWithoutMemory ends;  // the last to go
+  EndsWithoutMemory ends;  // destroyed last
   GLFWwindow* window = nullptr;
   vtkNew<vtkGenericOpenGLRenderWindow> vtk;
   std::vector<WindowEvent> events;
   int width = 0;
   int height = 0;
-  // Where the mouse was told to be last: glfwGetCursorPos() tells where it is by now, which may be far from a click
+  // Position of the last mouse event. glfwGetCursorPos() returns the current position, which may be far from a click
   // that waited while a picture was drawn.
   double mouse_x = 0;
   double mouse_y = 0;
@@ -89,7 +89,7 @@ struct GlWindow::State {
     event.alt = (mods & GLFW_MOD_ALT) != 0;
     return event;
   }
-  /// The mouse is told in the screen's units, which may be larger than pixels.
+  /// Mouse positions are in screen coordinates, whose unit may be larger than a pixel.
   void SetPlace(WindowEvent& event) const {
     int w = 1;
     int h = 1;
@@ -153,7 +153,7 @@ void GlWindow::State::Listen() {
   glfwSetWindowIconifyCallback(window, [](GLFWwindow* w, int on) { Of(w).Add(Kind::kMinimise).on = on != 0; });
   glfwSetWindowCloseCallback(window, [](GLFWwindow* w) {
     Of(w).Add(Kind::kClose);
-    glfwSetWindowShouldClose(w, GLFW_FALSE);  // whoever runs the window ends it
+    glfwSetWindowShouldClose(w, GLFW_FALSE);  // the owner of the window decides whether to close it
   });
 }
 

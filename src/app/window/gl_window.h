@@ -1,4 +1,4 @@
-// A window on the screen with an OpenGL picture that VTK draws. GLFW is seen in gl_window.cpp alone.
+// Window on the screen with an OpenGL picture drawn by VTK. Only gl_window.cpp uses GLFW.
 #pragma once
 
 #include <memory>
@@ -13,31 +13,31 @@ namespace kerf {
 
 struct GlWindowOptions {
   std::string title;
-  int width = 1280;  // of the picture's frame in the screen's own units, 640 to 16384
+  int width = 1280;  // of the picture's frame in screen coordinates, 640 to 16384
   int height = 720;  // 400 to 16384
 };
 
-/// One at a time, in the program's main thread.
+/// Window of the program. At most one may exist, in the program's main thread.
 class GlWindow {
  public:
-  /// Throws Error with what to do when there is no display, or it has no OpenGL 3.3.
+  /// Throws Error with advice if there is no display, or if it does not support OpenGL 3.3.
   explicit GlWindow(const GlWindowOptions& options);
   ~GlWindow();
   GlWindow(const GlWindow&) = delete;
   GlWindow& operator=(const GlWindow&) = delete;
 
-  /// Where to draw; its size is kept that of the picture.
+  /// VTK window to draw into; its size follows that of the picture.
   vtkRenderWindow& render_window();
-  int width() const;  // pixels of the picture; 0 while it is minimised on some systems
+  int width() const;  // pixels of the picture; on some systems 0 while minimised
   int height() const;
-  /// Pixels of the picture for one that text is legible in on a plain screen: 2 on a "2x" display.
+  /// Returns the factor by which text must be enlarged relative to a standard display: 2 on a "2x" display.
   double content_scale() const;
 
-  /// What has happened since the last call; waits for something for at most `wait_s`.
+  /// Returns the events since the last call. Waits at most `wait_s` for one.
   std::vector<WindowEvent> Poll(double wait_s);
-  /// Before a frame is drawn.
+  /// Must be called before a frame is drawn.
   void BeginFrame();
-  /// Shows what was drawn.
+  /// Presents the drawn frame.
   void Present();
   void SetTitle(const std::string& title);
 

@@ -10,11 +10,11 @@ namespace kerf {
 HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls) {
   HandDeviceFrame frame;
   frame.messages = servo_->TakeMessages();
-  if (!frame.messages.empty()) told_ = frame.messages.back();
+  if (!frame.messages.empty()) reported_ = frame.messages.back();
   const ServoSample sample = servo_->TakeSample();
   engagements_ = sample.engagements;
   const bool pressed = servo_->IsSpindlePressed(sample.sample.buttons);
-  // The press that agrees to have force is none for the spindle.
+  // The press that confirms the force does not switch the spindle.
   const bool engaged = sample.state == ServoState::kEngaged;
   frame.switches_spindle = engaged && engaged_ && pressed && !pressed_;
   pressed_ = pressed;
@@ -23,13 +23,13 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
   const Quat R_WD = glm::normalize(glm::quat_cast(glm::dmat3(view.right_W, view.up_W, -view.forward_W)));
   if (holds()) {
     servo_->SetOrientation(R_WD);
-    // Keys and mouse have its turning only.
+    // Keys and mouse only turn the saw.
     servo_->SetToolOrientation(controls.wanted().R_AB);
     controls.Set({controls.wanted().R_AB, X_WT.p_AB});
   } else if (sample.state == ServoState::kEngaged) {
     controls.Set(MoveByDeflection(controls.wanted(), sample.sample.deflection, R_WD, Vec3{0}, {}, dt_s));
   } else if (sample.state == ServoState::kWaiting) {
-    servo_->Agree();  // no force comes of it
+    servo_->Agree();  // safe: the device outputs no force
   }
   return frame;
 }
@@ -40,12 +40,12 @@ HudKeyGroup HandDevice::MakeHelp() const {
     help.keys.push_back({"cap", "moves and turns the saw"});
     return help;
   }
-  help.keys.push_back({"handle", "has the saw; keys and mouse turn it"});
+  help.keys.push_back({"handle", "moves the saw; keys, mouse turn it"});
   const std::string clutch = servo_->clutch_button();
   if (!clutch.empty()) help.keys.push_back({clutch + " button", "held: the handle moves without the saw"});
   const std::string spindle = servo_->spindle_button();
-  if (!spindle.empty()) help.keys.push_back({spindle + " button", "spindle on, off"});
-  help.keys.push_back({"Enter", "force again, after it was gone"});
+  if (!spindle.empty()) help.keys.push_back({spindle + " button", "spindle on/off"});
+  help.keys.push_back({"Enter", "restore the force after a loss"});
   return help;
 }
 
@@ -57,13 +57,13 @@ std::optional<HudBanner> HandDevice::MakeBanner() const {
       return std::nullopt;
     case ServoState::kHoming:
       banner.text =
-          fmt::format("{}: {}. There is no force before that", servo_->name(), DescribeHoming(servo_->traits()));
+          fmt::format("{}: {}. There is no force until then", servo_->name(), DescribeHoming(servo_->traits()));
       break;
     case ServoState::kWaiting:
       banner.text = engagements_ > 0
-                        ? fmt::format("{} is there again, without force until you agree", servo_->name())
-                        : fmt::format("{}: hold the handle still in the middle to take the saw", servo_->name());
-      if (HasToldZero(servo_->traits())) {
+                        ? fmt::format("{} is connected again; no force until you confirm", servo_->name())
+                        : fmt::format("{}: hold the handle still in the middle to control the saw", servo_->name());
+      if (HasReportedZero(servo_->traits())) {
         banner.text = fmt::format("{}: {}", servo_->name(), servo_->traits().homing);
       }
       banner.answers = servo_->traits().buttons.empty() ? "Enter" : "Enter, or a button of the device";
@@ -71,7 +71,7 @@ std::optional<HudBanner> HandDevice::MakeBanner() const {
     case ServoState::kSilent:
     case ServoState::kClosed:
       banner.kind = HudBanner::Kind::kWarning;
-      banner.text = told_.empty() ? fmt::format("{} is gone: no force", servo_->name()) : told_;
+      banner.text = reported_.empty() ? fmt::format("{} is gone: no force", servo_->name()) : reported_;
       break;
   }
   return banner;

@@ -1,4 +1,4 @@
-// A device that is really there, as the window sees it: its messages, its buttons, and where its handle is seen from.
+// Real device as used by the window: its messages, its buttons, and the orientation of its handle on the screen.
 #pragma once
 
 #include <cstdint>
@@ -13,37 +13,39 @@
 
 namespace kerf {
 
-/// What came of a frame.
+/// Result of a frame.
 struct HandDeviceFrame {
   std::vector<std::string> messages;
-  bool switches_spindle = false;  // its button was pressed
+  bool switches_spindle = false;  // the spindle button was pressed
 };
 
-/// The window's thread. With force it holds the saw, and keys and mouse turn it; without, it moves the saw as they do.
+/// Used only by the window's thread. A device with force holds the saw, and keys and mouse turn the saw. A device
+/// without force moves the saw like keys and mouse do.
 class HandDevice {
  public:
   explicit HandDevice(std::shared_ptr<DeviceServo> servo) : servo_(std::move(servo)) {}
 
   DeviceServo& servo() { return *servo_; }
   bool holds() const { return servo_->traits().makes_force; }
-  /// The user has to say that the force may come back.
+  /// Returns true if the user must confirm that the force may return.
   bool waits() const { return servo_->state() == ServoState::kWaiting; }
   void Agree() { servo_->Agree(); }
 
-  /// Once a frame. `X_WT`: the saw. Its right is the picture's right, whenever the handle takes the saw anew.
+  /// Must be called once per frame. `X_WT`: pose of the saw. Each time the handle engages the saw, the handle's
+  /// right is aligned with the picture's right.
   HandDeviceFrame Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls);
-  /// Its buttons and keys, for the help.
+  /// Returns its buttons and keys, for the help.
   HudKeyGroup MakeHelp() const;
-  /// Why there is no force, and what the user does about it; none while the device has the saw.
+  /// Returns the reason for missing force and what the user can do; nullopt while the device holds the saw.
   std::optional<HudBanner> MakeBanner() const;
 
  private:
   std::shared_ptr<DeviceServo> servo_;
-  // In the last frame.
+  // State of the last frame.
   bool pressed_ = true;
   bool engaged_ = false;
   std::uint32_t engagements_ = 0;
-  std::string told_;  // by the device, last
+  std::string reported_;  // last message of the device
 };
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// Whether what was asked of another thread is there, for whoever may not wait.
+// Non-blocking test of whether the result of another thread is available.
 #pragma once
 
 #include <chrono>

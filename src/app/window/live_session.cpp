@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kTicksInMoment = 20;  // a point of the curve each 20 ms at 1 kHz
+constexpr int kTicksInMoment = 20;  // one point of the curve per 20 ms at 1 kHz
 constexpr double kFeedOver_s = 0.1;
 
 }  // namespace
@@ -53,10 +53,10 @@ void LiveSession::Run() {
   }
   try {
     if (options_.prepare) options_.prepare();
-    LoopSummary summary = RunLoop(scene_, loop, [this](const std::string& stage, double share) {
+    LoopSummary summary = RunLoop(scene_, loop, [this](const std::string& stage, double fraction) {
       const std::lock_guard lock(mutex_);
       doing_ = stage;
-      share_ = share;
+      fraction_ = fraction;
       if (stop_.load() && stage_.load() == LiveStage::kRunning) stage_.store(LiveStage::kEnding);
     });
     if (!summary.failure.empty()) failure_ = summary.failure;
@@ -67,7 +67,7 @@ void LiveSession::Run() {
   mirror_ = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    bones_asked_.clear();  // their futures learn that nobody answers
+    bones_asked_.clear();  // breaks the promises, so that waiting futures fail
   }
   stage_.store(LiveStage::kEnded);
 }
@@ -138,7 +138,7 @@ void LiveSession::Done(const LoopAction& action, const std::string& failure) {
 
 std::pair<std::string, double> LiveSession::progress() const {
   const std::lock_guard lock(mutex_);
-  return {doing_, share_};
+  return {doing_, fraction_};
 }
 
 LiveFigures LiveSession::figures() const {
@@ -182,7 +182,7 @@ std::future<Bone> LiveSession::AskBone() {
 
 LoopSummary LiveSession::TakeSummary() {
   if (thread_.joinable()) thread_.join();
-  if (!summary_) throw Error(failure_.empty() ? "the session left nothing" : failure_);
+  if (!summary_) throw Error(failure_.empty() ? "the session has no result" : failure_);
   return std::move(*summary_);
 }
 

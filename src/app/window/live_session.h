@@ -1,4 +1,4 @@
-// A session under way: RunLoop in a thread of its own, seen and steered from the window's.
+// Running session: RunLoop in a separate thread, observed and controlled by the window's thread.
 #pragma once
 
 #include <atomic>
@@ -20,24 +20,24 @@
 
 namespace kerf {
 
-/// The newest of everything, for drawing.
+/// Latest values, for drawing.
 struct LiveFigures {
   double time_s = 0;
-  Pose X_WT;         // the tool
-  Pose X_WH;         // where the hand has the handle
-  Vec3 f_hand_N{0};  // on the hand, simulated
+  Pose X_WT;         // pose of the tool
+  Pose X_WH;         // pose of the handle
+  Vec3 f_hand_N{0};  // force on the hand, simulated
   double engaged_teeth = 0;
-  std::uint64_t changes = 0;  // leaves of the bone that have changed so far, by cuts, undo and redo
-  double removed_mm3 = 0;     // so far
-  double feed_mm_per_s = 0;   // of the tool's middle, over the last tenth of a second
+  std::uint64_t changes = 0;  // leaves of the bone changed so far, by cuts, undo and redo
+  double removed_mm3 = 0;     // total so far
+  double feed_mm_per_s = 0;   // speed of the tool's centre, mean of the last tenth of a second
   double rpm = 0;
   std::uint64_t ticks = 0;
-  std::uint64_t missed = 0;  // deadlines
+  std::uint64_t missed = 0;  // number of missed deadlines
   std::uint32_t status = 0;
-  std::vector<double> channels;  // of the effects
+  std::vector<double> channels;  // channels of the effects
 };
 
-/// A point of the force's curve: the largest of some ticks.
+/// Point of the force curve: the maximum over several ticks.
 struct ForceMoment {
   double time_s = 0;
   double force_N = 0;
@@ -46,55 +46,55 @@ struct ForceMoment {
 enum class LiveStage : std::uint8_t { kLoading, kRunning, kEnding, kEnded };
 
 struct LiveOptions {
-  std::string record;             // empty: none
-  std::string scene_file;         // that the recording names
-  bool scripted = false;          // the scene's own hand along its path, with the spindle on; else the mouse's
-  DeviceServo* device = nullptr;  // holds the saw in place of the mouse's hand; null: none
-  double seconds = kMostLoop_s;
-  std::function<void(const LeafMessage&)> leaf;  // of the bone, in the session's thread; may be empty
-  /// In the session's thread before all else; may be empty.
+  std::string record;             // file of the recording; empty: none
+  std::string scene_file;         // scene file named in the recording
+  bool scripted = false;          // the scene's hand follows its path, spindle on; else the mouse moves the saw
+  DeviceServo* device = nullptr;  // holds the saw in place of the mouse; null: none
+  double seconds = kMaxLoop_s;
+  std::function<void(const LeafMessage&)> leaf;  // changed leaves of the bone, called in the session's thread; optional
+  /// Called in the session's thread before everything else; optional.
   std::function<void()> prepare;
-  /// The bone is there, in the session's thread, before the first tick; may be empty.
+  /// Called in the session's thread when the bone is ready, before the first tick; optional.
   std::function<void(const Bone&, const EffectPlan&)> begin;
 };
 
-class LiveSession final : private LoopPeer {
+class LiveSession final : private SessionController {
  public:
-  /// Begins at once.
+  /// Starts the session immediately.
   LiveSession(Scene scene, LiveOptions options);
-  /// Stops and waits.
+  /// Stops the session and waits for its end.
   ~LiveSession() override;
 
-  // ---- the window's thread
+  // ---- window's thread
   LiveStage stage() const { return stage_.load(); }
-  /// What is being done while loading and ending, and how much of it.
+  /// Returns the current work while loading and ending, and its fraction.
   std::pair<std::string, double> progress() const;
-  /// A sentence; empty unless it failed. After kEnded.
+  /// Returns the error message; empty unless the session failed. Valid after kEnded.
   const std::string& failure() const { return failure_; }
   LiveFigures figures() const;
-  /// Of the curve, since the last call.
+  /// Returns the points of the force curve since the last call.
   std::vector<ForceMoment> TakeForces();
-  /// What was done or could not be done, since the last call.
+  /// Result of a requested action. TakeAnswers() returns those since the last call.
   struct Answer {
     LoopAction action;
-    std::string failure;  // a sentence; empty when it is done
+    std::string failure;  // error message; empty on success
   };
   std::vector<Answer> TakeAnswers();
-  /// What the user is to do with the device, since the last call.
+  /// Returns the instructions for the user about the device since the last call.
   std::vector<std::string> TakeNotes();
   void SetTarget(const Pose& X_WH) { target_.Publish(X_WH); }
   void Ask(LoopAction action);
   void SetSpindle(double rpm);
   double rpm() const { return rpm_.load(); }
-  /// A copy of the bone as it is now.
+  /// Requests a copy of the current bone.
   std::future<Bone> AskBone();
   const Scene& scene() const { return scene_; }
-  /// How near its force law is to what was measured.
+  /// Returns a note on the agreement of the force law with measurements.
   std::string MakeForceNote() const;
 
-  /// The loop ends; stage() says when it has.
+  /// Requests the end of the loop; stage() reports when it has ended.
   void Stop() { stop_.store(true); }
-  /// Waits for the end. Once, after that.
+  /// Waits for the end. Must be called at most once.
   LoopSummary TakeSummary();
 
  private:
@@ -113,11 +113,11 @@ class LiveSession final : private LoopPeer {
   std::atomic<double> rpm_;
   std::string failure_;
   std::optional<LoopSummary> summary_;
-  const Bone* mirror_ = nullptr;  // the session's thread
+  const Bone* mirror_ = nullptr;  // used only by the session's thread
 
-  mutable std::mutex mutex_;  // of all below
+  mutable std::mutex mutex_;  // protects everything below
   std::string doing_ = "making the bone";
-  double share_ = 0;
+  double fraction_ = 0;
   LiveFigures figures_;
   struct Place {
     double time_s;

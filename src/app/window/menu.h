@@ -1,4 +1,4 @@
-// A list to choose from.
+// List with a selectable entry.
 #pragma once
 
 #include <functional>
@@ -18,14 +18,15 @@ struct MenuItem {
   std::function<void()> choose;
 };
 
-/// Up, Down, Enter, Escape, digits, and the mouse.
+/// Controlled by Up, Down, Enter, Escape, digits, and the mouse.
 class Menu {
  public:
   Menu(std::string title, std::vector<MenuItem> items,
-       std::string footer = "Up, Down: choose   Enter: do   Esc: leave");
+       std::string footer = "Up, Down: move   Enter: select   Esc: close");
 
   enum class State { kOpen, kChosen, kLeft };
-  /// Takes every key; kChosen: the caller closes the menu, then calls choose() of chosen(). `row_at`: of the mouse.
+  /// Consumes every key. On kChosen the caller closes the menu, then calls choose() of chosen(). `row_at`: returns the
+  /// row at a mouse position.
   State Take(const WindowEvent& event, const std::function<std::optional<int>(double x, double y)>& row_at);
   const MenuItem& chosen() const { return items_[static_cast<std::size_t>(selected_)]; }
   HudMenu Show() const;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The default scene of a window, and what those for other bones begin from.
+/// Default scene of a window, also the basis of scenes for other bones.
 constexpr char kDefaultScene[] = R"(title = "Generic mandible"
 [bone]
 model = "mandible"
@@ -73,7 +73,7 @@ Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
   SceneStroke& stroke = scene.path.strokes.front();
   const double reach_mm = 0.5 * scene.tool.diameter_mm;
   stroke.start_mm = above + Vec3{0, 0, reach_mm + 3};
-  // Something may stand beside it that is higher, as a ramus.
+  // A higher structure, such as a ramus, may be next to it.
   const Vec3 spindle = glm::normalize(stroke.disc_normal);
   const Pose X{glm::angleAxis(std::acos(spindle.z), glm::normalize(glm::cross(Vec3{0, 0, 1}, spindle))),
                stroke.start_mm};
@@ -96,7 +96,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
     opened.scene_file = input;
     if (opened.scene.simulation.mode == SceneMode::kSlab) {
       throw Error(
-          fmt::format("{}: [simulation] mode = \"slab\" has no bone to be cut by hand; set mode = \"voxel\"", input));
+          fmt::format("{}: [simulation] mode = \"slab\" can't be used in the window; set mode = \"voxel\"", input));
     }
     return opened;
   }
@@ -108,7 +108,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
   ImportOptions import;
   import.voxel_mm = options.voxel_mm;
   import.keep_hu = true;
-  import.progress = [&](double share) { progress("importing the CT", share);
+  import.progress = [&](double fraction) { progress("importing the CT", fraction);
 };
 const ImportResult imported = Import(input, import);
 for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: {}\n", warning);

@@ -1,4 +1,4 @@
-// What somebody begins with: a scene, a bone, or a CT.
+// Input of a rehearsal: a scene, a bone, or a CT.
 #pragma once
 
 #include <functional>
@@ -10,25 +10,25 @@ namespace kerf {
 
 struct OpenedInput {
   Scene scene;
-  std::string scene_file;  // that a recording names; empty when there is none
+  std::string scene_file;  // named in recordings; empty if there is none
 };
 
 struct OpenOptions {
-  std::string folder;     // of the session: a bone that is imported goes there
-  double voxel_mm = 0.2;  // of one that is imported
+  std::string folder;     // folder of the session; an imported bone is written there
+  double voxel_mm = 0.2;  // of an imported bone
 };
 
-/// `input`: empty (the generic mandible), a scene (.toml), a bone (.vdb), a DICOM folder, or whatever `kerf import`
-/// takes. Of what is no scene, one is made: the saw of the paper over the left side of the bone. `progress` gets a
-/// stage's name and 0..1. Throws Error.
+/// Opens an input. `input`: empty (the generic mandible), a scene (.toml), a bone (.vdb), a DICOM folder, or any other
+/// input of `kerf import`. If it is not a scene, a scene is made with the paper's saw over the left side of the bone.
+/// `progress` receives a stage's name and a fraction 0 to 1. Throws Error.
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
                       const std::function<void(const std::string&, double)>& progress);
 
-/// A scene of that bone's file with the saw over its left side, clear of it: above the thickest place of its front
-/// half.
+/// Makes a scene with that bone file and the saw above its left side, clear of the bone: above the thickest part of
+/// its front half.
 Scene MakeSceneAround(const std::string& bone_file, const Bone& bone);
 
-/// A pose of the tool clear of the bone: the nearest on the way from the bone's middle out through the tool.
+/// Returns the nearest pose clear of the bone along the line from the bone's centre through the tool.
 Pose FindClearPose(const Bone& bone, const Tool& tool, const Pose& X_WT);
 
 }  // namespace kerf

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <numbers>
 #include <utility>
 
 #include "app/window/is_ready.h"
@@ -21,7 +22,7 @@ constexpr double kNudge_mm = 0.5;
 constexpr double kNudge_deg = 1;
 constexpr double kTurnByPixel_deg = 0.25;
 constexpr std::array<const char*, 3> kAxes{"left - right", "front - back", "up - down"};
-// After Okabe and Ito: told apart by people who confuse red and green too.
+// After Okabe and Ito: distinguishable with red-green colour blindness.
 constexpr std::array<Rgb8, 6> kColours{
     {{230, 159, 0}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167}, {213, 94, 0}}};
 
@@ -33,34 +34,34 @@ Rgb8 ColourOf(int piece) {
 
 void PiecesMode::Enter() {
   entered_ = true;
-  theatre_.view().ClearTool();
-  theatre_.view().SetGhost(std::nullopt);
-  theatre_.view().SetForce(std::nullopt);
-  const std::uint64_t changes = theatre_.session()->figures().changes;
+  viewer_.view().ClearTool();
+  viewer_.view().SetGhost(std::nullopt);
+  viewer_.view().SetForce(std::nullopt);
+  const std::uint64_t changes = viewer_.session()->figures().changes;
   if (is_up_to_date()) {
-    theatre_.view().set_bone_hidden(true);
+    viewer_.view().set_bone_hidden(true);
     Show();
     return;
   }
-  session_ = theatre_.sessions();
+  session_ = viewer_.sessions();
   changes_ = changes;
   contacts_.reset();
-  splitting_ = std::async(std::launch::async, [bone = theatre_.session()->AskBone(), earlier = pieces_]() mutable {
+  splitting_ = std::async(std::launch::async, [bone = viewer_.session()->AskBone(), earlier = pieces_]() mutable {
     auto pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
     pieces->Prepare();
     if (!earlier) return pieces;
     try {
-      pieces->Restore(earlier->FormatJson(), "the pieces before");
+      pieces->Restore(earlier->FormatJson(), "the previous pieces");
     } catch (const Error&) {
-      return pieces;  // they were cut since: they stand where they were cut off
+      return pieces;  // the bone was cut since: the pieces stay where they were cut off
     }
     return pieces;
   });
 }
 
 bool PiecesMode::is_up_to_date() const {
-  LiveSession* session = theatre_.session();
-  return pieces_ && session != nullptr && session_ == theatre_.sessions() && changes_ == session->figures().changes;
+  LiveSession* session = viewer_.session();
+  return pieces_ && session != nullptr && session_ == viewer_.sessions() && changes_ == session->figures().changes;
 }
 
 void PiecesMode::Leave() {
@@ -68,10 +69,10 @@ void PiecesMode::Leave() {
   asking_ = Asking::kNothing;
   dragging_ = false;
   menu_.reset();
-  theatre_.view().SetPieces({});
-  theatre_.view().SetMeasures({});
-  theatre_.view().set_bone_hidden(false);
-  if (LiveSession* session = theatre_.session()) theatre_.view().SetTool(MakeTool(session->scene()));
+  viewer_.view().SetPieces({});
+  viewer_.view().SetMeasures({});
+  viewer_.view().set_bone_hidden(false);
+  if (LiveSession* session = viewer_.session()) viewer_.view().SetTool(MakeTool(session->scene()));
 }
 
 void PiecesMode::Update() {
@@ -79,25 +80,25 @@ void PiecesMode::Update() {
     try {
       pieces_ = splitting_.get();
     } catch (const std::exception& e) {  // the session ended meanwhile
-      theatre_.Say(fmt::format("The bone could not be taken apart: {}", e.what()));
+      viewer_.Say(fmt::format("The bone could not be split: {}", e.what()));
       return;
     }
     MakeShapes();
     selected_ = pieces_->size() > 1 ? 1 : pieces_->size() - 1;
-    theatre_.view().set_bone_hidden(true);
-    theatre_.Say(pieces_->size() == 1 ? "The bone is in one piece"
-                                      : fmt::format("{} pieces; click one to pick it, F1 for help", pieces_->size()));
-    theatre_.trace().Write("pieces", {{"count", pieces_->size()}});
+    viewer_.view().set_bone_hidden(true);
+    viewer_.Say(pieces_->size() == 1 ? "The bone is in one piece"
+                                     : fmt::format("{} pieces; click one to pick it, F1 for help", pieces_->size()));
+    viewer_.trace().Write("pieces", {{"count", pieces_->size()}});
     Show();
     Changed();
   }
   if (IsReady(finding_)) {
     contacts_ = finding_.get();
     for (const PieceContact& contact : contacts_->with) {
-      theatre_.trace().Write("contact", {{"piece", pieces_->piece(contacts_->piece).name},
-                                         {"other", pieces_->piece(contact.other).name},
-                                         {"overlap_mm3", contact.overlap_mm3},
-                                         {"gap_mm", contact.gap ? nlohmann::json(contact.gap->gap_mm) : nullptr}});
+      viewer_.trace().Write("contact", {{"piece", pieces_->piece(contacts_->piece).name},
+                                        {"other", pieces_->piece(contact.other).name},
+                                        {"overlap_mm3", contact.overlap_mm3},
+                                        {"gap_mm", contact.gap ? nlohmann::json(contact.gap->gap_mm) : nullptr}});
     }
   }
   if (stale_ && !finding_.valid() && !dragging_ && pieces_ && selected_ >= 0) {
@@ -117,12 +118,12 @@ std::optional<Vec3> PiecesMode::axis() const {
 }
 
 void PiecesMode::MakeShapes() {
-  // A software renderer takes 0.2 us a triangle: what is drawn is coarser on flat faces than what is measured.
-  constexpr std::size_t kMostTriangles = 200'000;
+  // A software renderer needs 0.2 us per triangle: the drawn surface is coarser on flat faces than the measured one.
+  constexpr std::size_t kMaxTriangles = 200'000;
   shapes_.clear();
   for (int i = 0; i < pieces_->size(); ++i) {
     const Piece& piece = pieces_->piece(i);
-    if (piece.mesh.triangles.size() <= kMostTriangles) {
+    if (piece.mesh.triangles.size() <= kMaxTriangles) {
       shapes_.push_back(std::shared_ptr<const TriangleMesh>(pieces_, &piece.mesh));
     } else {
       shapes_.push_back(std::make_shared<const TriangleMesh>(ExtractSurface(piece.bone, 0.6)));
@@ -145,11 +146,11 @@ void PiecesMode::Show() {
     shape.hidden = state.hidden;
     shapes.push_back(std::move(shape));
   }
-  theatre_.view().SetPieces(shapes);
+  viewer_.view().SetPieces(shapes);
   std::vector<MeasureOverlay> measures;
   for (const Measure& m : measures_) measures.push_back({.points_W = m.points_W, .label = m.label});
   if (!points_W_.empty()) measures.push_back({.points_W = points_W_, .label = ""});
-  theatre_.view().SetMeasures(measures);
+  viewer_.view().SetMeasures(measures);
 }
 
 void PiecesMode::Changed() {
@@ -175,9 +176,9 @@ void PiecesMode::SelectNext(int by) {
 }
 
 void PiecesMode::TakePoint(const ScreenPoint& at) {
-  const Ray ray = theatre_.view().camera().CalcRay(at);
+  const Ray ray = viewer_.view().camera().CalcRay(at);
   const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W);
-  if (!hit) return theatre_.Say("There is no piece under the mouse");
+  if (!hit) return viewer_.Say("There is no piece under the mouse");
   points_W_.push_back(hit->p_W_mm);
   const std::size_t wanted = asking_ == Asking::kDistance ? 2 : 3;
   if (points_W_.size() == wanted) {
@@ -190,8 +191,8 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
       measure.value = CalcAngle(p[0], p[1], p[2]).value_or(0);
       measure.label = fmt::format("{:.1f}°", measure.value);
     }
-    theatre_.trace().Write("measure", {{"label", measure.label}});
-    theatre_.Say(measure.label);
+    viewer_.trace().Write("measure", {{"label", measure.label}});
+    viewer_.Say(measure.label);
     measures_.push_back(std::move(measure));
     asking_ = Asking::kNothing;
   }
@@ -215,7 +216,7 @@ void PiecesMode::Drag(const WindowEvent& event) {
   const double dy = event.y - std::exchange(last_y_, event.y);
   if (dx == 0 && dy == 0) return;
   dragged_ = true;
-  const ViewCamera& camera = theatre_.view().camera();
+  const ViewCamera& camera = viewer_.view().camera();
   const Vec3 centre_W = pieces_->CalcCentroid(selected_);
   const std::optional<Vec3> along = axis();
   if (event.control) {
@@ -223,14 +224,14 @@ void PiecesMode::Drag(const WindowEvent& event) {
       pieces_->RotateAbout(selected_, centre_W, *along, kTurnByPixel_deg * (dx - dy), gesture_);
     } else {
       const Vec3 turn = kTurnByPixel_deg * (dx * camera.up_W() + dy * camera.right_W());
-      const double angle_rad = glm::length(turn) * 3.14159265358979 / 180;
+      const double angle_rad = glm::length(turn) * std::numbers::pi / 180;
       pieces_->Rotate(selected_, centre_W, glm::angleAxis(angle_rad, glm::normalize(turn)), gesture_);
     }
   } else {
     const Vec3 by_W_mm =
         event.shift ? -dy * camera.WorldPerPixel(centre_W) * camera.forward_W() : camera.WorldMotion(dx, dy, centre_W);
     if (along) {
-      // Across the picture as far as the mouse goes along the axis' picture; along the line of sight nothing.
+      // Moves along the axis by the component of the mouse's motion in that direction.
       pieces_->MoveAlong(selected_, *along, glm::dot(by_W_mm, *along), gesture_);
     } else {
       pieces_->Move(selected_, by_W_mm, gesture_);
@@ -253,16 +254,16 @@ bool PiecesMode::TakeMouse(const WindowEvent& event) {
     return true;
   }
   const ScreenPoint at{event.x, event.y};
-  if (const std::optional<int> row = theatre_.view().PickPieceRow(at)) {
+  if (const std::optional<int> row = viewer_.view().PickPieceRow(at)) {
     int shown = 0;
     for (int i = 0; i < pieces_->size(); ++i) {
       if (!pieces_->state(i).deleted && shown++ == *row) Select(i);
     }
     return true;
   }
-  if (theatre_.view().IsOnPanel(at)) return true;
+  if (viewer_.view().IsOnPanel(at)) return true;
   if (asking_ != Asking::kNothing) return TakePoint(at), true;
-  const Ray ray = theatre_.view().camera().CalcRay(at);
+  const Ray ray = viewer_.view().camera().CalcRay(at);
   if (const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W)) {
     if (hit->piece != selected_) Select(hit->piece);
     dragging_ = true;
@@ -280,24 +281,24 @@ void PiecesMode::ShowCheckpoints() {
                        Changed();
                      }});
   }
-  if (items.empty()) return theatre_.Say("There is no checkpoint of the pieces yet: C makes one");
-  menu_.emplace("Pieces back to", std::move(items));
+  if (items.empty()) return viewer_.Say("There is no checkpoint of the pieces yet; press C to make one");
+  menu_.emplace("Return pieces to", std::move(items));
 }
 
 bool PiecesMode::TakeKey(const WindowEvent& event) {
   const bool any = selected_ >= 0 && !pieces_->state(selected_).deleted;
   if (event.control) {
     if (event.key == Key::kZ && !event.shift) {
-      if (!pieces_->Undo()) theatre_.Say("There is nothing to undo");
+      if (!pieces_->Undo()) viewer_.Say("There is nothing to undo");
     } else if (event.key == Key::kY || event.key == Key::kZ) {
-      if (!pieces_->Redo()) theatre_.Say("There is nothing to redo");
+      if (!pieces_->Redo()) viewer_.Say("There is nothing to redo");
     } else {
       return false;
     }
     Changed();
     return true;
   }
-  const ViewCamera& camera = theatre_.view().camera();
+  const ViewCamera& camera = viewer_.view().camera();
   const auto nudge = [&](const Vec3& by_W) {
     if (!any) return true;
     const std::optional<Vec3> along = axis();
@@ -339,9 +340,9 @@ bool PiecesMode::TakeKey(const WindowEvent& event) {
       return true;
     case Key::kA:
       axis_ = axis_ == 2 ? -1 : axis_ + 1;
-      theatre_.Say(
-          axis_ < 0 ? "Pieces move freely"
-                    : fmt::format("Pieces move along {}, and turn about it", kAxes[static_cast<std::size_t>(axis_)]));
+      viewer_.Say(axis_ < 0
+                      ? "Pieces move freely"
+                      : fmt::format("Pieces move along {} and turn about it", kAxes[static_cast<std::size_t>(axis_)]));
       return true;
     case Key::kH:
       if (any) pieces_->SetHidden(selected_, !pieces_->state(selected_).hidden);
@@ -370,12 +371,12 @@ bool PiecesMode::TakeKey(const WindowEvent& event) {
       Show();
       return true;
     case Key::kC:
-      theatre_.AskText("Name of the checkpoint:", fmt::format("pieces {}", pieces_->checkpoints().size() + 1),
-                       [this](const std::optional<std::string>& name) {
-                         if (!name || name->empty()) return;
-                         pieces_->Checkpoint(*name);
-                         theatre_.Say(fmt::format("Checkpoint: {}", *name));
-                       });
+      viewer_.AskText("Name of the checkpoint:", fmt::format("pieces {}", pieces_->checkpoints().size() + 1),
+                      [this](const std::optional<std::string>& name) {
+                        if (!name || name->empty()) return;
+                        pieces_->Checkpoint(*name);
+                        viewer_.Say(fmt::format("Checkpoint: {}", *name));
+                      });
       return true;
     case Key::kB:
       ShowCheckpoints();
@@ -389,7 +390,7 @@ bool PiecesMode::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   if (menu_) {
     const Menu::State state = menu_->Take(event, [this](double x, double y) {
-      return theatre_.view().PickMenuRow({x, y});
+      return viewer_.view().PickMenuRow({x, y});
     });
     if (state == Menu::State::kOpen) return true;
     const Menu done = *std::exchange(menu_, std::nullopt);
@@ -399,7 +400,7 @@ bool PiecesMode::Take(const WindowEvent& event) {
   if (!pieces_ || splitting_.valid()) return false;
   const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove;
   if (!mouse && event.kind != Kind::kKeyDown) return false;
-  // Whoever changes pieces waits until nobody looks at them.
+  // Before pieces are changed, wait until no other thread reads them.
   if (finding_.valid() && (!mouse || event.kind == Kind::kMouseDown || dragging_)) finding_.wait();
   if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && asking_ != Asking::kNothing) {
     asking_ = Asking::kNothing;
@@ -410,7 +411,7 @@ bool PiecesMode::Take(const WindowEvent& event) {
   try {
     return mouse ? TakeMouse(event) : TakeKey(event);
   } catch (const Error& e) {
-    theatre_.Say(e.what());
+    viewer_.Say(e.what());
     return true;
   }
 }
@@ -419,7 +420,7 @@ void PiecesMode::Fill(HudState& hud) {
   hud.show_plot = false;
   hud.show_values = false;
   if (splitting_.valid()) {
-    hud.progress = HudProgress{.title = "Pieces", .stage = "taking the bone apart", .fraction = {}};
+    hud.progress = HudProgress{.title = "Pieces", .stage = "splitting the bone", .fraction = {}};
     return;
   }
   if (!pieces_) return;
@@ -441,7 +442,7 @@ void PiecesMode::Fill(HudState& hud) {
         const std::string lies = contact.overlap_mm3 > 0 ? fmt::format("overlap {:.1f} mm3", contact.overlap_mm3)
                                  : contact.gap           ? fmt::format("gap {:.2f} mm", contact.gap->gap_mm)
                                                          : std::string("apart");
-        // Without tenths, as the row has no room for them.
+        // Without decimals, which do not fit in the row.
         if (contact.other == i) {
           row.detail = contact.overlap_mm3 >= 1 ? fmt::format("ovl. {:.0f} mm3", contact.overlap_mm3) : lies;
         }
@@ -459,7 +460,7 @@ void PiecesMode::Fill(HudState& hud) {
                            .text = fmt::format("{}: point {} of {}",
                                                asking_ == Asking::kDistance ? "Distance" : "Angle at the second point",
                                                points_W_.size() + 1, asking_ == Asking::kDistance ? 2 : 3),
-                           .answers = "left click   Esc: leave"};
+                           .answers = "left click   Esc: cancel"};
   }
   if (menu_) hud.menu = menu_->Show();
 }
@@ -471,14 +472,14 @@ std::vector<HudKeyGroup> PiecesMode::help() {
             {"Ctrl + left drag", "turn it"},
             {"arrows, PgUp PgDn", "move it by 0.5 mm"},
             {"Q  E", "turn it by 1 degree"},
-            {"A", "along one axis only: left, front, up, freely"},
+            {"A", "one axis only: left, front, up, any"},
             {"H  Del", "hide or show, remove"},
-            {"R  Shift+R", "back in place, all back"},
+            {"R  Shift+R", "reset, reset all"},
             {"D  J", "measure a distance, an angle"},
-            {"Backspace", "wipe the measures"},
+            {"Backspace", "clear the measurements"},
             {"Ctrl+Z  Ctrl+Y", "undo, redo"},
-            {"C  B", "checkpoint, back to one"},
-            {"F9", "take away"},
+            {"C  B", "checkpoint, return to one"},
+            {"F9", "export"},
             {"P  Esc", "back to cutting"}}}};
 }
 

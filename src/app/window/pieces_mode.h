@@ -1,4 +1,4 @@
-// Pieces of the bone that was cut through: picked, moved, hidden, measured, in the window.
+// Mode of the window in which pieces of a cut bone are selected, moved, hidden and measured.
 #pragma once
 
 #include <future>
@@ -8,17 +8,17 @@
 #include <vector>
 
 #include "app/window/menu.h"
-#include "app/window/theatre.h"
+#include "app/window/viewer_app.h"
 #include "bone/pieces/piece_set.h"
-#include "session/export/take_away.h"
+#include "session/export/write_export.h"
 
 namespace kerf {
 
 class PiecesMode {
  public:
-  explicit PiecesMode(Theatre& theatre) : theatre_(theatre) {}
+  explicit PiecesMode(ViewerApp& viewer) : viewer_(viewer) {}
 
-  /// The bone as it is falls into its pieces; where nothing was cut since the last time they stand as they were left.
+  /// Splits the current bone into its pieces. If nothing was cut since the last time, they keep their positions.
   void Enter();
   void Leave();
   bool Take(const WindowEvent& event);
@@ -27,10 +27,10 @@ class PiecesMode {
   static std::vector<HudKeyGroup> help();
   void Describe(nlohmann::json& state) const;
 
-  /// Null before they are there.
+  /// Null until they are ready.
   const std::shared_ptr<PieceSet>& pieces() const { return pieces_; }
   std::vector<TakenMeasure> measures() const;
-  /// The bone has not changed since they were split.
+  /// Returns true if the bone has not changed since it was split.
   bool is_up_to_date() const;
 
  private:
@@ -41,7 +41,7 @@ class PiecesMode {
   void Drag(const WindowEvent& event);
   void Select(int piece);
   void SelectNext(int by);
-  void Changed();  // a step is done: contacts anew
+  void Changed();  // called after each step; contacts must be recomputed
   void MakeShapes();
   void Show();
   std::optional<Vec3> axis() const;
@@ -53,19 +53,19 @@ class PiecesMode {
   };
   struct Measure {
     std::vector<Vec3> points_W;
-    double value = 0;  // mm of two points, degrees of three
+    double value = 0;  // mm for two points, degrees for three
     std::string label;
   };
 
-  Theatre& theatre_;
+  ViewerApp& viewer_;
   bool entered_ = false;
   std::future<std::shared_ptr<PieceSet>> splitting_;
   std::shared_ptr<PieceSet> pieces_;
-  std::vector<std::shared_ptr<const TriangleMesh>> shapes_;  // as they are drawn
-  int session_ = 0;                                          // in which they were split,
-  std::uint64_t changes_ = 0;                                // after so many changes of the bone
+  std::vector<std::shared_ptr<const TriangleMesh>> shapes_;  // as drawn
+  int session_ = 0;                                          // session in which they were split
+  std::uint64_t changes_ = 0;                                // number of changes of the bone at that time
   int selected_ = -1;
-  int axis_ = -1;  // 0 to 2: what moves goes along this axis of the patient; -1: freely
+  int axis_ = -1;  // 0 to 2: axis of the patient along which pieces move; -1: free motion
   int gesture_ = 1;
   bool dragging_ = false;
   bool dragged_ = false;
@@ -76,7 +76,7 @@ class PiecesMode {
   std::vector<Measure> measures_;
   std::future<Contacts> finding_;
   std::optional<Contacts> contacts_;
-  bool stale_ = false;  // contacts are to be found again
+  bool stale_ = false;  // contacts must be recomputed
   std::optional<Menu> menu_;
 };
 

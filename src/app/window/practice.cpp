@@ -18,7 +18,7 @@
 namespace kerf {
 namespace {
 
-// Of the gauge: from here to the goal one is told to slow down, and from there to stop.
+// Gauge: from kSlow_mm before the goal the student is asked to slow down, from kStop_mm to stop.
 constexpr double kSlow_mm = 1.0;
 constexpr double kStop_mm = 0.3;
 
@@ -30,19 +30,19 @@ HudLevel LevelOf(double to_goal_mm) {
                                   : HudLevel::kPlain;
 }
 
-/// Small ones with a digit more, whole ones without any.
+/// Small values with one more digit, integers without decimals.
 std::string ShowValue(double value, const std::string& unit) {
   const int digits = value == std::round(value) && unit.empty() ? 0 : std::abs(value) < 0.1 ? 3 : 2;
   const std::string shown = fmt::format("{:.{}f}", std::abs(value) < 0.0005 ? 0.0 : value, digits);
   return unit.empty() ? shown : fmt::format("{} {}", shown, unit == "degrees" ? "°" : unit);
 }
 
-/// Beside a recording: its sheet.
+/// Path of the score sheet next to a recording.
 std::string PageOf(const std::string& recording) {
   return recording.substr(0, recording.rfind('.')) + ".html";
 }
 
-/// Of the blade. Told apart by people who confuse red and green too.
+/// Colour of the blade, distinguishable with red-green colour blindness.
 Rgb8 ColourOf(HudLevel level) {
   switch (level) {
     case HudLevel::kGood:
@@ -59,10 +59,10 @@ Rgb8 ColourOf(HudLevel level) {
 }  // namespace
 
 Practice::Practice(const PracticeOptions& options) : options_(options) {
-  options_.theatre.ghost = false;  // it would cover the blade's colour
+  options_.viewer.ghost = false;  // it would hide the blade's colour
   if (!options_.exercise.empty()) FindExercise(options_.exercise);
   if (!options_.student.empty()) history_.emplace(FindHistoryFile());
-  theatre_ = std::make_unique<Theatre>(options_.theatre);
+  viewer_ = std::make_unique<ViewerApp>(options_.viewer);
 }
 
 Practice::~Practice() {
@@ -75,7 +75,7 @@ std::vector<std::string> Practice::Run() {
   } else {
     Start(options_.exercise, options_.level);
   }
-  theatre_->Run(*this);
+  viewer_->Run(*this);
   return recordings_;
 }
 
@@ -89,12 +89,12 @@ void Practice::Choose() {
                        ChooseLevel(exercise);
                      }});
   }
-  menu_.emplace("Exercises, easy to hard", std::move(items), "Up, Down: choose   Enter: do   Ctrl+Q: end");
+  menu_.emplace("Exercises, easy to hard", std::move(items), "Up, Down: move   Enter: select   Ctrl+Q: quit");
 }
 
 void Practice::ChooseLevel(const Exercise& exercise) {
-  static constexpr std::array<const char*, kLevels> kAids{"all aids", "no depth stop", "gauge and blade's colour",
-                                                          "the gauge alone", "no aids"};
+  static constexpr std::array<const char*, kLevels> kAids{"all aids", "no depth stop", "gauge and blade colour",
+                                                          "gauge only", "no aids"};
   std::vector<MenuItem> items;
   for (int level = 1; level <= kLevels; ++level) {
     items.push_back({.name = fmt::format("Level {}", level),
@@ -119,31 +119,32 @@ void Practice::Start(const std::string& id, int level) {
   sheet_.reset();
   scored_ = true;
   state_ = State::kCutting;
-  theatre_->Begin(scene_, exercise_->file);
-  recordings_.push_back(theatre_->recording());
+  viewer_->Begin(scene_, exercise_->file);
+  recordings_.push_back(viewer_->recording());
 }
 
 // ---- cutting
 
 void Practice::Began() {
-  const std::shared_ptr<const Bone> bone = theatre_->bone_at_start();
+  const std::shared_ptr<const Bone> bone = viewer_->bone_at_start();
   gauge_ = std::make_unique<DepthGauge>(*bone, MakeWantedCut(scene_.exercise, MakeTool(scene_)));
   making_nerve_ =
       std::async(std::launch::async, [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
   if (scene_.exercise.sound) beeper_ = std::make_unique<Beeper>();
   ShowGoal();
-  // From the side and a little from above, the line across the picture; straight cuts are for the blade's plane.
+  // View from the side and a little from above, with the line across the picture. Motion is restricted to the blade's
+  // plane for straight cuts.
   const WantedCut& cut = gauge_->cut();
-  const Vec3 side_W = glm::cross(cut.along_W, -cut.into_W);  // the line goes to the right
+  const Vec3 side_W = glm::cross(cut.along_W, -cut.into_W);  // the line points to the right
   const Vec3 middle_W = cut.ToWorld({0.5 * cut.length_mm, 0, 0});
-  // From outside, where that makes a difference.
-  const bool inside = glm::dot(side_W, middle_W - theatre_->bone_at_start()->CalcBounds().centre()) < -1;
-  ViewCamera& camera = theatre_->view().camera();
+  // The side view is from outside the bone.
+  const bool inside = glm::dot(side_W, middle_W - viewer_->bone_at_start()->CalcBounds().centre()) < -1;
+  ViewCamera& camera = viewer_->view().camera();
   camera.Look((inside ? -side_W : side_W) - 0.6 * cut.into_W, -cut.into_W);
-  theatre_->view().FitAll();
+  viewer_->view().FitAll();
   camera.set_target_W(middle_W - 0.25 * cut.radius_mm * cut.into_W);
   camera.set_height_mm(std::min(camera.height_mm(), 3.2 * cut.radius_mm + cut.length_mm));
-  theatre_->controls().set_in_blade_plane(true);
+  viewer_->controls().set_in_blade_plane(true);
   begun_ = false;
 }
 
@@ -151,31 +152,31 @@ void Practice::ShowGoal() {
   const WantedCut& cut = gauge_->cut();
   GuideOverlay line;
   line.points_W = {cut.ToWorld({0, 0, 0}), cut.ToWorld({cut.length_mm, 0, 0})};
-  theatre_->view().SetGuides({line});
-  if (exercise_->toml.find("\"osteotomy\"") == std::string::npos) return theatre_->view().SetPlanes({});
-  theatre_->view().SetPlanes({{.name = "plan",
-                               .p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
-                               .normal_W = cut.across_W,
-                               .width_mm = cut.length_mm + 20,
-                               .height_mm = cut.depth_mm + 20,
-                               .up_W = -cut.into_W}});
+  viewer_->view().SetGuides({line});
+  if (exercise_->toml.find("\"osteotomy\"") == std::string::npos) return viewer_->view().SetPlanes({});
+  viewer_->view().SetPlanes({{.name = "plan",
+                              .p_W = cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}),
+                              .normal_W = cut.across_W,
+                              .width_mm = cut.length_mm + 20,
+                              .height_mm = cut.depth_mm + 20,
+                              .up_W = -cut.into_W}});
 }
 
 void Practice::Finish(bool scored) {
   scored_ = scored;
   beeper_.reset();
-  theatre_->SetSpindle(false);
-  theatre_->End();
+  viewer_->SetSpindle(false);
+  viewer_->End();
 }
 
 std::optional<DepthReading> Practice::Read() const {
-  return gauge_ && theatre_->is_running() ? gauge_->Calc(theatre_->figures().X_WT) : std::nullopt;
+  return gauge_ && viewer_->is_running() ? gauge_->Calc(viewer_->figures().X_WT) : std::nullopt;
 }
 
 void Practice::Ended(LoopSummary /*summary*/) {
   beeper_.reset();
-  theatre_->view().ClearTool();
-  if (theatre_->quitting()) return;
+  viewer_->view().ClearTool();
+  if (viewer_->quitting()) return;
   if (scored_) {
     Score();
   } else {
@@ -189,10 +190,10 @@ void Practice::Score() {
     RecordingReader recording(file);
     ScoreOptions score;
     score.stop = &stop_scoring_;
-    return ScoreRecording(recording, score, [this](const std::string& stage, double share) {
+    return ScoreRecording(recording, score, [this](const std::string& stage, double fraction) {
       const std::lock_guard lock(mutex_);
       scoring_stage_ = stage;
-      scoring_share_ = share;
+      scoring_fraction_ = fraction;
     });
   });
 }
@@ -202,16 +203,16 @@ void Practice::Score() {
 HudResult Practice::MakeResult() const {
   HudResult result;
   result.title = fmt::format("{}, level {}", exercise_->title, options_.level);
-  result.headline = sheet_->total                ? fmt::format("{:.0f} of 100", *sheet_->total)
+  result.headline = sheet_->total                ? fmt::format("{:.0f} out of 100", *sheet_->total)
                     : sheet_->incomplete.empty() ? "not scored"
                                                  : "not graded";
-  if (const std::optional<double> share = sheet_->Get("cut_share"); share && sheet_->total) {
-    result.rows.push_back({.name = "share of the wanted cut",
-                           .value = fmt::format("{:.2f}", *share),
+  if (const std::optional<double> fraction = sheet_->Get("cut_share"); fraction && sheet_->total) {
+    result.rows.push_back({.name = "fraction of the wanted cut",
+                           .value = fmt::format("{:.2f}", *fraction),
                            .note = "times the points below",
-                           .level = *share > 0.9   ? HudLevel::kGood
-                                    : *share > 0.6 ? HudLevel::kWarn
-                                                   : HudLevel::kBad});
+                           .level = *fraction > 0.9   ? HudLevel::kGood
+                                    : *fraction > 0.6 ? HudLevel::kWarn
+                                                      : HudLevel::kBad});
   }
   for (const bool counts : {true, false}) {
     for (const MeasureRow& row : sheet_->rows) {
@@ -228,7 +229,7 @@ HudResult Practice::MakeResult() const {
       result.rows.push_back(std::move(line));
     }
   }
-  result.footer = fmt::format("Enter: again{}   Esc: other exercises   All of it: {}",
+  result.footer = fmt::format("Enter: again{}   Esc: other exercises   Report: {}",
                               options_.level < kLevels ? "   N: next level" : "", PageOf(recordings_.back()));
   return result;
 }
@@ -240,7 +241,7 @@ bool Practice::Take(const WindowEvent& event) {
   if (menu_) {
     if (event.control) return false;
     const Menu::State state = menu_->Take(event, [this](double x, double y) {
-      return theatre_->view().PickMenuRow({x, y});
+      return viewer_->view().PickMenuRow({x, y});
     });
     if (state == Menu::State::kOpen) return event.kind != Kind::kKeyUp && event.key != Key::kF12;
     const Menu done = *std::exchange(menu_, std::nullopt);
@@ -252,7 +253,7 @@ bool Practice::Take(const WindowEvent& event) {
     return true;
   }
   if (event.kind != Kind::kKeyDown || event.repeat || event.control) return false;
-  if (state_ == State::kCutting && theatre_->is_running()) {
+  if (state_ == State::kCutting && viewer_->is_running()) {
     if (event.key == Key::kEnter) return Finish(true), true;
     if (event.key == Key::kEscape) return Finish(false), true;
   } else if (state_ == State::kResult) {
@@ -265,17 +266,17 @@ bool Practice::Take(const WindowEvent& event) {
 
 void Practice::Update(double /*dt_s*/) {
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
-  if (state_ == State::kCutting && theatre_->is_running()) {
+  if (state_ == State::kCutting && viewer_->is_running()) {
     const double limit_s = scene_.exercise.time_limit_s;
-    if (limit_s > 0 && theatre_->figures().time_s > limit_s) {
-      theatre_->Say("The time is over");
+    if (limit_s > 0 && viewer_->figures().time_s > limit_s) {
+      viewer_->Say("Time is up");
       Finish(true);
     }
     const std::optional<DepthReading> reading = Read();
     const bool in_bone = reading && reading->depth_mm > 0;
     if (beeper_) beeper_->Set(in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
     if (scene_.exercise.colour) {
-      theatre_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
+      viewer_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
     }
   }
   if (!IsReady(scoring_)) return;
@@ -283,21 +284,20 @@ void Practice::Update(double /*dt_s*/) {
     sheet_ = scoring_.get();
     WriteTextFile(PageOf(recordings_.back()), FormatSheetHtml(*sheet_));
   } catch (const Error& e) {
-    theatre_->Say(e.what());
+    viewer_->Say(e.what());
     if (!sheet_) return Choose();
   }
   state_ = State::kResult;
-  theatre_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
-                                    {"sheet", nlohmann::json::parse(FormatSheetJson(*sheet_))}});
+  viewer_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
+                                   {"sheet", nlohmann::json::parse(FormatSheetJson(*sheet_))}});
   if (!history_) return;
-  if (sheet_->Get("removed_mm3").value_or(0) <= 0) return theatre_->Say("Nothing was cut: the attempt is not kept");
+  if (sheet_->Get("removed_mm3").value_or(0) <= 0) return viewer_->Say("Nothing was cut: the attempt is not saved");
   try {
     history_->Add(MakeAttempt(*sheet_, options_.student));
-    theatre_->Say(fmt::format("Kept for {}{}{}", options_.student,
-                              sheet_->incomplete.empty() ? "" : "; not graded: ", fmt::join(sheet_->incomplete, "; ")));
+    viewer_->Say(fmt::format("Saved for {}{}{}", options_.student,
+                             sheet_->incomplete.empty() ? "" : "; not graded: ", fmt::join(sheet_->incomplete, "; ")));
   } catch (const Error& e) {
-    theatre_->Say(
-        fmt::format("Not kept: {}; 'kerf practise --hand-in {}' does it later", e.what(), recordings_.back()));
+    viewer_->Say(fmt::format("Not saved: {}; use 'kerf practise --hand-in {}' later", e.what(), recordings_.back()));
   }
 }
 
@@ -315,7 +315,7 @@ HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
                : reading->to_goal_mm < -kStop_mm ? "too deep"
                : reading->to_goal_mm < kStop_mm  ? "stop: deep enough"
                : reading->to_goal_mm < kSlow_mm  ? "slow down"
-                                                 : "go on";
+                                                 : "continue";
   return gauge;
 }
 
@@ -323,38 +323,38 @@ void Practice::Fill(HudState& hud) {
   hud.status.mode = exercise_ != nullptr && state_ != State::kChoosing
                         ? fmt::format("{}, level {}", exercise_->title, options_.level)
                         : "Practise";
-  if (state_ == State::kCutting && theatre_->is_running()) {
+  if (state_ == State::kCutting && viewer_->is_running()) {
     const std::optional<DepthReading> reading = Read();
-    // Without the gauge one is not told the depth either.
+    // Without the gauge the depth is not shown either.
     if (scene_.exercise.gauge) {
       hud.gauge = MakeGauge(reading);
       if (reading) hud.values.depth_mm = reading->depth_mm;
     }
-    if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), theatre_->figures().X_WT);
+    if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), viewer_->figures().X_WT);
     hud.values.nerve_warn_mm = 2;
   }
-  if (state_ == State::kCutting && theatre_->is_running()) {
-    begun_ = begun_ || theatre_->spindle_on();
+  if (state_ == State::kCutting && viewer_->is_running()) {
+    begun_ = begun_ || viewer_->spindle_on();
     if (!begun_) {
       hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
                              .text = exercise_->goal,
-                             .answers = "Space: saw   Enter: finished   Esc: leave   F1: keys"};
+                             .answers = "Space: spindle   Enter: finish   Esc: leave   F1: help"};
     }
     const double limit_s = scene_.exercise.time_limit_s;
     if (limit_s > 0) {
-      hud.status.right = fmt::format("{:.0f} s left   F1 help", std::max(0.0, limit_s - theatre_->figures().time_s));
+      hud.status.right = fmt::format("{:.0f} s left   F1 help", std::max(0.0, limit_s - viewer_->figures().time_s));
     }
   }
   if (state_ == State::kScoring) {
     const std::lock_guard lock(mutex_);
-    hud.progress = HudProgress{.title = "Scoring", .stage = scoring_stage_, .fraction = scoring_share_};
+    hud.progress = HudProgress{.title = "Scoring", .stage = scoring_stage_, .fraction = scoring_fraction_};
   }
   if (state_ == State::kResult && sheet_) hud.result = MakeResult();
   if (menu_) hud.menu = menu_->Show();
 }
 
 std::vector<HudKeyGroup> Practice::help() const {
-  return {{"Exercise", {{"Enter", "finished: see the score"}, {"Esc", "leave without a score"}}}};
+  return {{"Exercise", {{"Enter", "finish and see the score"}, {"Esc", "leave without a score"}}}};
 }
 
 void Practice::Describe(nlohmann::json& state) const {

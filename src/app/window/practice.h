@@ -1,4 +1,4 @@
-// `kerf practise`: a student does exercises in depth control and sees how well.
+// `kerf practise`: a student does exercises in depth control and receives a score.
 #pragma once
 
 #include <future>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "app/window/menu.h"
-#include "app/window/theatre.h"
+#include "app/window/viewer_app.h"
 #include "session/practise/exercises.h"
 #include "session/practise/history.h"
 #include "session/score/columns.h"
@@ -20,20 +20,19 @@ namespace kerf {
 class Beeper;
 
 struct PracticeOptions {
-  TheatreOptions theatre;
-  std::string exercise;  // its id; empty: chosen from a list
+  ViewerOptions viewer;
+  std::string exercise;  // id of the exercise; empty: chosen from a list
   int level = 1;
-  std::string student;  // whom attempts are kept for; empty: they are not kept
+  std::string student;  // student whose attempts are stored; empty: they are not stored
 };
 
 class Practice final : public Activity {
  public:
-  /// Throws Error where there is no display, for an exercise that there is none of, and for a history that can't be
-  /// used.
+  /// Throws Error if there is no display, the exercise does not exist, or the history cannot be used.
   explicit Practice(const PracticeOptions& options);
   ~Practice() override;
 
-  /// Until the window is closed; the recordings. Throws Error for a session that failed.
+  /// Runs until the window is closed. Returns the recordings. Throws Error if a session failed.
   std::vector<std::string> Run();
 
  private:
@@ -59,7 +58,7 @@ class Practice final : public Activity {
 
   PracticeOptions options_;
   std::optional<History> history_;
-  std::unique_ptr<Theatre> theatre_;
+  std::unique_ptr<ViewerApp> viewer_;
   State state_ = State::kChoosing;
   std::optional<Menu> menu_;
   const Exercise* exercise_ = nullptr;
@@ -70,9 +69,9 @@ class Practice final : public Activity {
   bool begun_ = false;  // the spindle has been on
   bool scored_ = true;  // the attempt counts when it ends
   std::vector<std::string> recordings_;
-  std::mutex mutex_;  // of the next two
+  std::mutex mutex_;  // protects the next two
   std::string scoring_stage_;
-  double scoring_share_ = 0;
+  double scoring_fraction_ = 0;
   std::atomic<bool> stop_scoring_{false};
   std::future<ScoreSheet> scoring_;
   std::optional<ScoreSheet> sheet_;

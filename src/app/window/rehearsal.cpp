@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/window/export_order.h"
 #include "app/window/is_ready.h"
 #include "app/window/pieces_mode.h"
-#include "app/window/take_away.h"
 #include "base/files/files.h"
 #include "bone/vdb/bonefile.h"
 #include "kerf/error.h"
@@ -20,9 +20,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kOverlay_mm = 50;  // edge of a plan's plane in the picture
+constexpr double kOverlay_mm = 50;  // edge length of a plan's plane in the picture
 
-/// The smaller turn of one unit vector into another, less than a half turn.
+/// Returns the smallest rotation from one unit vector to another, less than half a turn.
 Quat Turning(const Vec3& from, const Vec3& to) {
   const Vec3 axis = glm::cross(from, to);
   return glm::normalize(Quat{1 + glm::dot(from, to), axis.x, axis.y, axis.z});
@@ -41,20 +41,20 @@ Rehearsal::Rehearsal(const RehearsalOptions& options) : options_(options) {
   for (const std::string& file : options_.plans) {
     for (PlannedPlane& plane : ReadPlannedPlanes(file)) plan_.planes.push_back(std::move(plane));
   }
-  theatre_ = std::make_unique<Theatre>(options_.theatre);
+  viewer_ = std::make_unique<ViewerApp>(options_.viewer);
 }
 
 Rehearsal::~Rehearsal() = default;
 
 RehearsalResult Rehearsal::Run() {
   opening_ = std::async(std::launch::async, [this] {
-    return OpenInput(options_.input, options_.open, [this](const std::string& stage, double share) {
+    return OpenInput(options_.input, options_.open, [this](const std::string& stage, double fraction) {
       const std::lock_guard lock(mutex_);
       opening_stage_ = stage;
-      opening_share_ = share;
+      opening_fraction_ = fraction;
     });
   });
-  theatre_->Run(*this);
+  viewer_->Run(*this);
   return result_;
 }
 
@@ -64,51 +64,51 @@ bool Rehearsal::cuts() const {
 
 // ---- sessions
 
-void Rehearsal::BeginAnew() {
+void Rehearsal::Restart() {
   result_.recordings.push_back("");
-  theatre_->Begin(scene_, scene_file_, theatre_->sessions() > 0);
-  result_.recordings.back() = theatre_->recording();
+  viewer_->Begin(scene_, scene_file_, viewer_->sessions() > 0);
+  result_.recordings.back() = viewer_->recording();
 }
 
 void Rehearsal::Began() {
-  const bool first = theatre_->sessions() == 1;
-  before_ = theatre_->bone_at_start();
+  const bool first = viewer_->sessions() == 1;
+  before_ = viewer_->bone_at_start();
   if (!sampler_) sampler_ = std::make_unique<PhiSampler>(*before_);
   checkpoints_ = {"start"};
   if (first) {
     making_nerve_ = std::async(std::launch::async,
                                [bone = before_] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
-    theatre_->Say("Space starts the saw; drag with the left button to move it; F1 for help");
+    viewer_->Say("Space starts the saw; drag with the left button to move it; F1 for help");
   } else if (change_) {
-    theatre_->Say(std::exchange(change_, std::nullopt)->what);
+    viewer_->Say(std::exchange(change_, std::nullopt)->what);
   }
   ShowPlanInPicture();
 }
 
 void Rehearsal::GoOnWith(const std::string& what, std::function<void(Scene&)> change) {
-  if (!theatre_->is_running() || change_) return;
+  if (!viewer_->is_running() || change_) return;
   change_ = Change{.what = what, .apply = std::move(change)};
-  theatre_->SetSpindle(false);
-  theatre_->End();
+  viewer_->SetSpindle(false);
+  viewer_->End();
 }
 
 void Rehearsal::Ended(LoopSummary summary) {
-  if (!change_ || theatre_->quitting()) return;
-  const Pose X_WT = theatre_->figures().X_WT;
+  if (!change_ || viewer_->quitting()) return;
+  const Pose X_WT = viewer_->figures().X_WT;
   changing_ = std::async(std::launch::async, [this, X_WT, bone = std::move(summary.after)] {
     Scene scene = scene_;
-    const std::string file = fmt::format("{}/bone-{}.vdb", options_.theatre.folder, theatre_->sessions() + 1);
+    const std::string file = fmt::format("{}/bone-{}.vdb", options_.viewer.folder, viewer_->sessions() + 1);
     WriteBone(bone, file);
     scene.bone.source = BoneSource::kFile;
     scene.bone.file = std::filesystem::absolute(file).string();
     change_->apply(scene);
     const Tool tool = MakeTool(scene);
     const Pose X_clear = FindClearPose(bone, tool, X_WT);
-    // A path's first pose is where the tool is set down; a hand of its own takes it from there.
+    // The tool starts at the path's first pose; the hand continues from there.
     scene.path = {};
     scene.path.poses = {{.time_s = 0, .X_WT = X_clear}, {.time_s = 1, .X_WT = X_clear}};
     scene.path.poses.back().X_WT.p_AB.z += 1;
-    const std::string path = fmt::format("{}/path-{}.csv", options_.theatre.folder, theatre_->sessions() + 1);
+    const std::string path = fmt::format("{}/path-{}.csv", options_.viewer.folder, viewer_->sessions() + 1);
     WriteTextFile(path, FormatPathCsv(scene.path.poses));
     scene.path.file = std::filesystem::absolute(path).string();
     return scene;
@@ -117,7 +117,7 @@ void Rehearsal::Ended(LoopSummary summary) {
 
 void Rehearsal::TakeUpSawNumber(std::size_t number) {
   if (number >= options_.saws.size() || (of_catalogue_ && number == saw_)) return;
-  if (!theatre_->is_running() || change_) return;
+  if (!viewer_->is_running() || change_) return;
   const Saw& saw = options_.saws[number];
   GoOnWith(fmt::format("Saw: {}", saw.name), [saw](Scene& scene) { TakeUpSaw(scene, saw); });
   saw_ = number;
@@ -125,11 +125,11 @@ void Rehearsal::TakeUpSawNumber(std::size_t number) {
 }
 
 void Rehearsal::ToggleGuide() {
-  if (!theatre_->is_running() || change_) return;
+  if (!viewer_->is_running() || change_) return;
   const PlannedPlane* planned = plane();
   const DepthStop* stop = plan_.stops.empty() ? nullptr : &plan_.stops.front();
   if (!guided_ && planned == nullptr && stop == nullptr) {
-    theatre_->Say("Nothing is planned yet that could guide the saw: N");
+    viewer_->Say("There is no plan to guide the saw yet; press N");
     return;
   }
   try {
@@ -140,32 +140,32 @@ void Rehearsal::ToggleGuide() {
       if (guide) scene.effects.push_back(*guide);
     });
   } catch (const Error& e) {
-    theatre_->Say(e.what());
+    viewer_->Say(e.what());
   }
 }
 
 // ---- undo
 
 void Rehearsal::AskCheckpoint() {
-  theatre_->AskText("Name of the checkpoint:", fmt::format("cut {}", checkpoints_.size()),
-                    [this](const std::optional<std::string>& name) {
-                      if (!name || name->empty() || !theatre_->is_running()) return;
-                      checkpoints_.push_back(*name);
-                      theatre_->session()->Ask({.kind = LoopAction::Kind::kCheckpoint, .name = *name});
-                    });
+  viewer_->AskText("Name of the checkpoint:", fmt::format("cut {}", checkpoints_.size()),
+                   [this](const std::optional<std::string>& name) {
+                     if (!name || name->empty() || !viewer_->is_running()) return;
+                     checkpoints_.push_back(*name);
+                     viewer_->session()->Ask({.kind = LoopAction::Kind::kCheckpoint, .name = *name});
+                   });
 }
 
 void Rehearsal::GoBack(const std::string& name) {
-  if (!theatre_->is_running()) return;
-  // A saw that turns would cut what comes back.
-  theatre_->SetSpindle(false);
-  theatre_->session()->Ask({.kind = LoopAction::Kind::kUndo, .name = name});
+  if (!viewer_->is_running()) return;
+  // A spinning saw would cut the restored bone.
+  viewer_->SetSpindle(false);
+  viewer_->session()->Ask({.kind = LoopAction::Kind::kUndo, .name = name});
 }
 
 void Rehearsal::GoForward() {
-  if (!theatre_->is_running()) return;
-  theatre_->SetSpindle(false);
-  theatre_->session()->Ask({.kind = LoopAction::Kind::kRedo, .name = ""});
+  if (!viewer_->is_running()) return;
+  viewer_->SetSpindle(false);
+  viewer_->session()->Ask({.kind = LoopAction::Kind::kRedo, .name = ""});
 }
 
 void Rehearsal::ShowCheckpoints() {
@@ -193,41 +193,41 @@ void Rehearsal::ShowPlanInPicture() {
                       .height_mm = kOverlay_mm,
                       .selected = i == plane_});
   }
-  theatre_->view().SetPlanes(planes);
+  viewer_->view().SetPlanes(planes);
   std::vector<DepthStopOverlay> stops;
   for (const DepthStop& stop : plan_.stops) {
     stops.push_back(
         {.name = stop.name, .p_W = stop.p_W_mm + stop.depth_mm * stop.direction_W, .normal_W = -stop.direction_W});
   }
-  theatre_->view().SetDepthStops(stops);
+  viewer_->view().SetDepthStops(stops);
 }
 
 void Rehearsal::PickPoints(const std::string& prompt, std::size_t count,
                            std::function<void(const std::vector<Vec3>&)> done) {
-  theatre_->controls().Release();
-  theatre_->SetSpindle(false);
+  viewer_->controls().Release();
+  viewer_->SetSpindle(false);
   picking_ = Picking{.prompt = prompt, .count = count, .points = {}, .done = std::move(done)};
 }
 
 void Rehearsal::AlignToPlane() {
   const PlannedPlane* planned = plane();
-  if (planned == nullptr) return theatre_->Say("No plane is planned yet: N");
-  if (!theatre_->is_running()) return;
-  // The spindle along the plane's normal by the smaller turn, and the disc's middle in the plane.
-  Pose X = theatre_->figures().X_WT;
+  if (planned == nullptr) return viewer_->Say("No plane is planned yet; press N");
+  if (!viewer_->is_running()) return;
+  // Aligns the spindle with the plane's normal by the smaller rotation and moves the disc's centre into the plane.
+  Pose X = viewer_->figures().X_WT;
   const Vec3 spindle = X.Vector({0, 0, 1});
   Vec3 normal = planned->plane.normal_W;
   if (glm::dot(normal, spindle) < 0) normal = -normal;
   X.R_AB = glm::normalize(Turning(spindle, normal) * X.R_AB);
   X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
-  theatre_->controls().Set(X);
-  theatre_->Say(fmt::format("The saw turns into {}; keep it clear of the bone", planned->name));
+  viewer_->controls().Set(X);
+  viewer_->Say(fmt::format("The saw is turning into {}; keep it clear of the bone", planned->name));
 }
 
 void Rehearsal::WritePlan() {
-  const std::string file = options_.theatre.folder + "/plan.mrk.json";
+  const std::string file = options_.viewer.folder + "/plan.mrk.json";
   WritePlaneMarkups(file, MakeMarkups(plan_));
-  theatre_->Say(fmt::format("Plan: {}", file));
+  viewer_->Say(fmt::format("Plan: {}", file));
 }
 
 void Rehearsal::ShowPlan() {
@@ -236,7 +236,7 @@ void Rehearsal::ShowPlan() {
     plan_.planes.push_back(std::move(planned));
     plane_ = plan_.planes.size() - 1;
     ShowPlanInPicture();
-    theatre_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
+    viewer_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
   };
   std::vector<MenuItem> items;
   items.push_back({.name = "Plane through three points", .detail = "click them on the bone", .choose = [this, added] {
@@ -245,7 +245,7 @@ void Rehearsal::ShowPlan() {
                      });
                    }});
   items.push_back({.name = "Plane where the blade is", .detail = "", .choose = [this, added] {
-                     added(PlacePlane(MakePlaneName(plan_), theatre_->figures().X_WT));
+                     added(PlacePlane(MakePlaneName(plan_), viewer_->figures().X_WT));
                    }});
   items.push_back({.name = "Depth stop", .detail = "click its point on the bone", .choose = [this] {
                      PickPoints("Where the cut begins on the bone", 1,
@@ -270,14 +270,14 @@ void Rehearsal::ShowPlan() {
                      ShowPlanInPicture();
                    }});
   items.push_back({.name = "Read planes of 3D Slicer", .detail = ".mrk.json", .choose = [this] {
-                     theatre_->AskText("File:", "", [this](const std::optional<std::string>& file) {
+                     viewer_->AskText("File:", "", [this](const std::optional<std::string>& file) {
                        if (!file) return;
                        try {
                          for (PlannedPlane& p : ReadPlannedPlanes(*file)) plan_.planes.push_back(std::move(p));
                          plane_ = plan_.planes.size() - 1;
                          ShowPlanInPicture();
                        } catch (const Error& e) {
-                         theatre_->Say(e.what());
+                         viewer_->Say(e.what());
                        }
                      });
                    }});
@@ -288,81 +288,81 @@ void Rehearsal::ShowPlan() {
 }
 
 void Rehearsal::AskDepth(const Vec3& p_W) {
-  theatre_->AskText("Depth in mm:", "5", [this, p_W](const std::optional<std::string>& text) {
+  viewer_->AskText("Depth in mm:", "5", [this, p_W](const std::optional<std::string>& text) {
     if (!text) return;
     const std::optional<double> depth_mm = ParseDepth(*text);
-    if (!depth_mm) return theatre_->Say("A depth is a number of mm, 0 to 1000");
+    if (!depth_mm) return viewer_->Say("A depth is a number of mm, 0 to 1000");
     DepthStop stop;
     stop.name = MakeStopName(plan_);
     stop.p_W_mm = p_W;
-    // Into the bone as the blade stands: from its middle to the point.
-    stop.direction_W = CalcDirection(p_W - theatre_->figures().X_WT.p_AB).value_or(theatre_->MakeBasis().forward_W);
+    // The direction into the bone: from the blade's current centre to the point.
+    stop.direction_W = CalcDirection(p_W - viewer_->figures().X_WT.p_AB).value_or(viewer_->MakeBasis().forward_W);
     stop.depth_mm = *depth_mm;
     plan_.stops.push_back(stop);
     ShowPlanInPicture();
-    theatre_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
+    viewer_->trace().Write("plan", {{"planes", plan_.planes.size()}, {"stops", plan_.stops.size()}});
   });
 }
 
-// ---- pieces and taking away
+// ---- pieces and export
 
 void Rehearsal::EnterPieces() {
-  if (!theatre_->is_running() || change_) return;
-  theatre_->SetSpindle(false);
-  theatre_->controls().Release();
-  if (!pieces_) pieces_ = std::make_unique<PiecesMode>(*theatre_);
+  if (!viewer_->is_running() || change_) return;
+  viewer_->SetSpindle(false);
+  viewer_->controls().Release();
+  if (!pieces_) pieces_ = std::make_unique<PiecesMode>(*viewer_);
   pieces_->Enter();
   in_pieces_ = true;
 }
 
-void Rehearsal::TakeAway() {
-  if (!theatre_->is_running() || taking_away_.valid() || change_) return;
-  theatre_->SetSpindle(false);
-  TakeAwayOrder order;
-  order.folder = options_.theatre.folder + "/take-away";
+void Rehearsal::Export() {
+  if (!viewer_->is_running() || taking_away_.valid() || change_) return;
+  viewer_->SetSpindle(false);
+  ExportOrder order;
+  order.folder = options_.viewer.folder + "/take-away";
   order.obj = options_.obj;
-  order.scene = theatre_->session()->scene();
+  order.scene = viewer_->session()->scene();
   order.recordings = result_.recordings;
   order.plan = plan_;
   order.before = before_;
-  order.forces = theatre_->forces();
+  order.forces = viewer_->forces();
   try {
-    order.pictures.emplace_back("As seen in the window", theatre_->GrabScene());
+    order.pictures.emplace_back("As seen in the window", viewer_->GrabScene());
   } catch (const Error& e) {
-    return theatre_->Say(e.what());
+    return viewer_->Say(e.what());
   }
   if (pieces_ && pieces_->is_up_to_date()) order.pieces_json = pieces_->pieces()->FormatJson();
   if (pieces_) order.measures = pieces_->measures();
-  order.after = theatre_->session()->AskBone();
-  theatre_->Say("Taking away: pieces, planes, report");
+  order.after = viewer_->session()->AskBone();
+  viewer_->Say("Exporting pieces, planes and report");
   taking_away_ = std::async(std::launch::async,
-                            [order = std::make_shared<TakeAwayOrder>(std::move(order))] { return DoTakeAway(*order); });
+                            [order = std::make_shared<ExportOrder>(std::move(order))] { return RunExport(*order); });
 }
 
 // ---- events
 
 void Rehearsal::SetMenu(Menu menu) {
-  theatre_->controls().Release();
+  viewer_->controls().Release();
   menu_ = std::move(menu);
 }
 
 bool Rehearsal::TakeClick(const WindowEvent& event) {
   if (event.kind != WindowEvent::Kind::kMouseDown || event.button != MouseButton::kLeft) return false;
   const ScreenPoint at{event.x, event.y};
-  if (theatre_->surface() == nullptr || theatre_->view().IsOnPanel(at)) return false;
-  const std::optional<Vec3> p_W = theatre_->surface()->Pick(theatre_->view().camera().CalcRay(at));
+  if (viewer_->surface() == nullptr || viewer_->view().IsOnPanel(at)) return false;
+  const std::optional<Vec3> p_W = viewer_->surface()->Pick(viewer_->view().camera().CalcRay(at));
   if (!p_W) {
-    theatre_->Say("There is no bone under the mouse");
+    viewer_->Say("There is no bone under the mouse");
     return true;
   }
   picking_->points.push_back(*p_W);
-  theatre_->trace().Write("point", {{"mm", {p_W->x, p_W->y, p_W->z}}});
+  viewer_->trace().Write("point", {{"mm", {p_W->x, p_W->y, p_W->z}}});
   if (picking_->points.size() < picking_->count) return true;
   const Picking picked = *std::exchange(picking_, std::nullopt);
   try {
     picked.done(picked.points);
   } catch (const Error& e) {
-    theatre_->Say(e.what());
+    viewer_->Say(e.what());
   }
   return true;
 }
@@ -398,7 +398,7 @@ bool Rehearsal::TakeKey(const WindowEvent& event) {
       EnterPieces();
       return true;
     case Key::kF9:
-      TakeAway();
+      Export();
       return true;
     default:
       return false;
@@ -409,7 +409,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   if (menu_) {
     const Menu::State state = menu_->Take(event, [this](double x, double y) {
-      return theatre_->view().PickMenuRow({x, y});
+      return viewer_->view().PickMenuRow({x, y});
     });
     if (state == Menu::State::kOpen) return event.kind != Kind::kScroll && event.kind != Kind::kKeyUp;
     const Menu done = *std::exchange(menu_, std::nullopt);
@@ -417,7 +417,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
       try {
         done.chosen().choose();
       } catch (const Error& e) {
-        theatre_->Say(e.what());
+        viewer_->Say(e.what());
       }
     }
     return true;
@@ -436,7 +436,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
       in_pieces_ = false;
       return true;
     }
-    if (event.kind == Kind::kKeyDown && event.key == Key::kF9) return TakeAway(), true;
+    if (event.kind == Kind::kKeyDown && event.key == Key::kF9) return Export(), true;
     return false;
   }
   return event.kind == Kind::kKeyDown && TakeKey(event);
@@ -451,21 +451,21 @@ void Rehearsal::Update(double /*dt_s*/) {
     scene_file_ = std::move(opened.scene_file);
     for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
     for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
-    if (!theatre_->quitting()) BeginAnew();
+    if (!viewer_->quitting()) Restart();
   }
   if (IsReady(changing_)) {
     scene_ = changing_.get();
-    if (!theatre_->quitting()) BeginAnew();
+    if (!viewer_->quitting()) Restart();
   }
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
   if (IsReady(taking_away_)) {
     try {
       result_.take_away = taking_away_.get();
-      theatre_->Say(fmt::format("Taken away: {}", result_.take_away));
-      theatre_->trace().Write("taken_away", {{"folder", result_.take_away}});
-    } catch (const std::exception& e) {  // a session that ended meanwhile gives no bone
-      theatre_->Say(fmt::format("Nothing was taken away: {}", e.what()));
-      theatre_->trace().Write("taken_away", {{"failure", e.what()}});
+      viewer_->Say(fmt::format("Exported: {}", result_.take_away));
+      viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
+    } catch (const std::exception& e) {  // the session ended meanwhile and returns no bone
+      viewer_->Say(fmt::format("Nothing was exported: {}", e.what()));
+      viewer_->trace().Write("taken_away", {{"failure", e.what()}});
     }
   }
   if (in_pieces_) pieces_->Update();
@@ -474,9 +474,9 @@ void Rehearsal::Update(double /*dt_s*/) {
 void Rehearsal::Fill(HudState& hud) {
   hud.status.mode = in_pieces_ ? "Pieces" : "Rehearse";
   if (of_catalogue_) hud.status.saw = options_.saws[saw_].name;
-  if (theatre_->is_running()) {
-    const Tool tool = MakeTool(theatre_->session()->scene());
-    const Pose& X_WT = theatre_->figures().X_WT;
+  if (viewer_->is_running()) {
+    const Tool tool = MakeTool(viewer_->session()->scene());
+    const Pose& X_WT = viewer_->figures().X_WT;
     if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(tool, X_WT);
     if (sampler_) hud.values.depth_mm = CalcBladeDepth(*sampler_, tool, X_WT);
     if (const PlannedPlane* planned = plane()) {
@@ -496,15 +496,18 @@ void Rehearsal::Fill(HudState& hud) {
                     : stop.left_mm < 0.3  ? HudLevel::kGood
                     : stop.left_mm < 1    ? HudLevel::kWarn
                                           : HudLevel::kPlain;
-      gauge.word = stop.left_mm < -0.3 ? "too deep" : stop.left_mm < 0.3 ? "stop" : stop.left_mm < 1 ? "slow" : "go on";
+      gauge.word = stop.left_mm < -0.3  ? "too deep"
+                   : stop.left_mm < 0.3 ? "stop"
+                   : stop.left_mm < 1   ? "slow"
+                                        : "continue";
       hud.gauge = gauge;
     }
   }
   if (opening_.valid()) {
     const std::lock_guard lock(mutex_);
-    hud.progress = HudProgress{.title = "Opening", .stage = opening_stage_, .fraction = opening_share_};
+    hud.progress = HudProgress{.title = "Opening", .stage = opening_stage_, .fraction = opening_fraction_};
   } else if (changing_.valid()) {
-    hud.progress = HudProgress{.title = change_ ? change_->what : "", .stage = "keeping the bone", .fraction = {}};
+    hud.progress = HudProgress{.title = change_ ? change_->what : "", .stage = "saving the bone", .fraction = {}};
   } else if (change_ && hud.progress) {
     hud.progress->title = change_->what;
   }
@@ -512,7 +515,7 @@ void Rehearsal::Fill(HudState& hud) {
     hud.banner =
         HudBanner{.kind = HudBanner::Kind::kQuestion,
                   .text = fmt::format("{} ({} of {})", picking_->prompt, picking_->points.size() + 1, picking_->count),
-                  .answers = "left click   Esc: leave"};
+                  .answers = "left click   Esc: cancel"};
   }
   if (menu_) hud.menu = menu_->Show();
   if (in_pieces_) pieces_->Fill(hud);
@@ -523,12 +526,12 @@ std::vector<HudKeyGroup> Rehearsal::help() const {
   return {{"Rehearse",
            {{"1-9, Tab", "another saw"},
             {"N", "plan: planes, depth stops"},
-            {"G", "guide along the plan on, off"},
+            {"G", "guide along the plan on/off"},
             {"Ctrl+Z  Ctrl+Y", "undo, redo"},
             {"C", "checkpoint with a name"},
-            {"B", "back to a checkpoint"},
+            {"B", "return to a checkpoint"},
             {"P", "pieces: move, measure"},
-            {"F9", "take away: pieces, planes, report"}}}};
+            {"F9", "export: pieces, planes, report"}}}};
 }
 
 void Rehearsal::Describe(nlohmann::json& state) const {

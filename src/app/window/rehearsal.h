@@ -1,4 +1,4 @@
-// `kerf rehearse`: a surgeon cuts a bone freely, by mouse and keys or with a device.
+// `kerf rehearse`: a surgeon cuts a bone freely, with mouse and keys or with a device.
 #pragma once
 
 #include <future>
@@ -10,7 +10,7 @@
 
 #include "app/window/menu.h"
 #include "app/window/open_input.h"
-#include "app/window/theatre.h"
+#include "app/window/viewer_app.h"
 #include "session/plan/plan.h"
 #include "session/score/columns.h"
 #include "session/score/region_distance.h"
@@ -20,27 +20,27 @@ namespace kerf {
 class PiecesMode;
 
 struct RehearsalOptions {
-  TheatreOptions theatre;
-  std::string input;  // OpenInput()
+  ViewerOptions viewer;
+  std::string input;  // see OpenInput()
   OpenOptions open;
-  std::vector<std::string> plans;  // .mrk.json files of planes
-  std::vector<Saw> saws;           // to switch among; not empty
-  bool obj = false;                // pieces are taken away as OBJ, else as STL
+  std::vector<std::string> plans;  // .mrk.json files with planes
+  std::vector<Saw> saws;           // saws to choose from; not empty
+  bool obj = false;                // pieces are exported as OBJ, otherwise as STL
 };
 
-/// What was left behind.
+/// Output of a rehearsal.
 struct RehearsalResult {
   std::vector<std::string> recordings;
-  std::string take_away;  // its folder; empty: nothing was taken away
+  std::string take_away;  // folder of the exported files; empty: nothing was exported
 };
 
 class Rehearsal final : public Activity {
  public:
-  /// Throws Error where there is no display, and for a plan that can't be read.
+  /// Throws Error if there is no display or a plan cannot be read.
   explicit Rehearsal(const RehearsalOptions& options);
   ~Rehearsal() override;
 
-  /// Until the window is closed. Throws Error for an input that can't be opened or a session that failed.
+  /// Runs until the window is closed. Throws Error if the input cannot be opened or a session failed.
   RehearsalResult Run();
 
  private:
@@ -58,9 +58,9 @@ class Rehearsal final : public Activity {
   void SetMenu(Menu menu);
   void TakeUpSawNumber(std::size_t number);
   void ToggleGuide();
-  /// Ends the session, changes the scene, goes on with the bone as it is.
+  /// Ends the session, changes the scene, and continues with the current bone.
   void GoOnWith(const std::string& what, std::function<void(Scene&)> change);
-  void BeginAnew();
+  void Restart();
 
   void AskCheckpoint();
   void ShowCheckpoints();
@@ -76,21 +76,21 @@ class Rehearsal final : public Activity {
   void WritePlan();
 
   void EnterPieces();
-  void TakeAway();
+  void Export();
 
   RehearsalOptions options_;
-  std::unique_ptr<Theatre> theatre_;
+  std::unique_ptr<ViewerApp> viewer_;
   RehearsalResult result_;
   std::future<OpenedInput> opening_;
-  std::mutex mutex_;  // of the next two
+  std::mutex mutex_;  // protects the next two
   std::string opening_stage_;
-  double opening_share_ = 0;
+  double opening_fraction_ = 0;
   Scene scene_;
   std::string scene_file_;
-  std::shared_ptr<const Bone> before_;  // as the first session began
+  std::shared_ptr<const Bone> before_;  // bone at the start of the first session
 
   std::size_t saw_ = 0;
-  bool of_catalogue_ = false;  // saw_ is in the hand; else the scene's own tool
+  bool of_catalogue_ = false;  // saw_ is in use; otherwise the scene's own tool
   std::optional<Menu> menu_;
   std::vector<std::string> checkpoints_;
 
@@ -102,7 +102,7 @@ class Rehearsal final : public Activity {
   std::future<Scene> changing_;
 
   Plan plan_;
-  std::size_t plane_ = 0;  // the one that counts
+  std::size_t plane_ = 0;  // the active plane
   bool guided_ = false;
   struct Picking {
     std::string prompt;
@@ -115,7 +115,7 @@ class Rehearsal final : public Activity {
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
   std::unique_ptr<RegionDistance> nerve_;
   std::unique_ptr<PhiSampler> sampler_;  // of before_
-  std::unique_ptr<PiecesMode> pieces_;   // once it was entered
+  std::unique_ptr<PiecesMode> pieces_;   // null until first entered
   bool in_pieces_ = false;
   std::future<std::string> taking_away_;
 };

@@ -11,7 +11,7 @@ constexpr double kTurnByKey_rad_per_s = 0.35;
 constexpr double kTurnByPixel_rad = 0.004;
 constexpr double kFast = 6;
 
-/// Along the picture: right, up, into it. And turning about these.
+/// Motion of a key along the picture's right, up and forward directions, and rotation about these.
 struct KeyMotion {
   Key key;
   Vec3 move;
@@ -72,7 +72,7 @@ bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
     case Kind::kMouseMove: {
       if (!dragging_) return false;
       const double dx = event.x - last_x_;
-      const double dy = last_y_ - event.y;  // upward
+      const double dy = last_y_ - event.y;  // positive upwards
       last_x_ = event.x;
       last_y_ = event.y;
       if (event.control) {
@@ -128,7 +128,7 @@ void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT) 
   if (glm::length(move) > 0) Move(pace * feed_mm_per_s_ * InWorld(glm::normalize(move), view));
   if (glm::length(turn) > 0) Turn(pace * kTurnByKey_rad_per_s * InWorld(glm::normalize(turn), view));
 
-  // Where the bone holds the saw back, what is wanted waits for it.
+  // If the bone holds the saw back, the wanted pose waits for it.
   const Vec3 lead = X_wanted_.p_AB - X_WT.p_AB;
   const double distance = glm::length(lead);
   if (distance > kLead_mm) X_wanted_.p_AB = X_WT.p_AB + kLead_mm / distance * lead;

@@ -1,4 +1,4 @@
-// Keys and mouse to where the saw is wanted. Knows no window: events in, a pose out.
+// Maps keys and mouse to the wanted pose of the saw. Independent of any window: events in, pose out.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// The directions of the picture in the world, unit length, and its scale where the saw is.
+/// Directions of the picture in the world, unit length, and its scale at the saw.
 struct ViewBasis {
   Vec3 right_W{1, 0, 0};
   Vec3 up_W{0, 0, 1};
@@ -17,29 +17,30 @@ struct ViewBasis {
   double mm_per_pixel = 0.1;
 };
 
-/// Arrows and page keys move, W A S D Q E turn; the mouse drags, with Shift into the picture, with Control turning.
+/// Arrow and page keys move the saw, W A S D Q E turn it. The mouse drags it; with Shift into the picture, with Control
+/// it turns.
 class SawControls {
  public:
-  /// Not further from the saw than this may what is wanted be: the mouse's hand reaches no further either.
+  /// Maximum distance of the wanted pose from the saw, equal to the reach of the mouse's hand.
   static constexpr double kLead_mm = 14;
   static constexpr double kLead_rad = 0.35;
 
   explicit SawControls(const Pose& X_WT) : X_wanted_(X_WT) {}
 
-  /// True when the event was for the saw.
+  /// Returns true if the event was for the saw.
   bool Take(const WindowEvent& event, const ViewBasis& view);
-  /// The time since the last call goes by with the keys that are held. `X_WT`: where the saw is.
+  /// Advances the wanted pose by `dt_s` with the keys that are held. `X_WT`: pose of the saw.
   void Advance(double dt_s, const ViewBasis& view, const Pose& X_WT);
-  /// All keys and buttons are let go.
+  /// Releases all keys and buttons.
   void Release();
-  /// The saw is wanted there, at once.
+  /// Sets the wanted pose immediately.
   void Set(const Pose& X_WT) { X_wanted_ = X_WT; }
 
   const Pose& wanted() const { return X_wanted_; }
   double feed_mm_per_s() const { return feed_mm_per_s_; }
-  /// Of keys: 0.5 to 20.
+  /// Speed of motion by keys: 0.5 to 20.
   void set_feed_mm_per_s(double feed);
-  /// In the plane of the blade alone, and turning only about the spindle: how a straight cut is kept straight.
+  /// Restricts motion to the blade's plane and rotation to the spindle axis, which keeps a straight cut straight.
   bool in_blade_plane() const { return in_blade_plane_; }
   void set_in_blade_plane(bool on) { in_blade_plane_ = on; }
 

@@ -1,4 +1,4 @@
-// A line that is being typed.
+// Input of a line of text.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ class TextEntry {
   TextEntry(std::string question, std::string preset) : question_(std::move(question)), text_(std::move(preset)) {}
 
   enum class State { kOpen, kDone, kLeft };
-  /// Letters, backspace, Enter, Escape; everything else is taken and does nothing. At most 60 characters; control
-  /// characters are not taken.
+  /// Accepts letters, backspace, Enter, Escape; consumes every other event without effect. At most 60 characters;
+  /// control characters are ignored.
   State Take(const WindowEvent& event);
   const std::string& question() const { return question_; }
   const std::string& text() const { return text_; }  // UTF-8

@@ -1,4 +1,4 @@
-// What happens in the window, a line of JSON each: for tests that drive it from outside, and for studies.
+// Log of events in the window, one line of JSON each, for tests that control it from outside, and for studies.
 #pragma once
 
 #include <chrono>
@@ -8,15 +8,15 @@
 
 namespace kerf {
 
-/// Written line by line, each whole. Does nothing when it has no file.
+/// Writes complete lines one at a time. Does nothing without a file.
 class Trace {
  public:
-  /// Empty: none. Throws Error when it can't be written.
+  /// Empty `path`: no file. Throws Error if it cannot be written.
   explicit Trace(const std::string& path);
 
-  /// `event` with the seconds since the beginning, and whatever else.
+  /// Writes `event` with the seconds since the beginning and `details`.
   void Write(const std::string& event, nlohmann::json details = nlohmann::json::object());
-  /// The state, when it differs from the one before; at most ten a second.
+  /// Writes the state if it differs from the previous one; at most ten times per second.
   void WriteState(nlohmann::json state);
   explicit operator bool() const { return file_.is_open(); }
 

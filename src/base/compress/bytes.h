@@ -1,4 +1,4 @@
-// Numbers to bytes and back: little-endian, and whole numbers in as few bytes as they need.
+// Conversion of numbers to little-endian bytes and back, with a variable-length format for integers.
 #pragma once
 
 #include <bit>
@@ -11,9 +11,9 @@
 
 namespace kerf {
 
-static_assert(std::endian::native == std::endian::little, "what is stored is little-endian");
+static_assert(std::endian::native == std::endian::little, "stored data is little-endian");
 
-/// Small numbers of either sign to small ones without, and back.
+/// Map signed integers of small magnitude to small unsigned integers, and back.
 constexpr std::uint64_t ZigZag(std::int64_t x) {
   return (static_cast<std::uint64_t>(x) << 1) ^ static_cast<std::uint64_t>(x >> 63);
 }
@@ -30,13 +30,13 @@ class ByteWriter {
     std::memcpy(raw, &value, sizeof(T));
     bytes_.append(raw, sizeof(T));
   }
-  /// Seven bits a byte, lowest first (LEB128).
+  /// Appends `x` with seven bits per byte, lowest first (LEB128).
   void PutNumber(std::uint64_t x) {
     for (; x >= 0x80; x >>= 7) bytes_ += static_cast<char>(x | 0x80);
     bytes_ += static_cast<char>(x);
   }
   void PutSigned(std::int64_t x) { PutNumber(ZigZag(x)); }
-  /// With its length before it.
+  /// Appends the length and then the text.
   void PutText(std::string_view text) {
     PutNumber(text.size());
     bytes_ += text;
@@ -48,7 +48,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Throws Error where the bytes end too early or a number is none; never reads beyond them.
+/// Throws kerf::Error if the bytes end too early or do not form a number. Never reads beyond the end.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
@@ -83,11 +83,11 @@ class ByteReader {
     return bytes;
   }
   std::size_t left() const { return bytes_.size(); }
-  /// A count that stands before so many things of at least `bytes_each` bytes: nothing is set aside for more than there
-  /// can be.
+  /// Reads the number of items that follow, each of at least `bytes_each` bytes. Throws kerf::Error if the remaining
+  /// bytes are too few for them, so that a caller never reserves memory for items that cannot exist.
   std::size_t GetCount(std::size_t bytes_each) {
     const std::uint64_t count = GetNumber();
-    if (count > left() / bytes_each) throw Error("says that it holds more than it can");
+    if (count > left() / bytes_each) throw Error("declares more items than its bytes can hold");
     return static_cast<std::size_t>(count);
   }
 

@@ -11,10 +11,10 @@
 namespace kerf {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the sum takes eight bytes as one number");
+static_assert(std::endian::native == std::endian::little, "the checksum reads eight bytes as one number");
 
 constexpr std::size_t kCrcSlices = 8;
-/// [k][i]: what byte i adds to the sum when k more bytes follow it.
+/// [k][i]: contribution of byte i to the CRC when k more bytes follow it.
 using CrcTables = std::array<std::array<std::uint32_t, 256>, kCrcSlices>;
 
 constexpr CrcTables MakeCrcTables() {
@@ -44,22 +44,22 @@ std::string Pack(std::string_view bytes, int level) {
   return packed;
 }
 
-std::string Unpack(std::string_view packed, std::size_t most_bytes) {
+std::string Unpack(std::string_view packed, std::size_t max_bytes) {
   const unsigned long long stated = ZSTD_getFrameContentSize(packed.data(), packed.size());
   if (stated == ZSTD_CONTENTSIZE_ERROR || stated == ZSTD_CONTENTSIZE_UNKNOWN) {
-    throw Error("is not what Zstandard packs");
+    throw Error("is not data compressed by Zstandard");
   }
-  if (stated > most_bytes) throw Error("says that it is larger unpacked than it may be");
+  if (stated > max_bytes) throw Error("declares an unpacked size above the limit");
   std::string bytes(static_cast<std::size_t>(stated), '\0');
   const std::size_t size = ZSTD_decompress(bytes.data(), bytes.size(), packed.data(), packed.size());
   if (ZSTD_isError(size) != 0) throw Error(std::string("can't be unpacked: ") + ZSTD_getErrorName(size));
-  if (size != bytes.size()) throw Error("is not as long unpacked as it says");
+  if (size != bytes.size()) throw Error("does not have the unpacked size that it declares");
   return bytes;
 }
 
 std::uint32_t CalcCrc32c(std::string_view bytes, std::uint32_t seed) {
   std::uint32_t crc = ~seed;
-  // Eight bytes a step, after Kounavis and Berry 2008.
+  // Eight bytes per step, after Kounavis and Berry 2008.
   for (; bytes.size() >= kCrcSlices; bytes.remove_prefix(kCrcSlices)) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes.data(), sizeof word);

@@ -1,4 +1,4 @@
-// Bytes made small, and told from damaged ones.
+// Compression of bytes, and detection of damaged data.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,14 @@
 
 namespace kerf {
 
-/// Compressed by Zstandard. `level`: 1 (fast) to 19.
+/// Returns the bytes compressed by Zstandard. `level`: 1 (fast) to 19.
 std::string Pack(std::string_view bytes, int level = 1);
-/// What was packed. No more memory than `most_bytes` is asked for, whatever `packed` says of itself. Throws Error when
-/// it is damaged or would come out larger.
-std::string Unpack(std::string_view packed, std::size_t most_bytes);
+/// Returns the uncompressed bytes. Allocates at most `max_bytes`, regardless of the size stated in `packed`. Throws
+/// kerf::Error if the data is damaged or larger than that.
+std::string Unpack(std::string_view packed, std::size_t max_bytes);
 
-/// CRC-32C (Castagnoli), as in iSCSI, RFC 3720: finds every burst of up to 32 wrong bits. `seed`: the sum of what goes
-/// before. Tick-safe.
+/// Computes the CRC-32C (Castagnoli) as in iSCSI, RFC 3720. It detects every error burst of up to 32 bits. `seed`: the
+/// CRC of the preceding bytes. Tick-safe.
 std::uint32_t CalcCrc32c(std::string_view bytes, std::uint32_t seed = 0);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// Numbers of bytes in messages.
+// Sizes in bytes as text for messages.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace kerf {
 
-/// What is needed and what there is of it: "40.0 MB" and "2.1 MB", in kB, MB or GB by the larger, with as many digits
-/// as it takes for them to differ, where they do.
+/// Formats a required and an available size: "40.0 MB" and "2.1 MB", both in kB, MB or GB, depending on the larger.
+/// Uses as many decimals as needed to make them differ, at most 9.
 std::pair<std::string, std::string> FormatBytePair(double needed, double there);
 
 }  // namespace kerf

@@ -47,7 +47,7 @@ std::vector<std::string> SplitLine(std::string_view line, const CsvPlace& place)
   }
 }
 
-/// Decimal text times 10^shift, rounded once; nothing unless all of the text is a finite number.
+/// Parses decimal text times 10^shift, rounded once. Returns nullopt unless the whole text is a finite number.
 std::optional<double> ParseShifted(std::string_view text, int shift) {
   std::string scaled(text);
   if (shift != 0) {
@@ -67,8 +67,8 @@ std::optional<double> ParseShifted(std::string_view text, int shift) {
   return value;
 }
 
-/// What a spreadsheet takes for a formula, apostrophes before it left out of account. "-0.5" is one too, but only a
-/// number comes of it.
+/// Returns true if a spreadsheet would treat the text, without leading apostrophes, as a formula. "-0.5" is excluded,
+/// since it is just a number.
 bool IsFormula(std::string_view text) {
   const auto first = text.find_first_not_of(" '");
   if (first == std::string_view::npos) return false;
@@ -76,7 +76,7 @@ bool IsFormula(std::string_view text) {
   return std::string_view("=+-@\t").find(text.front()) != std::string_view::npos && !ParseShifted(text, 0);
 }
 
-/// Position of each column in the file's own order.
+/// Position of each column in the file.
 std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, const std::vector<std::string>& columns,
                                      const CsvPlace& place) {
   std::vector<std::size_t> position(columns.size(), names.size());
@@ -94,7 +94,7 @@ std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, cons
   }
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (position[c] == names.size()) {
-      place.Fail(fmt::format("column \"{}\" is missing; the header is {}", columns[c], fmt::join(columns, ",")));
+      place.Fail(fmt::format("column \"{}\" is missing; the header must be {}", columns[c], fmt::join(columns, ",")));
     }
   }
   return position;
@@ -120,7 +120,7 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
              const std::function<void(const std::vector<std::string>& fields, const CsvPlace& place)>& visit) {
   std::vector<std::size_t> position;
   std::string_view rest = text;
-  if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);  // as some spreadsheets write it
+  if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);  // byte order mark of some spreadsheets
   CsvPlace place{file, 0};
   std::vector<std::string> ordered(columns.size());
   while (!rest.empty()) {
@@ -131,7 +131,7 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
     if (line.ends_with('\r')) line.remove_suffix(1);
     const std::string_view trimmed = Trim(line);
     if (trimmed.empty() || trimmed.front() == '#') continue;
-    if (line.find('\0') != std::string_view::npos) place.Fail("this is not text");
+    if (line.find('\0') != std::string_view::npos) place.Fail("the line is not text");
     std::vector<std::string> fields = SplitLine(line, place);
     for (std::string& field : fields) {
       if (field.starts_with('\'') && IsFormula(std::string_view(field).substr(1))) field.erase(0, 1);
@@ -141,13 +141,13 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
       continue;
     }
     if (fields.size() != columns.size()) {
-      place.Fail(fmt::format("{} fields instead of {}; a field with a comma stands in double quotes", fields.size(),
+      place.Fail(fmt::format("{} fields instead of {}; a field with a comma must be in double quotes", fields.size(),
                              columns.size()));
     }
     for (std::size_t c = 0; c < columns.size(); ++c) ordered[c] = std::move(fields[position[c]]);
     visit(ordered, place);
   }
-  if (position.empty()) throw Error(fmt::format("{}: no header; it is {}", file, fmt::join(columns, ",")));
+  if (position.empty()) throw Error(fmt::format("{}: no header; it must be {}", file, fmt::join(columns, ",")));
 }
 
 double ParseCsvNumber(std::string_view text, int shift, const char* name, const CsvPlace& place) {
@@ -159,7 +159,7 @@ double ParseCsvNumber(std::string_view text, int shift, const char* name, const 
 std::string FormatCsvNumber(double value, int shift) {
   std::string plain = fmt::format("{}", value / std::pow(10, shift));
   if (ParseShifted(plain, shift) == value) return plain;
-  // Dividing rounded away the last digit: say it unshifted with the exponent moved.
+  // The division lost the last digit: write the unshifted value with a changed exponent.
   std::string digits = fmt::format("{:.17e}", value);
   const auto e = digits.find('e');
   int exponent = 0;

@@ -1,4 +1,4 @@
-// Tables as text: a header, a row a line, every fault told with its line.
+// Tables as CSV text: a header, then one row per line. Every error message gives the line.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// Where a fault stands: "file:line".
+/// Position of an error: "file:line".
 struct CsvPlace {
   const std::string& file;
   int line;
@@ -17,23 +17,24 @@ struct CsvPlace {
 };
 
 std::string_view Trim(std::string_view s);
-/// What the user typed, short enough for a message, in double quotes.
+/// Returns user input in double quotes, shortened for use in a message.
 std::string Quote(std::string_view s);
 
-/// Calls visit(fields, place) for each row below the header, its fields in the order of `columns` whatever the file's
-/// own order. '#' starts a comment line; a field with a comma stands in double quotes. `file` names the text in
-/// messages. Throws Error with file:line for the first fault.
+/// Calls visit(fields, place) for each row below the header, with the fields in the order of `columns`, regardless of
+/// their order in the file. '#' starts a comment line. A field that contains a comma must be in double quotes. `file`
+/// is the file name in messages. Throws kerf::Error with file:line at the first error.
 void ReadCsv(const std::string& text, const std::string& file, const std::vector<std::string>& columns,
              const std::function<void(const std::vector<std::string>& fields, const CsvPlace& place)>& visit);
 
-/// Decimal text times 10^shift, rounded once; a fault unless all of the text is a finite number. `name`: what it is.
+/// Parses decimal text times 10^shift, rounded once. Fails unless the whole text is a finite number. `name` is used in
+/// the message.
 double ParseCsvNumber(std::string_view text, int shift, const char* name, const CsvPlace& place);
 
-/// The shortest decimal text of value / 10^shift that ParseCsvNumber(text, shift) turns into the same bits.
+/// Returns the shortest decimal text of value / 10^shift that ParseCsvNumber(text, shift) converts to the same bits.
 std::string FormatCsvNumber(double value, int shift);
-/// A field of words (a name, a title, a source) that reads back as `text`; line breaks become spaces. Of words that a
-/// spreadsheet would run as a formula, as they begin with = + - @ or a tab, an apostrophe stands in front, which
-/// ReadCsv() takes away. Every writer of such fields uses it; numbers are written as they are.
+/// Formats a text field (a name, a title, a source) so that it reads back as `text`; line breaks become spaces. Text
+/// that a spreadsheet would evaluate as a formula because it begins with = + - @ or a tab, gets a leading apostrophe,
+/// which ReadCsv() removes. Every writer of such fields uses this function. Numbers are written unchanged.
 std::string FormatCsvField(const std::string& text);
 
 }  // namespace kerf

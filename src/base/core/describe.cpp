@@ -6,7 +6,7 @@
 namespace kerf {
 
 std::string_view UnitOfKey(std::string_view key) {
-  // Longest ending first.
+  // Longer endings first.
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 32> kEndings{{
       {"_Nmm_per_rad", "N mm/rad"},
       {"_Ns_per_mm", "N s/mm"},

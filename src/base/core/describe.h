@@ -1,5 +1,5 @@
-// Parameter structs describe their fields once; the scene reader, `kerf scene --defaults`, command-line options and
-// docs are all made from that description.
+// Descriptions of parameter structs. Each struct describes its fields once; the scene reader, `kerf scene --defaults`,
+// command-line options and docs are derived from that description.
 //
 //   template <typename Visitor>
 //   void Describe(BlockParams& p, Visitor&& visit) {
@@ -13,22 +13,22 @@
 
 namespace kerf {
 
-/// Closed range of valid values, in the unit that the key names.
+/// Closed range of valid values, in the unit given by the key name.
 struct Range {
   double lower;
   double upper;
 };
 
-/// The words that a text may be.
+/// Valid values of a text parameter.
 struct Choices {
   std::vector<std::string_view> words;
 };
-/// A text of at most this many characters, on one line.
+/// Text on one line, at most this many characters long.
 struct TextLimit {
   std::size_t characters;
 };
 
-/// The unit that a key's name ends in, as people write it: "mm", "mm/s", "GPa"; empty for a number without unit.
+/// Returns the unit at the end of a key name in the usual notation: "mm", "mm/s", "GPa"; empty if there is none.
 std::string_view UnitOfKey(std::string_view key);
 
 }  // namespace kerf

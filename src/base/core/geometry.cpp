@@ -15,7 +15,7 @@ bool IsInWorld(const Vec3& p_W) {
 }
 
 std::optional<Vec3> CalcDirection(const Vec3& v) {
-  // The square of a long or a short vector's length leaves the range of a double.
+  // The squared length of a very long or very short vector exceeds the range of a double.
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z) || largest == 0) return std::nullopt;
   const Vec3 scaled(v.x / largest, v.y / largest, v.z / largest);
@@ -29,7 +29,7 @@ void Box3::Include(const Vec3& p) {
 
 double CalcEnclosedVolume(const TriangleMesh& mesh) {
   if (mesh.points.empty()) return 0;
-  // Relative to one of its own points, so that a mesh far from the origin loses no digits.
+  // Relative to a point of the mesh, so that a mesh far from the origin loses no precision.
   const Vec3 origin = mesh.points.front();
   double sum = 0;
   for (const auto& t : mesh.triangles) {
@@ -42,7 +42,7 @@ double CalcEnclosedVolume(const TriangleMesh& mesh) {
 }
 
 std::size_t CountOpenEdges(const TriangleMesh& mesh) {
-  // Each directed edge a->b of one triangle must meet exactly one b->a of another.
+  // Each directed edge a->b of one triangle needs exactly one edge b->a of another.
   std::unordered_map<std::uint64_t, int> uses;
   uses.reserve(mesh.triangles.size() * 3);
   const auto key = [](std::uint32_t a, std::uint32_t b) { return (std::uint64_t{a} << 32) | b; };

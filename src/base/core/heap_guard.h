@@ -1,5 +1,5 @@
-// Holds a stretch of code to its promise to ask for no heap memory. Costs one addition to a thread's own counter; only
-// a program that is linked with the target kerf_heap_guard (the tests, and the program's debug build) looks at it.
+// Checks that a section of code uses no heap memory. A guard costs one addition to a thread-local counter. Only
+// programs linked with the target kerf_heap_guard (the tests and the debug build) check the counter.
 #pragma once
 
 #include <atomic>
@@ -8,18 +8,18 @@ namespace kerf {
 
 namespace heap_guard {
 
-/// How many guards the thread stands in.
+/// Number of guards that are active in this thread.
 constinit inline thread_local int depth = 0;
-/// Whether this program was linked with what looks.
+/// True if this program was linked with the checks.
 constinit inline bool installed = false;
-/// True: heap use in a guard is counted; false: a line on stderr, and the program ends.
+/// True: heap use under a guard is counted. False: it prints a line to stderr and aborts the program.
 constinit inline std::atomic<bool> count_only{false};
 constinit inline std::atomic<long> violations{0};
 
 }  // namespace heap_guard
 
-/// While one stands, malloc, free, new, delete and their kin in the same thread end the program; only free(nullptr) is
-/// allowed. Guards may nest.
+/// While a guard exists, malloc, free, new, delete and related calls in the same thread abort the program; only
+/// free(nullptr) is allowed. Guards may be nested.
 class HeapGuard {
  public:
   HeapGuard() noexcept { ++heap_guard::depth; }
@@ -28,12 +28,12 @@ class HeapGuard {
   HeapGuard& operator=(const HeapGuard&) = delete;
 };
 
-/// Whether anything looks: false in a release build and under the sanitizers, which have an allocator of their own.
+/// Returns true if heap use is checked: false in a release build and under the sanitizers, which replace the allocator.
 inline bool HeapGuardIsInstalled() {
   return heap_guard::installed;
 }
 
-/// While one stands, heap use in a guard, in any thread, is counted and goes on. For tests.
+/// While it exists, heap use under a guard, in any thread, is counted and allowed. For tests.
 class HeapUseCounter {
  public:
   HeapUseCounter() noexcept : before_(heap_guard::violations.load()) { heap_guard::count_only = true; }

@@ -25,14 +25,13 @@ void Run(FilterSection section, std::vector<double>& x) {
 
 void CheckBand(double dt_s, double cutoff_Hz) {
   if (!(dt_s > 0) || !(cutoff_Hz > 0) || !(cutoff_Hz * dt_s < 0.5)) {
-    throw Error(
-        fmt::format("a high-pass at {} Hz of samples every {} s: the frequency is not above 0 and below half the "
-                    "sampling's",
-                    cutoff_Hz, dt_s));
+    throw Error(fmt::format(
+        "a high-pass at {} Hz of samples every {} s: the frequency must be above 0 and below half the sampling rate",
+        cutoff_Hz, dt_s));
   }
 }
 
-/// Samples in which what was before fades: to exp(-22).
+/// Number of samples after which the initial state has decayed to exp(-22).
 std::size_t CountSettling(double dt_s, double cutoff_Hz) {
   return static_cast<std::size_t>(5 / (cutoff_Hz * dt_s)) + 1;
 }
@@ -96,14 +95,14 @@ void HighPassRms::Add(double x) {
 
 void HighPassRms::Forward(double x) {
   forward_.push_back(section_.Run(x));
-  // Twice the settling: to exp(-44), below rounding.
+  // Twice the settling time: decay to exp(-44), below rounding.
   if (forward_.size() < skip_ + kBlock + 2 * settle_) return;
   Backward(skip_, skip_ + kBlock);
   forward_.erase(forward_.begin(), forward_.begin() + static_cast<std::ptrdiff_t>(skip_ + kBlock));
   skip_ = 0;
 }
 
-/// Filters back from the newest to `first`, and adds up what is before `last`.
+/// Filters backwards from the newest value to `first`, and sums the squares of those before `last`.
 void HighPassRms::Backward(std::size_t first, std::size_t last) {
   FilterSection back = section_;
   back.Begin(forward_.back());

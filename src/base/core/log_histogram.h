@@ -1,4 +1,4 @@
-// Counts of times in buckets of equal ratio: any time from 1 ns to half an hour in 16 kB, none forgotten.
+// Histogram of times with logarithmic buckets, from 1 ns to 37 minutes in 9.5 kB. Counts every time.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 
 namespace kerf {
 
-/// One thread adds; any thread may read meanwhile, and then sees each count as it was a moment ago. Tick-safe.
+/// One thread adds. Other threads may read at the same time and see recent counts. Tick-safe.
 ///
-/// 32 buckets to an octave: a percentile is at most 3.2 % above the true one, never below it. Times are whole
-/// nanoseconds; negative ones count as 0, those beyond 2^41 ns (37 minutes) as that.
+/// With 32 buckets per octave, a percentile is at most 3.2 % above the true one and never below it. Times are whole
+/// nanoseconds, clamped to 0 and 2^41 ns (37 minutes).
 class LogHistogram {
  public:
   void Add(std::int64_t ns) {
@@ -30,12 +30,12 @@ class LogHistogram {
     const std::uint64_t n = total();
     return n > 0 ? 1e-3 * static_cast<double>(sum_ns_.load(std::memory_order_relaxed)) / static_cast<double>(n) : 0;
   }
-  /// Nearest rank; `share` 0 to 1. 0 when there is none.
-  double CalcPercentile_us(double share) const {
+  /// Nearest-rank percentile; `share` is 0 to 1. Returns 0 if the histogram is empty.
+  double CalcPercentile_us(double fraction) const {
     std::uint64_t n = 0;
     for (const auto& count : counts_) n += count.load(std::memory_order_relaxed);
     if (n == 0) return 0;
-    const double wanted = std::max(1.0, share * static_cast<double>(n));
+    const double wanted = std::max(1.0, fraction * static_cast<double>(n));
     std::uint64_t below = 0;
     for (std::size_t i = 0; i < kBuckets; ++i) {
       below += counts_[i].load(std::memory_order_relaxed);
@@ -43,7 +43,7 @@ class LogHistogram {
     }
     return max_us();
   }
-  /// How many were longer than `us`, to the width of a bucket.
+  /// Number of times longer than `us`, accurate to the width of a bucket.
   std::uint64_t CountAbove_us(double us) const {
     std::uint64_t n = 0;
     for (std::size_t i = 0; i < kBuckets; ++i) {
@@ -61,7 +61,7 @@ class LogHistogram {
  private:
   static constexpr std::int64_t kTop_ns = (std::int64_t{1} << 41) - 1;
 
-  // Below 32 a bucket for each; above, five bits after the leading one.
+  // Below 32 ns there is one bucket per nanosecond; above, the five bits after the leading bit select the bucket.
   static std::size_t IndexOf(std::uint64_t ns) {
     if (ns < 32) return static_cast<std::size_t>(ns);
     const int octave = static_cast<int>(std::bit_width(ns)) - 6;  // 0: 32 to 63
@@ -72,7 +72,7 @@ class LogHistogram {
     const std::size_t octave = bucket / 32 - 1;
     return (32 + bucket % 32) << octave;
   }
-  // One writer: no need for a locked addition.
+  // With one writer, no atomic read-modify-write is needed.
   template <typename Count>
   static void Bump(Count& count, std::uint64_t by) {
     count.store(count.load(std::memory_order_relaxed) + by, std::memory_order_relaxed);

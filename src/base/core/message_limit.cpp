@@ -9,7 +9,7 @@ bool IsDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// Each number is one '#': digits, with points among them, an exponent behind and a minus sign in front.
+/// Replaces each number by one '#': digits with decimal points, including an exponent and a leading minus sign.
 std::string WithoutNumbers(std::string_view text) {
   std::string kind;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -44,7 +44,7 @@ std::optional<std::string> MessageLimit::Take(std::string_view message) {
 std::vector<std::string> MessageLimit::TakeLeftOut() {
   std::vector<std::string> sentences;
   for (const Kind& kind : kinds_) {
-    if (kind.count <= most_ + 1) continue;  // the note has shown the last of them
+    if (kind.count <= most_ + 1) continue;  // the note already showed the last of them
     sentences.push_back(
         fmt::format("{} more messages like this one were not shown: {}", kind.count - most_ - 1, kind.first));
   }

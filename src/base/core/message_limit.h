@@ -1,4 +1,4 @@
-// Messages that differ in their numbers only are of one kind, and only the first few of each kind are shown.
+// Limits repeated messages: of messages that differ only in their numbers, only the first few are shown.
 #pragma once
 
 #include <cstddef>
@@ -14,21 +14,21 @@ class MessageLimit {
  public:
   explicit MessageLimit(std::size_t most) : most_(most) {}
 
-  /// What is to be shown: the message, a note that more of its kind will only be counted, or nothing.
+  /// Returns the text to show: the message, a note that further messages of its kind are only counted, or nothing.
   std::optional<std::string> Take(std::string_view message);
-  /// A sentence for each kind of which more came than were shown, in the order in which the kinds first came; they are
-  /// counted from 0 again.
+  /// Returns a sentence for each kind with messages that were not shown, in the order in which the kinds first
+  /// occurred. Resets all counts.
   std::vector<std::string> TakeLeftOut();
 
  private:
   struct Kind {
-    std::string first;  // message
+    std::string first;  // first message of this kind
     std::size_t count = 0;
   };
 
   std::size_t most_;
   std::vector<Kind> kinds_;
-  std::unordered_map<std::string, std::size_t> index_;  // by the message without its numbers
+  std::unordered_map<std::string, std::size_t> index_;  // key: the message without its numbers
 };
 
 }  // namespace kerf

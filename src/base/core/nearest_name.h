@@ -1,4 +1,4 @@
-// What a misspelt name may have meant.
+// Suggestions for misspelt names.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace kerf {
 
-/// Letters to insert, delete or replace to make `b` of `a` (Levenshtein).
+/// Number of letters to insert, delete or replace to turn `a` into `b` (Levenshtein distance).
 std::size_t CalcEditDistance(std::string_view a, std::string_view b);
 
-/// The one of `names` nearest to `name`, or "" when none is near: more than a third of the letters, and more than two,
-/// differ. Upper and lower case count as the same letter.
+/// Returns the nearest of `names`, ignoring case, or "" if none is near. A name is near if at most two letters or a
+/// third of them differ, whichever is more.
 std::string FindNearestName(std::string_view name, const std::vector<std::string>& names);
 
 }  // namespace kerf

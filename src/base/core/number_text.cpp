@@ -7,13 +7,13 @@
 namespace kerf {
 
 std::string FormatVolume(double mm3) {
-  // From 999.5 on three digits would be rounded to 1e+03.
+  // From 999.5, three digits would be printed as 1e+03.
   return mm3 < 999.5 ? fmt::format("{:.3g} mm3", mm3) : fmt::format("{:.2f} cm3", mm3 / 1000);
 }
 
 std::string FormatLength(double mm) {
   if (std::abs(mm) > 1e6) return mm > 0 ? "more than 1 km" : "less than -1 km";
-  return fmt::format("{:.0f} mm", std::nearbyint(mm) + 0.0);  // + 0.0: a zero without a sign
+  return fmt::format("{:.0f} mm", std::nearbyint(mm) + 0.0);  // + 0.0 removes the sign of a zero
 }
 
 std::string FormatCount(std::size_t count, const std::string& one, const std::string& many) {

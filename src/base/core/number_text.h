@@ -1,4 +1,4 @@
-// Numbers in messages as a person writes them.
+// Numbers as text for messages.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@ namespace kerf {
 /// "27.00 cm3", "115 mm3", "0.0042 mm3".
 std::string FormatVolume(double mm3);
 
-/// Whole millimetres: "118 mm", never "-0 mm"; "more than 1 km" for what no file means to say.
+/// Formats whole millimetres: "118 mm", never "-0 mm"; "more than 1 km" or "less than -1 km" for implausible values.
 std::string FormatLength(double mm);
 
 /// "1 slice", "3 slices".

@@ -6,7 +6,7 @@ FirstCharacter FindFirstCharacter(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
   if (first < 0x80) return {1, first >= 0x20 && first != 0x7f};
-  // C0 and C1 would begin a longer form of ASCII, F5 and above are beyond U+10FFFF.
+  // C0 and C1 would begin an overlong form of ASCII; F5 and above are beyond U+10FFFF.
   if (first < 0xc2 || first > 0xf4) return {1, false};
   const std::size_t bytes = first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
   if (text.size() < bytes) return {1, false};

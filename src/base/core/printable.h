@@ -1,4 +1,4 @@
-// Text of files, for terminals.
+// Safe display of text from files in a terminal.
 #pragma once
 
 #include <cstddef>
@@ -7,17 +7,18 @@
 
 namespace kerf {
 
-/// The character that a text begins with.
+/// First character of a text.
 struct FirstCharacter {
-  std::size_t bytes = 1;  // 1 where it is no UTF-8
-  /// UTF-8, no control character (U+0000 to U+001F, U+007F to U+009F) and none that changes the direction of writing
-  /// (U+202A to U+202E, U+2066 to U+2069).
+  std::size_t bytes = 1;  // 1 if it is not valid UTF-8
+  /// True for valid UTF-8 that is not a control character (U+0000 to U+001F, U+007F to U+009F) and does not change the
+  /// writing direction (U+202A to U+202E, U+2066 to U+2069).
   bool is_printable = false;
 };
-/// `text` is not empty.
+/// `text` must not be empty.
 FirstCharacter FindFirstCharacter(std::string_view text);
 
-/// `text` with '?' in place of each character that is not printable: what a terminal could take for a command.
+/// Returns `text` with '?' in place of each character that is not printable, so that a terminal cannot interpret it as
+/// a command.
 std::string Printable(std::string_view text);
 
 }  // namespace kerf

@@ -1,13 +1,14 @@
-// The same bits on every processor.
+// Mathematical functions that give the same bits on every processor.
 //
-// The C library has several versions of sin, pow and their like, with fused multiply-add and without, and takes one by
-// the processor when a program starts; they differ in the last bit, and so would a recording that is gone through again
-// on another machine. Here they are SLEEF's scalar ones (Shibata and Petrogalli, IEEE TPDS 31, 2020) that never use it:
-// one version, at most one unit in the last place off. They stand in for the C library's in every program that links
-// this file, for libraries of others too. sqrt, fmod, floor and whatever else is exact by definition need none.
+// The C library has several versions of sin, pow and similar functions, with and without fused multiply-add, and
+// selects one according to the processor when a program starts. They differ in the last bit, so a replay on another
+// machine would differ from its recording. This file replaces them with SLEEF's scalar functions without fused
+// multiply-add (Shibata and Petrogalli, IEEE TPDS 31, 2020): a single version with an error of at most one unit in the
+// last place. The replacement applies to every program that links this file, including the libraries in it. sqrt, fmod,
+// floor and other functions that are exact by definition need no replacement.
 #include <sleef.h>
 
-// For the linker: who refers to it gets this file (src/CMakeLists.txt).
+// Symbol that makes the linker include this file (src/CMakeLists.txt).
 extern "C" int kerf_same_math;
 int kerf_same_math = 0;
 
@@ -18,7 +19,7 @@ double sin(double x) noexcept {
 double cos(double x) noexcept {
   return Sleef_cinz_cosd1_u10purec(x);
 }
-// What optimisation makes of the two together.
+// The compiler combines sin and cos of the same argument into this call.
 void sincos(double x, double* s, double* c) noexcept {
   *s = Sleef_cinz_sind1_u10purec(x);
   *c = Sleef_cinz_cosd1_u10purec(x);

@@ -1,4 +1,4 @@
-// SHA-256 (FIPS 180-4), to name a file by what is in it.
+// SHA-256 (FIPS 180-4), to identify a file by its content.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace kerf {
 
-/// 64 small hexadecimal digits.
+/// Returns 64 lower-case hexadecimal digits.
 std::string CalcSha256(std::span<const std::uint8_t> bytes);
 
 }  // namespace kerf

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <utility>
 
 #include "kerf/error.h"
@@ -10,10 +11,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 using Complex = std::complex<double>;
 
-/// In place, of a power of two (Cooley and Tukey 1965).
+/// In-place transform; the size is a power of two (Cooley and Tukey 1965).
 void Transform(std::vector<Complex>& x) {
   const std::size_t n = x.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {
@@ -26,7 +26,7 @@ void Transform(std::vector<Complex>& x) {
     const std::size_t half = length / 2;
     std::vector<Complex> turns(half);
     for (std::size_t k = 0; k < half; ++k)
-      turns[k] = std::polar(1.0, -2 * kPi * static_cast<double>(k) / static_cast<double>(length));
+      turns[k] = std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(length));
     for (std::size_t begin = 0; begin < n; begin += length) {
       for (std::size_t k = 0; k < half; ++k) {
         const Complex a = x[begin + k], b = turns[k] * x[begin + k + half];
@@ -40,10 +40,12 @@ void Transform(std::vector<Complex>& x) {
 }  // namespace
 
 std::vector<double> CalcAmplitudes(std::span<const double> x) {
-  if (x.size() < 4 || !std::has_single_bit(x.size())) throw Error("a spectrum takes a power of two of values");
+  if (x.size() < 4 || !std::has_single_bit(x.size()))
+    throw Error("the number of values for a spectrum must be a power of two, at least 4");
   const auto n = static_cast<double>(x.size());
   std::vector<Complex> bins(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) bins[i] = x[i] * (1 - std::cos(2 * kPi * static_cast<double>(i) / n));
+  for (std::size_t i = 0; i < x.size(); ++i)
+    bins[i] = x[i] * (1 - std::cos(2 * std::numbers::pi * static_cast<double>(i) / n));
   Transform(bins);
   std::vector<double> amplitudes(x.size() / 2);
   for (std::size_t k = 0; k < amplitudes.size(); ++k) amplitudes[k] = (k == 0 ? 1 : 2) * std::abs(bins[k]) / n;

@@ -1,4 +1,4 @@
-// Amplitudes of a signal by frequency.
+// Amplitude spectrum of a signal.
 #pragma once
 
 #include <span>
@@ -6,9 +6,9 @@
 
 namespace kerf {
 
-/// Of the frequencies 0, 1 / T, 2 / T ... below half the sampling rate, T the time that `x` takes: a sine of amplitude
-/// A at one of them gives A there, and half of it to either side (Hann's window). Throws Error unless the number of
-/// values is a power of two, at least 4.
+/// Computes the amplitudes at the frequencies 0, 1 / T, 2 / T ... below half the sampling rate, where T is the duration
+/// of `x`. A sine of amplitude A at one of them gives A there and A / 2 at both neighbours (Hann window). Throws
+/// kerf::Error unless the number of values is a power of two and at least 4.
 std::vector<double> CalcAmplitudes(std::span<const double> x);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// A bounded queue from one thread to another, neither ever waiting.
+// Bounded wait-free queue from one thread to another.
 #pragma once
 
 #include <atomic>
@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// One writer, one reader. All memory is taken when it is made. Tick-safe when T's assignment is.
+/// One writer, one reader. Allocates only in the constructor. Tick-safe if T's assignment is.
 template <typename T>
 class SpscRing {
  public:
@@ -19,8 +19,8 @@ class SpscRing {
 
   std::size_t capacity() const { return slots_.size(); }
 
-  // ---- the writer's
-  /// The slot to fill next, null when the ring is full. Push() hands it over.
+  // ---- writer
+  /// Returns the next slot to fill, or nullptr if the ring is full. Push() passes it to the reader.
   T* Claim() {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_seen_ == slots_.size()) {
@@ -30,8 +30,8 @@ class SpscRing {
     return &slots_[tail & (slots_.size() - 1)];
   }
   void Push() { tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
-  /// The n-th value pushed since the start, whether it has been read or not: it stays until its slot is claimed again.
-  /// Null when that has been, or when there are not so many.
+  /// Returns the n-th value pushed since the start, even if it has already been read. Returns nullptr if fewer values
+  /// were pushed or the slot has been claimed again.
   const T* At(std::size_t n) const {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     return n < tail && tail - n <= slots_.size() ? &slots_[n & (slots_.size() - 1)] : nullptr;
@@ -44,8 +44,8 @@ class SpscRing {
     return true;
   }
 
-  // ---- the reader's
-  /// The oldest value, null when there is none. Valid until Pop().
+  // ---- reader
+  /// Returns the oldest value, or nullptr if the ring is empty. Valid until Pop().
   const T* Peek() {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_seen_) {
@@ -54,12 +54,12 @@ class SpscRing {
     }
     return &slots_[head & (slots_.size() - 1)];
   }
-  /// Only after a Peek() that found one.
+  /// Call only after a Peek() that returned a value.
   void Pop() { head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
  private:
   std::vector<T> slots_;
-  // Each side's counters on a cache line of their own. They only grow; their difference is what the ring holds.
+  // The counters of each side are on a separate cache line. They only grow; their difference is the number of values.
   alignas(64) std::atomic<std::size_t> tail_{0};
   std::size_t head_seen_ = 0;
   alignas(64) std::atomic<std::size_t> head_{0};

@@ -7,13 +7,13 @@
 
 namespace kerf {
 
-/// In no particular order; vectors[i], of unit length, belongs to values[i].
+/// Eigenvalues in no particular order; vectors[i], of unit length, belongs to values[i].
 struct SymmetricEigen {
   std::array<double, 3> values;
   std::array<Vec3, 3> vectors;
 };
 
-/// By Jacobi's rotations.
+/// Uses Jacobi rotations.
 SymmetricEigen CalcSymmetricEigen(std::array<std::array<double, 3>, 3> a);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// A curve of unknown length in bounded memory.
+// Curve of unknown length in bounded memory.
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,14 @@
 
 namespace kerf {
 
-/// Keeps all points until there are `Most`; then, and each time again, two neighbours become one, T::Merge(earlier,
-/// later), and from there on as many new ones do. The newest points are in it too. Not for the tick.
+/// Keeps all points until there are `Most`. Then it merges pairs of neighbours by T::Merge(earlier, later), and from
+/// then on merges the same number of new points into one; this repeats whenever it is full. The latest points are
+/// included. Not for the tick.
 template <typename T, std::size_t Most>
 class Thinned {
  public:
   static_assert(Most % 2 == 0);
-  /// Sets memory aside for `count` points, but never for more than are kept.
+  /// Reserves memory for `count` points, at most `Most`.
   void Reserve(std::size_t count) { points_.reserve(count < Most ? count + 1 : Most); }
 
   void Add(const T& point) {
@@ -28,7 +29,7 @@ class Thinned {
   }
 
   const std::vector<T>& points() const { return points_; }
-  /// How many were added for each of points() but the last.
+  /// Number of added points in each of points() except the last.
   std::size_t each() const { return each_; }
 
  private:
@@ -40,7 +41,7 @@ class Thinned {
 
   std::vector<T> points_;
   std::size_t each_ = 1;
-  std::size_t waiting_ = 0;  // in the last of them, when it is not whole
+  std::size_t waiting_ = 0;  // added points in the last of points(), 0 if it is complete
 };
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// The newest value from one thread to another, neither ever waiting.
+// Wait-free transfer of the latest value from one thread to another.
 #pragma once
 
 #include <array>
@@ -7,16 +7,16 @@
 
 namespace kerf {
 
-/// One writer, one reader. The writer fills back() and publishes; the reader sees the newest published value, may skip
-/// some, and never sees one half written. Both sides wait-free: one atomic exchange. Tick-safe when T's assignment is.
+/// One writer, one reader. The writer fills back() and publishes. The reader gets the latest published value, may skip
+/// some, and never sees a partly written one. Both sides use one atomic exchange. Tick-safe if T's assignment is.
 template <typename T>
 class TripleBuffer {
  public:
   TripleBuffer() = default;
   explicit TripleBuffer(const T& initial) : slots_{Slot{initial}, Slot{initial}, Slot{initial}} {}
 
-  // ---- the writer's
-  /// Holds what was published two or three times before: fill all of it.
+  // ---- writer
+  /// Contains the value published two or three times before: fill it completely.
   T& back() { return slots_[back_].value; }
   void Publish() { back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh)) & kIndex; }
   void Publish(const T& value) {
@@ -24,8 +24,8 @@ class TripleBuffer {
     Publish();
   }
 
-  // ---- the reader's
-  /// Takes the newest value; false when there is none since the last call.
+  // ---- reader
+  /// Takes the latest value. Returns false if none was published since the last call.
   bool Update() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) return false;
     front_ = middle_.exchange(front_) & kIndex;
@@ -36,14 +36,14 @@ class TripleBuffer {
  private:
   static constexpr std::uint8_t kIndex = 3;
   static constexpr std::uint8_t kFresh = 4;
-  // On cache lines of their own, so that the two threads don't slow each other.
+  // On separate cache lines, so that the two threads do not slow each other down.
   struct alignas(64) Slot {
     T value{};
   };
   std::array<Slot, 3> slots_;
-  alignas(64) std::uint8_t back_ = 0;                // the writer's
-  alignas(64) std::uint8_t front_ = 1;               // the reader's
-  alignas(64) std::atomic<std::uint8_t> middle_{2};  // nobody's, with kFresh when the reader has not seen it
+  alignas(64) std::uint8_t back_ = 0;                // owned by the writer
+  alignas(64) std::uint8_t front_ = 1;               // owned by the reader
+  alignas(64) std::atomic<std::uint8_t> middle_{2};  // in transit; kFresh is set until the reader takes it
 };
 
 }  // namespace kerf

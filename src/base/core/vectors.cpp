@@ -11,7 +11,7 @@ Vec3 LimitLength(const Vec3& v, double limit) {
   if (largest == 0) return v;
   const Vec3 u(v.x / largest, v.y / largest, v.z / largest);
   const double u_length = std::sqrt(glm::dot(u, u));  // 1 to sqrt(3)
-  // Every rounding here is within a few units of 2^-53; 16 of them leave no doubt.
+  // Each rounding error here is a few units of 2^-53; a margin of 16 epsilon covers them all.
   constexpr double kShort = 1 - 16 * std::numeric_limits<double>::epsilon();
   if (largest <= kShort * limit / u_length) return v;
   return (kShort * limit / u_length) * u;

@@ -1,4 +1,4 @@
-// What a vector that came from elsewhere is asked before it is believed.
+// Checks of vectors from external sources.
 #pragma once
 
 #include <cmath>
@@ -12,9 +12,9 @@ inline bool IsFinite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// `v` shortened so that neither std::hypot nor the square root of the sum of squares of its components is above
-/// `limit`, its direction kept to rounding; as it is when it is short enough. Zero for a limit of 0 or a vector that is
-/// not finite. Tick-safe.
+/// Returns `v`, shortened if needed so that neither std::hypot nor the square root of the sum of squares of its
+/// components exceeds `limit`. The direction is preserved up to rounding; a vector that is short enough is returned
+/// unchanged. Returns zero if `limit` is 0 or `v` is not finite. Tick-safe.
 Vec3 LimitLength(const Vec3& v, double limit);
 
 }  // namespace kerf

@@ -21,17 +21,18 @@
 #include <new>
 #include <string_view>
 
+#include "base/core/errno_text.h"
 #include "base/files/confine.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
-ChildReport* report_of_this_child = nullptr;  // in a child process
+ChildReport* report_of_this_child = nullptr;  // set in a child process
 
-constexpr std::uint64_t kMostOpenFiles = 256;
+constexpr std::uint64_t kMaxOpenFiles = 256;
 
-// Other than those with which a library may end the process.
+// Distinct from the exit codes that a library may use.
 enum ExitCode { kDone = 100, kRefused = 101, kNoMemory = 102, kFailed = 103 };
 
 class Descriptor {
@@ -60,7 +61,7 @@ bool WriteAll(int fd, std::string_view bytes) {
   return true;
 }
 
-/// Of this process, from /proc; 0 when it is not known.
+/// Returns the address space of this process from /proc; 0 if unknown.
 std::uint64_t FindAddressSpace() {
   std::ifstream in("/proc/self/statm");
   std::uint64_t pages = 0;
@@ -76,22 +77,22 @@ void SetLimit(int what, std::uint64_t most) {
 }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // their shadow memory is terabytes of address space
+constexpr bool kSanitized = true;  // shadow memory uses terabytes of address space
 #else
 constexpr bool kSanitized = false;
 #endif
 
-/// A child that a signal ends prints nothing and leaves no core file, and does not outlive its parent.
+/// A child that is killed by a signal prints nothing, leaves no core file, and does not outlive its parent.
 void Confine(const ChildLimits& limits, std::uint64_t has_bytes, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kFailed);
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) {
     std::signal(signal, SIG_DFL);
   }
-  std::signal(SIGINT, SIG_IGN);  // the parent decides what Ctrl-C means, and takes the child with it
+  std::signal(SIGINT, SIG_IGN);  // the parent handles Ctrl-C and ends the child
   std::set_terminate(std::abort);
   SetLimit(RLIMIT_CORE, 0);
-  SetLimit(RLIMIT_NOFILE, kMostOpenFiles);
+  SetLimit(RLIMIT_NOFILE, kMaxOpenFiles);
   if (!kSanitized) SetLimit(RLIMIT_AS, has_bytes + limits.memory_bytes);
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
   if (nowhere < 0) _exit(kFailed);
@@ -116,7 +117,7 @@ void Confine(const ChildLimits& limits, std::uint64_t has_bytes, pid_t parent) {
   _exit(kFailed);
 }
 
-/// Hands on what comes until the child closes its end. False: nothing came for too long.
+/// Forwards progress until the child closes its end. Returns false if nothing arrives for `silent_s`.
 bool Follow(int pipe, double silent_s, const std::function<void(double)>& progress) {
   const int timeout_ms = static_cast<int>(std::min(1e9, 1e3 * silent_s));
   for (;;) {
@@ -149,7 +150,7 @@ std::string ReadAll(int fd) {
   return bytes;
 }
 
-/// The result, or the Error that names what went wrong.
+/// Returns the result, or throws the kerf::Error that describes the failure.
 std::string TakeResult(int status, bool ended, std::string bytes, const std::string& name, const ChildLimits& limits) {
   const auto fail = [&name](const std::string& what) { throw Error(fmt::format("{}: {}", name, what)); };
   if (!ended) {
@@ -200,7 +201,7 @@ std::string RunInChild(const std::string& name, const ChildLimits& limits,
   const SharedMemory shared_name(ChildReport::kNameBytes);
   int ends[2];
   if (result.get() < 0 || pipe2(ends, O_CLOEXEC) != 0) {
-    throw Error(fmt::format("{}: can't be read: {}", name, std::strerror(errno)));
+    throw Error(fmt::format("{}: can't be read: {}", name, FormatErrno(errno)));
   }
   const Descriptor from(ends[0]);
   Descriptor to(ends[1]);
@@ -209,15 +210,14 @@ std::string RunInChild(const std::string& name, const ChildLimits& limits,
   const std::uint64_t has_bytes = FindAddressSpace();
   const pid_t parent = getpid();
   const pid_t child = fork();
-  if (child < 0)
-    throw Error(fmt::format("{}: can't be read: no process can be started: {}", name, std::strerror(errno)));
+  if (child < 0) throw Error(fmt::format("{}: can't be read: no process can be started: {}", name, FormatErrno(errno)));
   if (child == 0) {
     Confine(limits, has_bytes, parent);
     Work(result.get(), report, work);
   }
   to.Close();
   bool ended = false;
-  std::exception_ptr thrown;  // by `progress`
+  std::exception_ptr thrown;  // thrown by `progress`
   try {
     ended = Follow(from.get(), limits.silent_s, progress);
   } catch (...) {

@@ -1,4 +1,4 @@
-// Work done in a child process, so that a library that aborts or hangs on a damaged file can't end the program.
+// Runs work in a child process, so that a library that aborts or hangs on a damaged file cannot end the program.
 #pragma once
 
 #include <cstddef>
@@ -9,16 +9,16 @@
 
 namespace kerf {
 
-/// What the child process may use.
+/// Resource limits of the child process.
 struct ChildLimits {
-  std::uint64_t memory_bytes = std::uint64_t{1} << 30;  // beyond what this process has at the start
-  double silent_s = 120;                                // the longest time without progress
+  std::uint64_t memory_bytes = std::uint64_t{1} << 30;  // in addition to the memory of this process at the start
+  double silent_s = 120;                                // maximum time without progress
 };
 
-/// Memory of zeros that a child process started later shares: what it writes there is seen here.
+/// Zero-initialised memory that is shared with a child process started later: this process sees what the child writes.
 class SharedMemory {
  public:
-  /// Throws Error when there is not so much.
+  /// Throws kerf::Error if there is not enough memory.
   explicit SharedMemory(std::size_t bytes);
   ~SharedMemory();
   SharedMemory(const SharedMemory&) = delete;
@@ -31,29 +31,30 @@ class SharedMemory {
   void* start_;
 };
 
-/// What the work says of itself.
+/// Reports from the work to the parent process.
 class ChildReport {
  public:
   ChildReport(int pipe, char* name) : pipe_(pipe), name_(name) {}
   /// 0 to 1.
   void SetProgress(double part);
-  /// The file that is read from here on: a message about the child's end names it.
+  /// Sets the name of the file that is read from now on, for messages about a failure of the child.
   void SetName(std::string_view name);
 
   static constexpr std::size_t kNameBytes = 4096;
 
  private:
   int pipe_;
-  char* name_;  // of kNameBytes, shared with the parent
+  char* name_;  // kNameBytes bytes, shared with the parent
 };
 
-/// Runs `work` in a forked child and returns the bytes that it returned. `work` can open files only for reading and
-/// can't start programs or open sockets (where the system allows it: ForbidSideEffects()). `progress` is called in this
-/// process with what the work reports; may be empty. Within such a child `work` runs at once, in the same child.
+/// Runs `work` in a forked child and returns its result. `work` can open files only for reading and cannot start
+/// programs or open sockets (if the system supports this; see ForbidSideEffects()). `progress` (optional) is called in
+/// this process with the progress that `work` reports. If the caller is already such a child, `work` runs directly in
+/// it.
 ///
-/// An Error that `work` throws is thrown here with the same message. Throws Error, beginning with `name` or the name
-/// that the work has set, when the child ends by a signal, takes more than the limits, or can't be started. The child
-/// is killed when this process ends. Not for the tick; the calling thread waits.
+/// Rethrows a kerf::Error from `work` with the same message. Throws kerf::Error, whose message begins with `name` or
+/// the name that `work` has set, if the child is killed by a signal, exceeds the limits, or cannot be started. The
+/// child is killed when this process ends. Not for the tick; the calling thread waits.
 std::string RunInChild(const std::string& name, const ChildLimits& limits,
                        const std::function<std::string(ChildReport&)>& work,
                        const std::function<void(double)>& progress);

@@ -1,11 +1,12 @@
-// What a process that reads other people's files may not do.
+// Restrictions on a process that reads untrusted files.
 #pragma once
 
 namespace kerf {
 
-/// From here on this process can't make, open for writing, rename or remove files, start programs or processes, or
-/// open sockets: such calls fail with EPERM. What is open stays usable. Can't be undone. False when the system has no
-/// such filter (a kernel without seccomp, another processor than x86-64): then nothing is forbidden.
+/// From now on, prevents this process from creating, writing, renaming or removing files, starting programs or
+/// processes, and opening sockets: such calls fail with EPERM. Files that are already open stay usable. Cannot be
+/// undone. Returns false and forbids nothing if the system has no such filter (a kernel without seccomp, a processor
+/// other than x86-64).
 bool ForbidSideEffects();
 
 }  // namespace kerf

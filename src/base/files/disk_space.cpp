@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The file's folder, or the nearest above it that is there.
+/// Returns the file's folder, or its nearest parent that exists.
 std::string FindFolder(const std::string& path) {
   std::error_code failed;
   fs::path folder = fs::absolute(path, failed).parent_path();
@@ -33,7 +33,7 @@ double ReadFreeDiskBytes(const std::string& path) {
 }
 
 std::string DescribeLackOfSpace(const std::vector<ExpectedFile>& files) {
-  std::map<dev_t, ExpectedFile> sums;  // of each file system
+  std::map<dev_t, ExpectedFile> sums;  // per file system
   for (const ExpectedFile& file : files) {
     struct stat status {};
     if (stat(FindFolder(file.path).c_str(), &status) != 0) continue;

@@ -1,4 +1,4 @@
-// What room there is on the disk.
+// Free disk space.
 #pragma once
 
 #include <string>
@@ -6,15 +6,15 @@
 
 namespace kerf {
 
-/// What this user may still write where `path` is or would be, bytes. The largest number where the system does not say.
+/// Returns how many bytes this user may still write at `path`, or the largest number if the system does not report it.
 double ReadFreeDiskBytes(const std::string& path);
 
-/// A file that is going to be written, and the least that it will take.
+/// File that will be written, and the minimum size that it will have.
 struct ExpectedFile {
   std::string path;
   double bytes = 0;
 };
-/// A sentence when a file system has no room for those that are to go there; empty when each has.
+/// Returns a sentence if a file system has too little space for the files; otherwise an empty string.
 std::string DescribeLackOfSpace(const std::vector<ExpectedFile>& files);
 
 }  // namespace kerf

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "base/core/errno_text.h"
 #include "base/files/temporary.h"
 #include "kerf/error.h"
 
@@ -17,11 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string Reason(int code) {
-  return std::generic_category().message(code);
-}
-
-/// Where a link leads, so that the file is replaced and not the link.
+/// Resolves a link, so that its target is replaced and not the link.
 std::string FollowLinks(const std::string& path) {
   std::error_code error;
   if (!fs::is_symlink(path, error)) return path;
@@ -63,12 +60,12 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
   if (fs::is_directory(status)) throw Error(fmt::format("{}: is a folder, not a file", path));
-  // A pipe may never end, or never begin.
+  // Reading a pipe may block forever.
   if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: is not a regular file", path));
   std::ifstream in(path, std::ios::binary);
-  if (!in) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
+  if (!in) throw Error(fmt::format("{}: can't be read: {}", path, FormatErrno(errno)));
   std::string content;
-  // In blocks and not by the file's stated size: that is 0 in /proc, and others may write to it.
+  // Reads in blocks, not by the file's stated size, which is 0 in /proc and may change during reading.
   std::size_t block = std::size_t{1} << 20;
   const std::uintmax_t size = fs::file_size(path, error);
   if (!error && size <= max_bytes) content.reserve(static_cast<std::size_t>(size) + 1);
@@ -79,7 +76,7 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
     in.read(content.data() + old, static_cast<std::streamsize>(block));
     content.resize(old + static_cast<std::size_t>(in.gcount()));
     if (content.size() > max_bytes) {
-      throw Error(fmt::format("{}: is larger than {} MiB, which is more than a file of its kind can need", path,
+      throw Error(fmt::format("{}: is larger than {} MiB, which is more than a file of this kind can need", path,
                               max_bytes >> 20));
     }
   }
@@ -88,7 +85,7 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
 }
 
 void CheckReadable(const std::istream& in, const std::string& path) {
-  if (in.bad()) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
+  if (in.bad()) throw Error(fmt::format("{}: can't be read: {}", path, FormatErrno(errno)));
 }
 
 struct PendingFile::State {
@@ -127,7 +124,7 @@ void PendingFile::Commit() {
 
 GrowingFile::GrowingFile(const std::string& path) : pending_(path) {
   file_ = open(pending_.temporary().c_str(), O_WRONLY | O_CLOEXEC);
-  if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+  if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", path, FormatErrno(errno)));
 }
 
 GrowingFile::~GrowingFile() {
@@ -138,7 +135,7 @@ void GrowingFile::Append(std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t count = ::write(file_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), Reason(errno)));
+    if (count <= 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), FormatErrno(errno)));
     bytes.remove_prefix(static_cast<std::size_t>(count));
   }
 }
@@ -146,7 +143,7 @@ void GrowingFile::Append(std::string_view bytes) {
 void GrowingFile::Commit() {
   const int result = close(file_);
   file_ = -1;
-  if (result != 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), Reason(errno)));
+  if (result != 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), FormatErrno(errno)));
   pending_.Commit();
 }
 
@@ -161,7 +158,7 @@ void WriteTextFile(const std::string& path, const std::string& content) {
     std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
     out.write(content.data(), static_cast<std::streamsize>(content.size()));
     out.close();
-    if (!out) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+    if (!out) throw Error(fmt::format("{}: can't be written: {}", path, FormatErrno(errno)));
   });
 }
 
@@ -177,7 +174,7 @@ void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<s
   for (const std::string& input : inputs) {
     for (const std::string& output : outputs) {
       if (input.empty() || output.empty() || !IsSameFile(input, output)) continue;
-      throw Error(fmt::format("{}: is an input and would be written over by {}; choose another output", input, output));
+      throw Error(fmt::format("{}: is an input and would be overwritten by {}; choose another output", input, output));
     }
   }
 }
@@ -190,7 +187,8 @@ void MakeFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (error || !fs::is_directory(path)) {
-    throw Error(fmt::format("{}: the folder can't be made: {}", path, error ? error.message() : "a file has its name"));
+    throw Error(
+        fmt::format("{}: the folder can't be made: {}", path, error ? error.message() : "a file of that name exists"));
   }
 }
 

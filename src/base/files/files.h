@@ -1,4 +1,4 @@
-// Reading and writing whole files safely.
+// Safe reading and writing of whole files.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,18 @@
 
 namespace kerf {
 
-/// Right after a read of `path`: throws Error with the system's reason when the disk failed, rather than the file
-/// ended. What such a file holds is not known, so it is not to be called damaged.
+/// Call right after reading `path`. Throws kerf::Error with the system's reason if reading failed instead of reaching
+/// the end of the file. The content is then unknown and must not be reported as damaged.
 void CheckReadable(const std::istream& in, const std::string& path);
 
-/// The file's bytes. Throws Error when it can't be read or is larger than `max_bytes`.
+/// Returns the file's bytes. Throws kerf::Error if it cannot be read or is larger than `max_bytes`.
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes = std::size_t{256} << 20);
-/// Throws Error when a file can't be written there: no such folder, a folder, or a device or pipe of that name. For
-/// asking early, before long work.
+/// Throws kerf::Error if a file cannot be written at `path`: the folder does not exist, or `path` is a folder, a device
+/// or a pipe. For checks before lengthy work.
 void CheckWritable(const std::string& path);
-/// While it lives ReadTextFile() reads these in place of files of those names, whether there are such or not: inputs
-/// that came along in another file. One at a time; not while others read.
+/// While it exists, ReadTextFile() returns these contents for the given names, whether or not such files exist. For
+/// inputs that are embedded in another file. At most one at a time; must not be created or destroyed while files are
+/// read.
 class FileShelf {
  public:
   explicit FileShelf(std::map<std::string, std::string> files);
@@ -30,25 +31,26 @@ class FileShelf {
   FileShelf(const FileShelf&) = delete;
   FileShelf& operator=(const FileShelf&) = delete;
 };
-/// Writes to a temporary beside `path`, flushes and renames: an earlier file is whole until the new one is. Throws
-/// Error.
+/// Writes to a temporary file next to `path`, flushes it and renames it: an existing file stays intact until the new
+/// one is complete. Throws kerf::Error.
 void WriteTextFile(const std::string& path, const std::string& content);
-/// The same for a writer that wants a file name: calls write(temporary) and renames it to `path`. The temporary is
-/// there and empty, its name has no extension. When `write` throws, it is removed and the exception goes on.
+/// The same for a writer that needs a file name: calls write(temporary) and renames the temporary file to `path`. The
+/// temporary file already exists and is empty; its name has no extension. If `write` throws, it is removed and the
+/// exception is propagated.
 void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write);
-/// A file that is written over a long time, to a temporary beside `path` (files/temporary.h); it gets its name when it
-/// is whole. Destroyed before, it leaves nothing behind, and an earlier file is as it was.
+/// File that is written over a long time, to a temporary file next to `path` (files/temporary.h), and renamed by
+/// Commit(). If it is destroyed earlier, nothing is left behind and an existing file is unchanged.
 class PendingFile {
  public:
-  /// Throws Error as CheckWritable.
+  /// Throws kerf::Error as CheckWritable() does.
   explicit PendingFile(const std::string& path);
   ~PendingFile();
   PendingFile(PendingFile&&) noexcept;
   PendingFile& operator=(PendingFile&&) noexcept;
 
-  const std::string& path() const;       // asked for
-  const std::string& temporary() const;  // where to write
-  /// Flushes and renames. Throws Error. Once, when nothing holds the temporary open for writing any more.
+  const std::string& path() const;       // final path
+  const std::string& temporary() const;  // path to write to
+  /// Flushes and renames. Throws kerf::Error. Call once, after every writer has closed the temporary file.
   void Commit();
 
  private:
@@ -56,18 +58,18 @@ class PendingFile {
   std::unique_ptr<State> state_;
 };
 
-/// The same, of bytes added at its end.
+/// The same for a file to which bytes are appended.
 class GrowingFile {
  public:
-  /// Throws Error when it can't be made.
+  /// Throws kerf::Error if the file cannot be created.
   explicit GrowingFile(const std::string& path);
   ~GrowingFile();
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
-  /// Straight into the file: give it large blocks. Throws Error, as when the disk is full.
+  /// Unbuffered, so pass large blocks. Throws kerf::Error, for instance if the disk is full.
   void Append(std::string_view bytes);
-  /// As PendingFile.
+  /// As PendingFile::Commit().
   void Commit();
 
  private:
@@ -75,14 +77,14 @@ class GrowingFile {
   int file_ = -1;
 };
 
-/// Whether both names are, or would be, one file: links are followed.
+/// Returns true if both names refer, or would refer, to the same file. Follows links.
 bool IsSameFile(const std::string& a, const std::string& b);
-/// Throws Error when one of `outputs` is one of `inputs` and would be written over, by name or through a link. Empty
-/// names are passed over. For asking before long work; name every file that may be written.
+/// Throws kerf::Error if one of `outputs` is one of `inputs` and would be overwritten, by name or through a link.
+/// Ignores empty names. For checks before lengthy work; list every file that may be written.
 void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
-/// Removes the temporaries that are being written. For a signal's handler that ends the program: async-signal-safe.
+/// Removes the temporary files that are being written. For a signal handler that ends the program: async-signal-safe.
 void RemoveTemporaries();
-/// Makes the folder and its parents. Throws Error.
+/// Creates the folder and its parents. Throws kerf::Error.
 void MakeFolder(const std::string& path);
 
 }  // namespace kerf

@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <system_error>
 
+#include "base/core/errno_text.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
 
@@ -17,19 +17,19 @@ FolderLock::FolderLock(const std::string& folder) {
   MakeFolder(folder);
   file_ = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (file_ < 0) {
-    throw Error(fmt::format("{}: can't be opened: {}", folder, std::generic_category().message(errno)));
+    throw Error(fmt::format("{}: can't be opened: {}", folder, FormatErrno(errno)));
   }
   if (flock(file_, LOCK_EX | LOCK_NB) == 0) return;
   if (errno != EWOULDBLOCK) {
     close(file_);
     const std::string name = folder + "/.lock";
     file_ = open(name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
-    if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", name, std::generic_category().message(errno)));
+    if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", name, FormatErrno(errno)));
     if (flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   }
   close(file_);
   throw Error(
-      fmt::format("{}: another kerf is writing results into this folder; wait until it has ended, or choose "
+      fmt::format("{}: another kerf is writing results into this folder; wait until it has finished, or choose "
                   "another folder",
                   folder));
 }

@@ -1,16 +1,17 @@
-// One program at a time writes results into a folder.
+// Lock that lets only one program at a time write results into a folder.
 #pragma once
 
 #include <string>
 
 namespace kerf {
 
-/// Holds the folder for this program's results; made when missing. The lock is flock(2) on the folder itself: it leaves
-/// no file, goes when the program ends, also when it is killed, and readers don't notice it. Where a folder can't be
-/// locked (NFS), the file ".lock" in it is; file systems without locks exist on clusters, and there nothing is held.
+/// Locks the folder for this program's results; creates it if it is missing. The lock is flock(2) on the folder itself:
+/// it leaves no file behind, is released when the program ends, even if it is killed, and does not affect readers. If a
+/// folder cannot be locked (NFS), the file ".lock" in it is locked. On file systems without locks, as on some clusters,
+/// there is no lock.
 class FolderLock {
  public:
-  /// Throws Error, at once, when another program, or another lock of this one, holds it.
+  /// Throws kerf::Error immediately if another program, or another lock of this program, holds the folder.
   explicit FolderLock(const std::string& folder);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

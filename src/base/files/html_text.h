@@ -1,4 +1,4 @@
-// Text in a page for the browser.
+// Text for HTML pages.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace kerf {
 
-/// As it may stand between tags and in quoted attributes; control characters become spaces.
+/// Escapes text for use between tags and in quoted attributes; control characters become spaces.
 inline std::string EscapeHtml(std::string_view text) {
   std::string escaped;
   for (const char c : text) {

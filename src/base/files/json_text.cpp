@@ -22,8 +22,7 @@ void CheckJsonDepth(const std::string& text, const std::string& path) {
       within_text = true;
     } else if (c == '[' || c == '{') {
       if (++depth > kMaxJsonDepth) {
-        throw Error(
-            fmt::format("{}: lists and objects stand more than {} deep within each other", path, kMaxJsonDepth));
+        throw Error(fmt::format("{}: lists and objects are nested more than {} deep", path, kMaxJsonDepth));
       }
     } else if (c == ']' || c == '}') {
       --depth;

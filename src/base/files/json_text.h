@@ -1,4 +1,4 @@
-// JSON that somebody else wrote.
+// Reading of untrusted JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,14 +6,14 @@
 
 namespace kerf {
 
-/// Throws Error with one sentence that begins with `path`, the text's name, when lists and objects stand more than
-/// kMaxJsonDepth deep within each other: copying and printing what was parsed takes a frame of the stack for each.
-/// Looks at brackets alone. Not for the tick.
+/// Throws kerf::Error with one sentence that begins with `path`, the name of the text, if lists and objects are nested
+/// more than kMaxJsonDepth deep: copying and printing parsed JSON uses a stack frame per level. Looks only at brackets.
+/// Not for the tick.
 void CheckJsonDepth(const std::string& text, const std::string& path);
-/// The same, and throws Error when it is not JSON.
+/// Parses JSON after CheckJsonDepth(). Throws kerf::Error if it is not JSON.
 nlohmann::json ParseJson(const std::string& text, const std::string& path);
-/// A whole number. Throws Error when `value` is none, or one that an int can't hold, whose conversion by the library
-/// has no defined result.
+/// Returns an integer. Throws kerf::Error if `value` is not an integer or exceeds the range of an int, for which the
+/// library's conversion is undefined.
 int GetInt(const nlohmann::json& value);
 
 }  // namespace kerf

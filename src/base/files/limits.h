@@ -1,14 +1,14 @@
-// The most that a file may ask for, in one place for this folder (docs/reliability.md lists those of all).
+// Limits on what files may request, for this folder (docs/reliability.md lists the limits of all folders).
 #pragma once
 
 #include <cstddef>
 
 namespace kerf {
 
-/// Points and curves that people place, some hundred bytes each. Parsed they take about thirty times as much.
+/// Points and curves placed by users, a few hundred bytes each. Parsed, they take about thirty times as much memory.
 inline constexpr std::size_t kMaxMarkupBytes = std::size_t{64} << 20;
-/// Lists and objects within each other: a file of 3D Slicer has five. Each takes a frame of the stack in what goes
-/// through them.
+/// Nesting depth of lists and objects; a 3D Slicer file has five levels. Recursive processing uses a stack frame per
+/// level.
 inline constexpr int kMaxJsonDepth = 64;
 
 }  // namespace kerf

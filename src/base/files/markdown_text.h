@@ -1,4 +1,4 @@
-// Text from outside (names, titles, messages that quote files) in a Markdown document.
+// External text (names, titles, messages that quote files) in a Markdown document.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace kerf {
 
-/// `text` as words of one line of Markdown, in a table cell too: HTML, links and code show as they are
-/// written, control characters become spaces. Words and numbers stay as they are.
+/// Escapes `text` for one line of Markdown, including table cells: HTML, links and code are shown literally, and
+/// control characters become spaces. Words and numbers stay unchanged.
 inline std::string EscapeMarkdown(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -36,13 +36,13 @@ inline std::string EscapeMarkdown(std::string_view text) {
   return escaped;
 }
 
-/// `name` as a code span; as escaped words where a code span could not hold it.
+/// Returns `name` as a code span, or as escaped text if a code span cannot contain it.
 inline std::string MarkdownCode(std::string_view name) {
   const std::string escaped = EscapeMarkdown(name);
   return escaped == name ? "`" + escaped + "`" : escaped;
 }
 
-/// One line for a block of code: without line breaks it can't end the block.
+/// Returns one line for a code block; without line breaks it cannot end the block.
 inline std::string MarkdownCodeLine(std::string_view command) {
   std::string line(command);
   for (char& c : line) {

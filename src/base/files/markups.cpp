@@ -20,20 +20,20 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// The list of markups, each an object.
+/// Returns the list of markups; each is an object.
 Json ParseMarkupList(const std::string& text, const std::string& path) {
   const Json file = ParseJson(text, path);
   const auto markups = file.is_object() ? file.find("markups") : file.end();
   if (!file.is_object() || markups == file.end() || !markups->is_array()) {
-    throw Error(fmt::format("{}: not a markups file of 3D Slicer (it has no list 'markups')", path));
+    throw Error(fmt::format("{}: not a 3D Slicer markups file (it has no list 'markups')", path));
   }
   for (const Json& markup : *markups) {
-    if (!markup.is_object()) throw Error(fmt::format("{}: an entry of 'markups' is no object", path));
+    if (!markup.is_object()) throw Error(fmt::format("{}: an entry of 'markups' is not an object", path));
   }
   return *markups;
 }
 
-/// Takes x and y of the markup's coordinate system to LPS: 1 or -1.
+/// Returns the factor, 1 or -1, that converts x and y of the markup's coordinate system to LPS.
 double CalcFlip(const Json& markup, const std::string& path) {
   const bool given = markup.contains("coordinateSystem");
   const std::string system = given && markup["coordinateSystem"].is_string()
@@ -58,7 +58,7 @@ void AddPoints(const Json& markup, const std::string& path, std::vector<Vec3>& p
   const double flip = CalcFlip(markup, path);
   if (!markup.contains("controlPoints") || !markup["controlPoints"].is_array()) return;
   for (const Json& point : markup["controlPoints"]) {
-    if (!point.is_object()) throw Error(fmt::format("{}: a control point is no object", path));
+    if (!point.is_object()) throw Error(fmt::format("{}: a control point is not an object", path));
     if (point.contains("positionStatus") && point["positionStatus"].is_string() &&
         point["positionStatus"] != "defined") {
       continue;
@@ -72,14 +72,14 @@ void AddPoints(const Json& markup, const std::string& path, std::vector<Vec3>& p
       const Json& number = (*position)[static_cast<std::size_t>(a)];
       p[a] = number.is_number() ? number.get<double>() : std::nan("");
       if (!std::isfinite(p[a])) {
-        throw Error(fmt::format("{}: control point {} has a coordinate that is no number", path, points.size() + 1));
+        throw Error(fmt::format("{}: control point {} has a coordinate that is not a number", path, points.size() + 1));
       }
     }
     points.emplace_back(flip * p.x, flip * p.y, p.z);
   }
 }
 
-/// A list of `count` numbers of a markup; none when the key is missing.
+/// Returns a list of `count` numbers from a markup; nullopt if the key is missing.
 std::optional<std::vector<double>> FindNumbers(const Json& markup, const char* key, std::size_t count,
                                                const std::string& path) {
   const auto found = markup.find(key);
@@ -102,8 +102,8 @@ Vec3 Normalized(const Vec3& v, const char* key, const std::string& path) {
   return *direction;
 }
 
-/// The normal as the matrices say: z of the object's frame, taken to that of the file. Slicer takes its files' LPS to
-/// its own RAS by turning the signs of the upper two rows, of both matrices.
+/// Returns the normal according to the matrices: the z axis of the object's frame in the file's frame. Slicer converts
+/// LPS files to its own RAS by negating the upper two rows of both matrices.
 std::optional<Vec3> FindMatrixNormal(const Json& plane, bool lps, const std::string& path) {
   const auto base = FindNumbers(plane, "baseToNode", 16, path);
   if (!base) return {};
@@ -118,7 +118,7 @@ std::optional<Vec3> FindMatrixNormal(const Json& plane, bool lps, const std::str
   return Normalized(normal, "baseToNode", path);
 }
 
-/// Through three points, or nearest to more.
+/// Returns the plane through three points, or the least-squares plane of more.
 CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& path) {
   if (points.size() < 3) {
     throw Error(fmt::format("{}: holds {} placed point{}; a plane needs three", path, points.size(),
@@ -136,9 +136,9 @@ CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& path) {
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(),
             [&eigen](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
-  // The spread across the narrower way within the plane, against the wider.
+  // Compares the smaller spread within the plane with the larger.
   if (!(eigen.values[order[1]] > 1e-6 * eigen.values[order[2]])) {
-    throw Error(fmt::format("{}: its points lie on a line, so they say no plane", path));
+    throw Error(fmt::format("{}: its points lie on a line, so they do not define a plane", path));
   }
   const Vec3 normal = glm::normalize(eigen.vectors[order[0]]);
   const double turn = glm::dot(normal, glm::cross(points[1] - points[0], points[2] - points[0]));
@@ -159,12 +159,12 @@ CutPlane ReadPlane(const Json& plane, const std::string& path) {
   CutPlane cut;
   cut.normal_W = to_lps(normal ? Normalized({(*normal)[0], (*normal)[1], (*normal)[2]}, "normal", path) : *from_matrix);
   cut.p_W = centre ? to_lps({(*centre)[0], (*centre)[1], (*centre)[2]}) : points.front();
-  // Slicer shows what the matrix and the points say; a file changed by hand may say something else beside it.
+  // Slicer displays the matrix and the points. A file edited by a user may contain contradictory values.
   const bool same_normal = !normal || !from_matrix || glm::length(cut.normal_W - to_lps(*from_matrix)) < 1e-3;
   const bool one_point = plane.value("planeType", Json()) == "pointNormal" && points.size() == 1;
   const bool same_point = !one_point || std::abs(glm::dot(cut.normal_W, points[0] - cut.p_W)) < 0.01;
   if (!same_normal || !same_point) {
-    throw Error(fmt::format("{}: the plane's {} contradict each other; save it anew from 3D Slicer", path,
+    throw Error(fmt::format("{}: the plane's {} contradict each other; save it again from 3D Slicer", path,
                             same_normal ? "'center' and its control point" : "'normal' and 'baseToNode'"));
   }
   return cut;
@@ -206,7 +206,7 @@ CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path) {
   for (const Json& markup : markups) {
     const auto type = markup.find("type");
     if (type != markup.end() && *type == "Plane") {
-      if (plane) throw Error(fmt::format("{}: holds several planes; save the one that is meant alone", path));
+      if (plane) throw Error(fmt::format("{}: holds several planes; save only the intended one", path));
       plane = &markup;
     } else {
       AddPoints(markup, path, points);

@@ -1,4 +1,4 @@
-// Points and planes of 3D Slicer.
+// Points, curves and planes in 3D Slicer files.
 #pragma once
 
 #include <string>
@@ -8,44 +8,46 @@
 
 namespace kerf {
 
-/// The control points of all markups in a .mrk.json file, LPS mm. Its coordinateSystem (LPS or RAS) is honoured; points
-/// that were not placed are left out. Throws Error with one sentence when it is no such file, or holds no point.
+/// Reads the control points of all markups in a .mrk.json file, LPS mm. Respects its coordinateSystem (LPS or RAS) and
+/// skips points that were not placed. Throws kerf::Error with one sentence if it is not such a file or contains no
+/// point.
 std::vector<Vec3> ReadMarkups(const std::string& path);
 
 struct Markup {
   std::vector<Vec3> points;  // LPS mm
-  bool joined = false;  // by straight lines, from each to the next; of a closed curve the first stands at the end too
+  bool joined = false;       // a polyline; the first point of a closed curve is repeated at the end
 };
 
-/// Each markup of a .mrk.json file that has placed points: Curve, ClosedCurve and Line are joined, Fiducial and
-/// PointList are points. Throws Error as ReadMarkups(), and for a markup of another type (Plane, ROI, Angle).
+/// Reads each markup of a .mrk.json file that has placed points: Curve, ClosedCurve and Line are joined, Fiducial and
+/// PointList are separate points. Throws kerf::Error as ReadMarkups() does, and for other types of markup (Plane, ROI,
+/// Angle).
 std::vector<Markup> ReadCurveMarkups(const std::string& path);
 
-/// The plane of a .mrk.json file, LPS mm. If it holds a markup of type Plane: that one's `center` and `normal`, else
-/// the third column of its `baseToNode` and its first point, else (files of Slicer 4.11) its three points. If it holds
-/// other markups: the plane through three points, or nearest to more in the sense of least squares, at their mean; seen
-/// from the side to which the normal points, the first three go round counter-clockwise. Throws Error with one sentence
-/// when it holds several Planes, fewer than three points, points on a line, or a Plane whose entries contradict each
-/// other.
+/// Reads the plane of a .mrk.json file, LPS mm. If the file contains a markup of type Plane, the result is its `center`
+/// and `normal`; without these, the normal is the z axis of its `baseToNode` and the point is its first point; without
+/// a matrix (files of Slicer 4.11), the plane goes through its three points. If the file contains only other markups,
+/// the result is the plane through three points, or the least-squares plane of more, at their mean; seen from the side
+/// to which the normal points, the first three are in counter-clockwise order. Throws kerf::Error with one sentence if
+/// the file contains several Planes, fewer than three points, points on a line, or a Plane with contradictory entries.
 CutPlane ReadPlaneMarkups(const std::string& path);
 
-/// A plane of 3D Slicer with its name there.
+/// 3D Slicer plane with its name.
 struct PlaneMarkup {
   std::string name;
   CutPlane plane;  // LPS mm
 };
 
-/// Each markup of type Plane of a .mrk.json file, by the rules of ReadPlaneMarkups(); of a file without any the plane
-/// of its points. Who has no name is called "plane 1" and so on; a name that comes again gets a number. Throws Error as
-/// ReadPlaneMarkups(), but for several planes.
+/// Reads each markup of type Plane in a .mrk.json file, by the rules of ReadPlaneMarkups(); if there is none, the plane
+/// of its points. A plane without a name is called "plane 1" and so on; a repeated name gets a number. Throws
+/// kerf::Error as ReadPlaneMarkups() does, but accepts several planes.
 std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path);
 
-/// As 3D Slicer 5 writes planes: point and normal, `size_mm` wide each way, all in one file. Read back they are the
-/// same to the last digit but for a rounding. Through a temporary. Throws Error.
+/// Writes planes in the format of 3D Slicer 5: point and normal, `size_mm` wide in both directions, all in one file.
+/// Reading them back gives the same values to within one rounding. Writes through a temporary file. Throws kerf::Error.
 void WritePlaneMarkups(const std::string& path, const std::vector<PlaneMarkup>& planes, double size_mm = 40);
 std::string FormatPlaneMarkups(const std::vector<PlaneMarkup>& planes, double size_mm = 40);
 
-/// The same from a file's text; `path` names it in messages.
+/// The same from a file's text; `path` is the name in messages.
 std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path);
 std::vector<Markup> ParseCurveMarkups(const std::string& text, const std::string& path);
 CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path);

@@ -18,12 +18,12 @@
 namespace kerf {
 namespace {
 
-/// For stacks of threads and the like, that are asked for and hardly used.
+/// Allowance for thread stacks and the like, which are reserved but hardly used.
 constexpr std::uint64_t kSlackBytes = std::uint64_t{256} << 20;
 
 void (*end_without_memory)() = nullptr;
 std::mutex ends_mutex;
-int ends = 0;  // how many EndsWithoutMemory there are
+int ends = 0;  // number of EndsWithoutMemory objects
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
@@ -34,7 +34,7 @@ std::uint64_t PageBytes() {
 struct Pages {
   std::uint64_t all = 0;
   std::uint64_t resident = 0;
-  std::uint64_t data = 0;  // private and writable, with the stack
+  std::uint64_t data = 0;  // private and writable, including the stack
 };
 
 Pages ReadOwnPages() {
@@ -45,7 +45,7 @@ Pages ReadOwnPages() {
   return pages;
 }
 
-/// The sum of some rows of a file of "name: number kB" or "name number".
+/// Returns the sum of the named rows of a file with rows "name: number kB" or "name number".
 std::optional<std::uint64_t> ReadRows(const char* path, std::initializer_list<const char*> names) {
   std::ifstream file(path);
   std::uint64_t sum = 0;
@@ -63,7 +63,7 @@ std::optional<std::uint64_t> ReadRows(const char* path, std::initializer_list<co
 std::optional<std::uint64_t> ReadNumber(const char* path) {
   std::ifstream file(path);
   std::uint64_t number = 0;
-  if (!(file >> number)) return std::nullopt;  // "max", or not there
+  if (!(file >> number)) return std::nullopt;  // "max", or no such file
   return number;
 }
 
@@ -76,17 +76,17 @@ std::uint64_t ReadMachineBytes() {
   return kB ? *kB * 1024 : kNoLimit;
 }
 
-/// As seen from within a container, whose group is the root there.
+/// Seen from within a container, whose control group is mounted as the root.
 std::uint64_t ReadGroupBytes() {
   const auto most = ReadNumber("/sys/fs/cgroup/memory.max");
   const auto used = ReadNumber("/sys/fs/cgroup/memory.current");
   if (!most || !used) return kNoLimit;
-  // Files that nobody reads any more go first.
+  // The kernel reclaims inactive file pages first.
   const std::uint64_t files = ReadRows("/sys/fs/cgroup/memory.stat", {"inactive_file"}).value_or(0);
   return Less(*most, Less(*used, files));
 }
 
-/// What a limit of this program leaves beside the pages that count towards it.
+/// Returns what remains of one of this program's limits after `pages`, the pages that count towards it.
 template <typename Resource>
 std::uint64_t ReadLimit(Resource resource, std::uint64_t pages) {
   rlimit limit{};
@@ -102,7 +102,7 @@ std::uint64_t ReadUserBytes() {
 }  // namespace
 
 std::size_t ReadResidentBytes() {
-  malloc_trim(0);  // what is free but kept is not in use
+  malloc_trim(0);  // freed memory that malloc keeps is not in use
   return ReadOwnPages().resident * PageBytes();
 }
 

@@ -1,4 +1,4 @@
-// What memory this program has, and what it may still have.
+// Memory that this program uses, and memory that it may still use.
 #pragma once
 
 #include <cstddef>
@@ -7,29 +7,31 @@
 
 namespace kerf {
 
-/// Memory of this program that is in use, bytes; 0 where the system does not tell.
+/// Returns the memory of this program that is in use, bytes; 0 if the system does not report it.
 std::size_t ReadResidentBytes();
-/// What this program has asked of the heap and not given back, bytes: other than of what is resident, the system's
-/// pages have no part in it.
+/// Returns the heap memory that this program has allocated and not freed, bytes. Unlike resident memory, it does not
+/// depend on the system's paging.
 std::size_t ReadHeapBytes();
-/// What this program may still ask for, bytes: the least of what the machine has free (with its swap), what its control
-/// group leaves and what `ulimit -v` and `ulimit -d` leave. The largest number where the system does not tell.
+/// Returns how many bytes this program may still allocate: the minimum of the machine's free memory (with swap) and
+/// what remains of the limits of the control group, `ulimit -v` and `ulimit -d`. Returns the largest number if the
+/// system does not report them.
 std::uint64_t ReadAvailableBytes();
-/// From here on a request for more than there is fails (std::bad_alloc) instead of ending this program or another one
-/// by the system's hand. For the start of a program. Returns ReadAvailableBytes().
+/// Makes requests for more than the available memory fail (std::bad_alloc) from now on; otherwise the system would kill
+/// this program or another. Call at the start of a program. Returns ReadAvailableBytes().
 std::uint64_t LimitMemory();
-/// Throws Error with a sentence when `bytes` are more than there are: "WHAT needs about 12.3 GB of memory and 4.2 GB
-/// are free; REMEDY". For asking before long work; a prediction may be off by a half.
+/// Throws kerf::Error with a sentence if `bytes` exceeds the available memory: "WHAT needs about 12.3 GB of memory and
+/// 4.2 GB are free; REMEDY". For checks before lengthy work; the estimate may be off by half.
 void CheckMemory(double bytes, const std::string& what, const std::string& remedy);
 
-/// The same for what the limits of this program leave (`ulimit -v`: address space; `ulimit -d`, which LimitMemory()
-/// sets: data), for libraries that crash where they get none.
+/// The same for what remains of this program's limits (`ulimit -v`: address space; `ulimit -d`, which LimitMemory()
+/// sets: data), for libraries that crash when an allocation fails.
 void CheckLimits(double address_bytes, double data_bytes, const std::string& what, const std::string& remedy);
-/// What ends the program for EndsWithoutMemory; it needs no memory itself. For the start of a program.
+/// Sets the function that ends the program for EndsWithoutMemory; it must need no memory. Call at the start of a
+/// program.
 void SetEndWithoutMemory(void (*end)());
-/// While one exists, in any thread, a request for memory that fails ends this program by the function that was set,
-/// instead of throwing std::bad_alloc. For libraries whose objects an exception leaves half made, as VTK's: taking them
-/// down again is a fault of memory. Does nothing where no function was set.
+/// While one exists, a failed memory request in any thread calls the function set above, which ends this program,
+/// instead of throwing std::bad_alloc. For libraries such as VTK whose objects an exception leaves half constructed, so
+/// that their destruction is undefined behaviour. Does nothing if no function was set.
 class EndsWithoutMemory {
  public:
   EndsWithoutMemory();

@@ -27,15 +27,16 @@
 #include <system_error>
 #include <vector>
 
+#include "base/core/errno_text.h"
 #include "base/core/hash.h"
 #include "kerf/error.h"
 
 namespace kerf {
 
-/// A temporary where a signal's handler can read it: its name in place, never freed.
+/// Entry of a temporary file for a signal handler: the name is stored in place and never freed.
 struct LiveTemporary {
   std::atomic<bool> taken{false};
-  std::atomic<bool> live{false};  // the name is whole
+  std::atomic<bool> live{false};  // the name is complete
   std::array<char, 4096> path{};
 };
 
@@ -43,14 +44,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string Reason(int code) {
-  return std::generic_category().message(code);
-}
-
 std::array<LiveTemporary, 16> live_temporaries;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// nullptr when there is no room: it then stays when a signal ends the program, and the next program removes it.
+/// Returns nullptr if the table is full. If a signal then kills the program, the file stays until the next program
+/// removes it.
 LiveTemporary* AddLive(const std::string& path) {
   if (path.size() >= LiveTemporary{}.path.size()) return nullptr;
   for (LiveTemporary& entry : live_temporaries) {
@@ -68,7 +66,7 @@ void RemoveLive(LiveTemporary* entry) {
   entry->taken = false;
 }
 
-/// Of this machine: its id, which a copied disk shares, and its name.
+/// Id of this machine: a hash of its machine id, which a copied disk shares, and its host name.
 std::string HostId() {
   static const std::string id = [] {
     std::string text;
@@ -87,10 +85,10 @@ std::string HostId() {
 std::string RandomName(const fs::path& target) {
   std::uint64_t random = 0;
   if (getrandom(&random, sizeof(random), 0) != static_cast<ssize_t>(sizeof(random))) {
-    throw Error(fmt::format("no random numbers from the system: {}", Reason(errno)));
+    throw Error(fmt::format("no random numbers from the system: {}", FormatErrno(errno)));
   }
   const std::string tail = fmt::format(".kerf-{}-{:016x}{}", HostId(), random, target.extension().string());
-  // A long name is cut, so that the temporary's is not too long where the target's is not.
+  // Shortens a long stem, so that the temporary name is not too long if the target's is not.
   std::string stem = target.stem().string();
   if (target.filename().string().size() <= NAME_MAX && tail.size() < NAME_MAX) {
     stem.resize(std::min(stem.size(), NAME_MAX - 1 - tail.size()));
@@ -98,7 +96,7 @@ std::string RandomName(const fs::path& target) {
   return (target.parent_path() / ("." + stem + tail)).string();
 }
 
-/// Whether only this machine can have files there open: then their locks are all that counts.
+/// Returns true if only this machine can have files open there, so that their locks are sufficient.
 bool IsLocal(int file) {
   struct statfs system {};
   if (fstatfs(file, &system) != 0) return false;
@@ -112,7 +110,7 @@ bool IsLocal(int file) {
   return false;
 }
 
-/// Whether no program has it open but this one, by any descriptor but `file`. Of local file systems.
+/// Returns true if the file is open only through `file`, in this program and in all others. For local file systems.
 bool IsOpenHereOnly(int file) {
   if (fcntl(file, F_SETLEASE, F_WRLCK) != 0) return false;
   fcntl(file, F_SETLEASE, F_UNLCK);
@@ -125,7 +123,7 @@ bool IsRunning(const std::string& process) {
   return errno != 0 || id <= 0 || id > INT_MAX || kill(static_cast<pid_t>(id), 0) == 0 || errno != ESRCH;
 }
 
-/// Removes it if its owner is dead. `host`: of its name; none: it is of an earlier version, made by `process`.
+/// Removes the file if its owner is dead. `host`: from its name; empty if an earlier version made it in `process`.
 void RemoveIfLeft(const std::string& path, const std::string& host, const std::string& process) {
   const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return;
@@ -140,10 +138,10 @@ void RemoveIfLeft(const std::string& path, const std::string& host, const std::s
   close(file);
 }
 
-/// A name of an earlier version: .STEM.PID-N.EXT.
+/// File name as in earlier versions: .STEM.PID-N.EXT.
 struct OldName {
   std::string path;
-  std::string becomes;  // STEM.EXT
+  std::string becomes;  // target name: STEM.EXT
   std::string process;
 };
 
@@ -183,16 +181,20 @@ void SweepLeftovers(const std::string& target) {
 }
 
 bool Temporary::Create(mode_t mode) {
+  live_ = AddLive(path_);  // before the file exists, so that a signal never leaves it behind
   file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
   if (file_ < 0) {
-    if (errno == EEXIST) return false;
-    throw Error(Reason(errno));
+    const int code = errno;
+    RemoveLive(live_);
+    if (code == EEXIST) return false;
+    throw Error(FormatErrno(code));
   }
-  // A program that sweeps may have come in between; then its lock is in the way, or the name is gone.
+  // Another program's sweep may have come first: then it holds the lock, or the name has been removed.
   const bool locked = flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
   struct stat made {};
   if (locked && fstat(file_, &made) == 0 && made.st_nlink > 0) return true;
   unlink(path_.c_str());
+  RemoveLive(live_);
   close(file_);
   file_ = -1;
   return false;
@@ -203,17 +205,16 @@ Temporary::Temporary(const std::string& target) {
   struct stat earlier {};
   const bool replaces = stat(target.c_str(), &earlier) == 0 && S_ISREG(earlier.st_mode);
   constexpr std::string_view kOwnFiles = "/proc/self/fd/";
-  path_to_write_.reserve(kOwnFiles.size() + 12);  // so that no lack of memory comes after the file has been made
-  // Beside the target, so that the rename stays within one file system.
+  path_to_write_.reserve(kOwnFiles.size() + 12);  // so that std::bad_alloc cannot occur after the file has been created
+  // In the target's folder, so that the rename stays within one file system.
   constexpr int kTries = 100;
   for (int i = 0; i < kTries && file_ < 0; ++i) {
     path_ = RandomName(target);
     Create(replaces ? earlier.st_mode & 0666 : 0666);
   }
-  if (file_ < 0) throw Error("no free name for a temporary");
+  if (file_ < 0) throw Error("no free name for a temporary file");
   fmt::format_to(std::back_inserter(path_to_write_), "{}{}", kOwnFiles, file_);
   if (access(path_to_write_.c_str(), F_OK) != 0) path_to_write_.clear();
-  live_ = AddLive(path_);
 }
 
 Temporary::~Temporary() {
@@ -223,20 +224,20 @@ Temporary::~Temporary() {
 }
 
 void Temporary::RenameTo(const std::string& target, bool flush) {
-  // Onto the disk, so that the rename can't overtake the content.
-  if (flush && fsync(file_) != 0) throw Error(Reason(errno));
+  // Flush first, so that the content is on the disk before the rename.
+  if (flush && fsync(file_) != 0) throw Error(FormatErrno(errno));
   struct stat written {};
   struct stat named {};
-  if (fstat(file_, &written) != 0 || lstat(path_.c_str(), &named) != 0) throw Error(Reason(errno));
+  if (fstat(file_, &written) != 0 || lstat(path_.c_str(), &named) != 0) throw Error(FormatErrno(errno));
   if (written.st_ino != named.st_ino || written.st_dev != named.st_dev) {
-    throw Error("another program has put a file in the place of its temporary");
+    throw Error("another program has replaced its temporary file");
   }
-  // An earlier file's permissions stay: it may hold a patient's data.
+  // Keep an existing file's permissions: it may contain patient data.
   struct stat earlier {};
   if (stat(target.c_str(), &earlier) == 0 && S_ISREG(earlier.st_mode)) {
     static_cast<void>(fchmod(file_, earlier.st_mode & 07777) == 0);
   }
-  if (rename(path_.c_str(), target.c_str()) != 0) throw Error(Reason(errno));
+  if (rename(path_.c_str(), target.c_str()) != 0) throw Error(FormatErrno(errno));
   renamed_ = true;
 }
 
@@ -250,7 +251,7 @@ TemporaryFolder::TemporaryFolder(const std::string& name) {
   std::error_code ignored;
   path_ = (fs::temp_directory_path(ignored) / (name + "_XXXXXX")).string();
   if (mkdtemp(path_.data()) == nullptr)
-    throw Error(fmt::format("{}: the folder can't be made: {}", path_, Reason(errno)));
+    throw Error(fmt::format("{}: the folder can't be made: {}", path_, FormatErrno(errno)));
 }
 
 TemporaryFolder::~TemporaryFolder() {

@@ -1,4 +1,4 @@
-// A file that is written under a temporary name beside its target, and the leftovers of programs that were killed.
+// File that is written under a temporary name next to its target, and removal of leftovers of killed programs.
 #pragma once
 
 #include <sys/types.h>
@@ -7,27 +7,28 @@
 
 namespace kerf {
 
-struct LiveTemporary;  // where a signal's handler finds it
+struct LiveTemporary;  // entry that a signal handler can read
 
-/// An own, empty file beside `target`, which a planted link can't redirect:
+/// New, empty file next to `target`. A link planted under its name cannot redirect it.
 ///
-///   .NAME.kerf-HOST-RANDOM.EXT     HOST names this machine, RANDOM is 64 random bits
+///   .NAME.kerf-HOST-RANDOM.EXT     HOST identifies this machine, RANDOM is 64 random bits
 ///
-/// It is made by O_EXCL and O_NOFOLLOW and is locked (flock) as long as this object lives. So whether its owner is
-/// alive is known without process numbers. Removed by the destructor unless it was renamed.
+/// It is created with O_EXCL and O_NOFOLLOW and locked (flock) while this object exists, so that others can tell
+/// without process ids whether its owner is alive. The destructor removes it unless it was renamed.
 class Temporary {
  public:
-  /// First removes what dead programs left in the folder (SweepLeftovers). Throws Error.
+  /// First removes what killed programs left in the folder (SweepLeftovers()). Throws kerf::Error.
   explicit Temporary(const std::string& target);
   ~Temporary();
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
 
-  /// For a writer that wants a name: /proc/self/fd/N, which leads to this file whatever has been put in the place of
-  /// its name. Without /proc it is the name.
+  /// Path for a writer that needs a name: /proc/self/fd/N, which refers to this file even if another file takes its
+  /// name. Without /proc it is the file's name.
   const std::string& path_to_write() const { return path_to_write_.empty() ? path_ : path_to_write_; }
   int file() const { return file_; }
-  /// Flushes it to the disk and renames it; an earlier file's permissions stay. Throws Error with the reason alone.
+  /// Flushes it to the disk and renames it; keeps the permissions of an existing file. Throws kerf::Error with only the
+  /// reason.
   void RenameTo(const std::string& target, bool flush = true);
 
  private:
@@ -40,23 +41,23 @@ class Temporary {
   LiveTemporary* live_ = nullptr;
 };
 
-/// Removes the temporaries of dead programs from the folder of `target`: those of the form above, and those of earlier
-/// versions (.NAME.PID-N.EXT) that were to become `target`. Each folder is searched once by a program.
+/// Removes temporary files of dead programs from the folder of `target`: those named as above, and those of earlier
+/// versions (.NAME.PID-N.EXT) that were meant for `target`. A program searches each folder once.
 ///
-/// A temporary is removed only if it is a regular file of this user with a single name and its owner is dead: its lock
-/// can be taken. Where the file system may be shared with other machines, HOST has to be this one too. One of an
-/// earlier version needs a local file system, a process number that is not in use, and no program that has the file
+/// A temporary file is removed only if it is a regular file of this user with a single link and its owner is dead, that
+/// is, its lock is free. If the file system may be shared with other machines, HOST must also be this machine. A file
+/// of an earlier version is removed only on a local file system, if no process has its process id and no program has it
 /// open.
 void SweepLeftovers(const std::string& target);
 
-/// Removes the temporaries that are being written. Async-signal-safe.
+/// Removes the temporary files that are being written. Async-signal-safe.
 void RemoveLiveTemporaries();
 
-/// A folder of this program's own in the system's folder for temporary files, with a random name (mkdtemp). It goes,
-/// with all that is in it, when the object does.
+/// Private folder with a random name (mkdtemp) in the system's folder for temporary files. The destructor removes it
+/// and its content.
 class TemporaryFolder {
  public:
-  /// Throws Error.
+  /// Throws kerf::Error if it cannot be created.
   explicit TemporaryFolder(const std::string& name);
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;

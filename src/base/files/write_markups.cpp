@@ -8,43 +8,44 @@
 namespace kerf {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kSchema =
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
     "markups-schema-v1.0.3.json#";
 
-Json List(const Vec3& v) {
-  return Json::array({v.x, v.y, v.z});
+OrderedJson List(const Vec3& v) {
+  return OrderedJson::array({v.x, v.y, v.z});
 }
 
-Json MakePlane(const PlaneMarkup& markup, double size_mm) {
+OrderedJson MakePlane(const PlaneMarkup& markup, double size_mm) {
   const Vec3& n = markup.plane.normal_W;
   const Vec3& p = markup.plane.p_W;
   const Vec3 other = std::abs(n.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
   const Vec3 u = glm::normalize(other - glm::dot(other, n) * n);
   const Vec3 v = glm::cross(n, u);
   const double half = 0.5 * size_mm;
-  Json plane{{"type", "Plane"},
-             {"name", markup.name},
-             {"coordinateSystem", "LPS"},
-             {"coordinateUnits", "mm"},
-             {"locked", false},
-             {"fixedNumberOfControlPoints", true},
-             {"labelFormat", "%N"},
-             {"lastUsedControlPointNumber", 1},
-             {"planeType", "pointNormal"},
-             {"sizeMode", "absolute"},
-             {"autoScalingSizeFactor", 1.0},
-             {"center", List(p)},
-             {"normal", List(n)},
-             // An identity, as it stands in a file in LPS.
-             {"objectToBase", {-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0}},
-             {"baseToNode", {u.x, v.x, n.x, p.x, u.y, v.y, n.y, p.y, u.z, v.z, n.z, p.z, 0.0, 0.0, 0.0, 1.0}},
-             {"orientation", {u.x, v.x, n.x, u.y, v.y, n.y, u.z, v.z, n.z}},
-             {"size", {size_mm, size_mm, 0.0}},
-             {"planeBounds", {-half, half, -half, half}}};
-  plane["controlPoints"] = Json::array();
+  OrderedJson plane{
+      {"type", "Plane"},
+      {"name", markup.name},
+      {"coordinateSystem", "LPS"},
+      {"coordinateUnits", "mm"},
+      {"locked", false},
+      {"fixedNumberOfControlPoints", true},
+      {"labelFormat", "%N"},
+      {"lastUsedControlPointNumber", 1},
+      {"planeType", "pointNormal"},
+      {"sizeMode", "absolute"},
+      {"autoScalingSizeFactor", 1.0},
+      {"center", List(p)},
+      {"normal", List(n)},
+      // Identity matrix as written in an LPS file.
+      {"objectToBase", {-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0}},
+      {"baseToNode", {u.x, v.x, n.x, p.x, u.y, v.y, n.y, p.y, u.z, v.z, n.z, p.z, 0.0, 0.0, 0.0, 1.0}},
+      {"orientation", {u.x, v.x, n.x, u.y, v.y, n.y, u.z, v.z, n.z}},
+      {"size", {size_mm, size_mm, 0.0}},
+      {"planeBounds", {-half, half, -half, half}}};
+  plane["controlPoints"] = OrderedJson::array();
   plane["controlPoints"].push_back({{"id", "1"},
                                     {"label", markup.name},
                                     {"description", ""},
@@ -55,17 +56,17 @@ Json MakePlane(const PlaneMarkup& markup, double size_mm) {
                                     {"locked", false},
                                     {"visibility", true},
                                     {"positionStatus", "defined"}});
-  plane["measurements"] = Json::array();
+  plane["measurements"] = OrderedJson::array();
   return plane;
 }
 
 }  // namespace
 
 std::string FormatPlaneMarkups(const std::vector<PlaneMarkup>& planes, double size_mm) {
-  Json file{{"@schema", kSchema}};
-  file["markups"] = Json::array();
+  OrderedJson file{{"@schema", kSchema}};
+  file["markups"] = OrderedJson::array();
   for (const PlaneMarkup& plane : planes) file["markups"].push_back(MakePlane(plane, size_mm));
-  return file.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return file.dump(2, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
 }
 
 void WritePlaneMarkups(const std::string& path, const std::vector<PlaneMarkup>& planes, double size_mm) {

@@ -1,5 +1,5 @@
-// The C library's heap calls, held against core/heap_guard.h: these stand before the C library's own in a program that
-// is linked with them. operator new and delete come here too.
+// Heap functions of the C library with the checks of core/heap_guard.h. They replace the C library's own in every
+// program that links this file. operator new and delete call them too.
 #include <unistd.h>
 
 #include <cerrno>
@@ -9,7 +9,7 @@
 
 #include "base/core/heap_guard.h"
 
-// glibc's own, by the names that it keeps for such as us.
+// glibc's implementations, under the names that it reserves for replacements of malloc.
 extern "C" {
 void* __libc_malloc(std::size_t size);                           // NOLINT(bugprone-reserved-identifier)
 void* __libc_calloc(std::size_t count, std::size_t size);        // NOLINT(bugprone-reserved-identifier)
@@ -22,18 +22,18 @@ namespace {
 
 [[maybe_unused]] const bool installed = [] { return kerf::heap_guard::installed = true; }();
 
-/// Uses no heap itself.
+/// Must not use the heap itself.
 [[gnu::noinline, gnu::cold]] void Report(const char* call) {
   kerf::heap_guard::violations.fetch_add(1);
   if (kerf::heap_guard::count_only.load()) return;
-  // In one piece, so that lines of several threads don't mix.
+  // One write() call, so that lines of several threads do not mix.
   char line[96];
   std::size_t length = 0;
   for (const char* part : {"kerf: heap use inside the tick: ", call, "\n"}) {
     for (; *part != '\0' && length < sizeof(line); ++part) line[length++] = *part;
   }
   [[maybe_unused]] const auto written = write(STDERR_FILENO, line, length);
-  kerf::heap_guard::depth = 0;  // what abort() does is its own business
+  kerf::heap_guard::depth = 0;  // abort() may use the heap
   std::abort();
 }
 

@@ -1,4 +1,4 @@
-// When ticks are due: at whole multiples of the period after the start, whatever happened to the ones before.
+// Deadlines of ticks: whole multiples of the period after the start, regardless of delays of earlier ticks.
 #pragma once
 
 #include <algorithm>
@@ -6,17 +6,17 @@
 
 namespace kerf {
 
-/// Times are nanoseconds of one clock. Tick-safe; has no clock of its own.
+/// Times are nanoseconds of any one clock. Tick-safe; uses no clock.
 ///
-/// A tick that is not begun before the next one is due is missed: it is skipped and counted, never run late and in a
-/// row with others. Nor do two ticks begin less than a quarter of a period apart: after one that began later than that,
-/// the next waits for the next but one deadline.
+/// A tick that has not begun when the next one is due is missed: it is skipped and counted, and never made up for
+/// later. Two ticks begin at least a quarter of a period apart: if less time is left after a late tick, the next
+/// deadline is skipped.
 class Deadlines {
  public:
   /// `period_ns` > 0.
   explicit Deadlines(std::int64_t period_ns) : period_ns_(period_ns) {}
 
-  /// The first tick is due a period after `now_ns`.
+  /// The first tick is due one period after `now_ns`.
   void Start(std::int64_t now_ns) {
     due_ns_ = now_ns + period_ns_;
     last_ns_ = now_ns;
@@ -25,10 +25,10 @@ class Deadlines {
 
   struct Tick {
     std::int64_t due_ns = 0;
-    std::int64_t late_ns = 0;  // since the deadline that was waited for, which may be one of the skipped; >= 0
-    std::int64_t skipped = 0;  // deadlines between the last tick's and this one's that had no tick
+    std::int64_t late_ns = 0;  // since the deadline that was awaited, which may be a skipped one; >= 0
+    std::int64_t skipped = 0;  // number of deadlines without a tick between the last tick and this one
   };
-  /// Begins the tick that is due at `now_ns` >= due_ns(): of all deadlines that have passed, the last.
+  /// Begins the tick that is due at `now_ns` >= due_ns(). Its deadline is the last one that has passed.
   Tick Begin(std::int64_t now_ns) {
     Tick tick;
     tick.late_ns = std::max<std::int64_t>(now_ns - due_ns_, 0);
@@ -39,7 +39,7 @@ class Deadlines {
     began_ns_ = now_ns;
     return tick;
   }
-  /// The tick is over: finds the next deadline, after `now_ns`.
+  /// Ends the tick: finds the next deadline after `now_ns`.
   void End(std::int64_t now_ns) {
     const std::int64_t earliest_ns = std::max(now_ns + 1, began_ns_ + period_ns_ / 4);
     const std::int64_t ahead_ns = std::max(earliest_ns - due_ns_, period_ns_);
@@ -50,7 +50,7 @@ class Deadlines {
   std::int64_t period_ns_;
   std::int64_t due_ns_ = 0;
   std::int64_t last_ns_ = 0;   // deadline of the last tick
-  std::int64_t began_ns_ = 0;  // when it truly began
+  std::int64_t began_ns_ = 0;  // time at which the last tick actually began
 };
 
 }  // namespace kerf

@@ -19,7 +19,7 @@ void MonotonicClock::SleepUntil(std::int64_t time_ns) noexcept {
   timespec until{};
   until.tv_sec = time_ns / kNsPerSecond;
   until.tv_nsec = time_ns % kNsPerSecond;
-  // A signal's handler ends the sleep early.
+  // A signal handler may interrupt the sleep.
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
 }

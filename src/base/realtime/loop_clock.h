@@ -1,17 +1,16 @@
-// The loop's clock: the machine's, or one that only moves when it is told to, for runs that must not depend on the
-// machine.
+// Clock of the loop: the machine's clock, or a virtual clock for runs that must not depend on the machine.
 #pragma once
 
 #include <cstdint>
 
 namespace kerf {
 
-/// Nanoseconds from some beginning; never goes back. Tick-safe.
+/// Nanoseconds since an arbitrary origin; never decreases. Tick-safe.
 class LoopClock {
  public:
   virtual ~LoopClock() = default;
   virtual std::int64_t Now() noexcept = 0;
-  /// Returns at `time_ns` or, however late the machine is, after it.
+  /// Returns at `time_ns` or later.
   virtual void SleepUntil(std::int64_t time_ns) noexcept = 0;
   /// Passes time without sleeping.
   virtual void Burn(std::int64_t ns) noexcept = 0;
@@ -25,7 +24,7 @@ class MonotonicClock final : public LoopClock {
   void Burn(std::int64_t ns) noexcept override;
 };
 
-/// Stands still but for SleepUntil() and Burn(). One thread.
+/// Virtual time that advances only in SleepUntil() and Burn(). For one thread.
 class VirtualClock final : public LoopClock {
  public:
   std::int64_t Now() noexcept override { return now_ns_; }

@@ -1,5 +1,7 @@
 #include "base/realtime/realtime.h"
 
+#include "base/core/errno_text.h"
+
 #include <fmt/format.h>
 #include <pthread.h>
 #include <sched.h>
@@ -9,17 +11,12 @@
 
 #include <cerrno>
 #include <cstring>
-#include <system_error>
 
 namespace kerf {
 namespace {
 
-std::string Reason(int number) {
-  return std::generic_category().message(number);
-}
-
-/// With MCL_FUTURE: whether a request for memory that goes beyond the limit is granted, as to one who is above it, or
-/// would now fail: for a thread's stack, for the bone's leaves.
+/// With MCL_FUTURE: returns true if a request beyond the limit is granted, as to a privileged process. Otherwise later
+/// requests beyond the limit fail, such as those for thread stacks and the bone's leaves.
 bool IsAboveTheLimit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;
@@ -38,7 +35,7 @@ void AskForPriority(int priority, RealtimeGrants& grants) {
   grants.fifo = false;
   grants.priority = 0;
   if (priority <= 0) {
-    grants.scheduling = "SCHED_FIFO was not asked for: the loop runs among the other threads.";
+    grants.scheduling = "SCHED_FIFO was not requested: the loop runs at normal priority.";
     return;
   }
   sched_param param{};
@@ -46,9 +43,9 @@ void AskForPriority(int priority, RealtimeGrants& grants) {
   const int failed = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
   if (failed != 0) {
     grants.scheduling = fmt::format(
-        "SCHED_FIFO was refused ({}): the loop runs among the other threads and may be late; run as root or raise "
-        "the limit (ulimit -r).",
-        Reason(failed));
+        "SCHED_FIFO was refused ({}): the loop runs at normal priority and may be late; run as root or raise the limit "
+        "(ulimit -r).",
+        FormatErrno(failed));
     return;
   }
   grants.fifo = true;
@@ -64,12 +61,12 @@ void LockMemory(RealtimeGrants& grants) {
     grants.locked = mlockall(MCL_CURRENT) == 0;
   }
   grants.memory = later_too       ? "Memory is locked in RAM."
-                  : grants.locked ? "What memory there was at the start is locked in RAM; what comes later is not, as "
-                                    "that is limited (ulimit -l)."
+                  : grants.locked ? "Memory that existed at the start is locked in RAM; later memory is not, because "
+                                    "locking is limited (ulimit -l)."
                                   : fmt::format(
                                         "Memory could not be locked in RAM ({}): a tick may have to wait for a "
                                         "page; run as root or raise the limit (ulimit -l).",
-                                        Reason(errno));
+                                        FormatErrno(errno));
 }
 
 void UnlockMemory() {
@@ -79,7 +76,7 @@ void UnlockMemory() {
 void TouchStack() noexcept {
   char stack[kStackTouched];
   std::memset(stack, 0, sizeof(stack));
-  asm volatile("" : : "r"(&stack[0]) : "memory");  // the compiler must not see that nobody reads it
+  asm volatile("" : : "r"(&stack[0]) : "memory");  // keeps the compiler from removing the writes
 }
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// What the system grants the loop's thread, asked for and said plainly.
+// Real-time privileges of the loop's thread: requests them and reports which were granted.
 #pragma once
 
 #include <string>
@@ -7,19 +7,21 @@ namespace kerf {
 
 struct RealtimeGrants {
   bool fifo = false;  // SCHED_FIFO
-  int priority = 0;   // of it
+  int priority = 0;   // of SCHED_FIFO
   bool locked = false;
   bool fine_timer = false;  // timer slack of 1 ns
-  std::string scheduling;   // a sentence for people, each
+  std::string scheduling;   // scheduling and memory: one sentence each for the user
   std::string memory;
 };
 
-/// For the calling thread: SCHED_FIFO at `priority` (0: not asked for) and timer slack of 1 ns.
+/// Requests SCHED_FIFO at `priority` (0: request no real-time priority) and a timer slack of 1 ns for the calling
+/// thread.
 void AskForPriority(int priority, RealtimeGrants& grants);
-/// For the whole process: all memory, also what it takes from now on, stays in RAM. Keep it until UnlockMemory().
+/// Locks all memory of the process in RAM until UnlockMemory(), including later allocations if the limit (ulimit -l)
+/// allows.
 void LockMemory(RealtimeGrants& grants);
 void UnlockMemory();
-/// Writes to the calling thread's next `kStackTouched` bytes of stack, so that none of them is asked for in a tick.
+/// Writes to the next `kStackTouched` bytes of the calling thread's stack, so that no tick causes a page fault there.
 inline constexpr int kStackTouched = 256 * 1024;
 void TouchStack() noexcept;
 

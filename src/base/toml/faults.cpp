@@ -24,7 +24,7 @@ void Faults::ThrowIfAny() const {
     message += fmt::format("{}{}:{}:{}: {}", i == 0 ? "" : "\n", file_, f.line, f.column, f.what);
   }
   if (sorted.size() > kShown) {
-    message += fmt::format("\n{}: and {}{} faults more", file_, full() ? "at least " : "", sorted.size() - kShown);
+    message += fmt::format("\n{}: and {}{} more faults", file_, full() ? "at least " : "", sorted.size() - kShown);
   }
   throw Error(message);
 }

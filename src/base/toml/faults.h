@@ -1,4 +1,4 @@
-// Faults of a file, gathered so that all of them are told at once.
+// Collects the faults of a file, so that all of them are reported together.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@ namespace kerf {
 
 class Faults {
  public:
-  /// `file` names the file in messages.
+  /// `file` is the name in messages.
   explicit Faults(std::string file) : file_(std::move(file)) {}
 
   void Add(int line, int column, const std::string& what);
   bool empty() const { return faults_.empty(); }
-  /// So many that no more are kept: time to stop looking.
+  /// Returns true when no further faults are kept, so that the caller can stop checking.
   bool full() const { return faults_.size() >= kKept; }
-  /// Throws Error with a line for each fault in the order of the file, at most `kShown` of them; returns when there are
-  /// none.
+  /// Throws kerf::Error with a line for each fault in the order of the file, at most `kShown` of them. Returns if there
+  /// are no faults.
   void ThrowIfAny() const;
 
   static constexpr std::size_t kShown = 50;

@@ -28,7 +28,7 @@ const char* KindName(Kind kind) {
     case Kind::kArray:
       return "a list";
     case Kind::kText:
-      return "a text";
+      return "a string";
     case Kind::kInteger:
     case Kind::kReal:
       return "a number";
@@ -40,7 +40,7 @@ const char* KindName(Kind kind) {
   return "something else";
 }
 
-/// The word that `key` may have been meant as, or "". A key without its unit is the commonest slip.
+/// Returns the valid key that `key` probably means, or "". The most common mistake is a missing unit.
 std::string FindMeant(const std::string& key, const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     if (word.size() > key.size() && word.compare(0, key.size() + 1, key + "_") == 0) return word;
@@ -172,7 +172,7 @@ void TableReader::operator()(const char* key, std::string& value, const Choices&
 void TableReader::operator()(const char* key, std::string& value, TextLimit limit, const char*) {
   const TomlNode* node = Take(key);
   if (node == nullptr) return;
-  const std::string wanted = fmt::format("a text on one line of at most {} characters", limit.characters);
+  const std::string wanted = fmt::format("a string on one line of at most {} characters", limit.characters);
   if (node->kind != Kind::kText) return WrongType(*node, wanted);
   const bool one_line = std::all_of(node->text.begin(), node->text.end(),
                                     [](char c) { return static_cast<unsigned char>(c) >= 0x20 && c != 0x7f; });

@@ -1,4 +1,4 @@
-// Reads a TOML table into a described struct, strictly: every key known, of the right type and in range.
+// Strict reader of a TOML table into a described struct: every key must be known, of the right type and in range.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace kerf {
 
-/// A visitor for Describe(). A key that is absent leaves its field as it is; a fault leaves it too and is noted.
+/// Visitor for Describe(). An absent key leaves its field unchanged. A fault also leaves it unchanged and is recorded.
 class TableReader {
  public:
-  /// `name` is the table as the file writes it, e.g. "[tool]". Both references must outlive the reader.
+  /// `name` is the table as written in the file, e.g. "[tool]". Both references must outlive the reader.
   TableReader(const TomlNode& table, std::string name, Faults& faults);
 
   void operator()(const char* key, double& value, Range range, const char* meaning);
@@ -26,21 +26,21 @@ class TableReader {
   void operator()(const char* key, std::string& value, const Choices& choices, const char* meaning);
   void operator()(const char* key, std::string& value, TextLimit limit, const char* meaning);
 
-  /// What stands at the key, whatever it is, for the caller to judge; nullptr when absent.
+  /// Returns the value of the key without any check, or nullptr if the key is absent.
   const TomlNode* Node(const char* key) { return Take(key); }
-  /// The sub-table, or nullptr when absent or not a table (noted).
+  /// Returns the sub-table, or nullptr if it is absent or not a table (recorded as a fault).
   const TomlNode* Table(const char* key);
-  /// The tables of `[[key]]`; empty when absent or not that (noted).
+  /// Returns the tables of `[[key]]`; empty if absent or not tables (recorded as a fault).
   std::vector<const TomlNode*> Tables(const char* key, std::size_t limit);
   bool Has(const char* key) const { return table_.Find(key) != nullptr; }
-  /// Whether somebody asked for the key already.
+  /// Returns true if the key has already been requested.
   bool Known(const char* key) const;
-  /// Notes a fault when the key is absent.
+  /// Records a fault if the key is absent.
   void Require(const char* key);
-  /// Notes a fault at the key, or at the table when it is absent.
+  /// Records a fault at the key, or at the table if the key is absent.
   void Fault(const char* key, const std::string& what);
-  /// Notes each key that nobody asked for, with the nearest that is valid or, when none is near, all that are. Call
-  /// last.
+  /// Records a fault for each key that was not requested. The message suggests the nearest valid key or, if none is
+  /// near, lists all of them. Call last.
   void Finish();
 
  private:

@@ -16,14 +16,14 @@ void SetPosition(TomlNode& node, const toml::source_region& source) {
   node.column = static_cast<int>(source.begin.column);
 }
 
-// Values stand at most some ten deep within each other in a scene; each takes a frame here and in all that goes through
+// Values in a scene are nested about ten deep at most. Each level uses a stack frame here and in every recursion over
 // the tree.
 constexpr int kMaxDepth = 64;
 
 TomlNode Convert(const toml::node& source, const std::string& file, int depth = 0) {
   if (depth > kMaxDepth) {
-    throw Error(fmt::format("{}:{}:{}: tables and lists stand more than {} deep within each other; no scene is so deep",
-                            file, source.source().begin.line, source.source().begin.column, kMaxDepth));
+    throw Error(fmt::format("{}:{}:{}: tables and lists are nested more than {} deep; no scene needs that", file,
+                            source.source().begin.line, source.source().begin.column, kMaxDepth));
   }
   TomlNode node;
   SetPosition(node, source.source());
@@ -32,7 +32,7 @@ TomlNode Convert(const toml::node& source, const std::string& file, int depth = 
     for (const auto& [key, value] : *table) {
       TomlNode child = Convert(value, file, depth + 1);
       child.key = std::string(key.str());
-      // The children of a [table] stand where their key stands; a [table] itself where its header does.
+      // toml++ places a value at its key, but a [table] at its header.
       if (key.source().begin.line > 0) SetPosition(child, key.source());
       node.children.push_back(std::move(child));
     }
@@ -62,16 +62,17 @@ TomlNode Convert(const toml::node& source, const std::string& file, int depth = 
   return node;
 }
 
-// The keys of a scene have a handful of parts. With the 256 values that toml++ allows within each other, what is below
-// this stays far from the depth (some 20 000) at which its recursion runs out of stack.
+// Scene keys have few parts. toml++ allows 256 nested values; with this limit on parts, the depth stays far below that
+// at which its recursion overflows the stack (about 20 000).
 constexpr int kMaxKeyParts = 16;
 
-// Throws Error when a dotted key has more parts: toml++ makes a table of each and ends the program over very many.
+// Throws kerf::Error if a dotted key has more parts: toml++ creates a table for each and aborts the program if there
+// are too many.
 void CheckKeyLengths(const std::string& text, const std::string& file) {
   int line = 1;
   int column = 0;
   int dots = 0;
-  int key_line = 0;  // 0: no key begun
+  int key_line = 0;  // 0: not in a key
   int key_column = 0;
   std::size_t at = 0;
   const auto take = [&](std::size_t count) {
@@ -79,7 +80,7 @@ void CheckKeyLengths(const std::string& text, const std::string& file) {
       if (text[at] == '\n') {
         ++line;
         column = 0;
-      } else if ((static_cast<unsigned char>(text[at]) & 0xc0) != 0x80) {  // not the later bytes of a character
+      } else if ((static_cast<unsigned char>(text[at]) & 0xc0) != 0x80) {  // skips continuation bytes of UTF-8
         ++column;
       }
     }
@@ -104,14 +105,16 @@ void CheckKeyLengths(const std::string& text, const std::string& file) {
         take(c == '"' && text[at] == '\\' ? 2 : 1);
       }
       if (at < text.size() && text[at] == c) take(quotes.size());
-      for (int n = 0; many_lines && n < 2 && at < text.size() && text[at] == c; ++n) take(1);  // belong to the text
+      for (int n = 0; many_lines && n < 2 && at < text.size() && text[at] == c; ++n)
+        take(1);  // up to two quotes that
+                  // belong to the text
     } else if (c == '#') {
       end_key();
       while (at < text.size() && text[at] != '\n') take(1);
     } else if (c == '.') {
       begin_key();
       if (++dots >= kMaxKeyParts) {
-        throw Error(fmt::format("{}:{}:{}: the key has more than {} parts joined by dots; no key of a scene is so long",
+        throw Error(fmt::format("{}:{}:{}: the key has more than {} parts joined by dots; no scene key is that long",
                                 file, key_line, key_column, kMaxKeyParts));
       }
       take(1);

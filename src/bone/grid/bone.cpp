@@ -32,9 +32,9 @@ std::vector<const FloatLeaf*> Leaves(const FloatTree& tree) {
   return leaves;
 }
 
-/// Calls visit(bounding box in voxels, value) for each tile above the leaves, the background aside.
+/// Calls visit(bounding box in voxels, value) for each tile above the leaves, except the background.
 template <typename Visit>
-void ForEachTile(const FloatTree& tree, Visit visit) {
+void ForEachTileBox(const FloatTree& tree, Visit visit) {
   auto it = tree.cbeginValueAll();
   it.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
   for (; it; ++it) {
@@ -43,31 +43,32 @@ void ForEachTile(const FloatTree& tree, Visit visit) {
   }
 }
 
-/// Calls visit(cell, share) for the cells of a tile of bone that are not whole. There are none in a level set, whose
-/// tiles lie far from the surface; but a cut that ran out of memory ends at one.
+/// Calls visit(cell, fraction) for the cells of a bone tile that are not entirely bone. A level set has none, because
+/// its tiles lie far from the surface, but a cut that ran out of memory ends at a tile.
 template <typename Accessor, typename Visit>
 void ForEachCutCell(const Accessor& accessor, const openvdb::CoordBBox& tile, Visit visit) {
   CellBlock block;
   const openvdb::Coord last = tile.max().offsetBy(-7);
   for (int x = tile.min().x(); x <= last.x(); x += 8) {
     for (int y = tile.min().y(); y <= last.y(); y += 8) {
-      // Only the uppermost cells reach out of the tile.
+      // Only the uppermost cells extend beyond the tile.
       const bool outermost = x == last.x() || y == last.y();
       for (int z = outermost ? tile.min().z() : last.z(); z <= last.z(); z += 8) {
         block.Load(accessor, openvdb::Coord(x, y, z));
         if (std::all_of(block.data(), block.data() + CellBlock::kCount, [](float phi) { return phi < 0; })) continue;
         for (int i = 0; i < 512; ++i) {
           const openvdb::Coord cell(x + i / 64, y + i / 8 % 8, z + i % 8);
-          const double share = CalcCellShare(block.Corners(i / 64, i / 8 % 8, i % 8));
-          if (share < 1) visit(cell, share);
+          const double fraction = CalcCellFraction(block.Corners(i / 64, i / 8 % 8, i % 8));
+          if (fraction < 1) visit(cell, fraction);
         }
       }
     }
   }
 }
 
-/// Sums of cell shares over all leaves and tiles, by region when asked; in units of one cell.
-std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
+/// Returns the sums of the cells' fractions of bone over all leaves and tiles, by region if `by_region`; in units of
+/// one cell.
+std::array<double, 256> SumFractions(const Bone::Grids& grids, bool by_region) {
   const FloatTree& tree = grids.phi->tree();
   const std::vector<const FloatLeaf*> leaves = Leaves(tree);
   const double h = grids.voxel_mm();
@@ -77,7 +78,7 @@ std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
     const Vec3 centre = h * (Vec3(ijk.x(), ijk.y(), ijk.z()) + 0.5);
     return static_cast<std::size_t>(std::clamp(accessor.getValue(NearestVoxel(centre, region_h)), 0, 255));
   };
-  // Deterministic: the same split into ranges whatever the number of threads.
+  // Deterministic: the ranges are the same for any number of threads.
   Sums sums = tbb::parallel_deterministic_reduce(
       tbb::blocked_range<std::size_t>(0, leaves.size(), 64), Sums{},
       [&](const tbb::blocked_range<std::size_t>& range, Sums part) {
@@ -91,9 +92,9 @@ std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
           for (int x = 0; x < 8; ++x) {
             for (int y = 0; y < 8; ++y) {
               for (int z = 0; z < 8; ++z) {
-                const double share = CalcCellShare(block.Corners(x, y, z));
-                if (share == 0) continue;
-                part[by_region ? region_of(regions, origin.offsetBy(x, y, z)) : 0] += share;
+                const double fraction = CalcCellFraction(block.Corners(x, y, z));
+                if (fraction == 0) continue;
+                part[by_region ? region_of(regions, origin.offsetBy(x, y, z)) : 0] += fraction;
               }
             }
           }
@@ -104,13 +105,13 @@ std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
         for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
         return a;
       });
-  // A tile of the narrow band's level set is far from the surface: all its cells are whole, or nearly all.
+  // A tile of the narrow-band level set is far from the surface: all or nearly all of its cells are entirely bone.
   openvdb::tree::ValueAccessor<const FloatTree> accessor(tree);
   openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
-  ForEachTile(tree, [&](const openvdb::CoordBBox& box, float value) {
+  ForEachTileBox(tree, [&](const openvdb::CoordBBox& box, float value) {
     if (value >= 0) return;
-    ForEachCutCell(accessor, box, [&](const openvdb::Coord& cell, double share) {
-      sums[by_region ? region_of(regions, cell) : 0] -= 1 - share;
+    ForEachCutCell(accessor, box, [&](const openvdb::Coord& cell, double fraction) {
+      sums[by_region ? region_of(regions, cell) : 0] -= 1 - fraction;
     });
     if (!by_region) {
       sums[0] += static_cast<double>(box.volume());
@@ -121,7 +122,7 @@ std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
   return sums;
 }
 
-/// Mean of a property of the regions around a point, by weight; 0 where there is none.
+/// Returns the weighted mean of a property of the regions around a point; 0 if there are none.
 template <typename OfRegion>
 double InterpolateMaterial(const Bone::Grids& grids, const Vec3& p_W, OfRegion of_region) {
   double sum = 0;
@@ -169,7 +170,7 @@ Bone::Bone(Bone&&) noexcept = default;
 Bone& Bone::operator=(Bone&&) noexcept = default;
 
 Bone::Bone(const Bone& other) : grids_(std::make_unique<Grids>(*other.grids_)) {
-  grids_->phi = other.grids_->phi->deepCopy();  // the other grids are shared: nobody changes one in place
+  grids_->phi = other.grids_->phi->deepCopy();  // the other grids are shared: they are never changed in place
 }
 
 Bone& Bone::operator=(const Bone& other) {
@@ -246,12 +247,12 @@ bool Bone::empty() const {
 
 double Bone::CalcVolume() const {
   const double h = voxel_mm();
-  return SumShares(*grids_, false)[0] * h * h * h;
+  return SumFractions(*grids_, false)[0] * h * h * h;
 }
 
 std::map<int, double> Bone::CalcRegionVolumes() const {
   const double h = voxel_mm();
-  const std::array<double, 256> sums = SumShares(*grids_, true);
+  const std::array<double, 256> sums = SumFractions(*grids_, true);
   std::map<int, double> volumes;
   for (std::size_t id = 0; id < sums.size(); ++id) {
     if (sums[id] > 0) volumes[static_cast<int>(id)] = sums[id] * h * h * h;
@@ -260,7 +261,7 @@ std::map<int, double> Bone::CalcRegionVolumes() const {
 }
 
 Box3 Bone::CalcBounds() const {
-  // The crossings on the edges between an inside voxel and an outside neighbour; the outermost ones bound the surface.
+  // The crossings on the edges between an inside voxel and an outside neighbour. The outermost ones bound the surface.
   const std::vector<const FloatLeaf*> leaves = Leaves(grids_->phi->tree());
   const double h = voxel_mm();
   return tbb::parallel_reduce(

@@ -28,13 +28,13 @@ using FloatLeaf = FloatTree::LeafNodeType;
 using RegionTree = openvdb::Int32Tree;
 using RegionLeaf = RegionTree::LeafNodeType;
 
-constexpr int kLeafEdge = 8;
-constexpr int kCoarseEdge = 64;                  // blocks are sorted at this size first, then at the leaves' own
+constexpr int kCoarseEdge = 64;                  // edge of the blocks that are classified first, before leaf-sized ones
 constexpr double kMaxBoxVoxels = 68719476736.0;  // 2^36
-constexpr double kMostIndex = 1 << 30;           // of a voxel
-constexpr double kMostMeshIndex = 1 << 17;       // where a float still tells a hundredth of a voxel
+constexpr double kMaxIndex = 1 << 30;            // of a voxel
+constexpr double kMaxMeshIndex = 1 << 17;        // a float still resolves a hundredth of a voxel here
 
-/// Half the diagonal of a block of `edge` voxels, centre of first to centre of last, plus the band around it.
+/// Returns half the diagonal of a block of `edge` voxels, between the centres of its corner voxels, plus the band
+/// around it.
 double BallRadius(int edge, double h, int band_voxels) {
   return 0.5 * std::sqrt(3.0) * (edge - 1) * h + (band_voxels + 1) * h;
 }
@@ -53,13 +53,13 @@ struct Blocks {
   std::vector<Coord> mixed;
 };
 
-// What the blocks take while a bone is made, at most: a place in the lists; a leaf of the level set and of the regions,
-// and one more while a distance is solved for. Measured with blocks of 60 to 240 mm at 0.2 mm voxels.
+// Maximum memory per block while a bone is made: an entry in the lists; a leaf of the level set and of the regions, and
+// another while a distance is computed. Measured with blocks of 60 to 240 mm at 0.2 mm voxels.
 constexpr double kBytesOfInside = 100;
 constexpr double kBytesOfMixed = 7000;
 
 [[noreturn]] void RefuseMemory(double bytes, const BuildOptions& options) {
-  const auto [needed, there] = FormatBytePair(bytes, options.most_bytes);
+  const auto [needed, there] = FormatBytePair(bytes, options.max_bytes);
   throw Error(fmt::format(
       "a bone of this size with voxels of {:.3g} mm needs more than {} of memory and {} are free; use larger voxels",
       options.voxel_mm, needed, there));
@@ -96,7 +96,7 @@ Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& 
     }
     const double here = kBytesOfInside * static_cast<double>(found[n].inside.size()) +
                         kBytesOfMixed * static_cast<double>(found[n].mixed.size());
-    if (const double now = bytes.fetch_add(here) + here; now > options.most_bytes) RefuseMemory(now, options);
+    if (const double now = bytes.fetch_add(here) + here; now > options.max_bytes) RefuseMemory(now, options);
   });
   Blocks all;
   for (const Blocks& part : found) {
@@ -106,7 +106,7 @@ Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& 
   return all;
 }
 
-/// Reports from the calling thread only, whatever thread does the work.
+/// Reports progress only from the thread that created it, even when other threads do the work.
 class Progress {
  public:
   Progress(const std::function<void(double)>& report, double from, double to, std::size_t total)
@@ -127,7 +127,7 @@ class Progress {
   std::thread::id owner_ = std::this_thread::get_id();
 };
 
-/// Voxels of the mixed blocks, all active, with the field's own values.
+/// Evaluates the field at the voxels of the mixed blocks, all active.
 std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, const std::vector<Coord>& blocks,
                                                        double h, Progress& progress) {
   std::vector<std::unique_ptr<FloatLeaf>> leaves(blocks.size());
@@ -146,8 +146,9 @@ std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, 
   return leaves;
 }
 
-/// Switches off what lies more than a voxel beyond the band from a change of sign. Sweeping costs by active voxel, and
-/// most of a mixed block is beyond the band; a voxel in the band takes its distance from nearer ones alone.
+/// Deactivates voxels that are farther from a change of sign than the band plus one voxel. The cost of sweeping is
+/// proportional to the number of active voxels, and most of a mixed block is beyond the band. A voxel in the band gets
+/// its distance from nearer voxels only.
 void KeepNearSurface(openvdb::FloatGrid& field, int band_voxels) {
   openvdb::MaskTree near(field.tree(), false, openvdb::TopologyCopy());
   openvdb::tree::LeafManager<openvdb::MaskTree> near_leaves(near);
@@ -167,7 +168,7 @@ void KeepNearSurface(openvdb::FloatGrid& field, int band_voxels) {
       }
     }
   });
-  // Leaves that become all active may turn into tiles.
+  // Leaves whose voxels all become active may turn into tiles.
   Dilate(near, band_voxels + 1, openvdb::tools::NN_FACE_EDGE);
   openvdb::tree::LeafManager<FloatTree> leaves(field.tree());
   leaves.foreach ([&near](FloatLeaf& leaf, std::size_t) {
@@ -184,8 +185,8 @@ void AddInsideTiles(FloatTree& tree, const std::vector<Coord>& blocks, float val
   for (const Coord& origin : blocks) tree.addTile(1, origin, value, false);
 }
 
-/// Whether any part of a region voxel lies in bone or within two voxels of it (a cell that the surface cuts may have
-/// its centre that far out).
+/// Returns whether any part of a region voxel lies in bone or within two voxels of it: the centre of a cell that the
+/// surface cuts may be that far outside.
 template <typename Accessor>
 bool IsNear(const Accessor& phi, const Vec3& centre_W, double h, double region_h) {
   const auto near = [&](const Vec3& p_W) { return static_cast<double>(phi.getValue(NearestVoxel(p_W, h))) < 2 * h; };
@@ -212,13 +213,13 @@ void CheckBox(const Box3& box, const BuildOptions& options) {
                     box.size().x, box.size().y, box.size().z, voxel_mm));
   }
   const Vec3 furthest = glm::max(glm::abs(box.lower), glm::abs(box.upper));
-  const double most_vox = std::max({furthest.x, furthest.y, furthest.z}) / voxel_mm;
-  if (!IsInWorld(box.centre()) || !(most_vox < kMostIndex)) {
-    throw Error(fmt::format("the bone lies beyond {} mm from the world's origin", kWorldReach_mm));
+  const double max_vox = std::max({furthest.x, furthest.y, furthest.z}) / voxel_mm;
+  if (!IsInWorld(box.centre()) || !(max_vox < kMaxIndex)) {
+    throw Error(fmt::format("the bone extends more than {} mm from the world's origin", kWorldReach_mm));
   }
 }
 
-/// Throws Error unless it is closed and within range. Returns its area, mm^2.
+/// Returns the area of a mesh, mm^2. Throws kerf::Error unless it is closed and within range.
 double CheckMesh(const TriangleMesh& mesh, const BuildOptions& options) {
   if (const std::size_t open_edges = CountOpenEdges(mesh); open_edges != 0) {
     throw Error(
@@ -235,18 +236,18 @@ double CheckMesh(const TriangleMesh& mesh, const BuildOptions& options) {
   return area_mm2;
 }
 
-/// What a closed surface encloses, as a level set.
+/// Returns the volume that a closed surface encloses, as a level set.
 openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& options,
                                  const openvdb::math::Transform& transform) {
   std::vector<openvdb::Vec3s> points(mesh.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 p_vox = mesh.points[i] / options.voxel_mm;
     if (const double most = std::max({std::abs(p_vox.x), std::abs(p_vox.y), std::abs(p_vox.z)});
-        !(most <= kMostMeshIndex)) {
+        !(most <= kMaxMeshIndex)) {
       throw Error(
-          fmt::format("the surface reaches {:.0f} mm from the world's origin; with voxels of {:.3g} mm at most "
-                      "{:.0f} mm: move it nearer",
-                      most * options.voxel_mm, options.voxel_mm, kMostMeshIndex * options.voxel_mm));
+          fmt::format("the surface reaches {:.0f} mm from the world's origin; with voxels of {:.3g} mm it may "
+                      "reach at most {:.0f} mm: move it closer",
+                      most * options.voxel_mm, options.voxel_mm, kMaxMeshIndex * options.voxel_mm));
     }
     points[i] = openvdb::Vec3s(static_cast<float>(p_vox.x), static_cast<float>(p_vox.y), static_cast<float>(p_vox.z));
   }
@@ -256,7 +257,7 @@ openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& o
     triangles[i] = openvdb::Vec3I(t[0], t[1], t[2]);
   }
   const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
-  // The adapter's points are in index space; distances come out in world units.
+  // The adapter's points are in index space; distances are in world units.
   return openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, transform, static_cast<float>(options.band_voxels),
                                                           static_cast<float>(options.band_voxels));
 }
@@ -301,7 +302,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     for (auto& leaf : leaves) tree.addLeaf(leaf.release());
     AddInsideTiles(tree, blocks.inside, -band);
   } else {
-    // Only the sign and the zero level of the field are used; its size may be anything.
+    // Only the sign and the zero level of the field are used; its magnitude is arbitrary.
     auto field = openvdb::FloatGrid::create(1.0f);
     field->setTransform(grids.phi->transformPtr());
     for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
@@ -317,7 +318,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     AddInsideTiles(tree, blocks.inside, -band);
   }
   FinishLevelSet(*grids.phi);
-  if (bone.empty()) throw Error("the bone has no inside: nothing was found within the box");
+  if (bone.empty()) throw Error("the bone is empty: no point within the box is inside it");
   if (options.progress) options.progress(0.75);
   SetRegions(bone, solid.region, options.region_voxel_mm, options.progress);
   if (options.progress) options.progress(1.0);
@@ -329,10 +330,10 @@ Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<
   if (layers.empty() || layers.front().triangles.empty()) throw Error("the surface has no triangles");
   double area_mm2 = 0;
   for (const TriangleMesh& mesh : layers) area_mm2 += CheckMesh(mesh, options);
-  // A plane with its band goes through up to three leaves for each of its squares.
+  // A plane with its band passes through at most three leaves for each of its leaf-sized squares.
   const double leaf_mm = kLeafEdge * options.voxel_mm;
   const double bytes = kBytesOfMixed * 3 * area_mm2 / (leaf_mm * leaf_mm);
-  if (bytes > options.most_bytes) RefuseMemory(bytes, options);
+  if (bytes > options.max_bytes) RefuseMemory(bytes, options);
   Bone bone;
   Bone::Grids& grids = bone.grids();
   grids.phi = MakePhiGrid(options.voxel_mm, options.band_voxels);
@@ -362,7 +363,7 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
 
 void RoundDistances(Bone& bone, int precision_bits) {
   if (precision_bits >= 24) return;
-  // Veltkamp's splitting, as removal does it.
+  // Veltkamp's splitting, as in removal.
   const float splitter = static_cast<float>(1 << (24 - precision_bits)) + 1;
   openvdb::tree::LeafManager<FloatTree> leaves(bone.grids().phi->tree());
   leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
@@ -403,7 +404,7 @@ void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doubl
   std::sort(blocks.begin(), blocks.end());
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
 
-  // A block of one region never becomes a leaf: most are, and a leaf of each would be all of the memory.
+  // A block with one region never becomes a leaf. Most blocks are like this, and a leaf for each would use all memory.
   std::vector<std::unique_ptr<RegionLeaf>> leaves(blocks.size());
   std::vector<std::uint8_t> uniform(blocks.size(), 0);
   std::atomic<int> bad_id{0};

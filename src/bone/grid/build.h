@@ -1,4 +1,4 @@
-// Making a bone from a description of space.
+// Construction of a bone from a solid or from closed surfaces.
 #pragma once
 
 #include <functional>
@@ -8,63 +8,63 @@
 
 namespace kerf {
 
-/// What is known of a ball of space without looking at each voxel in it.
+/// Classification of a ball of space, made without evaluating each voxel in it.
 enum class BlockClass { kInside, kOutside, kMixed };
 
-/// A solid as functions of a world point. All functions must be thread-safe.
+/// A solid described by functions of a world point. All functions must be thread-safe.
 struct SolidField {
   /// Negative inside, positive outside, zero on the surface; continuous. mm when `is_distance`.
   std::function<double(const Vec3&)> value;
-  /// Whether the ball (centre, radius mm) is certainly inside, certainly outside, or neither. Errors here are holes in
-  /// the bone.
+  /// Returns whether the ball (centre, radius in mm) is certainly inside, certainly outside, or neither. A wrong answer
+  /// makes holes in the bone.
   std::function<BlockClass(const Vec3&, double)> classify;
-  /// Region id at a point; only asked inside or within band of the surface. 0 is allowed (no material).
+  /// Region id at a point; only called inside the solid or within the band of its surface. 0 (no material) is allowed.
   std::function<int(const Vec3&)> region;
-  /// True: `value` is a signed distance to 1 % within 3 voxels of the surface and used as it is.
-  /// False: only its zero level is used and the distance is solved for (first-order fast sweeping: to a fifth of a
-  /// voxel).
+  /// If true, `value` is a signed distance with an error of at most 1 % within 3 voxels of the surface, and is used
+  /// directly. If false, only the zero level of `value` is used and the distance is computed from it (first-order fast
+  /// sweeping, accurate to a fifth of a voxel).
   bool is_distance = true;
 };
 
-/// classify() for a field whose value changes by at most 1 per mm.
+/// Returns a classify() function for a field whose value changes by at most 1 per mm.
 std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<double(const Vec3&)> value);
 
-/// Voids that were made solid.
+/// Voids that were filled.
 struct FilledVoids {
   std::size_t count = 0;
-  double mm3 = 0;  // by voxels
+  double mm3 = 0;  // sum of their voxels
 };
 
 struct BuildOptions {
-  double voxel_mm = 0.2;                 // 0.02 to 4
-  double region_voxel_mm = 0.2;          // of the region grid
-  std::function<void(double)> progress;  // called with 0..1, from one thread; may be empty
-  int band_voxels = 3;                   // half width of the level set's band, 2 to 8; files hold 3 only
-  double most_bytes = 1e300;             // of memory, that are free: more is refused before it is asked for
-  FilledVoids* fill_voids = nullptr;     // set: voids that the solid encloses become solid and are counted here;
-                                         // of a field that is no distance
+  double voxel_mm = 0.2;                 // edge of a voxel, mm, 0.02 to 4
+  double region_voxel_mm = 0.2;          // edge of a voxel of the region grid, mm
+  std::function<void(double)> progress;  // optional; called with 0 to 1, from one thread
+  int band_voxels = 3;                   // half width of the level set's band, 2 to 8; files support only 3
+  double max_bytes = 1e300;              // available memory; a bone that needs more is refused before allocation
+  FilledVoids* fill_voids = nullptr;     // if set, voids enclosed by the solid are filled and counted here; only if
+                                         // `is_distance` is false
 };
 
-/// Voxelises a solid within `box` (which it must not touch: leave at least 4 voxels around it).
-/// Voxel centres lie at integer multiples of voxel_mm in world coordinates.
-/// Throws Error when the box would need more than 2^36 voxels, the bone more memory than there is, or nothing is
-/// inside. Uses all cores; the result does not depend on their number.
+/// Voxelises a solid within `box`. The solid must not touch the box: leave at least 4 voxels around it. Voxel centres
+/// lie at integer multiples of voxel_mm in world coordinates. Uses all cores; the result does not depend on their
+/// number. Throws kerf::Error if the box needs more than 2^36 voxels, if the bone needs more than `max_bytes` of
+/// memory, or if nothing is inside.
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials);
 
-/// The same from closed surfaces; the region function as above. What the first encloses is solid, hollows that lie in
-/// it included; what the second encloses is taken away again, what the third encloses is added to that, and so on.
-/// Throws Error when one is open.
+/// Makes a bone from closed surfaces; `region` as in SolidField. The first layer encloses solid, including any hollows
+/// in it. The volume enclosed by the second layer is subtracted, that of the third is added, and so on alternately.
+/// Throws kerf::Error if a layer is not closed.
 Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
                       const BuildOptions& options, MaterialTable materials);
 Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
                       const BuildOptions& options, MaterialTable materials);
 
-/// Keeps so many bits (4 to 24) of the significands of the distances, to nearest, as a coarser number format would: for
-/// comparison.
+/// Rounds the significands of all distances to `precision_bits` bits (4 to 24), to nearest, as a coarser number format
+/// would. Used for comparisons.
 void RoundDistances(Bone& bone, int precision_bits);
 
-/// Replaces the region grid: asks `region` again for every region voxel at or near the bone. Thread-safe function.
-/// `report` is called with the last quarter of the progress of making a bone, 0.75 to 0.98.
+/// Replaces the region grid: calls `region`, which must be thread-safe, for every region voxel in or near the bone.
+/// `report` is called with progress 0.75 to 0.98, the last quarter of making a bone.
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
                 const std::function<void(double)>& report = {});
 

@@ -1,4 +1,5 @@
-// The cells whose lowest corner lies in one 8 x 8 x 8 leaf: its values and one layer of its upper neighbours'.
+// Values of the cells whose lowest corner lies in one 8 x 8 x 8 leaf: those of the leaf and one layer of its upper
+// neighbours.
 #pragma once
 
 #include <array>
@@ -16,7 +17,8 @@ class CellBlock {
 
   const float* data() const { return values_.data(); }
 
-  /// The eight corner values of cell (x, y, z), each 0 to 7, in the order that CalcCellShare takes. Tick-safe.
+  /// Returns the eight corner values of cell (x, y, z), each 0 to 7, in the order that CalcCellFraction() expects.
+  /// Tick-safe.
   std::array<float, 8> Corners(int x, int y, int z) const {
     const float* p = &values_[(x * kEdge + y) * kEdge + z];
     return {p[0],
@@ -29,7 +31,7 @@ class CellBlock {
             p[kEdge * kEdge + kEdge + 1]};
   }
 
-  /// Fills from the tree around the leaf whose lowest voxel is `origin` (a multiple of 8). Tick-safe.
+  /// Loads the values around the leaf whose lowest voxel is `origin` (a multiple of 8) from a tree. Tick-safe.
   template <typename Accessor, typename Coord>
   void Load(const Accessor& accessor, const Coord& origin) {
     ForEachPart([&](int bx, int by, int bz) {
@@ -39,7 +41,8 @@ class CellBlock {
     });
   }
 
-  /// Fills from leaves: values_of(x, y, z), each 0 or 1, is the leaf itself or an upper neighbour, 512 values.
+  /// Loads the values from leaves: values_of(x, y, z), each 0 or 1, returns the 512 values of the leaf or of an upper
+  /// neighbour.
   template <typename ValuesOf>
   void LoadLeaves(ValuesOf&& values_of) {
     ForEachPart([&](int bx, int by, int bz) { LoadPart(values_of(bx, by, bz), 0, bx, by, bz); });
@@ -55,7 +58,7 @@ class CellBlock {
     }
   }
 
-  /// `data`: 512 values, or null where all are `uniform`.
+  /// `data`: 512 values; null if all are `uniform`.
   void LoadPart(const float* data, float uniform, int bx, int by, int bz) {
     for (int x = 0; x < (bx ? 1 : 8); ++x) {
       for (int y = 0; y < (by ? 1 : 8); ++y) {

@@ -1,7 +1,8 @@
-// How much bone a cell holds. A cell is the cube between eight neighbouring voxel centres; within it phi is taken as
-// linear on each of six tetrahedra (Kuhn's division, the same in every cell, so neighbouring cells agree on their
-// common face). The volume is therefore exact for plane surfaces, second-order for curved ones, and a function of the
-// eight values alone: volumes before and after a cut differ by exactly what the changed cells lost.
+// Volume of bone in a cell. A cell is the cube between eight neighbouring voxel centres. Within it phi is linear on
+// each of six tetrahedra (Kuhn's division, the same in every cell, so that neighbouring cells agree on their common
+// face). The volume is therefore exact for plane surfaces, second-order for curved ones, and a function of the eight
+// values alone. The difference of the volumes before and after a cut equals exactly the sum of the losses of the
+// changed cells.
 #pragma once
 
 #include <array>
@@ -9,8 +10,9 @@
 
 namespace kerf {
 
-/// Share (0 to 1) of a tetrahedron where the linear function with these corner values is negative. Tick-safe.
-inline double CalcNegativeShare(double a, double b, double c, double d) {
+/// Returns the fraction (0 to 1) of a tetrahedron where the linear function with these corner values is negative.
+/// Tick-safe.
+inline double CalcNegativeFraction(double a, double b, double c, double d) {
   const auto swap_if = [](double& x, double& y) {
     if (y < x) {
       const double t = x;
@@ -18,7 +20,7 @@ inline double CalcNegativeShare(double a, double b, double c, double d) {
       y = t;
     }
   };
-  // Sorted, so that the negative corners come first and the result does not depend on the corners' order.
+  // Sorting places the negative corners first and makes the result independent of the corners' order.
   swap_if(a, b);
   swap_if(c, d);
   swap_if(a, c);
@@ -37,25 +39,25 @@ inline double CalcNegativeShare(double a, double b, double c, double d) {
   return 1 - d * d * d / ((d - a) * (d - b) * (d - c));
 }
 
-/// Share of a cell where phi < 0; v[4x + 2y + z] is the value at corner (x, y, z). Tick-safe.
-inline double CalcCellShare(const std::array<float, 8>& v) {
+/// Returns the fraction of a cell where phi < 0; v[4x + 2y + z] is the value at corner (x, y, z). Tick-safe.
+inline double CalcCellFraction(const std::array<float, 8>& v) {
   int negative = 0;
   for (const float value : v) negative += value < 0 ? 1 : 0;
   if (negative == 0) return 0;
   if (negative == 8) return 1;
-  // The six paths from corner 0 to corner 7 along the edges; each is a tetrahedron.
+  // The six paths from corner 0 to corner 7 along the edges; each defines a tetrahedron.
   static constexpr int kPaths[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};
   double sum = 0;
   for (const auto& path : kPaths) {
-    sum += CalcNegativeShare(static_cast<double>(v[0]), static_cast<double>(v[path[0]]),
-                             static_cast<double>(v[path[1]]), static_cast<double>(v[7]));
+    sum += CalcNegativeFraction(static_cast<double>(v[0]), static_cast<double>(v[path[0]]),
+                                static_cast<double>(v[path[1]]), static_cast<double>(v[7]));
   }
   return sum / 6;
 }
 
-/// phi within a cell as CalcCellShare takes it: linear on each tetrahedron; f: 0 to 1 along x, y, z. Tick-safe.
+/// Returns phi within a cell, linear on each tetrahedron as in CalcCellFraction(); f: 0 to 1 along x, y, z. Tick-safe.
 inline double InterpolateInCell(const std::array<float, 8>& v, const double f[3]) {
-  // From corner 0 along the axes, the one of the largest share first: the path of the tetrahedron that holds the point.
+  // From corner 0 along the axes in descending order of f: this path defines the tetrahedron that contains the point.
   int axis[3] = {0, 1, 2};
   const auto swap_if = [&](int i, int j) {
     if (f[axis[i]] >= f[axis[j]]) return;

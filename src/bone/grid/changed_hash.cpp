@@ -8,14 +8,14 @@
 namespace kerf {
 namespace {
 
-/// 21 bits an axis; never 0.
+/// Returns a key with 21 bits per axis; never 0.
 std::uint64_t KeyOf(const std::array<int, 3>& index) {
   std::uint64_t key = 1;
   for (const int i : index) key = key << 21 | (static_cast<std::uint32_t>(i) & 0x1fffff);
   return key;
 }
 
-/// Four chains, so that one multiplication need not wait for the next.
+/// Uses four independent chains, so that no multiplication waits for the previous one.
 std::uint64_t HashValues(const float* values) {
   constexpr std::uint64_t kFactor = 0x9fb21c651e98df25u;  // odd
   std::array<std::uint64_t, 4> chain{1, 2, 3, 4};

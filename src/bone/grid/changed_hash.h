@@ -1,4 +1,4 @@
-// A hash of all voxels that have changed, kept up to date as they change.
+// Incremental hash of all changed voxels.
 #pragma once
 
 #include <array>
@@ -9,16 +9,16 @@
 
 namespace kerf {
 
-/// The sum, over all leaves that were ever told to it, of a hash of where the leaf is and of the values that it was
-/// told last. So it does not matter in which order leaves come, nor whether one that has not changed comes again: two
-/// bones that began alike and have the same hash after the same changes are (nearly certainly) the same to the bit.
+/// Sum, over all leaves ever passed to Take(), of a hash of the leaf's index and of its latest values. The sum does not
+/// depend on the order of the leaves, nor on a leaf that is passed again unchanged. If two bones were equal at first
+/// and have the same hash after the same changes, they are (almost certainly) bit-identical.
 class ChangedHash {
  public:
-  /// Room for so many leaves, 16 bytes each and as much again; those that come when it is full are passed over, the
-  /// same each time.
+  /// Reserves room for `leaves` leaves: at least two slots of 16 bytes for each. Once it is full, new leaves are
+  /// ignored; they are the same ones in each run.
   explicit ChangedHash(std::size_t leaves = std::size_t{1} << 18);
 
-  /// Tick-safe; 0.1 us.
+  /// Adds or updates a leaf. Tick-safe; 0.1 us.
   void Take(const ChangedLeaf& leaf);
   std::uint64_t value() const { return sum_; }
   std::size_t leaves() const { return count_; }

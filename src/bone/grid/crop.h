@@ -1,12 +1,13 @@
-// A part of a bone, for work that is done around one place over and over.
+// Part of a bone, for repeated work around one place.
 #pragma once
 
 #include "kerf/bone.h"
 
 namespace kerf {
 
-/// The bone within the box, grown to whole leaves; beyond there is air. What was cut off leaves no true distances at
-/// the box's faces: stay clear of them. The bone itself where the box holds all of it.
+/// Returns the part of the bone within the box, extended to whole leaves; outside there is air. Distances at the faces
+/// of the box are not valid: keep away from them. Returns a copy of the whole bone if the box contains all of it or is
+/// empty.
 Bone CropBone(const Bone& bone, const Box3& box_W);
 
 }  // namespace kerf

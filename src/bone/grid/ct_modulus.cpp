@@ -33,7 +33,7 @@ void ForEachHuInBone(const Bone& bone, Visit visit) {
   }
 }
 
-/// The cells of a lattice of edge `hu_h` that hold a voxel of the bone.
+/// Returns the cells of a lattice of edge `hu_h` that hold an inside voxel of the bone.
 openvdb::MaskTree FindCells(const openvdb::FloatTree& phi, double h, double hu_h) {
   openvdb::MaskTree cells;
   openvdb::tree::ValueAccessor<openvdb::MaskTree> mark(cells);
@@ -66,8 +66,8 @@ void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxe
   Bone::Grids& grids = bone.grids();
   const double h = grids.voxel_mm();
   openvdb::MaskTree cells = FindCells(grids.phi->constTree(), h, voxel_mm);
-  // A point in the bone lies within a voxel of phi from the centre of one that is inside, and needs all corners of its
-  // own cell.
+  // A point in the bone lies within a voxel of phi from the centre of an inside voxel, and needs all corners of its
+  // cell.
   const int reach = 1 + static_cast<int>(std::ceil(h / voxel_mm));
   Dilate(cells, reach, openvdb::tools::NN_FACE_EDGE_VERTEX, openvdb::tools::EXPAND_TILES);
   const auto grid = MakeHuGrid(voxel_mm);
@@ -130,11 +130,11 @@ CtModulusReport UseCtModulus(Bone& bone, const CtLaw& law, bool all_regions) {
   if (E_MPa.empty()) return report;
   report.voxels = E_MPa.size();
   const double n = static_cast<double>(E_MPa.size());
-  report.share_below = static_cast<double>(below) / n;
-  report.share_above = static_cast<double>(above) / n;
+  report.fraction_below = static_cast<double>(below) / n;
+  report.fraction_above = static_cast<double>(above) / n;
   std::sort(E_MPa.begin(), E_MPa.end());
-  const auto rank = [&](double share) {
-    return static_cast<double>(E_MPa[static_cast<std::size_t>(std::max(0.0, std::ceil(share * n) - 1))]);
+  const auto rank = [&](double fraction) {
+    return static_cast<double>(E_MPa[static_cast<std::size_t>(std::max(0.0, std::ceil(fraction * n) - 1))]);
   };
   report.E_min_MPa = rank(0);
   report.E_p5_MPa = rank(0.05);

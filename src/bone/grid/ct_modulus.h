@@ -1,4 +1,4 @@
-// CT numbers in a bone, and the modulus that a law makes of them.
+// CT numbers in a bone, and the Young's modulus that a law computes from them.
 #pragma once
 
 #include <cstdint>
@@ -8,27 +8,28 @@
 
 namespace kerf {
 
-/// Stores the CT numbers at and within two voxels around the bone, on a lattice of its own: centres at integer
-/// multiples of `voxel_mm`. `hu` gives them at world points and must be thread-safe. Throws Error when voxel_mm is not
-/// within 0.05 to 10.
+/// Stores the CT numbers in the bone and at least two CT voxels around it, on a separate lattice: centres at integer
+/// multiples of `voxel_mm`. `hu` returns the CT number at a world point and must be thread-safe. Throws kerf::Error
+/// unless voxel_mm is from 0.05 to 10.
 void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxel_mm);
 
-/// Those of another bone in the same place, lattice and all. Throws Error when it has none.
+/// Takes the CT numbers and their lattice from another bone in the same place. Throws kerf::Error if it has none.
 void TakeHu(Bone& bone, const Bone& from);
 
-/// Over the CT voxels with their centre in the bone and in a region that takes its E from them.
+/// Statistics over the CT voxels whose centre lies in the bone and in a region whose E comes from CT numbers.
 struct CtModulusReport {
   std::uint64_t voxels = 0;
-  double share_below = 0;  // of them: density under the law's range, held to its lower end
-  double share_above = 0;
-  double E_min_MPa = 0, E_p5_MPa = 0, E_p50_MPa = 0, E_p95_MPa = 0, E_max_MPa = 0;  // 0 when there are none
+  double fraction_below = 0;  // fraction with a density below the law's range, clamped to its lower end
+  double fraction_above = 0;
+  double E_min_MPa = 0, E_p5_MPa = 0, E_p50_MPa = 0, E_p95_MPa = 0, E_max_MPa = 0;  // all 0 if there are none
 };
 
-/// From here on E is `law` of the CT numbers, trilinear between their voxels, in the cancellous regions or in all; nu
-/// stays the region's own. Throws Error when the bone has no CT numbers or the law no calibration.
+/// Makes E follow `law`, applied to the CT numbers and interpolated trilinearly between their voxels, in the cancellous
+/// regions or in all regions; nu remains that of the region. Throws kerf::Error if the bone has no CT numbers or the
+/// law has no calibration.
 CtModulusReport UseCtModulus(Bone& bone, const CtLaw& law, bool all_regions);
 
-/// Smallest and largest CT number with its voxel's centre in the bone, and how many there are.
+/// Range of the CT numbers of the voxels whose centre lies in the bone, and the number of these voxels.
 struct HuRange {
   std::uint64_t voxels = 0;
   double min = 0;

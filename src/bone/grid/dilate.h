@@ -1,4 +1,4 @@
-// Growing a set of voxels.
+// Dilation of a set of voxels.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -6,7 +6,8 @@
 
 namespace kerf {
 
-/// openvdb::tools::dilateActiveValues, compiled once: it takes longer to compile than any file that calls it.
+/// Wraps openvdb::tools::dilateActiveValues so that it is compiled only once: it takes longer to compile than any file
+/// that calls it.
 void Dilate(openvdb::MaskTree& voxels, int steps, openvdb::tools::NearestNeighbors neighbours,
             openvdb::tools::TilePolicy tiles = openvdb::tools::PRESERVE_TILES);
 

@@ -15,8 +15,7 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
-constexpr int kLeafEdge = 8;
-constexpr int kOriginLeaves = 1 << 14;      // frame F lies at multiples of so many leaves
+constexpr int kOriginLeaves = 1 << 14;      // the origin of frame F is a multiple of this number of leaves
 constexpr std::uint8_t kMarkChanged = 1;    // since ClearChanged()
 constexpr std::uint8_t kMarkUnsettled = 2;  // since Settle()
 
@@ -55,7 +54,8 @@ LeafIndex operator-(const LeafIndex& a, const LeafIndex& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
-/// The leaves of a tree that are not background: first, last; {0, 0, 0} and {-1, -1, -1} when there are none.
+/// Finds the box of the leaves of a tree that are not background: first, last; {0, 0, 0} and {-1, -1, -1} if there are
+/// none.
 template <typename Tree>
 std::pair<LeafIndex, LeafIndex> FindLeafBox(const Tree& tree) {
   bool any = false;
@@ -71,7 +71,7 @@ std::pair<LeafIndex, LeafIndex> FindLeafBox(const Tree& tree) {
   return {first, last};
 }
 
-/// The multiple of kOriginLeaves that is nearest to the middle of a tree's leaves.
+/// Returns the multiple of kOriginLeaves that is nearest to the middle of a tree's leaves.
 LeafIndex FindOrigin(const FloatTree& tree) {
   const auto [first, last] = FindLeafBox(tree);
   const auto nearest = [](int a, int b) {
@@ -80,7 +80,7 @@ LeafIndex FindOrigin(const FloatTree& tree) {
   return {nearest(first.x, last.x), nearest(first.y, last.y), nearest(first.z, last.z)};
 }
 
-/// Where frame F lies in a grid of another voxel size: in whole leaves, and what is left over, in voxels.
+/// Position of frame F in a grid of another voxel size: whole leaves, and the remainder in voxels.
 struct GridOrigin {
   GridOrigin(const Vec3& p_WF_mm, double voxel_mm) {
     const Vec3 p_vox = p_WF_mm / voxel_mm;
@@ -92,7 +92,8 @@ struct GridOrigin {
   Vec3 rest_vox;
 };
 
-/// A table of a grid's leaves, numbered from `origin` on, and the blocks that stand for its tiles, one for each value.
+/// Table of a grid's leaves, numbered from `origin`, and the shared blocks that represent its tiles, one for each
+/// value.
 template <typename Tree>
 struct TreeTable {
   using Value = typename Tree::ValueType;
@@ -120,8 +121,8 @@ struct TreeTable {
   std::map<Value, Block> blocks;
 };
 
-/// Turns the inside tiles into tiles of the size of leaves, so that a leaf can take the place of one without anything
-/// else being made.
+/// Splits the inside tiles into tiles of the size of leaves, so that a leaf can replace one without any other
+/// allocation.
 void SplitInsideTiles(FloatTree& tree) {
   std::vector<std::pair<LeafIndex, LeafIndex>> large;
   ForEachTile(tree, [&](const LeafIndex& first, const LeafIndex& last, float value) {
@@ -133,7 +134,7 @@ void SplitInsideTiles(FloatTree& tree) {
   }
 }
 
-/// Throws Error when the tree's box is too large for a table, before a tile of it becomes many.
+/// Splits the inside tiles. Throws kerf::Error, before any change, if the tree's box is too large for a table.
 FloatTree& Split(FloatTree& tree) {
   const auto [first, last] = FindLeafBox(tree);
   LeafTable<float>::CheckedSize({last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3});
@@ -176,20 +177,20 @@ struct BoneField::State {
   }
 
   FloatTree& tree;
-  LeafIndex origin;  // of F, and the same as a point:
+  LeafIndex origin;  // of F in the world; as a point: p_WF_mm
   double h;
   Vec3 p_WF_mm;
   TreeTable<FloatTree> phi;
   double region_h;
   GridOrigin region_origin;
   TreeTable<openvdb::Int32Tree> region;
-  std::unique_ptr<TreeTable<FloatTree>> modulus;  // null when no E is from the CT
+  std::unique_ptr<TreeTable<FloatTree>> modulus;  // null if no E comes from the CT
   double modulus_h = 1;
   Vec3 modulus_rest_vox{0};
   float band;
   const float* outside;
   const float* inside;
-  std::vector<std::uint8_t> marks;  // a leaf each
+  std::vector<std::uint8_t> marks;  // one per leaf
   std::array<bool, 256> by_modulus;
   std::size_t own_leaves = 0;
   std::vector<std::unique_ptr<FloatLeaf>> spare;  // filled with the inside value
@@ -256,11 +257,11 @@ int BoneField::RegionAt(const Vec3& p_F) const {
   const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox + 0.5);
   return state_->region.table.Get(cell.x, cell.y, cell.z);
 }
-int BoneField::FindRegions(const Vec3& p_F, std::array<RegionShare, 8>& shares) const {
+int BoneField::FindRegions(const Vec3& p_F, std::array<RegionFraction, 8>& fractions) const {
   const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox);
   std::size_t count = 0;
   VisitRegions(state_->region.table.Corners(cell), cell.f, [&](int region, double weight) {
-    shares[count++] = {region, weight};
+    fractions[count++] = {region, weight};
   });
   return static_cast<int>(count);
 }
@@ -282,7 +283,7 @@ float* BoneField::Write(const LeafIndex& leaf) {
     FloatLeaf* own = s.spare.back().release();
     s.spare.pop_back();
     own->setOrigin(OriginOf(leaf + s.origin));
-    s.tree.addLeaf(own);  // the nodes above it are there: SplitInsideTiles()
+    s.tree.addLeaf(own);  // the nodes above it exist: SplitInsideTiles()
     values = own->buffer().data();
     s.phi.table.Set(place, values);
     ++s.own_leaves;
@@ -291,7 +292,7 @@ float* BoneField::Write(const LeafIndex& leaf) {
   if (!(marks & kMarkChanged)) s.changed.push_back(leaf);
   if (!(marks & kMarkUnsettled)) s.unsettled.push_back(leaf);
   marks = kMarkChanged | kMarkUnsettled;
-  return const_cast<float*>(values);  // of a tree that this field may change
+  return const_cast<float*>(values);  // belongs to a tree that this field may change
 }
 
 float* BoneField::Open(const LeafIndex& leaf) {
@@ -300,7 +301,7 @@ float* BoneField::Open(const LeafIndex& leaf) {
   const LeafIndex low = lowest(), high = highest();
   const bool in_box =
       leaf.x >= low.x && leaf.y >= low.y && leaf.z >= low.z && leaf.x <= high.x && leaf.y <= high.y && leaf.z <= high.z;
-  // A node that holds a leaf has room for its neighbours without asking for memory.
+  // A node that holds a leaf has room for its neighbours without allocation.
   if (!in_box || s.spare.empty() ||
       s.tree.probeNode<FloatTree::RootNodeType::ChildNodeType::ChildNodeType>(OriginOf(leaf + s.origin)) == nullptr) {
     return nullptr;
@@ -318,7 +319,7 @@ float* BoneField::Open(const LeafIndex& leaf) {
 float* BoneField::OwnValues(const LeafIndex& leaf) {
   const float* values = Read(leaf);
   if (values == state_->outside || values == state_->inside) return nullptr;
-  return const_cast<float*>(values);  // of a tree that this field may change
+  return const_cast<float*>(values);  // belongs to a tree that this field may change
 }
 
 bool BoneField::WantsOld(const LeafIndex& leaf) const {
@@ -370,11 +371,11 @@ void BoneField::Refill(int spare_leaves) {
   s.ReserveMarks();
 }
 
-/// Whether none of the cells whose lowest corner lies in the leaf holds bone, and all of its own values are outside.
+/// Returns whether all of the leaf's own values are outside and no cell whose lowest corner lies in it holds bone.
 bool BoneField::State::IsEmpty(const LeafIndex& leaf) const {
   const float* own = table().at(table().Find(leaf));
   if (std::any_of(own, own + kLeafVoxels, [this](float value) { return value < band; })) return false;
-  // The layer of the upper neighbours that those cells reach into.
+  // The layer of upper neighbours that these cells reach into.
   for (int i = 0; i <= kLeafEdge; ++i) {
     for (int j = 0; j <= kLeafEdge; ++j) {
       for (const auto& [x, y, z] :

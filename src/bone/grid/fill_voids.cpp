@@ -14,9 +14,9 @@ using FloatLeaf = FloatTree::LeafNodeType;
 
 constexpr float kSolid = -1;
 
-/// What the solid encloses without being solid.
+/// Returns the voxels that the solid encloses but that are not solid.
 BoolTree FindVoids(const FloatTree& field) {
-  const BoolTree::Ptr enclosed = openvdb::tools::extractEnclosedRegion(field);  // the solid included
+  const BoolTree::Ptr enclosed = openvdb::tools::extractEnclosedRegion(field);  // including the solid
   BoolTree voids(false);
   for (auto leaf = enclosed->cbeginLeaf(); leaf; ++leaf) {
     const FloatLeaf* values = field.probeConstLeaf(leaf->origin());

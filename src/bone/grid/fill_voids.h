@@ -1,4 +1,4 @@
-// Voids that a solid encloses. OpenVDB's types: for bone alone.
+// Filling of the voids that a solid encloses. Internal to bone, because it exposes OpenVDB types.
 #pragma once
 
 #include <openvdb/openvdb.h>
@@ -9,11 +9,11 @@
 
 namespace kerf {
 
-/// Makes the voids of a field solid (-1): voxels with a value of 0 and more from which no way over faces of such voxels
-/// leads out. All voxels of its leaves must be active; blocks that are no leaves are inside where negative, and the
-/// voxels of leaves beside such a block must have its sign (else the flood would leave the leaves). `filled_blocks`
-/// gets the leaf-sized blocks that had no leaf and are solid now. The surface that can be reached from outside stays as
-/// it is, bit by bit.
+/// Fills the voids of a field (with -1): voxels with a value of at least 0 from which no path across faces of such
+/// voxels leads out. All voxels of the field's leaves must be active. Blocks without a leaf are inside if negative. The
+/// voxels of a leaf next to such a block must have the block's sign; otherwise the flood would leave the leaves. Adds
+/// to `filled_blocks` the leaf-sized blocks without a leaf that are filled. The surface that can be reached from
+/// outside stays bit-identical.
 FilledVoids FillVoids(openvdb::FloatTree& field, double voxel_mm, std::vector<openvdb::Coord>& filled_blocks);
 
 }  // namespace kerf

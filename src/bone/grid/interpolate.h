@@ -1,4 +1,4 @@
-// Values between the centres of eight neighbouring voxels, whatever the grid that they come from.
+// Interpolation between the centres of eight neighbouring voxels, independent of the kind of grid.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// The cell of a grid that a point lies in: its lowest voxel and the point's place in it, 0 to 1 along each axis.
+/// The cell of a grid that contains a point: its lowest voxel and the point's position in it, 0 to 1 along each axis.
 struct CellPoint {
   int x;
   int y;
@@ -17,10 +17,10 @@ struct CellPoint {
   Vec3 f;
 };
 
-/// `p_vox`: in the grid's index space; what lies absurdly far out is taken at the end of the integers. Tick-safe.
+/// `p_vox`: in the grid's index space; coordinates are clamped to +-2^30. Tick-safe.
 inline CellPoint FindCell(const Vec3& p_vox) {
   constexpr double kFar = 1 << 30;
-  // Rounded down by way of an integer: without SSE 4.1 floor() is a call.
+  // Rounds down through an integer, because without SSE 4.1 floor() is a function call.
   const auto down = [](double x) {
     const int towards_0 = static_cast<int>(x);
     return towards_0 - (x < towards_0 ? 1 : 0);
@@ -32,16 +32,16 @@ inline CellPoint FindCell(const Vec3& p_vox) {
   return {x, y, z, Vec3(p.x - x, p.y - y, p.z - z)};
 }
 
-/// Eight values of a cell; [4x + 2y + z] is that of corner (x, y, z).
+/// Eight values of a cell; element [4x + 2y + z] belongs to corner (x, y, z).
 template <typename T>
 using CellValues = std::array<T, 8>;
 
-/// Share of a corner in trilinear interpolation. Tick-safe.
+/// Returns the weight of a corner in trilinear interpolation. Tick-safe.
 inline double CalcCornerWeight(std::size_t corner, const Vec3& f) {
   return ((corner & 4) ? f.x : 1 - f.x) * ((corner & 2) ? f.y : 1 - f.y) * ((corner & 1) ? f.z : 1 - f.z);
 }
 
-/// Trilinear. Tick-safe.
+/// Interpolates trilinearly. Tick-safe.
 inline double Interpolate(const CellValues<float>& v, const Vec3& f) {
   double plane[2];
   for (std::size_t x = 0; x < 2; ++x) {
@@ -56,9 +56,9 @@ inline double Interpolate(const CellValues<float>& v, const Vec3& f) {
   return plane[0] + f.x * (plane[1] - plane[0]);
 }
 
-/// The gradient of Interpolate() by f. Tick-safe.
+/// Returns the gradient of Interpolate() with respect to f. Tick-safe.
 inline Vec3 InterpolateGradient(const CellValues<float>& v, const Vec3& f) {
-  // Along each axis the difference of the two opposite faces, bilinear in the other two.
+  // Along each axis: the difference of the two opposite faces, bilinear in the other two axes.
   const auto d = [&v](std::size_t upper, std::size_t lower) {
     return static_cast<double>(v[upper]) - static_cast<double>(v[lower]);
   };
@@ -68,7 +68,7 @@ inline Vec3 InterpolateGradient(const CellValues<float>& v, const Vec3& f) {
           mix(mix(d(1, 0), d(3, 2), f.y), mix(d(5, 4), d(7, 6), f.y), f.x)};
 }
 
-/// Trilinear between the corners with a value above 0; 0 where none has one. Tick-safe.
+/// Interpolates trilinearly between the corners with a value above 0; returns 0 if there are none. Tick-safe.
 inline double InterpolatePositive(const CellValues<float>& v, const Vec3& f) {
   double sum = 0;
   double weights = 0;
@@ -91,7 +91,7 @@ void VisitRegions(const CellValues<int>& v, const Vec3& f, Visit&& visit) {
   }
 }
 
-/// Index of the voxel nearest to a point along one axis. Tick-safe.
+/// Returns the index of the voxel nearest to a point along one axis. Tick-safe.
 inline int NearestIndex(double p_mm, double voxel_mm) {
   return static_cast<int>(std::floor(p_mm / voxel_mm + 0.5));
 }

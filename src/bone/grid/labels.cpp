@@ -38,7 +38,7 @@ void LabelLeaf(LabelledBlock& block, const Classes& classes) {
   }
 }
 
-/// Parts that touch within a block (their classes differ).
+/// Visits parts that touch within a block (their classes differ).
 void VisitWithin(const LabelledBlock& block, const std::function<void(std::size_t, std::size_t)>& visit) {
   if (block.part_count < 2) return;
   for (int at = 0; at < 512; ++at) {
@@ -53,7 +53,7 @@ void VisitWithin(const LabelledBlock& block, const std::function<void(std::size_
   }
 }
 
-/// Parts that touch across the face between a block and its upper neighbour along `axis`.
+/// Visits parts that touch across the face between a block and its upper neighbour along `axis`.
 void VisitAcrossFace(const LabelledBlock& a, const LabelledBlock& b, int axis,
                      const std::function<void(std::size_t, std::size_t)>& visit) {
   const int u_stride = kStride[(axis + 1) % 3];

@@ -12,7 +12,7 @@ LeafHistory::LeafHistory(const BoneField& field, std::size_t ring_leaves)
 
 void LeafHistory::Note(std::size_t place, const LeafIndex& leaf, const float* values) {
   epochs_[place] = epoch_;
-  if (last_lost_.load(std::memory_order_relaxed) == epoch_) return;  // no use any more
+  if (last_lost_.load(std::memory_order_relaxed) == epoch_) return;  // this epoch is lost anyway
   LeafBefore* before = ring_.Claim();
   if (before == nullptr) {
     last_lost_.store(epoch_, std::memory_order_release);

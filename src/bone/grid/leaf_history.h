@@ -1,4 +1,4 @@
-// What leaves were before they changed, handed from the tick to whoever keeps it.
+// Values of leaves before they changed, passed from the tick to the undo history.
 #pragma once
 
 #include <array>
@@ -13,64 +13,66 @@
 
 namespace kerf {
 
-/// A leaf as it was when it was first changed after a checkpoint, or a checkpoint.
+/// A leaf as it was before its first change after a checkpoint; or a checkpoint.
 struct LeafBefore {
   enum class Kind : std::uint8_t {
     kValues,
-    kInside,      // all of it pure bone: the values are not filled in
+    kInside,      // entirely pure bone: the values are not set
     kCheckpoint,  // a number and figures
   };
   Kind kind = Kind::kValues;
   std::uint32_t number = 0;       // of a checkpoint
-  std::uint32_t epoch = 0;        // rises by one with each checkpoint and twice with each restore
-  std::array<int, 3> index{};     // of the world, as ChangedLeaf
-  std::array<float, 512> values;  // mm, z fastest, y next; of a checkpoint its figures() lie there
+  std::uint32_t epoch = 0;        // rises by one with each checkpoint and by two with each restore
+  std::array<int, 3> index{};     // in the world, as in ChangedLeaf
+  std::array<float, 512> values;  // mm, z fastest, y next; for a checkpoint: storage of its figures()
 
-  /// Of a checkpoint: what whoever made it needs to come back to it.
+  /// For a checkpoint: the data needed to return to it.
   std::array<double, 256> figures() const { return std::bit_cast<std::array<double, 256>>(values); }
 };
 
-/// The writer is the thread that changes the field, the tick's; the reader any other, or the same between ticks. All
-/// memory is taken when it is made: the ring, and four bytes for each leaf of the field's box.
+/// Queue of old leaf values. The writer is the tick's thread, which changes the field; the reader is any other thread,
+/// or the same one between ticks. All memory is allocated in the constructor: the ring, and four bytes for each leaf of
+/// the field's box.
 ///
-/// When the ring is full a leaf's old values are lost. Then last_lost() tells the epoch: what is earlier than that
-/// can't be come back to, and no wrong values ever come of it.
+/// If the ring is full, a leaf's old values are lost. last_lost() then returns the epoch: the checkpoint that started
+/// it and all earlier ones can no longer be restored. Wrong values are never restored.
 class LeafHistory {
  public:
-  /// For BoneField::set_history(). Allocates.
+  /// To be passed to BoneField::set_history(). Allocates.
   LeafHistory(const BoneField& field, std::size_t ring_leaves);
   /// phi in pure bone.
   float inside_mm() const { return inside_mm_; }
 
-  // ---- the writer's: tick-safe
-  /// Whether the leaf's old values are not there yet.
+  // ---- writer: tick-safe
+  /// Returns whether the leaf's old values have not been stored yet in this epoch.
   bool Wants(std::size_t place) const { return epochs_[place] != epoch_; }
-  /// `values`: null for pure bone. To be called before the leaf changes, when it is wanted.
+  /// Stores the old values of a leaf; `values`: null for pure bone. Must be called before the leaf changes, if Wants().
   void Note(std::size_t place, const LeafIndex& leaf, const float* values);
-  /// From here on each leaf is noted anew. False, and nothing done, when the ring is full.
+  /// Starts a new epoch, in which each leaf is stored again. Returns false and does nothing if the ring is full.
   bool Checkpoint(std::uint32_t number, const std::array<double, 256>& figures);
-  /// Begins an epoch of its own, in which Touch() tells what has been put back; ends it, and tells the next.
+  /// Starts a separate epoch, in which Touch() marks the restored leaves. EndRestore() ends it and returns the next
+  /// epoch.
   void BeginRestore() { ++epoch_; }
   std::uint32_t EndRestore() { return ++epoch_; }
-  /// True the first time for each leaf in this epoch; it is not noted in it any more.
+  /// Returns true the first time that it is called for a leaf in this epoch; the leaf is then not stored in this epoch.
   bool Touch(std::size_t place);
-  /// So many were pushed since the start.
+  /// Number of entries pushed since the start.
   std::size_t pushed() const { return pushed_; }
-  /// The n-th that was pushed, whether it has been read or not; null when its slot is used again.
+  /// Returns the n-th pushed entry, read or not; null if its slot has been reused.
   const LeafBefore* At(std::size_t n) const { return ring_.At(n); }
 
-  // ---- the reader's
+  // ---- reader
   SpscRing<LeafBefore>& ring() { return ring_; }
 
   // ---- any thread
-  /// The latest epoch in which a leaf's old values were lost; 0: never.
+  /// Latest epoch in which a leaf's old values were lost; 0: none.
   std::uint32_t last_lost() const { return last_lost_.load(std::memory_order_acquire); }
   std::size_t CalcMemoryBytes() const;
 
  private:
   LeafIndex origin_;
   float inside_mm_;
-  std::vector<std::uint32_t> epochs_;  // of each place: in which it was noted last
+  std::vector<std::uint32_t> epochs_;  // for each place: the epoch in which it was last stored
   std::uint32_t epoch_ = 1;
   std::size_t pushed_ = 0;
   SpscRing<LeafBefore> ring_;

@@ -1,4 +1,4 @@
-// A box of space in leaves of 8 x 8 x 8 voxels, each found in one step.
+// Table of the 8 x 8 x 8 leaves in a box of space, with O(1) access.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 
 namespace kerf {
 
-/// Number of a leaf: of 8 x 8 x 8 voxels, along each axis the voxel's index divided by 8, rounded down.
+/// Index of a leaf of 8 x 8 x 8 voxels: along each axis the voxel's index divided by 8, rounded down.
 struct LeafIndex {
   int x = 0;
   int y = 0;
@@ -22,31 +22,31 @@ struct LeafIndex {
   bool operator==(const LeafIndex&) const = default;
 };
 
-/// Of a table: the 2^36 voxels that a bone may be made in, with the layer around them; a pointer each.
-inline constexpr double kMostTableLeaves = 1.05 * (1 << 27);
+/// Limit on the size of a table: the 2^36 voxels of the largest bone, with the layer around them; one pointer per leaf.
+inline constexpr double kMaxTableLeaves = 1.05 * (1 << 27);
 
-/// Pointers to the values of leaves (512, z fastest, y next), which others own. Every leaf beyond the box reads as the
-/// value that the table was made with, and so does every leaf in it that nothing was set for.
+/// Pointers to the values of leaves (512, z fastest, y next), which are owned elsewhere. Every leaf outside the box,
+/// and every leaf in it that was not set, reads as the values passed to the constructor.
 template <typename T>
 class LeafTable {
  public:
   static constexpr int kLeafVoxels = 512;
 
   LeafTable() = default;
-  /// `first` and `last`: the lowest and the highest leaf, or one less along each axis for none; a layer of leaves is
-  /// kept around them. Throws Error when the box holds more than kMostTableLeaves.
+  /// `first` and `last`: the lowest and the highest leaf; for an empty table `last` is one less than `first` along each
+  /// axis. A layer of leaves is added around them. Throws kerf::Error if the box holds more than kMaxTableLeaves.
   LeafTable(const LeafIndex& first, const LeafIndex& last, const T* beyond)
       : first_{first.x - 1, first.y - 1, first.z - 1},
         count_{last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3},
         leaves_(CheckedSize(count_), beyond) {}
 
-  /// Throws Error when so many leaves along each axis are too many.
+  /// Returns the number of leaves. Throws kerf::Error if `count` leaves along each axis are more than kMaxTableLeaves.
   static std::size_t CheckedSize(const LeafIndex& count) {
     const double leaves = double{1} * count.x * count.y * count.z;
-    if (!(leaves <= kMostTableLeaves)) {
+    if (!(leaves <= kMaxTableLeaves)) {
       throw Error(
-          fmt::format("a bone whose parts lie in a box of {} x {} x {} voxels can't be cut: at most 2^36 voxels; "
-                      "use larger voxels, or leave away what is far off",
+          fmt::format("a bone whose parts lie in a box of {} x {} x {} voxels can't be cut: the limit is 2^36 voxels; "
+                      "use larger voxels, or remove distant parts",
                       8 * static_cast<std::int64_t>(count.x), 8 * static_cast<std::int64_t>(count.y),
                       8 * static_cast<std::int64_t>(count.z)));
     }
@@ -54,7 +54,8 @@ class LeafTable {
   }
   std::size_t size() const { return leaves_.size(); }
 
-  /// Place of a leaf in the table; one beyond the box has that of the layer around it. Tick-safe.
+  /// Returns the place of a leaf in the table; a leaf beyond the box has the place of the nearest leaf of the layer
+  /// around it. Tick-safe.
   std::size_t Find(const LeafIndex& leaf) const {
     const auto x = static_cast<std::size_t>(std::clamp(leaf.x - first_.x, 0, count_.x - 1));
     const auto y = static_cast<std::size_t>(std::clamp(leaf.y - first_.y, 0, count_.y - 1));
@@ -68,7 +69,7 @@ class LeafTable {
     return leaves_[Find({x >> 3, y >> 3, z >> 3})][64 * (x & 7) + 8 * (y & 7) + (z & 7)];
   }
 
-  /// The eight values of a cell. Tick-safe.
+  /// Returns the eight values of a cell. Tick-safe.
   CellValues<T> Corners(const CellPoint& cell) const {
     const int x = cell.x & 7;
     const int y = cell.y & 7;

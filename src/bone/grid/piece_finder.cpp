@@ -33,12 +33,12 @@ bool IsEmpty(const LeafMask& mask) {
   return std::all_of(mask.begin(), mask.end(), [](std::uint64_t word) { return word == 0; });
 }
 
-/// A word and what shares a face with it in the same layer.
+/// Returns a word together with the bits that share a face with it in the same layer.
 std::uint64_t Grown(std::uint64_t w) {
   return w | w << 8 | w >> 8 | (w & ~kHighZ) << 1 | (w & ~kLowZ) >> 1;
 }
 
-/// What of `mask` hangs together with its lowest voxel.
+/// Returns the part of `mask` that is connected to its lowest voxel.
 LeafMask FirstPart(const LeafMask& mask) {
   LeafMask part{};
   for (std::size_t x = 0; x < 8; ++x) {
@@ -65,7 +65,7 @@ LeafMask FirstPart(const LeafMask& mask) {
   return part;
 }
 
-/// Whether voxels of `low` and of `high`, in the next leaf along `axis`, share a face.
+/// Returns whether a voxel of `low` and a voxel of `high`, in the next leaf along `axis`, share a face.
 bool Touch(const LeafMask& low, const LeafMask& high, int axis) {
   if (axis == 0) return (low[7] & high[0]) != 0;
   std::uint64_t any = 0;
@@ -75,10 +75,10 @@ bool Touch(const LeafMask& low, const LeafMask& high, int axis) {
   return any != 0;
 }
 
-/// The connected voxels of one leaf.
+/// Connected voxels of one leaf.
 struct Part {
   LeafMask voxels{};
-  int id = 0;  // of the piece that it was part of; 0: dust, or not known yet
+  int id = 0;  // of the piece that it belonged to; 0: dust, or not known yet
   std::uint16_t count = 0;
   std::array<std::uint8_t, 3> low{}, high{};
 
@@ -107,14 +107,14 @@ struct Part {
 struct Leaf {
   Index3 index{};
   Part first;               // count 0: no bone left
-  std::vector<Part> more;   // where it has fallen into several
-  std::uint8_t links = 0;   // bit `axis`: both this leaf and the next are one part, and they touch
+  std::vector<Part> more;   // further parts, if the leaf has fallen into several
+  std::uint8_t links = 0;   // bit `axis`: this leaf and the next have one part each, and these touch
   std::array<int, 3> next;  // the next leaf along each axis; kNone: none
 };
 
-/// Parts that hang together.
+/// A set of connected parts.
 struct Component {
-  int was = 0;  // the lowest number among its parts
+  int was = 0;  // lowest id among its parts
   std::size_t voxels = 0;
   Index3 low{}, high{};  // voxels
   int id = 0;
@@ -132,14 +132,14 @@ struct PieceFinder::State {
   double dust_mm3;
   openvdb::Int32Grid::Ptr region;  // shared with the bone
   Index3 lowest{}, count{};
-  std::vector<int> table;  // of the leaves' box: where in `leaves`, or kNone
+  std::vector<int> table;  // of the leaves' box: index in `leaves`, or kNone
   std::vector<Leaf> leaves;
   bool changed = false;
   int last_id = 0;
   FoundPieces found;
-  // Kept between calls, so that they are not asked for again.
+  // Kept between calls to avoid allocation.
   UnionFind<std::uint32_t> sets;
-  std::vector<std::uint32_t> first_more;  // of each leaf: number of its second part
+  std::vector<std::uint32_t> first_more;  // for each leaf: node of its second part
   std::vector<std::uint32_t> component_of;
 
   int Find(const Index3& index) const {
@@ -192,7 +192,7 @@ void PieceFinder::State::Build(const FloatTree& tree) {
       }
     }
   }
-  // In the order of place, so that neighbours lie near each other and nothing depends on the tree's history.
+  // Sorted by position, so that neighbours lie near each other and the result does not depend on the tree's history.
   std::sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   if (blocks.empty()) return;
   Index3 highest = lowest = blocks.front().first;
@@ -231,8 +231,8 @@ void PieceFinder::State::Build(const FloatTree& tree) {
   }
 }
 
-/// Finds the leaf's parts. Each is a number's that some part of before had: bone that is cut never grows
-/// together, and where undo brings bone back between two, the lower number stays.
+/// Finds the leaf's parts. Each takes the id of an earlier part that it overlaps: bone that is cut never grows
+/// together. Where undo restores bone between two parts, the lower id is kept.
 void PieceFinder::State::Split(Leaf& leaf, const LeafMask& mask) const {
   std::vector<Part> before(std::move(leaf.more));
   if (leaf.first.count > 0) before.push_back(leaf.first);
@@ -303,7 +303,7 @@ void PieceFinder::State::JoinAll() {
   }
 }
 
-/// In the order of their first leaves; `component_of` tells each part's.
+/// Returns the components in the order of their first leaves; sets `component_of` for each part.
 std::vector<Component> PieceFinder::State::Gather() {
   constexpr std::uint32_t kUnknown = 0xffffffff;
   component_of.assign(sets.size(), kUnknown);
@@ -326,7 +326,7 @@ std::vector<Component> PieceFinder::State::Gather() {
   return components;
 }
 
-/// Of those that were one, the largest keeps the number.
+/// Assigns ids. Among components that were one piece, the largest keeps its id.
 void PieceFinder::State::GiveNumbers(std::vector<Component>& components) {
   std::vector<Component*> order;
   for (Component& c : components) order.push_back(&c);
@@ -351,7 +351,7 @@ void PieceFinder::State::GiveNumbers(std::vector<Component>& components) {
     piece.volume_mm3 = mm3;
     const Vec3 low(c->low[0], c->low[1], c->low[2]), high(c->high[0], c->high[1], c->high[2]);
     piece.bounds_W = {h * (low - 0.5), h * (high + 0.5)};
-    // What was nothing's before came back: undo gives it a number, and tells of nothing that came off.
+    // A component without a former id was restored by undo: it gets an id, but is not reported in came_off.
     if (!keeps && c->was != 0 && !at_start) found.came_off.push_back(piece);
     found.pieces.push_back(piece);
   }
@@ -402,7 +402,7 @@ const FoundPieces& PieceFinder::Find() {
   if (!std::exchange(s.changed, false)) return s.found;
   s.JoinAll();
   std::vector<Component> components = s.Gather();
-  // A piece's last origin is told where it came off, and stays.
+  // The origin of a piece is set when it separates, and is kept.
   const std::vector<FoundPiece> before = s.found.pieces;
   s.GiveNumbers(components);
   for (FoundPiece& piece : s.found.pieces) {
@@ -425,7 +425,7 @@ int PieceFinder::FindMainRegion(int id) const {
   ForEachLeaf(id, [&](const Index3& leaf, const LeafMask& voxels) {
     std::size_t count = 0;
     for (const std::uint64_t word : voxels) count += static_cast<std::size_t>(std::popcount(word));
-    // The voxel in the middle of the list stands for all.
+    // The middle voxel of the part represents all of it.
     std::size_t left = count / 2;
     for (std::size_t x = 0; x < 8; ++x) {
       std::uint64_t word = voxels[x];

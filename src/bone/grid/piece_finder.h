@@ -1,4 +1,4 @@
-// The pieces of a bone that is being cut, kept up to date from its changed leaves.
+// Pieces of a bone that is being cut, updated from its changed leaves.
 #pragma once
 
 #include <array>
@@ -13,52 +13,55 @@
 
 namespace kerf {
 
-/// The voxels of a leaf, a bit each: a word for each x, in it 8 y + z.
+/// The voxels of a leaf, one bit each: one word per x, bit 8 y + z in it.
 using LeafMask = std::array<std::uint64_t, 8>;
 
-/// A piece as it was found last.
+/// A piece as of the last Find().
 struct FoundPiece {
-  int id = 0;    // from 1 on, for good. What comes apart: the largest part keeps the number, the others get new ones.
-  int from = 0;  // the piece that it came off; 0: it was there from the start
+  int id = 0;    // from 1; never changes. When a piece falls apart, the largest part keeps the id, the others get new
+                 // ones.
+  int from = 0;  // id of the piece that it separated from; 0: none, it existed from the start
   std::size_t voxels = 0;
-  double volume_mm3 = 0;  // of its voxels
-  Box3 bounds_W;          // of its voxels, world, mm
+  double volume_mm3 = 0;  // sum of its voxels
+  Box3 bounds_W;          // of its voxels; world frame, mm
 };
 
 struct FoundPieces {
   std::vector<FoundPiece> pieces;      // largest first
-  std::vector<FoundPiece> came_off;    // of them, those that the last Find() gave a number; none at the start
-  std::size_t dust_count = 0;          // connected voxels that are smaller than a piece
-  double dust_mm3 = 0;                 // together
-  const FoundPiece* At(int id) const;  // null: there is none
+  std::vector<FoundPiece> came_off;    // pieces that separated in the last Find(); none at the start
+  std::size_t dust_count = 0;          // number of connected sets of voxels that are smaller than a piece
+  double dust_mm3 = 0;                 // their total volume
+  const FoundPiece* At(int id) const;  // null if there is none
 };
 
-/// Two inside voxels (phi < 0) belong together when they share a face, as in SplitPieces().
+/// Finds and tracks the pieces of a bone. Two inside voxels (phi < 0) are connected if they share a face, as in
+/// SplitPieces().
 ///
-/// Of each leaf the connected parts are kept as masks, and which of them touch across leaves. A changed leaf is looked
-/// at anew by itself (a microsecond); Find() then joins parts, thousands of them where there are millions of voxels.
-/// One thread at a time; not tick-safe. Memory goes with the leaves that hold bone at the start and with their box; it
-/// does not grow but for leaves that fall into several parts.
+/// The connected parts of each leaf are kept as masks, together with the contacts between parts of neighbouring leaves.
+/// A changed leaf is analysed separately (one microsecond); Find() then joins parts: thousands of them for millions of
+/// voxels. To be used by one thread at a time; not tick-safe. Memory is proportional to the number of leaves that hold
+/// bone at the start, plus the size of their box. It grows only for leaves that fall into several parts.
 class PieceFinder {
  public:
-  /// Pieces smaller than `dust_mm3` by their voxels are dust. Allocates; finds what pieces there are.
+  /// Pieces whose voxels have a volume of less than `dust_mm3` are dust. Allocates; finds the initial pieces.
   PieceFinder(const Bone& bone, double dust_mm3);
   ~PieceFinder();
   PieceFinder(PieceFinder&&) noexcept;
   PieceFinder& operator=(PieceFinder&&) noexcept;
 
-  /// The leaf (along each axis the voxel's index divided by 8, rounded down) has these 512 values now, as in
-  /// set_leaf.h. False when no voxel went in or out.
+  /// Updates the leaf `index` (along each axis the voxel's index divided by 8, rounded down) with its 512 new values,
+  /// ordered as in set_leaf.h. Returns false if no voxel changed between inside and outside.
   bool Change(const std::array<int, 3>& index, std::span<const float, 512> values);
-  /// Whether Change() has told of anything since the last Find().
+  /// Returns whether Change() has returned true since the last Find().
   bool changed() const;
   const FoundPieces& Find();
   const FoundPieces& found() const;
 
-  /// The region that has the most of a piece, by a voxel of each of its leaves; 0: none. As found last.
+  /// Returns the region with the largest fraction of a piece, estimated from one voxel per leaf part; 0: none. As of
+  /// the last Find().
   int FindMainRegion(int id) const;
-  /// Calls visit(leaf, voxels) for the leaves of a piece (0: of all dust), as found last; a leaf may come more than
-  /// once.
+  /// Calls visit(leaf, voxels) for the leaves of a piece (0: of all dust), as of the last Find(). A leaf may be visited
+  /// more than once.
   void ForEachLeaf(int id, const std::function<void(const std::array<int, 3>&, const LeafMask&)>& visit) const;
   double dust_mm3() const;
   std::size_t CalcMemoryBytes() const;

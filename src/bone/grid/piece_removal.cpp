@@ -17,10 +17,10 @@ namespace {
 using openvdb::Coord;
 using Index3 = std::array<int, 3>;
 
-constexpr int kReach = 3;  // voxels: as far as the band
+constexpr int kReach = 3;  // voxels: the width of the band
 constexpr int kWide = 8 + 2 * kReach;
 
-/// A leaf and what is around it, a flag each.
+/// A leaf and its surroundings, one flag per voxel.
 using Around = std::array<bool, kWide * kWide * kWide>;
 
 std::size_t At(int x, int y, int z) {
@@ -28,7 +28,7 @@ std::size_t At(int x, int y, int z) {
   return static_cast<std::size_t>(at);
 }
 
-/// Every voxel within `by` of one that is set, along each axis.
+/// Sets the flags within `by` voxels of a set flag, along each axis.
 Around Grown(Around flags, int by) {
   for (int axis = 0; axis < 3; ++axis) {
     const int stride = axis == 0 ? kWide * kWide : axis == 1 ? kWide : 1;
@@ -60,7 +60,7 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
     LeafMask& sum = own.try_emplace(index, LeafMask{}).first->second;
     for (std::size_t x = 0; x < 8; ++x) sum[x] |= mask[x];
   });
-  std::map<Index3, bool> touched;  // and those beside, for the outer side of the band
+  std::map<Index3, bool> touched;  // includes adjacent leaves, for the outer side of the band
   for (const auto& [index, mask] : own) {
     for (int k = 0; k < 27; ++k) touched[{index[0] + k / 9 - 1, index[1] + k / 3 % 3 - 1, index[2] + k % 3 - 1}] = true;
   }
@@ -72,7 +72,7 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
     const auto found = own.find(index);
     return found == own.end() ? none : found->second;
   };
-  // Leaves that hold bone of the rest: few, of those about a piece.
+  // Leaves that hold remaining bone: only a few of those around a piece.
   std::map<Index3, bool> rest_in;
   const auto has_rest = [&](const Index3& index) {
     const auto [found, is_new] = rest_in.try_emplace(index, false);
@@ -126,8 +126,8 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
       if (phi < 0) {
         (IsIn(mask, x, y, z) ? change.without : alone)[k] = band;
       } else if (!beside[at]) {
-        // No cell that holds surface of the rest has it as a corner. Farther from the rest than that, it may be near
-        // what is taken away.
+        // No cell that contains surface of the remaining bone has this voxel as a corner. Farther from it, the value
+        // may be the distance to the removed piece.
         change.without[k] = near[at] ? std::max(phi, h) : band;
       }
     }

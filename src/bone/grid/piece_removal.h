@@ -1,4 +1,4 @@
-// A piece that is taken out of a bone, and put back: which values change, leaf by leaf.
+// Removal of a piece from a bone and its restoration: the values that change, leaf by leaf.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-/// A leaf of the bone (SetLeaf()) with the piece and without it.
+/// Values of a leaf of the bone (see SetLeaf()) with the piece and without it.
 struct LeafChange {
   std::array<int, 3> index{};
   std::array<float, 512> with{};
@@ -20,27 +20,28 @@ struct LeafChange {
 
 struct PieceRemoval {
   std::vector<LeafChange> leaves;  // 4 kB each
-  Box3 bounds_W;                   // of the leaves
-  Bone piece;                      // by itself: to be meshed, written, drawn at a pose
-  std::array<double, 256> mm3{};   // of it, by region
+  Box3 bounds_W;                   // of the leaves; world frame, mm
+  Bone piece;                      // the piece alone: to be meshed, written, or drawn at a pose
+  std::array<double, 256> mm3{};   // volume of the piece by region
 };
 
-inline constexpr int kAllDust = 0;  // in the place of a piece's number: all that is too small for one
+inline constexpr int kAllDust = 0;  // used in place of a piece's id: all dust
 
-/// Of a piece as the finder found it in this bone, or in one that was the same but for leaves told to it. Values change
-/// where the piece is, and outside of the bone where it was what was near: the surface of what is left stays as it is
-/// to the bit, but where both touch by an edge or a corner. Throws Error when there is no such piece. Not for the tick:
-/// two seconds for half a mandible at 0.1 mm.
+/// Computes the removal of piece `id`, as the finder found it in this bone or in one that differs only by leaves that
+/// were passed to the finder. Values change in the piece and outside the bone near it. The surface of the remaining
+/// bone stays bit-identical, except where the two touch at an edge or a corner. Throws kerf::Error if there is no such
+/// piece. Not tick-safe: takes two seconds for half a mandible at 0.1 mm.
 PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int id);
 
-/// Whether a tool of that reach at p_W is so far from the box that changes that the lists of leaves near its edge don't
-/// hold any of it: they look ahead by a leaf or 1 mm, and by the band; one more of each is asked. Tick-safe.
+/// Returns whether a tool of reach `reach_mm` at p_W is so far from the changing box that the lists of leaves near its
+/// edge hold no leaf of the box. These lists look ahead by a leaf or 1 mm, plus the band; this function requires at
+/// least twice that. Tick-safe.
 inline bool IsToolClearOf(const Box3& bounds_W, const Vec3& p_W, double reach_mm, double voxel_mm) {
   return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) > reach_mm + 24 * voxel_mm + 2;
 }
 
-/// A value as it becomes where `from` is to be `to`, `now` being what it is: cutting raised it in between, or not. Cut
-/// before or after, it comes out the same.
+/// Replaces the value `from` with `to`. `now` is the current value, which cutting may have raised in between. The
+/// result is the same whether the cut is made before or after.
 inline float ReplaceValue(float now, float from, float to) {
   return now == from ? to : now > to ? now : to;
 }

@@ -15,7 +15,7 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
-// A few voxels can enclose far less than they count for; more than this, by voxels, is never a crumb.
+// A few voxels can enclose far less than their own volume. A piece whose voxels have more than this is never a crumb.
 constexpr double kMaybeCrumb_mm3 = 100 * kSmallestPiece_mm3;
 
 }  // namespace
@@ -29,7 +29,7 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
   UnionFind<> sets(labels.node_count);
   ForEachTouch(labels, [&sets](std::size_t a, std::size_t b) { sets.Join(a, b); });
 
-  // Voxels of each piece, largest first.
+  // Number of voxels of each piece; `order` sorts them, largest first.
   std::unordered_map<std::size_t, std::size_t> voxel_count;
   for (const LabelledBlock& block : blocks) {
     if (!block.leaf) {
@@ -53,8 +53,8 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
       result.dust_mm3 += mm3;
       continue;
     }
-    // The leaves and tiles that hold this piece, and the leaves beside them for the outer side of the band. Other
-    // pieces' voxels are outside.
+    // The leaves and tiles that hold this piece, and the adjacent leaves for the outer side of the band. Voxels of
+    // other pieces become outside.
     const auto is_ours = [&, r = root](const LabelledBlock& block, std::uint16_t part) {
       return sets.Find(block.first_node + part) == r;
     };

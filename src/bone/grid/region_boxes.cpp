@@ -17,21 +17,19 @@ std::vector<Box3> FindRegionBoxes(const Bone& bone, const std::array<bool, 256>&
     boxes.push_back({(a - 0.5) * h, (b + 0.5) * h});
   };
   for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
-    constexpr int kEdge = 8;
-    static_assert(openvdb::Int32Tree::LeafNodeType::DIM == kEdge);
     const openvdb::Coord origin = leaf->origin();
-    for (int column = 0; column < kEdge * kEdge; ++column) {
-      for (int z = 0; z < kEdge; ++z) {
-        const auto at = [&](int k) { return leaf->getValue(static_cast<openvdb::Index>(column * kEdge + k)); };
+    for (int column = 0; column < kLeafEdge * kLeafEdge; ++column) {
+      for (int z = 0; z < kLeafEdge; ++z) {
+        const auto at = [&](int k) { return leaf->getValue(static_cast<openvdb::Index>(column * kLeafEdge + k)); };
         if (!is_wanted(at(z))) continue;
         const int first = z;
-        while (z + 1 < kEdge && is_wanted(at(z + 1))) ++z;
-        const openvdb::Coord low = origin.offsetBy(column / kEdge, column % kEdge, first);
+        while (z + 1 < kLeafEdge && is_wanted(at(z + 1))) ++z;
+        const openvdb::Coord low = origin.offsetBy(column / kLeafEdge, column % kLeafEdge, first);
         add(low, low.offsetBy(0, 0, z - first));
       }
     }
   }
-  // Whole nodes of one region.
+  // Tiles: whole nodes of one region.
   auto tile = grid.tree().cbeginValueAll();
   tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1);
   for (; tile; ++tile) {

@@ -1,4 +1,4 @@
-// Where regions lie, as boxes.
+// Regions as sets of boxes.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace kerf {
 
-/// Boxes that together are the voxels of the region grid whose region is `wanted`; runs of voxels along z are one box.
-/// World frame, mm, in the order of the grid. Allocates.
+/// Returns boxes that together cover exactly the voxels of the region grid whose region is `wanted`; a run of voxels
+/// along z is one box. World frame, mm, in the order of the grid. Allocates.
 std::vector<Box3> FindRegionBoxes(const Bone& bone, const std::array<bool, 256>& wanted);
 
 }  // namespace kerf

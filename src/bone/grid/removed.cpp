@@ -15,7 +15,7 @@ namespace {
 using openvdb::Coord;
 using Accessor = openvdb::FloatGrid::ConstAccessor;
 
-/// Origins of the leaves in which the two differ.
+/// Returns the origins of the leaves in which the two differ.
 std::set<Coord> FindChangedLeaves(const openvdb::FloatGrid& before, const openvdb::FloatGrid& after) {
   std::set<Coord> changed;
   Accessor of_before = before.getConstAccessor();
@@ -38,7 +38,7 @@ std::set<Coord> FindChangedLeaves(const openvdb::FloatGrid& before, const openvd
   return changed;
 }
 
-/// The middle of what a cell of those values lost, 0 to 1 along each axis.
+/// Returns the centre of the bone lost by a cell with these values, 0 to 1 along each axis.
 Vec3 CalcLostMiddle(const std::array<float, 8>& before, const std::array<float, 8>& after) {
   constexpr int kSteps = 4;
   Vec3 sum{0};
@@ -59,11 +59,10 @@ std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
   const openvdb::FloatGrid& phi_after = *after.grids().phi;
   const double h = before.voxel_mm();
   if (h != after.voxel_mm()) {
-    throw Error(
-        fmt::format("bones of {:g} mm and {:g} mm voxels can't be held against each other", h, after.voxel_mm()));
+    throw Error(fmt::format("bones of {:g} mm and {:g} mm voxels can't be compared", h, after.voxel_mm()));
   }
   const std::set<Coord> changed = FindChangedLeaves(phi_before, phi_after);
-  // A cell whose lowest corner is in a leaf has others in the leaves after it.
+  // A cell whose lowest corner is in one leaf may have other corners in the next leaves.
   std::set<Coord> leaves;
   for (const Coord& origin : changed) {
     for (int i = 0; i < 8; ++i) leaves.insert(origin - Coord(8 * (i & 1), 4 * (i & 2), 2 * (i & 4)));
@@ -78,7 +77,7 @@ std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
       const CellPoint at{c.x(), c.y(), c.z(), Vec3(0)};
       const std::array<float, 8> was = GetCorners(of_before, at);
       const std::array<float, 8> is = GetCorners(of_after, at);
-      const double lost = CalcCellShare(was) - CalcCellShare(is);
+      const double lost = CalcCellFraction(was) - CalcCellFraction(is);
       if (lost == 0) continue;
       const Vec3 middle = lost < 0.999 ? CalcLostMiddle(was, is) : Vec3(0.5);
       const Vec3 p_W = h * (Vec3(c.x(), c.y(), c.z()) + middle);

@@ -1,4 +1,4 @@
-// What a bone has lost, cell by cell.
+// Bone that was removed, cell by cell.
 #pragma once
 
 #include <array>
@@ -8,26 +8,26 @@
 
 namespace kerf {
 
-/// A cell (bone/cell_volume.h) that holds less bone than before.
+/// A cell (bone/grid/cell_volume.h) whose volume of bone has changed.
 struct RemovedCell {
-  Vec3 p_W{0};       // the middle of what it lost
-  double mm3 = 0;    // that it lost; below 0: gained
-  int region = 0;    // at its middle, before
-  double in_mm = 0;  // so deep in the bone as it was, up to the band's width
+  Vec3 p_W{0};       // centre of the lost bone
+  double mm3 = 0;    // lost volume; below 0: gained
+  int region = 0;    // at p_W, before
+  double in_mm = 0;  // depth of p_W below the surface before, at most the band's width
 };
 
-/// Where `after`, a copy of `before` that was cut, differs from it; their sum is the difference of their volumes. In
-/// the order of the grid. Blocks that were whole before and are wholly empty now (a piece taken out) are not among
-/// them. Throws Error when their voxels are not of one size.
+/// Finds the cells in which `after`, a cut copy of `before`, differs from it; the sum of their volumes is the
+/// difference of the bones' volumes. In the order of the grid. Blocks that were entirely bone before and are entirely
+/// empty now (a piece taken out) are not included. Throws kerf::Error if the voxel sizes differ.
 std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after);
 
-/// The regions of a tissue, by the bone's table.
+/// Returns the regions of a tissue, according to the bone's table.
 std::array<bool, 256> FindRegionsOf(const Bone& bone, Tissue tissue);
 
-/// phi of a bone at many points near each other: as Bone::SignedDistance(), quicker.
+/// Evaluates phi of a bone at many points near each other: like Bone::SignedDistance(), but faster.
 class PhiSampler {
  public:
-  /// The bone must outlive it and stay as it is.
+  /// The bone must outlive the sampler and must not change.
   explicit PhiSampler(const Bone& bone);
   ~PhiSampler();
   PhiSampler(PhiSampler&&) noexcept;

@@ -1,4 +1,4 @@
-// Writing and reading a leaf of a bone's level set as a whole.
+// Writing and reading of a whole leaf of a bone's level set.
 #pragma once
 
 #include <array>
@@ -8,11 +8,11 @@
 
 namespace kerf {
 
-/// Gives the leaf of number `index` (along each axis the voxel's index divided by 8, rounded down) these values: mm, z
-/// fastest, y next. The bookkeeping of active voxels follows the band. Allocates when the bone had no such leaf.
+/// Sets the values of the leaf `index` (along each axis the voxel's index divided by 8, rounded down): mm, z fastest, y
+/// next. A voxel becomes active if its value lies within the band. Allocates if the bone has no such leaf.
 void SetLeaf(Bone& bone, const std::array<int, 3>& index, std::span<const float, 512> values);
 
-/// The values of that leaf, wherever it is: +-band where the bone has one value for all of it.
+/// Returns the values of a leaf at any index: all +-band where the bone has one value for the whole leaf.
 void GetLeaf(const Bone& bone, const std::array<int, 3>& index, std::span<float, 512> values);
 
 }  // namespace kerf

@@ -11,6 +11,7 @@
 #include "bone/grid/cell_block.h"
 #include "bone/grid/cell_volume.h"
 #include "bone/grid/dilate.h"
+#include "bone/grid/grids.h"
 #include "bone/grid/slab_section.h"
 #include "bone/grid/slice_surface.h"
 #include "kerf/error.h"
@@ -21,19 +22,18 @@ namespace {
 using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
-using Leaves = std::vector<std::unique_ptr<FloatLeaf>>;
+using SliceLeaves = std::vector<std::unique_ptr<FloatLeaf>>;
 
-constexpr int kEdge = 8;
 constexpr std::size_t kMaxSliceBlocks = std::size_t{3} << 19;  // 3 GB
 
-/// Half the diagonal of a block, from the outermost voxels' centres, in voxels.
-const double kBlockRadius_vox = 0.5 * std::sqrt(3.0) * (kEdge - 1);
+/// Half the diagonal of a block, between the centres of its outermost voxels, in voxels.
+const double kBlockRadius_vox = 0.5 * std::sqrt(3.0) * (kLeafEdge - 1);
 
 Vec3 BlockCentre_vox(const Coord& origin) {
-  return Vec3(origin.x(), origin.y(), origin.z()) + 0.5 * (kEdge - 1);
+  return Vec3(origin.x(), origin.y(), origin.z()) + 0.5 * (kLeafEdge - 1);
 }
 
-/// Leaves for the inside tiles within `reach_mm` of the plane.
+/// Replaces the inside tiles within `reach_mm` of the plane by leaves.
 void OpenTiles(FloatTree& tree, const PlaneDistance& distance, double reach_mm) {
   const double beyond_mm = reach_mm + (kBlockRadius_vox + 1) * distance.voxel_mm;
   std::vector<Coord> origins;
@@ -42,9 +42,9 @@ void OpenTiles(FloatTree& tree, const PlaneDistance& distance, double reach_mm) 
   for (; tile; ++tile) {
     openvdb::CoordBBox box;
     if (*tile >= 0 || !tile.getBoundingBox(box)) continue;
-    for (int x = box.min().x(); x <= box.max().x(); x += kEdge) {
-      for (int y = box.min().y(); y <= box.max().y(); y += kEdge) {
-        for (int z = box.min().z(); z <= box.max().z(); z += kEdge) {
+    for (int x = box.min().x(); x <= box.max().x(); x += kLeafEdge) {
+      for (int y = box.min().y(); y <= box.max().y(); y += kLeafEdge) {
+        for (int z = box.min().z(); z <= box.max().z(); z += kLeafEdge) {
           if (std::abs(distance.At(BlockCentre_vox({x, y, z}))) <= beyond_mm) origins.emplace_back(x, y, z);
         }
       }
@@ -61,18 +61,18 @@ void CheckInWorld(const Vec3& p_W, const char* what) {
 
 void CheckCut(const Bone& bone, const SlabCut& cut) {
   if (!(cut.thickness_mm >= 0.02 && cut.thickness_mm <= 50)) {
-    throw Error(fmt::format("a slice {} mm thick is out of range; valid range 0.02 to 50 mm", cut.thickness_mm));
+    throw Error(fmt::format("a slice thickness of {} mm is out of range; valid range 0.02 to 50 mm", cut.thickness_mm));
   }
   const Vec3& p = cut.plane.p_W;
   const Vec3& n = cut.plane.normal_W;
   const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
   CheckInWorld(p, "the plane's point");
   if (!(std::abs(length - 1) < 1e-6)) throw Error("the plane must have a normal of unit length");
-  if (cut.near_W) CheckInWorld(*cut.near_W, "the point that says where to cut");
+  if (cut.near_W) CheckInWorld(*cut.near_W, "the point at which to cut");
   if (bone.empty()) throw Error("the bone is empty, so there is nothing to cut");
 }
 
-/// The bone's extent along the normal, from the plane's point, by its inside voxels.
+/// Returns the bone's extent along the normal, from the plane's point, by its inside voxels.
 std::pair<double, double> CalcExtent(const Labels& labels, const PlaneDistance& distance) {
   double lower = std::numeric_limits<double>::infinity();
   double upper = -lower;
@@ -95,7 +95,7 @@ class Cutter {
         h_(bone.voxel_mm()),
         distance_{cut.plane.p_W, cut.plane.normal_W, h_},
         half_(0.5 * cut.thickness_mm),
-        // Beyond this the plane's distance is out of the band and every voxel is wholly left or right.
+        // Beyond this distance the plane is out of the band and every voxel is entirely left or right.
         reach_(half_ + (kHalfBandVoxels + 2) * h_) {
     OpenTiles(phi_->tree(), distance_, reach_);
     labels_ = LabelInside(phi_->constTree(),
@@ -155,7 +155,7 @@ class Cutter {
     section_.fates.assign(labels_.node_count, PartFate::kCut);
   }
 
-  /// The voxels about the cut places, inside and out, for as far as the band reaches.
+  /// Marks the voxels around the cut places, inside and outside, as far as the band reaches.
   void MarkCutPlaces() {
     for (const LabelledBlock& block : labels_.blocks) {
       if (!block.leaf) continue;
@@ -176,14 +176,15 @@ class Cutter {
     return false;
   }
 
-  /// Blocks that hold inside voxels which may become `fate`'s, and those beside them, for the outer side of the band.
+  /// Finds the blocks with inside voxels that may be assigned to `fate`, and adjacent blocks for the outer side of the
+  /// band.
   std::vector<char> FindBlocks(PartFate fate) const {
     std::vector<char> keep(labels_.blocks.size(), 0);
     for (const LabelledBlock& block : labels_.blocks) {
       if (!IsInside(block, fate)) continue;
       for (int beside = 0; beside < 27; ++beside) {
-        const Coord at =
-            block.origin.offsetBy(kEdge * (beside / 9 - 1), kEdge * (beside / 3 % 3 - 1), kEdge * (beside % 3 - 1));
+        const Coord at = block.origin.offsetBy(kLeafEdge * (beside / 9 - 1), kLeafEdge * (beside / 3 % 3 - 1),
+                                               kLeafEdge * (beside % 3 - 1));
         const auto found = labels_.index.find(at);
         if (found != labels_.index.end()) keep[found->second] = 1;
       }
@@ -191,13 +192,13 @@ class Cutter {
     return keep;
   }
 
-  /// The segment where sign * s < -t/2.
+  /// Makes the segment where sign * s < -t/2.
   Bone MakeSegment(double sign, PartFate fate) const {
     Bone segment = MakeEmptyCopy(h_);
     FloatTree& tree = segment.grids().phi->tree();
     const float band = tree.background();
     const std::vector<char> keep = FindBlocks(fate);
-    Leaves leaves(labels_.blocks.size());
+    SliceLeaves leaves(labels_.blocks.size());
     tbb::parallel_for(std::size_t{0}, labels_.blocks.size(), [&](std::size_t n) {
       const LabelledBlock& block = labels_.blocks[n];
       if (!keep[n] || !block.leaf) return;
@@ -240,12 +241,12 @@ class Cutter {
     return origins;
   }
 
-  /// The bone's phi, where it is cut, on the finer grid, between the two faces.
+  /// Makes the slice: the bone's phi, where it is cut, on the finer grid, between the two faces.
   Bone MakeSlice(const FloatTree& source) const {
     const int refine = std::max(2, static_cast<int>(std::ceil(4 * h_ / (2 * half_) - 1e-9)));
     const PlaneDistance fine{distance_.p_W, distance_.normal_W, h_ / refine};
-    // Fine blocks by coarse ones, so that their order is always the same.
-    std::vector<Leaves> leaves(labels_.blocks.size());
+    // Fine blocks are grouped by coarse blocks, so that their order is always the same.
+    std::vector<SliceLeaves> leaves(labels_.blocks.size());
     std::atomic<std::size_t> count{0};
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 8), [&](const auto& range) {
       openvdb::tree::ValueAccessor<const FloatTree> accessor(source);
@@ -260,31 +261,31 @@ class Cutter {
     });
     if (count > kMaxSliceBlocks) {
       throw Error(
-          fmt::format("a slice of {:g} mm through so much bone needs more than {} million voxels; make it thicker",
+          fmt::format("a slice of {:g} mm through this much bone needs more than {} million voxels; make it thicker",
                       2 * half_, (kMaxSliceBlocks * 512) >> 20));
     }
     Bone slice = MakeEmptyCopy(fine.voxel_mm);
-    for (Leaves& of_block : leaves) {
+    for (SliceLeaves& of_block : leaves) {
       for (auto& leaf : of_block) slice.grids().phi->tree().addLeaf(leaf.release());
     }
     FinishLevelSet(*slice.grids().phi);
     return slice;
   }
 
-  /// Those of the fine grid within one coarse block that the slice or its band may reach.
-  Leaves MakeSliceLeaves(const CellBlock& cells, const Coord& coarse_origin, int refine,
-                         const PlaneDistance& fine) const {
+  /// Makes the leaves of the fine grid within one coarse block that the slice or its band may reach.
+  SliceLeaves MakeSliceLeaves(const CellBlock& cells, const Coord& coarse_origin, int refine,
+                              const PlaneDistance& fine) const {
     const double radius = kBlockRadius_vox * fine.voxel_mm;
     const double band = kHalfBandVoxels * fine.voxel_mm;
-    Leaves leaves;
+    SliceLeaves leaves;
     for (int x = 0; x < refine; ++x) {
       for (int y = 0; y < refine; ++y) {
         for (int z = 0; z < refine; ++z) {
-          const Coord origin(refine * coarse_origin.x() + kEdge * x, refine * coarse_origin.y() + kEdge * y,
-                             refine * coarse_origin.z() + kEdge * z);
+          const Coord origin(refine * coarse_origin.x() + kLeafEdge * x, refine * coarse_origin.y() + kLeafEdge * y,
+                             refine * coarse_origin.z() + kLeafEdge * z);
           const Vec3 centre = BlockCentre_vox(origin);
           if (std::abs(fine.At(centre)) > half_ + band + radius) continue;
-          // In the air: phi changes by about 1 per mm, and certainly not by 1.5.
+          // Skips blocks in the air: phi changes by about 1 per mm, and never by as much as 1.5.
           const Vec3 p =
               centre / static_cast<double>(refine) - Vec3(coarse_origin.x(), coarse_origin.y(), coarse_origin.z());
           const Vec3 cell = glm::floor(p);
@@ -322,7 +323,7 @@ class Cutter {
     return any ? std::move(leaf) : nullptr;
   }
 
-  /// phi with the bone that is not cut turned to air.
+  /// Returns phi with the uncut bone replaced by air.
   FloatTree::Ptr MaskUncut() const {
     auto tree = std::make_shared<FloatTree>(phi_->constTree());
     const float band = tree->background();

@@ -10,19 +10,19 @@ namespace {
 
 using openvdb::Coord;
 
-struct Component {
+struct SectionPart {
   PlaneSide side = PlaneSide::kNear;
   std::size_t left_voxels = 0;  // with a distance below 0
   std::size_t right_voxels = 0;
-  bool touches_left = false;  // bone beyond the reach
+  bool touches_left = false;  // touches bone beyond the reach
   bool touches_right = false;
-  bool has_left = false;  // bone beyond the slice
+  bool has_left = false;  // has bone beyond the slice
   bool has_right = false;
   bool in_slab = false;
-  double near2 = std::numeric_limits<double>::infinity();  // square of the distance to the point
+  double near2 = std::numeric_limits<double>::infinity();  // squared distance to the chosen point, mm^2
 };
 
-/// A component near the plane and one beside it.
+/// A component near the plane and an adjacent one beyond the reach.
 struct Link {
   std::size_t near;
   std::size_t beside;
@@ -51,7 +51,7 @@ class Chooser {
     Section section;
     std::vector<std::size_t> shallow;
     for (std::size_t root = 0; root < components_.size(); ++root) {
-      const Component& c = components_[root];
+      const SectionPart& c = components_[root];
       const bool left = c.touches_left || c.has_left;
       const bool right = c.touches_right || c.has_right;
       if (c.touches_left && c.touches_right) {
@@ -68,8 +68,8 @@ class Chooser {
     };
     std::sort(places_.begin(), places_.end(), is_nearer);
     std::sort(shallow.begin(), shallow.end(), is_nearer);
-    // A roughness of the surface that just reaches through the slice must not be taken for the place that was meant,
-    // unless the point lies in it.
+    // Surface roughness that just reaches through the slice must not be chosen instead of the intended place, unless
+    // the point lies in it.
     const double in_it2 = std::pow(2 * distance_.voxel_mm, 2);
     const bool is_shallow = !shallow.empty() && (places_.empty() || (components_[shallow.front()].near2 <= in_it2 &&
                                                                      is_nearer(shallow.front(), places_.front())));
@@ -115,13 +115,13 @@ class Chooser {
   }
 
   void Measure(double half_thickness_mm, const Vec3& near_W) {
-    // A thin slice may hold no voxel's centre.
+    // A thin slice may contain no voxel centre.
     const double slab_mm = std::max(half_thickness_mm, distance_.voxel_mm);
     components_.resize(labels_.node_count);
     for (const LabelledBlock& block : labels_.blocks) {
       if (!block.leaf) {
         const std::size_t root = sets_.Find(block.first_node);
-        Component& c = components_[root];
+        SectionPart& c = components_[root];
         c.side = sides_[root];
         (c.side == PlaneSide::kLeft ? c.left_voxels : c.right_voxels) += 512;
         continue;
@@ -129,7 +129,7 @@ class Chooser {
       for (openvdb::Index i = 0; i < 512; ++i) {
         if (block.part[i] == kNoPart) continue;
         const std::size_t root = sets_.Find(block.first_node + block.part[i]);
-        Component& c = components_[root];
+        SectionPart& c = components_[root];
         c.side = sides_[root];
         const Coord ijk = block.leaf->offsetToGlobalCoord(i);
         const double s = distance_(ijk);
@@ -143,12 +143,12 @@ class Chooser {
       }
     }
     for (const Link& link : links_) {
-      Component& near = components_[link.near];
+      SectionPart& near = components_[link.near];
       (sides_[link.beside] == PlaneSide::kLeft ? near.touches_left : near.touches_right) = true;
     }
   }
 
-  /// All that hangs together when `cut_` is severed.
+  /// Returns the sets of components that remain connected when `cut_` is severed.
   UnionFind<> JoinUncut() const {
     UnionFind<> whole(labels_.node_count);
     for (const Link& link : links_) {
@@ -165,7 +165,7 @@ class Chooser {
     return found;
   }
 
-  /// The nearest uncut place in bone that holds the two sides together; node_count when there is none.
+  /// Returns the nearest uncut place in bone that connects the two sides; node_count if there is none.
   std::size_t FindHolding(UnionFind<>& whole) const {
     const auto left = FindBeside(whole, PlaneSide::kLeft);
     const auto right = FindBeside(whole, PlaneSide::kRight);
@@ -199,10 +199,10 @@ class Chooser {
   const Labels& labels_;
   const PlaneDistance& distance_;
   UnionFind<> sets_;
-  std::vector<PlaneSide> sides_;       // by node
-  std::vector<Link> links_;            // between roots
-  std::vector<Component> components_;  // by root; others are empty
-  std::vector<std::size_t> places_;    // roots of those with bone beyond the reach on both sides, nearest first
+  std::vector<PlaneSide> sides_;         // by node
+  std::vector<Link> links_;              // between roots
+  std::vector<SectionPart> components_;  // by root; other entries are empty
+  std::vector<std::size_t> places_;      // roots of components with bone beyond the reach on both sides, nearest first
   std::unordered_set<std::size_t> cut_;
 };
 

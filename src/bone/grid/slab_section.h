@@ -1,4 +1,4 @@
-// Where a plane goes through a bone, and which of those places a cut has to sever.
+// Places where a plane passes through a bone, and the choice of those that a cut must sever.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace kerf {
 
-/// Signed distance of a voxel's centre from a plane, mm. Turning the normal round changes the sign and nothing else.
+/// Signed distance of a voxel's centre from a plane, mm. Reversing the normal changes only the sign.
 struct PlaneDistance {
   Vec3 p_W;
   Vec3 normal_W;  // unit length
@@ -20,28 +20,28 @@ struct PlaneDistance {
   }
 };
 
-/// The bone within `reach_mm` of the plane and beyond it on either side.
+/// Bone within `reach_mm` of the plane (kNear), or beyond it on either side.
 enum class PlaneSide { kLeft, kNear, kRight };
 inline PlaneSide SideOf(double distance_mm, double reach_mm) {
   if (distance_mm < -reach_mm) return PlaneSide::kLeft;
   return distance_mm > reach_mm ? PlaneSide::kRight : PlaneSide::kNear;
 }
 
-/// Where a part of a block goes.
+/// Assignment of a part of a block.
 enum class PartFate : char { kLeft, kRight, kCut };  // kCut: to be divided by the plane
 
 struct Section {
   std::vector<PartFate> fates;  // by node
-  std::size_t places = 0;       // where the plane goes through the bone, with bone beyond the reach on both sides
-  std::size_t cut_places = 0;   // how many of them are cut
+  std::size_t places = 0;       // where the plane passes through the bone, with bone beyond the reach on both sides
+  std::size_t cut_places = 0;   // number of them that are cut
   double distance_mm = 0;       // from the chosen point to the nearest of them, to about a voxel
-  bool everywhere = false;      // the plane meets no bone that is not cut
+  bool everywhere = false;      // true if the plane touches no bone that is not cut
 };
 
-/// Chooses the place nearest to `near_W`, and further ones, nearest first, for as long as bone elsewhere still holds
-/// the two sides together. Bone that is joined to neither side goes to the side that most of it is on. `labels`: by
-/// SideOf as classes, with `reach_mm` above half the thickness and at least one voxel. No place at all: `places` is 0
-/// and nothing is cut.
+/// Chooses the place nearest to `near_W`, and further places, nearest first, while other bone still connects the two
+/// sides. Bone that is joined to neither side goes to the side that holds most of it. `labels`: classified by SideOf(),
+/// with `reach_mm` larger than half the thickness and at least one voxel. If there is no place, `places` is 0 and
+/// nothing is cut.
 Section ChooseSection(const Labels& labels, const PlaneDistance& distance, double reach_mm, double half_thickness_mm,
                       const Vec3& near_W);
 

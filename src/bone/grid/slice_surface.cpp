@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "bone/grid/cell_volume.h"
+#include "bone/grid/grids.h"
 
 namespace kerf {
 namespace {
@@ -15,18 +16,16 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
-constexpr int kEdge = 8;
-
 /// Lattice along a plane: index (i, j, k) lies at p + i u + j v + k w.
 struct Lattice {
   Vec3 p_W, u, v, w;
 
-  /// p is where the plane is nearest to `near_W`: the plane's own point may lie far from the bone, and so would the
-  /// lattice's numbers be large.
+  /// p is the point of the plane nearest to `near_W`. The plane's own point may lie far from the bone, and the
+  /// lattice's indices would then be large.
   Lattice(const CutPlane& plane, const Vec3& near_W, double along_mm, double across_mm) {
     const Vec3& n = plane.normal_W;
     p_W = near_W - glm::dot(near_W - plane.p_W, n) * n;
-    // The axis that the plane is most nearly along.
+    // The axis that is most nearly parallel to the plane.
     int axis = std::abs(n.x) <= std::abs(n.y) ? 0 : 1;
     if (std::abs(n.z) < std::abs(n[axis])) axis = 2;
     Vec3 a(0);
@@ -42,29 +41,29 @@ struct Lattice {
 };
 
 int FloorToBlock(double x) {
-  return static_cast<int>(std::floor(x / kEdge)) * kEdge;
+  return static_cast<int>(std::floor(x / kLeafEdge)) * kLeafEdge;
 }
 
-/// Of the box that holds the blocks, mm.
+/// Returns the centre of the box that holds the blocks, mm.
 Vec3 CalcMiddle(const std::vector<Coord>& blocks, double voxel_mm) {
   Box3 box;
   for (const Coord& origin : blocks) box.Include(voxel_mm * Vec3(origin.x(), origin.y(), origin.z()));
-  return box.empty() ? Vec3(0) : box.centre() + Vec3(0.5 * kEdge * voxel_mm);
+  return box.empty() ? Vec3(0) : box.centre() + Vec3(0.5 * kLeafEdge * voxel_mm);
 }
 
-/// The lattice's blocks over those of the bone, for layers within `layers` of the plane.
+/// Returns the blocks of the lattice that cover the bone's blocks, for layers within `layers` of the plane.
 std::vector<Coord> FindBlocks(const std::vector<Coord>& blocks, double voxel_mm, const Lattice& lattice, int layers) {
   std::vector<Coord> found;
   const double along2 = glm::dot(lattice.u, lattice.u);
   // A block's cells reach one voxel further.
-  const double radius = 0.5 * std::sqrt(3.0) * kEdge * voxel_mm / std::sqrt(along2) + 1;
+  const double radius = 0.5 * std::sqrt(3.0) * kLeafEdge * voxel_mm / std::sqrt(along2) + 1;
   for (const Coord& origin : blocks) {
-    const Vec3 d = voxel_mm * (Vec3(origin.x(), origin.y(), origin.z()) + 0.5 * kEdge) - lattice.p_W;
+    const Vec3 d = voxel_mm * (Vec3(origin.x(), origin.y(), origin.z()) + 0.5 * kLeafEdge) - lattice.p_W;
     const double i = glm::dot(d, lattice.u) / along2;
     const double j = glm::dot(d, lattice.v) / along2;
-    for (int x = FloorToBlock(i - radius); x <= i + radius; x += kEdge) {
-      for (int y = FloorToBlock(j - radius); y <= j + radius; y += kEdge) {
-        for (int z = FloorToBlock(-layers); z <= layers; z += kEdge) found.emplace_back(x, y, z);
+    for (int x = FloorToBlock(i - radius); x <= i + radius; x += kLeafEdge) {
+      for (int y = FloorToBlock(j - radius); y <= j + radius; y += kLeafEdge) {
+        for (int z = FloorToBlock(-layers); z <= layers; z += kLeafEdge) found.emplace_back(x, y, z);
       }
     }
   }
@@ -87,7 +86,7 @@ double InterpolateLinearly(const Accessor& phi, const Vec3& p_vox) {
 
 TriangleMesh MakeSliceSurface(const FloatTree& phi, double voxel_mm, const std::vector<Coord>& blocks,
                               const CutPlane& plane, double thickness_mm) {
-  // Half a voxel across too, where the slice is thick.
+  // Where the slice is thick, the spacing across it is half a voxel too.
   const int half_layers = std::max(1, static_cast<int>(std::ceil(thickness_mm / voxel_mm - 0.5)));
   const double step_mm = thickness_mm / (2 * half_layers + 1);
   const Lattice lattice(plane, CalcMiddle(blocks, voxel_mm), 0.5 * voxel_mm, step_mm);

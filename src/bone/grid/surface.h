@@ -1,4 +1,4 @@
-// Surfaces and pieces of a bone.
+// Surface and pieces of a bone.
 #pragma once
 
 #include <vector>
@@ -7,16 +7,17 @@
 
 namespace kerf {
 
-/// The zero level as a closed triangle surface (world, mm), outward-oriented. `adaptivity` 0 to 1: larger merges flat
-/// parts.
+/// Returns the zero level as a closed triangle surface (world, mm), outward-oriented. `adaptivity`: 0 to 1; larger
+/// values merge flat parts.
 TriangleMesh ExtractSurface(const Bone& bone, double adaptivity = 0);
 
-/// What encloses less than this is a crumb and no piece, whatever the voxel: a cube of 0.1 mm.
+/// Pieces that enclose less than this are crumbs, for any voxel size: a cube of 0.1 mm.
 inline constexpr double kSmallestPiece_mm3 = 1e-3;
 
-/// The bone's separate pieces, largest first. Two voxels belong together when both are inside and share a face, so a
-/// kerf at least one voxel wide separates. Volumes sum to the bone's. Pieces below `min_mm3` by their voxels, and those
-/// whose surface encloses less than kSmallestPiece_mm3, are counted as dust and not returned.
+/// Separate pieces of a bone, largest first. Two voxels are connected if both are inside and share a face, so a kerf at
+/// least one voxel wide separates them. The pieces' volumes and the dust add up to the bone's volume. Pieces whose
+/// voxels total less than `min_mm3`, and those whose surface encloses less than kSmallestPiece_mm3, are counted as dust
+/// and not returned.
 struct Pieces {
   std::vector<Bone> pieces;
   std::size_t dust_count = 0;

@@ -17,13 +17,13 @@
 namespace kerf {
 namespace {
 
-/// Wider gaps are not closed, but looked for, so that the message can name them.
+/// Gaps up to this width are not closed, but detected for the error message.
 constexpr double kWideGap_mm = 0.1;
 
 using Triangle = std::array<std::uint32_t, 3>;
 
 struct Cell {
-  double x, y, z;  // whole numbers, of any size
+  double x, y, z;  // integers, of any size
   bool operator==(const Cell&) const = default;
 };
 struct CellHash {
@@ -37,7 +37,7 @@ struct CellHash {
   }
 };
 
-/// Each point becomes the first point that lies nearer than `distance_mm`. Returns how many points went.
+/// Merges each point into the first point that is nearer than `distance_mm`. Returns the number of points removed.
 std::size_t Weld(TriangleMesh& mesh, double distance_mm) {
   std::unordered_map<Cell, std::vector<std::uint32_t>, CellHash> kept;
   std::vector<std::uint32_t> id_of(mesh.points.size());
@@ -72,7 +72,7 @@ std::size_t Weld(TriangleMesh& mesh, double distance_mm) {
   return gone;
 }
 
-/// Leaves one of all triangles with the same three corners. Returns how many went.
+/// Keeps one of all triangles with the same three corners. Returns the number removed.
 std::size_t DropDoubles(TriangleMesh& mesh) {
   std::vector<std::pair<Triangle, std::uint32_t>> all(mesh.triangles.size());
   for (std::size_t n = 0; n < all.size(); ++n) {
@@ -91,7 +91,7 @@ std::size_t DropDoubles(TriangleMesh& mesh) {
   if (Weld(wide, kWideGap_mm) > 0 && CountEdges(wide).open == 0) {
     throw Error(fmt::format(
         "{}: the surface is not closed: {} to one triangle only, because the triangles are not joined: corners that "
-        "should coincide lie up to {} mm apart, and kerf welds what is nearer than {} mm; weld them in a mesh program",
+        "should coincide lie up to {} mm apart, and kerf welds points nearer than {} mm; weld them in a mesh program",
         path, FormatCount(edges.open, "edge belongs", "of its edges belong"), kWideGap_mm, kWeld_mm));
   }
   throw Error(
@@ -100,12 +100,12 @@ std::size_t DropDoubles(TriangleMesh& mesh) {
                   path, FormatCount(edges.open, "edge belongs", "of its edges belong"), kWeld_mm));
 }
 
-/// Points welded, doubles left out, all facing one way.
+/// Welds points, removes duplicates, and orients all triangles consistently.
 std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs, const std::string& path) {
   EdgeCounts edges = CountEdges(mesh);
   if (edges.open > 0) {
     if (const std::size_t welded = Weld(mesh, kWeld_mm); welded > 0) {
-      repairs.push_back(fmt::format("{} nearer than {} mm to another and {} welded to it",
+      repairs.push_back(fmt::format("{} nearer than {} mm to another point and {} welded to it",
                                     FormatCount(welded, "point lay", "points lay"), kWeld_mm,
                                     welded == 1 ? "was" : "were"));
       edges = CountEdges(mesh);
@@ -122,14 +122,14 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
   if (edges.open > 0) RefuseOpen(mesh, edges, path);
   if (edges.crowded > 0) {
     throw Error(
-        fmt::format("{}: {} to more than two triangles: parts touch along edges, or walls within the surface "
-                    "meet it; separate or remove them in a mesh program",
+        fmt::format("{}: {} to more than two triangles: parts touch along edges, or inner walls meet the "
+                    "surface; separate or remove them in a mesh program",
                     path, FormatCount(edges.crowded, "edge of the surface belongs", "edges of the surface belong")));
   }
   std::size_t turned = 0;
   std::vector<Shell> shells = OrientShells(mesh, turned, path);
   if (turned > 0) {
-    repairs.push_back(fmt::format("{} the other way than most of {} shell and {} turned",
+    repairs.push_back(fmt::format("{} opposite to most of {} shell and {} flipped",
                                   FormatCount(turned, "triangle faced", "triangles faced"),
                                   turned == 1 ? "its" : "their", turned == 1 ? "was" : "were"));
   }
@@ -179,7 +179,7 @@ ClosedSurface CloseSurface(TriangleMesh mesh, bool hollow_inner_shells, const st
   FindContainers(mesh, shells);
   report.triangles = mesh.triangles.size();
   report.shells = shells.size();
-  // From the largest on, so that what contains a shell has its layer before it.
+  // Starts with the largest shell, so that the container of a shell is assigned to a layer before it.
   std::vector<std::size_t> layer(shells.size(), 0);
   std::size_t layers = 1;
   for (std::size_t n = 0; n < shells.size(); ++n) {

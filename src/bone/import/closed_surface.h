@@ -1,4 +1,4 @@
-// A surface as it was read, made into closed shells: small faults are repaired and reported, others are named.
+// Conversion of a surface to closed shells: small faults are repaired and reported, others cause an error.
 #pragma once
 
 #include <cstddef>
@@ -9,33 +9,33 @@
 
 namespace kerf {
 
-/// Points of a surface that is not closed are welded when they are nearer to each other than this.
+/// In a surface that is not closed, points closer to each other than this are welded.
 inline constexpr double kWeld_mm = 0.01;
 
-/// What was found of a surface, and done to it.
+/// Results and repairs of CloseSurface().
 struct SurfaceReport {
   std::size_t triangles = 0;
   std::size_t shells = 0;              // connected parts of the surface
-  std::size_t hollow_shells = 0;       // around a hollow
-  std::size_t inner_solid_shells = 0;  // within the solid, and without effect
-  double hollow_mm3 = 0;               // of all hollows, less the solid that lies in them
-  std::string how;                     // the same in words, and why
-  std::vector<std::string> repairs;    // a sentence each
+  std::size_t hollow_shells = 0;       // that enclose a hollow
+  std::size_t inner_solid_shells = 0;  // within the solid, without effect
+  double hollow_mm3 = 0;               // of all hollows, minus the solid inside them
+  std::string how;                     // summary of the shells, in words
+  std::vector<std::string> repairs;    // one sentence each
 };
 
 struct ClosedSurface {
-  /// What the first encloses is solid, what the second encloses is hollow, what the third encloses is solid again, and
-  /// so on. Each is closed. Shells of one layer may lie within each other.
+  /// Closed layers. The first encloses solid, the second hollows in it, the third solid within these, and so on. Shells
+  /// of one layer may be nested.
   std::vector<TriangleMesh> layers;
   SurfaceReport report;
 };
 
-/// A shell within another is a hollow when the two face opposite ways, or whichever way they face when
-/// `hollow_inner_shells`. An outermost shell is solid whichever way it faces.
+/// Makes closed layers from a mesh. A shell inside another one is a hollow if they face in opposite directions, or
+/// always if `hollow_inner_shells`. An outermost shell is solid whichever way it faces.
 ///
-/// Welds points as above, leaves out all but one of triangles that have the same corners, turns those that face the
-/// other way than most of their shell. Throws Error, beginning with `path`, that names what else keeps the surface from
-/// being closed: edges of one triangle only, edges of more than two, shells with one side only.
+/// Welds points as above, removes duplicates of triangles with the same corners, and flips triangles that face opposite
+/// to most of their shell. Throws kerf::Error, whose message begins with `path`, if the surface is not closed for other
+/// reasons: edges of only one triangle, edges of more than two, one-sided shells.
 ClosedSurface CloseSurface(TriangleMesh mesh, bool hollow_inner_shells, const std::string& path);
 
 }  // namespace kerf

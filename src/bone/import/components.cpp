@@ -60,7 +60,7 @@ Components FindComponents(const Volume& lattice, const std::function<bool(std::s
     }
     result.list.push_back(c);
   }
-  // Largest first; equal ones in the order of the lattice, so that the result is always the same.
+  // Largest first; equal ones in the order of the lattice, so that the result is deterministic.
   std::vector<std::int32_t> order(result.list.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(),

@@ -11,24 +11,25 @@
 
 namespace kerf {
 
-/// One connected part. Two voxels are neighbours when they share a face.
+/// One connected part. Two voxels are connected if they share a face.
 struct Component {
   std::size_t voxels = 0;
   double volume_mm3 = 0;
-  Vec3 centre_W{0};  // of mass, LPS mm
-  Box3 box_W;  // of the voxels with their full extent (of the lattice-aligned box's corners when the image is oblique)
+  Vec3 centre_W{0};  // centre of mass, LPS, mm
+  Box3 box_W;        // of the voxels with their full extent (of the corners of the lattice-aligned box if the image is
+                     // oblique)
   std::array<int, 3> lower{0, 0, 0}, upper{0, 0, 0};  // voxels, both included
 };
 
 struct Components {
-  std::vector<std::int32_t> labels;  // of each voxel: 0 outside the mask, else 1 + index into list
+  std::vector<std::int32_t> labels;  // for each voxel: 0 outside the mask, otherwise 1 + index into list
   std::vector<Component> list;       // largest first
 };
 
-/// `inside` is asked once for each voxel, by its index.
+/// `inside` is called once for each voxel, with its index.
 Components FindComponents(const Volume& lattice, const std::function<bool(std::size_t)>& inside);
 
-/// "82.0 cm3, centre (3, -255, 379), box 132 x 104 x 98 mm", for messages.
+/// Returns text such as "82.0 cm3, centre (3, -255, 379), box 132 x 104 x 98 mm", for messages.
 std::string Describe(const Component& component);
 
 }  // namespace kerf

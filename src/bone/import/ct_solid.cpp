@@ -12,17 +12,17 @@ namespace kerf {
 
 namespace {
 
-constexpr double kHuScale = 1000;  // makes the two parts of the value alike in slope
+constexpr double kHuScale = 1000;  // gives the two parts of the value similar slopes
 constexpr double kBoxMargin_vox = 3;
-constexpr double kBorderSmoothing_mm = 1.2;  // of the border to what was dropped
+constexpr double kBorderSmoothing_mm = 1.2;  // of the border to the dropped bone
 
-// Where the smoothed membership, 1 on the wanted side and 0 on the other, has its border: a third of a voxel on the
-// wanted side of the middle, so that no shavings of the other bone stay across a narrow joint.
+// Level of the border in the smoothed membership (1 on the wanted side, 0 on the other): a third of a voxel towards the
+// wanted side, so that no thin remnants of the other bone are left across a narrow joint.
 constexpr double kBorder = 0.62;
 
-// From slice to slice a surface that is not perpendicular to them jumps; interpolating that leaves ripples. So the
-// slices are blurred in their plane by as much as a slice blurs across it: a box of thickness h has a standard
-// deviation of 0.29 h. Voxels, by axis; 0 along the coarsest.
+// Standard deviation of the blur, in voxels, by axis; 0 along the coarsest. A surface that is not perpendicular to the
+// slices jumps from slice to slice, and interpolation turns the jumps into ripples. Therefore the slices are blurred in
+// their plane as much as a slice blurs across it: a box of thickness h has a standard deviation of 0.29 h.
 Vec3 CalcEvening(const Vec3& spacing_mm) {
   const double coarsest = std::max({spacing_mm.x, spacing_mm.y, spacing_mm.z});
   Vec3 sigma_vox;
@@ -33,24 +33,24 @@ Vec3 CalcEvening(const Vec3& spacing_mm) {
   return sigma_vox;
 }
 
-// How coarse the sampling is along each axis: 0 where it is as fine as along any other and at most kFine_mm, since such
-// a CT resolves its own edges; towards 1 where it is much coarser.
+// Coarseness of the sampling along each axis: 0 where it is as fine as along any other axis and at most kFine_mm,
+// because such a CT resolves its own edges; near 1 where it is much coarser.
 Vec3 CalcCoarseness(const Vec3& spacing_mm) {
   constexpr double kFine_mm = 1;
   const double fine = std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z, kFine_mm});
   return 1.0 - fine * fine / (spacing_mm * spacing_mm);
 }
 
-// Iso lies low on the edge of bone (300 HU between soft tissue of 50 and cortex of 1600), and blur moves the low levels
-// of an edge outward, as interpolation between widely spaced samples does. So the HU are limited to a range around iso
-// before they are blurred and interpolated: in it iso is half the height of the edge, which moves neither way. This is
-// half the width of that range: down to soft tissue where the sampling is coarse, unlimited where it is fine.
+// Half width of the range to which the HU are limited: down to soft tissue where the sampling is coarse, unlimited
+// where it is fine. Iso is low on the edge of bone (300 HU between soft tissue of 50 and cortex of 1600). Blur moves
+// the low levels of an edge outward, and so does interpolation between widely spaced samples. Within the limited range,
+// iso is the half height of the edge, which does not move when the HU are blurred and interpolated.
 double CalcRange_HU(double coarsest, double iso_hu) {
   constexpr double kSoftTissue_HU = 50;
   return std::clamp(iso_hu - kSoftTissue_HU, 100.0, 300.0) / std::max(coarsest, 1e-9);
 }
 
-// From the CT's HU to those whose iso level is the surface.
+// Converts the CT's HU to the HU whose iso level is the surface.
 void PrepareCoarse(const Volume& ct, double iso_hu, double range_hu, std::vector<float>& hu) {
   Sharpen(ct.size, CalcCoarseness(ct.spacing_mm), hu);
   for (float& h : hu) h = std::clamp(h, static_cast<float>(iso_hu - range_hu), static_cast<float>(iso_hu + range_hu));
@@ -66,7 +66,7 @@ CtSolid::CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& ca
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column)
       voxel_from_world_[column][row] = inverse[column][row] / ct.spacing_mm[row];
-    // The ball's image is an ellipsoid; its extent along a voxel axis is the length of that row.
+    // The image of the ball is an ellipsoid; its extent along a voxel axis is the length of that row.
     reach_V_[row] = glm::length(Vec3(voxel_from_world_[0][row], voxel_from_world_[1][row], voxel_from_world_[2][row]));
   }
   std::vector<float> hu(ct.count());

@@ -1,4 +1,4 @@
-// The isolated bone of a CT as a solid: smooth, and finer than its voxels.
+// The isolated bone of a CT as a smooth solid, resolved more finely than the CT's voxels.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 
 namespace kerf {
 
-/// Inside is where the HU, interpolated by cubic B-splines, are above iso, on the wanted side of the smoothed border to
-/// what was dropped. HU of coarse or unequally spaced voxels are first limited to a range around iso and blurred along
-/// the finer axes: see docs/import.md. Thread-safe once made.
+/// Inside is where the HU, interpolated by cubic B-splines, are above iso and the point is on the wanted side of the
+/// smoothed border to the dropped bone. If voxels are coarse or unequally spaced, the HU are first limited to a range
+/// around iso and blurred along the finer axes (docs/import.md). Thread-safe once constructed.
 class CtSolid {
  public:
-  /// `cavities` are filled: their voxels are raised to `fill_hu`.
+  /// `cavities` are filled: their voxels are raised to at least `fill_hu`.
   CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& cavities, double iso_hu, double fill_hu);
 
-  double Value(const Vec3& p_W) const;  // negative inside; of no unit
+  double Value(const Vec3& p_W) const;  // negative inside; dimensionless
   BlockClass Classify(const Vec3& centre_W, double radius_mm) const;
   /// The CT's HU with the cavities raised, neither limited nor blurred.
   const SplineField& hu() const { return *hu_; }
@@ -27,7 +27,7 @@ class CtSolid {
   double SurfaceHu(const Vec3& p_W) const { return surface_hu_->At(VoxelFromWorld(p_W)); }
   double Hu(const Vec3& p_W) const { return hu_->At(VoxelFromWorld(p_W)); }
   double iso_hu() const { return iso_hu_; }
-  /// Box around the solid's voxels with a margin of three of them, LPS mm.
+  /// Box around the solid's voxels with a margin of three voxels, LPS, mm.
   const Box3& box() const { return box_; }
 
  private:
@@ -36,10 +36,10 @@ class CtSolid {
   double iso_hu_;
   Vec3 origin_W_;
   glm::dmat3 voxel_from_world_{1};
-  Vec3 reach_V_{0};  // half extent, in voxels, of the box around a ball of 1 mm
+  Vec3 reach_V_{0};  // half extent, in voxels, of the box around a ball of radius 1 mm
   Box3 box_;
   std::shared_ptr<SplineField> hu_;
-  std::shared_ptr<SplineField> surface_hu_;  // hu_ itself for a CT that is fine and equally spaced
+  std::shared_ptr<SplineField> surface_hu_;  // the same as hu_ for a CT that is fine and equally spaced
   std::unique_ptr<SplineField> wanted_;      // 1 on the wanted side, 0 on the other
 };
 

@@ -15,22 +15,22 @@
 namespace kerf {
 namespace {
 
-constexpr double kSmallestPiece_mm3 = 1000;
-constexpr double kBeside_mm = 10;  // farther off is the table
-constexpr double kBelow_mm = 50;   // but a mandible that is not joined to the skull may be
-constexpr double kMargin_mm = 5;
+constexpr double kSmallestShown_mm3 = 1000;
+constexpr double kBeside_mm = 10;  // the table is farther away
+constexpr double kBelow_mm = 50;   // for a mandible that is not joined to the skull
+constexpr double kViewMargin_mm = 5;
 constexpr double kAir_HU = -1000;
-// The grey window: fat and muscle dark, enamel white.
+// Grey scale: fat and muscle dark, enamel white.
 constexpr double kBlack_HU = -300;
 constexpr double kWhite_HU = 1700;
 constexpr Rgb8 kBackground{16, 18, 22};
 
-// Where a picture's axes lie in the patient. The eye is on the side that `toward_eye` names.
+// Orientation of a picture's axes in the patient. `toward_eye` gives the side of the viewer.
 struct Frame {
-  int across;  // index of the patient's axis that goes to the right
+  int across;  // index of the patient's axis that points to the right
   int down;
-  bool down_is_positive;  // else that axis goes up
-  double toward_eye;      // +1 or -1, along the axis that is looked along
+  bool down_is_positive;  // if false, that axis points up
+  double toward_eye;      // +1 or -1, along the viewing axis
 };
 constexpr std::array<Frame, 3> kFrames{{{1, 2, false, 1}, {0, 2, false, -1}, {0, 1, true, -1}}};
 
@@ -38,10 +38,10 @@ const Frame& FrameOf(CtAxis axis) {
   return kFrames[static_cast<std::size_t>(axis)];
 }
 
-Rgb8 Mix(const Rgb8& a, const Rgb8& b, double share) {
+Rgb8 Mix(const Rgb8& a, const Rgb8& b, double fraction) {
   Rgb8 mixed{};
   for (std::size_t c = 0; c < 3; ++c) {
-    mixed[c] = static_cast<std::uint8_t>(std::lround(a[c] + std::clamp(share, 0.0, 1.0) * (b[c] - a[c])));
+    mixed[c] = static_cast<std::uint8_t>(std::lround(a[c] + std::clamp(fraction, 0.0, 1.0) * (b[c] - a[c])));
   }
   return mixed;
 }
@@ -53,7 +53,7 @@ Rgb8 ColourOf(double hu, double iso_hu) {
   return Mix(kBackground, {120, 128, 140}, (hu - kBlack_HU) / (iso_hu - kBlack_HU));
 }
 
-// An empty view of the box, and the point of each of its pixels.
+// An empty picture of the box, and the point of each of its pixels.
 class Canvas {
  public:
   Canvas(CtAxis axis, const CtViewOptions& options) : frame_(FrameOf(axis)) {
@@ -93,7 +93,7 @@ class Canvas {
   const Frame& frame_;
 };
 
-// The CT's numbers, and air beyond it.
+// The CT's values; air outside it.
 class Scan {
  public:
   explicit Scan(const Volume& ct) : ct_(ct), sampler_(ct), axes_from_world_(glm::inverse(ct.axes_W)) {}
@@ -142,7 +142,7 @@ CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options
       p_W[depth] = (toward_eye > 0 ? options.box_W.upper[depth] : options.box_W.lower[depth]) - toward_eye * d;
       const double hu = scan.HuAt(p_W);
       if (hu >= options.iso_hu) {
-        // Back to where the iso value is passed.
+        // Moves back to where the iso value is crossed.
         p_W[depth] += toward_eye * step_mm * (hu - options.iso_hu) / std::max(1.0, hu - before_hu);
         Vec3 out_W{0};
         for (int a = 0; a < 3; ++a) {
@@ -152,7 +152,7 @@ CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options
         }
         const double slope = glm::length(out_W);
         const double facing = slope > 0 ? std::max(0.0, glm::dot(out_W, eye_W) / slope) : 1;
-        // Farther is a little darker.
+        // Distant surfaces are slightly darker.
         return Mix(kShadow, kLit, facing * (1 - 0.35 * d / std::max(1.0, length_mm)));
       }
       before_hu = hu;
@@ -166,7 +166,7 @@ Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name) {
   const Components pieces = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso_hu; });
   Box3 bone_W;
   for (const Component& piece : pieces.list) {
-    if (piece.volume_mm3 < kSmallestPiece_mm3) break;
+    if (piece.volume_mm3 < kSmallestShown_mm3) break;
     Box3 near_W = pieces.list.front().box_W.Grown(kBeside_mm);
     near_W.lower.z -= kBelow_mm;
     if (glm::clamp(piece.centre_W, near_W.lower, near_W.upper) != piece.centre_W) continue;
@@ -174,7 +174,7 @@ Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name) {
     bone_W.Include(piece.box_W.upper);
   }
   if (bone_W.empty()) {
-    throw Error(fmt::format("{}: no bone: no piece of 1 cm3 or more has {:.0f} HU; choose another value with --iso",
+    throw Error(fmt::format("{}: no bone: no piece above {:.0f} HU has 1 cm3 or more; choose another value with --iso",
                             name, iso_hu));
   }
   Box3 scan_W;
@@ -183,7 +183,7 @@ Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name) {
     for (int a = 0; a < 3; ++a) p_V[a] = (corner >> a & 1) != 0 ? ct.size[a] - 0.5 : -0.5;
     scan_W.Include(ct.WorldFromVoxel(p_V));
   }
-  bone_W = bone_W.Grown(kMargin_mm);
+  bone_W = bone_W.Grown(kViewMargin_mm);
   return {glm::max(bone_W.lower, scan_W.lower), glm::min(bone_W.upper, scan_W.upper)};
 }
 

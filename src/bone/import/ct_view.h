@@ -1,4 +1,5 @@
-// Pictures of a CT along the patient's axes: each pixel is a point of the patient, so that coordinates can be read off.
+// Pictures of a CT along the patient's axes. Each pixel corresponds to a point of the patient, so that coordinates can
+// be read off.
 #pragma once
 
 #include <string>
@@ -9,36 +10,36 @@
 
 namespace kerf {
 
-/// The patient's axis (LPS) that a picture looks along.
+/// Viewing direction of a picture, along an axis of the patient (LPS).
 enum class CtAxis {
-  kX,  // sagittal, seen from the patient's left: y (to the back) goes right, z (to the head) up
-  kY,  // coronal, seen from the front: x (to the patient's left) goes right, z up
-  kZ   // axial, seen from the feet as radiologists do: x goes right, y down
+  kX,  // sagittal, seen from the patient's left: y (to the back) to the right, z (to the head) up
+  kY,  // coronal, seen from the front: x (to the patient's left) to the right, z up
+  kZ   // axial, seen from the feet as in radiology: x to the right, y down
 };
 
 struct CtView {
   int columns = 0;
   int rows = 0;
-  // Patient coordinates at the picture's edges, mm: of y or x across, of z or y down.
+  // Patient coordinates at the picture's edges, mm: y or x horizontally, z or y vertically.
   double left_mm = 0, right_mm = 0, top_mm = 0, bottom_mm = 0;
-  std::vector<Rgb8> pixels;  // rows from the top
+  std::vector<Rgb8> pixels;  // row by row from the top
 };
 
-/// Which part of the patient is shown, and how.
+/// Part of the patient that is shown, and its appearance.
 struct CtViewOptions {
-  Box3 box_W;             // not empty
-  double pixel_mm = 0.5;  // edge of a pixel, about: the box is divided evenly
-  double iso_hu = 300;    // what is above is bone, and tinted
+  Box3 box_W;             // must not be empty
+  double pixel_mm = 0.5;  // approximate edge of a pixel: the box is divided evenly
+  double iso_hu = 300;    // HU above this are bone, and tinted
 };
 
-/// The plane at `at_mm` of the axis.
+/// Draws the plane at `at_mm` on the axis.
 CtView DrawCtSlice(const Volume& ct, CtAxis axis, double at_mm, const CtViewOptions& options);
-/// The bone's surface, shaded: the first of it that meets the eye.
+/// Draws the bone's surface, shaded: the first point of it on each line of sight.
 CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options);
 
-/// A box around the largest piece of bone above `iso_hu` and those of 1 cm3 and more that have their middle within
-/// 10 mm of its box or below it, so that the table is left out; 5 mm larger, but within the scan. Throws Error, which
-/// begins with `name`, when there is no such bone.
+/// Returns a box around the largest piece of bone above `iso_hu` and all pieces of at least 1 cm3 whose centre lies
+/// within 10 mm of its box (below it: within 60 mm). This excludes the table. The box is enlarged by 5 mm, but limited
+/// to the scan. Throws kerf::Error, whose message begins with `name`, if there is no such bone.
 Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name);
 
 }  // namespace kerf

@@ -14,8 +14,9 @@ namespace kerf {
 
 namespace {
 
-/// ITK's pool of threads, its default, drops the exceptions of all threads but the first: for want of memory the
-/// distances would be wrong and nothing would say so. This one passes them on, as text.
+/// Selects an ITK threader that reports exceptions. The default, a thread pool, drops the exceptions of all threads
+/// except the first: after a failed allocation the distances would be wrong without notice. This threader passes them
+/// on as text.
 void UseThreadsThatReport() {
   itk::MultiThreaderBase::SetGlobalDefaultThreader(itk::MultiThreaderBase::ThreaderEnum::Platform);
 }
@@ -41,7 +42,7 @@ std::vector<float> CalcDepth(const Volume& lattice, const std::vector<std::uint8
     filter->Update();
     const float* result = filter->GetOutput()->GetBufferPointer();
     std::vector<float> depth_mm(result, result + lattice.count());
-    // ITK measures to the outermost voxels' centres.
+    // ITK measures to the centres of the outermost voxels.
     const auto half = static_cast<float>((lattice.spacing_mm.x + lattice.spacing_mm.y + lattice.spacing_mm.z) / 6);
     for (float& d : depth_mm) d += half;
     return depth_mm;

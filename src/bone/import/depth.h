@@ -8,8 +8,9 @@
 
 namespace kerf {
 
-/// mm to the border of `inside` (which lies half a voxel outside its outermost voxels), positive inside. Euclidean,
-/// with the lattice's spacing (itk::SignedMaurerDistanceMapImageFilter); exact to about a third of a voxel.
+/// Returns the distance to the border of `inside`, mm, positive inside. The border lies half a voxel outside the
+/// outermost voxels. Euclidean, with the lattice's spacing (itk::SignedMaurerDistanceMapImageFilter); accurate to about
+/// a third of a voxel.
 std::vector<float> CalcDepth(const Volume& lattice, const std::vector<std::uint8_t>& inside);
 
 }  // namespace kerf

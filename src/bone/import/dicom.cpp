@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// GDCM asks for as much memory as a damaged header names, up to 4 GiB for one element.
+// For a damaged header GDCM allocates as much memory as the header states, up to 4 GiB for one element.
 constexpr ChildLimits kListing{std::uint64_t{512} << 20, 120};
 constexpr ChildLimits kReadingSlices{std::uint64_t{3} << 30, 120};
 
@@ -89,7 +89,7 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
     if (Text(filter, 0x0002, 0x0002) == kCtImageStorage)
       throw Error(
           fmt::format("{}: a CT slice without rows and columns; the file is damaged or cut off", path.string()));
-    return;  // no image: a report, a directory, a structure set
+    return;  // not an image: a report, a directory, a structure set
   }
 
   DicomSlice slice;
@@ -103,7 +103,7 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
   slice.bits = Whole(filter, 0x0028, 0x0100, 16);
   slice.inverted = Text(filter, 0x0028, 0x0004) == "MONOCHROME1";
   slice.frames = std::max(1, Whole(filter, 0x0028, 0x0008, 1));
-  const std::vector<double> spacing = Numbers(Text(filter, 0x0028, 0x0030));  // between rows first
+  const std::vector<double> spacing = Numbers(Text(filter, 0x0028, 0x0030));  // the distance between rows comes first
   const std::vector<double> position = Numbers(Text(filter, 0x0020, 0x0032));
   const std::vector<double> orientation = Numbers(Text(filter, 0x0020, 0x0037));
   if (spacing.size() == 2 && position.size() == 3 && orientation.size() == 6) {
@@ -167,7 +167,7 @@ std::string Describe(const DicomSeries& s) {
                      FormatCount(s.slices.size(), "slice", "slices"), s.description.empty() ? "" : ", ", s.description);
 }
 
-// A hint when one of several series is too short for a volume beside one that is not; the longest is the first.
+// Returns a hint if one of several series is too short for a volume and another is not; the first is the longest.
 std::string DescribeStray(const std::vector<const DicomSeries*>& found) {
   const DicomSeries& last = *found.back();
   if (last.slices.size() > 2 || found.front()->slices.size() <= 2) return "";
@@ -176,7 +176,7 @@ std::string DescribeStray(const std::vector<const DicomSeries*>& found) {
                      fs::path(last.slices.front().path).filename().string());
 }
 
-// Every way in which files with one series UID fail to be one CT volume. Throws Error.
+// Throws kerf::Error if the files with one series UID are not one CT volume, for any reason.
 void CheckSeries(const DicomSeries& series) {
   const auto fail = [&series](const std::string& what) { throw Error(fmt::format("series {}: {}", series.uid, what)); };
   if (series.modality != "CT") {
@@ -186,8 +186,8 @@ void CheckSeries(const DicomSeries& series) {
   const DicomSlice& first = series.slices.front();
   for (const DicomSlice& s : series.slices) {
     const std::string file = fs::path(s.path).filename().string();
-    if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples a pixel), not CT slices", file, s.samples));
-    if (s.frames > 1) fail(fmt::format("{} holds {} frames; kerf reads CT with one slice a file", file, s.frames));
+    if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples per pixel), not CT", file, s.samples));
+    if (s.frames > 1) fail(fmt::format("{} holds {} frames; kerf reads CT with one slice per file", file, s.frames));
     if (s.inverted) {
       fail(
           fmt::format("{} is stored for inverted display (MONOCHROME1), which kerf does not read; convert the series "
@@ -201,14 +201,15 @@ void CheckSeries(const DicomSeries& series) {
     }
     if (glm::length(s.row_W - first.row_W) > 1e-3 || glm::length(s.column_W - first.column_W) > 1e-3) {
       fail(fmt::format(
-          "{} is oriented otherwise than the others; the series is a mixture (a localizer among the slices?)", file));
+          "{} has a different orientation from the others; the series is a mixture (a localizer among the slices?)",
+          file));
     }
     if (std::abs(s.pixel_mm[0] - first.pixel_mm[0]) > 1e-4 || std::abs(s.pixel_mm[1] - first.pixel_mm[1]) > 1e-4) {
-      fail(fmt::format("{} has another pixel spacing than the others; the series is a mixture", file));
+      fail(fmt::format("{} has a different pixel spacing from the others; the series is a mixture", file));
     }
   }
   if (series.slices.size() < 3)
-    fail(fmt::format("{} no volume; kerf needs at least 3",
+    fail(fmt::format("{} not a volume; kerf needs at least 3",
                      FormatCount(series.slices.size(), "slice is", "slices are")));
   const Vec3 normal = Normal(first);
   const double gap = series.gap_mm;
@@ -220,8 +221,8 @@ void CheckSeries(const DicomSeries& series) {
     const std::string files =
         fmt::format("{} and {}", fs::path(a.path).filename().string(), fs::path(b.path).filename().string());
     if (step < 1e-3) {
-      fail(fmt::format("{} lie at the same place ({:.2f} mm along the normal); the series holds it more than once",
-                       files, z));
+      fail(fmt::format("{} lie at the same place ({:.2f} mm along the normal); the series has duplicate slices", files,
+                       z));
     }
     // Scanners round positions to about 0.01 mm.
     if (std::abs(step - gap) <= std::max(0.02 * gap, 0.02)) continue;
@@ -232,8 +233,8 @@ void CheckSeries(const DicomSeries& series) {
                        files, z, z + step, gap));
     }
     fail(fmt::format(
-        "the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; resample the scan to equal gaps",
-        step, files, gap));
+        "the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; resample the scan evenly", step,
+        files, gap));
   }
 }
 
@@ -241,7 +242,7 @@ std::uint64_t CalcPixelBytes(const DicomSlice& slice) {
   return static_cast<std::uint64_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
 }
 
-// Whether the pixels can be in a file of that length at all, before memory is asked for them.
+// Throws kerf::Error if a file of that length cannot hold the pixels, before memory is allocated for them.
 void CheckFileSize(const DicomSlice& slice) {
   std::error_code failed;
   const std::uint64_t bytes = fs::file_size(slice.path, failed);
@@ -252,14 +253,15 @@ void CheckFileSize(const DicomSlice& slice) {
   }
   const double reach = (slice.compressed ? kMaxUnpackRatio : 1) * static_cast<double>(bytes);
   if (static_cast<double>(CalcPixelBytes(slice)) > reach) {
-    throw Error(fmt::format("{}: the slice is cut off; {} x {} pixels of {} bits are promised and not all there",
-                            slice.path, slice.size[0], slice.size[1], slice.bits));
+    throw Error(
+        fmt::format("{}: the slice is cut off; its header states {} x {} pixels of {} bits, but not all are present",
+                    slice.path, slice.size[0], slice.size[1], slice.bits));
   }
 }
 
-// The file must hold the pixels that its header names: GDCM makes up what is missing and says nothing. Looks for the
-// element of the pixels, tag and length, in the bytes; compressed pixels have no length of their own, there the decoder
-// complains.
+// Throws kerf::Error unless the file holds the pixels that its header promises: GDCM silently fills in missing ones.
+// Searches the bytes for the element of the pixels, tag and length. Compressed pixels have no explicit length; the
+// decoder detects errors there.
 void CheckLength(const DicomSlice& slice) {
   if (slice.compressed) return;
   std::ifstream in(slice.path, std::ios::binary);
@@ -273,7 +275,7 @@ void CheckLength(const DicomSlice& slice) {
   for (const bool big : {false, true}) {
     const std::string tag = big ? std::string("\x7f\xe0\x00\x10", 4) : std::string("\xe0\x7f\x10\x00", 4);
     for (std::size_t at = bytes.find(tag); at != std::string::npos && !found; at = bytes.find(tag, at + 1)) {
-      // Explicit: VR, two bytes, length. Implicit: length.
+      // Explicit VR: VR, two bytes, length. Implicit VR: length.
       for (const std::size_t length_at : {at + 8, at + 4}) {
         if (length_at + 4 > bytes.size()) continue;
         std::uint64_t length = 0;
@@ -286,41 +288,44 @@ void CheckLength(const DicomSlice& slice) {
     }
   }
   if (!found || !whole) {
-    throw Error(fmt::format("{}: the slice is cut off; {} x {} pixels of {} bits are promised and not all there",
-                            slice.path, slice.size[0], slice.size[1], slice.bits));
+    throw Error(
+        fmt::format("{}: the slice is cut off; its header states {} x {} pixels of {} bits, but not all are present",
+                    slice.path, slice.size[0], slice.size[1], slice.bits));
   }
 }
 
-// Gives the slice's pixels as HU.
+// Reads the slice's pixels as HU.
 Overflow ReadSlice(const DicomSlice& s, std::size_t pixels, std::vector<std::int16_t>& hu) {
   CheckLength(s);
   const QuietItk quiet;
   const auto io = itk::GDCMImageIO::New();
   io->SetFileName(s.path);
-  // GDCM gives no reason of its own: it has one sentence for all of these.
+  // GDCM gives no specific reason: it has one message for all of these.
   const std::string complaint =
       s.compressed ? fmt::format(
                          "the transfer syntax {} can't be unpacked, or the slice's pixels are damaged; convert "
                          "the series to uncompressed DICOM",
                          s.transfer_syntax)
-                   : std::string("the slice's pixels are damaged, or the header's description of them is");
+                   : std::string("the slice's pixels are damaged, or the header describes them wrongly");
   try {
     io->ReadImageInformation();
   } catch (const itk::ExceptionObject&) {
     throw Error(fmt::format("{}: {}", s.path, complaint));
   }
-  // GDCM may have read the header otherwise, and what it found is what memory is asked for.
+  // GDCM may have interpreted the header differently, and it allocates memory by its own result.
   if (static_cast<double>(io->GetImageSizeInBytes()) > kMaxVoxelBytes * s.size[0] * s.size[1]) {
-    throw Error(fmt::format("{}: {} x {} pixels were promised and others are there", s.path, s.size[0], s.size[1]));
+    throw Error(fmt::format("{}: the header states {} x {} pixels, but the image has a different size", s.path,
+                            s.size[0], s.size[1]));
   }
   const Overflow overflow = AppendPixels(*io, s.path, hu, complaint);
   if (hu.size() != pixels) {
-    throw Error(fmt::format("{}: {} x {} pixels were promised and others came out", s.path, s.size[0], s.size[1]));
+    throw Error(fmt::format("{}: the header states {} x {} pixels, but a different number was read", s.path, s.size[0],
+                            s.size[1]));
   }
   return overflow;
 }
 
-/// What ListDicomSeries() says, within a child process.
+/// Does the work of ListDicomSeries() within a child process.
 std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& report) {
   const QuietItk quiet;
   std::error_code failed;
@@ -340,10 +345,10 @@ std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& rep
     if (IsDicom(path)) {
       report.SetName(path.string());
       AddFile(path, by_uid);
-      report.SetProgress(0);  // shows that it is alive
+      report.SetProgress(0);  // shows that the process is alive
     } else if (ClaimsToBeDicom(path)) {
-      throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or repair it",
-                              path.string()));
+      throw Error(
+          fmt::format("{}: not a DICOM file despite its name; remove it from the folder or repair it", path.string()));
     }
   }
   if (by_uid.empty())
@@ -378,7 +383,7 @@ const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::
     }
   }
   if (found.size() == 1) return *found.front();
-  if (uid.empty() && found.empty() && all.size() == 1) return all.front();  // CheckSeries says what is wrong with it
+  if (uid.empty() && found.empty() && all.size() == 1) return all.front();  // CheckSeries() reports the reason
   std::string list;
   for (const DicomSeries& s : all) list += (list.empty() ? "" : "; ") + Describe(s);
   if (!uid.empty()) {
@@ -398,7 +403,7 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
   Volume volume;
   volume.size = {first.size[0], first.size[1], n};
   volume.origin_W = first.origin_W;
-  // From slice to slice: along the normal, or sheared when the gantry was tilted.
+  // Step from slice to slice: along the normal, or sheared if the gantry was tilted.
   const Vec3 step = (last.origin_W - first.origin_W) / static_cast<double>(n - 1);
   volume.spacing_mm = {first.pixel_mm[0], first.pixel_mm[1], glm::length(step)};
   volume.axes_W = glm::dmat3(first.row_W, first.column_W, step / glm::length(step));
@@ -409,7 +414,7 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
     const Vec3 off = s.origin_W - expected;
     const double sideways = glm::length(off - Normal(first) * glm::dot(off, Normal(first)));
     if (sideways > 0.5 * std::min(first.pixel_mm[0], first.pixel_mm[1])) {
-      throw Error(fmt::format("series {}: {} is shifted sideways by {:.2f} mm against the others", series.uid,
+      throw Error(fmt::format("series {}: {} is shifted sideways by {:.2f} mm relative to the others", series.uid,
                               fs::path(s.path).filename().string(), sideways));
     }
   }

@@ -10,39 +10,41 @@
 
 namespace kerf {
 
-/// One slice file, as its header says.
+/// One slice file, as described by its header.
 struct DicomSlice {
   std::string path;
   Vec3 origin_W{0};     // centre of the first pixel, LPS mm
-  Vec3 row_W{1, 0, 0};  // unit vector along a row (growing column number)
+  Vec3 row_W{1, 0, 0};  // unit vector along a row, in the direction of increasing column number
   Vec3 column_W{0, 1, 0};
   std::array<double, 2> pixel_mm{1, 1};  // between columns, between rows
   std::array<int, 2> size{0, 0};         // columns, rows
   int samples = 1;                       // 3 for colour
-  int bits = 16;                         // allocated a sample
+  int bits = 16;                         // allocated per sample
   int frames = 1;
-  bool has_geometry = false;  // position, orientation and pixel spacing are all there
+  bool has_geometry = false;  // true if position, orientation and pixel spacing are all present
   bool compressed = false;
-  bool inverted = false;        // shown with low values bright (MONOCHROME1), and read inverted by ITK
-  std::string transfer_syntax;  // name, as GDCM gives it
+  bool inverted = false;        // displayed with low values bright (MONOCHROME1); ITK inverts the values
+  std::string transfer_syntax;  // name, from GDCM
 };
 
 struct DicomSeries {
   std::string uid, description, modality;
-  std::vector<DicomSlice> slices;  // by position along the normal where all have one, else by file name
-  double gap_mm = 0;               // median distance of neighbours along the normal; 0 when unknown
+  std::vector<DicomSlice> slices;  // by position along the normal if all have one, otherwise by file name
+  double gap_mm = 0;               // median distance of neighbours along the normal; 0 if unknown
 };
 
-/// All series under a folder (its sub-folders too), largest first. No names of people are read. Throws Error when the
-/// folder can't be read, holds no DICOM file, or holds a file that is named .dcm, .dicom or .ima but isn't one.
+/// Returns all series in a folder and its subfolders, largest first. No personal names are read. Throws kerf::Error if
+/// the folder cannot be read, holds no DICOM file, or holds a file that is named .dcm, .dicom or .ima but is not a
+/// DICOM file.
 std::vector<DicomSeries> ListDicomSeries(const std::string& folder);
 
-/// The one to import: by UID (or its end, when unambiguous), or with an empty `uid` the only CT series. Throws Error.
+/// Returns the series to import: by UID or its unambiguous end; if `uid` is empty, the only CT series. Throws
+/// kerf::Error if there is no such series, or more than one.
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
-/// Reads the pixels. `progress` 0 to 1, may be empty. Throws Error for anything but a complete CT series: another
-/// modality, colour, unequal or missing slices, several at one place, slices of different shape, a transfer syntax that
-/// GDCM can't unpack, a file cut off.
+/// Reads the pixels. `progress`, optional, is called with 0 to 1. Throws kerf::Error unless the series is a complete
+/// CT: for another modality, colour, unequal or missing slices, several slices at one position, slices of different
+/// shape, a transfer syntax that GDCM cannot unpack, or a truncated file.
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress);
 
 }  // namespace kerf

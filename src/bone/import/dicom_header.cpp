@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t kMetaStart = 132;  // after the preamble of 128 bytes and "DICM"
 constexpr std::uint32_t kUndefined = 0xffffffff;
 
-// How the elements of a part of the file are written.
+// Encoding of the elements in a part of the file.
 struct Encoding {
   bool explicit_vr = true;
   bool big_endian = false;
@@ -28,7 +28,7 @@ struct Encoding {
 struct Element {
   std::uint16_t group = 0;
   std::uint16_t number = 0;
-  std::string vr;            // empty where none is written
+  std::string vr;            // empty if the file has none
   std::uint32_t length = 0;  // kUndefined: up to a delimiter
   std::uint64_t value_at = 0;
 
@@ -62,7 +62,7 @@ class Bytes {
   }
 
   std::string Text(std::uint64_t at, std::uint64_t count) {
-    if (at > size_ || count > size_ - at) Refuse(fmt::format("the file ends after {} bytes, within it", size_));
+    if (at > size_ || count > size_ - at) Refuse(fmt::format("the file ends within it, after {} bytes", size_));
     std::string text(count, '\0');
     in_.seekg(static_cast<std::streamoff>(at));
     in_.read(text.data(), static_cast<std::streamsize>(count));
@@ -78,13 +78,13 @@ class Bytes {
     return whole;
   }
 
-  // Tag, VR and length of the element at `at`, all of them in the file. The VR is as written, known or not; the length
-  // is read only when it is known.
+  // Reads tag, VR and length of the element at `at`, which must all be in the file. The VR is as stored, known or not;
+  // the length is read only if the VR is known.
   Element ReadElement(std::uint64_t at, const Encoding& encoding) {
     Element e;
     e.group = static_cast<std::uint16_t>(Whole(at, 2, encoding.big_endian));
     e.number = static_cast<std::uint16_t>(Whole(at + 2, 2, encoding.big_endian));
-    const bool delimiter = e.group == 0xfffe;  // items and the ends of items and sequences have no VR
+    const bool delimiter = e.group == 0xfffe;  // items and the delimiters of items and sequences have no VR
     if (!encoding.explicit_vr || delimiter) {
       e.length = Whole(at + 4, 4, encoding.big_endian);
       e.value_at = at + 8;
@@ -98,11 +98,11 @@ class Bytes {
     return e;
   }
 
-  // `end`: where the element or file that holds it ends.
+  // `end`: end of the enclosing element or file.
   void CheckLength(const Element& e, std::uint64_t end) const {
     if (e.end() > end) {
       const std::uint64_t left = end - std::min(end, e.value_at);
-      Refuse(fmt::format("element {} is {} bytes long where {} are left", e.Tag(), e.length, left));
+      Refuse(fmt::format("element {} is {} bytes long but only {} are left", e.Tag(), e.length, left));
     }
   }
 
@@ -112,9 +112,9 @@ class Bytes {
   std::uint64_t size_ = 0;
 };
 
-// Returns where the data set begins; gives the UID of the transfer syntax.
+// Returns the offset of the data set; sets `syntax` to the UID of the transfer syntax.
 std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
-  if (bytes.Text(kMetaStart - 4, 4) != "DICM") bytes.Refuse("\"DICM\" isn't there after 128 bytes");
+  if (bytes.Text(kMetaStart - 4, 4) != "DICM") bytes.Refuse("\"DICM\" is missing after the first 128 bytes");
   std::uint64_t at = kMetaStart;
   bool any = false;
   while (bytes.Whole(at, 2, false) == 2) {
@@ -122,15 +122,15 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
     if (e.value_at == 0) bytes.Refuse(fmt::format("element {} of the meta information has no valid type", e.Tag()));
     bytes.CheckLength(e, bytes.size());
     if (e.number == 0) {
-      if (e.vr != "UL" || e.length != 4) bytes.Refuse("the length of the meta information is no whole number");
+      if (e.vr != "UL" || e.length != 4) bytes.Refuse("the length of the meta information is not a whole number");
       const std::uint32_t group_length = bytes.Whole(e.value_at, 4, false);
       if (group_length >= bytes.size() - e.end()) {
-        bytes.Refuse(fmt::format("the meta information is {} bytes long where {} are left", group_length,
+        bytes.Refuse(fmt::format("the meta information is {} bytes long but only {} are left", group_length,
                                  bytes.size() - e.end()));
       }
     }
     if (e.number == 0x10) {
-      if (e.length > 64) bytes.Refuse("the transfer syntax is no UID");
+      if (e.length > 64) bytes.Refuse("the transfer syntax is not a UID");
       syntax = bytes.Text(e.value_at, e.length);
       while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
     }
@@ -141,8 +141,8 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
   return at;
 }
 
-// Whether the value is a list of items, each with elements of its own that GDCM reads: a sequence, or what begins as
-// one where no type is written.
+// Returns whether the value is a list of items whose elements GDCM reads: a sequence, or a value of unknown type that
+// begins like one.
 bool HoldsItems(Bytes& bytes, const Element& e, const Encoding& encoding) {
   constexpr std::uint32_t kItemBytes = 8;
   if (e.group == 0xfffe) return e.number == 0xe000;
@@ -153,8 +153,8 @@ bool HoldsItems(Bytes& bytes, const Element& e, const Encoding& encoding) {
 }
 
 void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
-  // The sequences and items that `at` is in, the innermost last. One that ends with a delimiter may go as far as what
-  // it is in.
+  // The sequences and items that contain `at`, the innermost last. One that ends with a delimiter may extend to the end
+  // of the enclosing one.
   struct Inside {
     std::uint64_t end;
     bool delimited;
@@ -164,11 +164,11 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
     while (inside.size() > 1 && at >= inside.back().end) inside.pop_back();
     if (at >= inside.back().end) return;
     const Element e = bytes.ReadElement(at, encoding);
-    if (e.group == 0 || e.value_at == 0) return;          // padding, or nothing of the standard
+    if (e.group == 0 || e.value_at == 0) return;          // padding, or not in the standard
     if (e.group == 0x7fe0 && inside.size() == 1) return;  // the pixels
-    if (e.length == kUndefined && e.vr == "UN") return;   // written otherwise inside
+    if (e.length == kUndefined && e.vr == "UN") return;   // its content has another encoding
     at = e.value_at;
-    if (e.group == 0xfffe && e.number != 0xe000) {  // the end of an item or a sequence
+    if (e.group == 0xfffe && e.number != 0xe000) {  // end of an item or a sequence
       if (inside.back().delimited) inside.pop_back();
       continue;
     }
@@ -179,7 +179,7 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
       continue;
     }
     if (inside.size() > kMaxDicomDepth) {
-      bytes.Refuse(fmt::format("its sequences and items stand more than {} deep within each other", kMaxDicomDepth));
+      bytes.Refuse(fmt::format("its sequences and items are nested more than {} deep", kMaxDicomDepth));
     }
     inside.push_back({delimited ? inside.back().end : e.end(), delimited});
   }
@@ -198,7 +198,8 @@ void CheckDicomHeader(std::istream& in, const std::string& path) {
                     path));
   }
   Encoding encoding;
-  encoding.explicit_vr = syntax != "1.2.840.10008.1.2" && syntax != "1.2.840.113619.5.2";  // the latter is GE's own
+  encoding.explicit_vr = syntax != "1.2.840.10008.1.2" && syntax != "1.2.840.113619.5.2";  // the latter is private to
+                                                                                           // GE
   encoding.big_endian = syntax == "1.2.840.10008.1.2.2";
   CheckDataSet(bytes, data_set, encoding);
 }

@@ -1,4 +1,4 @@
-// The elements of a DICOM file held against the bytes that are there, before GDCM is let at it.
+// Check of a DICOM file's elements against its actual bytes, before GDCM reads it.
 #pragma once
 
 #include <istream>
@@ -6,14 +6,14 @@
 
 namespace kerf {
 
-/// Throws Error with one sentence when the DICOM file at `path` can't be handed to GDCM, which ends the program when
-/// the file meta information (group 0002) is cut off and asks for gigabytes when an element's length is wrong: the
-/// preamble, "DICM", the explicit little-endian elements of group 0002 and its length, and the elements of the data set
-/// before the pixels (PS3.10 7.1, PS3.5 7.1) must all lie within the file, and those of sequences within their
-/// sequence. Where the data set holds something that the standard doesn't know it goes no further, and GDCM judges the
-/// rest. Reads no pixels.
+/// Throws kerf::Error with one sentence if the DICOM file at `path` cannot safely be passed to GDCM. GDCM ends the
+/// program if the file meta information (group 0002) is truncated, and allocates gigabytes if an element's length is
+/// wrong. Therefore the preamble, "DICM", the explicit little-endian elements of group 0002 and its length, and the
+/// elements of the data set before the pixels (PS3.10 7.1, PS3.5 7.1) must all lie within the file, and those of
+/// sequences within their sequence. The check ends where the data set contains something not in the standard; the rest
+/// is left to GDCM. Reads no pixels.
 void CheckDicomHeader(const std::string& path);
-/// The same of a stream that can seek; `path` names it in messages.
+/// Overload for a seekable stream; `path` names it in messages.
 void CheckDicomHeader(std::istream& in, const std::string& path);
 
 }  // namespace kerf

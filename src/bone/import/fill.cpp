@@ -31,7 +31,7 @@ std::array<Vec3, kDirections> SpreadDirections() {
 std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<std::uint8_t>& bone,
                                        const FillOptions& options) {
   const std::array<int, 3> n = lattice.size;
-  // Closed off altogether.
+  // Voids that are completely enclosed.
   const Components voids = FindComponents(lattice, [&](std::size_t v) { return bone[v] == 0; });
   std::vector<bool> leads_out(voids.list.size() + 1, false);
   for (std::size_t c = 0; c < voids.list.size(); ++c) {

@@ -1,4 +1,4 @@
-// Marrow spaces and canals: what lies within bone without being bone by its HU.
+// Cavities of bone, such as marrow spaces and canals: voxels within the bone whose HU are not those of bone.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,14 @@
 namespace kerf {
 
 struct FillOptions {
-  double reach_mm = 15;  // how far bone is looked for
-  double enclosed =
-      0.88;  // share of the directions in which it must be met; the rest are foramina and gaps in thin cortex
+  double reach_mm = 15;    // search radius for bone
+  double enclosed = 0.88;  // minimum fraction of the directions in which bone must be found; the rest allows for
+                           // foramina and gaps in thin cortex
 };
 
-/// 1 for each voxel that is not bone, but enclosed by it: no way leads out, or bone is met in at least `enclosed` of 60
-/// directions spread evenly over the sphere. A gap between teeth or a notch is open on a side, and stays open.
+/// Returns 1 for each voxel that is not bone but enclosed by it: no path leads out, or bone is found in at least a
+/// fraction `enclosed` of 60 directions distributed evenly over the sphere. A gap between teeth or a notch is open on
+/// one side, and stays open.
 std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<std::uint8_t>& bone,
                                        const FillOptions& options);
 

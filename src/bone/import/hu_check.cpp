@@ -11,18 +11,18 @@ namespace kerf {
 namespace {
 
 constexpr int kLargestLabel = 255;
-constexpr std::size_t kMostLabels = 128;  // whole-body segmentations have about 120
+constexpr std::size_t kMaxLabels = 128;  // whole-body segmentations have about 120
 
-// Of a CT whose numbers were stored 1024 higher than HU. Muscle has 20 to 80 HU, fat -120 to -50, bone more than 300.
+// A CT whose values are stored 1024 higher than HU. Muscle has 20 to 80 HU, fat -120 to -50, bone more than 300.
 constexpr int kOffset = 1024;
 constexpr int kSoftFrom = kOffset - 130;
 constexpr int kSoftTo = kOffset + 130;
 constexpr int kAirTo = kOffset - 800;
 constexpr int kBoneFrom = kOffset + 300;
-constexpr double kLeastSoft = 0.05;  // shares of the voxels
-constexpr double kLeastAir = 0.02;
-constexpr double kLeastBone = 1e-3;
-constexpr double kMostBelow = 1e-3;  // of values that only HU have
+constexpr double kMinSoft = 0.05;  // fractions of the voxels
+constexpr double kMinAir = 0.02;
+constexpr double kMinBone = 1e-3;
+constexpr double kMaxBelow = 1e-3;  // of values that occur only in HU
 
 struct Histogram {
   static std::size_t IndexOf(int value) {
@@ -32,8 +32,8 @@ struct Histogram {
   explicit Histogram(const std::vector<std::int16_t>& values) : counts(65536, 0), total(values.size()) {
     for (const std::int16_t v : values) ++counts[IndexOf(v)];
   }
-  // Share of the values from `from` up to but not including `to`.
-  double Share(int from, int to) const {
+  // Returns the fraction of the values from `from` up to but not including `to`.
+  double Fraction(int from, int to) const {
     std::size_t sum = 0;
     for (int v = from; v < to; ++v) sum += counts[IndexOf(v)];
     return static_cast<double>(sum) / static_cast<double>(std::max<std::size_t>(total, 1));
@@ -42,13 +42,13 @@ struct Histogram {
   std::size_t total;
 };
 
-// Values below air of such a CT are padding around the scan's circle, all alike.
+// Values below air in such a CT are padding around the scan's circle, all equal.
 bool LacksOffset(const Histogram& h, int least) {
-  const double padding = least < -200 ? h.Share(least, least + 1) : 0;
-  const double soft = h.Share(kSoftFrom, kSoftTo);
-  return h.Share(-32768, -200) - padding <= kMostBelow && h.Share(-200, kAirTo) >= kLeastAir && soft >= kLeastSoft &&
-         soft >= 2 * h.Share(kAirTo, kSoftFrom) && soft >= h.Share(kSoftTo, kBoneFrom) &&
-         h.Share(kBoneFrom, 32768) >= kLeastBone;
+  const double padding = least < -200 ? h.Fraction(least, least + 1) : 0;
+  const double soft = h.Fraction(kSoftFrom, kSoftTo);
+  return h.Fraction(-32768, -200) - padding <= kMaxBelow && h.Fraction(-200, kAirTo) >= kMinAir && soft >= kMinSoft &&
+         soft >= 2 * h.Fraction(kAirTo, kSoftFrom) && soft >= h.Fraction(kSoftTo, kBoneFrom) &&
+         h.Fraction(kBoneFrom, 32768) >= kMinBone;
 }
 
 }  // namespace
@@ -59,7 +59,7 @@ std::string CheckHu(const Volume& ct, double iso_hu, const std::string& name) {
   const Histogram histogram(ct.hu);
   const auto different = static_cast<std::size_t>(
       std::count_if(histogram.counts.begin(), histogram.counts.end(), [](std::size_t n) { return n > 0; }));
-  if (*least >= 0 && *most <= kLargestLabel && different >= 2 && different <= kMostLabels) {
+  if (*least >= 0 && *most <= kLargestLabel && different >= 2 && different <= kMaxLabels) {
     std::string what = fmt::format("this is a label map, not a CT: its voxels have {} different values from {} to {}",
                                    different, *least, *most);
     if (iso_hu > *least && iso_hu <= *most) return what;
@@ -70,7 +70,8 @@ std::string CheckHu(const Volume& ct, double iso_hu, const std::string& name) {
   }
   if (LacksOffset(histogram, *least)) {
     std::string what = fmt::format(
-        "this is a CT without its offset: air lies near 0 and soft tissue near {}, where HU have -1000 and 0 to 80",
+        "this is a CT without its offset: air lies near 0 and soft tissue near {}, but "
+        "in HU they lie at -1000 and 0 to 80",
         kOffset);
     if (iso_hu >= kSoftTo) return what;
     throw Error(fmt::format("{}: {}; subtract {} from its values, or convert the scan again with its rescale intercept",

@@ -1,4 +1,4 @@
-// Are the values of a volume Hounsfield units?
+// Check that the values of a volume are Hounsfield units.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace kerf {
 
-/// Recognises a label map (2 to 128 different whole numbers from 0 to 255) and a CT without its offset of -1024 (air
-/// near 0, soft tissue near 1000 to 1100). Throws Error naming `name` when `iso_hu` can't find bone in it: for labels
-/// one not among them, for the CT one below its soft tissue. Returns a sentence to warn with when the iso value was
-/// chosen for such numbers, "" for HU.
+/// Recognises a label map (2 to 128 different integers from 0 to 255) and a CT without its offset of -1024 (air near 0,
+/// soft tissue near 1000 to 1100). Throws kerf::Error, with `name`, if `iso_hu` cannot separate bone in such a volume:
+/// for labels if it is outside their range, for the CT if it is below the soft tissue. Returns a warning sentence if
+/// `iso_hu` fits such values, and "" for HU.
 std::string CheckHu(const Volume& ct, double iso_hu, const std::string& name);
 
 }  // namespace kerf

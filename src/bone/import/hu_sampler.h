@@ -1,15 +1,16 @@
-// The CT's own numbers between its voxels.
+// The CT's own values between its voxels.
 #pragma once
 
 #include "bone/import/volume.h"
 
 namespace kerf {
 
-/// Trilinear between voxel centres; beyond the outermost ones their values go on. Never outside the range of the eight
-/// values around: a spline would overshoot at the cortex's edges, and a power law would make much of that. Thread-safe.
+/// Interpolates trilinearly between voxel centres; constant beyond the outermost ones. The result is never outside the
+/// range of the eight surrounding values: a spline would overshoot at the cortex's edges, and a power law would amplify
+/// that. Thread-safe.
 class HuSampler {
  public:
-  /// `ct` must outlive it.
+  /// `ct` must outlive the sampler.
   explicit HuSampler(const Volume& ct);
   double At(const Vec3& p_W) const;
 

@@ -1,4 +1,4 @@
-// The text header of an NRRD or MetaImage file.
+// Text header of an NRRD or MetaImage file.
 #pragma once
 
 #include <cstddef>
@@ -10,21 +10,22 @@ namespace kerf {
 
 struct ImageFields {
   std::map<std::string, std::string> values;  // by name, in lower case and without blanks
-  std::size_t end = 0;                        // bytes up to the data, when they follow in the same file
-  bool complete = false;                      // NRRD: the empty line; MetaImage: ElementDataFile
+  std::size_t end = 0;                        // number of bytes before the data, if they follow in the same file
+  bool complete = false;                      // true if the end was found; NRRD: the empty line; MetaImage:
+                                              // ElementDataFile
 
   bool Contains(const std::string& name) const { return values.count(name) != 0; }
-  std::string Get(const std::string& name) const;  // "" when absent
+  std::string Get(const std::string& name) const;  // "" if absent
 };
 
-/// At most the first kMaxImageHeaderBytes of a file. Throws Error.
+/// Reads at most the first kMaxImageHeaderBytes of a file. Throws kerf::Error if it cannot be read.
 std::string ReadHead(const std::string& path);
 ImageFields ParseNrrdFields(const std::string& head);
 ImageFields ParseMetaFields(const std::string& head);
 
 std::string Lower(std::string text);
 bool EndsWith(const std::string& text, const std::string& end);
-/// Numbers separated by blanks, up to the first word that is none.
+/// Parses numbers separated by blanks, up to the first word that is not a number.
 std::vector<double> ParseNumbers(const std::string& text);
 
 }  // namespace kerf

@@ -24,8 +24,8 @@ bool IsNrrd(const std::string& path) {
   return EndsWith(Lower(path), ".nrrd") || EndsWith(Lower(path), ".nhdr");
 }
 
-// The first of the fields that a MetaImage header has, as rows of which the first three numbers count; empty when it
-// has none of them.
+// Returns the first of the fields `names` that a MetaImage header has, as rows of which the first three numbers are
+// used; empty if it has none of them.
 std::vector<Vec3> ParseMetaRows(const ImageFields& fields, std::initializer_list<const char*> names, std::size_t rows,
                                 const std::string& path) {
   for (const char* name : names) {
@@ -76,7 +76,7 @@ void PlaceMeta(const ImageFields& fields, const std::string& path, bool frame_st
   StateFrame(volume.frame, volume);
 }
 
-// An axis of an NRRD that runs over the values of a voxel instead of through space.
+// Throws kerf::Error if an axis of an NRRD runs over the values of a voxel instead of through space.
 void CheckNrrdComponents(const ImageFields& fields, const ImageLayout& layout, const std::string& path) {
   const std::string kinds = Lower(fields.Get("kinds"));
   const std::string first = kinds.substr(0, kinds.find(' '));

@@ -7,9 +7,9 @@
 
 namespace kerf {
 
-/// Throws Error with one sentence for whatever is not a 3D scalar image, and where the size of its voxels is not given.
-/// Coordinates become LPS by NRRD's space and from NIfTI's RAS; `frame` (patient_frame.h) is taken instead of what the
-/// header says, when not empty. What the header leaves open is in the volume's warnings.
+/// Reads a volume. Throws kerf::Error with one sentence if the file is not a 3D scalar image or does not give the size
+/// of its voxels. Coordinates are converted to LPS, from NRRD's space or NIfTI's RAS; if `frame` (patient_frame.h) is
+/// not empty, it overrides the header. The volume's warnings state what the header leaves open.
 Volume ReadImageFile(const std::string& path, const std::string& frame = "");
 
 }  // namespace kerf

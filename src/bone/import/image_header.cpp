@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The types of an NRRD; none: a type that is not read.
+// Returns an NRRD type; empty if it is not supported.
 std::optional<VoxelType> FindNrrdType(const std::string& name) {
   using enum VoxelType;
   static const std::map<std::string, VoxelType> kTypes = {{"signed char", kInt8},
@@ -84,7 +84,7 @@ std::optional<VoxelType> FindMetaType(const std::string& name) {
 
 void SetType(const std::optional<VoxelType>& type, const std::string& name, const std::string& path,
              ImageLayout& layout) {
-  if (!type) throw Error(fmt::format("{}: voxels of type '{}' are not read", path, name));
+  if (!type) throw Error(fmt::format("{}: voxels of type '{}' are not supported", path, name));
   layout.type = *type;
   layout.bytes_per_voxel = static_cast<double>(CalcBytes(*type)) * layout.components;
 }
@@ -93,17 +93,18 @@ void CheckDimensions(const std::string& text, const char* field, const char* siz
                      const std::string& path) {
   const std::vector<double> dimensions = ParseNumbers(text);
   if (dimensions.size() == 1 && dimensions[0] == static_cast<double>(layout.sizes.size())) return;
-  throw Error(fmt::format("{}: the header names {} dimensions by {} and {} sizes by {}", path,
+  throw Error(fmt::format("{}: the header gives {} dimensions in {} and {} sizes in {}", path,
                           text.empty() ? "no" : text, field, layout.sizes.size(), sizes_field));
 }
 
-// A count of bytes or lines in the header, -1 (the data are at the end of the file) or more; 0 when it is not there.
+// Returns a count of bytes or lines from the header, -1 (the data are at the end of the file) or more; 0 if it is
+// absent.
 double ParseSkip(const ImageFields& fields, const char* field, const char* name, const std::string& path) {
   if (!fields.Contains(field)) return 0;
   const std::vector<double> number = ParseNumbers(fields.Get(field));
   if (number.size() == 1 && number[0] >= -1 && number[0] < 1e15 && number[0] == std::floor(number[0])) return number[0];
-  throw Error(
-      fmt::format("{}: the header's {} is '{}'; it must be a whole number from -1 up", path, name, fields.Get(field)));
+  throw Error(fmt::format("{}: the header's {} is '{}'; it must be a whole number of at least -1", path, name,
+                          fields.Get(field)));
 }
 
 std::uint64_t SkipLines(const std::string& path, std::uint64_t offset, double lines) {
@@ -114,16 +115,16 @@ std::uint64_t SkipLines(const std::string& path, std::uint64_t offset, double li
     in.ignore(kMaxSkippedLine + 1, '\n');
     if (in.gcount() > kMaxSkippedLine) {
       throw Error(
-          fmt::format("{}: a line that the header's 'line skip' leaves out is longer than the {} bytes that kerf "
-                      "reads",
+          fmt::format("{}: a line skipped by the header's 'line skip' is longer than the {} bytes that kerf reads",
                       path, kMaxSkippedLine));
     }
   }
-  if (!in) throw Error(fmt::format("{}: the file has fewer lines than the header's 'line skip' leaves out", path));
+  if (!in) throw Error(fmt::format("{}: the file has fewer lines than the header's 'line skip' skips", path));
   return static_cast<std::uint64_t>(in.tellg());
 }
 
-// "LIST", "LIST 2", or a pattern such as "slice_%03d.raw" with numbers behind it.
+// Returns whether the voxels are in several files: "LIST", "LIST 2", or a pattern such as "slice_%03d.raw" followed by
+// numbers.
 bool IsManyFiles(const std::string& data_file) {
   const std::string word = Lower(data_file.substr(0, data_file.find(' ')));
   const std::size_t percent = data_file.find('%');
@@ -158,7 +159,7 @@ void SetNrrdPacking(const ImageFields& fields, const std::string& path, ImageLay
 }
 
 ImageLayout ParseNrrd(const std::string& path, const std::string& head) {
-  if (head.compare(0, 4, "NRRD") != 0) throw Error(fmt::format("{}: not an NRRD file although its name says so", path));
+  if (head.compare(0, 4, "NRRD") != 0) throw Error(fmt::format("{}: not an NRRD file despite its name", path));
   const ImageFields fields = ParseNrrdFields(head);
   ImageLayout layout;
   layout.data_file = path;
@@ -167,7 +168,7 @@ ImageLayout ParseNrrd(const std::string& path, const std::string& head) {
   const std::string data_file = fields.Get("datafile");
   if (!data_file.empty()) {
     if (IsManyFiles(data_file)) {
-      throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads NRRD with one", path));
+      throw Error(fmt::format("{}: the voxels are spread over several files; kerf supports only one", path));
     }
     layout.data_file = (fs::path(path).parent_path() / data_file).string();
   } else {
@@ -194,7 +195,7 @@ bool IsTrue(const ImageFields& fields, const char* name, bool otherwise) {
   return value.empty() ? otherwise : value[0] == 't' || value[0] == '1';
 }
 
-// HeaderSize counts from the beginning of the file that holds the voxels, whichever that is.
+// HeaderSize counts from the beginning of the file that holds the voxels, local or not.
 void SetMetaPacking(const ImageFields& fields, const std::string& path, bool local, ImageLayout& layout) {
   if (!IsTrue(fields, "binarydata", true)) {
     layout.packing = VoxelPacking::kText;
@@ -221,7 +222,7 @@ void SetMetaPacking(const ImageFields& fields, const std::string& path, bool loc
 
 ImageLayout ParseMeta(const std::string& path, const std::string& head) {
   const ImageFields fields = ParseMetaFields(head);
-  if (!fields.complete) throw Error(fmt::format("{}: not a MetaImage file although its name says so", path));
+  if (!fields.complete) throw Error(fmt::format("{}: not a MetaImage file despite its name", path));
   ImageLayout layout;
   layout.sizes = ParseNumbers(fields.Get("dimsize"));
   CheckDimensions(fields.Get("ndims"), "NDims", "DimSize", layout, path);
@@ -230,7 +231,7 @@ ImageLayout ParseMeta(const std::string& path, const std::string& head) {
   const std::string data_file = fields.Get("elementdatafile");
   const bool local = Lower(data_file) == "local";
   if (!local && IsManyFiles(data_file)) {
-    throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads MetaImage with one", path));
+    throw Error(fmt::format("{}: the voxels are spread over several files; kerf supports only one", path));
   }
   layout.data_file = local ? path : (fs::path(path).parent_path() / data_file).string();
   SetMetaPacking(fields, path, local, layout);
@@ -247,20 +248,20 @@ ImageLayout ParseNifti(const std::string& path) {
   layout.bytes_per_voxel = header.bits / 8.0;
   if (IsGzip(path)) {
     layout.packing = VoxelPacking::kGzip;
-    layout.lead = header.offset;  // the stream holds the header too
+    layout.lead = header.offset;  // the stream also contains the header
   } else {
     layout.offset = static_cast<std::uint64_t>(header.offset);
   }
   return layout;
 }
 
-// Bytes of voxels that the file holds; those of text and unknown packings are only bounded from above.
+// Returns the bytes of voxels that the file holds; for text and unknown packings an upper bound.
 double CountBytes(const ImageLayout& layout, double file_bytes, double needed, const std::string& path) {
   const double there = file_bytes - static_cast<double>(layout.offset);
   if (layout.packing == VoxelPacking::kRaw) return there;
   const double bound = there * kMaxUnpackRatio;
   if (layout.packing != VoxelPacking::kGzip || bound < layout.lead + needed) return bound;
-  // Twice what the header names is enough to see that it names too few slices.
+  // Twice the promised bytes are enough to detect that the header gives too few slices.
   const Unpacked unpacked = Unpack(layout.data_file, layout.offset, layout.lead + 2 * needed);
   const double voxels = std::max(unpacked.bytes - layout.lead, 0.0);
   if (unpacked.damaged || (unpacked.cut_off && voxels >= needed)) {
@@ -289,21 +290,21 @@ bool HasImageExtension(const std::string& path) {
 
 namespace {
 
-// The voxels that the header names, by their number and as "a x b x c".
+// Returns the voxels promised by the header, as a number and as "a x b x c".
 std::pair<double, std::string> CountVoxels(const ImageLayout& layout, const std::string& path) {
-  if (layout.sizes.empty()) throw Error(fmt::format("{}: the header names no size", path));
+  if (layout.sizes.empty()) throw Error(fmt::format("{}: the header gives no size", path));
   double voxels = 1;
   std::string shape;
   for (const double size : layout.sizes) {
     if (!(size >= 1) || size != std::floor(size)) {
-      throw Error(fmt::format("{}: the header names a size of {} voxels", path, size));
+      throw Error(fmt::format("{}: the header gives a size of {} voxels", path, size));
     }
     voxels *= size;
     shape += (shape.empty() ? "" : " x ") + fmt::format("{}", size);
   }
   if (voxels > static_cast<double>(kMaxVoxels)) {
     throw Error(fmt::format(
-        "{}: the header names {} voxels, more than the 2^31 that kerf reads; crop the scan or correct the header", path,
+        "{}: the header gives {} voxels, more than the 2^31 that kerf reads; crop the scan or correct the header", path,
         shape));
   }
   return {voxels, shape};
@@ -345,11 +346,10 @@ ImageCheck CheckImageHeader(const std::string& path) {
   const double more_slices = std::floor((there - needed) / (needed / layout.sizes.back()));
   const bool is_counted = layout.packing == VoxelPacking::kRaw || layout.packing == VoxelPacking::kGzip;
   if (is_counted && more_slices >= 1) {
-    check.warnings.push_back(
-        fmt::format("the header names {} voxels, but the file holds data of {}{} more; {} left out", shape,
-                    layout.packing == VoxelPacking::kRaw ? "" : "at least ",
-                    FormatCount(static_cast<std::size_t>(more_slices), "slice", "slices"),
-                    more_slices == 1 ? "it was" : "they were"));
+    check.warnings.push_back(fmt::format("the header gives {} voxels, but the file holds {}{} more; {} left out", shape,
+                                         layout.packing == VoxelPacking::kRaw ? "" : "at least ",
+                                         FormatCount(static_cast<std::size_t>(more_slices), "slice", "slices"),
+                                         more_slices == 1 ? "it was" : "they were"));
   }
   return check;
 }

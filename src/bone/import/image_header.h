@@ -1,4 +1,4 @@
-// What the header of an image file promises, held against the bytes that are there, before any library is let at it.
+// Check of an image file's header against its actual bytes, before any library reads the file.
 #pragma once
 
 #include <cstddef>
@@ -12,39 +12,39 @@ namespace kerf {
 
 enum class VoxelPacking { kRaw, kGzip, kText, kUnknown };
 
-/// Where an image file has its voxels, and how they are stored.
+/// Location of the voxels of an image file, and their storage format.
 struct ImageLayout {
-  std::vector<double> sizes;                  // along each dimension; those of 1 at the end are left out, down to three
-  VoxelType type = VoxelType::kInt16;         // of one value; NIfTI's is found by its own reader
-  double components = 1;                      // values of a voxel
+  std::vector<double> sizes;                  // along each dimension; trailing sizes of 1 beyond the third are omitted
+  VoxelType type = VoxelType::kInt16;         // of one value; for NIfTI set by its own reader
+  double components = 1;                      // values per voxel
   double bytes_per_voxel = 0;                 // unpacked
   VoxelPacking packing = VoxelPacking::kRaw;  // kGzip: gzip or zlib
-  std::string encoding;                       // the header's word for the packing
+  std::string encoding;                       // name of the packing in the header
   std::string data_file;
   std::uint64_t offset = 0;  // of the first voxel, or of the compressed stream, in data_file
-  bool at_end = false;       // the voxels are the last bytes of data_file, whatever the offset
+  bool at_end = false;       // the voxels are the last bytes of data_file; `offset` is ignored
   double lead = 0;           // bytes of the unpacked stream before the first voxel
   bool swapped = false;      // stored in the other byte order
 };
 
 struct ImageCheck {
   ImageLayout layout;
-  std::vector<std::string> warnings;  // a sentence each: more slices than the header names
+  std::vector<std::string> warnings;  // one sentence each: more slices than the header gives
 };
 
-/// Throws Error with one sentence when the NRRD, NIfTI or MetaImage file at `path` (chosen by its extension: .nrrd
-/// .nhdr .nii .nii.gz .mha .mhd) can't hold the voxels that its header names, names more than kMaxVoxels, or is no such
-/// file. Allocates no voxels.
+/// Checks the NRRD, NIfTI or MetaImage file at `path`, chosen by its extension: .nrrd .nhdr .nii .nii.gz .mha .mhd.
+/// Throws kerf::Error with one sentence if it cannot hold the voxels that its header promises, has more than
+/// kMaxVoxels, or is not such a file. Allocates no voxels.
 ImageCheck CheckImageHeader(const std::string& path);
 
-/// The voxels of a file that was checked, unpacked and in this machine's byte order; text becomes VoxelType::kDouble in
-/// `layout`. Throws Error when there are fewer than `count`.
+/// Reads the voxels of a checked file, unpacked and in this machine's byte order; text becomes VoxelType::kDouble in
+/// `layout`. Throws kerf::Error if there are fewer than `count`.
 std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::string& path);
 
-/// Whether the extension is one of those.
+/// Returns whether `path` has one of these extensions.
 bool HasImageExtension(const std::string& path);
 
-/// Whether the extension is one of NIfTI's.
+/// Returns whether `path` has an extension of NIfTI.
 bool HasNiftiExtension(const std::string& path);
 
 }  // namespace kerf

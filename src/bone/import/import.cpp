@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kRegionVoxel_mm = 0.2;
-constexpr double kMeshLattice_mm = 0.7;  // on which the depth below an imported surface is measured
+constexpr double kMeshLattice_mm = 0.7;  // for the depth below an imported surface
 constexpr double kDust_mm3 = 1;
 
 class Stages {
@@ -52,7 +52,7 @@ class Stages {
   Clock::time_point last_ = Clock::now();
 };
 
-// Part of the whole progress.
+// Returns a function that reports part of the total progress.
 std::function<void(double)> Part(const std::function<void(double)>& progress, double from, double to) {
   if (!progress) return {};
   return [progress, from, to](double fraction) { progress(from + (to - from) * fraction); };
@@ -75,7 +75,7 @@ void CheckOptions(const ImportOptions& options) {
   for (const auto* points : {&options.isolate.keep_W, &options.isolate.drop_W}) {
     for (const Vec3& p : *points) {
       if (!std::isfinite(p.x + p.y + p.z))
-        throw Error("a keep or drop point has a coordinate that is no finite number");
+        throw Error("a keep or drop point has a coordinate that is not a finite number");
     }
   }
 }
@@ -95,19 +95,20 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
   }
   if (!fs::exists(path, failed)) throw Error(fmt::format("{}: no such file or folder", path));
   if (!HasImageExtension(path)) {
-    throw Error(fmt::format(
-        "{}: the kind of file is not known; kerf imports a folder of DICOM files, .nrrd .nhdr .nii .nii.gz .mha "
-        ".mhd, or a closed surface .stl .obj .ply",
-        path));
+    throw Error(
+        fmt::format("{}: unknown kind of file; kerf imports a folder of DICOM files, .nrrd .nhdr .nii .nii.gz .mha "
+                    ".mhd, or a closed surface .stl .obj .ply",
+                    path));
   }
   report.kind = "image";
   return ReadImageFile(path, options.frame);
 }
 
-// The CT with its voxels along the patient's axes, checked to have HU.
+// Reads the CT with its voxels along the patient's axes, and checks that its values are HU.
 Volume ReadHu(const std::string& path, const ImportOptions& options, ImportReport& report) {
   Volume ct = StoreAlongPatient(ReadCt(path, options, report));
-  if (const std::string doubt = CheckHu(ct, options.isolate.iso_hu, path); !doubt.empty()) ct.warnings.push_back(doubt);
+  if (const std::string warning = CheckHu(ct, options.isolate.iso_hu, path); !warning.empty())
+    ct.warnings.push_back(warning);
   report.warnings = ct.warnings;
   report.size = ct.size;
   report.spacing_mm = ct.spacing_mm;
@@ -124,7 +125,7 @@ MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
   return *options.materials;
 }
 
-// Leaves the largest piece when one was isolated; counts the others.
+// Keeps the largest piece if one was isolated; counts the others.
 void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
   Pieces split = SplitPieces(bone, one_piece ? kDust_mm3 : 0);
   report.pieces = split.pieces.size();
@@ -136,7 +137,7 @@ void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
   report.pieces = 1;
 }
 
-// The CT's own numbers, not the smoothed and filled ones that the surface is made from.
+// Stores the CT's own numbers, not the smoothed and filled ones that the surface is made from.
 void KeepHu(const Volume& ct, const ImportOptions& options, Bone& bone, ImportReport& report) {
   const Vec3& spacing = ct.spacing_mm;
   const double finest = std::min({spacing.x, spacing.y, spacing.z});
@@ -202,7 +203,7 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
                             options.tissue.tooth_body_hu, options.tissue.tooth_reach_mm));
 }
 
-// Isolate(), of which a refusal also says what was assumed of the file, since that may be why.
+// Calls Isolate(). Adds the assumptions made about the file to its error messages, because they may be the reason.
 Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const ImportReport& report) {
   try {
     return Isolate(ct, options.isolate, Part(options.progress, 0.15, 0.25));
@@ -253,7 +254,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
     solid_voxels[v] |= cavities[v];
   }
   report.filled_mm3 = static_cast<double>(filled) * isolation.ct.CalcVoxelVolume();
-  // Filled marrow must stay below the cortex's threshold, since the same field tells the tissues apart.
+  // Filled marrow must stay below the cortex's threshold, because the same field distinguishes the tissues.
   const double iso = options.isolate.iso_hu;
   const CtSolid solid(isolation, cavities, iso, iso + std::max(0.5 * (options.tissue.cortical_hu - iso), 1.0));
   stages.Done("fill");
@@ -273,7 +274,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   field.region = [&tissue](const Vec3& p_W) { return tissue.RegionAt(p_W); };
   field.is_distance = false;
   BuildOptions build;
-  build.most_bytes = static_cast<double>(ReadAvailableBytes());
+  build.max_bytes = static_cast<double>(ReadAvailableBytes());
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
   build.progress = Part(options.progress, 0.4, 0.9);
@@ -304,24 +305,24 @@ std::uint64_t HashMesh(const TriangleMesh& mesh) {
   return hash;
 }
 
-/// What acts on a CT alone must not seem to act on a surface.
+/// Throws kerf::Error for options that have an effect only on a CT.
 void CheckMeshOptions(const std::string& path, const ImportOptions& options) {
   if (options.keep_hu) throw Error(fmt::format("{}: a surface has no CT numbers to keep", path));
   if (!options.isolate.keep_W.empty() || !options.isolate.drop_W.empty()) {
     throw Error(
-        fmt::format("{}: points to keep or to drop choose a bone of a CT; a surface is imported whole: remove what is "
-                    "not wanted in a mesh program",
+        fmt::format("{}: points to keep or to drop select bone in a CT; a surface is imported whole: remove unwanted "
+                    "parts in a mesh program",
                     path));
   }
   if (!options.series.empty()) throw Error(fmt::format("{}: a surface has no series to choose", path));
 }
 
-// Turns a surface to the frame that its coordinates have.
+// Transforms a surface to the frame of its coordinates.
 void StateFrame(const std::string& frame, TriangleMesh& mesh) {
   const glm::dmat3 turn = LpsFromFrame(frame);
   for (Vec3& p : mesh.points) p = turn * p;
   if (glm::determinant(turn) > 0) return;
-  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // a mirror turns triangles inside out
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // a reflection turns triangles inside out
 }
 
 ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
@@ -333,8 +334,8 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   TriangleMesh mesh = ReadMesh(path);
   if (!options.frame.empty()) StateFrame(options.frame, mesh);
   report.input_hash = HashMesh(mesh);
-  if (const std::string doubt = ScaleToMm(mesh, options.mesh_units, path); !doubt.empty()) {
-    report.warnings.push_back(doubt);
+  if (const std::string warning = ScaleToMm(mesh, options.mesh_units, path); !warning.empty()) {
+    report.warnings.push_back(warning);
   }
   const ClosedSurface closed = CloseSurface(std::move(mesh), !options.fill, path);
   report.surface = closed.report;
@@ -344,11 +345,11 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   CheckEnclosed(closed.layers.front(), options.voxel_mm, path);
   if (options.progress) options.progress(0.05);
 
-  // The shape and the depth are found on a lattice of inside and outside.
+  // Shape and depth are determined on a lattice of inside and outside.
   Box3 box;
   for (const Vec3& p : closed.layers.front().points) box.Include(p);
   BuildOptions coarse;
-  coarse.most_bytes = static_cast<double>(ReadAvailableBytes());
+  coarse.max_bytes = static_cast<double>(ReadAvailableBytes());
   coarse.voxel_mm = std::max({options.voxel_mm, kMeshLattice_mm, std::min(glm::length(box.size()) / 400, 4.0)});
   coarse.region_voxel_mm = coarse.voxel_mm;
   Volume lattice;
@@ -379,7 +380,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   if (options.progress) options.progress(0.15);
 
   BuildOptions build;
-  build.most_bytes = static_cast<double>(ReadAvailableBytes());
+  build.max_bytes = static_cast<double>(ReadAvailableBytes());
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
   build.progress = Part(options.progress, 0.15, 0.75);
@@ -392,8 +393,8 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   if (options.progress) options.progress(0.85);
   if (report.pieces == 0) {
     throw Error(
-        fmt::format("{}: at voxels of {:g} mm the surface encloses no piece of {:g} mm3 or more; check its unit "
-                    "(--units) or take finer voxels (--voxel)",
+        fmt::format("{}: with voxels of {:g} mm the surface encloses no piece of {:g} mm3 or more; check its unit "
+                    "(--units) or use finer voxels (--voxel)",
                     path, options.voxel_mm, kSmallestPiece_mm3));
   }
   Measure(result.bone, report);

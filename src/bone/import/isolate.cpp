@@ -17,15 +17,16 @@ namespace kerf {
 namespace {
 
 constexpr double kThresholdStep_HU = 50;
-constexpr int kThresholdSteps = 12;       // above iso: beyond it thin cortex is gone and markers would be crumbs
-constexpr double kMarkerPiece_mm3 = 300;  // other bone large enough to be told from a crumb of the mandible itself
+constexpr int kThresholdSteps = 12;       // above iso; beyond it thin cortex disappears and markers would break into
+                                          // crumbs
+constexpr double kMarkerPiece_mm3 = 300;  // other bone of at least this volume cannot be a crumb of the mandible
 constexpr double kCandidate_mm3 = 8000;
 constexpr double kMargin_mm = 10;    // around a candidate
-constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge gets a surface there
-constexpr double kPartial_HU = 150;  // below iso: soft tissue for certain
+constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge has a surface there
+constexpr double kPartial_HU = 150;  // this far below iso: certainly soft tissue
 constexpr double kSeedRadius_mm = 1.5;
-constexpr double kSnap_mm = 4;  // a point may lie so far off the bone
-constexpr int kRim = 3;         // voxels of soft tissue that go with the bone
+constexpr double kSnap_mm = 4;  // maximum distance of a point from the bone
+constexpr int kRim = 3;         // voxels of soft tissue that are assigned with the bone
 
 using Progress = std::function<void(double)>;
 
@@ -54,17 +55,17 @@ std::string FoundList(const Components& all, double smallest_mm3) {
   return text;
 }
 
-// The whole of the bone, and how to say which of it is meant.
+// Throws kerf::Error with a list of all bone and an explanation of how to select part of it.
 [[noreturn]] void Refuse(const std::string& why, const Components& at_iso, double iso_hu) {
   throw Error(fmt::format(
-      "{}.\nBone above {:.0f} HU, by connected pieces (patient coordinates LPS, mm):{}\nSteer it with points in "
-      "the bone: --keep x,y,z in the mandible and --drop x,y,z in what touches it (upper teeth, skull), each "
+      "{}.\nBone above {:.0f} HU, by connected pieces (patient coordinates LPS, mm):{}\nSelect it with points in "
+      "the bone: --keep x,y,z in the mandible and --drop x,y,z in bone that touches it (upper teeth, skull), each "
       "as often as needed, or --keep-markups and --drop-markups with point lists from 3D Slicer. Read the "
       "coordinates off the slices that 'kerf picture INPUT --axes -o ct.png' draws; --no-isolate imports all bone",
       why, iso_hu, FoundList(at_iso, 500)));
 }
 
-// The bone voxel nearest to a point. Throws Error when there is none near.
+// Returns the bone voxel nearest to a point. Throws kerf::Error if there is none near.
 std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const char* option) {
   const Vec3 p_V = ct.VoxelFromWorld(p_W);
   const std::array<int, 3> at = {static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),
@@ -87,13 +88,13 @@ std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const 
     }
   }
   if (!best) {
-    throw Error(fmt::format("--{} {}: the point lies in no bone; nothing above {:.0f} HU is within {:.0f} mm of it",
+    throw Error(fmt::format("--{} {}: the point is not in bone; nothing above {:.0f} HU is within {:.0f} mm of it",
                             option, Text(p_W), iso_hu, kSnap_mm));
   }
   return *best;
 }
 
-// Marks a small ball of bone around a point. Throws Error where a ball of the other kind is.
+// Marks a small ball of bone around a point. Throws kerf::Error if the voxel of a drop point is already marked kKeep.
 void MarkBall(const Volume& ct, double iso_hu, const Vec3& p_W, Marker marker, std::vector<std::uint8_t>& markers) {
   const std::array<int, 3> at = Snap(ct, iso_hu, p_W, marker == kKeep ? "keep" : "drop");
   const Vec3 centre_W = ct.WorldFromVoxel({at[0], at[1], at[2]});
@@ -108,7 +109,7 @@ void MarkBall(const Volume& ct, double iso_hu, const Vec3& p_W, Marker marker, s
         if (marker == kDrop && markers[v] == kKeep && at == std::array<int, 3>{i, j, k}) {
           throw Error(fmt::format("--drop {}: a --keep point lies at the same place", Text(p_W)));
         }
-        // Where balls meet, each keeps its own nearer part only by order; drop points are placed last and win.
+        // Where balls overlap, the later one wins; drop points come last.
         markers[v] = marker;
       }
     }
@@ -121,8 +122,8 @@ struct Candidate {
   std::int32_t label = 0;
 };
 
-// The lowest threshold at which exactly one piece looks like a mandible (and holds the keep points, when given).
-// `turned`: what was said of the first piece that would look like one if the scan were turned.
+// Finds the lowest threshold at which exactly one piece looks like a mandible (and contains the keep points, if any).
+// `turned`: set to a description of the first piece that would look like one if the scan were rotated.
 std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& options, const Progress& progress,
                                        std::string& turned) {
   for (int step = 0; step <= kThresholdSteps; ++step) {
@@ -151,7 +152,7 @@ std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& o
   return std::nullopt;
 }
 
-// Markers of the automatic way, on the crop.
+// Makes the markers of the automatic method, on the crop.
 std::vector<std::uint8_t> MarkCandidate(const Volume& ct, const Volume& crop, const Candidate& candidate) {
   std::vector<std::uint8_t> markers(crop.count(), kUnmarked);
   const Vec3 shift = ct.VoxelFromWorld(crop.origin_W);
@@ -174,7 +175,7 @@ std::vector<std::uint8_t> MarkCandidate(const Volume& ct, const Volume& crop, co
   return markers;
 }
 
-// Soft tissue close to the bone goes with the nearest bone, wanted or not.
+// Assigns soft tissue close to bone to the nearest bone, wanted or not.
 void AddRim(Isolation& result, const std::vector<std::uint8_t>& unwanted) {
   const Volume& ct = result.ct;
   std::vector<std::uint8_t> owner(ct.count(), kUnmarked);
@@ -229,7 +230,7 @@ double CalcContact(const Volume& ct, const std::vector<std::uint8_t>& a, const s
   return area;
 }
 
-// Whether bone lies in the outermost voxels of the scan.
+// Returns whether bone lies in the outermost voxels of the scan.
 bool TouchesEdge(const Volume& ct, const Isolation& result) {
   const Vec3 shift = ct.VoxelFromWorld(result.ct.origin_W);
   for (int k = 0; k < result.ct.size[2]; ++k) {
@@ -320,10 +321,9 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     const std::optional<Candidate> candidate = FindCandidate(ct, options, progress, turned);
     if (!candidate) {
       Refuse(
-          fmt::format(
-              "the mandible can't be told from the other bone: no piece between {:.0f} and {:.0f} HU has the size and "
-              "shape of one; it is joined to something else, incomplete, or not in the scan{}",
-              iso, iso + kThresholdSteps * kThresholdStep_HU, turned),
+          fmt::format("the mandible can't be distinguished from the other bone: no piece between {:.0f} and {:.0f} HU "
+                      "has the size and shape of one; it is joined to something else, incomplete, or not in the scan{}",
+                      iso, iso + kThresholdSteps * kThresholdStep_HU, turned),
           at_iso, iso);
     }
     const Component& piece = candidate->pieces.list[candidate->label - 1];
@@ -334,7 +334,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     result.ct = CropAround(ct, piece.lower, piece.upper, kMargin_mm);
     markers = MarkCandidate(ct, result.ct, *candidate);
   } else {
-    // The crop holds every piece of bone that a keep point lies in.
+    // The crop contains every piece of bone with a keep point.
     std::array<int, 3> lower = ct.size, upper = {0, 0, 0};
     for (const Vec3& p_W : options.keep_W) {
       const std::array<int, 3> at = Snap(ct, iso, p_W, "keep");
@@ -364,7 +364,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   const std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers);
   if (progress) progress(0.9);
 
-  // Of the wanted side, the piece that holds most of the markers.
+  // Selects, on the wanted side, the piece that contains most of the markers.
   const Components wanted =
       FindComponents(result.ct, [&](std::size_t v) { return grown[v] == kKeep && result.ct.hu[v] >= iso; });
   std::vector<std::size_t> marked(wanted.list.size() + 1, 0);
@@ -386,9 +386,8 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   const Component& piece = wanted.list[label - 1];
   const MandibleLikeness likeness = CheckMandibleLikeness(result.ct, wanted.labels, label, piece);
   if (options.check_shape && !likeness.is_mandible) {
-    Refuse(fmt::format("what was isolated ({}) does not look like a mandible: {}; add points, or say --any-shape to "
-                       "write it all the "
-                       "same",
+    Refuse(fmt::format("the isolated bone ({}) does not look like a mandible: {}; add points, or use --any-shape to "
+                       "write it anyway",
                        Describe(piece), Describe(likeness, ct.frame)),
            at_iso, iso);
   }

@@ -23,7 +23,7 @@ QuietItk::QuietItk()
   gdcm::Trace::WarningOff();
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
-  // libjpeg and its like write to the C stream.
+  // libjpeg and similar libraries write to the C stream.
   std::fflush(stderr);
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
   if (nowhere < 0) return;
@@ -34,7 +34,7 @@ QuietItk::QuietItk()
 QuietItk::~QuietItk() {
   std::cerr.rdbuf(cerr_);
   std::cout.rdbuf(cout_);
-  // A stream without a buffer turns bad when something is written to it.
+  // Writing to a stream without a buffer sets its badbit.
   std::cerr.clear();
   std::cout.clear();
   itk::Object::SetGlobalWarningDisplay(warnings_);
@@ -46,7 +46,7 @@ QuietItk::~QuietItk() {
 
 std::string OneLine(const itk::ExceptionObject& e) {
   std::string text = e.GetDescription();
-  // "ITK ERROR: GDCMImageIO(0x55d0): what is wrong": the class and its address help nobody.
+  // Removes the class and its address from messages such as "ITK ERROR: GDCMImageIO(0x55d0): what is wrong".
   const std::size_t end = text.find("): ");
   const bool names_class = text.rfind("ITK ERROR: ", 0) == 0 || text.rfind("itk::ERROR: ", 0) == 0;
   if (names_class && end != std::string::npos) text.erase(0, end + 3);
@@ -84,7 +84,7 @@ VoxelType FindType(const itk::ImageIOBase& io, const std::string& name) {
     case Io::DOUBLE:
       return VoxelType::kDouble;
     default:
-      throw Error(fmt::format("{}: voxels of type '{}' are not read", name,
+      throw Error(fmt::format("{}: voxels of type '{}' are not supported", name,
                               Io::GetComponentTypeAsString(io.GetComponentType())));
   }
 }

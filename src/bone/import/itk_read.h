@@ -1,4 +1,4 @@
-// Pixels through an itk::ImageIOBase into a volume. Only files of this folder that include ITK use it.
+// Reading of pixels through an itk::ImageIOBase into a volume. Only files of this folder that include ITK use it.
 #pragma once
 
 #include <itkImageIOBase.h>
@@ -11,8 +11,8 @@
 
 namespace kerf {
 
-/// ITK, GDCM and the small C libraries behind them write to the terminal when a file is bad; while one of these lives
-/// nothing is written to standard error. Not for two threads at once, nor around a progress bar.
+/// Suppresses output to the terminal during its lifetime: ITK, GDCM and the small C libraries used by them write there
+/// if a file is invalid. Not for use by two threads at once, nor around a progress bar.
 class QuietItk {
  public:
   QuietItk();
@@ -27,12 +27,13 @@ class QuietItk {
   int stderr_copy_;
 };
 
-/// Reads all pixels of `io`, whose ReadImageInformation() was called, and appends them to `out` as HU. Throws Error
-/// naming `name` for colour, values that are not numbers, or (with `complaint`) a file that can't be read to its end.
+/// Reads all pixels of `io`, whose ReadImageInformation() must have been called, and appends them to `out` as HU.
+/// Throws kerf::Error, with `name`, for colour, for values that are not numbers, or (with `complaint`) if the file
+/// cannot be read to its end.
 Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
                       const std::string& complaint = "the voxels can't be read");
 
-/// The message of an ITK exception in one line.
+/// Returns the message of an ITK exception as one line.
 std::string OneLine(const itk::ExceptionObject& e);
 
 }  // namespace kerf

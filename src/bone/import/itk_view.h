@@ -1,4 +1,4 @@
-// A lattice's values as an ITK image, without a copy. Only files of this folder that include ITK use it.
+// View of a lattice's values as an ITK image, without a copy. Only files of this folder that include ITK use it.
 #pragma once
 
 #include <itkImportImageFilter.h>
@@ -7,8 +7,8 @@
 
 namespace kerf {
 
-/// The image has the lattice's spacing, but lies at the origin and along the axes: enough for filters that work within
-/// the lattice.
+/// The image has the lattice's spacing, but is placed at the origin and along the axes. This is sufficient for filters
+/// that work within the lattice.
 template <typename T>
 typename itk::Image<T, 3>::Pointer MakeView(const Volume& lattice, T* data) {
   using Import = itk::ImportImageFilter<T, 3>;

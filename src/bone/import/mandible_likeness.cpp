@@ -20,7 +20,7 @@ std::string Outside(const char* what, double value, double lower, double upper, 
   return "";
 }
 
-// Bins along an axis of the box, from 0 to 1, symmetric about its middle.
+// Number of bins along an axis of the box, from 0 to 1, symmetric about its middle.
 constexpr int kBins = 8;
 
 int FindBin(double t) {
@@ -28,12 +28,12 @@ int FindBin(double t) {
          (3 * t >= 2 ? 1 : 0) + (t > 0.75 ? 1 : 0);
 }
 
-// How many voxels lie in each bin of the box around a component.
+// Number of voxels in each bin of the box around a component.
 using Counts = std::array<std::array<std::array<std::size_t, kBins>, kBins>, kBins>;  // z, y, x
 
 Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
                    const Component& component) {
-  // The box of an oblique image is too large for the shares below, so take the true one.
+  // The box of an oblique image is too large for the fractions below, so the exact one is computed.
   Box3 box;
   const auto for_each = [&](const auto& visit) {
     for (int k = component.lower[2]; k <= component.upper[2]; ++k) {
@@ -54,7 +54,7 @@ Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& label
   return counts;
 }
 
-// Size in the patient's axes.
+// Returns the objection to the size in the patient's axes; empty if there is none.
 std::string ObjectToSize(double volume_mm3, const Vec3& size) {
   for (const std::string& text :
        {Outside("volume", volume_mm3 / 1000, 8, 120, "cm3"), Outside("width", size.x, 80, 150, "mm"),
@@ -64,8 +64,8 @@ std::string ObjectToSize(double volume_mm3, const Vec3& size) {
   return "";
 }
 
-// Fills the shares and what they speak against, when the voxels lie along the columns of `turn` in the patient's axes.
-void CheckShares(const Counts& counts, const glm::dmat3& turn, MandibleLikeness& shape) {
+// Sets the fractions and the objection, if any, for voxels that lie along the columns of `turn` in the patient's axes.
+void CheckFractions(const Counts& counts, const glm::dmat3& turn, MandibleLikeness& shape) {
   shape.back_middle = shape.back_left = shape.back_right = shape.front_middle = 0;
   shape.top_left = shape.top_middle = shape.top_right = 0;
   double n = 0;
@@ -86,8 +86,9 @@ void CheckShares(const Counts& counts, const glm::dmat3& turn, MandibleLikeness&
       (third == 0 ? shape.top_right : third == 1 ? shape.top_middle : shape.top_left) += count;
     }
   }
-  for (double* share : {&shape.back_middle, &shape.back_left, &shape.back_right, &shape.front_middle}) *share /= n;
-  for (double* share : {&shape.top_left, &shape.top_middle, &shape.top_right}) *share /= std::max(top, 1.0);
+  for (double* fraction : {&shape.back_middle, &shape.back_left, &shape.back_right, &shape.front_middle})
+    *fraction /= n;
+  for (double* fraction : {&shape.top_left, &shape.top_middle, &shape.top_right}) *fraction /= std::max(top, 1.0);
 
   const auto object = [&shape](const char* text) {
     if (shape.objection.empty()) shape.objection = text;
@@ -103,8 +104,8 @@ bool KeepsAxes(const glm::dmat3& turn) {
   return turn[0][0] != 0 && turn[1][1] != 0;
 }
 
-// The rotations that map axes onto axes, those that only change signs first. A mandible looks the same in a mirror, so
-// that reflections need not be tried.
+// Returns the rotations that map axes to axes, those that only change signs first. A mandible looks the same in a
+// mirror, so reflections need not be tried.
 std::vector<glm::dmat3> MakeTurns() {
   std::vector<glm::dmat3> turns;
   std::array<int, 3> order = {0, 1, 2};
@@ -129,7 +130,7 @@ MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<
   std::optional<Counts> counts;
   if (shape.objection.empty()) {
     counts = CountVoxels(lattice, labels, label, component);
-    CheckShares(*counts, glm::dmat3(1), shape);
+    CheckFractions(*counts, glm::dmat3(1), shape);
   }
   shape.is_mandible = shape.objection.empty();
   if (shape.is_mandible) return shape;
@@ -137,7 +138,7 @@ MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<
     if (!ObjectToSize(component.volume_mm3, glm::abs(turn * size)).empty()) continue;
     if (!counts) counts = CountVoxels(lattice, labels, label, component);
     MandibleLikeness turned;
-    CheckShares(*counts, turn, turned);
+    CheckFractions(*counts, turn, turned);
     if (!turned.objection.empty()) continue;
     shape.turns.push_back(turn);
     if (KeepsAxes(turn)) break;
@@ -163,8 +164,8 @@ std::string DescribeTurns(const MandibleLikeness& likeness, const std::string& f
                            : "is upside down and faces backwards";
   }
   return fmt::format(
-      "it looks like a mandible that {}: the file's coordinates are likely {}, or {} in a mirror, and not {}; find out "
-      "which, since the shape does not show left from right, and state it with --frame",
+      "it looks like a mandible that {}: the file's coordinates are likely {}, or {} if mirrored, and not {}; find out "
+      "which, since the shape does not distinguish left from right, and state it with --frame",
       how, frames, mirrored, frame);
 }
 

@@ -20,18 +20,20 @@ struct Unit {
 };
 constexpr std::array<Unit, 5> kUnits{{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}, {"um", 1e-3}}};
 
-/// The largest side of a surface that is taken without asking: a mandible in cm has up to 15, a skull in mm 250.
-constexpr double kLeastSide_mm = 16;
-constexpr double kMostSide_mm = 1000;
+/// Range of a surface's largest side in mm that is accepted without a unit: a mandible in cm has up to 15, a skull in
+/// mm 250.
+constexpr double kMinSide_mm = 16;
+constexpr double kMaxSide_mm = 1000;
 
-/// A skull in cm has 15 to 26 along its largest side and at least half of that along its smallest. So have few pieces
-/// in mm: a whole tooth is three times as long as thick.
-constexpr double kMostSkull_cm = 26;
+/// A skull in cm has 15 to 26 along its largest side and at least half of that along its smallest. Few pieces in mm
+/// have these proportions: a whole tooth is three times as long as thick.
+constexpr double kMaxSkull_cm = 26;
 constexpr double kSkullThickness = 0.5;
 
-/// Voxels within a surface: 2 litres at 0.1 mm, which take a core two minutes. No bone encloses as much.
-constexpr double kMostVoxels = 2e9;
-/// Tissues are found on no finer voxels, which cost eight times as much each.
+/// Maximum number of voxels within a surface: 2 litres at 0.1 mm, which take one core two minutes. No bone encloses
+/// that much.
+constexpr double kMaxUnitVoxels = 2e9;
+/// The voxels for tissues are at least this large; each costs eight times as much as one of the level set.
 constexpr double kTissueVoxel_mm = 0.2;
 
 std::string ShowSide(double side) {
@@ -40,7 +42,7 @@ std::string ShowSide(double side) {
 }
 
 double MostEnclosed_mm3(double voxel_mm) {
-  return kMostVoxels * std::min(std::pow(voxel_mm, 3), std::pow(std::max(voxel_mm, kTissueVoxel_mm), 3) / 8);
+  return kMaxUnitVoxels * std::min(std::pow(voxel_mm, 3), std::pow(std::max(voxel_mm, kTissueVoxel_mm), 3) / 8);
 }
 
 }  // namespace
@@ -51,7 +53,7 @@ double CalcMmPerUnit(const std::string& unit) {
     if (unit == known.name) return known.mm;
     names += (names.empty() ? "" : ", ") + std::string(known.name);
   }
-  throw Error(fmt::format("'{}' is no unit of length; known are {}", unit, names));
+  throw Error(fmt::format("'{}' is not a unit of length; the units are {}", unit, names));
 }
 
 std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path) {
@@ -62,28 +64,28 @@ std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::st
   Box3 box;
   for (const Vec3& p : mesh.points) box.Include(p);
   const double side = std::max({box.size().x, box.size().y, box.size().z});
-  if (side <= kMostSide_mm && !unit.empty()) return "";
-  if (side <= kMostSide_mm && side >= kLeastSide_mm) {
+  if (side <= kMaxSide_mm && !unit.empty()) return "";
+  if (side <= kMaxSide_mm && side >= kMinSide_mm) {
     const double thickness = std::min({box.size().x, box.size().y, box.size().z});
-    if (side > kMostSkull_cm || thickness < kSkullThickness * side) return "";
+    if (side > kMaxSkull_cm || thickness < kSkullThickness * side) return "";
     return fmt::format(
-        "the largest side of the surface is {}, which was taken as mm: a small piece; if it is a skull in cm, import "
-        "it with --units cm, and if not, --units mm states that",
+        "the largest side of the surface is {}, which was taken as mm (a small piece); if it is a skull in cm, "
+        "import it with --units cm; if not, confirm mm with --units mm",
         ShowSide(side));
   }
   std::vector<std::string> choices;
   for (const Unit& other : kUnits) {
-    if (side * other.mm < kLeastSide_mm || side * other.mm > kMostSide_mm) continue;
+    if (side * other.mm < kMinSide_mm || side * other.mm > kMaxSide_mm) continue;
     choices.push_back(fmt::format("--units {} (it is then {:.3g} mm)", other.name, side * other.mm));
   }
-  if (side < kLeastSide_mm) choices.emplace_back("--units mm to take them as they are");
+  if (side < kMinSide_mm) choices.emplace_back("--units mm to take them as they are");
   if (!unit.empty() || choices.empty()) {
     throw Error(fmt::format("{}: the largest side of the surface is {}; kerf imports up to {}", path,
-                            FormatLength(side), FormatLength(kMostSide_mm)));
+                            FormatLength(side), FormatLength(kMaxSide_mm)));
   }
   throw Error(
-      fmt::format("{}: the largest side of the surface is {}, which is unlikely for a bone in mm; say in which unit "
-                  "its coordinates are: {}",
+      fmt::format("{}: the largest side of the surface is {}, which is unlikely for a bone in mm; give the unit of "
+                  "its coordinates: {}",
                   path, ShowSide(side), fmt::join(choices, " or ")));
 }
 
@@ -97,11 +99,11 @@ void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string&
   std::string larger;
   for (const double h : {0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0}) {
     if (h <= voxel_mm || mm3 > MostEnclosed_mm3(h)) continue;
-    larger = fmt::format(" or take --voxel {} or more", h);
+    larger = fmt::format(" or use --voxel {} or more", h);
     break;
   }
   throw Error(
-      fmt::format("{}: the surface encloses {:.1f} litres, and with voxels of {:g} mm kerf imports up to {:.1f}: "
+      fmt::format("{}: the surface encloses {:.1f} litres, but with voxels of {:g} mm kerf imports up to {:.1f}: "
                   "check its unit (--units){}",
                   path, mm3 / 1e6, voxel_mm, MostEnclosed_mm3(voxel_mm) / 1e6, larger));
 }

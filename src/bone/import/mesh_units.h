@@ -1,4 +1,4 @@
-// The unit of a surface's coordinates, which its file does not say.
+// Unit of a surface's coordinates, which its file does not give.
 #pragma once
 
 #include <string>
@@ -7,16 +7,17 @@
 
 namespace kerf {
 
-/// mm in one of mm, cm, m, in, um. Throws Error for another.
+/// Returns the length of mm, cm, m, in or um in mm. Throws kerf::Error for another unit.
 double CalcMmPerUnit(const std::string& unit);
 
-/// Brings the surface to mm. With an empty `unit` its coordinates are taken for mm unless its largest side is then that
-/// of no bone: that is refused with an Error, beginning with `path`, that names the units in which it would be. More
-/// than a metre is refused in any unit. Returns a sentence where the surface may as well be a skull in cm, else "".
+/// Converts the surface to mm. If `unit` is empty, mm are assumed. If the largest side is then not plausible for a
+/// bone, throws kerf::Error, whose message begins with `path` and lists the units in which it would be. A surface
+/// larger than a metre is rejected in any unit. Returns a warning sentence if the surface may be a skull in cm,
+/// otherwise "".
 std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path);
 
-/// Throws Error, beginning with `path`, when the surface encloses more than is turned into voxels of that size within
-/// minutes.
+/// Throws kerf::Error, whose message begins with `path`, if the surface encloses more than can be voxelised at that
+/// size within minutes.
 void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string& path);
 
 }  // namespace kerf

@@ -23,11 +23,11 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 348;
-constexpr double kFormsAgree_mm = 0.1;     // sform and qform: their numbers have single precision
-constexpr double kSpacingsAgree = 1e-3;    // relative: of the sform's steps with pixdim
-constexpr double kMostUnpacked = 1 << 26;  // bytes of what is no NIfTI, to see whether it is whole
+constexpr double kFormsAgree_mm = 0.1;    // sform and qform have single precision
+constexpr double kSpacingsAgree = 1e-3;   // relative, between the sform's steps and pixdim
+constexpr double kMaxUnpacked = 1 << 26;  // bytes unpacked of a stream that is not NIfTI, to check that it is complete
 
-// From voxel indices to the header's coordinates.
+// Transform from voxel indices to the header's coordinates.
 struct Form {
   glm::dmat3 steps{1};  // columns
   Vec3 origin{0};
@@ -47,7 +47,7 @@ double Real(const NiftiHeader& header, std::size_t offset) {
 
 [[noreturn]] void RefuseHeader(const std::string& path) {
   if (IsGzip(path)) {
-    const Unpacked whole = Unpack(path, 0, kMostUnpacked);
+    const Unpacked whole = Unpack(path, 0, kMaxUnpacked);
     if (whole.damaged || whole.bytes < static_cast<double>(kHeaderBytes)) {
       throw Error(
           fmt::format("{}: the file is {}: {:.0f} bytes of its gzip stream can be unpacked{}; copy or export it again",
@@ -55,7 +55,7 @@ double Real(const NiftiHeader& header, std::size_t offset) {
                       whole.bytes < static_cast<double>(kHeaderBytes) ? ", and a NIfTI header has 348" : ""));
     }
   }
-  throw Error(fmt::format("{}: not a NIfTI file although its name says so", path));
+  throw Error(fmt::format("{}: not a NIfTI file despite its name", path));
 }
 
 VoxelType FindType(const NiftiHeader& header, const std::string& path) {
@@ -93,7 +93,7 @@ VoxelType FindType(const NiftiHeader& header, const std::string& path) {
     default:
       break;
   }
-  throw Error(fmt::format("{}: voxels of NIfTI's type {} are not read", path, header.datatype));
+  throw Error(fmt::format("{}: voxels of NIfTI's type {} are not supported", path, header.datatype));
 }
 
 Form SForm(const NiftiHeader& header) {
@@ -114,7 +114,7 @@ Form QForm(const NiftiHeader& header) {
   const double b = Real(header, 256), c = Real(header, 260), d = Real(header, 264);
   const double rest = 1 - (b * b + c * c + d * d);
   const double a = std::sqrt(std::max(rest, 0.0));
-  const double scale = 1 / std::sqrt(a * a + b * b + c * c + d * d);  // single precision may have left it longer than 1
+  const double scale = 1 / std::sqrt(a * a + b * b + c * c + d * d);  // it may be longer than 1 due to single precision
   const double w = a * scale, x = b * scale, y = c * scale, z = d * scale;
   Form form;
   form.steps[0] = {w * w + x * x - y * y - z * z, 2 * (x * y + w * z), 2 * (x * z - w * y)};
@@ -127,7 +127,7 @@ Form QForm(const NiftiHeader& header) {
   return form;
 }
 
-// By how much the two place a corner of the volume apart at most.
+// Returns the largest distance between the two positions of a corner of the volume.
 double CalcDistance(const Form& a, const Form& b, const std::array<int, 3>& size) {
   double most = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -138,11 +138,11 @@ double CalcDistance(const Form& a, const Form& b, const std::array<int, 3>& size
   return most;
 }
 
-// The length of the header's unit, mm.
+// Returns the length of the header's unit, mm.
 double FindUnit(const NiftiHeader& header, const std::string& path, std::vector<std::string>& warnings) {
   switch (static_cast<unsigned char>(header.bytes[123]) & 7) {
     case 0:
-      warnings.emplace_back("the NIfTI header names no unit of length (xyzt_units is 0); mm were taken");
+      warnings.emplace_back("the NIfTI header gives no unit of length (xyzt_units is 0); mm was assumed");
       return 1;
     case 1:
       return 1000;
@@ -151,29 +151,29 @@ double FindUnit(const NiftiHeader& header, const std::string& path, std::vector<
     case 3:
       return 0.001;
     default:
-      throw Error(fmt::format("{}: the header's unit of length (xyzt_units {}) is not known; NIfTI has m, mm and um",
+      throw Error(fmt::format("{}: the header's unit of length (xyzt_units {}) is unknown; NIfTI has m, mm and um",
                               path, static_cast<unsigned char>(header.bytes[123])));
   }
 }
 
-// Slope and intercept of the stored values. NIfTI: a slope of 0 means that the values are as stored.
+// Returns slope and intercept of the stored values. In NIfTI a slope of 0 means no rescaling.
 std::pair<double, double> ReadRescale(const NiftiHeader& header, const std::string& path,
                                       std::vector<std::string>& warnings) {
   const double slope = Real(header, 112);
   const double intercept = Real(header, 116);
   if (slope == 0) return {1, 0};
   if (!std::isfinite(slope)) {
-    warnings.push_back(fmt::format(
-        "the NIfTI header's slope of the values (scl_slope) is {}, which is no number; the values were taken as they "
-        "are stored, so that their HU may be wrong",
-        slope));
+    warnings.push_back(
+        fmt::format("the NIfTI header's slope of the values (scl_slope) is {}, which is not a number; the values were "
+                    "used as stored, so the HU may be wrong",
+                    slope));
     return {1, 0};
   }
   if (!std::isfinite(intercept)) {
-    throw Error(fmt::format(
-        "{}: the header's intercept of the values (scl_inter) is {}, which is no number, so the HU are unknown; "
-        "correct the header",
-        path, intercept));
+    throw Error(
+        fmt::format("{}: the header's intercept of the values (scl_inter) is {}, which is not a number, so the HU are "
+                    "unknown; correct the header",
+                    path, intercept));
   }
   return {slope, intercept};
 }
@@ -193,8 +193,8 @@ const char* SpaceName(int code) {
   }
 }
 
-// The form that places the scan in the patient. A form in a standard space may stretch the head to fit it, so that the
-// other is preferred there.
+// Returns the form that places the scan in the patient. A form in a standard space may stretch the head to fit it, so
+// the other one is preferred in that case.
 Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Volume& volume) {
   const int s_code = Field<std::int16_t>(header.bytes, 254, header.swapped);
   const int q_code = Field<std::int16_t>(header.bytes, 252, header.swapped);
@@ -202,7 +202,7 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
     if (!frame_given) {
       volume.warnings.emplace_back(
           "the NIfTI header does not say how the scan lies in the patient (sform_code and qform_code are 0); its axes "
-          "were taken as RAS (right, front, head), so that left and right may be exchanged; --frame states them");
+          "were taken as RAS (right, front, head), so left and right may be swapped; set them with --frame");
     }
     Form form;
     for (int a = 0; a < 3; ++a) form.steps[a] *= Spacing(header)[a];
@@ -215,8 +215,8 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
   if (const double apart_mm = CalcDistance(s, q, volume.size) * unit_mm; !(apart_mm <= kFormsAgree_mm)) {
     const bool mirrored = glm::determinant(s.steps) * glm::determinant(q.steps) < 0;
     volume.warnings.push_back(fmt::format(
-        "the NIfTI header places the scan twice, up to {:.1f} mm apart{}; its {} was taken, in {} coordinates",
-        apart_mm, mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
+        "the NIfTI header places the scan twice, up to {:.1f} mm apart{}; its {} was used, in {} coordinates", apart_mm,
+        mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
   }
   if (code > 2) {
     volume.warnings.push_back(
@@ -231,7 +231,7 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
     if (std::abs(step - spacing) <= kSpacingsAgree * spacing) continue;
     volume.warnings.push_back(fmt::format(
         "the NIfTI header has two voxel spacings along axis {}, {:.4g} mm by its sform and {:.4g} mm by its "
-        "pixdim; the sform's was taken",
+        "pixdim; the sform's was used",
         a + 1, step * unit_mm, spacing * unit_mm));
   }
   return form;

@@ -14,7 +14,7 @@ namespace kerf {
 
 namespace {
 
-// "(1,0,0) (0,1,0) none": a vector for each axis of the array.
+// Parses text such as "(1,0,0) (0,1,0) none": a vector for each axis of the array.
 std::vector<std::optional<Vec3>> ParseVectors(const std::string& text, const std::string& path) {
   std::vector<std::optional<Vec3>> vectors;
   std::size_t at = 0;
@@ -33,7 +33,7 @@ std::vector<std::optional<Vec3>> ParseVectors(const std::string& text, const std
     }
     if (numbers.size() != 3) {
       throw Error(
-          fmt::format("{}: '{}' in the NRRD header should be vectors of three numbers, as (1,0,0)", path, text));
+          fmt::format("{}: '{}' in the NRRD header should be vectors of three numbers, such as (1,0,0)", path, text));
     }
     vectors.emplace_back(Vec3(numbers[0], numbers[1], numbers[2]));
     at = end + 1;
@@ -41,7 +41,7 @@ std::vector<std::optional<Vec3>> ParseVectors(const std::string& text, const std
   return vectors;
 }
 
-// The first word between quotes, or as it stands; all of them must be alike.
+// Returns the first word, quoted or not; all words must be equal.
 std::string ParseUnit(const std::string& text, const std::string& path) {
   std::vector<std::string> units;
   std::string word;
@@ -61,17 +61,17 @@ std::string ParseUnit(const std::string& text, const std::string& path) {
 }
 
 double UnitLength(const std::string& unit, const std::string& path) {
-  static const std::map<std::string, double> kUnits = {
+  static const std::map<std::string, double> kUnitLengths_mm = {
       {"", 1},           {"?", 1},          {"mm", 1},  {"millimeter", 1},  {"millimeters", 1}, {"m", 1000},
       {"meter", 1000},   {"meters", 1000},  {"cm", 10}, {"centimeter", 10}, {"um", 0.001},      {"\xc2\xb5m", 0.001},
       {"micron", 0.001}, {"microns", 0.001}};
-  const auto known = kUnits.find(Lower(unit));
-  if (known != kUnits.end()) return known->second;
+  const auto known = kUnitLengths_mm.find(Lower(unit));
+  if (known != kUnitLengths_mm.end()) return known->second;
   throw Error(
-      fmt::format("{}: the header's unit of length '{}' is not known; kerf knows m, cm, mm and um", path, unit));
+      fmt::format("{}: the header's unit of length '{}' is unknown; kerf accepts m, cm, mm and um", path, unit));
 }
 
-// The frame that the header's space means.
+// Returns the frame that corresponds to the header's space.
 std::string FindFrame(const ImageFields& fields, const std::string& path, std::vector<std::string>& warnings) {
   static const std::map<std::string, std::string> kPatient = {
       {"rightanteriorsuperior", "RAS"}, {"ras", "RAS"}, {"leftanteriorsuperior", "LAS"}, {"las", "LAS"}, {"lps", "LPS"},
@@ -82,26 +82,26 @@ std::string FindFrame(const ImageFields& fields, const std::string& path, std::v
   if (const auto known = kPatient.find(key); known != kPatient.end()) return known->second;
   if (key.empty()) {
     warnings.emplace_back(
-        "the NRRD header names no space, so that it is not known how the scan lies in the patient; its coordinates "
-        "were taken as LPS (left, back, head), and left and right may be exchanged; --frame states them");
+        "the NRRD header names no space, so the orientation of the scan in the patient is unknown; its coordinates "
+        "were taken as LPS (left, back, head), and left and right may be swapped; set them with --frame");
   } else if (key == "scannerxyz") {
     warnings.push_back(fmt::format(
-        "the NRRD header's space '{}' is the scanner's, not the patient's; LPS was taken, as for a patient who lies on "
-        "the back with the head first; --frame states it otherwise",
+        "the NRRD header's space '{}' is the scanner's, not the patient's; LPS was assumed, as for a patient lying on "
+        "the back, head first; to change it, use --frame",
         space));
   } else if (key == "3drighthanded") {
     warnings.push_back(fmt::format(
         "the NRRD header's space '{}' does not say how the scan lies in the patient; its coordinates were taken as LPS "
-        "(left, back, head); --frame states them",
+        "(left, back, head); to change this, use --frame",
         space));
   } else if (key == "3dlefthanded") {
     throw Error(fmt::format(
         "{}: the NRRD header's space '{}' does not say how the scan lies in the patient, and a left-handed one can't "
-        "be taken as LPS, which is right-handed; state where x, y and z point to with --frame, such as --frame LAS",
+        "be taken as LPS, which is right-handed; specify where x, y and z point with --frame, such as --frame LAS",
         path, space));
   } else {
     throw Error(
-        fmt::format("{}: the NRRD header's space '{}' is not known; kerf takes left-posterior-superior (LPS), "
+        fmt::format("{}: the NRRD header's space '{}' is unknown; kerf accepts left-posterior-superior (LPS), "
                     "right-anterior-superior (RAS) and left-anterior-superior (LAS), and others with --frame",
                     path, space));
   }
@@ -116,8 +116,8 @@ void SetNrrdFrame(const ImageFields& fields, const std::string& path, const std:
   const bool has_directions = !ParseVectors(fields.Get("spacedirections"), path).empty();
   if ((fields.Contains("space") || fields.Contains("spacedimension")) && !has_directions) {
     throw Error(fmt::format(
-        "{}: the NRRD header names a space but gives no 'space directions', so that it is not known how the voxels lie "
-        "in it",
+        "{}: the NRRD header names a space but gives no 'space directions', so the orientation of the voxels in it is "
+        "unknown",
         path));
   }
 }
@@ -132,7 +132,8 @@ void PlaceNrrd(const ImageFields& fields, const std::string& path, Volume& volum
   } else if (spacings.size() >= 3) {
     for (int a = 0; a < 3; ++a) {
       const double spacing = spacings[static_cast<std::size_t>(a)];
-      if (!(spacing > 0)) throw Error(fmt::format("{}: the header's spacing {} is no length above 0", path, spacing));
+      if (!(spacing > 0))
+        throw Error(fmt::format("{}: the header's spacing is {}; it must be a length above 0", path, spacing));
       steps[a] *= spacing;
     }
     if (units.empty()) units = fields.Get("units");

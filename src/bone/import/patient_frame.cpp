@@ -29,7 +29,7 @@ glm::dmat3 LpsFromFrame(const std::string& frame) {
   }
   if (std::abs(glm::determinant(turn)) != 1) {
     throw Error(fmt::format(
-        "the frame '{}' is not known; name by three letters where x, y and z of the file point to: L or R, A or P, "
+        "the frame '{}' is unknown; give three letters for where x, y and z of the file point: L or R, A or P, "
         "S or I, such as LPS (left, posterior, superior) or RAS",
         frame));
   }
@@ -49,7 +49,7 @@ std::string FrameName(const glm::dmat3& lps_from_frame) {
 
 void PlaceLattice(const Vec3& origin, const glm::dmat3& steps, double unit_mm, Volume& volume) {
   const glm::dmat3 turn = LpsFromFrame(volume.frame);
-  volume.origin_W = turn * (origin * unit_mm) + 0.0;  // + 0.0: a zero has no sign, so that hashes agree
+  volume.origin_W = turn * (origin * unit_mm) + 0.0;  // + 0.0 removes the sign of a zero, so that hashes agree
   for (int a = 0; a < 3; ++a) {
     const double length = std::sqrt(glm::dot(steps[a], steps[a]));
     volume.spacing_mm[a] = length * unit_mm;
@@ -65,7 +65,7 @@ void StateFrame(const std::string& frame, Volume& volume) {
 }
 
 Volume StoreAlongPatient(Volume volume) {
-  // The order of axes whose directions add up to most along x, y and z.
+  // The order of axes that maximises the sum of their components along x, y and z.
   std::array<int, 3> order = {0, 1, 2};
   std::array<int, 3> best = order;
   double most = -1;

@@ -1,4 +1,4 @@
-// Which way the coordinates of a file point in the patient.
+// Directions of a file's coordinates in the patient.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -9,22 +9,22 @@
 
 namespace kerf {
 
-/// `frame`: three letters, the directions in which x, y and z grow: L or R, A or P, S or I, in any order. Returns the
-/// signed permutation that turns vectors of that frame into LPS. Throws Error for other text.
+/// `frame`: three letters, the directions in which x, y and z increase: L or R, A or P, S or I, in any order. Returns
+/// the signed permutation that transforms vectors of that frame to LPS. Throws kerf::Error for other text.
 glm::dmat3 LpsFromFrame(const std::string& frame);
 
-/// The letters of a signed permutation into LPS; the inverse of LpsFromFrame.
+/// Returns the letters of a signed permutation to LPS; the inverse of LpsFromFrame().
 std::string FrameName(const glm::dmat3& lps_from_frame);
 
-/// Puts the lattice of `volume` where `origin` and `steps` (columns: from voxel to voxel along i, j, k) say, both in
-/// the coordinates of volume.frame and in units of `unit_mm`.
+/// Sets the lattice of `volume` from `origin` and `steps` (columns: from voxel to voxel along i, j, k), both in the
+/// coordinates of volume.frame and in units of `unit_mm`.
 void PlaceLattice(const Vec3& origin, const glm::dmat3& steps, double unit_mm, Volume& volume);
 
-/// Turns a volume that was read as LPS to the frame that its coordinates really have.
+/// Transforms a volume that was read as LPS to the actual frame of its coordinates.
 void StateFrame(const std::string& frame, Volume& volume);
 
-/// The same volume with its voxels stored along the patient's axes: i, j and k grow, as nearly as they can, to the
-/// left, to the back and to the head. Files of one scan that store it in different orders then give the same bone, bit
+/// Returns the same volume with its voxels stored along the patient's axes: i, j and k increase, as nearly as possible,
+/// to the left, to the back and to the head. Files that store one scan in different orders then give the same bone, bit
 /// for bit.
 Volume StoreAlongPatient(Volume volume);
 

@@ -22,7 +22,7 @@ std::vector<char> ReadText(const ImageLayout& layout, std::size_t count, const s
   for (std::size_t n = 0; n < count && in >> word; ++n) {
     char* end = nullptr;
     const double value = std::strtod(word.c_str(), &end);
-    if (*end != '\0') throw Error(fmt::format("{}: voxel {} is '{}', which is no number", path, n + 1, word));
+    if (*end != '\0') throw Error(fmt::format("{}: voxel {} is '{}', which is not a number", path, n + 1, word));
     char one[sizeof value];
     std::memcpy(one, &value, sizeof value);
     bytes.insert(bytes.end(), one, one + sizeof value);
@@ -66,12 +66,12 @@ std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::
       value_bytes = sizeof(double);
       break;
     case VoxelPacking::kUnknown:
-      throw Error(fmt::format("{}: voxels of the encoding '{}' are not read; kerf reads raw, gzip and text", path,
+      throw Error(fmt::format("{}: voxels with encoding '{}' are not supported; kerf reads raw, gzip and text", path,
                               layout.encoding));
   }
   if (bytes.size() != count * value_bytes) {
     throw Error(
-        fmt::format("{}: {} voxels can be read where the header promises {}", path, bytes.size() / value_bytes, count));
+        fmt::format("{}: {} voxels can be read, but the header promises {}", path, bytes.size() / value_bytes, count));
   }
   if (layout.swapped && layout.packing != VoxelPacking::kText && value_bytes > 1) SwapBytes(bytes, value_bytes);
   return bytes;

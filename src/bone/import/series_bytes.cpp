@@ -47,7 +47,7 @@ std::string Encode(const std::vector<DicomSeries>& all) {
     for (const DicomSlice& slice : series.slices) slices.push_back(ToJson(slice));
     list.push_back({series.uid, series.description, series.modality, std::move(slices), series.gap_mm});
   }
-  // CBOR keeps each double's bits, and text that is not UTF-8.
+  // CBOR preserves each double's bits, and text that is not UTF-8.
   std::string bytes;
   Json::to_cbor(list, bytes);
   return bytes;
@@ -65,7 +65,7 @@ std::vector<DicomSeries> DecodeSeries(std::string_view bytes) {
       item.at(4).get_to(series.gap_mm);
     }
   } catch (const Json::exception&) {
-    throw Error("the process that listed the DICOM files sent something else");
+    throw Error("the process that listed the DICOM files sent invalid data");
   }
   return all;
 }

@@ -1,4 +1,4 @@
-// The list of DICOM series as bytes, for the process that asked a child for it (files/child.h).
+// Serialisation of the list of DICOM series, for the transfer from a child process to its parent (files/child.h).
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 namespace kerf {
 
 std::string Encode(const std::vector<DicomSeries>& all);
-/// Of bytes that Encode() made. Throws Error for others.
+/// Decodes the result of Encode(). Throws kerf::Error for other bytes.
 std::vector<DicomSeries> DecodeSeries(std::string_view bytes);
 
 }  // namespace kerf

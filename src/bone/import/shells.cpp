@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// A side of a triangle: 3 times its number, and which of its corners the side begins at.
+/// A side of a triangle; `side` is 3 times the triangle's number plus the corner at which the side begins.
 struct Side {
   std::uint64_t edge;  // the two points, the lower one first
   std::uint32_t side;
@@ -48,7 +48,7 @@ void ForEachEdge(const std::vector<Side>& sides, Visit visit) {
   }
 }
 
-/// The side on the other side of each edge.
+/// Returns, for each side, the side of the other triangle at the same edge.
 std::vector<std::uint32_t> FindOpposites(const TriangleMesh& mesh) {
   const std::vector<Side> sides = SortSides(mesh);
   std::vector<std::uint32_t> opposite(sides.size(), kNone);
@@ -70,7 +70,8 @@ double CalcVolume(const TriangleMesh& mesh, const Shell& shell) {
   return sum / 6;
 }
 
-/// Along an arbitrary direction that no edge is likely to lie along, through a bucket of triangles for each strip.
+/// Rays along an arbitrary direction, parallel to an edge with negligible probability. Triangles are sorted into
+/// strips.
 class Rays {
  public:
   Rays(const TriangleMesh& mesh, const std::vector<Shell>& shells) : mesh_(mesh), shell_of_(mesh.triangles.size()) {
@@ -99,7 +100,7 @@ class Rays {
     }
   }
 
-  /// How often the surface of each shell goes round the middle of a triangle, in turn direction.
+  /// Returns the signed number of times that the surface of each shell encloses the centre of a triangle.
   std::vector<int> CountTurns(std::uint32_t triangle, std::size_t shells) const {
     std::vector<int> turns(shells, 0);
     const auto [a0, b0, c0] = Corners(triangle);
@@ -125,7 +126,7 @@ class Rays {
     return {turned_[t[0]], turned_[t[1]], turned_[t[2]]};
   }
   int Strip(double x) const { return std::clamp(static_cast<int>((x - lowest_) * per_mm_), 0, kStrips - 1); }
-  /// 1 or -1, and of an edge the other way round just the opposite.
+  /// Returns 1 or -1; the opposite for the reversed edge.
   int IsLeft(std::uint32_t i, std::uint32_t j, const Vec3& p) const {
     if (i > j) return -IsLeft(j, i, p);
     const Vec3& a = turned_[i];
@@ -164,7 +165,7 @@ std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const s
   for (std::uint32_t start = 0; start < state.size(); ++start) {
     if (state[start] != kUnseen) continue;
     Shell shell;
-    std::size_t against = 0;  // the triangle that it starts from
+    std::size_t against = 0;  // number of triangles that face opposite to the first one
     state[start] = kAsItIs;
     shell.triangles.push_back(start);
     for (std::size_t n = 0; n < shell.triangles.size(); ++n) {
@@ -172,7 +173,7 @@ std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const s
       for (std::uint32_t i = 0; i < 3; ++i) {
         const std::uint32_t side = opposite[3 * t + i];
         const std::uint32_t next = side / 3;
-        // Neighbours that face the same way go along their edge in opposite directions.
+        // Neighbours with the same orientation traverse their edge in opposite directions.
         const bool agree = mesh.triangles[t][i] != mesh.triangles[next][side % 3];
         const std::uint8_t wanted = (state[t] == kAsItIs) == agree ? kAsItIs : kTurned;
         if (state[next] == kUnseen) {
@@ -180,15 +181,15 @@ std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const s
           against += wanted == kTurned ? 1 : 0;
           shell.triangles.push_back(next);
         } else if (state[next] != wanted) {
-          throw Error(fmt::format(
-              "{}: a part of the surface has one side only, like a Moebius strip, so nothing is inside it", path));
+          throw Error(
+              fmt::format("{}: a part of the surface is one-sided, like a Moebius strip, so it has no inside", path));
         }
       }
     }
-    const bool most_are_turned = 2 * against > shell.triangles.size();
-    turned += most_are_turned ? shell.triangles.size() - against : against;
+    const bool max_are_turned = 2 * against > shell.triangles.size();
+    turned += max_are_turned ? shell.triangles.size() - against : against;
     for (const std::uint32_t t : shell.triangles) {
-      if ((state[t] == kTurned) != most_are_turned) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+      if ((state[t] == kTurned) != max_are_turned) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
       for (const std::uint32_t p : mesh.triangles[t]) shell.box.Include(mesh.points[p]);
     }
     shell.volume_mm3 = CalcVolume(mesh, shell);

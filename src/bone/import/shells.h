@@ -1,4 +1,4 @@
-// The connected parts of a triangle surface: which way they face, and which lies in which.
+// Connected parts of a triangle surface: their orientation and their nesting.
 #pragma once
 
 #include <cstddef>
@@ -11,29 +11,29 @@
 namespace kerf {
 
 struct EdgeCounts {
-  std::size_t open = 0;     // of one triangle only
+  std::size_t open = 0;     // of only one triangle
   std::size_t crowded = 0;  // of more than two
 };
-/// Whichever way the triangles face.
+/// Counts edges, independent of the triangles' orientation.
 EdgeCounts CountEdges(const TriangleMesh& mesh);
 
-/// Triangles that are joined by edges.
+/// Triangles that are connected by edges.
 struct Shell {
   std::vector<std::uint32_t> triangles;
-  double volume_mm3 = 0;  // negative when it faces inward
+  double volume_mm3 = 0;  // negative if it faces inward
   Box3 box;
-  int container = -1;  // the smallest shell that it lies in; -1: none
+  int container = -1;  // the smallest shell that contains it; -1: none
 };
 
-/// The shells of a surface each of whose edges belongs to two triangles, largest volume first. Triangles that face the
-/// other way than most of their shell are turned and counted. Throws Error, beginning with `path`, for a shell with one
-/// side only.
+/// Returns the shells of a surface in which each edge belongs to two triangles, largest volume first. Triangles that
+/// face opposite to most of their shell are flipped and counted. Throws kerf::Error, whose message begins with `path`,
+/// for a one-sided shell.
 std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const std::string& path);
 
-/// Sets the containers. The shells must not cross each other; they come largest first.
+/// Sets the containers. The shells must not intersect each other and must be sorted, largest first.
 void FindContainers(const TriangleMesh& mesh, std::vector<Shell>& shells);
 
-/// Points of no triangle go.
+/// Removes points without triangles.
 void DropUnusedPoints(TriangleMesh& mesh);
 
 }  // namespace kerf

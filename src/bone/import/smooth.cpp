@@ -34,15 +34,16 @@ void FilterAlong(int axis, float w, int passes, const std::array<int, 3>& size, 
 void Smooth(const std::array<int, 3>& size, const Vec3& sigma_vox, std::vector<float>& values) {
   for (int axis = 0; axis < 3; ++axis) {
     const double variance = sigma_vox[axis] * sigma_vox[axis];
-    const int passes = std::min(static_cast<int>(std::ceil(2 * variance)), 4);  // w of at most 1/4 damps every wave
+    const int passes = std::min(static_cast<int>(std::ceil(2 * variance)), 4);  // w of at most 1/4 damps all
+                                                                                // wavelengths
     if (passes == 0) continue;
     FilterAlong(axis, static_cast<float>(std::min(variance / (2 * passes), 0.25)), passes, size, values);
   }
 }
 
-void Sharpen(const std::array<int, 3>& size, const Vec3& share, std::vector<float>& values) {
+void Sharpen(const std::array<int, 3>& size, const Vec3& fraction, std::vector<float>& values) {
   for (int axis = 0; axis < 3; ++axis) {
-    if (share[axis] > 0) FilterAlong(axis, static_cast<float>(-share[axis] / 24), 1, size, values);
+    if (fraction[axis] > 0) FilterAlong(axis, static_cast<float>(-fraction[axis] / 24), 1, size, values);
   }
 }
 

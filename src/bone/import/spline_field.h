@@ -1,4 +1,4 @@
-// A smooth function of space from samples on a lattice.
+// Smooth function of space from samples on a lattice.
 #pragma once
 
 #include <array>
@@ -9,11 +9,11 @@
 namespace kerf {
 
 /// Tensor product of cubic B-splines over a lattice, twice continuously differentiable. Coordinates are voxels (index
-/// space of the lattice); beyond the lattice the outermost samples go on. Thread-safe once made.
+/// space of the lattice); constant extrapolation of the samples beyond the lattice. Thread-safe once constructed.
 class SplineField {
  public:
-  /// `interpolate`: the spline passes through the samples (no smoothing; sharp edges ring by some per cent). Otherwise
-  /// the samples are the coefficients: a smoothing of 0.58 voxels that never overshoots.
+  /// `interpolate`: if true, the spline passes through the samples (no smoothing; sharp edges overshoot by a few
+  /// percent). If false, the samples are the coefficients: a smoothing of 0.58 voxels that never overshoots.
   SplineField(const std::array<int, 3>& size, std::vector<float> samples, bool interpolate);
 
   double At(const Vec3& p_V) const;
@@ -21,7 +21,7 @@ class SplineField {
   struct Bounds {
     double lower, upper;
   };
-  /// The field lies between these everywhere in the box: a B-spline stays within its coefficients.
+  /// Returns bounds of the field in a box: a B-spline stays within the range of its coefficients.
   Bounds CalcBounds(const Vec3& lower_V, const Vec3& upper_V) const;
 
  private:
@@ -30,7 +30,7 @@ class SplineField {
 
   std::array<int, 3> size_;
   std::vector<float> coefficients_;
-  // Least and largest coefficient of each block of kBlock^3, for large boxes.
+  // Minimum and maximum coefficient of each block of kBlock^3, for large boxes.
   static constexpr int kBlock = 4;
   std::array<int, 3> blocks_{0, 0, 0};
   std::vector<std::array<float, 2>> block_bounds_;

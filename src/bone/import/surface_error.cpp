@@ -13,12 +13,12 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kPoints = 4000;
-constexpr double kTurn_HU = 50;         // noise: a profile has passed its peak or its foot when it turns by more
+constexpr double kTurn_HU = 50;         // noise margin: a profile has passed its peak or foot once it reverses by more
 constexpr double kFaintEdge_HU = 200;   // an edge of less contrast is not measured
 constexpr double kFinelySampled = 1.1;  // times the finest spacing
 
-// A step of blur `blur` that is sampled at spacing 1 and interpolated by cubic splines has, in the median over where
-// the samples lie, the slope of a step of blur `apparent`.
+// A step with blur `blur`, sampled at spacing 1 and interpolated by cubic splines, has the slope of a step with blur
+// `apparent`, in the median over the positions of the samples.
 struct Apparent {
   double blur, apparent;
 };
@@ -33,7 +33,7 @@ struct Edge {
   double spacing_mm;        // along the normal
 };
 
-// Centres of the voxel faces between the solid and the soft tissue around it.
+// Returns the centres of the voxel faces between the solid and the soft tissue around it.
 std::vector<Vec3> FindFaces(const Isolation& isolation, const std::vector<std::uint8_t>& cavities) {
   const Volume& ct = isolation.ct;
   std::vector<Vec3> faces_W;
@@ -65,12 +65,12 @@ Vec3 CalcGradient(const CtSolid& solid, const Vec3& p_W) {
   return gradient;
 }
 
-// Moves a point onto the surface; false when it does not get there.
+// Moves a point onto the surface. Returns false if it does not converge.
 bool Project(const CtSolid& solid, double reach_mm, Vec3& p_W) {
   const Vec3 start_W = p_W;
   for (int n = 0; n < 20; ++n) {
     const double height = solid.SurfaceHu(p_W) - solid.iso_hu();
-    if (std::abs(height) < 1) return solid.Value(p_W) < 2e-3;  // not on the border to other bone
+    if (std::abs(height) < 1) return solid.Value(p_W) < 2e-3;  // false on the border to other bone
     const Vec3 gradient = CalcGradient(solid, p_W);
     const double slope = glm::length(gradient);
     if (slope < 1) return false;
@@ -80,7 +80,7 @@ bool Project(const CtSolid& solid, double reach_mm, Vec3& p_W) {
   return false;
 }
 
-// From the surface at t = 0 along the normal while the HU rise (`sign` +1, inward) or fall (-1, outward).
+// Follows the HU from the surface at t = 0 along the normal while they rise (`sign` +1, inward) or fall (-1, outward).
 std::pair<double, double> FindTurn(const std::vector<double>& hu, int middle, int direction, double sign) {
   int best = middle;
   for (int n = middle; n >= 0 && n < static_cast<int>(hu.size()); n += direction) {
@@ -112,12 +112,12 @@ std::optional<Edge> MeasureEdge(const CtSolid& solid, const Volume& ct, const Ve
   edge.apparent_blur_mm = (peak - foot) / (slope * std::sqrt(2 * std::numbers::pi));
   const Vec3 n_V = glm::inverse(ct.axes_W) * outward_W;
   edge.spacing_mm = glm::length(n_V * h);
-  // A face across axis a has an area in proportion to 1 / h_a: finely sampled directions have more faces.
+  // A face across axis a has an area proportional to 1 / h_a: directions with fine sampling have more faces.
   edge.weight = 1 / glm::dot(glm::abs(n_V), h);
   return edge;
 }
 
-// The weighted median of what `value` gives; sorts.
+// Returns the weighted median of `value` over the edges; sorts them.
 template <typename Value>
 double CalcMedian(std::vector<Edge>& edges, Value&& value) {
   std::sort(edges.begin(), edges.end(), [&](const Edge& a, const Edge& b) { return value(a) < value(b); });
@@ -130,7 +130,7 @@ double CalcMedian(std::vector<Edge>& edges, Value&& value) {
   return 0;
 }
 
-// The blur of a step that appears blurred by `apparent_mm`; 0 when the samples are too far apart to tell.
+// Returns the blur of a step whose apparent blur is `apparent_mm`; 0 if the samples are too far apart to determine it.
 double CalcBlur(double apparent_mm, double spacing_mm) {
   const double apparent = apparent_mm / spacing_mm;
   if (apparent <= kApparent.front().apparent) return 0;
@@ -142,8 +142,9 @@ double CalcBlur(double apparent_mm, double spacing_mm) {
   return spacing_mm * (blur0 + (blur1 - blur0) * (apparent - apparent0) / (apparent1 - apparent0));
 }
 
-// Standard deviation of the place of a flat edge of this blur over where the samples lie on it: spacing / sqrt(12)
-// without blur. The exponential fits the crossings of the cubic spline at 20 % and 50 % of the height to 0.01 spacings.
+// Returns the standard deviation of the position of a flat edge with this blur over the positions of the samples:
+// spacing / sqrt(12) without blur. The exponential fits the crossings of the cubic spline at 20 % and 50 % of the
+// height to 0.01 spacings.
 double CalcScatter(double blur_mm, double spacing_mm) {
   return spacing_mm / std::sqrt(12.0) * std::exp(-3.6 * blur_mm / spacing_mm);
 }

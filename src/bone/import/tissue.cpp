@@ -14,10 +14,10 @@ namespace kerf {
 
 namespace {
 
-constexpr double kSmallestEnamel_mm3 = 15;  // a speck of metal or noise is less
+constexpr double kSmallestEnamel_mm3 = 15;  // specks of metal or noise are smaller
 constexpr std::size_t kAtlasPoints = 20000;
 constexpr int kLastCortexRegion = 31;
-constexpr int kRim = 2;  // voxels around a tooth: its own border, and beyond it
+constexpr int kToothRim = 2;  // voxels around a tooth: its own border, and beyond it
 
 struct Stride {
   std::array<std::size_t, 3> of;
@@ -78,7 +78,7 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
   const Components lumps =
       FindComponents(lattice_, [&](std::size_t v) { return bone[v] != 0 && hu[v] >= options_.tooth_hu; });
   const Stride stride(lattice_);
-  // Dentin: what can be reached from enamel through bright voxels, counting the way in mm.
+  // Dentin: voxels reachable from enamel through bright voxels; distances in mm.
   std::vector<float> way_mm(bone.size(), -1);
   std::vector<std::size_t> front;
   for (std::size_t v = 0; v < bone.size(); ++v) {
@@ -102,7 +102,8 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
     }
     front = std::move(next);
   }
-  // The border of a tooth is dimmed by what is outside it: dim voxels go with the nearest bright ones, tooth or bone.
+  // HU at the border of a tooth are lowered by its surroundings: voxels with low HU are assigned to the nearest bright
+  // ones, tooth or bone.
   constexpr std::uint8_t kTooth = 1;
   constexpr std::uint8_t kOther = 2;
   std::vector<std::uint8_t> owner(bone.size(), 0);
@@ -114,7 +115,7 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
       owner[v] = kOther;
     if (owner[v] != 0) front.push_back(v);
   }
-  for (int ring = 0; ring < kRim; ++ring) {
+  for (int ring = 0; ring < kToothRim; ++ring) {
     std::vector<std::size_t> next;
     for (const std::size_t v : front) {
       ForFaceNeighbours(lattice_, stride, v, [&](std::size_t w, int) {
@@ -125,14 +126,14 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
     }
     front = std::move(next);
   }
-  std::vector<float> share(bone.size(), 0);
+  std::vector<float> fraction(bone.size(), 0);
   for (std::size_t v = 0; v < bone.size(); ++v) {
     if (owner[v] != kTooth) continue;
-    share[v] = 1;
+    fraction[v] = 1;
     tooth_voxels_[v] = bone[v];
     if (bone[v] != 0) tooth_mm3_ += lattice_.CalcVoxelVolume();
   }
-  tooth_ = std::make_unique<SplineField>(lattice_.size, std::move(share), false);
+  tooth_ = std::make_unique<SplineField>(lattice_.size, std::move(fraction), false);
 }
 
 int TissueMap::RegionAt(const Vec3& p_W) const {

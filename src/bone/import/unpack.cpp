@@ -33,7 +33,7 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, doub
   in.seekg(static_cast<std::streamoff>(offset));
   Unpacked result;
   z_stream z{};
-  if (inflateInit2(&z, 15 + 32) != Z_OK) return result;  // 32: gzip or zlib, as the stream says
+  if (inflateInit2(&z, 15 + 32) != Z_OK) return result;  // 32: detects gzip or zlib
   std::vector<char> packed(1 << 18);
   std::vector<char> chunk(static_cast<std::size_t>(kChunkBytes));
   bool within_member = true;
@@ -56,12 +56,12 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, doub
       within_member = within_member || got > 0;
       if (state != Z_STREAM_END) continue;
       within_member = false;
-      state = inflateReset(&z);  // a gzip file may have several members, one after the other
+      state = inflateReset(&z);  // a gzip file may have several consecutive members
     } while (state == Z_OK && (z.avail_out == 0 || z.avail_in > 0) && result.bytes < most);
   }
   inflateEnd(&z);
   CheckReadable(in, path);
-  // What follows a whole member and is none itself does not belong to the stream.
+  // Bytes after a complete member that are not another member do not belong to the stream.
   result.damaged = within_member && (state == Z_DATA_ERROR || state == Z_NEED_DICT);
   result.cut_off = within_member && !result.damaged && result.bytes < most;
   return result;

@@ -9,20 +9,20 @@
 namespace kerf {
 
 struct Unpacked {
-  double bytes = 0;      // that were unpacked, all in all
-  bool damaged = false;  // the stream contradicts itself or its checksum
+  double bytes = 0;      // total number of unpacked bytes
+  bool damaged = false;  // the stream is inconsistent or does not match its checksum
   bool cut_off = false;  // the file ends before the stream does
 };
 
-/// Opens a file of an image for reading. Throws Error for a pipe or device, which could be read for ever; a file that
-/// is not there gives a stream that is not good.
+/// Opens a file of an image for reading. Throws kerf::Error for a pipe or device, which may never end. If the file does
+/// not exist, the stream returned is not good().
 std::ifstream OpenImageFile(const std::string& path);
 
-/// Whether the file begins as gzip does. Throws Error as OpenImageFile() does.
+/// Returns whether the file begins like a gzip file. Throws kerf::Error as OpenImageFile() does.
 bool IsGzip(const std::string& path);
 
-/// Unpacks the gzip or zlib stream that begins at `offset` of a file until it ends or has given `most` bytes. What
-/// comes after its first `skip` bytes is appended to `out`, if there is one.
+/// Unpacks the gzip or zlib stream that begins at `offset` of a file until it ends or `most` bytes are unpacked. The
+/// bytes after the first `skip` are appended to `out` unless it is null.
 Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, double skip = 0,
                 std::vector<char>* out = nullptr);
 

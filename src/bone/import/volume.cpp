@@ -16,7 +16,7 @@ constexpr std::uint64_t kFnvOffset = 14695981039346656037ULL;
 constexpr std::uint64_t kFnvPrime = 1099511628211ULL;
 constexpr std::int16_t kAirHu = -1024;
 
-// FNV-1a over 64-bit words, since a byte at a time is slow for a CT.
+// FNV-1a over 64-bit words, because single bytes would be slow for a CT.
 std::uint64_t Mix(std::uint64_t hash, const void* data, std::size_t bytes) {
   const char* p = static_cast<const char*>(data);
   while (bytes > 0) {
@@ -51,13 +51,12 @@ void CheckLattice(const Volume& volume, const std::string& name) {
     const double h = volume.spacing_mm[a];
     if (!(h >= 0.01 && h <= 20)) {
       const char* unit = h > 0 && h < 0.01 && h * 1000 <= 20 ? "; the header is probably in metres" : "";
-      throw Error(fmt::format("{}: the voxel spacing along axis {} is {:.6g} mm; kerf takes 0.01 to 20 mm{}", name,
+      throw Error(fmt::format("{}: the voxel spacing along axis {} is {:.6g} mm; kerf accepts 0.01 to 20 mm{}", name,
                               a + 1, h, unit));
     }
     if (!std::isfinite(volume.origin_W[a]) || std::abs(volume.origin_W[a]) > 1e5) {
-      throw Error(
-          fmt::format("{}: the position of the first voxel is {} mm along axis {}, which is no place in a patient",
-                      name, volume.origin_W[a], a + 1));
+      throw Error(fmt::format("{}: the position of the first voxel is {} mm along axis {}, which can't be in a patient",
+                              name, volume.origin_W[a], a + 1));
     }
   }
   const double determinant = std::abs(glm::determinant(volume.axes_W));

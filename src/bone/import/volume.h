@@ -1,4 +1,4 @@
-// A CT volume in memory: Hounsfield units on a lattice that may lie obliquely in the patient.
+// A CT volume in memory: Hounsfield units on a lattice that may be oblique in the patient.
 #pragma once
 
 #include <array>
@@ -13,15 +13,16 @@
 
 namespace kerf {
 
-/// HU rounded to whole numbers and held to the range of 16 bits. World W is the patient frame, LPS, mm.
+/// HU rounded to integers and clamped to the range of 16 bits. World W is the patient frame, LPS, mm.
 struct Volume {
   std::array<int, 3> size{0, 0, 0};  // voxels along i, j, k
   Vec3 spacing_mm{1};
   Vec3 origin_W{0};                   // centre of voxel (0, 0, 0)
   glm::dmat3 axes_W{1};               // columns: unit vectors of i, j, k in W; k may be sheared (tilted gantry)
   std::vector<std::int16_t> hu;       // i fastest
-  std::string frame = "LPS";          // of the file's own coordinates (patient_frame.h)
-  std::vector<std::string> warnings;  // a sentence for each thing that the file leaves open, with what was assumed
+  std::string frame = "LPS";          // of the file's coordinates (patient_frame.h)
+  std::vector<std::string> warnings;  // one sentence for each property that the file does not define, with the
+                                      // assumption made
 
   std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
   std::size_t Index(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i; }
@@ -33,12 +34,12 @@ struct Volume {
   double CalcVoxelVolume() const;  // mm^3
 };
 
-/// 64-bit hash of the values and the lattice (FNV-1a), for provenance.
+/// Returns a 64-bit hash of the values and the lattice (FNV-1a), for provenance.
 std::uint64_t CalcHash(const Volume& volume);
-/// Throws Error naming `name` unless the lattice is finite, right- or left-handed but not flat, and its spacing 0.01 to
-/// 20 mm.
+/// Throws kerf::Error, with `name`, unless the lattice is finite and not degenerate (right- or left-handed) and its
+/// spacing is 0.01 to 20 mm.
 void CheckLattice(const Volume& volume, const std::string& name);
-/// The part between two voxels, both included; the lattice stays where it was. What lies beyond the scan is air.
+/// Returns the part between two voxels, both included, in the same position. Voxels beyond the scan are air.
 Volume Crop(const Volume& volume, const std::array<int, 3>& lower, const std::array<int, 3>& upper);
 
 }  // namespace kerf

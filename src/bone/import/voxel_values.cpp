@@ -12,8 +12,8 @@ namespace kerf {
 
 namespace {
 
-constexpr double kLeastHu = -32768;
-constexpr double kMostHu = 32767;
+constexpr double kMinHu = -32768;
+constexpr double kMaxHu = 32767;
 
 template <typename T>
 Overflow AppendAs(const std::vector<char>& bytes, double slope, double intercept, const std::string& name,
@@ -30,7 +30,7 @@ Overflow AppendAs(const std::vector<char>& bytes, double slope, double intercept
       ++not_numbers;
       continue;
     }
-    const double hu = std::clamp(value, kLeastHu, kMostHu);
+    const double hu = std::clamp(value, kMinHu, kMaxHu);
     if (hu != value) overflow.Add({1, value});
     out.push_back(static_cast<std::int16_t>(std::lround(hu)));
   }
@@ -102,10 +102,10 @@ Overflow AppendHu(const std::vector<char>& bytes, VoxelType type, double slope, 
 
 std::string Describe(const Overflow& overflow, std::size_t total) {
   return fmt::format(
-      "{} of {} voxels lie outside the range of HU that kerf holds, {:.0f} to {:.0f} (the most extreme has {:.4g}), "
+      "{} of {} voxels lie outside the range of HU that kerf stores, {:.0f} to {:.0f} (the most extreme has {:.4g}), "
       "and "
-      "were set to its ends; such values are errors of the file, metal at most",
-      overflow.count, total, kLeastHu, kMostHu, overflow.extreme);
+      "were clamped to it; such values are errors in the file or, at most, metal",
+      overflow.count, total, kMinHu, kMaxHu, overflow.extreme);
 }
 
 }  // namespace kerf

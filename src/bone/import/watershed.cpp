@@ -14,12 +14,12 @@ namespace kerf {
 
 namespace {
 
-// Above this, bone is bone: a bright enamel contact must not draw two jaws together more than their own bone does.
+// HU are clamped to this, so that a bright enamel contact does not join two jaws more strongly than their own bone.
 constexpr double kHuCeiling = 1200;
-// How many HU a millimetre of depth is worth: where teeth or joint surfaces touch, the bridge is a millimetre or two
-// thick and the bone on either side several.
+// HU equivalent of a millimetre of depth: where teeth or joint surfaces touch, the bridge is a millimetre or two thick
+// and the bone on either side several.
 constexpr double kHuPerMm = 100;
-constexpr double kLevelHu = 16;  // of the relief; noise below is levelled, so that borders run straight
+constexpr double kLevelHu = 16;  // quantisation of the relief; removes smaller noise, so that borders are straight
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Growing markers over the bone of a CT until they meet.
+// Growth of markers over the bone of a CT until they touch.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace kerf {
 enum Marker : std::uint8_t { kUnmarked = 0, kKeep = 1, kDrop = 2, kOutside = 3 };
 
 /// Marker-controlled watershed (itk::MorphologicalWatershedFromMarkersImageFilter) on the relief of HU and depth in the
-/// bone: borders come to lie where bone is thin or dim between two markers. Every voxel of the result is kKeep, kDrop
-/// or kOutside; voxels marked kOutside stay so.
+/// bone: borders form where the bone between two markers is thin or has low HU. Every voxel of the result is kKeep,
+/// kDrop or kOutside; voxels marked kOutside stay so.
 std::vector<std::uint8_t> GrowMarkers(const Volume& ct, double iso_hu, const std::vector<std::uint8_t>& markers);
 
 }  // namespace kerf

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMinPoints = 100;
 
-/// The value that a share `q` of the values lies below. Reorders them.
+/// Returns the quantile `q` (0 to 1) of the values. Reorders them.
 double CalcQuantile(std::vector<double>& values, double q) {
   const auto k = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1) + 0.5);
   std::nth_element(values.begin(), values.begin() + k, values.end());
@@ -43,7 +43,7 @@ void FillAndSmooth(std::array<std::optional<double>, n>& bins, int passes, std::
   for (std::size_t j = last ? *last + 1 : 0; j < n; ++j) y[j] = last ? *bins[*last] : 0;
   for (int pass = 0; pass < passes; ++pass) {
     std::array<double, n> z = y;
-    // At the symphysis the arch goes on as its own mirror image.
+    // At the symphysis the arch continues as its own mirror image.
     for (std::size_t i = 0; i < n; ++i) z[i] = 0.25 * (y[i == 0 ? 0 : i - 1] + 2 * y[i] + y[std::min(i + 1, n - 1)]);
     y = z;
   }
@@ -65,7 +65,7 @@ double CalcAngle(const Vec3& own) {
 
 MandibleAtlas::MandibleAtlas(const std::vector<Vec3>& points_W) {
   if (points_W.size() < kMinPoints)
-    throw Error("too few points of bone to find the regions of a mandible by (fewer than 100)");
+    throw Error("too few points of bone to find the regions of a mandible (fewer than 100)");
   FindAxes(points_W);
   std::vector<Vec3> own;
   own.reserve(points_W.size());
@@ -80,7 +80,7 @@ Vec3 MandibleAtlas::ToOwn(const Vec3& p_W) const {
 }
 
 void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
-  // Left-right: the two rami make it the direction of the largest spread by far.
+  // Left-right: because of the two rami, this is the direction of by far the largest spread.
   Vec3 mean{0};
   for (const Vec3& p : points_W) mean += p;
   mean /= static_cast<double>(points_W.size());
@@ -95,7 +95,7 @@ void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
   x_W_ = CalcMainAxis(spread);
   if (x_W_.x < 0) x_W_ = -x_W_;
   if (!(std::abs(x_W_.x) > 0.5)) {
-    throw Error("cannot find the left and right of this mandible: its widest direction is not the patient's x axis");
+    throw Error("cannot find the left-right axis of this mandible: its widest direction is not the patient's x axis");
   }
 
   std::vector<double> x;
@@ -104,8 +104,8 @@ void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
   const double highest_x = CalcQuantile(x, 0.995);
   origin_W_ = mean + 0.5 * (lowest_x + highest_x) * x_W_;
 
-  // Up: the bone rests with its chin and its angles on the base plane. Seen from the side, the line through the lowest
-  // point of the front third and that of the back half, found again until it stands still.
+  // Up: the bone rests with its chin and its angles on the base plane. In the side view this plane is the line through
+  // the lowest point of the front third and that of the back half, iterated until it no longer changes.
   h_W_ = glm::normalize(Vec3{0, 0, 1} - x_W_.z * x_W_);
   double lowest = 0;
   double back = 0;
@@ -121,10 +121,10 @@ void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
     double chin_h = 1e300;
     double angle_h = 1e300;
     for (const Vec3& p : points_W) {
-      const double share = (glm::dot(p - origin_W_, f_W_) - back) / (front - back);
+      const double fraction = (glm::dot(p - origin_W_, f_W_) - back) / (front - back);
       const double h = glm::dot(p - origin_W_, h_W_);
-      if (share > 0.67 && h < chin_h) chin_h = h, chin = p;
-      if (share < 0.5 && h < angle_h) angle_h = h, angle = p;
+      if (fraction > 0.67 && h < chin_h) chin_h = h, chin = p;
+      if (fraction < 0.5 && h < angle_h) angle_h = h, angle = p;
     }
     if (!(front - back > 10) || chin_h > 1e200 || angle_h > 1e200) {
       throw Error("the points of bone do not have the extent of a mandible");
@@ -158,7 +158,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   std::array<std::vector<double>, kAngles> heights;
   std::vector<double> back_angles;
   for (const Vec3& p : own) {
-    // The midline belongs to both.
+    // The midline belongs to both sides.
     if ((side == 1 ? p.x : -p.x) < -2) continue;
     const double angle = CalcAngle(p);
     const double radius = std::hypot(p.x, p.y);
@@ -174,7 +174,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
     }
   }
   if (back_angles.size() < kMinPoints / 10)
-    throw Error("one half of the mandible has too few points to find its regions by");
+    throw Error("one half of the mandible has too few points to find its regions");
 
   std::array<std::optional<double>, kAngles> bins;
   for (std::size_t i = 0; i < kAngles; ++i) {
@@ -194,7 +194,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   const double whole = Interpolate(arch.along, back_angle / bin_width);
   for (double& s : arch.along) s /= whole;
 
-  // Crest and lower border. The coronoid overhangs the back of the body: there the crest goes on as in front of it.
+  // Crest and lower border. The coronoid overhangs the back of the body: there the crest continues as in front of it.
   std::vector<double> front_crests;
   std::array<std::optional<double>, kAngles> crest;
   std::array<std::optional<double>, kAngles> base;
@@ -213,7 +213,8 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   FillAndSmooth(crest, 2, &arch.crest);
   FillAndSmooth(base, 2, &arch.base);
 
-  // Middle of the thickness by angle and height; empty cells from those at the same angle, else from the arch.
+  // Middle of the thickness by angle and height; empty cells take it from cells at the same angle, otherwise from the
+  // arch.
   for (std::size_t i = 0; i < kAngles; ++i) {
     std::array<std::optional<double>, kHeights> column;
     bool any = false;
@@ -228,7 +229,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
 }
 
 void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
-  // Middle between the front and back edges in slices above the body and below the notch, then a line through them.
+  // Middle between the front and back edges in slices above the body and below the notch, then a line through these.
   constexpr int kSlices = 8;
   std::array<double, kSlices> front{};
   std::array<double, kSlices> back{};
@@ -238,7 +239,7 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
   const double upper = 0.72;
   for (const Vec3& p : own) {
     const double t = (p.z / height_mm_ - lower) / (upper - lower) * kSlices;
-    // Teeth and the front of the body reach up here too.
+    // Teeth and the front of the body also reach this height.
     if (t < 0 || t >= kSlices || CalcCoordinates(p.x * x_W_ + p.y * f_W_ + p.z * h_W_ + origin_W_).along < 0.55)
       continue;
     const auto i = static_cast<std::size_t>(t);
@@ -257,8 +258,8 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
   ramus_lean_ = std::clamp((n * sum_hf - sum_h * sum_f) / determinant, -1.0, 0.3);
   ramus_middle_mm_ = (sum_f - ramus_lean_ * sum_h) / n;
 
-  // A condyle may be lower than its coronoid, and on one side lower than on the other: the lower of the two tops
-  // counts, so that both have a head.
+  // A condyle may be lower than its coronoid, and lower on one side than on the other. The lower of the two tops is
+  // used, so that both condyles have a head.
   std::array<std::vector<double>, 2> behind;
   for (const Vec3& p : own) {
     const double rise = p.z / height_mm_;
@@ -271,8 +272,8 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
 }
 
 double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
-  // Square to the arch and not along the ray from the axis, so that a cut across the body stays in its column. Only
-  // near the ray, since the two halves of a horseshoe face each other.
+  // Perpendicular to the arch, not along the ray from the axis, so that a cut across the body stays in its column. Only
+  // near the ray, because the two halves of a horseshoe face each other.
   constexpr int kReach = 9;
   const int at_ray = static_cast<int>(CalcAngle(own) / kMaxAngle * kAngles);
   const double x = std::abs(own.x);
@@ -301,7 +302,7 @@ double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
     x0 = x1;
     y0 = y1;
   }
-  return bin + 0.5;  // the first bin's middle is at 0.5
+  return bin + 0.5;  // the centre of the first bin is at 0.5
 }
 
 MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
@@ -325,15 +326,15 @@ MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
   return c;
 }
 
-// The condylar process: begins here, and its head is this tall (7 mm) or its upper half; shares of the highest point's
-// height.
+// The condylar process begins at this rise. Its head has this height (7 mm), or is its upper half if that is less. Both
+// are fractions of the highest point's height.
 constexpr double kNeckRise = 0.72;
 constexpr double kHeadHeight = 0.12;
 
 int MandibleAtlas::RegionAt(const Vec3& p_W) const {
   const MandibleCoordinates c = CalcCoordinates(p_W);
   const int lingual = c.facial_mm < 0 ? 1 : 0;
-  // Above the back of the body stands the ramus: the coronoid leans forward over the molars.
+  // The ramus stands above the back of the body: the coronoid leans forward over the molars.
   const bool body = c.along < 0.42 || (c.along < kMolarColumn[1] && c.depth > -0.35);
   if (body) {
     if (c.along >= kMolarColumn[0]) {

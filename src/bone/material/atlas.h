@@ -1,4 +1,4 @@
-// Which of the 31 cortical regions a point of a mandible belongs to.
+// Assignment of points of a mandible to the 31 cortical regions.
 #pragma once
 
 #include <array>
@@ -8,48 +8,47 @@
 
 namespace kerf {
 
-/// A point in the mandible's own coordinates, which turn and move with the bone.
+/// Coordinates of a point relative to the mandible, independent of the bone's position and orientation.
 struct MandibleCoordinates {
-  int side = 0;      // 0 the patient's right, 1 the left
-  double along = 0;  // along the arch: 0 at the symphysis, 1 below the back edge of the ramus
-  double depth = 0;  // in the body: 0 at the crest, 1 at the lower border (beyond both outside)
-  double rise =
-      0;  // height over the base plane (which touches chin and angles from below) / height of the highest point
-  double forward_mm = 0;  // in front of the ramus's middle at this height
-  double facial_mm = 0;   // outward of the middle of the bone's thickness at this place; negative: lingual
+  int side = 0;           // 0: the patient's right, 1: left
+  double along = 0;       // along the arch: 0 at the symphysis, 1 below the back edge of the ramus
+  double depth = 0;       // in the body: 0 at the crest, 1 at the lower border; less or more beyond them
+  double rise = 0;        // height above the base plane through chin and angles / height of the highest point
+  double forward_mm = 0;  // forward of the ramus's middle at this height
+  double facial_mm = 0;   // outward from the middle of the bone's thickness at this place; negative: lingual
 };
 
 /// Cells of the cortex in the mandible's own coordinates: along the arch (symphysis to condyle), up, and facial or
-/// lingual. The cells and numbers are kerf's own, since the published site map was not to be had; regions 24, 21, 13
-/// and 6 lie under one another where a cut through the body meets them in the paper's order and depth bands
-/// (docs/materials.md). Left and right are alike.
+/// lingual. The cells and their numbers are kerf's own, because the published site map was not available. Regions 24,
+/// 21, 13 and 6 are stacked so that a cut through the body passes them in the paper's order and depth bands
+/// (docs/materials.md). Left and right are the same.
 class MandibleAtlas {
  public:
-  /// `points_W`: at least 100 points spread over the bone's surface or volume, LPS mm; the head may be turned by up to
-  /// about 20 degrees. Leave tooth crowns out where they are known: the bands of height are scaled to what is given.
-  /// Points farther apart than about 5 mm make the cells' borders vague. Throws Error when there are fewer, or they lie
-  /// in a line or have no extent.
+  /// `points_W`: at least 100 points distributed over the bone's surface or volume, LPS, mm; the head may be turned by
+  /// up to about 20 degrees. Omit tooth crowns if they are known, because the bands of height are scaled to the points.
+  /// If the points are more than about 5 mm apart, the cells' borders become imprecise. Throws kerf::Error if there are
+  /// fewer points, or if they are collinear or have no extent.
   explicit MandibleAtlas(const std::vector<Vec3>& points_W);
 
-  /// Region id 1 to 31 of the cortex nearest to a point. Thread-safe.
+  /// Returns the id, 1 to 31, of the cortical region nearest to a point. Thread-safe.
   int RegionAt(const Vec3& p_W) const;
   /// Thread-safe.
   MandibleCoordinates CalcCoordinates(const Vec3& p_W) const;
 
-  /// The paper's depth bands of regions 24, 21, 13 and 6 (0-7.5-17.5-20-32.5 mm) as shares of the body's height; a
-  /// reading of its Table 2, which gives only depths.
+  /// The paper's depth bands of regions 24, 21, 13 and 6 (0-7.5-17.5-20-32.5 mm) as fractions of the body's height; an
+  /// interpretation of its Table 2, which gives only depths.
   static constexpr std::array<double, 5> kBodyBands = {0, 7.5 / 32.5, 17.5 / 32.5, 20 / 32.5, 1};
-  /// Where along the arch the column with regions 24, 21, 13 and 6 begins and ends.
+  /// Start and end, along the arch, of the column with regions 24, 21, 13 and 6.
   static constexpr std::array<double, 2> kMolarColumn = {0.30, 0.53};
 
  private:
-  // Own axes: x to the patient's left, f forward, h up from the base plane; origin in the midline at the back, on the
-  // base plane.
+  // The mandible's axes: x to the patient's left, f forward, h up from the base plane; origin in the midline at the
+  // back, on the base plane.
   Vec3 origin_W_{0};
   Vec3 x_W_{1, 0, 0};
   Vec3 f_W_{0, -1, 0};
   Vec3 h_W_{0, 0, 1};
-  double height_mm_ = 1;  // of the highest point: of a condyle or a coronoid
+  double height_mm_ = 1;  // of the highest point: a condyle or a coronoid
 
   // By angle around the origin, 0 forward: the arch seen from above.
   static constexpr int kAngles = 52;
@@ -65,11 +64,11 @@ class MandibleAtlas {
   };
   std::array<Side, 2> sides_;
   double ramus_middle_mm_ = 0;  // f of the ramus's middle at h = 0, extended
-  double ramus_lean_ = 0;       // and how it changes with h
+  double ramus_lean_ = 0;       // its change with h
   double condyle_top_ = 1;      // rise of the highest point behind the ramus's middle
 
   Vec3 ToOwn(const Vec3& p_W) const;
-  /// Where the arch comes nearest to a point seen from above, in bins.
+  /// Returns the point of the arch nearest to a point seen from above, in bins.
   static double FindBin(const Side& arch, const Vec3& own);
   void FindAxes(const std::vector<Vec3>& points_W);
   void FindArch(const std::vector<Vec3>& own, int side);

@@ -1,18 +1,18 @@
-// HU to density to modulus.
+// Conversion of HU to density and of density to modulus.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "bone/material/region_table.h"
 #include "kerf/error.h"
 #include "kerf/material.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kMaxE_MPa = 1e7;        // as in a region table
-constexpr double kMaxRho = 25;           // g/cm3; above it a unit was mixed up
-constexpr double kMaxHu = 100'000;       // either way
+constexpr double kMaxRho = 25;           // g/cm3; a larger value means a wrong unit
+constexpr double kMaxHu = 100'000;       // of the absolute value
 constexpr double kMaxCoefficient = 1e9;  // MPa
 constexpr double kMaxExponent = 10;
 
@@ -27,28 +27,28 @@ void CheckBand(const CtLaw::Band& band) {
   if (!(band.upper <= kMaxRho)) throw Error(fmt::format("{} reaches beyond {} g/cm3", name(), kMaxRho));
   if (!(band.a_MPa > 0 && band.a_MPa <= kMaxCoefficient)) {
     throw Error(
-        fmt::format("{}: the coefficient {} is not above 0 and at most {} MPa", name(), band.a_MPa, kMaxCoefficient));
+        fmt::format("{}: the coefficient {} must be above 0 and at most {} MPa", name(), band.a_MPa, kMaxCoefficient));
   }
   if (!(band.b > 0 && band.b <= kMaxExponent)) {
-    throw Error(fmt::format("{}: the exponent {} is not above 0 and at most {}", name(), band.b, kMaxExponent));
+    throw Error(fmt::format("{}: the exponent {} must be above 0 and at most {}", name(), band.b, kMaxExponent));
   }
-  // Rising within a band, so its ends are its extremes.
+  // E rises within a band, so its extremes are at the ends.
   const double lowest = CalcInBand(band, band.lower);
   const double highest = CalcInBand(band, band.upper);
   if (!(lowest > 0)) throw Error(fmt::format("{}: E = {} MPa at its lower end is not above 0", name(), lowest));
-  if (!(highest <= kMaxE_MPa)) {
-    throw Error(
-        fmt::format("{}: E = {:g} GPa at its upper end is above {} GPa", name(), highest / 1000, kMaxE_MPa / 1000));
+  if (!(highest <= kMaxTableE_MPa)) {
+    throw Error(fmt::format("{}: E = {:g} GPa at its upper end is above {} GPa", name(), highest / 1000,
+                            kMaxTableE_MPa / 1000));
   }
 }
 
 void CheckCalibration(const CtLaw& law) {
   if (law.calibration.empty()) return;
-  if (law.calibration.size() < 2) throw Error("a calibration has at least two points");
+  if (law.calibration.size() < 2) throw Error("a calibration needs at least two points");
   for (std::size_t i = 0; i < law.calibration.size(); ++i) {
     const CtLaw::Point& p = law.calibration[i];
     if (!(std::abs(p.HU) <= kMaxHu)) {
-      throw Error(fmt::format("calibration point {}:{}: HU beyond {} either way", p.HU, p.rho, kMaxHu));
+      throw Error(fmt::format("calibration point {}:{}: HU must be within +-{}", p.HU, p.rho, kMaxHu));
     }
     if (!(p.rho >= 0)) throw Error(fmt::format("calibration point {}:{} has a negative density", p.HU, p.rho));
     if (!(p.rho <= kMaxRho)) {
@@ -69,7 +69,7 @@ void CheckCalibration(const CtLaw& law) {
   }
 }
 
-/// The CT number of a density within the calibration.
+/// Returns the CT number of a density within the calibration.
 double InvertCalibration(const CtLaw& law, double rho) {
   const auto& points = law.calibration;
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -84,15 +84,14 @@ double InvertCalibration(const CtLaw& law, double rho) {
 }  // namespace
 
 void CheckCtLaw(const CtLaw& law) {
-  if (law.bands.empty()) throw Error("a law has at least one band");
+  if (law.bands.empty()) throw Error("a law needs at least one band");
   for (std::size_t i = 0; i < law.bands.size(); ++i) {
     CheckBand(law.bands[i]);
     if (i == 0 || law.bands[i].lower == law.bands[i - 1].upper) continue;
     const CtLaw::Band& a = law.bands[i - 1];
     const CtLaw::Band& b = law.bands[i];
     throw Error(
-        fmt::format("band {} to {} g/cm3 {} the band {} to {} before it; a band begins where the one before "
-                    "ends",
+        fmt::format("band {} to {} g/cm3 {} the band {} to {} before it; a band must begin where the one before ends",
                     b.lower, b.upper, b.lower < a.upper ? "overlaps" : "leaves a gap to", a.lower, a.upper));
   }
   CheckCalibration(law);

@@ -14,14 +14,14 @@
 namespace kerf {
 namespace {
 
-enum Column { kName, kTissue, kDensity, kCalibration, kBands, kTag, kSource };
-const std::vector<std::string> kColumns = {"name", "tissue", "density", "calibration", "bands", "tag", "source"};
+enum LawColumn { kLawName, kLawTissue, kLawDensity, kLawCalibration, kLawBands, kLawTag, kLawSource };
+const std::vector<std::string> kLawColumns = {"name", "tissue", "density", "calibration", "bands", "tag", "source"};
 constexpr std::array<const char*, 4> kDensities = {"apparent", "ash", "qct", "mass"};
-constexpr std::size_t kMaxParts = 100;  // points of a calibration, or bands
+constexpr std::size_t kMaxParts = 100;  // maximum number of points of a calibration, or of bands
 constexpr std::size_t kMaxLaws = 1000;
 constexpr std::size_t kMaxName = 40;
 
-/// The parts between separators, trimmed; empty ones left out when the separator is a blank.
+/// Returns the trimmed parts between separators; omits empty parts if the separator is a blank.
 std::vector<std::string_view> Split(std::string_view text, char separator) {
   std::vector<std::string_view> parts;
   while (true) {
@@ -48,7 +48,7 @@ std::vector<CtLaw::Point> ParsePoints(std::string_view text, const CsvPlace& pla
   return points;
 }
 
-/// "0.8 to 1.8: 1157.1 rho^1.78" or "0.1 to 0.4: -34.7 + 3230 rho^1".
+/// Parses a band such as "0.8 to 1.8: 1157.1 rho^1.78" or "0.1 to 0.4: -34.7 + 3230 rho^1".
 CtLaw::Band ParseBand(std::string_view text, const CsvPlace& place) {
   const std::vector<std::string_view> words = Split(text, ' ');
   constexpr std::string_view kPower = "rho^";
@@ -69,33 +69,33 @@ CtLaw::Band ParseBand(std::string_view text, const CsvPlace& place) {
   return band;
 }
 
-CtLaw ParseRow(const std::vector<std::string>& fields, const CsvPlace& place) {
+CtLaw ParseLawRow(const std::vector<std::string>& fields, const CsvPlace& place) {
   CtLaw law;
-  law.name = fields[kName];
+  law.name = fields[kLawName];
   const auto plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
   if (law.name.empty() || law.name.size() > kMaxName || !std::all_of(law.name.begin(), law.name.end(), plain)) {
-    place.Fail(fmt::format("name = {} is not of 1 to {} small letters, digits and _", Quote(law.name), kMaxName));
+    place.Fail(fmt::format("name = {} must be 1 to {} lower-case letters, digits and _", Quote(law.name), kMaxName));
   }
-  law.tissue = fields[kTissue];
-  if (law.tissue.empty()) place.Fail("tissue is empty; say what bone the law was made for");
-  law.density = fields[kDensity];
+  law.tissue = fields[kLawTissue];
+  if (law.tissue.empty()) place.Fail("tissue is empty; state the bone for which the law was made");
+  law.density = fields[kLawDensity];
   if (std::find(kDensities.begin(), kDensities.end(), law.density) == kDensities.end()) {
-    place.Fail(fmt::format("density = {} is none of {}", Quote(law.density), fmt::join(kDensities, ", ")));
+    place.Fail(fmt::format("density = {} is not one of {}", Quote(law.density), fmt::join(kDensities, ", ")));
   }
-  if (fields[kCalibration] != "none") {
-    law.calibration = ParsePoints(fields[kCalibration], place);
+  if (fields[kLawCalibration] != "none") {
+    law.calibration = ParsePoints(fields[kLawCalibration], place);
     if (law.calibration.empty()) place.Fail("calibration is empty; write HU:density points, or none");
   }
-  const std::vector<std::string_view> bands = Split(fields[kBands], ';');
+  const std::vector<std::string_view> bands = Split(fields[kLawBands], ';');
   if (bands.size() > kMaxParts) place.Fail(fmt::format("more than {} bands", kMaxParts));
   for (const std::string_view band : bands) law.bands.push_back(ParseBand(band, place));
-  if (fields[kTag] != "S" && fields[kTag] != "D" && fields[kTag] != "R") {
-    place.Fail(fmt::format("tag = {} is none of S (read in the source), D (derived) and R (recalled, unverified)",
-                           Quote(fields[kTag])));
+  if (fields[kLawTag] != "S" && fields[kLawTag] != "D" && fields[kLawTag] != "R") {
+    place.Fail(fmt::format("tag = {} is not one of S (read in the source), D (derived) and R (recalled, unverified)",
+                           Quote(fields[kLawTag])));
   }
-  law.tag = fields[kTag][0];
-  law.source = fields[kSource];
-  if (law.source.empty()) place.Fail("source is empty; say where the figures come from");
+  law.tag = fields[kLawTag][0];
+  law.source = fields[kLawSource];
+  if (law.source.empty()) place.Fail("source is empty; state where the numbers come from");
   try {
     CheckCtLaw(law);
   } catch (const Error& e) {
@@ -113,9 +113,9 @@ std::string FormatBand(const CtLaw::Band& band) {
 
 std::vector<CtLaw> ParseCtLaws(const std::string& text, const std::string& file) {
   std::vector<CtLaw> laws;
-  ReadCsv(text, file, kColumns, [&laws](const std::vector<std::string>& fields, const CsvPlace& place) {
+  ReadCsv(text, file, kLawColumns, [&laws](const std::vector<std::string>& fields, const CsvPlace& place) {
     if (laws.size() == kMaxLaws) place.Fail(fmt::format("more than {} laws", kMaxLaws));
-    CtLaw law = ParseRow(fields, place);
+    CtLaw law = ParseLawRow(fields, place);
     for (const CtLaw& other : laws) {
       if (other.name == law.name) place.Fail(fmt::format("law \"{}\" is given twice", law.name));
     }
@@ -126,7 +126,7 @@ std::vector<CtLaw> ParseCtLaws(const std::string& text, const std::string& file)
 }
 
 std::string FormatCtLaws(const std::vector<CtLaw>& laws) {
-  std::string text = fmt::format("{}\n", fmt::join(kColumns, ","));
+  std::string text = fmt::format("{}\n", fmt::join(kLawColumns, ","));
   for (const CtLaw& law : laws) {
     std::string bands;
     for (const CtLaw::Band& band : law.bands) bands += (bands.empty() ? "" : "; ") + FormatBand(band);
@@ -142,7 +142,7 @@ std::vector<CtLaw::Point> ParseCalibration(const std::string& text) {
   try {
     return ParsePoints(text, CsvPlace{name, 1});
   } catch (const Error& e) {
-    // One line: its number says nothing.
+    // The text has only one line, so its number is removed from the message.
     throw Error(std::string(e.what()).substr(name.size() + 4));
   }
 }

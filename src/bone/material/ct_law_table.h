@@ -1,4 +1,4 @@
-// The laws from CT number to modulus as text: CSV with a header, and those that kerf ships.
+// Laws from CT number to modulus in CSV format, and the laws built into kerf.
 #pragma once
 
 #include <string>
@@ -8,23 +8,24 @@
 
 namespace kerf {
 
-/// CSV with the header `name,tissue,density,calibration,bands,tag,source` (docs/formats.md). `file` names the text in
-/// messages. Throws Error with file:line for the first fault.
+/// Parses CSV with the header `name,tissue,density,calibration,bands,tag,source` (docs/formats.md). `file` names the
+/// text in messages. Throws kerf::Error with file:line for the first fault.
 std::vector<CtLaw> ParseCtLaws(const std::string& text, const std::string& file);
 std::string FormatCtLaws(const std::vector<CtLaw>& laws);
 
-/// Points as `HU:density HU:density ...`, density in g/cm3. Throws Error.
+/// Parses points such as `HU:density HU:density ...`, density in g/cm3. Throws kerf::Error if they are invalid.
 std::vector<CtLaw::Point> ParseCalibration(const std::string& text);
 std::string FormatCalibration(const std::vector<CtLaw::Point>& points);
 
-/// volumes/ct_laws.csv, built in.
+/// Returns volumes/ct_laws.csv, which is built in.
 const std::vector<CtLaw>& DefaultCtLaws();
 
-/// Throws Error that names the nearest when there is none of that name, or all when none is near.
+/// Throws kerf::Error if there is no law of that name. The message names the most similar one, or all if none is
+/// similar.
 const CtLaw& FindCtLaw(const std::vector<CtLaw>& laws, const std::string& name);
 
-/// The law with its own calibration, or with the one given. Throws Error when there is none, or they don't fit
-/// together.
+/// Returns the law with its own calibration or, if not empty, with `calibration`. Throws kerf::Error if there is none
+/// or it does not fit the law.
 CtLaw WithCalibration(CtLaw law, const std::string& calibration);
 
 }  // namespace kerf

@@ -10,7 +10,7 @@ namespace kerf {
 namespace {
 
 constexpr int kMaxRegion = 255;
-constexpr double kMaxE_MPa = 1e9;  // rigid to any tool; beyond it the compliances' sum loses its digits
+constexpr double kRigidE_MPa = 1e9;  // rigid for any tool; beyond it the sum of the compliances loses precision
 
 }  // namespace
 
@@ -41,9 +41,9 @@ void MaterialTable::Add(Region region) {
   if (region.id < 1 || region.id > kMaxRegion) {
     throw Error(fmt::format("region id {} is not within 1 to {}", region.id, kMaxRegion));
   }
-  if (!(region.E_MPa > 0 && region.E_MPa <= kMaxE_MPa)) {  // refuses NaN too
-    throw Error(fmt::format("region {}: E = {} GPa is not above 0 and at most {}", region.id, region.E_MPa / 1000,
-                            kMaxE_MPa / 1000));
+  if (!(region.E_MPa > 0 && region.E_MPa <= kRigidE_MPa)) {  // also rejects NaN
+    throw Error(fmt::format("region {}: E = {} GPa must be above 0 and at most {}", region.id, region.E_MPa / 1000,
+                            kRigidE_MPa / 1000));
   }
   if (!(region.nu >= 0 && region.nu <= 0.5)) {
     throw Error(fmt::format("region {}: nu = {} is not within 0 to 0.5", region.id, region.nu));

@@ -14,10 +14,11 @@ namespace {
 
 using Id = std::uint32_t;
 
-// A triangle may turn by at most this much when its corner moves: cosine.
-constexpr double kLeastCosine = 0.3;
-// Longest edge squared over twice the area; 1.15 for an equilateral triangle. Slivers beyond are not made.
-constexpr double kWorstShape = 60;
+// Minimum cosine of the angle by which a triangle may turn when its corner moves.
+constexpr double kMinStepCosine = 0.3;
+// Longest edge squared over twice the area; 1.15 for an equilateral triangle. Triangles beyond this are slivers and are
+// not made.
+constexpr double kWorstStepShape = 60;
 
 class Collapser {
  public:
@@ -35,7 +36,7 @@ class Collapser {
     }
     for (std::size_t p = 0; p < points_.size(); ++p) around_[p].reserve(degree[p]);
     for (Id i = 0; i < triangles_.size(); ++i) {
-      const Vec3 n = Normal(triangles_[i]);  // twice the area long
+      const Vec3 n = Normal(triangles_[i]);  // its length is twice the area
       const double length = glm::length(n);
       for (const Id p : triangles_[i]) around_[p].push_back(i);
       if (!(length > 0)) continue;
@@ -44,7 +45,7 @@ class Collapser {
     }
     AddRims();
     for (const auto& t : triangles_) {
-      // Each inner edge is seen from both sides, so once is enough; a rim's edge only from one.
+      // An inner edge occurs in two triangles and is pushed once; an edge of the rim occurs in one only.
       for (std::size_t k = 0; k < 3; ++k) {
         const Id a = t[k];
         const Id b = t[(k + 1) % 3];
@@ -89,7 +90,7 @@ class Collapser {
     Id a, b;
     std::uint32_t version_a, version_b;
     Vec3 place;
-    // The queue's top is the least cost; ids settle ties, so that the result is the same everywhere.
+    // The queue's top has the lowest cost; ties are resolved by id, so that the result is the same everywhere.
     bool operator<(const Candidate& o) const {
       if (cost != o.cost) return cost > o.cost;
       return a != o.a ? a > o.a : b > o.b;
@@ -107,7 +108,7 @@ class Collapser {
     return count;
   }
 
-  // Where the surface is open, planes that stand upright on its rim hold the rim in place.
+  // Where the surface is open, planes perpendicular to it through its rim keep the rim in place.
   void AddRims() {
     for (Id i = 0; i < triangles_.size(); ++i) {
       const auto& t = triangles_[i];
@@ -132,8 +133,7 @@ class Collapser {
     const Vec3 middle = 0.5 * (points_[a] + points_[b]);
     const Vec3 place = q.CalcMinimum(middle);
     const Vec3 along = points_[b] - points_[a];
-    // Where the surface is flat all errors are nothing; then short edges go first, which keeps the triangles well
-    // shaped.
+    // Where the surface is flat, all errors are zero. Short edges then go first, which keeps the triangles well shaped.
     const double cost = std::max(0.0, q(place)) + 1e-6 * q.weight * glm::dot(along, along);
     queue_.push({cost, a, b, versions_[a], versions_[b], place});
   }
@@ -150,8 +150,8 @@ class Collapser {
   }
 
   bool MayCollapse(const Candidate& c) {
-    // The surface keeps its topology when the neighbours that both ends share are just the corners opposite the edge
-    // (the link condition of Dey, Edelsbrunner, Guha and Nekhayev, 1999).
+    // The surface keeps its topology if the only common neighbours of both ends are the corners opposite the edge (the
+    // link condition of Dey, Edelsbrunner, Guha and Nekhayev, 1999).
     CollectNeighbours(c.a, near_a_);
     CollectNeighbours(c.b, near_b_);
     shared_.clear();
@@ -163,7 +163,7 @@ class Collapser {
     }
     if (opposite == 0 || opposite > 2 || shared_.size() != opposite) return false;
     if (opposite == 2) {
-      // An edge across the surface from rim to rim would pinch it.
+      // Collapsing an edge that crosses the surface from rim to rim would pinch it.
       if (IsOnRim(near_a_, c.a) && IsOnRim(near_b_, c.b)) return false;
       for (const Id p : shared_) {
         if (around_[p].size() <= 3) return false;  // would leave two triangles back to back
@@ -174,14 +174,14 @@ class Collapser {
 
   bool IsOnRim(const std::vector<Id>& neighbours, Id p) const { return neighbours.size() != around_[p].size(); }
 
-  // Whether the triangles around `moved` that do not die with the edge stay unfolded and no slivers.
+  // Returns whether the triangles around `moved` that survive the collapse are neither folded over nor slivers.
   bool KeepsShape(Id moved, Id other, const Vec3& place) const {
     for (const Id i : around_[moved]) {
       const auto& t = triangles_[i];
       if (Has(t, other)) continue;
       Vec3 p[3];
       for (std::size_t k = 0; k < 3; ++k) p[k] = t[k] == moved ? place : points_[t[k]];
-      if (!KeepsTriangleShape(Normal(t), p, kLeastCosine, kWorstShape)) return false;
+      if (!KeepsTriangleShape(Normal(t), p, kMinStepCosine, kWorstStepShape)) return false;
     }
     return true;
   }
@@ -215,7 +215,7 @@ class Collapser {
   std::vector<bool> dead_;
   std::vector<Quadric> quadrics_;
   std::vector<std::vector<Id>> around_;  // triangles at each point
-  std::vector<std::uint32_t> versions_;  // counts what happened to a point; older candidates are void
+  std::vector<std::uint32_t> versions_;  // number of changes of a point; older candidates are invalid
   std::priority_queue<Candidate> queue_;
   std::size_t live_triangles_;
   std::vector<Id> near_a_, near_b_, shared_;
@@ -224,7 +224,7 @@ class Collapser {
 }  // namespace
 
 TriangleMesh Decimate(const TriangleMesh& mesh, std::size_t triangles) {
-  if (triangles < 4) throw Error(fmt::format("a surface needs at least 4 triangles, but {} were asked for", triangles));
+  if (triangles < 4) throw Error(fmt::format("a surface needs at least 4 triangles, but {} were requested", triangles));
   if (mesh.triangles.size() <= triangles) return mesh;
   Collapser collapser(mesh);
   collapser.Run(triangles);

@@ -1,14 +1,14 @@
-// The most that a surface may ask for, in one place for this folder (docs/reliability.md lists those of all).
+// Upper limits for surfaces, in one place for this folder (docs/reliability.md lists those of all folders).
 #pragma once
 
 #include <cstddef>
 
 namespace kerf {
 
-/// Held in memory as a whole while it is read.
+/// The whole file is held in memory while it is read.
 inline constexpr std::size_t kMaxMeshFileBytes = std::size_t{4} << 30;
-/// Of a mesh: 12 bytes each, and up to three points of 24. A mandible's surface at 0.1 mm has 4 million. Two bytes of
-/// an OBJ can make one.
+/// Triangles of a mesh: 12 bytes each, and up to three points of 24 bytes. The surface of a mandible at 0.1 mm has 4
+/// million. Two bytes of an OBJ file can define one.
 inline constexpr std::size_t kMaxTriangles = std::size_t{1} << 27;
 
 }  // namespace kerf

@@ -40,14 +40,14 @@ struct PointHash {
   }
 };
 
-// Coinciding points become one, triangles with fewer than three different points go, points of no triangle go.
+// Merges coinciding points, and removes triangles with fewer than three different points and points without triangles.
 TriangleMesh Tidy(const TriangleMesh& raw, const std::string& path) {
   TriangleMesh mesh;
   mesh.triangles.reserve(raw.triangles.size());
   std::unordered_map<Vec3, std::uint32_t, PointHash> ids;
   ids.reserve(raw.points.size());
   const auto id_of = [&](std::uint32_t raw_id) {
-    const Vec3 p = raw.points[raw_id] + Vec3{0.0};  // -0 becomes +0, so that the two are one point
+    const Vec3 p = raw.points[raw_id] + Vec3{0.0};  // -0 becomes +0, so that both are one point
     const auto [at, is_new] = ids.try_emplace(p, static_cast<std::uint32_t>(mesh.points.size()));
     if (is_new) mesh.points.push_back(p);
     return at->second;
@@ -68,7 +68,7 @@ TriangleMesh Tidy(const TriangleMesh& raw, const std::string& path) {
   return mesh;
 }
 
-// VTK's own writer keeps six digits only.
+// VTK's own writer keeps only six digits.
 std::string FormatObj(const TriangleMesh& mesh) {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
@@ -80,7 +80,7 @@ std::string FormatObj(const TriangleMesh& mesh) {
   return fmt::to_string(text);
 }
 
-/// As they lie in memory: little-endian, as STL and binary PLY have them.
+/// Appends the bytes as in memory: little-endian, as in STL and binary PLY.
 template <typename Number>
 void Append(std::string& bytes, Number number) {
   static_assert(std::endian::native == std::endian::little);
@@ -93,7 +93,7 @@ void AppendPoint(std::string& bytes, const Vec3& p) {
   for (const double coordinate : {p.x, p.y, p.z}) Append(bytes, static_cast<float>(coordinate));
 }
 
-/// Binary; the bytes that VTK's writer makes.
+/// Formats a binary STL with the same bytes as VTK's writer.
 std::string FormatStl(const TriangleMesh& mesh) {
   constexpr std::size_t kHeaderBytes = 80;
   std::string bytes = "Visualization Toolkit generated SLA File";
@@ -110,7 +110,7 @@ std::string FormatStl(const TriangleMesh& mesh) {
   return bytes;
 }
 
-/// Binary. `point_colours`: empty, or one for each point.
+/// Formats a binary PLY. `point_colours`: empty, or one for each point.
 std::string FormatPly(const TriangleMesh& mesh, const std::vector<Rgb8>& point_colours) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment VTK generated PLY File\nobj_info vtkPolyData points and polygons: "

@@ -1,4 +1,4 @@
-// The quadric error of a point: the weighted sum of its squared distances from a set of planes.
+// Quadric error of a point: the weighted sum of its squared distances from a set of planes.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ struct Quadric {
   double c = 0;
   double weight = 0;
 
-  /// The plane through p with unit normal n.
+  /// Returns the quadric of the plane through p with unit normal n.
   static Quadric OfPlane(const Vec3& n, const Vec3& p, double weight) {
     const double d = -glm::dot(n, p);
     return {weight * n.x * n.x, weight * n.x * n.y, weight * n.x * n.z,
@@ -33,9 +33,9 @@ struct Quadric {
     const Vec3 Ax{xx * x.x + xy * x.y + xz * x.z, xy * x.x + yy * x.y + yz * x.z, xz * x.x + yz * x.y + zz * x.z};
     return glm::dot(x, Ax) + 2 * glm::dot(b, x) + c;
   }
-  /// The point of least error. Along directions in which the planes leave it free (a flat part, a straight edge) it is
-  /// drawn to `anchor`, by a pull of 1e-6 of the weight: too weak to move it off a plane by more than a millionth of
-  /// its distance.
+  /// Returns the point of minimum error. In directions that the planes do not constrain (a flat part, a straight edge)
+  /// it is pulled to `anchor`, with 1e-6 of the weight. This is too weak to move it off a plane by more than a
+  /// millionth of its distance from the anchor.
   Vec3 CalcMinimum(const Vec3& anchor) const {
     const double pull = 1e-6 * weight;
     // Cholesky, with the anchor as origin.
@@ -60,14 +60,14 @@ struct Quadric {
   }
 };
 
-/// Whether a triangle whose normal was `before` (any length; 0: it had none to keep) may have the corners `p`: turned
-/// by no more than an angle of that cosine, and no sliver, the square of its longest side at most `worst_shape` times
-/// twice its area.
-inline bool KeepsTriangleShape(const Vec3& before, const Vec3 (&p)[3], double least_cosine, double worst_shape) {
+/// Returns whether a triangle with the normal `before` (any length; 0: no normal to preserve) may have the corners `p`.
+/// The angle between its normals must have a cosine of at least `min_cosine`, and it must not be a sliver: the square
+/// of its longest side must be less than `worst_shape` times twice its area.
+inline bool KeepsTriangleShape(const Vec3& before, const Vec3 (&p)[3], double min_cosine, double worst_shape) {
   const Vec3 after = glm::cross(p[1] - p[0], p[2] - p[0]);
   const double area_before = glm::length(before);
   const double area_after = glm::length(after);
-  if (area_before > 0 && glm::dot(before, after) < least_cosine * area_before * area_after) return false;
+  if (area_before > 0 && glm::dot(before, after) < min_cosine * area_before * area_after) return false;
   const auto length2 = [](const Vec3& v) { return glm::dot(v, v); };
   return std::max({length2(p[1] - p[0]), length2(p[2] - p[1]), length2(p[0] - p[2])}) < worst_shape * area_after;
 }

@@ -1,7 +1,7 @@
-// The readers behind ReadMesh, one for each format. Each takes the file's bytes, checks every count and index against
-// them before it asks for memory, and throws Error with one sentence. `path` names the file in messages.
+// Readers used by ReadMesh(), one per format. Each takes the file's bytes, checks every count and index against them
+// before it allocates memory, and throws kerf::Error with one sentence. `path` names the file in messages.
 //
-// They are read here and not by VTK, whose readers believe the counts and indices in the file and crash when they lie.
+// VTK's readers are not used, because they trust the counts and indices in the file and crash if these are wrong.
 #pragma once
 
 #include <string>
@@ -15,9 +15,9 @@ TriangleMesh ReadStl(std::string_view bytes, const std::string& path);
 TriangleMesh ReadObj(std::string_view bytes, const std::string& path);
 TriangleMesh ReadPly(std::string_view bytes, const std::string& path);
 
-/// Throws Error when there are more than kMaxTriangles.
+/// Throws kerf::Error if there are more than kMaxTriangles.
 void CheckTriangles(std::size_t count, const std::string& path);
-/// "1,234,567" for messages.
+/// Returns a number such as "1,234,567" for messages.
 std::string WithSeparators(std::uint64_t count);
 
 }  // namespace kerf

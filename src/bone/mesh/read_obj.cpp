@@ -4,32 +4,14 @@
 #include <charconv>
 
 #include "bone/mesh/read.h"
+#include "bone/mesh/words.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
-/// A face is a fan of any length: whether it has too many is asked after every so many.
+/// A face is a fan of any length: the number of triangles is checked each time this number has been added.
 constexpr int kCheckEach = 1 << 20;
-
-// The words of one line.
-class Words {
- public:
-  explicit Words(std::string_view line) : rest_(line) {}
-  // Empty at the end.
-  std::string_view Next() {
-    constexpr std::string_view kBlank = " \t\r";
-    const std::size_t begin = rest_.find_first_not_of(kBlank);
-    if (begin == std::string_view::npos) return {};
-    const std::size_t end = std::min(rest_.find_first_of(kBlank, begin), rest_.size());
-    const std::string_view word = rest_.substr(begin, end - begin);
-    rest_.remove_prefix(end);
-    return word;
-  }
-
- private:
-  std::string_view rest_;
-};
 
 template <typename Number>
 bool ParseWhole(std::string_view word, Number& value) {
@@ -61,7 +43,7 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
       }
       mesh.points.push_back(p);
     } else if (keyword == "f") {
-      // A polygon becomes a fan of triangles. Indices count from 1, or back from the last point when negative.
+      // A polygon becomes a fan of triangles. Indices count from 1, or backwards from the last point if negative.
       std::uint32_t first = 0;
       std::uint32_t previous = 0;
       int corners = 0;
@@ -73,8 +55,8 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
         }
         if (index < 0) index += count + 1;
         if (index < 1 || index > count) {
-          throw fail(fmt::format("a face names point {}, but {} points stand before it", word.substr(0, word.find('/')),
-                                 count));
+          throw fail(
+              fmt::format("a face uses point {}, but {} points come before it", word.substr(0, word.find('/')), count));
         }
         const auto id = static_cast<std::uint32_t>(index - 1);
         if (corners % kCheckEach == 0) CheckTriangles(mesh.triangles.size(), path);
@@ -86,7 +68,7 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
       CheckTriangles(mesh.triangles.size(), path);
       if (corners < 3) throw fail("a face needs at least three points");
     }
-    // Everything else (normals, textures, groups, materials, comments) says nothing about the shape.
+    // Everything else (normals, textures, groups, materials, comments) does not affect the shape.
   }
   return mesh;
 }

@@ -47,7 +47,7 @@ std::size_t SizeOf(Type type) {
 struct Property {
   std::string name;
   Type type;                  // of the value, or of each value of the list
-  std::optional<Type> count;  // of a list's length
+  std::optional<Type> count;  // type of a list's length
 };
 
 struct Element {
@@ -63,14 +63,14 @@ struct Header {
   std::vector<Element> elements;
 };
 
-// What stands after the header, value by value.
+// Reads the values after the header one by one.
 class Body {
  public:
   Body(std::string_view bytes, Format format, const std::string& path) : rest_(bytes), format_(format), path_(path) {}
 
   double Next(Type type) { return format_ == Format::kText ? NextWord() : NextBinary(type); }
   std::size_t size() const { return rest_.size(); }
-  // The fewest bytes that `element`'s rows can take.
+  // Returns the minimum number of bytes of one row of `element`.
   std::uint64_t SmallestRow(const Element& element) const {
     std::uint64_t sum = 0;
     for (const Property& p : element.properties) sum += format_ == Format::kText ? 2 : SizeOf(p.count.value_or(p.type));
@@ -79,7 +79,7 @@ class Body {
 
  private:
   [[noreturn]] void FailShort() const {
-    throw Error(fmt::format("{}: the PLY ends before all that its header promises", path_));
+    throw Error(fmt::format("{}: the PLY is shorter than its header promises", path_));
   }
 
   double NextWord() {
@@ -92,7 +92,7 @@ class Body {
     double value = 0;
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || stop != word.data() + word.size()) {
-      throw Error(fmt::format("{}: found '{}' where the PLY needs a number", path_, word));
+      throw Error(fmt::format("{}: found '{}' where the PLY must have a number", path_, word));
     }
     return value;
   }
@@ -148,13 +148,13 @@ std::vector<std::string> SplitWords(std::string_view line) {
   return words;
 }
 
-// Takes the header off `bytes`.
+// Parses the header and removes it from `bytes`.
 Header TakeHeader(std::string_view& bytes, const std::string& path) {
   Header header;
   bool format_seen = false;
   for (std::size_t number = 1;; ++number) {
     const std::size_t end = bytes.find('\n');
-    if (end == std::string_view::npos) throw Error(fmt::format("{}: a PLY header without its 'end_header'", path));
+    if (end == std::string_view::npos) throw Error(fmt::format("{}: the PLY header has no 'end_header'", path));
     const std::string_view line = bytes.substr(0, end);
     bytes.remove_prefix(end + 1);
     const std::vector<std::string> words = SplitWords(line);
@@ -191,7 +191,7 @@ Header TakeHeader(std::string_view& bytes, const std::string& path) {
       throw fail();
     }
   }
-  if (!format_seen) throw Error(fmt::format("{}: a PLY header without its 'format'", path));
+  if (!format_seen) throw Error(fmt::format("{}: the PLY header has no 'format'", path));
   return header;
 }
 
@@ -213,7 +213,7 @@ bool IsFaceList(const Property& property) {
   return property.count && (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-// Rows of any element; where there is a list of point numbers, a fan of triangles for each.
+// Reads the rows of an element; each list of point indices in a face becomes a triangle fan.
 void ReadRows(const Element& element, bool is_face, Body& body, const std::string& path, TriangleMesh& mesh) {
   for (std::uint64_t row = 0; row < element.count; ++row) {
     for (const Property& property : element.properties) {
@@ -223,7 +223,7 @@ void ReadRows(const Element& element, bool is_face, Body& body, const std::strin
       }
       const double length = body.Next(*property.count);
       if (!(length >= 0) || length > static_cast<double>(body.size())) {
-        throw Error(fmt::format("{}: {} {} says it lists {} values, more than the file holds", path, element.name,
+        throw Error(fmt::format("{}: {} {} states a list of {} values, more than the file holds", path, element.name,
                                 row + 1, length));
       }
       const bool wanted = is_face && IsFaceList(property);
@@ -236,8 +236,8 @@ void ReadRows(const Element& element, bool is_face, Body& body, const std::strin
         const double index = body.Next(property.type);
         if (!wanted) continue;
         if (!(index >= 0) || index >= static_cast<double>(mesh.points.size()) || index != std::floor(index)) {
-          throw Error(fmt::format("{}: face {} names point {}, but {}", path, row + 1, index,
-                                  mesh.points.empty() ? "no points stand before it"
+          throw Error(fmt::format("{}: face {} uses point {}, but {}", path, row + 1, index,
+                                  mesh.points.empty() ? "no points come before it"
                                                       : fmt::format("the points are 0 to {}", mesh.points.size() - 1)));
         }
         const auto id = static_cast<std::uint32_t>(index);
@@ -256,11 +256,11 @@ TriangleMesh ReadPly(std::string_view bytes, const std::string& path) {
   Body body(bytes, header.format, path);
   TriangleMesh mesh;
   for (const Element& element : header.elements) {
-    // Before any memory is asked for: a lying count would need more bytes than there are.
+    // Checked before allocation: a wrong count would need more bytes than there are.
     const std::uint64_t row = body.SmallestRow(element);
     if (row == 0 ? element.count > 0 : element.count > (body.size() + 1) / row) {
       throw Error(fmt::format(
-          "{}: the PLY promises {} of element '{}', more than its {} bytes hold; it is cut off or its header is "
+          "{}: the PLY promises {} rows of element '{}', more than its {} bytes hold; it is cut off or its header is "
           "wrong",
           path, WithSeparators(element.count), element.name, WithSeparators(bytes.size())));
     }
@@ -272,7 +272,7 @@ TriangleMesh ReadPly(std::string_view bytes, const std::string& path) {
       if (!has("x") || !has("y") || !has("z")) throw Error(fmt::format("{}: the PLY's points lack x, y or z", path));
       if (std::any_of(element.properties.begin(), element.properties.end(),
                       [](const Property& p) { return p.count.has_value(); })) {
-        throw Error(fmt::format("{}: PLY points with lists are not understood", path));
+        throw Error(fmt::format("{}: PLY points with lists are not supported", path));
       }
       ReadVertices(element, body, mesh);
     } else {

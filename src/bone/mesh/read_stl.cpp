@@ -6,15 +6,16 @@
 #include <cstring>
 
 #include "bone/mesh/read.h"
+#include "bone/mesh/words.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 84;  // 80 of text, 4 of count
+constexpr std::size_t kHeaderBytes = 84;  // 80 bytes of text, 4 of count
 constexpr std::size_t kTriangleBytes = 50;
 
-// A binary STL: 80 bytes of anything, a 32-bit count, and for each triangle a normal, three points (floats) and two
+// Reads a binary STL: 80 arbitrary bytes, a 32-bit count, and for each triangle a normal, three points (floats) and two
 // bytes.
 TriangleMesh ReadBinaryStl(std::string_view bytes, const std::string& path) {
   const std::size_t count = (bytes.size() - kHeaderBytes) / kTriangleBytes;
@@ -35,25 +36,6 @@ TriangleMesh ReadBinaryStl(std::string_view bytes, const std::string& path) {
   return mesh;
 }
 
-// The words of a text, whatever stands between them.
-class Words {
- public:
-  explicit Words(std::string_view text) : rest_(text) {}
-  // Empty at the end.
-  std::string_view Next() {
-    constexpr std::string_view kBlank = " \t\r\n\v\f";
-    const std::size_t begin = std::min(rest_.find_first_not_of(kBlank), rest_.size());
-    const std::size_t end = std::min(rest_.find_first_of(kBlank, begin), rest_.size());
-    const std::string_view word = rest_.substr(begin, end - begin);
-    rest_.remove_prefix(end);
-    return word;
-  }
-  void SkipLine() { rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size())); }
-
- private:
-  std::string_view rest_;
-};
-
 bool IsWord(std::string_view word, std::string_view lower) {
   return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),
                     [](unsigned char a, char b) { return std::tolower(a) == b; });
@@ -63,16 +45,16 @@ float ParseCoordinate(std::string_view word, const std::string& path) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   float value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  // Smaller than a float can be is 0, as scanf() has it.
+  // A number too small for a float is 0, as in scanf().
   if (error == std::errc::result_out_of_range && word.find("e-") != std::string_view::npos) return 0;
   if (error != std::errc() || word.empty() || end != word.data() + word.size()) {
     throw Error(
-        fmt::format("{}: not a whole text STL: a vertex has '{}' where a number should be", path, word.substr(0, 40)));
+        fmt::format("{}: not a valid text STL: a vertex has '{}' where a number should be", path, word.substr(0, 40)));
   }
   return value;
 }
 
-// Solids one after the other; what their facets say of normals is not looked at.
+// Reads consecutive solids; the normals of facets are ignored.
 TriangleMesh ReadTextStl(std::string_view bytes, const std::string& path) {
   TriangleMesh mesh;
   Words words(bytes);
@@ -85,7 +67,7 @@ TriangleMesh ReadTextStl(std::string_view bytes, const std::string& path) {
       mesh.points.push_back(p);
       ++corners;
     } else if (IsWord(word, "endloop")) {
-      if (corners != 3) throw Error(fmt::format("{}: not a whole text STL: a facet has {} corners", path, corners));
+      if (corners != 3) throw Error(fmt::format("{}: not a valid text STL: a facet has {} corners", path, corners));
       const auto end = static_cast<std::uint32_t>(mesh.points.size());
       mesh.triangles.push_back({end - 3, end - 2, end - 1});
       CheckTriangles(mesh.triangles.size(), path);
@@ -93,17 +75,17 @@ TriangleMesh ReadTextStl(std::string_view bytes, const std::string& path) {
     } else if (IsWord(word, "solid") || IsWord(word, "endsolid") || IsWord(word, "facet")) {
       words.SkipLine();
     } else if (!IsWord(word, "outer") && !IsWord(word, "loop") && !IsWord(word, "endfacet")) {
-      throw Error(fmt::format("{}: not a whole text STL: it has the word '{}'", path, word.substr(0, 40)));
+      throw Error(fmt::format("{}: not a valid text STL: it has the word '{}'", path, word.substr(0, 40)));
     }
   }
-  if (corners != 0) throw Error(fmt::format("{}: not a whole text STL: a facet has no end", path));
+  if (corners != 0) throw Error(fmt::format("{}: not a valid text STL: a facet has no end", path));
   return mesh;
 }
 
 }  // namespace
 
 TriangleMesh ReadStl(std::string_view bytes, const std::string& path) {
-  // Some binary files begin with "solid" too, so the length decides first.
+  // Some binary files also begin with "solid", so the length is checked first.
   if (bytes.size() >= kHeaderBytes) {
     std::uint32_t count = 0;
     std::memcpy(&count, bytes.data() + 80, sizeof(count));
@@ -111,10 +93,10 @@ TriangleMesh ReadStl(std::string_view bytes, const std::string& path) {
     if (bytes.size() == expected) return ReadBinaryStl(bytes, path);
     const bool text = bytes.substr(0, 5) == "solid" && bytes.substr(0, 1024).find("facet") != std::string_view::npos;
     if (!text) {
-      throw Error(fmt::format(
-          "{}: a binary STL that promises {} triangles ({} bytes), but the file has {} bytes; it is cut off "
-          "or no STL",
-          path, WithSeparators(count), WithSeparators(expected), WithSeparators(bytes.size())));
+      throw Error(
+          fmt::format("{}: a binary STL that promises {} triangles ({} bytes), but the file has {} bytes; it is cut "
+                      "off or not an STL",
+                      path, WithSeparators(count), WithSeparators(expected), WithSeparators(bytes.size())));
     }
   }
   if (bytes.substr(0, 5) != "solid") throw Error(fmt::format("{}: not an STL file", path));

@@ -18,34 +18,36 @@ namespace {
 using Id = std::uint32_t;
 constexpr Id kNone = ~Id{0};
 
-// A triangle may turn by at most this much when its corner moves: cosine.
-constexpr double kLeastCosine = 0.5;
-// Longest edge squared over twice the area; 1.15 for an equilateral triangle. Slivers beyond are not made.
+// Minimum cosine of the angle by which a triangle may turn when its corner moves.
+constexpr double kMinCosine = 0.5;
+// Longest edge squared over twice the area; 1.15 for an equilateral triangle. Triangles beyond this are slivers and are
+// not made.
 constexpr double kWorstShape = 40;
-// Blocks along the longest side of the surface's box; threads take one at a time.
+// Number of blocks along the longest side of the surface's box; each thread processes one at a time.
 constexpr double kBlocks = 8;
-// Each sweep at most halves the points. All sweeps of all steps are numbered in a byte.
-constexpr int kMostSweeps = 24;
-// Points are held to this share of the error, so that what lies between them is within all of it; at edges and in gaps,
-// where distances between points can be several times those at them, to the smaller one.
-constexpr double kShareWhereFlat = 0.4;
-constexpr double kShareWhereRough = 0.3;
-// It is rough where a new triangle is tilted against the full surface near it so much that over an edge of the full one
-// this many times the error comes together; never below an angle of 18 degrees.
+// Each sweep at most halves the points. The number of a sweep, counted over all steps, must fit in a byte.
+constexpr int kMaxSweeps = 24;
+// Distances at points are limited to this fraction of the error, so that distances between points are within the full
+// error. At edges and in gaps, where distances between points can be several times those at points, the smaller
+// fraction is used.
+constexpr double kFractionWhereFlat = 0.4;
+constexpr double kFractionWhereRough = 0.3;
+// A place is rough if a new triangle is tilted against the nearby full surface so much that over an edge of the full
+// surface the distance changes by this many times the error. Above an angle of 18 degrees a place is always rough.
 constexpr double kRoughErrors = 2;
-constexpr double kMostRoughSine = 0.31;
-// And below which a point does not count as near: the triangle is folded over, or of another wall.
-constexpr double kLeastCosineToFull = 0.2;
+constexpr double kMaxRoughSine = 0.31;
+// Below this cosine a point does not count as near: the triangle is folded over or belongs to another wall.
+constexpr double kMinCosineToFull = 0.2;
 
-/// A triangle that is to be, ready for many points to ask how far it is.
+/// A new triangle, prepared for fast distance queries from many points.
 struct Target {
   std::array<Id, 3> corners{};
   Id id = 0;
   std::array<Vec3, 3> points{};
   Vec3 normal{0};
   double area_mm2 = 0;
-  bool has_points = false;       // some of the full surface are nearest to it
-  std::array<Vec3, 3> inward{};  // in the triangle's plane, off the edge that begins at each corner
+  bool has_points = false;       // some points of the full surface are nearest to it
+  std::array<Vec3, 3> inward{};  // in the triangle's plane, perpendicular to the edge that begins at each corner
 };
 
 double CalcDistance2ToEdge(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -55,7 +57,7 @@ double CalcDistance2ToEdge(const Vec3& p, const Vec3& a, const Vec3& b) {
   return glm::dot(off, off);
 }
 
-/// The normal and what follows from it, of points that are set.
+/// Computes the normal and the values that follow from it; `points` must be set.
 void Shape(Target& t) {
   t.normal = glm::cross(t.points[1] - t.points[0], t.points[2] - t.points[0]);
   const double length = glm::length(t.normal);
@@ -71,7 +73,7 @@ Target MakeTarget(const Vec3& a, const Vec3& b, const Vec3& c) {
   return t;
 }
 
-/// `limit2` when it is at least that.
+/// Returns the squared distance of a point from a triangle; returns `limit2` if it is at least that.
 double CalcDistance2(const Vec3& p, const Target& t, double limit2) {
   const double off = glm::dot(p - t.points[0], t.normal);
   double best2 = off * off;
@@ -86,10 +88,10 @@ double CalcDistance2(const Vec3& p, const Target& t, double limit2) {
   return inside ? best2 : nearest2;
 }
 
-/// The surface as it shrinks. Corners of triangles are in lists around their points, and points of the full surface in
-/// lists of the triangles that they were last found near to.
+/// The surface during the reduction. Corners of triangles are in lists around their points. Points of the full surface
+/// are in lists of the triangles to which they were last found to be near.
 struct Surface {
-  std::vector<Vec3> full;  // its points, and more where it is rough
+  std::vector<Vec3> full;  // points of the full surface, and additional ones where it is rough
   std::vector<Vec3> points;
   std::vector<std::array<Id, 3>> triangles;
   std::vector<std::uint8_t> dead;  // by triangle
@@ -99,15 +101,17 @@ struct Surface {
   std::vector<Id> next_near;       // by point of the full surface
   std::vector<Vec3> full_normals;  // by point of the full surface
   const std::vector<std::array<Id, 3>>& full_triangles;
-  std::vector<Id> full_first_corner;  // by point of the full surface
-  std::vector<Id> full_next_corner;   // by corner of the full surface
-  std::vector<Id> within;             // by point of the full surface beyond its own: the triangle that it lies in
-  double mean_area_mm2 = 0;           // of a triangle of the full surface
-  double rough_cosine = 0;           // between a new triangle and the full surface: below, more than points is compared
-  std::vector<Quadric> quadrics;     // by point
-  std::vector<std::uint8_t> frozen;  // by point
-  std::vector<std::uint8_t> moved_in;  // by point: the sweep that moved it last
-  std::vector<std::uint8_t> failed;    // by point: nothing around it has changed since it could not be drawn anywhere
+  std::vector<Id> full_first_corner;   // by point of the full surface
+  std::vector<Id> full_next_corner;    // by corner of the full surface
+  std::vector<Id> within;              // by additional point: the triangle of the full surface that contains it
+  double mean_area_mm2 = 0;            // of a triangle of the full surface
+  double rough_cosine = 0;             // between a new triangle and the full surface; below it more than points is
+                                       // compared
+  std::vector<Quadric> quadrics;       // by point
+  std::vector<std::uint8_t> frozen;    // by point
+  std::vector<std::uint8_t> moved_in;  // by point: the last sweep that moved it
+  std::vector<std::uint8_t> failed;    // by point: 1 if it could not be collapsed and nothing around it has changed
+                                       // since
   std::vector<Id> block;               // by point, for one sweep
 
   Surface(const TriangleMesh& mesh, double error_mm)
@@ -127,7 +131,7 @@ struct Surface {
         failed(points.size(), 0),
         block(points.size(), 0) {
     for (Id t = 0; t < triangles.size(); ++t) {
-      const Vec3 n = Normal(triangles[t]);  // twice the area long
+      const Vec3 n = Normal(triangles[t]);  // its length is twice the area
       const double length = glm::length(n);
       Quadric q;
       if (length > 0) q = Quadric::OfPlane(n / length, points[triangles[t][0]], 0.5 * length);
@@ -152,12 +156,12 @@ struct Surface {
     AddPointsWhereRough(error_mm);
   }
 
-  /// At edges and in gaps distances between points may be larger than at them.
+  /// Adds points where the surface is rough: at edges and in gaps, distances may be larger between points than at them.
   void AddPointsWhereRough(double error_mm) {
     for (const auto& t : triangles)
       mean_area_mm2 += 0.5 * glm::length(Normal(t)) / static_cast<double>(triangles.size());
     const double edge_mm = std::sqrt(4 / std::sqrt(3.0) * mean_area_mm2);
-    const double sine = edge_mm > 0 ? std::min(kRoughErrors * error_mm / edge_mm, kMostRoughSine) : kMostRoughSine;
+    const double sine = edge_mm > 0 ? std::min(kRoughErrors * error_mm / edge_mm, kMaxRoughSine) : kMaxRoughSine;
     rough_cosine = std::sqrt(1 - sine * sine);
     for (Id t = 0; t < triangles.size(); ++t) {
       const auto& [i, j, k] = triangles[t];
@@ -177,7 +181,7 @@ struct Surface {
     }
   }
 
-  /// Those of the full surface that touch the point.
+  /// Calls act(triangle) for the triangles of the full surface that touch the point.
   template <typename Do>
   void ForEachFullTriangleAt(Id p, const Do& act) const {
     if (p >= points.size()) return act(within[p - points.size()]);
@@ -200,15 +204,16 @@ struct Surface {
   }
 };
 
-/// One thread's work on one block: no point or triangle of another is read or written.
+/// One thread's work on one block: reads and writes no point or triangle of another block.
 class Worker {
  public:
   Worker(Surface& surface, double error_mm)
       : s_(surface),
-        error2_(std::pow(kShareWhereFlat * error_mm, 2)),
-        rough_error2_(std::pow(kShareWhereRough * error_mm, 2)) {}
+        error2_(std::pow(kFractionWhereFlat * error_mm, 2)),
+        rough_error2_(std::pow(kFractionWhereRough * error_mm, 2)) {}
 
-  /// Draws each point of the list together with a neighbour, where that costs at most `cost_mm`. Returns how many.
+  /// Collapses each point of the list into a neighbour if this costs at most `cost_mm`. Returns the number of
+  /// collapses.
   std::size_t Sweep(std::span<const Id> block_points, int sweep, double cost_mm, bool last) {
     sweep_ = static_cast<std::uint8_t>(sweep);
     cost_is_last_ = last;
@@ -243,12 +248,12 @@ class Worker {
     for (const Id b : near_a_) {
       if (s_.moved_in[b] == sweep_) continue;
       const Vec3 along = s_.points[b] - s_.points[a];
-      // Where the surface is flat short edges go first, which keeps triangles well shaped.
+      // Where the surface is flat, short edges go first, which keeps triangles well shaped.
       choices_.push_back({std::max(0.0, own(s_.points[b])) / own.weight + 1e-6 * glm::dot(along, along), b, Vec3(0)});
     }
     std::sort(choices_.begin(), choices_.end(),
               [](const Choice& x, const Choice& y) { return x.cost != y.cost ? x.cost < y.cost : x.b < y.b; });
-    // The others are hardly ever possible where the best two are not.
+    // Further choices are hardly ever possible if the best two are not.
     for (std::size_t i = 0; i < std::min<std::size_t>(choices_.size(), 2); ++i) {
       Choice& c = choices_[i];
       Quadric q = own;
@@ -271,7 +276,7 @@ class Worker {
   bool MayCollapse(Id a, const Choice& c) {
     other_ = a;
     if (!CollectNeighbours(c.b, near_b_, at_b_)) return false;
-    // The link condition (decimate.cpp).
+    // Link condition (see decimate.cpp).
     std::size_t shared = 0;
     for (const Id p : near_a_) shared += std::find(near_b_.begin(), near_b_.end(), p) != near_b_.end() ? 1 : 0;
     std::size_t opposite = 0;
@@ -302,7 +307,8 @@ class Worker {
     return count;
   }
 
-  /// The triangle when its corner `moves` lies at the new place, unless it would be folded over or a sliver.
+  /// Adds the triangle as it would be with its corner `moves` at the new place. Returns false if it would be folded
+  /// over or a sliver.
   bool AddTarget(Id t, Id moves, const Choice& c) {
     Target target;
     target.id = t;
@@ -314,14 +320,15 @@ class Worker {
       if (here) target.corners[k] = c.b;
     }
     target.points = {p[0], p[1], p[2]};
-    if (!KeepsTriangleShape(s_.Normal(s_.triangles[t]), p, kLeastCosine, kWorstShape)) return false;
+    if (!KeepsTriangleShape(s_.Normal(s_.triangles[t]), p, kMinCosine, kWorstShape)) return false;
     Shape(target);
     targets_.push_back(target);
     return true;
   }
 
-  /// Whether each point of the full surface that was near the old triangles is within the error of a new one, which is
-  /// noted, and the new place is so near the plane of the one closest to it.
+  /// Returns whether each point of the full surface that was near the old triangles is within the error of a new one,
+  /// and whether the new place is equally near to the plane of the closest such point. Records the nearest new
+  /// triangles in `assigned_`.
   bool KeepsNear(const Choice& c) {
     assigned_.clear();
     bool rough = false;
@@ -336,7 +343,7 @@ class Worker {
           const double d2 = CalcDistance2(s_.full[p], target, best2);
           if (d2 >= best2) continue;
           const double cosine = glm::dot(s_.full_normals[p], target.normal);
-          if (cosine < kLeastCosineToFull) continue;
+          if (cosine < kMinCosineToFull) continue;
           best2 = d2;
           best = &target;
           rough = rough || cosine < s_.rough_cosine;
@@ -364,7 +371,8 @@ class Worker {
       rough = rough || glm::dot(target.normal, s_.full_normals[closest]) < s_.rough_cosine;
     }
     if (farthest2 > (rough ? rough_error2_ : error2_)) return false;
-    // Flat enough, and points all over: then the new triangles are near the full surface because it is near them.
+    // Where the surface is flat and points are everywhere, the full surface being near the new triangles implies the
+    // reverse.
     return std::all_of(targets_.begin(), targets_.end(), [&](const Target& target) {
       return (!rough && (target.has_points || target.area_mm2 < 4 * s_.mean_area_mm2)) || IsNearFull(target);
     });
@@ -383,7 +391,8 @@ class Worker {
     return true;
   }
 
-  /// By the triangles around the three points of the full surface at hand that are closest.
+  /// Returns whether `x` is near the full surface, tested on the triangles around its three closest points in
+  /// `assigned_`.
   bool IsNearFull(const Vec3& x) {
     std::array<std::pair<double, Id>, 3> closest;
     closest.fill({1e300, kNone});
@@ -450,10 +459,10 @@ class Worker {
   std::vector<Id> near_a_, near_b_, at_a_, at_b_;
   std::vector<Choice> choices_;
   std::vector<Target> targets_;
-  std::vector<std::pair<Id, Id>> assigned_;  // a point of the full surface, its new triangle
+  std::vector<std::pair<Id, Id>> assigned_;  // point of the full surface, its new triangle
 };
 
-/// Rims, edges of more than two triangles, and borders between labels.
+/// Freezes rims, edges of more than two triangles, and borders between labels.
 void Freeze(std::span<const Id> labels, Surface& s) {
   std::vector<Id> neighbours;
   for (Id p = 0; p < s.points.size(); ++p) {
@@ -472,8 +481,8 @@ void Freeze(std::span<const Id> labels, Surface& s) {
   }
 }
 
-/// The points that are left, block by block. The blocks of successive sweeps overlap: what lies on the border of one
-/// sweep's is inside the next one's.
+/// Returns the remaining points, block by block. The blocks of successive sweeps overlap: points on the border of a
+/// block are inside a block of the next sweep.
 std::vector<std::vector<Id>> MakeBlocks(const Box3& box, int sweep, Surface& s) {
   const Vec3 size = box.upper - box.lower;
   const double side = std::max({size.x, size.y, size.z, 1e-9}) / kBlocks;
@@ -530,13 +539,13 @@ ReducedMesh TakeMesh(const Surface& s) {
   return out;
 }
 
-/// Sweeps until hardly anything more can go within the error.
+/// Sweeps until hardly any further collapse is possible within the error.
 void SweepTo(double error_mm, const Box3& box, int& sweep, Surface& s) {
-  // What costs least goes first, over the whole surface.
+  // Collapses of low cost go first, over the whole surface.
   double cost_mm = error_mm / 8;
   std::fill(s.failed.begin(), s.failed.end(), std::uint8_t{0});
   int little = 0;
-  for (const int end = sweep + kMostSweeps; sweep < end && little < 3; ++sweep) {
+  for (const int end = sweep + kMaxSweeps; sweep < end && little < 3; ++sweep) {
     const auto blocks = MakeBlocks(box, sweep, s);
     std::size_t left = 0;
     for (const auto& block : blocks) left += block.size();

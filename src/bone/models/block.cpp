@@ -33,11 +33,12 @@ void CheckBlock(const BlockParams& params, const MaterialTable& materials) {
           fmt::format("block: layer {} is of region {}, which the region table does not have", i + 1, layer.region));
     }
     if (!(layer.thickness_mm > 0 && std::isfinite(layer.thickness_mm))) {
-      throw Error(fmt::format("block: layer {} is {} mm thick; a thickness is positive", i + 1, layer.thickness_mm));
+      throw Error(
+          fmt::format("block: layer {} is {} mm thick; a thickness must be positive", i + 1, layer.thickness_mm));
     }
     if (top >= params.size_mm.z) {
       throw Error(
-          fmt::format("block: layer {} would begin {} mm down, below the block's {} mm", i + 1, top, params.size_mm.z));
+          fmt::format("block: layer {} would begin {} mm down in a block {} mm high", i + 1, top, params.size_mm.z));
     }
     top += layer.thickness_mm;
   }
@@ -85,7 +86,7 @@ Bone MakeBlock(const BlockParams& params, const MaterialTable& materials) {
   BuildOptions options;
   options.voxel_mm = params.voxel_mm;
   options.region_voxel_mm = params.voxel_mm;
-  options.most_bytes = static_cast<double>(ReadAvailableBytes());
+  options.max_bytes = static_cast<double>(ReadAvailableBytes());
   Bone bone = MakeBone(solid, box.Grown(5 * params.voxel_mm), options, materials);
   bone.set_note("made_by", "kerf model block");
   bone.set_note("block_size_mm", fmt::format("{} {} {}", params.size_mm.x, params.size_mm.y, params.size_mm.z));

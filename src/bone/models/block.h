@@ -10,17 +10,18 @@
 
 namespace kerf {
 
-/// One layer of a block, from the top face (+z) down.
+/// One layer of a block; layers are listed from the top face (+z) down.
 struct MaterialLayer {
   double thickness_mm = 0;
   int region = 24;
 };
 
-/// A box with edges along the axes of its own frame B, origin at the middle of its top face, z up (out of the bone).
+/// A box with edges along the axes of its frame B. The origin is at the centre of its top face, z points up (out of the
+/// bone).
 struct BlockParams {
   Vec3 size_mm{40, 20, 20};
-  Pose X_WB;                          // where it stands
-  std::vector<MaterialLayer> layers;  // empty: region 24 throughout; the last one fills what is left
+  Pose X_WB;                          // pose of the block in the world
+  std::vector<MaterialLayer> layers;  // empty: region 24 throughout; the last layer fills the rest
   double voxel_mm = 0.1;
 };
 
@@ -33,19 +34,19 @@ void Describe(Params& p, Visitor&& visit) {
   visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
 }
 
-/// A plate of the body of the mandible laid flat: a cortical plate of 2.2 mm, cancellous bone, and a cortical plate
-/// of 2.0 mm (buccal and lingual plates at the first molar, CT of 20 dry mandibles), 13.5 mm in all.
+/// Returns a plate of the body of the mandible laid flat: a cortical plate of 2.2 mm, cancellous bone, and a cortical
+/// plate of 2.0 mm (buccal and lingual plates at the first molar, CT of 20 dry mandibles), 13.5 mm in total.
 BlockParams MakePlateParams();
 
-/// Signed distance to the block's surface, mm, exact everywhere. Tick-safe.
+/// Returns the signed distance to the block's surface, mm, exact everywhere. Tick-safe.
 double CalcBlockDistance(const BlockParams& params, const Vec3& p_W);
-/// The layer that a point lies in or nearest to; on a border the lower one. Tick-safe.
+/// Returns the region of the layer that contains the point or is nearest to it; on a border the lower one. Tick-safe.
 int CalcBlockRegion(const BlockParams& params, const Vec3& p_W);
 
-/// Throws Error when a size is out of its range or a layer is not positive, the pose is not valid, or a layer names an
-/// unknown region or lies wholly below the block.
+/// Throws kerf::Error if a size is out of range, a layer's thickness is not positive, the pose is not valid, or a layer
+/// has an unknown region or lies entirely below the block.
 void CheckBlock(const BlockParams& params, const MaterialTable& materials);
-/// Throws Error as CheckBlock() does, and when the block would be too large.
+/// Throws kerf::Error as CheckBlock() does, and if the block would be too large.
 Bone MakeBlock(const BlockParams& params, const MaterialTable& materials);
 
 }  // namespace kerf

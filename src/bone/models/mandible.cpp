@@ -21,12 +21,12 @@ Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
   solid.value = [&shape](const Vec3& p_W) { return shape.Value(p_W); };
   solid.classify = [&shape](const Vec3& p_W, double radius_mm) { return shape.Classify(p_W, radius_mm); };
   solid.region = [&shape](const Vec3& p_W) { return shape.RegionAt(p_W); };
-  solid.is_distance = false;  // smooth joints and tapers bend it
+  solid.is_distance = false;  // smooth joints and tapers distort it
   BuildOptions options;
   options.voxel_mm = params.voxel_mm;
   options.region_voxel_mm = std::max(params.voxel_mm, 0.2);
   options.progress = progress;
-  options.most_bytes = static_cast<double>(ReadAvailableBytes());
+  options.max_bytes = static_cast<double>(ReadAvailableBytes());
   Bone bone = MakeBone(solid, shape.bounds().Grown(5 * params.voxel_mm), options, materials);
   bone.set_note("made_by", "kerf model mandible");
   Describe(params, [&bone](const char* key, const auto& value, Range, const char*) {

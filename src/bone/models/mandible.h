@@ -1,8 +1,8 @@
-// The generic mandible: parametric, implicit, mirror-symmetric.
+// Generic mandible: parametric, implicit, mirror-symmetric.
 //
-// World frame: LPS like a CT with the head upright, mm: x to the patient's left, y to the back, z up. Origin: the point
-// between the edges of the two lower central incisors; the occlusal plane is z = 0. Lower teeth, crest and body lie at
-// negative z.
+// World frame: LPS as in a CT with the head upright, mm: x to the patient's left, y to the back, z up. Its origin is
+// the point between the edges of the two lower central incisors; the occlusal plane is z = 0. Lower teeth, crest and
+// body have negative z.
 #pragma once
 
 #include <concepts>
@@ -17,7 +17,7 @@
 
 namespace kerf {
 
-/// Dimensions, mm and degrees. What each means on the bone, and the anatomy's figure for it: docs/mandible.md.
+/// Dimensions, mm and degrees. docs/mandible.md gives their meaning on the bone and the anatomical values.
 struct MandibleParams {
   double symphysis_height_mm = 30;
   double mental_foramen_height_mm = 26.6;
@@ -63,14 +63,15 @@ void Describe(Params& p, Visitor&& visit) {
   visit("first_molar_width_mm", p.first_molar_width_mm, Range{10.5, 17},
         "width of the body at the first molar, at the canal's height");
   visit("ramus_height_mm", p.ramus_height_mm, Range{38, 54}, "lowest point of the notch above the base line");
-  visit("ramus_width_mm", p.ramus_width_mm, Range{24, 38}, "width of the ramus at the lingula, across its back edge");
+  visit("ramus_width_mm", p.ramus_width_mm, Range{24, 38},
+        "width of the ramus at the lingula, perpendicular to its back edge");
   visit("ramus_thickness_mm", p.ramus_thickness_mm, Range{6, 10}, "thickness of the ramus behind the lingula");
   visit("gonial_angle_deg", p.gonial_angle_deg, Range{110, 138},
         "angle between the base line and the back edge of the ramus");
   visit("coronoid_height_mm", p.coronoid_height_mm, Range{48, 68.5}, "tip of the coronoid process above the base line");
   visit("condyle_height_mm", p.condyle_height_mm, Range{46, 68.6}, "top of the condyle above the base line");
   visit("bigonial_mm", p.bigonial_mm, Range{84, 112},
-        "breadth between the outer faces at the angles, 10 mm above the base line and below");
+        "breadth between the outer faces at the angles, up to 10 mm above the base line");
   visit("bicondylar_mm", p.bicondylar_mm, Range{104, 134}, "breadth between the outer poles of the condyles");
   visit("condyle_width_mm", p.condyle_width_mm, Range{15, 24}, "length of the condyle's long, nearly transverse axis");
   visit("condyle_depth_mm", p.condyle_depth_mm, Range{7, 12}, "length of the condyle's short axis, front to back");
@@ -94,8 +95,8 @@ void Describe(Params& p, Visitor&& visit) {
 
 /// Named points of the left half, world frame; the right half mirrors x.
 struct MandibleLandmarks {
-  Vec3 menton{0};              // where the base line touches the chin, midline
-  Vec3 gonion{0};              // where base line and back edge of the ramus meet, side view
+  Vec3 menton{0};              // point where the base line touches the chin, midline
+  Vec3 gonion{0};              // intersection of base line and back edge of the ramus, side view
   Vec3 base_line{0};           // unit, from gonion forward, in the y-z plane
   Vec3 back_edge{0};           // unit, from gonion up along the back edge of the ramus, in the y-z plane
   Vec3 first_molar{0};         // canal centre below the first molar's mesial root
@@ -107,31 +108,33 @@ struct MandibleLandmarks {
   Vec3 condyle{0};  // centre
 };
 
-/// The solid as functions of a world point. Immutable, thread-safe.
+/// The solid described by functions of a world point. Immutable, thread-safe.
 class MandibleShape {
  public:
-  /// Throws Error naming the first parameter out of range.
+  /// Throws kerf::Error that names the first parameter out of range.
   explicit MandibleShape(const MandibleParams& params);
   ~MandibleShape();
 
-  /// Bone, teeth, or both; zero on the surface, negative inside, about a distance near it. mm.
+  /// Values for bone and teeth together, or for one of them, mm: zero on the surface, negative inside, close to a
+  /// distance near the surface.
   double Value(const Vec3& p_W) const;
   double BoneValue(const Vec3& p_W) const;   // without crowns
-  double ToothValue(const Vec3& p_W) const;  // crowns and roots, within the bone too
-  double CanalValue(const Vec3& p_W) const;  // distance to the canal's wall
+  double ToothValue(const Vec3& p_W) const;  // crowns and roots, including the parts inside the bone
+  double CanalValue(const Vec3& p_W) const;  // signed distance to the canal's wall
   BlockClass Classify(const Vec3& centre_W, double radius_mm) const;
   int RegionAt(const Vec3& p_W) const;
 
   const MandibleLandmarks& landmarks() const;
-  Box3 bounds() const;  // holds the surface, with some room
+  Box3 bounds() const;  // contains the surface with some margin
 
  private:
   struct Parts;
   std::unique_ptr<const Parts> parts_;
 };
 
-/// `progress` is called with 0..1 from one thread; may be empty. The region grid has voxels of voxel_mm, but of at
-/// least 0.2 mm. Throws Error when a parameter is out of range or `materials` lacks one of the regions 1 to 34.
+/// Makes the bone. `progress`, optional, is called with 0 to 1 from one thread. The voxels of the region grid have an
+/// edge of voxel_mm, but at least 0.2 mm. Throws kerf::Error if a parameter is out of range or `materials` lacks one of
+/// the regions 1 to 34.
 Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
                   const std::function<void(double)>& progress = {});
 

@@ -4,7 +4,7 @@ namespace kerf {
 namespace {
 
 double EvaluateCubic(const std::array<double, 4>& y, double t) {
-  // Lagrange through the four levels.
+  // Lagrange interpolation through the four levels.
   constexpr double a = kBodyLevels[0], b = kBodyLevels[1], c = kBodyLevels[2], d = kBodyLevels[3];
   return y[0] * (t - b) * (t - c) * (t - d) * (1 / ((a - b) * (a - c) * (a - d))) +
          y[1] * (t - a) * (t - c) * (t - d) * (1 / ((b - a) * (b - c) * (b - d))) +
@@ -55,7 +55,7 @@ MandibleBody::MandibleBody(const MandibleLayout& layout) : base_(&layout.base) {
       base_line(s[5]) + 1.4,
       base_line(s[6]) + 2.6,
       base_line(s[7]) + 3.0};
-  // Middle of the tooth row against the base curve.
+  // Offset of the middle of the tooth row from the base curve.
   const auto crest_offset = [&](double s_dental) {
     return layout.base.FindClosest(layout.dental.Point(s_dental)).offset;
   };
@@ -100,7 +100,7 @@ MandibleBody::MandibleBody(const MandibleLayout& layout) : base_(&layout.base) {
     sections_.push_back(section);
   }
 
-  // Where the section changes along the arch, its values grow faster than a distance; the scale takes that back.
+  // Where the section changes along the arch, its values change faster than a distance; the scale corrects this.
   std::vector<double> slope(count, 0.0);
   for (std::size_t n = 0; n + 1 < count; ++n) {
     const BodySection& a = sections_[n];
@@ -109,7 +109,7 @@ MandibleBody::MandibleBody(const MandibleLayout& layout) : base_(&layout.base) {
     for (std::size_t i = 0; i < 4; ++i) {
       change = std::max(change, std::abs(b.middle[i] - a.middle[i]) + std::abs(b.half_width[i] - a.half_width[i]));
     }
-    // On the inner side of the arch a millimetre is longer along the curve.
+    // On the inner side of the arch 1 mm in space is more than 1 mm along the base curve.
     constexpr double kInnerSide = 1.25;
     slope[n] = kInnerSide * change / step_;
   }
@@ -142,7 +142,7 @@ double MandibleBody::Distance(const Vec3& p_W, const CurvePlace& place) const {
   const double lower = RoundedIntersection(side, section.base_z - p_W.z, 0.9 * section.half_width[0]);
   const double f = RoundedIntersection(lower, p_W.z - section.crest_z, 0.75 * section.half_width[3]);
   if (place.beyond <= 0 || place.s <= 0) return f * section.scale;
-  // The end, inside the ramus, is rounded off.
+  // The end, inside the ramus, is rounded.
   return RoundedIntersection(f * section.scale, place.beyond - 3, 2.5);
 }
 

@@ -1,4 +1,4 @@
-// The body of the mandible: a cross-section swept along the arch, chin to angle.
+// The body of the mandible: a cross-section swept along the arch, from chin to angle.
 #pragma once
 
 #include <array>
@@ -8,19 +8,20 @@
 
 namespace kerf {
 
-/// A vertical cut across the body. `t` below: 0 at the lower border, 1 at the crest.
+/// A vertical section across the body. `t` below: 0 at the lower border, 1 at the crest.
 struct BodySection {
   double base_z = 0;
   double crest_z = 0;
   std::array<double, 4> middle{};      // offset of the middle of the width at kBodyLevels, mm, facial positive
   std::array<double, 4> half_width{};  // at the same levels, mm
-  double scale = 1;                    // of the distance found in this section: at most the true one
+  double scale = 1;                    // factor for the distance found in this section, so that it is at most the true
+                                       // distance
 
   double Middle(double t) const;
   double HalfWidth(double t) const;
 };
 
-/// Levels t at which a section is given; between them both are a cubic in t.
+/// Levels t at which a section is defined; between them `middle` and `half_width` are cubic in t.
 inline constexpr std::array<double, 4> kBodyLevels = {0, 0.34, 0.7, 1};
 
 class MandibleBody {

@@ -4,7 +4,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kChunk = 8;
-constexpr double kReach_mm = 3;  // how far off a chunk's box still counts
+constexpr double kReach_mm = 3;  // range around a chunk's box within which the chunk is evaluated
 
 }  // namespace
 
@@ -12,7 +12,8 @@ MandibleCanal::MandibleCanal(const MandibleLayout& layout, const MandibleBody& b
   const MandibleParams& p = layout.params;
   radius_ = 0.5 * p.canal_diameter_mm;
 
-  // A point of the body: s along the base curve, height above the lower border, and offset outward of the middle.
+  // Returns a point of the body: s along the base curve, height above the lower border, and offset outward from the
+  // middle.
   const auto body_point = [&](double s, double above_base, double outward) {
     const BodySection section = body.Section(s);
     const double t = above_base / (section.crest_z - section.base_z);
@@ -29,7 +30,7 @@ MandibleCanal::MandibleCanal(const MandibleLayout& layout, const MandibleBody& b
     return Vec3{layout.RamusX(u, v) + outward, yz.x, yz.y};
   };
 
-  // Lingula and the foramen behind and below it, on the inner face of the ramus.
+  // Lingula, and the foramen behind and below it, on the inner face of the ramus.
   const double u_lingula = p.lingula_from_back * p.ramus_width_mm;
   const double v_lingula = layout.RamusV(u_lingula, p.lingula_from_below * p.ramus_height_mm);
   const double inner = -ramus.HalfThickness({u_lingula, v_lingula});
@@ -49,7 +50,7 @@ MandibleCanal::MandibleCanal(const MandibleLayout& layout, const MandibleBody& b
   const double above_f = p.foramen_to_base_mm + 0.5 * p.foramen_diameter_mm;
   const double out_f = half_width(sf, above_f);
   mental_foramen_ = body_point(sf, above_f, out_f);
-  const double before = sf - 1.0;  // the canal runs a little past its foramen and turns back to it
+  const double before = sf - 1.0;  // the canal runs slightly past its foramen and turns back to it
 
   std::vector<Vec3> knots = {foramen, ramus_point(u_foramen + 2.4, v_foramen - 4, inner + 2.4),
                              ramus_point(u_foramen + 6.5, v_foramen - 10, -0.8),

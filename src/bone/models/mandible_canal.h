@@ -12,12 +12,12 @@ class MandibleCanal {
  public:
   MandibleCanal(const MandibleLayout& layout, const MandibleBody& body, const MandibleRamus& ramus);
 
-  /// To the tube's wall, negative inside. Beyond about 3 mm the value may be too small.
+  /// Returns the distance to the tube's wall, negative inside. Beyond about 3 mm the value may be too small.
   double Distance(const Vec3& p_W) const;
-  /// The funnels where it opens at its two ends, to be taken out of the bone. Here and below: beyond `limit` the value
-  /// may be anything larger than it.
+  /// Returns the distance to the funnels at its two ends, which are removed from the bone. Here and below: if the
+  /// distance exceeds `limit`, any value larger than `limit` may be returned.
   double OpeningDistance(const Vec3& p_W, double limit) const;
-  /// The tongue of bone before the mandibular foramen.
+  /// Returns the distance to the tongue of bone in front of the mandibular foramen.
   double LingulaDistance(const Vec3& p_W, double limit) const { return tongue_.Distance(p_W, limit); }
 
   const Vec3& lingula() const { return lingula_; }
@@ -30,7 +30,7 @@ class MandibleCanal {
   std::vector<Vec3> path_;
   struct Chunk {
     Box3 box;
-    std::size_t first = 0, last = 0;  // segments
+    std::size_t first = 0, last = 0;  // segments of the path
   };
   std::vector<Chunk> chunks_;
   RoundedCones mandibular_opening_, mental_opening_, tongue_;

@@ -1,4 +1,4 @@
-// Where the parts of the generic mandible lie, left half, derived from its parameters once.
+// Positions of the parts of the generic mandible, left half, derived once from its parameters.
 #pragma once
 
 #include "bone/models/mandible.h"
@@ -6,7 +6,7 @@
 
 namespace kerf {
 
-/// Places along the body by the teeth above them: mm along the dental arch from the midline.
+/// Positions along the body, named after the teeth above them: mm along the dental arch from the midline.
 struct ArchPlaces {
   double canine = 0, mental_foramen = 0, first_molar = 0, second_molar = 0, third_molar = 0;
 };
@@ -18,24 +18,24 @@ struct MandibleLayout {
   ArchPlaces on_dental;
   ArchPlaces on_base;
 
-  // Side view (y-z plane): the base line from menton to gonion, and the ramus's own axes at gonion.
+  // Side view (y-z plane): the base line from menton to gonion, and the axes of the ramus at gonion.
   double base_slope = 0;  // of the base line against the occlusal plane, radians
   Vec2 menton_yz{0};
   Vec2 gonion_yz{0};
   Vec2 u_yz{0};  // unit, forward, across the back edge of the ramus
   Vec2 v_yz{0};  // unit, up along it
 
-  /// Height of the base line.
+  /// Returns the height of the base line.
   double BaseLineZ(double y) const { return menton_yz.y + std::tan(base_slope) * (y - menton_yz.x); }
-  /// (u, v) of a point in the side view.
+  /// Returns (u, v) of a point in the side view.
   Vec2 ToRamus(double y, double z) const {
     const Vec2 d = Vec2{y, z} - gonion_yz;
     return {glm::dot(d, u_yz), glm::dot(d, v_yz)};
   }
   Vec2 FromRamus(const Vec2& uv) const { return gonion_yz + uv.x * u_yz + uv.y * v_yz; }
-  /// v at which a point with this u is `height` mm above the base line.
+  /// Returns v of the point with this u that is `height` mm above the base line.
   double RamusV(double u, double height) const;
-  /// x of the middle of the ramus's thickness.
+  /// Returns x of the middle of the ramus's thickness.
   double RamusX(double u, double v) const;
 };
 

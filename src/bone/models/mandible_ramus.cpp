@@ -7,15 +7,15 @@
 namespace kerf {
 namespace {
 
-// The default's measures, in which the outline is drawn.
+// Dimensions of the default mandible, mm, for which the outline is defined.
 constexpr double kWidth = 31.3;
 constexpr double kNotch = 44.8;
 constexpr double kCoronoid = 59;
 constexpr double kCondyle = 54;
 
-/// The outline as (distance from the back edge, height above the base line), mm, of the default ramus.
-/// From the angle up the back edge, over the condyle's neck, the notch and the coronoid, down the front edge to the
-/// oblique line, and back along the lower border.
+/// Outline as (distance from the back edge, height above the base line), mm, of the default ramus. It runs from the
+/// angle up the back edge, over the condyle's neck, the notch and the coronoid, down the front edge to the oblique
+/// line, and back along the lower border.
 constexpr std::array<std::array<double, 2>, 33> kOutline = {{
     {1.6, 2.2},   {0.3, 5.5},   {0.0, 11.0},  {0.7, 18.0},  {1.2, 25.0},  {1.1, 31.5},  {0.4, 37.0},
     {-0.2, 42.5}, {0.8, 47.2},  {4.0, 50.0},  {7.3, 49.6},  {8.4, 47.3},  {9.3, 45.9},  {11.4, 44.95},
@@ -24,13 +24,13 @@ constexpr std::array<std::array<double, 2>, 33> kOutline = {{
     {37.8, 14.5}, {37.0, 9.5},  {33.0, 4.6},  {26.0, 1.6},  {11.0, 0.7},
 }};
 
-/// Closed Catmull-Rom curve through the points, as a polygon.
+/// Returns the closed Catmull-Rom curve through the points, as a polygon.
 std::vector<Vec2> MakePolygon(const std::vector<Vec2>& points) {
   std::vector<Vec2> polygon;
   const std::size_t n = points.size();
   constexpr int kPieces = 12;
   for (std::size_t i = 0; i < n; ++i) {
-    // Centripetal, so that unequal spacing makes no loops.
+    // Centripetal, so that unequal spacing causes no loops.
     const Vec2 p0 = points[(i + n - 1) % n], p1 = points[i], p2 = points[(i + 1) % n], p3 = points[(i + 2) % n];
     const double t1 = std::sqrt(glm::distance(p0, p1));
     const double t2 = t1 + std::sqrt(glm::distance(p1, p2));
@@ -71,7 +71,7 @@ MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout) {
   for (const auto& [u, height] : kOutline) {
     double h = height * p.ramus_height_mm / kNotch;
     if (height > kNotch) {
-      // Above the notch: the coronoid in front and the neck behind each follow their own height.
+      // Above the notch, the coronoid in front and the neck behind are each scaled to their own height.
       const double top = u > 14 ? (p.coronoid_height_mm - p.ramus_height_mm) / (kCoronoid - kNotch)
                                 : (p.condyle_height_mm - p.ramus_height_mm) / (kCondyle - kNotch);
       h = p.ramus_height_mm + (height - kNotch) * top;
@@ -98,27 +98,27 @@ MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout) {
     }
   }
 
-  // The head: its long axis points outward and a little forward, as the two axes meet in front of the great foramen.
+  // The head: its long axis points outward and slightly forward; the two axes meet in front of the foramen magnum.
   const double turn = glm::radians(18.0);
   condyle_axis_ = glm::normalize(Vec3{std::cos(turn), -std::sin(turn), 0.10});
   condyle_up_ = glm::normalize(Vec3{0, layout.v_yz.x, layout.v_yz.y} -
                                glm::dot(Vec3{0, layout.v_yz.x, layout.v_yz.y}, condyle_axis_) * condyle_axis_);
   condyle_front_ = glm::cross(condyle_up_, condyle_axis_);
   condyle_radii_ = {0.5 * p.condyle_width_mm, 0.5 * p.condyle_depth_mm, 5.2};
-  // Centre such that the outer pole and the top come out as asked.
+  // Centre chosen so that the outer pole and the top have the prescribed positions.
   const auto reach = [&](const Vec3& direction) {
     const Vec3 local{glm::dot(direction, condyle_axis_), glm::dot(direction, condyle_front_),
                      glm::dot(direction, condyle_up_)};
     return glm::length(local * condyle_radii_);
   };
   const double u = 2.6 * p.ramus_width_mm / kWidth;
-  const Vec3 up{0, -std::sin(layout.base_slope), std::cos(layout.base_slope)};  // square to the base line
+  const Vec3 up{0, -std::sin(layout.base_slope), std::cos(layout.base_slope)};  // perpendicular to the base line
   const double v = layout.RamusV(u, p.condyle_height_mm - reach(up));
   const Vec2 yz = layout.FromRamus({u, v});
   condyle_ = {0.5 * p.bicondylar_mm - reach({1, 0, 0}), yz.x, yz.y};
   const Vec2 low = layout.FromRamus({4.2 * p.ramus_width_mm / kWidth, v - 15});
   const Vec3 below{layout.RamusX(4, v - 15), low.x, low.y};
-  // The neck spreads towards both poles.
+  // The neck widens towards both poles.
   const double pole = condyle_radii_.x - 4.2;
   const Vec3 head = condyle_ - 0.6 * condyle_up_ + 0.2 * condyle_front_;
   neck_[0] = RoundedCone<Vec3>(below, head - pole * condyle_axis_, 2.6, 3.0);
@@ -131,7 +131,7 @@ MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout) {
 }
 
 double MandibleRamus::OutlineDistance(const Vec2& uv) const {
-  // Catmull-Rom in both directions: no creases from the grid.
+  // Catmull-Rom in both directions, so that the grid causes no creases.
   const Vec2 g = (uv - origin_) / step_;
   const double x = std::clamp(g.x, 1.0, count_u_ - 2.001);
   const double y = std::clamp(g.y, 1.0, count_v_ - 2.001);
@@ -151,7 +151,7 @@ double MandibleRamus::OutlineDistance(const Vec2& uv) const {
         wy[static_cast<std::size_t>(b)] * (wx[0] * static_cast<double>(row[0]) + wx[1] * static_cast<double>(row[1]) +
                                            wx[2] * static_cast<double>(row[2]) + wx[3] * static_cast<double>(row[3]));
   }
-  // Off the grid the distance only grows.
+  // Outside the grid the distance only increases.
   return sum + glm::length(g - Vec2{x, y}) * step_;
 }
 
@@ -161,11 +161,12 @@ double MandibleRamus::HalfThickness(const Vec2& uv) const {
   const double v = uv.y;
   const double k = p.ramus_thickness_mm / 7.6;
   double t = 3.8;                                                                      // behind the lingula
-  t += 1.0 * SmoothStep(18, 30, u) * (1 - SmoothStep(20, 36, v));                      // the front edge is stout
-  t -= 0.7 * (1 - SmoothStep(-6, 14, v + 0.4 * u));                                    // towards the lower border
+  t += 1.0 * SmoothStep(18, 30, u) * (1 - SmoothStep(20, 36, v));                      // thicker at the front edge
+  t -= 0.7 * (1 - SmoothStep(-6, 14, v + 0.4 * u));                                    // thinner towards the lower
+                                                                                       // border
   t -= 1.5 * SmoothStep(v_notch_ - 18, v_notch_, v + 0.25 * std::hypot(u - 15, 4.0));  // thin below the notch
-  t -= 0.5 * SmoothStep(v_notch_ - 8, v_notch_ + 6, v) * SmoothStep(16, 26, u);        // the coronoid is a blade
-  t += 1.0 * SmoothStep(v_notch_ - 10, v_notch_ + 4, v) * (1 - SmoothStep(5, 10, u));  // the neck is not
+  t -= 0.5 * SmoothStep(v_notch_ - 8, v_notch_ + 6, v) * SmoothStep(16, 26, u);        // thinner at the coronoid
+  t += 1.0 * SmoothStep(v_notch_ - 10, v_notch_ + 4, v) * (1 - SmoothStep(5, 10, u));  // thicker at the neck
   return k * t;
 }
 
@@ -175,8 +176,8 @@ double MandibleRamus::PlateDistance(const Vec3& p_W, double limit) const {
   const double in_plane = OutlineDistance(uv);
   if (in_plane > std::min(limit, 15.0)) return in_plane;
   const double t = HalfThickness(uv);
-  const double across =
-      (std::abs(p_W.x - layout_->RamusX(uv.x, uv.y)) - t) * 0.97;  // the middle surface leans a little
+  const double across = (std::abs(p_W.x - layout_->RamusX(uv.x, uv.y)) - t) * 0.97;  // correction: the middle surface
+                                                                                     // is slightly inclined
   return RoundedIntersection(in_plane, across, 0.92 * t);
 }
 

@@ -1,5 +1,5 @@
-// The ramus with its coronoid and condylar processes: an outline in the side view given a thickness along a bent middle
-// surface.
+// The ramus with its coronoid and condylar processes: an outline in the side view, with a thickness along a curved
+// middle surface.
 #pragma once
 
 #include <array>
@@ -13,16 +13,16 @@ class MandibleRamus {
  public:
   explicit MandibleRamus(const MandibleLayout& layout);
 
-  /// Left half (x >= 0). Beyond `limit` the value may be anything larger than it.
+  /// Left half (x >= 0). If the distance exceeds `limit`, any value larger than `limit` may be returned.
   double Distance(const Vec3& p_W, double limit) const;
   double HalfThickness(const Vec2& uv) const;
-  /// Condyle centre, world.
+  /// Centre of the condyle, world frame.
   const Vec3& condyle() const { return condyle_; }
 
  private:
   double PlateDistance(const Vec3& p_W, double limit) const;
   double CondyleDistance(const Vec3& p_W, double limit) const;
-  double OutlineDistance(const Vec2& uv) const;  // of the side view
+  double OutlineDistance(const Vec2& uv) const;  // in the side view
 
   const MandibleLayout* layout_;
   Vec3 condyle_{0};

@@ -1,4 +1,4 @@
-// The parts of the mandible put together.
+// Combination of the parts of the mandible.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,12 +23,12 @@ void Validate(const MandibleParams& params) {
     }
   });
   if (params.teeth != 0 && params.teeth != 14 && params.teeth != 16) {
-    throw Error(fmt::format("mandible: teeth = {} is none of 0, 14 and 16", params.teeth));
+    throw Error(fmt::format("mandible: teeth = {} must be 0, 14 or 16", params.teeth));
   }
   if (params.coronoid_height_mm < params.ramus_height_mm + 5 || params.condyle_height_mm < params.ramus_height_mm + 4) {
     throw Error(
-        fmt::format("mandible: the notch at ramus_height_mm = {} is not below the coronoid at {} (by 5) and the "
-                    "condyle at {} (by 4)",
+        fmt::format("mandible: the notch at ramus_height_mm = {} is not at least 5 mm below the coronoid at {} and "
+                    "4 mm below the condyle at {}",
                     params.ramus_height_mm, params.coronoid_height_mm, params.condyle_height_mm));
   }
   if (params.canal_to_buccal_mm + params.canal_diameter_mm + 1 > params.first_molar_width_mm) {
@@ -39,7 +39,7 @@ void Validate(const MandibleParams& params) {
   }
 }
 
-/// Ridges and knobs that the swept shapes do not have.
+/// Ridges and knobs that the swept shapes lack.
 struct Ridges {
   RoundedCones oblique;  // external oblique line, from the front edge of the ramus to the first molar
   Vec3 protuberance{0};  // of the chin
@@ -75,7 +75,7 @@ Ridges MakeRidges(const MandibleLayout& layout, const MandibleBody& body, const 
   }
   const CubicSpline sx(at_knot, x), sy(at_knot, y), sz(at_knot, z);
   const CubicSpline radius(at_knot, {oblique_radius.begin(), oblique_radius.end()});
-  constexpr int kPieces = 32;  // few enough to be quick, so many that the joints do not show
+  constexpr int kPieces = 32;  // few enough to be fast, enough to make the joints invisible
   for (int i = 0; i < kPieces; ++i) {
     const double s0 = at_knot.back() * i / kPieces;
     const double s1 = at_knot.back() * (i + 1) / kPieces;
@@ -100,19 +100,19 @@ struct MandibleShape::Parts {
         canal(layout, body, ramus),
         ridges(MakeRidges(layout, body, ramus)) {}
 
-  /// Left half. What can't reach a point is not asked.
+  /// Left half. Parts too far away to affect the value are not evaluated.
   double Bone(const Vec3& p) const {
     constexpr double kRamusSeam = 5.0, kObliqueSeam = 4.0, kLingulaSeam = 1.5, kOpeningSeam = 1.2;
     double f = 0;
     if (p.z - body_top > 0 && p.y > 30) {
-      // Beside or above the body the ramus comes first, since it is the cheaper.
+      // Next to or above the body the ramus is evaluated first, because it is cheaper.
       f = ramus.Distance(p, 1e9);
       if (p.z - body_top < f + kRamusSeam) f = SmoothUnion(f, body.Distance(p), kRamusSeam);
     } else {
       f = body.Distance(p);
       f = SmoothUnion(f, ramus.Distance(p, f + kRamusSeam), kRamusSeam);
     }
-    if (f > 8) return f - 4;  // all that follows adds less than 4 mm: a lower bound
+    if (f > 8) return f - 4;  // everything below adds less than 4 mm: a lower bound
     f = SmoothUnion(f, ridges.oblique.Distance(p, f + kObliqueSeam), kObliqueSeam);
     if (p.x < 25 && p.y < 25) {
       f = SmoothUnion(f, EllipsoidDistance(p - ridges.protuberance, {9.0, 5.0, 5.0}), 4.5);
@@ -129,7 +129,7 @@ struct MandibleShape::Parts {
 
   MandibleLayout layout;
   MandibleBody body;
-  double body_top = -5;  // z above which the body has nothing
+  double body_top = -5;  // top of the body, z
   MandibleRamus ramus;
   MandibleTeeth teeth;
   MandibleCanal canal;
@@ -174,7 +174,7 @@ int MandibleShape::Parts::Region(const Vec3& p, const Vec3& p_W) const {
     double depth = -bone;
     constexpr double kLowestSlope = 0.7, kHighestSlope = 1.15;
     if (depth > kLowestSlope * cortex && depth < kHighestSlope * cortex) {
-      // Deep inside the field is no longer a distance: divide by its slope.
+      // Deep inside, the field is no longer a distance: divide by its slope.
       constexpr double h = 0.05;
       const Vec3 slope{Bone(p + Vec3{h, 0, 0}) - Bone(p - Vec3{h, 0, 0}),
                        Bone(p + Vec3{0, h, 0}) - Bone(p - Vec3{0, h, 0}),
@@ -215,7 +215,7 @@ MandibleShape::MandibleShape(const MandibleParams& params) {
       for (double z = -60; z <= 62; z += kStep) {
         const double bone = c.Bone({x, y, z});
         if (bone > 2 * kStep && c.teeth.Distance({x, y, z}, 2 * kStep) > 2 * kStep) {
-          // Nothing within 2 steps or so: skip ahead.
+          // Nothing within about 2 steps: skip ahead.
           z += kStep * std::floor(std::min(bone, 2 * kStep) / (2 * kStep));
           continue;
         }
@@ -253,8 +253,8 @@ double MandibleShape::Value(const Vec3& p_W) const {
 }
 
 BlockClass MandibleShape::Classify(const Vec3& centre_W, double radius_mm) const {
-  // How much steeper than a distance the values are, with some room for joints; tests/bone/models/mandible_test.cpp
-  // samples it.
+  // The values are steeper than a distance by these factors; the constant allows for joints. Tested by sampling in
+  // tests/bone/models/mandible_test.cpp.
   const double bone_reach = 1.2 * radius_mm + 0.15;
   const double tooth_reach = 1.4 * radius_mm + 0.15;
   const Vec3 p = ToLeft(centre_W);

@@ -9,13 +9,13 @@ namespace {
 struct Measures {
   int kind;             // 0 incisor, 1 canine, 2 premolar, 3 molar
   double width, depth;  // of the crown, mm
-  double edge_z;        // of edge or cusps
-  double neck_z;        // where the crown begins
+  double edge_z;        // z of edge or cusps, mm
+  double neck_z;        // z of the base of the crown, mm
   double root;          // length, mm
-  double tilt_deg;      // top leans facially, about the arch
+  double tilt_deg;      // the top leans facially; about the arch's direction
 };
 
-// From the midline back.
+// From the midline to the back.
 constexpr std::array<Measures, 8> kTeeth = {{
     {0, 5.3, 5.9, 0.0, -9.3, 12.5, 8},
     {0, 5.9, 6.1, 0.0, -9.4, 13.5, 7},
@@ -27,7 +27,7 @@ constexpr std::array<Measures, 8> kTeeth = {{
     {3, 10.5, 9.8, 2.9, -4.2, 10.5, -20},
 }};
 
-/// A cone-shaped hill of height 1 with a round top, 0 beyond `reach`.
+/// Cone-shaped hill of height 1 with a round top; 0 beyond `reach`.
 double Cusp(double t, double b, double t0, double b0, double reach) {
   const double r2 = ((t - t0) * (t - t0) + (b - b0) * (b - b0)) / (reach * reach);
   return r2 >= 1 ? 0 : (1 - r2) * (1 - r2);
@@ -44,7 +44,7 @@ MandibleTeeth::MandibleTeeth(const MandibleLayout& layout) {
     s += m.width;
     Tooth tooth;
     tooth.kind = static_cast<Kind>(m.kind);
-    tooth.width = 0.995 * m.width;  // neighbours all but touch
+    tooth.width = 0.995 * m.width;  // leaves a small gap between neighbours
     tooth.depth = m.depth;
     tooth.height = m.edge_z - m.neck_z;
     const Vec2 at = layout.dental.Point(middle);
@@ -55,7 +55,7 @@ MandibleTeeth::MandibleTeeth(const MandibleLayout& layout) {
     tooth.along = {tangent.x, tangent.y, 0};
     tooth.up = std::cos(tilt) * Vec3{0, 0, 1} + std::sin(tilt) * out;
     tooth.out = std::cos(tilt) * out - std::sin(tilt) * Vec3{0, 0, 1};
-    // The edge or the middle of the cusps stands on the arch; the neck lies under it along the tooth's own axis.
+    // The edge, or the middle of the cusps, is on the arch; the neck is below it along the tooth's axis.
     tooth.neck = Vec3{at.x, at.y, m.edge_z} - tooth.height * tooth.up;
     const auto root_point = [&](double a, double b, double down) {
       return tooth.neck + a * tooth.along + b * tooth.out - down * tooth.up;
@@ -68,7 +68,7 @@ MandibleTeeth::MandibleTeeth(const MandibleLayout& layout) {
     };
     if (tooth.kind == Kind::kMolar) {
       for (const double side : {-1.0, 1.0}) {
-        const double lean = n == 7 ? 1.2 : 0.6;  // roots bend to the back
+        const double lean = n == 7 ? 1.2 : 0.6;  // roots curve to the back
         for (const double b : {-0.22, 0.22}) {
           add_root(root_point(side * 0.24 * m.width, b * m.depth, -0.6),
                    root_point(side * 0.27 * m.width + lean, 0.35 * b * m.depth, m.root - 1.2), 2.35, 1.2);
@@ -108,14 +108,14 @@ double MandibleTeeth::CrownDistance(const Tooth& tooth, const Vec3& local) {
   const double w = 0.5 * tooth.width;
   const double d = 0.5 * tooth.depth;
   double across = d;  // half depth at this height
-  double middle = 0;  // of the depth
+  double middle = 0;  // offset of the middle of the depth
   double along = w;
   double top = tooth.height;
   double power = 2.4;
   double edge = 0.6;  // radius between side and top
   switch (tooth.kind) {
     case Kind::kIncisor:
-      // A chisel: broad at the edge, deep at the neck, the lingual face hollow.
+      // Chisel shape: broad at the edge, deep at the neck, with a hollow lingual face.
       along = w * Mix(0.72, 1.0, SmoothStep(0, 0.8, h));
       across = Mix(d, 0.95, std::pow(h, 0.85));
       middle = 0.35 * (d - across) * h;
@@ -155,7 +155,7 @@ double MandibleTeeth::CrownDistance(const Tooth& tooth, const Vec3& local) {
       break;
     }
   }
-  // A superellipse around, scaled to about a distance.
+  // Superellipse around the axis, scaled to approximate a distance.
   const double x = std::abs(t) / along;
   const double y = std::abs(b - middle) / across;
   const double norm = std::pow(std::pow(x, power) + std::pow(y, power), 1 / power);
@@ -163,7 +163,7 @@ double MandibleTeeth::CrownDistance(const Tooth& tooth, const Vec3& local) {
   const double inside = std::max(side, -std::min(along, across));
   const double upper = (z - top) * 0.8;
   const double body = RoundedIntersection(inside, upper, edge);
-  // The neck's lower end is open into the roots.
+  // The lower end of the neck is open towards the roots.
   return RoundedIntersection(body, -z - 1.0, 0.8);
 }
 
@@ -189,7 +189,7 @@ double MandibleTeeth::SocketDistance(const Vec3& p_W, double limit) const {
   double best = limit + 1e-3;
   for (const Tooth& tooth : teeth_) {
     if (BoxDistance(tooth.root_box, p_W) > std::max(best, 0.0)) continue;
-    // Below the rim of the socket only.
+    // Only below the rim of the socket.
     const double rim = glm::dot(p_W - tooth.neck, tooth.up) + 2.8;
     double roots = 1e9;
     for (const auto& root : tooth.roots) roots = SmoothUnion(roots, root.Distance(p_W), 0.8);

@@ -11,11 +11,12 @@ class MandibleTeeth {
  public:
   explicit MandibleTeeth(const MandibleLayout& layout);
 
-  /// Crowns and roots. Beyond `limit` the value may be anything larger than it.
+  /// Distance to crowns and roots. If it exceeds `limit`, any value larger than `limit` may be returned.
   double Distance(const Vec3& p_W, double limit) const;
-  /// The roots with a little bone around them, which makes the ridges over them on the alveolar process.
+  /// Distance to the roots with a thin layer of bone around them, which forms the ridges over them on the alveolar
+  /// process.
   double SocketDistance(const Vec3& p_W, double limit) const;
-  /// Holds what SocketDistance is about.
+  /// Contains all roots with their layer of bone.
   const Box3& root_box() const { return root_box_; }
 
  private:
@@ -26,7 +27,7 @@ class MandibleTeeth {
     Vec3 along{1, 0, 0}, out{0, -1, 0}, up{0, 0, 1};  // distal, facial, occlusal
     double width = 0, depth = 0, height = 0;          // of the crown: along the arch, across it, above the neck
     std::vector<RoundedCone<Vec3>> roots;
-    Box3 box, root_box;  // hold the tooth, and its roots with the bone around them
+    Box3 box, root_box;  // contain the tooth, and its roots with the bone around them
   };
   static double CrownDistance(const Tooth& tooth, const Vec3& local);
 

@@ -45,7 +45,7 @@ CubicSpline::Terms CubicSpline::Evaluate(double x) const {
 }
 
 PlaneCurve::PlaneCurve(const std::vector<Vec2>& points) {
-  // First by chord length, then again by the arc length found, so that |derivative| comes to 1.
+  // First parametrised by chord length, then again by the resulting arc length, so that |derivative| is close to 1.
   std::vector<double> s(points.size(), 0.0), x, y;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (i > 0) s[i] = s[i - 1] + glm::distance(points[i], points[i - 1]);
@@ -83,7 +83,7 @@ PlaneCurve::PlaneCurve(const std::vector<Vec2>& points) {
   length_ = s.back();
   stretch_ = length_ / kKnots;
   for (int k = 0; k < kKnots; ++k) {
-    // A cubic from its value, slope and second derivative at one end and its second derivative at the other.
+    // Cubic defined by value, slope and second derivative at one end and the second derivative at the other.
     const CubicSpline::Terms x0 = spline_x.Evaluate(s[static_cast<std::size_t>(k)]);
     const CubicSpline::Terms y0 = spline_y.Evaluate(s[static_cast<std::size_t>(k)]);
     const double end = s[static_cast<std::size_t>(k) + 1];
@@ -142,14 +142,15 @@ Vec2 PlaneCurve::Normal(double s) const {
 }
 
 double PlaneCurve::Refine(const Vec2& p, double s) const {
-  // Newton for (p - c(s)) . c'(s) = 0; the slope is held away from 0, which it reaches at the centre of curvature.
+  // Newton's method for (p - c(s)) . c'(s) = 0; the slope is kept away from 0, which it reaches at the centre of
+  // curvature.
   for (int step = 0; step < 4; ++step) {
     const Terms c = Evaluate(s);
     const Vec2 d = p - c.point;
     const double slope = glm::dot(c.slope, c.slope) - glm::dot(d, c.second);
     const double move = glm::dot(d, c.slope) / std::max(slope, 0.3);
     s = std::clamp(s + move, 0.0, length_);
-    if (std::abs(move) < 3e-3) break;  // about its square is what is left
+    if (std::abs(move) < 3e-3) break;  // the remaining error is about the square of this
   }
   return s;
 }

@@ -1,4 +1,4 @@
-// Signed distances of simple solids, mm, negative inside, and smooth ways to join them. All tick-safe.
+// Signed distances of simple solids, mm, negative inside, and smooth combinations of them. All tick-safe.
 #pragma once
 
 #include <algorithm>
@@ -13,26 +13,26 @@ namespace kerf {
 
 using Vec2 = glm::dvec2;
 
-/// Union whose seam is a fillet; changes the smaller value only where the two differ by less than k mm, and by at most
-/// k/4.
+/// Union with a fillet at its seam; changes the smaller value only where the two differ by less than k mm, and by at
+/// most k/4.
 inline double SmoothUnion(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - 0.25 * h * h * k;
 }
 
-/// `a` without `b`, the edge rounded likewise.
+/// Difference, `a` without `b`, with a fillet as in SmoothUnion().
 inline double SmoothDifference(double a, double b, double k) {
   return -SmoothUnion(-a, b, k);
 }
 
-/// Intersection whose edge is a quarter circle of radius r (both negative inside).
+/// Intersection with an edge that is a quarter circle of radius r (both negative inside).
 inline double RoundedIntersection(double a, double b, double r) {
   const double u = std::max(a + r, 0.0);
   const double v = std::max(b + r, 0.0);
   return std::sqrt(u * u + v * v) + std::min(std::max(a, b) + r, 0.0) - r;
 }
 
-/// 3t^2 - 2t^3 of how far x is from a to b.
+/// Returns 3t^2 - 2t^3, where t is the position of x between a and b, clamped to 0 to 1.
 inline double SmoothStep(double a, double b, double x) {
   const double t = std::clamp((x - a) / (b - a), 0.0, 1.0);
   return t * t * (3 - 2 * t);
@@ -51,7 +51,7 @@ class RoundedCone {
       : a_(a), axis_(b - a), radius_a_(radius_a), radius_b_(radius_b) {
     length2_ = glm::dot(axis_, axis_);
     const double difference = radius_a - radius_b;
-    a2_ = length2_ - difference * difference;  // > 0 unless one ball holds the other
+    a2_ = length2_ - difference * difference;  // > 0 unless one ball contains the other
     inverse_length2_ = length2_ > 0 ? 1 / length2_ : 0;
   }
 
@@ -89,7 +89,7 @@ inline double BoxDistance(const Box3& box, const Vec3& p) {
   return glm::length(glm::max(glm::max(box.lower - p, p - box.upper), Vec3{0}));
 }
 
-/// Parts joined as they are, with a box around them so that far points need not ask.
+/// Union of rounded cones without fillets, with a box around them so that distant points are fast.
 class RoundedCones {
  public:
   void Add(const Vec3& a, const Vec3& b, double radius_a, double radius_b) {
@@ -99,7 +99,7 @@ class RoundedCones {
     box_.Include(b - radius_b);
     box_.Include(b + radius_b);
   }
-  /// Beyond `limit` the value may be anything larger than it.
+  /// If the distance exceeds `limit`, any value larger than `limit` may be returned.
   double Distance(const Vec3& p, double limit) const {
     double best = limit + 1e-6;
     if (BoxDistance(box_, p) > limit) return best;
@@ -112,8 +112,7 @@ class RoundedCones {
   Box3 box_;
 };
 
-/// About the distance to an ellipsoid at the origin: exact on the surface, never too large by more than a little near
-/// it.
+/// Approximate distance to an ellipsoid at the origin: exact on the surface, and only slightly too large near it.
 inline double EllipsoidDistance(const Vec3& p, const Vec3& radii) {
   const double k0 = glm::length(p / radii);
   const double k1 = glm::length(p / (radii * radii));

@@ -14,7 +14,7 @@ Bone JoinBones(const Bone& bone, const std::vector<const Bone*>& pieces) {
   for (const Bone* piece : pieces) {
     if (piece->empty()) continue;
     if (std::abs(piece->voxel_mm() - bone.voxel_mm()) > 1e-9 * bone.voxel_mm()) {
-      throw Error("a piece has other voxels than the bone that it was cut from");
+      throw Error("a piece has a different voxel size from the bone that it was cut from");
     }
     openvdb::FloatGrid::Ptr copy = piece->grids().phi->deepCopy();
     openvdb::tools::csgUnion(*joined.grids().phi, *copy);

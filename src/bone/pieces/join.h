@@ -1,4 +1,4 @@
-// Bone that was taken out, put back.
+// Restoration of bone that was taken out.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace kerf {
 
-/// The bone with the pieces where they were cut off: what was taken out of it has not been cut away. Pieces without
-/// bone are passed over. Throws Error when the voxels differ.
+/// Returns the bone with the pieces added where they were cut off. The pieces must have been taken out of it, not cut
+/// away. Pieces without bone are ignored. Throws kerf::Error if the voxel sizes differ.
 Bone JoinBones(const Bone& bone, const std::vector<const Bone*>& pieces);
 
 }  // namespace kerf

@@ -4,11 +4,7 @@
 #include <glm/geometric.hpp>
 
 namespace kerf {
-namespace {
-
-constexpr double kDegrees = 57.29577951308232;
-
-}  // namespace
+namespace {}  // namespace
 
 double CalcDistance(const Vec3& a_W, const Vec3& b_W) {
   return glm::length(b_W - a_W);
@@ -18,11 +14,11 @@ std::optional<double> CalcAngle(const Vec3& a_W, const Vec3& corner_W, const Vec
   const std::optional<Vec3> u = CalcDirection(a_W - corner_W);
   const std::optional<Vec3> v = CalcDirection(b_W - corner_W);
   if (!u || !v) return {};
-  return kDegrees * std::atan2(glm::length(glm::cross(*u, *v)), glm::dot(*u, *v));
+  return kDegreesPerRad * std::atan2(glm::length(glm::cross(*u, *v)), glm::dot(*u, *v));
 }
 
 double CalcAngle(const CutPlane& a, const CutPlane& b) {
-  return kDegrees *
+  return kDegreesPerRad *
          std::atan2(glm::length(glm::cross(a.normal_W, b.normal_W)), std::abs(glm::dot(a.normal_W, b.normal_W)));
 }
 
@@ -32,7 +28,7 @@ double CalcDistance(const Vec3& p_W, const CutPlane& plane) {
 
 double CalcTurn(const Pose& X) {
   const Quat& q = X.R_AB;
-  return 2 * kDegrees * std::atan2(glm::length(Vec3(q.x, q.y, q.z)), std::abs(q.w));
+  return 2 * kDegreesPerRad * std::atan2(glm::length(Vec3(q.x, q.y, q.z)), std::abs(q.w));
 }
 
 }  // namespace kerf

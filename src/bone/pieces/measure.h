@@ -7,15 +7,16 @@
 
 namespace kerf {
 
-/// mm.
+/// Returns the distance between two points, mm.
 double CalcDistance(const Vec3& a_W, const Vec3& b_W);
-/// At `corner`, between the ways to the other two, degrees, 0 to 180. None where one of them has no length.
+/// Returns the angle at `corner_W` between the directions to the other two points, degrees, 0 to 180. Empty if one of
+/// them coincides with the corner.
 std::optional<double> CalcAngle(const Vec3& a_W, const Vec3& corner_W, const Vec3& b_W);
-/// Between two planes, degrees, 0 to 90.
+/// Returns the angle between two planes, degrees, 0 to 90.
 double CalcAngle(const CutPlane& a, const CutPlane& b);
-/// Signed, to the side of the normal positive, mm.
+/// Returns the signed distance from a plane, mm; positive on the side of the normal.
 double CalcDistance(const Vec3& p_W, const CutPlane& plane);
-/// How a pose turns and moves: the angle of its rotation, degrees, 0 to 180.
+/// Returns the angle of a pose's rotation, degrees, 0 to 180.
 double CalcTurn(const Pose& X);
 
 }  // namespace kerf

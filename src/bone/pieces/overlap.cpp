@@ -11,13 +11,13 @@
 namespace kerf {
 namespace {
 
-constexpr double kSlackVoxels = 0.3;  // distances are true to a fifth of a voxel
+constexpr double kSlackVoxels = 0.3;  // distances are accurate to a fifth of a voxel
 constexpr int kBlock = 2;             // voxels, a quarter of a leaf; half its diagonal, 1.7, is within the band
-constexpr int kCells = 2;             // to a voxel
-constexpr int kFine = 4;              // to a cell where both surfaces are
-constexpr double kBend = 0.1;         // of a cell
+constexpr int kCells = 2;             // per voxel edge
+constexpr int kFine = 4;              // per cell edge, where both surfaces are in the cell
+constexpr double kBend = 0.1;         // fraction of a cell by which a surface may bend
 constexpr double kFaces = 0.7071;     // cosine
-constexpr std::size_t kStrides[] = {4096, 64, 1};  // few points first: the nearer the best so far, the quicker the rest
+constexpr std::size_t kStrides[] = {4096, 64, 1};  // few points first: a small minimum makes the rest faster
 
 Box3 Transform(const Box3& box, const Pose& X) {
   Box3 out;
@@ -32,11 +32,8 @@ Box3 Transform(const Box3& box, const Pose& X) {
 Pose Compose(const Pose& X_AB, const Pose& X_BC) {
   return {X_AB.R_AB * X_BC.R_AB, X_AB.Point(X_BC.p_AB)};
 }
-Pose Inverse(const Pose& X) {
-  return {glm::conjugate(X.R_AB), X.InversePoint(Vec3(0))};
-}
 
-/// Both distances at points of a's frame.
+/// Samples both distances at points in a's frame.
 class PairSampler {
  public:
   PairSampler(const Bone& a, const Bone& b, const Pose& X_BA)
@@ -58,7 +55,7 @@ class PairSampler {
   Pose X_BA_;
 };
 
-/// Whether the grid has no leaf and no bone within a ball: by the leaves in the box around it.
+/// Returns whether the grid has no leaf and no bone within a ball, by the leaves in the box around it.
 bool IsFarFrom(openvdb::FloatGrid::ConstAccessor& values, const Vec3& p, double radius, double voxel_mm) {
   const auto down = [&](double x) { return static_cast<int>(std::floor(x / voxel_mm)) & ~7; };
   openvdb::Coord at;
@@ -89,7 +86,7 @@ class Lattice {
     }
   }
   std::array<float, 8> Larger(int x, int y, int z) const { return Corners(larger_, x, y, z); }
-  /// Both surfaces go through the cell, or come so near that they may bend into it.
+  /// Returns whether both surfaces pass through the cell, or come so near that they may bend into it.
   bool HasBoth(int x, int y, int z, double edge) const {
     for (const auto& one : at_) {
       const std::array<double, 8> v = Corners(one, x, y, z);
@@ -118,17 +115,17 @@ class Lattice {
 };
 
 template <int N>
-double SumShares(const Lattice<N>& lattice) {
+double SumFractions(const Lattice<N>& lattice) {
   double sum = 0;
   for (int x = 0; x < N; ++x) {
     for (int y = 0; y < N; ++y) {
-      for (int z = 0; z < N; ++z) sum += CalcCellShare(lattice.Larger(x, y, z));
+      for (int z = 0; z < N; ++z) sum += CalcCellFraction(lattice.Larger(x, y, z));
     }
   }
   return sum;
 }
 
-/// Of a block of kBlock voxels, mm^3; cells with both surfaces are divided once more.
+/// Returns the overlap in a block of kBlock voxels, mm^3; cells with both surfaces are divided further.
 double CalcInBlock(PairSampler& sample, const Vec3& corner, double cell) {
   constexpr int kN = kBlock * kCells;
   Lattice<kN> lattice;
@@ -139,18 +136,18 @@ double CalcInBlock(PairSampler& sample, const Vec3& corner, double cell) {
     for (int y = 0; y < kN; ++y) {
       for (int z = 0; z < kN; ++z) {
         if (!lattice.HasBoth(x, y, z, cell)) {
-          sum += CalcCellShare(lattice.Larger(x, y, z));
+          sum += CalcCellFraction(lattice.Larger(x, y, z));
           continue;
         }
         fine.Fill(sample, corner + cell * Vec3(x, y, z), cell / kFine);
-        sum += SumShares(fine) / (kFine * kFine * kFine);
+        sum += SumFractions(fine) / (kFine * kFine * kFine);
       }
     }
   }
   return sum * cell * cell * cell;
 }
 
-/// Area that belongs to each point: a third of its triangles.
+/// Returns the area that belongs to each point: a third of its triangles.
 std::vector<double> CalcPointAreas(const TriangleMesh& mesh, std::vector<Vec3>& normals) {
   std::vector<double> areas(mesh.points.size(), 0);
   normals.assign(mesh.points.size(), Vec3(0));
@@ -164,7 +161,7 @@ std::vector<double> CalcPointAreas(const TriangleMesh& mesh, std::vector<Vec3>& 
   return areas;
 }
 
-/// From the points of `from` to the surface `to`; keeps the least.
+/// Finds the minimum distance from the points of `from` to the surface `to`; keeps the previous one if it is smaller.
 void FindLeast(const SurfaceInTree& from, const SurfaceInTree& to, const Pose& X_to_from, double& least, Vec3& p_from,
                Vec3& p_to) {
   const Box3& box = to.tree->bounds();
@@ -193,9 +190,9 @@ double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& b
   const Bone& a = *bone_a.bone;
   const Bone& b = *bone_b.bone;
   if (bone_a.bounds.empty() || bone_b.bounds.empty()) return 0;
-  // The finer of the two gives the cells.
+  // The finer of the two defines the cells.
   if (b.voxel_mm() < a.voxel_mm()) return CalcOverlap(bone_b, X_WB, bone_a, X_WA);
-  const Pose X_AB = Compose(Inverse(X_WA), X_WB);
+  const Pose X_AB = Compose(X_WA.Inverse(), X_WB);
   const double h = a.voxel_mm();
   Box3 box = Transform(bone_b.bounds.Grown(b.voxel_mm()), X_AB);
   const Box3 own = bone_a.bounds.Grown(h);
@@ -203,7 +200,7 @@ double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& b
   box.upper = glm::min(box.upper, own.upper);
   if (box.empty()) return 0;
 
-  PairSampler sample(a, b, Inverse(X_AB));
+  PairSampler sample(a, b, X_AB.Inverse());
   const double edge = kBlock * h;
   const double cell = h / kCells;
   const double reach = 0.5 * std::sqrt(3.0) * edge;
@@ -211,14 +208,14 @@ double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& b
   const int leaf = openvdb::FloatTree::LeafNodeType::DIM;
   auto own_values = a.grids().phi->getConstAccessor();
   auto other_values = b.grids().phi->getConstAccessor();
-  const Pose X_BA = Inverse(X_AB);
+  const Pose X_BA = X_AB.Inverse();
   const auto first = [&](double lower) { return static_cast<int>(std::floor(lower / (leaf * h))) * leaf; };
   double mm3 = 0;
   openvdb::Coord at;
   for (at.x() = first(box.lower.x); at.x() * h <= box.upper.x; at.x() += leaf) {
     for (at.y() = first(box.lower.y); at.y() * h <= box.upper.y; at.y() += leaf) {
       for (at.z() = first(box.lower.z); at.z() * h <= box.upper.z; at.z() += leaf) {
-        // Most leaves hold nothing of the one bone, or lie where there is nothing of the other.
+        // Skips leaves without bone of `a` and leaves far from `b`: most of them.
         if (own_values.probeConstLeaf(at) == nullptr && own_values.getValue(at) >= 0) continue;
         const Vec3 corner = h * Vec3(at.x(), at.y(), at.z());
         if (IsFarFrom(other_values, X_BA.Point(corner + Vec3(0.5 * leaf * h)), 0.5 * std::sqrt(3.0) * leaf * h,
@@ -233,7 +230,7 @@ double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& b
               bool out = false;
               bool in = true;
               for (std::size_t k = 0; k < 2; ++k) {
-                // The usual band holds this; of a narrower one no block is sure.
+                // The default band is wide enough for this; with a narrower one no block can be classified.
                 const double sure = reach + slack[k];
                 out = out || v[k] >= sure;
                 in = in && v[k] <= -sure;
@@ -253,15 +250,15 @@ std::optional<Gap> CalcGap(const SurfaceInTree& a, const Pose& X_WA, const Surfa
   double least = limit_mm;
   Vec3 p_A(0);
   Vec3 p_B(0);
-  FindLeast(a, b, Compose(Inverse(X_WB), X_WA), least, p_A, p_B);
-  FindLeast(b, a, Compose(Inverse(X_WA), X_WB), least, p_B, p_A);
+  FindLeast(a, b, Compose(X_WB.Inverse(), X_WA), least, p_A, p_B);
+  FindLeast(b, a, Compose(X_WA.Inverse(), X_WB), least, p_B, p_A);
   if (!(least < limit_mm)) return {};
   return Gap{.gap_mm = least, .p_WA_mm = X_WA.Point(p_A), .p_WB_mm = X_WB.Point(p_B)};
 }
 
 Facing CalcFacing(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB, double reach_mm,
                   double contact_mm) {
-  const Pose X_BA = Compose(Inverse(X_WB), X_WA);
+  const Pose X_BA = Compose(X_WB.Inverse(), X_WA);
   const Box3& box = b.tree->bounds();
   std::vector<Vec3> normals;
   const std::vector<double> areas = CalcPointAreas(*a.mesh, normals);

@@ -1,4 +1,4 @@
-// How two pieces lie to each other: the volume in which both are, and the gap between them.
+// Relation between two pieces: the volume of their overlap, and the gap between them.
 #pragma once
 
 #include <vector>
@@ -9,41 +9,42 @@
 
 namespace kerf {
 
-/// Volume that lies in both bones, mm^3, a at X_WA and b at X_WB. Space is divided into blocks that lie in both, or not
-/// in both, by their middle's distances, and the rest into cells of half a voxel (an eighth where both surfaces are in
-/// the cell), in which the larger of both distances is linear on tetrahedra. The error is that of the bones' own
-/// surfaces, second order in the voxel: below 2 % of overlaps two voxels thick and more.
+/// Returns the volume that lies in both bones, mm^3, with `a` at X_WA and `b` at X_WB. Space is divided into blocks.
+/// The distances at the centre of a block show whether it lies entirely in both bones or entirely outside their
+/// overlap. The other blocks are divided into cells of half a voxel (an eighth where both surfaces are in the cell), in
+/// which the larger of the two distances is linear on tetrahedra. The error is that of the bones' surfaces,
+/// second-order in the voxel size: below 2 % for overlaps at least two voxels thick.
 double CalcOverlap(const Bone& a, const Pose& X_WA, const Bone& b, const Pose& X_WB);
-/// The same of bones whose bounds are known: looking for these takes longer than the overlap.
+/// Overload for bones with known bounds: computing these takes longer than the overlap.
 struct BoneInBox {
   const Bone* bone;
-  Box3 bounds;  // of its surface, to a voxel; empty: there is none
+  Box3 bounds;  // of its surface, to a voxel; empty if there is none
 };
 double CalcOverlap(const BoneInBox& a, const Pose& X_WA, const BoneInBox& b, const Pose& X_WB);
 
-/// Between two surfaces that do not overlap.
+/// Gap between two surfaces that do not overlap.
 struct Gap {
-  double gap_mm = 0;  // the least
-  Vec3 p_WA_mm{0};    // where: on the one
-  Vec3 p_WB_mm{0};    // and on the other
+  double gap_mm = 0;  // minimum distance
+  Vec3 p_WA_mm{0};    // its end on surface a
+  Vec3 p_WB_mm{0};    // its end on surface b
 };
-/// A surface with its hierarchy.
+/// A surface with its search tree.
 struct SurfaceInTree {
   const TriangleMesh* mesh;
   const SurfaceTree* tree;
 };
-/// From each point of either surface to the nearest triangle of the other; what two edges have between them is not
-/// looked at (below a tenth of the triangles' size). None when nothing is nearer than `limit_mm`.
+/// Returns the minimum distance from the points of either surface to the triangles of the other. Distances between two
+/// edges are not considered (error below a tenth of the triangles' size). Empty if nothing is nearer than `limit_mm`.
 std::optional<Gap> CalcGap(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB,
                            double limit_mm);
 
-/// Of the part of surface a that faces surface b: from its points the nearest point of b is within `reach_mm` and less
-/// than 45 degrees off the normal.
+/// Statistics of the part of surface a that faces surface b: from its points, the nearest point of b is within
+/// `reach_mm` and less than 45 degrees off the normal.
 struct Facing {
   double area_mm2 = 0;     // of a
   double mean_mm = 0;      // gap
-  double p95_mm = 0;       // 95 % of the area are nearer
-  double contact_mm2 = 0;  // of a, nearer than `contact_mm`
+  double p95_mm = 0;       // gap that 95 % of the area does not exceed
+  double contact_mm2 = 0;  // area of a with a gap below `contact_mm`
 };
 Facing CalcFacing(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB, double reach_mm,
                   double contact_mm);

@@ -1,4 +1,4 @@
-// pieces.json
+// Format of pieces.json.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -37,7 +37,7 @@ Json FormatStates(const std::vector<PieceIdentity>& pieces, const std::vector<Pi
   throw Error(fmt::format("{}: {}", path, what));
 }
 
-/// Throws Error unless it is a rigid motion.
+/// Reads a transform. Throws kerf::Error unless it is a rigid motion.
 Pose ReadTransform(const nlohmann::json& entry, const std::string& path, const std::string& name) {
   const nlohmann::json list = entry.value("transform", nlohmann::json());
   std::array<double, 16> m{};
@@ -54,9 +54,9 @@ Pose ReadTransform(const nlohmann::json& entry, const std::string& path, const s
   const auto unit = [](const Vec3& v) { return std::abs(glm::length(v) - 1) < kRigid; };
   const bool rigid = unit(x) && unit(y) && unit(z) && glm::length(glm::cross(x, y) - z) < kRigid && m[12] == 0 &&
                      m[13] == 0 && m[14] == 0 && m[15] == 1;
-  if (!rigid) Refuse(path, fmt::format("'transform' of {} is no rigid motion", name));
+  if (!rigid) Refuse(path, fmt::format("'transform' of {} is not a rigid motion", name));
   const Pose X{glm::normalize(glm::quat_cast(glm::dmat3(x, y, z))), {m[3], m[7], m[11]}};
-  if (!IsInWorld(X.p_AB)) Refuse(path, fmt::format("'transform' of {} leads out of the world", name));
+  if (!IsInWorld(X.p_AB)) Refuse(path, fmt::format("'transform' of {} moves it out of the world", name));
   return X;
 }
 
@@ -72,11 +72,12 @@ std::vector<PieceState> ReadStates(const nlohmann::json& list, const std::string
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       if (pieces[i].name == name) at = i;
     }
-    if (!at) Refuse(path, fmt::format("there is no {} here; the file is of another bone or another cut", name));
+    if (!at) Refuse(path, fmt::format("there is no {} here; the file belongs to another bone or another cut", name));
     const nlohmann::json volume = entry.value("volume_mm3", nlohmann::json());
     const double own = pieces[*at].volume_mm3;
     if (!volume.is_number() || !(std::abs(volume.get<double>() - own) <= kSameVolume * own)) {
-      Refuse(path, fmt::format("{} has another volume here; the file is of another bone or another cut", name));
+      Refuse(path,
+             fmt::format("{} has a different volume here; the file belongs to another bone or another cut", name));
     }
     const auto flag = [&](const char* key) {
       const nlohmann::json value = entry.value(key, nlohmann::json(false));
@@ -112,13 +113,13 @@ void RestorePieces(const std::string& text, const std::string& path, const std::
                    PieceHistory& history) {
   const nlohmann::json json = ParseJson(text, path);
   if (!json.is_object() || json.value("format", nlohmann::json()) != kFormat) {
-    Refuse(path, "not a file of pieces that kerf wrote");
+    Refuse(path, "not a pieces file written by kerf");
   }
   if (json.value("version", nlohmann::json()) != kVersion) Refuse(path, "was written by a later version of kerf");
   const std::vector<PieceState> states =
       ReadStates(json.value("pieces", nlohmann::json()), path, pieces, history.now());
   const nlohmann::json checkpoints = json.value("checkpoints", nlohmann::json::array());
-  if (!checkpoints.is_array()) Refuse(path, "'checkpoints' is no list");
+  if (!checkpoints.is_array()) Refuse(path, "'checkpoints' is not a list");
   std::vector<std::pair<std::string, std::vector<PieceState>>> read;
   for (const nlohmann::json& entry : checkpoints) {
     if (!entry.is_object() || !entry.value("name", nlohmann::json()).is_string()) {
@@ -127,7 +128,7 @@ void RestorePieces(const std::string& text, const std::string& path, const std::
     read.emplace_back(entry["name"].get<std::string>(),
                       ReadStates(entry.value("pieces", nlohmann::json()), path, pieces, history.now()));
   }
-  // Nothing is changed by a file that is at fault.
+  // Nothing is changed before this point, so an invalid file has no effect.
   for (auto& [name, kept] : read) history.set_checkpoint(name, std::move(kept));
   if (states != history.now()) {
     history.Do({.what = "restore", .piece = {}, .X_WW = {}, .name = path}, states, 0);

@@ -49,7 +49,7 @@ void PieceHistory::Do(PieceAction action, std::vector<PieceState> states, int ge
 
 bool PieceHistory::Undo() {
   if (at_ == 0) return false;
-  steps_[at_].gesture = 0;  // it is over
+  steps_[at_].gesture = 0;  // the gesture has ended
   --at_;
   return true;
 }

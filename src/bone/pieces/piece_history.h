@@ -1,4 +1,4 @@
-// What was done with pieces: states one after the other, gone back to and forward again, and their file.
+// History of the pieces' states, with undo and redo, and its file format.
 #pragma once
 
 #include <map>
@@ -9,19 +9,19 @@
 
 namespace kerf {
 
-/// "move piece 2", for people.
+/// Returns a description for the user, such as "move piece 2".
 std::string Describe(const PieceAction& action);
 
 class PieceHistory {
  public:
   const std::vector<PieceState>& now() const { return steps_[at_].states; }
-  /// `like`: the piece whose states it gets, -1 for those of the start.
+  /// `like`: index of the piece whose states are copied; -1: the initial state.
   void AddPiece(int like);
 
   void Do(PieceAction action, std::vector<PieceState> states, int gesture);
   bool Undo();
   bool Redo();
-  const PieceAction* FindUndo() const;  // null: nothing
+  const PieceAction* FindUndo() const;  // null if there is nothing to undo
   const PieceAction* FindRedo() const;
   std::vector<PieceAction> actions() const;
   void Checkpoint(const std::string& name);
@@ -32,21 +32,21 @@ class PieceHistory {
 
  private:
   struct Step {
-    PieceAction action;  // that led here
+    PieceAction action;  // that led to these states
     std::vector<PieceState> states;
     int gesture = 0;
   };
-  std::vector<Step> steps_{Step{}};  // the first: the start
+  std::vector<Step> steps_{Step{}};  // the first is the start
   std::size_t at_ = 0;
   std::map<std::string, std::vector<PieceState>> checkpoints_;
 };
 
-/// By which a file's pieces are told.
+/// Identifies a piece in a file.
 struct PieceIdentity {
   std::string name;
   double volume_mm3 = 0;
 };
-/// As PieceSet::FormatJson() and PieceSet::Restore().
+/// See PieceSet::FormatJson() and PieceSet::Restore().
 std::string FormatPieces(const std::vector<PieceIdentity>& pieces, const PieceHistory& history);
 void RestorePieces(const std::string& text, const std::string& path, const std::vector<PieceIdentity>& pieces,
                    PieceHistory& history);

@@ -9,19 +9,15 @@
 #include <map>
 
 #include "bone/grid/surface.h"
+#include "bone/pieces/measure.h"
 #include "bone/pieces/piece_history.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
-
-Pose Compose(const Pose& X_AB, const Pose& X_BC) {
+Pose ComposeUnit(const Pose& X_AB, const Pose& X_BC) {
   return {glm::normalize(X_AB.R_AB * X_BC.R_AB), X_AB.Point(X_BC.p_AB)};
-}
-Pose Inverse(const Pose& X) {
-  return {glm::conjugate(X.R_AB), X.InversePoint(Vec3(0))};
 }
 
 Vec3 UnitAxis(const Vec3& axis_W) {
@@ -30,16 +26,16 @@ Vec3 UnitAxis(const Vec3& axis_W) {
   return *axis;
 }
 
-/// About p_W.
+/// Returns the rotation about p_W.
 Pose MakeTurn(const Vec3& p_W, const Quat& by_W) {
   const Quat q = glm::normalize(by_W);
   return {q, p_W - q * p_W};
 }
 
-/// Of the volume that a closed surface encloses; of an empty one the origin.
+/// Returns the centroid of the volume that a closed surface encloses; the origin if the surface is empty.
 Vec3 CalcCentroidOf(const TriangleMesh& mesh) {
   if (mesh.points.empty()) return Vec3(0);
-  const Vec3 origin = mesh.points.front();  // near: no digits are lost far from the world's
+  const Vec3 origin = mesh.points.front();  // nearby, so that no precision is lost far from the world's origin
   Vec3 sum(0);
   double six = 0;
   for (const auto& t : mesh.triangles) {
@@ -58,11 +54,11 @@ Vec3 CalcCentroidOf(const TriangleMesh& mesh) {
 struct PieceSet::State {
   struct Part {
     Piece piece;
-    mutable std::unique_ptr<SurfaceTree> tree;  // made when it is first asked
+    mutable std::unique_ptr<SurfaceTree> tree;  // built on first use
   };
   std::vector<Part> parts;
   PieceHistory history;
-  int numbers = 0;  // given in names
+  int numbers = 0;  // last number used in a name
 
   const SurfaceTree& TreeOf(int i) const {
     const Part& part = parts[static_cast<std::size_t>(i)];
@@ -91,7 +87,7 @@ struct PieceSet::State {
     if (next == now) return;
     PieceAction action{.what = what,
                        .piece = parts[static_cast<std::size_t>(i)].piece.name,
-                       .X_WW = Compose(next.X_WP, Inverse(now.X_WP)),
+                       .X_WW = ComposeUnit(next.X_WP, now.X_WP.Inverse()),
                        .name = {}};
     std::vector<PieceState> states = history.now();
     states[static_cast<std::size_t>(i)] = next;
@@ -100,7 +96,7 @@ struct PieceSet::State {
   void DoMotion(int i, const char* what, const Pose& X_WW, int gesture) {
     Check(i);
     PieceState next = At(i);
-    next.X_WP = Compose(X_WW, next.X_WP);
+    next.X_WP = ComposeUnit(X_WW, next.X_WP);
     Do(i, what, next, gesture);
   }
   void Fill(Piece& piece, Bone bone) const {
@@ -114,7 +110,7 @@ struct PieceSet::State {
   int Add(Bone bone, const std::string& name) {
     Part part;
     part.piece.name = name;
-    // The next number that nobody has.
+    // Uses the next number that is not taken.
     while (part.piece.name.empty() || Find(part.piece.name) >= 0) {
       part.piece.name = fmt::format("piece {}", ++numbers);
     }
@@ -211,7 +207,8 @@ void PieceSet::MoveAlong(int i, const Vec3& axis_W, double by_mm, int gesture) {
 }
 
 void PieceSet::RotateAbout(int i, const Vec3& p_W, const Vec3& axis_W, double by_deg, int gesture) {
-  state_->DoMotion(i, "rotate about", MakeTurn(p_W, glm::angleAxis(by_deg / kDegrees, UnitAxis(axis_W))), gesture);
+  state_->DoMotion(i, "rotate about", MakeTurn(p_W, glm::angleAxis(by_deg / kDegreesPerRad, UnitAxis(axis_W))),
+                   gesture);
 }
 
 void PieceSet::Place(int i, const Pose& X_WP, int gesture) {
@@ -338,7 +335,7 @@ void PieceSet::Restore(const std::string& text, const std::string& path) {
 
 Pose ConstrainToAxis(const Pose& X_WW, const Vec3& p_W, const Vec3& axis_W) {
   const Vec3 axis = UnitAxis(axis_W);
-  // The part of the rotation about the axis (swing-twist decomposition).
+  // The component of the rotation about the axis (swing-twist decomposition).
   const Quat& q = X_WW.R_AB;
   const double along = glm::dot(Vec3(q.x, q.y, q.z), axis);
   const double length = std::hypot(q.w, along);

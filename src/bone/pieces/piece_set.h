@@ -1,4 +1,4 @@
-// The pieces of a bone that was cut through: picked, moved, hidden, measured against each other, all of it undone.
+// Pieces of a bone that was cut through: picking, moving, hiding, and measuring them against each other, with undo.
 #pragma once
 
 #include <array>
@@ -13,17 +13,17 @@
 
 namespace kerf {
 
-/// What stays as it was made.
+/// Constant data of a piece.
 struct Piece {
-  std::string name;  // "piece 1", the largest first
-  Bone bone;         // where it was cut off: its own frame P is the world then
+  std::string name;  // "piece 1" is the largest
+  Bone bone;         // where it was cut off, so that its frame P is the world frame
   TriangleMesh mesh;
   double volume_mm3 = 0;
   Box3 bounds_P;
   Vec3 centroid_P{0};  // of the enclosed volume
 };
 
-/// What is done to it.
+/// Changeable state of a piece.
 struct PieceState {
   Pose X_WP;
   bool hidden = false;
@@ -31,99 +31,100 @@ struct PieceState {
   bool operator==(const PieceState&) const;
 };
 
-/// What was done, for lists and files: plain data.
+/// One action on the pieces, for lists and files: plain data.
 struct PieceAction {
   std::string what;   // "hide", "show", "delete", "move", "rotate", "move along", "rotate about", "place", "reset",
                       // "reset all", "go to", "restore"
-  std::string piece;  // its name; of the last three empty
-  Pose X_WW;          // by which it was moved: X_WP after = X_WW X_WP before
+  std::string piece;  // its name; empty for the last three
+  Pose X_WW;          // its motion: X_WP after = X_WW X_WP before
   std::string name;   // of a checkpoint or a file
 };
 
 struct PiecePick {
   int piece = -1;
   Vec3 p_W_mm{0};
-  double way_mm = 0;  // along the ray
+  double way_mm = 0;  // distance along the ray
 };
 
-/// Of a piece against another that is not deleted.
+/// Contact of a piece with another one that is not deleted.
 struct PieceContact {
   int other = -1;
   double overlap_mm3 = 0;
-  std::optional<Gap> gap;  // none beyond the limit; where they overlap it is 0
+  std::optional<Gap> gap;  // empty if beyond the limit; 0 where the pieces overlap
 };
 
-/// Indices are those of pieces, from 0, and stay good. All functions that take one throw Error for a deleted piece or
-/// none of that number. Not thread-safe.
+/// The pieces of a bone. Indices of pieces start at 0 and never change. Unless stated otherwise, all functions that
+/// take an index throw kerf::Error if it is out of range or the piece is deleted. Not thread-safe.
 class PieceSet {
  public:
   PieceSet();
-  /// Splits the bone (SplitPieces); smaller ones are left out.
+  /// Splits the bone with SplitPieces(); pieces smaller than `min_mm3` are omitted.
   explicit PieceSet(const Bone& bone, double min_mm3 = 1);
   ~PieceSet();
   PieceSet(PieceSet&&) noexcept;
   PieceSet& operator=(PieceSet&&) noexcept;
 
-  /// Another one, as one that left the bone while it was cut. Its state is that of the start in all that was done so
-  /// far. `name`: empty for the next number. Returns its index.
+  /// Adds a piece, for example one that separated while the bone was cut. It has the initial state in all earlier
+  /// steps. `name`: if empty, the next free number is used. Returns its index.
   int Add(Bone bone, const std::string& name = "");
-  /// The piece was cut further: it is now the largest part of `now`, and its other parts are new pieces that come along
-  /// in all that was done with it. Returns their indices; the piece itself when nothing is left of it.
+  /// Updates a piece that was cut further: it becomes the largest part of `now`. The other parts become new pieces with
+  /// a copy of its states in all steps. Returns their indices, starting with `i`; only `i` if nothing is left of the
+  /// piece. Also accepts a deleted piece.
   std::vector<int> Recut(int i, const Bone& now, double min_mm3 = 1);
 
   int size() const;
-  const Piece& piece(int i) const;          // of a deleted one too
-  const PieceState& state(int i) const;     // likewise
-  int Find(const std::string& name) const;  // -1: none
-  Vec3 CalcCentroid(int i) const;           // world, where it is now
+  const Piece& piece(int i) const;          // also if deleted
+  const PieceState& state(int i) const;     // also if deleted
+  int Find(const std::string& name) const;  // -1 if not found
+  Vec3 CalcCentroid(int i) const;           // world, at its current pose; also if deleted
 
-  // ---- what can be undone. Steps with the same `gesture` (not 0) on the same piece, one after the other, are one.
+  // ---- changes that can be undone. Consecutive steps with the same `gesture` (not 0) on one piece count as one.
   void SetHidden(int i, bool hidden);
   void Delete(int i);
   void Move(int i, const Vec3& by_W_mm, int gesture = 0);
-  /// About a point, by a unit quaternion.
+  /// Rotates about a point, by a unit quaternion.
   void Rotate(int i, const Vec3& p_W, const Quat& by_W, int gesture = 0);
-  /// The constrained movements: along an axis, and about it. `axis_W`: any length but 0.
+  /// Constrained motions: along an axis, and about it. `axis_W`: any length except 0.
   void MoveAlong(int i, const Vec3& axis_W, double by_mm, int gesture = 0);
   void RotateAbout(int i, const Vec3& p_W, const Vec3& axis_W, double by_deg, int gesture = 0);
   void Place(int i, const Pose& X_WP, int gesture = 0);
   void Reset(int i);  // back to where it was cut off
-  void ResetAll();    // shown, and back what was deleted
-  bool Undo();        // false: nothing to undo
+  void ResetAll();    // shows, restores and moves back all pieces
+  bool Undo();        // false if there is nothing to undo
   bool Redo();
   bool can_undo() const;
   bool can_redo() const;
-  /// What was done up to now, oldest first.
+  /// Returns the actions up to now, oldest first.
   std::vector<PieceAction> actions() const;
-  /// Of what Undo() would undo; empty: nothing.
+  /// Returns a description of what Undo() would undo; empty if nothing.
   std::string next_undo() const;
   std::string next_redo() const;
-  /// Keeps the state by name; one of the same name is replaced.
+  /// Saves the current states under a name; replaces a checkpoint of the same name.
   void Checkpoint(const std::string& name);
-  /// As it was then; can be undone. False: there is none of that name.
+  /// Returns to a checkpoint; can be undone. Returns false if there is none of that name.
   bool GoTo(const std::string& name);
   std::vector<std::string> checkpoints() const;
 
-  // ---- asked
-  /// Makes what the functions below need at their first call: seconds for a whole mandible at 0.125 mm. After it they
-  /// may be called by several threads at once, as long as nobody changes the set.
+  // ---- queries
+  /// Builds the search trees that the functions below otherwise build on their first call: this takes seconds for a
+  /// whole mandible at 0.125 mm. Afterwards, several threads may call them at once, as long as the set is not changed.
   void Prepare() const;
-  /// The first piece, shown and not deleted, that a ray meets; `direction_W`: any length but 0.
+  /// Returns the first piece, shown and not deleted, that a ray hits; `direction_W`: any length except 0.
   std::optional<PiecePick> Pick(const Vec3& origin_W, const Vec3& direction_W) const;
-  /// Against each other piece that is not deleted. `gap_limit_mm`: gaps beyond are not looked for.
+  /// Computes the contacts with every other piece that is not deleted. Gaps beyond `gap_limit_mm` are not searched for.
   std::vector<PieceContact> CalcContacts(int i, double gap_limit_mm = 50) const;
   double CalcOverlapWith(int i, int other) const;
   std::optional<Gap> CalcGapTo(int i, int other, double limit_mm) const;
-  /// Of the surface of piece i that faces the other one.
+  /// Computes statistics of the surface of piece i that faces the other piece.
   Facing CalcFacingTo(int i, int other, double reach_mm = 3, double contact_mm = 0.2) const;
 
-  // ---- kept
-  /// pieces.json: poses as 4 x 4 matrices from the place where a piece was cut off to where it is, LPS mm, row by row;
-  /// state, checkpoints and what was done.
+  // ---- files
+  /// Formats pieces.json: poses as 4 x 4 matrices from where a piece was cut off to where it is, LPS, mm, row by row;
+  /// states, checkpoints and actions.
   std::string FormatJson() const;
-  /// Brings pieces, told by their names, and checkpoints to where a file has them; all of it is undone in one step.
-  /// Throws Error with one sentence when the text is no such file, or is of other pieces (volumes that differ by more
-  /// than a hundredth).
+  /// Sets pieces, identified by name, and checkpoints to the states in a file, as one step that can be undone. Throws
+  /// kerf::Error with one sentence if the text is not such a file, or belongs to other pieces (volumes that differ by
+  /// more than one percent).
   void Restore(const std::string& text, const std::string& path);
 
  private:
@@ -131,10 +132,11 @@ class PieceSet {
   std::unique_ptr<State> state_;
 };
 
-/// A free motion of a piece held to an axis: what of it goes along the axis through p and turns about it.
+/// Constrains a free motion of a piece to an axis: returns its translation along the axis through p_W and its rotation
+/// about it.
 Pose ConstrainToAxis(const Pose& X_WW, const Vec3& p_W, const Vec3& axis_W);
 
-/// Row by row.
+/// Returns the 4 x 4 matrix of a pose, row by row.
 std::array<double, 16> MakeMatrix(const Pose& X);
 
 }  // namespace kerf

@@ -14,7 +14,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kRounding = 1e-6;  // of the sizes at hand: what single precision may be off by, with room
+constexpr double kRounding = 1e-6;  // bound on the error of single precision, relative to the sizes involved
 
 struct Query {
   const std::vector<Vec3>* points;
@@ -37,7 +37,7 @@ bool Visit(RTCPointQueryFunctionArguments* args) {
   const auto& t = (*q.triangles)[args->primID];
   const Vec3 at = FindNearestInTriangle(q.p, (*q.points)[t[0]], (*q.points)[t[1]], (*q.points)[t[2]]);
   const double distance = glm::length(at - q.p);
-  // Of two equally near triangles the first, however the hierarchy came out.
+  // Of two equally near triangles, the one with the lower index, independent of the tree.
   if (distance > q.best_mm || (distance == q.best_mm && (!q.found || args->primID > q.triangle))) return false;
   q.best_mm = distance;
   q.triangle = args->primID;
@@ -50,7 +50,7 @@ bool Visit(RTCPointQueryFunctionArguments* args) {
 }  // namespace
 
 Vec3 FindNearestInTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  // By the region of the triangle's plane that p is over (Ericson, Real-Time Collision Detection, 5.1.5).
+  // Depends on the region of the triangle's plane that p projects to (Ericson, Real-Time Collision Detection, 5.1.5).
   const Vec3 ab = b - a;
   const Vec3 ac = c - a;
   const Vec3 ap = p - a;
@@ -82,7 +82,7 @@ struct SurfaceTree::State {
     if (scene) rtcReleaseScene(scene);
     if (device) rtcReleaseDevice(device);
   }
-  std::vector<Vec3> points;  // about the middle
+  std::vector<Vec3> points;  // relative to the centre
   std::vector<std::array<std::uint32_t, 3>> triangles;
   Box3 bounds;
   Vec3 middle{0};
@@ -140,7 +140,7 @@ std::optional<SurfaceTree::Hit> SurfaceTree::Intersect(const Vec3& origin, const
   const double length = glm::length(direction);
   if (!(length > 0) || s.triangles.empty()) return {};
   const Vec3 d = direction / length;
-  // From near the surface: single precision does not bear a camera far off.
+  // Starts near the surface, because single precision is not sufficient for a distant camera.
   const double start = std::max(0.0, glm::dot(s.middle - origin, d) - s.size_mm);
   const Vec3 from = origin + start * d - s.middle;
   RTCRayHit ray{};

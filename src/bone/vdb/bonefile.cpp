@@ -15,6 +15,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/core/errno_text.h"
 #include "base/files/files.h"
 #include "bone/grid/grids.h"
 #include "bone/material/region_table.h"
@@ -27,11 +28,11 @@ namespace kerf {
 namespace {
 
 constexpr int kFormat = 2;
-constexpr int kFormatOfInt32Regions = 1;  // the same, but for grid "region", which was of int32
+constexpr int kFormatOfInt32Regions = 1;  // the same, except that grid "region" was of int32
 constexpr float kMaxHu = 100'000;
 constexpr char kNotePrefix[] = "note_";
 
-/// OpenVDB's writer, onto a stream of ours: its own does not look whether the disk is full.
+/// OpenVDB's writer, on a stream from kerf: OpenVDB's own stream does not detect a full disk.
 class Writer : public openvdb::io::Archive {
  public:
   void Write(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& meta) const {
@@ -39,10 +40,10 @@ class Writer : public openvdb::io::Archive {
   }
 };
 
-/// OpenVDB's reader of streams, but for the grids that nobody wants: those it jumps over.
+/// OpenVDB's stream reader, which skips grids that are not wanted.
 class Reader : public openvdb::io::Archive {
  public:
-  /// The stream must not be read after the reader's end.
+  /// The stream must not be read after the reader is destroyed.
   explicit Reader(std::istream& in) {
     readHeader(in);
     openvdb::io::setStreamMetadataPtr(in, of_stream_, /*transfer=*/false);
@@ -54,7 +55,7 @@ class Reader : public openvdb::io::Archive {
 
   const openvdb::MetaMap& meta() const { return meta_; }
 
-  /// The grids of these names; the last when there are several of one.
+  /// Reads the grids with these names; if several have the same name, the last one.
   std::map<std::string, openvdb::GridBase::Ptr> ReadGrids(std::istream& in, const std::set<std::string>& wanted) {
     std::map<std::string, openvdb::GridBase::Ptr> found;
     NamedGridMap by_unique_name;
@@ -63,7 +64,7 @@ class Reader : public openvdb::io::Archive {
       openvdb::io::GridDescriptor descriptor;
       const openvdb::GridBase::Ptr grid = descriptor.read(in);
       if (inputHasGridOffsets() && wanted.count(descriptor.gridName()) == 0) {
-        // Only ever onwards, so that this ends.
+        // Seeks forward only, so that the loop ends.
         if (descriptor.getEndPos() <= in.tellg()) throw openvdb::IoError("a grid that ends before it begins");
         descriptor.seekToEnd(in);
         continue;
@@ -94,7 +95,7 @@ std::string StringMeta(const openvdb::MetaMap& meta, const std::string& name, co
   return value->value();
 }
 
-/// The grid's voxel size, when its transform is a uniform scale without offset or turn.
+/// Returns the grid's voxel size. Its transform must be a uniform scale without translation or rotation.
 double VoxelSize(const openvdb::GridBase& grid, const std::string& path) {
   const auto& transform = grid.constTransform();
   const double h = transform.voxelSize()[0];
@@ -108,7 +109,7 @@ double VoxelSize(const openvdb::GridBase& grid, const std::string& path) {
   return h;
 }
 
-/// Over what lies further apart, later steps would never end.
+/// Throws kerf::Error if the active voxels are too far apart: later steps would take practically forever.
 void CheckSides(const openvdb::GridBase& grid, const std::string& path) {
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
   if (box.empty()) return;
@@ -118,15 +119,15 @@ void CheckSides(const openvdb::GridBase& grid, const std::string& path) {
                            sides.x(), sides.y(), sides.z(), kMaxVdbSide_vox));
 }
 
-/// Files hold the regions as floats: Python's module as Debian builds it opens grids of float, bool and vec3s only, and
-/// refuses the whole file because of another. Whole numbers up to 255 are exact.
+/// Converts the regions, which files hold as floats: Debian's build of the Python module opens only grids of float,
+/// bool and vec3s, and rejects the whole file because of another type. Integers up to 255 are exact.
 openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const std::string& path) {
   if (auto regions = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) return regions;
   const auto stored = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
   if (!stored) Refuse(path, "grid \"region\" must be of type float or int32");
   for (auto it = stored->cbeginValueAll(); it; ++it) {
     if (!(*it >= 0 && *it <= 255 && *it == std::floor(*it))) {
-      Refuse(path, fmt::format("grid \"region\" has the value {}, which is no number of a region", *it));
+      Refuse(path, fmt::format("grid \"region\" has the value {}, which is not a region number", *it));
     }
   }
   return std::make_shared<openvdb::Int32Grid>(*stored);
@@ -139,15 +140,15 @@ void CheckGrids(const Bone::Grids& grids, const std::string& path) {
   CheckSides(*grids.region, path);
   const float band = grids.phi->background();
   if (!(std::abs(static_cast<double>(band) - kHalfBandVoxels * h) <= 1e-3 * h)) {
-    Refuse(path, fmt::format("grid \"phi\" has the background {} where {} mm (3 voxels) is expected", band, 3 * h));
+    Refuse(path, fmt::format("grid \"phi\" has the background {} but {} mm (3 voxels) is expected", band, 3 * h));
   }
   for (auto it = grids.phi->cbeginValueAll(); it; ++it) {
     if (!(std::abs(*it) <= band * 1.001f))
-      Refuse(path, "grid \"phi\" holds a value that is no distance within its band");
+      Refuse(path, "grid \"phi\" holds a value that is not a distance within its band");
   }
   for (auto it = grids.region->cbeginValueOn(); it; ++it) {
     if (*it != 0 && !grids.materials.Contains(*it)) {
-      Refuse(path, fmt::format("grid \"region\" names region {}, which the region table does not have", *it));
+      Refuse(path, fmt::format("grid \"region\" refers to region {}, which the region table does not have", *it));
     }
   }
   if (!grids.hu) return;
@@ -156,7 +157,7 @@ void CheckGrids(const Bone::Grids& grids, const std::string& path) {
     Refuse(path, "grid \"hu\" has active tiles, which kerf never writes; it was rewritten by another program");
   }
   for (auto it = grids.hu->cbeginValueOn(); it; ++it) {
-    if (!(std::abs(*it) <= kMaxHu)) Refuse(path, "grid \"hu\" holds a value that is no CT number");
+    if (!(std::abs(*it) <= kMaxHu)) Refuse(path, "grid \"hu\" holds a value that is not a CT number");
   }
 }
 
@@ -177,7 +178,7 @@ Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
   if (failed) Refuse(path, fmt::format("can't be read: {}", failed.message()));
   if (bytes > kMaxVdbFileBytes) Refuse(path, "can't be read: it is larger than 8 GiB");
   std::ifstream in(path, std::ios::binary);
-  if (!in) Refuse(path, fmt::format("can't be read: {}", std::generic_category().message(errno)));
+  if (!in) Refuse(path, fmt::format("can't be read: {}", FormatErrno(errno)));
   return ReadBone(in, path, options);
 }
 
@@ -185,10 +186,10 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
   std::set<std::string> wanted = {"phi", "region"};
   if (options.hu) wanted.insert("hu");
   CheckVdb(in, path, wanted);
-  Bone bone;  // also gets OpenVDB ready
+  Bone bone;  // also initialises OpenVDB
   Bone::Grids& grids = bone.grids();
   try {
-    // A stream that throws where it ends: OpenVDB would go on with whatever counts it finds in memory.
+    // The stream throws at its end; otherwise OpenVDB would continue with arbitrary counts from memory.
     in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
     Reader file(in);
     const openvdb::MetaMap* meta = &file.meta();
@@ -214,11 +215,11 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
     throw;
   } catch (const std::ios_base::failure&) {
     CheckReadable(in, path);
-    Refuse(path, "not a whole OpenVDB file (it ends early)");
+    Refuse(path, "not a valid OpenVDB file (it ends early)");
   } catch (const std::exception& e) {
     CheckReadable(in, path);
-    // OpenVDB's own exceptions, and the standard library's when a damaged file names absurd sizes.
-    Refuse(path, fmt::format("not a whole OpenVDB file ({})", e.what()));
+    // OpenVDB's own exceptions, and those of the standard library if a damaged file contains absurd sizes.
+    Refuse(path, fmt::format("not a valid OpenVDB file ({})", e.what()));
   }
   CheckGrids(grids, path);
   if (bone.empty()) Refuse(path, "the bone is empty: no voxel lies inside");
@@ -248,7 +249,7 @@ void WriteBone(const Bone& bone, const std::string& path) {
     } catch (const openvdb::Exception& e) {
       throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
     } catch (const std::ios_base::failure&) {
-      throw Error(fmt::format("{}: can't be written: {}", path, std::generic_category().message(errno)));
+      throw Error(fmt::format("{}: can't be written: {}", path, FormatErrno(errno)));
     }
   });
 }

@@ -1,6 +1,6 @@
-// A bone on disk: one .vdb that any OpenVDB program opens. Grids "phi" (level set, mm), "region" (int) and,
-// where an import kept them, "hu" (CT numbers), with the region table, units, frame and provenance in the file's
-// metadata (docs/formats.md).
+// A bone on disk: one .vdb file that any OpenVDB program can open. It has the grids "phi" (level set, mm), "region"
+// (float; int32 in files of format 1) and, if an import kept them, "hu" (CT numbers). Region table, units, frame and
+// provenance are in the file's metadata (docs/formats.md).
 #pragma once
 
 #include <istream>
@@ -11,14 +11,14 @@
 namespace kerf {
 
 struct ReadBoneOptions {
-  bool hu = false;  // load the CT numbers too, if there are any; else they are skipped and cost nothing
+  bool hu = false;  // load the CT numbers too, if there are any; otherwise they are skipped at no cost
 };
 
-/// Throws Error with one sentence for anything that is not a whole kerf bone.
+/// Reads a bone. Throws kerf::Error with one sentence for anything that is not a complete kerf bone.
 Bone ReadBone(const std::string& path, const ReadBoneOptions& options = {});
-/// The same of a stream that can seek and must not be read any more afterwards; `path` names it in messages.
+/// Reads a bone from a seekable stream, which must not be read afterwards; `path` names it in messages.
 Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& options = {});
-/// Writes to a temporary beside `path` and renames. Throws Error.
+/// Writes to a temporary file next to `path` and renames it. Throws kerf::Error if this fails.
 void WriteBone(const Bone& bone, const std::string& path);
 
 }  // namespace kerf

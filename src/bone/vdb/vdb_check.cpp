@@ -19,19 +19,19 @@ namespace kerf {
 namespace {
 
 constexpr std::int64_t kMagic = 0x56444220;
-constexpr std::size_t kValueBytes = 4;  // float and int32 alike
+constexpr std::size_t kValueBytes = 4;  // of both float and int32
 constexpr std::size_t kHalfBytes = 2;
 constexpr std::uint32_t kZip = 1;
 constexpr std::uint32_t kActiveMask = 2;
 constexpr std::uint32_t kBlosc = 4;
 
-/// How many voxels or children a node has along a side, as a power of 2, from the leaf up; and what one takes in memory
-/// beside its table.
+/// Number of voxels or children along a node's side, as a power of 2, from the leaf up; side of a root's child; memory
+/// of a node in addition to its table.
 constexpr std::array<int, 3> kLog2Sides{3, 4, 5};
 constexpr std::int32_t kRootChildSide_vox = 1 << 12;
 constexpr std::uint64_t kNodeBytes = 128;
 
-/// The stream in blocks, with an end that is known.
+/// Buffered stream with a known end.
 class Source {
  public:
   Source(std::istream& in, const std::string& path) : in_(in), path_(path) {
@@ -41,7 +41,7 @@ class Source {
   }
 
   [[noreturn]] void Refuse(std::string_view why) const {
-    throw Error(fmt::format("{}: not a whole OpenVDB file ({})", path_, why));
+    throw Error(fmt::format("{}: not a valid OpenVDB file ({})", path_, why));
   }
   std::uint64_t at() const { return at_; }
   std::uint64_t left() const { return size_ - std::min(size_, at_); }
@@ -79,7 +79,7 @@ class Source {
   void CheckText(std::uint64_t bytes) const {
     if (bytes > kMaxVdbTextBytes || bytes > left()) {
       Refuse(
-          fmt::format("a text of {} bytes where {} are left and at most {} are read", bytes, left(), kMaxVdbTextBytes));
+          fmt::format("a text of {} bytes, but {} are left and at most {} are read", bytes, left(), kMaxVdbTextBytes));
     }
   }
 
@@ -100,11 +100,11 @@ class Source {
   std::uint64_t size_ = 0;
   std::uint64_t at_ = 0;
   std::vector<char> buffer_;
-  std::uint64_t begin_ = 0;  // of the buffer in the file
+  std::uint64_t begin_ = 0;  // offset of the buffer in the file
   std::size_t there_ = 0;    // bytes in the buffer
 };
 
-/// A value of metadata whose type has one size, which OpenVDB reads whatever size the file says.
+/// Metadata type with a fixed size, which OpenVDB reads regardless of the size given in the file.
 struct SizedType {
   std::string_view name;
   std::uint32_t bytes;
@@ -127,7 +127,7 @@ constexpr std::array<SizedType, 16> kSizedTypes{{{"bool", 1},
                                                  {"mat4d", 128}}};
 constexpr std::string_view kDelayedLoad = "__delayedload";
 
-/// Transforms, and what each has in the file.
+/// Transforms and their sizes in the file.
 constexpr std::array<SizedType, 7> kMaps{{{"UniformScaleMap", 120},
                                           {"ScaleMap", 120},
                                           {"UniformScaleTranslateMap", 144},
@@ -156,10 +156,10 @@ class Check {
       : source_(in, path), wanted_(wanted) {}
 
   void File() {
-    if (source_.Number<std::int64_t>() != kMagic) source_.Refuse("it doesn't begin as one");
+    if (source_.Number<std::int64_t>() != kMagic) source_.Refuse("it doesn't begin like one");
     const auto version = source_.Number<std::uint32_t>();
     if (version < 222 || version > 224) source_.Refuse(fmt::format("version {}; kerf reads 222 to 224", version));
-    source_.Skip(2 * sizeof(std::uint32_t));  // of the library
+    source_.Skip(2 * sizeof(std::uint32_t));  // library version
     const bool has_offsets = source_.Number<char>() != 0;
     identity_.resize(kVdbIdentityBytes);
     source_.Read(identity_.data(), identity_.size());
@@ -171,14 +171,14 @@ class Check {
     for (int n = 0; n < grids; ++n) Descriptor(has_offsets);
   }
 
-  /// None in files of earlier versions and of other programs.
+  /// Empty for files of earlier versions and of other programs.
   const std::optional<VdbChecksumEntry>& checksum() const { return checksum_; }
   const std::string& identity() const { return identity_; }
 
  private:
   void Descriptor(bool has_offsets) {
     std::string name = source_.Text();
-    name.resize(std::min(name.find('\x1e'), name.size()));  // what makes it unique follows
+    name.resize(std::min(name.find('\x1e'), name.size()));  // cuts the suffix that makes it unique
     std::string type = source_.Text();
     constexpr std::string_view kHalf = "_HalfFloat";
     half_ = type.ends_with(kHalf);
@@ -187,8 +187,8 @@ class Check {
     source_.Skip(2 * sizeof(std::int64_t));
     const auto end = source_.Number<std::int64_t>();
     if (wanted_.count(name) == 0) {
-      if (!has_offsets) source_.Refuse("a grid that kerf doesn't know, and no word of where it ends");
-      // Only ever onwards, so that this ends.
+      if (!has_offsets) source_.Refuse("a grid that kerf doesn't know and whose end is not stated");
+      // Jumps forward only, so that the loop ends.
       if (end <= static_cast<std::int64_t>(source_.at())) source_.Refuse("a grid that ends before it begins");
       return source_.Jump(static_cast<std::uint64_t>(end));
     }
@@ -201,7 +201,7 @@ class Check {
     Metadata(false);
     const std::string map = source_.Text();
     const SizedType* known = Find(kMaps, map);
-    if (known == nullptr) source_.Refuse("its voxels are no lattice");
+    if (known == nullptr) source_.Refuse("its voxels are not a lattice");
     source_.Skip(known->bytes);
     if (!instance) Tree();
   }
@@ -234,14 +234,14 @@ class Check {
     }
   }
 
-  /// Where the leaves lie, for readers that load them later: per leaf a byte, then perhaps eight, each list packed or
-  /// not.
+  /// Checks the positions of the leaves, stored for readers that load leaves later: one byte per leaf, then optionally
+  /// eight, each list packed or not.
   void DelayedLoad(std::uint32_t bytes) {
     const std::uint64_t end = source_.at() + bytes;
     if (bytes == 0) return;
     const auto count = source_.Number<std::uint32_t>();
     AddMemory(count * std::uint64_t{9});
-    constexpr std::uint64_t kPadded = 128;  // shorter lists are made so long before they are packed
+    constexpr std::uint64_t kPadded = 128;  // shorter lists are padded to this length before they are packed
     for (const std::uint64_t size : {std::uint64_t{1}, std::uint64_t{8}}) {
       const auto packed = source_.Number<std::uint32_t>();
       if (size == 8 && packed == 0xffffffff) break;
@@ -255,7 +255,7 @@ class Check {
     if (source_.at() != end) source_.Refuse("a list of leaves that doesn't end where it should");
   }
 
-  /// A Blosc buffer: its header says how long it is, and Blosc believes it.
+  /// Checks a Blosc buffer, because Blosc trusts the lengths in its header.
   void Blosc(std::uint64_t packed, std::uint64_t unpacked) {
     constexpr std::uint64_t kHeader = 16;
     if (packed < kHeader || packed > source_.left()) source_.Refuse("packed values that it can't hold");
@@ -283,10 +283,11 @@ class Check {
     return mask;
   }
 
-  /// The values of a node: all, or only where the mask is on, with up to two others and a mask of where these are.
+  /// Checks the values of a node: all of them, or only the active ones, with up to two inactive values and a mask that
+  /// selects between these.
   void Values(const Mask& mask) {
     const auto kind = source_.Number<std::int8_t>();
-    if (kind < 0 || kind > 6) source_.Refuse("values of a kind that there is not");
+    if (kind < 0 || kind > 6) source_.Refuse("values of an unknown kind");
     const std::uint64_t others = kind == 5 ? 2 : kind == 2 || kind == 4 ? 1 : 0;
     source_.Skip(others * kValueBytes);
     if (kind >= 3 && kind <= 5) source_.Skip(mask.size() * sizeof(std::uint64_t));
@@ -298,19 +299,18 @@ class Check {
     if ((compression_ & (kBlosc | kZip)) == 0) return source_.Skip(bytes);
     const auto packed = source_.Number<std::int64_t>();
     if (packed <= 0) {
-      if (0 - static_cast<std::uint64_t>(packed) != bytes)
-        source_.Refuse("values of another length than they should have");
+      if (0 - static_cast<std::uint64_t>(packed) != bytes) source_.Refuse("values of the wrong length");
       source_.Skip(bytes);
     } else if ((compression_ & kBlosc) != 0) {
       Blosc(static_cast<std::uint64_t>(packed), bytes);
     } else {
-      // What zlib can't pack takes a little more than before.
+      // Data that zlib cannot compress grow slightly.
       if (static_cast<std::uint64_t>(packed) > 2 * bytes + 1024) source_.Refuse("packed values that it can't hold");
       source_.Skip(static_cast<std::uint64_t>(packed));
     }
   }
 
-  /// An inner node and all below it; counts the leaves.
+  /// Walks an inner node and everything below it; counts the leaves.
   void Node(int level) {
     const int log2_side = kLog2Sides[static_cast<std::size_t>(level)];
     const Mask children = ReadMask(log2_side);
@@ -343,7 +343,7 @@ class Check {
   }
 
   void Tree() {
-    source_.Skip(sizeof(std::int32_t) + kValueBytes);  // one buffer, as ever; the background
+    source_.Skip(sizeof(std::int32_t) + kValueBytes);  // buffer count, always one; background
     const auto tiles = source_.Number<std::uint32_t>();
     const auto children = source_.Number<std::uint32_t>();
     std::set<std::array<std::int32_t, 3>> origins;
@@ -366,7 +366,7 @@ class Check {
   std::string identity_;
   std::optional<VdbChecksumEntry> checksum_;
   std::uint64_t memory_ = 0;
-  // Of the grid that is being walked.
+  // State of the grid that is being walked.
   std::uint32_t compression_ = 0;
   bool half_ = false;
   bool is_float_ = false;

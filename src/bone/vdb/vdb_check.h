@@ -1,4 +1,4 @@
-// A .vdb held against the bytes that are there, before OpenVDB is let at it.
+// Check of a .vdb file against its actual bytes, before OpenVDB reads it.
 #pragma once
 
 #include <istream>
@@ -7,13 +7,14 @@
 
 namespace kerf {
 
-/// Throws Error with one sentence unless OpenVDB can read the grids of these names from `in` without asking for more
-/// than kMaxVdbMemoryBytes or for what the file doesn't hold. OpenVDB believes each length in the file: it asks for as
-/// much memory, and of some writes that many bytes wherever there is room for fewer. Walks header, metadata,
-/// transforms, the masks of all nodes and the lengths of all packed values; unpacks nothing. Files of version 222 to
-/// 224, grids of float or int32 of the common tree. Then the checksum of a file that carries one (vdb_checksum.h) is
-/// held against its bytes, those of unwanted grids too. `path` names the stream in messages; it is left at its
-/// beginning. Cost: one reading of the file, and one more for the checksum.
+/// Checks that OpenVDB can read the grids with the names `wanted` from `in` without needing more memory than
+/// kMaxVdbMemoryBytes or more data than the file holds. Throws kerf::Error with one sentence otherwise. The check is
+/// needed because OpenVDB trusts each length in the file: it allocates that much memory, and sometimes writes that
+/// number of bytes into a smaller buffer. Walks header, metadata, transforms, the masks of all nodes and the lengths of
+/// all packed values, without unpacking. Supports file versions 222 to 224 and grids of float or int32 with the common
+/// tree. If the file carries a checksum (vdb_checksum.h), all its bytes, including those of unwanted grids, are checked
+/// against it. `path` names the stream in messages; the stream is left at its beginning. Cost: reads the file once, or
+/// twice if there is a checksum.
 void CheckVdb(std::istream& in, const std::string& path, const std::set<std::string>& wanted);
 
 }  // namespace kerf

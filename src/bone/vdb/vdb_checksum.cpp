@@ -14,10 +14,10 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kDigits = 8;
-constexpr std::size_t kValueBytes = kDigits + 1 + kVdbIdentityBytes;
+constexpr std::size_t kChecksumBytes = kDigits + 1 + kVdbIdentityBytes;
 constexpr std::size_t kBlock = std::size_t{1} << 18;
-constexpr std::size_t kSearched = 4096;  // from the file's beginning; the entry is the second
-/// Two identities that are made up differ in some 30 of their characters, damaged ones in a few.
+constexpr std::size_t kSearched = 4096;  // bytes from the file's beginning; the entry is the second
+/// Independently generated identities differ in about 30 of their characters, damaged ones in a few.
 constexpr std::size_t kOtherIdentity = 12;
 
 bool IsHex(char c) {
@@ -25,13 +25,13 @@ bool IsHex(char c) {
 }
 
 bool HasShape(std::string_view value) {
-  if (value.size() != kValueBytes || value[kDigits] != ' ') return false;
+  if (value.size() != kChecksumBytes || value[kDigits] != ' ') return false;
   const auto identity = value.substr(kDigits + 1);
   return std::all_of(value.begin(), value.begin() + kDigits, IsHex) &&
          std::all_of(identity.begin(), identity.end(), [](char c) { return IsHex(c) || c == '-'; });
 }
 
-/// Of the rest of the stream; the digits at `place` count as '0'.
+/// Returns the sum of the rest of the stream; the digits at `place` count as '0'.
 std::uint32_t CalcSum(std::istream& in, std::uint64_t place) {
   std::vector<char> block(kBlock);
   std::uint32_t sum = 0;
@@ -61,7 +61,7 @@ void StampVdb(const std::string& file) {
   stream.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(stream.gcount()));
   const std::size_t place = head.find(MakeBlankVdbChecksum());
-  if (place == std::string::npos) throw Error(fmt::format("{}: can't be written: its checksum has no place", file));
+  if (place == std::string::npos) throw Error(fmt::format("{}: can't be written: no place for its checksum", file));
   stream.clear();
   stream.seekp(static_cast<std::streamoff>(place + kDigits + 1));
   stream.write(head.data() + kVdbIdentityPlace, kVdbIdentityBytes);
@@ -69,7 +69,7 @@ void StampVdb(const std::string& file) {
   stream.seekg(0);
   const std::string digits = fmt::format("{:08x}", CalcSum(stream, place));
   stream.clear();
-  stream.exceptions(std::ios::badbit | std::ios::failbit);  // a write that fails in close() sets the latter
+  stream.exceptions(std::ios::badbit | std::ios::failbit);  // a write that fails in close() sets failbit
   stream.seekp(static_cast<std::streamoff>(place));
   stream.write(digits.data(), static_cast<std::streamsize>(digits.size()));
   stream.close();
@@ -94,8 +94,8 @@ void CheckVdbChecksum(std::istream& in, const std::string& path, const VdbChecks
   CheckReadable(in, path);
   if (fits) return;
   throw Error(fmt::format(
-      "{}: is damaged: its bytes are not those that kerf wrote, as their checksum shows; use another copy of the file, "
-      "or make the bone again",
+      "{}: is damaged: its bytes do not match the checksum that kerf wrote; use another copy of the file, or make the "
+      "bone again",
       path));
 }
 

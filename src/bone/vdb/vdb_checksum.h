@@ -1,10 +1,10 @@
-// The checksum that kerf's own .vdb files carry: CRC-32C of all bytes of the file, so that whatever bit of it is
-// flipped, in the header as in a voxel, is found.
+// Checksum of kerf's own .vdb files: CRC-32C of all bytes of the file. It detects any flipped bit, in the header as
+// well as in a voxel.
 //
-// It stands in the file's metadata, as "kerf_checksum": 8 hexadecimal digits, a space, and the file's identity, the 36
-// characters which OpenVDB makes up in the header whenever it writes a file. For the sum the digits count as '0'. A
-// program that reads a bone and writes it again carries the metadata over and makes up another identity: what it wrote
-// has no checksum of kerf's, and is read without.
+// The checksum is in the file's metadata as "kerf_checksum": 8 hexadecimal digits, a space, and the file's identity,
+// the 36 characters that OpenVDB generates in the header whenever it writes a file. For the sum, the digits count as
+// '0'. A program that reads and rewrites a bone copies the metadata and generates another identity: its output has no
+// valid kerf checksum, and is read without the check.
 #pragma once
 
 #include <cstddef>
@@ -17,22 +17,22 @@ namespace kerf {
 
 inline constexpr std::string_view kVdbChecksumName = "kerf_checksum";
 inline constexpr std::size_t kVdbIdentityBytes = 36;
-inline constexpr std::size_t kVdbIdentityPlace = 21;  // in the file
+inline constexpr std::size_t kVdbIdentityPlace = 21;  // offset in the file
 
-/// What the metadata holds until StampVdb().
+/// Returns the metadata value that is written before StampVdb().
 std::string MakeBlankVdbChecksum();
-/// Writes the checksum over the blank one. Throws std::ios_base::failure, and Error where the file holds no blank one.
+/// Replaces the blank checksum. Throws std::ios_base::failure, and kerf::Error if the file contains no blank checksum.
 void StampVdb(const std::string& file);
 
 /// An entry of a file's metadata.
 struct VdbChecksumEntry {
-  std::uint64_t place = 0;  // of the value in the file
+  std::uint64_t place = 0;  // offset of the value in the file
   std::string value;
 };
-/// By its name or by its value's shape, so that one damaged character does not make it another entry.
+/// Recognises the entry by its name or by the shape of its value, so that one damaged character does not hide it.
 bool IsVdbChecksum(std::string_view name, std::string_view value);
-/// Throws Error when the bytes of `in`, from its first, are not those that were written. `path` names it in messages.
-/// Cost: one reading of the file.
+/// Throws kerf::Error if the bytes of `in`, from the first, are not those that were written. `path` names it in
+/// messages. Cost: reads the file once.
 void CheckVdbChecksum(std::istream& in, const std::string& path, const VdbChecksumEntry& entry,
                       std::string_view identity);
 

@@ -7,10 +7,10 @@
 namespace kerf {
 namespace {
 
-constexpr int kMaxHalvings = 4;  // of an interval in which engagement changes
-constexpr double kChange = 0.1;  // of engagement, that asks for halving
+constexpr int kMaxHalvings = 4;  // of an interval in which the engagement changes
+constexpr double kChange = 0.1;  // change of engagement above which an interval is halved
 
-/// How much of its look-ahead a tooth finds filled.
+/// Returns the fraction of a tooth's look-ahead that is filled with bone.
 double Engagement(double distance_mm, double look_ahead_mm) {
   return std::clamp(-distance_mm / look_ahead_mm, 0.0, 1.0);
 }
@@ -27,7 +27,7 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       reach_mm_(shape.reach_mm + look_ahead_mm_),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
       ring_step_rad_(shape.edge_is_ring ? 2 * std::numbers::pi / static_cast<double>(shape.edge.size()) : 0),
-      push_out_(shape.edge.size()) {
+      penetration_(shape.edge.size()) {
   points_.reserve(shape.edge.size());
   for (const EdgePoint& p : shape.edge) {
     const Twist along = shape.edge_is_ring ? MakeRow(Vec3(-p.e_T.y, p.e_T.x, 0), p.p_T - p_TC_) : Twist{};
@@ -37,13 +37,13 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   distance_.resize(points_.size());
   looked_at_mm_.resize(points_.size());
   Forget();
-  share_.resize(points_.size());
+  fraction_.resize(points_.size());
   after_.resize(points_.size());
   met_.reserve(points_.size());
   found_.reserve(points_.size());
 }
 
-/// Lower bound of the distance of a look-ahead point, from when it was last looked at.
+/// Returns a lower bound of the distance of a look-ahead point, from its last sample and the travel since then.
 double Edge::CalcBound(std::size_t i) const {
   return distance_[i] - kSteepest * (travelled_mm_ - looked_at_mm_[i]);
 }
@@ -60,35 +60,35 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   problem.arc_rad = jumps ? stride_ * ring_step_rad_ : 0;
   met_.clear();
   found_.clear();
-  travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // never nothing: bone may have gone
+  travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // > 0: bone may have been removed
   X_looked_ = probe.X_WT();
   const std::size_t stride = static_cast<std::size_t>(stride_);
   const bool ring = ring_radius_mm_ > 0;
   for (std::size_t i = 0; i < points_.size(); i += stride) {
     if (CalcBound(i) < 0.5 * spacing_mm_ * stride_) Look(probe, i);
-    share_[i] = ring ? 0 : Engagement(CalcBound(i), look_ahead_mm_);
+    fraction_[i] = ring ? 0 : Engagement(CalcBound(i), look_ahead_mm_);
   }
   if (ring) {
     for (std::size_t a = 0; a < points_.size(); a += stride) {
-      const double before = share_[a];
-      ShareInterval(probe, a, a + stride < points_.size() ? a + stride : 0);
-      after_[a] = share_[a] - before;
+      const double before = fraction_[a];
+      FractionInterval(probe, a, a + stride < points_.size() ? a + stride : 0);
+      after_[a] = fraction_[a] - before;
     }
   }
   for (std::size_t i = 0; i < points_.size(); i += stride) {
-    if (!(share_[i] > 0)) continue;
+    if (!(fraction_[i] > 0)) continue;
     MaterialLookup::Material material;
     if (!FindMaterial(probe, i, material)) continue;
-    const double teeth = share_[i] * points_[i].teeth * stride_;
-    const double after = jumps ? after_[i] / share_[i] : 0.5;
+    const double teeth = fraction_[i] * points_[i].teeth * stride_;
+    const double after = jumps ? after_[i] / fraction_[i] : 0.5;
     problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa, points_[i].along, after});
     met_.push_back({material.region, static_cast<int>(i), material.E_MPa});
   }
 }
 
-/// Adds to both ends their shares of what is engaged between neighbours a and b.
-void Edge::ShareInterval(const Probe& probe, std::size_t a, std::size_t b) {
-  // As far from the bone as both are from each other: none between them.
+/// Adds the engaged part of the interval between neighbours a and b to both ends.
+void Edge::FractionInterval(const Probe& probe, std::size_t a, std::size_t b) {
+  // If their distances from the bone add up to at least their distance from each other, there is no bone between them.
   const double length = spacing_mm_ * stride_;
   const double bound_a = CalcBound(a);
   const double bound_b = CalcBound(b);
@@ -100,31 +100,32 @@ void Edge::ShareInterval(const Probe& probe, std::size_t a, std::size_t b) {
   const double w_a = Engagement(d_a, look_ahead_mm_);
   const double w_b = Engagement(d_b, look_ahead_mm_);
   if (w_a > 0 && w_b > 0 && std::abs(w_a - w_b) <= kChange) {
-    share_[a] += w_a / 3 + w_b / 6;
-    share_[b] += w_a / 6 + w_b / 3;
+    fraction_[a] += w_a / 3 + w_b / 6;
+    fraction_[b] += w_a / 6 + w_b / 3;
     return;
   }
-  Share(probe, points_[a], points_[b], 0, d_a, 1, d_b, 0, share_[a], share_[b]);
+  Fraction(probe, points_[a], points_[b], 0, d_a, 1, d_b, 0, fraction_[a], fraction_[b]);
 }
 
-/// The same for a part of the interval, from t_a to t_b of it: engagement times each end's hat function, integrated.
-void Edge::Share(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
-                 int halvings, double& share_a, double& share_b) const {
+/// Does the same for the part of the interval from t_a to t_b: integrates engagement times the hat function of each
+/// end.
+void Edge::Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
+                    int halvings, double& fraction_a, double& fraction_b) const {
   const double length = (t_b - t_a) * spacing_mm_ * stride_;
   const bool out = d_a >= 0 && d_b >= 0;
   if (out && d_a + d_b >= length) return;
   const bool changing = std::abs(Engagement(d_a, look_ahead_mm_) - Engagement(d_b, look_ahead_mm_)) > kChange;
-  // Between two ends in air one look is enough: a slot's walls are as near as that all the way.
+  // Between two ends in air one sample is enough: the walls of a kerf are equally near along its whole length.
   if (out ? halvings < 1 : changing && halvings < kMaxHalvings) {
     const double t = 0.5 * (t_a + t_b);
     const Vec3 e = glm::normalize((1 - t) * a.e_T + t * b.e_T);
     const double d = probe.Distance((ring_radius_mm_ + look_ahead_mm_) * e);
-    Share(probe, a, b, t_a, d_a, t, d, halvings + 1, share_a, share_b);
-    Share(probe, a, b, t, d, t_b, d_b, halvings + 1, share_a, share_b);
+    Fraction(probe, a, b, t_a, d_a, t, d, halvings + 1, fraction_a, fraction_b);
+    Fraction(probe, a, b, t, d, t_b, d_b, halvings + 1, fraction_a, fraction_b);
     return;
   }
   if (out) return;
-  // The distance is linear: engagement is linear between where it leaves 0 and where it reaches 1.
+  // The distance is linear, so the engagement is linear between the places where it is 0 and where it is 1.
   double ends[4] = {t_a, t_b, t_b, t_b};
   if (d_a != d_b) {
     const auto at = [&](double d) { return std::clamp(t_a + (t_b - t_a) * (d_a - d) / (d_a - d_b), t_a, t_b); };
@@ -142,15 +143,15 @@ void Edge::Share(const Probe& probe, const Point& a, const Point& b, double t_a,
     const double t0 = ends[k];
     const double t1 = ends[k + 1];
     if (!(t1 > t0)) continue;
-    // Simpson's rule is exact for a product of two linear functions; the ends are taken just inside the piece.
+    // Simpson's rule is exact for a product of two linear functions.
     const double tm = 0.5 * (t0 + t1);
     const double w0 = engagement(t0);
     const double wm = engagement(tm);
     const double w1 = engagement(t1);
     const double whole = (t1 - t0) / 6 * (w0 + 4 * wm + w1);
     const double at_b = (t1 - t0) / 6 * (w0 * t0 + 4 * wm * tm + w1 * t1);
-    share_a += whole - at_b;
-    share_b += at_b;
+    fraction_a += whole - at_b;
+    fraction_b += at_b;
   }
 }
 
@@ -161,10 +162,11 @@ bool Edge::FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Mater
   };
   if (at(points_[i].p_T + material_ahead_mm_ * points_[i].e_T)) return true;
   if (at(points_[i].ahead_T)) return true;
-  // Coarse region voxels with their centres outside the bone: look further in.
+  // Coarse region voxels can have their centres outside the bone: look further inside.
   if (at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return true;
   if (!(ring_radius_mm_ > 0)) return false;
-  // Just outside the bone, with an interval beside it that reaches in: what its deeper neighbour meets.
+  // The point is just outside the bone, but an interval next to it reaches inside: use the material of the deeper
+  // neighbour.
   const std::size_t stride = static_cast<std::size_t>(stride_);
   const std::size_t next = i + stride < points_.size() ? i + stride : 0;
   const std::size_t last = i > 0 ? i - stride : (points_.size() - 1) / stride * stride;
@@ -178,18 +180,18 @@ void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_pe
     const Point& point = points_[i];
     const double distance = probe.Distance(point.p_T);
     if (distance > reach_mm) {
-      push_out_.set_known_mm(static_cast<int>(i), 0);
+      penetration_.set_known_mm(static_cast<int>(i), 0);
       continue;
     }
     Vec3 away = probe.Away(point.p_T);
-    // What touches a rim is across it. Without this the points of a rim would catch one by one on a sharp edge of bone,
-    // of which they see the side that they have just passed.
+    // Contact with a rim acts across it. Otherwise the points of a rim would catch one by one on a sharp edge of bone,
+    // because each finds the side of the edge that it has just passed.
     if (ring_radius_mm_ > 0) {
       const Vec3 along(-point.e_T.y, point.e_T.x, 0);
       away -= glm::dot(away, along) * along;
     }
     const double length = glm::length(away);
-    // Deep in the bone there is no way out to be seen: back along the edge's own direction.
+    // Deep in the bone the gradient vanishes: use the outward direction of the edge instead.
     const Vec3 into = length > 0.1 ? -away / length : point.e_T;
     const Vec3 r = point.p_T - p_TC_;
     problem.solids.push_back({MakeRow(into, r), -distance, stiffness_N_per_mm * stride_});
@@ -201,27 +203,27 @@ double Edge::SetDepths(StepProblem& problem, bool may_rise) {
   double energy = 0;
   for (std::size_t n = 0; n < found_.size(); ++n) {
     SolidPoint& solid = problem.solids[n];
-    solid.depth_mm = push_out_.Limit(found_[n].point, found_[n].depth_mm, problem.tau_s, may_rise);
+    solid.depth_mm = penetration_.Limit(found_[n].point, found_[n].depth_mm, problem.tau_s, may_rise);
     const double depth = std::max(solid.depth_mm, 0.0);
     energy += 0.5 * solid.stiffness_N_per_mm * depth * depth;
   }
   return energy;
 }
 
-double Edge::Remember(const StepProblem& problem, const Twist& u, double share) {
+double Edge::Remember(const StepProblem& problem, const Twist& u, double fraction) {
   double energy = 0;
   for (std::size_t n = 0; n < found_.size(); ++n) {
     const SolidPoint& solid = problem.solids[n];
     const double way = problem.tau_s * Dot(solid.row, u);
-    const double depth = std::max(solid.depth_mm + share * way, 0.0);
-    push_out_.set_known_mm(found_[n].point, depth);
+    const double depth = std::max(solid.depth_mm + fraction * way, 0.0);
+    penetration_.set_known_mm(found_[n].point, depth);
     energy += 0.5 * solid.stiffness_N_per_mm * depth * depth;
   }
   return energy;
 }
 
 void Edge::Release() {
-  push_out_.Forget();
+  penetration_.Forget();
 }
 
 void Edge::Forget() {

@@ -1,69 +1,72 @@
-// The cutting edge against the bone: which of it has bone before it, and of what material; with the spindle stopped, a
-// solid that rests on the bone.
+// The cutting edge against the bone: the part of the edge that has bone in front of it, and the material of that bone.
+// With the spindle stopped, the edge is a solid that rests on the bone.
 #pragma once
 
 #include <vector>
 
 #include "bone/grid/field.h"
 #include "cut/contact/met_material.h"
+#include "cut/contact/penetration_limiter.h"
 #include "cut/contact/probe.h"
-#include "cut/contact/push_out.h"
 #include "cut/contact/step.h"
 #include "cut/tool/shape.h"
 
 namespace kerf {
 
-/// How far ahead of the edge a tooth looks for bone, as a share of the voxel's edge. The cut surface lies exactly on
-/// the edge, so on it there is nothing to see. An engaged arc comes out too long by about look-ahead * (cos(alpha) -
-/// 1/2) / sin(alpha) where the rim crosses the surface at angle alpha from its lowest point: 0.4 % at 1.1 mm depth and
-/// 0.1 mm voxels.
+/// Distance in front of the edge at which a tooth looks for bone, in voxels. A sample on the edge itself would find
+/// none, because the cut surface lies exactly on the edge. Where the rim crosses the surface at angle alpha from its
+/// lowest point, the engaged arc is too long by about look-ahead * (cos(alpha) - 1/2) / sin(alpha): 0.4 % at a depth of
+/// 1.1 mm and voxels of 0.1 mm.
 inline constexpr double kLookAheadVoxels = 0.2;
-/// The same for the material that it meets. Further ahead an arc comes to the next tissue too early; on the edge itself
-/// rounding says which tissue a tooth meets that runs along a border.
+/// Distance in front of the edge at which the material is sampled, in voxels. Further ahead, an arc would reach the
+/// next tissue too early. On the edge itself, rounding would decide the tissue of a tooth that runs along a border.
 inline constexpr double kMaterialAheadVoxels = 0.05;
 
+/// Sample points of the cutting edge, tested against the bone in each step.
 class Edge {
  public:
-  /// `p_TC_mm`: the coupling point, about which the step's rows are taken. Allocates.
+  /// `p_TC_mm`: position of the coupling point C, to which the rows of the step refer. Allocates.
   Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_TC_mm);
 
-  /// A point of the edge that meets bone, beside each of StepProblem::cutting.
+  /// Point of the edge in contact with bone, parallel to StepProblem::cutting.
   struct Met {
     int region = 0;
-    int point = 0;  // of ToolShape::edge
+    int point = 0;  // index in ToolShape::edge
     double E_MPa = 0;
   };
 
   /// Fills problem.cutting. Tick-safe.
   ///
-  /// Model: teeth lie densely along the edge. Where the bone fills the look-ahead a tooth is engaged, where its surface
-  /// is
-  ///        reached not at all, linear between; each point of the edge gets its share of the intervals beside it,
-  ///        within which the distance is taken as linear (halved where it changes most).
+  /// Model: the teeth are treated as continuous along the edge. The engagement of a tooth is 1 where the bone fills the
+  /// look-ahead, 0 where the look-ahead just reaches the surface, and linear between. Each point of the edge gets its
+  /// part of the engagement in the two adjacent intervals. Within an interval the distance is taken as linear; an
+  /// interval is halved where the engagement changes most.
   void FindTeeth(const Probe& probe, StepProblem& problem);
   const std::vector<Met>& met() const { return met_; }
 
-  /// Fills problem.solids: a stopped edge. `reach_mm`: how far a point may come in this step. Tick-safe.
+  /// Fills problem.solids with the points of a stopped edge. `reach_mm`: upper bound of a point's motion in this step.
+  /// Tick-safe.
   void FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
-  /// The first of problem.solids are these points of the edge.
+  /// Number of elements of problem.solids that are points of the edge; they come first.
   std::size_t found_count() const { return found_.size(); }
   int found_point(std::size_t solid) const { return found_[solid].point; }
   const Vec3& point_T(std::size_t point) const { return points_[point].p_T; }
-  /// Sets the solids' depths; see PushOut. Returns the energy in their springs, N mm. Tick-safe.
+  /// Sets the depths of the solids (see PenetrationLimiter). Returns the energy of their springs, N mm. Tick-safe.
   double SetDepths(StepProblem& problem, bool may_rise);
-  /// Where the solids stand when `share` of the step has been made, for the next. Returns the energy in their springs.
-  /// Tick-safe.
-  double Remember(const StepProblem& problem, const Twist& u, double share);
-  /// The springs are drawn by so much of what they were.
-  void Ease(double share) { push_out_.Ease(share); }
-  /// Nothing is borne any more.
+  /// Stores the depths of the solids after the given fraction of the step, for the next step. Returns the energy of
+  /// their springs, N mm. Tick-safe.
+  double Remember(const StepProblem& problem, const Twist& u, double fraction);
+  /// Scales the deflection of all springs by `fraction`.
+  void Ease(double fraction) { penetration_.Ease(fraction); }
+  /// Sets all deflections to zero.
   void Release();
-  /// Nor is anything known of distances: the tool was set down elsewhere, or there is more bone than before.
+  /// Release(), and also discards the known distances: for use after the tool was set down elsewhere or bone was
+  /// restored.
   void Forget();
 
-  /// Every `stride`-th point stands for as many: less exact, cheaper. Tick-safe.
+  /// Uses every `stride`-th point, each with the weight of `stride` points: less accurate, but faster. Tick-safe.
   void set_stride(int stride) {
-    if (stride != stride_) Release();  // other springs
+    if (stride != stride_) Release();  // the springs have changed
     stride_ = stride;
   }
   int stride() const { return stride_; }
@@ -76,13 +79,13 @@ class Edge {
     Vec3 p_T;
     Twist row;
     double teeth;
-    Twist along;  // of a ring
+    Twist along;  // rings only
   };
   double CalcBound(std::size_t i) const;
   void Look(const Probe& probe, std::size_t i);
-  void ShareInterval(const Probe& probe, std::size_t a, std::size_t b);
-  void Share(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
-             int halvings, double& share_a, double& share_b) const;
+  void FractionInterval(const Probe& probe, std::size_t a, std::size_t b);
+  void Fraction(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
+                int halvings, double& fraction_a, double& fraction_b) const;
   bool FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Material& material) const;
 
   const BoneField& field_;
@@ -90,26 +93,26 @@ class Edge {
   Vec3 p_TC_;
   double look_ahead_mm_;
   double material_ahead_mm_;
-  double region_step_mm_;  // how much further to look where the region grid is too coarse to have a material
-  double reach_mm_;        // of the look-ahead points from the tool's origin
-  double ring_radius_mm_;  // 0: not a ring
-  double ring_step_rad_;   // from point to point of a ring
+  double region_step_mm_;  // additional look-ahead where the region grid is too coarse to have a material
+  double reach_mm_;        // largest distance of a look-ahead point from the tool's origin
+  double ring_radius_mm_;  // 0: the edge is not a ring
+  double ring_step_rad_;   // angle between neighbouring points of a ring
   int stride_ = 1;
   std::vector<Point> points_;
-  double spacing_mm_ = 0;  // of a ring's look-ahead points, a little more
+  double spacing_mm_ = 0;  // spacing of the look-ahead points of a ring, rounded up
   Pose X_looked_;
-  double travelled_mm_ = 0;           // by the tool's fastest point
-  std::vector<double> distance_;      // of the look-ahead points,
-  std::vector<double> looked_at_mm_;  // as they were when so much was travelled
-  std::vector<double> share_;         // engaged intervals beside each
-  std::vector<double> after_;         // of it, of the interval to the next
+  double travelled_mm_ = 0;           // sum of the bounds of travel since Forget()
+  std::vector<double> distance_;      // distance of each look-ahead point when it was last sampled
+  std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
+  std::vector<double> fraction_;      // engaged part of the two intervals next to each point, in intervals
+  std::vector<double> after_;         // part of fraction_ in the interval to the next point
   std::vector<Met> met_;
-  PushOut push_out_;
+  PenetrationLimiter penetration_;
   struct Found {
     int point;
     double depth_mm;
   };
-  std::vector<Found> found_;  // beside each of StepProblem::solids
+  std::vector<Found> found_;  // parallel to StepProblem::solids
 };
 
 }  // namespace kerf

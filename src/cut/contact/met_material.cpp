@@ -17,15 +17,15 @@ MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
 }
 
 MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3& p_W) const {
-  std::array<BoneField::RegionShare, 8> shares;
-  const int count = field.FindRegions(p_W, shares);
+  std::array<BoneField::RegionFraction, 8> fractions;
+  const int count = field.FindRegions(p_W, fractions);
   const double E_ct_MPa = any_by_ct_ ? field.ModulusAt(p_W) : 0;
   Material met;
   double sum = 0;
   double largest = 0;
   for (int i = 0; i < count; ++i) {
-    const int id = shares[i].region;
-    const double weight = shares[i].weight;
+    const int id = fractions[i].region;
+    const double weight = fractions[i].weight;
     sum += weight;
     if (E_ct_MPa > 0 && by_ct_[id]) {
       met.E_MPa += weight * E_ct_MPa;

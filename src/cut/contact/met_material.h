@@ -1,4 +1,4 @@
-// What a tooth cuts at a point: the elastic constants there, as the tick needs them.
+// Material that a tooth cuts at a point: its elastic constants in the form that the tick needs.
 #pragma once
 
 #include <array>
@@ -9,23 +9,24 @@
 
 namespace kerf {
 
-/// Tables by region id, made once, so that nothing is searched in the tick.
+/// Tables by region id, built once, so that the tick needs no search.
 class MaterialLookup {
  public:
   MaterialLookup(const Bone& bone, const Tool& tool);
 
   struct Material {
-    int region = 0;  // of the nearest voxel with a material; 0: none
+    int region = 0;  // region of the nearest voxel that has a material; 0: no material
     double E_MPa = 0;
     double E_star_MPa = 0;  // reduced modulus, tool on bone
   };
-  /// Interpolated between the region voxels around the point that have a material, E from the CT where it is used. An
-  /// arc that crosses a border between tissues all at once would else feel a step. Tick-safe.
+  /// Interpolates between the region voxels around the point that have a material; E comes from the CT in regions that
+  /// use it. Without interpolation, an arc that crosses a border between tissues all at once would cause a step in the
+  /// force. Tick-safe.
   Material Find(const BoneField& field, const Vec3& p_W) const;
 
  private:
   std::array<double, 256> E_MPa_{};
-  std::array<double, 256> E_star_MPa_{};  // 0 where the id is unknown
+  std::array<double, 256> E_star_MPa_{};  // 0: unknown id
   std::array<double, 256> nu_{};
   std::array<bool, 256> by_ct_{};
   bool any_by_ct_ = false;

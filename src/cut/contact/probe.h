@@ -1,4 +1,4 @@
-// The bone as seen from a tool at a pose.
+// Access to the bone from a tool at a given pose.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -8,9 +8,10 @@
 
 namespace kerf {
 
-/// A trilinear interpolation of distances changes by at most this per mm.
+/// Lipschitz constant of the interpolated distance: a trilinear interpolation changes by at most this, mm per mm.
 inline constexpr double kSteepest = 1.7320508;
 
+/// Distance field of the bone as a function of points of a tool at the pose X_WT; mm.
 class Probe {
  public:
   Probe(const BoneField& field, const Pose& X_WT)
@@ -24,9 +25,9 @@ class Probe {
 
   Vec3 Voxel(const Vec3& p_T) const { return R_ * p_T + t_; }
   Vec3 World(const Vec3& p_T) const { return h_ * Voxel(p_T); }
-  /// Distance from a point of the tool to the bone, mm, negative inside.
+  /// Returns the distance from a point of the tool to the bone, mm, negative inside.
   double Distance(const Vec3& p_T) const { return field_.Sample(Voxel(p_T)); }
-  /// Its gradient in the tool frame: away from the bone.
+  /// Returns the gradient of the distance in the tool frame, 1: it points away from the bone.
   Vec3 Away(const Vec3& p_T) const { return h_ * (field_.SampleGradient(Voxel(p_T)) * R_); }
 
  private:

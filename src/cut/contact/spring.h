@@ -1,4 +1,4 @@
-// A spring and a damper that give no more than a greatest force, however far they are drawn.
+// A spring or damper with a limited force.
 #pragma once
 
 #include <cmath>
@@ -7,13 +7,13 @@
 
 namespace kerf {
 
-/// Force along a stretch x: K x up to `limit`, then `limit` in x's direction. Its energy is Huber's function, which is
-/// convex. Works for forces (N/mm, mm, N) and for torques (N mm/rad, rad, N mm); for dampers alike.
+/// Force for a stretch x: K x up to `limit`, then `limit` in the direction of x. Its energy is Huber's function, which
+/// is convex. Used for forces (N/mm, mm, N) and torques (N mm/rad, rad, N mm), and likewise for dampers.
 struct SaturatingSpring {
   double stiffness = 0;
   double limit = 0;
 
-  /// Stiffness of the secant: force = Secant(|x|) x. Tick-safe.
+  /// Returns the secant stiffness: force = Secant(|x|) x. Tick-safe.
   double Secant(double length) const { return length * stiffness <= limit ? stiffness : limit / length; }
   Vec3 Force(const Vec3& x) const { return Secant(glm::length(x)) * x; }
   double Energy(const Vec3& x) const {

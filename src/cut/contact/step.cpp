@@ -6,10 +6,10 @@
 namespace kerf {
 namespace {
 
-using Matrix = std::array<std::array<double, 6>, 6>;  // the lower triangle is used
+using Matrix = std::array<std::array<double, 6>, 6>;  // only the lower triangle is used
 
-constexpr double kForceTolerance = 1e-8;  // of the forces in play, or of 1 N when they are less
-constexpr double kSlopeTolerance = 0.1;   // of the line search, of the slope at its start
+constexpr double kForceTolerance = 1e-8;  // relative to the forces of the coupling plus 1 N
+constexpr double kSlopeTolerance = 0.1;   // of the line search, relative to the slope at its start
 constexpr int kMaxSearch = 24;
 constexpr double kSecantStep = 1e-6;  // relative, for the slope of a force law: half of a double's digits
 
@@ -29,28 +29,28 @@ void AddOuter(Matrix& H, double factor, const Twist& row) {
     for (int j = 0; j <= i; ++j) H[i][j] += f * row[j];
   }
 }
-/// factor (a b^T + b a^T).
+/// Adds factor (a b^T + b a^T).
 void AddMixed(Matrix& H, double factor, const Twist& a, const Twist& b) {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) H[i][j] += factor * (a[i] * b[j] + b[i] * a[j]);
   }
 }
 
-/// Solves H x = b for a symmetric positive definite H by Cholesky's way, with each unknown scaled to a diagonal of one;
-/// a pivot lost to rounding is lifted.
+/// Solves H x = b for a symmetric positive definite H by Cholesky factorisation. The unknowns are scaled for a unit
+/// diagonal. A pivot that is lost to rounding is raised to kMinPivot.
 Twist SolveSymmetric(Matrix H, const Twist& b) {
   std::array<double, 6> scale;
   for (int i = 0; i < 6; ++i) scale[i] = 1 / std::sqrt(std::max(H[i][i], 1e-300));
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) H[i][j] *= scale[i] * scale[j];
   }
-  constexpr double kLeastPivot = 1e-13;
+  constexpr double kMinPivot = 1e-13;
   Twist x;
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) {
       double sum = H[i][j];
       for (int k = 0; k < j; ++k) sum -= H[i][k] * H[j][k];
-      H[i][j] = i == j ? std::sqrt(std::max(sum, kLeastPivot)) : sum / H[j][j];
+      H[i][j] = i == j ? std::sqrt(std::max(sum, kMinPivot)) : sum / H[j][j];
     }
   }
   for (int i = 0; i < 6; ++i) {
@@ -67,45 +67,46 @@ Twist SolveSymmetric(Matrix H, const Twist& b) {
   return x;
 }
 
-/// The share of a law's onset force J that acts on a point of the edge, c(x) = clamp(x / ramp, 0, 1) at the speed
-/// outwards x, averaged over the arc that the point stands for. On it x = s + t phi, |phi| <= half_rad, with s and t
-/// the point's speeds outwards and along the edge. The mean of the potential is convex in (s, t); its derivatives:
+/// Fraction of a law's onset force F0 that acts on a point of the edge: c(x) = clamp(x / ramp, 0, 1) at the outward
+/// speed x, averaged over the arc that the point represents. On the arc x = s + t phi, |phi| <= half_rad, with s and t
+/// the speeds of the point outwards and along the edge. The mean of the potential is convex in (s, t); its derivatives
+/// are:
 struct OnsetMean {
-  double share = 0;   // d/ds: 0 to 1
-  double moment = 0;  // d/dt
+  double fraction = 0;  // d/ds: 0 to 1
+  double moment = 0;    // d/dt
   double ss = 0, st = 0, tt = 0;
 };
 
-/// Adds `weight` times the mean over phi from p to q, t > 0.
+/// Adds `weight` times the mean over phi from p to q; requires t > 0.
 void AddOnsetMean(double s, double t, double p, double q, double weight, double ramp, OnsetMean& mean) {
   const double begin = std::clamp(-s / t, p, q);
   const double full = std::clamp((ramp - s) / t, p, q);
   const double per_rad = weight / (q - p);
-  mean.share += per_rad * (q - full);
+  mean.fraction += per_rad * (q - full);
   mean.moment += per_rad * 0.5 * (q * q - full * full);
   if (!(full > begin)) return;
   const double ss = per_rad / ramp * (full - begin);
   const double st = per_rad / ramp * (full * full - begin * begin) / 2;
   const double tt = per_rad / ramp * (full * full * full - begin * begin * begin) / 3;
-  mean.share += s * ss + t * st;
+  mean.fraction += s * ss + t * st;
   mean.moment += s * st + t * tt;
   mean.ss += ss;
   mean.st += st;
   mean.tt += tt;
 }
 
-OnsetMean CalcOnsetMean(double s, double t, double half_rad, double after_share, double ramp) {
+OnsetMean CalcOnsetMean(double s, double t, double half_rad, double after_fraction, double ramp) {
   OnsetMean mean;
   const double spread = half_rad * std::abs(t);
   if (s + spread <= 0) return mean;
-  const double middle_rad = half_rad * (after_share - 0.5);  // of the teeth
+  const double middle_rad = half_rad * (after_fraction - 0.5);  // mean angle of the teeth
   if (s - spread >= ramp) return {1, middle_rad, 0, 0, 0};
   constexpr double kNoSpread = 1e-12;  // mm/s
   if (ramp > 0 && spread < kNoSpread) {
     if (s > 0) mean = {s / ramp, middle_rad * s / ramp, 1 / ramp, middle_rad / ramp, half_rad * half_rad / (3 * ramp)};
     return mean;
   }
-  const double ahead = t > 0 ? after_share : 1 - after_share;
+  const double ahead = t > 0 ? after_fraction : 1 - after_fraction;
   AddOnsetMean(s, std::abs(t), -half_rad, 0, 1 - ahead, ramp, mean);
   AddOnsetMean(s, std::abs(t), 0, half_rad, ahead, ramp, mean);
   if (t < 0) {
@@ -115,17 +116,17 @@ OnsetMean CalcOnsetMean(double s, double t, double half_rad, double after_share,
   return mean;
 }
 
-/// The same less what ToothForceAt() has of it, c(s); and that by teeth * J.
+/// Returns the OnsetMean less the part c(s) that ToothForceAt() includes, times teeth * F0.
 OnsetMean CalcOnsetChange(const StepProblem& problem, const CuttingPoint& point, double s, double t) {
   const double ramp = problem.ramp_mm_per_s;
-  OnsetMean mean = CalcOnsetMean(s, t, 0.5 * problem.arc_rad, point.after_share, ramp);
+  OnsetMean mean = CalcOnsetMean(s, t, 0.5 * problem.arc_rad, point.after_fraction, ramp);
   if (s > 0) {
-    mean.share -= s < ramp ? s / ramp : 1;
+    mean.fraction -= s < ramp ? s / ramp : 1;
     if (s < ramp) mean.ss -= 1 / ramp;
   }
-  if (mean.share == 0 && mean.moment == 0) return {};
+  if (mean.fraction == 0 && mean.moment == 0) return {};
   const double onset_N = point.teeth * problem.cutting_share * CalcOnset(problem.law, point.E_star_MPa);
-  return {onset_N * mean.share, onset_N * mean.moment, onset_N * mean.ss, onset_N * mean.st, onset_N * mean.tt};
+  return {onset_N * mean.fraction, onset_N * mean.moment, onset_N * mean.ss, onset_N * mean.st, onset_N * mean.tt};
 }
 
 }  // namespace
@@ -148,7 +149,7 @@ ToothMean StepProblem::MeanToothForce(const CuttingPoint& point, double speed, d
   ToothMean mean{ToothForceAt(speed, point.E_star_MPa), 0};
   if (arc_rad > 0 && point.teeth > 0) {
     const OnsetMean change = CalcOnsetChange(*this, point, speed, along_speed);
-    mean.radial_N += change.share / point.teeth;
+    mean.radial_N += change.fraction / point.teeth;
     mean.along_N = change.moment / point.teeth;
   }
   return mean;
@@ -221,7 +222,7 @@ StepSolver::StepSolver(std::size_t capacity) {
   }
 }
 
-/// Speeds of all points along a direction of search.
+/// Computes the speeds of all points along a search direction.
 void StepSolver::Follow(const StepProblem& problem, const Twist& p) {
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) cutting_.along[i] = Dot(problem.cutting[i].row, p);
   for (std::size_t i = 0; i < along_.along.size(); ++i) along_.along[i] = Dot(problem.cutting[i].along, p);
@@ -234,7 +235,7 @@ void StepSolver::Follow(const StepProblem& problem, const Twist& p) {
   for (std::size_t i = 0; i < problem.yields.size(); ++i) yields_.along[i] = Dot(problem.yields[i].row, p);
 }
 
-/// d/d(alpha) J(u + alpha p); the speeds at u and along p are known.
+/// Returns d/d(alpha) J(u + alpha p), from the known speeds at u and along p.
 double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const Twist& p, double alpha) const {
   const StepCoupling& c = problem.coupling;
   const double tau = problem.tau_s;
@@ -253,7 +254,7 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
   for (std::size_t i = 0; i < along_.at.size(); ++i) {
     const OnsetMean change = CalcOnsetChange(problem, problem.cutting[i], cutting_.at[i] + alpha * cutting_.along[i],
                                              along_.at[i] + alpha * along_.along[i]);
-    slope += change.share * cutting_.along[i] + change.moment * along_.along[i];
+    slope += change.fraction * cutting_.along[i] + change.moment * along_.along[i];
   }
   double flats = 0;
   for (std::size_t i = 0; i < problem.flats.size(); ++i) {
@@ -280,7 +281,8 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
   return slope;
 }
 
-/// An alpha >= 0 where the slope is not above 0 and nearly 0, from a negative slope at 0: J has fallen all the way.
+/// Returns an alpha >= 0 at which the slope is nearly 0 and J is at most its value at 0. The slope at 0 must be
+/// negative.
 double StepSolver::Search(const StepProblem& problem, const Twist& u, const Twist& p, double slope_at_0) const {
   const double enough = kSlopeTolerance * std::abs(slope_at_0);
   double low = 0;
@@ -294,9 +296,9 @@ double StepSolver::Search(const StepProblem& problem, const Twist& u, const Twis
     slope_high = CalcSlope(problem, u, p, high);
   }
   if (slope_high <= 0) return high;
-  // A little past the least is near enough too, when the slope half-way shows that J has fallen on the whole.
+  // A point slightly past the minimum is accepted if the slope half-way proves that J has decreased overall.
   if (slope_high <= enough && CalcSlope(problem, u, p, 0.5 * (low + high)) <= -slope_high) return high;
-  // The false position, with an end that stays put weighed down.
+  // Method of false position with the Illinois rule: the value at an end that stays in place is halved.
   double weight_low = slope_low;
   double weight_high = slope_high;
   int last = 0;
@@ -342,7 +344,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     const Vec3 e_turn = c.theta_rad - tau * Angular(u);
     const Vec3 rel = c.v_H_mm_per_s - Linear(u);
     const Vec3 rel_turn = c.w_H_rad_per_s - Angular(u);
-    // A drawn-out spring has no slope along itself; its secant keeps the step finite.
+    // A saturated spring has zero tangent stiffness along itself; its secant stiffness keeps the step finite.
     const double k = c.spring.Secant(glm::length(e));
     const double k_turn = c.torsion.Secant(glm::length(e_turn));
     const double b = c.damper.Secant(glm::length(rel));
@@ -368,8 +370,8 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     for (std::size_t i = 0; i < along_.at.size(); ++i) {
       const CuttingPoint& point = problem.cutting[i];
       const OnsetMean change = CalcOnsetChange(problem, point, cutting_.at[i], along_.at[i]);
-      if (change.share == 0 && change.moment == 0) continue;
-      AddTo(g, change.share, point.row);
+      if (change.fraction == 0 && change.moment == 0) continue;
+      AddTo(g, change.fraction, point.row);
       AddTo(g, change.moment, point.along);
       AddOuter(H, change.ss, point.row);
       AddMixed(H, change.st, point.row, point.along);
@@ -450,7 +452,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   }
   if (solution.converged) return solution;
 
-  // The best so far, scaled along itself to the least: u . gradient = 0.
+  // Scale the last motion to the multiple that minimises J: u . gradient = 0.
   const Twist best = u;
   u = {};
   for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {

@@ -1,15 +1,16 @@
-// chips: what a tick removes flies off as balls of one size
+// chips: the volume that a tick removes flies off as balls of one size.
 //
-//   number = volume removed / volume of a chip, the rest waits for the next tick;
-//   velocity = that of the rim, w x p, and a random part of `spread` times its magnitude.
+//   number = volume removed / volume of a chip; the rest is kept for the next tick.
+//   velocity = that of the rim, w x p, plus a random part of at most `spread` times its magnitude.
 //
-// A tick only notes where and when each was thrown: a chip's life is the same for all, so they go in the order in which
-// they came, and nothing is moved from tick to tick. Where they are is worked out when somebody looks (chips_flight.h),
-// so their flight does not depend on the tick either.
+// A tick only records position, velocity and time of each throw. All chips have the same lifetime, so they are removed
+// in the order in which they were thrown, and a tick moves none of them. Positions are computed on request
+// (chips_flight.h), so the flight does not depend on the tick.
 #include "cut/effects/chips.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/core/hash.h"
 #include "cut/effects/effects.h"
@@ -17,15 +18,8 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 double CalcBallVolume(double diameter_mm) {
-  return kPi / 6 * diameter_mm * diameter_mm * diameter_mm;
-}
-
-double CalcThickness(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc ? disc->thickness_mm : 0;
+  return std::numbers::pi / 6 * diameter_mm * diameter_mm * diameter_mm;
 }
 
 }  // namespace
@@ -100,19 +94,19 @@ void ChipsEffect::Solved(const EffectSolved& solved) {
   stride_ = solved.edge.stride();
 }
 
-/// Chips stay between the teeth until the disc's rim leaves the bone: at the end of the engaged arc, the way that it
-/// turns. A rim that is all in bone, and a ball, lose them where they cut.
+/// Chips stay between the teeth until the disc's rim leaves the bone, at the end of the engaged arc in the direction of
+/// rotation. A ball, or a rim that is entirely in bone, loses them where it cuts.
 void ChipsEffect::FindWhereChipsLeave() {
   const std::size_t count = places_.size();
   for (Place& place : places_) place.leaves = place.point;
   if (!shape_->edge_is_ring) return;
   const auto size = static_cast<int>(shape_->edge.size());
-  // Whether place i and the next in the list are neighbours on the rim.
+  // Returns true if place i and the next in the list are neighbours on the rim.
   const auto joined = [&](std::size_t i) {
     const int next = places_[i].point + stride_ < size ? places_[i].point + stride_ : 0;
     return places_[(i + 1) % count].point == next;
   };
-  // Points go round as a positive turn does.
+  // Points are in the order of a positive rotation.
   const bool up = rpm_ > 0;
   const auto after = [&](std::size_t i) { return (up ? i + 1 : i + count - 1) % count; };
   const auto before = [&](std::size_t i) { return (up ? i + count - 1 : i + 1) % count; };
@@ -129,11 +123,11 @@ void ChipsEffect::FindWhereChipsLeave() {
 
 void ChipsEffect::ThrowOne(const Place& place, double later_s) {
   Vec3 p_T = shape_->edge[static_cast<std::size_t>(place.leaves)].p_T;
-  const double spindle_rad_per_s = 2 * kPi / 60 * rpm_;
+  const double spindle_rad_per_s = 2 * std::numbers::pi / 60 * rpm_;
   Vec3 v_T = spindle_rad_per_s * Vec3(-p_T.y, p_T.x, 0);
-  // Anywhere in a ball.
+  // A random point in a ball.
   const double z = 2 * Draw() - 1;
-  const double phi = 2 * kPi * Draw();
+  const double phi = 2 * std::numbers::pi * Draw();
   const double r = params_.spread * glm::length(v_T) * std::cbrt(Draw());
   const double across = std::sqrt(1 - z * z);
   v_T += r * Vec3(across * std::cos(phi), across * std::sin(phi), z);
@@ -179,31 +173,33 @@ std::size_t ChipsEffect::CalcMemoryBytes() const {
 const EffectInfo& Chips() {
   static const EffectInfo kEffect{
       .name = "chips",
-      .summary = "chips that fly off the teeth, to look at: as much as is removed",
+      .summary = "chips that fly off the teeth, for display only; their volume is the removed volume",
       .source =
           "conservation of volume; drag of a ball after Schiller and Naumann 1933; size, spread and where chips leave "
           "the teeth are assumptions",
       .reads = "volume removed, teeth, their place and motion, spindle speed",
-      .writes = "nothing but its figures",
+      .writes = "only its channels",
       .state = "where and when each chip in the air was thrown",
       .sleeps = "while nothing is cut and no chip is in the air",
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = {{"size_mm", 0.15, 0.02, 5,
-                      "diameter of a ball of a chip's volume; an assumption: what a tooth takes off in a passage, "
-                      "0.004 mm3, in two"},
+                      "diameter of a ball with a chip's volume; an assumption: half of what a tooth removes in one "
+                      "pass, 0.004 mm3"},
                      {"spread", 0.15, 0, 1,
-                      "random part of a chip's velocity, at most, of the rim's speed; an assumption"},
-                     {"life_s", 0.4, 0.001, 60, "how long a chip is followed"},
-                     {"max_chips", 4096.0, 1, 1e6, "in the air; with more the oldest goes"},
-                     {"chips_per_tick", 32.0, 1, 1e4, "that fly off in one tick; more are dropped"},
-                     {"drag", 1.0, 0, 100, "times that of a ball in air; 0: none"},
+                      "maximum random part of a chip's velocity, as a fraction of the rim's speed; an assumption"},
+                     {"life_s", 0.4, 0.001, 60, "lifetime of a chip"},
+                     {"max_chips", 4096.0, 1, 1e6,
+                      "maximum number of chips in the air; a further one replaces the oldest"},
+                     {"chips_per_tick", 32.0, 1, 1e4,
+                      "maximum number of chips thrown in one tick; further ones are dropped"},
+                     {"drag", 1.0, 0, 100, "drag, relative to that of a ball in air; 0: none"},
                      {"gravity_m_per_s2", Vec3(0, 0, -9.81), -100, 100,
-                      "world frame; [0, 9.81, 0] for a patient who lies on the back"},
-                     {"seed", 1.0, 0, 1e9, "of the random numbers"}},
-      .channels = {{"chips", "in the air"},
-                   {"emitted_mm3", "thrown so far"},
-                   {"dropped_mm3", "never thrown: more than chips_per_tick"},
-                   {"cut_short", "chips that went before their time: max_chips were in the air"}},
+                      "gravity, world frame; [0, 9.81, 0] for a patient lying on their back"},
+                     {"seed", 1.0, 0, 1e9, "seed of the random numbers"}},
+      .channels = {{"chips", "chips in the air"},
+                   {"emitted_mm3", "volume of the chips thrown so far"},
+                   {"dropped_mm3", "volume of the chips dropped because of chips_per_tick"},
+                   {"cut_short", "chips that disappeared early because max_chips were in the air"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
         ChipsParams params;

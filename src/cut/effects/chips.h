@@ -1,4 +1,4 @@
-// chips: what flies off the teeth, to look at. What others need of it.
+// chips: chips that fly off the teeth, for display. Interface for other code.
 #pragma once
 
 #include <cstdint>
@@ -10,40 +10,40 @@
 namespace kerf {
 
 struct ChipsParams {
-  double size_mm = 0.15;  // diameter of a ball of a chip's volume
-  double spread = 0.15;   // of a chip's velocity about that of the rim, of its magnitude
+  double size_mm = 0.15;  // diameter of a ball with a chip's volume
+  double spread = 0.15;   // maximum of the random part of a chip's velocity, as a fraction of the rim's speed
   double life_s = 0.4;
   int max_chips = 4096;
   int chips_per_tick = 32;
-  double drag = 1;  // times that of a ball in air
+  double drag = 1;  // relative to that of a ball in air
   Vec3 gravity_W_m_per_s2{0, 0, -9.81};
   std::uint64_t seed = 1;
 };
 
-/// Chips in the air: where and when each was thrown. Where it is now is worked out when somebody looks.
+/// Chips in the air: position, velocity and time of each throw. Current positions are computed only on request.
 class ChipPool {
  public:
   /// Allocates.
   explicit ChipPool(const ChipsParams& params);
 
-  /// A chip that was thrown `later_s` after now. When `max_chips` are in the air the oldest goes. Tick-safe.
+  /// Adds a chip that is thrown `later_s` after now. If `max_chips` are in the air, the oldest is removed. Tick-safe.
   void Throw(const ChipMotion& start_F, double later_s);
-  /// Lets those go that have had their time. Tick-safe.
+  /// Advances the time and removes the chips whose life has ended. Tick-safe.
   void Advance(double dt_s);
 
   bool empty() const { return count_ == 0; }
   std::size_t size() const { return count_; }
-  /// Those that went before their time.
+  /// Number of chips that were removed before the end of their life.
   std::uint64_t cut_short() const { return cut_short_; }
   std::size_t CalcMemoryBytes() const { return starts_.capacity() * sizeof(Start); }
 
-  // ---- for drawing; not in the tick: some 4 us each
+  // ---- for drawing; not for the tick: about 4 us per chip
   struct Chip {
     Vec3 p_F_mm;
     Vec3 v_F_mm_per_s;
     double age_s;
   };
-  /// The oldest first.
+  /// Returns the state of the i-th chip, the oldest first.
   Chip CalcChip(std::size_t i) const;
 
  private:
@@ -54,12 +54,13 @@ class ChipPool {
   };
   ChipFlight flight_;
   double life_s_;
-  std::vector<Start> starts_;  // a ring
+  std::vector<Start> starts_;  // ring buffer
   std::size_t first_ = 0, count_ = 0;
   double now_s_ = 0;
   std::uint64_t cut_short_ = 0;
 };
 
+/// Throws chips of bone off the edge. It adds no force.
 class ChipsEffect final : public Effect {
  public:
   ChipsEffect(const ChipsParams& params, const EffectSetup& setup);
@@ -75,29 +76,29 @@ class ChipsEffect final : public Effect {
   const ChipPool& pool() const { return pool_; }
   Vec3 p_WF_mm() const { return p_WF_mm_; }
   double chip_mm3() const { return chip_mm3_; }
-  /// Removed = thrown + dropped + waiting until it makes a chip.
+  /// Removed volume = thrown + dropped + waiting; waiting volume is kept until it suffices for a chip.
   double thrown_mm3() const { return static_cast<double>(thrown_) * chip_mm3_; }
   double dropped_mm3() const { return dropped_mm3_; }
   double waiting_mm3() const { return waiting_mm3_; }
 
  private:
-  /// A point of the edge that cut.
+  /// Point of the edge that cut.
   struct Place {
-    double upto;  // sum of what this and those before cut
+    double upto;  // cumulative cut of this point and those before it
     int point;
-    int leaves = 0;  // the point of the edge at which its chips fly off
+    int leaves = 0;  // point of the edge at which its chips fly off
   };
   void FindWhereChipsLeave();
   void ThrowOne(const Place& place, double later_s);
-  double Draw();  // 0 to 1, neither included
+  double Draw();  // random number between 0 and 1, both excluded
 
   ChipsParams params_;
   Vec3 p_WF_mm_;
   const ToolShape* shape_;
-  double thickness_mm_;  // of a disc
+  double thickness_mm_;  // disc only
   double chip_mm3_;
   ChipPool pool_;
-  std::vector<Place> places_;  // of the last step in this tick that cut
+  std::vector<Place> places_;  // of the last substep of this tick that cut
   Pose X_FT_;
   double rpm_ = 0;
   int stride_ = 1;

@@ -7,7 +7,7 @@ namespace kerf {
 namespace {
 
 constexpr double kDensity_kg_per_m3 = 1908;    // cortical bone, IT'IS database, as in "heat"
-constexpr double kAirDensity_kg_per_m3 = 1.2;  // at 20 C, as the next
+constexpr double kAirDensity_kg_per_m3 = 1.2;  // at 20 C, as is the viscosity
 constexpr double kAirViscosity_Pas = 1.81e-5;
 constexpr double kFullDrag = 0.44;  // coefficient at high Reynolds numbers
 constexpr int kSteps = 32;
@@ -24,10 +24,10 @@ double ChipFlight::CalcDragRate(double speed_mm_per_s) const {
   return drag_per_s_ * std::max(1 + 0.15 * std::pow(reynolds, 0.687), kFullDrag / 24 * reynolds);
 }
 
-/// Exact where the drag rate is constant.
+/// Makes a step that is exact for a constant drag rate.
 ChipMotion ChipFlight::Step(const ChipMotion& from, double rate_per_s, double dt_s) const {
   const double x = rate_per_s * dt_s;
-  // Integrals of e^(-k t) over the step, and of that: (1 - e^-x) / k and (x - 1 + e^-x) / k^2.
+  // First and second integral of e^(-k t) over the step: (1 - e^-x) / k and (x - 1 + e^-x) / k^2.
   double once_s = dt_s, twice_s2 = 0;
   if (x < 1e-3) {
     once_s = dt_s * (1 - x / 2 + x * x / 6);
@@ -46,8 +46,8 @@ ChipMotion ChipFlight::CalcMotion(const ChipMotion& start, double age_s) const {
   ChipMotion motion = start;
   double from_s = 0;
   for (int i = 1; i <= kSteps; ++i) {
-    const double share = static_cast<double>(i) / kSteps;
-    const double to_s = share * share * share * age_s;
+    const double fraction = static_cast<double>(i) / kSteps;
+    const double to_s = fraction * fraction * fraction * age_s;
     const double dt_s = to_s - from_s;
     const ChipMotion middle = Step(motion, CalcDragRate(glm::length(motion.v_mm_per_s)), 0.5 * dt_s);
     motion = Step(motion, CalcDragRate(glm::length(middle.v_mm_per_s)), dt_s);

@@ -11,7 +11,7 @@ namespace kerf {
 namespace {
 
 const char* NameKind(const EffectValue& value) {
-  return std::array{"a number", "true or false", "three numbers", "a text"}[value.index()];
+  return std::array{"a number", "true or false", "three numbers", "a string"}[value.index()];
 }
 
 }  // namespace
@@ -45,7 +45,7 @@ EffectChoice::EffectChoice(std::string_view name) : info_(FindEffect(name)) {
 
 double EffectChoice::GetNumber(std::string_view key) const {
   const double* number = std::get_if<double>(&values_[info_->FindParameter(key)]);
-  if (number == nullptr) throw Error(fmt::format("{} of the effect {} is no number", key, name()));
+  if (number == nullptr) throw Error(fmt::format("{} of the effect {} is not a number", key, name()));
   return *number;
 }
 
@@ -66,7 +66,7 @@ const EffectChoice* FindChoice(const EffectChoices& choices, std::string_view na
 EffectChoice& EffectChoice::SetFile(std::string_view key, EffectFile file) {
   const std::size_t i = info_->FindParameter(key);
   if (info_->parameters[i].file == EffectFileKind::kNone) {
-    throw Error(fmt::format("{} of the effect {} names no file", key, name()));
+    throw Error(fmt::format("{} of the effect {} does not name a file", key, name()));
   }
   values_[i] = file.name;
   files_[i] = std::make_shared<const EffectFile>(std::move(file));
@@ -116,7 +116,7 @@ void CheckEffects(const EffectChoices& choices) {
       const auto* text = std::get_if<std::string>(&choice.values()[i]);
       if (text != nullptr && !parameter.words.empty() &&
           std::find(parameter.words.begin(), parameter.words.end(), *text) == parameter.words.end()) {
-        faults.push_back(fmt::format("{} = \"{}\" of the effect {} is none of: {}", parameter.key, *text, info.name,
+        faults.push_back(fmt::format("{} = \"{}\" of the effect {} must be one of: {}", parameter.key, *text, info.name,
                                      fmt::join(parameter.words, ", ")));
       }
     }

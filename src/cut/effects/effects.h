@@ -3,8 +3,8 @@
 
 #include "kerf/effects.h"
 
-// A line for each effect: the function in its file that describes it. The order is that in which a tick calls them: who
-// needs another stands after it.
+// One line per effect: the function in the effect's file that describes it. Effects are called in this order; one that
+// needs another must come after it.
 // clang-format off
 #define KERF_EFFECTS(EFFECT) \
   EFFECT(KerfFriction)       \

@@ -1,12 +1,13 @@
-// guide: a virtual fixture that keeps the tool on a plan, as a cutting guide that is screwed to the bone would: across
-// the planned plane, at a depth, and between the ends of a slot.
+// guide: a virtual fixture that keeps the tool on a plan, as a cutting guide screwed to the bone does: across the
+// planned plane, at a depth, and between the ends of a kerf.
 //
-//   Points of the disc's rim may lie up to `tolerance_mm` off the plane; beyond, springs hold them: k (d - tolerance),
-//   k / 4 at each of four points, so that they also hold the disc's tilt. A stop is one such spring at the point of the
-//   tool that goes deepest.
-// The springs stand in the step's convex problem. They are passive: a tool that is set down off the plan is not drawn
-// to it, but each step towards it is kept (the wall follows), and one that is pushed away with more than `max_force_N`
-// takes the wall along.
+//   Points of the disc's rim may be up to `tolerance_mm` off the plane. Beyond that, springs with the force
+//   k (d - tolerance) hold them, with k / 4 at each of four points, so that they also limit the disc's tilt. A stop is
+//   one such spring at the deepest point of the tool.
+//
+// The springs are part of the step's convex problem. They are passive. A tool that is set down off the plan is not
+// pulled towards it, but the wall follows each motion towards the plan, so that the progress is kept. A tool that is
+// pushed away with more than `max_force_N` moves the wall.
 #include "cut/effects/guide.h"
 
 #include <algorithm>
@@ -20,20 +21,19 @@
 namespace kerf {
 namespace {
 
-constexpr double kNear_mm = 1;     // a wall that is nearer stands in the step's problem
-constexpr double kNearVoxels = 4;  // likewise: further than a step goes
-constexpr double kInPlane = 0.02;  // sine of how far a depth may point out of the plane
+constexpr double kNear_mm = 1;     // a nearer wall is in the step's problem
+constexpr double kNearVoxels = 4;  // likewise; more than the motion in a step
+constexpr double kInPlane = 0.02;  // sine of the largest angle between a depth direction and the plane
 constexpr int kRimPoints = 4;
 constexpr double kRounding_mm = 1e-9;
-constexpr double kDegrees = 57.29577951308232;
 
-/// Empty when there is none.
+/// Returns a description of the fault; empty if there is none.
 std::string FindFault(const Vec3& normal_W, const Vec3& depth_direction_W) {
   const std::string no_length = " has no direction: its length is 0";
   if (!(glm::length(normal_W) > 1e-6)) return "normal" + no_length;
   if (!(glm::length(depth_direction_W) > 1e-6)) return "depth_direction" + no_length;
   if (std::abs(glm::dot(glm::normalize(normal_W), glm::normalize(depth_direction_W))) > kInPlane) {
-    return "depth_direction does not lie in the plane: it must be across normal";
+    return "depth_direction does not lie in the plane: it must be perpendicular to normal";
   }
   return "";
 }
@@ -56,8 +56,8 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
       near_mm_(std::max(kNear_mm, kNearVoxels * setup.field.voxel_mm())),
       depth_W_(glm::normalize(params.depth_direction_W)),
       is_disc_(std::holds_alternative<DiscSaw>(setup.tool)) {
-  const auto add = [&](const Vec3& n_W, const Vec3& p_T, bool deepest, double least_mm, double stiffness) {
-    walls_.push_back({n_W, p_T, deepest, least_mm, stiffness, least_mm});
+  const auto add = [&](const Vec3& n_W, const Vec3& p_T, bool deepest, double min_mm, double stiffness) {
+    walls_.push_back({n_W, p_T, deepest, min_mm, stiffness, min_mm});
   };
   const int points = is_disc_ ? kRimPoints : 1;
   for (int i = 0; i < points; ++i) {
@@ -75,7 +75,7 @@ GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
   }
 }
 
-/// Tool frame.
+/// Returns the point that the wall limits, tool frame.
 Vec3 GuideEffect::FindPoint(const Wall& wall, const Pose& X_FT) const {
   if (!wall.deepest) return wall.p_T;
   Vec3 n_T = X_FT.InverseVector(wall.n_W);
@@ -88,25 +88,25 @@ double GuideEffect::CalcWay(const Wall& wall, const Pose& X_FT) const {
   return glm::dot(wall.n_W, X_FT.Point(FindPoint(wall, X_FT)) - p_F_mm_);
 }
 
-/// To the nearest wall, mm.
+/// Returns the distance to the nearest wall, mm.
 double GuideEffect::CalcGap(const Pose& X_FT) const {
   double gap = 1e300;
   for (const Wall& wall : walls_) gap = std::min(gap, wall.at_mm - CalcWay(wall, X_FT));
   return gap;
 }
 
-/// Walls that stand further out than their own place come back with the tool.
+/// Moves walls that were pushed beyond their own position back as the tool moves back.
 void GuideEffect::Follow(const Pose& X_FT) {
   for (Wall& wall : walls_) {
     const double way_mm = CalcWay(wall, X_FT);
-    if (fresh_ || way_mm < wall.at_mm) wall.at_mm = std::max(wall.least_mm, way_mm);
+    if (fresh_ || way_mm < wall.at_mm) wall.at_mm = std::max(wall.min_mm, way_mm);
   }
   fresh_ = false;
 }
 
 bool GuideEffect::Holds(const EffectFlight& flight) {
   Follow(flight.X_FT_from);
-  // On the way the tool's points leave the straight line between both ends by no more than the sagitta of their turn.
+  // During the motion the tool's points deviate from straight lines by at most the sagitta of the rotation.
   const double cos_half = std::min(1.0, std::abs(glm::dot(flight.X_FT_from.R_AB, flight.X_FT_to.R_AB)));
   const double bent_mm = radius_mm_ * (1 - std::max(0.0, 2 * cos_half * cos_half - 1));
   return std::min(CalcGap(flight.X_FT_from), CalcGap(flight.X_FT_to)) < near_mm_ + bent_mm;
@@ -157,7 +157,8 @@ void GuideEffect::Report(std::span<double> channels) const {
   if (is_disc_) n_T.z = 0;
   const double length = is_disc_ ? glm::length(n_T) : 1;
   channels[0] = deviation_mm > kRounding_mm ? deviation_mm : 0;
-  channels[1] = is_disc_ ? kDegrees * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
+  channels[1] =
+      is_disc_ ? kDegreesPerRad * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
   channels[2] = glm::dot(depth_W_, p_mm) + radius_mm_ * length;
   channels[3] = force_N_;
 }
@@ -165,34 +166,37 @@ void GuideEffect::Report(std::span<double> channels) const {
 const EffectInfo& Guide() {
   static const EffectInfo kEffect{
       .name = "guide",
-      .summary = "keeps the tool on a plan: across a plane, at a depth, between the ends of a slot",
+      .summary = "keeps the tool on a plan: on a plane, above a depth stop, between the ends of a slot",
       .source =
-          "virtual fixture (Rosenberg 1993) with one-sided springs that yield; stiffness and greatest force are "
+          "virtual fixture (Rosenberg 1993) with one-sided springs that yield; stiffness and maximum force are "
           "choices, not measured",
       .reads = "the tool's pose",
       .writes = "force and torque on the tool",
-      .state = "where each of up to 11 walls stands",
-      .sleeps = "while every wall is further than a millimetre, or four voxels",
+      .state = "positions of up to 11 walls",
+      .sleeps = "while every wall is further away than a millimetre and four voxels",
       .hooks = kEffectHolds | kEffectEngage | kEffectSolved | kEffectEnd,
       .parameters =
-          {{"point_mm", Vec3(0), -1e6, 1e6, "of the planned plane, world frame; depth and slot are measured from it"},
-           {"normal", Vec3(0, 1, 0), -1000, 1000, "of the plane, world frame; any length but 0"},
-           {"stiffness_N_per_mm", 5.0, 0.01, 1000, "that holds the tool to the plane, and at each stop"},
+          {{"point_mm", Vec3(0), -1e6, 1e6,
+            "point of the planned plane, world frame; depth and slot are measured from it"},
+           {"normal", Vec3(0, 1, 0), -1000, 1000, "normal of the plane, world frame; any length except 0"},
+           {"stiffness_N_per_mm", 5.0, 0.01, 1000, "stiffness that holds the tool on the plane and at each stop"},
            {"tolerance_mm", 0.5, 0, 100,
-            "so far off the plane every point of a disc's rim (of a ball, its centre) is free"},
+            "distance from the plane within which each point of a disc's rim (for a ball: its centre) is free"},
            {"max_force_N", 10.0, 0.1, 1000,
-            "pushed harder than this, across the plane or at a stop, the guide gives way; within a step it may be "
-            "exceeded "
-            "by the stiffness times the step's way"},
-           {"depth_direction", Vec3(0, 0, -1), -1000, 1000, "into the bone, in the plane; any length but 0"},
+            "force above which the guide gives way, across the plane or at a stop; within a step it may be exceeded by "
+            "the stiffness times the step's motion"},
+           {"depth_direction", Vec3(0, 0, -1), -1000, 1000,
+            "direction into the bone, in the plane; any length except 0"},
            {"depth_mm", 0.0, 0, 1000,
-            "a stop holds the tool's deepest point here below point_mm, by a spring of stiffness_N_per_mm; 0: no stop"},
+            "depth below point_mm at which a stop holds the tool's deepest point, by a spring of stiffness_N_per_mm; "
+            "0: no stop"},
            {"slot_length_mm", 0.0, 0, 1000,
-            "the tool's centre stays within half of this to either side of point_mm, across the depth; 0: no ends"}},
-      .channels = {{"deviation_mm", "furthest point of the rim off the plane"},
-                   {"tilt_deg", "of the disc against the plane"},
-                   {"depth_mm", "deepest point of the tool below point_mm"},
-                   {"force_N", "of the guide on the tool"}},
+            "length of the slot: the tool's centre stays within half of it on either side of point_mm, perpendicular "
+            "to the depth; 0: no ends"}},
+      .channels = {{"deviation_mm", "largest distance of a point of the rim from the plane"},
+                   {"tilt_deg", "tilt of the disc relative to the plane"},
+                   {"depth_mm", "depth of the tool's deepest point below point_mm"},
+                   {"force_N", "force of the guide on the tool"}},
       .find_fault =
           [](std::span<const EffectValue> values) {
             return FindFault(std::get<Vec3>(values[1]), std::get<Vec3>(values[5]));

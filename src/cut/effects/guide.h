@@ -1,4 +1,4 @@
-// guide: a virtual fixture. What others need of it.
+// guide: a virtual fixture. Interface for other code.
 #pragma once
 
 #include <array>
@@ -9,19 +9,20 @@
 namespace kerf {
 
 struct GuideParams {
-  Vec3 point_W_mm{0};             // of the planned plane
-  Vec3 normal_W{0, 1, 0};         // of any length but 0
-  double stiffness_N_per_mm = 5;  // of all its springs across the plane together
+  Vec3 point_W_mm{0};             // a point of the planned plane
+  Vec3 normal_W{0, 1, 0};         // normal of the plane, of any length except 0
+  double stiffness_N_per_mm = 5;  // sum of all its springs across the plane
   double tolerance_mm = 0.5;
-  double max_force_N = 10;  // it yields beyond, across the plane; likewise each stop
+  double max_force_N = 10;  // force at which it yields, across the plane and at each stop
   Vec3 depth_direction_W{0, 0, -1};
-  double depth_mm = 0;        // 0: no stop
+  double depth_mm = 0;        // 0: no depth stop
   double slot_length_mm = 0;  // 0: no ends
 };
 
+/// Holds the tool to a planned plane, depth and length by one-sided springs. Passive: it never pulls the tool.
 class GuideEffect final : public Effect {
  public:
-  /// Throws Error for directions of no length, or a depth that does not lie in the plane.
+  /// Throws Error if a direction has no length, or the depth direction is not in the plane.
   GuideEffect(const GuideParams& params, const EffectSetup& setup);
 
   bool Holds(const EffectFlight& flight) override;
@@ -36,16 +37,16 @@ class GuideEffect final : public Effect {
   const GuideParams& params() const { return params_; }
 
  private:
-  /// One side of something that holds a point of the tool: it may go `offset` far along `n`, and no further.
+  /// One-sided limit for a point of the tool: the point may move along `n_W` up to `at_mm`.
   struct Wall {
     Vec3 n_W;
-    Vec3 p_T;  // the point; for a stop of depth the tool's deepest is looked for instead
+    Vec3 p_T;  // the point; a depth stop uses the tool's deepest point instead
     bool deepest = false;
-    double least_mm;  // the wall's own place, from the plan's point along n
+    double min_mm;  // own position of the wall, along n from the plan's point
     double stiffness_N_per_mm;
-    double at_mm;           // where it is: further out than its own place for a tool that is, or was pushed, beyond it
-    bool near = false;      // in the problem of this step,
-    std::size_t solid = 0;  // as this one of its solids
+    double at_mm;           // current position: further out if the tool started, or was pushed, beyond the wall
+    bool near = false;      // true if it is in the problem of this step
+    std::size_t solid = 0;  // its index in the problem's solids
   };
   Vec3 FindPoint(const Wall& wall, const Pose& X_FT) const;
   double CalcWay(const Wall& wall, const Pose& X_FT) const;
@@ -66,7 +67,7 @@ class GuideEffect final : public Effect {
   double force_N_ = 0;  // in the last tick
   bool solved_ = false;
   Pose at_;
-  bool known_ = false;  // at_: a tick has been made
+  bool known_ = false;  // true after the first tick: at_ is valid
 };
 
 }  // namespace kerf

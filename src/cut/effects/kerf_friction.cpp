@@ -1,12 +1,15 @@
-// kerf_friction: Coulomb's friction of the disc's flats on the walls of the kerf, and of a stopped edge on bone.
+// kerf_friction: Coulomb friction of the disc's flats on the walls of the kerf, and of a stopped edge on bone.
 //
-//   |f| <= mu N, against the slip, which is the tool's motion and the spindle's turning. It sticks below the creep of
-//   the step (StepProblem::creep_mm_per_s). A disc tilted in its kerf binds: both walls press.
-// The normal force N is that of the steps before, so that the step stays one convex problem: of the flats as it follows
-// with a lag of 4 ms, gathered over patches of the disc.
+//   |f| <= mu N, against the slip, which is the sum of the tool's motion and the spindle's rotation. It sticks below
+//   the creep speed of the step (StepProblem::creep_mm_per_s). A disc that is tilted in its kerf binds: both walls
+//   press.
+//
+// The normal force N is that of the previous steps, so that the step remains one convex problem. For the flats it
+// follows with a lag of 4 ms and is gathered over patches of the disc.
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <variant>
 #include <vector>
 
@@ -16,24 +19,18 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kLag_s = 0.004;
+constexpr double kFrictionLag_s = 0.004;
 constexpr int kSectors = 8;
 constexpr int kPatches = 48;
 constexpr int kRings = kPatches / 2 / kSectors;
 
-/// What presses a disc's rim aside by half its thickness, N. Plate bending about a flange: about 0.45 E t^3 / R^2 of
-/// stiffness, an estimate good to some tens of percent.
+/// Returns the force that bends a disc's rim aside by half its thickness, N. Plate bending about a flange gives a
+/// stiffness of about 0.45 E t^3 / R^2, an estimate with an error of some tens of percent.
 double CalcBendingForce(const Tool& tool) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
   if (!disc) return 0;
   const double t = disc->thickness_mm;
   return 0.45 * disc->E_MPa * t * t * t / (disc->radius_mm() * disc->radius_mm()) * 0.5 * t;
-}
-
-double CalcThickness(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc ? disc->thickness_mm : 0;
 }
 
 double FlatDepth(const FlatPoint& p, const StepProblem& problem, const Twist& u) {
@@ -46,7 +43,7 @@ class KerfFrictionEffect final : public Effect {
       : coefficient_(coefficient),
         p_TC_(setup.p_TC_mm),
         half_mm_(0.5 * CalcThickness(setup.tool)),
-        most_couple_N_(2 * CalcBendingForce(setup.tool)),
+        max_couple_N_(2 * CalcBendingForce(setup.tool)),
         reach_mm_(setup.shape.reach_mm),
         edge_force_N_(setup.edge.size()) {
     for (std::size_t j = 0; j < setup.faces->pair_count(); ++j)
@@ -55,7 +52,7 @@ class KerfFrictionEffect final : public Effect {
 
   void Engage(const EffectStep& step, StepProblem& problem) override {
     if (step.rpm == 0) AddEdge(step, problem);
-    AddFlats(step.rpm * kPi / 30, problem);
+    AddFlats(step.rpm * std::numbers::pi / 30, problem);
   }
 
   void Solved(const EffectSolved& solved) override {
@@ -86,10 +83,10 @@ class KerfFrictionEffect final : public Effect {
   }
 
  private:
-  /// Where friction of the flats is gathered: neighbours slip alike.
+  /// Patch of a flat over which friction is gathered: neighbouring points have similar slip.
   struct Patch {
     double force_N = 0;
-    double x_N = 0, y_N = 0;  // force times place
+    double x_N = 0, y_N = 0;  // force times position
   };
 
   void AddEdge(const EffectStep& step, StepProblem& problem) {
@@ -118,7 +115,7 @@ class KerfFrictionEffect final : public Effect {
   }
 
   int FindPatch(const Vec3& p_T) const {
-    const double turn = std::atan2(p_T.y, p_T.x) / (2 * kPi) + 0.5;
+    const double turn = std::atan2(p_T.y, p_T.x) / (2 * std::numbers::pi) + 0.5;
     const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
     const int ring = std::min(static_cast<int>(std::hypot(p_T.x, p_T.y) / reach_mm_ * kRings), kRings - 1);
     return ring * kSectors + sector;
@@ -126,15 +123,15 @@ class KerfFrictionEffect final : public Effect {
 
   void GatherFlats(const Faces& faces, const EffectSolved& solved) {
     const StepProblem& problem = solved.problem;
-    // The friction of the next step goes by forces that follow these with a lag: a tool that friction throws off the
-    // wall and that falls back without it would else do so in every tick.
-    const double fresh = 1 - std::exp(-solved.share * problem.tau_s / kLag_s);
+    // The friction of the next step uses forces that follow these with a lag. Otherwise friction could throw the tool
+    // off the wall and the tool return without friction, alternating every tick.
+    const double fresh = 1 - std::exp(-solved.fraction * problem.tau_s / kFrictionLag_s);
     for (Patch& patch : patches_) {
       patch.force_N *= 1 - fresh;
       patch.x_N *= 1 - fresh;
       patch.y_N *= 1 - fresh;
     }
-    const double share_borne = CalcShareBorne(problem, solved.u);
+    const double fraction_borne = CalcFractionBorne(problem, solved.u);
     for (std::size_t n = 0; n < problem.flats.size(); ++n) {
       const FlatPoint& flat = problem.flats[n];
       const double depth_mm = FlatDepth(flat, problem, solved.u);
@@ -143,7 +140,7 @@ class KerfFrictionEffect final : public Effect {
       const Vec3 p_T = faces.pair_T(pair);
       const int index = patch_of_pair_[pair] + (flat.side > 0 ? kSectors * kRings : 0);
       Patch& patch = patches_[static_cast<std::size_t>(index)];
-      const double force_N = fresh * share_borne * problem.flat_stiffness_N_per_mm * depth_mm;
+      const double force_N = fresh * fraction_borne * problem.flat_stiffness_N_per_mm * depth_mm;
       patch.force_N += force_N;
       patch.x_N += force_N * p_T.x;
       patch.y_N += force_N * p_T.y;
@@ -151,12 +148,12 @@ class KerfFrictionEffect final : public Effect {
     }
   }
 
-  /// How much of what the walls press with holds the disc against something, 0 to 1: their resultant, and their
-  /// couple as far as a disc can pass one on before it bends out of the way: with the grip a hand's breadth above the
-  /// disc, friction and couple would else feed each other without bound. The rest is the kerf's own unevenness
-  /// squeezing a disc that is rigid here; a real one, some 10 N/mm stiff across its rim, gives way to that. Friction
-  /// goes by the former only.
-  double CalcShareBorne(const StepProblem& problem, const Twist& u) const {
+  /// Returns the fraction of the walls' pressure that holds the disc against a load, 0 to 1. It includes the resultant,
+  /// and the couple as far as a disc can transmit it before it bends out of the way. Without this limit, friction and
+  /// couple would increase each other without bound, because the grip is about 80 mm above the disc. The rest of the
+  /// pressure comes from an uneven kerf that squeezes the disc, which is rigid here; a real disc, with about 10 N/mm
+  /// across its rim, yields to it. Only the first part causes friction.
+  double CalcFractionBorne(const StepProblem& problem, const Twist& u) const {
     double gross = 0, x = 0, y = 0;
     for (const FlatPoint& p : problem.flats) {
       const double d = FlatDepth(p, problem, u);
@@ -176,19 +173,19 @@ class KerfFrictionEffect final : public Effect {
       spread += d * std::hypot(p.x - x, p.y - y);
     }
     const double turning = spread > 0 ? gross * std::hypot(moment_x, moment_y) / spread : 0;
-    const double passed_on = std::min(turning, most_couple_N_ / problem.flat_stiffness_N_per_mm);
+    const double passed_on = std::min(turning, max_couple_N_ / problem.flat_stiffness_N_per_mm);
     return std::min(1.0, (std::abs(net) + passed_on) / gross);
   }
 
   double coefficient_;
   Vec3 p_TC_;
   double half_mm_;
-  double most_couple_N_;  // of both its forces together
+  double max_couple_N_;  // sum of both forces of the couple
   double reach_mm_;
-  bool bears_ = false;  // anything below is not 0
+  bool bears_ = false;  // any value below is not 0
   std::array<Patch, kPatches> patches_{};
   std::vector<int> patch_of_pair_;    // on the lower side
-  std::vector<double> edge_force_N_;  // of each point of a stopped edge, in the last step
+  std::vector<double> edge_force_N_;  // normal force on each point of a stopped edge, in the last step
 };
 
 }  // namespace
@@ -197,16 +194,17 @@ const EffectInfo& KerfFriction() {
   static const EffectInfo kEffect{
       .name = "kerf_friction",
       .summary =
-          "the flats rub on the walls of the kerf, a stopped edge on bone: they stick and slip, and a tilted disc "
-          "binds",
-      .source = "Coulomb's law; the coefficient is an assumption, none was found for steel on wet bone",
+          "friction of the flats on the walls of the kerf and of a stopped edge on bone: stick and slip, binding of a "
+          "tilted disc",
+      .source = "Coulomb's law; the coefficient is an assumption: no value was found for steel on wet bone",
       .reads = "contact forces of flats and stopped edge, spindle speed, motion",
       .writes = "force and torque on the tool",
-      .state = "normal force by patch of the disc and by point of the edge",
+      .state = "normal force of each patch of the disc and each point of the edge",
       .sleeps = "while nothing presses on the flats or a stopped edge",
       .tool = EffectTool::kInHand,
       .hooks = kEffectEngage | kEffectSolved,
-      .parameters = {{"coefficient", 0.2, 0, 2, "of the flats, and of the edge when it stands still, on bone"}},
+      .parameters = {{"coefficient", 0.2, 0, 2,
+                      "coefficient of friction of the flats, and of the stopped edge, on bone"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         return std::make_unique<KerfFrictionEffect>(std::get<double>(values[0]), setup);
       }};

@@ -9,7 +9,7 @@ namespace kerf {
 
 EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) : shape_(&setup.shape) {
   CheckEffects(choices);
-  if (choices.empty()) return;  // and what there is to choose from need not be listed
+  if (choices.empty()) return;  // avoids building the list of effects
   EffectSetup with_plan = setup;
   with_plan.plan = this;
   for (const EffectInfo* info : Effects()) {

@@ -1,5 +1,5 @@
-// The effects of a scene, put in order once: the tick walks lists in which only those stand that have something to do
-// there.
+// The effects of a scene, sorted once into lists: at each point of a tick only the effects that have work there are
+// called.
 #pragma once
 
 #include <memory>
@@ -12,10 +12,11 @@
 
 namespace kerf {
 
+/// Effects of one simulation, and the calls of their hooks in a tick.
 class EffectPlan {
  public:
-  /// Throws Error as CheckEffects(). Leaves out what needs a hand where there is none (setup.faces is null); names it
-  /// in left_out().
+  /// Throws Error as CheckEffects(). Omits the effects that need a tool coupled to a handle if there is none
+  /// (setup.faces is null), and lists them in left_out().
   EffectPlan(const EffectChoices& choices, const EffectSetup& setup);
 
   // ---- in the tick
@@ -32,7 +33,7 @@ class EffectPlan {
   }
   bool wants_solved() const { return !solved_.empty(); }
   bool wants_steps() const { return !engage_.empty() || wants_solved(); }
-  /// Fills `solved.teeth` when one of them reads it.
+  /// Fills `solved.teeth` if an effect reads it.
   void Solved(EffectSolved& solved);
   void End(EffectEnd& end) {
     ForEach(end_, [&](Effect& effect) { effect.End(end); });
@@ -48,8 +49,8 @@ class EffectPlan {
     for (const Entry& entry : entries_) entry.effect->BoneCameBack();
   }
 
-  // ---- any time but within a tick
-  /// Is notified of each effect's work; null: nothing is.
+  // ---- between ticks
+  /// Sets the observer that is notified of the work of each effect; null: none.
   void set_observer(TickObserver* observer) { observer_ = observer; }
   struct Entry {
     const EffectInfo* info;
@@ -57,11 +58,11 @@ class EffectPlan {
     std::size_t first_channel;
   };
   const std::vector<Entry>& entries() const { return entries_; }
-  /// Null when it is not in the plan.
+  /// Returns null if the effect is not in the plan.
   const Effect* Find(std::string_view name) const;
   Effect* Find(std::string_view name);
   std::size_t channel_count() const { return channel_count_; }
-  /// Of all effects, one after the other. Tick-safe.
+  /// Writes the channels of all effects, one after the other. Tick-safe.
   void Report(std::span<double> channels) const;
   const std::vector<const EffectInfo*>& left_out() const { return left_out_; }
   EffectCapacity capacity() const;
@@ -70,7 +71,7 @@ class EffectPlan {
  private:
   struct Called {
     Effect* effect;
-    std::size_t place;  // in entries_
+    std::size_t place;  // index in entries_
   };
   template <typename Call>
   void ForEach(const std::vector<Called>& list, Call&& call) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <variant>
 
 #include "cut/contact/probe.h"
@@ -9,10 +10,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr int kRings = 7;          // of patches on a disc
-constexpr int kTurns = 12;         // of looking from tool to box and back
-constexpr double kSettled = 1e-4;  // of the distance, that a turn must gain to go on
+constexpr int kDiscRings = 7;      // rings of patches on a disc
+constexpr int kTurns = 12;         // alternations between tool and boxes
+constexpr double kSettled = 1e-4;  // minimum relative decrease of the distance per alternation
 
 }  // namespace
 
@@ -27,24 +27,25 @@ StructureDistance::StructureDistance(const std::vector<Box3>& boxes_F, const Too
   looked_at_mm_.resize(patches_.size(), -1e9);
 }
 
-/// A disc: one patch in the middle and rings round it. A ball is its own.
+/// Makes the patches. A disc has one in the middle and rings around it; a ball is a single patch.
 void StructureDistance::MakePatches() {
   if (!is_disc_) {
     patches_.push_back({Vec3(0), radius_mm_});
     return;
   }
-  const double width = radius_mm_ / (kRings + 0.5);
+  const double width = radius_mm_ / (kDiscRings + 0.5);
   patches_.push_back({Vec3(0), 0.5 * width});
-  for (int ring = 1; ring <= kRings; ++ring) {
+  for (int ring = 1; ring <= kDiscRings; ++ring) {
     const double at = ring * width;
     const int count = 6 * ring;
-    // The furthest corner of a piece of the ring from its middle.
+    // Distance of the furthest corner of a piece of the ring from its middle.
     double radius = 0.5 * width;
     for (const double edge : {at - 0.5 * width, at + 0.5 * width}) {
-      radius = std::max(radius, std::hypot(edge * std::cos(kPi / count) - at, edge * std::sin(kPi / count)));
+      radius = std::max(radius, std::hypot(edge * std::cos(std::numbers::pi / count) - at,
+                                           edge * std::sin(std::numbers::pi / count)));
     }
     for (int i = 0; i < count; ++i) {
-      const double turn = 2 * kPi * i / count;
+      const double turn = 2 * std::numbers::pi * i / count;
       patches_.push_back({{at * std::cos(turn), at * std::sin(turn), 0}, radius});
     }
   }
@@ -60,7 +61,8 @@ Vec3 StructureDistance::NearestOfTool(const Vec3& p_T) const {
   return {in * p_T.x, in * p_T.y, std::clamp(p_T.z, -half_mm_, half_mm_)};
 }
 
-/// Distance of the patch's centre from the boxes, as far as it matters; `best` is lowered to what is found.
+/// Returns the distance of the patch's centre from the boxes, up to the relevant limit. Lowers `best` if it finds a
+/// smaller distance.
 double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& best) {
   const double limit_mm = best.distance_mm + Reach(patch);
   ++queries_;
@@ -72,22 +74,22 @@ double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& bes
     const Vec3 p_F = X_FT.Point(NearestOfTool(X_FT.InversePoint(q_F)));
     const double distance_mm = glm::length(p_F - q_F);
     if (distance_mm < best.distance_mm) best = {distance_mm, q_F};
-    // From where the patch looked no way leads to anything nearer than what is known.
+    // No point of this patch can lead to a smaller distance than the known one.
     if (distance_mm >= last_mm * (1 - kSettled) || distance_mm > best.distance_mm + Reach(patch)) break;
     if (distance_mm == 0) break;
     last_mm = distance_mm;
     ++queries_;
     const BoxTree::Nearest next = tree_.FindNearest(p_F, distance_mm);
-    if (next.distance_mm >= distance_mm) break;  // and then next.p_W is of no box
+    if (next.distance_mm >= distance_mm) break;  // next.p_W is then not a point of a box
     q_F = next.p_W;
   }
   return found.distance_mm;
 }
 
-/// Looks for something nearer than `best` to a patch whose bound does not exclude it.
+/// Searches a patch, whose bound does not exclude it, for a distance below `best`.
 void StructureDistance::Divide(const Pose& X_FT, const Patch& patch, Nearest& best) {
-  const double enough_mm = std::max(kLeast_mm, kTolerance * best.distance_mm);
-  for (int i = 0; i < 4 && queries_ < most_queries_ && best.distance_mm > 0; ++i) {
+  const double enough_mm = std::max(kMin_mm, kTolerance * best.distance_mm);
+  for (int i = 0; i < 4 && queries_ < max_queries_ && best.distance_mm > 0; ++i) {
     const double half = 0.5 * patch.radius_mm;
     const Patch part{patch.p_T + Vec3(i % 2 == 0 ? -half : half, i < 2 ? -half : half, 0),
                      std::sqrt(0.5) * patch.radius_mm};
@@ -99,9 +101,9 @@ void StructureDistance::Divide(const Pose& X_FT, const Patch& patch, Nearest& be
   }
 }
 
-StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limit_mm, std::size_t most_queries) {
+StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limit_mm, std::size_t max_queries) {
   queries_ = 0;
-  most_queries_ = most_queries;
+  max_queries_ = max_queries;
   Nearest best{limit_mm, X_FT.p_AB};
   travelled_mm_ += CalcTravel(X_looked_, X_FT, reach_mm_);
   X_looked_ = X_FT;
@@ -111,7 +113,7 @@ StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limi
     looked_at_mm_[i] = travelled_mm_;
   };
   if (!is_disc_) {
-    // A ball is as far from a point as its centre, less its radius.
+    // The distance of a ball is the distance of its centre minus its radius.
     ++queries_;
     const BoxTree::Nearest found = tree_.FindNearest(X_FT.p_AB, limit_mm + radius_mm_);
     if (found.distance_mm >= limit_mm + radius_mm_) return best;
@@ -119,21 +121,21 @@ StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limi
   }
   ask(best_patch_);
   std::size_t nearest = best_patch_;
-  double least_mm = bound_mm_[nearest];
+  double min_mm = bound_mm_[nearest];
   const std::size_t begin = first_patch_;
   first_patch_ = 0;
   for (std::size_t n = 0; n < patches_.size(); ++n) {
     const std::size_t i = (begin + n) % patches_.size();
-    if (queries_ >= most_queries_) {
+    if (queries_ >= max_queries_) {
       first_patch_ = i;
       break;
     }
-    const double enough_mm = std::max(kLeast_mm, kTolerance * best.distance_mm);
+    const double enough_mm = std::max(kMin_mm, kTolerance * best.distance_mm);
     const double bound_mm = bound_mm_[i] - (travelled_mm_ - looked_at_mm_[i]) - Reach(patches_[i]);
     if (bound_mm >= best.distance_mm - enough_mm) continue;
     if (i != best_patch_) ask(i);
-    if (bound_mm_[i] < least_mm) {
-      least_mm = bound_mm_[i];
+    if (bound_mm_[i] < min_mm) {
+      min_mm = bound_mm_[i];
       nearest = i;
     }
     if (best.distance_mm == 0) break;

@@ -1,6 +1,6 @@
-// A surface is taken apart along lines through the voxels' centres, parallel to z. Whether a line passes a triangle is
-// told by the places where rows of lines cross its edges; an edge gives the same place to both its triangles, so that
-// a closed surface is left as often as it is entered, to the last bit.
+// A surface is intersected with lines through the voxels' centres, parallel to z. The points at which rows of lines
+// cross a triangle's edges decide whether a line crosses the triangle. An edge gives the same point for both of its
+// triangles, so every line leaves a closed surface exactly as often as it enters it.
 #include "cut/effects/structure_voxels.h"
 
 #include <algorithm>
@@ -21,18 +21,18 @@ namespace {
 
 constexpr const char* kTooLarge = "is too large for the voxels of the bone's regions";
 
-/// Where a surface is passed on the way along z.
+/// Intersection of a surface with a line along z.
 struct Crossing {
   int x, y;
   double z;
-  int way;  // 1 or -1
+  int way;  // direction, 1 or -1
 };
 
 struct Interval {
   double lower, upper;
 };
 
-/// Where the line at (x, y) along z is in a ball about `centre`.
+/// Returns the part of the line at (x, y) along z that is in a ball about `centre`.
 std::optional<Interval> CrossBall(const Vec3& centre, double radius, double x, double y) {
   const double dx = x - centre.x, dy = y - centre.y;
   const double square = radius * radius - dx * dx - dy * dy;
@@ -41,7 +41,7 @@ std::optional<Interval> CrossBall(const Vec3& centre, double radius, double x, d
   return Interval{centre.z - half, centre.z + half};
 }
 
-/// Where it is in the cylinder between a and b, without the balls at its ends.
+/// Returns the part of it that is in the cylinder between a and b, without the balls at its ends.
 std::optional<Interval> CrossCylinder(const Vec3& a, const Vec3& b, double radius, double x, double y) {
   const double length = glm::length(b - a);
   if (!(length > 0)) return {};
@@ -70,7 +70,7 @@ std::optional<Interval> CrossCylinder(const Vec3& a, const Vec3& b, double radiu
   return at.lower <= at.upper ? std::optional(at) : std::nullopt;
 }
 
-/// Where a triangle's edge crosses a row, the same for both directions of the edge.
+/// Returns the x and z at which a triangle's edge crosses a row; the same for both directions of the edge.
 std::pair<double, double> CrossRow(const Vec3& p, const Vec3& q, double y) {
   const bool swap = std::pair(q.y, std::pair(q.x, q.z)) < std::pair(p.y, std::pair(p.x, p.z));
   const Vec3& a = swap ? q : p;
@@ -82,11 +82,11 @@ std::pair<double, double> CrossRow(const Vec3& p, const Vec3& q, double y) {
 }  // namespace
 
 void StructureVoxels::Push(const Run& run) {
-  if (runs_.size() >= kMostRuns) throw Error(kTooLarge);
+  if (runs_.size() >= kMaxRuns) throw Error(kTooLarge);
   runs_.push_back(run);
 }
 
-/// Centres from `lower_mm` to `upper_mm`.
+/// Adds the voxels with centres from `lower_mm` to `upper_mm`.
 void StructureVoxels::Add(int x, int y, double lower_mm, double upper_mm) {
   const Run run{x, y, static_cast<int>(std::ceil(lower_mm / voxel_mm_)),
                 static_cast<int>(std::floor(upper_mm / voxel_mm_))};
@@ -99,7 +99,7 @@ void StructureVoxels::AddRegions(const Bone& bone, const std::array<bool, 256>& 
     const auto low = box.lower + Vec3(0.5 * h), high = box.upper - Vec3(0.5 * h);
     for (int x = NearestIndex(low.x, h); x <= NearestIndex(high.x, h); ++x) {
       for (int y = NearestIndex(low.y, h); y <= NearestIndex(high.y, h); ++y) {
-        // Labels reach a little beyond the bone, so that they can be interpolated: what is air is no structure.
+        // Labels extend slightly beyond the bone, for interpolation. Voxels of air are not part of a structure.
         std::optional<int> first;
         const int end = NearestIndex(high.z, h) + 1;
         for (int z = NearestIndex(low.z, h); z <= end; ++z) {
@@ -137,7 +137,7 @@ void StructureVoxels::AddSurface(const TriangleMesh& closed_W) {
       const auto [x1, z1] = ends[1];
       for (int column = static_cast<int>(std::ceil(x0 / voxel_mm_)); column * voxel_mm_ < x1; ++column) {
         const double x = column * voxel_mm_;
-        if (crossings.size() >= 2 * kMostRuns) throw Error(kTooLarge);
+        if (crossings.size() >= 2 * kMaxRuns) throw Error(kTooLarge);
         crossings.push_back({column, row, z0 + (x - x0) / (x1 - x0) * (z1 - z0), turn > 0 ? 1 : -1});
       }
     }
@@ -165,7 +165,7 @@ void StructureVoxels::AddCurve(const EffectFile::Curve& curve_W, double radius_m
     const Vec3& b = points[curve_W.joined && i + 1 < points.size() ? i + 1 : i];
     const Vec3 lower = (glm::min(a, b) - Vec3(radius_mm)) / voxel_mm_;
     const Vec3 upper = (glm::max(a, b) + Vec3(radius_mm)) / voxel_mm_;
-    if ((upper.x - lower.x) * (upper.y - lower.y) > static_cast<double>(kMostRuns)) throw Error(kTooLarge);
+    if ((upper.x - lower.x) * (upper.y - lower.y) > static_cast<double>(kMaxRuns)) throw Error(kTooLarge);
     for (int x = static_cast<int>(std::ceil(lower.x)); x <= upper.x; ++x) {
       for (int y = static_cast<int>(std::ceil(lower.y)); y <= upper.y; ++y) {
         std::optional<Interval> all;
@@ -173,7 +173,7 @@ void StructureVoxels::AddCurve(const EffectFile::Curve& curve_W, double radius_m
                                  CrossBall(b, radius_mm, x * voxel_mm_, y * voxel_mm_),
                                  CrossCylinder(a, b, radius_mm, x * voxel_mm_, y * voxel_mm_)}) {
           if (!part) continue;
-          // The whole is convex.
+          // The union is convex.
           all = all ? Interval{std::min(all->lower, part->lower), std::max(all->upper, part->upper)} : *part;
         }
         if (all) Add(x, y, all->lower, all->upper);

@@ -1,4 +1,4 @@
-// The voxels of the bone's region grid that are a structure: of its regions, and of surfaces and curves from files.
+// Voxels of the bone's region grid that belong to a structure, given by regions, or by surfaces and curves from files.
 #pragma once
 
 #include <array>
@@ -12,35 +12,34 @@
 
 namespace kerf {
 
-/// A set of voxels, whose centres are their indices times their edge. It reaches beyond the bone where what it was made
-/// of does.
+/// Set of voxels, whose centres are their indices times the voxel size. It may extend beyond the bone.
 class StructureVoxels {
  public:
   explicit StructureVoxels(double voxel_mm) : voxel_mm_(voxel_mm) {}
 
-  // Each adds to the set; Finish() comes after the last and before anything is asked. All allocate.
+  // Each of these adds to the set. Finish() must be called after the last one and before any query. All allocate.
   void AddRegions(const Bone& bone, const std::array<bool, 256>& regions);
-  /// The voxels whose centres are inside: where the surface goes round them, whichever way and however often.
+  /// Adds the voxels whose centres are inside: where the winding number of the surface is not 0.
   void AddSurface(const TriangleMesh& closed_W);
-  /// The voxels whose centres are at most `radius_mm` from the line through the points, or from one of them.
+  /// Adds the voxels whose centres are at most `radius_mm` from the polyline through the points, or from a point.
   void AddCurve(const EffectFile::Curve& curve_W, double radius_mm);
   void Add(const StructureVoxels& other);
   void Finish();
 
-  /// Whether the point's voxel is one of them. Tick-safe.
+  /// Returns true if the point's voxel is in the set. Tick-safe.
   bool Contains(const Vec3& p_W) const;
   bool empty() const { return runs_.empty(); }
   double CalcVolume() const;
   std::size_t CalcMemoryBytes() const;
 
-  /// World frame, mm; a box for each run of voxels along z.
+  /// Returns a box for each run of voxels along z, world frame, mm.
   std::vector<Box3> MakeBoxes() const;
-  /// Those that share a face with one of them and are none.
+  /// Returns the voxels that share a face with the set and are not in it.
   std::vector<Box3> MakeShell() const;
-  /// The faces between those and these.
+  /// Returns the faces between the set and that shell.
   TriangleMesh MakeSurface() const;
 
-  static constexpr std::size_t kMostRuns = std::size_t{1} << 22;
+  static constexpr std::size_t kMaxRuns = std::size_t{1} << 22;
 
  private:
   struct Run {
@@ -52,7 +51,7 @@ class StructureVoxels {
   void Add(int x, int y, double lower_mm, double upper_mm);
   void Push(const Run& run);
   bool Contains(int x, int y, int z) const;
-  /// Calls visit(run, axis, sign, z0, z1) for stretches of faces that look along `axis` out of the set.
+  /// Calls visit(run, axis, sign, z0, z1) for each range of faces whose outward normal is `sign` along `axis`.
   template <typename Visit>
   void ForEachFace(Visit&& visit) const;
 

@@ -1,12 +1,14 @@
-// structures: the nerve canal and the roots of teeth, as the bone's own regions, a surface, or tubes along curves: how
-// near the blade is, and what was cut.
+// structures: the nerve canal and the roots of teeth, given as regions of the bone, a surface, or tubes along curves.
+// The effect computes the distance of the blade from them, and the volume cut from them.
 //
-//   Whatever a structure is made of, it becomes voxels of the bone's region grid. The distance is that of the blade (a
-//   disc of its thickness, or the ball) from the nearest of them. It is looked up when the tool may have come nearer by
-//   a hundredth of it, or 0.01 mm; between, it is lowered by as much as the tool has moved, so that it is never too
-//   large by that. A look has a bounded number of queries; near a structure it is spread over several.
-// A breach is teeth that cut such voxels: their volume is the share of those teeth, by teeth and feed, of what a tick
-// removes; its depth how far such a tooth is from the nearest voxel of other bone; its force the thrust of those teeth.
+//   Every structure is converted to voxels of the bone's region grid. The distance is measured from the blade (a disc
+//   of its thickness, or the ball) to the nearest of them. It is computed again when the tool may have come nearer by a
+//   hundredth of it, or by 0.01 mm. In between it is reduced by the tool's motion, so that motion never makes it an
+//   overestimate. A search has a bounded number of queries; near a structure it is spread over several ticks.
+//
+// A breach is a tooth that cuts such a voxel. Its volume is the fraction of these teeth, by number and feed, of the
+// volume that a tick removes. Its depth is the distance of such a tooth from the nearest voxel of other bone. Its force
+// is the thrust of these teeth.
 #include "cut/effects/structures.h"
 
 #include <fmt/format.h>
@@ -23,16 +25,16 @@
 namespace kerf {
 namespace {
 
-constexpr double kLookAgain = 0.01;          // of the distance, that the tool has moved
-constexpr double kLookAgain_mm = 0.01;       // near a structure
-constexpr std::size_t kMostQueries = 48;     // of Embree, in a look
-constexpr std::size_t kFirstQueries = 2000;  // in the first
-constexpr std::size_t kDepthsAStep = 8;      // of teeth in breach
-constexpr double kDepthGrows_mm = 0.1;       // at a look at a tooth: so the search stays small
+constexpr double kLookAgain = 0.01;          // motion of the tool after which to search again, relative to the distance
+constexpr double kLookAgain_mm = 0.01;       // the same near a structure
+constexpr std::size_t kMaxQueries = 48;      // Embree queries in a search
+constexpr std::size_t kFirstQueries = 2000;  // in the first search
+constexpr std::size_t kDepthsAStep = 8;      // teeth in breach whose depth is computed in a step
+constexpr double kDepthGrows_mm = 0.1;       // growth of the depth per query, which limits the range of the search
 constexpr const char* kNone = "none";
-constexpr double kHysteresis = 1.1;  // of the margin, before the tool counts as away again
+constexpr double kHysteresis = 1.1;  // the tool is away again beyond this multiple of the margin
 
-/// Throws Error when what a file holds is too far from the bone or too fine for its voxels.
+/// Throws Error if the content of a file is too far from the bone or too fine for its voxels.
 void AddFile(const EffectFile& file, double radius_mm, const Bone& bone, StructureVoxels& all) {
   const double h = bone.region_voxel_mm();
   Box3 bounds_W;
@@ -46,14 +48,14 @@ void AddFile(const EffectFile& file, double radius_mm, const Bone& bone, Structu
   const auto refuse = [&](const std::string& what) { throw Error(file.place + file.name + ": " + what); };
   if (glm::length(gap) > StructuresEffect::kLook_mm) {
     refuse(
-        fmt::format("lies {:.0f} mm away from the bone, and {:g} mm is as far as is looked; it must be in mm, in the "
-                    "bone's own frame (of a CT: LPS)",
+        fmt::format("lies {:.0f} mm away from the bone, more than the limit of {:g} mm; it must be in mm, in the "
+                    "bone's own frame (for a CT: LPS)",
                     glm::length(gap), StructuresEffect::kLook_mm));
   }
   if (!file.curves.empty() && radius_mm < h) {
     refuse(fmt::format("radius_mm = {:g} is less than a voxel of the bone's regions, {:g} mm", radius_mm, h));
   }
-  if (!IsInWorld(bounds_W.lower) || !IsInWorld(bounds_W.upper)) refuse("reaches further than 1 km; it must be in mm");
+  if (!IsInWorld(bounds_W.lower) || !IsInWorld(bounds_W.upper)) refuse("extends beyond 1 km; it must be in mm");
   StructureVoxels voxels(h);
   try {
     voxels.AddSurface(file.mesh);
@@ -80,11 +82,10 @@ std::string FindFault(std::span<const EffectValue> values) {
   const auto& markups = std::get<std::string>(values[3]);
   const double radius_mm = std::get<double>(values[4]);
   if (tissues == kNone && surface.empty() && markups.empty()) {
-    return "tissues is \"none\", and there is neither surface nor markups";
+    return "tissues is \"none\", and neither surface nor markups is set";
   }
-  if (!markups.empty() && !(radius_mm > 0))
-    return "markups needs radius_mm, which is how thick its curves and points are";
-  if (markups.empty() && radius_mm > 0) return "radius_mm is not used: there is no markups; remove it";
+  if (!markups.empty() && !(radius_mm > 0)) return "markups needs radius_mm, the radius of its curves and points";
+  if (markups.empty() && radius_mm > 0) return "radius_mm is not used without markups; remove it";
   return "";
 }
 
@@ -105,7 +106,7 @@ StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectS
       distance_(Moved(voxels_.MakeBoxes(), -setup.p_WF_mm), setup.tool),
       shell_(Moved(voxels_.MakeShell(), -setup.p_WF_mm)),
       reach_mm_(setup.shape.reach_mm) {
-  events_.reserve(kMostEvents);
+  events_.reserve(kMaxEvents);
 }
 
 void StructuresEffect::Solved(const EffectSolved& solved) {
@@ -120,9 +121,10 @@ void StructuresEffect::Solved(const EffectSolved& solved) {
         !(from_files_ && voxels_.Contains(solved.X_FT.Point(tooth.p_T + ahead_mm_ * tooth.e_T) + p_WF_mm_))) {
       continue;
     }
-    cut_share_ += cut;
+    cut_fraction_ += cut;
     in_N += tooth.thrust_N;
-    // A few teeth a step, in turn, and each no further than is known and a little more: it grows to what it is.
+    // A few teeth in each step, alternately. The range is limited to the known depth and a little more, so the depth
+    // approaches its true value over several steps.
     if (in_breach++ % stride != next_tooth_ % stride || looks == kDepthsAStep) continue;
     ++looks;
     const double limit_mm = breach_depth_mm_ + kDepthGrows_mm;
@@ -138,7 +140,7 @@ void StructuresEffect::End(EffectEnd& end) {
   const double moved_mm = looked_ ? CalcTravel(X_looked_, end.X_FT, reach_mm_) : 0;
   if (!looked_ || moved_mm > std::max(kLookAgain_mm, kLookAgain * looked_mm_)) {
     const StructureDistance::Nearest nearest =
-        distance_.Find(end.X_FT, kLook_mm, looked_ ? kMostQueries : kFirstQueries);
+        distance_.Find(end.X_FT, kLook_mm, looked_ ? kMaxQueries : kFirstQueries);
     looked_mm_ = distance_mm_ = nearest.distance_mm;
     found_ = nearest.distance_mm < kLook_mm;
     p_F_mm_ = nearest.p_F;
@@ -147,12 +149,12 @@ void StructuresEffect::End(EffectEnd& end) {
   } else if (found_) {
     distance_mm_ = std::max(0.0, looked_mm_ - moved_mm);
   }
-  const bool breach = cut_share_ > 0;
+  const bool breach = cut_fraction_ > 0;
   if (breach) {
-    breach_mm3_ += end.removed_mm3 * cut_share_ / cut_all_;
+    breach_mm3_ += end.removed_mm3 * cut_fraction_ / cut_all_;
     breach_force_N_ = std::max(breach_force_N_, force_now_N_);
   }
-  cut_share_ = cut_all_ = force_now_N_ = 0;
+  cut_fraction_ = cut_all_ = force_now_N_ = 0;
   if (breach && !in_breach_) Note(StructureEvent::Kind::kBreach);
   in_breach_ = breach;
   if (!near_ && found_ && distance_mm_ < warn_mm_) {
@@ -165,7 +167,7 @@ void StructuresEffect::End(EffectEnd& end) {
 }
 
 void StructuresEffect::Note(StructureEvent::Kind kind) {
-  if (events_.size() < kMostEvents) events_.push_back({kind, time_s_, distance_mm_, p_F_mm_ + p_WF_mm_});
+  if (events_.size() < kMaxEvents) events_.push_back({kind, time_s_, distance_mm_, p_F_mm_ + p_WF_mm_});
 }
 
 void StructuresEffect::Report(std::span<double> channels) const {
@@ -185,35 +187,36 @@ const EffectInfo& Structures() {
   static const EffectInfo kEffect{
       .name = "structures",
       .summary =
-          "nerve canal, tooth roots, surfaces and curves: distance from the blade, a warning, and what was cut of them",
+          "nerve canal, tooth roots, surfaces and curves: distance from the blade, a warning, and the volume cut from "
+          "them",
       .source =
-          "the bone's own regions, a surface or markups; the margin of 2 mm after the anatomy's figures (EJOMR 2022: "
-          "at "
-          "risk below 2 mm)",
+          "the bone's own regions, a surface or markups; the margin of 2 mm follows the anatomical literature (EJOMR "
+          "2022: at risk below 2 mm)",
       .reads = "the tool's pose, regions that teeth cut, removed volume",
       .writes = "distance, warning, breach: volume, depth, force; events",
-      .state = "the structures' voxels, their boxes in a hierarchy; up to 256 events",
+      .state = "the structures' voxels and a hierarchy of their boxes; up to 256 events",
       .sleeps = "until the tool has moved by a hundredth of its distance",
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = {{.key = "tissues",
                       .preset = std::string("canal"),
-                      .meaning = "what must not be cut: the regions of these tissues",
+                      .meaning = "tissues whose regions must not be cut",
                       .words = {"canal", "tooth", "canal and tooth", "none"}},
-                     {"warn_mm", 2.0, 0, 20, "nearer than this it warns"},
+                     {"warn_mm", 2.0, 0, 20, "distance below which the effect warns"},
                      {.key = "surface",
                       .preset = std::string(),
-                      .meaning = "closed surface of a structure beside those, mm",
+                      .meaning = "closed surface of an additional structure, mm",
                       .file = EffectFileKind::kSurface},
                      {.key = "markups",
                       .preset = std::string(),
-                      .meaning = "curves and points of 3D Slicer: tubes and balls of radius_mm beside those",
+                      .meaning =
+                          "curves and points of 3D Slicer as additional structures: tubes and balls of radius_mm",
                       .file = EffectFileKind::kMarkups},
-                     {"radius_mm", 0.0, 0, 20, "of the markups' tubes and balls; 0: there are none"}},
-      .channels = {{"distance_mm", "of the blade from the nearest voxel of a structure, 20 when none is as near"},
-                   {"warns", "1 while it is nearer than warn_mm, until it is a tenth further away again"},
-                   {"breach_mm3", "cut of the structures so far, by the share of the teeth that cut in one"},
-                   {"breach_depth_mm", "furthest that a tooth in one was from its surface"},
-                   {"breach_force_N", "largest thrust of the teeth that cut in one"}},
+                     {"radius_mm", 0.0, 0, 20, "radius of the markups' tubes and balls; 0: no markups"}},
+      .channels = {{"distance_mm", "distance of the blade from the nearest voxel of a structure, at most 20"},
+                   {"warns", "1 from when the distance falls below warn_mm until it exceeds warn_mm by a tenth"},
+                   {"breach_mm3", "volume cut from structures so far, from the fraction of the teeth that cut in one"},
+                   {"breach_depth_mm", "largest depth of a tooth below a structure's surface"},
+                   {"breach_force_N", "largest thrust of the teeth that cut in a structure"}},
       .find_fault = FindFault,
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto& tissues = std::get<std::string>(values[0]);

@@ -1,4 +1,4 @@
-// structures: what must not be cut, how near the blade is to it, and what was cut of it.
+// structures: regions that must not be cut, the distance of the blade from them, and the volume cut from them.
 #pragma once
 
 #include <array>
@@ -12,37 +12,37 @@
 
 namespace kerf {
 
-/// Distance from a tool to boxes that stay where they are.
+/// Distance from a tool to fixed boxes.
 ///
-/// Round patches cover the tool. A query of Embree gives the box that is nearest to a patch's centre, and with it a
-/// lower bound for the whole patch, now and while the tool moves on. Patches whose bound lies below the least distance
-/// known are asked, and divided in four, down to the tolerance; from each answer the nearest points of tool and boxes
-/// are found in turn.
+/// Round patches cover the tool. An Embree query gives the box nearest to a patch's centre, and so a lower bound for
+/// the whole patch, for this pose and for later ones. Patches whose bound is below the smallest known distance are
+/// queried and divided into four, down to the tolerance. Starting from each result, the nearest points of tool and
+/// boxes are found alternately.
 class StructureDistance {
  public:
-  /// What is given is the distance of a point of the tool to a point of a box. Where patches are this share of it
-  /// small, or so many mm, they are divided no further.
+  /// The result is the distance between a point of the tool and a point of a box. Patches smaller than this fraction of
+  /// it, or than `kMin_mm`, are not divided further.
   static constexpr double kTolerance = 0.3;
-  static constexpr double kLeast_mm = 0.1;
+  static constexpr double kMin_mm = 0.1;
 
   /// Allocates.
   StructureDistance(const std::vector<Box3>& boxes_F, const Tool& tool);
 
   struct Nearest {
-    double distance_mm = 0;  // 0: they touch; the limit when nothing is as near
-    Vec3 p_F{0};             // of the boxes; the tool's origin when nothing is
+    double distance_mm = 0;  // 0: in contact; the limit if no box is as near
+    Vec3 p_F{0};             // point of the boxes; the tool's origin if no box is as near
   };
-  /// Further than `limit_mm` is not looked. After `most_queries` of Embree it ends with the nearest found until then,
-  /// and the next call goes on with the patches that were not asked; a few more may be made. Tick-safe.
-  Nearest Find(const Pose& X_FT, double limit_mm, std::size_t most_queries = kNoLimit);
+  /// Searches up to `limit_mm`. After `max_queries` Embree queries, or a few more, it returns the nearest point found
+  /// so far, and the next call continues with the patches that were not queried. Tick-safe.
+  Nearest Find(const Pose& X_FT, double limit_mm, std::size_t max_queries = kNoLimit);
   static constexpr std::size_t kNoLimit = static_cast<std::size_t>(-1);
   bool empty() const { return tree_.size() == 0; }
-  std::size_t queries() const { return queries_; }  // of Embree, in the last Find()
+  std::size_t queries() const { return queries_; }  // Embree queries in the last Find()
   std::size_t patch_count() const { return patches_.size(); }
   std::size_t CalcMemoryBytes() const;
 
  private:
-  /// Of the disc's middle plane; the thickness is on both sides of it.
+  /// Part of the disc's middle plane, with half of the thickness on each side.
   struct Patch {
     Vec3 p_T;
     double radius_mm;
@@ -57,35 +57,36 @@ class StructureDistance {
   bool is_disc_;
   double radius_mm_, half_mm_, reach_mm_;
   std::vector<Patch> patches_;
-  std::vector<double> bound_mm_;      // of each patch's centre from the boxes,
-  std::vector<double> looked_at_mm_;  // when so much was travelled
+  std::vector<double> bound_mm_;      // distance of each patch's centre from the boxes
+  std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
   double travelled_mm_ = 0;
   Pose X_looked_;
   std::size_t best_patch_ = 0;
-  std::size_t first_patch_ = 0;  // with which the next Find() begins
-  std::size_t queries_ = 0, most_queries_ = kNoLimit;
+  std::size_t first_patch_ = 0;  // the next Find() begins with it
+  std::size_t queries_ = 0, max_queries_ = kNoLimit;
 };
 
 struct StructuresParams {
   std::array<bool, 256> regions{};
   double warn_mm = 2;
-  // From files, beside the regions; null: none.
+  // From files, in addition to the regions; null: none.
   std::shared_ptr<const EffectFile> surface = nullptr;
   std::shared_ptr<const EffectFile> markups = nullptr;
-  double radius_mm = 0;  // of the markups' tubes and balls
+  double radius_mm = 0;  // radius of the markups' tubes and balls
 };
 
-/// Something that happened to a structure.
+/// Event of a structure: the tool came near it, cut it, or moved away.
 struct StructureEvent {
   enum class Kind { kNear, kBreach, kAway } kind = Kind::kNear;
   double time_s = 0;
   double distance_mm = 0;
-  Vec3 p_W_mm{0};  // of the structure, nearest to the tool
+  Vec3 p_W_mm{0};  // point of the structure nearest to the tool
 };
 
+/// Finds the distance of the blade from structures, warns below a margin, and measures the volume cut from them.
 class StructuresEffect final : public Effect {
  public:
-  /// Throws Error for a file's structure that is too far from the bone or too fine for its voxels.
+  /// Throws Error if a structure from a file is too far from the bone or too fine for its voxels.
   StructuresEffect(const StructuresParams& params, const EffectSetup& setup);
 
   void Solved(const EffectSolved& solved) override;
@@ -95,13 +96,13 @@ class StructuresEffect final : public Effect {
   std::size_t CalcMemoryBytes() const override;
 
   // ---- any time
-  /// Of the blade from the nearest voxel of a structure, mm; `kLook_mm` when none is as near.
+  /// Distance of the blade from the nearest voxel of a structure, mm; `kLook_mm` if none is as near.
   double distance_mm() const { return distance_mm_; }
   double warn_mm() const { return warn_mm_; }
   const StructureVoxels& voxels() const { return voxels_; }
-  const std::vector<StructureEvent>& events() const { return events_; }  // the first kMostEvents
+  const std::vector<StructureEvent>& events() const { return events_; }  // the first kMaxEvents
   static constexpr double kLook_mm = 20;
-  static constexpr std::size_t kMostEvents = 256;
+  static constexpr std::size_t kMaxEvents = 256;
 
  private:
   void Note(StructureEvent::Kind kind);
@@ -111,7 +112,7 @@ class StructuresEffect final : public Effect {
   Vec3 p_WF_mm_;
   StructureVoxels voxels_;
   bool from_files_;
-  double ahead_mm_;  // of the teeth: where their material is looked up
+  double ahead_mm_;  // distance in front of the teeth at which their material is read
   StructureDistance distance_;
   BoxTree shell_;
   Pose X_looked_;
@@ -121,8 +122,8 @@ class StructuresEffect final : public Effect {
   Vec3 p_F_mm_{0};
   double time_s_ = 0;
   bool near_ = false, in_breach_ = false;
-  double cut_share_ = 0, cut_all_ = 0, force_now_N_ = 0;  // of this tick
-  std::size_t next_tooth_ = 0;                            // of those in breach: whose depth is looked up next
+  double cut_fraction_ = 0, cut_all_ = 0, force_now_N_ = 0;  // in this tick
+  std::size_t next_tooth_ = 0;                               // of the teeth in breach, the next whose depth is computed
   double breach_mm3_ = 0, breach_depth_mm_ = 0, breach_force_N_ = 0;
   std::vector<StructureEvent> events_;
 };

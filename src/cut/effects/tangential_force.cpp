@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "cut/effects/effects.h"
@@ -11,13 +12,12 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kLag_s = 0.004;
-constexpr double kLeast_N = 1e-9;
+constexpr double kMin_N = 1e-9;
 constexpr double kHeld_rad_per_s = 100;
-constexpr double kLeastArm = 1e-9;  // mm; a tooth on the spindle's axis goes nowhere
+constexpr double kMinArm = 1e-9;  // mm; a tooth on the spindle's axis does not move
 
-/// An eighth of the turn about the spindle.
+/// Returns the sector of a point: an eighth of the turn about the spindle.
 std::size_t FindSector(const Vec3& p_T) {
   return (p_T.x < 0 ? 1u : 0u) | (p_T.y < 0 ? 2u : 0u) | (std::abs(p_T.x) < std::abs(p_T.y) ? 4u : 0u);
 }
@@ -29,7 +29,7 @@ TangentialForceEffect::TangentialForceEffect(double ratio, const EffectSetup& se
 
 const TangentialForceEffect& TangentialForceEffect::In(const EffectPlan& plan) {
   const Effect* effect = plan.Find("tangential_force");
-  if (effect == nullptr) throw Error("the effect tangential_force is not on");
+  if (effect == nullptr) throw Error("the effect tangential_force is not enabled");
   return static_cast<const TangentialForceEffect&>(*effect);
 }
 TangentialForceEffect& TangentialForceEffect::In(EffectPlan& plan) {
@@ -41,8 +41,8 @@ void TangentialForceEffect::Engage(const EffectStep& step, StepProblem& problem)
   const double omega = CalcSlipSpeed(step.rpm);
   if (omega == 0) return;
   for (const Sector& sector : sectors_) {
-    const double limit_N = share_ * sector.force_N;
-    if (!(limit_N > kLeast_N)) continue;
+    const double limit_N = fraction_ * sector.force_N;
+    if (!(limit_N > kMin_N)) continue;
     FrictionPoint& point = problem.frictions.emplace_back();
     AddTo(point.row_a, 1 / sector.force_N, sector.row);
     point.slip_a_mm_per_s = omega * sector.arm_Nmm / sector.force_N;
@@ -50,10 +50,10 @@ void TangentialForceEffect::Engage(const EffectStep& step, StepProblem& problem)
   }
 }
 
-/// At which the teeth go, rad/s. With the spindle stopped: the way in which the motor pushes them, faster than a hand
-/// goes, so that the force is the motor's and no friction.
+/// Returns the angular velocity of the teeth, rad/s. With the spindle stopped it has the direction of the motor's
+/// torque and is faster than any hand, so that the force is that of the motor and does not act as friction.
 double TangentialForceEffect::CalcSlipSpeed(double rpm) const {
-  return rpm != 0 ? rpm * kPi / 30 : way_ * kHeld_rad_per_s;
+  return rpm != 0 ? rpm * std::numbers::pi / 30 : way_ * kHeld_rad_per_s;
 }
 
 void TangentialForceEffect::Solved(const EffectSolved& solved) {
@@ -68,7 +68,7 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
     way_ = motor_Nmm_ > 0 ? 1 : -1;
   }
 
-  // A tool that follows its path does not yield to the force, so there it need not lag.
+  // A tool on a prescribed path does not yield to the force, so it needs no lag.
   const double lag = in_hand_ ? 1 - std::exp(-solved.time_s / kLag_s) : 1;
   const double fresh = in_hand_ ? std::min(ratio_ * ratio_ / (1 + ratio_ * ratio_), lag) : 1;
   for (Sector& sector : sectors_) {
@@ -91,7 +91,7 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
   }
   bears_ = false;
   for (Sector& sector : sectors_) {
-    if (sector.force_N > kLeast_N) {
+    if (sector.force_N > kMin_N) {
       bears_ = true;
     } else {
       sector = {};
@@ -99,12 +99,12 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
   }
   const double needed_Nmm = CalcNeeded();
   const double target = turns || std::abs(motor_Nmm_) >= needed_Nmm ? 1 : std::abs(motor_Nmm_) / needed_Nmm;
-  share_ = bore ? share_ + lag * (target - share_) : target;
+  fraction_ = bore ? fraction_ + lag * (target - fraction_) : target;
 }
 
 void TangentialForceEffect::Add(const Vec3& p_T, double force_N) {
   const double arm_mm = std::hypot(p_T.x, p_T.y);
-  if (!(force_N > 0) || !(arm_mm > kLeastArm)) return;
+  if (!(force_N > 0) || !(arm_mm > kMinArm)) return;
   Sector& sector = sectors_[FindSector(p_T)];
   sector.force_N += force_N;
   sector.arm_Nmm += force_N * arm_mm;
@@ -117,27 +117,28 @@ double TangentialForceEffect::CalcNeeded() const {
   return torque_Nmm;
 }
 
-/// What the force did in the step that was made: as AddUp() of the tick sees it.
+/// Adds the results of the force in the solved step, consistent with AddUp() of the tick.
 void TangentialForceEffect::AddUp(const EffectSolved& solved) {
   const double omega = CalcSlipSpeed(solved.rpm);
   if (omega == 0) return;
   const double creep2 = solved.problem.creep_mm_per_s * solved.problem.creep_mm_per_s;
   for (const Sector& sector : sectors_) {
-    const double force_N = share_ * sector.force_N;
-    if (!(force_N > kLeast_N)) continue;
+    const double force_N = fraction_ * sector.force_N;
+    if (!(force_N > kMin_N)) continue;
     const double speed = (Dot(sector.row, solved.u) + omega * sector.arm_Nmm) / sector.force_N;
-    const double along = share_ * speed / std::sqrt(speed * speed + creep2);  // share or -share unless it sticks
+    const double along =
+        fraction_ * speed / std::sqrt(speed * speed + creep2);  // fraction_ or -fraction_ unless it sticks
     const double torque_Nmm = along * sector.arm_Nmm;
     sums_.sum_N += solved.time_s * force_N;
     sums_.pull_T_N -= solved.time_s * along * Vec3(sector.row[0], sector.row[1], sector.row[2]);
     sums_.torque_Nmm += solved.time_s * std::copysign(1.0, omega) * torque_Nmm;
-    sums_.power_W += solved.time_s * 1e-3 * torque_Nmm * solved.rpm * kPi / 30;
+    sums_.power_W += solved.time_s * 1e-3 * torque_Nmm * solved.rpm * std::numbers::pi / 30;
   }
   acted_ = true;
 }
 
 void TangentialForceEffect::End(EffectEnd& end) {
-  if (end.rpm == 0 && !in_hand_) Release();  // nothing is solved then
+  if (end.rpm == 0 && !in_hand_) Release();  // then no step is solved
   if (!acted_) return;
   const double inv = 1 / end.dt_s;
   figures_ = {inv * sums_.sum_N, inv * sums_.pull_T_N, inv * sums_.torque_Nmm, inv * sums_.power_W};
@@ -161,20 +162,21 @@ void TangentialForceEffect::Report(std::span<double> channels) const {
 const EffectInfo& TangentialForce() {
   static const EffectInfo kEffect{
       .name = "tangential_force",
-      .summary = "teeth cut along their way too: the pull of a climbing cut, and the torque that loads the spindle",
+      .summary =
+          "cutting force along the teeth's motion: the pull of a climb cut, and the torque that loads the spindle",
       .source =
           "ratio thrust / cutting force 1.4 to 1.8, of a sagittal saw's tooth in bovine femur (docs/physics.md); that "
           "it is the same at all bites is an assumption (James et al. 2013: only the thrust grows with the bite)",
       .reads = "thrust of the teeth, spindle speed, motion",
       .writes = "force and torque on the tool, the teeth's tangential force",
-      .state = "force and place of the teeth by eighths of the turn",
+      .state = "force and position of the teeth, by eighths of a turn",
       .sleeps = "while no tooth is engaged",
       .hooks = kEffectEngage | kEffectSolved | kEffectEnd,
-      .parameters = {{"ratio", 1.6, 0.6, 20, "of a tooth's thrust to its cutting force"}},
+      .parameters = {{"ratio", 1.6, 0.6, 20, "ratio of a tooth's thrust to its cutting force"}},
       .channels = {{"tangential_sum_N", "sum of the teeth's tangential forces, mean over the tick"},
-                   {"tangential_pull_N", "their resultant on the tool"},
-                   {"cutting_torque_Nmm", "their torque on the spindle, against its turning"},
-                   {"cutting_W", "the power that the spindle gives for them"}},
+                   {"tangential_pull_N", "resultant of these forces on the tool"},
+                   {"cutting_torque_Nmm", "torque of these forces on the spindle, against its rotation"},
+                   {"cutting_W", "power that the spindle delivers to cut"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         return std::make_unique<TangentialForceEffect>(std::get<double>(values[0]), setup);
       }};

@@ -1,4 +1,4 @@
-// tangential_force: the force with which teeth cut along their way, beside the thrust that the force law gives.
+// tangential_force: the force on teeth along their motion, in addition to the thrust of the force law.
 #pragma once
 
 #include <array>
@@ -7,21 +7,21 @@
 
 namespace kerf {
 
-/// F_t = thrust / ratio for each tooth, against its way: on the tool along -sign(rpm) z x p_T / |z x p_T|.
+/// Model: F_t = thrust / ratio for each tooth, against its motion: on the tool along -sign(rpm) z x p_T / |z x p_T|.
 ///
-/// In the step it is dissipation at the speed of rim and tool together, with a force that is given: the thrust of the
-/// steps before divided by the ratio, followed with a lag. The convex problem keeps one solution, and what the force
-/// does to the tool is work of the spindle or lost as friction, as its motion is.
+/// In the step it is dissipation at the combined speed of rim and tool, with a given force: the thrust of the previous
+/// steps divided by the ratio, followed with a lag. The convex problem therefore keeps a unique solution. The work of
+/// the force on the tool is done by the spindle or lost as friction, depending on the sign of the motion.
 ///
-/// The loop thrust -> tangential force -> motion -> thrust dies out for any ratio and step: where cutting resists the
-/// motion u with M = sum k e e', the tangential forces add (1/ratio) J M u, J a quarter turn, so that a change of the
-/// force comes back multiplied by something similar to -J/ratio, with eigenvalues +-i/ratio. Of a lag that takes up the
-/// share a in a step, |1 - a +- i a/ratio| is left: below 1 as long as a < 2 / (1 + 1/ratio^2), least at half of that,
-/// which a is held to.
+/// The loop thrust -> tangential force -> motion -> thrust is stable for any ratio and step. Where cutting resists the
+/// motion u with M = sum k e e', the tangential forces add (1/ratio) J M u, with J a rotation by a quarter turn. A
+/// change of the force therefore returns multiplied by a matrix similar to -J/ratio, with eigenvalues +-i/ratio. A lag
+/// that takes up the fraction a in a step leaves |1 - a +- i a/ratio| of it. This is below 1 as long as a < 2 / (1 +
+/// 1/ratio^2), and minimal at half of that, which is the limit of a.
 class TangentialForceEffect final : public Effect {
  public:
   TangentialForceEffect(double ratio, const EffectSetup& setup);
-  /// That of a plan; throws Error when it has none.
+  /// Returns the effect of a plan. Throws Error if the plan has none.
   static const TangentialForceEffect& In(const EffectPlan& plan);
   static TangentialForceEffect& In(EffectPlan& plan);
 
@@ -35,26 +35,26 @@ class TangentialForceEffect final : public Effect {
 
   double ratio() const { return ratio_; }
 
-  /// On the tool; means over the last tick.
+  /// Loads on the tool, means over the last tick.
   struct Figures {
-    double sum_N = 0;       // of the magnitudes
+    double sum_N = 0;       // sum of the magnitudes
     Vec3 pull_T_N{0};       // resultant, tool frame
-    double torque_Nmm = 0;  // on the spindle about its axis, against its turning: sum of force times distance
-    double power_W = 0;     // that the spindle gives for it
+    double torque_Nmm = 0;  // on the spindle about its axis, against its rotation: sum of force times distance
+    double power_W = 0;     // power of the spindle for this torque
   };
   const Figures& figures() const { return figures_; }
 
-  /// The spindle stands still, and its motor turns against what holds it: signed as the speed. The stopped edge keeps
-  /// the pull of that. Tick-safe.
+  /// Sets the torque of the motor while the spindle is stopped, positive about +z. It remains as a force of the stopped
+  /// edge. Tick-safe.
   void SetHeld(double motor_Nmm) { motor_Nmm_ = motor_Nmm; }
-  /// The torque that the teeth need to cut, or, standing still, would need with what presses on them, N mm.
+  /// Returns the torque that the teeth need to cut, N mm; for a stopped spindle, with the current contact forces.
   double CalcNeeded() const;
 
  private:
-  /// Where teeth are gathered. Sums, so that force, torque and power are those of each tooth by itself.
+  /// Sums over the teeth in a sector, so that force, torque and power are the same as for each tooth by itself.
   struct Sector {
     double force_N = 0;
-    Twist row{};         // force times the row along the tooth's way
+    Twist row{};         // force times the row along the tooth's motion
     double arm_Nmm = 0;  // force times distance from the spindle's axis
   };
   static constexpr int kSectors = 8;
@@ -64,16 +64,16 @@ class TangentialForceEffect final : public Effect {
   double CalcSlipSpeed(double rpm) const;
 
   double ratio_;
-  double motor_Nmm_ = 0;  // with the spindle stopped
-  double way_ = 0;        // of the last turning: 1, -1
-  double share_ = 1;      // of the sectors' forces that acts: all, but with the spindle stopped
+  double motor_Nmm_ = 0;  // of the stopped spindle
+  double way_ = 0;        // direction of the last rotation: 1, -1
+  double fraction_ = 1;   // active fraction of the sectors' forces: 1, or less with the spindle stopped
   Vec3 p_TC_;
   bool in_hand_;
   bool bears_ = false;  // any sector is not 0
   bool acted_ = false;  // any of the figures or their sums is not 0
   std::array<Sector, kSectors> sectors_{};
   Figures figures_;
-  Figures sums_;  // times time
+  Figures sums_;  // weighted by time
 };
 
 }  // namespace kerf

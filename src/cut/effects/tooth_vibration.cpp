@@ -1,21 +1,23 @@
 // tooth_vibration: the force of single teeth, as lines of a spectrum.
 //
-// The tick's force is a mean over many passages: teeth lie densely along the rim. N teeth that pass one after the other
-// have the same mean and, on top of it, lines at multiples of the spindle's frequency:
+// The tick's force is a mean over many passages, as if the teeth were continuous along the rim. N single teeth that
+// pass one after the other have the same mean and, in addition, lines at multiples of the spindle frequency:
 //
-//   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N); with f the force of a tooth at a place of
-//                           the rim its Fourier coefficients are the sums of f over the rim times e^(-i m N alpha)
-//   runout   order 1        a rim off centre by e makes tooth k bite deeper than the one before by up to
-//                           2 e sin(pi / N), once a turn; by no more than the bite: a tooth cannot bite less than not
-//                           at all, and what it leaves the next ones take
-//   set      order N / 2    teeth bent to one side and the other in turn press sideways in turn
-// The sums go over the points of the rim that a step has found engaged, so no tooth is followed and nothing can beat
-// with the tick: each line is given at its own frequency, and only those go into the tick's force that it can carry
-// (below 0.4 of its rate, none above 0.45). Sample() gives them all, for what is faster.
+//   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N). With f the force of a tooth at a place of
+//                           the rim, its Fourier coefficients are the sums of f over the rim times e^(-i m N alpha).
+//   runout   order 1        A rim that is off centre by e makes tooth k bite deeper than the one before by up to
+//                           2 e sin(pi / N), once per turn. The change is limited to the bite: a bite cannot be
+//                           negative, and the next teeth cut the rest.
+//   set      order N / 2    Teeth that are bent alternately to one side and the other press sideways alternately.
+//
+// The sums are over the points of the rim that a step has found engaged. Therefore no single tooth is tracked, and no
+// line can alias with the tick: each line has its own frequency, and only lines that the tick can represent enter its
+// force (in full below 0.4 of its rate, none above 0.45). Sample() returns all lines, for output at a higher rate.
 #include "cut/effects/tooth_vibration.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <variant>
 
 #include "cut/effects/effects.h"
@@ -23,9 +25,8 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kPassBand = 0.4;  // of the tick's rate
-constexpr double kStopBand = 0.45;
+constexpr double kTickPassBand = 0.4;  // of the tick's rate
+constexpr double kTickStopBand = 0.45;
 constexpr double kSilent_N = 1e-6;
 
 using Complex = std::complex<double>;
@@ -57,8 +58,8 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
   awake_ = true;
   const StepProblem& problem = solved.problem;
   const double way = solved.rpm > 0 ? 1 : -1;
-  // Deeper and less deep by this much, as a speed outwards.
-  const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(kPi / teeth_) * problem.passes_per_s;
+  // Change of the bite by runout, as a speed outwards.
+  const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(std::numbers::pi / teeth_) * problem.passes_per_s;
   for (const ToothLoad& tooth : solved.teeth) {
     if (!(tooth.speed_mm_per_s > 0)) continue;
     const double alpha = std::atan2(tooth.e_T.y, tooth.e_T.x);
@@ -76,7 +77,7 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
     };
     add(kRunout, turning_N, direction);
     if (lines_[kSet].order > 0) add(kSet, params_.set_share * tooth.thrust_N, Vec3(0, 0, 1));
-    // Of a Fourier series, both signs of the order together.
+    // Both signs of the order of the Fourier series together.
     if (lines_[kPassing].order > 0) add(kPassing, 2 * tooth.thrust_N, direction);
     add(kPassing2, 2 * tooth.thrust_N, direction);
   }
@@ -84,7 +85,8 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
 
 void ToothVibrationEffect::End(EffectEnd& end) {
   const double turns_per_s = end.rpm / 60;
-  theta_rad_ = std::remainder(theta_rad_ + 2 * kPi * std::fmod(std::abs(turns_per_s) * end.dt_s, 1), 2 * kPi);
+  theta_rad_ = std::remainder(theta_rad_ + 2 * std::numbers::pi * std::fmod(std::abs(turns_per_s) * end.dt_s, 1),
+                              2 * std::numbers::pi);
   spindle_Hz_ = std::abs(turns_per_s);
   force_N_ = 0;
   if (spindle_Hz_ == 0) Reset();
@@ -104,8 +106,8 @@ void ToothVibrationEffect::End(EffectEnd& end) {
     }
     largest_N = std::max(largest_N, line.Magnitude());
     if (line.order == 0) continue;
-    const double share = line.order * spindle_Hz_ * end.dt_s;  // of the tick's rate
-    const double carried = std::clamp((kStopBand - share) / (kStopBand - kPassBand), 0.0, 1.0);
+    const double fraction = line.order * spindle_Hz_ * end.dt_s;  // relative to the tick's rate
+    const double carried = std::clamp((kTickStopBand - fraction) / (kTickStopBand - kTickPassBand), 0.0, 1.0);
     if (carried == 0) continue;
     const Complex turn = std::polar(carried, line.order * theta_rad_);
     for (int axis = 0; axis < 3; ++axis)
@@ -123,7 +125,7 @@ void ToothVibrationEffect::End(EffectEnd& end) {
 Vec3 ToothVibrationEffect::Sample(double later_s) const {
   Vec3 f_T_N(0);
   if (!awake_) return f_T_N;
-  const double theta = theta_rad_ + 2 * kPi * std::fmod(spindle_Hz_ * later_s, 1);
+  const double theta = theta_rad_ + 2 * std::numbers::pi * std::fmod(spindle_Hz_ * later_s, 1);
   for (const Line& line : lines_) {
     if (line.order == 0) continue;
     const Complex turn = std::polar(1.0, line.order * theta);
@@ -144,24 +146,25 @@ void ToothVibrationEffect::Report(std::span<double> channels) const {
 const EffectInfo& ToothVibration() {
   static const EffectInfo kEffect{
       .name = "tooth_vibration",
-      .summary = "single teeth passing, runout and set of the teeth, as lines at multiples of the spindle's frequency",
-      .source = "Fourier series of the engaged arc; runout, set and the share along the tooth's way are assumptions",
-      .reads = "teeth, their thrust and place, spindle speed",
-      .writes = "force on the hand, in lines that the tick can carry; all lines for sound",
+      .summary = "single teeth passing, runout and set of the teeth, as lines at multiples of the spindle frequency",
+      .source = "Fourier series of the engaged arc; runout, set and the tangential fraction are assumptions",
+      .reads = "teeth, their thrust and position, spindle speed",
+      .writes = "force on the hand, in lines that the tick can represent; all lines for sound",
       .state = "four lines and the spindle's angle",
       .sleeps = "while nothing is cut",
       .hooks = kEffectSolved | kEffectEnd | kEffectPush,
-      .parameters = {{"runout_um", 5.0, 0, 500, "of the rim, once a turn; an assumption"},
-                     {"set_share", 0.1, 0, 1, "sideways force of a set tooth, of its thrust; an assumption"},
+      .parameters = {{"runout_um", 5.0, 0, 500, "runout of the rim, once per turn; an assumption"},
+                     {"set_share", 0.1, 0, 1,
+                      "sideways force of a set tooth, as a fraction of its thrust; an assumption"},
                      {"tangential_share", 0.625, 0, 2,
-                      "cutting force of a tooth, of its thrust: 1 / 1.6, measured 1/1.8 to 1/1.4"},
-                     {"smoothing_ms", 5.0, 0.1, 1000, "over which lines follow what is cut"},
-                     {"max_N", 2.0, 0, 100, "no more than this goes into the tick's force"}},
-      .channels = {{"force_N", "in the tick's force"},
-                   {"runout_N", "amplitude of the line at the spindle's frequency"},
-                   {"set_N", "amplitude of the line at half the teeth's frequency"},
-                   {"passing_N", "amplitude of the line at the teeth's frequency"},
-                   {"passing_Hz", "teeth that pass a point each second"}},
+                      "cutting force of a tooth, as a fraction of its thrust: 1/1.6, measured 1/1.8 to 1/1.4"},
+                     {"smoothing_ms", 5.0, 0.1, 1000, "time over which the lines follow the cut"},
+                     {"max_N", 2.0, 0, 100, "maximum contribution to the tick's force"}},
+      .channels = {{"force_N", "contribution to the tick's force"},
+                   {"runout_N", "amplitude of the line at the spindle frequency"},
+                   {"set_N", "amplitude of the line at half the tooth-passing frequency"},
+                   {"passing_N", "amplitude of the line at the tooth-passing frequency"},
+                   {"passing_Hz", "teeth that pass a point per second"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
         return std::make_unique<ToothVibrationEffect>(

@@ -1,4 +1,4 @@
-// tooth_vibration: what single teeth make of the mean force. What others need of it.
+// tooth_vibration: the variation of the force by single teeth. Interface for other code.
 #pragma once
 
 #include <array>
@@ -9,13 +9,14 @@
 namespace kerf {
 
 struct ToothVibrationParams {
-  double runout_um = 5;             // of the rim from its mean radius, once a turn
-  double set_share = 0.1;           // sideways force of a set tooth, of its thrust
-  double tangential_share = 0.625;  // cutting force of a tooth, of its thrust
+  double runout_um = 5;             // deviation of the rim from its mean radius, once per turn
+  double set_share = 0.1;           // sideways force of a set tooth / its thrust
+  double tangential_share = 0.625;  // cutting force of a tooth / its thrust
   double smoothing_ms = 5;
   double max_N = 2;
 };
 
+/// Adds the vibration of single teeth to the force on the hand, as lines at multiples of the spindle frequency.
 class ToothVibrationEffect final : public Effect {
  public:
   ToothVibrationEffect(const ToothVibrationParams& params, const EffectSetup& setup);
@@ -26,24 +27,24 @@ class ToothVibrationEffect final : public Effect {
   void Report(std::span<double> channels) const override;
   std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
 
-  /// A line: force on the tool = Re(amplitude e^(i order theta)), theta the spindle's angle. Tool frame, N.
+  /// Spectral line: force on the tool = Re(amplitude e^(i order theta)), theta the spindle's angle. Tool frame, N.
   struct Line {
-    int order = 0;  // times the spindle's frequency; 0: none
+    int order = 0;  // multiple of the spindle frequency; 0: none
     std::array<std::complex<double>, 3> amplitude_N{};
     double Magnitude() const;
   };
   enum { kRunout, kSet, kPassing, kPassing2, kLines };
   const std::array<Line, kLines>& lines() const { return lines_; }
   double spindle_Hz() const { return spindle_Hz_; }
-  /// The whole vibration `later_s` after the end of the tick, for sound and for actuators that are faster than the
-  /// tick. Tool frame, N. Tick-safe.
+  /// Returns the whole vibration `later_s` after the end of the tick, for sound and for actuators that are faster than
+  /// the tick. Tool frame, N. Tick-safe.
   Vec3 Sample(double later_s) const;
 
  private:
   ToothVibrationParams params_;
   int teeth_;
   std::array<Line, kLines> lines_{};
-  std::array<std::array<std::complex<double>, 3>, kLines> sums_{};  // of this tick, times time
+  std::array<std::array<std::complex<double>, 3>, kLines> sums_{};  // in this tick, weighted by time
   double summed_s_ = 0;
   double theta_rad_ = 0;
   double spindle_Hz_ = 0;

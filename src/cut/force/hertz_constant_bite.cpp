@@ -1,4 +1,4 @@
-// hertz_constant_bite: a is a fixed share of the pitch, so F = 4/3 E* a^3 / R whatever the bite: a yield force, the
+// hertz_constant_bite: a is a fixed fraction of the pitch, so F = 4/3 E* a^3 / R for any bite: a yield force, the
 // paper's (a / K)^3.
 #include "cut/force/hertz.h"
 #include "cut/force/laws.h"
@@ -7,7 +7,7 @@ namespace kerf {
 namespace {
 
 // coefficients: R, mm; a, mm.
-double CalcForce(const LawValues& c, double, double E_star_MPa) {
+double CalcYieldForce(const LawValues& c, double, double E_star_MPa) {
   return CalcHertzForce(c[1], c[0], E_star_MPa);
 }
 
@@ -16,14 +16,14 @@ double CalcForce(const LawValues& c, double, double E_star_MPa) {
 const ForceLawInfo& HertzConstantBite() {
   static const ForceLawInfo kLaw{
       "hertz_constant_bite",
-      "the paper's yield force, whatever the feed: a fixed contact radius",
+      "the paper's yield force, independent of the feed: a fixed contact radius",
       "the paper, eq. (1), (3) and (4), with Hertz's own 1 - nu^2 (docs/physics.md)",
-      // At no bite.
+      // Not valid at any bite.
       {0, 0, "", "gives the same force whatever the bite"},
       {kContactRadius,
-       {"contact_share_of_pitch", 0.01, 1e-6, 0.5, "a tooth's contact radius as a share of the tooth pitch"}},
+       {"contact_share_of_pitch", 0.01, 1e-6, 0.5, "a tooth's contact radius as a fraction of the tooth pitch"}},
       [](const LawValues& values, const Tooth& tooth) {
-        return ToothForce{CalcForce, {ContactRadius(values[0], tooth), values[1] * tooth.pitch_mm}};
+        return ToothForce{CalcYieldForce, {ContactRadius(values[0], tooth), values[1] * tooth.pitch_mm}};
       }};
   return kLaw;
 }

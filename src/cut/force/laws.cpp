@@ -27,7 +27,7 @@ ForceLaw::ForceLaw(std::string_view name) {
   if (found == laws.end()) {
     std::vector<std::string_view> names;
     for (const ForceLawInfo* law : laws) names.emplace_back(law->name);
-    throw Error(fmt::format("there is no force law \"{}\"; there are {}", name, fmt::join(names, ", ")));
+    throw Error(fmt::format("there is no force law \"{}\"; available: {}", name, fmt::join(names, ", ")));
   }
   info_ = *found;
   for (std::size_t i = 0; i < info_->parameters.size(); ++i) values_[i] = info_->parameters[i].preset;

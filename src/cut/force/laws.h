@@ -3,7 +3,7 @@
 
 #include "kerf/force.h"
 
-// A line for each law: the function in its file that describes it. The first is the default.
+// One line per law: the function in the law's file that describes it. The first law is the default.
 #define KERF_FORCE_LAWS(LAW) \
   LAW(HertzChip)             \
   LAW(HertzConstantBite)     \

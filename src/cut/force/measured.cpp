@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::array<LawCaveat, 3> kCaveats{{
     {"hertz_chip", false,
-     "good for: which place of a bone asks for more force, with one blade at one bite (that a force goes with E* is "
-     "assumed); not for: newtons, energies, the effect of the feed, the choice of a blade"},
+     "good for: comparing the force at different places of a bone, with one blade at one bite (a force proportional "
+     "to E* is assumed); not for: absolute forces, energies, the effect of the feed, the choice of a blade"},
     {"hertz_constant_bite", false,
-     "good for: the paper's tables; not for: newtons, energies, the effect of the feed, the choice of a blade"},
+     "good for: the paper's tables; not for: absolute forces, energies, the effect of the feed, the choice of a blade"},
     {"edge_plus_chip", true,
      "good for: the size of the thrust in cortical bone at bites of 2.5 to 10 um, within the factor of 2 to 3 by which "
      "studies differ, and the effect of the feed there; not for: smaller bites, soft bone, discs of another diameter"},
@@ -27,7 +27,7 @@ double CalcMeasuredThrust(double bite_mm) {
   return low.thrust_N + (high.thrust_N - low.thrust_N) * (bite_mm - low.bite_mm) / (high.bite_mm - low.bite_mm);
 }
 
-/// "1.6 times", "1/122 of".
+/// Returns a phrase such as "1.6 times" or "1/122 of".
 std::string ShowFactor(double factor) {
   if (!(factor > 0)) return "0 times";
   return factor >= 0.1 ? fmt::format("{:.2g} times", factor) : fmt::format("1/{:.3g} of", 1 / factor);
@@ -44,8 +44,7 @@ std::string DescribeBlade(const Tool& tool) {
 const LawCaveat& FindCaveat(const ForceLawInfo& law) {
   const auto* found = std::find_if(kCaveats.begin(), kCaveats.end(),
                                    [&](const LawCaveat& c) { return std::string_view(c.law) == law.name; });
-  if (found == kCaveats.end())
-    throw Error(fmt::format("nothing is said of how near {} is to measured forces", law.name));
+  if (found == kCaveats.end()) throw Error(fmt::format("there is no statement of the accuracy of {}", law.name));
   return *found;
 }
 
@@ -60,20 +59,20 @@ std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool) {
   const bool by_width = FindCaveat(law.info()).by_width;
   const auto at = [&](std::size_t i) { return ShowFactor(CalcThrustFactor(law, tool, kMeasuredThrust.at(i).bite_mm)); };
   return fmt::format(
-      "thrust{} {} the measured at a bite of 2.5 um, {} that at 10 um ({}); nothing was measured below 2 um",
-      by_width ? " for each mm of tooth width" : "", at(0), at(1),
+      "thrust{} {} that measured at a bite of 2.5 um, {} that at 10 um ({}); nothing was measured below 2 um",
+      by_width ? " for each mm of tooth width:" : "", at(0), at(1),
       by_width ? "to which it is fitted by default; studies differ by a factor of 2 to 3" : DescribeBlade(tool));
 }
 
 std::string DescribeBlades(const ForceLaw& law) {
   const std::string_view name = law.name();
-  if (name == "edge_plus_chip") return "goes with the blade's thickness, and ignores the disc's radius";
-  const bool own_radius = law.Get("contact_radius_mm") > 0;  // rather than the disc's
+  if (name == "edge_plus_chip") return "scales with the blade's thickness, and ignores the disc's radius";
+  const bool own_radius = law.Get("contact_radius_mm") > 0;  // set in the scene, so the disc's radius is not used
   const char* rest = name == "hertz_chip"
-                         ? (own_radius ? "the disc's radius" : "goes with the root of the disc's radius")
-                     : own_radius ? "goes with the cube of the tooth pitch"
-                                  : "goes with the cube of the tooth pitch by the disc's radius";
-  return fmt::format("ignores the blade's thickness and {}: blades can't be compared by it", rest);
+                         ? (own_radius ? "the disc's radius" : "scales with the square root of the disc's radius")
+                     : own_radius ? "scales with the cube of the tooth pitch"
+                                  : "scales with the cube of the tooth pitch over the disc's radius";
+  return fmt::format("ignores the blade's thickness and {}: it can't compare blades", rest);
 }
 
 double FindTopValidBite(const ForceLaw& law, const Tool& tool) {
@@ -83,7 +82,7 @@ double FindTopValidBite(const ForceLaw& law, const Tool& tool) {
   double high_mm = 1;
   for (int i = 0; i < 60; ++i) {
     const double middle_mm = 0.5 * (low_mm + high_mm);
-    (CalcThrustFactor(law, tool, middle_mm) > kMostThrustFactor ? high_mm : low_mm) = middle_mm;
+    (CalcThrustFactor(law, tool, middle_mm) > kMaxThrustFactor ? high_mm : low_mm) = middle_mm;
   }
   return low_mm;
 }

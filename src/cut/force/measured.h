@@ -1,8 +1,8 @@
-// What was measured of the forces on a saw's teeth in bone, for the laws to be compared with, thrust with thrust.
+// Measured forces on saw teeth in bone, with which the thrust of the force laws is compared.
 //
-// All of it is derived: the tests give resultants (James, Pearlman and Saigal 2012, J Biomech Eng 134:071001, single
-// tooth, bovine cortical bone, 8 to 11 N) and, for a sagittal saw's tooth in bovine femur, the ratio of thrust to
-// cutting force (1.4 to 1.8). Below a bite of 2 um no force was measured at all (docs/physics.md).
+// All values of thrust are derived. The tests give resultants (James, Pearlman and Saigal 2012, J Biomech Eng
+// 134:071001, single tooth, bovine cortical bone, 8 to 11 N) and, for a tooth of a sagittal saw in bovine femur, the
+// ratio of thrust to cutting force (1.4 to 1.8). No force was measured below a bite of 2 um (docs/physics.md).
 #pragma once
 
 #include <array>
@@ -12,60 +12,66 @@
 
 namespace kerf {
 
-/// Thrust / cutting force of a tooth, the middle of 1.4 to 1.8.
+/// Thrust / cutting force of a tooth, the middle of the measured range 1.4 to 1.8.
 inline constexpr double kThrustPerCuttingForce = 1.6;
 
+/// Thrust on a tooth at a bite.
 struct MeasuredThrust {
   double bite_mm;
   double thrust_N;
 };
-/// 1.6 / sqrt(1 + 1.6^2) = 0.848 of the resultants of 8 and 11 N, on one tooth.
+/// Thrust on one tooth: 1.6 / sqrt(1 + 1.6^2) = 0.848 of the resultants of 8 and 11 N.
 inline constexpr std::array<MeasuredThrust, 2> kMeasuredThrust{{{0.0025, 6.784}, {0.010, 9.328}}};
-/// Of that tooth: thickness of a surgical saw blade tested at the same bites (Hage and Hamade). Likely the same blade.
+/// Width of that tooth: the thickness of a surgical saw blade tested at the same bites (Hage and Hamade), likely the
+/// same blade.
 inline constexpr double kMeasuredToothWidth_mm = 0.64;
-/// Cortical bone, standing for the bone of the tests; and its reduced modulus with steel (205 GPa, 0.28).
+/// Cortical bone that represents the bone of the tests, and its reduced modulus with steel (205 GPa, 0.28).
 inline constexpr double kMeasuredE_MPa = 19300;
 inline constexpr double kMeasuredPoissonRatio = 0.28;
 inline constexpr double kMeasuredEStar_MPa = 19140;
 
-/// Bounds of the specific cutting energy, J/mm3. No test measured it: from published forces, widths and bites follow
-/// 0.83 (10 um bites) to 2.9 (2.5 um) on saw teeth, and at most 1.2 to 1.4 on a drill (MacAvelia et al. 2012: thrust
-/// and torque). The upper bound leaves the factor of 2 by which studies differ.
-inline constexpr double kLeastSpecificEnergy_J_per_mm3 = 0.8;
-inline constexpr double kMostSpecificEnergy_J_per_mm3 = 6;
+/// Bounds of the specific cutting energy, J/mm3. No test measured it. Published forces, widths and bites give 2.9
+/// (bites of 2.5 um) to 0.83 (10 um) for saw teeth, and at most 1.2 to 1.4 for a drill (MacAvelia et al. 2012: thrust
+/// and torque). The upper bound includes the factor of 2 by which studies differ.
+inline constexpr double kMinSpecificEnergy_J_per_mm3 = 0.8;
+inline constexpr double kMaxSpecificEnergy_J_per_mm3 = 6;
 
-/// Energy of the cutting force, thrust / kThrustPerCuttingForce, for each volume of a chip as wide as the tooth, J/mm3.
+/// Returns the energy of the cutting force, thrust / kThrustPerCuttingForce, per volume of a chip as wide as the tooth,
+/// J/mm3.
 inline double CalcSpecificEnergy(double thrust_N, double width_mm, double bite_mm) {
   return 1e-3 * thrust_N / kThrustPerCuttingForce / (width_mm * bite_mm);
 }
 
-/// What follows the bounds where they are shown.
+/// Explanation that is shown after the bounds.
 inline constexpr const char* kSpecificEnergySource =
-    "derived from published forces at bites of 2.5 um and more, 0.83 to 2.9, and doubled above";
+    "derived from published forces at bites of 2.5 um and more: 0.83 to 2.9, with the upper bound doubled";
 
-/// `kerf check`, `kerf compare` and docs/physics.md show it.
+/// Limits of a law's use, shown by `kerf check`, `kerf compare` and docs/physics.md.
 struct LawCaveat {
   const char* law;
-  bool by_width;         // its force goes with the tooth's width: compared with the measured for each mm of it
-  const char* good_for;  // which questions it answers and which not, a phrase
+  bool by_width;         // the force is proportional to the tooth's width, so it is compared per mm of width
+  const char* good_for;  // phrase: the questions that the law answers, and those that it does not
 };
 
-/// Throws Error for a law that src/cut/force/measured.cpp has no row of.
+/// Throws Error if the table in src/cut/force/measured.cpp has no row for the law.
 const LawCaveat& FindCaveat(const ForceLawInfo& law);
 
-/// The law's thrust on this tool's tooth by the measured one, or the line through the two measured at other bites.
+/// Returns the law's thrust on a tooth of this tool divided by the measured thrust. The measured thrust at other bites
+/// is on the line through the two measured points.
 double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm);
-/// What stands beside every force that is reported by a law: `kerf check`, summaries, the window, docs/physics.md. With
-/// the factors of this tool and of the law's parameters as they are.
+/// Returns the note on accuracy that accompanies every reported force (`kerf check`, summaries, the window,
+/// docs/physics.md), with the factors of this tool and of the law's current parameters.
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool);
-/// What the law says of different blades, likewise.
+/// Returns the note on how the law's force depends on the blade, shown at the same places.
 std::string DescribeBlades(const ForceLaw& law);
 
-/// The largest bite that the law holds for: of hertz_chip, the one with kMostThrustFactor, which depends on the tool.
-inline constexpr double kMostThrustFactor = 2;
+/// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which its thrust is
+/// kMaxThrustFactor times the measured thrust, which depends on the tool.
+inline constexpr double kMaxThrustFactor = 2;
 double FindTopValidBite(const ForceLaw& law, const Tool& tool);
 
-/// A law whose range of bites is empty (to_mm = 0) has a force that no bite changes, as `beyond` then says.
+/// Returns true if the law is not valid at any bite (to_mm = 0): its force does not depend on the bite, as its `beyond`
+/// says.
 inline bool IsNowhereMeasured(const LawValidity& validity) {
   return validity.to_mm == 0;
 }

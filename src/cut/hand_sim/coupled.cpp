@@ -11,37 +11,32 @@
 namespace kerf {
 namespace {
 
-constexpr double kFlatStiffness_N_per_mm = 3000;   // of one point of a flat
-constexpr double kSolidStiffness_N_per_mm = 2000;  // of a stopped edge: CalcSolidStiffness()
-constexpr double kStepVoxels = 0.5;                // way of the tool in one sub-step
-constexpr double kAxialShare = 0.25;               // along the spindle, of the thinner of disc and voxel
+constexpr double kFlatStiffness_N_per_mm = 3000;   // of each point of a flat
+constexpr double kSolidStiffness_N_per_mm = 2000;  // for a stopped edge: see CalcSolidStiffness()
+constexpr double kStepVoxels = 0.5;                // maximum motion of the tool in a substep
+constexpr double kAxialFraction = 0.25;            // the same along the spindle, of the thinner of disc and voxel
 constexpr double kLargestTurn_rad = 0.5;
-constexpr double kMarginVoxels = 1.5;  // nearer than that is near
-constexpr double kMostTick_s = 1;
-constexpr double kMostRpm = 1e6;
-constexpr double kLeastRpm = 1;
-constexpr double kMostSpeed = 1e6;  // of the handle, mm/s and rad/s
+constexpr double kMarginVoxels = 1.5;  // bone within this distance is near
+constexpr double kMaxTick_s = 1;
+constexpr double kMaxRpm = 1e6;
+constexpr double kMinRpm = 1;
+constexpr double kMaxSpeed = 1e6;  // of the handle, mm/s and rad/s
 
 bool IsFinite(const Vec3& v, double most) {
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
 
-/// Into how many parts a way must be divided, whose straight share falls with the parts and whose bend with their
-/// square, for each to be `most` long.
+/// Returns the number of parts into which a motion must be divided so that each is at most `most` long. The straight
+/// part of a motion decreases with the number of parts, the bend with its square.
 double CountSteps(double straight, double bent, double most) {
   return (straight + std::sqrt(straight * straight + 4 * bent * most)) / (2 * most);
 }
 
-/// Of each point of a stopped edge, N/mm: an eighth of a disc's pitch, or one part in 512 of a ball, is as stiff
-/// however many points stand for it.
+/// Returns the stiffness of each point of a stopped edge, N/mm. The stiffness of an eighth of a disc's pitch, or of one
+/// part in 512 of a ball, does not depend on the number of points.
 double CalcSolidStiffness(const ToolShape& shape) {
   const double parts = shape.edge_is_ring ? std::max(64.0, 8 * shape.passes_per_turn) : 512;
   return kSolidStiffness_N_per_mm * parts / static_cast<double>(shape.edge.size());
-}
-
-double CalcThickness(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc ? disc->thickness_mm : 0;
 }
 
 }  // namespace
@@ -55,12 +50,12 @@ CoupledSimulation::CoupledSimulation(CoupledSimulation&&) noexcept = default;
 CoupledSimulation& CoupledSimulation::operator=(CoupledSimulation&&) noexcept = default;
 
 bool CoupledSimulation::State::Accepts(const CoupledInput& in) const {
-  return IsValid(in.X_WH) && IsInWorld(in.X_WH.p_AB) && IsFinite(in.v_H_W_mm_per_s, kMostSpeed) &&
-         IsFinite(in.w_H_W_rad_per_s, kMostSpeed) && in.dt_s >= 0 && in.dt_s <= kMostTick_s &&
-         std::abs(in.rpm) <= kMostRpm;
+  return IsValid(in.X_WH) && IsInWorld(in.X_WH.p_AB) && IsFinite(in.v_H_W_mm_per_s, kMaxSpeed) &&
+         IsFinite(in.w_H_W_rad_per_s, kMaxSpeed) && in.dt_s >= 0 && in.dt_s <= kMaxTick_s &&
+         std::abs(in.rpm) <= kMaxRpm;
 }
 
-/// What the last tick gave, of a tick in which nothing happened.
+/// Returns the last tick's output, for a tick in which nothing happens.
 CoupledOutput CoupledSimulation::State::Repeat() const {
   CoupledOutput out = last;
   out.regions_cut = {};
@@ -72,7 +67,7 @@ CoupledOutput CoupledSimulation::State::Repeat() const {
   return out;
 }
 
-/// Nothing holds the tool.
+/// Resets all contact: nothing holds the tool.
 void CoupledSimulation::State::Release() {
   u = {};
   if (contact_mJ > 0) edge.Release();
@@ -83,7 +78,7 @@ void CoupledSimulation::State::Release() {
   teeth = 0;
 }
 
-/// Takes the tool as far towards the handle as there is surely no bone.
+/// Moves the tool towards the handle as far as there is certainly no bone.
 CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInput& in, CoupledOutput& out) {
   const double margin_mm = kMarginVoxels * h;
   if (clearance.IsNear(X_WT, margin_mm)) return Flight::kNear;
@@ -91,7 +86,7 @@ CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInpu
   const double travel_mm = CalcTravel(X_WT, in.X_WH, shape.reach_mm);
   const bool there = travel_mm <= way_mm;
   if (effects.Holds({X_WT, in.X_WH})) return Flight::kNear;
-  if (!there && way_mm < kStepVoxels * h) return Flight::kNear;  // no further than by a step
+  if (!there && way_mm < kStepVoxels * h) return Flight::kNear;  // shorter than a step
   CutWaiting(out);
   Release();
   EndSlab();
@@ -100,40 +95,42 @@ CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInpu
   return there ? Flight::kThere : Flight::kUnderWay;
 }
 
-/// Moves the tool, and the accounts of the springs with it. `share`: of the step that the problem was set up for.
-void CoupledSimulation::State::Move(const Pose& X_next, double share) {
+/// Moves the tool and updates the energies of the springs. `fraction`: completed part of the step that the problem was
+/// set up for.
+void CoupledSimulation::State::Move(const Pose& X_next, double fraction) {
   X_WT = X_next;
   coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
   if (problem.empty()) return;
-  contact_mJ = edge.Remember(problem, u, share) + faces.Remember(problem, u, share);
-  // As the step took it, straight on: on an arc the guide may be drawn further, which the next Engage() sees.
-  guide_mJ = CalcSolidsEnergy(first_guide, first_of_effects, share);
-  effects_mJ = CalcSolidsEnergy(first_of_effects, problem.solids.size(), share);
+  contact_mJ = edge.Remember(problem, u, fraction) + faces.Remember(problem, u, fraction);
+  // For the straight motion of the step. On an arc the guide may be deflected further, which the next Engage()
+  // includes.
+  guide_mJ = CalcSolidsEnergy(first_guide, first_of_effects, fraction);
+  effects_mJ = CalcSolidsEnergy(first_of_effects, problem.solids.size(), fraction);
   contact_mJ += guide_mJ + effects_mJ;
 }
 
-double CoupledSimulation::State::CalcSolidsEnergy(std::size_t first, std::size_t end, double share) const {
+double CoupledSimulation::State::CalcSolidsEnergy(std::size_t first, std::size_t end, double fraction) const {
   double energy_mJ = 0;
   for (std::size_t i = first; i < end; ++i) {
     const SolidPoint& p = problem.solids[i];
-    const double depth_mm = std::max(0.0, p.depth_mm + share * problem.tau_s * Dot(p.row, u));
+    const double depth_mm = std::max(0.0, p.depth_mm + fraction * problem.tau_s * Dot(p.row, u));
     energy_mJ += 0.5 * p.stiffness_N_per_mm * depth_mm * depth_mm;
   }
   return energy_mJ;
 }
 
-/// Sets up the step's problem at the tool's pose.
+/// Sets up the problem of a step at the tool's pose.
 void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   const Probe probe(field, X_WT);
   problem.Clear();
   problem.tau_s = time_s;
   problem.coupling = coupling.MakeStep(X_WT, in);
   const bool turning = in.rpm != 0;
-  const double axial_mm = kAxialShare * std::min(h, CalcThickness(params.tool));
-  const bool looks = looked_share > 0;
-  const double stiffness_share = looked_share * (fidelity == Fidelity::kFull ? 1 : 2);
-  problem.cutting_share = looked_share;
-  problem.flat_stiffness_N_per_mm = stiffness_share * kFlatStiffness_N_per_mm;
+  const double axial_mm = kAxialFraction * std::min(h, CalcThickness(params.tool));
+  const bool looks = looked_fraction > 0;
+  const double stiffness_fraction = looked_fraction * (fidelity == Fidelity::kFull ? 1 : 2);
+  problem.cutting_share = looked_fraction;
+  problem.flat_stiffness_N_per_mm = stiffness_fraction * kFlatStiffness_N_per_mm;
   if (!looks) {
     edge.Release();
     faces.Release();
@@ -141,7 +138,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   } else if (turning) {
     edge.FindTeeth(probe, problem);
   } else {
-    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, looked_share * CalcSolidStiffness(shape), problem);
+    edge.FindSolids(probe, (kStepVoxels + kAxialFraction) * h, looked_fraction * CalcSolidStiffness(shape), problem);
   }
   if (is_disc && looks) {
     faces.Find(probe, axial_mm, turning, problem);
@@ -149,13 +146,13 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   first_guide = problem.solids.size();
   double drawn_mJ = 0;
   if (slab.active()) {
-    // The spring that grows as the slab takes over must not lift the tool back by itself.
-    drawn_mJ = slab.CalcEnergy(X_WT, 1 - looked_share);
+    // A spring that becomes stiffer while the slab law takes over must not push the tool back by itself.
+    drawn_mJ = slab.CalcEnergy(X_WT, 1 - looked_fraction);
     if (drawn_mJ - guide_mJ > reserve_mJ + 1e-12 * guide_mJ) {
       slab.Anchor(X_WT);
       drawn_mJ = 0;
     }
-    slab.AddTo(X_WT, 1 - looked_share, problem);
+    slab.AddTo(X_WT, 1 - looked_fraction, problem);
   }
   first_of_effects = problem.solids.size();
   effects.Engage({X_WT, probe, edge, &faces, in.rpm, looks}, problem);
@@ -164,11 +161,11 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   double energy_mJ = drawn_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
   if (energy_mJ - contact_mJ > reserve_mJ) {
     double held_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
-    // Springs that have become stiffer on the way from one fidelity to another are drawn less.
-    const double most_mJ = std::max(0.0, contact_mJ + reserve_mJ - drawn_mJ);
-    if (held_mJ > most_mJ) {
-      edge.Ease(std::sqrt(most_mJ / held_mJ));
-      faces.Ease(std::sqrt(most_mJ / held_mJ));
+    // Springs that became stiffer in a transition between two fidelities are deflected less.
+    const double max_mJ = std::max(0.0, contact_mJ + reserve_mJ - drawn_mJ);
+    if (held_mJ > max_mJ) {
+      edge.Ease(std::sqrt(max_mJ / held_mJ));
+      faces.Ease(std::sqrt(max_mJ / held_mJ));
       held_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
     }
     energy_mJ = drawn_mJ + held_mJ;
@@ -177,25 +174,25 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   contact_mJ = energy_mJ;
 }
 
-/// How much of a motion the tool may make before it looks again, 0 to 1.
-double CoupledSimulation::State::CalcStepShare(const Twist& motion, double time_s) const {
+/// Returns the fraction of a motion that the tool may make before contact is found again, 0 to 1.
+double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double time_s) const {
   const Vec3 w(motion[3], motion[4], motion[5]);
   const Vec3 v = Vec3(motion[0], motion[1], motion[2]) - glm::cross(w, coupling.p_TC_mm());  // of the tool's origin
-  // Turning about a coupling point far off, the tool goes on an arc: by so much it leaves the straight way.
+  // Rotation about a distant coupling point moves the tool on an arc, which leaves the straight line by this much.
   const double bent = 0.5 * glm::length(w) * glm::length(glm::cross(w, coupling.p_TC_mm())) * time_s * time_s;
   double steps = glm::length(w) * time_s / kLargestTurn_rad;
   if (is_disc) {
     const double across = std::hypot(v.x, v.y) * time_s;
     const double along = (std::abs(v.z) + std::hypot(w.x, w.y) * shape.reach_mm) * time_s;
     steps = std::max({steps, CountSteps(across, bent, kStepVoxels * h),
-                      CountSteps(along, bent, kAxialShare * std::min(h, CalcThickness(params.tool)))});
+                      CountSteps(along, bent, kAxialFraction * std::min(h, CalcThickness(params.tool)))});
   } else {
     steps = std::max(steps, CountSteps(glm::length(v) * time_s, bent, kStepVoxels * h));
   }
   return steps > 1 ? 1 / steps : 1;
 }
 
-/// Forces, energies and what the teeth met, of a sub-step that moved by `u` for `time_s`.
+/// Adds forces, energies and the material in contact, for a substep with motion `u` over `time_s`.
 void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& out) {
   sums.f_damper_W = sums.tau_damper_W = Vec3(0);
   sums.time_s += time_s;
@@ -227,7 +224,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     sums.thrust_by_region[region] += time_s * magnitude;
     out.regions_cut[region / 64] |= std::uint64_t{1} << (region % 64);
     sums.bite += time_s * p.teeth * std::max(speed, 0.0) / problem.passes_per_s;
-    out.cut_mJ += std::max(0.0, work_mJ);  // below 0 by rounding only: the potential is convex and least at rest
+    out.cut_mJ += std::max(0.0, work_mJ);  // < 0 only by rounding: the potential is convex and minimal at rest
   }
   for (const FlatPoint& p : problem.flats) {
     const double speed = p.side * (u[2] + u[3] * p.y - u[4] * p.x);
@@ -251,11 +248,11 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double factor = p.limit_N / std::sqrt(a * a + b * b + creep2);
     f_friction_T -=
         factor * (a * Vec3(p.row_a[0], p.row_a[1], p.row_a[2]) + b * Vec3(p.row_b[0], p.row_b[1], p.row_b[2]));
-    // Where friction helps the tool along, the spindle does it.
+    // If friction drives the tool, the spindle does the work.
     const double power = factor * (a * own_a + b * own_b);
     (power >= 0 ? out.friction_mJ : out.spindle_mJ) += time_s * std::abs(power);
   }
-  if (looked_share == 1) {
+  if (looked_fraction == 1) {
     f_cut_T = f_edge_T;
     teeth = teeth_now;
   }
@@ -285,7 +282,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
   sums.tau_damper_W = -X_WT.Vector(tau);
 }
 
-/// Means over the time that was made good, and what the hand feels.
+/// Sets the output: means over the completed time, and the load on the hand.
 void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) const {
   out.X_WT = World(X_WT);
   const Coupling::Load load = coupling.CalcLoadOnHand(X_WT, X_WH);
@@ -307,8 +304,8 @@ void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) con
   }
 }
 
-/// What the tool holds where it is set down in the first tick goes at once: its flats, which only hold bone later,
-/// could not get out of it.
+/// Removes all bone inside the tool in the first tick with a turning spindle. The flats do not cut afterwards, so bone
+/// in contact with them would hold the tool.
 void CoupledSimulation::State::CutAtStart(CoupledOutput& out) {
   if (!at_start) return;
   const Cutter::Result cut = cutter.CutAround(X_WT);
@@ -317,7 +314,7 @@ void CoupledSimulation::State::CutAtStart(CoupledOutput& out) {
   at_start = cut.out_of_leaves;
 }
 
-/// The handle moves first, with the tool held; then the tool follows.
+/// Moves the handle while the tool is held; the tool follows afterwards.
 void CoupledSimulation::State::MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out) {
   const double drawn_mJ = coupling.CalcEnergy(X_WT, X_to) - coupling_mJ;
   coupling_mJ += drawn_mJ;
@@ -326,8 +323,8 @@ void CoupledSimulation::State::MoveHandle(const Pose& X_to, Sums& sums, CoupledO
   X_WH = X_to;
 }
 
-/// The tool goes as far as it gets towards the handle in in.dt_s, in as many sub-steps as that takes. False: it lags
-/// behind.
+/// Moves the tool as far as it gets towards the handle in in.dt_s, in as many substeps as that takes. Returns false if
+/// it lags behind.
 bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums,
                                       CoupledOutput& out) {
   const auto enter = [observer](TickStage stage) {
@@ -340,7 +337,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
       out.status |= kCoupledSubstepsUsedUp;
       return false;
     }
-    // 2 near: through air the tool goes with the handle
+    // 2 near: through air the tool moves with the handle
     enter(TickStage::kNear);
     const Flight flight = Fly(in, out);
     if (flight == Flight::kThere) {
@@ -351,12 +348,12 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
     ++out.substeps;
     if (flight == Flight::kUnderWay) continue;
 
-    // 3 engage: what the tool meets where it is
+    // 3 engage: the bone in contact with the tool at its pose
     enter(TickStage::kEngage);
     Engage(in, left_s);
 
     const double before_mJ = CalcBalance(out);
-    // 4 solve: the motion that coupling and bone agree on
+    // 4 solve: the motion at which coupling and bone are in balance
     enter(TickStage::kSolve);
     const bool free = problem.empty();
     if (free) {
@@ -370,17 +367,17 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
       out.iterations = std::max(out.iterations, solution.iterations);
       if (!solution.converged) out.status |= kCoupledIterationsUsedUp;
     }
-    const double share = CalcStepShare(u, left_s);
-    const double time_s = share * left_s;
-    reached = share == 1;
+    const double fraction = CalcStepFraction(u, left_s);
+    const double time_s = fraction * left_s;
+    reached = fraction == 1;
     const Pose X_next = free && reached ? in.X_WH : Advance(X_WT, u, time_s, coupling.p_TC_mm());
     const Pose X_from = X_WT;
 
-    // 5 remove: what the edge sweeps on the way
+    // 5 remove: the sweep of the edge
     enter(TickStage::kRemove);
     if (in.rpm == 0) {
       CutWaiting(out);
-    } else if (looked_share == 0) {
+    } else if (looked_fraction == 0) {
       CutWaiting(out);
       path.Record(X_WT, kStepVoxels * h);
     } else {
@@ -393,9 +390,9 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
       }
     }
     AddUp(time_s, sums, out);
-    Move(X_next, share);
+    Move(X_next, fraction);
     if (!free && effects.wants_solved()) {
-      EffectSolved solved{X_from, X_WT, edge, &faces, problem, u, share, time_s, in.rpm, {}};
+      EffectSolved solved{X_from, X_WT, edge, &faces, problem, u, fraction, time_s, in.rpm, {}};
       effects.Solved(solved);
     }
     if (!free) Reserve(before_mJ - CalcBalance(out));
@@ -407,13 +404,13 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
 CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* observer) {
   State& s = *state_;
   CoupledInput in = asked;
-  if (std::abs(in.rpm) < kLeastRpm) in.rpm = 0;
+  if (std::abs(in.rpm) < kMinRpm) in.rpm = 0;
   CoupledOutput out;
   const auto enter = [observer](TickStage stage) {
     if (observer) observer->Enter(stage);
   };
 
-  // 1 accept: nothing but good numbers gets further
+  // 1 accept: reject invalid input
   enter(TickStage::kAccept);
   if (!s.Accepts(in)) {
     out.X_WT = s.last.X_WT;
@@ -422,7 +419,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
     enter(TickStage::kEnd);
     return out;
   }
-  if (in.dt_s < kLeastTick_s) {
+  if (in.dt_s < kMinTick_s) {
     enter(TickStage::kEnd);
     return s.Repeat();
   }
@@ -456,7 +453,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   }
   if (!reached) s.MoveHandle(in.X_WH, sums, out);
 
-  // 6 effects, of the whole tick
+  // 6 effects of the whole tick
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
   EffectEnd end{in.dt_s,           asked.rpm,          in.rpm,         s.X_WT, (out.status & kCoupledAsleep) != 0,
                 mean * sums.teeth, mean * sums.thrust, out.removed_mm3};
@@ -466,11 +463,11 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   enter(TickStage::kPublish);
   s.Publish(sums, out);
   if (end.f_more_W_N != Vec3(0)) out.f_H_W_N += end.f_more_W_N;
-  // With the handle the tool is exactly where it was asked to be.
+  // If tool and handle coincide, the output is the input's pose, without the rounding of the frame change.
   if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = asked.X_WH;
-  if (!sums.touched && reached) out.hand_mJ = sums.drawn_mJ = 0;  // in the air handle and tool move as one
+  if (!sums.touched && reached) out.hand_mJ = sums.drawn_mJ = 0;  // in air handle and tool move as one
   out.stored_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
-  // Nothing but springs loses energy to the step: all else is work of the forces at its end.
+  // Only springs lose energy to the step: all other terms are work of the forces at its end.
   out.numerical_mJ = sums.drawn_mJ - sums.given_mJ - out.stored_mJ;
   s.last = out;
   enter(TickStage::kEnd);

@@ -6,7 +6,7 @@ namespace kerf {
 
 Quat ExpRotation(const Vec3& theta_rad) {
   const double angle = glm::length(theta_rad);
-  // sin(angle / 2) / angle, by its series where the quotient loses digits.
+  // sin(angle / 2) / angle; by its series for small angles, where the quotient loses digits.
   const double factor = angle < 1e-4 ? 0.5 - angle * angle / 48 : std::sin(0.5 * angle) / angle;
   return Quat(std::cos(0.5 * angle), factor * theta_rad.x, factor * theta_rad.y, factor * theta_rad.z);
 }

@@ -1,13 +1,13 @@
-// How exactly a tick is worked out, and the way from one fidelity to another.
+// Fidelity of a tick, and the transition from one fidelity to another.
 #include "cut/hand_sim/state.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kBlend_s = 0.2;      // from one law to the other
-constexpr int kCutsOfPath = 4;        // in a tick, of what the slab has passed
-constexpr double kLeastTeeth = 0.05;  // in a cut, to go on as a slab
-constexpr double kLeastThrust_N = 0.05;
+constexpr double kBlend_s = 0.2;    // duration of the transition between the two laws
+constexpr int kCutsOfPath = 4;      // cuts per tick along the path that the slab law has passed
+constexpr double kMinTeeth = 0.05;  // minimum engaged teeth for the slab law to begin
+constexpr double kMinThrust_N = 0.05;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ const char* ToString(Fidelity fidelity) {
   return "";
 }
 
-/// Takes the fidelity that is asked for, and passes from one law to the other.
+/// Applies the requested fidelity, and advances the transition between the two laws.
 void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutput& out) {
   const int stride = fidelity == Fidelity::kFull ? 1 : 2;
   if (stride != edge.stride()) {
@@ -33,7 +33,7 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
   edge.set_stride(stride);
   faces.set_stride(stride);
   const bool may = fidelity == Fidelity::kSlab && is_disc && in.rpm != 0;
-  if (may && !slab.active() && teeth > kLeastTeeth && glm::length(f_cut_T) > kLeastThrust_N) {
+  if (may && !slab.active() && teeth > kMinTeeth && glm::length(f_cut_T) > kMinThrust_N) {
     slab.Begin(X_WT, f_cut_T, teeth, u);
   }
   if (slab.active()) {
@@ -42,12 +42,12 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
     } else if (path.empty()) {
       blend = std::min(1.0, blend + in.dt_s / kBlend_s);
     }
-    looked_share = blend * blend * (3 - 2 * blend);  // without a corner at either end
+    looked_fraction = blend * blend * (3 - 2 * blend);  // smooth at both ends
     if (blend == 1) EndSlab();
   }
-  const bool is_slab = slab.active() && may && looked_share == 0;
+  const bool is_slab = slab.active() && may && looked_fraction == 0;
   if (!is_slab && !path.forgotten()) {
-    // Up to here, and no further once the spindle stands still: the saw is held then.
+    // Up to this pose, and no further once the spindle is stopped, because the saw is then held.
     if (in.rpm != 0 || (slab.active() && !slab.stopped())) path.Record(X_WT, 0);
     CutPath(out);
   }
@@ -60,14 +60,14 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
   out.fidelity = is_slab ? Fidelity::kSlab : stride == 2 ? Fidelity::kCoarse : Fidelity::kFull;
 }
 
-/// Removes what waits for its turn (CoupledParams::carve_interval_ticks).
+/// Performs the pending removal (CoupledParams::carve_interval_ticks).
 void CoupledSimulation::State::CutWaiting(CoupledOutput& out) {
   const Cutter::Result cut = paced.Flush(X_WT);
   out.removed_mm3 += cut.removed_mm3;
   if (cut.out_of_leaves) out.status |= kCoupledLeavesUsedUp;
 }
 
-/// Removes some of what the slab has passed.
+/// Removes a part of the bone that the slab law has passed.
 void CoupledSimulation::State::CutPath(CoupledOutput& out) {
   Pose from, to;
   cutter.Lift();
@@ -83,7 +83,7 @@ void CoupledSimulation::State::CutPath(CoupledOutput& out) {
   cutter.Lift();
 }
 
-/// Removes all that waits or that the slab has passed. Not for the tick.
+/// Removes all bone that is pending or that the slab law has passed. Not tick-safe.
 void CoupledSimulation::State::FinishPath() {
   while (paced.Flush(X_WT).out_of_leaves) {
     field.Refill(std::max(params.spare_leaves, 1024));

@@ -32,11 +32,11 @@ bool CoupledSimulation::Checkpoint(std::uint32_t number) {
 const char* WhyRefused(RestoreJob::State state) {
   switch (state) {
     case RestoreJob::State::kChanged:
-      return "the bone was cut after it was made ready";
+      return "the bone was cut in the meantime";
     case RestoreJob::State::kLost:
-      return "not all that was cut could be kept";
+      return "not all of the cut could be recorded";
     case RestoreJob::State::kNoLeaves:
-      return "too few leaves are set aside for the bone that comes back";
+      return "too few leaves are reserved for the restored bone";
     case RestoreJob::State::kWaiting:
     case RestoreJob::State::kRunning:
     case RestoreJob::State::kDone:
@@ -45,8 +45,8 @@ const char* WhyRefused(RestoreJob::State state) {
   return "";
 }
 
-/// Whether every leaf of the job finds what it needs. What changed since the job was made has its own leaf, and its old
-/// values are noted.
+/// Returns true if there is room for every leaf of the job. Leaves that changed since the job was made have their own
+/// values already, and their old values are recorded.
 bool Restore::HasRoom(const CoupledSimulation& simulation) const {
   const CoupledSimulation::State& s = *simulation.state_;
   Cutter::Need need;
@@ -99,7 +99,8 @@ bool Restore::Step(CoupledSimulation& simulation, std::size_t leaves) {
     Swap(simulation, job.leaves[next_]);
   }
   if (next_ < at_begin_) return false;
-  // And what changed while the job was made: of each leaf the oldest counts, and the job's before all.
+  // Then the leaves that changed since the job was made. For each leaf the oldest values apply, and those of the job
+  // come first.
   CoupledSimulation::State& s = *simulation.state_;
   for (; next_seen_ < job.pushed && leaves > 0; ++next_seen_) {
     const LeafBefore* found = s.history->At(next_seen_);
@@ -122,7 +123,7 @@ bool Restore::Step(CoupledSimulation& simulation, std::size_t leaves) {
 void Restore::End(CoupledSimulation& simulation, const Pose* X_WT) {
   CoupledSimulation::State& s = *simulation.state_;
   std::swap(s.taken_out_mm3, job_->taken_out_mm3);
-  s.paced.Forget();  // what waits was to be cut from the bone that was
+  s.paced.Forget();  // pending removal belongs to the bone before the restore
   s.cutter.BoneCameBack();
   s.effects.BoneCameBack();
   const Pose X_set = X_WT != nullptr && IsValid(*X_WT) && IsInWorld(X_WT->p_AB) ? *X_WT : s.World(s.X_WT);

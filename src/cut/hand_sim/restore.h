@@ -1,4 +1,4 @@
-// The bone is put back to what it was, between ticks, so many leaves at a time.
+// Restores the bone to an earlier state, between ticks, a number of leaves at a time.
 #pragma once
 
 #include <array>
@@ -11,54 +11,57 @@
 
 namespace kerf {
 
-/// What is to be put back. Made and kept by the reader of a history (src/cut/undo/journal.h) until the simulation has
-/// done with it: then it holds what was there instead, from which it can be taken back in turn.
+/// Leaves to be restored. The job is made by the reader of a history (src/cut/undo/journal.h) and is owned by it; the
+/// simulation uses it until it is done. The job then holds the exchanged values of the bone, with which it can be
+/// reversed.
 ///
-/// The reader is a little behind. What changed since is in the history's ring, where the simulation's own thread finds
-/// it: so the bone comes out as it was at the checkpoint, whenever the restore begins.
+/// The reader is slightly behind the simulation. Leaves that changed since its last read are in the history ring, where
+/// the simulation thread finds them. The result is therefore the bone of the checkpoint, no matter when the restore
+/// begins.
 struct RestoreJob {
   struct Leaf {
     std::array<int, 3> index{};
-    float* values = nullptr;  // 512, swapped with the bone's
+    float* values = nullptr;  // 512, exchanged with the bone's
   };
-  /// What became of it.
+  /// Progress or reason of refusal.
   enum class State : std::uint8_t {
     kWaiting,
     kRunning,
     kDone,
-    kChanged,   // bone was cut since it was made: too much of it, or what was undone can't be redone; make another
-    kLost,      // the history's ring was full meanwhile
-    kNoLeaves,  // too few leaves are set aside: CoupledSimulation::Refill()
+    kChanged,   // too much bone has been cut since the job was made (for redo: any bone); make another job
+    kLost,      // old values were lost because the history ring was full
+    kNoLeaves,  // too few spare leaves: CoupledSimulation::Refill()
   };
 
-  std::uint32_t number = 0;   // of the checkpoint that it leads to; of redo the one that was left by undo
-  bool redo = false;          // only good while nothing changes
-  std::size_t seen = 0;       // of the history's messages, when it was made
-  std::uint32_t lost = 0;     // LeafHistory::last_lost(), then
-  std::vector<Leaf> leaves;   // each once
-  std::vector<float*> spare;  // blocks of 512 for leaves that changed since; from the last one on they are taken
+  std::uint32_t number = 0;   // checkpoint to return to; for redo the one that undo returned to
+  bool redo = false;          // valid only while nothing changes
+  std::size_t seen = 0;       // number of the history's entries read when it was made
+  std::uint32_t lost = 0;     // LeafHistory::last_lost() when it was made
+  std::vector<Leaf> leaves;   // each leaf once
+  std::vector<float*> spare;  // blocks of 512 for leaves that changed since; used from the last one on
   std::array<double, 256> taken_out_mm3{};
 
-  // the simulation's, before `state` is kDone
-  std::size_t pushed = 0;   // the history's messages up to here are from before the restore,
-  std::uint32_t epoch = 0;  // and this is the one that it ended with
+  // Set by the simulation before `state` is kDone.
+  std::size_t pushed = 0;   // number of the history's entries from before the restore
+  std::uint32_t epoch = 0;  // epoch in which the restore ended
   std::atomic<State> state{State::kWaiting};
 };
 
-/// Why it was refused, as a sentence; empty when it was not.
+/// Returns the reason for a refusal as a clause; empty if the job was not refused.
 const char* WhyRefused(RestoreJob::State state);
 
-/// The simulation's side. All of it is tick-safe, and depends on nothing but the tick in which it begins: a bone of so
-/// many changed leaves takes so many steps.
+/// The simulation's part of a restore. Tick-safe, unless `may_refill`. It depends only on the tick in which it begins:
+/// the number of steps follows from the number of changed leaves.
 class Restore {
  public:
-  /// Whether it can be done; if not job.state says why and nothing is changed. `may_refill`: leaves are set aside where
-  /// they are wanted, which is not for the tick.
+  /// Begins the restore. Returns false and changes nothing if it is not possible; job.state then gives the reason.
+  /// `may_refill`: allocate spare leaves when they are needed, which is not tick-safe.
   bool Begin(CoupledSimulation& simulation, RestoreJob& job, bool may_refill = false);
   bool running() const { return job_ != nullptr; }
-  /// At most `leaves` more, 1 or more. True when all are there; End() is to follow before the next tick.
+  /// Restores at most `leaves` more, 1 or more. Returns true when all are restored; then End() must follow before the
+  /// next tick.
   bool Step(CoupledSimulation& simulation, std::size_t leaves);
-  /// Sets the tool down at X_WT, null: where it is. The job is its maker's again.
+  /// Sets the tool down at X_WT; null: at its current pose. Returns the job to its owner.
   void End(CoupledSimulation& simulation, const Pose* X_WT);
 
  private:
@@ -68,13 +71,14 @@ class Restore {
 
   RestoreJob* job_ = nullptr;
   bool may_refill_ = false;
-  std::size_t next_ = 0;       // of the job's leaves
-  std::size_t at_begin_ = 0;   // the job had so many
-  std::size_t next_seen_ = 0;  // of the history's messages
+  std::size_t next_ = 0;       // index in the job's leaves
+  std::size_t at_begin_ = 0;   // initial number of the job's leaves
+  std::size_t next_seen_ = 0;  // index in the history's entries
 };
 
-/// For a thread that owns everything, not for the tick: all at once, with leaves set aside where they are wanted.
-/// `X_WT`: where the tool is then set down, null: where it is. False when it was refused: job.state.
+/// Runs the whole restore at once, allocating spare leaves as needed; for a thread that owns the simulation, not in a
+/// tick. `X_WT`: pose at which the tool is then set down; null: its current pose. Returns false if refused: see
+/// job.state.
 bool RunRestore(CoupledSimulation& simulation, RestoreJob& job, const Pose* X_WT = nullptr);
 
 }  // namespace kerf

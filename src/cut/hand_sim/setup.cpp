@@ -45,7 +45,7 @@ double CalcRamp(const ToothForce& force, double creep_mm_per_s) {
 Pose MakeStart(const Pose& X_WT) {
   if (!IsValid(X_WT)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT.p_AB)) {
-    throw Error(fmt::format("the tool's start lies beyond {} mm from the world's origin", kWorldReach_mm));
+    throw Error(fmt::format("the tool's start position is more than {} mm from the world origin", kWorldReach_mm));
   }
   return X_WT;
 }

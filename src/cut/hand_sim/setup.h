@@ -1,4 +1,4 @@
-// What is checked and worked out before the first tick.
+// Checks and computations before the first tick.
 #pragma once
 
 #include "bone/grid/field.h"
@@ -9,14 +9,15 @@ namespace kerf {
 /// Throws Error naming the first value out of range.
 void CheckParams(const CoupledParams& params);
 
-/// The pose itself. Throws Error when it is none, or out of the world.
+/// Returns the pose. Throws Error if it is not valid or not within the world.
 Pose MakeStart(const Pose& X_WT);
 
-/// Over how wide a range of speeds a law needs a ramp, mm/s: those that have a force at the least bite, others none.
+/// Returns the range of speeds over which a law is ramped, mm/s: `creep_mm_per_s` for a law with a nonzero force at
+/// zero bite; otherwise 0.
 double CalcRamp(const ToothForce& force, double creep_mm_per_s);
 
-/// Leaves whose old values are kept for the account: all of the bone's first surface, but no more than are set aside
-/// for the rest of it.
+/// Returns the number of leaves whose old values are kept to compute the removed volume: all leaves of the bone's
+/// initial surface, but at most the spare leaves, or 4096 if these are fewer.
 int CountOldLeaves(const BoneField& field, const CoupledParams& params);
 
 }  // namespace kerf

@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kGuideStiffness_N_per_mm = 3000;  // of each of three points of the disc
+constexpr double kGuideStiffness_N_per_mm = 3000;  // at each of three points of the disc
 
 double CalcLaw(const DiscSaw& saw, double depth_mm, PaperReading reading) {
   const double teeth = CalcPaperTeeth(saw, depth_mm, reading);
@@ -30,8 +30,8 @@ void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth, con
   const Vec3 in_plane(f_cut_T_N.x, f_cut_T_N.y, 0);
   start_force_N_ = glm::length(in_plane);
   direction_W_ = X_WT.Vector(-in_plane / start_force_N_);
-  rated_mm_per_s_ = std::max(kLeastRated_mm_per_s, kMostFeed * Dot(MakeRow(-in_plane / start_force_N_, -p_TC_), u));
-  // The depth at which an arc of so many teeth lies symmetrically about the direction.
+  rated_mm_per_s_ = std::max(kMinRated_mm_per_s, kMaxFeed * Dot(MakeRow(-in_plane / start_force_N_, -p_TC_), u));
+  // The depth at which an arc with this number of teeth is symmetric about the direction.
   const double half_angle = std::min(0.5 * teeth * saw_.pitch_mm() / saw_.radius_mm(), 3.14);
   start_depth_mm_ = saw_.radius_mm() * (1 - std::cos(half_angle));
   start_law_ = CalcLaw(saw_, start_depth_mm_, reading_);
@@ -52,35 +52,35 @@ Vec3 SlabGuide::Point(int i) const {
   return 0.5 * saw_.radius_mm() * directions[i];
 }
 
-/// How far point i of the tool is off the plane, along the tool's z, mm.
+/// Returns the offset of point i of the tool from the guide's plane, along the plane's normal, mm.
 double SlabGuide::CalcOffset(const Pose& X_WT, int i) const {
   return glm::dot(X_plane_.Vector({0, 0, 1}), X_WT.Point(Point(i)) - X_plane_.p_AB);
 }
 
-void SlabGuide::AddTo(const Pose& X_WT, double share, StepProblem& problem) const {
-  if (!(share > 0)) return;
+void SlabGuide::AddTo(const Pose& X_WT, double fraction, StepProblem& problem) const {
+  if (!(fraction > 0)) return;
   for (int i = 0; i < kPoints; ++i) {
     const Twist row = MakeRow({0, 0, 1}, Point(i) - p_TC_);
     const double offset = CalcOffset(X_WT, i);
     for (const double sign : {1.0, -1.0}) {
       Twist towards{};
       kerf::AddTo(towards, sign, row);
-      problem.solids.push_back({towards, sign * offset, share * kGuideStiffness_N_per_mm});
+      problem.solids.push_back({towards, sign * offset, fraction * kGuideStiffness_N_per_mm});
     }
   }
   const Vec3 d_T = X_WT.InverseVector(direction_W_);
   if (stopped_) {
     problem.solids.push_back(
-        {MakeRow(d_T, -p_TC_), CalcDepth(X_WT) - stopped_depth_mm_, share * kGuideStiffness_N_per_mm});
+        {MakeRow(d_T, -p_TC_), CalcDepth(X_WT) - stopped_depth_mm_, fraction * kGuideStiffness_N_per_mm});
     return;
   }
-  const double force_N = share * CalcResistance(CalcDepth(X_WT));
+  const double force_N = fraction * CalcResistance(CalcDepth(X_WT));
   if (!(force_N > 0)) return;
   problem.yields.push_back({MakeRow(d_T, -p_TC_), force_N, rated_mm_per_s_});
   problem.frictions.push_back({MakeRow(glm::cross(Vec3(0, 0, 1), d_T), -p_TC_), Twist{}, 0, 0, force_N});
 }
 
-double SlabGuide::CalcEnergy(const Pose& X_WT, double share) const {
+double SlabGuide::CalcEnergy(const Pose& X_WT, double fraction) const {
   double sum = 0;
   for (int i = 0; i < kPoints; ++i) {
     const double offset = CalcOffset(X_WT, i);
@@ -90,11 +90,11 @@ double SlabGuide::CalcEnergy(const Pose& X_WT, double share) const {
     const double deeper = std::max(0.0, CalcDepth(X_WT) - stopped_depth_mm_);
     sum += deeper * deeper;
   }
-  return 0.5 * share * kGuideStiffness_N_per_mm * sum;
+  return 0.5 * fraction * kGuideStiffness_N_per_mm * sum;
 }
 
 PassedPath::PassedPath() {
-  poses_.reserve(kMostPoses);
+  poses_.reserve(kMaxPoses);
 }
 
 void PassedPath::Forget() {
@@ -110,9 +110,9 @@ void PassedPath::PutBack() {
 }
 
 void PassedPath::Record(const Pose& X_WT, double spacing_mm) {
-  constexpr double kReach_mm = 10;  // at which turning counts
+  constexpr double kReach_mm = 10;  // radius at which rotation is converted to distance
   if (!poses_.empty() && CalcTravel(poses_.back(), X_WT, kReach_mm) < thinning_ * spacing_mm) return;
-  if (poses_.size() == kMostPoses) {
+  if (poses_.size() == kMaxPoses) {
     std::size_t kept = 0;
     for (std::size_t i = next_; i < poses_.size(); i += i == next_ ? 1 : 2) poses_[kept++] = poses_[i];
     poses_.resize(kept);
@@ -132,10 +132,10 @@ bool PassedPath::Next(const Tool& tool, double voxel_mm, Pose& from, Pose& to) {
   const Pose& a = poses_[next_];
   const Pose& b = poses_[next_ + 1];
   from = Interpolate(a, b, done_);
-  const double share = done_ + 1 / CountSubsteps(a, b, tool, voxel_mm);
-  done_ = share < 1 ? share : 0;
-  to = share < 1 ? Interpolate(a, b, share) : b;
-  if (share >= 1) ++next_;
+  const double fraction = done_ + 1 / CountSubsteps(a, b, tool, voxel_mm);
+  done_ = fraction < 1 ? fraction : 0;
+  to = fraction < 1 ? Interpolate(a, b, fraction) : b;
+  if (fraction >= 1) ++next_;
   return true;
 }
 

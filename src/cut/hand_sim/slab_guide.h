@@ -1,5 +1,5 @@
-// The saw on the thin slab's law: when there is no time to look at the bone, the disc goes on in its own plane against
-// a resistance that depends on its depth, and what it passed is removed later.
+// The slab law for a saw coupled to a handle: when there is no time to read the bone, the disc moves in its own plane
+// against a resistance that depends on its depth. The bone that it passed is removed later.
 #pragma once
 
 #include <algorithm>
@@ -10,38 +10,38 @@
 
 namespace kerf {
 
-/// Model: a stiff guide keeps the disc in the plane that it had at the start. Going deeper, along the direction in
-/// which
-///        the teeth cut then, meets F(h) = F_0 n(h) / n(h_0), with the paper's number of teeth n at depth h (cubed in
-///        the reading as computed) and the thrust F_0 that there was: the law's shape at the size that was felt. Along
-///        the slot it meets as much; coming out nothing. The law knows no feed: from kMostFeed times that at the start
-///        on (kLeastRated at least), the force grows with the feed, or a harder push would go through at any speed.
+/// Model: a stiff guide keeps the disc in the plane that it had at the start. Depth is measured along the direction in
+/// which the teeth were cutting at that time. The resistance to going deeper is F(h) = F_0 n(h) / n(h_0), with the
+/// paper's number of teeth n at depth h (cubed in the reading as computed) and the thrust F_0 at the start: it has the
+/// shape of the law, scaled to the actual force. Along the kerf the resistance is the same; on the way out it is zero.
+/// The law does not depend on the feed. Above kMaxFeed times the feed at the start (at least kMinRated_mm_per_s) the
+/// force therefore grows in proportion to the feed; otherwise a harder push would move the saw at any speed.
 class SlabGuide {
  public:
   SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading);
 
   bool active() const { return active_; }
-  static constexpr double kMostFeed = 2;
-  static constexpr double kLeastRated_mm_per_s = 5;
+  static constexpr double kMaxFeed = 2;
+  static constexpr double kMinRated_mm_per_s = 5;
 
-  /// `f_cut_T_N`: of the teeth on the tool; `teeth`: how many are engaged; `u`: the tool's motion. Tick-safe.
+  /// `f_cut_T_N`: force of the teeth on the tool; `teeth`: number of engaged teeth; `u`: motion of the tool. Tick-safe.
   void Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth, const Twist& u);
   void End() { active_ = false; }
-  /// Along the direction of the cut, mm; below 0 the tool is out. Tick-safe.
+  /// Depth along the direction of the cut, mm; below 0 the tool is out of the bone. Tick-safe.
   double CalcDepth(const Pose& X_WT) const;
   double CalcResistance(double depth_mm) const;
 
-  /// Adds guide and resistance to a step, each `share` (0 to 1) of itself. Tick-safe.
-  void AddTo(const Pose& X_WT, double share, StepProblem& problem) const;
-  /// In the guide's springs, N mm. Tick-safe.
-  double CalcEnergy(const Pose& X_WT, double share) const;
-  /// Takes the tool's plane as the guide's, and where it is as no deeper than the wall. Tick-safe.
+  /// Adds guide and resistance to a step, both scaled by `fraction`, 0 to 1. Tick-safe.
+  void AddTo(const Pose& X_WT, double fraction, StepProblem& problem) const;
+  /// Returns the energy of the guide's springs, N mm. Tick-safe.
+  double CalcEnergy(const Pose& X_WT, double fraction) const;
+  /// Moves the guide to the tool's plane, and the wall to at least the tool's depth. Tick-safe.
   void Anchor(const Pose& X_WT) {
     X_plane_ = X_WT;
     stopped_depth_mm_ = std::max(stopped_depth_mm_, CalcDepth(X_WT));
   }
 
-  /// With the spindle stopped the saw goes no deeper than it is: a wall instead of a resistance. Tick-safe.
+  /// Replaces the resistance by a wall at the current depth, while the spindle is stopped. Tick-safe.
   void Stop(const Pose& X_WT) {
     if (!stopped_) stopped_depth_mm_ = CalcDepth(X_WT);
     stopped_ = true;
@@ -63,35 +63,36 @@ class SlabGuide {
   Vec3 direction_W_{0};
   double start_depth_mm_ = 0;
   double start_force_N_ = 0;
-  double start_law_ = 0;  // n, or its cube, at the start
-  double rated_mm_per_s_ = kLeastRated_mm_per_s;
+  double start_law_ = 0;  // n or n^3 at the start
+  double rated_mm_per_s_ = kMinRated_mm_per_s;
   bool stopped_ = false;
   double stopped_depth_mm_ = 0;
 };
 
-/// Poses that the tool passed without removing anything, at most so many: when there are more, every other is dropped.
+/// Poses that the tool passed without removal, at most kMaxPoses. When the list is full, every other pose is dropped.
 class PassedPath {
  public:
   PassedPath();
 
-  /// No stretch is waiting.
+  /// Returns true if no segment is pending.
   bool empty() const { return next_ + 1 >= poses_.size(); }
-  /// Not even a pose is kept.
+  /// Returns true if no pose is stored.
   bool forgotten() const { return poses_.empty(); }
   void Forget();
-  /// Notes where the tool is, when it is `spacing_mm` or more from the last. Tick-safe.
+  /// Records the tool's pose if it is at least `spacing_mm` from the last one. Tick-safe.
   void Record(const Pose& X_WT, double spacing_mm);
-  /// The next stretch to remove, as long as one cut may be. False: there is none, and the path is forgotten. Tick-safe.
+  /// Returns the next segment to remove, no longer than one cut may be. Returns false if there is none, and then
+  /// discards the path. Tick-safe.
   bool Next(const Tool& tool, double voxel_mm, Pose& from, Pose& to);
-  /// The stretch that Next() gave last could not be removed: it is the next again. Tick-safe.
+  /// Makes the last result of Next() the next one again, because it could not be removed. Tick-safe.
   void PutBack();
 
  private:
-  static constexpr std::size_t kMostPoses = 4096;
+  static constexpr std::size_t kMaxPoses = 4096;
   std::vector<Pose> poses_;
-  std::size_t next_ = 0;  // the stretch from here to the next pose is to be removed,
-  double done_ = 0;       // but for this share of it
-  double thinning_ = 1;   // of the spacing
+  std::size_t next_ = 0;  // the segment from here to the next pose is to be removed,
+  double done_ = 0;       // except for this fraction of it
+  double thinning_ = 1;   // factor on the spacing
   std::size_t last_next_ = 0;
   double last_done_ = 0;
 };

@@ -1,4 +1,4 @@
-// What a coupled simulation holds between its ticks, and the parts of a tick.
+// State of a coupled simulation between its ticks, and the parts of a tick.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +25,8 @@ namespace kerf {
 struct CoupledSimulation::State {
   static constexpr double kFaceSpacing_mm = 1.4;
   static constexpr double kCreep_mm_per_s =
-      0.02;  // of friction that sticks, and of a law with a force at the least bite
-  static constexpr double kMostReserve_mJ = 5;
+      0.02;  // for friction that sticks, and the ramp of a law with a force at zero bite
+  static constexpr double kMaxReserve_mJ = 5;
 
   State(Bone the_bone, const CoupledParams& the_params, const Pose& X_WT_start)
       : bone(std::move(the_bone)),
@@ -60,21 +60,21 @@ struct CoupledSimulation::State {
     problem.frictions.reserve(effects.capacity().frictions + 1);
   }
 
-  /// What a tick adds up over its sub-steps; times time, but for time itself and energies.
+  /// Sums over the substeps of a tick. Forces and means are weighted by time; energies are not.
   struct Sums {
-    double time_s = 0;    // made good
-    double drawn_mJ = 0;  // put into the coupling's springs by the handle's motion
-    double given_mJ = 0;  // work of all springs, of coupling and contact, on the tool: force at a step's end times way
+    double time_s = 0;    // time covered by the substeps
+    double drawn_mJ = 0;  // energy put into the coupling's springs by the handle's motion
+    double given_mJ = 0;  // work of the springs of coupling and contact on the tool: force at a step's end times motion
     Vec3 f_cut_W{0}, f_face_W{0}, f_friction_W{0};
     double thrust = 0, teeth = 0, E = 0, bite = 0;
     std::array<double, 256> thrust_by_region{};
-    Vec3 f_damper_W{0}, tau_damper_W{0};  // on the hand, in the last sub-step; not times time
-    bool touched = false;                 // anything but air
+    Vec3 f_damper_W{0}, tau_damper_W{0};  // on the hand, in the last substep; not weighted by time
+    bool touched = false;                 // true if the tool touched anything
   };
 
   bool Accepts(const CoupledInput& in) const;
   CoupledOutput Repeat() const;
-  /// Within the tick all poses are those of the field's frame F, which stands for W.
+  /// Within a tick all poses are in the field's frame F, which replaces W.
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   Pose World(const Pose& X) const { return {X.R_AB, X.p_AB + field.p_WF_mm()}; }
   void StepFidelity(const CoupledInput& in, CoupledOutput& out);
@@ -84,25 +84,25 @@ struct CoupledSimulation::State {
   void FinishPath();
   void EndSlab() {
     slab.End();
-    blend = looked_share = 1;
+    blend = looked_fraction = 1;
   }
   void Release();
-  /// Through air; what came of it.
+  /// Result of a motion through air.
   enum class Flight { kNear, kUnderWay, kThere };
   Flight Fly(const CoupledInput& in, CoupledOutput& out);
   void Engage(const CoupledInput& in, double time_s);
   void MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out);
   bool Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums, CoupledOutput& out);
-  double CalcStepShare(const Twist& motion, double time_s) const;
+  double CalcStepFraction(const Twist& motion, double time_s) const;
   void AddUp(double time_s, Sums& sums, CoupledOutput& out);
-  void Move(const Pose& X_next, double share);
-  /// In the springs of the problem's solids from `first` to `end`, after `share` of the step.
-  double CalcSolidsEnergy(std::size_t first, std::size_t end, double share) const;
-  /// What is stored less what was put in: falls by what is lost to the bone and to the steps.
+  void Move(const Pose& X_next, double fraction);
+  /// Returns the energy in the springs of the problem's solids from `first` to `end`, after `fraction` of the step, mJ.
+  double CalcSolidsEnergy(std::size_t first, std::size_t end, double fraction) const;
+  /// Returns the stored energy less the energy put in. It decreases by the losses to the bone and to the steps.
   double CalcBalance(const CoupledOutput& out) const {
     return coupling_mJ + contact_mJ - out.hand_mJ - out.spindle_mJ + out.damping_mJ;
   }
-  void Reserve(double lost_mJ) { reserve_mJ = std::clamp(reserve_mJ + lost_mJ, 0.0, kMostReserve_mJ); }
+  void Reserve(double lost_mJ) { reserve_mJ = std::clamp(reserve_mJ + lost_mJ, 0.0, kMaxReserve_mJ); }
   void Publish(const Sums& sums, CoupledOutput& out) const;
 
   Bone bone;
@@ -122,26 +122,27 @@ struct CoupledSimulation::State {
   PassedPath path;
   EffectPlan effects;
   StepSolver solver;
-  Fidelity fidelity = Fidelity::kFull;  // asked for
-  double blend = 1;                     // falls and rises with time; 0: the slab's law alone
-  double looked_share = 1;              // of the forces that come from looking at the bone; the rest is the slab's
-  Vec3 f_cut_T{0};                      // of the last sub-step
-  double teeth = 0;                     // likewise
+  Fidelity fidelity = Fidelity::kFull;  // requested
+  double blend = 1;                     // linear in time during a transition; 1: the bone alone, 0: the slab law alone
+  double looked_fraction = 1;           // fraction of the forces that come from the bone; the rest is the slab law's
+  Vec3 f_cut_T{0};                      // force of the teeth in the last substep without the slab law, tool frame
+  double teeth = 0;                     // engaged teeth in the same substep
 
-  bool at_start = true;         // no tick with a turning spindle yet
-  Pose X_WT;                    // the tool
-  Pose X_WH;                    // last good handle pose
-  Twist u{};                    // of the last sub-step, to start the next from
-  double coupling_mJ = 0;       // in the coupling's springs at the end of the last tick
-  double contact_mJ = 0;        // in the contact's springs,
-  double guide_mJ = 0;          // of it, in the slab's guide,
-  double effects_mJ = 0;        // of it, in springs of effects
-  std::size_t first_guide = 0;  // of the problem's solids
+  bool at_start = true;         // CutAtStart() has not removed the bone inside the tool yet
+  Pose X_WT;                    // pose of the tool
+  Pose X_WH;                    // last valid handle pose
+  Twist u{};                    // motion in the last substep, start of the next solution
+  double coupling_mJ = 0;       // energy of the coupling's springs at the end of the last tick
+  double contact_mJ = 0;        // energy of the contact's springs, of which
+  double guide_mJ = 0;          // this part is in the slab's guide,
+  double effects_mJ = 0;        // and this part in springs of effects
+  std::size_t first_guide = 0;  // index in the problem's solids
   std::size_t first_of_effects = 0;
-  CoupledOutput last;  // what the last tick gave
+  CoupledOutput last;  // output of the last tick
   std::array<double, 256> taken_out_mm3{};
   std::unique_ptr<LeafHistory> history;
-  double reserve_mJ = 0;  // lost so far and not given back: what a push-out may take (push_out.h)
+  double reserve_mJ =
+      0;  // energy lost so far and not returned; bounds the energy of a push-out (penetration_limiter.h)
 };
 
 }  // namespace kerf

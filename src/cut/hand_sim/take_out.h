@@ -1,4 +1,4 @@
-// A piece leaves the bone between ticks, a few leaves at a time, and comes back.
+// Removal of a piece from the bone between ticks, a few leaves at a time, and its return.
 #pragma once
 
 #include <cstddef>
@@ -8,32 +8,33 @@
 
 namespace kerf {
 
-/// Where a piece is.
+/// Where a piece is: in the bone, leaving it, out of it, or returning.
 enum class PiecePlace { kHeld, kLeaving, kOut, kComing };
 
-/// Held, a piece is part of the bone: it is cut and felt. Out of it, it is a rigid bone of its own at a pose X_WP:
-/// moved, hidden or deleted, as whoever draws it likes; the tool does not meet it. Nothing of it changes while the tool
-/// is so near that it could be felt: it waits.
+/// A held piece is part of the bone: it can be cut and resists the tool. A piece that is out is a separate rigid bone
+/// at a pose X_WP, which the renderer moves, hides or deletes; the tool does not touch it. While the tool is so near
+/// that a change could affect the force, nothing changes and the operation waits.
 class TakeOut {
  public:
-  /// `removal` must outlive it.
+  /// `removal` must outlive this.
   explicit TakeOut(const PieceRemoval& removal) : removal_(removal) {}
 
   void Leave();
   void Come();
   PiecePlace place() const { return place_; }
-  /// Why the last Step() did nothing.
+  /// Reasons why the last Step() did nothing.
   bool waits_for_tool() const { return waits_for_tool_; }
-  bool waits_for_leaves() const { return waits_for_leaves_; }  // CoupledSimulation::Refill() makes some
+  bool waits_for_leaves() const { return waits_for_leaves_; }  // CoupledSimulation::Refill() provides leaves
 
-  /// Between two ticks: at most `leaves` of the piece. True when all is done. Tick-safe.
+  /// Changes at most `leaves` leaves of the piece; to be called between two ticks. Returns true when all is done.
+  /// Tick-safe.
   bool Step(CoupledSimulation& simulation, std::size_t leaves = 8);
 
  private:
   const PieceRemoval& removal_;
   PiecePlace place_ = PiecePlace::kHeld;
-  std::size_t out_ = 0;   // leaves that are out
-  bool counted_ = false;  // as taken out
+  std::size_t out_ = 0;   // number of leaves that are out
+  bool counted_ = false;  // the piece is counted as taken out
   bool waits_for_tool_ = false;
   bool waits_for_leaves_ = false;
 };

@@ -1,4 +1,4 @@
-// The five places where the paper's text and its tables part, each with its evidence computed.
+// The five disagreements between the paper's text and its tables, each with computed evidence.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// The number of teeth on the disc, smallest and largest, that gives the printed counts with the printed arcs.
+// Smallest and largest number of teeth on the disc that give the printed counts with the printed arcs.
 struct ToothCounts {
   int lower, upper;
 };
@@ -32,14 +32,13 @@ PaperDiscrepancy MakeDiameter(const PaperTables& tables) {
   text.diameter_mm = 30;
   const PaperDepthRow& row = tables.depths[0];
   const PaperRegionRow& region = tables.regions[0];
-  return {
-      "disc_diameter", "22 mm, not 30", "The saw is a steel disc of 30 mm diameter.",
-      "A disc of 22 mm, in the arcs and in K.",
-      fmt::format("At {} mm a disc of 30 mm gives an arc of {:.4f} mm, one of 22 mm gives {:.4f}; printed is {:.4f}. "
-                  "K comes out as {:.2f}e-5 with 30 mm and as {:.2f}e-5 with 22; printed is {:.2f}e-5.",
-                  row.depth_mm, CalcPaperArc(row.depth_mm, 30), row.arc_mm.computed, row.arc_mm.printed,
-                  1e2 * CalcHertzK(text, 1000 * region.E_GPa, region.nu), 1e5 * region.K_m_per_cbrt_N.computed,
-                  1e5 * region.K_m_per_cbrt_N.printed)};
+  return {"disc_diameter", "22 mm, not 30", "The saw is a steel disc of 30 mm diameter.",
+          "A disc of 22 mm, in the arcs and in K.",
+          fmt::format("At a depth of {} mm, a 30 mm disc gives an arc of {:.4f} mm and a 22 mm disc {:.4f}; the paper "
+                      "prints {:.4f}. K is {:.2f}e-5 with 30 mm and {:.2f}e-5 with 22; the paper prints {:.2f}e-5.",
+                      row.depth_mm, CalcPaperArc(row.depth_mm, 30), row.arc_mm.computed, row.arc_mm.printed,
+                      1e2 * CalcHertzK(text, 1000 * region.E_GPa, region.nu), 1e5 * region.K_m_per_cbrt_N.computed,
+                      1e5 * region.K_m_per_cbrt_N.printed)};
 }
 
 PaperDiscrepancy MakeToothCount(const PaperTables& tables) {
@@ -48,14 +47,13 @@ PaperDiscrepancy MakeToothCount(const PaperTables& tables) {
   fewer.teeth = counts.lower;
   const PaperRegionRow& region = tables.regions[0];
   const double other = CalcPaperToothForce(fewer, kPaperShareOfPitch, 1000 * region.E_GPa, region.nu);
-  return {
-      "tooth_count", "24 teeth",
-      "A tooth's contact is 1 % of the tooth pitch; how many teeth the disc has is not said.",
-      fmt::format("24 teeth: a pitch of {:.4f} mm and a contact radius of {:.5f} mm.", tables.saw.pitch_mm(),
-                  tables.contact_radius_mm),
-      fmt::format("With the printed arcs, the printed counts of teeth leave only {} or {} teeth on a disc of 22 mm; "
-                  "with {} every force would be {:.0f} % larger than printed.",
-                  counts.lower, counts.upper, counts.lower, 100 * (other / region.tooth_force_N - 1))};
+  return {"tooth_count", "24 teeth",
+          "A tooth's contact is 1 % of the tooth pitch; the number of teeth of the disc is not stated.",
+          fmt::format("24 teeth: a pitch of {:.4f} mm and a contact radius of {:.5f} mm.", tables.saw.pitch_mm(),
+                      tables.contact_radius_mm),
+          fmt::format("The printed arcs and tooth counts allow only {} or {} teeth on a disc of 22 mm; "
+                      "with {} every force would be {:.0f} % larger than printed.",
+                      counts.lower, counts.upper, counts.lower, 100 * (other / region.tooth_force_N - 1))};
 }
 
 PaperDiscrepancy MakePoisson(const PaperTables& tables) {
@@ -66,10 +64,10 @@ PaperDiscrepancy MakePoisson(const PaperTables& tables) {
   const double force_N = std::pow(tables.contact_radius_mm / K_mm, 3);
   return {
       "poisson_ratio", "(1 - nu^2)/E, not (1 - nu)/E", "Eq. (3) has (1 - nu)/E for steel and for bone.",
-      "Hertz's own (1 - nu^2)/E, with 205 GPa and 0.28 for steel. The tables print region 24's K for every region; "
-      "the forces follow from each region's own.",
-      fmt::format("As printed, eq. (3) gives K = {:.2f}e-5 in region 24, where {:.2f}e-5 is printed, and {:.5f} N on "
-                  "one tooth, where {:.5f} is. One K for all regions would give them all the same force.",
+      "Hertz's own (1 - nu^2)/E, with 205 GPa and 0.28 for steel. The tables print the K of region 24 for every "
+      "region; the forces follow from each region's own K.",
+      fmt::format("As printed, eq. (3) gives K = {:.2f}e-5 in region 24 (printed: {:.2f}e-5) and {:.5f} N on one tooth "
+                  "(printed: {:.5f}). One K for all regions would give them all the same force.",
                   1e2 * K_mm, 1e5 * region.K_m_per_cbrt_N.printed, force_N, force.printed)};
 }
 
@@ -77,23 +75,23 @@ PaperDiscrepancy MakeArc(const PaperTables& tables) {
   const PaperDepthRow& first = tables.depths.front();
   const PaperDepthRow& last = tables.depths.back();
   const auto shortfall = [](const PaperDepthRow& row) { return 100 * (row.true_arc_mm / row.arc_mm.printed - 1); };
-  return {
-      "arc", "the diameter in the radius's place", "Teeth engage along the arc of the disc's edge that is in the bone.",
-      "d acos(1 - h/(2 d)), whole teeth only: floor(arc / pitch). The arc from the lowest point to the surface is "
-      "(d/2) acos(1 - 2 h/d).",
-      fmt::format("The formula gives the six printed arcs to their last digit. The true arcs are {:.1f} to {:.1f} % "
-                  "longer: {:.4f} mm at {} mm, {:.4f} at {}.",
-                  shortfall(first), shortfall(last), first.true_arc_mm, first.depth_mm, last.true_arc_mm,
-                  last.depth_mm)};
+  return {"arc", "the diameter in place of the radius",
+          "Teeth engage along the arc of the disc's edge that is in the bone.",
+          "d acos(1 - h/(2 d)), whole teeth only: floor(arc / pitch). The arc from the lowest point to the surface is "
+          "(d/2) acos(1 - 2 h/d).",
+          fmt::format(
+              "The formula gives the six printed arcs to their last digit. The true arcs are {:.1f} to {:.1f} % "
+              "longer: {:.4f} mm at {} mm, {:.4f} at {}.",
+              shortfall(first), shortfall(last), first.true_arc_mm, first.depth_mm, last.true_arc_mm, last.depth_mm)};
 }
 
 PaperDiscrepancy MakeCubedSum(const PaperTables& tables) {
   const auto printed = [&](std::size_t row) { return tables.depths[row].force_N[0].printed; };
   return {"cubed_sum", "radii added before cubing, so n^3 for n teeth",
-          "a = K F^(1/3) holds for one contact, and a tooth is one; so n teeth bear n times the force of one.",
+          "a = K F^(1/3) holds for one contact, and each tooth is one, so n teeth bear n times its force.",
           "The contact radii of the engaged teeth are added first: F = (n a / K)^3 = n^3 F_1.",
           fmt::format("The printed forces of 2, 3 and 4 teeth in region 24 are {:.2f}, {:.2f} and {:.2f} times that of "
-                      "one. Summed, 4 teeth bear {:.3f} N, where {:.3f} is printed.",
+                      "one. Summed, 4 teeth bear {:.3f} N; the paper prints {:.3f}.",
                       printed(1) / printed(0), printed(3) / printed(0), printed(5) / printed(0),
                       4 * tables.regions[0].tooth_force_N, printed(5))};
 }
@@ -117,10 +115,8 @@ std::string DescribeRemainder(const PaperTables& tables) {
   const int beyond = static_cast<int>(kPaperDepthCount * kPaperRegionCount) - tables.largest.forces_within_rounding;
   return fmt::format(
       "The largest relative difference of a force is {:.1e}; the five printed decimals explain up to {:.1e} of it. {} "
-      "of "
-      "the 24 forces differ by more than their own rounding, by {:+.1e} to {:+.1e}: ours are larger throughout, as if "
-      "a "
-      "constant had been rounded in its fifth figure.",
+      "of the 24 forces differ by more than their own rounding, by {:+.1e} to {:+.1e}: the computed ones are larger "
+      "throughout, as if a constant had been rounded in its fifth digit.",
       tables.largest.force, tables.largest.force_by_rounding, beyond, lowest, highest);
 }
 

@@ -30,13 +30,14 @@ double CalcHertzK(const DiscSaw& saw, double E2_MPa, double nu2) {
   return std::cbrt(3 * saw.diameter_mm * compliance / 8);
 }
 
-double CalcPaperToothForce(const DiscSaw& saw, double share_of_pitch, double E2_MPa, double nu2) {
-  const double radii = share_of_pitch * saw.pitch_mm() / CalcHertzK(saw, E2_MPa, nu2);
+double CalcPaperToothForce(const DiscSaw& saw, double fraction_of_pitch, double E2_MPa, double nu2) {
+  const double radii = fraction_of_pitch * saw.pitch_mm() / CalcHertzK(saw, E2_MPa, nu2);
   return radii * radii * radii;
 }
 
 double FloorTeeth(double teeth) {
-  // Some depths are a whole number of pitches deep (the buried disc: 8 of 24), where rounding must not lose a tooth.
+  // At some depths the arc is a whole number of pitches (the buried disc: 8 of 24); rounding must not lose a tooth
+  // there.
   return std::floor(teeth + 1e-9);
 }
 
@@ -45,10 +46,10 @@ double CalcPaperTeeth(const DiscSaw& saw, double depth_mm, PaperReading reading)
   return FloorTeeth(CalcPaperArc(depth_mm, saw.diameter_mm) / saw.pitch_mm());
 }
 
-double CalcPaperForce(const DiscSaw& saw, double share_of_pitch, double depth_mm, double E2_MPa, double nu2,
+double CalcPaperForce(const DiscSaw& saw, double fraction_of_pitch, double depth_mm, double E2_MPa, double nu2,
                       PaperReading reading) {
   const double n = CalcPaperTeeth(saw, depth_mm, reading);
-  const double F_1 = CalcPaperToothForce(saw, share_of_pitch, E2_MPa, nu2);
+  const double F_1 = CalcPaperToothForce(saw, fraction_of_pitch, E2_MPa, nu2);
   return reading == PaperReading::kCorrected ? n * F_1 : n * n * n * F_1;
 }
 

@@ -8,7 +8,7 @@
 namespace kerf {
 namespace {
 
-// Tables 1 and 2, and the bands whose middles Table 2 gives.
+// Tables 1 and 2, and the bands whose middles Table 2 prints.
 struct PrintedRegion {
   int region;
   double E_GPa;
@@ -112,7 +112,7 @@ PaperDifferences CalcDifferences(const PaperTables& tables) {
 }  // namespace
 
 bool PaperCell::within_rounding() const {
-  // A hair more than half a unit, for the rounding of the sum itself.
+  // Slightly more than half a unit, for the rounding of the difference itself.
   return std::abs(computed - printed) <= half_unit * (1 + 1e-9);
 }
 

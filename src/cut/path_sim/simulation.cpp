@@ -18,17 +18,17 @@ namespace {
 
 constexpr int kMaxSubsteps = 4096;
 constexpr int kSpareLeaves = 4096;
-constexpr double kNoFaces_mm = 1e3;  // the flats of a tool that follows its path meet nothing
+constexpr double kNoFaces_mm = 1e3;  // large spacing: a tool on a path does not use the points of its flats
 
-/// The tool frame's axes; the force is on the tool and acts at its origin: tooth forces point there.
+/// Load on the tool in its frame's axes. The force acts at the tool's origin, to which the tooth forces point.
 struct EdgeLoad {
   Vec3 f_T_N{0};
-  Vec3 tau_T_Nmm{0};         // about the origin, of effects
-  double thrust_sum_N = 0;   // sum of the magnitudes
-  double engaged_teeth = 0;  // a real number; those that move outwards
-  double E_sum_MPa = 0;      // sums over the engaged teeth; divide by engaged_teeth for the mean
+  Vec3 tau_T_Nmm{0};         // about the origin, from effects
+  double thrust_sum_N = 0;   // sum of the magnitudes of the tooth forces
+  double engaged_teeth = 0;  // a real number; only teeth that move outwards
+  double E_sum_MPa = 0;      // sums over the engaged teeth; divided by engaged_teeth, they give means
   double bite_sum_mm = 0;
-  std::array<double, 256> thrust_by_region_N{};  // sums to thrust_sum_N
+  std::array<double, 256> thrust_by_region_N{};  // by region id; the sum is thrust_sum_N
 };
 
 }  // namespace
@@ -51,11 +51,11 @@ struct Simulation::State {
     angle_between_points = glm::length(shape.edge[1].e_T - shape.edge[0].e_T);
   }
 
-  /// Within the tick all poses are those of the field's frame F, which stands for W.
+  /// Within a tick all poses are in the field's frame F, which replaces W.
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   TickOutput Repeat() const;
   void CutRest(const Pose& X_to);
-  // Not inlined, so that its loop compiles the same whatever else is in the tick (tools/off_is_free).
+  // Not inlined, so that its loop compiles to the same code independent of the rest of the tick (tools/off_is_free).
   [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
   void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
 
@@ -64,17 +64,17 @@ struct Simulation::State {
   ToolShape shape;
   BoneField field;
   Edge edge;
-  StepProblem met;              // what the teeth meet
-  double angle_between_points;  // neighbours on the edge, rad
+  StepProblem met;              // points in contact with bone
+  double angle_between_points;  // between neighbours on the edge, rad
   Cutter cutter;
   PacedCutter paced;
   EffectPlan effects;
-  Pose X_WT;        // last good pose
-  TickOutput last;  // what the last tick gave
+  Pose X_WT;        // last valid pose
+  TickOutput last;  // output of the last tick
   std::array<double, 256> taken_out_mm3{};
 };
 
-/// What the last tick gave, of a tick in which nothing happened.
+/// Returns the last tick's output, for a tick in which nothing happens.
 TickOutput Simulation::State::Repeat() const {
   TickOutput out = last;
   out.removed_mm3 = 0;
@@ -82,7 +82,7 @@ TickOutput Simulation::State::Repeat() const {
   return out;
 }
 
-/// What waits to be removed is removed, up to where the tool is.
+/// Removes all pending bone, up to the tool's pose. May allocate.
 void Simulation::State::CutRest(const Pose& X_to) {
   while (paced.Flush(X_to).out_of_leaves) {
     field.Refill(kSpareLeaves);
@@ -90,8 +90,8 @@ void Simulation::State::CutRest(const Pose& X_to) {
   }
 }
 
-/// Mean force over many tooth passages while the tool moves with velocity `v_T_mm_per_s`, not turning but about its
-/// spindle. Error: docs/physics.md. Tick-safe.
+/// Returns the mean load over many tooth passages while the tool moves with velocity `v_T_mm_per_s` and rotates only
+/// about its spindle. Error: docs/physics.md. Tick-safe.
 EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s) {
   met.passes_per_s = passes_per_s;
   edge.FindTeeth(Probe(field, X), met);
@@ -104,7 +104,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
     const double outwards = glm::dot(Vec3(point.row[0], point.row[1], point.row[2]), v_T_mm_per_s);
     const double along = glm::dot(Vec3(point.along[0], point.along[1], point.along[2]), v_T_mm_per_s);
     const double speed = std::max(0.0, outwards);
-    // Where the outward half of the edge ends within what the point stands for, a part of that.
+    // If the outward half of the edge ends within the arc of the point, only a part of that arc counts.
     const double outward = std::clamp(0.5 + outwards * inv_change, 0.0, 1.0);
     const double teeth = outward * point.teeth;
     const double force = point.teeth * met.MeanToothForce(point, outwards, along).radial_N;
@@ -118,7 +118,7 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
   return load;
 }
 
-/// What effects add at the tool's motion, and what they see of it. Tick-safe.
+/// Adds the load of the effects for the tool's motion, and passes the motion on to them. Tick-safe.
 void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
                                    EdgeLoad& load) {
   met.tau_s = dt_s;
@@ -155,7 +155,7 @@ Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_
   }
   if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT_start.p_AB)) {
-    throw Error(fmt::format("the tool's start lies beyond {} mm from the world's origin", kWorldReach_mm));
+    throw Error(fmt::format("the tool's start position is more than {} mm from the world origin", kWorldReach_mm));
   }
   state_ = std::make_unique<State>(std::move(bone), params, X_WT_start);
 }
@@ -236,7 +236,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
     enter(TickStage::kEnd);
     return out;
   }
-  if (in.dt_s < kLeastTick_s) {
+  if (in.dt_s < kMinTick_s) {
     enter(TickStage::kEnd);
     return s.Repeat();
   }
@@ -261,7 +261,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   }
 
   s.paced.BeginTick();
-  // 2 engage and 3 remove, in turn, so that each sub-step meets the bone that the one before has left
+  // 2 engage and 3 remove, alternately, so that each substep acts on the bone that the one before has left
   const double dt_s = in.dt_s / substeps;
   const Vec3 p_TG_mm = CalcGrip(s.params.tool);
   double E_sum_MPa = 0;

@@ -15,9 +15,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// About the middle of all boxes, rounded outwards.
+/// Box relative to the middle of all boxes, rounded outwards.
 struct FloatBox {
   std::array<float, 3> lower;
   std::array<float, 3> upper;
@@ -47,7 +45,7 @@ bool IsBefore(const Vec3& a, const Vec3& b) {
 struct DistanceQuery {
   const FloatBox* boxes;
   Vec3 p;
-  double rounding_mm;  // by which Embree's single precision may be off
+  double rounding_mm;  // error bound of Embree's single precision
   double best_mm;
   Vec3 best;
 };
@@ -56,7 +54,7 @@ bool VisitForDistance(RTCPointQueryFunctionArguments* args) {
   auto& query = *static_cast<DistanceQuery*>(args->userPtr);
   const Vec3 nearest = NearestPoint(query.boxes[args->primID], query.p);
   const double distance = glm::length(nearest - query.p);
-  // Of two equally near boxes the order in the hierarchy must not choose.
+  // Of two boxes at the same distance, the choice must not depend on their order in the hierarchy.
   if (distance > query.best_mm || (distance == query.best_mm && !IsBefore(nearest, query.best))) return false;
   query.best_mm = distance;
   query.best = nearest;
@@ -67,7 +65,7 @@ bool VisitForDistance(RTCPointQueryFunctionArguments* args) {
 struct PlateQuery {
   const FloatBox* boxes;
   Plate plate;
-  double reach_mm;  // of the plate from its centre
+  double reach_mm;  // largest distance of the plate's points from its centre
   double enough_mm;
   double rounding_mm;
   double best_mm;
@@ -79,7 +77,7 @@ bool VisitForPlate(RTCPointQueryFunctionArguments* args) {
   const double distance = glm::length(to_box);
   double bound = -query.reach_mm;
   if (distance > 0) {
-    // The plate reaches this far towards the plane in front of the box.
+    // The extent of the plate towards the plane in front of the box.
     const double axial = std::min(std::abs(glm::dot(to_box, query.plate.normal_W)) / distance, 1.0);
     const double radial = std::sqrt(1 - axial * axial);
     bound = distance - (query.plate.radius_mm * radial + query.plate.half_thickness_mm * axial);
@@ -104,12 +102,12 @@ struct BoxTree::State {
     if (device) rtcReleaseDevice(device);
   }
 
-  /// Room for two roundings: of the point, and in Embree's own sums.
+  /// Returns a bound of two rounding errors: of the point, and in Embree's own sums.
   double CalcRounding(const Vec3& p) const { return 1e-6 * (glm::length(p) + glm::length(0.5 * all.size())) + 1e-6; }
 
   std::vector<FloatBox> boxes;
   Vec3 middle_W{0};
-  Box3 all;  // about the middle
+  Box3 all;  // relative to middle_W
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
@@ -131,10 +129,10 @@ BoxTree::BoxTree(const std::vector<Box3>& boxes) : state_(std::make_unique<State
     s.boxes.push_back({{RoundDown(a.x), RoundDown(a.y), RoundDown(a.z)}, {RoundUp(b.x), RoundUp(b.y), RoundUp(b.z)}});
   }
 
-  // Not "threads=1": it would hold the whole program's TBB to one thread for as long as the device lives.
+  // Not "threads=1", which would limit TBB in the whole program to one thread during the device's lifetime.
   s.device = rtcNewDevice(nullptr);
   if (!s.device) {
-    throw Error(fmt::format("Embree can't be started (its error {}): is its library of version 3?",
+    throw Error(fmt::format("Embree can't be started (error {}): is the library version 3?",
                             static_cast<int>(rtcGetDeviceError(nullptr))));
   }
   rtcSetDeviceMemoryMonitorFunction(
@@ -157,7 +155,7 @@ BoxTree::BoxTree(const std::vector<Box3>& boxes) : state_(std::make_unique<State
   rtcCommitScene(s.scene);
   if (const RTCError error = rtcGetDeviceError(s.device); error != RTC_ERROR_NONE) {
     throw Error(
-        fmt::format("Embree can't order {} boxes of the bone (its error {})", s.boxes.size(), static_cast<int>(error)));
+        fmt::format("Embree can't build a tree of {} bone boxes (error {})", s.boxes.size(), static_cast<int>(error)));
   }
 }
 BoxTree::~BoxTree() = default;

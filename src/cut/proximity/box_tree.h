@@ -1,7 +1,8 @@
-// Boxes in a hierarchy that finds the nearest one to a point.
+// Hierarchy of boxes that finds the box nearest to a point.
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -9,7 +10,9 @@
 
 namespace kerf {
 
-/// A part of a tool: a round plate. World frame.
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Part of a tool: a round plate, in the world frame.
 struct Plate {
   Vec3 centre_W{0};
   Vec3 normal_W{0, 0, 1};  // unit length
@@ -17,12 +20,12 @@ struct Plate {
   double half_thickness_mm = 0;
 };
 
-/// Axis-aligned boxes that stay as they are. Embree's bounding-volume hierarchy finds the candidates, in single
-/// precision and rounded so that none is lost; distances are worked out in double from the boxes themselves and do not
-/// depend on how the hierarchy came out.
+/// Hierarchy of fixed axis-aligned boxes. Embree's bounding volume hierarchy finds candidates in single precision,
+/// rounded so that none is lost. Distances are computed in double from the boxes themselves and do not depend on the
+/// structure of the hierarchy.
 class BoxTree {
  public:
-  /// World frame, mm. Allocates. Throws Error when Embree can't be set up.
+  /// `boxes`: world frame, mm. Allocates. Throws Error if Embree cannot be started.
   explicit BoxTree(const std::vector<Box3>& boxes);
   ~BoxTree();
   BoxTree(BoxTree&&) noexcept;
@@ -30,20 +33,21 @@ class BoxTree {
 
   struct Nearest {
     double distance_mm = 0;  // 0 inside a box
-    Vec3 p_W{0};  // the box's point that is nearest; when there is none within the limit, the point asked for
+    Vec3 p_W{0};             // nearest point of the box; the queried point if no box is within the limit
   };
-  /// The nearest box to a point, if it is within `limit_mm`; else that limit is the distance. The tighter the limit,
-  /// the quicker. Boxes are kept rounded outwards, so a distance may be too small by up to 1e-6 of the bone's size.
-  /// Tick-safe.
+  /// Returns the box nearest to a point if it is within `limit_mm`; otherwise the distance is `limit_mm`. A tighter
+  /// limit makes the search faster. Boxes are stored rounded outwards, so a distance may be too small by up to 1e-6 of
+  /// the bone's size. Tick-safe.
   Nearest FindNearest(const Vec3& p_W, double limit_mm) const;
 
-  /// A lower bound of the distance from a plate to the nearest box, mm; negative where they may overlap; `limit_mm` if
-  /// none is as near. Each box is replaced by the half space behind the plane through its point nearest to the plate's
-  /// centre. Stops at the first box that is at most `enough_mm` away and then returns some value that is at most
-  /// `enough_mm`. Tick-safe.
+  /// Returns a lower bound of the distance from a plate to the nearest box, mm. It is negative where they may overlap,
+  /// and `limit_mm` if no box is nearer than that. Each box is replaced by the half space behind the plane through its
+  /// point nearest to the plate's centre. The search stops at the first box with a bound of at most `enough_mm` and
+  /// then returns some value of at most `enough_mm`. Tick-safe.
   double CalcPlateBound(const Plate& plate, double limit_mm, double enough_mm) const;
 
-  /// From a point to the box around all of them: cheap, and a lower bound of the distance to the nearest. Tick-safe.
+  /// Returns the distance from a point to the box around all boxes, mm: a lower bound of the distance to the nearest
+  /// one, and fast. Tick-safe.
   double CalcDistanceToAll(const Vec3& p_W) const;
 
   std::size_t size() const;

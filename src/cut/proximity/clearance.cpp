@@ -14,24 +14,23 @@
 namespace kerf {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// What is known is refreshed ahead of time when so many ticks like this one would use it up: by one query in a tick,
-/// so that all plates don't fall due together.
+/// A bound is refreshed early if this number of ticks with the current motion would use it up. This costs one query per
+/// tick and prevents the queries of all plates from becoming due in the same tick.
 constexpr double kTicksAhead = 40;
 constexpr double kTicksApart = 8;
 constexpr double kLongTravel_mm = 1e5;
-constexpr double kFar_mm = 200;  // nobody needs to know more exactly
+constexpr double kFar_mm = 200;  // limit of a query; larger distances are not needed exactly
 
-/// The most that a point within `reach` of the origin of T moves from X_a to X_b, mm.
+/// Returns a bound of the motion of a point within `reach_mm` of the origin of T from X_a to X_b, mm.
 double CalcMotion(const Pose& X_a, const Pose& X_b, double reach_mm) {
   const Quat turn = glm::conjugate(X_a.R_AB) * X_b.R_AB;
   const double half_sine = std::min(1.0, std::sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z));
   return glm::length(X_b.p_AB - X_a.p_AB) + 2 * half_sine * reach_mm;
 }
 
-/// What a query gave, and where on the tool's travel. How far it may have changed since is known from the travel.
+/// Result of a query, and the tool's travel at that time. The travel since then bounds the change of the result.
 struct Answer {
-  double mm = kInfinity;  // infinity: not asked yet
+  double mm = kInfinity;  // infinity: no query yet
   double travel_mm = 0;
 
   double CalcMost(double travel, double rate = 1) const { return mm + rate * (travel - travel_mm); }
@@ -39,12 +38,12 @@ struct Answer {
 
 }  // namespace
 
-/// Three kinds of query tell how far the tool is clear, cheapest first:
+/// Three kinds of query find the clearance of the tool, in the order of their cost:
 /// - the tool as one ball;
-/// - one large ball free of bone that reaches round a disc from behind, as seen from the nearest bone: enough where the
-///   bone lies on one side, whatever the disc's tilt;
+/// - for a disc, one large ball without bone that encloses the disc from the side away from the nearest bone:
+///   sufficient where the bone lies on one side, for any tilt of the disc;
 /// - the plates that cover the disc, one by one.
-/// Clearances are kept for each plate as `until`: the travel of the tool at which it is used up.
+/// The clearance of each plate is stored as `until`: the tool's travel at which it is used up.
 struct Clearance::State {
   State(const BoneField& field, const Tool& tool)
       : tree(MakeLeafBoxes(field)), plates(MakeCover(tool)), reach_mm(CalcReach(tool)) {
@@ -77,7 +76,7 @@ struct Clearance::State {
     behind = {-kInfinity, travel};
     const double distance = glm::length(to_bone_W);
     if (!(distance > 0)) return;
-    // Far behind, the ball is as good as a half space but slow to find.
+    // A ball further behind is closer to a half space, but slower to find.
     const double back_mm = 3 * radius_mm;
     const Vec3 away_W = -to_bone_W / distance;
     const double free_mm =
@@ -88,7 +87,7 @@ struct Clearance::State {
     RaiseAll(behind.mm);
   }
 
-  /// Asks for the plate with the lowest bound. False when it may be within `margin_mm`.
+  /// Queries the plate with the lowest bound. Returns false if it may be within `margin_mm`.
   bool AskLowestPlate(double margin_mm) {
     const CoverPlate& plate = plates[lowest];
     const double plate_reach = std::hypot(plate.radius_mm, plate.half_thickness_mm);
@@ -96,44 +95,44 @@ struct Clearance::State {
     const double most = std::min(plate_distance[lowest].CalcMost(travel), tree.CalcDistanceToAll(centre_W) + kFar_mm);
     plate_distance[lowest] = {tree.FindNearest(centre_W, most).distance_mm, travel};
     double clear_mm = plate_distance[lowest].mm - plate_reach;
-    // As a ball the plate may seem near where it is only turned towards the bone.
+    // Treated as a ball, the plate may seem near although only its flat faces the bone.
     if (clear_mm < margin_mm + plate_reach) {
       const Plate plate_W{centre_W, X_WT.Vector({0, 0, 1}), plate.radius_mm, plate.half_thickness_mm};
       clear_mm = std::max(clear_mm, tree.CalcPlateBound(plate_W, plate_distance[lowest].mm, margin_mm));
     }
     if (clear_mm > margin_mm) until[lowest] = std::max(until[lowest], travel + clear_mm);
     if (bound() <= margin_mm) {
-      until[lowest] = -kInfinity;  // asked first in the next tick
+      until[lowest] = -kInfinity;  // queried first in the next tick
       return false;
     }
     FindLowest();
     return true;
   }
 
-  /// One query of the kind that may tell of more than `wanted_mm` of clearance. False when the tool may be within
-  /// `margin_mm`.
+  /// Makes one query, of the kind that may give more than `wanted_mm` of clearance. Returns false if the tool may be
+  /// within `margin_mm`.
   bool Ask(double wanted_mm, double margin_mm) {
     if (ball.CalcMost(travel) > wanted_mm) {
       AskBall();
       return IsRaised(ball.mm, margin_mm);
     }
     if (plates.empty()) return bound() > margin_mm;
-    if (behind.CalcMost(travel, 2) > wanted_mm) {  // its centre moves, and the disc against it
+    if (behind.CalcMost(travel, 2) > wanted_mm) {  // the centre of this ball moves, and the disc moves relative to it
       AskBehind();
       return IsRaised(behind.mm, margin_mm);
     }
     return AskLowestPlate(margin_mm);
   }
 
-  /// False when an answer of more than the margin has not lifted the bound above it: they differ by rounding then, and
-  /// to ask again would give the same for ever.
+  /// Returns false if a result above the margin has not raised the bound above the margin. They then differ by
+  /// rounding, and repeated queries would never end.
   bool IsRaised(double clear_mm, double margin_mm) const { return !(clear_mm > margin_mm && bound() <= margin_mm); }
 
-  /// At most one query, so that what is known lasts some ticks more.
+  /// Makes at most one query, so that the bounds last for some more ticks.
   bool LookAhead(double margin_mm, double motion_mm) {
     const double ahead_mm = kTicksAhead * motion_mm;
     if (bound() - margin_mm >= ahead_mm) return true;
-    // While the ball from behind tells enough, it is asked now and then, and the plates are not.
+    // While the ball from behind gives enough clearance, it is queried at intervals and the plates are not.
     if (!plates.empty() && std::isfinite(behind.mm) && behind.mm - margin_mm > kTicksApart * motion_mm) {
       if (travel - behind.travel_mm >= kTicksApart * motion_mm) AskBehind();
       return true;
@@ -148,7 +147,7 @@ struct Clearance::State {
     return LookAhead(margin_mm, motion_mm);
   }
 
-  /// Nothing is known.
+  /// Discards all results.
   void Forget() {
     std::fill(until.begin(), until.end(), -kInfinity);
     std::fill(plate_distance.begin(), plate_distance.end(), Answer{});
@@ -158,18 +157,18 @@ struct Clearance::State {
   }
 
   BoxTree tree;
-  std::vector<CoverPlate> plates;  // of a disc; none: the ball is all
+  std::vector<CoverPlate> plates;  // disc only; empty for a ball
   double reach_mm;
-  double radius_mm = 0;  // of a disc
+  double radius_mm = 0;  // disc only
   double half_thickness_mm = 0;
   std::vector<double> until;
-  std::vector<Answer> plate_distance;  // from each plate's centre
+  std::vector<Answer> plate_distance;  // distance of each plate's centre from bone
   std::size_t lowest = 0;
-  double travel = 0;  // the sum of the tool's motions
+  double travel = 0;  // sum of the tool's motions
   Answer ball;
   Answer behind;
-  Vec3 to_bone_W{0};  // from the tool's middle to the nearest box, when it was last asked for
-  Pose X_WT;          // of the last call
+  Vec3 to_bone_W{0};  // from the tool's centre to the nearest box, at the last query
+  Pose X_WT;          // pose of the last call
   bool near = false;
 };
 
@@ -180,10 +179,10 @@ Clearance& Clearance::operator=(Clearance&&) noexcept = default;
 
 bool Clearance::IsNear(const Pose& X_WT, double margin_mm) {
   State& s = *state_;
-  if (!IsValid(X_WT)) return true;  // nothing is known of it
+  if (!IsValid(X_WT)) return true;  // the position is unknown
   const double motion = CalcMotion(std::exchange(s.X_WT, X_WT), X_WT, s.reach_mm);
   s.travel += motion;
-  // A sum that has grown long has lost its last digits.
+  // A long sum has lost its last digits.
   if (!(s.travel < kLongTravel_mm)) s.Forget();
   s.near = !s.IsClear(margin_mm, motion);
   return s.near;

@@ -1,4 +1,4 @@
-// Whether bone is anywhere near the tool, before anything is looked up in it.
+// Test whether bone is near the tool, before any access to the bone's grid.
 #pragma once
 
 #include <memory>
@@ -9,9 +9,9 @@
 
 namespace kerf {
 
-/// A lower bound of the distance between tool and bone. Embree finds the leaf boxes nearest to a few balls that cover
-/// the tool; between queries the bound is lowered by how far the tool has moved. Bone only gets less, so the boxes of
-/// the start stay true.
+/// Lower bound of the distance between tool and bone. Embree finds the leaf boxes nearest to a few balls that cover the
+/// tool. Between queries the bound decreases by the tool's motion. The bone never grows beyond its initial state, so
+/// the initial boxes stay valid.
 class Clearance {
  public:
   /// Allocates.
@@ -20,9 +20,9 @@ class Clearance {
   Clearance(Clearance&&) noexcept;
   Clearance& operator=(Clearance&&) noexcept;
 
-  /// True when bone may be within `margin_mm` of the tool at X_WT; false: surely not. Tick-safe.
+  /// Returns true if bone may be within `margin_mm` of the tool at X_WT; false if it certainly is not. Tick-safe.
   bool IsNear(const Pose& X_WT, double margin_mm);
-  /// The bound itself, mm, after IsNear(); 0 when near. Tick-safe.
+  /// The bound after IsNear(), mm; 0 if near. Tick-safe.
   double bound_mm() const;
   std::size_t CalcMemoryBytes() const;
 

@@ -2,22 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kRings = 3;
 
-/// A sector of a ring in a round plate: the plate's centre lies on the sector's bisector at `at_mm`.
+/// Plate that covers a sector of a ring: its centre lies on the sector's bisector at radius `at_mm`.
 struct SectorPlate {
   double at_mm;
   double radius_mm;
 };
 
-/// The smallest round plate over a sector from r_in to r_out, half_angle to either side of its bisector. Of a ring's
-/// sector the furthest points from any point of the bisector between the radii are its corners or the middle of its
-/// outer arc.
+/// Returns the smallest round plate over the sector of a ring from r_in to r_out, half_angle to either side of its
+/// bisector. For any point of the bisector between the radii, the furthest points of the sector are its corners or the
+/// middle of its outer arc.
 SectorPlate FindSectorPlate(double r_in, double r_out, double half_angle) {
   const double c = std::cos(half_angle);
   const double s = std::sin(half_angle);
@@ -39,13 +39,13 @@ std::vector<CoverPlate> MakeCover(const Tool& tool) {
   if (!disc) return {};
   const double R = disc->radius_mm();
   const double half_thickness = 0.5 * disc->thickness_mm;
-  // About as large as those round it.
+  // About as large as the plates around it.
   const double middle = 0.2 * R;
   std::vector<CoverPlate> plates{{Vec3{0}, middle, half_thickness}};
   const double width = (R - middle) / kRings;
   for (int ring = 1; ring <= kRings; ++ring) {
     const int sectors = 6 * ring;
-    const double half_angle = kPi / sectors;
+    const double half_angle = std::numbers::pi / sectors;
     const SectorPlate plate = FindSectorPlate(middle + (ring - 1) * width, middle + ring * width, half_angle);
     for (int i = 0; i < sectors; ++i) {
       const double angle = 2 * half_angle * i;

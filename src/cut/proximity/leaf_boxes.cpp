@@ -5,10 +5,10 @@
 namespace kerf {
 namespace {
 
-constexpr int kEdge = 8;              // voxels of a leaf's edge
-constexpr double kLargeBox_mm = 1.2;  // larger boxes are too far from the surface in them
+constexpr int kEdge = 8;              // edge of a leaf, in voxels
+constexpr double kLargeBox_mm = 1.2;  // the faces of a larger box would be too far from the surface inside it
 
-/// Adds a box for the bone in part of a leaf: voxels `first` to `first` + edge - 1 of it along each axis.
+/// Adds a box for the bone in a part of a leaf: voxels `first` to `first` + edge - 1 along each axis.
 void AddDrawnIn(const float* values, const LeafIndex& leaf, const LeafIndex& first, int edge, double h,
                 std::vector<Box3>& boxes) {
   Box3 voxels;
@@ -20,12 +20,12 @@ void AddDrawnIn(const float* values, const LeafIndex& leaf, const LeafIndex& fir
     }
   }
   if (voxels.empty()) return;
-  // Between voxel centres the surface lies less than one voxel from an inner one.
+  // The surface lies less than one voxel from the centre of an inside voxel.
   const Vec3 origin(kEdge * leaf.x, kEdge * leaf.y, kEdge * leaf.z);
   boxes.push_back({h * (origin + voxels.lower - 1.0), h * (origin + voxels.upper + 1.0)});
 }
 
-/// Which leaves of a range are still to be put into a box.
+/// Set of the leaves of a range that are not yet in a box.
 class LeafSet {
  public:
   LeafSet(const LeafIndex& lowest, const LeafIndex& highest)
@@ -36,7 +36,7 @@ class LeafSet {
 
   void Put(const LeafIndex& leaf, bool in) { in_[At(leaf)] = in; }
   bool Has(const LeafIndex& leaf) const { return in_[At(leaf)]; }
-  /// Whether all from a to b are in.
+  /// Returns true if all leaves from a to b are in the set.
   bool HasAll(const LeafIndex& a, const LeafIndex& b) const {
     if (b.x >= lowest_.x + size_.x || b.y >= lowest_.y + size_.y || b.z >= lowest_.z + size_.z) return false;
     for (int x = a.x; x <= b.x; ++x) {

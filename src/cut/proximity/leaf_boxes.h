@@ -1,4 +1,4 @@
-// The bone as boxes: what the search for the nearest bone looks at.
+// The bone as boxes, for nearest-bone queries.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace kerf {
 
-/// Boxes that hold all bone between them, world frame, mm. Where the surface passes, one for each leaf or, where leaves
-/// are larger than 1.2 mm, for each eighth of one, drawn in to what bone there is; leaves of nothing but bone are
-/// joined to large boxes. "Bone" is where phi, trilinear between voxel centres, is negative. Allocates.
+/// Returns boxes that together contain all bone, world frame, mm. Where the surface passes there is one box for each
+/// leaf, or for each eighth of a leaf if leaves are larger than 1.2 mm, shrunk to the bone in it. Leaves of pure bone
+/// are merged into large boxes. "Bone" is where phi, trilinear between voxel centres, is negative. Allocates.
 std::vector<Box3> MakeLeafBoxes(const BoneField& field);
 
 }  // namespace kerf

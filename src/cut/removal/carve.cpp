@@ -1,5 +1,6 @@
-// Compiled once for each vector instruction set. No multiply-add: a fused one rounds once where two operations round
-// twice, and not every set has it. Additions, multiplications, divisions and square roots round the same everywhere.
+// This file is compiled once for each vector instruction set. It uses no fused multiply-add, which rounds once where
+// two operations round twice and which not every set has. Additions, multiplications, divisions and square roots round
+// the same everywhere.
 #include "cut/removal/carve.h"
 
 #include <fmt/format.h>
@@ -28,7 +29,7 @@ using V = hn::Vec<Floats>;
 using M = hn::Mask<Floats>;
 constexpr Floats kFloats;
 constexpr int kRow = 8;
-constexpr float kHalfRow = 3.5f;  // from the middle of a row to its ends, in voxels
+constexpr float kHalfRow = 3.5f;  // distance from the middle of a row to its ends, in voxels
 
 HWY_INLINE V Splat(float value) {
   return hn::Set(kFloats, value);
@@ -40,7 +41,7 @@ HWY_INLINE V Length(V x, V y) {
   return hn::Sqrt(hn::Add(Square(x), Square(y)));
 }
 
-/// A disc that has moved in its own plane: a stadium of its thickness.
+/// Sweep of a disc that moves in its own plane: a stadium with the disc's thickness.
 class Disc {
  public:
   explicit Disc(const CarveStep& s)
@@ -64,7 +65,7 @@ class Disc {
     behind_ = Splat(s.behind_mm);
   }
 
-  /// Which of the rows with their middles at these points hold a voxel that the step may change.
+  /// Returns a mask of the rows with a voxel that the step may change, computed from the middles of the rows.
   HWY_INLINE M MayChange(V x, V y, V z) const {
     const V zero = hn::Zero(kFloats);
     const V along = hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_));
@@ -76,24 +77,24 @@ class Disc {
     // Half the row's extent along the outward direction.
     const V extent = hn::Div(hn::Abs(hn::Add(hn::Mul(qx, row_x_), hn::Mul(qy, row_y_))),
                              hn::Max(axis_distance, hn::Mul(half_radius_, Splat(1e-3f))));
-    // The nearest that any of the row comes: the distance is convex, so it lies above its tangent.
+    // Lower bound of the row's distance: the distance is convex, so it lies above its tangent.
     const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), row_z_), zero), half_thickness_);
     const V out_r = hn::Max(hn::Sub(radial, extent), zero);
     const V out_a = hn::Max(axial, zero);
     M may = hn::Le(hn::Add(Square(out_r), Square(out_a)), reach2_);
-    // The outermost of the row.
+    // Upper bound of the radial distance in the row.
     const V bent = hn::Min(hn::Add(extent, bend_), row_xy_);
     const V outermost = hn::Add(radial, hn::IfThenElse(hn::Ge(axis_distance, half_radius_), bent, row_xy_));
     may = hn::And(may, hn::Ge(outermost, edge_depth_));
     if (new_only_) {
-      // Further in than the flats are near, the flats' distance counts, which is as it was.
+      // Where the flats are nearer than the rim, the distance to the flats applies, which has not changed.
       const V inner = hn::Sub(hn::Min(axial, zero), slack_);
       may = hn::And(may, hn::And(hn::Ge(outermost, inner), hn::Le(along, behind_)));
     }
     return may;
   }
 
-  /// -distance; beyond the band where the disc does not cut.
+  /// Returns -distance; outside of the zone in which the disc cuts, a value beyond the band.
   HWY_INLINE V Depth(V x, V y, V z) const {
     const V zero = hn::Zero(kFloats);
     const V t = hn::Min(hn::Max(hn::Add(hn::Mul(x, back_x_), hn::Mul(y, back_y_)), zero), length_);
@@ -107,7 +108,7 @@ class Disc {
  private:
   V radius_;
   V half_thickness_;
-  V edge_depth_;  // negative: as a radial distance
+  V edge_depth_;  // negative, as a radial distance
   V back_x_;
   V back_y_;
   V length_;
@@ -124,7 +125,7 @@ class Disc {
   bool new_only_;
 };
 
-/// A ball that has moved: a capsule.
+/// Sweep of a ball: a capsule.
 class Ball {
  public:
   explicit Ball(const CarveStep& s)
@@ -138,7 +139,7 @@ class Ball {
         row_z_(Splat(kHalfRow * s.grid[2][2])),
         row_(Splat(kHalfRow * s.voxel)),
         outer_(Splat(s.band + s.rounding)),
-        // Deeper than the band all is air, and was so after the step before.
+        // Deeper than the band all is air, as it was after the step before.
         inner_(Splat(-(s.band + s.length + s.rounding))),
         least_(Splat(1e-3f * s.radius)),
         new_only_(s.new_only) {
@@ -191,13 +192,13 @@ class Ball {
   bool new_only_;
 };
 
-/// Occupancy: clamp(1/2 - phi/h, 0, 1).
-HWY_INLINE V Share(V phi, V per_voxel) {
-  const V share = hn::Sub(Splat(0.5f), hn::Mul(phi, per_voxel));
-  return hn::Min(hn::Max(share, hn::Zero(kFloats)), Splat(1));
+/// Returns the occupancy, clamp(1/2 - phi/h, 0, 1).
+HWY_INLINE V Fraction(V phi, V per_voxel) {
+  const V fraction = hn::Sub(Splat(0.5f), hn::Mul(phi, per_voxel));
+  return hn::Min(hn::Max(fraction, hn::Zero(kFloats)), Splat(1));
 }
 
-/// A value for each lane from that of its row: `first` for the lower eight, `second` for the upper.
+/// Returns the value of each lane's row: `rows[row]` for the lower eight voxels, `rows[row + 1]` for the upper.
 HWY_INLINE V OfRows(const float* rows, int row, int part) {
   constexpr std::size_t kLanes = hn::MaxLanes(kFloats);
   if constexpr (kLanes == 2 * kRow) {
@@ -212,7 +213,7 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
   constexpr int kPair = 2 * kRow;
   const Swept swept(s);
-  // Where the rows begin.
+  // Positions of the first voxels of the rows.
   using Row = hn::CappedTag<float, kRow>;
   constexpr Row kRowTag;
   alignas(64) float rows[3][kRow * kRow];
@@ -225,7 +226,7 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
       }
     }
   }
-  // First which rows, by their middles.
+  // First, select the rows by their middles.
   std::uint64_t active = 0;
   const V middle_x = Splat(kHalfRow * s.grid[2][0]);
   const V middle_y = Splat(kHalfRow * s.grid[2][1]);
@@ -238,13 +239,13 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
     hn::StoreMaskBits(kFloats, may, bits);
     active |= static_cast<std::uint64_t>(bits[0] | bits[1] << 8) << row;
   }
-  // Then their voxels.
+  // Then compute their voxels.
   CarveLoss loss;
   loss.rows = std::popcount(active);
   alignas(64) float lost[kPair] = {};
   const V band = Splat(s.band);
   const V per_voxel = Splat(1 / s.voxel);
-  // Veltkamp's splitting: the upper bits of a significand, to nearest.
+  // Veltkamp's splitting keeps the upper bits of a significand, rounded to nearest.
   const bool rounds = s.precision_bits < 24;
   const V splitter = Splat(static_cast<float>(1 << (24 - s.precision_bits)) + 1);
   std::uint64_t pairs = (active | active >> 1) & 0x5555555555555555u;
@@ -268,7 +269,7 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
       const V now = hn::Min(depth, band);
       M grown = hn::Gt(now, old);
       if constexpr (kLanes == kPair) {
-        // A row that is not looked at stays as it is, as where rows go one by one.
+        // A row that is not selected stays unchanged, as it does where rows are computed one by one.
         static constexpr std::uint8_t kLanesOf[4][8] = {{0, 0}, {0xff, 0}, {0, 0xff}, {0xff, 0xff}};
         grown = hn::And(grown, hn::LoadMaskBits(kFloats, kLanesOf[of_pair]));
       }
@@ -276,7 +277,7 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
       const V phi = hn::IfThenElse(grown, now, old);
       hn::StoreU(phi, kFloats, voxels);
       loss.changed += static_cast<int>(hn::CountTrue(kFloats, grown));
-      const V less = hn::Sub(Share(old, per_voxel), Share(phi, per_voxel));
+      const V less = hn::Sub(Fraction(old, per_voxel), Fraction(phi, per_voxel));
       hn::Store(hn::Add(hn::Load(kFloats, lost + part), less), kFloats, lost + part);
     }
   }
@@ -284,7 +285,7 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
   return loss;
 }
 
-/// Which of the leaves from the first on may have a voxel in the zone; a bit each.
+/// Sets a bit in `near` for each leaf that may have a voxel in the zone.
 void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
   const V outer = Splat(c.outer);
@@ -310,7 +311,7 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
       for (const auto& half_edge : c.half_edges) extent = hn::Add(extent, hn::Abs(project(half_edge, qx, qy, qz)));
       extent = hn::Div(extent, distance);
       may = hn::And(may, hn::Le(hn::Sub(distance, extent), outer));
-      // A voxel at s from the middle is at most distance + s.e + |s|^2 / (2 distance) from the axis.
+      // A voxel at offset s from the middle has a distance of at most distance + s.e + |s|^2 / (2 distance).
       const V furthest = hn::Add(hn::Add(distance, extent), hn::Div(half_leaf2, hn::Add(distance, distance)));
       may = hn::And(may, hn::Ge(furthest, inner));
       std::uint8_t bits[8] = {};
@@ -353,13 +354,13 @@ std::string NameOf(std::int64_t target) {
   return name;
 }
 
-/// A bit for each instruction set; the lowest is the widest.
+/// Returns a bit for each instruction set; the lowest bit is the widest set.
 std::int64_t AllTargets() {
   hwy::SetSupportedTargetsForTest(0);
   return hwy::SupportedTargets() & HWY_TARGETS;
 }
 
-/// What SetVectorTarget() asked for; 0: the best.
+/// Set by SetVectorTarget(); 0: the best.
 std::int64_t chosen_target = 0;
 
 }  // namespace
@@ -371,7 +372,8 @@ void CarveStep::Prepare() {
     for (int i = 0; i < 16; ++i) along[axis][i] = static_cast<float>(i % 8) * grid[2][axis];
   }
   row_mm = kHalfRow * std::sqrt(grid[2][0] * grid[2][0] + grid[2][1] * grid[2][1]);
-  // A distance bends by at most 1 / distance; used where that is at least half a radius.
+  // The curvature of a distance is at most 1 / distance. This is used only where the distance is at least half a
+  // radius.
   bend_mm = 0.5f * radius > 2 * row_mm ? 0.5f * row_mm * row_mm / (0.5f * radius - row_mm) : row_mm;
   const float way = back[0] * grid[2][0] + back[1] * grid[2][1] + back[2] * grid[2][2];
   behind_mm = length + rounding + kHalfRow * std::abs(way);

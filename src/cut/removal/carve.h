@@ -1,5 +1,5 @@
-// The innermost loop: one leaf of the bone, less what one step of the tool sweeps. Vectorised, the same bits at every
-// width.
+// The innermost loop of removal: subtracts the sweep of one step of the tool from one leaf of the bone. It is
+// vectorised and bit-identical at every vector width.
 #pragma once
 
 #include <array>
@@ -10,73 +10,74 @@
 
 namespace kerf {
 
-/// One step of the tool, in its own frame at the end of the step; mm. The tool comes from `back` * `length`.
+/// One step of the tool, in mm, in the tool frame at the end of the step. The tool comes from `back` * `length`.
 struct CarveStep {
-  bool ball = false;          // else a disc, whose `back` has no z
-  bool whole_voxels = false;  // phi in steps of a voxel
-  int precision_bits = 24;    // of phi's significand that are kept, 4 to 24: all of a float's
-  bool new_only = false;      // leave out what the step before has carved as far: it ended where this one begins
+  bool ball = false;          // otherwise a disc, whose `back` has no z component
+  bool whole_voxels = false;  // write phi in steps of a voxel
+  int precision_bits = 24;    // bits of phi's significand that are kept, 4 to 24 (all bits of a float)
+  bool new_only = false;      // skip what the step before, which ended where this one starts, has carved as deeply
   float radius = 0;
-  float half_thickness = 0;  // of a disc
-  float edge_depth = 0;      // a disc cuts only so far inside its rim
+  float half_thickness = 0;  // disc only
+  float edge_depth = 0;      // disc only: depth inside the rim to which it cuts
   float back[3] = {0, 0, 0};
   float length = 0;
-  float flank_slack = 0;  // new_only: how far the flats may lie from where they cut last
+  float flank_slack = 0;  // new_only: bound of the distance of the flats from where they cut last
   float band = 0;
   float voxel = 0;
-  float rounding = 0;       // what float arithmetic may be off by
-  float grid[3][3] = {{}};  // [i]: the step to the next voxel along axis i of the bone's grid
-  /// Works out what follows from the above, the same for all leaves.
+  float rounding = 0;       // error bound of the float arithmetic
+  float grid[3][3] = {{}};  // [i]: step to the next voxel along axis i of the bone's grid
+  /// Computes the members below, which are the same for all leaves.
   void Prepare();
   alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i
-  alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, twice over
-  float row_mm = 0;                       // half a row's length, of a disc in its plane
-  float bend_mm = 0;    // by how much at most a row's end lies farther out than along the tangent at its middle
-  float behind_mm = 0;  // the middles of rows with a voxel that is not behind the start lie below this
+  alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, for two rows
+  float row_mm = 0;                       // disc only: half of a row's length, projected to the disc's plane
+  float bend_mm = 0;                      // bound of the distance of a row's end from the tangent at its middle
+  float behind_mm = 0;                    // bound along `back` for the middles of rows that reach in front of the start
 };
 
+/// Result of CarveLeaf().
 struct CarveLoss {
-  double voxels = 0;  // occupancy before less after
-  int rows = 0;       // of eight voxels, worked out
-  int changed = 0;    // voxels
+  double voxels = 0;  // occupancy before, less occupancy after
+  int rows = 0;       // computed rows of eight voxels
+  int changed = 0;    // changed voxels
 };
 
-/// phi <- max(phi, -distance to what the step sweeps) in a leaf: 512 values, mm, z fastest; `corner_T`: its lowest
-/// voxel. Tick-safe.
+/// Sets phi <- max(phi, -distance to the sweep of the step) in a leaf. `corner_T`: position of its lowest voxel.
+/// `values`: its 512 values, mm, z fastest. Tick-safe.
 CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values);
 
-/// Which leaves come near a zone about the tool's edge. Lengths in mm.
+/// Test that finds the leaves near a zone about the tool's edge. Lengths in mm.
 struct LeafCull {
-  float axes[3][3];        // [i]: the tool frame's axis i in the frame of the middles
-  float origin[3];         // of the middles' frame, in the tool frame
-  float half_edges[3][3];  // [i]: from a leaf's middle to its outermost voxels along the grid's axis i, tool frame
-  float half_leaf2;        // square of the same to its corner
-  float back[3];           // leaves behind the step are left out: middles whose way along this is more than
-  float behind;            // this
-  float axial;             // and those with |z| above this
-  float axial_counts;      // 0: the distance is to the tool's axis (a disc); 1: to its centre (a ball)
-  float inner;             // some voxel at least so far from it
-  float outer;             // and some at most so far
-  float least;             // a small distance
+  float axes[3][3];        // [i]: axis i of the tool frame, in the frame of the middles
+  float origin[3];         // origin of the middles' frame, in the tool frame
+  float half_edges[3][3];  // [i]: from a leaf's middle to its outermost voxels along grid axis i, tool frame
+  float half_leaf2;        // square of the distance from a leaf's middle to its corner voxel
+  float back[3];           // direction in which leaves behind the step are left out: those whose middle
+  float behind;            // is further along `back` than this
+  float axial;             // leaves whose middle has a larger |z| are left out
+  float axial_counts;      // 0: distance to the tool's axis (disc); 1: distance to its centre (ball)
+  float inner;             // at least one voxel must have at least this distance
+  float outer;             // at least one voxel must have at most this distance
+  float least;             // a small distance, lower bound of a divisor
 };
 
-/// Middles of leaves, in float; the arrays are aligned to 64 bytes and may be read up to a multiple of 16.
+/// Middles of leaves, in float. The arrays are aligned to 64 bytes and readable up to a multiple of 16 elements.
 struct LeafMiddles {
   const float* x;
   const float* y;
   const float* z;
 };
 
-/// Sets a bit in `near` for each of the first `count` leaves that may have a voxel in the zone; never wrong when it
-/// says no. Tick-safe.
+/// Sets a bit in `near` for each of the first `count` leaves that may have a voxel in the zone. A cleared bit
+/// guarantees that the leaf has none. Tick-safe.
 void FindLeaves(const LeafCull& cull, const LeafMiddles& middles, int count, std::uint64_t* near);
 
-/// The vector instruction sets that this machine has, widest first, in lower case ("avx3" is AVX-512).
+/// Returns the vector instruction sets of this machine, widest first, in lower case ("avx3" is AVX-512).
 std::vector<std::string> VectorTargets();
-/// The one in use.
+/// Returns the instruction set in use.
 std::string VectorTarget();
-/// Uses one of them from here on; "" for the best. For tests and for tools that know no wide vectors (valgrind).
-/// Throws Error when the machine does not have it. Not while a tick runs.
+/// Selects the instruction set by name; "" selects the best. For tests, and for tools that do not support wide vectors
+/// (valgrind). Throws Error if the machine does not have it. Must not be called during a tick.
 void SetVectorTarget(std::string_view name);
 
 }  // namespace kerf

@@ -14,11 +14,12 @@ namespace kerf {
 namespace {
 
 constexpr double kAll = std::numeric_limits<double>::infinity();
-// Wherever a slot as wide as a voxel lies, phi interpolated at its middle is not below 0 in any orientation: the mean
-// distance of a cell's corners from a plane through it, so weighted, is at most half a voxel. The rest is for rounding.
-constexpr double kLeastKerfVoxels = 1.005;
+// Wherever a kerf as wide as a voxel lies, phi interpolated at its middle is at least 0 in any orientation: the
+// weighted mean distance of a cell's corners from a plane through the point is at most half a voxel. The rest allows
+// for rounding.
+constexpr double kMinKerfVoxels = 1.005;
 
-/// The zone in which the tool cuts.
+/// Returns the zone in which the tool cuts.
 EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
   EdgeZone zone;
   zone.band_mm = field.band_mm();
@@ -34,7 +35,8 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
   return zone;
 }
 
-/// What of it a step in the disc's plane, or of a ball, can change: further in the flats are nearer, or all is air.
+/// Returns the part of the zone that a step of a ball, or of a disc in its plane, can change. Further inside, the flats
+/// are nearer, or all is air.
 EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm) {
   EdgeZone edge = zone;
   const double depth_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + 0.5 * voxel_mm;
@@ -67,14 +69,14 @@ struct Cutter::State {
   int precision_bits;
   EdgeLeaves leaves;
   Ledger ledger;
-  std::optional<Pose> X_last;    // where the last cut ended, if nothing was left out
-  std::optional<Pose> X_flanks;  // where all that cuts was last looked at
+  std::optional<Pose> X_last;    // end of the last cut, if it was complete
+  std::optional<Pose> X_flanks;  // pose of the last visit of the whole cutting zone
   Effort effort;
   std::array<float, BoneField::kLeafVoxels> values;
 };
 
 double CalcKerfWidth(const DiscSaw& disc, double voxel_mm) {
-  return std::max(disc.thickness_mm, kLeastKerfVoxels * voxel_mm);
+  return std::max(disc.thickness_mm, kMinKerfVoxels * voxel_mm);
 }
 
 Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int old_leaves, int precision_bits)
@@ -152,7 +154,7 @@ const Cutter::Effort& Cutter::effort() const {
   return state_->effort;
 }
 
-/// Whether any point of the flats has moved along the spindle by more than the tolerance.
+/// Returns true if any point of the flats has moved along the spindle by more than the tolerance.
 bool Cutter::State::FlanksMoved(const Pose& X) const {
   if (zone.ball) return false;
   const Vec3 normal = X.Vector({0, 0, 1});
@@ -167,13 +169,13 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
   Result result;
   Pose X_a = X_from;
   Pose X_b = X_to;
-  if (s.zone.ball) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // whatever way it is turned
-  // Where one cut goes on from the last, only what is new is looked at.
+  if (s.zone.ball) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // a ball's rotation has no effect
+  // A cut that continues the last one visits only the newly swept part.
   const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB;
   const bool new_only = goes_on && !s.FlanksMoved(X_b);
   const double way_mm = glm::length(X_b.p_AB - X_a.p_AB);
   if (!new_only || way_mm > 0) {
-    // Steps of a caller who heeds CountSubsteps() are always one piece.
+    // A caller that uses CountSubsteps() always gets one piece.
     const double pieces = std::max(1.0, std::ceil(way_mm / (0.25 * s.leaves.slack_mm())));
     for (double i = 1; i <= pieces; ++i) {
       Pose X = X_b;
@@ -225,7 +227,7 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   if (in_place) {
     loss = CarveLeaf(sweep.step, corner_T, own);
   } else {
-    // Into a copy, so that the old values are there to be noted if any has changed.
+    // Carve a copy, so that the old values can be recorded if any value changes.
     std::copy_n(field.Read(leaf), BoneField::kLeafVoxels, values.begin());
     loss = CarveLeaf(sweep.step, corner_T, values.data());
     if (loss.changed > 0 && !is_noted) {

@@ -1,4 +1,4 @@
-// Taking bone away where the tool has been.
+// Removal of bone along the motion of the tool.
 #pragma once
 
 #include <array>
@@ -10,29 +10,34 @@
 
 namespace kerf {
 
-/// Which part of the tool takes bone away.
+/// Part of the tool that removes bone.
 enum class CutWith {
-  kWholeTool,  // a tool that follows a path whatever stands in its way: its flats cut too
-  kEdge,  // a disc: only its rim, from three voxels inside it outwards; the flats are for the contact to hold. A ball:
-          // all of it
+  kWholeTool,  // for a tool that follows a prescribed path: a disc's flats cut too
+  /// For a tool coupled to a handle. A disc: only its rim cuts, to the depth CalcToothSide(); the flats are left to
+  /// contact. A ball: all of it cuts.
+  kEdge,
 };
 
-/// Removes what the tool sweeps, with sub-voxel precision: phi <- max(phi, -distance to the swept space). The rule does
-/// not depend on order and does nothing the second time; both hold bit for bit. Computed in float from each leaf's
-/// corner, so phi is right to about 4e-7 of the tool's radius.
+/// Removes the sweep of the tool with sub-voxel precision: phi <- max(phi, -distance to the swept space). The rule is
+/// independent of order and idempotent, bit for bit. It is computed in float relative to each leaf's corner, with an
+/// error of phi of about 4e-7 of the tool's radius.
 ///
-/// Work follows the newly swept shell: only leaves near the edge where it moves outwards are looked at, and of those
-/// only the rows of voxels that the step can change. The flats of a disc change nothing while it moves in its own
-/// plane; when it has moved along its spindle or tilted, by more than kFlankTolerance voxels at the rim since they were
-/// last looked at, all that cuts is. The result is the same bits at every vector width (removal/carve.h).
+/// The work is proportional to the newly swept shell: only leaves near the edge where it moves outwards are visited,
+/// and in those only the rows of voxels that the step can change. While a disc moves in its own plane its flats change
+/// nothing. After it has moved along its spindle or tilted by more than kFlankTolerance voxels at the rim since the
+/// last full visit, all of the cutting zone is visited. The result is bit-identical at every vector width
+/// (removal/carve.h).
 class Cutter {
  public:
-  static constexpr double kFlankTolerance = 0.01;  // of a voxel's edge
+  static constexpr double kFlankTolerance = 0.01;  // voxels
 
-  /// The field must outlive the cutter. `old_leaves`: how many leaves of the bone's first surface can be cut into
-  /// before their old values must be accounted for (Refill(), CalcRemovedByRegion(); 2 kB each; leaves of pure bone
-  /// need none). `whole_voxels`: phi goes in steps of a voxel, as where a voxel is there or not: to show what that does
-  /// to the force. `precision_bits`: of the significand of what is written, 4 to 24, as fewer would be kept. Allocates.
+  /// `field` must outlive the cutter.
+  /// `old_leaves`: number of leaves of the initial surface that can be cut into before their old values must be
+  /// accounted for (Refill(), CalcRemovedByRegion()); 2 kB each. Leaves of pure bone need none.
+  /// `whole_voxels`: writes phi in steps of a voxel, as for voxels that are either present or absent. This shows the
+  /// effect of whole-voxel removal on the force.
+  /// `precision_bits`: number of bits kept of the significand of written values, 4 to 24, to study storage with fewer.
+  /// Allocates.
   Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels = false, int old_leaves = 4096,
          int precision_bits = 24);
   ~Cutter();
@@ -40,52 +45,54 @@ class Cutter {
   Cutter& operator=(Cutter&&) noexcept;
 
   struct Result {
-    double removed_mm3 = 0;      // by occupancy: sum of clamp(1/2 - phi/h, 0, 1) h^3 before less after; see
-                                 // CalcRemovedByRegion for the exact one
-    bool out_of_leaves = false;  // some bone was left for want of spare or old leaves; cutting the same way again
-                                 // after Refill() takes it
+    /// Volume removed, mm3, by occupancy: sum of clamp(1/2 - phi/h, 0, 1) h^3 before, less the same after. The exact
+    /// volume comes from CalcRemovedByRegion().
+    double removed_mm3 = 0;
+    /// Bone was left for lack of spare leaves or room for old values. The same cut after Refill() removes it.
+    bool out_of_leaves = false;
   };
-  /// Cuts from X_from to X_to, which must be near each other: CountSubsteps(). Tick-safe.
+  /// Cuts from X_from to X_to. The poses must be as close together as CountSubsteps() requires. Tick-safe.
   Result Cut(const Pose& X_from, const Pose& X_to);
-  /// Cuts away all that the whole tool holds at X, also with CutWith::kEdge: for a tool that is set down inside the
-  /// bone. Looks at every leaf that the tool reaches. Tick-safe.
+  /// Removes all bone inside the whole tool at X, also with CutWith::kEdge: for a tool that is set down inside bone.
+  /// Visits every leaf that the tool reaches. Tick-safe.
   Result CutAround(const Pose& X);
 
-  /// Gives a leaf other values: where it is `from`, `to`; what was cut since stays cut (bone/piece_removal.h). Counts
-  /// as loss of the bone, or gain. False, and nothing done, when no leaf is left for it. Tick-safe.
+  /// Changes the values of a leaf from `from` to `to`. Bone that was cut in the meantime stays cut
+  /// (bone/grid/piece_removal.h). Counts as a loss or gain of bone. Returns false and changes nothing if no leaf is
+  /// left for it. Tick-safe.
   bool Replace(const LeafIndex& leaf, const float* from, const float* to);
 
-  /// Gives a leaf `values` (512) and them its own. Counts as loss of the bone, or gain; no history is told. False, and
-  /// nothing done, when no leaf is left for it, or no room for old values. Tick-safe.
+  /// Exchanges the values of a leaf with `values` (512). Counts as a loss or gain of bone; adds nothing to the history.
+  /// Returns false and changes nothing if no leaf is left for it, or no room for its old values. Tick-safe.
   bool Swap(const LeafIndex& leaf, float* values);
-  /// What Swap() would need of what is set aside.
+  /// Reserves that calls of Swap() would use.
   struct Need {
     int spare_leaves = 0;
     int old_leaves = 0;
-    bool outside = false;  // the leaf lies beyond the bone's box, or nothing ever was near it
+    bool outside = false;  // the leaf lies outside the bone's box
   };
   void AddNeed(const LeafIndex& leaf, Need& need) const;
   bool HasRoomFor(const Need& need) const;
-  /// There may be bone where there was none: which leaves are near the edge is looked up anew. Tick-safe.
+  /// Must be called after bone was restored: discards the lists of leaves near the edge. Tick-safe.
   void BoneCameBack();
 
-  /// The tool is taken away; the next cut may begin anywhere. Tick-safe.
+  /// Lifts the tool off: the next cut may begin anywhere. Tick-safe.
   void Lift();
 
-  /// Volume gone since the start by region, mm^3: exactly the loss of bone.CalcVolume() up to rounding. Not tick-safe:
-  /// it looks at what has changed since it was last asked.
+  /// Returns the volume removed since the start by region, mm3. It equals the loss of bone.CalcVolume() up to rounding.
+  /// Not tick-safe: it visits all that has changed since the last call.
   const std::array<double, 256>& CalcRemovedByRegion();
-  /// Makes room for the old values of all leaves again; the field's spare leaves are the caller's. Not tick-safe.
+  /// Frees all room for old values again; the spare leaves of the field are the caller's responsibility. Not tick-safe.
   void Refill();
   std::size_t CalcMemoryBytes() const;
 
-  /// What the last Cut() looked at, for who studies its speed.
+  /// Counts of the work of the last Cut(), for studies of speed.
   struct Effort {
-    int listed_leaves = 0;  // near the edge, whatever the way
-    int leaves = 0;         // looked into
-    int rows = 0;           // of eight voxels, worked out
+    int listed_leaves = 0;  // leaves near the edge, in any direction
+    int leaves = 0;         // visited leaves
+    int rows = 0;           // computed rows of eight voxels
     int changed_voxels = 0;
-    bool listed_anew = false;
+    bool listed_anew = false;  // a new list of leaves was made
   };
   const Effort& effort() const;
 
@@ -94,18 +101,19 @@ class Cutter {
   std::unique_ptr<State> state_;
 };
 
-/// Width of the kerf that a disc leaves, mm: its thickness, but at least a little more than a voxel. A level set holds
-/// no narrower slot: between two layers of voxel centres it would not be there at all, the bone would never come apart,
-/// and on its way back the disc would meet what it has cut. Tick-safe.
+/// Returns the width of the kerf that a disc leaves, mm: its thickness, but at least slightly more than a voxel. A
+/// level set cannot represent a narrower kerf: between two layers of voxel centres it would vanish, the bone would
+/// never come apart, and on its way back the disc would touch bone that it has cut. Tick-safe.
 double CalcKerfWidth(const DiscSaw& disc, double voxel_mm);
 
-/// How many steps the way from a to b must be cut in: in one the edge moves outwards by at most half a voxel, and no
-/// part of a disc along the spindle by more than a quarter of the thinner of disc and voxel: nothing is jumped over,
-/// and the force sees each layer. A whole number >= 1. Tick-safe.
+/// Returns the number of steps into which the motion from a to b must be divided, a whole number >= 1. In one step the
+/// edge moves outwards by at most half a voxel, and no part of a disc moves along the spindle by more than a quarter of
+/// the disc's thickness or of a voxel, whichever is less. Therefore no bone is skipped, and each layer affects the
+/// force. Tick-safe.
 double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxel_mm);
 
-/// Point of the way from a to b, t from 0 to 1: straight for the origin, at constant turning speed for the orientation.
-/// Tick-safe.
+/// Returns a pose on the way from a to b, t from 0 to 1. The origin moves on a straight line, the orientation at
+/// constant angular velocity. Tick-safe.
 Pose Interpolate(const Pose& a, const Pose& b, double t);
 
 }  // namespace kerf

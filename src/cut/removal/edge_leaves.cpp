@@ -3,23 +3,25 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kSlackLeaves = 1;        // of a leaf's edge
-constexpr double kShareBeforeNext = 0.7;  // of the slack used up when the next list is begun
-constexpr int kRowsAtOnce = 2;            // of it, in a step
-constexpr double kLeastSlack_mm = 1;      // a tool at 5 mm/s moves so far in 200 ticks
+constexpr double kSlackLeaves = 1;           // slack, in edges of a leaf
+constexpr double kFractionBeforeNext = 0.7;  // fraction of the slack used up when the next list is begun
+constexpr int kRowsAtOnce = 2;               // rows of the next list that are searched in a step
+constexpr double kMinSlack_mm = 1;           // minimum slack; a tool at 5 mm/s moves 1 mm in 200 ticks
 
-/// How many leaves can lie within `out` of a tool of this size: those inside it grown by a leaf's diagonal.
+/// Returns a bound of the number of leaves within `out_mm` of a tool: those inside the tool grown by two leaf
+/// diagonals.
 std::size_t BoundLeaves(const EdgeZone& zone, double out_mm, double leaf_mm) {
   const double grown_mm = out_mm + 2 * std::sqrt(3.0) * leaf_mm;
   const double radius_mm = zone.radius_mm + grown_mm;
-  const double volume_mm3 = zone.ball ? 4 * kPi / 3 * radius_mm * radius_mm * radius_mm
-                                      : kPi * radius_mm * radius_mm * 2 * (zone.half_thickness_mm + grown_mm);
+  const double volume_mm3 = zone.ball
+                                ? 4 * std::numbers::pi / 3 * radius_mm * radius_mm * radius_mm
+                                : std::numbers::pi * radius_mm * radius_mm * 2 * (zone.half_thickness_mm + grown_mm);
   return static_cast<std::size_t>(volume_mm3 / (leaf_mm * leaf_mm * leaf_mm)) + 1;
 }
 
@@ -38,7 +40,7 @@ void LeafList::Clear(const Vec3& origin_W) {
 
 void LeafList::Add(const LeafIndex& leaf, const Vec3& middle_W) {
   const std::size_t i = leaves_.size();
-  if (i == leaves_.capacity()) Reserve(2 * i + 1);  // what was reserved is a bound; better slow than wrong
+  if (i == leaves_.capacity()) Reserve(2 * i + 1);  // the reserve is a bound; growing is a slow but correct fallback
   const Vec3 p = middle_W - origin_W_;
   leaves_.push_back(leaf);
   x_[i] = static_cast<float>(p.x);
@@ -68,7 +70,7 @@ std::size_t LeafList::CalcMemoryBytes() const {
 }
 
 EdgeLeaves::EdgeLeaves(const BoneField& field, const EdgeZone& zone)
-    : field_(field), zone_(zone), slack_mm_(std::max(kSlackLeaves * 8 * field.voxel_mm(), kLeastSlack_mm)) {
+    : field_(field), zone_(zone), slack_mm_(std::max(kSlackLeaves * 8 * field.voxel_mm(), kMinSlack_mm)) {
   const LeafIndex lowest = field.lowest();
   const LeafIndex highest = field.highest();
   const std::size_t in_box = static_cast<std::size_t>(highest.x - lowest.x + 1) *
@@ -79,25 +81,25 @@ EdgeLeaves::EdgeLeaves(const BoneField& field, const EdgeZone& zone)
   }
 }
 
-/// Whether a list is good for a step that ends at X_WT, with so much of its slack.
-bool EdgeLeaves::Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double share) const {
+/// Returns true if a list is valid for a step that ends at X_WT, within the given fraction of its slack.
+bool EdgeLeaves::Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double fraction) const {
   if (!search.begun || (inner && !search.inner)) return false;
   double moved_mm = glm::length(X_WT.p_AB - search.X_WT.p_AB);
   if (!zone_.ball) {
     const double turned = glm::length(X_WT.Vector({0, 0, 1}) - search.X_WT.Vector({0, 0, 1}));
     moved_mm += turned * (zone_.radius_mm + zone_.half_thickness_mm + zone_.band_mm);
   }
-  return moved_mm + 2 * length_mm + 0.5 * field_.voxel_mm() <= share * slack_mm_;
+  return moved_mm + 2 * length_mm + 0.5 * field_.voxel_mm() <= fraction * slack_mm_;
 }
 
 bool EdgeLeaves::Update(const Pose& X_WT, double length_mm, bool inner) {
   const bool good = Covers(now_, X_WT, length_mm, inner, 1);
   now_.inner_asked = now_.inner_asked || inner;
   if (good && !next_.begun) {
-    if (Covers(now_, X_WT, length_mm, inner, kShareBeforeNext)) return false;
+    if (Covers(now_, X_WT, length_mm, inner, kFractionBeforeNext)) return false;
     Begin(X_WT, now_.inner_asked, next_);
   }
-  if (!Covers(next_, X_WT, length_mm, inner, good ? 1 : kShareBeforeNext)) Begin(X_WT, inner, next_);
+  if (!Covers(next_, X_WT, length_mm, inner, good ? 1 : kFractionBeforeNext)) Begin(X_WT, inner, next_);
   if (!Advance(next_, good ? kRowsAtOnce : std::numeric_limits<int>::max())) return false;
   std::swap(now_, next_);
   next_.begun = false;
@@ -110,7 +112,8 @@ void EdgeLeaves::Begin(const Pose& X_WT, bool inner, Search& search) const {
   search.inner_asked = false;
   search.X_WT = X_WT;
   search.list.Clear(X_WT.p_AB);
-  // The axis along which the tool is thinnest; for each place on the other two, the stretch along it that is near.
+  // The axis along which the tool is thinnest. For each position on the other two axes, the near leaves are a range on
+  // it.
   search.thin = 2;
   if (!zone_.ball) {
     const Vec3 n = glm::abs(X_WT.Vector({0, 0, 1}));
@@ -119,7 +122,7 @@ void EdgeLeaves::Begin(const Pose& X_WT, bool inner, Search& search) const {
   search.row = Stretch(search, (search.thin + 1) % 3).first;
 }
 
-/// The leaves along one of the grid's axes that the tool may reach.
+/// Returns the range of leaves along one of the grid's axes that the tool may reach.
 std::pair<int, int> EdgeLeaves::Stretch(const Search& search, int axis) const {
   const Vec3 normal = search.X_WT.Vector({0, 0, 1});
   const double out_mm = zone_.band_mm + slack_mm_;
@@ -129,7 +132,7 @@ std::pair<int, int> EdgeLeaves::Stretch(const Search& search, int axis) const {
   return Clip(axis, search.X_WT.p_AB[axis], reach_mm);
 }
 
-/// The leaves of the bone's box along one axis from middle - half to middle + half.
+/// Returns the range of leaves of the bone's box along one axis from middle - half to middle + half.
 std::pair<int, int> EdgeLeaves::Clip(int axis, double middle_mm, double half_mm) const {
   const LeafIndex low = field_.lowest();
   const LeafIndex high = field_.highest();
@@ -141,7 +144,7 @@ std::pair<int, int> EdgeLeaves::Clip(int axis, double middle_mm, double half_mm)
   return {std::max(lowest[axis], leaf_at(middle_mm - half_mm)), std::min(highest[axis], leaf_at(middle_mm + half_mm))};
 }
 
-/// Goes on for so many rows of columns; true when the list is done.
+/// Continues the search by at most `rows` rows of columns. Returns true when the list is complete.
 bool EdgeLeaves::Advance(Search& search, int rows) const {
   const int last = Stretch(search, (search.thin + 1) % 3).second;
   for (; search.row <= last; ++search.row) {
@@ -173,16 +176,16 @@ void EdgeLeaves::AddRow(Search& search, int i) const {
     const double off_b_mm = (j + 0.5) * leaf_mm - centre[b];
     const double off2 = off_a_mm * off_a_mm + off_b_mm * off_b_mm;
     if (zone_.ball) {
-      const double r_mm = zone_.radius_mm + out_mm + leaf_mm;  // a leaf's column is at most so much nearer
+      const double r_mm = zone_.radius_mm + out_mm + leaf_mm;  // a leaf's column is nearer by at most a leaf
       if (off2 > r_mm * r_mm) continue;
       half_mm = std::min(half_mm, std::sqrt(r_mm * r_mm - off2));
     } else {
-      // Where the column through the leaves' middles meets the disc's plane, and how far the slab about it reaches.
+      // Intersection of the column through the leaves' middles with the disc's plane, and the extent of the slab there.
       const double off_thin_mm = -(normal[a] * off_a_mm + normal[b] * off_b_mm) / normal[thin];
       const double spread_mm = 0.5 * leaf_mm * (std::abs(normal[a]) + std::abs(normal[b]));
       middle_mm += off_thin_mm;
       half_mm = (zone_.half_thickness_mm + out_mm + spread_mm) / std::abs(normal[thin]);
-      // All of the column so far out, or so far inside the rim, that nothing changes there?
+      // Skip a column that is entirely so far outside or inside the rim that nothing changes in it.
       const double radial_mm = std::sqrt(off2 + off_thin_mm * off_thin_mm);
       const double reach_mm = (half_mm + leaf_mm) * aslant + leaf_mm;
       if (radial_mm - reach_mm > zone_.radius_mm + out_mm) continue;

@@ -1,4 +1,4 @@
-// The leaves near the tool's edge, found anew only when the tool has moved some way.
+// Leaves near the tool's edge, searched again only after the tool has moved some distance.
 #pragma once
 
 #include <bit>
@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-/// Leaves and their middles, so that those near a zone are found many at a time.
+/// List of leaves and their middles, arranged so that several leaves at a time are tested against a zone.
 class LeafList {
  public:
   void Reserve(std::size_t leaves);
@@ -20,8 +20,8 @@ class LeafList {
   std::size_t size() const { return leaves_.size(); }
   const Vec3& origin_W() const { return origin_W_; }
 
-  /// Calls visit(leaf) for those that may have a voxel in the zone, in the list's order; `cull` was made with this
-  /// list's origin_W(). Tick-safe.
+  /// Calls visit(leaf) for the leaves that may have a voxel in the zone, in the list's order. `cull` must have been
+  /// made with this list's origin_W(). Tick-safe.
   template <typename Visit>
   void ForEachNear(const LeafCull& cull, Visit&& visit) {
     FindLeaves(cull, {x_.data(), y_.data(), z_.data()}, static_cast<int>(leaves_.size()), near_.data());
@@ -31,7 +31,7 @@ class LeafList {
       }
     }
   }
-  /// Leaves out those that are not near. Tick-safe.
+  /// Removes the leaves that are not near. Tick-safe.
   void KeepNear(const LeafCull& cull);
   std::size_t CalcMemoryBytes() const;
 
@@ -53,23 +53,23 @@ class LeafList {
   std::vector<std::uint64_t> near_;
 };
 
-/// Neighbour lists with slack, as Verlet's of molecules: a list of all leaves within `slack` of the zone about the edge
-/// stays good until the tool has moved by that much. The next list is made a little in each step before then, so that
-/// no step bears all of it.
+/// Neighbour lists with slack, like Verlet lists in molecular dynamics. A list of all leaves within `slack` of the zone
+/// about the edge stays valid until the tool has moved by that distance. The next list is made in small parts, one in
+/// each step before then, so that no single step bears the whole cost.
 class EdgeLeaves {
  public:
-  /// `zone`: what the edge changes at most. Allocates.
+  /// `zone`: the zone outside of which the edge changes nothing. Allocates.
   EdgeLeaves(const BoneField& field, const EdgeZone& zone);
 
-  /// Makes the list good for a step to X_WT over `length_mm` <= slack_mm() / 4; with `inner`, of the leaves further
-  /// inside the tool too. True when it is a new one. Tick-safe.
+  /// Makes the list valid for a step to X_WT of length `length_mm` <= slack_mm() / 4. `inner`: also include the leaves
+  /// further inside the tool. Returns true if the list is a new one. Tick-safe.
   bool Update(const Pose& X_WT, double length_mm, bool inner);
 
-  /// Leaves may hold bone again that did not: the lists are good no longer. Tick-safe.
+  /// Invalidates the lists, because leaves may hold bone again. Tick-safe.
   void Forget() { now_.begun = next_.begun = false; }
 
   double slack_mm() const { return slack_mm_; }
-  /// Those that hold bone, or did when the list was made.
+  /// Leaves near the edge that hold bone, or did when the list was made.
   LeafList& list() { return now_.list; }
   std::size_t CalcMemoryBytes() const { return now_.list.CalcMemoryBytes() + next_.list.CalcMemoryBytes(); }
 
@@ -77,13 +77,13 @@ class EdgeLeaves {
   struct Search {
     bool begun = false;
     bool inner = false;
-    bool inner_asked = false;  // since it was begun
-    Pose X_WT;                 // that the list is of
+    bool inner_asked = false;  // requested since the search began
+    Pose X_WT;                 // pose for which the list is made
     int thin = 2;
-    int row = 0;  // the next to be looked at
+    int row = 0;  // next row to search
     LeafList list;
   };
-  bool Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double share) const;
+  bool Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double fraction) const;
   void Begin(const Pose& X_WT, bool inner, Search& search) const;
   bool Advance(Search& search, int rows) const;
   void AddRow(Search& search, int i) const;

@@ -17,7 +17,7 @@ Ledger::Ledger(const BoneField& field, int copies)
           0),
       copies_(static_cast<std::size_t>(std::max(copies, 1))) {
   pure_bone_.fill(static_cast<float>(-field.band_mm()));
-  // Every leaf with bone may be noted once.
+  // Every leaf with bone may be recorded once.
   std::size_t with_bone = 0;
   for (int x = 0; x < count_.x; ++x) {
     for (int y = 0; y < count_.y; ++y) {
@@ -81,9 +81,9 @@ const std::array<double, 256>& Ledger::Account() {
 }
 
 void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now) {
-  // Only a cell that has lost or gained a corner's worth and that the surface passes through before or after has
-  // changed: of its corners one was inside, one is outside now, and one has changed; or, where bone came back, one was
-  // outside and one is inside. Most cells of the band fail that.
+  // A cell's volume changes only if the surface passes through it before or after and one of its corners has changed.
+  // Then, of its corners, one was inside, one is outside now, and one has changed; or, where bone was restored, one was
+  // outside, one is inside now, and one has changed. Most cells of the band fail this test.
   constexpr int kEdge = CellBlock::kEdge;
   constexpr int kCount = kEdge * kEdge * kEdge;
   std::array<std::uint8_t, kCount> flags;
@@ -107,9 +107,9 @@ void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlo
         const int cell = (x * kEdge + y) * kEdge + z;
         const unsigned flag = flags[static_cast<std::size_t>(cell)];
         if ((flag & 7U) != 7U && (flag & 28U) != 28U) continue;
-        const double share = CalcCellShare(old.Corners(x, y, z)) - CalcCellShare(now.Corners(x, y, z));
+        const double fraction = CalcCellFraction(old.Corners(x, y, z)) - CalcCellFraction(now.Corners(x, y, z));
         const Vec3 centre = h * (Vec3(8 * owner.x + x, 8 * owner.y + y, 8 * owner.z + z) + 0.5);
-        removed_mm3_[static_cast<std::size_t>(std::clamp(field_.RegionAt(centre), 0, 255))] += share * h * h * h;
+        removed_mm3_[static_cast<std::size_t>(std::clamp(field_.RegionAt(centre), 0, 255))] += fraction * h * h * h;
       }
     }
   }

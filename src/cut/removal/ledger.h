@@ -1,4 +1,4 @@
-// What the bone has lost, exactly and by region, worked out when it is asked for.
+// Exact loss of bone by region, computed on request.
 #pragma once
 
 #include <array>
@@ -11,23 +11,25 @@ namespace kerf {
 
 class CellBlock;
 
-/// Remembers a leaf's old values when it is first changed; later the volume of all cells with a changed corner is taken
-/// before and after. A leaf of pure bone needs no copy, and each leaf is remembered once, so that memory does not grow
-/// with time: it is bounded by the leaves of the bone's first surface.
+/// Record of the old values of each leaf at its first change. On request, the volume of all cells with a changed corner
+/// is computed before and after. A leaf of pure bone needs no copy, and each leaf is recorded once. Memory therefore
+/// does not grow with time: it is bounded by the leaves of the bone's initial surface.
 class Ledger {
  public:
-  /// `copies`: of old values, 2 kB each. Allocates.
+  /// `copies`: room for copies of old values, 2 kB each. Allocates.
   Ledger(const BoneField& field, int copies);
 
   bool IsNoted(const LeafIndex& leaf) const { return noted_[Place(leaf)] != 0; }
-  /// Whether another leaf can be noted. Tick-safe.
+  /// Returns true if another leaf with old values can be recorded. Tick-safe.
   bool HasRoom() const { return room() > 0; }
-  /// How many more with old values.
+  /// Number of leaves with old values that can still be recorded.
   std::size_t room() const { return copies_.size() - copies_used_; }
-  /// To be called once, before a leaf changes for the first time; `old_values`: null for pure bone. Tick-safe.
+  /// Records a leaf that changes for the first time since the last Account(); to be called once for it. `old_values`:
+  /// its values before the change; null for pure bone. Tick-safe.
   void Note(const LeafIndex& leaf, const float* old_values);
 
-  /// Adds what was lost since the last call and forgets the old values. Not tick-safe.
+  /// Adds the loss since the last call to the sums by region, mm3, and discards the old values. Returns the sums. Not
+  /// tick-safe.
   const std::array<double, 256>& Account();
   std::size_t CalcMemoryBytes() const;
 
@@ -35,7 +37,7 @@ class Ledger {
   using Values = std::array<float, BoneField::kLeafVoxels>;
   struct Entry {
     LeafIndex leaf;
-    int copy;  // -1: pure bone
+    int copy;  // index in copies_; -1: pure bone
   };
 
   std::size_t Place(const LeafIndex& leaf) const;
@@ -44,7 +46,7 @@ class Ledger {
   const BoneField& field_;
   LeafIndex lowest_;
   LeafIndex count_;
-  std::vector<std::uint8_t> noted_;  // of the field's box
+  std::vector<std::uint8_t> noted_;  // for each leaf of the field's box
   std::vector<Entry> entries_;
   std::vector<Values> copies_;
   std::size_t copies_used_ = 0;

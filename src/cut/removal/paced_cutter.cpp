@@ -7,22 +7,22 @@
 namespace kerf {
 namespace {
 
-constexpr double kMostWay = 0.25;  // of a voxel or a thinner disc
+constexpr double kMaxWay = 0.25;  // in voxels, or thicknesses of a thinner disc
 
 double CalcMostWay(const Tool& tool, double voxel_mm) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
-  return kMostWay * (disc ? std::min(disc->thickness_mm, voxel_mm) : voxel_mm);
+  return kMaxWay * (disc ? std::min(disc->thickness_mm, voxel_mm) : voxel_mm);
 }
 
 }  // namespace
 
 PacedCutter::PacedCutter(Cutter& cutter, const Tool& tool, double reach_mm, double voxel_mm, int interval_ticks)
-    : cutter_(&cutter), reach_mm_(reach_mm), most_mm_(CalcMostWay(tool, voxel_mm)), interval_(interval_ticks) {}
+    : cutter_(&cutter), reach_mm_(reach_mm), max_mm_(CalcMostWay(tool, voxel_mm)), interval_(interval_ticks) {}
 
 Cutter::Result PacedCutter::Cut(const Pose& X_from, const Pose& X_to) {
   if (interval_ == 1) return cutter_->Cut(X_from, X_to);
   Cutter::Result before;
-  // Where the tool turns back, the way from where it is cut to where it will be would miss how far it got.
+  // If the tool turns back, a single sweep from X_cut_ to its new pose would miss the point of return.
   if (waits_ && glm::dot(X_from.p_AB - X_cut_.p_AB, X_to.p_AB - X_from.p_AB) < 0) before = Flush(X_from);
   if (before.out_of_leaves) return before;
   if (!waits_) {
@@ -30,7 +30,7 @@ Cutter::Result PacedCutter::Cut(const Pose& X_from, const Pose& X_to) {
     ticks_ = 0;
   }
   waits_ = true;
-  if (ticks_ + 1 < interval_ && CalcTravel(X_cut_, X_to, reach_mm_) <= most_mm_) return before;
+  if (ticks_ + 1 < interval_ && CalcTravel(X_cut_, X_to, reach_mm_) <= max_mm_) return before;
   Cutter::Result result = Flush(X_to);
   result.removed_mm3 += before.removed_mm3;
   return result;

@@ -1,4 +1,4 @@
-// One step of the tool, as the leaves of the bone's grid see it.
+// One step of the tool, in the form used to test the leaves of the bone's grid.
 #pragma once
 
 #include <algorithm>
@@ -11,21 +11,21 @@
 
 namespace kerf {
 
-/// The tool's form, and the zone about its edge in which it changes phi; mm.
+/// Shape of the tool, and the zone about its edge in which it changes phi; mm.
 struct EdgeZone {
-  bool ball = false;  // else a disc
+  bool ball = false;  // otherwise a disc
   double radius_mm = 0;
-  double half_thickness_mm = 0;  // of a disc
-  double band_mm = 0;            // so far out of the tool
-  double depth_mm = 0;           // and so far inside the edge; infinite where all of the tool cuts
+  double half_thickness_mm = 0;  // disc only
+  double band_mm = 0;            // extent of the zone out of the tool
+  double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
 };
 
-/// What float arithmetic about the tool may be off by, and a little more.
+/// Returns a bound of the error of float arithmetic near the tool, with some margin, mm.
 inline double CalcRounding(const EdgeZone& zone, double voxel_mm) {
   return 1e-6 * (zone.radius_mm + 16 * voxel_mm) + 1e-4 * voxel_mm;
 }
 
-/// Where the voxels of a grid lie in the tool's frame.
+/// Positions of a grid's voxels in the tool frame.
 class GridInTool {
  public:
   GridInTool(const Pose& X_WT, double voxel_mm)
@@ -33,13 +33,13 @@ class GridInTool {
         step_T_{X_WT.InverseVector({voxel_mm, 0, 0}), X_WT.InverseVector({0, voxel_mm, 0}),
                 X_WT.InverseVector({0, 0, voxel_mm})} {}
 
-  /// One voxel along axis i of the grid.
+  /// Step of one voxel along axis i of the grid.
   const Vec3& step_T(int i) const { return step_T_[i]; }
-  /// A leaf's lowest voxel.
+  /// Position of a leaf's lowest voxel.
   Vec3 Corner(const LeafIndex& leaf) const {
     return origin_T_ + (8.0 * leaf.x) * step_T_[0] + (8.0 * leaf.y) * step_T_[1] + (8.0 * leaf.z) * step_T_[2];
   }
-  /// From a leaf's middle to its outermost voxel along a unit vector, mm.
+  /// Distance from a leaf's middle to its outermost voxel along a unit vector, mm.
   double Extent(const Vec3& e_T) const {
     return 3.5 * (std::abs(glm::dot(step_T_[0], e_T)) + std::abs(glm::dot(step_T_[1], e_T)) +
                   std::abs(glm::dot(step_T_[2], e_T)));
@@ -50,8 +50,8 @@ class GridInTool {
   Vec3 step_T_[3];
 };
 
-/// Leaves with a voxel within `slack_mm` of the zone; their middles are given from `origin_W` on, along the world's
-/// axes.
+/// Returns the test for leaves with a voxel within `slack_mm` of the zone. The middles of the leaves are relative to
+/// `origin_W`, along the world's axes.
 inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridInTool& grid, double voxel_mm,
                              const Vec3& origin_W, double slack_mm) {
   LeafCull cull{};
@@ -78,8 +78,8 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
   return cull;
 }
 
-/// The sweep from X_from to X_to with the orientation of X_to. Of a disc the part of the way along its spindle is left
-/// to the caller, who keeps it small by sub-steps.
+/// Sweep from X_from to X_to with the orientation of X_to. For a disc, the component of the motion along its spindle is
+/// ignored; the caller keeps it small by substeps.
 struct Sweep {
   Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, double the_voxel_mm,
         double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
@@ -112,11 +112,11 @@ struct Sweep {
     step.Prepare();
   }
 
-  /// The leaves that the step may change.
+  /// Returns the test for leaves that the step may change.
   LeafCull MakeCull(const Vec3& origin_W) const {
     EdgeZone swept = zone;
     if (step.new_only) {
-      // Further in than this the step before has carved as far: the flats are nearer, or all is air.
+      // Further inside, the step before has carved as far: the flats are nearer, or all is air.
       const double in_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + flank_slack_mm;
       swept.depth_mm = std::min(zone.depth_mm, in_mm + length_mm);
     }
@@ -133,7 +133,7 @@ struct Sweep {
   double voxel_mm;
   double flank_slack_mm;
   GridInTool grid;
-  Vec3 back{0};  // unit, from the end to the start, tool frame; zero when it does not move
+  Vec3 back{0};  // unit vector from the end to the start, tool frame; zero if the tool does not move
   double length_mm = 0;
   CarveStep step;
 };

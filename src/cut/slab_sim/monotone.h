@@ -1,5 +1,5 @@
-// One implicit step of a body under set-valued forces: a v + sum of f(v) = b, f monotone and piecewise linear, with
-// vertical pieces where something sticks. Solved exactly. Tick-safe.
+// One implicit step of a body under set-valued forces: a v + sum of f(v) = b, with f monotone and piecewise linear, and
+// vertical where contact sticks. Solved exactly. Tick-safe.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// A monotone graph of four corners; level before the first and after the last. Corners of equal v are a jump.
+/// Monotone graph with four corners, constant before the first and after the last. Corners of equal v form a jump.
 struct MonotoneGraph {
   struct Corner {
     double v;
@@ -16,7 +16,7 @@ struct MonotoneGraph {
   };
   std::array<Corner, 4> corners;  // both coordinates ascending
 
-  /// The limits of f on either side of v.
+  /// The one-sided limits of f at v.
   double Below(double v) const { return Value<false>(v); }
   double Above(double v) const { return Value<true>(v); }
 
@@ -35,18 +35,18 @@ struct MonotoneGraph {
   }
 };
 
-/// v with a v + sum of graphs(v) = b, for a > 0: unique, since the left side rises strictly. Where v lies on a jump,
-/// `share` (0 to 1) says how far up it the sum is; else it is 0.
+/// Returns the v for which a v + sum of graphs(v) = b, for a > 0. It is unique, because the left side is strictly
+/// increasing. If v is at a jump, `fraction` returns the position of the sum in the jump, 0 to 1; otherwise 0.
 template <std::size_t n>
-double SolveMonotone(double a, double b, const std::array<MonotoneGraph, n>& graphs, double* share) {
+double SolveMonotone(double a, double b, const std::array<MonotoneGraph, n>& graphs, double* fraction) {
   std::array<double, 4 * n> knots;
   for (std::size_t g = 0; g < n; ++g) {
     for (std::size_t i = 0; i < 4; ++i) knots[4 * g + i] = graphs[g].corners[i].v;
   }
   if constexpr (n > 1) std::sort(knots.begin(), knots.end());
-  *share = 0;
+  *fraction = 0;
   double before_v = 0;
-  double before_rest = 0;  // of the equation, just above the knot before
+  double before_rest = 0;  // residual of the equation just above the knot before
   bool has_before = false;
   for (const double v : knots) {
     double below = a * v - b;
@@ -62,7 +62,7 @@ double SolveMonotone(double a, double b, const std::array<MonotoneGraph, n>& gra
       return (b - level) / a;
     }
     if (above >= 0) {
-      if (above > below) *share = -below / (above - below);
+      if (above > below) *fraction = -below / (above - below);
       return v;
     }
     before_v = v;

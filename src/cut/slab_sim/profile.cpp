@@ -1,4 +1,4 @@
-// What stands in the blade's way: from the paper's table, or from a bone.
+// Material in front of the blade: from the paper's table, or from a bone.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-/// One step of depth, gathered over its area.
+/// Sums over the area of one step of depth.
 struct Row {
   std::map<int, std::size_t> samples_by_region;
   std::size_t samples = 0;
@@ -66,7 +66,7 @@ SlabProfile MakePaperProfile(const MaterialTable& materials, double entry_mm) {
   SlabProfile profile;
   for (std::size_t i = 0; i < kRegions.size(); ++i) {
     if (!materials.Contains(kRegions[i])) {
-      throw Error(fmt::format("the table of regions has no row {}, which the paper's Table 2 names", kRegions[i]));
+      throw Error(fmt::format("the table of regions has no row {}, which the paper's Table 2 uses", kRegions[i]));
     }
     const Region& region = materials.At(kRegions[i]);
     profile.layers.push_back({kTops_mm[i], region.id, region.E_MPa, region.nu});
@@ -81,7 +81,7 @@ SlabProfile MakeBoneProfile(const Bone& bone, const CutPlane& plane, double thic
   const double step = 0.25 * bone.voxel_mm();
   const double across_step = bone.voxel_mm();
   const Vec3 across_W = glm::cross(plane.normal_W, direction_W);
-  // The bone's box, seen along the direction.
+  // Range of the bone's box along the direction.
   const Box3 box = bone.CalcBounds();
   if (box.empty()) throw Error("the bone is empty, so there is nothing to slice");
   double lowest = std::numeric_limits<double>::infinity();
@@ -107,7 +107,8 @@ SlabProfile MakeBoneProfile(const Bone& bone, const CutPlane& plane, double thic
         if (distance < 0) {
           Add(rows[i], bone, p_W);
         } else if (distance > 2 * step) {
-          // As far as this there is no bone; a tenth less, since a stored distance is true to a fifth of a voxel.
+          // No bone is nearer than the distance. Only 0.7 of it is skipped, because a stored distance has an error of a
+          // fifth of a voxel.
           i += static_cast<std::size_t>(std::max(0.0, std::floor(0.7 * distance / step) - 1));
         }
       }
@@ -115,7 +116,7 @@ SlabProfile MakeBoneProfile(const Bone& bone, const CutPlane& plane, double thic
   }
   const auto has_bone = [](const Row& row) { return row.samples > 0; };
   const auto first = std::find_if(rows.begin(), rows.end(), has_bone);
-  if (first == rows.end()) throw Error("the plane of the cut meets no bone within the disc's reach");
+  if (first == rows.end()) throw Error("the cut plane does not intersect any bone within the disc's reach");
   const auto last = std::find_if(rows.rbegin(), rows.rend(), has_bone).base();
 
   SlabProfile profile;

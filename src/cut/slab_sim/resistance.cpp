@@ -24,7 +24,7 @@ SlabResistance::SlabResistance(const SlabProfile& profile, const SlabParams& par
 }
 
 void SlabResistance::AddStairs(const SlabProfile& profile, const SlabParams& params) {
-  // Depths at which the paper's arc holds one whole tooth more: d acos(1 - h / (2 d)) = n pitch.
+  // Depths at which the paper's arc gains a whole tooth: d acos(1 - h / (2 d)) = n pitch.
   const double d = params.saw.diameter_mm;
   std::vector<double> tops;
   for (const SlabProfile::Layer& layer : profile.layers) tops.push_back(layer.top_mm);
@@ -56,7 +56,7 @@ void SlabResistance::AddTable(const SlabProfile& profile, const SlabParams& para
     const double depth = std::min(static_cast<double>(i) * kTableStep_mm, end_mm_);
     SlabLoad load;
     double E_sum = 0;
-    // The arc between two depths of the bone is the arc up to the lower of them less that up to the upper.
+    // The arc between two depths of the bone is the arc to the lower depth less the arc to the upper depth.
     for (std::size_t k = 0; k < profile.layers.size() && profile.layers[k].top_mm < depth; ++k) {
       const double bottom = k + 1 < profile.layers.size() ? profile.layers[k + 1].top_mm : end_mm_;
       if (tooth_force[k] == 0 || depth - bottom >= d) continue;

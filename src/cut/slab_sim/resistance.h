@@ -1,4 +1,4 @@
-// The cutting resistance of the slice by depth: the paper's law in one of its two readings, ready for the tick.
+// Cutting resistance of the slice as a function of depth: the paper's law in one of its two readings, for the tick.
 #pragma once
 
 #include <vector>
@@ -7,24 +7,25 @@
 
 namespace kerf {
 
-/// What the law says at one depth.
+/// Result of the law at one depth.
 struct SlabLoad {
   double force_N = 0;
   double teeth = 0;
   double E_MPa = 0;  // as_computed: of the layer at this depth; corrected: mean over the engaged teeth
 };
 
-/// as_computed: n^3 F_1 with the material of the layer where the blade's edge is; constant between the depths where a
-///              tooth or a layer is added, and exact.
-/// corrected:   sum of F_1 / pitch along the true arc, each tooth with the layer at its own depth; tabulated every
-///              kTableStep_mm and linear between (error below 0.1 % from 0.5 mm depth, and at the very onset the arc's
-///              square root is cut off).
+/// Resistance by depth in the two readings.
+/// - as_computed: n^3 F_1 with the material of the layer at the blade's edge. It is constant between the depths at
+///   which a tooth or a layer is added, and exact.
+/// - corrected: sum of F_1 / pitch along the true arc, each tooth with the layer at its own depth. It is tabulated
+///   every kTableStep_mm and interpolated linearly. The error is below 0.1 % from a depth of 0.5 mm on; close to zero
+///   depth, the table does not resolve the square-root onset of the arc.
 class SlabResistance {
  public:
   static constexpr double kTableStep_mm = 0.02;
 
   SlabResistance(const SlabProfile& profile, const SlabParams& params);
-  /// Zero outside 0..end. O(log of the number of pieces). Tick-safe.
+  /// Returns zero outside 0..end. O(log of the number of pieces). Tick-safe.
   SlabLoad At(double depth_mm) const;
   std::size_t CalcMemoryBytes() const { return pieces_.capacity() * sizeof(Piece); }
 

@@ -13,11 +13,11 @@
 namespace kerf {
 namespace {
 
-constexpr double kTonnePerGram = 1e-6;  // N s^2 / mm: the unit of mass that goes with mm, N and s
+constexpr double kTonnePerGram = 1e-6;  // N s^2 / mm: the unit of mass that is consistent with mm, N and s
 constexpr int kMinSubsteps = 8;
 constexpr int kMaxSubsteps = 1024;
-constexpr double kSubstepTravel_mm = 0.05;  // of the hand
-constexpr double kNoAdvance_N = 1e12;       // resistance of a blade that does not cut
+constexpr double kSubstepTravel_mm = 0.05;  // maximum motion of the hand per substep
+constexpr double kNoAdvance_N = 1e12;       // resistance that stops a blade whose spindle is stopped
 
 void CheckRange(double value, double lower, double upper, const char* name) {
   if (!(value >= lower && value <= upper)) {
@@ -57,17 +57,17 @@ void Validate(const SlabParams& p, const SlabProfile& profile) {
   }
 }
 
-/// A body of one degree of freedom with a spring and a damper to the world, and the hand when it holds it.
-/// Implicit Euler makes of it  mass_eff v = drive + dt * (other forces).
+/// Body with one degree of freedom, a spring and a damper to the world, and a coupling to the hand if held. Implicit
+/// Euler gives  mass_eff v = drive + dt * (other forces).
 struct Body {
   double x_mm = 0;
   double v_mm_per_s = 0;
   double mass = 0;       // N s^2 / mm
   double stiffness = 0;  // N / mm
   double damping = 0;    // N s / mm
-  double rest_mm = 0;    // where the spring is slack
+  double rest_mm = 0;    // position without spring force
   bool held = false;
-  double anchor_mm = 0;  // x - hand when the coupling is slack
+  double anchor_mm = 0;  // x - hand at which the coupling has no force
 
   double CalcElastic(bool one_sided) const {
     const double e = one_sided ? std::max(0.0, x_mm - rest_mm) : x_mm - rest_mm;
@@ -76,12 +76,12 @@ struct Body {
   double CalcKinetic() const { return 0.5 * mass * v_mm_per_s * v_mm_per_s; }
 };
 
-/// The hand in one sub-step.
+/// Motion of the hand in one substep.
 struct Hand {
-  double q_mm;        // at the end of it
-  double v_mm_per_s;  // in it
+  double q_mm;        // at the end of the substep
+  double v_mm_per_s;  // during the substep
   double dt_s;
-  double stiffness;  // of the coupling
+  double stiffness;  // of the coupling, N/mm
   double damping;
 };
 
@@ -102,9 +102,9 @@ Equation MakeEquation(const Body& body, const Hand& hand, bool spring_acts) {
   return e;
 }
 
-/// What acts on one face of the slice against the velocity u of the slice over the segment: friction, and from the
-/// depth that was cut before on (at u = gap / dt) the cutting resistance. As a graph over the slice's own velocity, the
-/// segment giving way (inverse_mass_eff > 0) or not. Forces times dt.
+/// Returns the forces on one face of the slice, times dt, as a graph over the slice's velocity. They act against the
+/// velocity u of the slice relative to the segment: friction, and the cutting resistance once the slice is deeper than
+/// the depth already cut (u >= gap / dt). `inverse_mass_eff` > 0 includes the motion of the segment; 0: it is fixed.
 MonotoneGraph MakeFaceGraph(double friction_N, double cutting_N, double gap_mm, double dt_s, double segment_drive,
                             double inverse_mass_eff) {
   const double cut_from = gap_mm / dt_s;
@@ -125,15 +125,15 @@ struct SlabSimulation::State {
   SlabParams params;
   SlabResistance resistance;
   Body blade;
-  double entry_mm = 0;            // the blade's displacement where its edge meets the first bone
+  double entry_mm = 0;            // displacement of the blade at which its edge first touches the bone
   std::array<Body, 2> segments;   // left, right
-  double hand_origin_mm = 0;      // p_W . direction where the run began
-  Vec3 hand_W{0};                 // last good position
-  Vec3 aside_W{0}, aside_v_W{0};  // of the free slice, across the direction, from where it came free
-  Vec3 hand_aside_W{0};           // the hand's then
+  double hand_origin_mm = 0;      // p_W . direction at the start of the run
+  Vec3 hand_W{0};                 // last valid position
+  Vec3 aside_W{0}, aside_v_W{0};  // motion of the free slice across the direction since its release
+  Vec3 hand_aside_W{0};           // position of the hand across the direction at that time
   SlabBody holds = SlabBody::kSlice;
   SlabState out;
-  TickOutput last;  // what the last tick gave
+  TickOutput last;  // output of the last tick
 
   double hand_mm(const Vec3& p_W) const { return glm::dot(p_W, params.direction_W) - hand_origin_mm; }
   Vec3 Across(const Vec3& p_W) const { return p_W - glm::dot(p_W, params.direction_W) * params.direction_W; }
@@ -151,7 +151,7 @@ struct SlabSimulation::State {
   void Release();
 };
 
-/// The blade where the hand is, everything at rest.
+/// Places the blade at the hand, with all bodies at rest.
 void SlabSimulation::State::Place(const Pose& X_WT) {
   hand_W = X_WT.p_AB;
   blade.x_mm = hand_mm(hand_W);
@@ -165,7 +165,7 @@ void SlabSimulation::State::Place(const Pose& X_WT) {
   hand_aside_W = Across(hand_W);
   MeasureDepth();
   out.deepest_mm = std::max(out.deepest_mm, out.depth_mm);
-  // Set down inside the bone the blade meets a slice that nobody has moved yet.
+  // If the blade is set down inside the bone, it touches a slice that has not been displaced.
   blade.rest_mm = std::max(entry_mm, blade.x_mm);
 }
 
@@ -193,7 +193,7 @@ void SlabSimulation::State::MeasureEnergy() {
   }
 }
 
-/// Books what springs, dampers and the time step did with one body in a sub-step, and adds the force of the hand on it.
+/// Adds the energy of springs, dampers and the time step for one body in a substep, and the force of the hand on it.
 void SlabSimulation::State::Account(const Body& body, const Body& before, const Hand& hand, bool one_sided,
                                     double* hand_N) {
   const double dv = body.v_mm_per_s - before.v_mm_per_s;
@@ -202,7 +202,7 @@ void SlabSimulation::State::Account(const Body& body, const Body& before, const 
   out.numerical_mJ += 0.5 * body.mass * dv * dv;
   out.damping_mJ += body.damping * v * v * hand.dt_s;
   if (body.stiffness > 0 && !(one_sided && out.free)) {
-    // Of a convex spring, the force at the end of a step times the way is at least what the spring took up.
+    // For a convex spring, the force at the end of a step times the motion is at least the energy that it gained.
     const double e = one_sided ? std::max(0.0, body.x_mm - body.rest_mm) : body.x_mm - body.rest_mm;
     out.numerical_mJ += body.stiffness * e * dx - (body.CalcElastic(one_sided) - before.CalcElastic(one_sided));
   }
@@ -217,7 +217,7 @@ void SlabSimulation::State::Account(const Body& body, const Body& before, const 
   *hand_N += force_N;
 }
 
-/// All bodies by one sub-step. Returns the force of the hand, N.
+/// Moves all bodies by one substep. Returns the force of the hand, N.
 double SlabSimulation::State::StepOnRail(const Hand& hand, bool cuts) {
   const double dt = hand.dt_s;
   const bool in_bone = !out.free && out.depth_mm > 0;
@@ -235,23 +235,23 @@ double SlabSimulation::State::StepOnRail(const Hand& hand, bool cuts) {
   std::array<MonotoneGraph, 2> faces{};
   std::array<double, 2> impulse{};  // of the faces on the segments, N s
   const auto solve = [&](const Equation& e) {
-    double share = 0;
+    double fraction = 0;
     if (!params.segments_move) {
       const std::array<MonotoneGraph, 1> both{MakeFaceGraph(2 * friction_N, cutting_N, gap_mm, dt, 0, 0)};
-      const double v = SolveMonotone(e.mass_eff, e.drive, both, &share);
+      const double v = SolveMonotone(e.mass_eff, e.drive, both, &fraction);
       impulse[0] = impulse[1] = 0.5 * (e.drive - e.mass_eff * v);
       return v;
     }
     for (std::size_t j = 0; j < 2; ++j) {
       faces[j] = MakeFaceGraph(friction_N, 0.5 * cutting_N, gap_mm, dt, side[j].drive, 1 / side[j].mass_eff);
     }
-    const double v = SolveMonotone(e.mass_eff, e.drive, faces, &share);
+    const double v = SolveMonotone(e.mass_eff, e.drive, faces, &fraction);
     for (std::size_t j = 0; j < 2; ++j) {
-      impulse[j] = faces[j].Below(v) + share * (faces[j].Above(v) - faces[j].Below(v));
+      impulse[j] = faces[j].Below(v) + fraction * (faces[j].Above(v) - faces[j].Below(v));
     }
     return v;
   };
-  // The slice's spring pulls only once the blade has met the slice.
+  // The slice's spring acts only once the blade touches the slice.
   double v = solve(MakeEquation(blade, hand, false));
   if (!out.free && blade.stiffness > 0 && blade.x_mm - blade.rest_mm + dt * v > 0) {
     v = solve(MakeEquation(blade, hand, true));
@@ -265,7 +265,8 @@ double SlabSimulation::State::StepOnRail(const Hand& hand, bool cuts) {
   for (std::size_t j = 0; j < 2; ++j) {
     Body& segment = segments[j];
     if (params.segments_move) {
-      // What sticks moves as one, to the last bit, and so does what goes exactly as far as has been cut.
+      // A segment that sticks moves with exactly the velocity of the slice, bit for bit. The same holds for a slice
+      // that moves exactly to the depth already cut.
       const auto& corners = faces[j].corners;
       if (v >= corners[0].v && v <= corners[1].v) {
         segment.v_mm_per_s = v;
@@ -276,7 +277,7 @@ double SlabSimulation::State::StepOnRail(const Hand& hand, bool cuts) {
       }
       segment.x_mm += dt * segment.v_mm_per_s;
     }
-    // A hand that holds a segment of a jaw held fast works against its own coupling.
+    // A hand that holds a segment of a fixed jaw works against its own coupling.
     if (params.segments_move || segment.held) Account(segment, before[j], hand, false, &hand_N);
     const double u = v - segment.v_mm_per_s;
     const double rubbed = friction_N * std::abs(u) * dt;
@@ -287,7 +288,7 @@ double SlabSimulation::State::StepOnRail(const Hand& hand, bool cuts) {
   return hand_N;
 }
 
-/// The free slice across the direction. Returns the force of the hand on it, N.
+/// Moves the free slice across the direction. Returns the force of the hand on it, N.
 Vec3 SlabSimulation::State::StepAside(const Hand& hand, const Vec3& hand_aside_mm, const Vec3& hand_aside_v) {
   const double dt = hand.dt_s;
   if (holds != SlabBody::kSlice) {
@@ -308,7 +309,7 @@ Vec3 SlabSimulation::State::StepAside(const Hand& hand, const Vec3& hand_aside_m
   return force_N;
 }
 
-/// The slice has left the jaw: spring, friction and segments are gone for it.
+/// Releases the slice, which has left the jaw: spring, friction and segments no longer act on it.
 void SlabSimulation::State::Release() {
   out.free = true;
   out.sticking = false;
@@ -392,7 +393,7 @@ TickOutput SlabSimulation::Tick(const TickInput& in) {
     out.status = kTickBadPose;
     return out;
   }
-  if (in.dt_s < kLeastTick_s) {
+  if (in.dt_s < kMinTick_s) {
     out = s.last;
     out.status = kTickNoTime;
     return out;
@@ -408,7 +409,7 @@ TickOutput SlabSimulation::Tick(const TickInput& in) {
   const bool cuts = in.rpm != 0;
   if (!cuts) out.status |= kTickSpindleStopped;
 
-  // 2 let the bodies follow the hand
+  // 2 move the bodies with the hand
   const double dt_s = in.dt_s / substeps;
   Hand hand{0, move_mm / in.dt_s, dt_s, s.params.coupling_N_per_mm, s.params.coupling_damping_Ns_per_mm};
   const Vec3 aside_move_W = s.Across(move_W);

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 void AddFaceRing(const DiscSaw& disc, double radius, double spacing_mm, double phase, bool while_stopped,
                  ToolShape& shape) {
-  const int points = std::max(6, static_cast<int>(std::ceil(2 * kPi * radius / spacing_mm)));
+  const int points = std::max(6, static_cast<int>(std::ceil(2 * std::numbers::pi * radius / spacing_mm)));
   for (int i = 0; i < points; ++i) {
-    const double angle = 2 * kPi * (i + phase) / points;
+    const double angle = 2 * std::numbers::pi * (i + phase) / points;
     for (const double side : {-1.0, 1.0}) {
       shape.faces.push_back({{radius * std::cos(angle), radius * std::sin(angle), side * 0.5 * disc.thickness_mm},
                              {0, 0, side},
@@ -28,15 +27,15 @@ ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_
   shape.edge_is_ring = true;
   const int count = std::max(64, disc.teeth * samples_per_pitch);
   for (int i = 0; i < count; ++i) {
-    const double angle = 2 * kPi * i / count;
+    const double angle = 2 * std::numbers::pi * i / count;
     const Vec3 e_T(std::cos(angle), std::sin(angle), 0);
     shape.edge.push_back({disc.radius_mm() * e_T, e_T, static_cast<double>(disc.teeth) / count});
   }
   const double outermost = disc.radius_mm() - std::min(rim_margin_mm, 0.5 * disc.radius_mm());
   const double stopped = disc.radius_mm() - std::min(stopped_margin_mm, 0.5 * disc.radius_mm());
   if (stopped > outermost) AddFaceRing(disc, stopped, face_spacing_mm, 0, true, shape);
-  // Twice as close along the radius as around: in a shallow kerf a few rings are all that holds the disc against
-  // tilting.
+  // Rings are twice as close along the radius as points along a ring: in a shallow kerf only a few rings hold the disc
+  // against tilting.
   const int rings = std::max(1, static_cast<int>(std::ceil(outermost / (0.5 * face_spacing_mm))));
   for (int ring = rings; ring >= 1; --ring) {
     AddFaceRing(disc, outermost * ring / rings, (ring == rings ? 1 : 2) * face_spacing_mm, 0.5 * (ring % 2), false,
@@ -45,22 +44,22 @@ ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_
   return shape;
 }
 
-/// Teeth lie densely along the flutes: an element of the sphere between two circles of latitude and two meridians holds
-/// flutes / (2 pi) * d(longitude) * r d(latitude) / tooth_width of them, whatever the latitude.
+/// The teeth are treated as continuous along the flutes. An element of the sphere between two circles of latitude and
+/// two meridians holds flutes / (2 pi) * d(longitude) * r d(latitude) / tooth_width teeth, independent of the latitude.
 ToolShape MakeBallShape(const BallBurr& ball, int samples_per_pitch) {
   ToolShape shape;
   shape.passes_per_turn = ball.flutes;
   const double r = ball.radius_mm();
-  // About as far apart along the meridian as round the equator.
+  // Spacing along a meridian is about the same as around the equator.
   const int meridians = std::max(32, 2 * samples_per_pitch);
   const int parallels = std::max(16, samples_per_pitch);
   for (int j = 0; j < parallels; ++j) {
-    const double colatitude = kPi * (j + 0.5) / parallels;
+    const double colatitude = std::numbers::pi * (j + 0.5) / parallels;
     for (int i = 0; i < meridians; ++i) {
-      const double longitude = 2 * kPi * (i + 0.5 * (j % 2)) / meridians;
+      const double longitude = 2 * std::numbers::pi * (i + 0.5 * (j % 2)) / meridians;
       const Vec3 e_T(std::sin(colatitude) * std::cos(longitude), std::sin(colatitude) * std::sin(longitude),
                      std::cos(colatitude));
-      const double edge_mm = ball.flutes * kPi * r / (parallels * meridians);
+      const double edge_mm = ball.flutes * std::numbers::pi * r / (parallels * meridians);
       shape.edge.push_back({r * e_T, e_T, edge_mm / ball.tooth_width_mm});
     }
   }
@@ -79,7 +78,7 @@ ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spa
 }
 
 double CalcTravel(const Pose& from, const Pose& to, double reach_mm) {
-  // Half the chord between two unit quaternions (of the nearer sign) is the sine of a quarter of the angle.
+  // Half the chord between two unit quaternions (with signs chosen for the shorter one) is sin(angle / 4).
   const Quat d = glm::dot(from.R_AB, to.R_AB) < 0 ? from.R_AB + to.R_AB : from.R_AB - to.R_AB;
   const double angle = 4 * std::asin(std::min(1.0, 0.5 * std::sqrt(glm::dot(d, d))));
   return glm::length(to.p_AB - from.p_AB) + angle * reach_mm;

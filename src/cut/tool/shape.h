@@ -1,5 +1,5 @@
-// A tool as points: where it cuts and where it only touches. What looks at a tool's form in the tick looks here, so
-// that it need not know which tool it is; only the sweep (src/cut/removal) has a formula for each.
+// Shape of a tool as sample points: the edge, which cuts, and the faces, which only touch. Contact uses these points
+// and so does not depend on the kind of tool. Only the sweep (src/cut/removal) has a separate formula for each kind.
 #pragma once
 
 #include <algorithm>
@@ -9,49 +9,54 @@
 
 namespace kerf {
 
-/// A point of the cutting edge. Tool frame T.
+/// Point of the cutting edge, in the tool frame T.
 struct EdgePoint {
-  Vec3 p_T{0};       // mm
-  Vec3 e_T{0};       // outward, unit length
-  double teeth = 0;  // how many teeth it stands for, a real number
+  Vec3 p_T{0};       // position, mm
+  Vec3 e_T{0};       // outward direction, unit length
+  double teeth = 0;  // number of teeth that the point represents, a real number
 };
 
-/// A point of a face that does not cut.
+/// Point of a face that does not cut, in the tool frame T.
 struct FacePoint {
-  Vec3 p_T{0};                 // mm
-  Vec3 n_T{0};                 // outward, unit length
-  bool while_stopped = false;  // it lies where the turning edge cuts: it holds only while the spindle stands still
+  Vec3 p_T{0};                 // position, mm
+  Vec3 n_T{0};                 // outward normal, unit length
+  bool while_stopped = false;  // in the zone that a turning edge cuts: in contact only while the spindle is stopped
 };
 
+/// Sample points of a tool, in the tool frame T, and the quantities that contact needs of its shape.
 struct ToolShape {
-  double reach_mm = 0;         // as CalcReach()
-  double passes_per_turn = 0;  // teeth that pass a point of the edge in one turn of the spindle
-  /// Disc: once round the rim, in the middle of its thickness; neighbours in the list are neighbours on the rim, the
-  /// last and the first too. Ball: all over it.
+  double reach_mm = 0;         // result of CalcReach()
+  double passes_per_turn = 0;  // teeth that pass a point of the edge per turn of the spindle
+  /// Disc: one turn of the rim, at half its thickness; neighbours in the list are neighbours on the rim, including the
+  /// last and the first. Ball: the whole surface.
   std::vector<EdgePoint> edge;
   bool edge_is_ring = false;
-  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Ball: none.
+  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Ball: empty.
   std::vector<FacePoint> faces;
 };
 
-/// How far inside the rim a turning disc's teeth cut with their sides, mm: no further than there is disc. In a grid at
-/// least so many voxels, for the kerf's corner to be clear of the flats.
+/// Distance inside the rim over which the sides of a turning disc's teeth cut, mm. It is limited to a fraction of the
+/// radius, and is at least three voxels so that the flats stay clear of the kerf's corner on the grid.
 inline constexpr double kToothSide_mm = 0.3;
-inline constexpr double kMostToothSide = 0.45;  // of the radius
+inline constexpr double kMaxToothSide = 0.45;  // fraction of the radius
 inline constexpr double kToothSideVoxels = 3;
 inline double CalcToothSide(double radius_mm, double voxel_mm) {
-  return std::max(std::min(kToothSide_mm, kMostToothSide * radius_mm), kToothSideVoxels * voxel_mm);
+  return std::max(std::min(kToothSide_mm, kMaxToothSide * radius_mm), kToothSideVoxels * voxel_mm);
 }
 
-/// `samples_per_pitch`: of the edge, 1 to 256. `face_spacing_mm` > 0: of the flats' points, half of it along the
-/// radius and twice of it around.
-/// `rim_margin_mm` >= 0: how far inside the rim the outermost of them lie, and `stopped_margin_mm` <= that those which
-/// hold only while the spindle stands still.
+/// Samples the shape of a tool.
+///
+/// `samples_per_pitch`: samples of the edge per tooth pitch, 1 to 256.
+/// `face_spacing_mm`: spacing of the points on the flats, > 0. It is halved along the radius and doubled along all
+/// rings but the outermost.
+/// `rim_margin_mm`: distance of the outermost ring from the rim, >= 0.
+/// `stopped_margin_mm`: distance from the rim of the ring that is in contact only while the spindle is stopped, at most
+/// `rim_margin_mm`.
 ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
                         double stopped_margin_mm);
 
-/// A bound of how far any point of a ball of radius `reach_mm` about the tool's origin moves from one pose to another,
-/// mm. Tick-safe.
+/// Returns an upper bound of the distance that any point of a ball of radius `reach_mm` about the tool's origin moves
+/// between two poses, mm. Tick-safe.
 double CalcTravel(const Pose& from, const Pose& to, double reach_mm);
 
 }  // namespace kerf

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "kerf/error.h"
 
@@ -42,6 +43,11 @@ double CalcReach(const Tool& tool) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) return std::hypot(disc->radius_mm(), 0.5 * disc->thickness_mm);
   return std::get<BallBurr>(tool).radius_mm();
 }
+double CalcThickness(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  return disc ? disc->thickness_mm : 0;
+}
+
 double CalcModulus(const Tool& tool) {
   return std::visit([](const auto& t) { return t.E_MPa; }, tool);
 }
@@ -51,7 +57,7 @@ double CalcPoissonRatio(const Tool& tool) {
 Tooth CalcTooth(const Tool& tool) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) return {disc->radius_mm(), disc->pitch_mm(), disc->thickness_mm};
   const auto& ball = std::get<BallBurr>(tool);
-  return {ball.radius_mm(), 2 * 3.14159265358979323846 * ball.radius_mm() / ball.flutes, ball.tooth_width_mm};
+  return {ball.radius_mm(), 2 * std::numbers::pi * ball.radius_mm() / ball.flutes, ball.tooth_width_mm};
 }
 Vec3 CalcGrip(const Tool& tool) {
   return std::visit([](const auto& t) { return t.p_TG_mm; }, tool);

@@ -32,7 +32,7 @@ Figures MakeFull(const Sparse& sparse) {
   return figures;
 }
 
-/// Of a leaf of a bone within 2^20 leaves of the world's origin along each axis, as all are (docs/tick.md).
+/// Returns a unique key for a leaf within 2^20 leaves of the world's origin along each axis, as all are (docs/tick.md).
 std::uint64_t KeyOf(const std::array<int, 3>& index) {
   std::uint64_t key = 0;
   for (const int i : index) key = key << 21 | (static_cast<std::uint64_t>(i) & 0x1fffff);
@@ -70,7 +70,7 @@ void UndoJournal::Drain() {
   HoldBound();
 }
 
-/// Reads messages, up to the one of that place.
+/// Reads the entries of the history before the `end`-th.
 void UndoJournal::Read(std::size_t end) {
   for (; read_ < end; ++read_) {
     const LeafBefore* before = history_.ring().Peek();
@@ -89,7 +89,7 @@ void UndoJournal::Read(std::size_t end) {
           std::find_if(named_.begin(), named_.end(), [&](const auto& n) { return n.first == record.number; });
       if (named != named_.end()) {
         record.name = std::move(named->second);
-        named_.erase(named_.begin(), named + 1);  // numbers are made in order, or not at all
+        named_.erase(named_.begin(), named + 1);  // numbers are assigned in order, or skipped
       }
       records_.push_back(std::move(record));
     } else {
@@ -101,13 +101,13 @@ void UndoJournal::Read(std::size_t end) {
   }
 }
 
-/// What the history lost is of the record that was the last one then.
+/// Values that the history lost belong to the record that was the last one at that time.
 void UndoJournal::MarkLost() {
   const std::uint32_t lost = history_.last_lost();
   if (lost == lost_seen_) return;
   lost_seen_ = lost;
   auto of = std::find_if(records_.rbegin(), records_.rend(), [&](const Record& r) { return r.epoch <= lost; });
-  if (of == records_.rend()) return;  // dropped already
+  if (of == records_.rend()) return;  // already dropped
   of->lost = true;
   of->leaves = {};
   const auto first = of.base() - 1;
@@ -116,7 +116,7 @@ void UndoJournal::MarkLost() {
   records_.erase(records_.begin(), first);
 }
 
-/// Lets go of the oldest until all is within the bound.
+/// Drops the oldest records until the memory is within the bound.
 void UndoJournal::HoldBound() {
   const auto most = static_cast<std::size_t>(1e6 * params_.most_MB);
   while (CalcMemoryBytes() > most) {
@@ -158,13 +158,12 @@ std::uint32_t UndoJournal::FindOneBack() const {
   if (!last.lost && !last.leaves.empty()) return last.number;
   if (!last.lost && records_.size() > 1 && !records_[records_.size() - 2].lost)
     return records_[records_.size() - 2].number;
-  throw Error(dropped_.empty()
-                  ? "there is nothing to undo"
-                  : fmt::format("there is nothing to undo any more: one can go back to '{}' at the earliest",
-                                last.lost ? "the next checkpoint" : last.name));
+  throw Error(dropped_.empty() ? "there is nothing to undo"
+                               : fmt::format("there is nothing left to undo: undo can go back to '{}' at the earliest",
+                                             last.lost ? "the next checkpoint" : last.name));
 }
 
-/// Which record has that number. Throws Error when none has, or it was lost.
+/// Returns the index of the record with that number. Throws Error if there is none, or it was lost.
 std::size_t UndoJournal::At(std::uint32_t number) const {
   const auto found =
       std::find_if(records_.begin(), records_.end(), [&](const Record& r) { return r.number == number; });
@@ -172,13 +171,14 @@ std::size_t UndoJournal::At(std::uint32_t number) const {
   const std::vector<UndoCheckpoint> kept = checkpoints();
   if (kept.empty()) {
     throw Error(
-        "more was cut since the last checkpoint than undo can keep: one can go back to the next one at the earliest");
+        "more was cut since the last checkpoint than undo can keep; undo is possible again from the next checkpoint "
+        "on");
   }
   if (dropped_.empty() || number > kept.front().number) {
     throw Error(fmt::format("there is no checkpoint {} to go back to", number));
   }
   throw Error(
-      fmt::format("that checkpoint is no longer kept: one can go back to '{}' at the earliest", kept.front().name));
+      fmt::format("that checkpoint is no longer kept: undo can go back to '{}' at the earliest", kept.front().name));
 }
 
 UndoJob& UndoJournal::Begin(bool redo) {
@@ -204,7 +204,7 @@ float* UndoJournal::NewLeaf(const std::array<int, 3>& index) {
   return values;
 }
 
-/// Blocks for what changes until the job begins; written to once, so that the tick finds them in memory.
+/// Adds blocks for leaves that change before the job begins. Writing to them once maps their memory before the tick.
 void UndoJournal::FillSpare() {
   const auto most = static_cast<std::size_t>(params_.most_since);
   job_->leaves.reserve(job_->leaves.size() + most);
@@ -217,7 +217,7 @@ void UndoJournal::FillSpare() {
 }
 
 UndoJob* UndoJournal::PrepareUndo(std::uint32_t number) {
-  if (job_) throw Error("something is being undone already");
+  if (job_) throw Error("an undo or redo is already in progress");
   Drain();
   const std::size_t base = At(number);
   UndoJob& job = Begin(false);
@@ -247,7 +247,7 @@ UndoJob* UndoJournal::PrepareUndo(std::uint32_t number) {
 }
 
 UndoJob* UndoJournal::PrepareRedo() {
-  if (job_) throw Error("something is being undone already");
+  if (job_) throw Error("an undo or redo is already in progress");
   Drain();
   if (redo_.empty()) throw Error("there is nothing to redo: nothing was undone, or bone was cut since");
   const Undone& undone = redo_.back();
@@ -324,7 +324,7 @@ std::size_t UndoJournal::CountLeaves() const {
 void MakeCheckpoint(CoupledSimulation& simulation, UndoJournal& journal, std::string name) {
   const std::uint32_t number = journal.Name(std::move(name));
   journal.Drain();
-  if (!simulation.Checkpoint(number)) throw Error("the simulation keeps no history: CoupledSimulation::KeepHistory()");
+  if (!simulation.Checkpoint(number)) throw Error("the simulation keeps no history: call KeepHistory()");
   journal.Drain();
 }
 

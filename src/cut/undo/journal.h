@@ -1,4 +1,4 @@
-// Checkpoints of a bone that is being cut, to go back to and forward again.
+// Checkpoints of a bone that is being cut, with undo and redo.
 #pragma once
 
 #include <cstddef>
@@ -15,76 +15,78 @@
 namespace kerf {
 
 struct UndoParams {
-  double most_MB = 256;   // kept at most, compressed: 0.2 to 1e6. The oldest checkpoints go first
-  int most_since = 1024;  // leaves that may change while a job is on its way, 0 to 65536: 2 kB of it each
+  double most_MB = 256;   // bound of the compressed memory, 0.2 to 1e6. The oldest checkpoints are dropped first
+  int most_since = 1024;  // leaves that may change before a prepared job begins, 0 to 65536; 2 kB each per job
 };
 
-/// A checkpoint that can be gone back to.
+/// Checkpoint that can be restored.
 struct UndoCheckpoint {
   std::uint32_t number = 0;
   std::string name;
-  std::size_t leaves = 0;  // that changed between it and the next
-  std::size_t bytes = 0;   // that they take
+  std::size_t leaves = 0;  // leaves changed between it and the next checkpoint
+  std::size_t bytes = 0;   // memory that they take
 };
 
-/// A restore on its way, and what it needs. The simulation's until its state says otherwise.
+/// Restore in progress, and its memory. The simulation uses it until `state` is done or refused.
 struct UndoJob : RestoreJob {
-  std::vector<std::unique_ptr<float[]>> blocks;  // of leaves' values
+  std::vector<std::unique_ptr<float[]>> blocks;  // memory of the leaves' values
 };
 
-/// What history hands over is kept by checkpoints, compressed. Going back swaps what was there into the job, which is
-/// what redo needs; a cut or a checkpoint after it drops that.
+/// Compressed old values of leaves, by checkpoint, as read from a history. Undo exchanges the restored leaves with the
+/// bone's, so that the job then holds the values that redo needs. A cut or a checkpoint after undo discards redo.
 ///
-/// One thread, not the tick's. The same history read and the same calls give the same jobs, whenever it is read.
+/// Used by one thread, not the tick's. The same history and the same calls give the same jobs, independent of when the
+/// history is read.
 class UndoJournal {
  public:
-  /// The history must outlive it and nobody else read it. Begins with a checkpoint "start" as number 0. Throws Error
-  /// for a parameter out of range.
+  /// `history` must outlive the journal and have no other reader. Begins with a checkpoint "start", number 0. Throws
+  /// Error if a parameter is out of range.
   explicit UndoJournal(LeafHistory& history, const UndoParams& params = {});
 
-  /// The name of a checkpoint that is to be made by CoupledSimulation::Checkpoint() with this number. It is there once
-  /// that has been read.
+  /// Names the next checkpoint and returns its number, which must then be passed to CoupledSimulation::Checkpoint().
+  /// The checkpoint is listed after its entry in the history has been read.
   std::uint32_t Name(std::string name);
-  /// Reads what has come; now and then, before the history's ring is full. Nothing while a job is on its way.
+  /// Reads new entries of the history; to be called before its ring is full. Does nothing while a job is in progress.
   void Drain();
 
-  /// Oldest first. The bone is at the last one when that has no leaves; otherwise it was cut since.
+  /// Returns the checkpoints, oldest first. If the last one has no leaves, the bone is in that state; otherwise it has
+  /// been cut since.
   std::vector<UndoCheckpoint> checkpoints() const;
-  /// The newest of that name. Throws Error when there is none.
+  /// Returns the number of the newest checkpoint of that name. Throws Error if there is none.
   std::uint32_t Find(std::string_view name) const;
-  /// That one step back leads to: the last one when something was cut since. Throws Error when there is none.
+  /// Returns the checkpoint that is one step back: the last one if bone was cut since. Throws Error if there is none.
   std::uint32_t FindOneBack() const;
   bool CanRedo() const { return !redo_.empty(); }
 
-  /// What is to be put back to come to a checkpoint; drains first. Throws Error with the reason when there is no such
-  /// checkpoint any more, or a job is on its way.
+  /// Prepares the leaves that must be restored to return to a checkpoint; reads the history first. Throws Error with
+  /// the reason if the checkpoint is no longer kept, or a job is in progress.
   UndoJob* PrepareUndo(std::uint32_t number);
-  /// To where the last undo began. Throws Error likewise.
+  /// Prepares the return to the state before the last undo. Throws Error if there is none, or a job is in progress.
   UndoJob* PrepareRedo();
-  /// The job on its way; null: none.
+  /// The job in progress; null: none.
   UndoJob* job() const { return job_.get(); }
-  /// The simulation has done with it, or will never get it. False: it was refused (WhyRefused()) and nothing has
-  /// changed.
+  /// Ends the job: the simulation has finished with it, or will never receive it. Returns false if it was refused (see
+  /// WhyRefused()); then nothing has changed.
   bool Finish();
 
-  std::size_t CalcMemoryBytes() const;  // that is held to most_MB
-  std::size_t CountLeaves() const;      // kept, 2 kB each before compression
+  std::size_t CalcMemoryBytes() const;  // the memory that most_MB bounds
+  std::size_t CountLeaves() const;      // kept leaves, 2 kB each before compression
 
  private:
   struct Record {
     std::uint32_t number = 0;
     std::string name;
-    std::uint32_t epoch = 0;  // in which the bone was last as it is at the checkpoint
-    bool lost = false;        // it can't be gone back to
-    LeafPack leaves;          // as they were then
+    std::uint32_t epoch = 0;  // last epoch in which the bone was in the state of the checkpoint
+    bool lost = false;        // old values were lost: it cannot be restored
+    LeafPack leaves;          // old values of leaves changed since the checkpoint
     std::vector<std::pair<std::uint8_t, double>> taken_out_mm3;
 
     std::size_t CalcMemoryBytes() const;
   };
-  /// What an undo took back.
+  /// State that redo needs to reverse an undo.
   struct Undone {
     std::vector<Record> records;
-    LeafPack base;  // of the checkpoint that it went to
+    LeafPack base;  // leaves of the checkpoint that undo returned to
     std::uint32_t base_epoch = 0;
     LeafPack after;
     std::vector<std::pair<std::uint8_t, double>> taken_out_mm3;
@@ -102,20 +104,21 @@ class UndoJournal {
   LeafHistory& history_;
   UndoParams params_;
   float inside_mm_;
-  std::size_t read_ = 0;  // messages
+  std::size_t read_ = 0;  // number of entries read from the history
   std::uint32_t last_number_ = 0;
   std::uint32_t lost_seen_ = 0;
-  std::vector<std::pair<std::uint32_t, std::string>> named_;  // not made yet
+  std::vector<std::pair<std::uint32_t, std::string>> named_;  // named, not yet read from the history
   std::vector<Record> records_;                               // oldest first
-  std::string dropped_;                                       // the last one dropped; empty: none
-  std::vector<Undone> redo_;                                  // the next last
+  std::string dropped_;                                       // name of the last dropped checkpoint; empty: none
+  std::vector<Undone> redo_;                                  // the last element is the next to redo
   std::unique_ptr<UndoJob> job_;
   std::size_t used_in_block_ = 0;
 };
 
-/// For a thread that owns everything: between ticks, not in them.
+/// Runs between ticks, for a thread that owns both the simulation and the journal. Not tick-safe.
 void MakeCheckpoint(CoupledSimulation& simulation, UndoJournal& journal, std::string name);
-/// The tool is set down at X_WT, null: where it is. Throws Error as PrepareUndo().
+/// The next two then set the tool down at X_WT; null: at its current pose. They throw Error as PrepareUndo() and
+/// PrepareRedo() do.
 void UndoTo(CoupledSimulation& simulation, UndoJournal& journal, std::uint32_t number, const Pose* X_WT = nullptr);
 void Redo(CoupledSimulation& simulation, UndoJournal& journal, const Pose* X_WT = nullptr);
 

@@ -54,7 +54,7 @@ void LeafPack::ForEachWanted(const std::function<bool(const std::array<int, 3>&)
     if (!any) return;
     const std::string unpacked = packed ? Unpack(run.packed, kRun * kLeafBytes) : std::string();
     const std::string_view bytes = packed ? unpacked : run.packed;
-    if (bytes.size() != run.leaves.size() * kLeafBytes) throw Error("what was kept for undo is damaged");
+    if (bytes.size() != run.leaves.size() * kLeafBytes) throw Error("the data kept for undo are damaged");
     for (std::size_t i = 0; i < run.leaves.size(); ++i) {
       if (wanted[i]) visit(run.leaves[i], bytes.data() + i * kLeafBytes);
     }

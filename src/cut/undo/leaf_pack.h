@@ -1,4 +1,4 @@
-// Leaves by their values, compressed.
+// Compressed values of leaves.
 #pragma once
 
 #include <array>
@@ -9,21 +9,21 @@
 
 namespace kerf {
 
-/// Leaves in the order in which they came, many of them compressed together. A leaf of pure bone takes its number only.
+/// Values of leaves in the order of their addition, compressed in runs. A leaf of pure bone stores only its index.
 class LeafPack {
  public:
-  static constexpr std::size_t kRun = 64;  // leaves compressed together
+  static constexpr std::size_t kRun = 64;  // leaves that are compressed together
   static constexpr std::size_t kLeafBytes = 512 * sizeof(float);
 
-  /// `values`: 512, null for pure bone.
+  /// `values`: 512, mm; null for pure bone.
   void Add(const std::array<int, 3>& index, const float* values);
-  /// Compresses what waits.
+  /// Compresses the leaves of the last, incomplete run.
   void Close();
 
-  /// Calls visit(leaf) for those of pure bone.
+  /// Calls visit(leaf) for the leaves of pure bone.
   void ForEachInside(const std::function<void(const std::array<int, 3>&)>& visit) const;
-  /// Calls visit(leaf, bytes) for the others, kLeafBytes of floats, in the order in which they came. Only runs of which
-  /// wants(leaf) is true for a leaf are unpacked, and only those leaves visited. Throws Error when what is kept is
+  /// Calls visit(leaf, bytes) for each other leaf for which wants(leaf) returns true, in the order of their addition.
+  /// `bytes` are kLeafBytes of floats. A run without such a leaf is not unpacked. Throws Error if the stored data is
   /// damaged.
   void ForEachWanted(const std::function<bool(const std::array<int, 3>&)>& wants,
                      const std::function<void(const std::array<int, 3>&, const char*)>& visit) const;
@@ -39,7 +39,7 @@ class LeafPack {
   };
   std::vector<std::array<int, 3>> inside_;
   std::vector<Run> runs_;
-  Run waiting_;  // its values are not packed
+  Run waiting_;  // incomplete run, not compressed
   std::size_t count_ = 0;
   std::size_t packed_bytes_ = 0;
 };

@@ -1,5 +1,5 @@
-// A haptic device: where its handle is, and the force that it is to make. Frame of the device: world (the scene's
-// mapping has been applied).
+// Interface of a haptic device: reads the pose of its handle and outputs a force. Poses and forces are in the world
+// frame (the scene's mapping has been applied).
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 
 namespace kerf {
 
-/// What a device can do. Figures of 0 are not known.
+/// Capabilities of a device. A value of 0 means unknown.
 struct DeviceProfile {
   std::string name;
-  int degrees_of_freedom = 3;  // that it drives: 3 forces only, 6 torques too
+  int degrees_of_freedom = 3;  // with motors; 3: forces only, 6: also torques
   double peak_force_N = 12;
   double continuous_force_N = 0;
   double peak_torque_Nmm = 0;  // 0: none
@@ -23,27 +23,27 @@ struct DeviceProfile {
   double max_torsion_damping_Nmms = 0;
   double resolution_mm = 0.01;  // of the handle's position
   double workspace_radius_mm = 75;
-  double friction_N = 0;                // that the hand feels when it is driven back
-  double mass_kg = 0.1;                 // apparent, of the handle
+  double friction_N = 0;                // felt by the hand when it moves the handle
+  double mass_kg = 0.1;                 // apparent mass of the handle
   double own_damping_Ns_per_mm = 1e-4;  // of its bearings
-  std::string source;                   // of the figures, and how sure they are
+  std::string source;                   // source of the values, and how reliable they are
 };
 
 struct DeviceSample {
-  Pose X_WH;  // of the tool frame, as the hand asks for it
+  Pose X_WH;  // pose of the tool frame that the handle requests
   std::uint32_t buttons = 0;
 };
 
-/// Elapse, Read and Write are called from the loop, once a tick and in this order, and must be back within a fraction
-/// of it; none allocates. False: the device has failed.
+/// The loop calls Elapse, Read and Write once per tick in this order. They must return within a fraction of a tick and
+/// must not allocate. They return false if the device has failed.
 class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceProfile& profile() const = 0;
-  /// How long ago the last tick was, s. Only a simulated device needs to be told.
+  /// Time since the last tick, s. Only simulated devices need it.
   virtual void Elapse(double /*dt_s*/) noexcept {}
   virtual bool Read(DeviceSample& sample) noexcept = 0;
-  /// Force and torque on the hand.
+  /// Sets force and torque on the hand.
   virtual bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept = 0;
 };
 

@@ -16,7 +16,7 @@ std::vector<ForceTableRow> CalcForceTable(const std::vector<DeviceProfile>& prof
     row.largest_N = profile.peak_force_N / row.scale;
     row.masked_N = profile.friction_N / row.scale;
     row.lasting_N = std::min(profile.continuous_force_N, profile.peak_force_N) / row.scale;
-    row.lasting_share = row.lasting_N / row.largest_N;
+    row.lasting_fraction = row.lasting_N / row.largest_N;
     row.range = row.masked_N > 0 ? row.largest_N / row.masked_N : 0;
     table.push_back(std::move(row));
   }

@@ -1,4 +1,4 @@
-// What is left of a force on its way to a device that is weaker than it.
+// Loss of force when a device is weaker than the simulated force.
 #pragma once
 
 #include <vector>
@@ -7,19 +7,19 @@
 
 namespace kerf {
 
-/// All in the simulation's newtons but what is named otherwise.
+/// In simulated newtons unless stated otherwise.
 struct ForceTableRow {
   DeviceProfile profile;
-  double scale = 1;          // device N for 1 N of the simulation: peak / expected, never above 1
-  double largest_N = 0;      // that reaches the hand unshortened
-  double masked_N = 0;       // below this the device's own friction hides it; 0 where there is none, or it is unknown
-  double lasting_N = 0;      // that it makes for ever; 0 where unknown
-  double lasting_share = 0;  // of the largest, 0 to 1; 0 where unknown
-  double range = 0;          // largest / masked; 0 where nothing is masked
+  double scale = 1;      // device N per simulated N: peak / expected, at most 1
+  double largest_N = 0;  // largest force that reaches the hand without being limited
+  double masked_N = 0;   // smaller forces are hidden by the device's friction; 0 if there is none or it is unknown
+  double lasting_N = 0;  // force that the device can output continuously; 0 if unknown
+  double lasting_fraction = 0;  // lasting_N / largest_N, 0 to 1; 0 if unknown
+  double range = 0;             // largest_N / masked_N; 0 if nothing is masked
 };
 
-/// One row for each profile, in their order. `expected_N` is the largest force of the simulation, 0.1 to 1e4. Throws
-/// Error when it is out of range.
+/// Computes one row per profile, in the same order. `expected_N` is the largest simulated force, 0.1 to 1e4.
+/// Throws kerf::Error if it is out of range.
 std::vector<ForceTableRow> CalcForceTable(const std::vector<DeviceProfile>& profiles, double expected_N);
 
 }  // namespace kerf

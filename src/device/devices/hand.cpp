@@ -7,12 +7,13 @@
 namespace kerf {
 
 const std::vector<HandModel>& HandModels() {
-  // The higher-order models of the literature (a third-order stylus grip by Fu and Cavusoglu 2012, five parameters by
-  // Speich, Shao and Goldfarb 2005) are left out: their figures were not at hand.
+  // Higher-order models from the literature (a third-order stylus grip by Fu and Cavusoglu 2012, five parameters by
+  // Speich, Shao and Goldfarb 2005) are omitted: their parameters were not available.
   static const std::vector<HandModel> hands = {
-      {"H0", 0, 0, 0, 0, 0, "released: nothing but the device"},
+      {"H0", 0, 0, 0, 0, 0, "released: the device alone"},
       {"H1", 0.02, 0.001, 0.1, 500, 5,
-       "light pinch; order of a fingertip (Hajian and Howe 1997), recalled, not verified; torsion assumed"},
+       "light pinch; order of magnitude of a fingertip (Hajian and Howe 1997), recalled, not verified; torsion "
+       "assumed"},
       {"H2", 0.10, 0.003, 0.2, 1000, 10, "pen grip; middle of the range, recalled, not verified; torsion assumed"},
       {"H3", 0.554, 0.00645, 0.135, 2000, 20,
        "arm holding a posture; measured by perturbation with a HapticMaster (Scientific Reports 2015, srep18004, fig. "

@@ -1,5 +1,5 @@
-// The hand on the handle, as far as it moves by itself: below about 10 Hz it goes where it wants, above it is a mass on
-// a spring and a damper.
+// Models of the hand on a handle. Below about 10 Hz the hand follows its intended motion; above that, it acts as a mass
+// with a spring and a damper.
 #pragma once
 
 #include <string>
@@ -13,16 +13,17 @@ struct HandModel {
   double mass_kg = 0;
   double damping_Ns_per_mm = 0;
   double stiffness_N_per_mm = 0;
-  /// Turning, for devices that drive it: without inertia. 0: the handle's orientation follows the hand's at once.
+  /// Rotation, for devices that output torques; without inertia. 0: the handle's orientation follows the hand
+  /// immediately.
   double torsion_Nmm_per_rad = 0;
   double torsion_damping_Nmms = 0;
-  std::string source;  // of the figures, and how sure they are
+  std::string source;  // source of the values, and how reliable they are
 };
 
 /// H0 (released), H1 (light pinch), H2 (pen grip), H3 (arm holding a posture), H4 (firm power grip).
 const std::vector<HandModel>& HandModels();
 
-/// Throws Error that names those there are.
+/// Returns the model of that name. Throws a kerf::Error that lists the valid names if there is none.
 const HandModel& FindHandModel(const std::string& name);
 
 }  // namespace kerf

@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-/// From 0 to 1 with velocity and acceleration 0 at both ends, and the least jerk of all such.
+/// Minimum-jerk curve from 0 to 1 with zero velocity and acceleration at both ends.
 double CalcMinimumJerk(double u) {
   return u * u * u * (10 + u * (-15 + 6 * u));
 }
@@ -28,12 +28,12 @@ void CheckWithin(std::size_t step, const char* name, double value, double lower,
 IntentionScript::IntentionScript(const Pose& X_WH_start, std::vector<IntentionStep> steps)
     : X_WH_start_(X_WH_start), steps_(std::move(steps)) {
   if (!IsValid(X_WH_start_) || !IsInWorld(X_WH_start_.p_AB)) {
-    throw Error("the hand starts at a pose that is not a place in the world");
+    throw Error("the start pose of the hand is not valid or outside the world");
   }
   for (std::size_t i = 0; i < steps_.size(); ++i) {
     const IntentionStep& s = steps_[i];
     if (!IsValid(s.X_WH) || !IsInWorld(s.X_WH.p_AB)) {
-      throw Error(fmt::format("step {} of the hand ends at a pose that is not a place in the world", i + 1));
+      throw Error(fmt::format("the end pose of step {} of the hand is not valid or outside the world", i + 1));
     }
     CheckWithin(i, "seconds", s.seconds, 1e-3, 1e6);
     CheckWithin(i, "push (N)", glm::length(s.push_W_N), 0, 1000);
@@ -67,7 +67,7 @@ Intention IntentionScript::Calc(double t_s) const {
     wanted.v_W_mm_per_s = CalcMinimumJerkSlope(u) / s.seconds * stroke;
     wanted.X_WH.R_AB = glm::normalize(glm::slerp(from->R_AB, s.X_WH.R_AB, way));
 
-    const double edge = 4 * std::min(u, 1 - u);  // swells over a quarter
+    const double edge = 4 * std::min(u, 1 - u);  // rises and falls over a quarter of the step
     const double swell = CalcMinimumJerk(std::min(edge, 1.0));
     const double swell_slope = edge < 1 ? (u < 0.5 ? 4 : -4) / s.seconds * CalcMinimumJerkSlope(edge) : 0;
     const double omega = 2 * std::numbers::pi * s.saw_Hz;

@@ -1,4 +1,4 @@
-// Where the hand wants the tool, as a function of time.
+// Intended motion of the hand as a function of time.
 #pragma once
 
 #include <vector>
@@ -8,32 +8,32 @@
 namespace kerf {
 
 struct Intention {
-  Pose X_WH{};           // where the hand wants the tool frame
-  Vec3 v_W_mm_per_s{0};  // how fast that moves
-  Vec3 push_W_N{0};      // on the handle, besides the pull towards X_WH
-  double yield_s = 0;    // above 0: along the push, X_WH gives way to where the handle is with this time constant,
-                         // so that the push stays as it is while the tool goes ahead
+  Pose X_WH{};           // pose of the tool frame that the hand intends
+  Vec3 v_W_mm_per_s{0};  // velocity of X_WH
+  Vec3 push_W_N{0};      // force on the handle in addition to the pull towards X_WH
+  double yield_s = 0;    // if above 0: along the push, X_WH follows the handle with this time constant, so that the
+                         // push stays constant while the tool advances
 };
 
-/// One step of what the hand does. All of it changes smoothly: a stroke has minimum jerk (a fifth-order polynomial), a
-/// push comes on over push_on_s, sawing swells and fades over a quarter of the step.
+/// Step of the hand's motion. All quantities change smoothly: a stroke has minimum jerk (a fifth-order polynomial), a
+/// push rises over push_on_s, and a sawing motion rises over the first quarter of the step and falls over the last.
 struct IntentionStep {
   double seconds = 1;      // 1e-3 to 1e6
-  Pose X_WH{};             // at the end of the step; where the step before ended: a hold
-  Vec3 push_W_N{0};        // from this step's beginning on; up to 1000
+  Pose X_WH{};             // at the end of the step; the same as at the end of the previous step: a hold
+  Vec3 push_W_N{0};        // from the start of this step; at most 1000
   double yield_s = 0;      // see Intention; 0 to 100
-  Vec3 saw_W_mm{0};        // amplitude of a to and fro on top of the stroke; up to 100
-  double saw_Hz = 0;       // 0 to 10: no hand wants to go faster
+  Vec3 saw_W_mm{0};        // amplitude of an oscillation added to the stroke; at most 100
+  double saw_Hz = 0;       // 0 to 10, the limit of human motion
   double push_on_s = 0.3;  // 0 to 100
 };
 
 class IntentionScript {
  public:
-  /// Throws Error naming the step and its first value out of range.
+  /// Throws a kerf::Error that names the step and its first value out of range.
   IntentionScript(const Pose& X_WH_start, std::vector<IntentionStep> steps);
 
   double duration_s() const { return duration_s_; }
-  /// Held to the ends before and after. Tick-safe; O(steps).
+  /// Computes the intention at the given time, clamped to the start and the end. Tick-safe; O(steps).
   Intention Calc(double t_s) const;
 
  private:

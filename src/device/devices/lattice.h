@@ -1,5 +1,5 @@
-// The lattice on which the loop takes a handle's pose: fine enough that nothing is felt of it, coarse enough that a
-// recording of a minute, exact to the bit, is below a megabyte.
+// Lattice to which the loop rounds a handle's pose: fine enough that the rounding cannot be felt, coarse enough
+// that a bit-exact recording of one minute is smaller than a megabyte.
 #pragma once
 
 #include <array>
@@ -11,21 +11,21 @@
 
 namespace kerf {
 
-/// Of a position, mm: 4e-9, a hundred-thousandth of what the finest device resolves.
+/// Step of a position, mm: 4e-9, a hundred-thousandth of the resolution of the finest device.
 inline constexpr double kLatticePosition_mm = 0x1p-28;
-/// Of the components of a quaternion: 1.5e-11.
+/// Step of a quaternion component: 1.5e-11.
 inline constexpr double kLatticeQuaternion = 0x1p-36;
 
-/// A pose in whole numbers: the position, and the three smaller components of the quaternion; the largest follows from
-/// them, as its length is 1.
+/// Pose as integers: the position, and the three smaller components of the quaternion. The largest component follows
+/// from them, since the quaternion has unit length.
 struct LatticePose {
   std::array<std::int64_t, 3> p{};
-  int largest = 0;  // component left out: 0 to 3 for w, x, y, z
+  int largest = 0;  // index of the omitted component: 0 to 3 for w, x, y, z
   bool negative = false;
   std::array<std::int64_t, 3> q{};  // the others, in order
 };
 
-/// Exact: the same bits everywhere, as the square root is correctly rounded. Tick-safe.
+/// Bit-identical on every machine, since the square root is correctly rounded. Tick-safe.
 inline Pose MakePose(const LatticePose& lattice) {
   std::array<double, 4> q{};
   double rest = 1;
@@ -42,7 +42,7 @@ inline Pose MakePose(const LatticePose& lattice) {
                                      static_cast<double>(lattice.p[2]))};
 }
 
-/// The lattice's pose nearest to a valid one within the world, but for rounding in the component that follows.
+/// Returns the lattice pose nearest to a valid pose within the world, except for rounding in the omitted component.
 /// Tick-safe.
 inline LatticePose FindNearestOnLattice(const Pose& X) {
   LatticePose lattice;
@@ -63,7 +63,7 @@ inline LatticePose FindNearestOnLattice(const Pose& X) {
   return lattice;
 }
 
-/// The numbers of a pose that is on the lattice to the bit, none when it is not. Tick-safe.
+/// Returns the integers of a pose that is bit-exactly on the lattice, otherwise nullopt. Tick-safe.
 std::optional<LatticePose> FindOnLattice(const Pose& X);
 
 }  // namespace kerf

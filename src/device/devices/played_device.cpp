@@ -10,21 +10,21 @@
 namespace kerf {
 namespace {
 
-// Of a time that is a sum of many.
+// Tolerance for a time that is a sum of many steps.
 constexpr double kSameTime_s = 1e-9;
 
 }  // namespace
 
 PlayedDevice::PlayedDevice(const DeviceProfile& profile, std::vector<PlayedPose> poses)
     : profile_(profile), poses_(std::move(poses)) {
-  if (poses_.empty()) throw Error("a device that is played needs a pose at least");
+  if (poses_.empty()) throw Error("a played device needs at least one pose");
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     const PlayedPose& pose = poses_[i];
     if (!IsValid(pose.sample.X_WH) || !std::isfinite(pose.time_s)) {
-      throw Error(fmt::format("pose {} of those to be played is not valid", i + 1));
+      throw Error(fmt::format("pose {} of the played device is not valid", i + 1));
     }
     if (i > 0 && !(pose.time_s > poses_[i - 1].time_s)) {
-      throw Error(fmt::format("pose {} of those to be played does not come after the one before", i + 1));
+      throw Error(fmt::format("pose {} of the played device is not later than the one before", i + 1));
     }
   }
 }
@@ -43,9 +43,9 @@ bool PlayedDevice::Read(DeviceSample& sample) noexcept {
   sample = from.sample;
   if (next_ == poses_.size() || time_s_ <= from.time_s + kSameTime_s) return true;
   const PlayedPose& to = poses_[next_];
-  const double share = (time_s_ - from.time_s) / (to.time_s - from.time_s);
-  sample.X_WH.p_AB += share * (to.sample.X_WH.p_AB - from.sample.X_WH.p_AB);
-  sample.X_WH.R_AB = glm::normalize(glm::slerp(from.sample.X_WH.R_AB, to.sample.X_WH.R_AB, share));
+  const double fraction = (time_s_ - from.time_s) / (to.time_s - from.time_s);
+  sample.X_WH.p_AB += fraction * (to.sample.X_WH.p_AB - from.sample.X_WH.p_AB);
+  sample.X_WH.R_AB = glm::normalize(glm::slerp(from.sample.X_WH.R_AB, to.sample.X_WH.R_AB, fraction));
   return true;
 }
 

@@ -1,5 +1,5 @@
-// A device whose handle goes where it was told beforehand, whatever the force: standing still, along a table of poses,
-// or as it went in a recording.
+// Device whose handle follows prescribed poses, regardless of the force: at rest, along a table of poses, or as in a
+// recording.
 #pragma once
 
 #include <cstddef>
@@ -15,11 +15,11 @@ struct PlayedPose {
   DeviceSample sample;
 };
 
-/// Between two poses it goes straight and turns evenly (slerp); after the last it stays there. At the times of the
-/// table the poses are those of the table to the bit. It has no clock: time is what Elapse() says.
+/// The handle moves linearly and turns uniformly (slerp) between two poses, and stays at the last one. At the times in
+/// the table, the poses are bit-exact. Time advances only in Elapse().
 class PlayedDevice final : public Device {
  public:
-  /// Throws Error when there is no pose, one is not valid, or the times don't rise.
+  /// Throws kerf::Error if there is no pose, a pose is invalid, or the times do not increase.
   PlayedDevice(const DeviceProfile& profile, std::vector<PlayedPose> poses);
 
   const DeviceProfile& profile() const override { return profile_; }
@@ -27,13 +27,13 @@ class PlayedDevice final : public Device {
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
 
-  const Vec3& force_N() const { return f_W_N_; }  // that it was last told to make
+  const Vec3& force_N() const { return f_W_N_; }  // last force that was written
   double time_s() const { return time_s_; }
 
  private:
   DeviceProfile profile_;
   std::vector<PlayedPose> poses_;
-  std::size_t next_ = 0;  // the first that is not yet passed
+  std::size_t next_ = 0;  // index of the first pose that has not been passed
   double time_s_ = 0;
   Vec3 f_W_N_{0};
 };

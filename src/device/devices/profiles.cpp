@@ -19,7 +19,7 @@ struct Figure {
   const char* name;
   double DeviceProfile::*member;
   Range range;
-  bool needed;  // `none` and `unknown` are not taken
+  bool needed;  // `none` and `unknown` are not valid
 };
 
 constexpr std::array<Figure, 13> kFigures{{
@@ -37,7 +37,7 @@ constexpr std::array<Figure, 13> kFigures{{
     {"mass_kg", &DeviceProfile::mass_kg, {1e-3, 100}, true},
     {"own_damping_Ns_per_mm", &DeviceProfile::own_damping_Ns_per_mm, {1e-7, 1}, false},
 }};
-constexpr std::size_t kFirstFigure = 2;  // column of; name and degrees of freedom stand before
+constexpr std::size_t kFirstFigure = 2;  // column of the first value, after name and degrees of freedom
 constexpr std::size_t kMaxProfiles = 1000;
 constexpr std::size_t kMaxName = 40;
 
@@ -48,18 +48,18 @@ std::vector<std::string> MakeColumns() {
   return columns;
 }
 
-/// The figure, and the letter that says how sure it is; ' ' when there is none.
+/// Returns the value and its reliability letter; ' ' if there is none.
 std::pair<double, char> ParseFigure(const Figure& figure, std::string_view text, const CsvPlace& place) {
   if (text == "none" || text == "unknown") {
-    if (figure.needed) place.Fail(fmt::format("{} = {} is not taken; give a figure", figure.name, text));
+    if (figure.needed) place.Fail(fmt::format("{} = {} is not accepted; give a number", figure.name, text));
     return {0, ' '};
   }
   const std::size_t blank = text.find(' ');
   const std::string_view tag = blank == std::string_view::npos ? std::string_view{} : Trim(text.substr(blank));
   if (tag != "S" && tag != "R" && tag != "A") {
     place.Fail(
-        fmt::format("{} = {} does not end in how sure it is: S (read in the source), R (recalled, unverified) or "
-                    "A (assumed), such as \"3.3 S\"; or it is none or unknown",
+        fmt::format("{} = {} must end with its reliability: S (read in the source), R (recalled, unverified) or A "
+                    "(assumed), such as \"3.3 S\"; or be none or unknown",
                     figure.name, Quote(text)));
   }
   const double value = ParseCsvNumber(text.substr(0, blank), 0, figure.name, place);
@@ -76,10 +76,11 @@ DeviceProfile ParseRow(const std::vector<std::string>& fields, const CsvPlace& p
   const auto plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
   if (profile.name.empty() || profile.name.size() > kMaxName ||
       !std::all_of(profile.name.begin(), profile.name.end(), plain)) {
-    place.Fail(fmt::format("name = {} is not of 1 to {} small letters, digits and _", Quote(profile.name), kMaxName));
+    place.Fail(fmt::format("name = {} must consist of 1 to {} lower-case letters, digits and _", Quote(profile.name),
+                           kMaxName));
   }
   if (fields[1] != "3" && fields[1] != "6") {
-    place.Fail(fmt::format("degrees_of_freedom = {} is neither 3 nor 6", Quote(fields[1])));
+    place.Fail(fmt::format("degrees_of_freedom = {} must be 3 or 6", Quote(fields[1])));
   }
   profile.degrees_of_freedom = fields[1] == "3" ? 3 : 6;
   std::vector<std::string> recalled;
@@ -98,10 +99,10 @@ DeviceProfile ParseRow(const std::vector<std::string>& fields, const CsvPlace& p
   check_order(profile.continuous_force_N, profile.peak_force_N, "force");
   check_order(profile.continuous_torque_Nmm, profile.peak_torque_Nmm, "torque");
   if (profile.degrees_of_freedom == 3 && profile.peak_torque_Nmm > 0) {
-    place.Fail(fmt::format("{}: a device of 3 degrees of freedom has no torque; write none", profile.name));
+    place.Fail(fmt::format("{}: a device with 3 degrees of freedom has no torque; write none", profile.name));
   }
   profile.source = fields.back();
-  if (profile.source.empty()) place.Fail("source is empty; say where the figures come from");
+  if (profile.source.empty()) place.Fail("source is empty; state where the values come from");
   if (!recalled.empty()) profile.source += fmt::format("; recalled, not verified: {}", fmt::join(recalled, ", "));
   if (!assumed.empty()) profile.source += fmt::format("; assumed: {}", fmt::join(assumed, ", "));
   return profile;

@@ -1,4 +1,4 @@
-// What haptic devices can do: the table that kerf ships, or one of the user's.
+// Table of the capabilities of haptic devices: kerf's own or the user's.
 #pragma once
 
 #include <string>
@@ -8,16 +8,19 @@
 
 namespace kerf {
 
-/// CSV as volumes/device_profiles.csv: a figure is followed by a letter that says how sure it is (S read in the source,
-/// R recalled, A assumed), or is `none` or `unknown`, which both become 0. Which figures are not S is added to
-/// `source`. `file` names the text in messages. Throws Error with file:line for the first fault.
+/// Parses CSV in the format of volumes/device_profiles.csv. Each value is followed by a letter for its reliability (S
+/// read in the source, R recalled, A assumed), or is `none` or `unknown`, which both become 0. The names of values that
+/// are not S are appended to `source`. `file` is the name used in messages. Throws kerf::Error with file:line at the
+/// first fault.
 std::vector<DeviceProfile> ParseDeviceProfiles(const std::string& text, const std::string& file);
 
-/// volumes/device_profiles.csv, built in. Its first, `ideal`, is no device: it has no limits that matter.
+/// Returns the built-in volumes/device_profiles.csv. Its first entry, `ideal`, is not a real device and has no
+/// relevant limits.
 const std::vector<DeviceProfile>& DeviceProfiles();
 
-/// Throws Error that names the nearest when there is none of that name, or all when none is near.
+/// Returns the profile of that name. If there is none, throws a kerf::Error that names the nearest one, or all if none
+/// is near.
 const DeviceProfile& FindDeviceProfile(const std::vector<DeviceProfile>& profiles, const std::string& name);
-const DeviceProfile& FindDeviceProfile(const std::string& name);  // of those built in
+const DeviceProfile& FindDeviceProfile(const std::string& name);  // of the built-in profiles
 
 }  // namespace kerf

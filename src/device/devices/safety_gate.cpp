@@ -12,17 +12,17 @@ namespace {
 
 constexpr double kTick_s = 0.001;
 constexpr double kLongestStep_s = 0.1;
-// From this share of the heat that is allowed on, the limit comes down from the peak.
+// Fraction of the permitted heat above which the limit decreases from the peak.
 constexpr double kWarm = 0.8;
 
-/// From 0 to 1 with no slope at either end; 1.5 at the steepest.
+/// From 0 to 1 with zero slope at both ends; maximum slope 1.5.
 double CalcSmooth(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3 - 2 * x);
 }
 constexpr double kSteepest = 1.5;
 
-/// Never longer than `most`, however its length is rounded.
+/// Returns `v` shortened to at most `most`, even after rounding.
 Vec3 Shorten(const Vec3& v, double most) {
   constexpr double kBelow = 1 - 1e-15;
   const double length = glm::length(v);
@@ -35,7 +35,7 @@ bool IsStep(double dt_s) {
   return dt_s > 0 && dt_s <= kLongestStep_s;
 }
 
-/// Without squaring what is too long for it.
+/// Avoids squaring vectors whose squared length overflows.
 bool IsLonger(const Vec3& v, double most) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) > most || glm::length(v) > most;
 }
@@ -47,29 +47,29 @@ std::string_view Describe(GateReason reason) {
     case GateReason::kNone:
       return "forces are on";
     case GateReason::kRampIn:
-      return "forces come in";
+      return "forces are ramping up";
     case GateReason::kHeat:
-      return "forces are held down to what the motors bear for long";
+      return "forces are limited to what the motors can sustain";
     case GateReason::kWaiting:
       return "no force: waiting for steady commands";
     case GateReason::kClock:
-      return "no force: the device's thread stood still";
+      return "no force: the device thread stalled";
     case GateReason::kNotHomed:
-      return "no force: the device has not found its zero yet";
+      return "no force: the device is not homed yet";
     case GateReason::kNotEngaged:
       return "no force: not switched on";
     case GateReason::kLostSample:
       return "no force: the device does not answer";
     case GateReason::kNotFinite:
-      return "no force: the simulation asked for one that is no number";
+      return "no force: the simulation sent a force that is not a finite number";
     case GateReason::kOverLimit:
-      return "no force: the simulation asked for more than the device can make";
+      return "no force: the simulation requested more than the device can output";
     case GateReason::kTooSteep:
-      return "no force: the simulation asked for a sudden change";
+      return "no force: the simulation requested too sudden a change";
     case GateReason::kOutOfSequence:
-      return "no force: commands came in the wrong order";
+      return "no force: commands arrived in the wrong order";
     case GateReason::kStale:
-      return "no force: the simulation has stopped asking";
+      return "no force: the simulation has stopped sending commands";
   }
   return "";
 }
@@ -82,7 +82,7 @@ SafetyGate::SafetyGate(const DeviceProfile& profile, const SafetyGateOptions& op
       !is_time(options.heat_s) || !(options.unknown_continuous > 0) || options.unknown_continuous > 1) {
     throw Error(
         "the safety gate's options must have a limit of 1 or more, a slew above 0, times of 1 ms or more and a "
-        "continuous share above 0 up to 1");
+        "continuous fraction above 0 and at most 1");
   }
   const auto set = [&](Channel& channel, double peak, double continuous) {
     if (!std::isfinite(peak) || peak < 0 || !std::isfinite(continuous) || continuous < 0) {
@@ -109,7 +109,7 @@ void SafetyGate::NoteBeginning(GateReason reason, bool holds) noexcept {
   before = holds;
 }
 
-/// The first that is wrong with the device, or kNone.
+/// Returns the first fault of the device's state, or kNone.
 GateReason SafetyGate::JudgeState(const GateState& state) noexcept {
   const bool is_step = IsStep(state.dt_s) && std::isfinite(state.now_s) && (!has_time_ || state.now_s >= last_now_s_);
   if (std::isfinite(state.now_s)) {
@@ -130,7 +130,7 @@ GateReason SafetyGate::JudgeState(const GateState& state) noexcept {
   return GateReason::kNone;
 }
 
-/// The first that is wrong with the command, or kNone.
+/// Returns the first fault of the command, or kNone.
 GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) noexcept {
   GateReason reason = GateReason::kNone;
   if (!has_command_ || command.number != number_) {
@@ -141,15 +141,15 @@ GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) no
                (torque_.peak > 0 && IsLonger(command.tau_Nmm, options_.over_limit * torque_.peak))) {
       reason = GateReason::kOverLimit;
     } else {
-      // Whatever a step's length on the way, one tick's worth of change is always allowed, and no more than that of
-      // the age at which a command is stale.
+      // Always permit the change of one tick, and at most the change over the maximum age of a command, regardless of
+      // the time between the commands.
       const double since_s = std::clamp(command.made_s - made_s_, kTick_s, std::max(options_.stale_s, kTick_s));
       const auto is_steep = [&](const Channel& channel, const Vec3& asked) {
         const double most = channel.peak * options_.max_slew_per_s * since_s;
         return has_command_ && channel.peak > 0 && IsLonger(asked - channel.asked, most * (1 + 1e-9));
       };
       const bool steep = is_steep(force_, command.f_N) || is_steep(torque_, command.tau_Nmm);
-      // What comes next is held against this one, good or not.
+      // The next command is compared with this one, valid or not.
       force_.asked = command.f_N;
       torque_.asked = torque_.peak > 0 ? command.tau_Nmm : Vec3{0};
       if (!is_later || (has_command_ && command.made_s < made_s_) || command.made_s > now_s + options_.stale_s) {
@@ -167,25 +167,25 @@ GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) no
   const bool is_stale = !has_command_ || !(now_s - made_s_ <= options_.stale_s);
   NoteBeginning(GateReason::kStale, is_stale);
   if (reason == GateReason::kNone && is_stale) reason = GateReason::kStale;
-  // The same bad one again does not become better.
+  // Repeating an invalid command does not make it valid.
   if (reason == GateReason::kNone && !command_is_good_) reason = GateReason::kWaiting;
   return reason;
 }
 
-/// True when the heat held it down.
-bool SafetyGate::MoveOpen(Channel& channel, double share, double dt_s) const noexcept {
+/// Returns true if the heat limited the output.
+bool SafetyGate::MoveOpen(Channel& channel, double fraction, double dt_s) const noexcept {
   const double allowed = channel.continuous * channel.continuous;
   double most = channel.peak;
   if (allowed > 0) {
     const double warm = std::clamp((channel.heat / allowed - kWarm) / (1 - kWarm), 0.0, 1.0);
     most = channel.peak + warm * (channel.continuous - channel.peak);
-    // And no more than makes it as hot as it may be in one step, which may be long.
-    const double share_of_step = -std::expm1(-dt_s / options_.heat_s);
-    const double square = (allowed - (1 - share_of_step) * channel.heat) / share_of_step;
+    // Also limit the output so that one step, which may be long, does not exceed the permitted heat.
+    const double fraction_of_step = -std::expm1(-dt_s / options_.heat_s);
+    const double square = (allowed - (1 - fraction_of_step) * channel.heat) / fraction_of_step;
     most = std::min(most, std::max(channel.continuous, std::sqrt(std::max(square, 0.0))));
   }
   const bool held_down = glm::length(channel.asked) > most;
-  const Vec3 wanted = Shorten(share * Shorten(channel.asked, most), channel.peak);
+  const Vec3 wanted = Shorten(fraction * Shorten(channel.asked, most), channel.peak);
   const Vec3 way = wanted - channel.out;
   channel.out = Shorten(channel.out + Shorten(way, channel.peak * options_.max_slew_per_s * dt_s), channel.peak);
   return held_down && most < channel.peak;
@@ -197,8 +197,8 @@ void SafetyGate::MoveClosed(Channel& channel) const noexcept {
 }
 
 void SafetyGate::Warm(Channel& channel, double dt_s) const noexcept {
-  const double share = -std::expm1(-dt_s / options_.heat_s);
-  channel.heat += share * (glm::dot(channel.out, channel.out) - channel.heat);
+  const double fraction = -std::expm1(-dt_s / options_.heat_s);
+  channel.heat += fraction * (glm::dot(channel.out, channel.out) - channel.heat);
 }
 
 void SafetyGate::Restart() noexcept {
@@ -241,15 +241,15 @@ GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) 
 
   GateOutput output;
   if (phase_ == Phase::kOpen) {
-    const double share = CalcSmooth(phase_s_ / options_.ramp_in_s);
-    const bool hot_force = MoveOpen(force_, share, dt_s);
-    const bool hot_torque = MoveOpen(torque_, share, dt_s);
-    NoteBeginning(GateReason::kRampIn, share < 1);
+    const double fraction = CalcSmooth(phase_s_ / options_.ramp_in_s);
+    const bool hot_force = MoveOpen(force_, fraction, dt_s);
+    const bool hot_torque = MoveOpen(torque_, fraction, dt_s);
+    NoteBeginning(GateReason::kRampIn, fraction < 1);
     NoteBeginning(GateReason::kHeat, hot_force || hot_torque);
     output.open = true;
     output.reason = GateReason::kNone;
     if (hot_force || hot_torque) output.reason = GateReason::kHeat;
-    if (share < 1) output.reason = GateReason::kRampIn;
+    if (fraction < 1) output.reason = GateReason::kRampIn;
   } else {
     MoveClosed(force_);
     MoveClosed(torque_);

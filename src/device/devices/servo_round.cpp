@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-// Noise, and rounds that come in quick succession.
+// Allowance for noise and for rounds in quick succession.
 constexpr double kNoLeap_mm = 3;
 constexpr double kNoLeap_rad = 0.1;
 
@@ -32,7 +32,7 @@ ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits,
 }
 
 void ServoRound::Open(double now_s) {
-  gate_.Restart();  // nothing is left of what it let through but the heat
+  gate_.Restart();  // keeps only the motors' heat
   const std::uint32_t engagements = sample_.engagements;
   sample_ = {};
   sample_.engagements = engagements;
@@ -55,7 +55,7 @@ ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, con
                             bool agrees) noexcept {
   ++counts_.rounds;
   just_now_ = false;
-  // Whoever served it stood still: nobody looked at the handle meanwhile.
+  // The serving thread stalled, so the handle was not observed in the meantime.
   if (dt_s > params_.silent_s) BeginSilence();
   GateState device;
   device.now_s = now_s;
@@ -72,14 +72,14 @@ ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, con
   command.f_D_N = gated.f_N;
   command.tau_D_Nmm = gated.tau_Nmm;
   command.engaged = sample_.state == ServoState::kEngaged;
-  // A field of force around it lets through as much as its middle does.
+  // Scale the field's stiffness and damping by the same fraction as the force.
   const double asked_N = glm::length(newest.command.f_D_N);
-  const double share = asked_N > 0 && std::isfinite(asked_N) ? std::fmin(glm::length(gated.f_N) / asked_N, 1) : 0;
-  command.stiffness_N_per_mm *= share;
-  command.damping_Ns_per_mm *= share;
-  const RoundEnd end = driver.Exchange(command, told_);
+  const double fraction = asked_N > 0 && std::isfinite(asked_N) ? std::fmin(glm::length(gated.f_N) / asked_N, 1) : 0;
+  command.stiffness_N_per_mm *= fraction;
+  command.damping_Ns_per_mm *= fraction;
+  const RoundEnd end = driver.Exchange(command, reported_);
   heard_ = end == RoundEnd::kSample;
-  Take(end, told_, now_s, agrees);
+  Take(end, reported_, now_s, agrees);
   return sample_.state;
 }
 
@@ -90,19 +90,19 @@ void ServoRound::BeginSilence() {
   ++counts_.silences;
 }
 
-bool ServoRound::IsLeap(const DriverSample& told, double since_s) const {
+bool ServoRound::IsLeap(const DriverSample& reported, double since_s) const {
   if (traits_.motion != DriverMotion::kPosition) return false;
   const Pose& before = sample_.sample.X_DH;
   const double time_s = std::fmax(since_s, 0);
-  const double way_mm = glm::length(told.X_DH.p_AB - before.p_AB);
+  const double way_mm = glm::length(reported.X_DH.p_AB - before.p_AB);
   if (!(way_mm <= kNoLeap_mm + params_.leap_mm_per_s * time_s)) return true;
   if (!traits_.senses_orientation) return false;
-  const Quat turn = told.X_DH.R_AB * glm::conjugate(before.R_AB);
+  const Quat turn = reported.X_DH.R_AB * glm::conjugate(before.R_AB);
   const double turn_rad = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
   return !(turn_rad <= kNoLeap_rad + params_.leap_rad_per_s * time_s);
 }
 
-void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool agrees) {
+void ServoRound::Take(RoundEnd end, const DriverSample& reported, double now_s, bool agrees) {
   if (end == RoundEnd::kGone) {
     sample_.state = ServoState::kClosed;
     return;
@@ -114,16 +114,16 @@ void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool
   }
   ++counts_.samples;
   const double silence_s = now_s - heard_at_s_;
-  if (sample_.state == ServoState::kEngaged && IsLeap(told, silence_s)) {
+  if (sample_.state == ServoState::kEngaged && IsLeap(reported, silence_s)) {
     ++counts_.leaps;
     BeginSilence();
   }
   if (sample_.state != ServoState::kSilent || !just_now_) heard_at_s_ = now_s;
-  sample_.sample = told;
+  sample_.sample = reported;
   sample_.at_s = now_s;
-  const bool pressed = (told.buttons & ~buttons_before_) != 0;
-  buttons_before_ = told.buttons;
-  if (!told.homed) {
+  const bool pressed = (reported.buttons & ~buttons_before_) != 0;
+  buttons_before_ = reported.buttons;
+  if (!reported.homed) {
     sample_.state = ServoState::kHoming;
     return;
   }
@@ -138,7 +138,7 @@ void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool
       ++sample_.engagements;
       break;
     case ServoState::kSilent:
-      if (just_now_) break;  // so that everybody sees it
+      if (just_now_) break;  // keep the state for one round, so that other threads see it
       sample_.state = silence_s > params_.agree_s ? ServoState::kWaiting : ServoState::kEngaged;
       if (sample_.state == ServoState::kEngaged) ++sample_.engagements;
       break;
@@ -150,7 +150,7 @@ void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool
 const char* Describe(ServoState state) {
   switch (state) {
     case ServoState::kClosed:
-      return "not there";
+      return "not connected";
     case ServoState::kHoming:
       return "not homed";
     case ServoState::kWaiting:

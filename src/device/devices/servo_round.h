@@ -1,5 +1,5 @@
-// Round after round with a device: what it is told, what it tells, and whether it may make force now. Pure: time is
-// what the caller says.
+// Rounds with a device: sends commands, receives samples, and decides whether the device may output force. Pure: the
+// caller passes in the time.
 #pragma once
 
 #include <cstdint>
@@ -11,35 +11,36 @@
 namespace kerf {
 
 enum class ServoState : std::uint8_t {
-  kClosed,   // not open: not there yet, or gone
-  kHoming,   // open, but the handle has not been moved as it must be for its place to be known
-  kWaiting,  // ready; force comes when the user agrees
-  kEngaged,  // the hand has the tool
-  kSilent,   // engaged, but there has been no answer for a while, or it told a leap: no force
+  kClosed,   // not open: not yet found, or removed
+  kHoming,   // open, but the handle has not been homed, so its position is unknown
+  kWaiting,  // ready; force starts when the user agrees
+  kEngaged,  // the handle holds the tool
+  kSilent,   // was engaged, but has not answered for a while, or reported a jump: no force
 };
 
-/// What the simulation wants of the device, frame D.
+/// Request of the simulation to the device, frame D.
 struct ServoCommand {
-  std::uint64_t sequence = 0;  // above the last one's when it is new
+  std::uint64_t sequence = 0;  // increases with each new command
   double made_at_s = 0;
   DriverCommand command;
 };
 
-/// What others see of the device.
+/// State of the device for other threads.
 struct ServoSample {
   DriverSample sample;
-  double at_s = -1e300;  // when it came
+  double at_s = -1e300;  // time of arrival
   ServoState state = ServoState::kClosed;
-  std::uint32_t engagements = 0;  // times that the handle has taken the tool: another one, and it may be elsewhere
+  std::uint32_t engagements = 0;  // number of times that the handle was coupled to the tool; after each, it may be
+                                  // elsewhere
 };
 
 struct ServoParams {
   SafetyGateOptions gate;
-  double silent_s = 0.05;       // without an answer: no force
-  double agree_s = 0.5;         // silent for longer: the user must agree again
-  double leap_mm_per_s = 5000;  // faster, and it was no hand: the handle takes the tool anew; 100 to 1e9
-  double leap_rad_per_s = 30;   // likewise, of turning, where that is sensed; 1 to 1e9
-  /// A button that was not pressed before, pressed: the user agrees.
+  double silent_s = 0.05;       // maximum time without an answer before the force stops; 0.002 to 10
+  double agree_s = 0.5;         // after a longer silence the user must agree again; silent_s to 3600
+  double leap_mm_per_s = 5000;  // faster motion is a fault: the handle is coupled to the tool again; 100 to 1e9
+  double leap_rad_per_s = 30;   // same for rotation, if it is sensed; 1 to 1e9
+  /// If true, newly pressing any button counts as the user's agreement.
   bool button_agrees = true;
 };
 
@@ -48,52 +49,52 @@ struct ServoCounts {
   std::uint64_t samples = 0;
   std::uint64_t no_answers = 0;
   std::uint64_t bad_answers = 0;
-  std::uint64_t silences = 0;  // times that kSilent began
-  std::uint64_t leaps = 0;     // of those
-  double largest_N = 0;        // that the safety gate let through
+  std::uint64_t silences = 0;  // number of times that kSilent began
+  std::uint64_t leaps = 0;     // number of those caused by jumps
+  double largest_N = 0;        // largest force that the safety gate passed
 };
 
 class ServoRound {
  public:
-  /// Throws Error for a parameter out of range.
+  /// Throws kerf::Error if a parameter is out of range.
   ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params);
 
-  /// The driver has been started: from the beginning, homing and agreeing included.
+  /// Starts from the beginning, including homing and agreement. Call after the driver has been started.
   void Open(double now_s);
-  /// The device is given up until it is opened anew.
+  /// Gives up the device until it is opened again.
   void Close() noexcept { sample_.state = ServoState::kClosed; }
-  /// The hand has let go: no force in the next round, and the user must agree again.
+  /// Stops the force from the next round on; the user must agree again.
   void LetGo() noexcept;
-  /// One round, dt_s after the last. `agrees`: the user said so since the last round. kClosed: the device is gone. Not
-  /// tick-safe only as far as the driver waits for its transport.
+  /// Runs one round, dt_s after the last. `agrees`: the user has agreed since the last round. Returns kClosed if the
+  /// device is gone. Tick-safe except that the driver waits for its transport.
   ServoState Step(DeviceDriver& driver, double now_s, double dt_s, const ServoCommand& newest, bool agrees) noexcept;
 
   const ServoSample& sample() const { return sample_; }
   ServoState state() const { return sample_.state; }
   const SafetyGate& gate() const { return gate_; }
-  /// Of the last round, frame D.
+  /// Force sent in the last round, frame D.
   const Vec3& sent_force_N() const { return f_sent_D_N_; }
   const ServoCounts& counts() const { return counts_; }
 
  private:
   void BeginSilence();
-  void Take(RoundEnd end, const DriverSample& told, double now_s, bool agrees);
-  bool IsLeap(const DriverSample& told, double since_s) const;
+  void Take(RoundEnd end, const DriverSample& reported, double now_s, bool agrees);
+  bool IsLeap(const DriverSample& reported, double since_s) const;
 
   DriverTraits traits_;
   ServoParams params_;
   SafetyGate gate_;
   ServoSample sample_;
-  DriverSample told_;
+  DriverSample reported_;
   double heard_at_s_ = 0;
-  bool heard_ = false;     // in the last round
-  bool just_now_ = false;  // kSilent has begun in this round
+  bool heard_ = false;     // an answer came in the last round
+  bool just_now_ = false;  // kSilent began in this round
   std::uint32_t buttons_before_ = ~0u;
   Vec3 f_sent_D_N_{0};
   ServoCounts counts_;
 };
 
-/// For people.
+/// Returns a phrase for the user.
 const char* Describe(ServoState state);
 
 }  // namespace kerf

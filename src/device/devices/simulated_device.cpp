@@ -12,8 +12,8 @@ namespace kerf {
 namespace {
 
 constexpr double kMaxTick_s = 0.1;
-constexpr double kReturn_s = 0.5;    // in which a wanted place that has given way comes back
-constexpr double kForget_rad = 3.0;  // the hand lets go before it is turned further
+constexpr double kReturn_s = 0.5;    // time constant with which a yielded position returns
+constexpr double kForget_rad = 3.0;  // maximum rotation of the handle in the hand; beyond it the grip slips
 
 Vec3 Shorten(const Vec3& v, double limit, bool& shortened) {
   const double length = std::hypot(v.x, v.y, v.z);
@@ -34,7 +34,7 @@ SimulatedDevice::SimulatedDevice(const DeviceProfile& profile, const HandModel& 
     : profile_(profile), hand_(hand), options_(options) {
   if (!(profile.mass_kg > 0)) throw Error(fmt::format("device {} has no mass; it can't be simulated", profile.name));
   if (!IsValid(X_WH_start) || !IsInWorld(X_WH_start.p_AB)) {
-    throw Error("the simulated device starts at a pose that is not a place in the world");
+    throw Error("the start pose of the simulated device is not valid or outside the world");
   }
   if (options.substeps < 20 || options.substeps > 10000) {
     throw Error(fmt::format("substeps = {} of the simulated device is not within 20 to 10000", options.substeps));
@@ -79,7 +79,7 @@ void SimulatedDevice::Integrate(double h) noexcept {
   const Vec3 f = f_W_N_ + intention_.push_W_N + b_hand * intention_.v_W_mm_per_s - k * (p_WC_mm_ - wanted_p);
   const double drag = 0.5 * h * b / m + 0.25 * h * h * k / m;
   Vec3 v1 = ((1 - drag) * v0 + (h / m) * f) / (1 + drag);
-  // Friction takes speed away and never turns it round, so that what sticks stays exactly where it is.
+  // Friction reduces the speed and never reverses it, so that a sticking handle stays exactly in place.
   const double speed = glm::length(v1);
   const double taken = profile_.friction_N * h / m;
   const Vec3 v_free = v1;
@@ -107,7 +107,7 @@ void SimulatedDevice::Elapse(double dt_s) noexcept {
     Integrate(h);
     time_s_ += h;
   }
-  // Turning: c w = tau - k turned, exactly for a torque that is held.
+  // Rotation: c w = tau - k turned, solved exactly for a constant torque.
   if (hand_.torsion_Nmm_per_rad > 0 && hand_.torsion_damping_Nmms > 0) {
     const Vec3 before = turned_W_rad_;
     const double stays = std::exp(-dt * hand_.torsion_Nmm_per_rad / hand_.torsion_damping_Nmms);

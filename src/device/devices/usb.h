@@ -1,5 +1,5 @@
-// USB as the protocols need it: what is plugged in, transfers to it. Whoever carries them (libusb, a model of a device
-// in this process) stands behind these two interfaces.
+// USB interfaces for the device protocols: the list of devices, and transfers to one. Implemented by libusb and by
+// device models in this process.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,18 @@ namespace kerf {
 enum class TransferEnd : std::uint8_t {
   kOk,
   kTimeout,
-  kGone,    // unplugged: nothing will ever come back
-  kStall,   // the device refuses that request
-  kFailed,  // all else; the next may go well
+  kGone,    // unplugged: no further answer will come
+  kStall,   // the device refuses the request
+  kFailed,  // any other failure; the next transfer may succeed
 };
 
 struct Transfer {
   TransferEnd end = TransferEnd::kFailed;
-  int bytes = 0;  // that were moved, also where it did not end well
+  int bytes = 0;  // number transferred, even if the transfer failed
 };
 
-/// An open interface of a device. One thread at a time. Closed by the destructor, which gives the interface back. The
-/// calls don't allocate, but wait for up to `timeout_ms` (1 or more): they are for a device's own thread, not for the
-/// tick.
+/// Open interface of a device. For one thread at a time. The destructor closes it and releases the interface. The calls
+/// do not allocate but wait up to `timeout_ms` (1 or more): they are for a device's own thread, not for the tick.
 class UsbTransport {
  public:
   UsbTransport() = default;
@@ -33,41 +32,41 @@ class UsbTransport {
   UsbTransport& operator=(const UsbTransport&) = delete;
   virtual ~UsbTransport() = default;
 
-  /// A control transfer on endpoint 0. The direction is bit 7 of `request_type`: from the device when set.
+  /// Control transfer on endpoint 0. Bit 7 of `request_type` is the direction; set: from the device.
   virtual Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                            std::span<std::uint8_t> data, int timeout_ms) noexcept = 0;
-  /// Bulk or interrupt, as the endpoint is. OUT endpoints have bit 7 clear.
+  /// Bulk or interrupt transfer, depending on the endpoint. OUT endpoints have bit 7 clear.
   virtual Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int timeout_ms) noexcept = 0;
-  /// One packet, or as many as fill `data`; give it a multiple of the endpoint's packet size. IN endpoints have bit 7
-  /// set.
+  /// Reads one packet, or as many as fill `data`, whose size must be a multiple of the endpoint's packet size. IN
+  /// endpoints have bit 7 set.
   virtual Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data, int timeout_ms) noexcept = 0;
 };
 
-/// A device that is plugged in.
+/// USB device that is plugged in.
 struct UsbDeviceInfo {
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;
   int bus = 0;
-  int address = 0;      // on the bus; another one after plugging in again
-  std::string ports{};  // "1-2.3": the socket that it is plugged into
-  bool is_hid = false;  // has an interface of the HID class
+  int address = 0;      // on the bus; changes when the device is plugged in again
+  std::string ports{};  // "1-2.3": port that it is plugged into
+  bool is_hid = false;  // has an interface of class HID
 };
 
 enum class UsbProblem : std::uint8_t {
   kNone,
   kNoPermission,
-  kBusy,  // another driver or program has the interface
+  kBusy,  // another driver or program uses the interface
   kGone,
   kOther,
 };
 
 struct UsbOpening {
-  std::unique_ptr<UsbTransport> transport;  // null when there is a problem
+  std::unique_ptr<UsbTransport> transport;  // nullptr if there is a problem
   UsbProblem problem = UsbProblem::kNone;
-  std::string detail;  // what the system said, a phrase
+  std::string detail;  // reason given by the system, a phrase
 };
 
-/// All that is plugged in. None of it is for the tick.
+/// All devices that are plugged in. Not for the tick.
 class UsbBus {
  public:
   UsbBus() = default;
@@ -75,9 +74,9 @@ class UsbBus {
   UsbBus& operator=(const UsbBus&) = delete;
   virtual ~UsbBus() = default;
 
-  /// As it is now. Throws Error when USB itself can't be asked.
+  /// Lists the current devices. Throws kerf::Error if USB cannot be queried.
   virtual std::vector<UsbDeviceInfo> List() = 0;
-  /// Opens a device and claims an interface of it, from the kernel's driver too where it is a HID one.
+  /// Opens a device and claims one of its interfaces, detaching the kernel driver of an HID interface.
   virtual UsbOpening Open(const UsbDeviceInfo& device, int interface_number) = 0;
 };
 

@@ -20,7 +20,7 @@ Vec3 AdaptiveVelocity::Update(const Vec3& p_mm, double dt_s) {
   if (count_ > 1) {
     const Vec3 step = p_mm - p_[static_cast<std::size_t>(newest_)];
     const double speed = glm::length(v_);
-    const double stop = kLeastStop_mm_per_s2 / reach_ * dt_s;
+    const double stop = kMinStop_mm_per_s2 / reach_ * dt_s;
     const bool frozen = repeated_s_ > kLongestRepeat_s;
     if (step == Vec3{0} && (frozen || (speed * dt_s > 2 * quantum_ && speed > stop))) {
       repeated_s_ += dt_s;
@@ -28,8 +28,8 @@ Vec3 AdaptiveVelocity::Update(const Vec3& p_mm, double dt_s) {
       return v_;
     }
     dt_s += repeated_s_;
-    // Two samples and a velocity between two are each right to a quantum along each axis.
-    const double most = kMostAcceleration_mm_per_s2 / reach_ * dt_s * dt_s + 4 * quantum_;
+    // Each of the two samples is accurate to one quantum per axis, and so is a velocity between two samples.
+    const double most = kMaxAcceleration_mm_per_s2 / reach_ * dt_s * dt_s + 4 * quantum_;
     if (frozen || glm::length(step - v_ * dt_s) > most) count_ = 0;
   }
   repeated_s_ = 0;
@@ -55,7 +55,7 @@ double AdaptiveVelocity::CalcAxis(int axis) const {
     }
     if (straight) last = n;
   }
-  // The line of least squares.
+  // Least-squares line.
   double t = 0, p = 0, tt = 0, tp = 0;
   for (int i = 0; i <= last; ++i) {
     t += t_[at(i)];

@@ -1,5 +1,5 @@
-// Where a device's handle is in the world: how far the tool goes for a way of the handle, which way is up, and the
-// clutch, by which a small workspace reaches everywhere.
+// Mapping of a device's handle to the world: motion scale, orientation, and the clutch, which lets a small workspace
+// reach every place.
 #pragma once
 
 #include <cstdint>
@@ -10,31 +10,32 @@
 
 namespace kerf {
 
-/// The device's frame (devices/driver.h) as it stands before a patient in the frame of a CT (LPS): to the user's right
-/// is to the patient's left, up is to the head, towards the user is to the front.
+/// Orientation of the device's frame (devices/driver.h) for a user in front of a patient in the frame of a CT (LPS):
+/// the user's right is the patient's left, up is towards the head, towards the user is to the front.
 inline const Quat kFacingPatient{0.70710678118654752, 0.70710678118654752, 0, 0};
 
 struct WorkspaceParams {
-  double motion_scale = 1;     // mm of the tool for each of the handle, 0.02 to 20
-  Quat R_WD = kFacingPatient;  // the device's frame in the world
-  Vec3 p_TC_mm{0};             // the point of the tool that the handle holds: CouplingParams::p_TC_mm
+  double motion_scale = 1;     // mm of the tool per mm of the handle, 0.02 to 20
+  Quat R_WD = kFacingPatient;  // orientation of the device's frame in the world
+  Vec3 p_TC_mm{0};             // point of the tool that the handle holds: CouplingParams::p_TC_mm
   bool senses_orientation = false;
 };
 
-/// The handle's point C moves the tool's: p_WC = a_W + motion_scale R_WD (p_DC - a_D), a the anchor, the pair of places
-/// that were one when it was last dropped. The tool turns as the handle does since then, where that is sensed.
-/// Tick-safe but for the constructor.
+/// The handle's point C moves the tool's: p_WC = a_W + motion_scale R_WD (p_DC - a_D). The anchor a is the pair of
+/// points that coincided when it was last set. If orientation is sensed, the tool rotates with the handle relative to
+/// the anchor. Tick-safe except for the constructor.
 class Workspace {
  public:
-  /// Throws Error naming a parameter out of range. The anchor: the handle's pose 0 at the world's.
+  /// Throws a kerf::Error that names a parameter out of range. The initial anchor maps the handle's zero pose to the
+  /// world's.
   explicit Workspace(const WorkspaceParams& params);
 
-  /// From here on this pose of the handle is that of the tool frame. `R_WD`: and the device's frame lies so.
+  /// Sets the anchor: from now on X_DH corresponds to X_WT. `R_WD` also sets the orientation of the device's frame.
   void Anchor(const Pose& X_DH, const Pose& X_WT);
   void Anchor(const Pose& X_DH, const Pose& X_WT, const Quat& R_WD);
-  /// Of the tool frame, as the hand asks for it.
+  /// Returns the pose of the tool frame that the handle requests.
   Pose CalcToolPose(const Pose& X_DH) const;
-  /// The handle's pose for which CalcToolPose() gives this one (where orientation is not sensed: its place).
+  /// Returns the handle pose for which CalcToolPose() gives X_WT (only its position if orientation is not sensed).
   Pose CalcHandlePose(const Pose& X_WT) const;
   Vec3 ToDevice(const Vec3& v_W) const { return glm::conjugate(params_.R_WD) * v_W; }
   Vec3 ToWorld(const Vec3& v_D) const { return params_.R_WD * v_D; }
@@ -48,15 +49,15 @@ class Workspace {
   Quat R_WT_anchor_{1, 0, 0, 0};
 };
 
-/// The device as it is felt through a workspace: what it holds for a mm of the handle, for a mm of the tool instead.
-/// Its forces stay.
+/// Returns the profile as felt through a workspace: values per mm of the handle become values per mm of the tool.
+/// Forces stay unchanged.
 DeviceProfile ScaleProfile(DeviceProfile profile, double motion_scale);
 
-/// The device's frame for a left-handed user: the place mirrored about the plane between right and left, up and towards
-/// the user kept, as far as a rotation can: its turns about up and about towards the user change sign.
+/// Returns the device's frame for a left-handed user: mirrored in the plane between right and left, keeping the
+/// directions up and towards the user as far as a rotation can: rotations about these two directions change sign.
 Quat MirrorForLeftHand(const Quat& R_WD, const Quat& R_WD_straight = kFacingPatient);
 
-/// Buttons with the one to the right and the one to the left exchanged.
+/// Returns the buttons with the right and the left one swapped.
 std::uint32_t ExchangeButtons(std::uint32_t buttons, int right_bit, int left_bit);
 
 }  // namespace kerf

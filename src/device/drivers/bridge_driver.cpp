@@ -29,40 +29,40 @@ std::string SayRefusal(const BridgeRefusal& refusal, const std::string& where) {
   switch (refusal.reason) {
     case BridgeReason::kVersion:
       return fmt::format(
-          "the bridge at {} speaks version {} of the protocol, kerf version {}; build the bridge anew with the "
-          "tools/bridge/kerf_bridge.c that came with this kerf{}",
+          "the bridge at {} uses version {} of the protocol, but kerf uses version {}; rebuild the bridge with "
+          "tools/bridge/kerf_bridge.c from this version of kerf{}",
           where, refusal.version, kBridgeVersion, words);
     case BridgeReason::kBusy:
-      return fmt::format("the bridge at {} is in use by another program; end that, or wait two seconds{}", where,
-                         words);
+      return fmt::format("the bridge at {} is in use by another program; end that program, or wait two seconds{}",
+                         where, words);
     case BridgeReason::kNoDevice:
       return fmt::format(
-          "the bridge at {} finds no device; look whether it is plugged in and its maker's software sees it{}", where,
-          words);
+          "the bridge at {} finds no device; check that it is plugged in and that its maker's software finds it{}",
+          where, words);
     case BridgeReason::kNoSession:
       break;
   }
-  return fmt::format("the bridge at {} refused to begin; start it anew{}", where, words);
+  return fmt::format("the bridge at {} refused to start; restart it{}", where, words);
 }
 
 }  // namespace
 
 BridgeDriver::BridgeDriver(const BridgeOptions& options) : options_(options) {
-  if (options.port == 0) throw Error("the bridge's port must be 1 to 65535");
-  if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("the bridge's timeout_ms must be 1 to 1000");
-  if (options.oldest_ms < 1 || options.oldest_ms > 1000) throw Error("the bridge's oldest_ms must be 1 to 1000");
+  if (options.port == 0) throw Error("the bridge port must be 1 to 65535");
+  if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("timeout_ms of the bridge must be 1 to 1000");
+  if (options.oldest_ms < 1 || options.oldest_ms > 1000) throw Error("oldest_ms of the bridge must be 1 to 1000");
   if (options.start_timeout_ms < 1 || options.start_timeout_ms > 60'000) {
-    throw Error("the bridge's start_timeout_ms must be 1 to 60000");
+    throw Error("start_timeout_ms of the bridge must be 1 to 60000");
   }
-  if (options.valid_ms < 1 || options.valid_ms > 1000) throw Error("the bridge's valid_ms must be 1 to 1000");
+  if (options.valid_ms < 1 || options.valid_ms > 1000) throw Error("valid_ms of the bridge must be 1 to 1000");
   if (!IsLoopbackAddress(options.address) && !options.allow_remote) {
     throw Error(
-        fmt::format("{} is not this machine (127.x.x.x); packets to a bridge are neither secret nor signed, so another "
-                    "machine has to be allowed (--bridge-elsewhere)",
+        fmt::format("{} is not this machine (127.x.x.x); packets to a bridge are neither encrypted nor signed, so "
+                    "another machine must be allowed explicitly (--bridge-elsewhere)",
                     options.address));
   }
   profile_.name = "bridge";
-  profile_.source = "behind a bridge; nothing is known before it has answered";
+  profile_.source = "behind a bridge; unknown until the bridge answers";
   traits_.timeout_ms = options.timeout_ms;
   link_ = std::make_unique<UdpLink>(options.address, options.port);
 }
@@ -80,8 +80,8 @@ BridgeHeader BridgeDriver::NextHeader() noexcept {
 
 bool BridgeDriver::IsPrompt(std::uint32_t answer_to) const noexcept {
   const std::uint32_t behind = sequence_ - answer_to;
-  if (behind == 0) return true;  // the round waits no longer than timeout_ms for it
-  // Goes round: what was never sent is far behind too, or went out in the year dot.
+  if (behind == 0) return true;  // the round waits at most timeout_ms for it
+  // With wrap-around, a sequence number that was never sent is also far behind, or its send time is the clock origin.
   if (behind >= sent_at_.size()) return false;
   return Clock::now() - sent_at_[answer_to % sent_at_.size()] <= std::chrono::milliseconds(options_.oldest_ms);
 }
@@ -100,20 +100,20 @@ void BridgeDriver::TakeDescription(const BridgeDescription& description) {
   profile_.max_damping_Ns_per_mm = known(description.max_damping_Ns_per_mm, 0.002);
   profile_.resolution_mm = known(description.resolution_mm, usual.resolution_mm);
   profile_.workspace_radius_mm = known(description.workspace_radius_mm, usual.workspace_radius_mm);
-  profile_.source = fmt::format("as the bridge at {}:{} says", options_.address, options_.port);
+  profile_.source = fmt::format("as reported by the bridge at {}:{}", options_.address, options_.port);
   traits_.makes_force = profile_.peak_force_N > 0;
   traits_.senses_orientation = description.senses_orientation;
   traits_.homes = description.homes;
-  traits_.homing = description.homes ? "move the handle as the bridge's program asks you to" : "";
+  traits_.homing = description.homes ? "move the handle as the bridge program instructs" : "";
   traits_.rate_hz = std::clamp(known(description.rate_hz, 1000), 50.0, 1000.0);
   traits_.buttons.clear();
   for (int i = 0; i < description.buttons; ++i) traits_.buttons.push_back(fmt::format("button {}", i + 1));
 }
 
-void BridgeDriver::Start(const std::function<bool(const std::string& doing, double share)>& show) {
+void BridgeDriver::Start(const std::function<bool(const std::string& doing, double fraction)>& show) {
   const std::string where = fmt::format("{}:{}", options_.address, options_.port);
   Stop();
-  // A new socket: nothing of an earlier session waits in it.
+  // A new socket contains no packets from an earlier session.
   link_ = std::make_unique<UdpLink>(options_.address, options_.port);
   std::random_device random;
   session_ = random();
@@ -123,16 +123,16 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
   const std::chrono::milliseconds most(options_.start_timeout_ms);
   int refused = 0;
   std::uint16_t other_version = 0;
-  constexpr int kNobody = 4;  // so often refused, nobody listens
-  while (Clock::now() < begin + most && refused < kNobody) {
-    const double share = std::chrono::duration<double>(Clock::now() - begin) / most;
-    if (show && !show(fmt::format("asking the bridge at {}", where), std::min(share, 1.0))) {
-      throw Error("starting the device was broken off");
+  constexpr int kNoReader = 4;  // number of refusals after which no program is assumed to listen
+  while (Clock::now() < begin + most && refused < kNoReader) {
+    const double fraction = std::chrono::duration<double>(Clock::now() - begin) / most;
+    if (show && !show(fmt::format("connecting to the bridge at {}", where), std::min(fraction, 1.0))) {
+      throw Error("starting the device was cancelled");
     }
     link_->Send(WriteBridgeHello(NextHeader()));
     const Clock::time_point next = std::min(Clock::now() + std::chrono::milliseconds(100), begin + most);
     int left_ms = MillisecondsUntil(next);
-    do {  // once also where the time was up before anybody could look: what has come has come
+    do {  // at least once, so that packets that have already arrived are read
       std::array<std::uint8_t, 2 * kBridgeBytes> bytes;
       std::size_t count = 0;
       const UdpEnd end = link_->Receive(bytes, std::max(left_ms, 0), count);
@@ -159,14 +159,14 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
     } while ((left_ms = MillisecondsUntil(next)) > 0);
   }
   if (other_version != 0) {
-    throw Error(fmt::format(
-        "the bridge at {} answers in version {} of the protocol, kerf speaks version {}; build the bridge anew with "
-        "the tools/bridge/kerf_bridge.c that came with this kerf",
-        where, other_version, kBridgeVersion));
+    throw Error(
+        fmt::format("the bridge at {} uses version {} of the protocol, but kerf uses version {}; rebuild the bridge "
+                    "with tools/bridge/kerf_bridge.c from this version of kerf",
+                    where, other_version, kBridgeVersion));
   }
-  throw Error(refused > 0 ? fmt::format("no bridge program listens at {}; start it first (docs/bridge.md)", where)
-                          : fmt::format("the bridge at {} gave no answer that kerf understands within {:.1f} s; look "
-                                        "whether it runs, and whether its program is a bridge",
+  throw Error(refused > 0 ? fmt::format("no bridge program is listening at {}; start it first (docs/bridge.md)", where)
+                          : fmt::format("the bridge at {} gave no valid answer within {:.1f} s; check that it is "
+                                        "running and that the program is a bridge",
                                         where, 1e-3 * options_.start_timeout_ms));
 }
 
@@ -188,14 +188,14 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
     running_ = false;
     return RoundEnd::kGone;
   }
-  // Until the answer to this command; a newer state that answers one of just before is news too.
+  // Wait for the answer to this command; accept a newer state that answers a recent command as well.
   bool has_news = false;
   bool has_bad = false;
   for (int left_ms = options_.timeout_ms; left_ms > 0; left_ms = MillisecondsUntil(end)) {
     std::array<std::uint8_t, 2 * kBridgeBytes> bytes;
     std::size_t count = 0;
     const UdpEnd got = link_->Receive(bytes, left_ms, count);
-    if (got == UdpEnd::kTimeout) continue;  // a signal, or the time is up
+    if (got == UdpEnd::kTimeout) continue;  // interrupted by a signal, or timeout
     if (got == UdpEnd::kRefused) {
       running_ = false;
       return RoundEnd::kGone;
@@ -209,10 +209,10 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
       continue;
     }
     if (answer->kind == BridgeKind::kRefusal) {
-      running_ = false;  // it was started anew, or has lost its device
+      running_ = false;  // the bridge was restarted or has lost its device
       return RoundEnd::kGone;
     }
-    if (answer->kind == BridgeKind::kDescription) continue;  // a second answer to the hello
+    if (answer->kind == BridgeKind::kDescription) continue;  // second answer to the hello
     const std::optional<BridgeState> state = ReadBridgeState(packet);
     if (!state || !IsAfter(answer->sequence, heard_sequence_)) {
       ++bad_packets_;
@@ -240,7 +240,8 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
 void BridgeDriver::Stop() noexcept {
   if (!running_) return;
   running_ = false;
-  // Twice, as either may be lost; without them the far side goes to zero when the last command is out of date.
+  // Twice, since packets may be lost. If both are lost, the bridge sets the force to zero when the last command
+  // expires.
   for (int i = 0; i < 2; ++i) {
     link_->Send(WriteBridgeCommand(NextHeader(), BridgeCommand{}));
     link_->Send(WriteBridgeBye(NextHeader()));

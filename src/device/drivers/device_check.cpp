@@ -20,14 +20,15 @@ namespace {
 
 constexpr double kCommand_s = 0.001;
 constexpr double kCircleTurns = 2;
-constexpr double kRamp_s = 1;         // over which the circle's force comes and goes
-constexpr double kMostBad = 0.01;     // share of rounds without a good answer
-constexpr double kWhole = 0.97;       // of the force that was asked for, sent: the rest is the gate's knee and ramps
-constexpr double kLeastRate_hz = 50;  // of samples
+constexpr double kRamp_s = 1;       // rise and fall time of the force
+constexpr double kMaxBad = 0.01;    // fraction of rounds without a good answer
+constexpr double kWhole = 0.97;     // fraction of the requested force that must be sent; the rest is due to the
+                                    // gate's limits and ramps
+constexpr double kMinRate_hz = 50;  // of samples
 constexpr int kStillTries = 5;
 constexpr double kTakeHold_s = 3;
-constexpr double kMostWait_s = 20;
-constexpr double kStill_mm = 2;  // more is a hand
+constexpr double kMaxWait_s = 20;
+constexpr double kStill_mm = 2;  // larger motion is caused by a hand
 
 class Check {
  public:
@@ -54,7 +55,7 @@ class Check {
   }
 
  private:
-  /// Until the next millisecond; false when it is to end.
+  /// Waits until the next millisecond. Returns false if the test must end.
   bool Pass() {
     due_ns_ = std::max(due_ns_ + static_cast<std::int64_t>(1e9 * kCommand_s), clock_.Now());
     clock_.SleepUntil(due_ns_);
@@ -77,8 +78,8 @@ class Check {
       const ServoState state = servo_.state();
       if (state == ServoState::kWaiting || state == ServoState::kEngaged) return true;
       if (Now_s() < end_s) continue;
-      result_.faults.push_back(
-          fmt::format("the handle was not homed in {:g} s: {}", options_.homing_s, DescribeHoming(servo_.traits())));
+      result_.faults.push_back(fmt::format("the handle was not homed within {:g} s: {}", options_.homing_s,
+                                           DescribeHoming(servo_.traits())));
       return false;
     }
     return false;
@@ -87,12 +88,12 @@ class Check {
   void HoldStill() {
     if (servo_.traits().motion != DriverMotion::kPosition) return;
     Say(fmt::format("leave the handle alone for {:g} s", options_.still_s));
-    // Who has just homed it may still have it in the hand.
+    // Repeat: after homing, the user may still hold the handle.
     for (int i = 0; i < kStillTries && !result_.stopped && !gone_ && Measure() > kStill_mm; ++i) {
     }
   }
 
-  /// The longest way of the handle along an axis.
+  /// Returns the largest range of the handle along an axis, mm.
   double Measure() {
     double n = 0;
     Vec3 mean{0};
@@ -129,7 +130,7 @@ class Check {
     return std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z});
   }
 
-  /// In x and y, then in z and x: a turn each.
+  /// Direction of the force: one turn in the x-y plane, then one in the z-x plane.
   static Vec3 CalcWay(double turn) {
     const double angle = 2 * std::numbers::pi * turn;
     return turn < 0.5 * kCircleTurns ? Vec3{std::cos(angle), std::sin(angle), 0}
@@ -137,11 +138,11 @@ class Check {
   }
 
   void MakeCircle() {
-    const double peak_N = options_.circle_share * servo_.profile().peak_force_N;
-    Say(fmt::format(
-        "take the handle loosely and keep it still in the middle, or press a button on it: then, in {:g} s at the "
-        "earliest, a force of {:.2g} N {} for {:g} s; any key stops it",
-        kTakeHold_s, peak_N, options_.up ? "points up" : "goes round", options_.circle_s));
+    const double peak_N = options_.circle_fraction * servo_.profile().peak_force_N;
+    Say(
+        fmt::format("hold the handle loosely and keep it still in the middle, or press a button on it; after at least "
+                    "{:g} s, a force of {:.2g} N {} for {:g} s; any key stops it",
+                    kTakeHold_s, peak_N, options_.up ? "points up" : "turns in a circle", options_.circle_s));
     const double begin_wait_s = Now_s();
     HandleAtRest at_rest(servo_);
     while (servo_.state() != ServoState::kEngaged) {
@@ -150,8 +151,8 @@ class Check {
       const double waited_s = Now_s() - begin_wait_s;
       if (still && waited_s > kTakeHold_s) servo_.Agree();
       if (!Pass()) return;
-      if (waited_s < kMostWait_s) continue;
-      result_.faults.emplace_back("the handle was never kept still in the middle, so no force was made");
+      if (waited_s < kMaxWait_s) continue;
+      result_.faults.emplace_back("the handle was never kept still in the middle, so no force was applied");
       return;
     }
     result_.made_force = true;
@@ -162,14 +163,14 @@ class Check {
     for (double t_s = 0; t_s < options_.circle_s && Pass(); t_s = Now_s() - begin_s) {
       const double swell = std::clamp(std::min(t_s, options_.circle_s - t_s) / kRamp_s, 0.0, 1.0);
       const Vec3 way = options_.up ? Vec3{0, 1, 0} : CalcWay(kCircleTurns * t_s / options_.circle_s);
-      // Asked once: between two questions it may go away, and would be both lost and gone.
+      // Read the state once: if it changed between two reads, the loss would be reported twice.
       const ServoState state = servo_.state();
       if (state == ServoState::kClosed) {
         gone_ = true;
         break;
       }
       if (state != ServoState::kEngaged) {
-        result_.faults.emplace_back("the device was lost while it made force");
+        result_.faults.emplace_back("the connection to the device was lost during the force test");
         break;
       }
       DriverCommand command;
@@ -203,24 +204,25 @@ class Check {
   }
 
   void Judge() {
-    if (gone_) result_.faults.emplace_back("the device went away in the middle of the test");
+    if (gone_) result_.faults.emplace_back("the device was disconnected during the test");
     if (result_.stopped || gone_) return;
     const ServoCounts& r = result_.rounds;
     const auto bad = static_cast<double>(r.no_answers + r.bad_answers);
-    if (r.rounds > 0 && bad > kMostBad * static_cast<double>(r.rounds)) {
+    if (r.rounds > 0 && bad > kMaxBad * static_cast<double>(r.rounds)) {
       result_.faults.push_back(
-          fmt::format("{} of {} rounds had no good answer", r.no_answers + r.bad_answers, r.rounds));
+          fmt::format("{} of {} rounds had no valid answer", r.no_answers + r.bad_answers, r.rounds));
     }
     if (result_.homed && servo_.traits().motion == DriverMotion::kPosition &&
-        static_cast<double>(result_.still_samples) < kLeastRate_hz * options_.still_s) {
-      result_.faults.push_back(fmt::format("only {} samples came in {:g} s", result_.still_samples, options_.still_s));
+        static_cast<double>(result_.still_samples) < kMinRate_hz * options_.still_s) {
+      result_.faults.push_back(
+          fmt::format("only {} samples arrived in {:g} s", result_.still_samples, options_.still_s));
     }
     if (std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z}) > kStill_mm) {
-      result_.faults.emplace_back("the handle was never left alone: what is said of it at rest means nothing");
+      result_.faults.emplace_back("the handle was never left alone: the values at rest are meaningless");
     }
     if (result_.made_force && result_.largest_sent_N < kWhole * result_.largest_asked_N) {
       std::string fault =
-          fmt::format("of {:.2f} N asked for, {:.2f} N were sent", result_.largest_asked_N, result_.largest_sent_N);
+          fmt::format("of {:.2f} N requested, {:.2f} N was sent", result_.largest_asked_N, result_.largest_sent_N);
       if (result_.closed_by != GateReason::kNone) fault += fmt::format(" ({})", Describe(result_.closed_by));
       result_.faults.push_back(std::move(fault));
     }
@@ -242,7 +244,7 @@ std::string NamePressed(const DriverTraits& traits, std::uint32_t buttons) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Where the handle is, how it lies, and what is pressed, as the device's motion is told.
+/// Describes position, orientation and buttons according to the kind of motion that the device reports.
 std::string DescribeSample(const DriverTraits& traits, const DriverSample& sample) {
   const Vec3& p = sample.X_DH.p_AB;
   const Quat& q = sample.X_DH.R_AB;
@@ -259,8 +261,8 @@ std::string DescribeSample(const DriverTraits& traits, const DriverSample& sampl
 }  // namespace
 
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options) {
-  if (!(options.circle_share >= 0.01 && options.circle_share <= 0.2)) {
-    throw Error(fmt::format("the test's force can't be {:g} of the peak; 0.01 to 0.2", options.circle_share));
+  if (!(options.circle_fraction >= 0.01 && options.circle_fraction <= 0.2)) {
+    throw Error(fmt::format("the test force can't be {:g} of the peak; specify 0.01 to 0.2", options.circle_fraction));
   }
   return Check(servo, options).Run();
 }
@@ -274,11 +276,11 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
   while (goes_on()) {
     for (const std::string& message : servo.TakeMessages()) show(message, false);
     const ServoSample s = servo.TakeSample();
-    // What it told last is not where it is.
+    // Without a recent answer the last sample is not the current position.
     const bool answers = 1e-9 * static_cast<double>(clock.Now()) - s.at_s < servo.options().servo.agree_s;
     std::string line = Describe(s.state);
     if (s.state != ServoState::kClosed) line += answers ? "; " + DescribeSample(traits, s.sample) : "; no answer";
-    // Before its first round nothing is known of it.
+    // Before its first round the state is unknown.
     if (s.state != ServoState::kClosed || servo.state() == ServoState::kClosed) show(line, true);
     clock.SleepUntil(clock.Now() + kPeriod_ns);
   }
@@ -291,7 +293,7 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
 std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo) {
   const DeviceProfile& p = servo.profile();
   return servo.traits().makes_force ? fmt::format("{} ({}, up to {:g} N)", name, p.name, p.peak_force_N)
-                                    : fmt::format("{} (makes no force)", name);
+                                    : fmt::format("{} (outputs no force)", name);
 }
 
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& r) {
@@ -328,15 +330,15 @@ std::string FormatDeviceCheck(const std::string& name, const DeviceServo& servo,
     text += fmt::format(
         "  at rest   {} samples, {:.0f} a second; noise {:.4f} {:.4f} {:.4f} mm, span {:.3f} {:.3f} {:.3f} mm\n",
         r.still_samples, r.rate_hz, r.noise_mm.x, r.noise_mm.y, r.noise_mm.z, r.span_mm.x, r.span_mm.y, r.span_mm.z);
-    text += r.least_step_mm > 0 ? fmt::format("            least step {:.4f} mm\n", r.least_step_mm)
-                                : std::string("            no step: it stood quite still\n");
+    text += r.least_step_mm > 0 ? fmt::format("            smallest step {:.4f} mm\n", r.least_step_mm)
+                                : std::string("            no step: the handle did not move\n");
   }
   if (r.made_force) {
     text += fmt::format(
-        "  force     up to {:.2f} N asked for, {:.2f} N sent; the handle went {:.1f} mm, {:.0f} % along the force\n",
+        "  force     up to {:.2f} N requested, {:.2f} N sent; the handle moved {:.1f} mm, {:.0f} % along the force\n",
         r.largest_asked_N, r.largest_sent_N, r.moved_mm, 100 * r.followed);
   } else if (!servo.traits().makes_force) {
-    text += "  force     none: the device makes none\n";
+    text += "  force     none: the device outputs none\n";
   }
   if (!servo.traits().buttons.empty()) {
     text += fmt::format("  buttons   {} of {}\n", NamePressed(servo.traits(), r.buttons),

@@ -1,4 +1,4 @@
-// A look at a device that is there: does its handle tell where it is, does its force come, how fast and how finely.
+// Test of a connected device: position of its handle, force, rate and resolution.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 namespace kerf {
 
 struct DeviceCheckOptions {
-  double homing_s = 60;       // to wait for the handle to be moved
-  double still_s = 2;         // of a handle that nobody moves
-  double circle_s = 8;        // of a force that goes round, twice
-  bool up = false;            // it points up all the time instead, for weights to be lifted
-  double circle_share = 0.2;  // of the device's peak, 0.01 to 0.2
-  double buttons_s = 5;       // to press each button
-  /// False ends it at once, without force. May be empty.
+  double homing_s = 60;          // maximum wait for homing
+  double still_s = 2;            // duration of the measurement with the handle at rest
+  double circle_s = 8;           // duration of the rotating force, two turns
+  bool up = false;               // true: the force points up instead, for lifting weights
+  double circle_fraction = 0.2;  // fraction of the device's peak force, 0.01 to 0.2
+  double buttons_s = 5;          // maximum wait for all buttons to be pressed
+  /// Called repeatedly; returning false ends the test immediately, without force. Optional.
   std::function<bool()> goes_on;
-  /// What the user is to do, and what happens. May be empty.
+  /// Receives instructions to the user and progress. Optional.
   std::function<void(const std::string&)> say;
 };
 
@@ -31,40 +31,41 @@ struct DeviceCheckTimes {
 };
 
 struct DeviceCheckResult {
-  bool stopped = false;  // by the user: what follows is not there
+  bool stopped = false;  // stopped by the user: the following values are incomplete
   bool homed = false;
-  // a handle at rest, frame D
+  // handle at rest, frame D
   std::uint64_t still_samples = 0;
   double rate_hz = 0;        // of samples
   Vec3 noise_mm{0};          // standard deviation
-  Vec3 span_mm{0};           // from the least to the most
-  double least_step_mm = 0;  // the least difference of two samples in a row along an axis; 0: there was none
-  // the force's circle
-  bool made_force = false;  // the device can, and it was tried
+  Vec3 span_mm{0};           // maximum minus minimum
+  double least_step_mm = 0;  // smallest nonzero difference of consecutive samples along an axis; 0: none
+  // rotating force
+  bool made_force = false;  // the device can output force, and it was tested
   double largest_asked_N = 0;
-  double largest_sent_N = 0;  // by the safety gate
-  double moved_mm = 0;        // the handle's farthest place from where it was
-  double followed = 0;        // of that motion, how much goes with the force: 1 all of it, 0 none, below 0 against it
-  std::uint32_t buttons = 0;  // that were pressed
-  DeviceCheckTimes round;     // there and back
+  double largest_sent_N = 0;  // passed by the safety gate
+  double moved_mm = 0;        // maximum distance of the handle from its start
+  double followed = 0;        // fraction of that motion along the force: 1 all, 0 none, below 0 against it
+  std::uint32_t buttons = 0;  // bits of the buttons that were pressed
+  DeviceCheckTimes round;     // duration of a round, in both directions
   ServoCounts rounds;
   GateReason closed_by = GateReason::kNone;  // SafetyGate::closed_by()
-  std::vector<std::string> faults;           // a sentence each; none: all is well
+  std::vector<std::string> faults;           // one sentence each; empty: the device passed
 };
 
-/// Waits, with nobody else at the servo. Stays below circle_share of the peak. Throws Error for an option out of range.
+/// Runs the test and blocks until it ends; no other thread may use the servo. The force stays below circle_fraction of
+/// the peak force. Throws kerf::Error if an option is out of range.
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options);
 
-/// Shows place and buttons ten times a second by `show`, without force, until `goes_on` is false. `passing`: a line
-/// that the next may take the place of.
+/// Shows position and buttons ten times a second through `show`, without force, until `goes_on` returns false.
+/// `passing` marks a line that the next one may replace.
 void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
                  const std::function<void(const std::string& line, bool passing)>& show);
 
 /// "falcon (falcon, up to 8 N)".
 std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo);
-/// Stable keys with units.
+/// JSON with stable keys that include units.
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& result);
-/// For people.
+/// Text for the user.
 std::string FormatDeviceCheck(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& result);
 
 }  // namespace kerf

@@ -23,7 +23,7 @@ constexpr const char* kInstallRules =
     "kerf devices --udev-rules | sudo tee /etc/udev/rules.d/70-kerf.rules && sudo udevadm control --reload && sudo "
     "udevadm trigger";
 
-/// What there is to know of a kind on USB besides KnownDevice.
+/// Properties of a USB kind in addition to those in KnownDevice.
 struct UsbKind {
   const char* name;
   int interface_number;
@@ -54,18 +54,18 @@ const UsbKind& FindUsbKind(const KnownDevice& known) {
   for (const UsbKind& kind : kUsbKinds) {
     if (kind.name == known.name) return kind;
   }
-  throw Error(fmt::format("{} is not reached by USB", known.name));
+  throw Error(fmt::format("{} is not a USB device", known.name));
 }
 
-/// A kind that is reached over the network.
+/// Kind of device on the network.
 struct FarKind {
   const char* name;
   std::string (*where)(const DriverOptions& options);
-  /// In a hurry: only to see whether it is there.
+  /// `hurry`: use a short timeout, only to find out whether the device is present.
   std::unique_ptr<DeviceDriver> (*make)(const DriverOptions& options, bool hurry);
-  /// In its driver's message when nobody is there, or somebody else.
+  /// Parts of the driver's message when no program listens, or a different one.
   std::array<const char*, 2> absent;
-  const char* mend;
+  const char* remedy;
 };
 
 constexpr FarKind kFarKinds[] = {
@@ -76,7 +76,7 @@ constexpr FarKind kFarKinds[] = {
        if (hurry) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, options.ask_for_ms);
        return MakeBridgeDriver(bridge);
      },
-     {"no bridge program listens", "no bridge program listens"},
+     {"no bridge program is listening", "no bridge program is listening"},
      "End the bridge program and start it again (docs/bridge.md)."},
     {"inverse3",
      [](const DriverOptions& options) { return fmt::format("ws://{}:{}", options.haply.address, options.haply.port); },
@@ -85,8 +85,8 @@ constexpr FarKind kFarKinds[] = {
        if (hurry) haply.start_timeout_ms = std::min(haply.start_timeout_ms, options.ask_for_ms);
        return MakeHaplyDriver(haply);
      },
-     {"no Haply service listens", "does not speak the JSON of Haply"},
-     "Look whether Haply's own program shows the Inverse3, and start its service anew (docs/wooden.md)."},
+     {"no Haply service is listening", "does not speak the JSON of Haply"},
+     "Check that Haply's own program shows the Inverse3, and restart its service (docs/wooden.md)."},
 };
 
 const FarKind* FindFarKind(const KnownDevice& known) {
@@ -102,12 +102,12 @@ std::vector<KnownDevice> MakeKnownDevices() {
   KnownDevice mouse{"spacemouse", "3Dconnexion SpaceMouse", "USB HID", false, {}};
   for (const SpaceMouseModel& model : SpaceMouseModels()) mouse.numbers.push_back({model.vendor, model.product});
   devices.push_back(std::move(mouse));
-  devices.push_back({"bridge", "a device behind a program that speaks to it by its maker's library", "UDP", true, {}});
+  devices.push_back({"bridge", "a device behind a bridge program that uses its maker's library", "UDP", true, {}});
   devices.push_back({"inverse3", "Haply Inverse3, behind its maker's service", "WebSocket", true, {}});
   return devices;
 }
 
-/// By its numbers alone.
+/// Finds the kind by the USB ID alone.
 const KnownDevice* FindKind(const UsbDeviceInfo& info) {
   for (const KnownDevice& known : KnownDevices()) {
     for (const UsbNumbers& numbers : known.numbers) {
@@ -121,36 +121,36 @@ std::string DescribeNumbers(const UsbDeviceInfo& info) {
   return fmt::format("{:04x}:{:04x}", info.vendor, info.product);
 }
 
-/// Why an opening failed, and what to do about it.
+/// Sets the reason for a failed opening, and the remedy.
 void Explain(const UsbOpening& opening, FoundDevice& found) {
   found.problem = opening.detail;
   switch (opening.problem) {
     case UsbProblem::kNoPermission:
       found.state = DeviceState::kNoPermission;
-      found.problem = fmt::format("{} may not be opened by this user", DeviceNode(found.usb));
-      found.mend =
-          fmt::format("Install kerf's rules for udev, then unplug the device and plug it in again: {}", kInstallRules);
+      found.problem = fmt::format("{} can't be opened by this user", DeviceNode(found.usb));
+      found.remedy =
+          fmt::format("Install kerf's udev rules, then unplug the device and plug it in again: {}", kInstallRules);
       return;
     case UsbProblem::kBusy:
       found.state = DeviceState::kBusy;
-      found.mend = fmt::format(
-          "End the program that has it; 'sudo fuser -v {0}' names it. Where it is a driver of the kernel's, "
-          "'echo -n {1}:1.0 | sudo tee /sys/bus/usb/devices/{1}:1.0/driver/unbind' takes it off.",
+      found.remedy = fmt::format(
+          "End the program that uses it; 'sudo fuser -v {0}' names it. If it is a kernel driver, "
+          "'echo -n {1}:1.0 | sudo tee /sys/bus/usb/devices/{1}:1.0/driver/unbind' detaches it.",
           DeviceNode(found.usb), found.usb.ports.empty() ? "PORT" : found.usb.ports);
       return;
     case UsbProblem::kGone:
       found.state = DeviceState::kFailed;
-      found.mend = "Plug it in again.";
+      found.remedy = "Plug it in again.";
       return;
     case UsbProblem::kNone:
     case UsbProblem::kOther:
       break;
   }
   found.state = DeviceState::kFailed;
-  found.mend = "Unplug the device, wait a few seconds and plug it in again.";
+  found.remedy = "Unplug the device, wait a few seconds and plug it in again.";
 }
 
-/// Only numbers that are not shared make a device out of a gadget.
+/// Returns false for a different gadget that uses the same USB ID.
 bool LooksLike(const KnownDevice& known, const UsbDeviceInfo& info) {
   return !FindUsbKind(known).is_hid || info.is_hid;
 }
@@ -159,8 +159,8 @@ void TryOut(UsbBus& bus, const DriverOptions& options, FoundDevice& found) {
   const UsbKind& kind = FindUsbKind(*found.kind);
   if (!LooksLike(*found.kind, found.usb)) {
     found.state = DeviceState::kOtherGadget;
-    found.problem = fmt::format("has the numbers {} but no HID interface", DescribeNumbers(found.usb));
-    found.mend = "It is another gadget with the same numbers, and kerf leaves it alone.";
+    found.problem = fmt::format("has the USB ID {} but no HID interface", DescribeNumbers(found.usb));
+    found.remedy = "It is another device with the same USB ID, and kerf does not use it.";
     return;
   }
   UsbOpening opening = bus.Open(found.usb, kind.interface_number);
@@ -178,22 +178,22 @@ void TryOut(UsbBus& bus, const DriverOptions& options, FoundDevice& found) {
     found.problem = what;
     if (falcon && options.falcon.firmware.empty() && what.find("no firmware") != std::string::npos) {
       found.state = DeviceState::kNoFirmware;
-      found.problem = "it has no firmware: it runs only after a program has loaded it";
-      found.mend = fmt::format(
-          "Give the maker's file, which kerf may not ship: {} or the environment variable {}; "
-          "docs/falcon.md says where it is.",
+      found.problem = "it has no firmware: a program must load the firmware before the device works";
+      found.remedy = fmt::format(
+          "Provide the maker's firmware file, which kerf may not distribute, with {} or the environment variable {}; "
+          "docs/falcon.md says where to find it.",
           kFalconFirmwareOption, kFalconFirmwareVariable);
     } else if (what.find("other gadgets") != std::string::npos) {
       found.state = DeviceState::kOtherGadget;
-      found.mend = "kerf leaves it alone.";
+      found.remedy = "kerf does not use it.";
     } else {
       found.state = DeviceState::kFailed;
-      found.mend = "Unplug the device, wait a few seconds, plug it in again and run 'kerf devices' once more.";
+      found.remedy = "Unplug the device, wait a few seconds, plug it in again and run 'kerf devices' again.";
     }
   }
 }
 
-/// "falcon@1-2": the kind and the socket; "" where none is asked for.
+/// Splits "falcon@1-2" into the kind and the port; the port is "" if none is given.
 std::pair<std::string, std::string> SplitChoice(const std::string& choice) {
   const std::size_t at = choice.find('@');
   if (at == std::string::npos) return {choice, ""};
@@ -259,7 +259,7 @@ const KnownDevice& FindKnownDevice(const std::string& choice) {
   }
   const std::string nearest = FindNearestName(name, names);
   throw Error(fmt::format("no device is called \"{}\"; {}", name,
-                          nearest.empty() ? fmt::format("there are: {}", fmt::join(names, ", "))
+                          nearest.empty() ? fmt::format("the devices are {}", fmt::join(names, ", "))
                                           : fmt::format("the nearest is \"{}\"", nearest)));
 }
 
@@ -286,11 +286,11 @@ std::vector<FoundDevice> FindFarDevices(const DriverOptions& options) {
       if (!driver->profile().name.empty()) found.model = driver->profile().name;
     } catch (const Error& error) {
       const std::string what = error.what();
-      const auto told = [&](const char* phrase) { return what.find(phrase) != std::string::npos; };
-      if (std::any_of(kind->absent.begin(), kind->absent.end(), told)) continue;
-      found.state = told("in use by another") ? DeviceState::kBusy : DeviceState::kFailed;
+      const auto reported = [&](const char* phrase) { return what.find(phrase) != std::string::npos; };
+      if (std::any_of(kind->absent.begin(), kind->absent.end(), reported)) continue;
+      found.state = reported("in use by another") ? DeviceState::kBusy : DeviceState::kFailed;
       found.problem = what;
-      found.mend = kind->mend;
+      found.remedy = kind->remedy;
     }
     devices.push_back(std::move(found));
   }
@@ -319,15 +319,15 @@ std::unique_ptr<DeviceDriver> OpenDriver(UsbBus& bus, const std::string& choice,
   }
   if (refused) {
     throw Error(fmt::format("the {} at {} can't be opened: {}. {}", refused->model, refused->usb.ports,
-                            refused->problem, refused->mend));
+                            refused->problem, refused->remedy));
   }
-  throw DeviceNotThere(fmt::format("no {} is plugged in{}; 'kerf devices' shows what is there", known.what,
+  throw DeviceNotThere(fmt::format("no {} is plugged in{}; 'kerf devices' lists the connected devices", known.what,
                                    socket.empty() ? "" : fmt::format(" at {}", socket)));
 }
 
 std::string MakeUdevRules() {
   std::string rules = fmt::format(
-      "# Lets whoever sits at this machine, and the members of plugdev, use the haptic devices that kerf knows.\n"
+      "# Lets the user logged in at this machine, and members of plugdev, use the haptic devices that kerf supports.\n"
       "# Install: {}\n"
       "# Then unplug the device and plug it in again.\n",
       kInstallRules);

@@ -1,4 +1,4 @@
-// All devices that kerf can speak to, and which of them are there.
+// All devices that kerf supports, and which of them are connected.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@
 
 namespace kerf {
 
-/// What each kind of device may be told.
+/// Options for each kind of device.
 struct DriverOptions {
   FalconOptions falcon;
   WoodenParams wooden;
   SpaceMouseOptions spacemouse;
   BridgeOptions bridge;
   HaplyOptions haply;
-  int ask_for_ms = 300;  // at most, to see whether a device on the network is there (FindFarDevices)
+  int ask_for_ms = 300;  // maximum time to find out whether a network device is present (FindFarDevices)
 };
 
 struct UsbNumbers {
@@ -32,13 +32,13 @@ struct UsbNumbers {
   std::uint16_t product = 0;
 };
 
-/// A kind of device.
+/// Kind of device.
 struct KnownDevice {
   std::string name;  // for --device
   std::string what;  // "Novint Falcon"
-  std::string link;  // how it is reached: "USB", "USB HID", "UDP", "WebSocket"
+  std::string link;  // connection: "USB", "USB HID", "UDP", "WebSocket"
   bool makes_force = true;
-  std::vector<UsbNumbers> numbers;  // none: not on USB
+  std::vector<UsbNumbers> numbers;  // empty: not on USB
 };
 const std::vector<KnownDevice>& KnownDevices();
 
@@ -47,39 +47,39 @@ enum class DeviceState : std::uint8_t {
   kNoPermission,
   kBusy,
   kNoFirmware,
-  kOtherGadget,  // has the numbers of one that kerf knows, and is none
-  kFailed,       // opened, but it does not work
+  kOtherGadget,  // has the USB ID of a known device but is a different one
+  kFailed,       // was opened, but does not work
 };
 const char* ToString(DeviceState state);  // "ready", "no_permission", ...
 
-/// One that is there.
+/// Device that is connected.
 struct FoundDevice {
   const KnownDevice* kind = nullptr;
-  std::string model;   // where one kind has several: "SpaceNavigator"; else as `what`
+  std::string model;   // if a kind has several: "SpaceNavigator"; otherwise the same as `what`
   UsbDeviceInfo usb;   // vendor 0: not on USB
-  std::string where;   // "1-2 (0403:cb48)": the socket and the numbers; "127.0.0.1:47810"
-  std::string choice;  // for --device: the kind's name, or with "@" and the socket where there are several of it
+  std::string where;   // "1-2 (0403:cb48)": port and USB ID; "127.0.0.1:47810"
+  std::string choice;  // for --device: the kind's name, with "@" and the port if there are several of that kind
   DeviceState state = DeviceState::kReady;
-  std::string problem;  // a phrase; "" where it is ready
-  std::string mend;     // what the user does about it, a sentence with the command
+  std::string problem;  // phrase; "" if ready
+  std::string remedy;   // remedy for the user: a sentence with the command
 };
 
-/// Opens and starts each, which moves nothing, and lets go of it. Takes a second or two for each device, a minute for
-/// a Falcon whose boot loader does not answer, where there is firmware for it. Throws Error when USB can't be asked.
+/// Opens, starts and closes each device without moving it. Takes a second or two per device, and a minute for a Falcon
+/// whose boot loader does not answer, if firmware is supplied. Throws kerf::Error if USB cannot be queried.
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options = {});
-/// Those on USB, and those that answer on the network, where the options say that they are; waits for each step of
-/// theirs for DriverOptions::ask_for_ms at most.
+/// Devices on USB, and devices that answer on the network at the addresses in the options; each step waits at most
+/// DriverOptions::ask_for_ms.
 std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options = {});
 std::vector<FoundDevice> FindFarDevices(const DriverOptions& options = {});
 
-/// `choice` is a kind's name, or that with "@" and the socket: "falcon@1-2". Opened but not started. Throws Error: not
-/// there, or there and why it can't be opened and what the user can do.
+/// Opens a device without starting it. `choice` is a kind's name, optionally with "@" and the port: "falcon@1-2".
+/// Throws kerf::Error with the reason and the remedy if it is not present or cannot be opened.
 std::unique_ptr<DeviceDriver> OpenDriver(UsbBus& bus, const std::string& choice, const DriverOptions& options);
 
-/// The kind that a choice names. Throws Error with the nearest when there is none.
+/// Returns the kind that a choice names. Throws a kerf::Error that names the nearest kind if there is none.
 const KnownDevice& FindKnownDevice(const std::string& choice);
 
-/// The file for udev that lets users at all of them, with how to install it as a comment.
+/// Returns a udev rules file that lets users access all devices, with installation instructions in a comment.
 std::string MakeUdevRules();
 
 }  // namespace kerf

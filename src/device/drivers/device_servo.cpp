@@ -18,17 +18,17 @@
 namespace kerf {
 namespace {
 
-constexpr double kClutchOut_s = 0.05;     // over which the clutch takes the force away
-constexpr double kClutchIn_s = 0.3;       // and gives it back
+constexpr double kClutchOut_s = 0.05;     // time in which the clutch removes the force
+constexpr double kClutchIn_s = 0.3;       // time in which it restores the force
 constexpr std::uint64_t kTellEvery = 64;  // rounds
 constexpr int kStopRounds = 5;
 constexpr std::int64_t kRemindFirst_ns = 300'000'000;
 constexpr std::int64_t kRemindAgain_ns = 30'000'000'000;
-constexpr int kRefusals = 3;                  // of one just plugged in, whose rules do not hold yet
-constexpr std::uint64_t kGivenUpRounds = 20;  // it was the device that stood still, not this program
-constexpr double kTurning_rad_per_s = 2;      // of a tool that is turned by keys
+constexpr int kRefusals = 3;                  // failed openings before one is reported: permissions may not be set yet
+constexpr std::uint64_t kGivenUpRounds = 20;  // unanswered rounds that show that the device stalled, not this program
+constexpr double kTurning_rad_per_s = 2;      // of a tool turned with keys
 
-// Of LetGoOfAll().
+// State of LetGoOfAll().
 std::atomic<int> servos{0};
 std::atomic<std::uint32_t> let_go_asked{0};
 std::atomic<std::uint32_t> let_go_done{0};
@@ -36,9 +36,10 @@ std::atomic<bool> let_go_for_good{false};
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 constinit thread_local bool is_of_servo = false;
 
-/// Signals come to other threads: a handler that waits for this one must not run on it. What nobody can help: a fault
-/// of this thread's own ends the program at once, blocked or not, with no handler, and the device keeps its last force
-/// until it ends that itself. abort() here does come to a handler, on this thread: LetGoOfAll() does not wait for it.
+/// Blocks all signals in this thread: a signal handler that waits for this thread must not run on it. A fault in this
+/// thread cannot be handled: it ends the program immediately without a handler, and the device keeps its last force
+/// until its own timeout. abort() in this thread does run the handler here: LetGoOfAll() does not wait for its own
+/// thread.
 void BlockSignals() {
   sigset_t all;
   sigfillset(&all);
@@ -79,7 +80,7 @@ std::string DescribeHoming(const DriverTraits& traits) {
 }
 
 DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& options,
-                         const std::function<bool(const std::string& doing, double share)>& show)
+                         const std::function<bool(const std::string& doing, double fraction)>& show)
     : name_(std::move(name)), open_(std::move(open)), options_(options), workspace_({}) {
   driver_ = open_();
   driver_->Start(show);
@@ -106,8 +107,8 @@ DeviceServo::~DeviceServo() {
   if (thread_.joinable()) thread_.join();
 }
 
-/// What the table knows of a device of that name, it makes no more, whatever it says of itself. The safety gate and all
-/// who ask what the device can do go by the same.
+/// Limits the device's peak values to those in the table for its name, regardless of what it reports. The safety gate
+/// and all users of the profile use these limits.
 DeviceProfile DeviceServo::LimitedProfile() const {
   return options_.own_figures ? driver_->profile() : LimitByTable(driver_->profile());
 }
@@ -126,37 +127,37 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
   const bool again = round_->sample().engagements > 0;
   switch (now) {
     case ServoState::kHoming:
-      break;  // RemindOfHoming()
+      break;  // reported by RemindOfHoming()
     case ServoState::kWaiting:
-      if (HasToldZero(traits_)) Say(traits_.homing);
+      if (HasReportedZero(traits_)) Say(traits_.homing);
       if (again && traits_.makes_force) {
-        Say(fmt::format("is there again; {}agree here, to have force again",
+        Say(fmt::format("is connected again; {}agree here to enable the force again",
                         traits_.buttons.empty() ? "" : "press a button on it, or "));
       }
       break;
     case ServoState::kEngaged:
       if (!traits_.makes_force) {
-        Say("moves the tool");
+        Say("now moves the tool");
       } else if (before == ServoState::kSilent) {
-        Say("answers again; the force comes back slowly");
+        Say("answers again; the force returns slowly");
       } else if (again) {
-        Say("in the hand; the force comes on slowly");
+        Say("in the hand; the force rises slowly");
       }
       break;
     case ServoState::kSilent:
       if (std::exchange(leaps_, round_->counts().leaps) != round_->counts().leaps) {
-        Say("told a leap that no hand makes: no force for a moment, and the tool stays where it was");
+        Say("reported an implausible jump: no force for a moment, and the tool stays where it was");
       } else {
-        Say("does not answer: no force. If that lasts, see to its power and its cable");
+        Say("does not answer: no force. If this persists, check its power and its cable");
       }
       break;
     case ServoState::kClosed:
-      Say("is gone: no force, and the tool stands still. Plug it in, or start it, again to go on");
+      Say("is gone: no force, and the tool is stopped. Plug it in or start it again to continue");
       break;
   }
 }
 
-/// A device that is homed already says so in its first answers.
+/// A device that is already homed reports this in its first answers, before the first reminder.
 void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   if (state != ServoState::kHoming) {
     homing_since_ns_ = -1;
@@ -165,7 +166,7 @@ void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   if (homing_since_ns_ < 0) homing_since_ns_ = now_ns + kRemindFirst_ns;
   if (now_ns < homing_since_ns_) return;
   homing_since_ns_ = now_ns + kRemindAgain_ns;
-  Say(fmt::format("{}; there is no force before that", DescribeHoming(traits_)));
+  Say(fmt::format("{}; there is no force until then", DescribeHoming(traits_)));
 }
 
 bool DeviceServo::LetGoOfAll(int timeout_ms, bool for_good) noexcept {
@@ -193,7 +194,8 @@ void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
   ++let_go_done;
 }
 
-/// False: somebody reads them just now, with no priority, and a thread that makes force has no time to wait for that.
+/// Returns false if another thread is reading: that thread has no priority, and this one must not wait while it outputs
+/// force.
 bool DeviceServo::TellCounts(bool waits) {
   std::unique_lock lock(mutex_, std::defer_lock);
   if (waits) {
@@ -207,7 +209,7 @@ bool DeviceServo::TellCounts(bool waits) {
   return true;
 }
 
-/// Whoever agreed agreed to that one.
+/// The user's agreement applies only to the same device.
 void DeviceServo::CheckSame() {
   const DeviceProfile profile = ScaleProfile(LimitedProfile(), options_.motion_scale);
   const DriverTraits& traits = driver_->traits();
@@ -217,7 +219,7 @@ void DeviceServo::CheckSame() {
     return;
   }
   driver_->Stop();
-  throw Error(fmt::format("has come back as another device ({}); start kerf again to use it", profile.name));
+  throw Error(fmt::format("has been replaced by another device ({}); restart kerf to use it", profile.name));
 }
 
 bool DeviceServo::StartAgain() {
@@ -226,8 +228,8 @@ bool DeviceServo::StartAgain() {
     CheckSame();
     return true;
   } catch (const std::exception& e) {
-    // It is there, and yet: once is enough to know why.
-    if (!stop_.load() && told_failure_ != e.what()) Say(told_failure_ = e.what());
+    // The device is present but does not start: report each reason once.
+    if (!stop_.load() && reported_failure_ != e.what()) Say(reported_failure_ = e.what());
   }
   driver_.reset();
   return false;
@@ -239,18 +241,18 @@ bool DeviceServo::Reopen() {
     refusals_ = 0;
   } catch (const DeviceNotThere&) {
     refusals_ = 0;
-    return false;  // somebody has been told that it is gone
+    return false;  // its removal has already been reported
   } catch (const std::exception& e) {
-    if (++refusals_ >= kRefusals && told_failure_ != e.what()) Say(told_failure_ = e.what());
+    if (++refusals_ >= kRefusals && reported_failure_ != e.what()) Say(reported_failure_ = e.what());
     return false;
   }
   if (!driver_ || !StartAgain()) return false;
-  told_failure_.clear();
+  reported_failure_.clear();
   round_->Open(Now_s());
   return true;
 }
 
-/// One that homes tells so when it has lost its place; any other must not be started anew behind its user's back.
+/// A device that homes reports a lost position after restarting. Other devices must not be restarted without the user.
 bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
   const std::uint64_t samples = round_->counts().samples;
   if (std::exchange(samples_, samples) != samples) {
@@ -268,10 +270,10 @@ void DeviceServo::MakeNoForce() noexcept {
   for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
 }
 
-/// Something was thrown that nobody foresaw (no memory for a message): as if it had been unplugged, without its force.
+/// Handles an unexpected exception (such as lack of memory): sets zero force and treats the device as unplugged.
 void DeviceServo::TakeFault(const char* why) noexcept {
   if (driver_) {
-    if (round_->state() != ServoState::kClosed) MakeNoForce();  // else it was only being started
+    if (round_->state() != ServoState::kClosed) MakeNoForce();  // otherwise it was only being started
     driver_->Stop();
     driver_.reset();
   }
@@ -281,13 +283,13 @@ void DeviceServo::TakeFault(const char* why) noexcept {
   for_others_.Publish(round_->sample());
   try {
     TellCounts(true);
-    if (told_failure_ != why) {
-      Say(fmt::format("has failed ({}): no force, and the tool stands still. It is opened anew", why));
-      told_failure_ = why;
+    if (reported_failure_ != why) {
+      Say(fmt::format("has failed ({}): no force, and the tool is stopped. It is being reopened", why));
+      reported_failure_ = why;
     }
   } catch (const std::exception&) {
-    // Nor is there memory to say so.
-    told_failure_.clear();
+    // No memory for the message either.
+    reported_failure_.clear();
   }
   state_.store(ServoState::kClosed);
 }
@@ -305,7 +307,7 @@ void DeviceServo::Run() {
     } catch (const std::exception& e) {
       TakeFault(e.what());
     } catch (...) {
-      TakeFault("for a reason that nobody knows");
+      TakeFault("for an unknown reason");
     }
   }
   TellCounts(true);
@@ -314,7 +316,7 @@ void DeviceServo::Run() {
   driver_->Stop();
 }
 
-/// Until it is to stop; what it throws has left the device as it was.
+/// Runs rounds until stop_. An exception leaves the device in its last state.
 void DeviceServo::Serve(std::uint32_t& let_go_seen) {
   MonotonicClock clock;
   const auto period_ns = static_cast<std::int64_t>(1e9 / traits_.rate_hz);
@@ -338,14 +340,14 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
     if (!driver_) {
       clock.SleepUntil(clock.Now() + reopen_ns);
       if (stop_.load() || !Reopen()) continue;
-      agrees_.store(false);  // whatever was said before it was there
+      agrees_.store(false);  // discard agreement given before it was present
       last_ns = begin();
     }
     clock.SleepUntil(deadlines.due_ns());
     const std::int64_t now_ns = clock.Now();
     deadlines.Begin(now_ns);
     commands_.Update();
-    // Whoever agrees in a round without an answer has agreed in the next too.
+    // Agreement in a round without an answer also holds for the next round.
     const bool agrees = round_->state() == ServoState::kWaiting && (agrees_.load() || !traits_.makes_force);
     const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
     ServoState state = round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
@@ -354,21 +356,22 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
       round_->Close();
       state = ServoState::kClosed;
     }
-    // Nothing that is said while the hand has it, or before it is homed, holds for later.
+    // Agreement while engaged or before homing is not kept.
     if (state != ServoState::kWaiting) agrees_.store(false);
-    // Nor does what was said to a device that does not answer.
+    // Agreement while the device does not answer is not kept either.
     if (1e-9 * static_cast<double>(now_ns) - round_->sample().at_s > options_.servo.agree_s) agrees_.store(false);
     last_ns = now_ns;
     const std::int64_t end_ns = clock.Now();
     round_times_.Add(end_ns - now_ns);
     for_loop_.Publish(round_->sample());
     for_others_.Publish(round_->sample());
-    // Before the state: who sees that has these.
+    // Before state_, so that a thread that sees the new state also sees these counts.
     counts_due = counts_due || state != before || round_->counts().rounds % kTellEvery == 0;
     if (counts_due) counts_due = !TellCounts(state == ServoState::kClosed);
     state_.store(state);
     if (given_up) {
-      Say("has not answered for long, and is started anew: no force, and the tool stands still. See to its power");
+      Say("has not answered for a long time and is being restarted: no force, and the tool is stopped. Check its "
+          "power");
     } else if (state != before) {
       SayState(before, state);
     }
@@ -387,14 +390,14 @@ void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {
   X_WT_ = X_WT;
   tool_ = tool;
   workspace_ = Workspace(MakeWorkspace(options_, traits_, tool.p_TC_mm));
-  engagements_ = 0;  // the handle holds it anew
+  engagements_ = 0;  // couples the handle to the tool again
   held_ = false;
   clutched_ = false;
-  share_ = 0;
+  fraction_ = 0;
   R_WT_wanted_.reset();
   tool_orientation_.Update();
   orientation_.Update();
-  has_orientation_ = !options_.told_orientation;
+  has_orientation_ = !options_.reported_orientation;
 }
 
 void DeviceServo::SetToolOrientation(const Quat& R_WT) {
@@ -411,9 +414,9 @@ void DeviceServo::TurnTool() {
   const Quat turn = *R_WT_wanted_ * glm::conjugate(X_WT_.R_AB);
   const double angle = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
   if (!(angle > 1e-6)) return;
-  const double share = std::min(1.0, kTurning_rad_per_s * dt_s_ / angle);
+  const double fraction = std::min(1.0, kTurning_rad_per_s * dt_s_ / angle);
   Pose X_WT = X_WT_;
-  X_WT.R_AB = glm::normalize(glm::slerp(X_WT_.R_AB, *R_WT_wanted_, share));
+  X_WT.R_AB = glm::normalize(glm::slerp(X_WT_.R_AB, *R_WT_wanted_, fraction));
   X_WT.p_AB = X_WT_.Point(tool_.p_TC_mm) - X_WT.R_AB * tool_.p_TC_mm;
   workspace_.Anchor(X_DH_, X_WT);
   X_WT_ = X_WT;
@@ -422,7 +425,7 @@ void DeviceServo::TurnTool() {
 void DeviceServo::Elapse(double dt_s) noexcept {
   dt_s_ = std::clamp(dt_s, 0.0, 0.1);
   const bool on = held_ && !clutched_;
-  share_ = std::clamp(share_ + (on ? dt_s_ / kClutchIn_s : -dt_s_ / kClutchOut_s), 0.0, 1.0);
+  fraction_ = std::clamp(fraction_ + (on ? dt_s_ / kClutchIn_s : -dt_s_ / kClutchOut_s), 0.0, 1.0);
 }
 
 bool DeviceServo::Read(DeviceSample& sample) noexcept {
@@ -437,7 +440,7 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
   if (!has_orientation_) has_orientation_ = orientation_.Update();
   if (!has_orientation_ || newest.state != ServoState::kEngaged || Now_s() - newest.at_s > options_.old_s) {
     held_ = false;
-    share_ = 0;
+    fraction_ = 0;
     return false;
   }
   const bool clutched = IsClutched(newest.sample.buttons);
@@ -462,11 +465,11 @@ bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
   command.made_at_s = Now_s();
   if (held_) {
     DriverCommand& asked = command.command;
-    asked.f_D_N = share_ * workspace_.ToDevice(f_H_W_N);
-    asked.tau_D_Nmm = share_ * workspace_.ToDevice(tau_H_W_Nmm);
+    asked.f_D_N = fraction_ * workspace_.ToDevice(f_H_W_N);
+    asked.tau_D_Nmm = fraction_ * workspace_.ToDevice(tau_H_W_Nmm);
     asked.p_D_mm = X_DH_.p_AB;
-    // The coupling's damper is in the force already: as a damping of the field the far side would make it again.
-    asked.stiffness_N_per_mm = share_ * options_.motion_scale * tool_.stiffness_N_per_mm;
+    // The force already includes the coupling's damping; sent as field damping, it would be applied twice.
+    asked.stiffness_N_per_mm = fraction_ * options_.motion_scale * tool_.stiffness_N_per_mm;
   }
   commands_.Publish(command);
   return true;

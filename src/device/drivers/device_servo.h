@@ -1,5 +1,5 @@
-// A device that is really there, served by a thread of its own: opened, homed, watched, opened again when it was
-// unplugged; and the haptic loop's side of it, which never waits.
+// Real device served by a separate thread, which opens, homes and monitors it and reopens it after it was unplugged,
+// and the haptic loop's interface to it, which never blocks.
 #pragma once
 
 #include <array>
@@ -27,96 +27,105 @@ struct DeviceServoOptions {
   ServoParams servo;
   double motion_scale = 1;  // WorkspaceParams
   Quat R_WD = kFacingPatient;
-  bool told_orientation = false;  // R_WD comes by SetOrientation(), and the handle has no tool before; else as above
-  bool left_handed = false;       // mirrors that, and exchanges the buttons named right and left
-  int priority = 79;              // of the thread, SCHED_FIFO where it is allowed; 0: not asked for. Below the loop's.
-  std::string profile;            // its name in the table of profiles, in place of the device's own; empty: that
-  bool own_figures = false;       // its peaks are its user's, of a file; else none is above the table's for its name
-  double reopen_s = 0.5;          // so often it is looked for while it is not there
-  double old_s = 0.1;             // nobody holds a tool by what the handle did so long ago
-  double given_up_s = 2;          // without an answer: one that homes is opened anew, as its power may have been away
+  bool reported_orientation = false;  // R_WD is set by SetOrientation(), and the handle holds no tool before that;
+                                      // otherwise R_WD as above
+  bool left_handed = false;           // mirrors R_WD, and swaps the buttons named right and left
+  int priority = 79;         // SCHED_FIFO priority of the thread, if the system permits it; 0: request none. Below
+                             // the loop's.
+  std::string profile;       // name of the profile in the table that replaces the device's own; empty: the
+                             // device's own
+  bool own_figures = false;  // true: peak force and torque come from the user's file; false: limited to the
+                             // values in the table for its name
+  double reopen_s = 0.5;     // period of attempts to open it while it is absent
+  double old_s = 0.1;        // maximum age of a sample at which the handle still holds the tool
+  double given_up_s = 2;     // time without an answer after which a device that homes is opened again, as it may
+                             // have lost power
 };
 
-/// Of DeviceServo::Open: there is nothing to be opened, and nothing more to be said.
+/// Thrown by DeviceServo::Open if there is no device to open; no message to the user is needed.
 class DeviceNotThere : public Error {
  public:
   using Error::Error;
 };
 
-/// What the user is to do before the device tells where its handle is.
+/// Returns the instruction to the user that makes the device report its position.
 std::string DescribeHoming(const DriverTraits& traits);
-/// Its zero is where the user held it: traits.homing says how, and nobody else knows whether it was so.
-inline bool HasToldZero(const DriverTraits& traits) {
+/// Returns true if the device's zero is the pose in which the user held the handle; traits.homing describes that pose,
+/// and the device cannot check it.
+inline bool HasReportedZero(const DriverTraits& traits) {
   return !traits.homes && !traits.homing.empty();
 }
 
-/// What the device holds of the tool (CouplingParams), in the device's newtons.
+/// Coupling of the tool to the handle (CouplingParams), in newtons at the device.
 struct ServedTool {
   Vec3 p_TC_mm{0};
   double stiffness_N_per_mm = 0;
 };
 
-/// Of the loop's thread: Elapse, Read and Write. Of one other thread: all else.
+/// Thread safety: Elapse, Read and Write are for the loop's thread; everything else is for one other thread.
 ///
-/// The button named "clutch" (else "centre", else the first) lifts the handle off the tool while it is held: the tool
-/// stands, the force goes, and comes back slowly where the handle is then.
+/// While the button named "clutch" (otherwise "centre", otherwise the first) is pressed, the handle is detached from
+/// the tool: the tool stops and the force goes to zero. On release the force returns slowly at the handle's new
+/// position.
 class DeviceServo final : public Device {
  public:
-  /// Opens the device, or throws Error: DeviceNotThere, or why not.
+  /// Opens the device. Throws kerf::Error if that fails: DeviceNotThere, or the reason.
   using Open = std::function<std::unique_ptr<DeviceDriver>()>;
 
-  /// Opens it in the calling thread, and throws what `open` and the driver's Start() throw; `show` as there. Then the
-  /// thread runs. `name`: for messages.
+  /// Opens the device in the calling thread and throws what `open` and the driver's Start() throw; `show` is passed to
+  /// Start(). Then starts the thread. `name` is for messages.
   DeviceServo(std::string name, Open open, const DeviceServoOptions& options,
-              const std::function<bool(const std::string& doing, double share)>& show);
-  /// No force, closed.
+              const std::function<bool(const std::string& doing, double fraction)>& show);
+  /// Sets zero force and closes the device.
   ~DeviceServo() override;
 
-  /// No force on any device of this program, at once; then the user must agree again. For a program that is about to be
-  /// stopped, or ended (`for_good`: there are no rounds after it). May be called in a signal's handler, and waits for
-  /// it, at most so long. False: it was too long; or this is the thread of one of them, which can't wait for itself and
-  /// lets go in its next round, if there is one.
+  /// Sets zero force on all devices of this program immediately; afterwards the user must agree again. For a program
+  /// that is about to be stopped or terminated (`for_good`: no rounds follow). May be called in a signal handler. Waits
+  /// at most `timeout_ms`. Returns false if that was too short, or if called from a device's own thread, which cannot
+  /// wait for itself and releases its device in its next round, if there is one.
   static bool LetGoOfAll(int timeout_ms, bool for_good) noexcept;
 
-  /// As it is at the tool: ScaleProfile().
+  /// Profile as felt at the tool: ScaleProfile().
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const { return traits_; }
   const std::string& name() const { return name_; }
   const DeviceServoOptions& options() const { return options_; }
-  /// The button named "spindle" (else "forward", else the second) as it is now; for whoever switches it by that.
+  /// Returns the current state of the button named "spindle" (otherwise "forward", otherwise the second), for switching
+  /// the spindle.
   bool IsSpindlePressed(std::uint32_t buttons) const {
     return spindle_bit_ >= 0 && (buttons >> spindle_bit_ & 1u) != 0;
   }
-  /// The names of that button and of the one that is the clutch; empty: there is none.
+  /// Names of that button and of the clutch button; empty: none.
   std::string spindle_button() const { return spindle_bit_ < 0 ? "" : traits_.buttons[Index(spindle_bit_)]; }
   std::string clutch_button() const { return clutch_bit_ < 0 ? "" : traits_.buttons[Index(clutch_bit_)]; }
   ServoState state() const { return state_.load(); }
-  /// What happened since the last call, a sentence each.
+  /// Returns the events since the last call, one sentence each.
   std::vector<std::string> TakeMessages();
-  /// The tool stands there; the handle will hold it from where it is when the force comes on. Before the loop runs.
+  /// Sets the tool's pose; the handle is coupled to it wherever it is when the force starts. Call before the loop runs.
   void SetTool(const Pose& X_WT, const ServedTool& tool);
-  /// The user agrees to have force, or would.
+  /// Records that the user agrees to forces.
   void Agree() { agrees_.store(true); }
-  /// The tool is to lie so, where the device does not sense it: it turns there, about the handle's point, no faster
-  /// than a hand. Any time.
+  /// Sets the orientation of the tool for a device that does not sense it: the tool turns to it about the handle point,
+  /// no faster than a hand would. May be called at any time.
   void SetToolOrientation(const Quat& R_WT);
-  /// The device's frame in the world, taken over when the handle next begins to hold the tool anew. Any time; the first
-  /// of a session after SetTool().
+  /// Sets the device's frame in the world, used from the next time the handle is coupled to the tool. May be called at
+  /// any time; the first call of a session must follow SetTool().
   void SetOrientation(const Quat& R_WD);
 
-  // ---- the loop's
+  // ---- loop thread
   void Elapse(double dt_s) noexcept override;
-  /// False while the device is not in the hand: the tool stands meanwhile. After that the tool goes on from where it
-  /// stood, wherever the handle is.
+  /// Returns false while the handle does not hold the tool; the tool stops meanwhile. Afterwards it continues from
+  /// where it stopped, regardless of the handle's position.
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
-  /// Of a device without force (DriverMotion::kDeflection), instead of the three; zero while it is not there.
+  /// For a device without force (DriverMotion::kDeflection), instead of the three functions above. Zero while the
+  /// device is absent.
   std::array<double, 6> ReadDeflection() noexcept;
 
-  // ---- the newest, by any thread but the loop's
-  /// Frame D.
+  // ---- latest values, for any thread except the loop's
+  /// Latest sample, frame D.
   ServoSample TakeSample();
-  /// Commands without a loop, for a test of the device: frame D.
+  /// Sends a command without a loop, for a test of the device; frame D.
   void Command(const DriverCommand& command);
   const LogHistogram& round_times() const { return round_times_; }
   struct Counts {
@@ -124,8 +133,8 @@ class DeviceServo final : public Device {
     std::array<std::uint64_t, kGateReasons> gate{};  // SafetyGate::counts()
     GateReason closed_by = GateReason::kNone;
   };
-  /// Up to 64 rounds old, and one more for each in which somebody was just reading; at each change of state() as it was
-  /// then, and so all there is while the device is gone.
+  /// At most 64 rounds old, plus one round for each in which another thread was reading. Updated before each change of
+  /// state(), so complete while the device is absent.
   Counts counts() const;
 
  private:
@@ -150,9 +159,9 @@ class DeviceServo final : public Device {
   std::string name_;
   Open open_;
   DeviceServoOptions options_;
-  std::unique_ptr<DeviceDriver> driver_;  // the thread's
+  std::unique_ptr<DeviceDriver> driver_;  // used by the thread
   DriverTraits traits_;
-  DeviceProfile profile_;  // LimitedProfile(), as it is at the tool
+  DeviceProfile profile_;  // LimitedProfile() as felt at the tool
   int clutch_bit_ = -1;
   int spindle_bit_ = -1;
   int right_bit_ = -1;
@@ -166,30 +175,30 @@ class DeviceServo final : public Device {
   std::atomic<ServoState> state_{ServoState::kHoming};
   std::atomic<bool> agrees_{false};
   std::atomic<bool> stop_{false};
-  std::optional<ServoRound> round_;  // the thread's, and the next
-  std::uint64_t leaps_ = 0;          // told of
+  std::optional<ServoRound> round_;  // used by the thread, as is leaps_
+  std::uint64_t leaps_ = 0;          // jumps already reported
   std::int64_t homing_since_ns_ = -1;
-  std::string told_failure_;      // of opening it again
-  int refusals_ = 0;              // in a row, likewise
-  std::uint64_t samples_ = 0;     // that had come
-  std::uint64_t unanswered_ = 0;  // rounds, since the last did
-  std::int64_t heard_ns_ = 0;     // when it did
+  std::string reported_failure_;  // last reported failure to open it again
+  int refusals_ = 0;              // consecutive failures to open it
+  std::uint64_t samples_ = 0;     // number of samples at the last check
+  std::uint64_t unanswered_ = 0;  // rounds since the last sample
+  std::int64_t heard_ns_ = 0;     // time of the last sample
   LogHistogram round_times_;
-  std::mutex reading_;        // for_others_
-  mutable std::mutex mutex_;  // of the two below; in mid-force the thread does not wait for it
+  std::mutex reading_;        // protects reading for_others_
+  mutable std::mutex mutex_;  // protects messages_ and counts_; the thread does not wait for it while it outputs force
   std::vector<std::string> messages_;
   Counts counts_;
 
-  // The loop's.
+  // Used by the loop's thread.
   Workspace workspace_;
   ServedTool tool_;
   Pose X_WT_;
   bool has_orientation_ = true;
-  std::uint32_t engagements_ = 0;  // the one that the workspace is anchored for
+  std::uint32_t engagements_ = 0;  // number of the engagement for which the workspace is anchored
   bool clutched_ = false;
-  bool held_ = false;  // the last Read() gave a pose
-  double share_ = 0;   // of the force that the clutch lets through
-  double dt_s_ = 0;    // of the tick
+  bool held_ = false;    // the last Read() returned a pose
+  double fraction_ = 0;  // fraction of the force that the clutch passes
+  double dt_s_ = 0;      // duration of the tick
   std::optional<Quat> R_WT_wanted_;
   Pose X_DH_;
   std::uint64_t sequence_ = 0;

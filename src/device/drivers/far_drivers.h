@@ -1,4 +1,4 @@
-// Drivers of devices that are reached over the network.
+// Drivers of devices connected over the network.
 #pragma once
 
 #include <memory>

@@ -1,24 +1,25 @@
-// Whether the handle of a device is held still, near the middle of its workspace.
+// Detects that a device's handle is held still near the middle of its workspace.
 #pragma once
 
 #include "device/drivers/device_servo.h"
 
 namespace kerf {
 
-/// Who has just homed a device still moves it; and from the edge of its workspace there is no way to go.
+/// After homing, the user's hand still moves the handle, and at the edge of the workspace it has no room to move.
 class HandleAtRest {
  public:
   explicit HandleAtRest(const DeviceServo& servo)
       : reach_mm_(kMiddle * servo.profile().workspace_radius_mm / servo.options().motion_scale) {}
 
-  /// True when it has been near the middle for a while, and in one place.
+  /// Returns true if the handle has stayed in one place near the middle for kStill_s.
   bool Take(const ServoSample& sample);
 
  private:
-  static constexpr double kMiddle = 0.5;  // of the workspace's radius
+  static constexpr double kMiddle = 0.5;  // fraction of the workspace's radius
   static constexpr double kStill_mm = 2;
   static constexpr double kStill_s = 0.5;
-  static constexpr double kUnseen_s = 0.1;  // between samples: where it was meanwhile is unknown
+  static constexpr double kUnseen_s = 0.1;  // longest gap between samples; after a longer one the position in between
+                                            // is unknown
   double reach_mm_;
   Vec3 place_D_mm_{1e9};
   double since_s_ = 0;

@@ -25,9 +25,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kLate = std::chrono::milliseconds(5);
 constexpr int kSendBytes = 8192;
-constexpr int kMostMessages = 64;  // in a row
+constexpr int kMaxMessages = 64;  // per call of Receive()
 
-/// The WebSocket, with an end to each wait: what is under way goes on in the next call.
+/// WebSocket with a timeout for each wait: unfinished operations continue in the next call.
 class HaplyDriver::Line {
  public:
   Line() : stream_(context_) {
@@ -38,14 +38,14 @@ class HaplyDriver::Line {
   ~Line() {
     beast::error_code ignored;
     stream_.next_layer().close(ignored);
-    // What was under way ends now, while its buffers are still there.
+    // Complete the cancelled operations while their buffers still exist.
     context_.restart();
     context_.run_for(std::chrono::seconds(1));
   }
   Line(const Line&) = delete;
   Line& operator=(const Line&) = delete;
 
-  /// The error, or that the time was up.
+  /// Returns the error, or timed_out.
   beast::error_code Connect(const asio::ip::tcp::endpoint& to, std::chrono::milliseconds most) {
     const auto end = Clock::now() + most;
     std::optional<beast::error_code> error;
@@ -54,7 +54,7 @@ class HaplyDriver::Line {
     if (*error) return *error;
     beast::error_code ignored;
     stream_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
-    // That a service takes nothing is noticed when what holds the forces for it is full: here that is little.
+    // A service that does not read is detected when the send buffer is full, so the buffer is small.
     stream_.next_layer().set_option(asio::socket_base::send_buffer_size(kSendBytes), ignored);
     error.reset();
     stream_.async_handshake(fmt::format("localhost:{}", to.port()), "/", [&error](beast::error_code e) { error = e; });
@@ -62,7 +62,7 @@ class HaplyDriver::Line {
     return *error;
   }
 
-  /// Begins to send. False while an earlier text is on its way, or when the line is broken: nothing then.
+  /// Starts sending. Does nothing and returns false if an earlier text is still being sent or the connection is broken.
   bool Send(std::string text) {
     if (sending_ || error_) return false;
     sending_ = true;
@@ -74,11 +74,11 @@ class HaplyDriver::Line {
     return true;
   }
 
-  /// The newest message that has come; none when the time is up or the line is broken. Where the time is up already,
-  /// what is there.
+  /// Returns the latest message; nullopt on timeout or if the connection is broken. If `end` has already passed,
+  /// returns what has already arrived.
   std::optional<std::string> Receive(Clock::time_point end) {
     std::optional<std::string> newest;
-    for (int i = 0; i < kMostMessages; ++i) {
+    for (int i = 0; i < kMaxMessages; ++i) {
       BeginReading();
       const auto until = newest ? Clock::now() : end;
       if (!RunUntil(until, [this] { return !reading_ || error_; })) break;
@@ -109,7 +109,7 @@ class HaplyDriver::Line {
   template <typename Done>
   bool RunUntil(Clock::time_point end, const Done& done) {
     context_.restart();
-    // What is there already is taken also where no time is left, but a service that never stops sending is not.
+    // Take what has already arrived even if no time is left, but stop if the service never stops sending.
     const Clock::time_point last = std::max(end, Clock::now()) + kLate;
     while (!done()) {
       if (context_.poll_one() > 0) {
@@ -125,7 +125,7 @@ class HaplyDriver::Line {
     beast::error_code ignored;
     stream_.next_layer().close(ignored);
     context_.restart();
-    context_.run_for(std::chrono::seconds(1));  // handlers that point to what ends here
+    context_.run_for(std::chrono::seconds(1));  // runs handlers that refer to local variables
     return asio::error::timed_out;
   }
 
@@ -140,10 +140,9 @@ class HaplyDriver::Line {
 
 HaplyDriver::HaplyDriver(const HaplyOptions& options) : options_(options), profile_(FindDeviceProfile("inverse3")) {
   if (!IsLoopbackAddress(options.address)) {
-    throw Error(
-        fmt::format("the Haply service is spoken to on this machine only (127.x.x.x), not at {}", options.address));
+    throw Error(fmt::format("the Haply service must be on this machine (127.x.x.x), not at {}", options.address));
   }
-  if (options.port == 0) throw Error("the Haply service's port must be 1 to 65535");
+  if (options.port == 0) throw Error("the Haply service port must be 1 to 65535");
   if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("timeout_ms of Haply must be 1 to 1000");
   if (options.start_timeout_ms < 1 || options.start_timeout_ms > 60'000) {
     throw Error("start_timeout_ms of Haply must be 1 to 60000");
@@ -155,9 +154,9 @@ HaplyDriver::~HaplyDriver() {
   HaplyDriver::Stop();
 }
 
-void HaplyDriver::Start(const std::function<bool(const std::string& doing, double share)>& show) {
-  const auto tell = [&show](const std::string& doing, double share) {
-    if (show && !show(doing, share)) throw Error("starting the device was broken off");
+void HaplyDriver::Start(const std::function<bool(const std::string& doing, double fraction)>& show) {
+  const auto tell = [&show](const std::string& doing, double fraction) {
+    if (show && !show(doing, fraction)) throw Error("starting the device was cancelled");
   };
   const std::string where = fmt::format("ws://{}:{}", options_.address, options_.port);
   Stop();
@@ -166,9 +165,10 @@ void HaplyDriver::Start(const std::function<bool(const std::string& doing, doubl
   auto line = std::make_unique<Line>();
   const asio::ip::tcp::endpoint to(asio::ip::make_address(options_.address), options_.port);
   if (const beast::error_code error = line->Connect(to, most)) {
-    throw Error(error == asio::error::connection_refused
-                    ? fmt::format("no Haply service listens at {}; install and start Haply's Inverse Service", where)
-                    : fmt::format("the Haply service at {} can't be reached: {}", where, error.message()));
+    throw Error(
+        error == asio::error::connection_refused
+            ? fmt::format("no Haply service is listening at {}; install and start Haply's Inverse Service", where)
+            : fmt::format("the Haply service at {} can't be reached: {}", where, error.message()));
   }
   tell("waiting for the list of devices", 0.5);
   const auto end = Clock::now() + most;
@@ -183,14 +183,15 @@ void HaplyDriver::Start(const std::function<bool(const std::string& doing, doubl
     good = good || reading != HaplyReading::kBad;
     listed = reading == HaplyReading::kOk;
   }
-  if (!spoke) throw Error(fmt::format("the Haply service at {} says nothing; start it anew", where));
+  if (!spoke) throw Error(fmt::format("the Haply service at {} does not answer; restart it", where));
   if (!good) {
-    throw Error(fmt::format("what listens at {} does not speak the JSON of Haply's Inverse Service 3.1", where));
+    throw Error(
+        fmt::format("the program listening at {} does not speak the JSON of Haply's Inverse Service 3.1", where));
   }
   if (!listed) {
     throw Error(options_.device_id.empty()
-                    ? "the Haply service lists no Inverse3; plug it in, switch it on, and look whether Haply's own "
-                      "program sees it"
+                    ? "the Haply service lists no Inverse3; plug it in, switch it on, and check that Haply's own "
+                      "program shows it"
                     : fmt::format("the Haply service lists no Inverse3 with the id {}", options_.device_id));
   }
   p_H_middle_mm_ = options_.p_H_middle_mm.value_or(state_.p_H_mm);
@@ -206,7 +207,7 @@ RoundEnd HaplyDriver::Take(const std::string& text, DriverSample& sample) {
   const HaplyReading reading = ReadHaplyMessage(text, state_.id, state_);
   if (reading == HaplyReading::kBad) return RoundEnd::kBadAnswer;
   if (reading == HaplyReading::kNoDevice) {
-    if (++without_ < kMostWithout) return RoundEnd::kNoAnswer;
+    if (++without_ < kMaxWithout) return RoundEnd::kNoAnswer;
     line_.reset();
     return RoundEnd::kGone;
   }
@@ -226,18 +227,18 @@ RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sampl
     const double force_N = glm::length(f_D_N);
     if (!std::isfinite(force_N)) f_D_N = Vec3{0};
     if (force_N > profile_.peak_force_N) f_D_N *= profile_.peak_force_N / force_N;
-    // What is there before the force goes out does not answer it: taken for the answer, once late, each round would
-    // tell where the handle was in the one before, for good. It is news where no other comes.
+    // A message that arrived before the force was sent does not answer it. If it were used as the answer, one late
+    // message would delay every later round by one. It is used only if no other message comes.
     const std::optional<std::string> late = line_->Receive(Clock::now());
     const bool begun = line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
     const auto end = Clock::now() + std::chrono::milliseconds(options_.timeout_ms);
     const std::optional<std::string> text = line_->Receive(end);
-    // A service that tells but does not take what it is told has no answer: its device has an older force.
+    // If the service sends states but does not read, there is no answer: the device still outputs an older force.
     const bool gone_out = begun && !line_->sending();
     if (gone_out && (text || late)) return Take(text ? *text : *late, sample);
     if (!line_->broken()) return RoundEnd::kNoAnswer;
   } catch (const std::exception&) {
-    // Out of memory, or an error of the line that Boost throws: as good as gone.
+    // Out of memory, or a connection error thrown by Boost: treated as a lost connection.
   }
   line_.reset();
   return RoundEnd::kGone;
@@ -251,7 +252,7 @@ void HaplyDriver::Stop() noexcept {
     line_->Send(WriteHaplyForce(state_.id, Vec3{0}));
     line_->Flush(end);
   } catch (const std::exception&) {
-    // The service cuts the force when the connection ends.
+    // The service sets the force to zero when the connection ends.
   }
   line_.reset();
 }

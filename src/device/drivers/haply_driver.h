@@ -1,5 +1,5 @@
-// Haply's Inverse3 through the Inverse Service that its maker gives: JSON over a WebSocket on this machine. The service
-// tells a state for each force that it is given.
+// Driver of Haply's Inverse3 through its maker's Inverse Service: JSON over a WebSocket on this machine. The service
+// answers each force with a state.
 #pragma once
 
 #include <memory>
@@ -12,33 +12,33 @@
 namespace kerf {
 
 struct HaplyOptions {
-  std::string address = "127.0.0.1";  // this machine's only
+  std::string address = "127.0.0.1";  // must be this machine
   std::uint16_t port = 10001;
-  std::string device_id;  // "": the first that the service lists
-  /// Middle of the workspace in the service's axes, mm. None: where the cursor is at Start().
+  std::string device_id;  // "": the first device that the service lists
+  /// Middle of the workspace in the service's axes, mm. By default, the cursor position at Start().
   std::optional<Vec3> p_H_middle_mm;
   int timeout_ms = 20;          // of a round, 1 to 1000
   int start_timeout_ms = 3000;  // of each step of Start(), 1 to 60000
 };
 
-/// JSON and the WebSocket ask for memory: against the rule of DeviceDriver, Exchange() does so in each round. It is
-/// called from the device's own thread, never from the tick, and the ways are short.
+/// Exception to the rule of DeviceDriver: JSON and the WebSocket allocate in each Exchange(). It is called from the
+/// device's thread, never from the tick, and messages are short.
 class HaplyDriver final : public DeviceDriver {
  public:
-  /// Throws Error when an option is out of range or the address another machine's.
+  /// Throws kerf::Error if an option is out of range or the address is that of another machine.
   explicit HaplyDriver(const HaplyOptions& options = {});
   ~HaplyDriver() override;
 
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
-  void Start(const std::function<bool(const std::string& doing, double share)>& show) override;
-  /// Waits for a message that comes after the force went out; one from before is told where none does.
-  /// A message without the device is kNoAnswer, or kGone when kMostWithout of them came in a row. kNoAnswer too: one
-  /// without the grip, where there was one at Start().
+  void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
+  /// Waits for a message received after the force was sent; if none comes, uses one received before. A message without
+  /// the device gives kNoAnswer, or kGone after kMaxWithout of them in a row. A message without the grip gives
+  /// kNoAnswer if a grip was present at Start().
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
-  static constexpr int kMostWithout = 100;
+  static constexpr int kMaxWithout = 100;
 
  private:
   class Line;

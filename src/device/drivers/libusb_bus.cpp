@@ -15,8 +15,8 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMostBytes = 4096;  // of a transfer
-// Beyond a transfer's own timeout: what the kernel takes to give it back.
+constexpr std::size_t kMaxBytes = 4096;  // of a transfer
+// In addition to a transfer's own timeout: time for the kernel to return the transfer.
 constexpr std::chrono::milliseconds kGrace{1000};
 
 struct ContextEnd {
@@ -43,7 +43,7 @@ Context MakeContext() {
   libusb_context* context = nullptr;
   if (const int end = libusb_init(&context); end != LIBUSB_SUCCESS) {
     throw Error(
-        fmt::format("USB can't be asked what is plugged in: {}", libusb_strerror(static_cast<libusb_error>(end))));
+        fmt::format("the list of USB devices can't be read: {}", libusb_strerror(static_cast<libusb_error>(end))));
   }
   return Context(context);
 }
@@ -60,7 +60,7 @@ std::vector<DeviceRef> ListDevices(libusb_context* context) {
 Configuration ReadConfiguration(libusb_device* device) {
   libusb_config_descriptor* configuration = nullptr;
   if (libusb_get_active_config_descriptor(device, &configuration) != LIBUSB_SUCCESS) {
-    // A device that is not configured yet still tells what it could be.
+    // A device that is not configured yet still has a first configuration.
     if (libusb_get_config_descriptor(device, 0, &configuration) != LIBUSB_SUCCESS) return nullptr;
   }
   return Configuration(configuration);
@@ -86,16 +86,16 @@ UsbDeviceInfo Describe(libusb_device* device) {
   }
   info.bus = libusb_get_bus_number(device);
   info.address = libusb_get_device_address(device);
-  constexpr int kMostPorts = 7;
-  std::array<std::uint8_t, kMostPorts> ports{};
-  const int count = libusb_get_port_numbers(device, ports.data(), kMostPorts);
+  constexpr int kMaxPorts = 7;
+  std::array<std::uint8_t, kMaxPorts> ports{};
+  const int count = libusb_get_port_numbers(device, ports.data(), kMaxPorts);
   for (int i = 0; i < count; ++i)
     info.ports += fmt::format("{}{}", i == 0 ? fmt::format("{}-", info.bus) : ".", ports[i]);
   info.is_hid = HasHidInterface(ReadConfiguration(device).get());
   return info;
 }
 
-/// Of the kernel, that has the interface; "" when none has.
+/// Returns the name of the kernel driver that uses the interface; "" if there is none.
 std::string FindKernelDriver(const UsbDeviceInfo& device, const libusb_config_descriptor* configuration,
                              int interface_number) {
   if (configuration == nullptr || device.ports.empty()) return "";
@@ -125,7 +125,7 @@ TransferEnd EndOf(libusb_transfer_status status) {
   return TransferEnd::kFailed;
 }
 
-/// One transfer that is used over and over; whoever sends it waits for its end.
+/// Transport with one reusable transfer; every call waits until it has completed.
 class LibusbTransport final : public UsbTransport {
  public:
   LibusbTransport(Context context, Handle handle, int interface_number, const libusb_config_descriptor* configuration)
@@ -150,7 +150,7 @@ class LibusbTransport final : public UsbTransport {
 
   ~LibusbTransport() override {
     if (!lost_) libusb_free_transfer(transfer_);
-    // What is lost in the kernel must keep its handle: libusb would wait for it.
+    // The kernel may still use a lost transfer, so its resources are leaked: closing them would block.
     if (lost_) {
       static_cast<void>(handle_.release());
       static_cast<void>(context_.release());
@@ -162,7 +162,7 @@ class LibusbTransport final : public UsbTransport {
 
   Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                    std::span<std::uint8_t> data, int timeout_ms) noexcept override {
-    if (lost_ || data.size() > kMostBytes) return {};
+    if (lost_ || data.size() > kMaxBytes) return {};
     std::uint8_t* bytes = buffer_->data();
     libusb_fill_control_setup(bytes, request_type, request, value, index, static_cast<std::uint16_t>(data.size()));
     const bool in = (request_type & LIBUSB_ENDPOINT_IN) != 0;
@@ -174,14 +174,14 @@ class LibusbTransport final : public UsbTransport {
   }
 
   Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int timeout_ms) noexcept override {
-    if (lost_ || data.size() > kMostBytes) return {};
+    if (lost_ || data.size() > kMaxBytes) return {};
     std::copy(data.begin(), data.end(), buffer_->begin());
     return Move(endpoint & ~LIBUSB_ENDPOINT_IN, data.size(), timeout_ms);
   }
 
   Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data, int timeout_ms) noexcept override {
     if (lost_) return {};
-    const Transfer end = Move(endpoint | LIBUSB_ENDPOINT_IN, std::min(data.size(), kMostBytes), timeout_ms);
+    const Transfer end = Move(endpoint | LIBUSB_ENDPOINT_IN, std::min(data.size(), kMaxBytes), timeout_ms);
     std::copy_n(buffer_->begin(), std::min<std::size_t>(end.bytes, data.size()), data.begin());
     return end;
   }
@@ -191,7 +191,7 @@ class LibusbTransport final : public UsbTransport {
     static_cast<LibusbTransport*>(transfer->user_data)->done_ = 1;
   }
 
-  /// 0 would be for ever to libusb.
+  /// libusb treats 0 as no timeout.
   static unsigned Patience(int timeout_ms) { return static_cast<unsigned>(std::max(timeout_ms, 1)); }
 
   Transfer Move(int endpoint, std::size_t bytes, int timeout_ms) noexcept {
@@ -200,7 +200,7 @@ class LibusbTransport final : public UsbTransport {
     fill(transfer_, handle_.get(), address, buffer_->data(), static_cast<int>(bytes), MarkDone, this,
          Patience(timeout_ms));
     const Transfer end = Send();
-    // Else the endpoint refuses all that follows.
+    // Otherwise the endpoint refuses all further transfers.
     if (end.end == TransferEnd::kStall) libusb_clear_halt(handle_.get(), address);
     return end;
   }
@@ -221,7 +221,7 @@ class LibusbTransport final : public UsbTransport {
     return {EndOf(transfer_->status), transfer_->actual_length};
   }
 
-  /// Until the transfer has ended, or for `longest`.
+  /// Waits until the transfer has completed. Returns false after `longest` or on an error.
   bool Wait(std::chrono::milliseconds longest) noexcept {
     const auto begin = std::chrono::steady_clock::now();
     while (done_ == 0) {
@@ -235,16 +235,16 @@ class LibusbTransport final : public UsbTransport {
     return true;
   }
 
-  using Buffer = std::array<std::uint8_t, LIBUSB_CONTROL_SETUP_SIZE + kMostBytes>;
+  using Buffer = std::array<std::uint8_t, LIBUSB_CONTROL_SETUP_SIZE + kMaxBytes>;
 
   Context context_;
   Handle handle_;
   int interface_;
-  std::array<bool, 256> interrupt_;  // by endpoint address; bulk else
+  std::array<bool, 256> interrupt_;  // by endpoint address: true for interrupt, false for bulk
   std::unique_ptr<Buffer> buffer_ = std::make_unique<Buffer>();
   libusb_transfer* transfer_ = nullptr;
   int done_ = 0;
-  bool lost_ = false;  // a transfer that the kernel has not given back
+  bool lost_ = false;  // the kernel has not returned the transfer
 };
 
 UsbProblem ProblemOf(int error) {
@@ -285,21 +285,22 @@ UsbOpening LibusbBus::Open(const UsbDeviceInfo& device, int interface_number) {
   libusb_device_handle* opened = nullptr;
   if (const int end = libusb_open(found.get(), &opened); end != LIBUSB_SUCCESS) {
     if (end == LIBUSB_ERROR_ACCESS) {
-      return {nullptr, UsbProblem::kNoPermission, fmt::format("{} may not be written to", DeviceNode(device))};
+      return {nullptr, UsbProblem::kNoPermission,
+              fmt::format("there is no permission to write to {}", DeviceNode(device))};
     }
     return {nullptr, ProblemOf(end), libusb_strerror(static_cast<libusb_error>(end))};
   }
   Handle handle(opened);
   const Configuration configuration = ReadConfiguration(found.get());
   const std::string driver = FindKernelDriver(device, configuration.get(), interface_number);
-  // Of any other we don't know what it does with the device, so it keeps it.
+  // Other kernel drivers keep the interface, since their use of the device is unknown.
   const bool take = driver == "usbhid" || driver == "ftdi_sio" || (driver.empty() && device.is_hid);
   if (take) libusb_set_auto_detach_kernel_driver(handle.get(), 1);
   if (const int end = libusb_claim_interface(handle.get(), interface_number); end != LIBUSB_SUCCESS) {
     if (end != LIBUSB_ERROR_BUSY) return {nullptr, ProblemOf(end), libusb_strerror(static_cast<libusb_error>(end))};
     return {nullptr, UsbProblem::kBusy,
-            driver.empty() || driver == "usbfs" ? "another program has it"
-                                                : fmt::format("the kernel's driver {} has it", driver)};
+            driver.empty() || driver == "usbfs" ? "another program uses it"
+                                                : fmt::format("the kernel driver {} uses it", driver)};
   }
   return {
       std::make_unique<LibusbTransport>(std::move(context), std::move(handle), interface_number, configuration.get()),

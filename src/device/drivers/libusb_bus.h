@@ -1,4 +1,4 @@
-// What is really plugged in, through libusb.
+// USB bus through libusb.
 #pragma once
 
 #include <string>
@@ -8,21 +8,21 @@
 
 namespace kerf {
 
-/// Each call looks anew, without memory of the last, so that what was plugged in since is there even where no udev
-/// runs. Where the system has no USB at all, nothing is plugged in. Any thread.
+/// Each call lists the devices again without a cache, so that new devices are found even without udev. If the system
+/// has no USB, the list is empty. For any thread.
 ///
-/// A transport that it opens stands on its own, has its own events and is for one thread at a time. A round makes no
-/// allocation of ours; libusb makes one for each transfer that it hands to the kernel.
+/// Each transport that it opens is independent, handles its own events and is for one thread at a time. A round
+/// allocates nothing in kerf; libusb allocates for each transfer that it submits to the kernel.
 class LibusbBus final : public UsbBus {
  public:
-  /// Sorted by bus and address. Throws Error when libusb itself can't begin.
+  /// Sorted by bus and address. Throws kerf::Error if libusb cannot be initialised.
   std::vector<UsbDeviceInfo> List() override;
-  /// HID interfaces are taken from usbhid and serial ones from ftdi_sio, and given back at the end; from no other
-  /// driver.
+  /// Takes HID interfaces from usbhid and serial interfaces from ftdi_sio, and returns them when closed; takes none
+  /// from other kernel drivers.
   UsbOpening Open(const UsbDeviceInfo& device, int interface_number) override;
 };
 
-/// The file of a device that a program must be allowed to write to: "/dev/bus/usb/001/004".
+/// Returns the device file to which a program needs write access: "/dev/bus/usb/001/004".
 std::string DeviceNode(const UsbDeviceInfo& device);
 
 }  // namespace kerf

@@ -33,13 +33,13 @@ UdpLink::UdpLink(const std::string& address, std::uint16_t port) {
   to.sin_family = AF_INET;
   to.sin_port = htons(port);
   if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) {
-    throw Error(fmt::format("\"{}\" is no IPv4 address in numbers, such as 127.0.0.1", address));
+    throw Error(fmt::format("\"{}\" is not a numeric IPv4 address, such as 127.0.0.1", address));
   }
   socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
     const std::string why = std::system_category().message(errno);
     if (socket_ >= 0) close(socket_);
-    throw Error(fmt::format("no way to {}:{}: {}", address, port, why));
+    throw Error(fmt::format("can't reach {}:{}: {}", address, port, why));
   }
 }
 

@@ -1,4 +1,4 @@
-// Datagrams to and from one address.
+// UDP socket connected to one address.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,29 @@ namespace kerf {
 enum class UdpEnd : std::uint8_t {
   kOk,
   kTimeout,
-  kRefused,  // nobody listens there any more
+  kRefused,  // no program listens there
   kFailed,
 };
 
-/// A socket that only hears what comes from `address` and `port`: the system drops the rest. One thread at a time.
+/// Socket that receives only from `address` and `port`: the system drops other packets. For one thread at a time.
 class UdpLink {
  public:
-  /// IPv4, in numbers. Throws Error when it is no such address, or the system has no socket.
+  /// `address` is numeric IPv4. Throws kerf::Error if it is not, or if the system cannot create a socket.
   UdpLink(const std::string& address, std::uint16_t port);
   ~UdpLink();
   UdpLink(const UdpLink&) = delete;
   UdpLink& operator=(const UdpLink&) = delete;
 
-  /// Send never waits, Receive up to `timeout_ms`; neither asks for memory.
+  /// Send never blocks, Receive waits at most `timeout_ms`. Neither allocates.
   UdpEnd Send(std::span<const std::uint8_t> bytes) noexcept;
-  /// A datagram; `count` is its length, also where it was longer than `bytes` and cut.
+  /// Receives a datagram. `count` is its length, even if it was longer than `bytes` and was truncated.
   UdpEnd Receive(std::span<std::uint8_t> bytes, int timeout_ms, std::size_t& count) noexcept;
 
  private:
   int socket_ = -1;
 };
 
-/// Whether an IPv4 address is this machine itself: 127.x.x.x. False for what is no address.
+/// Returns true if an IPv4 address is this machine: 127.x.x.x. Returns false for any other text.
 bool IsLoopbackAddress(const std::string& address);
 
 }  // namespace kerf

@@ -14,12 +14,12 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMaxBytes = 64 << 10;
+constexpr std::size_t kMaxConfigBytes = 64 << 10;
 
 void CheckEach(TableReader& reader, const char* key, const Vec3& values, double least) {
   for (int i = 0; i < 3; ++i) {
     if (std::abs(values[i]) >= least) continue;
-    reader.Fault(key, fmt::format("{}[{}] = {} is too near to 0; it must be {} or more, or {} or less", key, i,
+    reader.Fault(key, fmt::format("{}[{}] = {} is too close to 0; it must be {} or more, or {} or less", key, i,
                                   values[i], least, -least));
   }
 }
@@ -38,8 +38,8 @@ WoodenParams ParseWoodenConfig(const std::string& text, const std::string& file)
   for (int i = 0; i < 3; ++i) {
     const double counts = std::abs(params.counts_per_turn[i] * params.gear[i]);
     if (counts <= kWoodenMostCountsPerTurn) continue;
-    reader.Fault("gear", fmt::format("gear[{}] makes {:.0f} counts a turn of the joint, with counts_per_turn; it may "
-                                     "make at most {:.0f}, as the reports have 16 bits",
+    reader.Fault("gear", fmt::format("gear[{}] gives {:.0f} counts per turn of the joint with counts_per_turn; it must "
+                                     "give at most {:.0f}, because counts in the reports have 16 bits",
                                      i, counts, kWoodenMostCountsPerTurn));
   }
   if (faults.empty() && !FindWoodenAngles(params, Vec3{0})) {
@@ -50,7 +50,7 @@ WoodenParams ParseWoodenConfig(const std::string& text, const std::string& file)
 }
 
 WoodenParams ReadWoodenConfig(const std::string& path) {
-  return ParseWoodenConfig(ReadTextFile(path, kMaxBytes), path);
+  return ParseWoodenConfig(ReadTextFile(path, kMaxConfigBytes), path);
 }
 
 }  // namespace kerf

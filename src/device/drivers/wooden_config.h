@@ -1,4 +1,4 @@
-// The file with the measures of a WoodenHaptics-type device (docs/wooden.md).
+// Configuration file with the dimensions of a WoodenHaptics-type device (docs/wooden.md).
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace kerf {
 
-/// TOML, its keys those of WoodenParams; a key that is absent has the value of the wooden build of 2016. Throws Error
-/// with `file`:line:column for each fault: unknown key (with the nearest), wrong type, out of range, a gear or number
-/// of counts that is 0, an arm that can't reach its workspace.
+/// Parses TOML whose keys are those of WoodenParams; absent keys have the values of the 2016 wooden build. Throws
+/// kerf::Error with `file`:line:column for each fault: unknown key (with the nearest), wrong type, out of range, a gear
+/// or count of 0, an arm that cannot reach its workspace.
 WoodenParams ParseWoodenConfig(const std::string& text, const std::string& file);
-/// The same of a file.
+/// The same from a file.
 WoodenParams ReadWoodenConfig(const std::string& path);
 
 }  // namespace kerf

@@ -9,11 +9,11 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kShortReportBytes = 14;
-constexpr std::size_t kLeastFirmwareBytes = 1024;
-constexpr std::size_t kMostWaitingBytes = 384;  // the FT232's memory towards the host
+constexpr std::size_t kMinFirmwareBytes = 1024;
+constexpr std::size_t kMaxWaitingBytes = 384;  // size of the FT232's buffer towards the host
 constexpr std::uint8_t kModemStatus = 0x01;
 constexpr std::uint8_t kLineStatus = 0x60;
-// A clock that runs since long before: nothing happens at its zero.
+// Long before the clock origin, so that no packet is recent at the start.
 constexpr double kLongAgo_s = -1;
 
 }  // namespace
@@ -55,7 +55,7 @@ void FalconModel::SwitchOn() {
 }
 
 std::vector<std::uint8_t> FalconModel::descriptors() const {
-  // Device, configuration, interface, endpoints; an FT232BM under the Falcon's product number.
+  // Device, configuration, interface, endpoints; an FT232BM with the Falcon's product number.
   return {
       18,   1,    0x10,
       0x01, 0,    0,
@@ -120,7 +120,7 @@ Transfer FalconModel::Control(std::uint8_t request_type, std::uint8_t request, s
       const bool had_dtr = dtr_;
       if ((value & 0x0100U) != 0) dtr_ = (value & 1U) != 0;
       if ((value & 0x0200U) != 0) rts_ = (value & 2U) != 0;
-      // Holds the Falcon's processor in reset while low.
+      // A low DTR holds the Falcon's processor in reset.
       if (!had_dtr && dtr_ && baud_ == kFalconBaudBoot) {
         state_ = State::kBoot;
         greeted_ = 0;
@@ -176,7 +176,7 @@ void FalconModel::BootByte(std::uint8_t byte) {
       state_ = State::kGreeted;
       return;
     case State::kGreeted:
-      // Greeted again, it answers again.
+      // A repeated greeting is answered again.
       if (baud_ == kFalconBaudBoot && dtr_) {
         state_ = State::kBoot;
         BootByte(byte);
@@ -193,10 +193,9 @@ void FalconModel::BootByte(std::uint8_t byte) {
     case State::kLoaded: {
       if (baud_ != kFalconBaudLoad) return;
       loaded_.push_back(byte);
-      const bool wrong = uploads_ <= options_.wrong_echoes && loaded_.size() == kLeastFirmwareBytes / 2;
+      const bool wrong = uploads_ <= options_.wrong_echoes && loaded_.size() == kMinFirmwareBytes / 2;
       Send(wrong ? static_cast<std::uint8_t>(byte ^ 0x10U) : byte);
-      const bool whole =
-          options_.firmware.empty() ? loaded_.size() >= kLeastFirmwareBytes : loaded_ == options_.firmware;
+      const bool whole = options_.firmware.empty() ? loaded_.size() >= kMinFirmwareBytes : loaded_ == options_.firmware;
       state_ = whole && uploads_ > options_.wrong_echoes ? State::kLoaded : State::kLoading;
       return;
     }
@@ -235,7 +234,7 @@ void FalconModel::Answer() {
 }
 
 void FalconModel::Send(std::uint8_t byte) {
-  if (to_host_.size() >= kMostWaitingBytes) return;
+  if (to_host_.size() >= kMaxWaitingBytes) return;
   to_host_.push_back({byte, now_s_ + (state_ == State::kRun ? options_.answer_after_s : 0), false});
 }
 

@@ -1,5 +1,5 @@
-// A Novint Falcon made of numbers: the serial port on USB, the boot loader behind it, the firmware once it is loaded,
-// encoders, motors and legs. What is known of the real one: devices/falcon/*.h and docs/falcon.md.
+// Software model of a Novint Falcon: the serial port on USB, its boot loader, the firmware once it is loaded, encoders,
+// motors and legs. Known facts about the real device: devices/falcon/*.h and docs/falcon.md.
 #pragma once
 
 #include <array>
@@ -15,28 +15,28 @@
 namespace kerf {
 
 struct FalconModelOptions {
-  bool firmware_is_there = false;           // loaded before by another program, and the Falcon kept its power
-  std::vector<std::uint8_t> firmware;       // that alone runs; empty: any that is 1 kB or longer
-  bool homed = false;                       // from the start, where the firmware is there
-  bool keeps_power = false;                 // when it is unplugged from USB: it has a supply of its own
-  int wrong_echoes = 0;                     // uploads that come back with a byte changed, before one goes well
-  bool zero_before_answer = false;          // the boot loader's 00
-  int short_report_every = 0;               // every so many reports, one of 14 bytes; 0: none
-  int split_report_every = 0;               // and one in two USB packets
-  double answer_after_s = 0;                // from a command to its report
+  bool firmware_is_there = false;           // loaded earlier by another program, and the Falcon stayed powered
+  std::vector<std::uint8_t> firmware;       // the only firmware that runs; empty: any of at least 1 kB
+  bool homed = false;                       // homed from the start; requires firmware_is_there
+  bool keeps_power = false;                 // has a separate power supply, so keeps its state when unplugged from USB
+  int wrong_echoes = 0;                     // number of uploads echoed with one byte changed, before one succeeds
+  bool zero_before_answer = false;          // the boot loader sends a 00 first
+  int short_report_every = 0;               // number of reports after which one has only 14 bytes; 0: none
+  int split_report_every = 0;               // number of reports after which one is split into two USB packets; 0: none
+  double answer_after_s = 0;                // delay from a command to its report
   FalconCounts zero_offset{317, -208, 95};  // of the encoders before homing, arbitrary
-  double motor_counts_per_Nmm = -10;        // as the driver's
+  double motor_counts_per_Nmm = -10;        // as in the driver
 };
 
-/// Homing: a leg's encoder finds its zero when, with the homing bit on, its arm has been further out than
-/// kFalconHomingOut counts and then comes further in than kFalconHomingIn. Where the real marks are is not known.
-/// On the axis: 36 mm towards the user, 31 mm away.
+/// Homing: with the homing bit set, a leg's encoder finds its zero when its arm has been further out than
+/// kFalconHomingOut counts and then moves further in than kFalconHomingIn. The real positions are unknown. On the axis:
+/// 36 mm towards the user, 31 mm away from the user.
 inline constexpr int kFalconHomingOut = 600;
 inline constexpr int kFalconHomingIn = -900;
 
 class FalconModel final : public UsbModel {
  public:
-  /// The mechanism must outlive the model. A handle out of the legs' reach leaves the encoders where they were.
+  /// The mechanism must outlive the model. If the handle is out of the legs' reach, the encoders keep their counts.
   FalconModel(Mechanism& mechanism, FalconModelOptions options);
 
   std::vector<std::uint8_t> descriptors() const override;
@@ -45,17 +45,17 @@ class FalconModel final : public UsbModel {
                    std::span<std::uint8_t> data) override;
   Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data) override;
   Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data) override;
-  /// The serial port forgets all; so does the rest, unless it keeps its power.
+  /// Resets the serial port, and everything else unless the device keeps its power.
   void PowerOn() override;
 
-  // ---- what no host can see
+  // ---- not visible to a host
   bool runs() const { return state_ == State::kRun; }
   bool homed() const { return homed_ == kFalconAllHomed; }
-  const std::vector<std::uint8_t>& loaded() const { return loaded_; }  // of the upload that is running or was last
+  const std::vector<std::uint8_t>& loaded() const { return loaded_; }  // of the current or last upload
   int uploads() const { return uploads_; }
   const FalconCommand& last_command() const { return command_; }
   std::uint64_t commands() const { return commands_; }
-  Vec3 f_D_N() const { return f_D_N_; }  // of the motors at the grip, now
+  Vec3 f_D_N() const { return f_D_N_; }  // current force of the motors at the grip
   bool saw_homing_off() const { return saw_homing_off_; }
 
  private:
@@ -72,7 +72,7 @@ class FalconModel final : public UsbModel {
   Mechanism& mechanism_;
   FalconModelOptions options_;
 
-  // The serial port.
+  // Serial port.
   std::uint16_t baud_ = 0;
   std::uint16_t format_ = 8;
   std::uint16_t flow_ = 0;
@@ -88,7 +88,7 @@ class FalconModel final : public UsbModel {
   double now_s_ = 0;
   double last_packet_s_ = 0;
 
-  // The Falcon.
+  // Falcon.
   State state_ = State::kBoot;
   std::size_t greeted_ = 0;
   std::vector<std::uint8_t> loaded_;
@@ -97,7 +97,7 @@ class FalconModel final : public UsbModel {
   FalconCommand command_;
   std::uint64_t commands_ = 0;
   std::uint64_t reports_ = 0;
-  FalconCounts counts_{};  // true
+  FalconCounts counts_{};  // true counts
   std::uint8_t was_out_ = 0;
   std::uint8_t homed_ = 0;
   Vec3 f_D_N_{0};

@@ -25,10 +25,10 @@ std::vector<std::uint8_t> MakeHidDescriptors(const HidFace& face) {
   const std::size_t total = kConfigurationBytes + kInterfaceBytes + kHidBytes + endpoints * kEndpointBytes;
   const std::size_t report = face.report_descriptor.size();
   std::vector<std::uint8_t> bytes = {
-      // Device: USB 2.0, class given by the interface, 64 bytes for endpoint 0, one configuration.
+      // Device: USB 2.0, class defined by the interface, 64 bytes for endpoint 0, one configuration.
       18, 1, 0, 2, 0, 0, 0, 64, Low(face.vendor), High(face.vendor), Low(face.product), High(face.product),
       Low(face.release), High(face.release), 0, 0, 0, 1,
-      // Configuration 1: one interface, powered by the bus, 100 mA.
+      // Configuration 1: one interface, bus-powered, 100 mA.
       9, 2, Low(total), High(total), 1, 1, 0, 0x80, 50,
       // Interface 0: HID, no boot protocol.
       9, 4, 0, 0, Low(endpoints), 3, 0, 0, 0,

@@ -1,4 +1,4 @@
-// What a HID device shows of itself: descriptors, and the requests that every one answers.
+// Descriptors and standard requests of a HID device.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,15 @@ struct HidFace {
   std::uint16_t product = 0;
   std::uint16_t release = 0x0100;
   std::vector<std::uint8_t> report_descriptor;
-  std::uint16_t in_packet = 64;   // of endpoint 0x81, bytes
-  std::uint16_t out_packet = 64;  // of endpoint 0x01; 0: it has none
+  std::uint16_t in_packet = 64;   // packet size of endpoint 0x81, bytes
+  std::uint16_t out_packet = 64;  // packet size of endpoint 0x01; 0: no such endpoint
   std::uint8_t interval_ms = 1;
 };
 
-/// Device, configuration, interface, HID and endpoint descriptors.
+/// Returns device, configuration, interface, HID and endpoint descriptors.
 std::vector<std::uint8_t> MakeHidDescriptors(const HidFace& face);
-/// GET_DESCRIPTOR of device, configuration, HID and report; SET_IDLE and SET_PROTOCOL are taken. kStall for others.
+/// Answers GET_DESCRIPTOR for device, configuration, HID and report, and accepts SET_IDLE and SET_PROTOCOL. Returns
+/// kStall for other requests.
 Transfer AnswerHidRequest(const HidFace& face, std::uint8_t request_type, std::uint8_t request, std::uint16_t value,
                           std::span<std::uint8_t> data);
 

@@ -1,4 +1,4 @@
-// What happens at the handle of an emulated device: the motors' force on it, and where it goes.
+// Motion of the handle of an emulated device under the force of its motors.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace kerf {
 
-/// Frame D (devices/driver.h). Whoever emulates a device asks it.
+/// Interface used by the device models. Frame D (devices/driver.h).
 class Mechanism {
  public:
   Mechanism() = default;
@@ -15,19 +15,19 @@ class Mechanism {
   Mechanism& operator=(const Mechanism&) = delete;
   virtual ~Mechanism() = default;
 
-  /// dt_s go by under this force and torque of the motors.
+  /// Advances the motion by dt_s under this force and torque of the motors.
   virtual void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) = 0;
   virtual Pose handle() const = 0;
   virtual std::uint32_t buttons() const { return 0; }
 };
 
-/// A handle that is where it is put, whatever the force.
+/// Handle whose pose is set directly and does not respond to force.
 class HeldMechanism final : public Mechanism {
  public:
   void Move(double /*dt_s*/, const Vec3& f_D_N, const Vec3& /*tau_D_Nmm*/) override { f_D_N_ = f_D_N; }
   Pose handle() const override { return X_DH; }
   std::uint32_t buttons() const override { return pressed; }
-  Vec3 f_D_N() const { return f_D_N_; }  // of the motors, last
+  Vec3 f_D_N() const { return f_D_N_; }  // last force of the motors
 
   Pose X_DH;
   std::uint32_t pressed = 0;

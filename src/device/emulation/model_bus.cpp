@@ -14,14 +14,14 @@ namespace {
 
 constexpr std::size_t kDeviceDescriptorBytes = 18;
 constexpr std::uint8_t kHidClass = 3;
-constexpr std::size_t kMostPacketBytes = 512;
+constexpr std::size_t kMaxPacketBytes = 512;
 constexpr double kWaitStep_s = 0.0005;
 
 }  // namespace
 
 UsbDeviceInfo ReadDeviceInfo(std::span<const std::uint8_t> descriptors) {
   if (descriptors.size() < kDeviceDescriptorBytes || descriptors[0] != kDeviceDescriptorBytes || descriptors[1] != 1) {
-    throw Error("these bytes are no USB device descriptor");
+    throw Error("these bytes are not a USB device descriptor");
   }
   UsbDeviceInfo info;
   info.vendor = static_cast<std::uint16_t>(descriptors[8] | descriptors[9] << 8);
@@ -43,10 +43,10 @@ struct ModelBus::Socket {
   std::mt19937_64 random{1};
   int times_plugged_in = 1;
 
-  bool Draw(double share) { return share > 0 && std::uniform_real_distribution<double>(0, 1)(random) < share; }
+  bool Draw(double fraction) { return fraction > 0 && std::uniform_real_distribution<double>(0, 1)(random) < fraction; }
 };
 
-/// What an opened device's transfers go through.
+/// Transport of an opened device.
 class ModelBus::Line final : public UsbTransport {
  public:
   explicit Line(std::shared_ptr<Socket> socket) : socket_(std::move(socket)), plugged_in_(socket_->times_plugged_in) {}
@@ -85,7 +85,7 @@ class ModelBus::Line final : public UsbTransport {
 
   bool IsGone() const { return socket_->faults.unplugged || plugged_in_ != socket_->times_plugged_in; }
 
-  /// One packet, as it comes through.
+  /// Returns one packet, with the faults of the connection.
   Transfer Fetch(std::uint8_t endpoint, std::span<std::uint8_t> data) {
     if (socket_->faults.stalled) return {TransferEnd::kTimeout, 0};
     const auto waiting = std::find_if(waiting_.begin(), waiting_.end(),
@@ -96,7 +96,7 @@ class ModelBus::Line final : public UsbTransport {
       return transfer;
     }
     late_ = false;
-    std::vector<std::uint8_t> bytes(kMostPacketBytes);
+    std::vector<std::uint8_t> bytes(kMaxPacketBytes);
     const Transfer transfer = socket_->model->Read(endpoint, bytes);
     if (transfer.end != TransferEnd::kOk) return transfer;
     bytes.resize(static_cast<std::size_t>(transfer.bytes));
@@ -167,13 +167,13 @@ std::vector<UsbDeviceInfo> ModelBus::List() {
 }
 
 UsbOpening ModelBus::Open(const UsbDeviceInfo& device, int /*interface_number*/) {
-  if (problem_ != UsbProblem::kNone) return {nullptr, problem_, "a model was told to say so"};
+  if (problem_ != UsbProblem::kNone) return {nullptr, problem_, "the model was set to report this"};
   for (const std::shared_ptr<Socket>& socket : sockets_) {
     if (!socket->faults.unplugged && socket->info.address == device.address) {
       return {std::make_unique<Line>(socket), UsbProblem::kNone, ""};
     }
   }
-  return {nullptr, UsbProblem::kGone, "nothing has that address"};
+  return {nullptr, UsbProblem::kGone, "no device has that address"};
 }
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// A bus within the process with models of devices in its sockets, and all that goes wrong with cables.
+// USB bus within the process, with device models plugged in and simulated cable faults.
 #pragma once
 
 #include <cstdint>
@@ -11,30 +11,30 @@
 
 namespace kerf {
 
-/// What can go wrong on the way. Shares are probabilities for each packet, 0 to 1, drawn from `seed`: the same each
-/// time.
+/// Faults of the connection. Fractions are probabilities per packet, 0 to 1, drawn from `seed`, so that they are
+/// repeatable.
 struct UsbFaults {
   std::uint64_t seed = 1;
-  double drop_out = 0;   // packets to the device that never come there
-  double drop_in = 0;    // packets from it
-  double duplicate = 0;  // packets from it that come twice
-  double truncate = 0;   // packets from it that end early
-  double corrupt = 0;    // packets from it with a byte changed
-  double delay = 0;      // packets from it that come one read later than they should
-  bool stalled = false;  // nothing comes back at all
+  double drop_out = 0;   // packets to the device that are lost
+  double drop_in = 0;    // packets from the device that are lost
+  double duplicate = 0;  // packets from the device that arrive twice
+  double truncate = 0;   // packets from the device that end early
+  double corrupt = 0;    // packets from the device with one byte changed
+  double delay = 0;      // packets from the device that arrive one read late
+  bool stalled = false;  // no data arrives from the device
   bool unplugged = false;
-  /// Each packet to it ends so, and none comes there, while its own go on coming.
+  /// If set, every packet to the device is lost and its transfer ends with this result; packets from it still arrive.
   std::optional<Transfer> out_ends{};
 };
 
-/// Time passes only by Advance() and by waiting: a read that finds nothing moves the model on by its timeout.
+/// Time advances only in Advance() and while waiting: a read without data advances the model by its timeout.
 class ModelBus final : public UsbBus {
  public:
   /// The model must outlive the bus.
   void PlugIn(UsbModel& model);
-  /// Of all its devices.
+  /// Sets the faults of all devices.
   void SetFaults(const UsbFaults& faults);
-  /// Unplugged devices are plugged in again, power and all, under another address.
+  /// Plugs unplugged devices in again and powers them on, with new addresses.
   void PlugInAgain();
   void SetProblem(UsbProblem problem) { problem_ = problem; }
   void Advance(double dt_s);

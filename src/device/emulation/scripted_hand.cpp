@@ -9,19 +9,19 @@
 namespace kerf {
 namespace {
 
-constexpr double kHomeLeg_s = 0.75;  // out, stay, in, back
+constexpr double kHomeLeg_s = 0.75;  // duration of each phase: out, hold, in, back
 constexpr double kSwell_s = 1;
 constexpr double kLongestStep_s = 0.01;
 
 /// 0 to 1 with minimum jerk.
-double Ease(double share) {
-  const double s = std::clamp(share, 0.0, 1.0);
+double Ease(double fraction) {
+  const double s = std::clamp(fraction, 0.0, 1.0);
   return s * s * s * (10 - 15 * s + 6 * s * s);
 }
 
 ScriptedHandOptions Check(const ScriptedHandOptions& options) {
   if (!(options.radius_mm > 0) || !(options.radius_mm <= 1000)) {
-    throw Error("a hand's way must be between 0 and 1000 mm wide");
+    throw Error("the range of a hand's motion must be between 0 and 1000 mm");
   }
   if (!(options.period_s > 0) || !(options.period_s <= 1000)) throw Error("a hand's period must be 0 to 1000 s");
   return options;
@@ -29,7 +29,7 @@ ScriptedHandOptions Check(const ScriptedHandOptions& options) {
 
 SimulatedDeviceOptions MakeExact() {
   SimulatedDeviceOptions options;
-  options.quantise = false;  // that is the encoders' part
+  options.quantise = false;  // the encoders quantise
   return options;
 }
 
@@ -53,7 +53,7 @@ Vec3 ScriptedHand::CalcWanted() const {
   const double leg = home_s_ / kHomeLeg_s;
   const double z_mm = options_.home_out_mm * Ease(leg) + (options_.home_in_mm - options_.home_out_mm) * Ease(leg - 2) -
                       options_.home_in_mm * Ease(leg - 3);
-  // Into the axis with the way out and off it with the way back: far out there is not much room.
+  // Moves to the axis on the way out and off it on the way back, since there is little room at the far end.
   const double off = 1 - Ease(2 * leg) + Ease(2 * leg - 7);
   return off * p_D_mm + Vec3(0, 0, z_mm);
 }

@@ -1,5 +1,5 @@
-// A hand on the handle of an emulated device: it goes a way of its own, gives way to the motors' force, presses buttons
-// and homes the device as its user would.
+// Hand on the handle of an emulated device: follows a prescribed path, yields to the motors' force, presses buttons and
+// homes the device as a user would.
 #pragma once
 
 #include <cstdint>
@@ -13,35 +13,35 @@ namespace kerf {
 
 enum class HandWay : std::uint8_t {
   kStill,   // in the middle of the workspace
-  kCircle,  // about it, in the plane of x and y
-  kLine,    // to and fro along x
+  kCircle,  // around the middle, in the x-y plane
+  kLine,    // back and forth along x
 };
 
 struct HandPress {
-  double from_s = 0;  // of the way's time
+  double from_s = 0;  // in path time
   double to_s = 0;
   std::uint32_t buttons = 0;
 };
 
 struct ScriptedHandOptions {
   HandWay way = HandWay::kStill;
-  double radius_mm = 15;  // of the circle, half of the line; above 0
+  double radius_mm = 15;  // radius of the circle, half length of the line; above 0
   double period_s = 2;    // above 0
   std::vector<HandPress> presses{};
-  double home_out_mm = 42;  // along z, towards the user, and away from them
+  double home_out_mm = 42;  // along z, towards the user and away from the user
   double home_in_mm = -38;
 };
 
-/// A point mass on the hand's spring and damper (devices/simulated_device.h) within frame D. The way's time runs from
-/// Begin() on and stands while the hand homes.
+/// Point mass on the hand's spring and damper (devices/simulated_device.h) in frame D. Path time starts at Begin()
+/// and is stopped while the hand homes the device.
 class ScriptedHand final : public Mechanism {
  public:
-  /// Throws Error when an option is out of range.
+  /// Throws kerf::Error if an option is out of range.
   ScriptedHand(const DeviceProfile& profile, const HandModel& hand, const ScriptedHandOptions& options);
 
-  /// The handle is taken out of rest; the way swells from nothing within a second.
+  /// Starts moving the handle; the path grows from zero within a second.
   void Begin() { begun_ = true; }
-  /// All the way out, all the way in, back: 3 s. Nothing when it is at it.
+  /// Moves all the way out, all the way in, and back: 3 s. Does nothing while homing.
   void Home();
   bool begun() const { return begun_; }
   bool homing() const { return home_s_ >= 0; }
@@ -59,7 +59,7 @@ class ScriptedHand final : public Mechanism {
   SimulatedDevice device_;
   bool begun_ = false;
   double way_s_ = 0;
-  double home_s_ = -1;  // since homing began; below 0: it does not home
+  double home_s_ = -1;  // time since homing began; below 0: not homing
   Pose X_DH_;
 };
 

@@ -5,9 +5,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kReportInterval_s = 0.008;
-constexpr std::size_t kMostWaiting = 16;
-constexpr std::uint8_t kButtons = 3;  // the report
+constexpr double kMouseInterval_s = 0.008;
+constexpr std::size_t kMaxWaiting = 16;
+constexpr std::uint8_t kButtons = 3;  // report id
 
 HidFace MakeFace(std::uint16_t vendor, std::uint16_t product, bool six_axes) {
   HidFace face;
@@ -17,7 +17,7 @@ HidFace MakeFace(std::uint16_t vendor, std::uint16_t product, bool six_axes) {
   face.out_packet = 0;
   face.interval_ms = 8;
   const std::uint8_t axes = six_axes ? 6 : 3;
-  // Multi-axis controller: reports 1 and 2 of 16-bit axes, 3 of 32 buttons, and report 4 to it for the lamp.
+  // Multi-axis controller: reports 1 and 2 of 16-bit axes, 3 of 32 buttons, and output report 4 for the lamp.
   face.report_descriptor = {0x05, 0x01, 0x09, 0x08, 0xa1, 0x01, 0x85, 1,    0x16, 0xa2,
                             0xfe, 0x26, 0x5e, 0x01, 0x75, 16,   0x95, axes, 0x81, 0x06};
   const auto add = [&face](std::initializer_list<std::uint8_t> bytes) {
@@ -36,8 +36,8 @@ SpaceMouseEmulation::SpaceMouseEmulation(std::uint16_t vendor, std::uint16_t pro
 
 void SpaceMouseEmulation::PowerOn() {
   lamp_ = false;
-  told_axes_ = {};
-  told_buttons_ = 0;
+  reported_axes_ = {};
+  reported_buttons_ = 0;
   since_report_s_ = 0;
   reports_.clear();
 }
@@ -54,17 +54,17 @@ void SpaceMouseEmulation::QueueAxes(std::uint8_t id, std::size_t first, std::siz
 
 void SpaceMouseEmulation::Advance(double dt_s) {
   since_report_s_ += dt_s;
-  if (since_report_s_ < kReportInterval_s) return;
+  if (since_report_s_ < kMouseInterval_s) return;
   since_report_s_ = 0;
-  if (told_buttons_ != buttons_) {
-    told_buttons_ = buttons_;
+  if (reported_buttons_ != buttons_) {
+    reported_buttons_ = buttons_;
     std::vector<std::uint8_t> report = {kButtons};
     for (int i = 0; i < 4; ++i) report.push_back(static_cast<std::uint8_t>(buttons_ >> (8 * i) & 0xff));
     reports_.push_back(std::move(report));
   }
   constexpr std::array<int, 6> kMiddle{};
-  if (axes_ != kMiddle || told_axes_ != kMiddle) {
-    told_axes_ = axes_;
+  if (axes_ != kMiddle || reported_axes_ != kMiddle) {
+    reported_axes_ = axes_;
     if (six_axes_) {
       QueueAxes(1, 0, 6);
     } else {
@@ -72,9 +72,9 @@ void SpaceMouseEmulation::Advance(double dt_s) {
       QueueAxes(2, 3, 3);
     }
   }
-  // Axes are told again while the cap is off its middle, and once more when it is back: the oldest of them may go. A
-  // button is told once, when it changes.
-  while (reports_.size() > kMostWaiting) {
+  // Axes are repeated while the cap is deflected and again after its return, so the oldest of their reports may be
+  // dropped. A button change is reported only once.
+  while (reports_.size() > kMaxWaiting) {
     const auto oldest = std::find_if(reports_.begin(), reports_.end(),
                                      [](const std::vector<std::uint8_t>& report) { return report[0] != kButtons; });
     reports_.erase(oldest != reports_.end() ? oldest : reports_.begin());

@@ -1,4 +1,4 @@
-// A SpaceMouse made of numbers.
+// Software model of a SpaceMouse.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@
 
 namespace kerf {
 
-/// Sends reports 1 and 2 every 8 ms while its cap is off its middle, each once more with zeros when it is back, and
-/// report 3 when a button changes; else it is silent.
+/// Sends reports 1 and 2 every 8 ms while its cap is deflected, each repeated with zeros after its return, and report
+/// 3 when a button changes. Otherwise it sends nothing.
 class SpaceMouseEmulation final : public UsbModel {
  public:
-  /// `six_axes`: all in one report of 13 bytes, as newer ones do.
+  /// `six_axes`: all axes in one report of 13 bytes, as newer devices do.
   explicit SpaceMouseEmulation(std::uint16_t vendor = 0x046d, std::uint16_t product = 0xc626, bool six_axes = false);
 
-  /// Raw axes, about -350 to 350: to the right, towards the user, down, and about them.
+  /// Raw axes, about -350 to 350: right, towards the user, down, and rotation about these.
   void Push(const std::array<int, 6>& axes) { axes_ = axes; }
   void Press(std::uint32_t buttons) { buttons_ = buttons; }
   bool lamp() const { return lamp_; }
@@ -38,8 +38,8 @@ class SpaceMouseEmulation final : public UsbModel {
   std::array<int, 6> axes_{};
   std::uint32_t buttons_ = 0;
   bool lamp_ = false;
-  std::array<int, 6> told_axes_{};
-  std::uint32_t told_buttons_ = 0;
+  std::array<int, 6> reported_axes_{};
+  std::uint32_t reported_buttons_ = 0;
   double since_report_s_ = 0;
   std::deque<std::vector<std::uint8_t>> reports_;
 };

@@ -1,5 +1,5 @@
-// A USB device made of numbers, exact to what is known of the real one's protocol: what it answers to each transfer.
-// The same model stands behind a transport within the process and behind an emulated kernel.
+// Interface of a software model of a USB device, which follows the known protocol of the real device transfer by
+// transfer. The same model is used by a transport within the process and by an emulated kernel.
 #pragma once
 
 #include <cstdint>
@@ -18,24 +18,24 @@ class UsbModel {
   UsbModel& operator=(const UsbModel&) = delete;
   virtual ~UsbModel() = default;
 
-  /// Device descriptor, then configuration, interface, HID (where it is one) and endpoint descriptors, as a kernel
-  /// gives them in /sys/.../descriptors.
+  /// Returns the device descriptor, then configuration, interface, HID (if any) and endpoint descriptors, as the
+  /// kernel shows them in /sys/.../descriptors.
   virtual std::vector<std::uint8_t> descriptors() const = 0;
   virtual int bus_speed_mbit() const { return 12; }
 
-  /// Time passes for mechanism, firmware and hand.
+  /// Advances mechanism, firmware and hand by dt_s.
   virtual void Advance(double dt_s) = 0;
-  /// kStall for a request that the device does not know.
+  /// Returns kStall for a request that the device does not support.
   virtual Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                            std::span<std::uint8_t> data) = 0;
   virtual Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data) = 0;
-  /// A packet, if there is one now; kTimeout with none: the host goes on waiting.
+  /// Returns a packet if one is available, otherwise kTimeout: the host continues to wait.
   virtual Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data) = 0;
-  /// As after plugging in again: all that it was told is forgotten.
+  /// Resets the state as after plugging in again.
   virtual void PowerOn() = 0;
 };
 
-/// Vendor and product of a device descriptor. Throws Error when it is not one.
+/// Returns the vendor and product in a device descriptor. Throws kerf::Error if the bytes are not a device descriptor.
 UsbDeviceInfo ReadDeviceInfo(std::span<const std::uint8_t> descriptors);
 
 }  // namespace kerf

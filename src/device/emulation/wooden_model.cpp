@@ -6,7 +6,7 @@ namespace kerf {
 namespace {
 
 constexpr double kWatchdog_s = 0.5;
-constexpr double kReportInterval_s = 0.001;
+constexpr double kWoodenInterval_s = 0.001;
 constexpr double kFirmwareLimit_mA = 3000;
 
 HidFace MakeFace() {
@@ -14,7 +14,7 @@ HidFace MakeFace() {
   face.vendor = kWoodenVendor;
   face.product = kWoodenProduct;
   face.release = 1;
-  // A vendor's page; 8 bytes in, 8 bytes out.
+  // Vendor-defined page; 8 bytes in, 8 bytes out.
   face.report_descriptor = {0x06, 0xab, 0xff, 0x0a, 0x00, 0x02, 0xa1, 0x01, 0x75, 0x08, 0x15, 0x00, 0x26, 0xff,
                             0x00, 0x95, 0x08, 0x09, 0x01, 0x81, 0x02, 0x95, 0x08, 0x09, 0x02, 0x91, 0x02, 0xc0};
   return face;
@@ -32,7 +32,7 @@ void WoodenModel::PowerOn() {
   currents_mA_ = Vec3{0};
   motors_on_ = false;
   since_packet_s_ = 0;
-  since_report_s_ = kReportInterval_s;
+  since_report_s_ = kWoodenInterval_s;
   report_ = {};
   has_report_ = false;
 }
@@ -46,8 +46,8 @@ void WoodenModel::Advance(double dt_s) {
   mechanism_.Move(dt_s, CalcWoodenForce(params_, angles_, currents_mA_), Vec3{0});
   angles_ = FindWoodenAngles(params_, mechanism_.handle().p_AB).value_or(angles_);
   since_report_s_ += dt_s;
-  if (since_report_s_ < kReportInterval_s) return;
-  since_report_s_ = std::min(since_report_s_ - kReportInterval_s, kReportInterval_s);
+  if (since_report_s_ < kWoodenInterval_s) return;
+  since_report_s_ = std::min(since_report_s_ - kWoodenInterval_s, kWoodenInterval_s);
   report_.counts = CalcWoodenCounts(params_, angles_);
   ++report_.counter;
   has_report_ = true;

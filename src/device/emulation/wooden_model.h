@@ -1,4 +1,4 @@
-// A WoodenHaptics device made of numbers: its board's firmware, its motors and arm, and a mechanism that they move.
+// Software model of a WoodenHaptics device: its firmware, its motors and arm, and the mechanism that they move.
 #pragma once
 
 #include "device/devices/hid/wooden_driver.h"
@@ -8,11 +8,12 @@
 
 namespace kerf {
 
-/// Reports come once a millisecond, of what is then; one that is not fetched is overwritten by the next. The watchdog
-/// cuts the motors 0.5 s after the last packet, and each current is held to 3 A, as in the firmware.
+/// Produces a report of the current state every millisecond; a report that is not fetched is replaced by the next. As
+/// in the firmware, the watchdog switches the motors off 0.5 s after the last packet, and each current is limited
+/// to 3 A.
 class WoodenModel final : public UsbModel {
  public:
-  /// The mechanism must outlive the model. `params` are what the device is; the driver's may differ.
+  /// The mechanism must outlive the model. `params` describe the device; the driver's may differ.
   explicit WoodenModel(Mechanism& mechanism, const WoodenParams& params = {});
 
   std::vector<std::uint8_t> descriptors() const override { return MakeHidDescriptors(face_); }
@@ -23,15 +24,15 @@ class WoodenModel final : public UsbModel {
   Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data) override;
   void PowerOn() override;
 
-  Vec3 currents_mA() const { return currents_mA_; }  // in the motors now
+  Vec3 currents_mA() const { return currents_mA_; }  // current values in the motors
   bool motors_on() const { return motors_on_; }
-  std::uint64_t packets() const { return packets_; }  // from the host, of the right length
+  std::uint64_t packets() const { return packets_; }  // from the host, with the right length
 
  private:
   Mechanism& mechanism_;
   WoodenParams params_;
   HidFace face_;
-  Vec3 angles_{0};  // of the arm, the last that could be reached
+  Vec3 angles_{0};  // of the arm, the last reachable ones
   Vec3 currents_mA_{0};
   bool motors_on_ = false;
   double since_packet_s_ = 0;

@@ -1,4 +1,4 @@
-// A cut to measure, and what was measured.
+// A cut to measure, and the results of the measurement.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,22 @@
 
 namespace kerf {
 
-/// What the tick is compared with in the same run.
+/// Baseline with which the tick is compared in the same run.
 enum class BenchBaseline { kNone, kOpenVdb, kDense };
 
 struct BenchOptions {
-  int ticks = 5000;  // so many are measured, 1 to 10^7; rounded up to whole cuts where it takes more than one
+  int ticks = 5000;  // number of ticks to measure, 1 to 10^7; rounded up to whole cuts if several are needed
   int core = 0;
-  bool realtime = false;    // ticks and baselines go before other programs
-  int baseline_ticks = 30;  // of OpenVDB, which takes its time
+  bool realtime = false;    // ticks and baselines run with real-time priority
+  int baseline_ticks = 30;  // of the OpenVDB baseline, which is slow
   bool without_effects = false;
   std::function<void(const std::string& what, double fraction)> progress;
 };
 
-/// A straight cut in a frame B of its own, in which the bone's top is the plane z = 0 and z points out of it.
+/// A straight cut in its own frame B, in which the bone's top is the plane z = 0 and z points out of the bone.
 struct CutCase {
-  std::string name;   // to choose it by
-  std::string title;  // what is done, in a line
+  std::string name;   // name by which the case is selected
+  std::string title;  // description in one line
   Tool tool;
   double rpm = 7500;
   double feed_mm_per_s = 5;
@@ -36,15 +36,16 @@ struct CutCase {
   Pose X_WB;
   Pose X_BT_start;  // clear of the bone
   Vec3 direction_B{1, 0, 0};
-  double warm_up_mm = 0;   // of the way, until the tool is in the bone as far as it gets
-  double measured_mm = 0;  // of the way, from there on
-  bool by_hand = false;    // a device's soft coupling, and a hand that trembles; else the tool is led stiffly
-  bool flat_top = true;    // false: how much the tool sweeps has no closed form
+  double warm_up_mm = 0;   // length of the path until the tool is fully in the bone
+  double measured_mm = 0;  // length of the measured path after that
+  bool by_hand = false;    // soft coupling as with a device, and a trembling hand; otherwise the tool follows the path
+                           // with a stiff coupling
+  bool flat_top = true;    // false: the swept volume has no closed form
   BenchBaseline baseline = BenchBaseline::kNone;
   bool dense_all = false;    // compare the whole bone with the dense reference
-  Vec3 dense_offset_B{0};    // or else a cube along the grid's axes: from the tool's middle, half way through the
-                             // measured ticks, to that of the cube
-  double dense_edge_mm = 0;  // of that cube; 0: nothing is compared
+  Vec3 dense_offset_B{0};    // otherwise a cube along the grid's axes: offset of its centre from the tool's centre
+                             // halfway through the measured ticks
+  double dense_edge_mm = 0;  // edge of that cube; 0: nothing is compared
   int spare_leaves = 4096;
 };
 
@@ -58,7 +59,7 @@ struct BenchTarget {
   bool met() const { return at_least ? measured >= limit : measured <= limit; }
 };
 
-/// A figure without one.
+/// A figure without a limit.
 struct BenchFigure {
   std::string what;
   std::string unit;
@@ -73,23 +74,25 @@ struct BaselineTimes {
 struct BenchResult {
   std::string name;
   std::string title;
-  Percentiles times;                      // of whole ticks, none left out; count 0 when nothing was timed
-  Percentiles undisturbed;                // of those in which the system did not take the core away
+  Percentiles times;                      // of all whole ticks; count 0 if nothing was timed
+  Percentiles undisturbed;                // of the ticks in which the system did not interrupt the thread
   std::optional<BaselineTimes> baseline;  // of the same run
   std::vector<BenchFigure> figures;
   std::vector<BenchTarget> targets;
-  std::vector<double> stages_us;  // means, by TickStage; measured in a pass of their own
-  std::uint64_t hash = 0;         // of the bone at the end; 0 when nothing was cut
+  std::vector<double> stages_us;  // means, by TickStage; measured in a separate pass
+  std::uint64_t hash = 0;         // of the bone at the end; 0 if nothing was cut
   std::string note;
 
-  /// Null when there is none.
+  /// Returns null if there is no such figure.
   const BenchFigure* Find(const std::string& figure) const;
+  /// Returns the baseline's median over this one's; 0 without a baseline.
+  double TimesFaster() const { return baseline && times.p50_us > 0 ? baseline->times.p50_us / times.p50_us : 0; }
 };
 
 /// Times ticks, one after the other.
 class TickTimer {
  public:
-  /// The times of `work`, which is one tick, are kept.
+  /// Runs `work`, which is one tick, and records its time.
   template <typename Work>
   void Time(Work&& work) {
     const long interruptions = CountInterruptions();
@@ -103,7 +106,7 @@ class TickTimer {
     all_us_.reserve(ticks);
     undisturbed_us_.reserve(ticks);
   }
-  /// Into times and undisturbed.
+  /// Writes the percentiles to `times` and `undisturbed`.
   void Finish(BenchResult& result) const {
     result.times = CalcPercentiles(all_us_);
     result.undisturbed = CalcPercentiles(undisturbed_us_);
@@ -114,8 +117,8 @@ class TickTimer {
   std::vector<double> undisturbed_us_;
 };
 
-/// Leads the handle along the cut, the tool tied to it by a stiff coupling, and times every tick of it from the end of
-/// the warm-up on; anew on a fresh bone until there are enough ticks. Throws Error when two passes differ.
+/// Moves the handle along the cut, with the tool coupled to it stiffly, and times every tick after the warm-up. Repeats
+/// this on a fresh bone until there are enough ticks. Throws Error if two passes differ.
 BenchResult RunCut(const CutCase& cut, const BenchOptions& options);
 
 }  // namespace kerf

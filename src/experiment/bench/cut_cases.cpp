@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
+#include <numbers>
 
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
@@ -14,15 +15,13 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+// ---- poses of tools in the cut's frame B ----------------------------------------------------------------------------
 
-// ---- tools held in the cut's frame B -------------------------------------------------------------------------------
-
-/// A disc that stands across y, its middle at p_B.
+/// A disc with its spindle along y, its centre at p_B.
 Pose HoldDisc(const Vec3& p_B) {
-  return {glm::angleAxis(-0.5 * kPi, Vec3(1, 0, 0)), p_B};
+  return {glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0)), p_B};
 }
-/// A burr upright.
+/// An upright burr.
 Pose HoldBall(const Vec3& p_B) {
   return {Quat(1, 0, 0, 0), p_B};
 }
@@ -54,8 +53,8 @@ CutCase MakeDiscCut(double voxel_mm) {
 CutCase MakeHandCut() {
   CutCase cut = MakeDiscCut(0.1);
   cut.name = "disc-0.1-hand";
-  cut.title = "the same by a trembling hand, through a coupling of 4 N/mm";
-  // The tool lags behind, and the thrust lifts it out a little.
+  cut.title = "the same with a trembling hand, through a coupling of 4 N/mm";
+  // The tool lags behind the handle, and the thrust lifts it out slightly.
   cut.by_hand = true;
   cut.flat_top = false;
   cut.baseline = BenchBaseline::kNone;
@@ -66,14 +65,14 @@ CutCase MakeHandCut() {
 CutCase MakeBuriedCut() {
   CutCase cut = MakeDiscCut(0.1);
   cut.name = "disc-0.1-buried";
-  cut.title = "the same disc buried whole, begun inside the bone";
+  cut.title = "the same disc, fully buried, starting inside the bone";
   BlockParams block;
   block.size_mm = {46, 4, 24};
   block.X_WB = cut.X_WB;
   block.voxel_mm = 0.1;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
   cut.X_BT_start = HoldDisc({-11.5, 0, -12});
-  cut.flat_top = false;  // its rear rim cuts as well, out of what the disc stood in
+  cut.flat_top = false;  // its rear rim cuts too, since the disc was placed inside bone
   cut.warm_up_mm = 1;
   cut.measured_mm = 20;
   cut.baseline = BenchBaseline::kNone;
@@ -106,7 +105,7 @@ CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole) {
   BlockParams block;
   block.size_mm = whole ? Vec3(250 * voxel_mm) : Vec3(50, 10, 7);
   block.voxel_mm = voxel_mm;
-  // An array of 256^3 also holds the three voxels of the band on each side.
+  // The array of 256^3 includes the three voxels of the band on each side.
   if (whole) cut.X_WB.p_AB = voxel_mm * Vec3(127.5, 127.5, 252.5);
   block.X_WB = cut.X_WB;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
@@ -130,7 +129,7 @@ CutCase MakeMandibleCut(bool whole) {
   CutCase cut;
   cut.name = whole ? "mandible" : "mandible-block";
   cut.title = fmt::format("disc 22 x 0.25 mm up through the body of {}, 5 mm/s, {} mm voxels",
-                          whole ? "a whole mandible" : "a block of that mandible", params.voxel_mm);
+                          whole ? "a whole mandible" : "a mandible cropped to a block", params.voxel_mm);
   cut.tool = DiscSaw{};
   // x up, y along the body, z outwards.
   const Vec3 up(0, 0, 1);

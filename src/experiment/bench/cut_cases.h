@@ -1,23 +1,24 @@
-// The cuts that the tick is measured on.
+// The cuts with which the tick is measured.
 #pragma once
 
 #include "experiment/bench/cut_case.h"
 
 namespace kerf {
 
-/// The saw of the paper 8 mm deep in a block that stands askew in the grid, so that disc, feed and faces are all tilted
-/// against the voxels.
+/// The paper's saw 8 mm deep in a block that is rotated in the grid, so that disc, feed and faces are all oblique to
+/// the voxels.
 CutCase MakeDiscCut(double voxel_mm);
-/// The same at 0.1 mm, held as a device holds it, by a hand that trembles: the faces meet the walls of the kerf.
+/// The same at 0.1 mm, with the coupling of a device and a hand that trembles: the flats touch the walls of the kerf.
 CutCase MakeHandCut();
-/// The saw of the paper with all of its disc inside the bone, where it began: the most that its rim and flats can meet.
+/// The paper's saw, which starts with its whole disc inside the bone: the maximum contact of its rim and flats.
 CutCase MakeBuriedCut();
-/// The disc that iMSTK was measured with.
+/// The disc with which iMSTK was measured.
 CutCase MakeThickDiscCut();
-/// The peers' cut: a ball of 3 mm radius, 2 mm deep. `whole`: in their block of 256^3 voxels, else in a bar of it.
+/// The cut used for the other programs: a ball of 3 mm radius, 2 mm deep. `whole`: in their block of 256^3 voxels,
+/// otherwise in a bar cut from it.
 CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole);
-/// The saw goes up through the left body of the generic mandible below the first molar. `whole`: with all of the
-/// mandible about it, else with a block of it.
+/// The saw moves up through the left body of the generic mandible below the first molar. `whole`: with the whole
+/// mandible, otherwise with a block cut from it.
 CutCase MakeMandibleCut(bool whole);
 
 }  // namespace kerf

@@ -22,7 +22,7 @@ void ForEachVoxel(const Bone& bone, const std::array<int, 3>& lowest, const std:
   }
 }
 
-double CalcShare(float phi, double voxel_mm) {
+double CalcFraction(float phi, double voxel_mm) {
   return std::clamp(0.5 - static_cast<double>(phi) / voxel_mm, 0.0, 1.0);
 }
 
@@ -67,7 +67,7 @@ void DenseBone::Cut(const Tool& tool, const Pose& X_from, const Pose& X_to) {
   Box3 box;
   box.Include(X_from.p_AB);
   box.Include(X_to.p_AB);
-  // Beyond the band nothing changes: phi never lies above it.
+  // Nothing changes beyond the band: phi is never larger than the band.
   box = box.Grown(reach + band_mm_);
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     Cut(box, [&](const Vec3& p_W) {
@@ -80,7 +80,7 @@ void DenseBone::Cut(const Tool& tool, const Pose& X_from, const Pose& X_to) {
 
 double DenseBone::CalcOccupancy_mm3() const {
   double sum = 0;
-  for (const float phi : phi_) sum += CalcShare(phi, voxel_mm_);
+  for (const float phi : phi_) sum += CalcFraction(phi, voxel_mm_);
   return sum * voxel_mm_ * voxel_mm_ * voxel_mm_;
 }
 
@@ -99,7 +99,7 @@ DenseDifference DenseBone::Compare(const Bone& other, double near_mm) const {
       ++difference.voxels;
       difference.max_phi_mm = std::max(difference.max_phi_mm, std::abs(b - a));
     }
-    difference.volume_mm3 += CalcShare(theirs, voxel_mm_) - CalcShare(ours, voxel_mm_);
+    difference.volume_mm3 += CalcFraction(theirs, voxel_mm_) - CalcFraction(ours, voxel_mm_);
   });
   difference.volume_mm3 *= voxel_mm_ * voxel_mm_ * voxel_mm_;
   return difference;

@@ -1,4 +1,4 @@
-// The bone as a plain array, cut by brute force: what the fast path is compared with, in its results and in its time.
+// The bone as a plain array, cut by brute force: the baseline for the results and the times of the fast path.
 #pragma once
 
 #include <algorithm>
@@ -14,17 +14,17 @@
 
 namespace kerf {
 
-/// How far two descriptions of one bone are apart.
+/// Difference between two representations of one bone.
 struct DenseDifference {
   double max_phi_mm = 0;     // largest difference of phi at a voxel
-  double volume_mm3 = 0;     // of the volumes by occupancy, other less dense
+  double volume_mm3 = 0;     // difference of the volumes by occupancy, other minus dense
   std::uint64_t voxels = 0;  // with any difference
 };
 
-/// phi in a box, a float for each voxel, z fastest. One thread, no cleverness.
+/// phi in a box, a float for each voxel, z fastest. One thread, no optimisation.
 class DenseBone {
  public:
-  /// Copies the voxels whose centres lie in `box_W`. Throws Error when they are none or more than 2^31.
+  /// Copies the voxels whose centres lie in `box_W`. Throws Error if there are none or more than 2^31.
   DenseBone(const Bone& bone, const Box3& box_W);
 
   double voxel_mm() const { return voxel_mm_; }
@@ -33,8 +33,8 @@ class DenseBone {
   /// phi, mm, by index; the index must be in the box.
   float at(int x, int y, int z) const { return phi_[Row(x, y) + static_cast<std::size_t>(z - lowest_[2])]; }
 
-  /// phi <- max(phi, -distance) for every voxel in `box_W`. `distance(p_W)`: signed distance to what is taken away, mm,
-  /// negative inside.
+  /// phi <- max(phi, -distance) for every voxel in `box_W`. `distance(p_W)` is the signed distance to the removed
+  /// shape, mm, negative inside.
   template <typename Distance>
   void Cut(const Box3& box_W, Distance&& distance) {
     std::array<int, 3> first;
@@ -57,14 +57,14 @@ class DenseBone {
     }
   }
 
-  /// Takes away all of the tool on a straight way from X_from to X_to. A disc has the orientation of X_to and moves in
-  /// its own plane: the part of the way along its spindle is left to the caller's sub-steps, as in Cutter.
+  /// Removes the sweep of the tool along the straight path from X_from to X_to. A disc has the orientation of X_to and
+  /// moves in its own plane; the caller's substeps handle the motion along its spindle, as in Cutter.
   void Cut(const Tool& tool, const Pose& X_from, const Pose& X_to);
 
   /// Sum of clamp(1/2 - phi/h, 0, 1) h^3 over the box.
   double CalcOccupancy_mm3() const;
-  /// With the same voxels of a bone on the same grid. phi is compared where one of the two is within `near_mm` of the
-  /// surface, the volume everywhere.
+  /// Compares with the same voxels of a bone on the same grid. phi is compared where one of the two is within `near_mm`
+  /// of the surface, the volume everywhere.
   DenseDifference Compare(const Bone& other, double near_mm = std::numeric_limits<double>::infinity()) const;
   std::size_t CalcMemoryBytes() const { return phi_.capacity() * sizeof(float); }
 
@@ -82,9 +82,10 @@ class DenseBone {
   std::vector<float> phi_;
 };
 
-/// Distance to a straight way of a ball from `from_W` to `to_W`, mm: a capsule.
+/// Distance to the sweep of a ball from `from_W` to `to_W` along a straight line, mm: a capsule.
 double CalcBallSweepDistance(const Vec3& p_W, const Vec3& from_W, const Vec3& to_W, double radius_mm);
-/// Distance to a disc that moves in its own plane from the centre of X_from, brought into the plane of X_to, to X_to.
+/// Distance to the sweep of a disc that moves in its own plane. It starts at the centre of X_from, projected into the
+/// plane of X_to, and ends at X_to.
 double CalcDiscSweepDistance(const Vec3& p_W, const Pose& X_from, const Pose& X_to, double radius_mm,
                              double thickness_mm);
 

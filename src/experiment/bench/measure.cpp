@@ -33,8 +33,8 @@ Percentiles CalcPercentiles(std::vector<double> times_us) {
   p.count = times_us.size();
   if (times_us.empty()) return p;
   std::sort(times_us.begin(), times_us.end());
-  const auto at = [&](double share) {
-    const double rank = std::ceil(share * static_cast<double>(times_us.size()) - 1e-9);
+  const auto at = [&](double fraction) {
+    const double rank = std::ceil(fraction * static_cast<double>(times_us.size()) - 1e-9);
     return times_us[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
   };
   p.p50_us = at(0.5);
@@ -83,7 +83,7 @@ PinnedToCore::PinnedToCore(int core, bool realtime) : before_(sizeof(cpu_set_t))
   CPU_ZERO(&set);
   if (possible) CPU_SET(core, &set);
   if (!possible || sched_setaffinity(0, sizeof(set), &set) != 0) {
-    throw Error(fmt::format("this program can't be held to core {}; choose one of those that it may use", core));
+    throw Error(fmt::format("can't pin this program to core {}; choose a core that it is allowed to use", core));
   }
   sched_param parameters{};
   policy_before_ = sched_getscheduler(0);
@@ -93,7 +93,8 @@ PinnedToCore::PinnedToCore(int core, bool realtime) : before_(sizeof(cpu_set_t))
   if (realtime && sched_setscheduler(0, SCHED_FIFO, &parameters) != 0) {
     std::memcpy(&set, before_.data(), sizeof(set));
     sched_setaffinity(0, sizeof(set), &set);
-    throw Error("the system does not allow this program real time; leave it, or raise the limit (ulimit -r)");
+    throw Error(
+        "the system does not allow this program real-time scheduling; omit --realtime, or raise the limit (ulimit -r)");
   }
 }
 PinnedToCore::~PinnedToCore() {

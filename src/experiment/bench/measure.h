@@ -1,4 +1,4 @@
-// Clocks, percentiles and the machine that figures were measured on.
+// Clocks, percentiles and the state of the machine on which the figures were measured.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace kerf {
 
-/// Of a clock that only goes forward, ns.
+/// Returns the time of a monotonic clock, ns.
 std::int64_t ReadClock_ns();
 
-/// How often the system has taken the core from this thread so far.
+/// Returns how often the system has interrupted this thread so far.
 long CountInterruptions();
 
-/// Nearest-rank percentiles, microseconds; all 0 for none.
+/// Nearest-rank percentiles, microseconds; all 0 if there are no times.
 struct Percentiles {
   std::size_t count = 0;
   double p50_us = 0;
@@ -28,13 +28,13 @@ struct Percentiles {
 };
 Percentiles CalcPercentiles(std::vector<double> times_us);
 
-/// Adds up the time between the stages of ticks; leaves out ticks in which the system took the core away.
+/// Adds up the time between the stages of ticks; leaves out ticks in which the system interrupted the thread.
 class StageClock : public TickObserver {
  public:
   static constexpr std::size_t kStages = static_cast<std::size_t>(TickStage::kEnd);
 
   void Enter(TickStage stage) noexcept override;
-  /// The tick is over, and the next begins with the next Enter().
+  /// Ends the tick; the next tick begins with the next Enter().
   void FinishTick() noexcept;
   /// Mean over the ticks, by stage, us.
   std::array<double, kStages> CalcMeans_us() const;
@@ -49,11 +49,11 @@ class StageClock : public TickObserver {
 };
 const char* NameOfStage(std::size_t stage);
 
-/// Holds the calling thread to one core while it stands.
+/// Binds the calling thread to one core for the lifetime of the object.
 class PinnedToCore {
  public:
-  /// `realtime`: before all programs that have not asked for that too, as the loop runs. Throws Error when there is no
-  /// such core for this program, or the system does not allow real time.
+  /// `realtime`: requests real-time priority, as the loop does. Throws Error if this program may not use that core, or
+  /// if the system does not permit real-time priority.
   explicit PinnedToCore(int core, bool realtime = false);
   ~PinnedToCore();
   PinnedToCore(const PinnedToCore&) = delete;
@@ -66,9 +66,9 @@ class PinnedToCore {
 };
 
 struct MachineState {
-  std::string cpu;  // its model, as the system names it
+  std::string cpu;  // model name as reported by the system
   int cores = 0;    // that this program may use
-  double load = 0;  // programs that wanted a core in the last minute, on average
+  double load = 0;  // load average: mean number of programs that wanted a core in the last minute
 };
 MachineState LookAtMachine();
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "base/files/memory.h"
@@ -14,10 +15,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kAbove_mm = 5;
 
-/// The saw `kAbove_mm` over the plane z = 0 at its nearest, on a circle of 10 mm radius at 40 mm/s, turning with it.
+/// Pose of the saw with its nearest point `kAbove_mm` above the plane z = 0, on a circle of 10 mm radius at 40 mm/s.
+/// The saw rotates with the circle.
 Pose Hover(const DiscSaw& saw, double tilt, double t_s) {
   const double angle = 4 * t_s;
   const double lowest = saw.radius_mm() * std::sin(tilt) + 0.5 * saw.thickness_mm * std::cos(tilt);
@@ -27,9 +28,9 @@ Pose Hover(const DiscSaw& saw, double tilt, double t_s) {
 
 struct Footprint {
   double level_set_MB = 0;
-  double bone_MB = 0;  // with the regions
+  double bone_MB = 0;  // including the regions
   double simulation_MB = 0;
-  double resident_MB = 0;  // what the program's memory grew by
+  double resident_MB = 0;  // growth of the program's memory
 };
 
 Footprint Weigh(const std::function<Bone()>& make_bone) {
@@ -65,9 +66,9 @@ BenchResult RunIdle(const BenchOptions& options) {
   const PinnedToCore pinned(options.core, options.realtime);
   const int in_turn = (options.ticks + 2) / 3;
   for (const bool with_stages : {false, true}) {
-    for (const double tilt : {0.0, 0.5 * kPi, 0.25 * kPi}) {
+    for (const double tilt : {0.0, 0.5 * std::numbers::pi, 0.25 * std::numbers::pi}) {
       simulation.SetDown(Hover(saw, tilt, 0));
-      for (int i = -100; i < in_turn; ++i) {  // a hundred to warm up
+      for (int i = -100; i < in_turn; ++i) {  // the first hundred are the warm-up
         CoupledInput in;
         in.X_WH = Hover(saw, tilt, 0.001 * i);
         if (with_stages || i < 0) {
@@ -105,11 +106,11 @@ BenchResult RunMemory(const BenchOptions& options) {
     };
     add("level set", footprint.level_set_MB);
     add("level set and regions", footprint.bone_MB);
-    add("simulation beside them", footprint.simulation_MB);
-    add("resident memory grew by", footprint.resident_MB);
+    add("simulation", footprint.simulation_MB);
+    add("growth of resident memory", footprint.resident_MB);
   }
   result.figures.push_back({"block: dense float array", "MB", dense_MB});
-  result.targets = {{"mandible, all of it", "MB", 600, mandible.bone_MB + mandible.simulation_MB},
+  result.targets = {{"mandible, total", "MB", 600, mandible.bone_MB + mandible.simulation_MB},
                     {"mandible, resident", "MB", 600, mandible.resident_MB},
                     {"block, level set and regions / dense array", "", 0.25, block.bone_MB / dense_MB}};
   return result;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -15,9 +16,8 @@ namespace kerf {
 namespace {
 
 constexpr double kTick_s = 0.001;
-constexpr double kPi = 3.14159265358979323846;
 
-/// Stiff enough that the tool is where it is led, as the peers' is: some hundredths of a millimetre off.
+/// So stiff that the tool follows the path to within a few hundredths of a millimetre, as in the other programs.
 CouplingParams MakeStiffCoupling() {
   CouplingParams coupling;
   coupling.stiffness_N_per_mm = 1000;
@@ -27,7 +27,8 @@ CouplingParams MakeStiffCoupling() {
   return coupling;
 }
 
-/// Area of the tool's outline below a plane, across the feed, mm^2: its middle is `height_mm` above it.
+/// Area of the tool's outline below a plane, perpendicular to the feed, mm^2: the tool's centre is `height_mm` above
+/// the plane.
 double CalcSection(const Tool& tool, double height_mm) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     return disc->thickness_mm * std::clamp(disc->radius_mm() - height_mm, 0.0, 2 * disc->radius_mm());
@@ -37,7 +38,7 @@ double CalcSection(const Tool& tool, double height_mm) {
   return r * r * std::acos(h / r) - h * std::sqrt(r * r - h * h);
 }
 
-/// As a large desktop device holds a tool.
+/// Coupling as with a large desktop device.
 CouplingParams MakeDeviceCoupling() {
   CouplingParams coupling;
   coupling.stiffness_N_per_mm = 4;
@@ -46,10 +47,10 @@ CouplingParams MakeDeviceCoupling() {
   return coupling;
 }
 
-/// A tremor of 9 Hz: 0.1 mm along the spindle, which the feed has none of, and 0.5 degrees of tilt about the feed.
+/// A tremor of 9 Hz: 0.1 mm along the spindle, where there is no feed, and 0.5 degrees of tilt about the feed.
 constexpr double kTremor_Hz = 9;
 constexpr double kTremor_mm = 0.1;
-constexpr double kTremor_rad = 0.5 * kPi / 180;
+constexpr double kTremor_rad = 0.5 * std::numbers::pi / 180;
 
 double Sum(const std::array<double, 256>& by_region) {
   return std::accumulate(by_region.begin(), by_region.end(), 0.0);
@@ -68,7 +69,7 @@ class Pass {
     const Vec3 p_B = cut.X_BT_start.p_AB + cut.feed_mm_per_s * kTick_s * tick * cut.direction_B;
     Pose X_WH{cut.X_WB.R_AB * cut.X_BT_start.R_AB, cut.X_WB.Point(p_B)};
     if (cut.by_hand) {
-      const double wave = std::sin(2 * kPi * kTremor_Hz * kTick_s * tick);
+      const double wave = std::sin(2 * std::numbers::pi * kTremor_Hz * kTick_s * tick);
       X_WH.p_AB += X_WH.Vector({0, 0, kTremor_mm * wave});
       X_WH.R_AB = glm::normalize(glm::angleAxis(kTremor_rad * wave, cut.X_WB.Vector(cut.direction_B)) * X_WH.R_AB);
     }
@@ -82,7 +83,7 @@ class Pass {
     in.dt_s = kTick_s;
     in.rpm = cut_.rpm;
     const CoupledOutput out = simulation_.Tick(in, observer);
-    // Others read the changed leaves and clear them between ticks; so does this.
+    // In the loop, readers read the changed leaves and clear them between ticks; this does the same.
     simulation_.ClearChanged();
     return out;
   }
@@ -104,16 +105,16 @@ class Pass {
   int tick_ = 0;
 };
 
-/// What the first pass leaves behind for the comparisons.
+/// Results of the first pass for the comparisons.
 struct Trace {
   std::vector<Pose> X_WT;  // at the start and after each tick
   double swept_mm3 = 0;    // in the measured ticks, by the closed form
-  double removed_mm3 = 0;  // the same, of the bone
+  double removed_mm3 = 0;  // in the measured ticks, of the bone
   double occupancy_mm3 = 0;
   double force_N = 0;  // mean
   double substeps = 0;
-  int most_iterations = 0;
-  int limited_ticks = 0;  // with sub-steps, iterations or leaves used up, or the force limited
+  int max_iterations = 0;
+  int limited_ticks = 0;  // in which substeps, iterations or leaves were used up, or the force was limited
   std::uint32_t status = 0;
 };
 
@@ -125,14 +126,14 @@ void Follow(const CutCase& cut, const CoupledOutput& out, Trace& trace) {
   trace.occupancy_mm3 += out.removed_mm3;
   trace.force_N += glm::length(out.f_H_W_N);
   trace.substeps += out.substeps;
-  trace.most_iterations = std::max(trace.most_iterations, out.iterations);
+  trace.max_iterations = std::max(trace.max_iterations, out.iterations);
   constexpr std::uint32_t kLimits =
       kCoupledSubstepsUsedUp | kCoupledIterationsUsedUp | kCoupledForceLimited | kCoupledLeavesUsedUp;
   if (out.status & kLimits) ++trace.limited_ticks;
   trace.status |= out.status;
 }
 
-/// The tool's way cut into a dense copy of the bone, timed where the fast path was.
+/// Cuts the tool's path into a dense copy of the bone and times the same ticks as for the fast path.
 void CompareWithDense(const CutCase& cut, const Bone& fresh, const Bone& after, const Trace& trace, int warm_up_ticks,
                       BenchResult& result) {
   Box3 box_W = fresh.CalcBounds().Grown(fresh.band_mm());
@@ -164,7 +165,7 @@ void TimeOpenVdb(const CutCase& cut, const Bone& bone, const Pose& X_WT, const B
   VdbCut vdb(bone);
   const Vec3 step_W = cut.feed_mm_per_s * kTick_s * cut.X_WB.Vector(cut.direction_B);
   std::vector<double> times_us;
-  // The first tick finds cold caches, which is not the library's fault.
+  // The first run is not counted, because its caches are cold.
   for (int i = 0; i <= options.baseline_ticks; ++i) {
     const Pose X{X_WT.R_AB, X_WT.p_AB + static_cast<double>(i) * step_W};
     const std::int64_t start = ReadClock_ns();
@@ -230,9 +231,9 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
     same_hash = same_hash && hash == result.hash;
   }
   timer.Finish(result);
-  if (!same_hash) throw Error(fmt::format("the passes of {} gave different bones; this must not be", cut.name));
+  if (!same_hash) throw Error(fmt::format("the passes of {} gave different bones; this is a bug in kerf", cut.name));
 
-  // The times of the stages cost time themselves: a pass of its own.
+  // Timing the stages takes time itself, so a separate pass does it.
   {
     show("stages", static_cast<double>(passes) / (passes + 2));
     Pass pass(cut, fresh, options.without_effects);
@@ -258,7 +259,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
         {"removed by occupancy less swept", "%", 100 * (trace.occupancy_mm3 / trace.swept_mm3 - 1)});
   }
   result.figures.push_back({"sub-steps, mean", "", trace.substeps / ticks});
-  result.figures.push_back({"iterations, most", "", static_cast<double>(trace.most_iterations)});
+  result.figures.push_back({"iterations, maximum", "", static_cast<double>(trace.max_iterations)});
   result.figures.push_back({"ticks at a limit", "", static_cast<double>(trace.limited_ticks)});
   if (std::abs(feed / cut.feed_mm_per_s - 1) > 0.02) {
     result.note = fmt::format("the tool fed at {:.3g} mm/s, not at {:.3g}", feed, cut.feed_mm_per_s);

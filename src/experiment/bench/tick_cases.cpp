@@ -26,34 +26,31 @@ BenchTarget AtLeast(const char* what, double limit, const char* unit, double mea
   return {what, unit, limit, measured, true};
 }
 
-double TimesFaster(const BenchResult& r) {
-  return r.baseline && r.times.p50_us > 0 ? r.baseline->times.p50_us / r.times.p50_us : 0;
-}
-
-/// Limits of the median (0: none) and the 99th percentile, us, and of how many times faster than the baseline.
+/// The limits are for the median (0: no limit) and the 99th percentile, us, and for the ratio to the baseline's time.
 Entry Cut(const CutCase& cut, double p50_us, double p99_us, double times_faster) {
   return {cut.name, [=](const BenchOptions& options) {
             BenchResult r = RunCut(cut, options);
             if (p50_us > 0) r.targets.push_back(AtMost("p50", p50_us, "us", r.times.p50_us));
             if (p99_us > 0) r.targets.push_back(AtMost("p99", p99_us, "us", r.times.p99_us));
-            if (times_faster > 0) r.targets.push_back(AtLeast("times faster", times_faster, "", TimesFaster(r)));
+            if (times_faster > 0) r.targets.push_back(AtLeast("times faster", times_faster, "", r.TimesFaster()));
             return r;
           }};
 }
 
-/// The same, and what the ball removes is what it sweeps: to one layer of voxels along its outline in the bone.
+/// As Cut(). In addition, the volume that the ball removes must equal its sweep to within one layer of voxels along its
+/// outline in the bone.
 Entry BallCut(double voxel_mm, double feed_mm_per_s, bool whole, double p50_us, double p99_us) {
   const Entry cut = Cut(MakeBallCut(voxel_mm, feed_mm_per_s, whole), p50_us, p99_us, 0);
-  return {
-      cut.name, [=](const BenchOptions& options) {
-        BenchResult r = cut.run(options);
-        const double half_angle = std::acos(1.0 / 3);
-        const double outline_mm = 2 * 3 * half_angle;
-        const double section_mm2 = 9 * half_angle - std::sqrt(8.0);
-        const double off = std::abs(r.Find("removed less swept")->value);
-        r.targets.push_back(AtMost("removed off from swept by", 100 * outline_mm * voxel_mm / section_mm2, "%", off));
-        return r;
-      }};
+  return {cut.name, [=](const BenchOptions& options) {
+            BenchResult r = cut.run(options);
+            const double half_angle = std::acos(1.0 / 3);
+            const double outline_mm = 2 * 3 * half_angle;
+            const double section_mm2 = 9 * half_angle - std::sqrt(8.0);
+            const double off = std::abs(r.Find("removed less swept")->value);
+            r.targets.push_back(AtMost("removed volume differs from swept volume by",
+                                       100 * outline_mm * voxel_mm / section_mm2, "%", off));
+            return r;
+          }};
 }
 
 const std::vector<Entry>& Entries() {
@@ -69,7 +66,7 @@ const std::vector<Entry>& Entries() {
       BallCut(0.1, 10, false, 0, 500),
       BallCut(0.3, 10, false, 0, 0),
       Cut(MakeThickDiscCut(), 0, 300, 0),
-      // Made when it runs: the names alone, which the program's help asks for, must not take a tenth of a second.
+      // Created only when it runs, so that listing the names, as for the help, does not take a tenth of a second.
       {"mandible-block", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(false), options); }},
       {"mandible", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(true), options); }},
       {"idle",
@@ -88,16 +85,17 @@ BenchResult* Find(std::vector<BenchResult>& results, const std::string& name) {
   return found == results.end() ? nullptr : &*found;
 }
 
-/// Where both ran: the bone's size does not count.
+/// If both ran: the size of the bone must have no effect.
 void CompareMandibles(std::vector<BenchResult>& results) {
   const BenchResult* block = Find(results, "mandible-block");
   BenchResult* whole = Find(results, "mandible");
   if (!block || !whole) return;
   const double ratio = whole->times.p50_us / block->times.p50_us;
-  whole->targets.push_back(AtMost("p50 / that of the block, either way up", 1.2, "", std::max(ratio, 1 / ratio)));
+  whole->targets.push_back(
+      AtMost("ratio of p50 to the p50 of the block, or its inverse", 1.2, "", std::max(ratio, 1 / ratio)));
 }
 
-/// Where several ran: the same volume goes whatever the voxels.
+/// If several ran: the removed volume must not depend on the voxels.
 void CompareGrids(std::vector<BenchResult>& results) {
   double least = 1e300;
   double most = 0;
@@ -111,7 +109,7 @@ void CompareGrids(std::vector<BenchResult>& results) {
   }
   BenchResult* middle = Find(results, "ball-0.2");
   if (!middle || count < 2) return;
-  middle->targets.push_back(AtMost("volume on the other grids off by", 2, "%", 100 * (most / least - 1)));
+  middle->targets.push_back(AtMost("removed volume differs between grids by", 2, "%", 100 * (most / least - 1)));
 }
 
 }  // namespace

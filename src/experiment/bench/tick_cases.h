@@ -11,11 +11,11 @@ namespace kerf {
 /// Names of all cases, in the order in which they run.
 std::vector<std::string> NamesOfTickCases();
 
-/// Throws Error for a name that no case has, naming the nearest.
+/// Throws Error for a name without a case; the message names the most similar one.
 void CheckTickCases(const std::vector<std::string>& names);
 
-/// Runs the cases named, all when none is; what compares cases with each other is worked out from those that ran.
-/// Throws Error as above, and for a core that is not there.
+/// Runs the named cases, or all if `names` is empty. Comparisons between cases are computed from those that ran. Throws
+/// Error as above, and if the core does not exist.
 std::vector<BenchResult> RunTickCases(const std::vector<std::string>& names, const BenchOptions& options);
 
 }  // namespace kerf

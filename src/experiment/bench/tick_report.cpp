@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Three figures, no exponent.
+/// Three digits, no exponent.
 std::string Show(double value) {
   const double size = std::abs(value);
   if (size >= 100 || value == 0) return fmt::format("{:.0f}", value);
@@ -27,11 +27,7 @@ std::string WithUnit(double value, const std::string& unit) {
   return Show(value) + (unit.empty() ? "" : " " + unit);
 }
 
-double TimesFaster(const BenchResult& r) {
-  return r.times.p50_us > 0 ? r.baseline->times.p50_us / r.times.p50_us : 0;
-}
-
-/// The errors beside the speed.
+/// The errors next to the times.
 std::string ShowErrors(const BenchResult& r) {
   std::vector<std::string> errors;
   if (const BenchFigure* f = r.Find("removed less swept")) {
@@ -80,7 +76,7 @@ ordered_json ResultJson(const BenchResult& r) {
   if (r.baseline) {
     json["baseline"] = {{"what", r.baseline->what}};
     json["baseline"].update(TimesJson(r.baseline->times));
-    json["baseline"]["times_faster"] = RoundedJson(TimesFaster(r));
+    json["baseline"]["times_faster"] = RoundedJson(r.TimesFaster());
   }
   json["stages_mean_us"] = ordered_json::object();
   for (std::size_t i = 0; i < r.stages_us.size(); ++i)
@@ -102,7 +98,8 @@ ordered_json ResultJson(const BenchResult& r) {
   return json;
 }
 
-// Quoted, not measured again: another machine, and only like that of a kerf's run by being a shared AMD EPYC.
+// Quoted, not remeasured. The machine was a different one; all it has in common with that of a kerf run is that it was
+// a shared AMD EPYC.
 constexpr const char* kPeers =
     "Peers on the block of 256^3, ball r = 3 mm, 10 mm/s, p50/p99 (measured elsewhere, on 2 shared cores of an AMD "
     "EPYC): CHAI3D 136/279 us, removes 3 % of what it sweeps; AMBF 133/269 us, 32 %; iMSTK 364/591 us, 104 %. At "
@@ -110,17 +107,17 @@ constexpr const char* kPeers =
 
 }  // namespace
 
-std::vector<std::string> FindTickDoubts(const TickReport& report) {
-  std::vector<std::string> doubts;
+std::vector<std::string> FindTickWarnings(const TickReport& report) {
+  std::vector<std::string> warnings;
   if (report.machine.load > 0.5 && !report.realtime) {
-    doubts.push_back(fmt::format(
-        "the machine was busy before the run (load {:.1f} on {} cores); the slowest ticks are others' doing",
+    warnings.push_back(fmt::format(
+        "the machine was busy before the run (load {:.1f} on {} cores); the slowest ticks are due to other programs",
         report.machine.load, report.machine.cores));
   }
   for (const BenchResult& r : report.results) {
-    if (!r.note.empty()) doubts.push_back(fmt::format("{}: {}", r.name, r.note));
+    if (!r.note.empty()) warnings.push_back(fmt::format("{}: {}", r.name, r.note));
   }
-  return doubts;
+  return warnings;
 }
 
 std::string FormatTickTable(const TickReport& report) {
@@ -129,14 +126,14 @@ std::string FormatTickTable(const TickReport& report) {
   for (const BenchResult& r : report.results) {
     text += fmt::format("{:<15} {:>6} {:>8} {:>8} {:>8} {:>8} {:>10} {:>7}  {}\n", r.name, r.times.count,
                         Show(r.times.p50_us), Show(r.times.p99_us), Show(r.times.p999_us), Show(r.times.max_us),
-                        r.baseline ? Show(r.baseline->times.p50_us) : "-", r.baseline ? Show(TimesFaster(r)) : "-",
+                        r.baseline ? Show(r.baseline->times.p50_us) : "-", r.baseline ? Show(r.TimesFaster()) : "-",
                         r.hash ? fmt::format("{:016x}", r.hash) : "-");
   }
   text += "\n";
   for (const BenchResult& r : report.results) {
     text += fmt::format("{}: {}\n", r.name, r.title);
     if (r.undisturbed.count < r.times.count) {
-      text += fmt::format("  others took the core in {} ticks; of the rest p50 {} us, p99 {} us, max {} us\n",
+      text += fmt::format("  other programs took the core in {} ticks; without these p50 {} us, p99 {} us, max {} us\n",
                           r.times.count - r.undisturbed.count, Show(r.undisturbed.p50_us), Show(r.undisturbed.p99_us),
                           Show(r.undisturbed.max_us));
     }
@@ -167,7 +164,7 @@ std::string FormatTickMarkdown(const TickReport& report) {
                                                         Show(r.times.p999_us), Show(r.times.max_us))
                                           : "",
                         ShowTimeLimits(r),
-                        r.baseline ? fmt::format("{} times faster than {} us ({})", Show(TimesFaster(r)),
+                        r.baseline ? fmt::format("{} times faster than {} us ({})", Show(r.TimesFaster()),
                                                  Show(r.baseline->times.p50_us), r.baseline->what)
                                    : "",
                         ShowErrors(r), r.hash != 0 ? fmt::format("`{:016x}`", r.hash) : "");
@@ -175,10 +172,11 @@ std::string FormatTickMarkdown(const TickReport& report) {
   text += "\n";
   for (const BenchResult& r : report.results) text += ShowOtherTargets(r);
   text += fmt::format(
-      "\n{}. error: volume removed less volume swept, by the exact volume of the level set and by occupancy of voxels; "
-      "largest difference of phi near the surface from brute force. bone: hash of the bone after the cut. {}\n\n",
+      "\n{}. error: removed volume minus swept volume, from the exact volume of the level set and from the occupancy "
+      "of voxels; "
+      "largest difference of phi from brute force near the surface. bone: hash of the bone after the cut. {}\n\n",
       DescribeRun(report), kPeers);
-  text += "Where the time goes, mean us of a tick (timing the stages adds a little):\n\n| case |";
+  text += "Where the time goes, mean us per tick (timing the stages adds a little):\n\n| case |";
   for (std::size_t i = 0; i < StageClock::kStages; ++i) text += fmt::format(" {} |", NameOfStage(i));
   text += "\n|---|";
   for (std::size_t i = 0; i < StageClock::kStages; ++i) text += "---|";
@@ -204,7 +202,7 @@ std::string FormatTickJson(const TickReport& report) {
   json["cases"] = ordered_json::array();
   for (const BenchResult& r : report.results) json["cases"].push_back(ResultJson(r));
   json["peers"] = kPeers;
-  json["warnings"] = FindTickDoubts(report);
+  json["warnings"] = FindTickWarnings(report);
   return json.dump(2) + "\n";
 }
 

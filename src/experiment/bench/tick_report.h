@@ -1,4 +1,4 @@
-// What `kerf bench tick` prints.
+// Output of `kerf bench tick`.
 #pragma once
 
 #include <string>
@@ -8,18 +8,19 @@
 
 namespace kerf {
 
-/// What was measured, and where.
+/// The results, and the machine they were measured on.
 struct TickReport {
   std::vector<BenchResult> results;
   MachineState machine;  // before the run
   int core = 0;
   bool realtime = false;
-  int ticks = 0;             // asked for
-  std::string vector_width;  // of the removal, as its instruction set is called
+  int ticks = 0;             // requested number
+  std::string vector_width;  // instruction set of the removal
 };
 
-/// Sentences about what makes the figures doubtful: a busy machine, a tool that did not follow. Empty: nothing.
-std::vector<std::string> FindTickDoubts(const TickReport& report);
+/// Describes conditions that make the figures doubtful, a sentence each: a busy machine, a tool that did not follow.
+/// Empty if there are none.
+std::vector<std::string> FindTickWarnings(const TickReport& report);
 
 std::string FormatTickTable(const TickReport& report);     // for a terminal
 std::string FormatTickMarkdown(const TickReport& report);  // for a README

@@ -7,9 +7,9 @@
 
 namespace kerf {
 
-/// With six figures, which is more than any measurement is good for; null when it is not finite.
+/// Rounds to six digits, which is more than any measurement is accurate to; null if the value is not finite.
 nlohmann::ordered_json RoundedJson(double value);
-/// How many ticks, and the percentiles in us.
+/// Number of ticks, and the percentiles in us.
 nlohmann::ordered_json TimesJson(const Percentiles& times);
 
 }  // namespace kerf

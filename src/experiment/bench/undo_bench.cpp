@@ -18,24 +18,24 @@ namespace {
 
 constexpr int kCuts = 20;
 constexpr double kApart_mm = 1.4;
-constexpr double kTick_s = 0.001;
-constexpr int kRead = 16;  // ticks between two looks of the reader
+constexpr double kUndoTick_s = 0.001;
+constexpr int kRead = 16;  // ticks between two reads of the journal
 
-/// The k-th cut of a mandible, all of them side by side through its left body.
+/// The k-th cut of a mandible; the cuts are next to each other through its left body.
 CutCase MakeCut(int k) {
   CutCase cut = MakeMandibleCut(true);
   cut.X_BT_start.p_AB.y += kApart_mm * (k - 0.5 * (kCuts - 1));
   return cut;
 }
 int CountTicks(const CutCase& cut) {
-  return static_cast<int>(std::lround((cut.warm_up_mm + cut.measured_mm) / cut.feed_mm_per_s / kTick_s));
+  return static_cast<int>(std::lround((cut.warm_up_mm + cut.measured_mm) / cut.feed_mm_per_s / kUndoTick_s));
 }
 CoupledInput Handle(const CutCase& cut, int tick) {
   CoupledInput in;
-  const Vec3 p_B = cut.X_BT_start.p_AB + cut.feed_mm_per_s * kTick_s * tick * cut.direction_B;
+  const Vec3 p_B = cut.X_BT_start.p_AB + cut.feed_mm_per_s * kUndoTick_s * tick * cut.direction_B;
   in.X_WH = {cut.X_WB.R_AB * cut.X_BT_start.R_AB, cut.X_WB.Point(p_B)};
   in.v_H_W_mm_per_s = cut.X_WB.Vector(cut.feed_mm_per_s * cut.direction_B);
-  in.dt_s = kTick_s;
+  in.dt_s = kUndoTick_s;
   in.rpm = cut.rpm;
   return in;
 }
@@ -63,7 +63,7 @@ double Largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-/// Times of one way, round by round.
+/// Times of one direction, for each round.
 struct Rounds {
   std::vector<double> prepare_ms, tick_us, all_ms;
   int ticks = 0;
@@ -74,7 +74,7 @@ struct Rounds {
   }
 };
 
-/// As the loop does it, but without waiting for the next tick.
+/// Runs an undo or a redo like the loop, but without waiting for the next tick.
 void Go(CoupledSimulation& simulation, UndoJournal& journal, bool redo, std::size_t leaves_per_tick, Rounds& rounds) {
   const double start_ms = Now_ms();
   UndoJob* job = redo ? journal.PrepareRedo() : journal.PrepareUndo(0);
@@ -85,13 +85,13 @@ void Go(CoupledSimulation& simulation, UndoJournal& journal, bool redo, std::siz
   for (bool done = false; !done;) {
     const double tick_ms = Now_ms();
     if (rounds.ticks == 0 && !restore.Begin(simulation, *job)) {
-      throw Error(fmt::format("the bench could not undo: {}", WhyRefused(job->state)));
+      throw Error(fmt::format("the benchmark could not undo: {}", WhyRefused(job->state)));
     }
     done = restore.Step(simulation, leaves_per_tick);
     if (done) restore.End(simulation, nullptr);
     const double took_ms = Now_ms() - tick_ms;
     rounds.tick_us.push_back(1e3 * took_ms);
-    all_ms += std::max(1e3 * kTick_s, took_ms);
+    all_ms += std::max(1e3 * kUndoTick_s, took_ms);
     ++rounds.ticks;
   }
   rounds.all_ms.push_back(all_ms);
@@ -123,8 +123,8 @@ UndoResult Measure(CoupledSimulation& simulation, UndoJournal& journal, int cuts
 }  // namespace
 
 UndoReport RunUndoBench(const UndoBenchOptions& options) {
-  if (options.rounds < 1 || options.rounds > 1000) throw Error("undo is measured 1 to 1000 times");
-  if (!(options.voxel_mm >= 0.1 && options.voxel_mm <= 1)) throw Error("the voxels are to be 0.1 to 1 mm wide");
+  if (options.rounds < 1 || options.rounds > 1000) throw Error("the number of undo measurements must be 1 to 1000");
+  if (!(options.voxel_mm >= 0.1 && options.voxel_mm <= 1)) throw Error("the voxel edge must be 0.1 to 1 mm");
   UndoReport report;
   report.options = options;
   report.machine = LookAtMachine();
@@ -141,7 +141,7 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
   const PinnedToCore pinned(options.core, options.realtime);
   std::vector<double> with_us, without_us;
   for (int k = 0; k < kCuts; ++k) {
-    const CutCase cut = MakeCut(k * 7 % kCuts);  // not one beside the other
+    const CutCase cut = MakeCut(k * 7 % kCuts);  // successive cuts are not neighbours
     if (options.progress) options.progress(fmt::format("cut {}", k + 1), 1.0 * k / kCuts);
     if (k > 0) MakeCheckpoint(simulation, journal, fmt::format("cut {}", k));
     for (CoupledSimulation* s : {&simulation, &without}) {
@@ -150,7 +150,7 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
     }
     for (int tick = 1; tick <= CountTicks(cut); ++tick) {
       const CoupledInput in = Handle(cut, tick);
-      // In turn, and each as often the first.
+      // Alternates, so that each comes first equally often.
       for (const bool one : {tick % 2 == 0, tick % 2 != 0}) {
         const std::int64_t start_ns = ReadClock_ns();
         const CoupledOutput out = (one ? simulation : without).Tick(in);
@@ -164,7 +164,7 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
       UndoResult result = Measure(simulation, journal, k + 1, options);
       result.before = hash;
       if (result.undone != hash || result.redone != result.cut || result.cut != without.bone().CalcHash()) {
-        throw Error(fmt::format("undo of {} cuts did not give the same bone", k + 1));
+        throw Error(fmt::format("undo of {} cuts did not restore the same bone", k + 1));
       }
       report.results.push_back(result);
     }

@@ -1,4 +1,4 @@
-// What undo costs: `kerf bench undo`.
+// The time and memory that undo takes: `kerf bench undo`.
 #pragma once
 
 #include <cstdint>
@@ -11,41 +11,42 @@
 namespace kerf {
 
 struct UndoBenchOptions {
-  int rounds = 10;  // of undo and redo after each number of cuts, 1 to 1000
+  int rounds = 10;  // undo and redo pairs after each number of cuts, 1 to 1000
   int core = 0;
   bool realtime = false;
   double voxel_mm = 0.1;               // of the mandible, 0.1 to 1
-  std::size_t leaves_per_tick = 1500;  // put back, 1 or more
+  std::size_t leaves_per_tick = 1500;  // leaves restored per tick, 1 or more
   std::function<void(const std::string& what, double fraction)> progress;
 };
 
-/// Times of going one way, ms: medians and the worst.
+/// Times of one direction (undo or redo), ms: medians and maxima.
 struct UndoTimes {
-  double prepare_p50_ms = 0, prepare_max_ms = 0;  // by the reader: unpacking
-  double tick_p50_us = 0, tick_max_us = 0;        // of putting back, by the loop
+  double prepare_p50_ms = 0, prepare_max_ms = 0;  // unpacking, in the thread that keeps the history
+  double tick_p50_us = 0, tick_max_us = 0;        // restoring leaves, in the loop
   int ticks = 0;
-  double all_p50_ms = 0, all_max_ms = 0;  // prepare, and as many ticks of 1 ms, or longer where they take longer
+  double all_p50_ms = 0, all_max_ms = 0;  // preparation plus the ticks, each counted as 1 ms or its actual time if that
+                                          // is longer
 };
 
 struct UndoResult {
   int cuts = 0;
   std::size_t leaves = 0;
   double kept_MB = 0;  // compressed, by the journal
-  double raw_MB = 0;   // what it keeps, 2 kB a leaf
+  double raw_MB = 0;   // uncompressed size, 2 kB per leaf
   UndoTimes undo, redo;
   std::uint64_t before = 0, cut = 0, undone = 0, redone = 0;  // hashes of the bone
 };
 
 struct UndoReport {
   std::vector<UndoResult> results;
-  Percentiles with_history, without;  // ticks of the same cut, in turn
-  double history_MB = 0;              // its ring and table
+  Percentiles with_history, without;  // ticks of the same cut, measured alternately
+  double history_MB = 0;              // size of its ring and table
   MachineState machine;
   UndoBenchOptions options;
 };
 
-/// A disc through the body of the default mandible, 1, 5 and 20 times. Throws Error for a value out of range, and when
-/// the bone does not come back to the bit.
+/// Cuts through the body of the default mandible with a disc, 1, 5 and 20 times. Throws Error if a value is out of
+/// range, or if the bone is not restored bit for bit.
 UndoReport RunUndoBench(const UndoBenchOptions& options);
 
 std::string FormatUndoTable(const UndoReport& report);     // for a terminal

@@ -24,7 +24,7 @@ nlohmann::ordered_json WayJson(const UndoTimes& t) {
 std::string FormatHistory(const UndoReport& r) {
   return fmt::format(
       "Tick with history p50 {:.1f}, p99 {:.1f} us; without {:.1f}, {:.1f} us; {:+.1f} and {:+.1f} us, "
-      "of {} ticks each, in turn",
+      "over {} ticks each, alternating",
       r.with_history.p50_us, r.with_history.p99_us, r.without.p50_us, r.without.p99_us,
       r.with_history.p50_us - r.without.p50_us, r.with_history.p99_us - r.without.p99_us, r.with_history.count);
 }
@@ -37,7 +37,7 @@ std::string FormatMachine(const UndoReport& r) {
 }  // namespace
 
 std::string FormatUndoTable(const UndoReport& r) {
-  std::string text = fmt::format("Undo, default mandible at {:g} mm, {} leaves a tick\n", r.options.voxel_mm,
+  std::string text = fmt::format("Undo, default mandible at {:g} mm, {} leaves per tick\n", r.options.voxel_mm,
                                  r.options.leaves_per_tick);
   for (const UndoResult& u : r.results) {
     constexpr const char* kWay = "{:.1f} ms, max {:.1f}: prepare {:.1f}, max {:.1f}; {} ticks of {:.0f} us, max {:.0f}";
@@ -52,8 +52,8 @@ std::string FormatUndoTable(const UndoReport& r) {
 
 std::string FormatUndoMarkdown(const UndoReport& r) {
   std::string text =
-      "| cuts | leaves | kept: MB (uncompressed) | undo, p50 / max ms | of it prepare, ms | ticks of p50 / max us | "
-      "redo, "
+      "| cuts | leaves | kept: MB (uncompressed) | undo, p50 / max ms | preparation, ms | ticks: number, p50 / max "
+      "us | redo, "
       "p50 / max ms | bone: before, cut, undone |\n|---|---|---|---|---|---|---|---|\n";
   for (const UndoResult& u : r.results) {
     text += fmt::format(
@@ -64,8 +64,8 @@ std::string FormatUndoMarkdown(const UndoReport& r) {
         u.redo.all_max_ms, u.before, u.cut, u.undone);
   }
   text += fmt::format(
-      "\nDefault mandible at {:g} mm, a disc of 22 x 0.25 mm up through its left body; all cuts undone at once, {} "
-      "times. {}. "
+      "\nDefault mandible at {:g} mm, a disc of 22 x 0.25 mm moving up through its left body; all cuts undone at once, "
+      "{} times. {}. "
       "The history takes {:.1f} MB. {}.\n",
       r.options.voxel_mm, r.options.rounds, FormatHistory(r), r.history_MB, FormatMachine(r));
   return text;

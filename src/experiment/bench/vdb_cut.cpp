@@ -17,9 +17,9 @@ using openvdb::Coord;
 using openvdb::FloatGrid;
 using Leaf = FloatGrid::TreeType::LeafNodeType;
 
-constexpr int kLeafEdge = 8;
+constexpr int kVdbLeafEdge = 8;
 
-/// Distance to the tool where it stands, in single precision; p in the tool frame.
+/// Distance to the tool at its pose, in single precision; p in the tool frame.
 struct ToolDistance {
   explicit ToolDistance(const Tool& tool) : radius(static_cast<float>(CalcReach(tool))) {
     if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
@@ -43,16 +43,16 @@ struct ToolDistance {
 FloatGrid::Ptr MakeToolGrid(const Tool& tool, const Pose& X_WT, double voxel_mm) {
   FloatGrid::Ptr grid = MakePhiGrid(voxel_mm);
   const float band = grid->background();
-  const double leaf_mm = kLeafEdge * voxel_mm;
+  const double leaf_mm = kVdbLeafEdge * voxel_mm;
   const double reach = CalcReach(tool) + static_cast<double>(band);
   const ToolDistance distance(tool);
-  // From the middle of a leaf's voxels to its furthest voxel.
-  const auto half_diagonal = static_cast<float>(0.5 * std::sqrt(3.0) * (kLeafEdge - 1) * voxel_mm);
-  // A step along the grid's axes, and from a leaf's lowest voxel to its middle, in the tool frame.
+  // From the centre of a leaf's voxels to its furthest voxel.
+  const auto half_diagonal = static_cast<float>(0.5 * std::sqrt(3.0) * (kVdbLeafEdge - 1) * voxel_mm);
+  // A step along the grid's axes, and the vector from a leaf's lowest voxel to its centre, in the tool frame.
   const glm::vec3 dx(voxel_mm * X_WT.InverseVector({1, 0, 0}));
   const glm::vec3 dy(voxel_mm * X_WT.InverseVector({0, 1, 0}));
   const glm::vec3 dz(voxel_mm * X_WT.InverseVector({0, 0, 1}));
-  const glm::vec3 to_middle = 0.5f * (kLeafEdge - 1) * (dx + dy + dz);
+  const glm::vec3 to_middle = 0.5f * (kVdbLeafEdge - 1) * (dx + dy + dz);
   const auto first = glm::floor((X_WT.p_AB - reach) / leaf_mm);
   const auto last = glm::floor((X_WT.p_AB + reach) / leaf_mm);
   for (int x = static_cast<int>(first.x); x <= static_cast<int>(last.x); ++x) {
@@ -60,12 +60,12 @@ FloatGrid::Ptr MakeToolGrid(const Tool& tool, const Pose& X_WT, double voxel_mm)
       for (int z = static_cast<int>(first.z); z <= static_cast<int>(last.z); ++z) {
         const glm::vec3 corner(X_WT.InversePoint(leaf_mm * Vec3(x, y, z)));
         if (std::abs(distance(corner + to_middle)) > band + half_diagonal) continue;
-        auto* leaf = new Leaf(Coord(kLeafEdge * x, kLeafEdge * y, kLeafEdge * z), band, false);
+        auto* leaf = new Leaf(Coord(kVdbLeafEdge * x, kVdbLeafEdge * y, kVdbLeafEdge * z), band, false);
         float* values = leaf->buffer().data();
-        for (int i = 0; i < kLeafEdge; ++i) {
-          for (int j = 0; j < kLeafEdge; ++j) {
+        for (int i = 0; i < kVdbLeafEdge; ++i) {
+          for (int j = 0; j < kVdbLeafEdge; ++j) {
             const glm::vec3 row = corner + static_cast<float>(i) * dx + static_cast<float>(j) * dy;
-            for (int k = 0; k < kLeafEdge; ++k) {
+            for (int k = 0; k < kVdbLeafEdge; ++k) {
               *values++ = std::clamp(distance(row + static_cast<float>(k) * dz), -band, band);
             }
           }

@@ -1,4 +1,5 @@
-// Cutting as one would with OpenVDB alone: a new level set of the tool in every tick, and the library's difference.
+// Cutting as one would implement it with OpenVDB alone: a new level set of the tool in every tick, and the library's
+// difference.
 #pragma once
 
 #include <memory>
@@ -9,16 +10,16 @@
 
 namespace kerf {
 
-/// A bone that is cut by the library. One thread.
+/// A bone that is cut by OpenVDB. One thread.
 class VdbCut {
  public:
   /// Works on a copy.
   explicit VdbCut(Bone bone);
   ~VdbCut();
 
-  /// Makes a level set of the tool where it is, of the bone's voxels and band, by filling the leaves at its surface in
-  /// single precision, and takes it away by openvdb::tools::csgDifference(). The library's own makers of level sets (of
-  /// spheres, of meshes) take longer. The bone is left unpruned, which is the quicker way too.
+  /// Creates a level set of the tool at its pose with the bone's voxel size and band, by filling the leaves at its
+  /// surface in single precision, and removes it with openvdb::tools::csgDifference(). The library's own functions that
+  /// create level sets (of spheres, of meshes) take longer. The bone is not pruned, which is faster too.
   void Cut(const Tool& tool, const Pose& X_WT);
 
   const Bone& bone() const { return bone_; }

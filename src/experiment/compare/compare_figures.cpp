@@ -12,16 +12,16 @@
 namespace kerf {
 namespace {
 
-// Okabe and Ito's: told apart by colour-blind people too.
+// Okabe and Ito's palette, whose colours colour-blind people can distinguish.
 constexpr std::array<Rgb8, 6> kColours{
     {{33, 37, 43}, {0, 114, 178}, {230, 159, 0}, {0, 158, 115}, {204, 121, 167}, {86, 180, 233}}};
 constexpr Rgb8 kSlabAsComputed{213, 94, 0};
 constexpr Rgb8 kSlabCorrected{0, 158, 115};
 constexpr std::array<Rgb8, 6> kBandColours{
     {{252, 232, 205}, {219, 234, 245}, {222, 240, 226}, {240, 226, 238}, {250, 244, 205}, {228, 228, 228}}};
-/// Thinner stretches of a region join the one before.
-constexpr double kShortestBandShare = 0.012;
-/// Forces further apart than this are drawn on a logarithmic axis.
+/// Bands shorter than this fraction of the axis are merged with the previous band.
+constexpr double kShortestBandFraction = 0.012;
+/// A logarithmic axis is used if the ratio of the forces is larger.
 constexpr double kLinearRatio = 10;
 
 Rgb8 ColourOf(const Comparison& c, std::size_t k) {
@@ -30,7 +30,7 @@ Rgb8 ColourOf(const Comparison& c, std::size_t k) {
   return k == 0 ? kColours[0] : kColours[1 + (k - 1) % 2 * 3];
 }
 
-/// Stretches of depth in one region, with the region's number and, where there is room, its name.
+/// Depth ranges, each in one region, with the region's number and, if there is room, its name.
 std::vector<PlotBand> MakeBands(const Comparison& c) {
   std::vector<PlotBand> bands;
   std::map<int, std::size_t> order;
@@ -40,7 +40,7 @@ std::vector<PlotBand> MakeBands(const Comparison& c) {
     const double top = c.grid.Centre(i) - 0.5 * c.grid.step_mm;
     const int id = c.region_of_bin[i];
     if (bands.empty() || ids.back() != id) {
-      const bool short_one = !bands.empty() && bands.back().x1 - bands.back().x0 < kShortestBandShare * whole_mm;
+      const bool short_one = !bands.empty() && bands.back().x1 - bands.back().x0 < kShortestBandFraction * whole_mm;
       if (short_one) {
         bands.pop_back(), ids.pop_back();
       }
@@ -55,13 +55,13 @@ std::vector<PlotBand> MakeBands(const Comparison& c) {
   for (std::size_t b = 0; b < bands.size(); ++b) {
     const std::size_t colour = order.emplace(ids[b], order.size()).first->second;
     bands[b].colour = ids[b] == 0 ? Rgb8{255, 255, 255} : kBandColours[colour % kBandColours.size()];
-    const double share = (bands[b].x1 - bands[b].x0) / whole_mm;
+    const double fraction = (bands[b].x1 - bands[b].x0) / whole_mm;
     const auto region =
         std::find_if(c.regions.begin(), c.regions.end(), [&](const CompareRegion& r) { return r.id == ids[b]; });
     std::string named = ids[b] == 0 ? std::string("no bone") : fmt::format("{} {}", ids[b], region->name);
     if (ids[b] != 0 && region->name == fmt::format("region {}", ids[b])) named = region->name;
-    if (share < 0.009 * static_cast<double>(named.size())) {
-      named = ids[b] == 0 || share < 0.025 ? std::string() : fmt::format("{}", ids[b]);
+    if (fraction < 0.009 * static_cast<double>(named.size())) {
+      named = ids[b] == 0 || fraction < 0.025 ? std::string() : fmt::format("{}", ids[b]);
     }
     bands[b].label = named;
   }
@@ -136,31 +136,31 @@ PlotSpec MakeDifferencePlot(const Comparison& c) {
   zero.width = 1.5;
   zero.dash = 6;
   plot.series.push_back(std::move(zero));
-  plot.y.label = "force less the reference's (N)";
+  plot.y.label = "force minus the reference's (N)";
   plot.caption = fmt::format("reference: {}; dashed: no difference", c.reference().what.label);
   return plot;
 }
 
 PlotSpec MakeCostPlot(const Comparison& c) {
   PlotSpec plot;
-  plot.title = fmt::format("{}: what a tick costs, and how far its force is off", c.title.empty() ? c.scene : c.title);
-  plot.caption = "dot: median (p50); line: to the 99th percentile; the reference differs from itself by nothing";
+  plot.title = fmt::format("{}: time for a tick, and difference of its force", c.title.empty() ? c.scene : c.title);
+  plot.caption = "dot: median (p50); line: to the 99th percentile; the reference's difference is 0";
   plot.x.label = "time for a tick (us)";
   plot.x.log = true;
   plot.y.label = fmt::format("rms difference of force from {} (N)", c.reference().what.label);
-  double most_N = 0;
+  double max_N = 0;
   double fastest_us = std::numeric_limits<double>::infinity();
   double slowest_us = 1e6 / c.rate_hz;
   for (const CaseResult& result : c.cases) {
-    most_N = std::max(most_N, result.slice.rms_N);
+    max_N = std::max(max_N, result.slice.rms_N);
     fastest_us = std::min(fastest_us, std::max(result.times.p50_us, 1e-3));
     slowest_us = std::max(slowest_us, result.times.p99_us);
   }
-  if (!(most_N > 0)) most_N = 1;
+  if (!(max_N > 0)) max_N = 1;
   plot.x.lower = fastest_us / 2;
   plot.x.upper = slowest_us * 4;
-  plot.y.lower = -0.08 * most_N;
-  plot.y.upper = 1.2 * most_N;
+  plot.y.lower = -0.08 * max_N;
+  plot.y.upper = 1.2 * max_N;
   PlotSeries deadline;
   deadline.x = {1e6 / c.rate_hz, 1e6 / c.rate_hz};
   deadline.y = {*plot.y.lower, *plot.y.upper};
@@ -168,8 +168,8 @@ PlotSpec MakeCostPlot(const Comparison& c) {
   deadline.width = 1.5;
   deadline.dash = 6;
   plot.series.push_back(std::move(deadline));
-  plot.notes.push_back({1e6 / c.rate_hz, 1.12 * most_N, fmt::format(" {:g} Hz", c.rate_hz), Rgb8{170, 60, 60}});
-  // Words of cases that lie close to each other stand above one another.
+  plot.notes.push_back({1e6 / c.rate_hz, 1.12 * max_N, fmt::format(" {:g} Hz", c.rate_hz), Rgb8{170, 60, 60}});
+  // Labels of cases that are close to each other are stacked.
   std::vector<std::pair<bool, double>> taken_N;  // right half or left, height
   for (std::size_t k = 0; k < c.cases.size(); ++k) {
     const CaseResult& result = c.cases[k];
@@ -186,13 +186,13 @@ PlotSpec MakeCostPlot(const Comparison& c) {
     plot.series.push_back(dot);
     const bool right_half =
         std::log(result.times.p50_us / *plot.x.lower) > 0.5 * std::log(*plot.x.upper / *plot.x.lower);
-    double at_N = result.slice.rms_N + 0.055 * most_N;
+    double at_N = result.slice.rms_N + 0.055 * max_N;
     const auto crowded = [&] {
       return std::any_of(taken_N.begin(), taken_N.end(), [&](const std::pair<bool, double>& other) {
-        return other.first == right_half && std::abs(other.second - at_N) < 0.055 * most_N;
+        return other.first == right_half && std::abs(other.second - at_N) < 0.055 * max_N;
       });
     };
-    while (crowded()) at_N += 0.02 * most_N;
+    while (crowded()) at_N += 0.02 * max_N;
     taken_N.emplace_back(right_half, at_N);
     plot.notes.push_back({result.times.p50_us, at_N,
                           fmt::format("{}: {}, {}", result.what.label, ShowTime(result.times.p50_us),

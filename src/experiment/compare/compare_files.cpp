@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 constexpr const char* kFiles[] = {"report.md", "force_depth.png", "difference.png",
                                   "cost.png",  "compare.csv",     "compare.json"};
 
-/// Seven figures: what the numbers are good for, and no endless tails.
+/// Seven digits: enough for the accuracy of the numbers, without rounding noise.
 ordered_json Number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return std::stod(fmt::format("{:.7g}", value));

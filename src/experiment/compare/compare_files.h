@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// docs/compare.md says what each part, column and key is.
+/// docs/compare.md describes each part, column and key.
 std::string FormatCompareReport(const Comparison& comparison);
 std::string FormatCompareCsv(const Comparison& comparison);
 std::string FormatCompareJson(const Comparison& comparison);
@@ -18,11 +18,12 @@ PlotSpec MakeForceDepthPlot(const Comparison& comparison);
 PlotSpec MakeDifferencePlot(const Comparison& comparison);
 PlotSpec MakeCostPlot(const Comparison& comparison);
 
-/// Throws Error when a result in `folder` would replace one of the inputs: the scene, or what it names.
+/// Throws Error if a result in `folder` would overwrite one of the inputs: the scene, or a file that it refers to.
 void CheckCompareInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
-/// Writes report.md, compare.csv, compare.json, force_depth.png, difference.png and cost.png into `folder` (made when
-/// missing), each whole or not at all, compare.json last. Returns their names. Throws Error.
+/// Writes report.md, compare.csv, compare.json, force_depth.png, difference.png and cost.png into `folder` (created if
+/// missing). Each file is written completely or not at all, compare.json last. Returns their names. Throws Error if a
+/// file cannot be written.
 std::vector<std::string> WriteComparison(const Comparison& comparison, const std::string& folder);
 
 }  // namespace kerf

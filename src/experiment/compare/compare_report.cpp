@@ -3,6 +3,7 @@
 
 #include <iterator>
 
+#include "base/core/append_format.h"
 #include "base/files/markdown_text.h"
 #include "experiment/compare/compare_files.h"
 #include "experiment/compare/conclusion.h"
@@ -15,21 +16,13 @@ std::string Signed(double value) {
   return (value > 0 ? "+" : "") + ShowFigure(value);
 }
 
-double Percent(double part, double whole) {
-  return whole > 0 ? 100 * part / whole : 0;
-}
-
-template <typename... Args>
-void Add(std::string& text, fmt::format_string<Args...> format, Args&&... args) {
-  fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
-}
-
-/// What the hand feels in slab mode beside the cutting.
+/// Describes the forces on the hand in slab mode other than cutting.
 std::string DescribeSlab(const SlabParams& p) {
   std::string text = fmt::format("held by a spring of {:g} N/mm", p.coupling_N_per_mm);
   const double friction_N = 2 * p.friction_coefficient * p.normal_force_N;
   if (friction_N > 0) text += fmt::format(", friction of up to {} N on its two faces", ShowFigure(friction_N));
-  if (p.stiffness_N_per_mm > 0) text += fmt::format(", a spring of {:g} N/mm to its place", p.stiffness_N_per_mm);
+  if (p.stiffness_N_per_mm > 0)
+    text += fmt::format(", a spring of {:g} N/mm to its initial position", p.stiffness_N_per_mm);
   if (p.damping_Ns_per_mm > 0) text += fmt::format(", a damper of {:g} N s/mm", p.damping_Ns_per_mm);
   if (friction_N > 0 || p.stiffness_N_per_mm > 0 || p.damping_Ns_per_mm > 0) {
     text += "; these are part of its force";
@@ -38,95 +31,100 @@ std::string DescribeSlab(const SlabParams& p) {
 }
 
 void AddSetting(std::string& text, const Comparison& c) {
-  Add(text, "## What was compared\n\n");
-  Add(text,
-      "- Scene {}{}{}: disc {:g} x {:g} mm with {} teeth at {:g} rpm, moved at up to {:g} mm/s, {:g} ticks a "
+  AppendFormat(text, "## What was compared\n\n");
+  AppendFormat(
+      text,
+      "- Scene {}{}{}: disc {:g} x {:g} mm with {} teeth at {:g} rpm, moved at up to {:g} mm/s, {:g} ticks per "
       "second.\n",
       MarkdownCode(c.scene), c.title.empty() ? "" : ": ", c.title, c.saw.diameter_mm, c.saw.thickness_mm, c.saw.teeth,
       c.rpm, c.feed_mm_per_s, c.rate_hz);
-  Add(text, "- Material: {}.\n", c.material);
-  Add(text, "- Voxel mode: voxels of {:g} mm; the force of every tooth in the bone that it meets.\n", c.voxel_mm);
-  Add(text, "- Slab mode: a slice {:.2f} mm long along [{:.4g}, {:.4g}, {:.4g}], its layers from {}; {}.\n",
-      c.profile.end_mm, c.direction_W.x, c.direction_W.y, c.direction_W.z,
-      c.depth_by == "bone" ? "the bone itself" : "the paper's Table 2", DescribeSlab(c.slab));
-  Add(text,
-      "- Depth is that of the disc's leading rim (in slab mode the blade's edge) below the first bone, along the cut. "
-      "Force is the component on the tool against the cut. Both on a common axis: the mean over the ticks in each {:g} "
-      "mm "
-      "in which the tool went deeper than before.\n",
+  AppendFormat(text, "- Material: {}.\n", c.material);
+  AppendFormat(text, "- Voxel mode: voxels of {:g} mm; the force on each tooth comes from the bone that it touches.\n",
+               c.voxel_mm);
+  AppendFormat(text,
+               "- Slab mode: a slice {:.2f} mm long along [{:.4g}, {:.4g}, {:.4g}], with its layers from {}; {}.\n",
+               c.profile.end_mm, c.direction_W.x, c.direction_W.y, c.direction_W.z,
+               c.depth_by == "bone" ? "the bone itself" : "the paper's Table 2", DescribeSlab(c.slab));
+  AppendFormat(
+      text,
+      "- Depth is the distance of the disc's leading rim (in slab mode of the blade's edge) below the first bone, "
+      "along the cut. Force is the component of the force on the tool against the cut. Each point of the common depth "
+      "axis is the mean over the ticks within {:g} mm in which the tool went deeper than before.\n",
       c.grid.step_mm);
-  Add(text, "- Differences are from **{}**, over the slice's {} depths; % is of the reference's peak, {} N.\n\n",
+  AppendFormat(
+      text, "- Differences are relative to **{}**, over the slice's {} depths; % is of the reference's peak, {} N.\n\n",
       c.reference().what.label, c.slice_bins.size(), ShowFigure(c.reference().peak_N));
 }
 
 void AddForces(std::string& text, const Comparison& c) {
-  Add(text, "## Force and work\n\n![Force against depth](force_depth.png)\n\n");
-  Add(text,
-      "| case | mean (N) | of the reference's | at equal law | peak (N) | at (mm) | rms difference (N) | (%) | peak "
-      "difference (N) | (%) | at (mm) | work "
-      "(mJ) "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  AppendFormat(text, "## Force and work\n\n![Force against depth](force_depth.png)\n\n");
+  AppendFormat(text,
+               "| case | mean (N) | ratio | ratio at equal law | peak (N) | at (mm) | rms difference (N) | (%) | peak "
+               "difference (N) | (%) | at (mm) | work "
+               "(mJ) "
+               "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   const double peak_N = c.reference().peak_N;
   const CaseResult* equal = FindEqualLaw(c);
   const auto ratio = [](double mean_N, double other_N) {
     return other_N > 0 ? ShowFigure(mean_N / other_N) : std::string();
   };
   for (const CaseResult& r : c.cases) {
-    Add(text, "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label,
-        ShowFigure(r.slice.mean_N), ratio(r.slice.mean_N, r.slice.reference_mean_N),
-        r.what.slab && equal ? ratio(r.slice.mean_N, equal->slice.mean_N) : "", ShowFigure(r.peak_N),
-        ShowFigure(r.peak_depth_mm), ShowFigure(r.slice.rms_N), ShowFigure(Percent(r.slice.rms_N, peak_N)),
-        Signed(r.slice.peak_N), Signed(100 * r.slice.peak_N / (peak_N > 0 ? peak_N : 1)),
-        ShowFigure(r.slice.peak_depth_mm), ShowFigure(r.work_mJ));
+    AppendFormat(text, "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label,
+                 ShowFigure(r.slice.mean_N), ratio(r.slice.mean_N, r.slice.reference_mean_N),
+                 r.what.slab && equal ? ratio(r.slice.mean_N, equal->slice.mean_N) : "", ShowFigure(r.peak_N),
+                 ShowFigure(r.peak_depth_mm), ShowFigure(r.slice.rms_N), ShowFigure(Percent(r.slice.rms_N, peak_N)),
+                 Signed(r.slice.peak_N), Signed(100 * r.slice.peak_N / (peak_N > 0 ? peak_N : 1)),
+                 ShowFigure(r.slice.peak_depth_mm), ShowFigure(r.work_mJ));
   }
-  Add(text,
-      "\n![Difference of force](difference.png)\n\nRms difference between every two cases, over the slice (N):\n\n| |");
-  for (const CaseResult& r : c.cases) Add(text, " {} |", r.what.label);
-  Add(text, "\n|---|");
-  for (std::size_t k = 0; k < c.cases.size(); ++k) Add(text, "---|");
+  AppendFormat(text,
+               "\n![Force difference](difference.png)\n\n"
+               "Rms difference between all pairs of cases, over the slice (N):\n\n| |");
+  for (const CaseResult& r : c.cases) AppendFormat(text, " {} |", r.what.label);
+  AppendFormat(text, "\n|---|");
+  for (std::size_t k = 0; k < c.cases.size(); ++k) AppendFormat(text, "---|");
   for (std::size_t a = 0; a < c.cases.size(); ++a) {
-    Add(text, "\n| {} |", c.cases[a].what.label);
-    for (std::size_t b = 0; b < c.cases.size(); ++b) Add(text, " {} |", ShowFigure(c.rms_between_N[a][b]));
+    AppendFormat(text, "\n| {} |", c.cases[a].what.label);
+    for (std::size_t b = 0; b < c.cases.size(); ++b) AppendFormat(text, " {} |", ShowFigure(c.rms_between_N[a][b]));
   }
-  Add(text, "\n\n");
+  AppendFormat(text, "\n\n");
 }
 
 void AddStatements(std::string& text, const std::vector<std::string>& statements) {
-  for (const std::string& statement : statements) Add(text, "- {}\n", statement);
-  if (!statements.empty()) Add(text, "\n");
+  for (const std::string& statement : statements) AppendFormat(text, "- {}\n", statement);
+  if (!statements.empty()) AppendFormat(text, "\n");
 }
 
 void AddRegions(std::string& text, const Comparison& c, const Conclusion& words) {
-  Add(text, "## By region\n\n");
+  AppendFormat(text, "## By region\n\n");
   AddStatements(text, words.regions);
-  Add(text, "Mean force (N) / rms difference from the reference (N) over the depths of each region.\n\n");
-  Add(text, "| region | E (GPa) | depths (mm) |");
-  for (const CaseResult& r : c.cases) Add(text, " {} |", r.what.label);
-  Add(text, "\n|---|---|---|");
-  for (std::size_t k = 0; k < c.cases.size(); ++k) Add(text, "---|");
-  Add(text, "\n");
+  AppendFormat(text, "Mean force (N) / rms difference from the reference (N) over the depths of each region.\n\n");
+  AppendFormat(text, "| region | E (GPa) | depths (mm) |");
+  for (const CaseResult& r : c.cases) AppendFormat(text, " {} |", r.what.label);
+  AppendFormat(text, "\n|---|---|---|");
+  for (std::size_t k = 0; k < c.cases.size(); ++k) AppendFormat(text, "---|");
+  AppendFormat(text, "\n");
   for (std::size_t i = 0; i < c.regions.size(); ++i) {
     const CompareRegion& region = c.regions[i];
     const double length_mm = c.grid.step_mm * static_cast<double>(region.bins.size());
     const double span_mm = region.bottom_mm - region.top_mm;
-    Add(text, "| {} {} ({}) | {:.4g} | {:.2f} to {:.2f}{} |", region.id, region.name, region.tissue,
-        region.E_MPa / 1000, region.top_mm, region.bottom_mm,
-        length_mm < 0.98 * span_mm ? fmt::format(", {} of it", ShowFigure(length_mm)) : std::string());
+    AppendFormat(text, "| {} {} ({}) | {:.4g} | {:.2f} to {:.2f}{} |", region.id, region.name, region.tissue,
+                 region.E_MPa / 1000, region.top_mm, region.bottom_mm,
+                 length_mm < 0.98 * span_mm ? fmt::format(", {} in total", ShowFigure(length_mm)) : std::string());
     for (const CaseResult& r : c.cases) {
-      Add(text, " {} / {} |", ShowFigure(r.regions[i].mean_N), ShowFigure(r.regions[i].rms_N));
+      AppendFormat(text, " {} / {} |", ShowFigure(r.regions[i].mean_N), ShowFigure(r.regions[i].rms_N));
     }
-    Add(text, "\n");
+    AppendFormat(text, "\n");
   }
   if (!c.beyond_bins.empty()) {
-    Add(text, "| past the slice's end | | {} to {} |", ShowFigure(c.profile.end_mm),
-        ShowFigure(c.grid.step_mm * static_cast<double>(c.grid.count)));
+    AppendFormat(text, "| past the end of the slice | | {} to {} |", ShowFigure(c.profile.end_mm),
+                 ShowFigure(c.grid.step_mm * static_cast<double>(c.grid.count)));
     for (const CaseResult& r : c.cases)
-      Add(text, " {} / {} |", ShowFigure(r.beyond.mean_N), ShowFigure(r.beyond.rms_N));
-    Add(text, "\n\nWhat lies past the slice's end counts in no figure above.");
-    for (const std::string& statement : words.beyond) Add(text, " {}", statement);
-    Add(text, "\n");
+      AppendFormat(text, " {} / {} |", ShowFigure(r.beyond.mean_N), ShowFigure(r.beyond.rms_N));
+    AppendFormat(text, "\n\nDepths past the end of the slice are not included in any figure above.");
+    for (const std::string& statement : words.beyond) AppendFormat(text, " {}", statement);
+    AppendFormat(text, "\n");
   }
-  Add(text, "\n");
+  AppendFormat(text, "\n");
 }
 
 std::string ShowAll(const std::vector<double>& values) {
@@ -136,35 +134,38 @@ std::string ShowAll(const std::vector<double>& values) {
 }
 
 void AddCost(std::string& text, const Comparison& c, const std::vector<std::string>& words) {
-  Add(text, "## Cost\n\n");
+  AppendFormat(text, "## Cost\n\n");
   AddStatements(text, words);
-  Add(text, "![Time for a tick against difference of force](cost.png)\n\n");
-  Add(text,
+  AppendFormat(text, "![Time per tick against force difference](cost.png)\n\n");
+  AppendFormat(
+      text,
       "| case | p50 (us) | p99 (us) | max (us) | times faster than the reference | memory that a tick works on | p50 "
       "of "
       "each repetition (us) | p99 of each (us) |\n|---|---|---|---|---|---|---|---|\n");
   for (const CaseResult& r : c.cases) {
     const double faster = r.times.p50_us > 0 ? c.reference().times.p50_us / r.times.p50_us : 0;
-    Add(text, "| {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label, ShowFigure(r.times.p50_us),
-        ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us), ShowFigure(faster),
-        ShowMemory(static_cast<double>(r.memory_bytes)), ShowAll(r.p50_us), ShowAll(r.p99_us));
+    AppendFormat(text, "| {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label, ShowFigure(r.times.p50_us),
+                 ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us), ShowFigure(faster),
+                 ShowMemory(static_cast<double>(r.memory_bytes)), ShowAll(r.p50_us), ShowAll(r.p99_us));
   }
-  Add(text,
-      "\nEach case ran {} time{}, all cases in turn. The first three columns are of the repetition with the lowest "
+  AppendFormat(
+      text,
+      "\nEach case ran {} time{}, all cases in turn. The first three columns are from the repetition with the lowest "
       "p99, "
-      "since a machine with other work only adds to it. They are this machine's; ratios travel better. The whole "
-      "comparison took up to {:.0f} MB, the bone's making and a copy for each run included.\n\n",
+      "since other work on the machine can only increase it. They apply to this machine; ratios are more portable. The "
+      "whole comparison used up to {:.0f} MB, including the generation of the bone and a copy of it for each run.\n\n",
       c.repetitions, c.repetitions == 1 ? "" : "s", c.peak_memory_MB);
 }
 
 void AddAgain(std::string& text, const Comparison& c) {
-  Add(text, "## To make it again\n\nIn the scene's folder:\n\n```\n{}\n```\n\n", MarkdownCodeLine(c.command));
-  Add(text, "Made by kerf {} (commit {}). Equal hashes mean equal bits{}.\n\n", VersionString(), CommitString(),
-      c.repetitions > 1 ? "; each case gave the same in all its repetitions" : "");
-  Add(text, "| case | every tick's force | bone after the cut |\n|---|---|---|\n");
+  AppendFormat(text, "## To reproduce\n\nIn the scene's folder:\n\n```\n{}\n```\n\n", MarkdownCodeLine(c.command));
+  AppendFormat(text, "Generated by kerf {} (commit {}). Equal hashes mean bit-identical results{}.\n\n",
+               VersionString(), CommitString(),
+               c.repetitions > 1 ? "; each case gave the same hashes in all its repetitions" : "");
+  AppendFormat(text, "| case | force of every tick | bone after the cut |\n|---|---|---|\n");
   for (const CaseResult& r : c.cases) {
-    Add(text, "| {} | `{:016x}` | {} |\n", r.what.label, r.force_hash,
-        r.bone_hash ? fmt::format("`{:016x}`", *r.bone_hash) : std::string("is not cut"));
+    AppendFormat(text, "| {} | `{:016x}` | {} |\n", r.what.label, r.force_hash,
+                 r.bone_hash ? fmt::format("`{:016x}`", *r.bone_hash) : std::string("not cut"));
   }
 }
 
@@ -178,14 +179,14 @@ std::string FormatCompareReport(const Comparison& comparison) {
   for (std::string& warning : c.warnings) warning = EscapeMarkdown(warning);
   std::string text =
       fmt::format("# {}: the same cut in several ways\n\n", c.title.empty() ? EscapeMarkdown(c.scene) : c.title);
-  Add(text, "Written by `kerf compare`. What each figure means: docs/compare.md of kerf.\n\n");
+  AppendFormat(text, "Written by `kerf compare`. docs/compare.md of kerf explains each figure.\n\n");
   const Conclusion words = WriteConclusion(c);
-  Add(text, "## In words\n\n");
+  AppendFormat(text, "## Summary\n\n");
   AddStatements(text, words.force);
   if (!c.warnings.empty()) {
-    Add(text, "To keep in mind:\n\n");
-    for (const std::string& warning : c.warnings) Add(text, "- {}\n", warning);
-    Add(text, "\n");
+    AppendFormat(text, "Caveats:\n\n");
+    for (const std::string& warning : c.warnings) AppendFormat(text, "- {}\n", warning);
+    AppendFormat(text, "\n");
   }
   AddForces(text, c);
   AddRegions(text, c, words);

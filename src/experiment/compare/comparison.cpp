@@ -15,15 +15,15 @@
 #include "session/run/make_bone.h"
 #include "session/run/run_slab.h"
 #include "session/run/run_slab_scene.h"
-#include "session/scene/doubts.h"
 #include "session/scene/path.h"
+#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
 
 constexpr Range kStepRange_mm{0.005, 5};
 constexpr int kMaxRepetitions = 100;
-/// Beyond this many bins a curve is finer than any tick.
+/// With more bins than this, a curve is finer than any tick.
 constexpr double kMaxBins = 200'000;
 constexpr int kFewestBins = 2;
 
@@ -63,17 +63,17 @@ void CheckScene(const Scene& scene) {
     std::string hint;
     if (length_mm > 0) {
       const Vec3 d = way / length_mm + Vec3(0.0);  // -0 as 0
-      hint = fmt::format(" = [{:.4g}, {:.4g}, {:.4g}], the way of its first stroke, or another", d.x, d.y, d.z);
+      hint = fmt::format(" = [{:.4g}, {:.4g}, {:.4g}], the direction of its first stroke, or another", d.x, d.y, d.z);
     }
     throw Error(
         fmt::format("{}: to compare with slab mode the scene needs the cut direction; add [slab] with direction{}",
                     scene.name, hint));
   }
-  if (scene.tool.rpm == 0) throw Error(fmt::format("{}: rpm = 0: a stopped saw cuts nothing to compare", scene.name));
+  if (scene.tool.rpm == 0) throw Error(fmt::format("{}: rpm = 0: a stopped saw makes no cut to compare", scene.name));
   if (scene.slab.hold != SlabBody::kSlice) {
     throw Error(
-        fmt::format("{}: [slab] hold = \"{}\" leaves the blade where the path starts, and a comparison needs it in the "
-                    "hand; set hold = \"slice\"",
+        fmt::format("{}: [slab] hold = \"{}\" leaves the blade where the path starts, but a comparison must move it "
+                    "along the path; set hold = \"slice\"",
                     scene.name, scene.slab.hold == SlabBody::kLeft ? "left" : "right"));
   }
 }
@@ -82,7 +82,8 @@ std::string FileName(const std::string& file) {
   return std::filesystem::path(file).filename().string();
 }
 
-/// What the bone's stiffness is from, for people and as JSON. Files without the folders of this machine.
+/// Sets the source of the bone's stiffness, for the user and as JSON. Files are given without the folders of this
+/// machine.
 void SetMaterial(Comparison& c, Scene scene, const MaterialSummary& material) {
   scene.bone.materials = FileName(scene.bone.materials);
   c.material_json = FormatMaterialJson(scene, material);
@@ -98,7 +99,7 @@ void SetMaterial(Comparison& c, Scene scene, const MaterialSummary& material) {
   }
 }
 
-/// In quotes where a shell would read more than a word.
+/// Adds quotes if a shell would split the text into words.
 std::string Quote(const std::string& word) {
   const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-,+") ==
                      std::string::npos;
@@ -115,7 +116,7 @@ std::string MakeCommand(const Scene& scene, const CompareParams& params, const s
   return command + fmt::format(" --depth-step {} --repeat {}", params.depth_step_mm, params.repetitions);
 }
 
-/// The bins of a region that lies within the slice.
+/// Returns the entry that collects the bins of a region within the slice.
 CompareRegion& RegionOf(std::vector<CompareRegion>& regions, int id) {
   const auto found = std::find_if(regions.begin(), regions.end(), [&](const CompareRegion& r) { return r.id == id; });
   if (found != regions.end()) return *found;
@@ -134,18 +135,18 @@ void FindRegions(Comparison& c, const MaterialTable& materials) {
       c.beyond_bins.push_back(i);
       continue;
     }
-    // One that the slice ends in is part cutting, part free travel: neither.
+    // A bin in which the slice ends is part cutting, part free travel, and belongs to neither.
     if (to_end_mm < 0.5 * c.grid.step_mm - rounding_mm) continue;
     c.slice_bins.push_back(i);
     c.region_of_bin[i] = layer->region;
     CompareRegion& region = RegionOf(c.regions, layer->region);
     if (region.bins.empty()) region.top_mm = depth_mm - 0.5 * c.grid.step_mm;
     region.bottom_mm = depth_mm + 0.5 * c.grid.step_mm;
-    region.E_MPa += layer->E_MPa;  // the mean, below
+    region.E_MPa += layer->E_MPa;  // divided by the number of bins below
     region.bins.push_back(i);
   }
   if (c.slice_bins.empty()) {
-    throw Error(fmt::format("{}: the slice is {:.3g} mm long, less than a depth step of {:g} mm; choose a smaller one",
+    throw Error(fmt::format("{}: the slice is {:.3g} mm long, less than a depth step of {:g} mm; choose a smaller step",
                             c.scene, c.profile.end_mm, c.grid.step_mm));
   }
   for (CompareRegion& region : c.regions) {
@@ -163,7 +164,7 @@ void FindRegions(Comparison& c, const MaterialTable& materials) {
   }
 }
 
-/// Takes the samples that advance, on the grid that all cases reach.
+/// Selects the samples that advance and computes curves on the grid that all cases reach.
 void MakeCurves(Comparison& c, const std::vector<std::vector<DepthSample>>& samples) {
   double deepest_mm = std::numeric_limits<double>::infinity();
   std::vector<std::vector<DepthSample>> advances;
@@ -173,7 +174,7 @@ void MakeCurves(Comparison& c, const std::vector<std::vector<DepthSample>>& samp
   }
   const double bins = std::floor(std::max(0.0, deepest_mm) / c.grid.step_mm);
   if (bins > kMaxBins) {
-    throw Error(fmt::format("{}: {:.0f} mm in steps of {} mm are too many steps; choose larger ones", c.scene,
+    throw Error(fmt::format("{}: {:.0f} mm in steps of {} mm gives too many steps; choose larger steps", c.scene,
                             deepest_mm, c.grid.step_mm));
   }
   c.grid.count = static_cast<std::size_t>(bins);
@@ -186,17 +187,16 @@ void MakeCurves(Comparison& c, const std::vector<std::vector<DepthSample>>& samp
     if (std::count_if(force.begin(), force.end(), [](double f) { return std::isfinite(f); }) < kFewestBins) {
       throw Error(
           fmt::format("{}: along direction = [{:g}, {:g}, {:g}] the disc goes less than {:g} mm into the bone, too "
-                      "little to compare; "
-                      "let the path go into the bone along it",
+                      "little to compare; the path must go into the bone along this direction",
                       c.scene, c.direction_W.x, c.direction_W.y, c.direction_W.z, kFewestBins * c.grid.step_mm));
     }
   }
 }
 
 void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& material) {
-  const auto add = [&](const std::vector<std::string>& doubts) {
-    for (const std::string& doubt : doubts) {
-      if (std::find(c.warnings.begin(), c.warnings.end(), doubt) == c.warnings.end()) c.warnings.push_back(doubt);
+  const auto add = [&](const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) {
+      if (std::find(c.warnings.begin(), c.warnings.end(), warning) == c.warnings.end()) c.warnings.push_back(warning);
     }
   };
   Scene as = scene;
@@ -204,22 +204,21 @@ void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& mater
   for (const CaseResult& result : c.cases) {
     if (result.what.slab) continue;
     as.force = result.what.law;
-    add(FindDoubts(as, c.voxel_mm));
+    add(FindWarnings(as, c.voxel_mm));
     add({fmt::format("{}: {}; {}; {}", as.force.name(), DescribeAccuracy(as.force, MakeTool(as)),
                      DescribeBlades(as.force), FindCaveat(as.force.info()).good_for)});
   }
   as.simulation.mode = SceneMode::kSlab;
-  as.force = ForceLaw();  // the laws of voxel mode are no slab's, and nobody takes them for it here
-  add(FindDoubts(as, c.voxel_mm));
+  as.force = ForceLaw();  // the laws of voxel mode do not apply to a slab; this avoids showing one
+  add(FindWarnings(as, c.voxel_mm));
   add({"slab: " + DescribeSlabLaw(scene)});
   add(material.warnings);
   const std::size_t compared = c.cases.back().slice.bins;
   const double compared_mm = c.grid.step_mm * static_cast<double>(compared);
   if (compared_mm < c.profile.end_mm - 2 * c.grid.step_mm) {
-    c.warnings.push_back(
-        fmt::format("the path goes through {:.3g} mm of the slice's {:.3g} mm; what is said of the slice "
-                    "is said of that part",
-                    compared_mm, c.profile.end_mm));
+    c.warnings.push_back(fmt::format(
+        "the path goes through {:.3g} mm of the slice's {:.3g} mm; statements about the slice apply to that part only",
+        compared_mm, c.profile.end_mm));
   }
   for (const CaseResult& result : c.cases) {
     if (2 * result.curve.interpolated > c.grid.count) {
@@ -235,7 +234,7 @@ void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& mater
 
 void CheckCompareParams(const CompareParams& params) {
   for (const std::string& law : params.laws) {
-    if (law != "all") ForceLaw{law};  // throws for a name that there is none of
+    if (law != "all") ForceLaw{law};  // throws for an unknown name
   }
   if (!(params.depth_step_mm >= kStepRange_mm.lower && params.depth_step_mm <= kStepRange_mm.upper)) {
     throw Error(fmt::format("a depth step of {} mm is out of range; valid range {} to {} mm", params.depth_step_mm,
@@ -274,7 +273,7 @@ std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector
     }
     for (const ForceLawInfo* law : ForceLaws()) add(law->name);
   }
-  // What differs at the slab's own law is the slab's doing.
+  // Differences that remain with the slab's own law are caused by the slab.
   const ForceLaw slab_law = MakeSlabLaw(slab);
   if (std::none_of(cases.begin(), cases.end(), [&](const CompareCase& c) { return HasLaw(c, slab_law); })) {
     CompareCase what = VoxelCase(slab_law);
@@ -323,7 +322,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   CheckScene(scene);
   const std::vector<CompareCase> cases = MakeCompareCases(scene.force, params.laws, MakeSlabParams(scene));
   const Path path = MakePath(scene);
-  MakeSlabPlane(scene);  // throws before the long work
+  MakeSlabPlane(scene);  // throws before the long computation
   MaterialSummary material;
   const auto making = [&](double fraction) {
     if (progress) progress("making the bone", fraction);
@@ -348,18 +347,18 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   c.repetitions = params.repetitions;
   c.cases.resize(cases.size());
 
-  // The repetitions of all cases take turns, so that a machine that is slow for a while is slow for all of them.
+  // The repetitions of all cases alternate, so that a temporarily slow machine slows all of them.
   std::vector<std::vector<DepthSample>> samples(cases.size());
   const double runs = static_cast<double>(cases.size()) * params.repetitions;
   for (int repetition = 0; repetition < params.repetitions; ++repetition) {
     for (std::size_t k = 0; k < cases.size(); ++k) {
       const double done = static_cast<double>(repetition) * static_cast<double>(cases.size()) + static_cast<double>(k);
       CaseRun run = RunCase(cases[k], scene, bone, c.profile, [&](double fraction) {
-        if (progress) progress("cutting in each way", (done + fraction) / runs);
+        if (progress) progress("cutting in each case", (done + fraction) / runs);
       });
       CaseResult& result = c.cases[k];
       if (repetition > 0 && (run.force_hash != result.force_hash || run.bone_hash != result.bone_hash)) {
-        throw Error(fmt::format("{}: {} gave other forces when repeated", scene.name, cases[k].label));
+        throw Error(fmt::format("{}: {} gave different forces when repeated", scene.name, cases[k].label));
       }
       if (repetition == 0 || run.times.p99_us < result.times.p99_us) result.times = run.times;
       result.p50_us.push_back(run.times.p50_us);

@@ -9,22 +9,18 @@
 namespace kerf {
 namespace {
 
-/// Two cases are said to agree when both mean and rms are within this share (of the reference's mean and peak).
+/// Two cases are said to agree if mean and RMS differ by less than this fraction (of the reference's mean and peak).
 constexpr double kAgree = 0.02;
-/// Of a force that a spring lets go of, this share counts as nothing left.
+/// A spring whose force falls below this fraction counts as released.
 constexpr double kLetGo = 0.01;
-/// A force past the slice's end that is smaller than this share of the reference's peak is not spoken of.
+/// A force beyond the slice's end that is below this fraction of the reference's peak is not mentioned.
 constexpr double kStillCutting = 0.01;
-/// Slab mode stands in for the reference within this share of its peak.
+/// Slab mode can replace the reference if it is within this fraction of the reference's peak.
 constexpr double kStandsIn = 0.1;
-/// A tooth's force that changes by less than this factor with the number of teeth counts as the same.
+/// A tooth's force counts as independent of the number of teeth if it changes by less than this factor.
 constexpr double kSameToothForce = 1.5;
-/// Times within this share are said to be alike.
+/// Times within this fraction are reported as equal.
 constexpr double kAlike = 0.1;
-
-double Percent(double part, double whole) {
-  return whole > 0 ? 100 * part / whole : 0;
-}
 
 bool Alike(double value, double other) {
   return std::abs(value - other) <= kAlike * other;
@@ -36,9 +32,10 @@ std::string OfTheForce(double ratio, const char* what = "force") {
                     : fmt::format("{} % of the {} of", ShowFigure(100 * ratio), what);
 }
 
-/// "1/1440", or "80.0 %" for what is no small part.
-std::string ShowShare(double share) {
-  return share < 0.1 ? fmt::format("1/{}", ShowFigure(1 / share)) : fmt::format("{} %", ShowFigure(100 * share));
+/// "1/1440", or "80.0 %" for a large fraction.
+std::string ShowFraction(double fraction) {
+  return fraction < 0.1 ? fmt::format("1/{}", ShowFigure(1 / fraction))
+                        : fmt::format("{} %", ShowFigure(100 * fraction));
 }
 
 std::string Join(const std::vector<std::string>& words) {
@@ -50,26 +47,26 @@ std::string Join(const std::vector<std::string>& words) {
   return text;
 }
 
-/// As compare.csv has it, so that what is said of equal and unequal is true there.
+/// Rounded as in compare.csv, so that statements about equality hold there too.
 double AsInTable(double force_N) {
   return std::stod(fmt::format("{:.6g}", force_N));
 }
 
-/// "45 %" of some depths; never "0 %" or "100 %" for what is neither none nor all.
+/// "45 %" of some depths; never "0 %" or "100 %" unless it is exactly none or all.
 std::string ShowDepths(std::size_t some, std::size_t all) {
   const double percent = Percent(static_cast<double>(some), static_cast<double>(all));
   if (some > 0 && percent < 1) return "less than 1 %";
   return some < all && percent > 99 ? "more than 99 %" : fmt::format("{:.0f} %", percent);
 }
 
-/// Whether the case lies above or below the reference, and from which depth on that stays so.
+/// States whether the case is above or below the reference, and beyond which depth.
 std::string DescribeSides(const CaseResult& result, const Comparison& c) {
   const std::vector<double>& force = result.curve.force_N;
   const std::vector<double>& reference = c.reference().curve.force_N;
   std::size_t above = 0;
   std::size_t below = 0;
   std::size_t equal = 0;
-  std::size_t equal_since = 0;  // since the last change of sides
+  std::size_t equal_since = 0;  // first equal bin since the last change of sides
   int last_side = 0;
   double since_mm = 0;  // depth from which the last side holds
   for (const std::size_t i : c.slice_bins) {
@@ -87,35 +84,35 @@ std::string DescribeSides(const CaseResult& result, const Comparison& c) {
   if (above + below == 0) return "";
   const std::size_t all = above + below + equal;
   const std::string side = last_side > 0 ? "larger" : "smaller";
-  if (above == all || below == all) return fmt::format("It is {} at every depth", side);
+  if (above == all || below == all) return fmt::format("The force is {} at every depth", side);
   if (above == 0 || below == 0) {
-    return fmt::format("It is {} wherever the two differ, at {} of the {} depths", side, above + below, all);
+    return fmt::format("The force is {} wherever the two differ, at {} of the {} depths", side, above + below, all);
   }
-  std::string text = fmt::format("It is larger over {} of the depth and smaller over {}", ShowDepths(above, all),
+  std::string text = fmt::format("The force is larger over {} of the depth and smaller over {}", ShowDepths(above, all),
                                  ShowDepths(below, all));
   if (c.profile.end_mm - since_mm > 0.1 * c.profile.end_mm) {
-    text += fmt::format("; from {} mm on it {}", ShowFigure(since_mm),
+    text += fmt::format("; beyond {} mm it {}", ShowFigure(since_mm),
                         equal_since == 0 ? "stays " + side : fmt::format("is {} wherever the two differ", side));
   }
   return text;
 }
 
-/// Where the two are furthest apart, and what each has engaged there.
+/// Describes where the two differ most, and how many teeth each has engaged there.
 std::string DescribePeak(const CaseResult& result, const Comparison& c) {
   const auto bin = static_cast<std::size_t>(result.slice.peak_depth_mm / c.grid.step_mm);
   const auto at = [&](const CaseResult& r) {
     const double teeth = r.curve.teeth[bin];
     return teeth > 0
-               ? fmt::format("{} teeth of {} N each", ShowFigure(teeth), ShowFigure(r.curve.thrust_N[bin] / teeth))
+               ? fmt::format("{} teeth at {} N each", ShowFigure(teeth), ShowFigure(r.curve.thrust_N[bin] / teeth))
                : std::string("no tooth engaged");
   };
-  return fmt::format("They are furthest apart at {} mm: {} N ({}) against {} N ({})",
+  return fmt::format("The difference is largest at {} mm: {} N ({}) against {} N ({})",
                      ShowFigure(result.slice.peak_depth_mm), ShowFigure(result.curve.force_N[bin]), at(result),
                      ShowFigure(c.reference().curve.force_N[bin]), at(c.reference()));
 }
 
-/// Whether a tooth bears more where more are engaged: from the depth with the fewest (one at least) to that with the
-/// most.
+/// States whether the force on a tooth is larger if more teeth are engaged: compares the depth with the most engaged
+/// teeth to that with the fewest (at least one).
 std::string DescribeTeeth(const CaseResult& result, const Comparison& c) {
   const std::vector<double>& teeth = result.curve.teeth;
   std::size_t few = c.grid.count;
@@ -129,9 +126,11 @@ std::string DescribeTeeth(const CaseResult& result, const Comparison& c) {
   const double with_few = result.curve.thrust_N[few] / teeth[few];
   const double with_many = result.curve.thrust_N[many] / teeth[many];
   if (!(with_few > 0 && with_many > kSameToothForce * with_few)) return "";
-  return fmt::format("In it a tooth bears more the more are engaged: {} N at {} mm with {}, {} N at {} mm with {}",
-                     ShowFigure(with_few), ShowFigure(c.grid.Centre(few)), ShowFigure(teeth[few]),
-                     ShowFigure(with_many), ShowFigure(c.grid.Centre(many)), ShowFigure(teeth[many]));
+  return fmt::format(
+      "Here the force on a tooth increases with the number of engaged teeth: {} N at {} mm with {} teeth, {} N at {} "
+      "mm with {}",
+      ShowFigure(with_few), ShowFigure(c.grid.Centre(few)), ShowFigure(teeth[few]), ShowFigure(with_many),
+      ShowFigure(c.grid.Centre(many)), ShowFigure(teeth[many]));
 }
 
 std::string DescribeForce(const CaseResult& result, const Comparison& c) {
@@ -139,16 +138,16 @@ std::string DescribeForce(const CaseResult& result, const Comparison& c) {
   const double mean = result.slice.mean_N;
   const double reference_mean = result.slice.reference_mean_N;
   const double ratio = reference_mean > 0 ? mean / reference_mean : 0;
-  const double rms_share = reference.peak_N > 0 ? result.slice.rms_N / reference.peak_N : 0;
+  const double rms_fraction = reference.peak_N > 0 ? result.slice.rms_N / reference.peak_N : 0;
   const std::string figures =
       fmt::format("{} N against {} N, rms difference {} N, which is {} % of the reference's peak of {} N",
                   ShowFigure(mean), ShowFigure(reference_mean), ShowFigure(result.slice.rms_N),
-                  ShowFigure(100 * rms_share), ShowFigure(reference.peak_N));
-  if (std::abs(ratio - 1) <= kAgree && rms_share <= kAgree) {
+                  ShowFigure(100 * rms_fraction), ShowFigure(reference.peak_N));
+  if (std::abs(ratio - 1) <= kAgree && rms_fraction <= kAgree) {
     return fmt::format("**{}** agrees with {}: on average over the slice {}.", result.what.label, reference.what.label,
                        figures);
   }
-  std::string text = fmt::format("**{}** asks for {} {}, on average over the slice ({}).", result.what.label,
+  std::string text = fmt::format("**{}** requires {} {}, on average over the slice ({}).", result.what.label,
                                  OfTheForce(ratio), reference.what.label, figures);
   const std::string sides = DescribeSides(result, c);
   if (!sides.empty()) text += " " + sides + ".";
@@ -157,7 +156,7 @@ std::string DescribeForce(const CaseResult& result, const Comparison& c) {
   return teeth.empty() ? text : text + " " + teeth + ".";
 }
 
-/// Rms over some regions: the root of the mean of their squares, each by its bins.
+/// RMS over several regions: root of the mean square, each weighted by its bins.
 double CalcRms(const std::vector<Difference>& parts) {
   double squares = 0;
   double bins = 0;
@@ -168,25 +167,26 @@ double CalcRms(const std::vector<Difference>& parts) {
   return bins > 0 ? std::sqrt(squares / bins) : 0;
 }
 
-/// What a layer's name and E are of, so that a cancellous one with cortical walls is not read as plain.
+/// Describes what a layer's name and E refer to, so that a cancellous layer with cortical walls is not mistaken for a
+/// uniform one.
 std::string DescribeLayers(const Comparison& c) {
   if (c.depth_by != "bone")
-    return "The layers and their E are those of the paper's Table 2, whatever the bone has there.";
+    return "The layers and their E are those of the paper's Table 2, regardless of the bone's regions.";
   std::vector<std::string> cancellous;
   for (const CompareRegion& region : c.regions) {
     if (region.tissue != ToString(Tissue::kCancellous)) continue;
     cancellous.push_back(fmt::format("{} {} GPa", region.name, ShowFigure(region.E_MPa / 1000)));
   }
   std::string text =
-      "A layer is named for the region with the largest share of its area, and its E is the mean over the whole area";
+      "A layer is named after the region with the largest share of its area, and its E is the mean over the whole area";
   if (!cancellous.empty()) {
-    text += fmt::format("; so one named cancellous that has cortical walls is stiffer than its name says (here {})",
+    text += fmt::format("; so a cancellous layer with cortical walls is stiffer than its name suggests (here {})",
                         Join(cancellous));
   }
   return text + ".";
 }
 
-/// Where a case is furthest from the reference and where nearest, by region and by tissue.
+/// Describes where a case differs most and least from the reference, by region and by tissue.
 std::string DescribeRegions(const CaseResult& result, const Comparison& c) {
   std::size_t most = 0;
   std::size_t least = 0;
@@ -213,32 +213,33 @@ std::string DescribeRegions(const CaseResult& result, const Comparison& c) {
   return text + ".";
 }
 
-/// A force past the slice's end: a slab's is its hand's spring, a disc's the bone beside its rim. "" for none.
+/// Describes a force beyond the slice's end: with a slab it comes from the spring of the hand, with a disc from the
+/// bone next to its rim. Empty if there is none.
 std::string DescribeBeyond(const CaseResult& result, const Comparison& c) {
   const double mean_N = result.beyond.mean_N;
   if (!result.what.slab) {
     if (&result != &c.reference() || !(mean_N > kStillCutting * c.reference().peak_N)) return "";
     return fmt::format(
-        "There the slice is free, and the disc of {} still has bone beside its round rim: {} N on average.",
+        "There the slice is free, and the disc of {} still has bone next to its round rim: {} N on average.",
         result.what.label, ShowFigure(mean_N));
   }
   if (ShowFigure(mean_N) == "0" || c.slice_bins.empty()) return "";
   const std::vector<double>& force = result.curve.force_N;
-  double most_N = std::abs(force[c.slice_bins.back()]);
-  for (const std::size_t i : c.beyond_bins) most_N = std::max(most_N, std::abs(force[i]));
+  double max_N = std::abs(force[c.slice_bins.back()]);
+  for (const std::size_t i : c.beyond_bins) max_N = std::max(max_N, std::abs(force[i]));
   double gone_mm = 0;
   for (const std::size_t i : c.beyond_bins) {
-    if (std::abs(force[i]) > kLetGo * most_N) gone_mm = c.grid.Centre(i) + 0.5 * c.grid.step_mm - c.profile.end_mm;
+    if (std::abs(force[i]) > kLetGo * max_N) gone_mm = c.grid.Centre(i) + 0.5 * c.grid.step_mm - c.profile.end_mm;
   }
   const double last_N = force[c.beyond_bins.back()];
   const std::string then =
-      std::abs(last_N) > kLetGo * most_N
-          ? fmt::format("and still bears {} N at the last depth", ShowFigure(last_N))
-          : fmt::format("and lets go of it within {} mm (to below {:.0f} %)", ShowFigure(gone_mm), 100 * kLetGo);
+      std::abs(last_N) > kLetGo * max_N
+          ? fmt::format("and still bore {} N at the last depth", ShowFigure(last_N))
+          : fmt::format("and released it within {} mm (to below {:.0f} %)", ShowFigure(gone_mm), 100 * kLetGo);
   return fmt::format(
-      "The {} N that {} shows there on average are no cutting, since the slice is free: they are the hand's spring of "
-      "{:g} N/mm, which bore {} N as the slice came free {}.",
-      ShowFigure(mean_N), result.what.label, c.slab.coupling_N_per_mm, ShowFigure(most_N), then);
+      "The mean of {} N that {} shows there is not a cutting force, since the slice is free: it comes from the hand's "
+      "spring of {:g} N/mm, which bore {} N as the slice came free {}.",
+      ShowFigure(mean_N), result.what.label, c.slab.coupling_N_per_mm, ShowFigure(max_N), then);
 }
 
 std::string DescribeCost(const CaseResult& result, const Comparison& c) {
@@ -259,7 +260,7 @@ std::string DescribeCost(const CaseResult& result, const Comparison& c) {
                      ShowMemory(static_cast<double>(reference.memory_bytes)), compare(memory, "less", "more"));
 }
 
-/// Which two cases are nearest to each other.
+/// Names the two cases with the smallest difference.
 std::string DescribeNearest(const Comparison& c) {
   if (c.cases.size() < 3) return "";
   std::size_t first = 0;
@@ -271,13 +272,13 @@ std::string DescribeNearest(const Comparison& c) {
   }
   const double peak_N = std::max(c.cases[first].peak_N, c.cases[second].peak_N);
   return fmt::format(
-      "Of all cases {} and {} are nearest to each other: rms {} N, {} % of the larger one's peak of {} N.",
+      "Of all cases, {} and {} are closest to each other: rms difference {} N, {} % of the larger peak, {} N.",
       c.cases[first].what.label, c.cases[second].what.label, ShowFigure(c.rms_between_N[first][second]),
       ShowFigure(Percent(c.rms_between_N[first][second], peak_N)), ShowFigure(peak_N));
 }
 
-/// Of a slab that differs from the reference: what of it is the tooth's law and what is the slab. `equal`: the voxel
-/// case with the slab's law.
+/// For a slab that differs from the reference: separates the effect of the tooth law from that of the slab. `equal`:
+/// the voxel case with the slab's law.
 std::string DescribeCause(const CaseResult& slab, const CaseResult& equal, const Comparison& c) {
   const CaseResult& reference = c.reference();
   const double by_law = equal.slice.mean_N / reference.slice.mean_N;
@@ -285,48 +286,48 @@ std::string DescribeCause(const CaseResult& slab, const CaseResult& equal, const
   if (!(by_law > 0 && by_slab > 0 && std::isfinite(by_law) && std::isfinite(by_slab))) return "";
   const bool has_more = c.slab.friction_coefficient * c.slab.normal_force_N > 0 || c.slab.stiffness_N_per_mm > 0 ||
                         c.slab.damping_Ns_per_mm > 0;
-  const std::string slab_share =
-      fmt::format("at equal law {} gives {} {} ({} N against {} N{})", slab.what.label,
+  const std::string slab_fraction =
+      fmt::format("at equal law, {} gives {} {} ({} N against {} N{})", slab.what.label,
                   OfTheForce(by_slab, "mean force"), equal.what.label, ShowFigure(slab.slice.mean_N),
                   ShowFigure(equal.slice.mean_N), has_more ? "; friction, springs and dampers included" : "");
-  if (&equal == &reference) return fmt::format(" The cause is the slab: {}.", slab_share);
-  const std::string law_share =
-      fmt::format("with the slab's law voxel mode gives {} {}", OfTheForce(by_law, "mean force"), reference.what.label);
+  if (&equal == &reference) return fmt::format(" The cause is the slab: {}.", slab_fraction);
+  const std::string law_fraction = fmt::format("with the slab's law, voxel mode gives {} {}",
+                                               OfTheForce(by_law, "mean force"), reference.what.label);
   return std::abs(std::log(by_law)) >= std::abs(std::log(by_slab))
-             ? fmt::format(" The cause is the tooth's law more than the slab: {}; {}.", law_share, slab_share)
-             : fmt::format(" The cause is the slab more than the tooth's law: {}; {}.", slab_share, law_share);
+             ? fmt::format(" The cause is the tooth law more than the slab: {}; {}.", law_fraction, slab_fraction)
+             : fmt::format(" The cause is the slab more than the tooth law: {}; {}.", slab_fraction, law_fraction);
 }
 
-/// Whether a slab can take the reference's place. The slab is the one that is nearest at equal law.
+/// States whether a slab can replace the reference. Uses the slab that is nearest at equal law.
 std::string DescribeSubstitute(const Comparison& c) {
   const CaseResult& reference = c.reference();
   const CaseResult* equal = FindEqualLaw(c);
   const auto& rms_N = c.rms_between_N[equal != nullptr ? static_cast<std::size_t>(equal - c.cases.data()) : 0];
   const CaseResult* nearest = nullptr;
-  double least_N = 0;
+  double min_N = 0;
   for (std::size_t k = 0; k < c.cases.size(); ++k) {
-    if (!c.cases[k].what.slab || (nearest != nullptr && rms_N[k] >= least_N)) continue;
+    if (!c.cases[k].what.slab || (nearest != nullptr && rms_N[k] >= min_N)) continue;
     nearest = &c.cases[k];
-    least_N = rms_N[k];
+    min_N = rms_N[k];
   }
   const bool measured = reference.peak_N > 0 && reference.slice.mean_N > 0;
   if (nearest == nullptr || !measured || !(nearest->times.p50_us > 0)) return "";
-  const double share = nearest->slice.rms_N / reference.peak_N;
+  const double fraction = nearest->slice.rms_N / reference.peak_N;
   const double faster = reference.times.p50_us / nearest->times.p50_us;
-  const std::string time = faster >= 1 ? fmt::format("at {} of the time for a tick", ShowShare(1 / faster))
-                                       : fmt::format("at {} times the time for a tick", ShowFigure(1 / faster));
+  const std::string time = faster >= 1 ? fmt::format("in {} of the time per tick", ShowFraction(1 / faster))
+                                       : fmt::format("in {} times the time per tick", ShowFigure(1 / faster));
   const std::string force = fmt::format(
       "{} gives {} {} ({} N against {} N; rms difference {} N), {}.", nearest->what.label,
       OfTheForce(nearest->slice.mean_N / reference.slice.mean_N, "mean force"), reference.what.label,
       ShowFigure(nearest->slice.mean_N), ShowFigure(reference.slice.mean_N), ShowFigure(nearest->slice.rms_N), time);
-  if (share <= kStandsIn) {
+  if (fraction <= kStandsIn) {
     return fmt::format("**In short:** slab mode can stand in for {} on this cut: {}", reference.what.label, force);
   }
   return fmt::format("**In short:** slab mode does not stand in for {} on this cut: {}{}", reference.what.label, force,
                      equal != nullptr ? DescribeCause(*nearest, *equal, c) : "");
 }
 
-/// Which cases keep up with the tick rate, and how far repetitions are apart.
+/// States which cases meet the tick rate, and how much repetitions differ.
 std::string DescribeDeadline(const Comparison& c) {
   const double period_us = 1e6 / c.rate_hz;
   std::vector<std::string> in_time;
@@ -345,19 +346,23 @@ std::string DescribeDeadline(const Comparison& c) {
   if (!in_time.empty()) words.push_back(Join(in_time) + " in every repetition");
   if (!at_times.empty()) words.push_back(Join(at_times) + " in some repetitions only");
   if (!late.empty()) words.push_back(Join(late) + " in none");
-  std::string text = fmt::format("At {:g} ticks a second a tick has {}; 99 % of the ticks kept to that: {}", c.rate_hz,
-                                 ShowTime(period_us), fmt::format("{}", fmt::join(words, "; ")));
+  std::string text = fmt::format("At {:g} ticks per second a tick may take {}; cases whose p99 met this limit: {}",
+                                 c.rate_hz, ShowTime(period_us), fmt::format("{}", fmt::join(words, "; ")));
   if (c.repetitions > 1) {
-    text +=
-        fmt::format(". Between the {} repetitions p50 differed by up to {} %", c.repetitions, ShowFigure(100 * spread));
+    text += fmt::format(". Between the {} repetitions, p50 differed by up to {} %", c.repetitions,
+                        ShowFigure(100 * spread));
   }
   return text + ".";
 }
 
 }  // namespace
 
+double Percent(double part, double whole) {
+  return whole > 0 ? 100 * part / whole : 0;
+}
+
 std::string ShowFigure(double value) {
-  if (!std::isfinite(value)) return "no number";
+  if (!std::isfinite(value)) return "not a number";
   const double magnitude = std::abs(value);
   if (magnitude == 0) return "0";
   const int digits = std::clamp(2 - static_cast<int>(std::floor(std::log10(magnitude) + 1e-9)), 0, 6);
@@ -381,7 +386,7 @@ Conclusion WriteConclusion(const Comparison& c) {
   };
   const CaseResult& reference = c.reference();
   add(words.force, DescribeSubstitute(c));
-  add(words.force, fmt::format("The reference, **{}**, asks for {} N on average over the slice and {} N at most, at {} "
+  add(words.force, fmt::format("The reference, **{}**, requires {} N on average over the slice and {} N at most, at {} "
                                "mm; the cut takes {} mJ.",
                                reference.what.label, ShowFigure(reference.slice.mean_N), ShowFigure(reference.peak_N),
                                ShowFigure(reference.peak_depth_mm), ShowFigure(reference.work_mJ)));
@@ -390,11 +395,12 @@ Conclusion WriteConclusion(const Comparison& c) {
   if (c.cases.size() > 1) {
     std::vector<std::string> work;
     for (const CaseResult& result : c.cases) {
-      std::string share;
-      if (&result != &reference) share = fmt::format(", {} %", ShowFigure(Percent(result.work_mJ, reference.work_mJ)));
-      work.push_back(fmt::format("{} mJ ({}{})", ShowFigure(result.work_mJ), result.what.label, share));
+      std::string fraction;
+      if (&result != &reference)
+        fraction = fmt::format(", {} %", ShowFigure(Percent(result.work_mJ, reference.work_mJ)));
+      work.push_back(fmt::format("{} mJ ({}{})", ShowFigure(result.work_mJ), result.what.label, fraction));
     }
-    add(words.force, "The hand's work over the whole path: " + Join(work) + ".");
+    add(words.force, "Work of the hand over the whole path: " + Join(work) + ".");
   }
   add(words.regions, DescribeLayers(c));
   for (std::size_t k = 1; k < c.cases.size(); ++k) add(words.regions, DescribeRegions(c.cases[k], c));
@@ -410,8 +416,8 @@ Conclusion WriteConclusion(const Comparison& c) {
     }
   }
   if (!alike.empty()) {
-    add(words.cost, fmt::format("{} cost{} the same as {}, to {:.0f} % of time for a tick and memory.", Join(alike),
-                                alike.size() == 1 ? "s" : "", reference.what.label, 100 * kAlike));
+    add(words.cost, fmt::format("{} cost{} the same as {}, to within {:.0f} %, in time per tick and in memory.",
+                                Join(alike), alike.size() == 1 ? "s" : "", reference.what.label, 100 * kAlike));
   }
   add(words.cost, DescribeDeadline(c));
   return words;

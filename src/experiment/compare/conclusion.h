@@ -1,4 +1,4 @@
-// What a reader should conclude from a comparison, in words, from its measured figures alone.
+// The conclusions of a comparison in words, derived from its measured figures alone.
 #pragma once
 
 #include <string>
@@ -8,23 +8,25 @@
 
 namespace kerf {
 
-/// One statement each, Markdown.
+/// One statement in each string, Markdown.
 struct Conclusion {
-  std::vector<std::string> force;    // the whole first: can slab mode stand in
-  std::vector<std::string> regions;  // how layers are named the first
-  std::vector<std::string> beyond;   // whose force past the slice's end is from what
+  std::vector<std::string> force;    // first the overall one: whether slab mode can replace voxel mode
+  std::vector<std::string> regions;  // first how the layers are named
+  std::vector<std::string> beyond;   // the sources of the forces beyond the slice's end
   std::vector<std::string> cost;
 };
 
-/// Every figure and every word that follows from one (more, less, agrees, ...) is taken
-/// from `comparison`; nothing is known beforehand.
+/// Every figure, and every word that depends on one (more, less, agrees, ...), is taken from `comparison`; nothing is
+/// assumed.
 Conclusion WriteConclusion(const Comparison& comparison);
 
-/// "350 us", "0.42 us", "1.2 ms": three figures.
+/// Returns 100 part / whole; 0 if `whole` is not positive.
+double Percent(double part, double whole);
+/// "350 us", "0.42 us", "1.2 ms": three digits.
 std::string ShowTime(double us);
-/// "13.1 MB", "2.4 kB", "96 bytes": three figures.
+/// "13.1 MB", "2.4 kB", "96 bytes": three digits.
 std::string ShowMemory(double bytes);
-/// Three figures, never an exponent.
+/// Three digits, never with an exponent.
 std::string ShowFigure(double value);
 
 }  // namespace kerf

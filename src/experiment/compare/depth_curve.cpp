@@ -5,11 +5,11 @@
 namespace kerf {
 namespace {
 
-/// Less than this is the rounding of a path that comes back to where it was, mm.
+/// Smaller differences are rounding in a path that returns to an earlier depth, mm.
 constexpr double kSameDepth_mm = 1e-9;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// Fills the bins between `before` and `after`, both of which have values.
+/// Fills the bins between `before` and `after`, which both have values.
 void Interpolate(std::vector<double>& values, std::size_t before, std::size_t after) {
   for (std::size_t i = before + 1; i < after; ++i) {
     const double t = static_cast<double>(i - before) / static_cast<double>(after - before);
@@ -46,7 +46,7 @@ DepthCurve CalcDepthCurve(const std::vector<DepthSample>& samples, const DepthGr
     curve.thrust_N[bin] += sample.thrust_N;
     curve.teeth[bin] += sample.teeth;
   }
-  std::size_t before = grid.count;  // the last bin with ticks; none yet
+  std::size_t before = grid.count;  // the last bin with ticks; none so far
   for (std::size_t i = 0; i < grid.count; ++i) {
     for (std::vector<double>* column : columns) {
       (*column)[i] = ticks[i] > 0 ? (*column)[i] / static_cast<double>(ticks[i]) : kNone;

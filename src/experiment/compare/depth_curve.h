@@ -1,4 +1,4 @@
-// Force against depth on an axis that all cases of a comparison share.
+// Force against depth on an axis that is common to all cases of a comparison.
 #pragma once
 
 #include <cstddef>
@@ -6,37 +6,37 @@
 
 namespace kerf {
 
-/// A tick, seen along the cut.
+/// A tick, projected on the cut direction.
 struct DepthSample {
   double depth_mm = 0;     // of the leading rim below the first bone, in the middle of the tick
-  double force_N = 0;      // of the force on the tool: its component against the cut direction
+  double force_N = 0;      // component of the force on the tool against the cut direction
   double magnitude_N = 0;  // of the whole force on the tool
   double thrust_N = 0;     // sum of the tooth forces
   double teeth = 0;        // engaged
 };
 
-/// Bins of equal width from depth 0 on.
+/// Bins of equal width, starting at depth 0.
 struct DepthGrid {
   double step_mm = 0.05;
   std::size_t count = 0;
   double Centre(std::size_t bin) const { return step_mm * (static_cast<double>(bin) + 0.5); }
 };
 
-/// A value for each bin of a grid. NaN where the case didn't come.
+/// A value for each bin of a grid; NaN in bins that the case did not reach.
 struct DepthCurve {
   std::vector<double> force_N;
   std::vector<double> magnitude_N;
   std::vector<double> thrust_N;
   std::vector<double> teeth;
   std::size_t interpolated = 0;  // bins without a tick between bins with ticks
-  std::size_t reach = 0;         // bins up to and with the last one that has a tick
+  std::size_t reach = 0;         // number of bins up to and including the last one with a tick
 };
 
-/// Those in which the tool is deeper than ever before: what is cut already gives no force a second time.
+/// Returns the samples in which the tool is deeper than ever before: bone that is already cut exerts no force.
 std::vector<DepthSample> TakeAdvance(const std::vector<DepthSample>& samples);
 
-/// Each bin the mean of the samples in it; a bin without any, between bins that have some, by linear interpolation
-/// between those. Samples before depth 0 or past the grid are left out.
+/// Computes the mean of the samples in each bin. A bin without samples that lies between bins with samples is
+/// interpolated linearly. Samples before depth 0 or beyond the grid are left out.
 DepthCurve CalcDepthCurve(const std::vector<DepthSample>& samples, const DepthGrid& grid);
 
 }  // namespace kerf

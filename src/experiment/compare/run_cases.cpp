@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kNoForce_N = 1e-12;
 
-/// In the order of the ticks, so that equal forces in another order are another hash.
+/// Depends on the order of the ticks: the same forces in another order have another hash.
 std::uint64_t HashForces(const std::vector<TickRecord>& ticks) {
   std::uint64_t hash = 0;
   for (const TickRecord& t : ticks) {
@@ -28,12 +28,12 @@ std::uint64_t HashForces(const std::vector<TickRecord>& ticks) {
 
 DepthSample MakeSample(double depth_mm, const TickOutput& out, const Vec3& direction_W) {
   const double against_N = -glm::dot(out.f_T_W_N, direction_W);
-  // Rounding left over from springs at rest reads as nothing.
+  // Rounding left over from springs at rest counts as zero.
   return {depth_mm, std::abs(against_N) < kNoForce_N ? 0 : against_N, glm::length(out.f_T_W_N), out.thrust_sum_N,
           out.engaged_teeth};
 }
 
-/// How far the disc reaches along the direction: its leading rim.
+/// Distance from the origin to the disc's leading rim along the direction.
 double CalcReach(const Pose& X_WT, double radius_mm, const Vec3& direction_W) {
   const double along_normal = glm::dot(X_WT.Vector({0, 0, 1}), direction_W);
   return glm::dot(X_WT.p_AB, direction_W) + radius_mm * std::sqrt(std::max(0.0, 1 - along_normal * along_normal));
@@ -55,7 +55,7 @@ CaseRun RunVoxelCase(const CompareCase& what, const Scene& scene, const Bone& bo
     const bool goes_on = i > 0 && run.ticks[i - 1].segment == t.segment;
     const PathSegment& stretch = path.segments()[t.segment];
     const Pose before = goes_on ? run.ticks[i - 1].X_WT : path.CalcPose(t.segment, stretch.start_s);
-    // A tick's force is the mean over the tick: it belongs to the middle of the way.
+    // A tick's force is the mean over the tick, so it belongs to the middle of the motion.
     const double depth = 0.5 * (CalcReach(before, radius_mm, d) + CalcReach(t.X_WT, radius_mm, d)) - profile.entry_mm;
     result.samples.push_back(MakeSample(depth, t.out, d));
   }

@@ -23,7 +23,8 @@ struct CaseRun {
   std::uint64_t memory_bytes = 0;
 };
 
-/// `profile` gives the depths, and the slab case its layers. `progress` gets 0..1; may be empty. Throws Error.
+/// `profile` provides the depths and, for the slab case, its layers. `progress` receives 0..1; may be empty. Throws
+/// Error if the case cannot run.
 CaseRun RunCase(const CompareCase& what, const Scene& scene, const Bone& bone, const SlabProfile& profile,
                 const std::function<void(double)>& progress);
 

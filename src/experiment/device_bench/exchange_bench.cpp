@@ -26,7 +26,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kUncounted = 10;  // rounds at the beginning: a driver may not believe the first
+constexpr int kUncounted = 10;  // initial rounds that are not counted: a driver may reject the first samples
 
 using Clock = std::chrono::steady_clock;
 
@@ -46,7 +46,7 @@ void Mix(std::uint64_t& hash, const DriverSample& sample) {
   Mix(hash, sample.buttons | std::uint64_t{sample.homed} << 32);
 }
 
-/// Exchanges until all rounds are done, `before_round` has said no, or the device is gone.
+/// Exchanges until all rounds are done, `before_round` has returned false, or the device is disconnected.
 void Measure(DeviceDriver& driver, const ExchangeBenchOptions& options,
              const std::function<bool(int round, DriverCommand& command)>& before_round, ExchangeTimes& times) {
   std::vector<double> took_us;
@@ -77,8 +77,8 @@ void Measure(DeviceDriver& driver, const ExchangeBenchOptions& options,
   }
   if (took_us.empty()) return;
   std::sort(took_us.begin(), took_us.end());
-  const auto percentile = [&](double share) {
-    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(took_us.size())));
+  const auto percentile = [&](double fraction) {
+    const auto rank = static_cast<std::size_t>(std::ceil(fraction * static_cast<double>(took_us.size())));
     return took_us[std::clamp<std::size_t>(rank, 1, took_us.size()) - 1];
   };
   times.p50_us = percentile(0.5);
@@ -95,7 +95,7 @@ bool GoOn(const ExchangeBenchOptions& options, const std::string& now, int round
   return options.stop == nullptr || !*options.stop;
 }
 
-/// A force that goes round, a tenth of the peak, so that the whole way of the protocol is walked.
+/// A rotating force of a tenth of the peak, so that the whole protocol is exercised.
 Vec3 CalcTestForce(const DeviceDriver& driver, int round) {
   if (!driver.traits().makes_force) return Vec3{0};
   const double angle = 2 * std::numbers::pi * round / 1000;
@@ -106,7 +106,7 @@ struct ModelCase {
   std::string device;
   std::unique_ptr<ScriptedHand> hand;
   std::unique_ptr<UsbModel> model;
-  std::function<void(const ScriptedHand&)> follow;  // before each round
+  std::function<void(const ScriptedHand&)> follow;  // called before each round
 };
 
 ModelCase MakeModel(const std::string& device) {
@@ -136,7 +136,7 @@ ModelCase MakeModel(const std::string& device) {
   return model;
 }
 
-constexpr const char* kNoForce = "no force is sent to devices that are plugged in";
+constexpr const char* kNoForce = "no force is sent to connected devices";
 
 }  // namespace
 
@@ -161,7 +161,7 @@ std::vector<ExchangeTimes> BenchModels(const ExchangeBenchOptions& options) {
           [&](int round, DriverCommand& command) {
             constexpr double kRound_s = 1e-3;
             bus.Advance(kRound_s);
-            // A mouse has no mechanism that moves its hand.
+            // A SpaceMouse has no mechanism that could move the hand.
             if (model.follow) {
               model.hand->Move(kRound_s, Vec3{0}, Vec3{0});
               model.follow(*model.hand);
@@ -228,7 +228,7 @@ std::string FormatExchangeTable(const std::vector<ExchangeTimes>& results) {
                         t.bad, t.late, t.p50_us, t.p99_us, t.p999_us, t.max_us, t.hash);
     if (!t.failure.empty()) text += fmt::format("            {}\n", t.failure);
   }
-  text += fmt::format("models in process get a force that goes round; {}\n", kNoForce);
+  text += fmt::format("in-process models receive a rotating force; {}\n", kNoForce);
   return text;
 }
 

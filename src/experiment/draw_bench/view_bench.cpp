@@ -33,16 +33,16 @@ double Percentile95(std::vector<double> times_us) {
 }
 
 void Check(const ViewBenchOptions& o) {
-  if (!(o.voxel_mm >= 0.1 && o.voxel_mm <= 1)) throw Error("the voxels are to be 0.1 to 1 mm wide");
+  if (!(o.voxel_mm >= 0.1 && o.voxel_mm <= 1)) throw Error("the voxel edge must be 0.1 to 1 mm");
   if (o.width < 320 || o.width > 4096 || o.height < 240 || o.height > 4096) {
-    throw Error("the picture is to be 320 x 240 to 4096 x 4096 pixels");
+    throw Error("the picture must be 320 x 240 to 4096 x 4096 pixels");
   }
-  if (!(o.scale >= 1 && o.scale <= 4)) throw Error("the display's scale is to be 1 to 4");
-  if (o.frames < 5 || o.frames > 100'000) throw Error("5 to 100000 frames of each view are drawn");
-  if (!(o.cut_mm >= 1 && o.cut_mm <= 40)) throw Error("the cut is to be 1 to 40 mm long");
+  if (!(o.scale >= 1 && o.scale <= 4)) throw Error("the display scale must be 1 to 4");
+  if (o.frames < 5 || o.frames > 100'000) throw Error("the number of frames per view must be 5 to 100000");
+  if (!(o.cut_mm >= 1 && o.cut_mm <= 40)) throw Error("the cut must be 1 to 40 mm long");
 }
 
-// Panels as full as they get in a session.
+// Panels as full as they can be in a session.
 HudState MakeHud(const std::vector<PlotPoint>& force, const Pose& X_WT) {
   HudState hud;
   hud.force = force;

@@ -1,4 +1,4 @@
-// What drawing costs: `kerf bench view`.
+// The cost of drawing: `kerf bench view`.
 #pragma once
 
 #include <cstddef>
@@ -16,29 +16,29 @@ struct ViewBenchOptions {
   int width = 1280;       // 320 to 4096 pixels
   int height = 720;       // 240 to 4096
   double scale = 1;       // 1 to 4
-  int frames = 100;       // of each view, 5 to 100000
-  double cut_mm = 12;     // how far the disc goes through the bone, 1 to 40
+  int frames = 100;       // per view, 5 to 100000
+  double cut_mm = 12;     // length of the disc's path through the bone, 1 to 40
   std::function<void(const std::string& what, double fraction)> progress;
 };
 
-/// Of one way of looking.
+/// Times of one view.
 struct ViewFrames {
   std::string view;
-  Percentiles times;  // of frames, until the driver has done them
+  Percentiles times;  // of frames, until the driver has completed them
   double p95_us = 0;
   std::size_t triangles = 0;
   std::size_t chunks = 0;
-  int step = 1;  // voxels a cell, of uncut chunks
+  int step = 1;  // voxels per cell, of uncut chunks
 };
 
 struct ViewReport {
   ViewBenchOptions options;
   MachineState machine;
   std::string renderer;  // the driver's name
-  // Until the first picture, ms.
+  // Times until the first picture, ms.
   double bone_ms = 0;
   double window_ms = 0;
-  double meshing_ms = 0;  // of the coarse step
+  double meshing_ms = 0;  // with the coarse step
   double upload_ms = 0;
   double first_frame_ms = 0;
   double refining_ms = 0;  // all finer steps, afterwards
@@ -46,19 +46,19 @@ struct ViewReport {
   Percentiles remesh;
   Percentiles upload;
   Percentiles both;
-  Percentiles undisturbed;  // of both, where the system did not take the core away meanwhile
+  Percentiles undisturbed;  // of both, if the system did not interrupt the thread
   std::size_t cut_leaves = 0;
   std::vector<ViewFrames> frames;
   std::size_t chunks = 0;
   double surface_MB = 0;  // on the graphics card, all steps
-  double uncut_MB = 0;    // of leaves as they were, kept to tell what was cut
+  double uncut_MB = 0;    // copies of the original leaves, kept to detect cuts
   std::uint64_t bone_hash = 0;
 
   double first_picture_ms() const { return bone_ms + window_ms + meshing_ms + upload_ms + first_frame_ms; }
 };
 
-/// A disc through the body of the default mandible, drawn without a display. Throws Error for a value out of range, and
-/// where nothing can be drawn.
+/// Cuts through the body of the default mandible with a disc and draws it without a display. Throws Error if a value is
+/// out of range or drawing is not possible.
 ViewReport RunViewBench(const ViewBenchOptions& options);
 
 std::string FormatViewTable(const ViewReport& report);

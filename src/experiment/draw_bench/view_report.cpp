@@ -36,22 +36,22 @@ std::string FormatViewTable(const ViewReport& r) {
                         f.view, 1e-3 * f.times.p50_us, 1e-3 * f.p95_us, 1e-3 * f.times.max_us, f.triangles, f.chunks,
                         f.step);
   }
-  text += fmt::format("  surface         {:.1f} MB in {} chunks; {:.1f} MB kept of what was cut\n", r.surface_MB,
+  text += fmt::format("  surface         {:.1f} MB in {} chunks; {:.1f} MB kept for cut leaves\n", r.surface_MB,
                       r.chunks, r.uncut_MB);
   text += fmt::format("  bone            {:016x} after the cut\n  {}\n", r.bone_hash, FormatWhere(r));
   return text;
 }
 
 std::string FormatViewMarkdown(const ViewReport& r) {
-  std::string text = "| what | p50 | p95 or p99 | max | of |\n|---|---|---|---|---|\n";
+  std::string text = "| what | p50 | p95 or p99 | max | sample |\n|---|---|---|---|---|\n";
   const auto chunk = [&](const char* what, const Percentiles& t) {
     text += fmt::format("| {} | {:.2f} ms | {:.2f} ms (p99) | {:.2f} ms | {} chunks |\n", what, 1e-3 * t.p50_us,
                         1e-3 * t.p99_us, 1e-3 * t.max_us, t.count);
   };
   chunk("a changed chunk, meshed and uploaded", r.both);
-  chunk("likewise, where the system did not take the core away", r.undisturbed);
-  chunk("of it meshing", r.remesh);
-  chunk("of it upload", r.upload);
+  chunk("the same, without chunks that the system interrupted", r.undisturbed);
+  chunk("of which meshing", r.remesh);
+  chunk("of which upload", r.upload);
   for (const ViewFrames& f : r.frames) {
     text += fmt::format("| frame, {} | {:.1f} ms | {:.1f} ms (p95) | {:.1f} ms | {} frames, {} triangles |\n", f.view,
                         1e-3 * f.times.p50_us, 1e-3 * f.p95_us, 1e-3 * f.times.max_us, f.times.count, f.triangles);
@@ -60,7 +60,7 @@ std::string FormatViewMarkdown(const ViewReport& r) {
       "\nDefault mandible at {:g} mm; first picture after {}; finer steps {:.2f} s later. The surface takes {:.1f} MB "
       "in {} "
       "chunks, "
-      "and what is kept of {} cut leaves {:.1f} MB. {}.\n",
+      "and the data kept for {} cut leaves {:.1f} MB. {}.\n",
       r.options.voxel_mm, FormatFirst(r), 1e-3 * r.refining_ms, r.surface_MB, r.chunks, r.cut_leaves, r.uncut_MB,
       FormatWhere(r));
   return text;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -25,24 +26,23 @@
 namespace kerf {
 namespace {
 
-constexpr double kFollowed_s = 6;    // of the cut, from the first contact on
-constexpr double kPatience_s = 120;  // for it
-constexpr std::size_t kBlock = 100;  // ticks of the one, then of the other
-constexpr std::size_t kLift = 8;     // out of the cut so many times as fast as in
+constexpr double kFollowed_s = 6;    // length of the cut that is followed, from the first contact
+constexpr double kPatience_s = 120;  // time limit for finding it
+constexpr std::size_t kBlock = 100;  // ticks of one side before switching to the other
+constexpr std::size_t kLift = 8;     // ratio of the speeds out of the cut and into it
 constexpr std::size_t kRefill = 1024;
 constexpr double kHover_mm = 5;
 constexpr double kSwing_mm = 2;
 constexpr double kSwing_Hz = 3;  // 38 mm/s
 constexpr double kSwing_s = 1;
-constexpr double kPi = 3.14159265358979323846;
 
 struct Step {
-  Pose X_W;  // of the handle, or of the tool that is led
+  Pose X_W;  // of the handle, or of the position-controlled tool
   Vec3 v_W_mm_per_s{0};
   Vec3 w_W_rad_per_s{0};
 };
 
-/// What every measurement does again.
+/// The motion that every measurement repeats.
 struct Way {
   Bone bone;
   bool by_hand = true;
@@ -52,13 +52,13 @@ struct Way {
   double dt_s = 0.001;
   double rpm = 0;
   std::vector<Step> steps;
-  std::vector<Step> hover;  // from the start into the air and back
-  std::size_t begin = 0;    // of the steps, the measured ones
+  std::vector<Step> hover;  // from the start up into the air and back
+  std::size_t begin = 0;    // range of the measured steps
   std::size_t end = 0;
   double mean_teeth = 0;
 };
 
-/// Times of ticks that several passes do again.
+/// Times of ticks that are repeated in several passes.
 class RepeatedTimes {
  public:
   explicit RepeatedTimes(std::size_t ticks) : best_us_(ticks, 1e300) { all_us_.reserve(ticks); }
@@ -101,7 +101,7 @@ class Subject {
     }
   }
 
-  /// What is timed.
+  /// The part that is timed.
   void Tick(const Step& step) {
     if (held_) {
       out_ = held_->Tick({step.X_W, step.v_W_mm_per_s, step.w_W_rad_per_s, way_.dt_s, way_.rpm});
@@ -109,7 +109,7 @@ class Subject {
       led_out_ = led_->Tick({step.X_W, way_.dt_s, way_.rpm});
     }
   }
-  /// Between ticks.
+  /// Runs between ticks.
   void Note() {
     if (held_) {
       held_->ClearChanged();
@@ -156,7 +156,7 @@ void CheckStop(const EffectCostOptions& options) {
   if (options.stop != nullptr && options.stop->load()) throw Error("ended before the costs were measured");
 }
 
-/// Follows the cut with the scene's own effects, as `kerf loop` or `kerf run` does, until there is enough of it.
+/// Follows the cut with the scene's own effects, as `kerf loop` or `kerf run` does, until it is long enough.
 class Scout {
  public:
   Scout(Way& way, const EffectCostOptions& options) : way_(way), options_(options) {}
@@ -208,7 +208,7 @@ class Scout {
   }
   void FollowPath(const Scene& scene, Subject& subject) {
     const Path path = MakePath(scene);
-    // To the end of the first stroke, and what goes on from it.
+    // To the end of the first stroke, including the segments that continue from it.
     for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
       const PathSegment& stretch = path.segments()[segment];
       if (segment > 0 && stretch.retract_before) return;
@@ -222,10 +222,10 @@ class Scout {
     }
   }
 
-  /// The stretch in which most teeth are engaged.
+  /// Selects the part with the most teeth engaged.
   void Choose(const Scene& scene) {
     if (!touched_) {
-      throw Error(fmt::format("{}: the tool meets no bone in the first {:.0f} s; there is nothing to measure",
+      throw Error(fmt::format("{}: the tool touches no bone in the first {:.0f} s; there is nothing to measure",
                               scene.name, way_.dt_s * static_cast<double>(way_.steps.size())));
     }
     const std::size_t count =
@@ -243,7 +243,7 @@ class Scout {
     way_.begin = way_.end - count;
     way_.mean_teeth = most / static_cast<double>(count);
     way_.steps.resize(way_.end);
-    // The tool comes to rest beyond the start, where it was clear.
+    // The tool comes to rest beyond the start, where it had no contact.
     const Vec3 back = way_.X_WT_start.p_AB - way_.steps[(way_.begin + way_.end) / 2].X_W.p_AB;
     const Vec3 away = glm::length(back) > 1e-6 ? glm::normalize(back) : Vec3(0, 0, 1);
     const auto ticks = static_cast<std::size_t>(std::lround(kSwing_s / way_.dt_s));
@@ -258,7 +258,7 @@ class Scout {
     }
     for (std::size_t i = 0; i < ticks; ++i) {
       const double t_s = way_.dt_s * static_cast<double>(i);
-      way_.hover.push_back(place(kHover_mm + kSwing_mm * std::sin(2 * kPi * kSwing_Hz * t_s)));
+      way_.hover.push_back(place(kHover_mm + kSwing_mm * std::sin(2 * std::numbers::pi * kSwing_Hz * t_s)));
     }
     for (std::size_t i = 0; i < out; ++i) {
       way_.hover.push_back(place(kHover_mm * (1 - static_cast<double>(i) / static_cast<double>(out))));
@@ -273,7 +273,7 @@ class Scout {
   bool touched_ = false;
 };
 
-/// Both sides of a comparison, in turn.
+/// Alternates between the two sides of a comparison.
 class Pair {
  public:
   Pair(const Way& way, const EffectChoices& without, const EffectChoices& with)
@@ -296,7 +296,7 @@ class Pair {
       const std::uint64_t force_hash = subjects[i]->force_hash();
       const std::uint64_t bone_hash = subjects[i]->CalcBoneHash();
       if (passes_ > 0 && (force_hash != sides_[i].force_hash || bone_hash != sides_[i].bone_hash)) {
-        throw Error("two passes through the cut gave different results; this must not be");
+        throw Error("two passes through the cut gave different results; this is a bug in kerf");
       }
       sides_[i].force_hash = force_hash;
       sides_[i].bone_hash = bone_hash;
@@ -342,11 +342,11 @@ class Pair {
   };
   using Subjects = std::array<std::unique_ptr<Subject>, 2>;
 
-  // Of the hover: out and back are not timed.
+  // Parts of the hover: the ways out and back are not timed.
   static std::size_t CountEdge(const Way& way) { return way.hover.size() / 6; }
   static std::size_t CountAir(const Way& way) { return way.hover.size() - 2 * CountEdge(way); }
 
-  /// Blocks of the one and of the other; who begins takes turns too.
+  /// Alternates between blocks of the two sides; the side that begins alternates too.
   template <typename Work>
   void InTurn(std::size_t begin, std::size_t end, const EffectCostOptions& options, Work&& work) {
     std::size_t first = 0;
@@ -406,14 +406,14 @@ Way MakeWay(const Scene& scene, const EffectCostOptions& options, const std::fun
   return way;
 }
 
-/// The effects that are to be measured, and why the others are not.
+/// The effects to measure, and the reasons for leaving out the others.
 struct Asked {
   EffectChoices choices;  // in the registry's order
   std::vector<std::string> why;
   std::vector<EffectLeftOut> left_out;
 };
 
-/// Those that it needs, and what they need, in the order of `choices`.
+/// Returns the effects that it needs, and those that they need, in the order of `choices`.
 EffectChoices TakeNeeded(const EffectInfo& info, const EffectChoices& choices) {
   std::set<std::string> names(info.needs.begin(), info.needs.end());
   for (auto choice = choices.rbegin(); choice != choices.rend(); ++choice) {
@@ -435,12 +435,12 @@ Asked Ask(const Scene& scene, const EffectCostOptions& options, const Way& way) 
       continue;
     }
     if (info->tool == EffectTool::kInHand && !options.by_hand) {
-      asked.left_out.push_back({info->name, "it needs a tool in a hand, and 'kerf run' has none"});
+      asked.left_out.push_back({info->name, "it needs a tool coupled to a handle, and 'kerf run' has none"});
       continue;
     }
     const EffectChoice choice = named != nullptr ? *named : EffectChoice(info->name);
     if (named == nullptr) {
-      // With its presets an effect may not fit the scene.
+      // An effect with its default parameters may not fit the scene.
       try {
         EffectChoices alone = TakeNeeded(*info, asked.choices);
         alone.push_back(choice);
@@ -451,7 +451,7 @@ Asked Ask(const Scene& scene, const EffectCostOptions& options, const Way& way) 
       }
     }
     asked.choices.push_back(choice);
-    asked.why.emplace_back(named != nullptr ? "the scene names it" : "asked for, with its presets");
+    asked.why.emplace_back(named != nullptr ? "the scene names it" : "requested, with its defaults");
   }
   return asked;
 }

@@ -1,4 +1,4 @@
-// What was measured of the effects, for people, programs and the README.
+// Measured costs of effects as text, JSON and Markdown.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kMostAsleep_us = 5;
+constexpr double kMaxAsleep_us = 5;
 
 const std::vector<std::string>& KeptColumns() {
   static const std::vector<std::string> kColumns{"effect", "p50_us", "p99_us", "air_us", "memory_MB"};
@@ -30,7 +30,7 @@ double AddedP99(const EffectCost& c) {
   return c.with_it.cutting.p99_us - c.without_it.cutting.p99_us;
 }
 
-/// What a difference of two measurements adds: one below `kNoise_us`, or below nothing at all, is noise.
+/// Formats the time that an effect adds: a difference below `kNoise_us`, or a negative one, is noise.
 constexpr double kNoise_us = 0.05;
 std::string ShowAdded(double us) {
   return us < kNoise_us ? "0" : fmt::format("+{:.1f}", us);
@@ -62,11 +62,11 @@ std::string FormatRange(const EffectParameter& p) {
   if (p.file == EffectFileKind::kMarkups) return "a .mrk.json file of 3D Slicer, relative to the scene";
   if (p.preset.index() == EffectValue(0.0).index()) return fmt::format("{:g} to {:g}", p.lower, p.upper);
   if (std::holds_alternative<Vec3>(p.preset)) return fmt::format("each {:g} to {:g}", p.lower, p.upper);
-  return std::holds_alternative<bool>(p.preset) ? "true or false" : "a text";
+  return std::holds_alternative<bool>(p.preset) ? "true or false" : "text";
 }
 
 std::string FormatNeeds(const EffectInfo& info) {
-  std::string text = info.tool == EffectTool::kInHand ? "a tool in a hand ('kerf loop')" : "";
+  std::string text = info.tool == EffectTool::kInHand ? "a tool coupled to a handle ('kerf loop')" : "";
   for (const char* needed : info.needs) text += fmt::format("{}the effect {}", text.empty() ? "" : ", ", needed);
   return text.empty() ? "nothing else" : text;
 }
@@ -76,13 +76,15 @@ std::string DescribeMachine(const EffectCosts& c) {
                      c.realtime ? " in real time" : "", c.machine.load);
 }
 std::string DescribeStretch(const EffectCosts& c) {
-  return fmt::format("{:g} s of the cut from {:.2f} s on, {:.1f} teeth engaged, the saw {}; {:g} mm voxels, {} pass{}",
-                     c.seconds, c.begin_s, c.mean_teeth,
-                     c.by_hand ? "held as 'kerf loop' holds it" : "led as 'kerf run' leads it", c.voxel_mm, c.passes,
-                     c.passes == 1 ? "" : "es");
+  return fmt::format(
+      "{:g} s of the cut starting at {:.2f} s, {:.1f} teeth engaged, the saw {}; {:g} mm voxels, "
+      "{} pass{}",
+      c.seconds, c.begin_s, c.mean_teeth,
+      c.by_hand ? "coupled to a handle as in 'kerf loop'" : "following the path as in 'kerf run'", c.voxel_mm, c.passes,
+      c.passes == 1 ? "" : "es");
 }
 
-/// "all" at the end, unless it is the same as the only one.
+/// Rows of the table; the last one is "all".
 std::vector<const EffectCost*> Rows(const EffectCosts& c) {
   std::vector<const EffectCost*> rows;
   for (const EffectCost& cost : c.effects) rows.push_back(&cost);
@@ -93,7 +95,7 @@ std::vector<const EffectCost*> Rows(const EffectCosts& c) {
 std::string DescribeFit(const EffectCosts& c) {
   const double p99_us = c.together.with_it.cutting.p99_us;
   return fmt::format(
-      "{:.1f} kHz (1 / p99 of {:.1f} us; with the slower passes {:.1f} us); at {:g} Hz {:.1f} % of the time",
+      "{:.1f} kHz (1 / p99 of {:.1f} us; with the slower passes {:.1f} us); at {:g} Hz they take {:.1f} % of the time",
       c.fits_kHz(), p99_us, c.together.with_it.all.p99_us, c.rate_hz, 1e-4 * p99_us * c.rate_hz);
 }
 
@@ -135,13 +137,14 @@ std::vector<KeptCost> KeptEffectCosts() {
 
 std::string FormatKeptCosts(const EffectCosts& costs) {
   std::string csv =
-      "# What each effect costs, made by 'kerf effects'.\n"
+      "# Cost of each effect, written by 'kerf effects'.\n"
       "# p50_us, p99_us: added to a tick in the cut; air_us: whole tick in the air, p50, the larger of before and "
       "after "
       "the cut.\n";
   std::string scene = costs.scene;
+  // These characters would break the table's cells.
   std::replace_if(
-      scene.begin(), scene.end(), [](char c) { return c < ' ' || c == ',' || c == '"'; }, ' ');  // no cells
+      scene.begin(), scene.end(), [](char c) { return c < ' ' || c == ',' || c == '"'; }, ' ');
   csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", scene, DescribeStretch(costs), DescribeMachine(costs),
                      CommitString(), fmt::join(KeptColumns(), ","));
   for (const EffectCost* c : Rows(costs)) {
@@ -156,10 +159,10 @@ std::string FormatEffectCosts(const EffectCosts& c) {
   text += fmt::format("  measured  {}\n            {}\n", DescribeStretch(c), DescribeMachine(c));
   const TickCosts& with = c.together.with_it;
   if (with.disturbed > 0) {
-    text += fmt::format("            others took the core in {} of {} ticks\n", with.disturbed,
+    text += fmt::format("            other programs took the core in {} of {} ticks\n", with.disturbed,
                         with.disturbed + with.all.count);
   }
-  text += fmt::format("\n  {:<17} {:>15} {:>15} {:>15} {:>13} {:>10}  changes\n", "us a tick: p50/p99", "without it",
+  text += fmt::format("\n  {:<17} {:>15} {:>15} {:>15} {:>13} {:>10}  changes\n", "us/tick: p50/p99", "without it",
                       "with it", "adds", "in air p50", "memory");
   for (const EffectCost* cost : Rows(c)) {
     const auto both = [](const Percentiles& p) { return fmt::format("{:.1f} / {:.1f}", p.p50_us, p.p99_us); };
@@ -170,12 +173,11 @@ std::string FormatEffectCosts(const EffectCosts& c) {
                         Memory(cost->memory_MB), cost->only_observes() ? "nothing" : "forces");
   }
   text += "  (in air: before the cut, and after it; adds 0: below the noise of the measurement)\n\n";
-  text += fmt::format("  fits into {}\n", DescribeFit(c));
-  text +=
-      fmt::format("  memory    effects {}, {} {}, bone {:.0f} MB\n", Memory(c.together.memory_MB),
-                  c.by_hand ? "with all of the simulation" : "with all effects", Memory(c.simulation_MB), c.bone_MB);
+  text += fmt::format("  rate      up to {}\n", DescribeFit(c));
+  text += fmt::format("  memory    effects {}, {} {}, bone {:.0f} MB\n", Memory(c.together.memory_MB),
+                      c.by_hand ? "whole simulation" : "all effects", Memory(c.simulation_MB), c.bone_MB);
   for (const EffectCost& cost : c.effects) {
-    text += fmt::format("  on        {}: {}{}\n", cost.name, cost.why,
+    text += fmt::format("  enabled   {}: {}{}\n", cost.name, cost.why,
                         cost.with.empty() ? "" : fmt::format("; it needs {}", fmt::join(cost.with, ", ")));
   }
   for (const EffectLeftOut& left_out : c.left_out)
@@ -195,16 +197,17 @@ std::string FormatEffectCostsMarkdown(const EffectCosts& c) {
                         cost->name, cost->with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost->with, ", ")),
                         without.cutting.p50_us, without.cutting.p99_us, with.cutting.p50_us, with.cutting.p99_us,
                         ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost)), with.air.p50_us, with.air_after.p50_us,
-                        std::max(with.air.p50_us, with.air_after.p50_us) > kMostAsleep_us ? " **above 5**" : "",
+                        std::max(with.air.p50_us, with.air_after.p50_us) > kMaxAsleep_us ? " **above 5**" : "",
                         Memory(cost->memory_MB),
                         cost->only_observes() ? "as without, bit for bit"
                                               : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
   }
-  text +=
-      fmt::format("\n{}: {}. {}; commit {}. All together fit into {}. Adds 0: below the noise of the measurement.\n",
-                  MarkdownCode(c.scene), DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
+  text += fmt::format(
+      "\n{}: {}. {}; commit {}. All effects together allow up to {}. Adds 0: below the noise of the "
+      "measurement.\n",
+      MarkdownCode(c.scene), DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
   for (const EffectLeftOut& left_out : c.left_out)
-    text += fmt::format("\nNot on: {}: {}.\n", left_out.name, EscapeMarkdown(left_out.why));
+    text += fmt::format("\nLeft out: {}: {}.\n", left_out.name, EscapeMarkdown(left_out.why));
   return text;
 }
 
@@ -242,8 +245,8 @@ std::string FormatEffectList(const EffectInfo* only) {
   std::string text;
   if (only == nullptr) {
     text =
-        "Effects: what a scene names as [effects.NAME] is simulated, and nothing else. In the order in which a tick "
-        "calls them:\n";
+        "Effects: only those that a scene names as [effects.NAME] are simulated. In the order in which a tick calls "
+        "them:\n";
   }
   for (const EffectInfo* info : Effects()) {
     if (only != nullptr && info != only) continue;
@@ -267,7 +270,7 @@ std::string FormatEffectList(const EffectInfo* only) {
   }
   text +=
       "\nThe costs were measured on the generic mandible's osteotomy by tools/effects_table; 'kerf effects SCENE' "
-      "measures a scene of yours here and now.\n";
+      "measures your own scene on this machine.\n";
   return text;
 }
 

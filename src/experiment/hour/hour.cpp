@@ -11,9 +11,10 @@
 namespace kerf {
 namespace {
 
-double CalcPercentile(std::vector<float>& values, double share) {
+double CalcPercentile(std::vector<float>& values, double fraction) {
   if (values.empty()) return 0;
-  const auto rank = static_cast<std::size_t>(std::max(0.0, std::ceil(share * static_cast<double>(values.size())) - 1));
+  const auto rank =
+      static_cast<std::size_t>(std::max(0.0, std::ceil(fraction * static_cast<double>(values.size())) - 1));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
   return static_cast<double>(values[rank]);
 }
@@ -33,7 +34,7 @@ class HourWatch final : public LoopWatch {
   void Take(double wall_us, const LoopSample& sample, CoupledSimulation& simulation) override {
     const CoupledOutput& out = sample.report.out;
     if (ticks_ == 0) {
-      // What the first tick removed was there before it.
+      // The bone before the first tick includes the volume that this tick removed.
       hour_.volume_before_mm3 = simulation.bone().CalcVolume() + CalcRemoved(simulation);
     }
     ++ticks_;
@@ -90,7 +91,7 @@ class HourWatch final : public LoopWatch {
   double at_rest_ = 0;  // ticks
 };
 
-/// The largest less the smallest after the warm-up.
+/// Maximum less minimum after the warm-up.
 template <typename Figure>
 double CalcSpread(const std::vector<HourMinute>& minutes, const Figure& figure) {
   if (minutes.size() <= kHourWarmUp_min) return 0;
@@ -103,7 +104,7 @@ double CalcSpread(const std::vector<HourMinute>& minutes, const Figure& figure) 
   return most - least;
 }
 
-/// The one further from 0.
+/// Keeps the value further from 0.
 void Widen(double value, double& worst) {
   if (std::abs(value) > std::abs(worst)) worst = value;
 }

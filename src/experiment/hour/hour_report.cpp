@@ -1,4 +1,4 @@
-// What `kerf bench hour` tells: a table, a CSV and a picture.
+// Output of `kerf bench hour`: a table, a CSV and a diagram.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -49,19 +49,19 @@ Image RenderHour(const Hour& hour) {
   memory.y.upper = 1.25 * worst.resident_MB;
   const double bone_MB = hour.minutes.front().bone_MB;
   memory.series = {MakeCurve(hour, "of the whole program", [](const HourMinute& m) { return m.resident_MB; }),
-                   MakeCurve(hour, "without the leaves that were cut into since",
+                   MakeCurve(hour, "without leaves cut into later",
                              [=](const HourMinute& m) { return m.resident_MB - m.bone_MB + bone_MB; })};
-  PlotSpec times = MakePanel("Ticks that cut, each minute's", "time of a tick (us)");
+  PlotSpec times = MakePanel("Ticks that cut, by minute", "time of a tick (us)");
   times.y.lower = 0;
   times.series = {MakeCurve(hour, "p50", [](const HourMinute& m) { return m.tick_p50_us; }),
                   MakeCurve(hour, "p99", [](const HourMinute& m) { return m.tick_p99_us; })};
   PlotSpec volume = MakePanel("Removed bone", "volume (mm³)");
   volume.y.lower = 0;
-  volume.y_right.label = "account less the bone's loss (1e-9 mm³)";
+  volume.y_right.label = "reported minus actual removal (1e-9 mm³)";
   volume.series = {MakeCurve(hour, "removed", [](const HourMinute& m) { return m.removed_mm3; }),
-                   MakeCurve(hour, "off by (right)", [](const HourMinute& m) { return 1e9 * m.removed_error_mm3; })};
+                   MakeCurve(hour, "error (right)", [](const HourMinute& m) { return 1e9 * m.removed_error_mm3; })};
   volume.series[1].right_axis = true;
-  PlotSpec rest = MakePanel("At rest in the air, and the energy's account", "largest force (N)");
+  PlotSpec rest = MakePanel("At rest in the air, and the energy balance", "largest force (N)");
   rest.y.lower = -1;
   rest.y.upper = 1;
   rest.y_right.label = "energy unaccounted for (1e-9 J)";
@@ -94,31 +94,34 @@ std::string FormatHourCsv(const Hour& hour) {
 std::string FormatHourTable(const Hour& hour) {
   const HourMinute worst = hour.CalcWorst();
   std::string text = fmt::format(
-      "{}: {} min at {:g} Hz, {} ticks, {:.0f} % of them cut with {:.1f} teeth engaged; {:.0f} s of work\n", hour.scene,
-      worst.minute, hour.rate_hz, hour.loop.counts.ticks, 100 * worst.cutting_share, worst.teeth, hour.loop.wall_s);
+      "{}: {} min at {:g} Hz, {} ticks, {:.0f} % of them cut with {:.1f} teeth engaged; {:.0f} s of computation\n",
+      hour.scene, worst.minute, hour.rate_hz, hour.loop.counts.ticks, 100 * worst.cutting_share, worst.teeth,
+      hour.loop.wall_s);
   if (hour.minutes.empty()) return text + "  no whole minute\n";
   const HourMinute& first = hour.minutes.front();
   const HourMinute& last = hour.minutes.back();
   text += fmt::format(
-      "  memory    {:.2f} MB after the first minute, {:.2f} MB at the end; from the second on it moves by {:.2f} MB, "
-      "without the leaves that were cut into by {:.2f} MB\n",
+      "  memory    {:.2f} MB after the first minute, {:.2f} MB at the end; after the first minute it varies by {:.2f} "
+      "MB, or by {:.2f} MB without the leaves that were cut into\n",
       first.resident_MB, last.resident_MB, hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB());
   text += fmt::format(
-      "  ticks     p50 {:.1f} us, p99 {:.1f} us in the first minute, {:.1f} and {:.1f} in the last; the last minutes' "
-      "p50 is {:.3f} of the first ones'\n",
+      "  ticks     p50 {:.1f} us, p99 {:.1f} us in the first minute, {:.1f} and {:.1f} in the last; the p50 of "
+      "the last minutes is {:.3f} times that of the first\n",
       first.tick_p50_us, first.tick_p99_us, last.tick_p50_us, last.tick_p99_us, hour.CalcTimeRatio());
-  text += fmt::format("  at rest   in {} ticks clear in the air at most {:g} N on the hand, {:g} N on the device\n",
-                      worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N);
   text += fmt::format(
-      "  removed   {:.3f} mm3 exact, off the bone's loss by at most {:.2g} mm3; the ticks' occupancy adds up to {:.3f} "
+      "  at rest   in {} ticks with the tool clear of the bone, at most {:g} N on the hand, {:g} N on the device\n",
+      worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N);
+  text += fmt::format(
+      "  removed   {:.3f} mm3 exact, differs from the bone's loss by at most {:.2g} mm3; the ticks' occupancy adds up "
+      "to {:.3f} "
       "mm3\n",
       last.removed_mm3, std::abs(worst.removed_error_mm3), last.removed_by_ticks_mm3);
-  text += fmt::format("  energy    {:.4f} J put in, at most {:.2g} J unaccounted for\n", last.energy_J,
+  text += fmt::format("  energy    {:.4f} J of input, at most {:.2g} J unaccounted for\n", last.energy_J,
                       std::abs(worst.energy_error_J));
   text +=
       fmt::format("  faults    {} ticks limited or faulty, {} not finite, {} log rows lost; a copy of the bone is {}\n",
                   hour.loop.counts.status_ticks, hour.loop.counts.not_finite, hour.loop.counts.samples_lost,
-                  hour.loop.mirror_identical ? "bit-identical" : "NOT the bone");
+                  hour.loop.mirror_identical ? "bit-identical" : "NOT identical");
   return text;
 }
 
@@ -128,9 +131,10 @@ std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, con
       "{} minutes of simulated time, {} ticks at {:g} Hz; {:.0f} % of the ticks cut, with {:.1f} teeth engaged.\n\n",
       worst.minute, hour.loop.counts.ticks, hour.rate_hz, 100 * worst.cutting_share, worst.teeth);
   text +=
-      "| at the end of minute | memory (MB) | of it the bone (MB) | tick that cuts, p50 / p99 (us) | force at rest (N) "
-      "| removed (mm3) | off "
-      "the bone's loss (mm3) | by the ticks' occupancy (mm3) | energy put in (J) | unaccounted for (J) |\n";
+      "| at the end of minute | memory (MB) | of that, bone (MB) | cutting tick, p50 / p99 (us) | force at rest "
+      "(N) "
+      "| removed (mm3) | difference from "
+      "the bone's loss (mm3) | removed by the ticks' occupancy (mm3) | energy input (J) | unaccounted for (J) |\n";
   text += "|---|---|---|---|---|---|---|---|---|---|\n";
   const std::size_t n = hour.minutes.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -143,11 +147,11 @@ std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, con
         m.removed_error_mm3, m.removed_by_ticks_mm3, m.energy_J, m.energy_error_J);
   }
   text += fmt::format(
-      "\n- Memory: from the second minute on it grows by {:.2f} MB, as leaves of 8 x 8 x 8 voxels that were pure bone "
-      "are "
-      "cut into, which a reader's copy of the bone must hold (at most the bone's whole box); all else moves by {:.2f} "
-      "MB.\n- Ticks: the p50 of the last {} minutes is {:.3f} of that of the first.\n- Idle force: in {} ticks clear "
-      "in the air at most {:g} N on the hand and {:g} N on the device.\n"
+      "\n- Memory: after the first minute it grows by {:.2f} MB for leaves of 8 x 8 x 8 voxels that were solid bone "
+      "before they were cut and that a reader's copy of the bone must hold (at most the bone's whole box); everything "
+      "else varies by {:.2f} MB.\n- Ticks: the p50 of the last {} minutes is {:.3f} times that of the first.\n- Idle "
+      "force: in {} ticks "
+      "with the tool clear of the bone, at most {:g} N on the hand and {:g} N on the device.\n"
       "- Removed volume: off by at most {:.1e} mm3 of {:.1f} mm3. Energy: at most {:.1e} J of {:.2f} J unaccounted "
       "for.\n",
       hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB(), std::min<std::size_t>(kHourWindow_min, n / 2),

@@ -34,10 +34,10 @@ void Check(const ReferenceParams& params, const std::vector<Pose>& poses) {
   CheckRange("coupling torsion_damping_Nmms", c.torsion_damping_Nmms, 0, 1e4);
   CheckRange("coupling max_force_N", c.max_force_N, 0.1, 1e4);
   CheckRange("coupling max_torque_Nmm", c.max_torque_Nmm, 1, 1e6);
-  if (poses.empty()) throw Error("a reference needs at least the pose at which it starts");
+  if (poses.empty()) throw Error("a reference needs at least a start pose");
   for (const Pose& X : poses) {
     if (!IsValid(X) || !IsInWorld(X.p_AB))
-      throw Error("a pose of the reference's path is not finite or out of the world");
+      throw Error("a pose of the reference's path is not finite or outside the world");
   }
 }
 
@@ -46,7 +46,7 @@ bool IsSetDown(const ReferenceParams& params, std::size_t k) {
 }
 
 void StopIf(const std::atomic<bool>* stop) {
-  if (stop != nullptr && *stop) throw Error("stopped while a reference was worked out");
+  if (stop != nullptr && *stop) throw Error("stopped while a reference was being computed");
 }
 
 void SettleRemoved(ReferenceRun& run) {

@@ -1,4 +1,4 @@
-// What a reference may be asked for, and what is done at its end.
+// Validation of a reference's parameters, and the last step of a reference.
 #pragma once
 
 #include <atomic>
@@ -8,16 +8,17 @@
 
 namespace kerf::reference {
 
-/// Throws Error naming the first figure out of range.
+/// Throws Error naming the first parameter out of range.
 void Check(const ReferenceParams& params, const std::vector<Pose>& poses);
 
-/// Tick k, which ends at the pose X[k], is one in which the tool is set down.
+/// Returns true if the tool is set down in tick k, which ends at the pose X[k].
 bool IsSetDown(const ReferenceParams& params, std::size_t k);
 
-/// Throws Error once it is true; null: never.
+/// Throws Error if `stop` is not null and `*stop` is true.
 void StopIf(const std::atomic<bool>* stop);
 
-/// Stretches what the ticks say was removed, which flux has gathered, so that the last says what the bone has lost.
+/// Scales the removed volumes of the ticks, which were integrated from the flux, so that the last one equals the volume
+/// that the bone has lost.
 void SettleRemoved(ReferenceRun& run);
 
 }  // namespace kerf::reference

@@ -14,33 +14,33 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kBits = 3;  // a group has 2^3 members
 constexpr std::size_t kMembers = std::size_t{1} << kBits;
 constexpr int kLevels = 7;
-constexpr double kBent_mm = 1e-10;  // a way is straight that is no further from a line
-constexpr double kTie_mm = 1e-10;   // groups that are nearer by no more than this are not looked into
+constexpr double kBent_mm = 1e-10;  // a path counts as straight if it is no further from a line
+constexpr double kTie_mm = 1e-10;   // groups that are at most this much nearer are not visited
 
-/// A disc that went straight in its own plane: a stadium of the disc's thickness, with the hole that all discs on the
-/// way have in common.
+/// Sweep of a disc that moved straight in its own plane: a stadium of the disc's thickness, with the hole that all
+/// discs along the way have in common.
 struct Swept {
-  Vec3 a{0};        // centre at the start, in the plane of the middle
+  Vec3 a{0};        // centre at the start, in the central plane
   Vec3 way{0};      // of the centre, in that plane
   Vec3 n{0, 0, 1};  // the plane's normal
   double inverse_way2 = 0;
   double hole_mm = -kInfinity;  // radius; below 0: none
 };
 
-/// Around some of what was swept, in order of time: a stadium about the segment from the first centre to the last.
+/// Bound of several consecutive sweeps: a stadium about the segment from the first centre to the last.
 struct Group {
   Vec3 a{0}, b{0};    // the segment
-  double off_mm = 0;  // no centre is further from it
+  double off_mm = 0;  // maximum distance of a centre from the segment
   Vec3 n{0, 0, 1};
-  double tilt = 0;                                   // the greatest sine between n and a disc's normal
+  double tilt = 0;                                   // maximum sine of the angle between n and a disc's normal
   double z_lower = kInfinity, z_upper = -kInfinity;  // along n
-  double hole_mm = kInfinity;                        // the smallest
-  Vec3 flat_way{0};                                  // of the segment, across n
+  double hole_mm = kInfinity;                        // smallest of the members
+  Vec3 flat_way{0};                                  // component of the segment across n
   double inverse_way2 = 0;
   double reach_mm = 0;  // across n, from the segment
 };
 
-/// 1 / x, and 0 where there is none.
+/// Returns 1 / x, or 0 if x is not positive.
 double Invert(double x) {
   return x > 0 ? 1 / x : 0;
 }
@@ -51,17 +51,17 @@ double CalcDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return glm::length(p - a - t * way);
 }
 
-/// Of a plate as far as `along` beyond its faces and `across` beyond its edge, negative inside.
+/// Distance to a plate, negative inside. The point is `along` beyond its faces and `across` beyond its edge.
 double CalcPlateDistance(double across, double along) {
   return across > 0 && along > 0 ? std::sqrt(across * across + along * along) : std::max(across, along);
 }
 
-/// Angle between two planes' normals as a sine.
+/// Sine of the angle between two planes' normals.
 double CalcSine(const Vec3& n_a, const Vec3& n_b) {
   return glm::length(glm::cross(n_a, n_b));
 }
 
-/// The orientation half-way.
+/// Returns the orientation halfway.
 Quat CalcMiddle(const Quat& a, const Quat& b) {
   const Quat near_b = glm::dot(a, b) < 0 ? -b : b;
   return glm::normalize(a + near_b);
@@ -82,7 +82,8 @@ struct ExactBone::State {
     return CalcPlateDistance(across, std::abs(z) - half_mm);
   }
 
-  /// No member's signed distance is less: the plate that holds them all is as near or nearer, and as deep or deeper.
+  /// Lower bound of the members' signed distances: a plate that contains all members is at least as near, and a point
+  /// is at least as deep in it.
   double CalcBound(const Group& g, const Vec3& p) const {
     const Vec3 q = p - g.a;
     const double z = glm::dot(q, g.n);
@@ -94,7 +95,7 @@ struct ExactBone::State {
     return std::max(bound, g.hole_mm - g.off_mm - std::max(glm::length(q), glm::length(p - g.b)));
   }
 
-  /// The member at `index` is new, or goes further than before.
+  /// Updates the groups for the member at `index`, which is new or has been extended.
   void Include(std::size_t index) {
     const Swept& s = swept[index];
     for (int level = 0; level < kLevels; ++level) {
@@ -122,7 +123,7 @@ struct ExactBone::State {
     }
   }
 
-  /// The distance to a segment is greatest at the ends of another.
+  /// The distance to a segment is largest at an end of the other segment.
   double CalcOff(int level, std::size_t at, const Group& g) const {
     double off_mm = 0;
     const auto include = [&](const Vec3& a, const Vec3& b, double more_mm) {
@@ -151,7 +152,8 @@ struct ExactBone::State {
     Include(swept.size() - 1);
   }
 
-  /// Straight on in one plane is one stadium. False where it isn't, by more than kBent_mm at any place since it began.
+  /// Merges a sweep that continues straight in one plane with the last one. Returns false if it deviates by more than
+  /// kBent_mm anywhere since the start of the merged sweep.
   bool Extend(const Swept& s) {
     Swept& last = swept.back();
     const Vec3 end = last.a + last.way;
@@ -167,7 +169,7 @@ struct ExactBone::State {
     return true;
   }
 
-  /// Lowers `least` to the least signed distance of the group's members; looks no further when it is below `enough`.
+  /// Lowers `least` to the minimum signed distance of the group's members; stops once it is below `enough`.
   void FindLeast(int level, std::size_t at, const Vec3& p, double enough, double& least) const {
     const std::size_t begin = at << kBits;
     if (level == 0) {
@@ -178,7 +180,7 @@ struct ExactBone::State {
     const std::size_t end = std::min(begin + kMembers, groups[level - 1].size());
     std::array<std::pair<double, std::size_t>, kMembers> order;
     std::size_t count = 0;
-    for (std::size_t i = end; i-- > begin;) {  // newest first: what is asked lies mostly near them
+    for (std::size_t i = end; i-- > begin;) {  // newest first, since most queries are near those
       const double bound = CalcBound(groups[level - 1][i], p);
       if (bound >= least - kTie_mm) continue;
       std::size_t k = count++;
@@ -203,7 +205,7 @@ struct ExactBone::State {
   double half_mm = 0;
   double reach_mm = 0;
   std::vector<Swept> swept;
-  double bent_mm = 0;                              // of the last
+  double bent_mm = 0;                              // of the last sweep
   std::array<std::vector<Group>, kLevels> groups;  // of 8 sweeps, of 8 groups of those, ...
   Box3 bounds;
 };
@@ -221,7 +223,7 @@ ExactBone& ExactBone::operator=(ExactBone&&) noexcept = default;
 void ExactBone::Sweep(const Pose& X_a, const Pose& X_b, double edge_mm) {
   State& s = *state_;
   const Vec3 way = X_b.p_AB - X_a.p_AB;
-  // The distance function may rise twice as fast as the distance.
+  // The distance function may grow up to twice as fast as the distance.
   if (s.solid.distance_mm(X_a.p_AB) > 2 * (s.reach_mm + glm::length(way))) return;
   Swept swept;
   swept.n = CalcMiddle(X_a.R_AB, X_b.R_AB) * Vec3(0, 0, 1);
@@ -248,30 +250,30 @@ bool ExactBone::IsSwept(const Vec3& p_W) const {
   return state_->FindLeast(p_W, 2 * kTie_mm, 0) <= 0;
 }
 
-double ExactBone::SweptDistance(const Vec3& p_W, double most_mm, double enough_mm) const {
-  return state_->FindLeast(p_W, most_mm, enough_mm);
+double ExactBone::SweptDistance(const Vec3& p_W, double max_mm, double enough_mm) const {
+  return state_->FindLeast(p_W, max_mm, enough_mm);
 }
-double ExactBone::SweptDistance(const Vec3& p_W, double most_mm) const {
-  return SweptDistance(p_W, most_mm, -kInfinity);
+double ExactBone::SweptDistance(const Vec3& p_W, double max_mm) const {
+  return SweptDistance(p_W, max_mm, -kInfinity);
 }
 
 namespace {
 
-/// Of a cube: how much of it was solid and is swept, by halving.
+/// Volume of the part of a cube that was solid and is swept, by recursive halving.
 double CalcRemovedOf(const ExactBone& bone, const Vec3& centre, double size_mm, double finest_mm) {
   const double reach_mm = 0.5 * std::sqrt(3.0) * size_mm;
   const double solid = bone.solid().distance_mm(centre);
-  // The solid's distance may rise twice as fast as a distance.
+  // The solid's distance function may grow up to twice as fast as the distance.
   if (solid > 2 * reach_mm) return 0;
   const double swept = bone.SweptDistance(centre, reach_mm, -reach_mm);
   if (swept >= reach_mm) return 0;
   const double whole = size_mm * size_mm * size_mm;
   if (solid < -2 * reach_mm && swept < -reach_mm) return whole;
   if (size_mm <= finest_mm) {
-    const auto share = [size_mm](double distance) { return std::clamp(0.5 - distance / size_mm, 0.0, 1.0); };
-    // What was less what is left: where a kerf's wall lies on a face of the solid, both are as blurred and nothing is
-    // lost.
-    return whole * (share(solid) - share(std::max(solid, -swept)));
+    const auto fraction = [size_mm](double distance) { return std::clamp(0.5 - distance / size_mm, 0.0, 1.0); };
+    // The original volume less the remaining one: where a wall of the kerf coincides with a face of the solid, both are
+    // blurred equally and no volume is lost.
+    return whole * (fraction(solid) - fraction(std::max(solid, -swept)));
   }
   double sum = 0;
   for (int i = 0; i < 8; ++i) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "experiment/reference/check.h"
@@ -13,24 +14,24 @@ namespace {
 
 using namespace reference;
 
-// What the walls of a kerf give, as stiff an area of the flat as in the simulation: 3000 N/mm for a point that stands
-// for 1.4 mm x 1.4 mm.
+// Stiffness of a kerf's walls per area of the flat, the same as in the simulation: 3000 N/mm for a point that
+// represents 1.4 mm x 1.4 mm.
 constexpr double kWall_N_per_mm3 = 3000 / (1.4 * 1.4);
-constexpr double kDeep_mm = 0.1;          // in a wall: no spring is drawn so far
-constexpr double kFirstRing = 1.0 / 8;    // of the spacing: the outermost ring of points on a flat
-constexpr double kWiderRings = 1.5;       // each next, until they are as wide as the spacing
-constexpr double kCreep_mm_per_s = 0.02;  // of a law with a force at the smallest bite
-constexpr int kFluxShare = 4;             // only so much of the rim's points for the flux, which is only a share
-constexpr double kMostWay_mm = 0.025;     // of any point of the disc, before bone and walls are looked at again
-constexpr double kWayInATick_mm = 0.1;    // of the tool's points in a step, times the steps of a tick
+constexpr double kDeep_mm = 0.1;        // depth in a wall that is never reached by the deflection of a spring
+constexpr double kFirstRing = 1.0 / 8;  // width of the outermost ring of points on a flat, as a fraction of the spacing
+constexpr double kWiderRings = 1.5;     // ratio of successive ring widths, up to the spacing
+constexpr double kCreep_mm_per_s = 0.02;  // ramp of a law with a force at the smallest bite
+constexpr double kMaxWay_mm = 0.025;      // maximum motion of any point of the disc before bone and walls are evaluated
+                                          // again
+constexpr double kWayInATick_mm = 0.1;    // maximum motion of the tool's points in a step, times the steps of a tick
 
-/// On both flats.
+/// A point on both flats.
 struct FlatPoint {
   double x = 0, y = 0;
   double area_mm2 = 0;
 };
 
-/// In rings, the outermost narrow: in a shallow kerf they alone hold the tool.
+/// Points in rings, the outermost of which is narrow: in a shallow kerf only that ring holds the tool.
 std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
   std::vector<FlatPoint> points;
   double outer = radius_mm;
@@ -38,10 +39,11 @@ std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
   for (int ring = 0; outer > 0; ++ring) {
     const double inner = outer > 1.5 * width ? outer - width : 0;
     const double r = 0.5 * (outer + inner);
-    const int count = std::max(6, static_cast<int>(std::ceil(2 * kPi * r / spacing_mm)));
+    const int count = std::max(6, static_cast<int>(std::ceil(2 * std::numbers::pi * r / spacing_mm)));
     for (int i = 0; i < count; ++i) {
-      const double angle = 2 * kPi * (i + 0.5 * (ring % 2)) / count;
-      points.push_back({r * std::cos(angle), r * std::sin(angle), kPi * (outer * outer - inner * inner) / count});
+      const double angle = 2 * std::numbers::pi * (i + 0.5 * (ring % 2)) / count;
+      points.push_back(
+          {r * std::cos(angle), r * std::sin(angle), std::numbers::pi * (outer * outer - inner * inner) / count});
     }
     outer = inner;
     width = std::min(kWiderRings * width, spacing_mm);
@@ -49,7 +51,7 @@ std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
   return points;
 }
 
-/// The uncut bone's distance from the middle of a pair of points, when the tool had gone so far.
+/// Distance of the uncut bone from the midpoint of a pair of points, and the tool's travel at that time.
 struct Seen {
   double solid_mm = 0;
   double went_mm = 0;
@@ -63,9 +65,9 @@ class HeldTool {
         flat_(MakeFlat(params.saw.radius_mm() - params.fineness.edge_mm, params.fineness.flat_spacing_mm)),
         known_mm_(2 * flat_.size(), 0.0),
         seen_(flat_.size()),
-        flux_(params.saw, std::max(16, params.fineness.rim_points / kFluxShare), 1, false),
+        flux_(params.saw, std::max(16, params.fineness.rim_points / kFluxFraction), 1, false),
         reach_mm_(std::hypot(params.saw.radius_mm(), 0.5 * params.saw.thickness_mm)),
-        most_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, kMostWay_mm)),
+        max_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, kMaxWay_mm)),
         X_T_(X_W),
         X_H_(X_W) {
     const ReferenceCoupling& c = params.coupling;
@@ -76,16 +78,16 @@ class HeldTool {
     problem_.law = MakeToothForce(params.law, params.saw);
     problem_.passes_per_s = params.saw.teeth * std::abs(params.rpm) / 60;
     problem_.ramp_mm_per_s = problem_.law(1e-9, 1e4) > 1e-3 * problem_.law(1e-3, 1e4) ? kCreep_mm_per_s : 0;
-    bone_.Sweep(X_W, X_W, 0);  // what the tool holds where it is set down first
+    bone_.Sweep(X_W, X_W, 0);  // space that the tool occupies where it is first set down
   }
 
-  /// Means of thrust and teeth, times time, are added to `sums`.
+  /// Thrust and number of teeth, integrated over time.
   struct Sums {
     double thrust_Ns = 0;
     double teeth_s = 0;
   };
 
-  /// The handle goes to X_H in `step_s`; the tool follows.
+  /// Moves the handle to X_H in `step_s`; the tool follows.
   void Follow(const Pose& X_H, double step_s, Sums& sums) {
     const Vec3& p_TC = params_.coupling.p_TC_mm;
     const Vec3 v_H_W = (X_H.Point(p_TC) - X_H_.Point(p_TC)) / step_s;
@@ -93,8 +95,8 @@ class HeldTool {
     X_H_ = X_H;
     f_damper_W_ = Vec3(0);
     double left_s = step_s;
-    for (int n = 0; n < kMostParts; ++n) {
-      // Through air the tool goes with the handle.
+    for (int n = 0; n < kMaxParts; ++n) {
+      // In air the tool moves with the handle.
       const double way_mm = glm::length(X_H.p_AB - X_T_.p_AB);
       if (bone_.solid().distance_mm(X_T_.p_AB) > 2 * (2 * reach_mm_ + way_mm)) {
         SetPose(X_H);
@@ -105,16 +107,16 @@ class HeldTool {
       SetUp(v_H_W, w_H_W, left_s);
       const bool free = problem_.cuts.empty() && problem_.walls.empty();
       u_ = free ? Join(problem_.x_mm / left_s, problem_.theta_rad / left_s) : FindLeast(problem_, u_, reach_mm_).u;
-      const double share = CalcShare(left_s);
-      const double time_s = share * left_s;
+      const double fraction = CalcFraction(left_s);
+      const double time_s = fraction * left_s;
       AddUp(time_s, free, sums);
-      Move(share == 1 && free ? X_H : Advanced(time_s), time_s);
-      if (share == 1) return;
+      Move(fraction == 1 && free ? X_H : Advanced(time_s), time_s);
+      if (fraction == 1) return;
       left_s -= time_s;
     }
   }
 
-  /// Lifted out of the bone and set down there, at rest.
+  /// Lifts the tool out of the bone and sets it down at X, at rest.
   void SetDown(const Pose& X) {
     SetPose(X);
     X_H_ = X;
@@ -132,9 +134,9 @@ class HeldTool {
   ExactBone TakeBone() && { return std::move(bone_); }
 
  private:
-  static constexpr int kMostParts = 100000;  // of a step
+  static constexpr int kMaxParts = 100000;  // maximum number of parts of a step
 
-  /// What coupling and bone make of the tool where it is.
+  /// Sets up the problem from coupling and bone at the tool's current pose.
   void SetUp(const Vec3& v_H_W, const Vec3& w_H_W, double time_s) {
     const Vec3& p_TC = params_.coupling.p_TC_mm;
     problem_.tau_s = time_s;
@@ -150,24 +152,26 @@ class HeldTool {
     problem_.cuts.clear();
     const DiscSaw& saw = params_.saw;
     const Circle ahead{saw.radius_mm() + params_.fineness.look_ahead_mm, 0, true};
-    FindPieces(bone_, saw, X_T_, ahead, 0, 2 * kPi, params_.fineness.rim_points, pieces_);
+    FindPieces(bone_, saw, X_T_, ahead, 0, 2 * std::numbers::pi, params_.fineness.rim_points, pieces_);
     for (const Piece& piece : pieces_) {
       const double angle = 0.5 * (piece.from_rad + piece.to_rad);
       const Vec3 e(std::cos(angle), std::sin(angle), 0);
       const Vec3 r = saw.radius_mm() * e - params_.coupling.p_TC_mm;
-      problem_.cuts.push_back({Join(e, glm::cross(r, e)), saw.teeth / (2 * kPi) * (piece.to_rad - piece.from_rad),
+      problem_.cuts.push_back({Join(e, glm::cross(r, e)),
+                               saw.teeth / (2 * std::numbers::pi) * (piece.to_rad - piece.from_rad),
                                piece.E_star_MPa(angle)});
     }
   }
 
   enum class Place { kAir, kNear, kInside };
 
-  /// Of a pair of points of the flats against the uncut bone: in the air by more than a step, near its surface, or
-  /// inside by more than any spring is drawn. What was seen of the pair holds until the tool has gone far enough.
+  /// Classifies a pair of points of the flats relative to the uncut bone: in air by more than a step, near its surface,
+  /// or inside by more than any spring deflection. The stored distance of the pair is reused until the tool has moved
+  /// far enough.
   Place FindPlace(std::size_t i) {
-    // The distance function may rise twice as fast as the distance.
+    // The distance function may grow up to twice as fast as the distance.
     const double half_mm = 0.5 * params_.saw.thickness_mm;
-    const double air_mm = 2 * (half_mm + most_way_mm_);
+    const double air_mm = 2 * (half_mm + max_way_mm_);
     const double inside_mm = -(2 * half_mm + kDeep_mm);
     Seen& seen = seen_[i];
     const double off_mm = 2 * (went_mm_ - seen.went_mm);
@@ -185,7 +189,7 @@ class HeldTool {
 
   void FindWalls() {
     problem_.walls.clear();
-    // A spring is drawn by the tool's own way only: where the tool was set down in bone, walls hold it but do not push
+    // Only the tool's own motion deflects a spring: if the tool was set down in bone, the walls hold it but do not push
     // it out.
     const double half_mm = 0.5 * params_.saw.thickness_mm;
     const ExactSolid& solid = bone_.solid();
@@ -200,19 +204,19 @@ class HeldTool {
       double depth_mm[2];
       for (const int side : {0, 1}) {
         const Vec3 p_W = X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm});
-        const double most_mm = place == Place::kInside ? kDeep_mm : std::min(kDeep_mm, -solid.distance_mm(p_W));
-        // Less deep than -most_way_mm_ is as good as far away.
-        depth_mm[side] = most_mm <= -most_way_mm_ ? most_mm : bone_.SweptDistance(p_W, most_mm, -most_way_mm_);
+        const double max_mm = place == Place::kInside ? kDeep_mm : std::min(kDeep_mm, -solid.distance_mm(p_W));
+        // A wall at a depth below -max_way_mm_ cannot be reached in this step.
+        depth_mm[side] = max_mm <= -max_way_mm_ ? max_mm : bone_.SweptDistance(p_W, max_mm, -max_way_mm_);
       }
-      // In a bent kerf both walls press; what they have in common moves nothing. Where no kerf is near each holds
-      // alone.
+      // In a bent kerf both walls press; their common part has no effect and is subtracted. If there is no kerf nearby,
+      // each wall holds separately.
       const double common_mm = std::max(0.0, std::min(depth_mm[0], depth_mm[1]));
       const double squeeze = common_mm < kDeep_mm ? common_mm : 0;
       for (const int side : {0, 1}) {
         double& known_mm = known_mm_[2 * i + static_cast<std::size_t>(side)];
         const double depth = std::min(depth_mm[side] - squeeze, known_mm);
         known_mm = 0;
-        if (depth <= -most_way_mm_) continue;
+        if (depth <= -max_way_mm_) continue;
         const Vec3 n(0, 0, side == 0 ? -1 : 1);
         const Vec3 r = Vec3(point.x, point.y, side == 0 ? -half_mm : half_mm) - params_.coupling.p_TC_mm;
         problem_.walls.push_back({Join(n, glm::cross(r, n)), depth, kWall_N_per_mm3 * point.area_mm2});
@@ -229,11 +233,11 @@ class HeldTool {
     return X;
   }
 
-  /// Of the motion, how much before it is looked at again: no point of the disc goes further than most_way_mm_.
-  double CalcShare(double time_s) const {
+  /// Fraction of the motion until the next evaluation: no point of the disc moves further than max_way_mm_.
+  double CalcFraction(double time_s) const {
     const Pose X = Advanced(time_s);
     const double way_mm = glm::length(X.p_AB - X_T_.p_AB) + glm::length(Lower(u_)) * time_s * reach_mm_;
-    return std::min(1.0, most_way_mm_ / std::max(way_mm, 1e-12));
+    return std::min(1.0, max_way_mm_ / std::max(way_mm, 1e-12));
   }
 
   void AddUp(double time_s, bool free, Sums& sums) {
@@ -264,13 +268,13 @@ class HeldTool {
   ReferenceParams params_;
   ExactBone bone_;
   std::vector<FlatPoint> flat_;
-  std::vector<double> known_mm_;      // how far the spring of each is drawn, lower and upper flat in turn
-  std::vector<std::size_t> wall_of_;  // which of these each of the problem's walls is
+  std::vector<double> known_mm_;      // deflection of each point's spring, lower and upper flat alternately
+  std::vector<std::size_t> wall_of_;  // index in known_mm_ of each of the problem's walls
   std::vector<Seen> seen_;            // of each pair
-  double went_mm_ = 0;                // no point of the disc went further since the start
+  double went_mm_ = 0;  // upper bound of the distance that any point of the disc has moved since the start
   Flux flux_;
   double reach_mm_;
-  double most_way_mm_;
+  double max_way_mm_;
   Pose X_T_, X_H_;
   MotionProblem problem_;
   std::vector<Piece> pieces_;
@@ -284,7 +288,8 @@ class HeldTool {
 ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH,
                                 const std::atomic<bool>* stop) {
   reference::Check(params, X_WH);
-  if (params.rpm == 0) throw Error("the reference has no tool in a hand with its spindle stopped");
+  if (params.rpm == 0)
+    throw Error("the reference does not support a tool coupled to a handle with its spindle stopped");
   HeldTool tool(std::move(solid), params, X_WH[0]);
   const int steps = params.fineness.steps_per_tick;
   std::vector<ReferenceTick> ticks;

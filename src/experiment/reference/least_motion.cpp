@@ -8,9 +8,9 @@ namespace {
 
 using Matrix = std::array<Six, 6>;
 
-constexpr int kMostIterations = 200;
+constexpr int kMaxIterations = 200;
 constexpr double kBalance = 1e-9;
-constexpr double kSlopeShare = 0.1;
+constexpr double kSlopeFraction = 0.1;
 
 double Dot(const Six& a, const Six& b) {
   double sum = 0;
@@ -28,12 +28,12 @@ double CalcSlope(const MotionProblem& problem, const Six& u, double alpha, const
   return Dot(problem.CalcGradient(Step(u, alpha, p)), p);
 }
 
-/// Second derivatives; of a drawn-out tie its secant, which is never less.
+/// Second derivatives. For a tie at its limit the secant is used, which is never smaller.
 Matrix CalcCurvature(const MotionProblem& m, const Six& u) {
   Matrix H{};
-  const double k = m.tau_s * m.spring.Share(m.x_mm - m.tau_s * Upper(u)) + m.damper.Share(m.v_H - Upper(u));
+  const double k = m.tau_s * m.spring.Fraction(m.x_mm - m.tau_s * Upper(u)) + m.damper.Fraction(m.v_H - Upper(u));
   const double k_turn =
-      m.tau_s * m.torsion.Share(m.theta_rad - m.tau_s * Lower(u)) + m.torsion_damper.Share(m.w_H - Lower(u));
+      m.tau_s * m.torsion.Fraction(m.theta_rad - m.tau_s * Lower(u)) + m.torsion_damper.Fraction(m.w_H - Lower(u));
   for (int i = 0; i < 3; ++i) {
     H[i][i] = k;
     H[i + 3][i + 3] = k_turn;
@@ -56,7 +56,8 @@ Matrix CalcCurvature(const MotionProblem& m, const Six& u) {
   return H;
 }
 
-/// Solves (H + ridge) p = -g by Cholesky's way, each unknown scaled to a diagonal of 1. False where a pivot is lost.
+/// Solves (H + ridge) p = -g by Cholesky decomposition, with each unknown scaled to a diagonal of 1. Returns false if a
+/// pivot vanishes.
 bool Solve(const Matrix& H, const Six& g, double ridge, Six& p) {
   Six scale;
   for (int i = 0; i < 6; ++i) scale[i] = 1 / std::sqrt(H[i][i]);
@@ -88,9 +89,9 @@ bool Solve(const Matrix& H, const Six& g, double ridge, Six& p) {
   return true;
 }
 
-/// How far to go along p, down whose slope at 0 the function falls.
+/// Returns the step length along p, a descent direction with slope `slope_at_0`.
 double FindAlpha(const MotionProblem& problem, const Six& u, const Six& p, double slope_at_0) {
-  const double enough = kSlopeShare * std::abs(slope_at_0);
+  const double enough = kSlopeFraction * std::abs(slope_at_0);
   double low = 0;
   double high = 1;
   double slope = CalcSlope(problem, u, high, p);
@@ -137,7 +138,7 @@ Six MotionProblem::CalcGradient(const Six& u) const {
 Motion FindLeast(const MotionProblem& problem, const Six& start, double reach_mm) {
   Motion motion;
   motion.u = start;
-  for (; motion.iterations < kMostIterations; ++motion.iterations) {
+  for (; motion.iterations < kMaxIterations; ++motion.iterations) {
     const Six g = problem.CalcGradient(motion.u);
     const double force = glm::length(problem.spring.Pull(problem.x_mm - problem.tau_s * Upper(motion.u)));
     const double torque = glm::length(problem.torsion.Pull(problem.theta_rad - problem.tau_s * Lower(motion.u)));

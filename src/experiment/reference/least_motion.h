@@ -1,4 +1,4 @@
-// The motion of a tool without mass: the least of a convex function of six unknowns (docs/tick.md, One step).
+// The motion of a massless tool: the minimum of a convex function of six unknowns (docs/tick.md, One step).
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace kerf::reference {
 
-/// Velocity of the coupling point C (mm/s) and turning rate (rad/s), in the tool's frame; or what goes with them (N,
-/// N mm about C).
+/// Velocity of the coupling point C (mm/s) and angular velocity (rad/s) in the tool frame, or the conjugate force and
+/// torque (N, N mm about C).
 using Six = std::array<double, 6>;
 
 inline Vec3 Upper(const Six& u) {
@@ -23,26 +23,26 @@ inline Six Join(const Vec3& upper, const Vec3& lower) {
   return {upper.x, upper.y, upper.z, lower.x, lower.y, lower.z};
 }
 
-/// K x, but never more than `most`.
+/// Spring or damper with a limited force: K x, but at most `most`.
 struct Tie {
   double K = 0;
   double most = 0;
 
-  double Share(const Vec3& x) const {
+  double Fraction(const Vec3& x) const {
     const double drawn = K * glm::length(x);
     return drawn > most ? K * most / drawn : K;
   }
-  Vec3 Pull(const Vec3& x) const { return Share(x) * x; }
+  Vec3 Pull(const Vec3& x) const { return Fraction(x) * x; }
 };
 
-/// Bone before so many teeth, met along `along` (a speed by its product with a motion).
+/// Bone in front of a number of teeth, cut in the direction `along` (speed = along . motion).
 struct Cut {
   Six along;
   double teeth = 0;
   double E_star_MPa = 0;
 };
 
-/// A spring against a point going further along `along` than `depth_mm` below 0 is away.
+/// A spring against a point whose displacement along `along` exceeds -`depth_mm`.
 struct Wall {
   Six along;
   double depth_mm = 0;
@@ -52,28 +52,29 @@ struct Wall {
 struct MotionProblem {
   double tau_s = 0;
   Tie spring, torsion, damper, torsion_damper;
-  Vec3 x_mm{0};       // from the tool's C to the handle's
-  Vec3 theta_rad{0};  // turns the tool to the handle
+  Vec3 x_mm{0};       // vector from C of the tool to C of the handle
+  Vec3 theta_rad{0};  // rotation from the tool to the handle
   Vec3 v_H{0}, w_H{0};
   ToothForce law;
   double passes_per_s = 0;
-  double ramp_mm_per_s = 0;  // up to which a force at the smallest bite sets in; 0: none
+  double ramp_mm_per_s = 0;  // below this speed, a force that is not zero at the smallest bite is ramped in; 0: no ramp
   std::vector<Cut> cuts;
   std::vector<Wall> walls;
 
   double CalcTooth(double speed_mm_per_s, double E_star_MPa) const;
-  /// Of the function that is least; at the least it is 0.
+  /// Gradient of the function that is minimised; it is 0 at the minimum.
   Six CalcGradient(const Six& u) const;
 };
 
 struct Motion {
   Six u{};
-  bool settled = false;  // out of balance by no more than 1e-9 of the forces in play
+  bool settled = false;  // the imbalance is at most 1e-9 of the acting forces
   int iterations = 0;
 };
 
-/// Newton's method from `start`. Along each direction the point is sought where the slope has fallen to a tenth, by
-/// bisection: the function is convex, so this always comes down. `reach_mm` weighs torques against forces.
+/// Newton's method from `start`. The line search along each direction uses bisection until the slope has fallen to a
+/// tenth; it always converges since the function is convex. `reach_mm` is the length that scales torques relative to
+/// forces.
 Motion FindLeast(const MotionProblem& problem, const Six& start, double reach_mm);
 
 }  // namespace kerf::reference

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "experiment/reference/check.h"
@@ -9,12 +10,10 @@
 namespace kerf {
 namespace {
 
-using reference::kPi;
 using reference::Piece;
 
-constexpr int kFluxShare = 4;            // only so much of the rim's points for the flux, which is only a share
-constexpr double kMostWay_mm = 0.1;      // of a step, across the spindle
-constexpr double kMostAxialShare = 0.1;  // of the thickness, along it
+constexpr double kMaxPathStep_mm = 0.1;    // maximum motion in a step, across the spindle
+constexpr double kMaxAxialFraction = 0.1;  // as a fraction of the thickness, along the spindle
 
 struct Load {
   Vec3 f_T_N{0};
@@ -22,7 +21,8 @@ struct Load {
   double teeth = 0;
 };
 
-/// Mean force over many tooth passages: Z / (2 pi) teeth a radian wherever the rim moves outwards into bone.
+/// Mean force over many tooth passages: the density of teeth is Z / (2 pi) per radian wherever the rim moves outwards
+/// into bone.
 Load CalcLoad(const ReferenceParams& params, const ToothForce& law, const ExactBone& bone, const Pose& X_WT,
               const Vec3& v_T_mm_per_s, std::vector<Piece>& pieces) {
   Load load;
@@ -31,12 +31,13 @@ Load CalcLoad(const ReferenceParams& params, const ToothForce& law, const ExactB
   if (!(speed > 0 && passes_per_s > 0)) return load;
   const double feed = std::atan2(v_T_mm_per_s.y, v_T_mm_per_s.x);
   const reference::Circle ahead{params.saw.radius_mm() + params.fineness.look_ahead_mm, 0, true};
-  FindPieces(bone, params.saw, X_WT, ahead, feed - 0.5 * kPi, feed + 0.5 * kPi, params.fineness.rim_points, pieces);
-  const double teeth_per_rad = params.saw.teeth / (2 * kPi);
+  FindPieces(bone, params.saw, X_WT, ahead, feed - 0.5 * std::numbers::pi, feed + 0.5 * std::numbers::pi,
+             params.fineness.rim_points, pieces);
+  const double teeth_per_rad = params.saw.teeth / (2 * std::numbers::pi);
   for (const Piece& piece : pieces) {
     const double width = piece.to_rad - piece.from_rad;
     load.teeth += teeth_per_rad * width;
-    // Gauss's rule with two points.
+    // Gauss quadrature with two points.
     for (const double t : {0.5 - 0.5 / std::sqrt(3.0), 0.5 + 0.5 / std::sqrt(3.0)}) {
       const double angle = piece.from_rad + t * width;
       const double bite_mm = speed * std::cos(angle - feed) / passes_per_s;
@@ -55,7 +56,7 @@ ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params,
   reference::Check(params, X_WT);
   const ToothForce law = MakeToothForce(params.law, params.saw);
   ReferenceRun run{{}, ExactBone(std::move(solid), params.saw)};
-  const reference::Flux flux(params.saw, std::max(16, params.fineness.rim_points / kFluxShare),
+  const reference::Flux flux(params.saw, std::max(16, params.fineness.rim_points / kFluxFraction),
                              0.5 * params.fineness.flat_spacing_mm, true);
   std::vector<Piece> pieces;
   double removed_mm3 = 0;
@@ -67,8 +68,8 @@ ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params,
     const Vec3 way_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB);
     const double axial_mm = std::abs(way_T.z) + params.saw.radius_mm() * std::hypot(turn_T.x, turn_T.y);
     const int steps =
-        std::max({params.fineness.steps_per_tick, static_cast<int>(std::ceil(glm::length(way_T) / kMostWay_mm)),
-                  static_cast<int>(std::ceil(axial_mm / (kMostAxialShare * params.saw.thickness_mm)))});
+        std::max({params.fineness.steps_per_tick, static_cast<int>(std::ceil(glm::length(way_T) / kMaxPathStep_mm)),
+                  static_cast<int>(std::ceil(axial_mm / (kMaxAxialFraction * params.saw.thickness_mm)))});
     const double step_s = params.tick_s / steps;
     ReferenceTick tick;
     tick.X_WT = X_b;
@@ -80,7 +81,7 @@ ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params,
     for (int i = 0; i < steps; ++i) {
       const Pose X_from = reference::Between(X_a, X_b, static_cast<double>(i) / steps);
       const Pose X_to = reference::Between(X_a, X_b, (i + 1.0) / steps);
-      // Half-way the rim stands as deep in what is uncut as it has come in half of the step.
+      // Halfway through the step the rim is as deep in uncut bone as it has moved in half a step.
       const Pose X_middle = reference::Between(X_a, X_b, (i + 0.5) / steps);
       const Vec3 v_T = X_middle.InverseVector(X_b.p_AB - X_a.p_AB) / params.tick_s;
       const Load load = CalcLoad(params, law, run.bone, X_middle, v_T, pieces);

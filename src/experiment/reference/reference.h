@@ -1,13 +1,12 @@
-// The cut worked out slowly and independently of the simulation: no grid, all in double precision. The bone is a
-// formula less the exact places where the disc has been; the rim is an integral. Against this the simulation's errors
-// are measured.
+// The cut computed slowly and independently of the simulation: no grid, all in double precision. The bone is a formula
+// minus the exact sweeps of the disc; the rim is an integral. The errors of the simulation are measured against this.
 //
-// It is the limit of the model (docs/physics.md, docs/tick.md) for voxels, samples and steps of no size, without
-// effects. With the simulation it shares the force laws and the tool's figures, which are the model and not a way of
-// working it out (their closed forms are spelt out again in the tests), and nothing else: not the engagement, nor the
-// sweep, nor the solver. What in the simulation is a voxel's is a length here that tends to 0: the look-ahead, and the
-// zone of the rim that cuts in a hand. What that zone takes sideways (a disc set down in bone, a hand that trembles
-// across the kerf) goes with its width in both.
+// It is the limit of the model (docs/physics.md, docs/tick.md) for vanishing voxels, samples and steps, without
+// effects. It shares with the simulation only the force laws and the tool's parameters, which are part of the model and
+// not of its solution (the tests repeat the closed forms of the laws). It does not share the engagement, the sweep or
+// the solver. Lengths that equal a voxel in the simulation are parameters here, which tend to 0: the look-ahead, and,
+// for a tool coupled to a handle, the zone of the rim that cuts. In the simulation and in the reference, the bone that
+// this zone removes sideways (a disc set down in bone, a hand that trembles across the kerf) depends on its width.
 #pragma once
 
 #include <atomic>
@@ -21,7 +20,7 @@
 
 namespace kerf {
 
-/// How a hand holds the tool: the quantities of CouplingParams (kerf/coupled.h), which says what they mean.
+/// Coupling between hand and tool: the quantities of CouplingParams (kerf/coupled.h), which describes them.
 struct ReferenceCoupling {
   Vec3 p_TC_mm{0};
   double stiffness_N_per_mm = 1;
@@ -32,14 +31,15 @@ struct ReferenceCoupling {
   double max_torque_Nmm = 4000;
 };
 
-/// How finely it is worked out. All of it converges: the error falls with each figure's own (the counts' inverses).
+/// Resolution of the computation. It converges in each parameter: the error falls with the lengths and with the
+/// inverses of the counts.
 struct ReferenceFineness {
-  int rim_points = 1536;  // evenly around the rim; ends of what is engaged are found between them
-  int steps_per_tick =
-      4;  // of equal length; more where any point of it would go further than 0.025 mm (led: the tool 0.1 mm) in one
+  int rim_points = 1536;         // evenly around the rim; the ends of engaged pieces are located between them
+  int steps_per_tick = 4;        // of equal length; more if any point would move further than 0.025 mm in one step
+                                 // (position-controlled: the tool 0.1 mm)
   double flat_spacing_mm = 0.7;  // of the points on the flats
-  double look_ahead_mm = 1e-5;   // so far ahead of the rim bone is engaged; above rounding and an arc's sagitta
-  double edge_mm = 0.3;          // hand: of the rim that cuts; the walls hold all of the flats inside it
+  double look_ahead_mm = 1e-5;   // bone this far ahead of the rim is engaged; above rounding and an arc's sagitta
+  double edge_mm = 0.3;          // with a hand: width of the rim that cuts; the walls act on the flats inside it
 };
 
 struct ReferenceParams {
@@ -47,37 +47,38 @@ struct ReferenceParams {
   ForceLaw law;
   double rpm = 7500;
   double tick_s = 0.001;
-  ReferenceCoupling coupling;  // hand only
+  ReferenceCoupling coupling;  // kHand only
   ReferenceFineness fineness;
-  /// Ticks, by the index of the pose at which they end, rising, in which the tool is lifted out and set down at that
-  /// pose: no motion, no force, no cutting.
+  /// Ticks in which the tool is lifted out and set down, given by the index of the pose at their end, ascending. They
+  /// have no motion, force or cutting.
   std::vector<std::size_t> set_downs;
 };
 
-/// At the end of a tick, as the simulation's outputs. World frame.
+/// State at the end of a tick, as in the simulation's outputs. World frame.
 struct ReferenceTick {
   Pose X_WT;
-  Vec3 f_W_N{0};  // on a path: on the tool, mean over the tick; in a hand: on the hand, at the end of the tick
+  Vec3 f_W_N{0};  // on a path: on the tool, mean over the tick; with a hand: on the hand, at the end of the tick
   double thrust_sum_N = 0;
   double engaged_teeth = 0;
-  // Since the start. In the last tick what the bone has lost, ExactBone::CalcRemoved(); before it in proportion to the
-  // flux of uncut bone through rim and (on a path) flats, which misses where a flat takes a strip narrower than a mm/2.
+  // Since the start. In the last tick, the volume that the bone has lost, ExactBone::CalcRemoved(). In earlier ticks,
+  // proportional to the flux of uncut bone through the rim and (on a path) the flats, which misses strips narrower than
+  // 0.5 mm that a flat removes.
   double removed_mm3 = 0;
 };
 
 struct ReferenceRun {
-  std::vector<ReferenceTick> ticks;  // one less than poses
-  ExactBone bone;                    // as it is at the end
+  std::vector<ReferenceTick> ticks;  // one fewer than the poses
+  ExactBone bone;                    // at the end
 };
 
-/// The tool goes along the poses, whatever stands in its way: X_W[0] is where it starts, X_W[k] where tick k ends;
-/// between them it goes straight and turns evenly. The whole disc removes bone. Throws Error in the tick after `*stop`
-/// has become true.
+/// Moves the tool along the poses regardless of resistance. X_WT[0] is the start and X_WT[k] the end of tick k; between
+/// poses the tool moves straight and rotates uniformly. The whole disc removes bone. Throws Error in the tick after
+/// `*stop` has become true.
 ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WT,
                                 const std::atomic<bool>* stop = nullptr);
 
-/// The handle goes along the poses; the tool is tied to it, and the rim alone removes bone (docs/tick.md: the same
-/// model, solved by other means). `stop` as above.
+/// Moves the handle along the poses, with the tool coupled to it. Only the rim removes bone (the model of docs/tick.md,
+/// solved by another method). `stop` as above.
 ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH,
                                 const std::atomic<bool>* stop = nullptr);
 

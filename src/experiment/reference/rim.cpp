@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kerf::reference {
 namespace {
 
-constexpr double kLeastInterval_rad = 1e-8;
+constexpr double kMinInterval_rad = 1e-8;
 constexpr int kLevels = 5;  // across the disc's thickness
 
-/// Looks along one circle.
+/// Samples one circle.
 class Walk {
  public:
   Walk(const ExactBone& bone, const DiscSaw& saw, const Pose& X_WT, const Circle& circle, double step_rad,
@@ -18,9 +19,9 @@ class Walk {
 
   struct Look {
     double angle = 0;
-    int kind = 0;  // 0: no bone; else its region, or 1
+    int kind = 0;  // 0: no bone; otherwise its region, or 1 without materials
     double E_star = 0;
-    double clear_mm = 0;  // surely no bone nearer than that
+    double clear_mm = 0;  // lower bound of the distance to bone
   };
 
   Look LookAt(double angle) const {
@@ -30,7 +31,7 @@ class Walk {
         X_WT_.Point({circle_.radius_mm * std::cos(angle), circle_.radius_mm * std::sin(angle), circle_.z_mm});
     const double solid = bone_.solid().distance_mm(p_W);
     if (solid >= 0) {
-      look.clear_mm = 0.5 * solid;  // a distance function may rise twice as fast as the distance
+      look.clear_mm = 0.5 * solid;  // the distance function may grow up to twice as fast as the distance
       return look;
     }
     if (bone_.IsSwept(p_W)) return look;
@@ -42,14 +43,14 @@ class Walk {
     return look;
   }
 
-  /// What is between two looks.
+  /// Adds the pieces between two samples.
   void Settle(const Look& a, const Look& b) {
     if (a.kind == b.kind) {
       if (a.kind != 0) Add({a.angle, b.angle, a.E_star, b.E_star}, a.kind);
       return;
     }
     const double middle = 0.5 * (a.angle + b.angle);
-    if (b.angle - a.angle <= kLeastInterval_rad) {
+    if (b.angle - a.angle <= kMinInterval_rad) {
       if (a.kind != 0) Add({a.angle, middle, a.E_star, a.E_star}, a.kind);
       if (b.kind != 0) Add({middle, b.angle, b.E_star, b.E_star}, b.kind);
       return;
@@ -61,7 +62,7 @@ class Walk {
 
  private:
   void Add(const Piece& piece, int kind) {
-    // Slivers of a bisection are made one with the piece that they are the end of.
+    // A sliver from the bisection is merged with the piece before it.
     if (!pieces_.empty() && last_kind_ == kind && pieces_.back().to_rad == piece.from_rad &&
         (piece.to_rad - piece.from_rad < short_rad_ || pieces_.back().to_rad - pieces_.back().from_rad < short_rad_)) {
       pieces_.back().to_rad = piece.to_rad;
@@ -92,12 +93,13 @@ void FindPieces(const ExactBone& bone, const DiscSaw& saw, const Pose& X_WT, con
                 double to_rad, int points, std::vector<Piece>& pieces) {
   pieces.clear();
   if (!(to_rad > from_rad)) return;
-  const int intervals = std::max(1, static_cast<int>(std::ceil(points * (to_rad - from_rad) / (2 * kPi) - 1e-9)));
+  const int intervals =
+      std::max(1, static_cast<int>(std::ceil(points * (to_rad - from_rad) / (2 * std::numbers::pi) - 1e-9)));
   const double step = (to_rad - from_rad) / intervals;
   Walk walk(bone, saw, X_WT, circle, step, pieces);
   Walk::Look last = walk.LookAt(from_rad);
   for (int i = 0; i < intervals;) {
-    // Through air as far as there is surely no bone.
+    // Skips the part of the circle that certainly contains no bone.
     const double skipped = std::floor(last.clear_mm / (circle.radius_mm * step));
     i += static_cast<int>(std::clamp(skipped, 1.0, static_cast<double>(intervals - i)));
     const Walk::Look next = walk.LookAt(i == intervals ? to_rad : from_rad + i * step);
@@ -115,20 +117,21 @@ double Flux::Calc(const ExactBone& bone, const Pose& X_WT, const Vec3& v_T, cons
   return sum;
 }
 
-/// The rim as circles, each in the middle of its share of the thickness.
+/// Integrates over the rim as circles, each in the middle of its part of the thickness.
 double Flux::CalcRim(const ExactBone& bone, const Pose& X_WT, const Vec3& v, const Vec3& w) const {
   const double height = saw_.thickness_mm / kLevels;
   std::vector<Piece> pieces;
   double sum = 0;
   for (int level = 0; level < kLevels; ++level) {
     const Circle circle{saw_.radius_mm(), (level + 0.5) * height - 0.5 * saw_.thickness_mm, false};
-    // Turning about an axis in the plane moves the circle as a whole.
+    // Rotation about an axis in the plane moves the circle as a whole.
     const double x = v.x + w.y * circle.z_mm;
     const double y = v.y - w.x * circle.z_mm;
     const double speed = std::hypot(x, y);
     if (!(speed > 0)) continue;
     const double feed = std::atan2(y, x);
-    FindPieces(bone, saw_, X_WT, circle, feed - 0.5 * kPi, feed + 0.5 * kPi, rim_points_, pieces);
+    FindPieces(bone, saw_, X_WT, circle, feed - 0.5 * std::numbers::pi, feed + 0.5 * std::numbers::pi, rim_points_,
+               pieces);
     for (const Piece& piece : pieces) {
       sum += speed * (std::sin(piece.to_rad - feed) - std::sin(piece.from_rad - feed)) * circle.radius_mm * height;
     }
@@ -136,7 +139,7 @@ double Flux::CalcRim(const ExactBone& bone, const Pose& X_WT, const Vec3& v, con
   return sum;
 }
 
-/// The flats as rings, each in the middle of its width.
+/// Integrates over the flats as rings, each in the middle of its width.
 double Flux::CalcFlats(const ExactBone& bone, const Pose& X_WT, const Vec3& v, const Vec3& w) const {
   const double fastest = std::abs(v.z) + std::hypot(w.x, w.y) * saw_.radius_mm();
   if (!(fastest > 1e-9)) return 0;
@@ -147,11 +150,12 @@ double Flux::CalcFlats(const ExactBone& bone, const Pose& X_WT, const Vec3& v, c
   for (int ring = 0; ring < rings; ++ring) {
     for (const double side : {-1.0, 1.0}) {
       const Circle circle{(ring + 0.5) * width, 0.5 * side * saw_.thickness_mm, false};
-      const int points = std::max(16, static_cast<int>(std::ceil(2 * kPi * circle.radius_mm / flat_spacing_mm_)));
+      const int points =
+          std::max(16, static_cast<int>(std::ceil(2 * std::numbers::pi * circle.radius_mm / flat_spacing_mm_)));
       // Outward speed of a ring's point: side (v_z + r (w_x sin - w_y cos)); above 0 within `half` of `top`.
       const double turning = circle.radius_mm * std::hypot(w.x, w.y);
       double top = 0;
-      double half = kPi;
+      double half = std::numbers::pi;
       if (turning > std::abs(v.z)) {
         top = std::atan2(side * w.x, -side * w.y);
         half = std::acos(-side * v.z / turning);
@@ -186,10 +190,10 @@ Quat Turn(const Quat& R, const Vec3& turn_rad) {
   return glm::normalize(R * Quat(std::cos(0.5 * angle), axis.x, axis.y, axis.z));
 }
 
-Pose Between(const Pose& X_a, const Pose& X_b, double share) {
-  if (share <= 0) return X_a;
-  if (share >= 1) return X_b;
-  return {Turn(X_a.R_AB, share * TurnBetween(X_a.R_AB, X_b.R_AB)), X_a.p_AB + share * (X_b.p_AB - X_a.p_AB)};
+Pose Between(const Pose& X_a, const Pose& X_b, double fraction) {
+  if (fraction <= 0) return X_a;
+  if (fraction >= 1) return X_b;
+  return {Turn(X_a.R_AB, fraction * TurnBetween(X_a.R_AB, X_b.R_AB)), X_a.p_AB + fraction * (X_b.p_AB - X_a.p_AB)};
 }
 
 }  // namespace kerf::reference

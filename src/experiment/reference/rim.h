@@ -1,7 +1,8 @@
-// Where circles of the disc have bone before them, and how much of it they take.
+// Parts of circles on the disc that have bone in front of them, and the volume that they remove.
 #pragma once
 
 #include <functional>
+#include <numbers>
 #include <vector>
 
 #include "experiment/reference/exact_bone.h"
@@ -10,10 +11,8 @@
 
 namespace kerf::reference {
 
-inline constexpr double kPi = 3.14159265358979323846;
-
-/// A piece of a circle about the spindle with bone of one region before all of it. Angles from the tool's x towards its
-/// y; the reduced modulus at both ends.
+/// A piece of a circle about the spindle, all of it in front of bone of a single region. Angles from the tool's x axis
+/// towards its y axis; the reduced modulus at both ends.
 struct Piece {
   double from_rad = 0, to_rad = 0;
   double E_star_from_MPa = 0, E_star_to_MPa = 0;
@@ -24,29 +23,33 @@ struct Piece {
   }
 };
 
-/// Of Hertz's contact: the bone at the point and the tool's steel as two compliances in series; 0 where there is no
-/// material.
+/// Reduced modulus of a Hertz contact: the bone at the point and the tool's steel as two compliances in series; 0 if
+/// there is no material.
 double CalcEStar(const ExactSolid::Material& bone, const DiscSaw& saw);
 
-/// What to look for.
+/// The circle to search.
 struct Circle {
   double radius_mm = 0;
   double z_mm = 0;
-  bool with_material = false;  // else bone is bone
+  bool with_material = false;  // distinguish materials; otherwise all bone is treated alike
 };
 
-/// The pieces of the circle between two angles that are in the bone: looked at in about 2 pi / `points` of the circle,
-/// the ends between two looks by bisection to 1e-8 rad.
+/// Finds the pieces of the circle between two angles that are in the bone. Samples about every 2 pi / `points` of the
+/// circle and locates the ends between two samples by bisection to 1e-8 rad.
 void FindPieces(const ExactBone& bone, const DiscSaw& saw, const Pose& X_WT, const Circle& circle, double from_rad,
                 double to_rad, int points, std::vector<Piece>& pieces);
 
-/// Volume per second that the disc takes from the bone, mm^3/s: uncut bone at the disc's surface times the speed at
-/// which that moves outwards. `X_WT`: half-way on the step, with the bone as it was at the step's start.
+/// Divisor of the number of rim points for a flux that only determines proportions.
+inline constexpr int kFluxFraction = 4;
+
+/// Volume per second that the disc removes from the bone, mm^3/s: the integral over the uncut bone at the disc's
+/// surface of the outward speed of that surface. `X_WT`: pose halfway through the step, with the bone at the start of
+/// the step.
 class Flux {
  public:
-  /// `flats`: these take too.
+  /// `flats`: the flats remove bone too.
   Flux(const DiscSaw& saw, int rim_points, double flat_spacing_mm, bool flats);
-  /// Velocity of the tool's origin and turning rate, in the tool's frame.
+  /// Takes the velocity of the tool's origin and the angular velocity, both in the tool frame.
   double Calc(const ExactBone& bone, const Pose& X_WT, const Vec3& v_T_mm_per_s, const Vec3& w_T_rad_per_s) const;
 
  private:
@@ -59,12 +62,12 @@ class Flux {
   bool flats_;
 };
 
-// ---- poses between poses
-/// At `share` of the way from a to b: straight, and evenly turning.
-Pose Between(const Pose& X_a, const Pose& X_b, double share);
+// ---- interpolation of poses
+/// Returns the pose at `fraction` of the motion from a to b: straight line, uniform rotation.
+Pose Between(const Pose& X_a, const Pose& X_b, double fraction);
 /// The rotation vector that takes `R_a` to `R_b`, in the frame of a, rad.
 Vec3 TurnBetween(const Quat& R_a, const Quat& R_b);
-/// `R` turned by a rotation vector of its own frame.
+/// `R` rotated by a rotation vector in its own frame.
 Quat Turn(const Quat& R, const Vec3& turn_rad);
 
 }  // namespace kerf::reference

@@ -14,27 +14,26 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kSettle_s = 0.15;  // before it begins: the push comes on
-constexpr double kFade_s = 0.3;     // in which it ends
+constexpr double kRampIn_s = 0.15;  // before the motion begins: the push is ramped in
+constexpr double kFade_s = 0.3;     // duration of the fade-out
 constexpr double kListen_s = 0.7;
-constexpr std::size_t kPieces = 7;  // that are listened to one by one
-constexpr double kLeastExchanged_mJ = 0.01;
+constexpr std::size_t kPieces = 7;  // analysed separately
+constexpr double kMinExchanged_mJ = 0.01;
 constexpr std::size_t kParents = 4;
-constexpr double kFirstStep = 0.25;  // of a gene; it shrinks to
+constexpr double kFirstStep = 0.25;  // step of a gene; it shrinks to
 constexpr double kLastStep = 0.03;
 
 double LogBetween(double lower, double upper, double gene) {
   return lower * std::pow(upper / lower, gene);
 }
 
-/// 0 to 1, smoothly.
+/// Rises smoothly from 0 to 1.
 double Smooth(double t) {
   const double held = std::clamp(t, 0.0, 1.0);
   return held * held * (3 - 2 * held);
 }
 
-/// Two directions across `n`.
+/// Two directions perpendicular to `n`.
 std::pair<Vec3, Vec3> Across(const Vec3& n) {
   const Vec3 a = glm::normalize(glm::cross(n, std::abs(n.z) < 0.7 ? Vec3(0, 0, 1) : Vec3(1, 0, 0)));
   return {a, glm::cross(n, a)};
@@ -47,7 +46,7 @@ class Random {
   double Unit() { return static_cast<double>(bits_() >> 11U) * 0x1p-53; }
   double Normal() {
     const double radius = std::sqrt(-2 * std::log(1 - Unit()));
-    return radius * std::cos(2 * kPi * Unit());
+    return radius * std::cos(2 * std::numbers::pi * Unit());
   }
   std::size_t Below(std::size_t count) { return static_cast<std::size_t>(Unit() * static_cast<double>(count)); }
 
@@ -55,20 +54,20 @@ class Random {
   std::mt19937_64 bits_;
 };
 
-/// Thrown back at the ends.
+/// Reflects a gene at the ends of its range.
 double Reflect(double gene) {
   const double folded = std::abs(std::fmod(gene, 2.0));
   return folded > 1 ? 2 - folded : folded;
 }
 
-/// What the hand wants at a time.
+/// The hand's intention at a time.
 Intention CalcIntention(const StabilitySubject& subject, const Attack& attack, double t_s) {
-  const double on = Smooth((t_s - kSettle_s) / 0.1) * (1 - Smooth((t_s - (kAttack_s - kFade_s)) / kFade_s));
-  const double phase = 2 * kPi * attack.saw_Hz * (t_s - kSettle_s);
+  const double on = Smooth((t_s - kRampIn_s) / 0.1) * (1 - Smooth((t_s - (kAttack_s - kFade_s)) / kFade_s));
+  const double phase = 2 * std::numbers::pi * attack.saw_Hz * (t_s - kRampIn_s);
   const Vec3& p_TC = subject.setup.coupled.coupling.p_TC_mm;
   const Vec3 n_T(0, 0, 1);
   Intention wanted;
-  const double tilt = attack.tilt_rad * Smooth((t_s - kSettle_s) / 0.4);
+  const double tilt = attack.tilt_rad * Smooth((t_s - kRampIn_s) / 0.4);
   const Vec3 axis_W = glm::cross(subject.X_WT_start.Vector(n_T), subject.into_W);
   const double length = glm::length(axis_W);
   wanted.X_WH = subject.X_WT_start;
@@ -77,8 +76,8 @@ Intention CalcIntention(const StabilitySubject& subject, const Attack& attack, d
     wanted.X_WH.p_AB += subject.X_WT_start.Vector(p_TC) - wanted.X_WH.Vector(p_TC);
   }
   wanted.X_WH.p_AB += on * std::sin(phase) * attack.saw_W_mm;
-  wanted.v_W_mm_per_s = on * 2 * kPi * attack.saw_Hz * std::cos(phase) * attack.saw_W_mm;
-  wanted.push_W_N = Smooth(t_s / kSettle_s) * attack.push_N * attack.push_W;
+  wanted.v_W_mm_per_s = on * 2 * std::numbers::pi * attack.saw_Hz * std::cos(phase) * attack.saw_W_mm;
+  wanted.push_W_N = Smooth(t_s / kRampIn_s) * attack.push_N * attack.push_W;
   wanted.yield_s = 0.2;
   return wanted;
 }
@@ -103,16 +102,16 @@ Attack MakeAttack(const StabilitySubject& subject, const AttackGenes& g) {
   const double bears_N = profile.continuous_force_N > 0 ? profile.continuous_force_N : profile.peak_force_N;
   attack.push_N = profile.friction_N + LogBetween(0.02, 1, g[3]) * std::min(bears_N, 20.0);
   const auto [a, b] = Across(subject.into_W);
-  const double lean = 80 * kPi / 180 * g[4];
-  const double round = 2 * kPi * g[5];
+  const double lean = 80 * std::numbers::pi / 180 * g[4];
+  const double round = 2 * std::numbers::pi * g[5];
   attack.push_W = std::cos(lean) * subject.into_W + std::sin(lean) * (std::cos(round) * a + std::sin(round) * b);
   const double z = 2 * g[6] - 1;
-  const double turn = kPi * g[7];  // half of the sphere: to and fro are one
+  const double turn = std::numbers::pi * g[7];  // half the sphere, since the motion is back and forth
   const double flat = std::sqrt(1 - z * z);
   const Vec3 way = z * subject.into_W + flat * (std::cos(turn) * a + std::sin(turn) * b);
   attack.saw_W_mm = LogBetween(0.01, 10, g[8]) * way;
   attack.saw_Hz = LogBetween(0.5, 10, g[9]);
-  attack.tilt_rad = (2 * g[10] - 1) * 10 * kPi / 180;
+  attack.tilt_rad = (2 * g[10] - 1) * 10 * std::numbers::pi / 180;
   attack.rpm = g[11] < 0.3 ? 0 : (g[11] < 0.5 ? -1 : 1) * LogBetween(100, 60000, std::fmod(g[11], 0.5) / 0.5);
   attack.switch_s = g[12] < 0.5 ? 0 : LogBetween(0.01, 0.5, std::fmod(g[12] - 0.5, 0.25) / 0.25);
   attack.ends_on = g[12] < 0.75;
@@ -126,19 +125,19 @@ std::string ToText(const Attack& a) {
       "({:.2f}, {:.2f}, {:.2f}) at {:.3g} Hz; tilts by {:.2g} degrees; {:.4g} rpm{}",
       a.hand.mass_kg, 1e3 * a.hand.damping_Ns_per_mm, 1e3 * a.hand.stiffness_N_per_mm, a.push_N, a.push_W.x, a.push_W.y,
       a.push_W.z, length, a.saw_W_mm.x / length, a.saw_W_mm.y / length, a.saw_W_mm.z / length, a.saw_Hz,
-      a.tilt_rad * 180 / kPi, a.rpm,
-      a.switch_s > 0 ? fmt::format(", switched every {:.2g} s, at last {}", a.switch_s, a.ends_on ? "on" : "off")
-                     : std::string(a.ends_on ? "" : ", at last off"));
+      a.tilt_rad * 180 / std::numbers::pi, a.rpm,
+      a.switch_s > 0 ? fmt::format(", switched every {:.2g} s, finally {}", a.switch_s, a.ends_on ? "on" : "off")
+                     : std::string(a.ends_on ? "" : ", finally off"));
 }
 
-double AttackResult::NoiseShare() const {
+double AttackResult::NoiseFraction() const {
   return noise_N / std::max(0.02, 0.01 * mean_N);
 }
 
 AttackResult TryAttack(const StabilitySubject& subject, const Attack& attack) {
   ClosedLoopSetup setup = subject.setup;
   setup.hand = attack.hand;
-  setup.force_map.ramp_in_s = std::min(setup.force_map.ramp_in_s, kSettle_s);
+  setup.force_map.ramp_in_s = std::min(setup.force_map.ramp_in_s, kRampIn_s);
   ClosedLoop loop(subject.bone, setup, subject.X_WT_start);
   const int ticks = static_cast<int>((kAttack_s + kAfter_s) / setup.period_s);
   const int from = ticks - static_cast<int>(kListen_s / setup.period_s);
@@ -152,10 +151,10 @@ AttackResult TryAttack(const StabilitySubject& subject, const Attack& attack) {
     tick = loop.Step(CalcRpm(attack, t_s));
     if (i >= from) f_N.push_back(tick.f_device_N);
     const PortEnergy& e = tick.energy;
-    if (e.exchanged_mJ < kLeastExchanged_mJ) continue;
-    result.least_kept = std::min(result.least_kept, (e.handle_mJ + e.spindle_mJ) / e.exchanged_mJ);
+    if (e.exchanged_mJ < kMinExchanged_mJ) continue;
+    result.min_kept = std::min(result.min_kept, (e.handle_mJ + e.spindle_mJ) / e.exchanged_mJ);
   }
-  // A contact that comes or goes meanwhile is a true change of the force; what trembles does so in most of the pieces.
+  // A contact that begins or ends is a real change of the force and affects one piece; vibration affects most pieces.
   std::array<double, kPieces> noise_N;
   const std::size_t piece = f_N.size() / kPieces;
   Vec3 sum(0);
@@ -182,7 +181,7 @@ Found Search(const std::function<double(const AttackGenes&)>& score, const Adver
     if (n < at_random) {
       for (double& gene : found.genes) gene = random.Unit();
     } else {
-      // A child of one of the best, now and then with genes of another; steps get smaller, but every fourth is large.
+      // A child of one of the best, with some genes from another. Steps become smaller, but every fourth one is large.
       const AttackGenes& mother = best[random.Below(best.size())].genes;
       const AttackGenes& father = best[random.Below(best.size())].genes;
       const double done = static_cast<double>(n - at_random) / std::max(1, options.tries - at_random);
@@ -205,7 +204,7 @@ Worst FindWorst(const StabilitySubject& subject, AttackGoal goal, const Adversar
   worst.found = Search(
       [&](const AttackGenes& genes) {
         const AttackResult result = TryAttack(subject, MakeAttack(subject, genes));
-        return goal == AttackGoal::kNoise ? result.NoiseShare() : -result.least_kept;
+        return goal == AttackGoal::kNoise ? result.NoiseFraction() : -result.min_kept;
       },
       options);
   worst.attack = MakeAttack(subject, worst.found.genes);

@@ -1,4 +1,5 @@
-// An adversary: looks for the passive hand and the path that make a loop tremble most, or get most energy out of it.
+// Adversarial search: finds the passive hand and the path that produce the most noise, or that extract the most energy
+// from a loop.
 #pragma once
 
 #include <array>
@@ -11,42 +12,42 @@
 
 namespace kerf {
 
-/// What the adversary may choose, each gene 0 to 1.
+/// Parameters that the adversary may choose; each gene is 0 to 1.
 constexpr std::size_t kAttackGenes = 13;
 using AttackGenes = std::array<double, kAttackGenes>;
 
-/// A hand that holds the handle, and what it does: no faster than a hand goes, and nothing that is not passive.
+/// A hand that holds the handle, and its motion. The hand is passive and no faster than a human hand.
 ///
-/// First it pushes, saws to and fro, tilts and lets the spindle be switched; then, after kAttack_s, all that it wants
-/// stands still but for the push, so that whatever still trembles trembles by itself.
+/// At first it pushes, saws back and forth, tilts and switches the spindle. After kAttack_s all inputs except the push
+/// are constant, so that any remaining vibration is self-excited.
 struct Attack {
-  HandModel hand;       // 0.02 to 1 kg, 0.5 to 20 N s/m, 1 to 1000 N/m (or none): each order of magnitude alike
-  double push_N = 0;    // on the handle, 2 % to all of what the device bears for long
+  HandModel hand;       // 0.02 to 1 kg, 0.5 to 20 N s/m, 1 to 1000 N/m (or 0): on logarithmic scales
+  double push_N = 0;    // on the handle, 2 % to 100 % of the continuous force of the device
   Vec3 push_W{0};       // unit length, within 80 degrees of the feed
-  Vec3 saw_W_mm{0};     // amplitude, 0.01 to 10 mm, any way
+  Vec3 saw_W_mm{0};     // amplitude, 0.01 to 10 mm, any direction
   double saw_Hz = 0;    // 0.5 to 10
-  double tilt_rad = 0;  // of the tool about the feed's normal in its plane, up to 10 degrees
-  double rpm = 0;       // 0 or 100 to 60000, either way round
-  double switch_s = 0;  // the spindle goes on and off so often at first; 0: not
+  double tilt_rad = 0;  // of the tool about the normal to the feed in its plane, up to 10 degrees
+  double rpm = 0;       // 0 or 100 to 60000, in either direction
+  double switch_s = 0;  // interval at which the spindle is switched on and off at first; 0: it is not switched
   bool ends_on = true;
 };
 Attack MakeAttack(const StabilitySubject& subject, const AttackGenes& genes);
 std::string ToText(const Attack& attack);
 
 constexpr double kAttack_s = 1.2;
-constexpr double kAfter_s = 1.0;  // of which the last 0.7 s are listened to
+constexpr double kAfter_s = 1.0;  // the last 0.7 s are analysed
 
 struct AttackResult {
-  double noise_N = 0;       // of the device's force above 20 Hz, once nothing that is wanted changes
-  double mean_N = 0;        // the force meanwhile
-  double lowest_mJ = 0;     // least of what the hand gave to the handle and the spindle put in, together
-  double exchanged_mJ = 0;  // sum of what went to and fro
+  double noise_N = 0;       // of the device force above 20 Hz, after all inputs have become constant
+  double mean_N = 0;        // mean force in the same time
+  double lowest_mJ = 0;     // minimum of the energy from the hand to the handle plus that from the spindle
+  double exchanged_mJ = 0;  // sum of the absolute energies in both directions
   double spindle_mJ = 0;
-  /// Least of it as a share of what had been exchanged by then, once that is 0.01 mJ: what of it was not got back.
-  /// Below 0, more came back than went in.
-  double least_kept = 1;
-  /// Of the bound, which is 20 mN or 1 % of the force: above 1 it is broken.
-  double NoiseShare() const;
+  /// Minimum of that energy as a fraction of the energy exchanged so far, once at least 0.01 mJ has been exchanged: the
+  /// fraction that was not returned. Below 0, more energy came out than went in.
+  double min_kept = 1;
+  /// Noise divided by its bound, which is 20 mN or 1 % of the force; above 1 the bound is violated.
+  double NoiseFraction() const;
 };
 AttackResult TryAttack(const StabilitySubject& subject, const Attack& attack);
 
@@ -63,9 +64,10 @@ struct Found {
   double score = 0;
   int at_try = 0;
 };
-/// Maximises a score over the genes: a third of the tries at random, the rest children of the best so far. An evolution
-/// strategy of few parents and many children: the score is noisy and has plateaus (no contact, no noise), so slopes are
-/// no use, and one run takes a tenth of a second, so that a model of the score can't be learned. Deterministic.
+/// Maximises a score over the genes: a third of the tries are random, the others are children of the best so far. This
+/// is an evolution strategy of few parents and many children. The score is noisy and has plateaus (no contact, no
+/// noise), so gradients are of no use. One run takes a tenth of a second, so there are too few tries to learn a model
+/// of the score. Deterministic.
 Found Search(const std::function<double(const AttackGenes&)>& score, const AdversaryOptions& options);
 
 struct Worst {

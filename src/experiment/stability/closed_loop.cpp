@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <utility>
 
@@ -13,14 +14,14 @@
 namespace kerf {
 namespace {
 
-constexpr double kNormal999 = 3.090232306167813;  // a normal deviate is below it 999 times in 1000
-constexpr double kShortestPeriod = 0.25;          // as Deadlines holds them apart
+constexpr double kNormal999 = 3.090232306167813;  // a standard normal variate is below it with probability 0.999
+constexpr double kShortestPeriod = 0.25;          // minimum distance between ticks, in periods, as in Deadlines
 constexpr double kLongestPeriod_s = 10;
 
 void CheckRange(const char* name, double value, double lower, double upper) {
   if (value >= lower && value <= upper) return;
   throw Error(
-      fmt::format("the closed loop's {} = {:g} is out of range; it must be {:g} to {:g}", name, value, lower, upper));
+      fmt::format("{} = {:g} of the closed loop is out of range; it must be {:g} to {:g}", name, value, lower, upper));
 }
 
 ClosedLoopSetup Checked(ClosedLoopSetup setup) {
@@ -40,7 +41,7 @@ TimingFaults Checked(const TimingFaults& timing, double period_s) {
   return timing;
 }
 
-/// With motors strong enough for the gain that is tried.
+/// Returns the profile with motors strong enough for the tested gain.
 DeviceProfile Strengthen(DeviceProfile profile, double gain) {
   profile.peak_force_N *= std::max(1.0, gain);
   profile.peak_torque_Nmm *= std::max(1.0, gain);
@@ -55,7 +56,7 @@ SimulatedDeviceOptions MakeOptions(const ClosedLoopSetup& setup) {
   return options;
 }
 
-/// A device whose motors make `gain` times what they are asked for, and whose time the loop tells, not the tick.
+/// A device whose motors output `gain` times the commanded force. Its time is advanced by the loop, not by the tick.
 class GainDevice final : public Device {
  public:
   GainDevice(Device& device, double gain) : device_(device), gain_(gain) {}
@@ -100,9 +101,9 @@ struct ClosedLoop::State {
   HapticStep step;
   TimingFaults timing;
   std::mt19937_64 random{1};
-  double since_tick_s = 0;  // began the last one
+  double since_tick_s = 0;  // time since the last tick began
   bool tripped = false;     // by the watchdog, since the last tick
-  Vec3 p_read_mm;           // where the handle was in the last tick
+  Vec3 p_read_mm;           // position of the handle in the last tick
   ClosedLoopTick tick;
 };
 
@@ -116,20 +117,20 @@ double ClosedLoop::State::DrawPeriod() {
   if (timing.tail_p999_s > 0) {
     const double sigma = std::log(timing.tail_p999_s / setup.period_s) / kNormal999;
     const double radius = std::sqrt(-2 * std::log(1 - Uniform()));
-    period *= std::exp(sigma * radius * std::cos(2 * 3.14159265358979323846 * Uniform()));
+    period *= std::exp(sigma * radius * std::cos(2 * std::numbers::pi * Uniform()));
   }
   return std::min(kLongestPeriod_s, setup.period_s * std::max(period, kShortestPeriod));
 }
 
 bool ClosedLoop::State::DrawLost(double from_s) {
-  // Drawn in either case, so that the losses do not depend on the bursts.
+  // Drawn in any case, so that the losses do not depend on the bursts.
   const bool lost = timing.lost_share > 0 && Uniform() < timing.lost_share;
   if (!(timing.burst_every_s > 0)) return lost;
   const double begun = std::floor(from_s / timing.burst_every_s) * timing.burst_every_s;
   return lost || (begun > 0 && from_s - begun < timing.burst_s);
 }
 
-/// Hand and handle go on with the force that the motors make.
+/// Advances hand and handle under the current force of the motors.
 void ClosedLoop::State::Elapse(double time_s) {
   const int parts = static_cast<int>(std::ceil(time_s / setup.period_s - 1e-9));
   for (int i = 0; i < parts; ++i) {
@@ -150,7 +151,7 @@ void ClosedLoop::State::Account() {
 }
 
 void ClosedLoop::State::Tick(double rpm) {
-  // As HapticLoop: whole periods, and no more than 10 ms at once.
+  // As in HapticLoop: whole periods, at most 10 ms at once.
   const double periods = std::max(1.0, std::round(since_tick_s / setup.period_s));
   tick.dt_s = std::min(periods * setup.period_s, std::max(kLongestTick_s, setup.period_s));
   HapticStepInput in;
@@ -176,9 +177,9 @@ ClosedLoopTick ClosedLoop::Step(double rpm) {
   const double period_s = s.DrawPeriod();
   const bool lost = s.DrawLost(s.tick.time_s + period_s);
   const double limit_s = 1e-3 * s.setup.watchdog_ms;
-  const double left_s = std::max(limit_s - s.since_tick_s, 0.0);  // until the watchdog bites
+  const double left_s = std::max(limit_s - s.since_tick_s, 0.0);  // until the watchdog trips
   if (s.tripped) {
-    s.device.Write(Vec3{0}, Vec3{0});  // so that the zero comes through the delay
+    s.device.Write(Vec3{0}, Vec3{0});  // so that the zero passes through the delay
     s.Elapse(period_s);
   } else if (period_s > left_s * (1 + 1e-9)) {
     s.Elapse(left_s);

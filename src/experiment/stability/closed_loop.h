@@ -1,5 +1,5 @@
-// A saw in bone, in a simulated hand, on a simulated device: the whole loop in virtual time, with what can go wrong
-// between device and tick, and the energy at the handle accounted for.
+// The whole loop in virtual time: a saw in bone, held by a simulated hand on a simulated device. Includes timing faults
+// between device and tick, and accounts for the energy at the handle.
 #pragma once
 
 #include <cstdint>
@@ -13,59 +13,60 @@
 namespace kerf {
 
 struct ClosedLoopSetup {
-  CoupledParams coupled;  // its coupling as it is to be tried: FitCoupling is the caller's
+  CoupledParams coupled;  // its coupling is used as it is; the caller applies FitCoupling
   DeviceProfile profile;
   HandModel hand;
   ForceMapParams force_map;
   double period_s = 0.001;
   double watchdog_ms = 50;
   bool quantise = true;
-  int delay_ticks = 0;   // from the force worked out to the force there
-  double loop_gain = 1;  // the device makes so many times the force it is asked for: for gain margins
+  int delay_ticks = 0;   // from the computation of a force to its output
+  double loop_gain = 1;  // ratio of the force that the device outputs to the commanded force: for gain margins
 };
 
-/// What time does to the ticks. A lost tick leaves the device with its last force; the next one then moves the
-/// simulation on as HapticLoop does (at most 10 ms, the slew that of one period), after watchdog_ms from zero force.
+/// Timing faults of the ticks. During a lost tick the device keeps its last force. The next tick then advances the
+/// simulation as HapticLoop does (by at most 10 ms, with the slew limit of one period). After watchdog_ms without a
+/// tick the force starts again from zero.
 struct TimingFaults {
-  double jitter = 0;         // a period lasts 1 - jitter to 1 + jitter times as long, evenly distributed; 0 to 0.9
-  double tail_p999_s = 0;    // above 0: lognormal, the median a period, 99.9 % below this
-  double lost_share = 0;     // of the ticks, each by itself; 0 to 0.9
-  double burst_every_s = 0;  // above 0: so often ...
-  double burst_s = 0;        // ... all ticks of so long are lost
+  double jitter = 0;       // a period lasts (1 - jitter) to (1 + jitter) times as long, uniformly distributed; 0 to 0.9
+  double tail_p999_s = 0;  // above 0: lognormal, the median is one period, 99.9 % are below this
+  double lost_share = 0;   // probability that a tick is lost, independent for each tick; 0 to 0.9
+  double burst_every_s = 0;  // above 0: interval between bursts of lost ticks
+  double burst_s = 0;        // duration of a burst, in which all ticks are lost
   std::uint64_t seed = 1;
 };
 
-/// Since the start, mJ = N mm; forces as the device makes them, motion the true one, of turning too.
+/// Energies since the start, mJ = N mm. Forces are those that the device outputs, motion is the true motion; both
+/// include rotation.
 struct PortEnergy {
-  double motor_mJ = 0;  // that the scene has taken up through the motors: -sum F . dx
-  double handle_mJ =
-      0;  // that the hand has given to the handle: motor_mJ + the handle's motion + its friction and damping
-  double held_mJ = 0;           // sum of 1/2 K |dx|^2: what holding a spring's force over a tick can give back
+  double motor_mJ = 0;          // absorbed by the scene through the motors: -sum F . dx
+  double handle_mJ = 0;         // given by the hand to the handle: motor_mJ + its kinetic energy, friction and damping
+  double held_mJ = 0;           // sum of 1/2 K |dx|^2: energy that a spring force can return by being held over a tick
   double exchanged_mJ = 0;      // sum of |F . dx|
-  double spindle_mJ = 0;        // that the spindle put in, as the device feels it
-  double lowest_mJ = 0;         // least of motor_mJ + spindle_mJ so far
-  double lowest_handle_mJ = 0;  // least of handle_mJ + spindle_mJ so far
+  double spindle_mJ = 0;        // from the spindle, as felt by the device
+  double lowest_mJ = 0;         // minimum of motor_mJ + spindle_mJ so far
+  double lowest_handle_mJ = 0;  // minimum of handle_mJ + spindle_mJ so far
 };
 
 struct ClosedLoopTick {
-  double time_s = 0;     // at its end
-  double dt_s = 0;       // that the simulation moved on by; 0: lost
+  double time_s = 0;     // at the end of the tick
+  double dt_s = 0;       // simulated time of the tick; 0: the tick was lost
   HapticStepOutput out;  // of the last tick that was not lost
-  Vec3 p_WC_mm{0};       // handle, true, where the coupling holds it
+  Vec3 p_WC_mm{0};       // true position of the handle at the coupling point
   Vec3 v_WC_mm_per_s{0};
-  Vec3 f_device_N{0};  // that the motors made up to now
+  Vec3 f_device_N{0};  // force of the motors until this tick
   PortEnergy energy;
 };
 
 class ClosedLoop {
  public:
-  /// Throws Error for a parameter out of range.
+  /// Throws Error if a parameter is out of range.
   ClosedLoop(Bone bone, const ClosedLoopSetup& setup, const Pose& X_WH_start);
   ~ClosedLoop();
 
   ClosedLoopTick Step(double rpm = 7500);
 
-  /// What the hand does, from now on; the grip; what goes wrong.
+  /// device() sets the hand's subsequent motion and its grip, SetTiming() the timing faults.
   SimulatedDevice& device();
   void SetTiming(const TimingFaults& timing);
   CoupledSimulation& simulation();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "experiment/stability/scenario_run.h"
@@ -12,41 +13,41 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kPush_N = 5;         // of the simulation
-constexpr double kLeastPush_N = 0.5;  // likewise
-constexpr double kSidePush_N = 2;     // likewise, on the wall of a kerf
-constexpr double kSideways_mm = 1;    // likewise, that the coupling gives
-constexpr double kShareOfPeak = 0.3;  // that the push may take of what device and coupling can give
+constexpr double kPush_N = 5;            // simulated newtons
+constexpr double kMinPush_N = 0.5;       // simulated newtons
+constexpr double kSidePush_N = 2;        // simulated newtons, on the wall of a kerf
+constexpr double kSideways_mm = 1;       // maximum deflection of the coupling on the wall of a kerf
+constexpr double kFractionOfPeak = 0.3;  // maximum push as a fraction of the peak force of device or coupling
 constexpr double kApproach_mm_per_s = 10;
 constexpr double kTick_s = 0.001;  // of the approach
-constexpr int kMostTicks = 4000;   // likewise
-constexpr double kYield_s = 0.5;
+constexpr int kMaxTicks = 4000;    // of the approach
 constexpr double kKick_rad = 1e-5;
-constexpr double kLongestWindow_mm = 100;  // an encoder's step with which no sample ever leaves the window
-constexpr double kAslant = 0.985;          // cosine between feed and what the bone answers: below it is no face
-constexpr double kAway_mm = 0.3;           // so far from its place the tool has left it
-constexpr double kOffBone = 0.1;           // of the push: below it nothing answers
+constexpr double kLongestWindow_mm = 100;  // encoder step so large that no sample leaves the velocity window
+constexpr double kAslant = 0.985;  // cosine between feed and contact direction; below it the contact is an edge, not a
+                                   // face
+constexpr double kAway_mm = 0.3;   // beyond this distance the tool has left its place
+constexpr double kOffBone = 0.1;   // fraction of the push; below it the bone exerts no reaction
 
-/// How deep the tool is to be for a state, mm along the feed from the first touch.
+/// Depth of the tool for a state, mm along the feed from the first contact.
 double CalcDepth(const StabilitySubject& subject, HeldState state) {
   const double voxel_mm = subject.bone.voxel_mm();
   if (state == HeldState::kCutting) return std::max(1.0, 2 * voxel_mm);
-  // The walls of a kerf hold a turning disc from 3.25 voxels on.
+  // The walls of a kerf hold a rotating disc at depths of 3.25 voxels or more.
   return std::max(6 * voxel_mm, 0.5 * CalcReach(subject.setup.coupled.tool));
 }
 
-/// Square to the feed, along the spindle if that can be.
+/// Returns a direction perpendicular to the feed, along the spindle if possible.
 Vec3 CalcSideways(const StabilitySubject& subject) {
   for (const Vec3& axis_T : {Vec3(0, 0, 1), Vec3(1, 0, 0)}) {
     const Vec3 axis = subject.X_WT_start.Vector(axis_T);
     const Vec3 across = axis - glm::dot(axis, subject.into_W) * subject.into_W;
     if (glm::length(across) > 0.3) return glm::normalize(across);
   }
-  throw Error("the way of the feed is not of unit length");
+  throw Error("the direction of the feed is not a unit vector");
 }
 
-/// The way from the tool's middle to where its edge is deepest in the bone or nearest to it, unit length.
+/// Returns the direction from the tool's centre to the point of its edge that is deepest in the bone or nearest to it,
+/// unit length.
 Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   double deepest = -std::numeric_limits<double>::infinity();
   Vec3 way_W(0);
@@ -60,44 +61,44 @@ Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   return glm::normalize(way_W);
 }
 
-/// What the push, the spring and the handle come to, for a loop.
+/// Magnitudes that result from the push, the spring and the handle of a loop.
 struct Sizes {
   double scale = 1;               // device N per simulation N
   double push_N = 0;              // on the device
-  double compression_mm = 0;      // of the coupling under it
+  double compression_mm = 0;      // of the coupling under the push
   double stiffness_N_per_mm = 0;  // that the device feels
   double mass = 0;                // of handle and hand, N s^2 / mm
-  double period_s = 0;            // of the swing on that spring
+  double period_s = 0;            // of the oscillation on that spring
 };
 
 Sizes CalcSizes(const HeldTool& held, const ClosedLoopSetup& setup) {
   Sizes z;
   z.scale = ForceMap(setup.profile, setup.force_map).force_scale();
   const double K = setup.coupled.coupling.stiffness_N_per_mm;
-  // Rubbing pulls the tool along a wall by a share of what presses it on: with a soft spring it would come out.
+  // Friction pulls the tool along a wall with a fraction of the normal force: with a soft spring it would come out.
   const double bears_N = held.slips ? kSideways_mm * K : held.push_N;
-  const double push_N = std::min({held.push_N, bears_N, kShareOfPeak * setup.profile.peak_force_N / z.scale,
-                                  kShareOfPeak * setup.coupled.coupling.max_force_N});
+  const double push_N = std::min({held.push_N, bears_N, kFractionOfPeak * setup.profile.peak_force_N / z.scale,
+                                  kFractionOfPeak * setup.coupled.coupling.max_force_N});
   z.push_N = push_N * z.scale;
   z.compression_mm = push_N / (setup.loop_gain * K);
   z.stiffness_N_per_mm = setup.loop_gain * z.scale * K;
   z.mass = 1e-3 * (setup.profile.mass_kg + setup.hand.mass_kg);
-  z.period_s = 2 * kPi * std::sqrt(z.mass / (z.stiffness_N_per_mm + setup.hand.stiffness_N_per_mm));
+  z.period_s = 2 * std::numbers::pi * std::sqrt(z.mass / (z.stiffness_N_per_mm + setup.hand.stiffness_N_per_mm));
   return z;
 }
 
 enum class Grip {
   kOwn,   // the hand of the setup
-  kCalm,  // with its spring, but so much damping that nothing swings
+  kCalm,  // with the hand's spring, but overdamped
 };
 
-/// The tool held in that loop, pushed and at rest but for the feed.
+/// The tool held in that loop, pushed, and at rest except for the feed.
 class Held {
  public:
   Held(const HeldTool& held, const ClosedLoopSetup& setup, const Sizes& sizes, Grip grip = Grip::kOwn)
       : held_(held), sizes_(sizes), loop_(held.bone, setup, CalcStart(held, sizes)) {
     loop_.simulation().SetDown(held.X_WT);
-    // A hand with so much damping that the spring comes to rest soon, and no swing of the loop is left.
+    // A hand damped so strongly that the spring soon comes to rest and no oscillation of the loop remains.
     const double K = sizes.stiffness_N_per_mm;
     const double lag_s = setup.period_s * (1 + 2 * setup.delay_ticks);
     const double m = 1e-3 * setup.profile.mass_kg;
@@ -113,8 +114,8 @@ class Held {
     const int ticks = static_cast<int>(std::clamp(10 / rate, 20 * setup.period_s, 0.5) / setup.period_s);
     for (int i = 0; i < ticks; ++i) {
       tick_ = loop_.Step(held.rpm);
-      // What rubs on the turning disc, or an edge that it meets aslant, would take it away from its place: the hand
-      // holds against that.
+      // Friction on the rotating disc, or an oblique edge, would move the tool from its place. The hand compensates
+      // these forces.
       const Vec3 across = tick_.f_device_N - glm::dot(tick_.f_device_N, held.push_W) * held.push_W;
       balance_N_ -= 0.2 * (balance_N_ + across);
       loop_.device().SetIntention({.X_WH = loop_.X_WH_start(), .push_W_N = sizes.push_N * held.push_W + balance_N_});
@@ -126,7 +127,8 @@ class Held {
     Intend(Vec3(0), 0);
   }
 
-  /// One tick; `kick_N` more along the push, the hand turned by `turn_rad` about all three axes.
+  /// Runs one tick, with an additional force `kick_N` along the push and the hand rotated by `turn_rad` about all three
+  /// axes.
   const ClosedLoopTick& Step(double kick_N = 0, double turn_rad = 0) {
     if (kick_N != 0 || turn_rad != 0) Intend(kick_N * held_.push_W, turn_rad);
     tick_ = loop_.Step(held_.rpm);
@@ -137,7 +139,7 @@ class Held {
   double position_mm() const { return glm::dot(tick_.p_WC_mm, held_.push_W); }
   double force_N() const { return -glm::dot(tick_.f_device_N, held_.push_W); }
   const Vec3& tool_mm() const { return tick_.out.coupled.X_WT.p_AB; }
-  /// Of the tool along the push, from where it was first held.
+  /// Travel of the tool along the push since it was first held in place.
   double way_mm() const { return glm::dot(tool_mm() - held_.X_WT.p_AB, held_.push_W); }
   const ClosedLoopTick& tick() const { return tick_; }
 
@@ -164,12 +166,12 @@ class Held {
   Pose X_WH_;
 };
 
-/// Swings of a signal, one after the other: the times of its turning points and how far it goes from one to the next.
+/// Successive swings of a signal: the times of its turning points and the distances between them.
 class Swings {
  public:
   void Add(double t_s, double value) {
     if (count_ >= 2 && (value - y1_) * (y1_ - y0_) < 0) {
-      // The turning point, from a parabola through three samples.
+      // Turning point of a parabola through three samples.
       const double curve = y0_ - 2 * y1_ + value;
       Turn(t_s, y1_ - (value - y0_) * (value - y0_) / (8 * curve));
     }
@@ -181,7 +183,7 @@ class Swings {
   std::size_t size() const { return log_swing_.size(); }
   double log_swing(std::size_t i) const { return log_swing_[i]; }
 
-  /// By least squares over all from `first` on, 1/s.
+  /// Least squares over all swings starting at `first`, 1/s.
   double CalcGrowth(std::size_t first) const {
     const double n = static_cast<double>(size() - first);
     double t_mean = 0;
@@ -201,7 +203,8 @@ class Swings {
 
  private:
   void Turn(double t_s, double top) {
-    constexpr double kRipple = 1e-3;  // of the swing before: a dent in a top, which comes as two turns
+    constexpr double kRipple = 1e-3;  // fraction of the previous swing: a dent in a peak, which appears as two turning
+                                      // points
     const double swing = std::abs(top - last_top_);
     if (dented_ || (turns_ > 0 && swing < kRipple * last_swing_)) {
       dented_ = !dented_;
@@ -228,9 +231,9 @@ class Swings {
 
 ClosedLoopSetup MakeLinear(ClosedLoopSetup setup) {
   setup.profile.friction_N = 0;
-  // Positions are exact then. But an encoder makes the velocity that of a window of time, for the smallest motions the
-  // longest, and the coupling's damper comes that late: the same window always, which is linear. With steps that are
-  // next to none there is no window.
+  // Positions are then exact. But with an encoder the velocity is an average over a time window, which is longest for
+  // the smallest motions and delays the coupling's damper accordingly. Here the window always has the maximum length,
+  // which is linear. If the encoder steps are negligible, there is no window.
   setup.profile.resolution_mm = setup.profile.resolution_mm > 1e-4 ? kLongestWindow_mm : 0;
   setup.quantise = false;
   setup.force_map.ramp_in_s = 0;
@@ -242,7 +245,7 @@ double CalcTurn(const Quat& a, const Quat& b) {
   return 2 * std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
 }
 
-/// Greatest distance of `x` in [from, to) from its line of least squares.
+/// Maximum distance of `x` in [from, to) from its least-squares line.
 double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) {
   const double n = static_cast<double>(to - from);
   const double middle = 0.5 * (n - 1);
@@ -258,12 +261,13 @@ double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) 
   return most;
 }
 
-/// Whether the bone lets the tool keep its place where a loop was seen not to be stable, `seconds` long and `way_mm`
-/// far along the push: in a hand in which nothing swings. What is lost there too was lost to the bone's shape (an edge
-/// that it slid off, a bone that it is through) and says nothing of the loop.
+/// Returns true if, with an overdamped hand, the tool stays in the place where a loop appeared unstable, for a duration
+/// of `seconds` and a distance of `way_mm` along the push. If it leaves its place then too, the cause is the bone's
+/// shape (an edge that the tool slid off, or bone that it cut through), and the result says nothing about the loop.
 bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, double way_mm) {
-  constexpr double kLonger = 4;       // a calm hand feeds slower, and slides off slower
-  constexpr double kBeyond_mm = 0.2;  // of the way: where it was last pushed, and not where it was off
+  constexpr double kLonger = 4;       // an overdamped hand feeds more slowly, and slides off more slowly
+  constexpr double kBeyond_mm = 0.2;  // beyond that distance: the position where it was last pushed, not where it came
+                                      // off
   constexpr double kGone_s = 0.02;
   setup.force_map.ramp_in_s = 0;
   setup.loop_gain = std::min(setup.loop_gain, 1.0);
@@ -285,53 +289,53 @@ bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, dou
   return true;
 }
 
-/// With friction and the encoder's steps, or where a linear loop is known not to be stable: what becomes of a kick.
-Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double least_sway_mm, double& seconds,
+/// Observes the result of a kick, with friction and encoder steps, or for a linear loop that is known to be unstable.
+Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double min_sway_mm, double& seconds,
                     double& way_mm) {
   setup.force_map.ramp_in_s = 0;
   const Sizes sizes = CalcSizes(held, setup);
   Held run(held, setup, sizes);
   const double T = setup.period_s;
-  const double kick_N = setup.profile.friction_N + sizes.mass * kick_mm * 2 * kPi / (sizes.period_s * T);
+  const double kick_N = setup.profile.friction_N + sizes.mass * kick_mm * 2 * std::numbers::pi / (sizes.period_s * T);
   const double window_s = std::max(1.5 * sizes.period_s, 0.04);
   const std::size_t window = static_cast<std::size_t>(window_s / T);
   constexpr std::size_t kWindows = 8;
   std::vector<double> x;
   x.reserve(kWindows * window);
-  double least_N = 1e300;
-  double most_N = 0;
+  double min_N = 1e300;
+  double max_N = 0;
   run.Step(kick_N);
   seconds = static_cast<double>(kWindows * window) * T;
   std::vector<double> sway;
   for (std::size_t w = 0; w < kWindows; ++w) {
-    least_N = 1e300;
-    most_N = 0;
+    min_N = 1e300;
+    max_N = 0;
     for (std::size_t i = 0; i < window; ++i) {
       run.Step();
       x.push_back(run.position_mm());
       way_mm = std::max(way_mm, run.way_mm());
-      least_N = std::min(least_N, run.force_N());
-      most_N = std::max(most_N, run.force_N());
+      min_N = std::min(min_N, run.force_N());
+      max_N = std::max(max_N, run.force_N());
     }
     sway.push_back(CalcSway(x, w * window, (w + 1) * window));
-    // Off the bone nothing sways either.
-    if (most_N < kOffBone * sizes.push_N) return Behaviour::kUnstable;
-    if (sway.back() <= least_sway_mm) return Behaviour::kStable;
+    // Nothing oscillates off the bone either.
+    if (max_N < kOffBone * sizes.push_N) return Behaviour::kUnstable;
+    if (sway.back() <= min_sway_mm) return Behaviour::kStable;
     if (w >= 3 && sway[w] < 0.5 * sway[w - 2] && sway[w] < 0.5 * kick_mm) return Behaviour::kStable;
   }
-  // Off the bone and back, or as hard as the device can: what it grows to is bounded only by those.
-  const bool hammers = least_N < 0.05 * sizes.push_N || most_N > 0.95 * setup.profile.peak_force_N;
+  // It bounces off the bone and back, or reaches the maximum force of the device: only these limit the growth.
+  const bool hammers = min_N < 0.05 * sizes.push_N || max_N > 0.95 * setup.profile.peak_force_N;
   if (hammers && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
   if (sway.back() < 0.9 * sway[kWindows / 2]) return Behaviour::kStable;
   if (sway.back() > 1.1 * sway[kWindows / 2] && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
   return Behaviour::kLimitCycle;
 }
 
-/// Likewise, but for what the bone's shape does.
-Behaviour Watch(const HeldTool& held, const ClosedLoopSetup& setup, double kick_mm, double least_sway_mm) {
+/// As WatchKick(), but excludes effects of the bone shape.
+Behaviour Watch(const HeldTool& held, const ClosedLoopSetup& setup, double kick_mm, double min_sway_mm) {
   double seconds = 0;
   double way_mm = -1e300;
-  const Behaviour behaviour = WatchKick(held, setup, kick_mm, least_sway_mm, seconds, way_mm);
+  const Behaviour behaviour = WatchKick(held, setup, kick_mm, min_sway_mm, seconds, way_mm);
   if (behaviour == Behaviour::kStable || KeepsPlace(held, setup, seconds, way_mm)) return behaviour;
   return Behaviour::kNotHeld;
 }
@@ -358,13 +362,13 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
   in.dt_s = kTick_s;
   in.rpm = held.rpm;
   Vec3 begun_mm = subject.X_WT_start.p_AB;
-  double way_mm = 0;       // of the handle from there
-  double touched_mm = -1;  // way of the tool at the first touch
+  double way_mm = 0;       // of the handle from `begun_mm`
+  double touched_mm = -1;  // travel of the tool at the first contact
   int resting = 0;
   double before_mm = 0;
   double push_N = 0;
   CoupledOutput out;
-  for (int i = 0; i < kMostTicks; ++i) {
+  for (int i = 0; i < kMaxTicks; ++i) {
     in.X_WH.p_AB = begun_mm + way_mm * along_W;
     out = simulation.Tick(in);
     const double tool_mm = glm::dot(out.X_WT.p_AB - begun_mm, along_W);
@@ -377,16 +381,16 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
     before_mm = tool_mm;
     way_mm = std::min(way_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
     if (!first || held.rpm != 0) continue;
-    // An edge is pushed on squarely: along the feed the tool would slide off it.
+    // On an edge the tool is pushed along the contact normal: along the feed it would slide off.
     const Vec3 squarely_W = FindContact(simulation.bone(), params.tool, out.X_WT);
     if (glm::dot(squarely_W, along_W) >= kAslant) continue;
     held.push_W = along_W = squarely_W;
     begun_mm = in.X_WH.p_AB;
     way_mm = 0;
   }
-  if (touched_mm < 0) throw Error("the tool meets no bone on the way of the feed from where it starts");
-  // No more than a slow feed takes: a fast tool would be through the bone before anything can be told.
-  if (held.feeds) held.push_N = std::clamp(push_N, kLeastPush_N, kPush_N);
+  if (touched_mm < 0) throw Error("the tool touches no bone along the feed from its start");
+  // At most the force of a slow feed: a fast tool would cut through the bone before the result is known.
+  if (held.feeds) held.push_N = std::clamp(push_N, kMinPush_N, kPush_N);
   held.X_WT = out.X_WT;
   held.bone = std::move(simulation).TakeBone();
   return held;
@@ -397,16 +401,16 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
   const Sizes sizes = CalcSizes(held, setup);
   Held still(held, setup, sizes);
   Held kicked(held, setup, sizes);
-  // So small that nothing but the difference's linear part is seen, and so large that rounding is far below.
+  // Small enough that only the linear part of the difference is visible, but far larger than rounding.
   const double kick_mm = std::min(1e-3 * sizes.compression_mm, 1e-3);
-  const double kick_N = sizes.mass * kick_mm * 2 * kPi / (sizes.period_s * setup.period_s);
+  const double kick_N = sizes.mass * kick_mm * 2 * std::numbers::pi / (sizes.period_s * setup.period_s);
   const bool turns = setup.profile.degrees_of_freedom == 6 && setup.hand.torsion_Nmm_per_rad > 0;
   still.Step();
   kicked.Step(kick_N, turns ? kKick_rad : 0);
 
   constexpr double kPeriods = 6;
-  constexpr std::size_t kFirst = 1;  // of the swings that count: the one before is still the kick's
-  constexpr double kGone = 1e-6;     // of the kick's speed: what still turns to and fro below is rounding
+  constexpr std::size_t kFirst = 1;  // first swing that counts: the previous one still contains the kick
+  constexpr double kGone = 1e-6;     // fraction of the kick's speed: swings below it are rounding
   const int ticks = static_cast<int>(std::max(kPeriods * sizes.period_s, 0.1) / setup.period_s);
   Swings swings;
   double fastest = 0;
@@ -431,36 +435,36 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
     const double v = glm::dot(b.v_WC_mm_per_s - a.v_WC_mm_per_s, held.push_W);
     way_mm = std::max(way_mm, still.way_mm());
     lost = still.force_N() < kOffBone * sizes.push_N;
-    if (lost) break;  // through the bone, or it hammers
+    if (lost) break;  // through the bone, or hammering
     fastest = std::max(fastest, std::abs(v));
     const std::size_t before = swings.size();
     swings.Add(t_s, v);
-    // A strong damper lets it creep back without a swing.
+    // With a strong damper it creeps back without a swing.
     if (swings.size() > before && swings.log_swing(before) < std::log(kGone * fastest)) {
       return std::log(kGone) / std::max(t_s, setup.period_s);
     }
     speed.push_back(std::abs(v));
     turn.push_back(CalcTurn(a.out.sample.X_WH.R_AB, b.out.sample.X_WH.R_AB));
     if (swings.size() == before || swings.size() < kFirst + 4) continue;
-    // Clear enough?
+    // Stop if the result is clear.
     const double change = swings.log_swing(swings.size() - 1) - swings.log_swing(kFirst);
     if (std::abs(change) > 2) break;
   }
   const double length_s = static_cast<double>(speed.size()) * setup.period_s;
-  const auto told = [&](double growth) -> std::optional<double> {
+  const auto reported = [&](double growth) -> std::optional<double> {
     if (growth < 0 || KeepsPlace(held, setup, length_s, way_mm)) return growth;
     return std::nullopt;
   };
-  // Turning has no weight here: it comes to rest within some ticks, or it grows to what the torque allows.
+  // Rotation is not weighted here: it comes to rest within a few ticks, or it grows up to the limit of the torque.
   const double turned = most(turn, 0, 1);
-  if (turned > 30 * kKick_rad) return told(std::log(turned / kKick_rad) / length_s);
-  if (swings.size() >= kFirst + 3) return told(swings.CalcGrowth(kFirst));
-  if (speed.size() < 8) return lost ? told(0) : 0;
+  if (turned > 30 * kKick_rad) return reported(std::log(turned / kKick_rad) / length_s);
+  if (swings.size() >= kFirst + 3) return reported(swings.CalcGrowth(kFirst));
+  if (speed.size() < 8) return lost ? reported(0) : 0;
   const double late = std::max(most(speed, 0.75, 1), 1e-300);
   const double growth = std::log(late / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
-  // A loop that is not stable swings. What grows without turning back slides.
+  // An unstable loop oscillates. A motion that grows without reversal is sliding.
   if (growth >= 0 && swings.size() < 2 && !lost) return std::nullopt;
-  return told(growth);
+  return reported(growth);
 }
 
 Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear) {
@@ -476,55 +480,57 @@ Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linea
   const double step_mm = setup.quantise ? setup.profile.resolution_mm : 0;
   const double compression_mm = CalcSizes(held, setup).compression_mm;
   const double kick_mm = std::min(0.3 * compression_mm, std::max(10 * step_mm, 0.03 * compression_mm));
-  // While it feeds the encoder's steps go by and are felt, and without friction nothing holds the handle within one.
+  // During the feed the handle passes encoder steps, which can be felt. Without friction nothing holds the handle
+  // within one step.
   const bool still = !held.feeds && setup.profile.friction_N > 0;
-  const double least_mm = std::max(still ? 0.02 * step_mm : step_mm, 1e-4 * kick_mm);
-  return Watch(held, setup, kick_mm, least_mm);
+  const double min_mm = std::max(still ? 0.02 * step_mm : step_mm, 1e-4 * kick_mm);
+  return Watch(held, setup, kick_mm, min_mm);
 }
 
-Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double most_gain) {
-  enum class Found { kStable, kNotStable, kNotHeld };
+Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double max_gain) {
+  enum class Verdict { kStable, kNotStable, kNotHeld };
   const auto find = [&](double gain, int delay_ticks) {
     ClosedLoopSetup tried = setup;
     tried.loop_gain *= gain;
     tried.delay_ticks += delay_ticks;
     if (linear) {
       const std::optional<double> growth = FindGrowth(held, tried);
-      return !growth ? Found::kNotHeld : *growth < 0 ? Found::kStable : Found::kNotStable;
+      return !growth ? Verdict::kNotHeld : *growth < 0 ? Verdict::kStable : Verdict::kNotStable;
     }
     const Behaviour behaviour = TryHeld(held, tried, false);
-    return behaviour == Behaviour::kStable    ? Found::kStable
-           : behaviour == Behaviour::kNotHeld ? Found::kNotHeld
-                                              : Found::kNotStable;
+    return behaviour == Behaviour::kStable    ? Verdict::kStable
+           : behaviour == Behaviour::kNotHeld ? Verdict::kNotHeld
+                                              : Verdict::kNotStable;
   };
   constexpr double kApart = 1.25;
-  constexpr double kLeastGain = 1.0 / 64;
+  constexpr double kMinGain = 1.0 / 64;
   constexpr double kTo = 1.02;
-  constexpr int kMostDelay = 16;
+  constexpr int kMaxDelay = 16;
   Margins margins;
-  const Found as_it_is = find(1, 0);
-  if (as_it_is == Found::kNotHeld) {
+  const Verdict as_it_is = find(1, 0);
+  if (as_it_is == Verdict::kNotHeld) {
     margins.unjudged = held.feeds ? "the tool is through the bone too soon" : "the tool leaves its place on the bone";
     return margins;
   }
-  // The rule says where to begin.
+  // The search starts at the gain given by the rule for a sampled spring.
   const double scale = ForceMap(setup.profile, setup.force_map).force_scale();
   const CouplingLimits limits = CalcCouplingLimits(setup.profile, setup.hand, setup.coupled.coupling, scale, 0,
                                                    setup.period_s, setup.delay_ticks);
   const double rule = limits.sampled_stiffness_N_per_mm / setup.coupled.coupling.stiffness_N_per_mm / setup.loop_gain;
-  // Largest gain known to be stable and least known not to be; 0: none. What can't be held ends the search.
-  double low = as_it_is == Found::kStable ? 1 : 0;
-  double high = as_it_is == Found::kStable ? 0 : 1;  // no higher gain is tried then
+  // Largest gain known to be stable and smallest known to be unstable; 0: none. A tool that cannot be held ends the
+  // search.
+  double low = as_it_is == Verdict::kStable ? 1 : 0;
+  double high = as_it_is == Verdict::kStable ? 0 : 1;  // if already unstable, no higher gain is tried
   bool held_still = true;
   const auto look = [&](double gain) {
-    const Found found = find(gain, 0);
-    held_still = found != Found::kNotHeld;
-    if (found == Found::kStable) low = gain;
-    if (found == Found::kNotStable) high = gain;
+    const Verdict found = find(gain, 0);
+    held_still = found != Verdict::kNotHeld;
+    if (found == Verdict::kStable) low = gain;
+    if (found == Verdict::kNotStable) high = gain;
   };
-  if (low > 0 && low < most_gain) look(std::clamp(rule / std::sqrt(kApart), kApart, most_gain));
-  while (held_still && high == 0 && low < most_gain) look(std::min(low * kApart, most_gain));
-  while (held_still && low == 0 && high > kLeastGain) look(std::max(high / kApart, kLeastGain));
+  if (low > 0 && low < max_gain) look(std::clamp(rule / std::sqrt(kApart), kApart, max_gain));
+  while (held_still && high == 0 && low < max_gain) look(std::min(low * kApart, max_gain));
+  while (held_still && low == 0 && high > kMinGain) look(std::max(high / kApart, kMinGain));
   while (held_still && low > 0 && high > kTo * low) look(std::sqrt(low * high));
   if (!held_still && low == 0) {
     margins.unjudged = "the tool leaves its place on the bone";
@@ -532,14 +538,14 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
   }
   margins.gain_beyond = high == 0 || !held_still;
   margins.gain = margins.gain_beyond ? low : std::sqrt(low * high);
-  // 1, 2, 4, ... ticks until one is too many, then between.
-  const int most = kMostDelay - setup.delay_ticks;
+  // Tries 1, 2, 4, ... ticks until one is too many, then bisects.
+  const int most = kMaxDelay - setup.delay_ticks;
   int too_many = most + 1;
   const auto bears = [&](int ticks) {
-    const Found found = find(1, ticks);
-    margins.delay_beyond = found == Found::kNotHeld;
-    if (found == Found::kStable) margins.delay_ticks = ticks;
-    if (found == Found::kNotStable) too_many = ticks;
+    const Verdict found = find(1, ticks);
+    margins.delay_beyond = found == Verdict::kNotHeld;
+    if (found == Verdict::kStable) margins.delay_ticks = ticks;
+    if (found == Verdict::kNotStable) too_many = ticks;
   };
   for (int ticks = 1; ticks <= most && too_many > most && !margins.delay_beyond; ticks = std::min(2 * ticks, most)) {
     bears(ticks);

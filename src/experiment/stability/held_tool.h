@@ -1,4 +1,4 @@
-// A tool brought to where a loop is tried, and whether a kick of the handle dies out there.
+// A tool in the place where a loop is tested, and the test whether a kick of the handle decays there.
 #pragma once
 
 #include <optional>
@@ -8,31 +8,32 @@
 namespace kerf {
 
 struct HeldTool {
-  Bone bone;           // cut on the way, where the state asks for it
+  Bone bone;           // cut on the way, if the state requires it
   Pose X_WT;           // the tool
-  Vec3 push_W{0};      // the way in which the hand pushes, unit length
+  Vec3 push_W{0};      // direction in which the hand pushes, unit length
   double rpm = 0;      // of the spindle
-  double push_N = 0;   // in the simulation's newtons; less where the device can't bear it
-  bool feeds = false;  // the tool goes ahead while it is pushed
-  bool slips = false;  // it rubs across the push
+  double push_N = 0;   // simulated newtons; less if the device cannot bear it
+  bool feeds = false;  // the tool advances while it is pushed
+  bool slips = false;  // the tool's surface slips across the push
 };
 
-/// Brings the tool there with a slow, soft pull and takes it out of that hand. On an edge a stopped tool is pushed
-/// squarely, not along the feed, by which it would slide off. Throws Error when it meets no bone.
+/// Brings the tool into place with a slow, soft pull and then releases it. On an edge a stopped tool is pushed along
+/// the contact normal: along the feed it would slide off. Throws Error if the tool touches no bone.
 HeldTool HoldTool(const StabilitySubject& subject, HeldState state);
 
-/// How a small kick of the handle along the push goes on while friction and encoder steps of the profile don't count:
-/// two loops run side by side, one kicked, and only their difference is looked at, which is linear whatever the rest
-/// does.
+/// Computes how a small kick of the handle along the push evolves, without the friction and the encoder steps of the
+/// profile. Two loops run side by side, one of them kicked. Only their difference is examined, which is linear
+/// even if the loops are not.
 ///
-/// The logarithm's growth per second of the difference's swing: below 0 it dies out. None when the tool left its place
-/// before that could be told, through the bone or off an edge, as it does in a hand in which nothing swings too.
+/// Returns the growth rate of the logarithm of the difference's amplitude, 1/s; negative if it decays. Returns nullopt
+/// if the tool left its place, through the bone or off an edge, before the result was clear, provided that it does so
+/// with an overdamped hand too.
 std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& setup);
 
-/// As TryState().
+/// See TryState().
 Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear);
 
-/// As FindMargins().
-Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double most_gain = 64);
+/// See FindMargins().
+Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double max_gain = 64);
 
 }  // namespace kerf

@@ -34,10 +34,10 @@ const char* ToString(Judgement judgement) {
   return "";
 }
 
-Judgement Margins::Judge(double least_gain, int least_delay_ticks) const {
+Judgement Margins::Judge(double min_gain, int min_delay_ticks) const {
   if (!unjudged.empty()) return Judgement::kNotJudged;
-  const bool gain_enough = gain >= least_gain;
-  const bool delay_enough = delay_ticks >= least_delay_ticks;
+  const bool gain_enough = gain >= min_gain;
+  const bool delay_enough = delay_ticks >= min_delay_ticks;
   if (gain_enough && delay_enough) return Judgement::kHolds;
   const bool broken = (!gain_enough && !gain_beyond) || (!delay_enough && !delay_beyond);
   return broken ? Judgement::kBroken : Judgement::kNotJudged;
@@ -59,8 +59,8 @@ Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear
   return TryHeld(HoldTool(subject, state), subject.setup, linear);
 }
 
-Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double most_gain) {
-  return FindHeldMargins(HoldTool(subject, state), subject.setup, linear, most_gain);
+Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double max_gain) {
+  return FindHeldMargins(HoldTool(subject, state), subject.setup, linear, max_gain);
 }
 
 ClosedLoopSetup FitSetup(ClosedLoopSetup setup, const DeviceProfile& profile, const HandModel& hand,

@@ -17,7 +17,6 @@ namespace kerf {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kPi = std::numbers::pi;
 
 bool IsFinite(std::span<const double> f) {
   return std::all_of(f.begin(), f.end(), [](double x) { return std::isfinite(x); });
@@ -40,7 +39,7 @@ std::vector<double> TakeAxis(std::span<const Vec3> f, int axis) {
   return x;
 }
 
-/// Mean square above cutoff_Hz, the three axes together.
+/// Mean square above cutoff_Hz, sum over the three axes.
 double CalcHighPassPower(std::span<const Vec3> f, double dt_s, double cutoff_Hz) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -50,15 +49,15 @@ double CalcHighPassPower(std::span<const Vec3> f, double dt_s, double cutoff_Hz)
   return sum;
 }
 
-/// The value that a share of all are no larger than.
-double CalcPercentile(std::vector<double> values, double share) {
-  const double rank = std::ceil(share * static_cast<double>(values.size()) - 1e-9);
+/// The value that the given fraction of all values do not exceed.
+double CalcPercentile(std::vector<double> values, double fraction) {
+  const double rank = std::ceil(fraction * static_cast<double>(values.size()) - 1e-9);
   const auto at = static_cast<std::ptrdiff_t>(std::clamp(rank - 1, 0.0, static_cast<double>(values.size() - 1)));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<std::size_t>(at)];
 }
 
-/// Less its best straight line.
+/// Subtracts the least-squares line.
 std::vector<double> Detrend(std::span<const double> f) {
   const std::size_t n = f.size();
   const double middle = 0.5 * static_cast<double>(n - 1);
@@ -78,9 +77,9 @@ std::vector<double> Detrend(std::span<const double> f) {
   return x;
 }
 
-/// Of a window of n samples, its value at the i-th.
+/// Value of a Hann window of n samples at sample i.
 double CalcHann(std::size_t i, std::size_t n) {
-  return 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
+  return 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
 }
 
 double MeanSquare(std::span<const double> x) {
@@ -95,7 +94,7 @@ double MaxAbs(std::span<const double> x) {
   return most;
 }
 
-/// Fourier transform in place, of a power of two of values.
+/// Fourier transform in place; the size must be a power of two.
 void Transform(std::vector<std::complex<double>>& x) {
   const std::size_t n = x.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {
@@ -106,7 +105,7 @@ void Transform(std::vector<std::complex<double>>& x) {
   }
   std::vector<std::complex<double>> turns(n / 2);
   for (std::size_t k = 0; k < n / 2; ++k) {
-    turns[k] = std::polar(1.0, -2 * kPi * static_cast<double>(k) / static_cast<double>(n));
+    turns[k] = std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n));
   }
   for (std::size_t length = 2; length <= n; length <<= 1) {
     for (std::size_t start = 0; start < n; start += length) {
@@ -126,7 +125,7 @@ std::size_t CalcPowerOfTwo(std::size_t at_least) {
   return n;
 }
 
-/// Sum of x_i x_(i+lag) for lags from 0.
+/// Sums of x_i x_(i+lag) for lags from 0.
 std::vector<double> Correlate(std::span<const double> x) {
   std::vector<std::complex<double>> z(CalcPowerOfTwo(2 * x.size()));
   std::copy(x.begin(), x.end(), z.begin());
@@ -138,9 +137,9 @@ std::vector<double> Correlate(std::span<const double> x) {
   return sums;
 }
 
-/// Power at the frequency, mean of Hann windows of `length` samples.
+/// Power at the frequency, mean over Hann windows of `length` samples.
 double CalcPowerAt(std::span<const double> f, std::size_t length, double periods_per_sample) {
-  const std::complex<double> turn = std::polar(1.0, -2 * kPi * periods_per_sample);
+  const std::complex<double> turn = std::polar(1.0, -2 * std::numbers::pi * periods_per_sample);
   double power = 0;
   int windows = 0;
   for (std::size_t start = 0; start + length <= f.size(); start += length / 2) {
@@ -157,7 +156,7 @@ double CalcPowerAt(std::span<const double> f, std::size_t length, double periods
   return power / windows;
 }
 
-/// Mean square about the mean.
+/// Mean square deviation from the mean.
 double CalcVariance(std::span<const double> x) {
   double mean = 0;
   for (const double v : x) mean += v / static_cast<double>(x.size());
@@ -166,8 +165,8 @@ double CalcVariance(std::span<const double> x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// Per sample: of ln RMS of stretches of one period, the slope that fits best, the large ones counting for more. About
-/// each stretch's own mean, as a signal that dies out bends the straight line that was taken off.
+/// Growth rate per sample: slope of a weighted fit to ln RMS of intervals of one period, with larger weights for large
+/// values. Each interval's mean is subtracted, since the line removed from a decaying signal does not fit it locally.
 double CalcGrowth(std::span<const double> x, std::size_t period) {
   double w = 0, wt = 0, wy = 0, wtt = 0, wty = 0;
   const double scale = MeanSquare(x);
@@ -220,9 +219,9 @@ Toggles CountToggles(std::span<const double> f, double dt_s, double least) {
   if (f.size() < 2 || !IsFinite(f)) return {kNaN, kNaN};
   int contacts = 0;
   int turns = 0;
-  int way = 0;  // the signal's: 1 up, -1 down, 0 not known yet
+  int way = 0;  // direction of the signal: 1 up, -1 down, 0 unknown yet
   double low = f[0];
-  double high = f[0];  // extremes since it last turned
+  double high = f[0];  // extremes since it last reversed
   for (std::size_t i = 1; i < f.size(); ++i) {
     if ((f[i] != 0) != (f[i - 1] != 0)) ++contacts;
     low = std::min(low, f[i]);
@@ -245,13 +244,13 @@ double CalcLineProminence_dB(std::span<const double> f, double dt_s, double f_Hz
   CheckTime(dt_s);
   Check(f_Hz > 0 && f_Hz * dt_s <= 0.5, "a frequency of", f_Hz);
   const double at = f_Hz * dt_s;  // periods per sample
-  // Windows as short as a quarter of the signal, so that there are seven, and no shorter than 8 periods.
+  // Windows of a quarter of the signal, so that there are seven of them, but at least 8 periods long.
   const auto n = static_cast<double>(f.size());
   const double least = 8 / at;
   if (n < 64 || n < least || !IsFinite(f)) return kNaN;
   const auto length = static_cast<std::size_t>(std::max({n / 4, least, 64.0}));
   const double bin = 1 / static_cast<double>(length);
-  // A Hann window makes a line four bins wide; ten to either side are the surroundings.
+  // A Hann window makes a line four bins wide; the bins from 4 to 10 on either side are the surroundings.
   std::vector<double> around;
   for (int k = 4; k <= 10; ++k) {
     if (at - k * bin > bin) around.push_back(CalcPowerAt(f, length, at - k * bin));
@@ -273,7 +272,7 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
     found.amplitude = 0;
     return found;
   }
-  // Autocorrelation, each lag over what the two overlapping parts could have at most.
+  // Autocorrelation, each lag divided by the maximum possible value for the two overlapping parts.
   std::vector<double> r = Correlate(x);
   const std::size_t lags = x.size() / 3;
   double head = r[0];
@@ -292,7 +291,8 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
     if (is_peak(i)) highest = std::max(highest, r[i]);
   }
   if (highest == 0) return found;
-  // Of a periodic signal every multiple of the period is a peak, about as high: the first of them, at its top.
+  // A periodic signal has peaks of about the same height at all multiples of the period: take the first, at its
+  // maximum.
   std::size_t top = 0;
   for (std::size_t i = first + 1; i < lags; ++i) {
     if (top != 0 && r[i] < 0.9 * highest) break;
@@ -309,10 +309,11 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
   return found;
 }
 
-// The shape was read: a U with its minimum between 150 and 200 Hz, below 0.01 um in some people, and falling towards it
-// more steeply than the 12 dB an octave above 40 Hz of a probe on the skin (Brisben, Hsiao and Johnson 1999, abstract:
-// a cylinder of 32 mm grasped in the hand; Gescheider and Verrillo 1979). The figures are recalled, of the order of the
-// mean over people, and sure to a factor of 3 (10 dB) at best. Check them before quoting a sensation level.
+// The shape is from the literature: a U with its minimum between 150 and 200 Hz, below 0.01 um in some people, to which
+// it falls more steeply than the 12 dB per octave above 40 Hz for a probe on the skin (Brisben, Hsiao and Johnson 1999,
+// abstract: a cylinder of 32 mm grasped in the hand; Gescheider and Verrillo 1979). The figures are from memory,
+// approximate the mean over people, and are accurate to a factor of 3 (10 dB) at best. Check them before quoting a
+// sensation level.
 double CalcVibrationThreshold_um(double f_Hz) {
   struct Point {
     double f_Hz, um;
@@ -331,10 +332,10 @@ double CalcVibrationThreshold_um(double f_Hz) {
 double CalcSensationLevel_dB(std::span<const double> f_N, double dt_s, double mass_kg) {
   CheckTime(dt_s);
   Check(mass_kg > 0 && std::isfinite(mass_kg), "a mass of", mass_kg);
-  constexpr double kLeast_s = 0.5;
+  constexpr double kMin_s = 0.5;
   constexpr double kNothing_dB = -200;
   const std::size_t n = f_N.size();
-  if (n < 16 || static_cast<double>(n) * dt_s < kLeast_s * (1 - 1e-9) || !IsFinite(f_N)) return kNaN;
+  if (n < 16 || static_cast<double>(n) * dt_s < kMin_s * (1 - 1e-9) || !IsFinite(f_N)) return kNaN;
   const std::vector<double> x = Detrend(f_N);
   std::vector<std::complex<double>> z(CalcPowerOfTwo(n));
   double window_power = 0;
@@ -356,31 +357,31 @@ double CalcSensationLevel_dB(std::span<const double> f_N, double dt_s, double ma
         mean_square += 2 * std::norm(z[k]) / (static_cast<double>(z.size()) * window_power);
       }
     }
-    const double w = 2 * kPi * centre_Hz;
+    const double w = 2 * std::numbers::pi * centre_Hz;
     const double x_um = 1e6 * std::sqrt(2 * mean_square) / (mass_kg * w * w);
     if (x_um > 0) level_dB = std::max(level_dB, 20 * std::log10(x_um / CalcVibrationThreshold_um(centre_Hz)));
   }
   return level_dB;
 }
 
-double CalcTurn_deg(std::span<const Vec3> f_N, double share, double least_N) {
-  Check(share >= 0 && share <= 1, "a share of", share);
+double CalcTurn_deg(std::span<const Vec3> f_N, double fraction, double min_N) {
+  Check(fraction >= 0 && fraction <= 1, "a fraction of", fraction);
   if (f_N.size() < 2 || !IsFinite(f_N)) return kNaN;
   std::vector<double> turns_deg;
   for (std::size_t i = 1; i < f_N.size(); ++i) {
     const Vec3& a = f_N[i - 1];
     const Vec3& b = f_N[i];
-    if (!(glm::length(a) > least_N) || !(glm::length(b) > least_N)) continue;
-    turns_deg.push_back(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / kPi);
+    if (!(glm::length(a) > min_N) || !(glm::length(b) > min_N)) continue;
+    turns_deg.push_back(std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180 / std::numbers::pi);
   }
-  return turns_deg.empty() ? 0 : CalcPercentile(std::move(turns_deg), share);
+  return turns_deg.empty() ? 0 : CalcPercentile(std::move(turns_deg), fraction);
 }
 
 double CalcAliveness(std::span<const Vec3> p_mm, double dt_s) {
   CheckTime(dt_s);
-  constexpr double kLeast_s = 1;
+  constexpr double kMin_s = 1;
   const std::size_t n = p_mm.size();
-  if (n < 3 || static_cast<double>(n) * dt_s < kLeast_s * (1 - 1e-9) || !IsFinite(p_mm)) return kNaN;
+  if (n < 3 || static_cast<double>(n) * dt_s < kMin_s * (1 - 1e-9) || !IsFinite(p_mm)) return kNaN;
   return std::sqrt(std::max(0.0, CalcHighPassPower(p_mm, dt_s, 1) - CalcHighPassPower(p_mm, dt_s, 20)));
 }
 

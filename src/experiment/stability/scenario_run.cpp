@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -14,15 +15,13 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kYield_s = 0.5;
-constexpr double kLeastWindow_s = 0.25;  // in which noise is judged
-constexpr double kLeastOfAll_s = 0.1;    // of a tool that is through: two periods of 20 Hz
+constexpr double kMinWindow_s = 0.25;  // minimum window in which noise is judged
+constexpr double kMinOfAll_s = 0.1;    // the same for a tool that is through: two periods of 20 Hz
 constexpr double kPushOn_s = 0.3;
-constexpr double kSettle_s = 0.05;     // from the first bone cut
-constexpr double kLookEvery_s = 0.01;  // for bone ahead of the tool
-constexpr double kAhead_mm = 2;        // so far; the hops of a tool that chatters are shorter
-constexpr double kOnLine = 0.5;        // of the tool's reach, that it may be off the line of the feed
+constexpr double kSettle_s = 0.05;     // after the first bone was cut
+constexpr double kLookEvery_s = 0.01;  // interval of the search for bone ahead of the tool
+constexpr double kAhead_mm = 2;        // distance of that search; the hops of a tool that chatters are shorter
+constexpr double kOnLine = 0.5;        // maximum distance from the line of the feed, as a fraction of the tool's reach
 
 }  // namespace
 
@@ -32,7 +31,7 @@ std::vector<Vec3> SampleEdge(const Tool& tool) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     constexpr int kAround = 180;
     for (int i = 0; i < kAround; ++i) {
-      const double angle = 2 * kPi * i / kAround;
+      const double angle = 2 * std::numbers::pi * i / kAround;
       points.push_back(disc->radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0));
     }
     return points;
@@ -53,10 +52,10 @@ double CalcBuried(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   return deepest;
 }
 
-Pose BackOff(const StabilitySubject& subject, double most_mm) {
+Pose BackOff(const StabilitySubject& subject, double max_mm) {
   Pose X = subject.X_WT_start;
   const double step_mm = 0.5 * subject.bone.voxel_mm();
-  for (double back_mm = 0; back_mm < most_mm; back_mm += step_mm) {
+  for (double back_mm = 0; back_mm < max_mm; back_mm += step_mm) {
     Pose next = X;
     next.p_AB -= step_mm * subject.into_W;
     if (CalcBuried(subject.bone, subject.setup.coupled.tool, next) > 0) break;
@@ -65,8 +64,8 @@ Pose BackOff(const StabilitySubject& subject, double most_mm) {
   return X;
 }
 
-double CalcThickness(const StabilitySubject& subject, double most_mm) {
-  // Along the way of the foremost point of the edge.
+double CalcThickness(const StabilitySubject& subject, double max_mm) {
+  // Along the path of the leading point of the edge.
   const Tool& tool = subject.setup.coupled.tool;
   Vec3 front(0);
   double most = -std::numeric_limits<double>::infinity();
@@ -81,11 +80,11 @@ double CalcThickness(const StabilitySubject& subject, double most_mm) {
   const double step_mm = 0.25 * subject.bone.voxel_mm();
   double inside_mm = 0;
   double way_mm = 0;
-  for (; way_mm < most_mm + 3; way_mm += step_mm) {
+  for (; way_mm < max_mm + 3; way_mm += step_mm) {
     const bool inside = subject.bone.SignedDistance(front + way_mm * subject.into_W) < 0;
     if (inside) inside_mm += step_mm;
     if (!inside && inside_mm > 0) return inside_mm;
-    if (inside_mm > most_mm) break;
+    if (inside_mm > max_mm) break;
   }
   return std::numeric_limits<double>::infinity();
 }
@@ -178,7 +177,7 @@ void ScenarioRun::LookAhead() {
   const Vec3 across = way - along_mm * subject_.into_W;
   const double reach_mm = CalcReach(subject_.setup.coupled.tool);
   left_line_ = left_line_ || glm::length(across) > kOnLine * reach_mm;
-  // A handle that was let go of is pushed off the bone, and comes back.
+  // A released handle is pushed off the bone and comes back.
   const bool is_back = was_released_ && along_mm < furthest_mm_ - 0.5 * kAhead_mm;
   furthest_mm_ = std::max(furthest_mm_, along_mm);
   if (left_line_ || is_back || IsBoneAhead()) return;
@@ -253,21 +252,21 @@ void ScenarioRun::AtLeast(const std::string& name, const std::string& unit, doub
   result_.figures.push_back({name, unit, value, bound, false});
 }
 
-void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double share) {
+void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double fraction) {
   const std::size_t end = std::min(to, now());
-  const double least_s = is_through() ? kLeastOfAll_s : kLeastWindow_s;
-  if (end < from + static_cast<std::size_t>(std::lround(least_s / T()))) {
-    LeaveUnjudged("The tool was through the bone, or off it, too soon for the noise to be judged.");
+  const double min_s = is_through() ? kMinOfAll_s : kMinWindow_s;
+  if (end < from + static_cast<std::size_t>(std::lround(min_s / T()))) {
+    LeaveUnjudged("The tool cut through the bone or left it too soon for the noise to be judged.");
     return;
   }
-  AddNoiseFigure(CalcNoise(forces_N(from, to), T()), MeanForce_N(from, to), share);
+  AddNoiseFigure(CalcNoise(forces_N(from, to), T()), MeanForce_N(from, to), fraction);
 }
 
 void ScenarioRun::AddCutNoise(std::size_t from, std::size_t to) {
   const std::size_t end = std::min(to, now());
-  const auto part = static_cast<std::size_t>(std::lround(kLeastOfAll_s / T()));
+  const auto part = static_cast<std::size_t>(std::lround(kMinOfAll_s / T()));
   const std::size_t begun = std::min(FirstSteady(), end);
-  const bool too_short = end < from + static_cast<std::size_t>(std::lround(kLeastWindow_s / T()));
+  const bool too_short = end < from + static_cast<std::size_t>(std::lround(kMinWindow_s / T()));
   if (!is_through() || !too_short || end < begun + part) return AddNoise(from, to);
   std::vector<std::pair<double, std::size_t>> noise_N;
   for (std::size_t at = begun; at + part <= end; at += part) {
@@ -275,16 +274,16 @@ void ScenarioRun::AddCutNoise(std::size_t from, std::size_t to) {
   }
   const auto middle = noise_N.begin() + static_cast<std::ptrdiff_t>(noise_N.size() / 2);
   std::nth_element(noise_N.begin(), middle, noise_N.end());
-  AddNoiseFigure(middle->first, MeanForce_N(middle->second, middle->second + part), kNoiseShare);
+  AddNoiseFigure(middle->first, MeanForce_N(middle->second, middle->second + part), kNoiseFraction);
 }
 
-void ScenarioRun::AddNoiseFigure(double noise_N, double mean_N, double share) {
-  AtMost("noise above 20 Hz", "mN", 1000 * noise_N, std::max(20.0, 1000 * share * mean_N));
+void ScenarioRun::AddNoiseFigure(double noise_N, double mean_N, double fraction) {
+  AtMost("noise above 20 Hz", "mN", 1000 * noise_N, std::max(20.0, 1000 * fraction * mean_N));
 }
 
 void ScenarioRun::AddEnergy() {
   const PortEnergy& e = tick_.energy;
-  AtLeast("energy taken up by the motors, least", "mJ", e.lowest_mJ,
+  AtLeast("energy absorbed by the motors, minimum", "mJ", e.lowest_mJ,
           -(e.held_mJ + std::max(1e-3, 1e-3 * e.exchanged_mJ)));
 }
 

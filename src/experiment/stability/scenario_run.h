@@ -1,4 +1,4 @@
-// What the scenarios are made of: a loop that is run, watched and judged.
+// Building blocks of the scenarios: a loop that is run, observed and judged.
 #pragma once
 
 #include <span>
@@ -11,14 +11,16 @@
 
 namespace kerf {
 
-/// A subject's loop on its way through one scenario. It keeps what the motors made and where the handle was, and holds
-/// all of it against what holds in any scenario: finite, no force beyond the device's peak, no step beyond the slew but
-/// to zero, no force in air.
+inline constexpr double kYield_s = 0.5;  // HandPush::yield_s of a hand that feeds
+
+/// A subject's loop during one scenario. Records the motors' forces and the handle's positions, and checks the
+/// conditions that hold in every scenario: all values finite, no force beyond the device's peak, no step beyond the
+/// slew limit except to zero, no force in air.
 class ScenarioRun {
  public:
-  static constexpr double kNoiseShare = 0.01;  // of the force, that its noise may be
+  static constexpr double kNoiseFraction = 0.01;  // noise allowed, as a fraction of the force
 
-  /// From X_WT_start, or where the held tool is.
+  /// Starts at X_WT_start, or where the held tool is.
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario);
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, const HeldTool& held);
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, Bone bone, const Pose& X_WT);
@@ -31,28 +33,28 @@ class ScenarioRun {
   double scale() const { return scale_; }  // device N per simulation N
   void set_rpm(double rpm) { rpm_ = rpm; }
 
-  /// On the device, for so many newtons of the simulation: no more than it bears for long, and its friction on top.
+  /// Force on the device for a force in simulated newtons: at most the device's continuous force, plus its friction.
   double CalcPush_N(double simulated_N) const;
-  /// What a step of the device's encoder makes of a force, through the coupling, in just-noticeable differences.
+  /// Change of a force due to one encoder step, through the coupling, in just-noticeable differences.
   double CalcGrain(double force_N) const;
-  /// The hand leans on the handle, the place that it wants giving way along the push.
+  /// The hand pushes the handle; its target position yields along the push.
   void Lean(const Vec3& push_W_N);
-  /// The hand lets go.
+  /// The hand releases the handle.
   void Release();
-  /// The hand takes the handle where it is, and wants it there.
+  /// The hand grips the handle at its present position, which becomes its target.
   void Grip(const HandModel& hand);
 
   const ClosedLoopTick& Step();
-  /// What Step() does with the loop's tick; of a test, with one that is made up.
+  /// Processes the loop's tick as Step() does; tests call it with artificial ticks.
   const ClosedLoopTick& Take(const ClosedLoopTick& tick);
   void Run(double seconds);
-  /// Likewise, but no longer than the tool is in bone. Up to where (as now()) the force may be judged: a tenth of a
-  /// second before the tool had cut through, or had nothing to cut for a tenth.
+  /// As Run(), but ends when the tool leaves the bone. Returns the end (as now()) of the samples whose force may be
+  /// judged: a tenth of a second before the tool cut through, or before the force was absent for a tenth of a second.
   std::size_t RunInBone(double seconds);
-  /// The tool has come out behind the bone: it cut, has no bone within 2 mm ahead of it along the feed, and is still on
-  /// its line. A tool that left its line sideways or that hops on the bone has not cut through.
+  /// True if the tool has come out on the far side of the bone: it has cut, has no bone within 2 mm ahead along the
+  /// feed, and is still on its line. A tool that left its line sideways or that hops on the bone has not cut through.
   bool is_through() const { return result_.cut_through_s.has_value(); }
-  /// In the air, until the force is no longer ramped in.
+  /// Runs in air until the force is fully ramped in.
   void AwaitRamp();
 
   std::size_t now() const { return f_N_.size(); }  // samples so far
@@ -63,31 +65,31 @@ class ScenarioRun {
 
   void AtMost(const std::string& name, const std::string& unit, double value, double bound);
   void AtLeast(const std::string& name, const std::string& unit, double value, double bound);
-  /// Force above 20 Hz: at most 20 mN, or that share of the force where it is more. Of less than a quarter of a second
-  /// it is not judged.
-  void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double share = kNoiseShare);
-  /// The same of a cut without faults, whose tool may be through before `from`: a loop that shakes breaks through
-  /// early. Then all that it cut for is looked at, in parts of a tenth of a second, and the middle one by noise counts,
-  /// of two the louder: a border between two kinds of bone shakes one part, an unstable loop most of them.
+  /// Adds the force above 20 Hz, which must be at most 20 mN or `fraction` of the force, whichever is larger. A window
+  /// shorter than a quarter of a second is not judged.
+  void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double fraction = kNoiseFraction);
+  /// The same for a cut without faults, in which the tool may be through before `from`: a shaking tool breaks through
+  /// early. Then the whole cut is examined in parts of a tenth of a second, and the part with the median noise counts
+  /// (of two parts, the louder one). A border between two kinds of bone shakes one part, an unstable loop most of them.
   void AddCutNoise(std::size_t from, std::size_t to = SIZE_MAX);
-  /// That the motors never gave more than was put in.
+  /// Adds the check that the motors never output more energy than was put in.
   void AddEnergy();
   void Say(const std::string& more) { result_.what += more; }
-  /// Something could not be judged, for that reason.
+  /// Records why something could not be judged.
   void LeaveUnjudged(const std::string& why) { result_.unjudged = why; }
-  /// The tool meets no bone any more for so long at the end.
+  /// True if the tool touched no bone during the last `seconds`.
   bool IsOff(double seconds) const;
 
   ScenarioResult Finish();
   static ScenarioResult Skip(const Scenario& scenario, const std::string& why);
-  /// Nothing of it could be judged.
+  /// Result of a scenario in which nothing could be judged.
   static ScenarioResult NotJudged(const Scenario& scenario, const std::string& why);
 
  private:
-  /// The first sample (as now()) in which the tool cut, and a little later: from here on the force of a tool that
-  /// breaks through before a scenario's own time may be judged.
+  /// First sample (as now()) in which the tool cut, plus a settling time. From this sample on, the force of a tool that
+  /// breaks through before a scenario's own window may be judged.
   std::size_t FirstSteady() const;
-  void AddNoiseFigure(double noise_N, double mean_N, double share);
+  void AddNoiseFigure(double noise_N, double mean_N, double fraction);
   const StabilitySubject& subject_;
   Pose X_WT_start_;
   double scale_;
@@ -99,14 +101,14 @@ class ScenarioRun {
   std::vector<Vec3> f_N_;
   std::vector<Vec3> p_mm_;
   TickWatch watch_;
-  Bone begun_with_;              // to look ahead in
-  std::vector<Vec3> leading_T_;  // points of the edge that lead along the feed, tool frame
+  Bone begun_with_;              // initial bone, in which the run looks ahead
+  std::vector<Vec3> leading_T_;  // points of the edge in front, along the feed, tool frame
   bool has_cut_ = false;
   std::size_t first_cut_ = 0;  // as now()
-  bool left_line_ = false;     // of the feed, sideways: a tool that drives itself round the bone comes behind it too
+  bool left_line_ = false;  // sideways off the line of the feed; a tool that moves around the bone also gets behind it
   bool was_released_ = false;
   double furthest_mm_ = 0;  // along the feed
-  std::size_t looked_ = 0;  // for bone ahead, as now()
+  std::size_t looked_ = 0;  // last search for bone ahead, as now()
 
   void LookAhead();
   bool IsBoneAhead() const;
@@ -114,14 +116,14 @@ class ScenarioRun {
 
 /// Points of the tool's edge, tool frame.
 std::vector<Vec3> SampleEdge(const Tool& tool);
-/// How far the tool's edge reaches into the bone, mm; at most the bone's band. Not above 0: it does not touch.
+/// Depth of the tool's edge in the bone, mm; at most the bone's band. Not above 0: no contact.
 double CalcBuried(const Bone& bone, const Tool& tool, const Pose& X_WT);
-/// As far back from X against the feed as no bone is in the way, at most `most_mm`.
-Pose BackOff(const StabilitySubject& subject, double most_mm);
-/// Thickness of the bone that the tool's edge meets on the way of the feed; infinite when it is more than `most_mm`.
-double CalcThickness(const StabilitySubject& subject, double most_mm);
+/// Moves back from X_WT_start against the feed until bone is in the way, by at most `max_mm`.
+Pose BackOff(const StabilitySubject& subject, double max_mm);
+/// Thickness of the bone that the tool's edge crosses along the feed; infinite if it is more than `max_mm`.
+double CalcThickness(const StabilitySubject& subject, double max_mm);
 
-/// Puts a scenario on the list; `body` is called with subject, scenario (for its name and sentence) and seed.
+/// Appends a scenario to the list; `body` is called with subject, scenario (for its name and sentence) and seed.
 template <typename Body>
 void Add(std::vector<Scenario>& all, const char* name, const char* what, Body body) {
   all.push_back({name, what, [=](const StabilitySubject& subject, std::uint64_t seed) {

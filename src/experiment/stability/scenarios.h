@@ -1,4 +1,4 @@
-// The situations in which a saw in a hand must stay steady, each run on a subject of one's choice.
+// The situations in which a loop with a hand-held saw must stay steady. Each can be run on any subject.
 #pragma once
 
 #include <functional>
@@ -10,31 +10,32 @@
 
 namespace kerf {
 
-/// A figure that was measured, and what it must not pass.
+/// A measured figure and its bound.
 struct StabilityFigure {
   std::string name;  // "noise above 20 Hz"
   std::string unit;  // "mN"
   double value = 0;
   double bound = 0;
   bool at_most = true;   // false: at least
-  bool clamped = false;  // the loop itself cuts it off at the bound: to come near is no worry
+  bool clamped = false;  // the loop itself limits it to the bound, so being close to it is no concern
   bool holds() const { return at_most ? value <= bound : value >= bound; }  // not for NaN
 };
 
 struct ScenarioResult {
   std::string name;      // "press_and_hold"
-  std::string what;      // a sentence for people
+  std::string what;      // a sentence for the user
   bool skipped = false;  // does not apply to this subject; `what` says why
-  /// Why it, or some of it, could not be judged here; a sentence. Empty when all was.
+  /// Reason why the scenario, or part of it, could not be judged here, as a sentence. Empty if all was judged.
   std::string unjudged;
-  /// When the tool came out behind the bone, s since the start: from then on nothing is cut and no noise is judged.
+  /// Time at which the tool came out on the far side of the bone, s since the start. Afterwards nothing is cut and no
+  /// noise is judged.
   std::optional<double> cut_through_s;
   std::vector<StabilityFigure> figures;
-  // The run's force on the device, for a figure
+  // Force on the device during the run, for a diagram
   std::vector<double> time_s;
   std::vector<double> force_N;
-  bool holds() const;  // no figure is broken
-  /// kNotAsked: skipped.
+  bool holds() const;  // no bound is broken
+  /// kNotAsked if skipped.
   Judgement judgement() const;
 };
 
@@ -43,7 +44,7 @@ struct Scenario {
   const char* what;
   std::function<ScenarioResult(const StabilitySubject& subject, std::uint64_t seed)> run;
 };
-/// In the order in which they are reported.
+/// In the order of the report.
 const std::vector<Scenario>& Scenarios();
 
 }  // namespace kerf

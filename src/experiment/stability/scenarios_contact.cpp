@@ -1,6 +1,7 @@
-// The spindle stopped: the tool on the bone, against it, and in and out of it.
+// Scenarios with a stopped spindle: the tool rests on the bone, hits it, and moves in and out of it.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "experiment/stability/measures.h"
@@ -9,9 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-/// How far the edge of a stopped tool may be in the bone: the half voxel that a sub-step goes, and a little give.
+/// Maximum depth of a stopped tool's edge in the bone: the half voxel that a substep moves, and a small tolerance.
 double CalcBuriedBound_mm(const StabilitySubject& subject) {
   return 0.5 * subject.bone.voxel_mm() + 0.05;
 }
@@ -21,7 +20,7 @@ ScenarioResult PressAndHold(const StabilitySubject& subject, const Scenario& sce
   run.set_rpm(0);
   run.AwaitRamp();
   const double push_N = run.CalcPush_N(simulated_N);
-  // An edge is pushed on squarely: along the feed the tool would slide off it.
+  // On an edge the tool is pushed along the contact normal: along the feed it would slide off.
   run.Lean(push_N * HoldTool(subject, HeldState::kStoppedOnBone).push_W);
   run.Run(1.5);
   const std::size_t early = run.now();
@@ -37,18 +36,19 @@ ScenarioResult PressAndHold(const StabilitySubject& subject, const Scenario& sce
   run.AddNoise(late);
   const double bound_N = std::max(0.02, 0.01 * run.MeanForce_N(late));
   const Oscillation swing = FindOscillation(run.ForcesAlong_N(subject.into_W, late), run.T(), bound_N);
-  run.AtMost("swings that do not die out", "", swing.is_limit_cycle ? 1 : 0, 0);
-  // A hand with little damping still rings from the push's coming on, some once a second: then it must not be growing.
+  run.AtMost("sustained oscillation", "", swing.is_limit_cycle ? 1 : 0, 0);
+  // With little damping the hand still rings from the onset of the push, in some cases about once a second: the ringing
+  // must then not grow.
   const double before_um = 1000 * CalcAliveness(run.positions_mm(early, late), run.T());
   const double step_um = subject.setup.quantise ? 1000 * subject.setup.profile.resolution_mm : 0;
   run.AtMost("motion from 1 to 20 Hz", "um", 1000 * CalcAliveness(run.positions_mm(late), run.T()),
              std::max({step_um, 1.25 * before_um, 0.1}));
-  run.AtMost("edge in the bone", "mm", buried_mm, CalcBuriedBound_mm(subject));
+  run.AtMost("depth of the edge in the bone", "mm", buried_mm, CalcBuriedBound_mm(subject));
   run.AddEnergy();
   return run.Finish();
 }
 
-/// Thrown at the bone, fast and faster, and left to itself with the hand's weight and damping.
+/// The tool is thrown at the bone. In flight the hand acts only with its mass and damping.
 ScenarioResult Blow(const StabilitySubject& subject, const Scenario& scenario, double speed_mm_per_s, double rpm) {
   const Pose start = BackOff(subject, 4);
   ScenarioRun run(subject, scenario, subject.bone, start);
@@ -66,7 +66,7 @@ ScenarioResult Blow(const StabilitySubject& subject, const Scenario& scenario, d
   bool touched = false;
   for (int i = 0; i < static_cast<int>(1 / run.T()); ++i) {
     if (!touched) {
-      // The hand goes with the handle.
+      // The hand moves with the handle.
       const double way_mm = glm::dot(run.tick().p_WC_mm - p_start, subject.into_W);
       thrown = thrown || way_mm > throw_mm || arrived > speed_mm_per_s;
       Intention intention{.X_WH = start, .v_W_mm_per_s = run.tick().v_WC_mm_per_s};
@@ -88,16 +88,16 @@ ScenarioResult Blow(const StabilitySubject& subject, const Scenario& scenario, d
       deepest_mm = std::max(deepest_mm, CalcBuried(subject.bone, subject.setup.coupled.tool, tick.out.coupled.X_WT));
     }
   }
-  run.AtLeast("speed of the blow", "mm/s", arrived, 0.3 * speed_mm_per_s);
-  if (arrived > 0) run.AtMost("speed back over speed of the blow", "", back / arrived, 1);
-  if (rpm == 0) run.AtMost("edge in the bone, deepest", "mm", deepest_mm, CalcBuriedBound_mm(subject));
+  run.AtLeast("impact speed", "mm/s", arrived, 0.3 * speed_mm_per_s);
+  if (arrived > 0) run.AtMost("rebound speed over impact speed", "", back / arrived, 1);
+  if (rpm == 0) run.AtMost("depth of the edge in the bone, maximum", "mm", deepest_mm, CalcBuriedBound_mm(subject));
   return run.Finish();
 }
 
-/// The hand wants to go round and round, in and out of the bone, and back to where it began.
+/// The hand moves in random orbits, in and out of the bone, and back to the start.
 ScenarioResult Orbits(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t seed) {
   const HandModel& hand = subject.setup.hand;
-  if (hand.stiffness_N_per_mm <= 0) return ScenarioRun::Skip(scenario, "a device that is let go of goes nowhere.");
+  if (hand.stiffness_N_per_mm <= 0) return ScenarioRun::Skip(scenario, "a released device does not follow the motion.");
   ScenarioRun run(subject, scenario);
   run.set_rpm(0);
   run.AwaitRamp();
@@ -106,10 +106,10 @@ ScenarioResult Orbits(const StabilitySubject& subject, const Scenario& scenario,
     return lower + (upper - lower) * static_cast<double>(random() >> 11U) * 0x1p-53;
   };
   constexpr int kWaves = 4;
-  constexpr double kSeconds = 4;  // of an orbit; every wave is whole in it
+  constexpr double kSeconds = 4;  // duration of an orbit, a whole number of periods of each wave
   const double deep_mm =
       std::min(2.0, run.CalcPush_N(10) / (run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm));
-  // A soft hand has to want more to get the handle past the device's friction.
+  // With a soft hand the target must be further away for the handle to overcome the device's friction.
   const double wanted_mm = deep_mm + 3 * subject.setup.profile.friction_N / hand.stiffness_N_per_mm;
   struct Wave {
     Vec3 amplitude_mm;
@@ -120,8 +120,8 @@ ScenarioResult Orbits(const StabilitySubject& subject, const Scenario& scenario,
   for (int i = 0; i < kWaves; ++i) {
     const double turns = std::floor(draw(1, 8 * kSeconds));
     const Vec3 across(draw(-1, 1), draw(-1, 1), draw(-1, 1));
-    waves.push_back(
-        {wanted_mm / kWaves * (1.5 * draw(-1, 1) * subject.into_W + 0.5 * across), turns / kSeconds, draw(0, 2 * kPi)});
+    waves.push_back({wanted_mm / kWaves * (1.5 * draw(-1, 1) * subject.into_W + 0.5 * across), turns / kSeconds,
+                     draw(0, 2 * std::numbers::pi)});
   }
   const int ticks = static_cast<int>(std::lround(kSeconds / run.T()));
   for (int i = 0; i < ticks; ++i) {
@@ -130,8 +130,9 @@ ScenarioResult Orbits(const StabilitySubject& subject, const Scenario& scenario,
     Intention intention{.X_WH = run.X_WT_start()};
     intention.X_WH.p_AB += ease * (0.6 * wanted_mm) * subject.into_W;
     for (const Wave& w : waves) {
-      intention.X_WH.p_AB += ease * std::sin(2 * kPi * w.Hz * t + w.phase) * w.amplitude_mm;
-      intention.v_W_mm_per_s += ease * 2 * kPi * w.Hz * std::cos(2 * kPi * w.Hz * t + w.phase) * w.amplitude_mm;
+      intention.X_WH.p_AB += ease * std::sin(2 * std::numbers::pi * w.Hz * t + w.phase) * w.amplitude_mm;
+      intention.v_W_mm_per_s +=
+          ease * 2 * std::numbers::pi * w.Hz * std::cos(2 * std::numbers::pi * w.Hz * t + w.phase) * w.amplitude_mm;
     }
     run.loop().device().SetIntention(intention);
     run.Step();
@@ -151,21 +152,22 @@ void AddContactScenarios(std::vector<Scenario>& all) {
       return PressAndHold(subject, scenario, simulated_N);
     };
   };
-  Add(all, "press_1N", "Spindle stopped, the hand presses the tool on the bone with 1 N and holds still.", press(1));
+  Add(all, "press_1N", "Spindle stopped, the hand presses the tool against the bone with 1 N and holds still.",
+      press(1));
   Add(all, "press_5N", "The same with 5 N.", press(5));
-  Add(all, "press_20N", "The same with 20 N, or what the device bears for long.", press(20));
+  Add(all, "press_20N", "The same with 20 N, or the device's continuous force if lower.", press(20));
   const auto blow = [](double speed_mm_per_s, bool turning) {
     return [=](const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
-      if (turning && std::abs(subject.rpm) < 1) return ScenarioRun::Skip(scenario, "the spindle stands still.");
+      if (turning && std::abs(subject.rpm) < 1) return ScenarioRun::Skip(scenario, "the spindle is stopped.");
       return Blow(subject, scenario, speed_mm_per_s, turning ? subject.rpm : 0);
     };
   };
-  Add(all, "blow_50mm_per_s", "Spindle stopped, the tool is thrown at the bone with 50 mm/s.", blow(50, false));
-  Add(all, "blow_200mm_per_s", "The same with 200 mm/s.", blow(200, false));
-  Add(all, "blow_500mm_per_s", "The same with 500 mm/s.", blow(500, false));
-  Add(all, "blow_turning_50mm_per_s", "The turning tool is thrown at the bone with 50 mm/s.", blow(50, true));
-  Add(all, "blow_turning_500mm_per_s", "The same with 500 mm/s.", blow(500, true));
-  Add(all, "orbits", "Spindle stopped, the hand goes round in and out of the bone and back to where it began.", Orbits);
+  Add(all, "blow_50mm_per_s", "Spindle stopped, the tool is thrown at the bone at 50 mm/s.", blow(50, false));
+  Add(all, "blow_200mm_per_s", "The same at 200 mm/s.", blow(200, false));
+  Add(all, "blow_500mm_per_s", "The same at 500 mm/s.", blow(500, false));
+  Add(all, "blow_turning_50mm_per_s", "The rotating tool is thrown at the bone at 50 mm/s.", blow(50, true));
+  Add(all, "blow_turning_500mm_per_s", "The same at 500 mm/s.", blow(500, true));
+  Add(all, "orbits", "Spindle stopped, the hand moves in orbits in and out of the bone and back to the start.", Orbits);
 }
 
 }  // namespace kerf

@@ -1,8 +1,9 @@
-// The spindle turning: cutting, in the kerf, out on the other side, and what a hand may be like.
+// Scenarios with a rotating spindle: cutting, the kerf, breaking through, and different hands.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "experiment/stability/measures.h"
@@ -11,9 +12,8 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr const char* kStandsStill = "the spindle stands still.";
-constexpr double kThin_mm = 8;  // above that breaking through takes too long
+constexpr const char* kStandsStill = "the spindle is stopped.";
+constexpr double kThin_mm = 8;  // maximum thickness; breaking through a thicker bone takes too long
 
 bool Turns(const StabilitySubject& subject) {
   return std::abs(subject.rpm) >= 1;
@@ -30,81 +30,82 @@ ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& sce
   run.AddCutNoise(begun, end);
   if (end > begun + 1) {
     const TickSteps steps = CalcTickSteps(run.forces_N(begun, end));
-    // A stiff coupling makes a force of each step of the encoder: where that can be felt, the result says where it
-    // comes from.
+    // A stiff coupling turns each encoder step into a force. If it can be felt, the result states the cause.
     const double grain = run.CalcGrain(run.MeanForce_N(begun, end));
-    if (grain > 1) run.Say(fmt::format(" A step of the encoder makes {:.2g} just-noticeable differences.", grain));
-    run.AtMost("step of the force in a tick, 99.9 %", "just noticeable", steps.p999, 1);
-    run.AtMost("step of the force in a tick, largest", "just noticeable", steps.max, 2);
+    if (grain > 1)
+      run.Say(fmt::format(" An encoder step changes the force by {:.2g} just-noticeable differences.", grain));
+    run.AtMost("perceived force step, 99.9 %", "just noticeable", steps.p999, 1);
+    run.AtMost("perceived force step, largest", "just noticeable", steps.max, 2);
   }
   run.AddEnergy();
   return run.Finish();
 }
 
-/// Leans to one side and the other in the kerf, once a second.
+/// The hand leans from side to side in the kerf, once a second.
 ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
   if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
   if (subject.setup.hand.stiffness_N_per_mm <= 0) {
-    return ScenarioRun::Skip(scenario, "a device that is let go of does not lean.");
+    return ScenarioRun::Skip(scenario, "a released device does not lean.");
   }
   const HeldTool held = HoldTool(subject, HeldState::kInKerf);
   ScenarioRun run(subject, scenario, held);
   run.AwaitRamp();
   const std::size_t begun = run.now();
-  // No more than gives the coupling 1 mm: what rubs would pull the tool out along the wall.
+  // At most the force that deflects the coupling by 1 mm: friction would pull the tool out along the wall.
   const double push_N = run.CalcPush_N(std::min(2.0, subject.setup.coupled.coupling.stiffness_N_per_mm));
-  // Of the edge in the kerf, not of the middle, which tilts with the hand.
+  // At the edge in the kerf, not at the centre, which tilts with the hand.
   const Vec3 front_T = CalcReach(subject.setup.coupled.tool) * held.X_WT.InverseVector(subject.into_W);
   const Vec3 front_W = held.X_WT.Point(front_T);
   double wander_mm = 0;
   for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
-    const double lean = std::sin(2 * kPi * i * run.T());
+    const double lean = std::sin(2 * std::numbers::pi * i * run.T());
     run.loop().device().SetIntention({.X_WH = held.X_WT, .push_W_N = lean * push_N * held.push_W});
     const ClosedLoopTick& tick = run.Step();
     wander_mm = std::max(wander_mm, std::abs(glm::dot(tick.out.coupled.X_WT.Point(front_T) - front_W, held.push_W)));
   }
-  // It passes from one wall to the other, which the hand may feel, but not as rough: half of what it tells apart.
+  // The tool moves from one wall to the other, which may be felt, but not as roughness: half a just-noticeable
+  // difference is allowed.
   run.AtMost("noise above 20 Hz", "mN", 1000 * CalcNoise(run.forces_N(begun), run.T()), std::max(20.0, 35 * push_N));
-  // Voxels much thicker than the disc hold no kerf.
+  // Voxels much larger than the disc's thickness cannot represent a kerf.
   const auto* disc = std::get_if<DiscSaw>(&subject.setup.coupled.tool);
   if (disc && subject.bone.voxel_mm() <= 4 * disc->thickness_mm) {
-    run.AtMost("disc out of its plane", "mm", wander_mm, 0.1 + 0.5 * subject.bone.voxel_mm());
+    run.AtMost("motion of the disc out of its plane", "mm", wander_mm, 0.1 + 0.5 * subject.bone.voxel_mm());
   }
   run.AddEnergy();
   return run.Finish();
 }
 
-/// Turns the stopped tool in the kerf about the way of the feed, by 3 degrees either way.
+/// Rotates the stopped tool in the kerf about the feed direction, by 3 degrees in either direction.
 ScenarioResult Tilt(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
   const HeldTool held = HoldTool(subject, HeldState::kInKerf);
   ScenarioRun run(subject, scenario, held);
   run.set_rpm(0);
   run.AwaitRamp();
-  constexpr double kTilt_rad = 3 * kPi / 180;
+  constexpr double kTilt_rad = 3 * std::numbers::pi / 180;
   std::vector<Vec3> torques_Nmm;
-  double most_Nmm = 0;
+  double max_Nmm = 0;
   const std::size_t begun = run.now();
   for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
     const double t = i * run.T();
     Intention intention{.X_WH = held.X_WT};
-    const double angle = kTilt_rad * std::sin(kPi * t) * std::abs(std::sin(kPi * t));
+    const double angle = kTilt_rad * std::sin(std::numbers::pi * t) * std::abs(std::sin(std::numbers::pi * t));
     intention.X_WH.R_AB = glm::angleAxis(angle, subject.into_W) * held.X_WT.R_AB;
     run.loop().device().SetIntention(intention);
     torques_Nmm.push_back(run.Step().out.force.tau_H_W_Nmm);
-    most_Nmm = std::max(most_Nmm, glm::length(torques_Nmm.back()));
+    max_Nmm = std::max(max_Nmm, glm::length(torques_Nmm.back()));
   }
   const std::size_t after = run.now();
   run.loop().device().SetIntention({.X_WH = held.X_WT});
   run.Run(0.5);
-  double most_N = 0;
-  for (const Vec3& f : run.forces_N(begun, after)) most_N = std::max(most_N, glm::length(f));
+  double max_N = 0;
+  for (const Vec3& f : run.forces_N(begun, after)) max_N = std::max(max_N, glm::length(f));
   run.AddNoise(begun);
-  if (most_Nmm > 0) {
+  if (max_Nmm > 0) {
     run.AtMost("noise of the torque above 20 Hz", "N mm", CalcNoise(torques_Nmm, run.T()),
-               std::max(1.0, 0.01 * most_Nmm));
+               std::max(1.0, 0.01 * max_Nmm));
   }
-  run.AtMost("force when the tilt is taken back", "N", run.MeanForce_N(after + (run.now() - after) / 2),
-             0.02 + 0.1 * most_N + subject.setup.profile.friction_N);
+  run.AtMost("force after tilting back", "N", run.MeanForce_N(after + (run.now() - after) / 2),
+             0.02 + 0.1 * max_N + subject.setup.profile.friction_N);
   return run.Finish();
 }
 
@@ -112,7 +113,7 @@ ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& sce
   if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
   const double thickness_mm = CalcThickness(subject, kThin_mm);
   if (!(thickness_mm < kThin_mm)) {
-    return ScenarioRun::Skip(scenario, fmt::format("the bone is thicker than {} mm on the way of the feed.", kThin_mm));
+    return ScenarioRun::Skip(scenario, fmt::format("the bone is thicker than {} mm along the feed.", kThin_mm));
   }
   ScenarioRun run(subject, scenario);
   run.AwaitRamp();
@@ -124,21 +125,22 @@ ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& sce
     const ClosedLoopTick& tick = run.Step();
     through =
         through || glm::dot(tick.out.coupled.X_WT.p_AB - run.X_WT_start().p_AB, subject.into_W) > thickness_mm + 1.5;
-    double& most_N = through ? after_N : before_N;
-    most_N = std::max(most_N, -glm::dot(tick.f_device_N, subject.into_W));
+    double& max_N = through ? after_N : before_N;
+    max_N = std::max(max_N, -glm::dot(tick.f_device_N, subject.into_W));
   }
   if (!through) {
-    run.LeaveUnjudged("It did not get through in 6 s.");
+    run.LeaveUnjudged("The tool did not break through in 6 s.");
     return run.Finish();
   }
-  // It may fall on what lies behind, from 2 mm at most before the hand has it again: F (1 + sqrt(1 + 2 K d / F)).
+  // Before the hand holds it again, the tool may hit a surface up to 2 mm behind the bone:
+  // F (1 + sqrt(1 + 2 K d / F)).
   const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
-  run.AtMost("force against the feed after over before", "", after_N / before_N,
+  run.AtMost("force against the feed, after over before", "", after_N / before_N,
              1 + std::sqrt(1 + 2 * K * 2 / std::max(before_N, 1e-3)));
   return run.Finish();
 }
 
-/// The spindle is reversed, stopped and started again in the middle of a cut, each in a tick.
+/// The spindle is reversed, stopped and started again in the middle of a cut, each within one tick.
 ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
   if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
   ScenarioRun run(subject, scenario);
@@ -151,7 +153,7 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
     const std::size_t before = run.now() - 1;
     run.set_rpm(rpm);
     run.Run(0.2);
-    // Of the change, not of what the tool meets later.
+    // Only the change, not later contacts.
     if (run.is_through()) break;
     largest = std::max(largest, CalcTickSteps(run.forces_N(before, before + 20)).max);
     changed = true;
@@ -160,21 +162,21 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
     run.LeaveUnjudged("The tool was through the bone before the spindle was changed.");
     return run.Finish();
   }
-  run.AtMost("step of the force in a tick, largest", "just noticeable", largest, 2);
+  run.AtMost("perceived force step, largest", "just noticeable", largest, 2);
   run.AddEnergy();
   return run.Finish();
 }
 
-/// Any hand within what has been measured of hands; the worst is named.
+/// Random hands within the range of measured hands; the result names the worst one.
 ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto draw = [&](double lower, double upper) {
-    const double share = static_cast<double>(random() >> 11U) * 0x1p-53;
-    return lower * std::pow(upper / lower, share);
+    const double fraction = static_cast<double>(random() >> 11U) * 0x1p-53;
+    return lower * std::pow(upper / lower, fraction);
   };
   constexpr int kHands = 6;
   ScenarioResult worst;
-  double worst_share = -1;
+  double worst_fraction = -1;
   for (int i = 0; i < kHands; ++i) {
     StabilitySubject held = subject;
     held.setup.hand.name = "random";
@@ -192,7 +194,7 @@ ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario
     const std::size_t end = run.RunInBone(0.5);
     if (static_cast<double>(end - late) * run.T() < 0.25) continue;
     const double noise_mN = 1000 * CalcNoise(run.forces_N(late, end), run.T());
-    // A heavy hand with little damping goes on ringing from the push's coming on: then it must be dying out.
+    // A heavy hand with little damping keeps ringing from the onset of the push; the ringing must then decay.
     const double before_mN = 1000 * CalcNoise(run.forces_N(early, late), run.T());
     const double bound_mN = std::max({20.0, 10 * run.MeanForce_N(late, end), 0.75 * before_mN});
     run.AtMost("noise above 20 Hz", "mN", noise_mN, bound_mN);
@@ -201,14 +203,14 @@ ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario
                         held.setup.hand.mass_kg, 1000 * held.setup.hand.damping_Ns_per_mm,
                         1000 * held.setup.hand.stiffness_N_per_mm, push_N));
     ScenarioResult result = run.Finish();
-    const double share = result.holds() ? noise_mN / bound_mN : 2 + noise_mN / bound_mN;
-    if (share > worst_share) {
-      worst_share = share;
+    const double fraction = result.holds() ? noise_mN / bound_mN : 2 + noise_mN / bound_mN;
+    if (fraction > worst_fraction) {
+      worst_fraction = fraction;
       worst = std::move(result);
     }
   }
-  if (worst_share < 0)
-    return ScenarioRun::NotJudged(scenario, "The tool was through the bone before any could be told.");
+  if (worst_fraction < 0)
+    return ScenarioRun::NotJudged(scenario, "The tool was through the bone before any hand could be judged.");
   return worst;
 }
 
@@ -220,15 +222,15 @@ void AddCuttingScenarios(std::vector<Scenario>& all) {
       return CutUnderPush(subject, scenario, simulated_N);
     };
   };
-  Add(all, "cut_1N", "The hand pushes the turning tool into the bone with 1 N.", cut(1));
+  Add(all, "cut_1N", "The hand pushes the rotating tool into the bone with 1 N.", cut(1));
   Add(all, "cut_5N", "The same with 5 N.", cut(5));
-  Add(all, "cut_20N", "The same with 20 N, or what the device bears for long.", cut(20));
-  Add(all, "sideways_in_kerf", "The hand leans to one side and the other while the tool turns in its kerf.", Sideways);
-  Add(all, "tilt_in_kerf", "Spindle stopped, the hand turns the tool in its kerf by 3 degrees and back.", Tilt);
+  Add(all, "cut_20N", "The same with 20 N, or the device's continuous force if lower.", cut(20));
+  Add(all, "sideways_in_kerf", "The hand leans from side to side while the tool rotates in its kerf.", Sideways);
+  Add(all, "tilt_in_kerf", "Spindle stopped, the hand tilts the tool in its kerf by 3 degrees and back.", Tilt);
   Add(all, "break_through", "The hand pushes the tool through the bone and out on the other side.", BreakThrough);
-  Add(all, "spindle_changes",
-      "The spindle is reversed, stopped and started in the cut, each from one tick to the next.", SpindleChanges);
-  Add(all, "any_hand", "Hands drawn from what has been measured push the tool into the bone.", AnyHand);
+  Add(all, "spindle_changes", "The spindle is reversed, stopped and started in the cut, each within one tick.",
+      SpindleChanges);
+  Add(all, "any_hand", "Random hands within the range of measured hands push the tool into the bone.", AnyHand);
 }
 
 }  // namespace kerf

@@ -1,21 +1,22 @@
-// What must hold of every tick, in whatever scenario.
+// Conditions that must hold in every tick of every scenario.
 #pragma once
 
 #include "experiment/stability/closed_loop.h"
 
 namespace kerf {
 
-/// Takes a loop's ticks one by one and keeps the worst of what must not be.
+/// Receives a loop's ticks one by one and keeps the worst violation of each condition.
 class TickWatch {
  public:
   void Add(const ClosedLoopTick& tick);
 
-  int not_finite() const { return not_finite_; }  // ticks with a value that is none
+  int not_finite() const { return not_finite_; }  // ticks with a value that is not finite
   double largest_N() const { return largest_N_; }
-  double largest_step_N() const { return largest_step_N_; }  // from tick to tick; to zero, as after a fault, is none
+  /// Largest change between ticks; a step to zero, as after a fault, does not count.
+  double largest_step_N() const { return largest_step_N_; }
   double largest_torque_Nmm() const { return largest_torque_Nmm_; }
-  /// Force that the simulation gives while nothing is near the tool. It is then where the handle is: no spring is drawn
-  /// and no damper has a part that moves against the other, whatever their gains.
+  /// Simulated force while nothing is near the tool. The tool then coincides with the handle: whatever their gains, no
+  /// spring is stretched and no damper has a relative velocity.
   double largest_in_air_N() const { return largest_in_air_N_; }
 
  private:

@@ -14,21 +14,21 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/work_list.h"
-#include "session/scene/doubts.h"
+#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
 
-/// The hand that is none: nobody pushes a handle that nobody holds, so its margins are shown and not asked. The
-/// scenario in which a hand lets go tells what it does.
+/// The released handle. Nothing pushes a handle without a hand, so its margins are shown but not required. The scenario
+/// in which a hand lets go shows its behaviour.
 constexpr std::string_view kLetGo = "H0";
 
-// What each takes on one core, s, about; for the progress alone.
+// Approximate time of each on one core, s; used only for the progress.
 constexpr double kScenarioCost = 4;
 constexpr double kMarginCost = 1;
 constexpr double kPointCost = 0.05;
 
-/// Stiffness and damping of a map: round about the scene's own and to beyond the rule's limit.
+/// Stiffness and damping of a map: the range includes the scene's own values and extends beyond the rule's limit.
 struct MapAxes {
   std::vector<double> stiffness_N_per_mm;
   std::vector<double> damping_Ns_per_mm;
@@ -37,31 +37,31 @@ struct MapAxes {
 std::vector<double> SpaceOut(double from, double to, int count, bool log) {
   std::vector<double> values;
   for (int i = 0; i < count; ++i) {
-    const double share = count > 1 ? static_cast<double>(i) / (count - 1) : 0;
-    values.push_back(log ? from * std::pow(to / from, share) : from + share * (to - from));
+    const double fraction = count > 1 ? static_cast<double>(i) / (count - 1) : 0;
+    values.push_back(log ? from * std::pow(to / from, fraction) : from + fraction * (to - from));
   }
   return values;
 }
 
 MapAxes MakeMapAxes(const CouplingParams& coupling, const MapLimits& limits, bool quick) {
-  constexpr double kLeastStiffness = 1e-3;  // as CouplingParams has it, and the next two
-  constexpr double kMostStiffness = 1000;
-  constexpr double kMostDamping = 1;
+  constexpr double kMinStiffness = 1e-3;  // this and the next two are the limits of CouplingParams
+  constexpr double kMaxStiffness = 1000;
+  constexpr double kMaxDamping = 1;
   const double rule = limits.CalcRule(coupling.damping_Ns_per_mm);
   const double K = coupling.stiffness_N_per_mm;
   MapAxes axes;
-  axes.stiffness_N_per_mm = SpaceOut(std::max(std::min(K, rule) / 4, kLeastStiffness),
-                                     std::min(8 * std::max(K, rule), kMostStiffness), quick ? 9 : 15, true);
-  const double device = std::isfinite(limits.most_damping_Ns_per_mm) ? limits.most_damping_Ns_per_mm : 0;
+  axes.stiffness_N_per_mm = SpaceOut(std::max(std::min(K, rule) / 4, kMinStiffness),
+                                     std::min(8 * std::max(K, rule), kMaxStiffness), quick ? 9 : 15, true);
+  const double device = std::isfinite(limits.max_damping_Ns_per_mm) ? limits.max_damping_Ns_per_mm : 0;
   const double most = std::max({2 * coupling.damping_Ns_per_mm, 1.5 * device, limits.own_damping_Ns_per_mm});
-  axes.damping_Ns_per_mm = SpaceOut(0, std::min(most, kMostDamping), quick ? 5 : 11, false);
+  axes.damping_Ns_per_mm = SpaceOut(0, std::min(most, kMaxDamping), quick ? 5 : 11, false);
   return axes;
 }
 
 MapLimits MakeMapLimits(const LoopSetup& setup, double rate_hz) {
   MapLimits limits;
-  limits.most_stiffness_N_per_mm = setup.fitted.limits.stiffness_N_per_mm;
-  limits.most_damping_Ns_per_mm = setup.fitted.limits.damping_Ns_per_mm;
+  limits.max_stiffness_N_per_mm = setup.fitted.limits.stiffness_N_per_mm;
+  limits.max_damping_Ns_per_mm = setup.fitted.limits.damping_Ns_per_mm;
   limits.own_damping_Ns_per_mm =
       (setup.profile.own_damping_Ns_per_mm + setup.hand.damping_Ns_per_mm) / setup.force_scale;
   limits.per_s = 2 * rate_hz;
@@ -74,21 +74,22 @@ std::string ShowMargin(const Margins& margins) {
 
 void CheckScene(const Scene& scene) {
   if (scene.simulation.mode == SceneMode::kSlab) {
-    throw Error("[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf stability'");
+    throw Error(
+        "[simulation] mode = \"slab\" has no tool coupled to a handle; set mode = \"voxel\" for 'kerf stability'");
   }
   if (scene.tool.rpm < 1) {
     throw Error(
-        "[tool] rpm = 0: a stopped tool cuts nothing; give the speed that it is to cut with, 'kerf stability' "
-        "tries it stopped too");
+        "[tool] rpm = 0: a stopped tool cuts nothing; set the speed for cutting; 'kerf stability' also tests the "
+        "stopped tool");
   }
 }
 
-/// Brings the tool to where it is tried. False: it was ended before.
+/// Brings the tool into place for each state. Returns false if ended early.
 bool HoldInEveryState(const StabilitySubject& subject, const StabilityOptions& options,
                       const StabilityProgress& progress, std::array<HeldTool, kHeldStates.size()>& held) {
   WorkList work;
   for (std::size_t i = 0; i < held.size(); ++i) {
-    work.Add("bringing the tool there", 1, [&, i] { held[i] = HoldTool(subject, kHeldStates[i]); });
+    work.Add("moving the tool into place", 1, [&, i] { held[i] = HoldTool(subject, kHeldStates[i]); });
   }
   return work.Run(options.threads, options.stop, progress);
 }
@@ -96,7 +97,7 @@ bool HoldInEveryState(const StabilitySubject& subject, const StabilityOptions& o
 }  // namespace
 
 Judgement HandMargins::judgement() const {
-  if (own) return margins.Judge(kLeastGainMargin, kLeastDelayMargin_ticks);
+  if (own) return margins.Judge(kMinGainMargin, kMinDelayMargin_ticks);
   if (linear || hand == kLetGo) return Judgement::kNotAsked;
   return margins.Judge(1, 0);
 }
@@ -128,12 +129,12 @@ StabilityStudy::Count StabilityStudy::CountMargins() const {
 double CalcNearness(const StabilityFigure& f) {
   constexpr double kBeyond = std::numeric_limits<double>::infinity();
   if (std::isnan(f.value) || std::isnan(f.bound)) return kBeyond;
-  // Cut off there, or nothing where little is allowed.
+  // A figure limited by the loop, or one whose bound is zero, is not near its bound.
   if (f.holds() && (f.clamped || (f.at_most ? f.value : f.bound) <= 0)) return 0;
-  const double share = f.at_most ? f.value / f.bound : f.bound / f.value;
-  // A bound of 0 or below can't be measured in shares of it.
-  if (!(share >= 0)) return f.holds() ? 0 : kBeyond;
-  return f.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
+  const double fraction = f.at_most ? f.value / f.bound : f.bound / f.value;
+  // There is no ratio to a bound of 0 or below.
+  if (!(fraction >= 0)) return f.holds() ? 0 : kBeyond;
+  return f.holds() ? std::min(fraction, 1.0) : std::max(fraction, std::nextafter(1.0, 2.0));
 }
 
 const StabilityFigure* FindNearest(const ScenarioResult& scenario) {
@@ -175,12 +176,12 @@ void JudgeStability(StabilityStudy& study) {
     if (!m.own) {
       study.findings.push_back(
           fmt::format("{}: it is not stable with this coupling (gain margin {})", where, ShowMargin(m.margins)));
-    } else if (m.margins.gain < kLeastGainMargin && !m.margins.gain_beyond) {
-      study.findings.push_back(fmt::format("{}: the gain margin is {}, at least {:g} is asked", where,
-                                           ShowMargin(m.margins), kLeastGainMargin));
+    } else if (m.margins.gain < kMinGainMargin && !m.margins.gain_beyond) {
+      study.findings.push_back(fmt::format("{}: the gain margin is {}, at least {:g} is required", where,
+                                           ShowMargin(m.margins), kMinGainMargin));
     } else {
-      study.findings.push_back(fmt::format("{}: it bears {} ticks of further delay, at least {} is asked", where,
-                                           m.margins.delay_ticks, kLeastDelayMargin_ticks));
+      study.findings.push_back(fmt::format("{}: it tolerates {} ticks of additional delay, at least {} is required",
+                                           where, m.margins.delay_ticks, kMinDelayMargin_ticks));
     }
   }
 }
@@ -213,8 +214,8 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
       },
       &material);
   study.voxel_mm = bone.voxel_mm();
-  study.warnings = FindToolDoubts(scene, bone.voxel_mm());
-  for (const std::string& doubt : FindHandDoubts(scene, study.setup)) study.warnings.push_back(doubt);
+  study.warnings = FindToolWarnings(scene, bone.voxel_mm());
+  for (const std::string& warning : FindHandWarnings(scene, study.setup)) study.warnings.push_back(warning);
   study.warnings.insert(study.warnings.end(), material.warnings.begin(), material.warnings.end());
   study.touch = FindFirstTouch(scene, bone);
   const StabilitySubject subject = MakeStabilitySubject(scene, study.setup, bone, study.touch);
@@ -226,7 +227,7 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
   study.scenarios.resize(scenarios.size());
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
     study.scenarios[i].name = scenarios[i].name;
-    study.scenarios[i].what = "It was ended before.";
+    study.scenarios[i].what = "The study ended before this scenario.";
     study.scenarios[i].skipped = true;
     work.Add("scenarios", kScenarioCost, [&, i] { study.scenarios[i] = scenarios[i].run(subject, options.seed); });
   }
@@ -253,7 +254,7 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
   const MapAxes axes = MakeMapAxes(study.setup.fitted.coupling, study.limits, options.quick);
   const std::size_t width = axes.stiffness_N_per_mm.size();
   const std::size_t points = axes.damping_Ns_per_mm.size() * width;
-  std::array<std::vector<Behaviour>, 2> behaviour;  // as it is, linear
+  std::array<std::vector<Behaviour>, 2> behaviour;  // with the real device, and linear
   for (const bool linear : {false, true}) {
     std::vector<Behaviour>& of = behaviour[linear ? 1 : 0];
     of.resize(points);
@@ -268,7 +269,7 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
   }
 
   study.complete = study.complete && work.Run(options.threads, options.stop, progress);
-  // A map with holes is none.
+  // An incomplete map is not returned.
   if (study.complete) {
     study.map = {axes.stiffness_N_per_mm, axes.damping_Ns_per_mm, behaviour[0]};
     study.map_linear = behaviour[1];
@@ -282,7 +283,7 @@ Judgement Judge(const ProfileMargins& row) {
   if (row.hand != row.fitted_to) return Judgement::kNotAsked;
   Judgement all = Judgement::kHolds;
   for (const Margins& m : row.margins) {
-    const Judgement one = m.Judge(kLeastGainMargin, kLeastDelayMargin_ticks);
+    const Judgement one = m.Judge(kMinGainMargin, kMinDelayMargin_ticks);
     if (one == Judgement::kBroken) return one;
     if (one == Judgement::kNotJudged) all = one;
   }
@@ -296,7 +297,7 @@ std::vector<ProfileMargins> ExamineProfiles(const Scene& scene, const StabilityO
     if (progress) progress("making the bone", f);
   });
   LoopSetup asked = MakeLoopSetup(scene);
-  asked.fitted.coupling = MakeCoupledParams(scene).coupling;  // each device's is fitted to it from this
+  asked.fitted.coupling = MakeCoupledParams(scene).coupling;  // starting point for fitting the coupling to each device
   const StabilitySubject subject = MakeStabilitySubject(scene, asked, bone, FindFirstTouch(scene, bone));
   const std::vector<DeviceProfile>& profiles = DeviceProfiles();
   std::vector<std::vector<ProfileMargins>> by_profile(profiles.size());

@@ -1,4 +1,4 @@
-// Whether a scene's loop is stable: what `kerf stability` examines.
+// The stability of a scene's loop: the examination of `kerf stability`.
 #pragma once
 
 #include <atomic>
@@ -16,48 +16,48 @@
 
 namespace kerf {
 
-/// What a loop must have to be called stable, with its own hand.
-inline constexpr double kLeastGainMargin = 2;
-inline constexpr int kLeastDelayMargin_ticks = 1;
-/// FindMargins() tries no more.
-inline constexpr int kMostDelayMargin_ticks = 16;
+/// Margins that a loop must have with its own hand to be called stable.
+inline constexpr double kMinGainMargin = 2;
+inline constexpr int kMinDelayMargin_ticks = 1;
+/// Largest delay that FindMargins() tests.
+inline constexpr int kMaxDelayMargin_ticks = 16;
 
 struct StabilityOptions {
-  bool quick = false;     // the scene's hand and the released one, and a coarser map
-  bool as_asked = false;  // the scene's coupling without lowering it to what device and loop bear
+  bool quick = false;     // only the scene's hand and the released one, and a coarser map
+  bool as_asked = false;  // the scene's coupling without lowering it to the limits of device and loop
   std::uint64_t seed = 1;
-  int threads = 0;                          // 0: as many as the machine has
-  const std::atomic<bool>* stop = nullptr;  // ends it early; may be null
+  int threads = 0;                          // 0: number of the machine's cores
+  const std::atomic<bool>* stop = nullptr;  // ends the examination early; may be null
 };
 
-/// How far one hand is from swinging, in one state. The coupling is the one that the scene's own hand is given.
+/// Margins of one hand in one state. The coupling is the one that is used with the scene's own hand.
 struct HandMargins {
   std::string hand;
-  bool own = false;  // the scene's
+  bool own = false;  // true for the scene's own hand
   HeldState state = HeldState::kStoppedOnBone;
   bool linear = false;  // without the device's friction and the encoder's steps
-  bool done = false;    // false: it was ended before
+  bool done = false;    // false: ended before this was examined
   Margins margins;
-  /// What is asked of it: of the scene's hand the margins above, of another that it is stable as it is, of a handle
-  /// that is let go of (H0, where it is not the scene's) nothing.
+  /// The requirement: the margins above for the scene's hand, stability without margins for any other hand, and nothing
+  /// for a released handle (H0, unless it is the scene's hand).
   Judgement judgement() const;
 };
 
-/// What the device and the rule for a sampled spring say, in the map's units: the simulation's.
+/// Limits according to the device and to the rule for a sampled spring, in the map's units: the simulation's.
 struct MapLimits {
-  double most_stiffness_N_per_mm = 0;  // that the device bears; infinite when it says nothing
-  double most_damping_Ns_per_mm = 0;
+  double max_stiffness_N_per_mm = 0;  // that the device bears; infinite if it states no limit
+  double max_damping_Ns_per_mm = 0;
   double own_damping_Ns_per_mm = 0;  // of device and hand
   double per_s = 0;                  // 2 / (T + 2 t_d)
-  /// Greatest stiffness, N/mm, that is stable by the rule K = 2 (b + B) / (T + 2 t_d) at a damping B of the coupling.
+  /// Maximum stable stiffness, N/mm, at a damping B of the coupling, by the rule K = 2 (b + B) / (T + 2 t_d).
   double CalcRule(double B_Ns_per_mm) const { return (own_damping_Ns_per_mm + B_Ns_per_mm) * per_s; }
 };
 
 struct StabilityStudy {
   std::string scene;  // name of the file, without folder and extension
   std::string title;
-  std::string command;  // that makes this again, of the resolved scene among the results
-  std::string tool;     // for people
+  std::string command;  // command that reproduces this from the resolved scene among the results
+  std::string tool;     // for the user
   double rate_hz = 0;
   double rpm = 0;
   double voxel_mm = 0;
@@ -68,16 +68,16 @@ struct StabilityStudy {
   std::vector<ScenarioResult> scenarios;
   std::vector<HandMargins> margins;
   HeldState map_state = HeldState::kStoppedOnBone;
-  StabilityMap map;                   // as the device is, with the scene's hand
-  std::vector<Behaviour> map_linear;  // at the same points, without its friction and encoder steps
+  StabilityMap map;                   // with the real device and the scene's hand
+  std::vector<Behaviour> map_linear;  // at the same points, without the device's friction and encoder steps
   MapLimits limits;
-  bool complete = true;               // false: it was ended before all was examined
-  std::vector<std::string> findings;  // what is not stable, a phrase each
+  bool complete = true;               // false: ended before everything was examined
+  std::vector<std::string> findings;  // causes of instability, a phrase each
   std::vector<std::string> warnings;  // a sentence each
   double wall_s = 0;
-  std::vector<std::string> files;  // that WriteStabilityStudy wrote
+  std::vector<std::string> files;  // written by WriteStabilityStudy
 
-  /// Of what was asked: how much, how much of that could be judged, and how much was broken.
+  /// Numbers of required checks: all, those that could be judged, and those that were broken.
   struct Count {
     int asked = 0;
     int judged = 0;
@@ -85,24 +85,24 @@ struct StabilityStudy {
   };
   Count CountScenarios() const;
   Count CountMargins() const;
-  /// Nothing that was examined is broken, and something was.
+  /// True if something was judged and no check is broken.
   bool stable() const { return complete && findings.empty() && CountScenarios().judged + CountMargins().judged > 0; }
 };
 
-/// What is being done (for a progress bar) and how much of it, 0..1. Any thread.
+/// Receives the current stage (for a progress bar) and the fraction done, 0..1. Called from any thread.
 using StabilityProgress = std::function<void(const std::string& stage, double fraction)>;
 
-/// Throws Error: slab mode, a spindle that stands still, no such device or hand, a path that does not lead into the
-/// bone (FindFirstTouch), a parameter out of range.
+/// Throws Error for slab mode, a stopped spindle, an unknown device or hand, a path that does not enter the bone
+/// (FindFirstTouch), or a parameter out of range.
 StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& options, const StabilityProgress& progress);
 
-/// Fills `findings` from what was found.
+/// Fills `findings` from the results.
 void JudgeStability(StabilityStudy& study);
 
-/// How near a figure is to its bound: above 1 it is broken. NaN is beyond all bounds; what the loop cuts off at its
-/// bound is never near.
+/// Ratio of a figure to its bound: above 1 the bound is broken. NaN breaks all bounds. A figure that the loop itself
+/// limits to its bound is never near it.
 double CalcNearness(const StabilityFigure& figure);
-/// Null when it has no figures.
+/// Returns null if the scenario has no figures.
 const StabilityFigure* FindNearest(const ScenarioResult& scenario);
 struct WorstFigure {
   const ScenarioResult* scenario = nullptr;
@@ -111,12 +111,12 @@ struct WorstFigure {
 /// The worst figure of each scenario that was run, worst scenario first.
 std::vector<WorstFigure> RankScenarios(const StabilityStudy& study);
 
-/// What is asked of a device in the hand that its coupling was fitted to: the margins above, in every state. Let go of:
-/// nothing, as above.
+/// Compares with the requirement for a device with the hand that its coupling was fitted to: the margins above, in
+/// every state. Nothing is required of a released handle, as above.
 Judgement Judge(const ProfileMargins& row);
-/// Margins of each device of the built-in table in each hand, with the scene's bone, tool, gains and rate. What the
-/// scene says of device and hand is not looked at. Ended before: what was done till then, `complete` (may be null) is
-/// false.
+/// Computes the margins of each device of the built-in table with each hand, for the scene's bone, tool, gains and
+/// rate. The scene's device and hand are ignored. If ended early, returns the results so far and sets `complete` (may
+/// be null) to false.
 std::vector<ProfileMargins> ExamineProfiles(const Scene& scene, const StabilityOptions& options,
                                             const StabilityProgress& progress, bool* complete = nullptr);
 

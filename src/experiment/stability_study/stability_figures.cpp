@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-// Okabe and Ito's: told apart by colour-blind people too; the worse, the larger.
+// Okabe and Ito's palette, which colour-blind people can distinguish. Worse results have larger markers.
 constexpr Rgb8 kStableColour{86, 180, 233};
 constexpr Rgb8 kFrictionColour{0, 158, 115};
 constexpr Rgb8 kCycleColour{230, 159, 0};
@@ -18,8 +18,8 @@ constexpr Rgb8 kUnstableColour{190, 60, 0};
 constexpr Rgb8 kInk{33, 37, 43};
 constexpr Rgb8 kSoft{120, 120, 120};
 constexpr Rgb8 kStateColours[] = {{33, 37, 43}, {0, 114, 178}, {0, 158, 115}};
-/// Of a curve.
-constexpr std::size_t kMostPoints = 1500;
+/// Maximum number of points of a curve.
+constexpr std::size_t kMaxPoints = 1500;
 
 std::string TitleOf(const StabilityStudy& s) {
   return s.title.empty() ? s.scene : s.title;
@@ -53,10 +53,9 @@ PlotSpec MakeMapPlot(const StabilityStudy& s) {
   const std::vector<double>& B = s.map.damping_Ns_per_mm;
   const double scale = s.setup.force_scale;
   PlotSpec plot;
-  plot.title = fmt::format("{}: where it is stable", TitleOf(s));
-  plot.caption =
-      fmt::format("{} held by {}, {:g} Hz, {}; in the simulation's newtons, of which the device makes {:.3g}",
-                  s.setup.profile.name, s.setup.hand.name, s.rate_hz, ToString(s.map_state), scale);
+  plot.title = fmt::format("{}: stability map", TitleOf(s));
+  plot.caption = fmt::format("{} held by {}, {:g} Hz, {}; in simulated newtons, scaled by {:.3g} on the device",
+                             s.setup.profile.name, s.setup.hand.name, s.rate_hz, ToString(s.map_state), scale);
   plot.x.label = "damping of the coupling (N s/mm)";
   plot.y.label = "stiffness of the coupling (N/mm)";
   plot.y.log = true;
@@ -90,18 +89,18 @@ PlotSpec MakeMapPlot(const StabilityStudy& s) {
     y.push_back(s.limits.CalcRule(x.back()));
   }
   plot.series.push_back(Line("K = 2 (b + B) / (T + 2 t_d)", x, y, kInk, 2.5, 0));
-  const bool stiffness_known = s.limits.most_stiffness_N_per_mm <= *plot.y.upper;
-  const bool damping_known = s.limits.most_damping_Ns_per_mm <= *plot.x.upper;
+  const bool stiffness_known = s.limits.max_stiffness_N_per_mm <= *plot.y.upper;
+  const bool damping_known = s.limits.max_damping_Ns_per_mm <= *plot.x.upper;
   if (stiffness_known) {
-    plot.series.push_back(Line("most that the device bears", {*plot.x.lower, *plot.x.upper},
-                               {s.limits.most_stiffness_N_per_mm, s.limits.most_stiffness_N_per_mm}, kSoft, 2, 7));
+    plot.series.push_back(Line("maximum of the device", {*plot.x.lower, *plot.x.upper},
+                               {s.limits.max_stiffness_N_per_mm, s.limits.max_stiffness_N_per_mm}, kSoft, 2, 7));
   }
   if (damping_known) {
-    plot.series.push_back(Line(stiffness_known ? "" : "most that the device bears",
-                               {s.limits.most_damping_Ns_per_mm, s.limits.most_damping_Ns_per_mm},
+    plot.series.push_back(Line(stiffness_known ? "" : "maximum of the device",
+                               {s.limits.max_damping_Ns_per_mm, s.limits.max_damping_Ns_per_mm},
                                {*plot.y.lower, *plot.y.upper}, kSoft, 2, 7));
   }
-  // A ring around the scene's gains.
+  // A ring marks the scene's gains.
   const CouplingParams& own = s.setup.fitted.coupling;
   for (const auto& [colour, diameter] : {std::pair{kInk, 30.0}, {Rgb8{255, 255, 255}, 22.0}, {kInk, 12.0}}) {
     PlotSeries ring = Dots(diameter == 12.0 ? "the scene's gains" : "", colour, diameter);
@@ -117,7 +116,7 @@ PlotSpec MakeMarginPlot(const StabilityStudy& s, MarginKind kind) {
   PlotSpec plot;
   plot.title = fmt::format("{}: {} margin by hand", TitleOf(s), gain ? "gain" : "delay");
   plot.caption = "large: as the device is; small: without its friction and encoder steps";
-  plot.y.label = gain ? "loop gain at which it ceases to be stable" : "further delay that it bears (ticks)";
+  plot.y.label = gain ? "loop gain at the limit of stability" : "additional delay tolerated (ticks)";
   plot.y.log = gain;
   std::vector<std::string> hands;
   for (const HandMargins& m : s.margins) {
@@ -126,7 +125,7 @@ PlotSpec MakeMarginPlot(const StabilityStudy& s, MarginKind kind) {
   for (const std::string& hand : hands) {
     plot.x.names.push_back(hand == s.setup.hand.name ? fmt::format("{} (the scene's)", hand) : hand);
   }
-  plot.x.label = "hand, with the coupling of the scene's own";
+  plot.x.label = "hand, with the coupling of the scene's hand";
   plot.x.lower = -0.5;
   plot.x.upper = static_cast<double>(hands.size()) - 0.5;
   double most = 4;
@@ -152,8 +151,8 @@ PlotSpec MakeMarginPlot(const StabilityStudy& s, MarginKind kind) {
   }
   plot.y.lower = gain ? least / 1.3 : -0.6;
   plot.y.upper = gain ? most * 1.8 : most + 1.8;
-  const double asked = gain ? kLeastGainMargin : kLeastDelayMargin_ticks;
-  plot.series.push_back(Line(fmt::format("asked of the scene's hand: {:g}", asked), {*plot.x.lower, *plot.x.upper},
+  const double asked = gain ? kMinGainMargin : kMinDelayMargin_ticks;
+  plot.series.push_back(Line(fmt::format("required for the scene's hand: {:g}", asked), {*plot.x.lower, *plot.x.upper},
                              {asked, asked}, kCycleColour, 2.5, 8));
   if (gain) {
     plot.series.push_back(Line("below: not stable", {*plot.x.lower, *plot.x.upper}, {1, 1}, kUnstableColour, 2.5, 0));
@@ -169,11 +168,11 @@ PlotSpec MakeScenarioPlot(const StabilityStudy& s, const WorstFigure& worst) {
   if (scenario.cut_through_s) plot.caption += "; " + DescribeCutThrough(scenario);
   plot.x.label = "time (s)";
   plot.y.label = "force on the device (N)";
-  // No more points than pixels: the least and the largest of each stretch, so that no spike is lost.
+  // At most as many points as pixels: minimum and maximum of each interval, so that no spike is lost.
   PlotSeries force;
   force.width = 1.5;
   const std::size_t count = std::min(scenario.time_s.size(), scenario.force_N.size());
-  const std::size_t stretch = std::max<std::size_t>(2 * count / kMostPoints, 1);
+  const std::size_t stretch = std::max<std::size_t>(2 * count / kMaxPoints, 1);
   for (std::size_t i = 0; i < count; i += stretch) {
     const auto first = scenario.force_N.begin() + static_cast<std::ptrdiff_t>(i);
     const auto last = scenario.force_N.begin() + static_cast<std::ptrdiff_t>(std::min(i + stretch, count));

@@ -18,9 +18,9 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Scenarios that get a picture.
+/// Number of scenarios with a diagram.
 constexpr std::size_t kPictures = 3;
-/// All that may be written.
+/// All files that may be written.
 constexpr const char* kFiles[] = {"report.md",   "stability.json", "figures.csv", "margins.csv",
                                   "map.csv",     "map.png",        "margins.png", "delays.png",
                                   "worst_1.png", "worst_2.png",    "worst_3.png", "scene.toml"};
@@ -56,14 +56,14 @@ ordered_json MarginsJson(const Margins& m) {
           {"delay_beyond", m.delay_beyond}};
 }
 
-/// true, false, or null where it was not asked or could not be judged.
+/// true or false; null if it was not required or could not be judged.
 ordered_json HoldsJson(Judgement judgement) {
   if (judgement == Judgement::kHolds) return true;
   if (judgement == Judgement::kBroken) return false;
   return {};
 }
 
-/// As it stands in a table: true, false, not_asked, not_judged.
+/// The value in a table: true, false, not_asked, not_judged.
 const char* HoldsCsv(Judgement judgement) {
   switch (judgement) {
     case Judgement::kHolds:
@@ -165,7 +165,7 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
         {"into", {s.touch.into_W.x, s.touch.into_W.y, s.touch.into_W.z}}}},
       {"worst", worst},
       {"scenarios", scenarios},
-      {"asked_of_margins", {{"gain", kLeastGainMargin}, {"delay_ticks", kLeastDelayMargin_ticks}}},
+      {"asked_of_margins", {{"gain", kMinGainMargin}, {"delay_ticks", kMinDelayMargin_ticks}}},
       {"margins", margins},
       {"map", map},
       {"warnings", s.warnings},
@@ -268,9 +268,9 @@ std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows) {
   std::string text = "| device |";
   std::string rule = "|---|";
   const auto column = [](const ProfileMargins& row) {
-    return row.hand == row.fitted_to ? row.hand : fmt::format("{} let go of", row.fitted_to);
+    return row.hand == row.fitted_to ? row.hand : fmt::format("{} released", row.fitted_to);
   };
-  // The columns of the device of which most was examined.
+  // The columns are those of the device with the most rows.
   const auto count = [&](const std::string& name) {
     return std::count_if(rows.begin(), rows.end(), [&](const ProfileMargins& row) { return row.profile == name; });
   };
@@ -332,14 +332,13 @@ std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMarg
                    {"holds", HoldsJson(Judge(row))},
                    {"judgement", ToString(Judge(row))}});
   }
-  const ordered_json json = {
-      {"kerf", VersionString()},
-      {"schema", 1},
-      {"scene", scene.name},
-      {"rate_hz", scene.loop.rate_hz},
-      {"complete", complete},
-      {"asked_of_margins", {{"gain", kLeastGainMargin}, {"delay_ticks", kLeastDelayMargin_ticks}}},
-      {"devices", all}};
+  const ordered_json json = {{"kerf", VersionString()},
+                             {"schema", 1},
+                             {"scene", scene.name},
+                             {"rate_hz", scene.loop.rate_hz},
+                             {"complete", complete},
+                             {"asked_of_margins", {{"gain", kMinGainMargin}, {"delay_ticks", kMinDelayMargin_ticks}}},
+                             {"devices", all}};
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

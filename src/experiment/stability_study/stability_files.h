@@ -1,4 +1,4 @@
-// What `kerf stability` leaves behind.
+// Result files of `kerf stability`.
 #pragma once
 
 #include <string>
@@ -15,22 +15,22 @@ std::string FormatStabilityJson(const StabilityStudy& study);
 /// scenario,figure,unit,value,kind,bound,holds; a row "cut through" (kind "when") where the tool cut through.
 std::string FormatFiguresCsv(const StabilityStudy& study);
 std::string FormatMarginsCsv(const StabilityStudy& study);
-/// A row a point of the map; in the simulation's units and the device's.
+/// One row for each point of the map, in the simulation's units and in the device's.
 std::string FormatMapCsv(const StabilityStudy& study);
-/// For people, Markdown.
+/// For the user, Markdown.
 std::string FormatStabilityReport(const StabilityStudy& study);
 
-/// "Stable", "Not stable", of how much, or that it was ended before.
+/// "Stable" or "Not stable", and the number of checks that this is based on, or that the examination was ended early.
 std::string DescribeVerdict(const StabilityStudy& study);
-/// The worst figure in words; "" when there is none.
+/// The worst figure in words; empty if there is none.
 std::string DescribeWorst(const StabilityStudy& study);
-/// "12.5 mN, at most 20" with a mark where it does not hold.
+/// "12.5 mN, at most 20", with a mark if the bound is broken.
 std::string DescribeFigure(const StabilityFigure& figure);
-/// "cut through at t = 1.25 s"; "" for a scenario in which the tool did not come out behind the bone.
+/// "cut through at t = 1.25 s"; empty for a scenario in which the tool did not come out behind the bone.
 std::string DescribeCutThrough(const ScenarioResult& scenario);
-/// Of two that stand in one line: broken if one is, else not judged if one is not.
+/// Combines two judgements that share one line: broken if one is broken, otherwise not judged if one is not judged.
 Judgement Both(Judgement a, Judgement b);
-/// "> 64 / 16" : gain and whole ticks of delay; or why they can't be told.
+/// "> 64 / 16": gain and whole ticks of delay; or the reason why they are unknown.
 std::string DescribeMargins(const Margins& margins);
 
 PlotSpec MakeMapPlot(const StabilityStudy& study);
@@ -39,16 +39,16 @@ PlotSpec MakeMarginPlot(const StabilityStudy& study, MarginKind kind);
 /// The force of a scenario over time.
 PlotSpec MakeScenarioPlot(const StabilityStudy& study, const WorstFigure& worst);
 
-/// report.md, stability.json, figures.csv, margins.csv, map.csv, map.png, margins.png, delays.png, worst_N.png and
-/// scene.toml (resolved) in `folder`, made when missing. Results of an earlier study in the same folder are replaced or
-/// removed. Fills `study.files`.
+/// Writes report.md, stability.json, figures.csv, margins.csv, map.csv, map.png, margins.png, delays.png, worst_N.png
+/// and scene.toml (resolved) into `folder`, which is created if missing. Replaces or removes the results of an earlier
+/// study in the same folder. Fills `study.files`.
 void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::string& folder);
-/// Throws Error when one of them would replace one of the scene's own inputs.
+/// Throws Error if one of the files would overwrite one of the scene's own inputs.
 void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
-/// Markdown: a row a device, a column a hand, the least of the states in each.
+/// Markdown: one row for each device, one column for each hand, each with the minimum over the states.
 std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows);
-/// `complete`: false when it was ended before all were examined.
+/// `complete`: false if it was ended before all were examined.
 std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows, bool complete = true);
 
 }  // namespace kerf

@@ -5,17 +5,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/core/append_format.h"
 #include "base/files/markdown_text.h"
 #include "experiment/stability_study/stability_files.h"
 #include "kerf/version.h"
 
 namespace kerf {
 namespace {
-
-template <typename... Args>
-void Add(std::string& text, fmt::format_string<Args...> format, Args&&... args) {
-  fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
-}
 
 std::string Unit(const std::string& unit) {
   return unit.empty() ? "" : " " + unit;
@@ -26,62 +22,68 @@ bool Wrote(const StabilityStudy& s, const std::string& file) {
 }
 
 void AddVerdict(std::string& text, const StabilityStudy& s) {
-  Add(text, "**{}**\n\n", DescribeVerdict(s));
-  for (const std::string& finding : s.findings) Add(text, "- {}\n", EscapeMarkdown(finding));
+  AppendFormat(text, "**{}**\n\n", DescribeVerdict(s));
+  for (const std::string& finding : s.findings) AppendFormat(text, "- {}\n", EscapeMarkdown(finding));
   if (!s.findings.empty()) text += "\n";
-  if (const std::string worst = DescribeWorst(s); !worst.empty()) Add(text, "Nearest to its bound: {}.\n\n", worst);
-  for (const std::string& warning : s.warnings) Add(text, "Warning: {}.\n\n", EscapeMarkdown(warning));
+  if (const std::string worst = DescribeWorst(s); !worst.empty())
+    AppendFormat(text, "Closest to its bound: {}.\n\n", worst);
+  for (const std::string& warning : s.warnings) AppendFormat(text, "Warning: {}.\n\n", EscapeMarkdown(warning));
 }
 
 void AddSetting(std::string& text, const StabilityStudy& s) {
-  Add(text, "## What was examined\n\n");
-  Add(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first meets it ({:.3f} s).\n",
-      EscapeMarkdown(s.tool), s.rpm, s.voxel_mm, s.touch.time_s);
-  Add(text, "- Device {} in the hand {}, {:g} ticks a second; {:.3g} N on the device for 1 N in the simulation.\n",
-      EscapeMarkdown(s.setup.profile.name), EscapeMarkdown(s.setup.hand.name), s.rate_hz, s.setup.force_scale);
-  Add(text, "- Coupling: {}; damping {:.4g} N s/mm.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
-      s.setup.fitted.coupling.damping_Ns_per_mm);
-  Add(text, "- Limits: {}.\n\n", EscapeMarkdown(DescribeLimits(s.setup)));
+  AppendFormat(text, "## What was examined\n\n");
+  AppendFormat(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first meets it ({:.3f} s).\n",
+               EscapeMarkdown(s.tool), s.rpm, s.voxel_mm, s.touch.time_s);
+  AppendFormat(text,
+               "- Device {} in the hand {}, {:g} ticks a second; {:.3g} N on the device for 1 N in the simulation.\n",
+               EscapeMarkdown(s.setup.profile.name), EscapeMarkdown(s.setup.hand.name), s.rate_hz, s.setup.force_scale);
+  AppendFormat(text, "- Coupling: {}; damping {:.4g} N s/mm.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
+               s.setup.fitted.coupling.damping_Ns_per_mm);
+  AppendFormat(text, "- Limits: {}.\n\n", EscapeMarkdown(DescribeLimits(s.setup)));
 }
 
 void AddScenarios(std::string& text, const StabilityStudy& s) {
-  Add(text,
-      "## Scenarios\n\nEach is run on the simulated device, with its friction and encoder, in virtual time; seed "
-      "{}.\n\n"
+  AppendFormat(
+      text,
+      "## Scenarios\n\nEach scenario runs on the simulated device, with its friction and encoder, in virtual time; "
+      "seed {}.\n\n"
       "| scenario | figure | measured | bound | holds |\n|---|---|---|---|---|\n",
       s.seed);
   for (const ScenarioResult& scenario : s.scenarios) {
     if (scenario.skipped)
-      Add(text, "| {} | {} | | | {} |\n", scenario.name, scenario.what, ToString(Judgement::kNotAsked));
+      AppendFormat(text, "| {} | {} | | | {} |\n", scenario.name, scenario.what, ToString(Judgement::kNotAsked));
     if (!scenario.unjudged.empty()) {
-      Add(text, "| {} | {} | | | {} |\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
+      AppendFormat(text, "| {} | {} | | | {} |\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
     }
     if (scenario.cut_through_s) {
-      Add(text, "| {} | {} | | | {} |\n", scenario.name, DescribeCutThrough(scenario), ToString(Judgement::kNotAsked));
+      AppendFormat(text, "| {} | {} | | | {} |\n", scenario.name, DescribeCutThrough(scenario),
+                   ToString(Judgement::kNotAsked));
     }
     for (const StabilityFigure& f : scenario.figures) {
-      Add(text, "| {} | {} | {:.3g}{} | {} {:.3g} | {} |\n", scenario.name, f.name, f.value, Unit(f.unit),
-          f.at_most ? "at most" : "at least", f.bound, f.holds() ? "yes" : "**no**");
+      AppendFormat(text, "| {} | {} | {:.3g}{} | {} {:.3g} | {} |\n", scenario.name, f.name, f.value, Unit(f.unit),
+                   f.at_most ? "at most" : "at least", f.bound, f.holds() ? "yes" : "**no**");
     }
   }
   text += "\n";
   for (const ScenarioResult& scenario : s.scenarios) {
-    if (!scenario.skipped) Add(text, "- **{}**: {}\n", scenario.name, scenario.what);
+    if (!scenario.skipped) AppendFormat(text, "- **{}**: {}\n", scenario.name, scenario.what);
   }
   text += "\n";
   for (const char* file : {"worst_1.png", "worst_2.png", "worst_3.png"}) {
-    if (Wrote(s, file)) Add(text, "![Force over time]({})\n\n", file);
+    if (Wrote(s, file)) AppendFormat(text, "![Force over time]({})\n\n", file);
   }
 }
 
 void AddMargins(std::string& text, const StabilityStudy& s) {
-  Add(text,
-      "## Margins\n\nHow many times the device's force may be what it is, and how many ticks later it may come, before "
-      "a kick no longer dies out: gain / ticks. Asked of the scene's hand: {:g} / {}; of another hand, with the same "
-      "coupling, that it is stable; of H0, a handle that is let go of, nothing, since then nobody pushes: the scenario "
-      "let_go tells what it does. *Linear*: without the device's friction and the encoder's steps.\n\n"
+  AppendFormat(
+      text,
+      "## Margins\n\nGain / ticks: the factor by which the device force can be multiplied, and the number of ticks by "
+      "which it can be delayed, before the motion after a kick no longer decays. Required: {:g} / {} with the scene's "
+      "hand; a stable loop with any other hand and the same coupling; nothing with H0, a released handle, because no "
+      "hand pushes it (the scenario let_go shows its behaviour). *Linear*: without the device's friction and the "
+      "encoder's steps.\n\n"
       "| hand | state | as the device is | linear | holds |\n|---|---|---|---|---|\n",
-      kLeastGainMargin, kLeastDelayMargin_ticks);
+      kMinGainMargin, kMinDelayMargin_ticks);
   for (const HandMargins& m : s.margins) {
     if (!m.done || m.linear) continue;
     const auto linear = std::find_if(s.margins.begin(), s.margins.end(), [&](const HandMargins& other) {
@@ -89,22 +91,24 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
     });
     const bool has_linear = linear != s.margins.end();
     const Judgement both = has_linear ? Both(m.judgement(), linear->judgement()) : m.judgement();
-    Add(text, "| {}{} | {} | {} | {} | {} |\n", EscapeMarkdown(m.hand), m.own ? " (the scene's)" : "",
-        ToString(m.state), DescribeMargins(m.margins), has_linear ? DescribeMargins(linear->margins) : std::string(),
-        both == Judgement::kBroken ? "**no**" : ToString(both));
+    AppendFormat(text, "| {}{} | {} | {} | {} | {} |\n", EscapeMarkdown(m.hand), m.own ? " (the scene's)" : "",
+                 ToString(m.state), DescribeMargins(m.margins),
+                 has_linear ? DescribeMargins(linear->margins) : std::string(),
+                 both == Judgement::kBroken ? "**no**" : ToString(both));
   }
   text += "\n";
-  if (Wrote(s, "margins.png")) Add(text, "![Gain margin by hand](margins.png)\n\n");
-  if (Wrote(s, "delays.png")) Add(text, "![Delay margin by hand](delays.png)\n\n");
+  if (Wrote(s, "margins.png")) AppendFormat(text, "![Gain margin by hand](margins.png)\n\n");
+  if (Wrote(s, "delays.png")) AppendFormat(text, "![Delay margin by hand](delays.png)\n\n");
 }
 
 void AddMap(std::string& text, const StabilityStudy& s) {
   if (s.map.behaviour.empty()) return;
-  Add(text,
+  AppendFormat(
+      text,
       "## Map\n\nStiffness and damping of the coupling, {}. The line is the rule for a sampled spring, K = 2 (b + B) / "
-      "(T + 2 t_d), with b = {:.4g} N s/mm of device and hand; it is for a linear device and small B.\n\n",
+      "(T + 2 t_d), with b = {:.4g} N s/mm of device and hand; it applies to a linear device and small B.\n\n",
       ToString(s.map_state), s.limits.own_damping_Ns_per_mm);
-  if (Wrote(s, "map.png")) Add(text, "![Where it is stable](map.png)\n\n");
+  if (Wrote(s, "map.png")) AppendFormat(text, "![Stability map](map.png)\n\n");
 }
 
 }  // namespace
@@ -117,14 +121,14 @@ std::string DescribeVerdict(const StabilityStudy& s) {
                                      margins.judged, margins.asked);
   if (!s.complete) {
     if (judged == 0) return "Ended before anything was examined.";
-    return fmt::format("Ended before all was examined; {}",
+    return fmt::format("Ended before all cases were examined; {}",
                        s.findings.empty() ? fmt::format("stable so far ({}).", of) : "not stable so far:");
   }
   if (judged == 0) return "Nothing could be judged here.";
   const double K = s.setup.fitted.coupling.stiffness_N_per_mm;
   const bool lowered = K < s.setup.asked_stiffness_N_per_mm;
   const std::string at =
-      lowered ? fmt::format(" at {:.3g} N/mm ({:.4g} asked)", K, s.setup.asked_stiffness_N_per_mm) : std::string();
+      lowered ? fmt::format(" at {:.3g} N/mm ({:.4g} requested)", K, s.setup.asked_stiffness_N_per_mm) : std::string();
   if (!s.findings.empty()) return fmt::format("Not stable{}:", at);
   if (judged == scenarios.asked + margins.asked) return fmt::format("Stable{}.", at);
   return fmt::format("Stable{} in what could be judged: {}.", at, of);
@@ -158,17 +162,16 @@ std::string DescribeMargins(const Margins& m) {
 }
 
 std::string FormatStabilityReport(const StabilityStudy& s) {
-  std::string text =
-      fmt::format("# {}: is it stable in a hand?\n\n", EscapeMarkdown(s.title.empty() ? s.scene : s.title));
+  std::string text = fmt::format("# {}: stability in a hand\n\n", EscapeMarkdown(s.title.empty() ? s.scene : s.title));
   AddVerdict(text, s);
   AddSetting(text, s);
   AddScenarios(text, s);
   AddMargins(text, s);
   AddMap(text, s);
-  Add(text,
-      "## To make it again\n\nIn this folder, whose scene.toml has the hand and the device that were "
-      "chosen:\n\n```\n{}\n```\n\nMade by kerf {} (commit {}).\n",
-      MarkdownCodeLine(s.command), VersionString(), CommitString());
+  AppendFormat(text,
+               "## To reproduce\n\nIn this folder, whose scene.toml specifies the chosen hand and "
+               "device:\n\n```\n{}\n```\n\nMade by kerf {} (commit {}).\n",
+               MarkdownCodeLine(s.command), VersionString(), CommitString());
   return text;
 }
 

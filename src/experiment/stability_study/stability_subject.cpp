@@ -15,23 +15,23 @@
 namespace kerf {
 namespace {
 
-/// The tool is taken back so far from where it touches.
+/// The tool is moved back by this distance from the contact.
 constexpr double kClear_mm = 0.3;
-constexpr double kMostClear_mm = 0.8;
-/// Bone is kept so far around the tool.
+constexpr double kMaxClear_mm = 0.8;
+/// Bone within this distance of the tool is kept.
 constexpr double kAround_mm = 15;
-/// A disc that moves more than so much along its spindle meets bone with its flat.
+/// A disc whose motion along its spindle exceeds this fraction touches the bone with its flat.
 constexpr double kSideways = 0.7;
 constexpr double kShortest_s = 1e-7;
 
-/// Points all over the tool, tool frame.
+/// Points on the whole surface of the tool, tool frame.
 std::vector<Vec3> CoverTool(const Tool& tool, double spacing_mm) {
   const double pitch_mm = CalcTooth(tool).pitch_mm;
   const int samples = std::clamp(static_cast<int>(std::ceil(pitch_mm / spacing_mm)), 1, 64);
   const ToolShape shape = MakeToolShape(tool, samples, spacing_mm, 0, 0);
   std::vector<Vec3> points;
   const auto* disc = std::get_if<DiscSaw>(&tool);
-  // The rim of a disc in layers from face to face: bone may be thinner than the disc.
+  // The rim of a disc, in layers from one flat to the other: bone may be thinner than the disc.
   const double thickness_mm = disc ? disc->thickness_mm : 0;
   const int layers = disc ? std::max(2, static_cast<int>(std::ceil(thickness_mm / spacing_mm)) + 1) : 1;
   for (const EdgePoint& point : shape.edge) {
@@ -52,7 +52,7 @@ class Feeler {
         bounds_(bone.CalcBounds()),
         reach_mm_(CalcReach(tool)) {}
 
-  /// Least distance of the tool to the bone, mm; no more than the band tells.
+  /// Minimum distance of the tool to the bone, mm; limited to the band.
   double Distance(const Pose& X_WT) const {
     const Box3 near = bounds_.Grown(reach_mm_ + bone_.band_mm());
     for (int axis = 0; axis < 3; ++axis) {
@@ -71,23 +71,24 @@ class Feeler {
   double reach_mm_;
 };
 
-/// Before the tool touches at X_WT_touch on its way from X_WT_clear.
+/// Returns the pose shortly before the tool touches at X_WT_touch, moving from X_WT_clear.
 FirstTouch StepBack(const Scene& scene, const Tool& tool, const Feeler& feeler, double voxel_mm, double time_s,
                     const Pose& X_WT_clear, const Pose& X_WT_touch) {
   const std::optional<Vec3> into = CalcDirection(X_WT_touch.p_AB - X_WT_clear.p_AB);
   if (!into) {
-    throw Error(fmt::format("{}: the tool only turns as it meets the bone, at {:.3f} s of the path; give it a feed",
-                            scene.name, time_s));
+    throw Error(
+        fmt::format("{}: the tool only rotates where it meets the bone, at {:.3f} s of the path; give it a feed",
+                    scene.name, time_s));
   }
   const Vec3 spindle_W = X_WT_touch.Vector({0, 0, 1});
   if (std::holds_alternative<DiscSaw>(tool) && std::abs(glm::dot(spindle_W, *into)) > kSideways) {
     throw Error(
-        fmt::format("{}: the disc meets the bone with its flat, at {:.3f} s of the path, where no tooth bites; "
+        fmt::format("{}: the disc meets the bone with its flat, at {:.3f} s of the path, where no tooth cuts; "
                     "begin with a stroke in the disc's plane",
                     scene.name, time_s));
   }
   FirstTouch touch{time_s, X_WT_clear, *into};
-  // As near as a bisection has it, then back.
+  // Finds the contact by bisection, then moves back.
   double inside = 1;
   double outside = 0;
   for (int i = 0; i < 30; ++i) {
@@ -96,12 +97,12 @@ FirstTouch StepBack(const Scene& scene, const Tool& tool, const Feeler& feeler, 
     X_WT.p_AB = glm::mix(X_WT_clear.p_AB, X_WT_touch.p_AB, middle);
     (feeler.Distance(X_WT) > 0 ? outside : inside) = middle;
   }
-  const double back_mm = std::min(kClear_mm + 0.25 * voxel_mm, kMostClear_mm);
+  const double back_mm = std::min(kClear_mm + 0.25 * voxel_mm, kMaxClear_mm);
   touch.X_WT.R_AB = X_WT_touch.R_AB;
   touch.X_WT.p_AB = glm::mix(X_WT_clear.p_AB, X_WT_touch.p_AB, outside) - back_mm * *into;
   if (!(feeler.Distance(touch.X_WT) > 0)) {
     throw Error(
-        fmt::format("{}: the tool is in the bone on both sides of where it meets it, at {:.3f} s of the path; "
+        fmt::format("{}: the tool is in the bone both before and after the contact at {:.3f} s of the path; "
                     "begin the path clear of the bone",
                     scene.name, time_s));
   }
@@ -119,7 +120,7 @@ FirstTouch FindFirstTouch(const Scene& scene, const Bone& bone) {
     const PathSegment& span = path.segments()[segment];
     double t_s = span.start_s;
     Pose X_WT = path.CalcPose(segment, t_s);
-    // To touch is not to be inside.
+    // Contact alone does not count as inside.
     if (span.retract_before && feeler.Distance(X_WT) < -0.5 * voxel_mm) {
       throw Error(
           fmt::format("{}: the path begins inside the bone, at {:.3f} s; begin it clear of the bone", scene.name, t_s));
@@ -134,7 +135,7 @@ FirstTouch FindFirstTouch(const Scene& scene, const Bone& bone) {
       const Pose X_WT_next = path.CalcPose(segment, t_s + step_s);
       t_s = span.end_s - t_s - step_s < kShortest_s ? span.end_s : t_s + step_s;
       if (!(feeler.Distance(X_WT_next) > 0)) {
-        // On its way out of a touch it has not met anything.
+        // A tool that moves out of a contact has not touched the bone again.
         if (feeler.Distance(X_WT_next) < feeler.Distance(X_WT) || feeler.Distance(X_WT) > 0) {
           return StepBack(scene, tool, feeler, voxel_mm, t_s, X_WT, X_WT_next);
         }

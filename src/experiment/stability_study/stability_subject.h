@@ -1,4 +1,5 @@
-// What a scene asks `kerf stability` to examine: its tool where its path first meets the bone, its device and its hand.
+// The subject that `kerf stability` examines for a scene: its tool where its path first touches the bone, its device
+// and its hand.
 #pragma once
 
 #include "experiment/stability/margins.h"
@@ -7,19 +8,19 @@
 
 namespace kerf {
 
-/// Where a path first meets the bone.
+/// The place where a path first touches the bone.
 struct FirstTouch {
   double time_s = 0;  // on the path, to within a voxel's travel
   Pose X_WT;          // the tool shortly before, clear of the bone by less than 1 mm
   Vec3 into_W{0};     // the feed's direction there, unit length
 };
 
-/// Throws Error when the path never meets the bone, the tool is set down inside it or so near that it is never clear,
-/// only turns as it touches, or is a disc that meets the bone with its flat, where no tooth bites.
+/// Throws Error if the path never touches the bone, if the tool is set down inside it or so near that it is never
+/// clear, if it only rotates when it touches, or if it is a disc whose flat touches the bone, where no tooth cuts.
 FirstTouch FindFirstTouch(const Scene& scene, const Bone& bone);
 
-/// The scene as `kerf loop` would run it, at that place. The bone is that around the place: what the tool can't get to
-/// in a few seconds is left out. `setup`: the scene's, MakeLoopSetup().
+/// Returns the scene at that place as `kerf loop` would run it. The bone is cropped to the surroundings: parts that the
+/// tool cannot reach in a few seconds are left out. `setup`: the scene's, from MakeLoopSetup().
 StabilitySubject MakeStabilitySubject(const Scene& scene, const LoopSetup& setup, const Bone& bone,
                                       const FirstTouch& touch);
 

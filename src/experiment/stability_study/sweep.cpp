@@ -20,7 +20,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kLoop_s = 0.01;  // that the loop itself is run for
+constexpr double kLoop_s = 0.01;  // duration of the loop itself
 constexpr const char* kScenarios[] = {"press_5N", "cut_5N"};
 
 using Clock = std::chrono::steady_clock;
@@ -29,7 +29,7 @@ std::string FirstLine(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
 
-/// Of a bone that is generated; 0 for one from a file.
+/// Number of voxels of a generated bone; 0 for one from a file.
 double CountVoxels(const SceneBone& bone) {
   const auto count = [](const Vec3& size_mm, double voxel_mm) {
     return size_mm.x * size_mm.y * size_mm.z / (voxel_mm * voxel_mm * voxel_mm);
@@ -41,7 +41,7 @@ double CountVoxels(const SceneBone& bone) {
   return count(bone.block.size_mm, bone.block.voxel_mm);
 }
 
-/// The scene that a file with those values would be.
+/// Returns the scene that a file with these values would describe.
 Scene MakeCaseScene(const Scene& scene, const SweepCase& which) {
   Scene asked = scene;
   asked.coupling.given = asked.device.given = asked.hand.given = asked.loop.given = true;
@@ -56,13 +56,13 @@ const Scenario& FindScenario(const std::string& name) {
   return *std::find_if(all.begin(), all.end(), [&](const Scenario& s) { return s.name == name; });
 }
 
-/// What does not hold, or could not be judged, of the scenarios.
+/// Sets the row's verdict from the figures that break their bound or could not be judged.
 void RunScenarios(const StabilitySubject& subject, SweepRow& row) {
   std::string unjudged;
   for (const char* name : kScenarios) {
     const ScenarioResult result = FindScenario(name).run(subject, 1);
     for (const StabilityFigure& f : result.figures) {
-      // That a weak spring or a device that is given little of the force presses weakly is no instability.
+      // A small force, because of a weak spring or a small force scale of the device, is not an instability.
       if (f.holds() || f.name == "force") continue;
       row.verdict = SweepVerdict::kFail;
       row.reason = fmt::format("{}: {} is {:.3g}{}{}, {} {:.3g} is allowed", name, f.name, f.value,
@@ -75,7 +75,7 @@ void RunScenarios(const StabilitySubject& subject, SweepRow& row) {
   row.reason = unjudged;
 }
 
-/// From the check on. Throws Error where something is refused that the check passed.
+/// Runs a case after the check. Throws Error if the loop refuses a scene that the check passed.
 void RunCase(const Scene& scene, const CheckedScene& checked, bool begin_only, const std::function<bool()>& late,
              SweepRow& row) {
   const auto stop_when_late = [&](double) {
@@ -92,7 +92,7 @@ void RunCase(const Scene& scene, const CheckedScene& checked, bool begin_only, c
   }
   if (scene.tool.rpm < 1) {
     row.verdict = SweepVerdict::kNotJudged;
-    row.reason = "the spindle is stopped: the loop begins, and nothing is cut";
+    row.reason = "the spindle is stopped: the loop starts, but nothing is cut";
     return;
   }
   const Bone bone = MakeSceneBone(scene, stop_when_late);
@@ -109,7 +109,7 @@ void RunCase(const Scene& scene, const CheckedScene& checked, bool begin_only, c
   RunScenarios(subject, row);
 }
 
-/// Rows that the check warns of as it does not of the first row, the scene as it is.
+/// Marks failed rows with a warning of the check that the first row, the unchanged scene, does not have.
 void MarkWarned(std::vector<SweepRow>& rows) {
   const std::vector<std::string> usual = rows.front().warnings;
   for (SweepRow& row : rows) {
@@ -125,10 +125,10 @@ void MarkWarned(std::vector<SweepRow>& rows) {
 
 void CheckOptions(const Scene& scene, const SweepOptions& options) {
   if (scene.simulation.mode == SceneMode::kSlab) {
-    throw Error("[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf stability'");
+    throw Error(
+        "[simulation] mode = \"slab\" has no tool coupled to a handle; set mode = \"voxel\" for 'kerf stability'");
   }
-  if (scene.tool.rpm < 1)
-    throw Error("[tool] rpm = 0: a stopped tool cuts nothing; give the speed that it is to cut with");
+  if (scene.tool.rpm < 1) throw Error("[tool] rpm = 0: a stopped tool cuts nothing; set the speed for cutting");
   if (options.pairs < 0 || options.pairs > 100000) throw Error("the number of pairs must be 0 to 100000");
 }
 
@@ -182,9 +182,9 @@ std::vector<SweepCase> MakeSweepCases(const Scene& scene, const SweepOptions& op
   if (keys.size() < 2) return cases;
   std::mt19937_64 random(options.seed);
   const auto draw = [&](const SweepKey& key) -> SweepSetting {
-    const double share = static_cast<double>(random() >> 11U) * 0x1p-53;
-    double between = key.least > 0 ? key.least * std::pow(key.greatest / key.least, share)
-                                   : key.least + share * (key.greatest - key.least);
+    const double fraction = static_cast<double>(random() >> 11U) * 0x1p-53;
+    double between = key.least > 0 ? key.least * std::pow(key.greatest / key.least, fraction)
+                                   : key.least + fraction * (key.greatest - key.least);
     if (key.own == std::round(key.own) && key.least == std::round(key.least)) between = std::round(between);
     const double values[] = {key.least, key.default_value, key.greatest, between};
     return {key.name, values[random() % 4]};
@@ -218,8 +218,8 @@ SweepRow TryCase(const Scene& scene, const SweepCase& which, const SweepOptions&
   }
   row.warnings = checked.warnings;
   const double voxels = CountVoxels(read->bone);
-  if (voxels > options.most_voxels) {
-    row.reason = fmt::format("the bone has {:.3g} voxels, a case may have {:.3g}", voxels, options.most_voxels);
+  if (voxels > options.max_voxels) {
+    row.reason = fmt::format("the bone has {:.3g} voxels; a case may have at most {:.3g}", voxels, options.max_voxels);
     return row;
   }
   try {
@@ -228,7 +228,7 @@ SweepRow TryCase(const Scene& scene, const SweepCase& which, const SweepOptions&
     const bool stopped = late();
     row.verdict = stopped ? SweepVerdict::kNotRun : SweepVerdict::kFail;
     row.reason = stopped ? fmt::format("stopped after {:.0f} s", elapsed_s())
-                         : fmt::format("'kerf check' passes it, and the loop refuses: {}", FirstLine(e.what()));
+                         : fmt::format("'kerf check' accepts it, but the loop refuses it: {}", FirstLine(e.what()));
   }
   row.wall_s = elapsed_s();
   return row;

@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-/// A visitor for Describe() that passes on numbers alone, by name.
+/// A visitor for Describe() that passes on only numbers, by name.
 template <typename Use>
 class Numbers {
  public:
@@ -71,7 +71,7 @@ void Walk(Scene& scene, Use use) {
   section("loop", scene.loop);
 }
 
-/// The same scene with the defaults of the schema.
+/// Returns the same scene with the defaults of the schema.
 Scene WithDefaults(const Scene& scene) {
   Scene plain = scene;
   plain.bone.mandible = {};

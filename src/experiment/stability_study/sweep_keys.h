@@ -1,4 +1,4 @@
-// The numeric keys of a scene, as a sweep over them needs them.
+// The numeric keys of a scene, with the values that a sweep needs.
 #pragma once
 
 #include <string>
@@ -13,14 +13,15 @@ struct SweepKey {
   double least = 0;
   double greatest = 0;
   double default_value = 0;  // of the schema
-  double own = 0;            // the scene's
+  double own = 0;            // the scene's value
 };
 
-/// All keys with one number, of the sections that the scene has and of [coupling], [device], [hand] and [loop], in the
-/// order of a resolved scene. Of several strokes the first alone. Vectors, words and switches are left out.
+/// Returns all keys with a single number, of the sections that the scene has and of [coupling], [device], [hand] and
+/// [loop], in the order of a resolved scene. Only the first of several strokes is included. Vectors, words and switches
+/// are left out.
 std::vector<SweepKey> ListSweepKeys(const Scene& scene);
 
-/// Throws Error when the scene has no such key.
+/// Throws Error if the scene has no such key.
 void SetSweepKey(Scene& scene, const std::string& name, double value);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// What `kerf stability --sweep` shows and writes.
+// Output and files of `kerf stability --sweep`.
 #include <fmt/format.h>
 
 #include <iterator>
@@ -39,7 +39,7 @@ std::string DescribeSettings(const std::vector<SweepSetting>& settings) {
   for (const SweepSetting& setting : settings) {
     text += fmt::format("{}{} = {:.6g}", text.empty() ? "" : ", ", setting.key, setting.value);
   }
-  return text.empty() ? "as it is" : text;
+  return text.empty() ? "unchanged" : text;
 }
 
 std::string FormatSweepTable(const SweepStudy& study) {

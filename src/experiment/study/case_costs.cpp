@@ -1,4 +1,4 @@
-// What a case costs: time of every tick, memory, time of making bone and simulation.
+// Costs of a case: time of every tick, memory, and the time to create bone and simulation.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ Percentiles Summarize(const LogHistogram& times) {
           times.CalcPercentile_us(0.999), times.max_us()};
 }
 
-/// The tick alone stands between the looks at the clock.
+/// Times only the tick: nothing else is between the clock readings.
 class PassTimer {
  public:
   template <typename Work>
@@ -57,7 +57,7 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
   for (int pass = 0; costs.ticks < ticks || pass < 2; ++pass) {
     std::int64_t start_ns = ReadClock_ns();
     const std::unique_ptr<CaseSubject> subject = MakeCaseSubject(path, holding, settings, MakeCaseBone(path, settings));
-    // The first may have had its bone made; later ones get a copy.
+    // In the first pass the bone may have to be made; later passes get a copy.
     if (pass == 0) costs.setup_s = Seconds(start_ns);
     std::uint64_t force_hash = 0;
     const bool warm_up = pass == 0;
@@ -76,7 +76,7 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
       force_hash = MixForce(force_hash, f_W_N);
     }
     const double seconds = Seconds(start_ns);
-    // A busy machine only adds.
+    // A busy machine only adds time.
     if (!warm_up) costs.whole_s = pass == 1 ? seconds : std::min(costs.whole_s, seconds);
     if (warm_up) costs.memory_MB = 1e-6 * static_cast<double>(subject->CalcMemoryBytes());
     const std::optional<Bone> bone = subject->TakeBone();
@@ -85,7 +85,7 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
       outcome.force_hash = force_hash;
       outcome.bone_hash = bone_hash;
     } else if (force_hash != outcome.force_hash || bone_hash != outcome.bone_hash) {
-      throw Error(fmt::format("two passes gave different {}; this must not be",
+      throw Error(fmt::format("two passes gave different {}; this is a bug in kerf",
                               force_hash != outcome.force_hash ? "forces" : "bones"));
     }
   }

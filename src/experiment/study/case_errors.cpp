@@ -1,4 +1,4 @@
-// How far a case is from its reference.
+// Errors of a case relative to its reference.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,13 +12,13 @@ namespace {
 
 constexpr double kFinestHeat_mm = 0.05;
 constexpr double kBody_C = 37;
-constexpr double kLeastRise_K = 1;
+constexpr double kMinRise_K = 1;
 
-/// 95th percentile over the probes that one of the two has warmed.
+/// 95th percentile over the probes that are warm in either of the two.
 double CalcTemperatureError(const std::vector<double>& a_C, const std::vector<double>& b_C) {
   std::vector<double> errors_K;
   for (std::size_t i = 0; i < a_C.size(); ++i) {
-    if (!(std::max(a_C[i], b_C[i]) > kBody_C + kLeastRise_K)) continue;
+    if (!(std::max(a_C[i], b_C[i]) > kBody_C + kMinRise_K)) continue;
     const double error_K = std::abs(a_C[i] - b_C[i]);
     if (std::isfinite(error_K)) errors_K.push_back(error_K);  // without bone there is no temperature
   }
@@ -30,7 +30,7 @@ double CalcTemperatureError(const std::vector<double>& a_C, const std::vector<do
 
 CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings& settings,
                     const StudyReference& reference, CasePass* keep) {
-  // What heat needs, the teeth's tangential force, is felt: forces are compared without it.
+  // Heat needs the tangential force of the teeth, which changes the forces, so these are compared without heat.
   StudySettings plain = settings;
   plain.heat_grid_mm = 0;
   CasePass pass = RunCasePass(path, holding, plain);
@@ -46,7 +46,7 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
     CalcCutSurfaceErrors(*pass.bone, *reference.bone, reference.ticks, path.saw, GetReferenceEdge_mm(holding, path.saw),
                          errors);
   } else {
-    // Nothing is cut where something should be.
+    // Nothing is removed; the reference may have removed bone.
     errors.volume = reference.removed_mm3 > 0 ? 1 : 0;
   }
   if (settings.heat_grid_mm > 0) {
@@ -57,7 +57,7 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
     finest.heat_grid_mm = 2 * kFinestHeat_mm;
     const std::vector<double> coarser_C = RunCasePass(path, holding, finest).beside_C;
     errors.temperature_K = CalcTemperatureError(warm.beside_C, truth_C);
-    // Of first order, the finer is off by as much as the two differ.
+    // The method is of first order, so the error of the finer grid equals the difference between the two.
     errors.temperature_bar_K = CalcTemperatureError(coarser_C, truth_C);
     outcome.force_hash = warm.force_hash;
     outcome.bone_hash = warm.bone_hash;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "base/core/hash.h"
@@ -22,11 +23,11 @@
 namespace kerf {
 namespace {
 
-constexpr double kLeastRate_hz = 50;
-constexpr double kMostRate_hz = 20000;
+constexpr double kMinRate_hz = 50;
+constexpr double kMaxRate_hz = 20000;
 constexpr std::size_t kTicksBetweenRefills = 1024;
-constexpr double kHeatPool_MB = 256;  // more than any path warms
-// How far a path may leave the slab's plane and its direction: less than the voxels.
+constexpr double kHeatPool_MB = 256;  // more than the heated volume of any path
+// Maximum deviation of a path from the slab's plane and direction: less than a voxel.
 constexpr double kInPlane_mm = 0.05;
 constexpr double kInPlane_rad = 0.01;
 
@@ -37,7 +38,7 @@ double Sum(const std::array<double, 256>& by_region) {
 }
 
 EffectChoices MakeEffects(const StudySettings& settings) {
-  EffectChoices effects;  // none but heat: that is what a scene has that names none
+  EffectChoices effects;  // empty or only heat, as in a scene that names no other effects
   if (settings.heat_grid_mm > 0) {
     effects.emplace_back("tangential_force");
     effects.emplace_back("heat");
@@ -50,7 +51,7 @@ EffectChoices MakeEffects(const StudySettings& settings) {
 double FindTemperature_C(const EffectPlan& plan, const Vec3& p_W) {
   const auto* heat = dynamic_cast<const HeatEffect*>(plan.Find("heat"));
   if (!heat) return std::numeric_limits<double>::quiet_NaN();
-  if (heat->figures().full) throw Error("the cells of the heat grid are too many for the memory set aside for them");
+  if (heat->figures().full) throw Error("the heat grid has too many cells for the memory reserved for it");
   return heat->CalcTemperature(p_W);
 }
 
@@ -77,10 +78,10 @@ class HandSubject final : public CaseSubject {
   void SetDown(const Pose& X_W) override {
     if (!simulation_.SetDown(X_W)) throw Error("the handle's pose was refused");
   }
-  // Others read the changed leaves and clear them between ticks; so does this.
+  // In the loop, readers read the changed leaves and clear them between ticks; this does the same.
   void BetweenTicks() override {
     simulation_.ClearChanged();
-    if (status_ & kCoupledLeavesUsedUp) throw Error("no spare leaf was left, and the tool stopped before uncut bone");
+    if (status_ & kCoupledLeavesUsedUp) throw Error("no spare leaves were left, and the tool stopped at uncut bone");
     if (status_ & kCoupledBadPose) throw Error("the handle's pose was refused");
   }
   double CalcTemperature_C(const Vec3& p_W) override {
@@ -161,7 +162,7 @@ class LedSubject final : public CaseSubject {
   bool contact_ = false;
 };
 
-/// The rail that a path goes along; none when it leaves its plane or its line.
+/// Returns the line along which a path moves; nullopt if it leaves its plane or its line.
 std::optional<Vec3> FindRail(const StudyPath& path, Holding holding) {
   const Pose X_start = path.pose(holding, 0);
   const Vec3 normal = X_start.Vector({0, 0, 1});
@@ -268,16 +269,16 @@ bool HasLift(const StudyPath& path, double from_s, double to_s) {
 
 std::string FindOmission(const StudyPath& path, Holding holding, const StudySettings& settings) {
   if (std::find(path.holdings.begin(), path.holdings.end(), holding) == path.holdings.end()) {
-    return fmt::format("the path {} is not for a tool held by {}", path.name, ToString(holding));
+    return fmt::format("the path {} does not support the holding \"{}\"", path.name, ToString(holding));
   }
   if (settings.material == "ct" && !path.use_ct) return "the bone has no CT numbers";
-  if (settings.method == "coarse" && holding == Holding::kPath) return "a tool led along its path has no coarse mode";
+  if (settings.method == "coarse" && holding == Holding::kPath) return "a tool on a prescribed path has no coarse mode";
   if (settings.precision_bits != StudySettings{}.precision_bits && holding == Holding::kPath) {
-    return "a tool led along its path keeps its distances as whole floats";
+    return "a tool on a prescribed path stores its distances at full float precision";
   }
   if (settings.method == "slab" && !FindRail(path, holding))
     return "the slab moves along one line, and this path does not";
-  if (settings.method == "slab" && settings.heat_grid_mm > 0) return "the slab knows no heat";
+  if (settings.method == "slab" && settings.heat_grid_mm > 0) return "the slab does not simulate heat";
   return "";
 }
 
@@ -293,7 +294,7 @@ Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings) {
     if (!path.use_ct) throw Error("the bone has no CT numbers");
     path.use_ct(bone);
   } else if (settings.material != "regions") {
-    throw Error(fmt::format("there is no material \"{}\"; there are regions, uniform and ct", settings.material));
+    throw Error(fmt::format("there is no material \"{}\"; the choices are regions, uniform and ct", settings.material));
   }
   RoundDistances(bone, settings.precision_bits);
   return bone;
@@ -301,27 +302,26 @@ Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings) {
 
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone) {
-  if (!(settings.rate_hz >= kLeastRate_hz && settings.rate_hz <= kMostRate_hz)) {
-    throw Error(
-        fmt::format("rate_hz = {:g} is not within {:g} to {:g}", settings.rate_hz, kLeastRate_hz, kMostRate_hz));
+  if (!(settings.rate_hz >= kMinRate_hz && settings.rate_hz <= kMaxRate_hz)) {
+    throw Error(fmt::format("rate_hz = {:g} is not within {:g} to {:g}", settings.rate_hz, kMinRate_hz, kMaxRate_hz));
   }
   if (settings.method == "slab") return std::make_unique<SlabSubject>(path, holding, settings, bone);
   if (settings.method != "voxel" && settings.method != "coarse") {
-    throw Error(fmt::format("there is no method \"{}\"; there are voxel, coarse and slab", settings.method));
+    throw Error(fmt::format("there is no method \"{}\"; the choices are voxel, coarse and slab", settings.method));
   }
   if (holding == Holding::kHand) return std::make_unique<HandSubject>(path, settings, std::move(bone));
   return std::make_unique<LedSubject>(path, settings, std::move(bone));
 }
 
 std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding) {
-  // A way that heat makes in 2 s or 8 s, diffusivity 0.128 mm2/s: at it the temperature is smooth.
+  // Diffusion lengths for 2 s and 8 s at a diffusivity of 0.128 mm2/s: at these distances the temperature is smooth.
   constexpr double kBeside_mm[] = {0.5, 1.0};
   constexpr int kTimes = 40, kTurns = 48;
   std::vector<Vec3> probes;
   for (int i = 1; i <= kTimes; ++i) {
     const Pose X = path.pose(holding, path.duration_s * i / kTimes);
     for (int k = 0; k < kTurns; ++k) {
-      const double turn_rad = 2 * 3.14159265358979323846 * k / kTurns;
+      const double turn_rad = 2 * std::numbers::pi * k / kTurns;
       const Vec3 rim = path.saw.radius_mm() * Vec3(std::cos(turn_rad), std::sin(turn_rad), 0);
       for (const double beside_mm : kBeside_mm) {
         for (const double side : {-1.0, 1.0}) {

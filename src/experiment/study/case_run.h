@@ -1,4 +1,4 @@
-// One pass of a case: the simulation that its settings ask for, and what it is fed.
+// One pass of a case: the simulation that its settings select, and its inputs.
 #pragma once
 
 #include <limits>
@@ -12,68 +12,71 @@
 
 namespace kerf {
 
-// Of settings with the material "uniform": the paper's region 24, as scenes have it.
+// For settings with the material "uniform": the paper's region 24, as in scenes.
 inline constexpr double kUniform_E_MPa = 19300;
 inline constexpr double kUniform_nu = 0.28;
 
-/// What a tick is given: handle (kHand) or tool (kPath) at the end of the tick, and how fast the handle went there.
+/// Input of a tick: pose of the handle (kHand) or the tool (kPath) at the end of the tick, and the handle's velocity
+/// there.
 struct CaseInput {
   Pose X_W;
   Vec3 v_W_mm_per_s{0};  // of the coupling point
   Vec3 w_W_rad_per_s{0};
   bool set_down = false;  // no motion: the tool is lifted out and set down at X_W
 };
-/// One for each tick of the path.
+/// Returns one input for each tick of the path.
 std::vector<CaseInput> MakeCaseInputs(const StudyPath& path, Holding holding, double rate_hz);
 
-/// Times that differ by no more are the same: a stroke that ends with a tick does so whatever the rounding.
+/// Times that differ by at most this are equal, so that a stroke that ends with a tick does so despite rounding.
 inline constexpr double kSameTime_s = 1e-9;
-/// The tool is lifted out and set down within from_s <= t < to_s.
+/// Returns true if the tool is lifted out and set down within from_s <= t < to_s.
 bool HasLift(const StudyPath& path, double from_s, double to_s);
 
-/// A simulation in the middle of its pass.
+/// A simulation during its pass.
 class CaseSubject {
  public:
   virtual ~CaseSubject() = default;
-  /// The force on the hand or on the tool, N. This alone is timed.
+  /// Returns the force on the hand or on the tool, N. Only this function is timed.
   virtual Vec3 Tick(const CaseInput& in) = 0;
-  /// Whether a tooth met bone in the last tick.
+  /// Returns true if a tooth touched bone in the last tick.
   virtual bool has_contact() const = 0;
   virtual void SetDown(const Pose& X_W) = 0;
   virtual void BetweenTicks() {}
-  /// Of the bone at a point, C; NaN without bone there or without heat. Throws Error when the heat had no room.
+  /// Temperature of the bone at a point, C; NaN without bone there or without heat. Throws Error if the heat grid was
+  /// too small.
   virtual double CalcTemperature_C(const Vec3&) { return std::numeric_limits<double>::quiet_NaN(); }
-  /// At the end: exactly what the bone lost.
+  /// Exact volume lost by the bone; call it at the end of the pass.
   virtual double CalcRemoved_mm3() { return 0; }
   virtual std::size_t CalcMemoryBytes() = 0;  // bone and simulation
-  /// None where nothing is cut.
+  /// Returns nullopt if nothing is cut.
   virtual std::optional<Bone> TakeBone() { return std::nullopt; }
 };
 
-/// What only shows when a case's simulation is made: it means nothing on this path.
+/// Thrown if the creation of a simulation shows that the settings have no meaning on this path.
 class Omission : public Error {
  public:
   using Error::Error;
 };
 
-/// Why these settings mean nothing on this path; empty: they do.
+/// Returns the reason why these settings have no meaning on this path; empty if they have one.
 std::string FindOmission(const StudyPath& path, Holding holding, const StudySettings& settings);
-/// The law that they name, with the path's parameters where it is the path's. Throws Error.
+/// Returns the law selected by the settings, with the path's parameters if it is the path's law. Throws Error for an
+/// unknown law.
 ForceLaw MakeCaseLaw(const StudyPath& path, const StudySettings& settings);
-/// The path's bone with the material that they name. Throws Error.
+/// Returns the path's bone with the material selected by the settings. Throws Error if it cannot be made.
 Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings);
-/// Throws Omission, and Error, as the simulations do for parameters out of range.
+/// Throws Omission, and, as the simulations do, Error for parameters out of range.
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone);
 
-/// Points beside the kerf of a path, W. Next to the edge itself the temperature has no limit as cells become finer: the
-/// heat of a bite goes into the cell that it falls into.
+/// Points next to the kerf of a path, W. Directly at the edge the temperature does not converge as cells become finer,
+/// because the heat of a bite goes into the cell in which it is produced.
 std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding);
 
-/// All of a pass, as it was.
+/// All results of a pass.
 struct CasePass {
   std::vector<Vec3> f_W_N;       // by tick
-  std::vector<bool> contact;     // by tick: a tooth met bone
+  std::vector<bool> contact;     // by tick: a tooth touched bone
   std::vector<double> beside_C;  // at the end, at MakeHeatProbes(); empty without heat
   double removed_mm3 = 0;
   std::optional<Bone> bone;
@@ -81,11 +84,11 @@ struct CasePass {
   std::uint64_t bone_hash = 0;
 };
 CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings& settings);
-/// RunForErrors() that leaves what the pass without heat gave in `pass` as well; null: it does not.
+/// As RunForErrors() above, but also stores the result of the pass without heat in `pass`, unless that is null.
 CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySettings& settings,
                          const StudyReference& reference, CasePass* pass);
 
-/// In the order of the ticks.
+/// Updates a hash with the force of the next tick; the order of the ticks matters.
 std::uint64_t MixForce(std::uint64_t hash, const Vec3& f_W_N);
 
 }  // namespace kerf

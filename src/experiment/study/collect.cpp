@@ -1,4 +1,4 @@
-// From a folder's records to what the report is made of, and how long the rest takes.
+// Collects a folder's records into the results for the report, and estimates the time of the remaining work.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,8 @@
 namespace kerf {
 namespace {
 
-// Of a unit of PlannedCase's weights and of a reference, s; measured on two cores of an AMD EPYC, for a first estimate.
+// Time per unit of PlannedCase's weights and per reference, s; measured on two cores of an AMD EPYC, as a first
+// estimate.
 constexpr double kErrors_s = 0.5;
 constexpr double kCosts_s = 1.0;
 constexpr double kReference_s = 20;
@@ -44,7 +45,7 @@ CaseRecord RecordOf(const PlannedCase& c) {
   return record;
 }
 
-/// Adds what one kind of work found to the case's record.
+/// Adds the results of one kind of work to the case's record.
 void AddWork(CaseRecord& record, const WorkRecord& work) {
   if (work.errors) record.errors = work.errors;
   if (work.costs) record.costs = work.costs;

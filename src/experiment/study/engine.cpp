@@ -24,7 +24,7 @@ double SecondsSince(std::int64_t start_ns) {
   return 1e-9 * static_cast<double>(ReadClock_ns() - start_ns);
 }
 
-/// What went wrong, in words, inside a catch (...).
+/// Describes the current exception; call it inside a catch (...).
 std::string DescribeFailure() {
   try {
     throw;
@@ -37,7 +37,7 @@ std::string DescribeFailure() {
   }
 }
 
-/// The last core that this program may use: the first ones have the system's own work.
+/// Returns the last core that this program may use: the system's own work runs on the first ones.
 std::optional<int> FindLastCore() {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -49,12 +49,12 @@ std::optional<int> FindLastCore() {
 }
 
 std::string InputOfReference(const PlannedCase& c) {
-  // One reference serves all settings of its name: the path's content and the tolerance are what is left.
+  // One reference serves all settings that share its name, so only the path's content and the tolerance remain.
   const std::string& all = c.errors_input;
   return fmt::format("{} {}{}", all.substr(0, all.find(' ')), c.reference, all.substr(all.rfind(" tolerance=")));
 }
 
-/// The paths of some cases, made once, and what could not be made.
+/// The paths of a set of cases, each created once, and the reasons for those that could not be created.
 class Paths {
  public:
   Paths(const StudySpec& spec, const StudyWork& work, const std::set<std::string>& wanted) {
@@ -80,7 +80,7 @@ class Paths {
     }
   }
 
-  /// Null: see WhyNot().
+  /// Returns null if there is none; see WhyNot().
   const StudyPath* Find(const std::string& name) const {
     const auto found = paths_.find(name);
     return found == paths_.end() ? nullptr : &found->second;
@@ -96,12 +96,12 @@ class Paths {
   std::map<std::string, std::pair<CaseState, std::string>> left_out_;
 };
 
-/// A reference that several cases wait for; in memory while some do.
+/// A reference that several cases need; it stays in memory while some of them still need it.
 struct SharedReference {
   const PlannedCase* first = nullptr;
   std::mutex mutex;
   std::shared_ptr<const StudyReference> reference;
-  std::string why;  // it can't be made
+  std::string why;  // reason if it cannot be made
   std::size_t left = 0;
   bool needed = false;  // by a case that is not left out
 };
@@ -136,7 +136,7 @@ class Runner {
   }
 
   void LookWhatIsLeft() {
-    std::set<std::string> others;  // programs that made what is there
+    std::set<std::string> others;  // programs that made the existing records
     for (const CaseWork work : {CaseWork::kErrors, CaseWork::kCosts}) {
       if (!(work == CaseWork::kErrors ? options_.errors : options_.costs)) continue;
       for (const PlannedCase* c : own_) {
@@ -145,7 +145,7 @@ class Runner {
         try {
           record = folder_.Read(c->id, work);
         } catch (const Error& e) {
-          Warn(fmt::format("{}; it is made again", e.what()));
+          Warn(fmt::format("{}; it is computed again", e.what()));
         }
         if (record && record->input == c->InputOf(work) && record->state == CaseState::kDone) {
           ++outcome_.kept;
@@ -156,7 +156,7 @@ class Runner {
       }
     }
     for (const std::string& commit : others) {
-      Warn(fmt::format("some records were made by kerf {}, this is {}; they are kept", commit, CommitString()));
+      Warn(fmt::format("some records were made by kerf {}, while this is {}; they are kept", commit, CommitString()));
     }
   }
 
@@ -176,7 +176,7 @@ class Runner {
       const std::string& key = name;
       SharedReference& one = shared;
       list.Add("references", 1, [this, &key, &one, path] {
-        // Not kept in memory: its cases may be far down the list.
+        // Not kept in memory: its cases may be much later in the list.
         if (!IsReferenceThere(key, one)) MakeReference(key, one, *path);
       });
     }
@@ -190,12 +190,12 @@ class Runner {
       const auto kept = folder_.ReadReference(name);
       return kept && kept->why.empty() && kept->input == InputOfReference(*shared.first);
     } catch (const Error& e) {
-      Warn(fmt::format("{}; it is made again", e.what()));
+      Warn(fmt::format("{}; it is computed again", e.what()));
       return false;
     }
   }
 
-  /// None: `shared.why`, or it was stopped.
+  /// Returns null if it cannot be made (`shared.why`) or the study was stopped.
   std::shared_ptr<const StudyReference> MakeReference(const std::string& name, SharedReference& shared,
                                                       const StudyPath& path) {
     const PlannedCase& c = *shared.first;
@@ -224,7 +224,7 @@ class Runner {
     return std::find(path.holdings.begin(), path.holdings.end(), holding) != path.holdings.end();
   }
 
-  /// The work on one case, and its record; `run` is called with the path when there is one.
+  /// Does the work on one case and writes its record; calls `run` with the path if there is one.
   void Do(const PlannedCase& c, CaseWork work, const Paths& paths,
           const std::function<CaseOutcome(const StudyPath&)>& run) {
     WorkRecord record;
@@ -252,15 +252,15 @@ class Runner {
         const bool figures = work == CaseWork::kErrors ? outcome.errors.has_value() : outcome.costs.has_value();
         if (record.state == CaseState::kDone && !figures) {
           record.state = CaseState::kFailed;
-          record.why = "it gave no figures";
+          record.why = "it returned no figures";
         }
-        ParseWorkRecord(FormatWorkRecord(record));  // throws for figures that are no numbers
+        ParseWorkRecord(FormatWorkRecord(record));  // throws for figures that are not finite
       } catch (...) {
         record.state = CaseState::kFailed;
         record.why = DescribeFailure();
         record.errors.reset();
         record.costs.reset();
-        if (Stopped()) return;  // that may be why
+        if (Stopped()) return;  // the stop may be the reason
       }
     }
     record.seconds = SecondsSince(start_ns);
@@ -288,7 +288,7 @@ class Runner {
   }
 
   bool RunErrors(const Paths& paths) {
-    // Those of a reference together, so that few are in memory at once.
+    // Sorted by reference, so that few references are in memory at once.
     std::stable_sort(left_errors_.begin(), left_errors_.end(),
                      [](const PlannedCase* a, const PlannedCase* b) { return a->reference < b->reference; });
     WorkList list;
@@ -298,7 +298,7 @@ class Runner {
           CaseOutcome omitted;
           omitted.state = CaseState::kOmitted;
           omitted.why = FindOmission(path, c->holding, c->settings);
-          if (!omitted.why.empty()) return omitted;  // and no reference is worked out for it
+          if (!omitted.why.empty()) return omitted;  // no reference is computed for an omitted case
           return work_.run_for_errors(path, c->holding, c->settings, *TakeReference(*c, path));
         });
         LeaveReference(*c);
@@ -329,19 +329,19 @@ class Runner {
   std::vector<const PlannedCase*> left_errors_;
   std::vector<const PlannedCase*> left_costs_;
   std::map<std::string, SharedReference> references_;
-  std::mutex mutex_;  // of the outcome and the warnings
+  std::mutex mutex_;  // protects the outcome and the warnings
   StudyRunOutcome outcome_;
 };
 
-/// Throws Error when the folder is another study's.
+/// Throws Error if the folder belongs to another study.
 void CheckFolder(const StudyFolder& folder, const StudyDescription& mine, bool extend) {
   if (!folder.HasDescription()) return;
   const StudyDescription there = folder.ReadDescription();
   if (there.plan_hash == mine.plan_hash || extend) return;
-  throw Error(fmt::format(
-      "{}: holds the results of another study (\"{}\", {}; this is \"{}\", {}); choose another folder, or keep with "
-      "--extend those of its results that fit",
-      folder.path(), there.spec.name, ShowHash(there.plan_hash), mine.spec.name, ShowHash(mine.plan_hash)));
+  throw Error(
+      fmt::format("{}: holds the results of another study (\"{}\", {}; this is \"{}\", {}); choose another folder, or "
+                  "use --extend to keep the results that fit",
+                  folder.path(), there.spec.name, ShowHash(there.plan_hash), mine.spec.name, ShowHash(mine.plan_hash)));
 }
 
 }  // namespace
@@ -355,7 +355,7 @@ StudyRunOutcome RunStudy(const StudySpec& spec, const StudyWork& work, const Stu
                                CommitString(), CompilerString(), LookAtMachine()};
   CheckFolder(folder, description, options.extend);
   if (folder.HasDescription()) {
-    // What was asked for before is still asked for.
+    // Earlier requests still apply.
     const StudyDescription before = folder.ReadDescription();
     description.errors = description.errors || before.errors;
     description.costs = description.costs || before.costs;

@@ -11,8 +11,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
-constexpr double kGivesWay = 0.1;  // of the peak
+constexpr double kGivesWay = 0.1;  // fraction of the peak
 
 double Mean(const std::vector<double>& values) {
   double sum = 0;
@@ -20,17 +19,17 @@ double Mean(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-/// Accurate for small angles too, where an arc cosine is not.
+/// Accurate for small angles too, unlike an arc cosine.
 double CalcAngle(const Vec3& a, const Vec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
 }  // namespace
 
-double CalcPercentile(std::vector<double> values, double share) {
+double CalcPercentile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
-  const double rank = std::ceil(share * static_cast<double>(values.size()) - 1e-9);
+  const double rank = std::ceil(fraction * static_cast<double>(values.size()) - 1e-9);
   return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
 }
 
@@ -39,7 +38,7 @@ std::optional<double> FindBreakthrough(std::span<const Vec3> f_N, double dt_s) {
   for (const Vec3& f : f_N) peak = std::max(peak, glm::length(f));
   const double limit = kGivesWay * peak;
   if (!(peak > 0) || glm::length(f_N.back()) >= limit) return std::nullopt;
-  std::size_t last = f_N.size() - 1;  // the last that is not below
+  std::size_t last = f_N.size() - 1;  // last sample not below the limit
   while (glm::length(f_N[last]) < limit) --last;
   const double above = glm::length(f_N[last]);
   const double below = glm::length(f_N[last + 1]);
@@ -47,7 +46,7 @@ std::optional<double> FindBreakthrough(std::span<const Vec3> f_N, double dt_s) {
 }
 
 void CalcForceErrors(std::span<const Vec3> f_N, std::span<const Vec3> reference_N, double dt_s, ErrorFigures& errors) {
-  if (f_N.size() != reference_N.size()) throw Error("forces and reference are not of the same ticks");
+  if (f_N.size() != reference_N.size()) throw Error("forces and reference do not cover the same ticks");
   const std::size_t n = f_N.size();
   if (n == 0) return;
   double sum_off2 = 0, sum_reference2 = 0, sum_reference = 0, sum_size_off = 0;
@@ -63,17 +62,17 @@ void CalcForceErrors(std::span<const Vec3> f_N, std::span<const Vec3> reference_
     sum_reference += size;
     sum_size_off += glm::length(f_N[i]) - size;
     sum_off += off;
-    relative[i] = far / std::max(size, kLeastForce_N);
+    relative[i] = far / std::max(size, kMinForce_N);
     errors.force_worst_N = std::max(errors.force_worst_N, far);
     errors.force_worst = std::max(errors.force_worst, relative[i]);
-    if (size > kLeastForce_N) degrees.push_back(kDegrees * CalcAngle(f_N[i], reference_N[i]));
+    if (size > kMinForce_N) degrees.push_back(kDegreesPerRad * CalcAngle(f_N[i], reference_N[i]));
   }
   const auto count = static_cast<double>(n);
-  errors.force_l2 = std::sqrt(sum_off2 / (sum_reference2 > 0 ? sum_reference2 : count * kLeastForce_N * kLeastForce_N));
+  errors.force_l2 = std::sqrt(sum_off2 / (sum_reference2 > 0 ? sum_reference2 : count * kMinForce_N * kMinForce_N));
   errors.force_p95 = CalcPercentile(std::move(relative), 0.95);
   if (!degrees.empty()) errors.direction_worst_deg = *std::max_element(degrees.begin(), degrees.end());
   errors.direction_p95_deg = CalcPercentile(std::move(degrees), 0.95);
-  const double impulse = sum_reference > 0 ? sum_reference : count * kLeastForce_N;
+  const double impulse = sum_reference > 0 ? sum_reference : count * kMinForce_N;
   errors.impulse = glm::length(sum_off) / impulse;
   errors.impulse_signed = sum_size_off / impulse;
 
@@ -101,19 +100,19 @@ std::vector<Vec3> SampleReference(const StudyReference& reference, Holding holdi
   const std::vector<ReferenceTick>& ticks = reference.ticks;
   if (ticks.empty()) throw Error("the reference has no ticks");
   std::vector<Vec3> forces(count);
-  // On a path the sum up to each tick's end; the mean over any stretch is a difference of two.
+  // On a path these are sums up to the end of each tick; the mean over any interval is a difference of two of them.
   std::vector<Vec3> values(ticks.size() + 1, Vec3(0));
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     values[i + 1] = holding == Holding::kPath ? values[i] + ticks[i].f_W_N : ticks[i].f_W_N;
   }
   const auto at = [&](double t_s) {
     const double place = std::clamp(t_s / reference.tick_s, 0.0, static_cast<double>(ticks.size()));
-    // A tick's end must not slip into the next by rounding.
+    // Rounding must not move the end of a tick into the next tick.
     const double nearest = std::round(place);
     const double where = std::abs(place - nearest) < 1e-6 ? nearest : place;
     const auto before = std::min(static_cast<std::size_t>(where), ticks.size() - 1);
-    const double share = where - static_cast<double>(before);
-    return values[before] + share * (values[before + 1] - values[before]);
+    const double fraction = where - static_cast<double>(before);
+    return values[before] + fraction * (values[before + 1] - values[before]);
   };
   for (std::size_t k = 0; k < count; ++k) {
     const double end_s = static_cast<double>(k + 1) / rate_hz;

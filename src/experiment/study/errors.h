@@ -1,4 +1,4 @@
-// The arithmetic of errors: two series of forces, and two cut surfaces.
+// Computation of errors: between two series of forces, and between two cut surfaces.
 #pragma once
 
 #include <optional>
@@ -12,34 +12,35 @@ namespace kerf {
 
 inline constexpr double kNoiseAbove_Hz = 20;
 
-/// Forces of a case and of its reference at the ends of the same ticks, dt_s apart, N. Fills what is of forces; see
-/// ErrorFigures. A reference without any force counts as kLeastForce_N. Both series must be of one length.
+/// Takes the forces of a case and of its reference at the ends of the same ticks, dt_s apart, N. Fills the force
+/// errors; see ErrorFigures. A reference without any force counts as kMinForce_N. Both series must have the same
+/// length.
 void CalcForceErrors(std::span<const Vec3> f_N, std::span<const Vec3> reference_N, double dt_s, ErrorFigures& errors);
 
-/// When |f| falls below a tenth of its peak for good, s; the first sample stands at dt_s, and between samples it goes
-/// straight. None when there is no force, or it never does.
+/// Time after which |f| stays below a tenth of its peak, s. The first sample is at dt_s; samples are interpolated
+/// linearly. Returns nullopt if there is no force or it never stays below.
 std::optional<double> FindBreakthrough(std::span<const Vec3> f_N, double dt_s);
 
-/// |removed - reference| / reference; where the reference removes nothing, what was removed in mm^3.
+/// |removed - reference| / reference, or the removed volume in mm^3 if the reference removes nothing.
 double CalcVolumeError(double removed_mm3, double reference_mm3);
 
-/// The reference at the ends of `count` ticks of 1 / rate_hz. On a path, the mean over each tick; in a hand, what was
-/// felt at its end.
+/// Returns the reference at the ends of `count` ticks of 1 / rate_hz. On a path, the mean over each tick; with a hand,
+/// the force at its end.
 std::vector<Vec3> SampleReference(const StudyReference& reference, Holding holding, double rate_hz, std::size_t count);
 
-/// Distances, mm, >= 0, from one surface to the other and back: means over both, percentile and maximum the worse of
-/// the two. Zeros when one side has none.
+/// Takes the distances, mm, >= 0, from one surface to the other and back. Computes the mean over both directions, and
+/// the larger of the two percentiles and maxima. All are zero if one direction has no distances.
 void CalcSurfaceErrors(std::vector<double> there_mm, std::vector<double> back_mm, ErrorFigures& errors);
 
-/// How far inside its rim the reference's disc cuts, mm; 0: all of it does.
+/// Width of the rim with which the reference's disc cuts, mm; 0: all of the disc cuts.
 double GetReferenceEdge_mm(Holding holding, const DiscSaw& saw);
 
-/// Nearest rank; 0 for none.
-double CalcPercentile(std::vector<double> values, double share);
+/// Nearest rank; 0 if there are no values.
+double CalcPercentile(std::vector<double> values, double fraction);
 
-/// Symmetric distance of the cut surface of `bone` from the exact one, into `errors`. Of the bone's surface, points
-/// that lie inside the uncut solid: elsewhere it is not cut. Of the exact one, points of the disc's outline along its
-/// way, moved on to the surface.
+/// Stores the symmetric distance between the cut surface of `bone` and the exact one in `errors`. On the bone's
+/// surface, only points inside the uncut solid are used: elsewhere it is not cut. On the exact surface, points of the
+/// disc's outline along its path are used, projected onto the surface.
 void CalcCutSurfaceErrors(const Bone& bone, const ExactBone& exact, std::span<const ReferenceTick> ticks,
                           const DiscSaw& saw, double edge_mm, ErrorFigures& errors);
 

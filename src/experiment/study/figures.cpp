@@ -17,9 +17,9 @@ namespace {
 constexpr Rgb8 kFrontColour{188, 196, 206};
 constexpr Rgb8 kDefaultColour{20, 22, 26};
 constexpr Rgb8 kLineColour{85, 92, 102};
-constexpr double kMark = 9;
+constexpr double kMarkerSize = 9;
 
-/// Which of a setting's figures a diagram shows.
+/// Selects the figures of a setting that a diagram shows.
 enum class Kind { kWorst, kTypical };
 
 double TimeOf(const PooledSetting& setting, Kind kind) {
@@ -41,7 +41,7 @@ void AddPoint(PlotSeries& series, const PooledSetting& setting, Kind kind, const
   series.point_labels.push_back(label);
 }
 
-// Axes that hold all points and the lines of time and force.
+// Axes that contain all points and the lines of time and force.
 void SetRanges(PlotSpec& plot) {
   double lower_us = 250;
   double upper_us = 1000;
@@ -54,11 +54,11 @@ void SetRanges(PlotSpec& plot) {
     }
   }
   plot.x.lower = lower_us / 1.35, plot.x.upper = upper_us * 1.35;
-  // Above all points stand the words of the lines of time.
+  // The labels of the time lines are above all points.
   plot.y.lower = lower / 1.5, plot.y.upper = upper * std::pow(upper / lower, 0.12) * 1.3;
 }
 
-// What is reached at a time, as stairs; drawn below all else.
+// The Pareto front as a staircase, drawn below everything else.
 void AddFront(PlotSpec& plot, const std::vector<PooledSetting>& settings, Kind kind) {
   std::vector<const PooledSetting*> ranked;
   std::vector<CostAndError> points;
@@ -95,7 +95,7 @@ PlotSeries MakeKnobSeries(const std::string& knob) {
   series.label = FindKnob(knob).label;
   series.colour = style.colour;
   series.shape = style.shape;
-  series.marker = kMark;
+  series.marker = kMarkerSize;
   series.width = FindKnob(knob).numeric ? 2 : 0;
   return series;
 }
@@ -120,7 +120,8 @@ void AddKnobs(PlotSpec& plot, const StudyResults& study, const std::vector<Poole
         std::all_of(curve.begin(), curve.end(), [](const PooledSetting& s) { return s.is_default || s.complete; });
     for (const PooledSetting& setting : curve) {
       if (!IsDrawn(setting, kind)) continue;
-      // Words have no curve from the defaults to them, nor have settings that were done on fewer paths than these.
+      // A non-numeric knob has no curve from the defaults; nor do settings with results on fewer paths than the
+      // defaults.
       if (setting.is_default && !(FindKnob(knob).numeric && on_all_paths)) continue;
       AddPoint(series, setting, kind, LabelOf(setting, defaults != nullptr ? defaults->paths : setting.paths));
       any = any || !setting.is_default;
@@ -140,26 +141,25 @@ void AddKnobs(PlotSpec& plot, const StudyResults& study, const std::vector<Poole
 
 std::string DescribeReading(const StudyResults& study, const std::vector<PooledSetting>& settings) {
   std::string text = fmt::format(
-      "Down and to the left is better; a label is the knob's value, and all else is as {}. Times are for a "
-      "millisecond of simulated time. A hollow mark with an arrow: the error is below the reference's own, and is at "
-      "most that. The Pareto front is that of the settings that were done on every path; choices of physics (law, "
-      "material) do not count in it.",
+      "Down and to the left is better; a label is the knob's value, and all else is as {}. Times are per millisecond "
+      "of simulated time. A hollow mark with an arrow means that the error is at most that of the reference. The "
+      "Pareto front contains only settings that were run on every path, without choices of physics (law, material).",
       DescribeBase(study.base).empty() ? "shipped" : "in the study's base");
   std::string incomplete;
   for (const PooledSetting& setting : settings) {
     if (setting.complete) continue;
     incomplete += fmt::format("{}{} ({})", incomplete.empty() ? "" : ", ", setting.Name(), setting.paths);
   }
-  if (!incomplete.empty()) text += " Done on fewer paths, and shown for those: " + incomplete + ".";
+  if (!incomplete.empty()) text += " Run on fewer paths and shown for those only: " + incomplete + ".";
   return text;
 }
 
-// A view of the neighbourhood of the defaults: what is far to the left is off the picture, and the rest has its room.
+// A view around the defaults: points far to the left are cut off to give more room to the others.
 StudyFigure MakeNear(StudyFigure figure, const PooledSetting& defaults, Holding holding) {
   figure.name = fmt::format("near_{}", ToString(holding));
   figure.caption =
-      "The last diagram again, near the defaults: what is four times as fast, or twelve times as far off or as near, "
-      "is not shown.";
+      "Detail of the last diagram near the defaults; settings that are more than four times as fast, or whose error is "
+      "more than twelve times larger or smaller, are not shown.";
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("What accuracy costs in time, near the defaults: {}", DescribeHolding(holding));
   plot.x.lower = std::max(*plot.x.lower, defaults.p99_us / 4);
@@ -177,7 +177,7 @@ StudyFigure MakeWorkPrecision(const StudyResults& study, Holding holding, Kind k
   figure.plot = MakeStudyPlot();
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("What accuracy costs in time: {}", DescribeHolding(holding));
-  plot.caption = worst ? fmt::format("of {} paths the slowest and the one with the largest error", paths)
+  plot.caption = worst ? fmt::format("the slowest of {} paths, and the one with the largest error", paths)
                        : fmt::format("medians over {} paths", paths);
   plot.x.label = fmt::format("time per millisecond simulated, {} (\xc2\xb5s)",
                              worst ? "p99 on the slowest path" : "p50, median path");
@@ -188,9 +188,9 @@ StudyFigure MakeWorkPrecision(const StudyResults& study, Holding holding, Kind k
   AddTimeLines(plot);
   AddForceLines(plot, true);
   figure.caption =
-      worst ? "Each point says: on no path is a tick slower (p99), and on no path is the force further off (p95 over "
-              "the ticks). "
-            : "The same for a usual tick of a usual path: medians of p50 and of the force's error. ";
+      worst
+          ? "Each point shows the p99 of the slowest path and the force error (p95 over the ticks) of the worst path. "
+          : "The same for a typical tick of a typical path: medians of p50 and of the force error. ";
   figure.caption += worst ? DescribeReading(study, settings) : "Read as above.";
   return figure;
 }
@@ -221,7 +221,7 @@ StudyFigure MakeSlabVoxel(const StudyResults& study, Holding holding, const std:
   figure.plot = MakeStudyPlot();
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("Voxels against the slab: {}", DescribeHolding(holding));
-  plot.caption = fmt::format("the {} paths that the slab can do; small marks: each path", paths.size());
+  plot.caption = fmt::format("the {} paths that the slab can run; small marks: each path", paths.size());
   plot.x.label = "time per millisecond simulated, p99 on the slowest path (\xc2\xb5s)";
   plot.y.label = "force error, p95, worst path (%)";
   std::vector<PlotSeries> clouds;
@@ -250,8 +250,8 @@ StudyFigure MakeSlabVoxel(const StudyResults& study, Holding holding, const std:
   AddTimeLines(plot);
   AddForceLines(plot, true);
   figure.caption =
-      "What the slab saves and at what error, beside the voxels at their sizes, over the paths that both can do: " +
-      fmt::format("{}. Large marks: the slowest and the worst of them.", fmt::join(paths, ", "));
+      "Time that the slab saves, and its error, compared with voxels of each size, over the paths that both can run: " +
+      fmt::format("{}. Large marks: the slowest and the worst path.", fmt::join(paths, ", "));
   return figure;
 }
 
@@ -267,25 +267,25 @@ PlotSpec MakeStudyPlot() {
 }
 
 MarkerStyle StyleOfKnob(const std::string& knob) {
-  // Okabe and Ito's colours, and some more, each with a mark of its own kind.
+  // Okabe and Ito's colours and a few more, each with a different mark.
   static const std::map<std::string, MarkerStyle> styles = {
-      {"voxel_mm", {Marker::kDisc, kMark, {0, 114, 178}}},
-      {"rim_samples_per_pitch", {Marker::kSquare, kMark, {213, 94, 0}}},
-      {"substeps", {Marker::kDiamond, kMark, {0, 158, 115}}},
-      {"rate_hz", {Marker::kTriangleUp, kMark, {204, 121, 167}}},
-      {"carve_interval_ticks", {Marker::kTriangleDown, kMark, {190, 130, 0}}},
-      {"law", {Marker::kCross, kMark, {110, 110, 110}}},
-      {"material", {Marker::kPlus, kMark, {110, 110, 110}}},
-      {"precision_bits", {Marker::kTriangleUp, kMark, {60, 160, 220}}},
-      {"method", {Marker::kSquare, kMark, {33, 37, 43}}},
-      {"heat_grid_mm", {Marker::kTriangleDown, kMark, {150, 50, 50}}},
-      {"band_voxels", {Marker::kDiamond, kMark, {120, 90, 180}}}};
+      {"voxel_mm", {Marker::kDisc, kMarkerSize, {0, 114, 178}}},
+      {"rim_samples_per_pitch", {Marker::kSquare, kMarkerSize, {213, 94, 0}}},
+      {"substeps", {Marker::kDiamond, kMarkerSize, {0, 158, 115}}},
+      {"rate_hz", {Marker::kTriangleUp, kMarkerSize, {204, 121, 167}}},
+      {"carve_interval_ticks", {Marker::kTriangleDown, kMarkerSize, {190, 130, 0}}},
+      {"law", {Marker::kCross, kMarkerSize, {110, 110, 110}}},
+      {"material", {Marker::kPlus, kMarkerSize, {110, 110, 110}}},
+      {"precision_bits", {Marker::kTriangleUp, kMarkerSize, {60, 160, 220}}},
+      {"method", {Marker::kSquare, kMarkerSize, {33, 37, 43}}},
+      {"heat_grid_mm", {Marker::kTriangleDown, kMarkerSize, {150, 50, 50}}},
+      {"band_voxels", {Marker::kDiamond, kMarkerSize, {120, 90, 180}}}};
   const auto found = styles.find(knob);
   return found != styles.end() ? found->second : MarkerStyle{};
 }
 
 std::string DescribeHolding(Holding holding) {
-  return holding == Holding::kHand ? "tool in a hand" : "tool led along its path";
+  return holding == Holding::kHand ? "tool coupled to a handle" : "tool on a prescribed path";
 }
 
 void AddForceLines(PlotSpec& plot, bool at_start) {

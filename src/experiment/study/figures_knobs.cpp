@@ -15,7 +15,7 @@ namespace {
 constexpr Rgb8 kPathColour{196, 202, 210};
 constexpr Rgb8 kTheoryColour{60, 64, 72};
 
-/// The means of the logarithms over the paths, at each number that all of them have.
+/// Means of the logarithms over the paths, at each number that all paths have.
 SlopePath CalcMeanCurve(const std::vector<SlopePath>& curves) {
   std::map<double, std::pair<double, std::size_t>> sums;
   for (const SlopePath& curve : curves) {
@@ -33,13 +33,13 @@ SlopePath CalcMeanCurve(const std::vector<SlopePath>& curves) {
   return mean;
 }
 
-std::string ShowSlope(const std::optional<Slope>& slope) {
+std::string DescribeSlope(const std::optional<Slope>& slope) {
   if (!slope) return "none";
   if (!slope->interval) return fmt::format("{:.2f}", slope->slope);
   return fmt::format("{:.2f} ({:.2f} to {:.2f})", slope->slope, slope->interval->first, slope->interval->second);
 }
 
-/// The least error of all curves at a number, straight in logarithms between those that were measured.
+/// Minimum error of all curves at a number, interpolated linearly in logarithms.
 double CalcLeast(const std::vector<SlopePath>& curves, double number) {
   double least = std::numeric_limits<double>::infinity();
   for (const SlopePath& curve : curves) {
@@ -52,13 +52,13 @@ double CalcLeast(const std::vector<SlopePath>& curves, double number) {
   return least;
 }
 
-/// A right triangle with the slope of theory, a little below the curves.
+/// Adds a right triangle with the theoretical slope, slightly below the curves.
 void AddTriangle(PlotSpec& plot, const std::vector<SlopePath>& curves, const SlopePath& mean, double order,
                  double scale) {
   if (order == 0 || mean.numbers.size() < 2) return;
   const double x0 = mean.numbers.front();
   const double x1 = mean.numbers.back();
-  // At the coarse end, where the order shows.
+  // At the coarse end, where the order is visible.
   const double middle = x0 * std::pow(x1 / x0, order > 0 ? 0.6 : 0.4);
   const double half = std::pow(x1 / x0, 0.1);
   const double a = middle / half;
@@ -116,7 +116,7 @@ void AddCurves(PlotSpec& plot, const KnobErrors& errors, double scale, const std
   series.x = mean.numbers;
   for (const double error : mean.errors) series.y.push_back(scale * error);
   for (const double number : mean.numbers) {
-    // A mean of what is partly "at most" is at most that.
+    // A mean that includes an "at most" value is itself "at most".
     series.at_most.push_back(std::any_of(errors.above.begin(), errors.above.end(), [&](const SlopePath& above) {
       return std::find(above.numbers.begin(), above.numbers.end(), number) == above.numbers.end();
     }));
@@ -138,21 +138,20 @@ StudyFigure MakeConvergence(const StudyResults& study, const KnobErrors& errors,
   figure.plot = MakeStudyPlot();
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("{}: {}", knob.label, DescribeHolding(holding));
-  plot.caption = fmt::format("slope over all values {}; over the coarser half {}", ShowSlope(errors.slope),
-                             ShowSlope(errors.coarse));
+  plot.caption = fmt::format("slope over all values {}; over the coarser half {}", DescribeSlope(errors.slope),
+                             DescribeSlope(errors.coarse));
   plot.x.label = knob.label;
-  plot.y.label = heat ? "error of the temperature beside the kerf, p95 (K)" : "force error, p95 (%)";
+  plot.y.label = heat ? "error of the temperature near the kerf, p95 (K)" : "force error, p95 (%)";
   AddCurves(plot, errors, heat ? 1 : 100, errors.knob, study.base);
   if (!heat) AddForceLines(plot, errors.order < 0);
   figure.caption = fmt::format(
-      "All else as {}. Slope: least squares in logarithms, each path with a height of its own; in brackets 95 % "
-      "of "
-      "what other paths would give (bootstrap over the paths). Errors below the reference's own count in no slope. {}",
-      DescribeElse(study), knob.theory.empty() ? "Theory gives no order." : fmt::format("Theory: {}.", knob.theory));
+      "All else as {}. Slope: least squares in logarithms, with a separate offset for each path; in brackets, the 95 % "
+      "interval for other paths (bootstrap over the paths). Errors below that of the reference are excluded. {}",
+      DescribeElse(study), knob.theory.empty() ? "Theory predicts no order." : fmt::format("Theory: {}.", knob.theory));
   return figure;
 }
 
-/// An error other than the force's against the voxel's edge, worst path and median.
+/// An error other than that of the force as a function of the voxel edge: worst path and median.
 std::optional<StudyFigure> MakeVoxelFigure(const StudyResults& study, Holding holding, const std::string& name,
                                            const std::string& what, double scale, double ErrorFigures::*figure_of) {
   KnobErrors errors;
@@ -179,12 +178,12 @@ std::optional<StudyFigure> MakeVoxelFigure(const StudyResults& study, Holding ho
   figure.plot.title =
       fmt::format("{} against voxel size: {}", what.substr(0, what.find(" (")), DescribeHolding(holding));
   figure.plot.title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(figure.plot.title[0])));
-  figure.plot.caption = fmt::format("slope {}", ShowSlope(errors.slope));
+  figure.plot.caption = fmt::format("slope {}", DescribeSlope(errors.slope));
   figure.plot.x.label = FindKnob("voxel_mm").label;
   figure.plot.y.label = what;
   AddCurves(figure.plot, errors, scale, "voxel_mm", study.base);
   figure.caption =
-      fmt::format("All else as {}; the slope with 95 % of what other paths would give.", DescribeElse(study));
+      fmt::format("All else as {}. The slope is given with the 95 % interval for other paths.", DescribeElse(study));
   return figure;
 }
 

@@ -9,12 +9,12 @@
 namespace kerf {
 namespace {
 
-/// Hermite's cubic from b to c over a step `dt`, with the mean slopes at both.
+/// Cubic Hermite interpolation from b to c over a step `dt`, with the mean slopes at both ends.
 template <typename T>
-T Cubic(const T& a, const T& b, const T& c, const T& d, double before, double dt, double after, double share) {
+T Cubic(const T& a, const T& b, const T& c, const T& d, double before, double dt, double after, double fraction) {
   const T slope_b = (c - a) * (dt / (before + dt));
   const T slope_c = (d - b) * (dt / (dt + after));
-  const double u = share, u2 = u * u, u3 = u2 * u;
+  const double u = fraction, u2 = u * u, u3 = u2 * u;
   return b * (2 * u3 - 3 * u2 + 1) + slope_b * (u3 - 2 * u2 + u) + c * (3 * u2 - 2 * u3) + slope_c * (u3 - u2);
 }
 
@@ -23,7 +23,7 @@ T Cubic(const T& a, const T& b, const T& c, const T& d, double before, double dt
 HandPath::HandPath(const std::string& csv, const std::string& file) : rows_(ParsePathCsv(csv, file)) {
   const double start_s = rows_.front().time_s;
   for (TimedPose& row : rows_) row.time_s -= start_s;
-  // q and -q are one rotation: neighbours on the same side, so that a cubic may go from one to the next.
+  // q and -q are the same rotation: choose the nearer sign for neighbours, so that a cubic can connect them.
   for (std::size_t i = 1; i < rows_.size(); ++i) {
     Quat& q = rows_[i].X_WT.R_AB;
     if (glm::dot(rows_[i - 1].X_WT.R_AB, q) < 0) q = -q;
@@ -37,16 +37,17 @@ Pose HandPath::CalcPose(double t_s) const {
       std::upper_bound(rows_.begin(), rows_.end(), t_s, [](double t, const TimedPose& row) { return t < row.time_s; });
   const auto c = static_cast<std::size_t>(after - rows_.begin());
   const std::size_t b = c - 1;
-  // At the ends the neighbour stands for itself: the slope there is half of that to the next.
+  // At the ends the point itself replaces the missing neighbour: the slope there is half of that to the next point.
   const std::size_t a = b > 0 ? b - 1 : b;
   const std::size_t d = std::min(c + 1, rows_.size() - 1);
   const double dt = rows_[c].time_s - rows_[b].time_s;
   const double before = b > 0 ? rows_[b].time_s - rows_[a].time_s : dt;
   const double later = d > c ? rows_[d].time_s - rows_[c].time_s : dt;
-  const double share = (t_s - rows_[b].time_s) / dt;
+  const double fraction = (t_s - rows_[b].time_s) / dt;
   const auto place = [&](std::size_t i) -> const Pose& { return rows_[i].X_WT; };
-  return {glm::normalize(Cubic(place(a).R_AB, place(b).R_AB, place(c).R_AB, place(d).R_AB, before, dt, later, share)),
-          Cubic(place(a).p_AB, place(b).p_AB, place(c).p_AB, place(d).p_AB, before, dt, later, share)};
+  return {
+      glm::normalize(Cubic(place(a).R_AB, place(b).R_AB, place(c).R_AB, place(d).R_AB, before, dt, later, fraction)),
+      Cubic(place(a).p_AB, place(b).p_AB, place(c).p_AB, place(d).p_AB, before, dt, later, fraction)};
 }
 
 HandPath FreeFormHandPath() {

@@ -11,20 +11,21 @@ namespace kerf {
 
 const std::vector<Knob>& StudyKnobs() {
   static const std::vector<Knob> knobs = {
-      {"voxel_mm", "voxel edge (mm)", "1: the look-ahead and the rounding of edges are shares of a voxel", 1},
+      {"voxel_mm", "voxel edge (mm)", "1: the look-ahead and the rounding of edges are fractions of a voxel", 1},
       {"rim_samples_per_pitch", "rim samples per tooth pitch",
-       "-1: an arc's ends are found to a sixteenth of the points' distance (between them -2, the trapezoidal rule)",
+       "-1: the ends of an arc are located to a sixteenth of the sample spacing (between them -2, the trapezoidal "
+       "rule)",
        -1},
       {"substeps", "steps in each tick", "-1: implicit Euler, first order in the step", -1},
       {"rate_hz", "ticks a second", "-1: implicit Euler, first order in the step", -1},
-      {"carve_interval_ticks", "ticks from removal to removal",
-       "1: the tool is ahead of what is removed by the way that it makes meanwhile", 1},
+      {"carve_interval_ticks", "ticks between removals",
+       "1: the tool is ahead of the removal by the distance that it moves between removals", 1},
       {"law", "force law", "", 0, false},
       {"material", "material from", "", 0, false},
       {"precision_bits", "significand of the distances (bits)", "", 0},
       {"method", "method", "", 0, false},
       {"heat_grid_mm", "cell of the heat grid (mm)",
-       "1: heat goes in half a cell deep and a cell behind the edge, and walls are found to a part of a cell", 1},
+       "1: heat enters half a cell deep and a cell behind the edge, and walls are located to a fraction of a cell", 1},
       {"band_voxels", "half width of the band (voxels)", "", 0},
   };
   return knobs;

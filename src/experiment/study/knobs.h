@@ -1,4 +1,4 @@
-// What a study can turn: the settings of a case, and the knobs that change one of them each.
+// The parameters that a study can vary: the settings of a case, and the knobs, each of which changes one setting.
 #pragma once
 
 #include <string>
@@ -6,11 +6,11 @@
 
 namespace kerf {
 
-/// The base settings are what kerf ships.
+/// The defaults are kerf's own defaults.
 struct StudySettings {
   double voxel_mm = 0.1;
   int rim_samples_per_pitch = 16;
-  int substeps = 1;  // at least so many in each tick
+  int substeps = 1;  // minimum per tick
   double rate_hz = 1000;
   int carve_interval_ticks = 1;  // ticks between two removals of bone
   std::string law = "hertz_chip";
@@ -22,17 +22,18 @@ struct StudySettings {
 };
 
 struct Knob {
-  std::string name;      // key in the study file: "voxel_mm"
-  std::string label;     // for people and axes: "voxel edge (mm)"
-  std::string theory;    // the order that theory gives and why, for people; empty: none is expected
-  double order = 0;      // of the force's error in the knob's number (positive: falls as the number does); 0: none
-  bool numeric = true;   // false: words, no slope
-  bool for_path = true;  // means something when the tool is led along its path
+  std::string name;     // key in the study file: "voxel_mm"
+  std::string label;    // for the user and axes: "voxel edge (mm)"
+  std::string theory;   // theoretical order and its reason, for the user; empty if none is expected
+  double order = 0;     // order of the force error in the knob's number (positive: the error falls with the number); 0:
+                        // none
+  bool numeric = true;  // false: words, no slope
+  bool for_path = true;  // also meaningful for a position-controlled tool
 };
 
 /// All knobs, in the order of docs/accuracy.md.
 const std::vector<Knob>& StudyKnobs();
-/// Throws Error naming the nearest knob.
+/// Throws Error, naming the most similar knob, if there is none of that name.
 const Knob& FindKnob(const std::string& name);
 
 }  // namespace kerf

@@ -16,7 +16,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kNamed = 5;  // cases in a sentence
+constexpr std::size_t kNamed = 5;  // maximum number of cases in a sentence
 
 struct Source {
   StudyFolder folder;
@@ -46,7 +46,7 @@ std::vector<Source> FindSources(const std::vector<std::string>& folders, const s
   std::vector<Source> sources;
   for (const std::string& name : names) {
     const auto same = [&](const Source& other) { return IsSameFile(other.folder.path(), name); };
-    if (std::any_of(sources.begin(), sources.end(), same)) continue;  // named twice
+    if (std::any_of(sources.begin(), sources.end(), same)) continue;  // listed twice
     const StudyFolder folder(name);
     sources.push_back({folder, folder.ReadDescription()});
   }
@@ -54,12 +54,12 @@ std::vector<Source> FindSources(const std::vector<std::string>& folders, const s
 }
 
 void CheckOneStudy(const std::vector<Source>& sources, const std::function<void(const std::string&)>& warn) {
-  std::map<std::string, std::string> shards;  // "3/8" to its folder
+  std::map<std::string, std::string> shards;  // maps "3/8" to its folder
   for (const Source& source : sources) {
     const Source& first = sources.front();
     const StudyDescription& d = source.description;
     if (d.plan_hash != first.description.plan_hash) {
-      throw Error(fmt::format("{} (\"{}\", {}) and {} (\"{}\", {}) are of different studies", first.folder.path(),
+      throw Error(fmt::format("{} (\"{}\", {}) and {} (\"{}\", {}) belong to different studies", first.folder.path(),
                               first.description.spec.name, ShowHash(first.description.plan_hash), source.folder.path(),
                               d.spec.name, ShowHash(d.plan_hash)));
     }
@@ -70,28 +70,28 @@ void CheckOneStudy(const std::vector<Source>& sources, const std::function<void(
     if (!d.shard) continue;
     const auto [there, added] = shards.emplace(ToString(*d.shard), source.folder.path());
     if (!added && warn) {
-      warn(fmt::format("shard {} is there twice, in {} and {}; each case counts once", there->first, there->second,
+      warn(fmt::format("shard {} is present twice, in {} and {}; each case counts once", there->first, there->second,
                        source.folder.path()));
     }
   }
 }
 
-/// Which of two records of a case is kept; throws Error when they contradict each other.
+/// Returns the record to keep of two records of a case; throws Error if they contradict each other.
 const WorkRecord& Choose(const WorkRecord& a, const std::string& file_a, const WorkRecord& b,
                          const std::string& file_b) {
   if (a.state != b.state) {
-    // A case that failed on one machine may be done on another.
+    // A case that failed on one machine may have succeeded on another.
     if (a.state == CaseState::kDone) return a;
     if (b.state == CaseState::kDone) return b;
     return a.state == CaseState::kFailed ? a : b;
   }
   if (a.state == CaseState::kDone && !AgreeInAllButTimes(a, b)) {
-    throw Error(
-        fmt::format("{} and {} contradict each other in what does not depend on time (forces {} and {}, bone {} and "
-                    "{}; kerf {} and "
-                    "{}); remove the one that is wrong",
-                    file_a, file_b, ShowHash(a.force_hash), ShowHash(b.force_hash), ShowHash(a.bone_hash),
-                    ShowHash(b.bone_hash), a.commit, b.commit));
+    throw Error(fmt::format(
+        "{} and {} contradict each other in results that do not depend on time (forces {} and {}, bone {} and "
+        "{}; kerf {} and "
+        "{}); remove the one that is wrong",
+        file_a, file_b, ShowHash(a.force_hash), ShowHash(b.force_hash), ShowHash(a.bone_hash), ShowHash(b.bone_hash),
+        a.commit, b.commit));
   }
   const bool b_has_more = b.errors && b.errors->impulse_signed && a.errors && !a.errors->impulse_signed;
   return b_has_more ? b : a;
@@ -108,20 +108,20 @@ class Merger {
       whole_.errors = whole_.errors || source.description.errors;
       whole_.costs = whole_.costs || source.description.costs;
     }
-    if (out_.HasDescription()) {  // what was asked of it before
+    if (out_.HasDescription()) {  // its earlier requests still apply
       const auto before = out_.ReadDescription();
       whole_.errors = whole_.errors || before.errors;
       whole_.costs = whole_.costs || before.costs;
     }
     plan_ = MakePlan(whole_.spec, variant_of);
     if (plan_.hash != whole_.plan_hash) {
-      throw Error(fmt::format("{}: was made by a kerf that plans this study otherwise (commit {})",
+      throw Error(fmt::format("{}: was made by a version of kerf that plans this study differently (commit {})",
                               sources.front().folder.path(), whole_.commit));
     }
   }
 
   MergeOutcome Merge() {
-    Collect();  // all that can go wrong, before anything is written
+    Collect();  // detects all errors before anything is written
     CollectReferences();
     for (const char* name : {"cases", "references"}) {
       MakeFolder((std::filesystem::path(out_.path()) / name).string());
@@ -141,7 +141,7 @@ class Merger {
   struct Found {
     WorkRecord record;
     std::string file;
-    bool in_out = false;  // already as it shall be
+    bool in_out = false;  // already up to date
   };
 
   bool Asked(CaseWork work) const { return work == CaseWork::kErrors ? whole_.errors : whole_.costs; }
@@ -220,11 +220,11 @@ class Merger {
   }
 
   void FindMissing() {
-    std::map<int, std::set<int>> there;  // how many shards; which of them
+    std::map<int, std::set<int>> there;  // number of shards, and those that exist
     for (const Source& source : sources_) {
       if (const auto& shard = source.description.shard) there[shard->count].insert(shard->index);
     }
-    if (there.size() != 1) {  // no shards, or some of several splits: by cases only
+    if (there.size() != 1) {  // no shards, or several different splits: report only by case
       std::vector<std::string> ids;
       for (const PlannedCase& c : plan_.cases) {
         if (!IsThere(c)) ids.push_back(c.id);

@@ -1,4 +1,4 @@
-// Shards of a study put together.
+// Merging of the shards of a study.
 #pragma once
 
 #include <functional>
@@ -10,16 +10,16 @@
 namespace kerf {
 
 struct MergeOutcome {
-  std::size_t shards = 0;            // folders that records were taken from
-  std::size_t records = 0;           // in the folder now, each once
-  std::size_t twice = 0;             // found more than once, and the same
-  std::vector<std::string> missing;  // "shard 3/8 is missing: 41 cases: ...", a sentence for each shard
+  std::size_t shards = 0;            // number of folders from which records were taken
+  std::size_t records = 0;           // records in the folder now, each once
+  std::size_t twice = 0;             // identical records found more than once
+  std::vector<std::string> missing;  // "shard 3/8 is missing: 41 cases: ...", one sentence for each shard
 };
 
-/// Collects the records of shards of one study in `out`, where the study then stands as if it had been made there.
-/// `folders`: of shards, or such that hold folders of shards; empty: those in `out`. A record that is there several
-/// times counts once. Throws Error, naming both, when shards are of different studies or two records of one case
-/// contradict each other in what does not depend on time; `out` is then as it was.
+/// Collects the records of a study's shards in `out`, as if the study had been run there. `folders`: folders of shards,
+/// or folders that contain them; if empty, those in `out`. A record that is found several times counts once. Throws
+/// Error, naming both, if two shards belong to different studies or if two records of one case differ in a result that
+/// does not depend on time; `out` is then unchanged.
 MergeOutcome MergeShards(const std::vector<std::string>& folders, const std::string& out,
                          const VariantFunction& variant_of, const std::function<void(const std::string&)>& warn);
 

@@ -1,4 +1,4 @@
-// Which of several settings no other beats.
+// Pareto front of cost and error.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,9 @@ struct CostAndError {
   double error = 0;
 };
 
-/// Indices of the points that no other point beats: none is as cheap and as exact, and better in one of both. By rising
-/// cost; of equal points the first. What is not finite is beaten by all.
+/// Indices of the points that no other point dominates, i.e. for which no other point is at least as cheap and as
+/// accurate and better in one of the two. Sorted by ascending cost; of equal points only the first. Points that are not
+/// finite are dominated by all others.
 std::vector<std::size_t> FindParetoFront(const std::vector<CostAndError>& points);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// Bones that are no blocks, as solids for a study.
+// Bones other than blocks as solids for a study.
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <utility>
@@ -9,9 +9,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kLeastRegionVoxel_mm = 0.2;  // as MakeMandible() and an import have it
+constexpr double kMinRegionVoxel_mm = 0.2;  // as in MakeMandible() and in an import
 
-/// `whole` less what lies outside of the part. Its faces need no exact distance far from the bone.
+/// Intersects `whole` with the part. Far from the bone, the distance to the part's faces need not be exact.
 std::function<double(const Vec3&)> CutOut(std::function<double(const Vec3&)> whole,
                                           const std::optional<BonePart>& part) {
   if (!part) return whole;
@@ -21,7 +21,8 @@ std::function<double(const Vec3&)> CutOut(std::function<double(const Vec3&)> who
   };
 }
 
-/// `classify` is of the whole; the solid's distance is solved for on the grid, as it is no exact one.
+/// `classify` is for the whole bone. The solid's function is not an exact distance, so the exact one is computed on the
+/// grid.
 std::function<Bone(double, int)> MakeMaker(const StudyPath& path, const std::optional<BonePart>& part,
                                            std::function<BlockClass(const Vec3&, double)> classify,
                                            std::function<int(const Vec3&)> region) {
@@ -39,7 +40,7 @@ std::function<Bone(double, int)> MakeMaker(const StudyPath& path, const std::opt
     field.is_distance = false;
     BuildOptions options;
     options.voxel_mm = voxel_mm;
-    options.region_voxel_mm = std::max(voxel_mm, kLeastRegionVoxel_mm);
+    options.region_voxel_mm = std::max(voxel_mm, kMinRegionVoxel_mm);
     options.band_voxels = band_voxels;
     return MakeBone(field, bounds.Grown((band_voxels + 2) * voxel_mm), options, materials);
   });
@@ -74,7 +75,7 @@ void SetBlock(StudyPath& path, const BlockParams& block, const std::function<dou
   path.bounds_W = all.CalcBounds();
   path.make_bone = RememberLast(
       [distance, region, bounds = path.bounds_W, materials = path.materials](double voxel_mm, int band_voxels) {
-        // As MakeBlock() does.
+        // As in MakeBlock().
         SolidField field;
         field.value = distance;
         field.classify = ClassifyByDistance(distance);
@@ -103,7 +104,7 @@ void SetImported(StudyPath& path, Bone imported, const std::optional<BonePart>& 
   const auto region = [truth](const Vec3& p_W) { return truth->RegionAt(p_W); };
   path.solid =
       MakeSolid(CutOut([truth](const Vec3& p_W) { return truth->SignedDistance(p_W); }, part), region, path.materials);
-  // Beyond its band the truth only says which side: a ball is surely in or out as far as the band reaches.
+  // Beyond its band the exact solid gives only the sign: a ball is known to be inside or outside only up to the band.
   const double band_mm = 0.99 * truth->band_mm();
   path.make_bone = MakeMaker(
       path, part,
@@ -114,7 +115,8 @@ void SetImported(StudyPath& path, Bone imported, const std::optional<BonePart>& 
       },
       region);
   if (!law || !truth->has_hu()) return;
-  // Cancellous bone takes E from the CT; asked at a point, the truth has to say it whatever lies beside.
+  // Cancellous bone takes E from the CT. The exact solid must return it at every point, whatever the neighbouring
+  // tissue.
   auto by_ct = std::make_shared<Bone>(*truth);
   UseCtModulus(*by_ct, *law, true);
   path.ct_solid = path.solid;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <glm/gtc/quaternion.hpp>
 #include <mutex>
+#include <numbers>
 #include <utility>
 
 #include "base/core/nearest_name.h"
@@ -14,13 +15,12 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr std::uint64_t kMostKept_bytes = std::uint64_t{150} << 20;
+constexpr std::uint64_t kMaxKept_bytes = std::uint64_t{150} << 20;
 
 }  // namespace
 
 Pose CalcUprightPose(const UprightMotion& motion, const DiscSaw& saw, double t_s) {
-  const Quat upright = glm::angleAxis(-0.5 * kPi, Vec3(1, 0, 0));
+  const Quat upright = glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0));
   return {glm::normalize(glm::angleAxis(motion.tilt_rad(t_s), Vec3(1, 0, 0)) * upright),
           {motion.x_mm(t_s), motion.y_mm(t_s), saw.radius_mm() - motion.depth_mm(t_s)}};
 }
@@ -43,7 +43,7 @@ std::function<Bone(double, int)> RememberLast(std::function<Bone(double, int)> m
       if (last) return Bone(*last);
     }
     Bone bone = make(voxel_mm, band_voxels);
-    const bool keep = bone.CalcMemoryBytes() <= kMostKept_bytes;
+    const bool keep = bone.CalcMemoryBytes() <= kMaxKept_bytes;
     auto kept = keep ? std::make_shared<const Bone>(bone) : nullptr;
     const std::lock_guard<std::mutex> lock(memory->mutex);
     memory->what = what;

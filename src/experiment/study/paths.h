@@ -1,4 +1,4 @@
-// How the built-in paths are put together.
+// Building blocks of the built-in paths.
 #pragma once
 
 #include <memory>
@@ -13,26 +13,26 @@
 
 namespace kerf {
 
-/// The disc upright in a frame B, its spindle along y, its feed in the x-z plane.
+/// Motion of an upright disc in a frame B, with its spindle along y and its feed in the x-z plane.
 struct UprightMotion {
   Way x_mm;
   Way depth_mm;  // of the rim's lowest point below z = 0
   Way y_mm;      // along the spindle
-  Way tilt_rad;  // about x through the disc's middle
+  Way tilt_rad;  // about x through the disc's centre
 };
 Pose CalcUprightPose(const UprightMotion& motion, const DiscSaw& saw, double t_s);
 
-/// A bone that is made again and again keeps the last one made: copying is cheaper. Any thread.
+/// Caches the last bone that `make` returned, since copying it is cheaper than making it again. Thread-safe.
 std::function<Bone(double, int)> RememberLast(std::function<Bone(double voxel_mm, int band_voxels)> make);
 
-/// The solid of a formula: regions from `region`, constants from `materials`.
+/// Makes a solid from a formula: regions from `region`, constants from `materials`.
 ExactSolid MakeSolid(std::function<double(const Vec3&)> distance_mm, std::function<int(const Vec3&)> region,
                      const MaterialTable& materials);
 
-/// Name, title, saw, materials and both holdings of a path; the rest is the caller's.
+/// Returns a path with name, title, saw, materials and both holdings; the caller sets the rest.
 StudyPath MakePlainPath(const std::string& name, const std::string& title);
 
-/// The part of a bone within a box of frame B; the box's faces are cut.
+/// The part of a bone within a box of frame B, with cut faces on the box.
 struct BonePart {
   Pose X_WB;
   Box3 box_B;
@@ -41,19 +41,20 @@ struct BonePart {
   Box3 CalcBounds() const;
 };
 
-/// Solid, bounds and maker of a block, less where `cavity`, a distance of the air's side, is above that of the block.
+/// Sets solid, bounds and bone maker of a block. `cavity` is a signed distance that is positive inside a cavity, where
+/// there is no bone; the solid's distance is the maximum of the two.
 void SetBlock(StudyPath& path, const BlockParams& block, const std::function<double(const Vec3&)>& cavity = nullptr);
-/// Solid, bounds and maker of the generic mandible, of all of it or of a part.
+/// Sets solid, bounds and bone maker of the generic mandible, whole or a part of it.
 void SetMandible(StudyPath& path, const std::shared_ptr<const MandibleShape>& shape,
                  const std::optional<BonePart>& part);
-/// The same of an imported bone, which is the truth: trilinear between its voxels. With its materials and, where it has
-/// CT numbers and a law is given, with E from those in cancellous bone.
+/// The same for an imported bone, which serves as the exact solid, with trilinear interpolation between its voxels.
+/// Includes its materials and, if it has CT numbers and a law is given, E from the CT in cancellous bone.
 void SetImported(StudyPath& path, Bone truth, const std::optional<BonePart>& part, const std::optional<CtLaw>& law);
 
-/// By name; none when there is no such path.
+/// Returns the path of that name, or nullopt if there is none.
 std::optional<StudyPath> MakeBlockPath(const std::string& name);
 StudyPath MakeMandiblePath();
-/// Throws Error with the reason when its data are not there.
+/// Throws Error with the reason if its data are missing.
 StudyPath MakeCtPath(const std::string& data_folder, const std::string& cache_folder);
 
 }  // namespace kerf

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <map>
+#include <numbers>
 
 #include "bone/material/region_table.h"
 #include "experiment/study/hand_path.h"
@@ -10,16 +11,15 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kCortical = 24;
 
-/// Askew to the grid, and by fractions of any voxel off it, so that no voxel size is favoured.
+/// Rotated relative to the grid and offset by a fraction of a voxel at any voxel size, so that no size is favoured.
 Pose StandAskew() {
   return {glm::angleAxis(0.5, glm::normalize(Vec3(1, 2, 0.5))), {0.337, -0.1273, 0.2191}};
 }
 
-/// Distance to a disc, mm; X_BT and p_B in one frame, whichever.
+/// Distance to a disc, mm; X_BT and p_B in any common frame.
 double CalcDiscDistance(const DiscSaw& saw, const Pose& X_BT, const Vec3& p_B) {
   const Vec3 p_T = X_BT.InversePoint(p_B);
   const double across = std::hypot(p_T.x, p_T.y) - saw.radius_mm();
@@ -54,13 +54,14 @@ StudyPath MakePath(const std::string& name, const BlockPlan& plan,
   return path;
 }
 
-/// From `start` at rest to `speed` within 0.1 s, and on so until `end_s`, by when it rests again.
+/// Accelerates from rest at `start` to `speed` within 0.1 s and keeps this speed until shortly before `end_s`, when it
+/// is at rest again.
 Way MoveOff(double start, double speed, double end_s) {
   return {start, {{0, 0}, {0.1, speed}, {end_s - 0.1, speed}, {end_s, 0}}};
 }
 
-// Depths are those of the disc's lowest point. Along its path the tool cuts at 1 to 5 mm/s. A hand leads by the force
-// that it feels, 1 mm a newton, so the handle goes further and faster than the tool.
+// Depths are those of the disc's lowest point. On a prescribed path the tool cuts at 1 to 5 mm/s. With a hand, the
+// handle is ahead of the tool by 1 mm per newton of force, so it moves further and faster than the tool.
 
 BlockPlan PlanIdle() {
   const Way along(-1.5, {{0, 3}});
@@ -69,7 +70,7 @@ BlockPlan PlanIdle() {
 }
 
 BlockPlan PlanEntry() {
-  return {"from the air into cortical bone, as deep as 1.5 mm",
+  return {"from the air into cortical bone, up to 1.5 mm deep",
           {20, 3, 5},
           {},
           1.2,
@@ -78,7 +79,7 @@ BlockPlan PlanEntry() {
 }
 
 BlockPlan PlanSlot() {
-  // The rim meets the end face first; 3 mm deep it stands 7.55 mm ahead of the disc's middle.
+  // The rim touches the end face first; at a depth of 3 mm it is 7.55 mm ahead of the disc's centre.
   return {"into the end face and along a slot 3 mm deep",
           {20, 3, 6},
           {},
@@ -88,7 +89,7 @@ BlockPlan PlanSlot() {
 }
 
 BlockPlan PlanPlunge() {
-  return {"straight down, a rest, and up again",
+  return {"straight down, a pause, and up again",
           {24, 3, 8},
           {},
           2.2,
@@ -135,7 +136,7 @@ BlockPlan PlanTilt() {
 
 BlockPlan PlanReentry() {
   return {
-      "into the bone, out of the kerf, and back into it and deeper",
+      "into the bone, out of the kerf, back in and deeper",
       {22, 3, 7},
       {},
       2.5,
@@ -147,7 +148,7 @@ BlockPlan PlanReentry() {
 }
 
 BlockPlan PlanWorst() {
-  return {"the whole disc buried in bone, in a kerf of its own shape, and on from there",
+  return {"the whole disc buried in bone, starting in a kerf of its own shape",
           {28, 3, 28},
           {},
           1.2,
@@ -155,7 +156,7 @@ BlockPlan PlanWorst() {
           {MoveOff(-1, 3, 1.2), Way(25), Way(), Way()}};
 }
 
-/// A disc can't come to be inside of bone but by cutting: where it begins, the bone is gone already.
+/// A disc can be inside bone only after it has cut its way there, so the bone at the start pose is already removed.
 StudyPath MakeWorstPath(const std::string& name) {
   StudyPath path = MakePath(name, PlanWorst());
   BlockParams block;
@@ -167,7 +168,7 @@ StudyPath MakeWorstPath(const std::string& name) {
 }
 
 BlockPlan PlanFreeForm() {
-  return {"a hand's strokes, as kept in a file, with its tremor",
+  return {"strokes of a hand, with tremor, read from a file",
           {24, 4, 8},
           {{2.2, kCortical}, {5.8, kCancellousRegion}},
           0,

@@ -1,4 +1,4 @@
-// The built-in paths in bones that are no blocks: the generic mandible, and one from a CT.
+// The built-in paths in bones other than blocks: the generic mandible, and one from a CT.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 namespace kerf {
 namespace {
 
-/// B with y along `along` and z as near to `out` as that allows, then askew by some degrees.
+/// Orientation of B with y along `along` and z as close to `out` as possible, then rotated by a few degrees.
 Quat StandOn(const Vec3& along, const Vec3& out) {
   const Vec3 y = glm::normalize(along);
   const Vec3 z = glm::normalize(out - glm::dot(out, y) * y);
@@ -27,8 +27,8 @@ Quat StandOn(const Vec3& along, const Vec3& out) {
   return glm::normalize(R_W * glm::angleAxis(0.07, glm::normalize(Vec3(1, 0.6, 0.3))));
 }
 
-/// How far the disc, its middle above B's origin, can go down until its rim meets the bone: the depth (mm) below B's
-/// z = 0 of the rim's lowest point.
+/// Lowers the disc, whose centre is above B's origin, until its rim touches the bone. Returns the depth (mm) of the
+/// rim's lowest point below B's z = 0.
 double FindFirstContact(const StudyPath& path, const Pose& X_WB, double from_mm, double to_mm) {
   for (double depth = from_mm; depth < to_mm; depth += 0.02) {
     for (int i = -90; i <= 90; ++i) {
@@ -38,7 +38,7 @@ double FindFirstContact(const StudyPath& path, const Pose& X_WB, double from_mm,
         return depth;
     }
   }
-  throw Error("no bone lies in the way of the cut");
+  throw Error("there is no bone in the way of the cut");
 }
 
 void SetMotion(StudyPath& path, const Pose& X_WB, double contact_mm, double hand_mm_per_s, double tool_mm_per_s) {
@@ -54,8 +54,8 @@ void SetMotion(StudyPath& path, const Pose& X_WB, double contact_mm, double hand
   };
 }
 
-constexpr double kTruthVoxel_mm = 0.2;  // a fifth of the CT's
-constexpr double kHuVoxel_mm = 1;       // the CT's own
+constexpr double kTruthVoxel_mm = 0.2;  // a fifth of the CT voxel
+constexpr double kHuVoxel_mm = 1;       // the CT voxel itself
 
 CtLaw MakeCtLaw() {
   return WithCalibration(FindCtLaw(DefaultCtLaws(), "mandible_matmap"), "");
@@ -70,12 +70,12 @@ Bone ImportOrRead(const std::string& data_folder, const std::string& cache_folde
       Bone bone = ReadBone(kept, with_hu);
       if (bone.voxel_mm() == kTruthVoxel_mm && bone.has_hu()) return bone;
     } catch (const Error&) {
-      // Made anew below.
+      // Made again below.
     }
   }
   const std::string dicom = data_folder + "/visible_human_female/dicom";
   if (data_folder.empty() || !std::filesystem::is_directory(dicom)) {
-    throw Error(fmt::format("the CT of the Visible Human Female is not there{}",
+    throw Error(fmt::format("the CT of the Visible Human Female is missing{}",
                             data_folder.empty() ? "" : fmt::format(": no folder {}", dicom)));
   }
   ImportOptions options;
@@ -111,7 +111,8 @@ StudyPath MakeMandiblePath() {
 StudyPath MakeCtPath(const std::string& data_folder, const std::string& cache_folder) {
   StudyPath path = MakePlainPath("ct", "down from the crest of the Visible Human Female's mandible (CT)");
   const Bone whole = ImportOrRead(data_folder, cache_folder);
-  // As scenes/visible_human_osteotomy.toml: behind the last tooth on the left, the disc's plane across the arch.
+  // As in scenes/visible_human_osteotomy.toml: behind the last tooth on the left, with the plane of the disc across the
+  // arch.
   BonePart part;
   part.X_WB = {StandOn({0.6, 0.8, 0}, {0, 0, 1}), {21.9, -70.05, 47}};
   part.box_B = {{-11, -2.2, -12}, {11, 2.2, 5}};

@@ -57,7 +57,7 @@ StudyPath MakeScenePath(const std::string& name, const std::string& scene_file, 
                 ? DefaultCtLaws()
                 : ParseCtLaws(ReadTextFile(scene.material.ct_law_file), scene.material.ct_law_file);
         law = WithCalibration(FindCtLaw(laws, scene.material.ct_law), scene.material.ct_calibration);
-        if (scene.material.ct_all) throw Error("a study takes E from the CT in cancellous bone only");
+        if (scene.material.ct_all) throw Error("a study takes E from the CT only in cancellous bone");
       }
       SetImported(path, std::move(bone), std::nullopt, law);
       break;

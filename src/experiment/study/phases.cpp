@@ -20,7 +20,7 @@ std::vector<CutPhase> FindCutPhases(std::span<const ReferenceTick> ticks, double
   if (engaged.empty()) return {};
   const double most = CalcPercentile(engaged, 0.95);
   std::size_t first = ticks.size();             // the first tick with contact
-  std::size_t full_from = ticks.size();         // the first with full engagement
+  std::size_t full_from = ticks.size();         // the first tick with full engagement
   std::size_t full_to = 0, gone = 0, last = 0;  // one past the last tick of each kind
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double teeth = ticks[i].engaged_teeth;

@@ -12,14 +12,14 @@
 namespace kerf {
 namespace {
 
-// What a reference takes, in units of a case's errors: a guess for the balance of shards.
+// Effort for a reference in units of the effort for the errors of a case: an estimate for balancing shards.
 constexpr double kReferenceWeight = 10;
 
 bool Contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// A guess: ticks go with the rate, removal and the surface with the voxels.
+/// An estimate: the number of ticks scales with the rate, removal and surface with the voxels.
 double GuessTickWeight(const StudySettings& settings) {
   const double finer = 0.1 / settings.voxel_mm;
   return 0.5 + 0.5 * finer * finer + 0.02 * settings.rim_samples_per_pitch + 0.3 * (settings.substeps - 1);
@@ -66,7 +66,7 @@ std::string_view ToString(CaseWork work) {
 }
 
 StudyPlan MakePlan(const StudySpec& spec, const VariantFunction& variant_of) {
-  std::vector<std::pair<std::string, std::string>> paths;  // name, what of its content
+  std::vector<std::pair<std::string, std::string>> paths;  // name, description of its content
   for (const std::string& name : spec.paths) paths.emplace_back(name, "");
   for (const StudyScene& scene : spec.scenes) paths.emplace_back(scene.name, "#" + ShowHash(scene.content_hash));
   StudyPlan plan;
@@ -81,7 +81,7 @@ StudyPlan MakePlan(const StudySpec& spec, const VariantFunction& variant_of) {
         }
         if (holding == Holding::kPath && !FindKnob(sweep.knob).for_path) continue;
         for (const std::string& value : sweep.values) {
-          if (value == ValueOf(spec.base, sweep.knob)) continue;  // that is the case at the base settings
+          if (value == ValueOf(spec.base, sweep.knob)) continue;  // this is the case at the base settings
           plan.cases.push_back(MakeCase(spec, path, content, holding, sweep.knob, value, variant_of));
         }
       }
@@ -108,7 +108,7 @@ Shard ShardFromText(const std::string& text) {
   if (shard.index >= shard.count) {
     throw Error(fmt::format(
         "{} is beyond the last of {} shards, {}/{}: they are counted from 0 (sbatch --array=0-{}); to run some of an "
-        "array's tasks again, say how many shards there are in all",
+        "array's tasks again, give the total number of shards",
         text, shard.count, shard.count - 1, shard.count, shard.count - 1));
   }
   return shard;
@@ -131,11 +131,11 @@ std::vector<std::vector<std::size_t>> SplitPlan(const StudyPlan& plan, int count
   std::vector<std::vector<std::size_t>> shards(static_cast<std::size_t>(count));
   double before = 0;
   for (const auto& [reference, members] : groups) {
-    // Every shard that has a part of them works it out: it is shared evenly.
-    const double share = kReferenceWeight / static_cast<double>(members.size());
+    // Every shard with some of these cases computes the reference, so its weight is distributed evenly.
+    const double fraction = kReferenceWeight / static_cast<double>(members.size());
     for (const std::size_t i : members) {
       const PlannedCase& c = plan.cases[i];
-      const double weight = share + c.errors_weight + (c.costs ? c.costs_weight : 0);
+      const double weight = fraction + c.errors_weight + (c.costs ? c.costs_weight : 0);
       const auto shard = static_cast<std::size_t>((before + 0.5 * weight) / whole * count);
       shards[std::min(shard, shards.size() - 1)].push_back(i);
       before += weight;

@@ -1,4 +1,4 @@
-// All cases of a study, and which of them a shard takes.
+// All cases of a study, and their distribution over shards.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// The two kinds of work on a case. Each leaves a record of its own.
+/// The two kinds of work on a case. Each has a separate record.
 enum class CaseWork { kErrors, kCosts };
 std::string_view ToString(CaseWork work);  // "errors", "costs"
 
@@ -24,9 +24,9 @@ struct PlannedCase {
   std::string reference;     // its file name without extension: "slot.hand.law-edge_plus_chip"
   bool costs = true;         // whether they are measured
   int ticks = 0;             // for the costs
-  double errors_weight = 1;  // about what they take, in any unit; for balance and the time left
+  double errors_weight = 1;  // approximate effort, in any unit; for load balancing and estimating the remaining time
   double costs_weight = 1;
-  /// All that the result of the work depends on, the program aside.
+  /// All inputs that the result of the work depends on, except the program.
   std::string errors_input;
   std::string costs_input;
 
@@ -42,20 +42,21 @@ struct StudyPlan {
 
 using VariantFunction = std::function<std::string(const StudySettings&)>;
 
-/// A pure function of the study. Each path in each holding at the base settings, then with each knob at each value that
-/// is not the base's.
+/// A pure function of the study. The plan contains each path with each holding at the base settings, and then with each
+/// knob at each value that differs from the base settings.
 StudyPlan MakePlan(const StudySpec& spec, const VariantFunction& variant_of);
 
 struct Shard {
-  int index = 0;  // from 0
+  int index = 0;  // zero-based
   int count = 1;
 };
-/// "3/8": the fourth of eight. Throws Error when it is none, or not below the count, with what Slurm should be told.
+/// "3/8": the fourth of eight. Throws Error if the text is not a shard or the index is not below the count; the message
+/// says what to set in Slurm.
 Shard ShardFromText(const std::string& text);
 std::string ToString(Shard shard);  // "3/8"
 
-/// Indices into the plan's cases, each in one shard. Cases that share a reference stand together, as far as an equal
-/// share of the work allows. Some are empty when there are more shards than cases.
+/// Indices into the plan's cases, each in one shard. Cases that share a reference are kept together as far as an even
+/// distribution of the work permits. Some shards are empty if there are more shards than cases.
 std::vector<std::vector<std::size_t>> SplitPlan(const StudyPlan& plan, int count);
 
 }  // namespace kerf

@@ -56,12 +56,12 @@ void Finish(const StudyResults& study, const PooledSetting& defaults, PooledSett
     setting.slowest_path = record->path;
   }
   std::sort(errors.begin(), errors.end(), [](const SafeError& a, const SafeError& b) { return a.value < b.value; });
-  // Of an even number the upper one, so that it is a path's.
+  // For an even number, the upper one, so that it is the value of an actual path.
   setting.median = errors[errors.size() / 2];
   if (!p50_us.empty()) setting.p50_us = MedianOf(p50_us);
 }
 
-// The error that the knob's curve is of, and the reference's own.
+// The error on the knob's curve, and the error of the reference.
 struct KnobError {
   double value;
   double bar;
@@ -260,7 +260,7 @@ std::optional<KnobErrors> MakeKnobErrors(const StudyResults& study, Holding hold
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   if (numbers.size() < 2) return std::nullopt;
   errors.slope = FitSlope(errors.above);
-  // The coarse end is where theory, or else the data, have the larger errors.
+  // The coarse end is where theory, or else the data, has the larger errors.
   const double sense = errors.order != 0 ? errors.order : errors.slope ? errors.slope->slope : 1;
   const std::size_t half = (numbers.size() + 1) / 2;
   const double lower = sense > 0 ? numbers[numbers.size() - std::max<std::size_t>(half, 2)] : numbers.front();

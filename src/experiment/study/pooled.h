@@ -1,4 +1,4 @@
-// A study's settings over all of its paths: the figures that diagrams, tables and words are made from.
+// The settings of a study pooled over all its paths: the data for diagrams, tables and sentences.
 #pragma once
 
 #include <optional>
@@ -15,23 +15,24 @@ inline constexpr double kTargetDirection_deg = 9;
 inline constexpr double kTargetVolume = 0.01;
 inline constexpr double kTargetP99_us = 300;
 
-/// An error as it may be spoken of: no smaller than its reference's own.
+/// An error that may be quoted: at least the error of its reference.
 struct SafeError {
   double value = 0;
-  bool at_most = false;  // it is below the reference's error bar, and `value` is that bar
+  bool at_most = false;  // it is below the reference's error bar; `value` is that bar
 };
 
-/// A setting's errors and times on several paths. Times are for a millisecond of simulated time: those of a tick times
-/// ticks a second / 1000, so that settings of different rates compare and 1000 us is all the time that there is.
+/// A setting's errors and times on several paths. Times are per millisecond of simulated time, i.e. the time of a tick
+/// times ticks per second / 1000. Settings with different rates can thus be compared, and 1000 us is the total time
+/// available.
 struct PooledSetting {
   std::string knob;
   std::string value;
-  double number = 0;  // of the defaults: the defaults' number when they stand in a knob's curve, else 0
+  double number = 0;  // for the defaults: their number on a knob's curve, otherwise 0
   bool is_default = false;
-  std::size_t paths = 0;  // on which it was done
-  bool complete = false;  // on all of those on which the defaults were
-  bool timed = false;     // on all of `paths`
-  SafeError worst;        // force_p95 of the path on which it is largest
+  std::size_t paths = 0;  // number of paths with results
+  bool complete = false;  // true if it has results on all paths on which the defaults have
+  bool timed = false;     // true if it has times on all of `paths`
+  SafeError worst;        // force_p95 on the path on which it is largest
   SafeError median;       // over the paths
   std::string worst_path;
   double p50_us = 0;   // median over the paths
@@ -44,45 +45,47 @@ struct PooledSetting {
   std::string Name() const;
 };
 
-/// The knob decides what is simulated, not how exactly: its settings have references of their own or none that is fair.
+/// Returns true if the knob determines what is simulated rather than how accurately: its settings have their own
+/// references, or no fair one.
 bool ChoosesPhysics(const std::string& knob);
-/// A knob's number in the settings, 0 where it is a word. Throws Error for a name that is no knob's.
+/// Returns a knob's number in the settings, 0 if it is a word. Throws Error for an unknown knob.
 double NumberOf(const StudySettings& settings, const std::string& knob);
-/// What of the base settings differs from what kerf ships: "`voxel_mm = 0.2`, `law = ...`"; empty: nothing.
+/// Lists the base settings that differ from kerf's defaults: "`voxel_mm = 0.2`, `law = ...`"; empty if there are none.
 std::string DescribeBase(const StudySettings& base);
-/// The base settings with the case's knob turned. Throws Error for a value that is none.
+/// Returns the base settings with the case's value for its knob. Throws Error for an invalid value.
 StudySettings SettingsOf(const StudyResults& study, const CaseRecord& record);
 
-/// force_p95 of a case with errors.
+/// force_p95 of a case that has errors.
 SafeError CalcForceError(const StudyResults& study, const CaseRecord& record);
-/// The reference that a case was held against; null when the study has none.
+/// Returns the reference that a case was compared with; null if the study has none.
 const ReferenceRecord* FindReference(const StudyResults& study, const CaseRecord& record);
 
-/// All settings with errors on a path at least: first the defaults, then by knob in the study's order and number.
-/// `paths` empty: all.
+/// Returns all settings with errors on at least one path: first the defaults, then in the study's order of knobs, by
+/// number. `paths`: empty for all.
 std::vector<PooledSetting> PoolSettings(const StudyResults& study, Holding holding,
                                         const std::vector<std::string>& paths = {});
-/// The settings of a knob by rising number, the defaults, which are `base`, among them; empty when there is nothing but
-/// the defaults.
+/// Returns the settings of a knob in ascending order of its number, including the defaults, which are `base`. Empty if
+/// there are only the defaults.
 std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, const StudySettings& base,
                                    const std::string& knob);
-/// Of `settings`: complete, timed, and no physics of their own; by rising time. Indices.
+/// Returns the indices of the Pareto-optimal settings in ascending order of time. Only settings that are
+/// complete and timed and that do not change the physics are considered.
 std::vector<std::size_t> FindFront(const std::vector<PooledSetting>& settings);
-/// Whether a setting may stand in the front and in the tables of the best.
+/// Returns true if a setting may appear in the Pareto front and in the tables of the best settings.
 bool IsRanked(const PooledSetting& setting);
 std::vector<Holding> HoldingsOf(const StudyResults& study);
 
-/// What falls with a knob's number: force_p95, or for heat the temperature.
+/// Errors as a function of a knob's number: force_p95, or for heat the temperature.
 struct KnobErrors {
   std::string knob;
-  std::vector<std::string> paths;  // as `curves`
-  std::vector<SlopePath> curves;   // all numbers, the defaults' too; errors no smaller than the bar
-  std::vector<SlopePath> above;    // of these, errors above the bar only: for the slope
+  std::vector<std::string> paths;  // in the order of `curves`
+  std::vector<SlopePath> curves;   // all numbers, including that of the defaults; errors are at least the error bar
+  std::vector<SlopePath> above;    // only the errors above the bar; for the slope
   std::optional<Slope> slope;      // over all numbers
   std::optional<Slope> coarse;     // over the coarser half of them
-  double order = 0;                // theory's; 0: none
+  double order = 0;                // theoretical order; 0: none
 };
-/// None for a knob of words, or with fewer than two numbers.
+/// Returns nullopt for a knob of words, or if there are fewer than two numbers.
 std::optional<KnobErrors> MakeKnobErrors(const StudyResults& study, Holding holding, const std::string& knob);
 
 }  // namespace kerf

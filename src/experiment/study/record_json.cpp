@@ -15,19 +15,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON knows neither infinity nor what is no number: null, read as the latter.
+/// JSON has neither infinity nor NaN: null, which is read as NaN.
 double NumberFrom(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
 
-/// A figure that was measured; all but the time of a breakthrough are 0 or more.
+/// Reads a measured figure; all except the time of a breakthrough are at least 0.
 double FigureFrom(const Json& json, const char* key) {
   const double value = NumberFrom(json.at(key));
-  if (!(value >= 0 && std::isfinite(value))) throw Error(fmt::format("{} = {} was never measured", key, value));
+  if (!(value >= 0 && std::isfinite(value))) throw Error(fmt::format("{} = {} is not a measured value", key, value));
   return value;
 }
 
-// Both ways by one list of names.
+// A single list of names for reading and writing.
 template <typename Figures, typename Visit>
 void DescribeErrors(Figures& f, Visit&& visit) {
   visit("force_l2", f.force_l2);
@@ -82,20 +82,20 @@ CaseState StateFromString(const std::string& text) {
   for (const CaseState state : {CaseState::kDone, CaseState::kFailed, CaseState::kOmitted}) {
     if (text == ToString(state)) return state;
   }
-  throw Error(fmt::format("\"{}\" is no state of a case", text));
+  throw Error(fmt::format("\"{}\" is not a state of a case", text));
 }
 
 Holding HoldingFromString(const std::string& text) {
   for (const Holding holding : {Holding::kHand, Holding::kPath}) {
     if (text == ToString(holding)) return holding;
   }
-  throw Error(fmt::format("\"{}\" is no way of holding", text));
+  throw Error(fmt::format("\"{}\" is not a kind of holding", text));
 }
 
 std::uint64_t HashFromText(const std::string& text) {
   std::uint64_t hash = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), hash, 16);
-  if (error != std::errc() || end != text.data() + text.size()) throw Error(fmt::format("\"{}\" is no hash", text));
+  if (error != std::errc() || end != text.data() + text.size()) throw Error(fmt::format("\"{}\" is not a hash", text));
   return hash;
 }
 
@@ -129,7 +129,7 @@ Json ToJson(const CostFigures& costs) {
 
 CostFigures CostsFromJson(const Json& json) {
   CostFigures costs;
-  if (!json.at("ticks").is_number_unsigned()) throw Error("ticks is no count");
+  if (!json.at("ticks").is_number_unsigned()) throw Error("ticks is not a count");
   costs.ticks = json.at("ticks");
   costs.tick.count = costs.ticks;
   DescribeCosts(costs, [&](const char* key, double& value) { value = FigureFrom(json, key); });

@@ -1,4 +1,4 @@
-// Records as JSON: one number the same to the bit after writing and reading, hashes as 16 hexadecimal digits.
+// Records as JSON. Numbers survive writing and reading bit for bit; hashes are 16 hexadecimal digits.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace kerf {
 
 std::string_view ToString(CaseState state);  // "done", "failed", "omitted"
 
-// These throw Error or nlohmann::json::exception for what is none of that.
+// These throw Error or nlohmann::json::exception for invalid input.
 Holding HoldingFromString(const std::string& text);
 CaseState StateFromString(const std::string& text);
 std::uint64_t HashFromText(const std::string& text);

@@ -14,11 +14,11 @@
 namespace kerf {
 namespace {
 
-// A file: mark, version, hash of the input, figures, note, ticks; then a checksum of all before. Numbers as this
-// machine has them: a reference is worked out again elsewhere, not carried there.
+// Contents of a file: mark, version, hash of the input, figures, note, ticks; then a checksum of everything before it.
+// Numbers are in the format of this machine, because another machine computes its own references.
 constexpr std::string_view kMark = "kerfref\n";
 constexpr std::uint64_t kVersion = 2;
-constexpr std::uint64_t kMostTicks = 10'000'000;
+constexpr std::uint64_t kMaxTicks = 10'000'000;
 
 std::uint64_t CalcChecksum(std::string_view bytes) {
   std::uint64_t sum = MixHash(bytes.size());
@@ -69,7 +69,7 @@ class Reader {
     return part;
   }
   bool empty() const { return text_.empty(); }
-  [[noreturn]] void Fail() const { throw Error(fmt::format("{}: is damaged, or no reference of a study", file_)); }
+  [[noreturn]] void Fail() const { throw Error(fmt::format("{}: is damaged or not a reference of a study", file_)); }
 
  private:
   std::string_view text_;
@@ -103,7 +103,7 @@ std::optional<StudyReference> ReadStudyReference(const std::string& file, std::u
   reference.removed_mm3 = reader.Take<double>();
   record.note = reader.TakeText(reader.Take<std::uint64_t>());
   const auto count = reader.Take<std::uint64_t>();
-  if (count > kMostTicks) reader.Fail();
+  if (count > kMaxTicks) reader.Fail();
   reference.ticks.resize(count);
   for (ReferenceTick& tick : reference.ticks) {
     Quat& q = tick.X_WT.R_AB;

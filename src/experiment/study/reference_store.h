@@ -1,4 +1,4 @@
-// References on disk: worked out once, read back as long as nothing that they came from has changed.
+// References on disk: computed once, and reused while their inputs are unchanged.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,11 @@
 
 namespace kerf {
 
-/// What was stored, but for the bone; none when there is no such file, or when it is of another input. Throws Error for
-/// a file that is damaged or none of these.
+/// Reads a stored reference without its bone. Returns nullopt if there is no such file, or if it has another input.
+/// Throws Error if the file is damaged or not a reference.
 std::optional<StudyReference> ReadStudyReference(const std::string& file, std::uint64_t input_hash);
-/// Safely: an earlier file is whole until the new one is. Throws Error.
+/// Writes atomically: an existing file stays intact until the new one is complete. Throws Error if it cannot be
+/// written.
 void WriteStudyReference(const StudyReference& reference, const std::string& file);
 
 }  // namespace kerf

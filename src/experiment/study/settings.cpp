@@ -70,7 +70,7 @@ void SetValue(StudySettings& settings, const std::string& knob, const std::strin
   FindKnob(knob);
   Setter setter{knob, value};
   Describe(settings, setter);
-  if (!setter.good) throw Error(fmt::format("\"{}\" is no value of {}", value, knob));
+  if (!setter.good) throw Error(fmt::format("\"{}\" is not a value of {}", value, knob));
 }
 
 std::string ShowSettings(const StudySettings& settings) {

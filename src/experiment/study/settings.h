@@ -1,4 +1,4 @@
-// The settings of a case by the names of their knobs: ranges, words and values as texts.
+// Access to the settings of a case by the names of their knobs: ranges, choices and values as text.
 #pragma once
 
 #include <cstdint>
@@ -11,33 +11,33 @@
 
 namespace kerf {
 
-/// A visitor's walk over all settings, each under its knob's name.
+/// Calls a visitor for each setting, with the name of its knob.
 template <typename V>
 void Describe(StudySettings& p, V&& visit) {
   visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
-  visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "how finely the rim looks for bone");
-  visit("substeps", p.substeps, Range{1, 64}, "steps in each tick, at least");
-  visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks a second");
+  visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "edge points on the rim per tooth pitch");
+  visit("substeps", p.substeps, Range{1, 64}, "minimum number of steps per tick");
+  visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks per second");
   visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64}, "ticks between two removals of bone");
   visit("law", p.law, Choices{ForceLawWords()}, "force on a tooth");
-  visit("material", p.material, Choices{{"regions", "uniform", "ct"}},
-        "where E comes from; ct: of bones with CT numbers");
+  visit("material", p.material, Choices{{"regions", "uniform", "ct"}}, "source of E; ct: for bones with CT numbers");
   visit("precision_bits", p.precision_bits, Range{4, 24}, "significand of the distances in the voxels");
-  visit("method", p.method, Choices{{"voxel", "coarse", "slab"}}, "how the tick works");
-  visit("heat_grid_mm", p.heat_grid_mm, Range{0, 2}, "cell of the heat grid, from 0.05 on; 0: no heat");
+  visit("method", p.method, Choices{{"voxel", "coarse", "slab"}}, "method of the tick");
+  visit("heat_grid_mm", p.heat_grid_mm, Range{0, 2}, "cell of the heat grid, at least 0.05; 0: no heat");
   visit("band_voxels", p.band_voxels, Range{2, 8}, "half width of the level set's band");
 }
 
-/// A number in its shortest form that reads back the same: "0.1", "1000".
+/// Shortest form of a number that reads back as the same value: "0.1", "1000".
 std::string ShowNumber(double number);
-/// The value of a setting as a text. Throws Error for a name that is no knob's.
+/// Returns the value of a setting as text. Throws Error for an unknown knob.
 std::string ValueOf(const StudySettings& settings, const std::string& knob);
-/// Sets it from such a text. Throws Error for what is no value of it; ranges are the study file's matter.
+/// Sets the value from such a text. Throws Error if the text is not a valid value; ranges are checked when the study
+/// file is read.
 void SetValue(StudySettings& settings, const std::string& knob, const std::string& value);
-/// "voxel_mm=0.1 rim_samples_per_pitch=16 ...": all of them.
+/// "voxel_mm=0.1 rim_samples_per_pitch=16 ...": all settings.
 std::string ShowSettings(const StudySettings& settings);
 
-/// FNV-1a: the same on every machine, for telling texts apart, not for security.
+/// FNV-1a hash: the same on every machine. It distinguishes texts; it is not for security.
 std::uint64_t HashText(std::string_view text);
 /// 16 hexadecimal digits.
 std::string ShowHash(std::uint64_t hash);

@@ -9,9 +9,9 @@ namespace kerf {
 namespace {
 
 constexpr int kDraws = 2000;
-constexpr std::size_t kLeastPaths = 3;  // fewer say nothing of others
+constexpr std::size_t kMinPaths = 3;  // with fewer, nothing can be inferred about other paths
 
-/// What a path adds to the least squares.
+/// Contribution of a path to the least squares.
 struct Sums {
   double xx = 0;
   double xy = 0;
@@ -46,7 +46,7 @@ std::optional<Slope> FitSlope(const std::vector<SlopePath>& paths) {
   if (all.empty()) return std::nullopt;
   fit.paths = all.size();
   fit.slope = total.xy / total.xx;
-  if (all.size() < kLeastPaths) return fit;
+  if (all.size() < kMinPaths) return fit;
   std::vector<double> slopes;
   std::uint64_t counter = 0;
   for (int draw = 0; draw < kDraws; ++draw) {

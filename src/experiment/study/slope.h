@@ -1,4 +1,4 @@
-// The order at which an error falls with a knob's number, as measured.
+// Measured order at which an error falls with a knob's number.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// One path: as many errors as numbers, all positive.
+/// One path with equally many errors and numbers, all positive.
 struct SlopePath {
   std::vector<double> numbers;
   std::vector<double> errors;
@@ -16,15 +16,15 @@ struct SlopePath {
 
 struct Slope {
   double slope = 0;
-  /// 95 % of what other paths would have given: percentile bootstrap over the paths (Efron and Tibshirani 1993, chapter
-  /// 13), 2000 draws, always the same. None with fewer than three paths.
+  /// 95 % confidence interval over other paths: percentile bootstrap over the paths (Efron and Tibshirani 1993, chapter
+  /// 13), 2000 draws, deterministic. Unset with fewer than three paths.
   std::optional<std::pair<double, double>> interval;
-  std::size_t paths = 0;   // with two different numbers at least
-  std::size_t points = 0;  // on them
+  std::size_t paths = 0;   // number of paths with at least two different numbers
+  std::size_t points = 0;  // number of points on these paths
 };
 
-/// Least squares of log error = a_path + slope * log number: each path has its own height, all have one slope. None
-/// when no path has two different numbers.
+/// Least squares of log error = a_path + slope * log number: each path has its own offset, all have one slope. Returns
+/// nullopt if no path has two different numbers.
 std::optional<Slope> FitSlope(const std::vector<SlopePath>& paths);
 
 }  // namespace kerf

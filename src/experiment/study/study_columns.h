@@ -1,4 +1,4 @@
-// The columns of cases.csv that hold figures, for writing and for reading.
+// The numeric columns of cases.csv, for writing and reading.
 #pragma once
 
 #include <array>
@@ -8,7 +8,8 @@
 
 namespace kerf {
 
-/// `unit` and `jnd_name`: how many of it are one just-noticeable difference, in a column of its own; null: none.
+/// `jnd_name` and `per_jnd`: name of an additional column in just-noticeable differences, and the size of one; null: no
+/// such column.
 struct ErrorColumn {
   const char* name;
   double ErrorFigures::*value;
@@ -30,7 +31,7 @@ inline constexpr std::array<ErrorColumn, 12> kErrorColumns{{
     {"surface_max_mm", &ErrorFigures::surface_max_mm, nullptr, 0},
 }};
 
-/// Of those that not every case has.
+/// A figure that some cases lack.
 struct OptionalErrorColumn {
   const char* name;
   std::optional<double> ErrorFigures::*value;
@@ -54,7 +55,7 @@ inline constexpr std::array<CostColumn, 4> kCostColumns{{
     {"whole_s", &CostFigures::whole_s},
 }};
 
-/// `prefix` + "count", "p50_us", ... are columns of its own.
+/// `prefix` + "count", "p50_us", ... are separate columns.
 struct PercentilesColumns {
   const char* prefix;
   Percentiles CostFigures::*value;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/core/csv.h"
+#include "experiment/study/record_json.h"
 #include "experiment/study/settings.h"
 #include "experiment/study/study_columns.h"
 #include "kerf/version.h"
@@ -19,10 +20,6 @@ std::string Words(std::string text) {
     if (byte < 0x20 || byte == 0x7f) c = ' ';
   }
   return FormatCsvField(text);
-}
-
-std::string_view ToString(CaseState state) {
-  return state == CaseState::kDone ? "done" : state == CaseState::kFailed ? "failed" : "omitted";
 }
 
 // The shortest text that reads back as the same double.
@@ -129,7 +126,7 @@ std::string FormatStudyJson(const StudyResults& study, const std::vector<std::st
   json["paths"] = study.paths;
   json["path_titles"] = study.path_titles;
   json["knobs"] = study.knobs;
-  json["left_out"] = ordered_json::array();  // for people; cases.csv has it too
+  json["left_out"] = ordered_json::array();  // for the user; cases.csv has it too
   for (const CaseRecord& record : study.cases) {
     if (record.state == CaseState::kDone) continue;
     json["left_out"].push_back({{"id", record.id}, {"state", ToString(record.state)}, {"why", record.why}});

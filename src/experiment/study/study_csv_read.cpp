@@ -20,12 +20,12 @@
 namespace kerf {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 
-/// Derived columns are told apart from damaged ones by this share.
+/// A derived column is damaged if it deviates by more than this fraction.
 constexpr double kSame = 1e-9;
 
-/// A row's fields one after the other, with the names of their columns.
+/// Reads the fields of a row one after the other, with the names of their columns.
 class Row {
  public:
   Row(const std::vector<std::string>& names, const std::vector<std::string>& fields, const CsvPlace& place)
@@ -70,7 +70,7 @@ class Row {
     if (text == "done") return CaseState::kDone;
     if (text == "failed") return CaseState::kFailed;
     if (text != "omitted") {
-      place_.Fail(fmt::format("state = {} is none of \"done\", \"failed\" and \"omitted\"", Quote(text)));
+      place_.Fail(fmt::format("state = {} is not \"done\", \"failed\" or \"omitted\"", Quote(text)));
     }
     return CaseState::kOmitted;
   }
@@ -105,7 +105,7 @@ std::optional<ErrorFigures> ReadErrors(Row& row) {
     }
   }
   for (const OptionalErrorColumn& column : kOptionalErrorColumns) {
-    if (row.name() != column.name) continue;  // the file is of a version without it
+    if (row.name() != column.name) continue;  // the file was written by a version without this column
     if (none)
       row.Empty(kWhy);
     else if (row.NextIsEmpty())
@@ -133,7 +133,7 @@ std::optional<CostFigures> ReadCosts(Row& row) {
   return costs;
 }
 
-/// The header of a text that we wrote: names without quotes.
+/// Returns the header of a text written by kerf: names without quotes.
 std::vector<std::string> HeaderOf(const std::string& csv) {
   std::vector<std::string> names;
   std::string name;
@@ -158,7 +158,7 @@ void ReadCases(const std::string& folder, StudyResults& study, std::map<std::str
   const std::string file = folder + "/cases.csv";
   const std::string csv = ReadTextFile(file);
   std::vector<std::string> names = HeaderOf(FormatCasesCsv({}));
-  // Earlier versions had no such column; their cases have no such figure.
+  // Files of earlier versions lack this column, and their cases lack this figure.
   if (csv.substr(0, csv.find('\n')).find(kImpulseSigned) == std::string::npos) std::erase(names, kImpulseSigned);
   ReadCsv(csv, file, names, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
     Row row(names, fields, place);
@@ -168,7 +168,7 @@ void ReadCases(const std::string& folder, StudyResults& study, std::map<std::str
     record.path = row.Text();
     record.knob = row.Text();
     if (record.knob != "default" && !IsKnob(record.knob)) {
-      place.Fail(fmt::format("there is no knob {}; is the study of a newer kerf?", Quote(record.knob)));
+      place.Fail(fmt::format("there is no knob {}; was the study written by a newer kerf?", Quote(record.knob)));
     }
     record.value = row.Text();
     record.number = row.Number();
@@ -179,7 +179,7 @@ void ReadCases(const std::string& folder, StudyResults& study, std::map<std::str
     record.force_hash = row.WholeNumber<std::uint64_t>(16);
     record.bone_hash = row.WholeNumber<std::uint64_t>(16);
     if (!index.emplace(record.id, study.cases.size()).second) {
-      place.Fail(fmt::format("the case {} is there twice", Quote(record.id)));
+      place.Fail(fmt::format("the case {} is present twice", Quote(record.id)));
     }
     study.cases.push_back(std::move(record));
   });
@@ -228,16 +228,16 @@ void ReadReferences(const std::string& folder, StudyResults& study) {
   });
 }
 
-/// Throws Error where nlohmann's would not say what was read.
+/// Throws Error with context that the nlohmann exception lacks.
 template <typename Value>
-Value Get(const json& object, const char* key, const std::string& file) {
+Value Get(const Json& object, const char* key, const std::string& file) {
   const auto found = object.find(key);
   if (found == object.end()) throw Error(fmt::format("{}: \"{}\" is missing", file, key));
   try {
     if constexpr (std::is_same_v<Value, int>) return GetInt(*found);
     return found->get<Value>();
-  } catch (const std::exception&) {  // of the JSON library, or Error
-    throw Error(fmt::format("{}: \"{}\" = {} is not what a study has there", file, key, Quote(found->dump())));
+  } catch (const std::exception&) {  // from the JSON library, or Error
+    throw Error(fmt::format("{}: \"{}\" = {} is not a valid value in a study", file, key, Quote(found->dump())));
   }
 }
 
@@ -245,21 +245,21 @@ void ReadJson(const std::string& folder, StudyResults& study) {
   const std::string file = folder + "/study.json";
   const std::string text = ReadTextFile(file);
   CheckJsonDepth(text, file);
-  json all;
+  Json all;
   try {
-    all = json::parse(text);
-  } catch (const json::parse_error& e) {
+    all = Json::parse(text);
+  } catch (const Json::parse_error& e) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(e.byte, text.size()));
     throw Error(fmt::format("{}:{}: this is not JSON", file, 1 + std::count(text.begin(), end, '\n')));
-  } catch (const json::exception&) {
+  } catch (const Json::exception&) {
     throw Error(fmt::format("{}: a number in it is too large", file));
   }
   if (!all.is_object()) throw Error(fmt::format("{}:1: this is not a study", file));
   if (const int schema = Get<int>(all, "schema", file); schema != 1) {
-    throw Error(fmt::format("{}: schema {} is not known to this kerf, which reads 1", file, schema));
+    throw Error(fmt::format("{}: schema {} is not supported; this kerf reads 1", file, schema));
   }
-  const json kerf = Get<json>(all, "kerf", file);
-  const json machine = Get<json>(all, "machine", file);
+  const Json kerf = Get<Json>(all, "kerf", file);
+  const Json machine = Get<Json>(all, "machine", file);
   study.commit = Get<std::string>(kerf, "commit", file);
   study.build = Get<std::string>(kerf, "build", file);
   study.name = Get<std::string>(all, "name", file);
@@ -281,7 +281,7 @@ void ReadJson(const std::string& folder, StudyResults& study) {
   }
   for (const std::string& knob : study.knobs) {
     if (!IsKnob(knob))
-      throw Error(fmt::format("{}: there is no knob {}; is the study of a newer kerf?", file, Quote(knob)));
+      throw Error(fmt::format("{}: there is no knob {}; was the study written by a newer kerf?", file, Quote(knob)));
   }
 }
 

@@ -17,40 +17,40 @@
 namespace kerf {
 namespace {
 
-using Kind = TomlNode::Kind;
+using NodeKind = TomlNode::Kind;
 
 constexpr std::size_t kMaxScenes = 100'000;
 constexpr std::size_t kMaxValues = 1000;
-constexpr std::size_t kMaxNameLength = 60;  // file names are made of them
+constexpr std::size_t kMaxNameLength = 60;  // file names contain them
 
 std::string NearestOf(const std::string& name, const std::vector<std::string>& names) {
   std::string nearest = FindNearestName(name.substr(0, 100), names);
   for (const std::string& one : names) {
-    if (one.starts_with(name + "_")) nearest = one;  // the unit was forgotten
+    if (one.starts_with(name + "_")) nearest = one;  // the unit is missing
   }
   return nearest.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
                          : fmt::format("the nearest is \"{}\"", nearest);
 }
 
-/// A list of different words out of `words`; none when it is not there or faulty.
+/// Reads a list of distinct words from `words`; empty if it is missing or invalid.
 std::vector<std::string> ReadWords(TableReader& reader, const char* key, const char* what,
                                    const std::vector<std::string>& words, Faults& faults) {
   std::vector<std::string> read;
   const TomlNode* node = reader.Node(key);
   if (node == nullptr) return read;
-  if (node->kind != Kind::kArray) {
+  if (node->kind != NodeKind::kArray) {
     reader.Fault(key, fmt::format("{} must be a list of names of {}s: [\"{}\"]", key, what, words.front()));
     return read;
   }
-  if (node->children.empty()) reader.Fault(key, fmt::format("{} is empty; leave it out for all", key));
+  if (node->children.empty()) reader.Fault(key, fmt::format("{} is empty; omit it for all", key));
   for (const TomlNode& item : node->children) {
-    if (item.kind != Kind::kText) {
+    if (item.kind != NodeKind::kText) {
       faults.Add(item.line, item.column, fmt::format("{} = {} must be the name of a {}", key, item.Show(), what));
     } else if (std::find(words.begin(), words.end(), item.text) == words.end()) {
       faults.Add(item.line, item.column,
                  fmt::format("there is no {} {}; {}", what, item.Show(), NearestOf(item.text, words)));
     } else if (std::find(read.begin(), read.end(), item.text) != read.end()) {
-      faults.Add(item.line, item.column, fmt::format("{} stands twice in {}", item.Show(), key));
+      faults.Add(item.line, item.column, fmt::format("{} is listed twice in {}", item.Show(), key));
     } else {
       read.push_back(item.text);
     }
@@ -84,14 +84,14 @@ void ReadKnob(const TomlNode& table, const std::vector<std::string>& paths, Stud
   }
   for (const KnobSweep& earlier : spec.knobs) {
     if (earlier.knob == sweep.knob)
-      return reader.Fault("name", fmt::format("the knob \"{}\" stands twice", sweep.knob));
+      return reader.Fault("name", fmt::format("the knob \"{}\" is listed twice", sweep.knob));
   }
   if (values == nullptr) return;
-  if (values->kind != Kind::kArray || values->children.empty() || values->children.size() > kMaxValues) {
+  if (values->kind != NodeKind::kArray || values->children.empty() || values->children.size() > kMaxValues) {
     return reader.Fault("values", fmt::format("values must be a list of 1 to {} values of {}", kMaxValues, sweep.knob));
   }
   for (const TomlNode& item : values->children) {
-    TomlNode one;  // as if the table said knob = value
+    TomlNode one;  // as if the table contained knob = value
     one.children.push_back(item);
     one.children.back().key = sweep.knob;
     StudySettings settings = spec.base;
@@ -100,8 +100,8 @@ void ReadKnob(const TomlNode& table, const std::vector<std::string>& paths, Stud
     const std::string text = ValueOf(settings, sweep.knob);
     if (std::find(sweep.values.begin(), sweep.values.end(), text) == sweep.values.end()) {
       sweep.values.push_back(text);
-    } else if (faults.empty()) {  // a faulty value is left at the base's
-      faults.Add(item.line, item.column, fmt::format("{} stands twice in values", item.Show()));
+    } else if (faults.empty()) {  // an invalid value stays at the base setting
+      faults.Add(item.line, item.column, fmt::format("{} is listed twice in values", item.Show()));
     }
   }
   spec.knobs.push_back(std::move(sweep));
@@ -132,10 +132,10 @@ void ReadScenes(TableReader& root, const std::string& file, const std::vector<st
       if (const std::string fault = FindNameFault(scene.name); !fault.empty()) {
         reader.Fault("name", fault);
       } else if (!names.insert(scene.name).second) {
-        reader.Fault("name", fmt::format("there is a path \"{}\" already", scene.name));
+        reader.Fault("name", fmt::format("there is already a path \"{}\"", scene.name));
       }
     }
-    if (reader.Has("file") && where.empty()) reader.Fault("file", "file names no file");
+    if (reader.Has("file") && where.empty()) reader.Fault("file", "file is empty");
     reader.Finish();
     scene.file = (std::filesystem::absolute(file).parent_path() / where).lexically_normal().string();
     spec.scenes.push_back(std::move(scene));
@@ -144,7 +144,7 @@ void ReadScenes(TableReader& root, const std::string& file, const std::vector<st
 
 void ReadStudyTable(TableReader& root, const std::vector<std::string>& built_in,
                     const std::vector<std::string>& all_paths, StudySpec& spec, Faults& faults) {
-  // Whoever names scenes means them alone, unless they say more.
+  // A file that lists scenes uses only these, unless it also lists paths.
   if (spec.scenes.empty()) spec.paths = built_in;
   const TomlNode* table = root.Table("study");
   if (table == nullptr) return;
@@ -167,7 +167,7 @@ StudySpec ParseStudy(const std::string& text, const std::string& file, const std
   StudySpec spec;
   spec.name = std::filesystem::path(file).stem().string();
   root("title", spec.title, TextLimit{200}, "");
-  root.Table("study");  // in the order in which messages list the keys
+  root.Table("study");  // determines the order in which messages list the keys
   if (const TomlNode* base = root.Table("base")) {
     TableReader reader(*base, "[base]", faults);
     Describe(spec.base, reader);

@@ -1,4 +1,5 @@
-// A study file from the disk, with the scenes that it names; what is read from text alone stands in study_file.cpp.
+// Reads a study file from disk, with the scenes that it lists. study_file.cpp contains the parts that need only the
+// text.
 #include "base/files/files.h"
 #include "experiment/study/settings.h"
 #include "experiment/study/study_file.h"

@@ -1,4 +1,4 @@
-// What a study found, in words. Every sentence follows from the figures by the limits below.
+// Findings of a study in words. Every sentence follows from the figures and the limits below.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 namespace kerf {
 namespace {
 
-/// Errors within this share are said to be alike, and times within that.
+/// Errors and times within these fractions are treated as equal.
 constexpr double kAlikeErrors = 0.03;
 constexpr double kAlikeTimes = 0.05;
-/// So many settings are named at most where there may be many.
-constexpr std::size_t kNamed = 3;
+/// Maximum number of settings named in a sentence.
+constexpr std::size_t kNamedChanges = 3;
 constexpr double kTick_us = 1000;
 
 template <typename... Args>
@@ -36,7 +36,7 @@ std::string Join(const std::vector<std::string>& words) {
   return text;
 }
 
-/// A demand on the defaults, path by path.
+/// A requirement on the defaults, path by path.
 void SayCriterion(std::string& text, const PooledSetting& defaults, const std::string& demand, double limit, bool below,
                   const std::function<double(const CaseRecord&)>& read,
                   const std::function<std::string(double)>& show) {
@@ -66,24 +66,24 @@ void SayCriterion(std::string& text, const PooledSetting& defaults, const std::s
 }
 
 void SayCriteria(std::string& text, const StudyResults& study, const PooledSetting& defaults) {
-  const auto share = [](double value) { return ShowShare(value); };
+  const auto fraction = [](double value) { return ShowFraction(value); };
   SayCriterion(
-      text, defaults, fmt::format("Force, p95, at most {}", ShowShare(kTargetForce)), kTargetForce, false,
-      [&](const CaseRecord& r) { return CalcForceError(study, r).value; }, share);
+      text, defaults, fmt::format("Force, p95, at most {}", ShowFraction(kTargetForce)), kTargetForce, false,
+      [&](const CaseRecord& r) { return CalcForceError(study, r).value; }, fraction);
   SayCriterion(
       text, defaults, fmt::format("Direction, p95, at most {:g} deg", kTargetDirection_deg), kTargetDirection_deg,
       false, [](const CaseRecord& r) { return r.errors->direction_p95_deg; },
       [](double value) { return ShowThree(value) + " deg"; });
   SayCriterion(
-      text, defaults, fmt::format("Removed volume within {}", ShowShare(kTargetVolume)), kTargetVolume, false,
-      [](const CaseRecord& r) { return r.errors->volume; }, share);
+      text, defaults, fmt::format("Removed volume within {}", ShowFraction(kTargetVolume)), kTargetVolume, false,
+      [](const CaseRecord& r) { return r.errors->volume; }, fraction);
   SayCriterion(
       text, defaults, fmt::format("Tick, p99, under {:g} us", kTargetP99_us), kTargetP99_us, true,
       [](const CaseRecord& r) { return r.costs ? r.costs->tick.p99_us : std::nan(""); },
       [](double value) { return ShowThree(value) + " us"; });
 }
 
-/// How much too large or too small the force is in all, from the smallest to the largest.
+/// By how much the overall force is too large or too small: minimum and maximum.
 void SayImpulse(std::string& text, const PooledSetting& defaults) {
   const CaseRecord* least = nullptr;
   const CaseRecord* most = nullptr;
@@ -93,8 +93,8 @@ void SayImpulse(std::string& text, const PooledSetting& defaults) {
     if (most == nullptr || *record->errors->impulse_signed > *most->errors->impulse_signed) most = record;
   }
   if (least == nullptr) return;
-  Say(text, "**Impulse**: from {} on `{}` to {} on `{}`.", ShowSignedShare(*least->errors->impulse_signed), least->path,
-      ShowSignedShare(*most->errors->impulse_signed), most->path);
+  Say(text, "**Impulse**: from {} on `{}` to {} on `{}`.", ShowSignedFraction(*least->errors->impulse_signed),
+      least->path, ShowSignedFraction(*most->errors->impulse_signed), most->path);
 }
 
 void SayFront(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {
@@ -105,24 +105,25 @@ void SayFront(std::string& text, const std::vector<PooledSetting>& settings, con
     if (better == nullptr || s.worst.value < better->worst.value) better = &s;
   }
   if (better == nullptr) {
-    return Say(text, "The defaults are on the Pareto front: no setting is as fast and more exact ({}, {} us).",
+    return Say(text, "The defaults are on the Pareto front: no setting is as fast and more accurate ({}, {} us).",
                ShowError(defaults.worst), ShowThree(defaults.p99_us));
   }
-  Say(text, "The defaults are not on the Pareto front: {} has {} in {} us where they have {} in {} us{}.",
+  Say(text,
+      "The defaults are not on the Pareto front: {} has {} in {} us, compared with {} in {} us for the defaults{}.",
       better->Name(), ShowError(better->worst), ShowThree(better->p99_us), ShowError(defaults.worst),
       ShowThree(defaults.p99_us),
       better->worst.value > (1 - kAlikeErrors) * defaults.worst.value &&
               better->p99_us > (1 - kAlikeTimes) * defaults.p99_us
-          ? ", which is hardly a difference"
+          ? ", a negligible difference"
           : "");
 }
 
 struct Step {
   const PooledSetting* to;
-  double rate;  // points of error for 100 us
+  double rate;  // percentage points of error per 100 us
 };
 
-// Where the error goes, and for how much time, from the defaults.
+// Describes how settings trade error for time, relative to the defaults.
 void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& d) {
   std::vector<Step> gains;
   std::vector<Step> savings;
@@ -136,7 +137,7 @@ void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, co
     const bool better = s.worst.value < (1 - kAlikeErrors) * d.worst.value;
     const bool worse = s.worst.value > (1 + kAlikeErrors) * d.worst.value;
     const double rate = 100 * 100 * std::abs((d.worst.value - s.worst.value) / (s.p99_us - d.p99_us));
-    const bool counts = s.knob != "heat_grid_mm";  // it is for the heat, not for the force
+    const bool counts = s.knob != "heat_grid_mm";  // it affects the heat, not the force
     if (better && slower) gains.push_back({&s, rate});
     if (better && !slower)
       free.push_back(fmt::format("{} ({} in {} us)", s.Name(), ShowError(s.worst), ShowThree(s.p99_us)));
@@ -154,26 +155,28 @@ void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, co
   const auto show = [&](const std::vector<Step>& steps, const char* sign) {
     std::vector<std::string> words;
     for (const Step& step : steps) {
-      if (words.size() == kNamed) break;
-      words.push_back(fmt::format("{} ({} for {} us {}, {} points for 100 us)", step.to->Name(),
+      if (words.size() == kNamedChanges) break;
+      words.push_back(fmt::format("{} ({} for {} us {}, {} points per 100 us)", step.to->Name(),
                                   ShowError(step.to->worst), ShowThree(std::abs(step.to->p99_us - d.p99_us)), sign,
                                   ShowThree(step.rate)));
     }
     return Join(words);
   };
-  if (!free.empty()) Say(text, "More exact than the defaults for no more time: {}.", Join(free));
+  if (!free.empty()) Say(text, "More accurate than the defaults in no more time: {}.", Join(free));
   if (!gains.empty()) {
-    Say(text, "From the defaults ({}), most accuracy for a microsecond is bought by {}{}.", ShowError(d.worst),
-        gains[0].to->Name(), gains.size() > 1 ? "; in this order: " + show(gains, "more") : ": " + show(gains, "more"));
+    Say(text, "Starting from the defaults ({}), {} gains the most accuracy per microsecond{}.", ShowError(d.worst),
+        gains[0].to->Name(),
+        gains.size() > 1 ? "; in order of gain: " + show(gains, "more") : ": " + show(gains, "more"));
   } else if (free.empty()) {
-    Say(text, "No knob by itself makes the force more exact than the defaults do ({}).", ShowError(d.worst));
+    Say(text, "No single knob makes the force more accurate than the defaults ({}).", ShowError(d.worst));
   }
-  if (!savings.empty()) Say(text, "Time is saved at the least loss by {}.", show(savings, "less"));
-  if (!wasted.empty()) Say(text, "Wasted, since they take time and gain nothing: {}.", Join(wasted));
-  if (!idle.empty()) Say(text, "What the defaults spend without gain: {}.", Join(idle));
+  if (!savings.empty())
+    Say(text, "Settings that save time with the smallest loss of accuracy: {}.", show(savings, "less"));
+  if (!wasted.empty()) Say(text, "Wasteful, since they take time and gain nothing: {}.", Join(wasted));
+  if (!idle.empty()) Say(text, "Faster than the defaults without loss of accuracy: {}.", Join(idle));
 }
 
-// Settings against the defaults, as far as there are times of them.
+// Compares settings with the defaults, if there are times for them.
 void SayComparison(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {
   std::size_t untimed = 0;
   bool any = false;
@@ -183,8 +186,8 @@ void SayComparison(std::string& text, const std::vector<PooledSetting>& settings
     any = any || IsRanked(s);
   }
   if (untimed > 0) {
-    Say(text, "{} setting{} not timed on every path; {} in no ranking and no diagram of times.", untimed,
-        untimed == 1 ? " was" : "s were", untimed == 1 ? "it stands" : "they stand");
+    Say(text, "{} setting{} not timed on every path and {} left out of all rankings and time diagrams.", untimed,
+        untimed == 1 ? " was" : "s were", untimed == 1 ? "is" : "are");
   }
   if (!any) return;
   SayFront(text, settings, defaults);
@@ -195,19 +198,20 @@ void SayThresholds(std::string& text, const std::vector<PooledSetting>& settings
   std::vector<std::string> above;
   std::vector<std::string> between;
   for (const PooledSetting& s : settings) {
-    const std::string words = fmt::format("{} ({} on `{}`)", s.Name(), ShowShare(s.worst.value), s.worst_path);
+    const std::string words = fmt::format("{} ({} on `{}`)", s.Name(), ShowFraction(s.worst.value), s.worst_path);
     if (s.worst.value > kForceJnd)
       above.push_back(words);
     else if (s.worst.value > kTargetForce)
       between.push_back(words);
   }
   if (above.empty() && between.empty()) {
-    return Say(text, "No setting is above {} on any path.", ShowShare(kTargetForce));
+    return Say(text, "No setting is above {} on any path.", ShowFraction(kTargetForce));
   }
   if (!above.empty())
-    Say(text, "Above {}, one just-noticeable difference, on a path at least: {}.", ShowShare(kForceJnd), Join(above));
+    Say(text, "Above {}, one just-noticeable difference, on at least one path: {}.", ShowFraction(kForceJnd),
+        Join(above));
   if (!between.empty())
-    Say(text, "Between {} and {}: {}.", ShowShare(kTargetForce), ShowShare(kForceJnd), Join(between));
+    Say(text, "Between {} and {}: {}.", ShowFraction(kTargetForce), ShowFraction(kForceJnd), Join(between));
 }
 
 void SaySlab(std::string& text, const StudyResults& study, Holding holding) {
@@ -222,18 +226,17 @@ void SaySlab(std::string& text, const StudyResults& study, Holding holding) {
   }
   if (slab == nullptr || voxel == nullptr || !slab->timed || !voxel->timed) return;
   Say(text,
-      "On the {} path{} that both can do the slab takes {} us at p99 where the voxels take {}, {} times less; its "
-      "force "
-      "is off by {} (worst path; median {}), theirs by {}.",
+      "On the {} path{} that both can run, the slab takes {} us at p99 and the voxels take {} us, {} times as long; "
+      "the force of the slab is off by {} (worst path; median {}), that of the voxels by {}.",
       paths.size(), paths.size() == 1 ? "" : "s", ShowThree(slab->p99_us), ShowThree(voxel->p99_us),
       ShowThree(voxel->p99_us / slab->p99_us), ShowError(slab->worst), ShowError(slab->median),
       ShowError(voxel->worst));
   if (voxel->p99_us < kTick_us) {
     Say(text,
-        "The paper's reason for a slab, that voxels are too slow for a tick of 1 ms, does not hold on this machine: at "
+        "The paper's reason for a slab, that voxels are too slow for a 1 ms tick, does not hold on this machine: at "
         "p99 "
         "they leave {} of the tick unused.",
-        ShowShare(1 - voxel->p99_us / kTick_us));
+        ShowFraction(1 - voxel->p99_us / kTick_us));
   } else {
     Say(text,
         "The paper's reason for a slab still holds on this machine: at p99 the voxels take longer than a tick of 1 "
@@ -250,7 +253,7 @@ void SayOrders(std::string& text, const StudyResults& study, Holding holding) {
     if (!errors || errors->order == 0 || !errors->coarse) continue;
     const Slope& slope = *errors->coarse;
     const std::string words = fmt::format("`{}` ({:.2f}, theory {:g})", name, slope.slope, errors->order);
-    // Within a tenth of an order is as near as a few numbers tell.
+    // A few numbers determine an order only to about a tenth.
     constexpr double kNear = 0.1;
     const double lower = slope.interval ? slope.interval->first - kNear : slope.slope - kNear;
     const double upper = slope.interval ? slope.interval->second + kNear : slope.slope + kNear;
@@ -261,13 +264,14 @@ void SayOrders(std::string& text, const StudyResults& study, Holding holding) {
     else
       steeper.push_back(words);
   }
-  if (!as_theory.empty()) Say(text, "At the coarse end the order is theory's for {}.", Join(as_theory));
+  if (!as_theory.empty()) Say(text, "At the coarse end the order agrees with theory for {}.", Join(as_theory));
   if (!flatter.empty()) {
     Say(text,
-        "It is lower for {}; the share of the other knobs in the error, which this one does not lessen, would do that.",
+        "It is lower for {}, probably because each of these knobs leaves the error contributions of the others "
+        "unchanged.",
         Join(flatter));
   }
-  if (!steeper.empty()) Say(text, "It is higher than theory's for {}.", Join(steeper));
+  if (!steeper.empty()) Say(text, "It is higher than in theory for {}.", Join(steeper));
 }
 
 void SayReferences(std::string& text, const StudyResults& study, Holding holding) {
@@ -277,7 +281,7 @@ void SayReferences(std::string& text, const StudyResults& study, Holding holding
   std::size_t cases = 0;
   std::size_t below = 0;
   std::size_t near = 0;
-  constexpr double kNear = 10;  // bars: so much smaller a reference's own error should be
+  constexpr double kNear = 10;  // the error of the reference should be smaller by this factor
   for (const CaseRecord& record : study.cases) {
     if (record.holding != holding || record.state != CaseState::kDone || !record.errors) continue;
     const ReferenceRecord* reference = FindReference(study, record);
@@ -294,11 +298,12 @@ void SayReferences(std::string& text, const StudyResults& study, Holding holding
   }
   if (cases == 0 || largest <= 0) return;
   Say(text,
-      "The references' own error is at most {} (on `{}`). {} of {} errors are below their reference's and are given as "
-      "\"at most\"{}.",
-      ShowShare(largest), of, below == 0 ? "None" : std::to_string(below), cases,
+      "The error of the references is at most {} (on `{}`). {} of {} errors are below that of their reference and are "
+      "given as \"at most\"{}.",
+      ShowFraction(largest), of, below == 0 ? "None" : std::to_string(below), cases,
       std::isfinite(smallest_ratio)
-          ? fmt::format("; the smallest of the others is {} times it, and {} below ten times",
+          ? fmt::format("; the smallest of the others is {} times the error of its reference, and {} less than ten "
+                        "times as large",
                         ShowThree(smallest_ratio),
                         near == 0 ? "none is" : std::to_string(near) + (near == 1 ? " is" : " are"))
           : std::string());
@@ -312,7 +317,7 @@ std::string DescribeFindings(const StudyResults& study, Holding holding) {
   const auto found =
       std::find_if(settings.begin(), settings.end(), [](const PooledSetting& s) { return s.is_default; });
   if (found == settings.end()) {
-    Say(text, "The defaults were done on no path, so nothing is said of them.");
+    Say(text, "The defaults were not run on any path, so there are no findings about them.");
   } else {
     SayCriteria(text, study, *found);
     SayImpulse(text, *found);

@@ -24,7 +24,7 @@ constexpr int kSchema = 1;
 constexpr std::size_t kMaxRecordBytes = std::size_t{16} << 20;
 constexpr std::size_t kMaxDescriptionBytes = std::size_t{256} << 20;
 
-/// Runs `read` on the file's JSON; what goes wrong is told with the file's name.
+/// Calls `read` with the file's JSON; errors include the file name.
 template <typename Read>
 auto ReadJson(const std::string& file, std::size_t max_bytes, Read&& read) {
   const std::string text = ReadTextFile(file, max_bytes);
@@ -37,10 +37,10 @@ auto ReadJson(const std::string& file, std::size_t max_bytes, Read&& read) {
 
 void CheckSchema(const Json& json) {
   const int schema = json.at("schema");
-  if (schema != kSchema) throw Error(fmt::format("it is of schema {}; this program knows {}", schema, kSchema));
+  if (schema != kSchema) throw Error(fmt::format("its schema is {}; this program supports {}", schema, kSchema));
 }
 
-/// As it is kept, times and all that goes with them left out.
+/// The stored record without times and related data.
 Json WithoutTimes(const WorkRecord& record) {
   Json json = Json::parse(FormatWorkRecord(record));
   for (const char* key : {"seconds", "commit", "cpu", "costs"}) json.erase(key);
@@ -64,7 +64,7 @@ std::string FormatWorkRecord(const WorkRecord& record) {
   json["seconds"] = record.seconds;
   json["commit"] = record.commit;
   json["cpu"] = record.cpu;
-  // What a library says of a failure need not be UTF-8.
+  // An error message from a library need not be UTF-8.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -76,7 +76,7 @@ WorkRecord ParseWorkRecord(const std::string& text) {
     WorkRecord record;
     record.id = json.at("id");
     const std::string work = json.at("work");
-    if (work != "errors" && work != "costs") throw Error(fmt::format("\"{}\" is no kind of work", work));
+    if (work != "errors" && work != "costs") throw Error(fmt::format("\"{}\" is not a kind of work", work));
     record.work = work == "errors" ? CaseWork::kErrors : CaseWork::kCosts;
     record.input = json.at("input");
     record.state = StateFromString(json.at("state"));
@@ -88,7 +88,7 @@ WorkRecord ParseWorkRecord(const std::string& text) {
     if (json.contains("costs")) record.costs = CostsFromJson(json.at("costs"));
     if (record.state == CaseState::kDone &&
         !(record.work == CaseWork::kErrors ? record.errors.has_value() : record.costs.has_value())) {
-      throw Error("it has no figures");
+      throw Error("it contains no figures");
     }
     record.seconds = json.at("seconds");
     record.commit = json.at("commit");
@@ -102,7 +102,7 @@ WorkRecord ParseWorkRecord(const std::string& text) {
 bool AgreeInAllButTimes(const WorkRecord& a, const WorkRecord& b) {
   WorkRecord x = a;
   WorkRecord y = b;
-  // A record of an earlier version lacks this figure, which contradicts nothing.
+  // A record of an earlier version lacks this figure; that is not a contradiction.
   if (x.errors && y.errors && x.errors->impulse_signed.has_value() != y.errors->impulse_signed.has_value()) {
     x.errors->impulse_signed.reset();
     y.errors->impulse_signed.reset();
@@ -122,7 +122,7 @@ StudyDescription StudyFolder::ReadDescription() const {
     CheckSchema(json);
     StudyDescription d;
     d.spec = SpecFromJson(json.at("study").dump());
-    if (HashOf(d.spec) != HashFromText(json.at("study_hash"))) throw Error("it was changed by hand");
+    if (HashOf(d.spec) != HashFromText(json.at("study_hash"))) throw Error("it was edited by hand");
     d.plan_hash = HashFromText(json.at("plan_hash"));
     if (!json.at("shard").is_null()) d.shard = ShardFromText(json.at("shard"));
     d.errors = json.at("errors");
@@ -162,7 +162,7 @@ std::optional<WorkRecord> StudyFolder::Read(const std::string& id, CaseWork work
   if (!fs::exists(file, ignored)) return std::nullopt;
   return ReadJson(file, kMaxRecordBytes, [&](const std::string& text) {
     WorkRecord record = ParseWorkRecord(text);
-    if (record.id != id || record.work != work) throw Error("it is another case's");
+    if (record.id != id || record.work != work) throw Error("it belongs to another case");
     return std::optional(std::move(record));
   });
 }
@@ -175,7 +175,7 @@ void StudyFolder::Write(const WorkRecord& record, bool copy) const {
     std::ofstream out(temporary.path_to_write(), std::ios::binary | std::ios::trunc);
     out << FormatWorkRecord(record);
     out.close();
-    if (!out) throw Error("it could not be written to its end");
+    if (!out) throw Error("it could not be written completely");
     temporary.RenameTo(file, false);
   } catch (const Error& e) {
     throw Error(fmt::format("{}: can't be written: {}", file, e.what()));
@@ -195,7 +195,7 @@ std::optional<KeptReference> StudyFolder::ReadReference(const std::string& name)
     const Json json = Json::parse(text);
     CheckSchema(json);
     KeptReference kept{json.at("name"), json.at("input"), json.at("why"), ReferenceFromJson(json.at("reference"))};
-    if (kept.name != name) throw Error("it is another reference's");
+    if (kept.name != name) throw Error("it belongs to another reference");
     return std::optional(std::move(kept));
   });
 }

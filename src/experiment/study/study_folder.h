@@ -1,10 +1,10 @@
-// The folder of a study: its description, and a file for each record, so that what is done is never done again.
+// The folder of a study: its description, and a file for each record, so that no work is done twice.
 //
-//   OUT/plan.json              what it is, made by which program on which machine
-//   OUT/cases/ID.errors.json   a record each, written at once
+//   OUT/plan.json              description of the study, the program and the machine
+//   OUT/cases/ID.errors.json   one record each, written immediately
 //   OUT/cases/ID.costs.json
-//   OUT/references/NAME.json   what is said of a reference; NAME.ref is the reference itself
-//   OUT/shard-3-of-8/          the same again, for one shard
+//   OUT/references/NAME.json   description of a reference; NAME.ref is the reference itself
+//   OUT/shard-3-of-8/          the same contents for one shard
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@
 
 namespace kerf {
 
-/// What cases/ID.errors.json or .costs.json holds.
+/// Contents of cases/ID.errors.json or .costs.json.
 struct WorkRecord {
   std::string id;
   CaseWork work = CaseWork::kErrors;
@@ -29,30 +29,30 @@ struct WorkRecord {
   std::optional<CostFigures> costs;
   std::uint64_t force_hash = 0;
   std::uint64_t bone_hash = 0;
-  double seconds = 0;  // that the work took
+  double seconds = 0;  // time of the work
   std::string commit;  // of the program
   std::string cpu;     // of the machine
 };
 std::string FormatWorkRecord(const WorkRecord& record);
-/// Throws Error for what is none.
+/// Throws Error if the text is not a work record.
 WorkRecord ParseWorkRecord(const std::string& text);
-/// Whether both say the same, but for times, which differ each time.
+/// Returns true if both are equal except for times, which differ from run to run.
 bool AgreeInAllButTimes(const WorkRecord& a, const WorkRecord& b);
 
-/// What references/NAME.json holds.
+/// Contents of references/NAME.json.
 struct KeptReference {
   std::string name;   // PlannedCase::reference
   std::string input;  // of the path and the tolerance
-  std::string why;    // it could not be made; empty: it was
+  std::string why;    // why it could not be made; empty if it was made
   ReferenceRecord record;
 };
 
-/// What plan.json holds.
+/// Contents of plan.json.
 struct StudyDescription {
   StudySpec spec;
   std::uint64_t plan_hash = 0;
   std::optional<Shard> shard;
-  bool errors = true;  // whether they are asked for
+  bool errors = true;  // whether errors are requested
   bool costs = true;
   std::string command;
   std::string commit;
@@ -66,22 +66,22 @@ class StudyFolder {
   const std::string& path() const { return path_; }
 
   bool HasDescription() const;
-  /// Throws Error when it can't be read.
+  /// Throws Error if it cannot be read.
   StudyDescription ReadDescription() const;
   void WriteDescription(const StudyDescription& description) const;
 
   std::string FileOf(const std::string& id, CaseWork work) const;
-  /// None when there is no such file. Throws Error, with the file's name, when it is damaged.
+  /// Returns nullopt if there is no such file. Throws Error with the file name if it is damaged.
   std::optional<WorkRecord> Read(const std::string& id, CaseWork work) const;
-  /// `copy`: not awaited to be on the disk, since it could be made again at once.
+  /// `copy`: does not wait until the data are on the disk, since the record could be made again at once.
   void Write(const WorkRecord& record, bool copy = false) const;
 
-  /// Where the reference itself is kept.
+  /// Returns the file of the reference itself.
   std::string FileOfReference(const std::string& name) const;
   std::optional<KeptReference> ReadReference(const std::string& name) const;
   void WriteReference(const KeptReference& reference) const;
 
-  /// Folders of shards in it, sorted.
+  /// Returns the folders of shards in it, sorted.
   std::vector<std::string> ListShards() const;
 
  private:

@@ -1,4 +1,4 @@
-// A study as its folder keeps it.
+// A study as it is stored in its folder.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -26,7 +26,7 @@ std::vector<Holding> HoldingsFrom(const Json& words) {
   return holdings;
 }
 
-/// What results depend on.
+/// The part that results depend on.
 Json CoreOf(const StudySpec& spec) {
   Json json;
   json["paths"] = spec.paths;
@@ -64,7 +64,7 @@ std::uint64_t HashOf(const StudySpec& spec) {
 }
 
 StudySpec SpecFromJson(const std::string& text) {
-  CheckJsonDepth(text, "a study's description");
+  CheckJsonDepth(text, "a study description");
   try {
     const Json json = Json::parse(text);
     StudySpec spec;
@@ -85,7 +85,7 @@ StudySpec SpecFromJson(const std::string& text) {
     }
     return spec;
   } catch (const nlohmann::json::exception& e) {
-    throw Error(fmt::format("it is not a study's description ({})", e.what()));
+    throw Error(fmt::format("it is not a study description ({})", e.what()));
   }
 }
 

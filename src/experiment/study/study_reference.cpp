@@ -1,4 +1,4 @@
-// The references of a study: refined until they no longer change by what matters.
+// The references of a study, refined until the remaining changes are negligible.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,11 +20,11 @@ namespace kerf {
 namespace {
 
 constexpr double kTick_s = 0.00025;
-constexpr int kMostRefinements = 5;
+constexpr int kMaxRefinements = 5;
 constexpr int kFirstSteps = 1;
 constexpr int kFirstRimPoints = 768;
-constexpr double kVolumeByCells = 5e-4;  // error of the removed volume with the reference's finest cells
-constexpr std::uint64_t kMethod = 3;     // another number when references are worked out in another way
+constexpr double kVolumeByCells = 5e-4;  // error of the removed volume with the finest cells of the reference
+constexpr std::uint64_t kMethod = 3;     // to be increased whenever references are computed differently
 
 ExactSolid MakeVariantSolid(const StudyPath& path, const StudySettings& settings) {
   if (settings.material == "ct") {
@@ -67,7 +67,7 @@ class InputHash {
   std::uint64_t hash_ = MixHash(kMethod);
 };
 
-/// Of all that a reference is made from. The solid is a function: it is looked at on a lattice.
+/// Hash of all inputs of a reference. The solid is a function, so it is sampled on a lattice.
 std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceParams& params, const ExactSolid& solid,
                         const std::vector<Pose>& poses) {
   InputHash hash;
@@ -96,9 +96,9 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
   }
   constexpr int kLooks = 20;
   for (int i = 0; i < kLooks * kLooks * kLooks; ++i) {
-    const Vec3 share((i % kLooks + 0.5) / kLooks, (i / kLooks % kLooks + 0.5) / kLooks,
-                     (i / kLooks / kLooks + 0.5) / kLooks);
-    const Vec3 p_W = path.bounds_W.lower + share * path.bounds_W.size();
+    const Vec3 fraction((i % kLooks + 0.5) / kLooks, (i / kLooks % kLooks + 0.5) / kLooks,
+                        (i / kLooks / kLooks + 0.5) / kLooks);
+    const Vec3 p_W = path.bounds_W.lower + fraction * path.bounds_W.size();
     const double distance_mm = solid.distance_mm(p_W);
     hash.Add(distance_mm);
     if (distance_mm > 0) continue;
@@ -110,11 +110,11 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
   return hash.value();
 }
 
-/// The exact bone after the way of the ticks: the same whether they were worked out or read.
+/// Returns the exact bone after the motion of the ticks; it is the same whether they were computed or read.
 std::shared_ptr<const ExactBone> SweepBone(ExactSolid solid, const ReferenceParams& params, Holding holding,
                                            const Pose& X_start, const std::vector<ReferenceTick>& ticks) {
   auto bone = std::make_shared<ExactBone>(std::move(solid), params.saw);
-  if (holding == Holding::kHand) bone->Sweep(X_start, X_start, 0);  // as where it was worked out: RunReferenceInHand()
+  if (holding == Holding::kHand) bone->Sweep(X_start, X_start, 0);  // as in the computation, RunReferenceInHand()
   Pose X_before = X_start;
   std::size_t k = 0;
   for (const ReferenceTick& tick : ticks) {
@@ -142,7 +142,7 @@ std::vector<ReferenceTick> WorkOut(Holding holding, const ReferenceParams& param
 }  // namespace
 
 double GetReferenceEdge_mm(Holding holding, const DiscSaw& saw) {
-  // As the simulation has it where voxels are no matter.
+  // The value in the simulation for vanishing voxels.
   return holding == Holding::kHand ? CalcToothSide(saw.radius_mm(), 0) : 0;
 }
 
@@ -187,19 +187,19 @@ StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const 
   if (!file.empty()) {
     try {
       std::optional<StudyReference> stored = ReadStudyReference(file, input_hash);
-      // One that did not converge has been refined as often as is tried.
+      // A stored reference that did not converge already had the maximum refinement.
       if (stored && (stored->record.error_bar <= tolerance || !stored->record.note.empty())) {
         reference = *std::move(stored);
         return finish();
       }
     } catch (const Error& error) {
-      damaged = fmt::format("made anew: {}", error.what());
+      damaged = fmt::format("computed again: {}", error.what());
     }
   }
 
   const auto start = std::chrono::steady_clock::now();
   bool converged = false;
-  for (int refinement = 0; refinement < kMostRefinements && !converged; ++refinement) {
+  for (int refinement = 0; refinement < kMaxRefinements && !converged; ++refinement) {
     params.fineness.steps_per_tick = kFirstSteps << refinement;
     params.fineness.rim_points = kFirstRimPoints << refinement;
     std::vector<ReferenceTick> ticks = WorkOut(holding, params, solid, poses, stop);
@@ -219,7 +219,7 @@ StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const 
   record.input_hash = input_hash;
   for (const ReferenceTick& tick : reference.ticks) record.force_hash = MixForce(record.force_hash, tick.f_W_N);
   record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (!converged) record.note = fmt::format("still changed by {:.2g} with the last refinement", record.error_bar);
+  if (!converged) record.note = fmt::format("still changed by {:.2g} in the last refinement", record.error_bar);
   reference.removed_mm3 = reference.ticks.back().removed_mm3;
   record.volume_bar = std::max(record.volume_bar, kVolumeByCells);
   if (!file.empty()) WriteStudyReference(reference, file);

@@ -1,4 +1,4 @@
-// Everything that a reader of a study sees, made from its raw figures alone.
+// The complete report of a study, generated from its raw figures alone.
 #pragma once
 
 #include <functional>
@@ -8,9 +8,9 @@
 
 namespace kerf {
 
-/// Writes cases.csv, cases_times.csv, references.csv, the figures as PNG and SVG, report.md and last study.json into
-/// the folder, which is there; removes figures of an earlier report that are not made again. The same results give the
-/// same bytes. `progress` (may be empty) is told what is done now. Throws Error.
+/// Writes cases.csv, cases_times.csv, references.csv, the figures as PNG and SVG, report.md and finally study.json into
+/// the folder, which must exist. Removes figures of an earlier report that are now obsolete. The same results give the
+/// same bytes. `progress` (may be empty) receives the current step. Throws Error if a file cannot be written.
 void WriteStudyReport(const StudyResults& study, const std::string& folder,
                       const std::function<void(const std::string&)>& progress);
 

@@ -5,17 +5,13 @@
 #include <iterator>
 #include <map>
 
+#include "base/core/append_format.h"
 #include "base/files/markdown_text.h"
 #include "experiment/study/knobs.h"
 #include "experiment/study/study_words.h"
 
 namespace kerf {
 namespace {
-
-template <typename... Args>
-void Add(std::string& text, fmt::format_string<Args...> format, Args&&... args) {
-  fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
-}
 
 std::string Header(const std::vector<std::string>& names) {
   std::string text = "|";
@@ -42,16 +38,16 @@ std::string ShowThree(double value) {
   return digits < -6 ? fmt::format("{:.2e}", value) : text;
 }
 
-std::string ShowShare(double share) {
-  return ShowThree(100 * share) + " %";
+std::string ShowFraction(double fraction) {
+  return ShowThree(100 * fraction) + " %";
 }
 
-std::string ShowSignedShare(double share) {
-  return (share > 0 ? "+" : "") + ShowShare(share);
+std::string ShowSignedFraction(double fraction) {
+  return (fraction > 0 ? "+" : "") + ShowFraction(fraction);
 }
 
 std::string ShowError(const SafeError& error) {
-  return (error.at_most ? "at most " : "") + ShowShare(error.value);
+  return (error.at_most ? "at most " : "") + ShowFraction(error.value);
 }
 
 std::vector<std::string> PathsOfSlab(const StudyResults& study, Holding holding) {
@@ -69,30 +65,32 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
     for (const CaseRecord& record : study.cases) {
       if (record.holding != holding || record.path != path || record.knob != "default" || !record.errors) continue;
       const ErrorFigures& e = *record.errors;
-      Add(rows, "| {} | {} | {} | {} | {} | {} / {} | {} |", EscapeMarkdown(path),
-          ShowError(CalcForceError(study, record)), e.impulse_signed ? ShowSignedShare(*e.impulse_signed) : "",
-          ShowThree(e.direction_p95_deg), ShowShare(e.volume), ShowThree(e.surface_mean_mm),
-          ShowThree(e.surface_max_mm), e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : "");
+      AppendFormat(rows, "| {} | {} | {} | {} | {} | {} / {} | {} |", EscapeMarkdown(path),
+                   ShowError(CalcForceError(study, record)),
+                   e.impulse_signed ? ShowSignedFraction(*e.impulse_signed) : "", ShowThree(e.direction_p95_deg),
+                   ShowFraction(e.volume), ShowThree(e.surface_mean_mm), ShowThree(e.surface_max_mm),
+                   e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : "");
       if (record.costs) {
         const CostFigures& c = *record.costs;
-        Add(rows, " {} / {} / {} / {} | {} | {} |\n", ShowThree(c.tick.p50_us), ShowThree(c.tick.p99_us),
-            ShowThree(c.tick.p999_us), ShowThree(c.tick.max_us), ShowThree(c.misses_per_million),
-            ShowThree(c.memory_MB));
+        AppendFormat(rows, " {} / {} / {} / {} | {} | {} |\n", ShowThree(c.tick.p50_us), ShowThree(c.tick.p99_us),
+                     ShowThree(c.tick.p999_us), ShowThree(c.tick.max_us), ShowThree(c.misses_per_million),
+                     ShowThree(c.memory_MB));
       } else {
-        Add(rows, " | | |\n");
+        AppendFormat(rows, " | | |\n");
       }
     }
   }
   if (rows.empty()) return "";
   return Header({"path", "force, p95", "impulse", "direction, p95 (deg)", "volume", "surface, mean / max (mm)",
-                 "breakthrough late (ms)", "tick, p50 / p99 / p99.9 / max (us)", "misses per million", "memory (MB)"}) +
+                 "breakthrough delay (ms)", "tick, p50 / p99 / p99.9 / max (us)", "misses per million",
+                 "memory (MB)"}) +
          rows + "\n";
 }
 
 std::string EqualTimeTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header({"p99.9 for a ms simulated, on every path, within", "best setting",
-                             "force, p95, worst path", "its p99.9 (us for a ms)"});
+  std::string text = Header({"p99.9 per simulated ms, on every path, at most", "best setting", "force, p95, worst path",
+                             "its p99.9 (us per ms)"});
   for (const double budget_us : {250.0, 500.0, 1000.0}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
@@ -103,18 +101,18 @@ std::string EqualTimeTable(const StudyResults& study, Holding holding) {
       }
     }
     if (best == nullptr)
-      Add(text, "| {:g} ms | none | | |\n", budget_us / 1000);
+      AppendFormat(text, "| {:g} ms | none | | |\n", budget_us / 1000);
     else
-      Add(text, "| {:g} ms | {} | {} on `{}` | {} |\n", budget_us / 1000, best->Name(), ShowError(best->worst),
-          best->worst_path, ShowThree(best->p999_us));
+      AppendFormat(text, "| {:g} ms | {} | {} on `{}` | {} |\n", budget_us / 1000, best->Name(), ShowError(best->worst),
+                   best->worst_path, ShowThree(best->p999_us));
   }
   return text + "\n";
 }
 
 std::string EqualErrorTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header({"force, p95, on every path at most", "cheapest setting", "p99, slowest path (us for a ms)",
-                             "p99.9 (us for a ms)", "its error"});
+  std::string text = Header({"force, p95, on every path at most", "cheapest setting", "p99, slowest path (us per ms)",
+                             "p99.9 (us per ms)", "its error"});
   for (const double limit : {kTargetForce, kForceJnd}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
@@ -122,10 +120,10 @@ std::string EqualErrorTable(const StudyResults& study, Holding holding) {
       if (best == nullptr || setting.p99_us < best->p99_us) best = &setting;
     }
     if (best == nullptr)
-      Add(text, "| {} | none | | | |\n", ShowShare(limit));
+      AppendFormat(text, "| {} | none | | | |\n", ShowFraction(limit));
     else
-      Add(text, "| {} | {} | {} on `{}` | {} | {} |\n", ShowShare(limit), best->Name(), ShowThree(best->p99_us),
-          best->slowest_path, ShowThree(best->p999_us), ShowError(best->worst));
+      AppendFormat(text, "| {} | {} | {} on `{}` | {} | {} |\n", ShowFraction(limit), best->Name(),
+                   ShowThree(best->p99_us), best->slowest_path, ShowThree(best->p999_us), ShowError(best->worst));
   }
   return text + "\n";
 }
@@ -138,13 +136,13 @@ std::string SettingsTable(const StudyResults& study, Holding holding) {
                              "p99.9 (us)", "on the front"});
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const PooledSetting& s = settings[i];
-    Add(text, "| {} | {} | {} on `{}` | {} |", s.Name(), s.paths, ShowError(s.worst), s.worst_path,
-        ShowError(s.median));
+    AppendFormat(text, "| {} | {} | {} on `{}` | {} |", s.Name(), s.paths, ShowError(s.worst), s.worst_path,
+                 ShowError(s.median));
     if (s.timed)
-      Add(text, " {} | {} | {} |", ShowThree(s.p50_us), ShowThree(s.p99_us), ShowThree(s.p999_us));
+      AppendFormat(text, " {} | {} | {} |", ShowThree(s.p50_us), ShowThree(s.p99_us), ShowThree(s.p999_us));
     else
-      Add(text, " | | |");
-    Add(text, " {} |\n", std::find(front.begin(), front.end(), i) != front.end() ? "yes" : "");
+      AppendFormat(text, " | | |");
+    AppendFormat(text, " {} |\n", std::find(front.begin(), front.end(), i) != front.end() ? "yes" : "");
   }
   return text + "\n";
 }
@@ -155,8 +153,8 @@ std::string OrdersTable(const StudyResults& study, Holding holding) {
     const std::optional<KnobErrors> errors = MakeKnobErrors(study, holding, name);
     if (!errors || !errors->slope) continue;
     const Knob& knob = FindKnob(name);
-    Add(rows, "| `{}` | {} | {} | {} | {} |\n", name, ShowSlope(errors->slope), ShowSlope(errors->coarse),
-        knob.theory.empty() ? "none" : EscapeMarkdown(knob.theory), errors->slope->paths);
+    AppendFormat(rows, "| `{}` | {} | {} | {} | {} |\n", name, ShowSlope(errors->slope), ShowSlope(errors->coarse),
+                 knob.theory.empty() ? "none" : EscapeMarkdown(knob.theory), errors->slope->paths);
   }
   if (rows.empty()) return "";
   return Header({"knob", "over all values (95 %)", "over the coarser half (95 %)", "theory", "paths"}) + rows + "\n";
@@ -169,8 +167,8 @@ std::string SlabTable(const StudyResults& study, Holding holding) {
       Header({"setting", "p50, median path (us)", "p99, slowest path (us)", "force, p95, median path", "worst path"});
   for (const PooledSetting& s : PoolSettings(study, holding, paths)) {
     if ((!s.is_default && s.knob != "method" && s.knob != "voxel_mm") || !s.complete || !s.timed) continue;
-    Add(text, "| {} | {} | {} | {} | {} on `{}` |\n", s.Name(), ShowThree(s.p50_us), ShowThree(s.p99_us),
-        ShowError(s.median), ShowError(s.worst), s.worst_path);
+    AppendFormat(text, "| {} | {} | {} | {} | {} on `{}` |\n", s.Name(), ShowThree(s.p50_us), ShowThree(s.p99_us),
+                 ShowError(s.median), ShowError(s.worst), s.worst_path);
   }
   return fmt::format("Over {}.\n\n", fmt::join(paths, ", ")) + text + "\n";
 }
@@ -195,22 +193,23 @@ std::string LeftOutTable(const StudyResults& study) {
     group.paths.push_back(record.path);
   }
   if (groups.empty()) return "Nothing was left out, and nothing failed.\n\n";
-  std::string text = Header({"setting", "paths", "", "why"});
+  std::string text = Header({"setting", "paths", "", "reason"});
   for (const Group& g : groups) {
-    Add(text, "| {} | {} | {} | {} |\n", g.what, EscapeMarkdown(fmt::format("{}", fmt::join(g.paths, ", "))), g.state,
-        EscapeMarkdown(g.why));
+    AppendFormat(text, "| {} | {} | {} | {} |\n", g.what, EscapeMarkdown(fmt::format("{}", fmt::join(g.paths, ", "))),
+                 g.state, EscapeMarkdown(g.why));
   }
   return text + "\n";
 }
 
 std::string ReferencesTable(const StudyResults& study) {
   if (study.references.empty()) return "";
-  std::string text = Header({"path", "held", "physics", "steps per tick", "error bar, p95", "error bar, L2", "volume",
-                             "worked out in (s)", "force hash", "note"});
+  std::string text = Header({"path", "holding", "physics", "steps per tick", "error bar, p95", "error bar, L2",
+                             "volume", "computed in (s)", "force hash", "note"});
   for (const ReferenceRecord& r : study.references) {
-    Add(text, "| {} | {} | {} | {} | {} | {} | {} | {} | `{:016x}` | {} |\n", EscapeMarkdown(r.path),
-        ToString(r.holding), EscapeMarkdown(r.variant), r.steps_per_tick, ShowShare(r.error_bar),
-        ShowShare(r.error_bar_l2), ShowShare(r.volume_bar), ShowThree(r.seconds), r.force_hash, EscapeMarkdown(r.note));
+    AppendFormat(text, "| {} | {} | {} | {} | {} | {} | {} | {} | `{:016x}` | {} |\n", EscapeMarkdown(r.path),
+                 ToString(r.holding), EscapeMarkdown(r.variant), r.steps_per_tick, ShowFraction(r.error_bar),
+                 ShowFraction(r.error_bar_l2), ShowFraction(r.volume_bar), ShowThree(r.seconds), r.force_hash,
+                 EscapeMarkdown(r.note));
   }
   return text + "\n";
 }

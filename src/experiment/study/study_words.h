@@ -1,4 +1,4 @@
-// Tables and sentences of a study's report, Markdown; all made from its figures.
+// Tables and sentences of a study report in Markdown, all generated from its figures.
 #pragma once
 
 #include <string>
@@ -7,15 +7,15 @@
 
 namespace kerf {
 
-/// Three digits that count: "2.98", "0.0312", "1230".
+/// Three significant digits: "2.98", "0.0312", "1230".
 std::string ShowThree(double value);
-/// A share in per cent: "2.98 %", "at most 0.12 %".
+/// A fraction in per cent: "2.98 %", "at most 0.12 %".
 std::string ShowError(const SafeError& error);
-std::string ShowShare(double share);
+std::string ShowFraction(double fraction);
 /// "+2.98 %", "-14.1 %", "0 %".
-std::string ShowSignedShare(double share);
+std::string ShowSignedFraction(double fraction);
 
-/// Each ends in an empty line; empty when there is nothing to tell.
+/// Each table ends with an empty line; the text is empty if there is nothing to report.
 std::string DefaultsTable(const StudyResults& study, Holding holding);
 std::string EqualTimeTable(const StudyResults& study, Holding holding);
 std::string EqualErrorTable(const StudyResults& study, Holding holding);
@@ -25,10 +25,10 @@ std::string SlabTable(const StudyResults& study, Holding holding);
 std::string LeftOutTable(const StudyResults& study);
 std::string ReferencesTable(const StudyResults& study);
 
-/// What was found with the tool held so, a bullet each.
+/// Findings for one way of holding the tool, one bullet each.
 std::string DescribeFindings(const StudyResults& study, Holding holding);
 
-/// The paths on which slab mode was done.
+/// Returns the paths on which slab mode was run.
 std::vector<std::string> PathsOfSlab(const StudyResults& study, Holding holding);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// What the engine of a study calls to do the work, so that its tests can put something quick in its place.
+// The functions that the engine of a study calls to do the work, so that its tests can replace them with fast ones.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-/// Each may throw Error. All but run_for_costs are called from several threads at once.
+/// Each may throw Error. All except run_for_costs are called from several threads at once.
 struct StudyWork {
   std::function<StudyPathList(const std::vector<std::string>& names)> make_paths;
   std::function<StudyPath(const StudyScene& scene)> make_scene_path;
@@ -27,7 +27,7 @@ struct StudyWork {
       run_for_costs;
 };
 
-/// That of case.h. `data_folder`: as MakeStudyPaths() takes it.
+/// Returns the functions of case.h. `data_folder`: as for MakeStudyPaths().
 StudyWork MakeStudyWork(const std::string& data_folder, const std::string& cache_folder);
 
 }  // namespace kerf

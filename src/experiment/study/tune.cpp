@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -22,31 +23,32 @@ namespace kerf {
 namespace {
 
 constexpr std::array<double, 9> kVoxels_mm = {0.4, 0.3, 0.2, 0.15, 0.125, 0.1, 0.08, 0.0667, 0.05};
-constexpr double kLeastVoxelOfMandible_mm = 0.1;  // finer, a whole one takes gigabytes
-constexpr double kHopeless = 2;                   // times the budget: finer voxels would only be slower
+constexpr double kMinVoxelOfMandible_mm = 0.1;  // a whole mandible with finer voxels takes gigabytes
+constexpr double kHopeless = 2;                 // times the budget; finer voxels would only be slower
 constexpr double kReferenceTolerance = 0.005;
 constexpr double kBeforeContact_s = 0.05;
-constexpr double kLongest_s = 120;  // of a path of which errors are measured whole
-constexpr double kHandLag_s = 3;    // the tool follows a handle that is out of the bone within this time
-constexpr int kMostAgain = 3;
+constexpr double kLongest_s = 120;  // maximum duration of a path whose errors are measured over its whole length
+constexpr double kHandLag_s = 3;    // a tool follows a handle that has left the bone within this time
+constexpr int kMaxAgain = 3;
 
-/// Whether the tool, led along the path, touches the uncut bone: by points of circles about its axis, close
-/// enough for a wall to lie between none of them.
+/// Returns true if the tool, exactly on the path, touches the uncut bone. Tests points on circles about its axis, so
+/// close together that no wall fits between them.
 bool IsInContact(const StudyPath& path, Holding holding, double t_s) {
   constexpr int kPoints = 48, kCircles = 10;
   const Pose X_WT = path.pose(holding, t_s);
   for (int i = 0; i < kPoints; ++i) {
-    const double angle = 2 * 3.14159265358979323846 * i / kPoints;
+    const double angle = 2 * std::numbers::pi * i / kPoints;
     const Vec3 rim_T = path.saw.radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0);
     for (int circle = kCircles; circle >= 0; --circle) {
-      const double share = static_cast<double>(circle) / kCircles;
-      if (path.solid.distance_mm(X_WT.Point(share * rim_T)) < 0) return true;
+      const double fraction = static_cast<double>(circle) / kCircles;
+      if (path.solid.distance_mm(X_WT.Point(fraction * rim_T)) < 0) return true;
     }
   }
   return false;
 }
 
-/// The first time from `from_s` on at which the tool touches the bone or does not; the path's end where there is none.
+/// Returns the first time not before `from_s` at which the tool touches the bone (or does not, if `touches` is false);
+/// the end of the path if there is none.
 double FindContact(const StudyPath& path, Holding holding, double from_s, bool touches) {
   constexpr double kStep_s = 0.002;
   for (double t_s = from_s; t_s < path.duration_s; t_s += kStep_s) {
@@ -55,7 +57,7 @@ double FindContact(const StudyPath& path, Holding holding, double from_s, bool t
   return path.duration_s;
 }
 
-/// The last time at which the tool touches the bone; `from_s` where it never does after it.
+/// Returns the last time at which the tool touches the bone; `from_s` if there is no contact after it.
 double FindLastContact(const StudyPath& path, Holding holding, double from_s) {
   constexpr double kStep_s = 0.002;
   for (double t_s = path.duration_s; t_s > from_s; t_s -= kStep_s) {
@@ -67,7 +69,7 @@ double FindLastContact(const StudyPath& path, Holding holding, double from_s) {
 StudyPath CutOut(const StudyPath& path, double from_s, double to_s) {
   StudyPath part = path;
   part.duration_s = to_s - from_s;
-  // Ticks may end a little later than the stretch, where the next stroke may have begun elsewhere.
+  // Ticks may end slightly after this part, when the next stroke may already have begun elsewhere.
   part.pose = [pose = path.pose, from_s, to_s](Holding holding, double t_s) {
     return pose(holding, std::min(from_s + t_s, to_s));
   };
@@ -78,14 +80,14 @@ StudyPath CutOut(const StudyPath& path, double from_s, double to_s) {
   return part;
 }
 
-/// Which part of the path errors are measured in.
+/// Determines the part of the path in which errors are measured.
 void SetExtent(const StudyPath& path, const TuneOptions& options, TuneResult& result) {
   const double contact_s = FindContact(path, options.holding, 0, true);
-  if (contact_s >= path.duration_s) throw Error(fmt::format("{}: the tool meets no bone on its path", result.scene));
+  if (contact_s >= path.duration_s) throw Error(fmt::format("{}: the tool touches no bone on its path", result.scene));
   result.path_s = path.duration_s;
   result.from_s = std::max(0.0, contact_s - kBeforeContact_s);
   const double lag_s = options.holding == Holding::kHand ? kHandLag_s : kBeforeContact_s;
-  // Air after the cut would only make errors and times look smaller.
+  // Air after the cut would only make errors and times appear smaller.
   result.to_s = std::min(path.duration_s, FindLastContact(path, options.holding, contact_s) + lag_s);
   if (options.seconds) {
     const double whole_s = result.to_s;
@@ -103,7 +105,7 @@ void SetExtent(const StudyPath& path, const TuneOptions& options, TuneResult& re
   result.measured = static_cast<std::size_t>(lifted - path.lifts_s.begin()) + 1;
 }
 
-/// By tick of `rate_hz`: whether the reference has a tooth in bone at any moment of it.
+/// For each tick of `rate_hz`: true if the reference has a tooth in bone at any moment of the tick.
 std::vector<bool> FindReferenceContact(const StudyReference& reference, double rate_hz, std::size_t count) {
   std::vector<bool> contact(count, false);
   for (std::size_t i = 0; i < reference.ticks.size(); ++i) {
@@ -115,7 +117,7 @@ std::vector<bool> FindReferenceContact(const StudyReference& reference, double r
   return contact;
 }
 
-/// Over the ticks from `first` on, `count` of them.
+/// Computes the error over `count` ticks starting at `first`.
 double MeasureContactError(const CasePass& pass, const StudyReference& reference, Holding holding, double rate_hz,
                            std::size_t first, std::size_t count) {
   const std::size_t n = pass.f_W_N.size();
@@ -129,7 +131,7 @@ double MeasureContactError(const CasePass& pass, const StudyReference& reference
                           part(pass.contact), part(expected_contact));
 }
 
-/// How exact settings are in each phase of the cut.
+/// Computes the accuracy of settings in each phase of the cut.
 std::vector<TunePhase> MeasurePhases(const StudyPath& stretch, double from_s, Holding holding,
                                      const StudySettings& settings, const StudyReference& reference) {
   const CasePass pass = RunCasePass(stretch, holding, settings);
@@ -162,7 +164,7 @@ void CheckRange(const char* what, double value, double lower, double upper) {
   throw Error(fmt::format("{} = {:g} is out of range; valid range {:g} to {:g}", what, value, lower, upper));
 }
 
-/// Measures candidates, each once.
+/// Measures each candidate once.
 class Measuring {
  public:
   Measuring(const StudyPath& timed, const StudyPath& stretch, const StudyReference& reference,
@@ -170,7 +172,7 @@ class Measuring {
       : timed_(timed), stretch_(stretch), reference_(reference), options_(options), result_(result) {}
 
   TuneCandidate Measure(const StudySettings& settings) const {
-    if (options_.stop != nullptr && options_.stop->load()) throw Error("stopped; the scene is as it was");
+    if (options_.stop != nullptr && options_.stop->load()) throw Error("stopped; the scene is unchanged");
     CasePass pass;
     TuneCandidate candidate{settings, RunForErrors(stretch_, result_.holding, settings, reference_, &pass), 0};
     if (candidate.outcome.state != CaseState::kDone) return candidate;
@@ -184,7 +186,7 @@ class Measuring {
     candidate.outcome.costs = std::move(costs.costs);
     return candidate;
   }
-  /// Its place among the candidates.
+  /// Returns its index among the candidates.
   std::size_t Try(const StudySettings& settings) {
     for (std::size_t i = 0; i < result_.candidates.size(); ++i) {
       if (ShowSettings(result_.candidates[i].settings) == ShowSettings(settings)) return i;
@@ -207,11 +209,11 @@ class Measuring {
 };
 
 std::vector<double> VoxelsToTry(const Scene& scene, const TuneOptions& options) {
-  if (scene.bone.source == BoneSource::kFile) return {};  // the file's own
+  if (scene.bone.source == BoneSource::kFile) return {};  // the voxels of the file
   std::vector<double> voxels(options.voxels_mm);
   if (voxels.empty()) voxels.assign(kVoxels_mm.begin(), kVoxels_mm.end());
   if (scene.bone.source == BoneSource::kMandible) {
-    std::erase_if(voxels, [](double voxel_mm) { return voxel_mm < kLeastVoxelOfMandible_mm; });
+    std::erase_if(voxels, [](double voxel_mm) { return voxel_mm < kMinVoxelOfMandible_mm; });
   }
   std::sort(voxels.rbegin(), voxels.rend());
   return voxels;
@@ -228,27 +230,28 @@ void CheckOptions(const TuneOptions& options) {
 
 void AddNotes(const Scene& scene, const TuneOptions& options, TuneResult& result) {
   if (result.extent != TuneExtent::kWhole) {
-    result.notes.push_back(
-        fmt::format("errors are those of {} only{}", DescribeExtent(result),
-                    result.extent == TuneExtent::kSeconds ? ", and times of the whole path" : ", and so are times"));
+    result.notes.push_back(fmt::format(
+        "errors are those of {} only{}", DescribeExtent(result),
+        result.extent == TuneExtent::kSeconds ? ", and times are those of the whole path" : ", and so are times"));
   }
   if (!scene.effects.empty()) {
     result.notes.emplace_back(
-        "the scene's effects are not in these times: add what 'kerf effects SCENE' measures of them");
+        "these times do not include the scene's effects; add the cost that 'kerf effects SCENE' measures for them");
   }
   if (scene.bone.source == BoneSource::kMandible && VoxelsToTry(scene, options).size() < options.voxels_mm.size()) {
     result.notes.push_back(
-        fmt::format("voxels below {:g} mm are not tried: a whole mandible of such takes minutes and gigabytes",
-                    kLeastVoxelOfMandible_mm));
+        fmt::format("voxels below {:g} mm are not tried, since a whole mandible with them takes minutes and gigabytes",
+                    kMinVoxelOfMandible_mm));
   }
   if (scene.bone.source == BoneSource::kFile) {
-    result.notes.emplace_back("the bone is a file, so its voxels stay as they are; 'kerf import --voxel' makes others");
+    result.notes.emplace_back(
+        "the bone is a file, so its voxel size is fixed; use 'kerf import --voxel' for other sizes");
   }
 }
 
-constexpr double kAsGood = 1.05;  // of the least error
+constexpr double kAsGood = 1.05;  // times the smallest error
 
-/// The other settings about one that looks good, one changed at a time.
+/// Returns settings that differ from a good one in a single value.
 std::vector<StudySettings> Neighbours(const StudySettings& settings) {
   std::vector<StudySettings> all;
   for (const int samples : {2, 4, 8, 16, 32}) {
@@ -266,7 +269,7 @@ std::vector<StudySettings> Neighbours(const StudySettings& settings) {
   return all;
 }
 
-/// The scene's own settings, other voxels, and the neighbours of what looks best.
+/// Measures the scene's own settings, other voxels, and the neighbours of the best settings so far.
 void TryAll(const Scene& scene, const StudySettings& own, const TuneOptions& options, Measuring& measuring,
             TuneResult& result) {
   const std::vector<double> voxels = VoxelsToTry(scene, options);
@@ -278,7 +281,7 @@ void TryAll(const Scene& scene, const StudySettings& own, const TuneOptions& opt
     const TuneCandidate& candidate = result.candidates[measuring.Try(settings)];
     if (options.budget_us && candidate.p99_us() > kHopeless * *options.budget_us) break;
   }
-  // About the best of the voxels, and about the best that there is then.
+  // First the neighbours of the best voxel size, then those of the best settings found.
   for (int round = 0; round < 2; ++round) {
     const std::optional<std::size_t> best = ChooseCandidate(result.candidates, options, result.reference.error_bar);
     const StudySettings about = best ? result.candidates[*best].settings : own;
@@ -297,7 +300,7 @@ double CalcContactError(std::span<const Vec3> f_N, std::span<const Vec3> referen
   std::vector<double> relative;
   for (std::size_t i = 0; i < f_N.size(); ++i) {
     if (!contact[i] && !reference_contact[i]) continue;
-    relative.push_back(glm::length(f_N[i] - reference_N[i]) / std::max(glm::length(reference_N[i]), kLeastForce_N));
+    relative.push_back(glm::length(f_N[i] - reference_N[i]) / std::max(glm::length(reference_N[i]), kMinForce_N));
   }
   return CalcPercentile(std::move(relative), 0.95);
 }
@@ -330,8 +333,8 @@ std::optional<std::size_t> ChooseCandidate(const std::vector<TuneCandidate>& can
   std::optional<std::size_t> best;
   for (const std::size_t i : fit) {
     const TuneCandidate& c = candidates[i];
-    // With an error to keep, more accuracy than that is not asked for. Else errors that are nearly the least are as
-    // good: which is less is luck, and a finer rim and earlier removal are the safer choice elsewhere on the path.
+    // If an error limit is given, no further accuracy is needed. Otherwise errors close to the smallest are equivalent:
+    // their order is random, and a finer rim and more frequent removal are safer elsewhere on the path.
     if (!options.error && c.CalcError(reference_bar) > kAsGood * least) continue;
     const auto rank = [&](const TuneCandidate& t) {
       return options.error ? std::tuple(0, 0, t.p99_us())
@@ -365,21 +368,21 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
   SetExtent(path, options, result);
   AddNotes(scene, options, result);
   const StudyPath stretch = CutOut(path, result.from_s, result.to_s);
-  // Times are of what errors are judged in, or of the whole path where that is only a part of it as asked.
+  // Times are for the part in which errors are measured, or for the whole path if `seconds` restricted that part.
   const StudyPath timed = result.extent == TuneExtent::kSeconds ? path : stretch;
-  show("working out the reference", 0);
+  show("computing the reference", 0);
   const StudyReference reference =
       MakeStudyReference(stretch, options.holding, own, kReferenceTolerance, "", options.stop);
   result.reference = reference.record;
 
   Measuring measuring(timed, stretch, reference, options, result);
   TryAll(scene, own, options, measuring, result);
-  // What was measured may have been luck: measured again it must hold, or the next best is taken.
+  // The first measurement may have been lucky. A second one must confirm it, or else the next best candidate is used.
   std::vector<TuneCandidate> left = result.candidates;
-  for (int attempt = 0; attempt < kMostAgain && !result.keeps; ++attempt) {
+  for (int attempt = 0; attempt < kMaxAgain && !result.keeps; ++attempt) {
     const std::optional<std::size_t> best = ChooseCandidate(left, options, reference.record.error_bar);
     if (!best) break;
-    show("measuring the choice again", static_cast<double>(attempt) / kMostAgain);
+    show("measuring the chosen settings again", static_cast<double>(attempt) / kMaxAgain);
     result.chosen = best;
     result.again = measuring.Measure(left[*best].settings);
     result.keeps = ChooseCandidate({*result.again}, options, reference.record.error_bar).has_value();

@@ -1,4 +1,4 @@
-// What `kerf tune` found, for people and programs.
+// Results of `kerf tune` for the user and for programs.
 #include <fmt/format.h>
 
 #include <iterator>
@@ -59,10 +59,10 @@ std::string DescribeExtent(const TuneResult& r) {
                                                         : fmt::format(", {} of its {} strokes", r.measured, r.strokes);
   if (r.extent == TuneExtent::kWhole) {
     return fmt::format("the whole path from the first contact {} ({:.2f} to {:.2f} s{})",
-                       r.to_s < r.path_s ? "to the last" : "on", r.from_s, r.to_s, strokes);
+                       r.to_s < r.path_s ? "to the last" : "onward", r.from_s, r.to_s, strokes);
   }
   return fmt::format("{:.2f} to {:.2f} s of the path's {:.2f} s ({}{})", r.from_s, r.to_s, r.path_s,
-                     r.extent == TuneExtent::kSeconds ? "as asked" : "the first passage through the bone", strokes);
+                     r.extent == TuneExtent::kSeconds ? "as requested" : "the first passage through the bone", strokes);
 }
 
 std::string DescribeEvidence(const TuneResult& r, const TuneOptions& options) {
@@ -75,14 +75,14 @@ std::string DescribeEvidence(const TuneResult& r, const TuneOptions& options) {
                           DescribeError(p.force_p95, r.reference.error_bar));
   }
   return fmt::format(
-      "asked {}; measured p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us over {} ticks; force within {} (p95 of "
-      "the ticks with tooth contact in it or in the reference, of the reference's force, at least {:g} N) and impulse "
-      "{:+.2f} % over {}{}; {} on {} ({} cores, load {:.1f}), "
+      "requested {}; measured p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us over {} ticks; force within {} (p95 "
+      "over the ticks with tooth contact in the run or the reference, relative to the reference force or {:g} N, "
+      "whichever is larger) and impulse {:+.2f} % over {}{}; {} on {} ({} cores, load {:.1f}), "
       "commit {}",
       DescribeAsked(options), t.p50_us, t.p99_us, t.p999_us, t.max_us, t.count,
-      DescribeError(r.again->force_p95, r.reference.error_bar), kLeastForce_N, 100 * e.impulse_signed.value_or(0),
-      DescribeExtent(r), phases, r.holding == Holding::kHand ? "in a hand" : "led along the path", r.machine.cpu,
-      r.machine.cores, r.machine.load, CommitString());
+      DescribeError(r.again->force_p95, r.reference.error_bar), kMinForce_N, 100 * e.impulse_signed.value_or(0),
+      DescribeExtent(r), phases, r.holding == Holding::kHand ? "coupled to a handle" : "on a prescribed path",
+      r.machine.cpu, r.machine.cores, r.machine.load, CommitString());
 }
 
 std::string FormatTuneTable(const TuneResult& r) {
@@ -109,7 +109,7 @@ std::string FormatTuneTable(const TuneResult& r) {
   };
   for (std::size_t i = 0; i < r.candidates.size(); ++i) add(r.candidates[i], r.chosen && *r.chosen == i ? "*" : " ");
   if (r.again) {
-    text += "  the choice, measured again:\n";
+    text += "  the chosen settings, measured again:\n";
     add(*r.again, "*");
   }
   for (const TunePhase& p : r.phases) {
@@ -118,9 +118,9 @@ std::string FormatTuneTable(const TuneResult& r) {
   }
   text += fmt::format(
       "  errors are over {};\n"
-      "  force p95: of |F - R| / max(|R|, {:g} N), R the reference, over the ticks in which a tooth meets bone in\n"
-      "  either; impulse: too much (+) or too little (-) force in all\n",
-      DescribeExtent(r), kLeastForce_N);
+      "  force p95: of |F - R| / max(|R|, {:g} N), R being the reference, over the ticks with tooth contact in\n"
+      "  either; impulse: too much (+) or too little (-) force overall\n",
+      DescribeExtent(r), kMinForce_N);
   return text;
 }
 

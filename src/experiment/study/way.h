@@ -1,4 +1,4 @@
-// Motions for the built-in paths: smooth in time, as a hand's are.
+// Motions for the built-in paths: smooth in time, like those of a hand.
 #pragma once
 
 #include <utility>
@@ -6,18 +6,18 @@
 
 namespace kerf {
 
-/// A coordinate over time. Its speed is given at some times and linear between them; before the first and after the
-/// last it stays as there. So the way has no kink.
+/// A coordinate over time. Its speed is given at some times and linear between them; it is constant before the first
+/// and after the last, so the motion has no kinks.
 class Way {
  public:
   struct Knot {
     double t_s;
-    double speed;  // units of the coordinate a second
+    double speed;  // units of the coordinate per second
   };
-  /// Stays at `start`.
+  /// Stays at `start`, by default 0.
   Way() = default;
   explicit Way(double start) : start_(start) {}
-  /// `knots`: at least one, their times rising from 0.
+  /// `knots`: at least one, times ascending from 0.
   Way(double start, std::vector<Knot> knots) : start_(start), knots_(std::move(knots)) {}
 
   double operator()(double t_s) const {

@@ -1,4 +1,4 @@
-// A reader's own copy of the bone that the loop cuts, for drawing and meshing: never a moment's wait for the loop.
+// Reader's copy of the loop's bone, for rendering and meshing. The reader never blocks the loop.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,19 @@
 
 namespace kerf {
 
-/// One thread, not the loop's. Behind the loop's bone by what waits in the stream; bit-identical to it once the tool
-/// rests and all has been sent and read.
+/// Copy of the loop's bone, updated from a stream of leaves. Used by a single thread other than the loop thread. It
+/// lags the loop's bone by the leaves still waiting in the stream. It is bit-identical once the tool is at rest and all
+/// leaves have been sent and read.
 class BoneMirror {
  public:
-  /// `bone`: a copy of the loop's bone, made before the loop began.
+  /// `bone`: a copy of the loop's bone, made before the loop started.
   BoneMirror(Bone bone, SpscRing<LeafMessage>& stream) : bone_(std::move(bone)), stream_(stream) {}
 
-  /// Takes what has come; returns how many leaves. At most `at_most` of them, so that a picture is not kept waiting.
+  /// Applies at most `at_most` of the leaves that have arrived and returns how many were applied. The limit prevents
+  /// frame delays.
   std::size_t Update(std::size_t at_most = static_cast<std::size_t>(-1));
   const Bone& bone() const { return bone_; }
-  /// Is told each leaf that Update() takes.
+  /// Sets the callback that Update() calls for each leaf that it applies.
   void set_listener(std::function<void(const LeafMessage&)> listener) { listener_ = std::move(listener); }
 
  private:

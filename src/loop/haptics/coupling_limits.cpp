@@ -6,12 +6,13 @@
 namespace kerf {
 namespace {
 
-/// How late the force of the coupling's damper is, ticks: the middle of the encoder's longest window of velocity (16
-/// samples, AdaptiveVelocity) or of two samples, and half a tick for which a force is held in the mean.
+/// Delay of the coupling's damper force, ticks: the middle of the velocity estimator's longest window (16 samples,
+/// AdaptiveVelocity) with an encoder, or of two samples without one, plus half a tick, the average age of a held force.
 constexpr double kWindowLate_ticks = 8;
 constexpr double kLate_ticks = 1;
-/// Share of what a light loop bears at twice the gain: bone and teeth give a little too.
-constexpr double kLateShare = 0.8;
+/// Factor of `sampled_damping_Ns_per_mm` (coupling_limits.h): with it, the loop tolerates twice the gain. The margin
+/// covers the compliance of bone and teeth.
+constexpr double kLateFraction = 0.8;
 
 }  // namespace
 
@@ -33,7 +34,7 @@ CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel&
   const double m = 1e-3 * (profile.mass_kg + hand.mass_kg);
   const double held_N_per_mm = force_scale * coupling.stiffness_N_per_mm + hand.stiffness_N_per_mm;
   limits.sampled_damping_Ns_per_mm =
-      of_sim(kLateShare * m / (late_s * (1 + 2 * held_N_per_mm * late_s * late_s / m)), force_scale);
+      of_sim(kLateFraction * m / (late_s * (1 + 2 * held_N_per_mm * late_s * late_s / m)), force_scale);
   const double c = hand.torsion_damping_Nmms;
   limits.sampled_torsion_Nmm_per_rad = hand.torsion_Nmm_per_rad > 0
                                            ? of_sim(2 * c / (dt_s * (1 + 2 * delay_ticks)), torque_scale)
@@ -68,26 +69,26 @@ FittedCoupling FitCoupling(const DeviceProfile& profile, const HandModel& hand, 
   FittedCoupling fitted;
   fitted.coupling = LimitCoupling(coupling, calc(coupling), &fitted.lowered.by_device);
   const CouplingLimits sure = calc(fitted.coupling);
-  const double held = kSampledShare * sure.sampled_stiffness_N_per_mm;
+  const double held = kSampledFraction * sure.sampled_stiffness_N_per_mm;
   if (fitted.coupling.stiffness_N_per_mm > held) {
     fitted.coupling.stiffness_N_per_mm = held;
     fitted.lowered.by_loop = true;
   }
-  const double held_torsion = kSampledShare * sure.sampled_torsion_Nmm_per_rad;
+  const double held_torsion = kSampledFraction * sure.sampled_torsion_Nmm_per_rad;
   if (fitted.coupling.torsion_Nmm_per_rad > held_torsion) {
     fitted.coupling.torsion_Nmm_per_rad = held_torsion;
     fitted.lowered.torsion_by_loop = true;
   }
   fitted.limits = calc(fitted.coupling);
-  const double most_Ns_per_mm = fitted.limits.sampled_damping_Ns_per_mm;
-  if (fitted.coupling.damping_Ns_per_mm > most_Ns_per_mm) {
-    fitted.coupling.damping_Ns_per_mm = most_Ns_per_mm;
+  const double max_Ns_per_mm = fitted.limits.sampled_damping_Ns_per_mm;
+  if (fitted.coupling.damping_Ns_per_mm > max_Ns_per_mm) {
+    fitted.coupling.damping_Ns_per_mm = max_Ns_per_mm;
     fitted.lowered.damping_by_loop = true;
   }
-  const double holding_Ns_per_mm = kHoldingShare * 0.5 * dt_s * fitted.coupling.stiffness_N_per_mm;
+  const double holding_Ns_per_mm = kHoldingFraction * 0.5 * dt_s * fitted.coupling.stiffness_N_per_mm;
   fitted.coupling.damping_Ns_per_mm = std::max(
       fitted.coupling.damping_Ns_per_mm,
-      std::min({holding_Ns_per_mm, fitted.limits.damping_Ns_per_mm, most_Ns_per_mm, kMostCouplingDamping_Ns_per_mm}));
+      std::min({holding_Ns_per_mm, fitted.limits.damping_Ns_per_mm, max_Ns_per_mm, kMaxCouplingDamping_Ns_per_mm}));
   return fitted;
 }
 

@@ -12,15 +12,15 @@ namespace kerf {
 namespace {
 
 constexpr double kMaxTick_s = 0.1;
-constexpr double kPeakIn_s = 0.005;   // from none to the peak, where no slew is given
-constexpr double kThermalKnee = 0.7;  // load from which the peak is lowered
+constexpr double kPeakIn_s = 0.005;   // from zero to the peak, if no slew rate is set
+constexpr double kThermalKnee = 0.7;  // thermal load above which the peak is lowered
 
-/// Length of a finite vector, without its square leaving the range of a double; infinite only beyond the largest
-/// double.
+/// Returns the length of a finite vector without overflow or underflow of its square. Infinite only if the length
+/// exceeds the largest double.
 double CalcLength(const Vec3& v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (!(largest > 0)) return 0;
-  // A reciprocal of a denormal would overflow, so each is divided.
+  // The reciprocal of a denormal would overflow, so each component is divided.
   const Vec3 u(v.x / largest, v.y / largest, v.z / largest);
   return largest * std::sqrt(glm::dot(u, u));
 }
@@ -64,9 +64,9 @@ double ForceMap::Channel::CalcThermalPeak(double warming, double& load) const {
   load = 0;
   if (!(continuous > 0) || !(continuous < peak)) return peak;
   load = heat / (continuous * continuous);
-  // At a load of 1 no more than the continuous force is let through, and that keeps the load where it is.
+  // At a load of 1 at most the continuous force is output, which keeps the load constant.
   const double allowed = peak - SmoothStep((load - kThermalKnee) / (1 - kThermalKnee)) * (peak - continuous);
-  // A long tick may not overshoot either.
+  // A long tick must not overshoot either.
   const double room = std::max(0.0, continuous * continuous - heat);
   return std::min(allowed, std::sqrt(heat + room / warming));
 }
@@ -85,7 +85,7 @@ bool ForceMap::Channel::Calc(const Vec3& wanted, double gain, double knee, doubl
   const double bend = knee * allowed;
   if (length > bend) {
     out.status |= limited_bit;
-    // Slope 1 at the knee, the allowed force at infinity.
+    // Slope 1 at the knee, asymptote at the allowed force.
     const double beyond = (length - bend) / std::max(allowed - bend, std::numeric_limits<double>::min());
     const double bent = std::isfinite(beyond) ? bend + (allowed - bend) * (beyond / (1 + beyond)) : allowed;
     target = LimitLength(target, bent);
@@ -96,7 +96,7 @@ bool ForceMap::Channel::Calc(const Vec3& wanted, double gain, double knee, doubl
     out.status |= kForceMapSlewLimited;
     target = last + LimitLength(step, most);
   }
-  // The peak may have fallen since the last tick faster than the slew follows: then the slew waits.
+  // The peak may have fallen faster than the slew rate since the last tick; the peak takes precedence.
   last = LimitLength(target, allowed);
   heat += warming * (glm::dot(last, last) - heat);
   return true;

@@ -1,4 +1,4 @@
-// From the force on the hand in the simulation to the force that a device can make.
+// Maps the simulated force on the hand to a force that a device can output.
 #pragma once
 
 #include <cstdint>
@@ -10,25 +10,25 @@
 namespace kerf {
 
 struct ForceMapParams {
-  double expected_peak_N = 28;            // fits the device's peak force; 0.1 to 1e4
-  double expected_peak_torque_Nmm = 400;  // and this its peak torque; 1 to 1e7
-  double knee = 0.9;        // share of the peak above which the force bends smoothly towards it, 0.1 to 1 (1: cut off)
-  double slew_N_per_s = 0;  // of the force's vector on the device, 1 to 1e7; 0: from none to the peak in 5 ms
-  double slew_Nmm_per_s = 0;  // of the torque's, 1 to 1e9; 0: likewise
-  double ramp_in_s = 0.5;     // after the start and after each fault, 0 to 60
-  double thermal_s = 10;      // time constant of the motors' warming up, 0.1 to 1e4
+  double expected_peak_N = 28;            // simulated force that is scaled to the device's peak force; 0.1 to 1e4
+  double expected_peak_torque_Nmm = 400;  // the same for the peak torque; 1 to 1e7
+  double knee = 0.9;          // fraction of the peak above which the force saturates smoothly, 0.1 to 1 (1: hard limit)
+  double slew_N_per_s = 0;    // slew rate of the force vector on the device, 1 to 1e7; 0: from zero to the peak in 5 ms
+  double slew_Nmm_per_s = 0;  // slew rate of the torque, 1 to 1e9; 0: likewise
+  double ramp_in_s = 0.5;     // duration of the ramp after the start and after each fault, 0 to 60
+  double thermal_s = 10;      // time constant of the motors' heating, 0.1 to 1e4
 };
 
 /// Bits of ForceMapOutput::status.
 enum ForceMapStatus : std::uint32_t {
   kForceMapOk = 0,
-  kForceMapNotFinite = 1u << 0,     // NaN or infinite force, or a dt below 0 or not finite: no force
-  kForceMapFault = 1u << 1,         // told so by the caller (watchdog, device failed, state too old): no force
-  kForceMapRampIn = 1u << 2,        // less than the whole force, after the start or a fault
-  kForceMapForceLimited = 1u << 3,  // beyond the knee; the direction is kept
+  kForceMapNotFinite = 1u << 0,     // NaN or infinite force, or a dt that is negative or not finite: no force
+  kForceMapFault = 1u << 1,         // reported by the caller (watchdog, device failure, stale state): no force
+  kForceMapRampIn = 1u << 2,        // reduced force after the start or a fault
+  kForceMapForceLimited = 1u << 3,  // above the knee; the direction is kept
   kForceMapTorqueLimited = 1u << 4,
-  kForceMapSlewLimited = 1u << 5,     // on the way to what was asked for
-  kForceMapThermalLimited = 1u << 6,  // less than the peak allowed, since the motors have been at work
+  kForceMapSlewLimited = 1u << 5,     // the force has not reached its target yet
+  kForceMapThermalLimited = 1u << 6,  // limit below the peak because the motors are warm
 };
 
 /// Force and torque on the device, world frame.
@@ -36,39 +36,42 @@ struct ForceMapOutput {
   Vec3 f_H_W_N{0};
   Vec3 tau_H_W_Nmm{0};
   std::uint32_t status = kForceMapOk;
-  double ramp = 0;          // 0 to 1: how much of the force is let through
-  double thermal_load = 0;  // mean square of the force over the last thermal_s, of that which the device bears for
-                            // ever: 0 to 1; 0 when its continuous force is not known
+  double ramp = 0;          // 0 to 1: fraction of the force that is output
+  double thermal_load = 0;  // 0 to 1: mean square of the force over the last thermal_s, relative to the square of the
+                            // continuous force; 0 if the continuous force is unknown
 };
 
-/// What happens, in this order: scaled by min(1, peak / expected peak); ramped in; bent smoothly below the peak with
-/// its direction kept; the peak itself falls towards the continuous force as the thermal load rises from 0.7 to 1; held
-/// to the slew. A fault gives zero at once, whatever the slew.
+/// Converts simulated force and torque to device force and torque. The steps are, in this order: scale by min(1, peak /
+/// expected peak); ramp in; compress smoothly below the peak, keeping the direction, where the peak itself falls
+/// towards the continuous force as the thermal load rises from 0.7 to 1; limit the slew rate. A fault sets the force to
+/// zero at once, regardless of the slew rate.
 ///
-/// Holds for any input, NaN and the largest doubles included: the force is finite and no longer than the device's peak,
-/// the torque likewise (zero for a device that drives none), to the last bit. The thermal load, the exponentially
-/// weighted mean square with time constant thermal_s (as a motor's temperature follows its current), never passes 1.
+/// For any input, including NaN and the largest doubles, the force is finite and never exceeds the device's peak, not
+/// even by a rounding error. The same holds for the torque, which is zero for a device without torque output. The
+/// thermal load is the exponentially weighted mean square with time constant thermal_s, as a motor's temperature
+/// follows its current. It never exceeds 1.
 class ForceMap {
  public:
-  /// Throws Error naming the first value out of range.
+  /// Throws kerf::Error naming the first value that is out of range.
   ForceMap(const DeviceProfile& profile, const ForceMapParams& params = {});
 
-  /// One tick of dt_s (held to at most 0.1 s). The slew is that of `slew_dt_s` when that is shorter: after missed ticks
-  /// the force still changes by no more than in one tick. With a dt of 0 it stays as it is. Tick-safe.
+  /// Computes the output for one tick of `dt_s` (limited to 0.1 s). The slew limit uses `slew_dt_s` if that is shorter,
+  /// so the force changes by no more than in one tick even after missed ticks. With a dt of 0 the force does not
+  /// change. Tick-safe.
   ForceMapOutput Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, double dt_s, bool fault = false,
                       double slew_dt_s = std::numeric_limits<double>::infinity());
-  /// As after the start. Tick-safe.
+  /// Restores the state after the start. Tick-safe.
   void Reset();
-  /// From where it is the force goes to zero by its slew, and comes by the ramp. Tick-safe.
+  /// Starts a new ramp: the force falls to zero at the slew rate and returns with the ramp. Tick-safe.
   void BeginRamp() { ramp_s_done_ = 0; }
 
-  double force_scale() const { return force_scale_; }  // device N per simulation N
+  double force_scale() const { return force_scale_; }  // device N per simulated N
   double torque_scale() const { return torque_scale_; }
   double slew_N_per_s() const { return force_.slew_per_s; }  // on the device
   const ForceMapParams& params() const { return params_; }
   struct Counts {
     std::uint64_t ticks = 0;
-    std::uint64_t faults = 0;  // ticks without force: not finite, or told so
+    std::uint64_t faults = 0;  // ticks without force: input not finite, or fault reported by the caller
     std::uint64_t limited = 0;
     std::uint64_t slew_limited = 0;
     std::uint64_t thermal_limited = 0;
@@ -76,11 +79,11 @@ class ForceMap {
   const Counts& counts() const { return counts_; }
 
  private:
-  /// One of the two vectors on its way to the device.
+  /// State of one of the two vectors.
   struct Channel {
     double scale = 1;
-    double peak = 0;        // 0: none
-    double continuous = 0;  // 0: not known
+    double peak = 0;        // 0: no output
+    double continuous = 0;  // 0: unknown
     double slew_per_s = 0;
     Vec3 last{0};
     double heat = 0;  // weighted mean square

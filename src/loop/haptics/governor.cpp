@@ -5,7 +5,7 @@
 namespace kerf {
 namespace {
 
-/// A window with fewer ticks than this says nothing yet: it goes on.
+/// A window with fewer ticks is extended instead of evaluated.
 constexpr long kFewestTicks = 4;
 constexpr double kCalmTicks = 0.01;
 
@@ -31,7 +31,7 @@ std::optional<Fidelity> Governor::Observe(double time_s, double tick_us) {
   const double budget_us = 1e6 * params_.period_s * params_.budget_share;
   ++ticks_;
   over_ += tick_us > budget_us ? 1 : 0;
-  not_calm_ += tick_us > budget_us * params_.calm_share ? 1 : 0;
+  not_calm_ += tick_us > budget_us * params_.calm_fraction ? 1 : 0;
   longest_us_ = std::max(longest_us_, tick_us);
   if (time_s - window_start_s_ < params_.window_s || ticks_ < kFewestTicks) return std::nullopt;
 
@@ -40,7 +40,7 @@ std::optional<Fidelity> Governor::Observe(double time_s, double tick_us) {
   const bool calm = static_cast<double>(not_calm_) <= kCalmTicks * n;
   if (!calm) calm_since_s_ = time_s;
   if (static_cast<double>(over_) > params_.overrun_share * n && fidelity_ != Fidelity::kSlab) {
-    // A step up that does not hold was too early: wait longer for the next.
+    // If a raise had to be reverted, it came too early: wait longer before the next one.
     const bool taken_back = time_s - last_up_s_ < params_.calm_s;
     wait_s_ = taken_back ? std::min(2 * wait_s_, std::max(params_.longest_calm_s, params_.calm_s)) : params_.calm_s;
     Step(time_s, Below(fidelity_), FidelityReason::kOverrun);

@@ -1,4 +1,4 @@
-// Keeps the loop in time when ticks overrun persistently: steps the fidelity down, and up again once there is calm.
+// Lowers the fidelity when ticks persistently exceed their budget, and raises it again after a calm period.
 #pragma once
 
 #include <array>
@@ -11,39 +11,40 @@
 namespace kerf {
 
 struct GovernorParams {
-  bool degrade = false;        // false: nothing is ever stepped down
-  double period_s = 0.001;     // of the loop
-  double budget_share = 0.8;   // of the period, that a tick may take
-  double overrun_share = 0.1;  // of the ticks in a window: more over budget, and it steps down
-  double window_s = 0.1;       // over which ticks are counted
-  double calm_share = 0.5;     // of the budget: a window is calm when no more than 1 % of its ticks take longer
-  double calm_s = 2;           // of calm windows before a step up
-  double longest_calm_s = 32;  // a step up that had to be taken back doubles the wait, up to this
+  bool degrade = false;        // false: the fidelity is never lowered
+  double period_s = 0.001;     // period of the loop
+  double budget_share = 0.8;   // fraction of the period that a tick may take
+  double overrun_share = 0.1;  // fraction of a window's ticks over budget above which the fidelity is lowered
+  double window_s = 0.1;       // duration of a window in which ticks are counted
+  double calm_fraction = 0.5;  // fraction of the budget: a window is calm if at most 1 % of its ticks take longer
+  double calm_s = 2;           // duration of calm that is required before the fidelity is raised
+  double longest_calm_s = 32;  // each reverted raise doubles the required calm, up to this
 };
 
 enum class FidelityReason : std::uint8_t { kOverrun, kCalm };
 const char* ToString(FidelityReason reason);
 
-/// A step that was taken.
+/// A change of fidelity.
 struct FidelityStep {
   double time_s = 0;
   Fidelity from = Fidelity::kFull;
   Fidelity to = Fidelity::kFull;
   FidelityReason reason = FidelityReason::kOverrun;
-  double share_over = 0;  // of the window's ticks, over budget
-  double longest_us = 0;  // tick in the window
+  double fraction_over = 0;  // fraction of the window's ticks over budget
+  double longest_us = 0;     // longest tick of the window
 };
 
-/// Tick-safe; has no clock of its own.
+/// Chooses the fidelity from the durations of ticks. Tick-safe; has no clock.
 class Governor {
  public:
   explicit Governor(const GovernorParams& params) : params_(params), wait_s_(params.calm_s) {}
 
-  /// A tick that ended at `time_s` (not decreasing) took `tick_us`. The fidelity to change to, none when it stays.
+  /// Records a tick that ended at `time_s` (not decreasing) and took `tick_us`. Returns the new fidelity, or none if it
+  /// does not change.
   std::optional<Fidelity> Observe(double time_s, double tick_us);
 
   Fidelity fidelity() const { return fidelity_; }
-  /// The first kKeptSteps of them; how many there were in all.
+  /// The first kKeptSteps changes; step_count() is their total number.
   std::span<const FidelityStep> steps() const {
     return {steps_.data(), static_cast<std::size_t>(step_count_ < kKeptSteps ? step_count_ : kKeptSteps)};
   }

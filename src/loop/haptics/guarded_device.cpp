@@ -37,7 +37,8 @@ bool GuardedDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept
   }
   if (!TryEnter()) {
     ++counts_.passed_over;
-    tripped_.store(true);  // a trip is under way, and this tick may have taken note of it before: the next one does
+    // A trip is under way. This tick may have called TakeTripped() before it, so the next tick must do so.
+    tripped_.store(true);
     return true;
   }
   const bool zero = closed_ || tripped_.load();
@@ -65,7 +66,7 @@ bool GuardedDevice::Trip() noexcept {
 
 bool GuardedDevice::TakeTripped() noexcept {
   if (!tripped_.exchange(false)) return false;
-  f_W_N_ = Vec3{0};  // the force begins again from there
+  f_W_N_ = Vec3{0};  // the ramp starts from zero
   return true;
 }
 

@@ -1,5 +1,5 @@
-// A device between the loop and the watchdog: either may reach it, never both at once, and neither waits for the other
-// in a tick.
+// A device that the loop and the watchdog share. Only one of them accesses it at a time, and neither waits for the
+// other in a tick.
 #pragma once
 
 #include <array>
@@ -10,35 +10,38 @@
 
 namespace kerf {
 
-/// What was written to a device, counted.
+/// Statistics of the forces that were written to a device.
 struct ForceCounts {
   double largest_N = 0;
-  double largest_step_N = 0;  // between two writes in a row of the loop; what Trip() and Close() zero is not a step
+  double largest_step_N = 0;  // between consecutive writes of the loop; zeroing by Trip() or Close() does not count
   std::uint64_t writes = 0;
-  std::uint64_t passed_over = 0;  // writes or reads that found the watchdog at the device
-  std::uint64_t not_finite = 0;   // forces that were not finite: zero was written instead
-  std::uint64_t bad_poses = 0;    // samples whose pose was not valid
+  std::uint64_t passed_over = 0;  // number of writes or reads skipped because the watchdog was using the device
+  std::uint64_t not_finite = 0;   // number of forces that were not finite and were replaced by zero
+  std::uint64_t bad_poses = 0;    // number of samples with an invalid pose
 };
 
-/// Elapse(), Read() and Write() are the loop's, Trip() is the watchdog's. After Trip() the device has zero force, and
-/// gets zero from every Write() until the loop has taken note with TakeTripped() and begun its ramp.
+/// Device that the watchdog can set to zero force. The loop calls Elapse(), Read() and Write(); the watchdog calls
+/// Trip(). After Trip() the device has zero force, and every Write() writes zero until the loop has called
+/// TakeTripped() and started its ramp.
 class GuardedDevice final : public Device {
  public:
-  /// The device must outlive this.
+  /// `device` must outlive this object.
   explicit GuardedDevice(Device& device) : device_(device) {}
 
   const DeviceProfile& profile() const override { return device_.profile(); }
   void Elapse(double dt_s) noexcept override;
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
-  /// Whether the device was tripped since it was last asked.
+  /// Returns true if the device was tripped since the last call.
   bool TakeTripped() noexcept;
-  /// Zero force, and zero to every Write() from here on. Any thread; waits for the other, so it is not tick-safe.
+  /// Sets the force to zero; every later Write() writes zero. Any thread; waits for the other thread, so it is not
+  /// tick-safe.
   void Close() noexcept;
-  /// The loop's, or after its end.
+  /// Call in the loop thread, or after the loop has ended.
   const ForceCounts& counts() const { return counts_; }
 
-  /// Makes the force zero. False when the loop is in the middle of a call to the device: try again. Any thread.
+  /// Sets the force to zero. Returns false if the loop is in a call to the device; the caller must try again. Any
+  /// thread.
   bool Trip() noexcept;
 
  private:

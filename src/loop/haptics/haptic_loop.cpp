@@ -40,14 +40,14 @@ float Microseconds(std::int64_t ns) {
   return static_cast<float>(1e-3 * static_cast<double>(ns));
 }
 
-/// Of the time that is burnt on purpose, by fidelity.
-double BurnShare(Fidelity fidelity) {
+/// Fraction of `burn_us` that is spent at a fidelity.
+double BurnFraction(Fidelity fidelity) {
   return fidelity == Fidelity::kFull ? 1 : fidelity == Fidelity::kCoarse ? 0.5 : 0.1;
 }
 
-constexpr int kCatchUpLeaves = 64;  // sent in a tick while bone that was put back waits
+constexpr int kCatchUpLeaves = 64;  // number of leaves sent per tick while restored bone waits
 
-/// Status bits that belong to a tick in which all was done as asked.
+/// Status bits that also occur in ticks that did everything as requested.
 constexpr std::uint32_t kHarmless = kCoupledAsleep | kCoupledSpindleStopped | kCoupledBlending;
 
 }  // namespace
@@ -96,7 +96,7 @@ void HapticLoop::Start() {
   if (params_.lock_memory) {
     LockMemory(grants_);
   } else {
-    grants_.memory = "Locking memory in RAM was not asked for.";
+    grants_.memory = "Locking memory in RAM was not requested.";
   }
   beat_ns_.store(clock_.Now());
   thread_ = std::thread([this] { RunThread(); });
@@ -128,7 +128,7 @@ void HapticLoop::RunThread() {
 
 void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& between) {
   grants_.scheduling = "The loop ran without a thread and without waiting.";
-  grants_.memory = "Locking memory in RAM was not asked for.";
+  grants_.memory = "Locking memory in RAM was not requested.";
   start_ns_ = clock_.Now();
   deadlines_.Start(start_ns_);
   beat_ns_.store(start_ns_);
@@ -143,7 +143,7 @@ void HapticLoop::GoThrough(const std::function<bool()>& more) {
   const Deadlines::Tick on_time{};
   while (more()) {
     const HeapGuard guard;
-    // Of the time before it: DoTick() does not know yet how long it will be.
+    // Time before the tick: its duration is not known before DoTick().
     if (!DoTick(on_time)) break;
     const LoopGiven& given = sample_.report.given;
     gone_through_s_ += given.skipped == 0 ? given.dt_s : (1.0 + given.skipped) / params_.rate_hz;
@@ -168,7 +168,7 @@ void HapticLoop::TickOnce() {
   bool device_works = true;
   try {
     const HeapGuard guard;
-    // A standstill as long as the watchdog's limit, though the watchdog may have stood still with us.
+    // A stall longer than the watchdog limit; the watchdog thread may have stalled too.
     const bool stale = static_cast<double>(now_ns - before_ns) > 1e6 * params_.watchdog_ms;
     if (stale) device_.Trip();
     if (device_.TakeTripped()) {
@@ -183,7 +183,7 @@ void HapticLoop::TickOnce() {
     return;
   }
   if (!device_works) {
-    failure_ = "the device failed: it did not take a force or tell its position";
+    failure_ = "the device failed: it did not accept a force or report its position";
     Finish(LoopEnd::kDeviceFailed);
     return;
   }
@@ -205,10 +205,10 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
   const double time_s = 1e-9 * static_cast<double>(when.due_ns - start_ns_);
   sample_.time_s = gone_through_s_ + time_s;
   sample_.skipped = static_cast<int>(std::min<std::int64_t>(when.skipped, INT32_MAX));
-  // Of a tick that is gone through again the body knows it.
+  // In GoThrough() the body reports it.
   if (when.due_ns != 0) sample_.report.given.skipped = static_cast<std::uint32_t>(sample_.skipped);
   if (params_.burn_us > 0 && time_s >= params_.burn_from_s && time_s < params_.burn_to_s) {
-    clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnShare(governor_.fidelity())));
+    clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnFraction(governor_.fidelity())));
   }
   const CoupledOutput& out = sample_.report.out;
   ++counts_.ticks;
@@ -225,7 +225,7 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
 void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   const std::int64_t before_ns = clock_.Now();
   const bool all_marked = MarkChanged(sample_.time_s);
-  // Bone that was put back is seen soon, not at the pace of cutting.
+  // Restored bone is sent faster than cut bone.
   if (sample_.report.stands && params_.leaves_per_tick > 0) catching_up_ = true;
   publisher_.Send(catching_up_ ? std::max(params_.leaves_per_tick, kCatchUpLeaves) : params_.leaves_per_tick);
   if (publisher_.waiting() == 0) catching_up_ = false;
@@ -260,8 +260,8 @@ bool HapticLoop::SendRest() {
   return true;
 }
 
-/// The simulation forgets what it has told once all of it stands in line, and not before. When the line is full, the
-/// next tick begins with those that found no room in this one. False: it is.
+/// Queues the changed leaves. The simulation's list is cleared only once all of them are queued. If the queue is full,
+/// the next tick begins with those that did not fit. Returns false in that case.
 bool HapticLoop::MarkChanged(double time_s) {
   const int count = body_.changed_count();
   for (int k = 0; k < count; ++k) {

@@ -1,5 +1,5 @@
-// The loop: ticks at a steady rate in a thread of its own, timed, watched and kept in time; what others need to see
-// goes out through queues that never stop it.
+// Real-time loop that runs ticks at a fixed rate in a separate thread, with timing, watchdog and governor. Other
+// threads read its state through queues that never block the loop.
 #pragma once
 
 #include <atomic>
@@ -29,98 +29,100 @@ namespace kerf {
 
 struct LoopParams {
   double rate_hz = 1000;             // 250 to 4000
-  double watchdog_ms = 50;           // 2 to 10000: a tick that began longer ago makes the force zero
-  int leaves_per_tick = 4;           // sent to readers, 0 to 1000
-  int max_leaves_waiting = 1 << 15;  // to be sent, 1 to 2^24; what does not fit waits in the simulation
-  int leaf_ring = 512;               // sent and not read yet, 1 to 65536; 2 kB each
-  int sample_ring = 8192;            // ticks logged and not read yet, 1 to 2^20
-  int priority = 80;                 // SCHED_FIFO, 1 to 98 where it is allowed; 0: don't ask
-  bool lock_memory = true;           // where it is allowed
-  GovernorParams governor;           // its period is the loop's
-  // Fault injection, to show the governor: time burnt in each tick between these moments, in full fidelity; half as
-  // much in coarse, a tenth in slab.
+  double watchdog_ms = 50;           // 2 to 10000: if a tick lasts longer, the watchdog sets the force to zero
+  int leaves_per_tick = 4;           // number sent to readers per tick, 0 to 1000
+  int max_leaves_waiting = 1 << 15;  // maximum number waiting to be sent, 1 to 2^24; others wait in the simulation
+  int leaf_ring = 512;               // capacity for leaves sent and not read yet, 1 to 65536; 2 kB each
+  int sample_ring = 8192;            // capacity for samples logged and not read yet, 1 to 2^20
+  int priority = 80;                 // SCHED_FIFO, 1 to 98, if the system permits it; 0: request no real-time priority
+  bool lock_memory = true;           // if the system permits it
+  GovernorParams governor;           // its period is set to the loop's
+  // Fault injection to demonstrate the governor: CPU time wasted in each tick between these times at full fidelity;
+  // half of it at coarse fidelity, a tenth at slab.
   double burn_us = 0;  // 0 to 1e6
   double burn_from_s = 0;
   double burn_to_s = 1e300;
 };
 
-/// A tick, as logged.
+/// A tick as logged.
 struct LoopSample {
-  std::uint64_t tick = 0;  // its number, from 1: where one is missing, it was lost
-  double time_s = 0;       // of its deadline, since the start
-  int skipped = 0;         // deadlines missed before it
+  std::uint64_t tick = 0;  // tick number, starting at 1; a gap means lost samples
+  double time_s = 0;       // deadline, seconds since the start of the loop
+  int skipped = 0;         // number of deadlines missed before this tick
   LoopTick report;
   float tick_us = 0;
   float late_us = 0;
 };
 
-/// The newest state, for whoever draws it.
+/// Latest state, read by the renderer.
 struct LoopState {
   LoopSample last;
   std::uint64_t ticks = 0;
-  std::uint64_t missed = 0;  // deadlines without a tick
+  std::uint64_t missed = 0;  // number of deadlines without a tick
   double removed_mm3 = 0;
   std::size_t leaves_waiting = 0;
-  double sent_until_s = 0;  // what had changed by then has been sent
+  double sent_until_s = 0;  // all changes up to this time have been sent
 };
 
-/// Why the loop is over.
+/// Reason for the end of the loop.
 enum class LoopEnd : std::uint8_t { kNotYet, kAsked, kDeviceFailed, kFailed };
 
-/// What happened, for after the end.
+/// Totals of a run, read after it ends.
 struct LoopCounts {
   std::uint64_t ticks = 0;
   std::uint64_t missed = 0;
-  std::uint64_t longest_gap = 0;   // deadlines missed in a row
-  std::uint64_t ramps = 0;         // times the force began again from zero
-  std::uint64_t samples_lost = 0;  // the log's reader was too slow
-  std::uint64_t status_ticks = 0;  // with a status bit that tells of something not done as asked
-  std::uint64_t not_finite = 0;    // ticks whose force came out not finite
+  std::uint64_t longest_gap = 0;   // longest run of consecutive missed deadlines
+  std::uint64_t ramps = 0;         // number of times the force was ramped in again from zero
+  std::uint64_t samples_lost = 0;  // samples dropped because the log's reader was too slow
+  std::uint64_t status_ticks = 0;  // ticks with a status bit for something that was not done as requested
+  std::uint64_t not_finite = 0;    // ticks whose force was not finite
   std::uint64_t bad_poses = 0;
   double removed_mm3 = 0;
 };
 
 class HapticLoop {
  public:
-  /// The device is the one that `body` writes to. All must outlive the loop. Throws Error for a parameter out of range.
+  /// `device` must be the one to which `body` writes. All references must outlive the loop. Throws kerf::Error if a
+  /// parameter is out of range.
   HapticLoop(LoopBody& body, GuardedDevice& device, LoopClock& clock, const LoopParams& params);
-  /// Stops.
+  /// Calls Stop().
   ~HapticLoop();
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
-  /// Times each effect too, in stages(); before the loop begins.
+  /// Enables timing of each effect in stages(). Call before the loop starts.
   void Watch(EffectPlan& plan) { stages_.Watch(plan); }
 
-  /// Before it begins: ticks in the calling thread, without a clock, for as long as `more` says; it is called before
-  /// each tick, outside the heap guard, and reads what the queues have. Each lasts as long as the body reports
-  /// (LoopGiven::dt_s), and the loop's own time begins after them. Throws what the body throws.
+  /// Runs ticks in the calling thread, without a clock, while `more` returns true. Call before the loop starts. `more`
+  /// is called before each tick, outside the heap guard, and must read the queues. Each tick lasts as long as the body
+  /// reports (LoopGiven::dt_s), and the loop time continues where they end. Rethrows exceptions of the body.
   void GoThrough(const std::function<bool()>& more);
-  /// Starts the loop's thread and the watchdog's; returns when the system has said what it grants. Once.
+  /// Starts the loop thread and the watchdog thread. Returns once it is known which real-time privileges the system
+  /// grants. Call at most once.
   void Start();
-  /// Waits for the tick under way, makes the force zero, and ends the threads. Any number of times.
+  /// Waits for the current tick, sets the force to zero and ends the threads. May be called any number of times.
   void Stop();
-  /// Runs `ticks` ticks in the calling thread, without priority, locked memory or watchdog; then as Stop(). For a
-  /// VirtualClock. `between` is called after each tick, outside the heap guard, and ends the run by false; may be
-  /// empty.
+  /// Runs `ticks` ticks in the calling thread, without priority, locked memory or watchdog, and then ends as Stop()
+  /// does. For a VirtualClock. `between` (optional) is called after each tick, outside the heap guard; the run ends if
+  /// it returns false.
   void RunHere(std::int64_t ticks, const std::function<bool()>& between = {});
-  /// After the end: sends changed leaves that still wait, as far as there is room. False when there were none.
+  /// Sends remaining changed leaves, as far as the ring has room. Call after the end. Returns false if none remained.
   bool SendRest();
-  /// Since it began, which is when its time is 0; after Start(), by any thread.
+  /// Time since the loop started. Any thread, after Start().
   std::chrono::nanoseconds CalcElapsed() const { return std::chrono::nanoseconds(clock_.Now() - start_ns_); }
-  /// False once the loop has ended by itself.
+  /// False once the loop has ended.
   bool running() const { return end_.load() == LoopEnd::kNotYet; }
 
-  // ---- while it runs: one reader each, no matter which thread
+  // ---- While the loop runs: one reader each, in any thread.
   TripleBuffer<LoopState>& state() { return state_; }
   SpscRing<LoopSample>& samples() { return samples_; }
-  /// The body's figures of the sample that is read now, by the reader of samples(): `popped`, how many it has read
-  /// before. Until that is popped.
+  /// The body's channels of the current sample, for the reader of samples(). `popped`: number of samples that the
+  /// reader has popped before. Valid until the sample is popped.
   std::span<const double> channels(std::uint64_t popped) const {
     return {channels_.data() + popped % (samples_.capacity() + 1) * channel_count_, channel_count_};
   }
   SpscRing<LeafMessage>& leaves() { return leaves_; }
-  // any thread
+  // Any thread.
   const LogHistogram& tick_times() const { return tick_times_; }
   const LogHistogram& lateness() const { return lateness_; }
   const LogHistogram& exchange_times() const { return exchange_times_; }  // logging and sending, part of the tick
@@ -128,12 +130,12 @@ class HapticLoop {
   const StageTimer& stages() const { return stages_; }
   long watchdog_trips() const { return watchdog_ ? watchdog_->trips() : watchdog_trips_; }
 
-  // ---- after the end (or, for the grants, after Start())
+  // ---- After the end (grants also after Start()).
   const RealtimeGrants& grants() const { return grants_; }
   const LoopCounts& counts() const { return counts_; }
   const Governor& governor() const { return governor_; }
   LoopEnd end() const { return end_.load(); }
-  const std::string& failure() const { return failure_; }  // a sentence; empty when all went well
+  const std::string& failure() const { return failure_; }  // one sentence; empty if no error occurred
 
  private:
   void RunThread();
@@ -156,7 +158,7 @@ class HapticLoop {
   LogHistogram exchange_times_;
   SpscRing<LeafMessage> leaves_;
   SpscRing<LoopSample> samples_;
-  // A slot more than samples wait: the one that is filled is never one that is read.
+  // One slot more than the ring capacity, so that the slot being written is never one being read.
   std::size_t channel_count_;
   std::vector<double> channels_;
   std::uint64_t samples_sent_ = 0;
@@ -181,9 +183,8 @@ class HapticLoop {
   std::thread thread_;
 };
 
-/// Of the loop's dt: real motion over real time, so that a hand at 5 mm/s that nobody looked at for 9 ticks is not
-/// taken for one at 50 mm/s, and the cutting law with it; but never more than this, or a single period if that is
-/// longer.
+/// Maximum dt of a tick, unless the period is longer. dt is the real time since the last tick, so a hand that moves at
+/// 5 mm/s is not taken for one at 50 mm/s after 9 missed ticks, which would also distort the cutting law.
 inline constexpr double kLongestTick_s = 0.010;
 
 }  // namespace kerf

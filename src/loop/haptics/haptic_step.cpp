@@ -6,10 +6,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kTurningQuantum_rad = 1e-4;  // of a sensed orientation: 0.006 degrees, finer than any gimbal's
-constexpr double kTurningReach_mm = 100;      // from a wrist to what it holds
+constexpr double kTurningQuantum_rad = 1e-4;  // of a sensed orientation: 0.006 degrees, finer than any gimbal
+constexpr double kTurningReach_mm = 100;      // distance from the wrist to the tool
 
-/// The rotation from a to b, world frame, rad.
+/// Returns the rotation vector from a to b in the world frame, rad.
 Vec3 CalcTurn(const Quat& a, const Quat& b) {
   Quat q = b * glm::conjugate(a);
   if (q.w < 0) q = -q;
@@ -23,7 +23,7 @@ Vec3 CalcTurn(const Quat& a, const Quat& b) {
 HapticStep::HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map)
     : simulation_(&simulation),
       force_map_(profile, force_map),
-      // The lattice moves a sample off the encoder's counts by a little.
+      // Rounding to the lattice shifts a sample slightly off the encoder's counts.
       velocity_(profile.resolution_mm > 0 ? profile.resolution_mm + 4 * kLatticePosition_mm : 4 * kLatticePosition_mm),
       turning_(kTurningQuantum_rad, 16, kTurningReach_mm) {}
 
@@ -31,12 +31,13 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   HapticStepOutput out;
   device.Elapse(in.dt_s);
   if (in.force_off) out.faults |= kHapticForceOff;
-  if (write_failed_) out.faults |= kHapticWriteFailed;  // of the last tick: so that the force is ramped in again
+  // From the last tick, so that the force is ramped in again.
+  if (write_failed_) out.faults |= kHapticWriteFailed;
 
   DeviceSample sample;
   const bool read = device.Read(sample);
   const bool good = read && IsValid(sample.X_WH) && IsInWorld(sample.X_WH.p_AB);
-  // What is on the lattice stays as it is: given again, a recorded pose is the same to the bit.
+  // A pose on the lattice is unchanged, so a recorded pose is reproduced bit for bit.
   if (good && !FindOnLattice(sample.X_WH)) sample.X_WH = MakePose(FindNearestOnLattice(sample.X_WH));
   out.given.sample = sample;
   out.given.read = read;
@@ -55,13 +56,13 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
     sample_ = sample;
     has_sample_ = true;
   } else {
-    // After a gap the next sample would look like a leap at great speed.
+    // After a gap the next sample would look like a jump at high speed.
     velocity_.Reset();
     turning_.Reset();
   }
   out.sample = sample_;
   out.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
-  out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad / s
+  out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad/s
 
   if (good && !in.stand) {
     CoupledInput tick;

@@ -1,4 +1,4 @@
-// One tick from the device's handle to the device's motors. It has no clock and no thread: the loop gives the time.
+// One tick from the device's handle to the device's motors. It has no clock and no thread; the loop passes in the time.
 #pragma once
 
 #include <cstdint>
@@ -12,54 +12,54 @@
 namespace kerf {
 
 struct HapticStepInput {
-  double dt_s = 0.001;  // since the last step: what the simulation moves on by
-  double rpm = 7500;    // of the spindle
-  bool force_off =
-      false;  // the watchdog has bitten, or the operator wants no force: zero at once, ramped in afterwards
-  // The simulation does not move on in this tick. The force goes to zero by its slew, and comes by the ramp afterwards.
+  double dt_s = 0.001;  // time since the last step, by which the simulation advances
+  double rpm = 7500;    // spindle speed
+  // The watchdog has tripped or the operator disabled the force: it is zero at once and ramped in afterwards.
+  bool force_off = false;
+  // The simulation does not advance in this tick. The force falls to zero at the slew rate and is ramped in afterwards.
   bool stand = false;
-  double slew_dt_s = std::numeric_limits<double>::infinity();  // if shorter, what the force's slew moves on by
+  double slew_dt_s = std::numeric_limits<double>::infinity();  // time for the force's slew limit, if shorter than dt_s
 };
 
-/// Bits of HapticStepOutput::faults: why there is no force in this tick.
+/// Bits of HapticStepOutput::faults: reasons for which this tick has no force.
 enum HapticFault : std::uint32_t {
   kHapticOk = 0,
-  kHapticForceOff = 1u << 0,     // told so
-  kHapticReadFailed = 1u << 1,   // the simulation stands still meanwhile
-  kHapticBadSample = 1u << 2,    // the device gave a pose that is none: the last good one is held
+  kHapticForceOff = 1u << 0,     // requested by the caller
+  kHapticReadFailed = 1u << 1,   // no sample was read; the simulation does not advance
+  kHapticBadSample = 1u << 2,    // the device returned an invalid pose; the last valid one is used
   kHapticWriteFailed = 1u << 3,  // the force of this tick did not reach the device
-  kHapticBadForce = 1u << 4,     // the simulation gave a force that is none
+  kHapticBadForce = 1u << 4,     // the simulation returned an invalid force
 };
 
-/// What the device said in a step: with the rest of HapticStepInput all that a step depends on.
+/// Device data of a step. Together with HapticStepInput it determines the step completely.
 struct HapticGiven {
-  DeviceSample sample;  // on the lattice of devices/lattice.h, unless it is none
-  bool read = true;     // false: the device told no pose
-  bool wrote = true;    // false: it did not take the force
+  DeviceSample sample;  // on the lattice of device/devices/lattice.h, unless it is invalid
+  bool read = true;     // false: the device returned no pose
+  bool wrote = true;    // false: the device did not accept the force
 };
 
 struct HapticStepOutput {
   HapticGiven given;
-  DeviceSample sample;  // the last good one
+  DeviceSample sample;  // the last valid one
   Vec3 v_H_W_mm_per_s{0};
   Vec3 w_H_W_rad_per_s{0};
   CoupledOutput coupled;
-  ForceMapOutput force;  // that the device was given; zero when it did not take it
+  ForceMapOutput force;  // written to the device; zero if the device did not accept it
   std::uint32_t faults = kHapticOk;
 };
 
-/// Reads the device, takes its pose to the lattice of devices/lattice.h (a nanometre), estimates the handle's velocity,
-/// steps the simulation, maps the force and writes it. Any fault gives zero force in the same tick and lets it come
-/// back by the ramp.
+/// Reads the device, rounds its pose to the lattice of device/devices/lattice.h (steps of 4e-9 mm), estimates the
+/// handle's velocity, steps the simulation, maps the force and writes it. Any fault sets the force to zero in the same
+/// tick; it is ramped in afterwards.
 class HapticStep {
  public:
-  /// The simulation must outlive it. Throws Error naming the first value out of range.
+  /// `simulation` must outlive this object. Throws kerf::Error naming the first value that is out of range.
   HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map = {});
 
   /// Tick-safe.
   HapticStepOutput Step(Device& device, const HapticStepInput& in, TickObserver* observer = nullptr);
 
-  /// The device has been without force: it comes back by the ramp. Tick-safe.
+  /// Called after the device has had zero force: ramps the force in from now on. Tick-safe.
   void RampIn() { force_map_.Reset(); }
 
   const ForceMap& force_map() const { return force_map_; }
@@ -70,7 +70,7 @@ class HapticStep {
     std::uint64_t bad_forces = 0;
   };
   const Counts& counts() const { return counts_; }
-  /// Whether a good sample has been read.
+  /// True once a valid sample has been read.
   bool has_sample() const { return has_sample_; }
 
  private:

@@ -14,7 +14,7 @@ std::size_t LeafPublisher::HomeOf(const std::array<int, 3>& index) const {
   return static_cast<std::size_t>(h >> 20) & (table_.size() - 1);
 }
 
-/// Where it stands in the table, or the free place where it would.
+/// Returns the leaf's slot in the table, or the free slot where it would be inserted.
 std::size_t LeafPublisher::FindSlot(const std::array<int, 3>& index) const {
   std::size_t slot = HomeOf(index);
   while (table_[slot] != kFree && line_[table_[slot]].index != index) slot = (slot + 1) & (table_.size() - 1);
@@ -39,7 +39,7 @@ void LeafPublisher::Forget(const std::array<int, 3>& index) {
   const std::size_t mask = table_.size() - 1;
   std::size_t hole = FindSlot(index);
   table_[hole] = kFree;
-  // Those behind that the hole would hide move up (Knuth, algorithm 6.4 R).
+  // Move up later entries that the hole would make unreachable (Knuth, algorithm 6.4 R).
   for (std::size_t slot = (hole + 1) & mask; table_[slot] != kFree; slot = (slot + 1) & mask) {
     const std::size_t home = HomeOf(line_[table_[slot]].index);
     if (((slot - home) & mask) >= ((slot - hole) & mask)) {

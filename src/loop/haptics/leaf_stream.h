@@ -1,4 +1,4 @@
-// The bone's changed leaves, from the loop to whoever looks at the bone.
+// Stream of the bone's changed leaves, from the loop to a reader.
 #pragma once
 
 #include <array>
@@ -10,26 +10,27 @@
 
 namespace kerf {
 
-/// A leaf as it was at some tick: the values of src/bone/grid/set_leaf.h.
+/// A leaf as it was at some tick, with its values in the layout of src/bone/grid/set_leaf.h.
 struct LeafMessage {
   std::array<int, 3> index{};
   std::array<float, 512> values{};
 };
 
-/// The loop's side. What has changed waits in line, each leaf once; a few are sent each tick, oldest first, with the
-/// values that they have then. So no leaf starves, and once nothing changes any more everything has been sent as it is.
+/// The loop's end of the stream. Changed leaves wait in a queue, each at most once. A few are sent each tick, oldest
+/// first, with their values at that time. Every leaf is sent eventually, and once the bone no longer changes, the
+/// reader has received its final state.
 class LeafPublisher {
  public:
   /// At most `max_waiting` >= 1 leaves wait. Allocates.
   LeafPublisher(SpscRing<LeafMessage>& ring, std::size_t max_waiting);
 
-  /// The leaf has changed; does nothing when it waits already. `values` (512) are read when it is sent: they must stay
-  /// where they are. `time_s`: of the tick. False when the line is full. Tick-safe.
+  /// Queues a changed leaf; if it is queued already, only updates `values`. `values` (512) are read when the leaf is
+  /// sent and must stay valid until then. `time_s`: time of the tick. Returns false if the queue is full. Tick-safe.
   bool Mark(const std::array<int, 3>& index, const float* values, double time_s = 0);
-  /// Sends up to `at_most`, as far as the ring has room; returns how many. Tick-safe.
+  /// Sends up to `at_most` leaves, as far as the ring has room, and returns their number. Tick-safe.
   int Send(int at_most);
   std::size_t waiting() const { return count_; }
-  /// When the leaf that has waited longest was marked; of none waiting nothing is known.
+  /// Time at which the oldest waiting leaf was marked. Undefined if none waits.
   double oldest_s() const { return line_[first_].marked_s; }
 
  private:
@@ -43,10 +44,10 @@ class LeafPublisher {
   void Forget(const std::array<int, 3>& index);
 
   SpscRing<LeafMessage>& ring_;
-  std::vector<Waiting> line_;  // a circle
+  std::vector<Waiting> line_;  // circular buffer
   std::size_t first_ = 0;
   std::size_t count_ = 0;
-  // Where in the line a leaf waits, by its index: open addressing, linear probing. kFree: nothing there.
+  // Position of a waiting leaf in line_, by its index: open addressing with linear probing. kFree: no entry.
   static constexpr std::uint32_t kFree = 0xffffffff;
   std::vector<std::uint32_t> table_;
 };

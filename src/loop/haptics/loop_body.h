@@ -1,4 +1,4 @@
-// What the loop does each time round, seen from the loop.
+// Work that the loop does in each tick, as an interface.
 #pragma once
 
 #include <cstddef>
@@ -11,47 +11,49 @@
 
 namespace kerf {
 
-/// What a tick was given: the same again gives the same tick, to the bit.
+/// Inputs of a tick. The same inputs reproduce the tick bit for bit.
 struct LoopGiven {
   DeviceSample sample;  // as read
-  bool read = true;     // false: the device told no pose
-  bool wrote = true;    // false: it did not take the force
+  bool read = true;     // false: the device returned no pose
+  bool wrote = true;    // false: the device did not accept the force
   bool force_off = false;
   double dt_s = 0;
-  std::uint32_t skipped = 0;  // deadlines missed before it
+  std::uint32_t skipped = 0;  // number of deadlines missed before this tick
   double rpm = 0;
-  Fidelity fidelity = Fidelity::kFull;  // asked for
-  std::uint32_t piece = 0;              // its number, if it began to leave the bone after this tick
-  bool taken_up = false;                // the first tick after another body's
-  RestoreEvent restore;                 // a checkpoint made, or a restore begun, before this tick
+  Fidelity fidelity = Fidelity::kFull;  // requested fidelity
+  std::uint32_t piece = 0;              // number of the piece that began to leave the bone after this tick; 0: none
+  bool taken_up = false;                // first tick after those of another body
+  RestoreEvent restore;                 // checkpoint made, or restore begun, before this tick
 };
 
-/// A tick, when it is over.
+/// Result of a tick.
 struct LoopTick {
   LoopGiven given;
-  std::uint64_t voxel_hash = 0;  // of all that have changed (bone/changed_hash.h); 0 when nobody asked for it
+  std::uint64_t voxel_hash = 0;  // hash of all changed voxels (bone/grid/changed_hash.h); 0 if not requested
   Pose X_WH;                     // handle, as read
-  Vec3 f_device_N{0};            // that the device was told to make
+  Vec3 f_device_N{0};            // force that was written to the device
   CoupledOutput out;
-  bool stands = false;  // bone is put back: the simulation was not ticked
+  bool stands = false;  // bone is being restored: the simulation did not advance
 };
 
-/// All calls but the constructor's are made in the loop's thread: tick-safe, every one.
+/// Body of the loop. All functions except the constructor are called in the loop thread and must be tick-safe.
 class LoopBody {
  public:
   virtual ~LoopBody() = default;
 
-  /// Reads the device, moves the world on by `dt_s`, writes the device. False: the device has failed; the loop ends.
+  /// Reads the device, advances the simulation by `dt_s` and writes the device. Returns false if the device has failed;
+  /// the loop then ends.
   virtual bool Tick(double dt_s, TickObserver& observer, LoopTick& report) = 0;
-  /// Figures of a tick beside its report: how many, always as many; and those of the last tick.
+  /// Values of a tick in addition to its report. Their number is constant; ReportChannels() writes those of the last
+  /// tick.
   virtual std::size_t channel_count() const { return 0; }
   virtual void ReportChannels(std::span<double>) const {}
-  /// The device's force has been zero: it comes back slowly from here on.
+  /// Called after the device's force has been zero: ramps it in from now on.
   virtual void RampIn() = 0;
-  /// Takes effect over the next ticks without a step in the force.
+  /// Takes effect gradually over the next ticks, so that the force does not jump.
   virtual void SetFidelity(Fidelity fidelity) = 0;
 
-  /// As CoupledSimulation's.
+  /// As in CoupledSimulation.
   virtual int changed_count() const = 0;
   virtual ChangedLeaf changed(int i) const = 0;
   virtual void ClearChanged() = 0;

@@ -1,4 +1,4 @@
-// A device in place of the simulated one with a hand on it.
+// A device that replaces the simulated device and hand.
 #pragma once
 
 #include <functional>
@@ -11,14 +11,14 @@
 
 namespace kerf {
 
-/// The scene's [device] says what it can do.
+/// Real device for a loop. The scene's [device] section describes its capabilities.
 struct LoopDevice {
-  /// When the bone is made, before the first tick: where the tool stands, and the coupling by which the device holds it
-  /// (`force_scale`: device N per N of it). May wait for somebody. Throws Error. Empty: there is none.
+  /// Called after the bone is made and before the first tick, with the tool's pose and the coupling between device and
+  /// tool. `force_scale`: device N per simulated N. May wait for the user. Throws kerf::Error. Empty: no device.
   std::function<Device&(const Pose& X_WT, const CouplingParams& coupling, double force_scale)> begin;
-  /// What it has been through, after the loop: names with units. May be empty.
+  /// Returns statistics of the device after the loop: names with units, and values. Optional.
   std::function<std::vector<std::pair<std::string, double>>()> figures;
-  bool in_real_time = true;  // false: it goes by what Elapse() tells it, so a run without the clock can have it too
+  bool in_real_time = true;  // false: its time advances by Elapse(), so it can also be used in a run without a clock
   bool is_there() const { return static_cast<bool>(begin); }
 };
 

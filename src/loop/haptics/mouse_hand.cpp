@@ -21,16 +21,16 @@ void MouseHand::Advance(double dt_s) noexcept {
   dt_s = std::min(dt_s, 0.1);
   if (target_.Update() && IsValid(target_.front())) X_wanted_ = target_.front();
 
-  // Turning: towards what is wanted, no faster than a hand.
+  // Rotation: towards the target, no faster than a hand.
   Quat R_wanted = X_wanted_.R_AB;
   if (glm::dot(X_aim_.R_AB, R_wanted) < 0) R_wanted = -R_wanted;
   const double angle = 2 * std::acos(std::clamp(glm::dot(X_aim_.R_AB, R_wanted), -1.0, 1.0));
   if (angle > 1e-9) {
-    const double share = std::min({1.0, dt_s / params_.smooth_s, params_.turning_rad_per_s * dt_s / angle});
-    X_aim_.R_AB = glm::normalize(glm::slerp(X_aim_.R_AB, R_wanted, share));
+    const double fraction = std::min({1.0, dt_s / params_.smooth_s, params_.turning_rad_per_s * dt_s / angle});
+    X_aim_.R_AB = glm::normalize(glm::slerp(X_aim_.R_AB, R_wanted, fraction));
   }
 
-  // Going: a critically damped second-order lag, integrated implicitly so that no time step upsets it.
+  // Translation: a critically damped second-order lag, integrated implicitly so that it is stable for any time step.
   const double w = 2 / params_.smooth_s;
   const Vec3 error = X_wanted_.p_AB - X_aim_.p_AB;
   v_mm_per_s_ = (v_mm_per_s_ + dt_s * w * w * error) / (1 + 2 * w * dt_s + w * w * dt_s * dt_s);
@@ -38,7 +38,8 @@ void MouseHand::Advance(double dt_s) noexcept {
   if (speed > params_.speed_mm_per_s) v_mm_per_s_ *= params_.speed_mm_per_s / speed;
   X_aim_.p_AB += dt_s * v_mm_per_s_;
 
-  // Held back by the bone the hand pulls no more than it can, and has no way to catch up afterwards.
+  // If bone holds the handle back, the pull is limited, so that no lead accumulates that the hand would have to make up
+  // later.
   const Vec3 ahead = X_aim_.Point(p_TC_mm_) - device_.p_WC_mm();
   const double distance = glm::length(ahead);
   if (distance > params_.reach_mm) {

@@ -1,5 +1,5 @@
-// The hand of somebody who has a mouse: it pulls the handle of a simulated device towards where the mouse wants it, so
-// that bone holds it back as it would a hand.
+// Hand that is controlled by a mouse. It pulls the handle of a simulated device towards the pose that the mouse sets,
+// so bone resists it as it would resist a hand.
 #pragma once
 
 #include "base/core/triple_buffer.h"
@@ -8,23 +8,23 @@
 
 namespace kerf {
 
-/// Where a person wants the tool frame. From the window's thread to the loop's.
+/// Desired pose of the tool frame, from the window thread to the loop thread.
 using HandTarget = TripleBuffer<Pose>;
 
 struct MouseHandParams {
-  // Of the hand that it is taken for: firm enough to press a saw, soft enough to be held back.
+  // Parameters of the simulated hand: stiff enough to press a saw, soft enough to be held back by bone.
   double stiffness_N_per_mm = 0.6;
   double damping_Ns_per_mm = 0.02;
   double mass_kg = 0.2;
-  double reach_mm = 14;            // it wants the handle no further from where it is: the greatest pull
-  double smooth_s = 0.04;          // time constant with which it follows the mouse
-  double speed_mm_per_s = 120;     // at most
-  double turning_rad_per_s = 2.0;  // at most
+  double reach_mm = 14;            // maximum distance between target and handle; limits the pull
+  double smooth_s = 0.04;          // time constant with which the hand follows the mouse
+  double speed_mm_per_s = 120;     // maximum
+  double turning_rad_per_s = 2.0;  // maximum
 };
 
-class MouseHand final : public BeforeTick {
+class MouseHand final : public HandDriver {
  public:
-  /// Both must outlive it; the target's reader is this from now on. The handle begins at `X_WH`.
+  /// `device` and `target` must outlive this object, which becomes the reader of `target`. The handle starts at `X_WH`.
   MouseHand(SimulatedDevice& device, HandTarget& target, const Pose& X_WH, const Vec3& p_TC_mm,
             const MouseHandParams& params = {});
 

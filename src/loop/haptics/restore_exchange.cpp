@@ -13,7 +13,7 @@ RestoreEvent RestoreExchange::Begin(CoupledSimulation& simulation, bool wait) {
     return {RestoreEvent::Kind::kCheckpoint, request.checkpoint};
   }
   ring_.Pop();
-  // Refused, the job may be gone as soon as that is told.
+  // Copied first: the job may be destroyed as soon as its refusal is reported.
   const RestoreEvent event{request.job->redo ? RestoreEvent::Kind::kRedo : RestoreEvent::Kind::kUndo,
                            request.job->number};
   return restore_.Begin(simulation, *request.job) ? event : RestoreEvent{};

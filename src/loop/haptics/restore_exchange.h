@@ -1,4 +1,5 @@
-// Checkpoints and restores that a reader asks the loop for: between ticks, one at a time, in the order asked.
+// Checkpoints and restores that a reader requests from the loop: between ticks, one at a time, in the order of the
+// requests.
 #pragma once
 
 #include <cstddef>
@@ -9,33 +10,34 @@
 
 namespace kerf {
 
-/// Something that a reader asked for and that was done in a tick: all that a replay needs to do it again in the same
-/// one, with a job made anew by the same journal (src/cut/undo).
+/// A request that was carried out in a tick. A replay can repeat it in the same tick with a job that the same journal
+/// creates again (src/cut/undo).
 struct RestoreEvent {
   enum class Kind : std::uint8_t { kNone, kCheckpoint, kUndo, kRedo };
   Kind kind = Kind::kNone;
-  std::uint32_t number = 0;  // of the checkpoint that was made, or that the restore leads to (RestoreJob)
+  std::uint32_t number = 0;  // number of the checkpoint that is made or restored (RestoreJob)
 };
 
-/// The loop's side. While a restore runs the simulation stands still and the device's force goes to zero by its slew;
-/// then the tool is set down where the handle is, and the force comes by the ramp.
+/// The loop's end of the exchange. While a restore runs, the simulation is stopped and the device's force falls to zero
+/// at the slew rate. Then the tool is placed at the handle and the force is ramped in.
 class RestoreExchange {
  public:
-  /// `leaves_per_tick`: put back in a tick, 1 or more.
+  /// `leaves_per_tick`: number of leaves restored per tick, at least 1.
   explicit RestoreExchange(std::size_t leaves_per_tick = 1500) : leaves_per_tick_(leaves_per_tick) {}
 
-  // ---- the reader's
-  /// The bone as it is after the tick under way becomes this checkpoint (CoupledSimulation::Checkpoint()). False when
-  /// too much is asked for already.
+  // ---- Called by the reader.
+  /// Requests that the bone after the current tick become this checkpoint (CoupledSimulation::Checkpoint()). Returns
+  /// false if too many requests are waiting.
   bool AskCheckpoint(std::uint32_t number) { return ring_.TryPush({number, nullptr}); }
-  /// Takes the job up, now or refused, which its state tells. False as above.
+  /// Requests the restore. The job's state reports whether it was accepted or refused. Returns false as above.
   bool Send(RestoreJob& job) { return ring_.TryPush({0, &job}); }
 
-  // ---- the loop's: tick-safe
-  /// Before a tick: takes up what was asked next. Nothing while `wait`, or while a restore runs; a checkpoint for which
-  /// the history has no room waits.
+  // ---- Called by the loop; tick-safe.
+  /// Starts the next request before a tick. Does nothing if `wait` is true or while a restore runs. A checkpoint for
+  /// which the history has no room waits.
   RestoreEvent Begin(CoupledSimulation& simulation, bool wait);
-  /// In the place of the simulation's tick while one runs. True when all is there: End() is to follow.
+  /// Replaces the simulation's tick while a restore runs. Returns true when the restore is complete and End() must be
+  /// called.
   bool Step(CoupledSimulation& simulation) { return restore_.Step(simulation, leaves_per_tick_); }
   void End(CoupledSimulation& simulation, const Pose* X_WT) { restore_.End(simulation, X_WT); }
   bool running() const { return restore_.running(); }

@@ -1,4 +1,4 @@
-// How long the parts of a tick take.
+// Durations of the stages of a tick.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace kerf {
 inline constexpr std::size_t kTickStages = static_cast<std::size_t>(TickStage::kEnd);
 const char* ToString(TickStage stage);
 
-/// Adds up the time in each stage over a tick, however often it is entered; a tick that never enters a stage does not
-/// count for it. Tick-safe; one thread, but the histograms may be read by any.
+/// Sums the time in each stage over a tick, even if a stage is entered several times. A tick that does not enter a
+/// stage adds no value to its histogram. Tick-safe; used by one thread, but any thread may read the histograms.
 class StageTimer final : public TickObserver {
  public:
   explicit StageTimer(LoopClock& clock) : clock_(clock) {}
@@ -30,7 +30,7 @@ class StageTimer final : public TickObserver {
     if (now_ < kTickStages) entered_[now_] = true;
     since_ns_ = now_ns;
   }
-  /// From here on each effect of the plan is timed too. Not in the tick.
+  /// Enables timing of each of the plan's effects. Not tick-safe.
   void Watch(EffectPlan& plan) {
     effects_ = std::vector<EffectTime>(plan.entries().size());
     plan.set_observer(this);
@@ -40,7 +40,7 @@ class StageTimer final : public TickObserver {
     effect_since_ns_ = clock_.Now();
   }
   void LeaveEffect() noexcept override { effects_[effect_].spent_ns += clock_.Now() - effect_since_ns_; }
-  /// The tick is over.
+  /// Ends the tick.
   void Finish() noexcept {
     if (now_ < kTickStages) Enter(TickStage::kEnd);
     for (std::size_t i = 0; i < kTickStages; ++i) {
@@ -51,7 +51,8 @@ class StageTimer final : public TickObserver {
     for (EffectTime& effect : effects_) effect.times.Add(std::exchange(effect.spent_ns, 0));
   }
   const LogHistogram& times(TickStage stage) const { return times_[static_cast<std::size_t>(stage)]; }
-  /// Of the plan's effects that are watched, within the stages' times; a tick in which it does nothing counts.
+  /// Watched effects of the plan; their times are also part of the stages' times. A tick in which an effect does
+  /// nothing counts.
   std::size_t effect_count() const { return effects_.size(); }
   const LogHistogram& effect_times(std::size_t effect) const { return effects_[effect].times; }
 

@@ -7,7 +7,7 @@
 namespace kerf {
 
 StepBody::StepBody(CoupledSimulation& simulation, GuardedDevice& device, const StepBodyParams& params,
-                   BeforeTick* before)
+                   HandDriver* before)
     : simulation_(simulation),
       device_(device),
       params_(params),
@@ -38,7 +38,7 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   if (restores_ != nullptr) {
     report.given.restore = restores_->Begin(simulation_, pieces_ != nullptr && pieces_->leaving());
     in.stand = restores_->running();
-    // What was worked out of the bone that was is no good for the one that comes.
+    // A piece that was found in the old bone is not valid in the restored one.
     if (in.stand && pieces_ != nullptr) pieces_->Drop();
   }
   report.stands = in.stand;
@@ -55,16 +55,16 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   }
   if (hash_ != nullptr) {
     for (int i = 0; i < simulation_.changed_count(); ++i) hash_->Take(simulation_.changed(i));
-    // In which order voxels are put back depends on when that was asked for.
+    // The order in which voxels are restored depends on when the request was made.
     if (!in.stand) report.voxel_hash = hash_->value();
   }
   report.X_WH = out.sample.X_WH;
   report.f_device_N = out.force.f_H_W_N;
   report.out = out.coupled;
   if (in.stand && step_.has_sample()) {
-    report.out.X_WT = out.sample.X_WH;  // where it is set down
+    report.out.X_WT = out.sample.X_WH;  // where the tool is placed
   } else if ((out.faults & (kHapticReadFailed | kHapticBadSample)) != 0 && X_WT_) {
-    report.out.X_WT = *X_WT_;  // it stands still
+    report.out.X_WT = *X_WT_;  // the tool is stopped
   }
   X_WT_ = report.out.X_WT;
   failed_s_ = (out.faults & (kHapticReadFailed | kHapticWriteFailed)) != 0 ? failed_s_ + dt_s : 0;

@@ -1,4 +1,4 @@
-// The haptic step as the loop's body.
+// The haptic step as the body of the loop.
 #pragma once
 
 #include <atomic>
@@ -13,10 +13,11 @@
 
 namespace kerf {
 
-/// Told before each tick, in the loop's thread: what moves with the loop but is no part of it, as a simulated hand.
-class BeforeTick {
+/// Callback before each tick, in the loop thread, for something that moves with the loop but is not part of it, such as
+/// a simulated hand.
+class HandDriver {
  public:
-  virtual ~BeforeTick() = default;
+  virtual ~HandDriver() = default;
   /// Tick-safe.
   virtual void Advance(double dt_s) noexcept = 0;
 };
@@ -24,23 +25,25 @@ class BeforeTick {
 struct StepBodyParams {
   ForceMapParams force_map;
   double rpm = 7500;
-  double period_s = 0.001;  // of the loop: the force's slew in a tick, however many were missed before it
-  double give_up_s = 1;     // a device that fails for so long ends the loop
+  double period_s = 0.001;  // period of the loop: time for the slew limit, regardless of missed ticks
+  double give_up_s = 1;     // the loop ends if the device fails for longer than this
 };
 
 class StepBody final : public LoopBody {
  public:
-  /// All must outlive it; `before` may be null. Throws Error for a parameter of the force map out of range.
+  /// All references must outlive this object; `before` is optional. Throws kerf::Error if a parameter of the force map
+  /// is out of range.
   StepBody(CoupledSimulation& simulation, GuardedDevice& device, const StepBodyParams& params,
-           BeforeTick* before = nullptr);
-  /// Pieces that leave the bone between ticks; null: none do. Before the loop begins.
+           HandDriver* before = nullptr);
+  /// Sets the exchange for pieces that leave the bone between ticks; null: none. Call before the loop starts.
   void set_pieces(PieceExchange* pieces) { pieces_ = pieces; }
 
-  /// Checkpoints, undo and redo between ticks; null: none. Before the loop begins. The simulation keeps a history.
+  /// Sets the exchange for checkpoints, undo and redo between ticks; null: none. Call before the loop starts. The
+  /// simulation must keep a history.
   void set_restores(RestoreExchange* restores) { restores_ = restores; }
-  /// Kept up to date with the voxels that change, tick by tick; null: nobody needs it. Before the loop begins.
+  /// Sets a hash that is updated with the changed voxels in each tick; null: none. Call before the loop starts.
   void set_hash(ChangedHash* hash) { hash_ = hash; }
-  /// From the next tick on. Tick-safe; any thread.
+  /// Takes effect from the next tick. Tick-safe; any thread.
   void set_rpm(double rpm) { rpm_.store(rpm, std::memory_order_relaxed); }
 
   bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override;
@@ -52,7 +55,7 @@ class StepBody final : public LoopBody {
   ChangedLeaf changed(int i) const override { return simulation_.changed(i); }
   void ClearChanged() override { simulation_.ClearChanged(); }
 
-  /// The loop's, or after its end.
+  /// Call in the loop thread, or after the loop has ended.
   const HapticStep& step() const { return step_; }
 
  private:
@@ -60,14 +63,14 @@ class StepBody final : public LoopBody {
   GuardedDevice& device_;
   StepBodyParams params_;
   std::atomic<double> rpm_;
-  BeforeTick* before_;
+  HandDriver* before_;
   PieceExchange* pieces_ = nullptr;
   RestoreExchange* restores_ = nullptr;
   ChangedHash* hash_ = nullptr;
   HapticStep step_;
   bool force_off_ = false;
   double failed_s_ = 0;
-  std::optional<Pose> X_WT_;  // the tool after the last tick
+  std::optional<Pose> X_WT_;  // tool pose after the last tick
 };
 
 }  // namespace kerf

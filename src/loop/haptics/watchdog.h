@@ -1,4 +1,4 @@
-// Finds that the loop has stopped coming round, and makes the device's force zero.
+// Detects that the loop has stalled and sets the device's force to zero.
 #pragma once
 
 #include <atomic>
@@ -10,13 +10,13 @@
 
 namespace kerf {
 
-/// The judgement alone: no thread, no clock.
+/// Decision logic of the watchdog, without thread and clock.
 class Watchdog {
  public:
   Watchdog(GuardedDevice& device, std::int64_t limit_ns) : device_(device), limit_ns_(limit_ns) {}
 
-  /// `beat_ns`: when the loop last began a tick. Trips the device once in each standstill longer than the limit. True
-  /// when it did so now.
+  /// `beat_ns`: time at which the last tick of the loop began. Trips the device once per stall that is longer than the
+  /// limit. Returns true if this call tripped it.
   bool Look(std::int64_t now_ns, std::int64_t beat_ns) noexcept;
 
  private:
@@ -25,10 +25,10 @@ class Watchdog {
   std::int64_t tripped_at_beat_ns_ = INT64_MIN;
 };
 
-/// A thread that looks five times in the limit, at a higher priority than the loop's where that is allowed.
+/// Thread that checks five times per limit, at a higher priority than the loop's if the system permits it.
 class WatchdogThread {
  public:
-  /// `priority`: SCHED_FIFO; 0: an ordinary thread. All must outlive this.
+  /// `priority`: SCHED_FIFO; 0: normal scheduling. All references must outlive this object.
   WatchdogThread(GuardedDevice& device, LoopClock& clock, const std::atomic<std::int64_t>& beat_ns,
                  std::int64_t limit_ns, int priority);
   ~WatchdogThread();

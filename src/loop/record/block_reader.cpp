@@ -10,21 +10,22 @@
 
 #include "base/compress/bytes.h"
 #include "base/compress/pack.h"
+#include "base/core/errno_text.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
-constexpr std::size_t kSearchBytes = 65536;  // looked through at once
-constexpr std::uint64_t kMostInVain = 8;     // times the file's size
+constexpr std::size_t kSearchBytes = 65536;  // number of bytes searched at a time
+constexpr std::uint64_t kMaxInVain = 8;      // multiple of the file size
 
 }  // namespace
 
 BlockReader::BlockReader(const std::string& path) : path_(path) {
   Open();
   ReadMagic();
-  search_bytes_ = kMostInVain * size_ + kSearchBytes;
+  search_bytes_ = kMaxInVain * size_ + kSearchBytes;
   std::uint64_t good = kRecordingMagic.size();
   while (good < size_) {
     std::optional<BlockPlace> place = TryBlock(good);
@@ -39,7 +40,7 @@ BlockReader::BlockReader(const std::string& path) : path_(path) {
   in_.clear();
 }
 
-/// The block that was looked at last. `good`: where the one before it ends.
+/// Adds the last block examined. `good`: end of the block before it.
 void BlockReader::Take(const BlockPlace& place, std::uint64_t good) {
   const std::uint64_t skipped = place.offset - head_bytes() - good;
   const bool follows = place.number == next_number_;
@@ -61,12 +62,12 @@ void BlockReader::Open() {
   if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path_));
   if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: is not a regular file", path_));
   in_.open(path_, std::ios::binary);
-  if (!in_) throw Error(fmt::format("{}: can't be read: {}", path_, std::generic_category().message(errno)));
+  if (!in_) throw Error(fmt::format("{}: can't be read: {}", path_, FormatErrno(errno)));
   size_ = fs::file_size(path_, error);
   if (error) throw Error(fmt::format("{}: can't be read: {}", path_, error.message()));
-  if (size_ > kMostRecordingBytes) {
-    throw Error(fmt::format("{}: is larger than {} GiB, which is more than a recording holds", path_,
-                            kMostRecordingBytes >> 30));
+  if (size_ > kMaxRecordingBytes) {
+    throw Error(
+        fmt::format("{}: is larger than {} GiB, the maximum size of a recording", path_, kMaxRecordingBytes >> 30));
   }
 }
 
@@ -78,7 +79,7 @@ void BlockReader::ReadMagic() {
     version_ = 1;
     return;
   }
-  // With its first block right behind it, a line that is damaged says enough.
+  // A damaged first line is accepted if a valid block follows it.
   first_line_is_bad_ = true;
   for (version_ = 2; read && version_ >= 1; --version_) {
     if (TryBlock(kRecordingMagic.size())) return;
@@ -97,7 +98,7 @@ bool BlockReader::ReadAt(std::uint64_t at, char* to, std::size_t count) {
   return static_cast<bool>(in_);
 }
 
-/// The block that begins there, if it is whole and comes after all that were read.
+/// Returns the block that begins at `at` if it is whole and its number is higher than those read before.
 std::optional<BlockPlace> BlockReader::TryBlock(std::uint64_t at) {
   std::array<char, kBlockHeadBytes> raw{};
   const std::string_view raw_head(raw.data(), head_bytes());
@@ -117,8 +118,8 @@ std::optional<BlockPlace> BlockReader::TryBlock(std::uint64_t at) {
   return place;
 }
 
-/// The next whole block from there on. A file full of heads without blocks is not summed again for each of them: the
-/// search ends when it has summed kMostInVain times as many bytes in vain as the file has.
+/// Returns the next whole block at or after `from`. A file full of block headers without valid blocks must not take
+/// quadratic time: the search ends after checksumming kMaxInVain times the file size without finding a block.
 std::optional<BlockPlace> BlockReader::FindBlock(std::uint64_t from) {
   std::string bytes;
   for (std::uint64_t at = from; at + head_bytes() <= size_;) {
@@ -134,7 +135,7 @@ std::optional<BlockPlace> BlockReader::FindBlock(std::uint64_t from) {
   return std::nullopt;
 }
 
-/// Whether the rest of the file, in which there is no whole block, is what a write that was interrupted leaves.
+/// True if the rest of the file, which has no whole block, looks like an interrupted write.
 bool BlockReader::LooksTorn(std::uint64_t at) {
   std::string raw(static_cast<std::size_t>(std::min<std::uint64_t>(head_bytes(), size_ - at)), '\0');
   if (!ReadAt(at, raw.data(), raw.size())) return false;
@@ -150,7 +151,7 @@ std::string BlockReader::Read(const BlockPlace& place) {
   }
   try {
     std::string bytes = Unpack(packed, MostBytes(place.kind));
-    if (bytes.size() != place.bytes) throw Error("is not as long unpacked as it says");
+    if (bytes.size() != place.bytes) throw Error("does not have its declared length when unpacked");
     return bytes;
   } catch (const Error& e) {
     throw Error(fmt::format("{}: a block at byte {} {}", path_, place.offset, e.what()));

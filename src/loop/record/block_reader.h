@@ -1,4 +1,4 @@
-// Reads the blocks of a recording's file, past those that are damaged.
+// Reads the blocks of a recording file and skips damaged ones.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace kerf {
 
-/// A whole block of a file.
+/// Position of an undamaged block in the file.
 struct BlockPlace {
   BlockKind kind = BlockKind::kMeta;
   std::uint32_t number = 0;
@@ -23,33 +23,33 @@ struct BlockPlace {
 
 /// Bytes of a file that could not be read as blocks.
 struct BlockGap {
-  std::size_t before_place = 0;  // the index of the place that follows; as many as there are: none follows
+  std::size_t before_place = 0;  // index of the following entry of places(); places().size() if none follows
   std::uint64_t bytes = 0;
-  std::uint32_t lost_blocks = 0;       // by the number of the block that follows; 0 where none does
-  std::optional<BlockKind> last_kind;  // of the last one of them, where the block that follows tells
-  bool torn = false;  // at the end of the file: the beginning of a block that was not written to its end
+  std::uint32_t lost_blocks = 0;       // from the number of the following block; 0 if none follows
+  std::optional<BlockKind> last_kind;  // kind of the last lost block, if the following block records it
+  bool torn = false;                   // at the end of the file: the start of a block whose writing was interrupted
 };
 
-/// Reads such a file. Memory: a block, and 24 bytes for each block of the file.
+/// Reads a recording file block by block. Memory: one block, and 24 bytes per block of the file.
 class BlockReader {
  public:
-  /// Looks through all of it. Throws Error when it is no recording or can't be read. What is cut short or damaged
-  /// somewhere is no error: after a damaged block it continues at the next block whose checksum is right and whose
-  /// number is higher than all before.
+  /// Scans the whole file. Throws kerf::Error if it is not a recording or cannot be read. A truncated or damaged file
+  /// is not an error: after a damaged block, reading continues at the next block with a correct checksum and a number
+  /// higher than all before.
   explicit BlockReader(const std::string& path);
 
   const std::vector<BlockPlace>& places() const { return places_; }
   const std::vector<BlockGap>& gaps() const { return gaps_; }
-  /// 2, or 1 for a file without a chain.
+  /// Format version: 2, or 1 for a file without a chain.
   int version() const { return version_; }
-  /// The file's first line is not as it was written.
+  /// True if the file's first line is damaged.
   bool first_line_is_bad() const { return first_line_is_bad_; }
-  /// The first block whose digest of the one before it is not that block's; none in version 1. Across a gap it can't
-  /// be known.
+  /// Number of the first block whose link does not match the block before it. None in version 1. Not detectable across
+  /// a gap.
   const std::optional<std::uint32_t>& broken_link() const { return broken_link_; }
-  /// What the last block holds of the one before it.
+  /// Link in the last block to the block before it.
   const BlockLink& last_link() const { return last_link_; }
-  /// Throws Error.
+  /// Reads and unpacks a block. Throws kerf::Error.
   std::string Read(const BlockPlace& place);
   std::uint64_t size() const { return size_; }
   const std::string& path() const { return path_; }
@@ -70,12 +70,12 @@ class BlockReader {
   int version_ = 2;
   bool first_line_is_bad_ = false;
   std::uint32_t next_number_ = 0;
-  BlockHead head_;                // of the block that was looked at last
-  BlockLink link_ = FirstLink();  // that the next block must hold
-  BlockLink next_link_;           // and after the block that was looked at last
+  BlockHead head_;                // of the last block examined
+  BlockLink link_ = FirstLink();  // link that the next block must hold
+  BlockLink next_link_;           // the same after the last block examined
   BlockLink last_link_;
   std::optional<std::uint32_t> broken_link_;
-  std::uint64_t search_bytes_ = 0;  // that may still be summed in vain
+  std::uint64_t search_bytes_ = 0;  // number of bytes that may still be checksummed without finding a block
   std::string packed_;
   std::vector<BlockPlace> places_;
   std::vector<BlockGap> gaps_;

@@ -12,11 +12,11 @@
 #include <cstring>
 #include <filesystem>
 #include <mutex>
-#include <system_error>
 #include <thread>
 
 #include "base/compress/bytes.h"
 #include "base/compress/pack.h"
+#include "base/core/errno_text.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
 
@@ -25,11 +25,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kBetweenFlushes(250);
 
-std::string Reason(int code) {
-  return std::generic_category().message(code);
-}
-
-/// So that the file's name is on the disk as soon as its blocks are. Some file systems can't, and need not.
+/// Flushes the folder, so that the file name is on disk as soon as the blocks are. Some file systems neither support
+/// nor need this.
 void SyncFolder(const std::string& path) {
   const std::string parent = std::filesystem::path(path).parent_path().string();
   const int folder = open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -117,22 +114,22 @@ std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed) {
 std::size_t MostBytes(BlockKind kind) {
   switch (kind) {
     case BlockKind::kFile:
-      return kMostFileBytes;
+      return kMaxFileBytes;
     case BlockKind::kSteps:
-      return kMostStepsBytes;
+      return kMaxStepsBytes;
     case BlockKind::kPiece:
-      return kMostPieceBytes;
+      return kMaxPieceBytes;
     case BlockKind::kEvent:
     case BlockKind::kEnd:
     case BlockKind::kSeal:
-      return kMostEventBytes;
+      return kMaxEventBytes;
     case BlockKind::kMeta:
       break;
   }
-  return kMostMetaBytes;
+  return kMaxMetaBytes;
 }
 
-/// Brings to the disk what has been written, so that whoever writes does not wait for it.
+/// Flushes written blocks to disk in a separate thread, so that the writing thread does not wait.
 struct BlockFile::Flusher {
   explicit Flusher(int file) : thread([this, file] { Run(file); }) {}
   ~Flusher() {
@@ -162,15 +159,15 @@ struct BlockFile::Flusher {
   std::mutex mutex;
   std::condition_variable wake;
   bool stop = false;
-  std::thread thread;  // the last: it uses the others
+  std::thread thread;  // last, because it uses the other members
 };
 
 BlockFile::BlockFile(const std::string& path) : path_(path) {
   CheckWritable(path);
   file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
   if (file_ < 0) {
-    if (errno == EEXIST) throw Error(fmt::format("{}: is there already; a recording never replaces a file", path));
-    throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+    if (errno == EEXIST) throw Error(fmt::format("{}: already exists; a recording never replaces a file", path));
+    throw Error(fmt::format("{}: can't be written: {}", path, FormatErrno(errno)));
   }
   flusher_ = std::make_unique<Flusher>(file_);
   try {
@@ -196,9 +193,9 @@ void BlockFile::Write(std::string_view bytes) {
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int code = written < 0 ? errno : ENOSPC;
-      // So that it ends with a whole block. If that fails too, whoever reads it passes over the rest.
+      // Truncates the file to whole blocks. If that fails too, a reader skips the rest.
       if (ftruncate(file_, static_cast<off_t>(before)) == 0) bytes_ = before;
-      throw Error(fmt::format("{}: can't be written any further: {}", path_, Reason(code)));
+      throw Error(fmt::format("{}: can't be written any further: {}", path_, FormatErrno(code)));
     }
     bytes_ += static_cast<std::uint64_t>(written);
     bytes.remove_prefix(static_cast<std::size_t>(written));
@@ -209,28 +206,28 @@ void BlockFile::Write(std::string_view bytes) {
 void BlockFile::Check() {
   if (file_ < 0) throw Error(fmt::format("{}: the recording has been closed", path_));
   if (const int code = flusher_->failure.load(); code != 0) {
-    throw Error(fmt::format("{}: can't be written any further: {}", path_, Reason(code)));
+    throw Error(fmt::format("{}: can't be written any further: {}", path_, FormatErrno(code)));
   }
   struct stat of_file {};
   struct stat of_name {};
   if (fstat(file_, &of_file) == 0 && (of_file.st_nlink == 0 || stat(path_.c_str(), &of_name) != 0 ||
                                       of_name.st_ino != of_file.st_ino || of_name.st_dev != of_file.st_dev)) {
-    throw Error(fmt::format("{}: the recording's file was taken away while it was being written", path_));
+    throw Error(fmt::format("{}: the recording file was removed or replaced while it was being written", path_));
   }
 }
 
 void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
   if (bytes.size() > MostBytes(kind)) {
-    throw Error(fmt::format("{}: can't be written any further: {} MB in one block, and {} are the most", path_,
+    throw Error(fmt::format("{}: can't be written any further: {} MB in one block, where the maximum is {}", path_,
                             bytes.size() >> 20, MostBytes(kind) >> 20));
   }
   Check();
   const std::string block = FormatBlock(kind, bytes, number_, &link_, level);
-  if (bytes_ + block.size() > kMostRecordingBytes) {
+  if (bytes_ + block.size() > kMaxRecordingBytes) {
     throw Error(fmt::format("{}: can't be written any further: a recording holds {} GiB at most", path_,
-                            kMostRecordingBytes >> 30));
+                            kMaxRecordingBytes >> 30));
   }
-  // In one go: a killed program leaves at most the last block torn.
+  // One write, so that killing the program damages at most the last block.
   Write(block);
   ++number_;
   link_ = LinkAfter(kind, block, {});
@@ -243,7 +240,7 @@ void BlockFile::Close() {
   const int closed = close(file_) != 0 ? errno : 0;
   file_ = -1;
   if (failed != 0 || closed != 0) {
-    throw Error(fmt::format("{}: can't be written to its end: {}", path_, Reason(failed != 0 ? failed : closed)));
+    throw Error(fmt::format("{}: can't be written to its end: {}", path_, FormatErrno(failed != 0 ? failed : closed)));
   }
 }
 

@@ -7,10 +7,10 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMostGapsNamed = 3;
+constexpr std::size_t kMaxGapsNamed = 3;
 
 std::string DescribeGaps(const RecordingDamage& damage) {
-  const std::size_t named = std::min(damage.gaps.size(), kMostGapsNamed);
+  const std::size_t named = std::min(damage.gaps.size(), kMaxGapsNamed);
   std::string where;
   for (std::size_t i = 0; i < named; ++i) {
     const LostSteps& gap = damage.gaps[i];
@@ -49,7 +49,7 @@ std::string Describe(const LostBlocks& lost) {
     case BlockKind::kEvent:
       return "an event is damaged";
     case BlockKind::kEnd:
-      return "the block that says how it ended is damaged";
+      return "the block that describes its end is damaged";
     case BlockKind::kSteps:
     case BlockKind::kSeal:
       break;

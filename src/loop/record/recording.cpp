@@ -22,14 +22,14 @@ using nlohmann::ordered_json;
 constexpr double kBlock_s = 0.25;
 constexpr double kLongestStep_s = 1000;
 constexpr double kLongest_s = 1e12;
-constexpr std::uint64_t kMostSteps = 1'000'000'000'000'000;
+constexpr std::uint64_t kMaxSteps = 1'000'000'000'000'000;
 constexpr double kSameTime_s = 1e-6;
 
 std::string Hex(std::uint64_t hash) {
   return fmt::format("{:016x}", hash);
 }
 
-/// Reads what it knows of an object; whatever else stands there is for later versions.
+/// Reads the expected keys of a JSON object and ignores others, which later versions may add.
 class JsonReader {
  public:
   JsonReader(const std::string& text, const char* what) : what_(what) {
@@ -54,7 +54,7 @@ class JsonReader {
   std::uint64_t Hash(const char* key) const {
     const std::string text = Text(key);
     if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos) {
-      Fail(fmt::format("has {} = \"{}\", which is no hash", key, text.substr(0, 40)));
+      Fail(fmt::format("has {} = \"{}\", which is not a hash", key, text.substr(0, 40)));
     }
     return std::stoull(text, nullptr, 16);
   }
@@ -66,7 +66,7 @@ class JsonReader {
     }
     const auto at = [&](std::size_t i) { return (*it)[i].get<double>(); };
     const Pose X{Quat{at(3), at(4), at(5), at(6)}, Vec3{at(0), at(1), at(2)}};
-    if (!IsValid(X) || !IsInWorld(X.p_AB)) Fail(fmt::format("has a pose \"{}\" that is none", key));
+    if (!IsValid(X) || !IsInWorld(X.p_AB)) Fail(fmt::format("has a pose \"{}\" that is not valid", key));
     return X;
   }
 
@@ -116,7 +116,7 @@ RecordingHead ParseHead(const std::string& text) {
   } else if (kind == "slab") {
     head.kind = RecordedKind::kSlab;
   } else {
-    throw Error(fmt::format("is of a kind \"{}\" that this version does not know", kind.substr(0, 40)));
+    throw Error(fmt::format("is of a kind \"{}\" that this version does not support", kind.substr(0, 40)));
   }
   head.version = Printable(json.Text("version"));
   head.commit = Printable(json.Text("commit"));
@@ -151,7 +151,7 @@ std::string FormatEnd(const RecordingEnd& end) {
 RecordingEnd ParseEnd(const std::string& text) {
   const JsonReader json(text, "end");
   RecordingEnd end;
-  end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, static_cast<double>(kMostSteps)));
+  end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, static_cast<double>(kMaxSteps)));
   end.time_s = json.Number("time_s", 0, kLongest_s);
   end.force_hash = json.Hash("force_hash");
   end.voxel_hash = json.Hash("voxel_hash");
@@ -172,7 +172,7 @@ std::string FormatEvent(const RecordedEvent& event) {
 RecordedEvent ParseEvent(const std::string& text) {
   const JsonReader json(text, "list of events");
   RecordedEvent event;
-  event.step = static_cast<std::uint64_t>(json.Number("step", 0, static_cast<double>(kMostSteps)));
+  event.step = static_cast<std::uint64_t>(json.Number("step", 0, static_cast<double>(kMaxSteps)));
   event.time_s = json.Number("time_s", 0, kLongest_s);
   event.what = Printable(json.Text("what"));
   event.name = Printable(json.Text("name"));
@@ -195,11 +195,11 @@ const char* ToString(RecordedKind kind) {
 }
 
 void CheckNewRecording(const std::string& path) {
-  if (path.empty()) throw Error("--record names no file");
+  if (path.empty()) throw Error("--record does not specify a file");
   CheckWritable(path);
   std::error_code none;
   if (std::filesystem::exists(std::filesystem::symlink_status(path, none))) {
-    throw Error(fmt::format("{}: is there already; a recording never replaces a file", path));
+    throw Error(fmt::format("{}: already exists; a recording never replaces a file", path));
   }
 }
 
@@ -208,8 +208,8 @@ RecordingWriter::RecordingWriter(const std::string& path, const RecordingHead& h
     : file_(path),
       key_(key),
       steps_in_block_(static_cast<std::size_t>(
-          std::clamp(std::floor(kBlock_s * head.rate_hz), 1.0, static_cast<double>(kMostStepsInBlock)))) {
-  // Twice: without its head no recording can be read.
+          std::clamp(std::floor(kBlock_s * head.rate_hz), 1.0, static_cast<double>(kMaxStepsInBlock)))) {
+  // Written twice, because a recording cannot be read without its head.
   for (int i = 0; i < 2; ++i) file_.Append(BlockKind::kMeta, FormatHead(head));
   for (const auto& [name, bytes] : files) {
     ByteWriter out;
@@ -272,7 +272,7 @@ RecordingReader::RecordingReader(const std::string& path) : blocks_(path) {
   const std::vector<BlockPlace>& places = blocks_.places();
   if (places.empty() || places.front().kind != BlockKind::kMeta) {
     const bool damaged = !blocks_.gaps().empty() && !blocks_.gaps().front().torn;
-    throw Error(fmt::format("{}: {} its head; nothing can be read of it", path,
+    throw Error(fmt::format("{}: {} its head; nothing can be read from it", path,
                             damaged ? "is damaged in" : "is cut short before"));
   }
   try {
@@ -297,7 +297,7 @@ void RecordingReader::Read() {
         TakeSteps(places[i]);
         break;
       case BlockKind::kEvent:
-        if (events_.size() == kMostEvents) throw Error("holds more events than a recording may");
+        if (events_.size() == kMaxEvents) throw Error("holds too many events for a recording");
         events_.push_back(ParseEvent(blocks_.Read(places[i])));
         break;
       case BlockKind::kEnd:
@@ -317,8 +317,8 @@ void RecordingReader::TakeEnd(const BlockPlace& place) {
   end_ = ParseEnd(blocks_.Read(place));
   if (end_->steps == next_step_) return;
   if (lost_.empty() || end_->steps < next_step_) {
-    throw Error(fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written", end_->steps,
-                            next_step_));
+    throw Error(fmt::format("its end states {} steps, but it holds {}: it was changed after it was written",
+                            end_->steps, next_step_));
   }
   AddLostSteps(end_->steps, end_->time_s);
 }
@@ -331,7 +331,7 @@ void RecordingReader::TakeSteps(const BlockPlace& place) {
   }
   KeepLost(false);
   for (const RecordedStep& step : block.steps) {
-    if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick of no time that there is");
+    if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick with an invalid duration");
     if ((step.flags & kRecordedPieceLeaves) != 0)
       pieces_.try_emplace(step.piece, LostSteps{next_step_, 0, duration_s_, 0});
     ++next_step_;
@@ -341,10 +341,10 @@ void RecordingReader::TakeSteps(const BlockPlace& place) {
   steps_places_.push_back(place);
 }
 
-/// The blocks of these steps are among those that are missing.
+/// Adds steps whose blocks are missing.
 void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
-  if (until_step > kMostSteps || !(until_s >= duration_s_ - kSameTime_s && until_s <= kLongest_s)) {
-    throw Error("has steps after a gap at a time that can't be");
+  if (until_step > kMaxSteps || !(until_s >= duration_s_ - kSameTime_s && until_s <= kLongest_s)) {
+    throw Error("has steps after a gap at an impossible time");
   }
   damage_.gaps.push_back({next_step_, until_step - next_step_, duration_s_, until_s});
   damage_.lost_steps += until_step - next_step_;
@@ -353,7 +353,7 @@ void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
   KeepLost(true);
 }
 
-/// Of the blocks that are missing those that were not of steps. `with_steps`: some of them were of steps.
+/// Keeps the missing blocks that did not hold steps. `with_steps`: some of the missing blocks held steps.
 void RecordingReader::KeepLost(bool with_steps) {
   for (const LostBlocks& lost : lost_) {
     const bool is_other = lost.count == 1 && lost.last_kind && *lost.last_kind != BlockKind::kSteps;
@@ -369,8 +369,8 @@ void RecordingReader::CheckSeal() {
   if (const std::optional<std::uint32_t>& number = blocks_.broken_link()) {
     seal_.is_broken = true;
     faults_.push_back(
-        fmt::format("the chain is broken between its blocks {} and {}: one of them is not as it was written", *number,
-                    *number + 1));
+        fmt::format("the chain is broken between its blocks {} and {}: one of them was changed after it was written",
+                    *number, *number + 1));
   }
   seal_.is_chained = blocks_.version() > 1;
   if (last != (seal_.is_chained ? BlockKind::kSeal : BlockKind::kEnd)) {
@@ -385,8 +385,8 @@ void RecordingReader::CheckSeal() {
   const SealBlock seal = ParseSeal(blocks_.Read(places.back()));
   const bool is_signed = IsSignedBy(seal.digest, seal.key, seal.signature);
   const bool fits = seal.digest == blocks_.last_link().digest;
-  if (!fits) faults_.emplace_back("its seal is not of these blocks");
-  if (!seal.key.empty() && !is_signed) faults_.emplace_back("its signature does not fit its blocks");
+  if (!fits) faults_.emplace_back("its seal does not belong to these blocks");
+  if (!seal.key.empty() && !is_signed) faults_.emplace_back("its signature does not match its blocks");
   seal_.is_broken = seal_.is_broken || !fits || (!seal.key.empty() && !is_signed);
   seal_.is_whole = blocks_.gaps().empty() && faults_.empty();
   if (seal_.is_whole && is_signed) seal_.signer = seal.key;
@@ -419,7 +419,7 @@ void RecordingReader::FindDamage() {
   damage_.sentence = Describe(damage_, faults_, duration_s_);
 }
 
-/// A step at which a piece leaves that is missing can't be gone through.
+/// Limits the replayable steps: a step in which a missing piece leaves cannot be replayed.
 void RecordingReader::LimitToPieces() {
   std::set<std::uint64_t> there;
   for (const BlockPlace& place : blocks_.places()) {
@@ -444,9 +444,9 @@ std::map<std::string, std::string> RecordingReader::ReadFiles() {
     const std::string name = Printable(in.GetText());
     files[name] = std::string(in.GetText());
     total += bytes.size();
-    if (total > kMostBytesOfFiles) {
-      throw Error(fmt::format("{}: has more than {} MiB of inputs, which is more than a recording may", path(),
-                              kMostBytesOfFiles >> 20));
+    if (total > kMaxBytesOfFiles) {
+      throw Error(fmt::format("{}: has more than {} MiB of inputs, the maximum in a recording", path(),
+                              kMaxBytesOfFiles >> 20));
     }
   }
   return files;
@@ -469,7 +469,7 @@ std::string RecordingReader::ReadPiece(std::uint32_t number) {
     ByteReader in(bytes);
     if (in.GetNumber() == number) return std::string(in.GetText());
   }
-  throw Error(fmt::format("{}: has no piece of number {}", path(), number));
+  throw Error(fmt::format("{}: has no piece with number {}", path(), number));
 }
 
 }  // namespace kerf

@@ -1,5 +1,4 @@
-// A recording: everything that a session was given, tick by tick, so that it can be gone through again to the same
-// bits.
+// Recording: all inputs of a session, tick by tick, so that it can be replayed bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -20,73 +19,76 @@ namespace kerf {
 enum class RecordedKind : std::uint8_t { kLoop, kRun, kSlab };
 const char* ToString(RecordedKind kind);
 
-/// What stands at the head of a recording.
+/// Head of a recording.
 struct RecordingHead {
   RecordedKind kind = RecordedKind::kLoop;
   std::string scene_name;
-  std::string scene_file;           // where it was; relative names in the scene are from there
+  std::string scene_file;           // path of the scene file, to which relative names in the scene refer
   std::string scene_toml;           // resolved
   std::uint64_t bone_hash = 0;      // Bone::CalcHash()
   std::uint64_t material_hash = 0;  // Bone::CalcMaterialHash()
   double voxel_mm = 0;
   double rate_hz = 1000;
   Pose X_WT_start;
-  int check_bits = 16;  // of RecordedStep's checks: 8 or 16
+  int check_bits = 16;  // size of the checks in RecordedStep: 8 or 16
   int state_every_steps = 10;
   int hash_every_steps = 1000;
-  // by whom and where, for people
+  // Origin of the recording, for display.
   std::string version;
   std::string commit;
   std::string compiler;
   std::string machine;
   std::string created;        // UTC
-  std::string taken_up_from;  // another recording, with the time; else empty
+  std::string taken_up_from;  // another recording from which it was continued, with the time; otherwise empty
 };
 
-/// How it ended.
+/// End of a recording.
 struct RecordingEnd {
   std::uint64_t steps = 0;
   double time_s = 0;
   std::uint64_t force_hash = 0;
   std::uint64_t voxel_hash = 0;            // as RecordedHash::bone
   std::optional<std::uint64_t> bone_hash;  // Bone::CalcHash()
-  std::string why;                         // a few words: "asked", "the device failed"
+  std::string why;                         // reason in a few words: "asked", "the device failed"
 };
 
-/// Something that happened, for people and for a list: "checkpoint" "before the second cut".
+/// An event, for display and lists: "checkpoint" "before the second cut".
 struct RecordedEvent {
-  std::uint64_t step = 0;  // before which
+  std::uint64_t step = 0;  // step that follows the event
   double time_s = 0;
   std::string what;
   std::string name;
   std::uint32_t number = 0;  // RecordedStep::checkpoint
 };
 
-/// For asking before long work. Throws Error when a recording can't be made there, or would replace a file.
+/// Checks, before lengthy work begins, that a recording can be created. Throws kerf::Error if it cannot, or if it would
+/// replace a file.
 void CheckNewRecording(const std::string& path);
 
-/// Writes a recording as it comes: a block for each quarter of a second.
+/// Writes a recording during the session: one block per quarter of a second.
 class RecordingWriter {
  public:
-  /// `files`: inputs of the scene by their full name, with their bytes. `key`: that signs it at its end. Throws Error.
+  /// `files`: inputs of the scene by full name, with their bytes. `key`: signs the recording at its end. Throws
+  /// kerf::Error.
   RecordingWriter(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files,
                   const std::optional<SealKey>& key = std::nullopt);
 
-  /// `time_s`: at the end of the step. All throw Error when the file can't be written any further.
+  /// Adds a step. `time_s`: time at the end of the step. All functions throw kerf::Error if the file can no longer be
+  /// written.
   void Add(const RecordedStep& step, double time_s);
-  /// After the step that was added last.
+  /// These refer to the last added step.
   void AddState(RecordedState state);
   void AddHash(std::uint64_t force, std::uint64_t bone);
   void AddEvent(RecordedEvent event);
   void AddPiece(std::uint32_t number, const std::string& bytes);
-  /// What has been added so far into the file.
+  /// Writes all steps added so far to the file.
   void Flush();
   void Finish(const RecordingEnd& end);
 
   std::uint64_t steps() const { return steps_; }
   std::uint64_t bytes() const { return file_.bytes(); }
   const std::string& path() const { return file_.path(); }
-  // in the file
+  // Steps written to the file, and their end time.
   std::uint64_t written_steps() const { return written_steps_; }
   double written_s() const { return written_s_; }
 
@@ -101,11 +103,11 @@ class RecordingWriter {
   double time_s_ = 0;
 };
 
-/// Memory: a block of steps and an index of the file.
+/// Reads a recording. Memory: one block of steps and an index of the file.
 class RecordingReader {
  public:
-  /// Throws Error when it is none, or its head does not make sense. One that was cut short or damaged is read, but for
-  /// what is missing: damage().
+  /// Throws kerf::Error if the file is not a recording or its head is invalid. A truncated or damaged recording is read
+  /// except for its missing parts; see damage().
   explicit RecordingReader(const std::string& path);
 
   const std::string& path() const { return blocks_.path(); }
@@ -114,21 +116,21 @@ class RecordingReader {
   std::map<std::string, std::string> ReadFiles();
   const std::optional<RecordingEnd>& end() const { return end_; }
   const std::vector<RecordedEvent>& events() const { return events_; }
-  /// That were read; damage().whole_steps of them can be gone through again.
+  /// Number of steps read. damage().whole_steps of them can be replayed.
   std::uint64_t steps() const { return steps_; }
-  /// At the end of the last step that was read.
+  /// Time at the end of the last step read.
   double duration_s() const { return duration_s_; }
-  /// What is missing, if anything is.
+  /// Missing parts.
   const RecordingDamage& damage() const { return damage_; }
-  /// damage().sentence: empty when the recording is whole and has its end.
+  /// damage().sentence: empty if the recording is whole, including its end.
   const std::string& DescribeDamage() const { return damage_.sentence; }
-  /// Whether the blocks are those that were written, and who signed them.
+  /// Result of checking the chain and the signature.
   const RecordingSeal& seal() const { return seal_; }
 
-  /// The i-th block of steps that was read, in order; RecordedBlock::first_step tells where one is missing before it.
-  /// False when there are not as many. Throws Error.
+  /// Reads the i-th readable block of steps, in order; a jump in RecordedBlock::first_step shows that a block before it
+  /// is missing. Returns false if there are fewer blocks. Throws kerf::Error.
   bool ReadBlock(std::size_t i, RecordedBlock& block);
-  /// Of a piece that was going to leave. Throws Error when there is none of that number.
+  /// Reads a piece that was about to leave. Throws kerf::Error if no piece has this number.
   std::string ReadPiece(std::uint32_t number);
 
  private:
@@ -147,14 +149,14 @@ class RecordingReader {
   std::vector<RecordedEvent> events_;
   std::vector<BlockPlace> steps_places_;
   std::uint64_t steps_ = 0;
-  std::uint64_t next_step_ = 0;  // with those that are missing
+  std::uint64_t next_step_ = 0;  // includes missing steps
   double duration_s_ = 0;
   RecordingDamage damage_;
   RecordingSeal seal_;
   std::vector<LostBlocks> lost_;     // since the last block of steps
-  std::vector<std::string> faults_;  // besides the steps that are missing
+  std::vector<std::string> faults_;  // in addition to the missing steps
   bool has_last_block_ = false;
-  std::map<std::uint32_t, LostSteps> pieces_;  // where the steps name them: step and time before it
+  std::map<std::uint32_t, LostSteps> pieces_;  // pieces that steps refer to: step, and time before it
 };
 
 }  // namespace kerf

@@ -10,8 +10,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
+#include "base/core/errno_text.h"
 #include "base/files/files.h"
 #include "kerf/error.h"
 
@@ -20,17 +20,18 @@ namespace {
 
 constexpr std::string_view kSecretWords = "kerf secret key ";
 constexpr std::string_view kPublicWords = "kerf public key ";
-constexpr std::string_view kSigned = "kerf recording seal 1\n";  // before the digest: a signature of nothing else fits
-constexpr std::size_t kMostKeyBytes = std::size_t{1} << 20;
+constexpr std::string_view kSigned = "kerf recording seal 1\n";  // precedes the digest, so that signatures of other
+                                                                 // data are invalid
+constexpr std::size_t kMaxKeyBytes = std::size_t{1} << 20;
 constexpr mode_t kOthers = S_IRWXG | S_IRWXO;
 
 using Signature = std::array<unsigned char, crypto_sign_BYTES>;
 using Secret = std::array<unsigned char, crypto_sign_SECRETKEYBYTES>;
 
-/// libsodium asks for it before anything else.
+/// libsodium must be initialised before use.
 void Begin() {
   static const int begun = sodium_init();
-  if (begun < 0) throw Error("libsodium can't be used here: the system has no random numbers");
+  if (begun < 0) throw Error("libsodium can't be used here: the system provides no random numbers");
 }
 
 template <std::size_t kSize>
@@ -158,20 +159,21 @@ SealBlock ParseSeal(const std::string& text) {
   if (!ParseHex(get("digest"), seal.digest)) throw Error("its seal has no digest");
   seal.key = get("key");
   seal.signature = get("signature");
-  if (Digest raw; !seal.key.empty() && !ParseHex(seal.key, raw)) throw Error("its seal has a key that is none");
+  if (Digest raw; !seal.key.empty() && !ParseHex(seal.key, raw)) throw Error("its seal has a key that is not valid");
   return seal;
 }
 
 std::string DescribeSeal(const RecordingSeal& seal, const std::vector<KnownKey>& known) {
   if (!seal.is_chained) return "not sealed: written as version 1 of the format, which has no chain";
-  if (seal.is_broken) return "chain broken: not as it was written; no signature holds";
-  if (!seal.is_whole) return "the chain holds for the blocks that were read, but not up to a seal; no signature holds";
-  if (seal.signer.empty()) return "chain whole; not signed";
-  std::string owner = "not known here";
+  if (seal.is_broken) return "chain broken: changed after it was written; no signature is valid";
+  if (!seal.is_whole)
+    return "the chain is intact for the blocks that were read, but does not reach a seal; no signature is valid";
+  if (seal.signer.empty()) return "chain intact; not signed";
+  std::string owner = "owner unknown";
   for (const KnownKey& one : known) {
     if (one.key == seal.signer) owner = one.owner;
   }
-  return fmt::format("chain whole; signed by key {} ({})", ShortKey(seal.signer), owner);
+  return fmt::format("chain intact; signed by key {} ({})", ShortKey(seal.signer), owner);
 }
 
 std::string FindKeyFile() {
@@ -186,13 +188,11 @@ std::string FindKeyFile() {
 
 SealKey MakeKeyFile() {
   const std::string path = FindKeyFile();
-  const auto fail = [&](int code) {
-    throw Error(fmt::format("{}: can't be written: {}", path, std::generic_category().message(code)));
-  };
+  const auto fail = [&](int code) { throw Error(fmt::format("{}: can't be written: {}", path, FormatErrno(code))); };
   MakeFolder(std::filesystem::path(path).parent_path().string());
   const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR);
   if (file < 0 && errno == EEXIST) {
-    throw Error(fmt::format("{}: is there already; a key is never replaced", path));
+    throw Error(fmt::format("{}: already exists; a key is never replaced", path));
   }
   if (file < 0) fail(errno);
   const SealKey key = SealKey::Make();
@@ -213,15 +213,15 @@ std::optional<SealKey> ReadKeyFile() {
   const std::string path = FindKeyFile();
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) {
-    // EACCES: a home that is another user's, as a service may have, holds no key of this one.
+    // EACCES: another user's home directory, as a service may have, holds no key of this user.
     if (errno == ENOENT || errno == ENOTDIR || errno == EACCES) return std::nullopt;
-    throw Error(fmt::format("{}: can't be read: {}", path, std::generic_category().message(errno)));
+    throw Error(fmt::format("{}: can't be read: {}", path, FormatErrno(errno)));
   }
   if ((status.st_mode & kOthers) != 0) {
-    throw Error(fmt::format("{}: is open to other users; 'chmod 600' closes it, or remove it", path));
+    throw Error(fmt::format("{}: is accessible to other users; restrict it with 'chmod 600', or remove it", path));
   }
   try {
-    return SealKey::ParseSecret(ReadTextFile(path, kMostKeyBytes));
+    return SealKey::ParseSecret(ReadTextFile(path, kMaxKeyBytes));
   } catch (const Error& e) {
     const std::string what = e.what();
     throw Error(what.starts_with(path) ? what : fmt::format("{}: {}", path, what));
@@ -233,7 +233,7 @@ std::vector<KnownKey> ListOwnKeys() {
     const std::optional<SealKey> key = ReadKeyFile();
     if (key) return {{key->public_key(), "this installation's"}};
   } catch (const Error&) {
-    // A key that can't be used is an error when something is recorded, not here.
+    // An unusable key is an error when recording, not here.
   }
   return {};
 }
@@ -243,7 +243,7 @@ std::string FormatPublicKey(const PublicKey& key) {
 }
 
 std::vector<KnownKey> ReadPublicKeys(const std::string& file) {
-  const std::string text = ReadTextFile(file, kMostKeyBytes);
+  const std::string text = ReadTextFile(file, kMaxKeyBytes);
   std::vector<KnownKey> keys;
   int number = 1;
   for (std::size_t at = 0; at < text.size(); ++number) {

@@ -1,5 +1,5 @@
-// The seal of a recording: a chain of digests over its blocks and, with a key of the installation, a signature at its
-// end. docs/formats.md says what each of them shows and what not.
+// Seal of a recording: a chain of digests over its blocks and, with a key of the installation, a signature at its end.
+// docs/formats.md states what each of them proves.
 #pragma once
 
 #include <array>
@@ -18,67 +18,68 @@ std::string ToHex(const Digest& digest);
 
 /// 64 hexadecimal digits.
 using PublicKey = std::string;
-/// Its first 16 digits, for people.
+/// Returns the first 16 digits, for display.
 std::string ShortKey(const PublicKey& key);
 
 /// A secret key of Ed25519.
 class SealKey {
  public:
-  /// A fresh one, from the system's random numbers.
+  /// Creates a key from the system's random numbers.
   static SealKey Make();
-  /// As FormatSecret() gave it. Throws Error.
+  /// Parses the output of FormatSecret(). Throws kerf::Error.
   static SealKey ParseSecret(std::string_view text);
   std::string FormatSecret() const;
   PublicKey public_key() const;
-  /// Of a seal's digest: 128 hexadecimal digits.
+  /// Signs a seal's digest; returns 128 hexadecimal digits.
   std::string Sign(const Digest& digest) const;
 
  private:
   std::array<unsigned char, 32> seed_{};
 };
-/// False also for a key or signature that is none.
+/// Also returns false for an invalid key or signature.
 bool IsSignedBy(const Digest& digest, const PublicKey& key, std::string_view signature);
 
-/// The block at the end of a recording.
+/// Last block of a recording.
 struct SealBlock {
-  Digest digest{};        // of all blocks before it, by the chain
+  Digest digest{};        // digest of the chain of all blocks before it
   PublicKey key;          // empty: not signed
   std::string signature;  // of `digest`
 };
 SealBlock MakeSeal(const Digest& digest, const std::optional<SealKey>& key);
 std::string FormatSeal(const SealBlock& seal);
-/// Throws Error.
+/// Throws kerf::Error.
 SealBlock ParseSeal(const std::string& text);
 
-/// What the seal of a recording shows.
+/// Result of checking a recording's seal.
 struct RecordingSeal {
   bool is_chained = false;  // written as version 2, with a digest in each block
-  bool is_broken = false;   // a block or the seal is not the one that was written
-  bool is_whole = false;    // no block is missing, changed, added or in another place, from the first to the seal
-  PublicKey signer;         // whose signature is good; empty: none
+  bool is_broken = false;   // a block or the seal was changed after writing
+  bool is_whole = false;    // no block is missing, changed, added or moved, from the first to the seal
+  PublicKey signer;         // key of the valid signature; empty: none
 };
 
-/// A public key that is known, and whose it is.
+/// A known public key and its owner.
 struct KnownKey {
   PublicKey key;
-  std::string owner;  // "this installation", or what stands behind it in a file
+  std::string owner;  // "this installation's", or the name after the key in a file
 };
-/// "chain whole; signed by key 1234567890abcdef (this installation's)".
+/// Returns a phrase such as "chain intact; signed by key 1234567890abcdef (this installation's)".
 std::string DescribeSeal(const RecordingSeal& seal, const std::vector<KnownKey>& known);
 
-// ---- the key of the installation
+// ---- Key of the installation.
 
-/// $XDG_CONFIG_HOME/kerf/recording.key, else ~/.config/kerf/recording.key. Throws Error when neither is set.
+/// Returns $XDG_CONFIG_HOME/kerf/recording.key, otherwise ~/.config/kerf/recording.key. Throws kerf::Error if neither
+/// variable is set.
 std::string FindKeyFile();
-/// Makes a key there, which only the user can read. Throws Error when there is one already.
+/// Creates a key there that only the user can read. Throws kerf::Error if a key exists already.
 SealKey MakeKeyFile();
-/// None when there is no such file. Throws Error when others can read it, or it is not a key.
+/// Returns none if the file does not exist. Throws kerf::Error if other users can read it, or if it is not a key.
 std::optional<SealKey> ReadKeyFile();
-/// Its public half, or none when there is no key that can be used: for showing what is known.
+/// Returns the public key of the installation for display, or none if there is no usable key.
 std::vector<KnownKey> ListOwnKeys();
-/// One line for other people: "kerf public key 12ab...".
+/// Returns one line to pass on to others: "kerf public key 12ab...".
 std::string FormatPublicKey(const PublicKey& key);
-/// Lines as FormatPublicKey() gives, each with a name behind it or without. Throws Error.
+/// Reads lines as from FormatPublicKey(), each optionally followed by a name. Throws kerf::Error.
 std::vector<KnownKey> ReadPublicKeys(const std::string& file);
 
 }  // namespace kerf

@@ -18,7 +18,7 @@ enum PoseMode : std::uint8_t { kLattice = 0, kRaw = 1 };
 
 // ---- columns
 
-/// Values as pairs of a value and how often it comes.
+/// Run-length encoding: pairs of a value and its number of repetitions.
 template <typename Get>
 void PutRuns(ByteWriter& out, const std::vector<RecordedStep>& steps, Get&& get) {
   for (std::size_t i = 0; i < steps.size();) {
@@ -36,12 +36,12 @@ void GetRuns(ByteReader& in, std::vector<RecordedStep>& steps, Set&& set) {
   for (std::size_t i = 0; i < steps.size();) {
     const std::uint64_t value = in.GetNumber();
     const std::uint64_t count = in.GetNumber();
-    if (count == 0 || count > steps.size() - i) throw Error("has a run that goes past its steps");
+    if (count == 0 || count > steps.size() - i) throw Error("has a run that extends past its steps");
     for (const std::size_t end = i + static_cast<std::size_t>(count); i < end; ++i) set(steps[i], value);
   }
 }
 
-/// Whole numbers by what is left when the two before are carried on evenly.
+/// Integers as differences from the linear extrapolation of the two before.
 void PutSecondDifferences(ByteWriter& out, const std::vector<std::int64_t>& values) {
   std::uint64_t before = 0;
   std::uint64_t before_that = 0;
@@ -64,7 +64,7 @@ void GetSecondDifferences(ByteReader& in, std::vector<std::int64_t>& values) {
   }
 }
 
-/// Doubles as whole numbers in the same order, one for each double.
+/// Maps doubles to integers one to one, preserving their order.
 std::uint64_t Order(double x) {
   const auto bits = std::bit_cast<std::uint64_t>(x);
   return bits >> 63 != 0 ? ~bits : bits | (std::uint64_t{1} << 63);
@@ -73,7 +73,7 @@ double UnOrder(std::uint64_t ordered) {
   return std::bit_cast<double>(ordered >> 63 != 0 ? ordered ^ (std::uint64_t{1} << 63) : ~ordered);
 }
 
-/// A double by those before it, carried on as a polynomial of that degree: the same bits everywhere.
+/// Extrapolates doubles from those before with a polynomial of the given degree. Bit-identical on all platforms.
 class Carry {
  public:
   explicit Carry(int degree) : degree_(degree) {}
@@ -170,10 +170,10 @@ void GetLatticePoses(ByteReader& in, std::vector<RecordedStep>& steps) {
   }
 }
 
-// ---- what is noted among them
+// ---- states and hashes
 
 struct StateColumn {
-  const char* name;  // as `kerf log --csv` calls it
+  const char* name;  // column name in `kerf log --csv`
   double (*get)(const RecordedState&);
   void (*set)(RecordedState&, double);
   double unit;
@@ -198,7 +198,7 @@ const std::array<StateColumn, 9> kStateColumns{{
      [](RecordedState& s, double x) { s.engaged_teeth = x; }, 1e-3},
 }};
 
-// So many units of a column come back from a double as they went in.
+// Numbers of units up to this survive the conversion to double and back.
 constexpr std::int64_t kLargestUnits = std::int64_t{1} << 48;
 
 std::int64_t Round(double x, double unit) {
@@ -218,20 +218,20 @@ void PutStates(ByteWriter& out, const RecordedBlock& block) {
 
 std::uint64_t GetStepWithin(ByteReader& in, const RecordedBlock& block) {
   const std::uint64_t at = in.GetNumber();
-  if (at >= block.steps.size()) throw Error("notes a step that it does not have");
+  if (at >= block.steps.size()) throw Error("refers to a step that it does not have");
   return block.first_step + at;
 }
 
 void GetStates(ByteReader& in, RecordedBlock& block) {
   const std::size_t count = in.GetCount(kStateColumns.size());
-  if (count > block.steps.size()) throw Error("notes more states than it has steps");
+  if (count > block.steps.size()) throw Error("has more states than steps");
   block.states.resize(count);
   for (RecordedState& state : block.states) state.step = GetStepWithin(in, block);
   std::vector<std::int64_t> column(block.states.size());
   for (const StateColumn& c : kStateColumns) {
     GetSecondDifferences(in, column);
     for (const std::int64_t value : column) {
-      if (value > kLargestUnits || value < -kLargestUnits) throw Error("notes a state that can't be");
+      if (value > kLargestUnits || value < -kLargestUnits) throw Error("has an impossible state");
     }
     for (std::size_t i = 0; i < column.size(); ++i) c.set(block.states[i], static_cast<double>(column[i]) * c.unit);
   }
@@ -244,8 +244,8 @@ std::string DescribeDifference(const RecordedState& recorded, const RecordedStat
     const std::int64_t before = Round(c.get(recorded), c.unit);
     const std::int64_t after = Round(c.get(now), c.unit);
     if (before == after) continue;
-    return fmt::format("{} is recorded as {:.6g} and comes out as {:.6g}", c.name, static_cast<double>(before) * c.unit,
-                       static_cast<double>(after) * c.unit);
+    return fmt::format("{} was recorded as {:.6g} and is replayed as {:.6g}", c.name,
+                       static_cast<double>(before) * c.unit, static_cast<double>(after) * c.unit);
   }
   return "";
 }
@@ -272,7 +272,8 @@ std::string EncodeBlock(const RecordedBlock& block) {
   PutRuns(out, steps, [](const RecordedStep& s) { return std::bit_cast<std::uint64_t>(s.dt_s); });
   PutRuns(out, steps, [](const RecordedStep& s) { return std::uint64_t{s.skipped}; });
   PutRuns(out, steps, [](const RecordedStep& s) { return std::bit_cast<std::uint64_t>(s.rpm); });
-  // Low bytes and high bytes by themselves: where only the low ones are kept the others pack to nothing.
+  // Low bytes and high bytes are stored separately: if only the low bytes are used, the high bytes compress to almost
+  // nothing.
   for (const int shift : {0, 8}) {
     for (const RecordedStep& s : steps) out.Put(static_cast<std::uint8_t>(s.force_check >> shift));
     for (const RecordedStep& s : steps) out.Put(static_cast<std::uint8_t>(s.bone_check >> shift));
@@ -293,7 +294,7 @@ RecordedBlock DecodeBlock(std::string_view bytes) {
   block.first_step = in.GetNumber();
   block.first_time_s = in.Get<double>();
   const std::uint64_t count = in.GetNumber();
-  if (count > kMostStepsInBlock) throw Error("says that it holds more steps than a block may");
+  if (count > kMaxStepsInBlock) throw Error("states more steps than a block can hold");
   block.steps.resize(static_cast<std::size_t>(count));
   std::vector<RecordedStep>& steps = block.steps;
   const auto mode = in.Get<std::uint8_t>();
@@ -305,12 +306,12 @@ RecordedBlock DecodeBlock(std::string_view bytes) {
     throw Error("has poses of an unknown kind");
   }
   GetRuns(in, steps, [](RecordedStep& s, std::uint64_t x) {
-    if ((x & ~std::uint64_t{kRecordedFlags}) != 0) throw Error("has flags that this version does not know");
+    if ((x & ~std::uint64_t{kRecordedFlags}) != 0) throw Error("has flags that this version does not support");
     s.flags = static_cast<std::uint32_t>(x);
   });
   GetRuns(in, steps, [](RecordedStep& s, std::uint64_t x) { s.buttons = static_cast<std::uint32_t>(x); });
   GetRuns(in, steps, [](RecordedStep& s, std::uint64_t x) {
-    if (x > 2) throw Error("has a fidelity that this version does not know");
+    if (x > 2) throw Error("has a fidelity that this version does not support");
     s.fidelity = static_cast<std::uint8_t>(x);
   });
   GetRuns(in, steps, [](RecordedStep& s, std::uint64_t x) { s.piece = static_cast<std::uint32_t>(x); });
@@ -325,14 +326,14 @@ RecordedBlock DecodeBlock(std::string_view bytes) {
   }
   GetStates(in, block);
   const std::size_t hashes = in.GetCount(17);
-  if (hashes > block.steps.size()) throw Error("notes more hashes than it has steps");
+  if (hashes > block.steps.size()) throw Error("has more hashes than steps");
   block.hashes.resize(hashes);
   for (RecordedHash& hash : block.hashes) {
     hash.step = GetStepWithin(in, block);
     hash.force = in.Get<std::uint64_t>();
     hash.bone = in.Get<std::uint64_t>();
   }
-  if (in.left() != 0) throw Error("is longer than what it holds");
+  if (in.left() != 0) throw Error("is longer than its content");
   return block;
 }
 

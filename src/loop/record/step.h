@@ -1,4 +1,4 @@
-// What a tick was given, and what came of it, as a recording keeps it.
+// Inputs and results of a tick, as stored in a recording.
 #pragma once
 
 #include <cstdint>
@@ -12,51 +12,51 @@ namespace kerf {
 
 /// Bits of RecordedStep::flags.
 enum RecordedFlag : std::uint32_t {
-  kRecordedReadFailed = 1u << 0,   // the device told no pose
-  kRecordedWriteFailed = 1u << 1,  // it did not take the force
+  kRecordedReadFailed = 1u << 0,   // the device returned no pose
+  kRecordedWriteFailed = 1u << 1,  // the device did not accept the force
   kRecordedForceOff = 1u << 2,     // no force in this tick, and a ramp after it
-  kRecordedSetDown = 1u << 3,      // no tick: the tool was lifted and set down at X
+  kRecordedSetDown = 1u << 3,      // no tick: the tool was lifted and placed at X
   kRecordedPieceLeaves = 1u << 4,  // after this tick `piece` began to leave the bone
   kRecordedCheckpoint = 1u << 5,   // before this tick `checkpoint` was made
-  kRecordedUndo = 1u << 6,         // before this tick the bone began to go back to `checkpoint`
-  kRecordedRedo = 1u << 7,         // and forth again to where it was before that
-  kRecordedTakenUp = 1u << 8,      // from this tick on somebody else, or at another time, went on
+  kRecordedUndo = 1u << 6,         // before this tick an undo to `checkpoint` began
+  kRecordedRedo = 1u << 7,         // before this tick a redo to `checkpoint` began
+  kRecordedTakenUp = 1u << 8,      // from this tick on the session was continued by another user or at another time
 };
 inline constexpr std::uint32_t kRecordedFlags = (1u << 9) - 1;
 
 struct RecordedStep {
-  Pose X;  // in a hand: the handle as the device told it; on a path: the tool at the end of the tick
+  Pose X;  // coupled: handle as reported by the device; on a path: tool at the end of the tick
   std::uint32_t buttons = 0;
-  double dt_s = 0.001;        // that the simulation went on by
+  double dt_s = 0.001;        // time step of the simulation
   std::uint32_t skipped = 0;  // deadlines of a loop that were missed before it
   double rpm = 0;
   std::uint32_t flags = 0;
-  std::uint8_t fidelity = 0;  // asked for
-  std::uint32_t piece = 0;    // their numbers, where a flag names them
+  std::uint8_t fidelity = 0;  // requested fidelity
+  std::uint32_t piece = 0;    // valid if a flag refers to it; likewise `checkpoint`
   std::uint32_t checkpoint = 0;
-  // 16 bits of a hash each, or 8 (RecordingHead::check_bits): of the forces and the tool's pose, and of all voxels that
-  // have changed.
+  // Hashes truncated to 16 bits, or 8 (RecordingHead::check_bits): of the forces and the tool's pose, and of all
+  // changed voxels.
   std::uint16_t force_check = 0;
   std::uint16_t bone_check = 0;
 };
 
-/// How long after the step before it, s, by the clock of the loop or the path. A set-down takes no time.
+/// Returns the time since the step before, s, by the clock of the loop or the path. A set-down takes no time.
 inline double CalcElapsed(const RecordedStep& step, double rate_hz) {
   if ((step.flags & kRecordedSetDown) != 0) return 0;
   return step.skipped == 0 ? step.dt_s : (1.0 + step.skipped) / rate_hz;
 }
 
-/// How things stood after a tick, rounded: to look at, not to go by.
+/// Rounded state after a tick, for display only, not for replay.
 struct RecordedState {
-  std::uint64_t step = 0;    // the how-manieth, from 0
+  std::uint64_t step = 0;    // zero-based index
   double time_s = 0;         // to 1 us
   Vec3 p_WT_mm{0};           // tool, to 1 um
-  Vec3 f_N{0};               // on the hand, or on the path on the tool, before a device's scale, to 1 mN
-  double removed_mm3 = 0;    // so far, by occupancy, to 1e-3
+  Vec3 f_N{0};               // on the hand, or on the tool for a path, before scaling for a device; to 1 mN
+  double removed_mm3 = 0;    // total so far, by occupancy, to 1e-3
   double engaged_teeth = 0;  // to 1e-3
 };
 
-/// The first column in which they differ, rounded as they are kept, with both values; empty when none does.
+/// Describes the first column whose rounded values differ, with both values. Returns "" if none differs.
 std::string DescribeDifference(const RecordedState& recorded, const RecordedState& now);
 
 /// Hashes after a tick: of all forces and poses so far, and of all voxels that have changed so far.
@@ -66,20 +66,20 @@ struct RecordedHash {
   std::uint64_t bone = 0;
 };
 
-/// Steps one after another, with what was noted among them.
+/// Consecutive steps, with the states and hashes recorded among them.
 struct RecordedBlock {
   std::uint64_t first_step = 0;
-  double first_time_s = 0;  // before them
+  double first_time_s = 0;  // time before the first step
   std::vector<RecordedStep> steps;
   std::vector<RecordedState> states;
   std::vector<RecordedHash> hashes;
 };
 
-inline constexpr std::size_t kMostStepsInBlock = 8192;
+inline constexpr std::size_t kMaxStepsInBlock = 8192;
 
-/// Exact for steps, whatever is in them, NaN too. At most kMostStepsInBlock of them.
+/// Lossless for steps with any values, including NaN. At most kMaxStepsInBlock steps.
 std::string EncodeBlock(const RecordedBlock& block);
-/// Throws Error for bytes that are no block.
+/// Throws kerf::Error if `bytes` is not a block.
 RecordedBlock DecodeBlock(std::string_view bytes);
 
 }  // namespace kerf

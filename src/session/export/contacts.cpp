@@ -2,7 +2,7 @@
 
 namespace kerf::takeaway {
 
-Prepared Prepare(const TakeAway& taken, const TakeAwayOptions& options) {
+Prepared Prepare(const ExportInput& taken, const ExportOptions& options) {
   Prepared out;
   if (taken.pieces == nullptr) return out;
   const PieceSet& set = *taken.pieces;
@@ -23,7 +23,7 @@ Prepared Prepare(const TakeAway& taken, const TakeAwayOptions& options) {
       } else if (const auto gap = set.CalcGapTo(a, b, options.gap_limit_mm)) {
         row.gap_mm = gap->gap_mm;
       }
-      // Within each other there is nothing that faces.
+      // Overlapping pieces have no facing surfaces.
       if (row.overlap_mm3 <= 0) {
         const Facing facing = set.CalcFacingTo(a, b);
         if (facing.area_mm2 > 0) row.facing = facing;

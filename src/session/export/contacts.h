@@ -1,10 +1,10 @@
-// Each pair of pieces once: what they have in common and between them.
+// Pairs of pieces: their overlap, gap and facing surfaces.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "session/export/take_away.h"
+#include "session/export/write_export.h"
 
 namespace kerf::takeaway {
 
@@ -13,16 +13,16 @@ struct PairRow {
   std::string b;
   double overlap_mm3 = 0;
   std::optional<double> gap_mm;  // none beyond the limit
-  std::optional<Facing> facing;  // of a's surface; none where none faces
+  std::optional<Facing> facing;  // of a's surface; none if no surfaces face each other
 };
-/// All that is written of a session, worked out once.
+/// Precomputed data for all files of an export.
 struct Prepared {
   std::vector<int> pieces;  // not deleted
   std::vector<PairRow> pairs;
 };
-Prepared Prepare(const TakeAway& taken, const TakeAwayOptions& options);
+Prepared Prepare(const ExportInput& taken, const ExportOptions& options);
 
-std::string FormatReportHtml(const TakeAway& taken, const Prepared& prepared);
-std::string FormatMeasuresCsv(const TakeAway& taken, const Prepared& prepared);
+std::string FormatReportHtml(const ExportInput& taken, const Prepared& prepared);
+std::string FormatMeasuresCsv(const ExportInput& taken, const Prepared& prepared);
 
 }  // namespace kerf::takeaway

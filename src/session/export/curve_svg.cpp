@@ -24,7 +24,7 @@ struct Axis {
   double step = 1;
 };
 
-/// From 0 or the least to the largest, on round numbers.
+/// Returns an axis from 0 or the minimum to the maximum, with round numbers.
 Axis MakeAxis(double low, double high, bool from_zero) {
   if (from_zero) low = std::min(0.0, low);
   if (!(high > low)) high = low + 1;
@@ -43,7 +43,7 @@ std::string Tick(double value, double step) {
   return Show(value, decimals);
 }
 
-/// The least and the largest of each stretch.
+/// Returns the minimum and the maximum of each interval.
 std::vector<std::pair<double, double>> Thin(const std::vector<std::pair<double, double>>& points) {
   if (points.size() <= 4 * kBins) return points;
   std::vector<std::pair<double, double>> out;

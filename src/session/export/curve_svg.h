@@ -1,13 +1,13 @@
-// A curve as SVG that stands in a page.
+// Formats a curve as SVG for embedding in a page.
 #pragma once
 
 #include <string>
 
-#include "session/export/take_away.h"
+#include "session/export/write_export.h"
 
 namespace kerf::takeaway {
 
-/// With axes, round ticks, labels and a title for those who don't see it. However many points: no peak is lost.
+/// With axes, round tick values, labels and a title for screen readers. Peaks are preserved for any number of points.
 std::string FormatCurveSvg(const TakenCurve& curve);
 
 }  // namespace kerf::takeaway

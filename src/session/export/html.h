@@ -1,4 +1,4 @@
-// Pieces of HTML.
+// Helpers for HTML.
 #pragma once
 
 #include <string>
@@ -7,15 +7,16 @@
 
 namespace kerf::takeaway {
 
-/// Text as it may stand in an element or a quoted attribute; what is no character of XML is left out.
+/// Escapes text for an element or a quoted attribute; removes characters that XML does not permit.
 std::string Escape(std::string_view text);
 /// RFC 4648.
 std::string Base64(std::string_view bytes);
 
-/// A table: text is escaped here. Cells of the first column are left, the others right unless `text` says all left.
+/// Returns a table and escapes its text. The first column is left-aligned, the others right-aligned unless `text` is
+/// true.
 std::string Table(const std::vector<std::string>& heads, const std::vector<std::vector<std::string>>& rows,
                   bool text = false);
-/// "-" for none of a number; else with so many decimals. Never "-0.00".
+/// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never "-0.00".
 std::string Show(double value, int decimals);
 
 }  // namespace kerf::takeaway

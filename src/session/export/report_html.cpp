@@ -39,7 +39,7 @@ std::string Signed(double value, int decimals) {
   return text.empty() || text[0] == '-' || std::stod(text) == 0 ? text : "+" + text;
 }
 
-std::string Summarise(const TakeAway& taken) {
+std::string Summarise(const ExportInput& taken) {
   std::string out;
   if (taken.assessment != nullptr) {
     const Assessment& a = *taken.assessment;
@@ -77,9 +77,9 @@ std::string FormatPlanes(const Assessment& a) {
                 "kerf, mm", "within margin"},
                rows);
   out +=
-      "</div>\n<p class=\"note\">Offset: of the kerf's middle from the planned plane, to the side of its normal "
-      "positive. Furthest: of "
-      "the corners of the kerf. Roll: lean with depth; pitch: turn about the depth.</p>\n";
+      "</div>\n<p class=\"note\">Offset: distance of the kerf's middle from the planned plane, positive on the side of "
+      "its normal. Furthest: largest distance of the kerf's corners. Roll: lean with depth; pitch: rotation about the "
+      "direction of depth.</p>\n";
   return out;
 }
 
@@ -95,8 +95,8 @@ std::string FormatStops(const Assessment& a) {
 std::string FormatBone(const Assessment& a) {
   std::vector<std::vector<std::string>> rows{
       {"before", Show(a.before_mm3, 1)}, {"after", Show(a.after_mm3, 1)}, {"removed", Show(a.removed_mm3, 2)}};
-  if (a.outside_mm3) rows.push_back({"of it outside the margins", Show(*a.outside_mm3, 2)});
-  if (a.too_deep_mm3) rows.push_back({"of it deeper than the stops", Show(*a.too_deep_mm3, 2)});
+  if (a.outside_mm3) rows.push_back({"removed outside the margins", Show(*a.outside_mm3, 2)});
+  if (a.too_deep_mm3) rows.push_back({"removed deeper than the stops", Show(*a.too_deep_mm3, 2)});
   return "<h2>Bone</h2>\n" + Table({"", "volume, mm\u00b3"}, rows);
 }
 
@@ -113,8 +113,8 @@ std::string FormatPieces(const PieceSet& set, const Prepared& prepared) {
   out +=
       Table({"piece", "volume, mm\u00b3", "moved, mm", "left, mm", "back, mm", "up, mm", "turned, \u00b0", ""}, rows);
   out +=
-      "</div>\n<p class=\"note\">Moved: the piece's centre from where it was cut off, to the patient's left, back and "
-      "head.</p>\n";
+      "</div>\n<p class=\"note\">Moved: displacement of the piece's centre since it was cut off, towards the patient's "
+      "left, back and head.</p>\n";
   if (prepared.pairs.empty()) return out;
   rows.clear();
   for (const PairRow& pair : prepared.pairs) {
@@ -126,25 +126,25 @@ std::string FormatPieces(const PieceSet& set, const Prepared& prepared) {
                     show(&Facing::contact_mm2, 1)});
   }
   out += "<div class=\"scroll\">\n";
-  out += Table({"piece", "and", "overlap, mm\u00b3", "least gap, mm", "facing, mm\u00b2", "mean gap, mm",
+  out += Table({"piece", "and", "overlap, mm\u00b3", "smallest gap, mm", "facing, mm\u00b2", "mean gap, mm",
                 "95 % within, mm", "contact, mm\u00b2"},
                rows);
   out +=
-      "</div>\n<p class=\"note\">Facing: surface of the first that has the second within 3 mm before it; contact: "
-      "nearer than 0.2 mm.</p>\n";
+      "</div>\n<p class=\"note\">Facing: surface of the first piece with the second within 3 mm in front of it; "
+      "contact: closer than 0.2 mm.</p>\n";
   return out;
 }
 
 }  // namespace
 
-std::string FormatReportHtml(const TakeAway& taken, const Prepared& prepared) {
+std::string FormatReportHtml(const ExportInput& taken, const Prepared& prepared) {
   const std::string title = taken.title.empty() ? "Report of a session" : taken.title;
   std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", Escape(title), kStyle);
   out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", Escape(title), Escape(Summarise(taken)));
   for (const std::string& warning : taken.recording.warnings) {
-    out += fmt::format("<p><b>Warning, the recording: {}</b></p>\n", Escape(warning));
+    out += fmt::format("<p><b>Warning about the recording: {}</b></p>\n", Escape(warning));
   }
   if (taken.assessment != nullptr) {
     if (!taken.assessment->planes.empty()) out += FormatPlanes(*taken.assessment);
@@ -175,7 +175,7 @@ std::string FormatReportHtml(const TakeAway& taken, const Prepared& prepared) {
   if (!taken.provenance.empty()) {
     std::vector<std::vector<std::string>> rows;
     for (const TakenFact& fact : taken.provenance) rows.push_back({fact.name, fact.value});
-    out += "<h2>Where this comes from</h2>\n" + Table({"what", "value"}, rows, true);
+    out += "<h2>Origin of this report</h2>\n" + Table({"what", "value"}, rows, true);
   }
   return out + "</main>\n</body>\n</html>\n";
 }

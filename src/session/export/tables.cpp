@@ -1,4 +1,4 @@
-// Figures for other programs.
+// Measures as CSV and JSON for other programs.
 #include <fmt/format.h>
 
 #include <glm/geometric.hpp>
@@ -33,7 +33,7 @@ class CsvRows {
 
 namespace takeaway {
 
-std::string FormatMeasuresCsv(const TakeAway& taken, const Prepared& prepared) {
+std::string FormatMeasuresCsv(const ExportInput& taken, const Prepared& prepared) {
   CsvRows rows;
   if (taken.assessment != nullptr) {
     const Assessment& a = *taken.assessment;

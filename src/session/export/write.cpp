@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A name for a file: letters, digits, "_" and "-", that nothing here has yet.
+/// Returns an unused file name: letters, digits, "_" and "-".
 std::string MakeFileName(const std::string& name, std::set<std::string>& taken) {
   std::string out;
   for (const char c : name.substr(0, 60)) {
@@ -64,7 +64,7 @@ class Folder {
   std::vector<std::string> files_;
 };
 
-void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const TakeAwayOptions& options,
+void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const ExportOptions& options,
                  std::set<std::string>& names, Folder& folder) {
   const char* extension = options.obj ? "obj" : "stl";
   Json list = Json::array();
@@ -93,7 +93,7 @@ void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const 
   }
   const Json json{{"frame", "LPS"},
                   {"units", "mm"},
-                  {"transform", "4 x 4, row by row: from where the piece was cut off to where it is"},
+                  {"transform", "4 x 4, row-major: from the piece's original position to the current one"},
                   {"pieces", list}};
   folder.Text("transforms.json", json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   folder.Text("pieces.json", set.FormatJson());
@@ -101,11 +101,11 @@ void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const 
 
 }  // namespace
 
-std::string FormatReportHtml(const TakeAway& taken, const TakeAwayOptions& options) {
+std::string FormatReportHtml(const ExportInput& taken, const ExportOptions& options) {
   return takeaway::FormatReportHtml(taken, takeaway::Prepare(taken, options));
 }
 
-std::string FormatMeasuresCsv(const TakeAway& taken, const TakeAwayOptions& options) {
+std::string FormatMeasuresCsv(const ExportInput& taken, const ExportOptions& options) {
   return takeaway::FormatMeasuresCsv(taken, takeaway::Prepare(taken, options));
 }
 
@@ -123,12 +123,12 @@ std::string FormatTransformFile(const Pose& X_WP) {
       parameters);
 }
 
-std::vector<std::string> WriteTakeAway(const TakeAway& taken, const std::string& folder_path,
-                                       const TakeAwayOptions& options, const std::function<void(double)>& progress) {
+std::vector<std::string> WriteExport(const ExportInput& taken, const std::string& folder_path,
+                                     const ExportOptions& options, const std::function<void(double)>& progress) {
   MakeFolder(folder_path);
   const takeaway::Prepared prepared = takeaway::Prepare(taken, options);
   Folder folder(folder_path, progress, 7 + 3 * prepared.pieces.size() + taken.pictures.size());
-  // Names that pieces and pictures can't have.
+  // Reserved names for pieces and pictures.
   std::set<std::string> names{"report", "measures", "assessment", "planned", "achieved", "transforms", "pieces"};
   if (taken.plan != nullptr && !taken.plan->planes.empty()) {
     folder.Text("planned.mrk.json", FormatPlaneMarkups(MakeMarkups(*taken.plan)));

@@ -16,19 +16,20 @@
 namespace kerf {
 namespace {
 
-constexpr int kMostDelay_ticks = 16;    // that a coupling is worked out for
-constexpr double kSamePeak = 1 + 1e-6;  // a bridge tells it as a float
+constexpr int kMaxDelay_ticks = 16;     // maximum delay for which a coupling is computed
+constexpr double kSamePeak = 1 + 1e-6;  // a bridge reports it as a float
 constexpr double kOfGateSlew = 0.9;
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
 
-/// Of the profile that the scene goes by. Of a table that can't be read: nothing, for the loop tells it with its place.
+/// Returns the peak force of the scene's profile. Returns 0 if the table cannot be read: the loop reports that and
+/// where.
 double FindPeak(const SceneDevice& device) {
   if (device.file.empty()) {
     try {
       return FindDeviceProfile(device.profile).peak_force_N;
     } catch (const Error& e) {
-      throw Error(fmt::format("{}; give the scene a table that has it, [device] file", e.what()));
+      throw Error(fmt::format("{}; set [device] file in the scene to a table that contains it", e.what()));
     }
   }
   try {
@@ -52,8 +53,8 @@ void ChooseProfile(SceneDevice& device, const DeviceServo& servo) {
     device.profile = name;
   } else if (!device.given) {
     throw Error(
-        fmt::format("the device calls itself '{}', of which there is no profile; say by --profile which one is like it "
-                    "('kerf devices --profiles'), or in the scene's [device]",
+        fmt::format("the device reports the name '{}', for which there is no profile; name a similar one with "
+                    "--profile ('kerf devices --profiles' lists them) or in the scene's [device]",
                     name));
   }
 }
@@ -79,25 +80,24 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
   const DeviceProfile& there = servo.profile();
   scene.device.motion_scale = servo.options().motion_scale;
   scene.device.left_handed = servo.options().left_handed;
-  // Steeper, and the safety gate would take it for a fault.
+  // The safety gate would report a higher slew rate as a fault.
   scene.device.slew_N_per_s =
       std::min(scene.device.slew_N_per_s, kOfGateSlew * SafetyGateOptions{}.max_slew_per_s * there.peak_force_N);
   ChooseProfile(scene.device, servo);
-  scene.device.given = true;  // so that a recording has it
+  scene.device.given = true;  // so that it is recorded
   const double peak_N = FindPeak(scene.device);
   if (peak_N > kSamePeak * there.peak_force_N) {
-    throw Error(fmt::format(
-        "the device makes {:g} N at most, and the profile '{}' says {:g} N: give the scene a table with its "
-        "figures, [device] file",
-        there.peak_force_N, scene.device.profile, peak_N));
-  }
-  // The device's round and the loop's tick know nothing of each other: one of each, at most.
-  const double round_ticks = std::ceil(scene.loop.rate_hz / servo.traits().rate_hz - 1e-9);
-  if (1 + round_ticks > kMostDelay_ticks) {
     throw Error(
-        fmt::format("the device takes {:g} commands a second, too few for a loop of {:g} Hz: [loop] rate_hz may be "
-                    "{:g} at most with it",
-                    servo.traits().rate_hz, scene.loop.rate_hz, (kMostDelay_ticks - 1) * servo.traits().rate_hz));
+        fmt::format("the device outputs at most {:g} N, but the profile '{}' states {:g} N: set [device] file in the "
+                    "scene to a table with the device's figures",
+                    there.peak_force_N, scene.device.profile, peak_N));
+  }
+  // The device's cycle and the loop's tick are not synchronised: the delay is at most one of each.
+  const double round_ticks = std::ceil(scene.loop.rate_hz / servo.traits().rate_hz - 1e-9);
+  if (1 + round_ticks > kMaxDelay_ticks) {
+    throw Error(fmt::format(
+        "the device accepts {:g} commands a second, too few for a loop of {:g} Hz: [loop] rate_hz must be {:g} at most",
+        servo.traits().rate_hz, scene.loop.rate_hz, (kMaxDelay_ticks - 1) * servo.traits().rate_hz));
   }
   scene.device.delay_ticks = std::max(scene.device.delay_ticks, 1 + static_cast<int>(round_ticks));
 }
@@ -108,13 +108,13 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
   device.begin = [&servo, stop, say](const Pose& X_WT, const CouplingParams& coupling, double force_scale) -> Device& {
     servo.SetTool(X_WT, {.p_TC_mm = coupling.p_TC_mm, .stiffness_N_per_mm = force_scale * coupling.stiffness_N_per_mm});
     HandleAtRest at_rest(servo);
-    bool told = false;
+    bool reported = false;
     for (;;) {
       for (const std::string& message : servo.TakeMessages()) say(message);
       const ServoState state = servo.state();
       if (state == ServoState::kEngaged) return servo;
       if (state == ServoState::kWaiting) {
-        if (!std::exchange(told, true)) {
+        if (!std::exchange(reported, true)) {
           say(fmt::format("{}: hold the handle still in the middle, or press a button on it, to take the tool",
                           servo.name()));
         }
@@ -130,7 +130,7 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
     const LogHistogram& times = servo.round_times();
     const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
     const auto gate = [&counts](GateReason reason) { return counts.gate[static_cast<std::size_t>(reason)]; };
-    // Before the loop's first command there was one of no age.
+    // The one stale event before the loop's first command is not counted.
     const std::uint64_t stale = std::max<std::uint64_t>(gate(GateReason::kStale), 1) - 1;
     return std::vector<std::pair<std::string, double>>{{"rounds", number(rounds.rounds)},
                                                        {"without_an_answer", number(rounds.no_answers)},

@@ -1,4 +1,4 @@
-// A scene's tool in the hand of a person, by a device that is really there.
+// Connects a real device to a scene, so that the user holds the scene's tool.
 #pragma once
 
 #include <atomic>
@@ -14,29 +14,30 @@
 
 namespace kerf {
 
-/// As the scene's [device] says: scale, orientation, left hand.
+/// Returns the options from the scene's [device]: scale, orientation, left hand.
 DeviceServoOptions MakeServoOptions(const Scene& scene);
 
-/// The scene with this device in [device]: its profile (DeviceServoOptions::profile, else that of its own name, else
-/// what the scene says), scale, and how late its force is; its slew within the safety gate's. A table of profiles that
-/// the scene names stays, and which of them it is. Throws Error when those figures ask for more force than the device
-/// has.
+/// Sets the scene's [device] from this device: its profile (DeviceServoOptions::profile, otherwise the profile with
+/// the device's name, otherwise the scene's), scale and delay of its force. Limits its slew rate to that of the safety
+/// gate. A table of profiles that the scene names is kept, with the scene's choice from it. Throws kerf::Error if the
+/// profile asks for more force than the device can output.
 void SetDevice(Scene& scene, const DeviceServo& servo);
 
-/// `stop` gives up waiting for the handle (may be null); `say` is told what the user is to do. The servo must outlive
+/// `stop` (optional) ends waiting for the handle. `say` is called with instructions for the user. `servo` must outlive
 /// the loop.
 LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
                   const std::function<void(const std::string&)>& say);
 
 struct DeflectionSpeeds {
-  double mm_per_s = 60;  // at the end of the cap's way
+  double mm_per_s = 60;  // at full deflection of the cap
   double rad_per_s = 0.8;
 };
 
-/// A device that tells how far its cap is pushed moves a hand that is simulated, as a mouse does: bone holds it back.
-class DeflectionHand final : public BeforeTick {
+/// Hand that is controlled by the deflection of a device's cap. It moves a simulated hand, as a mouse does, so the
+/// bone resists it.
+class DeflectionHand final : public HandDriver {
  public:
-  /// All must outlive it.
+  /// All references must outlive this object.
   DeflectionHand(SimulatedDevice& device, DeviceServo& servo, const Quat& R_WD, const Vec3& p_TC_mm,
                  const DeflectionSpeeds& speeds = {});
   void Advance(double dt_s) noexcept override;
@@ -51,7 +52,8 @@ class DeflectionHand final : public BeforeTick {
   MouseHand hand_;
 };
 
-/// The pose moved on by a deflection for dt_s: along and about the device's axes, the point p_TC_mm held when it turns.
+/// Returns the pose moved by a deflection for `dt_s`: along and about the device's axes; the point `p_TC_mm` is fixed
+/// in rotation.
 Pose MoveByDeflection(const Pose& X_WH, const std::array<double, 6>& deflection, const Quat& R_WD, const Vec3& p_TC_mm,
                       const DeflectionSpeeds& speeds, double dt_s);
 

@@ -9,14 +9,14 @@
 namespace kerf {
 namespace {
 
-constexpr double kInPlane = 0.35;     // sine of how far a stop's direction may lie out of a plane that it belongs to
-constexpr double kStopReach_mm = 10;  // off a plane, a stop's point is another's
+constexpr double kInPlane = 0.35;     // sine of the maximum angle between a stop's direction and its plane
+constexpr double kStopReach_mm = 10;  // maximum distance of a stop's point from its plane
 
 double OffPlane(const CutPlane& plane, const Vec3& p) {
   return glm::dot(plane.normal_W, p - plane.p_W);
 }
 
-/// Of a stop: the plane that it lies in, -1: none.
+/// Returns the index of the plane that contains a stop, or -1.
 int FindPlaneOf(const Plan& plan, const DepthStop& stop) {
   int best = -1;
   double least = kStopReach_mm;
@@ -51,7 +51,7 @@ PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, con
   KerfSearch search;
   search.near = planned;
   search.reach_mm = std::max(options.reach_mm, 2 * result.planned.margin_mm);
-  search.most_tilt_deg = options.most_tilt_deg;
+  search.max_tilt_deg = options.max_tilt_deg;
   result.cut = FitKerf(before, after, search);
   if (!result.cut) return result;
   const FittedPlane& cut = *result.cut;
@@ -72,10 +72,10 @@ PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, con
   return result;
 }
 
-/// The last place on the way from a cell, two voxels to either side of it, where one comes into the bone (`into`) or
-/// out of it; mm along the direction from the cell.
+/// Returns the last place on a line through a cell, within two voxels on either side, where the line enters the bone
+/// (`into`) or leaves it; mm along the direction from the cell.
 std::optional<double> FindCrossing(const Bone& bone, const Vec3& from, const Vec3& direction_W, double h, bool into) {
-  constexpr double kSteps = 8;  // a voxel
+  constexpr double kSteps = 8;  // per voxel
   std::optional<double> way_mm;
   double last = bone.SignedDistance(from - 2 * h * direction_W);
   for (int k = 1; k <= static_cast<int>(4 * kSteps); ++k) {
@@ -130,7 +130,7 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
     }
     if (too_deep) *out.too_deep_mm3 += cell.mm3;
   }
-  // From the deepest cells on to where the bone begins.
+  // From the deepest cells to the start of the remaining bone.
   for (std::size_t i = 0; i < plan.stops.size(); ++i) {
     if (!(deepest[i] > 0)) continue;
     StopResult& stop = out.stops[i];
@@ -141,9 +141,9 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
       const double depth = glm::dot(d, cell.p_W - stop.planned.p_W_mm);
       if (depth < deepest[i] - 1.5 * h || cell.mm3 <= 0) continue;
       const std::optional<double> end = FindCrossing(after, cell.p_W, d, h, true);
-      // By the bone's own surface the kerf's edges are rounded.
+      // The kerf's edges are rounded near the bone's surface.
       if (end && before.SignedDistance(cell.p_W + *end * d) < -h) depth_mm = std::max(depth_mm, depth + *end);
-      // Through and through, no bone stands behind it: as deep as bone was.
+      // If the cut goes through, there is no bone behind it: the depth ends where the bone ended.
       const std::optional<double> out_of = FindCrossing(before, cell.p_W, d, h, false);
       if (out_of && after.SignedDistance(cell.p_W + (*out_of - 0.5 * h) * d) > 0) {
         depth_mm = std::max(depth_mm, depth + *out_of);

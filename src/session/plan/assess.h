@@ -1,4 +1,4 @@
-// What was cut against what was planned.
+// Compares a cut with its plan.
 #pragma once
 
 #include <optional>
@@ -11,21 +11,21 @@
 
 namespace kerf {
 
-/// Of a planned plane.
+/// Result for a planned plane.
 struct PlaneResult {
   PlannedPlane planned;
   std::optional<FittedPlane> cut;  // none: no kerf was found near it
-  double offset_mm = 0;            // of the kerf's middle from the planned plane, to the side of the normal positive
-  double furthest_mm = 0;          // of the corners of the kerf's rectangle, at most
-  PlaneAngles angles;              // of the kerf; depth: that of a stop that lies in the plane, else the kerf's own
-  bool within_margin = false;      // furthest_mm is
+  double offset_mm = 0;            // of the kerf's centre from the planned plane, positive on the side of the normal
+  double furthest_mm = 0;          // largest distance of a corner of the kerf's rectangle, signed
+  PlaneAngles angles;              // angles of the kerf; depth direction: of a stop in the plane, otherwise of the kerf
+  bool within_margin = false;      // true if |furthest_mm| is at most the margin
 };
 
-/// Of a planned stop.
+/// Result for a planned stop.
 struct StopResult {
   DepthStop planned;
-  std::optional<double> depth_mm;  // of the deepest bone that was lost; none: none was lost past the stop's point
-  double over_mm = 0;              // depth_mm less the planned depth
+  std::optional<double> depth_mm;  // of the deepest removed bone; none: no bone was removed beyond the stop's point
+  double over_mm = 0;              // depth_mm minus the planned depth
 };
 
 struct Assessment {
@@ -33,25 +33,24 @@ struct Assessment {
   std::vector<StopResult> stops;
   double before_mm3 = 0;
   double after_mm3 = 0;
-  double removed_mm3 = 0;              // before less after
-  std::optional<double> outside_mm3;   // of it, further from every plane than its margin and half the blade; none: no
-                                       // planes
-  std::optional<double> too_deep_mm3;  // of it, past a stop (of those whose plane it is nearest to); none: no stops
+  double removed_mm3 = 0;              // before minus after
+  std::optional<double> outside_mm3;   // part further from every plane than margin + half the blade; none: no planes
+  std::optional<double> too_deep_mm3;  // part beyond a stop of its nearest plane; none: no stops
 };
 
 struct AssessOptions {
-  double reach_mm = 5;        // so far from a plane its kerf is looked for
-  double most_tilt_deg = 30;  // and so far turned
+  double reach_mm = 5;       // distance from a plane within which its kerf is searched
+  double max_tilt_deg = 30;  // maximum angle between kerf and plane
 };
 
-/// `blade_mm`: its thickness (of a ball: its diameter). Throws Error for a plan at fault, or bones with different
-/// voxels.
+/// `blade_mm`: thickness of the blade, or diameter of a ball. Throws kerf::Error for an invalid plan or for bones with
+/// different voxel sizes.
 Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, double blade_mm,
                      const AssessOptions& options = {});
-/// The thickness of a disc, the diameter of a ball.
+/// Returns the thickness of a disc or the diameter of a ball.
 double CalcBladeWidth(const Tool& tool);
 
-/// The planes that were cut, for WritePlaneMarkups(): "NAME, as cut".
+/// Returns the fitted planes for WritePlaneMarkups(): "NAME, as cut".
 std::vector<PlaneMarkup> MakeCutMarkups(const Assessment& assessment);
 
 }  // namespace kerf

@@ -14,31 +14,30 @@
 namespace kerf {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
-constexpr double kLevelVoxels = 1.25;  // the kerf's sides are found so far within the bone
-constexpr int kTries = 400;            // planes through three changed voxels
-constexpr std::size_t kTried = 2000;   // of so many changed voxels
-constexpr int kLinesAcross = 120;      // at most, along each side of the kerf
-constexpr int kLeastMiddles = 12;
-constexpr double kKept = 0.9;       // of the middles, those nearest to the plane
-constexpr double kSameWidth = 0.6;  // of the middles, of a kerf
-constexpr double kFlatLoss = 3;     // lost volume that has a plane is so many times as wide as thick
+constexpr double kLevelVoxels = 1.25;  // depth inside the bone at which the kerf's sides are searched
+constexpr int kTries = 400;            // number of planes tried, each through three changed voxels
+constexpr std::size_t kTried = 2000;   // maximum number of changed voxels used for this
+constexpr int kLinesAcross = 120;      // maximum number of lines along each side of the kerf
+constexpr int kMinMiddles = 12;
+constexpr double kKept = 0.9;       // fraction of the midpoints that are kept, those closest to the plane
+constexpr double kSameWidth = 0.6;  // minimum fraction of the midpoints that have the kerf's median width
+constexpr double kFlatLoss = 3;     // minimum ratio of width to thickness for removed volume to have a plane
 constexpr int kRounds = 4;
-constexpr double kLeastDepth = 1.5;  // of a kerf, in widths
+constexpr double kMinDepth = 1.5;  // minimum depth of a kerf, in widths
 
 struct Weighted {
   Vec3 p;
   double weight;
 };
 
-/// A plane with the spreads of what it was fitted to.
+/// A plane and the spreads of the points it was fitted to.
 struct Fit {
   Vec3 p{0};
   Vec3 normal{0, 0, 1};
-  Vec3 along{1, 0, 0};  // the wider way in the plane
-  double thick = 0;     // standard deviations: across the plane,
-  double wide = 0;      // the narrower way in it
-  double widest = 0;    // and the wider
+  Vec3 along{1, 0, 0};  // direction of the largest spread in the plane
+  double thick = 0;     // standard deviation across the plane,
+  double wide = 0;      // smaller one in the plane,
+  double widest = 0;    // larger one in the plane
 };
 
 std::optional<Fit> FitMoments(const std::vector<Weighted>& points) {
@@ -70,7 +69,7 @@ std::optional<Fit> FitMoments(const std::vector<Weighted>& points) {
              .widest = spread(2)};
 }
 
-/// The plane that most of the points lie within `near_mm` of, by planes through three of them.
+/// Returns the plane with the most points within `near_mm`, among planes through three of them.
 std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm, const KerfSearch& search) {
   std::vector<Weighted> some;
   const std::size_t stride = points.size() / kTried + 1;
@@ -93,11 +92,11 @@ std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm
     const Vec3 u = some[pick(random)].p - a;
     const Vec3 v = some[pick(random)].p - a;
     const Vec3 n = glm::cross(u, v);
-    // Three points that are near each other, or in a line, say little.
+    // Three points that are close together or collinear do not determine a plane.
     if (!(glm::length(n) > 4 * near_mm * near_mm)) continue;
     const CutPlane candidate{a, glm::normalize(n)};
-    if (search.near &&
-        std::abs(glm::dot(candidate.normal_W, search.near->normal_W)) < std::cos(search.most_tilt_deg / kDegrees)) {
+    if (search.near && std::abs(glm::dot(candidate.normal_W, search.near->normal_W)) <
+                           std::cos(search.max_tilt_deg / kDegreesPerRad)) {
       continue;
     }
     const double sum = score(candidate);
@@ -125,7 +124,7 @@ struct Middle {
   double width;
 };
 
-/// On lines across the plane, the middle between both sides of the kerf.
+/// Finds the midpoint between the two sides of the kerf on lines across the plane.
 class MiddleFinder {
  public:
   MiddleFinder(const Bone& before, const Bone& after)
@@ -134,13 +133,13 @@ class MiddleFinder {
         before_(before.grids().phi->getConstAccessor()),
         after_(after.grids().phi->getConstAccessor()) {}
 
-  /// Looks `reach` to both sides of p. None where one of the sides is missing.
+  /// Searches within `reach` on both sides of p. Returns none if one side of the kerf is missing.
   std::optional<Middle> Find(const Vec3& p, const Vec3& normal, double reach) {
     const int steps = static_cast<int>(std::ceil(2 * reach / (0.5 * h_)));
     std::optional<Middle> best;
     double best_off = 0;
-    double up = 0;        // where the line last came out of the bone
-    bool inside = false;  // of a gap that began in bone
+    double up = 0;        // last point where the line left the bone
+    bool inside = false;  // inside a gap that began in bone
     double last = 0;
     bool last_known = false;
     for (int i = 0; i <= steps; ++i) {
@@ -187,7 +186,7 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-/// Least squares of the middles' distances, without the tenth that is furthest off.
+/// Least-squares fit to the midpoints except the tenth furthest from the plane.
 std::optional<Fit> FitMiddles(const std::vector<Middle>& middles, const Fit& start) {
   std::optional<Fit> fit = start;
   for (int round = 0; round < kRounds; ++round) {
@@ -206,7 +205,7 @@ std::optional<Fit> FitMiddles(const std::vector<Middle>& middles, const Fit& sta
   return fit;
 }
 
-/// What the points span along the fit's own axes: middle, and length and depth.
+/// Computes the extents of the points along the fit's axes: length and depth.
 void Measure(const std::vector<Vec3>& points, const Fit& fit, FittedPlane& plane) {
   const Vec3 across = glm::cross(fit.normal, fit.along);
   double low[2] = {1e300, 1e300};
@@ -253,7 +252,7 @@ std::vector<Middle> FindMiddles(const Bone& before, const Bone& after, const Fit
   const double width = Median(widths);
   const std::size_t found = middles.size();
   std::erase_if(middles, [&](const Middle& m) { return std::abs(m.width - width) > std::max(h, 0.25 * width); });
-  // Of a hole the widths differ all over.
+  // In a hole the widths vary strongly.
   if (static_cast<double>(middles.size()) < kSameWidth * static_cast<double>(found)) middles.clear();
   return middles;
 }
@@ -277,7 +276,7 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   points.reserve(loss.voxels.size());
   for (const LostVoxel& voxel : loss.voxels) points.push_back({voxel.p_W, voxel.weight});
 
-  // The loss near the surface is a voxel or three to either side of the kerf.
+  // Near the surface, removed bone extends one to three voxels to either side of the kerf.
   std::optional<Fit> fit = FindPlane(points, std::max(4 * h, 0.5), search);
   if (!fit || !IsFlat(*fit)) return {};
   double off = 0;
@@ -289,7 +288,7 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   std::vector<Middle> middles;
   for (int round = 0; round < 2; ++round) {
     middles = FindMiddles(before, after, *fit, points, off + 4 * h);
-    if (middles.size() < kLeastMiddles) break;
+    if (middles.size() < kMinMiddles) break;
     const std::optional<Fit> better = FitMiddles(middles, *fit);
     if (!better || !IsFlat(*better)) break;
     fit = better;
@@ -333,12 +332,12 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   const auto phi_at = [&](double way_mm) { return after.SignedDistance(plane.p_W_mm + way_mm * across); };
   const double ahead = phi_at(end_mm);
   const double behind = phi_at(-end_mm);
-  // Of a cut through and through, downwards.
+  // For a through cut, the depth direction points downwards.
   const bool through = ahead > 0 && behind > 0;
   const bool back = through || behind == ahead ? across.z > 0 : behind < ahead;
   plane.depth_W = back ? -across : across;
-  // The sides are found only within the bone.
-  if (plane.depth_mm + 2 * kLevelVoxels * h < kLeastDepth * plane.width_mm) return {};
+  // The sides are found only inside the bone.
+  if (plane.depth_mm + 2 * kLevelVoxels * h < kMinDepth * plane.width_mm) return {};
   return plane;
 }
 

@@ -15,15 +15,15 @@ namespace kerf {
 namespace {
 
 constexpr int kLeaf = 8;
-constexpr double kLeastRise = 0.25;  // of a voxel
+constexpr double kMinRise = 0.25;  // in voxels
 
-/// Lowest voxels of the leaves where the two may differ: those of either grid, and what tiles hold.
+/// Returns the origins of the leaves where the two grids may differ: leaves of either grid, and of tiles.
 std::set<openvdb::Coord> FindLeaves(const openvdb::FloatGrid& before, const openvdb::FloatGrid& after) {
   std::set<openvdb::Coord> origins;
   for (const openvdb::FloatGrid* grid : {&before, &after}) {
     for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) origins.insert(leaf->origin());
   }
-  // Bone of tiles that is gone altogether.
+  // Tiles of bone that were removed completely.
   for (auto tile = before.tree().cbeginValueAll(); tile; ++tile) {
     if (tile.isVoxelValue() || *tile >= 0) continue;
     const openvdb::CoordBBox box = tile.getBoundingBox();
@@ -45,8 +45,9 @@ Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& 
               const std::function<bool(const Vec3& p_W)>& keep) {
   const double h = before.voxel_mm();
   if (std::abs(after.voxel_mm() - h) > 1e-9 * h) {
-    throw Error(fmt::format("the bone before has voxels of {} mm and the one after of {} mm; they must be one bone", h,
-                            after.voxel_mm()));
+    throw Error(
+        fmt::format("the bone before the cut has voxels of {} mm, the bone after it {} mm; both must be the same bone",
+                    h, after.voxel_mm()));
   }
   const openvdb::FloatGrid& old_grid = *before.grids().phi;
   const openvdb::FloatGrid& new_grid = *after.grids().phi;
@@ -77,10 +78,10 @@ Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& 
         for (int z = 0; z < kLeaf; ++z) {
           const Vec3 p = corner + h * Vec3(x, y, z);
           const double rise = static_cast<double>(b.at(x, y, z) - a.at(x, y, z)) / h;
-          if (rise > kLeastRise && a.at(x, y, z) < 0 && wanted(p)) loss.voxels.push_back({p, std::min(rise, 1.0)});
-          const double share = CalcCellShare(a.Corners(x, y, z)) - CalcCellShare(b.Corners(x, y, z));
+          if (rise > kMinRise && a.at(x, y, z) < 0 && wanted(p)) loss.voxels.push_back({p, std::min(rise, 1.0)});
+          const double fraction = CalcCellFraction(a.Corners(x, y, z)) - CalcCellFraction(b.Corners(x, y, z));
           const Vec3 middle = p + Vec3(0.5 * h);
-          if (share != 0 && wanted(middle)) loss.cells.push_back({middle, share * h * h * h});
+          if (fraction != 0 && wanted(middle)) loss.cells.push_back({middle, fraction * h * h * h});
         }
       }
     }

@@ -1,4 +1,4 @@
-// What a bone lost between two states.
+// Bone that was removed between two states.
 #pragma once
 
 #include <functional>
@@ -11,11 +11,11 @@ namespace kerf {
 
 struct LostVoxel {
   Vec3 p_W;       // centre of the voxel
-  double weight;  // by how much phi rose, in voxels, at most 1
+  double weight;  // increase of phi, in voxels, at most 1
 };
 struct LostCell {
   Vec3 p_W;    // centre of the cell between eight voxel centres
-  double mm3;  // of bone that it lost
+  double mm3;  // volume of bone removed from it
 };
 
 struct Loss {
@@ -23,8 +23,9 @@ struct Loss {
   std::vector<LostCell> cells;
 };
 
-/// Voxels whose phi rose by more than a quarter of a voxel, and cells that lost bone. `within`: of their centres;
-/// `keep`: those that it says true of; null: all. Throws Error when the two have different voxels.
+/// Returns voxels whose phi increased by more than a quarter of a voxel, and cells that lost bone. `within`: box for
+/// their centres. `keep`: filter for their centres; null: all. Throws kerf::Error if the bones have different voxel
+/// sizes.
 Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& within,
               const std::function<bool(const Vec3& p_W)>& keep);
 

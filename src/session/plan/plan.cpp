@@ -12,19 +12,18 @@
 namespace kerf {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
 constexpr double kUnitTolerance = 1e-6;
-constexpr double kMostTurn_deg = 20;  // of a stop's direction into the plane of a guide
-constexpr double kFree_mm = 100;      // off its plane a guide leaves the tool free: its parameter's upper end
+constexpr double kMaxTurn_deg = 20;  // maximum angle between a stop's direction and the plane of a guide
+constexpr double kFree_mm = 100;     // maximum of the guide's tolerance, within which the tool is free
 
 template <typename Item>
 void CheckNames(const std::vector<Item>& items, const char* what) {
-  if (items.size() > kMostPlanned) throw Error(fmt::format("a plan has at most {} {}s", kMostPlanned, what));
+  if (items.size() > kMaxPlanned) throw Error(fmt::format("a plan has at most {} {}s", kMaxPlanned, what));
   std::set<std::string> names;
   for (const Item& item : items) {
     if (item.name.empty()) throw Error(fmt::format("a {} of the plan has no name", what));
     if (!names.insert(item.name).second) {
-      throw Error(fmt::format("two {}s of the plan are named '{}'; each needs a name of its own", what, item.name));
+      throw Error(fmt::format("two {}s of the plan are named '{}'; each needs its own name", what, item.name));
     }
   }
 }
@@ -52,17 +51,17 @@ void CheckPlan(const Plan& plan) {
   CheckNames(plan.planes, "plane");
   CheckNames(plan.stops, "stop");
   for (const PlannedPlane& p : plan.planes) {
-    if (!IsInWorld(p.plane.p_W)) throw Error(fmt::format("plane '{}': its point is not in the world", p.name));
-    if (!IsUnit(p.plane.normal_W)) throw Error(fmt::format("plane '{}': its normal is not of length 1", p.name));
+    if (!IsInWorld(p.plane.p_W)) throw Error(fmt::format("plane '{}': its point is outside the world", p.name));
+    if (!IsUnit(p.plane.normal_W)) throw Error(fmt::format("plane '{}': its normal must have length 1", p.name));
     if (!(p.margin_mm >= 0.01 && p.margin_mm <= 100)) {
-      throw Error(fmt::format("plane '{}': margin {} mm is not 0.01 to 100 mm", p.name, p.margin_mm));
+      throw Error(fmt::format("plane '{}': margin {} mm must be 0.01 to 100 mm", p.name, p.margin_mm));
     }
   }
   for (const DepthStop& s : plan.stops) {
-    if (!IsInWorld(s.p_W_mm)) throw Error(fmt::format("stop '{}': its point is not in the world", s.name));
-    if (!IsUnit(s.direction_W)) throw Error(fmt::format("stop '{}': its direction is not of length 1", s.name));
+    if (!IsInWorld(s.p_W_mm)) throw Error(fmt::format("stop '{}': its point is outside the world", s.name));
+    if (!IsUnit(s.direction_W)) throw Error(fmt::format("stop '{}': its direction must have length 1", s.name));
     if (!(s.depth_mm >= 0 && s.depth_mm <= 1000)) {
-      throw Error(fmt::format("stop '{}': depth {} mm is not 0 to 1000 mm", s.name, s.depth_mm));
+      throw Error(fmt::format("stop '{}': depth {} mm must be 0 to 1000 mm", s.name, s.depth_mm));
     }
   }
 }
@@ -80,7 +79,7 @@ PlannedPlane PlacePlane(const std::string& name, const Vec3& a_W, const Vec3& b_
   const Vec3 n = glm::cross(u, v);
   const double longest = std::max({glm::length(u), glm::length(v), glm::length(c_W - b_W)});
   if (!(glm::length(n) > 1e-3 * longest * longest) || !(longest > 1e-6)) {
-    throw Error("the three points lie on a line, so they say no plane; pick them further apart");
+    throw Error("the three points lie on a line, so they do not define a plane; pick them further apart");
   }
   return {.name = name, .plane = {(a_W + b_W + c_W) / 3.0, glm::normalize(n)}, .margin_mm = 1};
 }
@@ -109,10 +108,10 @@ PlaneAngles CalcPlaneAngles(const Vec3& planned_normal_W, const Vec3& normal_W, 
   const Vec3 d = glm::normalize(depth_W - glm::dot(depth_W, n) * n);
   const Vec3 a = glm::cross(n, d);
   const double up = glm::dot(z, n);
-  // Along the plane across z the offset grows by -(z.d)/(z.n) with depth.
-  return {.angle_deg = kDegrees * std::atan2(glm::length(glm::cross(z, n)), up),
-          .pitch_deg = kDegrees * std::atan2(-glm::dot(z, a), up),
-          .roll_deg = kDegrees * std::atan2(-glm::dot(z, d), up)};
+  // Along the plane across z, the offset grows by -(z.d)/(z.n) with depth.
+  return {.angle_deg = kDegreesPerRad * std::atan2(glm::length(glm::cross(z, n)), up),
+          .pitch_deg = kDegreesPerRad * std::atan2(-glm::dot(z, a), up),
+          .roll_deg = kDegreesPerRad * std::atan2(-glm::dot(z, d), up)};
 }
 
 PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, const Pose& X_WT) {
@@ -127,7 +126,7 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
     const double R = RadiusOf(tool);
     out.p_W_mm = X_WT.p_AB + (way > R ? R / way : 1.0) * across;
     Vec3 depth = way > 1e-9 ? across : X_WT.Vector({1, 0, 0});
-    // A blade across the plan: any depth in the plane will do.
+    // The blade is perpendicular to the planned plane: any depth direction in the plane is valid.
     const auto is_across = [&](const Vec3& v) {
       return !(glm::length(glm::cross(v, plane.normal_W)) > 1e-9 * glm::length(v));
     };
@@ -144,17 +143,17 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
 }
 
 StopDeviation CalcDeviation(const DepthStop& stop, const Tool& tool, const Pose& X_WT) {
-  double share = 1;
+  double fraction = 1;
   if (std::holds_alternative<DiscSaw>(tool)) {
     const double along = glm::dot(X_WT.Vector({0, 0, 1}), stop.direction_W);
-    share = std::sqrt(std::max(0.0, 1 - along * along));
+    fraction = std::sqrt(std::max(0.0, 1 - along * along));
   }
-  const double depth_mm = glm::dot(stop.direction_W, X_WT.p_AB - stop.p_W_mm) + share * RadiusOf(tool);
+  const double depth_mm = glm::dot(stop.direction_W, X_WT.p_AB - stop.p_W_mm) + fraction * RadiusOf(tool);
   return {.depth_mm = depth_mm, .left_mm = stop.depth_mm - depth_mm};
 }
 
 EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop) {
-  if (plane == nullptr && stop == nullptr) throw Error("a guide needs a plane or a stop of the plan");
+  if (plane == nullptr && stop == nullptr) throw Error("a guide needs a plane or a stop in the plan");
   EffectChoice guide("guide");
   Vec3 normal_W(0, 0, 1);
   Vec3 p_W_mm(0);
@@ -171,9 +170,9 @@ EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop) {
     p_W_mm = stop->p_W_mm;
     if (plane != nullptr) {
       const double sine = glm::dot(depth_W, normal_W);
-      if (std::abs(sine) > std::sin(kMostTurn_deg / kDegrees)) {
+      if (std::abs(sine) > std::sin(kMaxTurn_deg / kDegreesPerRad)) {
         throw Error(fmt::format("stop '{}' points {:.0f} degrees out of plane '{}'; a guide holds a depth in the plane",
-                                stop->name, kDegrees * std::asin(std::min(1.0, std::abs(sine))), plane->name));
+                                stop->name, kDegreesPerRad * std::asin(std::min(1.0, std::abs(sine))), plane->name));
       }
       depth_W = glm::normalize(depth_W - sine * normal_W);
       p_W_mm -= glm::dot(normal_W, p_W_mm - plane->plane.p_W) * normal_W;
@@ -182,7 +181,7 @@ EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop) {
       normal_W = glm::normalize(glm::cross(depth_W, other));
       guide.Set("tolerance_mm", kFree_mm);
     }
-    // 0 would be no stop.
+    // 0 would mean no stop.
     guide.Set("depth_mm", std::max(stop->depth_mm, 1e-6));
   }
   guide.Set("point_mm", p_W_mm);

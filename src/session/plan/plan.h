@@ -1,4 +1,4 @@
-// What a surgeon means to cut: planes and depth stops, and how far the tool is off them.
+// A surgeon's plan: planes and depth stops, and the tool's deviation from them.
 #pragma once
 
 #include <optional>
@@ -12,14 +12,14 @@
 
 namespace kerf {
 
-/// A plane to cut along: of the disc's middle.
+/// A plane to cut along, for the disc's mid-plane.
 struct PlannedPlane {
   std::string name;
-  CutPlane plane;        // its point: the middle of the cut that is meant
-  double margin_mm = 1;  // the cut should stay so near; 0.01 to 100
+  CutPlane plane;        // its point: centre of the intended cut
+  double margin_mm = 1;  // maximum distance of the cut from the plane; 0.01 to 100
 };
 
-/// The tool's deepest point should go `depth_mm` past the point along the direction, and no further.
+/// The tool's deepest point should go at most `depth_mm` beyond the point along the direction.
 struct DepthStop {
   std::string name;
   Vec3 p_W_mm{0};
@@ -34,43 +34,44 @@ struct Plan {
   bool empty() const { return planes.empty() && stops.empty(); }
 };
 
-/// At most so many of each.
-inline constexpr std::size_t kMostPlanned = 100;
+/// Maximum number of each.
+inline constexpr std::size_t kMaxPlanned = 100;
 
-/// Throws Error naming the first that has no name, the name of another, a direction that is not of unit length, or a
-/// value out of range.
+/// Throws kerf::Error naming the first item without a name, with a duplicate name, with a direction that is not of unit
+/// length, or with a value out of range.
 void CheckPlan(const Plan& plan);
-/// "plane 1", "stop 2": the first that is free.
+/// Returns the first unused name: "plane 1", "stop 2".
 std::string MakePlaneName(const Plan& plan);
 std::string MakeStopName(const Plan& plan);
 
-/// Through three points, at their mean; seen from the side to which the normal points they go round
-/// counter-clockwise. Throws Error when they lie on a line.
+/// Returns the plane through three points, at their mean. Seen from the side to which the normal points, they are in
+/// counter-clockwise order. Throws kerf::Error if they are collinear.
 PlannedPlane PlacePlane(const std::string& name, const Vec3& a_W, const Vec3& b_W, const Vec3& c_W);
-/// The disc's own plane where it is.
+/// Returns the disc's plane at the pose.
 PlannedPlane PlacePlane(const std::string& name, const Pose& X_WT);
-/// Each plane of a .mrk.json file of 3D Slicer, named as there. Throws Error as ReadPlaneMarkupList().
+/// Reads each plane of a .mrk.json file of 3D Slicer, with its name. Throws kerf::Error like ReadPlaneMarkupList().
 std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path);
-/// For WritePlaneMarkups().
+/// Returns markups for WritePlaneMarkups().
 std::vector<PlaneMarkup> MakeMarkups(const Plan& plan);
 
-/// Of a blade against a planned plane. The point of the blade that counts is the one nearest to the plane's point: of a
-/// disc's mid-plane within its rim, of a ball the centre.
+/// Deviation of a blade from a planned plane, measured at the point of the blade that is closest to the plane's point:
+/// for a disc a point of its mid-plane within the rim, for a ball the centre.
 struct PlaneDeviation {
   Vec3 p_W_mm{0};                   // that point
-  double offset_mm = 0;             // of it from the plane, to the side of the normal positive
-  std::optional<double> angle_deg;  // between the planes, 0 to 90; none of a ball, here and below
-  /// The angle's two parts, each -90 to 90, tan^2 angle = tan^2 pitch + tan^2 roll. The depth is the direction from
-  /// the disc's centre to that point, in the planned plane. Roll: the lean; positive where the offset grows with depth.
-  /// Pitch: the turn about the depth; positive where the offset grows along normal x depth.
+  double offset_mm = 0;             // its distance from the plane, positive on the side of the normal
+  std::optional<double> angle_deg;  // between the planes, 0 to 90; all angles are unset for a ball
+  /// The two components of the angle, each -90 to 90: tan^2 angle = tan^2 pitch + tan^2 roll. The depth direction is
+  /// from the disc's centre to that point, in the planned plane. Roll: inclination; positive if the offset grows with
+  /// depth. Pitch: rotation about the depth direction; positive if the offset grows along normal x depth.
   std::optional<double> pitch_deg;
   std::optional<double> roll_deg;
-  bool within_margin = false;  // the offset is
+  bool within_margin = false;  // true if |offset_mm| is at most the margin
 };
-/// Pure, a microsecond.
+/// No side effects; takes about a microsecond.
 PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, const Pose& X_WT);
 
-/// Angles of one plane against another by the same definition. Both of unit length; `depth_W` any but along the first.
+/// Angles between two planes by the same definition. Both normals have unit length; `depth_W` is any direction that is
+/// not parallel to the first.
 struct PlaneAngles {
   double angle_deg = 0;
   double pitch_deg = 0;
@@ -79,13 +80,13 @@ struct PlaneAngles {
 PlaneAngles CalcPlaneAngles(const Vec3& planned_normal_W, const Vec3& normal_W, const Vec3& depth_W);
 
 struct StopDeviation {
-  double depth_mm = 0;  // of the tool's deepest point (of a disc: of its mid-plane) past the stop's point
-  double left_mm = 0;   // to the stop; negative: beyond it
+  double depth_mm = 0;  // of the tool's deepest point (for a disc: of its mid-plane) beyond the stop's point
+  double left_mm = 0;   // remaining distance to the stop; negative: beyond it
 };
 StopDeviation CalcDeviation(const DepthStop& stop, const Tool& tool, const Pose& X_WT);
 
-/// The effect "guide" that holds the tool to the plane, or at the stop, or both. Throws Error when both are null, or
-/// the stop's direction is more than 20 degrees off the plane (less is turned into it).
+/// Returns the effect "guide" that keeps the tool on the plane, at the stop, or both. Throws kerf::Error if both are
+/// null, or if the stop's direction is more than 20 degrees off the plane (a smaller angle is rotated into it).
 EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop);
 
 }  // namespace kerf

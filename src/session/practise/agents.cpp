@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -14,24 +15,23 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
-/// Above the surface, before and after.
+constexpr double kDegree = std::numbers::pi / 180;
+/// Height above the surface, before and after the cut.
 constexpr double kClear_mm = 3;
-/// In free air it moves at this.
+/// Speed in free air.
 constexpr double kFree_mm_per_s = 12;
-/// Turns to the cut's direction in so long.
+/// Time to rotate to the cut's direction.
 constexpr double kTurn_s = 0.6;
-/// Slows down to this share at the goal, and leans so much less.
+/// Fraction of the feed rate at the goal. The force decreases in the same way, to no less than 0.3.
 constexpr double kSlowest = 0.12;
-/// At the end of a step it gives up waiting.
+/// Time after which it stops waiting at the end of a step.
 constexpr double kPatience_s = 25;
 constexpr double kThere_mm = 0.1;
-constexpr double kMostCorrection_mm = 6;
-/// Of tremor, per axis.
+constexpr double kMaxCorrection_mm = 6;
+/// Number of sine components of the tremor per axis.
 constexpr std::size_t kTones = 3;
-constexpr double kMostDelay_s = 1;
-constexpr double kMostRate_hz = 4000;
+constexpr double kMaxDelay_s = 1;
+constexpr double kMaxRate_hz = 4000;
 
 constexpr std::array<std::string_view, 3> kNames{"novice", "intermediate", "expert"};
 
@@ -44,7 +44,7 @@ void Check(const AgentParams& p) {
   Check("push_N", p.push_N, 0.1, 50);
   Check("feed_share", p.feed_share, 0.1, 10);
   Check("tremor_mm", p.tremor_mm, 0, 5);
-  Check("delay_s", p.delay_s, 0, kMostDelay_s);
+  Check("delay_s", p.delay_s, 0, kMaxDelay_s);
   Check("lookahead_mm", p.lookahead_mm, 0, 50);
   Check("offset_mm", p.offset_mm, -20, 20);
   Check("roll_deg", p.roll_deg, -45, 45);
@@ -55,13 +55,13 @@ void Check(const AgentParams& p) {
   Check("correction_Hz", p.correction_Hz, 0, 5);
 }
 
-/// A wavering of 8 to 12 Hz along each axis, as the force that moves the hand's mass so far.
+/// Tremor of 8 to 12 Hz along each axis, as the force that moves the hand's mass by this amplitude.
 class Tremor {
  public:
   Tremor(double rms_mm, std::uint64_t seed) : amplitude_mm_(rms_mm * std::sqrt(2.0) / kTones) {
     std::mt19937_64 random(seed);
     const auto draw = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-    for (Tone& tone : tones_) tone = {2 * kPi * (8 + 4 * draw()), 2 * kPi * draw()};
+    for (Tone& tone : tones_) tone = {2 * std::numbers::pi * (8 + 4 * draw()), 2 * std::numbers::pi * draw()};
   }
   Vec3 CalcForce(double t_s, double mass_kg) const noexcept {
     Vec3 f_N{0};
@@ -82,10 +82,10 @@ class Tremor {
   std::array<Tone, 3 * kTones> tones_{};
 };
 
-/// Where the handle was some time ago.
+/// Delay line: stores past positions and returns the delayed one.
 class Memory {
  public:
-  explicit Memory(double delay_s) : delay_s_(delay_s), places_(static_cast<std::size_t>(kMostRate_hz * kMostDelay_s)) {}
+  explicit Memory(double delay_s) : delay_s_(delay_s), places_(static_cast<std::size_t>(kMaxRate_hz * kMaxDelay_s)) {}
   void Put(const Vec3& p, double dt_s) noexcept {
     at_ = (at_ + 1) % places_.size();
     places_[at_] = p;
@@ -106,14 +106,14 @@ class Memory {
   std::size_t kept_ = 0;
 };
 
-/// A step of the exercise: the tool's lowest point goes straight to {s, t}.
+/// A step of the exercise: the tool's lowest point moves straight to {s, t}.
 struct Step {
   double s_mm;
   double t_mm;
   bool cuts;
 };
 
-class Agent final : public BeforeTick {
+class Agent final : public HandDriver {
  public:
   Agent(SimulatedDevice& device, const AgentParams& params, const Scene& scene, const Vec3& p_TC_mm,
         double felt_stiffness_N_per_mm, std::atomic<bool>* done)
@@ -147,7 +147,7 @@ class Agent final : public BeforeTick {
     turned_ = std::min(turned_ + dt_s / kTurn_s, 1.0);
     const Quat R_WT = glm::slerp(X_start_.R_AB, X_cut_.R_AB, turned_);
     const Vec3 now = ToAim(device_.p_WC_mm(), R_WT);
-    // It sees the tool, which the bone holds back from the handle by the spring between them.
+    // The agent sees the tool, which the bone displaces from the handle against the coupling's spring.
     memory_.Put(ToAim(device_.p_WC_mm() + device_.force_N() / felt_stiffness_N_per_mm_, R_WT), dt_s);
     const Vec3 seen = memory_.Get();
     const Vec3 before = aim_ + correction_;
@@ -161,7 +161,7 @@ class Agent final : public BeforeTick {
   }
 
  private:
-  /// {s, t, w} of the tool's lowest point, t being where its rim is, for the handle at p_WC.
+  /// Returns {s, t, w} of the tool's lowest point (t of the rim) if the coupling's point of the handle is at p_WC.
   Vec3 ToAim(const Vec3& p_WC, const Quat& R_WT) const noexcept {
     const Vec3 p_WT = p_WC - R_WT * p_TC_mm_;
     return cut_.ToCut(p_WT) + Vec3(0, cut_.radius_mm, 0);
@@ -184,16 +184,16 @@ class Agent final : public BeforeTick {
     if (length_mm < 1e-9) return Next();
     const Vec3 u = way / length_mm;
     const double left_mm = glm::dot(to - seen, u);
-    // Before the goal it slows down and leans less.
-    double share = 1;
-    if (step.cuts && params_.lookahead_mm > 0) share = std::clamp(left_mm / params_.lookahead_mm, kSlowest, 1.0);
-    const double speed_mm_per_s = step.cuts ? feed_mm_per_s_ * share : kFree_mm_per_s;
+    // Before the goal it slows down and reduces its force.
+    double fraction = 1;
+    if (step.cuts && params_.lookahead_mm > 0) fraction = std::clamp(left_mm / params_.lookahead_mm, kSlowest, 1.0);
+    const double speed_mm_per_s = step.cuts ? feed_mm_per_s_ * fraction : kFree_mm_per_s;
     const double stiffness_N_per_mm = std::max(device_.hand().stiffness_N_per_mm, 0.05);
-    const double lead_mm = std::max(share, 0.3) * params_.push_N / stiffness_N_per_mm;
-    // It goes on until it sees that it is there, and waits while the tool lags behind.
+    const double lead_mm = std::max(fraction, 0.3) * params_.push_N / stiffness_N_per_mm;
+    // It moves on until it sees the tool at the goal, and waits while the tool lags behind.
     const double ahead_mm = glm::dot(aim_ + correction_ - now, u);
     if (!step.cuts || ahead_mm < lead_mm) aim_ += u * speed_mm_per_s * dt_s;
-    // What is off beside its way, as it sees it.
+    // Perceived error across its direction of motion.
     const Vec3 off = (to - seen) - glm::dot(to - seen, u) * u;
     Correct(off, dt_s);
     const bool far = !step.cuts && glm::dot(to - aim_, u) <= 0;
@@ -202,12 +202,12 @@ class Agent final : public BeforeTick {
 
   void Correct(const Vec3& off, double dt_s) noexcept {
     const Vec3 corrected = correction_ + params_.correction_Hz * dt_s * off;
-    if (glm::length(corrected) < kMostCorrection_mm) correction_ = corrected;
+    if (glm::length(corrected) < kMaxCorrection_mm) correction_ = corrected;
   }
 
   void Next() noexcept {
     const Step& step = steps_[step_];
-    // Back to where the goal is, if it went too far; what was corrected beside the way stays.
+    // Return to the goal if it overshot; the correction across the direction of motion is kept.
     const bool goes_along = step_ + 1 < steps_.size() && steps_[step_ + 1].cuts && step.cuts;
     aim_ = from_ = Vec3(step.s_mm, step.t_mm, 0);
     if (!goes_along) correction_ = Vec3(0);
@@ -229,7 +229,7 @@ class Agent final : public BeforeTick {
   std::size_t step_ = 0;
   Pose X_start_;
   Pose X_cut_;
-  Vec3 from_{0};  // of this step
+  Vec3 from_{0};  // start of this step
   Vec3 aim_{0};   // {s, t, w}
   Vec3 correction_{0};
   double turned_ = 0;
@@ -320,10 +320,10 @@ double CalcAgentTime(const AgentParams& params, const Scene& scene) {
 }
 
 MakeHand MakeAgent(const AgentParams& params, const Scene& scene, std::atomic<bool>* done) {
-  if (!scene.exercise.given) throw Error(fmt::format("{}: is no exercise: it has no [exercise]", scene.name));
+  if (!scene.exercise.given) throw Error(fmt::format("{}: is not an exercise: it has no [exercise]", scene.name));
   Check(params);
   return [params, scene, done](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm,
-                               double felt_stiffness_N_per_mm) -> std::unique_ptr<BeforeTick> {
+                               double felt_stiffness_N_per_mm) -> std::unique_ptr<HandDriver> {
     return std::make_unique<Agent>(device, params, scene, p_TC_mm, felt_stiffness_N_per_mm, done);
   };
 }

@@ -1,4 +1,4 @@
-// Synthetic surgeons: hands that do an exercise as novices and experts would, with the errors that they are given.
+// Synthetic surgeons: simulated hands that do an exercise like novices or experts, with given errors.
 #pragma once
 
 #include <atomic>
@@ -15,37 +15,37 @@ namespace kerf {
 
 struct AgentParams {
   std::string name = "expert";
-  double push_N = 2;         // leans no harder than this into what resists, 0.1 to 50
-  double feed_share = 1;     // of the exercise's feed, 0.1 to 10
+  double push_N = 2;         // maximum force against resistance, 0.1 to 50
+  double feed_share = 1;     // fraction of the exercise's feed rate, 0.1 to 10
   double tremor_mm = 0.05;   // root mean square in free air, 8 to 12 Hz, 0 to 5
-  double delay_s = 0.15;     // it sees where the tool is so much later, 0 to 1
-  double lookahead_mm = 3;   // so far before the goal it begins to slow down, 0 to 50
-  double offset_mm = 0;      // its plane is so far beside the wanted one, -20 to 20
-  double roll_deg = 0;       // and leans so much, -45 to 45
-  double yaw_deg = 0;        // and is turned so much, -45 to 45
-  double deeper_mm = 0;      // it takes the goal to be so much deeper, -20 to 20
+  double delay_s = 0.15;     // delay with which the agent perceives the tool's position, 0 to 1
+  double lookahead_mm = 3;   // distance from the goal at which it begins to slow down, 0 to 50
+  double offset_mm = 0;      // offset of its plane from the wanted one, -20 to 20
+  double roll_deg = 0;       // roll of its plane, -45 to 45
+  double yaw_deg = 0;        // yaw of its plane, -45 to 45
+  double deeper_mm = 0;      // error of the assumed goal, positive: deeper, -20 to 20
   double pause_s = 0.3;      // before each next step, 0 to 60
   int passes = 1;            // along the line, 1 to 20
-  double correction_Hz = 1;  // how quickly it corrects what it sees to be off, 0 to 5
-  std::uint64_t seed = 1;    // of tremor and of the errors' signs
+  double correction_Hz = 1;  // rate at which it corrects perceived errors, 0 to 5
+  std::uint64_t seed = 1;    // for the tremor and the signs of the errors
 };
 
 /// "novice", "intermediate", "expert".
 std::span<const std::string_view> AgentNames();
-/// The preset with its errors varied by the seed: each by up to a fifth, offset and angles to either side. Throws Error
-/// for a name that there is none of.
+/// Returns the parameters of the named agent, with errors varied by the seed: each by up to a fifth, offset and angles
+/// with either sign. Throws kerf::Error for an unknown name.
 AgentParams MakeAgentParams(std::string_view name, std::uint64_t seed);
 
-/// For LoopOptions::make_hand: approaches, cuts down to the depth, goes along the line, lifts off. It feels the tool
-/// through the device like anyone. The same scene, parameters and ticks give the same motion. `done`, unless null, is
-/// set when it has finished, and must outlive the loop. Throws Error for a scene that is no exercise and for a
-/// parameter out of range.
+/// Returns a hand for LoopOptions::make_hand that approaches, cuts down to the depth, follows the line and lifts off.
+/// It feels the tool through the device, like a user. The same scene, parameters and ticks give the same motion. `done`
+/// (optional) is set when it has finished and must outlive the loop. Throws kerf::Error for a scene that is not an
+/// exercise or for a parameter out of range.
 MakeHand MakeAgent(const AgentParams& params, const Scene& scene, std::atomic<bool>* done = nullptr);
 
-/// Long enough for the agent, s.
+/// Returns a time that is sufficient for the agent, s.
 double CalcAgentTime(const AgentParams& params, const Scene& scene);
 
-/// The wanted cut as somebody takes it to be who is off by so much, about its middle.
+/// Returns the wanted cut displaced about its centre by the given errors.
 WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, double yaw_deg);
 
 }  // namespace kerf

@@ -14,22 +14,22 @@ std::string DescribeGoal(const SceneExercise& e) {
   const double length_mm = MakeWantedCut(e, DiscSaw{}).length_mm;
   switch (e.kind) {
     case ExerciseKind::kGroove:
-      return fmt::format("Cut a groove of {:g} mm depth along the line of {:.3g} mm, no deeper and straight.",
-                         e.depth_mm, length_mm);
+      return fmt::format("Cut a straight groove {:g} mm deep, no deeper, along the line of {:.3g} mm.", e.depth_mm,
+                         length_mm);
     case ExerciseKind::kStopBeforeFar:
       return fmt::format("Cut {:g} mm deep along the line of {:.3g} mm and stop before the far cortex.", e.depth_mm,
                          length_mm);
     case ExerciseKind::kBicortical:
-      return fmt::format("Cut through both cortices along the line of {:.3g} mm with the least plunge beyond.",
+      return fmt::format("Cut through both cortices along the line of {:.3g} mm with minimum plunge beyond.",
                          length_mm);
     case ExerciseKind::kBesideCanal:
       return fmt::format("Cut {:g} mm deep along the line of {:.3g} mm and stay 2 mm clear of the nerve canal.",
                          e.depth_mm, length_mm);
     case ExerciseKind::kFollowLine:
-      return fmt::format("Follow the line of {:.3g} mm, {:g} mm deep, at an even {:g} mm/s.", length_mm, e.depth_mm,
+      return fmt::format("Follow the line of {:.3g} mm, {:g} mm deep, at a constant {:g} mm/s.", length_mm, e.depth_mm,
                          e.feed_mm_per_s);
     case ExerciseKind::kOsteotomy:
-      return "Cut the bone through in the planned plane.";
+      return "Cut through the bone in the planned plane.";
   }
   return {};
 }
@@ -79,7 +79,7 @@ Scene MakeExerciseScene(std::string_view id, int level) {
 }
 
 Scene MakeLevel(const Scene& scene, int level) {
-  if (!scene.exercise.given) throw Error(fmt::format("{}: is no exercise: it has no [exercise]", scene.name));
+  if (!scene.exercise.given) throw Error(fmt::format("{}: is not an exercise: it has no [exercise]", scene.name));
   if (level < 1 || level > kLevels) throw Error(fmt::format("there is no level {}; give 1 to {}", level, kLevels));
   Scene made = scene;
   SceneExercise& e = made.exercise;

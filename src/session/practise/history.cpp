@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "base/core/errno_text.h"
 #include "base/core/hash.h"
 #include "base/core/printable.h"
 #include "base/files/disk_space.h"
@@ -23,7 +24,7 @@ namespace {
 constexpr int kApplication = 0x6b657266;  // "kerf"
 constexpr int kVersion = 2;
 constexpr int kBusy_ms = 5000;
-constexpr std::size_t kMostName = 200;
+constexpr std::size_t kMaxName = 200;
 
 struct CloseDatabase {
   void operator()(sqlite3* db) const { sqlite3_close(db); }
@@ -34,13 +35,13 @@ struct EndStatement {
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 using Statement = std::unique_ptr<sqlite3_stmt, EndStatement>;
 
-/// Whether a failed call ran out of disk, as far as SQLite or the system tell.
+/// True if a failed call ran out of disk space, as far as SQLite or the system report it.
 bool IsDiskFull(const std::string& file, sqlite3* db, int code) {
   if ((code & 0xff) == SQLITE_FULL) return true;
   if ((code & 0xff) != SQLITE_IOERR && (code & 0xff) != SQLITE_CANTOPEN) return false;
   const int reason = db != nullptr ? sqlite3_system_errno(db) : 0;
   if (reason == ENOSPC || reason == EDQUOT) return true;
-  // Of the log's index, 32 kB of shared memory in a file, the system's reason is not kept.
+  // The system's error is not stored for the log's index, 32 kB of shared memory in a file.
   constexpr double kIndexBytes = 32768;
   const int detail = db != nullptr ? sqlite3_extended_errcode(db) : code;
   const bool writes = detail == SQLITE_IOERR_WRITE || detail == SQLITE_IOERR_SHMSIZE || detail == SQLITE_IOERR_SHMMAP ||
@@ -51,17 +52,17 @@ bool IsDiskFull(const std::string& file, sqlite3* db, int code) {
 [[noreturn]] void Fail(const std::string& file, sqlite3* db, int code) {
   if (IsDiskFull(file, db, code)) throw Error(fmt::format("{}: can't be written: the disk is full", file));
   if (db != nullptr && sqlite3_system_errno(db) == EIO) {
-    throw Error(fmt::format("{}: can't be read or written: {}", file, std::generic_category().message(EIO)));
+    throw Error(fmt::format("{}: can't be read or written: {}", file, FormatErrno(EIO)));
   }
   switch (code & 0xff) {
     case SQLITE_NOTADB:
-      throw Error(fmt::format("{}: is no history of kerf; move it away and a new one is begun", file));
+      throw Error(fmt::format("{}: is not a history of kerf; move it away, and kerf will create a new one", file));
     case SQLITE_CORRUPT:
       throw Error(fmt::format(
-          "{}: the history is damaged; bring back a copy of it, or move it away and a new one is begun", file));
+          "{}: the history is damaged; restore a copy of it, or move it away, and kerf will create a new one", file));
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      throw Error(fmt::format("{}: another program has held the history for more than {} s", file, kBusy_ms / 1000));
+      throw Error(fmt::format("{}: another program has locked the history for more than {} s", file, kBusy_ms / 1000));
     default:
       throw Error(fmt::format("{}: the history can't be used: {}", file,
                               db != nullptr ? sqlite3_errmsg(db) : sqlite3_errstr(code)));
@@ -80,8 +81,8 @@ Statement Prepare(const std::string& file, sqlite3* db, const char* sql) {
   return Statement(statement);
 }
 
-/// SQLite waits for nobody before this statement, its busy timeout notwithstanding, as two that wait here might wait
-/// for each other. Whoever holds the history may be the one who has it done; until somebody has, it is kept as safely.
+/// Retries explicitly: SQLite ignores its busy timeout for this statement, because two waiting programs might deadlock.
+/// The program that holds the history may set the mode instead. Until then, the history is stored just as safely.
 void BeginLog(const std::string& file, sqlite3* db) {
   constexpr int kStep_ms = 10;
   int code = SQLITE_BUSY;
@@ -103,11 +104,11 @@ void Bind(const Statement& statement, int place, const std::string& text) {
   sqlite3_bind_text(statement.get(), place, text.c_str(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
 }
 
-/// Of all the columns that are kept, one row after another: from the row's number to the signer.
+/// All stored columns in order, from the row's number to the signer.
 constexpr const char* kColumns =
     "number, student, exercise, level, taken, recording, hash, total, measures, state, incomplete, steps, "
     "beginning, seal, signer";
-/// What stands behind them in List().
+/// Index of the column after them in List().
 constexpr int kSumColumn = 15;
 
 std::string GetText(const Statement& statement, int column) {
@@ -138,7 +139,7 @@ Attempt ReadRow(const Statement& row) {
   return a;
 }
 
-/// Without what a changed row could do to a terminal or with its measures.
+/// Removes text that could affect a terminal, and the measures of a changed row.
 void MakeShowable(Attempt& a) {
   for (std::string* text : {&a.student, &a.exercise, &a.taken, &a.recording, &a.hash, &a.recording_state, &a.incomplete,
                             &a.steps_digest, &a.beginning, &a.seal, &a.signer}) {
@@ -147,7 +148,7 @@ void MakeShowable(Attempt& a) {
   if (a.damaged) a.measures_json.clear();
 }
 
-/// The row's checksum, and that of the chain up to it.
+/// Writes the row's checksum and that of the chain up to it.
 void WriteSums(const std::string& file, sqlite3* db, std::int64_t number, const RowSums& sums) {
   const Statement statement = Prepare(file, db, "UPDATE attempts SET sum = ?1, chain = ?2 WHERE number = ?3");
   Bind(statement, 1, sums.own);
@@ -157,7 +158,7 @@ void WriteSums(const std::string& file, sqlite3* db, std::int64_t number, const 
   if (code != SQLITE_DONE) Fail(file, db, code);
 }
 
-/// As version 1 had it.
+/// Table of version 1.
 void MakeTable(const std::string& file, sqlite3* db) {
   Do(file, db,
      "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
@@ -165,14 +166,15 @@ void MakeTable(const std::string& file, sqlite3* db) {
      "measures TEXT NOT NULL, UNIQUE (student, hash))");
 }
 
-/// Of version 2.
+/// Columns added in version 2.
 void AddColumns(const std::string& file, sqlite3* db) {
   for (const char* column : {"state", "incomplete", "steps", "beginning", "seal", "signer", "sum", "chain"}) {
     Do(file, db, fmt::format("ALTER TABLE attempts ADD COLUMN {} TEXT NOT NULL DEFAULT ''", column).c_str());
   }
 }
 
-/// All that sqlite_master says of tables, indices, views and triggers, but for spaces and SQLite's own statistics.
+/// Returns the contents of sqlite_master for tables, indices, views and triggers, without spaces and SQLite's own
+/// statistics.
 std::string DescribeSchema(const std::string& file, sqlite3* db) {
   const Statement statement =
       Prepare(file, db,
@@ -186,8 +188,8 @@ std::string DescribeSchema(const std::string& file, sqlite3* db) {
   return schema;
 }
 
-/// Held against that of a history that is made for it. A view in place of the table could go on for ever, and a trigger
-/// could write what it likes.
+/// Compares the schema with that of a new history. A view in place of the table could run forever, and a trigger
+/// could write arbitrary data.
 void CheckSchema(const std::string& file, sqlite3* db, int version) {
   sqlite3* made = nullptr;
   const int code = sqlite3_open(":memory:", &made);
@@ -196,10 +198,11 @@ void CheckSchema(const std::string& file, sqlite3* db, int version) {
   MakeTable(file, made);
   if (version > 1) AddColumns(file, made);
   if (DescribeSchema(file, db) == DescribeSchema(file, made)) return;
-  throw Error(fmt::format("{}: holds other tables, views or triggers than a history of kerf; it is not used", file));
+  throw Error(
+      fmt::format("{}: has tables, views or triggers that a history of kerf does not have; it is not used", file));
 }
 
-/// From 1 to 2: rows get sums, as they are now, and what is known of their recordings since then is empty.
+/// Converts version 1 to 2: rows get checksums of their current values; the new columns are empty.
 void BringUpToDate(const std::string& file, sqlite3* db) {
   AddColumns(file, db);
   std::vector<Attempt> rows;
@@ -218,7 +221,7 @@ void BringUpToDate(const std::string& file, sqlite3* db) {
   }
 }
 
-/// Of the whole file's structure; what stands in rows is the sums' business.
+/// Checks the structure of the file; the contents of rows are checked by their sums.
 void CheckStructure(const std::string& file, sqlite3* db) {
   const Statement statement = Prepare(file, db, "PRAGMA quick_check(1)");
   const int code = sqlite3_step(statement.get());
@@ -259,16 +262,16 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
   sqlite3_busy_timeout(db, kBusy_ms);
   sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  // Two programs may begin the same history at the same time: the second finds what the first made.
+  // Two programs may create the same history at the same time: the second one finds the result of the first.
   Do(file, db, "BEGIN IMMEDIATE");
   const int application = AskNumber(file, db, "PRAGMA application_id");
   const int version = AskNumber(file, db, "PRAGMA user_version");
   if (application != kApplication && AskNumber(file, db, "SELECT count(*) FROM sqlite_master") > 0) {
-    throw Error(fmt::format("{}: is a database of another program, no history of kerf", file));
+    throw Error(fmt::format("{}: is a database of another program, not a history of kerf", file));
   }
   if (version > kVersion) {
-    throw Error(fmt::format("{}: the history was written by a later kerf (version {}, this one knows {})", file,
-                            version, kVersion));
+    throw Error(fmt::format("{}: the history was written by a later version of kerf (format {}, this one supports {})",
+                            file, version, kVersion));
   }
   if (version < 1) {
     MakeTable(file, db);
@@ -281,7 +284,7 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
     Do(file, db, fmt::format("PRAGMA user_version = {}", kVersion).c_str());
   }
   Do(file, db, "COMMIT");
-  // Readers don't wait for a writer, and a program that is killed leaves what was kept before.
+  // Readers do not wait for a writer, and a killed program leaves the earlier contents intact.
   BeginLog(file, db);
 }
 
@@ -296,7 +299,7 @@ const std::string& History::file() const {
 bool History::Add(const Attempt& attempt) {
   sqlite3* db = state_->db.get();
   const std::string& file = state_->file;
-  // The chain goes on from the last row, which must stay the last until this one stands behind it.
+  // The chain continues from the last row, which must remain the last until this one is added.
   Do(file, db, "BEGIN IMMEDIATE");
   try {
     const bool is_new = Insert(attempt);
@@ -373,9 +376,9 @@ std::vector<Attempt> History::List(const std::string& student) const {
 
 void CheckStudentName(const std::string& student) {
   if (student.empty()) throw Error("the student has no name");
-  if (student.front() == ' ' || student.back() == ' ') throw Error("the student's name has spaces about it");
-  if (Printable(student) != student) throw Error("the student's name has control characters in it, or is not UTF-8");
-  if (student.size() > kMostName) throw Error(fmt::format("the student's name is longer than {} bytes", kMostName));
+  if (student.front() == ' ' || student.back() == ' ') throw Error("the student's name begins or ends with a space");
+  if (Printable(student) != student) throw Error("the student's name contains control characters, or is not UTF-8");
+  if (student.size() > kMaxName) throw Error(fmt::format("the student's name is longer than {} bytes", kMaxName));
 }
 
 Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
@@ -388,7 +391,7 @@ Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
   attempt.taken = sheet.created;
   attempt.recording = std::filesystem::absolute(sheet.recording).lexically_normal().string();
   std::uint64_t hash = 0;
-  for (const char c : ReadTextFile(sheet.recording, kMostRecordingBytes)) {
+  for (const char c : ReadTextFile(sheet.recording, kMaxRecordingBytes)) {
     hash = MixHash(hash ^ static_cast<unsigned char>(c));
   }
   attempt.hash = fmt::format("{:016x}", hash);

@@ -1,4 +1,4 @@
-// Who practised what, when, and how well: kept in a database in the user's data folder.
+// History of all attempts: student, exercise, time and score, in a database in the user's data folder.
 #pragma once
 
 #include <cstdint>
@@ -13,57 +13,58 @@
 namespace kerf {
 
 struct Attempt {
-  std::int64_t number = 0;  // given by the history
+  std::int64_t number = 0;  // set by the history
   std::string student;
   std::string exercise;  // its id, or the scene's name
   int level = 0;
-  std::string taken;      // UTC, as the recording has it
-  std::string recording;  // its file when it was handed in
-  std::string hash;       // of that file's bytes
+  std::string taken;      // UTC, from the recording
+  std::string recording;  // its file when it was submitted
+  std::string hash;       // hash of that file's bytes
   std::optional<double> total;
   std::string measures_json;  // FormatSheetJson()
-  // Empty in attempts that an earlier version of kerf kept.
+  // Empty in attempts that an earlier version of kerf stored.
   std::string recording_state;  // ToString(RecordingState)
-  std::string incomplete;       // why it is not graded, phrases with "; " between; empty: it is complete
-  std::string steps_digest;     // of what the ticks were given: the same in copies of a recording
-  std::string beginning;        // a digest of the first of them: the same in copies that end earlier or go on otherwise
+  std::string incomplete;       // reasons why it is not graded, separated by "; "; empty: complete
+  std::string steps_digest;     // digest of the inputs of the ticks: the same in copies of a recording
+  std::string beginning;        // digest of the first ones: the same in copies that end earlier or continue differently
   std::string seal;             // DescribeChain()
-  PublicKey signer;             // whose signature is good; empty: none
+  PublicKey signer;             // key of the valid signature; empty: none
 
-  // What List() finds; not kept.
-  bool damaged = false;         // the row is not what Add() wrote: nothing in it can be relied on
+  // Results of List(); not stored.
+  bool damaged = false;         // the row is not as Add() wrote it: none of its values is reliable
   bool follows_change = false;  // one or more rows before it were changed, removed or added
-  // Attempts of the same recording or beginning, of this student or another: the first few, and how many more.
+  // Attempts with the same recording or beginning, of any student: the first few, and the number of further ones.
   std::vector<std::int64_t> doubles{};
   std::size_t more_doubles = 0;
 
-  /// Has a total that counts.
+  /// True if it has a valid total.
   bool graded() const { return total && !damaged && incomplete.empty(); }
-  /// Of measures_json; none where it has none, or is no sheet.
+  /// Returns a value of measures_json; none if it lacks the key or is not a sheet.
   std::optional<double> Get(const std::string& key) const;
 };
 
-/// $KERF_DATA/practise.db; else that in kerf of $XDG_DATA_HOME; else ~/.local/share/kerf/practise.db. Throws Error
-/// when none of the three is set.
+/// Returns $KERF_DATA/practise.db, otherwise kerf/practise.db in $XDG_DATA_HOME, otherwise
+/// ~/.local/share/kerf/practise.db. Throws kerf::Error if none of the three is set.
 std::string FindHistoryFile();
 
 class History {
  public:
-  /// Makes file and folder when they are missing, and brings a history of an earlier kerf up to this one's form, all of
-  /// it or nothing. Throws Error with one sentence for a file that is no history, holds other tables, views or triggers
-  /// than those of kerf, is damaged in its structure, or was written by a later kerf, and where it can't be written.
+  /// Creates file and folder if they are missing, and converts a history of an earlier kerf to the current form,
+  /// completely or not at all. Throws kerf::Error for a file that is not a history, contains tables, views or
+  /// triggers other than those of kerf, has a damaged structure or was written by a later kerf, or if it cannot be
+  /// written.
   explicit History(const std::string& file);
   ~History();
   History(History&&) noexcept;
   History& operator=(History&&) noexcept;
 
-  /// False, and nothing done, when the student has handed in the same recording before. Several programs may add at the
-  /// same time. Throws Error.
+  /// Returns false, without effect, if the student has submitted the same recording before. Several programs may add at
+  /// the same time. Throws kerf::Error.
   bool Add(const Attempt& attempt);
-  /// In the order in which they were handed in; of one student, or of all when `student` is empty. Each row is held
-  /// against its checksum and all of them against their chain, and attempts of all students are looked at for doubles.
-  /// A damaged row is in every list, as its name may be what is damaged; its measures are left out. Control characters
-  /// in texts become '?'. Throws Error.
+  /// Returns the attempts in the order of submission; of one student, or of all if `student` is empty. Checks each row
+  /// against its checksum and all rows against their chain, and searches the attempts of all students for duplicates. A
+  /// damaged row is in every list, because its name may be damaged; its measures are left out. Control characters in
+  /// texts become '?'. Throws kerf::Error.
   std::vector<Attempt> List(const std::string& student = "") const;
   const std::string& file() const;
 
@@ -74,22 +75,23 @@ class History {
   std::unique_ptr<State> state_;
 };
 
-/// Throws Error when it can't be a student's name: it is empty, too long, not UTF-8, or has control characters in it or
+/// Throws kerf::Error if `student` is not a valid name: empty, too long, not UTF-8, with control characters, or with
 /// spaces at an end.
 void CheckStudentName(const std::string& student);
 
-/// A sheet as an attempt of that student. Throws Error when the name can't be one, or the recording can't be read.
+/// Returns a sheet as an attempt of the student. Throws kerf::Error if the name is invalid or the recording cannot be
+/// read.
 Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student);
 
-/// What is to be known of an attempt before its total is believed, a phrase each.
+/// Returns reasons to doubt an attempt's total, a phrase each.
 std::vector<std::string> FindMarks(const Attempt& attempt);
 
-/// For people / with stable keys / as rows.
+/// Readable text / JSON with stable keys / rows.
 std::string FormatHistory(const std::vector<Attempt>& attempts);
 std::string FormatHistoryJson(const std::vector<Attempt>& attempts);
 std::string FormatHistoryCsv(const std::vector<Attempt>& attempts);
-/// For the teacher: a self-contained page with the students' curves and all attempts, those that are not as they should
-/// be marked. `known`: whose keys are known by name.
+/// Returns a self-contained page for the teacher with the students' curves and all attempts; attempts with faults are
+/// marked. `known`: keys with known owners.
 std::string FormatTeacherPage(const std::vector<Attempt>& attempts, const std::vector<KnownKey>& known = {});
 
 }  // namespace kerf

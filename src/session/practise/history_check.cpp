@@ -16,10 +16,10 @@
 namespace kerf {
 namespace {
 
-/// That a mark names.
-constexpr std::size_t kMostDoubles = 5;
-/// A sheet has some 10 kB.
-constexpr std::size_t kMostMeasuresBytes = std::size_t{1} << 20;
+/// Maximum number that a mark lists.
+constexpr std::size_t kMaxDoubles = 5;
+/// A sheet takes about 10 kB.
+constexpr std::size_t kMaxMeasuresBytes = std::size_t{1} << 20;
 
 std::string Sum(const std::string& text) {
   const std::vector<std::uint8_t> bytes(text.begin(), text.end());
@@ -41,7 +41,7 @@ RowSums CalcRowSums(const Attempt& row, const std::string& chain_before) {
 }
 
 void FindDoubles(std::vector<Attempt>& attempts) {
-  // Each points to an earlier one of its group, the first one to itself.
+  // Union-find: each points to an earlier one of its group, the first one to itself.
   std::vector<std::size_t> parents(attempts.size());
   std::iota(parents.begin(), parents.end(), std::size_t{0});
   const auto find_first = [&](std::size_t i) {
@@ -66,7 +66,7 @@ void FindDoubles(std::vector<Attempt>& attempts) {
     const std::vector<std::int64_t>& group = groups[find_first(i)];
     a.doubles.clear();
     for (const std::int64_t number : group) {
-      if (number != a.number && a.doubles.size() < kMostDoubles) a.doubles.push_back(number);
+      if (number != a.number && a.doubles.size() < kMaxDoubles) a.doubles.push_back(number);
     }
     a.more_doubles = group.size() - 1 - a.doubles.size();
   }
@@ -75,7 +75,7 @@ void FindDoubles(std::vector<Attempt>& attempts) {
 nlohmann::ordered_json ParseMeasures(const Attempt& attempt) {
   using nlohmann::ordered_json;
   const std::string& text = attempt.measures_json;
-  if (attempt.damaged || text.size() > kMostMeasuresBytes) return ordered_json::object();
+  if (attempt.damaged || text.size() > kMaxMeasuresBytes) return ordered_json::object();
   try {
     CheckJsonDepth(text, "it");
   } catch (const Error&) {
@@ -99,7 +99,7 @@ std::optional<double> FindValue(const nlohmann::ordered_json& measures, const st
 
 std::vector<std::string> FindMarks(const Attempt& a) {
   std::vector<std::string> marks;
-  if (a.damaged) marks.emplace_back("DAMAGED in the history: not what was kept");
+  if (a.damaged) marks.emplace_back("DAMAGED in the history: changed since it was stored");
   if (a.follows_change) marks.emplace_back("an attempt before this one was changed, removed or added");
   if (!a.incomplete.empty()) marks.push_back(fmt::format("not graded: {}", a.incomplete));
   if (a.seal == "broken") marks.emplace_back("seal broken");

@@ -1,4 +1,4 @@
-// Whether the rows of a history are what was kept, and which of them are of one recording.
+// Checks that the rows of a history are unchanged, and finds attempts with the same recording.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,21 +10,21 @@
 
 namespace kerf {
 
-/// SHA-256, as hexadecimal digits. Against accidents and changes by hand; who recomputes them all leaves no trace.
+/// SHA-256 as hexadecimal digits. Detects accidents and manual changes, but not a complete recomputation.
 struct RowSums {
-  std::string own;    // of what the row holds
-  std::string chain;  // of that and of the chain up to the row before it
+  std::string own;    // of the row's contents
+  std::string chain;  // of that and of the chain up to the previous row
 };
 RowSums CalcRowSums(const Attempt& row, const std::string& chain_before);
 
-/// Fills Attempt::doubles and more_doubles. Attempts that have the file, the steps or the beginning in common are of
-/// one group, also by way of a third one.
+/// Sets Attempt::doubles and more_doubles. Attempts with the same file, steps or beginning belong to one group, also
+/// transitively.
 void FindDoubles(std::vector<Attempt>& attempts);
 
-/// The measures of the attempt's sheet, an object of objects; empty where the text is not such a sheet, or is too long
-/// or too deeply nested for one.
+/// Returns the measures of the attempt's sheet, an object of objects; empty if the text is not such a sheet, or is too
+/// long or too deeply nested.
 nlohmann::ordered_json ParseMeasures(const Attempt& attempt);
-/// Of what ParseMeasures() gives.
+/// Returns a value from the result of ParseMeasures().
 std::optional<double> FindValue(const nlohmann::ordered_json& measures, const std::string& key);
 
 }  // namespace kerf

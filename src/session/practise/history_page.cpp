@@ -1,4 +1,4 @@
-// The history for people: table, JSON, CSV, and the teacher's page.
+// Readable forms of the history: table, JSON, CSV, and the teacher's page.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Of a damaged row no total is shown.
+/// A damaged row has no total.
 std::string Total(const Attempt& a) {
   return a.graded() ? fmt::format("{:.1f}", *a.total) : std::string("-");
 }
@@ -26,11 +26,11 @@ std::string Marks(const Attempt& a) {
   return fmt::format("{}", fmt::join(FindMarks(a), "; "));
 }
 
-/// Told apart by people who see colours otherwise too (Okabe and Ito), and by dashes.
+/// Distinguishable with colour blindness (Okabe and Ito), and by dashes.
 constexpr std::array<const char*, 6> kColours{"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#E69F00"};
 constexpr std::array<const char*, 6> kDashes{"", "6 3", "2 3", "8 3 2 3", "10 4", "4 2"};
 
-/// Totals of one student, a curve for each exercise, over the attempts at it.
+/// Draws the totals of one student over the attempts, one curve per exercise.
 std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>& by_exercise) {
   constexpr double kWidth = 620, kLeft = 50, kTop = 14, kRight = 250, kBottom = 44, kLegend = 18;
   const double height = std::max(260.0, kTop + kLegend * static_cast<double>(by_exercise.size()) + 10);
@@ -56,7 +56,8 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">attempt (number)</text>\n", kLeft + w / 2,
                      kTop + h + 36);
   svg += fmt::format(
-      "<text x=\"14\" y=\"{0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0})\">total (points of 100)</text>\n",
+      "<text x=\"14\" y=\"{0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0})\">total (points out of 100)"
+      "</text>\n",
       kTop + h / 2);
   std::size_t n = 0;
   for (const auto& [exercise, attempts] : by_exercise) {
@@ -82,7 +83,7 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
   return svg + "</svg>\n";
 }
 
-/// What a row of the page's table shows beside the total.
+/// Measures shown in a row of the page's table next to the total.
 constexpr std::array kShown{"cut_share",    "too_deep_mm",       "plunge_max_mm", "plane_offset_mm", "plane_angle_deg",
                             "force_peak_N", "nerve_distance_mm", "breaches",      "time_total_s"};
 
@@ -90,7 +91,7 @@ std::string SealCell(const Attempt& a, const std::vector<KnownKey>& known) {
   if (a.signer.empty()) return a.seal == "whole" ? "not signed" : EscapeHtml(a.seal);
   const auto owner = std::find_if(known.begin(), known.end(), [&](const KnownKey& k) { return k.key == a.signer; });
   return EscapeHtml(fmt::format("signed by {} ({})", ShortKey(a.signer),
-                                owner == known.end() ? std::string("a key not known here") : owner->owner));
+                                owner == known.end() ? std::string("an unknown key") : owner->owner));
 }
 
 std::string PageRow(const Attempt& a, const std::string& exercise, const std::vector<KnownKey>& known) {
@@ -172,10 +173,11 @@ std::string FormatTeacherPage(const std::vector<Attempt>& attempts, const std::v
       "table{border-collapse:collapse;font-size:14px}td,th{padding:.2em .6em;text-align:right;border-bottom:1px solid "
       "#ccc}td.t,th.t{text-align:left}.i{color:#666}tr.m td{background:#fff3cd}td.m{color:#a00000;font-weight:bold}"
       "</style></head><body>\n<h1>Practise</h1>\n";
-  html += fmt::format("<p>{} attempts of {} students. Total: points of 100, by the formula of docs/practise.md.</p>\n",
-                      attempts.size(), by_student.size());
+  html +=
+      fmt::format("<p>{} attempts by {} students. Total: points out of 100, by the formula in docs/practise.md.</p>\n",
+                  attempts.size(), by_student.size());
   if (marked > 0) {
-    html += fmt::format("<p><b>{} of them {} marked: look at them before you use a total.</b></p>\n", marked,
+    html += fmt::format("<p><b>{} of them {} marked: check them before you use a total.</b></p>\n", marked,
                         marked == 1 ? "is" : "are");
   }
   for (const auto& [student, by_exercise] : by_student) {

@@ -8,8 +8,8 @@
 #include "bone/material/region_table.h"
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
-#include "session/scene/doubts.h"
 #include "session/scene/schema.h"
+#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
@@ -20,7 +20,7 @@ struct BoneChecked {
   MaterialSummary material;
 };
 
-/// Opens what the scene names. Throws Error when that fails.
+/// Opens the bone's files. Throws kerf::Error if that fails.
 BoneChecked CheckSceneBone(const Scene& scene) {
   MaterialTable table = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) table = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
@@ -37,7 +37,7 @@ BoneChecked CheckSceneBone(const Scene& scene) {
     }
     case BoneSource::kMandible: {
       const MandibleParams& mandible = scene.bone.mandible;
-      const Vec3 room = MandibleShape(mandible).bounds().size();  // throws when the parameters don't fit together
+      const Vec3 room = MandibleShape(mandible).bounds().size();  // throws if the parameters do not fit together
       return {fmt::format("generic mandible, within {:.0f} x {:.0f} x {:.0f} mm, voxels of {} mm", room.x, room.y,
                           room.z, mandible.voxel_mm),
               mandible.voxel_mm, generated};
@@ -46,7 +46,7 @@ BoneChecked CheckSceneBone(const Scene& scene) {
     case BoneSource::kPlate: {
       const BlockParams& block = scene.bone.block;
       CheckBlock(block, table);
-      // So thin that no voxel may lie in it, which only making it tells.
+      // Only generating a block shows whether it is too thin to contain a voxel.
       if (std::min({block.size_mm.x, block.size_mm.y, block.size_mm.z}) < 2 * block.voxel_mm) MakeSceneBone(scene, {});
       return {fmt::format("{} {} x {} x {} mm, {} {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,
                           block.size_mm.y, block.size_mm.z, block.layers.size(),
@@ -60,16 +60,16 @@ BoneChecked CheckSceneBone(const Scene& scene) {
 }  // namespace
 
 CheckedScene CheckWholeScene(const Scene& scene) {
-  if (scene.simulation.mode == SceneMode::kSlab) MakeSlabPlane(scene);  // throws when the direction is not in the plane
+  if (scene.simulation.mode == SceneMode::kSlab) MakeSlabPlane(scene);  // throws if the direction is not in the plane
   CheckedScene checked;
   const BoneChecked bone = CheckSceneBone(scene);
   checked.bone = bone.text;
   checked.voxel_mm = bone.voxel_mm;
   checked.material = bone.material;
-  checked.warnings = FindDoubts(scene, bone.voxel_mm);
+  checked.warnings = FindWarnings(scene, bone.voxel_mm);
   if (scene.coupling.given || scene.device.given || scene.hand.given || scene.loop.given) {
     checked.loop = MakeLoopSetup(scene);
-    for (const std::string& doubt : FindHandDoubts(scene, *checked.loop)) checked.warnings.push_back(doubt);
+    for (const std::string& warning : FindHandWarnings(scene, *checked.loop)) checked.warnings.push_back(warning);
   }
   checked.warnings.insert(checked.warnings.end(), bone.material.warnings.begin(), bone.material.warnings.end());
   return checked;

@@ -1,5 +1,4 @@
-// What `kerf check` holds a scene against, beyond what the reader of the file does: one validation for the command and
-// for `kerf stability --sweep`.
+// Checks a scene beyond its file's syntax, for `kerf check` and `kerf stability --sweep`.
 #pragma once
 
 #include <optional>
@@ -13,14 +12,15 @@
 namespace kerf {
 
 struct CheckedScene {
-  std::string bone;  // for people: what it is, its size and voxels
+  std::string bone;  // readable description: source, size and voxels
   double voxel_mm = 0;
   MaterialSummary material;
-  std::optional<LoopSetup> loop;      // where the scene says something of device, hand, coupling or loop
-  std::vector<std::string> warnings;  // a sentence each
+  std::optional<LoopSetup> loop;      // if the scene has any of [device], [hand], [coupling] and [loop]
+  std::vector<std::string> warnings;  // one sentence each
 };
 
-/// Opens what the scene names. Throws Error for what `kerf run` or `kerf loop` would refuse before the first tick.
+/// Opens the files that the scene refers to. Throws kerf::Error for everything that `kerf run` or `kerf loop` would
+/// reject before the first tick.
 CheckedScene CheckWholeScene(const Scene& scene);
 
 }  // namespace kerf

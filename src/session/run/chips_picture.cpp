@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "bone/grid/surface.h"
@@ -14,11 +15,11 @@ namespace {
 
 constexpr Rgb8 kYoung{213, 94, 0};
 constexpr Rgb8 kOld{0, 70, 160};
-constexpr double kDrawnPixels = 3.5;   // across: true to scale they would not be seen
-constexpr double kHeightShare = 0.84;  // of the picture, below the caption
+constexpr double kDrawnPixels = 3.5;      // diameter; chips at true scale would be invisible
+constexpr double kHeightFraction = 0.84;  // fraction of the picture's height below the caption
 constexpr double kMargin = 1.06;
 
-/// A ball, coarsely.
+/// Adds a coarse sphere.
 void AddChip(Shape& shape, const Vec3& p_W, double radius_mm, const Rgb8& colour) {
   const auto first = static_cast<std::uint32_t>(shape.mesh_W.points.size());
   for (int axis = 0; axis < 3; ++axis) {
@@ -34,10 +35,10 @@ void AddChip(Shape& shape, const Vec3& p_W, double radius_mm, const Rgb8& colour
   for (const auto& f : kFaces) shape.mesh_W.triangles.push_back({first + f[0], first + f[1], first + f[2]});
 }
 
-Rgb8 Mix(double share) {
+Rgb8 Mix(double fraction) {
   Rgb8 mixed;
   for (std::size_t i = 0; i < mixed.size(); ++i) {
-    mixed[i] = static_cast<std::uint8_t>(std::lround(kYoung[i] + share * (kOld[i] - kYoung[i])));
+    mixed[i] = static_cast<std::uint8_t>(std::lround(kYoung[i] + fraction * (kOld[i] - kYoung[i])));
   }
   return mixed;
 }
@@ -75,7 +76,7 @@ bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& to
     chips_W.push_back(moment.pool.CalcChip(i).p_F_mm + track.p_WF_mm());
   }
 
-  // Onto the disc's plane, a little from aside and above, with gravity down.
+  // View of the disc's plane, slightly from the side and above, with gravity down.
   const Vec3 g = params.gravity_W_m_per_s2;
   const Vec3 down = glm::length(g) > 0 ? glm::normalize(g) : Vec3(0, 0, -1);
   Vec3 eye = moment.X_WT.Vector({0, 0, 1});
@@ -86,14 +87,14 @@ bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& to
   eye = glm::normalize(eye - 0.3 * down + 0.25 * glm::cross(down, eye));
   const Vec3 right = glm::normalize(glm::cross(eye, down));
   const Vec3 up = glm::cross(eye, right);
-  // Bone, tool and all chips in the picture, below the caption.
+  // Fit bone, tool and all chips into the picture, below the caption.
   Box3 box;  // along right, up and eye
   const auto include = [&](const Vec3& p_W) { box.Include({glm::dot(p_W, right), glm::dot(p_W, up), 0}); };
   for (const Vec3& p_W : spec.shapes[0].mesh_W.points) include(p_W);
   for (const Vec3& p_W : chips_W) include(p_W);
   include(moment.X_WT.p_AB);
-  const double height_mm = kMargin * std::max(box.size().y / kHeightShare, box.size().x / spec.width * spec.height);
-  const Vec3 middle = box.centre() + Vec3(0, 0.5 * (1 - kHeightShare) * height_mm, 0);
+  const double height_mm = kMargin * std::max(box.size().y / kHeightFraction, box.size().x / spec.width * spec.height);
+  const Vec3 middle = box.centre() + Vec3(0, 0.5 * (1 - kHeightFraction) * height_mm, 0);
   spec.camera =
       MakeCamera(eye, up, middle.x * right + middle.y * up + glm::dot(moment.X_WT.p_AB, eye) * eye, height_mm);
 
@@ -107,7 +108,7 @@ bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& to
   spec.legend.push_back({"just thrown", kYoung});
   spec.legend.push_back({fmt::format("{:g} s ago", params.life_s), kOld});
 
-  const double chip_mm3 = 3.14159265358979323846 / 6 * std::pow(params.size_mm, 3);
+  const double chip_mm3 = std::numbers::pi / 6 * std::pow(params.size_mm, 3);
   spec.caption = fmt::format(
       "{} chips in the air after {:.2f} s, {:.2f} mm³ of the {:.1f} mm³ thrown so far; {:.1f} mm³ dropped;\n"
       "each {:g} mm across, drawn as {:.1f} mm; bone after the cut",

@@ -1,4 +1,4 @@
-// The chips in the air, of a run with the effect "chips".
+// Picture of the flying chips, for a run with the effect "chips".
 #pragma once
 
 #include <optional>
@@ -11,24 +11,24 @@
 
 namespace kerf {
 
-/// Keeps the chips of the tick in which most were in the air. Of a plan without the effect it does nothing.
+/// Keeps the chips of the tick with the most chips in the air. Does nothing if the plan lacks the effect.
 class ChipsTrack {
  public:
   ChipsTrack() = default;
   explicit ChipsTrack(const EffectPlan& plan);
 
-  /// After a tick; in the thread that makes it.
+  /// Call after each tick, in the thread that runs the tick.
   void Take(double time_s, const Pose& X_WT);
-  /// The plan ends.
+  /// Call before the plan is destroyed.
   void Detach() { effect_ = nullptr; }
 
   struct Moment {
     double time_s = 0;
     Pose X_WT;
     ChipPool pool;
-    double emitted_mm3 = 0, dropped_mm3 = 0;  // up to then
+    double emitted_mm3 = 0, dropped_mm3 = 0;  // total so far
   };
-  /// None: no chip ever flew.
+  /// None if no chip was ever in the air.
   const std::optional<Moment>& most() const { return most_; }
   const ChipsParams& params() const { return params_; }
   const Vec3& p_WF_mm() const { return p_WF_mm_; }
@@ -40,7 +40,7 @@ class ChipsTrack {
   std::optional<Moment> most_;
 };
 
-/// Bone, tool and chips in that tick. False: there was nothing to draw.
+/// Draws bone, tool and chips in that tick. Returns false if there was nothing to draw.
 bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& tool, bool patient,
                        const std::string& name, const std::string& path);
 

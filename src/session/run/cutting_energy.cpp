@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kHardlyAnything_mm3 = 1e-3;
 
-/// Mean over the run's ticks of a channel of the effect tangential_force; none where the effect is off.
+/// Returns the mean over the run's ticks of a channel of the effect tangential_force; none if the effect is off.
 std::optional<double> FindMeanPower(const EffectRecord& effects) {
   for (const EffectFigure& figure : effects.figures) {
     if (figure.effect == "tangential_force" && figure.name == "cutting_W" && effects.ticks > 0) {
@@ -25,8 +25,8 @@ std::optional<double> FindMeanPower(const EffectRecord& effects) {
 }  // namespace
 
 bool CuttingEnergy::IsAsMeasured() const {
-  return !specific_J_per_mm3 || (*specific_J_per_mm3 >= kLeastSpecificEnergy_J_per_mm3 &&
-                                 *specific_J_per_mm3 <= kMostSpecificEnergy_J_per_mm3);
+  return !specific_J_per_mm3 ||
+         (*specific_J_per_mm3 >= kMinSpecificEnergy_J_per_mm3 && *specific_J_per_mm3 <= kMaxSpecificEnergy_J_per_mm3);
 }
 
 CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects, const CuttingSums& sums) {
@@ -42,7 +42,7 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
     if (disc) energy.work_J = 1e-3 * sums.thrust_turns_N / energy.ratio * rim_mm;
   }
   if (!energy.work_J) return energy;
-  // What a tool that is set down inside the bone holds there goes without work.
+  // Removing bone only by placing the tool inside it takes no work.
   const bool cuts = *energy.work_J > 0 || sums.cutting_turns > 0;
   if (cuts && sums.removed_mm3 > kHardlyAnything_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
   const double passes = (disc ? scene.tool.teeth : scene.tool.flutes) * sums.cutting_turns;
@@ -51,12 +51,12 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
 }
 
 std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
-  if (!energy.work_J) return "energy not known: a ball's teeth differ in speed; add [effects.tangential_force]";
+  if (!energy.work_J) return "energy unknown: a ball's teeth differ in speed; add [effects.tangential_force]";
   std::string text = fmt::format("{:.3g} J", *energy.work_J);
   if (energy.specific_J_per_mm3) text += fmt::format(", {:.3g} J/mm3", *energy.specific_J_per_mm3);
   if (energy.pass_mJ) text += fmt::format(", {:.3g} mJ a tooth pass", *energy.pass_mJ);
   return text + fmt::format("; cutting force = thrust / {:.3g}; range {:g} to {:g} J/mm3 ({})", energy.ratio,
-                            kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3, kSpecificEnergySource);
+                            kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
 }
 
 std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy) {
@@ -64,7 +64,7 @@ std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEne
   return {fmt::format(
       "the specific cutting energy is {:.3g} J/mm3, outside {:g} to {:g} J/mm3 ({}): the forces of {} are not those "
       "of a real cut",
-      *energy.specific_J_per_mm3, kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3, kSpecificEnergySource,
+      *energy.specific_J_per_mm3, kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource,
       scene.force.name())};
 }
 
@@ -80,7 +80,7 @@ std::string FormatCuttingJson(const CuttingEnergy& energy) {
   const nlohmann::ordered_json json = {
       {"work_J", number(energy.work_J)},
       {"specific_energy_J_per_mm3", number(energy.specific_J_per_mm3)},
-      {"published_J_per_mm3", {kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3}},
+      {"published_J_per_mm3", {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3}},
       {"within_published", energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsAsMeasured()) : nullptr},
       {"tooth_pass_mJ", number(energy.pass_mJ)},
       {"thrust_per_cutting_force", energy.ratio},

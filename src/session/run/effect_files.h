@@ -1,4 +1,4 @@
-// What the effects of a run leave behind besides their figures: sounds and pictures of their own.
+// Files that the effects of a run produce in addition to their channels: sounds and pictures.
 #pragma once
 
 #include <cstddef>
@@ -17,30 +17,30 @@
 
 namespace kerf {
 
-/// Keeps, tick by tick, what the files are made of. Of a scene without such effects it is empty and does nothing.
+/// Collects the data for the files tick by tick. Empty and without effect if the scene has no such effects.
 class EffectFiles {
  public:
   EffectFiles() = default;
-  /// `ticks`: that will come, for setting memory aside. `here`: Take() is called in the thread that makes the ticks,
-  /// and may look at the effects themselves until Finish(): then there are a spectrum and
-  /// chips too. `folder`: where the sound goes as it comes, so that memory does not grow with the run; "": its ticks
-  /// are kept. Throws Error when it can't be written there.
+  /// `ticks`: expected number of ticks, for reserving memory. `here`: Take() is called in the thread that runs the
+  /// ticks and may access the effects until Finish(), which enables spectrum and chips. `folder`: the sound is written
+  /// there during the run, so that memory does not grow; "": its ticks are kept in memory. Throws kerf::Error if the
+  /// file cannot be written.
   EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here, const std::string& folder = "");
 
-  /// A tick that is over; `channels` of all effects.
+  /// Call after each tick; `channels` of all effects.
   void Take(double time_s, double dt_s, const Pose& X_WT, std::span<const double> channels);
-  /// No tick comes any more; the plan may go.
+  /// Call after the last tick; the plan may be destroyed afterwards.
   void Finish() {
     spectrum_.Detach();
     chips_.Detach();
   }
 
-  /// Write what there is into the folder and return the names. Throw Error. Sounds once, and into the folder that the
-  /// constructor got, if any.
+  /// Write the available files into the folder and return their names. Throw kerf::Error. Call WriteSounds() once, with
+  /// the constructor's folder if that was set.
   std::vector<std::string> WriteSounds(const std::string& folder);
   std::vector<std::string> WritePictures(const std::string& folder, const std::string& name, const Bone& bone,
                                          const Tool& tool, bool patient) const;
-  /// All names that they may give.
+  /// Returns all names that these functions may return.
   static const std::vector<std::string>& Names();
 
  private:

@@ -64,7 +64,7 @@ std::vector<std::string> DescribeEffects(const EffectRecord& record) {
     phrases.push_back(text);
   }
   for (const std::string& effect : record.left_out) {
-    phrases.push_back(effect + ": left out; it needs a tool in a hand ('kerf loop')");
+    phrases.push_back(effect + ": omitted; it needs a coupled simulation ('kerf loop')");
   }
   return phrases;
 }

@@ -1,4 +1,4 @@
-// What the effects of a run told, tick by tick: columns of its log, and figures of its summary.
+// Channels of a run's effects: columns of its log and values of its summary.
 #pragma once
 
 #include <cstddef>
@@ -10,10 +10,10 @@ namespace kerf {
 
 class EffectPlan;
 
-/// A channel of an effect over a run.
+/// Statistics of one channel of an effect over a run.
 struct EffectFigure {
   std::string effect;
-  std::string name;  // with its unit
+  std::string name;  // including its unit
   double last = 0;
   double smallest = 0;
   double largest = 0;
@@ -21,33 +21,33 @@ struct EffectFigure {
   std::string column() const { return effect + "_" + name; }
 };
 
-/// Of a scene without effects it is empty, and so is all that is made of it.
+/// Record of all effects' channels. If the scene has no effects, it and the texts made from it are empty.
 struct EffectRecord {
   EffectRecord() = default;
   explicit EffectRecord(const EffectPlan& plan);
 
-  /// A tick's channels, in the order of `figures`.
+  /// Adds a tick's channels, in the order of `figures`.
   void Take(std::span<const double> channels);
-  /// The same, and a row of the log.
+  /// The same, and also adds a row to the log.
   void TakeRow(std::span<const double> channels);
 
   bool empty() const { return on.empty() && left_out.empty(); }
-  /// ",spindle_rpm,heat_peak_C".
+  /// Returns the columns, such as ",spindle_rpm,heat_peak_C".
   std::string Header() const;
-  /// Of the row, behind a comma each.
+  /// Returns the row's values, each preceded by a comma.
   std::string Row(std::size_t row) const;
 
-  std::vector<std::string> on;        // effects
-  std::vector<std::string> left_out;  // that need a hand where there is none
+  std::vector<std::string> on;        // enabled effects
+  std::vector<std::string> left_out;  // effects that need a hand and were left out
   std::vector<EffectFigure> figures;
-  std::vector<double> rows;  // as many as figures for each
+  std::vector<double> rows;  // figures.size() values per row
   std::size_t ticks = 0;
 };
 
-/// Figures of a row of the log, behind a comma each.
+/// Returns a row of the log: values, each preceded by a comma.
 std::string FormatEffectRow(std::span<const double> channels);
 
-/// For people, a phrase for each effect: "spindle: rpm 7312 (6840 to 7500)"; the last value, and all between.
+/// Returns a readable phrase per effect, such as "spindle: rpm 7312 (6840 to 7500)": the last value, and the range.
 std::vector<std::string> DescribeEffects(const EffectRecord& record);
 
 }  // namespace kerf

@@ -37,16 +37,16 @@ std::string EventCheck::Take(const RecordedStep& step, std::uint64_t number, dou
 
 std::string EventCheck::Announce(const RecordedEvent& event, std::uint64_t number, double time_s) {
   if (std::find(kKinds.begin(), kKinds.end(), event.what) == kKinds.end()) {
-    return fmt::format("{} is of no kind that is recorded", Name(event));
+    return fmt::format("{} has an unknown kind", Name(event));
   }
-  if (event.step != number) return fmt::format("{} does not come in the order of its steps", Name(event));
-  // Both are the sum of the same numbers in the same order.
-  if (event.time_s != time_s) return fmt::format("{} belongs to {:.6f} s by its step", Name(event), time_s);
+  if (event.step != number) return fmt::format("{} is out of order", Name(event));
+  // Exact: both are sums of the same numbers in the same order.
+  if (event.time_s != time_s) return fmt::format("{} belongs to {:.6f} s according to its step", Name(event), time_s);
   if (event.what == "checkpoint") names_[event.number] = event.name;
   if (event.what == "undo" && !event.name.empty() && !may_lack_some_) {
     const auto it = names_.find(event.number);
     if (it == names_.end() || it->second != event.name) {
-      return fmt::format("{} goes back to checkpoint {}, which has not that name", Name(event), event.number);
+      return fmt::format("{} restores checkpoint {}, which has another name", Name(event), event.number);
     }
   }
   if (event.what != "rpm") announced_.push_back(&event);
@@ -57,17 +57,17 @@ std::string EventCheck::Match(const char* what, const RecordedStep& step) {
   while (!announced_.empty()) {
     const RecordedEvent& event = *announced_.front();
     if (event.what != what && (event.what == "checkpoint" || event.what == "taken up")) {
-      return fmt::format("{} has no step: a step of \"{}\" comes instead", Name(event), what);
+      return fmt::format("{} has no step: a step of \"{}\" follows instead", Name(event), what);
     }
     announced_.erase(announced_.begin());
     if (event.what != what) continue;
-    // One that went to wherever one step back led may have been tried again when more had been cut.
+    // An unnamed undo may have been retried after further cutting, with another checkpoint.
     const bool is_free = event.what == "taken up" || (event.what == "undo" && event.name.empty());
     if (is_free || event.number == step.checkpoint) return "";
-    return fmt::format("{} is of checkpoint {}, and its step of {}", Name(event), event.number, step.checkpoint);
+    return fmt::format("{} has checkpoint {}, but its step has {}", Name(event), event.number, step.checkpoint);
   }
   if (may_lack_some_) return "";
-  return fmt::format("a step has \"{}\" of checkpoint {}, which no event tells of", what, step.checkpoint);
+  return fmt::format("a step has \"{}\" of checkpoint {}, for which there is no event", what, step.checkpoint);
 }
 
 }  // namespace kerf

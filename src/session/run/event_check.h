@@ -1,4 +1,4 @@
-// The events of a recording held against its steps.
+// Checks the events of a recording against its steps.
 #pragma once
 
 #include <cstddef>
@@ -12,22 +12,23 @@
 
 namespace kerf {
 
-/// Where what comes out is not what was recorded.
+/// First difference between a replay and its recording.
 struct Divergence {
-  std::uint64_t step = 0;  // the first
-  double time_s = 0;       // at its end
-  std::string what;        // a sentence's end: "the force on the hand or the tool's pose"
+  std::uint64_t step = 0;  // first step that differs
+  double time_s = 0;       // time at its end
+  std::string what;        // end of a sentence: "the force on the hand or the tool's pose"
 };
 
-/// Each checkpoint, undo, redo and taking up that a step has must have been announced by an event of that kind and
-/// number, in the same order; and each event must stand at the time of its step. An undo or redo that was announced may
-/// be missing among the steps: it could not be done.
+/// Checks that each checkpoint, undo, redo and continuation in a step was announced by an event of the same kind and
+/// number, in the same order, and that each event has the time of its step. An announced undo or redo may be missing
+/// among the steps if it could not be carried out.
 class EventCheck {
  public:
-  /// The recording must outlive it.
+  /// `recording` must outlive this object.
   explicit EventCheck(const RecordingReader& recording);
 
-  /// Before each step, in order: its number and the time before it. What is wrong, as a sentence's end; else empty.
+  /// Call before each step, in order, with its number and the time before it. Returns the end of a sentence that
+  /// describes an error, otherwise "".
   std::string Take(const RecordedStep& step, std::uint64_t number, double time_s);
 
  private:
@@ -37,8 +38,8 @@ class EventCheck {
   const std::vector<RecordedEvent>& events_;
   bool may_lack_some_;  // blocks are missing
   std::size_t next_ = 0;
-  std::vector<const RecordedEvent*> announced_;  // and not yet found among the steps
-  std::map<std::uint32_t, std::string> names_;   // of checkpoints
+  std::vector<const RecordedEvent*> announced_;  // not yet found among the steps
+  std::map<std::uint32_t, std::string> names_;   // names of checkpoints, by number
 };
 
 }  // namespace kerf

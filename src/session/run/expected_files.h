@@ -1,4 +1,4 @@
-// What a run or a loop is going to write at least, before it is begun.
+// Lower bounds on the files that a run or a loop will write, computed before it starts.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace kerf {
 
-/// Lower bounds from how long the rows and the ticks' blocks are where nothing happens. `ticks`: of the path, or asked
-/// for. `folder`, `record`: empty when there is none.
+/// Returns lower bounds from the sizes of rows and recorded ticks in which nothing happens. `ticks`: number of ticks of
+/// the path, or requested. `folder`, `record`: empty for none.
 std::vector<ExpectedFile> ListExpectedFiles(const Scene& scene, double ticks, const std::string& folder,
                                             const std::string& record);
 
-/// A sentence when what a loop surely writes does not fit: the recording, or else forces.csv beside the room that it
-/// leaves to the recording; empty when they fit.
+/// Returns a sentence if the minimum that a loop writes does not fit on the disk: the recording, or otherwise
+/// forces.csv in addition to the space reserved for the recording. Returns "" if they fit.
 std::string DescribeLackForLoop(const Scene& scene, double ticks, const std::string& folder, const std::string& record);
 
-/// What a loop's log leaves free for its recording, bytes: twice what the ticks take as a rule.
+/// Returns the disk space that a loop's log leaves free for its recording, bytes: twice the typical size of the ticks.
 double CalcRoomForRecording(double ticks);
 
 }  // namespace kerf

@@ -61,8 +61,8 @@ void ForceLog::Take(const LoopRow& row, std::span<const double> channels) {
 void ForceLog::Write() {
   try {
     if (keep_free_bytes_ > 0 && ReadFreeDiskBytes(path_) < keep_free_bytes_ + static_cast<double>(waiting_.size())) {
-      throw Error(fmt::format("{}: can't be written: the last {:.1f} MB of the disk are left to the recording", path_,
-                              1e-6 * keep_free_bytes_));
+      throw Error(fmt::format("{}: can't be written: the last {:.1f} MB of the disk are reserved for the recording",
+                              path_, 1e-6 * keep_free_bytes_));
     }
     file_->Append(waiting_);
   } catch (const Error& e) {

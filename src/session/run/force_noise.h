@@ -1,4 +1,4 @@
-// How much the force on the device trembles, over a run of any length.
+// Noise of the force on the device over a run of any length.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@
 
 namespace kerf {
 
-/// Root mean square above 20 Hz, of the whole run and of the whole seconds in which the tool cut throughout. A second
-/// is kept, not the run. Not for the tick.
+/// Root mean square above 20 Hz, of the whole run and of the full seconds in which the tool cut throughout. Keeps one
+/// second in memory, not the run. Not tick-safe.
 class ForceNoise {
  public:
-  /// Throws Error when `dt_s` is too long for 20 Hz.
+  /// Throws kerf::Error if `dt_s` is too long for 20 Hz.
   explicit ForceNoise(double dt_s);
-  /// The force at the next deadline, N, and whether the tool cut.
+  /// Adds the force at the next deadline, N. `cuts`: true if the tool cut.
   void Take(const Vec3& f_N, bool cuts);
-  /// The next deadline was missed: all is as it was.
+  /// The next deadline was missed: the force is held.
   void Hold() { Take(last_N_, cut_); }
 
-  /// All axes together, mN. Once, at the end.
+  /// Returns the noise of all axes combined, mN. Call once, at the end.
   double Finish_mN();
-  /// Of the worst of those seconds; none: there was no such second.
+  /// Maximum of these seconds; none if there was no such second.
   std::optional<double> cutting_mN() const { return cutting_mN_; }
 
  private:

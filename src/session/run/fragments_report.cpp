@@ -17,10 +17,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Told apart by people who confuse red and green too (after Okabe and Ito, 2008); the largest is pale, as bone is.
+/// Distinguishable with red-green colour blindness (after Okabe and Ito, 2008); the largest is pale, like bone.
 constexpr Rgb8 kColours[] = {{232, 220, 196}, {230, 120, 30}, {0, 114, 178},  {0, 158, 115},
                              {204, 121, 167}, {240, 200, 60}, {86, 180, 233}, {130, 90, 60}};
-constexpr std::size_t kMostInLegend = 10;
+constexpr std::size_t kMaxInLegend = 10;
 
 double Since_ms(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
@@ -30,7 +30,7 @@ std::string Volume(double mm3) {
   return mm3 < 1000 ? fmt::format("{:.3g} mm³", mm3) : fmt::format("{:.2f} cm³", mm3 / 1000);
 }
 
-/// The event that tells of a piece, by the box and the volume that it has at the end: null for one that was there.
+/// Returns the found piece that matches `bone` best by its final bounding box, or null if there is none.
 const FoundPiece* FindPiece(const FragmentsReport& fragments, const Bone& bone) {
   const Box3 box = bone.CalcBounds();
   const FoundPiece* best = nullptr;
@@ -43,7 +43,7 @@ const FoundPiece* FindPiece(const FragmentsReport& fragments, const Bone& bone) 
   return best;
 }
 
-/// What became of them.
+/// Describes the pieces that were taken out.
 std::string DescribeOut(const FragmentsReport& f) {
   std::size_t pieces = 0, crumbs = 0, wait = 0;
   for (const PieceOut& piece : f.out) {
@@ -63,7 +63,7 @@ std::string DescribeOut(const FragmentsReport& f) {
                         f.CalcDustOut_mm3());
   }
   if (f.out.empty()) text += "nothing";
-  if (wait > 0) text += fmt::format("; {} held as the tool was not clear of {}", wait, wait == 1 ? "it" : "them");
+  if (wait > 0) text += fmt::format("; {} kept because the tool was not clear of {}", wait, wait == 1 ? "it" : "them");
   return text;
 }
 
@@ -73,7 +73,8 @@ Vec3 Middle(const TriangleMesh& mesh) {
   return mesh.points.empty() ? sum : sum / static_cast<double>(mesh.points.size());
 }
 
-/// Those that are out: drawn where they were set aside, or told of. `apart`: the way that the first went.
+/// Adds the pieces that were taken out: drawn if set aside, otherwise listed in the legend. `apart`:
+/// direction in which the first was moved.
 void AddOut(const FragmentsReport& fragments, std::size_t drawn, PictureSpec& spec, Vec3& apart) {
   constexpr Rgb8 kNotDrawn{150, 150, 150};
   for (const PieceOut& piece : fragments.out) {
@@ -86,7 +87,7 @@ void AddOut(const FragmentsReport& fragments, std::size_t drawn, PictureSpec& sp
       ++drawn;
       if (apart == Vec3(0) && piece.move_mm != Vec3(0)) apart = glm::normalize(piece.move_mm);
     }
-    if (spec.legend.size() >= kMostInLegend) continue;
+    if (spec.legend.size() >= kMaxInLegend) continue;
     const std::string what =
         piece.id == kAllDust ? fmt::format("dust ({})", piece.crumbs) : fmt::format("piece {}", piece.id);
     spec.legend.push_back({fmt::format("{}: {}, {} at {:.2f} s", what, Volume(piece.volume_mm3),
@@ -118,8 +119,8 @@ void FragmentsDriver::Look(double time_s, const std::function<double()>& now) {
   const std::size_t came_off = effect_->Look(time_s);
   if (changed) times_ms_.push_back(changes_ms_ + Since_ms(begin));
   if (changed) changes_ms_ = 0;
-  // At the last look it had not come off yet.
-  if (came_off > 0 && now) most_late_ms_ = std::max(most_late_ms_.value_or(0), 1e3 * (now() - looked_s_));
+  // The piece had not separated at the last search.
+  if (came_off > 0 && now) max_late_ms_ = std::max(max_late_ms_.value_or(0), 1e3 * (now() - looked_s_));
   looked_s_ = time_s;
 }
 
@@ -170,7 +171,7 @@ std::optional<FragmentsReport> FragmentsDriver::MakeReport(const MaterialTable& 
     report.p50_ms = times[(times.size() - 1) / 2];
     report.max_ms = times.back();
   }
-  report.most_late_ms = most_late_ms_;
+  report.most_late_ms = max_late_ms_;
   report.memory_MB = 1e-6 * static_cast<double>(effect_->CalcMemoryBytes());
   return report;
 }
@@ -179,21 +180,21 @@ std::string DescribeFragments(const FragmentsReport& f) {
   std::string text = f.event_count == 0   ? std::string("nothing came off")
                      : f.event_count == 1 ? std::string("one piece came off")
                                           : fmt::format("{} pieces came off", f.event_count);
-  constexpr std::size_t kMostTold = 4;
-  for (std::size_t i = 0; i < std::min(f.events.size(), kMostTold); ++i) {
+  constexpr std::size_t kMaxReported = 4;
+  for (std::size_t i = 0; i < std::min(f.events.size(), kMaxReported); ++i) {
     const FragmentEvent& e = f.events[i];
     text += fmt::format("{}{} at {:.2f} s{}", i == 0 ? ": " : ", ", FormatVolume(e.piece.volume_mm3), e.time_s,
-                        f.regions[i].empty() ? "" : fmt::format(" (most of it {})", f.regions[i]));
+                        f.regions[i].empty() ? "" : fmt::format(" (mostly {})", f.regions[i]));
   }
-  if (f.event_count > kMostTold) text += ", ...";
+  if (f.event_count > kMaxReported) text += ", ...";
   if (f.found.dust_count > 0) {
-    text += fmt::format("; {} crumb{} below {:g} mm3, {:.3g} mm3 together", f.found.dust_count,
+    text += fmt::format("; {} crumb{} below {:g} mm3, {:.3g} mm3 in total", f.found.dust_count,
                         f.found.dust_count == 1 ? "" : "s", f.params.dust_mm3, f.found.dust_mm3);
   }
   if (f.params.TakesOut()) text += "; " + DescribeOut(f);
   if (f.looks > 0) {
-    text += fmt::format("; looked every {:g} ms, which took p50 {:.1f}, max {:.1f} ms off the tick", f.params.every_ms,
-                        f.p50_ms, f.max_ms);
+    text += fmt::format("; searched every {:g} ms, which took p50 {:.1f}, max {:.1f} ms outside the tick",
+                        f.params.every_ms, f.p50_ms, f.max_ms);
   }
   if (f.most_late_ms) text += fmt::format("; found at most {:.0f} ms after coming off", *f.most_late_ms);
   return text;
@@ -270,7 +271,7 @@ bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<B
       for (Vec3& p : shape.mesh_W.points) p += fragments.params.apart_mm * way;
       if (i == 1) apart = way;
     }
-    if (i < kMostInLegend) {
+    if (i < kMaxInLegend) {
       const FoundPiece* piece = FindPiece(fragments, pieces[i]);
       std::string text = fmt::format("{}: {}", piece ? fmt::format("piece {}", piece->id) : std::string("piece"),
                                      Volume(pieces[i].CalcVolume()));
@@ -290,9 +291,10 @@ bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<B
                            "the largest,\nalong the line between their middles",
                            pieces.size(), fragments.params.apart_mm);
   if (!fragments.out.empty()) spec.caption += (pieces.size() < 2 ? "; " : "\n") + DescribeOut(fragments);
-  if (pieces.size() > kMostInLegend) spec.caption += fmt::format("; the legend names the {} largest", kMostInLegend);
+  if (pieces.size() > kMaxInLegend) spec.caption += fmt::format("; the legend names the {} largest", kMaxInLegend);
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
-  // Across the way that the second piece was moved, so that the gap shows; a little from above and from the front.
+  // View across the direction in which the second piece was moved, so that the gap shows; slightly from above and from
+  // the front.
   Vec3 eye = Vec3(0, -1, 0) - glm::dot(Vec3(0, -1, 0), apart) * apart;
   if (glm::length(eye) < 0.3) eye = Vec3(1, 0, 0) - glm::dot(Vec3(1, 0, 0), apart) * apart;
   eye = glm::normalize(eye) + 0.45 * apart + Vec3(0, 0, 0.45);

@@ -1,4 +1,4 @@
-// What the effect "fragments" does in a session: it is fed with changed leaves, asked now and then, and reported.
+// The effect "fragments" in a session: it receives changed leaves, is queried periodically, and is reported.
 #pragma once
 
 #include <array>
@@ -19,24 +19,24 @@ namespace kerf {
 struct FragmentsReport {
   FragmentsParams params;
   std::vector<FragmentEvent> events;
-  std::vector<std::string> regions;  // of each event: the name of the region that has the most of the piece
-  std::size_t event_count = 0;       // with those that were too many to be kept
-  FoundPieces found;                 // at the end, in the bone
-  std::vector<PieceOut> out;         // taken out of it, in turn
-  // How long looking took, off the haptic thread, ms.
-  std::size_t looks = 0;  // with something to look at
+  std::vector<std::string> regions;  // per event: name of the region with the largest fraction of the piece
+  std::size_t event_count = 0;       // including events beyond the limit of stored ones
+  FoundPieces found;                 // in the bone at the end
+  std::vector<PieceOut> out;         // taken out of the bone, in order
+  // Duration of the searches for pieces, outside the haptic thread, ms.
+  std::size_t looks = 0;  // searches after a change
   double p50_ms = 0;
   double max_ms = 0;
-  std::optional<double> most_late_ms;  // live: from coming off to being found, at most, of the pieces
+  std::optional<double> most_late_ms;  // live: maximum delay from separation to detection of a piece
   double memory_MB = 0;
 
-  /// Set aside or hidden; deleted, without dust; dust.
+  /// Volumes that were set aside or hidden; deleted, without dust; dust.
   double CalcAside_mm3() const;
   double CalcDeleted_mm3() const;
   double CalcDustOut_mm3() const;
 };
 
-/// Drives the effect's watch and times it. Does nothing when the plan has no such effect.
+/// Drives the effect's FragmentWatch and measures its time. Does nothing if the plan lacks the effect.
 class FragmentsDriver {
  public:
   explicit FragmentsDriver(EffectPlan& effects);
@@ -44,11 +44,12 @@ class FragmentsDriver {
   bool is_on() const { return effect_ != nullptr; }
   double every_s() const { return 1e-3 * effect_->watch().params().every_ms; }
   void Change(const std::array<int, 3>& index, std::span<const float, 512> values);
-  /// `time_s`: of the simulation, up to which all changes were told.
+  /// Searches for pieces. `time_s`: simulation time up to which all changes were passed.
   void Look(double time_s);
-  /// Live: as Look(), and `now` tells the loop's time when it has been looked.
+  /// Live: as Look(), where `now` returns the loop's time after the search.
   void Look(double time_s, const std::function<double()>& now);
-  /// The next that is to go (PreparePiece()), and that it is gone, by `time_s`: tell its leaves and look before.
+  /// Prepare() returns the next piece to take out (PreparePiece()). Finish() reports that it has left by `time_s`;
+  /// before that, pass its leaves and call Look().
   bool takes_out() const { return effect_ != nullptr && effect_->watch().params().TakesOut(); }
   std::optional<PieceJob> Prepare(const Bone& bone, const std::function<bool(const Box3&)>& is_clear) const;
   void Finish(PieceJob&& job, double time_s);
@@ -57,19 +58,19 @@ class FragmentsDriver {
  private:
   FragmentsEffect* effect_;
   std::vector<double> times_ms_;
-  double changes_ms_ = 0;  // since the last look
+  double changes_ms_ = 0;  // since the last Look()
   double looked_s_ = 0;
-  std::optional<double> most_late_ms_;
+  std::optional<double> max_late_ms_;
   std::vector<PieceOut> out_;
   std::set<int> gone_;
 };
 
-/// For people, in a line.
+/// Returns a readable line.
 std::string DescribeFragments(const FragmentsReport& fragments);
-/// Stable keys with units. `times`: with how long it took.
+/// Stable keys with units. `times`: include the durations.
 nlohmann::ordered_json FragmentsJson(const FragmentsReport& fragments, bool times);
-/// `pieces` of the bone in colours, moved away from the largest along the line between their middles; those that are
-/// set aside where they are. False, and nothing written, when there never was but one.
+/// Draws `pieces` of the bone in colours, moved away from the largest along the line between their centres. Pieces that
+/// are set aside are drawn where they are. Returns false, without writing, if there was never more than one piece.
 bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<Bone>& pieces, bool patient,
                            const std::string& name, const std::string& path);
 

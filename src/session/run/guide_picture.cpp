@@ -18,9 +18,9 @@ constexpr Rgb8 kStopColour{213, 94, 0};
 constexpr Rgb8 kWayColour{0, 70, 160};
 constexpr double kWayHalf_mm = 0.25;
 constexpr double kStopHalf_mm = 0.3;
-constexpr std::size_t kMostPoints = 1200;
+constexpr std::size_t kMaxPoints = 1200;
 
-/// A box about `middle` with half edges along three directions.
+/// Adds a box about `middle` with half edges along three directions.
 void AddBox(TriangleMesh& mesh, const Vec3& middle, const Vec3& a, const Vec3& b, const Vec3& c) {
   const auto first = static_cast<std::uint32_t>(mesh.points.size());
   for (int i = 0; i < 8; ++i) {
@@ -66,7 +66,7 @@ void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& to
   const Vec3 along = glm::cross(n, deep);
   const double reach_mm = CalcReach(tool);
 
-  // As much of the plane as the tool passed, and the stops.
+  // The part of the plane within the tool's reach along its path, and the stops.
   double a0 = -reach_mm, a1 = reach_mm, d0 = -reach_mm, d1 = guide.depth_mm;
   for (const GuideTrack::Moment& moment : track.moments()) {
     const Vec3 p = moment.p_WT_mm - guide.point_W_mm;
@@ -106,12 +106,12 @@ void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& to
   if (!stops.mesh_W.points.empty()) spec.shapes.push_back(stops);
   if (guide.depth_mm > 0) spec.legend.push_back({fmt::format("depth stop, {:g} mm", guide.depth_mm), kStopColour});
   if (guide.slot_length_mm > 0) {
-    spec.legend.push_back({fmt::format("slot's ends, {:g} mm", guide.slot_length_mm), kStopColour});
+    spec.legend.push_back({fmt::format("slot ends, {:g} mm", guide.slot_length_mm), kStopColour});
   }
 
   Shape way;
   way.colour = kWayColour;
-  const std::size_t stride = track.moments().size() / kMostPoints + 1;
+  const std::size_t stride = track.moments().size() / kMaxPoints + 1;
   std::optional<Vec3> before;
   for (std::size_t i = 0; i < track.moments().size(); i += stride) {
     const Vec3 p = track.moments()[i].p_WT_mm;
@@ -127,16 +127,16 @@ void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& to
   }
   if (!way.mesh_W.points.empty()) {
     spec.shapes.push_back(way);
-    spec.legend.push_back({"tool's middle", kWayColour});
+    spec.legend.push_back({"tool's centre", kWayColour});
   }
   double worst_mm = 0;
   for (const GuideTrack::Moment& m : track.moments())
     worst_mm = std::max(worst_mm, static_cast<double>(m.deviation_mm));
   spec.caption = fmt::format(
-      "bone after the cut; rim at most {2:.2f} mm off the plane;\n{0:g} N/mm beyond the tolerance, up to {1:g} N; ends "
-      "are for the tool's middle",
+      "bone after the cut; rim at most {2:.2f} mm off the plane;\n{0:g} N/mm beyond the tolerance, up to {1:g} N; the "
+      "slot ends limit the tool's centre",
       guide.stiffness_N_per_mm, guide.max_force_N, worst_mm);
-  // Obliquely onto the plane, from above.
+  // Oblique view of the plane from above.
   Vec3 eye = 0.55 * n - 0.45 * deep + 0.7 * along;
   if (eye.y > 0) eye = -0.55 * n - 0.45 * deep - 0.7 * along;
   const Vec3 up = std::abs(glm::dot(glm::normalize(eye), deep)) < 0.9 ? -deep : along;
@@ -148,8 +148,8 @@ void WriteDeviationPlot(const GuideTrack& track, const std::string& name, const 
   const GuideParams& guide = track.guide().value();
   PlotSpec plot;
   plot.title = name + ": distance from the plan";
-  plot.caption =
-      fmt::format("furthest point of the tool's rim off the planned plane; free up to {:g} mm", guide.tolerance_mm);
+  plot.caption = fmt::format("distance of the rim's furthest point from the planned plane; free up to {:g} mm",
+                             guide.tolerance_mm);
   plot.x.label = "time (s)";
   plot.y.label = "distance (mm)";
   plot.y.lower = 0;
@@ -163,8 +163,8 @@ void WriteDeviationPlot(const GuideTrack& track, const std::string& name, const 
   force.label = "force of the guide";
   force.right_axis = true;
   force.width = 1;
-  // No more points than pixels; of each stretch the largest, so that nothing short is lost.
-  const std::size_t stretch = track.moments().size() / kMostPoints + 1;
+  // At most one point per pixel, with the maximum of each interval, so that no short event is lost.
+  const std::size_t stretch = track.moments().size() / kMaxPoints + 1;
   for (std::size_t i = 0; i < track.moments().size(); i += stretch) {
     float mm = 0, N = 0;
     for (std::size_t k = i; k < std::min(i + stretch, track.moments().size()); ++k) {

@@ -1,4 +1,4 @@
-// The plan that the effect "guide" keeps the tool to, and where the tool went.
+// Picture of the plan that the effect "guide" enforces and of the tool's motion.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 
 namespace kerf {
 
-/// Keeps the tool's way and its distance from the plan. Of a plan without a guide it does nothing.
+/// Records the tool's positions and their distance from the plan. Does nothing if the plan has no guide.
 class GuideTrack {
  public:
   GuideTrack() = default;
-  /// `ticks`: that will come.
+  /// `ticks`: expected number of ticks.
   GuideTrack(const EffectPlan& plan, std::size_t ticks);
 
   void Take(double time_s, const Vec3& p_WT_mm, std::span<const double> channels);
@@ -28,25 +28,25 @@ class GuideTrack {
   struct Moment {
     float time_s, deviation_mm, force_N;
     Vec3 p_WT_mm;
-    /// The largest of both, from the first on.
+    /// Combines two points: the first's time and position, and the larger of the values.
     static Moment Merge(const Moment& a, const Moment& b) {
       return {a.time_s, std::max(a.deviation_mm, b.deviation_mm), std::max(a.force_N, b.force_N), a.p_WT_mm};
     }
   };
-  static constexpr std::size_t kMostMoments = std::size_t{1} << 17;  // each a tick, in a longer run several
+  static constexpr std::size_t kMaxMoments = std::size_t{1} << 17;  // one per tick, or several ticks in a longer run
   const std::optional<GuideParams>& guide() const { return guide_; }
   const std::vector<Moment>& moments() const { return moments_.points(); }
 
  private:
   std::optional<GuideParams> guide_;
   std::size_t deviation_ = 0, force_ = 0;  // channels
-  Thinned<Moment, kMostMoments> moments_;
+  Thinned<Moment, kMaxMoments> moments_;
 };
 
-/// Plane with its tolerance, stops and the way of the tool's middle, in the bone.
+/// Draws the plane with its tolerance, the stops and the motion of the tool's centre in the bone.
 void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& tool, bool patient,
                        const std::string& name, const std::string& path);
-/// Distance from the plane, and the guide's force, over time.
+/// Plots the distance from the plane and the guide's force over time.
 void WriteDeviationPlot(const GuideTrack& track, const std::string& name, const std::string& path);
 
 }  // namespace kerf

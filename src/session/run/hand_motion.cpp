@@ -7,23 +7,24 @@
 namespace kerf {
 namespace {
 
-/// A hand neither starts nor stops nor pushes at once.
+/// Time constant with which a hand starts, stops and changes its force.
 constexpr double kGentle_s = 0.1;
-/// Share of the resistance that it feels, with which it leans into it. Below 1: else it would lean ever harder against
-/// a wall.
+/// Force with which the hand presses against a felt resistance, as a fraction of it. Must be below 1; otherwise the
+/// force against a wall would grow without limit.
 constexpr double kLean = 0.8;
 constexpr double kLean_s = 0.3;
-/// At the end of a stroke it waits for the tool to come there, to a share of `lead_mm`, but not for ever.
+/// At the end of a stroke the hand waits for the tool to arrive within this fraction of `lead_mm`, for a limited time.
 constexpr double kThere = 0.03;
 constexpr double kPatience_s = 5;
-/// Over the last of it, in share of `lead_mm`, it leans ever less, and it stops there: it goes towards the end no
-/// faster than would take it there in so long, and holds back with a damper of so many times the mass on this time.
+/// Within kFade times `lead_mm` (0.2 to 2 mm) of a stroke's end the hand's force fades out, and it stops there. It
+/// approaches the end at most at a speed that would cover the remaining distance in kStop_s; above that speed it brakes
+/// with a damper of kStopDamping times the mass per kStop_s.
 constexpr double kStop_s = 0.15;
 constexpr double kStopDamping = 8;
 constexpr double kFade = 0.1;
-constexpr double kLeastFade_mm = 0.2;
-constexpr double kMostFade_mm = 2;
-/// Of the path, either way, for the direction of a stroke.
+constexpr double kMinFade_mm = 0.2;
+constexpr double kMaxFade_mm = 2;
+/// Path time before and after the current position over which the direction of a stroke is computed.
 constexpr double kAhead_s = 0.01;
 
 }  // namespace
@@ -39,7 +40,7 @@ HandMotion::HandMotion(SimulatedDevice& device, Path path, const SceneHand& hand
   device_.SetIntention({.X_WH = X_aim_});
 }
 
-/// Of the tool along a segment as the path has it, mm/s; never 0.
+/// Speed of the tool along a segment of the path, mm/s; never 0.
 double HandMotion::CalcSpeed(std::size_t segment) const {
   const PathSegment& s = path_.segments()[segment];
   const double way_mm = glm::distance(path_.CalcPose(segment, s.start_s).p_AB, path_.CalcPose(segment, s.end_s).p_AB);
@@ -50,17 +51,18 @@ bool HandMotion::IsLastOfChain() const noexcept {
   return segment_ + 1 >= path_.segments().size() || path_.segments()[segment_ + 1].retract_before;
 }
 
-/// Along the stroke, from whichever is farther ahead, handle or tool, to the stroke's end, mm; below 0 beyond it.
+/// Distance along the stroke to its end, mm, from the handle or the tool, whichever is farther ahead; negative beyond
+/// the end.
 double HandMotion::CalcWayLeft() const noexcept {
   const Vec3 p_end = path_.CalcPose(segment_, path_.segments()[segment_].end_s).Point(p_TC_mm_);
-  // On the way back the stroke's last direction counts, on the way there that of the moment.
+  // On the way back the stroke's last direction is used, otherwise the current one.
   const Vec3 p_from = phase_ == Phase::kBack ? p_end : X_aim_.Point(p_TC_mm_);
-  // What pulls the handle on is a tool that has gone ahead of it.
+  // A tool ahead of the handle pulls the handle forward.
   const double tool_ahead_mm = std::max(glm::dot(device_.force_N(), way_W_), 0.0) / felt_stiffness_N_per_mm_;
   return glm::dot(p_from - device_.p_WC_mm(), way_W_) + glm::distance(p_from, p_end) - tool_ahead_mm;
 }
 
-/// Towards a stroke's end the hand stops itself, N along the stroke.
+/// Braking force near a stroke's end, N along the stroke.
 double HandMotion::CalcStop(double left_mm) const noexcept {
   const double mass = 1e-3 * (device_.profile().mass_kg + device_.hand().mass_kg);  // N s^2 / mm
   const double speed = glm::dot(device_.v_WC_mm_per_s(), way_W_);
@@ -78,13 +80,13 @@ void HandMotion::EnterNextChain() noexcept {
   first_ = segment_ = next;
   t_s_ = path_.segments()[next].start_s;
   X_from_ = X_aim_;
-  share_ = 0;
+  fraction_ = 0;
   waited_s_ = 0;
   phase_ = Phase::kOver;
 }
 
 void HandMotion::Advance(double dt_s) noexcept {
-  // The farther the handle lags behind the aim, the slower; at `lead_mm` it waits.
+  // The farther the handle lags behind the target, the slower the hand; at `lead_mm` it waits.
   const double lag_mm = glm::distance(X_aim_.Point(p_TC_mm_), device_.p_WC_mm());
   const double wanted = std::clamp(2 * (1 - lag_mm / hand_.lead_mm), 0.0, 1.0);
   const double gentle = -std::expm1(-dt_s / kGentle_s);
@@ -130,9 +132,9 @@ void HandMotion::Advance(double dt_s) noexcept {
     case Phase::kOver: {
       const Pose X_to = path_.CalcPose(segment_, t_s_);
       const double way_mm = std::max(glm::distance(X_from_.p_AB, X_to.p_AB), 1.0);
-      share_ = std::min(share_ + pace_ * dt_s * hand_.lift_mm_per_s / way_mm, 1.0);
-      X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, share_), glm::mix(X_from_.p_AB, X_to.p_AB, share_)};
-      if (share_ >= 1) {
+      fraction_ = std::min(fraction_ + pace_ * dt_s * hand_.lift_mm_per_s / way_mm, 1.0);
+      X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, fraction_), glm::mix(X_from_.p_AB, X_to.p_AB, fraction_)};
+      if (fraction_ >= 1) {
         phase_ = Phase::kCut;
         ++strokes_;
       }
@@ -140,12 +142,12 @@ void HandMotion::Advance(double dt_s) noexcept {
     }
   }
   push_W_N_ += -std::expm1(-dt_s / kLean_s) * (push_W_N - push_W_N_);
-  // It has not come to rest when it turns back.
+  // The hand may still be moving when it turns back.
   double fade = 1;
   Vec3 stop_W_N{0};
   if (phase_ != Phase::kOver && IsLastOfChain()) {
     const double left_mm = CalcWayLeft();
-    fade = std::clamp(left_mm / std::clamp(kFade * hand_.lead_mm, kLeastFade_mm, kMostFade_mm), 0.0, 1.0);
+    fade = std::clamp(left_mm / std::clamp(kFade * hand_.lead_mm, kMinFade_mm, kMaxFade_mm), 0.0, 1.0);
     stop_W_N = CalcStop(left_mm) * way_W_;
   }
   Intention intention;

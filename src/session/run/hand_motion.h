@@ -1,5 +1,5 @@
-// What a simulated hand wants, from a scene's path: through the strokes, back out of the cut, over to the next, and
-// from the beginning again.
+// Intended motion of a simulated hand, from a scene's path: along the strokes, back out of the cut, over to the next
+// stroke, and again from the start.
 #pragma once
 
 #include <cstddef>
@@ -12,21 +12,23 @@
 
 namespace kerf {
 
-/// Strokes that go on from one another are one; the hand goes back the way it came before it sets down elsewhere. It
-/// waits when the handle lags behind, at the end of a stroke too, and leans into what it feels along a stroke. Towards
-/// its end it leans less, and stops there: neither handle nor tool goes beyond it. Deterministic.
-class HandMotion final : public BeforeTick {
+/// Simulated hand that follows a path. Consecutive strokes form one stroke. The hand returns the way it came before it
+/// is placed elsewhere. It waits if the handle lags, also at the end of a stroke, and presses against the resistance
+/// along a stroke. Near the end of a stroke it presses less and stops there: neither handle nor tool passes the end.
+/// Deterministic.
+class HandMotion final : public HandDriver {
  public:
-  /// The device must outlive it. `p_TC_mm`: the coupling's point, where the device holds the tool.
-  /// `felt_stiffness_N_per_mm`: the coupling's, as the device feels it; by it the hand knows how far the tool is ahead
-  /// of the handle. Above 0; infinite: the tool is where the handle is.
+  /// `device` must outlive this object. `p_TC_mm`: the coupling's point, where the device holds the tool.
+  /// `felt_stiffness_N_per_mm`: the coupling's stiffness as rendered on the device, from which the hand computes how
+  /// far the tool is ahead of the handle. Above 0; infinite: the tool is at the handle.
   HandMotion(SimulatedDevice& device, Path path, const SceneHand& hand, const Vec3& p_TC_mm,
              double felt_stiffness_N_per_mm = std::numeric_limits<double>::infinity());
 
   void Advance(double dt_s) noexcept override;
-  /// Where it begins.
+  /// Initial pose.
   Pose start() const { return path_.CalcPose(0, 0); }
-  /// Times that it has been through the whole path; strokes begun. The loop's, or after its end.
+  /// Number of completed passes through the path; number of strokes begun. Call in the loop's thread, or after the loop
+  /// has ended.
   long rounds() const { return rounds_; }
   long strokes() const { return strokes_; }
 
@@ -44,14 +46,14 @@ class HandMotion final : public BeforeTick {
   Vec3 p_TC_mm_;
   double felt_stiffness_N_per_mm_;
   Phase phase_ = Phase::kCut;
-  std::size_t first_ = 0;    // segment of the chain
-  std::size_t segment_ = 0;  // of it, now
+  std::size_t first_ = 0;    // first segment of the chain
+  std::size_t segment_ = 0;  // current segment of the chain
   double t_s_ = 0;           // path time
   double waited_s_ = 0;      // at the end of a stroke
-  double share_ = 0;         // of the way over
-  Pose X_from_;              // of the way over
+  double fraction_ = 0;      // fraction of the motion to the next stroke
+  Pose X_from_;              // start of the motion to the next stroke
   Pose X_aim_;
-  double pace_ = 0;  // 0 to 1: of the speed that it wants
+  double pace_ = 0;  // 0 to 1: fraction of the intended speed
   Vec3 push_W_N_{0};
   Vec3 way_W_{0};  // direction of the stroke, unit length
   long rounds_ = 0;

@@ -12,12 +12,13 @@ namespace kerf {
 namespace {
 
 constexpr double kStep_mm = 0.1;
-constexpr double kWarm_K = 1;  // what is shown is warmer or colder than the body by so much somewhere
+constexpr double kWarm_K = 1;  // the section includes regions that deviate from body temperature by this much
 constexpr double kMargin_mm = 2;
-constexpr double kLeast_mm = 6;  // the picture's sides
-constexpr int kMostPoints = 1200;
+constexpr double kMin_mm = 6;  // minimum side length of the picture
+constexpr int kMaxHeatPoints = 1200;
 
-/// Across the tool's plane, through the middle of the heat, in the direction in which that reaches furthest.
+/// Returns the section across the tool's plane, through the centre of the warm region, in the direction of its largest
+/// extent.
 HeatSection MakeSection(const HeatEffect& heat, const Pose& X_WT) {
   const Vec3 across = X_WT.Vector({0, 0, 1});
   const double body_C = heat.params().grid.body_C;
@@ -26,7 +27,7 @@ HeatSection MakeSection(const HeatEffect& heat, const Pose& X_WT) {
   const auto each = [&](const auto& visit) {
     heat.grid().ForEachNode([&](const HeatNode& node) {
       const double off_K = std::abs(node.C - body_C);
-      if (off_K >= kWarm_K || node.cem43_min >= 1) visit(node.p_F_mm + heat.p_WF_mm(), node.share * (1 + off_K));
+      if (off_K >= kWarm_K || node.cem43_min >= 1) visit(node.p_F_mm + heat.p_WF_mm(), node.fraction * (1 + off_K));
     });
   };
   each([&](const Vec3& p_W, double w) {
@@ -35,7 +36,7 @@ HeatSection MakeSection(const HeatEffect& heat, const Pose& X_WT) {
   });
   if (!(weight > 0)) return {};
   middle /= weight;
-  // The greater of the two principal directions within the tool's plane.
+  // The larger principal direction within the tool's plane.
   const Vec3 a = X_WT.Vector({1, 0, 0}), b = X_WT.Vector({0, 1, 0});
   double aa = 0, ab = 0, bb = 0;
   each([&](const Vec3& p_W, double w) {
@@ -46,17 +47,17 @@ HeatSection MakeSection(const HeatEffect& heat, const Pose& X_WT) {
   });
   const double angle = 0.5 * std::atan2(2 * ab, aa - bb);
   Vec3 along = std::cos(angle) * a + std::sin(angle) * b;
-  if (along.z > 0 || (along.z == 0 && along.x < 0)) along = -along;  // down, as most cuts go
+  if (along.z > 0 || (along.z == 0 && along.x < 0)) along = -along;  // downwards, like most cuts
   Vec3 lower(0), upper(0);
   each([&](const Vec3& p_W, double) {
     const Vec3 at(glm::dot(p_W - middle, along), glm::dot(p_W - middle, across), 0);
     lower = glm::min(lower, at);
     upper = glm::max(upper, at);
   });
-  lower = glm::min(lower - Vec3(kMargin_mm), Vec3(-0.5 * kLeast_mm));
-  upper = glm::max(upper + Vec3(kMargin_mm), Vec3(0.5 * kLeast_mm));
+  lower = glm::min(lower - Vec3(kMargin_mm), Vec3(-0.5 * kMin_mm));
+  upper = glm::max(upper + Vec3(kMargin_mm), Vec3(0.5 * kMin_mm));
   const Vec3 size = upper - lower;
-  const double step_mm = std::max(kStep_mm, std::max(size.x, size.y) / kMostPoints);
+  const double step_mm = std::max(kStep_mm, std::max(size.x, size.y) / kMaxHeatPoints);
   return CalcHeatSection(heat, middle + lower.x * along + lower.y * across, along, across, step_mm,
                          static_cast<int>(size.x / step_mm) + 1, static_cast<int>(size.y / step_mm) + 1);
 }
@@ -81,8 +82,8 @@ std::string DescribeHeat(const HeatReport& heat) {
       "past 16 min {:.3g} mm3; {:.3g} J into the bone{}{}",
       f.peak_C, heat.params.grid.irrigation_W_per_m2K > 0 ? "irrigated" : "dry", f.above_47_s, f.cem43_min,
       f.past_47_mm3, f.past_dose_mm3, 1e-3 * heat.balance_mJ.put_in,
-      heat.balance_mJ.steam > 0 ? fmt::format(", {:.2g} J of it off as steam", 1e-3 * heat.balance_mJ.steam) : "",
-      f.full ? "; max_MB was used up: less was followed than was warm" : "");
+      heat.balance_mJ.steam > 0 ? fmt::format(", {:.2g} J of it lost as steam", 1e-3 * heat.balance_mJ.steam) : "",
+      f.full ? "; max_MB was used up: part of the warm bone was not simulated" : "");
 }
 
 nlohmann::ordered_json HeatJson(const HeatReport& heat) {

@@ -1,4 +1,4 @@
-// What the effect "heat" leaves of a run: figures and a picture of the kerf's surroundings.
+// Results of the effect "heat" in a run: values and a picture of the kerf's surroundings.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -16,17 +16,17 @@ struct HeatReport {
   HeatFigures figures;
   HeatBalance balance_mJ;
   double memory_MB = 0;
-  HeatSection section;  // across the kerf, through the middle of what is warm; v along the kerf's normal
+  HeatSection section;  // across the kerf, through the centre of the warm region; v along the kerf's normal
 };
 
-/// None when the plan has no heat. `X_WT`: a pose of the tool in its kerf. Allocates; between ticks only.
+/// Returns none if the plan has no heat. `X_WT`: a pose of the tool in its kerf. Allocates; call between ticks only.
 std::optional<HeatReport> MakeHeatReport(const EffectPlan& effects, const Pose& X_WT);
 
-/// For people, in a line.
+/// Returns a readable line.
 std::string DescribeHeat(const HeatReport& heat);
 /// Stable keys with units.
 nlohmann::ordered_json HeatJson(const HeatReport& heat);
-/// Temperatures at the end of the run, with the lines of 47 C and of a dose of 16 min.
+/// Draws the temperatures at the end of the run, with isolines at 47 C and at a dose of 16 min.
 void WriteHeatPicture(const HeatReport& heat, const std::string& name, const std::string& path);
 
 }  // namespace kerf

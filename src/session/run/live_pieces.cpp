@@ -14,7 +14,7 @@ void LivePieces::Take(const LeafMessage& leaf) {
   was_cut_ = was_cut_ || (own != leaves_.end() && leaf.values != own->second->with);
 }
 
-/// Whether all that had changed by the end of this tick has been read.
+/// True if all changes up to the end of `tick` have been read.
 bool LivePieces::HasReadAllOf(std::int64_t tick) {
   const LoopState& state = loop_.state().front();
   if (asked_tick_ != tick) asked_s_.reset();
@@ -50,7 +50,7 @@ void LivePieces::Poll() {
   } else if (const std::int64_t out_at = piece.out_at.load(std::memory_order_acquire); out_at != 0) {
     if (HasReadAllOf(out_at)) Done(*asked_s_);
   } else if (piece.leaving.load(std::memory_order_acquire)) {
-    // It goes on its way.
+    // Removal continues in the loop.
   } else if (was_cut_) {
     piece.drop.store(true, std::memory_order_release);
   } else {
@@ -75,15 +75,15 @@ void LivePieces::Prepare() {
   transfer_ = std::make_unique<PieceTransfer>(std::move(job_->removal), number_);
   for (const LeafChange& leaf : transfer_->removal.leaves) leaves_[leaf.index] = &leaf;
   was_cut_ = false;
-  exchange_.Send(transfer_.get());  // there is room: the loop has done with the one before
+  exchange_.Send(transfer_.get());  // the ring has room: the loop has finished with the previous piece
 }
 
 void LivePieces::Repeat(std::uint32_t number, const std::string& bytes, double time_s) {
-  if (transfer_) throw Error("the recording has a piece that leaves before the one before it is gone");
+  if (transfer_) throw Error("the recording has a piece that leaves before the previous one has left");
   number_ = number;
   if (listener_) listener_(number, bytes);
   job_ = DecodePiece(bytes, mirror_.bone());
-  // Found anew, it is a bone of its own again; what changes in the bone is what was recorded.
+  // Searching again restores the piece as a separate bone; the changes of the bone are the recorded ones.
   const auto find = [&] {
     std::optional<PieceJob> found = fragments_.Prepare(mirror_.bone(), [](const Box3&) { return true; });
     const bool same = found && found->removal.leaves.size() == job_->removal.leaves.size() && found->id == job_->id;

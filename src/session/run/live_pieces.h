@@ -1,4 +1,4 @@
-// The reader's side of taking pieces out of the bone that a loop cuts.
+// Reader side of taking pieces out of the bone while a loop cuts it.
 #pragma once
 
 #include <array>
@@ -16,33 +16,35 @@
 
 namespace kerf {
 
-/// One piece after another: worked out from the mirror, sent to the loop, let go when nothing has cut it meanwhile
-/// (PieceTransfer), worked out again otherwise. Does nothing when the scene takes nothing out. The reader's thread.
+/// Takes out one piece after another. A piece is found in the mirror and sent to the loop. It is released if it has not
+/// been cut meanwhile (PieceTransfer), otherwise it is found again. Does nothing if the scene takes nothing out. Call
+/// in the reader's thread.
 class LivePieces {
  public:
-  /// All must outlive it.
+  /// All references must outlive this object.
   LivePieces(FragmentsDriver& fragments, HapticLoop& loop, PieceExchange& exchange, const BoneMirror& mirror,
              double reach_mm)
       : fragments_(fragments), loop_(loop), exchange_(exchange), mirror_(mirror), reach_mm_(reach_mm) {}
 
-  /// Told of each piece, with its number and its bytes (recorded_piece.h), before the loop is. To be set before the
-  /// first.
+  /// Sets the callback for each piece, with its number and bytes (recorded_piece.h), called before the piece is sent to
+  /// the loop. Set it before the first piece.
   void set_listener(std::function<void(std::uint32_t, const std::string&)> listener) {
     listener_ = std::move(listener);
   }
-  /// In a replay, between ticks, with the mirror up to date: a recorded piece begins to leave in the next tick. Throws
-  /// Error for bytes that are none.
+  /// For a replay, between ticks and with an up-to-date mirror: a recorded piece begins to leave in the next tick.
+  /// Throws kerf::Error for invalid bytes.
   void Repeat(std::uint32_t number, const std::string& bytes, double time_s);
 
-  /// Each leaf that the mirror takes.
+  /// Call for each leaf that the mirror receives.
   void Take(const LeafMessage& leaf);
-  /// Now and then, with the loop's newest state taken first and then the mirror brought up to date.
+  /// Call periodically, after reading the loop's latest state and then updating the mirror.
   void Poll();
-  /// Half of a piece is out: not the time to look for pieces.
+  /// True while a piece is partly removed; do not search for pieces then.
   bool is_leaving() const;
-  /// After a look.
+  /// Finds the next piece. Call after a search.
   void Prepare();
-  /// After the loop's end: the tool is taken away, and what is to go goes. `send_rest` brings the mirror up to date.
+  /// Call after the loop's end: the tool is absent, and the remaining pieces are taken out. `send_rest` updates the
+  /// mirror.
   void Finish(CoupledSimulation& simulation, double time_s, const std::function<void()>& send_rest);
 
  private:
@@ -55,7 +57,7 @@ class LivePieces {
   const BoneMirror& mirror_;
   double reach_mm_;
   std::function<void(std::uint32_t, const std::string&)> listener_;
-  std::uint32_t number_ = 0;  // of the last piece sent
+  std::uint32_t number_ = 0;  // number of the last piece sent
   std::optional<PieceJob> job_;
   std::unique_ptr<PieceTransfer> transfer_;
   std::map<std::array<int, 3>, const LeafChange*> leaves_;

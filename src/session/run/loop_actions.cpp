@@ -57,7 +57,7 @@ void LoopActions::Act(double now_s, std::vector<std::string>& warnings) {
 
 void LoopActions::SkipTo(double begun_s, std::vector<std::string>& warnings) {
   for (; next_ < planned_.size() && planned_[next_].at_s < begun_s - 1e-6; ++next_) {
-    warnings.push_back(fmt::format("the action at {:g} s is before the moment that is gone on from, {:.3f} s",
+    warnings.push_back(fmt::format("the action at {:g} s is before the time at which the session continues, {:.3f} s",
                                    planned_[next_].at_s, begun_s));
   }
 }

@@ -1,4 +1,4 @@
-// What is asked of a loop while it runs, done one after the other: at moments given before, or by whoever sits at it.
+// Actions on a running loop, one after the other: planned for given times, or requested by a peer.
 #pragma once
 
 #include <chrono>
@@ -9,28 +9,29 @@
 #include <vector>
 
 #include "loop/haptics/step_body.h"
-#include "session/run/loop_peer.h"
 #include "session/run/loop_undo.h"
+#include "session/run/session_controller.h"
 
 namespace kerf {
 
-/// The reader's thread.
+/// Carries out actions. Call in the reader's thread.
 class LoopActions {
  public:
-  /// All must outlive it; `undo` and `peer` may be null. `tell` records what is asked, before it is.
-  LoopActions(const std::vector<LoopAction>& planned, StepBody& body, LoopUndo* undo, LoopPeer* peer,
+  /// All references must outlive this object; `undo` and `peer` are optional. `tell` records each request before it is
+  /// made.
+  LoopActions(const std::vector<LoopAction>& planned, StepBody& body, LoopUndo* undo, SessionController* peer,
               LoopUndo::Tell tell)
       : planned_(planned), body_(body), undo_(undo), peer_(peer), tell_(std::move(tell)) {}
 
-  /// What is due by then, as far as nothing is under way. What could not be done is told to the peer, or to
-  /// `warnings`.
+  /// Starts the actions that are due at `now_s`, one at a time. Failures are reported to the peer for its own requests,
+  /// otherwise added to `warnings`.
   void Act(double now_s, std::vector<std::string>& warnings);
-  /// Those planned for a moment that was gone through already, dropped with a warning.
+  /// Drops planned actions before `begun_s`, which the replay has passed, with a warning each.
   void SkipTo(double begun_s, std::vector<std::string>& warnings);
 
   std::size_t left() const { return planned_.size() - next_; }
   double next_s() const { return planned_[next_].at_s; }
-  double longest_ms() const { return longest_ms_; }  // from asking for a restore to the bone being there
+  double longest_ms() const { return longest_ms_; }  // from the request of a restore to its completion
 
  private:
   void Poll();
@@ -39,7 +40,7 @@ class LoopActions {
   const std::vector<LoopAction>& planned_;
   StepBody& body_;
   LoopUndo* undo_;
-  LoopPeer* peer_;
+  SessionController* peer_;
   LoopUndo::Tell tell_;
   std::size_t next_ = 0;
   std::optional<LoopAction> under_way_;

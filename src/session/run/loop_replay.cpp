@@ -22,8 +22,8 @@ void LoopReplay::GoThrough(HapticLoop& loop, const std::function<bool(double)>& 
   const Clock::time_point began = Clock::now();
   std::uint64_t done = 0;
   loop.GoThrough([&] {
-    const double share = all_s > 0 ? body_->time_s() / all_s : 1;
-    if (!read(done % 64 == 0 ? share : -1)) return false;
+    const double fraction = all_s > 0 ? body_->time_s() / all_s : 1;
+    if (!read(done % 64 == 0 ? fraction : -1)) return false;
     if (options_.speed > 0) {
       std::this_thread::sleep_until(began + std::chrono::duration_cast<Clock::duration>(
                                                 std::chrono::duration<double>(body_->time_s() / options_.speed)));

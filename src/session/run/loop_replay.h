@@ -1,4 +1,4 @@
-// A recorded session gone through by `kerf loop` and `kerf replay`.
+// Replay of a recorded session by `kerf loop` and `kerf replay`.
 #pragma once
 
 #include <functional>
@@ -10,21 +10,21 @@
 
 namespace kerf {
 
-/// Does nothing when there is no recording.
+/// Does nothing if there is no recording.
 class LoopReplay {
  public:
-  /// All must outlive it.
+  /// All references must outlive this object.
   LoopReplay(const LoopReplayOptions& options, StepBody& body, CoupledSimulation& simulation, ReplayDevice& device);
-  /// What is done beside the ticks: ReplayBody. Before GoThrough().
+  /// Sets the callback for actions between ticks (ReplayBody). Call before GoThrough().
   void set_beside(std::function<void(const RecordedStep&)> beside) { beside_ = std::move(beside); }
 
-  /// Between loop and body: first what was recorded, then, once it has been gone through, whatever the loop says.
+  /// Body between the loop and its own body: it replays the recording and afterwards passes on the loop's calls.
   LoopBody& body() { return *body_; }
-  /// `read`: before each tick, now and then with 0..1 and else with -1; false ends it. Throws Error for a recording
-  /// that can't be gone through.
+  /// Runs the recorded ticks. `read` is called before each tick, every 64th time with the progress 0..1 and otherwise
+  /// with -1; the replay ends if it returns false. Throws kerf::Error for a recording that cannot be replayed.
   void GoThrough(HapticLoop& loop, const std::function<bool(double)>& read);
   Replayed MakeReport() const;
-  /// Before the next step, and its number.
+  /// Time before the next step, and the number of that step.
   double time_s() const { return body_->time_s(); }
   std::uint64_t step() const { return body_->step(); }
 

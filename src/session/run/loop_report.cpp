@@ -1,4 +1,4 @@
-// What `kerf loop` leaves behind: JSON, CSV, a report and two pictures.
+// Results of `kerf loop`: JSON, CSV, a report and two pictures.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,14 +28,14 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kHighestRate_Hz = 4000;  // that [loop] rate_hz takes
+constexpr double kHighestRate_Hz = 4000;  // maximum of [loop] rate_hz
 
-/// All that a loop may write, but for the pieces.
+/// All files that a loop may write, except the pieces.
 constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "lateness.png", "force.png",
                                   "scene.toml", "bone.vdb",  "before.png",   "after.png",    "cut.png",
                                   "apart.png",  "heat.png",  "fragments.png"};
 
-/// Removed volume by level set and by occupancy: both are said where they differ by more than this share.
+/// Removed volume by level set and by occupancy: both are reported if they differ by more than this fraction.
 constexpr double kSameVolume = 0.02;
 
 ordered_json TimesJson(const LoopTimeSummary& t) {
@@ -62,7 +62,7 @@ std::string Row(const LoopTimeSummary& t) {
                      t.p999_us, t.max_us);
 }
 
-/// Bars as one outline; nothing where there are none, for a logarithmic axis.
+/// Returns the bars as one outline; empty bars are drawn at the lower limit of the logarithmic axis.
 PlotSeries Outline(const std::string& label, const std::vector<LoopBar>& bars) {
   PlotSeries series;
   series.label = label;
@@ -83,7 +83,7 @@ PlotSeries Outline(const std::string& label, const std::vector<LoopBar>& bars) {
 
 PlotSpec MakeLatenessPlot(const LoopSummary& s) {
   PlotSpec spec;
-  spec.title = "How late ticks began, and how long they took";
+  spec.title = "Lateness and duration of the ticks";
   spec.caption = fmt::format("{} ticks at {:g} Hz, {} missed; {}", s.counts.ticks, s.rate_hz, s.counts.missed,
                              s.grants.fifo ? fmt::format("SCHED_FIFO {}", s.grants.priority) : "not SCHED_FIFO");
   spec.x.label = "time (us); bars: eighths of an octave";
@@ -113,7 +113,7 @@ PlotSpec MakeForcePlot(const LoopSummary& s) {
   device.label = "on the device, largest in each interval";
   PlotSeries hand;
   hand.label = "in the simulation, largest in each interval";
-  // No more points than pixels: the largest of each stretch, so that no spike is lost.
+  // At most one point per pixel, with the maximum of each interval, so that no spike is lost.
   const std::vector<ForcePoint>& points = s.force_curve.points();
   const std::size_t stretch = std::max<std::size_t>(points.size() / 1200, 1);
   for (std::size_t i = 0; i < points.size(); i += stretch) {
@@ -130,10 +130,10 @@ PlotSpec MakeForcePlot(const LoopSummary& s) {
   return spec;
 }
 
-/// Writes results one by one; one that can't be written takes no other with it. A full disk is the usual reason.
+/// Writes results one by one. A failure, typically a full disk, does not prevent the others.
 class ResultWriter {
  public:
-  /// `name`: a file, or what its several files are.
+  /// `name`: a file name, or a description of several files.
   void Write(const std::string& name, const std::function<void()>& write) {
     try {
       write();
@@ -143,10 +143,10 @@ class ResultWriter {
     }
   }
   bool HasLost(const std::string& name) const { return std::find(lost_.begin(), lost_.end(), name) != lost_.end(); }
-  /// Throws Error: the reason of the first that was lost, and the names of all others.
+  /// Throws kerf::Error with the reason of the first failure and the names of the other lost results.
   void ThrowIfLost() const {
     if (lost_.empty()) return;
-    // The sentence names the first one, unless that is one of several files.
+    // The message contains the first name, unless it stands for several files.
     const bool is_named = first_.find(lost_.front()) != std::string::npos;
     const std::span<const std::string> others = std::span(lost_).subspan(is_named ? 1 : 0);
     throw Error(others.empty() ? first_ : fmt::format("{}; also lost: {}", first_, fmt::join(others, ", ")));
@@ -157,7 +157,7 @@ class ResultWriter {
   std::vector<std::string> lost_;
 };
 
-/// What grew with the run gets its name, or what was kept of it is written.
+/// Completes the logs written during the run, or writes those kept in memory.
 void WriteLogs(LoopSummary& summary, const std::string& folder, ResultWriter& results) {
   std::vector<std::string>& files = summary.files;
   results.Write("forces.csv", [&] {
@@ -199,8 +199,8 @@ std::string DescribeRemoved(const LoopSummary& s) {
   const double least = kSameVolume * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
   if (std::abs(s.removed_mm3 - s.removed_by_occupancy_mm3) <= least) return fmt::format("{:.3f} mm3", s.removed_mm3);
   return fmt::format(
-      "{:.3f} mm3 by the bone's surface (exact), {:.3f} mm3 by the occupancy of voxels (what the ticks and forces.csv "
-      "add up to; coarse voxels make them differ)",
+      "{:.3f} mm3 by the bone's surface (exact), {:.3f} mm3 by the occupancy of voxels (the sum of the ticks and of "
+      "forces.csv; with coarse voxels the two differ)",
       s.removed_mm3, s.removed_by_occupancy_mm3);
 }
 
@@ -215,32 +215,32 @@ std::string DescribePieces(const LoopSummary& s) {
     if (s.pieces[i].place != PieceFate::kHeld) text += fmt::format(" ({})", ToString(s.pieces[i].place));
   }
   if (s.dust_count > 0) {
-    text += fmt::format("; {} crumb{} of {:.3f} mm3 together", s.dust_count, s.dust_count == 1 ? "" : "s", s.dust_mm3);
+    text += fmt::format("; {} crumb{} of {:.3f} mm3 in total", s.dust_count, s.dust_count == 1 ? "" : "s", s.dust_mm3);
   }
   return text;
 }
 
 std::string DescribeEnergy(const LoopSummary& s) {
   return fmt::format(
-      "{:.4f} J from the hand + {:.4f} from the spindle as it draws the tool along = {:.4f} into the cut + {:.4f} "
+      "{:.4f} J from the hand + {:.4f} from the spindle, which pulls the tool along = {:.4f} into the cut + {:.4f} "
       "friction + {:.4f} in springs + "
-      "{:.4f} damping + {:.4f} lost to the time step ({:.2g} % of what was put in)",
+      "{:.4f} damping + {:.4f} lost to the time step ({:.2g} % of the input)",
       s.hand_J, s.spindle_J, s.cut_J, s.friction_J, s.stored_J, s.damping_J, s.numerical_J,
-      100 * CalcNumericalShare(s));
+      100 * CalcNumericalFraction(s));
 }
 
-double CalcNumericalShare(const LoopSummary& s) {
+double CalcNumericalFraction(const LoopSummary& s) {
   const double put_in_J = std::max(s.hand_J, 0.0) + std::max(s.spindle_J, 0.0);
   return put_in_J > 0 ? std::max(s.numerical_J, 0.0) / put_in_J : 0;
 }
 
 void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
-  if (!s.touched && !s.starts_in_bone) s.warnings.emplace_back("the tool met no bone");
-  if (const double share = CalcNumericalShare(s); share > 0.1) {
-    s.warnings.push_back(fmt::format(
-        "{:.0f} % of the energy that was put in was lost to the time step at {:g} Hz: the tool yields too far "
-        "in a tick; set {}more [simulation] substeps",
-        100 * share, s.rate_hz, s.rate_hz < kHighestRate_Hz ? "a higher rate, or " : ""));
+  if (!s.touched && !s.starts_in_bone) s.warnings.emplace_back("the tool touched no bone");
+  if (const double fraction = CalcNumericalFraction(s); fraction > 0.1) {
+    s.warnings.push_back(
+        fmt::format("{:.0f} % of the input energy was lost to the time step at {:g} Hz: the tool yields too far in a "
+                    "tick; set {}more [simulation] substeps",
+                    100 * fraction, s.rate_hz, s.rate_hz < kHighestRate_Hz ? "a higher rate, or " : ""));
   }
   if (s.leaves_used_up_s) {
     s.warnings.push_back(fmt::format(
@@ -249,16 +249,16 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
         spare_leaves, *s.leaves_used_up_s));
   }
   if (s.starts_in_bone) {
-    s.warnings.emplace_back("the tool was set down inside the bone; what it held there went at once");
+    s.warnings.emplace_back("the tool was set down inside the bone; the bone inside it was removed at once");
   }
 }
 
 std::string DescribeNoise(const LoopSummary& s) {
-  return fmt::format("{:.2f} mN over the whole run; {}", s.force.noise_above_20_Hz_mN,
-                     s.force.cutting_noise_mN
-                         ? fmt::format("{:.2f} mN in the worst of the seconds in which it cut without a pause",
-                                       *s.force.cutting_noise_mN)
-                         : std::string("while cutting: n/a, no whole second was cut through"));
+  return fmt::format(
+      "{:.2f} mN over the whole run; {}", s.force.noise_above_20_Hz_mN,
+      s.force.cutting_noise_mN
+          ? fmt::format("{:.2f} mN in the worst second of uninterrupted cutting", *s.force.cutting_noise_mN)
+          : std::string("while cutting: n/a, no whole second of uninterrupted cutting"));
 }
 
 std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
@@ -270,10 +270,10 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
                      {"from", kerf::ToString(step.from)},
                      {"to", kerf::ToString(step.to)},
                      {"reason", kerf::ToString(step.reason)},
-                     {"share_over_budget", step.share_over},
+                     {"share_over_budget", step.fraction_over},
                      {"longest_us", step.longest_us}});
   }
-  // Without the clock there are no times.
+  // A run in virtual time has no durations.
   const auto times = [&s](const LoopTimeSummary& t) { return s.virtual_time ? ordered_json() : TimesJson(t); };
   const auto finite = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
   const FittedCoupling& fitted = s.setup.fitted;
@@ -306,7 +306,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"torsion_lowered_for_loop", fitted.lowered.torsion_by_loop},
         {"device_bears_N_per_mm", finite(fitted.limits.stiffness_N_per_mm)},
         {"sampled_loop_holds_N_per_mm", finite(fitted.limits.sampled_stiffness_N_per_mm)},
-        {"share_of_sampled_loop", kSampledShare},
+        {"share_of_sampled_loop", kSampledFraction},
         {"encoder_steps_allow_N_per_mm",
          s.setup.profile.friction_N > 0 ? finite(fitted.limits.quantum_stiffness_N_per_mm) : ordered_json()}}},
       {"end", ToString(s.end)},
@@ -357,7 +357,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"friction_J", s.friction_J},
         {"damping_J", s.damping_J},
         {"numerical_J", s.numerical_J},
-        {"numerical_share_of_input", CalcNumericalShare(s)}}},
+        {"numerical_share_of_input", CalcNumericalFraction(s)}}},
       {"pieces", pieces},
       {"dust", {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}}},
       {"published",
@@ -402,20 +402,20 @@ std::string FormatLoopCsv(const LoopSummary& s) {
 
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pictures) {
   std::string text = fmt::format("# {}\n\n", EscapeMarkdown(scene.title.empty() ? scene.name : scene.title));
-  text += fmt::format("{} with {}, {:.1f} s of it {} at {:g} Hz.\n\n", MarkdownCode(scene.name),
-                      EscapeMarkdown(DescribeHeld(s)), s.simulated_s, s.virtual_time ? "without the clock" : "live",
-                      s.rate_hz);
-  if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended by itself: {}.**\n\n", EscapeMarkdown(s.failure));
+  text +=
+      fmt::format("{} with {}, {:.1f} s {} at {:g} Hz.\n\n", MarkdownCode(scene.name), EscapeMarkdown(DescribeHeld(s)),
+                  s.simulated_s, s.virtual_time ? "in virtual time" : "live", s.rate_hz);
+  if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended early: {}.**\n\n", EscapeMarkdown(s.failure));
   for (const std::string& warning : s.warnings) text += fmt::format("**Warning: {}.**\n\n", EscapeMarkdown(warning));
   if (!s.virtual_time) text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);
   text += fmt::format("- Coupling: {}. Limits: {}.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
                       EscapeMarkdown(DescribeLimits(s.setup)));
   text += fmt::format(
-      "- {} ticks; {} deadlines missed, at most {} in a row; the watchdog made the force zero {} times, and {} times "
-      "it began again from zero.\n",
+      "- {} ticks; {} deadlines missed, at most {} in a row; the watchdog set the force to zero {} times, and the "
+      "force ramped up again {} times.\n",
       s.counts.ticks, s.counts.missed, s.counts.longest_gap, s.watchdog_trips, s.counts.ramps);
   text += fmt::format(
-      "- Force that was not finite: {}. Handle poses that were none: {}. Ticks limited or faulty: {} (bits of the "
+      "- Force that was not finite: {}. Invalid handle poses: {}. Ticks limited or faulty: {} (bits of the "
       "status column).\n",
       s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks);
   if (!s.served.empty()) text += fmt::format("- The device itself: {}.\n", EscapeMarkdown(DescribeServed(s)));
@@ -425,7 +425,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
   text += fmt::format("- Force law {}.\n", DescribeLaw(scene));
   if (s.cutting) text += fmt::format("- Cutting: {}.\n", DescribeCuttingEnergy(*s.cutting));
-  text += fmt::format("- Trembling of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
+  text += fmt::format("- Noise of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
   text +=
       fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.rounds, DescribeRemoved(s));
   text += fmt::format("- The bone is {}.\n", DescribePieces(s));
@@ -435,33 +435,34 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   if (s.heat) text += fmt::format("- Heat: {}.\n", DescribeHeat(*s.heat));
   if (s.fragments) text += fmt::format("- Fragments: {}.\n", DescribeFragments(*s.fragments));
   text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,
-                      s.mirror_identical ? "bit-identical to the bone" : "NOT the bone");
+                      s.mirror_identical ? "bit-identical to it" : "NOT identical to it");
   if (!s.virtual_time) {
     text += "\n| us | ticks | p50 | p99 | p99.9 | max |\n| --- | --- | --- | --- | --- | --- |\n";
     text += Row(s.tick) + Row(s.lateness) + JoinTimes(s.stages);
   }
   if (s.fidelity_step_count > 0) {
-    text += "\n| time (s) | from | to | why | over budget | longest (us) |\n| --- | --- | --- | --- | --- | --- |\n";
+    text += "\n| time (s) | from | to | reason | over budget | longest (us) |\n| --- | --- | --- | --- | --- | --- |\n";
     for (const FidelityStep& step : s.fidelity_steps) {
-      text += fmt::format("| {:.3f} | {} | {} | {} | {:.0f} % | {:.0f} |\n", step.time_s, kerf::ToString(step.from),
-                          kerf::ToString(step.to), kerf::ToString(step.reason), 100 * step.share_over, step.longest_us);
+      text +=
+          fmt::format("| {:.3f} | {} | {} | {} | {:.0f} % | {:.0f} |\n", step.time_s, kerf::ToString(step.from),
+                      kerf::ToString(step.to), kerf::ToString(step.reason), 100 * step.fraction_over, step.longest_us);
     }
     if (s.fidelity_step_count > static_cast<long>(s.fidelity_steps.size())) {
-      text += fmt::format("\n{} steps in all.\n", s.fidelity_step_count);
+      text += fmt::format("\n{} steps in total.\n", s.fidelity_step_count);
     }
   }
   if (!pictures) return text;
   for (const auto& [file, what] : {std::pair{"before.png", "Before the cut"},
                                    {"after.png", "After the cut"},
-                                   {"cut.png", "The cut from near"},
+                                   {"cut.png", "The cut in close-up"},
                                    {"apart.png", "The pieces moved apart"},
                                    {"fragments.png", "The pieces moved apart"},
-                                   {"structures.png", "What must not be cut, and the blade's distance from it"},
-                                   {"guide.png", "The guide, and the way of the tool's middle"},
+                                   {"structures.png", "Structures that must not be cut, and the blade's distance"},
+                                   {"guide.png", "The guide, and the path of the tool's centre"},
                                    {"deviation.png", "Distance from the plan"},
                                    {"heat.png", "Temperature around the kerf, at the end"},
                                    {"force.png", "Force"},
-                                   {"lateness.png", "How late ticks began"}}) {
+                                   {"lateness.png", "Lateness of the ticks"}}) {
     if (std::find(s.files.begin(), s.files.end(), file) == s.files.end()) continue;
     text += fmt::format("\n![{}]({})\n", what, file);
   }
@@ -470,7 +471,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
 
 namespace {
 
-/// The bone, its pieces and the pictures of them.
+/// Writes the bone, its pieces and their pictures.
 void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::string& folder,
                       const std::function<void(const std::string&, double)>& progress, double surface_error_mm,
                       ResultWriter& results) {
@@ -502,7 +503,7 @@ void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::strin
   if (!AreDrawn(scene, summary.warnings)) return;
   if (!summary.moments.empty()) {
     RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
-    pictures.apart = !summary.fragments;  // fragments.png shows that
+    pictures.apart = !summary.fragments;  // fragments.png shows them
     pictures.out = out;
     pictures.surfaces = surfaces;
     pictures.sink = sink;
@@ -542,7 +543,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
       files.push_back(name);
     });
   };
-  // First what was lost while the loop ran.
+  // First the data collected while the loop ran.
   WriteLogs(summary, folder, results);
   write_one("scene.toml", [&](const std::string& path) { WriteTextFile(path, ResolvedToml(scene)); });
   if (kPicturesBuilt && !summary.virtual_time && !summary.lateness_bars.empty()) {
@@ -551,7 +552,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   if (kPicturesBuilt && !summary.force_curve.points().empty()) {
     write_one("force.png", [&](const std::string& path) { WritePlot(MakeForcePlot(summary), path); });
   }
-  // Kept, that is; nothing of the bone may be left.
+  // True if the bones were kept; the bone after the cut may be empty.
   if (!summary.before.empty()) WriteBoneResults(scene, summary, folder, progress, surface_error_mm, results);
   results.Write("report.md", [&] { WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true)); });
   results.Write("loop.json", [&] { WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary)); });
@@ -566,7 +567,7 @@ void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, cons
   for (const std::string& name : ReadEarlierResults(folder, "loop.json")) {
     outputs.push_back(fmt::format("{}/{}", folder, name));
   }
-  // How many pieces there will be is not known yet.
+  // The number of pieces is not known yet.
   std::error_code none;
   for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
     const std::string name = file.path().filename().string();

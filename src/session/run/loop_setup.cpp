@@ -14,7 +14,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
-constexpr int kMostSpareLeaves = 1 << 16;
+constexpr int kMaxSpareLeaves = 1 << 16;
 
 DeviceProfile ReadProfile(const SceneDevice& device) {
   if (device.file.empty()) return FindDeviceProfile(device.profile);
@@ -27,30 +27,29 @@ DeviceProfile ReadProfile(const SceneDevice& device) {
   }
 }
 
-/// A stiffness of the simulation, and what the device feels of it.
+/// Returns a stiffness of the simulation and the stiffness rendered on the device.
 std::string Both(double simulated_N_per_mm, double scale) {
   if (!std::isfinite(simulated_N_per_mm)) return "any";
   return fmt::format("{:.4g} N/mm ({:.4g} N/mm on the device)", simulated_N_per_mm, simulated_N_per_mm * scale);
 }
 
-/// The pull aside of the teeth where it is more than was measured of any saw; else empty.
+/// Describes the lateral pull of the teeth if it is larger than measured for any saw; otherwise returns "".
 std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
-  constexpr double kLeastMeasuredRatio = 1.4;
+  constexpr double kMinMeasuredRatio = 1.4;
   const auto effect = std::find_if(scene.effects.begin(), scene.effects.end(),
                                    [](const EffectChoice& e) { return std::string(e.name()) == "tangential_force"; });
   if (effect == scene.effects.end()) return "";
   const double ratio = std::get<double>(effect->values().front());
-  if (ratio >= kLeastMeasuredRatio) return "";
-  // Hand and coupling in series hold the tool aside, in newtons of the simulation.
+  if (ratio >= kMinMeasuredRatio) return "";
+  // Hand and coupling in series hold the tool against the pull, in simulated newtons.
   const double hand_N_per_mm = setup.hand.stiffness_N_per_mm / setup.force_scale;
   const double K = setup.fitted.coupling.stiffness_N_per_mm;
   const std::string aside =
-      hand_N_per_mm > 0 ? fmt::format("{:.2g} mm", (1 / K + 1 / hand_N_per_mm) / ratio) : std::string("any way");
+      hand_N_per_mm > 0 ? fmt::format("{:.2g} mm", (1 / K + 1 / hand_N_per_mm) / ratio) : std::string("without limit");
   return fmt::format(
-      "[effects.tangential_force] ratio = {:g} is below the 1.4 to 1.8 that were measured: for each newton of thrust "
-      "the teeth pull the tool aside with {:.2g} N, and it walks {} in this hand; where that leads over the edge of "
-      "the "
-      "bone, it drives itself round it (docs/effects.md)",
+      "[effects.tangential_force] ratio = {:g} is below the measured 1.4 to 1.8: for each newton of thrust the teeth "
+      "pull the tool aside with {:.2g} N, and it walks {} in this hand; if that takes it past the edge of the bone, "
+      "it drives itself around the bone (docs/effects.md)",
       ratio, 1 / ratio, aside);
 }
 
@@ -58,7 +57,7 @@ std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
 
 LoopSetup MakeLoopSetup(const Scene& scene) {
   LoopSetup setup;
-  // Both as they are at the tool.
+  // Values at the tool.
   const double scale = scene.device.motion_scale;
   setup.profile = ScaleProfile(ReadProfile(scene.device), scale);
   setup.hand = FindHandModel(scene.hand.model);
@@ -90,30 +89,31 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
 int CountSpareLeaves(const Bone& bone) {
   const double leaf_mm = 8 * bone.voxel_mm();
   const double whole = bone.CalcVolume() / (leaf_mm * leaf_mm * leaf_mm);
-  return static_cast<int>(std::clamp(1.1 * whole + 64, 256.0, static_cast<double>(kMostSpareLeaves)));
+  return static_cast<int>(std::clamp(1.1 * whole + 64, 256.0, static_cast<double>(kMaxSpareLeaves)));
 }
 
 std::string DescribeCoupling(const LoopSetup& setup) {
   const FittedCoupling& f = setup.fitted;
-  const std::string loop_share =
-      fmt::format("{:.0f} % of what a loop at this rate holds with this hand", 100 * kSampledShare);
-  const char* const by_device = "what the device bears";
+  const std::string loop_fraction =
+      fmt::format("{:.0f} % of the limit of a loop at this rate with this hand", 100 * kSampledFraction);
+  const char* const by_device = "the limit of the device";
   std::string text = Both(f.coupling.stiffness_N_per_mm, setup.force_scale);
   const bool softer = f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm;
   const bool damped_less = f.coupling.damping_Ns_per_mm < setup.asked_damping_Ns_per_mm;
   if (softer) {
-    text += fmt::format(", lowered from {:.4g} to {}", setup.asked_stiffness_N_per_mm,
-                        f.lowered.by_loop ? loop_share + ": above, the hand might be flung about" : by_device);
+    text +=
+        fmt::format(", lowered from {:.4g} to {}", setup.asked_stiffness_N_per_mm,
+                    f.lowered.by_loop ? loop_fraction + ": above it, the hand might oscillate strongly" : by_device);
   }
   if (f.lowered.torsion_by_loop || (f.lowered.by_device && !softer && !damped_less)) {
     text += fmt::format("; its torsion lowered to {:.4g} N mm/rad, {}", f.coupling.torsion_Nmm_per_rad,
-                        f.lowered.torsion_by_loop ? loop_share : by_device);
+                        f.lowered.torsion_by_loop ? loop_fraction : by_device);
   }
   if (damped_less) {
     text += fmt::format(
         "; its damping lowered from {:.4g} to {:.4g} N s/mm, {}", setup.asked_damping_Ns_per_mm,
         f.coupling.damping_Ns_per_mm,
-        f.lowered.damping_by_loop ? "what the loop bears at this rate of a velocity that comes late" : by_device);
+        f.lowered.damping_by_loop ? "the limit of the loop at this rate for a delayed velocity" : by_device);
   }
   return text;
 }
@@ -121,36 +121,35 @@ std::string DescribeCoupling(const LoopSetup& setup) {
 std::string DescribeLimits(const LoopSetup& setup) {
   const CouplingLimits& limits = setup.fitted.limits;
   return fmt::format(
-      "the device bears {}; a loop at this rate with this hand holds {}; {}",
+      "the limit of the device is {}; that of a loop at this rate with this hand is {}; {}",
       Both(limits.stiffness_N_per_mm, setup.force_scale), Both(limits.sampled_stiffness_N_per_mm, setup.force_scale),
-      setup.profile.friction_N > 0 ? fmt::format("the encoder's steps can't keep it trembling below {}",
+      setup.profile.friction_N > 0 ? fmt::format("the encoder's steps can't sustain an oscillation below {}",
                                                  Both(limits.quantum_stiffness_N_per_mm, setup.force_scale))
-                                   : std::string("the encoder's steps: the device has no friction, no such limit"));
+                                   : std::string("the encoder's steps set no limit, as the device has no friction"));
 }
 
-std::vector<std::string> FindHandDoubts(const Scene& scene, const LoopSetup& setup) {
-  std::vector<std::string> doubts;
+std::vector<std::string> FindHandWarnings(const Scene& scene, const LoopSetup& setup) {
+  std::vector<std::string> warnings;
   if (scene.coupling.at == CouplingPoint::kGrip && setup.profile.peak_torque_Nmm <= 0) {
-    doubts.push_back(
-        fmt::format("[coupling] at = \"grip\" and the device {} drives no torques: the hand doesn't feel the force's "
+    warnings.push_back(
+        fmt::format("[coupling] at = \"grip\", but the device {} outputs no torques: the hand doesn't feel the force's "
                     "moment about the grip; set at = \"tool\"",
                     setup.profile.name));
   }
   if (const double s = setup.profile.peak_force_N / scene.device.slew_N_per_s; s > 0.1) {
-    doubts.push_back(
-        fmt::format("[device] slew_N_per_s = {:g}: the device's force needs {:.2g} s to its peak, so it comes late, "
-                    "and what it gives "
-                    "back can be more than it took; give at least {:.3g}",
+    warnings.push_back(
+        fmt::format("[device] slew_N_per_s = {:g}: the device's force takes {:.2g} s to reach its peak, so it lags, "
+                    "and can return more energy than it absorbs; give at least {:.3g}",
                     scene.device.slew_N_per_s, s, 10 * setup.profile.peak_force_N));
   }
   if (scene.loop.rate_hz < 500) {
-    doubts.push_back(fmt::format(
+    warnings.push_back(fmt::format(
         "[loop] rate_hz = {:g}: below 500 ticks a second the steps of the force from tick to tick may be felt",
         scene.loop.rate_hz));
   }
-  if (const std::string walks = DescribeWalk(scene, setup); !walks.empty()) doubts.push_back(walks);
-  if (setup.fitted.lowered.any()) doubts.push_back("the coupling is " + DescribeCoupling(setup));
-  return doubts;
+  if (const std::string walks = DescribeWalk(scene, setup); !walks.empty()) warnings.push_back(walks);
+  if (setup.fitted.lowered.any()) warnings.push_back("the coupling is " + DescribeCoupling(setup));
+  return warnings;
 }
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// What a scene's device, hand and coupling come to in `kerf loop`, before anything runs.
+// Device, hand and coupling of a scene for `kerf loop`, computed before anything runs.
 #pragma once
 
 #include <string>
@@ -17,22 +17,22 @@ struct LoopSetup {
   ForceMapParams force_map;
   double force_scale = 1;  // device N per simulation N
   FittedCoupling fitted;
-  double asked_stiffness_N_per_mm = 0;  // by the scene
-  double asked_damping_Ns_per_mm = 0;   // likewise
+  double asked_stiffness_N_per_mm = 0;  // from the scene
+  double asked_damping_Ns_per_mm = 0;   // from the scene
 };
 
-/// Throws Error for a device or hand that there is none of, or a table of devices that can't be read, with the place in
-/// the scene that names it.
+/// Throws kerf::Error, with the place in the scene, for an unknown device or hand or an unreadable table of devices.
 LoopSetup MakeLoopSetup(const Scene& scene);
 
-/// Leaves set aside for cutting into pure bone: as many as the bone has room for, within reason.
+/// Returns the number of leaves to reserve for cutting into solid bone: as many as the bone can use, within a limit.
 int CountSpareLeaves(const Bone& bone);
 
-/// What a newcomer would want to know: what is below its limits and why, "1 N/mm (0.43 N/mm on the device)".
+/// Returns a short description of the coupling: the values that were reduced and the reasons, "1 N/mm (0.43 N/mm on the
+/// device)".
 std::string DescribeCoupling(const LoopSetup& setup);
-/// What device, loop and encoder allow, both as the simulation and as the device has it.
+/// Returns the limits of device, loop and encoder, in simulated units and as rendered on the device.
 std::string DescribeLimits(const LoopSetup& setup);
-/// What one would do well to know before running the scene in a hand, besides the bone's and the tool's own.
-std::vector<std::string> FindHandDoubts(const Scene& scene, const LoopSetup& setup);
+/// Returns warnings about running the scene with a hand, in addition to those about bone and tool.
+std::vector<std::string> FindHandWarnings(const Scene& scene, const LoopSetup& setup);
 
 }  // namespace kerf

@@ -12,7 +12,7 @@ namespace kerf {
 LoopAction ParseLoopAction(const std::string& text) {
   const auto fail = [&] {
     throw Error(
-        fmt::format("\"{}\" is no action; write TIME:checkpoint=NAME, TIME:undo, TIME:undo=NAME, TIME:redo or "
+        fmt::format("\"{}\" is not an action; write TIME:checkpoint=NAME, TIME:undo, TIME:undo=NAME, TIME:redo or "
                     "TIME:rpm=SPEED, TIME in s",
                     text));
   };
@@ -51,7 +51,7 @@ bool LoopUndo::Do(const LoopAction& action, const Tell& tell) {
   if (action.kind == LoopAction::Kind::kCheckpoint) {
     const std::uint32_t number = journal_.Name(action.name);
     tell("checkpoint", action.name, number);
-    if (!exchange_.AskCheckpoint(number)) throw Error("more is asked for than the loop can take up");
+    if (!exchange_.AskCheckpoint(number)) throw Error("more actions were requested than the loop can queue");
     asked_checkpoint_ = number;
     return true;
   }
@@ -61,7 +61,7 @@ bool LoopUndo::Do(const LoopAction& action, const Tell& tell) {
                       : journal_.PrepareUndo(action.name.empty() ? journal_.FindOneBack() : journal_.Find(action.name));
   tell(redo ? "redo" : "undo", action.name, job->number);
   asked_ = action;
-  if (!exchange_.Send(*job)) throw Error("more is asked for than the loop can take up");
+  if (!exchange_.Send(*job)) throw Error("more actions were requested than the loop can queue");
   return true;
 }
 
@@ -84,7 +84,7 @@ bool LoopUndo::Poll() {
   journal_.Drain();
   if (asked_checkpoint_ != 0) {
     const std::vector<UndoCheckpoint> made = journal_.checkpoints();
-    // The newest is the one asked for last; it may be gone already where little memory is kept.
+    // The latest is the one requested last; with little memory it may have been dropped already.
     if (!made.empty() && made.back().number >= asked_checkpoint_) asked_checkpoint_ = 0;
   }
   return false;
@@ -100,13 +100,13 @@ void LoopUndo::Repeat(const RecordedStep& step, const std::vector<RecordedEvent>
     const std::uint32_t number = journal_.Name(name);
     asked_checkpoint_ = number;
     if (number != step.checkpoint || !exchange_.AskCheckpoint(number)) {
-      throw Error(fmt::format("the recording's checkpoint {} can't be made again", step.checkpoint));
+      throw Error(fmt::format("the recording's checkpoint {} can't be repeated", step.checkpoint));
     }
   } else if ((step.flags & (kRecordedUndo | kRecordedRedo)) != 0) {
     journal_.Drain();
     const bool redo = (step.flags & kRecordedRedo) != 0;
     UndoJob* job = redo ? journal_.PrepareRedo() : journal_.PrepareUndo(step.checkpoint);
-    if (!exchange_.Send(*job)) throw Error("the recording's undo can't be done again");
+    if (!exchange_.Send(*job)) throw Error("the recording's undo can't be repeated");
   }
 }
 

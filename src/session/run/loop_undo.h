@@ -1,4 +1,4 @@
-// Checkpoints, undo and redo of a loop: asked for at moments, done between its ticks, recorded and gone through again.
+// Checkpoints, undo and redo of a loop: requested at given times, carried out between ticks, recorded and replayed.
 #pragma once
 
 #include <functional>
@@ -12,48 +12,49 @@
 
 namespace kerf {
 
-/// What is to be done at a moment of a loop.
+/// An action at a given time of a loop.
 struct LoopAction {
   enum class Kind { kCheckpoint, kUndo, kRedo, kSpindle };
   double at_s = 0;
   Kind kind = Kind::kCheckpoint;
   double rpm = 0;    // kSpindle
-  std::string name;  // of the checkpoint; empty with kUndo: one back
+  std::string name;  // name of the checkpoint, or with kSpindle the speed as text; empty with kUndo: one step back
 };
-/// "2.5:checkpoint=before the cut", "6:undo", "6:undo=before the cut", "7:redo", "8:rpm=0". Throws Error that says what
-/// is wrong.
+/// Parses "2.5:checkpoint=before the cut", "6:undo", "6:undo=before the cut", "7:redo" or "8:rpm=0". Throws kerf::Error
+/// that describes the fault.
 LoopAction ParseLoopAction(const std::string& text);
 
-/// The reader's thread. Without it a simulation keeps no history.
+/// Requests checkpoints, undo and redo. Call in the reader's thread. A simulation keeps a history only if this object
+/// exists.
 class LoopUndo {
  public:
-  /// The simulation must outlive it. `most_MB`: as UndoParams.
+  /// `simulation` must outlive this object. `most_MB`: as in UndoParams.
   LoopUndo(CoupledSimulation& simulation, double most_MB);
 
   RestoreExchange& exchange() { return exchange_; }
   UndoJournal& journal() { return journal_; }
 
   using Tell = std::function<void(const std::string& what, const std::string& name, std::uint32_t number)>;
-  /// `tell`: what is asked of the loop, before it is. Throws Error for what can't be done, as an undo of nothing.
-  /// False: not now, a restore is on its way.
+  /// Requests an action. `tell` is called with each request before it is made. Throws kerf::Error for an impossible
+  /// action, such as an undo without history. Returns false if another action is in progress.
   bool Do(const LoopAction& action, const Tell& tell);
-  /// Now and then. A refused restore is tried again. True when one has just been done.
+  /// Call periodically. Retries a refused restore. Returns true if a restore has just been completed.
   bool Poll();
-  /// Nothing is on its way: each action waits for the one before.
+  /// True if no action is in progress; an action waits for the one before.
   bool is_idle() const { return journal_.job() == nullptr && asked_checkpoint_ == 0; }
 
-  /// Between ticks, in a replay: what was done before that step. `names`: of checkpoints, by number. Throws Error when
-  /// it can't be done.
+  /// For a replay, between ticks: repeats the action recorded before `step`. `names`: events with the names of
+  /// checkpoints, by number. Throws kerf::Error if it cannot be repeated.
   void Repeat(const RecordedStep& step, const std::vector<RecordedEvent>& names);
 
-  /// How long it took from Do() to its end, by the caller's clock, is not known here.
+  /// Number of completed restores. The caller measures their duration.
   std::size_t restores() const { return restores_; }
 
  private:
   RestoreExchange exchange_;
   UndoJournal journal_;
-  std::optional<LoopAction> asked_;     // of the job on its way
-  std::uint32_t asked_checkpoint_ = 0;  // that has not been made yet; 0: none
+  std::optional<LoopAction> asked_;     // action of the job in progress
+  std::uint32_t asked_checkpoint_ = 0;  // checkpoint that is not made yet; 0: none
   std::size_t restores_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Somebody who looks at a loop that runs without the clock, tick by tick.
+// Observer of a loop that runs in virtual time, tick by tick.
 #pragma once
 
 #include "kerf/coupled.h"
@@ -13,8 +13,8 @@ class LoopWatch {
   LoopWatch& operator=(const LoopWatch&) = delete;
   virtual ~LoopWatch() = default;
 
-  /// Between two ticks, outside the heap guard. `wall_us`: that the tick took, with the simulated hand and device and
-  /// what it tells others.
+  /// Called between two ticks, outside the heap guard. `wall_us`: duration of the tick, including the simulated hand
+  /// and device and the exchange with other threads.
   virtual void Take(double wall_us, const LoopSample& sample, CoupledSimulation& simulation) = 0;
 };
 

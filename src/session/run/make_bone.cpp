@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-/// With the table of regions that the scene names, or its own.
+/// Makes the bone, with the scene's region table if there is one, otherwise with its own.
 Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progress) {
   MaterialTable materials = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) {
@@ -37,7 +37,7 @@ Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progre
     case BoneSource::kMandible:
       return MakeMandible(scene.bone.mandible, materials, progress);
   }
-  throw Error("the scene names no bone");
+  throw Error("the scene does not specify a bone");
 }
 
 }  // namespace

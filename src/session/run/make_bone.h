@@ -1,4 +1,4 @@
-// The bone that a scene names: read from its file or generated.
+// Makes the bone of a scene: reads it from a file or generates it.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@
 
 namespace kerf {
 
-/// With the scene's material in it; `material`, unless null, gets what there is to say of that. `progress` gets 0..1;
-/// may be empty. Throws Error.
+/// Makes the bone with the scene's material. `material` (optional) receives a summary of it. `progress` (optional) is
+/// called with 0..1. Throws kerf::Error.
 Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress,
                    MaterialSummary* material = nullptr);
 

@@ -8,8 +8,8 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kLeafBytes = 3 + 64;     // at least: index and mask
-constexpr std::size_t kMostLeaves = 1u << 17;  // 4 kB of memory each: 0.5 GB
+constexpr std::size_t kLeafBytes = 3 + 64;    // minimum: index and mask
+constexpr std::size_t kMaxLeaves = 1u << 17;  // 4 kB of memory each: 0.5 GB
 
 void Put(ByteWriter& out, const Vec3& v) {
   for (int axis = 0; axis < 3; ++axis) out.Put(v[axis]);
@@ -57,13 +57,13 @@ PieceJob DecodePiece(std::string_view bytes, const Bone& bone) {
   removal.bounds_W.upper = GetVec3(in);
   for (double& mm3 : removal.mm3) mm3 = in.Get<double>();
   const std::size_t leaves = in.GetCount(kLeafBytes);
-  if (leaves > kMostLeaves) throw Error("has a piece of bone that is larger than a recording holds");
+  if (leaves > kMaxLeaves) throw Error("has a piece of bone that is larger than a recording can hold");
   removal.leaves.resize(leaves);
   for (LeafChange& leaf : removal.leaves) {
     for (int& i : leaf.index) {
       const std::int64_t index = in.GetSigned();
-      // Beyond what a bone may have, and far from where eight times it is no int.
-      if (index < -(1 << 24) || index > 1 << 24) throw Error("has a leaf that is nowhere");
+      // Beyond the limit of a bone, and small enough that eight times the index fits an int.
+      if (index < -(1 << 24) || index > 1 << 24) throw Error("has a leaf outside the bone's limits");
       i = static_cast<int>(index);
     }
     GetLeaf(bone, leaf.index, leaf.with);
@@ -74,7 +74,7 @@ PieceJob DecodePiece(std::string_view bytes, const Bone& bone) {
       if ((changes[i / 64] >> (i % 64) & 1) != 0) leaf.without[i] = in.Get<float>();
     }
   }
-  if (in.left() != 0) throw Error("is longer than what it holds");
+  if (in.left() != 0) throw Error("is longer than its content");
   return job;
 }
 

@@ -1,4 +1,4 @@
-// A piece of bone that was going to leave, as a recording keeps it: which voxels change, and to what.
+// A piece of bone about to leave, as stored in a recording: the voxels that change, and their new values.
 #pragma once
 
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace kerf {
 
-/// Without what was there before: of a bone that is the same, that is known.
+/// The old values are not stored, because they are known from an identical bone.
 std::string EncodePiece(const PieceJob& job);
-/// `bone`: as it was when the piece was going to leave. Without the piece as a bone of its own. Throws Error for bytes
-/// that are none.
+/// `bone`: bone when the piece was about to leave. The result lacks the piece as a separate bone. Throws kerf::Error
+/// for invalid bytes.
 PieceJob DecodePiece(std::string_view bytes, const Bone& bone);
 
 }  // namespace kerf

@@ -12,12 +12,12 @@
 namespace kerf {
 namespace {
 
-// Of a time that is a sum of many.
+// Tolerance for a time that is a sum of many steps.
 constexpr double kSameTime_s = 1e-9;
 
 constexpr std::uint32_t kBeside = kRecordedPieceLeaves | kRecordedCheckpoint | kRecordedUndo | kRecordedRedo;
-constexpr std::uint32_t kTold = kBeside | kRecordedTakenUp;
-// Of the flags that come out of a tick.
+constexpr std::uint32_t kReported = kBeside | kRecordedTakenUp;
+// Flags that are results of a tick.
 constexpr std::uint32_t kCompared =
     kRecordedReadFailed | kRecordedWriteFailed | kRecordedForceOff | kRecordedPieceLeaves;
 
@@ -58,7 +58,7 @@ void RecordedSteps::Pop() {
 
 namespace {
 
-/// Of things in the order of their steps.
+/// `noted`: in the order of their steps.
 template <typename T>
 const T* FindAt(const std::vector<T>& noted, std::uint64_t step) {
   const auto it =
@@ -81,7 +81,7 @@ void CheckBone(const RecordingHead& head, const Bone& bone) {
                             hash, head.bone_hash));
   }
   if (bone.CalcMaterialHash() != head.material_hash) {
-    throw Error("the bone is not the one that was recorded: it has the same voxels, but is of other material");
+    throw Error("the bone is not the one that was recorded: it has the same voxels, but other materials");
   }
 }
 
@@ -90,7 +90,7 @@ void CheckEnd(const RecordingReader& recording, Replayed& replayed) {
   if (replayed.divergence || !end || replayed.steps != end->steps) return;
   const char* what = end->bone_hash && *end->bone_hash != replayed.bone_hash ? "the bone at the end"
                      : end->voxel_hash != replayed.voxel_hash                ? "the voxels at the end"
-                     : end->force_hash != replayed.force_hash                ? "the forces, all together"
+                     : end->force_hash != replayed.force_hash                ? "the hash of all forces"
                      : end->time_s != replayed.time_s                        ? "the time at the end"
                                                                              : nullptr;
   if (what != nullptr) replayed.divergence = {replayed.steps, replayed.time_s, what};
@@ -105,15 +105,15 @@ void ReplayCheck::Expect(const RecordedSteps& steps, const RecordedStep& step) {
   hash_ = hash != nullptr ? std::optional(*hash) : std::nullopt;
   const std::string wrong = events_.Take(step, number_, steps.time_s());
   if (!wrong.empty()) Diverge(steps.time_s(), wrong);
-  // When the tool is set down nothing is noted.
+  // A set-down has no state or hash.
   const bool set_down = (step.flags & kRecordedSetDown) != 0;
   const auto is_due = [&](int every) { return !set_down && (number_ + 1) % static_cast<std::uint64_t>(every) == 0; };
   const RecordingHead& head = recording_.head();
   if (state_.has_value() != is_due(head.state_every_steps)) {
-    Diverge(steps.time_s(), state_ ? "a row of states that is too many" : "a row of states is missing");
+    Diverge(steps.time_s(), state_ ? "an extra row of states" : "a row of states is missing");
   }
   if (hash_.has_value() != is_due(head.hash_every_steps)) {
-    Diverge(steps.time_s(), hash_ ? "hashes that are too many" : "hashes are missing");
+    Diverge(steps.time_s(), hash_ ? "extra hashes" : "hashes are missing");
   }
 }
 
@@ -143,7 +143,7 @@ std::string ReplayCheck::FindDifference(const TickToRecord& came, double time_s)
     return what + fmt::format("; force recorded {:.3f} {:.3f} {:.3f} N, now {:.3f} {:.3f} {:.3f} N", state_->f_N.x,
                               state_->f_N.y, state_->f_N.z, now.x, now.y, now.z);
   }
-  if (((step.flags ^ step_.flags) & kCompared) != 0) return "what happened beside the tick";
+  if (((step.flags ^ step_.flags) & kCompared) != 0) return "an event outside the tick";
   if (!state_) return "";
   RecordedState now = came.state;
   now.time_s = time_s;
@@ -173,7 +173,7 @@ bool ReplayBody::Prepare() {
       continue;
     }
     device_.Give(step_);
-    if ((step_.flags & kTold) != 0) beside_(step_);
+    if ((step_.flags & kReported) != 0) beside_(step_);
     return true;
   }
   return false;

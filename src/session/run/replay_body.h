@@ -1,4 +1,4 @@
-// A recorded session in place of a device: the loop's ticks are given again what they were given.
+// Replays a recorded session in place of a device: the loop's ticks get their recorded inputs.
 #pragma once
 
 #include <cstdint>
@@ -15,25 +15,25 @@
 
 namespace kerf {
 
-/// What came of a recording that was gone through again.
+/// Result of a replay.
 struct Replayed {
   std::uint64_t steps = 0;
   double time_s = 0;
   std::optional<Divergence> divergence;
-  std::uint64_t force_hash = 0;  // as RecordingEnd's
+  std::uint64_t force_hash = 0;  // as in RecordingEnd
   std::uint64_t voxel_hash = 0;
-  std::uint64_t bone_hash = 0;  // after its last step
+  std::uint64_t bone_hash = 0;  // after the last step
 };
 
-/// Gives what was recorded; whatever device stands behind it is told of time and force as it was then, so that a
-/// simulated hand is where it was when the recording ends.
+/// Returns the recorded device data. The device behind it receives the recorded times and forces, so that a simulated
+/// hand is in the right state when the recording ends.
 class ReplayDevice final : public Device {
  public:
-  /// `behind` must outlive it; it has the profile.
+  /// `behind` must outlive this object; it supplies the profile.
   explicit ReplayDevice(Device& behind) : behind_(behind) {}
 
   void Give(const RecordedStep& step) { step_ = step; }
-  /// From here on it is the device behind.
+  /// From now on, calls go to the device behind it.
   void HandOver() { handed_over_ = true; }
 
   const DeviceProfile& profile() const override { return behind_.profile(); }
@@ -47,11 +47,11 @@ class ReplayDevice final : public Device {
   bool handed_over_ = false;
 };
 
-/// A device that comes later: until then it tells no pose and takes any force.
-class LateDevice final : public Device {
+/// Device whose implementation is set later. Until then it returns no pose and accepts any force.
+class DeviceSlot final : public Device {
  public:
-  explicit LateDevice(const DeviceProfile& profile) : profile_(profile) {}
-  /// Before the loop runs. It must outlive this.
+  explicit DeviceSlot(const DeviceProfile& profile) : profile_(profile) {}
+  /// Sets the device, before the loop runs. `device` must outlive this object.
   void Become(Device& device) { device_ = &device; }
 
   const DeviceProfile& profile() const override { return profile_; }
@@ -68,18 +68,18 @@ class LateDevice final : public Device {
   Device* device_ = nullptr;
 };
 
-/// The recording's steps one by one, a block of them in memory.
+/// Iterates over the steps of a recording, with one block of them in memory.
 class RecordedSteps {
  public:
   const RecordingReader& recording() const { return reader_; }
-  /// Those that end by `until_s`, or before the first that is missing. The reader must outlive it.
+  /// Steps that end by `until_s`, or before the first missing step. `reader` must outlive this object.
   RecordedSteps(RecordingReader& reader, double until_s);
-  /// The next one, null when there is none. Not tick-safe. Throws Error.
+  /// Returns the next step, null if there is none. Not tick-safe. Throws kerf::Error.
   const RecordedStep* Peek();
   void Pop();
-  std::uint64_t step() const { return step_; }  // the number of the next
-  double time_s() const { return time_s_; }     // before it
-  /// Noted after the next one, if anything is.
+  std::uint64_t step() const { return step_; }  // number of the next step
+  double time_s() const { return time_s_; }     // time before it
+  /// State and hash recorded after the next step; null if none.
   const RecordedState* FindState() const;
   const RecordedHash* FindHash() const;
 
@@ -93,19 +93,19 @@ class RecordedSteps {
   double time_s_ = 0;
 };
 
-/// Throws Error when the recording was made of another bone.
+/// Throws kerf::Error if the recording was made with a different bone.
 void CheckBone(const RecordingHead& head, const Bone& bone);
-/// What was gone through to its end ends as it did; else that is a divergence too.
+/// Checks that a complete replay ends like the recording; otherwise reports a divergence.
 void CheckEnd(const RecordingReader& recording, Replayed& replayed);
 
-/// Holds what comes out of one tick after another against what was recorded: the checks and hashes of forces and
-/// voxels, the rows of states, and the events.
+/// Compares the results of consecutive ticks with the recording: the checks and hashes of forces and voxels, the rows
+/// of states, and the events.
 class ReplayCheck {
  public:
   explicit ReplayCheck(const RecordingReader& recording) : recording_(recording), events_(recording) {}
-  /// The next step that is gone through, with what is noted after it.
+  /// Sets the next step to be replayed, with the state and hash recorded after it.
   void Expect(const RecordedSteps& steps, const RecordedStep& step);
-  /// `time_s`: at its end.
+  /// `time_s`: time at the end of the step.
   void Compare(const TickToRecord& came, double time_s);
   const std::optional<Divergence>& divergence() const { return divergence_; }  // the first
   std::uint64_t force_hash() const { return force_hash_; }
@@ -127,18 +127,18 @@ class ReplayCheck {
   double removed_mm3_ = 0;
 };
 
-/// Between the loop and its body: before each tick it puts things as they were, after it looks whether the same came
-/// out.
+/// Body between the loop and its own body: before each tick it restores the recorded inputs, afterwards it compares the
+/// results.
 class ReplayBody final : public LoopBody {
  public:
-  /// All must outlive it. `beside`: told, between ticks, of each step with a piece, a checkpoint, an undo, a redo or a
-  /// taking up before it is gone through.
+  /// All references must outlive this object. `beside`: called between ticks for each step with a piece, a checkpoint,
+  /// an undo, a redo or a continuation, before it is replayed.
   ReplayBody(StepBody& body, CoupledSimulation& simulation, ReplayDevice& device, RecordedSteps& steps,
              std::function<void(const RecordedStep&)> beside);
 
-  /// Between ticks, before each: takes what is next. False: there is no more.
+  /// Call between ticks, before each: takes the next step. Returns false if there is none.
   bool Prepare();
-  /// From here on it passes on what the loop says.
+  /// From now on, calls of the loop are passed on.
   void HandOver() { handed_over_ = true; }
   const ReplayCheck& check() const { return check_; }
   double time_s() const { return steps_.time_s(); }
@@ -164,10 +164,10 @@ class ReplayBody final : public LoopBody {
   RecordedSteps& steps_;
   std::function<void(const RecordedStep&)> beside_;
   bool handed_over_ = false;
-  bool first_ = true;  // after that
+  bool first_ = true;  // first tick after HandOver()
   RecordedStep step_;
   ReplayCheck check_;
-  std::optional<LoopTick> done_;  // not looked at yet
+  std::optional<LoopTick> done_;  // not compared yet
 };
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// A folder of results that a run writes into, perhaps for the second time.
+// Folder for the results of a run, which may hold results of an earlier run.
 #pragma once
 
 #include <string>
@@ -6,9 +6,10 @@
 
 namespace kerf {
 
-/// What an earlier run wrote into the folder, as the `list` there has it: plain names of files of results only.
+/// Returns the files that an earlier run wrote into the folder, from the `list` there: plain names of result files
+/// only.
 std::vector<std::string> ReadEarlierResults(const std::string& folder, const std::string& list = "summary.json");
-/// Removes those of `earlier` that are not among `written`.
+/// Removes the files in `earlier` that are not in `written`.
 void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,
                         const std::vector<std::string>& written);
 

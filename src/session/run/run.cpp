@@ -16,18 +16,18 @@
 #include "bone/grid/changed_hash.h"
 #include "cut/effects/plan.h"
 #include "kerf/error.h"
-#include "session/run/run_tap.h"
+#include "session/run/tick_interceptor.h"
 
 namespace kerf {
 namespace {
 
 constexpr std::size_t kTicksBetweenRefills = 1024;
 constexpr std::size_t kLogBlockBytes = std::size_t{1} << 18;
-/// Its record, its time, and the figures, sound and lines of effects.
+/// Record, duration, and the effects' channels, sound and lines.
 constexpr double kBytesOfTick = sizeof(TickRecord) + sizeof(double) + 200;
 constexpr std::chrono::milliseconds kBetweenLines(250);
 
-/// Rounding left over from turning a vector reads as zero.
+/// Sets rounding errors from rotating a vector to zero.
 Vec3 WithoutNoise(Vec3 v) {
   for (int axis = 0; axis < 3; ++axis) v[axis] = std::abs(v[axis]) < 1e-12 ? 0 : v[axis];
   return v;
@@ -38,18 +38,18 @@ Vec3 WithoutNoise(Vec3 v) {
 void CheckRunTicks(const Path& path, double rate_hz) {
   const auto ticks = static_cast<double>(path.CountTicks(rate_hz));
   const double bytes = kBytesOfTick * ticks;
-  if (ticks > kMostRunTicks) {
+  if (ticks > kMaxRunTicks) {
     throw Error(
         fmt::format("{:.0f} ticks ({:.0f} s at {:g} Hz) would take {:.1f} GB of memory; a run holds at most {:.0f}: "
                     "lower [simulation] rate_hz or make several runs of it",
-                    ticks, path.duration_s(), rate_hz, bytes / 1e9, kMostRunTicks));
+                    ticks, path.duration_s(), rate_hz, bytes / 1e9, kMaxRunTicks));
   }
   CheckMemory(bytes, fmt::format("a run of {:.0f} ticks", ticks),
               "lower [simulation] rate_hz or make several runs of it");
 }
 
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
-                  const std::function<void(double)>& progress, const CostOptions& costs, RunTap* tap) {
+                  const std::function<void(double)>& progress, const CostOptions& costs, TickInterceptor* tap) {
   using Clock = std::chrono::steady_clock;
   RunResult result;
   CheckRunTicks(path, rate_hz);
@@ -84,8 +84,8 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
     simulation.ClearChanged();
     fragments.Look(time_s);
   };
-  // At set ticks, and all of a piece at once: the same each time. `lifted`: no force is felt before the tool is set
-  // down.
+  // At fixed ticks, and a whole piece at once, so that runs are reproducible. `lifted`: there is no force before the
+  // tool is placed.
   const auto take_out = [&](double time_s, bool lifted) {
     while (std::optional<PieceJob> job = fragments.Prepare(
                simulation.bone(), [&](const Box3& box_W) { return lifted || simulation.IsClearOf(box_W); })) {
@@ -178,16 +178,16 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
 TickTimes CalcTickTimes(std::vector<double> microseconds) {
   if (microseconds.empty()) return {};
   std::sort(microseconds.begin(), microseconds.end());
-  const auto rank = [&](double share) {
+  const auto rank = [&](double fraction) {
     const double n = static_cast<double>(microseconds.size());
-    return microseconds[static_cast<std::size_t>(std::max(0.0, std::ceil(share * n) - 1))];
+    return microseconds[static_cast<std::size_t>(std::max(0.0, std::ceil(fraction * n) - 1))];
   };
   return {rank(0.5), rank(0.99), rank(0.999), microseconds.back()};
 }
 
 namespace {
 
-/// Calls write() after each row; it may empty `csv`.
+/// Calls write() after each row; it may clear `csv`.
 template <typename Write>
 void FormatRows(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects, std::string& csv,
                 const Write& write) {

@@ -1,4 +1,4 @@
-// A scene run from beginning to end without a window: the path is followed exactly and the force is what it costs.
+// Runs a scene without a window from start to end: the tool follows the path exactly, and the force is the result.
 #pragma once
 
 #include <functional>
@@ -17,22 +17,22 @@
 
 namespace kerf {
 
-class RunTap;
+class TickInterceptor;
 
-/// Of one run: five hours and a half at 1 kHz. All its ticks are kept until its pictures are drawn.
-inline constexpr double kMostRunTicks = 20'000'000;
+/// Limit per run: five and a half hours at 1 kHz. All ticks are kept in memory until the pictures are drawn.
+inline constexpr double kMaxRunTicks = 20'000'000;
 
-/// One tick, as logged.
+/// A tick as logged.
 struct TickRecord {
   double time_s = 0;  // path time at the end of the tick
   std::size_t segment = 0;
   Pose X_WT;             // at the end of the tick
-  double travel_mm = 0;  // of the disc's centre since this segment's first contact; 0 before
-  bool touched = false;  // this segment has met bone
+  double travel_mm = 0;  // path length of the disc's centre since this segment's first contact; 0 before
+  bool touched = false;  // this segment has touched bone
   TickOutput out;
 };
 
-/// How long ticks took, microseconds.
+/// Percentiles of the ticks' durations, microseconds.
 struct TickTimes {
   double p50_us = 0;
   double p99_us = 0;
@@ -43,7 +43,7 @@ struct TickTimes {
 struct RunResult {
   Bone bone;  // after the cut
   std::vector<TickRecord> ticks;
-  EffectRecord effects;  // a row of it for each tick
+  EffectRecord effects;  // one row per tick
   std::array<double, 256> removed_mm3_by_region{};
   double removed_mm3 = 0;
   TickTimes times;
@@ -54,22 +54,23 @@ struct RunResult {
   EffectFiles files;
 };
 
-/// Throws Error, with the bytes that they would take, when a run has more ticks than kMostRunTicks or than there is
-/// memory for. For asking before long work; RunPath asks too.
+/// Throws kerf::Error if a run has more ticks than kMaxRunTicks or than fit in memory; the message states their size
+/// in bytes. For checks before long work; RunPath() also calls it.
 void CheckRunTicks(const Path& path, double rate_hz);
 
-/// Runs all ticks of `path`, or as many as `tap` (session/run_tap.h; may be null) lets it. `progress` gets 0..1; may be
-/// empty. Throws Error for parameters out of range.
+/// Runs all ticks of `path`, or as many as `tap` (tick_interceptor.h; optional) permits. `progress` (optional) is
+/// called with 0..1. Throws kerf::Error if a parameter is out of range.
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
-                  const std::function<void(double)>& progress, const CostOptions& costs = {}, RunTap* tap = nullptr);
+                  const std::function<void(double)>& progress, const CostOptions& costs = {},
+                  TickInterceptor* tap = nullptr);
 
-/// Nearest-rank percentiles; all 0 for none.
+/// Nearest-rank percentiles; all 0 if there are no values.
 TickTimes CalcTickTimes(std::vector<double> microseconds);
 
-/// One row a tick (or every `every`th); units in the header. docs/formats.md says what each column is.
-/// `effects`, with a row for each tick, adds its columns; null: none.
+/// Returns one row per tick (or per `every` ticks); units in the header. docs/formats.md describes the columns.
+/// `effects` (optional) has one row per tick and adds its columns.
 std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects = nullptr);
-/// The same straight into a file, in memory for some rows only. Throws Error.
+/// The same, written to a file with only some rows in memory. Throws kerf::Error.
 void WriteForceLog(const std::string& path, const std::vector<TickRecord>& ticks, int every,
                    const EffectRecord* effects = nullptr);
 

@@ -23,18 +23,18 @@
 #include "session/run/loop_replay.h"
 #include "session/run/make_bone.h"
 #include "session/run/session_recorder.h"
-#include "session/scene/doubts.h"
+#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
 
-/// Whether bone is within the tool as it is set down: looked for at points of its middle plane.
+/// True if bone is inside the tool at its initial pose; tests points of the tool's middle plane.
 bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   const double reach_mm = CalcReach(tool);
   const double step_mm = std::max(bone.voxel_mm(), reach_mm / 50);
   for (double x = -reach_mm; x <= reach_mm; x += step_mm) {
     for (double y = -reach_mm; y <= reach_mm; y += step_mm) {
-      // Half a voxel deep: to touch is not to be inside.
+      // At least half a voxel deep, because contact alone does not count.
       if (x * x + y * y < reach_mm * reach_mm && bone.SignedDistance(X_WT.Point({x, y, 0})) < -0.5 * bone.voxel_mm()) {
         return true;
       }
@@ -53,7 +53,7 @@ LoopTimeSummary Summarize(const std::string& name, const LogHistogram& times) {
           times.CalcMean_us()};
 }
 
-/// Eight bars to an octave, from the first to the last that is not empty.
+/// Returns eight bars per octave, from the first to the last that is not empty.
 std::vector<LoopBar> MakeBars(const LogHistogram& times) {
   constexpr std::size_t kBuckets = 4;
   std::vector<LoopBar> bars;
@@ -68,7 +68,7 @@ std::vector<LoopBar> MakeBars(const LogHistogram& times) {
   return bars;
 }
 
-/// Takes the loop's log as it comes.
+/// Processes the loop's log during the run.
 class Recorder {
  public:
   Recorder(const Vec3& p_TC_mm, int every, double ticks, LoopLog log, double dt_s, LoopSummary& summary)
@@ -80,14 +80,14 @@ class Recorder {
     const std::size_t rows = (static_cast<std::size_t>(ticks) + 64) / every_ + 1;
     summary_.force_curve.Reserve(rows);
     if (!keeps_rows_) return;
-    // In one go: in locked memory each page costs.
+    // Reserved at once: in locked memory each page is costly.
     summary_.rows.reserve(rows);
     summary_.effects.rows.reserve(rows * summary_.effects.figures.size());
   }
 
   void set_recording(SessionRecorder* recording) { recording_ = recording; }
   void set_take_tick(const TakeTick& take_tick) { take_tick_ = take_tick; }
-  /// The tool, last; none before the first tick.
+  /// Last pose of the tool; none before the first tick.
   const std::optional<Pose>& X_WT() const { return X_WT_; }
 
   void Drain(HapticLoop& loop) {
@@ -118,7 +118,7 @@ class Recorder {
   }
   void Take(const LoopSample& s, std::span<const double> channels) {
     const CoupledOutput& out = s.report.out;
-    // The device held its force over what was missed.
+    // The device held its force during missed ticks.
     for (int k = 0; k < s.skipped && k < 10'000; ++k) noise_.Hold();
     noise_.Take(s.report.f_device_N, out.engaged_teeth > 0);
     summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
@@ -198,7 +198,7 @@ class Recorder {
     for (const auto* moment : {&first_, &peak_, &last_}) {
       summary_.moments.push_back((*moment)[0]);
       summary_.moments.push_back((*moment)[1]);
-      // What came before is there for its place alone.
+      // Only the position of the preceding tick is used.
       summary_.moments[summary_.moments.size() - 2].out.engaged_teeth = 0;
     }
   }
@@ -210,18 +210,18 @@ class Recorder {
   std::uint64_t every_;
   bool keeps_rows_;
   LoopSummary& summary_;
-  ForceNoise noise_;  // of the force on the device, every deadline
+  ForceNoise noise_;  // of the force on the device at every deadline
   std::uint64_t ticks_ = 0;
   std::uint64_t popped_ = 0;
   std::uint64_t hash_ = 0;
   bool any_ = false;
   bool engaged_ = false;
   double peak_N_ = 0;
-  std::array<TickRecord, 2> before_, first_, peak_, last_;  // a tick and the one before it
+  std::array<TickRecord, 2> before_, first_, peak_, last_;  // each with the tick before it
   double removed_mm3_ = 0;
 };
 
-/// All times and counts of a loop that is over.
+/// Collects times and counts of a loop that has ended.
 void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSummary& s) {
   s.end = loop.end();
   s.failure = loop.failure();
@@ -244,10 +244,10 @@ void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSumm
   s.force.largest_step_N = device.counts().largest_step_N;
 }
 
-/// The bone after it all, and what it fell into.
+/// Summarises the bone after the run and its pieces.
 void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
                const std::function<void(const char*, double)>& show, LoopSummary& s) {
-  show("taking the pieces apart", 0);
+  show("separating the pieces", 0);
   Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3);
   s.dust_count = split.dust_count;
   s.dust_mm3 = split.dust_mm3;
@@ -260,7 +260,7 @@ void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
   s.piece_bones = std::move(split.pieces);
 }
 
-/// A history of the bone is kept only where somebody may go back.
+/// A history of the bone is kept only if undo is possible.
 bool WantsUndo(const LoopOptions& options) {
   if (options.peer != nullptr) return true;
   const auto goes_back = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
@@ -294,18 +294,18 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     if (progress) progress(stage, fraction);
   };
   if (scene.simulation.mode == SceneMode::kSlab) {
-    throw Error("[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf loop'");
+    throw Error("[simulation] mode = \"slab\" can't be coupled to a handle; set mode = \"voxel\" for 'kerf loop'");
   }
-  if (!(options.seconds >= 0.01 && options.seconds <= kMostLoop_s)) {
-    throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMostLoop_s));
+  if (!(options.seconds >= 0.01 && options.seconds <= kMaxLoop_s)) {
+    throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMaxLoop_s));
   }
   if (options.device.is_there() && options.device.in_real_time && options.virtual_time) {
-    throw Error("a real device keeps the clock's time: there is no run without the clock with one");
+    throw Error("a real device needs real time: it can't be used in a run in virtual time");
   }
   const double ticks_asked = options.seconds * scene.loop.rate_hz;
-  if (options.log == LoopLog::kMemory && ticks_asked > kMostTicksInMemory) {
+  if (options.log == LoopLog::kMemory && ticks_asked > kMaxTicksInMemory) {
     throw Error(fmt::format("{:.0f} ticks are too many to be kept in memory; at most {:.0f}, or give a folder",
-                            ticks_asked, kMostTicksInMemory));
+                            ticks_asked, kMaxTicksInMemory));
   }
   LoopSummary s;
   s.seconds = options.seconds;
@@ -322,8 +322,8 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   body_params.rpm = scene.tool.rpm;
   body_params.period_s = period_s;
   body_params.force_map = s.setup.force_map;
-  // One that is really there may be plugged in again.
-  if (options.device.is_there() && options.device.in_real_time) body_params.give_up_s = kMostLoop_s;
+  // A real device may be plugged in again.
+  if (options.device.is_there() && options.device.in_real_time) body_params.give_up_s = kMaxLoop_s;
   s.force.slew_bound_N = scene.device.slew_N_per_s * period_s;
   s.force.scale = s.setup.force_scale;
 
@@ -334,8 +334,8 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   Bone bone = MakeSceneBone(
       scene, [&](double f) { show("making the bone", f); }, &s.material);
   params.spare_leaves = CountSpareLeaves(bone);
-  s.warnings = FindToolDoubts(scene, bone.voxel_mm());
-  for (const std::string& doubt : FindHandDoubts(scene, s.setup)) s.warnings.push_back(doubt);
+  s.warnings = FindToolWarnings(scene, bone.voxel_mm());
+  for (const std::string& warning : FindHandWarnings(scene, s.setup)) s.warnings.push_back(warning);
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
   s.starts_in_bone = IsInBone(bone, params.tool, path.CalcPose(0, 0));
   if (options.replay.recording != nullptr) CheckBone(options.replay.recording->head(), bone);
@@ -364,10 +364,10 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   device_options.p_TC_mm = p_TC_mm;
   device_options.delay_ticks = scene.device.delay_ticks;
   const double felt_stiffness_N_per_mm = params.coupling.stiffness_N_per_mm * s.setup.force_scale;
-  LateDevice held(profile);
+  DeviceSlot held(profile);
   std::optional<SimulatedDevice> simulated;
   std::optional<HandMotion> motion;
-  std::unique_ptr<BeforeTick> other_hand;
+  std::unique_ptr<HandDriver> other_hand;
   if (!options.device.is_there()) simulated.emplace(profile, hand, X_WT_start, device_options);
   if (simulated && options.make_hand) {
     other_hand = options.make_hand(*simulated, s.setup, p_TC_mm, felt_stiffness_N_per_mm);
@@ -376,7 +376,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   }
   if (simulated) held.Become(*simulated);
 
-  BeforeTick* hand_moves = motion ? &*motion : other_hand.get();
+  HandDriver* hand_moves = motion ? &*motion : other_hand.get();
   ReplayDevice recorded_device(held);
   const bool replays = options.replay.recording != nullptr;
   GuardedDevice device(replays ? static_cast<Device&>(recorded_device) : held);
@@ -434,11 +434,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     if (recording) recording->AddEvent(what, name, number);
   };
   LoopActions actions(options.actions, step_body, undo ? &*undo : nullptr, options.peer, tell);
-  const auto read = [&](double share) {
+  const auto read = [&](double fraction) {
     recorder.Drain(loop);
     if (recording) recording->FlushAt(elapsed_s());
     s.leaves_sent += mirror.Update();
-    show("cutting", share);
+    show("cutting", fraction);
     if (options.costs.live && options.costs.costs && elapsed_s() > line_at_s) {
       options.costs.live(FormatCostLine(make_costs()));
       line_at_s = elapsed_s() + 0.25;
@@ -447,7 +447,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
 
   const std::int64_t between_looks =
       fragments.is_on() ? std::max<std::int64_t>(1, std::llround(fragments.every_s() * scene.loop.rate_hz)) : 0;
-  // After set ticks, so that what is found is the same each time.
+  // After fixed numbers of ticks, so that the result is reproducible.
   const auto look = [&](std::int64_t ticks, double time_s) {
     if (ticks % between_looks != 0) return false;
     loop.state().Update();
@@ -458,10 +458,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   };
   std::int64_t gone_ticks = 0;
   double gone_through_s = 0;
-  std::size_t copied = 0;  // events of the recording that is gone on from
+  std::size_t copied = 0;  // events copied from the recording that is continued
   if (replays) {
     replay.set_beside([&](const RecordedStep& step) {
-      // What settles the bone's leaves comes when none waits to be sent.
+      // The calls below may settle the field, which invalidates pointers to leaves, so all waiting leaves are sent
+      // first.
       while (loop.SendRest()) read(0);
       if ((step.flags & kRecordedTakenUp) != 0) simulation.bone();
       const std::vector<RecordedEvent>& events = options.replay.recording->events();
@@ -475,8 +476,8 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
       if ((step.flags & kRecordedPieceLeaves) == 0) return;
       pieces.Repeat(step.piece, options.replay.recording->ReadPiece(step.piece), s.simulated_s);
     });
-    replay.GoThrough(loop, [&](double share) {
-      if (share >= 0) read(share);
+    replay.GoThrough(loop, [&](double fraction) {
+      if (fraction >= 0) read(fraction);
       if (undo) undo->Poll();
       const auto ticks = static_cast<std::int64_t>(loop.counts().ticks);
       if (fragments.is_on() && ticks > gone_ticks) look(ticks, replay.time_s());
@@ -487,7 +488,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     s.replayed = replay.MakeReport();
     gone_through_s = s.replayed->time_s;
     actions.SkipTo(gone_through_s, s.warnings);
-    if (options.replay.goes_on) device.Trip();  // whoever goes on feels nothing at first
+    if (options.replay.goes_on) device.Trip();  // the user who continues feels no force at first
     s.replayed->bone_hash = simulation.bone().CalcHash();
     CheckEnd(*options.replay.recording, *s.replayed);
     if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
@@ -502,7 +503,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   } else if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
     std::int64_t done = 0;
-    // Burnt time passes by ticks that are missed: the end is a moment, not a number of ticks.
+    // Wasted time causes missed ticks, so the end is a time, not a number of ticks.
     const std::int64_t end_ns = std::llround(1e9 * options.seconds);
     using Clock = std::chrono::steady_clock;
     Clock::time_point tick_began = Clock::now();
@@ -525,10 +526,10 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   } else {
     loop.Start();
     double look_at_s = 0;
-    began = std::chrono::steady_clock::now() - loop.CalcElapsed();  // locking the memory takes a while
+    began = std::chrono::steady_clock::now() - loop.CalcElapsed();  // locking the memory takes time
     while (loop.running() && !stopped() && elapsed_s() < options.seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-      if (fragments.is_on()) loop.state().Update();  // what had been sent by then is read now
+      if (fragments.is_on()) loop.state().Update();  // everything sent up to now is read below
       read(elapsed_s() / options.seconds);
       actions.Act(gone_through_s + elapsed_s(), s.warnings);
       pieces.Poll();
@@ -540,7 +541,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     loop.Stop();
   }
   s.wall_s = elapsed_s();
-  // The tool rests: what still waits goes out.
+  // The tool is at rest: send the remaining leaves.
   const auto send_rest = [&] {
     while (loop.SendRest()) s.leaves_sent += mirror.Update();
     read(1);
@@ -557,12 +558,12 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   pieces.Finish(simulation, s.simulated_s, send_rest);
 
   if (actions.left() > 0) {
-    s.warnings.push_back(fmt::format("the loop ended before {} of the actions asked for, the first at {:g} s",
+    s.warnings.push_back(fmt::format("the loop ended before {} of the requested actions, the first at {:g} s",
                                      actions.left(), actions.next_s()));
   }
   if (undo) {
     undo->Poll();
-    if (!undo->is_idle()) s.warnings.emplace_back("the loop ended while an action was under way");
+    if (!undo->is_idle()) s.warnings.emplace_back("the loop ended while an action was in progress");
     s.undone->restores = undo->restores();
     s.undone->longest_ms = actions.longest_ms();
     s.undone->checkpoints = undo->journal().checkpoints().size();

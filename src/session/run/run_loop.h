@@ -1,4 +1,4 @@
-// `kerf loop`: a scene in a hand, live or as fast as it goes.
+// `kerf loop`: a coupled simulation of a scene, live or as fast as possible.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,6 @@
 #include "session/run/effect_record.h"
 #include "session/run/force_log.h"
 #include "session/run/heat_report.h"
-#include "session/run/loop_peer.h"
 #include "session/run/loop_setup.h"
 #include "session/run/loop_undo.h"
 #include "session/run/loop_watch.h"
@@ -28,77 +27,78 @@
 #include "session/run/run.h"
 #include "session/run/run_scene.h"
 #include "session/run/scene_material.h"
+#include "session/run/session_controller.h"
 #include "session/run/stage_costs.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
 
-/// Where the rows of forces.csv and the sound go while the loop runs.
+/// Destination of the rows of forces.csv and of the sound during the loop.
 enum class LoopLog : std::uint8_t {
-  kMemory,  // into the summary, for at most kMostTicksInMemory ticks
-  kFolder,  // into files of LoopOptions::folder: memory does not grow with the run
+  kMemory,  // the summary, for at most kMaxTicksInMemory ticks
+  kFolder,  // files in LoopOptions::folder: memory does not grow with the run
   kNowhere,
 };
 
-/// Of one loop: ten hours. Whoever works longer saves and begins again.
-inline constexpr double kMostLoop_s = 36'000;
-/// 200 bytes each, and the effects' figures.
-inline constexpr double kMostTicksInMemory = 10'000'000;
+/// Limit per loop: ten hours. For longer work, save and start again.
+inline constexpr double kMaxLoop_s = 36'000;
+/// Limit with LoopLog::kMemory: 200 bytes per tick, plus the effects' channels.
+inline constexpr double kMaxTicksInMemory = 10'000'000;
 
-/// A recorded session to go through, alone or before a new one goes on from there.
+/// A recorded session to replay, alone or before a new one continues it.
 struct LoopReplayOptions {
   RecordingReader* recording = nullptr;  // null: none
   double until_s = std::numeric_limits<double>::infinity();
-  bool goes_on = false;  // afterwards the scene's hand has it for LoopOptions::seconds
-  bool verify = false;   // stop where something else comes out
-  double speed = 0;      // of real time; 0: as fast as it goes
+  bool goes_on = false;  // afterwards the scene's hand continues for LoopOptions::seconds
+  bool verify = false;   // stop at the first divergence
+  double speed = 0;      // multiple of real time; 0: as fast as possible
 };
 
-/// Checkpoints, undo and redo that were asked for.
+/// Checkpoints, undo and redo that were requested.
 struct LoopUndone {
   std::size_t restores = 0;
-  std::size_t checkpoints = 0;  // that can be gone back to
+  std::size_t checkpoints = 0;  // available for undo
   double kept_MB = 0;
-  double longest_ms = 0;  // live: from asking to the bone being there
+  double longest_ms = 0;  // live: from request to completion
 };
 
-/// Of a recording that was made.
+/// Result of recording a session.
 struct LoopRecorded {
   std::string path;
   std::uint64_t bytes = 0;
   std::uint64_t steps = 0;
-  std::string failure;  // a sentence; empty when it is whole
+  std::string failure;  // one sentence; empty if the recording is whole
 };
 
-/// In place of the simulated hand that goes along the scene's path: whoever moves the device by
+/// Makes a hand that is used instead of the scene's hand along its path. It moves the device with
 /// SimulatedDevice::SetIntention before each tick, as a mouse or a synthetic surgeon does. `p_TC_mm`: the coupling's
-/// point in the tool frame, where the device holds the tool. `felt_stiffness_N_per_mm`: the coupling's, as the device
-/// feels it.
-using MakeHand = std::function<std::unique_ptr<BeforeTick>(SimulatedDevice& device, const LoopSetup& setup,
+/// point in the tool frame, where the device holds the tool. `felt_stiffness_N_per_mm`: stiffness of the coupling as
+/// rendered on the device.
+using MakeHand = std::function<std::unique_ptr<HandDriver>(SimulatedDevice& device, const LoopSetup& setup,
                                                            const Vec3& p_TC_mm, double felt_stiffness_N_per_mm)>;
 
-/// Called in the thread that RunLoop runs in. `channels`: the effects' figures.
+/// Called in the thread in which RunLoop runs. `channels`: the effects' channels.
 using TakeTick = std::function<void(const LoopSample& sample, std::span<const double> channels)>;
 
 struct LoopOptions {
-  double seconds = 10;  // 0.01 to kMostLoop_s
+  double seconds = 10;  // 0.01 to kMaxLoop_s
   LoopLog log = LoopLog::kMemory;
-  std::string folder;                       // with kFolder: is there, and WriteLoopReport gets the same
-  bool virtual_time = false;                // without the clock and without threads: the same bits each time
-  double burn_us = 0;                       // fault injection: burnt in each tick of the middle third, 0 to 1e5
+  std::string folder;                       // with kFolder: exists already and is also passed to WriteLoopReport
+  bool virtual_time = false;                // without threads: bit-identical in each run
+  double burn_us = 0;                       // fault injection: time wasted in each tick of the middle third, 0 to 1e5
   bool keep_bones = false;                  // in the summary, for WriteLoopReport
-  const std::atomic<bool>* stop = nullptr;  // ends the run early; may be null
-  CostOptions costs;                        // not without the clock
-  std::string record;                       // a file that is not there yet; empty: none
-  std::string scene_file;                   // of the scene, for a recording to name
+  const std::atomic<bool>* stop = nullptr;  // ends the run early; optional
+  CostOptions costs;                        // not in virtual time
+  std::string record;                       // a new file; empty: none
+  std::string scene_file;                   // path of the scene, stored in a recording
   LoopReplayOptions replay;
-  std::vector<LoopAction> actions;  // checkpoints, undo and redo, in the order of their moments
-  double undo_MB = 256;             // kept for them at most: 0.2 to 1e6
-  TakeTick take_tick;               // told each tick that is logged, in order; may be empty
-  LoopWatch* watch = nullptr;       // without the clock only; may be null
-  MakeHand make_hand;               // empty: the scene's hand along its path
-  LoopDevice device;                // in place of the simulated one; without make_hand
-  LoopPeer* peer = nullptr;         // live only; may be null
+  std::vector<LoopAction> actions;    // checkpoints, undo and redo, in order of time
+  double undo_MB = 256;               // maximum memory for the history: 0.2 to 1e6
+  TakeTick take_tick;                 // called with each logged tick, in order; optional
+  LoopWatch* watch = nullptr;         // in virtual time only; optional
+  MakeHand make_hand;                 // empty: the scene's hand along its path
+  LoopDevice device;                  // replaces the simulated device; not with make_hand
+  SessionController* peer = nullptr;  // live only; optional
 };
 
 struct LoopTimeSummary {
@@ -111,7 +111,7 @@ struct LoopTimeSummary {
   double mean_us = 0;
 };
 
-/// Bars of a histogram: times from `lower_us` to the next one's, and how many.
+/// Bar of a histogram: number of times from `lower_us` to `upper_us`.
 struct LoopBar {
   double lower_us = 0;
   double upper_us = 0;
@@ -121,22 +121,22 @@ struct LoopBar {
 struct LoopForceSummary {
   double largest_N = 0;                    // on the device
   double largest_step_N = 0;               // from tick to tick, on the device
-  double slew_bound_N = 0;                 // that the profile of forces allows in a tick
-  double largest_simulated_N = 0;          // on the hand, before it is scaled to the device
+  double slew_bound_N = 0;                 // maximum step per tick that the force map permits
+  double largest_simulated_N = 0;          // on the hand, before scaling for the device
   double noise_above_20_Hz_mN = 0;         // on the device, RMS over the whole run
-  std::optional<double> cutting_noise_mN;  // the largest of the whole seconds in which the tool cut throughout
+  std::optional<double> cutting_noise_mN;  // maximum over the full seconds in which the tool cut throughout
   double scale = 1;                        // device N per simulation N
 };
 
 struct LoopSummary {
-  // asked for
+  // settings
   double seconds = 0;
   double rate_hz = 0;
   bool virtual_time = false;
   std::string device;
-  std::string hand;  // empty: it was no simulated one
+  std::string hand;  // empty: no simulated hand
   LoopSetup setup;
-  // what happened
+  // results
   std::optional<Replayed> replayed;
   std::optional<LoopRecorded> recorded;
   std::optional<LoopUndone> undone;
@@ -158,12 +158,12 @@ struct LoopSummary {
   std::vector<FidelityStep> fidelity_steps;
   long fidelity_step_count = 0;
   LoopForceSummary force;
-  long rounds = 0;  // of the hand through the path
+  long rounds = 0;  // completed passes of the hand through the path
   long strokes = 0;
-  double removed_mm3 = 0;  // exact, of the level set
+  double removed_mm3 = 0;  // exact, from the level set
   double volume_before_mm3 = 0;
   double volume_after_mm3 = 0;          // in the bone: without what was taken out
-  double removed_by_occupancy_mm3 = 0;  // what the ticks add up to
+  double removed_by_occupancy_mm3 = 0;  // sum over the ticks
   // hand + spindle = stored + cut + friction + damping + numerical
   double hand_J = 0;
   double spindle_J = 0;
@@ -173,47 +173,47 @@ struct LoopSummary {
   double damping_J = 0;
   double numerical_J = 0;
   CuttingSums cutting_sums;                // without removed_mm3
-  std::optional<CuttingEnergy> cutting;    // none where ticks were taken back, or came from a recording
-  bool touched = false;                    // the tool ever met bone
-  std::optional<double> leaves_used_up_s;  // when no block of voxels was left to cut into
-  bool starts_in_bone = false;             // it was set down there
+  std::optional<CuttingEnergy> cutting;    // none if ticks were undone or came from a recording
+  bool touched = false;                    // the tool touched bone at least once
+  std::optional<double> leaves_used_up_s;  // time at which no spare block of voxels was left to cut into
+  bool starts_in_bone = false;             // the tool was placed inside the bone
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
   double dust_mm3 = 0;
   std::vector<std::string> warnings;
   std::uint64_t bone_hash = 0;
-  std::uint64_t force_hash = 0;   // of every tick's forces and poses
-  bool mirror_identical = false;  // a reader's copy of the bone, made from the published leaves, is the bone
+  std::uint64_t force_hash = 0;   // of all ticks' forces and poses
+  bool mirror_identical = false;  // the reader's bone, made from the published leaves, is identical
   std::size_t leaves_sent = 0;
   MaterialSummary material;
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
   EffectFiles effect_files;
-  EffectRecord effects;                 // a row of it for each of the next
+  EffectRecord effects;                 // with one row per entry of `rows`
   std::vector<LoopRow> rows;            // every `forces_every_ticks`th, with LoopLog::kMemory
-  ForceCurve force_curve;               // of these rows, kept or not
-  std::unique_ptr<ForceLog> force_log;  // with LoopLog::kFolder: forces.csv, which WriteLoopReport gives its name
+  ForceCurve force_curve;               // of these rows, even if they are not kept
+  std::unique_ptr<ForceLog> force_log;  // with LoopLog::kFolder: forces.csv, which WriteLoopReport completes
   // With `keep_bones`:
   Bone before;
   Bone after;
   std::vector<Bone> piece_bones;
   std::vector<TickRecord> moments;  // first contact, largest force, last contact, each with the tick before it
-  std::vector<std::string> files;   // that WriteLoopReport wrote
-  double surface_error_mm = 0;      // of the pieces' files, at most; 0: they have all triangles
+  std::vector<std::string> files;   // written by WriteLoopReport
+  double surface_error_mm = 0;      // maximum error of the pieces' files; 0: not reduced
 };
 
-/// Builds the scene's bone and runs its tool in its hand for so long. `progress` gets a stage's name and 0..1. Throws
-/// Error: for slab mode, a device or hand that there is none of, parameters out of range.
+/// Makes the scene's bone and runs its tool, coupled to its hand, for `options.seconds`. `progress` is called with the
+/// name of a stage and 0..1. Throws kerf::Error for slab mode, an unknown device or hand, or parameters out of range.
 LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
                     const std::function<void(const std::string&, double)>& progress);
 
-/// Of the energy that hand and spindle put in, what the finite steps lost; 0 when nothing was put in.
-double CalcNumericalShare(const LoopSummary& s);
-/// What a user should know of the session as a whole: no bone met, more than a tenth of the energy lost to the time
-/// step, `spare_leaves` blocks for cutting used up, begun inside the bone.
+/// Returns the fraction of the input energy of hand and spindle that finite time steps lost; 0 without input energy.
+double CalcNumericalFraction(const LoopSummary& s);
+/// Adds warnings about the session as a whole: no bone touched, more than a tenth of the energy lost to the time step,
+/// all `spare_leaves` blocks for cutting used, started inside the bone.
 void AddLoopWarnings(LoopSummary& s, int spare_leaves);
 
-/// For people, a phrase each.
+/// Readable phrases.
 /// "omega_6 in the hand H3", "falcon".
 std::string DescribeHeld(const LoopSummary& summary);
 std::string DescribeServed(const LoopSummary& summary);
@@ -225,19 +225,19 @@ std::string DescribeNoise(const LoopSummary& summary);
 
 /// Stable keys with units.
 std::string FormatLoopJson(const Scene& scene, const LoopSummary& summary);
-/// A row for each tick, or for every n-th; units in the header.
+/// Returns one row per tick, or per n ticks; units in the header.
 std::string FormatLoopCsv(const LoopSummary& summary);
-/// For people, Markdown. `pictures`: with the pictures that WriteLoopReport makes.
+/// Returns a readable report in Markdown. `pictures`: include the pictures that WriteLoopReport makes.
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
-/// report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png in `folder`, made when
-/// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png,
-/// cut.png, apart.png, heat.png and fragments.png; what its effects leave (EffectFiles). The pieces' surfaces are
-/// reduced to `surface_error_mm`; 0: not at all. Results of an earlier loop in the same folder are replaced or removed.
-/// Fills `summary.files` and what there is of the pieces' files.
+/// Writes report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png into `folder`,
+/// which is created if missing. After a run with `keep_bones` also writes, as the scene requests, bone.vdb,
+/// piece_N.stl, before.png, after.png, cut.png, apart.png, heat.png and fragments.png, and the files of the effects
+/// (EffectFiles). The pieces' surfaces are reduced to `surface_error_mm`; 0: not reduced. Results of an earlier loop in
+/// the same folder are replaced or removed. Sets `summary.files` and the data of the pieces' files.
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
                      const std::function<void(const std::string&, double)>& progress = {},
                      double surface_error_mm = kSurfaceErrorMm);
-/// Throws Error when one of them would replace one of the run's own inputs.
+/// Throws kerf::Error if a result would replace one of the run's inputs.
 void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
 }  // namespace kerf

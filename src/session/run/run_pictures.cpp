@@ -18,10 +18,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kCloseUpMm = 34;        // height of what the close-up shows
-constexpr double kShortestBandMm = 0.4;  // thinner runs of a region join their neighbour
+constexpr double kCloseUpMm = 34;        // height of the region in the close-up
+constexpr double kShortestBandMm = 0.4;  // shorter runs of a region are merged with their neighbour
 
-/// Where the tool met bone first and hardest, and how it stood.
+/// Ticks of the first contact, the largest force and the last contact.
 struct Moments {
   std::size_t first = 0;  // tick of first contact
   std::size_t peak = 0;   // tick of the largest force
@@ -55,7 +55,7 @@ Shape ShapeOf(const Bone& bone, TriangleMesh mesh, std::vector<LegendEntry>* leg
   return shape;
 }
 
-/// The closed parts of a surface that enclose less than `volume_mm3`.
+/// Returns the closed parts of a surface that enclose less than `volume_mm3`.
 TriangleMesh KeepSmallParts(const TriangleMesh& mesh, double volume_mm3) {
   std::vector<std::uint32_t> part(mesh.points.size());
   std::iota(part.begin(), part.end(), 0U);
@@ -86,7 +86,7 @@ TriangleMesh KeepSmallParts(const TriangleMesh& mesh, double volume_mm3) {
   return small;
 }
 
-/// The bone after the cut: its pieces, and what is too small to be one.
+/// Adds the bone after the cut: its pieces, and the parts that are too small to be pieces.
 void AddAfter(const RunPictures& run, PictureSpec& spec) {
   for (const PieceSurface& piece : run.surfaces) {
     spec.shapes.push_back(piece.shape);
@@ -115,20 +115,20 @@ Vec3 Centroid(const TriangleMesh& mesh) {
   return mesh.points.empty() ? sum : sum / static_cast<double>(mesh.points.size());
 }
 
-/// The bone seen from the side that the cut is on, a little from above and in front.
+/// View of the bone from the side of the cut, slightly from above and in front.
 Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
   const double side = cut_W.x - bone.CalcBounds().centre().x;
   return {Vec3(side >= 0 ? 0.75 : -0.75, -1, 0.55), Vec3(0, 0, 1), {}, 0};
 }
 
-/// The point of the tool that led the way at a tick.
+/// Returns the foremost point of the tool at a tick.
 Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, double reach_mm) {
   const Vec3 feed = ticks[i].X_WT.p_AB - ticks[i > 0 ? i - 1 : i].X_WT.p_AB;
   const double length = glm::length(feed);
   return ticks[i].X_WT.p_AB + (length > 0 ? reach_mm / length * feed : Vec3(0));
 }
 
-/// Level, in the disc's plane, away from the middle of the bone.
+/// Returns the horizontal direction in the disc's plane, away from the centre of the bone.
 Vec3 CalcOutward(const Bone& bone, const Vec3& p_W, const Vec3& normal) {
   Vec3 outward = p_W - bone.CalcBounds().centre();
   outward.z = 0;
@@ -227,8 +227,8 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   after.fit_to_tool = false;
   write(after, "after.png");
 
-  // The kerf's mouth on the outer side of the bone, seen a little from above and from one side of the disc's plane.
-  PictureSpec cut = base(name + ": the cut from near");
+  // The kerf's opening on the outer side of the bone, seen slightly from above and from one side of the disc's plane.
+  PictureSpec cut = base(name + ": the cut in close-up");
   cut.shapes = after.shapes;
   cut.legend = after.legend;
   const TickRecord& last = run.ticks[moments.any ? moments.last : 0];
@@ -292,7 +292,8 @@ struct Run {
   double x1;
 };
 
-/// Stretches of travel in which one region carries most of the force; short ones joined to the one before.
+/// Returns intervals of travel in which one region carries most of the force; short ones are merged with the previous
+/// one.
 std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_t segment) {
   std::vector<Run> runs;
   for (const TickRecord& t : ticks) {
@@ -315,7 +316,7 @@ std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_
   return merged;
 }
 
-/// Pale, and told apart from their neighbours; by order of appearance, so that neighbours always differ.
+/// Pale and distinguishable; assigned in order of appearance, so that neighbours always differ.
 constexpr Rgb8 kBandColours[] = {{252, 232, 205}, {219, 234, 245}, {222, 240, 226},
                                  {240, 226, 238}, {250, 244, 205}, {228, 228, 228}};
 
@@ -339,13 +340,13 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable
       longest = t.segment;
     }
   }
-  // A curve ends a little after its stroke's last contact.
+  // A curve ends shortly after its stroke's last contact.
   std::vector<double> end_mm(segments, 0);
   for (const TickRecord& t : ticks) {
     if (t.out.engaged_teeth > 0) end_mm[t.segment] = t.travel_mm + 0.2;
   }
-  constexpr std::size_t kMostCurves = 6;
-  for (std::size_t segment = 0; segment < std::min(segments, kMostCurves); ++segment) {
+  constexpr std::size_t kMaxCurves = 6;
+  for (std::size_t segment = 0; segment < std::min(segments, kMaxCurves); ++segment) {
     PlotSeries force;
     force.label = segments > 1 ? fmt::format("force, stroke {}", segment + 1) : std::string("force");
     PlotSeries teeth;
@@ -363,15 +364,15 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable
     plot.series.push_back(std::move(force));
     if (segments == 1) plot.series.push_back(std::move(teeth));
   }
-  std::map<int, std::size_t> order;  // of the regions' first appearances
+  std::map<int, std::size_t> order;  // order in which the regions appear
   for (const Run& run : FindRegionRuns(ticks, longest)) {
     const std::size_t colour = order.emplace(run.region, order.size()).first->second % std::size(kBandColours);
-    // The name where there is room for it, else the number, else nothing.
-    const double share = (run.x1 - run.x0) / longest_mm;
-    std::string label = share > 0.025 ? fmt::format("{}", run.region) : std::string();
+    // The name if it fits, otherwise the number if that fits.
+    const double fraction = (run.x1 - run.x0) / longest_mm;
+    std::string label = fraction > 0.025 ? fmt::format("{}", run.region) : std::string();
     if (materials.Contains(run.region)) {
       const std::string named = fmt::format("{} {}", run.region, materials.At(run.region).name);
-      if (share > 0.009 * static_cast<double>(named.size())) label = named;
+      if (fraction > 0.009 * static_cast<double>(named.size())) label = named;
     }
     plot.bands.push_back({run.x0, run.x1, label, kBandColours[colour]});
   }

@@ -1,4 +1,4 @@
-// The pictures of a run.
+// Pictures of a run.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@
 
 namespace kerf {
 
-/// Of a piece, where it was cut off: for its file and for the pictures.
+/// Surface of a piece, at the place where it was cut off, for its file and for the pictures.
 struct PieceSurface {
   TriangleMesh mesh_W;  // for the file
   Shape shape;          // for the pictures: finer, with the tissues' colours
@@ -22,16 +22,16 @@ struct PieceSurface {
   std::size_t full_triangles = 0;
 };
 
-/// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that. As it is for 0.
+/// Reduces the surface to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that; 0: not reduced.
 PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
 
-/// Gets each result by its name and what writes it; may catch what that throws.
+/// Called with the name of each result and the function that writes it; may catch its exceptions.
 using ResultSink = std::function<void(const std::string& name, const std::function<void()>& write)>;
 inline void JustWrite(const std::string&, const std::function<void()>& write) {
   write();
 }
 
-/// What the pictures are made from.
+/// Inputs of the pictures.
 struct RunPictures {
   const Scene& scene;
   const std::vector<TickRecord>& ticks;
@@ -40,25 +40,27 @@ struct RunPictures {
   const std::vector<Bone>& pieces;
   std::string folder;
   bool force_plot = true;                       // of force against depth
-  bool apart = true;                            // the pieces apart from each other
-  std::span<const PieceOut> out = {};           // taken out; those set aside are drawn there
+  bool apart = true;                            // the separated pieces
+  std::span<const PieceOut> out = {};           // taken out; pieces that are set aside are drawn where they are
   std::span<const PieceSurface> surfaces = {};  // of `pieces`, in their order
-  ResultSink sink = JustWrite;                  // each picture goes through it
+  ResultSink sink = JustWrite;                  // each picture is written through it
 };
 
-/// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is
-/// more than one piece. Returns their names. A picture that would show no bone is not written; a sentence in `warnings`
-/// says so.
+/// Writes before.png and after.png; cut.png and, if requested, force.png if the saw touched bone; apart.png if there is
+/// more than one piece. Returns their names. A picture that would show no bone is not written, and a sentence is added
+/// to `warnings`.
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
                                           std::vector<std::string>& warnings);
 
-/// Whether the scene asks for pictures and this build can draw them; a sentence in `warnings` where it can't.
+/// Returns true if the scene requests pictures and this build can draw them. Adds a sentence to `warnings` if it
+/// cannot.
 bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings);
 
-/// Whether the scene's bone lies as in a patient: orientation and captions go by it.
+/// Returns true if the scene's bone is in the patient's frame, which determines orientation and captions.
 bool IsOfPatient(const Scene& scene);
 
-/// Magnitude of the force against depth, a curve a stroke, over bands of the region that carries most of it.
+/// Plots the magnitude of the force against depth, one curve per stroke, over bands of the region that carries most of
+/// it.
 PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name);
 
 }  // namespace kerf

@@ -34,7 +34,7 @@ double PeakMemoryMB() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-/// A disc that is set down clear of the bone removes nothing in its first tick, or a shaving.
+/// A disc that is placed clear of the bone removes at most a thin shaving in its first tick.
 constexpr double kInBoneMm3 = 0.1;
 
 }  // namespace
@@ -55,7 +55,7 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
   double sum_N_s = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const TickRecord& t = ticks[i];
-    // The last tick of a segment may be shorter than the others.
+    // The last tick of a segment may be shorter.
     const double dt_s = std::min(t.time_s - time_before_s, 1 / rate_hz);
     time_before_s = t.time_s;
     const double force_N = glm::length(t.out.f_T_W_N);
@@ -96,7 +96,7 @@ std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene
 
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
-  // Whatever the scene asks for: what it doesn't, an earlier run may have left, and is removed.
+  // All results regardless of the scene: an earlier run may have left others, which are removed.
   for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
                            "apart.png", "force.png", "heat.png", "fragments.png", "slab.csv", "slab.png", "left.vdb",
                            "slice.vdb", "right.vdb", "left.stl", "slice.stl", "right.stl"}) {
@@ -104,7 +104,7 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
   }
   for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
   for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));
-  // How many pieces there will be is not known yet.
+  // The number of pieces is not known yet.
   std::error_code none;
   for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
     const std::string name = file.path().filename().string();
@@ -134,7 +134,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   RunSummary summary;
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   const double rate_hz = scene.simulation.rate_hz;
-  SessionTap tap(session, scene, RecordedKind::kRun, before);
+  SessionInterceptor tap(session, scene, RecordedKind::kRun, before);
   RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs, tap.tap());
 
   summary.hash_before = before.CalcHash();
@@ -185,7 +185,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     add_file("bone.vdb");
   }
 
-  stage("taking the pieces apart")(0);
+  stage("separating the pieces")(0);
   const Pieces split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
   summary.dust_count = split.dust_count;
   summary.dust_mm3 = split.dust_mm3;
@@ -194,7 +194,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.surface_error_mm = surface_error_mm;
   for (const ResultPiece& piece : pieces) summary.pieces.push_back(Summarize(piece));
   const std::vector<PieceSurface> surfaces = WritePieces(scene, split.pieces, pieces, surface_error_mm, folder,
-                                                         stage("taking the pieces apart"), summary.pieces);
+                                                         stage("separating the pieces"), summary.pieces);
   for (const PieceSummary& piece : summary.pieces) {
     if (!piece.file.empty()) add_file(piece.file);
   }
@@ -202,7 +202,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   for (const std::string& warning : FindRunWarnings(scene, summary)) summary.warnings.push_back(warning);
   if (AreDrawn(scene, summary.warnings)) {
     RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
-    pictures.apart = !summary.fragments;  // fragments.png shows that
+    pictures.apart = !summary.fragments;  // fragments.png shows them
     pictures.surfaces = surfaces;
     if (summary.fragments) pictures.out = summary.fragments->out;
     for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"), summary.warnings)) {

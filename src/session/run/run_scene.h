@@ -1,4 +1,4 @@
-// `kerf run`: a scene in, a folder of results out.
+// `kerf run`: runs a scene and writes a folder of results.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,8 @@
 #include "bone/mesh/reduce.h"
 #include "session/run/cutting_energy.h"
 #include "session/run/run.h"
-#include "session/run/run_tap.h"
 #include "session/run/scene_material.h"
+#include "session/run/tick_interceptor.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
@@ -17,11 +17,11 @@ namespace kerf {
 /// A separate piece of the bone after the cut.
 struct PieceSummary {
   double volume_mm3 = 0;
-  Box3 bounds_W;                       // where it is
-  std::string file;                    // its STL in the output folder; empty when none was asked for
+  Box3 bounds_W;                       // bounding box
+  std::string file;                    // its STL in the output folder; empty if not requested
   std::size_t triangles = 0;           // in that file
-  PieceFate place = PieceFate::kHeld;  // held: in the bone
-  Vec3 move_mm{0};                     // from where it was cut off
+  PieceFate place = PieceFate::kHeld;  // kHeld: in the bone
+  Vec3 move_mm{0};                     // translation from where it was cut off
 };
 
 PieceSummary Summarize(const ResultPiece& piece);
@@ -44,7 +44,7 @@ struct RunSummary {
   double volume_after_mm3 = 0;  // in the bone: without what was taken out
   double removed_mm3 = 0;
   std::map<int, double> removed_mm3_by_region;
-  MaterialTable materials;  // as used: uniform when the scene says so
+  MaterialTable materials;  // as used: uniform if the scene sets it so
   MaterialSummary material;
   ForceSummary force;
   CuttingEnergy cutting;
@@ -52,8 +52,8 @@ struct RunSummary {
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
   double dust_mm3 = 0;
-  bool starts_in_bone = false;  // teeth were engaged in the first tick of a stroke that was set down
-  bool touched = false;         // any tooth was ever engaged
+  bool starts_in_bone = false;  // teeth were engaged in the first tick after the tool was placed
+  bool touched = false;         // a tooth was engaged at least once
   std::size_t ticks = 0;
   std::size_t ticks_with_status = 0;  // any bit of TickOutput::status
   double simulated_s = 0;
@@ -65,32 +65,32 @@ struct RunSummary {
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
   double peak_memory_MB = 0;          // of the whole program
-  std::vector<std::string> files;     // written, relative to the output folder
-  double surface_error_mm = 0;        // of the pieces' files, at most; 0: they have all triangles
-  std::vector<std::string> warnings;  // a sentence each
+  std::vector<std::string> files;     // written files, relative to the output folder
+  double surface_error_mm = 0;        // maximum error of the pieces' files; 0: not reduced
+  std::vector<std::string> warnings;  // one sentence each
 
   double CalcOut_mm3() const;  // taken out of the bone, not cut: set aside, hidden and deleted pieces, dust
 };
 
-/// What is being done (for a progress bar) and how much of it, 0..1.
+/// Name of the current stage (for a progress bar) and its completed fraction, 0..1.
 using RunProgress = std::function<void(const std::string& stage, double fraction)>;
 
-/// Runs `scene` and writes into `folder` (made when missing): forces.csv, scene.toml (resolved), and, as the scene
-/// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png, heat.png, fragments.png; what its
-/// effects leave (EffectFiles); summary.json last. The pieces' surfaces are reduced to `surface_error_mm`; 0: not at
-/// all. Results of an earlier run in the same folder, by the list in its summary.json, are replaced or removed. Throws
-/// Error.
+/// Runs `scene` and writes into `folder`, which is created if missing: forces.csv, scene.toml (resolved) and, as the
+/// scene requests, bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png, heat.png,
+/// fragments.png; the files of the effects (EffectFiles); summary.json last. The pieces' surfaces are reduced to
+/// `surface_error_mm`; 0: not reduced. Results of an earlier run in the same folder, listed in its summary.json, are
+/// replaced or removed. Throws kerf::Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
                     const CostOptions& costs = {}, const RunSession& session = {},
                     double surface_error_mm = kSurfaceErrorMm);
-/// A run, in either mode, gone through again without writing anything. Throws Error.
+/// Replays a run, in either mode, without writing anything. Throws kerf::Error.
 Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress);
 
-/// The files that a run of the scene reads; some may be "".
+/// Returns the files that a run of the scene reads; some may be "".
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file);
 
-/// Throws Error when a result in `folder` would replace one of the run's own inputs: `scene_file`, the bone, the path,
-/// the table of regions or that of laws.
+/// Throws kerf::Error if a result in `folder` would replace one of the run's inputs: `scene_file`, the bone, the path,
+/// the table of regions or the table of laws.
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);

@@ -10,7 +10,7 @@
 
 #include "base/core/hash.h"
 #include "kerf/error.h"
-#include "session/run/run_tap.h"
+#include "session/run/tick_interceptor.h"
 
 namespace kerf {
 
@@ -43,7 +43,8 @@ std::uint64_t HashOf(const SlabState& state) {
 
 }  // namespace
 
-SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress, RunTap* tap) {
+SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
+                TickInterceptor* tap) {
   using Clock = std::chrono::steady_clock;
   const Path path = MakePath(scene);
   const double rate_hz = scene.simulation.rate_hz;
@@ -89,7 +90,7 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
       record.out = simulation.Tick(in);
       times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
       const SlabState& state = simulation.state();
-      // There are no voxels that change: the bodies stand for them.
+      // There are no voxels; the hash of the bodies' state takes their place.
       if (tap != nullptr) tap->End(in, record.out, HashOf(state));
       record.time_s = time_s = end_s;
       record.segment = segment;

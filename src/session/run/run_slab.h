@@ -1,4 +1,4 @@
-// A scene in slab mode, tick by tick: the hand follows the path exactly and the slice follows the hand.
+// Runs a scene in slab mode, tick by tick: the hand follows the path exactly and the slice follows the hand.
 #pragma once
 
 #include <functional>
@@ -14,26 +14,27 @@ namespace kerf {
 
 struct SlabRun {
   SlabProfile profile;
-  std::vector<TickRecord> ticks;  // X_WT is the hand's; touched: the blade has met the slice; travel_mm its depth
+  std::vector<TickRecord> ticks;  // X_WT: of the hand; touched: the blade has touched the slice; travel_mm: its depth
   std::vector<SlabState> states;  // at the end of each tick
   TickTimes times;
   double wall_s = 0;               // of the ticks alone
-  std::uint64_t memory_bytes = 0;  // what the ticks need: profile, law and state
+  std::uint64_t memory_bytes = 0;  // memory for the ticks: profile, law and state
 };
 
-/// The slice's profile by `scene.slab.depth_by`. The bone is not needed afterwards. Throws Error when the disc's plane
-/// and the cut direction don't fit together, or no bone is there.
+/// Computes the slice's profile with `scene.slab.depth_by`. The bone is not needed afterwards. Throws kerf::Error if
+/// the disc's plane and the cut direction do not match, or if there is no bone in the cut.
 SlabProfile MakeSlabProfile(const Scene& scene, const Bone& bone);
 
-/// Depth of the blade's edge below the first bone when the disc's centre is at `p_W`, mm.
+/// Returns the depth of the blade's edge below the first bone if the disc's centre is at `p_W`, mm.
 double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, const Vec3& p_W);
 
-/// Runs all ticks of the scene's path. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.
-/// `tap` may be null.
+/// Runs all ticks of the scene's path. `progress` (optional) is called with 0..1. Throws kerf::Error if a parameter is
+/// out of range. `tap` is optional.
 SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
-                RunTap* tap = nullptr);
+                TickInterceptor* tap = nullptr);
 
-/// One row a tick (or every `every`th): displacements, depth and energies. docs/formats.md says what each column is.
+/// Returns one row per tick (or per `every` ticks): displacements, depth and energies. docs/formats.md describes the
+/// columns.
 std::string FormatSlabLog(const SlabRun& run, int every);
 
 }  // namespace kerf

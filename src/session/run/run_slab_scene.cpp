@@ -27,10 +27,10 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// The entry is true to a quarter of a voxel, and a path may begin at the surface.
+/// The entry is accurate to a quarter of a voxel, and a path may begin at the surface.
 constexpr double kInBone_mm = 0.1;
 
-/// Where the slice has gone by the end of the run: its own way along the direction.
+/// Displacement of the slice along the direction at the end of the run.
 double SliceTravel(const SlabSummary& summary) {
   return std::max(0.0, summary.end.depth_mm + 0.5 * (summary.end.left_mm + summary.end.right_mm));
 }
@@ -43,7 +43,7 @@ Shape Moved(TriangleMesh mesh, Rgb8 colour, const Vec3& by_W) {
   return shape;
 }
 
-/// The three bodies where the run left them.
+/// Draws the three bodies at their final positions.
 PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const SlabSummary& summary,
                             const SlabParams& params, const Pose& X_WT_last) {
   const std::string name = scene.title.empty() ? scene.name : scene.title;
@@ -82,16 +82,16 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
       if (progress) progress(name, fraction);
     };
   };
-  const CutPlane plane = MakeSlabPlane(scene);  // a scene that does not fit together fails before anything is made
+  const CutPlane plane = MakeSlabPlane(scene);  // an inconsistent scene fails before anything is made
   const SlabParams params = MakeSlabParams(scene);
   MakeFolder(folder);
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
   SlabSummary summary;
   const Bone bone = MakeSceneBone(scene, stage("making the bone"), &summary.material);
-  SessionTap tap(session, scene, RecordedKind::kSlab, bone);
+  SessionInterceptor tap(session, scene, RecordedKind::kSlab, bone);
   SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tap.tap());
   tap.Finish(bone.CalcHash());
-  if (run.ticks.empty()) throw Error("the recording holds no tick up to then");
+  if (run.ticks.empty()) throw Error("the recording holds no tick up to that time");
 
   summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
   summary.end = run.states.back();
@@ -104,7 +104,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   }
   const Path path = MakePath(scene);
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
-    // A stroke that was set down deeper than the one before had cut.
+    // The stroke was placed deeper than the previous one had cut.
     if (i > 0 && run.ticks[i].segment == run.ticks[i - 1].segment) continue;
     const std::size_t segment = run.ticks[i].segment;
     const Vec3 start_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
@@ -131,7 +131,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   write_text("slab.csv", FormatSlabLog(run, scene.output.forces_every_ticks));
   if (NeedsParts(scene)) {
     stage("cutting the bone into its three parts")(0);
-    // Where the path goes through the bone, should the plane meet it elsewhere too.
+    // Point of the path inside the bone, in case the plane intersects the bone elsewhere too.
     const double middle_mm = run.profile.entry_mm + 0.5 * run.profile.end_mm - glm::dot(plane.p_W, params.direction_W);
     const SlabParts parts =
         MakeSlabParts(bone, {plane, params.saw.thickness_mm, false, plane.p_W + middle_mm * params.direction_W});

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "session/scene/doubts.h"
+#include "session/scene/warnings.h"
 
 namespace kerf {
 namespace {
 
-/// What a tool on a path does not let the effects do.
+/// Returns warnings about effects that cannot hold or stop a tool on a path.
 std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectRecord& record) {
   std::vector<std::string> warnings;
   const EffectChoice* guide = FindChoice(scene.effects, "guide");
@@ -15,14 +15,15 @@ std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectReco
     const std::string column = figure.column();
     if (column == "spindle_stalled" && figure.largest > 0) {
       warnings.emplace_back(
-          "the spindle stalled, and the tool went on along its path without cutting; see spindle_stalled in "
+          "the spindle stalled, and the tool continued along its path without cutting; see spindle_stalled in "
           "forces.csv");
     }
     const auto beyond = [&](const char* what, double limit_mm) {
       if (figure.largest <= limit_mm + 1e-3) return;
-      warnings.push_back(fmt::format(
-          "the path goes {:.3g} mm {} of the guide, which can't hold a tool on a path; 'kerf loop' has one in a hand",
-          figure.largest - limit_mm, what));
+      warnings.push_back(
+          fmt::format("the path goes {:.3g} mm {} of the guide, which can't hold a tool that follows a path; 'kerf "
+                      "loop' couples it to a handle",
+                      figure.largest - limit_mm, what));
     };
     if (column == "guide_deviation_mm") beyond("beyond the tolerance", guide->GetNumber("tolerance_mm"));
     if (column == "guide_depth_mm" && guide->GetNumber("depth_mm") > 0) {
@@ -39,14 +40,14 @@ void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
 }  // namespace
 
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary) {
-  std::vector<std::string> warnings = FindDoubts(scene, summary.voxel_mm);
+  std::vector<std::string> warnings = FindWarnings(scene, summary.voxel_mm);
   Append(summary.material.warnings, warnings);
-  if (!summary.touched && !summary.starts_in_bone) warnings.emplace_back("the saw met no bone on its path");
+  if (!summary.touched && !summary.starts_in_bone) warnings.emplace_back("the saw touched no bone on its path");
   if (summary.starts_in_bone) {
-    warnings.emplace_back("the saw was set down inside the bone; what the disc held there went at once");
+    warnings.emplace_back("the saw was set down inside the bone; the bone inside the disc was removed at once");
   }
   if (summary.ticks_with_status > 0) {
-    warnings.push_back(fmt::format("{} ticks report that something was not done as asked; see the status column",
+    warnings.push_back(fmt::format("{} ticks report that something was not done as requested; see the status column",
                                    summary.ticks_with_status));
   }
   Append(FindEnergyWarnings(scene, summary.cutting), warnings);
@@ -55,14 +56,15 @@ std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& s
 }
 
 std::vector<std::string> FindSlabRunWarnings(const Scene& scene, const SlabSummary& summary) {
-  std::vector<std::string> warnings = FindDoubts(scene, summary.voxel_mm);
+  std::vector<std::string> warnings = FindWarnings(scene, summary.voxel_mm);
   Append(summary.material.warnings, warnings);
   if (summary.end.deepest_mm <= 0 && scene.tool.rpm > 0 && scene.slab.hold == SlabBody::kSlice) {
-    warnings.emplace_back("the blade met no bone on its path");
+    warnings.emplace_back("the blade touched no bone on its path");
   }
   if (summary.starts_in_bone) {
     warnings.emplace_back(
-        "the blade was set down inside the bone; its slice's spring is slack there, and what lies above counts as cut");
+        "the blade was set down inside the bone; the spring of its slice is slack there, and the bone above it counts "
+        "as cut");
   }
   return warnings;
 }

@@ -1,4 +1,4 @@
-// What a run along a path has to warn of when it is over, for the terminal and for its summary.
+// Warnings after a run along a path, for the terminal and for its summary.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// A sentence each.
+/// One sentence each.
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary);
 std::vector<std::string> FindSlabRunWarnings(const Scene& scene, const SlabSummary& summary);
 

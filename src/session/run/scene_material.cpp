@@ -43,19 +43,18 @@ void ApplyCt(const Scene& scene, Bone& bone, MaterialSummary& summary) {
   const auto [low, high] = CalcValidHu(summary.law);
   if (ct.voxels == 0) {
     summary.warnings.emplace_back("no part of the bone takes its E from the CT: no CT voxel lies in such a region");
-  } else if (ct.share_below + ct.share_above > 0) {
+  } else if (ct.fraction_below + ct.fraction_above > 0) {
     summary.warnings.push_back(
         fmt::format("{:.1f} % of the bone that takes E from the CT lies outside the range of {} ({:.0f} to {:.0f} HU) "
-                    "and has the E "
-                    "of its ends: {:.1f} % below, {:.1f} % above",
-                    100 * (ct.share_below + ct.share_above), summary.law.name, low, high, 100 * ct.share_below,
-                    100 * ct.share_above));
+                    "and gets the E at its ends: {:.1f} % below, {:.1f} % above",
+                    100 * (ct.fraction_below + ct.fraction_above), summary.law.name, low, high, 100 * ct.fraction_below,
+                    100 * ct.fraction_above));
   }
   if (material.ct_all) {
     summary.warnings.emplace_back(
         "ct_applies_to = \"all\": in cortical bone the CT number explains less than a fifth of the modulus (Rho, "
         "Hobatho "
-        "and Ashman 1995), and soft tissue dims it near the surface; \"cancellous\" gives cortex its region's "
+        "and Ashman 1995), and soft tissue lowers it near the surface; \"cancellous\" gives cortex its region's "
         "constants");
   }
   if (summary.law.tag == 'R') {
@@ -94,7 +93,7 @@ std::string DescribeMaterial(const Scene& scene, const MaterialSummary& s) {
   const std::string where = scene.material.ct_all ? "all regions" : "cancellous regions";
   return fmt::format("E of {} from the CT by {}: {:.3g} to {:.3g} GPa, median {:.3g} GPa; {:.1f} % outside its range",
                      where, s.law.name, s.ct.E_min_MPa / 1000, s.ct.E_max_MPa / 1000, s.ct.E_p50_MPa / 1000,
-                     100 * (s.ct.share_below + s.ct.share_above));
+                     100 * (s.ct.fraction_below + s.ct.fraction_above));
 }
 
 std::string FormatMaterialJson(const Scene& scene, const MaterialSummary& s) {
@@ -121,8 +120,8 @@ std::string FormatMaterialJson(const Scene& scene, const MaterialSummary& s) {
     json["applies_to"] = scene.material.ct_all ? "all" : "cancellous";
     json["regions"] = s.ct_regions;
     json["voxels"] = s.ct.voxels;
-    json["share_below_range"] = s.ct.share_below;
-    json["share_above_range"] = s.ct.share_above;
+    json["share_below_range"] = s.ct.fraction_below;
+    json["share_above_range"] = s.ct.fraction_above;
     json["E_GPa"] = {{"min", s.ct.E_min_MPa / 1000},
                      {"p5", s.ct.E_p5_MPa / 1000},
                      {"p50", s.ct.E_p50_MPa / 1000},

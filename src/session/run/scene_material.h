@@ -1,4 +1,4 @@
-// What a scene says the bone's stiffness is taken from, put into the bone.
+// Sets the bone's stiffness from the source that the scene selects.
 #pragma once
 
 #include <string>
@@ -13,19 +13,19 @@ namespace kerf {
 /// For the report of a run.
 struct MaterialSummary {
   MaterialKind kind = MaterialKind::kRegions;
-  CtLaw law;  // with the calibration used; the rest only for kCt
+  CtLaw law;  // with the calibration used; the other members only for kCt
   bool own_calibration = true;
   CtModulusReport ct;
-  std::vector<int> ct_regions;        // that take E from the CT
-  std::vector<std::string> warnings;  // a sentence each
+  std::vector<int> ct_regions;        // regions that take E from the CT
+  std::vector<std::string> warnings;  // one sentence each
 };
 
-/// Throws Error: the law is unknown or does not fit its calibration, or the bone has no CT numbers.
+/// Throws kerf::Error if the law is unknown or does not fit its calibration, or if the bone has no CT numbers.
 MaterialSummary ApplySceneMaterial(const Scene& scene, Bone& bone);
 
-/// A line for people, without the key.
+/// Returns a readable line, without the key.
 std::string DescribeMaterial(const Scene& scene, const MaterialSummary& summary);
-/// The object "material" of summary.json, as JSON text.
+/// Returns the object "material" of summary.json as JSON text.
 std::string FormatMaterialJson(const Scene& scene, const MaterialSummary& summary);
 
 }  // namespace kerf

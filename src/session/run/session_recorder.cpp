@@ -19,17 +19,17 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMostProcBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxProcBytes = std::size_t{16} << 20;
 
 std::string DescribeMachine() {
   std::string processor = "unknown processor";
   try {
-    const std::string info = ReadTextFile("/proc/cpuinfo", kMostProcBytes);
+    const std::string info = ReadTextFile("/proc/cpuinfo", kMaxProcBytes);
     const std::size_t at = info.find("model name");
     const std::size_t from = at == std::string::npos ? at : info.find(": ", at);
     if (from != std::string::npos) processor = info.substr(from + 2, info.find('\n', from) - from - 2);
   } catch (const Error&) {
-    // It is for people only.
+    // The processor's name is only informational.
   }
   utsname system{};
   if (uname(&system) != 0) return processor;
@@ -72,7 +72,7 @@ RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_fil
   RecordingHead head;
   head.kind = kind;
   head.scene_name = scene.name;
-  // A scene that was made up has no file.
+  // A synthetic scene has no file.
   if (!scene_file.empty()) head.scene_file = std::filesystem::absolute(scene_file).lexically_normal().string();
   head.scene_toml = ResolvedToml(scene);
   head.bone_hash = bone.CalcHash();
@@ -80,7 +80,8 @@ RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_fil
   head.voxel_mm = bone.voxel_mm();
   head.rate_hz = kind == RecordedKind::kLoop ? scene.loop.rate_hz : scene.simulation.rate_hz;
   head.X_WT_start = X_WT_start;
-  // A minute at 4 kHz would be a megabyte of checks alone; one in 256 that slips through is found by the next.
+  // At 4 kHz the checks alone would take a megabyte per minute. With 8 bits one difference in 256 is missed, and the
+  // next check finds it.
   head.check_bits = head.rate_hz > 1500 ? 8 : 16;
   head.state_every_steps = std::max(1, static_cast<int>(std::lround(head.rate_hz / 100)));
   head.version = VersionString();
@@ -96,7 +97,7 @@ std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std:
   std::map<std::string, std::string> files;
   for (const std::string& name : ListInputs(scene, scene_file)) {
     if (name.empty() || name == scene_file || name == scene.bone.file) continue;
-    files[name] = ReadTextFile(name, kMostFileBytes / 2);
+    files[name] = ReadTextFile(name, kMaxFileBytes / 2);
   }
   return files;
 }
@@ -113,7 +114,7 @@ RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& b
   }
   const std::string& bone = recorded.scene.bone.file;
   if (recorded.scene.bone.source == BoneSource::kFile && !std::filesystem::exists(bone)) {
-    throw Error(fmt::format("{}: its bone is not at {}; --bone FILE says where it is", recording.path(), bone));
+    throw Error(fmt::format("{}: its bone is not at {}; give its location with --bone FILE", recording.path(), bone));
   }
   return recorded;
 }
@@ -124,7 +125,7 @@ std::vector<std::string> FindDamageWarnings(const RecordingReader& recording) {
   if (!damage.sentence.empty()) warnings.push_back(damage.sentence);
   if (damage.whole_steps < damage.known_steps) {
     warnings.push_back(
-        fmt::format("the replay ends at {:.3f} s: bone and forces after that depend on what is missing; 'kerf log' "
+        fmt::format("the replay ends at {:.3f} s: bone and forces after that depend on the missing data; 'kerf log' "
                     "shows what else was read",
                     damage.whole_s));
   }

@@ -1,4 +1,5 @@
-// `--record`: what a run or a live session was given, into a file; of a loop by the thread that reads its samples.
+// `--record`: records the inputs of a run or a live session in a file. For a loop, in the thread that reads its
+// samples.
 #pragma once
 
 #include <cstdint>
@@ -15,65 +16,66 @@
 
 namespace kerf {
 
-/// The head of a recording of that scene by this program on this machine, but for what the run adds.
+/// Returns the head of a recording of the scene by this program on this machine, without the data that the run adds.
 RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_file, RecordedKind kind, const Bone& bone,
                                 const Pose& X_WT_start);
-/// The scene's inputs with their bytes, but for the bone's file, which may be large, and the scene itself, which stands
-/// in the head.
+/// Returns the scene's inputs with their bytes, except the bone's file, which may be large, and the scene itself, which
+/// is in the head.
 std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file);
 
-/// What was recorded, to go through again.
+/// Scene of a recording, for a replay.
 struct RecordedScene {
   Scene scene;
-  std::unique_ptr<FileShelf> files;  // the inputs that came along, read in place of those on the disk while it lives
+  std::unique_ptr<FileShelf> files;  // recorded inputs, read in place of those on disk while it exists
 };
-/// `bone_file`: a .vdb in place of the one that the recording names; empty: that one, or the model. Throws Error.
+/// `bone_file`: a .vdb that replaces the file named in the recording; empty: that file, or the model. Throws
+/// kerf::Error.
 RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& bone_file);
 
-/// Of a recording that is damaged or cut short: what is wrong, and where going through it again ends. Else nothing.
+/// For a damaged or truncated recording, returns the damage and the end of its replay; otherwise nothing.
 std::vector<std::string> FindDamageWarnings(const RecordingReader& recording);
 
-/// What a recording keeps of a tick.
+/// Data of a tick for a recording.
 struct TickToRecord {
   RecordedStep step;
-  std::uint64_t hash = 0;        // of all that came out: forces, poses, what was removed
+  std::uint64_t hash = 0;        // of all results: forces, poses, removed volume
   std::uint64_t voxel_hash = 0;  // bone/changed_hash.h
-  // At its end, but for the time and what was removed before it.
-  RecordedState state;  // removed_mm3: in the tick
+  // State at its end, without the time.
+  RecordedState state;  // removed_mm3: in this tick only
 };
 TickToRecord MakeTickToRecord(const LoopTick& tick);
 TickToRecord MakeTickToRecord(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash);
 
-/// The 16 bits that a step keeps of a hash.
+/// Returns the 16 bits of a hash that a step stores.
 inline std::uint16_t CheckOf(std::uint64_t hash) {
   return static_cast<std::uint16_t>(hash ^ hash >> 16 ^ hash >> 32 ^ hash >> 48);
 }
 
-/// Of the bits of a check that are kept.
+/// Returns the mask for the stored bits of a check.
 inline std::uint16_t MaskOf(int check_bits) {
   return static_cast<std::uint16_t>((1u << check_bits) - 1);
 }
 
 class SessionRecorder {
  public:
-  /// It is signed at its end when there is a key of the installation. Throws Error when the file can't be made, or the
-  /// key can't be used.
+  /// Signs the recording at its end if the installation has a key. Throws kerf::Error if the file cannot be created or
+  /// the key cannot be used.
   SessionRecorder(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files);
 
-  /// Every tick, in order. After the file could not be written any further it does nothing: failure().
+  /// Call for every tick, in order. Does nothing after a write failure; see failure().
   void Take(const TickToRecord& tick);
-  /// The tool was lifted and set down.
+  /// The tool was lifted and placed.
   void TakeSetDown(const Pose& X);
-  /// Ticks were lost before they came here: what follows could not be gone through again.
+  /// Ticks were lost before they were recorded; the following ones could not be replayed, so the recording ends.
   void Lose(std::uint64_t ticks);
   void AddEvent(const std::string& what, const std::string& name, std::uint32_t number);
-  /// Before the loop is told that it may leave.
+  /// Call before the loop may let the piece leave.
   void AddPiece(std::uint32_t number, const std::string& bytes);
-  /// Now and then, by the caller's clock: what is not in the file yet goes there when nothing went for 0.35 s.
+  /// Call periodically with the caller's clock: flushes pending data if nothing was written for 0.35 s.
   void FlushAt(double now_s);
   void Finish(const std::string& why, std::optional<std::uint64_t> bone_hash);
 
-  /// A sentence; empty while all is well.
+  /// One sentence; empty while no error has occurred.
   const std::string& failure() const { return failure_; }
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t steps() const { return steps_; }

@@ -1,4 +1,4 @@
-// The sound of a run with the effect "sound": kept as what it goes by, or written as it comes.
+// Sound of a run with the effect "sound": kept as parameters, or written during the run.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@
 
 namespace kerf {
 
-/// Of a plan without the effect it does nothing.
+/// Does nothing if the plan lacks the effect.
 class SoundTrack {
  public:
   SoundTrack() = default;
-  /// `path`: of the file that grows with the run; "": 28 bytes a tick are kept until Write(). `ticks`: that will come.
-  /// Throws Error when the file can't be made.
+  /// `path`: file that grows with the run; "": 28 bytes per tick are kept until Write(). `ticks`: expected number of
+  /// ticks. Throws kerf::Error if the file cannot be created.
   SoundTrack(const EffectPlan& plan, std::size_t ticks, const std::string& path);
 
-  /// A tick that is over; `channels` of all effects. A disk that is full does not stop the run: Write() tells it.
+  /// Call after each tick; `channels` of all effects. A full disk does not stop the run: Write() reports it.
   void Take(double dt_s, std::span<const double> channels);
-  /// False: there was nothing to hear. `path` is the constructor's, if that got one. Throws Error. Once.
+  /// Returns false if there was no sound. `path`: the constructor's, if that was set. Throws kerf::Error. Call once.
   bool Write(const std::string& path);
 
  private:
@@ -35,7 +35,7 @@ class SoundTrack {
   std::optional<Tone> tone_;
   std::optional<WavFile> file_;
   std::vector<float> samples_;
-  std::string failure_;  // a sentence; empty when all went well
+  std::string failure_;  // one sentence; empty if no error occurred
 };
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 #include "base/core/spectrum.h"
 #include "view/plot/plot.h"
@@ -12,11 +13,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kLongest_s = 1;
 constexpr double kShortest_s = 1.0 / 64;
-constexpr double kSamplesAPeriod = 2.6;  // of the highest line
-constexpr double kCarried = 0.4;         // of the tick's rate: as tooth_vibration has it
+constexpr double kSamplesAPeriod = 2.6;  // at the highest line
+constexpr double kCarried = 0.4;         // fraction of the tick rate, as in tooth_vibration
 
 }  // namespace
 
@@ -39,7 +39,7 @@ void SpectrumTrack::Take(double dt_s) {
 SpectrumTrack::Spectrum SpectrumTrack::CalcSpectrum() const {
   Spectrum spectrum;
   const std::size_t count = moments_.size();
-  // Sums from the start: of time, and of the lines' squares.
+  // Cumulative sums of time and of the lines' squares.
   std::vector<double> time_s{0}, square{0};
   double fastest_Hz = 0;
   for (const Moment& moment : moments_) {
@@ -80,13 +80,13 @@ SpectrumTrack::Spectrum SpectrumTrack::CalcSpectrum() const {
     const Moment& to = moments_[tick];
     const Moment& from = moments_[tick > 0 ? tick - 1 : 0];
     const double length_s = time_s[tick + 1] - time_s[tick];
-    const double share = length_s > 0 ? std::clamp((now_s - time_s[tick]) / length_s, 0.0, 1.0) : 1;
+    const double fraction = length_s > 0 ? std::clamp((now_s - time_s[tick]) / length_s, 0.0, 1.0) : 1;
     Vec3 f(0);
     for (std::size_t n = 0; n < orders_.size(); ++n) {
-      const std::complex<double> turn = std::polar(1.0, 2 * kPi * std::fmod(orders_[n] * turns, 1));
+      const std::complex<double> turn = std::polar(1.0, 2 * std::numbers::pi * std::fmod(orders_[n] * turns, 1));
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::complex<double> a(from.amplitude_N[n][axis]), b(to.amplitude_N[n][axis]);
-        f[static_cast<int>(axis)] += ((a + share * (b - a)) * turn).real();
+        f[static_cast<int>(axis)] += ((a + fraction * (b - a)) * turn).real();
       }
     }
     for (std::size_t axis = 0; axis < 3; ++axis) x[axis].push_back(f[static_cast<int>(axis)]);
@@ -104,7 +104,7 @@ SpectrumTrack::Spectrum SpectrumTrack::CalcSpectrum() const {
 bool WriteSpectrumPicture(const SpectrumTrack::Spectrum& spectrum, const std::string& name, const std::string& path) {
   if (spectrum.mN.empty()) return false;
   PlotSpec plot;
-  plot.title = name + ": the teeth's vibration";
+  plot.title = name + ": tooth vibration";
   plot.caption = fmt::format(
       "what single teeth add to the mean force; {:g} s from {:.2f} s on, where it was highest; n = {:.0f} rpm, N = {} "
       "teeth",

@@ -1,4 +1,4 @@
-// The spectrum of what single teeth make of the force, from a run with the effect "tooth_vibration".
+// Spectrum of the force of individual teeth, from a run with the effect "tooth_vibration".
 #pragma once
 
 #include <array>
@@ -11,26 +11,27 @@
 
 namespace kerf {
 
-/// Keeps the lines of each tick. Of a plan without the effect it does nothing.
+/// Records the spectral lines of each tick. Does nothing if the plan lacks the effect.
 class SpectrumTrack {
  public:
   SpectrumTrack() = default;
   explicit SpectrumTrack(const EffectPlan& plan);
 
-  /// After a tick; in the thread that makes it.
+  /// Call after each tick, in the thread that runs the tick.
   void Take(double dt_s);
-  /// The plan ends.
+  /// Call before the plan is destroyed.
   void Detach() { effect_ = nullptr; }
 
   struct Spectrum {
-    double begin_s = 0;  // of the stretch
+    double begin_s = 0;  // start of the interval
     double seconds = 0;  // its length: bins are 1 / seconds apart
     double spindle_Hz = 0;
     int teeth = 0;
-    double carried_Hz = 0;   // up to there the tick's force has the lines
-    std::vector<double> mN;  // by bin, all three axes together
+    double carried_Hz = 0;   // lines up to this frequency are part of the tick's force
+    std::vector<double> mN;  // per bin, all three axes combined
   };
-  /// Of the stretch, of 1 s or as long as there is, in which the lines were highest; empty when there was nothing.
+  /// Computes the spectrum of the interval with the largest lines, 1 s long or shorter for a shorter run; empty if
+  /// there were no lines.
   Spectrum CalcSpectrum() const;
 
  private:
@@ -44,7 +45,7 @@ class SpectrumTrack {
   std::vector<Moment> moments_;
 };
 
-/// False: there was nothing to draw.
+/// Returns false if there was nothing to draw.
 bool WriteSpectrumPicture(const SpectrumTrack::Spectrum& spectrum, const std::string& name, const std::string& path);
 
 }  // namespace kerf

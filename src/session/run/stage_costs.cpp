@@ -63,7 +63,7 @@ std::string FormatCostTable(const StageCosts& c) {
   };
   add(c.tick, "");
   for (const PartCost& part : c.stages) add(part, "  ");
-  if (!c.effects.empty()) text += "            effects, within the above\n";
+  if (!c.effects.empty()) text += "            effects, included in the above\n";
   for (const PartCost& part : c.effects) add(part, "  ");
   return text;
 }

@@ -1,4 +1,4 @@
-// What each part of a tick costs, against the time that there is for it.
+// Durations of the stages of a tick and of the effects, compared with the time available.
 #pragma once
 
 #include <cstdint>
@@ -10,38 +10,38 @@
 
 namespace kerf {
 
-/// A stage of the tick, or an effect; an effect's time is within the stages'.
+/// A stage of the tick, or an effect. An effect's time is part of the stages' times.
 struct PartCost {
   std::string name;
-  std::uint64_t ticks = 0;  // that had it
-  double mean_us = 0;       // over all ticks: the stages' add up to the tick's, but for the clock's own time
-  double p50_us = 0;        // of the ticks that had it, as the others
+  std::uint64_t ticks = 0;  // number of ticks that had it
+  double mean_us = 0;       // over all ticks: the stages' means add up to the tick's, except for reading the clock
+  double p50_us = 0;        // over the ticks that had it, likewise the following
   double p99_us = 0;
   double p999_us = 0;
   double max_us = 0;
 };
 
 struct StageCosts {
-  double budget_us = 0;    // from tick to tick
-  std::uint64_t over = 0;  // ticks that took longer than that
+  double budget_us = 0;    // period of the ticks
+  std::uint64_t over = 0;  // number of ticks that took longer
   PartCost tick;
   std::vector<PartCost> stages;
   std::vector<PartCost> effects;
 };
 
-/// Whether each part of a tick is timed, and who is told of it some times a second, in a line for people.
+/// Options for timing the stages. `live` is called several times a second with a readable line.
 struct CostOptions {
   bool costs = false;
   std::function<void(const std::string& line)> live;
 };
 
-/// While ticks go on or after it; from any thread.
+/// Call during or after the ticks; any thread.
 StageCosts MakeStageCosts(const LogHistogram& ticks, const StageTimer& stages, const EffectPlan& plan,
                           double budget_us);
 
-/// For one line of a terminal.
+/// Returns one line for a terminal.
 std::string FormatCostLine(const StageCosts& costs);
-/// A table, lines indented by two.
+/// Returns a table, lines indented by two.
 std::string FormatCostTable(const StageCosts& costs);
 
 /// Times the ticks of a run along a path.

@@ -16,17 +16,17 @@
 namespace kerf {
 namespace {
 
-// After Okabe and Ito (2008), told apart by people who confuse red and green too.
+// After Okabe and Ito (2008), distinguishable with red-green colour blindness.
 constexpr Rgb8 kStructureColour{213, 94, 0};
 constexpr Rgb8 kDistanceColour{0, 114, 178};
 constexpr Rgb8 kMarginColour{120, 120, 120};
 constexpr Rgb8 kBreachBand{246, 206, 180};
 constexpr Rgb8 kArrowColour{0, 90, 60};
-constexpr std::size_t kMostPoints = 1200;
+constexpr std::size_t kMaxHistoryPoints = 1200;
 constexpr int kPictureRows = 720, kPlotRows = 440;
-constexpr double kLeastArrow_mm = 0.5;
+constexpr double kMinArrow_mm = 0.5;
 
-/// The tool's point that is nearest to one in its own frame.
+/// Returns the tool's point closest to a point in the tool frame.
 Vec3 NearestOfTool(const Tool& tool, const Vec3& p_T) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     const double rho = std::hypot(p_T.x, p_T.y);
@@ -44,7 +44,7 @@ Image RenderScene(const StructuresTrack& track, const Bone& bone, const Tool& to
   const bool breach = track.moments().back().breach_mm3 > 0;
   PictureSpec spec;
   spec.height = kPictureRows;
-  spec.title = name + ": what must not be cut";
+  spec.title = name + ": structures";
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
   Shape of_bone;
   of_bone.mesh_W = ExtractSurface(bone);
@@ -67,20 +67,20 @@ Image RenderScene(const StructuresTrack& track, const Bone& bone, const Tool& to
     of_structure = p;
     of_tool = q;
   }
-  if (least >= kLeastArrow_mm) {
+  if (least >= kMinArrow_mm) {
     spec.arrows.push_back({of_tool, of_structure, kArrowColour, fmt::format("{:.1f} mm", closest.distance_mm)});
   }
   if (breach) {
-    spec.caption = fmt::format("blade where it was deepest in it, at {:.2f} s; up to {:.2f} mm deep, with {:.2g} N",
+    spec.caption = fmt::format("blade at its greatest depth, at {:.2f} s; up to {:.2f} mm deep, with {:.2g} N",
                                closest.time_s, closest.depth_mm, closest.force_N);
   } else if (closest.distance_mm >= StructuresEffect::kLook_mm) {
-    spec.caption = fmt::format("blade never as near as {:g} mm", StructuresEffect::kLook_mm);
+    spec.caption = fmt::format("blade never closer than {:g} mm", StructuresEffect::kLook_mm);
   } else {
     spec.caption =
-        fmt::format("blade at its closest place, {:.2f} mm away, at {:.2f} s", closest.distance_mm, closest.time_s);
+        fmt::format("blade at its closest, {:.2f} mm away, at {:.2f} s", closest.distance_mm, closest.time_s);
   }
 
-  // From outside of the bone, obliquely onto the blade, a little from above.
+  // Oblique view of the blade from outside the bone, slightly from above.
   const Vec3 normal = closest.X_WT.Vector({0, 0, 1});
   Vec3 outward = of_structure - bone.CalcBounds().centre();
   outward.z = 0;
@@ -100,7 +100,7 @@ Image RenderDistance(const StructuresTrack& track) {
   const double breach_mm3 = static_cast<double>(moments.back().breach_mm3);
   plot.title = "Distance of the blade from the structure";
   plot.caption = breach_mm3 > 0 ? fmt::format("breach: {:.3g} mm³ of it cut", breach_mm3) : std::string("no breach");
-  plot.caption += fmt::format("; further than {:g} mm is not looked", StructuresEffect::kLook_mm);
+  plot.caption += fmt::format("; not measured beyond {:g} mm", StructuresEffect::kLook_mm);
   plot.x.label = "time (s)";
   plot.y.label = "distance (mm)";
   plot.y.lower = 0;
@@ -110,11 +110,11 @@ Image RenderDistance(const StructuresTrack& track) {
   margin.label = fmt::format("warning below {:g} mm", track.warn_mm());
   margin.colour = kMarginColour;
   margin.dash = 6;
-  volume.label = "cut of it so far";
+  volume.label = "volume cut so far";
   volume.colour = kStructureColour;
   volume.right_axis = true;
-  // No more points than pixels; of each stretch the smallest distance, so that nothing short is lost.
-  const std::size_t stretch = moments.size() / kMostPoints + 1;
+  // At most one point per pixel, with the minimum distance of each interval, so that no short event is lost.
+  const std::size_t stretch = moments.size() / kMaxHistoryPoints + 1;
   double before_mm3 = 0;
   for (std::size_t i = 0; i < moments.size(); i += stretch) {
     const std::size_t end = std::min(i + stretch, moments.size());
@@ -127,7 +127,7 @@ Image RenderDistance(const StructuresTrack& track) {
     volume.x.push_back(t), volume.y.push_back(mm3);
     if (mm3 > before_mm3) {
       const auto until = static_cast<double>(moments[std::min(end, moments.size() - 1)].time_s);
-      // Small gaps between bites are the same breach.
+      // Small gaps between bites belong to the same breach.
       if (!plot.bands.empty() && t - plot.bands.back().x1 < 0.1) {
         plot.bands.back().x1 = until;
       } else {

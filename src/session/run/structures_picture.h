@@ -1,4 +1,4 @@
-// How near the blade came to what the effect "structures" guards, and where.
+// Picture of the blade's smallest distance to the structures that the effect "structures" monitors, and its location.
 #pragma once
 
 #include <algorithm>
@@ -16,30 +16,30 @@
 
 namespace kerf {
 
-/// Keeps the distance over time, and the pose where the tool was nearest or deepest. Of a plan without structures it
-/// does nothing.
+/// Records the distance over time, and the pose at which the tool was closest or deepest. Does nothing if the plan has
+/// no structures.
 class StructuresTrack {
  public:
   StructuresTrack() = default;
-  /// `ticks`: that will come.
+  /// `ticks`: expected number of ticks.
   StructuresTrack(const EffectPlan& plan, std::size_t ticks);
 
   void Take(double time_s, const Pose& X_WT, std::span<const double> channels);
 
   struct Moment {
-    float time_s, distance_mm, breach_mm3;  // the volume so far
+    float time_s, distance_mm, breach_mm3;  // breach_mm3: total so far
     static Moment Merge(const Moment& a, const Moment& b) {
       return {a.time_s, std::min(a.distance_mm, b.distance_mm), b.breach_mm3};
     }
   };
-  static constexpr std::size_t kMostMoments = std::size_t{1} << 17;  // each a tick, in a longer run several
+  static constexpr std::size_t kMaxMoments = std::size_t{1} << 17;  // one per tick, or several ticks in a longer run
   const std::vector<Moment>& moments() const { return moments_.points(); }
   const TriangleMesh& surface_W() const { return surface_W_; }
   double warn_mm() const { return warn_mm_; }
 
   struct Closest {
     Pose X_WT;
-    double time_s, distance_mm, depth_mm, force_N;  // the last two of the breach so far
+    double time_s, distance_mm, depth_mm, force_N;  // depth_mm and force_N: of the breach so far
   };
   const std::optional<Closest>& closest() const { return closest_; }
 
@@ -47,11 +47,11 @@ class StructuresTrack {
   std::optional<std::size_t> first_channel_;
   double warn_mm_ = 0;
   TriangleMesh surface_W_;
-  Thinned<Moment, kMostMoments> moments_;
+  Thinned<Moment, kMaxMoments> moments_;
   std::optional<Closest> closest_;
 };
 
-/// The structures in the translucent bone with the blade at its closest place; below, the distance over time.
+/// Draws the structures in the translucent bone with the blade at its closest; below, the distance over time.
 void WriteStructuresPicture(const StructuresTrack& track, const Bone& bone, const Tool& tool, bool patient,
                             const std::string& name, const std::string& path);
 

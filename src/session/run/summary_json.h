@@ -1,4 +1,4 @@
-// What the summaries of voxel mode and slab mode have in common. Only their .cpp files include this.
+// Common parts of the summaries of voxel mode and slab mode. Include only in their .cpp files.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -26,7 +26,7 @@ inline nlohmann::ordered_json PieceJson(const PieceSummary& piece) {
   return row;
 }
 
-/// Whether any of the pieces or parts was written as a surface.
+/// Returns true if any of the pieces or parts was written as a surface.
 template <typename Pieces>
 bool HaveFiles(const Pieces& pieces) {
   return std::any_of(pieces.begin(), pieces.end(), [](const auto& piece) { return !piece.file.empty(); });
@@ -43,7 +43,7 @@ inline nlohmann::ordered_json ForceJson(const std::string& law, const ForceSumma
           {"cutting_time_s", force.cutting_time_s}};
 }
 
-/// By effect that is on, by channel.
+/// Values by enabled effect and channel.
 inline nlohmann::ordered_json EffectsJson(const EffectRecord& record) {
   const auto number = [](double value) {
     return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
@@ -74,7 +74,7 @@ inline nlohmann::ordered_json CostsJson(const StageCosts& costs) {
           {"effects", list_of(costs.effects)}};
 }
 
-/// Of a RunSummary or a SlabSummary.
+/// `Summary`: RunSummary or SlabSummary.
 template <typename Summary>
 nlohmann::ordered_json TicksJson(const Summary& s) {
   return {{"count", s.ticks},

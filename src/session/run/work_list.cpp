@@ -11,7 +11,7 @@ bool WorkList::Run(int threads, const std::atomic<bool>* stop,
                    const std::function<void(const std::string& stage, double fraction)>& progress) {
   double whole = 0;
   for (const Item& item : items_) whole += item.cost;
-  std::mutex mutex;  // of all below
+  std::mutex mutex;  // protects all variables below
   std::size_t next = 0;
   std::size_t ended = 0;
   double done = 0;
@@ -40,7 +40,7 @@ bool WorkList::Run(int threads, const std::atomic<bool>* stop,
   };
   if (threads <= 0) threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
   threads = std::min(threads, static_cast<int>(items_.size()));
-  std::vector<std::jthread> others;  // joined also when `progress` throws
+  std::vector<std::jthread> others;  // also joined if `progress` throws
   for (int i = 1; i < threads; ++i) others.emplace_back(work);
   work();
   others.clear();

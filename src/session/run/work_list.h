@@ -1,4 +1,4 @@
-// Many pieces of work that don't need each other, on all cores.
+// Runs independent work items on all cores.
 #pragma once
 
 #include <atomic>
@@ -10,13 +10,14 @@ namespace kerf {
 
 class WorkList {
  public:
-  /// `cost`: what it takes, in any unit; for the progress. `stage`: what it is part of.
+  /// `cost`: relative duration in any unit, for the progress. `stage`: name of the stage that the item belongs to.
   void Add(std::string stage, double cost, std::function<void()> work) {
     items_.push_back({std::move(stage), cost, std::move(work)});
   }
-  /// In the order of the list as far as can be. `threads` 0: as many as the machine has. `progress` is called from this
-  /// thread's and others' work, one call at a time. Ends early when `stop` (may be null) is true: what was begun is
-  /// ended. True: all was done. Throws the first exception of a work, when the others have ended.
+  /// Runs the items in the order of the list as far as possible. `threads` 0: number of the machine's cores. `progress`
+  /// is called from this and other threads, one call at a time. Starts no further items once `stop` (optional) is true;
+  /// items in progress are completed. Returns true if all were completed. Throws the first exception of an item after
+  /// the others have ended.
   bool Run(int threads, const std::atomic<bool>* stop,
            const std::function<void(const std::string& stage, double fraction)>& progress);
 

@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kNames[] = {"left", "slice", "right"};
 
-/// Where half of the area lies below.
+/// Returns the position below which half of the area lies.
 double CalcMedian(std::vector<std::pair<double, double>>& mm_and_mm2, double area_mm2) {
   std::sort(mm_and_mm2.begin(), mm_and_mm2.end());
   double sum = 0;
@@ -32,7 +32,7 @@ double CalcMedian(std::vector<std::pair<double, double>>& mm_and_mm2, double are
   return 0;
 }
 
-/// Before any work: no file may take the place of the bone that it's cut from, or of the plane.
+/// Before any work: checks that no file replaces the bone's or the plane's file.
 void CheckPartsInputsStay(const PartsOptions& options) {
   std::vector<std::string> outputs{options.folder + "/parts.json"};
   if (options.picture && kPicturesBuilt) outputs.push_back(options.folder + "/parts.png");
@@ -45,28 +45,28 @@ void CheckPartsInputsStay(const PartsOptions& options) {
   CheckInputsStay({options.bone_file, options.plane_file}, outputs);
 }
 
-/// Each part's, with the triangles that were asked for. Before anything is written.
+/// Returns the surface of each part, reduced to `triangles`. Called before anything is written.
 std::vector<TriangleMesh> MakeSurfaces(const SlabParts& parts, std::size_t triangles) {
   std::vector<TriangleMesh> surfaces{ExtractSurface(parts.left), parts.slice_surface_W, ExtractSurface(parts.right)};
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     if (triangles > 0) surfaces[i] = Decimate(surfaces[i], triangles);
     if (surfaces[i].triangles.empty()) {
       throw Error(
-          fmt::format("the {} has no surface: it is smaller than a voxel; move the plane, or make the bone "
-                      "anew with smaller voxels",
+          fmt::format("the {} has no surface: it is smaller than a voxel; move the plane, or make the bone again with "
+                      "smaller voxels",
                       i == 1 ? "slice" : fmt::format("{} segment", kNames[i])));
     }
   }
   return surfaces;
 }
 
-/// `surface`: in, what to write; out, what was written.
+/// `surface`: in: the surface to write; out: the surface written.
 PartFile WritePart(const Bone& part, const char* name, const PartsOptions& options, TriangleMesh& surface) {
   PartFile file;
   file.name = name;
   file.volume_mm3 = part.CalcVolume();
   file.bounds_W = part.CalcBounds();
-  const Pieces pieces = SplitPieces(part, kCrumbShare * file.volume_mm3);
+  const Pieces pieces = SplitPieces(part, kCrumbFraction * file.volume_mm3);
   file.pieces = pieces.pieces.size();
   file.crumbs = pieces.dust_count;
   file.crumbs_mm3 = pieces.dust_mm3;
@@ -93,8 +93,7 @@ Vec3 Across(const Vec3& v, const Vec3& normal) {
   return v - glm::dot(v, normal) * normal;
 }
 
-/// From where the cut is seen: outside the bone, beside the slice, so that one of its faces shows and the parts stand
-/// apart in the picture.
+/// View from outside the bone, next to the slice, so that one of its faces is visible and the parts appear separate.
 Camera MakePartsCamera(const Bone& bone, const PartsReport& report) {
   const Vec3& normal = report.plane.normal_W;
   const Box3 slice = report.parts[1].bounds_W;
@@ -142,7 +141,7 @@ nlohmann::ordered_json ToJson(const Vec3& v) {
 
 SliceFaces MeasureSliceFaces(const TriangleMesh& slice_W, const CutPlane& plane) {
   SliceFaces faces;
-  std::vector<std::pair<double, double>> left, right;  // middle of a triangle along the normal, area
+  std::vector<std::pair<double, double>> left, right;  // position of a triangle's centre along the normal, area
   for (const auto& t : slice_W.triangles) {
     const Vec3& a = slice_W.points[t[0]];
     const Vec3& b = slice_W.points[t[1]];

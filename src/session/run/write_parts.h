@@ -1,4 +1,4 @@
-// `kerf slab`: the three parts of a slab cut on disk, and what can be said of them.
+// `kerf slab`: writes the three parts of a slab cut and reports on them.
 #pragma once
 
 #include <functional>
@@ -10,20 +10,20 @@
 
 namespace kerf {
 
-inline constexpr double kCrumbShare = 0.001;
-/// left, slice, right. Pale for the segments, so that their shape shows; told apart by people who confuse red and green
-/// too.
+inline constexpr double kCrumbFraction = 0.001;
+/// left, slice, right. The segments are pale, so that their shape shows; distinguishable with red-green colour
+/// blindness.
 inline constexpr Rgb8 kPartColours[] = {{158, 196, 224}, {230, 120, 30}, {238, 214, 150}};
 
 struct PartFile {
   std::string name;  // left, slice, right
   double volume_mm3 = 0;
   Box3 bounds_W;
-  std::size_t pieces = 0;  // of at least kCrumbShare of the part's volume
+  std::size_t pieces = 0;  // of at least kCrumbFraction of the part's volume
   std::size_t crumbs = 0;  // smaller ones
-  double crumbs_mm3 = 0;   // together
+  double crumbs_mm3 = 0;   // total
   double voxel_mm = 0;
-  // Of the surface, as read again from the file when one was written.
+  // Of the surface, as read back from the file if one was written.
   std::size_t triangles = 0;
   double surface_volume_mm3 = 0;
   std::size_t open_edges = 0;
@@ -35,7 +35,7 @@ struct PartsReport {
   double whole_mm3 = 0;
   double sum_mm3 = 0;
   CutPlane plane;
-  double thickness_mm = 0;           // as asked for
+  double thickness_mm = 0;           // as requested
   double measured_thickness_mm = 0;  // between the two faces of the slice's surface
   double section_mm2 = 0;            // of the bone at the plane: the slice's volume / its thickness
   double left_face_mm2 = 0;          // flat part of the slice's surface, without its rim, bevelled by about a voxel
@@ -44,34 +44,34 @@ struct PartsReport {
   std::size_t cut_places = 0;
   double distance_mm = 0;
   std::vector<PartFile> parts;
-  std::vector<std::string> files;  // others, in the folder
+  std::vector<std::string> files;  // other files in the folder
 
   double CalcDifferencePercent() const { return 100 * (sum_mm3 / whole_mm3 - 1); }
 };
 
 struct PartsOptions {
-  std::string bone_file;   // never written over
-  std::string plane_file;  // nor is this, if any
+  std::string bone_file;   // never overwritten
+  std::string plane_file;  // likewise; optional
   std::string folder;
   bool obj = true;
   bool stl = true;
   bool vdb = true;
   bool picture = true;
-  std::size_t triangles = 0;  // of each part's surface, at most; 0: all
+  std::size_t triangles = 0;  // maximum per part's surface; 0: unlimited
   std::function<void(double)> progress;
 };
 
-/// Cuts and writes left, slice and right (.obj, .stl, .vdb), parts.json and parts.png. Throws Error when the cut can't
-/// be made or a file can't be written, and when a file would replace the bone's own or the plane's; then nothing has
-/// been written.
+/// Cuts the bone and writes left, slice and right (.obj, .stl, .vdb), parts.json and parts.png. Throws kerf::Error if
+/// the cut cannot be made, if a file cannot be written, or if a file would replace the bone's or the plane's file; in
+/// the last case nothing has been written.
 PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOptions& options);
 
 /// Stable keys with units (docs/slab.md).
 std::string FormatPartsJson(const PartsReport& report);
 
-/// The flat faces of a slice's surface: the triangles within a degree of the plane.
+/// Flat faces of a slice's surface: the triangles within a degree of the plane.
 struct SliceFaces {
-  double left_mm = 0;  // where the face lies along the normal, from the plane: the median of its area
+  double left_mm = 0;  // position of the face along the normal, from the plane: area-weighted median
   double right_mm = 0;
   double left_mm2 = 0;
   double right_mm2 = 0;

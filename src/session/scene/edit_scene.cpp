@@ -53,7 +53,7 @@ std::size_t FindHead(const std::vector<std::string>& lines, const std::string& t
   return lines.size();
 }
 
-/// Which line now holds the key.
+/// Sets the value and returns the index of the line that holds the key.
 std::size_t SetValue(std::vector<std::string>& lines, const std::string& file, const SceneEdit& edit) {
   const TomlNode root = ParseToml(JoinLines(lines), file);
   const TomlNode* table = FindTable(root, edit.table);
@@ -62,7 +62,7 @@ std::size_t SetValue(std::vector<std::string>& lines, const std::string& file, c
     const auto number = static_cast<std::size_t>(old->line - 1);
     std::string& line = lines.at(number);
     const std::size_t from = line.find('=', static_cast<std::size_t>(old->column - 1));
-    if (from == std::string::npos) return number;  // found out by the caller
+    if (from == std::string::npos) return number;  // the caller detects that the value was not set
     const std::size_t value = line.find_first_not_of(" \t", from + 1);
     if (value == std::string::npos) return number;
     const std::size_t end = std::min(line.find_first_of(" \t#\r,}", value), line.size());
@@ -90,7 +90,7 @@ void ListValues(const TomlNode& node, const std::string& path, std::map<std::str
   }
 }
 
-/// By where they are: "bone.block.voxel_mm".
+/// Returns all values by their full key: "bone.block.voxel_mm".
 std::map<std::string, std::string> ListValues(const TomlNode& root) {
   std::map<std::string, std::string> values;
   ListValues(root, "", values);
@@ -101,10 +101,10 @@ std::map<std::string, std::string> ListValues(const TomlNode& root) {
 
 std::string EditScene(const std::string& text, const std::string& file, const std::vector<SceneEdit>& edits,
                       const std::string& note) {
-  ParseScene(text, file);  // no scene, no edit
+  ParseScene(text, file);  // throws if the text is not a scene
   std::vector<std::string> lines = SplitLines(text);
   std::erase_if(lines, [](const std::string& line) { return line.compare(0, kMark.size(), kMark) == 0; });
-  // A new key goes right behind its table's head, so the last comes first.
+  // A new key is inserted directly after its table's header, so the edits are applied in reverse order.
   for (auto edit = edits.rbegin(); edit != edits.rend(); ++edit) SetValue(lines, file, *edit);
   if (!note.empty() && !edits.empty()) {
     std::vector<std::string> probe = lines;
@@ -118,7 +118,7 @@ std::string EditScene(const std::string& text, const std::string& file, const st
     for (const SceneEdit& edit : edits) values += fmt::format("\n  [{}] {} = {}", edit.table, edit.key, edit.value);
     return Error(fmt::format("{}: these values can't be set in it by line; set them by hand:{}", file, values));
   };
-  // Each value where it should be, and nothing else touched.
+  // Check that each value is set and that all others are unchanged.
   try {
     std::map<std::string, std::string> expected = ListValues(ParseToml(text, file));
     for (const SceneEdit& edit : edits) {

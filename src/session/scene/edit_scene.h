@@ -1,4 +1,4 @@
-// Setting values in a scene's text, all else of it as it was: comments, order, spaces.
+// Sets values in a scene's text and preserves everything else: comments, order, spaces.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@ namespace kerf {
 struct SceneEdit {
   std::string table;  // "bone.block"
   std::string key;    // "voxel_mm"
-  std::string value;  // as TOML writes it: "0.125"
+  std::string value;  // in TOML notation: "0.125"
 };
 
-/// The text with those values set; keys that are not there go behind the head of their table in the order of the edits,
-/// a table that is not there to the end. `note`, unless empty, becomes a comment above the topmost edited line,
-/// "# kerf tune: <note>", in the place of an earlier one. `file` is named in messages. Throws Error when the text is no
-/// scene, or when the result would not be that scene with those values alone changed, as where a table is written in
-/// one line.
+/// Returns the text with the edited values. New keys are inserted after the header of their table in the order of the
+/// edits; a new table is appended at the end. `note`, unless empty, becomes a comment above the topmost edited line, "#
+/// kerf tune: <note>", and replaces an earlier one. `file` is used in messages. Throws kerf::Error if the text is not a
+/// scene, or if the result would not be the same scene with only those values changed, for example because a table is
+/// written in one line.
 std::string EditScene(const std::string& text, const std::string& file, const std::vector<SceneEdit>& edits,
                       const std::string& note);
 

@@ -18,7 +18,7 @@ WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
   const std::optional<Vec3> into = CalcDirection(exercise.into);
   const Vec3 aside = into ? *into - glm::dot(*into, cut.along_W) * cut.along_W : Vec3(0);
   if (!(glm::length(aside) > 1e-6)) {
-    throw Error("[exercise] into has no direction beside the line from start_mm to end_mm");
+    throw Error("[exercise] into has no component across the line from start_mm to end_mm");
   }
   cut.into_W = glm::normalize(aside);
   cut.across_W = glm::cross(cut.along_W, cut.into_W);
@@ -39,7 +39,7 @@ Pose WantedCut::CalcToolPose(double s_mm, double t_mm) const {
 double WantedCut::CalcDistance(const Vec3& p_W) const {
   const Vec3 p = ToCut(p_W);
   const double s = p.x - std::clamp(p.x, 0.0, length_mm);
-  // Above the way of the centre the tool has passed too.
+  // The tool has also passed everything above the path of its centre.
   const double t = std::max(p.y - (depth_mm - radius_mm), 0.0);
   if (!is_disc) return std::sqrt(s * s + t * t + p.z * p.z) - radius_mm;
   const double in_plane = std::hypot(s, t) - radius_mm;

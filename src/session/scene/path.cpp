@@ -8,14 +8,14 @@
 namespace kerf {
 namespace {
 
-/// Feeds within this sine of the normal have no direction in the disc's plane.
+/// If the sine of the angle between feed and normal is below this, the feed has no direction in the disc's plane.
 constexpr double kAlongNormal = 1e-6;
 
 Vec3 ProjectOntoPlane(const Vec3& v, const Vec3& nhat) {
   return v - glm::dot(v, nhat) * nhat;
 }
 
-/// The world axis furthest from nhat, projected into its plane.
+/// Returns the world axis furthest from nhat, projected into the plane with this normal.
 Vec3 AnyDirectionInPlane(const Vec3& nhat) {
   const Vec3 size = glm::abs(nhat);
   const Vec3 axis = size.x <= size.y && size.x <= size.z ? Vec3{1, 0, 0}
@@ -50,14 +50,14 @@ Pose Path::CalcPose(std::size_t segment, double t_s) const {
                                       [](double t, const TimedPose& knot) { return t < knot.time_s; });
   const TimedPose& a = *(after - 1);
   const TimedPose& b = *after;
-  const double share = (t_s - a.time_s) / (b.time_s - a.time_s);
-  return {glm::normalize(glm::slerp(a.X_WT.R_AB, b.X_WT.R_AB, share)),
-          a.X_WT.p_AB + share * (b.X_WT.p_AB - a.X_WT.p_AB)};
+  const double fraction = (t_s - a.time_s) / (b.time_s - a.time_s);
+  return {glm::normalize(glm::slerp(a.X_WT.R_AB, b.X_WT.R_AB, fraction)),
+          a.X_WT.p_AB + fraction * (b.X_WT.p_AB - a.X_WT.p_AB)};
 }
 
 std::size_t Path::CountTicks(std::size_t segment, double rate_hz) const {
   const double ticks = (segments_.at(segment).end_s - segments_.at(segment).start_s) * rate_hz;
-  // A segment of a whole number of ticks must not get one more by rounding.
+  // Rounding must not add a tick to a segment of a whole number of ticks.
   return static_cast<std::size_t>(std::max(1.0, std::ceil(ticks - 1e-6)));
 }
 

@@ -20,12 +20,12 @@ constexpr std::size_t kColumns = 8;
 constexpr std::array<std::string_view, kColumns> kHeader{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
 constexpr std::string_view kHeaderLine = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz";
 constexpr double kUnitTolerance = 1e-3;
-/// Closer rows are a fault of the recording; far above the rounding of times within kMaxDuration_s.
+/// Closer rows are a fault of the recording; this is far above the rounding of times within kMaxDuration_s.
 constexpr double kMinStep_s = 1e-6;
 
 struct Field {
   std::string_view text;
-  int column;  // from 1
+  int column;  // starting at 1
 };
 
 bool IsBlank(char c) {
@@ -38,7 +38,7 @@ Field Trim(std::string_view line, std::size_t begin, std::size_t end) {
   return {line.substr(begin, end - begin), static_cast<int>(begin) + 1};
 }
 
-/// Fields of a line; at most one more than a row has, so that a line of commas costs nothing.
+/// Returns the fields of a line, at most one more than a row has, so that a line with many commas is split quickly.
 std::vector<Field> Split(std::string_view line) {
   std::vector<Field> fields;
   std::size_t begin = 0;
@@ -51,7 +51,7 @@ std::vector<Field> Split(std::string_view line) {
   return fields;
 }
 
-/// A text from a file, cut to what a message can hold and without what would spoil a terminal.
+/// Returns text from a file, shortened for a message and without control characters.
 std::string Show(std::string_view text) {
   std::string shown(text.substr(0, 40));
   std::replace_if(
@@ -130,7 +130,7 @@ class PathParser {
     const double time_s = row[0];
     if (!poses_.empty() && !(time_s - poses_.back().time_s >= kMinStep_s)) {
       return Fault(number, fields[0].column,
-                   fmt::format("time_s = {} is not at least {} s after the row before, {}", time_s, kMinStep_s,
+                   fmt::format("time_s = {} is not at least {} s after the previous row, {}", time_s, kMinStep_s,
                                poses_.back().time_s));
     }
     const Quat R(row[4], row[5], row[6], row[7]);

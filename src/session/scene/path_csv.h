@@ -1,4 +1,4 @@
-// The path of a tool as CSV: time, position, quaternion.
+// Path of a tool as CSV: time, position, quaternion.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 namespace kerf {
 
-/// Rows of text under the header `time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz`: pose X_WT of the tool in the world. Blank lines
-/// and lines that start with '#' are skipped. Needs at least 2 rows and at most kMaxPathRows, time increasing by at
-/// least 1e-6 s a row and over at most kMaxDuration_s, coordinates in kCoordinateRange_mm, quaternions of length 1 to
-/// 1e-3 (they are made exactly unit). `file` names the text in messages. Throws Error with a line `file:line:column:
-/// ...` for each fault.
+/// Parses rows with the header `time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz`: pose X_WT of the tool in the world. Blank lines and
+/// lines that start with '#' are skipped. Requires at least 2 rows and at most kMaxPathRows, time increasing by at
+/// least 1e-6 s per row and spanning at most kMaxDuration_s, coordinates in kCoordinateRange_mm, quaternions of length
+/// 1 to within 1e-3 (they are normalised). `file` names the text in messages. Throws kerf::Error with a line
+/// `file:line:column: ...` for each fault.
 std::vector<TimedPose> ParsePathCsv(const std::string& text, const std::string& file);
 
-/// The same as text, that reads back: quaternions to their last bits, the rest exactly.
+/// Formats poses as text that can be parsed again: quaternions to within their last bits, all else exactly.
 std::string FormatPathCsv(const std::vector<TimedPose>& poses);
 
 }  // namespace kerf

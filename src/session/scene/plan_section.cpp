@@ -13,15 +13,14 @@
 namespace kerf {
 namespace {
 
-constexpr TextLimit kFileNameLimit{4096};
-constexpr double kUnitTolerance = 1e-9;
+constexpr double kUnitNormalTolerance = 1e-9;
 
-/// To unit length; one that has it already stays to the bit.
+/// Normalises `v`; a vector of unit length is unchanged bit for bit.
 void MakeUnit(TableReader& reader, const char* key, Vec3& v) {
   const double length = glm::length(v);
   if (!(length > 1e-6)) {
     reader.Fault(key, fmt::format("{} has no direction: its length is 0", key));
-  } else if (std::abs(length - 1) > kUnitTolerance) {
+  } else if (std::abs(length - 1) > kUnitNormalTolerance) {
     v /= length;
   }
 }
@@ -30,7 +29,7 @@ template <typename Item>
 void CheckName(TableReader& reader, const std::vector<Item>& others, const std::string& name) {
   if (name.empty()) reader.Fault("name", "name is empty");
   for (const Item& other : others) {
-    if (other.name == name) reader.Fault("name", fmt::format("the name \"{}\" is taken already", name));
+    if (other.name == name) reader.Fault("name", fmt::format("the name \"{}\" is already taken", name));
   }
 }
 
@@ -41,7 +40,7 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
   const TomlNode* table = root.Table("plan");
   if (table == nullptr) return files;
   TableReader reader(*table, "[plan]", faults);
-  for (const TomlNode* item : reader.Tables("plane", kMostPlanned)) {
+  for (const TomlNode* item : reader.Tables("plane", kMaxPlanned)) {
     TableReader plane_reader(*item, "[[plan.plane]]", faults);
     PlannedPlane plane{.name = MakePlaneName(plan), .plane = {}, .margin_mm = 1};
     Describe(plane, plane_reader);
@@ -50,12 +49,12 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
       plane_reader("file", name, kFileNameLimit, "");
       const std::filesystem::path folder = std::filesystem::absolute(scene_file).parent_path();
       const TomlNode* at = item->Find("file");
-      if (name.empty()) plane_reader.Fault("file", "file names no file");
+      if (name.empty()) plane_reader.Fault("file", "file is empty");
       files.push_back({.plane = plan.planes.size(),
                        .file = (folder / name).lexically_normal().string(),
                        .place = fmt::format("{}:{}:{}: ", scene_file, at->line, at->column)});
       for (const char* key : {"point_mm", "normal"}) {
-        if (plane_reader.Has(key)) plane_reader.Fault(key, fmt::format("{} and file say the same; keep one", key));
+        if (plane_reader.Has(key)) plane_reader.Fault(key, fmt::format("{} and file specify the same; keep one", key));
       }
     } else {
       plane_reader.Require("point_mm");
@@ -67,7 +66,7 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
     plane_reader.Finish();
     plan.planes.push_back(plane);
   }
-  for (const TomlNode* item : reader.Tables("stop", kMostPlanned)) {
+  for (const TomlNode* item : reader.Tables("stop", kMaxPlanned)) {
     TableReader stop_reader(*item, "[[plan.stop]]", faults);
     DepthStop stop{.name = MakeStopName(plan), .p_W_mm = {}, .direction_W = {0, 0, -1}, .depth_mm = 5};
     Describe(stop, stop_reader);

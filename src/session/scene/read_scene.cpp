@@ -21,13 +21,12 @@
 namespace kerf {
 namespace {
 
-// A scene holds a thousand strokes at most, and each takes a few hundred bytes.
+// A scene has at most a thousand strokes of a few hundred bytes each.
 constexpr std::size_t kMaxSceneBytes = std::size_t{4} << 20;
 constexpr std::size_t kMaxPathFileBytes = std::size_t{256} << 20;
-constexpr TextLimit kFileNameLimit{4096};
 constexpr TextLimit kTitleLimit{200};
 
-/// Where a stroke may go on from.
+/// Tolerances for a stroke that continues from the previous one.
 constexpr double kSamePointTolerance_mm = 1e-6;
 constexpr double kSameDirectionTolerance = 1e-9;
 
@@ -43,7 +42,7 @@ void ReadFileName(TableReader& reader, const char* key, std::string& file, const
   if (!name.empty()) {
     file = ResolveFileName(name, scene_file);
   } else {
-    reader.Fault(key, fmt::format("{} names no file", key));
+    reader.Fault(key, fmt::format("{} is empty", key));
   }
 }
 
@@ -54,7 +53,7 @@ void ReadBlock(TableReader& bone, const char* key, BlockParams& block, Faults& f
   DescribeBlock(block, reader);
   const std::string layer_name = fmt::format("[[bone.{}.layer]]", key);
   const std::vector<const TomlNode*> layers = reader.Tables("layer", kMaxLayers);
-  // Layers that the file gives stand in place of the model's.
+  // Layers in the file replace those of the model.
   if (reader.Has("layer")) block.layers.clear();
   for (const TomlNode* item : layers) {
     TableReader layer_reader(*item, layer_name, faults);
@@ -94,7 +93,7 @@ void ReadBoneTable(TableReader& root, SceneBone& bone, const std::string& scene_
   }
   bone.source = reader.Has("file") ? BoneSource::kFile : BoneSourceFromModel(model);
 
-  // Each model's parameters are read, so that a fault in them is told even when they are of another model.
+  // The parameters of every model are read, so that faults in them are reported even if another model is used.
   if (bone.source == BoneSource::kPlate) bone.block = MakePlateParams();
   ReadMandible(reader, bone.mandible, faults);
   ReadBlock(reader, "block", bone.block, faults);
@@ -110,7 +109,7 @@ void ReadBoneTable(TableReader& root, SceneBone& bone, const std::string& scene_
   reader.Finish();
 }
 
-/// A text of the file, and a fault where `check` throws for it.
+/// Reads a text and adds a fault if `check` throws for it.
 template <typename Check>
 void ReadCheckedText(TableReader& reader, const char* key, std::string& value, Check check) {
   if (!reader.Has(key)) return;
@@ -128,7 +127,7 @@ void ReadMaterial(TableReader& root, SceneMaterial& material, const SceneBone& b
   if (table == nullptr) return;
   TableReader reader(*table, "[material]", faults);
   DescribeMaterialKind(material, reader);
-  // The keys of each kind are read, so that a fault in them is told even when they are of another kind.
+  // The keys of every kind are read, so that faults in them are reported even if another kind is used.
   DescribeUniform(material, reader);
   DescribeCt(material, reader);
   ReadFileName(reader, "ct_law_file", material.ct_law_file, scene_file);
@@ -153,8 +152,8 @@ void ReadMaterial(TableReader& root, SceneMaterial& material, const SceneBone& b
     if (!reader.Has("ct_law")) {
       std::vector<std::string> names;
       for (const CtLaw& law : DefaultCtLaws()) names.push_back(law.name);
-      reader.Fault("ct_law", fmt::format("[material] has no ct_law; kerf has {}, and none of them is for all bone: "
-                                         "'kerf materials' says which is for what",
+      reader.Fault("ct_law", fmt::format("[material] has no ct_law; kerf has {}, and none of them applies to all bone: "
+                                         "'kerf materials' shows what each applies to",
                                          fmt::join(names, ", ")));
     }
     if (bone.source != BoneSource::kFile) {
@@ -167,7 +166,7 @@ void ReadMaterial(TableReader& root, SceneMaterial& material, const SceneBone& b
   reader.Finish();
 }
 
-/// Fills what a stroke takes from the one before, and checks what needs both.
+/// Sets the values that a stroke takes from the previous one, and checks values that depend on both.
 void LinkStroke(TableReader& reader, SceneStroke& stroke, const SceneStroke* before) {
   reader.Require("end_mm");
   reader.Require("feed_mm_per_s");
@@ -175,17 +174,17 @@ void LinkStroke(TableReader& reader, SceneStroke& stroke, const SceneStroke* bef
     reader.Require("start_mm");
     reader.Require("disc_normal");
   } else if (before == nullptr) {
-    reader.Fault("retract", "retract = false in the first stroke; it has no stroke to go on from");
+    reader.Fault("retract", "retract = false in the first stroke; there is no previous stroke to continue");
   } else {
     const Vec3 n = stroke.disc_normal / glm::length(stroke.disc_normal);
     const Vec3 n_before = before->disc_normal / glm::length(before->disc_normal);
     if (reader.Has("start_mm") && !(glm::distance(stroke.start_mm, before->end_mm) <= kSamePointTolerance_mm)) {
       reader.Fault("start_mm",
-                   "start_mm is not where the stroke before ends, and retract = false; leave it out or retract");
+                   "start_mm is not where the previous stroke ends, and retract = false; omit start_mm or retract");
     }
     if (reader.Has("disc_normal") && !(glm::distance(n, n_before) <= kSameDirectionTolerance)) {
       reader.Fault("disc_normal",
-                   "disc_normal is not that of the stroke before, and retract = false; leave it out or retract");
+                   "disc_normal differs from the previous stroke's, and retract = false; omit disc_normal or retract");
     }
     stroke.start_mm = before->end_mm;
     stroke.disc_normal = before->disc_normal;
@@ -243,8 +242,8 @@ void ReadTool(TableReader& root, SceneTool& tool, Faults& faults) {
   TableReader reader(*table, "[tool]", faults);
   Describe(tool, reader);
   const TomlNode* word = table->Find("shape");
-  if (word != nullptr && word->text != kToolKindWords[static_cast<std::size_t>(tool.kind)]) return;  // no such shape
-  // A key of the other shape would do nothing: rather say so.
+  if (word != nullptr && word->text != kToolKindWords[static_cast<std::size_t>(tool.kind)]) return;  // unknown shape
+  // A key of the other shape would have no effect, so it is rejected.
   const auto refuse = [&](const char* key, const auto&...) {
     if (!reader.Has(key) || reader.Known(key)) return;
     reader.Fault(key, fmt::format("{} is not used: shape is \"{}\"; remove it", key,
@@ -259,7 +258,7 @@ void ReadTool(TableReader& root, SceneTool& tool, Faults& faults) {
   reader.Finish();
 }
 
-/// Of a section that says nothing when it is left out.
+/// Reads a section that has no effect if it is left out.
 template <typename Params>
 void ReadGivenSection(TableReader& root, const char* key, Params& params, Faults& faults) {
   params.given = root.Has(key);
@@ -311,7 +310,7 @@ void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
     reader.Fault("direction", "direction has no direction: its length is 0");
   }
   if (slab.hold != SlabBody::kSlice && !slab.params.segments_move) {
-    reader.Fault("hold", "hold names a segment, and segments_move is false; set segments_move = true");
+    reader.Fault("hold", "hold specifies a segment, but segments_move is false; set segments_move = true");
   }
   reader.Finish();
 }
@@ -343,7 +342,7 @@ void ReadEffects(TableReader& root, EffectChoices& effects, const std::string& s
   reader.Finish();
 }
 
-/// What the effects' parameters name; throws Error at the key.
+/// Reads the files that the effects' parameters name. Throws kerf::Error with the place of the key.
 void ReadEffectFiles(EffectChoices& effects, const TomlNode& document, const std::string& scene_file) {
   for (EffectChoice& choice : effects) {
     const std::vector<EffectParameter>& parameters = choice.info().parameters;
@@ -375,7 +374,7 @@ void ReadEffectFiles(EffectChoices& effects, const TomlNode& document, const std
   }
 }
 
-/// A key that older scenes have.
+/// Rejects a key of older scenes.
 void RefuseMovedKeys(TableReader& root) {
   const TomlNode* coupling = root.Has("coupling") ? root.Table("coupling") : nullptr;
   if (coupling == nullptr || coupling->Find("friction_coefficient") == nullptr) return;
@@ -388,8 +387,8 @@ void ReadForce(TableReader& root, ForceLaw& law, Faults& faults) {
   TableReader reader(*table, "[force]", faults);
   Describe(law, reader);
   const TomlNode* word = table->Find("law");
-  if (word != nullptr && word->text != law.name()) return;  // no law: whose keys these are can't be told
-  // Another law's key would do nothing: rather say so.
+  if (word != nullptr && word->text != law.name()) return;  // unknown law, so the owner of the keys is unknown
+  // A key of another law would have no effect, so it is rejected.
   for (const ForceLawInfo* other : ForceLaws()) {
     for (const LawParameter& parameter : other->parameters) {
       if (!reader.Has(parameter.key) || reader.Known(parameter.key)) continue;
@@ -408,10 +407,9 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   }
   const TomlNode document = ParseToml(text, file);
   if (document.Find("bone") == nullptr && (document.Find("study") != nullptr || document.Find("knob") != nullptr)) {
-    throw Error(
-        fmt::format("{0}: this is a study, not a scene; 'kerf study {0}' runs it, with --dry-run it only says "
-                    "what it would do",
-                    file));
+    throw Error(fmt::format(
+        "{0}: this is a study, not a scene; 'kerf study {0}' runs it, and with --dry-run only shows what it would do",
+        file));
   }
   Faults faults(file);
   Scene scene;
@@ -437,7 +435,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadGivenSection(root, "loop", scene.loop, faults);
   ReadExercise(root, scene.exercise, scene.tool, faults);
   if (scene.tool.kind != ToolKind::kDisc && (scene.simulation.mode == SceneMode::kSlab || scene.slab.given)) {
-    root.Fault(scene.slab.given ? "slab" : "simulation", "slab mode is for a disc, and [tool] shape is \"ball\"");
+    root.Fault(scene.slab.given ? "slab" : "simulation", "slab mode requires a disc, but [tool] shape is \"ball\"");
   }
   root.Finish();
   faults.ThrowIfAny();
@@ -477,7 +475,7 @@ std::string DescribeTool(const SceneTool& tool) {
 
 DiscSaw MakeDiscSaw(const Scene& scene) {
   if (scene.tool.kind != ToolKind::kDisc) {
-    throw Error(fmt::format("{}: this is for a disc, and [tool] shape is \"ball\"", scene.name));
+    throw Error(fmt::format("{}: this requires a disc, but [tool] shape is \"ball\"", scene.name));
   }
   return std::get<DiscSaw>(MakeTool(scene));
 }
@@ -513,12 +511,12 @@ SlabParams MakeSlabParams(const Scene& scene) {
   return params;
 }
 
-/// A hand's path wavers by less than this out of the slab's plane: mm, and the sine of 10 degrees.
+/// Tolerances for a hand's path out of the slab's plane: mm, and the sine of 10 degrees.
 constexpr double kSlabOff_mm = 2;
 constexpr double kSlabTurn = 0.1737;
 
 CutPlane MakeSlabPlane(const Scene& scene) {
-  // A direction this far out of the plane, as a sine, is meant to lie elsewhere.
+  // A direction further out of the plane (sine of the angle) is not meant to be in it.
   constexpr double kOutOfPlane = 0.02;
   const Pose X_WT = MakePath(scene).CalcPose(0, 0);
   CutPlane plane{X_WT.p_AB, X_WT.Vector({0, 0, 1})};
@@ -534,7 +532,7 @@ CutPlane MakeSlabPlane(const Scene& scene) {
   }
   plane.normal_W = glm::normalize(plane.normal_W - glm::dot(plane.normal_W, d) * d);
 
-  // The rest of the path must be about the same slice.
+  // The rest of the path must concern the same slice.
   const auto check = [&](const std::string& what, const Vec3& p_W, const Vec3& normal_W) {
     const Vec3 from = p_W - plane.p_W;
     const double off_mm = std::abs(glm::dot(from, plane.normal_W));
@@ -551,7 +549,7 @@ CutPlane MakeSlabPlane(const Scene& scene) {
       throw Error(
           fmt::format("{} holds the disc {:.1f} mm beside the line along which the slice slides, more than its radius; "
                       "slab mode has "
-                      "one slice, before the disc where the path starts",
+                      "one slice, in front of the disc where the path starts",
                       what, beside_mm));
     }
   };

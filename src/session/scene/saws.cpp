@@ -12,29 +12,29 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMostSaws = 9;  // a key each
+constexpr std::size_t kMaxSaws = 9;  // one key each
 constexpr std::size_t kLongestName = 30;
 
-const std::vector<std::string> kColumns{"name",  "shape",  "diameter_mm", "thickness_mm",
-                                        "teeth", "flutes", "rpm",         "source"};
+const std::vector<std::string> kSawColumns{"name",  "shape",  "diameter_mm", "thickness_mm",
+                                           "teeth", "flutes", "rpm",         "source"};
 
 double ParseWithin(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
-  const double value = ParseCsvNumber(text, 0, kColumns[column].c_str(), place);
+  const double value = ParseCsvNumber(text, 0, kSawColumns[column].c_str(), place);
   if (!(value >= range.lower && value <= range.upper)) {
-    place.Fail(fmt::format("{} = {} is not within {} to {}", kColumns[column], value, range.lower, range.upper));
+    place.Fail(fmt::format("{} = {} is not within {} to {}", kSawColumns[column], value, range.lower, range.upper));
   }
   return value;
 }
 
 int ParseCount(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
   const double value = ParseWithin(text, column, range, place);
-  if (value != std::floor(value)) place.Fail(fmt::format("{} = {} is no whole number", kColumns[column], value));
+  if (value != std::floor(value)) place.Fail(fmt::format("{} = {} is not an integer", kSawColumns[column], value));
   return static_cast<int>(value);
 }
 
 void ExpectNone(const std::string& text, std::size_t column, const char* shape, const CsvPlace& place) {
   if (text != "none") {
-    place.Fail(fmt::format("a {} has no {}; write none, not {}", shape, kColumns[column], Quote(text)));
+    place.Fail(fmt::format("a {} has no {}; write none, not {}", shape, kSawColumns[column], Quote(text)));
   }
 }
 
@@ -56,11 +56,11 @@ Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
     ExpectNone(fields[4], 4, "ball", place);
     saw.tool.flutes = ParseCount(fields[5], 5, {1, 100}, place);
   } else {
-    place.Fail(fmt::format("shape = {} is neither disc nor ball", Quote(fields[1])));
+    place.Fail(fmt::format("shape = {} must be disc or ball", Quote(fields[1])));
   }
   saw.tool.rpm = ParseWithin(fields[6], 6, {1, 100'000}, place);
   saw.source = fields[7];
-  if (saw.source.empty()) place.Fail("source is empty; say where the sizes come from");
+  if (saw.source.empty()) place.Fail("source is empty; give the source of the dimensions");
   return saw;
 }
 
@@ -68,8 +68,8 @@ Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
 
 std::vector<Saw> ParseSaws(const std::string& text, const std::string& file) {
   std::vector<Saw> saws;
-  ReadCsv(text, file, kColumns, [&saws](const std::vector<std::string>& fields, const CsvPlace& place) {
-    if (saws.size() == kMostSaws) place.Fail(fmt::format("more than {} saws", kMostSaws));
+  ReadCsv(text, file, kSawColumns, [&saws](const std::vector<std::string>& fields, const CsvPlace& place) {
+    if (saws.size() == kMaxSaws) place.Fail(fmt::format("more than {} saws", kMaxSaws));
     Saw saw = ParseSaw(fields, place);
     for (const Saw& other : saws) {
       if (other.name == saw.name) place.Fail(fmt::format("saw {} is given twice", Quote(saw.name)));

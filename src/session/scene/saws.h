@@ -1,4 +1,4 @@
-// The saws to choose from: a table of tools, one of which a scene's tool becomes.
+// Table of saws, one of which can replace a scene's tool.
 #pragma once
 
 #include <string>
@@ -11,16 +11,16 @@ namespace kerf {
 struct Saw {
   std::string name;
   SceneTool tool;
-  std::string source;  // of its sizes
+  std::string source;  // source of its dimensions
 };
 
-/// Reads a table such as volumes/saws.csv; `file` names it in messages. Throws Error with the place of the first fault:
-/// an unknown column, a value out of the scene's range for it, a name given twice, no saw at all, more than 9.
+/// Reads a table such as volumes/saws.csv; `file` names it in messages. Throws kerf::Error with the place of the first
+/// fault: an unknown column, a value outside the scene's range, a duplicate name, no saw, or more than 9.
 std::vector<Saw> ParseSaws(const std::string& text, const std::string& file);
-/// Those that come with kerf.
+/// Returns the saws that are built into kerf.
 const std::vector<Saw>& BuiltInSaws();
 
-/// The scene with that saw in the hand that holds its tool now. What only a disc can have goes with a ball: [slab].
+/// Replaces the scene's tool by this saw, with the same grip. For a ball, removes [slab], which requires a disc.
 void TakeUpSaw(Scene& scene, const Saw& saw);
 
 }  // namespace kerf

@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-/// Shortest text that reads back as the same number, always with a point or an exponent.
+/// Returns the shortest text that reads back as the same number, always with a point or an exponent.
 std::string Real(double x) {
   std::string text = fmt::format("{}", x);
   if (text.find_first_of(".en") == std::string::npos) text += ".0";
@@ -34,7 +34,7 @@ std::string Quoted(std::string_view text) {
   return quoted + "\"";
 }
 
-/// A visitor for Describe() that writes `key = value  # meaning; range`.
+/// Visitor for Describe() that writes `key = value  # meaning; range`.
 class TomlWriter {
  public:
   void operator()(const char* key, double& value, Range range, const char* meaning) {
@@ -64,7 +64,7 @@ class TomlWriter {
     text_ += header + "\n";
   }
   void Comment(const std::string& comment) { text_ += fmt::format("# {}\n", comment); }
-  /// Without comments from here on: for the second and later of many alike.
+  /// Disables comments from here on, for repeated tables of the same kind.
   void SetTerse(bool terse) { terse_ = terse; }
   const std::string& text() const { return text_; }
 
@@ -101,7 +101,7 @@ void WriteMandible(TomlWriter& write, MandibleParams mandible) {
 void WriteBone(TomlWriter& write, SceneBone bone) {
   write.Header("[bone]", "");
   if (bone.source == BoneSource::kFile) {
-    write("file", bone.file, TextLimit{0}, "a bone as kerf writes it (.vdb)");
+    write("file", bone.file, TextLimit{0}, "a bone file written by kerf (.vdb)");
   } else {
     std::string model(ToString(bone.source));
     write("model", model, Choices{BoneModelWords()}, "a bone made from parameters, instead of file = \"bone.vdb\"");
@@ -118,7 +118,7 @@ void WriteBone(TomlWriter& write, SceneBone bone) {
 }
 
 void WriteMaterial(TomlWriter& write, SceneMaterial material) {
-  write.Header("[material]", "What the bone's stiffness is taken from: docs/materials.md.");
+  write.Header("[material]", "Source of the bone's stiffness: docs/materials.md.");
   DescribeMaterialKind(material, write);
   if (material.kind == MaterialKind::kUniform) DescribeUniform(material, write);
   if (material.kind != MaterialKind::kCt) return;
@@ -173,8 +173,8 @@ void WriteEffect(TomlWriter& write, EffectChoice effect) {
 }
 
 void WriteDevice(TomlWriter& write, SceneDevice device) {
-  write.Header("[device]", "The haptic device, of 'kerf loop': what it can do (docs/devices.md).");
-  write("profile", device.profile, TextLimit{0}, "its name in the table of profiles");
+  write.Header("[device]", "The haptic device for 'kerf loop': its properties (docs/devices.md).");
+  write("profile", device.profile, TextLimit{0}, "name of the device in the table of profiles");
   if (device.file.empty()) {
     write.Comment("file = \"profiles.csv\": a table of profiles to use instead of the built-in one");
   } else {
@@ -186,12 +186,12 @@ void WriteDevice(TomlWriter& write, SceneDevice device) {
 void WritePlan(TomlWriter& write, Plan plan) {
   for (std::size_t i = 0; i < plan.planes.size(); ++i) {
     write.SetTerse(i > 0);
-    write.Header("[[plan.plane]]", i > 0 ? "" : "What is meant to be cut (docs/planning.md).");
+    write.Header("[[plan.plane]]", i > 0 ? "" : "The planned cuts (docs/planning.md).");
     Describe(plan.planes[i], write);
   }
   for (std::size_t i = 0; i < plan.stops.size(); ++i) {
     write.SetTerse(i > 0);
-    write.Header("[[plan.stop]]", i > 0 ? "" : "Depths that are meant.");
+    write.Header("[[plan.stop]]", i > 0 ? "" : "The planned depths.");
     Describe(plan.stops[i], write);
   }
   write.SetTerse(false);
@@ -202,7 +202,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   write.Comment(heading);
   write.Comment("Lengths in mm, world frame: for a CT the patient's, x to the left, y to the back, z to the head.");
   std::string title = scene.title;
-  write("title", title, TextLimit{0}, "one line for people");
+  write("title", title, TextLimit{0}, "title, one line");
   WriteBone(write, scene.bone);
   WriteMaterial(write, scene.material);
   WriteSection(write, "tool", scene.tool);
@@ -233,7 +233,7 @@ std::string CommentedOut(const std::string& text) {
   return commented;
 }
 
-/// The main job: scenes/body_osteotomy.toml says the same.
+/// The main example, equal to scenes/body_osteotomy.toml.
 Scene DefaultScene() {
   Scene scene;
   scene.title = "Osteotomy of the left body, generic mandible";
@@ -253,12 +253,11 @@ Scene DefaultScene() {
 }  // namespace
 
 std::string ResolvedToml(const Scene& scene) {
-  return WriteScene(scene, "A scene of kerf with all its values. Run it with: kerf run FILE -o FOLDER");
+  return WriteScene(scene, "A kerf scene with all its values. Run it with: kerf run FILE -o FOLDER");
 }
 
 std::string DefaultSceneToml() {
-  std::string text =
-      WriteScene(DefaultScene(), "A scene of kerf with all that it may say. Run it with: kerf run FILE -o FOLDER");
+  std::string text = WriteScene(DefaultScene(), "A kerf scene with all its keys. Run it with: kerf run FILE -o FOLDER");
 
   TomlWriter file;
   SceneBone from_file;
@@ -296,13 +295,13 @@ std::string DefaultSceneToml() {
   ScenePath from_csv;
   from_csv.file = "path.csv";
   WritePath(poses, from_csv);
-  text += "\n# What may stand in place of the [bone] above (file names are relative to the scene file):\n#\n";
+  text += "\n# Alternatives to the [bone] above (file names are relative to the scene file):\n#\n";
   text += CommentedOut(file.text() + "\n" + block.text() + "\n" + plate.text());
-  text += "\n# What may stand in place of the [material] above:\n#\n";
+  text += "\n# Alternatives to the [material] above:\n#\n";
   text += CommentedOut(uniform.text() + "\n" + ct.text());
-  text += "\n# What may stand in place of the [tool] above (without [slab], which is for a disc):\n#\n";
+  text += "\n# Alternatives to the [tool] above (without [slab], which is for a disc):\n#\n";
   text += CommentedOut(ball.text());
-  text += "\n# What may stand in place of the strokes above:\n#\n";
+  text += "\n# Alternatives to the strokes above:\n#\n";
   text += CommentedOut(poses.text());
   TomlWriter laws;
   for (const ForceLawInfo* law : ForceLaws()) {
@@ -315,13 +314,13 @@ std::string DefaultSceneToml() {
   TomlWriter plan;
   WritePlan(plan, {.planes = {{.name = "plane 1", .plane = {{25.2, 32.3, -9}, {0.438, 0.899, 0}}, .margin_mm = 1}},
                    .stops = {{.name = "stop 1", .p_W_mm = {25.2, 32.3, 5}, .direction_W = {0, 0, -1}, .depth_mm = 8}}});
-  text += "\n# A plan; a plane may be file = \"plane.mrk.json\" of 3D Slicer in place of point_mm and normal:\n#\n";
+  text += "\n# A plan; a plane may have file = \"plane.mrk.json\" of 3D Slicer instead of point_mm and normal:\n#\n";
   text += CommentedOut(plan.text());
   TomlWriter exercise;
   WriteSection(exercise, "exercise", SceneExercise{});
-  text += "\n# What makes a scene an exercise ('kerf practise', docs/practise.md):\n#\n";
+  text += "\n# The section that makes a scene an exercise ('kerf practise', docs/practise.md):\n#\n";
   text += CommentedOut(exercise.text());
-  text += "\n# The effects: what a scene names is simulated, and nothing else ('kerf effects'):\n#\n";
+  text += "\n# The effects: a scene simulates those that it names, and no others ('kerf effects'):\n#\n";
   text += CommentedOut(effects.text());
   text += "\n# The force laws, each with its own keys:\n#\n";
   text += CommentedOut(laws.text());

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kRimPoints = 120;
-/// A tool that is further than this beside the wanted plane is not in the wanted cut.
+/// A tool further than this from the wanted plane is not in the wanted cut.
 constexpr double kBeside_mm = 8;
 
-/// phi between two points of a line, linear.
+/// Returns the zero of phi between two points of a line, by linear interpolation.
 double CalcCrossing(double t0, double phi0, double t1, double phi1) {
   return phi0 == phi1 ? t1 : t0 + (t1 - t0) * phi0 / (phi0 - phi1);
 }
@@ -19,8 +19,8 @@ double CalcCrossing(double t0, double phi0, double t1, double phi1) {
 }  // namespace
 
 double CalcColumnStep(double voxel_mm, const WantedCut& cut) {
-  const double most_mm = std::max(voxel_mm, 0.2);
-  return cut.length_mm / std::max(std::ceil(cut.length_mm / most_mm), 1.0);
+  const double max_mm = std::max(voxel_mm, 0.2);
+  return cut.length_mm / std::max(std::ceil(cut.length_mm / max_mm), 1.0);
 }
 
 std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cut, double beyond_mm) {
@@ -72,13 +72,14 @@ const CutColumn* DepthGauge::Find(double s_mm) const {
   return i < 0 ? nullptr : &columns_[static_cast<std::size_t>(i)];
 }
 
-/// visit(column, p): each point of the tool's rim that is not beside the cut, in the cut's frame, and its column.
+/// Calls visit(column, p) for each point of the tool's rim that is not beside the cut, in the cut's frame, with its
+/// column.
 template <typename Visit>
 void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
   const Vec3 centre = cut_.ToCut(X_WT.p_AB);
   if (std::abs(centre.z) > kBeside_mm + cut_.radius_mm) return;
   for (int i = 0; i < kRimPoints; ++i) {
-    const double turn = 2 * kPi * i / kRimPoints;
+    const double turn = 2 * std::numbers::pi * i / kRimPoints;
     const double c = cut_.radius_mm * std::cos(turn);
     const double s = cut_.radius_mm * std::sin(turn);
     const Vec3 p = cut_.is_disc ? cut_.ToCut(X_WT.Point({c, s, 0})) : centre + Vec3(c, s, 0);
@@ -95,7 +96,7 @@ std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
     if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm};
     reading->depth_mm = std::max(reading->depth_mm, depth_mm);
     reading->to_goal_mm = std::min(reading->to_goal_mm, cut_.depth_mm - depth_mm);
-    // Beside the line the bone may end anywhere, as at a round border.
+    // Outside the line the bone may end anywhere, for example at a rounded border.
     const bool on_line = column.s_mm > -0.5 * step_mm_ && column.s_mm < cut_.length_mm + 0.5 * step_mm_;
     if (on_line) reading->beyond_mm = std::max(reading->beyond_mm, beyond_mm);
   });
@@ -114,7 +115,7 @@ double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_
   const double step_mm = std::max(0.5 * before.voxel_mm(), radius_mm / 100);
   double deepest_mm = 0;
   for (int i = 0; i < kRimPoints; ++i) {
-    const double turn = 2 * kPi * i / kRimPoints;
+    const double turn = 2 * std::numbers::pi * i / kRimPoints;
     const Vec3 out = std::cos(turn) * Vec3(1, 0, 0) + std::sin(turn) * Vec3(0, 1, 0);
     const auto phi = [&](double in_mm) { return before.Calc(X_WT.Point((radius_mm - in_mm) * out)); };
     double phi0 = phi(0);

@@ -1,4 +1,4 @@
-// Where the wanted cut meets the bone: surface and far side, place by place along the line.
+// Columns of bone in the wanted cut: surface and far side at places along the line.
 #pragma once
 
 #include <optional>
@@ -10,39 +10,40 @@
 
 namespace kerf {
 
-/// At one place of the line, in the plane of the wanted cut. Depths along the way into the bone from the line itself.
+/// Column at one place of the line, in the plane of the wanted cut. Depths are measured from the line into the bone.
 struct CutColumn {
-  double s_mm = 0;     // of the line
-  double near_mm = 0;  // where the surface is
-  double far_mm = 0;   // where the bone ends; gaps of up to kGap_mm are passed over
+  double s_mm = 0;     // position along the line
+  double near_mm = 0;  // depth of the surface
+  double far_mm = 0;   // depth of the end of the bone; gaps of up to kGap_mm are ignored
 };
 
-/// Looks no further above the line than this for the surface, and no deeper than that for the far side.
+/// Limits of the search: for the surface above the line, and for the far side below it.
 inline constexpr double kAbove_mm = 5;
 inline constexpr double kBelow_mm = 80;
 inline constexpr double kGap_mm = 5;
 
-/// From one column to the next: the larger of a voxel and 0.2 mm, and so that the line's ends have one each.
+/// Returns the distance between columns: the larger of a voxel and 0.2 mm, adjusted so that both ends of the line have
+/// a column.
 double CalcColumnStep(double voxel_mm, const WantedCut& cut);
-/// Of the bone before it is cut; columns without bone are left out. `beyond_mm`: the line is gone along so much further
-/// at both ends.
+/// Returns the columns of the bone before the cut; columns without bone are left out. `beyond_mm`: distance by which
+/// the line is extended at both ends.
 std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cut, double beyond_mm);
 
-/// Where the tool stands in the wanted cut.
+/// Depth of the tool in the wanted cut.
 struct DepthReading {
-  double depth_mm = 0;            // of the tool's lowest point below the surface as it was; below 0: above it
-  double to_goal_mm = 0;          // that are left to the depth wanted, where that point is
-  double beyond_mm = -kBelow_mm;  // past the far side, along the line itself; below 0: so far before it
+  double depth_mm = 0;            // of the tool's lowest point below the original surface; negative: above it
+  double to_goal_mm = 0;          // remaining distance to the wanted depth at that point
+  double beyond_mm = -kBelow_mm;  // beyond the far side, along the line itself; negative: before it
 };
 
-/// For a gauge that is shown while one cuts: 10 us a call.
+/// Depth gauge for display while cutting: 10 us per call.
 class DepthGauge {
  public:
   DepthGauge(const Bone& before, const WantedCut& cut);
-  /// None where the tool is beside the wanted cut. Its rim is looked at, of a ball its outline.
+  /// Returns none if the tool is beside the wanted cut. Uses the points of the rim, or of a ball's outline.
   std::optional<DepthReading> Calc(const Pose& X_WT) const;
-  /// Of each of columns(), how deep below its surface the tool has been so far: the larger of `deepest_mm` and where it
-  /// is now. `deepest_mm`: one for each column.
+  /// Updates the maximum depth of the tool below the surface for each of columns(). `deepest_mm`: in and out, one value
+  /// per column.
   void TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) const;
   const WantedCut& cut() const { return cut_; }
   const std::vector<CutColumn>& columns() const { return columns_; }
@@ -55,12 +56,12 @@ class DepthGauge {
   WantedCut cut_;
   double step_mm_ = 0;
   std::vector<CutColumn> columns_;
-  std::vector<int> at_;  // by place along the line, -1: none
+  std::vector<int> at_;  // column index by position along the line, -1: none
   double first_mm_ = 0;
 };
 
-/// Without a plan: the longest way, along a radius of the tool, from its rim in the bone out to the surface as it was;
-/// 0 when no rim is in the bone. 0.3 ms a call.
+/// Depth without a plan: the longest distance along a radius of the tool from its rim in the bone to the original
+/// surface; 0 if no part of the rim is in the bone. 0.3 ms per call.
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT);
 
 }  // namespace kerf

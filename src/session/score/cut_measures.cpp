@@ -6,11 +6,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
-/// A cell's share of its own volume that must be gone for the place to count as cut.
-constexpr double kCutShare = 0.02;
+/// Minimum fraction of a cell's volume that must be removed for the place to count as cut.
+constexpr double kCutFraction = 0.02;
 
-/// The plane of the wanted cut in squares: which of them hold bone of it, and which were cut.
+/// Plane of the wanted cut divided into squares: squares with bone, and squares that were cut.
 class CutArea {
  public:
   CutArea(const PhiSampler& before, const WantedCut& cut)
@@ -44,7 +43,7 @@ class CutArea {
   bool empty() const { return bone_ == 0; }
   double CalcArea() const { return bone_ * edge_mm_ * edge_mm_; }
   double CalcCutArea() const { return cut_count_ * edge_mm_ * edge_mm_; }
-  double CalcCutShare() const { return bone_ == 0 ? 0 : static_cast<double>(cut_count_) / bone_; }
+  double CalcCutFraction() const { return bone_ == 0 ? 0 : static_cast<double>(cut_count_) / bone_; }
   Vec3 middle_W() const { return bone_ == 0 ? cut_.start_W : middle_W_ / static_cast<double>(bone_); }
 
  private:
@@ -94,12 +93,12 @@ PlaneError CalcPlaneError(const CutPlane& fitted, const WantedCut& cut, const Ve
   const double into = glm::dot(n, cut.into_W);
   const double across = glm::dot(n, cut.across_W);
   PlaneError error;
-  // From p_W's place in the wanted plane, along its normal, to the fitted one.
+  // Distance from the projection of p_W onto the wanted plane, along its normal, to the fitted plane.
   const Vec3 wanted_W = p_W - glm::dot(p_W - cut.start_W, cut.across_W) * cut.across_W;
   error.offset_mm = across > 1e-6 ? glm::dot(fitted.p_W - wanted_W, n) / across : 0;
-  error.roll_deg = std::atan2(into, across) * kDegrees;
-  error.yaw_deg = std::atan2(along, across) * kDegrees;
-  error.angle_deg = std::atan2(std::hypot(along, into), across) * kDegrees;
+  error.roll_deg = std::atan2(into, across) * kDegreesPerRad;
+  error.yaw_deg = std::atan2(along, across) * kDegreesPerRad;
+  error.angle_deg = std::atan2(std::hypot(along, into), across) * kDegreesPerRad;
   return error;
 }
 
@@ -109,7 +108,7 @@ std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const W
   const double h = before.voxel_mm();
   const PhiSampler phi_before(before);
   const PhiSampler phi_after(after);
-  // Below 0 where bone was and is no more.
+  // Negative where bone was removed.
   const auto lost = [&](const Vec3& stw) {
     const Vec3 p_W = cut.ToWorld(stw);
     return std::max(phi_before.Calc(p_W), -phi_after.Calc(p_W));
@@ -121,7 +120,7 @@ std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const W
   std::vector<Deepest> deepest(columns.size());
   const double step_mm = CalcColumnStep(h, cut);
   for (const RemovedCell& cell : cells) {
-    if (cell.mm3 < kCutShare * h * h * h) continue;
+    if (cell.mm3 < kCutFraction * h * h * h) continue;
     const Vec3 stw = cut.ToCut(cell.p_W);
     const auto at = std::lower_bound(columns.begin(), columns.end(), stw.x - 0.5 * step_mm,
                                      [](const CutColumn& c, double s) { return c.s_mm < s; });
@@ -133,7 +132,7 @@ std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const W
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const Deepest& d = deepest[i];
     if (d.t_mm < -1e200) continue;
-    // The bottom about that cell: where the lines into the bone leave what is lost.
+    // Bottom of the cut near that cell: where lines into the bone leave the removed region.
     double bottom_mm = -1e300;
     for (int across = -4; across <= 4; ++across) {
       const double w = d.stw.z + 0.5 * across * h;
@@ -172,7 +171,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   double outside_mm3 = 0;
   for (const RemovedCell& cell : cells) {
     const Vec3 stw = cut->ToCut(cell.p_W);
-    if (cell.mm3 > kCutShare * cell_mm3 && std::abs(stw.z) <= beside_mm) area.Mark(stw);
+    if (cell.mm3 > kCutFraction * cell_mm3 && std::abs(stw.z) <= beside_mm) area.Mark(stw);
     if (cut->CalcDistance(cell.p_W) > cut->margin_mm) outside_mm3 += cell.mm3;
   }
   SetValue(sheet, "outside_mm3", outside_mm3);
@@ -181,14 +180,14 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     return;
   }
   const double planned_mm3 = area.CalcArea() * cut->thickness_mm;
-  const double share = area.CalcCutShare();
-  SetValue(sheet, "cut_share", share);
+  const double fraction = area.CalcCutFraction();
+  SetValue(sheet, "cut_share", fraction);
   SetValue(sheet, "planned_mm3", planned_mm3);
-  SetValue(sheet, "under_mm3", (1 - share) * planned_mm3);
-  SetValue(sheet, "dice", 2 * share * planned_mm3 / (planned_mm3 + removed_mm3));
+  SetValue(sheet, "under_mm3", (1 - fraction) * planned_mm3);
+  SetValue(sheet, "dice", 2 * fraction * planned_mm3 / (planned_mm3 + removed_mm3));
   if (area.CalcCutArea() > 0) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / area.CalcCutArea());
   for (MeasureRow& row : sheet.rows) {
-    // A quarter of the wanted cut's volume.
+    // A quarter of the volume of the wanted cut.
     if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
   }
   if (const std::optional<MiddlePlane> fitted = FitMiddlePlane(before, after, cells)) {
@@ -198,7 +197,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     SetValue(sheet, "plane_yaw_deg", error.yaw_deg);
     SetValue(sheet, "plane_angle_deg", error.angle_deg);
   }
-  // Where the bone is not to be cut through, the depth is what was wanted.
+  // If the bone is not to be cut through, the depth is the goal.
   if (sheet.kind == ExerciseKind::kBicortical || sheet.kind == ExerciseKind::kOsteotomy) return;
   const std::vector<CutColumn> columns = FindColumns(phi, *cut, 0);
   MeasureDepthErrors(*cut, columns, MeasureDepths(before, after, *cut, columns, cells), sheet);

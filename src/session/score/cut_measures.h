@@ -1,4 +1,4 @@
-// What was cut, held against what was wanted: from the bone before and after alone.
+// Compares the cut with the wanted cut, using only the bone before and after.
 #pragma once
 
 #include <optional>
@@ -12,33 +12,34 @@
 
 namespace kerf {
 
-/// The middle plane of what was removed.
+/// Mid-plane of the removed bone.
 struct MiddlePlane {
-  CutPlane plane;           // through the removed volume's centre
-  double extent_mm = 0;     // root mean square, along its shorter direction
-  double thickness_mm = 0;  // root mean square, across
+  CutPlane plane;           // through the centre of the removed volume
+  double extent_mm = 0;     // root mean square along its shorter direction
+  double thickness_mm = 0;  // root mean square across the plane
 };
 
-/// The plane from which what was removed has the least mean square distance, by volume; then that half-way between the
-/// kerf's walls, at places a voxel apart, without those by the surface and by the kerf's bottom. None where so little
-/// was removed, or in such a shape, that it has no plane. `cells`: FindRemoved() of the two. Error on a plane kerf of
-/// two voxels' width and 2 mm depth, in any direction: below 0.2 mm and 0.4 degrees (tests/session/score).
+/// Fits the mid-plane. It starts from the plane with the minimum mean square distance of the removed volume. The result
+/// is fitted half-way between the kerf's walls, at places a voxel apart, except those near the surface and the kerf's
+/// bottom. Returns none if too little was removed, or if its shape has no plane. `cells`: FindRemoved() of the two.
+/// Error for a plane kerf two voxels wide and 2 mm deep, in any direction: below 0.2 mm and 0.4 degrees
+/// (tests/session/score).
 std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells);
 
-/// Of the fitted plane against the wanted one.
+/// Deviation of the fitted plane from the wanted one.
 struct PlaneError {
   double offset_mm = 0;  // signed, along WantedCut::across_W, at `p_W`
   double roll_deg = 0;   // about the line
-  double yaw_deg = 0;    // about the way into the bone
+  double yaw_deg = 0;    // about the direction into the bone
   double angle_deg = 0;  // between the normals, 0 to 90
 };
 PlaneError CalcPlaneError(const CutPlane& fitted, const WantedCut& cut, const Vec3& p_W);
 
-/// Depths below the surface that was cut to, for columns of the line itself; 0: nothing was cut there.
+/// Returns depths of the cut below the surface, for columns of the line itself; 0: no cut there.
 std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const WantedCut& cut,
                                   std::span<const CutColumn> columns, std::span<const RemovedCell> cells);
 
-/// Fills the sheet's measures that need no recording: volumes, planes, depths. `cut`: none when nothing was planned.
+/// Sets the sheet's measures that need no recording: volumes, planes, depths. `cut`: none if nothing was planned.
 void MeasureCut(const Bone& before, const Bone& after, const std::optional<WantedCut>& cut, ScoreSheet& sheet);
 
 }  // namespace kerf

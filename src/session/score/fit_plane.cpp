@@ -1,5 +1,5 @@
-// A plane through what was removed: first by volume, then half-way between the two walls of the kerf, which lie true to
-// a small part of a voxel.
+// Fits a plane to removed bone: first by volume, then half-way between the two walls of the kerf, whose positions are
+// accurate to a small fraction of a voxel.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,17 +13,17 @@
 namespace kerf {
 namespace {
 
-/// A removed volume has a plane where its shorter extent in it is so many times the extent across.
+/// Removed volume has a plane if its shorter extent in the plane is at least this multiple of the extent across it.
 constexpr double kFlat = 1.5;
-/// Nearer to the surface than so many voxels no wall is looked for: its edge is rounded.
+/// Distance from the surface, in voxels, within which no walls are searched for because the edge is rounded.
 constexpr double kSkin = 1.25;
-/// Walls are looked for so far from the middle.
+/// Maximum distance of a wall from the middle.
 constexpr double kWall_mm = 5;
-/// Places where the kerf is narrower than this share of the usual, as at its bottom, are left out.
+/// Places where the kerf is narrower than this fraction of the median width, such as its bottom, are left out.
 constexpr double kNarrow = 0.75;
-/// Fewer places than this, or less extent of them, in voxels: the fit by volume stands.
-constexpr std::size_t kLeastPlaces = 12;
-constexpr double kLeastExtent = 0.8;
+/// With fewer places, or a smaller extent of them (in voxels), the fit by volume is used.
+constexpr std::size_t kMinPlaces = 12;
+constexpr double kMinExtent = 0.8;
 constexpr int kTurns = 2;
 
 using Matrix = std::array<std::array<double, 3>, 3>;
@@ -33,7 +33,7 @@ double Determinant(const Matrix& m) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-/// x of m x = y, by Cramer's rule; 0 for a matrix that has none.
+/// Solves m x = y by Cramer's rule; returns 0 for a singular matrix.
 std::array<double, 3> Solve(const Matrix& m, const std::array<double, 3>& y) {
   const double all = Determinant(m);
   std::array<double, 3> x{};
@@ -46,7 +46,7 @@ std::array<double, 3> Solve(const Matrix& m, const std::array<double, 3>& y) {
   return x;
 }
 
-/// A place of the plane, and where the kerf is there.
+/// A place in the plane, with position and width of the kerf there.
 struct Place {
   double u;
   double v;
@@ -54,8 +54,8 @@ struct Place {
   double width_mm;
 };
 
-/// From a point in the kerf along a direction to its wall; none when there is none within reach, or it is the bone's
-/// own surface.
+/// Returns the distance from a point in the kerf to its wall along a direction. Returns none if there is no wall within
+/// reach, or if it is the bone's own surface.
 std::optional<double> FindWall(const PhiSampler& before, const PhiSampler& after, const Vec3& p_W, const Vec3& way_W) {
   const double step_mm = 0.25 * after.voxel_mm();
   double last = after.Calc(p_W);
@@ -94,7 +94,7 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
   const Vec3 eu = glm::normalize(glm::cross(n, least));
   const Vec3 ev = glm::cross(n, eu);
   const double h = before.voxel_mm();
-  // A place a square of a voxel's edge, where the most of it was lost.
+  // One place per square of a voxel's size, where the most bone was removed.
   struct Start {
     double mm3 = 0;
     Vec3 uvw{0};
@@ -115,7 +115,7 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
       widths.push_back(place->width_mm);
     }
   }
-  if (places.size() < kLeastPlaces) return {};
+  if (places.size() < kMinPlaces) return {};
   const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
   std::nth_element(widths.begin(), middle, widths.end());
   Matrix m{};
@@ -128,14 +128,14 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
       for (std::size_t b = 0; b < 3; ++b) m[a][b] += x[a] * x[b];
     }
   }
-  // Least variance of the places in any direction of the plane.
+  // Smallest variance of the places over the directions in the plane.
   const double count = m[0][0];
-  if (count < static_cast<double>(kLeastPlaces)) return {};
+  if (count < static_cast<double>(kMinPlaces)) return {};
   const double uu = m[1][1] / count - m[0][1] * m[0][1] / (count * count);
   const double vv = m[2][2] / count - m[0][2] * m[0][2] / (count * count);
   const double uv = m[1][2] / count - m[0][1] * m[0][2] / (count * count);
   const double smallest = 0.5 * (uu + vv) - std::hypot(0.5 * (uu - vv), uv);
-  if (smallest < kLeastExtent * kLeastExtent * h * h) return {};
+  if (smallest < kMinExtent * kMinExtent * h * h) return {};
   const std::array<double, 3> fit = Solve(m, y);
   return CutPlane{plane.p_W + fit[0] * n, glm::normalize(n - fit[1] * eu - fit[2] * ev)};
 }

@@ -19,7 +19,7 @@ std::string Value(const MeasureRow& row) {
   return row.value ? Number(*row.value) : std::string("-");
 }
 
-/// A bar would end the cell of a table.
+/// An unescaped bar would end the cell of a table.
 std::string ForTable(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -30,7 +30,7 @@ std::string ForTable(const std::string& text) {
 }
 
 std::string DescribeExercise(const ScoreSheet& sheet) {
-  if (!sheet.kind) return "no exercise: what needs no plan is measured";
+  if (!sheet.kind) return "no exercise: only measures that need no plan";
   return fmt::format("{}, level {}", kExerciseKindWords[static_cast<std::size_t>(*sheet.kind)], sheet.level);
 }
 
@@ -45,7 +45,7 @@ const char* DescribeChain(const RecordingSeal& seal) {
 std::string FormatSheet(const ScoreSheet& sheet) {
   std::string text = fmt::format("{}\n", sheet.title.empty() ? sheet.scene : sheet.title);
   text += fmt::format("  exercise  {}\n", DescribeExercise(sheet));
-  if (sheet.total) text += fmt::format("  total     {:.1f} of 100\n", *sheet.total);
+  if (sheet.total) text += fmt::format("  total     {:.1f} out of 100\n", *sheet.total);
   for (const std::string& why : sheet.incomplete) text += fmt::format("  not graded: {}\n", why);
   text += fmt::format("\n  {:<50} {:>10} {:<8} {}\n", "measure", "value", "unit", sheet.total ? "points" : "");
   for (const MeasureRow& row : sheet.rows) {
@@ -55,7 +55,7 @@ std::string FormatSheet(const ScoreSheet& sheet) {
     text += fmt::format("  {:<50} {:>10} {:<8} {}\n", row.info->name, Value(row), row.info->unit, points);
   }
   if (sheet.total) {
-    text += "\n  total = 100 x share of the wanted cut x mean of the points by weight; the rest is for information\n";
+    text += "\n  total = 100 x fraction of the wanted cut x weighted mean of the points; the rest is for information\n";
   }
   return text;
 }
@@ -110,11 +110,11 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
       title, title);
   html += fmt::format("<p>{}; recorded {}; {}</p>\n", EscapeHtml(DescribeExercise(sheet)), EscapeHtml(sheet.created),
                       EscapeHtml(sheet.recording));
-  if (sheet.total) html += fmt::format("<p class=\"total\">{:.1f} of 100</p>\n", *sheet.total);
+  if (sheet.total) html += fmt::format("<p class=\"total\">{:.1f} out of 100</p>\n", *sheet.total);
   for (const std::string& why : sheet.incomplete)
     html += fmt::format("<p><b>Not graded: {}</b></p>\n", EscapeHtml(why));
   for (const std::string& warning : sheet.warnings)
-    html += fmt::format("<p><b>Mind: {}</b></p>\n", EscapeHtml(warning));
+    html += fmt::format("<p><b>Note: {}</b></p>\n", EscapeHtml(warning));
   html += "<table><tr><th>measure</th><th>value</th><th>unit</th><th>points</th><th>formula</th></tr>\n";
   for (const MeasureRow& row : sheet.rows) {
     if (!row.value && row.weight == 0) continue;
@@ -124,8 +124,7 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
                         EscapeHtml(row.info->formula));
   }
   html +=
-      "</table>\n<p class=\"i\">Only measures of which it is published that they tell novices from experts have "
-      "points; "
+      "</table>\n<p class=\"i\">Only measures that publications show to distinguish novices from experts have points; "
       "the rest is for information.</p>\n</body></html>\n";
   return html;
 }

@@ -18,21 +18,21 @@ constexpr const char* kAccuracy =
     "planned against achieved cuts: freehand 2.1 mm, pitch 4.5, roll 7.4 degrees; navigated 1.2 mm, 3.5, 2.6 degrees "
     "(Bernstein 2017, 224 cuts each); cut-off 2 mm and 4 degrees";
 constexpr const char* kProduct =
-    "what is left of the bone, judged by program and by people alike (Mikkelsen 2024, 33 trainees), and voxel by voxel "
-    "against experts (Kerwin 2012)";
-constexpr const char* kTimePath = "time (p <= 0.001) and path length (p <= 0.007) tell groups apart (ArthroS, n = 60)";
+    "remaining bone, judged both by a program and by people (Mikkelsen 2024, 33 trainees), and compared with experts "
+    "voxel by voxel (Kerwin 2012)";
+constexpr const char* kTimePath =
+    "time (p <= 0.001) and path length (p <= 0.007) distinguish the groups (ArthroS, n = 60)";
 constexpr const char* kStructures =
     "drilling near, exposing and injuring critical structures (Sewell 2008); experts more cautious near them (Ioannou "
     "2017)";
-constexpr const char* kJitter = "jitter and smoothness of the motion tell residents from experts (microscope)";
+constexpr const char* kJitter = "jitter and smoothness of the motion distinguish residents from experts (microscope)";
 constexpr const char* kNone = "";
 
 constexpr std::array kMeasures{
-    MeasureInfo{"cut_share", "share of the wanted cut that was made", "",
-                "area of the wanted cut's plane in bone, of which something was removed within the margin / all of it",
-                kProduct, 0},
-    MeasureInfo{"line_share", "share of the line that was gone along", "",
-                "share of the line's places where the tool was at least half as deep as wanted, within 8 mm of the "
+    MeasureInfo{"cut_share", "fraction of the wanted cut that was made", "",
+                "fraction of the wanted cut's plane in bone where bone was removed within the margin", kProduct, 0},
+    MeasureInfo{"line_share", "fraction of the line that was followed", "",
+                "fraction of the line where the tool was at least half as deep as wanted, within 8 mm of the "
                 "wanted plane; below 0.8 the exercise is not finished",
                 kNone, 0},
     MeasureInfo{"depth_error_mean_mm", "depth error, mean", "mm",
@@ -41,28 +41,29 @@ constexpr std::array kMeasures{
     MeasureInfo{"depth_error_worst_mm", "depth error, worst", "mm", "largest of the same", kNone, 0},
     MeasureInfo{"too_deep_mm", "too deep by at most", "mm",
                 "largest over the line of depth reached - depth wanted, 0 where it is not too deep", kPlunge, 1},
-    MeasureInfo{"plunge_max_mm", "plunge past the far side, largest", "mm",
-                "furthest that the tool's rim was, along the line, beyond where the wanted plane leaves the bone",
-                kPlunge, 5},
+    MeasureInfo{
+        "plunge_max_mm", "plunge past the far side, largest", "mm",
+        "largest distance of the tool's rim, along the line, beyond the point where the wanted plane leaves the bone",
+        kPlunge, 5},
     MeasureInfo{"plunge_mean_mm", "plunge past the far side, mean of the passes", "mm",
-                "mean over the times that the rim was beyond by 0.1 mm or more, of the largest in each", kNone, 0},
-    MeasureInfo{"plunges", "passes beyond the far side", "", "how many such times", kNone, 0},
-    MeasureInfo{"plane_offset_mm", "offset of the cut's plane", "mm",
-                "signed distance of the fitted middle plane from the wanted one, where the bone's middle in the wanted "
-                "cut is",
-                kAccuracy, 2},
+                "mean of the largest distance in each pass in which the rim was beyond by 0.1 mm or more", kNone, 0},
+    MeasureInfo{"plunges", "passes beyond the far side", "", "number of such passes", kNone, 0},
+    MeasureInfo{
+        "plane_offset_mm", "offset of the cut's plane", "mm",
+        "signed distance of the fitted middle plane from the wanted one, at the centre of the bone in the wanted cut",
+        kAccuracy, 2},
     MeasureInfo{"plane_roll_deg", "roll of the cut's plane about the line", "degrees",
                 "angle by which the fitted plane leans to the side", kNone, 0},
-    MeasureInfo{"plane_yaw_deg", "yaw of the cut's plane about the way into the bone", "degrees",
+    MeasureInfo{"plane_yaw_deg", "yaw of the cut's plane about the depth direction", "degrees",
                 "angle by which it is turned away from the line", kNone, 0},
     MeasureInfo{"plane_angle_deg", "angle between wanted and fitted plane", "degrees", "between their normals, 0 to 90",
                 kAccuracy, 4},
     MeasureInfo{"outside_mm3", "removed outside the wanted cut and its margin", "mm3",
-                "volume of what was removed further than the margin from the wanted cut", kProduct, 0},
-    MeasureInfo{"removed_mm3", "removed in all", "mm3", "volume before - volume after", kNone, 0},
+                "volume removed further than the margin from the wanted cut", kProduct, 0},
+    MeasureInfo{"removed_mm3", "removed in total", "mm3", "volume before - volume after", kNone, 0},
     MeasureInfo{"planned_mm3", "bone in the wanted cut", "mm3", "its area in bone x the kerf's width", kNone, 0},
-    MeasureInfo{"under_mm3", "left of the wanted cut", "mm3", "(1 - cut_share) x planned_mm3", kNone, 0},
-    MeasureInfo{"dice", "likeness of wanted and removed (Dice)", "",
+    MeasureInfo{"under_mm3", "bone left in the wanted cut", "mm3", "(1 - cut_share) x planned_mm3", kNone, 0},
+    MeasureInfo{"dice", "overlap of wanted and removed (Dice)", "",
                 "2 cut_share planned_mm3 / (planned_mm3 + removed_mm3)", kNone, 0},
     MeasureInfo{"kerf_width_mm", "width of the cut", "mm",
                 "(removed_mm3 - outside_mm3) / area of the wanted cut that was cut; larger where it went too deep",
@@ -75,22 +76,23 @@ constexpr std::array kMeasures{
                 "mean speed of the tool's centre, smoothed over 0.2 s, in contact", kNone, 0},
     MeasureInfo{"feed_cv", "unevenness of the feed", "", "standard deviation of that speed / its mean", kNone, 0},
     MeasureInfo{"sparc", "smoothness of the motion (SPARC)", "",
-                "- arc length of the speed's amplitude spectrum, 0 to 20 Hz, both to their largest (Balasubramanian "
-                "2012)",
+                "- arc length of the speed's amplitude spectrum, 0 to 20 Hz, both relative to their maxima "
+                "(Balasubramanian 2012)",
                 kNone, 0},
     MeasureInfo{"jitter_mm", "jitter of the tool", "mm",
-                "median, in contact, of the centre's distance from its own mean over 0.1 s around", kJitter, 0.1},
+                "median, in contact, of the distance of the tool's centre from its mean over the surrounding 0.1 s",
+                kJitter, 0.1},
     MeasureInfo{"time_total_s", "time", "s", "from the beginning to the end of the recording", kTimePath, 0},
     MeasureInfo{"time_active_s", "time in contact", "s", "time in which the tool touched bone", kNone, 0},
     MeasureInfo{"path_length_mm", "path length", "mm", "of the tool's centre, 50 points a second", kTimePath, 0},
-    MeasureInfo{"strokes", "strokes", "", "times that the tool came into contact, 0.3 s or more after it left it",
-                kNone, 0},
-    MeasureInfo{"nerve_distance_mm", "least distance to the nerve canal", "mm",
-                "of the turning tool from the canal's region; below 0: so deep in it", kNone, 0},
-    MeasureInfo{"near_miss_s", "time within 2 mm of the nerve canal", "s", "of the turning tool", kStructures, 4},
-    MeasureInfo{"breaches", "cuts into the nerve canal", "", "times that a tooth cut in its region, 0.3 s apart",
-                kStructures, 1},
-    MeasureInfo{"breach_mm3", "removed of the nerve canal", "mm3", "volume of its region before - after", kStructures,
+    MeasureInfo{"strokes", "strokes", "",
+                "number of contacts of the tool with the bone, each at least 0.3 s after the previous one", kNone, 0},
+    MeasureInfo{"nerve_distance_mm", "smallest distance to the nerve canal", "mm",
+                "of the spinning tool from the canal's region; below 0: depth inside it", kNone, 0},
+    MeasureInfo{"near_miss_s", "time within 2 mm of the nerve canal", "s", "of the spinning tool", kStructures, 4},
+    MeasureInfo{"breaches", "cuts into the nerve canal", "",
+                "number of times that a tooth cut in its region, at least 0.3 s apart", kStructures, 1},
+    MeasureInfo{"breach_mm3", "removed from the nerve canal", "mm3", "volume of its region before - after", kStructures,
                 1},
 };
 
@@ -181,7 +183,7 @@ void CalcTotal(ScoreSheet& sheet) {
     row.points.reset();
     if (row.weight == 0) continue;
     weights += row.weight;
-    // What could not be measured, as the plane of a cut that there is none of, earns nothing.
+    // A measure without a value, such as the plane if there is no cut, gets no points.
     row.points = row.value ? CalcPoints(*row.value, row.half) : 0;
     sum += row.weight * *row.points;
   }

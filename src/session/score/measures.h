@@ -1,4 +1,4 @@
-// The measures: what each is called, its unit, its formula, and whether it counts.
+// The measures of a score: key, name, unit, formula, and whether a measure is scored.
 #pragma once
 
 #include <optional>
@@ -14,23 +14,23 @@
 namespace kerf {
 
 struct MeasureInfo {
-  const char* key;  // with its unit; of tables, JSON and CSV
+  const char* key;  // includes the unit; used in tables, JSON and CSV
   const char* name;
-  const char* unit;      // empty: a number
+  const char* unit;      // empty: dimensionless
   const char* formula;   // in words
-  const char* evidence;  // published, that it tells novices from experts; empty: for information only
-  /// At this value half of the points are left: 2^(-|value| / half). 0 where nothing is scored by it, or where the
-  /// exercise says (MeasureRow::half).
+  const char* evidence;  // publication showing that it distinguishes novices from experts; empty: for information only
+  /// Value at which half of the points remain: 2^(-|value| / half). 0 if the measure is not scored, or if the exercise
+  /// defines it (MeasureRow::half).
   double half = 0;
   bool scored() const { return evidence[0] != '\0'; }
 };
 
-/// All of them, in the order of tables.
+/// All measures in the order of tables.
 std::span<const MeasureInfo> Measures();
-/// Throws Error when there is none of that key.
+/// Throws kerf::Error for an unknown key.
 const MeasureInfo& FindMeasure(std::string_view key);
 
-/// What counts in an exercise, and how much.
+/// A measure that is scored in an exercise, and its weight.
 struct Goal {
   const char* key;
   double weight;
@@ -40,52 +40,52 @@ std::span<const Goal> GoalsOf(ExerciseKind kind);
 /// A measure of one recording.
 struct MeasureRow {
   const MeasureInfo* info = nullptr;
-  std::optional<double> value;   // none: there was nothing to measure it by
-  double half = 0;               // as MeasureInfo's, of this exercise
-  double weight = 0;             // 0: it does not count here
-  std::optional<double> points;  // 0 to 1, where it counts and has a value
+  std::optional<double> value;   // none: could not be measured
+  double half = 0;               // as in MeasureInfo, for this exercise
+  double weight = 0;             // 0: not scored here
+  std::optional<double> points;  // 0 to 1, if it is scored and has a value
 };
 
-/// 2^(-|value| / half): 1 at 0, falling strictly.
+/// Returns 2^(-|value| / half): 1 at 0, strictly decreasing.
 double CalcPoints(double value, double half);
 
-/// A recording, measured.
+/// Measures and score of a recording.
 struct ScoreSheet {
-  std::string recording;  // its file
+  std::string recording;  // file name
   std::string scene;
   std::string title;
-  std::string created;               // the recording, UTC
-  std::optional<ExerciseKind> kind;  // none: it was no exercise
+  std::string created;               // time of the recording, UTC
+  std::optional<ExerciseKind> kind;  // none: not an exercise
   int level = 0;
   std::vector<MeasureRow> rows;  // one for each of Measures()
-  /// 0 to 100: 100 x cut_share x the weighted mean of the points of the exercise's goals. None where there was no
-  /// exercise, or the attempt is incomplete.
+  /// 0 to 100: 100 x cut_share x the weighted mean of the points of the exercise's goals. None if there was no exercise
+  /// or the attempt is incomplete.
   std::optional<double> total;
-  /// Why it is not graded, a phrase each: the recording is cut short or damaged, it goes on from another one, the
-  /// session ended by a failure, the exercise is not finished. Its measures are those of what there is; there are no
-  /// points and no total.
+  /// Reasons why the attempt is not graded, a phrase each: the recording is cut short or damaged, it continues another
+  /// one, the session ended with a failure, the exercise is not finished. The available measures are set, but
+  /// there are no points and no total.
   std::vector<std::string> incomplete;
   RecordingState state = RecordingState::kWhole;
-  std::string steps_digest;      // of what the ticks were given: CalcStepsDigests()
+  std::string steps_digest;      // of the inputs of the ticks: CalcStepsDigests()
   std::string beginning_digest;  // of the first of them
   RecordingSeal seal;
   std::vector<std::string> warnings;
 
-  /// Throws Error when there is none of that key.
+  /// Throws kerf::Error for an unknown key.
   std::optional<double> Get(std::string_view key) const;
 };
 
-/// All measures without values, with the weights of the exercise if it is one.
+/// Returns all measures without values, with the weights of the exercise, if any.
 ScoreSheet MakeSheet(std::optional<ExerciseKind> kind);
 void SetValue(ScoreSheet& sheet, std::string_view key, std::optional<double> value);
-/// Gives points to what has values, and the total; none of either to what is incomplete.
+/// Computes the points of measures with values, and the total. An incomplete sheet gets neither.
 void CalcTotal(ScoreSheet& sheet);
 
-/// Of a recording's blocks: "whole"; "broken"; "not closed", as after a kill; "none" in the first version of
-/// recordings.
+/// Describes the chain of a recording's blocks: "whole"; "broken"; "not closed", as after a kill; "none" for version 1
+/// of recordings.
 const char* DescribeChain(const RecordingSeal& seal);
 
-/// For people: a table of lines.
+/// Returns a readable table.
 std::string FormatSheet(const ScoreSheet& sheet);
 /// Stable keys with units.
 std::string FormatSheetJson(const ScoreSheet& sheet);
@@ -93,7 +93,7 @@ std::string FormatSheetJson(const ScoreSheet& sheet);
 std::string FormatSheetCsv(const ScoreSheet& sheet);
 /// A self-contained page.
 std::string FormatSheetHtml(const ScoreSheet& sheet);
-/// Of docs/practise.md: each measure with unit, formula and evidence.
+/// Returns the table for docs/practise.md: each measure with unit, formula and evidence.
 std::string FormatMeasuresMarkdown();
 
 }  // namespace kerf

@@ -11,30 +11,30 @@ namespace kerf {
 namespace {
 
 constexpr double kRow_s = 0.004;
-/// Two of a kind that are nearer in time are one.
+/// Events of the same kind that are closer in time count as one.
 constexpr double kApart_s = 0.3;
-/// For path length and speed: encoders' steps are evened out.
+/// Averaging time for path length and speed, which smooths the encoders' steps.
 constexpr double kBlock_s = 0.02;
 constexpr double kSmooth_s = 0.2;
-/// A period of tremor: over it, that has a mean of 0.
+/// A period of tremor, over which its mean is 0.
 constexpr double kJitter_s = 0.1;
-/// A pass beyond the far side begins here and ends at half of it.
+/// A pass beyond the far side begins at this distance and ends at half of it.
 constexpr double kPass_mm = 0.1;
 constexpr double kNear_mm = 2;
-/// The nerve's distance is looked up in one row of so many.
+/// The distance to the nerve is computed for one in this number of rows.
 constexpr std::size_t kNerveRows = 5;
-/// SPARC: up to so many Hz, and no further than where the amplitude falls below that share.
+/// SPARC: frequency limit, and fraction of the largest amplitude below which the spectrum ends.
 constexpr double kSparc_Hz = 20;
-constexpr double kSparcShare = 0.05;
+constexpr double kSparcFraction = 0.05;
 
-/// A mean place over a block of time.
+/// Mean position over a block of time.
 struct Block {
   Vec3 p_W{0};
   double time_s = 0;
   bool contact = false;
 };
 
-/// - arc length of the normalised amplitude spectrum of a speed that is sampled every kBlock_s.
+/// Returns the negative arc length of the normalised amplitude spectrum of a speed sampled every kBlock_s.
 double CalcSparc(const std::vector<double>& speed) {
   std::size_t size = 4;
   while (size < 4 * speed.size()) size *= 2;
@@ -47,7 +47,7 @@ double CalcSparc(const std::vector<double>& speed) {
   const auto count = std::min(amplitudes.size(), static_cast<std::size_t>(kSparc_Hz / step_Hz) + 1);
   std::size_t last = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    if (amplitudes[i] >= kSparcShare * largest) last = i;
+    if (amplitudes[i] >= kSparcFraction * largest) last = i;
   }
   double length = 0;
   for (std::size_t i = 1; i <= last; ++i) {
@@ -56,10 +56,10 @@ double CalcSparc(const std::vector<double>& speed) {
   return -length;
 }
 
-/// Sums from the beginning, for means over any stretch.
-/// So much of the wanted depth is enough for a place of the line to be gone along.
+/// Minimum fraction of the wanted depth for a place of the line to count as covered.
 constexpr double kGoneAlong = 0.5;
 
+/// Returns cumulative sums, for means over any interval.
 std::vector<Vec3> SumPlaces(std::span<const Vec3> p) {
   std::vector<Vec3> sums(p.size() + 1, Vec3(0));
   for (std::size_t i = 0; i < p.size(); ++i) sums[i + 1] = sums[i] + p[i];
@@ -142,7 +142,7 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
 
   for (const Row& row : rows_) places.push_back(row.X_WT.p_AB);
   const std::vector<Vec3> sums = SumPlaces(places);
-  // As many rows as there are in it, one of them in the middle.
+  // The number of rows in kJitter_s, with one of them in the middle.
   const auto side = static_cast<std::size_t>(0.5 * kJitter_s / kRow_s);
   std::vector<double> jitter_mm;
   for (std::size_t i = side; i + side < rows_.size(); ++i) {
@@ -199,15 +199,15 @@ void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) cons
 }
 
 void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const {
-  double least_mm = 1e9;
+  double min_mm = 1e9;
   double near_s = 0;
   for (std::size_t i = 0; i < rows_.size(); i += kNerveRows) {
     if (!rows_[i].turns) continue;
     const double distance_mm = nerve.Calc(tool, rows_[i].X_WT);
-    least_mm = std::min(least_mm, distance_mm);
+    min_mm = std::min(min_mm, distance_mm);
     if (distance_mm < kNear_mm && i > 0) near_s += rows_[i].time_s - rows_[i - kNerveRows].time_s;
   }
-  if (least_mm < 1e8) SetValue(sheet, "nerve_distance_mm", least_mm);
+  if (min_mm < 1e8) SetValue(sheet, "nerve_distance_mm", min_mm);
   SetValue(sheet, "near_miss_s", near_s);
 }
 

@@ -1,4 +1,4 @@
-// What the tool did, from the ticks of a recording.
+// Measures of the tool's motion, from the ticks of a recording.
 #pragma once
 
 #include <array>
@@ -13,25 +13,25 @@
 
 namespace kerf {
 
-/// A tick, as far as it is measured.
+/// Data of a tick for the measures.
 struct MotionTick {
-  double time_s = 0;  // at its end, since the beginning
-  double dt_s = 0;    // that it lasted
+  double time_s = 0;  // at its end, since the start
+  double dt_s = 0;    // duration
   Pose X_WT;
   double force_N = 0;                          // on the hand, magnitude
   bool contact = false;                        // the tool touches bone
-  bool turns = true;                           // the spindle does
-  std::array<std::uint64_t, 4> regions_cut{};  // as CoupledOutput's
+  bool turns = true;                           // the spindle rotates
+  std::array<std::uint64_t, 4> regions_cut{};  // as in CoupledOutput
 };
 
-/// Takes the ticks as they come and keeps one in 4 ms.
+/// Processes ticks one by one and keeps one per 4 ms.
 class MotionMeter {
  public:
   explicit MotionMeter(double force_limit_N) : force_limit_N_(force_limit_N) {}
 
   void Take(const MotionTick& tick);
-  /// Fills the sheet's measures of force, time and motion; `gauge`: for the plunge, may be null; `nerve`: for its
-  /// distance and breaches, may be null or empty; `nerve_regions`: its regions.
+  /// Sets the sheet's measures of force, time and motion. `gauge` (optional): for the plunge. `nerve` (may be null or
+  /// empty): for its distance and breaches. `nerve_regions`: its regions.
   void Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
               const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const;
 
@@ -55,13 +55,13 @@ class MotionMeter {
   double next_s_ = 0;
   double end_s_ = 0;
   double contact_s_ = 0;
-  double force_sum_ = 0;   // over contact, N s
+  double force_sum_ = 0;   // over the time in contact, N s
   double force2_sum_ = 0;  // N^2 s
   double force_peak_N_ = 0;
   double force_over_s_ = 0;
   int strokes_ = 0;
-  double left_s_ = -1e9;  // contact was last then
-  /// By region: times that a tooth cut in it, and when last.
+  double left_s_ = -1e9;  // time of the last contact
+  /// Per region: number of times that a tooth cut in it, and time of the last one.
   struct Cuts {
     int count = 0;
     double last_s = -1e9;

@@ -24,7 +24,7 @@ Cell CellOf(const Vec3& p, double edge_mm) {
           static_cast<int>(std::floor(p.z / edge_mm))};
 }
 
-/// Centres of all voxels in the boxes.
+/// Returns the centres of all voxels in the boxes.
 std::vector<Vec3> ListVoxels(const std::vector<Box3>& boxes, double h) {
   std::vector<Vec3> points;
   for (const Box3& box : boxes) {
@@ -37,7 +37,7 @@ std::vector<Vec3> ListVoxels(const std::vector<Box3>& boxes, double h) {
   return points;
 }
 
-/// The nearest of many points, by cells.
+/// Distance to the nearest of many points, using a grid of cells.
 class NearestPoint {
  public:
   explicit NearestPoint(const std::vector<Vec3>& points) {
@@ -47,9 +47,9 @@ class NearestPoint {
     const auto [x, y, z] = CellOf(p, kEdge_mm);
     double best2 = kNone_mm * kNone_mm;
     for (int ring = 0; ring < 1000; ++ring) {
-      // What lies in further rings is further away than this.
-      const double least_mm = (ring - 1) * kEdge_mm;
-      if (ring > 0 && best2 <= least_mm * least_mm) break;
+      // All points in further rings are further away than this.
+      const double min_mm = (ring - 1) * kEdge_mm;
+      if (ring > 0 && best2 <= min_mm * min_mm) break;
       for (int i = -ring; i <= ring; ++i) {
         for (int j = -ring; j <= ring; ++j) {
           const bool face = std::abs(i) == ring || std::abs(j) == ring;
@@ -121,13 +121,13 @@ double RegionDistance::Calc(const Tool& tool, const Pose& X_WT) const {
   order_.clear();
   for (std::size_t i = 0; i < clusters_.size(); ++i) {
     const Cluster& c = clusters_[i];
-    const double least_mm = CalcToolDistance(tool, X_WT.InversePoint(c.centre_W)) - c.radius_mm - c.largest_mm;
-    order_.emplace_back(least_mm, i);
+    const double min_mm = CalcToolDistance(tool, X_WT.InversePoint(c.centre_W)) - c.radius_mm - c.largest_mm;
+    order_.emplace_back(min_mm, i);
   }
   std::sort(order_.begin(), order_.end());
   double best_mm = kNone_mm;
-  for (const auto& [least_mm, i] : order_) {
-    if (least_mm >= best_mm) break;
+  for (const auto& [min_mm, i] : order_) {
+    if (min_mm >= best_mm) break;
     for (std::size_t k = clusters_[i].begin; k < clusters_[i].end; ++k) {
       const Ball& ball = balls_[k];
       best_mm = std::min(best_mm, CalcToolDistance(tool, X_WT.InversePoint(ball.p_W)) - ball.radius_mm);

@@ -1,4 +1,4 @@
-// How far the tool is from a tissue of the bone, and how deep in it.
+// Distance of the tool from a tissue of the bone, or its depth in it.
 #pragma once
 
 #include <array>
@@ -9,18 +9,19 @@
 
 namespace kerf {
 
-/// The tissue as balls about the voxels of the region grid, each as large as fits in it: their union is the tissue to
-/// half a voxel.
+/// The tissue as balls centred at the voxels of the region grid, each as large as fits into the tissue. Their union is
+/// the tissue to within half a voxel.
 class RegionDistance {
  public:
   RegionDistance(const Bone& bone, Tissue tissue);
-  /// Of region ids.
+  /// `regions`: flags by region id.
   RegionDistance(const Bone& bone, const std::array<bool, 256>& regions);
 
-  /// The bone has none of it.
+  /// True if the bone has no such tissue.
   bool empty() const { return balls_.empty(); }
-  /// From the tool's body to the tissue, mm; below 0: the tool is in it, so deep at the deepest place. 1e9 when there
-  /// is none. Error: half a region voxel. Less than 0.1 ms; safe in any one thread at a time.
+  /// Returns the distance from the tool's body to the tissue, mm. Negative: the tool is in the tissue, with this
+  /// maximum depth. 1e9 if there is no tissue. Error: half a region voxel. Takes less than 0.1 ms. Not thread-safe: use
+  /// in one thread at a time.
   double Calc(const Tool& tool, const Pose& X_WT) const;
   std::size_t ball_count() const { return balls_.size(); }
 
@@ -31,8 +32,8 @@ class RegionDistance {
   };
   struct Cluster {
     Vec3 centre_W{0};
-    double radius_mm = 0;   // holds its balls' centres
-    double largest_mm = 0;  // of its balls
+    double radius_mm = 0;   // encloses the centres of its balls
+    double largest_mm = 0;  // maximum radius of its balls
     std::size_t begin = 0;
     std::size_t end = 0;
   };
@@ -43,7 +44,7 @@ class RegionDistance {
   mutable std::vector<std::pair<double, std::size_t>> order_;
 };
 
-/// Of a point from the tool's body, tool frame, mm; 0 in it.
+/// Returns the distance of a point from the tool's body, tool frame, mm; 0 inside.
 double CalcToolDistance(const Tool& tool, const Vec3& p_T);
 
 }  // namespace kerf

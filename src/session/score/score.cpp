@@ -14,14 +14,14 @@
 #include "session/run/make_bone.h"
 #include "session/run/run.h"
 #include "session/run/run_loop.h"
-#include "session/run/run_tap.h"
+#include "session/run/tick_interceptor.h"
 #include "session/score/cut_measures.h"
 #include "session/score/motion.h"
 
 namespace kerf {
 namespace {
 
-/// A time and a way that are enough for an exercise: half of the points are left at twice as much.
+/// Time and distance added to the minimum for an exercise; half of the points remain at twice the sum.
 constexpr double kReady_s = 5;
 constexpr double kReady_mm = 20;
 
@@ -35,15 +35,15 @@ struct GoneThrough {
 
 void NoteDivergence(const std::optional<Divergence>& divergence, std::vector<std::string>& warnings) {
   if (!divergence) return;
-  warnings.push_back(fmt::format("gone through again, it comes out other than recorded from {:.3f} s on: {}",
-                                 divergence->time_s, divergence->what));
+  warnings.push_back(
+      fmt::format("its replay differs from the recording from {:.3f} s on: {}", divergence->time_s, divergence->what));
 }
 
 GoneThrough GoThroughLoop(RecordingReader& recording, const Scene& scene, const ScoreOptions& options,
                           const Progress& progress, MotionMeter& meter) {
   LoopOptions loop;
   loop.virtual_time = true;
-  loop.seconds = std::clamp(recording.duration_s(), 0.01, kMostLoop_s);
+  loop.seconds = std::clamp(recording.duration_s(), 0.01, kMaxLoop_s);
   loop.log = LoopLog::kNowhere;
   loop.keep_bones = true;
   loop.stop = options.stop;
@@ -95,7 +95,7 @@ GoneThrough GoThroughRun(RecordingReader& recording, const Scene& scene, const P
   return gone;
 }
 
-/// What half of the points for time and way are lost at.
+/// Sets the values of time and path length at which half of the points are lost.
 void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
   const double way_mm = cut.length_mm + 2 * cut.depth_mm + kReady_mm;
   const double time_s = way_mm / exercise.feed_mm_per_s + kReady_s;
@@ -106,9 +106,9 @@ void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& 
   }
 }
 
-/// A loop's and a path's, when all went as it should.
+/// Regular ends of a loop and of a path.
 constexpr std::array<std::string_view, 3> kGoodEnds{"asked", "stopped", "the path's end"};
-/// Of the measure line_share: less is an exercise that was given up or cut off.
+/// Limit for the measure line_share: less means that the exercise was abandoned or interrupted.
 constexpr double kFinished = 0.8;
 
 std::vector<std::string> FindIncomplete(const RecordingReader& recording, const ScoreSheet& sheet) {
@@ -116,17 +116,17 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   if (sheet.state != RecordingState::kWhole) {
     found.push_back(fmt::format("the recording is {}", ToString(sheet.state)));
   }
-  if (!recording.head().taken_up_from.empty()) found.emplace_back("it goes on from another recording");
+  if (!recording.head().taken_up_from.empty()) found.emplace_back("it continues another recording");
   if (recording.end() && std::find(kGoodEnds.begin(), kGoodEnds.end(), recording.end()->why) == kGoodEnds.end()) {
-    found.push_back(fmt::format("the session ended by a failure: {}", recording.end()->why));
+    found.push_back(fmt::format("the session ended with a failure: {}", recording.end()->why));
   }
   if (!sheet.kind) return found;
-  const double share = sheet.Get("line_share").value_or(0);
-  if (share < kFinished) {
+  const double fraction = sheet.Get("line_share").value_or(0);
+  if (fraction < kFinished) {
     found.push_back(
-        fmt::format("{}: the tool has gone along {:.0f} % of the line, of {:.0f} % at least",
+        fmt::format("{}: the tool has followed {:.0f} % of the line; at least {:.0f} % are required",
                     sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "as far as it can be read",
-                    100 * share, 100 * kFinished));
+                    100 * fraction, 100 * kFinished));
   }
   return found;
 }
@@ -134,7 +134,7 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
 }  // namespace
 
 StepsDigests CalcStepsDigests(RecordingReader& recording) {
-  constexpr std::size_t kChunk = 4096;  // of steps; blocks may be split otherwise
+  constexpr std::size_t kChunk = 4096;  // number of steps; independent of the blocks' sizes
   StepsDigests digests;
   Digest digest{};
   ByteWriter bytes;

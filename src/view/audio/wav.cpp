@@ -35,8 +35,8 @@ struct WavFile::State {
 
 namespace {
 
-/// libsndfile does not say of each of its writes that it failed, not even of the last of the header, and reads a file
-/// whose header holds no sizes as if it did.
+/// Checks the written file. libsndfile does not report every failed write, not even that of the final header, and it
+/// reads a file whose header lacks sizes as if it contained them.
 bool IsWhole(const std::string& file, std::uint32_t samples) {
   constexpr std::uint32_t kHeaderBytes = 44;
   const std::uint32_t bytes = sizeof(std::int16_t) * samples;
@@ -73,7 +73,7 @@ void WavFile::Append(std::span<const float> samples) {
   block.clear();
   for (const float sample : samples) {
     if (!(std::abs(sample) <= 1)) {
-      throw Error(fmt::format("{}: a sample of {} can't be written", state_->pending.path(), sample));
+      throw Error(fmt::format("{}: a sample value of {} can't be written", state_->pending.path(), sample));
     }
     block.push_back(static_cast<std::int16_t>(std::lround(kFullScale * static_cast<double>(sample))));
   }
@@ -86,7 +86,7 @@ void WavFile::Append(std::span<const float> samples) {
 
 void WavFile::Commit() {
   if (sf_close(state_->file.release()) != 0 || !IsWhole(state_->pending.temporary(), state_->samples)) {
-    throw Error(fmt::format("{}: can't be written to its end (is the disk full?)", state_->pending.path()));
+    throw Error(fmt::format("{}: can't be written completely (is the disk full?)", state_->pending.path()));
   }
   state_->pending.Commit();
 }

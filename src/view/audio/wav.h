@@ -1,4 +1,4 @@
-// Sound files, through libsndfile.
+// Sound files, written with libsndfile.
 #pragma once
 
 #include <functional>
@@ -9,19 +9,19 @@
 
 namespace kerf {
 
-/// A WAV file that grows, one channel of 16 bit integers; full scale is 32767. To a temporary beside `path`, renamed by
-/// Commit(). The same samples give the same bytes.
+/// Incrementally written WAV file: one channel of 16-bit integers, full scale 32767. Writes to a temporary file next to
+/// `path`, which Commit() renames. Equal samples give equal bytes.
 class WavFile {
  public:
-  /// Throws Error when it can't be made.
+  /// Throws Error if the file cannot be created.
   WavFile(const std::string& path, int rate_Hz);
   ~WavFile();
   WavFile(WavFile&&) noexcept;
   WavFile& operator=(WavFile&&) noexcept;
 
-  /// Throws Error when it can't be written or a sample is not within -1 to 1.
+  /// Throws Error if the file cannot be written or a sample is outside -1 to 1.
   void Append(std::span<const float> samples);
-  /// Throws Error. Once.
+  /// Finishes the file and renames it. Call at most once. Throws Error on failure.
   void Commit();
 
  private:
@@ -29,8 +29,8 @@ class WavFile {
   std::unique_ptr<State> state_;
 };
 
-/// The same in one go. `next` fills the vector, which it finds empty, with samples of -1 to 1
-/// and says whether more will come. Throws Error.
+/// Writes a whole WAV file. `next` fills the empty vector passed to it with samples in -1 to 1 and returns true if more
+/// follow. Throws Error.
 void WriteWav(const std::string& path, int rate_Hz, const std::function<bool(std::vector<float>&)>& next);
 
 }  // namespace kerf

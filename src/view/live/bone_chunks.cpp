@@ -33,7 +33,7 @@ struct IndexHash {
   }
 };
 
-// The leaves that the samples of a chunk lie in: its own, and as many more on each side as two samples reach.
+// Leaves that contain the samples of a chunk: its own, and those within two samples of it on each side.
 struct LeafValues {
   const float* values;  // null: `uniform` throughout
   float uniform;
@@ -49,7 +49,7 @@ void FillSamples(const std::vector<LeafValues>& leaves, int step, std::vector<fl
   const std::size_t reach = kLeavesAcross + 2 * beyond;
   const std::size_t n = static_cast<std::size_t>(BoneChunks::kVoxels / step) + 4;
   samples.resize(n * n * n);
-  // Voxels count from the first leaf, samples from two before the chunk.
+  // Voxels are counted from the first leaf; the first sample lies two samples before the chunk.
   const auto voxel_of = [&](std::size_t i) { return kEdge * beyond + i * s - 2 * s; };
   float* out = samples.data();
   for (std::size_t x = 0; x < n; ++x) {
@@ -75,13 +75,13 @@ std::int8_t ToByte(double x) {
 
 struct BoneChunks::State {
   Bone bone;
-  Index middle{};                                                      // the chunk whose corner points are counted from
-  std::unordered_map<Index, std::array<float, 512>, IndexHash> uncut;  // leaves as they were, of those that changed
+  Index middle{};  // chunk whose corner is the origin of vertex coordinates
+  std::unordered_map<Index, std::array<float, 512>, IndexHash> uncut;  // original values of changed leaves
   std::deque<Index> dirty;
   std::set<Index> is_dirty;
 
   double voxel_mm() const { return bone.grids().voxel_mm(); }
-  // Whether a changed leaf is among those that the chunk's samples lie in.
+  // Returns true if a changed leaf contains samples of the chunk.
   bool IsTouched(const Index& chunk) const {
     if (uncut.empty()) return false;
     for (int x = -1; x <= kLeavesAcross; ++x) {
@@ -127,7 +127,7 @@ void BoneChunks::Take(const LeafMessage& leaf) {
     GetLeaf(state_->bone, leaf.index, state_->uncut[leaf.index]);
   }
   SetLeaf(state_->bone, leaf.index, leaf.values);
-  // Along each axis the chunk that the leaf is in, and the one that it borders on.
+  // For each axis: the chunk that contains the leaf, and the chunk that the leaf borders on.
   std::array<std::array<int, 2>, 3> along{};
   for (std::size_t i = 0; i < 3; ++i) {
     const int chunk = FloorDiv(leaf.index[i], kLeavesAcross);
@@ -147,7 +147,7 @@ std::vector<Index> BoneChunks::ListChunks(const Vec3& p_W) const {
   std::set<Index> chunks;
   for (auto leaf = state_->bone.grids().phi->tree().cbeginLeaf(); leaf; ++leaf) {
     const openvdb::Coord& at = leaf->origin();
-    // A face belongs to the chunk of its edge's lower end, which may be the one before.
+    // A face belongs to the chunk with the lower end of its edge, which may be the previous chunk.
     std::array<std::array<int, 2>, 3> along{};
     for (int i = 0; i < 3; ++i) {
       const int chunk = FloorDiv(at[i], kVoxels);
@@ -194,7 +194,7 @@ bool BoneChunks::Next(ChunkMesh& mesh) {
 
 void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end()) {
-    throw Error("a chunk is meshed in steps of 1, 2, 4 or 8");
+    throw Error("the step of a chunk mesh must be 1, 2, 4 or 8");
   }
   mesh.index = index;
   mesh.step = step;
@@ -253,7 +253,7 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   const Vec3 origin = origin_W();
   Box3 box;
   mesh.vertices.reserve(surface.vertices.size());
-  // Coarse cells are wider than the narrow band, so their normals come from the level set itself.
+  // Coarse cells are wider than the narrow band, so their normals are computed from the level set itself.
   const double h_vox = mesh.cut ? 0.5 : 1;
   const auto gradient = [&](const Vec3& p_vox) {
     Vec3 g{0};
@@ -303,7 +303,7 @@ bool FindSurface(const Bone& bone, const Vec3& origin_W, const Vec3& direction_W
   const double voxel_mm = grids.voxel_mm();
   const openvdb::CoordBBox voxels = grids.phi->evalActiveVoxelBoundingBox();
   if (voxels.empty()) return false;
-  // Within the box of the narrow band, and no farther.
+  // Only within the box of the narrow band.
   double from = 0;
   double to = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {

@@ -28,14 +28,14 @@ vtkStandardNewMacro(BoneProp);
 
 namespace {
 
-// Of one chunk at one step.
+// Buffers of one chunk at one step.
 struct Uploaded {
   GLuint vertex_array = 0;
   GLuint vertices = 0;
   GLuint triangles = 0;
   GLsizei corners = 0;
-  GLsizei skirt = 0;                // corners of it, after the others
-  GLenum type = GL_UNSIGNED_SHORT;  // of the triangles' corners
+  GLsizei skirt = 0;                // number of skirt indices, stored after the others
+  GLenum type = GL_UNSIGNED_SHORT;  // type of the indices
   std::size_t bytes = 0;
 
   void Release() {
@@ -46,7 +46,7 @@ struct Uploaded {
   }
 };
 
-// What was cut is drawn at one of the last two steps.
+// Cut chunks are drawn at one of the last two steps.
 constexpr std::size_t kFirstCutStep = BoneChunks::kSteps.size() - 2;
 constexpr double kCutCell_points = 1.6;
 
@@ -55,7 +55,7 @@ struct Chunk {
   std::array<bool, BoneChunks::kSteps.size()> known{};
   bool cut = false;
   Box3 box;
-  // All normals of all steps lie within a cone about this one; a chunk that turns away wholly is not drawn.
+  // Cone around this axis that contains all normals of all steps. A chunk that faces entirely away is not drawn.
   Vec3 axis{0};
   double cos_cone = -1;
   bool has_cone = false;
@@ -77,7 +77,7 @@ struct Chunk {
     }
     for (const ChunkVertex& v : mesh.vertices) cos_cone = std::min(cos_cone, glm::dot(axis, normal(v)));
   }
-  // `eye_W`: where all lines of sight come from; parallel: they run along -toward_eye_W.
+  // `eye_W`: viewpoint in perspective. In parallel projection the lines of sight run along -toward_eye_W.
   bool TurnsAway(const Vec3& eye_W, const Vec3& toward_eye_W, bool parallel) const {
     if (cos_cone <= 0.1) return false;
     Vec3 to_eye = toward_eye_W;
@@ -90,7 +90,7 @@ struct Chunk {
       to_eye = d / far;
       spread = radius / far;
     }
-    // The triangles' own normals are a little off the vertices'.
+    // The triangle normals deviate slightly from the vertex normals.
     constexpr double kSlack = 0.12;
     return glm::dot(axis, to_eye) < -std::sqrt(1 - cos_cone * cos_cone) - spread - kSlack;
   }
@@ -113,7 +113,7 @@ void Upload(const ChunkMesh& mesh, Uploaded& to) {
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ChunkVertex)),
                mesh.vertices.data(), GL_DYNAMIC_DRAW);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, to.triangles);
-  // A chunk has a few thousand vertices.
+  // A chunk usually has a few thousand vertices.
   if (mesh.vertices.size() <= 0xffff) {
     thread_local std::vector<std::uint16_t> few;
     few.assign(mesh.triangles.begin(), mesh.triangles.end());
@@ -141,7 +141,7 @@ void Upload(const ChunkMesh& mesh, Uploaded& to) {
   glBindVertexArray(0);
 }
 
-// The six sides of what the camera sees; a box wholly beyond one of them is not drawn.
+// The six planes of the view frustum. A box entirely outside one of them is not drawn.
 class Frustum {
  public:
   explicit Frustum(const double (&m)[16]) {  // rows of clip from world
@@ -190,13 +190,13 @@ struct BoneProp::State {
   Fineness fineness;
   Counts counts;
 
-  // The coarsest step whose cells are at most so many pixels wide, from `first` on.
+  // Returns the coarsest step, from index `first` on, whose cells are at most `cell_px` points wide.
   std::size_t StepFor(double cell_px, std::size_t first) const {
     std::size_t i = first;
     while (i + 1 < BoneChunks::kSteps.size() && BoneChunks::kSteps[i] * voxel_mm > cell_px * scale * pixel_mm) ++i;
     return i;
   }
-  // As fine as cells need to be, unless that is too many triangles; `seen`: the chunks in view.
+  // Chooses the step by cell size, or a coarser one if there would be too many triangles. `seen`: the chunks in view.
   std::size_t ChooseStep(const std::vector<std::pair<std::array<int, 3>, const Chunk*>>& seen) const {
     std::size_t step = StepFor(fineness.cell_points, 0);
     const std::size_t coarsest = StepFor(fineness.coarsest_cell_points, 0);
@@ -244,7 +244,7 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
   state_->counts.bytes -= uploaded.bytes;
   Upload(mesh, uploaded);
   state_->counts.bytes += uploaded.bytes;
-  // The other steps show it as it was before; those that matter come next.
+  // The other steps are out of date; new meshes of the needed steps follow.
   if (mesh.cut && mesh.step == 1) chunk.known = {};
   chunk.known[place] = true;
   chunk.IncludeNormals(mesh);
@@ -331,7 +331,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   double both[16];
   vtkMatrix4x4::Multiply4x4(clip, view, both);
   const Frustum frustum(both);
-  // Points are counted from the bone's own origin: few digits are enough near it.
+  // Vertices are relative to the bone's origin, where single precision is sufficient.
   for (int i = 0; i < 3; ++i) {
     view[4 * i + 3] += view[4 * i] * s.origin_W.x + view[4 * i + 1] * s.origin_W.y + view[4 * i + 2] * s.origin_W.z;
   }
@@ -342,7 +342,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   glUniform1f(s.program.Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
   glUniform1f(s.program.Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
 
-  // The nearest first: what lies behind is then not coloured in vain.
+  // Draws front to back, so that hidden fragments are not shaded.
   double eye[3];
   double toward[3];
   camera.GetPosition(eye);
@@ -357,7 +357,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   }
   const std::size_t step = s.ChooseStep(in_view);
   s.counts.step = BoneChunks::kSteps[step];
-  // Below a finer chunk the coarser ones need their skirts.
+  // Coarser chunks below a finer one need their skirts.
   std::set<std::array<int, 3>> skirted;
   for (const auto& [index, chunk] : in_view) {
     const Uploaded* uploaded = s.Choose(*chunk, step);
@@ -374,7 +374,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   for (const auto& [index, chunk] : in_view) {
     const Uploaded* uploaded = s.Choose(*chunk, step);
     if (uploaded == nullptr) continue;
-    // Where bone is glass, what is drawn twice is seen more than a narrow gap.
+    // In a translucent bone an overlap is more visible than a narrow gap.
     const bool skirt = !s.translucent && skirted.count(index) != 0;
     const GLsizei corners = uploaded->corners + (skirt ? uploaded->skirt : 0);
     if (corners > 0) seen.push_back(ToDraw{-glm::dot(chunk->box.centre(), toward_eye_W), uploaded, corners});
@@ -392,7 +392,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   };
   state.vtkglEnable(GL_DEPTH_TEST);
   if (s.translucent) {
-    // Far sides first; neither hides what lies within.
+    // Far sides first; with depth writes off, neither hides the structures inside.
     state.vtkglEnable(GL_BLEND);
     state.vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     state.vtkglDepthMask(GL_FALSE);
@@ -406,7 +406,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   } else {
     state.vtkglDisable(GL_BLEND);
     state.vtkglDepthMask(GL_TRUE);
-    // Of a closed surface the back is never seen.
+    // The back of a closed surface is never visible.
     state.vtkglEnable(GL_CULL_FACE);
     state.vtkglCullFace(GL_BACK);
     draw_all();

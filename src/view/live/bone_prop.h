@@ -1,5 +1,5 @@
-// The bone's chunks as something that VTK draws: each on the graphics card by itself, so that a cut uploads what it
-// changed.
+// VTK prop that draws the bone's chunks. Each chunk has separate buffers on the graphics card, so that a cut uploads
+// only the chunks that it changes.
 #pragma once
 
 #include <vtkProp.h>
@@ -19,19 +19,19 @@ class BoneProp : public vtkProp {
   vtkTypeMacro(BoneProp, vtkProp) BoneProp(const BoneProp&) = delete;
   BoneProp& operator=(const BoneProp&) = delete;
 
-  void Begin(const Vec3& origin_W);  // forgets all chunks
+  void Begin(const Vec3& origin_W);  // removes all chunks
   void SetChunk(const ChunkMesh& mesh);
-  /// Colours by region, and from 256 on where it was cut; `a` is 255 for what looks spongy.
+  /// Colours indexed by region; entries from 256 on are for cut faces. Alpha is 255 for tissue drawn with pores.
   void SetPalette(const std::array<std::array<std::uint8_t, 4>, 512>& palette);
   void SetTranslucent(bool translucent);
   void SetHidden(bool hidden);
-  /// Of the window's pixels at the camera's target; `scale`: pixels a point.
+  /// `pixel_mm`: size of a pixel of the window at the camera's target; `scale`: pixels per point.
   void SetPixel(double pixel_mm, double scale, double voxel_mm);
-  /// How fine bone that was not cut is drawn.
+  /// Resolution at which uncut bone is drawn.
   struct Fineness {
-    double cell_points = 1.5;           // no finer than this
-    double coarsest_cell_points = 3;    // nor coarser
-    std::size_t triangles = 6'000'000;  // in between as many triangles as this, all in all
+    double cell_points = 1.5;           // minimum cell size, points
+    double coarsest_cell_points = 3;    // maximum cell size, points
+    std::size_t triangles = 6'000'000;  // between these sizes, the maximum number of triangles in total
   };
   void SetFineness(const Fineness& fineness);
 
@@ -40,7 +40,7 @@ class BoneProp : public vtkProp {
     int step = 1;
   };
   const Counts& counts() const;
-  /// Corners of the boxes that hold the chunks' surfaces.
+  /// Returns the corners of the bounding boxes of the chunks' surfaces.
   std::vector<Vec3> ListCorners() const;
 
   int RenderOpaqueGeometry(vtkViewport* viewport) override;

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <numbers>
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 double TanHalf() {
-  return std::tan(0.5 * ViewCamera::kFieldOfView_deg * kPi / 180);
+  return std::tan(0.5 * ViewCamera::kFieldOfView_deg * std::numbers::pi / 180);
 }
 
 }  // namespace
@@ -41,8 +40,8 @@ void ViewCamera::Look(View view) {
 }
 
 void ViewCamera::Orbit(double dx, double dy) {
-  // Half a turn for the window's height; the head stays upright while it can.
-  const double unit = kPi / height_;
+  // Dragging over the height of the window rotates by half a turn.
+  const double unit = std::numbers::pi / height_;
   const Quat R = glm::angleAxis(-unit * dx, up_W_) * glm::angleAxis(-unit * dy, right_W_);
   Look(R * toward_eye_W_, R * up_W_);
 }
@@ -63,7 +62,7 @@ void ViewCamera::Zoom(double factor, const ScreenPoint& at) {
 
 void ViewCamera::Fit(const std::vector<Vec3>& points_W, double margin) {
   if (points_W.empty()) return;
-  // Along the picture's right and up and towards the eye.
+  // In components along the image's right and up directions and towards the eye.
   const auto in_view = [&](const Vec3& p) {
     return Vec3{glm::dot(p, right_W_), glm::dot(p, up_W_), glm::dot(p, toward_eye_W_)};
   };
@@ -71,14 +70,14 @@ void ViewCamera::Fit(const std::vector<Vec3>& points_W, double margin) {
   for (const Vec3& p : points_W) box.Include(in_view(p));
   const Vec3 middle = box.centre();
   target_W_ = middle.x * right_W_ + middle.y * up_W_ + middle.z * toward_eye_W_;
-  const double share = std::max(0.05, 1 - 2 * margin);
+  const double fraction = std::max(0.05, 1 - 2 * margin);
   const double aspect = static_cast<double>(width_) / height_;
   double height = 1;
   for (const Vec3& p : points_W) {
     const Vec3 d = in_view(p) - middle;
     const double sides = 2 * std::max(std::abs(d.y), std::abs(d.x) / aspect);
-    // What is nearer than the target looks larger, what is farther smaller.
-    height = std::max(height, sides / share + (parallel_ ? 0 : d.z * 2 * TanHalf()));
+    // Points nearer than the target appear larger, farther ones smaller.
+    height = std::max(height, sides / fraction + (parallel_ ? 0 : d.z * 2 * TanHalf()));
   }
   set_height_mm(height);
 }

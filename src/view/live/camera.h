@@ -1,4 +1,4 @@
-// From where the scene is looked at, and how pixels and world go together.
+// Camera of the live view: viewpoint, and the mapping between pixels and the world.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// A pixel of the window, from its top left, in framebuffer pixels; whole numbers are pixels' corners.
+/// Point in the window in framebuffer pixels, from the top left; whole numbers are pixel corners.
 struct ScreenPoint {
   double x = 0;
   double y = 0;
@@ -20,12 +20,13 @@ struct Ray {
   Vec3 direction_W{0, 0, -1};  // unit
 };
 
-/// Looks at a target from a distance that shows `height_mm` of the plane through it. Pure: no window in it.
+/// Camera that looks at a target from a distance at which the view spans `height_mm` in the plane through the target.
+/// Pure: independent of any window.
 class ViewCamera {
  public:
-  static constexpr double kFieldOfView_deg = 30;  // vertical, in perspective
+  static constexpr double kFieldOfView_deg = 30;  // vertical, perspective projection only
 
-  /// Framebuffer pixels, at least 1.
+  /// Sets the size in framebuffer pixels, at least 1 each.
   void SetSize(int width, int height);
   int width() const { return width_; }
   int height() const { return height_; }
@@ -36,34 +37,34 @@ class ViewCamera {
   const Vec3& target_W() const { return target_W_; }
   void set_target_W(const Vec3& p_W) { target_W_ = p_W; }
   double height_mm() const { return height_mm_; }
-  void set_height_mm(double height_mm);  // held to 1 to 2000
-  /// Direction from target to eye and which way is up; `up_W` not along it.
+  void set_height_mm(double height_mm);  // clamped to 1 to 2000
+  /// Sets the direction from target to eye and the up direction. `up_W` must not be parallel to it.
   void Look(const Vec3& toward_eye_W, const Vec3& up_W);
   void Look(View view);
 
-  // What a mouse does, in pixels.
+  // Mouse motions, in pixels.
   void Orbit(double dx, double dy);  // about the target; right and down are positive, the scene follows the mouse
   void Roll(double angle_rad);       // about the line of sight
   void Pan(double dx, double dy);
-  /// `factor` > 1 comes nearer; what lies under the pixel in the plane of the target stays there.
+  /// Zooms in for `factor` > 1. The point under the pixel in the target plane stays fixed.
   void Zoom(double factor, const ScreenPoint& at);
-  /// All of the points in view and in its middle, with `margin` of the window free on each side.
+  /// Brings all points into view and centres them, leaving a fraction `margin` of the window free on each side.
   void Fit(const std::vector<Vec3>& points_W, double margin = 0.06);
 
-  // Unit vectors of the picture.
+  // Unit vectors of the image.
   Vec3 right_W() const { return right_W_; }
   Vec3 up_W() const { return up_W_; }
   Vec3 forward_W() const { return -toward_eye_W_; }
-  Vec3 eye_W() const;  // in parallel projection too: far enough that all lies before it
+  Vec3 eye_W() const;  // also in parallel projection, where it is far enough back that the scene lies in front of it
 
-  /// Size of a pixel at the depth of a point, mm.
+  /// Returns the size of a pixel at the depth of a point, mm.
   double WorldPerPixel(const Vec3& p_W) const;
-  /// None behind the eye.
+  /// Returns nullopt for a point behind the eye.
   std::optional<ScreenPoint> Project(const Vec3& p_W) const;
   Ray CalcRay(const ScreenPoint& at) const;
-  /// The point under a pixel in the plane through `p_W` parallel to the picture.
+  /// Returns the point under a pixel in the plane through `p_W` parallel to the image.
   Vec3 Unproject(const ScreenPoint& at, const Vec3& p_W) const;
-  /// The motion in the picture's plane, at the depth of `p_W`, that looks like (dx, dy) pixels; down is positive.
+  /// Returns the motion in the image plane that appears as (dx, dy) pixels at the depth of `p_W`; down is positive.
   Vec3 WorldMotion(double dx, double dy, const Vec3& p_W) const;
 
  private:

@@ -44,7 +44,7 @@ class Mesher {
   void Run(bool skirt) {
     MakeSigns();
     MarkCells();
-    // Edges by the sample at their lower end, which is one of the block's own.
+    // Edges are found by the sample at their lower end, which must be owned by the block.
     for (int x = 2; x < n_ - 2; ++x) {
       for (int y = 2; y < n_ - 2; ++y) {
         const std::uint64_t row = Row(x, y);
@@ -68,7 +68,7 @@ class Mesher {
 
   std::size_t SampleAt(int x, int y, int z) const { return (At(x) * At(n_) + At(y)) * At(n_) + At(z); }
 
-  // Over two cells, which the eye takes for smoother than the cell's own.
+  // Gradient over two cells; it looks smoother than that of a single cell.
   std::array<float, 3> WideGradient(const std::vector<float>& values, int x, int y, int z,
                                     const std::array<float, 3>& f) const {
     return {Trilinear(CornersOf(values, x + 1, y, z), f) - Trilinear(CornersOf(values, x - 1, y, z), f),
@@ -76,7 +76,7 @@ class Mesher {
             Trilinear(CornersOf(values, x, y, z + 1), f) - Trilinear(CornersOf(values, x, y, z - 1), f)};
   }
 
-  // The faces about edges in the upper sides of the block, between its last cells and the first ones beyond.
+  // Adds the faces around edges in the upper sides of the block, between its last cells and the first ones beyond.
   void AddSkirt() {
     const int last = n_ - 2;
     for (int x = 2; x <= last; ++x) {
@@ -93,7 +93,7 @@ class Mesher {
   }
   bool IsInside(int x, int y, int z) const { return ((Row(x, y) >> z) & 1) != 0; }
 
-  // A bit for each sample of a row along z: inside.
+  // Sets one bit for each sample of a row along z that is inside.
   void MakeSigns() {
     surface_.signs.resize(At(n_) * At(n_));
     const float* phi = block_.phi.data();
@@ -104,7 +104,7 @@ class Mesher {
     }
   }
 
-  // Cells that the surface goes through have no vertex yet; of the others nothing is asked.
+  // Marks the cells that the surface crosses as having no vertex yet; the entries of other cells are not used.
   void MarkCells() {
     surface_.vertex_of_cell.resize(At(m_) * At(m_) * At(m_));
     for (int x = 0; x < m_; ++x) {
@@ -158,7 +158,7 @@ class Mesher {
       changed = before != v;
       vertex.cut = changed && Trilinear(before, vertex.within) < -cut_depth_;
     }
-    // The walls of a kerf are nearer to each other than two cells; beside it the surface is as it was.
+    // The walls of a kerf are closer to each other than two cells. Next to the kerf the surface is the original one.
     const std::array<float, 3> g =
         changed ? Gradient(v, vertex.within)
                 : WideGradient(block_.uncut.empty() ? block_.phi : block_.uncut, x, y, z, vertex.within);
@@ -168,7 +168,7 @@ class Mesher {
     return id;
   }
 
-  // Of the four cells around an edge; seen from the edge's upper end they go round counter-clockwise.
+  // Adds the face of the four cells around an edge, counter-clockwise seen from the edge's upper end.
   void AddFace(int x, int y, int z, int axis, bool inside_first, std::vector<std::uint32_t>& t) {
     std::array<std::uint32_t, 4> id{};
     constexpr int kRound[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
@@ -178,7 +178,7 @@ class Mesher {
       id[i] = axis == 0 ? VertexOf(x, y - u, z - v) : axis == 1 ? VertexOf(x - v, y, z - u) : VertexOf(x - u, y - v, z);
     }
     if (!inside_first) std::swap(id[1], id[3]);
-    // Along the shorter diagonal.
+    // Split along the shorter diagonal.
     if (Distance2(id[0], id[2]) <= Distance2(id[1], id[3])) {
       t.insert(t.end(), {id[0], id[1], id[2], id[0], id[2], id[3]});
     } else {
@@ -201,7 +201,7 @@ class Mesher {
   float cut_depth_;
   CellSurface& surface_;
   int n_;  // samples along an axis
-  int m_;  // cells along an axis, those before and after too; cell i lies between samples i + 1 and i + 2
+  int m_;  // cells along an axis, including those before and after; cell i lies between samples i + 1 and i + 2
 };
 
 }  // namespace

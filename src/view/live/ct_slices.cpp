@@ -22,7 +22,7 @@ std::string LetterOf(const Vec3& direction) {
   return kLetters[axis][direction[axis] > 0 ? 1 : 0];
 }
 
-// Negative within the tool; of the disc without its teeth.
+// Signed distance to the tool, negative inside; for a disc, without its teeth.
 double ToolDistance(const Tool& tool, const Vec3& p_T) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     return std::max(std::hypot(p_T.x, p_T.y) - disc->radius_mm(), std::abs(p_T.z) - 0.5 * disc->thickness_mm);
@@ -58,7 +58,7 @@ CtSlice MakeSlice(const std::string& name, const Bone& bone, const Tool& tool, c
       const double grey = 255 * std::clamp((value - window.level_HU) / window.width_HU + 0.5, 0.0, 1.0);
       const auto g = static_cast<std::uint8_t>(grey + 0.5);
       Rgb8 colour{g, g, g};
-      // Lines of a pixel and a half.
+      // Lines are 1.5 pixels wide.
       if (std::abs(SampleTrilinear(phi, p_W / phi_mm)) < 0.75 * pixel_mm) colour = kOutline;
       // A blade thinner than a pixel is drawn as one line.
       const double to_tool = ToolDistance(tool, p_T);
@@ -75,14 +75,14 @@ CtSlice MakeSlice(const std::string& name, const Bone& bone, const Tool& tool, c
 
 CtSlices CalcCtSlices(const Bone& bone, const Tool& tool, const Pose& X_WT, double edge_mm, int pixels,
                       const CtWindow& window) {
-  if (!bone.has_hu()) throw Error("the bone has no CT numbers to show slices of");
+  if (!bone.has_hu()) throw Error("the bone has no CT numbers, so slices can't be shown");
   if (!(edge_mm > 0) || pixels < 8 || pixels > 1024 || !(window.width_HU > 0)) {
-    throw Error("slices of a CT need an edge above 0 mm, 8 to 1024 pixels and a window wider than 0 HU");
+    throw Error("CT slices must have an edge above 0 mm, 8 to 1024 pixels and a window wider than 0 HU");
   }
   const auto make = [&](const char* name, const Vec3& right_T, const Vec3& up_T) {
     return MakeSlice(name, bone, tool, X_WT, right_T, up_T, edge_mm, pixels, window);
   };
-  // Of the blade's plane the direction that is most upright in the patient points up.
+  // In the blade's plane, the direction closest to the patient's upright points up.
   const Vec3 z_T = X_WT.InverseVector({0, 0, 1});
   Vec3 up_T{z_T.x, z_T.y, 0};
   up_T = glm::length(up_T) > 0.1 ? glm::normalize(up_T) : Vec3{0, 1, 0};

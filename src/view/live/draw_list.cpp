@@ -2,12 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace kerf {
 namespace {
 
-// Of VTK's own sans serif, from the space to the tilde, thousandths of the letter's size.
+// Letter widths of VTK's sans serif, from space to tilde, in thousandths of the letter size.
 constexpr std::array<int, 95> kWidths{277, 295, 309, 554, 554, 775, 757, 198, 369, 369, 425, 606, 277, 332, 277, 437,
                                       554, 554, 554, 554, 554, 554, 554, 554, 554, 554, 277, 277, 606, 606, 606, 591,
                                       867, 740, 574, 813, 744, 536, 485, 872, 683, 226, 482, 591, 462, 919, 740, 869,
@@ -79,7 +80,7 @@ void DrawList::Polyline(const std::vector<OverlayPoint>& points, double width, c
 void DrawList::Disc(const OverlayPoint& centre, double diameter, const FlatColour& colour) {
   constexpr int kCorners = 24;
   const auto at = [&](int i) {
-    const double angle = 2 * 3.14159265358979323846 * i / kCorners;
+    const double angle = 2 * std::numbers::pi * i / kCorners;
     return OverlayPoint{centre.column + 0.5 * diameter * std::cos(angle),
                         centre.row + 0.5 * diameter * std::sin(angle)};
   };
@@ -108,7 +109,7 @@ double CalcTextWidth(const std::string& text, double size, bool bold) {
   double sum = 0;
   for (const char letter : text) {
     const auto code = static_cast<unsigned char>(letter);
-    if (code >= 0x80 && code < 0xc0) continue;  // goes on from the byte before
+    if (code >= 0x80 && code < 0xc0) continue;  // continuation byte of UTF-8
     sum += code >= 32 && code < 127 ? (bold ? kBoldWidths : kWidths)[code - 32u] : 750;
   }
   return size * sum / 1000;
@@ -118,7 +119,7 @@ std::string CutText(const std::string& text, double size, bool bold, double widt
   if (CalcTextWidth(text, size, bold) <= width) return text;
   std::string cut = text;
   while (!cut.empty() && CalcTextWidth(cut + "...", size, bold) > width) {
-    // Whole letters, not bytes of them.
+    // Remove whole characters, not single bytes.
     while (cut.size() > 1 && (static_cast<unsigned char>(cut.back()) & 0xc0u) == 0x80u) cut.pop_back();
     cut.pop_back();
   }

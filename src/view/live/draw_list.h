@@ -1,4 +1,4 @@
-// Flat things to draw, in order: what the panels come down to. Pure.
+// Ordered list of flat primitives used to draw the panels. Pure.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// In points of the screen from its top left: pixels divided by the display's scale.
+/// Rectangle in points from the top left of the screen; a point is a pixel divided by the display scale.
 struct FlatBox {
   double left = 0;
   double top = 0;
@@ -36,26 +36,26 @@ struct FlatTriangle {
 };
 struct FlatText {
   std::string text;
-  double x = 0;  // left, middle or right, by `align`
+  double x = 0;  // left edge, middle or right edge, depending on `align`
   double y = 0;  // top of the line
   int size = 14;
   bool bold = false;
-  bool upward = false;  // read from below; x is then its left edge, y the middle
+  bool upward = false;  // rotated, reads upward; then x is its left edge and y the middle
   Align align = Align::kLeft;
   FlatColour colour;
 };
 struct FlatPicture {
   FlatBox box;
-  const Image* image = nullptr;  // must stay until it has been drawn
-  std::uint64_t version = 0;     // another one: the pixels have changed
+  const Image* image = nullptr;  // must live until it has been drawn
+  std::uint64_t version = 0;     // changes if the pixels have changed
 };
 
-/// One thing after the other; each kind keeps its order, and `steps` the order of kinds.
+/// Primitives in drawing order. Each kind has its own list; `steps` keeps the order between kinds.
 class DrawList {
  public:
   void Box(const FlatBox& box, const FlatColour& colour);
   void Frame(const FlatBox& box, double line, const FlatColour& colour);
-  /// A panel's ground, with a thin edge.
+  /// Adds a panel's background with a thin edge.
   void Panel(const FlatBox& box, const FlatColour& ground, const FlatColour& edge);
   void Line(const OverlayPoint& a, const OverlayPoint& b, double width, const FlatColour& colour);
   void Polyline(const std::vector<OverlayPoint>& points, double width, const FlatColour& colour);
@@ -85,12 +85,12 @@ class DrawList {
   std::vector<FlatPicture> pictures_;
 };
 
-/// How wide words come out, from the widths of the letters of VTK's sans serif: within a twentieth of what is drawn.
-/// Letters beyond ASCII count as wide ones.
+/// Returns the width of a text, computed from the letter widths of VTK's sans serif; within 5 % of the drawn width.
+/// Non-ASCII letters count as wide ones.
 double CalcTextWidth(const std::string& text, double size, bool bold);
-/// As much of the text as fits, with "..." at the end where some is left out.
+/// Returns the part of the text that fits into `width`, with "..." appended if text is left out.
 std::string CutText(const std::string& text, double size, bool bold, double width);
-/// In lines that fit, broken at spaces.
+/// Splits the text at spaces into lines that fit into `width`.
 std::vector<std::string> WrapText(const std::string& text, double size, bool bold, double width);
 
 }  // namespace kerf

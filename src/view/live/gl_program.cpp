@@ -21,7 +21,7 @@ GLuint Compile(const char* name, GLenum kind, const char* text) {
   std::array<char, 1024> words{};
   glGetShaderInfoLog(shader, static_cast<GLsizei>(words.size()), nullptr, words.data());
   glDeleteShader(shader);
-  throw Error(fmt::format("this machine's graphics driver does not take the shader {}: {}", name, words.data()));
+  throw Error(fmt::format("this machine's graphics driver can't compile the shader {}: {}", name, words.data()));
 }
 
 }  // namespace
@@ -39,7 +39,7 @@ void GlProgram::Make(const char* name, const char* vertex, const char* fragment)
   glGetProgramiv(id_, GL_LINK_STATUS, &good);
   if (good == GL_TRUE) return;
   Release();
-  throw Error(fmt::format("this machine's graphics driver does not link the shader {}", name));
+  throw Error(fmt::format("this machine's graphics driver can't link the shader {}", name));
 }
 
 void GlProgram::Release() {

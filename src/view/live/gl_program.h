@@ -1,4 +1,4 @@
-// A program of OpenGL 3.3 in the context that is current.
+// OpenGL 3.3 program in the current context.
 #pragma once
 
 #include <array>
@@ -9,16 +9,16 @@ namespace kerf {
 class GlProgram {
  public:
   GlProgram() = default;
-  ~GlProgram() = default;  // Release() while the context is there
+  ~GlProgram() = default;  // call Release() first, while the context exists
   GlProgram(const GlProgram&) = delete;
   GlProgram& operator=(const GlProgram&) = delete;
 
   bool made() const { return id_ != 0; }
-  /// Throws Error with the driver's words when it does not compile.
+  /// Throws Error with the driver's message if it does not compile.
   void Make(const char* name, const char* vertex, const char* fragment);
   void Release();
   void Use() const;
-  /// -1 where the driver has left it out; setting that does nothing.
+  /// Returns -1 if the driver has optimised the uniform away; setting -1 has no effect.
   int Uniform(const char* name) const;
   std::uint32_t id() const { return id_; }
 
@@ -26,7 +26,7 @@ class GlProgram {
   std::uint32_t id_ = 0;
 };
 
-/// Column by column, as OpenGL takes it, from VTK's rows.
+/// Converts VTK's row-major matrix to OpenGL's column-major order.
 std::array<float, 16> ToGl(const double (&rows)[16]);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// What the flat panels over the picture show: plain values, no drawing.
+// Contents of the flat panels over the picture: plain values, no drawing.
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,16 @@
 
 namespace kerf {
 
-/// Shown with one or two decimals; none: "-".
+/// Values shown with one or two decimals, unset ones as "-".
 struct HudValues {
-  std::optional<double> depth_mm;           // of the tool's lowest point under the surface where it entered
+  std::optional<double> depth_mm;           // depth of the tool's lowest point below the surface where it entered
   std::optional<double> feed_mm_per_s;      // of the tool
   std::optional<double> rpm;                // of the spindle
   std::optional<double> force_N;            // on the hand
-  std::optional<double> nerve_mm;           // blade to the canal; not above 0: it is cut
-  std::optional<double> plan_angle_deg;     // blade to the plan's plane
-  std::optional<double> plan_offset_mm;     // likewise
-  std::optional<double> nerve_warn_mm = 2;  // nearer than this is marked
+  std::optional<double> nerve_mm;           // distance from blade to nerve canal; not above 0: the canal is cut
+  std::optional<double> plan_angle_deg;     // angle between the blade and the plane of the plan
+  std::optional<double> plan_offset_mm;     // distance of the blade from that plane
+  std::optional<double> nerve_warn_mm = 2;  // smaller distances are highlighted
 };
 
 struct PlotPoint {
@@ -29,16 +29,16 @@ struct PlotPoint {
 
 enum class HudLevel : std::uint8_t { kPlain, kGood, kWarn, kBad };
 
-/// How far something is from where it is to be. Colour, shape and word say the same.
+/// Gauge of a quantity with a goal. Colour, shape and word show the same level.
 struct HudGauge {
   std::string title;  // "Depth"
   std::string unit = "mm";
-  double lower = 0;  // the bar's ends
+  double lower = 0;  // range of the bar
   double upper = 10;
   std::optional<double> value;
-  std::optional<double> goal;  // a mark
-  double good = 0.3;           // within so much of the goal
-  double warn = 1;             // within so much; beyond the goal by more than that is bad
+  std::optional<double> goal;  // marked on the bar
+  double good = 0.3;           // tolerance around the goal that counts as good
+  double warn = 1;             // tolerance for a warning; more than this beyond the goal is bad
   HudLevel level = HudLevel::kPlain;
   std::string word;  // "go on", "slow down", "stop", "too deep"
 };
@@ -49,12 +49,12 @@ struct HudStatus {
   std::string mode;  // "Rehearse", an exercise's title, ...
   std::string message;
   std::optional<double> recording_s;
-  std::string right;  // at the right end: "F1 help", ticks missed, ...
+  std::string right;  // at the right end: "F1 help", missed ticks, ...
 };
 
 struct HudPiece {
   std::string name;
-  std::string detail;  // volume, moved by
+  std::string detail;  // volume; or overlap with or gap to the selected piece
   Rgb8 colour = kBoneColour;
   bool selected = false;
   bool hidden = false;
@@ -76,9 +76,9 @@ struct HudMenuRow {
 };
 struct HudMenu {
   std::string title;
-  std::vector<HudMenuRow> rows;  // what does not fit is scrolled, so that the selected one is seen
+  std::vector<HudMenuRow> rows;  // scrolled if they do not fit, so that the selected row is visible
   int selected = 0;
-  std::string footer;  // which keys do what
+  std::string footer;  // explains the keys
 };
 
 struct HudResultRow {
@@ -89,7 +89,7 @@ struct HudResultRow {
 };
 struct HudResult {
   std::string title;
-  std::string headline;  // "82 of 100"
+  std::string headline;  // "82 out of 100"
   std::vector<HudResultRow> rows;
   std::string footer;
 };
@@ -97,24 +97,24 @@ struct HudResult {
 struct HudProgress {
   std::string title;  // "Loading body_osteotomy.toml"
   std::string stage;
-  std::optional<double> fraction;  // 0 to 1; none: unknown
+  std::optional<double> fraction;  // 0 to 1; unset: unknown
 };
 
 struct HudBanner {
   enum class Kind : std::uint8_t { kNotice, kWarning, kQuestion };
   Kind kind = Kind::kNotice;
   std::string text;
-  std::string answers;  // "Y yes   N no"; may be empty
+  std::string answers;  // "Y yes   N no"; optional
 };
 
-/// Everything that is flat. What is none or empty takes no room.
+/// Contents of all flat panels. Unset or empty members take no space.
 struct HudState {
   bool show_values = true;
   HudValues values;
   bool show_plot = true;
   std::vector<PlotPoint> force;  // in order of time; the last 10 s are shown
-  double now_s = 0;              // the plot's right end
-  std::string force_note;        // how near the force is to a measured one; below the plot
+  double now_s = 0;              // time at the plot's right end
+  std::string force_note;        // comparison of the force with a measured one; below the plot
   std::optional<HudGauge> gauge;
   HudStatus status;
   std::vector<HudPiece> pieces;

@@ -32,12 +32,12 @@ std::string FormatHudNumber(const std::optional<double>& value, int decimals) {
   return fmt::format("{:.{}f}", shown, decimals);
 }
 
-ScaleBar CalcScaleBar(double mm_per_point, double most_points) {
-  const double most_mm = mm_per_point * most_points;
-  const double power = std::pow(10.0, std::floor(std::log10(most_mm)));
+ScaleBar CalcScaleBar(double mm_per_point, double max_points) {
+  const double max_mm = mm_per_point * max_points;
+  const double power = std::pow(10.0, std::floor(std::log10(max_mm)));
   double mm = power;
   for (const double factor : {5.0, 2.0}) {
-    if (factor * power <= most_mm) {
+    if (factor * power <= max_mm) {
       mm = factor * power;
       break;
     }
@@ -83,7 +83,7 @@ void DrawValues(const HudValues& v, const FlatBox& box, DrawList& list) {
   }
 }
 
-// The largest value that the axis shows: 1, 2 or 5 times a power of ten, not below 1 N.
+// Returns the top of the axis: 1, 2 or 5 times a power of ten, at least 1 N.
 double CalcAxisTop(double largest) {
   double top = 1;
   for (int i = 0; top < largest && i < 30; ++i) top *= i % 3 == 1 ? 2.5 : 2;
@@ -116,7 +116,7 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
   }
   list.Text({"10 s ago", plot.left, plot.bottom() + 4, S::kSmall - 1, false, false, Align::kLeft, ink::kFaint});
   list.Text({"now", plot.right(), plot.bottom() + 4, S::kSmall - 1, false, false, Align::kRight, ink::kFaint});
-  // Of many points the largest and the smallest of each half point of the screen.
+  // Reduce many points to the largest and the smallest value for each half point of the screen.
   std::vector<OverlayPoint> line;
   long column = -1;
   double low = 0;
@@ -129,9 +129,9 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
     }
   };
   for (const PlotPoint& p : state.force) {
-    const double share = 1 - (state.now_s - p.time_s) / kSpan_s;
-    if (share < 0 || share > 1 || !std::isfinite(p.force_N)) continue;
-    const long here = std::lround(2 * share * plot.width);
+    const double fraction = 1 - (state.now_s - p.time_s) / kSpan_s;
+    if (fraction < 0 || fraction > 1 || !std::isfinite(p.force_N)) continue;
+    const long here = std::lround(2 * fraction * plot.width);
     if (here != column) {
       flush();
       column = here;
@@ -275,7 +275,7 @@ void DrawStatus(const HudStatus& status, const FlatBox& box, DrawList& list) {
   }
   double x = box.left + S::kInset;
   bool first = true;
-  // From left to right, as far as there is room; `before` is what stands before the words.
+  // From left to right while there is space; `before`: space to the left of the text.
   const auto write = [&](const std::string& text, bool bold, double before, double most) {
     const double room = std::min(most, right - x - before);
     if (text.empty() || room < 40) return false;
@@ -286,7 +286,7 @@ void DrawStatus(const HudStatus& status, const FlatBox& box, DrawList& list) {
     x += before + 1.05 * CalcTextWidth(shown, S::kText, bold) + 18;
     return true;
   };
-  // On: a filled disc that stands out; off: a ring.
+  // On: a prominent filled disc; off: a ring.
   const OverlayPoint lamp{x + 7, box.top + 14};
   list.Disc(lamp, 14, status.spindle_on ? FlatColour{LevelColour(HudLevel::kBad), 1} : ink::kFaint);
   if (!status.spindle_on) list.Disc(lamp, 9, {{236, 239, 243}, 1});
@@ -340,7 +340,7 @@ void DrawLabels(const std::vector<SceneLabel>& labels, const HudLayout& layout, 
   std::vector<FlatBox> taken = layout.Panels();
   for (const SceneLabel& label : labels) {
     const double width = 1.05 * CalcTextWidth(label.text, S::kText, true) + 10;
-    // Beside the spot, or where else nothing is.
+    // Next to the spot, at the first place that is free.
     const FlatBox places[] = {
         {label.x + 8, label.y - 24, width, 20},         {label.x + 8, label.y + 6, width, 20},
         {label.x - 8 - width, label.y - 24, width, 20}, {label.x - 8 - width, label.y + 6, width, 20},

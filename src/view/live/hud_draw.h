@@ -1,4 +1,4 @@
-// What each panel looks like. Pure: state and places in, flat things out.
+// Draws each panel. Pure: turns state and layout into flat primitives.
 #pragma once
 
 #include <optional>
@@ -11,32 +11,32 @@
 
 namespace kerf {
 
-/// Words beside something in the scene; not drawn where a panel is.
+/// Text label in the scene; not drawn where a panel is.
 struct SceneLabel {
   std::string text;
-  double x = 0;  // points, of the spot that it names
+  double x = 0;  // position of the labelled spot, points
   double y = 0;
   Rgb8 colour{40, 44, 52};
 };
 
-/// The scale bar: so many points are so many mm at the depth of the camera's target.
+/// Scale bar: `points` on the screen correspond to `mm` at the depth of the camera's target.
 struct ScaleBar {
   double mm = 10;
   double points = 100;
 };
-/// The largest 1, 2 or 5 times a power of ten that is at most `most_points` long.
-ScaleBar CalcScaleBar(double mm_per_point, double most_points);
+/// Returns the longest bar of 1, 2 or 5 times a power of ten mm that is at most `max_points` long.
+ScaleBar CalcScaleBar(double mm_per_point, double max_points);
 
 struct HudPictures {
-  const CtSlices* slices = nullptr;  // may be null
-  std::uint64_t version = 0;         // of them
+  const CtSlices* slices = nullptr;  // optional
+  std::uint64_t version = 0;         // of the slices; changes when they do
 };
 
 void DrawHud(const HudState& state, const HudLayout& layout, const HudPictures& pictures,
              const std::vector<SceneLabel>& labels, const std::optional<ScaleBar>& scale, DrawList& list);
 
 Rgb8 LevelColour(HudLevel level);
-/// "1.23", "45.6", "789", "-" for none; never "-0.00".
+/// Formats a number: "1.23", "45.6", "789", "-" if unset; never "-0.00".
 std::string FormatHudNumber(const std::optional<double>& value, int decimals);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// Colours and marks that all panels share.
+// Colours and marks shared by all panels.
 #pragma once
 
 #include "view/live/draw_list.h"
@@ -6,7 +6,7 @@
 
 namespace kerf {
 
-/// Help, menu, result or progress, whichever the state has.
+/// Draws help, menu, result or progress, whichever the state contains.
 void DrawModal(const HudState& state, const FlatBox& box, DrawList& list);
 
 namespace ink {
@@ -16,9 +16,10 @@ inline constexpr FlatColour kFaint{{88, 96, 108}, 1};
 inline constexpr FlatColour kGround{{250, 251, 252}, 0.97};
 inline constexpr FlatColour kEdge{{176, 183, 192}, 1};
 
-/// A shape for each level, so that no colour is needed: disc, triangle, square with a cross. (x, y): its middle.
+/// Draws a distinct shape for each level, readable without colour: disc, triangle, square with a cross. (x, y): its
+/// centre.
 void Mark(HudLevel level, double x, double y, double size, DrawList& list);
-/// The ground of a row that is chosen.
+/// Draws the background of a selected row.
 void Selected(const FlatBox& row, DrawList& list);
 
 }  // namespace ink

@@ -42,15 +42,15 @@ double HelpHeight(const std::vector<HudKeyGroup>& groups, double width) {
 }
 
 FlatBox CalcModal(double width, double height, const HudState& state) {
-  const double most_width = width - 2 * S::kEdge;
-  const double most_height = height - S::kStatus - 2 * S::kEdge;
+  const double max_width = width - 2 * S::kEdge;
+  const double max_height = height - S::kStatus - 2 * S::kEdge;
   double w = 0;
   double h = 0;
   if (state.progress) {
     w = 520;
     h = 150;
   } else if (state.show_help) {
-    w = std::min(most_width, 1200.0);
+    w = std::min(max_width, 1200.0);
     h = kHelpHead + HelpHeight(state.help, w - 4 * S::kInset) + 2 * S::kInset;
   } else if (state.menu) {
     w = 640;
@@ -65,8 +65,8 @@ FlatBox CalcModal(double width, double height, const HudState& state) {
   } else {
     return {};
   }
-  w = std::min(w, most_width);
-  h = std::min(h, most_height);
+  w = std::min(w, max_width);
+  h = std::min(h, max_height);
   return {std::floor(0.5 * (width - w)), std::floor(0.5 * (height - S::kStatus - h)), w, h};
 }
 
@@ -98,7 +98,7 @@ HudLayout CalcHudLayout(double width, double height, const HudState& state, cons
     return layout;
   }
 
-  // ---- left: values, plot, gauge, pieces, as far as they fit; the gauge before the plot
+  // ---- left: values, gauge, plot, pieces, as far as they fit; the gauge has priority over the plot
   const bool wants_column = state.show_values || state.show_plot || state.gauge.has_value() || !state.pieces.empty();
   if (wants_column && width >= 2.2 * S::kColumn) {
     double y = S::kEdge;
@@ -121,7 +121,7 @@ HudLayout CalcHudLayout(double width, double height, const HudState& state, cons
     if (y > S::kEdge) left += S::kColumn + S::kEdge;
   }
 
-  // ---- right: slices, and the cube under them
+  // ---- right: slices, and the orientation cube below them
   const double cube = extras.orientation ? S::kCube : 0;
   double column = 0;
   if (extras.slices > 0 && width >= 3.2 * S::kColumn) {

@@ -1,4 +1,4 @@
-// Where the panels stand. Pure: the same contents in the same window come to stand in the same places.
+// Layout of the panels. Pure: equal contents in an equal window give equal positions.
 #pragma once
 
 #include <vector>
@@ -8,32 +8,33 @@
 
 namespace kerf {
 
-/// Sizes of letters and lines, in points.
+/// Sizes of letters and lines, points.
 struct HudSizes {
-  static constexpr double kEdge = 8;      // between panels, and to the window's edge
-  static constexpr double kInset = 10;    // between a panel's edge and its words
+  static constexpr double kEdge = 8;      // between panels, and between panels and the window's edge
+  static constexpr double kInset = 10;    // between a panel's edge and its text
   static constexpr double kColumn = 236;  // width of the left column
-  static constexpr double kSlices = 168;  // width of a slice's panel at most
+  static constexpr double kSlices = 168;  // maximum width of a slice's panel
   static constexpr double kStatus = 28;   // height of the status line
   static constexpr double kLegend = 232;
   static constexpr double kCube = 104;
   static constexpr int kText = 15;
   static constexpr int kSmall = 13;
   static constexpr int kTitle = 20;
-  static constexpr double kRow = 22;  // from line to line of kText
+  static constexpr double kRow = 22;  // line spacing of kText
   static constexpr double kSmallRow = 18;
 };
 
-/// What else takes room besides the state's own panels.
+/// Elements that need space besides the panels of the state.
 struct HudExtras {
   int slices = 0;  // 0 or 3
   bool orientation = true;
   bool scale_bar = true;
 };
 
-/// Empty boxes: not shown, for want of contents or of room (the less needed first).
+/// Positions of all panels. A box is empty if its panel is not shown: no contents or no space. Less important panels
+/// are dropped first.
 struct HudLayout {
-  double width = 0;  // of the window, points
+  double width = 0;  // width of the window, points
   double height = 0;
   FlatBox values, plot, gauge, pieces;  // the left column
   FlatBox banner;                       // at the top, between the columns
@@ -41,25 +42,25 @@ struct HudLayout {
   std::vector<FlatBox> slices;  // the right column
   FlatBox orientation, scale_bar;
   FlatBox status;               // along the bottom
-  FlatBox modal;                // help, menu, result or progress, over a covered scene; others are not shown
-  FlatBox scene;                // what is left for looking at the bone
-  std::size_t legend_rows = 0;  // that fit
+  FlatBox modal;                // help, menu, result or progress over a covered scene; other panels are hidden
+  FlatBox scene;                // free area for the view of the bone
+  std::size_t legend_rows = 0;  // number of rows that fit
   std::size_t piece_rows = 0;
 
-  /// All that are not empty, but the scene.
+  /// Returns all boxes that are not empty, except `scene`.
   std::vector<FlatBox> Panels() const;
 };
 
-/// `width`, `height`: of the window in points (pixels by scale).
+/// `width`, `height`: size of the window in points (pixels divided by scale).
 HudLayout CalcHudLayout(double width, double height, const HudState& state, const HudExtras& extras);
 
-/// Of the plot of the force without its note, and of a line of the note; points.
+/// Height of the force plot without its note, and of a line of the note; points.
 inline constexpr double kPlotHeight = 138;
 inline constexpr double kNoteLine = 15;
-/// The note below the plot, in lines that fit.
+/// Splits the note below the plot into lines that fit.
 std::vector<std::string> WrapForceNote(const HudState& state);
 
-/// Columns of the help's groups, in order, each as low as it gets: for a modal box this wide and high.
+/// Position of a group of the help. Groups are placed in order, each in the column that is least full.
 struct HelpPlace {
   std::size_t group = 0;
   double x = 0;
@@ -68,16 +69,16 @@ struct HelpPlace {
 };
 std::vector<HelpPlace> PlaceHelp(const std::vector<HudKeyGroup>& groups, const FlatBox& inside);
 
-/// The first row that is shown of a list that is longer than its room.
+/// Returns the first visible row of a list that is longer than its space.
 std::size_t FirstRow(std::size_t rows, std::size_t shown, std::size_t selected);
 
-/// Boxes of a menu's rows that are shown, from `first`.
+/// Boxes of the visible rows of a menu, starting with row `first`.
 struct MenuRows {
   std::size_t first = 0;
   std::vector<FlatBox> rows;
 };
 MenuRows PlaceMenuRows(const HudMenu& menu, const FlatBox& modal);
-/// Of the pieces' panel likewise.
+/// The same for the pieces panel.
 MenuRows PlacePieceRows(const std::vector<HudPiece>& pieces, const HudLayout& layout);
 
 }  // namespace kerf

@@ -47,7 +47,7 @@ void Selected(const FlatBox& row, DrawList& list) {
 namespace {
 
 void DrawTitle(const std::string& title, const FlatBox& box, DrawList& list) {
-  // The right end is left for what is said of rows that are not shown.
+  // The right end is reserved for the note about rows that are not shown.
   list.Text({CutText(title, S::kTitle, true, box.width - 4 * S::kInset - 130), box.left + 2 * S::kInset, box.top + 14,
              S::kTitle, true, false, Align::kLeft, ink::kText});
 }
@@ -64,10 +64,10 @@ void DrawProgress(const HudProgress& progress, const FlatBox& box, DrawList& lis
   const FlatBox bar{box.left + 2 * S::kInset, box.top + 62, box.width - 4 * S::kInset, 22};
   list.Box(bar, {{222, 226, 231}, 1});
   if (progress.fraction) {
-    const double share = std::clamp(*progress.fraction, 0.0, 1.0);
-    list.Box({bar.left, bar.top, share * bar.width, bar.height}, {kForceColour, 1});
-    list.Text({fmt::format("{:.0f} %", std::floor(100 * share)), bar.right(), bar.bottom() + 12, S::kText, true, false,
-               Align::kRight, ink::kText});
+    const double fraction = std::clamp(*progress.fraction, 0.0, 1.0);
+    list.Box({bar.left, bar.top, fraction * bar.width, bar.height}, {kForceColour, 1});
+    list.Text({fmt::format("{:.0f} %", std::floor(100 * fraction)), bar.right(), bar.bottom() + 12, S::kText, true,
+               false, Align::kRight, ink::kText});
   }
   list.Frame(bar, 1, ink::kFaint);
   list.Text({CutText(progress.stage, S::kText, false, bar.width - 70), bar.left, bar.bottom() + 12, S::kText, false,
@@ -91,7 +91,7 @@ void DrawHelp(const std::vector<HudKeyGroup>& groups, const FlatBox& box, DrawLi
                {kForceColour, 1}});
     list.Box({place.x, y + 20, place.width, 1}, ink::kEdge);
     y += 26;
-    // All keys of a group in one column, as wide as the widest, but never more than half.
+    // All keys of a group are in one column, as wide as the widest, but at most half of the width.
     double widest = 0;
     for (const HudKey& key : group.keys) widest = std::max(widest, 1.05 * CalcTextWidth(key.keys, S::kSmall, true));
     widest = std::min(widest + 12, 0.55 * place.width);

@@ -35,7 +35,7 @@ struct Texture {
   bool used = false;
 };
 
-// 0: plain, 1: letters, 2: picture; as in flat.frag.
+// 0: plain, 1: text, 2: image; same values as in flat.frag.
 struct Run {
   int kind;
   std::size_t first;
@@ -75,7 +75,7 @@ struct HudProp::State {
   GLuint vertex_array = 0;
   GLuint buffer = 0;
   TextAtlas atlas;
-  std::map<std::size_t, Texture> pictures;  // by place in the list
+  std::map<std::size_t, Texture> pictures;  // by index in the list
   std::vector<Vertex> vertices;
   std::vector<Run> runs;
 
@@ -94,7 +94,7 @@ struct HudProp::State {
     Quads(vertices).Add(x, y, p.width, p.height, p.left, p.top, p.width, p.height, text.colour);
   }
 
-  // False: the words' texture was begun anew on the way, so what came before has lost its words.
+  // Returns false if the text texture was cleared in the process, so that earlier texts are lost.
   bool MakeVertices() {
     vertices.clear();
     runs.clear();

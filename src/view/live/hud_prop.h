@@ -1,4 +1,4 @@
-// A DrawList as something that VTK draws, in one go.
+// VTK prop that draws a DrawList in one pass.
 #pragma once
 
 #include <vtkProp.h>
@@ -15,7 +15,7 @@ class HudProp : public vtkProp {
   vtkTypeMacro(HudProp, vtkProp) HudProp(const HudProp&) = delete;
   HudProp& operator=(const HudProp&) = delete;
 
-  /// To be drawn from now on. `scale`: pixels a point.
+  /// Sets the list to draw. `scale`: pixels per point.
   void SetList(DrawList list, double scale);
 
   int RenderOverlay(vtkViewport* viewport) override;

@@ -9,12 +9,12 @@
 namespace kerf {
 namespace {
 
-// Where the tissue is, as a smooth field: its share among a voxel and its 26 neighbours, turned to be negative inside.
+// Meshes a smooth field of the tissue: its fraction among a voxel and its 26 neighbours, negative inside.
 TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
   const Bone::Grids& grids = bone.grids();
-  const openvdb::FloatGrid::Ptr share = openvdb::FloatGrid::create(1.0F);
-  share->setTransform(grids.region->transform().copy());
-  share->setGridClass(openvdb::GRID_LEVEL_SET);  // else its surface is turned inside out
+  const openvdb::FloatGrid::Ptr fraction = openvdb::FloatGrid::create(1.0F);
+  fraction->setTransform(grids.region->transform().copy());
+  fraction->setGridClass(openvdb::GRID_LEVEL_SET);  // otherwise its surface is turned inside out
   std::array<bool, 256> wanted{};
   bool any = false;
   for (const auto& [id, region] : grids.materials.regions()) {
@@ -22,7 +22,7 @@ TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
     any = any || region.tissue == tissue;
   }
   if (!any) return {};
-  auto to = share->getAccessor();
+  auto to = fraction->getAccessor();
   constexpr float kPart[4] = {8.0F / 64, 4.0F / 64, 2.0F / 64, 1.0F / 64};  // by the number of axes that differ
   const auto add = [&](const openvdb::Coord& at) {
     for (int x = -1; x <= 1; ++x) {
@@ -45,11 +45,11 @@ TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
       for (auto at = box.begin(); at; ++at) add(*at);
     }
   }
-  if (share->activeVoxelCount() == 0) return {};
-  return ExtractZeroLevel(*share, 0);
+  if (fraction->activeVoxelCount() == 0) return {};
+  return ExtractZeroLevel(*fraction, 0);
 }
 
-// Taubin's: to the middle of the neighbours and nearly as far back, so that steps go and the size stays.
+// Taubin smoothing: towards the mean of the neighbours and nearly as far back, which removes steps but keeps the size.
 void Smooth(TriangleMesh& mesh) {
   constexpr int kRounds = 10;
   std::vector<Vec3> sum(mesh.points.size());
@@ -63,9 +63,9 @@ void Smooth(TriangleMesh& mesh) {
         ++count[t[i]];
       }
     }
-    const double share = round % 2 == 0 ? 0.5 : -0.53;
+    const double fraction = round % 2 == 0 ? 0.5 : -0.53;
     for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-      if (count[i] > 0) mesh.points[i] += share * (sum[i] / static_cast<double>(count[i]) - mesh.points[i]);
+      if (count[i] > 0) mesh.points[i] += fraction * (sum[i] / static_cast<double>(count[i]) - mesh.points[i]);
     }
   }
 }

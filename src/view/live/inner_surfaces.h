@@ -1,4 +1,4 @@
-// What lies within the bone and is shown when it is translucent: the nerve's canal and the roots of the teeth.
+// Structures inside the bone that are shown when it is translucent: the nerve canal and the roots of the teeth.
 #pragma once
 
 #include "kerf/bone.h"
@@ -11,7 +11,8 @@ struct InnerSurfaces {
   TriangleMesh teeth_W;
 };
 
-/// From the region grid, its steps smoothed away: true to a voxel. Empty where the bone has no such region.
+/// Extracts the surfaces from the region grid with its steps smoothed; accurate to a voxel. A mesh is empty if the bone
+/// has no such region.
 InnerSurfaces MakeInnerSurfaces(const Bone& bone);
 
 }  // namespace kerf

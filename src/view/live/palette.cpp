@@ -17,7 +17,7 @@ Rgb8 UncutColour(Tissue tissue) {
 }  // namespace
 
 Rgb8 CutColour(Tissue tissue) {
-  // A little warmer than the bone's outside, and as light.
+  // A little warmer than the bone's outside, and equally light.
   if (tissue == Tissue::kCortical) return {255, 217, 128};
   return TissueColour(tissue);
 }

@@ -1,4 +1,4 @@
-// What the colours of the bone's surface mean. Pure.
+// Colours of the bone's surface and their legend. Pure.
 #pragma once
 
 #include <array>
@@ -11,17 +11,18 @@
 
 namespace kerf {
 
-/// By region; from 256 on where it was cut. The fourth figure is 255 for what is drawn with pores.
+/// Colours by region; entries from 256 on are for cut faces. The fourth component is 255 for tissue drawn with pores.
 using BonePalette = std::array<std::array<std::uint8_t, 4>, 512>;
 
-/// Plain: bone is bone, but what was cut shows its tissue. By tissue and by region: everywhere.
+/// Plain: uncut bone has the colour of bone, cut faces show their tissue. By tissue or by region: the colours apply
+/// everywhere.
 BonePalette MakePalette(const MaterialTable& materials, ColourBy by);
-/// Of a cut face, plain or by tissue.
+/// Colour of a cut face, in modes plain and by tissue.
 Rgb8 CutColour(Tissue tissue);
 
-/// How many vertices have each entry of the palette.
+/// Number of vertices for each entry of the palette.
 using PaletteCounts = std::array<std::uint64_t, 512>;
-/// Entries that occur in at least 0.1 % of the vertices that a colour is given to.
+/// Returns the entries that occur in at least 0.1 % of the coloured vertices.
 std::vector<LegendEntry> MakeLegend(const MaterialTable& materials, ColourBy by, const PaletteCounts& counts);
 std::string LegendTitle(ColourBy by);
 

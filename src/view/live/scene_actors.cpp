@@ -25,9 +25,9 @@ constexpr Rgb8 kReachedColour{190, 40, 20};
 constexpr Rgb8 kGuideColour{0, 130, 95};
 constexpr Rgb8 kMeasureColour{120, 40, 110};
 
-Rgb8 Lighter(const Rgb8& c, double share, const Rgb8& to) {
+Rgb8 Lighter(const Rgb8& c, double fraction, const Rgb8& to) {
   Rgb8 mixed{};
-  for (std::size_t i = 0; i < 3; ++i) mixed[i] = static_cast<std::uint8_t>(c[i] + share * (to[i] - c[i]));
+  for (std::size_t i = 0; i < 3; ++i) mixed[i] = static_cast<std::uint8_t>(c[i] + fraction * (to[i] - c[i]));
   return mixed;
 }
 
@@ -84,7 +84,7 @@ struct SceneActors::State {
   }
   void ShowTool() {
     if (toothed == nullptr) return;
-    // Teeth that go by too fast to be seen one by one.
+    // Teeth that pass too fast to be seen separately are drawn blurred.
     const auto* disc = tool ? std::get_if<DiscSaw>(&*tool) : nullptr;
     const bool whirls = disc != nullptr && std::abs(rpm) * disc->teeth / 60 > 15;
     toothed->SetVisibility(!whirls);
@@ -216,7 +216,7 @@ void SceneActors::SetDepthStops(const std::vector<DepthStopOverlay>& stops) {
   for (const DepthStopOverlay& stop : stops) {
     const Rgb8 colour = stop.reached ? kReachedColour : kStopColour;
     const std::vector<Vec3> circle = MakeCircle(stop.p_W, stop.normal_W, stop.radius_mm, 72);
-    // Hatched, so that it is no plane of the plan to anybody.
+    // Hatched, to distinguish it from the planes of the plan.
     std::vector<std::vector<Vec3>> lines{Closed(circle)};
     for (std::size_t i = 4; i < 36; i += 4) lines.push_back({circle[i], circle[72 - i]});
     s.Add(s.scene, s.stop_actors, MakeLineActor(lines, colour, (stop.reached ? 3.0 : 1.6) * s.scale));

@@ -1,4 +1,4 @@
-// Everything in the scene that is not the bone: tool, plan, measures, pieces.
+// Everything in the scene except the bone: tool, plan, measures, pieces.
 #pragma once
 
 #include <memory>
@@ -14,13 +14,13 @@ namespace kerf {
 
 class SceneActors {
  public:
-  /// `scene`: what bone can hide; `over`: what lies above everything.
+  /// `scene`: for objects that the bone can hide; `over`: for objects above everything else.
   SceneActors(vtkRenderer& scene, vtkRenderer& over);
   ~SceneActors();
   SceneActors(const SceneActors&) = delete;
   SceneActors& operator=(const SceneActors&) = delete;
 
-  void SetScale(double scale);  // pixels a point
+  void SetScale(double scale);  // pixels per point
   void SetInner(const InnerSurfaces& surfaces, bool shown);
   void ShowInner(bool shown);
   void SetTool(const Tool& tool);
@@ -28,7 +28,7 @@ class SceneActors {
   void SetToolPose(const Pose& X_WT, double rpm, double angle_rad);
   void SetToolColour(const Rgb8& colour);
   void SetGhost(const std::optional<Pose>& X_WH);
-  /// `mm_per_point`: at the arrow; it is as thick at every zoom.
+  /// `mm_per_point`: at the arrow; keeps its thickness constant at every zoom.
   void SetForce(const std::optional<ForceArrow>& force, double mm_per_point);
   void SetPlanes(const std::vector<PlaneOverlay>& planes);
   void SetDepthStops(const std::vector<DepthStopOverlay>& stops);
@@ -37,9 +37,9 @@ class SceneActors {
   void SetPieces(const std::vector<PieceShape>& pieces);
   const std::vector<PieceShape>& pieces() const;
 
-  /// Holds all that is shown.
+  /// Returns a box that contains everything shown.
   Box3 CalcBounds() const;
-  /// Names beside things, in points.
+  /// Returns the labels of the objects, positions in points.
   std::vector<SceneLabel> MakeLabels(const ViewCamera& camera) const;
 
  private:

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
+#include <numbers>
 
 #include "view/picture/colours.h"
 #include "view/picture/picture.h"
@@ -22,9 +23,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-// As MakeToolMesh() cuts its teeth.
+// Depth of the gullets that MakeToolMesh() cuts.
 double GulletDepth(const DiscSaw& saw) {
   return std::min(0.45 * saw.pitch_mm(), 0.1 * saw.radius_mm());
 }
@@ -33,7 +32,7 @@ void SetColour(vtkProperty& property, const Rgb8& colour) {
   property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
 }
 
-// Two directions across a normal.
+// Returns two directions perpendicular to a normal.
 std::array<Vec3, 2> Across(const Vec3& normal) {
   const Vec3 other = std::abs(normal.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 u = glm::normalize(glm::cross(normal, other));
@@ -69,7 +68,7 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& co
   mapper->SetScalarVisibility(by_point ? 1 : 0);
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
-  // What can be seen through comes after all that stands behind it.
+  // Translucent objects are drawn after everything behind them.
   if (opacity < 1) {
     actor->ForceTranslucentOn();
   } else {
@@ -136,7 +135,7 @@ vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
     const vtkIdType first = points->GetNumberOfPoints();
     for (int ring = 0; ring < 3; ++ring) {
       for (int i = 0; i < kSectors; ++i) {
-        const double angle = 2 * kPi * i / kSectors;
+        const double angle = 2 * std::numbers::pi * i / kSectors;
         points->InsertNextPoint(radii[ring] * std::cos(angle), radii[ring] * std::sin(angle), z);
         colours->InsertNextTuple4(kSteelColour[0], kSteelColour[1], kSteelColour[2], kAlpha[ring]);
       }
@@ -194,7 +193,7 @@ std::vector<Vec3> MakeCircle(const Vec3& middle, const Vec3& normal, double radi
   const auto [u, v] = Across(CalcDirection(normal).value_or(Vec3{0, 0, 1}));
   std::vector<Vec3> circle;
   for (int i = 0; i < corners; ++i) {
-    const double angle = 2 * kPi * i / corners;
+    const double angle = 2 * std::numbers::pi * i / corners;
     circle.push_back(middle + radius * (std::cos(angle) * u + std::sin(angle) * v));
   }
   return circle;

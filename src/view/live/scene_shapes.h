@@ -1,4 +1,4 @@
-// Surfaces and lines as VTK's actors.
+// Surfaces and lines as VTK actors.
 #pragma once
 
 #include <vtkActor.h>
@@ -14,26 +14,26 @@
 
 namespace kerf {
 
-enum class Finish { kMatt, kMetal, kFlat };  // flat: not lit
+enum class Finish { kMatt, kMetal, kFlat };  // flat: unlit
 
-/// Smooth where the surface is smooth, with creases where it bends by more than 40 degrees. Drawn with the solid things
-/// whatever its opacity, so in the order in which actors are added.
-/// `point_colours`: one for each point, or null.
+/// Makes an actor with smooth shading, and creases where the surface bends by more than 40 degrees. With opacity 1 it
+/// is drawn in VTK's opaque pass, otherwise in the translucent pass after it. `point_colours`: one for each point, or
+/// null.
 vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish,
                                         const std::vector<Rgb8>* point_colours = nullptr);
-/// The twelve edges of a box.
+/// Returns the twelve edges of a box.
 std::vector<std::vector<Vec3>> MakeBoxEdges(const Box3& box);
-/// `width_px`: of the window.
+/// `width_px`: in pixels of the window.
 vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& lines, const Rgb8& colour,
                                         double width_px);
-/// What whirling teeth look like: a ring between the gullets and the tips, thinner outward, in the tool's frame.
+/// Makes the motion blur of turning teeth: a ring between gullets and tips, less opaque outwards, in the tool's frame.
 vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw);
-/// A disc without teeth, as large as what is solid in every turn.
+/// Makes a disc without teeth, with the radius up to which the blade is solid at every angle.
 TriangleMesh MakeTurningMesh(const DiscSaw& saw);
 
-/// A rectangle, its corners in order.
+/// Returns the corners of a rectangle in order.
 std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Vec3& up, double width, double height);
-/// Filled, convex.
+/// Makes a filled convex polygon.
 TriangleMesh MakePolygon(const std::vector<Vec3>& corners);
 std::vector<Vec3> MakeCircle(const Vec3& middle, const Vec3& normal, double radius, int corners);
 TriangleMesh MakeArrowMesh(const Vec3& tail, const Vec3& tip, double shaft_radius);

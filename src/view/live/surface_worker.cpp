@@ -37,13 +37,13 @@ struct SurfaceWorker::State {
         passes(MakePasses(chunks.bone().voxel_mm())),
         arena(threads > 0 ? threads : tbb::task_arena::automatic) {}
 
-  // A meshing of all chunks at one step, and how far it has come.
+  // Progress of meshing all chunks at one step.
   struct Pass {
     int step;
-    std::size_t next;  // of `all`
+    std::size_t next;  // index in `all`
   };
-  // Cells of up to 0.85 mm show a bone well enough to begin with, then finer ones; last the still coarser, up to
-  // 1.25 mm, which only a slow machine draws, from afar.
+  // Cells of up to 0.85 mm show a bone well enough to begin with. Finer cells follow. Coarser ones up to 1.25 mm come
+  // last: only a slow machine draws them, from a distance.
   static std::vector<Pass> MakePasses(double voxel_mm) {
     std::vector<Pass> first, last;
     for (const int step : BoneChunks::kSteps) {
@@ -56,7 +56,7 @@ struct SurfaceWorker::State {
     first.insert(first.end(), last.begin(), last.end());
     return first;
   }
-  // The one to go on with; null when all that are wanted are done.
+  // Returns the pass to continue with; null if all wanted passes are done.
   Pass* FindPass(int wanted) {
     const auto at = std::find_if(passes.begin(), passes.end(), [&](const Pass& pass) {
       return pass.next < all.size() && (pass.step >= wanted || &pass == &passes.front());
@@ -68,12 +68,12 @@ struct SurfaceWorker::State {
   const Box3 bounds_W;
   const bool has_hu;
 
-  // The bone and its chunks: the worker changes them, others look.
+  // The bone and its chunks: changed by the worker, read by other threads.
   mutable std::shared_mutex bone_mutex;
   BoneChunks chunks;
   const Vec3 origin_W;
 
-  // Everything below.
+  // Protects everything below.
   mutable std::mutex mutex;
   std::condition_variable wake;
   mutable std::condition_variable idle;
@@ -93,7 +93,7 @@ struct SurfaceWorker::State {
   SurfaceCounts counts;
   bool first_done = false;
 
-  // The worker's own.
+  // Used only by the worker.
   std::vector<Index> all;
   std::vector<Pass> passes;
   tbb::task_arena arena;
@@ -122,7 +122,7 @@ struct SurfaceWorker::State {
         });
       }
     }
-    // Nothing to hand over where nothing was and nothing is.
+    // Drop meshes of chunks that were and are empty.
     meshes.erase(std::remove_if(meshes.begin(), meshes.end(),
                                 [](const ChunkMesh& mesh) { return mesh.vertices.empty() && !mesh.cut; }),
                  meshes.end());
@@ -141,7 +141,7 @@ struct SurfaceWorker::State {
     return true;
   }
 
-  // One piece of work; false when there is none.
+  // Does one unit of work. Returns false if there is none.
   bool Step() {
     constexpr std::size_t kBatch = 64;
     TakeLeaves();
@@ -154,11 +154,11 @@ struct SurfaceWorker::State {
       counts.dirty = chunks.CountDirty();
     }
     if (FirstDone()) {
-      // What was cut goes first, once there is a picture at all.
+      // Cut chunks have priority once there is a first picture.
       const std::vector<Index> dirty = chunks.TakeDirty(8);
       if (!dirty.empty()) {
         MeshAll(dirty, 1);
-        MeshAll(dirty, 2);  // for when it is seen from afar
+        MeshAll(dirty, 2);  // for views from a distance
       }
       if (slice) {
         CtSlices made;

@@ -1,4 +1,4 @@
-// The thread that keeps the drawn surface up with the bone that is cut.
+// Thread that keeps the drawn surface up to date with the bone as it is cut.
 #pragma once
 
 #include <cstddef>
@@ -13,49 +13,50 @@
 namespace kerf {
 
 struct SurfaceCounts {
-  std::size_t chunks = 0;          // finished so far, of all steps
-  std::size_t first_left = 0;      // of the first meshing, still to be done
-  std::size_t leaves_waiting = 0;  // offered and not applied yet
-  std::size_t dirty = 0;           // chunks to be meshed anew
+  std::size_t chunks = 0;          // meshed so far, at all steps
+  std::size_t first_left = 0;      // chunks still to be meshed in the initial passes, summed over all steps
+  std::size_t leaves_waiting = 0;  // offered but not applied yet
+  std::size_t dirty = 0;           // chunks to be remeshed
 };
 
-/// Whoever reads the loop's leaves offers them here; the drawing thread fetches finished chunks. Neither waits for
-/// meshing: both hold a lock for the time of a copy. Leaves that wait are merged by place, so their number is bounded
-/// by the bone's.
+/// Meshes the bone in its own thread. The thread that reads the loop's leaves calls Offer(); the drawing thread calls
+/// Fetch(). Neither waits for meshing: both hold a lock only while copying. Waiting leaves are merged by position, so
+/// their number is bounded by the size of the bone.
 class SurfaceWorker {
  public:
-  /// `bone`: a copy, as it is before the loop begins. `threads` for the first meshing; 0: as many as there are cores.
+  /// `bone`: a copy from before the loop begins. `threads`: for the first meshing; 0: one per core.
   explicit SurfaceWorker(Bone bone, int threads = 0);
-  ~SurfaceWorker();  // stops it
+  ~SurfaceWorker();  // stops the thread
   SurfaceWorker(const SurfaceWorker&) = delete;
   SurfaceWorker& operator=(const SurfaceWorker&) = delete;
 
-  Vec3 origin_W() const;  // of the chunks' points
-  Box3 bounds_W() const;  // of the bone as it was
+  Vec3 origin_W() const;  // origin of the chunks' vertices
+  Box3 bounds_W() const;  // of the original bone
   bool has_hu() const;
-  /// Any thread.
+  /// Queues a changed leaf. May be called by any thread.
   void Offer(const LeafMessage& leaf);
-  /// Finished chunks, oldest first, at most so many (an upload takes about 10 us); the newest of each only. Any
-  /// thread.
+  /// Removes and returns at most `at_most` finished chunks, oldest first; only the latest mesh of each chunk and step.
+  /// An upload takes about 10 us. May be called by any thread.
   std::vector<ChunkMesh> Fetch(std::size_t at_most = 1024);
   SurfaceCounts counts() const;
-  /// The finest step that uncut chunks are meshed at, of BoneChunks::kSteps; 1 from the start. What was cut is at 1
-  /// always.
+  /// Sets the finest step of uncut chunks, one of BoneChunks::kSteps; 1 by default. Cut chunks are always meshed at
+  /// step 1.
   void Want(int finest_step);
-  /// The first picture's surface (the coarse step of all chunks) has been handed to Fetch().
+  /// Returns true if the surface of the first picture (the coarse step of all chunks) is available to Fetch().
   bool first_done() const;
-  /// Until all that was offered has been meshed, as fine as is wanted.
+  /// Blocks until all offered leaves have been meshed at the wanted resolution.
   void WaitIdle();
-  /// Until the first picture's surface is done.
+  /// Blocks until the surface of the first picture is available.
   void WaitFirst();
 
-  /// Slices of the CT are worked out between chunks, for the newest pose only. `edge_mm`, `pixels`: of the pictures.
+  /// Requests CT slices. They are computed between chunks, for the latest pose only. `edge_mm`, `pixels`: size
+  /// of the images.
   void AskSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window = {});
-  /// The newest that are done and have not been fetched.
+  /// Returns the latest finished slices unless they have already been fetched.
   std::optional<CtSlices> FetchSlices();
-  /// Where a ray meets the bone. Waits for the chunk that is being meshed, about a millisecond.
+  /// Returns the intersection of a ray with the bone. May wait for the chunk that is being meshed, about a millisecond.
   std::optional<Vec3> Pick(const Ray& ray) const;
-  /// A copy of the bone as it is drawn.
+  /// Returns a copy of the bone in its drawn state.
   Bone CopyBone() const;
 
  private:

@@ -43,11 +43,11 @@ TextAtlas::Place TextAtlas::Find(const std::string& text, int size, bool bold, b
   property->SetOrientation(upward ? 90 : 0);
   const vtkNew<vtkImageData> image;
   int dims[2] = {0, 0};
-  constexpr int kDpi = 72;  // a point is a pixel
+  constexpr int kDpi = 72;  // makes a point equal a pixel
   vtkTextRenderer& renderer = *vtkTextRenderer::GetInstance();
   renderer.SetScaleToPowerOfTwo(false);
   const bool drawn = renderer.RenderString(property, vtkStdString(text), image, dims, kDpi);
-  renderer.SetScaleToPowerOfTwo(true);  // as VTK's own words expect it
+  renderer.SetScaleToPowerOfTwo(true);  // as VTK's own text expects
   if (!drawn) return {};
   int extent[6];
   image->GetExtent(extent);
@@ -55,7 +55,7 @@ TextAtlas::Place TextAtlas::Find(const std::string& text, int size, bool bold, b
   place.width = std::min(kSide - 2, extent[1] - extent[0] + 1);
   place.height = std::min(kSide - 2, extent[3] - extent[2] + 1);
   if (place.width <= 0 || place.height <= 0) return {};
-  // VTK counts rows upward from where the words are anchored: their top left.
+  // VTK counts rows upwards from the text's anchor, its top left.
   place.offset_x = extent[0];
   place.offset_y = -extent[3];
   if (next_left_ + place.width + 1 > kSide) {

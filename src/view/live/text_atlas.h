@@ -1,4 +1,4 @@
-// Words as pictures, drawn once each and kept together in one texture.
+// Cache of rendered texts in one texture.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// In the context that is current. Places are in texels of the texture.
+/// Text cache in the current OpenGL context. Positions are in texels of the texture.
 class TextAtlas {
  public:
   static constexpr int kSide = 2048;
@@ -19,12 +19,12 @@ class TextAtlas {
     int top = 0;
     int width = 0;
     int height = 0;
-    int offset_x = 0;  // from where the words begin to the picture's left edge, pixels
-    int offset_y = 0;  // from the line's top to the picture's top
+    int offset_x = 0;  // from the text's origin to the image's left edge, pixels
+    int offset_y = 0;  // from the line's top to the image's top
   };
 
-  /// `size` in pixels. The place is good until a call of Find() that returns false in `kept`: then the texture was full
-  /// and has been begun anew.
+  /// Returns the place of a text, rendering it if needed. `size` in pixels. Places stay valid until a call sets `kept`
+  /// to false, which means that the texture was full and has been cleared.
   Place Find(const std::string& text, int size, bool bold, bool upward, bool& kept);
   std::uint32_t texture() const { return texture_; }
   void Release();

@@ -27,7 +27,8 @@
 namespace kerf {
 namespace {
 
-// Key from the upper left, fill from the right, a rim from below: fixed to the camera; as shaders/bone.frag has them.
+// Key light from the upper left, fill light from the right, rim light from below, fixed to the camera; as in
+// shaders/bone.frag.
 void AddLights(vtkRenderer& renderer) {
   struct Lamp {
     double x, y, z, intensity;
@@ -70,7 +71,7 @@ vtkSmartPointer<vtkAnnotatedCubeActor> MakeCube() {
   return cube;
 }
 
-// Where a ray first meets a triangle, as a multiple of its direction; none: it does not.
+// Returns the first intersection of a ray with a triangle, as a multiple of its direction.
 std::optional<double> MeetTriangle(const Vec3& origin, const Vec3& direction, const Vec3& a, const Vec3& b,
                                    const Vec3& c) {
   const Vec3 u = b - a;
@@ -102,15 +103,15 @@ struct Viewport::State {
   ViewCamera camera;
   double scale = 1;
   double voxel_mm = 0;
-  bool knows_fineness = false;       // asked of the driver
-  std::optional<bool> smooth_edges;  // none: as the driver is
+  bool knows_fineness = false;       // set once the driver is known
+  std::optional<bool> smooth_edges;  // unset: the driver's default
 
   MaterialTable materials;
   Box3 bounds_W;
   ColourBy by = ColourBy::kPlain;
   bool translucent = false;
   bool bone_hidden = false;
-  // Of each chunk's newest mesh: the entries of the palette that occur, and how often.
+  // For the latest mesh of each chunk: the palette entries that occur, and how often.
   using Few = std::vector<std::pair<std::uint16_t, std::uint32_t>>;
   std::map<std::array<int, 3>, Few> counts_of;
   PaletteCounts counts{};
@@ -207,7 +208,7 @@ Viewport::~Viewport() {
 }
 
 void Viewport::Resize(int width, int height, double scale) {
-  if (!(scale >= 1 && scale <= 4)) throw Error("the display's scale is to be 1 to 4");
+  if (!(scale >= 1 && scale <= 4)) throw Error("the display scale must be 1 to 4");
   if (width < 1 || height < 1) return;  // minimised
   State& s = *state_;
   s.camera.SetSize(width, height);
@@ -362,7 +363,7 @@ void Viewport::FitAll() {
                         (i & 4) != 0 ? s.bounds_W.upper.z : s.bounds_W.lower.z);
   }
   s.Place();
-  // Fitted into a window of the free part's size, then moved to where that is.
+  // Fit into a window of the size of the free area, then shift to its position.
   const FlatBox& free = s.layout.scene;
   if (free.empty()) {
     s.camera.Fit(points);
@@ -433,7 +434,7 @@ void Viewport::Render() {
   State& s = *state_;
   s.Place();
   if (!s.knows_fineness || !s.smooth_edges) {
-    // Without a graphics card triangles cost more than their coarseness does.
+    // Without a graphics card, the cost of triangles outweighs the loss of quality from coarse cells.
     const std::string name = renderer_name();
     const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
     if (!s.knows_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 14, 150'000} : BoneProp::Fineness{});
@@ -465,7 +466,7 @@ Image Viewport::Grab() {
   const vtkNew<vtkUnsignedCharArray> raw;
   s.window.GetPixelData(0, 0, image.width - 1, image.height - 1, 0, raw.Get(), 0);
   if (raw->GetNumberOfTuples() != vtkIdType{image.width} * image.height) {
-    throw Error("the window's picture could not be read back");
+    throw Error("the window picture could not be read back");
   }
   image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
   const auto row_bytes = static_cast<std::size_t>(image.width) * 3;

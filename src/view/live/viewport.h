@@ -1,4 +1,4 @@
-// The picture in the window: bone, tool, plan, pieces and the panels over them.
+// Picture in the window: bone, tool, plan, pieces and the panels over them.
 #pragma once
 
 #include <cstddef>
@@ -22,39 +22,39 @@ class vtkRenderWindow;
 
 namespace kerf {
 
-/// A plane of the plan, or one that was achieved, as a rectangle.
+/// Plane of the plan, or an achieved one, drawn as a rectangle.
 struct PlaneOverlay {
   std::string name;
-  Vec3 p_W{0};  // the rectangle's middle
+  Vec3 p_W{0};  // centre of the rectangle
   Vec3 normal_W{0, 0, 1};
   double width_mm = 40;
   double height_mm = 40;
-  Vec3 up_W{0, 0, 1};  // the height's direction, where it is not along the normal
+  Vec3 up_W{0, 0, 1};  // direction of the height; its part perpendicular to the normal is used
   Rgb8 colour{0, 114, 178};
   bool selected = false;
 
   bool operator==(const PlaneOverlay&) const = default;
 };
 
-/// How deep the tool may go: a plane of its own look, hatched at the side that is kept.
+/// Depth limit of the tool, drawn hatched to distinguish it from planes of the plan.
 struct DepthStopOverlay {
   std::string name;
   Vec3 p_W{0};
-  Vec3 normal_W{0, 0, 1};  // towards where the tool comes from
+  Vec3 normal_W{0, 0, 1};  // towards the side that the tool comes from
   double radius_mm = 12;
   bool reached = false;
 
   bool operator==(const DepthStopOverlay&) const = default;
 };
 
-/// A line that is to be followed.
+/// Line to follow.
 struct GuideOverlay {
   std::vector<Vec3> points_W;
 
   bool operator==(const GuideOverlay&) const = default;
 };
 
-/// A distance (two points) or an angle (three, the second is the corner), with what it says.
+/// Distance (two points) or angle (three points, the second is the corner), with its label.
 struct MeasureOverlay {
   std::vector<Vec3> points_W;
   std::string label;
@@ -62,69 +62,71 @@ struct MeasureOverlay {
   bool operator==(const MeasureOverlay&) const = default;
 };
 
-/// A piece that came off, drawn by itself. Its mesh stays in the place where it was cut; `X_WP` moves it.
+/// Separated piece, drawn separately. Its mesh stays at the place where it was cut; `X_WP` moves it.
 struct PieceShape {
   int id = 0;
   std::shared_ptr<const TriangleMesh> mesh_W;
   Pose X_WP;
   Rgb8 colour = kBoneColour;
   std::shared_ptr<const std::vector<Rgb8>> point_colours;  // one for each point of the mesh; null: `colour` throughout
-  bool selected = false;                                   // framed by a box, and tinted where it has one colour
+  bool selected = false;                                   // framed by a box, and tinted if it has one colour
   bool hidden = false;
 };
 
 struct ForceArrow {
-  Vec3 p_W{0};    // where it acts
-  Vec3 f_W_N{0};  // drawn 8 mm a newton at most 60 mm, but at least as long as its head
+  Vec3 p_W{0};    // point of application
+  Vec3 f_W_N{0};  // drawn 8 mm long per newton, at most 60 mm but at least as long as its head
 };
 
-/// What the last picture cost.
+/// Cost of the last picture.
 struct ViewStats {
-  std::size_t chunks = 0;         // held
-  std::size_t drawn = 0;          // of them, in the last picture
-  std::size_t triangles = 0;      // likewise
-  std::size_t surface_bytes = 0;  // of all chunks held, on the graphics card
-  int step = 1;                   // of uncut chunks in the last picture: what SurfaceWorker::Want() needs at least
+  std::size_t chunks = 0;         // stored
+  std::size_t drawn = 0;          // of these, drawn in the last picture
+  std::size_t triangles = 0;      // drawn in the last picture
+  std::size_t surface_bytes = 0;  // all stored chunks, on the graphics card
+  int step = 1;                   // of uncut chunks in the last picture; SurfaceWorker::Want() needs no finer step
 };
 
-/// Draws into a window that somebody else made and gives a size; everything in the thread that owns its OpenGL context.
-/// Setters cost little when nothing has changed; nothing is drawn before Render().
+/// Draws into a window that is created and sized by the caller. All calls must come from the thread that owns its
+/// OpenGL context. Setters are cheap if nothing has changed; nothing is drawn until Render().
 class Viewport {
  public:
   explicit Viewport(vtkRenderWindow& window);
-  ~Viewport();  // while the context is still there
+  ~Viewport();  // the context must still exist
   Viewport(const Viewport&) = delete;
   Viewport& operator=(const Viewport&) = delete;
 
-  /// In framebuffer pixels; of none, as of a minimised window, nothing changes. `scale`: of words and lines, 1 to 4, 2
-  /// on a display of twice the density. Throws Error for another scale.
+  /// Sets the size in framebuffer pixels. An empty size, as of a minimised window, is ignored. `scale`: of text and
+  /// lines, 1 to 4; 2 on a display with twice the usual density. Throws Error for another scale.
   void Resize(int width, int height, double scale);
   int width() const;
   int height() const;
   double scale() const;
 
   // ---- the bone
-  /// Before the first chunk of a bone: forgets the chunks before. `origin_W`: SurfaceWorker::origin_W().
+  /// Must be called before the first chunk of a bone; removes all earlier chunks. `origin_W`:
+  /// SurfaceWorker::origin_W().
   void BeginBone(const MaterialTable& materials, const Vec3& origin_W, const Box3& bounds_W, double voxel_mm);
-  /// Uploads a chunk in place of the one that it was; the first one or the newer.
+  /// Uploads a chunk, replacing the previous version if there is one.
   void SetChunk(const ChunkMesh& mesh);
   void SetInnerSurfaces(const InnerSurfaces& surfaces);
   void set_colour_by(ColourBy by);
   ColourBy colour_by() const;
-  void set_translucent(bool translucent);  // shows nerve canal and roots
+  void set_translucent(bool translucent);  // shows the nerve canal and the roots
   bool translucent() const;
   void set_bone_hidden(bool hidden);
-  /// What colours mean now; empty in plain mode while nothing is cut.
+  /// Returns the legend of the current colours; empty in plain mode while nothing is cut.
   std::vector<LegendEntry> legend() const;
 
   // ---- tool, plan, pieces
   void SetTool(const Tool& tool);
   void ClearTool();
-  /// `angle_rad`: how far it has turned; teeth are drawn one by one below a speed at which they could be seen.
+  /// `angle_rad`: angle by which the tool has turned. Individual teeth are drawn only at speeds at which they can be
+  /// seen separately.
   void SetToolPose(const Pose& X_WT, double rpm, double angle_rad);
-  /// Of the tool that is there now: steel until it is told so.
+  /// Sets the colour of the current tool; steel by default.
   void SetToolColour(const Rgb8& colour);
-  /// The handle's own place where it leads the tool; none: not shown.
+  /// Sets the pose of the handle in a coupled simulation; unset: not shown.
   void SetGhost(const std::optional<Pose>& X_WH);
   void SetForce(const std::optional<ForceArrow>& force);
   void SetPlanes(const std::vector<PlaneOverlay>& planes);
@@ -132,11 +134,11 @@ class Viewport {
   void SetGuides(const std::vector<GuideOverlay>& guides);
   void SetMeasures(const std::vector<MeasureOverlay>& measures);
   void SetPieces(const std::vector<PieceShape>& pieces);
-  /// None: not shown.
+  /// Unset: not shown.
   void SetSlices(const std::optional<CtSlices>& slices);
 
   // ---- panels
-  /// The legend of the colours is filled in when `state.legend` is empty.
+  /// Fills in the legend of the colours if `state.legend` is empty.
   void SetHud(const HudState& state);
   void set_show_scale_bar(bool show);
   void set_show_orientation(bool show);
@@ -144,30 +146,30 @@ class Viewport {
   // ---- camera and mouse
   ViewCamera& camera();
   const ViewCamera& camera() const;
-  /// The whole bone (and pieces) between the panels.
+  /// Fits the whole bone and the pieces into the area between the panels.
   void FitAll();
-  /// The piece under a pixel (0: none) and where; hidden ones are not hit.
+  /// Piece under a pixel (0: none) and the point hit. Hidden pieces are ignored.
   struct PieceHit {
     int id = 0;
     Vec3 p_W{0};
   };
   std::optional<PieceHit> PickPiece(const ScreenPoint& at) const;
-  /// Whether a pixel lies on a panel, so that the mouse there is not meant for the scene.
+  /// Returns true if a pixel lies on a panel, where the mouse does not act on the scene.
   bool IsOnPanel(const ScreenPoint& at) const;
-  /// The row of the menu, or of the list of pieces, under a pixel.
+  /// Returns the row of the menu, or of the list of pieces, under a pixel.
   std::optional<int> PickMenuRow(const ScreenPoint& at) const;
   std::optional<int> PickPieceRow(const ScreenPoint& at) const;
 
-  /// Draws everything into the window's frame buffer; the owner shows it.
+  /// Draws everything into the window's frame buffer; the owner presents it.
   void Render();
-  /// The last picture, read back.
+  /// Reads back the last picture.
   Image Grab();
   const ViewStats& stats() const;
-  std::string renderer_name() const;  // the driver's, "llvmpipe (...)"
-  /// Edges without stairs; by itself only with a graphics card.
+  std::string renderer_name() const;  // as reported by the driver: "llvmpipe (...)"
+  /// Enables antialiasing; by default only with a graphics card.
   void set_smooth_edges(bool smooth);
-  /// How fine bone that was not cut is drawn: cells of at least and at most so many points of the screen, and in
-  /// between at most so many triangles in all. By itself: 1.5 to 3 and six million with a graphics card, 1.5 to 14 and
+  /// Sets the resolution of uncut bone: minimum and maximum cell size in points of the screen, and between these the
+  /// maximum number of triangles in total. Defaults: 1.5 to 3 and six million with a graphics card, 1.5 to 14 and
   /// 150 000 without.
   void SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles);
 

@@ -20,7 +20,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kAlong = 0.02;  // as good as along the line of sight
+constexpr double kAlong = 0.02;  // below this cosine, directions count as along the line of sight
 
 Vec3 AxisVector(int axis) {
   Vec3 v{0};
@@ -41,7 +41,7 @@ bool PatientAxes::IsSeenAlong(int axis) const {
   return 1 - std::abs(frame_.toward_eye_W[axis]) < kAlong * kAlong;
 }
 
-// Of the three faces away from the eye, as far as they are not seen edge-on.
+// Lists the lines on those of the three back faces that are not seen edge-on.
 std::vector<PatientAxes::Line> PatientAxes::ListLines() const {
   std::vector<Line> lines;
   for (int normal = 0; normal < 3; ++normal) {
@@ -100,8 +100,8 @@ void PatientAxes::AddNumbers(Overlay& overlay) const {
   }
 }
 
-// Along one of the four edges of the box that have the axis's direction: one of its outline, at the bottom or on the
-// left.
+// Adds the numbers along one of the four edges of the box parallel to the axis: an edge of the outline, at the bottom
+// or on the left.
 void PatientAxes::AddNumbersOf(int axis, Overlay& overlay) const {
   const int b = (axis + 1) % 3;
   const int c = (axis + 2) % 3;
@@ -117,7 +117,8 @@ void PatientAxes::AddNumbersOf(int axis, Overlay& overlay) const {
   for (int edge = 0; edge < 4; ++edge) {
     const bool b_upper = (edge & 1) != 0;
     const bool c_upper = (edge & 2) != 0;
-    // Of an edge of the outline one face is towards the eye and one away; a face seen edge-on counts as either.
+    // For an edge of the outline, one of its faces points towards the eye and one away; a face seen edge-on counts as
+    // either.
     const double toward_b = (b_upper ? 1 : -1) * frame_.toward_eye_W[b];
     const double toward_c = (c_upper ? 1 : -1) * frame_.toward_eye_W[c];
     if (toward_b * toward_c > kAlong * kAlong) continue;
@@ -127,7 +128,7 @@ void PatientAxes::AddNumbersOf(int axis, Overlay& overlay) const {
     if (score > best) best = score, best_W = p_W;
   }
   const ViewFrame::Pixel middle = frame_.Project(best_W);
-  // Outwards, across the edge.
+  // Outwards, perpendicular to the edge.
   const ViewFrame::Pixel ahead = frame_.Project(best_W + AxisVector(axis));
   double out_column = -(ahead.row - middle.row);
   double out_row = ahead.column - middle.column;
@@ -161,7 +162,7 @@ void PatientAxes::AddNumbersOf(int axis, Overlay& overlay) const {
     const ViewFrame::Pixel at = frame_.Project(p_W);
     overlay.AddPolyline({{at.column, at.row}, {at.column + tick * out_column, at.row + tick * out_row}}, line_width,
                         ink);
-    // Where two axes meet at a corner, both would have a number there.
+    // Where two axes meet at a corner, their numbers would overlap.
     const double to_end = std::min(mm - box_W_.lower[axis], box_W_.upper[axis] - mm) / number_mm_;
     if (oblique && to_end < 0.3) continue;
     put(fmt::format("{:g}", mm + 0.0), at, 1.4 * tick, number);

@@ -1,4 +1,4 @@
-// Patient coordinates around what a picture shows.
+// Axes in patient coordinates around the shapes of a picture.
 #pragma once
 
 #include <vector>
@@ -10,16 +10,16 @@ class vtkRenderer;
 
 namespace kerf {
 
-/// A box with a grid on its back faces, numbers in mm along its edges, and the names of its axes.
+/// Box with a grid on its back faces, numbers in mm along its edges, and the names of its axes.
 class PatientAxes {
  public:
-  /// Around `box_W`, seen as by `frame`.
+  /// Makes axes around `box_W`, seen in `frame`.
   PatientAxes(const Box3& box_W, const ViewFrame& frame, const Layout& layout, bool dark);
 
-  /// The grid, behind what the renderer shows.
+  /// Adds the grid behind the contents of the renderer.
   void AddGrid(vtkRenderer& scene) const;
-  /// The numbers and names; where the eye looks along an axis also the grid, faintly over everything, as the box's
-  /// other faces are not seen.
+  /// Adds numbers and names. If the view is along an axis, the grid is also drawn faintly over everything, because the
+  /// box's other faces are not visible.
   void AddNumbers(Overlay& overlay) const;
 
  private:
@@ -28,7 +28,7 @@ class PatientAxes {
     bool strong;
   };
   std::vector<Line> ListLines() const;
-  bool IsSeenAlong(int axis) const;  // its lines are points
+  bool IsSeenAlong(int axis) const;  // its lines appear as points
   void AddNumbersOf(int axis, Overlay& overlay) const;
 
   const Box3 box_W_;

@@ -10,17 +10,17 @@
 namespace kerf {
 namespace {
 
-// Okabe and Ito's colours without black, softened toward white so that shading stays visible on them.
+// Okabe and Ito's colours without black, lightened so that shading stays visible on them.
 constexpr std::array<Rgb8, 7> kPalette{
     {{230, 159, 0}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {0, 114, 178}, {213, 94, 0}, {204, 121, 167}}};
 
-Rgb8 Mix(const Rgb8& a, const Rgb8& b, double share_of_b) {
+Rgb8 Mix(const Rgb8& a, const Rgb8& b, double fraction_of_b) {
   Rgb8 mixed{};
-  for (std::size_t i = 0; i < 3; ++i) mixed[i] = static_cast<std::uint8_t>(a[i] + share_of_b * (b[i] - a[i]) + 0.5);
+  for (std::size_t i = 0; i < 3; ++i) mixed[i] = static_cast<std::uint8_t>(a[i] + fraction_of_b * (b[i] - a[i]) + 0.5);
   return mixed;
 }
 
-// Unit normals of the points, weighted by the areas of their triangles.
+// Computes unit normals of the points, weighted by the areas of their triangles.
 std::vector<Vec3> CalcPointNormals(const TriangleMesh& mesh) {
   std::vector<Vec3> normals(mesh.points.size(), Vec3{0});
   for (const auto& t : mesh.triangles) {
@@ -60,7 +60,7 @@ Rgb8 TissueColour(Tissue tissue) {
 Rgb8 RegionColour(int region_id) {
   if (region_id <= 0) return {170, 170, 170};
   const Rgb8 base = kPalette[static_cast<std::size_t>(region_id) % kPalette.size()];
-  // Every seven ids the same hues return: plain, dark, light, pale.
+  // The hues repeat every seven ids: plain, dark, light, pale.
   switch (region_id / static_cast<int>(kPalette.size()) % 4) {
     case 0:
       return Mix(base, {255, 255, 255}, 0.15);
@@ -83,7 +83,7 @@ SurfaceColours CalcSurfaceColours(const Bone& bone, const TriangleMesh& mesh_W, 
     colours.points.assign(mesh_W.points.size(), kBoneColour);
     return colours;
   }
-  // Half a voxel down lies surely inside; then up to two, should there be no material so near the surface.
+  // Half a voxel below the surface is certainly inside. If there is no material there, up to two voxels are tried.
   const double step_mm = 0.5 * std::max(bone.voxel_mm(), bone.region_voxel_mm());
   const std::vector<Vec3> normals = CalcPointNormals(mesh_W);
   std::map<int, std::size_t> counts;
@@ -115,7 +115,7 @@ SurfaceColours CalcSurfaceColours(const Bone& bone, const TriangleMesh& mesh_W, 
     else
       same->count += count;
   }
-  // Regions stay in the order of their ids.
+  // Regions stay sorted by id.
   if (by == ColourBy::kTissue)
     std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) { return a.count > b.count; });
   for (const Line& line : lines) {

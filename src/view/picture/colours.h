@@ -1,5 +1,5 @@
-// The colours of tissues, regions and tools, and of a bone's surface. Chosen to be told apart by people who confuse red
-// and green too (after Okabe and Ito, 2008).
+// Colours of tissues, regions, tools and bone surfaces, chosen to be distinguishable by people with red-green colour
+// blindness (after Okabe and Ito, 2008).
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// One line of a legend: a swatch and what it stands for.
+/// Line of a legend: a colour and its meaning.
 struct LegendEntry {
   std::string text;
   Rgb8 colour;
@@ -21,16 +21,16 @@ inline constexpr Rgb8 kSteelColour{168, 178, 190};
 inline constexpr Rgb8 kForceColour{0, 114, 178};
 
 Rgb8 TissueColour(Tissue tissue);
-/// Of a cortical region: distinct for neighbouring ids; 31 colours can't all be told apart. Other tissues keep
-/// TissueColour().
+/// Colour of a cortical region: distinct for neighbouring ids, although not all of 31 regions can be distinguished.
+/// Other tissues keep TissueColour().
 Rgb8 RegionColour(int region_id);
 Rgb8 RegionColour(const Region& region);
 
 enum class ColourBy { kPlain, kTissue, kRegion };
 
-/// Colours for the points of a surface of `bone` and the legend of those that occur in at least 0.1 % of the points,
-/// most frequent first (regions by id). Each point takes the region just below it (along the surface's normal), so the
-/// faces of a cut show the layers they lay open.
+/// Colours of the points of a surface of `bone`, and the legend of the entries that occur in at least 0.1 % of the
+/// points, most frequent first (regions sorted by id). Each point takes the region just below it (along the surface's
+/// normal), so the faces of a cut show the layers they expose.
 struct SurfaceColours {
   std::vector<Rgb8> points;
   std::vector<LegendEntry> legend;

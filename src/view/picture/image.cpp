@@ -18,7 +18,7 @@ namespace kerf {
 
 void WritePng(const Image& image, const std::string& path) {
   if (std::filesystem::path(path).extension() != ".png")
-    throw Error(fmt::format("{}: a picture's name must end in .png", path));
+    throw Error(fmt::format("{}: the name of a picture must end in .png", path));
   QuietVtk();
   const EndsWithoutMemory ends;
   const vtkNew<vtkImageData> data;
@@ -30,7 +30,7 @@ void WritePng(const Image& image, const std::string& path) {
     std::memcpy(data->GetScalarPointer(0, image.height - 1 - row, 0),
                 image.pixels.data() + static_cast<std::size_t>(row) * row_size, 3 * row_size);
   }
-  // By way of memory: libpng would print what a full disk makes of it.
+  // Encode in memory: libpng would print messages if the disk were full.
   const vtkNew<vtkPNGWriter> writer;
   writer->SetInputData(data);
   writer->SetWriteToMemory(1);

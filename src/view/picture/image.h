@@ -1,4 +1,4 @@
-// A picture in memory.
+// Picture in memory.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct Image {
   }
 };
 
-/// Through a temporary. Throws Error when `path` does not end in .png or can't be written.
+/// Writes a PNG through a temporary file. Throws Error if `path` does not end in .png or cannot be written.
 void WritePng(const Image& image, const std::string& path);
 
 }  // namespace kerf

@@ -16,7 +16,7 @@ Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0
   legend_size = std::clamp(static_cast<int>((spec.height - 2 * edge - cube) / (lines * kLegendLine)), 8, text_size);
   left_margin = right_margin = 0.04 * spec.width;
   if (lines > 6 || (spec.axes && !spec.legend.empty())) {
-    // A tall legend gets the picture's right to itself. A letter is about half as wide as high.
+    // A tall legend gets the right margin for itself. A letter is about half as wide as high.
     std::size_t letters = 0;
     for (const LegendEntry& entry : spec.legend) letters = std::max(letters, entry.text.size());
     right_margin = std::min(edge + legend_size * (2.6 + 0.53 * static_cast<double>(letters)), 0.45 * spec.width);

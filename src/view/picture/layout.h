@@ -1,14 +1,14 @@
-// Where the words around a picture stand.
+// Layout of the text around a picture.
 #pragma once
 
 #include "view/picture/picture.h"
 
 namespace kerf {
 
-inline constexpr double kLegendLine = 1.5;  // distance of its lines, in letter heights
+inline constexpr double kLegendLine = 1.5;  // line spacing of a legend, in letter heights
 
-/// Sizes in pixels of the finished picture. They follow its height, so that words stay legible when a picture is scaled
-/// to a page.
+/// Sizes in pixels of the finished picture. They scale with its height, so that text stays legible when the picture is
+/// scaled to a page.
 struct Layout {
   explicit Layout(const PictureSpec& spec);
 
@@ -16,12 +16,12 @@ struct Layout {
   int title_size;
   int text_size;
   int small_size;
-  int legend_size;                                              // smaller when there are many lines
-  double edge;                                                  // between the picture's edge and words
+  int legend_size;                                              // smaller if the legend has many lines
+  double edge;                                                  // between the picture's edge and text
   double left_margin, right_margin, top_margin, bottom_margin;  // kept free of fitted shapes
 };
 
-/// One of the 8 corners of a box, by a bit for each axis.
+/// Returns one of the 8 corners of a box; bit i of `corner` selects the side along axis i.
 Vec3 CornerOf(const Box3& box, int corner);
 
 }  // namespace kerf

@@ -11,7 +11,7 @@ MmGrid ChooseMmGrid(double pixels_per_mm, double line_pixels, double number_pixe
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double step_mm = factor * power;
       if (grid.line_mm == 0 && step_mm * pixels_per_mm >= line_pixels) grid.line_mm = step_mm;
-      // Numbers stand at lines: 5 is no multiple of 2.
+      // Numbers must lie on lines: 5 is not a multiple of 2.
       if (grid.line_mm > 0 && step_mm * pixels_per_mm >= number_pixels && IsMultiple(step_mm, grid.line_mm)) {
         grid.number_mm = step_mm;
         break;

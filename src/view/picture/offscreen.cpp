@@ -20,12 +20,12 @@
 namespace kerf {
 namespace {
 
-/// Mesa's software driver and its compiler crash where they get less. They keep it, so that the pictures after the
-/// first need little. Found by trial with `ulimit` in steps of 40 to 60 MB: 0.95 and 0.75 GB are enough.
+/// Mesa's software driver and its compiler crash with less memory. They retain it, so later pictures need little more.
+/// Found by trial with `ulimit` in steps of 40 to 60 MB: 0.95 and 0.75 GB are enough.
 void CheckDriverMemory() {
   static std::atomic<bool> is_started{false};
   if (is_started.load()) return;
-  CheckLimits(1.1e9, 0.8e9, "drawing a picture", "free some, or leave pictures out");
+  CheckLimits(1.1e9, 0.8e9, "drawing a picture", "free some, or omit pictures");
   is_started.store(true);
 }
 
@@ -36,7 +36,7 @@ void CheckDriverMemory() {
                   what, static_cast<unsigned>(eglGetError())));
 }
 
-// An OpenGL 3.3 core context that is current in this thread while it lives.
+// OpenGL 3.3 core context that is current in this thread during its lifetime.
 class EglContext {
  public:
   EglContext() {
@@ -70,7 +70,7 @@ class EglContext {
         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
     context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, context_wish);
     if (context_ == EGL_NO_CONTEXT) FailEgl("there is no OpenGL 3.3");
-    // VTK draws into frame buffers of its own; the surface is only there for drivers that want one.
+    // VTK draws into its own frame buffers; some drivers need a surface nevertheless.
     const EGLint surface_wish[] = {EGL_WIDTH, 16, EGL_HEIGHT, 16, EGL_NONE};
     surface_ = eglCreatePbufferSurface(display_, config, surface_wish);
     if (eglMakeCurrent(display_, surface_, surface_, context_) != EGL_TRUE) FailEgl("the OpenGL context can't be used");
@@ -79,7 +79,7 @@ class EglContext {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     if (surface_ != EGL_NO_SURFACE) eglDestroySurface(display_, surface_);
     eglDestroyContext(display_, context_);
-    // The display is shared by the whole process, so it stays initialised: another thread may be drawing on it.
+    // The display is shared by the whole process. It stays initialised because another thread may be drawing on it.
   }
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
@@ -96,7 +96,7 @@ class EglContext {
 }  // namespace
 
 struct OffscreenWindow::State {
-  EndsWithoutMemory ends;  // the last to go
+  EndsWithoutMemory ends;  // destroyed last
   EglContext context;
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   int width = 0;
@@ -104,7 +104,7 @@ struct OffscreenWindow::State {
 
   ~State() { window->Finalize(); }
 
-  // VTK asks its window's owner for the context by events.
+  // VTK requests the context from its window's owner through events.
   void Observe(unsigned long event, void (*answer)(vtkObject*, unsigned long, void*, void*)) {
     const vtkNew<vtkCallbackCommand> command;
     command->SetClientData(&context);
@@ -142,8 +142,8 @@ OffscreenWindow::OffscreenWindow(int width, int height) {
   window.SetReadyForRendering(true);
   window.SetSize(width, height);
   window.SetFrameBlitModeToNoBlit();
-  // VTK leaves OpenGL's own default in a context that it did not make, under which flat things drawn later would lie
-  // below.
+  // VTK keeps OpenGL's default depth function in a context that it did not create; later flat primitives would then lie
+  // below earlier ones.
   window.GetState()->vtkglDepthFunc(GL_LEQUAL);
 }
 

@@ -18,11 +18,12 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <numbers>
 
 namespace kerf {
 namespace {
 
-constexpr int kDpi = 72;  // a point is a pixel
+constexpr int kDpi = 72;  // makes a point equal a pixel
 
 void Apply(const TextStyle& style, int supersampling, vtkTextProperty& property) {
   property.SetFontFamilyToArial();
@@ -37,7 +38,7 @@ void Apply(const TextStyle& style, int supersampling, vtkTextProperty& property)
   if (style.align == Align::kRight) property.SetJustificationToRight();
 }
 
-// Polygons in the window's pixels, which count rows from the bottom.
+// Polygons in pixels of the window, whose rows are counted from the bottom.
 class Polygons {
  public:
   Polygons(int height, int supersampling, int padding)
@@ -50,7 +51,7 @@ class Polygons {
   void AddDisc(const OverlayPoint& centre, double radius, int corners) {
     cells_->InsertNextCell(corners);
     for (int i = 0; i < corners; ++i) {
-      const double angle = 2 * 3.14159265358979323846 * i / corners;
+      const double angle = 2 * std::numbers::pi * i / corners;
       AddCorner({centre.column + radius * std::cos(angle), centre.row + radius * std::sin(angle)});
     }
   }
@@ -132,7 +133,7 @@ void Overlay::AddImage(const Image& image, double left, double top, double width
   const vtkNew<vtkImageData> data;
   data->SetDimensions(columns, rows, 1);
   data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  // Between the centres of the four pixels around.
+  // Interpolate between the centres of the four surrounding pixels.
   const auto place = [](int i, int count, int pixels, int& low, int& high) {
     const double at = std::clamp((i + 0.5) / count * pixels - 0.5, 0.0, pixels - 1.0);
     low = static_cast<int>(at);
@@ -170,7 +171,7 @@ void Overlay::AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& c
     middle.column += corner.column / static_cast<double>(corners.size());
     middle.row += corner.row / static_cast<double>(corners.size());
   }
-  // Triangles: what is not convex is not filled rightly as one polygon.
+  // As triangles: VTK does not fill non-convex polygons correctly.
   Polygons polygons(height_, supersampling_, padding_);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     polygons.Add({middle, corners[(i + 1) % corners.size()], corners[i]});

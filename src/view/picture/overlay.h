@@ -1,4 +1,4 @@
-// Words, swatches and lines over a picture or a plot.
+// Text, boxes and lines over a picture or a plot.
 #pragma once
 
 #include <string>
@@ -19,21 +19,21 @@ struct TextStyle {
   Rgb8 colour{40, 44, 52};
   bool bold = false;
   Align align = Align::kLeft;
-  bool upward =
-      false;  // turned by 90 degrees, read from below; `column` is then the text's left edge, and Align goes upward
+  bool upward = false;  // rotated by 90 degrees, reads upwards; `column` is then the text's left edge, and `align`
+                        // applies upwards
 };
 
-/// In pixels of the finished picture, from its top left.
+/// Position in pixels of the finished picture, from its top left.
 struct OverlayPoint {
   double column;
   double row;
 };
 
-/// Puts flat things over what a renderer draws, the later above the earlier. Positions and sizes in pixels of the
-/// finished picture, from its top left.
+/// Draws flat primitives over the contents of a renderer, later ones above earlier ones. Positions and sizes are in
+/// pixels of the finished picture, from its top left.
 class Overlay {
  public:
-  /// The window shows `padding` pixels more on each side than the finished picture.
+  /// `padding`: extra pixels of the window on each side of the finished picture.
   Overlay(vtkRenderer& renderer, int height, int supersampling, int padding = 0)
       : renderer_(renderer), height_(height), supersampling_(supersampling), padding_(padding) {}
 
@@ -42,15 +42,15 @@ class Overlay {
     double height;
   };
   Size MeasureText(const std::string& text, const TextStyle& style) const;
-  /// `row` is the text's top.
+  /// `row`: top of the text.
   void AddText(const std::string& text, double column, double row, const TextStyle& style);
   void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);
   /// A line of `width` pixels with round joins.
   void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double opacity = 1);
-  /// Stretched over the rectangle, smoothly.
+  /// Draws an image stretched over the rectangle, with interpolation.
   void AddImage(const Image& image, double left, double top, double width, double height);
   void AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour);
-  /// Filled; corners in order, star-shaped about their mean.
+  /// Draws a filled polygon. Corners in order, star-shaped about their mean.
   void AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& colour);
 
  private:

@@ -28,11 +28,11 @@ double HeightOf(const Panel& panel) {
   return std::abs(panel.bottom_mm - panel.top_mm);
 }
 
-// How the panels are laid out.
+// Arrangement of the panels.
 struct Arrangement {
   int columns = 0;
   double cell_width = 0, cell_height = 0;
-  double unit = 1;  // of letters and lines
+  double unit = 1;  // size of letters and lines
   double pixels_per_mm = 0;
 
   int letter() const { return static_cast<int>(std::lround(17 * unit)); }
@@ -63,8 +63,8 @@ Arrangement Arrange(const SheetSpec& spec, double top) {
     if (a.pixels_per_mm > best.pixels_per_mm) best = a;
   }
   if (!(best.pixels_per_mm * std::max(width_mm, height_mm) >= 40)) {
-    throw Error(fmt::format("{} x {} pixels have no room for {} pictures; give a larger --size", spec.width,
-                            spec.height, count));
+    throw Error(fmt::format("{} x {} pixels are too few for {} pictures; give a larger --size", spec.width, spec.height,
+                            count));
   }
   return best;
 }
@@ -90,7 +90,7 @@ class PanelDrawing {
     }
     DrawLetters();
     for (const PanelMark& mark : panel_.marks) DrawName(mark);
-    for (const PanelMark& mark : panel_.marks) {  // over all names
+    for (const PanelMark& mark : panel_.marks) {  // above all names
       const OverlayPoint at{Column(mark.across_mm), Row(mark.down_mm)};
       overlay_.AddDiscs({at}, 15 * a_.unit, {255, 255, 255});
       overlay_.AddDiscs({at}, 11 * a_.unit, mark.colour);

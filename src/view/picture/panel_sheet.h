@@ -1,4 +1,4 @@
-// Pictures side by side, each with coordinates in mm along its edges and a grid over it.
+// Sheet of images side by side, each with coordinates in mm along its edges and a grid over it.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// A place of note, shown as a disc with words beside it.
+/// Marked position, drawn as a disc with text next to it.
 struct PanelMark {
   double across_mm;
   double down_mm;
@@ -16,15 +16,15 @@ struct PanelMark {
   std::string text;
 };
 
-/// A picture of which each pixel is a place. A coordinate grows from left to right or the other way round; likewise
-/// from top to bottom.
+/// Image whose pixels are positions in a plane. Coordinates may increase from left to right or from right to left, and
+/// from top to bottom or from bottom to top.
 struct Panel {
   std::string title;
   Image image;
-  double left_mm = 0, right_mm = 0, top_mm = 0, bottom_mm = 0;  // coordinates at the picture's edges
-  std::string across_name, down_name;                           // of the axes, with their unit
-  std::string left_letter, right_letter;                        // at the edges: "R" and "L"; may be empty
-  std::vector<double> levels_mm;  // lines from left to right, at these places of the other axis
+  double left_mm = 0, right_mm = 0, top_mm = 0, bottom_mm = 0;  // coordinates at the image's edges
+  std::string across_name, down_name;                           // names of the axes, with unit
+  std::string left_letter, right_letter;                        // labels at the edges: "R" and "L"; optional
+  std::vector<double> levels_mm;  // horizontal lines, at these positions on the other axis
   std::vector<PanelMark> marks;
 };
 
@@ -36,13 +36,13 @@ struct SheetSpec {
   std::vector<Panel> panels;
 };
 
-/// Where a panel's picture lies in the sheet, in pixels from the top left.
+/// Position of a panel's image in the sheet, in pixels from the top left.
 struct PanelPlace {
   double left, right, top, bottom;
 };
 
-/// All panels at one scale, the largest at which they fit; in rows, from the top left. Throws Error when there is no
-/// panel, no room, or this machine can't draw.
+/// Draws all panels in rows from the top left, at the largest common scale at which they fit. Throws Error if there is
+/// no panel, no space, or this machine cannot draw.
 Image RenderSheet(const SheetSpec& spec, std::vector<PanelPlace>* places = nullptr);
 /// RenderSheet as a PNG.
 void WriteSheet(const SheetSpec& spec, const std::string& path);

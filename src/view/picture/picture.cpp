@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <optional>
 
 #include "kerf/error.h"
@@ -58,7 +59,7 @@ vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
     }
     data->GetPointData()->SetScalars(colours);
   }
-  // Smooth where the surface is smooth, sharp where it was cut.
+  // Smooth normals on smooth surfaces, creases where the bone was cut.
   const vtkNew<vtkPolyDataNormals> normals;
   normals->SetInputData(data);
   normals->SetFeatureAngle(40);
@@ -80,7 +81,7 @@ vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
   return actor;
 }
 
-// A shaft with a conical head.
+// Makes a shaft with a conical head.
 Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
   const Vec3 along = arrow.tip_W - arrow.tail_W;
   const double length = glm::length(along);
@@ -103,7 +104,7 @@ Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
   shape.colour = arrow.colour;
   for (const Ring& ring : rings) {
     for (std::uint32_t j = 0; j < kSectors; ++j) {
-      const double angle = 2 * 3.14159265358979323846 * j / kSectors;
+      const double angle = 2 * std::numbers::pi * j / kSectors;
       shape.mesh_W.points.push_back(arrow.tail_W + ring.z * axis +
                                     ring.radius * (std::cos(angle) * u + std::sin(angle) * v));
     }
@@ -119,8 +120,8 @@ Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
   return shape;
 }
 
-// Key from the upper left, fill from the right, a rim from behind: fixed to the camera, so that every view is lit
-// alike.
+// Key light from the upper left, fill light from the right, rim light from behind, fixed to the camera, so that all
+// views are lit equally.
 void AddLights(vtkRenderer& renderer) {
   struct Lamp {
     double x, y, z;
@@ -142,7 +143,7 @@ void AddLights(vtkRenderer& renderer) {
 }
 
 void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer& renderer) {
-  // Everything lies between the clipping planes.
+  // Set the clipping planes around everything.
   double nearest = -1;
   double farthest = 1;
   for (int corner = 0; corner < 8; ++corner) {
@@ -161,7 +162,7 @@ void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer
   camera.SetClippingRange(margin, nearest - farthest + 3 * margin);
 }
 
-// A cube in the corner that turns with the view: L R left and right of the patient, A P front and back, S I up and
+// Adds a cube in the corner that turns with the view: L R left and right of the patient, A P front and back, S I up and
 // down.
 void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding, const Layout& layout,
                     vtkRenderer& renderer) {
@@ -207,7 +208,7 @@ void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding
   camera.SetClippingRange(1, 10);
 }
 
-// 1, 2 or 5 times a power of ten, about `wish`.
+// Returns 1, 2 or 5 times a power of ten, close to `wish`.
 double CalcRoundLength(double wish) {
   const double power = std::pow(10.0, std::floor(std::log10(wish)));
   for (const double factor : {5.0, 2.0}) {
@@ -216,10 +217,10 @@ double CalcRoundLength(double wish) {
   return power;
 }
 
-// A quiet ground under words that shapes may reach.
+// Adds a background below text that shapes may reach.
 void AddPanel(const PictureSpec& spec, const Layout& layout, double left, double top, double right, double bottom,
               Overlay& overlay) {
-  if (!spec.camera.target_W) return;  // fitted shapes keep away from the words
+  if (!spec.camera.target_W) return;  // fitted shapes do not reach the text
   const double room = 0.5 * layout.text_size;
   overlay.AddBox(left - room, top - room, right - left + 2 * room, bottom - top + 2 * room, spec.dark ? kDark : kWhite,
                  0.8);
@@ -290,7 +291,7 @@ const bool kPicturesBuilt = true;
 Image RenderPicture(const PictureSpec& spec) {
   const ViewFrame frame = CalcViewFrame(spec);
   const Layout layout(spec);
-  // Four samples a pixel for smooth edges, unless that would be larger than drivers take.
+  // Four samples per pixel for smooth edges, unless the window would exceed the size that drivers support.
   const int supersampling = std::max(spec.width, spec.height) <= 4096 ? 2 : 1;
 
   std::vector<vtkSmartPointer<vtkActor>> actors;
@@ -319,7 +320,7 @@ Image RenderPicture(const PictureSpec& spec) {
     arrow_actors.push_back(MakeActor(shape));
   }
 
-  // The darkening of corners looks at a pixel's surroundings, so where shapes reach the edge a little more is drawn.
+  // Ambient occlusion samples a pixel's neighbourhood. Where shapes can reach the edge, a margin is drawn and cut off.
   const int padding = spec.camera.target_W ? static_cast<int>(0.08 * spec.height) : 0;
   OffscreenWindow offscreen((spec.width + 2 * padding) * supersampling, (spec.height + 2 * padding) * supersampling);
   vtkRenderWindow& window = offscreen.window();
@@ -334,7 +335,7 @@ Image RenderPicture(const PictureSpec& spec) {
   AddLights(*scene);
   window.AddRenderer(scene);
   SetCamera(frame, padding, box, *scene);
-  // Corners and slots darken as they do in daylight: this is what lets a thin kerf be seen.
+  // Ambient occlusion darkens corners and gaps, which makes a thin kerf visible.
   const vtkNew<vtkRenderStepsPass> steps;
   const vtkNew<vtkSSAOPass> occlusion;
   const double view_height_mm = frame.height / frame.pixels_per_mm;
@@ -345,7 +346,7 @@ Image RenderPicture(const PictureSpec& spec) {
   occlusion->SetDelegatePass(steps);
   scene->SetPass(occlusion);
 
-  // Arrows lie over everything: one that bone hides tells nothing.
+  // Arrows are drawn over everything, so that bone does not hide them.
   const vtkNew<vtkRenderer> over;
   if (!arrow_actors.empty()) {
     over->SetLayer(1);

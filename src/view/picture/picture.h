@@ -1,4 +1,4 @@
-// Still pictures of bones and the saw, drawn by VTK without a display (EGL; software rendering will do).
+// Still pictures of bones and the saw, drawn by VTK without a display (EGL; software rendering is sufficient).
 #pragma once
 
 #include <optional>
@@ -13,44 +13,44 @@
 
 namespace kerf {
 
-/// From where the patient is seen (world = LPS: x to the patient's left, y to the back, z to the head).
+/// Direction from which the patient is seen (world = LPS: x to the patient's left, y to the back, z to the head).
 enum class View { kFront, kBack, kLeft, kRight, kTop, kBottom, kThreeQuarter };
 const char* ToString(View view);  // "front", ... "three-quarter"
 std::optional<View> ViewFromString(const std::string& name);
 
-/// Parallel projection, so that a mm is a mm everywhere in the picture.
+/// Camera with parallel projection: the scale is equal everywhere in the picture.
 struct Camera {
-  Vec3 toward_eye_W{0, -1, 0};   // from what is looked at to the eye; any length
+  Vec3 toward_eye_W{0, -1, 0};   // from the target to the eye; any length
   Vec3 up_W{0, 0, 1};            // not parallel to toward_eye_W
-  std::optional<Vec3> target_W;  // in the picture's middle; none: everything is fitted into the picture
-  double height_mm = 0;          // what the picture's height shows, > 0 when target_W is given
+  std::optional<Vec3> target_W;  // at the picture's centre; unset: everything is fitted into the picture
+  double height_mm = 0;          // height of the visible region, > 0 if target_W is set
 };
 Camera MakeCamera(View view);
-/// Looks at `target_W` from near.
+/// Camera aimed at `target_W`.
 Camera MakeCamera(const Vec3& toward_eye_W, const Vec3& up_W, const Vec3& target_W, double height_mm);
 
-/// A surface to draw.
+/// Surface to draw.
 struct Shape {
   TriangleMesh mesh_W;
   Rgb8 colour = kBoneColour;
-  std::vector<Rgb8> point_colours;  // one for each point, or empty: `colour` throughout
+  std::vector<Rgb8> point_colours;  // one for each point; empty: `colour` throughout
   double opacity = 1;               // 0 to 1
   bool shiny = false;               // metal
 };
 
-/// The tool at a pose: a disc with its teeth or a ball with its flutes, and a short end of the spindle.
+/// Tool at a pose: a disc with its teeth or a ball with its flutes, and a stub of the spindle.
 struct ToolInPicture {
   Tool tool;
   Pose X_WT;
   double opacity = 1;
 };
 
-/// From tail to tip.
+/// Arrow from tail to tip.
 struct Arrow {
   Vec3 tail_W{0};
   Vec3 tip_W{0};
   Rgb8 colour = kForceColour;
-  std::string label;  // beside the tail; may be empty
+  std::string label;  // next to the tail; optional
 };
 
 enum class Orientation { kNone, kPatient, kAxes };  // a cube with L R A P S I, or axes x y z, in the corner
@@ -64,17 +64,17 @@ struct PictureSpec {
   Camera camera = MakeCamera(View::kThreeQuarter);
   bool dark = false;    // background
   std::string title;    // one line
-  std::string caption;  // smaller, below the title; may have line breaks
+  std::string caption;  // smaller, below the title; may contain line breaks
   std::vector<LegendEntry> legend;
   bool scale_bar = true;
   Orientation orientation = Orientation::kPatient;
-  bool fit_to_tool = true;  // a camera without target also takes in the tool and the arrows
+  bool fit_to_tool = true;  // a camera without target includes the tool and the arrows
   bool axes = false;        // patient coordinates in mm around the shapes, and a grid; for a camera without target
 };
 
-/// How world points come to lie in the picture.
+/// Mapping from world points to the picture.
 struct ViewFrame {
-  Vec3 centre_W;  // at the picture's middle
+  Vec3 centre_W;  // at the picture's centre
   Vec3 right_W;   // unit
   Vec3 up_W;      // unit
   Vec3 toward_eye_W;
@@ -88,20 +88,20 @@ struct ViewFrame {
   };
   Pixel Project(const Vec3& p_W) const;
 };
-/// What the axes are drawn around: the shapes.
+/// Returns the box around the shapes; the axes are drawn around it.
 Box3 CalcShapeBox(const PictureSpec& spec);
-/// Throws Error when there is nothing to fit or a value is out of range.
+/// Throws Error if there is nothing to fit or a value is out of range.
 ViewFrame CalcViewFrame(const PictureSpec& spec);
 
-/// Throws Error when the spec is out of range or this machine can't draw (no EGL).
+/// Throws Error if the spec is out of range or this machine cannot draw (no EGL).
 Image RenderPicture(const PictureSpec& spec);
-/// Whether this build can draw: KERF_WITH_PICTURES.
+/// True if this build can draw: KERF_WITH_PICTURES.
 extern const bool kPicturesBuilt;
-/// RenderPicture as a PNG.
+/// Writes RenderPicture() as a PNG.
 void WritePicture(const PictureSpec& spec, const std::string& path);
 
-/// The saw as closed surfaces in its own frame: the toothed disc, `thickness_mm` thick between z = +-thickness/2, and a
-/// short end of the spindle.
+/// Makes closed surfaces of the tool in its own frame: for a disc, the toothed disc between z = +-`thickness_mm`/2 and
+/// a stub of the spindle.
 TriangleMesh MakeToolMesh(const Tool& tool);
 
 }  // namespace kerf

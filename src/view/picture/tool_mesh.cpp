@@ -1,14 +1,13 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "view/picture/picture.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-// A closed solid between z0 and z1 over a star-shaped outline (counter-clockwise, around the z axis).
+// Adds a closed solid between z0 and z1 over a star-shaped outline (counter-clockwise around the z axis).
 void AddPrism(const std::vector<Vec3>& outline, double z0, double z1, TriangleMesh& mesh) {
   const auto first = static_cast<std::uint32_t>(mesh.points.size());
   const auto n = static_cast<std::uint32_t>(outline.size());
@@ -30,19 +29,19 @@ void AddPrism(const std::vector<Vec3>& outline, double z0, double z1, TriangleMe
 std::vector<Vec3> MakeCircle(double radius, int corners) {
   std::vector<Vec3> outline;
   for (int i = 0; i < corners; ++i) {
-    const double angle = 2 * kPi * i / corners;
+    const double angle = 2 * std::numbers::pi * i / corners;
     outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0);
   }
   return outline;
 }
 
-// Radial tooth fronts and sloping backs, tips on the full radius.
+// Makes radial tooth fronts and sloping backs, with tips at the full radius.
 std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
   const double radius = saw.radius_mm();
   const double gullet = std::min(0.45 * saw.pitch_mm(), 0.1 * radius);
   struct Knot {
-    double share_of_pitch;
-    double share_of_gullet;
+    double fraction_of_pitch;
+    double fraction_of_gullet;
   };
   // From the tip backwards; then the floor of the gullet, and up the next tooth's front.
   constexpr Knot kProfile[] = {{0.0, 0.0},  {0.12, 0.03}, {0.35, 0.35}, {0.6, 0.8},
@@ -50,8 +49,8 @@ std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
   std::vector<Vec3> outline;
   for (int tooth = 0; tooth < saw.teeth; ++tooth) {
     for (const Knot& knot : kProfile) {
-      const double angle = 2 * kPi * (tooth + knot.share_of_pitch) / saw.teeth;
-      const double r = radius - gullet * knot.share_of_gullet;
+      const double angle = 2 * std::numbers::pi * (tooth + knot.fraction_of_pitch) / saw.teeth;
+      const double r = radius - gullet * knot.fraction_of_gullet;
       outline.emplace_back(r * std::cos(angle), r * std::sin(angle), 0);
     }
   }
@@ -62,7 +61,7 @@ TriangleMesh MakeDiscMesh(const DiscSaw& saw) {
   TriangleMesh mesh;
   const double half = 0.5 * saw.thickness_mm;
   AddPrism(MakeToothedCircle(saw), -half, half, mesh);
-  // A flange on both sides and a short end of the spindle toward the hand.
+  // A flange on both sides and a stub of the spindle on the side of the handle.
   const double radius = saw.radius_mm();
   const double flange = 0.22 * radius;
   const double flange_height = std::max(0.04 * radius, saw.thickness_mm);
@@ -72,20 +71,21 @@ TriangleMesh MakeDiscMesh(const DiscSaw& saw) {
   return mesh;
 }
 
-// A sphere with grooves between its flutes, twisted a little as real ones are, and a short end of the shank.
+// Makes a sphere with grooves between its slightly twisted flutes, and a stub of the shank.
 TriangleMesh MakeBallMesh(const BallBurr& ball) {
   constexpr int kParallels = 48;
-  constexpr double kGroove = 0.12;  // depth, of the radius
+  constexpr double kGroove = 0.12;  // depth, as a fraction of the radius
   constexpr double kTwist = 0.6;    // rad from pole to pole
   const int meridians = 12 * std::max(4, ball.flutes);
   const double radius = ball.radius_mm();
   TriangleMesh mesh;
   for (int j = 1; j < kParallels; ++j) {
-    const double colatitude = kPi * j / kParallels;
+    const double colatitude = std::numbers::pi * j / kParallels;
     for (int i = 0; i < meridians; ++i) {
-      const double longitude = 2 * kPi * i / meridians + kTwist * j / kParallels;  // points follow the flutes
+      const double longitude =
+          2 * std::numbers::pi * i / meridians + kTwist * j / kParallels;  // points follow the flutes
       const double phase = static_cast<double>(i * ball.flutes % meridians) / meridians;
-      // A sharp edge in front, sloping off behind it; the grooves run out towards the poles.
+      // A sharp edge in front with a slope behind it; the grooves fade out towards the poles.
       const double groove = kGroove * std::sin(colatitude) * phase;
       const double r = radius * (1 - groove);
       mesh.points.emplace_back(r * std::sin(colatitude) * std::cos(longitude),

@@ -32,7 +32,7 @@ const std::array<NamedView, 7>& NamedViews() {
   return views;
 }
 
-// What the points of a spec span along the picture's right and up.
+// Extent of the points of a spec along the picture's right and up directions.
 class Span {
  public:
   Span(const Vec3& right, const Vec3& up) : right_(right), up_(up) {}
@@ -146,7 +146,7 @@ ViewFrame CalcViewFrame(const PictureSpec& spec) {
   const Vec3 size = glm::max(span.box().size(), Vec3{1e-6});
   frame.pixels_per_mm = std::min(free_width / size.x, free_height / size.y);
   const Vec3 middle = span.box().centre();
-  // The middle of what is drawn lies in the middle of the free part.
+  // Centre the contents in the free area.
   const double shift_right = 0.5 * (layout.right_margin - layout.left_margin) / frame.pixels_per_mm;
   const double shift_up = 0.5 * (layout.top_margin - layout.bottom_margin) / frame.pixels_per_mm;
   Box3 depth;

@@ -36,7 +36,7 @@ void QuietVtk() {
 }
 
 vtkSmartPointer<vtkPolyData> MakePolyData(const TriangleMesh& mesh) {
-  QuietVtk();  // what there is no memory for is said by an exception too
+  QuietVtk();  // running out of memory is also reported by an exception
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(mesh.points.size()));

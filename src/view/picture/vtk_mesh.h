@@ -1,4 +1,4 @@
-// kerf's meshes for VTK. For the view group only.
+// Conversion of kerf's meshes to VTK. For the view group only.
 #pragma once
 
 #include "kerf/geometry.h"
@@ -9,9 +9,10 @@ class vtkSmartPointer;
 
 namespace kerf {
 
-/// Points in double precision. Ids keep their order.
+/// Converts a mesh, with points in double precision. Point ids keep their order.
 vtkSmartPointer<vtkPolyData> MakePolyData(const TriangleMesh& mesh);
-/// From here on VTK writes nothing to stderr; failures are found from what it returns. Any thread, any number of times.
+/// Stops VTK from writing to stderr; failures are detected from return values. May be called by any thread, any number
+/// of times.
 void QuietVtk();
 
 }  // namespace kerf

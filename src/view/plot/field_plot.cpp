@@ -11,8 +11,8 @@ namespace kerf {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kBarShare = 0.035;  // of the box's width,
-constexpr double kGapShare = 0.015;  // and what is free before it
+constexpr double kBarFraction = 0.035;  // of the box's width
+constexpr double kGapFraction = 0.015;  // free space to the left of the bar
 // ColorBrewer's YlOrRd (Harrower and Brewer 2003).
 constexpr std::array<Rgb8, 9> kBar{{{255, 255, 204},
                                     {255, 237, 160},
@@ -24,7 +24,7 @@ constexpr std::array<Rgb8, 9> kBar{{{255, 255, 204},
                                     {189, 0, 38},
                                     {128, 0, 38}}};
 
-/// Lines and words that stand on a colour stay.
+/// Multiplies the colours, so that lines and text remain visible.
 void Tint(Rgb8& pixel, const Rgb8& colour) {
   for (std::size_t i = 0; i < 3; ++i) pixel[i] = static_cast<std::uint8_t>(pixel[i] * colour[i] / 255);
 }
@@ -48,8 +48,8 @@ double PlotField::Sample(double x, double y) const {
   return std::isfinite(between) ? between : at(s < 0.5 ? 0 : 1, t < 0.5 ? 0 : 1);
 }
 
-Rgb8 BarColour(double share) {
-  const double at = std::clamp(share, 0.0, 1.0) * (kBar.size() - 1);
+Rgb8 BarColour(double fraction) {
+  const double at = std::clamp(fraction, 0.0, 1.0) * (kBar.size() - 1);
   const auto low = std::min(static_cast<std::size_t>(at), kBar.size() - 2);
   const double t = at - static_cast<double>(low);
   Rgb8 colour{};
@@ -71,7 +71,7 @@ PlotSeries MakeContour(const PlotContour& contour) {
   };
   for (int k = 0; k + 1 < field.rows; ++k) {
     for (int i = 0; i + 1 < field.columns; ++i) {
-      // Around the cell; where the level lies between two corners the line crosses the edge between them.
+      // Around the cell; if the level lies between two corners, the line crosses the edge between them.
       constexpr int kAlong[] = {0, 1, 1, 0, 0}, kUp[] = {0, 0, 1, 1, 0};
       std::array<std::array<double, 2>, 4> crossings;
       std::size_t count = 0;
@@ -103,7 +103,7 @@ Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame) {
   if (field.columns < 2 || field.rows < 2 || !(field.step > 0)) throw Error("a field to plot needs 2 x 2 values");
   const auto finite = [](float v) { return std::isfinite(v); };
   if (!std::any_of(field.values.begin(), field.values.end(), finite)) {
-    throw Error("a field to plot needs a finite value");
+    throw Error("a field to plot needs at least one finite value");
   }
   const double x1 = field.x0 + field.step * (field.columns - 1), y1 = field.y0 + field.step * (field.rows - 1);
   PlotSpec plot;
@@ -112,7 +112,7 @@ Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame) {
   plot.caption = spec.caption;
   plot.x.label = spec.x_label;
   plot.x.lower = field.x0;
-  plot.x.upper = field.x0 + (x1 - field.x0) / (1 - kBarShare - kGapShare);
+  plot.x.upper = field.x0 + (x1 - field.x0) / (1 - kBarFraction - kGapFraction);
   plot.y.label = spec.y_label;
   plot.y.lower = field.y0;
   plot.y.upper = y1;
@@ -123,17 +123,17 @@ Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame) {
     plot.series.push_back(MakeContour(contour));
     if (plot.series.back().x.empty()) plot.series.pop_back();
   }
-  PlotSeries bar;  // brings the right axis
+  PlotSeries bar;  // makes RenderPlot() draw the right axis
   bar.right_axis = true;
   bar.width = 0;
   bar.x = {*plot.x.lower, *plot.x.upper};
   bar.y = {spec.lower, spec.upper};
   plot.series.push_back(bar);
-  PlotSeries left = bar;  // and the left one
+  PlotSeries left = bar;  // the same for the left axis
   left.right_axis = false;
   left.y = {field.y0, y1};
   plot.series.push_back(left);
-  // As high as makes both axes of one scale.
+  // Choose the height at which both axes have equal scale.
   PlotFrame box;
   for (int round = 0; round < 2; ++round) {
     RenderPlot(plot, &box);
@@ -141,7 +141,7 @@ Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame) {
     plot.height = std::clamp(plot.height + static_cast<int>(std::lround(wanted - (box.bottom - box.top))), 300, 4096);
   }
   Image image = RenderPlot(plot, &box);
-  const double bar_from = box.right - kBarShare * (box.right - box.left);
+  const double bar_from = box.right - kBarFraction * (box.right - box.left);
   for (int row = static_cast<int>(std::ceil(box.top)); row < static_cast<int>(box.bottom); ++row) {
     for (int column = static_cast<int>(std::ceil(box.left)); column < static_cast<int>(box.right); ++column) {
       Rgb8& pixel = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +

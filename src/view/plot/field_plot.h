@@ -1,4 +1,4 @@
-// Plots of a quantity over a plane, as colours with a bar and contours.
+// Plots of a quantity over a plane: colours with a colour bar, and contours.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@ namespace kerf {
 
 /// Values at the points of a regular grid.
 struct PlotField {
-  double x0 = 0;  // of the first value, data
+  double x0 = 0;  // of the first value, in data units
   double y0 = 0;
   double step = 0;
   int columns = 0;  // along x
   int rows = 0;
-  std::vector<float> values;  // by row, upwards; what is not finite is left white
+  std::vector<float> values;  // by row, upwards; values that are not finite are left white
 
-  /// Linear between four values; of the nearest where one of them is not finite. NaN outside.
+  /// Interpolates bilinearly. Returns the nearest value if one of the four is not finite, and NaN outside the grid.
   double Sample(double x, double y) const;
 };
 
-/// A line where a field (which may be another than the one that is shown, on a grid of its own) has a value.
+/// Contour line at a value of a field. The field may differ from the plotted one and have a separate grid.
 struct PlotContour {
   PlotField field;
   double level = 0;
@@ -34,23 +34,25 @@ struct FieldPlotSpec {
   int width = 1280;
   std::string title;
   std::string caption;
-  std::string x_label;  // with unit; a data unit is as long along y as along x
+  std::string x_label;  // with unit; both axes have equal scale
   std::string y_label;
   std::string bar_label;
   PlotField field;
-  double lower = 0;  // at the ends of the bar
+  double lower = 0;  // at the ends of the colour bar
   double upper = 1;
   std::vector<PlotContour> contours;
 };
 
-/// Colour of a share of the bar, 0 to 1: pale yellow to dark red, evenly darker, so that greys tell it too.
-Rgb8 BarColour(double share);
+/// Returns the colour at `fraction` (0 to 1) of the bar: from pale yellow to dark red, darkening evenly, so that it is
+/// readable in greyscale.
+Rgb8 BarColour(double fraction);
 
-/// The pieces of the line where `field` = level, each from one edge of a cell to another, with a NaN after it.
+/// Returns the segments of the line where `field` = level. Each goes from one edge of a cell to another, followed by a
+/// NaN.
 PlotSeries MakeContour(const PlotContour& contour);
 
-/// Throws Error when the field has less than 2 x 2 values, none of them finite, or this machine can't draw. `frame`: as
-/// RenderPlot; the bar is at the right end of it.
+/// Throws Error if the field has fewer than 2 x 2 values or no finite value, or this machine cannot draw. `frame`: as
+/// for RenderPlot(); includes the colour bar at its right end.
 Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame = nullptr);
 void WriteFieldPlot(const FieldPlotSpec& spec, const std::string& path);
 

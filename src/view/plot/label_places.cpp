@@ -8,7 +8,7 @@
 namespace kerf {
 namespace {
 
-// Area that a label covers of other words counts most, of marks and lines less, and far places a little.
+// Cost of a position: overlap with other text counts most, marks and lines less, and distance a little.
 constexpr double kPerWords = 8;
 constexpr double kPerLine = 5;  // per pixel of line under the label
 constexpr double kPerDistance = 1.5;
@@ -23,7 +23,7 @@ double Outside(const LabelBox& box, const LabelBox& frame) {
   return box.width * box.height - Overlap(box, frame);
 }
 
-// Length of the segment in the box (after Liang and Barsky, 1984).
+// Returns the length of the part of a segment inside the box (after Liang and Barsky, 1984).
 double LengthInside(const OverlayPoint& a, const OverlayPoint& b, const LabelBox& box) {
   double enter = 0;
   double leave = 1;
@@ -52,7 +52,7 @@ std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const La
   struct Direction {
     double x, y;
   };
-  // Best first: where all are equally free, a label stands above to the right.
+  // In order of preference: if all are equally free, a label is placed at the upper right.
   constexpr std::array<Direction, 8> kDirections{
       {{0.8, -0.8}, {0.8, 0.8}, {1, 0}, {-0.8, -0.8}, {-0.8, 0.8}, {0, -1}, {0, 1}, {-1, 0}}};
   constexpr std::array<double, 5> kDistances{1, 1.6, 2.6, 4, 6};
@@ -66,9 +66,9 @@ std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const La
         const double away = wish.reach * distance;
         const double x = wish.at.column + direction.x * away;
         const double y = wish.at.row + direction.y * away;
-        const double share_x = direction.x > 0 ? 0 : direction.x < 0 ? 1 : 0.5;
-        const double share_y = direction.y > 0 ? 0 : direction.y < 0 ? 1 : 0.5;
-        const LabelBox box{x - share_x * wish.size.width, y - share_y * wish.size.height, wish.size.width,
+        const double fraction_x = direction.x > 0 ? 0 : direction.x < 0 ? 1 : 0.5;
+        const double fraction_y = direction.y > 0 ? 0 : direction.y < 0 ? 1 : 0.5;
+        const LabelBox box{x - fraction_x * wish.size.width, y - fraction_y * wish.size.height, wish.size.width,
                            wish.size.height};
         double cost = 1e-3 * order++ + kPerDistance * (away - wish.reach) + 100 * Outside(box, obstacles.frame);
         for (const LabelBox& other : placed) cost += kPerWords * Overlap(box, other);

@@ -1,4 +1,4 @@
-// Where labels of points stand so that they cover each other, the marks and the lines as little as can be.
+// Positions of point labels with as little overlap as possible with each other, the marks and the lines.
 #pragma once
 
 #include <string>
@@ -13,19 +13,19 @@ struct LabelBox {
 };
 
 struct LabelWish {
-  OverlayPoint at;     // the middle of its mark
-  double reach = 6;    // from there to where the label may begin, pixels
-  Overlay::Size size;  // of the words
+  OverlayPoint at;     // centre of its mark
+  double reach = 6;    // minimum distance of the label from there, pixels
+  Overlay::Size size;  // of the text
 };
 
 struct LabelObstacles {
   LabelBox frame{};             // labels stay inside
-  std::vector<LabelBox> boxes;  // words and marks that are there already
+  std::vector<LabelBox> boxes;  // existing text and marks
   std::vector<std::pair<OverlayPoint, OverlayPoint>> lines;
 };
 
-/// A place for each wish, the first ones first (greedy: eight directions about the mark, from near to far; Christensen,
-/// Marks and Shieber 1995 call it so and find it good enough for few labels).
+/// Returns a position for each label, in the order of `wishes` (greedy: eight directions around the mark, from near to
+/// far; Christensen, Marks and Shieber 1995 describe this method and find it good enough for few labels).
 std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const LabelObstacles& obstacles);
 
 }  // namespace kerf

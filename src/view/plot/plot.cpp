@@ -25,7 +25,7 @@ constexpr int kSupersampling = 2;
 constexpr Rgb8 kInk{33, 37, 43};
 constexpr Rgb8 kSoftInk{85, 92, 102};
 constexpr Rgb8 kGrid{222, 226, 230};
-// Okabe and Ito's colours that stand out on white, blue first.
+// Okabe and Ito's colours with good contrast on white, blue first.
 constexpr std::array<Rgb8, 7> kPalette{
     {{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {204, 121, 167}, {230, 159, 0}, {86, 180, 233}, {33, 37, 43}}};
 
@@ -35,7 +35,7 @@ Rgb8 MixWithWhite(const Rgb8& colour, double white) {
   return mixed;
 }
 
-// Cuts the segment a-b to the box; false when nothing of it lies inside (after Liang and Barsky, 1984).
+// Clips the segment a-b to the box. Returns false if no part of it lies inside (after Liang and Barsky, 1984).
 bool ClipToBox(const PlotFrame& box, OverlayPoint& a, OverlayPoint& b) {
   double enter = 0;
   double leave = 1;
@@ -83,7 +83,7 @@ class PlotDrawing {
     frame_.left = edge + 1.6 * text_ + WidestText(y_ticks) + 14 * unit_;
     frame_.right = spec_.width - edge - (has_right_ ? 1.6 * text_ + WidestText(right_ticks) + 14 * unit_ : 14 * unit_);
     if (frame_.right - frame_.left < 40 || frame_.bottom - frame_.top < 40) {
-      throw Error(fmt::format("a plot of {} x {} pixels has no room for its words", spec_.width, spec_.height));
+      throw Error(fmt::format("a plot of {} x {} pixels is too small for its labels", spec_.width, spec_.height));
     }
     frame_.x_lower = x_.lower(), frame_.x_upper = x_.upper();
     frame_.y_lower = y_.lower(), frame_.y_upper = y_.upper();
@@ -99,8 +99,8 @@ class PlotDrawing {
 
  private:
   static int TickCount(double length, double wish) { return std::max(2, static_cast<int>(length / wish)); }
-  double Column(double share) const { return frame_.left + share * (frame_.right - frame_.left); }
-  double Row(double share) const { return frame_.bottom - share * (frame_.bottom - frame_.top); }
+  double Column(double fraction) const { return frame_.left + fraction * (frame_.right - frame_.left); }
+  double Row(double fraction) const { return frame_.bottom - fraction * (frame_.bottom - frame_.top); }
   Rgb8 ColourOf(std::size_t i) const { return spec_.series[i].colour.value_or(kPalette[i % kPalette.size()]); }
 
   void MakeScales() {
@@ -110,8 +110,8 @@ class PlotDrawing {
     };
     for (const PlotSeries& series : spec_.series) {
       if (series.x.size() != series.y.size()) {
-        throw Error(
-            fmt::format("the plot's series '{}' has {} x and {} y", series.label, series.x.size(), series.y.size()));
+        throw Error(fmt::format("the plot series '{}' has {} x and {} y values", series.label, series.x.size(),
+                                series.y.size()));
       }
       has_right_ = has_right_ || series.right_axis;
       const PlotAxis& y_axis = series.right_axis ? spec_.y_right : spec_.y;
@@ -121,9 +121,9 @@ class PlotDrawing {
         (series.right_axis ? right : y).Include(series.y[i]);
       }
     }
-    const double headroom = spec_.bands.empty() ? 0.08 : 0.16;  // the bands' labels stand there
+    const double headroom = spec_.bands.empty() ? 0.08 : 0.16;  // space for the bands' labels
     x_ = MakePlotScale(spec_.x, x, true, 0, "x");
-    // A plot may have all its curves on the right.
+    // All curves of a plot may use the right axis.
     if (!(y.lower <= y.upper) && has_right_) y = right;
     y_ = MakePlotScale(spec_.y, y, false, headroom, "y");
     if (has_right_) right_ = MakePlotScale(spec_.y_right, right, false, headroom, "the right y");
@@ -137,7 +137,7 @@ class PlotDrawing {
     return widest;
   }
 
-  // Title, caption and legend; returns where they end.
+  // Draws title, caption and legend. Returns their lower end.
   double DrawWords() {
     const double edge = 24 * unit_;
     double row = edge;
@@ -184,11 +184,11 @@ class PlotDrawing {
   struct Stretch {
     double left, right;
   };
-  // The part of a band that the axis shows; right <= left when there is none.
+  // Returns the visible part of a band; right <= left if there is none.
   Stretch VisibleBand(const PlotBand& band) const {
     if (!x_.Takes(band.x0) && !x_.Takes(band.x1)) return {0, 0};
-    const auto share = [&](double value) { return x_.Takes(value) ? std::clamp(x_(value), 0.0, 1.0) : 0.0; };
-    return {Column(share(std::min(band.x0, band.x1))), Column(share(std::max(band.x0, band.x1)))};
+    const auto fraction = [&](double value) { return x_.Takes(value) ? std::clamp(x_(value), 0.0, 1.0) : 0.0; };
+    return {Column(fraction(std::min(band.x0, band.x1))), Column(fraction(std::max(band.x0, band.x1)))};
   }
 
   void DrawBands() {
@@ -287,7 +287,7 @@ class PlotDrawing {
         if (series.marker > 0) TakeMark(p, series, i, colour);
       }
       if (has_last && series.width > 0) {
-        // Steps too small to be seen are passed over; long logs have many.
+        // Skip steps too small to be visible; long logs have many.
         const bool is_end = i + 1 == series.x.size();
         if (std::hypot(p.column - last.column, p.row - last.row) < 0.2 && !is_end) continue;
         OverlayPoint a = last;
@@ -311,7 +311,7 @@ class PlotDrawing {
     AddMarkers(markers, limits, series, colour);
   }
 
-  // Keeps the mark's place free of words, and its own words for when all marks are known.
+  // Keeps the mark's place free of text and stores its label until all marks are known.
   void TakeMark(const OverlayPoint& at, const PlotSeries& series, std::size_t i, const Rgb8& colour) {
     const double side = series.marker * unit_;
     marks_.push_back({at.column - 0.5 * side, at.row - 0.5 * side, side, side});
@@ -324,7 +324,7 @@ class PlotDrawing {
     wishes_.push_back({at, 0.5 * side + 3 * unit_, canvas_.MeasureText(series.point_labels[i], style)});
   }
 
-  // `limits`: where the truth may lie anywhere below.
+  // `limits`: upper limits; the true value lies there or below.
   void AddMarkers(const std::vector<OverlayPoint>& centres, const std::vector<OverlayPoint>& limits,
                   const PlotSeries& series, const Rgb8& colour) {
     if (series.marker <= 0) return;
@@ -347,12 +347,12 @@ class PlotDrawing {
     for (const PlotLine& line : spec_.lines) {
       const PlotScale& scale = line.vertical ? x_ : y_;
       if (!scale.Takes(line.at)) continue;
-      const double share = scale(line.at);
-      if (share < 0 || share > 1) continue;
+      const double fraction = scale(line.at);
+      if (fraction < 0 || fraction > 1) continue;
       const TextStyle style{small_, line.colour, false, Align::kRight, line.vertical};
       const Overlay::Size size = canvas_.MeasureText(line.label, style);
       const double gap = 4 * unit_;
-      const double at = line.vertical ? Column(share) : Row(share);
+      const double at = line.vertical ? Column(fraction) : Row(fraction);
       if (line.vertical) {
         canvas_.AddLine({{at, frame_.top}, {at, frame_.bottom}}, 1.5 * unit_, line.colour, line.dash * unit_);
         canvas_.AddText(line.label, at - size.width - gap, frame_.top + gap, style);
@@ -379,7 +379,7 @@ class PlotDrawing {
     const std::vector<LabelBox> places = PlaceLabels(wishes_, obstacles);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const LabelBox& box = places[i];
-      // The way from the mark to the nearest point of the words, where they do not stand beside it.
+      // Leader line from the mark to the nearest point of a label that is not next to it.
       const OverlayPoint& at = wishes_[i].at;
       const OverlayPoint near{std::clamp(at.column, box.left, box.left + box.width),
                               std::clamp(at.row, box.top, box.top + box.height)};
@@ -423,7 +423,7 @@ class PlotDrawing {
     TextStyle style;
   };
   std::vector<PointLabel> labels_;
-  std::vector<LabelWish> wishes_;  // of labels_
+  std::vector<LabelWish> wishes_;  // positions wanted for labels_
   std::vector<LabelBox> marks_;
   std::vector<LabelBox> words_;
   std::vector<std::pair<OverlayPoint, OverlayPoint>> drawn_lines_;

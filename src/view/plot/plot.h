@@ -1,4 +1,4 @@
-// Plots of curves: as PNG, drawn by VTK without a display, or as SVG.
+// Plots of curves, as PNG drawn by VTK without a display, or as SVG.
 #pragma once
 
 #include <optional>
@@ -12,40 +12,40 @@
 
 namespace kerf {
 
-/// A curve. Points that are not finite (or not positive on a logarithmic axis) break it.
+/// Curve. A point that is not finite (or not positive on a logarithmic axis) interrupts it.
 struct PlotSeries {
   std::string label;
   std::vector<double> x;
-  std::vector<double> y;       // as many
-  std::optional<Rgb8> colour;  // none: the next of a palette that colour-blind people can tell apart
+  std::vector<double> y;       // same length as x
+  std::optional<Rgb8> colour;  // unset: next colour of a palette suitable for colour-blind readers
   double width = 2;            // pixels; 0: no line
   double marker = 0;           // diameter in pixels; 0: no markers
   bool right_axis = false;
-  double dash = 0;  // pixels of a dash, and of the gap after it; 0: an unbroken line
+  double dash = 0;  // length of a dash and of the gap after it, pixels; 0: solid line
   Marker shape = Marker::kDisc;
-  std::vector<bool> at_most{};              // empty, or for each point: the truth is there or below; a hollow mark
-  std::vector<std::string> point_labels{};  // empty, or for each point: words beside it, where there is room
+  std::vector<bool> at_most{};  // empty, or for each point: true if it is an upper limit; drawn as a hollow mark
+  std::vector<std::string> point_labels{};  // empty, or for each point: text placed near it
 };
 
-/// A line across the axes' box, with words at its end.
+/// Straight line across the axes' box, with a label at its end.
 struct PlotLine {
   bool vertical = false;
-  double at = 0;  // data
+  double at = 0;  // in data units
   std::string label;
   Rgb8 colour{85, 92, 102};
-  double dash = 6;        // as of PlotSeries
-  bool at_start = false;  // the words of a level line stand on the left
+  double dash = 6;        // as in PlotSeries
+  bool at_start = false;  // places the label of a horizontal line on the left
 };
 
 struct PlotAxis {
   std::string label;  // with its unit: "force (N)"
   bool log = false;
-  std::optional<double> lower;  // none: from the data
+  std::optional<double> lower;  // unset: from the data
   std::optional<double> upper;
-  std::vector<std::string> names;  // of 0, 1, 2, ..., in place of numbers; x axis only
+  std::vector<std::string> names;  // text for x = 0, 1, 2, ... in place of numbers; x axis only
 };
 
-/// A stretch of the x axis with a background colour of its own and a label at its top.
+/// Range of the x axis with a separate background colour and a label at its top.
 struct PlotBand {
   double x0 = 0;
   double x1 = 0;
@@ -53,13 +53,13 @@ struct PlotBand {
   Rgb8 colour{230, 230, 230};
 };
 
-/// Words at a point of the axes' box, on a veil of white.
+/// Text at a point in the axes' box, on a translucent white background.
 struct PlotNote {
-  double x = 0;  // data
+  double x = 0;  // in data units
   double y = 0;
-  std::string text;            // lines end in '\n'
-  std::optional<Rgb8> colour;  // none: the plot's ink
-  Align align = Align::kLeft;  // which edge stands at x; the middle of its height stands at y
+  std::string text;            // lines are separated by '\n'
+  std::optional<Rgb8> colour;  // unset: the plot's text colour
+  Align align = Align::kLeft;  // edge that is placed at x; its vertical centre is at y
   bool bold = false;
 };
 
@@ -67,27 +67,27 @@ struct PlotSpec {
   int width = 1280;  // 200 to 8192 pixels
   int height = 720;
   std::string title;
-  std::string caption;  // smaller, below the title; lines end in '\n'
+  std::string caption;  // smaller, below the title; lines are separated by '\n'
   PlotAxis x;
   PlotAxis y;
-  PlotAxis y_right;  // drawn when a series asks for it
+  PlotAxis y_right;  // drawn if a series uses it
   std::vector<PlotSeries> series;
   std::vector<PlotBand> bands;
   std::vector<PlotNote> notes;
-  std::vector<PlotLine> lines;  // those that the axes show
-  double text_scale = 1;        // 0.5 to 3: for words that are read from afar
+  std::vector<PlotLine> lines;  // only those within the range of the axes are drawn
+  double text_scale = 1;        // 0.5 to 3; larger text for slides and posters
 };
 
-/// Where data lie in the plot's picture, in pixels from the top left; for tests and for what is drawn over it.
+/// Position of the axes in the plot's image, in pixels from the top left; for tests and for overlays.
 struct PlotFrame {
-  double left, right, top, bottom;            // the box of the axes, pixels
-  double x_lower, x_upper, y_lower, y_upper;  // the data at its edges
+  double left, right, top, bottom;            // box of the axes, pixels
+  double x_lower, x_upper, y_lower, y_upper;  // data values at its edges
 };
 
-/// Throws Error when there is no finite point, x and y differ in length, or this machine can't draw.
+/// Throws Error if there is no finite point, x and y differ in length, or this machine cannot draw.
 Image RenderPlot(const PlotSpec& spec, PlotFrame* frame = nullptr);
 void WritePlot(const PlotSpec& spec, const std::string& path);
-/// The same picture as SVG, in which words are words. Throws Error as RenderPlot, but needs nothing of the machine.
+/// Returns the same picture as SVG with real text. Throws Error as RenderPlot() does, but works on any machine.
 std::string FormatPlotSvg(const PlotSpec& spec, PlotFrame* frame = nullptr);
 void WritePlotSvg(const PlotSpec& spec, const std::string& path);
 

@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-// Corners of a regular polygon or, with two radii, a star; the first points upward.
+// Returns the corners of a regular polygon or, with two radii, of a star; the first points upwards.
 std::vector<OverlayPoint> MakeCorners(int count, double radius, double other_radius, double turn) {
   std::vector<OverlayPoint> corners;
   for (int i = 0; i < count; ++i) {
-    const double angle = turn + 2 * kPi * i / count - 0.5 * kPi;
+    const double angle = turn + 2 * std::numbers::pi * i / count - 0.5 * std::numbers::pi;
     const double r = i % 2 == 0 ? radius : other_radius;
     corners.push_back({r * std::cos(angle), r * std::sin(angle)});
   }
@@ -26,16 +25,16 @@ bool IsStrokes(Marker shape) {
 }
 
 std::vector<OverlayPoint> OutlineOf(Marker shape) {
-  // Sizes at which the marks look equally large.
+  // Factors that make the marks look equally large.
   switch (shape) {
     case Marker::kSquare:
-      return MakeCorners(4, 1.2, 1.2, 0.25 * kPi);
+      return MakeCorners(4, 1.2, 1.2, 0.25 * std::numbers::pi);
     case Marker::kDiamond:
       return MakeCorners(4, 1.25, 1.25, 0);
     case Marker::kTriangleUp:
       return MakeCorners(3, 1.3, 1.3, 0);
     case Marker::kTriangleDown:
-      return MakeCorners(3, 1.3, 1.3, kPi);
+      return MakeCorners(3, 1.3, 1.3, std::numbers::pi);
     case Marker::kCross:
       return {{-0.85, -0.85}, {0.85, 0.85}, {-0.85, 0.85}, {0.85, -0.85}};
     case Marker::kPlus:
@@ -60,7 +59,7 @@ void PixelCanvas::AddLine(const std::vector<OverlayPoint>& points, double width,
   if (points.size() < 2) return;
   if (dash <= 0) return overlay_.AddPolyline(points, width, colour);
   dash = std::max(1.0, dash);
-  double walked = 0;  // of the present dash or gap
+  double walked = 0;  // in the current dash or gap
   bool on = true;
   std::vector<OverlayPoint> stroke{points.front()};
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {

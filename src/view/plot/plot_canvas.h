@@ -1,4 +1,4 @@
-// What a plot is drawn with: lines, boxes, marks and words, as pixels or as SVG. The same calls give the same picture.
+// Drawing surfaces of plots: lines, boxes, marks and text, as pixels or as SVG. Equal calls give equal pictures.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ class vtkRenderer;
 
 namespace kerf {
 
-/// Marks that are told apart in black and white too.
+/// Marks that are distinguishable without colour.
 enum class Marker { kDisc, kSquare, kDiamond, kTriangleUp, kTriangleDown, kCross, kPlus, kStar };
 
 struct MarkerStyle {
@@ -20,18 +20,19 @@ struct MarkerStyle {
   bool hollow = false;
 };
 
-/// Positions and sizes in pixels of the finished picture, from its top left; the later above the earlier.
+/// Positions and sizes are in pixels of the finished picture, from its top left. Later primitives lie above earlier
+/// ones.
 class PlotCanvas {
  public:
   virtual ~PlotCanvas() = default;
-  /// The same on every canvas, so that a plot has one layout.
+  /// Returns equal sizes on all canvases, so that a plot has the same layout on each.
   Overlay::Size MeasureText(const std::string& text, const TextStyle& style) const {
     return measure_.MeasureText(text, style);
   }
-  /// As Overlay::AddText.
+  /// Same as Overlay::AddText.
   virtual void AddText(const std::string& text, double column, double row, const TextStyle& style) = 0;
   virtual void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity) = 0;
-  /// `dash`: length of a dash and of the gap after it, pixels; 0: unbroken.
+  /// `dash`: length of a dash and of the gap after it, pixels; 0: solid.
   virtual void AddLine(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double dash) = 0;
   virtual void AddMarkers(const std::vector<OverlayPoint>& centres, const MarkerStyle& style) = 0;
 
@@ -56,7 +57,7 @@ class PixelCanvas : public PlotCanvas {
   Overlay overlay_;
 };
 
-/// Writes SVG 1.1 in which words stay words. `renderer` is for measuring; nothing is drawn with it.
+/// Writes SVG 1.1 with real text. `renderer` is used only for measuring text.
 class SvgCanvas : public PlotCanvas {
  public:
   SvgCanvas(vtkRenderer& renderer, int width, int height, int supersampling);
@@ -64,7 +65,7 @@ class SvgCanvas : public PlotCanvas {
   void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity) override;
   void AddLine(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double dash) override;
   void AddMarkers(const std::vector<OverlayPoint>& centres, const MarkerStyle& style) override;
-  /// The whole file. `title`: for programs that read it aloud.
+  /// Returns the whole file. `title`: for screen readers.
   std::string Finish(const std::string& title) const;
 
  private:
@@ -73,9 +74,9 @@ class SvgCanvas : public PlotCanvas {
   std::string body_;
 };
 
-/// The corners of a mark's strokes or outline about (0, 0), for a diameter of 2.
+/// Returns the corners of a mark's strokes or outline around (0, 0), for a diameter of 2.
 std::vector<OverlayPoint> OutlineOf(Marker shape);
-/// Whether the mark is strokes from corner 2 k to corner 2 k + 1 and not a closed outline.
+/// Returns true if the mark consists of strokes from corner 2 k to corner 2 k + 1, false if it is a closed outline.
 bool IsStrokes(Marker shape);
 
 }  // namespace kerf

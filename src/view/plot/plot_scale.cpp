@@ -19,7 +19,7 @@ PlotScale MakePlotScale(const PlotAxis& axis, const PlotExtent& data, bool tight
     if (!(upper > lower * 1.0001)) lower /= 2, upper *= 2;
     return {lower, upper, true};
   }
-  // Quantities that begin near nothing are shown from nothing on.
+  // An axis whose data begin near zero begins at zero.
   if (!axis.lower && !tight && lower > 0 && lower < 0.5 * upper) lower = 0;
   const double span = upper - lower;
   if (!axis.upper && !tight) upper += headroom * span;

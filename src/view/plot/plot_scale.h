@@ -1,4 +1,4 @@
-// One axis of a plot: from data to a share of the axes' box, 0 to 1.
+// Axis of a plot: maps data to a fraction of the axes' box, 0 to 1.
 #pragma once
 
 #include <algorithm>
@@ -42,8 +42,8 @@ struct PlotExtent {
   }
 };
 
-/// `tight`: the axis ends where the data end. `headroom`: share of the range that stays free above the data. Throws
-/// Error, in which the axis is `name`, when there is no range.
+/// `tight`: the axis ends where the data end. `headroom`: fraction of the range that stays free above the data. Throws
+/// Error with the axis' `name` if there is no range.
 PlotScale MakePlotScale(const PlotAxis& axis, const PlotExtent& data, bool tight, double headroom, const char* name);
 
 }  // namespace kerf

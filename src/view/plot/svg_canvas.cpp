@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-/// Of the size of a letter, as the font that VTK brings along has them.
+/// As a fraction of the letter size, for VTK's own font.
 constexpr double kAscent = 0.93;
 constexpr double kLineHeight = 1.15;
 
@@ -28,7 +28,7 @@ std::string Escape(std::string_view text) {
     else if (c == '"')
       escaped += "&quot;";
     else
-      escaped += byte < 0x20 || byte == 0x7f ? ' ' : c;  // XML knows no such characters
+      escaped += byte < 0x20 || byte == 0x7f ? ' ' : c;  // not allowed in XML
   }
   return escaped;
 }
@@ -37,7 +37,7 @@ std::string Show(const Rgb8& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
 }
 
-// Hundredths of a pixel: no picture shows more, and rounding of the last bit does not change the file.
+// Rounds to hundredths of a pixel: more is not visible, and rounding errors in the last bit do not change the file.
 std::string Show(double value) {
   const double rounded = std::round(100 * value) / 100;
   return fmt::format("{:g}", rounded == 0 ? 0.0 : rounded);

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-// A value a hair outside the range through rounding is meant to be in it.
+// A value outside the range because of rounding counts as inside.
 constexpr double kHair = 1e-9;
 
 }  // namespace
@@ -36,7 +36,7 @@ std::vector<Tick> CalcLinearTicks(double lower, double upper, int count) {
 }
 
 std::vector<Tick> CalcLogTicks(double lower, double upper) {
-  // The fewer decades, the more digits bear numbers.
+  // The fewer decades, the more digits get numbers.
   const double decades = std::log10(upper / lower);
   const std::string_view digits = decades < 1.3 ? "123457" : decades < 2.5 ? "125" : "1";
   std::vector<Tick> ticks;

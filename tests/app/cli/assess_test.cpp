@@ -1,4 +1,4 @@
-// kerf assess, as a user types it.
+// kerf assess as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 
-/// A bar that is cut in two, 0.1 mm beside the plan and 1.1458 degrees (a slope of 0.02) off it.
+/// A bar that is cut in two, 0.1 mm off the plan and inclined to it by 1.1458 degrees (a slope of 0.02).
 constexpr char kScene[] = R"(title = "bar"
 [bone]
 model = "block"
@@ -78,7 +78,7 @@ TEST_F(AssessCommand, HoldsABoneAgainstTheScenesPlan) {
                            "piece_2.stl", "transforms.json", "pieces.json", "overview.png", "cut.png"}) {
     EXPECT_TRUE(Exists(std::string("out/") + file)) << file;
   }
-  // The achieved planes are a plan: by them the cut is where it should be.
+  // The achieved planes used as the plan: the cut has no error relative to them.
   const ProgramResult again = Kerf("assess out/achieved.mrk.json --before run/bone.vdb --after run/bone.vdb --json");
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(nlohmann::json::parse(again.out)["planes"][0]["cut"].is_null());  // nothing was cut between these two
@@ -127,7 +127,7 @@ TEST_F(AssessCommand, SaysWhatIsMissing) {
   ASSERT_EQ(Kerf("run s.toml -o run --record r.kerf").code, 0);
   const ProgramResult run = Kerf("assess r.kerf");
   EXPECT_EQ(run.code, 1);
-  EXPECT_THAT(run.err, HasSubstr("is of a run along a path"));
+  EXPECT_THAT(run.err, HasSubstr("is a recording of 'kerf run'"));
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ TEST_F(BenchCommand, RefusesWhatIsNotThere) {
   EXPECT_EQ(Kerf("bench tick --ticks 0").code, 2);
   EXPECT_EQ(Kerf("bench").code, 2);
   ExpectRefusal(Kerf("bench tick --case idle --ticks 5 --core 4000"),
-                "this program can't be held to core 4000; choose one of those that it may use");
+                "can't pin this program to core 4000; choose a core that it is allowed to use");
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr char kScene[] = R"(
+constexpr char kCompareScene[] = R"(
 title = "Small block"
 [bone]
 model = "block"
@@ -30,11 +30,11 @@ const std::string kSlab = "[slab]\ndirection = [0, 0, -1]\n";
 class Compare : public test::ProgramTest {};
 
 TEST_F(Compare, WritesReportFiguresTableAndJson) {
-  Write("small.toml", kScene + kSlab);
+  Write("small.toml", kCompareScene + kSlab);
   const auto result = Kerf("compare small.toml -o out --laws all --repeat 1");
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("slab as computed"));
-  // Every warning of the report is on stderr too.
+  // Every warning of the report is also printed on stderr.
   const auto json = nlohmann::json::parse(test::Slurp(folder_ / "out/compare.json"));
   EXPECT_FALSE(json["warnings"].empty());
   for (const std::string warning : json["warnings"]) {
@@ -46,14 +46,14 @@ TEST_F(Compare, WritesReportFiguresTableAndJson) {
     EXPECT_TRUE(Exists(std::string("out/") + file)) << file;
   }
   EXPECT_THAT(test::Slurp(folder_ / "out/report.md"), HasSubstr("# Small block"));
-  // Nothing of this machine stands in the files.
+  // The files contain no path of this machine.
   for (const char* file : {"report.md", "compare.csv", "compare.json"}) {
     EXPECT_EQ(test::Slurp(folder_ / "out" / file).find(folder_.string()), std::string::npos) << file;
   }
 }
 
 TEST_F(Compare, JsonOnStdoutIsTheFile) {
-  Write("small.toml", kScene + kSlab);
+  Write("small.toml", kCompareScene + kSlab);
   const auto result = Kerf("compare small.toml -o out --laws hertz_constant_bite --repeat 1 --depth-step 0.2 --json");
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.out, test::Slurp(folder_ / "out/compare.json"));
@@ -66,7 +66,7 @@ TEST_F(Compare, JsonOnStdoutIsTheFile) {
 }
 
 TEST_F(Compare, CommandOfTheReportMakesTheSameTable) {
-  Write("small.toml", kScene + kSlab);
+  Write("small.toml", kCompareScene + kSlab);
   const auto first = Kerf("compare " + (folder_ / "small.toml").string() +
                           " -o out --laws hertz_constant_bite,edge_plus_chip --repeat 1 --depth-step 0.2");
   EXPECT_EQ(first.code, 0) << first.err;
@@ -87,15 +87,15 @@ TEST_F(Compare, CommandOfTheReportMakesTheSameTable) {
 }
 
 TEST_F(Compare, BadUseIsRefusedInOneSentence) {
-  Write("no_slab.toml", kScene);
+  Write("no_slab.toml", kCompareScene);
   auto result = Kerf("compare no_slab.toml -o out");
   EXPECT_EQ(result.code, 1);
   EXPECT_EQ(result.out, "");
   EXPECT_THAT(result.err, HasSubstr("kerf: no_slab: to compare with slab mode the scene needs the cut direction"));
-  Write("small.toml", kScene + kSlab);
+  Write("small.toml", kCompareScene + kSlab);
   result = Kerf("compare small.toml -o out --laws hertz");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--laws: there is no force law \"hertz\"; there are hertz_chip, "
+  EXPECT_THAT(result.err, HasSubstr("--laws: there is no force law \"hertz\"; available: hertz_chip, "
                                     "hertz_constant_bite, edge_plus_chip; see 'kerf compare --help'\n"));
   result = Kerf("compare small.toml -o out --depth-step 0");
   EXPECT_EQ(result.code, 2);

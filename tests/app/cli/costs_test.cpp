@@ -1,4 +1,4 @@
-// kerf run --costs and kerf loop --costs from outside.
+// kerf run --costs and kerf loop --costs, run as programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using test::ProgramResult;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr char kScene[] =
+constexpr char kCostsScene[] =
     "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
     "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n[effects.tangential_force]\n"
     "[output]\nbone = false\npictures = false\npieces = false\n"
@@ -25,11 +25,11 @@ class Costs : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", kCostsScene);
   }
 };
 
-/// Every stage and effect has its times, and the stages' means are no more than the tick's.
+/// Every stage and effect has times, and the sum of the stages' means does not exceed the tick's mean.
 void CheckParts(const Json& costs) {
   EXPECT_EQ(costs.at("budget_us"), 1000);
   double sum_us = 0;
@@ -52,7 +52,7 @@ TEST_F(Costs, OfARunAreATableAndInJson) {
 }
 
 TEST_F(Costs, OfALoopAreATableAndInJson) {
-  // By the clock: on a machine that stands still meanwhile the tool has not come to the bone yet.
+  // In real time: on a stalled machine the tool may not have reached the bone yet, so longer runs are tried.
   ProgramResult table;
   for (const char* seconds : {"0.5", "3", "10", "30"}) {
     table = Kerf(std::string("loop s.toml --costs --seconds ") + seconds);

@@ -1,4 +1,4 @@
-// What the commands say of recordings that are damaged, cut short, forged or signed, and their exit codes.
+// Messages and exit codes of the commands for recordings that are damaged, truncated, forged or signed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ class DamagedRecordingCommands : public test::ProgramTest {
         Run("loop s.toml --virtual --seconds 2 --do 0.6:checkpoint=first --do 1.6:undo=first --record " + name);
     ASSERT_EQ(made.code, 0) << made.err;
   }
-  /// bad.kerf: with one bit flipped in the block of steps that begins there.
+  /// Writes bad.kerf with one bit flipped in the block of steps that begins at `first_step`.
   void Damage(std::uint64_t first_step) const {
     std::string bytes = Slurp(folder_ / "a.kerf");
     BlockReader blocks((folder_ / "a.kerf").string());
@@ -60,7 +60,7 @@ TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
   Record();
   Damage(850);
   const std::string sentence = "the steps from 0.850 to 1.100 s are damaged: 250 of 2000 ticks";
-  // Up to the gap as recorded, and the results are written.
+  // Replayed as recorded up to the gap, and the results are written.
   const ProgramResult replayed = Run("replay bad.kerf --verify --json -o out");
   EXPECT_EQ(replayed.code, 3);
   EXPECT_THAT(replayed.err, HasSubstr("bad.kerf: " + sentence));
@@ -78,7 +78,7 @@ TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
   EXPECT_EQ(beyond.code, 1);
   EXPECT_THAT(beyond.err, HasSubstr("up to 0.850 s"));
 
-  // What is behind it is read: the event, and the rows with their right times.
+  // The part after the gap is read: the event, and the rows with their correct times.
   const ProgramResult shown = Run("log bad.kerf");
   EXPECT_EQ(shown.code, 3);
   EXPECT_THAT(shown.out, HasSubstr("1.600 s: undo first"));
@@ -104,7 +104,7 @@ TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
   EXPECT_EQ(scored.code, 3);
   EXPECT_TRUE(nlohmann::json::accept(scored.out));
 
-  // Gone on from before the gap only, and only when asked to.
+  // Continues only from before the gap, and only if --at asks for it.
   const ProgramResult from_end = Run("loop --from bad.kerf --virtual --seconds 0.2");
   EXPECT_EQ(from_end.code, 1);
   EXPECT_THAT(from_end.err, HasSubstr("up to 0.850 s, with --at"));
@@ -112,7 +112,7 @@ TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
   EXPECT_EQ(Run("replay on.kerf --verify").code, 0);
 }
 
-// What stderr says of a damaged recording is in every file and page that is made of it.
+// Warnings about a damaged recording on stderr are also in every file and page made from it.
 TEST_F(DamagedRecordingCommands, PagesMadeOfADamagedRecordingSayWhatIsMissing) {
   Record();
   Damage(850);
@@ -139,7 +139,7 @@ TEST_F(DamagedRecordingCommands, PagesMadeOfADamagedRecordingSayWhatIsMissing) {
     EXPECT_THAT(replayed.out, HasSubstr(sentence));
     EXPECT_THAT(Slurp(folder_ / (name + "_replayed/report.md")), HasSubstr(EscapeMarkdown(sentence)));
     const auto loop = nlohmann::json::parse(Slurp(folder_ / (name + "_replayed/loop.json")));
-    // Each sentence, and stderr has the same.
+    // Each sentence is in the file and on stderr.
     for (std::size_t i = 0; i < count; ++i) {
       const std::string warning = assessment["warnings"][i];
       EXPECT_EQ(loop.at("warnings").at(i), warning);
@@ -148,7 +148,7 @@ TEST_F(DamagedRecordingCommands, PagesMadeOfADamagedRecordingSayWhatIsMissing) {
     }
     EXPECT_THAT(assessment["warnings"][0].get<std::string>(), StartsWith(sentence));
   }
-  // Nothing of the kind of a whole one.
+  // A complete recording causes no such warning.
   const auto whole = nlohmann::json::parse(Run("assess a.kerf --json").out);
   EXPECT_EQ(whole.at("recording_state"), "whole");
   EXPECT_TRUE(whole.at("warnings").empty());
@@ -165,7 +165,7 @@ TEST_F(DamagedRecordingCommands, ARunAlongAPathSaysItInItsSummary) {
 }
 
 TEST_F(DamagedRecordingCommands, AKilledSessionIsCutShort) {
-  // As soon as some blocks of it are written, however slow the machine is.
+  // Kill it as soon as some blocks are written, however slow the machine is.
   const std::string script = "cd '" + folder_.string() +
                              "' && { '" KERF_PROGRAM
                              "' loop s.toml --seconds 600 --record a.kerf >live.txt 2>&1 & "
@@ -175,13 +175,13 @@ TEST_F(DamagedRecordingCommands, AKilledSessionIsCutShort) {
   const ProgramResult replayed = Run("replay a.kerf --verify");
   EXPECT_EQ(replayed.code, 3);
   EXPECT_THAT(replayed.err, HasSubstr("cut short at "));
-  EXPECT_THAT(replayed.out, HasSubstr("to the bit as recorded"));
+  EXPECT_THAT(replayed.out, HasSubstr("bit-identical to the recording"));
   const ProgramResult shown = Run("log a.kerf");
   EXPECT_EQ(shown.code, 3);
   EXPECT_THAT(shown.out, HasSubstr("cut short at "));
   EXPECT_EQ(Run("log a.kerf --csv").code, 3);
   EXPECT_EQ(Run("score a.kerf").code, 3);
-  // What is made of it is whole.
+  // A recording continued from it is complete.
   EXPECT_EQ(Run("loop --from a.kerf --virtual --seconds 0.2 --record on.kerf").code, 0);
   EXPECT_EQ(Run("replay on.kerf --verify").code, 0);
 }
@@ -196,7 +196,8 @@ TEST_F(DamagedRecordingCommands, AnAlteredRowOrEventFailsTheVerification) {
   });
   const ProgramResult row = Run("replay row.kerf --verify");
   EXPECT_EQ(row.code, 1);
-  EXPECT_THAT(row.err, HasSubstr("from tick 1210 on, at 1.210 s: the row of states of 1.210 s: force_z_N is recorded"));
+  EXPECT_THAT(row.err,
+              HasSubstr("from tick 1210 on, at 1.210 s: the row of states of 1.210 s: force_z_N was recorded"));
   EXPECT_EQ(Run("replay row.kerf").code, 0) << "without --verify it warns";
   test::ForgeRecording(from, (folder_ / "event.kerf").string(), [](BlockKind kind, std::string& bytes) {
     const std::size_t at = bytes.find(R"("name":"first")");
@@ -206,7 +207,7 @@ TEST_F(DamagedRecordingCommands, AnAlteredRowOrEventFailsTheVerification) {
   const ProgramResult event = Run("replay event.kerf --verify");
   EXPECT_EQ(event.code, 1);
   EXPECT_THAT(event.err, HasSubstr("the event \"undo first\" at 1.600 s"));
-  // Damaged and otherwise than recorded: what is otherwise counts.
+  // Damaged and different from the recorded run: the difference determines the exit code.
   std::string bytes = Slurp(folder_ / "row.kerf");
   Write("both.kerf", bytes.substr(0, bytes.size() - 40));
   EXPECT_EQ(Run("replay both.kerf --verify").code, 1);
@@ -214,7 +215,7 @@ TEST_F(DamagedRecordingCommands, AnAlteredRowOrEventFailsTheVerification) {
 
 TEST_F(DamagedRecordingCommands, AKeySignsWhatIsRecordedAfterIt) {
   Record("unsigned.kerf");
-  EXPECT_THAT(Run("log unsigned.kerf").out, HasSubstr("chain whole; not signed"));
+  EXPECT_THAT(Run("log unsigned.kerf").out, HasSubstr("chain intact; not signed"));
   const ProgramResult none = Run("log --show-key");
   EXPECT_EQ(none.code, 1);
   EXPECT_THAT(none.err, HasSubstr("there is no key; 'kerf log --make-key' makes one"));
@@ -227,7 +228,7 @@ TEST_F(DamagedRecordingCommands, AKeySignsWhatIsRecordedAfterIt) {
   Record();
   const std::string short_key = made.out.substr(16, 16);
   EXPECT_THAT(Run("log a.kerf").out, HasSubstr("signed by key " + short_key + " (this installation's)"));
-  EXPECT_THAT(Kerf("log a.kerf").out, HasSubstr("signed by key " + short_key + " (not known here)"));
+  EXPECT_THAT(Kerf("log a.kerf").out, HasSubstr("signed by key " + short_key + " (owner unknown)"));
   EXPECT_EQ(nlohmann::json::parse(Run("log a.kerf --json").out).at("seal").at("signer"), made.out.substr(16, 64));
   Write("keys", made.out.substr(0, 80) + " room 3\n");
   const ProgramResult known = KerfWithin("XDG_CONFIG_HOME=$PWD/elsewhere", "log a.kerf --key keys");
@@ -246,7 +247,7 @@ TEST_F(DamagedRecordingCommands, AKeySignsWhatIsRecordedAfterIt) {
   EXPECT_EQ(Run("log").code, 2);
 }
 
-// Its block of steps replaced, with its checksum right: the chain breaks, and what was read is still shown.
+// A block of steps is replaced, with a correct checksum: the chain breaks, and the readable part is still shown.
 TEST_F(DamagedRecordingCommands, ABrokenChainIsDamage) {
   Record();
   std::string bytes = Slurp(folder_ / "a.kerf");

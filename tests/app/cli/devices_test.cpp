@@ -1,4 +1,4 @@
-// kerf devices and kerf bench devices from outside, whatever is plugged into this machine.
+// kerf devices and kerf bench devices, run as programs, whatever is connected to this machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -93,7 +93,7 @@ TEST_F(DevicesCommand, BenchTimesModelsAndWritesTheReport) {
   Write("short.bin", "no firmware");
   const ProgramResult firmware = Kerf("bench devices --falcon-firmware short.bin");
   EXPECT_EQ(firmware.code, 1);
-  EXPECT_THAT(firmware.err, HasSubstr("short.bin: has 11 bytes and can't be a Falcon's firmware"));
+  EXPECT_THAT(firmware.err, HasSubstr("short.bin: has 11 bytes and can't be Falcon firmware"));
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ using Json = nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr char kScene[] =
+constexpr char kEffectsScene[] =
     "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
     "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
     "[[path.stroke]]\nstart_mm = [0.0, 0.0, 7.6]\nend_mm = [0.0, 0.0, 4.5]\nfeed_mm_per_s = 6.0\n"
@@ -24,8 +24,8 @@ class EffectsCommand : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("plain.toml", kScene);
-    Write("rubs.toml", std::string(kScene) + kFriction);
+    Write("plain.toml", kEffectsScene);
+    Write("rubs.toml", std::string(kEffectsScene) + kFriction);
   }
   Json Measure(const std::string& arguments) const {
     const auto result = Kerf("effects " + arguments + " --seconds 0.1 --passes 2 --json");
@@ -76,7 +76,7 @@ TEST_F(EffectsCommand, WithoutAHandWhatNeedsOneIsLeftOut) {
   const Json json = Measure("rubs.toml --run");
   EXPECT_TRUE(json["on"].empty());
   EXPECT_EQ(json["left_out"][0]["name"], "kerf_friction");
-  EXPECT_THAT(json["left_out"][0]["why"].get<std::string>(), HasSubstr("needs a tool in a hand"));
+  EXPECT_THAT(json["left_out"][0]["why"].get<std::string>(), HasSubstr("needs a tool coupled to a handle"));
 }
 
 TEST_F(EffectsCommand, WritesTheTableThatItShows) {
@@ -87,9 +87,9 @@ TEST_F(EffectsCommand, WritesTheTableThatItShows) {
   EXPECT_THAT(test::Slurp(folder_ / "costs.csv"), HasSubstr("\nkerf_friction,"));
 }
 
-// A run along a path goes on whatever the spindle does: then nothing is cut, and that is said.
+// A run along a path continues while the spindle is stalled: then nothing is cut, and a message says so.
 TEST_F(EffectsCommand, ARunWhoseSpindleStallsSaysSo) {
-  const std::string scene = std::string(kScene) +
+  const std::string scene = std::string(kEffectsScene) +
                             "[output]\npictures = false\n[effects.tangential_force]\n[effects.spindle]\n"
                             "friction_Nmm = 0.1\nviscous_Nmms = 0\n";
   Write("strong.toml", scene + "stall_torque_Nmm = 1e5\n");
@@ -97,14 +97,14 @@ TEST_F(EffectsCommand, ARunWhoseSpindleStallsSaysSo) {
   EXPECT_THAT(Kerf("run strong.toml -o strong").err, Not(HasSubstr("stalled")));
   const auto weak = Kerf("run weak.toml -o weak");
   EXPECT_EQ(weak.code, 0);
-  EXPECT_THAT(weak.err, HasSubstr("the spindle stalled, and the tool went on along its path without cutting"));
+  EXPECT_THAT(weak.err, HasSubstr("the spindle stalled, and the tool continued along its path without cutting"));
 }
 
 TEST_F(EffectsCommand, ARunSaysHowFarItsPathGoesAgainstTheGuide) {
-  const std::string scene = std::string(kScene) +
+  const std::string scene = std::string(kEffectsScene) +
                             "[output]\npictures = false\n[effects.guide]\nnormal = [1, 0, 0]\n"
                             "depth_direction = [0, 0, -1]\n";
-  // The rim's lowest point ends 1.5 mm below the guide's.
+  // The rim's lowest point ends 1.5 mm below the lowest point of the guide.
   Write("deep.toml", scene + "depth_mm = 1\n");
   Write("fair.toml", scene + "depth_mm = 2\n");
   EXPECT_THAT(Kerf("run deep.toml -o deep").err, HasSubstr("the path goes 0.5 mm past the depth stop of the guide"));
@@ -112,12 +112,12 @@ TEST_F(EffectsCommand, ARunSaysHowFarItsPathGoesAgainstTheGuide) {
 }
 
 TEST_F(EffectsCommand, ACheckSeesParametersThatDoNotGoTogether) {
-  Write("none.toml", std::string(kScene) + "[effects.guide]\nnormal = [0, 0, 0]\n");
-  Write("out.toml", std::string(kScene) + "[effects.guide]\nnormal = [0, 0, 1]\n");
-  Write("rate.toml", std::string(kScene) + "[effects.sound]\nrate_Hz = 44100.5\n");
+  Write("none.toml", std::string(kEffectsScene) + "[effects.guide]\nnormal = [0, 0, 0]\n");
+  Write("out.toml", std::string(kEffectsScene) + "[effects.guide]\nnormal = [0, 0, 1]\n");
+  Write("rate.toml", std::string(kEffectsScene) + "[effects.sound]\nrate_Hz = 44100.5\n");
   EXPECT_THAT(Kerf("check none.toml").err, HasSubstr("[effects.guide]: normal has no direction: its length is 0"));
   EXPECT_THAT(Kerf("check out.toml").err, HasSubstr("depth_direction does not lie in the plane"));
-  EXPECT_THAT(Kerf("check rate.toml").err, HasSubstr("[effects.sound]: rate_Hz is no whole number"));
+  EXPECT_THAT(Kerf("check rate.toml").err, HasSubstr("[effects.sound]: rate_Hz must be a whole number"));
 }
 
 TEST_F(EffectsCommand, ListsOneEffectByItsName) {
@@ -149,7 +149,7 @@ TEST_F(EffectsCommand, ListsOneEffectAsJson) {
 TEST_F(EffectsCommand, AnUnknownNameGetsTheNearest) {
   for (const char* json : {"", " --json"}) {
     ExpectRefusal(Kerf(std::string("effects haet") + json),
-                  "there is neither an effect nor a scene file \"haet\"; the nearest effect is \"heat\"");
+                  "\"haet\" is neither an effect nor a scene file; the nearest effect is \"heat\"");
   }
   EXPECT_THAT(Kerf("effects quux").err, HasSubstr("the effects are kerf_friction, "));
   ExpectRefusal(Kerf("effects haet.toml"), "haet.toml: there is no such file");
@@ -160,13 +160,13 @@ TEST_F(EffectsCommand, RefusesWhatItCanNotMeasure) {
   EXPECT_EQ(Kerf("effects plain.toml --seconds 0").code, 2);
   EXPECT_EQ(Kerf("effects plain.toml --realtime").code, 2);
   ExpectRefusal(Kerf("effects plain.toml --csv plain.toml"),
-                "plain.toml: is an input and would be written over by plain.toml; choose another output");
-  std::string away = kScene;
+                "plain.toml: is an input and would be overwritten by plain.toml; choose another output");
+  std::string away = kEffectsScene;
   away.replace(away.find("end_mm = [0.0, 0.0, 4.5]"), 24, "end_mm = [0.0, 0.0, 7.4]");
   Write("away.toml", away);
   const auto result = Kerf("effects away.toml --run");
   EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.err, HasSubstr("the tool meets no bone"));
+  EXPECT_THAT(result.err, HasSubstr("the tool touches no bone"));
 }
 
 }  // namespace

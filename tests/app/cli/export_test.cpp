@@ -1,4 +1,4 @@
-// kerf export and kerf picture from outside.
+// kerf export and kerf picture, run as programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -63,7 +63,7 @@ TEST_F(Export, PictureHasTheSizeAskedFor) {
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.out, "block.png\n");
   const std::string png = test::Slurp(folder_ / "block.png");
-  // Width and height stand, big-endian, from byte 16 on.
+  // Width and height are stored big-endian from byte 16 on.
   ASSERT_GT(png.size(), 24u);
   EXPECT_EQ(png.substr(16, 8), std::string("\0\0\x01\x40\0\0\0\xc8", 8));
 }
@@ -74,13 +74,13 @@ TEST_F(Export, BadUseAndBadFilesAreRefused) {
       "none.vdb: there is no such file; 'kerf import INPUT -o none.vdb' makes it from a CT or a closed surface");
   ExpectRefusal(Kerf("export block.vdb -o a.vtk"), "a.vtk: a surface's name must end in .stl, .obj or .ply");
   ExpectRefusal(Kerf("export block.vdb --colour tissue -o a.stl"), "a.stl: colours can only be written to a .ply");
-  ExpectRefusal(Kerf("picture block.vdb -o a.jpg"), "a.jpg: a picture's name must end in .png");
+  ExpectRefusal(Kerf("picture block.vdb -o a.jpg"), "a.jpg: the name of a picture must end in .png");
   for (const char* arguments :
        {"export block.vdb", "export block.vdb --triangles 3 -o a.stl", "picture block.vdb --size 3x -o a.png",
         "picture block.vdb --view behind -o a.png", "export block.vdb --colour red -o a.ply"}) {
     EXPECT_EQ(Kerf(arguments).code, 2) << arguments;
   }
-  EXPECT_THAT(Kerf("picture block.vdb --size 3x -o a.png").err, HasSubstr("'3x' is no size: give it as WIDTHxHEIGHT"));
+  EXPECT_THAT(Kerf("picture block.vdb --size 3x -o a.png").err, HasSubstr("'3x' is not a size: give WIDTHxHEIGHT"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What is started is small: --version and --help come without the libraries of the whole program.
+// The started program is small: --version and --help work without the libraries of the whole program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using testing::Not;
 
 class Front : public test::ProgramTest {
  protected:
-  /// The output of a shell command in the test's folder.
+  /// Returns the output of a shell command in the test's folder.
   std::string Shell(const std::string& command) const {
     const std::string file = (folder_ / "shell.txt").string();
     const int status = std::system(("cd '" + folder_.string() + "' && " + command + " >'" + file + "' 2>&1").c_str());
@@ -35,7 +35,7 @@ TEST_F(Front, SaysWhatTheWholeProgramSays) {
 
 TEST_F(Front, LoadsNoneOfTheLibraries) {
   if (!KERF_WITH_PICTURES || !KERF_WITH_IMPORT) GTEST_SKIP() << "this build has not all of the libraries";
-  // The loader's list, instead of running. Loading is what takes the time: 0.1 s of 0.1 s.
+  // Prints the loader's list instead of running. Loading takes nearly all of the 0.1 s.
   const std::string loaded = Shell("LD_TRACE_LOADED_OBJECTS=1 '" KERF_PROGRAM "'");
   EXPECT_THAT(loaded, HasSubstr("libc.so"));
   for (const char* library : {"libvtk", "libITK", "libopenvdb", "libgdcm"}) {
@@ -52,11 +52,12 @@ TEST_F(Front, WorksThroughALink) {
 
 TEST_F(Front, NamesTheProgramThatIsNotBesideIt) {
   fs::copy(KERF_PROGRAM, folder_ / "kerf");
-  // These two it says by itself, without loading anything.
+  // The front program answers these two itself, without loading anything.
   EXPECT_EQ(Shell("./kerf --version"), Kerf("--version").out);
   EXPECT_EQ(Shell("./kerf --help"), Kerf("--help").out);
-  EXPECT_THAT(Shell("./kerf info x.vdb"), testing::MatchesRegex("kerf: .*/kerf_program can't be started, which belongs "
-                                                                "beside kerf: No such file or directory\nfailed"));
+  EXPECT_THAT(Shell("./kerf info x.vdb"),
+              testing::MatchesRegex("kerf: .*/kerf_program, which must be in the folder of "
+                                    "kerf, can't be started: No such file or directory\nfailed"));
 }
 
 }  // namespace

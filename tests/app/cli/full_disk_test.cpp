@@ -1,5 +1,5 @@
-// Every writer on a disk that is full, read-only, or of files that may not grow: one sentence, no earlier file damaged,
-// nothing left half-written.
+// Every writer on a disk that is full or read-only, or with a file size limit: one message, no earlier file damaged, no
+// incomplete file left.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,8 @@ using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 
-const std::string kScene = MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 6}, "[slab]\ndirection = [0, 0, -1]\n");
+const std::string kFullDiskScene =
+    MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 6}, "[slab]\ndirection = [0, 0, -1]\n");
 constexpr char kEffects[] = "[effects.sound]\n[effects.tangential_force]\n[effects.heat]\n[effects.chips]\n";
 constexpr char kOld[] = "old\n";
 constexpr char kStudy[] = R"(
@@ -40,8 +41,8 @@ name = "rim_samples_per_pitch"
 values = [1, 2]
 )";
 
-/// `arguments` with IN for the folder of inputs; results go into the current folder. `earlier`: it may find results of
-/// an earlier run there.
+/// `arguments`: IN stands for the folder of inputs; results go to the current folder. `earlier`: results of an earlier
+/// run may be there.
 struct Command {
   const char* name;
   std::string arguments;
@@ -68,8 +69,8 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     folder_ = fs::temp_directory_path() / fmt::format("kerf_full_disk_{}_{}", GetParam().name, getpid());
     fs::remove_all(folder_);
     for (const char* name : {"in", "whole", "small", "after"}) fs::create_directories(folder_ / name);
-    Write("in/s.toml", kScene);
-    Write("in/effects.toml", kScene + kEffects);
+    Write("in/s.toml", kFullDiskScene);
+    Write("in/effects.toml", kFullDiskScene + kEffects);
     Write("in/study.toml", kStudy);
     ASSERT_EQ(Kerf("model block --size 8,8,8 -o in/b.vdb").code, 0);
     ASSERT_EQ(Kerf("export in/b.vdb -o in/b.stl").code, 0);
@@ -78,7 +79,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
       arguments_.replace(at, 2, (folder_ / "in").string());
     }
     // tune edits its scene.
-    Write("whole/s.toml", kScene);
+    Write("whole/s.toml", kFullDiskScene);
     const ProgramResult whole = Shell("cd whole && PROGRAM");
     SkipIfNotBuilt(whole);
     ASSERT_EQ(whole.code, 0) << whole.err;
@@ -88,7 +89,8 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     ASSERT_FALSE(files_.empty());
   }
 
-  /// A shell's commands in folder_, where PROGRAM is the program with the arguments. Its exit code is theirs.
+  /// Runs shell commands in folder_, in which PROGRAM stands for the program with its arguments. Returns their exit
+  /// code.
   ProgramResult Shell(std::string commands, const std::string& within = "") const {
     const std::string program = std::string("env -u DISPLAY '" KERF_PROGRAM "' ") + arguments_ + " >/dev/null 2>'" +
                                 (folder_ / "err.txt").string() + "' </dev/null";
@@ -101,10 +103,10 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     return result;
   }
 
-  /// The same in a view of the file systems of its own: what it mounts is gone with it.
+  /// Same in a separate mount namespace: its mounts disappear with it.
   ProgramResult InNamespace(const std::string& commands) const { return Shell(commands, "unshare -m "); }
 
-  /// Commands that put an earlier run's results into the current folder.
+  /// Returns commands that put an earlier run's results into the current folder.
   std::string PutEarlier() const {
     std::string text = "cp '" + (folder_ / "in/s.toml").string() + "' s.toml || exit 99\n";
     for (const std::string& file : files_) {
@@ -115,7 +117,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     return text;
   }
 
-  /// In the folder `place`, after a run that failed.
+  /// Checks the folder `place` after a run that failed.
   void ExpectOneSentenceAndWholeFiles(const ProgramResult& result, const std::string& place) const {
     EXPECT_EQ(result.code, 1);
     int sentences = 0;
@@ -125,7 +127,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
       ++sentences;
       EXPECT_THAT(line, testing::StartsWith("kerf: "));
       EXPECT_THAT(line, testing::AnyOf(HasSubstr("can't be written"), HasSubstr("can't be made"),
-                                       HasSubstr("cases failed"),  // which and why stands on stdout
+                                       HasSubstr("cases failed"),  // the cases and reasons are printed on stdout
 
                                        HasSubstr("the picture can't be written")));
     }
@@ -135,10 +137,10 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
       const std::string name = fs::relative(file.path(), folder_ / place).string();
       EXPECT_FALSE(file.path().filename().string().starts_with(".")) << "a temporary was left: " << name;
       const std::string now = Slurp(file.path());
-      if (now == kOld || (name == "s.toml" && now == kScene)) continue;
+      if (now == kOld || (name == "s.toml" && now == kFullDiskScene)) continue;
       ExpectWhole(name, now);
     }
-    // What was there before is there.
+    // Earlier files are still there.
     for (const std::string& file : files_) {
       if (GetParam().earlier) {
         EXPECT_TRUE(fs::exists(folder_ / place / file)) << file;
@@ -168,7 +170,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
   }
 
   std::string arguments_;
-  std::vector<std::string> files_;  // that a run leaves
+  std::vector<std::string> files_;  // written by a successful run
 };
 
 TEST_P(FullDisk, LeavesEveryEarlierFileWhole) {
@@ -180,7 +182,7 @@ TEST_P(FullDisk, LeavesEveryEarlierFileWhole) {
     SCOPED_TRACE(fmt::format("room for {} kB", room_kB));
     fs::remove_all(folder_ / "after");
     fs::create_directories(folder_ / "after");
-    // Pages of 4 kB, one at least for each file, and folders.
+    // Pages of 4 kB: at least one for each file, and for folders.
     const auto size_kB = 4 * (GetParam().earlier ? files_.size() : 1) + 4 + static_cast<std::size_t>(room_kB);
     const std::string inside = fmt::format(
         "mount -t tmpfs -o size={}k none small && cd small || exit 99\n{}\nPROGRAM\ncode=$?\ncp -a . ../after || exit "
@@ -206,7 +208,7 @@ TEST_P(FullDisk, AReadOnlyFolderIsRefused) {
   ExpectOneSentenceAndWholeFiles(result, "after");
   for (const std::string& file : files_) {
     if (!GetParam().earlier) continue;
-    EXPECT_EQ(Slurp(folder_ / "after" / file), file == "s.toml" ? kScene : kOld) << file;
+    EXPECT_EQ(Slurp(folder_ / "after" / file), file == "s.toml" ? kFullDiskScene : kOld) << file;
   }
 }
 
@@ -221,7 +223,7 @@ TEST_P(FullDisk, FilesThatMayNotGrowAreTold) {
     ASSERT_NE(result.code, 99);
     if (result.code == 0) break;
     ++limited;
-    // The sentence itself goes into a file.
+    // The message itself also goes to a file.
     ExpectOneSentenceAndWholeFiles(result, "after");
   }
   EXPECT_GE(limited, 1);

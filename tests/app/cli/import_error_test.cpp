@@ -1,4 +1,4 @@
-// What `kerf import` says of the surface's expected error.
+// Report of `kerf import` on the expected error of the surface.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -17,7 +17,7 @@ using testing::Not;
 
 class ImportError : public test::ProgramTest {
  protected:
-  // A ball of 1600 HU and 11 mm in soft tissue of 50, blurred by 0.5 mm, in slices of `slice_mm`.
+  // Writes a ball of 1600 HU and 11 mm in soft tissue of 50 HU, blurred by 0.5 mm, in slices of `slice_mm`.
   void WriteBall(const std::string& name, double slice_mm) const {
     constexpr int kSide = 32;
     const int slices = static_cast<int>(kSide / slice_mm);
@@ -44,7 +44,7 @@ TEST_F(ImportError, StandsInSummaryJsonAndProvenanceAndWarnsAbove300Micrometres)
   const ProgramResult thick = Kerf("import thick.nrrd --no-isolate --voxel 0.6 --json -o thick.vdb");
   ASSERT_EQ(thick.code, 0) << thick.err;
   const auto error = nlohmann::json::parse(thick.out)["surface_error"];
-  // 300 HU is 0.99 standard deviations outside the middle of the edge; slices blur it a little more.
+  // 300 HU is 0.99 standard deviations outside the middle of the edge; the slices blur it slightly more.
   EXPECT_NEAR(error["offset_mm"], 0.55, 0.1);
   EXPECT_NEAR(error["half_height_HU"], 825, 25);
   EXPECT_GT(error["scatter_mm"], 0.1);
@@ -55,11 +55,11 @@ TEST_F(ImportError, StandsInSummaryJsonAndProvenanceAndWarnsAbove300Micrometres)
   EXPECT_THAT(thick.err, HasSubstr("the spacing of 1 x 1 x 3 mm scatters it by"));
   EXPECT_THAT(Kerf("info thick.vdb").out, HasSubstr("import_surface_error_mm"));
 
-  // At half height, and finely sampled, there is nothing to warn of.
+  // At half height and with fine sampling there is no warning.
   WriteBall("fine.nrrd", 1);
   const ProgramResult fine = Kerf("import fine.nrrd --no-isolate --voxel 0.6 --iso 825 -o fine.vdb");
   ASSERT_EQ(fine.code, 0) << fine.err;
-  EXPECT_THAT(fine.out, HasSubstr("surface    0.0"));
+  EXPECT_THAT(fine.out, HasSubstr("surface    expected error 0.0"));
   EXPECT_THAT(fine.err, Not(HasSubstr("expected error")));
 }
 

@@ -1,4 +1,4 @@
-// kerf import of surfaces, from outside.
+// kerf import of surfaces, run as a program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 class ImportMesh : public test::ProgramTest {
  protected:
-  // Boxes about the origin as an OBJ; a negative edge faces inward.
+  // Writes boxes about the origin as an OBJ; a negative edge length makes the box face inwards.
   void WriteBoxes(const std::string& name, const std::vector<double>& edges) const {
     std::string points, faces;
     int first = 1;
@@ -56,10 +56,11 @@ TEST_F(ImportMesh, OptionsThatWouldDoNothingAreRefused) {
   for (const char* option : {"--keep 1,2,3", "--drop 1,2,3", "--no-isolate", "--iso 400", "--series 1.2"}) {
     const ProgramResult result = Kerf(std::string("import a.obj -o a.vdb ") + option);
     EXPECT_EQ(result.code, 2) << option;
-    EXPECT_THAT(result.err, HasSubstr("acts on a CT only, and INPUT is a surface, which is imported whole")) << option;
+    EXPECT_THAT(result.err, HasSubstr("applies to a CT only, but INPUT is a surface, which is imported whole"))
+        << option;
     EXPECT_FALSE(Exists("a.vdb"));
   }
-  EXPECT_THAT(Kerf("import ct.nrrd -o a.vdb --units m").err, HasSubstr("acts on a surface only, and INPUT is none"));
+  EXPECT_THAT(Kerf("import ct.nrrd -o a.vdb --units m").err, HasSubstr("applies to a surface only, but INPUT is a CT"));
   EXPECT_EQ(Kerf("import a.obj -o a.vdb --units feet").code, 2);
 }
 

@@ -1,4 +1,4 @@
-// What is said of a force law beside its forces: by kerf check and by a run's summary.
+// Information about a force law besides its forces, from kerf check and from a run's summary.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 using testing::Not;
 using Json = nlohmann::json;
 
-/// A slot 2 mm deep through a block, at a bite of 1 um for each 3 mm/s.
+/// Returns a scene with a kerf 2 mm deep through a block, at a bite of 1 um for each 3 mm/s.
 std::string Slot(double feed_mm_per_s, const std::string& law) {
   return "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 4.0\nsize_y_mm = 2.0\nsize_z_mm = 4.0\nvoxel_mm = 0.1\n"
          "[[path.stroke]]\nstart_mm = [-9.0, 0.0, 9.0]\nend_mm = [9.0, 0.0, 9.0]\nfeed_mm_per_s = " +
@@ -42,34 +42,34 @@ TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
     EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(preset, DiscSaw{})));
     EXPECT_THAT(text.out, HasSubstr(DescribeBlades(preset)));
     EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).good_for));
-    EXPECT_THAT(text.out, HasSubstr("J/mm3 (derived from published forces at bites of 2.5 um and more, 0.83 "
-                                    "to 2.9, and doubled above)"));
+    EXPECT_THAT(text.out, HasSubstr("J/mm3 (derived from published forces at bites of 2.5 um and more: 0.83 "
+                                    "to 2.9, with the upper bound doubled)"));
     const Json json = Json::parse(Kerf("check s.toml --json").out);
     EXPECT_EQ(json["force"]["accuracy"], DescribeAccuracy(preset, DiscSaw{}));
     EXPECT_EQ(json["force"]["blades"], DescribeBlades(preset));
     EXPECT_EQ(json["force"]["good_for"], FindCaveat(*law).good_for);
   }
-  // 10 um: by hand 84.6 N and, by 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
+  // Bite of 10 um: calculated by hand, 84.6 N and, with the factor 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
   Write("s.toml", Slot(30, "hertz_chip"));
   const ProgramResult deep = Kerf("check s.toml");
   EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; outside "
-                                  "0.8 to 6 J/mm3 (derived from published forces at bites of 2.5 um and more, 0.83 to "
-                                  "2.9, and doubled above)\n"));
+                                  "0.8 to 6 J/mm3 (derived from published forces at bites of 2.5 um and more: 0.83 to "
+                                  "2.9, with the upper bound doubled)\n"));
   EXPECT_THAT(deep.err, HasSubstr("warning: the bite reaches 10 um: hertz_chip holds up to about 3 um"));
   Write("s.toml", Slot(3, "hertz_constant_bite"));
   EXPECT_THAT(Kerf("check s.toml").err,
               HasSubstr("warning: hertz_constant_bite gives the same force whatever the bite: "
-                        "thrust 1/122 of the measured"));
+                        "thrust 1/122 of that measured"));
   Write("s.toml", Slot(3, "hertz_chip"));
   EXPECT_EQ(Kerf("check s.toml").err, "");
 }
 
 TEST_F(Law, FactorsAreOfTheScenesOwnTool) {
-  // The root of four times the radius is twice the thrust on the 22 mm disc.
+  // The thrust grows with the root of the radius: four times the radius gives twice the thrust of the 22 mm disc.
   Write("s.toml", Slot(9, "hertz_chip") + "[tool]\ndiameter_mm = 88.0\nteeth = 24\n");
   const ProgramResult text = Kerf("check s.toml");
   EXPECT_THAT(text.out,
-              HasSubstr("thrust 3.1 times the measured at a bite of 2.5 um, 18 times that at 10 um (88 mm disc "
+              HasSubstr("thrust 3.1 times that measured at a bite of 2.5 um, 18 times that at 10 um (88 mm disc "
                         "with 24 teeth)"));
   EXPECT_THAT(text.err, HasSubstr("the bite reaches 3 um: hertz_chip holds up to about 1.8 um"));
 }
@@ -94,7 +94,7 @@ TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
   scene.replace(scene.find("start_mm = [-9.0, 0.0, 9.0]"), 27, "start_mm = [0.0, 0.0, 12.0]");
   scene.replace(scene.find("end_mm = [9.0, 0.0, 9.0]"), 24, "end_mm = [0.0, 0.0, 10.0]");
   Write("s.toml", scene);
-  const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 1/122 of the measured";
+  const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 1/122 of that measured";
   EXPECT_THAT(Kerf("check s.toml").out, HasSubstr(said));
   EXPECT_THAT(Kerf("run s.toml -o out").out, HasSubstr(said));
 }
@@ -103,7 +103,7 @@ TEST_F(Law, LoopCountsTheSpindlesOwnSpeed) {
   Write("s.toml", Slot(6, "hertz_chip"));
   const ProgramResult loop = Kerf("loop s.toml --seconds 1 --virtual --hand H3 --do 0.001:rpm=3750 -o out --json");
   ASSERT_EQ(loop.code, 0) << loop.err;
-  // Thrust / 1.6 times the speed of the rim, summed over the rows, a tick each.
+  // Thrust / 1.6 times the speed of the rim, summed over the rows, one per tick.
   std::istringstream rows(test::Slurp(folder_ / "out/forces.csv"));
   std::string row;
   std::getline(rows, row);

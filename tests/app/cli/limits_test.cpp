@@ -1,4 +1,4 @@
-// What is too large is refused in one sentence, before the work.
+// Inputs that are too large are refused with one sentence, before the work begins.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ constexpr char kBlock[] =
 class Limits : public test::ProgramTest {};
 
 TEST_F(Limits, ABoneThatMemoryCanNotHoldIsRefused) {
-  // What `ulimit -v` leaves is what there is; the sanitizers' own memory does not fit into it.
+  // The limit of `ulimit -v` counts as the free memory. The sanitizers' own memory does not fit into it.
   const char* few = "ulimit -v 4000000;";
   if (KerfWithin(few, "model block --size 4,4,4 -o small.vdb").code != 0) GTEST_SKIP() << "4 GB are too few here";
   const ProgramResult result = KerfWithin(few, "model block --size 800,800,800 --voxel 0.2 -o b.vdb");
@@ -27,7 +27,7 @@ TEST_F(Limits, ABoneThatMemoryCanNotHoldIsRefused) {
   EXPECT_EQ(result.out, "");
   EXPECT_THAT(result.err, MatchesRegex("kerf: a bone of this size with voxels of 0.2 mm needs more than [0-9.]+ GB of "
                                        "memory and [0-9.]+ GB are free; use larger voxels\n"));
-  // What is needed is counted until it is more than is free; it is not printed alike.
+  // The need is counted until it exceeds the free memory; the two printed numbers must differ.
   EXPECT_FALSE(std::regex_search(result.err, std::regex("than ([0-9.]+ GB) of memory and \\1 are"))) << result.err;
   EXPECT_FALSE(Exists("b.vdb"));
 }
@@ -41,7 +41,7 @@ TEST_F(Limits, ARunOfTooManyTicksIsRefusedWithItsBytes) {
                                        "a run holds at most 20000000: lower .simulation. rate_hz or make several runs "
                                        "of it\n"));
   EXPECT_FALSE(Exists("o/scene.toml"));
-  // And what memory can't hold.
+  // The same for input that memory cannot hold.
   Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 500\n");
   const char* few = "ulimit -v 4000000;";
   if (KerfWithin(few, "model block --size 4,4,4 -o small.vdb").code != 0) GTEST_SKIP() << "4 GB are too few here";

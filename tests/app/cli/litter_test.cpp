@@ -1,4 +1,4 @@
-// One program at a time in a folder of results, and what a killed one leaves there.
+// Only one program at a time uses a folder of results; the leftovers of a killed one are removed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -52,8 +52,8 @@ TEST_P(HeldFolder, IsRefusedAtOnceAndIsAsItWas) {
   EXPECT_EQ(refused.code, 1);
   EXPECT_EQ(refused.out, "");
   EXPECT_EQ(refused.err,
-            "kerf: out: another kerf is writing results into this folder; wait until it has ended, or choose another "
-            "folder\n");
+            "kerf: out: another kerf is writing results into this folder; wait until it has finished, or choose "
+            "another folder\n");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "out"), {}), 1);
   EXPECT_EQ(test::Slurp(folder_ / "out/forces.csv"), "the other's\n");
   EXPECT_FALSE(Exists("new.kerf"));
@@ -78,7 +78,7 @@ TEST_F(Litter, ReadersOfAFolderAreNotKeptOut) {
   EXPECT_EQ(Kerf("run out/scene.toml -o elsewhere").code, 0);
 }
 
-// A second program, a kill, and the program after it.
+// A second program, a kill, and a third program afterwards.
 TEST_F(Litter, OfAKilledLoopGoesWithTheNextRunAndItsLockWithIt) {
   {
     test::Running loop(folder_, test::At::kNowhere, "'" KERF_PROGRAM "' loop s.toml --seconds 60 -o out");
@@ -97,7 +97,7 @@ TEST_F(Litter, OfAKilledLoopGoesWithTheNextRunAndItsLockWithIt) {
 
 TEST_F(Litter, OfEarlierVersionsGoesAndForeignFilesStay) {
   fs::create_directory(folder_ / "out");
-  // Above the largest number that a process can have.
+  // Process ids above the maximum.
   for (const char* name :
        {".forces.4194305-0.csv", ".bone.4194305-3.vdb", ".forces.1-0.csv", ".diary.4194305-11.csv"}) {
     Write(std::string("out/") + name, "x");
@@ -113,7 +113,7 @@ TEST_F(Litter, ALinkInPlaceOfARecordingIsRefused) {
     fs::create_symlink(target, folder_ / "session.kerf");
     const ProgramResult result = Kerf("loop s.toml --virtual --seconds 0.1 --record session.kerf");
     EXPECT_EQ(result.code, 1);
-    EXPECT_THAT(result.err, HasSubstr("session.kerf: is there already; a recording never replaces a file"));
+    EXPECT_THAT(result.err, HasSubstr("session.kerf: already exists; a recording never replaces a file"));
   }
   EXPECT_EQ(test::Slurp(folder_ / "victim"), "untouched");
   EXPECT_FALSE(Exists("missing"));

@@ -1,4 +1,4 @@
-// A disk with little room: what is looked at before the work, what is kept when the room ends, and what is said first.
+// A disk with little space: checks before the work, the results kept when the disk is full, and the order of messages.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,20 +18,20 @@ using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 
-constexpr char kMore[] = "[output]\npictures = false\nbone = false\npieces = false\n";
+constexpr char kLittleSpaceMore[] = "[output]\npictures = false\nbone = false\npieces = false\n";
 
 class LittleSpace : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    // 0.8 s, and 400 s.
-    Write("short.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 5}, kMore));
-    Write("long.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 0.01}, kMore));
+    // 0.8 s and 400 s.
+    Write("short.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 5}, kLittleSpaceMore));
+    Write("long.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 0.01}, kLittleSpaceMore));
     if (Within("mount -t tmpfs none m", "true").code != 0) GTEST_SKIP() << "no file system may be mounted here";
   }
 
-  /// `command` after `mount` in a view of the file systems of its own, with the folders m and n to mount on; what is in
-  /// them then is in m_after and n_after.
+  /// Runs `command` after `mount` in a separate mount namespace, with the folders m and n as mount points; their
+  /// contents are then copied to m_after and n_after.
   ProgramResult Within(const std::string& mount, const std::string& command) const {
     Write("commands.sh", fmt::format("mkdir -p m n m_after n_after && {} || exit 99\n"
                                      "env -u DISPLAY {} >stdout.txt 2>stderr.txt </dev/null\n"
@@ -45,7 +45,7 @@ class LittleSpace : public test::ProgramTest {
   static std::string Mount(const char* name, int kB) {
     return fmt::format("mount -t tmpfs -o size={}k none {}", kB, name);
   }
-  /// What is said besides warnings.
+  /// Returns the messages except warnings.
   static std::vector<std::string> Sentences(const ProgramResult& result) {
     std::vector<std::string> sentences;
     std::istringstream lines(result.err);
@@ -54,7 +54,7 @@ class LittleSpace : public test::ProgramTest {
     }
     return sentences;
   }
-  /// The length of a recording, as `kerf log` tells it, s.
+  /// Returns the length of a recording from `kerf log`, s.
   double Seconds(const std::string& file) const {
     const std::string out = Kerf("log " + file + " --json").out;
     const std::string key = "\"duration_s\": ";
@@ -63,7 +63,7 @@ class LittleSpace : public test::ProgramTest {
   }
 };
 
-// 400,000 ticks: rows of 100 bytes at least, and 2 bytes of the recording.
+// 400,000 ticks: rows of at least 100 bytes, and 2 bytes of the recording.
 TEST_F(LittleSpace, ARunThatCannotFitIsRefusedBeforeItsWork) {
   const ProgramResult refused =
       Within(Mount("m", 2048), "'" KERF_PROGRAM "' run long.toml -o m/out --record m/session.kerf");
@@ -72,14 +72,14 @@ TEST_F(LittleSpace, ARunThatCannotFitIsRefusedBeforeItsWork) {
               testing::ElementsAre("kerf: m/session.kerf and m/out/forces.csv: can't be written: at least 40.8 MB are "
                                    "needed and 2.1 MB are free on the disk"));
   EXPECT_FALSE(Exists("m_after/session.kerf"));
-  // Each on a disk of its own: the recording alone would fit.
+  // On separate disks: the recording alone would fit.
   const ProgramResult apart = Within(Mount("m", 2048) + " && " + Mount("n", 1024),
                                      "'" KERF_PROGRAM "' run long.toml -o m/out --record n/session.kerf");
   EXPECT_THAT(
       Sentences(apart),
       testing::ElementsAre("kerf: m/out/forces.csv: can't be written: at least 40.0 MB are needed and 2.1 MB are "
                            "free on the disk"));
-  // Fewer rows, and it fits.
+  // With fewer rows it fits.
   Write("fewer.toml", Slurp(folder_ / "short.toml") + "forces_every_ticks = 10\n");
   EXPECT_EQ(Within(Mount("m", 512), "'" KERF_PROGRAM "' run fewer.toml -o m/out").code, 0);
 }
@@ -88,7 +88,7 @@ TEST_F(LittleSpace, ALoopThatMayNotFitIsWarnedOfAndRuns) {
   const ProgramResult warned =
       Within(Mount("m", 40), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 1 -o m/out");
   EXPECT_THAT(warned.err, HasSubstr("kerf: warning: m/out/forces.csv: can't be written: at least 100.0 kB are needed "
-                                    "and 41.0 kB are free on the disk; the loop itself goes on without this table"));
+                                    "and 41.0 kB are free on the disk; the loop itself continues without this table"));
   EXPECT_THAT(Sentences(warned), testing::ElementsAre(HasSubstr("can't be written")));
   const ProgramResult fits =
       Within(Mount("m", 4096), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 1 -o m/out");
@@ -96,40 +96,43 @@ TEST_F(LittleSpace, ALoopThatMayNotFitIsWarnedOfAndRuns) {
   EXPECT_THAT(fits.err, testing::Not(HasSubstr("can't be written")));
 }
 
-// forces.csv takes 2 MB in 10 s and the recording 60 kB: without the room that is left to it the rows would fill the
-// disk.
+// forces.csv takes 2 MB in 10 s and the recording 60 kB. Without the space reserved for the recording the rows would
+// fill the disk.
 TEST_F(LittleSpace, TheRecordingComesBeforeTheRowsOfALoop) {
   const ProgramResult result = Within(
       Mount("m", 1800), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 10 -o m/out --record m/session.kerf");
   EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(Sentences(result),
-              testing::ElementsAre("kerf: m/out/forces.csv: can't be written: the last 1.1 MB of the disk are left to "
-                                   "the recording"));
+  EXPECT_THAT(
+      Sentences(result),
+      testing::ElementsAre(
+          "kerf: m/out/forces.csv: can't be written: the last 1.1 MB of the disk are reserved for the recording"));
   EXPECT_NEAR(Seconds("m_after/session.kerf"), 10, 1e-6);
   EXPECT_TRUE(Exists("m_after/out/loop.json"));
   EXPECT_FALSE(Exists("m_after/out/forces.csv"));
 }
 
-// 20,000 rows of 100 bytes at least, 1.24 MB that stay free for the recording, and 40 kB of that: the rows are known
-// not to fit, the recording is known to.
+// 20,000 rows of at least 100 bytes, 1.24 MB reserved for the recording, which needs 40 kB: it is known that the rows
+// do not fit and that the recording does.
 TEST_F(LittleSpace, TheWarningBeforeALoopSaysWhatIsAtRisk) {
   const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 20 -o m/out --record m/session.kerf";
   const ProgramResult rows = Within(Mount("m", 2500), loop);
-  EXPECT_THAT(rows.err, HasSubstr("kerf: warning: m/out/forces.csv: can't be written: at least 3.2 MB are needed and "
-                                  "2.6 MB are free on the disk; 1.2 MB of it stay free for the recording; the loop and "
-                                  "its recording go on without this table\n"));
+  EXPECT_THAT(
+      rows.err,
+      HasSubstr(
+          "kerf: warning: m/out/forces.csv: can't be written: at least 3.2 MB are needed and 2.6 MB are free on the "
+          "disk; 1.2 MB of it remain free for the recording; the loop and its recording continue without this "
+          "table\n"));
   EXPECT_NEAR(Seconds("m_after/session.kerf"), 20, 1e-6);
   EXPECT_FALSE(Exists("m_after/out/forces.csv"));
   std::filesystem::remove_all(folder_ / "m_after");
   const ProgramResult recording = Within(Mount("m", 24), loop);
   EXPECT_THAT(recording.err,
-              HasSubstr("kerf: warning: m/session.kerf: can't be written: at least 40.0 kB are needed "
-                        "and 24.6 kB are free on the disk; the loop would end with its recording, before "
-                        "its time\n"));
+              HasSubstr("kerf: warning: m/session.kerf: can't be written: at least 40.0 kB are needed and 24.6 kB are "
+                        "free on the disk; the loop would end early, with its recording\n"));
   EXPECT_LT(Seconds("m_after/session.kerf"), 20);
 }
 
-// 10,000 rows of 100 bytes at least do not fit, and the picture of the force does not either.
+// 10,000 rows of at least 100 bytes do not fit, nor does the picture of the force.
 TEST_F(LittleSpace, TheLossOfTheRowsIsSaidWhateverElseIsLost) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 10 -o m/out --record n/session.kerf";
@@ -142,7 +145,7 @@ TEST_F(LittleSpace, TheLossOfTheRowsIsSaidWhateverElseIsLost) {
   EXPECT_FALSE(Exists("m_after/out/force.png"));
   EXPECT_TRUE(Exists("m_after/out/loop.json")) << "what is small enough is written";
   EXPECT_NEAR(Seconds("n_after/session.kerf"), 10, 1e-6);
-  // Nor do the rows of an earlier loop stay beside results of this one.
+  // Rows of an earlier loop do not remain next to results of this one.
   std::filesystem::remove_all(folder_ / "m_after");
   std::filesystem::remove_all(folder_ / "n_after");
   const std::string earlier = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 0.1 -o m/out >/dev/null 2>&1";
@@ -182,7 +185,7 @@ TEST_F(LittleSpace, TheRecordingsEndIsSaidFirst) {
   }
 }
 
-// The recording is whole although the results of the run are not.
+// The recording is complete although the results of the run are not.
 TEST_F(LittleSpace, ARunsRecordingIsFinishedBeforeItsResults) {
   const ProgramResult result =
       Within(Mount("m", 100), "'" KERF_PROGRAM "' run short.toml -o m/out --record session.kerf");

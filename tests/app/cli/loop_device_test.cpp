@@ -1,4 +1,4 @@
-// kerf loop --device, as far as it goes without a device: what is played, and what is refused.
+// kerf loop --device without a real device: played devices and refusals.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ class LoopDevices : public test::ProgramTest {
     EXPECT_EQ(result.code, 0) << result.err;
     return result.code == 0 ? Json::parse(result.out) : Json();
   }
-  /// A misuse of the command line (2) or what can't be done (1): one sentence and no result.
+  /// Expects exit code 2 for wrong usage or 1 for a failure, with one message and no result.
   void ExpectFailure(int code, const std::string& arguments, const std::string& part) const {
     const ProgramResult result = Kerf(arguments);
     EXPECT_EQ(result.code, code) << arguments;
@@ -50,7 +50,7 @@ class LoopDevices : public test::ProgramTest {
   }
 };
 
-/// The rows of forces.csv under these columns.
+/// Returns the values of forces.csv in these columns.
 template <std::size_t kColumns>
 std::vector<std::array<double, kColumns>> ReadColumns(const std::string& text,
                                                       const std::array<std::string, kColumns>& columns) {
@@ -82,7 +82,7 @@ TEST_F(LoopDevices, ARecordingCutsTheSameBoneToTheBit) {
   EXPECT_GT(recorded.at("removed_mm3"), 0.1);
   for (const char* key : {"bone_hash", "force_hash", "removed_mm3"}) EXPECT_EQ(recorded.at(key), played.at(key)) << key;
   EXPECT_EQ(Slurp(folder_ / "first/forces.csv"), Slurp(folder_ / "second/forces.csv"));
-  // In another order of rates it is the same way, not the same bits.
+  // At another rate the path is equal, but the values are not bit-identical.
   const Json faster = Loop("--seconds 3 --rate-hz 2000 --device recording:a.kerf");
   EXPECT_NE(recorded.at("force_hash"), faster.at("force_hash"));
   EXPECT_NEAR(recorded.at("removed_mm3").get<double>(), faster.at("removed_mm3").get<double>(),
@@ -99,12 +99,12 @@ TEST_F(LoopDevices, AScriptGoesAlongItsTable) {
   double largest_lag_mm = 0;
   for (const auto& [time_s, handle_z_mm, tool_z_mm, device_z_N, handle_x_mm] : rows) {
     const double wanted_mm = time_s < 0.5 ? 7.8 - time_s : std::max(5.3, 7.3 - 2 * (time_s - 0.5));
-    ASSERT_NEAR(handle_z_mm, wanted_mm, 1e-5) << time_s;  // five places are written
+    ASSERT_NEAR(handle_z_mm, wanted_mm, 1e-5) << time_s;  // five decimals are written
     ASSERT_EQ(handle_x_mm, 0);
     largest_N = std::max(largest_N, device_z_N);
     largest_lag_mm = std::max(largest_lag_mm, tool_z_mm - handle_z_mm);
   }
-  // The bone pushes back, upwards, by the coupling's spring.
+  // The bone pushes back upwards through the coupling's spring.
   EXPECT_GT(largest_N, 0.05);
   EXPECT_GT(largest_lag_mm, 0.05);
   EXPECT_NEAR(json.at("force").at("largest_N").get<double>(), largest_N, 0.5 * largest_N);
@@ -117,7 +117,7 @@ TEST_F(LoopDevices, NoneStandsStillAndRemovesNothing) {
   const auto rows = ReadColumns<3>(Slurp(folder_ / "out/forces.csv"), {"handle_x_mm", "handle_y_mm", "handle_z_mm"});
   ASSERT_EQ(rows.size(), 500U);
   for (const auto& row : rows) ASSERT_EQ(row, (std::array<double, 3>{0, 0, 7.8}));
-  // By the clock too.
+  // In real time too.
   EXPECT_EQ(Kerf("loop s.toml --seconds 0.1 --device none").code, 0);
 }
 
@@ -127,7 +127,7 @@ TEST_F(LoopDevices, ARecordingCutOffIsPlayedAsFarAsItGoesAndSaysSo) {
   Write("cut.kerf", whole.substr(0, whole.size() * 2 / 3));
   const ProgramResult played = Kerf("loop s.toml --virtual --seconds 0.2 --device recording:cut.kerf");
   EXPECT_EQ(played.code, 0);
-  EXPECT_THAT(played.err, HasSubstr("the handle does not move in what is missing"));
+  EXPECT_THAT(played.err, HasSubstr("the handle does not move in the missing parts"));
   Write("head.kerf", whole.substr(0, 40));
   ExpectFailure(1, "loop s.toml --virtual --device recording:head.kerf", "head.kerf: ");
 }
@@ -136,18 +136,18 @@ TEST_F(LoopDevices, RefusesWhatItCanNotPlay) {
   ExpectFailure(1, "loop s.toml --virtual --device script:no.csv", "no.csv: there is no such file");
   ExpectFailure(1, "loop s.toml --virtual --device recording:no.kerf", "no.kerf: there is no such file");
   ExpectFailure(1, "loop s.toml --virtual --device recording:s.toml", "s.toml: is not a recording");
-  ExpectFailure(2, "loop s.toml --virtual --device script:", "\"script:\" needs a file behind it");
-  ExpectFailure(2, "loop s.toml --virtual --device recording:", "needs a file behind it");
+  ExpectFailure(2, "loop s.toml --virtual --device script:", "\"script:\" must be followed by a file name");
+  ExpectFailure(2, "loop s.toml --virtual --device recording:", "must be followed by a file name");
   std::string text = kScript;
   text.replace(text.find("7.3"), 3, "nan");
   Write("nan.csv", text);
   ExpectFailure(1, "loop s.toml --virtual --device script:nan.csv",
                 "nan.csv:3:9: z_mm = \"nan\" is not a finite number");
   ASSERT_EQ(Kerf("run s.toml -o run --record run.kerf").code, 0);
-  ExpectFailure(1, "loop s.toml --virtual --device recording:run.kerf", "in which no hand moved");
-  ExpectFailure(2, "loop s.toml --virtual --device none --motion-scale 2", "for a device that is there");
-  ExpectFailure(2, "loop s.toml --virtual --device none --left-handed", "for a device that is there");
-  ExpectFailure(2, "loop s.toml --virtual --device none --bridge 127.0.0.1", "for a device that is there");
+  ExpectFailure(1, "loop s.toml --virtual --device recording:run.kerf", "which has no handle");
+  ExpectFailure(2, "loop s.toml --virtual --device none --motion-scale 2", "apply to a real device only");
+  ExpectFailure(2, "loop s.toml --virtual --device none --left-handed", "apply to a real device only");
+  ExpectFailure(2, "loop s.toml --virtual --device none --bridge 127.0.0.1", "apply to a real device only");
   ExpectFailure(2, "loop s.toml --motion-scale 2", "--motion-scale requires --device");
   ExpectFailure(2, "loop s.toml --bridge 127.0.0.1", "--bridge requires --device");
   ExpectFailure(2, "loop s.toml --wooden w.toml", "--wooden requires --device");
@@ -158,7 +158,7 @@ TEST_F(LoopDevices, RefusesWhatItCanNotPlay) {
 TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
   ExpectFailure(2, "loop s.toml --device flacon", "no device is called \"flacon\"; the nearest is \"falcon\"");
   ExpectFailure(2, "loop s.toml --virtual --device flacon", "the nearest is \"falcon\"");
-  ExpectFailure(2, "loop s.toml --virtual --device falcon", "--virtual: has no time for a real device");
+  ExpectFailure(2, "loop s.toml --virtual --device falcon", "--virtual: can't be used with a real device");
   ExpectFailure(2, "loop s.toml --device falcon --motion-scale 0", "--motion-scale");
   ExpectFailure(2, "loop s.toml --device ''", "--device: must not be empty");
   ExpectFailure(2, "loop s.toml --device bridge --bridge ''", "--bridge: must not be empty");
@@ -168,7 +168,7 @@ TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
                 "--bridge: is for the device \"bridge\", not for \"falcon\"");
   ExpectFailure(2, "device test wooden@1-2 --falcon-firmware f.bin",
                 "--falcon-firmware: is for the device \"falcon\", not for \"wooden\"");
-  ExpectFailure(2, "rehearse --device script:s.csv", "--device: \"script:s.csv\" is for 'kerf loop' alone");
+  ExpectFailure(2, "rehearse --device script:s.csv", "--device: \"script:s.csv\" works only with 'kerf loop'");
   const ProgramResult other = KerfWithin("KERF_FALCON_FIRMWARE=nofile", "loop s.toml --device spacemouse");
   EXPECT_EQ(other.code, 1);
   EXPECT_THAT(other.err, testing::Not(HasSubstr("nofile")));
@@ -184,7 +184,7 @@ TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
   ExpectFailure(1, "loop s.toml --device wooden --wooden w.toml",
                 "w.toml:1:1: unknown key \"gears\" in the file; the nearest valid key is \"gear\"");
   for (const char* device : {"none", "script:script.csv"}) {
-    ExpectFailure(2, std::string("device test ") + device, "must be a device that is there");
+    ExpectFailure(2, std::string("device test ") + device, "must be a connected device");
   }
   ExpectFailure(2, "device test flacon", "the nearest is \"falcon\"");
   ExpectFailure(2, "device test falcon --force 0.5", "give 0.01 to 0.2");

@@ -1,4 +1,4 @@
-// kerf loop from outside.
+// kerf loop, run as a program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ using Json = nlohmann::json;
 using test::ProgramResult;
 using testing::HasSubstr;
 
-constexpr char kScene[] =
+constexpr char kLoopScene[] =
     "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
     "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
     "[[path.stroke]]\nstart_mm = [0.0, 0.0, 6.5]\nend_mm = [0.0, 0.0, 0.5]\nfeed_mm_per_s = 6.0\n"
@@ -23,12 +23,12 @@ class Loop : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", kLoopScene);
   }
 };
 
 TEST_F(Loop, ATitleIsNoHtmlInItsReport) {
-  Write("a<b>.toml", std::string("title = \"<script>alert(1)</script> | [x](y)\"\n") + kScene);
+  Write("a<b>.toml", std::string("title = \"<script>alert(1)</script> | [x](y)\"\n") + kLoopScene);
   ASSERT_EQ(Kerf("loop 'a<b>.toml' --virtual --seconds 0.1 -o out").code, 0);
   const std::string report = test::Slurp(folder_ / "out" / "report.md");
   EXPECT_THAT(report, HasSubstr("# &lt;script&gt;alert(1)&lt;/script&gt; \\| \\[x\\](y)\n"));
@@ -39,7 +39,7 @@ TEST_F(Loop, ATitleIsNoHtmlInItsReport) {
 TEST_F(Loop, WithoutTheClockTellsTheSameTwice) {
   const ProgramResult a = Kerf("loop s.toml --seconds 1 --virtual --hand h2 --rate-hz 2000 --json");
   ASSERT_EQ(a.code, 0) << a.err;
-  EXPECT_EQ(a.err, "");  // no warning either
+  EXPECT_EQ(a.err, "");  // no warnings
   const ProgramResult b = Kerf("loop s.toml --seconds 1 --virtual --hand H2 --rate-hz 2000 --json");
   Json first = Json::parse(a.out);
   Json second = Json::parse(b.out);
@@ -71,16 +71,16 @@ TEST_F(Loop, RefusesWhatItCanNotTake) {
   EXPECT_EQ(Kerf("loop s.toml --seconds 0").code, 2);
   EXPECT_EQ(Kerf("loop none.toml").code, 1);
   const ProgramResult over = Kerf("loop s.toml --seconds 0.1 --virtual -o .");
-  EXPECT_EQ(over.code, 0) << over.err;  // s.toml is not scene.toml
-  Write("scene.toml", kScene);
+  EXPECT_EQ(over.code, 0) << over.err;  // allowed: s.toml is not scene.toml
+  Write("scene.toml", kLoopScene);
   const ProgramResult same = Kerf("loop scene.toml --seconds 0.1 --virtual -o .");
   EXPECT_EQ(same.code, 1);
   EXPECT_THAT(same.err, HasSubstr("scene.toml"));
 }
 
 TEST_F(Loop, ControlCEndsItWithAReport) {
-  // On a machine that is busy with other work the signal may come before the loop: then it just ends, and a later one
-  // is tried.
+  // On a busy machine the signal may come before the loop begins. Then the program just ends, and a later signal is
+  // tried.
   ProgramResult result;
   for (const char* seconds : {"2", "8", "30"}) {
     result = KerfWithin(std::string("timeout --preserve-status -s INT ") + seconds, "loop s.toml --seconds 600");

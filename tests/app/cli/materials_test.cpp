@@ -34,7 +34,7 @@ TEST_F(Materials, ListsRegionsAndLawsWithWhatTheyHoldFor) {
   EXPECT_TRUE(all["ct_laws"][1]["valid_HU"].is_null());
   Write("bad.csv", "name,tissue,density,calibration,bands,tag,source\na,b,ash,none,1 to 2: 3 rho^4,S\n");
   ExpectRefusal(Kerf("materials --laws bad.csv"),
-                "bad.csv:2: 6 fields instead of 7; a field with a comma stands in double quotes");
+                "bad.csv:2: 6 fields instead of 7; a field with a comma must be in double quotes");
 }
 
 TEST_F(Materials, ImportTakesTheVoxelOfTheCtNumbersOnlyTogetherWithThem) {
@@ -51,7 +51,7 @@ TEST_F(Materials, VisibleHumanIsCutByRegionUniformAndByItsCtNumbers) {
   EXPECT_EQ(nlohmann::json::parse(import.out)["hu"]["voxel_mm"], 1.0);
   EXPECT_THAT(Kerf("info hu.vdb").out, HasSubstr(" HU in the bone, mean "));
 
-  // 9 mm down into the left body, so that the disc meets cortex and marrow.
+  // 9 mm down into the left body, so that the disc cuts cortex and marrow.
   const std::string rest =
       "[[path.stroke]]\nstart_mm = [21.9, -70.05, 60]\nend_mm = [21.9, -70.05, 51]\nfeed_mm_per_s = 6\n"
       "disc_normal = [0.6, 0.8, 0]\n[simulation]\nrate_hz = 500\n[output]\npictures = false\npieces = false\nbone = "
@@ -73,19 +73,19 @@ TEST_F(Materials, VisibleHumanIsCutByRegionUniformAndByItsCtNumbers) {
   const auto cancellous = run("hu.vdb", by_ct);
   const auto all = run("hu.vdb", by_ct + "ct_applies_to = \"all\"\n");
 
-  // What the scene does not name costs nothing and changes nothing.
+  // Naming the default explicitly has no cost and changes nothing.
   EXPECT_EQ(regions["force"], also_regions["force"]);
   EXPECT_EQ(regions["bone"], also_regions["bone"]);
   for (const auto& other : {uniform, cancellous, all}) {
     EXPECT_EQ(other["bone"]["hash_after"], regions["bone"]["hash_after"]);
     EXPECT_NE(other["force"]["impulse_Ns"], regions["force"]["impulse_Ns"]);
   }
-  // One E of cortex everywhere makes the marrow too hard.
+  // The E of cortex everywhere makes the marrow too hard.
   EXPECT_GT(uniform["force"]["impulse_Ns"], regions["force"]["impulse_Ns"]);
-  // The marrow's share of the force is small, and the law's E in it (0.78 to 3.3 GPa) is near the table's 1.37.
+  // The marrow contributes little to the force, and the law's E in it (0.78 to 3.3 GPa) is near the table's 1.37.
   const double impulse = regions["force"]["impulse_Ns"];
   EXPECT_NEAR(cancellous["force"]["impulse_Ns"].get<double>() / impulse, 1, 0.1);
-  // The CT makes cortex far too soft: partial volume, and a law that was not made for it.
+  // From the CT the cortex is far too soft: partial volume effect, and a law that does not apply to cortex.
   EXPECT_LT(all["force"]["impulse_Ns"].get<double>(), 0.6 * impulse);
   EXPECT_GE(cancellous["material"]["E_GPa"]["min"].get<double>(), 0.777);
   EXPECT_LE(cancellous["material"]["E_GPa"]["max"].get<double>(), 3.3);

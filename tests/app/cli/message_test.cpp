@@ -1,4 +1,4 @@
-// What the program says beside its results, and where it tells how it is used.
+// Messages of the program besides its results, and hints on usage.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST_F(Messages, OfOneKindAreCountedAfterTheFirstTen) {
   int lines = 0;
   std::istringstream err(result.err);
   for (std::string line; std::getline(err, line);) lines += line.find("feed_mm_per_s = -") != std::string::npos ? 1 : 0;
-  EXPECT_EQ(lines, 12) << result.err;  // ten, one with the note that the rest is counted, one with the count
+  EXPECT_EQ(lines, 12) << result.err;  // ten, one that says that further ones are counted, and one with the count
   EXPECT_THAT(result.err, HasSubstr("feed_mm_per_s = -10.5"));
   EXPECT_THAT(result.err, testing::Not(HasSubstr("feed_mm_per_s = -12.5")));
   EXPECT_THAT(result.err,
@@ -74,7 +74,7 @@ TEST_F(Messages, OfOneKindAreCountedAfterTheFirstTen) {
   EXPECT_THAT(result.err, HasSubstr("nonsense"));
 }
 
-// A file's text is quoted in messages; what of it is no text may not reach the terminal.
+// Messages quote file contents; bytes that are not text must not reach the terminal.
 TEST_F(Messages, QuoteNoControlCharactersAndNoInvalidUtf8) {
   const auto quoted = [this](const std::string& name) {
     std::string err = Kerf("info '" + name + "'").err;
@@ -83,13 +83,13 @@ TEST_F(Messages, QuoteNoControlCharactersAndNoInvalidUtf8) {
   EXPECT_EQ(quoted("b\xc3\xb6n\xe2\x82\xac\xf0\x9f\xa6\xb4"), "kerf: b\xc3\xb6n\xe2\x82\xac\xf0\x9f\xa6\xb4");
   EXPECT_EQ(quoted("a\x1b[31mb\x7f"), "kerf: a?[31mb?");
   EXPECT_EQ(quoted("a\x94z"), "kerf: a?z");
-  EXPECT_EQ(quoted("a\xc2\x9bz\xc2\xa0"), "kerf: a?z\xc2\xa0");            // U+009B, and U+00A0, which is no control
-  EXPECT_EQ(quoted("a\xc1\xbfz\xe0\x80\xafz"), "kerf: a??z???z");          // longer than they need be
-  EXPECT_EQ(quoted("a\xed\xa0\x80z\xf4\x90\x80\x80"), "kerf: a???z????");  // a surrogate, and beyond U+10FFFF
-  EXPECT_EQ(quoted("a\xe2\x82"), "kerf: a??");                             // cut off
+  EXPECT_EQ(quoted("a\xc2\x9bz\xc2\xa0"), "kerf: a?z\xc2\xa0");  // U+009B, and U+00A0, which is not a control character
+  EXPECT_EQ(quoted("a\xc1\xbfz\xe0\x80\xafz"), "kerf: a??z???z");          // overlong encodings
+  EXPECT_EQ(quoted("a\xed\xa0\x80z\xf4\x90\x80\x80"), "kerf: a???z????");  // a surrogate, and above U+10FFFF
+  EXPECT_EQ(quoted("a\xe2\x82"), "kerf: a??");                             // truncated
 }
 
-// A program that filters stderr by the prefix misses nothing.
+// Filtering stderr by the prefix finds every message.
 TEST_F(Messages, EachBeginsWithTheProgramsName) {
   Write("faults.toml", "[bone]\nmodel = \"block\"\nsise = 1\n[tool]\nteeht = 3\n[nonsense]\n");
   Write("not.stl", "solid\n");

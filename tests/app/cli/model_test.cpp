@@ -22,7 +22,7 @@ TEST_F(ModelCommand, BlockHasItsVolumeAndLayers) {
   const auto json = nlohmann::json::parse(r.out);
   EXPECT_NEAR(json["volume_mm3"].get<double>(), 12 * 10 * 8, 0.01 * 12 * 10 * 8);
   ASSERT_EQ(json["regions"].size(), 2u);
-  // A border lies within half a voxel.
+  // The volume is true to half a voxel at the border of the regions.
   EXPECT_NEAR(json["regions"][0]["volume_mm3"].get<double>(), 12 * 10 * 2, 12 * 10 * 0.25);
   EXPECT_TRUE(std::filesystem::exists(folder_ / "b.vdb"));
   EXPECT_EQ(Kerf("info b.vdb").code, 0);
@@ -49,14 +49,14 @@ TEST_F(ModelCommand, BadInputIsToldInOneSentence) {
       {"model block -o b.vdb --size 1,2", 2, "'1,2' must be x,y,z in mm"},
       {"model block -o b.vdb --size 1,2,nan", 2, "'1,2,nan' must be x,y,z in mm"},
       {"model block -o b.vdb --layer 2", 2, "'2' must be thickness:region"},
-      {"model block -o b.vdb --layer 2:300", 2, "'2:300' names no region"},
-      {"model block -o b.vdb --layer=-2:24", 1, "kerf: block: layer 1 is -2 mm thick; a thickness is positive\n"},
+      {"model block -o b.vdb --layer 2:300", 2, "'2:300' does not specify a region"},
+      {"model block -o b.vdb --layer=-2:24", 1, "kerf: block: layer 1 is -2 mm thick; a thickness must be positive\n"},
       {"model block -o b.vdb --layer 2:77", 1,
        "kerf: block: layer 1 is of region 77, which the region table does not have\n"},
       {"model block -o b.vdb --materials t.csv", 1,
-       "kerf: t.csv:2: tissue = \"bone\" is none of cortical, cancellous, tooth, canal, other\n"},
+       "kerf: t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other\n"},
       {"model mandible -o m.vdb --ramus-width 99", 1, "kerf: mandible: ramus_width_mm = 99 is not within 24 to 38\n"},
-      {"model mandible -o m.vdb --teeth 7", 1, "kerf: mandible: teeth = 7 is none of 0, 14 and 16\n"},
+      {"model mandible -o m.vdb --teeth 7", 1, "kerf: mandible: teeth = 7 must be 0, 14 or 16\n"},
       {"model mandible -o missing/m.vdb --voxel 1", 1, "missing"},
       {"model skull -o m.vdb", 2, "subcommand"},
   };

@@ -1,4 +1,4 @@
-// The two lists of packages: what building and running takes, and what tests take besides.
+// The two lists of packages: those for building and running, and the additional ones for tests.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST_F(Packages, EachScriptTakesItsOwn) {
   EXPECT_THAT(script("/tools/run"), testing::HasSubstr("\ntools/setup\n"));
   for (const char* name : {"/tools/test", "/.ci/run"}) {
     EXPECT_THAT(script(name), testing::HasSubstr("\ntools/setup --tests\n"));
-    // A package that is missing is an error there, not fewer tests.
+    // A missing package is an error there; it does not reduce the number of tests.
     EXPECT_THAT(script(name), testing::HasSubstr("cmake --preset release -DKERF_BUILD_TESTS=ON"));
   }
 }

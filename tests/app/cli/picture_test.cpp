@@ -1,4 +1,4 @@
-// kerf picture as a user runs it, of a CT that was not imported and of a bone.
+// kerf picture as a user runs it, for a CT that was not imported and for a bone.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ class PictureCommand : public test::ProgramTest {
     ProgramTest::SetUp();
     WriteBall();
   }
-  // A ball of bone of 12 mm radius about (5, -20, 30), in voxels of 1 mm, air around it.
+  // Writes a ball of bone of 12 mm radius about (5, -20, 30), in voxels of 1 mm, surrounded by air.
   void WriteBall() const {
     std::vector<std::int16_t> hu;
     for (int k = 0; k < 40; ++k) {
@@ -38,7 +38,7 @@ class PictureCommand : public test::ProgramTest {
             "Offset = -15 -40 10\nElementSpacing = 1 1 1\nElementType = MET_SHORT\nElementDataFile = LOCAL\n";
     file.write(reinterpret_cast<const char*>(hu.data()), static_cast<std::streamsize>(2 * hu.size()));
   }
-  // Width and height, from the PNG's header.
+  // Returns width and height from the PNG's header.
   std::pair<int, int> SizeOf(const std::string& name) const {
     const std::string bytes = test::Slurp(folder_ / name);
     const auto number = [&](std::size_t at) {
@@ -74,7 +74,7 @@ TEST_F(PictureCommand, RefusesWhatItCanNotDraw) {
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice q=3").err,
             "kerf: --slice: 'q=3' must be x=MM, y=MM or z=MM; see 'kerf picture --help'\n");
   EXPECT_THAT(Kerf("picture ball.mha -o a.png --slice z=99").err,
-              HasSubstr("z=99 meets no bone, which lies from 14 mm to 46 mm there"));
+              HasSubstr("z=99 is outside the bone, which extends from 14 mm to 46 mm"));
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice z=30,31").code, 2);
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --view front").code, 2);
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --keep 1,2").code, 2);
@@ -86,7 +86,7 @@ TEST_F(PictureCommand, RefusesWhatItCanNotDraw) {
   ASSERT_EQ(Kerf("model block --size 8,4,4 --voxel 0.4 -o b.vdb").code, 0);
   EXPECT_EQ(Kerf("picture b.vdb -o a.png --slice z=1").code, 2);
   ExpectRefusal(Kerf("picture ball.mha -o a.png --iso 2000"),
-                "ball.mha: no bone: no piece of 1 cm3 or more has 2000 HU; choose another value with --iso");
+                "ball.mha: no bone: no piece above 2000 HU has 1 cm3 or more; choose another value with --iso");
   EXPECT_FALSE(Exists("a.png"));
 }
 

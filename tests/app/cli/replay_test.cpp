@@ -1,4 +1,4 @@
-// kerf loop and run --record, kerf replay, kerf log: as a user types them.
+// kerf loop and run --record, kerf replay and kerf log as a user runs them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST_F(ReplayCommand, VerifiesAndWritesWhatTheRunWouldHaveWritten) {
   EXPECT_EQ(first.at("bone_hash"), second.at("bone_hash"));
   EXPECT_EQ(first.at("force_hash"), second.at("force_hash"));
   EXPECT_EQ(first.at("recording").at("ticks"), 3000);
-  // Row by row the same: without the clock ticks took no time either time.
+  // All rows are equal: without the clock ticks have no duration in either run.
   EXPECT_EQ(Slurp(folder_ / "out/forces.csv"), Slurp(folder_ / "again/forces.csv"));
 
   const ProgramResult part = Kerf("replay a.kerf --until 1.5 --json");
@@ -59,7 +59,7 @@ TEST_F(ReplayCommand, ARunOnAPathToo) {
   ASSERT_EQ(Kerf("run s.toml -o out --record a.kerf").code, 0);
   ASSERT_EQ(Kerf("replay a.kerf --verify -o again").code, 0);
   EXPECT_EQ(Slurp(folder_ / "out/forces.csv"), Slurp(folder_ / "again/forces.csv"));
-  ExpectFailure(Kerf("loop --from a.kerf"), "has no hand");
+  ExpectFailure(Kerf("loop --from a.kerf"), "can't be resumed");
 }
 
 TEST_F(ReplayCommand, LogsForPeopleAndNotebooks) {
@@ -94,7 +94,7 @@ TEST_F(ReplayCommand, NothingIsReplaced) {
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 --record s.toml"), "s.toml");
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 --record none/b.kerf"), "no folder");
   ExpectFailure(Kerf("log a.kerf --csv -o a.kerf"), "a.kerf");
-  // Nor does a result take its place.
+  // Nor may a result overwrite the recording.
   std::filesystem::create_directory(folder_ / "o");
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 -o o --record o/forces.csv"), "forces.csv");
   ExpectFailure(Kerf("run s.toml -o o --record o/bone.vdb"), "bone.vdb");
@@ -115,7 +115,7 @@ TEST_F(ReplayCommand, OneSentenceForWhatIsNone) {
   EXPECT_EQ(Kerf("loop").code, 2);
   EXPECT_EQ(Kerf("loop s.toml --from a.kerf").code, 2);
   EXPECT_EQ(Kerf("log a.kerf --ticks").code, 2);
-  // Cut short it is read as far as it is whole, and says so.
+  // A truncated recording is read as far as it is complete, with a warning.
   const std::string bytes = Slurp(folder_ / "a.kerf");
   Write("short.kerf", bytes.substr(0, bytes.size() / 2));
   const ProgramResult part = Kerf("replay short.kerf --verify --json");
@@ -138,7 +138,7 @@ TEST_F(ReplayCommand, AnotherBoneIsRefused) {
   EXPECT_EQ(Kerf("replay a.kerf --verify --bone moved.vdb").code, 0);
 }
 
-// Files that may not grow stand for a full disk: 8 blocks of 512 or 1024 bytes.
+// A file size limit simulates a full disk: 8 blocks of 512 or 1024 bytes.
 TEST_F(ReplayCommand, AFullDiskCostsTheRecordingAlone) {
   const ProgramResult made = KerfWithin("ulimit -f 12;", "loop s.toml --virtual --seconds 20 --record a.kerf");
   EXPECT_EQ(made.code, 1);

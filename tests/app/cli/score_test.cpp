@@ -1,4 +1,4 @@
-// kerf score and the windowless half of kerf practise, from outside.
+// kerf score and the part of kerf practise without a window, run as programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST_F(Score, OfAPerfectRunIsNearlyAHundred) {
   EXPECT_LT(json["measures"]["plane_angle_deg"]["value"], 0.4);
   EXPECT_LT(json["measures"]["depth_error_worst_mm"]["value"], 0.2);
   EXPECT_TRUE(Exists("a.html"));
-  // The same numbers each time, and as rows.
+  // The results are repeatable, and also available as rows.
   EXPECT_EQ(Kerf("score a.kerf --json").out, result.out);
   EXPECT_THAT(Kerf("score a.kerf --csv").out, HasSubstr("\ntotal,"));
   EXPECT_THAT(Kerf("score a.kerf").out, HasSubstr("of 100"));
@@ -82,7 +82,7 @@ TEST_F(Score, AnAgentsRecordingIsHandedInAndListed) {
   EXPECT_EQ(Json::parse(Practise("--list --json").out).size(), 6U);
   const ProgramResult did = Practise("--agent expert --exercise groove --level 3 --seconds 4 --record a.kerf");
   ASSERT_EQ(did.code, 0) << did.err;
-  EXPECT_THAT(did.err, HasSubstr("had not finished"));
+  EXPECT_THAT(did.err, HasSubstr("did not finish within"));
   ASSERT_EQ(Practise("--hand-in a.kerf --student Ida").code, 0);
   const ProgramResult again = Practise("--hand-in a.kerf --student Ida");
   EXPECT_EQ(again.code, 0);
@@ -132,7 +132,7 @@ TEST_F(Score, IncompleteAndDoubledHandInsAreMarkedEverywhere) {
   EXPECT_THAT(page, HasSubstr("not graded: the recording is cut short"));
 }
 
-// Of a part of it the rest could be done again until the total is good.
+// Otherwise a student could repeat the last part until the total is good.
 TEST_F(Score, ARecordingThatGoesOnFromAnotherIsNotGraded) {
   ASSERT_EQ(Practise("--agent novice --exercise groove --seconds 4 --record a.kerf").code, 0);
   ASSERT_EQ(Kerf("loop --from a.kerf --at 3.5 --seconds 0.01 --virtual --record b.kerf").code, 0);
@@ -140,16 +140,16 @@ TEST_F(Score, ARecordingThatGoesOnFromAnotherIsNotGraded) {
   EXPECT_EQ(result.code, 0) << result.err;
   const Json sheet = Json::parse(result.out);
   EXPECT_TRUE(sheet["total"].is_null());
-  EXPECT_THAT(sheet["incomplete"].dump(), HasSubstr("it goes on from another recording"));
+  EXPECT_THAT(sheet["incomplete"].dump(), HasSubstr("it continues another recording"));
   ASSERT_EQ(Practise("--hand-in a.kerf --student Ida").code, 0);
   const ProgramResult handed = Practise("--hand-in b.kerf --student Eve");
-  EXPECT_THAT(handed.err, HasSubstr("marked: not graded: it goes on from another recording"));
+  EXPECT_THAT(handed.err, HasSubstr("marked: not graded: it continues another recording"));
   EXPECT_THAT(handed.err, HasSubstr("marked: same recording or beginning as number 1"));
   const Json history = Json::parse(Practise("--history --json").out);
   EXPECT_TRUE(history[1]["total"].is_null());
   EXPECT_EQ(history[1]["doubles"], Json({1}));
   ASSERT_EQ(Practise("--report page.html").code, 0);
-  EXPECT_THAT(test::Slurp(folder_ / "page.html"), HasSubstr("it goes on from another recording"));
+  EXPECT_THAT(test::Slurp(folder_ / "page.html"), HasSubstr("it continues another recording"));
 }
 
 TEST_F(Score, ATitleDoesNotControlTheTerminal) {
@@ -161,11 +161,11 @@ TEST_F(Score, ATitleDoesNotControlTheTerminal) {
 }
 
 TEST_F(Score, AStudentsNameIsUtf8) {
-  // A byte that no text has; a long form of "/"; half of a surrogate pair; a letter that is cut off.
+  // A byte that is never valid; an overlong form of "/"; half of a surrogate pair; a truncated character.
   for (const char* name : {"'\xff'", "'\xc0\xaf'", "'\xed\xa0\x80'", "'Ja\xc3'"}) {
     for (const char* more : {"--hand-in groove.toml", "--history --csv"}) {
       const ProgramResult refused = Practise(std::string(more) + " --student " + name);
-      ExpectRefusal(refused, "the student's name has control characters in it, or is not UTF-8");
+      ExpectRefusal(refused, "the student's name contains control characters, or is not UTF-8");
     }
   }
   const ProgramResult taken = Practise("--history --csv --student 'J\xc3\xb8rgen'");

@@ -1,4 +1,4 @@
-// What a signal does to the program, as src/app/cli/signals.cpp has it.
+// Reactions of the program to signals, as implemented in src/app/cli/signals.cpp.
 #include "app/cli/signals.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace kerf::cli {
 namespace {
 
-// Each in a process of its own, which says with its exit code that it was not ended.
+// Each case runs in a separate process, whose exit code shows that the signal did not end it.
 constexpr int kGoesOn = 42;
 
 [[noreturn]] void CatchAnd(void (*raise_signals)()) {
@@ -29,9 +29,9 @@ TEST(Signals, TheFirstIsNoted) {
   EXPECT_EXIT(CatchAnd([] { std::raise(SIGTERM); }), testing::ExitedWithCode(kGoesOn), "");
 }
 
-// timeout(1) tells its child of the signal, and then all of the group that the child is in.
+// timeout(1) sends the signal to its child, and then to the whole process group of the child.
 TEST(Signals, ToldTwiceAtOnceItIsStillTheFirst) {
-  // On a machine that stands still for a quarter of a second between them they are two: then once more.
+  // If the machine stalls for a quarter of a second between the two, they count as two signals; then it is repeated.
   bool was_noted = false;
   for (int tries = 0; tries < 3 && !was_noted; ++tries) {
     EXPECT_EXIT(CatchAnd([] {

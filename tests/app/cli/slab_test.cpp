@@ -1,4 +1,4 @@
-// kerf slab from outside.
+// kerf slab, run as a program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 using test::ProgramResult;
 using testing::HasSubstr;
 
-/// An OBJ as any program would read it.
+/// Reads an OBJ as other programs would.
 TriangleMesh ReadObj(const std::filesystem::path& path) {
   TriangleMesh mesh;
   std::istringstream lines(test::Slurp(path));
@@ -42,7 +42,7 @@ TriangleMesh ReadObj(const std::filesystem::path& path) {
   return mesh;
 }
 
-/// A binary STL; points of the same coordinates are one.
+/// Reads a binary STL; points with equal coordinates are merged.
 TriangleMesh ReadStl(const std::filesystem::path& path) {
   const std::string bytes = test::Slurp(path);
   TriangleMesh mesh;
@@ -80,7 +80,7 @@ class Slab : public test::ProgramTest {
     EXPECT_EQ(result.out, test::Slurp(folder_ / "out/parts.json"));
     return Json::parse(result.out);
   }
-  /// All that a --plane and a file of markups that say the same plane must share.
+  /// Returns the plane of the report, which must be equal for a --plane and for markups of the same plane.
   Json PlaneOf(const std::string& markups) {
     Write("plane.mrk.json", markups);
     return Report("--plane-markups plane.mrk.json --formats obj --triangles 2000")["plane"];
@@ -97,8 +97,8 @@ TEST_F(Slab, FilesReadAgainAreClosedOutwardAndAsThickAsAskedFor) {
           Report(fmt::format("--plane {},{},{},{},{},{} --thickness {}", p.x, p.y, p.z, n.x, n.y, n.z, t));
       EXPECT_NEAR(report["difference_percent"].get<double>(), 0, 0.1);
       EXPECT_NEAR(report["measured_thickness_mm"].get<double>(), t, 1e-4);
-      // A prism along x, less its bevelled rim.
-      // The volume is true to 0.1 %; the flat part of a face lacks a rim of about a voxel.
+      // A prism along x without its bevelled rim. The volume is true to 0.1 %; the flat part of a face lacks a rim of
+      // about a voxel.
       EXPECT_NEAR(report["section_mm2"].get<double>(), 120 / normal.x, 0.01 * 120 / normal.x);
       EXPECT_NEAR(report["flat_face_mm2"]["left"].get<double>(), 120 / normal.x, 0.1 * 120 / normal.x);
       double sum = 0;
@@ -115,7 +115,7 @@ TEST_F(Slab, FilesReadAgainAreClosedOutwardAndAsThickAsAskedFor) {
           // Edges are bevelled by up to a voxel.
           EXPECT_NEAR(CalcEnclosedVolume(mesh) / part["volume_mm3"].get<double>(), 1, 0.03) << name;
           if (name != "slice") continue;
-          // The outermost points are those of the faces: floats of up to 15 mm round off 1e-6 mm.
+          // The outermost points are those of the faces: floats of up to 15 mm have rounding errors of 1e-6 mm.
           double lower = 1e9;
           double upper = -1e9;
           for (const Vec3& q : mesh.points) {
@@ -149,7 +149,7 @@ TEST_F(Slab, TableSaysTheVolumesAndPictureIsDrawn) {
 
 TEST_F(Slab, MarkupsInLpsAndRasGiveTheSamePlaneAsNumbersDo) {
   const Json plane = Report("--plane 1.5,0.25,-4,2,0.4,-0.6 --formats obj --triangles 2000")["plane"];
-  // Lengths in the file need not be 1.
+  // Vectors in the file need not have unit length.
   const char* form = R"({{"markups": [{{"type": "Plane", "coordinateSystem": "{}", "planeType": "pointNormal",
       "center": [{}, {}, -4], "normal": [{}, {}, -0.6], "controlPoints": []}}]}})";
   const Json lps = PlaneOf(fmt::format(fmt::runtime(form), "LPS", 1.5, 0.25, 2, 0.4));
@@ -177,7 +177,7 @@ TEST_F(Slab, BadUseIsRefused) {
   }
   EXPECT_THAT(Kerf("slab block.vdb --plane 0,0,-5,1 -o out").err,
               HasSubstr("'0,0,-5,1' must be a point and a normal, x,y,z,nx,ny,nz"));
-  EXPECT_THAT(Kerf("slab block.vdb -o out").err, HasSubstr("give the plane by one of --plane and --plane-markups"));
+  EXPECT_THAT(Kerf("slab block.vdb -o out").err, HasSubstr("give the plane by either --plane or --plane-markups"));
   ExpectRefusal(Kerf("slab block.vdb --plane-markups none.mrk.json -o out"), "none.mrk.json: there is no such file");
 }
 
@@ -186,7 +186,7 @@ TEST_F(Slab, BoneIsNeverWrittenOver) {
   std::filesystem::copy(folder_ / "block.vdb", folder_ / "work/left.vdb");
   const std::string before = test::Slurp(folder_ / "work/left.vdb");
   ExpectRefusal(Kerf("slab work/left.vdb --plane 0,0,-5,1,0,0 -o ./work"),
-                "work/left.vdb: is an input and would be written over by ./work/left.vdb; choose another output");
+                "work/left.vdb: is an input and would be overwritten by ./work/left.vdb; choose another output");
   EXPECT_EQ(test::Slurp(folder_ / "work/left.vdb"), before);
   EXPECT_FALSE(Exists("work/left.obj"));
 }
@@ -197,7 +197,7 @@ TEST_F(Slab, MarkupsAreNeverWrittenOver) {
       "normal": [1, 0, 0], "controlPoints": []}]})";
   Write("out/parts.json", plane);
   ExpectRefusal(Kerf("slab block.vdb --plane-markups out/parts.json -o out"),
-                "out/parts.json: is an input and would be written over by out/parts.json; choose another output");
+                "out/parts.json: is an input and would be overwritten by out/parts.json; choose another output");
   EXPECT_EQ(test::Slurp(folder_ / "out/parts.json"), plane);
 }
 
@@ -218,9 +218,9 @@ TEST_F(Slab, WhatIsNoNumberIsSaidToBeNone) {
     EXPECT_EQ(result.code, 2) << plane;
     EXPECT_THAT(result.err, HasSubstr(fmt::format("'{}' must be a point and a normal, x,y,z,nx,ny,nz", plane)));
   }
-  for (const auto& [thickness, sentence] : {std::pair{"nan", "'nan' is no number; give 0.02 to 50 mm"},
-                                            {"abc", "'abc' is no number; give 0.02 to 50 mm"},
-                                            {"0x1", "'0x1' is no number; give 0.02 to 50 mm"},
+  for (const auto& [thickness, sentence] : {std::pair{"nan", "'nan' is not a number; give 0.02 to 50 mm"},
+                                            {"abc", "'abc' is not a number; give 0.02 to 50 mm"},
+                                            {"0x1", "'0x1' is not a number; give 0.02 to 50 mm"},
                                             {"60", "60 mm is out of range; give 0.02 to 50 mm"}}) {
     const ProgramResult result = Kerf(cut + "0,0,-5,1,0,0 --thickness " + thickness);
     EXPECT_EQ(result.code, 2);
@@ -242,14 +242,15 @@ TEST_F(Slab, VolumeAndThicknessThatAreOffAreSaid) {
   ASSERT_EQ(coarse.code, 0) << coarse.err;
   const Json json = Json::parse(coarse.out);
   ASSERT_LT(json["difference_percent"].get<double>(), -0.1);
-  EXPECT_THAT(coarse.err, HasSubstr(fmt::format(
-                              "kerf: the parts' volumes sum to {:+.2f} % of the bone's: voxels of 0.4 mm are coarse "
-                              "for this bone and cut; make it again with smaller ones\n",
-                              json["difference_percent"].get<double>())));
+  EXPECT_THAT(
+      coarse.err,
+      HasSubstr(fmt::format("kerf: the parts' volumes differ by {:+.2f} % from the bone's: voxels of 0.4 mm are coarse "
+                            "for this bone and cut; make the bone again with smaller voxels\n",
+                            json["difference_percent"].get<double>())));
   const ProgramResult few =
       Kerf("slab block.vdb --plane 0,0,-5,1,0,0 --triangles 4 --no-picture --formats obj --json -o out");
   ASSERT_EQ(few.code, 0);
-  EXPECT_EQ(few.err, fmt::format("kerf: the slice's surface is {:.3f} mm thick instead of 0.25 mm; give it more "
+  EXPECT_EQ(few.err, fmt::format("kerf: the slice's surface is {:.3f} mm thick instead of 0.25 mm; allow more "
                                  "--triangles\n",
                                  Json::parse(few.out)["measured_thickness_mm"].get<double>()));
 }
@@ -260,7 +261,7 @@ TEST_F(Slab, PlanesThatGoThroughInSeveralPlacesAreSaid) {
   const ProgramResult one = Kerf(cut);
   EXPECT_EQ(one.code, 0);
   EXPECT_EQ(one.err,
-            "kerf: the plane goes through the bone in 2 places; 1 of them is left whole (--near chooses another, "
+            "kerf: the plane passes through the bone in 2 places; 1 of them is not cut (--near chooses another, "
             "--everywhere cuts all)\n");
   const ProgramResult other = Kerf(cut + "--near -24,30,0");
   EXPECT_GT(Json::parse(one.out)["parts"][1]["bounds_lower_mm"][0].get<double>(), 0);

@@ -1,4 +1,4 @@
-// kerf stability from outside.
+// kerf stability, run as a program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using test::Slurp;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr char kBlock[] =
+constexpr char kStabilityBlock[] =
     "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 26.0\nsize_y_mm = 6.0\nsize_z_mm = 26.0\nvoxel_mm = 0.25\n";
 constexpr char kStroke[] =
     "[[path.stroke]]\nstart_mm = [0.0, 0.0, 12.0]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 3.0\n"
@@ -26,7 +26,8 @@ constexpr char kStroke[] =
 
 class StabilityCommand : public test::ProgramTest {
  protected:
-  /// Interrupted after so many seconds. On one core, so that it is far from done on a machine of many.
+  /// Interrupts the program after `seconds`. It runs on one core, so that it is far from done even on a machine with
+  /// many cores.
   ProgramResult Interrupted(const char* seconds) const {
     return KerfWithin(fmt::format("taskset -c {} timeout --preserve-status -s INT {}", test::FindFirstCore(), seconds),
                       "stability s.toml -o out");
@@ -43,10 +44,10 @@ TEST_F(StabilityCommand, HelpNamesItsOptions) {
   EXPECT_THAT(Kerf("--help").out, HasSubstr("stability"));
 }
 
-// Far from done when it is interrupted: the whole of it takes a minute of a core. On a machine that is busy the
-// signal may come before the work: then the program just ends, and a later one is tried.
+// The whole study takes a minute on one core, so the interruption comes long before its end. On a busy machine the
+// signal may come before the work; then the program just ends, and a later signal is tried.
 TEST_F(StabilityCommand, InterruptedItLeavesEarlierResultsAlone) {
-  Write("s.toml", std::string(kBlock) + kStroke);
+  Write("s.toml", std::string(kStabilityBlock) + kStroke);
   std::filesystem::create_directories(folder_ / "out");
   Write("out/stability.json", "earlier");
   ProgramResult result;
@@ -55,13 +56,13 @@ TEST_F(StabilityCommand, InterruptedItLeavesEarlierResultsAlone) {
     if (result.code != 130) break;
   }
   EXPECT_EQ(result.code, 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("kerf: the earlier results in out/ stay"));
+  EXPECT_THAT(result.err, HasSubstr("kerf: the earlier results in out/ are kept"));
   EXPECT_EQ(Slurp(folder_ / "out/stability.json"), "earlier");
   EXPECT_FALSE(Exists("out/report.md"));
 }
 
 TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
-  Write("s.toml", std::string("title = \"A block\"\n") + kBlock + kStroke);
+  Write("s.toml", std::string("title = \"A block\"\n") + kStabilityBlock + kStroke);
   const ProgramResult result = Kerf("stability s.toml --quick -o out --json");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.out, Slurp(folder_ / "out/stability.json"));
@@ -72,12 +73,12 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   EXPECT_TRUE(json["findings"].empty());
   EXPECT_EQ(json["device"], "omega_6");
   EXPECT_EQ(json["hand"], "H3");
-  // The rim comes down on the block's top, z = 0, from 1 mm above.
+  // The rim moves down onto the block's top, z = 0, from 1 mm above.
   EXPECT_NEAR(json["first_touch"]["time_s"].get<double>(), 1.0 / 3, 0.15);
   EXPECT_GT(json["first_touch"]["start_mm"][2].get<double>(), 11.0);
   EXPECT_LT(json["first_touch"]["start_mm"][2].get<double>(), 12.0);
   EXPECT_NEAR(json["first_touch"]["into"][2].get<double>(), -1, 1e-9);
-  // All that was run has figures, and all hold.
+  // Every scenario that was run has results, and all limits hold.
   EXPECT_GE(json["scenarios"].size(), 5U);
   for (const Json& scenario : json["scenarios"]) {
     if (scenario["skipped"]) continue;
@@ -89,7 +90,7 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
       EXPECT_EQ(figure["holds"].get<bool>(), figure["kind"] == "at_most" ? below : above) << figure;
     }
   }
-  // Quick: its own hand and the released one, in three states, as they are and linear.
+  // --quick: the scene's hand and a released one, in three states, nonlinear and linearised.
   EXPECT_EQ(json["margins"].size(), 2U * 3 * 2);
   std::set<std::string> hands;
   for (const Json& row : json["margins"]) {
@@ -108,7 +109,7 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
     for (const Json& point : row) seen.insert(point);
   }
   EXPECT_TRUE(seen.contains("stable"));
-  EXPECT_GE(seen.size(), 2U);  // the map shows where it ends
+  EXPECT_GE(seen.size(), 2U);  // the map includes the boundary of stability
   const std::set<std::string> expected = {"report.md", "stability.json", "scene.toml", "figures.csv", "margins.csv",
                                           "map.csv",   "margins.png",    "delays.png", "map.png",     "worst_1.png"};
   const auto files = json["files"].get<std::set<std::string>>();
@@ -121,7 +122,8 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   }
   EXPECT_THAT(Slurp(folder_ / "out/report.md"), HasSubstr("**Stable.**"));
 
-  // A second run, ended at once for want of a scene, leaves all as it was; one that is done replaces it.
+  // A second run that fails at once because its scene is missing leaves everything unchanged; a complete run replaces
+  // the results.
   Write("out/worst_9.png", "old");
   Json earlier = json;
   earlier["files"].push_back("worst_9.png");
@@ -137,16 +139,16 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   EXPECT_EQ(first, second);
 }
 
-// A device of one's own that claims to bear whatever it is asked for, with an encoder so coarse (0.4 mm: steps of 0.24
-// N, ten times the noise that is felt) that cutting cannot be smooth, light and nearly without damping or friction, in
-// the lightest grip there is.
+// A user-defined device with unlimited claims and an encoder so coarse (0.4 mm: steps of 0.24 N, ten times the
+// perceptible noise) that cutting cannot be smooth, light and nearly without damping or friction, in the lightest grip
+// that exists.
 TEST_F(StabilityCommand, AnUnstableSceneIsToldAndEndsWithOneAfterAllIsWritten) {
   Write("mine.csv",
         "name,degrees_of_freedom,peak_force_N,continuous_force_N,peak_torque_Nmm,continuous_torque_Nmm,"
         "max_stiffness_N_per_mm,max_damping_Ns_per_mm,max_torsion_Nmm_per_rad,max_torsion_damping_Nmms,resolution_mm,"
         "workspace_radius_mm,friction_N,mass_kg,own_damping_Ns_per_mm,source\n"
         "boast,3,40 A,none,none,none,1000 A,1 A,none,none,0.4 A,100 A,none,0.05 A,1e-5 A,\"made up\"\n");
-  Write("s.toml", std::string(kBlock) + "[coupling]\nstiffness_N_per_mm = 4.0\ndamping_Ns_per_mm = 0.1\n" +
+  Write("s.toml", std::string(kStabilityBlock) + "[coupling]\nstiffness_N_per_mm = 4.0\ndamping_Ns_per_mm = 0.1\n" +
                       "[device]\nprofile = \"boast\"\nfile = \"mine.csv\"\n[hand]\nmodel = \"H1\"\n" + kStroke);
   const ProgramResult result = Kerf("stability s.toml --quick -o out");
   EXPECT_EQ(result.code, 1);
@@ -159,11 +161,11 @@ TEST_F(StabilityCommand, AnUnstableSceneIsToldAndEndsWithOneAfterAllIsWritten) {
   const Json json = Json::parse(Slurp(folder_ / "out/stability.json"));
   EXPECT_EQ(json["stable"], false);
   EXPECT_FALSE(json["findings"].empty());
-  const Json& share = json["worst"]["share_of_bound"];
-  EXPECT_TRUE(share.is_null() || share > 1) << share;  // null: beyond a bound of 0
-  // The table is an input: it is never written over.
+  const Json& fraction = json["worst"]["share_of_bound"];
+  EXPECT_TRUE(fraction.is_null() || fraction > 1) << fraction;  // null: beyond a bound of 0
+  // The table is an input and is never overwritten.
   Write("map.csv", Slurp(folder_ / "mine.csv"));
-  Write("t.toml", std::string(kBlock) + "[device]\nprofile = \"boast\"\nfile = \"map.csv\"\n" + kStroke);
+  Write("t.toml", std::string(kStabilityBlock) + "[device]\nprofile = \"boast\"\nfile = \"map.csv\"\n" + kStroke);
   const ProgramResult over = Kerf("stability t.toml --quick -o .");
   EXPECT_EQ(over.code, 1);
   EXPECT_THAT(over.err, HasSubstr("map.csv"));
@@ -172,7 +174,7 @@ TEST_F(StabilityCommand, AnUnstableSceneIsToldAndEndsWithOneAfterAllIsWritten) {
 
 TEST_F(StabilityCommand, RefusesInOneSentence) {
   EXPECT_EQ(Kerf("stability").code, 2);
-  Write("s.toml", std::string(kBlock) + kStroke);
+  Write("s.toml", std::string(kStabilityBlock) + kStroke);
   EXPECT_EQ(Kerf("stability s.toml --hand H9").code, 2);
   EXPECT_EQ(Kerf("stability s.toml --profiles --profile touch").code, 2);
   const auto refused = [&](const std::string& scene, const std::string& sentence) {
@@ -184,16 +186,16 @@ TEST_F(StabilityCommand, RefusesInOneSentence) {
     return "[[path.stroke]]\nstart_mm = " + start + "\nend_mm = " + end +
            "\nfeed_mm_per_s = 3.0\ndisc_normal = " + normal + "\n";
   };
-  refused(kBlock + stroke("[0, 0, 20]", "[0, 0, 12]", "[0, 1, 0]"),
+  refused(kStabilityBlock + stroke("[0, 0, 20]", "[0, 0, 12]", "[0, 1, 0]"),
           "r: the path never meets the bone; there is nothing to examine");
-  refused(kBlock + stroke("[0, 0, 5]", "[0, 0, 0]", "[0, 1, 0]"),
+  refused(kStabilityBlock + stroke("[0, 0, 5]", "[0, 0, 0]", "[0, 1, 0]"),
           "r: the path begins inside the bone, at 0.000 s; begin it clear of the bone");
-  refused(kBlock + std::string("[tool]\nrpm = 0\n") + kStroke,
-          "[tool] rpm = 0: a stopped tool cuts nothing; give the speed that it is to cut with, 'kerf stability' tries "
-          "it stopped too");
-  refused("[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0, 0, -1]\n" + std::string(kBlock) + kStroke,
-          "[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf stability'");
-  Write("r.toml", kBlock + stroke("[0, 8, -5]", "[0, 0, -5]", "[0, 1, 0]"));
+  refused(kStabilityBlock + std::string("[tool]\nrpm = 0\n") + kStroke,
+          "[tool] rpm = 0: a stopped tool cuts nothing; set the speed for cutting; 'kerf stability' also tests the "
+          "stopped tool");
+  refused("[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0, 0, -1]\n" + std::string(kStabilityBlock) + kStroke,
+          "[simulation] mode = \"slab\" has no tool coupled to a handle; set mode = \"voxel\" for 'kerf stability'");
+  Write("r.toml", kStabilityBlock + stroke("[0, 8, -5]", "[0, 0, -5]", "[0, 1, 0]"));
   const ProgramResult flat = Kerf("stability r.toml");
   EXPECT_EQ(flat.code, 1);
   EXPECT_THAT(flat.err, HasSubstr("r: the disc meets the bone with its flat, at "));
@@ -202,9 +204,10 @@ TEST_F(StabilityCommand, RefusesInOneSentence) {
   EXPECT_THAT(none.err, HasSubstr("\"touch\""));
 }
 
-// 10 N/mm at 250 Hz in a light hand: what the loop holds is 1 N/mm on the device, and 0.3 are given.
+// 10 N/mm at 250 Hz in a light hand: the loop allows 1 N/mm on the device, and by default 0.3 is used.
 TEST_F(StabilityCommand, ExaminesTheCouplingAsAsked) {
-  Write("s.toml", std::string(kBlock) + "[coupling]\nstiffness_N_per_mm = 10.0\n[loop]\nrate_hz = 250.0\n" + kStroke);
+  Write("s.toml",
+        std::string(kStabilityBlock) + "[coupling]\nstiffness_N_per_mm = 10.0\n[loop]\nrate_hz = 250.0\n" + kStroke);
   const ProgramResult result = Kerf("stability s.toml --quick --hand H1 --as-asked --json");
   EXPECT_EQ(result.code, 1);
   const Json json = Json::parse(result.out);
@@ -214,24 +217,24 @@ TEST_F(StabilityCommand, ExaminesTheCouplingAsAsked) {
 }
 
 TEST_F(StabilityCommand, RefusesASeedThatIsNone) {
-  Write("s.toml", std::string(kBlock) + kStroke);
+  Write("s.toml", std::string(kStabilityBlock) + kStroke);
   for (const char* seed : {"-1", "1.5", "x"}) {
     const ProgramResult result = Kerf(std::string("stability s.toml --seed ") + seed);
     EXPECT_NE(result.code, 0) << seed;
-    EXPECT_THAT(result.err, HasSubstr("is no whole number from 0 up")) << seed;
+    EXPECT_THAT(result.err, HasSubstr("is not a whole number; give 0 or more")) << seed;
   }
 }
 
-// On a machine that is busy the signal may come before the work: then the program just ends.
+// On a busy machine the signal may come before the work; then the program just ends.
 TEST_F(StabilityCommand, ControlCLeavesWhatWasDone) {
-  Write("s.toml", std::string(kBlock) + kStroke);
+  Write("s.toml", std::string(kStabilityBlock) + kStroke);
   ProgramResult result;
   for (const char* seconds : {"1", "3", "9", "27"}) {
     result = Interrupted(seconds);
     if (result.code != 130) break;
   }
   ASSERT_EQ(result.code, 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("ended before a"));  // all, or anything
+  EXPECT_THAT(result.err, HasSubstr("ended before a"));  // "before all" or "before anything"
   EXPECT_THAT(Slurp(folder_ / "out/report.md"), HasSubstr("**Ended before a"));
   EXPECT_EQ(Json::parse(Slurp(folder_ / "out/stability.json"))["stable"], nullptr);
 }

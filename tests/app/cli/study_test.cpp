@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Coarse, so that a case takes a tenth of a second.
-constexpr char kStudy[] = R"(
+// Coarse, so that a case takes 0.1 s.
+constexpr char kStudyToml[] = R"(
 title = "Small"
 [study]
 paths = ["idle"]
@@ -40,7 +40,7 @@ constexpr std::size_t kRecords = 12;
 
 class Study : public test::ProgramTest {
  protected:
-  /// What every record says, times left out.
+  /// Returns the contents of every record, without times.
   std::map<std::string, std::string> ReadRecords(const std::string& folder) const {
     std::map<std::string, std::string> records;
     if (!fs::exists(folder_ / folder / "cases")) return records;
@@ -54,7 +54,7 @@ class Study : public test::ProgramTest {
     return records;
   }
 
-  /// Starts the program and kills it outright when it has left so many records.
+  /// Starts the program and kills it with SIGKILL once it has written `count` records.
   void KillAfter(std::size_t count, const std::string& folder) const {
     const pid_t pid = fork();
     if (pid == 0) {
@@ -84,7 +84,7 @@ class Study : public test::ProgramTest {
 };
 
 TEST_F(Study, KilledInTheMiddleItGoesOnToTheSameResults) {
-  Write("small.toml", kStudy);
+  Write("small.toml", kStudyToml);
   const auto whole = Kerf("study small.toml -o whole --json");
   ASSERT_EQ(whole.code, 0) << whole.err;
   const auto summary = nlohmann::json::parse(whole.out);
@@ -105,7 +105,7 @@ TEST_F(Study, KilledInTheMiddleItGoesOnToTheSameResults) {
 }
 
 TEST_F(Study, LostShardIsNamedAndBroughtLater) {
-  Write("small.toml", kStudy);
+  Write("small.toml", kStudyToml);
   for (const char* shard : {"0/3", "2/3"}) {
     const auto result = Kerf(std::string("study small.toml -o out --errors-only --shard ") + shard);
     EXPECT_EQ(result.code, 0) << result.err;
@@ -121,7 +121,7 @@ TEST_F(Study, LostShardIsNamedAndBroughtLater) {
 }
 
 TEST_F(Study, BadUseIsToldAndTouchesNothing) {
-  Write("small.toml", kStudy);
+  Write("small.toml", kStudyToml);
   EXPECT_EQ(Kerf("study").code, 2);
   const auto beyond = Kerf("study small.toml --shard 8/8");
   EXPECT_EQ(beyond.code, 2);
@@ -136,7 +136,7 @@ TEST_F(Study, BadUseIsToldAndTouchesNothing) {
 }
 
 TEST_F(Study, DryRunListsTheCasesAndDoesNothing) {
-  Write("small.toml", kStudy);
+  Write("small.toml", kStudyToml);
   const auto result = Kerf("study small.toml -o out --dry-run --json");
   EXPECT_EQ(result.code, 0) << result.err;
   const auto json = nlohmann::json::parse(result.out);
@@ -152,7 +152,7 @@ TEST_F(Study, DefaultsAreAStudy) {
   EXPECT_EQ(defaults.code, 0);
   Write("defaults.toml", defaults.out);
   EXPECT_EQ(Kerf("study defaults.toml --dry-run").code, 0);
-  // The same plan without the file, as JSON too.
+  // The same plan without the file, also as JSON.
   const auto planned = Kerf("study defaults.toml --dry-run --json");
   const auto json = nlohmann::json::parse(planned.out, nullptr, false);
   EXPECT_GT(json["cases"].size(), 100u);

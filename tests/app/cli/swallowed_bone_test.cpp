@@ -1,4 +1,4 @@
-// A disc that is set down over the whole bone: nothing is left of it to draw.
+// A disc that is set down over the whole bone, so that no bone is left to draw.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,8 +17,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A block of 6 x 1 x 6 mm about the origin's underside, within a disc of 22 mm that is 3 mm thick.
-constexpr char kScene[] = R"([bone]
+/// A block of 6 x 1 x 6 mm below the origin, inside a disc of 22 mm that is 3 mm thick.
+constexpr char kSwallowedBoneScene[] = R"([bone]
 model = "block"
 [bone.block]
 size_x_mm = 6.0
@@ -40,9 +40,9 @@ class SwallowedBone : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", kSwallowedBoneScene);
   }
-  /// Everything but what shows the bone after the cut is there, and the warnings say so.
+  /// Expects all results except those that show the bone after the cut, and warnings about them.
   void ExpectResults(const std::string& folder, const std::string& summary) const {
     ASSERT_TRUE(Exists(folder + "/" + summary));
     const auto json = nlohmann::json::parse(test::Slurp(folder_ / folder / summary));
@@ -63,7 +63,7 @@ TEST_F(SwallowedBone, ARunAndItsReplayWriteAllElse) {
   const ProgramResult run = Kerf("run s.toml -o o --record a.kerf");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr(std::string("kerf: warning: ") + kNotDrawn));
-  // 6 x 1 x 6 mm; the edges are rounded by some tenths of a square voxel over 52 mm of them.
+  // 6 x 1 x 6 mm; the edges, 52 mm long, are rounded by some tenths of a square voxel.
   const auto json = nlohmann::json::parse(test::Slurp(folder_ / "o/summary.json"));
   EXPECT_NEAR(json.at("removed").at("total_mm3").get<double>(), 36, 52 * 0.3 * 0.1 * 0.1);
   EXPECT_EQ(json.at("bone").at("volume_after_mm3"), 0);
@@ -85,9 +85,9 @@ TEST_F(SwallowedBone, ALoopAndItsReplayWriteAllElse) {
   EXPECT_THAT(test::Slurp(folder_ / "again/report.md"), HasSubstr(kNotDrawn));
 }
 
-// What an earlier run left there is not taken for this one's.
+// A picture of an earlier run is not taken for one of this run.
 TEST_F(SwallowedBone, AnEarlierPictureGoes) {
-  std::string other = kScene;
+  std::string other = kSwallowedBoneScene;
   other.replace(other.find("diameter_mm = 22.0"), 18, "diameter_mm = 2.0");
   Write("other.toml", other);
   ASSERT_EQ(Kerf("run other.toml -o o").code, 0);

@@ -1,5 +1,5 @@
-// kerf tune as a user runs it: what it refuses, that it writes only what it has shown to keep what was asked, and that
-// it leaves its input alone unless it is asked to change it.
+// kerf tune as a user runs it: its refusals, that it writes only settings that were shown to satisfy the request, and
+// that it changes its input only if asked to.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,8 +19,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// A small block, and coarse voxels to try: a second of work.
-constexpr char kScene[] =
+// A small block and coarse voxels: a second of work.
+constexpr char kTuneScene[] =
     "# mine\n[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\n"
     "voxel_mm = 0.4  # coarse\n"
     "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
@@ -32,10 +32,10 @@ class Tune : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", kTuneScene);
   }
   std::string Scene() const { return test::Slurp(folder_ / "s.toml"); }
-  /// Names of all files that are there but what Kerf() keeps its output in.
+  /// Returns the names of all files except those with the output of Kerf().
   std::vector<std::string> Files() const {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
@@ -50,8 +50,8 @@ class Tune : public test::ProgramTest {
 TEST_F(Tune, RefusesWhatIsNoBound) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "give --budget-us, --error, or both"},
-      {"--error much", "'much' is no share: give 3.5% or 0.035"},
-      {"--error 3.5%%", "'3.5%%' is no share: give 3.5% or 0.035"},
+      {"--error much", "'much' is not a fraction: give 3.5% or 0.035"},
+      {"--error 3.5%%", "'3.5%%' is not a fraction: give 3.5% or 0.035"},
       {"--error 0.001%", "'0.001%' is out of range; valid range 0.01% to 100%"},
       {"--error 2", "'2' is out of range; valid range 0.01% to 100%"},
       {"--budget-us 0", "0 us is out of range"},
@@ -62,7 +62,7 @@ TEST_F(Tune, RefusesWhatIsNoBound) {
     EXPECT_THAT(result.err, HasSubstr(message)) << options;
     EXPECT_EQ(result.out, "");
   }
-  EXPECT_EQ(Scene(), kScene);
+  EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_FALSE(Exists("s.tune.json"));
 }
 
@@ -70,20 +70,20 @@ TEST_F(Tune, DryRunLeavesTheSceneAsItWas) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --dry-run --in-place") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("chosen"));
-  EXPECT_EQ(Scene(), kScene);
+  EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre("s.toml"));
 }
 
-// Without -o and --in-place the scene goes to stdout, alone, and no file is written.
+// Without -o and --in-place only the scene goes to stdout, and no file is written.
 TEST_F(Tune, PrintsTheSceneAndTouchesNoFile) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("  chosen    asked p99 at most 1e+06 us"));
+  EXPECT_THAT(result.err, HasSubstr("  chosen    requested p99 at most 1e+06 us"));
   EXPECT_THAT(result.out, StartsWith("# mine\n"));
-  EXPECT_THAT(result.out, HasSubstr("# kerf tune: asked p99"));
-  // Of what the figure is: the block is as long as the path, 0.25 s.
-  EXPECT_THAT(result.out, HasSubstr("over the whole path from the first contact on (0.03 to 0.25 s)"));
-  EXPECT_EQ(Scene(), kScene);
+  EXPECT_THAT(result.out, HasSubstr("# kerf tune: requested p99"));
+  // The figure's range: the block is as long as the path, 0.25 s.
+  EXPECT_THAT(result.out, HasSubstr("over the whole path from the first contact onward (0.03 to 0.25 s)"));
+  EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre("s.toml"));
   Write("t.toml", result.out);
   EXPECT_EQ(Kerf("check t.toml").code, 0);
@@ -92,7 +92,7 @@ TEST_F(Tune, PrintsTheSceneAndTouchesNoFile) {
 TEST_F(Tune, WritesTheSceneToAFileAndTheEvidenceBesideIt) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 -o new.toml") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_EQ(Scene(), kScene);
+  EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre("new.toml", "new.tune.json", "s.toml"));
   EXPECT_THAT(test::Slurp(folder_ / "new.toml"), HasSubstr("# kerf tune: "));
   EXPECT_EQ(Kerf("check new.toml").code, 0);
@@ -107,28 +107,29 @@ TEST_F(Tune, ChangesItsInputOnlyWhenAskedAndKeepsABackup) {
   Write("s.toml.bak", "an earlier one");
   ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --in-place") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("  written   s.toml s.tune.json\n  backup    s.toml.bak.1, the scene as it was\n"));
+  EXPECT_THAT(result.out, HasSubstr("  written   s.toml s.tune.json\n  backup    s.toml.bak.1, the original scene\n"));
   EXPECT_THAT(Files(), ElementsAre("s.toml", "s.toml.bak", "s.toml.bak.1", "s.tune.json"));
   EXPECT_EQ(test::Slurp(folder_ / "s.toml.bak"), "an earlier one");
-  EXPECT_EQ(test::Slurp(folder_ / "s.toml.bak.1"), kScene);
-  EXPECT_THAT(Scene(), HasSubstr("# mine\n"));  // what is not chosen stays, comments too
+  EXPECT_EQ(test::Slurp(folder_ / "s.toml.bak.1"), kTuneScene);
+  EXPECT_THAT(Scene(), HasSubstr("# mine\n"));  // the rest is unchanged, including comments
   EXPECT_THAT(Scene(), HasSubstr("# kerf tune: "));
   EXPECT_EQ(Kerf("check s.toml").code, 0);
 }
 
-// With a bound that nothing keeps, so that the message tells whether the outputs or the settings were tried first.
+// With a bound that cannot be satisfied, so that the message shows whether the outputs or the settings were tried
+// first.
 TEST_F(Tune, FindsOutputsThatCantBeWrittenBeforeItMeasures) {
   const std::string bounds = std::string(" --error 0.01% --budget-us 1") + kQuick;
-  ProgramResult result = Kerf("tune s.toml -o /proc/tuned.toml" + bounds);  // no process can make a file there
+  ProgramResult result = Kerf("tune s.toml -o /proc/tuned.toml" + bounds);  // no process can create a file there
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("/proc/tuned.toml: can't be written: "));
-  // A name that has room for the scene, but not for the files beside it.
+  // The name is short enough for the scene, but not for the files next to it.
   const std::string name = std::string(246, 'a') + ".toml";
-  Write(name, kScene);
+  Write(name, kTuneScene);
   result = Kerf("tune " + name + " --in-place" + bounds);
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("can't be written: "));
-  EXPECT_EQ(test::Slurp(folder_ / name), kScene);
+  EXPECT_EQ(test::Slurp(folder_ / name), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre(name, "s.toml"));
 }
 
@@ -138,10 +139,10 @@ TEST_F(Tune, RefusesToReachItsInputByAnotherName) {
     const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 -o ") + name + kQuick);
     EXPECT_EQ(result.code, 1) << name;
     EXPECT_EQ(result.out, "");
-    EXPECT_THAT(result.err, HasSubstr("-o names the scene itself; give --in-place to change it, with a backup"));
+    EXPECT_THAT(result.err, HasSubstr("-o is the scene itself; give --in-place to change it, with a backup"));
   }
   EXPECT_EQ(Kerf(std::string("tune s.toml --budget-us 1000000 --in-place -o new.toml") + kQuick).code, 2);
-  EXPECT_EQ(Scene(), kScene);
+  EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre("link.toml", "s.toml"));
 }
 
@@ -155,11 +156,11 @@ TEST_F(Tune, JsonIsAllOfStdoutAndNamesTheChanges) {
 }
 
 TEST_F(Tune, ABoundThatNothingKeepsIsAFailureAndLeavesTheSceneAsItWas) {
-  // No voxel of 0.3 mm and more is as exact as a hundredth of a per cent.
+  // No voxel of 0.3 mm or more has an error as small as 0.01 %.
   const ProgramResult result = Kerf(std::string("tune s.toml --error 0.01% --budget-us 1 --in-place") + kQuick);
   EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.err, HasSubstr("the scene is as it was"));
-  EXPECT_EQ(Scene(), kScene);
+  EXPECT_THAT(result.err, HasSubstr("the scene is unchanged"));
+  EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre("s.toml"));
 }
 

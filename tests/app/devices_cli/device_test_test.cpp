@@ -1,4 +1,4 @@
-// kerf device test at a terminal and without one, with the far side of a bridge in the test.
+// kerf device test with and without a terminal; the test implements the far side of a bridge.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,16 +21,16 @@ using test::Running;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A fifth of the far side's peak, which is the circle's force.
+/// A fifth of the far side's peak force: the force of the circle.
 constexpr double kCircle_N = 0.2 * FarSide::kPeak_N;
-constexpr int kMostTries = 5;
+constexpr int kDeviceTestTries = 5;
 
 class DeviceTest : public test::ProgramTest {
  protected:
-  /// A machine that stands still for more than a moment rightly fails a device: then all is done again.
+  /// Returns true if a device failed because the machine stalled, which is a correct result; the run is then repeated.
   static bool FailedByStandingStill(Running& kerf) {
-    return kerf.WaitForEnd() == 1 && (kerf.Said("was lost while it made force") ||
-                                      kerf.Said("rounds had no good answer") || kerf.Said("samples came in"));
+    return kerf.WaitForEnd() == 1 && (kerf.Said("was lost during the force test") ||
+                                      kerf.Said("rounds had no valid answer") || kerf.Said("samples arrived in"));
   }
   static std::string Arguments(const FarSide& far, const std::string& more) {
     return "'" KERF_PROGRAM "' device test bridge --bridge " + far.where() + " " + more;
@@ -41,16 +41,16 @@ TEST_F(DeviceTest, AnyKeyEndsItAndTheForceWithIt) {
   std::optional<FarSide> far;
   std::optional<Running> kerf;
   bool pushed = false;
-  for (int tries = 0; tries < kMostTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
+  for (int tries = 0; tries < kDeviceTestTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
     kerf.reset();
     far.emplace();
     kerf.emplace(folder_, At::kKeys, Arguments(*far, "--circle 60 --buttons 0"));
     ASSERT_TRUE(kerf->UntilSaid("leave the handle alone")) << kerf->err();
-    // Keys come one by one, and are not shown.
+    // Keys are delivered one by one and not echoed.
     EXPECT_EQ(kerf->Settings().c_lflag & (ICANON | ECHO), 0U);
-    ASSERT_TRUE(kerf->UntilSaid("take the handle loosely")) << kerf->err();
+    ASSERT_TRUE(kerf->UntilSaid("hold the handle loosely")) << kerf->err();
     EXPECT_EQ(far->felt().largest_N, 0.0);
-    far->Press(1);  // agrees
+    far->Press(1);  // confirms
     pushed = kerf->Until([&] { return far->felt().now_N > 0.5 * kCircle_N; });
     if (pushed) kerf->Type("x");
   }
@@ -77,10 +77,10 @@ TEST_F(DeviceTest, AKeyBeforeTheForceEndsItToo) {
   EXPECT_EQ(far.felt().largest_N, 0.0);
 }
 
-/// The test of the far side to its end, with both buttons pressed.
+/// Runs the test of the far side to its end, with both buttons pressed.
 void RunToTheEnd(Running& kerf, FarSide& far) {
-  ASSERT_TRUE(kerf.UntilSaid("take the handle loosely")) << kerf.err();
-  far.Press(2);  // agrees
+  ASSERT_TRUE(kerf.UntilSaid("hold the handle loosely")) << kerf.err();
+  far.Press(2);  // confirms
   ASSERT_TRUE(kerf.Until([&] { return far.felt().engaged > 0; })) << kerf.err();
   far.Press(0);
   ASSERT_TRUE(kerf.UntilSaid("press each button (button 1, button 2)")) << kerf.err();
@@ -94,7 +94,7 @@ TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
   constexpr double kNoise_mm = 0.05;
   std::optional<FarSide> far;
   std::optional<Running> kerf;
-  for (int tries = 0; tries < kMostTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
+  for (int tries = 0; tries < kDeviceTestTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
     kerf.reset();
     far.emplace(kNoise_mm);
     kerf.emplace(folder_, At::kNowhere, Arguments(*far, "--circle 4 --buttons 60 --json"));
@@ -111,7 +111,8 @@ TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
   EXPECT_EQ(json["peak_force_N"], FarSide::kPeak_N);
   EXPECT_EQ(json["buttons"], "button 1, button 2");
   EXPECT_EQ(json["faults"], Json::array());
-  // Half of the samples on either side: of n of them the standard deviation lies 1/(2n) below, and places are floats.
+  // About half of the samples are on either side: with n samples the standard deviation is lower by a fraction 1/(2n),
+  // and positions are floats.
   const Json& still = json["still"];
   EXPECT_GT(still["samples"], 100) << still;
   EXPECT_NEAR(still["noise_mm"][0].get<double>(), kNoise_mm, 0.05 * kNoise_mm);
@@ -121,7 +122,7 @@ TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
     EXPECT_EQ(still["noise_mm"][axis], 0.0);
     EXPECT_EQ(still["span_mm"][axis], 0.0);
   }
-  // What the program says that it sent is what was felt; the handle gave way to none of it.
+  // The force that was felt is the one reported as sent; the handle did not move under it.
   const Json& force = json["force"];
   EXPECT_EQ(force["tried"], true);
   EXPECT_NEAR(force["asked_N"].get<double>(), kCircle_N, 1e-3 * kCircle_N);
@@ -134,15 +135,15 @@ TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
   EXPECT_EQ(far->FeltByNow().now_N, 0.0);
 }
 
-// The example that users copy, as it is: its handle goes by the force.
+// The example program that users copy, unchanged: its handle moves under the force.
 TEST_F(DeviceTest, TellsInATableHowTheExamplesHandleWent) {
-  constexpr double kSpring_N_per_mm = 0.2;  // of the example's hand
+  constexpr double kSpring_N_per_mm = 0.2;  // stiffness of the example's hand
   constexpr double kExample_N = 0.2 * 3.3;
   std::optional<Running> example;
   std::optional<Running> kerf;
-  for (int tries = 0; tries < kMostTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
+  for (int tries = 0; tries < kDeviceTestTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
     kerf.reset();
-    // A new one: the last one's handle swings on from where its force ended.
+    // A new one, because the handle of the last one still swings after its force ended.
     example.reset();
     Write("port.txt", "");
     example.emplace(folder_, At::kNowhere, "'" KERF_BRIDGE_EXAMPLE "' 0 >port.txt 2>example.txt");
@@ -157,7 +158,7 @@ TEST_F(DeviceTest, TellsInATableHowTheExamplesHandleWent) {
   const std::string table = kerf->out();
   EXPECT_THAT(table, HasSubstr("bridge (example, up to 3.3 N)\n  homed     yes\n"));
   EXPECT_THAT(table, HasSubstr("noise 0.0000 0.0000 0.0000 mm"));
-  EXPECT_THAT(table, HasSubstr("            no step: it stood quite still\n"));
+  EXPECT_THAT(table, HasSubstr("            no step: the handle did not move\n"));
   EXPECT_THAT(table, HasSubstr("  buttons   none of button 1, button 2\n"));
   EXPECT_THAT(table, Not(HasSubstr("FAULT")));
   const std::size_t force = table.find("  force     up to ");
@@ -166,19 +167,21 @@ TEST_F(DeviceTest, TellsInATableHowTheExamplesHandleWent) {
   double sent_N = 0;
   double moved_mm = 0;
   double followed_percent = 0;
-  ASSERT_EQ(std::sscanf(table.c_str() + force,
-                        "  force     up to %lf N asked for, %lf N sent; the handle went %lf mm, %lf %% along the force",
-                        &asked_N, &sent_N, &moved_mm, &followed_percent),
-            4)
+  ASSERT_EQ(
+      std::sscanf(table.c_str() + force,
+                  "  force     up to %lf N requested, %lf N sent; the handle moved %lf mm, %lf %% along the force",
+                  &asked_N, &sent_N, &moved_mm, &followed_percent),
+      4)
       << table;
   EXPECT_EQ(asked_N, 0.66);
-  // The force goes round in 2 s, far slower than the hand swings: 0.2 N/mm and 0.15 kg make 5.8 Hz, so at rest to
-  // (0.5 Hz / 5.8 Hz)^2 = 0.7 %, with the swing of the begin on top; the rest is what the machine lets it miss.
+  // The force rotates in 2 s, far slower than the hand oscillates: 0.2 N/mm and 0.15 kg give 5.8 Hz, so the motion is
+  // quasi-static to (0.5 Hz / 5.8 Hz)^2 = 0.7 %, plus the oscillation from the start. The rest of the tolerance is for
+  // rounds that the machine misses.
   EXPECT_NEAR(moved_mm, kExample_N / kSpring_N_per_mm, 0.15 * kExample_N / kSpring_N_per_mm);
   EXPECT_GT(followed_percent, 90);
 }
 
-/// Where the handle is said to be above the middle, mm, in the last line of those that tell it; NaN: in none.
+/// Returns the height of the handle above the middle, mm, from the last line that contains it; NaN if there is none.
 double FindUp_mm(const std::string& text) {
   const std::size_t at = text.rfind("  up ");
   double up_mm = std::nan("");
@@ -186,8 +189,8 @@ double FindUp_mm(const std::string& text) {
   return up_mm;
 }
 
-/// For whoever waits for a handle that goes down in the hand: after a standstill of half a second the program, which
-/// had it in the hand, waits for a button that was not pressed before.
+/// Presses the button again while waiting for a handle that moves down in the hand. After a stall of half a second the
+/// program no longer has the handle in the hand, and waits for a button that was not pressed before.
 void PressAgainIfAsked(FarSide& far, std::uint32_t button, const std::string& shown) {
   const std::size_t ready = shown.rfind("ready, ");
   if (far.felt().engaged == 0 || ready == std::string::npos) return;
@@ -200,7 +203,7 @@ TEST_F(DeviceTest, WatchedAtATerminalItIsOneLineThatFollowsTheHandle) {
   FarSide far;
   Running kerf(folder_, At::kTerminal, Arguments(far, "--watch"));
   ASSERT_TRUE(kerf.Until([&] { return FindUp_mm(kerf.Shown()) == 0; })) << kerf.Shown();
-  far.Press(2);  // agrees too, so that the far side lets the handle move
+  far.Press(2);  // also confirms, so that the far side moves the handle
   EXPECT_TRUE(kerf.Until([&] { return kerf.Shown().find("; buttons button 2") != std::string::npos; })) << kerf.Shown();
   far.Lower(2.5);
   EXPECT_TRUE(kerf.Until([&] {
@@ -212,7 +215,7 @@ TEST_F(DeviceTest, WatchedAtATerminalItIsOneLineThatFollowsTheHandle) {
   EXPECT_TRUE(AreSame(kerf.Settings(), kerf.SettingsBefore()));
   const std::string shown = kerf.Shown();
   EXPECT_THAT(shown, HasSubstr("bridge (omega_3, up to 12 N)\x1b[?7h\r\n"));
-  // Places are written over each other.
+  // Position lines overwrite each other.
   for (const char* end : {"; buttons none\x1b[?7h\r\n", "; buttons button 2\x1b[?7h\r\n"}) {
     EXPECT_THAT(shown, Not(HasSubstr(end)));
   }
@@ -240,14 +243,14 @@ TEST_F(DeviceTest, WatchedWithoutATerminalEachTimeIsALine) {
   std::size_t begin = 0;
   for (std::string line; std::getline(lines, line); begin += line.size() + 1) {
     places.insert(line);
-    if (line.ends_with("; no answer")) continue;  // for half a second: the machine stood still
+    if (line.ends_with("; no answer")) continue;  // for half a second: the machine stalled
     if (line.starts_with("ready, ")) {
       EXPECT_THAT(line, HasSubstr(begin < unpressed ? " mm; buttons none" : " mm; buttons "));
     } else if (line.starts_with("in the hand; ")) {
       EXPECT_THAT(line, testing::EndsWith(" mm; buttons button 1"));
     }
   }
-  EXPECT_GE(places.size(), 5U) << kerf.out();  // device, ready, in the hand, its places, rounds
+  EXPECT_GE(places.size(), 5U) << kerf.out();  // device, ready, in the hand, its positions, rounds
   EXPECT_EQ(kerf.out().find('\x1b'), std::string::npos);
   EXPECT_EQ(kerf.out().find('\r'), std::string::npos);
 }

@@ -1,4 +1,5 @@
-// The far side of a bridge, by its client in C: a handle in a hand that nothing moves, and what is felt there.
+// Far side of a bridge, built on the client in C: a handle in a hand that does not move, and a record of the force on
+// it.
 #pragma once
 
 #include <arpa/inet.h>
@@ -22,21 +23,21 @@
 
 namespace kerf::test {
 
-/// Calls itself an omega_3. All that it does by itself it does by the commands that come, not by the clock.
+/// Reports itself as an omega_3. Its behaviour depends only on the received commands, not on the clock.
 class FarSide {
  public:
   static constexpr double kPeak_N = 12;
-  static constexpr double kStep_mm = 0.002;  // of a handle that is lowered, for each command
+  static constexpr double kStep_mm = 0.002;  // motion of a handle that is lowered, per command
 
   struct Felt {
     std::uint64_t commands = 0;
-    std::uint64_t engaged = 0;  // of them, that say that the hand has the tool
+    std::uint64_t engaged = 0;  // commands among these with the tool in the hand
     double now_N = 0;
     double largest_N = 0;
     double lowered_mm = 0;
   };
 
-  /// The handle trembles along x: each time it is noise_mm to the right or to the left.
+  /// The handle trembles along x: at each command it is noise_mm to the right or to the left.
   explicit FarSide(double noise_mm = 0) : noise_mm_(noise_mm) {
     socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     sockaddr_in at{};
@@ -75,9 +76,9 @@ class FarSide {
     const std::lock_guard lock(mutex_);
     return felt_;
   }
-  /// When it has taken all that had come by now.
+  /// Returns the state after everything received by now has been processed.
   Felt FeltByNow() const {
-    const std::uint64_t begun = turns_ + 2;  // one may have begun before
+    const std::uint64_t begun = turns_ + 2;  // one iteration may have begun before
     while (turns_ < begun) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return felt();
   }
@@ -85,13 +86,13 @@ class FarSide {
     const std::lock_guard lock(mutex_);
     felt_.largest_N = 0;
   }
-  /// The handle goes down by so much more while the hand has the tool.
+  /// Lowers the handle by `way_mm` while the tool is in the hand.
   void Lower(double way_mm) {
     const std::lock_guard lock(mutex_);
     wanted_mm_ = felt_.lowered_mm + way_mm;
   }
   void Press(std::uint32_t buttons) { buttons_ = buttons; }
-  /// It hears and does what it is told, and does not answer. The handle stays where it is then.
+  /// If mute, it executes commands but does not answer, and the handle stops.
   void SetMute(bool mute) {
     const std::lock_guard lock(mutex_);
     mute_ = mute;
@@ -162,7 +163,7 @@ class FarSide {
   std::atomic<bool> stop_{false};
   std::atomic<std::uint32_t> buttons_{0};
   std::atomic<std::uint64_t> turns_{0};
-  mutable std::mutex mutex_;  // of what follows
+  mutable std::mutex mutex_;  // protects everything below
   kerf_bridge bridge_{};
   kerf_bridge_state state_{};
   Felt felt_;

@@ -1,4 +1,4 @@
-// kerf loop in the hand that holds a device: through the bridge, and through Haply's service.
+// kerf loop with a device in the hand: through the bridge, and through Haply's service.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,11 +30,12 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr double kFelt_N = 0.05;
-// The disc's middle above the bar, and how far its teeth are from it.
+// Height of the disc's centre above the bar, and the gap between its teeth and the bar.
 constexpr double kStart_mm = 6.5;
 constexpr double kGap_mm = 0.5;
 constexpr double kCut_mm = 1;
-constexpr const char* kAsked = "is there again";  // whether it may have force, after a silence of half a second
+constexpr const char* kAsked =
+    "is connected again";  // question whether force may return, after a silence of half a second
 
 class LoopInAHand : public test::ProgramTest {
  protected:
@@ -51,7 +52,7 @@ class LoopInAHand : public test::ProgramTest {
     for (std::size_t at = 0; (at = err.find(kAsked, at)) != std::string::npos; ++at) ++asked;
     return asked;
   }
-  /// Until it holds. A machine that stands still for long makes the program ask, and it is told to go on.
+  /// Waits until `holds` returns true. If the machine stalls, the program asks for confirmation, which is given.
   bool Until(Running& kerf, const std::function<bool()>& holds) {
     return kerf.Until([&] {
       if (const int asked = CountAsked(kerf); asked > agreed_) {
@@ -61,21 +62,21 @@ class LoopInAHand : public test::ProgramTest {
       return holds();
     });
   }
-  /// Ends it as Ctrl-C does. The tool has gone where the handle went, lowered_mm straight down, through the bone; and
-  /// the recording gives all of it again.
+  /// Ends the program as Ctrl-C does. Expects that the tool followed the handle, `lowered_mm` straight down, through
+  /// the bone, and that the recording replays identically.
   void ExpectCut(Running& kerf, double lowered_mm, double error_mm = 0) const {
     ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
     kerf.Signal(SIGINT);
     ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
     const std::vector<ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
-    // Where the machine stood still as the loop began, the handle has no place until it is read.
+    // If the machine stalled at the start of the loop, the handle has no position until it is read.
     const bool at_once = !kerf.Said("does not answer");
     const auto read = std::find_if(rows.begin(), rows.end(),
                                    [=](const ForceRow& row) { return at_once || row.at("handle_z_mm") != 0; });
     ASSERT_NE(read, rows.end()) << kerf.err();
-    // Places come as floats or in decimal places, and five of these are written.
+    // Positions are floats or decimals, and are written with five decimals.
     EXPECT_NEAR(read->at("handle_z_mm"), kStart_mm, 1e-4);
-    // Nobody looks where the handle goes while the machine stands still, and the tool does not go that way.
+    // Motion of the handle while the machine is stalled is not read, and the tool does not follow it.
     const bool seen =
         !kerf.Said("bridge: answers again") && !kerf.Said("inverse3: answers again") && CountAsked(kerf) == meant_;
     const double end_mm = kStart_mm - lowered_mm;
@@ -84,7 +85,7 @@ class LoopInAHand : public test::ProgramTest {
     for (const ForceRow& row : rows) {
       ASSERT_NEAR(row.at("handle_x_mm"), 0, 1e-4);
       ASSERT_NEAR(row.at("handle_y_mm"), 0, 1e-4);
-      // The bone holds the tool back, and at no time is it far ahead of the handle.
+      // The bone holds the tool back; it is never far ahead of the handle.
       ASSERT_GT(row.at("tool_z_mm"), row.at("handle_z_mm") - 0.05) << row.at("time_s");
     }
     EXPECT_LT(rows.back().at("tool_z_mm"), kStart_mm - kGap_mm - 0.3 * kCut_mm);
@@ -94,11 +95,11 @@ class LoopInAHand : public test::ProgramTest {
     EXPECT_EQ(json["bone_hash"], Json::parse(test::Slurp(folder_ / "out/loop.json"))["bone_hash"]);
     const ProgramResult replay = Kerf("replay cut.kerf --verify");
     EXPECT_EQ(replay.code, 0) << replay.err;
-    EXPECT_THAT(replay.out, HasSubstr("to the bit as recorded"));
+    EXPECT_THAT(replay.out, HasSubstr("bit-identical to the recording"));
   }
 
-  int agreed_ = 0;  // times
-  int meant_ = 0;   // that the test itself makes it ask
+  int agreed_ = 0;  // number of confirmations given
+  int meant_ = 0;   // number of questions that the test itself causes
 };
 
 TEST_F(LoopInAHand, ThatHoldsABridgesDevice) {
@@ -131,8 +132,8 @@ TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
   double felt_N = 0;
   ASSERT_TRUE(Until(kerf,
                     [&] {
-                      // By the messages that come, and in steps that a hand makes, however late the test is; not while
-                      // the program asks.
+                      // One step per received message, no larger than a hand's, however late the test is; no motion
+                      // while the program asks.
                       const int now = service->forces();
                       const double step_mm = std::fmin(0.1, 0.002 * (now - std::exchange(before, now)));
                       const std::string err = kerf.err();
@@ -149,16 +150,17 @@ TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
   EXPECT_EQ(service->force_N(), Vec3{0});
 }
 
-// What the driver's thread says at a stall, and that force comes back by the user's leave alone: by Enter, once asked.
+// Messages of the driver's thread at a stall; force returns only after the user's confirmation: Enter, once asked.
 TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
-  constexpr int kMostTries = 5;
+  constexpr int kMaxTries = 5;
   std::optional<FarSide> its;
   std::optional<Running> session;
   std::chrono::steady_clock::time_point mute_since;
   const auto mute_for = [&] { return std::chrono::steady_clock::now() - mute_since; };
   const auto asked_already = [&] { return session->Said(kAsked); };
-  // Where the machine stood still for half a second before it was mute, the program has asked: then once more.
-  for (int tries = 0; tries < kMostTries && (!session || asked_already()); ++tries) {
+  // If the machine stalled for half a second before the device was mute, the program has already asked; then it is
+  // repeated.
+  for (int tries = 0; tries < kMaxTries && (!session || asked_already()); ++tries) {
     session.reset();
     its.emplace();
     std::filesystem::remove(folder_ / "cut.kerf");
@@ -171,19 +173,20 @@ TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
     its->SetMute(true);
     mute_since = std::chrono::steady_clock::now();
     ASSERT_TRUE(session->UntilSaid("bridge: does not answer: no force")) << session->err();
-    // What it had answered before is told by then.
+    // Messages about earlier answers have been printed by then.
     ASSERT_TRUE(session->Until([&] { return its->felt().now_N == 0 && mute_for() > std::chrono::milliseconds(300); }));
   }
   FarSide& far = *its;
   Running& kerf = *session;
   ASSERT_FALSE(kerf.Said(kAsked)) << kerf.err();
   far.ForgetLargest();
-  kerf.Type("\n");  // nobody has asked
-  // Half a second is what the program lets pass without a question.
+  kerf.Type("\n");  // before any question
+  // The program allows a silence of half a second without asking.
   kerf.Until([&] { return mute_for() > std::chrono::seconds(1); });
   EXPECT_FALSE(kerf.Said(kAsked));
   far.SetMute(false);
-  ASSERT_TRUE(kerf.UntilSaid("is there again; press a button on it, or agree here, to have force again")) << kerf.err();
+  ASSERT_TRUE(kerf.UntilSaid("is connected again; press a button on it, or agree here to enable the force again"))
+      << kerf.err();
   const FarSide::Felt asked = far.felt();
   ASSERT_TRUE(kerf.Until([&] { return far.felt().commands > asked.commands + 500; }));
   EXPECT_EQ(far.felt().engaged, asked.engaged);
@@ -193,7 +196,7 @@ TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
   kerf.Type("\n");
   ASSERT_TRUE(Until(kerf, [&] {
     const std::string err = kerf.err();
-    return err.find("bridge: in the hand; the force comes on slowly", err.find(kAsked)) != std::string::npos;
+    return err.find("bridge: in the hand; the force rises slowly", err.find(kAsked)) != std::string::npos;
   })) << kerf.err();
   ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
   const double end_mm = far.felt().lowered_mm + kCut_mm;
@@ -201,7 +204,7 @@ TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
   EXPECT_TRUE(Until(kerf, [&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();
   ASSERT_TRUE(Until(kerf, [&] { return far.felt().lowered_mm >= end_mm; })) << kerf.err();
   EXPECT_THAT(kerf.err(), Not(HasSubstr("is gone")));
-  ExpectCut(kerf, end_mm, FarSide::kStep_mm);  // one that it was mute about
+  ExpectCut(kerf, end_mm, FarSide::kStep_mm);  // one step without an answer
   EXPECT_TRUE(AreSame(kerf.Settings(), kerf.SettingsBefore()));
 }
 

@@ -1,4 +1,4 @@
-// A bar cut through with an emulated Falcon, by the program as it is: hand, USB, homing, force and bone together.
+// Cuts a bar through with an emulated Falcon and the unmodified program: hand, USB, homing, force and bone together.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,33 +15,33 @@ using test::ProgramResult;
 using testing::HasSubstr;
 using testing::Not;
 
-// What the hand that holds the device must know of it; kerf finds out by itself.
+// Device settings for the simulated hand; kerf finds them out by itself.
 constexpr char kDevice[] = R"(
 [device]
 profile = "falcon"
 delay_ticks = 2
 )";
-// The blade's 0.5 mm through 3 x 4 mm. The hand gives way sideways by what its spring lets it, and the walls are of
-// voxels of 0.2 mm: at most one of them more on either side.
+// The blade's 0.5 mm through 3 x 4 mm. The hand yields sideways as far as its spring allows, and the walls are resolved
+// by voxels of 0.2 mm: at most one more on either side.
 constexpr double kKerf_mm3 = 0.5 * 3 * 4;
-constexpr double kMostKerf_mm3 = (0.5 + 2 * 0.2) * 3 * 4;
-constexpr int kMostTries = 5;
+constexpr double kMaxKerf_mm3 = (0.5 + 2 * 0.2) * 3 * 4;
+constexpr int kMaxTries = 5;
 
 class CutWithAFalcon : public test::EmulatedProgram {
  protected:
-  /// Until Ctrl-C after 9 s of the hand's way, however long the machine takes for it.
+  /// Runs until Ctrl-C after 9 s of the hand's motion, however long the machine takes for it.
   ProgramResult Cut(const std::string& options) {
     WriteFirmware();
     const std::string bar = test::Slurp(KERF_SOURCE_DIR "/tests/support/cut_bar.toml");
     Write("bar.toml", bar);
-    // Deeper than it takes: what the hand does in a moment in which the program stands still does not move the tool.
+    // Deeper than necessary: motion of the hand while the program is stalled does not move the tool.
     constexpr char kEnd[] = "end_mm = [0.0, 0.0, 0.5]";
     std::string deeper = bar;
     Write("hand.toml", deeper.replace(bar.find(kEnd), sizeof(kEnd) - 1, "end_mm = [0.0, 0.0, -1.5]") + kDevice);
-    // After each of its breaks the machine leaves the device without force for a moment, perhaps just when most is
-    // asked for: then once more.
+    // After each stall the device is without force for a moment, perhaps just when the force is largest; then it is
+    // repeated.
     ProgramResult result;
-    for (int tries = 0; tries < kMostTries; ++tries) {
+    for (int tries = 0; tries < kMaxTries; ++tries) {
       std::filesystem::remove(folder_ / "cut.kerf");
       result = KerfWith(
           "--firmware firmware.bin --scene hand.toml --interrupt-on-way 9 " + options,
@@ -59,21 +59,21 @@ class CutWithAFalcon : public test::EmulatedProgram {
     return json["served"]["largest_sent_N"].get<double>() >= 0.97 * json["force"]["largest_N"].get<double>();
   }
 
-  /// Through, with no more force than there may be, and none at the end; the recording gives it again to the bit.
+  /// Expects a complete cut within the limit of force, no force at the end, and a bit-identical replay.
   void ExpectCutThrough(const ProgramResult& result) const {
     ASSERT_EQ(result.code, 0) << result.err;
     const Json json = Json::parse(result.out);
     EXPECT_EQ(json["pieces"].size(), 2U) << json["pieces"];
     const double removed_mm3 = json["removed_mm3"];
     EXPECT_GT(removed_mm3, 0.9 * kKerf_mm3);
-    EXPECT_LT(removed_mm3, kMostKerf_mm3);
+    EXPECT_LT(removed_mm3, kMaxKerf_mm3);
     const Json report = Report();
     EXPECT_TRUE(report["homed"]);
     EXPECT_FALSE(report["homing_bit_was_off"]);
     EXPECT_EQ(report["unknown_calls"], 0);
     EXPECT_EQ(report["motors_at_end"], Json({0, 0, 0}));
-    // What the motors made is what the loop asked for and the gate let through, to a motor count (5 mN) and what the
-    // leverage changes while the handle goes on for a round or two.
+    // The force of the motors is the one that the loop requested and the gate passed, except for a motor count (5 mN)
+    // and the change of leverage while the handle moves for a round or two.
     EXPECT_EQ(json["served"]["leaps"], 0) << json["served"];
     EXPECT_GT(json["served"]["rounds"], 1000);
     const double asked_N = json["force"]["largest_N"];
@@ -84,7 +84,7 @@ class CutWithAFalcon : public test::EmulatedProgram {
     EXPECT_NEAR(report["peak_force_N"].get<double>(), sent_N, 0.005 + 0.03 * sent_N) << json["served"];
     const ProgramResult replay = Kerf("replay cut.kerf --verify");
     EXPECT_EQ(replay.code, 0) << replay.err;
-    EXPECT_THAT(replay.out, HasSubstr("to the bit as recorded"));
+    EXPECT_THAT(replay.out, HasSubstr("bit-identical to the recording"));
   }
 };
 
@@ -96,20 +96,20 @@ TEST_F(CutWithAFalcon, GoesThroughTheBar) {
   EXPECT_THAT(result.err, Not(HasSubstr("is gone")));
 }
 
-// From 0.5 mm above it the hand needs 0.3 s to the bar and at least 2 s more to be through: of the bar's 3 mm it has
-// 1.45 mm behind it when it waits to be unplugged, and all else is cut afterwards.
+// From 0.5 mm above it the hand needs 0.3 s to the bar and at least 2 s more to cut through. Of the bar's 3 mm it has
+// cut 1.45 mm when it waits to be unplugged; the rest is cut afterwards.
 TEST_F(CutWithAFalcon, GoesOnAfterAnUnplugWhenTheUserAgrees) {
   const ProgramResult result = Cut("--unplug-on-way 1.3 --plug-in-later 1.5");
   ExpectCutThrough(result);
   const Json report = Report();
   EXPECT_EQ(report["uploads"], 2);
-  EXPECT_NEAR(report["unplugged_on_way_s"].get<double>(), 1.3, 0.01);  // to a step of the hand's
+  EXPECT_NEAR(report["unplugged_on_way_s"].get<double>(), 1.3, 0.01);  // to one step of the hand
   EXPECT_GT(report["way_s"].get<double>(), 8.9);
   EXPECT_THAT(result.err, HasSubstr("is gone: no force"));
-  EXPECT_THAT(result.err, HasSubstr("is there again; press a button"));
+  EXPECT_THAT(result.err, HasSubstr("is connected again; press a button"));
 }
 
-/// A Falcon that pushes upwards while the program gets these signals.
+/// A Falcon that pushes upwards while the program receives signals.
 class ForceOfAFalcon : public test::EmulatedProgram {
  protected:
   ProgramResult Signal(const std::string& signals) const {
@@ -122,7 +122,7 @@ class ForceOfAFalcon : public test::EmulatedProgram {
                       "");
   }
   bool IsLost() const {
-    return test::Slurp(folder_ / "said.txt").find("was lost while it made force") != std::string::npos;
+    return test::Slurp(folder_ / "said.txt").find("was lost during the force test") != std::string::npos;
   }
 };
 
@@ -130,10 +130,10 @@ TEST_F(ForceOfAFalcon, EndsWithTheProgramHoweverThatEnds) {
   for (const std::string signals : {"TERM", "TERM TERM", "HUP TERM", "SEGV", "USR1", "XCPU"}) {
     ProgramResult result;
     Json report;
-    for (int tries = 0; tries < kMostTries; ++tries) {
+    for (int tries = 0; tries < kMaxTries; ++tries) {
       result = Signal(signals);
       report = Report();
-      // Where the machine stood still before there was much force, the program has rightly ended by itself.
+      // If the machine stalled before the force was large, the program has correctly ended by itself.
       if (report["peak_force_N"] > 0.5 || !IsLost()) break;
     }
     EXPECT_NE(result.code, 0) << signals;

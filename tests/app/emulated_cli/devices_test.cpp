@@ -1,4 +1,4 @@
-// The program as it is, on a machine that seems to have devices plugged in.
+// The unmodified program on a machine with emulated devices.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 class EmulatedDevices : public test::EmulatedProgram {
  protected:
-  /// The device that `kerf devices` finds, of which there must be one.
+  /// Returns the device that `kerf devices` finds; there must be exactly one.
   Json Find(const std::string& options) const {
     const ProgramResult result = KerfWith(options, "devices --json");
     EXPECT_EQ(result.code, 0) << result.err;
@@ -41,29 +41,29 @@ TEST_F(EmulatedDevices, EachProblemHasItsMend) {
     const char* options;
     const char* state;
     const char* problem;
-    const char* mend;
+    const char* remedy;
   };
   for (const Case& c :
        {Case{"", "no_firmware", "no firmware", "--falcon-firmware FILE"},
-        Case{"--no-permission", "no_permission", "/dev/bus/usb/001/004 may not be opened", "kerf devices --udev-rules"},
-        Case{"--driver cdc_acm", "busy", "the kernel's driver cdc_acm has it", "1-1:1.0/driver/unbind"},
+        Case{"--no-permission", "no_permission", "/dev/bus/usb/001/004 can't be opened", "kerf devices --udev-rules"},
+        Case{"--driver cdc_acm", "busy", "the kernel driver cdc_acm uses it", "1-1:1.0/driver/unbind"},
         Case{"--driver ftdi_sio", "no_firmware", "no firmware", "--falcon-firmware FILE"},
         Case{"--device wooden --driver usbhid --driver-holds", "busy", "usbhid", "unbind"},
         Case{"--device wooden --silent-at 0", "failed", "no reports", "plug it in again"}}) {
     const Json found = Find(c.options);
     EXPECT_EQ(found["state"], c.state) << c.options;
     EXPECT_THAT(found["problem"].get<std::string>(), HasSubstr(c.problem)) << c.options;
-    EXPECT_THAT(found["mend"].get<std::string>(), HasSubstr(c.mend)) << c.options;
+    EXPECT_THAT(found["remedy"].get<std::string>(), HasSubstr(c.remedy)) << c.options;
   }
   const ProgramResult text = KerfWith("", "devices");
   EXPECT_THAT(text.out, HasSubstr("no firmware"));
   EXPECT_THAT(text.out, HasSubstr("--falcon-firmware FILE"));
 }
 
-// The firmware is uploaded by the bench; nothing of it is judged but what came back.
+// The bench uploads the firmware; only the answers are checked.
 TEST_F(EmulatedDevices, BenchExchangesThroughLibusb) {
   WriteFirmware();
-  // A hand that is still, and a second for each: whatever the machine does meanwhile, nothing is wrong or missing.
+  // A hand at rest, and a timeout of a second per exchange: even if the machine stalls, no exchange fails.
   const ProgramResult result =
       KerfWith("--firmware firmware.bin --hand still --no-homing",
                "bench devices --rounds 1000 --timeout-ms 1000 --falcon-firmware firmware.bin --json");

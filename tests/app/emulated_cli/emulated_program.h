@@ -1,4 +1,4 @@
-// The program as it is, on a machine that seems to have devices plugged in.
+// Runs the unmodified program on a machine with emulated devices.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,12 +13,12 @@ namespace kerf::test {
 
 class EmulatedProgram : public ProgramTest {
  protected:
-  /// `kerf` under emulate_usb with these options, which leaves a report of the device.
+  /// Runs `kerf` under emulate_usb with these options, which writes a report of the device.
   ProgramResult KerfWith(const std::string& options, const std::string& arguments) const {
     return KerfWithin("'" KERF_EMULATE_USB "' --report report.json " + options + " -- ", arguments);
   }
   nlohmann::json Report() const { return nlohmann::json::parse(Slurp(folder_ / "report.json")); }
-  /// Bytes that stand for a Falcon's firmware: of its own there is none here.
+  /// Writes bytes in place of a Falcon's firmware, which is not available here.
   void WriteFirmware() const {
     std::string firmware(7324, '\0');
     for (std::size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<char>(i * 7 + i / 251);

@@ -1,4 +1,5 @@
-// kerf loop as it is, with emulated devices other than the Falcon, and with one that stops answering in mid-cut.
+// kerf loop, unmodified, with emulated devices other than the Falcon, and with a Falcon that stops answering during a
+// cut.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +23,7 @@ using test::Running;
 using testing::HasSubstr;
 using testing::Not;
 
-// To the right stands a block, and the disc cuts into it sideways.
+// A block on the right, which the disc cuts sideways.
 constexpr char kBlockToTheRight[] = R"([bone]
 model = "block"
 [bone.block]
@@ -52,7 +53,7 @@ class SessionWithADevice : public test::EmulatedProgram {
   std::string Command(const std::string& options, const std::string& arguments) const {
     return "'" KERF_EMULATE_USB "' --report report.json " + options + " -- '" KERF_PROGRAM "' " + arguments;
   }
-  /// The tool has gone into the block with the handle, and no farther; the recording gives it all again.
+  /// Expects that the tool followed the handle into the block, no farther, and that the recording replays identically.
   void ExpectCutToTheRight(Running& kerf) const {
     ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
     const std::vector<ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
@@ -61,7 +62,7 @@ class SessionWithADevice : public test::EmulatedProgram {
     double largest_mm = kStart_mm;
     for (const ForceRow& row : rows) {
       largest_mm = std::fmax(largest_mm, row.at("tool_x_mm"));
-      // The bone holds the tool back, and at no time is it far ahead of the handle.
+      // The bone holds the tool back; it is never far ahead of the handle.
       ASSERT_LT(row.at("tool_x_mm"), row.at("handle_x_mm") + 0.2) << row.at("time_s");
     }
     EXPECT_GT(largest_mm, kStart_mm + kGap_mm + 0.2);
@@ -72,14 +73,14 @@ class SessionWithADevice : public test::EmulatedProgram {
   void ExpectSameAgain() const {
     const ProgramResult replay = Kerf("replay cut.kerf --verify");
     EXPECT_EQ(replay.code, 0) << replay.err;
-    EXPECT_THAT(replay.out, HasSubstr("to the bit as recorded"));
+    EXPECT_THAT(replay.out, HasSubstr("bit-identical to the recording"));
   }
 };
 
 TEST_F(SessionWithADevice, WoodenHapticsCutsAndIsFelt) {
   Write("block.toml", kBlockToTheRight);
-  // For seconds to the right, so slowly at first that it passes for a handle at rest. On a machine that stands still
-  // again and again there is never much force: then once more.
+  // Motion to the right for seconds, so slow at first that the handle counts as at rest. If the machine stalls again
+  // and again the force is never large; then it is repeated.
   std::optional<Running> kerf;
   for (int tries = 0; tries < 5 && !Exists("felt"); ++tries) {
     kerf.reset();
@@ -96,13 +97,13 @@ TEST_F(SessionWithADevice, WoodenHapticsCutsAndIsFelt) {
   ExpectCutToTheRight(*kerf);
   const Json report = Report();
   EXPECT_GT(report["peak_force_N"], 0.5);
-  EXPECT_LT(report["peak_force_N"], 5);  // its peak
+  EXPECT_LT(report["peak_force_N"], 5);  // the device's peak force
   EXPECT_EQ(report["currents_at_end_mA"], Json({0.0, 0.0, 0.0}));
 }
 
 TEST_F(SessionWithADevice, ASpaceMouseCuts) {
   Write("block.toml", kBlockToTheRight);
-  // Half of the cap's way, to the right for ten seconds.
+  // Half of the cap's range, to the right for ten seconds.
   Running kerf(folder_, At::kNowhere,
                Command("--device spacemouse --hand line --radius 10 --period 20",
                        "loop block.toml --device spacemouse --seconds 2.5 --json -o out --record cut.kerf"));
@@ -113,7 +114,7 @@ class StallOfAFalcon : public SessionWithADevice {
  protected:
   void SetUp() override {
     SessionWithADevice::SetUp();
-    // Of bone so much that the hand is at it for eight seconds, and a device that lets all of the force be felt.
+    // A bone large enough for eight seconds of cutting, and a device that outputs the whole force.
     const std::string block = R"([bone]
 model = "block"
 [bone.block]
@@ -149,24 +150,24 @@ expected_peak_N = 5.0
 };
 
 TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserAgrees) {
-  // It must be in the bone by then: on a machine that is slow, later.
+  // The tool must be in the bone by then: on a slow machine this takes longer.
   std::optional<Running> kerf;
   for (int at_s = 4; at_s < 16; at_s = at_s * 3 / 2) {
     kerf.reset();
     for (const char* file : {"cut.kerf", "felt"}) std::filesystem::remove(folder_ / file);
     kerf.emplace(folder_, At::kKeys, MakeCommand(at_s));
     const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(at_s + 6);
-    kerf->Until([&] { return kerf->Said("is there again") || std::chrono::steady_clock::now() > late; });
+    kerf->Until([&] { return kerf->Said("is connected again") || std::chrono::steady_clock::now() > late; });
     if (Exists("felt") && kerf->Said("falcon: does not answer: no force")) break;
   }
-  ASSERT_TRUE(kerf->UntilSaid("is there again; press a button on it, or agree here, to have force again"))
+  ASSERT_TRUE(kerf->UntilSaid("is connected again; press a button on it, or agree here to enable the force again"))
       << kerf->err();
-  // The hand leaves the buttons alone. Enter is an answer.
-  EXPECT_THAT(kerf->err(), testing::EndsWith("to have force again\n"));
+  // The hand presses no button. Enter is accepted as the answer.
+  EXPECT_THAT(kerf->err(), testing::EndsWith("to enable the force again\n"));
   kerf->Type("\n");
   ASSERT_TRUE(kerf->Until([&] {
     const std::string err = kerf->err();
-    return err.find("in the hand", err.find("is there again")) != std::string::npos;
+    return err.find("in the hand", err.find("is connected again")) != std::string::npos;
   })) << kerf->err();
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(test::GoesOn(*kerf, folder_ / "cut.kerf")) << kerf->err();
   kerf->Signal(SIGINT);
@@ -174,8 +175,7 @@ TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserAgrees) {
   EXPECT_THAT(kerf->err(), HasSubstr("falcon: does not answer: no force"));
   EXPECT_THAT(kerf->err(), Not(HasSubstr("is gone")));
 
-  // Force, none for as long as it was silent and nobody had agreed (what it was silent is the machine's clock), and
-  // force again.
+  // Force, none while the device was silent (by the machine's clock) and until the confirmation, and force again.
   double since_s = -1;
   double longest_s = 0;
   for (const ForceRow& row : test::ReadForces(folder_ / "out/forces.csv")) {

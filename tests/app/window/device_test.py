@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A cut in the window by a Novint Falcon that is emulated below libusb, pulled out and plugged in again in mid-cut, undone and
-redone under the hand; a display that goes away in mid-cut; and an exercise by one.
+"""A cut in the window with a Novint Falcon that is emulated below libusb: unplugged and plugged in again during the cut, with undo and
+redo; loss of the display during a cut; and an exercise with the device.
 
     device_test.py KERF EMULATE_USB [PICTURE]
 
-PICTURE: a PNG of the moment after it was pulled out, as docs/devices.md shows it. Exit code 77: skipped, with the reason."""
+PICTURE: a PNG taken after it was unplugged, as docs/devices.md shows it. Exit code 77: skipped, with the reason."""
 
 import json
 import math
@@ -20,7 +20,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[3]
 TOWARDS_EYE = (0.75, -1.0, 0.55)
 TOWARDS_EYE_AT_EXERCISE = (0.0, -1.0, 0.6)
 
-# Of the hand alone.
+# Settings of the hand only.
 DEVICE = """
 [device]
 profile = "falcon"
@@ -30,7 +30,7 @@ orientation = [{}]
 
 
 def quaternion_of(right, up, towards):
-    """Of the rotation with these columns; w, x, y, z."""
+    """Returns the quaternion w, x, y, z of the rotation with these columns."""
     m = [[right[i], up[i], towards[i]] for i in range(3)]
     w = math.sqrt(max(0.0, 1 + m[0][0] + m[1][1] + m[2][2])) / 2
     return w, (m[2][1] - m[1][2]) / (4 * w), (m[0][2] - m[2][0]) / (4 * w), (m[1][0] - m[0][1]) / (4 * w)
@@ -46,7 +46,7 @@ def unit(a):
 
 
 def make_folder(scene, towards_eye):
-    """A folder with what the hand is to cut and a Falcon's firmware. The picture's right, up and towards the eye are the device's."""
+    """Returns a folder with the scene of the hand and a Falcon's firmware. The picture's right, up and towards the eye are the device's."""
     towards = unit(towards_eye)
     right = unit(cross((0, 0, 1), towards))
     folder = workspace()
@@ -61,13 +61,13 @@ def check_end(kerf, folder):
     report = json.loads((folder / "report.json").read_text())
     assert report["motors_at_end"] == [0, 0, 0] and 0 < report["peak_force_N"] < 9, report
     done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0 and "to the bit as recorded" in done.stdout, (done.stdout, done.stderr)
+    assert done.returncode == 0 and "bit-identical to the recording" in done.stdout, (done.stdout, done.stderr)
     shutil.rmtree(folder)
 
 
 def rehearse(kerf, emulate, picture):
     scene = (SOURCE / "tests/support/cut_bar.toml").read_text()
-    # Deeper than it takes: what the hand does in a moment in which the program stands still does not move the saw.
+    # Deeper than necessary: motion of the hand while the program stalls does not move the saw.
     folder = make_folder(scene.replace("end_mm = [0.0, 0.0, 0.5]", "end_mm = [0.0, 0.0, -2.5]"), TOWARDS_EYE)
     (folder / "bar.toml").write_text(scene)
     with Display() as display:
@@ -82,16 +82,16 @@ def rehearse(kerf, emulate, picture):
         if picture:
             w.key("F12")
             shutil.copy(folder / w.wait_event("picture")["file"], picture)
-        w.wait_message("is there again")
+        w.wait_message("is connected again")
         # The hand agrees by a button of the device, and cuts on.
         w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
         # The bone comes back around the blade that the hand still holds there; then it goes away again.
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
-        w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        w.wait_state("the spindle is off", lambda s: not s["spindle"])
         before = w.mark()
         w.key("r")
-        w.wait_message("its place is the handle's", after=before)
+        w.wait_message("the handle sets its position", after=before)
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
         # A saw that a device holds is stopped under the help too.
@@ -100,7 +100,7 @@ def rehearse(kerf, emulate, picture):
         w.key("F1")
         w.wait_state("help", lambda s: s["help"])
         w.key("space")
-        w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        w.wait_state("the spindle is off", lambda s: not s["spindle"])
         w.key("Escape", "ctrl+q")
         code, text = w.wait_end()
         assert code == 0, text
@@ -108,7 +108,7 @@ def rehearse(kerf, emulate, picture):
 
 
 def lose_display(kerf, emulate):
-    """Xlib ends a program whose server is gone."""
+    """Xlib ends a program that loses its server."""
     scene = (SOURCE / "tests/support/cut_bar.toml").read_text()
     folder = make_folder(scene, TOWARDS_EYE)
     (folder / "bar.toml").write_text(scene)
@@ -124,9 +124,9 @@ def lose_display(kerf, emulate):
         assert code != 0, (code, text)
     report = json.loads((folder / "report.json").read_text())
     assert report["motors_at_end"] == [0, 0, 0] and report["peak_force_N"] > 0, report
-    # What was recorded until then is there, cut short: exit code 3.
+    # The recording until then exists but is cut short: exit code 3.
     done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 3 and "to the bit as recorded" in done.stdout, (done.stdout, done.stderr)
+    assert done.returncode == 3 and "bit-identical to the recording" in done.stdout, (done.stdout, done.stderr)
     shutil.rmtree(folder)
 
 

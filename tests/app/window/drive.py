@@ -1,4 +1,4 @@
-"""Drives the real window of kerf by real key and mouse events, on a display of its own (Xvfb), as a person would."""
+"""Drives the real window of kerf with real key and mouse events on a separate display (Xvfb)."""
 
 import json
 import os
@@ -20,14 +20,14 @@ def skip_without_display_programs():
 
 
 class Display:
-    """An X server on no screen."""
+    """An X server without a screen."""
 
     def __init__(self, width=1600, height=1000):
         read, write = os.pipe()
         self.server = subprocess.Popen(
             ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp",
-             "-noreset",  # else it begins anew, and refuses who comes just then, each time that its last client leaves
-             "-r"],  # no repeats: of a key that a busy machine lets go of late there would be several
+             "-noreset",  # otherwise it resets when its last client leaves, and refuses clients meanwhile
+             "-r"],  # no key repeats, which a key that a busy machine releases late would cause
             pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as pipe:
@@ -80,8 +80,8 @@ class Window:
         self.id = None
         deadline = time.monotonic() + 60
         while self.id is None:
-            self._check(deadline, "no window came up")
-            # Only one that is seen can have the focus.
+            self._check(deadline, "no window appeared")
+            # Only a visible window can have the focus.
             found = self._xdotool("search", "--onlyvisible", "--name", title, check=False).split()
             self.id = found[0] if found else None
             time.sleep(0.1)
@@ -113,7 +113,7 @@ class Window:
                 self.events.append(event)
         self.seen = len(lines)
 
-    # ---- what a person does
+    # ---- input
     def focus(self):
         self._xdotool("windowfocus", "--sync", self.id)
 
@@ -159,10 +159,10 @@ class Window:
         self._xdotool("windowsize", self.id, width, height)
 
     def close(self):
-        """As the cross in a window's frame does: by the message that a window manager sends."""
+        """Closes the window with the message that a window manager sends."""
         subprocess.run([sys.executable, "-c", ASK_TO_CLOSE, self.id], env=self.env, check=True)
 
-    # ---- what it answers
+    # ---- responses
     def wait_event(self, name, seconds=60, after=0, **wanted):
         deadline = time.monotonic() + seconds
         while True:
@@ -174,14 +174,14 @@ class Window:
             time.sleep(0.05)
 
     def wait_message(self, part, seconds=60, after=0):
-        """Said to the user since that mark: it stands there for a second or so, and another may take its place at once."""
+        """Waits for a message to the user after that mark; a message is shown for about a second, or until the next one."""
         deadline = time.monotonic() + seconds
         while True:
             self.read()
             for event in self.events[after:]:
                 if event["event"] == "message" and part in event["text"]:
                     return
-            self._check(deadline, f"never said: {part}")
+            self._check(deadline, f"no message: {part}")
             time.sleep(0.05)
 
     def wait_state(self, what, test, seconds=60):
@@ -190,18 +190,18 @@ class Window:
             self.read()
             if self.state and test(self.state):
                 return self.state
-            self._check(deadline, f"never so: {what}")
+            self._check(deadline, f"not reached: {what}")
             time.sleep(0.05)
 
     def wait_still(self, name, still_s=1, seconds=30):
-        """The value that this of the state comes to rest at."""
+        """Returns the value of this key of the state once it no longer changes."""
         deadline = time.monotonic() + seconds
         value, since = None, time.monotonic()
         while time.monotonic() < since + still_s:
             self.read()
             if self.state[name] != value:
                 value, since = self.state[name], time.monotonic()
-            self._check(deadline, f"{name} does not come to rest")
+            self._check(deadline, f"{name} does not settle")
             time.sleep(0.05)
         return value
 
@@ -220,7 +220,7 @@ class Window:
         return len(self.events)
 
     def picture(self):
-        """F12; the file."""
+        """Presses F12 and returns the file of the picture."""
         after = self.mark()
         self.key("F12")
         return pathlib.Path(self.wait_event("picture", after=after)["file"])

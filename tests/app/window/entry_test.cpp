@@ -1,4 +1,4 @@
-// Typed lines and lists.
+// Text input and menus.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -51,16 +51,16 @@ TEST(Menu, PassesOverWhatCanNotBeChosen) {
   EXPECT_EQ(menu.selected(), 1);
   EXPECT_EQ(menu.Take(Press(Key::kDown), no_mouse), Menu::State::kOpen);
   EXPECT_EQ(menu.selected(), 3);
-  menu.Take(Press(Key::kDown), no_mouse);  // round
+  menu.Take(Press(Key::kDown), no_mouse);  // wraps around
   EXPECT_EQ(menu.selected(), 1);
   menu.Take(Press(Key::kUp), no_mouse);
   EXPECT_EQ(menu.Take(Press(Key::kEnter), no_mouse), Menu::State::kChosen);
   menu.chosen().choose();
   EXPECT_EQ(chosen, "d");
-  EXPECT_EQ(menu.Take(Press(Key::k3), no_mouse), Menu::State::kOpen);  // not to be chosen
+  EXPECT_EQ(menu.Take(Press(Key::k3), no_mouse), Menu::State::kOpen);  // not selectable
   EXPECT_EQ(menu.Take(Press(Key::k2), no_mouse), Menu::State::kChosen);
   EXPECT_EQ(menu.selected(), 1);
-  EXPECT_EQ(menu.Take(Press(Key::k9), no_mouse), Menu::State::kOpen);  // there is none
+  EXPECT_EQ(menu.Take(Press(Key::k9), no_mouse), Menu::State::kOpen);  // does not exist
   WindowEvent click;
   click.kind = Kind::kMouseDown;
   EXPECT_EQ(menu.Take(click, no_mouse), Menu::State::kOpen);

@@ -1,26 +1,26 @@
-// What the window makes of a device: whose press is whose, and where the saw is wanted.
+// Use of a device by the window: the effect of button presses, and the wanted pose of the saw.
 #include "app/window/hand_device.h"
 
 #include <gtest/gtest.h>
 
-#include "device/drivers/told_device.h"
+#include "device/drivers/reported_device.h"
 
 namespace kerf {
 namespace {
 
 using test::PatientOptions;
-using test::ToldDevice;
+using test::ReportedDevice;
 using test::WaitFor;
 
 constexpr std::uint32_t kSpindle = 2;
-// Right is the world's y, up its z: towards the user is x.
+// Right is the world's y, up is z: towards the user is x.
 const ViewBasis kView{.right_W = {0, 1, 0}, .up_W = {0, 0, 1}, .forward_W = {-1, 0, 0}, .mm_per_pixel = 0.1};
 
 class HandDeviceTest : public testing::Test {
  protected:
-  void Open(const std::function<void(ToldDevice::State&)>& prepare = {}) {
-    if (prepare) told->With(prepare);
-    servo = std::make_shared<DeviceServo>("told", test::OpenTold(told), PatientOptions(),
+  void Open(const std::function<void(ReportedDevice::State&)>& prepare = {}) {
+    if (prepare) reported->With(prepare);
+    servo = std::make_shared<DeviceServo>("reported", test::OpenReported(reported), PatientOptions(),
                                           [](const std::string&, double) { return true; });
     hand.emplace(servo);
     servo->SetTool(X_WT, {});
@@ -30,12 +30,12 @@ class HandDeviceTest : public testing::Test {
     }));
   }
   HandDeviceFrame Frame(std::uint32_t buttons) {
-    told->With([&](ToldDevice::State& state) { state.sample.buttons = buttons; });
-    EXPECT_TRUE(told->PassRounds());
+    reported->With([&](ReportedDevice::State& state) { state.sample.buttons = buttons; });
+    EXPECT_TRUE(reported->PassRounds());
     return hand->Update(0.1, kView, X_WT, controls);
   }
 
-  std::shared_ptr<ToldDevice> told = std::make_shared<ToldDevice>();
+  std::shared_ptr<ReportedDevice> reported = std::make_shared<ReportedDevice>();
   std::shared_ptr<DeviceServo> servo;
   std::optional<HandDevice> hand;
   Pose X_WT{{1, 0, 0, 0}, {10, 20, 30}};
@@ -50,7 +50,7 @@ TEST_F(HandDeviceTest, ThePressThatAgreesLeavesTheSpindleAlone) {
   EXPECT_FALSE(Frame(kSpindle).switches_spindle);
   EXPECT_FALSE(Frame(0).switches_spindle);
   EXPECT_TRUE(Frame(kSpindle).switches_spindle);
-  EXPECT_FALSE(Frame(kSpindle).switches_spindle);  // once a press
+  EXPECT_FALSE(Frame(kSpindle).switches_spindle);  // once per press
 }
 
 TEST_F(HandDeviceTest, TheHandleHoldsTheSawAsItIsSeen) {
@@ -64,14 +64,14 @@ TEST_F(HandDeviceTest, TheHandleHoldsTheSawAsItIsSeen) {
   Frame(0);
   DeviceSample sample;
   ASSERT_TRUE(servo->Read(sample));
-  told->With([](ToldDevice::State& state) { state.sample.X_DH.p_AB = {3, 5, 7}; });
-  ASSERT_TRUE(told->PassRounds());
+  reported->With([](ReportedDevice::State& state) { state.sample.X_DH.p_AB = {3, 5, 7}; });
+  ASSERT_TRUE(reported->PassRounds());
   ASSERT_TRUE(servo->Read(sample));
   EXPECT_LE(glm::length(sample.X_WH.p_AB - X_WT.p_AB - Vec3(7, 3, 5)), 1e-9);
 }
 
 TEST_F(HandDeviceTest, ACapMovesWhatIsWantedAndNeedsNobodysConsent) {
-  Open([](ToldDevice::State& state) {
+  Open([](ReportedDevice::State& state) {
     state.traits.makes_force = false;
     state.traits.motion = DriverMotion::kDeflection;
     state.sample.deflection = {0, 1, 0, 0, 0, 0};

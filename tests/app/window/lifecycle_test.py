@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What may happen to a window: resized, minimised, without the focus in mid-cut, closed in mid-cut, killed, no display at all.
+"""Events of a window: resized, minimised, without the focus during a cut, closed during a cut, killed, no display.
 
     lifecycle_test.py KERF
 
@@ -20,17 +20,17 @@ def begin_cut(w):
     w.wait_event("running")
     w.wait_event("first_picture")
     w.key("v", "l", "space")
-    w.key(*["bracketleft"] * 6)  # a millimetre a second: ten seconds of bone, however slow this script
+    w.key(*["bracketleft"] * 6)  # 1 mm/s: ten seconds of bone, even if this script is slow
     w.wait_state("the spindle turns", lambda s: s["spindle"])
     w._xdotool("keydown", "Down")
     w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
 
 
 def check_recording(kerf, folder, whole=True, recording="out/session.kerf"):
-    """Comes out as it was recorded. One without an end (whole=False) is cut short: exit code 3."""
+    """Checks that the replay is identical. A recording without an end (whole=False) is cut short: exit code 3."""
     done = subprocess.run([kerf, "replay", recording, "--verify"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == (0 if whole else 3), (done.stdout, done.stderr)
-    assert "to the bit as recorded" in done.stdout, done.stdout
+    assert "bit-identical to the recording" in done.stdout, done.stdout
 
 
 def start(display, kerf):
@@ -55,7 +55,7 @@ def main():
     shutil.rmtree(folder)
 
     with Display() as display:
-        # A bone by itself, without a scene: cut, recorded, and gone through again.
+        # A bone without a scene: cut, recorded and replayed.
         folder = workspace()
         subprocess.run([kerf, "model", "block", "-o", "bone.vdb", "--voxel", "0.5"], cwd=folder, check=True, capture_output=True)
         w = Window(display, kerf, ["rehearse", "bone.vdb", "-o", "out"], folder, title="kerf rehearse")
@@ -64,32 +64,32 @@ def main():
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w.key("Right", "c")
         w.wait_state("it asks for a name", lambda s: s["entry"])
-        w.key("ctrl+q")  # even from there
+        w.key("ctrl+q")  # even while it asks
         code, out = w.wait_end()
         assert code == 0, out
         check_recording(kerf, folder)
         shutil.rmtree(folder)
 
-        # Resized, minimised and back, then the focus lost in mid-cut: the spindle stops and the saw with it.
+        # Resized, minimised and back, then the focus lost during a cut: the spindle and the saw stop.
         w, folder = start(display, kerf)
         begin_cut(w)
         w.resize(900, 600)
         w.wait_event("resized", width=900, height=600)
         assert w.picture().name.endswith(".png")
         w._xdotool("windowunmap", w.id)
-        w.wait_state("the spindle stands", lambda s: not s["spindle"])  # hiding takes the focus along
+        w.wait_state("the spindle is off", lambda s: not s["spindle"])  # hiding also removes the focus
         w._xdotool("keyup", "Down")
         w._xdotool("windowmap", w.id)
         w.focus()
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
-        w.wait_state("cutting on", lambda s: s["force_N"] > 0.1)
+        w.wait_state("cutting again", lambda s: s["force_N"] > 0.1)
         before = w.mark()
         other = subprocess.Popen([sys.executable, "-c", OTHER_WINDOW], env=w.env, stdout=subprocess.PIPE, text=True)
         other.stdout.readline()
         w.wait_event("focus", after=before, on=False)
-        w.wait_state("the loop's spindle stands", lambda s: not s["spindle"] and s["rpm"] == 0)
+        w.wait_state("the loop's spindle is off", lambda s: not s["spindle"] and s["rpm"] == 0)
         removed = w.state["removed_mm3"]
         time.sleep(1)
         w.read()
@@ -98,11 +98,11 @@ def main():
         w._xdotool("keyup", "Down")
         w.focus()
 
-        # Closed by its frame in mid-cut: the recording is whole and verifies.
+        # Closed by its frame during a cut: the recording is complete and verifies.
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
-        w.wait_state("cutting on", lambda s: s["removed_mm3"] > removed + 1)
+        w.wait_state("cutting again", lambda s: s["removed_mm3"] > removed + 1)
         w.close()
         code, out = w.wait_end()
         assert code == 0, (code, out)
@@ -110,7 +110,7 @@ def main():
         w._xdotool("keyup", "Down")
         shutil.rmtree(folder)
 
-        # Told to end by the system in mid-cut: likewise.
+        # Ended by the system during a cut: the same.
         w, folder = start(display, kerf)
         begin_cut(w)
         w.process.send_signal(signal.SIGTERM)
@@ -120,7 +120,7 @@ def main():
         w._xdotool("keyup", "Down")
         shutil.rmtree(folder)
 
-        # Killed: what was written by then opens and comes out the same.
+        # Killed: the part written until then opens and replays identically.
         w, folder = start(display, kerf)
         begin_cut(w)
         time.sleep(1)
@@ -129,7 +129,7 @@ def main():
         w._xdotool("keyup", "Down")
         check_recording(kerf, folder, whole=False)
         shutil.rmtree(folder)
-    print("resized, hidden, without focus, closed, ended and killed: all recordings whole")
+    print("resized, hidden, without focus, closed, ended and killed: all recordings complete")
 
 
 # A window that takes the focus.

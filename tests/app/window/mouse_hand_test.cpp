@@ -1,4 +1,4 @@
-// The hand of somebody with a mouse.
+// Hand that follows the mouse.
 #include "loop/haptics/mouse_hand.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ struct Rig {
   }
 };
 
-// The device's friction may hold the handle a little short: friction / stiffness of the hand.
+// The device's friction may hold the handle slightly off the target: friction / stiffness of the hand.
 TEST(MouseHand, TheHandleComesToWhereTheMouseWantsItNoFasterThanAHand) {
   Rig rig;
   rig.target.Publish({Quat{1, 0, 0, 0}, {40, 0, 0}});
@@ -37,25 +37,25 @@ TEST(MouseHand, TheHandleComesToWhereTheMouseWantsItNoFasterThanAHand) {
   }
   const double short_mm = rig.device.profile().friction_N / MouseHandParams{}.stiffness_N_per_mm;
   EXPECT_NEAR(glm::length(rig.device.p_WC_mm() - Vec3(40, 0, 0)), 0, short_mm + 0.05);
-  // The handle swings by a spring behind what moves at that speed: never twice as fast.
+  // The handle follows a target that moves at that speed, on a spring: it never reaches twice the speed.
   EXPECT_LT(fastest, 2 * MouseHandParams{}.speed_mm_per_s);
 }
 
-// A spring that can't be longer than its reach: held by k x reach and no more, however far the mouse went, and let go
-// it does not fly there.
+// The spring's extension is limited to its reach: it pulls with at most k x reach, however far the mouse moved, and the
+// released handle does not fly to the target.
 TEST(MouseHand, HeldBackItPullsNoMoreThanItCan) {
   Rig rig;
   const MouseHandParams params;
-  const double most_N = params.stiffness_N_per_mm * params.reach_mm;
+  const double max_N = params.stiffness_N_per_mm * params.reach_mm;
   rig.target.Publish({Quat{1, 0, 0, 0}, {500, 0, 0}});
-  // A wall that pushes back with a little more than that: the handle goes back.
-  rig.Run(3, {-(most_N + 1), 0, 0});
+  // A wall that pushes back with slightly more than that: the handle moves back.
+  rig.Run(3, {-(max_N + 1), 0, 0});
   const double at_mm = rig.device.p_WC_mm().x;
-  rig.Run(0.5, {-(most_N + 1), 0, 0});
+  rig.Run(0.5, {-(max_N + 1), 0, 0});
   EXPECT_LT(rig.device.p_WC_mm().x, at_mm);
-  // With a little less it goes on.
+  // With slightly less it moves forward.
   const double then_mm = rig.device.p_WC_mm().x;
-  rig.Run(0.5, {-(most_N - 1), 0, 0});
+  rig.Run(0.5, {-(max_N - 1), 0, 0});
   EXPECT_GT(rig.device.p_WC_mm().x, then_mm);
 }
 
@@ -72,7 +72,7 @@ TEST(Beep, TellsFarFromNearFromBeyond) {
   EXPECT_EQ(CalcBeep(std::nullopt).per_s, 0);
   EXPECT_EQ(CalcBeep(10).per_s, 0);
   EXPECT_NEAR(CalcBeep(3).per_s, 2, 1e-12);
-  EXPECT_LT(CalcBeep(2).per_s, CalcBeep(1).per_s);  // quicker the nearer
+  EXPECT_LT(CalcBeep(2).per_s, CalcBeep(1).per_s);  // faster towards the goal
   EXPECT_TRUE(std::isinf(CalcBeep(0).per_s));
   EXPECT_TRUE(std::isinf(CalcBeep(-1).per_s));
   EXPECT_GT(CalcBeep(-1).pitch_Hz, CalcBeep(0).pitch_Hz);

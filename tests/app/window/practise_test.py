@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A whole exercise in the real window, by real keys: chosen, cut, scored, kept; and the same score without a window.
+"""A whole exercise in the real window, with real keys: selected, cut, scored, saved; and the same score without a window.
 
     practise_test.py KERF [--pictures FOLDER] [--scale 2]
 
@@ -69,7 +69,7 @@ def main():
         time.sleep(0.5)
         picture("score")
 
-        # Level 5 is without aids; an attempt that is left does not count.
+        # Level 5 is without aids; an attempt that is left is not scored.
         w.key("Escape")
         w.wait_state("the list again", lambda s: s["mode"] == "choosing")
         w.key("Return", "5")
@@ -100,7 +100,7 @@ def main():
         for name, file in kept:
             shutil.copy(file, f"{options.pictures}/practise_{name.replace(' ', '_')}.png")
     shutil.rmtree(folder)
-    print(f"an exercise went through: {score['total']:.1f} of 100, {len(kept)} pictures")
+    print(f"exercise completed: {score['total']:.1f} of 100, {len(kept)} pictures")
 
 
 if __name__ == "__main__":

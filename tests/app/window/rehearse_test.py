@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""A whole rehearsal in the real window, by real keys and mouse: plan, cut through, undo, pieces, measures, another saw, take away.
+"""A whole rehearsal in the real window, with real keys and mouse: plan, cut through, undo, pieces, measurements, another saw, export.
 
     rehearse_test.py KERF [--pictures FOLDER] [--scale 2]
 
---pictures keeps the pictures that it takes on its way. Exit code 77: skipped, with the reason."""
+--pictures keeps the pictures that it takes. Exit code 77: skipped, with the reason."""
 
 import argparse
 import json
@@ -111,7 +111,7 @@ def main():
         w._xdotool("keyup", "Up")
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
-        w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        w.wait_state("the spindle is off", lambda s: not s["spindle"])
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
 
@@ -194,7 +194,7 @@ def main():
         w.wait_state("hidden", lambda s: any(p["hidden"] for p in s["pieces"]))
         w.key("h")
 
-        # What is taken away.
+        # The export.
         w.key("F9")
         taken = w.wait_event("taken_away", seconds=120)
         assert "failure" not in taken, taken
@@ -240,7 +240,7 @@ def main():
         for name, file in kept:
             shutil.copy(file, f"{options.pictures}/rehearse_{name.replace(' ', '_')}.png")
     shutil.rmtree(folder)
-    print("a rehearsal went through:", len(kept), "pictures")
+    print("rehearsal completed:", len(kept), "pictures")
 
 
 if __name__ == "__main__":

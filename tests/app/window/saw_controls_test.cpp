@@ -1,4 +1,4 @@
-// Keys and mouse to where the saw is wanted.
+// Keys and mouse to the wanted pose of the saw.
 #include "app/window/saw_controls.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace kerf {
 namespace {
 
-// The front view: right in the picture is x, up is z, into it is y. A pixel is 0.2 mm.
+// Front view: x is right, z is up, y points into the picture. A pixel is 0.2 mm.
 const ViewBasis kFront{.right_W = {1, 0, 0}, .up_W = {0, 0, 1}, .forward_W = {0, 1, 0}, .mm_per_pixel = 0.2};
 
 WindowEvent KeyEvent(Key key, bool down = true, bool shift = false) {
@@ -47,8 +47,7 @@ TEST(SawControls, AHeldKeyMovesAtTheFeedWhateverTheFrames) {
 
 TEST(SawControls, TheMouseDragsByWhatItGoes) {
   SawControls controls(Pose{});
-  using Kind = WindowEvent::Kind;
-  EXPECT_FALSE(controls.Take(MouseEvent(Kind::kMouseMove, 5, 5), kFront));  // nothing is held
+  EXPECT_FALSE(controls.Take(MouseEvent(Kind::kMouseMove, 5, 5), kFront));  // no button is pressed
   EXPECT_TRUE(controls.Take(MouseEvent(Kind::kMouseDown, 100, 100), kFront));
   EXPECT_TRUE(controls.Take(MouseEvent(Kind::kMouseMove, 110, 95), kFront));
   EXPECT_NEAR(glm::length(controls.wanted().p_AB - Vec3(2, 0, 1)), 0, 1e-12);
@@ -59,7 +58,7 @@ TEST(SawControls, TheMouseDragsByWhatItGoes) {
 }
 
 TEST(SawControls, InTheBladesPlaneNothingGoesAcrossIt) {
-  // The spindle along (1, 1, 0): the blade's plane holds z and (1, -1, 0).
+  // Spindle along (1, 1, 0): the blade's plane contains z and (1, -1, 0).
   const Vec3 spindle = glm::normalize(Vec3(1, 1, 0));
   const Pose X{glm::angleAxis(std::acos(-1.0) / 2, glm::normalize(glm::cross(Vec3(0, 0, 1), spindle))), {0, 0, 0}};
   ASSERT_NEAR(glm::length(X.Vector({0, 0, 1}) - spindle), 0, 1e-12);
@@ -72,8 +71,8 @@ TEST(SawControls, InTheBladesPlaneNothingGoesAcrossIt) {
   }
   EXPECT_NEAR(glm::dot(controls.wanted().p_AB, spindle), 0, 1e-9);
   EXPECT_NEAR(glm::length(controls.wanted().Vector({0, 0, 1}) - spindle), 0, 1e-9);
-  EXPECT_GT(glm::length(controls.wanted().p_AB), 1);              // it did move
-  EXPECT_GT(AngleBetween(controls.wanted().R_AB, X.R_AB), 0.05);  // and turn, about its spindle
+  EXPECT_GT(glm::length(controls.wanted().p_AB), 1);              // it moved
+  EXPECT_GT(AngleBetween(controls.wanted().R_AB, X.R_AB), 0.05);  // and turned about its spindle
 }
 
 TEST(SawControls, WhatIsWantedWaitsForASawThatIsHeldBack) {

@@ -25,7 +25,7 @@ TEST(Pack, ComesOutAsItWentIn) {
 TEST(Pack, NoMoreMemoryThanAllowed) {
   const std::string packed = Pack(std::string(1 << 20, 'a'));
   EXPECT_THROW(Unpack(packed, (1 << 20) - 1), Error);
-  // A frame of 20 bytes that says it holds 2^62.
+  // A frame of 20 bytes whose header claims a content size of 2^62.
   std::string lie = packed.substr(0, 20);
   lie[4] = static_cast<char>(0xe0);
   for (int i = 5; i < 13; ++i) lie[static_cast<std::size_t>(i)] = i == 12 ? 0x40 : 0;
@@ -42,13 +42,13 @@ TEST(Pack, DamageIsFound) {
   EXPECT_THROW(Unpack("", 10), Error);
 }
 
-// The check values of RFC 3720, B.4.
+// Check values of RFC 3720, B.4.
 TEST(Crc32c, KnownValues) {
   EXPECT_EQ(CalcCrc32c("123456789"), 0xe3069283u);
   EXPECT_EQ(CalcCrc32c(std::string(32, '\0')), 0x8a9136aau);
   EXPECT_EQ(CalcCrc32c(std::string(32, '\xff')), 0x62a8ab43u);
   EXPECT_EQ(CalcCrc32c("6789", CalcCrc32c("12345")), 0xe3069283u);
-  // In parts of any lengths it is that of the whole.
+  // The checksum of two consecutive parts, split anywhere, equals that of the whole.
   std::string bytes;
   for (int i = 0; i < 40; ++i) bytes += static_cast<char>(37 * i);
   for (std::size_t at = 0; at <= bytes.size(); ++at) {

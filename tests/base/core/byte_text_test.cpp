@@ -12,7 +12,7 @@ TEST(FormatBytePair, NeverPrintsTwoNumbersThatDifferAlike) {
   EXPECT_EQ(FormatBytePair(0.54e9, 0.51e9), Pair("540.0 MB", "510.0 MB"));
   EXPECT_EQ(FormatBytePair(2.04e9, 2.01e9), Pair("2.04 GB", "2.01 GB"));
   EXPECT_EQ(FormatBytePair(1000, 999), Pair("1.000 kB", "0.999 kB"));
-  // The same number twice is the same text twice.
+  // Equal numbers give equal text.
   const Pair same = FormatBytePair(5e6, 5e6);
   EXPECT_EQ(same.first, same.second);
 }

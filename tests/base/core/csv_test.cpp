@@ -1,4 +1,4 @@
-// Words in tables: what a spreadsheet would run as a formula, and what kerf reads back.
+// Text in tables: no field starts a formula in a spreadsheet, and kerf reads every field back.
 #include "base/core/csv.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(Csv, WordsAndNumbersStayAsTheyAre) {
   }
 }
 
-// Whatever the text is made of: it reads back, and no spreadsheet sees a formula.
+// Any text reads back unchanged.
 TEST(Csv, EachFieldReadsBack) {
   std::mt19937 random(7);
   const std::string letters = "=+-@'\" \t,#a1.e";

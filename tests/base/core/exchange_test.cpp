@@ -1,5 +1,5 @@
-// What one thread hands to another arrives whole, in order and, of the newest-value buffer, never older than before.
-// These run under ThreadSanitizer too.
+// Values passed from one thread to another arrive complete and in order; the newest-value buffer never returns an older
+// value than before. These tests also run under ThreadSanitizer.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-/// Large enough to be seen half written if it could be.
+/// Large enough that a half-written record would be seen.
 struct Record {
   std::array<std::uint64_t, 64> values{};
   void Fill(std::uint64_t n) { values.fill(n); }
@@ -31,7 +31,7 @@ TEST(TripleBuffer, HandsOverTheNewestOnly) {
   EXPECT_EQ(buffer.front(), 7);
   buffer.Publish(8);
   buffer.Publish(9);
-  EXPECT_EQ(buffer.front(), 7);  // until asked for
+  EXPECT_EQ(buffer.front(), 7);  // unchanged until Update()
   EXPECT_TRUE(buffer.Update());
   EXPECT_EQ(buffer.front(), 9);
   EXPECT_FALSE(buffer.Update());
@@ -71,7 +71,7 @@ TEST(TripleBuffer, IsNeverTornNorGoesBack) {
   EXPECT_EQ(last, kCount);  // the last value is not lost
 }
 
-/// -1 when there is none.
+/// Returns the value taken, or -1 if the ring is empty.
 int Take(SpscRing<int>& ring) {
   const int* value = ring.Peek();
   const int taken = value != nullptr ? *value : -1;
@@ -82,7 +82,7 @@ int Take(SpscRing<int>& ring) {
 TEST(SpscRing, HoldsItsCapacityAndNoMore) {
   SpscRing<int> ring(5);
   EXPECT_EQ(ring.capacity(), 8U);
-  for (int round = 0; round < 3; ++round) {  // round the end of its memory
+  for (int round = 0; round < 3; ++round) {  // wraps around the end of the ring's memory
     EXPECT_EQ(ring.Peek(), nullptr);
     for (int i = 0; i < 8; ++i) EXPECT_TRUE(ring.TryPush(i));
     EXPECT_FALSE(ring.TryPush(8));

@@ -1,4 +1,4 @@
-// High-pass RMS against sines, of which it is known.
+// High-pass RMS against sines, whose RMS is known.
 #include "base/core/high_pass.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ std::vector<double> MakeSine(double f_Hz, double amplitude, int n = 5000) {
   return x;
 }
 
-/// Of the filter forwards and backwards: |H|^2 = r^4 / (1 + r^4), r the ratio of the bilinear frequencies.
+/// Gain of the filter applied forwards and backwards: |H|^2 = r^4 / (1 + r^4), r the ratio of the bilinear frequencies.
 double CalcGain(double f_Hz, double cutoff_Hz) {
   const double r = std::tan(std::numbers::pi * f_Hz * kDt_s) / std::tan(std::numbers::pi * cutoff_Hz * kDt_s);
   return std::pow(r, 4) / (1 + std::pow(r, 4));
@@ -29,7 +29,7 @@ double CalcGain(double f_Hz, double cutoff_Hz) {
 
 TEST(HighPass, GainIsButterworthsTwice) {
   for (const double f : {10.0, 20.0, 40.0, 150.0, 400.0}) {
-    // Whole periods; the ends cost a little at low frequencies: 2 %.
+    // Whole periods; end effects at low frequencies are below 2 %.
     EXPECT_NEAR(CalcHighPassRms(MakeSine(f, 3), kDt_s, 20) / (3 / std::numbers::sqrt2), CalcGain(f, 20), 0.02) << f;
   }
   EXPECT_NEAR(CalcHighPassRms(MakeSine(20, 1), kDt_s, 20), 0.5 / std::numbers::sqrt2, 0.005);
@@ -43,7 +43,7 @@ TEST(HighPass, SlowMotionAndStraightLinesAreNothing) {
 }
 
 TEST(HighPass, IsTheSameBackwards) {
-  // Zero phase: time has no direction. A step in an odd place, to 1e-9 of its height.
+  // The filter has zero phase, so reversing time has no effect. A step off the middle, to 1e-9 of its height.
   std::vector<double> step(3000, 0.0);
   for (std::size_t i = 1234; i < step.size(); ++i) step[i] = 1;
   const double forwards = CalcHighPassRms(step, kDt_s, 20);
@@ -53,7 +53,8 @@ TEST(HighPass, IsTheSameBackwards) {
 }
 
 TEST(HighPass, SampleBySampleItIsTheSame) {
-  // What the way back forgets is exp(-44) of it, and the sums are of up to 1e5 parts: 1e-12 is rounding with room.
+  // The truncation of the backward pass is exp(-44) relative, and the sums have up to 1e5 terms, so 1e-12 covers
+  // rounding with a margin.
   for (const double dt_s : {0.001, 0.00025, 0.004}) {
     for (const int n : {0, 1, 2, 3, 4, 50, 251, 252, 253, 1001, 4096, 4700, 5000, 10'000, 100'000}) {
       std::vector<double> x;

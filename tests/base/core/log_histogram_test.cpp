@@ -13,7 +13,7 @@ namespace {
 
 TEST(LogHistogram, BucketsLieSideBySideAndEachTimeIsInItsOwn) {
   for (std::size_t i = 0; i + 1 < LogHistogram::kBuckets; ++i) {
-    // Whole nanoseconds: the next bucket begins 1 ns after this one ends.
+    // Edges are whole nanoseconds: the next bucket begins 1 ns after the end of this one.
     EXPECT_NEAR(LogHistogram::LowerEdge_us(i + 1) - LogHistogram::UpperEdge_us(i), 1e-3, 1e-6) << i;
   }
   std::mt19937_64 random(3);
@@ -44,11 +44,11 @@ TEST(LogHistogram, PercentilesAreAtMostABucketAboveTheSortedOnes) {
     us.push_back(1e-3 * static_cast<double>(ns));
   }
   std::sort(us.begin(), us.end());
-  for (const double share : {0.0, 0.01, 0.5, 0.9, 0.99, 0.999, 1.0}) {
+  for (const double fraction : {0.0, 0.01, 0.5, 0.9, 0.99, 0.999, 1.0}) {
     const double n = static_cast<double>(us.size());
-    const double exact = us[static_cast<std::size_t>(std::max(0.0, std::ceil(share * n) - 1))];
-    EXPECT_GE(histogram->CalcPercentile_us(share), exact * (1 - 1e-12)) << share;
-    EXPECT_LE(histogram->CalcPercentile_us(share), exact * (1 + 1.0 / 32) + 1e-3) << share;  // a bucket's width
+    const double exact = us[static_cast<std::size_t>(std::max(0.0, std::ceil(fraction * n) - 1))];
+    EXPECT_GE(histogram->CalcPercentile_us(fraction), exact * (1 - 1e-12)) << fraction;
+    EXPECT_LE(histogram->CalcPercentile_us(fraction), exact * (1 + 1.0 / 32) + 1e-3) << fraction;  // width of a bucket
   }
   EXPECT_EQ(histogram->CalcPercentile_us(1), us.back());
   double sum = 0;

@@ -1,4 +1,4 @@
-// Of messages that differ in their numbers only, the first few are shown.
+// Of messages that differ only in their numbers, only the first few are shown.
 #include "base/core/message_limit.h"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ TEST(MessageLimit, ShowsTheFirstOfAKindAndCountsTheRest) {
     } else if (i == 10) {
       EXPECT_THAT(text.value_or(""), AllOf(HasSubstr("at 0.010 s"), HasSubstr("only counted")));
     }
-    // Another kind in between has a count of its own.
+    // Messages of another kind are counted separately.
     if (i % 100 == 0) {
       EXPECT_EQ(limit.Take(fmt::format("row {} is missing", i)), fmt::format("row {} is missing", i));
     }

@@ -1,4 +1,4 @@
-// Held against long double, of which the C library has one version; and what must be exact is.
+// The functions against long double, which has one version in the C library; special values are exact.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-// So that the compiler works nothing out by itself.
+// Hides a value from the compiler, so that it does not evaluate functions at compile time.
 double Hide(double x) {
   volatile double hidden = x;
   return hidden;
@@ -63,7 +63,7 @@ TEST(SameMath, WithinAUnitOfTheLastPlace) {
       const double x = any(dice);
       worst = std::max(worst, CalcUlps(f.ours(x), f.exact(static_cast<long double>(x))));
     }
-    // SLEEF promises 1.0; the comparison itself is good to a thousandth.
+    // SLEEF guarantees 1.0 ULP; the comparison itself is accurate to 0.001.
     EXPECT_LE(worst, 1.001) << f.name;
     EXPECT_TRUE(std::isnan(f.ours(std::numeric_limits<double>::quiet_NaN()))) << f.name;
   }
@@ -94,8 +94,8 @@ TEST(SameMath, WhatIsExactIs) {
   EXPECT_EQ(std::atan2(Hide(0.0), Hide(-1.0)), std::acos(-1.0));
 }
 
-// A hash of many values as another machine has it: seen on x86-64 with the C library's versions for old processors and
-// for new ones. The C library's own functions have two values for it, by processor.
+// A hash of many values that is the same on all machines. It was seen on x86-64 with the C library's variants for old
+// and new processors; the C library's own functions give two different hashes, depending on the processor.
 TEST(SameMath, TheSameEverywhere) {
   std::uint64_t hash = 0;
   for (int i = 1; i < 20'000; ++i) {

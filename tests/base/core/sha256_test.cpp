@@ -1,4 +1,4 @@
-// SHA-256 against the examples of FIPS 180-4 and what sha256sum says of lengths around a block's end.
+// SHA-256 against the examples of FIPS 180-4, and against sha256sum for lengths around the end of a block.
 #include "base/core/sha256.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A curve in bounded memory: nothing is lost of its extremes, and nothing at all while it is short.
+// A curve in bounded memory: its extremes are kept, and all points are kept while it is short.
 #include "base/core/thinned.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST(Thinned, KeepsAllUntilItIsFullAndThenTheLargest) {
     if (n < 8) {
       ASSERT_EQ(points.size(), static_cast<std::size_t>(n));
     }
-    // They follow one another without a gap, and each has the largest of its own.
+    // Points follow each other without a gap, and each holds the largest value of its own range.
     int next = 0;
     for (const Point& point : points) {
       ASSERT_EQ(point.first, next) << n;

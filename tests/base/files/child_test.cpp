@@ -1,4 +1,4 @@
-// What a child process does never ends the program: its result, or one sentence, comes back.
+// A failing child process never ends the program: the caller gets the child's result or a one-sentence error.
 #include "base/files/child.h"
 
 #include <fcntl.h>
@@ -102,7 +102,7 @@ TEST(Child, ForeignExceptionsBecomeASentence) {
     EXPECT_EQ(Refusal([code](ChildReport&) -> std::string { std::exit(code); }),
               "scan.dcm: the file is damaged: the library that reads it failed");
   }
-  std::set_terminate([] { _exit(1); });  // as a program's own handler may end
+  std::set_terminate([] { _exit(1); });  // a program's own terminate handler may exit like this
   EXPECT_EQ(Refusal([](ChildReport&) -> std::string { std::terminate(); }),
             "scan.dcm: the file is damaged: the library that reads it failed (Aborted)");
   std::set_terminate(nullptr);

@@ -25,7 +25,7 @@ class Files : public ::testing::Test {
   std::string folder_ = own_.path();
 };
 
-std::string MessageOf(const std::function<void()>& call) {
+std::string FileMessageOf(const std::function<void()>& call) {
   try {
     call();
   } catch (const Error& e) {
@@ -46,7 +46,7 @@ TEST_F(Files, ReadGivesBackWhatWasWritten) {
 
 TEST_F(Files, FailedWriteLeavesTheOldFileWholeAndNothingElse) {
   WriteTextFile(Path("a.txt"), "old");
-  EXPECT_EQ(MessageOf([&] {
+  EXPECT_EQ(FileMessageOf([&] {
               WriteAtomically(Path("a.txt"), [](const std::string& temporary) {
                 std::ofstream(temporary) << "half";
                 throw Error("the writer failed");
@@ -58,13 +58,13 @@ TEST_F(Files, FailedWriteLeavesTheOldFileWholeAndNothingElse) {
 }
 
 TEST_F(Files, MessagesNameTheFileAndTheReason) {
-  EXPECT_THAT(MessageOf([&] { ReadTextFile(Path("none")); }), HasSubstr("none: there is no such file"));
-  EXPECT_THAT(MessageOf([&] { ReadTextFile(folder_); }), HasSubstr("is a folder, not a file"));
-  EXPECT_THAT(MessageOf([&] { WriteTextFile(Path("x/y.txt"), ""); }), HasSubstr("there is no folder " + Path("x")));
-  EXPECT_THAT(MessageOf([&] { WriteTextFile(folder_, ""); }), HasSubstr("it is a folder"));
+  EXPECT_THAT(FileMessageOf([&] { ReadTextFile(Path("none")); }), HasSubstr("none: there is no such file"));
+  EXPECT_THAT(FileMessageOf([&] { ReadTextFile(folder_); }), HasSubstr("is a folder, not a file"));
+  EXPECT_THAT(FileMessageOf([&] { WriteTextFile(Path("x/y.txt"), ""); }), HasSubstr("there is no folder " + Path("x")));
+  EXPECT_THAT(FileMessageOf([&] { WriteTextFile(folder_, ""); }), HasSubstr("it is a folder"));
   WriteTextFile(Path("big"), std::string(2 << 20, 'x'));
-  EXPECT_THAT(MessageOf([&] { ReadTextFile(Path("big"), 1 << 20); }), HasSubstr("is larger than 1 MiB"));
-  EXPECT_THAT(MessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be made"));
+  EXPECT_THAT(FileMessageOf([&] { ReadTextFile(Path("big"), 1 << 20); }), HasSubstr("is larger than 1 MiB"));
+  EXPECT_THAT(FileMessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be made"));
 }
 
 TEST_F(Files, MakeFolderMakesParentsAndMayBeRepeated) {
@@ -78,15 +78,15 @@ TEST_F(Files, InputsAreKnownByAnyNameAndStay) {
   MakeFolder(Path("out"));
   fs::create_symlink("../in.csv", Path("out/table.csv"));
   fs::create_symlink("out", Path("same"));
-  const std::string sentence = Path("in.csv") + ": is an input and would be written over by ";
-  EXPECT_EQ(MessageOf([&] {
+  const std::string sentence = Path("in.csv") + ": is an input and would be overwritten by ";
+  EXPECT_EQ(FileMessageOf([&] {
               CheckInputsStay({"", Path("in.csv")}, {Path("out/a"), Path("out/table.csv")});
             }),
             sentence + Path("out/table.csv") + "; choose another output");
-  EXPECT_EQ(MessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/../in.csv")}); }),
+  EXPECT_EQ(FileMessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/../in.csv")}); }),
             sentence + Path("out/../in.csv") + "; choose another output");
-  EXPECT_EQ(MessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "no error");
-  // Neither is there yet.
+  EXPECT_EQ(FileMessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "no error");
+  // Neither file exists yet.
   EXPECT_TRUE(IsSameFile(Path("same/new.png"), Path("out/./new.png")));
   EXPECT_FALSE(IsSameFile(Path("out/new.png"), Path("new.png")));
 }
@@ -127,14 +127,14 @@ TEST_F(Files, AGrowingFileIsWholeOrNotThere) {
   }
   EXPECT_EQ(ReadTextFile(Path("a.csv")), "one,two");
   EXPECT_EQ(CountFiles(), 1u);
-  // Its folder is taken away in the middle.
+  // The folder is removed while the file grows.
   MakeFolder(Path("gone"));
   GrowingFile file(Path("gone/a.csv"));
   file.Append("x");
   fs::remove_all(Path("gone"));
   file.Append("y");
-  EXPECT_THAT(MessageOf([&] { file.Commit(); }), HasSubstr("gone/a.csv: can't be written: No such file"));
-  EXPECT_THAT(MessageOf([&] { GrowingFile none(Path("none/a.csv")); }), HasSubstr("there is no folder"));
+  EXPECT_THAT(FileMessageOf([&] { file.Commit(); }), HasSubstr("gone/a.csv: can't be written: No such file"));
+  EXPECT_THAT(FileMessageOf([&] { GrowingFile none(Path("none/a.csv")); }), HasSubstr("there is no folder"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Names and titles in a report.
+// Escaping of names and titles in a report.
 #include "base/files/markdown_text.h"
 
 #include <gtest/gtest.h>

@@ -49,12 +49,12 @@ TEST(Markups, WhatIsNoPointListIsRefused) {
     return MessageOf([&] { ReadMarkups(folder.file("a.json")); });
   };
   EXPECT_THAT(message("{"), HasSubstr("not valid JSON"));
-  EXPECT_THAT(message("[1, 2]"), HasSubstr("not a markups file of 3D Slicer"));
+  EXPECT_THAT(message("[1, 2]"), HasSubstr("not a 3D Slicer markups file"));
   EXPECT_THAT(message(List("XYZ", "")), HasSubstr("coordinateSystem is 'XYZ'; it must be LPS or RAS"));
   EXPECT_THAT(message(List("LPS", "")), HasSubstr("holds no placed control point"));
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2]})")),
               HasSubstr("control point 1 has no position of three numbers"));
-  EXPECT_THAT(message(List("LPS", R"({"position": [1, 2, "x"]})")), HasSubstr("has a coordinate that is no number"));
+  EXPECT_THAT(message(List("LPS", R"({"position": [1, 2, "x"]})")), HasSubstr("has a coordinate that is not a number"));
 }
 
 TEST(Markups, CurvesAreJoinedAndPointsAreNot) {
@@ -69,7 +69,7 @@ TEST(Markups, CurvesAreJoinedAndPointsAreNot) {
   };
   const auto all = read(list("Curve", three) + "," + list("ClosedCurve", three) + "," + list("Fiducial", three) + "," +
                         list("Line", ""));
-  ASSERT_EQ(all.size(), 3u);  // the last has no point
+  ASSERT_EQ(all.size(), 3u);  // the last list has no points
   EXPECT_TRUE(all[0].joined);
   EXPECT_EQ(all[0].points.size(), 3u);
   EXPECT_EQ(all[0].points[1], Vec3(-4, -5, 6));
@@ -81,20 +81,21 @@ TEST(Markups, CurvesAreJoinedAndPointsAreNot) {
   EXPECT_THAT(MessageOf([&] { read(list("Line", "")); }), HasSubstr("holds no placed control point"));
 }
 
-/// The LPS plane through (10, -20, 30) with normal (2, 3, 6) / 7, in whatever system `sign` says (-1: RAS).
+/// The LPS plane through (10, -20, 30) with normal (2, 3, 6) / 7, written in the coordinate system that `sign` selects
+/// (1: LPS, -1: RAS).
 struct PlaneText {
   double sign;
   std::string system() const { return sign > 0 ? "LPS" : "RAS"; }
   std::string Vector(double x, double y, double z) const { return fmt::format("[{}, {}, {}]", sign * x, sign * y, z); }
   std::string Centre() const { return "\"center\": " + Vector(10, -20, 30); }
   std::string Normal() const { return "\"normal\": " + Vector(2.0 / 7, 3.0 / 7, 6.0 / 7); }
-  /// Rows x and y change their sign with the system; the columns are (3, -6, 2) / 7, (6, 2, -3) / 7 and the normal.
+  /// Rows x and y change sign with the system; the columns are (3, -6, 2) / 7, (6, 2, -3) / 7 and the normal.
   std::string Base() const {
     const double s = sign / 7;
     return fmt::format("\"baseToNode\": [{}, {}, {}, 0, {}, {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1]", 3 * s, 6 * s, 2 * s,
                        -6 * s, 2 * s, 3 * s, 2.0 / 7, -3.0 / 7, 6.0 / 7);
   }
-  /// An identity, as Slicer writes it: with the upper two rows turned in LPS.
+  /// An identity as Slicer writes it: in LPS the upper two rows are negated.
   std::string Object() const {
     return fmt::format("\"objectToBase\": [{0}, 0, 0, 0, 0, {0}, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]", -sign);
   }
@@ -134,7 +135,7 @@ TEST(PlaneMarkups, PlaneOfSlicerIsTheSameInLpsAndRasAndByAnyOfItsEntries) {
 TEST(PlaneMarkups, PlaneTurnedWithinItsBaseIsTurnedTheSameWay) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
-    // A quarter turn about the base's x axis, which takes z to -y: rows (1, 0, 0), (0, 0, -1), (0, 1, 0).
+    // A quarter turn about the base's x axis, which maps z to -y: rows (1, 0, 0), (0, 0, -1), (0, 1, 0).
     const std::string object =
         fmt::format("\"objectToBase\": [{0}, 0, 0, 0, 0, 0, {1}, 0, 0, 1, 0, 0, 0, 0, 0, 1]", -sign, sign);
     const CutPlane plane = ReadPlaneText(t.File(t.Base() + ", " + object + ", " + t.Points(t.Point(10, -20, 30))));
@@ -145,21 +146,21 @@ TEST(PlaneMarkups, PlaneTurnedWithinItsBaseIsTurnedTheSameWay) {
 TEST(PlaneMarkups, ThreePointsInTurnSayThePlaneAndItsSide) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
-    // p, p + 7 u, p + 14 v with the columns u and v of the matrix above; u x v is the normal.
+    // p, p + 7 u, p + 14 v, where u and v are columns of the matrix above; u x v is the normal.
     const std::string a = t.Point(10, -20, 30);
     const std::string b = t.Point(13, -26, 32);
     const std::string c = t.Point(22, -16, 24);
     ExpectPlane(ReadPlaneText(t.File(t.Points(fmt::format("{},{},{}", a, b, c)), "Fiducial")), 1e-12);
-    ExpectPlane(ReadPlaneText(t.File(t.Points(fmt::format("{},{},{}", a, b, c)))), 1e-12);  // Slicer 4.11
+    ExpectPlane(ReadPlaneText(t.File(t.Points(fmt::format("{},{},{}", a, b, c)))), 1e-12);  // as Slicer 4.11 writes it
     const CutPlane turned = ReadPlaneText(t.File(t.Points(fmt::format("{},{},{}", a, c, b)), "Fiducial"));
     ExpectPlane({turned.p_W, -turned.normal_W}, 1e-12);
-    EXPECT_NEAR(glm::length(turned.p_W - Vec3(15, -62.0 / 3, 86.0 / 3)), 0, 1e-12);  // their mean
+    EXPECT_NEAR(glm::length(turned.p_W - Vec3(15, -62.0 / 3, 86.0 / 3)), 0, 1e-12);  // the mean of the points
   }
 }
 
 TEST(PlaneMarkups, ManyPointsAreFittedByLeastSquares) {
   const PlaneText t{1};
-  // A rectangle of 7 x 14 mm in the plane, its corners by turns 0.07 mm above and below: the mean plane is the plane.
+  // A rectangle of 7 x 14 mm in the plane, its corners alternately 0.07 mm above and below: it fits that plane.
   std::string points;
   const Vec3 u(3, -6, 2), v(12, 4, -6), n(0.02, 0.03, 0.06);
   const Vec3 corners[] = {Vec3(0), u, u + v, v};
@@ -176,21 +177,21 @@ TEST(PlaneMarkups, WhatSaysNoPlaneIsRefused) {
   const std::string two = t.Points(t.Point(0, 0, 0) + "," + t.Point(1, 0, 0));
   EXPECT_THAT(message(t.File(two, "Fiducial")), HasSubstr("holds 2 placed points; a plane needs three"));
   const std::string line = t.Points(t.Point(0, 0, 0) + "," + t.Point(1, 2, 3) + "," + t.Point(2, 4, 6));
-  EXPECT_THAT(message(t.File(line, "Fiducial")), HasSubstr("its points lie on a line, so they say no plane"));
+  EXPECT_THAT(message(t.File(line, "Fiducial")), HasSubstr("its points lie on a line, so they do not define a plane"));
   EXPECT_THAT(message(t.File("\"normal\": [0, 0, 0], " + t.Centre())),
               HasSubstr("'normal' of the plane has no direction"));
   EXPECT_THAT(message(t.File("\"normal\": [0, 1], " + t.Centre())),
               HasSubstr("'normal' of the plane is not 3 numbers"));
   EXPECT_THAT(message(t.File(t.Normal())), HasSubstr("the plane has neither a center nor a placed point"));
   EXPECT_THAT(message(t.File("\"normal\": [0, 0, 1], " + t.Centre() + ", " + t.Base())),
-              HasSubstr("the plane's 'normal' and 'baseToNode' contradict each other; save it anew from 3D Slicer"));
+              HasSubstr("the plane's 'normal' and 'baseToNode' contradict each other; save it again from 3D Slicer"));
   EXPECT_THAT(message(t.File("\"planeType\": \"pointNormal\", " + t.Centre() + ", " + t.Normal() + ", " +
                              t.Points(t.Point(10, -20, 31)))),
               HasSubstr("'center' and its control point contradict each other"));
   const std::string plane = t.File(t.Centre() + ", " + t.Normal());
   const std::string one = plane.substr(13, plane.size() - 15);
   EXPECT_THAT(message("{\"markups\": [" + one + ", " + one + "]}"), HasSubstr("holds several planes"));
-  EXPECT_THAT(message("[]"), HasSubstr("not a markups file of 3D Slicer"));
+  EXPECT_THAT(message("[]"), HasSubstr("not a 3D Slicer markups file"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What happens when there is no memory.
+// Errors when memory runs out.
 #include "base/files/memory.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// More than any machine has, and unknown to the compiler.
+// More than any machine has; volatile, so that the compiler does not know the value.
 volatile std::size_t too_many_bytes = std::size_t{1} << 62;
 
 void AskForTooMuch() {

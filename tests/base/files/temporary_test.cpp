@@ -36,9 +36,9 @@ class Temporaries : public ::testing::Test {
     for (const auto& entry : fs::directory_iterator(own_.file(folder))) names.push_back(entry.path().filename());
     return names;
   }
-  /// The only name there is.
+  /// The name of the only file in the folder.
   std::string Name() const { return Names().at(0); }
-  /// A process that has ended, and that has been waited for.
+  /// A process that has ended and has been waited for.
   static pid_t DeadProcess() {
     const pid_t child = fork();
     if (child == 0) _exit(0);
@@ -48,7 +48,7 @@ class Temporaries : public ::testing::Test {
   test::Folder own_;
 };
 
-/// Another process that runs `work`, says that it has, and then lives until it is killed.
+/// Another process that runs `work`, reports that it is done, and then lives until it is killed.
 class OtherProcess {
  public:
   explicit OtherProcess(const std::function<void()>& work) {
@@ -96,7 +96,8 @@ TEST_F(Temporaries, OfALongNameFit) {
               HasSubstr("can't be written: File name too long"));
 }
 
-// The writer is given a name that leads to the file itself; what others put in the place of its name stays out of it.
+// The writer gets a path that leads to the open file itself; a link that another program puts in the place of its name
+// receives no data.
 TEST_F(Temporaries, ALinkInTheirPlaceRedirectsNothing) {
   test::WriteBytes(own_.file("victim"), "untouched");
   fs::create_directory(own_.file("out"));
@@ -108,12 +109,12 @@ TEST_F(Temporaries, ALinkInTheirPlaceRedirectsNothing) {
       test::WriteBytes(temporary, "secret");
     });
   });
-  EXPECT_THAT(message, HasSubstr("another program has put a file in the place of its temporary"));
+  EXPECT_THAT(message, HasSubstr("another program has replaced its temporary file"));
   EXPECT_EQ(test::ReadBytes(own_.file("victim")), "untouched");
   EXPECT_THAT(Names("out"), IsEmpty());
 }
 
-// What the earlier version would have opened, for each number of a process.
+// The names that an earlier version would have opened, which contained the process id.
 TEST_F(Temporaries, PlantedLinksOfPredictableNamesAreNotFollowed) {
   test::WriteBytes(own_.file("victim"), "untouched");
   fs::create_directory(own_.file("out"));
@@ -143,7 +144,7 @@ TEST_F(Temporaries, OfAKilledProgramGoWhenTheFolderIsWrittenToAgain) {
     test::WriteBytes(left->path_to_write(), "half");
   });
   EXPECT_EQ(Names().size(), 1u);
-  fs::create_directory_symlink(".", own_.file("same"));  // a second name, as each folder is searched once
+  fs::create_directory_symlink(".", own_.file("same"));  // a second path, because each folder is swept only once
   WriteTextFile(own_.file("living.csv"), "x");
   EXPECT_EQ(Names().size(), 3u) << "the owner lives";
   other.Kill();
@@ -152,13 +153,13 @@ TEST_F(Temporaries, OfAKilledProgramGoWhenTheFolderIsWrittenToAgain) {
 }
 
 TEST_F(Temporaries, OfOthersStay) {
-  const std::string name = ".a\nb.kerf-0123abcd-0123456789abcdef.csv";  // a name may have a line break
-  // Not the form: too short, no hexadecimal number, not hidden.
+  const std::string name = ".a\nb.kerf-0123abcd-0123456789abcdef.csv";  // a name may contain a line break
+  // Names of another form: too short, not hexadecimal, not hidden.
   const std::vector<std::string> foreign = {".a.kerf-0123abcd-0123456789abcde.csv",
                                             ".a.kerf-0123abcd-0123456789abcdeg.csv",
                                             "a.kerf-0123abcd-0123456789abcdef.csv", ".a.csv"};
   for (const std::string& file : foreign) test::WriteBytes(own_.file(file), "x");
-  // The form, but a folder, a link, and a file with a second name.
+  // Names of this form, but of a folder, a link, and a file with a second hard link.
   fs::create_directory(own_.file(".f.kerf-0123abcd-0123456789abcdef.csv"));
   fs::create_symlink("a.csv", own_.file(".l.kerf-0123abcd-0123456789abcdef.csv"));
   test::WriteBytes(own_.file("two"), "x");
@@ -176,11 +177,11 @@ TEST_F(Temporaries, OfAnEarlierVersionGoWhenTheirProcessIsDead) {
   const std::string open_elsewhere = fmt::format(".forces.{}-1.csv", dead);
   const std::string living = fmt::format(".forces.{}-0.csv", getpid());
   const std::string other_target = fmt::format(".bone.{}-0.vdb", dead);
-  const std::string diary = fmt::format(".diary.{}-11.csv", dead);  // not of a target
+  const std::string diary = fmt::format(".diary.{}-11.csv", dead);  // of no target
   for (const std::string& name : {left, open_elsewhere, living, other_target, diary}) {
     test::WriteBytes(own_.file(name), "half");
   }
-  // A process of another container has no number here, but it has the file open.
+  // A process in another container has no id here, but it holds the file open.
   const int held = open(own_.file(open_elsewhere).c_str(), O_WRONLY | O_CLOEXEC);
   SweepLeftovers(own_.file("forces.csv"));
   EXPECT_THAT(Names(), testing::UnorderedElementsAre(open_elsewhere, living, other_target, diary));
@@ -209,7 +210,7 @@ TEST_F(Temporaries, AFolderIsHeldByOneProgramUntilItEndsOrIsKilled) {
     const FolderLock held(folder);
     EXPECT_THAT(test::MessageOf(lock), HasSubstr(refusal));
     const FolderLock beside(own_.file("a"));
-    // A reader and a writer that know of no lock are not kept out, and no file is left for one.
+    // Readers and writers that do not use the lock are not blocked, and the lock leaves no file in the folder.
     test::WriteBytes(folder + "/x", "x");
     EXPECT_EQ(ReadTextFile(folder + "/x"), "x");
     EXPECT_EQ(Names("a/b"), std::vector<std::string>{"x"});

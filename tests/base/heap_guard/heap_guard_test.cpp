@@ -1,4 +1,4 @@
-// Each way to ask for heap memory is caught inside a guard, and none outside.
+// Each way to request heap memory is caught inside a guard, and none outside.
 #include "base/core/heap_guard.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ class HeapGuardTest : public testing::Test {
   }
 };
 
-/// Keeps the compiler from leaving out an allocation whose result is not used.
+/// Keeps the compiler from removing an allocation whose result is not used.
 void Keep(void* memory) {
   asm volatile("" : : "g"(memory) : "memory");
 }
@@ -83,7 +83,7 @@ TEST_F(HeapGuardTest, MindsOnlyItsOwnThreadAndScope) {
     const HeapGuard guard;
     const HeapGuard inner;
   }
-  Keep(std::malloc(1));  // the guards are gone
+  Keep(std::malloc(1));  // both guards have ended
   std::atomic<bool> stand{true};
   std::atomic<bool> standing{false};
   std::thread other([&] {

@@ -1,4 +1,4 @@
-// Deadlines are met, skipped and counted whatever ticks and wake-ups take.
+// Deadlines are met, skipped and counted for any duration of ticks and any lateness of wake-ups.
 #include "base/realtime/deadlines.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ TEST(Deadlines, StayOnTheGridWhenAllIsInTime) {
   for (int i = 1; i <= 100; ++i) {
     EXPECT_EQ(deadlines.due_ns(), 17 + i * kPeriod);
     const Deadlines::Tick tick = deadlines.Begin(deadlines.due_ns() + 1000 * (i % 7));
-    EXPECT_EQ(tick.late_ns, 1000 * (i % 7));  // and lateness does not add up
+    EXPECT_EQ(tick.late_ns, 1000 * (i % 7));  // lateness does not accumulate
     EXPECT_EQ(tick.skipped, 0);
     deadlines.End(deadlines.due_ns() + 300'000);
   }
@@ -26,7 +26,7 @@ TEST(Deadlines, SkipWhatALongTickMissed) {
   Deadlines deadlines(kPeriod);
   deadlines.Start(0);
   deadlines.Begin(kPeriod);
-  deadlines.End(kPeriod + 3'400'000);  // 1, and missed 2, 3, 4
+  deadlines.End(kPeriod + 3'400'000);  // tick 1, which misses deadlines 2, 3 and 4
   EXPECT_EQ(deadlines.due_ns(), 5 * kPeriod);
   const Deadlines::Tick tick = deadlines.Begin(5 * kPeriod + 10);
   EXPECT_EQ(tick.skipped, 3);
@@ -39,9 +39,9 @@ TEST(Deadlines, SkipWhatALateWakeUpMissed) {
   const Deadlines::Tick tick = deadlines.Begin(4 * kPeriod + 800'000);
   EXPECT_EQ(tick.due_ns, 4 * kPeriod);
   EXPECT_EQ(tick.skipped, 3);
-  EXPECT_EQ(tick.late_ns, 3 * kPeriod + 800'000);  // the first was waited for
+  EXPECT_EQ(tick.late_ns, 3 * kPeriod + 800'000);  // counted from the first deadline, for which the loop waited
   deadlines.End(4 * kPeriod + 900'000);
-  EXPECT_EQ(deadlines.due_ns(), 6 * kPeriod);  // 5 would begin within a quarter of a period
+  EXPECT_EQ(deadlines.due_ns(), 6 * kPeriod);  // deadline 5 would begin within a quarter of a period
 }
 
 TEST(Deadlines, NoBurstsAndEveryDeadlineIsATickOrCounted) {

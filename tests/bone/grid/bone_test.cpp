@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 #include <regex>
 
@@ -17,13 +18,11 @@ namespace {
 using test::MakeBox;
 using test::MakeSphere;
 
-constexpr double kPi = 3.14159265358979323846;
-
 double SphereVolume(double r) {
-  return 4.0 / 3.0 * kPi * r * r * r;
+  return 4.0 / 3.0 * std::numbers::pi * r * r * r;
 }
 
-TEST(CellVolume, NegativeShareOfATetrahedronMatchesMonteCarlo) {
+TEST(CellVolume, NegativeFractionOfATetrahedronMatchesMonteCarlo) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> corner(-1, 1);
   std::exponential_distribution<double> exponential;
@@ -40,21 +39,21 @@ TEST(CellVolume, NegativeShareOfATetrahedronMatchesMonteCarlo) {
       inside += value < 0 ? 1 : 0;
     }
     // Four standard deviations of the estimate: 4 * sqrt(1/4 / 40000) = 0.01.
-    EXPECT_NEAR(CalcNegativeShare(f[0], f[1], f[2], f[3]), static_cast<double>(inside) / kSamples, 0.01);
+    EXPECT_NEAR(CalcNegativeFraction(f[0], f[1], f[2], f[3]), static_cast<double>(inside) / kSamples, 0.01);
   }
 }
 
 TEST(CellVolume, PlaneThroughACellIsExact) {
-  // Plane z = c through the unit cell: the share below it is c.
+  // Plane z = c through the unit cell: the fraction below it is c.
   for (const double c : {0.1, 0.25, 0.5, 0.9}) {
     std::array<float, 8> v{};
     for (int i = 0; i < 8; ++i) v[i] = static_cast<float>((i & 1) - c);
-    EXPECT_NEAR(CalcCellShare(v), c, 1e-7);
+    EXPECT_NEAR(CalcCellFraction(v), c, 1e-7);
   }
   // Plane x + y + z = 1 cuts off a corner of volume 1/6.
   std::array<float, 8> v{};
   for (int i = 0; i < 8; ++i) v[i] = static_cast<float>(((i >> 2) & 1) + ((i >> 1) & 1) + (i & 1) - 1);
-  EXPECT_NEAR(CalcCellShare(v), 1.0 / 6, 1e-7);
+  EXPECT_NEAR(CalcCellFraction(v), 1.0 / 6, 1e-7);
 }
 
 TEST(Bone, VolumeOfASphereConvergesWithSecondOrder) {
@@ -64,7 +63,7 @@ TEST(Bone, VolumeOfASphereConvergesWithSecondOrder) {
   for (int i = 0; i < 3; ++i) {
     error[i] = std::abs(MakeSphere(centre, 5, voxels[i]).CalcVolume() / SphereVolume(5) - 1);
   }
-  EXPECT_LT(error[2], 1e-3);  // h^2 / R^2 = 1.6e-3 is the size of the chord error
+  EXPECT_LT(error[2], 1e-3);  // h^2 / R^2 = 1.6e-3 is the order of the chord error
   EXPECT_GT(std::log2(error[0] / error[1]), 1.8);
   EXPECT_GT(std::log2(error[1] / error[2]), 1.8);
 }
@@ -77,7 +76,7 @@ TEST(Bone, BoxVolumeIsExactInAnyPoseUpToItsEdges) {
     if (n > 0) X_WB.R_AB = glm::normalize(Quat(normal(random), normal(random), normal(random), normal(random)));
     X_WB.p_AB = Vec3(normal(random), normal(random), normal(random));
     const Bone bone = MakeBox(X_WB, {10, 8, 6}, 0.2);
-    // Faces are exact; the 96 mm of edges lose at most about h^2 / 4 of cross-section each: 0.96 of 480 mm^3.
+    // Faces are exact; each edge (96 mm in all) loses at most about h^2 / 4 of its cross-section: 0.96 of 480 mm^3.
     EXPECT_NEAR(bone.CalcVolume(), 480, 0.96);
   }
 }
@@ -94,7 +93,7 @@ TEST(Bone, FieldThatIsNoDistanceGivesTheSameSurfaceAndADistance) {
   for (int n = 0; n < 500; ++n) {
     const Vec3 direction = glm::normalize(Vec3(normal(random), normal(random), normal(random)));
     for (const double d : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
-      // First-order sweeping: up to a fifth of a voxel at two voxels from the surface, a tenth on it.
+      // First-order fast sweeping: error up to a fifth of a voxel at two voxels from the surface, a tenth on it.
       EXPECT_NEAR(bone.SignedDistance((5 + d) * direction), d, d == 0 ? 0.02 : 0.05);
     }
   }
@@ -103,7 +102,7 @@ TEST(Bone, FieldThatIsNoDistanceGivesTheSameSurfaceAndADistance) {
 TEST(Bone, BoundsAreSubVoxel) {
   const Bone bone = MakeSphere({0.03, -0.07, 0.11}, 5, 0.4);
   const Box3 box = bone.CalcBounds();
-  // A voxel line misses the pole by up to h / sqrt(2), so its crossing lies up to h^2 / (4 R) inside: 0.008 mm.
+  // A line of voxels misses the pole by up to h / sqrt(2), so its crossing lies up to h^2 / (4 R) = 0.008 mm inside.
   for (int axis = 0; axis < 3; ++axis) {
     EXPECT_NEAR(box.lower[axis], Vec3(0.03, -0.07, 0.11)[axis] - 5, 0.01);
     EXPECT_NEAR(box.upper[axis], Vec3(0.03, -0.07, 0.11)[axis] + 5, 0.01);
@@ -121,8 +120,8 @@ TEST(Bone, RegionVolumesSumToTheVolumeAndFollowTheRegions) {
     EXPECT_EQ(volumes.count(0), 0u) << region_voxel;  // every part of the bone has material
     EXPECT_NEAR(volumes.at(1) + volumes.at(2), bone.CalcVolume(), 1e-9 * bone.CalcVolume());
     // The border is off by at most half a region voxel and half a cell, over the great circle.
-    const double above = SphereVolume(5) / 2 - kPi * 25 * 0.1;
-    EXPECT_NEAR(volumes.at(1), above, kPi * 25 * (0.5 * region_voxel + 0.5 * 0.2));
+    const double above = SphereVolume(5) / 2 - std::numbers::pi * 25 * 0.1;
+    EXPECT_NEAR(volumes.at(1), above, std::numbers::pi * 25 * (0.5 * region_voxel + 0.5 * 0.2));
   }
 }
 
@@ -146,12 +145,12 @@ TEST(Bone, MoreMemoryThanThereIsIsRefused) {
   options.voxel_mm = options.region_voxel_mm = 0.2;
   const Box3 box{Vec3(-12), Vec3(12)};
   EXPECT_FALSE(MakeBone(ball, box, options, MaterialTable()).empty());
-  options.most_bytes = 1e6;
+  options.max_bytes = 1e6;
   try {
     MakeBone(ball, box, options, MaterialTable());
     ADD_FAILURE() << "no error";
   } catch (const Error& e) {
-    // How much it had come to when it was noticed depends on the threads.
+    // The amount in the message depends on the timing of the threads.
     EXPECT_TRUE(std::regex_search(
         e.what(), std::regex(R"(needs more than [1-9]\.[0-9] MB of memory and 1\.0 MB are free; use larger voxels)")))
         << e.what();
@@ -167,7 +166,7 @@ TEST(Surface, IsClosedOutwardAndEnclosesTheVolume) {
   const Bone bone = MakeSphere({1, 2, 3}, 5, 0.2);
   const TriangleMesh mesh = ExtractSurface(bone);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
-  // The mesh joins averaged crossings, which cuts convex surfaces by the order of h^2 / R^2.
+  // Mesh points are averaged crossings, which cuts convex surfaces by the order of h^2 / R^2.
   EXPECT_NEAR(CalcEnclosedVolume(mesh) / SphereVolume(5), 1, 3e-3);
 }
 
@@ -207,7 +206,7 @@ TEST(Pieces, ThreeSpheresAreThreePiecesWithTheirVolumes) {
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(split.pieces[i].CalcVolume() / SphereVolume(radii[i]), 1,
-                0.03);  // chords: about (h / R)^2 / 2 = 0.02 at the smallest
+                0.03);  // chord error: about (h / R)^2 / 2 = 0.02 for the smallest
     EXPECT_EQ(CountOpenEdges(ExtractSurface(split.pieces[i])), 0u);
     sum += split.pieces[i].CalcVolume();
   }
@@ -230,7 +229,7 @@ TEST(Pieces, SlotOneVoxelWideSeparatesInAnyOrientation) {
       return glm::length(c) - r > 4 ? BlockClass::kOutside : BlockClass::kMixed;
     };
     field.region = [](const Vec3&) { return 24; };
-    // 0.25 mm slot in 0.2 mm voxels: no two voxels that share a face lie on its two sides.
+    // A 0.25 mm kerf in 0.2 mm voxels: no two voxels that share a face lie on opposite sides of it.
     const Bone bone = MakeBone(field, Box3{Vec3(-5.5), Vec3(5.5)}, {0.2, 0.2, {}}, test::OneRegionTable());
     EXPECT_EQ(SplitPieces(bone).pieces.size(), 2u);
   }
@@ -248,12 +247,12 @@ TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxelsAndNothingWhereNoneIs) {
   EXPECT_DOUBLE_EQ(bone.ModulusAt({-1, 0.03, 0.02}), 20000);
   EXPECT_DOUBLE_EQ(bone.PoissonRatioAt({-1, 0.03, 0.02}), 0.2);
   EXPECT_DOUBLE_EQ(bone.ModulusAt({1, 0.03, 0.02}), 1000);
-  // Linear from 20000 at x = 0 to 1000 at x = 0.1; nu likewise. Rounding only.
+  // Linear from 20000 at x = 0 to 1000 at x = 0.1, and likewise for nu. The tolerances are rounding.
   for (const double t : {0.0, 0.25, 0.5, 0.9, 1.0}) {
     EXPECT_NEAR(bone.ModulusAt({0.1 * t, 0.03, 0.02}), 20000 - 19000 * t, 1e-8);
     EXPECT_NEAR(bone.PoissonRatioAt({0.1 * t, 0.03, 0.02}), 0.2 + 0.2 * t, 1e-12);
   }
-  // Regions reach a little beyond the surface, so a point on it has the whole modulus; one far out has none.
+  // Regions extend slightly beyond the surface, so a point on it has the full modulus; a point far outside has none.
   EXPECT_DOUBLE_EQ(bone.ModulusAt({3, 0.03, 0.02}), 1000);
   EXPECT_EQ(bone.ModulusAt({5, 0, 0}), 0);
   EXPECT_EQ(bone.PoissonRatioAt({5, 0, 0}), 0);

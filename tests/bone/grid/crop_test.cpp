@@ -14,15 +14,15 @@ TEST(CropBone, KeepsWhatIsInTheBoxToTheBitAndIsAirBeyond) {
   const Box3 box{{-2, -3, 1}, {5, 20, 30}};
   const Bone part = CropBone(bone, box);
   std::mt19937 random(5);
-  std::uniform_real_distribution<double> share(0, 1);
+  std::uniform_real_distribution<double> fraction(0, 1);
   for (int i = 0; i < 2000; ++i) {
-    // A voxel inside the box: the interpolation's neighbours are in it too.
+    // Points at least a voxel inside the box, so that all neighbours used by the interpolation are in it too.
     const Vec3 in =
-        box.lower + Vec3(0.2) + Vec3(share(random), share(random), share(random)) * (box.size() - Vec3(0.4));
+        box.lower + Vec3(0.2) + Vec3(fraction(random), fraction(random), fraction(random)) * (box.size() - Vec3(0.4));
     EXPECT_EQ(part.SignedDistance(in), bone.SignedDistance(in));
     EXPECT_EQ(part.ModulusAt(in), bone.ModulusAt(in));
   }
-  // A leaf of 8 voxels away from the box.
+  // A point more than a leaf (8 voxels) away from the box.
   EXPECT_GT(bone.band_mm(), 0);
   EXPECT_LT(bone.SignedDistance({-4, 0, 4}), 0);
   EXPECT_NEAR(part.SignedDistance({-4, 0, 4}), part.band_mm(), 1e-6);

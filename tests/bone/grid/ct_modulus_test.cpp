@@ -1,4 +1,4 @@
-// CT numbers in a bone and the modulus made of them, against closed forms.
+// CT numbers in a bone and the modulus computed from them, against closed forms.
 #include "bone/grid/ct_modulus.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-/// rho = HU / 1000 from 100 to 3000 HU; E = 1000 rho MPa from 0.1 to 2 g/cm3: so E = HU, held to 100 to 2000.
+/// rho = HU / 1000 from 100 to 3000 HU; E = 1000 rho MPa from 0.1 to 2 g/cm3: so E = HU, clamped to 100 to 2000 MPa.
 CtLaw LinearLaw() {
   CtLaw law;
   law.name = "linear";
@@ -47,15 +47,15 @@ TEST(CtModulus, OfALinearRampIsTheRampInCancellousBoneAndTheTablesInCortex) {
   std::mt19937 random(3);
   const auto draw = [&random](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
   for (int i = 0; i < 500; ++i) {
-    // A trilinear function is interpolated exactly; the grid keeps seven figures. Up to the surface itself.
+    // A trilinear function is interpolated exactly, up to the surface itself; the grid stores seven digits.
     const Vec3 in_cancellous(draw(-6, 6), draw(-4, 4), draw(-3, -0.25));
     EXPECT_NEAR(bone.ModulusAt(in_cancellous), Ramp(in_cancellous), 1e-3);
     EXPECT_NEAR(bone.PoissonRatioAt(in_cancellous), 0.4, 1e-12);
     const Vec3 in_cortex(draw(-6, 6), draw(-4, 4), draw(0.25, 3));
     EXPECT_NEAR(bone.ModulusAt(in_cortex), 19300, 1e-6);
   }
-  EXPECT_EQ(report.share_below + report.share_above, 0);
-  // Of 12 x 8 x 3 mm about 840 voxels of 0.343 mm3 have their centre inside.
+  EXPECT_EQ(report.fraction_below + report.fraction_above, 0);
+  // About 840 of the 0.343 mm3 voxels have their centre inside the 12 x 8 x 3 mm.
   EXPECT_NEAR(static_cast<double>(report.voxels), 12 * 8 * 3 / 0.343, 100);
   EXPECT_NEAR(report.E_p50_MPa, 1000 - 30, 40);  // at the middle, z = -1.5
   EXPECT_GE(report.E_min_MPa, 1000 - 480 - 120 - 60);
@@ -72,15 +72,15 @@ TEST(CtModulus, OfAllRegionsTakesTheCortexToo) {
 
 TEST(CtModulus, OutsideTheLawsRangeIsHeldAndCounted) {
   Bone bone = MakeTwoTissues();
-  // A quarter along x below the law's 100 HU, a quarter above its 2000.
+  // Along x, a quarter of the box is below the law's 100 HU and a quarter above its 2000.
   SetHu(
       bone, [](const Vec3& p) { return p.x < -3  ? -50
                                        : p.x > 3 ? 2500
                                                  : 1000; }, 0.25);
   const CtModulusReport report = UseCtModulus(bone, LinearLaw(), false);
-  // One layer of voxels of 0.25 mm in 12 mm is 2 %.
-  EXPECT_NEAR(report.share_below, 0.25, 0.021);
-  EXPECT_NEAR(report.share_above, 0.25, 0.021);
+  // One layer of 0.25 mm voxels in 12 mm is 2 %.
+  EXPECT_NEAR(report.fraction_below, 0.25, 0.021);
+  EXPECT_NEAR(report.fraction_above, 0.25, 0.021);
   EXPECT_NEAR(bone.ModulusAt({-5, 0, -1}), 100, 1e-4);
   EXPECT_NEAR(bone.ModulusAt({5, 0, -1}), 2000, 1e-3);
   EXPECT_NEAR(report.E_min_MPa, 100, 1e-4);
@@ -114,7 +114,7 @@ TEST(CtModulus, WithoutCtNumbersThereIsNoGridAndNoMemory) {
   SetHu(bone, Ramp, 0.7);
   const std::uint64_t with_hu = bone.CalcMemoryBytes();
   EXPECT_GT(with_hu, plain);
-  // The bone's state is where it is and what region; CT numbers don't change it.
+  // The bone's state is its shape and its regions; CT numbers do not change it.
   EXPECT_EQ(bone.CalcHash(), hash);
   UseCtModulus(bone, LinearLaw(), false);
   EXPECT_GT(bone.CalcMemoryBytes(), with_hu);
@@ -124,7 +124,7 @@ TEST(CtModulus, WithoutCtNumbersThereIsNoGridAndNoMemory) {
 
 TEST(CtModulus, HuRangeIsThatOfTheVoxelsInTheBone) {
   Bone bone = MakeTwoTissues();
-  // Only what lies in the bone counts: outside it are absurd values.
+  // Only voxels inside the bone count: those outside have absurd values.
   SetHu(
       bone, [](const Vec3& p) { return test::BoxDistance(p, Vec3(6, 4, 3)) < 0 ? 500 + 10 * p.x : 9999; }, 0.5);
   const HuRange range = CalcHuRange(bone);

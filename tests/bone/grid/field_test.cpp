@@ -1,4 +1,4 @@
-// The table of leaves that the tick reads and writes, held against the grids themselves.
+// The table of leaves that the tick reads and writes, compared with the grids themselves.
 #include "bone/grid/field.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 namespace kerf {
 namespace {
 
-/// A box whose inside holds a whole upper node of the tree (128 voxels along each edge), with two tissues and CT
-/// numbers.
+/// A box with two tissues and CT numbers, whose interior contains an entire upper node of the tree (128 voxels along
+/// each edge).
 Bone MakeLargeBox() {
   const Vec3 half(75, 45, 40);
   SolidField field;
@@ -58,9 +58,9 @@ TEST(BoneField, ReadsWhatTheGridsHoldAtEveryPoint) {
   EXPECT_EQ(bone.CalcHash(), untouched.CalcHash());
   EXPECT_EQ(bone.CalcVolume(), untouched.CalcVolume());
   std::mt19937 random(1);
-  std::array<BoneField::RegionShare, 8> shares;
+  std::array<BoneField::RegionFraction, 8> fractions;
   for (int i = 0; i < 20000; ++i) {
-    // Within, on and well beyond the table's box; every other point near the surface.
+    // Inside, on and well outside the table's box; every other point near the surface.
     Vec3 p = Draw(random, -80, 160);
     if (i % 2 == 0) p.z = 72 + 0.05 * (p.z - 40);
     EXPECT_EQ(field.Sample(p / 0.5), untouched.SignedDistance(p));
@@ -68,9 +68,9 @@ TEST(BoneField, ReadsWhatTheGridsHoldAtEveryPoint) {
     double E_sum_MPa = 0;
     double weights = 0;
     const double by_ct = field.ModulusAt(p);
-    const int count = field.FindRegions(p, shares);
+    const int count = field.FindRegions(p, fractions);
     for (int n = 0; n < count; ++n) {
-      const auto& [region, weight] = shares[n];
+      const auto& [region, weight] = fractions[n];
       const double by_table = untouched.materials().regions().at(region).E_MPa;
       E_sum_MPa += weight * (by_ct > 0 && field.by_modulus(region) ? by_ct : by_table);
       weights += weight;
@@ -85,7 +85,7 @@ TEST(BoneField, GradientIsThatOfTheInterpolation) {
   const BoneField field(bone, 1);
   std::mt19937 random(2);
   for (int i = 0; i < 2000; ++i) {
-    // Within a cell the interpolation is linear along each axis: a difference has no error but rounding, 1e-15 / 0.1.
+    // Within a cell the interpolation is linear along each axis, so a difference has only rounding errors: 1e-15 / 0.1.
     const Vec3 p = glm::floor(Draw(random, -22, 22)) + Draw(random, 0.1, 0.9);
     const Vec3 gradient = field.SampleGradient(p);
     for (int axis = 0; axis < 3; ++axis) {
@@ -94,7 +94,7 @@ TEST(BoneField, GradientIsThatOfTheInterpolation) {
       EXPECT_NEAR(gradient[axis], (field.Sample(p + step) - field.Sample(p - step)) / (0.2 * 0.2), 1e-10);
     }
     const Vec3 r = 0.2 * p - Vec3(0.1, 0.2, 0.3);
-    // Near the surface the field is a distance: the interpolation's gradient is off by the curvature, about h / r.
+    // Near the surface the field is a distance: the gradient's error is due to curvature, about h / r.
     if (std::abs(glm::length(r) - 4) < 0.2) {
       EXPECT_LT(glm::length(gradient - r / glm::length(r)), 0.1);
     }
@@ -112,7 +112,7 @@ TEST(BoneField, WritingIntoPureBoneIsSeenByBoneAndFieldAndUsesASpareLeaf) {
   ASSERT_NE(values, nullptr);
   EXPECT_EQ(field.kind(leaf), BoneField::LeafKind::kOwn);
   EXPECT_EQ(field.spare_leaves(), 2);
-  EXPECT_EQ(bone.CalcHash(), hash);  // nothing changed yet
+  EXPECT_EQ(bone.CalcHash(), hash);  // no value has changed yet
   EXPECT_EQ(field.Read(leaf), values);
   std::fill_n(values, BoneField::kLeafVoxels, 0.25f);
   EXPECT_EQ(field.Sample(p / 0.5 + 0.5), 0.25);
@@ -149,7 +149,7 @@ TEST(BoneField, EveryLeafOfPureBoneCanBeCutWithoutTheHeapAndNoOther) {
   EXPECT_TRUE(right);
   EXPECT_NE(sum, 0);
   EXPECT_EQ(heap_uses.count(), 0);
-  EXPECT_GT(taken, 16 * 16 * 16);  // among them all of an upper node
+  EXPECT_GT(taken, 16 * 16 * 16);  // includes all leaves of an upper node
   EXPECT_EQ(field.spare_leaves(), 30000 - taken);
 }
 
@@ -161,7 +161,7 @@ TEST(BoneField, NamesEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
   const LeafIndex c = LeafOf({-8, 0, 0});
   const LeafIndex d = LeafOf({0, -8, 0});
   for (const LeafIndex& leaf : {b, a, b, c, a}) EXPECT_NE(field.Write(leaf), nullptr);
-  EXPECT_EQ(field.Write(d), nullptr);  // no leaf left
+  EXPECT_EQ(field.Write(d), nullptr);  // no spare leaf left
   EXPECT_EQ(field.kind(d), BoneField::LeafKind::kInside);
   EXPECT_EQ(field.Write({1000, 0, 0}), nullptr);  // air
   const auto changed = field.changed();
@@ -180,13 +180,13 @@ TEST(BoneField, SettlingMakesTheActiveVoxelsThoseOfTheBandAndGivesEmptiedLeavesB
   BoneField field(bone, 9);
   const LeafIndex cut = LeafOf({-8, 0, 0});
   const auto band = static_cast<float>(field.band_mm());
-  std::uint64_t cleared = 0;  // of the band, by the eight leaves
+  std::uint64_t cleared = 0;  // number of band voxels that the eight leaves clear
   for (int i = 0; i < 16 * 16 * 16; ++i) {
     const Vec3 p_vox(i / 256, i / 16 % 16, i % 16);
     cleared += std::abs(field.Sample(p_vox)) < field.band_mm() ? 1u : 0u;
   }
-  // Of eight leaves only the lowest has none beside it that still holds bone: its cells reach into its upper
-  // neighbours.
+  // Of the eight leaves only the lowest one becomes air. The cells of a leaf extend into its upper neighbours, and each
+  // of the other seven has an upper neighbour that still holds bone.
   for (int corner = 0; corner < 8; ++corner) {
     const LeafIndex leaf{(corner >> 2) & 1, (corner >> 1) & 1, corner & 1};
     std::fill_n(field.Write(leaf), BoneField::kLeafVoxels, band);
@@ -204,7 +204,7 @@ TEST(BoneField, SettlingMakesTheActiveVoxelsThoseOfTheBandAndGivesEmptiedLeavesB
   EXPECT_EQ(bone.CalcHash(), hash);
   EXPECT_NEAR(bone.CalcVolume(), volume, 1e-12 * volume);
   EXPECT_EQ(field.Sample({0, 0, 0}), field.band_mm());
-  // The leaf that came back is pure bone again.
+  // The leaf that was given back is pure bone again.
   ASSERT_EQ(field.kind({-1, -1, -1}), BoneField::LeafKind::kInside);
   const float* again = field.Write({-1, -1, -1});
   ASSERT_NE(again, nullptr);
@@ -212,16 +212,16 @@ TEST(BoneField, SettlingMakesTheActiveVoxelsThoseOfTheBandAndGivesEmptiedLeavesB
 }
 
 TEST(BoneField, ABoneInABoxTooLargeIsRefusedBeforeMemoryIsAskedFor) {
-  // The largest box that a bone may be made in still is one: 2^36 voxels, 512 a leaf, and the layer around it.
+  // The largest box in which a bone may be made is accepted: 2^36 voxels, 512 per leaf, plus the layer around it.
   EXPECT_EQ(LeafTable<float>::CheckedSize({514, 514, 514}), std::size_t{514} * 514 * 514);
-  // Two crumbs at either end of the world.
+  // The box of a bone with crumbs at opposite corners of a large space.
   const float air = 1;
   for (const int far : {1 << 10, 1 << 27}) {
     try {
       const LeafTable<float> table({0, 0, 0}, {far, far, far}, &air);
       ADD_FAILURE() << "no error";
     } catch (const Error& e) {
-      EXPECT_NE(std::string(e.what()).find("at most 2^36 voxels; use larger voxels"), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find("limit is 2^36 voxels; use larger voxels"), std::string::npos) << e.what();
     }
   }
 }

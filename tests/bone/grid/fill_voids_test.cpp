@@ -11,14 +11,14 @@
 namespace kerf {
 namespace {
 
-constexpr int kSide = 40;  // five leaves; those at the border are outside
+constexpr int kSide = 40;  // five leaves; voxels at the border are outside
 
 int Index(int x, int y, int z) {
   return (x * kSide + y) * kSide + z;
 }
 
-// Numbers the face-connected parts of the voxels that are not solid: 0 for those that reach the border, then from 1 on;
-// -1 for solid ones. Returns how many do not reach it.
+// Labels the face-connected parts of the voxels that are not solid: 0 for those that reach the border, 1 and up for the
+// others, -1 for solid voxels. Returns the number of parts that do not reach the border.
 int LabelVoids(const std::vector<bool>& solid, std::vector<int>& label) {
   label.assign(solid.size(), -1);
   std::vector<bool> seen(solid.size(), false);
@@ -53,9 +53,9 @@ int LabelVoids(const std::vector<bool>& solid, std::vector<int>& label) {
 
 TEST(FillVoids, FillsWhatAFloodFromOutsideDoesNotReach) {
   std::mt19937 random(4);
-  for (const double share : {0.1, 0.3, 0.5, 0.7}) {
+  for (const double fraction : {0.1, 0.3, 0.5, 0.7}) {
     std::vector<bool> solid(kSide * kSide * kSide);
-    std::bernoulli_distribution is_solid(1 - share);
+    std::bernoulli_distribution is_solid(1 - fraction);
     for (int x = 8; x < kSide - 8; ++x) {
       for (int y = 8; y < kSide - 8; ++y) {
         for (int z = 8; z < kSide - 8; ++z) solid[Index(x, y, z)] = is_solid(random);
@@ -73,7 +73,7 @@ TEST(FillVoids, FillsWhatAFloodFromOutsideDoesNotReach) {
     const int voids = LabelVoids(solid, label);
     std::vector<openvdb::Coord> blocks;
     const FilledVoids filled = FillVoids(field, 0.5, blocks);
-    EXPECT_EQ(filled.count, static_cast<std::size_t>(voids)) << share;
+    EXPECT_EQ(filled.count, static_cast<std::size_t>(voids)) << fraction;
     EXPECT_TRUE(blocks.empty());
     int changed = 0;
     for (int x = 0; x < kSide; ++x) {
@@ -90,7 +90,7 @@ TEST(FillVoids, FillsWhatAFloodFromOutsideDoesNotReach) {
   }
 }
 
-// A hollow so large that whole blocks of it have no voxels of their own.
+// A hollow so large that whole blocks of it have no voxels in the grid.
 TEST(FillVoids, OfABoneWithALargeHollowTheSolidBoneIsLeft) {
   SolidField ball = test::SphereField({0.03, -0.02, 0.01}, 8);
   ball.is_distance = false;
@@ -107,14 +107,14 @@ TEST(FillVoids, OfABoneWithALargeHollowTheSolidBoneIsLeft) {
   const double hollow_mm3 = 4.0 / 3 * M_PI * 216;
   EXPECT_NEAR(filled.mm3, hollow_mm3, 0.01 * hollow_mm3);
   EXPECT_NEAR(solid.CalcVolume() - hollow.CalcVolume(), hollow_mm3, 0.01 * hollow_mm3);
-  // As if it had been solid from the start.
+  // The result equals a bone that was solid from the start.
   options.fill_voids = nullptr;
   EXPECT_EQ(solid.CalcHash(), MakeBone(ball, box, options, test::OneRegionTable()).CalcHash());
 }
 
 TEST(Pieces, CrumbsBelowAThousandthOfACubicMillimetreAreNoPieces) {
   SolidField field;
-  // The balls stand on voxels. A ball of 0.05 mm radius has 0.0005 mm3, and its one voxel counts for 0.008 mm3.
+  // The balls' centres are voxel centres. A ball of 0.05 mm radius has 0.0005 mm3, and its one voxel counts 0.008 mm3.
   field.value = [](const Vec3& p) {
     return std::min({glm::length(p) - 2, glm::length(p - Vec3(4, 0, 0)) - 0.05, glm::length(p - Vec3(0, 4, 0)) - 0.25});
   };

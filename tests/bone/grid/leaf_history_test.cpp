@@ -1,4 +1,4 @@
-// What leaves were before they changed, from the writer's side to the reader's.
+// Earlier states of leaves, passed from the writer's side to the reader's.
 #include "bone/grid/leaf_history.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-/// A box of pure bone leaves and of leaves with surface.
+/// A box with leaves of pure bone and leaves at the surface.
 struct Kept {
   explicit Kept(std::size_t ring_leaves = 256)
       : bone(test::MakeBox({}, {12, 12, 12}, 0.25)), field(bone, 200), history(field, ring_leaves) {
@@ -55,23 +55,23 @@ TEST(LeafHistory, TellsEachLeafOnceInAnEpochAsItWas) {
   k.Cut(k.own[0], 0.4F);
   k.Cut(k.inside[0], 0.5F);
   EXPECT_EQ(k.history.pushed(), 5u);
-  std::vector<LeafBefore> told;
+  std::vector<LeafBefore> reported;
   while (const LeafBefore* before = k.history.ring().Peek()) {
-    told.push_back(*before);
+    reported.push_back(*before);
     k.history.ring().Pop();
   }
-  ASSERT_EQ(told.size(), 5u);
-  EXPECT_TRUE(std::equal(was.begin(), was.end(), told[0].values.begin()));
-  EXPECT_EQ(k.field.FromWorld(told[0].index), k.own[0]);
-  EXPECT_EQ(told[1].kind, LeafBefore::Kind::kInside);
-  EXPECT_EQ(told[2].kind, LeafBefore::Kind::kCheckpoint);
-  EXPECT_EQ(told[2].number, 5u);
-  EXPECT_EQ(told[2].figures(), figures);
-  EXPECT_EQ(told[3].values[511], 0.2F);
-  EXPECT_EQ(told[4].kind, LeafBefore::Kind::kValues);  // it has been cut into
-  EXPECT_EQ(told[4].values[0], 0.3F);
-  EXPECT_EQ(told[4].epoch, told[1].epoch + 1);
-  // Read or not, they are still there.
+  ASSERT_EQ(reported.size(), 5u);
+  EXPECT_TRUE(std::equal(was.begin(), was.end(), reported[0].values.begin()));
+  EXPECT_EQ(k.field.FromWorld(reported[0].index), k.own[0]);
+  EXPECT_EQ(reported[1].kind, LeafBefore::Kind::kInside);
+  EXPECT_EQ(reported[2].kind, LeafBefore::Kind::kCheckpoint);
+  EXPECT_EQ(reported[2].number, 5u);
+  EXPECT_EQ(reported[2].figures(), figures);
+  EXPECT_EQ(reported[3].values[511], 0.2F);
+  EXPECT_EQ(reported[4].kind, LeafBefore::Kind::kValues);  // values, because this leaf has been cut before
+  EXPECT_EQ(reported[4].values[0], 0.3F);
+  EXPECT_EQ(reported[4].epoch, reported[1].epoch + 1);
+  // Entries remain accessible after they have been read.
   EXPECT_EQ(k.history.At(3)->values[511], 0.2F);
   EXPECT_EQ(k.history.At(5), nullptr);
 }
@@ -86,7 +86,7 @@ TEST(LeafHistory, SaysSoWhenTheRingIsFull) {
   EXPECT_EQ(lost, k.history.ring().Peek()->epoch);
   k.history.ring().Pop();
   EXPECT_TRUE(k.history.Checkpoint(1, {}));
-  EXPECT_EQ(k.history.At(0), nullptr);  // its slot is used again
+  EXPECT_EQ(k.history.At(0), nullptr);  // its slot in the ring has been reused
   for (int i = 0; i < 4; ++i) k.history.ring().Pop();
   k.Cut(k.own[4], 1);
   EXPECT_EQ(k.history.last_lost(), lost);

@@ -1,4 +1,4 @@
-// The pieces of a bone that is cut leaf by leaf, against a flood fill of every voxel.
+// The pieces of a bone that is cut leaf by leaf, against a flood fill of all voxels.
 #include "bone/grid/piece_finder.h"
 
 #include <gtest/gtest.h>
@@ -17,12 +17,12 @@
 namespace kerf {
 namespace {
 
-constexpr int kLeaves = 4;  // along each axis, from -2 on
+constexpr int kLeaves = 4;  // along each axis, starting at leaf -2
 constexpr int kEdge = 8 * kLeaves;
 constexpr int kFirst = -2;
 constexpr double kVoxel_mm = 0.5;
 
-/// Every voxel of the leaves by itself.
+/// All voxels of the leaves in a plain array.
 struct Voxels {
   std::vector<float> phi = std::vector<float>(kEdge * kEdge * kEdge, 1.0F);
 
@@ -67,7 +67,7 @@ struct Piece {
   bool operator==(const Piece& other) const { return voxels == other.voxels && low == other.low && high == other.high; }
 };
 
-/// By a flood fill; largest first.
+/// Pieces found by a flood fill, largest first.
 std::vector<Piece> BruteForce(const Voxels& voxels) {
   std::vector<bool> seen(voxels.phi.size());
   std::vector<Piece> pieces;
@@ -117,7 +117,7 @@ std::vector<Piece> Found(const FoundPieces& found) {
   return pieces;
 }
 
-/// Strewn voxels of some density, or a solid block.
+/// Random voxels of some density, or a solid block.
 Voxels Draw(std::mt19937_64& random) {
   Voxels voxels;
   const double density = std::array{0.25, 0.32, 0.5, 0.85, 1.0}[random() % 5];
@@ -126,7 +126,7 @@ Voxels Draw(std::mt19937_64& random) {
   return voxels;
 }
 
-/// Takes a ball or a slab away; returns the leaves that it changed.
+/// Removes a ball or a slab; returns the leaves that it changed.
 std::vector<std::array<int, 3>> Cut(std::mt19937_64& random, Voxels& voxels) {
   std::uniform_real_distribution<double> at(0, kEdge);
   std::normal_distribution<double> n;
@@ -164,7 +164,7 @@ TEST(PieceFinder, FindsWhatAFloodFillFindsAfterEveryCut) {
       RC_ASSERT(Found(finder.Find()) == BruteForce(voxels));
       RC_ASSERT(finder.found().dust_count == 0u);
     }
-    // And what it keeps is what it would find anew.
+    // The finder's state equals that of a new finder.
     RC_ASSERT(Found(PieceFinder(MakeOf(voxels), 0).found()) == Found(finder.found()));
   }));
 }
@@ -185,7 +185,7 @@ TEST(PieceFinder, LosesNoVolumeToDustOrPieces) {
       for (const FoundPiece& piece : found.pieces) {
         RC_ASSERT(piece.volume_mm3 >= dust_mm3);
         sum_mm3 += piece.volume_mm3;
-        // The piece's own leaves hold its voxels and no others.
+        // The leaves of a piece hold its voxels and no others.
         std::size_t held = 0;
         finder.ForEachLeaf(piece.id, [&](const auto&, const LeafMask& mask) {
           for (const std::uint64_t word : mask) held += static_cast<std::size_t>(std::popcount(word));
@@ -193,14 +193,14 @@ TEST(PieceFinder, LosesNoVolumeToDustOrPieces) {
         RC_ASSERT(held == piece.voxels);
       }
       const auto inside = std::count_if(voxels.phi.begin(), voxels.phi.end(), [](float phi) { return phi < 0; });
-      // Whole numbers times an eighth: exact.
+      // Integers times an eighth: exact.
       RC_ASSERT(sum_mm3 == static_cast<double>(inside) * voxel_mm3);
       const std::vector<Piece> all = BruteForce(voxels);
       const auto dust = static_cast<std::size_t>(
           std::count_if(all.begin(), all.end(), [](const Piece& piece) { return piece.voxels < 27; }));
       RC_ASSERT(found.dust_count == dust);
       RC_ASSERT(found.pieces.size() == all.size() - dust);
-      // As the end of a run has it.
+      // The same pieces as those computed at the end of a run.
       const Pieces split = SplitPieces(MakeOf(voxels), dust_mm3);
       RC_ASSERT(split.pieces.size() == found.pieces.size());
       RC_ASSERT(split.dust_count == found.dust_count);
@@ -238,7 +238,7 @@ TEST(PieceFinder, NumbersStayWithTheLargerPart) {
   EXPECT_EQ(found.came_off[0].bounds_W.lower.x, kVoxel_mm * (21 + 8 * kFirst - 0.5));
   EXPECT_EQ(found.came_off[0].bounds_W.upper.x, kVoxel_mm * (29 + 8 * kFirst + 0.5));
 
-  fill(22, 24, 1);  // of the second: the smaller part is the third
+  fill(22, 24, 1);  // splits piece 2; its smaller part becomes piece 3
   found = tell();
   ASSERT_EQ(found.came_off.size(), 1u);
   EXPECT_EQ(found.came_off[0].id, 3);
@@ -247,7 +247,7 @@ TEST(PieceFinder, NumbersStayWithTheLargerPart) {
   EXPECT_EQ(found.At(2)->voxels, 600u);
   EXPECT_EQ(found.At(2)->from, 1);
 
-  fill(21, 22, 1);  // cut away altogether: not heard of again
+  fill(21, 22, 1);  // cut away completely: not reported again
   found = tell();
   EXPECT_TRUE(found.came_off.empty());
   EXPECT_EQ(found.At(3), nullptr);
@@ -256,7 +256,7 @@ TEST(PieceFinder, NumbersStayWithTheLargerPart) {
   EXPECT_EQ(finder.FindMainRegion(3), 0);
 }
 
-// A bridge of one voxel holds; edges and corners do not.
+// A bridge of one voxel's face connects; edges and corners do not.
 TEST(PieceFinder, FacesHoldAndEdgesDoNot) {
   for (const bool across_leaves : {false, true}) {
     Voxels voxels;

@@ -35,7 +35,7 @@ double SumOfVolumes(const SlabParts& parts) {
   return parts.left.CalcVolume() + parts.slice.CalcVolume() + parts.right.CalcVolume();
 }
 
-/// The flat face of a surface that looks along `normal`, by its triangles within a degree of that, except near the rim.
+/// The flat face of a surface with the given normal: its triangles within one degree of `normal`, except near the rim.
 struct Face {
   double area_mm2 = 0;
   double mean_mm = 0;  // distance from the plane along its normal, weighted by area
@@ -44,7 +44,7 @@ struct Face {
 };
 
 Face MeasureFace(const TriangleMesh& mesh, const CutPlane& plane, const Vec3& normal, const Bone& whole) {
-  const double rim_mm = -2 * whole.voxel_mm();  // the surface's points are means over a voxel
+  const double rim_mm = -2 * whole.voxel_mm();  // the surface's points are averages over a voxel
 
   Face face;
   for (const auto& t : mesh.triangles) {
@@ -69,12 +69,12 @@ Face MeasureFace(const TriangleMesh& mesh, const CutPlane& plane, const Vec3& no
 void ExpectClosedAndOutward(const Bone& part, const TriangleMesh& mesh, const char* name) {
   EXPECT_EQ(CountOpenEdges(mesh), 0u) << name;
   const double volume = part.CalcVolume();
-  // The mesh's points are means over a cell, which bevels edges by up to a voxel; a thin slice is nearly all edge.
+  // The mesh's points are averages over a cell, which bevels edges by up to a voxel; a thin slice is nearly all edge.
   EXPECT_GT(CalcEnclosedVolume(mesh), 0.97 * volume) << name;
   EXPECT_LT(CalcEnclosedVolume(mesh), 1.001 * volume) << name;
 }
 
-// Planes that meet only the four long faces of a block 30 x 12 x 10 mm: the slice is a prism of volume t * 120 / |n_x|.
+// Planes that cut only the four long faces of a 30 x 12 x 10 mm block: the slice is a prism of volume t * 120 / |n_x|.
 const Vec3 kNormals[] = {{1, 0, 0}, {1, 0.2, 0.1}, {1, 1, 1}, {-1, 0.5, 0.8}, {-1, 0, 1}};
 const Vec3 kPoint{0.317, 0.211, -0.093};
 
@@ -97,9 +97,9 @@ TEST_P(SlabPartsOfABlock, VolumesSumToTheWholeAndTheSlicesIsAreaTimesThickness) 
       const CutPlane plane = PlaneOf(kPoint, normal);
       const SlabParts parts = MakeSlabParts(block, {plane, t, false, {}});
       EXPECT_NEAR(SumOfVolumes(parts) / whole, 1, 1e-3);
-      // An edge loses up to about half a voxel's square of its cross-section where the angle is sharp (55 degrees
-      // here). The slice has two rims of at most twice the block's 44 mm of girth, and a length t / |n_x| of the
-      // block's own four edges.
+      // An edge loses up to about half the square of a voxel of its cross-section where the angle is sharp (55 degrees
+      // here). The slice has two rims, each at most twice the block's girth of 44 mm, and a length t / |n_x| of each of
+      // the block's four edges.
       const double f = parts.slice.voxel_mm();
       const double stretch = 1 / std::abs(plane.normal_W.x);
       const double lost = 0.5 * f * f * 2 * 44 * stretch + 0.5 * h() * h() * 4 * t * stretch;
@@ -127,7 +127,7 @@ TEST_P(SlabPartsOfABlock, FacesLieAtHalfTheThicknessAndPartsAreClosed) {
           MeasureFace(fine, plane, plane.normal_W, block),  MeasureFace(fine, plane, -plane.normal_W, block)};
       const double at[] = {0.5 * t, -0.5 * t, -0.5 * t, 0.5 * t, 0.5 * t, -0.5 * t};
       for (int i = 0; i < 6; ++i) {
-        // Far below the 0.01 mm asked for: what floats round off.
+        // Far below the required 0.01 mm: rounding of floats.
         EXPECT_NEAR(faces[i].mean_mm, at[i], 2e-6) << i;
         EXPECT_NEAR(faces[i].lower_mm, at[i], 5e-6) << i;
         EXPECT_NEAR(faces[i].upper_mm, at[i], 5e-6) << i;
@@ -147,12 +147,12 @@ TEST(SlabParts, ThinnestSliceHasItsThicknessToo) {
   const CutPlane plane = PlaneOf({0.1, 0, 0.03}, {1, 0.4, -0.3});
   const SlabParts parts = MakeSlabParts(block, {plane, 0.02, false, {}});
   const TriangleMesh& mesh = parts.slice_surface_W;
-  // Points are means over half a voxel, 0.1 mm: the rim of 8 mm draws in by up to 0.04 mm, about a section of 4 mm2.
+  // Points are averages over half a voxel, 0.1 mm: the 8 mm rim of a section of about 4 mm2 shrinks by up to 0.04 mm.
   EXPECT_NEAR(CalcEnclosedVolume(mesh) / parts.slice.CalcVolume(), 1, 0.08);
-  EXPECT_LT(mesh.triangles.size(), 4000u);  // however thin
+  EXPECT_LT(mesh.triangles.size(), 4000u);  // independent of the thickness
   EXPECT_NEAR(MeasureFace(mesh, plane, plane.normal_W, block).mean_mm, 0.01, 1e-5);
   EXPECT_NEAR(MeasureFace(mesh, plane, -plane.normal_W, block).mean_mm, -0.01, 1e-5);
-  // The block's own four edges have lost up to half a voxel's square each.
+  // The block's own four edges have lost up to half the square of a voxel each.
   EXPECT_NEAR(parts.slice.CalcVolume(), 0.02 * 4 / plane.normal_W.x, 0.02 * 4 * 0.02 / plane.normal_W.x);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
 }
@@ -177,17 +177,18 @@ TEST(SlabParts, PartsAreDisjointAndInsideTheWhole) {
   const double t = 0.5;
   const SlabParts parts = MakeSlabParts(block, {plane, t, false, {}});
   std::mt19937 random(11);
-  std::uniform_real_distribution<double> share(-0.5, 0.5);
+  std::uniform_real_distribution<double> fraction(-0.5, 0.5);
   int inside[3] = {0, 0, 0};
   int lost = 0;
   for (int n = 0; n < 20000; ++n) {
     const double reach = n % 2 ? 14.4 : 2;  // half the points near the plane
-    const Vec3 p(reach * share(random), 6.4 * share(random), 5.4 * share(random));
+    const Vec3 p(reach * fraction(random), 6.4 * fraction(random), 5.4 * fraction(random));
     const double s = Along(plane, p);
     const double whole = block.SignedDistance(p);
     const bool is[3] = {parts.left.SignedDistance(p) < 0, parts.slice.SignedDistance(p) < 0,
                         parts.right.SignedDistance(p) < 0};
-    // Between voxels max() is above both its terms, so a part never reaches beyond its planes: 1e-6 for floats.
+    // Between voxels the interpolated max() is at least each of its terms, so a part never extends beyond its planes:
+    // 1e-6 for floats.
     if (is[0]) {
       EXPECT_LT(s, -0.5 * t + 1e-6);
     }
@@ -202,7 +203,7 @@ TEST(SlabParts, PartsAreDisjointAndInsideTheWhole) {
     if (is[0] || is[1] || is[2]) {
       EXPECT_LT(whole, 0.01);
     }
-    // What is more than a voxel's diagonal inside the whole and off the planes must be in its part.
+    // A point more than a voxel's diagonal inside the whole and away from the planes must be in one of the parts.
     if (whole < -0.35 && std::abs(std::abs(s) - 0.5 * t) > 0.1) lost += !(is[0] || is[1] || is[2]);
   }
   EXPECT_EQ(lost, 0);
@@ -214,7 +215,7 @@ TEST(SlabParts, RegionsMaterialsAndNotesAreTheBones) {
   params.size_mm = {20, 12, 10};
   params.layers = {{2, 24}, {3, 32}, {5, 6}};
   Bone block = MakeBlock(params, DefaultMandibleTable());
-  block.set_note("patient", "nobody");
+  block.set_note("patient", "anonymous");
   const CutPlane plane = PlaneOf({0.5, 0.2, -5}, {1, 0.3, 0.2});
   const SlabParts parts = MakeSlabParts(block, {plane, 0.5, false, {}});
   const auto whole = block.CalcRegionVolumes();
@@ -224,25 +225,25 @@ TEST(SlabParts, RegionsMaterialsAndNotesAreTheBones) {
     double sum = 0;
     for (const Bone* part : {&parts.left, &parts.slice, &parts.right}) {
       EXPECT_TRUE(part->materials().Contains(id));
-      EXPECT_EQ(part->notes().at("patient"), "nobody");
+      EXPECT_EQ(part->notes().at("patient"), "anonymous");
       EXPECT_EQ(part->CalcRegionVolumes().count(0), 0u);
       sum += part->CalcRegionVolumes().at(id);
     }
-    // The slice's cells sort themselves anew where layers meet, and rims lose a little.
+    // Where layers meet, cells of the slice may change region, and rims lose a little volume.
     EXPECT_NEAR(sum / mm3, 1, 4e-3) << id;
     slice_layers += parts.slice.CalcRegionVolumes().at(id);
   }
   EXPECT_NEAR(slice_layers, parts.slice.CalcVolume(), 1e-9 * slice_layers);
 }
 
-// A coronal plane behind the chin goes through both sides of a mandible.
+// A coronal plane behind the chin cuts both sides of a mandible.
 class SlabPartsOfAMandible : public testing::Test {
  protected:
   static const Bone& Mandible() {
     static const Bone bone = MakeMandible({.voxel_mm = 0.4}, DefaultMandibleTable(), {});
     return bone;
   }
-  const CutPlane plane_ = PlaneOf({24, 30, 0}, {0, 1, 0});  // the patient's left body
+  const CutPlane plane_ = PlaneOf({24, 30, 0}, {0, 1, 0});  // left side of the patient's mandibular body
 };
 
 TEST_F(SlabPartsOfAMandible, OnlyTheSideOfThePlanesPointIsCut) {
@@ -253,13 +254,13 @@ TEST_F(SlabPartsOfAMandible, OnlyTheSideOfThePlanesPointIsCut) {
   EXPECT_GT(parts.slice.CalcBounds().lower.x, 5);
   EXPECT_EQ(SplitPieces(parts.left).pieces.size(), 1u);
   EXPECT_EQ(SplitPieces(parts.right).pieces.size(), 1u);
-  // The chin keeps the patient's right side, back to its condyle; the other segment is the patient's left ramus alone.
+  // The chin keeps the patient's right side, back to its condyle; the other segment is only the patient's left ramus.
   const Box3 whole = Mandible().CalcBounds();
   EXPECT_NEAR(parts.left.CalcBounds().lower.x, whole.lower.x, 1e-9);
   EXPECT_NEAR(parts.left.CalcBounds().upper.y, whole.upper.y, 1e-3);  // the model is symmetric
   EXPECT_GT(parts.right.CalcBounds().lower.x, 5);
   EXPECT_GT(parts.right.CalcBounds().lower.y, 30.25 - 1e-6);
-  // Bit for bit the bone, away from the cut.
+  // Away from the cut, the part is bit-identical to the bone.
   std::mt19937 random(5);
   std::uniform_real_distribution<double> x(whole.lower.x, 0), y(26, 34), z(whole.lower.z, whole.upper.z);
   int inside = 0;
@@ -280,7 +281,7 @@ TEST_F(SlabPartsOfAMandible, EverywhereCutsBothSides) {
   EXPECT_EQ(both.cut_places, 2u);
   EXPECT_NEAR(SumOfVolumes(both) / Mandible().CalcVolume(), 1, 1e-3);
   EXPECT_EQ(SplitPieces(both.right, 100).pieces.size(), 2u);
-  // The model is its own mirror image, its voxels are not quite.
+  // The model is mirror-symmetric; its voxels are not quite.
   EXPECT_NEAR(both.slice.CalcVolume(), 2 * near.slice.CalcVolume(), 0.01 * near.slice.CalcVolume());
   EXPECT_NEAR(near.left.CalcVolume(), both.left.CalcVolume() + both.slice.CalcVolume() / 2 + near.right.CalcVolume(),
               1e-3 * near.left.CalcVolume());
@@ -303,7 +304,7 @@ TEST_F(SlabPartsOfAMandible, WhereThePlaneMeetsOneSideOnlyEverywhereIsTheSame) {
   EXPECT_EQ(near.right.CalcHash(), all.right.CalcHash());
 }
 
-/// A ring in the xy plane with a ball beside it that hangs together with nothing.
+/// A ring in the xy plane with a separate ball next to it.
 Bone MakeRingAndBall() {
   SolidField field;
   field.value = [](const Vec3& p) {
@@ -321,7 +322,7 @@ TEST(SlabParts, RingIsCutInBothPlacesBecauseOneDoesNotPartIt) {
   EXPECT_EQ(parts.places, 3u);
   EXPECT_EQ(parts.cut_places, 2u);
   EXPECT_NEAR(parts.distance_mm, 0, 0.2);
-  // The ball, most of it on the right, stays whole and goes there.
+  // The ball, most of it on the right, stays whole and belongs to the right part.
   EXPECT_EQ(SplitPieces(parts.left).pieces.size(), 1u);
   EXPECT_EQ(SplitPieces(parts.right).pieces.size(), 2u);
   EXPECT_LT(parts.left.CalcBounds().upper.y, 10);
@@ -332,7 +333,7 @@ TEST(SlabParts, RingIsCutInBothPlacesBecauseOneDoesNotPartIt) {
 
 TEST(SlabParts, BallBesideTheRingIsCutAloneAndTheRingStaysWhole) {
   const Bone bone = MakeRingAndBall();
-  // A thick piece of the ball, and one of 0.35 mm.
+  // A thick part of the ball, and one of 0.35 mm.
   for (const double x : {1.0, -1.4}) {
     const SlabParts ball = MakeSlabParts(bone, {PlaneOf({x, 14, 0}, {1, 0, 0}), 0.5, false, {}});
     EXPECT_EQ(ball.cut_places, 1u);
@@ -343,7 +344,7 @@ TEST(SlabParts, BallBesideTheRingIsCutAloneAndTheRingStaysWhole) {
 }
 
 TEST(SlabParts, RoughnessIsNotTakenForThePlaceThatWasMeant) {
-  // A bar, and beside the plane's point a bump on its side that just reaches through the slice.
+  // A bar with a bump on its side, next to the plane's point, that barely reaches through the slice.
   SolidField field;
   field.value = [](const Vec3& p) {
     const double bar = test::BoxDistance(p, {10, 3, 3});
@@ -355,10 +356,10 @@ TEST(SlabParts, RoughnessIsNotTakenForThePlaceThatWasMeant) {
   field.region = [](const Vec3&) { return 24; };
   const Bone bone = MakeBone(field, Box3{Vec3(-12, -5, -5), Vec3(12, 12, 5)}, {0.2, 0.2, {}}, test::OneRegionTable());
   const SlabParts bar = MakeSlabParts(bone, {PlaneOf({0, 7, 0}, {1, 0, 0}), 0.5, false, {}});
-  EXPECT_LT(bar.slice.CalcBounds().upper.y, 3.1);  // though the finger is nearer to the point
+  EXPECT_LT(bar.slice.CalcBounds().upper.y, 3.1);  // although the finger is nearer to the point
   EXPECT_NEAR(bar.left.CalcBounds().upper.x, 0.5, 1e-3);
   const SlabParts tip = MakeSlabParts(bone, {PlaneOf({0, 9, 0}, {1, 0, 0}), 0.5, false, {}});
-  EXPECT_GT(tip.slice.CalcBounds().lower.y, 7.9);  // the point lies in it
+  EXPECT_GT(tip.slice.CalcBounds().lower.y, 7.9);  // the point lies in the finger
 }
 
 TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
@@ -372,7 +373,7 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
     return "";
   };
   const Vec3 x(1, 0, 0);
-  EXPECT_EQ(message({0, 0, 0}, x, 0.01), "a slice 0.01 mm thick is out of range; valid range 0.02 to 50 mm");
+  EXPECT_EQ(message({0, 0, 0}, x, 0.01), "a slice thickness of 0.01 mm is out of range; valid range 0.02 to 50 mm");
   EXPECT_THAT(message({0, 0, 0}, x, std::nan("")), HasSubstr("valid range 0.02 to 50 mm"));
   EXPECT_EQ(message({0, 0, 0}, {1, 1, 0}, 0.25), "the plane must have a normal of unit length");
   EXPECT_EQ(message({0, 0, std::nan("")}, x, 0.25),
@@ -383,9 +384,9 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
     MakeSlabParts(block, {{{0, 0, 0}, x}, 0.25, false, Vec3(0, 0, 2e6)});
     ADD_FAILURE() << "a point outside the world was accepted";
   } catch (const Error& e) {
-    EXPECT_STREQ(e.what(),
-                 "the point that says where to cut (0, 0, 2e+06) lies outside the world; coordinates go from "
-                 "-1000000 to 1000000 mm");
+    EXPECT_STREQ(
+        e.what(),
+        "the point at which to cut (0, 0, 2e+06) lies outside the world; coordinates go from -1000000 to 1000000 mm");
   }
   EXPECT_THAT(message({8, 0, 0}, x, 0.25),
               HasSubstr("the plane misses the bone: along its normal the bone lies -12.8"));
@@ -438,19 +439,19 @@ TEST(SlabParts, PlaneThatGrazesAFaceOfOnePieceIsSaidTo) {
 TEST(SlabParts, PlanesOwnPointMayLieFarFromTheBone) {
   const Bone block = MakeBox(Pose{}, {10, 6, 6}, 0.2);
   const CutPlane near = PlaneOf({0.3, 0, 0}, {1, 0.2, 0.1});
-  // On the same plane.
+  // A point far away on the same plane.
   const Vec3 along = glm::normalize(glm::cross(near.normal_W, Vec3(0, 0, 1)));
   const CutPlane far{near.p_W + 4900.0 * along, near.normal_W};
   const TriangleMesh a = MakeSlabParts(block, {near, 0.25, false, {}}).slice_surface_W;
   const TriangleMesh b = MakeSlabParts(block, {far, 0.25, false, {}}).slice_surface_W;
-  // The lattice stands by the bone: the same one, up to the rounding of 4900 mm.
+  // The lattice is fixed to the bone, so it is the same up to the rounding of 4900 mm.
   ASSERT_EQ(a.triangles.size(), b.triangles.size());
   ASSERT_EQ(a.points.size(), b.points.size());
   for (std::size_t i = 0; i < a.points.size(); ++i) EXPECT_LT(glm::length(a.points[i] - b.points[i]), 1e-5);
 }
 
 TEST(SlabParts, SliceBetweenTwoLayersOfVoxelsIsPlacedToo) {
-  // Two bars along x. No voxel's centre lies within a slice of 0.02 mm at x = 0.1 mm.
+  // Two bars along x. No voxel centre lies within a slice of 0.02 mm at x = 0.1 mm.
   SolidField field;
   field.value = [](const Vec3& p) {
     return std::min(test::BoxDistance(p, {8, 2, 2}), test::BoxDistance(p - Vec3(0, 8, 0), {8, 2, 2}));
@@ -463,7 +464,7 @@ TEST(SlabParts, SliceBetweenTwoLayersOfVoxelsIsPlacedToo) {
     EXPECT_EQ(parts.places, 2u);
     EXPECT_EQ(parts.cut_places, 1u);
     EXPECT_NEAR(parts.slice.CalcBounds().centre().y, y, 0.01);
-    EXPECT_LT(parts.distance_mm, 0.2);  // a voxel
+    EXPECT_LT(parts.distance_mm, 0.2);  // one voxel
   }
 }
 
@@ -473,7 +474,7 @@ TEST(SlabParts, RimsLoseLessThanHalfAVoxelsSquareOverTheSineOfTheirAngle) {
   X_WB.p_AB = {0.013, -0.021, 0.057};
   const Bone block = MakeBox(X_WB, {40, 12, 6}, h);
   for (const double degrees : {90.0, 60.0, 30.0, 20.0}) {
-    // About y: the plane meets top and bottom at this angle, and the sides at a right one.
+    // Rotation about y: the plane meets the top and bottom at this angle, and the sides at a right angle.
     const double angle = degrees * std::numbers::pi / 180;
     const CutPlane plane = PlaneOf({0.1, 0, 0}, {std::sin(angle), 0, std::cos(angle)});
     const SlabParts parts = MakeSlabParts(block, {plane, 0.5, false, {}});

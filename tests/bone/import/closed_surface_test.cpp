@@ -1,4 +1,4 @@
-// Surfaces with inner shells, faults and units of their own.
+// Import of surfaces with inner shells, defects, and stated units.
 #include "bone/import/closed_surface.h"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ void AddBox(TriangleMesh& mesh, double edge_mm, bool inward, const Vec3& centre 
   }
 }
 
-// Boxes about one centre, each with its edge and whether it faces inward.
+// Concentric boxes, each with its edge length and whether it faces inward.
 TriangleMesh Boxes(const std::vector<std::pair<double, bool>>& boxes) {
   TriangleMesh mesh;
   for (const auto& [edge_mm, inward] : boxes) AddBox(mesh, edge_mm, inward);
@@ -56,7 +56,7 @@ ImportOptions Coarse() {
   return options;
 }
 
-// Imported, its volume in mm^3. Level sets chamfer edges by a small part of a voxel: 0.1 % of these volumes.
+// Returns the volume of the imported mesh, mm^3. Level sets chamfer edges slightly: 0.1 % of these volumes.
 double ImportVolume(const TriangleMesh& mesh, const ImportOptions& options, ImportReport* report = nullptr) {
   const Folder folder;
   WriteMesh(mesh, folder.file("a.stl"));
@@ -73,9 +73,9 @@ TEST(HollowSurface, IsHollowWhereTheInnerShellFacesTheOtherWay) {
   EXPECT_NEAR(report.surface.hollow_mm3, 1000, 1e-6);
   EXPECT_EQ(report.surface.how, "2 shells; 1 inner shell left hollow (1.00 cm3 in all), because it faces inward");
   EXPECT_THAT(report.surface.repairs, IsEmpty());
-  // All of it turned inside out says the same.
+  // The same with all triangles inside out.
   EXPECT_NEAR(ImportVolume(Boxes({{30, true}, {10, false}}), Coarse()), 26000, 26);
-  // Bone within the hollow is bone.
+  // A solid shell within the hollow is bone.
   EXPECT_NEAR(ImportVolume(Boxes({{30, false}, {20, true}, {10, false}}), Coarse()), 20000, 20);
 }
 
@@ -103,8 +103,8 @@ TEST(HollowSurface, NotesAndRegionsFollow) {
   EXPECT_EQ(result.bone.RegionAt({0, 0, 10}), 32);
 }
 
-// Chains of boxes within boxes side by side, each facing either way: one that faces as the one around it changes
-// nothing.
+// Chains of nested boxes, one chain next to another, each box with a random orientation. A box with the same
+// orientation as the one around it changes nothing.
 TEST(HollowSurface, LayersFollowChainsOfShells) {
   std::mt19937 random(21);
   for (int trial = 0; trial < 20; ++trial) {
@@ -154,13 +154,13 @@ TriangleMesh Jittered(double by_mm) {
 
 TEST(FaultySurface, TrianglesThatAreNotJoinedAreWeldedWithinTheTolerance) {
   ImportReport report;
-  // The furthest that two copies of a corner may lie apart is 2 * sqrt(3) * 0.002 = 0.007 mm.
+  // Two copies of a corner are at most 2 * sqrt(3) * 0.002 = 0.007 mm apart.
   EXPECT_NEAR(ImportVolume(Jittered(0.002), Coarse(), &report), 27000, 27);
   EXPECT_THAT(report.surface.repairs,
-              ElementsAre("28 points lay nearer than 0.01 mm to another and were welded to it"));
+              ElementsAre("28 points lay nearer than 0.01 mm to another point and were welded to it"));
   EXPECT_THAT(MessageOf([&] { ImportVolume(Jittered(0.02), Coarse()); }),
               HasSubstr("36 of its edges belong to one triangle only, because the triangles are not joined: corners "
-                        "that should coincide lie up to 0.1 mm apart, and kerf welds what is nearer than 0.01 mm"));
+                        "that should coincide lie up to 0.1 mm apart, and kerf welds points nearer than 0.01 mm"));
 }
 
 TEST(FaultySurface, DoubledTrianglesAreLeftOutOnce) {
@@ -171,7 +171,7 @@ TEST(FaultySurface, DoubledTrianglesAreLeftOutOnce) {
   EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 27000, 27);
   EXPECT_THAT(report.surface.repairs, ElementsAre("4 triangles were in the file more than once and were left out"));
   mesh.triangles = all;
-  for (const auto& t : all) mesh.triangles.push_back({t[0], t[2], t[1]});  // both sides of each
+  for (const auto& t : all) mesh.triangles.push_back({t[0], t[2], t[1]});  // both orientations of each triangle
   EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 27000, 27);
   EXPECT_THAT(report.surface.repairs, ElementsAre("12 triangles were in the file more than once and were left out"));
 }
@@ -184,7 +184,7 @@ TEST(FaultySurface, FlippedTrianglesAreTurned) {
   ImportReport report;
   EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 26000, 26);
   EXPECT_THAT(report.surface.repairs,
-              ElementsAre("3 triangles faced the other way than most of their shell and were turned"));
+              ElementsAre("3 triangles faced opposite to most of their shell and were flipped"));
 }
 
 TEST(FaultySurface, WhatCannotBeRepairedIsNamed) {
@@ -198,20 +198,20 @@ TEST(FaultySurface, WhatCannotBeRepairedIsNamed) {
   AddBox(touching, 30, false, {30, 30, 0});
   EXPECT_THAT(MessageOf([&] { ImportVolume(touching, Coarse()); }),
               HasSubstr("1 edge of the surface belongs to more than two triangles: parts touch along edges"));
-  // The projective plane of six points and ten triangles: closed, with one side.
+  // The projective plane of six points and ten triangles: closed, but one-sided.
   TriangleMesh one_sided;
   one_sided.points = {{0, 0, 0}, {30, 0, 0}, {0, 30, 0}, {0, 0, 30}, {30, 30, 9}, {9, 30, 30}};
   one_sided.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 1},
                          {1, 2, 4}, {2, 3, 5}, {3, 4, 1}, {4, 5, 2}, {5, 1, 3}};
-  EXPECT_THAT(MessageOf([&] { ImportVolume(one_sided, Coarse()); }), HasSubstr("has one side only"));
+  EXPECT_THAT(MessageOf([&] { ImportVolume(one_sided, Coarse()); }), HasSubstr("is one-sided"));
 }
 
 TEST(SurfaceUnits, AreAskedForWhereMillimetresGiveNoBone) {
   const auto message = [](double edge) { return MessageOf([&] { ImportVolume(Boxes({{edge, false}}), Coarse()); }); };
   EXPECT_THAT(message(0.03),
-              HasSubstr("a.stl: the largest side of the surface is 0.03, which is unlikely for a bone in mm; say in "
-                        "which unit its coordinates are: --units m (it is then 30 mm) or --units mm to take them as "
-                        "they are"));
+              HasSubstr("a.stl: the largest side of the surface is 0.03, which is unlikely for a bone in mm; give the "
+                        "unit of its coordinates: --units m (it is then 30 mm) or --units mm to take them as they "
+                        "are"));
   EXPECT_THAT(message(3), HasSubstr("--units cm (it is then 30 mm) or --units in (it is then 76.2 mm) or --units mm"));
   EXPECT_THAT(message(4.7), HasSubstr("--units in (it is then 119 mm)"));
   EXPECT_THAT(message(30000), HasSubstr("is 30000, "));
@@ -232,7 +232,7 @@ TEST(SurfaceUnits, AreAskedForWhereMillimetresGiveNoBone) {
   EXPECT_EQ(MessageOf([&] {
               ImportVolume(Boxes({{3, false}}), as_it_is);
             }),
-            "'feet' is no unit of length; known are mm, cm, m, in, um");
+            "'feet' is not a unit of length; the units are mm, cm, m, in, um");
 }
 
 TEST(SurfaceUnits, WhatMayBeASkullInCentimetresIsWarnedOf) {
@@ -242,7 +242,7 @@ TEST(SurfaceUnits, WhatMayBeASkullInCentimetresIsWarnedOf) {
     return ScaleToMm(box, unit, "a.stl");
   };
   EXPECT_THAT(warning({14, 18, 16}, ""),
-              HasSubstr("is 18, which was taken as mm: a small piece; if it is a skull in cm"));
+              HasSubstr("is 18, which was taken as mm (a small piece); if it is a skull in cm"));
   EXPECT_EQ(warning({14, 18, 16}, "mm"), "");
   EXPECT_EQ(warning({14, 18, 16}, "cm"), "");
   EXPECT_EQ(warning({8, 7, 22}, ""), "");       // a tooth
@@ -257,9 +257,9 @@ TEST(SurfaceSize, WhatEnclosesTooMuchIsRefusedBeforeItIsMade) {
     return MessageOf([&] { ImportVolume(Boxes({{edge, false}}), options); });
   };
   EXPECT_THAT(message(500, 0.1),
-              HasSubstr("a.stl: the surface encloses 125.0 litres, and with voxels of 0.1 mm kerf imports up to 2.0: "
-                        "check its unit (--units) or take --voxel 1 or more"));
-  EXPECT_THAT(message(130, 0.1), HasSubstr("or take --voxel 0.3 or more"));  // 2.2 litres
+              HasSubstr("a.stl: the surface encloses 125.0 litres, but with voxels of 0.1 mm kerf imports up to 2.0: "
+                        "check its unit (--units) or use --voxel 1 or more"));
+  EXPECT_THAT(message(130, 0.1), HasSubstr("or use --voxel 0.3 or more"));  // 2.2 litres
   EXPECT_THAT(message(2e30, 0.1),
               HasSubstr("the largest side of the surface is more than 1 km; kerf imports up to 1000 mm"));
 }
@@ -270,11 +270,11 @@ TEST(SurfaceOptions, ThoseOfACtAreRefused) {
   EXPECT_THAT(MessageOf([&] {
                 ImportVolume(Boxes({{30, false}}), options);
               }),
-              HasSubstr("points to keep or to drop choose a bone of a CT; a surface is imported whole"));
+              HasSubstr("points to keep or to drop select bone in a CT; a surface is imported whole"));
 }
 
-// Two voxels just above the iso value amid dense bone: a cubic spline through them dips below it between them, so the
-// level set has a void where no voxel of the CT is below iso.
+// Two voxels just above the iso value within dense bone: a cubic spline through them falls below it between them, so
+// the level set has a void where no voxel of the CT is below iso.
 TEST(ImportedVoids, SmallerThanTheVoxelsOfTheCtAreFilledAndCounted) {
   Volume ct = test::MakeCt({30, 28, 26}, {1, 1, 1}, {-15, -14, -13}, glm::dmat3(1), test::Ball({0, 0, 0}, 11), 1500);
   const std::vector<std::array<int, 3>> places = {{12, 13, 12}, {17, 13, 12}, {12, 17, 15}};
@@ -289,7 +289,7 @@ TEST(ImportedVoids, SmallerThanTheVoxelsOfTheCtAreFilledAndCounted) {
   options.isolate.isolate = false;
   options.isolate.smallest_piece_mm3 = 0;
   const ImportResult filled = Import(folder.file("a.nrrd"), options);
-  EXPECT_EQ(filled.report.filled_mm3, 0);  // nothing to fill in the CT itself
+  EXPECT_EQ(filled.report.filled_mm3, 0);  // the CT itself has no voids
   EXPECT_EQ(filled.report.voids.count, places.size());
   EXPECT_EQ(CloseSurface(ExtractSurface(filled.bone), false, "surface").report.shells, 1u);
   options.fill = false;
@@ -297,7 +297,7 @@ TEST(ImportedVoids, SmallerThanTheVoxelsOfTheCtAreFilledAndCounted) {
   EXPECT_EQ(hollow.report.voids.count, 0u);
   const SurfaceReport shells = CloseSurface(ExtractSurface(hollow.bone), false, "surface").report;
   EXPECT_EQ(shells.hollow_shells, places.size());
-  // The voids are two or three voxels across, so that counting voxels is good to a factor of two and a half.
+  // The voids are two or three voxels wide, so counting voxels is accurate only to a factor of 2.5.
   EXPECT_GT(filled.report.voids.mm3, shells.hollow_mm3 / 2.5);
   EXPECT_LT(filled.report.voids.mm3, shells.hollow_mm3 * 2.5);
   EXPECT_NEAR(filled.report.solid_mm3 - hollow.report.solid_mm3, shells.hollow_mm3, 0.35 * shells.hollow_mm3);

@@ -1,5 +1,4 @@
-// Synthetic CTs and the files that hold them, written byte by byte: no library that the program reads with has a hand
-// in it.
+// Synthetic CTs and files of them, written byte by byte, without the libraries that the program reads with.
 #pragma once
 
 #include <algorithm>
@@ -23,8 +22,8 @@
 
 namespace kerf::test {
 
-/// Samples of a solid given by its distance function (mm, negative inside): each voxel has `inside` times the share of
-/// it that the solid fills, as a scanner's would, by 4 x 4 x 4 points.
+/// Samples a solid given by its signed distance (mm, negative inside): each voxel gets `inside` times the fraction of
+/// it that the solid fills, as in a scanner, computed from 4 x 4 x 4 points.
 inline Volume MakeCt(const std::array<int, 3>& size, const Vec3& spacing_mm, const Vec3& origin_W,
                      const glm::dmat3& axes_W, const std::function<double(const Vec3&)>& distance,
                      double inside = 1000) {
@@ -39,16 +38,16 @@ inline Volume MakeCt(const std::array<int, 3>& size, const Vec3& spacing_mm, con
     for (int j = 0; j < size[1]; ++j) {
       for (int i = 0; i < size[0]; ++i) {
         const double d = distance(ct.WorldFromVoxel({i, j, k}));
-        double share = d < 0 ? 1 : 0;
+        double fraction = d < 0 ? 1 : 0;
         if (std::abs(d) < reach) {
           int hits = 0;
           for (int n = 0; n < 64; ++n) {
             const Vec3 offset((n % 4 - 1.5) / 4, (n / 4 % 4 - 1.5) / 4, (n / 16 - 1.5) / 4);
             if (distance(ct.WorldFromVoxel(Vec3(i, j, k) + offset)) < 0) ++hits;
           }
-          share = hits / 64.0;
+          fraction = hits / 64.0;
         }
-        ct.hu.push_back(static_cast<std::int16_t>(std::lround(inside * share)));
+        ct.hu.push_back(static_cast<std::int16_t>(std::lround(inside * fraction)));
       }
     }
   }
@@ -63,7 +62,7 @@ inline std::string Bytes(const std::vector<std::int16_t>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]};
 }
 
-/// Header text of an NRRD for the volume, without the empty line at its end.
+/// Header text of an NRRD file for the volume, without the empty line at its end.
 inline std::string NrrdHeader(const Volume& ct, const std::string& type = "short") {
   std::string text = fmt::format(
       "NRRD0004\ntype: {}\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\nspace directions:", type,
@@ -88,7 +87,7 @@ void Put(std::string& bytes, std::size_t at, T value) {
   bytes.replace(at, sizeof value, reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Header of NIfTI-1 with an sform, whose frame is RAS: x and y change sign against LPS.
+/// Header of NIfTI-1 with an sform. Its frame is RAS: x and y have the opposite sign to LPS.
 inline std::string NiftiHeader(const Volume& ct) {
   std::string h(352, '\0');
   Put(h, 0, std::int32_t{348});
@@ -99,9 +98,9 @@ inline std::string NiftiHeader(const Volume& ct) {
   Put(h, 72, std::int16_t{16});  // bits
   Put(h, 76, 1.0f);
   for (int a = 0; a < 3; ++a) Put(h, 80 + 4 * static_cast<std::size_t>(a), static_cast<float>(ct.spacing_mm[a]));
-  Put(h, 108, 352.0f);           // where the voxels begin
+  Put(h, 108, 352.0f);           // offset of the voxels
   h[123] = 2;                    // mm
-  Put(h, 254, std::int16_t{1});  // sform in use
+  Put(h, 254, std::int16_t{1});  // sform code: sform is used
   for (int row = 0; row < 3; ++row) {
     const double sign = row < 2 ? -1 : 1;
     for (int a = 0; a < 3; ++a) {
@@ -131,7 +130,7 @@ inline void WriteMeta(const Volume& ct, const std::string& path) {
   WriteBytes(path, text + Bytes(ct.hu));
 }
 
-/// What to write of a DICOM slice, and how to spoil it.
+/// Contents of a DICOM slice, and how it is damaged.
 struct SliceSpec {
   std::string series_uid = "1.2.3.4.5";
   std::string modality = "CT";
@@ -140,8 +139,8 @@ struct SliceSpec {
   double slope = 1;
   double intercept = -1024;
   int samples = 1;
-  std::string photometric = "MONOCHROME2";  // of one sample a pixel
-  std::string pixels;                       // instead of the slice's own; for compressed ones
+  std::string photometric = "MONOCHROME2";  // one sample per pixel
+  std::string pixels;                       // replaces the slice's own pixels; for compressed ones
   bool encapsulated = false;
 };
 
@@ -204,7 +203,7 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
     const auto put32 = [](std::uint32_t v) { return std::string(reinterpret_cast<const char*>(&v), 4); };
     if (pixels.size() % 2 != 0) pixels += '\0';
     data += std::string("\xe0\x7f\x10\x00OB\0\0\xff\xff\xff\xff", 12);
-    data += std::string("\xfe\xff\x00\xe0\0\0\0\0", 8);  // an empty offset table
+    data += std::string("\xfe\xff\x00\xe0\0\0\0\0", 8);  // empty offset table
     data += std::string("\xfe\xff\x00\xe0", 4) + put32(static_cast<std::uint32_t>(pixels.size())) + pixels;
     data += std::string("\xfe\xff\xdd\xe0\0\0\0\0", 8);
   } else {
@@ -214,8 +213,8 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
   return file.append("DICM").append(meta).append(data);
 }
 
-/// Of a slice whose pixels are packed by RLE: two segments, high bytes and low bytes, each as literal runs of up to
-/// 128.
+/// Returns the specification of a slice with RLE-compressed pixels: two segments, high bytes and low bytes, each as
+/// literal runs of up to 128.
 inline SliceSpec RunLengthSpec(const Volume& ct, int k) {
   const int n = ct.size[0] * ct.size[1];
   std::array<std::string, 2> segments;
@@ -238,7 +237,7 @@ inline SliceSpec RunLengthSpec(const Volume& ct, int k) {
   return spec;
 }
 
-/// All slices, under names that sort otherwise than the slices lie.
+/// Writes all slices, with file names whose order differs from the order of the slices.
 inline void WriteDicom(const Volume& ct, const std::string& folder, const SliceSpec& spec = {}) {
   for (int k = 0; k < ct.size[2]; ++k) {
     WriteBytes(fmt::format("{}/s{:03}_{}.dcm", folder, (k * 37 + 11) % ct.size[2], spec.series_uid),

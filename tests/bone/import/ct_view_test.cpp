@@ -1,4 +1,4 @@
-// Pictures of a CT: each pixel is a known point of the patient.
+// Views of a CT: each pixel is a known point of the patient.
 #include "bone/import/ct_view.h"
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@
 namespace kerf {
 namespace {
 
-// A ball far off the origin, in a lattice that lies obliquely in the patient and has other spacings in each direction.
+// A ball far from the origin, in an oblique lattice with a different spacing in each direction.
 const Vec3 kBall_W(12, -230, 371);
 constexpr double kRadius_mm = 10;
 
@@ -38,7 +38,7 @@ CtViewOptions Around(const Vec3& centre_W) {
   return options;
 }
 
-// The patient coordinates of the middle of what is warm in colour, and its area.
+// Centre, in patient coordinates, and area of the pixels that are drawn as bone (in a warm colour).
 struct Spot {
   double across = 0, down = 0, mm2 = 0;
 };
@@ -71,7 +71,7 @@ TEST(CtView, ABallLiesWhereItIsInEachSlice) {
       const CtView view = DrawCtSlice(ct, axis, kBall_W[a] + off_mm, options);
       const Spot spot = FindBone(view);
       const double mm2 = M_PI * (kRadius_mm * kRadius_mm - off_mm * off_mm);
-      // The circle where the plane cuts the ball; trilinear between voxels of up to 1.5 mm: 0.1 mm on its radius.
+      // The circle in which the plane cuts the ball; trilinear between voxels of up to 1.5 mm: 0.1 mm of its radius.
       EXPECT_NEAR(spot.across, kBall_W[across], 0.1) << a;
       EXPECT_NEAR(spot.down, kBall_W[down], 0.1) << a;
       EXPECT_NEAR(spot.mm2, mm2, 2 * M_PI * kRadius_mm * 0.1 + 1) << a;
@@ -80,7 +80,7 @@ TEST(CtView, ABallLiesWhereItIsInEachSlice) {
   }
 }
 
-// Head up, and in axial slices the back down: as in the scanner's pictures.
+// The head is up, and in axial slices the back is down, as in a scanner's pictures.
 TEST(CtView, TheAxesGoAsRadiologistsHaveThem) {
   const CtViewOptions options = Around(kBall_W);
   const Volume ct = ObliqueBall();
@@ -94,7 +94,7 @@ TEST(CtView, TheAxesGoAsRadiologistsHaveThem) {
   }
 }
 
-// The surface is the ball's whole disc, brightest in its middle, and what lies nearer to the eye hides what is behind.
+// The surface of a ball is a full disc, brightest in its middle, and nearer surfaces hide those behind.
 TEST(CtView, TheSurfaceIsThatWhichMeetsTheEye) {
   const CtViewOptions options = Around(kBall_W);
   for (const CtAxis axis : {CtAxis::kX, CtAxis::kY, CtAxis::kZ}) {
@@ -103,7 +103,7 @@ TEST(CtView, TheSurfaceIsThatWhichMeetsTheEye) {
     EXPECT_NEAR(spot.down, kBall_W[axis == CtAxis::kZ ? 1 : 2], 0.15);
     EXPECT_NEAR(spot.mm2, M_PI * kRadius_mm * kRadius_mm, 2 * M_PI * kRadius_mm * 0.15 + 1);
   }
-  // A ball of 3 mm in front of one of 6 mm, and the same seen from the side: beside it.
+  // A ball of 3 mm in front of one of 6 mm; seen from the side, they are next to each other.
   const Vec3 back(0, 10, 0);
   const Vec3 front(0, -5, 0);
   const auto distance = [&](const Vec3& p) { return std::min(test::Ball(back, 6)(p), test::Ball(front, 3)(p)); };
@@ -120,7 +120,7 @@ TEST(CtView, TheSurfaceIsThatWhichMeetsTheEye) {
     const int row = static_cast<int>((z - view.top_mm) / (view.bottom_mm - view.top_mm) * view.rows);
     return view.pixels[static_cast<std::size_t>(row * view.columns + column)][1];
   };
-  EXPECT_GT(brightness(0, 0), brightness(3.3, 0) + 5);  // the near ball's middle; the far ball beside it
+  EXPECT_GT(brightness(0, 0), brightness(3.3, 0) + 5);  // middle of the near ball; the far ball next to it
   EXPECT_GT(brightness(3.3, 0), brightness(5.5, 0) + 5);
 }
 
@@ -130,10 +130,10 @@ TEST(CtView, TheBoxHoldsTheBoneAndStaysWithinTheScan) {
   for (int a = 0; a < 3; ++a) {
     EXPECT_LE(box.lower[a], kBall_W[a] - kRadius_mm);
     EXPECT_GE(box.upper[a], kBall_W[a] + kRadius_mm);
-    // Its 5 mm, and what an oblique box of voxels stands out by: up to sqrt(3) - 1 of the radius.
+    // 5 mm, plus the distance that the corners of an oblique box of voxels stick out: up to sqrt(3) - 1 of the radius.
     EXPECT_GE(box.lower[a], kBall_W[a] - 1.8 * kRadius_mm - 5);
   }
-  // A table, 2 cm behind: its middle lies more than 10 mm from the ball's box.
+  // A table 2 cm behind the ball: its middle is more than 10 mm from the ball's box.
   const auto table = [](const Vec3& p) {
     return std::max({std::abs(p.x) - 30, std::abs(p.y - 48) - 4, std::abs(p.z) - 10});
   };

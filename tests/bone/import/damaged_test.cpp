@@ -1,4 +1,4 @@
-// Scans with a few bytes changed: whatever the libraries do that read them, kerf reads them or refuses with a sentence.
+// Scans with a few changed bytes: whatever the libraries do with them, kerf reads them or refuses them with a sentence.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -27,7 +27,7 @@ Volume SmallCt() {
   return test::MakeCt({6, 5, 4}, Vec3(0.5, 0.5, 1), Vec3(0), glm::dmat3(1), test::Ball(Vec3(1.5), 1));
 }
 
-/// 1 to 4 bytes changed, or the end cut off, or a part doubled.
+/// Changes 1 to 4 bytes, cuts off the end, or doubles a part.
 std::string Damage(std::string bytes, std::mt19937_64& random) {
   const auto at = [&] { return random() % bytes.size(); };
   const auto kind = random() % 16;
@@ -38,7 +38,7 @@ std::string Damage(std::string bytes, std::mt19937_64& random) {
 }
 
 struct Counts {
-  int read = 0, refused = 0, failed = 0;  // failed: the library that reads it did not survive
+  int read = 0, refused = 0, failed = 0;  // failed: refused because the library that reads it crashed
 };
 
 template <typename Read>
@@ -55,7 +55,7 @@ void Try(Read&& read, Counts& counts) {
   }
 }
 
-// They could be read for ever, or wait for a writer for ever.
+// Reading them could continue forever, or wait forever for a writer.
 TEST(DamagedFiles, PipesAndDevicesAreRefused) {
   const test::Folder folder;
   const auto message = [](const std::string& path) { return test::MessageOf([&] { ReadImageFile(path); }); };
@@ -76,7 +76,7 @@ TEST(DamagedFiles, PipesAndDevicesAreRefused) {
   }
 }
 
-/// KERF_DAMAGED_FILES: as many of each format, instead of the few of an ordinary test.
+/// Number of files of each format: KERF_DAMAGED_FILES, or 200 by default.
 int CountFiles() {
   const char* wanted = std::getenv("KERF_DAMAGED_FILES");
   return wanted == nullptr ? 200 : std::atoi(wanted);
@@ -107,7 +107,7 @@ TEST(DamagedFiles, ImagesAreReadOrRefused) {
   }
 }
 
-/// Folders "0", "1", ...: each a series of three slices, the second one damaged.
+/// Folders "0", "1", ...: each holds a series of three slices, of which the second is damaged.
 class DamagedSeries {
  public:
   explicit DamagedSeries(const std::vector<std::string>& slices) : slices_(slices) {
@@ -126,7 +126,7 @@ class DamagedSeries {
     }
   }
   std::string Folder(int n) const { return fmt::format("{}/{}", all_.path(), n); }
-  /// Whose file a message names at its beginning; -1: of none.
+  /// Index of the folder that a message names at its beginning; -1 if it names none.
   int Find(const std::string& message) const {
     const std::string start = all_.path() + "/";
     return message.rfind(start, 0) == 0 ? std::atoi(message.c_str() + start.size()) : -1;
@@ -141,13 +141,13 @@ bool IsRead(const std::string& folder) {
   Counts counts;
   try {
     Try([&] { ReadDicomSeries(ListDicomSeries(folder).front(), {}); }, counts);
-  } catch (const std::bad_alloc&) {  // the program, which has a child for each series, refuses these too
+  } catch (const std::bad_alloc&) {  // the program, which reads each series in a child process, refuses these too
   }
   return counts.read > 0;
 }
 
-/// Reads the folders from `first` to `last` in one child process, which a damaged file may end: reading each in its
-/// own, as the program does, takes up to 60 ms of starting processes. Returns the first that was not read, or `last`.
+/// Reads the folders from `first` to `last` in one child process, which a damaged file may end. A child process for
+/// each folder, as in the program, would take up to 60 ms. Returns the first folder that was not read, or `last`.
 int ReadInOneChild(const DamagedSeries& all, int first, int last, Counts& counts) {
   try {
     const auto read_all = [&](ChildReport&) {
@@ -170,7 +170,7 @@ int ReadInOneChild(const DamagedSeries& all, int first, int last, Counts& counts
   }
 }
 
-// Each number of the directions and of the origin in turn.
+// Damages each number of the directions and of the origin in turn.
 TEST(DamagedFiles, AbsurdNumbersOfAnNrrdAreRefused) {
   const test::Folder folder;
   const std::string path = folder.path() + "/a.nrrd";
@@ -193,7 +193,7 @@ TEST(DamagedFiles, AbsurdNumbersOfAnNrrdAreRefused) {
   }
 }
 
-// GDCM reads on behind the pixels, and an assertion of its own ends the program that it is in.
+// GDCM reads past the pixels, and one of its assertions ends its process.
 TEST(DamagedFiles, ASliceThatMakesGdcmAbortIsRefused) {
   const Volume ct = SmallCt();
   const test::Folder folder;

@@ -1,5 +1,5 @@
-// Where a file's header puts the voxels in the patient: honoured where the format defines it, else refused, or taken
-// with a sentence that also stands in the bone's provenance.
+// The placement of voxels in the patient by a file's header: used where the format defines it; otherwise the file is
+// refused, or read with a warning that also appears in the bone's provenance.
 #include "bone/import/patient_frame.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Different along each axis and without symmetry. Its numbers are exact in single precision.
+// Different along each axis and without symmetry. All its numbers are exact in single precision.
 Volume StraightCt() {
   Volume ct;
   ct.size = {7, 6, 5};
@@ -45,7 +45,8 @@ void ExpectSame(const Volume& a, const Volume& b) {
   }
 }
 
-// The same scan stored otherwise: axis a of the file is axis order[a] of `ct`, backwards where `backwards` has its bit.
+// The same scan stored in another order: axis a of the file is axis order[a] of `ct`, reversed where bit a of
+// `backwards` is set.
 Volume StoredOtherwise(const Volume& ct, const std::array<int, 3>& order, int backwards) {
   Volume file;
   Vec3 first(0);
@@ -74,7 +75,7 @@ TEST(PatientFrame, LettersAndSignedPermutationsAreInverse) {
   EXPECT_EQ(LpsFromFrame("ras") * Vec3(1, 2, 3), Vec3(-1, -2, 3));
   EXPECT_EQ(LpsFromFrame("SRA") * Vec3(1, 2, 3), Vec3(-2, -3, 1));
   for (const char* none : {"", "LP", "LPSS", "LLS", "LRS", "XYZ"}) {
-    EXPECT_THAT(MessageOf([&] { LpsFromFrame(none); }), HasSubstr("is not known; name by three letters")) << none;
+    EXPECT_THAT(MessageOf([&] { LpsFromFrame(none); }), HasSubstr("is unknown; give three letters")) << none;
   }
 }
 
@@ -89,7 +90,7 @@ TEST(PatientFrame, EachOrderOfStoringAScanGivesTheSameVolumeBitForBit) {
 }
 
 TEST(PatientFrame, NiftiAsDcm2niixStoresItIsTheDicomSeriesBitForBit) {
-  // Rows from front to back become rows from back to front; int16 with slope 1 and intercept -1024.
+  // Rows are reversed (front to back becomes back to front); values are int16 with slope 1 and intercept -1024.
   const Volume ct = StraightCt();
   const Folder folder;
   test::WriteDicom(ct, folder.path());
@@ -103,7 +104,7 @@ TEST(PatientFrame, NiftiAsDcm2niixStoresItIsTheDicomSeriesBitForBit) {
   EXPECT_EQ(CalcHash(StoreAlongPatient(ReadImageFile(folder.file("a.nii")))), CalcHash(StoreAlongPatient(dicom)));
 }
 
-// Expects a DICOM folder and what dcm2niix makes of it, plain and packed, to be the same volume.
+// Expects that a DICOM folder and the plain and compressed NIfTI files that dcm2niix makes of it give the same volume.
 void ExpectSameByDcm2niix(const std::string& dicom) {
   const std::uint64_t expected =
       CalcHash(StoreAlongPatient(ReadDicomSeries(ChooseSeries(ListDicomSeries(dicom), "", dicom), {})));
@@ -145,7 +146,7 @@ TEST(NiftiValues, SlopeAndInterceptGiveHu) {
   const Volume ct = StraightCt();
   struct Case {
     float slope, intercept;
-    bool scaled;  // the header says so
+    bool scaled;  // whether the header defines a rescale
   };
   for (const Case& c :
        {Case{1, -1024, true}, Case{0.5, -1000, true}, Case{0, 0, false}, Case{0, 7, false}, Case{1, 0, true}}) {
@@ -176,10 +177,10 @@ TEST(NiftiValues, ARescaleThatIsNoNumberIsWarnedOfOrRefused) {
   for (const float slope : {nan, std::numeric_limits<float>::infinity()}) {
     const Volume stored = read(slope, nan);
     ExpectSame(stored, ct);
-    EXPECT_THAT(stored.warnings, ElementsAre(HasSubstr("the values were taken as they are stored")));
+    EXPECT_THAT(stored.warnings, ElementsAre(HasSubstr("the values were used as stored")));
   }
-  EXPECT_THAT(MessageOf([&] { read(1, nan); }), HasSubstr("(scl_inter) is nan, which is no number"));
-  EXPECT_THAT(read(0, nan).warnings, IsEmpty());  // a slope of 0: there is no rescale
+  EXPECT_THAT(MessageOf([&] { read(1, nan); }), HasSubstr("(scl_inter) is nan, which is not a number"));
+  EXPECT_THAT(read(0, nan).warnings, IsEmpty());  // a slope of 0 means no rescale
 }
 
 TEST(NiftiValues, TheOtherByteOrderIsRead) {
@@ -221,7 +222,7 @@ TEST(NiftiValues, BitsThatDoNotFitTheTypeAndNotFiniteValuesAreRefused) {
               HasSubstr("1 of 210 voxels are not finite numbers"));
 }
 
-// What is read of a NIfTI file whose header was changed.
+// Reads a NIfTI file whose header was changed.
 class NiftiForms : public ::testing::Test {
  protected:
   Volume Read(const std::function<void(std::string&)>& change, const std::string& frame = "") {
@@ -230,7 +231,7 @@ class NiftiForms : public ::testing::Test {
     WriteBytes(folder_.file("a.nii"), header + test::Bytes(ct_.hu));
     return ReadImageFile(folder_.file("a.nii"), frame);
   }
-  // The qform of the axes along which ct_ lies: half a turn about z, from RAS to LPS.
+  // Qform of the axes of ct_: half a turn about z, from RAS to LPS.
   static void PutQForm(std::string& header, const Vec3& origin_lps) {
     Put(header, 252, std::int16_t{1});
     Put(header, 264, 1.0f);
@@ -276,8 +277,8 @@ TEST_F(NiftiForms, WithoutEitherTheAxesAreTakenAsRasWithAWarning) {
 
 TEST_F(NiftiForms, TwoPlacesFiftyMillimetresApartAreWarnedOf) {
   const Volume read = Read([&](std::string& h) { PutQForm(h, ct_.origin_W + Vec3(30, 0, 40)); });
-  ExpectSame(read, ct_);  // the sform's
-  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("places the scan twice, up to 50.0 mm apart; its sform was taken")));
+  ExpectSame(read, ct_);  // placed by the sform
+  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("places the scan twice, up to 50.0 mm apart; its sform was used")));
 }
 
 TEST_F(NiftiForms, AStandardSpaceGivesWayToTheScannersAndIsWarnedOfAlone) {
@@ -286,7 +287,7 @@ TEST_F(NiftiForms, AStandardSpaceGivesWayToTheScannersAndIsWarnedOfAlone) {
     PutQForm(h, ct_.origin_W + Vec3(0, 50, 0));
   });
   EXPECT_EQ(both.origin_W, ct_.origin_W + Vec3(0, 50, 0));
-  EXPECT_THAT(both.warnings, ElementsAre(HasSubstr("its qform was taken, in the scanner's coordinates")));
+  EXPECT_THAT(both.warnings, ElementsAre(HasSubstr("its qform was used, in the scanner's coordinates")));
   const Volume alone = Read([](std::string& h) { Put(h, 254, std::int16_t{4}); });
   EXPECT_THAT(alone.warnings, ElementsAre(HasSubstr("in MNI's coordinates, to which it may have been stretched")));
 }
@@ -294,7 +295,7 @@ TEST_F(NiftiForms, AStandardSpaceGivesWayToTheScannersAndIsWarnedOfAlone) {
 TEST_F(NiftiForms, MetresAndMicrometresAreHonouredAndAnUnknownUnitIsWarnedOf) {
   for (const auto& [code, per_mm] : {std::pair(1, 1e-3f), std::pair(3, 1e3f)}) {
     const Volume read = Read([&, unit = code, f = per_mm](std::string& h) {
-      h[123] = static_cast<char>(unit + 8);  // and seconds
+      h[123] = static_cast<char>(unit + 8);  // unit of length, plus 8 for seconds
       for (std::size_t at = 80; at < 92; at += 4) {
         float v = 0;
         std::memcpy(&v, &h[at], 4);
@@ -307,11 +308,11 @@ TEST_F(NiftiForms, MetresAndMicrometresAreHonouredAndAnUnknownUnitIsWarnedOf) {
       }
     });
     EXPECT_THAT(read.warnings, IsEmpty());
-    EXPECT_LT(glm::length(read.origin_W - ct_.origin_W), 1e-5);  // single precision of 31 mm
+    EXPECT_LT(glm::length(read.origin_W - ct_.origin_W), 1e-5);  // single precision at 31 mm
     EXPECT_LT(glm::length(read.spacing_mm - ct_.spacing_mm), 1e-6);
   }
   EXPECT_THAT(Read([](std::string& h) { h[123] = 0; }).warnings, ElementsAre(HasSubstr("no unit of length")));
-  EXPECT_THAT(MessageOf([&] { Read([](std::string& h) { h[123] = 5; }); }), HasSubstr("is not known"));
+  EXPECT_THAT(MessageOf([&] { Read([](std::string& h) { h[123] = 5; }); }), HasSubstr("is unknown"));
 }
 
 TEST_F(NiftiForms, AnAffineInMetresUnderTheNameOfMillimetresIsNamed) {
@@ -342,7 +343,7 @@ TEST_F(NiftiForms, TwoSpacingsAreWarnedOf) {
   EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("along axis 3, 2 mm by its sform and 3 mm by its pixdim")));
 }
 
-// What is read of an NRRD of which a line was replaced, or taken out when `by` is empty.
+// Reads an NRRD file in which a line was replaced by `by`, or removed if `by` is empty.
 class NrrdFrames : public ::testing::Test {
  protected:
   std::string Header(const std::string& line, const std::string& by, const std::string& frame = "LPS") const {
@@ -375,7 +376,7 @@ TEST_F(NrrdFrames, SpacesOfThePatientAreHonouredByEitherName) {
 
 TEST_F(NrrdFrames, SpacesThatDoNotSayHowThePatientLiesAreTakenAsLpsWithAWarning) {
   for (const auto& [line, warning] :
-       {std::pair("space: scanner-xyz\n", "is the scanner's, not the patient's; LPS was taken"),
+       {std::pair("space: scanner-xyz\n", "is the scanner's, not the patient's; LPS was assumed"),
         std::pair("space: 3D-right-handed\n", "does not say how the scan lies in the patient"),
         std::pair("space dimension: 3\n", "names no space")}) {
     const Volume read = Read(Header("space", line));
@@ -389,9 +390,9 @@ TEST_F(NrrdFrames, SpacesThatDoNotSayHowThePatientLiesAreTakenAsLpsWithAWarning)
 
 TEST_F(NrrdFrames, LeftHandedAndUnknownSpacesAreRefused) {
   EXPECT_THAT(MessageOf([&] { Read(Header("space", "space: 3D-left-handed\n")); }),
-              HasSubstr("state where x, y and z point to with --frame"));
+              HasSubstr("specify where x, y and z point with --frame"));
   ExpectSame(Read(Header("space", "space: 3D-left-handed\n", "LAS"), "LAS"), ct_);
-  EXPECT_THAT(MessageOf([&] { Read(Header("space", "space: mars\n")); }), HasSubstr("space 'mars' is not known"));
+  EXPECT_THAT(MessageOf([&] { Read(Header("space", "space: mars\n")); }), HasSubstr("space 'mars' is unknown"));
 }
 
 TEST_F(NrrdFrames, TheSizeOfAVoxelMustBeGiven) {
@@ -418,8 +419,7 @@ TEST_F(NrrdFrames, UnitsOfLengthAreHonoured) {
   const auto with = [&](const std::string& units) { return test::NrrdHeader(metres) + "space units: " + units + "\n"; };
   ExpectSame(Read(with("\"m\" \"m\" \"m\"")), ct_);
   EXPECT_THAT(MessageOf([&] { Read(with("\"m\" \"mm\" \"m\"")); }), HasSubstr("gives its axes different units"));
-  EXPECT_THAT(MessageOf([&] { Read(with("\"ell\" \"ell\" \"ell\"")); }),
-              HasSubstr("unit of length 'ell' is not known"));
+  EXPECT_THAT(MessageOf([&] { Read(with("\"ell\" \"ell\" \"ell\"")); }), HasSubstr("unit of length 'ell' is unknown"));
 }
 
 TEST(MetaFrames, TheSizeOfAVoxelMustBeGivenAndItsUnitIsHonoured) {
@@ -467,7 +467,7 @@ TEST(MetaFrames, NDimsThatIsNotThatOfTheSizesIsRefused) {
   for (const char* dimensions : {"-3", "2147483647", "99999999999", "4", "x"}) {
     std::string changed = whole;
     WriteBytes(folder.file("a.mha"), changed.replace(at, 9, std::string("NDims = ") + dimensions));
-    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.mha")); }), HasSubstr("dimensions by NDims and 3 sizes"))
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.mha")); }), HasSubstr("dimensions in NDims and 3 sizes"))
         << dimensions;
   }
 }
@@ -490,13 +490,13 @@ TEST(Provenance, WhatWasAssumedStandsInTheReportAndInTheBone) {
   const ImportResult stated = Import(folder.file("a.nrrd"), options);
   EXPECT_THAT(stated.report.warnings, IsEmpty());
   EXPECT_EQ(stated.bone.notes().at("import_frame"), "RAS, as stated by --frame");
-  // Turned about z. The surface's place is known to a fraction of a voxel of 1 mm.
+  // Rotated by half a turn about z. The surface's position is known to a fraction of the 1 mm voxel.
   EXPECT_LT(glm::length(result.report.box.centre() - Vec3(3.2, 4.3, -0.1)), 0.3);
   EXPECT_LT(glm::length(stated.report.box.centre() - Vec3(-3.2, -4.3, -0.1)), 0.3);
 }
 
 TEST(MeshFrames, ASurfaceIsTurnedOrMirroredToTheStatedFrame) {
-  // A block of 10 x 20 x 30 mm with a corner at the origin, facing outwards.
+  // A block of 10 x 20 x 30 mm with a corner at the origin, facing outward.
   std::string block;
   for (int n = 0; n < 8; ++n) block += fmt::format("v {} {} {}\n", n % 2 * 10, n / 2 % 2 * 20, n / 4 * 30);
   for (const char* face : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"}) {
@@ -511,7 +511,7 @@ TEST(MeshFrames, ASurfaceIsTurnedOrMirroredToTheStatedFrame) {
     options.frame = frame;
     const ImportReport report = Import(folder.file("a.obj"), options).report;
     EXPECT_LT(glm::length(report.box.upper - upper), 0.01) << frame;
-    // A level set of voxels of 1 mm cuts the edges, 240 mm of them in all, by less than half a voxel's square.
+    // A level set with 1 mm voxels loses less than half the square of a voxel along the 240 mm of edges.
     EXPECT_NEAR(report.solid_mm3, 6000, 120) << frame;
   }
 }

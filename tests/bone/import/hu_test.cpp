@@ -1,4 +1,4 @@
-// The CT numbers that an import keeps are the CT's own.
+// The CT numbers that an import keeps are those of the CT.
 #include <gmock/gmock.h>
 
 #include <glm/gtc/quaternion.hpp>
@@ -22,7 +22,7 @@ double Ramp(const Vec3& p) {
   return 1000 + 20 * (p.x - kCentre.x) - 15 * (p.y - kCentre.y) + 8 * (p.z - kCentre.z);
 }
 
-/// A ball with a ramp of CT numbers in it and air around it.
+/// A ball with a linear ramp of CT numbers, surrounded by air.
 Volume MakeRampCt(const Vec3& spacing_mm, const glm::dmat3& axes_W) {
   std::array<int, 3> size{};
   Vec3 middle;
@@ -74,17 +74,17 @@ TEST(KeptHu, AreTheCtsOwnWhateverItsLattice) {
     UseCtModulus(result.bone, Identity(), true);
     std::mt19937 random(2);
     std::uniform_real_distribution<double> unit(-1, 1);
-    // Whole voxels of both lattices around the point must lie in the ball: a diagonal of each away from its surface.
+    // All voxels of both lattices around the point must lie in the ball: a voxel diagonal of each inside its surface.
     const double inner = kRadius - glm::length(spacing) - std::sqrt(3.0) * result.report.hu_voxel_mm;
     int checked = 0;
     while (checked < 300) {
       const Vec3 offset = inner * Vec3(unit(random), unit(random), unit(random));
       if (glm::length(offset) > inner) continue;
-      // A linear function, but for the CT's rounding to whole numbers.
+      // A linear function, except for rounding to integers in the CT.
       EXPECT_NEAR(result.bone.ModulusAt(kCentre + offset), Ramp(kCentre + offset), 0.51);
       ++checked;
     }
-    // Near the surface the air beside it dims them: at the surface itself they are that of the iso value, not the ramp.
+    // Near the surface the values are blended with air: they are close to the iso value there, not to the ramp.
     double at_surface = 0;
     double ramp = 0;
     for (int n = 0; n < 300; ++n) {

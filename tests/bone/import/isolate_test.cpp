@@ -1,4 +1,4 @@
-// Parting the bone wanted from what it touches.
+// Separation of the wanted bone from bone that it touches.
 #include "bone/import/isolate.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ using test::Folder;
 using test::MessageOf;
 using ::testing::HasSubstr;
 
-// Two balls of 10 and 13 mm that overlap in a neck of about 4 mm radius, along a skew line.
+// Two balls of 10 and 13 mm radius that overlap in a neck of about 4 mm radius, along a skew line.
 const Vec3 kSmall(-9, -3, 4);
 const Vec3 kLarge = kSmall + 21.4 * glm::normalize(Vec3(2, 1, -0.5));
 
@@ -43,7 +43,7 @@ IsolateOptions Steered() {
 TEST(Isolate, KeepAndDropPointsPartTouchingBallsAtTheirNeck) {
   const double ball_mm3 = 4.0 / 3.0 * std::numbers::pi * 1000;
   const Isolation isolation = Isolate(TouchingBalls(), Steered(), {});
-  // The overlap is a lens of 28 mm3 and the border lies within a voxel of it: 50 mm2 of neck times 1 mm.
+  // The overlap is a lens of 28 mm3, and the border is known to one voxel: 50 mm2 of neck times 1 mm.
   EXPECT_NEAR(isolation.iso_volume_mm3, ball_mm3, 80);
   EXPECT_GT(isolation.contact_mm2, 20);
   EXPECT_LT(isolation.contact_mm2, 150);
@@ -51,7 +51,7 @@ TEST(Isolate, KeepAndDropPointsPartTouchingBallsAtTheirNeck) {
   std::swap(other.keep_W, other.drop_W);
   const Isolation rest = Isolate(TouchingBalls(), other, {});
   EXPECT_NEAR(rest.iso_volume_mm3, ball_mm3 * 2.197, 100);
-  // Nothing is lost and nothing shared.
+  // No voxel is lost or assigned twice.
   IsolateOptions all = Steered();
   all.isolate = false;
   EXPECT_EQ(isolation.iso_volume_mm3 + rest.iso_volume_mm3, Isolate(TouchingBalls(), all, {}).iso_volume_mm3);
@@ -78,7 +78,7 @@ TEST(Isolate, APointOffTheBoneOrOffTheScanIsNamed) {
   options.keep_W = {{30, 25, 20}};
   EXPECT_THAT(
       MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
-      HasSubstr("--keep (30.0, 25.0, 20.0): the point lies in no bone; nothing above 450 HU is within 4 mm of it"));
+      HasSubstr("--keep (30.0, 25.0, 20.0): the point is not in bone; nothing above 450 HU is within 4 mm of it"));
   options = Steered();
   options.drop_W = {{500, 0, 0}};
   EXPECT_THAT(MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
@@ -92,7 +92,7 @@ TEST(Isolate, WhatIsNoMandibleIsRefusedWithWhatWasFound) {
   IsolateOptions options;
   options.iso_hu = 450;
   const std::string message = MessageOf([&] { Isolate(TouchingBalls(), options, {}); });
-  EXPECT_THAT(message, HasSubstr("the mandible can't be told from the other bone"));
+  EXPECT_THAT(message, HasSubstr("the mandible can't be distinguished from the other bone"));
   EXPECT_THAT(message, HasSubstr("'kerf picture INPUT --axes -o ct.png'"));
   EXPECT_THAT(message, HasSubstr("1. 13.4 cm3, centre ("));
   EXPECT_THAT(message, HasSubstr("--keep x,y,z"));
@@ -109,7 +109,7 @@ TEST(Isolate, AVolumeWithoutBoneIsRefused) {
       HasSubstr("the scan holds no bone: nothing above 300 HU is larger than 1 cm3 (the brightest voxel has 120 HU)"));
 }
 
-// A tube along a horseshoe with two uprights: as much of a mandible as the test of shape asks for. `up` gives the
+// A tube along a horseshoe with two uprights: the features of a mandible that the test of shape checks. `up` gives the
 // uprights' height, `bridge` closes the back, `roof` the top.
 std::function<double(const Vec3&)> Horseshoe(double up_left, double up_right, bool bridge, bool roof) {
   const auto segment = [](const Vec3& p, const Vec3& a, const Vec3& b, double r) {
@@ -152,10 +152,10 @@ TEST(MandibleLikeness, UpsideDownOrBackToFrontFails) {
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, -8 - p.y, p.z}); })).is_mandible);
 }
 
-// The scan of the arch with its coordinates in another frame than the one it is said to be in.
+// A scan of the arch whose coordinates are in `frame`, although its header states LPS.
 Volume HorseshoeIn(const std::string& frame) {
   Volume ct = HorseshoeCt(Horseshoe(60, 60, false, false));
-  StateFrame(frame, ct);  // in place of its inverse: each of the frames below is its own
+  StateFrame(frame, ct);  // used instead of its inverse, since each of the frames below is its own inverse
   ct.frame = "LPS";
   return ct;
 }
@@ -170,25 +170,25 @@ TEST(MandibleLikeness, SaysWhichTurnWouldMakeAMandibleOfIt) {
     const std::string said = Describe(likeness, "LPS");
     EXPECT_THAT(said, HasSubstr(fmt::format("; it looks like a mandible that {}", how)));
     EXPECT_THAT(said, HasSubstr(frame));
-    // The refusal says it too, and the frame that it names gives the arch.
+    // The refusal contains the same text, and stating the suggested frame gives the arch.
     EXPECT_THAT(MessageOf([&] { Isolate(ct, IsolateOptions{}, {}); }), HasSubstr(DescribeTurns(likeness, "LPS")));
     Volume stated = ct;
     StateFrame(frame, stated);
     EXPECT_TRUE(Isolate(stated, IsolateOptions{}, {}).mandible);
   }
   const MandibleLikeness backwards = ShapeOf(HorseshoeIn("RAS"));
-  EXPECT_THAT(Describe(backwards, "LPS"), HasSubstr("are likely RAS, or LAS in a mirror, and not LPS"));
-  // A file read as RAS: the frame named is that of its own coordinates.
-  EXPECT_THAT(Describe(backwards, "RAS"), HasSubstr("are likely LPS, or RPS in a mirror, and not RAS"));
-  // Lying on its back the arch passes too, so that another order of axes leaves two frames.
+  EXPECT_THAT(Describe(backwards, "LPS"), HasSubstr("are likely RAS, or LAS if mirrored, and not LPS"));
+  // For a file read as RAS, the suggested frame is that of the file's own coordinates.
+  EXPECT_THAT(Describe(backwards, "RAS"), HasSubstr("are likely LPS, or RPS if mirrored, and not RAS"));
+  // The arch also passes when it lies on its back, so another order of axes leaves two possible frames.
   EXPECT_THAT(Describe(ShapeOf(HorseshoeIn("SAL")), "LPS"),
-              HasSubstr("are likely PIR or SAL, or PIL or SAR in a mirror"));
+              HasSubstr("are likely PIR or SAL, or PIL or SAR if mirrored"));
   EXPECT_EQ(DescribeTurns(ShapeOf(HorseshoeIn("LPS")), "LPS"), "");
 }
 
 TEST(Isolate, TheTurnIsAlsoNamedWhenPointsSteer) {
   Volume ct = HorseshoeIn("RAS");
-  const Vec3 other(0, -36, 64);  // of bone apart from the arch
+  const Vec3 other(0, -36, 64);  // in bone separate from the arch
   for (int side = 0; side < 5 * 5 * 5; ++side) {
     const Vec3 at = glm::round(ct.VoxelFromWorld(other)) + Vec3(side % 5 - 2, side / 5 % 5 - 2, side / 25 - 2);
     ct.hu[ct.Index(static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z))] = 1200;
@@ -197,11 +197,11 @@ TEST(Isolate, TheTurnIsAlsoNamedWhenPointsSteer) {
   options.keep_W = {{0, 40, 0}};
   options.drop_W = {other};
   EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("does not look like a mandible: "));
-  EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("are likely RAS, or LAS in a mirror"));
+  EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("are likely RAS, or LAS if mirrored"));
 }
 
 TEST(Isolate, AutomaticFindsTheArchThatADimBridgeJoinsToABlock) {
-  // A block of bone above the rami, joined to them by 500 HU; the arch itself has 1000.
+  // A block of bone above the rami, joined to them by bridges of 500 HU; the arch itself has 1000 HU.
   const auto arch = Horseshoe(56, 56, false, false);
   Volume ct = HorseshoeCt(arch);
   std::size_t alone = 0;
@@ -215,7 +215,7 @@ TEST(Isolate, AutomaticFindsTheArchThatADimBridgeJoinsToABlock) {
   const Isolation isolation = Isolate(ct, IsolateOptions{}, {});
   EXPECT_TRUE(isolation.mandible);
   EXPECT_GT(isolation.marker_hu, 500);
-  // Its own volume, and at most the dim bridges: 2 x 6 x 6 x 6 mm.
+  // The arch's own volume, plus at most the dim bridges: 2 x 6 x 6 x 6 mm.
   EXPECT_NEAR(isolation.iso_volume_mm3, static_cast<double>(alone) * 8, 600);
 }
 

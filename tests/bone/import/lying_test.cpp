@@ -1,4 +1,4 @@
-// Scans whose headers promise more than there is: refused with a sentence, and without asking for the memory.
+// Scans whose headers declare more data than there is: refused with a sentence, and without allocating the memory.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -18,7 +18,7 @@ namespace {
 using test::SliceSpec;
 
 struct Lie {
-  std::string name;                   // of the file
+  std::string name;                   // file name
   std::vector<std::string> contents;  // of the file, or of each slice
   std::string said;
 };
@@ -36,7 +36,7 @@ std::string Nrrd(int side, const std::string& encoding) {
   return header + "\n" + std::string(30, 'x');
 }
 
-/// A slice whose sequence of 20 bytes holds an item with a value of 4 GB.
+/// A slice with a sequence of 20 bytes whose item declares a value of 4 GB.
 std::string NestedLie() {
   const std::string lie = std::string("\x08\x00\x40\x11SQ\0\0\x14\0\0\0", 12) +
                           std::string("\xfe\xff\x00\xe0\x0c\0\0\0", 8) +
@@ -47,7 +47,7 @@ std::string NestedLie() {
   return slice.insert(at, lie);
 }
 
-/// Items within items, more than GDCM's stack can bear.
+/// Nested items, deeper than GDCM's stack allows.
 std::string DeepLie() {
   std::string lie;
   for (int n = 0; n < 500'000; ++n) {
@@ -77,11 +77,11 @@ std::vector<Lie> MakeLies() {
           {"a.nrrd", {Nrrd(26000, "bzip2")}, "the header promises 26000 x 26000 x 3 voxels"},
           {"a.nrrd", {Nrrd(60000, "raw")}, "more than the 2^31 that kerf reads"},
           {"a.mha", {channels}, "a voxel has 2000000000 bytes"},
-          {"a.dcm", slices, "8192 x 8192 pixels of 16 bits are promised and not all there"},
+          {"a.dcm", slices, "its header states 8192 x 8192 pixels of 16 bits, but not all are present"},
           {"a.dcm", {test::DicomSlice(Shape(40000), 0, packed)}, "a slice of 40000 x 40000 pixels, more than the 2^26"},
           {"a.dcm", {test::DicomSlice(Shape(4), 0, deflated)}, "packed as a whole (deflated)"},
-          {"a.dcm", {NestedLie()}, "element (0008,0060) is 4294967280 bytes long where 0 are left"},
-          {"a.dcm", {DeepLie()}, "stand more than 64 deep within each other"}};
+          {"a.dcm", {NestedLie()}, "element (0008,0060) is 4294967280 bytes long but only 0 are left"},
+          {"a.dcm", {DeepLie()}, "are nested more than 64 deep"}};
 }
 
 std::string Read(const Lie& lie, const test::Folder& folder) {

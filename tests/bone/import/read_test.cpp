@@ -1,4 +1,4 @@
-// Reading: the values and the place of every voxel, and a sentence for what is no CT.
+// Reading of scans: the value and the position of every voxel, and an error message for files that are not a CT.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 #include "bone/import/import.h"
 #include "ct_files.h"
 
-// GDCM 3.0 itself leaks its decoder when a JPEG is broken; asked by the leak sanitizer, unused without it.
+// GDCM 3.0 itself leaks its decoder when a JPEG is broken. The leak sanitizer calls this; without it, it is unused.
 // NOLINTBEGIN(bugprone-reserved-identifier): the sanitizer's name
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
@@ -27,7 +27,7 @@ using test::SliceSpec;
 using test::WriteBytes;
 using ::testing::HasSubstr;
 
-// Turned about a skew axis, with three different spacings: a swap or a sign anywhere shows.
+// Rotated about a skew axis, with three different spacings, so that any swapped axis or sign is seen.
 Volume SkewCt(const std::array<int, 3>& size = {9, 8, 7}) {
   const glm::dmat3 axes = glm::mat3_cast(glm::angleAxis(0.4, glm::normalize(Vec3(1, 2, -0.5))));
   Volume ct = test::MakeCt(size, {0.75, 0.5, 1.25}, {-31.5, 12.25, 140}, axes, test::Ball({0, 0, 0}, 1));
@@ -52,7 +52,7 @@ TEST(ReadDicom, SlicesAreOrderedByPositionAndLieWhereTheHeaderSays) {
   const Folder folder;
   const Volume ct = SkewCt();
   test::WriteDicom(ct, folder.path());
-  // 1e-6: positions are written with eight decimals.
+  // 1e-6 mm: positions are written with eight decimals.
   ExpectSame(ReadFolder(folder.path()), ct, 1e-6);
 }
 
@@ -133,7 +133,7 @@ TEST(ReadDicom, ASliceWithAnotherSeriesUidIsNamed) {
               testing::EndsWith("; one of them has 1 slice and may be a scout view or a damaged file: stray.dcm"));
 }
 
-// One slice of a good series is spoilt, each time otherwise.
+// One slice of a good series is damaged, in a different way each time.
 class SpoiltSeries : public ::testing::Test {
  protected:
   std::string Message(int k, const std::string& bytes) {
@@ -174,7 +174,7 @@ TEST_F(SpoiltSeries, SliceOfAnotherSizeOrOrientationIsRefused) {
               HasSubstr("has 10 x 8 pixels where others have 9 x 8"));
   Volume turned = ct_;
   std::swap(turned.axes_W[0], turned.axes_W[1]);
-  EXPECT_THAT(Message(3, test::DicomSlice(turned, 3, {})), HasSubstr("oriented otherwise"));
+  EXPECT_THAT(Message(3, test::DicomSlice(turned, 3, {})), HasSubstr("has a different orientation"));
 }
 
 TEST_F(SpoiltSeries, TruncatedSliceIsRefusedEvenByOneByte) {
@@ -198,13 +198,13 @@ TEST_F(SpoiltSeries, HeaderCutOffAnywhereIsRefusedAndNamesTheFile) {
   }
   const std::string within = Message(3, whole.substr(0, 200));
   EXPECT_THAT(within, HasSubstr("spoilt.dcm: the DICOM header can't be read: the meta information is "));
-  EXPECT_THAT(within, HasSubstr(" bytes long where 56 are left; the file is damaged or cut off"));
+  EXPECT_THAT(within, HasSubstr(" bytes long but only 56 are left; the file is damaged or cut off"));
   EXPECT_THAT(Message(3, whole.substr(0, 138)),
-              HasSubstr("the DICOM header can't be read: the file ends after 138 bytes, within it"));
+              HasSubstr("the DICOM header can't be read: the file ends within it, after 138 bytes"));
 }
 
 TEST_F(SpoiltSeries, SliceCutOffBetweenTwoElementsIsRefusedNotLeftOut) {
-  const std::string whole = test::DicomSlice(ct_, 6, {});  // the last: no gap would show it
+  const std::string whole = test::DicomSlice(ct_, 6, {});  // the last slice: its absence would leave no gap
   const std::string modality("\x08\x00\x60\x00", 4);
   EXPECT_THAT(Message(6, whole.substr(0, whole.find(modality))),
               HasSubstr("spoilt.dcm: a CT slice without rows and columns; the file is damaged or cut off"));
@@ -219,22 +219,23 @@ TEST_F(SpoiltSeries, ElementLongerThanTheFileIsRefused) {
   const std::string modality("\x08\x00\x60\x00", 4);
   const std::string meta_length("\x02\x00\x00\x00", 4);
   const std::string meta_uid("\x02\x00\x03\x00", 4);
-  EXPECT_THAT(Message(3, spoil(modality, 6, "\xff\x7f")),
-              HasSubstr("spoilt.dcm: the DICOM header can't be read: element (0008,0060) is 32767 bytes long where "));
-  // A text of 4 GB, as a damaged type and length make of it: none of it is asked for.
+  EXPECT_THAT(
+      Message(3, spoil(modality, 6, "\xff\x7f")),
+      HasSubstr("spoilt.dcm: the DICOM header can't be read: element (0008,0060) is 32767 bytes long but only "));
+  // A text of 4 GB, as a damaged type and length would declare; none of it is allocated.
   EXPECT_THAT(Message(3, spoil(modality, 4, std::string("UT\0\0\xf0\xff\xff\xff", 8))),
-              HasSubstr("element (0008,0060) is 4294967280 bytes long where "));
+              HasSubstr("element (0008,0060) is 4294967280 bytes long but only "));
   EXPECT_THAT(Message(3, spoil(meta_uid, 6, "\xff\x7f")), HasSubstr("element (0002,0003) is 32767 bytes"));
   EXPECT_THAT(Message(3, spoil(meta_length, 8, "\xff\xff\xff\x7f")),
-              HasSubstr("the meta information is 2147483647 bytes long where "));
+              HasSubstr("the meta information is 2147483647 bytes long but only "));
   EXPECT_THAT(Message(3, spoil(meta_uid, 4, "??")),
               HasSubstr("element (0002,0003) of the meta information has no valid type"));
-  // Within a sequence and an item that end with a delimiter.
+  // Inside a sequence and an item that end with delimiters.
   const std::string within(
       "\x08\x00\x32\x10SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff\x08\x00\x04\x01LO\x00\x70", 28);
   std::string nested = whole;
   nested.insert(nested.find(std::string("\x10\x00\x10\x00", 4)), within);
-  EXPECT_THAT(Message(3, nested), HasSubstr("element (0008,0104) is 28672 bytes long where "));
+  EXPECT_THAT(Message(3, nested), HasSubstr("element (0008,0104) is 28672 bytes long but only "));
 }
 
 TEST_F(SpoiltSeries, SequencesOfEitherKindOfLengthAreFollowed) {
@@ -250,13 +251,13 @@ TEST_F(SpoiltSeries, SequencesOfEitherKindOfLengthAreFollowed) {
 }
 
 TEST_F(SpoiltSeries, TextFileNamedDcmIsRefused) {
-  EXPECT_THAT(Message(3, "This is no image.\n"), HasSubstr("spoilt.dcm: not a DICOM file although its name says so"));
+  EXPECT_THAT(Message(3, "This is no image.\n"), HasSubstr("spoilt.dcm: not a DICOM file despite its name"));
 }
 
 TEST_F(SpoiltSeries, ColourIsRefused) {
   SliceSpec rgb;
   rgb.samples = 3;
-  EXPECT_THAT(Message(3, test::DicomSlice(ct_, 3, rgb)), HasSubstr("is a colour image (3 samples a pixel)"));
+  EXPECT_THAT(Message(3, test::DicomSlice(ct_, 3, rgb)), HasSubstr("is a colour image (3 samples per pixel)"));
 }
 
 TEST_F(SpoiltSeries, InvertedDisplayIsRefused) {
@@ -277,14 +278,14 @@ TEST_F(SpoiltSeries, PixelsThatCannotBeUnpackedAreRefusedByTransferSyntax) {
   EXPECT_THAT(message, testing::Not(HasSubstr("Cannot read")));
 }
 
-// Without the bits of a pixel, (0028,0100), GDCM can't read them, and has no reason to give.
+// Without Bits Allocated, (0028,0100), GDCM cannot read the pixels and gives no reason.
 TEST_F(SpoiltSeries, PixelsThatCannotBeReadAreSaidToBeDamaged) {
   std::string bytes = test::DicomSlice(ct_, 3, {});
   const std::size_t at = bytes.find(std::string("\x28\0\0\x01US", 6));
   ASSERT_NE(at, std::string::npos);
   bytes[at] = static_cast<char>(bytes[at] ^ 0x55);
-  EXPECT_THAT(Message(3, bytes), testing::EndsWith("spoilt.dcm: the slice's pixels are damaged, or the header's "
-                                                   "description of them is"));
+  EXPECT_THAT(Message(3, bytes), testing::EndsWith("spoilt.dcm: the slice's pixels are damaged, or the header "
+                                                   "describes them wrongly"));
 }
 
 TEST(ReadDicom, NonCtModalityIsRefused) {
@@ -313,7 +314,7 @@ TEST(ReadImage, NrrdNiftiAndMetaImageGiveTheSameVolume) {
   test::WriteMeta(ct, folder.file("a.mha"));
   ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct, 1e-9);
   ExpectSame(ReadImageFile(folder.file("a.mha")), ct, 1e-9);
-  // NIfTI holds the lattice in single precision: 140 mm to 1e-5.
+  // NIfTI stores the lattice in single precision: 140 mm to 1e-5.
   ExpectSame(ReadImageFile(folder.file("a.nii")), ct, 1e-4);
 }
 
@@ -341,7 +342,7 @@ TEST(ReadImage, NrrdWhoseHeaderPromisesMoreThanThereIsIsRefused) {
   EXPECT_THAT(
       MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
       HasSubstr("the header promises 90 x 80 x 70 voxels (1008000 bytes), but the file holds 1008 bytes of them"));
-  // Memory is never asked for: 10^15 voxels would need 2 PB.
+  // The memory is never allocated: 10^15 voxels would need 2 PB.
   lying.size = {100000, 100000, 100000};
   WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
   EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
@@ -381,7 +382,7 @@ TEST(ReadImage, GarbageUnderAnImageNameIsRefused) {
   const Folder folder;
   for (const char* name : {"a.nrrd", "a.nii", "a.nii.gz", "a.mha"}) {
     WriteBytes(folder.file(name), "This is no image, whatever it is called.\n");
-    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file(name)); }), HasSubstr("although its name says so")) << name;
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file(name)); }), HasSubstr("despite its name")) << name;
   }
   EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("gone.nrrd")); }), HasSubstr("the file can't be opened"));
 }
@@ -424,7 +425,7 @@ TEST(ReadImage, NothingIsPrintedWhateverTheFile) {
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
 }
 
-// A zlib stream of one stored block: nothing is compressed, so that it can be written by hand.
+// A zlib stream with one stored (uncompressed) block, which needs no library to write.
 std::string Zlib(const std::string& bytes) {
   std::uint32_t a = 1, b = 0;
   for (const char c : bytes) {
@@ -437,7 +438,7 @@ std::string Zlib(const std::string& bytes) {
          std::string{static_cast<char>(b >> 8), static_cast<char>(b), static_cast<char>(a >> 8), static_cast<char>(a)};
 }
 
-// What is read of a MetaImage with some lines more in its header, and these bytes for its voxels.
+// Reads a MetaImage with some additional header lines and the given bytes as its voxels.
 class MetaVoxels : public ::testing::Test {
  protected:
   std::string Header(const std::string& lines) const {
@@ -474,7 +475,7 @@ TEST_F(MetaVoxels, DamagedCompressedOnesAreRefused) {
   EXPECT_THAT(MessageOf([&] { Read(lines, spoilt); }),
               HasSubstr("a.mha: the compressed voxels are damaged: they do not match their checksum"));
   spoilt = Zlib(voxels_);
-  spoilt[5] ^= 1;  // the length's complement
+  spoilt[5] ^= 1;  // the complement of the length
   EXPECT_THAT(MessageOf([&] { Read(lines, spoilt); }), HasSubstr("only 0 of 1008 bytes can be unpacked"));
   EXPECT_THAT(MessageOf([&] { Read(lines, Zlib(voxels_).substr(0, 500)); }), HasSubstr("it is cut off"));
 }
@@ -495,9 +496,9 @@ TEST_F(MetaVoxels, TextAndTheOtherByteOrderAreRead) {
   for (const std::int16_t hu : ct_.hu) text += fmt::format("{} ", hu);
   ExpectSame(Read("BinaryData = False\n", text), ct_, 1e-9);
   EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3"); }),
-              HasSubstr("3 voxels can be read where the header promises 504"));
+              HasSubstr("3 voxels can be read, but the header promises 504"));
   EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3 x"); }),
-              HasSubstr("voxel 4 is 'x', which is no number"));
+              HasSubstr("voxel 4 is 'x', which is not a number"));
   std::string swapped = voxels_;
   for (std::size_t n = 0; n < swapped.size(); n += 2) std::swap(swapped[n], swapped[n + 1]);
   ExpectSame(Read("ElementByteOrderMSB = True\n", swapped), ct_, 1e-9);
@@ -531,22 +532,22 @@ TEST(ReadImage, BrokenHeadersAreRefusedInOurWords) {
     std::string name, field, by, said;
   };
   for (const Case& c : {
-           Case{"a.nrrd", "dimension: 3", "dimension: 4", "names 4 dimensions by 'dimension' and 3 sizes by 'sizes'"},
+           Case{"a.nrrd", "dimension: 3", "dimension: 4", "gives 4 dimensions in 'dimension' and 3 sizes in 'sizes'"},
            Case{"a.nrrd", "endian: little", "endian: middle", "'endian: little' or 'endian: big', but as 'middle'"},
            Case{"a.nrrd", "endian: little\n", "", "does not give the byte order of its voxels"},
            Case{"a.nrrd", "encoding: raw\n", "", "the NRRD header does not name an encoding"},
            Case{"a.nrrd", "encoding: raw", "encoding: bzip2",
-                "voxels of the encoding 'bzip2' are not read; kerf reads"},
+                "voxels with encoding 'bzip2' are not supported; kerf reads"},
            Case{"a.nrrd", "encoding: raw", "encoding: gzip\nbyte skip: -1", "'byte skip: -1' is for raw voxels"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\nline skip: 100000", "has fewer lines than the header's"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\nline skip: -1", "'line skip' is -1, below 0"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: s%03d.raw 1 9 1", "over several files"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: LIST", "over several files"},
            Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: listed50%.raw", "listed50%.raw, which can't be"},
-           Case{"a.nrrd", "type: short", "type: block", "voxels of type 'block' are not read"},
+           Case{"a.nrrd", "type: short", "type: block", "voxels of type 'block' are not supported"},
            Case{"a.mha", "Offset = ", "Offset = x", "the MetaImage header's Offset 'x"},
            Case{"a.mha", "TransformMatrix = ", "TransformMatrix = nan ", "header's TransformMatrix 'nan"},
-           Case{"a.mha", "MET_SHORT", "MET_OTHER", "voxels of type 'MET_OTHER' are not read"},
+           Case{"a.mha", "MET_SHORT", "MET_OTHER", "voxels of type 'MET_OTHER' are not supported"},
            Case{"a.mha", "LOCAL", "gone.raw", "gone.raw, which can't be opened"},
        }) {
     test::WriteNrrd(ct, folder.file("a.nrrd"));

@@ -1,4 +1,4 @@
-// Both CTs of the shared data. Skipped, and said so, where they are not to be had.
+// Both CTs of the shared data. The tests are skipped, with a message, where the data are not available.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ bool Missing(const std::string& path) {
   return !std::filesystem::exists(path);
 }
 
-// The surface's points in the top 8 mm, on one side: the condyle.
+// Counts the surface's points in the top 8 mm on one side: the condyle.
 int CountTopPoints(const TriangleMesh& surface, const Box3& box, double side) {
   int count = 0;
   for (const Vec3& p : surface.points) {
@@ -48,25 +48,25 @@ TEST(VisibleHuman, MandibleIsFoundUnaidedAsOnePieceWithBothCondyles) {
   EXPECT_TRUE(r.mandible);
   EXPECT_FALSE(r.cut_by_scan);
   EXPECT_EQ(r.pieces, 1u);
-  // The reference: 42.1 cm3 above 300 HU, box about 120 x 88 x 82 mm.
+  // Reference: 42.1 cm3 above 300 HU, box about 120 x 88 x 82 mm.
   EXPECT_NEAR(r.iso_mm3, 42100, 500);
   EXPECT_NEAR(r.box.size().x, 120, 2.5);
   EXPECT_NEAR(r.box.size().y, 88, 2.5);
   EXPECT_NEAR(r.box.size().z, 82, 2.5);
-  // The level set holds what is above iso and the filled marrow; blurred edges and thin plates differ by the counting
-  // of voxels.
+  // The level set holds the voxels above iso and the filled marrow; blurred edges and thin plates cause differences in
+  // the count of voxels.
   EXPECT_NEAR(r.solid_mm3, r.iso_mm3 + r.filled_mm3, 0.02 * r.solid_mm3);
   EXPECT_GT(r.filled_mm3, 4000);
   EXPECT_LT(r.filled_mm3, 8000);
   EXPECT_LT(r.contact_mm2, 100);
-  // Each of the atlas's 31 regions, its condyles' heads and necks among them.
+  // All 31 regions of the atlas, including the condyles' heads and necks.
   const std::map<int, double> volumes = dicom.bone.CalcRegionVolumes();
   for (int id = 1; id <= 31; ++id) EXPECT_GT(volumes.count(id) ? volumes.at(id) : 0, 20) << "region " << id;
   EXPECT_GT(r.tooth_mm3, 500);  // seven front teeth
   EXPECT_LT(r.tooth_mm3, 5000);
   const TriangleMesh surface = ExtractSurface(dicom.bone);
   EXPECT_EQ(CountOpenEdges(surface), 0u);
-  // What the CT's voxels are too coarse to show is filled as well, so that no inner shells are left.
+  // Voids smaller than the CT's voxels are filled as well, so that no inner shells are left.
   EXPECT_GT(r.voids.count, 0u);
   EXPECT_EQ(CloseSurface(surface, false, "surface").report.shells, 1u);
   EXPECT_GT(CountTopPoints(surface, r.box, -1), 100);
@@ -84,7 +84,7 @@ TEST(VisibleHuman, PointsFindTheSameMandible) {
   if (Missing(kFemaleNrrd)) GTEST_SKIP() << "no " << kFemaleNrrd;
   const Volume ct = ReadImageFile(kFemaleNrrd);
   const Isolation by_itself = Isolate(ct, IsolateOptions{}, {});
-  // A keep point alone says which; the rest goes as without.
+  // A keep point alone selects the bone; all else is as without points.
   IsolateOptions options;
   options.keep_W = {by_itself.ct.WorldFromVoxel({0, 0, 0})};
   for (std::size_t v = 0; v < by_itself.bone.size(); ++v) {
@@ -100,13 +100,13 @@ TEST(VisibleHuman, PointsFindTheSameMandible) {
 TEST(Phantom, IsRefusedWithoutPointsAndSaysHowToSteer) {
   if (Missing(kPhantom)) GTEST_SKIP() << "no " << kPhantom;
   const std::string message = MessageOf([] { Import(kPhantom, ImportOptions{}); });
-  EXPECT_THAT(message, HasSubstr("the mandible can't be told from the other bone"));
+  EXPECT_THAT(message, HasSubstr("the mandible can't be distinguished from the other bone"));
   EXPECT_THAT(message, HasSubstr("1. 399.9 cm3, centre (4, -219, 390), box 148 x 205 x 100 mm"));
   EXPECT_THAT(message, HasSubstr("--keep-markups"));
 }
 
-// Blocks of n[0] x n[1] x n[2] voxels become one: their mean, as thick slices have it, or their first, as slices with
-// gaps between them have it.
+// Merges blocks of n[0] x n[1] x n[2] voxels into one: their mean, as in thick slices, or their first voxel, as in
+// slices with gaps between them.
 Volume Coarsen(const Volume& ct, const std::array<int, 3>& n, bool mean) {
   Volume coarse = ct;
   coarse.hu.clear();
@@ -141,14 +141,14 @@ TEST(VisibleHuman, ThickSlicesGiveTheBoneOfThinOnes) {
     return Import(folder.file("ct.nrrd"), options);
   };
   const ImportResult all = import(ct);
-  EXPECT_NEAR(all.report.surface_error.offset_mm, 0.48, 0.05);  // by a script apart from kerf, on every surface point
+  EXPECT_NEAR(all.report.surface_error.offset_mm, 0.48, 0.05);  // by a separate script, on all surface points
   struct Case {
     std::array<int, 3> n;
     bool mean;
-    double volume, median_mm;  // most that may differ, as a share and in mm
+    double volume, median_mm;  // maximum differences, as a fraction and in mm
   };
-  // Found -1.4 % and +3.5 %, -0.02 and +0.12 mm; with the HU blurred in the slices' plane and not limited first, +12.6
-  // % and +8.3 %, +0.39 and +0.28 mm. What a mean over 2 x 2 mm has blurred does not come back altogether.
+  // Measured: -1.4 % and +3.5 %, -0.02 and +0.12 mm. If the HU are blurred in the plane of the slices without being
+  // limited first: +12.6 % and +8.3 %, +0.39 and +0.28 mm. The blur of a mean over 2 x 2 mm can't be fully undone.
   for (const Case& c : {Case{{1, 1, 3}, false, 0.02, 0.05}, Case{{2, 2, 1}, true, 0.045, 0.15}}) {
     const ImportResult coarse = import(Coarsen(ct, c.n, c.mean));
     std::vector<double> d;
@@ -170,7 +170,7 @@ TEST(Phantom, TheSceneMarkupsPartItFromUpperTeethAndSkull) {
   const ImportReport& r = result.report;
   EXPECT_EQ(r.pieces, 1u);
   EXPECT_TRUE(r.mandible);
-  // By eye on the slices: chin at z = 328, condyles' tops at 402 and 406, incisors' edge at 373.
+  // Read by eye in the slices: chin at z = 328, tops of the condyles at 402 and 406, edge of the incisors at 373.
   EXPECT_NEAR(r.solid_mm3, 77000, 3000);
   EXPECT_NEAR(r.box.lower.z, 328, 2);
   EXPECT_NEAR(r.box.upper.z, 405, 3);
@@ -178,7 +178,7 @@ TEST(Phantom, TheSceneMarkupsPartItFromUpperTeethAndSkull) {
   const TriangleMesh surface = ExtractSurface(result.bone);
   EXPECT_GT(CountTopPoints(surface, r.box, -1), 50);
   EXPECT_GT(CountTopPoints(surface, r.box, +1), 50);
-  // Nothing of the palate or the upper front teeth: the arch's middle ends at the biting edge.
+  // No part of the palate or the upper front teeth: the middle of the arch ends at the biting edge.
   for (const Vec3& p : surface.points) {
     if (std::abs(p.x) < 30) {
       EXPECT_LT(p.z, 382);
@@ -191,7 +191,7 @@ TEST(DynJaw, SurfaceOfAMandibleGetsTheAtlas) {
   ImportOptions options;
   options.voxel_mm = 0.5;
   const ImportResult result = Import(kJaw, options);
-  EXPECT_NEAR(result.report.solid_mm3, 57600, 150);  // the data's own README: 57.6 cm3
+  EXPECT_NEAR(result.report.solid_mm3, 57600, 150);  // README of the data: 57.6 cm3
   EXPECT_TRUE(result.report.mandible) << result.report.shape_objection;
   EXPECT_GT(result.report.region_mm3.size(), 25u);
 }

@@ -1,4 +1,4 @@
-// The estimate of the surface's error against what it is on solids whose place is known.
+// The estimate of the surface's error against the actual error on solids of known shape.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -17,15 +17,15 @@ using test::Folder;
 constexpr double kSoft_HU = 50;
 constexpr double kCortex_HU = 1600;
 
-double Normal(double x) {  // the normal distribution
+double Normal(double x) {  // cumulative normal distribution
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// A solid in the scanner: HU of an image blurred by `sigma_mm`, and the distance to its outer surface.
+/// A solid in the scanner: HU of its image blurred by `sigma_mm`, and the distance to its outer surface.
 struct Solid {
   const char* name;
   std::function<double(const Vec3&)> distance;
-  double marrow_HU = kCortex_HU;  // deeper than the cortex
+  double marrow_HU = kCortex_HU;  // HU deeper than the cortex
   double cortex_mm = 0;
 
   double Hu(const Vec3& p, double sigma_mm) const {
@@ -50,7 +50,7 @@ std::vector<Solid> Solids() {
   return {{"ball", ball}, {"plate", plate}, {"tube", tube, 600, 2}};
 }
 
-/// How the solid is scanned: each sample is the mean of the blurred image over a box, or its value at a point.
+/// Sampling of the scan: each sample is the mean of the blurred image over a box, or its value at a point.
 struct Scan {
   Vec3 spacing_mm;
   double sigma_mm;
@@ -109,22 +109,22 @@ Measured Measure(const Bone& bone, const Solid& solid) {
   return {d[d.size() / 2], std::sqrt(sum / static_cast<double>(d.size()))};
 }
 
-// Of a flat edge seen through a Gaussian blur and the scanner's box, the level `iso_hu` lies this far outside.
+// Distance by which the level `iso_hu` lies outside a flat edge, after a Gaussian blur and the scanner's box.
 double FlatOffset(const Scan& scan, double iso_hu) {
   const double sigma = std::hypot(scan.sigma_mm, scan.box ? scan.spacing_mm.x / std::sqrt(12.0) : 0);
-  const double share = (kCortex_HU - iso_hu) / (kCortex_HU - kSoft_HU);
+  const double fraction = (kCortex_HU - iso_hu) / (kCortex_HU - kSoft_HU);
   double z = 0;
-  for (int n = 0; n < 50; ++n) z += (share - Normal(z)) * 2;  // the quantile, by iteration
+  for (int n = 0; n < 50; ++n) z += (fraction - Normal(z)) * 2;  // quantile, by iteration
   return sigma * z;
 }
 
 TEST(SurfaceErrorEstimate, OffsetIsThatOfABlurredFlatEdge) {
   const Solid ball = Solids()[0];
-  // Resolved edges, so that interpolation adds nothing: at least 0.6 spacings of blur.
+  // Resolved edges, with at least 0.6 spacings of blur, so that interpolation adds no error.
   for (const Scan& scan : {Scan{Vec3(0.5), 0.3, false}, Scan{Vec3(1), 0.6, true}}) {
     for (const double iso_hu : {300.0, 825.0}) {
       const SurfaceError e = ImportScan(MakeScan(ball, scan), iso_hu).report.surface_error;
-      // The turn of the ball's surface shifts an edge by sigma^2 / R, here up to 0.04 mm.
+      // The curvature of the ball's surface shifts an edge by sigma^2 / R, here up to 0.04 mm.
       EXPECT_NEAR(e.offset_mm, FlatOffset(scan, iso_hu), 0.045) << scan.sigma_mm << " " << iso_hu;
       EXPECT_NEAR(e.half_height_hu, 0.5 * (kCortex_HU + kSoft_HU), 10);
       EXPECT_GT(e.points, 1000);
@@ -148,8 +148,8 @@ TEST(SurfaceErrorEstimate, MatchesTheErrorOnKnownSolids) {
     const SurfaceError& e = result.report.surface_error;
     const Measured m = Measure(result.bone, solid);
     const std::string which = fmt::format("{} {} {} {}", solid.name, scan.spacing_mm.x, scan.spacing_mm.z, scan.box);
-    // Over 72 combinations of solid, spacing, blur and sampling the ratio is 0.69 to 1.38 (docs/import.md); of these
-    // six it is least for the tube, whose cortex of 2 mm looks fainter than it is through slabs of 3 mm.
+    // Over 72 combinations of solid, spacing, blur and sampling the ratio is 0.69 to 1.38 (docs/import.md). Of these
+    // six it is smallest for the tube, whose cortex of 2 mm appears fainter than it is in slices of 3 mm.
     EXPECT_GT(e.CalcExpected(), (solid.cortex_mm > 0 ? 0.72 : 0.85) * m.rms_mm) << which;
     EXPECT_LT(e.CalcExpected(), 1.45 * m.rms_mm) << which;
     EXPECT_NEAR(e.offset_mm, m.median_mm, 0.2 * m.median_mm + 0.01) << which;
@@ -157,7 +157,7 @@ TEST(SurfaceErrorEstimate, MatchesTheErrorOnKnownSolids) {
 }
 
 TEST(SurfaceErrorEstimate, WidelySpacedSamplesScatterTheSurface) {
-  // At half height blur moves nothing, so that all of the error is scatter.
+  // At half height, blur does not shift the surface, so all of the error is scatter.
   const Solid ball = Solids()[0];
   const Scan gaps{{1, 1, 3}, 0.3, false};
   const ImportResult result = ImportScan(MakeScan(ball, gaps), 825);
@@ -180,7 +180,7 @@ TEST(ThickSlices, PutTheSurfaceWhereThinOnesDo) {
 }
 
 TEST(ThickSlices, LeaveEquallySpacedScansUntouched) {
-  // Limits and blur depend on the spacing's ratio and vanish with it: a tenth of a per cent more makes no difference.
+  // Limits and blur depend on the ratio of the spacings and vanish when they are equal: 0.1 % makes no difference.
   const Solid tube = Solids()[2];
   Volume ct = MakeScan(tube, {Vec3(1), 0.5, false});
   const double before_mm3 = ImportScan(ct).report.solid_mm3;

@@ -1,4 +1,4 @@
-// The surface lies where the scanned body's does, to a fraction of a voxel, whatever the lattice.
+// The imported surface matches the scanned body's to a fraction of a voxel, for any lattice.
 #include <gmock/gmock.h>
 
 #include <glm/gtc/quaternion.hpp>
@@ -31,7 +31,7 @@ ImportOptions AllBone(double voxel_mm) {
   return options;
 }
 
-// A ball off the lattice points, on a lattice with the given axes.
+// A ball whose centre is not a lattice point, on a lattice with the given axes.
 struct Lattice {
   const char* name;
   Vec3 spacing_mm;
@@ -50,7 +50,7 @@ std::vector<Lattice> Lattices() {
 }
 
 TEST(ImportedSurface, BallIsRecoveredInVolumeAndPlace) {
-  constexpr double kRadius = 12;
+  constexpr double kBallRadius = 12;
   const Vec3 centre(3.217, -41.63, 77.41);
   for (const Lattice& lattice : Lattices()) {
     const Folder folder;
@@ -60,20 +60,20 @@ TEST(ImportedSurface, BallIsRecoveredInVolumeAndPlace) {
       size[a] = static_cast<int>(std::ceil(40 / lattice.spacing_mm[a]));
       middle[a] = 0.5 * (size[a] - 1) * lattice.spacing_mm[a] + 0.3;
     }
-    const Volume ct =
-        test::MakeCt(size, lattice.spacing_mm, centre - lattice.axes_W * middle, lattice.axes_W, Ball(centre, kRadius));
+    const Volume ct = test::MakeCt(size, lattice.spacing_mm, centre - lattice.axes_W * middle, lattice.axes_W,
+                                   Ball(centre, kBallRadius));
     test::WriteNrrd(ct, folder.file("ball.nrrd"));
     const ImportResult result = Import(folder.file("ball.nrrd"), AllBone(0.3));
-    EXPECT_NEAR(result.report.solid_mm3 / BallVolume(kRadius), 1, 0.01) << lattice.name;
+    EXPECT_NEAR(result.report.solid_mm3 / BallVolume(kBallRadius), 1, 0.01) << lattice.name;
     EXPECT_EQ(result.report.pieces, 1u);
     Vec3 sum{0};
     double worst = 0;
     const TriangleMesh surface = ExtractSurface(result.bone);
     for (const Vec3& p : surface.points) {
       sum += p;
-      worst = std::max(worst, std::abs(glm::length(p - centre) - kRadius));
+      worst = std::max(worst, std::abs(glm::length(p - centre) - kBallRadius));
     }
-    // A tenth of the finest spacing; the whole surface within a quarter of the coarsest.
+    // A tenth of the finest spacing for the centre; a quarter of the coarsest for the whole surface.
     EXPECT_LT(glm::length(sum / static_cast<double>(surface.points.size()) - centre), 0.05) << lattice.name;
     EXPECT_LT(worst, 0.25 * std::max({lattice.spacing_mm.x, lattice.spacing_mm.y, lattice.spacing_mm.z}))
         << lattice.name;
@@ -97,7 +97,7 @@ TEST(ImportedSurface, FromNrrdAndNiftiItIsTheSameBone) {
 
 TEST(ImportedSurface, CavityIsFilledOrLeftHollow) {
   const Folder folder;
-  // A shell from 6 to 10 mm, with a canal of 1.5 mm radius that leads out of it.
+  // A shell from 6 to 10 mm, with a canal of 1.5 mm radius that leads out of its cavity.
   const Volume ct = test::MakeCt({30, 30, 30}, {1, 1, 1}, {-14.4, -14.6, -14.3}, glm::dmat3(1), [](const Vec3& p) {
     const double shell = std::abs(glm::length(p) - 8) - 2;
     const double canal = 1.5 - std::hypot(p.x, p.y);
@@ -109,7 +109,7 @@ TEST(ImportedSurface, CavityIsFilledOrLeftHollow) {
   options.fill = false;
   const ImportResult hollow = Import(folder.file("a.nrrd"), options);
   const double canal_mm3 = std::numbers::pi * 1.5 * 1.5 * 4;
-  // The canal's mouth counts as cavity or not: that is the tolerance. Blurred corners take a little more.
+  // The mouth of the canal may or may not count as cavity, which gives the tolerance. Blurred corners add a little.
   EXPECT_NEAR(filled.report.solid_mm3, BallVolume(10), canal_mm3 + 0.01 * BallVolume(10));
   EXPECT_NEAR(hollow.report.solid_mm3, BallVolume(10) - BallVolume(6) - canal_mm3, 0.015 * BallVolume(10));
   EXPECT_NEAR(filled.report.filled_mm3, BallVolume(6), 0.5 * canal_mm3 + 0.05 * BallVolume(6));
@@ -123,13 +123,13 @@ TEST(ImportedSurface, BoneCutByTheScanIsClosedThereAndSaidSo) {
   const ImportResult result = Import(folder.file("a.nrrd"), AllBone(0.5));
   EXPECT_TRUE(result.report.cut_by_scan);
   EXPECT_EQ(CountOpenEdges(ExtractSurface(result.bone)), 0u);
-  // Half a ball and the half voxel to which the first slice stands.
+  // Half a ball plus half a voxel, which the first slice extends outward.
   EXPECT_NEAR(result.report.solid_mm3, 0.5 * BallVolume(10) + 0.5 * std::numbers::pi * 100, 0.03 * BallVolume(10));
 }
 
 TEST(ImportedTissues, GoByHuDepthAndEnamel) {
   const Folder folder;
-  // Marrow of 400 HU in a cortex of 1500, 3 mm thick, and a lump of enamel on top.
+  // Marrow of 400 HU in a cortex of 1500 HU and 3 mm thickness, and a lump of enamel on top.
   Volume ct = test::MakeCt({44, 44, 50}, {1, 1, 1}, {-22, -22, -22}, glm::dmat3(1), Ball({0, 0, 0}, 15), 1500);
   for (std::size_t v = 0; v < ct.hu.size(); ++v) {
     const Vec3 p = ct.WorldFromVoxel(
@@ -145,15 +145,15 @@ TEST(ImportedTissues, GoByHuDepthAndEnamel) {
   EXPECT_EQ(bone.RegionAt({0, 0, 0}), 32);
   EXPECT_EQ(bone.RegionAt({0, 9, 0}), 32);
   EXPECT_EQ(bone.RegionAt({0, 13.5, 0}), 1);
-  EXPECT_EQ(bone.RegionAt({0, 14.9, 0}), 1);  // dimmed by the soft tissue, but near the surface
+  EXPECT_EQ(bone.RegionAt({0, 14.9, 0}), 1);  // blurred with soft tissue, but near the surface
   EXPECT_EQ(bone.RegionAt({0, 0, 18}), 33);
-  EXPECT_EQ(bone.RegionAt({0, 0, 21.9}), 33);  // the tooth's own surface
+  EXPECT_EQ(bone.RegionAt({0, 0, 21.9}), 33);  // surface of the tooth itself
   EXPECT_EQ(bone.RegionAt({0, 0, -40}), 0);
   EXPECT_EQ(bone.materials().At(33).tissue, Tissue::kTooth);
   double sum = 0;
   for (const auto& [id, mm3] : result.report.region_mm3) sum += mm3;
   EXPECT_NEAR(sum, result.report.solid_mm3, 1e-6 * result.report.solid_mm3);
-  // The threshold is the user's: with marrow above it, there is none.
+  // The user sets the threshold: if marrow is above it, there is no cancellous bone.
   options.tissue.cortical_hu = 350;
   EXPECT_EQ(Import(folder.file("a.nrrd"), options).bone.RegionAt({0, 0, 0}), 1);
 }
@@ -198,12 +198,11 @@ TEST(ImportOptionsRange, IsCheckedBeforeAnythingIsRead) {
   EXPECT_THAT(MessageOf([&] { Import("/nowhere", options); }), HasSubstr("is out of range"));
   options.voxel_mm = 0.2;
   options.isolate.keep_W = {{0, std::nan(""), 0}};
-  EXPECT_THAT(MessageOf([&] { Import("/nowhere", options); }), HasSubstr("a coordinate that is no finite number"));
+  EXPECT_THAT(MessageOf([&] { Import("/nowhere", options); }), HasSubstr("a coordinate that is not a finite number"));
   EXPECT_THAT(MessageOf([&] { Import("/nowhere", ImportOptions{}); }), HasSubstr("/nowhere: no such file or folder"));
   const Folder folder;
   test::WriteBytes(folder.file("scan.tiff"), "x");
-  EXPECT_THAT(MessageOf([&] { Import(folder.file("scan.tiff"), ImportOptions{}); }),
-              HasSubstr("the kind of file is not known"));
+  EXPECT_THAT(MessageOf([&] { Import(folder.file("scan.tiff"), ImportOptions{}); }), HasSubstr("unknown kind of file"));
 }
 
 // A box with the given edge lengths about the origin.
@@ -226,8 +225,8 @@ TEST(ImportedMesh, HasItsVolumeAndAShellOfCortex) {
   EXPECT_FALSE(result.report.mandible);
   EXPECT_EQ(result.bone.RegionAt({0, 0, 0}), 32);
   EXPECT_EQ(result.bone.RegionAt({0, 0, 5.5}), 1);
-  EXPECT_EQ(result.report.surface_error.points, 0);  // only a CT has one
-  // What lies deeper than the shell; depth is known to a third of the 0.7 mm lattice, and rounds the inner edges.
+  EXPECT_EQ(result.report.surface_error.points, 0);  // only a CT has an estimate
+  // The region deeper than the shell; depth is known to a third of the 0.7 mm lattice, which rounds the inner edges.
   const double core = 16.0 * 12 * 8;
   EXPECT_NEAR(result.report.region_mm3.at(32), core, 0.25 * 2 * (16 * 12 + 16 * 8 + 12 * 8));
 }

@@ -1,4 +1,4 @@
-// Values that are no Hounsfield units, and data that the header does not name.
+// Values that are not Hounsfield units, and data that the header does not describe.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 
 constexpr double kIso = 300;
 
-// Balls within each other: air, soft tissue, bone, enamel, with a few values each.
+// Concentric balls: soft tissue, bone and enamel in air, with a few values each.
 Volume Head() {
   Volume ct = test::MakeCt({40, 40, 40}, {2, 2, 2}, {-39, -39, -39}, glm::dmat3(1), test::Ball(Vec3(0), 30));
   for (int k = 0; k < 40; ++k) {
@@ -57,13 +57,13 @@ TEST(HuCheck, ALabelMapIsNamed) {
         HasSubstr(fmt::format("a.nrrd: this is a label map, not a CT: its voxels have {} different values from 0 "
                               "to {}",
                               labels, labels - 1)));
-    EXPECT_THAT(CheckHu(map, 0.5, "a.nrrd"), HasSubstr("this is a label map"));  // chosen for it: a warning
+    EXPECT_THAT(CheckHu(map, 0.5, "a.nrrd"), HasSubstr("this is a label map"));  // chosen by the user: only a warning
   }
 }
 
 TEST(HuCheck, HuAreNoLabels) {
   EXPECT_EQ(CheckHu(Head(), kIso, ""), "");
-  // A body of one value in air of another, as phantoms have it.
+  // A body with one value in air with one value, as in phantoms.
   EXPECT_EQ(CheckHu(test::MakeCt({9, 9, 9}, Vec3(1), Vec3(0), glm::dmat3(1), test::Ball(Vec3(4), 3)), kIso, ""), "");
 }
 
@@ -71,12 +71,12 @@ TEST(HuCheck, ACtWithoutItsOffsetIsNamed) {
   const Volume raw = Shifted(Head(), 1024);
   EXPECT_THAT(MessageOf([&] { CheckHu(raw, kIso, "a.nrrd"); }),
               HasSubstr("a.nrrd: this is a CT without its offset: air lies near 0 and soft tissue near 1024"));
-  EXPECT_THAT(CheckHu(raw, 1324, "a.nrrd"), HasSubstr("a CT without its offset"));  // chosen for it: a warning
-  // Scanners pad what lies outside their circle with a value of its own.
+  EXPECT_THAT(CheckHu(raw, 1324, "a.nrrd"), HasSubstr("a CT without its offset"));  // chosen by the user: a warning
+  // Scanners fill the area outside their field of view with a special value.
   Volume padded = raw;
   for (std::size_t v = 0; v < padded.hu.size(); v += 9) padded.hu[v] = -2000;
   EXPECT_THAT(MessageOf([&] { CheckHu(padded, kIso, ""); }), HasSubstr("without its offset"));
-  // A crop of nothing but bone and soft tissue has no air to tell by, and is taken as it is.
+  // A crop with only bone and soft tissue has no air as a reference, and is accepted.
   Volume crop = Head();
   std::erase_if(crop.hu, [](std::int16_t hu) { return hu < -500; });
   EXPECT_EQ(CheckHu(crop, kIso, ""), "");
@@ -131,13 +131,12 @@ TEST(Values, MoreSlicesThanTheHeaderNamesAreWarnedOf) {
     const Volume read = ReadImageFile(folder.file(name));
     EXPECT_EQ(read.hu, ct.hu);
     EXPECT_THAT(read.warnings,
-                ElementsAre("the header names 40 x 40 x 40 voxels, but the file holds data of 2 slices more; they were "
+                ElementsAre("the header gives 40 x 40 x 40 voxels, but the file holds 2 slices more; they were "
                             "left out"))
         << name;
   }
   ASSERT_EQ(std::system(("gzip '" + folder.file("a.nii") + "'").c_str()), 0);
-  EXPECT_THAT(ReadImageFile(folder.file("a.nii.gz")).warnings,
-              ElementsAre(HasSubstr("data of at least 2 slices more")));
+  EXPECT_THAT(ReadImageFile(folder.file("a.nii.gz")).warnings, ElementsAre(HasSubstr("at least 2 slices more")));
 }
 
 TEST(Values, GzipOfSeveralMembersIsReadWhole) {

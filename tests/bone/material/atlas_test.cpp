@@ -19,15 +19,15 @@ namespace {
 constexpr double kBodyHeight_mm = 30;
 constexpr double kRamusHeight_mm = 62;
 
-/// A mandible of plain shapes whose places are known: a U of constant thickness with its base at z = 0, and upright
-/// rami. LPS: the chin is at y = 0, the back at y = 80; mirror-symmetric point by point.
+/// A mandible of simple shapes at known places: a U of constant thickness with its base at z = 0, and upright rami.
+/// LPS: the chin is at y = 0, the back at y = 80; exactly mirror-symmetric.
 std::vector<Vec3> MakePlainMandible() {
   std::vector<Vec3> points;
   const auto add = [&](double x, double y, double z) {
     points.emplace_back(x, y, z);
     points.emplace_back(-x, y, z);
   };
-  // Seen from above the middle of the bone runs along x = 45 sqrt(y / 80).
+  // Seen from above, the midline of the bone is x = 45 sqrt(y / 80).
   for (double y = 0; y <= 80; y += 0.5) {
     const double x = 45 * std::sqrt(y / 80);
     const Vec3 along = glm::normalize(Vec3{22.5 / 80 / std::sqrt(std::max(y, 0.05) / 80), 1, 0});
@@ -38,7 +38,7 @@ std::vector<Vec3> MakePlainMandible() {
       for (const double side : {-0.5, 0.5}) add(x + side * thickness * outward.x, y + side * thickness * outward.y, z);
     }
     if (y < 50) continue;
-    // Coronoid in front, condyle behind, with the notch between.
+    // Coronoid in front, condyle behind, and the notch between them.
     const double process = y < 60 ? 57 : y > 70 ? kRamusHeight_mm : 46;
     for (double z = 45; z <= process; z += 0.5) {
       for (const double side : {-0.5, 0.5}) add(x + side * thickness, y, z);
@@ -53,8 +53,8 @@ std::vector<Vec3> Turned(const std::vector<Vec3>& points, const Pose& X) {
   return out;
 }
 
-/// The share of points that keep their region when the head is turned and moved.
-double CalcKeptShare(const std::vector<Vec3>& points, const Pose& X) {
+/// Fraction of the points that keep their region when the head is rotated and moved.
+double CalcKeptFraction(const std::vector<Vec3>& points, const Pose& X) {
   const MandibleAtlas straight(points);
   const std::vector<Vec3> turned_points = Turned(points, X);
   const MandibleAtlas turned(turned_points);
@@ -96,7 +96,8 @@ void ExpectAll31(const std::vector<Vec3>& points) {
   EXPECT_EQ(count.size(), 31u) << "a region outside 1 to 31";
 }
 
-/// Walks down the body from crest to base; returns (region, depth / body height at which it begins).
+/// Walks down the body from crest to base; returns pairs of a region and the depth at which it begins, as a fraction of
+/// the body's height.
 std::vector<std::pair<int, double>> WalkDown(const MandibleAtlas& atlas, const Vec3& crest, double height) {
   std::vector<std::pair<int, double>> bands;
   for (double depth = 0.05; depth < height; depth += 0.05) {
@@ -113,29 +114,29 @@ TEST(Atlas, APlainMandibleHasAll31Regions) {
 TEST(Atlas, DownACutThroughTheMolarBodyLieRegions24And21And13And6InThePapersBands) {
   const MandibleAtlas atlas(MakePlainMandible());
   for (const double side : {-1.0, 1.0}) {
-    // The arch's length from the chin to the back is 94 mm; y = 30 is 42 mm along.
-    for (const double offset : {-5.0, 0.0, 5.0}) {  // lingual to facial: the column goes right through
+    // The arch is 94 mm long from the chin to the back; y = 30 is at 42 mm.
+    for (const double offset : {-5.0, 0.0, 5.0}) {  // lingual to facial: the bands extend through the full width
       const double x = 45 * std::sqrt(30.0 / 80) + offset;
       const auto bands = WalkDown(atlas, {side * x, 30, kBodyHeight_mm}, kBodyHeight_mm);
       ASSERT_EQ(bands.size(), 4u);
       const int order[] = {24, 21, 13, 6};
       for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_EQ(bands[i].first, order[i]);
-        // The walk's step is 0.05 of 30 mm, twice.
+        // Twice the walk's step of 0.05 mm, relative to 30 mm.
         EXPECT_NEAR(bands[i].second, MandibleAtlas::kBodyBands[i], 0.004);
       }
     }
   }
 }
 
-TEST(Atlas, BordersAlongTheArchLieAtTheStatedShareOfItsLength) {
+TEST(Atlas, BordersAlongTheArchLieAtTheStatedFractionOfItsLength) {
   const MandibleAtlas atlas(MakePlainMandible());
-  // Length of x = 45 sqrt(y/80), by fine steps.
+  // Length of x = 45 sqrt(y / 80), by small steps.
   const auto length_to = [](double y_end) {
     double length = 0;
     Vec3 last{0};
     for (int i = 1; i <= 20000; ++i) {
-      const double y = y_end * i * i / 4e8;  // fine near the chin, where the curve is steep
+      const double y = y_end * i * i / 4e8;  // small near the chin, where the curve is steep
       const Vec3 p{45 * std::sqrt(y / 80), y, 0};
       length += glm::distance(last, p);
       last = p;
@@ -147,7 +148,7 @@ TEST(Atlas, BordersAlongTheArchLieAtTheStatedShareOfItsLength) {
     const MandibleCoordinates c = atlas.CalcCoordinates({45 * std::sqrt(y / 80), y, 10});
     // The arch is found from points in sectors of 2.5 degrees and smoothed.
     EXPECT_NEAR(c.along, length_to(y) / whole, 0.03) << y;
-    // The bone is 12 mm thick, and near the chin it crosses the sectors aslant.
+    // The bone is 12 mm thick, and near the chin it crosses the sectors obliquely.
     EXPECT_NEAR(c.facial_mm, 0, 2.0) << y;
     EXPECT_NEAR(c.depth, 20 / kBodyHeight_mm, 0.01) << y;
   }
@@ -174,15 +175,15 @@ TEST(Atlas, LeftAndRightAreTheSame) {
 }
 
 TEST(Atlas, ATurnedHeadKeepsItsRegions) {
-  // A plain mandible rests exactly on the base plane, so only points at the borders of cells may change.
-  for (const Pose& X : MakeHeadTurns()) EXPECT_GT(CalcKeptShare(MakePlainMandible(), X), 0.98);
+  // A simple mandible rests exactly on the base plane, so only points at the borders of regions may change.
+  for (const Pose& X : MakeHeadTurns()) EXPECT_GT(CalcKeptFraction(MakePlainMandible(), X), 0.98);
 }
 
 TEST(Atlas, AScannedMandibleHasAll31RegionsAndKeepsThemWhenTurned) {
   const std::vector<Vec3> points = ReadDynjaw();
   if (points.empty()) GTEST_SKIP() << "no " << KERF_TEST_DATA << "/mesh_dynjaw/jaw_smooth.obj";
   ExpectAll31(points);
-  for (const Pose& X : MakeHeadTurns()) EXPECT_GT(CalcKeptShare(points, X), 0.97);
+  for (const Pose& X : MakeHeadTurns()) EXPECT_GT(CalcKeptFraction(points, X), 0.97);
 }
 
 TEST(Atlas, PointsThatAreNoMandibleAreRefused) {
@@ -198,7 +199,7 @@ TEST(Atlas, PointsThatAreNoMandibleAreRefused) {
       testing::ThrowsMessage<Error>(testing::HasSubstr("mandible")));
   std::vector<Vec3> line;
   for (int i = 0; i < 500; ++i) line.emplace_back(0, 0, i);
-  EXPECT_THAT([&] { MandibleAtlas{line}; }, testing::ThrowsMessage<Error>(testing::HasSubstr("left and right")));
+  EXPECT_THAT([&] { MandibleAtlas{line}; }, testing::ThrowsMessage<Error>(testing::HasSubstr("left-right")));
   for (Vec3& p : line) p = {p.z, 0, 0};
   EXPECT_THAT([&] { MandibleAtlas{line}; }, testing::ThrowsMessage<Error>(testing::HasSubstr("extent")));
 }

@@ -1,4 +1,4 @@
-// CT number to density to modulus: values by hand, borders, ranges; the laws as text; damage.
+// CT number to density to modulus: values computed by hand, borders, ranges; laws as text; damaged files.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ const CtLaw& Law(const char* name) {
 }
 
 TEST(CtLaw, ModulusIsThePowerLawOfTheBandThatADensityLiesIn) {
-  // By hand, to the figures written here.
+  // Computed by hand, to the digits given here.
   const CtLaw& matmap = Law("mandible_matmap");
   EXPECT_NEAR(CalcModulus(matmap, 1.0), 1157.1, 1e-9);
   EXPECT_NEAR(CalcModulus(matmap, 0.8), 777.8056, 1e-4);   // 1157.1 * exp(1.78 * ln 0.8) = 1157.1 * 0.672203
@@ -40,10 +40,10 @@ TEST(CtLaw, ModulusIsThePowerLawOfTheBandThatADensityLiesIn) {
 TEST(CtLaw, AtABorderTheBandAboveHoldsAndTheJumpIsTheKnownOne) {
   const CtLaw& matmap = Law("mandible_matmap");
   const double below = std::nextafter(1.8, 0.0);
-  // 1157.1 * 1.8^1.78 and 2017.3 * 1.8^2.5: the jump from 3.29 to 8.77 GPa that the law is known for.
+  // 1157.1 * 1.8^1.78 and 2017.3 * 1.8^2.5: the known jump of this law from 3.29 to 8.77 GPa.
   EXPECT_NEAR(CalcModulus(matmap, below), 3294.245, 1e-3);
   EXPECT_NEAR(CalcModulus(matmap, 1.8), 8769.034, 1e-3);
-  // Held to the ends beyond them.
+  // Constant beyond both ends.
   EXPECT_EQ(CalcModulus(matmap, 0.1), CalcModulus(matmap, 0.8));
   EXPECT_EQ(CalcModulus(matmap, -3), CalcModulus(matmap, 0.8));
   EXPECT_EQ(CalcModulus(matmap, 7), CalcModulus(matmap, 2.8));
@@ -73,7 +73,7 @@ TEST(CtLaw, EveryShippedLawRisesWithDensityAndStaysAboveZero) {
       ASSERT_GT(E, before) << law.name << " at " << rho;
       before = E;
     }
-    // The floor of E is its value at the lower end.
+    // The minimum of E is its value at the lower end.
     EXPECT_EQ(CalcModulus(law, 0), CalcModulus(law, law.lower_rho())) << law.name;
     EXPECT_GT(CalcModulus(law, 0), 100) << law.name;
   }
@@ -98,7 +98,7 @@ TEST(CtLaws, TheShippedOnesAreTheFileInVolumesAndSayWhereTheyComeFrom) {
   ASSERT_EQ(DefaultCtLaws().size(), 5u);
   for (const CtLaw& law : DefaultCtLaws()) {
     EXPECT_EQ(law.tag == 'R', law.source.find("recalled and not verified") != std::string::npos) << law.name;
-    // Apparent density has no calibration that would hold for every scanner.
+    // No calibration of apparent density holds for every scanner.
     EXPECT_EQ(law.density == "apparent", law.calibration.empty()) << law.name;
   }
 }
@@ -117,7 +117,7 @@ TEST(CtLaws, ALawWithoutCalibrationAsksForOneAndTakesIt) {
             "depends on the scanner; give ct_calibration = \"HU:density HU:density ...\" in g/cm3, from a phantom");
   EXPECT_EQ(message("0:0.1 1000:1.2"), "accepted");
   EXPECT_EQ(message("0:2 1000:3"), "the calibration gives 2 to 3 g/cm3 and the bands hold for 0.09 to 0.35");
-  EXPECT_EQ(message("0:0.1"), "a calibration has at least two points");
+  EXPECT_EQ(message("0:0.1"), "a calibration needs at least two points");
   EXPECT_EQ(message("0:0.1 x:1.2"), "HU = \"x\" is not a number");
   EXPECT_EQ(message("0:0.1 1000"), "calibration point \"1000\" is not HU:density, such as 1000:1.2");
   EXPECT_EQ(message("1000:1.2 0:0.1"),
@@ -164,15 +164,15 @@ TEST(CtLaws, EachMistakeInAFileIsToldWithItsLine) {
        "laws.csv:3: a: band 0.8 to 0.8 g/cm3 ends where it begins or before"},
       {"a,bone,ash,none,100 to 800: 1 rho^2,S,src", "laws.csv:3: a: band 100 to 800 g/cm3 reaches beyond 25 g/cm3"},
       {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.7 to 2: 1 rho^2,S,src",
-       "laws.csv:3: a: band 0.7 to 2 g/cm3 overlaps the band 0.1 to 0.8 before it; a band begins where the one before "
-       "ends"},
-      {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.9 to 2: 1 rho^2,S,src",
-       "laws.csv:3: a: band 0.9 to 2 g/cm3 leaves a gap to the band 0.1 to 0.8 before it; a band begins where the one "
+       "laws.csv:3: a: band 0.7 to 2 g/cm3 overlaps the band 0.1 to 0.8 before it; a band must begin where the one "
        "before ends"},
+      {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.9 to 2: 1 rho^2,S,src",
+       "laws.csv:3: a: band 0.9 to 2 g/cm3 leaves a gap to the band 0.1 to 0.8 before it; a band must begin where the "
+       "one before ends"},
       {"a,bone,ash,none,0.1 to 0.8: -5 rho^2,S,src",
-       "laws.csv:3: a: band 0.1 to 0.8 g/cm3: the coefficient -5 is not above 0 and at most 1000000000 MPa"},
+       "laws.csv:3: a: band 0.1 to 0.8 g/cm3: the coefficient -5 must be above 0 and at most 1000000000 MPa"},
       {"a,bone,ash,none,0.1 to 0.8: 5 rho^0,S,src",
-       "laws.csv:3: a: band 0.1 to 0.8 g/cm3: the exponent 0 is not above 0 and at most 10"},
+       "laws.csv:3: a: band 0.1 to 0.8 g/cm3: the exponent 0 must be above 0 and at most 10"},
       {"a,bone,ash,none,0 to 0.8: 5 rho^2,S,src",
        "laws.csv:3: a: band 0 to 0.8 g/cm3: E = 0 MPa at its lower end is not above 0"},
       {"a,bone,ash,none,0.1 to 20: 1e6 rho^3,S,src",
@@ -181,16 +181,16 @@ TEST(CtLaws, EachMistakeInAFileIsToldWithItsLine) {
        "laws.csv:3: band \"0.1 to 0.8: 5 x^2\" is not written as LOWER to UPPER: A rho^B or LOWER to UPPER: C + A "
        "rho^B, "
        "such as 0.8 to 1.8: 1157.1 rho^1.78"},
-      {"a,bone,ash,none", "laws.csv:3: 4 fields instead of 7; a field with a comma stands in double quotes"},
+      {"a,bone,ash,none", "laws.csv:3: 4 fields instead of 7; a field with a comma must be in double quotes"},
       {"a,bone,ash,none,\"0.1 to", "laws.csv:3: a field begins with a double quote that does not end on this line"},
       {"A b,bone,ash,none,0.1 to 0.8: 5 rho^2,S,src",
-       "laws.csv:3: name = \"A b\" is not of 1 to 40 small letters, digits and _"},
+       "laws.csv:3: name = \"A b\" must be 1 to 40 lower-case letters, digits and _"},
       {"a,bone,weight,none,0.1 to 0.8: 5 rho^2,S,src",
-       "laws.csv:3: density = \"weight\" is none of apparent, ash, qct, mass"},
+       "laws.csv:3: density = \"weight\" is not one of apparent, ash, qct, mass"},
       {"a,bone,ash,,0.1 to 0.8: 5 rho^2,S,src", "laws.csv:3: calibration is empty; write HU:density points, or none"},
       {"a,bone,ash,none,0.1 to 0.8: 5 rho^2,X,src",
-       "laws.csv:3: tag = \"X\" is none of S (read in the source), D (derived) and R (recalled, unverified)"},
-      {"a,bone,ash,none,0.1 to 0.8: 5 rho^2,S,", "laws.csv:3: source is empty; say where the figures come from"},
+       "laws.csv:3: tag = \"X\" is not one of S (read in the source), D (derived) and R (recalled, unverified)"},
+      {"a,bone,ash,none,0.1 to 0.8: 5 rho^2,S,", "laws.csv:3: source is empty; state where the numbers come from"},
       {"a,bone,ash,none,0.1 to 0.8: 5 rho^2,S,s\na,bone,ash,none,0.1 to 0.8: 5 rho^2,S,s",
        "laws.csv:4: law \"a\" is given twice"},
       {"", "laws.csv: no law below the header"},
@@ -239,7 +239,7 @@ TEST(CtLaws, DamagedFilesLoadOrSayInOneSentenceWhereTheyAreWrong) {
   const auto check = [](const std::string& text) {
     try {
       for (const CtLaw& law : ParseCtLaws(text, "t.csv")) {
-        // What is accepted is usable: a finite modulus above 0 whatever the density.
+        // An accepted law is usable: a finite modulus above 0 at any density.
         for (const double rho : {-1.0, 0.0, 0.5, 1.8, 30.0, std::numeric_limits<double>::infinity()}) {
           const double E = CalcModulus(law, rho);
           RC_ASSERT(E > 0 && E <= 1e7);

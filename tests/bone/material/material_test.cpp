@@ -29,10 +29,10 @@ TEST(MaterialTable, AcceptsTheEndsOfEachRangeAndRefusesWhatIsBeyond) {
   EXPECT_EQ(MessageOf(MakeRegion(255, 1e7, 0.5)), "accepted");
   EXPECT_EQ(MessageOf(MakeRegion(0, 1000, 0.3)), "region id 0 is not within 1 to 255");
   EXPECT_EQ(MessageOf(MakeRegion(256, 1000, 0.3)), "region id 256 is not within 1 to 255");
-  EXPECT_EQ(MessageOf(MakeRegion(7, 0, 0.3)), "region 7: E = 0 GPa is not above 0 and at most 1000000");
-  EXPECT_EQ(MessageOf(MakeRegion(7, -5000, 0.3)), "region 7: E = -5 GPa is not above 0 and at most 1000000");
+  EXPECT_EQ(MessageOf(MakeRegion(7, 0, 0.3)), "region 7: E = 0 GPa must be above 0 and at most 1000000");
+  EXPECT_EQ(MessageOf(MakeRegion(7, -5000, 0.3)), "region 7: E = -5 GPa must be above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, std::numeric_limits<double>::quiet_NaN(), 0.3)),
-            "region 7: E = nan GPa is not above 0 and at most 1000000");
+            "region 7: E = nan GPa must be above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, 1000, -0.1)), "region 7: nu = -0.1 is not within 0 to 0.5");
   EXPECT_EQ(MessageOf(MakeRegion(7, 1000, 0.51)), "region 7: nu = 0.51 is not within 0 to 0.5");
 }
@@ -55,11 +55,11 @@ TEST(Material, TissueNamesGoBothWays) {
 }
 
 TEST(Material, ReducedModulusHasItsClosedForms) {
-  // Equal bodies: E / (2 (1 - nu^2)). Against a rigid body: E / (1 - nu^2). Symmetric in the two.
+  // Equal bodies: E / (2 (1 - nu^2)). Against a rigid body: E / (1 - nu^2). Symmetric in the two bodies.
   EXPECT_DOUBLE_EQ(CalcReducedModulus(18000, 0.3, 18000, 0.3), 18000 / (2 * (1 - 0.09)));
   EXPECT_NEAR(CalcReducedModulus(18000, 0.3, 1e20, 0.3), 18000 / (1 - 0.09), 1e-6);
   EXPECT_DOUBLE_EQ(CalcReducedModulus(18000, 0.3, 205000, 0.28), CalcReducedModulus(205000, 0.28, 18000, 0.3));
-  // The paper's K of region 24 against steel, K^3 = 3 d1 / (8 E*) in SI: 7.5539e-5 m N^(-1/3) (docs/physics.md).
+  // The paper's K for region 24 against steel, K^3 = 3 d1 / (8 E*) in SI: 7.5539e-5 m N^(-1/3) (docs/physics.md).
   const double E_star_Pa = 1e6 * CalcReducedModulus(19300, 0.28, 205000, 0.28);
   EXPECT_NEAR(std::cbrt(3 * 0.022 / (8 * E_star_Pa)), 7.5539e-5, 5e-10);
 }

@@ -16,7 +16,7 @@ namespace {
 
 const std::string kHeader = "id,name,tissue,E_GPa,nu,estimate,source\n";
 
-std::string MessageOf(const std::string& text) {
+std::string ErrorOfTable(const std::string& text) {
   try {
     ParseRegionTable(text, "t.csv");
   } catch (const Error& e) {
@@ -32,7 +32,7 @@ void ExpectEqual(const MaterialTable& a, const MaterialTable& b) {
     const Region& s = b.At(id);
     EXPECT_EQ(r.name, s.name);
     EXPECT_EQ(r.tissue, s.tissue);
-    EXPECT_EQ(r.E_MPa, s.E_MPa) << id;  // to the bit
+    EXPECT_EQ(r.E_MPa, s.E_MPa) << id;  // bit-identical
     EXPECT_EQ(r.nu, s.nu);
     EXPECT_EQ(r.estimate, s.estimate);
     EXPECT_EQ(r.source, s.source);
@@ -45,8 +45,8 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
     std::string message;
   };
   const Case cases[] = {
-      {"", "t.csv: no header; it is id,name,tissue,E_GPa,nu,estimate,source"},
-      {"# only a comment\n", "t.csv: no header; it is id,name,tissue,E_GPa,nu,estimate,source"},
+      {"", "t.csv: no header; it must be id,name,tissue,E_GPa,nu,estimate,source"},
+      {"# only a comment\n", "t.csv: no header; it must be id,name,tissue,E_GPa,nu,estimate,source"},
       {kHeader, "t.csv: no region below the header"},
       {"id,name,tissue,E_Gpa,nu,estimate,source\n", "t.csv:1: unknown column \"E_Gpa\"; did you mean \"E_GPa\"?"},
       {"id,name,tissue,E_GPa,nu,estimate,sauce\n", "t.csv:1: unknown column \"sauce\"; did you mean \"source\"?"},
@@ -54,11 +54,11 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
        "t.csv:1: unknown column \"density_g_cm3\"; the columns are id,name,tissue,E_GPa,nu,estimate,source"},
       {"id,name,tissue,E_GPa,nu,estimate,source,nu\n", "t.csv:1: column \"nu\" is given twice"},
       {"\nid,name,tissue,E_GPa,estimate,source\n",
-       "t.csv:2: column \"nu\" is missing; the header is id,name,tissue,E_GPa,nu,estimate,source"},
+       "t.csv:2: column \"nu\" is missing; the header must be id,name,tissue,E_GPa,nu,estimate,source"},
       {kHeader + "1,a,cortical,19,0.3,yes\n",
-       "t.csv:2: 6 fields instead of 7; a field with a comma stands in double quotes"},
+       "t.csv:2: 6 fields instead of 7; a field with a comma must be in double quotes"},
       {kHeader + "1,a,cortical,19,0.3,yes,Smith, 1999\n",
-       "t.csv:2: 8 fields instead of 7; a field with a comma stands in double quotes"},
+       "t.csv:2: 8 fields instead of 7; a field with a comma must be in double quotes"},
       {kHeader + "1,a,cortical,19,0.3,yes,\"Smith\n",
        "t.csv:2: a field begins with a double quote that does not end on this line"},
       {kHeader + "1,\"a\"b,cortical,19,0.3,yes,s\n",
@@ -71,7 +71,7 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
        "t.csv:2: id = \"99999999999999999999\" is not a whole number within 1 to 255"},
       {kHeader + "1,,cortical,19,0.3,yes,s\n", "t.csv:2: name is empty"},
       {kHeader + "1,a,bone,19,0.3,yes,s\n",
-       "t.csv:2: tissue = \"bone\" is none of cortical, cancellous, tooth, canal, other"},
+       "t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other"},
       {kHeader + "1,a,cortical,stiff,0.3,yes,s\n", "t.csv:2: E_GPa = \"stiff\" is not a number"},
       {kHeader + "1,a,cortical,19 GPa,0.3,yes,s\n", "t.csv:2: E_GPa = \"19 GPa\" is not a number"},
       {kHeader + "1,a,cortical,nan,0.3,yes,s\n", "t.csv:2: E_GPa = \"nan\" is not a number"},
@@ -79,18 +79,19 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
       {kHeader + "1,a,cortical,1e,0.3,yes,s\n", "t.csv:2: E_GPa = \"1e\" is not a number"},
       {kHeader + "1,a,cortical,1e400,0.3,yes,s\n", "t.csv:2: E_GPa = \"1e400\" is not a number"},
       {kHeader + "1,a,cortical,,0.3,yes,s\n", "t.csv:2: E_GPa = \"\" is not a number"},
-      {kHeader + "1,a,cortical,0,0.3,yes,s\n", "t.csv:2: region 1: E = 0 GPa is not above 0 and at most 10000"},
-      {kHeader + "1,a,cortical,-3,0.3,yes,s\n", "t.csv:2: region 1: E = -3 GPa is not above 0 and at most 10000"},
-      {kHeader + "1,a,cortical,19300,0.3,yes,s\n", "t.csv:2: region 1: E = 19300 GPa is not above 0 and at most 10000"},
+      {kHeader + "1,a,cortical,0,0.3,yes,s\n", "t.csv:2: region 1: E = 0 GPa must be above 0 and at most 10000"},
+      {kHeader + "1,a,cortical,-3,0.3,yes,s\n", "t.csv:2: region 1: E = -3 GPa must be above 0 and at most 10000"},
+      {kHeader + "1,a,cortical,19300,0.3,yes,s\n",
+       "t.csv:2: region 1: E = 19300 GPa must be above 0 and at most 10000"},
       {kHeader + "1,a,cortical,19,0.6,yes,s\n", "t.csv:2: region 1: nu = 0.6 is not within 0 to 0.5"},
       {kHeader + "1,a,cortical,19,nan,yes,s\n", "t.csv:2: nu = \"nan\" is not a number"},
       {kHeader + "1,a,cortical,19,0.3,maybe,s\n", "t.csv:2: estimate = \"maybe\" is neither yes nor no"},
-      {kHeader + "1,a,cortical,19,0.3,yes,\n", "t.csv:2: source is empty; say where the figures come from"},
+      {kHeader + "1,a,cortical,19,0.3,yes,\n", "t.csv:2: source is empty; state where the numbers come from"},
       {kHeader + "# a comment\n\n1,a,cortical,19,0.3,yes,s\n1,b,cortical,20,0.3,yes,s\n",
        "t.csv:5: region 1 is given twice"},
-      {kHeader + std::string("1,a\0,cortical,19,0.3,yes,s\n", 27), "t.csv:2: this is not text"},
+      {kHeader + std::string("1,a\0,cortical,19,0.3,yes,s\n", 27), "t.csv:2: the line is not text"},
   };
-  for (const Case& c : cases) EXPECT_EQ(MessageOf(c.text), c.message) << c.text;
+  for (const Case& c : cases) EXPECT_EQ(ErrorOfTable(c.text), c.message) << c.text;
 }
 
 TEST(RegionTable, ColumnsMayComeInAnyOrderWithQuotesCommentsAndCarriageReturns) {
@@ -145,7 +146,7 @@ TEST(RegionTable, ThePapersFourRowsAreExactAndTheOnlyOnesNotMarkedAsEstimates) {
     EXPECT_EQ(region.estimate, !printed) << id;
     EXPECT_EQ(region.source.starts_with("Estimate"), !printed) << id;
     EXPECT_EQ(region.tissue == Tissue::kCortical, id <= 31) << id;
-    // Schwartz-Dabney and Dechow's ranges over all sites and directions: 10 to 30 GPa.
+    // Range of Schwartz-Dabney and Dechow over all sites and directions: 10 to 30 GPa.
     if (id <= 31) {
       EXPECT_GE(region.E_MPa, 10000) << id;
       EXPECT_LE(region.E_MPa, 30000) << id;

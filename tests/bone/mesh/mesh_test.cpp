@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
-// A sphere of triangles by longitude and latitude, closed, turned outward.
+// A closed sphere of triangles by longitude and latitude, facing outward.
 TriangleMesh MakeSphere(double radius_mm, int rings, const Vec3& centre) {
   TriangleMesh mesh;
   const int sectors = 2 * rings;
@@ -76,7 +76,7 @@ class MeshFile : public ::testing::Test {
 };
 
 TEST_F(MeshFile, EveryFormatGivesBackTheSameClosedSurface) {
-  // Off the origin, so that coordinates need all the digits of a float.
+  // Far from the origin, so that coordinates need all digits of a float.
   const TriangleMesh sphere = MakeSphere(30, 40, {-123.456789, 456.789123, 78.9});
   ASSERT_EQ(CountOpenEdges(sphere), 0u);
   const double volume = CalcEnclosedVolume(sphere);
@@ -88,8 +88,8 @@ TEST_F(MeshFile, EveryFormatGivesBackTheSameClosedSurface) {
     ASSERT_EQ(back.triangles.size(), sphere.triangles.size());
     EXPECT_EQ(back.points.size(), sphere.points.size());
     EXPECT_EQ(CountOpenEdges(back), 0u);
-    // Triangles keep their order and orientation, points the precision of a float: half a unit in the last place at 457
-    // is 1.5e-5 mm.
+    // Triangles keep their order and orientation, and points are rounded to float. At 457 mm, half a unit in the last
+    // place is 1.5e-5 mm.
     for (std::size_t t = 0; t < back.triangles.size(); ++t) {
       for (std::size_t i = 0; i < 3; ++i) {
         const Vec3 d = back.points[back.triangles[t][i]] - sphere.points[sphere.triangles[t][i]];
@@ -119,8 +119,8 @@ TEST_F(MeshFile, TextStlIsReadAndAgreesWithTheBinaryOne) {
   EXPECT_THAT(ReadMessage("cut.stl", text), EndsWith("cut.stl: a text STL without its 'endsolid'; it is cut off"));
   text.erase(text.rfind("vertex"), 20);
   ::testing::internal::CaptureStderr();
-  EXPECT_THAT(ReadMessage("bad.stl", text + "endsolid tetrahedron\n"), HasSubstr("bad.stl: not a whole text STL"));
-  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");  // VTK keeps its own reports to itself
+  EXPECT_THAT(ReadMessage("bad.stl", text + "endsolid tetrahedron\n"), HasSubstr("bad.stl: not a valid text STL"));
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");  // VTK prints no messages of its own
 }
 
 TEST_F(MeshFile, BinaryStlWhoseHeaderSaysSolidIsStillBinary) {
@@ -132,7 +132,7 @@ TEST_F(MeshFile, BinaryStlWhoseHeaderSaysSolidIsStillBinary) {
 }
 
 TEST_F(MeshFile, ObjPolygonsNegativeIndicesAndTexturesAreUnderstood) {
-  // A cube of edge 2 from quads, the last face with indices from the end.
+  // A cube with edge 2 made of quads; the last face has negative indices, counted from the end.
   WriteTextFile(
       Path("cube.obj"),
       "# cube\r\nmtllib x.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n"
@@ -185,24 +185,24 @@ TEST_F(MeshFile, LyingCountsAreRefusedBeforeMemoryIsAskedFor) {
   std::string stl = ReadTextFile(Path("a.stl"));
   const std::uint32_t lie = 4000000000u;
   std::memcpy(stl.data() + 80, &lie, 4);
-  EXPECT_THAT(
-      ReadMessage("lie.stl", stl),
-      EndsWith("lie.stl: a binary STL that promises 4,000,000,000 triangles (200,000,000,084 bytes), but the file "
-               "has 284 bytes; it is cut off or no STL"));
+  EXPECT_THAT(ReadMessage("lie.stl", stl),
+              EndsWith("lie.stl: a binary STL that promises 4,000,000,000 triangles (200,000,000,084 bytes), but the "
+                       "file has 284 bytes; it is cut off or not an STL"));
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
-  EXPECT_THAT(ReadMessage("lie.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\n" +
-                                         xyz + "end_header\n"),
-              HasSubstr("the PLY promises 18,446,744,073,709,551,615 of element 'vertex', more than its 0 bytes hold"));
+  EXPECT_THAT(
+      ReadMessage("lie.ply",
+                  "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\n" + xyz + "end_header\n"),
+      HasSubstr("the PLY promises 18,446,744,073,709,551,615 rows of element 'vertex', more than its 0 bytes hold"));
   EXPECT_THAT(ReadMessage("list.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz +
                                           "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n"
                                           "2000000000 0 0\n"),
-              HasSubstr("face 1 says it lists 2000000000 values, more than the file holds"));
+              HasSubstr("face 1 states a list of 2000000000 values, more than the file holds"));
 }
 
 TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
   EXPECT_THAT(ReadMessage("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
-              EndsWith("a.obj:4: a face names point 4, but 3 points stand before it"));
-  EXPECT_THAT(ReadMessage("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n"), HasSubstr("b.obj:4: a face names point 0"));
+              EndsWith("a.obj:4: a face uses point 4, but 3 points come before it"));
+  EXPECT_THAT(ReadMessage("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n"), HasSubstr("b.obj:4: a face uses point 0"));
   EXPECT_THAT(ReadMessage("c.obj", "v 0 0\n"), EndsWith("c.obj:1: a point needs three numbers, but found ''"));
   EXPECT_THAT(ReadMessage("d.obj", "v 0 0 0\nf 1 1\n"), EndsWith("d.obj:2: a face needs at least three points"));
   EXPECT_THAT(ReadMessage("e.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"),
@@ -214,7 +214,7 @@ TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
       ReadMessage("a.ply",
                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
                   "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"),
-      EndsWith("a.ply: face 1 names point 3, but the points are 0 to 2"));
+      EndsWith("a.ply: face 1 uses point 3, but the points are 0 to 2"));
   TriangleMesh bad = MakeTetrahedron();
   bad.points[1].y = std::numeric_limits<double>::infinity();
   WriteMesh(bad, Path("inf.stl"));
@@ -261,9 +261,9 @@ TEST(Decimate, SphereStaysClosedRoundAndKeepsItsVolume) {
     EXPECT_LE(reduced.triangles.size(), target);
     EXPECT_GE(reduced.triangles.size(), target - target / 20);
     EXPECT_EQ(CountOpenEdges(reduced), 0u);
-    // n equal triangles of edge a cover the sphere when n sqrt(3)/4 a^2 = 4 pi R^2; their sagitta is a^2 / (6 R). Twice
-    // that is ample for uneven triangles. A polyhedron inscribed with them would lose about half the sagitta all over,
-    // a share of 3 (sagitta / 2) / R of the volume; the quadrics must do no worse.
+    // n equal triangles of edge a cover the sphere if n sqrt(3)/4 a^2 = 4 pi R^2; their sagitta is a^2 / (6 R). Twice
+    // the sagitta is a sufficient bound for uneven triangles. An inscribed polyhedron would lose about half the sagitta
+    // everywhere, which is a fraction 3 (sagitta / 2) / R of the volume; the quadrics must not do worse.
     const double sagitta_mm = 16 * M_PI * 900 / (std::sqrt(3.0) * static_cast<double>(target)) / 180;
     EXPECT_LT(LargestDistanceFromSphere(reduced, 30), 2 * sagitta_mm);
     EXPECT_NEAR(CalcEnclosedVolume(reduced), volume, 1.5 * sagitta_mm / 30 * volume);
@@ -278,7 +278,7 @@ TEST(Decimate, MandibleStaysClosedAndKeepsItsVolume) {
   const TriangleMesh jaw = ReadMesh(path);
   ASSERT_EQ(CountOpenEdges(jaw), 0u);
   const double volume = CalcEnclosedVolume(jaw);
-  EXPECT_NEAR(volume, 57600, 50);  // the data's README: 57.6 cm3
+  EXPECT_NEAR(volume, 57600, 50);  // README of the data: 57.6 cm3
   for (const std::size_t target : {20000u, 10000u, 3000u}) {
     const TriangleMesh reduced = Decimate(jaw, target);
     EXPECT_LE(reduced.triangles.size(), target);
@@ -290,7 +290,7 @@ TEST(Decimate, MandibleStaysClosedAndKeepsItsVolume) {
   }
 }
 
-// One face of a box: a grid of n x n squares between `origin` and the two edges, turned toward edge_u x edge_v.
+// One face of a box: a grid of n x n squares between `origin` and the two edges, facing edge_u x edge_v.
 void AddGrid(const Vec3& origin, const Vec3& edge_u, const Vec3& edge_v, int n, TriangleMesh& mesh) {
   const auto first = static_cast<std::uint32_t>(mesh.points.size());
   for (int i = 0; i <= n; ++i) {
@@ -306,7 +306,7 @@ void AddGrid(const Vec3& origin, const Vec3& edge_u, const Vec3& edge_v, int n, 
 }
 
 TEST_F(MeshFile, FlatFacesAndTheirEdgesAreKeptExactlyByDecimation) {
-  // All errors are equal on a block's faces, which is where a decimation can lose its way.
+  // All errors are equal on the faces of a block, a case in which a decimation can fail.
   TriangleMesh block;
   const Vec3 x{16, 0, 0}, y{0, 8, 0}, z{0, 0, 4},
       o{0, 0, 0};  // binary fractions, so that edges of faces coincide exactly
@@ -314,7 +314,7 @@ TEST_F(MeshFile, FlatFacesAndTheirEdgesAreKeptExactlyByDecimation) {
   AddGrid(o, y, x, kSquares, block), AddGrid(z, x, y, kSquares, block), AddGrid(o, x, z, kSquares, block);
   AddGrid(y, z, x, kSquares, block), AddGrid(o, z, y, kSquares, block), AddGrid(x, y, z, kSquares, block);
   WriteMesh(block, Path("block.stl"));
-  block = ReadMesh(Path("block.stl"));  // which joins the faces
+  block = ReadMesh(Path("block.stl"));  // reading the file joins the faces
   ASSERT_EQ(block.triangles.size(), 6u * 2 * kSquares * kSquares);
   ASSERT_EQ(CountOpenEdges(block), 0u);
   const TriangleMesh reduced = Decimate(block, 300);
@@ -363,7 +363,7 @@ TEST(Decimate, HoleOfATorusIsNeverClosed) {
     const TriangleMesh reduced = Decimate(torus, target);
     EXPECT_LE(reduced.triangles.size(), std::max(target, std::size_t{80}));
     EXPECT_EQ(CountOpenEdges(reduced), 0u);
-    // Euler: points - edges + triangles = 0 on a torus, 2 on a sphere; a closed mesh has 3/2 edges a triangle.
+    // Euler: points - edges + triangles = 0 on a torus, 2 on a sphere; a closed mesh has 3/2 edges per triangle.
     EXPECT_EQ(2 * reduced.points.size(), reduced.triangles.size());
   }
 }

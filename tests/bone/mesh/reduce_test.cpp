@@ -1,4 +1,4 @@
-// Surfaces reduced to a stated error, measured both ways against the full ones.
+// Surfaces reduced within a stated error, measured in both directions against the full ones.
 #include "bone/mesh/reduce.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 using test::CalcLargestDistance;
 
-/// A closed surface z = f(angle, height) would do as well: a torus has convex and saddle parts, and a hole.
+/// A torus, a closed surface with convex and saddle-shaped parts and a hole.
 TriangleMesh MakeTorus(double ring_mm, double tube_mm, std::uint32_t around, std::uint32_t across) {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < around; ++i) {
@@ -42,8 +42,8 @@ TriangleMesh MakeTorus(double ring_mm, double tube_mm, std::uint32_t around, std
 
 void ExpectWithin(const TriangleMesh& full, const TriangleMesh& reduced, double error_mm) {
   EXPECT_EQ(CountOpenEdges(reduced), 0u);
-  // Asked for at points 0.15 mm apart at most; between them nothing on a surface of triangles is farther off than the
-  // ends are, but for less than the roundness of the other surface over 0.08 mm.
+  // Measured at points at most 0.15 mm apart. Between them, the distance between surfaces of triangles exceeds that at
+  // the points by less than the sagitta of the other surface over 0.08 mm.
   EXPECT_LE(CalcLargestDistance(full, reduced, 0.15), error_mm);
   EXPECT_LE(CalcLargestDistance(reduced, full, 0.15), error_mm);
 }
@@ -56,16 +56,16 @@ TEST(Reduce, TorusKeepsItsErrorAndItsHole) {
     ExpectWithin(torus, reduced.mesh, error_mm);
     // V - E + F = V - F / 2 is 0 for a torus.
     EXPECT_EQ(2 * reduced.mesh.points.size(), reduced.mesh.triangles.size());
-    // Triangles of edge L on curvature 1 / R are off by up to L^2 / 8 R, so they can be of about
-    // 4 sqrt(3) R error: over the area 4 pi^2 12 x 4 with R = 4. Collapses give no
-    // such even triangles: an eighth of the way there is asked for.
+    // Triangles of edge L on a surface of curvature 1 / R deviate by up to L^2 / 8 R, so a triangle can cover about 4
+    // sqrt(3) R error of the torus's area 4 pi^2 12 x 4, with R = 4. Edge collapses do not give such even triangles:
+    // the test allows eight times this number.
     const double best = 4 * M_PI * M_PI * 48 / (4 * std::sqrt(3.0) * 4 * error_mm);
     EXPECT_LT(static_cast<double>(reduced.mesh.triangles.size()), 8 * best);
   }
 }
 
-// What `kerf run` states of its pieces, on the shape that it is for: thin walls, teeth and foramina. Between points of
-// the full surface the bound is one that was measured, not one by construction.
+// The error that `kerf run` states for its pieces, on the shape it is meant for: thin walls, teeth and foramina.
+// Between points of the full surface the bound is a measured one, not one by construction.
 TEST(Reduce, MandibleKeepsTheStatedError) {
   MandibleParams params;
   params.voxel_mm = 0.4;
@@ -73,8 +73,8 @@ TEST(Reduce, MandibleKeepsTheStatedError) {
   const TriangleMesh reduced = Reduce(full, kSurfaceErrorMm).mesh;
   EXPECT_EQ(CountOpenEdges(reduced), 0u);
   EXPECT_LT(reduced.triangles.size(), full.triangles.size() / 2);
-  // Corners of the full surface, and points all over the reduced one. 0.0193 mm were measured, between points of the
-  // full surface; at these the bound is by construction.
+  // Corners of the full surface, and points all over the reduced one. Between points of the full surface 0.0193 mm was
+  // measured; at these points the bound holds by construction.
   const double limit_mm = 5 * kSurfaceErrorMm;
   const double of_full_mm = CalcLargestDistance(full, reduced, 1, limit_mm);
   const double of_reduced_mm = CalcLargestDistance(reduced, full, 0.15, limit_mm);
@@ -91,7 +91,7 @@ TEST(Reduce, BorderBetweenLabelsStays) {
   const ReducedMesh reduced = Reduce(torus, 0.05, labels);
   ExpectWithin(torus, reduced.mesh, 0.05);
   EXPECT_LT(reduced.mesh.triangles.size(), torus.triangles.size() / 4);
-  // Each edge between labels is still there, and there is no other.
+  // All edges between labels are kept, and there are no others.
   const auto count = [&](const TriangleMesh& mesh, const auto& label_of) {
     std::map<std::pair<std::array<double, 3>, std::array<double, 3>>, int> edges;
     for (const auto& t : mesh.triangles) {

@@ -36,7 +36,7 @@ TEST(Block, VolumeIsThatOfTheBoxInAnyPose) {
     params.X_WB = {n == 0 ? Quat{1, 0, 0, 0} : RandomRotation(random),
                    {offset(random), offset(random), offset(random)}};
     const Bone bone = MakeBlock(params, DefaultMandibleTable());
-    // Faces are exact; along the 85 mm of edges the piecewise-linear corner loses less than half a voxel's
+    // Faces are exact; along the 85 mm of edges, the piecewise-linear corner loses less than half of a voxel's
     // cross-section.
     EXPECT_NEAR(bone.CalcVolume(), volume, 85.2 * 0.5 * 0.2 * 0.2) << n;
   }
@@ -71,7 +71,7 @@ TEST(Block, LayersBeginAtTheirDepthInAnyPose) {
       EXPECT_EQ(CalcBlockRegion(params, params.X_WB.Point({1, 2, -borders[i] - 1e-9})), regions[i + 1]);
     }
     const Bone bone = MakeBlock(params, DefaultMandibleTable());
-    // In the grid a border lies within half a voxel's diagonal.
+    // In the grid, a border is known to half a voxel's diagonal.
     const double slack = 0.5 * std::sqrt(3.0) * params.voxel_mm;
     for (double depth = 0.05; depth < 9; depth += 0.05) {
       int layer = 0;
@@ -87,7 +87,7 @@ TEST(Block, LayersBeginAtTheirDepthInAnyPose) {
     const std::map<int, double> volumes = bone.CalcRegionVolumes();
     ASSERT_EQ(volumes.size(), 4u);
     for (int i = 0; i < 4; ++i) {
-      // A cell counts for one region, so each of a layer's two borders may be off by half a voxel.
+      // A cell belongs to one region, so each of a layer's two borders may be off by half a voxel.
       EXPECT_NEAR(volumes.at(regions[i]), 80 * thickness[i], 80 * params.voxel_mm) << n;
     }
   }
@@ -122,9 +122,9 @@ TEST(Block, BadParametersAreNamed) {
   p.layers = {{1, 99}};
   EXPECT_EQ(MessageOf(p), "block: layer 1 is of region 99, which the region table does not have");
   p.layers = {{1, 24}, {-2, 6}};
-  EXPECT_EQ(MessageOf(p), "block: layer 2 is -2 mm thick; a thickness is positive");
+  EXPECT_EQ(MessageOf(p), "block: layer 2 is -2 mm thick; a thickness must be positive");
   p.layers = {{6, 24}, {2, 6}};
-  EXPECT_EQ(MessageOf(p), "block: layer 2 would begin 6 mm down, below the block's 5 mm");
+  EXPECT_EQ(MessageOf(p), "block: layer 2 would begin 6 mm down in a block 5 mm high");
   p = good;
   p.size_mm = {1000, 1000, 1000};
   p.voxel_mm = 0.02;

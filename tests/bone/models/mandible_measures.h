@@ -1,4 +1,4 @@
-// A surgeon's rulers: measures a mandible, given only what is bone and what is tooth. Left half.
+// Measures a mandible as a surgeon would, given only functions for bone and teeth. Left half.
 #pragma once
 
 #include <algorithm>
@@ -6,19 +6,18 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <numbers>
 #include <vector>
 
 #include "bone/models/mandible.h"
 
 namespace kerf::test {
 
-/// Positive outside, negative inside; crowns left out.
 using Vec2 = glm::dvec2;
+/// Signed value of the bone without crowns: positive outside, negative inside.
 using Field = std::function<double(const Vec3&)>;
 
-constexpr double kPi = 3.14159265358979323846;
-
-/// Where the field changes sign between an inside and an outside point.
+/// Returns the point between an inside and an outside point at which the field changes sign.
 inline Vec3 FindCrossing(const Field& bone, Vec3 inside, Vec3 outside) {
   for (int i = 0; i < 40; ++i) {
     const Vec3 middle = 0.5 * (inside + outside);
@@ -27,7 +26,7 @@ inline Vec3 FindCrossing(const Field& bone, Vec3 inside, Vec3 outside) {
   return 0.5 * (inside + outside);
 }
 
-/// The last point of the bone on the way from an inside point, mm away; walks at most `limit`.
+/// Distance from an inside point to the last point of the bone along `direction`, mm; at most `limit`.
 inline double WalkOut(const Field& bone, const Vec3& from, const Vec3& direction, double limit = 40) {
   constexpr double kStep = 0.25;
   double s = 0;
@@ -35,7 +34,7 @@ inline double WalkOut(const Field& bone, const Vec3& from, const Vec3& direction
   return glm::distance(from, FindCrossing(bone, from + s * direction, from + (s + kStep) * direction));
 }
 
-/// The bone seen from the side: for each (y, z) whether any x >= 0 is inside.
+/// Side view of the bone: for each (y, z), whether any point with x >= 0 is inside.
 class SideView {
  public:
   explicit SideView(const Field& bone, double step = 0.4) : step_(step) {
@@ -67,9 +66,9 @@ struct MandibleMeasures {
   double ramus_width = 0;
 };
 
-/// From the side view alone; `lingula_height` above the base line says where the width is taken.
+/// Measures the side view; the width is measured at `lingula_height` above the base line.
 inline MandibleMeasures MeasureSide(const SideView& view, double lingula_height) {
-  // Base line: touches the chin and the angle from below.
+  // Base line: the line that touches the chin and the angle from below.
   Vec2 chin{0}, angle{0};
   double slope = 0;
   for (int round = 0; round < 10; ++round) {
@@ -81,7 +80,7 @@ inline MandibleMeasures MeasureSide(const SideView& view, double lingula_height)
     }
     slope = (angle.y - chin.y) / (angle.x - chin.x);
   }
-  const Vec2 along = glm::normalize(Vec2{1, slope});  // backwards
+  const Vec2 along = glm::normalize(Vec2{1, slope});  // towards the back
   const Vec2 up{-along.y, along.x};
   const auto height = [&](const Vec2& p) { return glm::dot(p - chin, up) + 0.5 * view.step(); };
 
@@ -100,15 +99,15 @@ inline MandibleMeasures MeasureSide(const SideView& view, double lingula_height)
     edge = glm::normalize(upper - lower);
   }
   MandibleMeasures m;
-  m.base_slope_deg = std::atan(slope) * 180 / kPi;
-  m.gonial_angle_deg = std::acos(glm::dot(edge, -along)) * 180 / kPi;
+  m.base_slope_deg = std::atan(slope) * 180 / std::numbers::pi;
+  m.gonial_angle_deg = std::acos(glm::dot(edge, -along)) * 180 / std::numbers::pi;
   const Vec2 forward{-edge.y, edge.x};
   const auto u = [&](const Vec2& p) { return glm::dot(p - lower, forward); };
 
-  // Upper outline by u: condyle, notch, coronoid.
+  // Upper outline as a function of u: condyle, notch, coronoid.
   std::vector<double> top(60, -1e9);
   double front = -1e9, back = 1e9;
-  // The width runs square to the back edge through the lingula, half way across.
+  // The width is measured perpendicular to the back edge, through the lingula, at the middle of the ramus.
   Vec2 middle{0};
   double best = 1e9;
   for (const Vec2& p : view.points()) {
@@ -131,7 +130,8 @@ inline MandibleMeasures MeasureSide(const SideView& view, double lingula_height)
   return m;
 }
 
-/// Upright cut through a point: height of the bone, from the lowest to the highest point in the plane of `out` and z.
+/// Height of the bone in a vertical section: from its lowest to its highest point in the plane that contains `at`,
+/// `out` and z.
 inline double MeasureHeight(const Field& bone, const Vec3& at, const Vec3& out) {
   double low = 1e9, high = -1e9;
   for (double n = -11; n <= 11; n += 0.25) {
@@ -145,7 +145,7 @@ inline double MeasureHeight(const Field& bone, const Vec3& at, const Vec3& out) 
   return high - low + 0.1;
 }
 
-/// Largest x of the bone where `where` holds.
+/// Largest x of the bone at points for which `where` returns true.
 inline double MeasureReach(const Field& bone, const std::function<bool(const Vec3&)>& where) {
   double reach = 0;
   for (double y = 30; y < 105; y += 0.5) {
@@ -162,7 +162,7 @@ inline double MeasureReach(const Field& bone, const std::function<bool(const Vec
   return reach;
 }
 
-/// How far region 1-31 reaches inward from the surface found along `outward` from an inside point.
+/// Thickness of regions 1 to 31, inward from the surface that is found along `outward` from an inside point.
 inline double MeasureCortex(const Field& bone, const std::function<int(const Vec3&)>& region, const Vec3& inside,
                             const Vec3& outward) {
   const double to_surface = WalkOut(bone, inside, outward);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 #include <set>
 
@@ -19,7 +20,7 @@ using namespace test;
 
 constexpr double kVoxel_mm = 0.4;
 
-/// The default, voxelised once for all tests.
+/// The default bone, made once for all tests.
 const Bone& DefaultBone() {
   static const Bone bone = [] {
     MandibleParams params;
@@ -34,7 +35,7 @@ const MandibleShape& DefaultShape() {
   return shape;
 }
 
-/// The bone of the voxel grid without the crowns; roots count as bone, since they fill it.
+/// The bone of the voxel grid without the crowns; roots count as bone, because they fill it.
 Field BoneOfGrid() {
   return [](const Vec3& p) {
     const double f = DefaultBone().SignedDistance(p);
@@ -51,8 +52,8 @@ TEST(Mandible, TheBuiltDefaultHasTheAnatomysDimensions) {
   const MandibleParams params;
   const MandibleLandmarks& l = DefaultShape().landmarks();
   const Field bone = BoneOfGrid();
-  // Rulers on the grid read to half a voxel at each end, the side view to its step of 0.4 mm: 0.8 mm where not said
-  // otherwise.
+  // Lengths on the grid are accurate to half a voxel at each end, the side view to its step of 0.4 mm: 0.8 mm unless
+  // stated otherwise.
   const double lingula_height = params.lingula_from_below * params.ramus_height_mm;
   const MandibleMeasures m = MeasureSide(SideView(bone), lingula_height);
   EXPECT_NEAR(m.gonial_angle_deg, 124.8, 2.0);  // two points of a curved edge, 25 mm apart, each to half a step
@@ -61,7 +62,7 @@ TEST(Mandible, TheBuiltDefaultHasTheAnatomysDimensions) {
   EXPECT_NEAR(m.coronoid_height, 59, 1.0);
   EXPECT_NEAR(m.condyle_height, 54, 1.0);
 
-  EXPECT_NEAR(MeasureHeight(bone, {0, 6, 0}, {0, -1, 0}), 30, 1.2);  // the chin's knobs stand out below
+  EXPECT_NEAR(MeasureHeight(bone, {0, 6, 0}, {0, -1, 0}), 30, 1.2);  // the chin's tubercles protrude below
   EXPECT_NEAR(MeasureHeight(bone, l.mental_foramen, l.mental_foramen_out), 26.6, 0.8);
   EXPECT_NEAR(MeasureHeight(bone, l.first_molar, l.first_molar_out), 28.5, 0.8);
   const double to_buccal = WalkOut(bone, l.first_molar, l.first_molar_out);
@@ -73,7 +74,7 @@ TEST(Mandible, TheBuiltDefaultHasTheAnatomysDimensions) {
 
   EXPECT_NEAR(2 * MeasureReach(bone, [](const Vec3& p) { return p.z < -12 && p.y > 50; }), 97, 1.0);
   EXPECT_NEAR(2 * MeasureReach(bone, [](const Vec3& p) { return p.z > 20; }), 118, 1.0);
-  // Mental foramen: 25.2-25.9 mm beside the midline.
+  // Mental foramen: 25.2-25.9 mm from the midline.
   EXPECT_NEAR(l.mental_foramen.x, 25.5, 1.5);
 }
 
@@ -81,8 +82,8 @@ TEST(Mandible, TheLingulaStandsWhereTheParametersSay) {
   const MandibleShape& shape = DefaultShape();
   const MandibleParams params;
   const MandibleLandmarks& l = shape.landmarks();
-  // The inner face of the ramus, as a height field over (u from the back edge, height); a plane fitted to it; what
-  // stands out most.
+  // The inner face of the ramus as a height field over (u from the back edge, height); a plane is fitted to it, and the
+  // lingula is the point that protrudes most.
   const Vec3 up{0, l.base_line.z, -l.base_line.y};
   const Vec3 forward{0, -l.back_edge.z, l.back_edge.y};
   struct Sample {
@@ -115,7 +116,7 @@ TEST(Mandible, TheLingulaStandsWhereTheParametersSay) {
     const double out = mean.z + a * (s.u - mean.x) + b * (s.h - mean.y) - s.x;
     if (out > best) best = out, tip = s;
   }
-  EXPECT_GT(best, 1.0);  // it is a tongue, not a ripple
+  EXPECT_GT(best, 1.0);  // a tongue, not just a ripple
   // The tongue is 4 mm long and rounded.
   EXPECT_NEAR(tip.u / params.ramus_width_mm, 0.53, 0.05);
   EXPECT_NEAR(tip.h / params.ramus_height_mm, 0.65, 0.05);
@@ -141,8 +142,8 @@ TEST(Mandible, AParameterMovesItsOwnDimensionByAsMuch) {
       return WalkOut(BoneOfShape(shape), l.first_molar, direction) - (canal_wall ? 0.5 * p.canal_diameter_mm : 0);
     };
   };
-  // The side view reads to its step of 0.4 mm at each end of a difference; a body made lower meets the plate of the
-  // ramus sooner, whose joint adds up to half a millimetre below the first molar.
+  // The side view is accurate to its step of 0.4 mm at each end of a difference. A lower body meets the plate of the
+  // ramus earlier, and their junction adds up to 0.5 mm below the first molar.
   const Case cases[] = {
       {"symphysis_height", &MandibleParams::symphysis_height_mm, 3,
        [](const MandibleShape& s, const MandibleParams&) {
@@ -203,11 +204,11 @@ TEST(Mandible, IsOnePieceWithAnyNumberOfTeeth) {
 }
 
 TEST(Mandible, HasThePlausibleVolumeAndBox) {
-  // Whole mandibles: 42 cm3 (Visible Human, 7 teeth), 57.6 cm3 (dynjaw); larger ones reach some 80.
+  // Whole mandibles: 42 cm3 (Visible Human, 7 teeth), 57.6 cm3 (dynjaw); larger ones reach about 80 cm3.
   EXPECT_GT(DefaultBone().CalcVolume(), 45e3);
   EXPECT_LT(DefaultBone().CalcVolume(), 80e3);
   const Vec3 size = DefaultBone().CalcBounds().size();
-  // Visible Human 120 x 88 x 82, dynjaw 118 x 87 x 77.
+  // Visible Human 120 x 88 x 82 mm, dynjaw 118 x 87 x 77 mm.
   EXPECT_NEAR(size.x, 119, 3);
   EXPECT_NEAR(size.y, 88, 5);
   EXPECT_NEAR(size.z, 79, 5);
@@ -221,7 +222,7 @@ TEST(Mandible, EveryRegionOccursAndTheirVolumesAddUp) {
   for (int id = 1; id <= kCanalRegion; ++id)
     EXPECT_GT(volumes.count(id) ? volumes.at(id) : 0, 10) << "region " << id << " in mm3";
   EXPECT_LT(volumes.count(0) ? volumes.at(0) : 0, 1) << "mm3 of bone without a material";
-  // Half-and-half: a thick-walled bone.
+  // About half of the bone is cancellous: thick walls.
   EXPECT_GT(volumes.at(kCancellousRegion), 0.2 * sum);
   EXPECT_LT(volumes.at(kCancellousRegion), 0.6 * sum);
 }
@@ -235,7 +236,7 @@ TEST(Mandible, DownTheBuccalCortexAtTheFirstMolarLieRegions24And21And13And6InThe
       double base = 1e9, crest = -1e9;
       std::vector<std::pair<int, double>> bands;
       for (double z = 5; z > -45; z -= 0.05) {
-        // The outermost point of the bone at this height, a little inside.
+        // The outermost point of the bone at this height, slightly inside.
         double n = face * 14;
         while (face * n > -14 && bone(Vec3{l.first_molar.x, l.first_molar.y, z} + n * l.first_molar_out) > -0.3)
           n -= face * 0.1;
@@ -243,14 +244,14 @@ TEST(Mandible, DownTheBuccalCortexAtTheFirstMolarLieRegions24And21And13And6InThe
         const Vec3 p = Vec3{l.first_molar.x, l.first_molar.y, z} + n * l.first_molar_out;
         base = std::min(base, z), crest = std::max(crest, z);
         const int region = shape.RegionAt({side * p.x, p.y, p.z});
-        if (region > 31) continue;  // a root shows through the thin crest
+        if (region > 31) continue;  // a root is visible through the thin crest
         if (bands.empty() || bands.back().first != region) bands.emplace_back(region, z);
       }
       std::vector<int> order;
       for (const auto& [region, z] : bands) order.push_back(region);
       ASSERT_EQ(order, (std::vector<int>{24, 21, 13, 6})) << side << " " << face;
       for (std::size_t i = 1; i < 4; ++i) {
-        // The atlas knows crest and base from points 2 mm apart, so 1 mm of some 28.
+        // The atlas computes crest and base from points 2 mm apart, so 1 mm of about 28 mm.
         EXPECT_NEAR((crest - bands[i].second) / (crest - base), MandibleAtlas::kBodyBands[i], 0.06) << i;
       }
     }
@@ -266,11 +267,11 @@ TEST(Mandible, CortexIsAsThickAsStated) {
     return MeasureCortex(bone, region, inside, outward);
   };
   const Vec3 at = l.first_molar;
-  // Along a ray that meets the surface a little aslant; the field is a distance to some percent.
+  // Along a ray that meets the surface slightly obliquely; the field is a distance to a few percent.
   EXPECT_NEAR(cortex(at, l.first_molar_out), 2.2, 0.25);
   EXPECT_NEAR(cortex(at, -l.first_molar_out), 2.0, 0.25);
   EXPECT_NEAR(cortex({0, 7, -24}, {0, -1, 0}), 3.7, 0.4);
-  EXPECT_GT(cortex(at, {0, 0, -1}), 2.5);  // thickest along the lower border
+  EXPECT_GT(cortex(at, {0, 0, -1}), 2.5);  // the cortex is thickest along the lower border
   const Vec3 behind = l.mandibular_foramen + Vec3{2.5, 4, 4};
   EXPECT_NEAR(cortex(behind, {1, 0, 0}), 1.4, 0.25);
   MandibleParams thick;
@@ -285,7 +286,7 @@ TEST(Mandible, CortexIsAsThickAsStated) {
 TEST(Mandible, TheCanalIsATubeOfItsDiameterInsideTheBone) {
   const MandibleShape& shape = DefaultShape();
   const MandibleLandmarks& l = shape.landmarks();
-  // Across, by regions: sideways it is cut square.
+  // Its cross-section, measured by regions; horizontally it is cut at a right angle.
   double width = 0, height = 0;
   for (double s = -3; s <= 3; s += 0.01) {
     width += shape.RegionAt(l.first_molar + s * l.first_molar_out) == kCanalRegion ? 0.01 : 0;
@@ -293,7 +294,7 @@ TEST(Mandible, TheCanalIsATubeOfItsDiameterInsideTheBone) {
   }
   EXPECT_NEAR(width, 2.8, 0.15);
   EXPECT_NEAR(height, 2.8, 0.15);
-  // Everywhere inside but for its two openings.
+  // Inside the bone everywhere, except at its two openings.
   std::mt19937 random(2);
   std::uniform_real_distribution<double> x(10, 60), y(5, 80), z(-40, 20);
   int inside = 0;
@@ -305,9 +306,9 @@ TEST(Mandible, TheCanalIsATubeOfItsDiameterInsideTheBone) {
     EXPECT_LT(shape.BoneValue(p), -0.4) << p.x << " " << p.y << " " << p.z;
     EXPECT_GT(shape.ToothValue(p), 0) << p.x << " " << p.y << " " << p.z;
   }
-  // Its volume: a tube some 65 mm long.
+  // Its volume: a tube about 65 mm long.
   const double volume = inside / 400000.0 * 50 * 75 * 60;
-  EXPECT_NEAR(volume, kPi * 1.4 * 1.4 * 65, 0.2 * kPi * 1.4 * 1.4 * 65);
+  EXPECT_NEAR(volume, std::numbers::pi * 1.4 * 1.4 * 65, 0.2 * std::numbers::pi * 1.4 * 1.4 * 65);
 }
 
 TEST(Mandible, LeftAndRightMirrorEachOther) {
@@ -317,26 +318,26 @@ TEST(Mandible, LeftAndRightMirrorEachOther) {
     const Vec3 p{x(random), y(random), z(random)};
     const Vec3 q{-p.x, p.y, p.z};
     EXPECT_EQ(DefaultShape().Value(p), DefaultShape().Value(q));
-    // The distance is solved by sweeps, which have a direction.
+    // The distance is computed by sweeps, which are not symmetric in direction.
     EXPECT_NEAR(DefaultBone().SignedDistance(p), DefaultBone().SignedDistance(q), 0.05 * kVoxel_mm);
   }
   const double left = DefaultBone().CalcBounds().upper.x;
   EXPECT_NEAR(left, -DefaultBone().CalcBounds().lower.x, 0.05 * kVoxel_mm);
 }
 
-void ExpectBallsTold(const MandibleShape& shape) {
+void ExpectBallsReported(const MandibleShape& shape) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> x(-70, 70), y(-15, 105), z(-55, 55), size(0.3, 9);
   std::normal_distribution<double> normal;
-  int told = 0;
+  int reported = 0;
   for (int n = 0; n < 25000; ++n) {
     const Vec3 centre{x(random), y(random), z(random)};
     const double f = shape.Value(centre);
-    // As large as may just be told, which is where it would go wrong.
+    // Every other radius is the largest that can be classified, where an error is most likely.
     const double radius = n % 2 ? size(random) : std::max(0.2, (std::abs(f) - 0.16) / 1.21);
     const BlockClass said = shape.Classify(centre, radius);
     if (said == BlockClass::kMixed || radius > 25) continue;
-    ++told;
+    ++reported;
     for (int k = 0; k < 60; ++k) {
       const Vec3 direction = glm::normalize(Vec3{normal(random), normal(random), normal(random)});
       const double value = shape.Value(centre + radius * (k % 3 ? 1.0 : 0.6) * direction);
@@ -347,12 +348,12 @@ void ExpectBallsTold(const MandibleShape& shape) {
       }
     }
   }
-  EXPECT_GT(told, 3000);
+  EXPECT_GT(reported, 3000);
 }
 
 TEST(Mandible, ABallSaidToBeInsideOrOutsideIs) {
-  ExpectBallsTold(DefaultShape());
-  // Neighbouring sections as unlike as can be.
+  ExpectBallsReported(DefaultShape());
+  // Neighbouring sections as different as possible.
   MandibleParams uneven;
   uneven.symphysis_height_mm = 36;
   uneven.mental_foramen_height_mm = 22;
@@ -361,7 +362,7 @@ TEST(Mandible, ABallSaidToBeInsideOrOutsideIs) {
   uneven.ramus_width_mm = 25;
   uneven.bigonial_mm = 108;
   uneven.teeth = 16;
-  ExpectBallsTold(MandibleShape(uneven));
+  ExpectBallsReported(MandibleShape(uneven));
 }
 
 TEST(Mandible, IsTheSameEachTime) {
@@ -377,7 +378,7 @@ TEST(Mandible, EachParameterTakesTheEndsOfItsRangeAndRefusesWhatIsBeyond) {
   const auto message = [](const MandibleParams& p) -> std::string {
     try {
       MandibleShape shape(p);
-      // Whatever the parameters, there is bone where the canal is.
+      // For all parameters, there is bone around the canal.
       EXPECT_LT(shape.BoneValue(shape.landmarks().first_molar), 0);
       return "accepted";
     } catch (const Error& e) {
@@ -405,14 +406,14 @@ TEST(Mandible, EachParameterTakesTheEndsOfItsRangeAndRefusesWhatIsBeyond) {
         EXPECT_THAT(said, testing::HasSubstr("mandible: " + key)) << key;
         EXPECT_THAT(said, testing::HasSubstr("is not within")) << key;
       } else if (said != "accepted") {
-        // Two parameters at odds, told as such.
+        // Two parameters that contradict each other, reported as such.
         EXPECT_THAT(said, testing::AnyOf(testing::HasSubstr("the notch"), testing::HasSubstr("lingual side"))) << key;
       }
     }
   }
   p = {};
   p.teeth = 7;
-  EXPECT_EQ(message(p), "mandible: teeth = 7 is none of 0, 14 and 16");
+  EXPECT_EQ(message(p), "mandible: teeth = 7 must be 0, 14 or 16");
   p = {};
   p.ramus_width_mm = std::nan("");
   EXPECT_EQ(message(p), "mandible: ramus_width_mm = nan is not within 24 to 38");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <random>
 
 #include "bone/grid/surface.h"
@@ -10,8 +11,6 @@
 
 namespace kerf {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 struct Draw {
   explicit Draw(unsigned seed) : random(seed) {}
@@ -33,15 +32,15 @@ Pose Compose(const Pose& a, const Pose& b) {
   return {a.R_AB * b.R_AB, a.Point(b.p_AB)};
 }
 
-/// Two balls, their centres d apart.
+/// Volume common to two balls of radius R and r whose centres are d apart.
 double LensVolume(double R, double r, double d) {
   if (d >= R + r) return 0;
-  if (d <= std::abs(R - r)) return 4.0 / 3 * kPi * std::pow(std::min(R, r), 3);
-  return kPi * std::pow(R + r - d, 2) * (d * d + 2 * d * (r + R) - 3 * (r - R) * (r - R)) / (12 * d);
+  if (d <= std::abs(R - r)) return 4.0 / 3 * std::numbers::pi * std::pow(std::min(R, r), 3);
+  return std::numbers::pi * std::pow(R + r - d, 2) * (d * d + 2 * d * (r + R) - 3 * (r - R) * (r - R)) / (12 * d);
 }
 
-// Between voxels a ball lies up to h^2 / (4 R) too deep, 0.6 and 0.8 thousandths of a millimetre here: of a lens t
-// thick that is 2 (0.0006 + 0.0008) / t of its volume, 1.4 % of one of two voxels.
+// Between voxels the surface of a ball lies up to h^2 / (4 R) too deep, here 0.0006 and 0.0008 mm. Of a lens of
+// thickness t this is 2 (0.0006 + 0.0008) / t of its volume: 1.4 % for a lens two voxels thick.
 TEST(Overlap, OfTwoBallsIsTheLens) {
   Draw draw(1);
   const double h = 0.1;
@@ -64,19 +63,19 @@ TEST(Overlap, OfTwoBallsIsTheLens) {
 TEST(Overlap, OfTwoCubesIsTheBoxBetweenThem) {
   Draw draw(2);
   const double h = 0.1;
-  const Pose X_PB = draw.AnyPose(5);  // the cube in its bone
+  const Pose X_PB = draw.AnyPose(5);  // pose of the cube in its bone
   const Vec3 size(6, 5, 4);
   const Bone a = test::MakeBox({}, size, h);
   const Bone b = test::MakeBox(X_PB, size, h);
   for (int i = 0; i < 12; ++i) {
     const Pose X_WA = draw.AnyPose();
-    // Shifted along its own axes: the boxes' faces stay parallel.
+    // Shifted along its own axes, so that the faces of the boxes stay parallel.
     const Vec3 shift(draw.In(-5, 5), draw.In(-4, 4), draw.In(-3, 3));
     const Pose X_WC = {X_WA.R_AB, X_WA.Point(shift)};  // of the other cube
     const Pose X_WB = Compose(X_WC, Inverse(X_PB));
     const Vec3 left = size - glm::abs(shift);
     const double mm3 = left.x * left.y * left.z;
-    // Edges of a level set are rounded, by a tenth of a square voxel along their length: 1.2 % of a millimetre's cube.
+    // Edges of a level set are rounded, by a tenth of a voxel squared along their length: 1.2 % of a cube of 1 mm.
     EXPECT_NEAR(CalcOverlap(a, X_WA, b, X_WB), mm3, 0.02 * mm3) << shift.x << " " << shift.y << " " << shift.z;
   }
 }
@@ -96,7 +95,7 @@ struct Surface {
   SurfaceTree tree;
 };
 
-/// From every point of either to every triangle of the other.
+/// Brute force: the distance from every point of each mesh to every triangle of the other.
 double CalcGapSlowly(const TriangleMesh& a, const Pose& X_WA, const TriangleMesh& b, const Pose& X_WB) {
   double least = 1e300;
   const auto search = [&](const TriangleMesh& from, const Pose& X_from, const TriangleMesh& to, const Pose& X_to) {
@@ -142,7 +141,7 @@ TEST(Gap, OfTwoBallsIsKnown) {
     X_WB.p_AB = centre + (7 + gap) * way - X_WB.Vector({-2, 0.1, 5});
     const auto found = CalcGap(a.in_tree(), X_WA, b.in_tree(), X_WB, 100);
     ASSERT_TRUE(found);
-    // Facets lie within h^2 / (8 R) of the ball, twice, and the triangulation is good to a twentieth of a voxel.
+    // Facets lie within h^2 / (8 R) of each ball, and the triangulation is accurate to a twentieth of a voxel.
     EXPECT_NEAR(found->gap_mm, gap, 0.02);
     EXPECT_LT(glm::length(found->p_WA_mm - (centre + 4.0 * way)), 0.6);
   }
@@ -152,7 +151,7 @@ TEST(Facing, OfTwoPlatesIsTheirDistance) {
   const Surface a(test::MakeBox({}, {10, 8, 2}, 0.2));
   const Surface b(test::MakeBox({}, {10, 8, 2}, 0.2));
   const Facing facing = CalcFacing(a.in_tree(), {}, b.in_tree(), Pose{{1, 0, 0, 0}, {0, 0, 2.6}}, 3, 0.7);
-  // The upper face of the one, but for its rounded edge: less than a voxel all round.
+  // The upper face of the first plate, except its rounded edge: less than a voxel all around.
   EXPECT_NEAR(facing.area_mm2, 80, 0.2 * 36);
   EXPECT_NEAR(facing.mean_mm, 0.6, 0.02);
   EXPECT_NEAR(facing.p95_mm, 0.6, 0.1);

@@ -21,7 +21,7 @@ using test::MessageOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A bar along x, 12 x 4 x 4 mm, without what lies within 0.3 mm of x = -2 and of x = 3: pieces of 3.7, 4.4 and 2.7 mm.
+/// A bar along x, 12 x 4 x 4 mm, without the bone within 0.3 mm of x = -2 and of x = 3: pieces of 3.7, 4.4 and 2.7 mm.
 Bone MakeCutBar() {
   Bone bar = test::MakeBox({}, {12, 4, 4}, 0.2);
   openvdb::FloatGrid& grid = *bar.grids().phi;
@@ -31,7 +31,7 @@ Bone MakeCutBar() {
       for (int z = -15; z <= 15; ++z) {
         const double off = std::min(std::abs(0.2 * x + 2), std::abs(0.2 * x - 3)) - 0.3;
         const openvdb::Coord at(x, y, z);
-        // A copy: setting a value takes the tile away that a reference would be to.
+        // A copy: setting a value replaces the tile to which a reference would point.
         const float cut = std::max(float{values.getValue(at)}, static_cast<float>(std::min(-off, bar.band_mm())));
         values.setValue(at, cut);
       }
@@ -41,8 +41,8 @@ Bone MakeCutBar() {
   return bar;
 }
 
-struct Draw {
-  explicit Draw(unsigned seed) : random(seed) {}
+struct PieceDraw {
+  explicit PieceDraw(unsigned seed) : random(seed) {}
   double In(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
   int Below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); }
   Vec3 Vector(double reach) { return {In(-reach, reach), In(-reach, reach), In(-reach, reach)}; }
@@ -75,14 +75,14 @@ TEST(PieceSet, IsPickedWhereItIsNow) {
   EXPECT_NEAR(pick->p_W_mm.z, 2, 0.02);
   EXPECT_NEAR(pick->way_mm, 18, 0.02);
   EXPECT_FALSE(set.Pick({0.5, 5, 20}, {0, 0, -1}));
-  set.Move(2, {-4.15, 0, 10});  // above the first
+  set.Move(2, {-4.15, 0, 10});  // above the first piece
   EXPECT_EQ(set.Pick({0.5, 0, 20}, {0, 0, -1})->piece, 2);
   EXPECT_NEAR(set.Pick({0.5, 0, 20}, {0, 0, -1})->p_W_mm.z, 12, 0.02);
   set.SetHidden(2, true);
   EXPECT_EQ(set.Pick({0.5, 0, 20}, {0, 0, -1})->piece, 0);
   set.Delete(0);
   EXPECT_FALSE(set.Pick({0.5, 0, 20}, {0, 0, -1}));
-  // Turned by a quarter about its middle, the bar's first piece stands upright.
+  // Rotated by a quarter turn about its middle, the bar's first piece stands upright.
   set.Undo();
   set.Rotate(0, {0.5, 0, 0}, glm::angleAxis(1.5707963267948966, Vec3(0, 1, 0)));
   EXPECT_NEAR(set.Pick({0.5, 0, 20}, {0, 0, -1})->p_W_mm.z, 2.2, 0.03);
@@ -96,7 +96,7 @@ TEST(PieceSet, MotionsAreWhatTheySay) {
   const Vec3 axis(0, 2, 0);
   const Vec3 before = set.CalcCentroid(0);
   set.RotateAbout(0, p, axis, 90);
-  // By a quarter about y, z goes to x and x to -z.
+  // A quarter turn about y maps z to x and x to -z.
   const Vec3 arm = before - p;
   EXPECT_LT(glm::length(set.CalcCentroid(0) - (p + Vec3(arm.z, arm.y, -arm.x))), 1e-9);
   EXPECT_NEAR(CalcTurn(set.state(0).X_WP), 90, 1e-9);
@@ -111,10 +111,10 @@ TEST(PieceSet, MotionsAreWhatTheySay) {
   EXPECT_THAT(MessageOf([&] { set.Move(1, {0, 0, 1}); }), HasSubstr("piece 2 is deleted"));
 }
 
-/// All that was done can be undone and done again, to the bit.
+/// All actions can be undone and redone, bit for bit.
 TEST(PieceSet, EverythingIsUndoneAndDoneAgain) {
   PieceSet set(MakeCutBar());
-  Draw draw(1);
+  PieceDraw draw(1);
   std::vector<std::vector<PieceState>> states;
   const auto now = [&] {
     std::vector<PieceState> all;
@@ -173,7 +173,7 @@ TEST(PieceSet, EverythingIsUndoneAndDoneAgain) {
   }
   EXPECT_FALSE(set.Redo());
   set.Undo();
-  set.SetHidden(0, !set.state(0).hidden);  // another way: the old one is gone
+  set.SetHidden(0, !set.state(0).hidden);  // a new action: the undone one can no longer be redone
   EXPECT_FALSE(set.can_redo());
 }
 
@@ -188,7 +188,7 @@ TEST(PieceSet, AGestureIsOneStep) {
   ExpectSame(set.state(0).X_WP, {Quat(1, 0, 0, 0), {1, 0, 0}});
   set.Undo();
   ExpectSame(set.state(0).X_WP, {});
-  // Nothing done is no step.
+  // An action that changes nothing is not recorded.
   set.Move(0, {0, 0, 0});
   set.SetHidden(0, false);
   EXPECT_EQ(set.actions().size(), 0u);
@@ -201,7 +201,7 @@ TEST(PieceSet, OverlapAndGapFollowTheMotion) {
   EXPECT_EQ(contacts[0].other, 1);
   EXPECT_EQ(contacts[0].overlap_mm3, 0);
   EXPECT_NEAR(contacts[0].gap->gap_mm, 0.6, 0.02);
-  // The neighbour comes along the bar by a millimetre: it overlaps by 0.4 mm of 4 x 4, less a tenth of a square
+  // The neighbour moves along the bar by 1 mm: it overlaps by 0.4 mm over 4 x 4 mm, less a tenth of the square of a
   // voxel along its 33.6 mm of edges.
   set.MoveAlong(1, {1, 0, 0}, 1);
   contacts = set.CalcContacts(0);
@@ -226,7 +226,7 @@ TEST(PieceSet, APieceThatIsCutFurtherKeepsItsPlace) {
   EXPECT_NEAR(set.piece(0).volume_mm3, 4.4 * 16, 1);
   for (const int i : parts) ExpectSame(set.state(i).X_WP, {Quat(1, 0, 0, 0), {0, 10, 0}});
   EXPECT_EQ(set.Pick({0.5, 10, 20}, {0, 0, -1})->piece, 0);
-  EXPECT_FALSE(set.Pick({-2, 10, 20}, {0, 0, -1}));  // the kerf
+  EXPECT_FALSE(set.Pick({-2, 10, 20}, {0, 0, -1}));  // in the kerf
   set.Undo();
   for (const int i : parts) ExpectSame(set.state(i).X_WP, {});
   EXPECT_EQ(set.Add(test::MakeSphere({0, 0, 20}, 2, 0.2)), 3);
@@ -274,12 +274,12 @@ TEST(PieceSet, FilesAtFaultAreToldAndChangeNothing) {
   };
   EXPECT_EQ(message([](nlohmann::json&) {}), "");
   EXPECT_THAT(MessageOf([&] { set.Restore("{", "a.json"); }), HasSubstr("not valid JSON"));
-  EXPECT_THAT(MessageOf([&] { set.Restore("[]", "a.json"); }), HasSubstr("not a file of pieces"));
+  EXPECT_THAT(MessageOf([&] { set.Restore("[]", "a.json"); }), HasSubstr("not a pieces file"));
   EXPECT_THAT(message([](auto& j) { j["version"] = 9; }), HasSubstr("later version"));
   EXPECT_THAT(message([](auto& j) { j.erase("pieces"); }), HasSubstr("no list 'pieces'"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["name"] = "x"; }), HasSubstr("no x here"));
-  EXPECT_THAT(message([](auto& j) { j["pieces"][0]["volume_mm3"] = 1; }), HasSubstr("another volume"));
-  EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][0] = 2; }), HasSubstr("no rigid motion"));
+  EXPECT_THAT(message([](auto& j) { j["pieces"][0]["volume_mm3"] = 1; }), HasSubstr("a different volume"));
+  EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][0] = 2; }), HasSubstr("not a rigid motion"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][0] = "a"; }), HasSubstr("not 16 numbers"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][3] = 1e9; }), HasSubstr("out of the world"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["hidden"] = 1; }), HasSubstr("neither true nor false"));
@@ -288,18 +288,18 @@ TEST(PieceSet, FilesAtFaultAreToldAndChangeNothing) {
 }
 
 TEST(ConstrainToAxis, KeepsToTheAxis) {
-  Draw draw(3);
+  PieceDraw draw(3);
   for (int k = 0; k < 100; ++k) {
     const Vec3 p = draw.Vector(10);
     const Vec3 axis = draw.Vector(3);
     const Pose free{glm::angleAxis(draw.In(-3, 3), glm::normalize(draw.Vector(1))), draw.Vector(10)};
     const Pose held = ConstrainToAxis(free, p, axis);
-    // A point of the axis stays on it, by as much as the free motion took it along.
+    // A point of the axis stays on it, and moves along it as far as the free motion moved it along it.
     const Vec3 n = glm::normalize(axis);
     const Vec3 way = held.Point(p) - p;
     EXPECT_LT(glm::length(way - glm::dot(n, free.Point(p) - p) * n), 1e-9);
     EXPECT_LT(glm::length(held.Vector(n) - n), 1e-9);
-    // What keeps to it already is left as it is.
+    // A motion that already satisfies the constraint is unchanged.
     ExpectSame(ConstrainToAxis(held, p, axis), held);
   }
 }

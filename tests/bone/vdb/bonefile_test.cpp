@@ -30,8 +30,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As a program does that knows OpenVDB and not kerf: it carries the metadata over. Files that were damaged after that
-/// get past kerf's checksum.
+/// Writes the file again as a program would that supports OpenVDB but not kerf: it copies the metadata. Damage to the
+/// new file is not found by kerf's checksum.
 void WriteAgainByOpenVdb(const std::string& from, const std::string& to, bool with_checksum = true) {
   openvdb::io::File file(from);
   file.open(false);
@@ -89,9 +89,9 @@ TEST_F(BoneFile, WhatIsNoBoneIsRefusedInOneSentence) {
   EXPECT_EQ(MessageOf(Path("none.vdb")), Path("none.vdb") + ": there is no such file; 'kerf import INPUT -o " +
                                              Path("none.vdb") + "' makes it from a CT or a closed surface");
   std::ofstream(Path("text.vdb")) << "this is no volume";
-  EXPECT_NE(MessageOf(Path("text.vdb")).find(": not a whole OpenVDB file ("), std::string::npos);
+  EXPECT_NE(MessageOf(Path("text.vdb")).find(": not a valid OpenVDB file ("), std::string::npos);
   std::ofstream(Path("empty.vdb")).close();
-  EXPECT_NE(MessageOf(Path("empty.vdb")).find(": not a whole OpenVDB file ("), std::string::npos);
+  EXPECT_NE(MessageOf(Path("empty.vdb")).find(": not a valid OpenVDB file ("), std::string::npos);
 }
 
 TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
@@ -110,7 +110,7 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
       for (int k = 0; k < 4; ++k) content[random() % content.size()] = static_cast<char>(random());
     }
     std::ofstream(Path("b.vdb"), std::ios::binary) << content;
-    // Either it is refused with a sentence or what was flipped did not matter; nothing else.
+    // The file is either refused with a sentence, or the change had no effect; nothing else may happen.
     const std::string message = MessageOf(Path("b.vdb"), {.hu = true});
     EXPECT_EQ(MessageOf(Path("b.vdb")).find('\n'), std::string::npos);
     if (n % 2 == 0) {
@@ -120,7 +120,8 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
   }
 }
 
-/// Every place of a file may be a length. Ends the process: 0 when none of them, made absurd, asks for memory.
+/// Treats every position in a file as a possible length. Ends the process: with 0 if no absurd value at any position
+/// causes a large allocation.
 [[noreturn]] void ReadLyingFiles(const std::string& path) {
   test::UseOneCore();
   Bone bone = test::MakeSphere({10, 10, 10}, 1, 0.4);
@@ -132,7 +133,7 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
   fs::remove(path);
   fs::remove(path + ".again");
   std::istringstream first(whole);
-  ReadBone(first, "whole", {.hu = true});  // what OpenVDB and TBB need for good
+  ReadBone(first, "whole", {.hu = true});  // allocates the permanent memory of OpenVDB and TBB
   test::LimitMemory(std::uint64_t{256} << 20);
   constexpr std::size_t kStep = 3;  // a length has 4 or 8 bytes
   for (std::size_t at = 0; at + 8 <= whole.size(); at += kStep) {
@@ -160,16 +161,17 @@ TEST_F(BoneFile, NoLengthInAFileMakesItAskForMemory) {
 TEST_F(BoneFile, LengthsThatLieAreRefusedWithASentence) {
   WriteBone(test::MakeSphere({10, 10, 10}, 1, 0.4), Path("a.vdb"));
   const std::string whole = ReadTextFile(Path("a.vdb"));
-  // 8 of magic, 12 of versions, 1 of offsets, 36 of identity; then the count of metadata and the first name's length.
+  // 8 bytes of magic, 12 of versions, 1 of offsets, 36 of identity; then the number of metadata entries and the length
+  // of the first name.
   const auto with = [&](std::size_t at, std::uint32_t value) {
     std::string content = whole;
     std::memcpy(content.data() + at, &value, sizeof value);
     std::ofstream(Path("b.vdb"), std::ios::binary) << content;
     return MessageOf(Path("b.vdb"));
   };
-  EXPECT_NE(with(8, 300).find("not a whole OpenVDB file (version 300; kerf reads 222 to 224)"), std::string::npos);
+  EXPECT_NE(with(8, 300).find("not a valid OpenVDB file (version 300; kerf reads 222 to 224)"), std::string::npos);
   EXPECT_NE(with(57, 4'000'000'000).find("4000000000 entries of metadata; kerf reads up to 1000"), std::string::npos);
-  EXPECT_NE(with(61, 4'000'000'000).find("a text of 4000000000 bytes where "), std::string::npos);
+  EXPECT_NE(with(61, 4'000'000'000).find("a text of 4000000000 bytes, but "), std::string::npos);
 }
 
 TEST_F(BoneFile, AFlippedBitAnywhereIsFound) {
@@ -189,10 +191,10 @@ TEST_F(BoneFile, AFlippedBitAnywhereIsFound) {
       ReadBone(in, "flipped");
       FAIL() << "byte " << at << " of " << whole.size();
     } catch (const Error& e) {
-      if (std::string(e.what()).find("as their checksum shows; use another copy") != std::string::npos) ++by_checksum;
+      if (std::string(e.what()).find("checksum that kerf wrote; use another copy") != std::string::npos) ++by_checksum;
     }
   }
-  // The rest does not get so far: it is no OpenVDB file any more.
+  // The other files are not recognised as OpenVDB files, so the checksum is not reached.
   EXPECT_GT(by_checksum, whole.size() / 4);
 }
 
@@ -215,7 +217,7 @@ TEST_F(BoneFile, FailedWriteLeavesTheEarlierFileWhole) {
   EXPECT_THROW(WriteBone(bone, Path("folder.vdb")), Error);
   EXPECT_THROW(WriteBone(bone, Path("missing/a.vdb")), Error);
   EXPECT_EQ(ReadBone(Path("a.vdb")).CalcHash(), bone.CalcHash());
-  // No temporaries are left behind.
+  // No temporary files are left behind.
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 2);
 }
 
@@ -243,7 +245,7 @@ TEST_F(BoneFile, CtNumbersAreReadBackWhenAskedAndElseCostNothing) {
   EXPECT_EQ(without.CalcHash(), bone.CalcHash());
   EXPECT_EQ(without.CalcMemoryBytes(), ReadBone(Path("plain.vdb")).CalcMemoryBytes());
   EXPECT_FALSE(ReadBone(Path("plain.vdb"), {.hu = true}).has_hu());
-  // Without a checksum they are not even looked at: a file cut off within them, the last grid, still gives the bone.
+  // Without a checksum the HU are not even read: a file cut off within them (the last grid) still gives the bone.
   const std::string own = ReadTextFile(Path("hu.vdb"));
   std::ofstream(Path("cut.vdb"), std::ios::binary) << own.substr(0, own.size() - 100);
   EXPECT_NE(MessageOf(Path("cut.vdb")).find("is damaged"), std::string::npos);
@@ -251,7 +253,7 @@ TEST_F(BoneFile, CtNumbersAreReadBackWhenAskedAndElseCostNothing) {
   const std::string whole = ReadTextFile(Path("again.vdb"));
   std::ofstream(Path("cut.vdb"), std::ios::binary) << whole.substr(0, whole.size() - 100);
   EXPECT_EQ(ReadBone(Path("cut.vdb")).CalcHash(), bone.CalcHash());
-  EXPECT_NE(MessageOf(Path("cut.vdb"), {.hu = true}).find("not a whole OpenVDB file"), std::string::npos);
+  EXPECT_NE(MessageOf(Path("cut.vdb"), {.hu = true}).find("not a valid OpenVDB file"), std::string::npos);
 }
 
 TEST_F(BoneFile, CtNumbersThatAreNoneAreRefused) {
@@ -261,7 +263,7 @@ TEST_F(BoneFile, CtNumbersThatAreNoneAreRefused) {
         bone, [bad](const Vec3& p) { return p.x > 1 ? bad : 100; }, 0.5);
     WriteBone(bone, Path("a.vdb"));
     EXPECT_EQ(MessageOf(Path("a.vdb"), {.hu = true}),
-              Path("a.vdb") + ": grid \"hu\" holds a value that is no CT number");
+              Path("a.vdb") + ": grid \"hu\" holds a value that is not a CT number");
     EXPECT_EQ(MessageOf(Path("a.vdb")), "accepted");
   }
 }
@@ -276,7 +278,7 @@ TEST_F(BoneFile, AFileOfABoneWithOverriddenConstantsKeepsItsOwnTable) {
   EXPECT_EQ(ReadBone(Path("a.vdb")).materials().At(24).source, "test");
 }
 
-/// Two regions, so that the grid has more than one value.
+/// A bone with two regions, so that the region grid has more than one value.
 Bone MakeTwoRegions() {
   SolidField field = test::SphereField({1, -2, 3}, 4);
   field.region = [](const Vec3& p) { return p.x < 1 ? 24 : 255; };
@@ -287,7 +289,7 @@ Bone MakeTwoRegions() {
   return MakeBone(field, Box3{Vec3(-6), Vec3(9)}, {0.2, 0.3, {}}, table);
 }
 
-/// What Python prints of a file: metadata, then each grid's name, type, active voxels and values at the coordinates.
+/// Script that prints a file's metadata, then each grid's name, type, active voxels and values at the coordinates.
 constexpr char kReadWithPython[] = R"(
 import sys, pyopenvdb
 grids, metadata = pyopenvdb.readAll(sys.argv[1])
@@ -361,7 +363,7 @@ TEST_F(BoneFile, RegionsThatAreNoWholeNumbersAreRefused) {
     out.write(openvdb::GridCPtrVec{file.readGrid("phi"), region}, *file.getMetadata());
     out.close();
     EXPECT_EQ(MessageOf(Path("b.vdb")),
-              Path("b.vdb") + fmt::format(": grid \"region\" has the value {}, which is no number of a region", bad));
+              Path("b.vdb") + fmt::format(": grid \"region\" has the value {}, which is not a region number", bad));
   }
 }
 

@@ -5,6 +5,7 @@
 
 #include "cut/removal/cutter.h"
 #include "support/cuts.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -12,11 +13,8 @@ namespace {
 using test::BlockPoses;
 using test::DiscPose;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
 TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
-  // Wherever the kerf lies among the voxels, and also where a voxel is as wide as the kerf.
+  // For any position of the kerf among the voxels, and also where a voxel is as wide as the kerf.
   for (const double h : {0.1, 0.15, 0.2, 0.25}) {
     for (const Pose& X_WB : BlockPoses(h)) {
       Bone bone = test::MakeBox(X_WB, {30, 3, 8}, h);
@@ -35,8 +33,8 @@ TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
       problem.tau_s = 0.001;
       faces.Find(Probe(field, X), 0.025, false, problem);
       EXPECT_GT(problem.flats.size(), 20u);
-      // The play is 0.2 % of a voxel beside what the kerf is wider than the disc, and the corner of the kerf's floor
-      // takes up to half of that. Near the wall's free edge there is less bone, not more.
+      // The play is 0.2 % of a voxel plus half of the kerf's excess width over the disc. The corner of the kerf's floor
+      // takes up to half of the former. Near the wall's free edge there is less bone, not more.
       const double play_mm = 0.002 * h + 0.5 * (CalcKerfWidth(kSaw, h) - kSaw.thickness_mm);
       int deep = 0;
       for (const FlatPoint& p : problem.flats) {
@@ -57,7 +55,7 @@ TEST(Faces, ReachTellsOfBoneBeforeItIsTouched) {
   const ToolShape shape =
       MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), 0.2), Faces::CalcStoppedMargin(0.2));
   Faces faces(field, shape, kSaw, Vec3(0));
-  // Flat on a face, lowered bit by bit: a pair that was far is looked at again in time.
+  // Flat on a face, lowered in small steps: pairs that were far away are tested again in time.
   for (double height = 3; height > 0.01; height -= 0.013) {
     Pose X;
     X.p_AB = {0.3, 0.1, 2 + 0.125 + height};

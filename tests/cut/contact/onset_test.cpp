@@ -1,5 +1,5 @@
-// A law with a force at the least bite, averaged over the arc that a point of the rim stands for: against the integral
-// over that arc, and as the gradient of a convex function.
+// A law with a force at the smallest bite, averaged over the arc that an edge point stands for: compared with the
+// integral over that arc, and tested as the gradient of a convex function.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kArm_mm = 11;
 
-CuttingPoint PointAt(double angle, double after_share) {
+CuttingPoint PointAt(double angle, double after_fraction) {
   const Vec3 e(std::cos(angle), std::sin(angle), 0);
-  return {MakeRow(e, kArm_mm * e), 0.05, 19140, MakeRow({-e.y, e.x, 0}, kArm_mm * e), after_share};
+  return {MakeRow(e, kArm_mm * e), 0.05, 19140, MakeRow({-e.y, e.x, 0}, kArm_mm * e), after_fraction};
 }
 
 StepProblem MakeProblem(const char* law, double arc_rad, double ramp_mm_per_s) {
@@ -26,14 +26,14 @@ StepProblem MakeProblem(const char* law, double arc_rad, double ramp_mm_per_s) {
   return problem;
 }
 
-/// Radial force and force along the edge by the midpoint rule over the arc: the constant law, ramped, at the speed
-/// s + t phi; teeth behind and ahead of the point by their shares.
+/// Radial force and force along the edge by the midpoint rule over the arc: the constant law, ramped, at the speed s +
+/// t phi; the teeth behind and ahead of the point are weighted by their fractions.
 ToothMean Integrate(const StepProblem& problem, const CuttingPoint& point, double s, double t) {
   constexpr int kIntervals = 20000;
   ToothMean mean;
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = problem.arc_rad * ((i + 0.5) / kIntervals - 0.5);
-    const double weight = 2 * (phi < 0 ? 1 - point.after_share : point.after_share) / kIntervals;
+    const double weight = 2 * (phi < 0 ? 1 - point.after_fraction : point.after_fraction) / kIntervals;
     const double force = problem.ToothForceAt(s + t * phi, point.E_star_MPa);
     mean.radial_N += weight * force;
     mean.along_N += weight * phi * force;
@@ -54,7 +54,7 @@ TEST(Onset, IsTheIntegralOverTheArc) {
     const double s = uniform(-1.2, 1.5) * (0.5 * problem.arc_rad * std::abs(t) + ramp);
     const ToothMean expected = Integrate(problem, point, s, t);
     const ToothMean mean = problem.MeanToothForce(point, s, t);
-    // The midpoint rule misses the jump by at most half an interval: 1e-4 of the force, and of its lever.
+    // The midpoint rule misses the jump by at most half an interval: 1e-4 of the force and of its lever arm.
     const double onset = CalcOnset(problem.law, point.E_star_MPa);
     EXPECT_NEAR(mean.radial_N, expected.radial_N, 2e-4 * onset) << "s " << s << ", t " << t;
     EXPECT_NEAR(mean.along_N, expected.along_N, 2e-4 * onset * problem.arc_rad) << "s " << s << ", t " << t;
@@ -71,7 +71,7 @@ TEST(Onset, SmoothLawIsLeftAlone) {
 }
 
 TEST(Onset, ForceNeverDrivesTheToolAndIsMonotone) {
-  // A gradient of a convex function that is 0 at rest: (g(u) - g(v)) . (u - v) >= 0, and so g(u) . u >= 0.
+  // The gradient of a convex function that is 0 at rest: (g(u) - g(v)) . (u - v) >= 0, and therefore g(u) . u >= 0.
   std::mt19937_64 random(20261122);
   std::normal_distribution<double> normal;
   for (int n = 0; n < 2000; ++n) {
@@ -81,7 +81,7 @@ TEST(Onset, ForceNeverDrivesTheToolAndIsMonotone) {
       Twist u{};
       for (int k = 0; k < 3; ++k) u[k] = normal(random);
       for (int k = 3; k < 6; ++k) u[k] = normal(random) / kArm_mm;
-      // Near where the point stops moving outwards.
+      // Close to the motion at which the point stops moving outwards.
       AddTo(u, -Dot(problem.cutting[0].row, u) * (1 + 0.05 * normal(random)) / 2, problem.cutting[0].row);
       return u;
     };

@@ -1,4 +1,4 @@
-// The convex step: its solution is the least, whatever the start, and never makes energy.
+// The convex step: its solution is the minimum for any initial guess, and it never creates energy.
 #include "cut/contact/step.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kReach_mm = 11;
 
-/// Problems over the whole range that scenes allow: sizes log-uniform.
+/// Problems over the whole range that scenes allow; sizes are log-uniform.
 class ProblemMaker {
  public:
   explicit ProblemMaker(std::uint64_t seed) : random_(seed) {}
@@ -62,7 +62,7 @@ class ProblemMaker {
       problem.cutting.push_back({MakeRow(e, kReach_mm * e), teeth_here, E_star * Uniform(0.5, 1),
                                  MakeRow({-e.y, e.x, 0}, kReach_mm * e), std::fmod(10 * teeth_here, 1)});
     }
-    // In every other problem a law that jumps is averaged over arcs, from tiny ones to a tenth of the turn.
+    // In every other problem, a law with a jump is averaged over arcs, from tiny ones to a tenth of a turn.
     if (law != 0 && teeth % 2 == 0) problem.arc_rad = std::pow(10.0, -0.2 - 0.1 * teeth);
     const int flats = static_cast<int>(Uniform(0, 80));
     for (int i = 0; i < flats; ++i) {
@@ -87,11 +87,11 @@ class ProblemMaker {
   std::mt19937_64 random_;
 };
 
-/// J along a straight way from 0, by Gauss-Legendre integration of its slope: no other formula is needed.
+/// J along a straight line from 0, by Gauss-Legendre integration of its slope, which needs only the gradient.
 double CalcRise(const StepProblem& problem, const Twist& u, int pieces = 1000) {
   double sum = 0;
   for (int i = 0; i < pieces; ++i) {
-    // Finer near 0, where laws and friction bend.
+    // Finer near 0, where the laws and friction are curved.
     const double t0 = std::pow(static_cast<double>(i) / pieces, 3);
     const double t1 = std::pow(static_cast<double>(i + 1) / pieces, 3);
     for (const double g : {-0.577350269189626, 0.577350269189626}) {
@@ -118,7 +118,7 @@ TEST(StepSolver, NothingIsOutOfBalanceAtTheSolution) {
     const StepSolution solution = solver.Solve(problem, {}, kReach_mm, 1000);
     RC_ASSERT(solution.converged);
     const Twist g = problem.CalcGradient(solution.u);
-    const double tolerance = 2e-8 * ForceOf(problem);  // the solver's own, of forces at the end
+    const double tolerance = 2e-8 * ForceOf(problem);  // the solver's tolerance for forces at the end of the step
     for (int k = 0; k < 3; ++k) RC_ASSERT(std::abs(g[k]) <= tolerance);
     for (int k = 3; k < 6; ++k) RC_ASSERT(std::abs(g[k]) <= tolerance * kReach_mm);
   });
@@ -132,7 +132,7 @@ TEST(StepSolver, NoOtherMotionIsLower) {
     StepSolver solver(128);
     const Twist u = solver.Solve(problem, {}, kReach_mm, 1000).u;
     for (int n = 0; n < 40; ++n) {
-      // Convex: J(v) - J(u) >= slope at u towards v, and the slope at v towards u is not positive.
+      // Convexity: J(v) - J(u) is at least the slope at u towards v, and the slope at v towards u is not positive.
       const Twist step = maker.Motion(maker.LogUniform(1e-4, 1e3));
       Twist v = u;
       AddTo(v, 1, step);
@@ -150,8 +150,8 @@ TEST(StepSolver, SolutionDoesNotDependOnTheStart) {
     const StepSolution a = solver.Solve(problem, {}, kReach_mm, 1000);
     const StepSolution b = solver.Solve(problem, maker.Motion(maker.LogUniform(1e-3, 1e4)), kReach_mm, 1000);
     RC_ASSERT(b.converged);
-    // Along no line is J less curved than the coupling makes it where it is not drawn out; drawn out, only the forces
-    // are one, not the motion.
+    // Along every line, the curvature of J is at least that of the unsaturated coupling. If the coupling is saturated,
+    // only the forces are unique, not the motion.
     const StepCoupling& c = problem.coupling;
     const double tau = problem.tau_s;
     const Vec3 v(a.u[0], a.u[1], a.u[2]);
@@ -183,7 +183,7 @@ TEST(StepSolver, StoppedEarlyItStillMakesNoEnergy) {
 }
 
 TEST(StepSolver, OneToothAgainstASpringMeetsTheClosedForm) {
-  // K (x - tau v) = n F(v / f), Hertz's chip: a root found by halving.
+  // K (x - tau v) = n F(v / f) with Hertz's law for the chip; the root is found by bisection.
   StepProblem problem;
   problem.law = MakeToothForce(ForceLaw("hertz_chip"), Tool(DiscSaw{}));
   problem.passes_per_s = 3000;

@@ -1,10 +1,11 @@
-// Chips: as much flies off as is removed, from where the teeth leave the bone, on the path that a ball takes in air.
+// Chips: as much volume is thrown as is removed, from where the teeth leave the bone, and flies like a ball in air.
 #include "cut/effects/chips.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -18,7 +19,6 @@ namespace kerf {
 namespace {
 
 using test::DiscPose;
-using test::kPi;
 
 constexpr double kG_mm_per_s2 = 9810;
 
@@ -26,7 +26,7 @@ bool IsFinite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// By small steps of Runge and Kutta's fourth order.
+/// Reference solution by small steps of the fourth-order Runge-Kutta method.
 ChipMotion Reference(const ChipFlight& flight, ChipMotion m, const Vec3& g, double age_s) {
   const int steps = 20000;
   const double h = age_s / steps;
@@ -56,20 +56,20 @@ TEST(ChipFlight, WithoutDragIsAParabola) {
 
 TEST(ChipFlight, FallsAtTheSpeedAtWhichDragBearsItsWeight) {
   for (const double size_mm : {0.02, 0.15, 0.5, 2.0}) {
-    // Weight pi/6 d^3 rho g = drag Cd pi/8 d^2 rho_air v^2, by bisection, in m, kg and s.
+    // Weight pi/6 d^3 rho g = drag Cd pi/8 d^2 rho_air v^2, solved by bisection, in m, kg and s.
     const double d = 1e-3 * size_mm;
     const auto drag_N = [&](double v) {
       const double re = 1.2 * v * d / 1.81e-5;
       const double cd = re < 1000 ? 24 / re * (1 + 0.15 * std::pow(re, 0.687)) : 0.44;
-      return cd * kPi / 8 * d * d * 1.2 * v * v;
+      return cd * std::numbers::pi / 8 * d * d * 1.2 * v * v;
     };
-    const double weight_N = kPi / 6 * d * d * d * 1908 * 9.81;
+    const double weight_N = std::numbers::pi / 6 * d * d * d * 1908 * 9.81;
     double low = 0, high = 100;
     for (int i = 0; i < 200; ++i) (drag_N(0.5 * (low + high)) < weight_N ? low : high) = 0.5 * (low + high);
     const ChipFlight flight(size_mm, 1, {0, 0, -kG_mm_per_s2});
     ChipMotion m{{0, 0, 0}, {8000, 0, 0}};
     for (int i = 0; i < 80; ++i) m = flight.CalcMotion(m, 0.5);
-    // What is left of the difference after 40 s: nothing, but for the rounding of both.
+    // After 40 s the only difference left is the rounding of both.
     EXPECT_NEAR(-m.v_mm_per_s.z, 1000 * low, 1e-9 * 1000 * low) << size_mm;
     EXPECT_NEAR(m.v_mm_per_s.x, 0, 1e-6) << size_mm;
   }
@@ -83,7 +83,7 @@ TEST(ChipFlight, FollowsTheEquationToAPercent) {
     for (const double t : {0.003, 0.05, 0.4}) {
       const ChipMotion m = flight.CalcMotion(start, t);
       const ChipMotion exact = Reference(flight, start, g, t);
-      // 0.5 % at worst, of the smallest after the longest: 32 steps of second order.
+      // At worst 0.5 %, for the smallest chip after the longest time: 32 steps of second order.
       EXPECT_LE(glm::length(m.p_mm - exact.p_mm), 1e-2 * glm::length(exact.p_mm)) << size_mm << " " << t;
       EXPECT_LE(glm::length(m.v_mm_per_s - exact.v_mm_per_s), 1e-3 * glm::length(start.v_mm_per_s)) << size_mm;
     }
@@ -107,14 +107,14 @@ TEST(ChipFlight, StaysFiniteAndNeverSpeedsUpByDrag) {
   }
 }
 
-// The flight is that from the start, however often somebody looked or the tick went on.
+// The flight is computed from its start, so it does not depend on the number of calls or ticks.
 TEST(ChipPool, TheTickDoesNotMatter) {
   ChipsParams params;
   ChipPool coarse(params), fine(params);
   for (ChipPool* pool : {&coarse, &fine}) pool->Throw({{1, 2, 3}, {3000, 100, 4000}}, 0);
   coarse.Advance(0.3);
   for (int i = 0; i < 3000; ++i) fine.Advance(1e-4);
-  // The clock of the fine one has added up 3000 roundings.
+  // The clock of the fine pool has accumulated 3000 rounding errors.
   EXPECT_LE(glm::length(coarse.CalcChip(0).p_F_mm - fine.CalcChip(0).p_F_mm), 1e-7);
   coarse.Advance(0.1001);
   EXPECT_TRUE(coarse.empty());
@@ -140,7 +140,7 @@ Bone Block(double h = 0.2) {
   return test::MakeBox(Pose{}, {30, 4, 10}, h);
 }
 
-/// A tool that goes down into the block at 5 mm/s.
+/// A tool that moves down into the block at 5 mm/s.
 class Plunge {
  public:
   explicit Plunge(const ChipsParams& chips, double rpm = 7500, const Tool& tool = DiscSaw{})
@@ -191,7 +191,8 @@ TEST(Chips, AsMuchIsThrownAsIsRemoved) {
     }
     EXPECT_GT(cut.removed_mm3(), 2);
     EXPECT_EQ(cut.effect().dropped_mm3(), 0);
-    // All but what does not make a chip yet; on a path the last tick may cut more than its teeth met.
+    // All volume is thrown except a part that does not fill a chip yet; on a path the last tick may remove more bone
+    // than its teeth met.
     EXPECT_LT(cut.effect().waiting_mm3(), cut.effect().chip_mm3());
     EXPECT_GT(cut.effect().pool().size(), 100u);
   }
@@ -210,13 +211,13 @@ TEST(Chips, AreBoundedAndCountedUnderLoad) {
   const ChipsEffect& e = cut.effect();
   EXPECT_GT(e.dropped_mm3(), 0.1 * cut.removed_mm3());
   EXPECT_GT(e.pool().cut_short(), 100u);
-  // None lives 0.4 s: who is gone was cut short.
+  // No chip reaches its life of 0.4 s: all chips that are gone were cut short.
   EXPECT_NEAR(e.thrown_mm3() / e.chip_mm3(), static_cast<double>(e.pool().cut_short() + e.pool().size()), 1e-6);
   EXPECT_GT(e.CalcMemoryBytes(), sizeof(ChipsEffect));
 }
 
-// Without spread, weight and air a chip goes straight on, with the rim's speed along the rim, from where the rim comes
-// out of the block: on the one side or on the other, as it turns.
+// Without spread, weight and air drag, a chip moves straight, at the rim's speed and tangentially to the rim, from
+// where the rim leaves the block: on one side or the other, depending on the direction of rotation.
 TEST(Chips, FlyOffWhereTheRimLeavesTheBone) {
   for (const double rpm : {7500.0, -7500.0, 600.0}) {
     Plunge cut({.spread = 0, .life_s = 0.01, .drag = 0, .gravity_W_m_per_s2 = Vec3(0)}, rpm);
@@ -226,14 +227,14 @@ TEST(Chips, FlyOffWhereTheRimLeavesTheBone) {
     const Pose X_WT = Plunge::At(cut.z_mm());
     for (std::size_t i = 0; i < e.pool().size(); ++i) {
       const ChipPool::Chip chip = e.pool().CalcChip(i);
-      // Starts are kept as floats.
-      EXPECT_NEAR(glm::length(chip.v_F_mm_per_s), 2 * kPi * 11 * std::abs(rpm) / 60, 1e-3);
+      // Starts are stored as floats.
+      EXPECT_NEAR(glm::length(chip.v_F_mm_per_s), 2 * std::numbers::pi * 11 * std::abs(rpm) / 60, 1e-3);
       const Vec3 from_W = chip.p_F_mm + e.p_WF_mm() - chip.age_s * chip.v_F_mm_per_s;
       const Vec3 from_T = X_WT.InversePoint(from_W);
-      // The tool has moved by 0.05 mm meanwhile.
+      // The tool has moved by 0.05 mm since then.
       EXPECT_NEAR(std::hypot(from_T.x, from_T.y), 11, 0.051);
       EXPECT_LE(std::abs(from_T.z), 0.125 + 1e-4);
-      // Where the rim crosses the block's top, to the spacing of the edge's points (0.36 mm) and a quarter of a voxel.
+      // Where the rim crosses the block's top, to the spacing of the edge points (0.36 mm) and a quarter of a voxel.
       EXPECT_NEAR(from_W.z, kTop_mm, 0.3);
       const Vec3 v_T = X_WT.InverseVector(chip.v_F_mm_per_s);
       EXPECT_GT(glm::dot(v_T, rpm * Vec3(-from_T.y, from_T.x, 0)), 0);
@@ -245,7 +246,7 @@ TEST(Chips, FlyOffWhereTheRimLeavesTheBone) {
 TEST(Chips, SpreadNoFurtherThanTheySay) {
   Plunge cut({.spread = 0.3, .life_s = 0.05, .drag = 0, .gravity_W_m_per_s2 = Vec3(0)});
   for (int i = 0; i < 500; ++i) cut.Tick();
-  const double rim = 2 * kPi * 11 * 125;
+  const double rim = 2 * std::numbers::pi * 11 * 125;
   double least = 1e9, most = 0, across = 0;
   const ChipPool& pool = cut.effect().pool();
   for (std::size_t i = 0; i < pool.size(); ++i) {
@@ -256,7 +257,7 @@ TEST(Chips, SpreadNoFurtherThanTheySay) {
   EXPECT_GE(least, 0.7 * rim - 1);
   EXPECT_LE(most, 1.3 * rim + 1);
   EXPECT_LE(across, 0.3 * rim + 1);
-  // Some hundred of them fill most of the ball.
+  // A few hundred chips fill most of the ball of velocities.
   EXPECT_LT(least, 0.8 * rim);
   EXPECT_GT(most, 1.2 * rim);
   EXPECT_GT(across, 0.2 * rim);
@@ -278,7 +279,7 @@ TEST(Chips, TheSameRunThrowsTheSameChips) {
   ASSERT_GT(first.size(), 500u);
   EXPECT_EQ(first, run(1));
   const std::vector<double> other = run(2);
-  EXPECT_EQ(first.size(), other.size());  // as many, elsewhere
+  EXPECT_EQ(first.size(), other.size());  // as many chips, at other places
   EXPECT_NE(first, other);
 }
 
@@ -303,7 +304,7 @@ TEST(Chips, StopWithTheSpindle) {
   EXPECT_EQ(cut.effect().thrown_mm3(), 0);
 }
 
-/// A hand that goes down into the block, aside and out again, in ticks of `dt_s`.
+/// A hand that moves down into the block, sideways and out again, in ticks of `dt_s`.
 struct HandRun {
   std::uint64_t bone = 0;
   std::vector<double> felt;

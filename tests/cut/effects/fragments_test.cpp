@@ -1,9 +1,10 @@
-// Fragments: when and what comes off, against taking the bone apart after every tick; and that no force tells of it.
+// Fragments: when and which pieces come off, compared with splitting the bone after every tick; no effect on force.
 #include "cut/effects/fragments/fragments.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "base/core/heap_guard.h"
@@ -29,7 +30,7 @@ constexpr int kTicks = 700;
 constexpr double kStep_mm = 0.01;
 Pose PoseAt(int tick) {
   Pose X;
-  X.R_AB = glm::angleAxis(0.5 * test::kPi, Vec3(0, 1, 0));
+  X.R_AB = glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0));
   X.p_AB = {1.03, 0, kHalf_mm[2] + 11 + 0.5 - kStep_mm * tick};
   return X;
 }
@@ -76,21 +77,21 @@ TEST(Fragments, TellsOfThePieceInTheTickInWhichTheLastBridgeGoes) {
   EXPECT_EQ(event.region, 24);
   EXPECT_EQ(event.piece.id, 2);
   EXPECT_EQ(event.piece.from, 1);
-  // The smaller part: from half a kerf beyond 1.03 mm to the end at 3 mm. Whole voxels: each face may be off by half
-  // of one.
+  // The smaller part extends from half a kerf beyond 1.03 mm to the end at 3 mm. It has whole voxels: each face may be
+  // off by half a voxel.
   const double h = 0.5 * kVoxel_mm;
   const double length_mm = 3 - 1.03 - 0.5 * 0.25;
   EXPECT_NEAR(event.piece.bounds_W.lower.x, 3 - length_mm, h + 1e-9);
   EXPECT_NEAR(event.piece.bounds_W.upper.x, 3, h + 1e-9);
   const double faces_mm2 = 2 * (length_mm * 4 + length_mm * 3 + 12);
   EXPECT_NEAR(event.piece.volume_mm3, length_mm * 12, h * faces_mm2);
-  // All that is left is told, and no more.
+  // Pieces and dust add up to the remaining bone.
   const FoundPieces& found = effect.watch().finder().found();
   EXPECT_NEAR(found.pieces[0].volume_mm3 + found.pieces[1].volume_mm3 + found.dust_mm3, simulation.bone().CalcVolume(),
               h * (faces_mm2 + 100));
 }
 
-/// A hand that lowers the saw through the bar; what it feels, tick by tick, and the bone at the end.
+/// A hand that lowers the saw through the bar: its force in each tick, and the bone at the end.
 struct Felt {
   std::vector<Vec3> force_N;
   std::vector<double> teeth;
@@ -120,8 +121,8 @@ Felt LowerThrough(const EffectChoices& choices) {
   return felt;
 }
 
-// A piece that is held stays part of the bone: to the bit, the hand feels what it felt without the effect, before, when
-// and after it comes off.
+// A piece that comes off is held in place and stays part of the bone: the hand's force is bit-identical with and
+// without the effect, before, during and after the separation.
 TEST(Fragments, TheForceDoesNotTellThatAPieceCameOff) {
   const Felt with = LowerThrough(WithFragments(1));
   const Felt without = LowerThrough({});
@@ -132,13 +133,13 @@ TEST(Fragments, TheForceDoesNotTellThatAPieceCameOff) {
     ASSERT_EQ(with.force_N[i], without.force_N[i]) << i;
     largest_N = std::max(largest_N, glm::length(with.force_N[i]));
   }
-  // There was something to feel: it broke through with so much, which the coupling then lets go of either way.
+  // The force is large enough to feel: the coupling releases it at the breakthrough in both runs.
   EXPECT_GT(largest_N, 0.5);
 }
 
 TEST(Fragments, WhatIsSmallerIsDust) {
   SimulationParams params;
-  params.effects = WithFragments(30);  // more than the smaller part has, less than the larger
+  params.effects = WithFragments(30);  // mm3: larger than the smaller part, smaller than the larger one
   Simulation simulation(Bar(), params, PoseAt(0));
   auto& effect = dynamic_cast<FragmentsEffect&>(*simulation.effects().Find("fragments"));
   for (int tick = 1; tick <= kTicks; ++tick) simulation.Tick({PoseAt(tick)});

@@ -1,10 +1,10 @@
-// The guide: springs of known stiffness, that nothing crosses, that give way at a known force and never push by
-// themselves.
+// The guide: springs of known stiffness that are never crossed, yield at a known force, and never push by themselves.
 #include "cut/effects/guide.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "base/core/hash.h"
@@ -36,12 +36,12 @@ CoupledParams MakeParams(const Wanted& wanted) {
   SetEffect(params.effects, "guide", "max_force_N", wanted.max_force_N);
   SetEffect(params.effects, "guide", "depth_mm", wanted.depth_mm);
   SetEffect(params.effects, "guide", "slot_length_mm", wanted.slot_mm);
-  SetEffect(params.effects, "guide", "normal", EffectValue(Vec3(0, 0, 2)));  // of any length
+  SetEffect(params.effects, "guide", "normal", EffectValue(Vec3(0, 0, 2)));  // the length of the vector does not matter
   SetEffect(params.effects, "guide", "depth_direction", EffectValue(Vec3(0, -1, 0)));
   return params;
 }
 
-/// The disc lies in the plane z = 0, its spindle along z; the bone is far below.
+/// The disc lies in the plane z = 0, its spindle along z; the bone is far below it.
 class Guided {
  public:
   explicit Guided(const CoupledParams& params, const Pose& start = {})
@@ -71,10 +71,10 @@ TEST(Guide, HoldsAcrossThePlaneWithItsStiffness) {
       const CoupledParams params = MakeParams({.stiffness_N_per_mm = k, .max_force_N = 1000});
       Guided tool(params);
       const double K = params.coupling.stiffness_N_per_mm;
-      // Within the tolerance nothing, to the bit.
+      // Within the tolerance the force is exactly zero.
       EXPECT_EQ(tool.Hold(At({0, 0, side * 0.49})).f_H_W_N, Vec3(0));
       const CoupledOutput out = tool.Hold(At({3, 2, side * 4}));
-      // Two springs in a row. The solver stops at 1e-8 of the forces.
+      // Two springs in series. The solver stops at 1e-8 of the forces.
       const double force_N = K * k / (K + k) * 3.5;
       EXPECT_NEAR(out.f_H_W_N.z, -side * force_N, 1e-6 * force_N) << k;
       EXPECT_NEAR(glm::length(Vec3(out.f_H_W_N.x, out.f_H_W_N.y, 0)), 0, 1e-6) << k;
@@ -90,7 +90,7 @@ TEST(Guide, HoldsTheDiscsTilt) {
   Guided tool(params);
   const double turned = 0.3;
   const CoupledOutput out = tool.Hold(At({}, turned), 400);
-  // Two of the four points of the rim, on the y axis, are off the plane; k / 4 each.
+  // Two of the rim's four points, those on the y axis, are off the plane; k / 4 each.
   const double phi = 2 * std::asin(out.X_WT.R_AB.x);
   const double away_mm = kRadius_mm * std::sin(phi) - 0.5;
   const double held_Nmm = 2 * (5.0 / 4) * away_mm * kRadius_mm * std::cos(phi);
@@ -99,13 +99,13 @@ TEST(Guide, HoldsTheDiscsTilt) {
   const double torsion_Nmm = params.coupling.torsion_Nmm_per_rad * (turned - phi);
   EXPECT_NEAR(held_Nmm, torsion_Nmm, 1e-6 * torsion_Nmm);
   EXPECT_NEAR(out.tau_H_W_Nmm.x, -torsion_Nmm, 1e-6 * torsion_Nmm);
-  EXPECT_NEAR(tool.Channel(1), phi * 180 / 3.14159265358979323846, 1e-6);
+  EXPECT_NEAR(tool.Channel(1), phi * 180 / std::numbers::pi, 1e-6);
 }
 
 TEST(Guide, StopsAtTheDepthAndAtTheSlotsEnds) {
   const double k = 100;
   Guided tool(MakeParams({.stiffness_N_per_mm = k, .max_force_N = 1000, .depth_mm = 15, .slot_mm = 12}));
-  // The disc's lowest point is 11 mm below its centre, at any turn about the depth's normal.
+  // The disc's lowest point is 11 mm below its centre, for any rotation about the normal of the depth.
   CoupledOutput out = tool.Hold(At({0, -4 - 10, 0}));
   const double force_N = 1 * k / (1 + k) * 10;
   EXPECT_NEAR(out.f_H_W_N.y, force_N, 1e-6);
@@ -134,10 +134,10 @@ TEST(Guide, IsNeverCrossedHoweverTheHandJumps) {
     ASSERT_LE(glm::length(out.f_H_W_N), 40 * (1 + 1e-9));
   }
   EXPECT_GT(jumped_mm, 90);
-  // The coupling gives 40 N and 4000 N mm. All of that against one point of the rim, k / 4: 40 + 4000 / 11 N.
+  // The coupling gives 40 N and 4000 N mm. If all of it acts on one point of the rim, with k / 4: 40 + 4000 / 11 N.
   EXPECT_LT(furthest_mm, 0.5 + (40 + 4000 / kRadius_mm) / (k / 4));
   EXPECT_GT(furthest_mm, 0.5 + 40 / k);
-  // The stop, k: the same.
+  // The same for the stop, with k.
   EXPECT_LT(deepest_mm, 15 + (40 + 4000 / kRadius_mm) / k);
 }
 
@@ -146,7 +146,8 @@ TEST(Guide, GivesWayAtItsGreatestForce) {
   const CoupledOutput pulled = tool.Hold(At({0, 0, 30}), 600);
   EXPECT_NEAR(pulled.f_H_W_N.z, -6, 1e-6);
   EXPECT_NEAR(pulled.X_WT.p_AB.z, 30 - 6, 1e-5);
-  // What gave way does not draw back: the wall is where the tool took it, and comes back with it.
+  // A guide that has yielded does not pull the tool back: its wall stays where it was pushed, and moves back with the
+  // tool.
   const CoupledOutput back = tool.Hold(At({0, 0, 10}), 600);
   EXPECT_EQ(back.f_H_W_N, Vec3(0));
   const CoupledOutput again = tool.Hold(At({0, 0, 11}), 600);
@@ -157,14 +158,14 @@ TEST(Guide, ToolSetDownOffThePlanIsNotDrawnToIt) {
   Guided tool(MakeParams({}));
   ASSERT_TRUE(tool.simulation.SetDown(At({0, 0, 40}, 0.5)));
   EXPECT_EQ(tool.Hold(At({0, 0, 40}, 0.5)).f_H_W_N, Vec3(0));
-  EXPECT_LT(glm::length(tool.Hold(At({0, 0, 20}, 0.2)).f_H_W_N), 1e-9);  // rounding
+  EXPECT_LT(glm::length(tool.Hold(At({0, 0, 20}, 0.2)).f_H_W_N), 1e-9);  // rounding error
   EXPECT_LT(tool.Hold(At({0, 0, 22}, 0.2)).f_H_W_N.z, -1);
 }
 
 TEST(Guide, NeverGivesBackWhatWasNotPutIn) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> way(-1, 1);
-  double put_in_mJ = 0, least_mJ = 0;
+  double put_in_mJ = 0, min_mJ = 0;
   for (int seed = 0; seed < 10; ++seed) {
     Guided tool(MakeParams({.stiffness_N_per_mm = seed % 2 == 0 ? 5.0 : 200.0,
                             .max_force_N = seed < 5 ? 1000.0 : 8.0,
@@ -178,13 +179,13 @@ TEST(Guide, NeverGivesBackWhatWasNotPutIn) {
       const CoupledOutput out = tool.Hold(At(p, turned), 1);
       sum_mJ += out.hand_mJ - out.stored_mJ;
       put_in_mJ += std::abs(out.hand_mJ);
-      least_mJ = std::min(least_mJ, sum_mJ);
+      min_mJ = std::min(min_mJ, sum_mJ);
       ASSERT_EQ(out.spindle_mJ, 0);
     }
   }
   EXPECT_GT(put_in_mJ, 100);
-  // Steps are straight and the disc's points go on arcs: of the order of 1e-6 of what went to and fro.
-  EXPECT_GT(least_mJ, -1e-6 * put_in_mJ);
+  // Steps are linear, but the points of the disc move on arcs: an error of the order of 1e-6 of the exchanged energy.
+  EXPECT_GT(min_mJ, -1e-6 * put_in_mJ);
 }
 
 TEST(Guide, FarFromItTheCutIsTheSameToTheBit) {
@@ -215,7 +216,7 @@ TEST(Guide, RefusesDirectionsThatAreNone) {
   CoupledParams params = MakeParams({});
   SetEffect(params.effects, "guide", "normal", EffectValue(Vec3(0)));
   EXPECT_THROW(Guided{params}, Error);
-  SetEffect(params.effects, "guide", "normal", EffectValue(Vec3(0, 1, 0)));  // along the depth
+  SetEffect(params.effects, "guide", "normal", EffectValue(Vec3(0, 1, 0)));  // parallel to the depth
   EXPECT_THROW(Guided{params}, Error);
 }
 

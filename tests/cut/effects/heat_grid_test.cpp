@@ -1,10 +1,11 @@
-// The heat grid against what is known of Pennes' equation: point and line source, blood, dose, bounds and balance.
+// The heat grid against solutions of Pennes' equation: point and line source, perfusion, dose, bounds and balance.
 #include "cut/effects/heat/heat_grid.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "base/core/heap_guard.h"
@@ -14,9 +15,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-/// Bone and grid; heat goes nowhere but through the bone.
+/// A bone and its heat grid, with functions that take points in the world frame.
 class Heated {
  public:
   Heated(Bone the_bone, const HeatGridParams& params) : bone(std::move(the_bone)), field(bone), grid(params, field) {}
@@ -50,7 +49,7 @@ double CalcAlpha(const HeatGridParams& p) {  // mm2 / s
   return p.conductivity_W_per_mK / CalcCapacity(p);
 }
 
-/// Relative, of all points together.
+/// Relative error over all points together.
 double CalcError(const Heated& heated, const std::vector<Vec3>& points,
                  const std::function<double(const Vec3&)>& exact) {
   double error = 0, size = 0;
@@ -61,29 +60,29 @@ double CalcError(const Heated& heated, const std::vector<Vec3>& points,
   return std::sqrt(error / size);
 }
 
-void ExpectBalance(const HeatGrid& grid, double share) {
+void ExpectBalance(const HeatGrid& grid, double fraction) {
   const HeatBalance b = grid.CalcBalance();
-  EXPECT_NEAR(b.CalcRest(), 0, share * b.put_in);
+  EXPECT_NEAR(b.CalcRest(), 0, fraction * b.put_in);
 }
 
 // T = E / (rho c (4 pi alpha t)^(3/2)) exp(-r^2 / (4 alpha t)), Carslaw and Jaeger 1959, 10.2.
 TEST(HeatGrid, HeatOfAPointSpreadsAsTheFormulaSaysToSecondOrder) {
-  const Vec3 source(0);  // a node of all three grids, as are the points
+  const Vec3 source(0);  // a node of all three grids, like the points
   const std::vector<Vec3> points{source,      {0.6, 0, -0.6},   {-0.6, 1.2, 0},  {1.2, -1.2, 0.6},
                                  {0, 0, 1.8}, {-1.8, 0.6, 1.2}, {0.6, -0.6, 0.6}};
   std::vector<double> errors;
   for (const double spacing : {0.6, 0.3, 0.15}) {
     const HeatGridParams params = OnlyConduction(spacing);
     Heated heated(test::MakeBox(Pose{}, Vec3(15), 0.5), params);
-    const double E = 1e5;  // so much that blocks are open as far as it counts
+    const double E = 1e5;  // enough to open all blocks that matter
     ASSERT_TRUE(heated.Put(source, E));
-    // 256 frames of 0.15 mm; as long for each.
+    // 256 frames at 0.15 mm; the same total time for each spacing.
     const int frames = static_cast<int>(std::lround(256 * std::pow(0.15 / spacing, 2)));
     heated.AdvanceFrames(frames);
     const double t = frames * heated.grid.frame_s();
     const double alpha = CalcAlpha(params);
     errors.push_back(CalcError(heated, points, [&](const Vec3& p) {
-      return E / (CalcCapacity(params) * std::pow(4 * kPi * alpha * t, 1.5)) *
+      return E / (CalcCapacity(params) * std::pow(4 * std::numbers::pi * alpha * t, 1.5)) *
              std::exp(-glm::dot(p - source, p - source) / (4 * alpha * t));
     }));
     ExpectBalance(heated.grid, 1e-6);
@@ -104,7 +103,8 @@ TEST(HeatGrid, ASteadyPointSourceWarmsAsTheFormulaSaysToSecondOrder) {
     const double q = 1e4;  // mW
     const int frames = static_cast<int>(std::lround(256 * std::pow(0.15 / spacing, 2)));
     const double frame_s = heated.grid.frame_s();
-    // A frame's heat goes in at its beginning: half of the first frame's stands for the half before it.
+    // Heat is added at the start of a frame and stands for half a frame before and after it, so the first one adds
+    // half.
     for (int i = 0; i < frames; ++i) {
       ASSERT_TRUE(heated.Put(source, q * frame_s * (i == 0 ? 0.5 : 1)));
       heated.AdvanceFrames(1);
@@ -113,7 +113,7 @@ TEST(HeatGrid, ASteadyPointSourceWarmsAsTheFormulaSaysToSecondOrder) {
     const double alpha = CalcAlpha(params);
     errors.push_back(CalcError(heated, points, [&](const Vec3& p) {
       const double r = glm::length(p - source);
-      return q / (4 * kPi * params.conductivity_W_per_mK * r) * std::erfc(r / std::sqrt(4 * alpha * t));
+      return q / (4 * std::numbers::pi * params.conductivity_W_per_mK * r) * std::erfc(r / std::sqrt(4 * alpha * t));
     }));
   }
   EXPECT_LT(errors.back(), 0.01);
@@ -121,11 +121,11 @@ TEST(HeatGrid, ASteadyPointSourceWarmsAsTheFormulaSaysToSecondOrder) {
   EXPECT_GT(std::log2(errors[1] / errors[2]), 1.8) << errors[1] << " " << errors[2];
 }
 
-// A line through a plate whose faces let nothing out: T = q' / (4 pi k) E1(r^2 / (4 alpha t)), Carslaw and Jaeger 10.4.
+// A line source through a plate with insulated faces: T = q' / (4 pi k) E1(r^2 / (4 alpha t)), Carslaw and Jaeger 10.4.
 TEST(HeatGrid, ALineSourceThroughAPlateWarmsAsTheFormulaSays) {
   const double spacing = 0.2;
   const HeatGridParams params = OnlyConduction(spacing);
-  // From -5.5 to 5.5 cells: the faces lie between nodes.
+  // From -5.5 to 5.5 cells: the faces are between nodes.
   Heated heated(test::MakeBox(Pose{}, {18, 18, 11 * spacing}, 0.1), params);
   const double q_per_mm = 50;  // mW / mm
   const double frame_s = heated.grid.frame_s();
@@ -140,7 +140,8 @@ TEST(HeatGrid, ALineSourceThroughAPlateWarmsAsTheFormulaSays) {
   const std::vector<Vec3> points{{0.8, 0.3, -0.9}, {-0.3, 1.1, 0.2}, {1.3, -1.2, 0.9}, {-1.5, 0.4, 0}, {2.1, 1, 0.4}};
   const double error = CalcError(heated, points, [&](const Vec3& p) {
     const double r2 = std::pow(p.x - 0.05, 2) + std::pow(p.y - 0.03, 2);
-    return -q_per_mm / (4 * kPi * params.conductivity_W_per_mK) * std::expint(-r2 / (4 * CalcAlpha(params) * t));
+    return -q_per_mm / (4 * std::numbers::pi * params.conductivity_W_per_mK) *
+           std::expint(-r2 / (4 * CalcAlpha(params) * t));
   });
   EXPECT_LT(error, 0.01);
   ExpectBalance(heated.grid, 1e-6);
@@ -150,8 +151,8 @@ TEST(HeatGrid, BloodCarriesHeatOffExponentially) {
   HeatGridParams params = OnlyConduction(0.5);
   params.perfusion_mL_per_min_kg = 500;
   Heated heated(test::MakeBox(Pose{}, Vec3(12), 0.5), params);
-  ASSERT_TRUE(heated.Put(Vec3(0), 2e5));  // so much that blocks are open as far as it counts
-  // 500e-6 m3 / 60 s / kg of 1908 kg/m3, blood of 3.8e6 J/(m3 K).
+  ASSERT_TRUE(heated.Put(Vec3(0), 2e5));  // enough to open all blocks that matter
+  // 500e-6 m3 / 60 s / kg at 1908 kg/m3, blood with 3.8e6 J/(m3 K).
   const double rate_per_s = 500e-6 / 60 * 1908 * 3.8e6 / (1908 * 1313);
   heated.AdvanceFrames(200);
   const double t = 200 * heated.grid.frame_s();
@@ -161,7 +162,7 @@ TEST(HeatGrid, BloodCarriesHeatOffExponentially) {
   ExpectBalance(heated.grid, 1e-6);
 }
 
-// One cell of bone by itself keeps its temperature: 47 C for 1 min are 16 min, and so on.
+// A single cell of bone keeps its temperature: 1 min at 47 C is a dose of 16 min, and so on.
 TEST(HeatGrid, DoseOfAHeldTemperatureIsTheClosedForm) {
   struct Held {
     double C, seconds, cem43_min;
@@ -178,15 +179,15 @@ TEST(HeatGrid, DoseOfAHeldTemperatureIsTheClosedForm) {
     EXPECT_NEAR(f.cem43_min, held.cem43_min, 2e-4 * held.cem43_min) << held.C;  // rounding of 600 sums in float
     EXPECT_NEAR(heated.grid.CalcDose(-heated.field.p_WF_mm()), held.cem43_min, 2e-4 * held.cem43_min);
     const bool hot = held.C >= 50;
-    if (held.C == 47) continue;  // on the limit, to rounding
+    if (held.C == 47) continue;  // at the limit, except for rounding
     EXPECT_NEAR(f.above_47_s, hot ? held.seconds : 0, 1e-2);
     EXPECT_NEAR(f.past_47_mm3, hot && held.seconds >= 60 ? 0.064 : 0, 1e-6);
     EXPECT_NEAR(f.past_dose_mm3, hot ? 0.064 : 0, 1e-6);
   }
 }
 
-// Whatever is put in, however long the ticks: from then on nothing is hotter than the hottest was, nothing colder than
-// coolant and body.
+// For any heat input and any length of ticks: afterwards, nothing is hotter than the hottest node was, and nothing is
+// colder than coolant and body.
 TEST(HeatGrid, NoNewExtremesForAnyTick) {
   for (const double dt_s : {0.001, 0.004, 0.03, 0.1, 0.333, 1.0}) {
     for (const double conductivity : {0.1, 0.32, 5.0}) {
@@ -197,7 +198,7 @@ TEST(HeatGrid, NoNewExtremesForAnyTick) {
       params.conductivity_W_per_mK = conductivity;
       params.irrigation_W_per_m2K = 1e5;
       params.air_W_per_m2K = 100;
-      // Skew, so that cells are cut in all ways.
+      // Skewed, so that cells are cut in all ways.
       Heated heated(
           test::MakeBox(Pose{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), Vec3(0.1)}, Vec3(7, 7, 3), 0.2),
           params);
@@ -213,7 +214,7 @@ TEST(HeatGrid, NoNewExtremesForAnyTick) {
           high = std::max(high, node.C);
           low = std::min(low, node.C);
         });
-        // From the frame after that in which all was put in.
+        // Checked from the frame after the one that received the last heat.
         EXPECT_LE(high, settled ? hottest_C + 1e-4 : 1e6);
         EXPECT_GE(low, params.coolant_C - 1e-4);
         settled = heated.grid.frames() > 0 && heated.grid.CalcBalance().waiting == 0;
@@ -226,16 +227,16 @@ TEST(HeatGrid, NoNewExtremesForAnyTick) {
   }
 }
 
-// From a bare face through h and half a cell in series.
+// Heat flows from a bare face through h and half a cell in series.
 TEST(HeatGrid, CoolantTakesWhatNewtonsLawSays) {
   HeatGridParams params = OnlyConduction(0.4);
   params.longest_frame_s = 0.002;
   params.irrigation_W_per_m2K = 2000;
   Heated heated(test::MakeBox(Pose{}, {12.4, 12.4, 12.4}, 0.2), params);
-  // Heat all of a layer of the lower face alike: one-dimensional until the edges are felt.
+  // Heats an entire layer at the lower face uniformly: one-dimensional until the edges have an influence.
   const double U = 1e-3 / (1 / 2000.0 + 0.0002 / 0.32);
   const HeatWet wet{Vec3(0, 0, -6) - heated.field.p_WF_mm(), {0, 0, 1}, 0.61, 1};
-  // Nodes stand at multiples of 0.4 mm: the lowest, at -6, have a whole face bare.
+  // Nodes are at multiples of 0.4 mm: for the lowest ones, at -6 mm, the whole lower face is bare.
   for (int i = -8; i <= 8; ++i) {
     for (int k = -8; k <= 8; ++k) {
       for (int z = -15; z <= -8; ++z) ASSERT_TRUE(heated.Put({0.4 * i, 0.4 * k, 0.4 * z}, 4));
@@ -246,12 +247,12 @@ TEST(HeatGrid, CoolantTakesWhatNewtonsLawSays) {
   const double before = heated.grid.CalcBalance().irrigation;
   const double rise = heated.Rise({0, 0, -6});
   heated.grid.Advance(heated.grid.frame_s(), wet);
-  // Nine nodes within 0.61 mm lie in the wet cylinder, each with 0.16 mm2 of face.
+  // Nine nodes within 0.61 mm are in the wet cylinder, each with 0.16 mm2 of face.
   const double expected_mW = 9 * 0.16 * U * (rise + 37 - params.coolant_C);
   EXPECT_NEAR((heated.grid.CalcBalance().irrigation - before) / heated.grid.frame_s() / expected_mW, 1, 0.02);
 }
 
-// A cell by itself: heat up to 100 C, then water, then more heat; what boils off is no more than there is.
+// A single cell: heat up to 100 C, then boiling water, then more heat; no more water boils off than there is.
 TEST(HeatGrid, WaterBoilsOffAt100CUntilItIsGone) {
   HeatGridParams params = OnlyConduction(0.4);
   params.water_mg_per_mm3 = 0.1;
@@ -266,13 +267,13 @@ TEST(HeatGrid, WaterBoilsOffAt100CUntilItIsGone) {
                          Put{0.7 * water_mJ, 63, water_mJ}, Put{to_100_mJ, 126, water_mJ}}) {
     ASSERT_TRUE(heated.Put(Vec3(0), put.mJ));
     heated.AdvanceFrames(2);
-    EXPECT_NEAR(heated.Rise(Vec3(0)), put.rise_K, 1e-4);  // floats
+    EXPECT_NEAR(heated.Rise(Vec3(0)), put.rise_K, 1e-4);  // rounding of floats
     EXPECT_NEAR(heated.grid.CalcBalance().steam, put.steam_mJ, 1e-6 * water_mJ);
   }
   ExpectBalance(heated.grid, 1e-6);
 }
 
-// Coolant chills bone that is near what is warm; that is counted by itself, and forgotten when nothing is warm.
+// Coolant chills bone near warm bone; this is accounted for separately, and discarded when nothing is warm.
 TEST(HeatGrid, ChilledBoneIsCountedByItselfAndWakesNothing) {
   HeatGridParams params;
   params.irrigation_W_per_m2K = 2000;
@@ -295,11 +296,11 @@ TEST(HeatGrid, ChilledBoneIsCountedByItselfAndWakesNothing) {
   EXPECT_TRUE(chilled);
   EXPECT_FALSE(heated.grid.awake());
   EXPECT_EQ(heated.grid.CalcBalance().chilled, 0);
-  // Cold opens none.
+  // Chilling opens no blocks.
   EXPECT_LE(heated.grid.block_count(), dry.grid.block_count());
 }
 
-// Tilted and half under coolant, hot enough for steam and dose: every kernel has work to do.
+// Tilted, half under coolant, and hot enough for steam and dose, so that every kernel is used.
 TEST(HeatGrid, IsTheSameBitForBitAtEveryVectorWidth) {
   ASSERT_GE(VectorTargets().size(), 2U);
   const auto run = [] {
@@ -316,7 +317,7 @@ TEST(HeatGrid, IsTheSameBitForBitAtEveryVectorWidth) {
     }
     std::vector<double> all;
     heated.grid.ForEachNode([&](const HeatNode& node) {
-      for (const double value : {node.share, node.C, node.above_47_s, node.cem43_min}) all.push_back(value);
+      for (const double value : {node.fraction, node.C, node.above_47_s, node.cem43_min}) all.push_back(value);
     });
     const HeatBalance b = heated.grid.CalcBalance();
     EXPECT_GT(std::min({b.stored, b.perfusion, b.irrigation, b.air, b.steam}), 0);
@@ -335,7 +336,7 @@ TEST(HeatGrid, IsTheSameBitForBitAtEveryVectorWidth) {
 
 TEST(HeatGrid, AFullPoolIsSaidAndLosesNothing) {
   HeatGridParams params = OnlyConduction(0.2);
-  params.max_MB = 0.1;  // 8 blocks or so
+  params.max_MB = 0.1;  // about 8 blocks
   Heated heated(test::MakeBox(Pose{}, Vec3(20), 0.5), params);
   for (int i = 0; i < 40; ++i) ASSERT_TRUE(heated.Put({0.4 * (i - 20), 0.1, 0.1}, 50));
   for (int i = 0; i < 300; ++i) heated.grid.Advance(0.01, {});
@@ -375,7 +376,7 @@ TEST(HeatGrid, NotANumberNeverGetsIn) {
   EXPECT_FALSE(heated.Put(Vec3(0), std::numeric_limits<double>::infinity()));
   EXPECT_FALSE(heated.Put(Vec3(nan), 1));
   EXPECT_FALSE(heated.grid.awake());
-  // Far from all bone it goes with the chips.
+  // Heat far from all bone is counted as carried away by chips.
   EXPECT_TRUE(heated.Put(Vec3(100), 1));
   heated.AdvanceFrames(2);
   EXPECT_EQ(heated.grid.CalcBalance().chips, 1);

@@ -1,9 +1,10 @@
-// heat: the power of cutting goes into the bone that is left, all of it is accounted for, and nothing else changes.
+// Heat: a fraction of the cutting power goes into the remaining bone, all of it is accounted for, nothing else changes.
 #include "cut/effects/heat/heat.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "base/core/heap_guard.h"
 #include "cut/effects/effects.h"
@@ -16,10 +17,10 @@ namespace kerf {
 namespace {
 
 constexpr double kRpm = 7500;
-constexpr double kRimSpeed = 2 * test::kPi * kRpm / 60 * 11;  // mm/s
+constexpr double kRimSpeed = 2 * std::numbers::pi * kRpm / 60 * 11;  // mm/s
 
-/// A disc that goes down through a block, its teeth meeting a given force along their way: what the tick does, with
-/// tangential forces made up.
+/// A disc that moves down through a block, with a given force along the motion of each tooth: the work of a tick, but
+/// with prescribed tangential forces.
 class HeatedCut {
  public:
   explicit HeatedCut(const HeatParams& params, double feed_mm_per_s = 3)
@@ -36,7 +37,7 @@ class HeatedCut {
     teeth_.reserve(shape_.edge.size());
   }
 
-  /// Down by the feed, with 2 N along the way of each tooth. Deterministic, no allocation.
+  /// Moves down by the feed, with 2 N along the motion of each tooth. Deterministic, no allocation.
   void Tick(double dt_s) {
     const Pose X_a = At(time_s_);
     time_s_ += dt_s;
@@ -67,7 +68,7 @@ class HeatedCut {
     const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
     for (int i = 0; i < ticks; ++i) Tick(1 / rate_hz);
   }
-  /// With nothing to cut.
+  /// Ticks without cutting.
   void Rest(double seconds, double rate_hz, double rpm = 0) {
     const Pose X = At(time_s_);
     const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
@@ -97,7 +98,7 @@ class HeatedCut {
   HeatEffect heat;
 };
 
-TEST(Heat, TakesItsShareOfThePowerAndLosesNone) {
+TEST(Heat, TakesItsFractionOfThePowerAndLosesNone) {
   for (const double irrigation : {0.0, 2000.0}) {
     HeatParams params;
     params.share_into_bone = 0.2;
@@ -107,13 +108,13 @@ TEST(Heat, TakesItsShareOfThePowerAndLosesNone) {
     const HeatBalance b = cut.heat.CalcBalance();
     ASSERT_GT(cut.work_mJ, 1000);
     EXPECT_NEAR(b.put_in, 0.2 * cut.work_mJ, 1e-9 * cut.work_mJ);
-    // Nodes are floats: rounded in some 15 frames.
+    // Nodes are floats, rounded in about 15 frames.
     EXPECT_NEAR(b.CalcRest(), 0, 1e-6 * b.put_in);
     EXPECT_EQ(b.no_room, 0);
     EXPECT_GT(b.chips, 0);
     EXPECT_GT(b.air, 0);
     EXPECT_GT(b.perfusion, 0);
-    // What is put in stays in the walls, nearly all.
+    // Nearly all of the heat that is put in stays in the walls.
     EXPECT_LT(b.chips, 0.2 * b.put_in);
     if (irrigation > 0) {
       EXPECT_GT(b.irrigation, 0.01 * b.put_in);
@@ -139,8 +140,9 @@ TEST(Heat, CoolantKeepsTheBoneCooler) {
   EXPECT_LT(wet.heat.figures().cem43_min, dry.heat.figures().cem43_min);
 }
 
-// Frames have a length of their own, 0.1 s; ticks decide which of two a tick's heat falls into (a tick of 250 Hz has 4
-// % of a frame's), and when a frame sees what was cut: a frame of 60 s of cooling, and two of a time above 47 C.
+// Frames have a fixed length of 0.1 s. The ticks determine into which of two frames a tick's heat falls (a tick at 250
+// Hz has 4 % of a frame's heat), and when a frame sees that bone was removed: one frame in 60 s of cooling, and two
+// frames of a time above 47 C.
 TEST(Heat, DoesNotDependOnTheTickRate) {
   std::vector<HeatFigures> figures;
   std::vector<double> stored;
@@ -176,7 +178,7 @@ TEST(Heat, AsksForNoMemoryAndGivesTheSameBitsAgain) {
   }
 }
 
-// A long way in one tick, as after a tool that was set down far off.
+// A long motion in one tick, as after a tool was set down far away.
 TEST(Heat, HoldsForLongTicks) {
   HeatedCut cut(HeatParams{}, 0.5);
   cut.Run(10, 1);
@@ -189,11 +191,11 @@ TEST(Heat, HoldsForLongTicks) {
 TEST(Heat, SectionShowsTheWarmKerfAndTheColdBone) {
   HeatedCut cut(HeatParams{});
   cut.Run(1.5, 1000);
-  // Across the kerf, 1 mm below the block's top; the kerf lies at y = 0.03.
+  // A section across the kerf, 1 mm below the block's top; the kerf is at y = 0.03.
   const HeatSection section = CalcHeatSection(cut.heat, {0, -2.4, 2}, {0, 1, 0}, {0, 0, -1}, 0.1, 49, 2);
   ASSERT_EQ(section.C.size(), 98u);
   EXPECT_TRUE(std::isnan(section.C[24]));  // in the kerf
-  EXPECT_GT(section.C[22], 40);            // beside it
+  EXPECT_GT(section.C[22], 40);            // next to it
   EXPECT_GT(section.C[27], 40);
   EXPECT_LT(section.C[0], 38);
   EXPECT_LT(section.C[48], 38);

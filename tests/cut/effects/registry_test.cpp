@@ -1,4 +1,4 @@
-// What every effect must say of itself, and what a choice of effects refuses.
+// The information that every effect must provide, and the refusal of invalid choices of effects.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ TEST(EffectRegistry, EachSaysAllThatThereIsToKnow) {
       }
     }
     for (const EffectChannel& c : info->channels) EXPECT_GT(std::string(c.meaning).size(), 3u);
-    // Who is needed is called before.
+    // Effects that this one needs are called before it.
     for (const char* needed : info->needs) EXPECT_TRUE(names.contains(needed)) << needed;
   }
 }

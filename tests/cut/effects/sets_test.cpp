@@ -1,4 +1,5 @@
-// Any set of effects: what a scene does not name is not there, and who only observes changes nothing for the others.
+// Any set of effects: an effect that a scene does not name does not exist, and effects that only observe change nothing
+// for the others.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numbers>
 #include <random>
 #include <set>
 #include <string>
@@ -25,20 +27,20 @@ namespace {
 
 using test::DiscPose;
 
-constexpr double kVoxel_mm = 0.25;
-constexpr int kTicks = 400;
+constexpr double kSetsVoxel_mm = 0.25;
+constexpr int kSetsTicks = 400;
 
-/// Who is asked only when a step is made, or the tick over, can't push, turn or stop the tool.
+/// Returns true if the effect may push, turn or stop the tool. Effects called only after a step or a tick can't.
 bool Moves(const EffectInfo& info) {
   return (info.hooks & (kEffectBegin | kEffectHolds | kEffectEngage)) != 0;
 }
-/// Nor is it felt by the hand, unless it says so.
+/// Returns true if the hand may feel the effect: it moves the tool, or it pushes the hand.
 bool IsFelt(const EffectInfo& info) {
   return Moves(info) || (info.hooks & kEffectPush) != 0;
 }
 
-/// With a canal a little below where the cut ends, for those that look for one.
-const Bone& Block() {
+/// A block with a canal slightly below the end of the cut, for the effects that look for one.
+const Bone& MakeSetsBlock() {
   static const Bone kBlock = [] {
     SolidField field;
     field.value = [](const Vec3& p) { return test::BoxDistance(p, {8, 2, 4}); };
@@ -47,27 +49,28 @@ const Bone& Block() {
     MaterialTable table;
     table.Add({1, "cortex", Tissue::kCortical, 19300, 0.28, true, "test"});
     table.Add({2, "canal", Tissue::kCanal, 100, 0.4, true, "test"});
-    return MakeBone(field, Box3{{-8, -2, -4}, {8, 2, 4}}.Grown(6 * kVoxel_mm), {kVoxel_mm, kVoxel_mm, {}}, table);
+    return MakeBone(field, Box3{{-8, -2, -4}, {8, 2, 4}}.Grown(6 * kSetsVoxel_mm), {kSetsVoxel_mm, kSetsVoxel_mm, {}},
+                    table);
   }();
   return kBlock;
 }
 
-/// Down into the block at 10 mm/s, along it with the handle pushed aside, and out: air, teeth, flats and air again.
+/// Down into the block at 10 mm/s, along it with the handle offset sideways, and out: air, teeth, flats and air again.
 Pose HandlePose(int tick) {
-  const double t = static_cast<double>(tick) / kTicks;
+  const double t = static_cast<double>(tick) / kSetsTicks;
   const double deep_mm = 4 * std::clamp(std::min(t, 1 - t) * 4, 0.0, 1.0);
-  const double aside_mm = 0.4 * std::sin(2 * test::kPi * t);
+  const double aside_mm = 0.4 * std::sin(2 * std::numbers::pi * t);
   Pose X_WH = DiscPose({}, {10 * (t - 0.5), aside_mm, 4 + 11 + 1 - deep_mm});
-  X_WH.R_AB = X_WH.R_AB * glm::angleAxis(0.02 * std::sin(2 * test::kPi * t), Vec3(1, 0, 0));
+  X_WH.R_AB = X_WH.R_AB * glm::angleAxis(0.02 * std::sin(2 * std::numbers::pi * t), Vec3(1, 0, 0));
   return X_WH;
 }
 
-/// All that a run gives.
+/// All results of a run.
 struct Outcome {
   std::uint64_t bone = 0;
-  std::uint64_t motion = 0;                       // of the tool, and what it cut, in every tick
-  std::uint64_t force = 0;                        // on the hand
-  std::map<std::string, std::uint64_t> channels;  // of every tick, by effect
+  std::uint64_t motion = 0;                       // hash of the tool's motion and of the removal, over all ticks
+  std::uint64_t force = 0;                        // hash of the force on the hand
+  std::map<std::string, std::uint64_t> channels;  // by effect, hash over all ticks
   std::size_t plan_bytes = 0;
   double removed_mm3 = 0;
 };
@@ -84,11 +87,11 @@ Outcome RunWith(const EffectChoices& choices) {
   params.tool = DiscSaw{};
   params.coupling.stiffness_N_per_mm = 20;
   params.effects = choices;
-  CoupledSimulation simulation(Block(), params, HandlePose(0));
+  CoupledSimulation simulation(MakeSetsBlock(), params, HandlePose(0));
   const EffectPlan& plan = std::as_const(simulation).effects();
   std::vector<double> channels(plan.channel_count());
   Outcome run;
-  for (int tick = 1; tick <= kTicks; ++tick) {
+  for (int tick = 1; tick <= kSetsTicks; ++tick) {
     CoupledOutput out;
     {
       const HeapGuard guard;
@@ -115,7 +118,7 @@ Outcome RunWith(const EffectChoices& choices) {
   return run;
 }
 
-/// With what it needs, and what that needs; in the registry's order.
+/// The named effects and all that they need, directly or indirectly, in the registry's order.
 EffectChoices ChooseWithNeeded(std::set<std::string> names) {
   EffectChoices choices;
   for (auto info = Effects().rbegin(); info != Effects().rend(); ++info) {
@@ -126,7 +129,7 @@ EffectChoices ChooseWithNeeded(std::set<std::string> names) {
   return choices;
 }
 
-/// Those that can be made with their presets on this block.
+/// Effects that can be made with their presets on this block.
 const std::vector<const EffectInfo*>& Usable() {
   static const std::vector<const EffectInfo*> kUsable = [] {
     std::vector<const EffectInfo*> usable;
@@ -134,7 +137,7 @@ const std::vector<const EffectInfo*>& Usable() {
       try {
         CoupledParams params;
         params.effects = ChooseWithNeeded({info->name});
-        const CoupledSimulation simulation(Block(), params, HandlePose(0));
+        const CoupledSimulation simulation(MakeSetsBlock(), params, HandlePose(0));
         usable.push_back(info);
       } catch (const Error& e) {
         std::printf("%s has no presets that fit a block: %s\n", info->name, e.what());
@@ -151,7 +154,7 @@ std::string NameSet(const EffectChoices& choices) {
   return text.empty() ? "none" : text;
 }
 
-/// Results that sets have in common are worked out once.
+/// Returns the results for a set, which are computed once.
 const Outcome& Recall(const EffectChoices& choices) {
   static std::map<std::string, Outcome> runs;
   const auto found = runs.find(NameSet(choices));
@@ -159,8 +162,9 @@ const Outcome& Recall(const EffectChoices& choices) {
   return runs.emplace(NameSet(choices), RunWith(choices)).first->second;
 }
 
-/// Of a set, bone and motion are those of its members that move the tool, the hand's force that of those which it
-/// feels; and each tells what it tells with those alone, and whom it needs.
+/// Expects that bone and motion are those of the members that move the tool alone, and the hand's force that of the
+/// members that it feels. Each effect's channels must be the same with only the moving members and the effects that it
+/// needs.
 void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
   SCOPED_TRACE(NameSet(choices));
   const Outcome& all = Recall(choices);
@@ -178,9 +182,9 @@ void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
     std::set<std::string> with = moving;
     with.insert(choice.name());
     const Outcome& own = Recall(ChooseWithNeeded(with));
-    const auto told = all.channels.find(choice.name());
-    if (told != all.channels.end()) {
-      EXPECT_EQ(told->second, own.channels.at(choice.name())) << choice.name();
+    const auto reported = all.channels.find(choice.name());
+    if (reported != all.channels.end()) {
+      EXPECT_EQ(reported->second, own.channels.at(choice.name())) << choice.name();
     }
   }
 }
@@ -188,8 +192,8 @@ void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
 TEST(EffectSets, TheRunMeetsAirTeethAndFlats) {
   const Outcome& plain = Recall({});
   EXPECT_GT(plain.removed_mm3, 1);
-  EXPECT_NE(plain.bone, Block().CalcHash());
-  // Pushed aside in its kerf, the disc rubs: else friction would be a poor example of what acts.
+  EXPECT_NE(plain.bone, MakeSetsBlock().CalcHash());
+  // Offset sideways in its kerf, the disc rubs; otherwise friction would not be an example of an effect that acts.
   EXPECT_NE(Recall(ChooseWithNeeded({"kerf_friction"})).motion, plain.motion);
 }
 
@@ -198,7 +202,7 @@ TEST(EffectSets, WhatIsNotNamedIsNotThere) {
   EXPECT_EQ(plain.plan_bytes, sizeof(EffectPlan));
   CoupledParams params;
   params.effects.clear();
-  CoupledSimulation simulation(Block(), params, HandlePose(0));
+  CoupledSimulation simulation(MakeSetsBlock(), params, HandlePose(0));
   const EffectPlan& plan = std::as_const(simulation).effects();
   EXPECT_TRUE(plan.entries().empty());
   EXPECT_TRUE(plan.left_out().empty());
@@ -248,7 +252,7 @@ TEST(EffectSets, NorDoesAnyLargerSet) {
   }
 }
 
-// The order is the registry's, not the scene's.
+// Effects are called in the registry's order, not in the scene's.
 TEST(EffectSets, TheOrderInTheSceneDoesNotMatter) {
   std::set<std::string> every;
   for (const EffectInfo* info : Usable()) every.insert(info->name);
@@ -262,18 +266,17 @@ TEST(EffectSets, TheOrderInTheSceneDoesNotMatter) {
   EXPECT_EQ(backwards.channels, forwards.channels);
 }
 
-// A tool that follows its path is moved by nobody, and takes those that need no hand; the others are left out, and said
-// so.
+// No effect moves a tool on a path. Effects that need a hand are left out and listed; the others are used.
 TEST(EffectSets, OnAPathNoneChangesTheCut) {
   const auto run = [](const EffectChoices& choices) {
     SimulationParams params;
     params.effects = choices;
-    Simulation simulation(Block(), params, HandlePose(0));
+    Simulation simulation(MakeSetsBlock(), params, HandlePose(0));
     const EffectPlan& plan = std::as_const(simulation).effects();
     EXPECT_EQ(plan.entries().size() + plan.left_out().size(), choices.size());
     for (const EffectInfo* info : plan.left_out()) EXPECT_EQ(info->tool, EffectTool::kInHand) << info->name;
     std::uint64_t force = 0;
-    for (int tick = 1; tick <= kTicks; ++tick) {
+    for (int tick = 1; tick <= kSetsTicks; ++tick) {
       const HeapGuard guard;
       Mix(force, simulation.Tick({HandlePose(tick)}).f_T_W_N);
     }

@@ -1,5 +1,5 @@
-// Sound: its lines are where motor and teeth turn, it is louder under load, it never clicks, and nothing of it is heard
-// above half the sampling rate or folded back from there.
+// Sound: its spectral lines are at the frequencies of motor and teeth, it is louder under load, it never clicks, and it
+// contains nothing above half the sampling rate or aliased from there.
 #include "cut/effects/sound/sound.h"
 
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -21,15 +22,15 @@
 namespace kerf {
 namespace {
 
-using test::kPi;
-
-/// Amplitude of a signal's line at a frequency, Hann's window.
+/// Amplitude of a signal's line at a frequency, with Hann's window.
 double LineOf(const std::vector<float>& x, double hz, double rate_Hz) {
   std::complex<double> sum = 0;
   double weights = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const double w = 1 - std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(x.size()));
-    sum += w * static_cast<double>(x[i]) * std::polar(1.0, -2 * kPi * hz * static_cast<double>(i) / rate_Hz);
+    const double w =
+        1 - std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(x.size()));
+    sum +=
+        w * static_cast<double>(x[i]) * std::polar(1.0, -2 * std::numbers::pi * hz * static_cast<double>(i) / rate_Hz);
     weights += w;
   }
   return 2 * std::abs(sum) / weights;
@@ -47,7 +48,7 @@ ToneParams WithoutNoise() {
   return params;
 }
 
-/// `ticks` ticks of the same frame, the first `left_out` of them not kept.
+/// Renders `ticks` ticks of the same frame, after `left_out` ticks that are discarded.
 std::vector<float> Hold(Tone& tone, ToneFrame frame, int ticks, int left_out = 10) {
   std::vector<float> samples;
   for (int i = 0; i < ticks + left_out; ++i) {
@@ -63,14 +64,14 @@ TEST(Tone, HasItsLinesWhereMotorAndTeethTurn) {
   Tone tone(WithoutNoise(), 24);
   const std::vector<float> x = Hold(tone, kCutting, 1000);
   ASSERT_EQ(x.size(), 48000u);  // one second: bins of 1 Hz
-  // Of orders that are heard twice (motor and runout) both go in with one phase.
+  // Motor and runout have a line of the same order: they are added with the same phase.
   const auto amplitudes = tone.CalcAmplitudes(kCutting);
   EXPECT_NEAR(LineOf(x, 125, 48000), amplitudes[Tone::kMotor1] + amplitudes[Tone::kRunout], 1e-6);
   EXPECT_NEAR(LineOf(x, 3000, 48000), amplitudes[Tone::kPassing], 1e-6);
   EXPECT_NEAR(LineOf(x, 1500, 48000), amplitudes[Tone::kSet], 1e-6);
   EXPECT_NEAR(LineOf(x, 875, 48000), amplitudes[Tone::kWhine], 1e-6);
   EXPECT_GT(amplitudes[Tone::kPassing], 0.02);
-  // The line is in its bin: the neighbours of Hann's window have half, all others nothing.
+  // The line lies in its bin: with Hann's window the neighbouring bins have half of it, all others nothing.
   for (const double line_Hz : {125.0, 3000.0}) {
     const double line = LineOf(x, line_Hz, 48000);
     for (const double off_Hz : {-1.0, 1.0}) EXPECT_NEAR(LineOf(x, line_Hz + off_Hz, 48000), 0.5 * line, 1e-6);
@@ -79,7 +80,7 @@ TEST(Tone, HasItsLinesWhereMotorAndTeethTurn) {
 }
 
 TEST(Tone, SumsOfItsLinesAreAllThatThereIs) {
-  // Parseval: half the sum of the squares of all amplitudes, those at one frequency taken together.
+  // Parseval: half the sum of the squares of all amplitudes, where amplitudes at the same frequency are added first.
   Tone tone(WithoutNoise(), 24);
   const std::vector<float> x = Hold(tone, kCutting, 1000);
   auto a = tone.CalcAmplitudes(kCutting);
@@ -104,7 +105,7 @@ TEST(Tone, NoiseIsBroadAndWithinItsBand) {
   params.motor_level = params.teeth_level = 0;
   Tone tone(params, 24);
   const std::vector<float> x = Hold(tone, {0.001F, 125, 1000, 0, 0, 0}, 2000);
-  // Mean squares in a hundred bins around a place: broad in the band, at least 10 dB less far outside of it.
+  // Mean square of a hundred bins around a frequency: broad within the band, at least 10 dB lower far outside of it.
   const auto density = [&](double hz) {
     double sum = 0;
     for (int i = 0; i < 100; ++i) sum += std::pow(LineOf(x, hz + 2 * i, 48000), 2);
@@ -124,19 +125,19 @@ TEST(Tone, IsSilentWithTheSpindleStopped) {
   Hold(tone, kCutting, 20);
   ToneFrame stopped = kCutting;
   stopped.spindle_Hz = 0;
-  std::vector<float> x = Hold(tone, stopped, 100, 1);  // a tick in which it falls silent
+  std::vector<float> x = Hold(tone, stopped, 100, 1);  // without the tick in which the sound fades out
   for (const float v : x) ASSERT_EQ(v, 0);
 }
 
 TEST(Tone, NeverClicks) {
-  // The step from sample to sample is at most the sum over the partials of amplitude * 2 pi f / rate, and what the
-  // amplitude itself changes: whatever the ticks do.
+  // The difference between samples is at most the sum over the partials of amplitude * 2 pi f / rate, plus the change
+  // of the amplitude itself, for any sequence of ticks.
   for (const double tick_s : {0.00025, 0.001, 0.0137}) {
     Tone tone(WithoutNoise(), 24);
     std::vector<float> x{0};
     ToneFrame before{};
     for (int i = 0; i < 800; ++i) {
-      // A ramp up, load that comes and goes at once, a stall, a start.
+      // A ramp, a load that is switched on and off, a stall, a start.
       ToneFrame frame{static_cast<float>(tick_s), static_cast<float>(std::min(i, 400)) / 2, 0, 0, 0, 0};
       if (i % 50 > 25) frame.load_W = 100, frame.passing_N = 2, frame.set_N = 1;
       if (i > 600 && i < 650) frame.spindle_Hz = 0;
@@ -146,8 +147,9 @@ TEST(Tone, NeverClicks) {
       const auto was = tone.CalcAmplitudes(before), is = tone.CalcAmplitudes(frame);
       double bound = 1e-6;
       for (std::size_t n = 0; n < was.size(); ++n) {
-        const double most_Hz = tone.orders()[n] * static_cast<double>(std::max(before.spindle_Hz, frame.spindle_Hz));
-        bound += std::max(was[n], is[n]) * 2 * std::sin(std::min(0.5 * kPi, kPi * most_Hz / 48000)) +
+        const double max_Hz = tone.orders()[n] * static_cast<double>(std::max(before.spindle_Hz, frame.spindle_Hz));
+        bound += std::max(was[n], is[n]) * 2 *
+                     std::sin(std::min(0.5 * std::numbers::pi, std::numbers::pi * max_Hz / 48000)) +
                  std::abs(is[n] - was[n]) / static_cast<double>(x.size() - from);
       }
       for (std::size_t k = from; k < x.size(); ++k) {
@@ -160,12 +162,12 @@ TEST(Tone, NeverClicks) {
 }
 
 TEST(Tone, BordersOfTicksAreNotHeard) {
-  // Held, the samples do not depend on how time is cut into ticks.
+  // For a constant frame, the samples do not depend on the length of the ticks.
   Tone fine(WithoutNoise(), 24), coarse(WithoutNoise(), 24);
   ToneFrame frame = kCutting;
   const std::vector<float> a = Hold(fine, frame, 480, 20);
   frame.dt_s = 0.02F;
-  ToneFrame first = kCutting;  // both begin with a tick of 1 ms, in which the tone rises
+  ToneFrame first = kCutting;  // both begin with a tick of 1 ms, in which the tone fades in
   std::vector<float> b;
   coarse.Render(first, b);
   for (int i = 0; i < 25; ++i) coarse.Render(frame, b);
@@ -174,7 +176,7 @@ TEST(Tone, BordersOfTicksAreNotHeard) {
 }
 
 TEST(Tone, NothingIsFoldedBack) {
-  // 64 teeth: from 20 250 rpm on their first line is above 0.45 of the rate, 21.6 kHz, and would in part be folded.
+  // 64 teeth: from 20 250 rpm their first line is above 0.45 of the rate, 21.6 kHz, and would be partly aliased.
   for (const float spindle_Hz : {338.0F, 347.0F, 359.0F, 410.0F, 733.0F}) {
     Tone tone(WithoutNoise(), 64);
     const ToneFrame frame{0.001F, spindle_Hz, 30, 0, 0, 0.4F};
@@ -212,11 +214,11 @@ Pose At(double z) {
   return X;
 }
 
-struct Told {
+struct Reported {
   double spindle_Hz, load_W, passing_N;
 };
 
-Told TellOf(const EffectPlan& plan) {
+Reported TellOf(const EffectPlan& plan) {
   std::vector<double> channels(plan.channel_count());
   plan.Report(channels);
   const ToneReader reader(plan);
@@ -236,10 +238,11 @@ TEST(Sound, TellsSpeedAndPowerOfTheCut) {
   for (int i = 0; i < 1500; ++i) out = simulation.Tick({At(z -= 0.002), 0.001, -6000});
   ASSERT_GT(out.thrust_sum_N, 1);
   EXPECT_FLOAT_EQ(static_cast<float>(TellOf(plan).spindle_Hz), 100);
-  // Half of the thrust, at the rim's 2 pi 100 Hz 11 mm.
-  EXPECT_NEAR(TellOf(plan).load_W, 0.5 * out.thrust_sum_N * 2 * kPi * 100 * 0.011, 1e-5 * TellOf(plan).load_W);
+  // Half of the thrust, at the rim's speed of 2 pi 100 Hz 11 mm.
+  EXPECT_NEAR(TellOf(plan).load_W, 0.5 * out.thrust_sum_N * 2 * std::numbers::pi * 100 * 0.011,
+              1e-5 * TellOf(plan).load_W);
   EXPECT_NEAR(TellOf(plan).passing_N, 0.1 * out.thrust_sum_N / std::max(1.0, out.engaged_teeth), 1e-6);
-  // Out of the bone, and stopped.
+  // Out of the bone, and then with the spindle stopped.
   for (int i = 0; i < 500; ++i) out = simulation.Tick({At(z += 0.01), 0.001, 6000});
   EXPECT_EQ(TellOf(plan).load_W, 0);
   EXPECT_EQ(TellOf(plan).passing_N, 0);

@@ -1,5 +1,4 @@
-// The motor by itself: run-up and run-down against the analytic curves, steady speeds, stall, and the account of
-// energy.
+// The motor alone: run-up and run-down against analytic curves, steady speeds, stall, and the energy balance.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +19,7 @@ Motor HandMotor() {
   return m;
 }
 
-/// As long a time in pieces.
+/// Runs the motor for the same time in several pieces.
 MotorRun RunInPieces(const Motor& m, double set, double load, double hold, double w, double time_s, int pieces) {
   MotorRun sum;
   sum.w_rad_per_s = w;
@@ -36,10 +35,10 @@ MotorRun RunInPieces(const Motor& m, double set, double load, double hold, doubl
   return sum;
 }
 
-void ExpectNear(const MotorRun& a, const MotorRun& b, double share) {
-  const double mJ = share * (1 + std::abs(b.motor_mJ) + b.load_mJ + b.friction_mJ + b.viscous_mJ);
-  EXPECT_NEAR(a.w_rad_per_s, b.w_rad_per_s, share * (1 + std::abs(b.w_rad_per_s)));
-  EXPECT_NEAR(a.angle_rad, b.angle_rad, share * (1 + std::abs(b.angle_rad)));
+void ExpectNear(const MotorRun& a, const MotorRun& b, double fraction) {
+  const double mJ = fraction * (1 + std::abs(b.motor_mJ) + b.load_mJ + b.friction_mJ + b.viscous_mJ);
+  EXPECT_NEAR(a.w_rad_per_s, b.w_rad_per_s, fraction * (1 + std::abs(b.w_rad_per_s)));
+  EXPECT_NEAR(a.angle_rad, b.angle_rad, fraction * (1 + std::abs(b.angle_rad)));
   EXPECT_NEAR(a.motor_mJ, b.motor_mJ, mJ);
   EXPECT_NEAR(a.load_mJ, b.load_mJ, mJ);
   EXPECT_NEAR(a.friction_mJ, b.friction_mJ, mJ);
@@ -59,7 +58,7 @@ TEST(SpindleMotor, RunUpFollowsTheAnalyticCurveForAnyTick) {
       w = run.w_rad_per_s;
       angle += run.angle_rad;
       t_s += dt_s;
-      // 1e-11: two thousand roundings.
+      // 1e-11: two thousand rounding errors.
       ASSERT_NEAR(w, steady * -std::expm1(-t_s / tau_s), 1e-11 * steady) << dt_s;
       ASSERT_NEAR(angle, steady * (t_s + tau_s * std::expm1(-t_s / tau_s)), 1e-11 * (1 + steady * t_s)) << dt_s;
     }
@@ -69,7 +68,7 @@ TEST(SpindleMotor, RunUpFollowsTheAnalyticCurveForAnyTick) {
 TEST(SpindleMotor, RunDownFollowsTheAnalyticCurveAndEndsAtRest) {
   Motor m = HandMotor();
   m.brakes = false;
-  // w = (w0 + f/b) exp(-b t / J) - f/b, at rest from J/b ln(1 + w0 b / f) on.
+  // w = (w0 + f/b) exp(-b t / J) - f/b, and rest after J/b ln(1 + w0 b / f).
   const double w0 = 785, f_b = m.friction_Nmm / m.viscous_Nmms, tau_s = m.CalcInertia() / m.viscous_Nmms;
   const double rest_s = tau_s * std::log1p(w0 / f_b);
   const double angle = tau_s * (w0 - f_b * std::log1p(w0 / f_b));
@@ -87,7 +86,7 @@ TEST(SpindleMotor, RunDownFollowsTheAnalyticCurveAndEndsAtRest) {
     EXPECT_EQ(w, 0);
     EXPECT_NEAR(turned, angle, 1e-10 * angle);
   }
-  // Without viscous loss it is a straight line.
+  // Without viscous loss the curve is a straight line.
   m.viscous_Nmms = 0;
   EXPECT_NEAR(RunMotor(m, 0, 0, 0, w0, 0.1).w_rad_per_s, w0 - m.friction_Nmm / m.CalcInertia() * 0.1, 1e-12 * w0);
   const MotorRun run = RunMotor(m, 0, 0, 0, w0, 1);
@@ -98,11 +97,11 @@ TEST(SpindleMotor, RunDownFollowsTheAnalyticCurveAndEndsAtRest) {
 TEST(SpindleMotor, ABrakeIsFasterThanLosses) {
   Motor m = HandMotor();
   const double k = m.stall_torque_Nmm / m.no_load_rad_per_s;
-  // (k + b) w + f slows it: w = (w0 + f/B) exp(-B t / J) - f/B.
+  // The decelerating torque is (k + b) w + f: w = (w0 + f/B) exp(-B t / J) - f/B.
   const double B = k + m.viscous_Nmms, w0 = 785, t_s = 1e-3;
   EXPECT_NEAR(RunMotor(m, 0, 0, 0, w0, t_s).w_rad_per_s,
               (w0 + m.friction_Nmm / B) * std::exp(-B * t_s / m.CalcInertia()) - m.friction_Nmm / B, 1e-12 * w0);
-  // Plugged, it brakes with no more than the stall torque.
+  // With reversed voltage it brakes with at most the stall torque.
   const double from = 600;
   m.viscous_Nmms = 0;
   EXPECT_NEAR(RunMotor(m, -800, 0, 0, from, 1e-3).w_rad_per_s,
@@ -117,7 +116,7 @@ TEST(SpindleMotor, SteadySpeedLiesOnTheLineUnderAnyLoad) {
     EXPECT_NEAR(run.w_rad_per_s, 800 * (1 - load / 300), 1e-9 * 800) << load;
     EXPECT_NEAR(m.CalcTorque(800, run.w_rad_per_s), load, 1e-9 * 300);
   }
-  // At the stall torque it stands, a little below it turns.
+  // At the stall torque it does not turn; slightly below, it does.
   EXPECT_EQ(RunMotor(m, 800, 301, 0, 800, 1).w_rad_per_s, 0);
   EXPECT_EQ(RunMotor(m, 800, 300, 0, 0, 1).w_rad_per_s, 0);
   EXPECT_GT(RunMotor(m, 800, 299.999, 0, 0, 1).w_rad_per_s, 0);
@@ -160,10 +159,10 @@ TEST(SpindleMotor, RandomRunsCloseTheirEnergyAndDoNotDependOnTheTick) {
     const double most =
         std::abs(run.motor_mJ) + run.load_mJ + run.friction_mJ + run.viscous_mJ + 0.5 * m.CalcInertia() * w0 * w0;
     ASSERT_NEAR(run.motor_mJ - run.load_mJ - run.friction_mJ - run.viscous_mJ, gained, 1e-9 * most);
-    // One that only viscous loss slows comes to rest never, or when rounding says so.
+    // A motor that is slowed only by viscous loss never stops, or only by rounding.
     const bool creeps = !m.brakes && m.friction_Nmm + load == 0 && set * w0 <= 0;
     if (!creeps) ExpectNear(RunInPieces(m, set, load, 0, w0, time_s, 37), run, 1e-9);
-    // The mirror image.
+    // The mirrored run.
     const MotorRun mirrored = RunMotor(m, -set, load, 0, -w0, time_s);
     ASSERT_EQ(mirrored.w_rad_per_s, -run.w_rad_per_s);
     ASSERT_EQ(mirrored.angle_rad, -run.angle_rad);
@@ -177,7 +176,8 @@ TEST(SpindleMotor, RandomRunsCloseTheirEnergyAndDoNotDependOnTheTick) {
 }
 
 TEST(SpindleMotor, AgreesWithAFineIntegrationOfItsEquation) {
-  // An independent way: the midpoint rule on J w' = T(w) - (f + load) sign w - b w, at 1e-7 s, on a run that reverses.
+  // Independent method: the midpoint rule on J w' = T(w) - (f + load) sign w - b w, in steps of 1e-7 s, with a
+  // reversal.
   for (const bool brakes : {true, false}) {
     Motor m = HandMotor();
     m.brakes = brakes;
@@ -190,7 +190,7 @@ TEST(SpindleMotor, AgreesWithAFineIntegrationOfItsEquation) {
     for (int i = 0; i < 100000; ++i) {
       w += h * rate(w + 0.5 * h * rate(w));
       if (i % 20000 == 19999) {
-        // 1e-7 s on either side of the corners, of up to 2e6 rad/s^2.
+        // 1e-7 s before or after each corner, at up to 2e6 rad/s^2.
         EXPECT_NEAR(RunMotor(m, set, load, 0, w0, (i + 1) * h).w_rad_per_s, w, 0.3) << i;
       }
     }

@@ -1,11 +1,12 @@
-// Structures: the distance against brute force, the warning at its margin, and what is said of a breach against what
-// was cut.
+// Structures: the distance against brute force, the warning at the margin, and reported breaches against the actual
+// cut.
 #include "cut/effects/structures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <string>
 
@@ -18,23 +19,21 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 Quat Turned(std::mt19937_64& random) {
   std::normal_distribution<double> n;
   return glm::normalize(Quat(n(random), n(random), n(random), n(random)));
 }
 
-/// Every box against a fine grid of points of the disc's surface, each box's nearest point clamped.
+/// Compares every box with a fine grid of points of the disc's surface; the box's nearest point is found by clamping.
 double BruteForce(const std::vector<Box3>& boxes, const DiscSaw& saw, const Pose& X) {
   std::vector<Vec3> points;
   constexpr double kStep = 0.2;
   for (double rho = 0; rho <= saw.radius_mm() + 1e-9; rho += kStep) {
-    const int count = std::max(1, static_cast<int>(2 * kPi * rho / kStep));
+    const int count = std::max(1, static_cast<int>(2 * std::numbers::pi * rho / kStep));
     for (int i = 0; i < count; ++i) {
       for (const double z : {-0.5, 0.0, 0.5}) {
-        points.push_back(
-            X.Point({rho * std::cos(2 * kPi * i / count), rho * std::sin(2 * kPi * i / count), z * saw.thickness_mm}));
+        points.push_back(X.Point({rho * std::cos(2 * std::numbers::pi * i / count),
+                                  rho * std::sin(2 * std::numbers::pi * i / count), z * saw.thickness_mm}));
       }
     }
   }
@@ -54,7 +53,7 @@ TEST(StructureDistance, IsThatOfBruteForceFromAnyPose) {
   std::uniform_real_distribution<double> at(-12, 12);
   double largest = 0;
   for (int world = 0; world < 6; ++world) {
-    // A canal's worth of voxels: a bent row of them, and some strewn about.
+    // As many voxels as a canal has: in a curved row, or scattered.
     std::vector<Box3> boxes;
     for (int i = 0; i < 60; ++i) {
       const double t = 0.1 * i;
@@ -67,12 +66,12 @@ TEST(StructureDistance, IsThatOfBruteForceFromAnyPose) {
       const Pose X{Turned(random), {at(random), at(random), at(random)}};
       const double found = distance.Find(X, 30).distance_mm;
       const double expected = BruteForce(boxes, saw, X);
-      // The grid of points, 0.2 mm apart, makes a distance come out too large by up to 0.14 mm where it is small; the
-      // search is asked to come within 0.02 mm or a tenth and does far better.
+      // The grid of points, 0.2 mm apart, overestimates small distances by up to 0.14 mm. The required accuracy of the
+      // search is 0.02 mm or a tenth; it is much better.
       EXPECT_LE(found, expected + 0.02) << world << " " << i;
       EXPECT_GE(found, expected - 0.15) << world << " " << i;
       largest = std::max(largest, found - expected);
-      // Anew, from nothing known: the same to what is asked of it.
+      // A new search without earlier results gives the same within the required accuracy.
       EXPECT_NEAR(StructureDistance(boxes, saw).Find(X, 30).distance_mm, found, 0.02);
     }
   }
@@ -87,22 +86,22 @@ TEST(StructureDistance, FollowsAMovingToolAsIfAskedAnew) {
     boxes.push_back({c - Vec3(0.1), c + Vec3(0.1)});
   }
   StructureDistance moving(boxes, saw);
-  double most_queries = 0;
+  double max_queries = 0;
   for (int i = 0; i < 2000; ++i) {
     Pose X{Quat(std::cos(0.0002 * i), std::sin(0.0002 * i), 0, 0), {0.002 * i - 2, 0, -0.0015 * i}};
     X.R_AB = glm::normalize(X.R_AB * Quat(std::sqrt(0.5), std::sqrt(0.5), 0, 0));
     const double found = moving.Find(X, 20).distance_mm;
-    most_queries = std::max(most_queries, static_cast<double>(moving.queries()));
+    max_queries = std::max(max_queries, static_cast<double>(moving.queries()));
     if (i % 20 != 0) continue;
     EXPECT_NEAR(found, StructureDistance(boxes, saw).Find(X, 20).distance_mm, 0.02) << i;
   }
-  EXPECT_LT(most_queries, 400);
+  EXPECT_LT(max_queries, 400);
 }
 
-// A tool that goes down onto a rough sheet and into it, as thick as tools are: many patches lie near many boxes. With
-// few queries a look it is as near as a tenth of a millimetre, and it touches when it does.
+// A tool of realistic thickness moves down onto a rough sheet and into it: many patches are near many boxes. With few
+// queries per call the distance is accurate to 0.1 mm, including contact.
 TEST(StructureDistance, WithFewQueriesALookFollowsATool) {
-  constexpr std::size_t kMost = 48;
+  constexpr std::size_t kMax = 48;
   std::vector<Box3> boxes;
   for (int x = -60; x <= 60; ++x) {
     for (int y = -20; y <= 20; ++y) {
@@ -117,8 +116,8 @@ TEST(StructureDistance, WithFewQueriesALookFollowsATool) {
     const Quat upright(std::sqrt(0.5), std::sqrt(0.5), 0, 0);  // its axis along y
     for (int i = 0; i < 400; ++i) {
       const Pose X{upright, {0.001 * i, 0, 3 - 0.01 * i}};
-      const double found = moving.Find(X, 20, kMost).distance_mm;
-      EXPECT_LE(moving.queries(), kMost + 13);  // one patch more
+      const double found = moving.Find(X, 20, kMax).distance_mm;
+      EXPECT_LE(moving.queries(), kMax + 13);  // one patch more than the limit
       if (i % 40 != 0) continue;
       EXPECT_NEAR(found, StructureDistance(boxes, saw).Find(X, 20).distance_mm, 0.1) << i;
     }
@@ -133,7 +132,7 @@ TEST(StructureDistance, OfABallIsThatOfItsCentreLessItsRadius) {
   EXPECT_EQ(distance.Find({{1, 0, 0, 0}, {90, 0, 0}}, 20).distance_mm, 20);
 }
 
-/// A block of 20 x 8 x 16 mm with a canal of 2 x 2 mm square along x, from z = -1 to 1.
+/// A block of 20 x 8 x 16 mm with a square canal of 2 x 2 mm along x, from z = -1 to 1.
 Bone MakeBlockWithCanal(double h) {
   SolidField field;
   const Vec3 half(10, 4, 8);
@@ -145,16 +144,16 @@ Bone MakeBlockWithCanal(double h) {
   return MakeBone(field, Box3{-half, half}.Grown(6 * h), {h, h, {}}, table);
 }
 
-const Pose kAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
+const Pose kStructuresAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
 
 TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
-  const double h = 0.1;  // the kerf is two and a half voxels wide
+  const double h = 0.1;  // the kerf is 2.5 voxels wide
   SimulationParams params;
   SetEffect(params.effects, "structures", "warn_mm", 2);
   const Bone bone = MakeBlockWithCanal(h);
   const double start_mm = 8 + 11 + 0.5;
   const auto at = [&](double z) {
-    Pose X = kAcross;
+    Pose X = kStructuresAcross;
     X.p_AB = {0.03, 0, z};
     return X;
   };
@@ -167,15 +166,15 @@ TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
   for (double z = start_mm; z > 10; z -= step_mm) {
     simulation.Tick({at(z)});
     simulation.effects().Report(figures);
-    const double gap_mm = z - 11 - 1;  // of the rim over the canal's top
-    // Never too far by more than the voxels' place (their faces lie on half voxels) and what the search may be off;
-    // never too near by more than that and what the tool moved since.
+    const double gap_mm = z - 11 - 1;  // between the rim and the canal's top
+    // The distance is too large by at most the position of the voxels (their faces are at half voxels) plus the
+    // search's error, and too small by at most that plus the tool's motion since the last search.
     EXPECT_NEAR(figures[0], std::max(0.0, gap_mm), 0.51 * h + 0.02 + 0.01 * std::max(0.0, gap_mm)) << z;
     if (figures[1] > 0 && warned_mm < 0) warned_mm = gap_mm;
     if (figures[2] > 0 && breached_mm == -100) breached_mm = gap_mm;
   }
   EXPECT_NEAR(warned_mm, 2, 0.51 * h + 0.05);
-  // Teeth look a twentieth of a voxel ahead, and the label is that of the nearest voxel.
+  // Teeth are tested a twentieth of a voxel ahead, and the label is that of the nearest voxel.
   EXPECT_NEAR(breached_mm, 0, h);
   ASSERT_GE(effect.events().size(), 2u);
   EXPECT_EQ(effect.events()[0].kind, StructureEvent::Kind::kNear);
@@ -183,10 +182,11 @@ TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
   EXPECT_NEAR(effect.events()[0].p_W_mm.z, 1, 0.51 * h);
   const double cut_mm3 = before_mm3 - simulation.bone().CalcRegionVolumes().at(7);
   EXPECT_GT(cut_mm3, 0.8);
-  // A share by teeth of each tick's volume against the exact loss: the rim's arc in the canal lies a little to the side
-  // of the deepest point where the tick takes most.
+  // The reported volume is each tick's volume times the fraction of its teeth in the canal; it differs from the exact
+  // loss because the rim's arc in the canal lies slightly to the side of the deepest point, at which the tick removes
+  // most.
   EXPECT_NEAR(figures[2], cut_mm3, 0.1 * cut_mm3);
-  // Through 2 mm of canal; no tooth in it is further than half its width from other bone.
+  // Through 2 mm of canal: no tooth in it is further than half its width from other bone.
   EXPECT_NEAR(figures[3], 1, h);
   EXPECT_GT(figures[4], 0);
 }
@@ -226,7 +226,7 @@ TEST(Structures, OnlyObserves) {
       choice.Set("radius_mm", 0.8).SetFile("markups", MakeTube({-9, 2, 4}, {9, 2, 4}));
       params.effects.push_back(choice);
     }
-    Pose X = kAcross;
+    Pose X = kStructuresAcross;
     X.p_AB = {0, 0, 19.2};
     CoupledSimulation simulation(MakeBlockWithCanal(0.4), params, X);
     Vec3 sum(0);
@@ -245,7 +245,7 @@ TEST(Structures, OnlyObserves) {
 TEST(Structures, BoneWithoutThemIsRefused) {
   SimulationParams params;
   params.effects.emplace_back("structures");
-  EXPECT_THROW(Simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.4), params, kAcross), Error);
+  EXPECT_THROW(Simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.4), params, kStructuresAcross), Error);
 }
 
 TEST(Structures, OfATubeTheDistanceIsThatOfItsAxisLessItsRadius) {
@@ -255,21 +255,21 @@ TEST(Structures, OfATubeTheDistanceIsThatOfItsAxisLessItsRadius) {
   struct Case {
     Vec3 a, b;
     Pose X;
-    double axis_mm;  // from the blade to the tube's axis, closed form
+    double axis_mm;  // distance from the blade to the tube's axis, closed form
   };
   const double rim_mm = saw.radius_mm(), half_mm = 0.5 * saw.thickness_mm;
   const Pose flat{Quat(1, 0, 0, 0), {0, 0, 13}};
-  const Pose upright{kAcross.R_AB, {0, 0, 19}};
+  const Pose upright{kStructuresAcross.R_AB, {0, 0, 19}};
   const std::vector<Case> cases{
-      // The flat over a tube that lies along it, and one that leaves the bone.
+      // The flat over a tube parallel to it, and over a tube that leaves the bone.
       {{-6, 0, 2}, {6, 0, 2}, flat, 13 - half_mm - 2},
       {{-30, 1, 2}, {30, 1, 2}, flat, 13 - half_mm - 2},
       // The rim over a tube across the blade, and one along it.
       {{-7, 0, 1}, {7, 0, 1}, upright, 19 - rim_mm - 1},
       {{0, -3, 1}, {0, 3, 1}, upright, 19 - rim_mm - 1},
-      // The rim beside a tube's round end: from the blade's nearest corner.
+      // The rim next to a tube's round end: distance from the blade's nearest corner.
       {{3, 0, -7}, {3, 0, 3}, upright, std::hypot(3 - half_mm, 19 - rim_mm - 3)},
-      // A slanting one under the flat: its upper end.
+      // A slanted tube under the flat: its upper end.
       {{-3, -2, -5}, {3, 2, 4}, flat, 13 - half_mm - 4},
   };
   for (const Case& c : cases) {
@@ -279,17 +279,17 @@ TEST(Structures, OfATubeTheDistanceIsThatOfItsAxisLessItsRadius) {
     Simulation simulation(bone, params, c.X);
     simulation.Tick({c.X});
     const auto& effect = dynamic_cast<const StructuresEffect&>(*simulation.effects().Find("structures"));
-    // A voxel whose centre is just within the tube reaches out by half of its diagonal at most, and one in which the
-    // tube ends just short of the centre leaves as much out: 0.87 of a voxel; and what the search may be off.
+    // A voxel whose centre is just inside the tube extends at most half its diagonal out of it, and a voxel whose
+    // centre is just outside leaves as much of the tube uncovered: 0.87 voxels, plus the error of the search.
     EXPECT_NEAR(effect.distance_mm(), c.axis_mm - radius_mm, 0.87 * h + 0.02) << c.a.x << " " << c.a.y << " " << c.a.z;
-    // pi r^2 l + 4/3 pi r^3. A circle of 6.5 voxels about a voxel's centre holds 137 centres, 3.2 % more than its area.
+    // pi r^2 l + 4/3 pi r^3. A circle of 6.5 voxels radius about a voxel's centre contains 137 centres: 3.2 % too many.
     const double length_mm = glm::length(c.b - c.a);
-    const double volume_mm3 = kPi * radius_mm * radius_mm * (length_mm + 4 * radius_mm / 3);
+    const double volume_mm3 = std::numbers::pi * radius_mm * radius_mm * (length_mm + 4 * radius_mm / 3);
     EXPECT_NEAR(effect.voxels().CalcVolume(), volume_mm3, 0.04 * volume_mm3);
   }
 }
 
-/// What is told of a cut down through the block's canal, and what was lost of its region.
+/// Report on a cut down through the block's canal, and the loss of the canal's region.
 struct CanalCut {
   std::vector<double> distance_mm;
   std::array<double, 5> figures{};
@@ -298,7 +298,7 @@ struct CanalCut {
 CanalCut CutThroughCanal(const EffectChoice& choice) {
   SimulationParams params;
   params.effects.push_back(choice);
-  const auto at = [](double z) { return Pose{kAcross.R_AB, {0.03, 0, z}}; };
+  const auto at = [](double z) { return Pose{kStructuresAcross.R_AB, {0.03, 0, z}}; };
   Simulation simulation(MakeBlockWithCanal(0.1), params, at(19.5));
   const double before_mm3 = simulation.bone().CalcRegionVolumes().at(7);
   CanalCut cut;
@@ -315,7 +315,7 @@ TEST(Structures, TheSameCanalByRegionAndBySurfaceSaysTheSame) {
   const double h = 0.1;
   const CanalCut by_region = CutThroughCanal(EffectChoice("structures"));
   EffectChoice choice("structures");
-  // The outer faces of the canal's voxels, a little off.
+  // The outer faces of the canal's voxels, slightly displaced.
   choice.Set("tissues", std::string("none")).SetFile("surface", MakeBoxSurface({10.3, 0.97, 0.93}));
   const CanalCut by_surface = CutThroughCanal(choice);
   ASSERT_EQ(by_region.distance_mm.size(), by_surface.distance_mm.size());
@@ -324,7 +324,7 @@ TEST(Structures, TheSameCanalByRegionAndBySurfaceSaysTheSame) {
   }
   EXPECT_GT(by_region.lost_mm3, 0.8);
   EXPECT_EQ(by_region.lost_mm3, by_surface.lost_mm3);
-  // What docs/effects.md says of the breach's volume.
+  // Accuracy of the breach's volume as stated in docs/effects.md.
   EXPECT_NEAR(by_surface.figures[2], by_surface.lost_mm3, 0.1 * by_surface.lost_mm3);
   EXPECT_NEAR(by_surface.figures[2], by_region.figures[2], 0.1 * by_region.figures[2]);
   EXPECT_NEAR(by_surface.figures[3], by_region.figures[3], h);
@@ -332,7 +332,7 @@ TEST(Structures, TheSameCanalByRegionAndBySurfaceSaysTheSame) {
 }
 
 TEST(StructureVoxels, AreTheInsideOfAClosedSurfaceHoweverItIsTurned) {
-  // A torus: lines along z pass it up to four times.
+  // A torus: lines along z cross its surface up to four times.
   const double major = 6, minor = 2, h = 0.13;
   const Vec3 middle(0.031, -0.017, 0.4);
   EffectFile file;
@@ -340,7 +340,7 @@ TEST(StructureVoxels, AreTheInsideOfAClosedSurfaceHoweverItIsTurned) {
   const Quat tilt = glm::normalize(Quat(1, 0.6, 0.2, -0.1));
   for (int i = 0; i < kAround; ++i) {
     for (int j = 0; j < kAcrossIt; ++j) {
-      const double a = 2 * kPi * i / kAround, b = 2 * kPi * j / kAcrossIt;
+      const double a = 2 * std::numbers::pi * i / kAround, b = 2 * std::numbers::pi * j / kAcrossIt;
       const double r = major + minor * std::cos(b);
       file.mesh.points.push_back(tilt * Vec3(r * std::cos(a), r * std::sin(a), minor * std::sin(b)) + middle);
     }
@@ -369,14 +369,14 @@ TEST(StructureVoxels, AreTheInsideOfAClosedSurfaceHoweverItIsTurned) {
     const Vec3 p(at(random), at(random), at(random));
     const Vec3 q = glm::conjugate(tilt) * (p - middle);
     const double distance = std::hypot(std::hypot(q.x, q.y) - major, q.z) - minor;
-    // Half a voxel's diagonal, and the facets' depth below the torus.
+    // Half a voxel's diagonal, plus the depth of the facets below the torus.
     if (std::abs(distance) < 0.87 * h + 0.02) continue;
     EXPECT_EQ(voxels.Contains(p), distance < 0) << p.x << " " << p.y << " " << p.z;
     EXPECT_EQ(voxels.Contains(p), turned.Contains(p));
     inside += distance < 0;
   }
   EXPECT_GT(inside, 500);
-  // Its faces enclose its voxels.
+  // The faces enclose exactly the voxels.
   EXPECT_NEAR(CalcEnclosedVolume(voxels.MakeSurface()), voxels.CalcVolume(), 1e-6);
 }
 
@@ -385,7 +385,7 @@ TEST(Structures, FilesThatAreOfNoUseAreRefused) {
     SimulationParams params;
     params.effects.push_back(choice);
     try {
-      Simulation(MakeBlockWithCanal(0.4), params, kAcross);
+      Simulation(MakeBlockWithCanal(0.4), params, kStructuresAcross);
     } catch (const Error& e) {
       return e.what();
     }
@@ -397,18 +397,18 @@ TEST(Structures, FilesThatAreOfNoUseAreRefused) {
               HasSubstr("s.toml:3:1: canal.mrk.json: lies 82 mm away from the bone"));
   EXPECT_THAT(refusal(ChooseTube(MakeTube({-5, 0, 2}, {5, 0, 2}), 0.3)),
               HasSubstr("radius_mm = 0.3 is less than a voxel of the bone's regions, 0.4 mm"));
-  EXPECT_THAT(refusal(ChooseTube(MakeTube({-5, 0, 2}, {5, 1e9, 2}), 0.5)), HasSubstr("reaches further than 1 km"));
+  EXPECT_THAT(refusal(ChooseTube(MakeTube({-5, 0, 2}, {5, 1e9, 2}), 0.5)), HasSubstr("extends beyond 1 km"));
   EXPECT_THAT(refusal(ChooseTube(MakeTube({-5, 0, 2}, {9e5, 9e5, 2}), 0.5)), HasSubstr("is too large for the voxels"));
   EffectChoice small("structures");
   small.SetFile("surface", MakeBoxSurface({0.01, 0.01, 0.01}));
-  EXPECT_EQ(refusal(small), "");  // has the voxel in the middle
+  EXPECT_EQ(refusal(small), "");  // it contains the centre of the middle voxel
   EffectFile off = MakeBoxSurface(Vec3(0.01));
   for (Vec3& p : off.mesh.points) p += Vec3(0.2);
   small.SetFile("surface", off);
   EXPECT_THAT(refusal(small), HasSubstr("s.toml:4:1: canal.stl: is too small for the bone's regions"));
   EffectChoice nothing("structures");
   nothing.Set("tissues", std::string("none"));
-  EXPECT_THAT(refusal(nothing), HasSubstr("tissues is \"none\", and there is neither surface nor markups"));
+  EXPECT_THAT(refusal(nothing), HasSubstr("tissues is \"none\", and neither surface nor markups is set"));
   EXPECT_THAT(refusal(ChooseTube(MakeTube({-5, 0, 2}, {5, 0, 2}), 0)), HasSubstr("markups needs radius_mm"));
   EffectChoice radius("structures");
   radius.Set("radius_mm", 1.0);
@@ -423,13 +423,13 @@ TEST(StructureVoxels, AreTheRegionsVoxelsAndTheirShellTheNeighbours) {
   StructureVoxels voxels(h);
   voxels.AddRegions(bone, wanted);
   voxels.Finish();
-  // Labels reach beyond the bone's faces, where the canal comes out: what is air is no structure.
+  // Labels extend beyond the bone's faces where the canal comes out; air is not part of the structure.
   const auto is_canal = [&](const Vec3& p) { return bone.RegionAt(p) == 7 && bone.SignedDistance(p) < 0; };
   double volume_mm3 = 0;
   for (const Box3& box : voxels.MakeBoxes()) {
     const Vec3 size = box.size();
     volume_mm3 += size.x * size.y * size.z;
-    // By their centres, voxel by voxel.
+    // Tests the centres, voxel by voxel.
     for (double z = box.lower.z + 0.5 * h; z < box.upper.z; z += h) {
       EXPECT_TRUE(is_canal({box.centre().x, box.centre().y, z}));
     }
@@ -443,7 +443,7 @@ TEST(StructureVoxels, AreTheRegionsVoxelsAndTheirShellTheNeighbours) {
   EXPECT_GT(count, 100);
   EXPECT_NEAR(volume_mm3, static_cast<double>(count) * h * h * h, 1e-6);
   for (Box3 box : voxels.MakeShell()) {
-    // Its first voxel stands for the run.
+    // The first voxel represents the run.
     box.upper.z = box.lower.z + h;
     EXPECT_FALSE(is_canal(box.centre()));
     bool beside = false;

@@ -1,4 +1,4 @@
-// The force along the teeth's way against closed forms; that it settles; and what of it a hand feels.
+// The force along the motion of the teeth against closed forms; its stability; and the force that a hand feels.
 #include "cut/effects/tangential_force.h"
 
 #include <fmt/format.h>
@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -16,16 +17,13 @@
 #include "experiment/stability/closed_loop.h"
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/measures.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using test::DiscPose;
 using test::Handle;
-using test::kPi;
-
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 
 EffectChoices With(double ratio) {
   EffectChoices effects;
@@ -33,7 +31,7 @@ EffectChoices With(double ratio) {
   return effects;
 }
 
-/// A stroke along +x of a block whose top is at z = 4, on a path; the last tick.
+/// A stroke along +x through a block whose top is at z = 4, on a path; `out` is the last tick.
 struct PathStroke {
   PathStroke(const Tool& tool, const char* law, double centre_z, double rpm, const EffectChoices& effects,
              double length_mm = 4)
@@ -55,30 +53,30 @@ struct PathStroke {
   }
   Simulation simulation;
   TickOutput out;
-  TickOutput before;  // of the tick before: on a path the force goes by the thrust of the step before
+  TickOutput before;  // the tick before: on a path the force follows from the thrust of the previous step
 };
 
-// Each tooth's tangential force is its thrust turned by a quarter and divided by the ratio, and so are their sums,
-// whatever the arc and the law: the resultant lies arctan(1 / ratio) from the thrust.
+// Each tooth's tangential force is its thrust rotated by a quarter turn and divided by the ratio, and so are the sums,
+// for any arc and law: the resultant is at the angle arctan(1 / ratio) to the thrust.
 TEST(TangentialForce, IsTheThrustTurnedByAQuarterAndDividedByTheRatio) {
   for (const char* law : {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}) {
-    for (const double centre_z : {0.0, 20.0, 28.0}) {  // in bone all round; half buried; 3 mm deep
+    for (const double centre_z : {0.0, 20.0, 28.0}) {  // bone all around; half buried; 3 mm deep
       const PathStroke alone(kSaw, law, centre_z, 7500, {});
       const TickOutput& thrust = alone.before;
       ASSERT_GT(thrust.engaged_teeth, 1);
       for (const double ratio : {0.6, 1.6}) {
         const PathStroke forwards(kSaw, law, centre_z, 7500, With(ratio));
         const PathStroke backwards(kSaw, law, centre_z, -7500, With(ratio));
-        // On the tool against the teeth's way, which for rpm > 0 is z x e (the spindle is +y of the block): the thrust,
-        // along -e, comes turned by +90 degrees.
+        // The force on the tool is opposite to the teeth's motion, which is along z x e for rpm > 0 (the spindle is +y
+        // of the block): it is the thrust, along -e, rotated by +90 degrees.
         const Vec3 f = forwards.out.f_T_W_N - alone.out.f_T_W_N;
         const Vec3 turned = glm::cross(Vec3(0, 1, 0), thrust.f_T_W_N) / ratio;
         EXPECT_LT(glm::length(f - turned), 1e-9 * glm::length(turned)) << law << " " << ratio;
         EXPECT_NEAR(std::acos(glm::dot(glm::normalize(thrust.f_T_W_N + f), glm::normalize(thrust.f_T_W_N))),
                     std::atan(1 / ratio), 1e-7);
-        // Turned round, it is the opposite.
+        // With the spindle reversed, the force is opposite.
         EXPECT_LT(glm::length(backwards.out.f_T_W_N - alone.out.f_T_W_N + turned), 1e-9 * glm::length(turned));
-        // About the spindle: the radius times the sum, against the turning; and the power is torque times speed.
+        // Torque about the spindle: the radius times the sum, against the rotation; the power is torque times speed.
         const double torque = kR * thrust.thrust_sum_N / ratio;
         EXPECT_NEAR(glm::dot(forwards.out.tau_TG_W_Nmm, Vec3(0, 1, 0)), -torque, 1e-9 * torque);
         EXPECT_NEAR(glm::dot(backwards.out.tau_TG_W_Nmm, Vec3(0, 1, 0)), torque, 1e-9 * torque);
@@ -86,7 +84,7 @@ TEST(TangentialForce, IsTheThrustTurnedByAQuarterAndDividedByTheRatio) {
           const auto& figures = TangentialForceEffect::In(stroke->simulation.effects()).figures();
           EXPECT_NEAR(figures.sum_N, thrust.thrust_sum_N / ratio, 1e-9 * figures.sum_N);
           EXPECT_NEAR(figures.torque_Nmm, torque, 1e-9 * torque);
-          EXPECT_NEAR(figures.power_W, 1e-3 * torque * 7500 * kPi / 30, 1e-9 * figures.power_W);
+          EXPECT_NEAR(figures.power_W, 1e-3 * torque * 7500 * std::numbers::pi / 30, 1e-9 * figures.power_W);
         }
       }
     }
@@ -94,20 +92,21 @@ TEST(TangentialForce, IsTheThrustTurnedByAQuarterAndDividedByTheRatio) {
 }
 
 TEST(TangentialForce, HasTheClosedFormOfAConstantToothForce) {
-  // A tooth's force F whatever the bite, over half the rim: n/2 teeth, their thrusts' resultant n F / pi against the
-  // feed, their tangential forces' n F / (pi ratio) across it.
+  // A tooth force F that does not depend on the bite, over half the rim: n/2 teeth. The resultant of the thrusts is n F
+  // / pi against the feed, that of the tangential forces n F / (pi ratio) across it.
   const PathStroke stroke(kSaw, "hertz_constant_bite", 0, 7500, With(1.6), 13);
   const double tooth_N = stroke.out.thrust_sum_N / stroke.out.engaged_teeth;
-  // 2 %: the onset error of the engagement at the ends of the arc (docs/physics.md), voxels of 0.4 mm.
+  // 2 %: the onset error of the engagement at the ends of the arc (docs/physics.md), with voxels of 0.4 mm.
   EXPECT_NEAR(stroke.out.engaged_teeth, 12, 0.24);
-  EXPECT_NEAR(stroke.out.f_T_W_N.x, -24 * tooth_N / kPi, 0.02 * 24 * tooth_N / kPi);
+  EXPECT_NEAR(stroke.out.f_T_W_N.x, -24 * tooth_N / std::numbers::pi, 0.02 * 24 * tooth_N / std::numbers::pi);
   const auto& figures = TangentialForceEffect::In(stroke.simulation.effects()).figures();
-  EXPECT_NEAR(glm::length(figures.pull_T_N), 24 * tooth_N / kPi / 1.6, 0.02 * 24 * tooth_N / kPi / 1.6);
+  EXPECT_NEAR(glm::length(figures.pull_T_N), 24 * tooth_N / std::numbers::pi / 1.6,
+              0.02 * 24 * tooth_N / std::numbers::pi / 1.6);
   EXPECT_NEAR(figures.sum_N, 12 * tooth_N / 1.6, 0.02 * 12 * tooth_N / 1.6);
 }
 
 TEST(TangentialForce, PullsAClimbingCutAlongAndHoldsAConventionalOneBack) {
-  // At the lowest point of the rim the teeth go along -x for rpm > 0: fed along +x that is a climbing cut.
+  // At the lowest point of the rim the teeth move along -x for rpm > 0: a feed along +x is a climb cut.
   const double thrust_x = PathStroke(kSaw, "hertz_chip", 28, 7500, {}).out.f_T_W_N.x;
   EXPECT_GT(PathStroke(kSaw, "hertz_chip", 28, 7500, With(1.6)).out.f_T_W_N.x - thrust_x, 0.1);
   EXPECT_LT(PathStroke(kSaw, "hertz_chip", 28, -7500, With(1.6)).out.f_T_W_N.x - thrust_x, -0.1);
@@ -121,7 +120,7 @@ TEST(TangentialForce, LeavesBoneAndMotionOnAPathAsTheyAre) {
   EXPECT_EQ(with.simulation.bone().CalcHash(), without.simulation.bone().CalcHash());
 }
 
-/// What there is when a step is made, without a simulation.
+/// The objects that a step needs, without a simulation.
 struct Parts {
   explicit Parts(const Tool& the_tool, const Vec3& p_TC_mm)
       : tool(the_tool),
@@ -141,7 +140,8 @@ struct Parts {
 };
 
 TEST(TangentialForce, OfSectorsIsThatOfEachToothByItself) {
-  // Brute force: a force at each tooth across its radius, against its way. A ball's teeth too, out of the plane.
+  // Brute force: at each tooth, a force perpendicular to its radius and against its motion. Also for a ball, whose
+  // teeth are not in one plane.
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const Tool& tool : {Tool(DiscSaw{}), Tool(BallBurr{})}) {
@@ -165,10 +165,11 @@ TEST(TangentialForce, OfSectorsIsThatOfEachToothByItself) {
         }
         StepProblem problem;
         problem.tau_s = 1;
-        problem.creep_mm_per_s = 1e-7;  // or a ball's slow teeth by its axis would stick a little
+        problem.creep_mm_per_s = 1e-7;  // otherwise a ball's slow teeth near its axis would stick slightly
         const Pose X;
         const Twist u{};
-        // The lag closes in on it: what is left falls by the ratio's own share, 1 / (1 + 1.6^2), in each step.
+        // The force approaches its value with a lag: each step multiplies the difference by 1 / (1 + 1.6^2), which
+        // depends on the ratio.
         for (int i = 0; i < 40; ++i) {
           parts.effect.Solved({X, X, parts.edge, &parts.faces, problem, u, 1, 1, rpm, teeth});
         }
@@ -186,7 +187,7 @@ TEST(TangentialForce, OfSectorsIsThatOfEachToothByItself) {
         parts.effect.End(end);
         EXPECT_GT(parts.effect.figures().power_W, 0);
         const auto& f = parts.effect.figures();
-        EXPECT_NEAR(f.power_W, 1e-3 * f.torque_Nmm * std::abs(rpm) * kPi / 30, 1e-9 * f.power_W);
+        EXPECT_NEAR(f.power_W, 1e-3 * f.torque_Nmm * std::abs(rpm) * std::numbers::pi / 30, 1e-9 * f.power_W);
         EXPECT_NEAR(f.torque_Nmm / f.sum_N, torque_Nmm / sum_N, 1e-9 * kR);
       }
     }
@@ -195,15 +196,15 @@ TEST(TangentialForce, OfSectorsIsThatOfEachToothByItself) {
 
 // ---- in a hand
 
-CoupledParams Params(double ratio) {
+CoupledParams MakeTangentialParams(double ratio) {
   CoupledParams params = test::DiscParams();
   SetEffect(params.effects, "tangential_force", "ratio", ratio);
   return params;
 }
 
 TEST(TangentialForce, OfAPushedSawGoesWithItsThrust) {
-  // Led stiffly down into the block: no room to go aside, so the hand feels all of it.
-  CoupledParams params = Params(1.6);
+  // Moved down into the block by a stiff coupling: the tool cannot move sideways, so the hand feels the full force.
+  CoupledParams params = MakeTangentialParams(1.6);
   params.coupling.stiffness_N_per_mm = 50;
   params.coupling.torsion_Nmm_per_rad = 1e6;
   for (const double rpm : {7500.0, -7500.0}) {
@@ -211,23 +212,23 @@ TEST(TangentialForce, OfAPushedSawGoesWithItsThrust) {
     CoupledOutput out;
     for (int i = 1; i <= 2000; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR - 0.001 * i}), rpm));
     const auto& f = TangentialForceEffect::In(simulation.effects()).figures();
-    // Steady but for the arc that grows: in the lag of 4 ms by 4 of 2000 um of depth, 0.1 % of its length.
+    // Steady except that the arc grows: in the lag of 4 ms, by 4 of 2000 um of depth, 0.1 % of its length.
     EXPECT_NEAR(f.sum_N, out.thrust_sum_N / 1.6, 0.003 * f.sum_N);
     EXPECT_NEAR(f.torque_Nmm, kR * f.sum_N, 1e-9 * f.torque_Nmm);
-    // The teeth at the bottom go along -x for rpm > 0, so the tool is pulled along +x.
+    // The teeth at the bottom move along -x for rpm > 0, so the tool is pulled along +x.
     EXPECT_GT(f.sum_N, 1);
     EXPECT_NEAR(out.f_friction_W_N.x * (rpm > 0 ? 1 : -1), -out.f_cut_W_N.z * -1 / 1.6, 0.05 * f.sum_N);
   }
 }
 
 TEST(TangentialForce, NeverGivesMoreThanTheSpindlePutIn) {
-  // Hands that wander, jump and tilt; stiffnesses, ratios, laws, ticks, speeds at random.
+  // Hands that drift, jump and tilt; random stiffnesses, ratios, laws, ticks and speeds.
   for (int seed = 0; seed < 16; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 977 + 5);
     const auto log_uniform = [&](double lower, double upper) {
       return std::exp(std::uniform_real_distribution<double>(std::log(lower), std::log(upper))(random));
     };
-    CoupledParams params = Params(std::max(0.6, log_uniform(0.2, 20)));
+    CoupledParams params = MakeTangentialParams(std::max(0.6, log_uniform(0.2, 20)));
     if (seed % 3 == 0) RemoveEffect(params.effects, "kerf_friction");
     const char* laws[] = {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"};
     params.law = ForceLaw(laws[seed % 3]);
@@ -242,7 +243,7 @@ TEST(TangentialForce, NeverGivesMoreThanTheSpindlePutIn) {
     CoupledSimulation simulation(test::MakeBox(Pose{}, {12, 2, 4}, 0.2), params, DiscPose(Pose{}, {0, 0, 2 + kR}));
     std::normal_distribution<double> normal;
     Vec3 p(0, 0, 2 + kR - 0.5), v(0);
-    double hand_mJ = 0, spindle_mJ = 0, work_mJ = 0, most_mJ = 0, lost_mJ = 0, most_N = 0;
+    double hand_mJ = 0, spindle_mJ = 0, work_mJ = 0, max_mJ = 0, lost_mJ = 0, max_N = 0;
     const HeapUseCounter heap;
     for (int i = 0; i < 1200; ++i) {
       v = 0.99 * v + Vec3(normal(random), normal(random), normal(random)) * 2.0;
@@ -264,16 +265,16 @@ TEST(TangentialForce, NeverGivesMoreThanTheSpindlePutIn) {
       const auto& f = TangentialForceEffect::In(simulation.effects()).figures();
       ASSERT_TRUE(std::isfinite(f.power_W));
       work_mJ += 1e3 * f.power_W * dt_s;
-      most_N = std::max(most_N, f.sum_N);
-      most_mJ = std::max(most_mJ, std::abs(hand_mJ) + spindle_mJ);
-      // 1e-7: the solver's residual, of the forces, over all the way.
-      ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + most_mJ)) << seed << " " << i;
-      ASSERT_GE(lost_mJ, -1e-7 * (1 + most_mJ)) << seed << " " << i;
+      max_N = std::max(max_N, f.sum_N);
+      max_mJ = std::max(max_mJ, std::abs(hand_mJ) + spindle_mJ);
+      // 1e-7: the solver's residual force over the whole motion.
+      ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + max_mJ)) << seed << " " << i;
+      ASSERT_GE(lost_mJ, -1e-7 * (1 + max_mJ)) << seed << " " << i;
     }
     EXPECT_EQ(heap.count(), 0);
-    EXPECT_GT(most_N, 0.01) << seed;
-    // Without the flats' friction all that the spindle gives to the motion is the teeth's, and no more than their
-    // power.
+    EXPECT_GT(max_N, 0.01) << seed;
+    // Without the flats' friction, all energy from the spindle to the motion passes through the teeth; it is at most
+    // the work of the teeth.
     if (seed % 3 == 0) {
       EXPECT_LE(spindle_mJ, work_mJ + 1e-9 * (1 + work_mJ)) << seed;
     }
@@ -281,49 +282,49 @@ TEST(TangentialForce, NeverGivesMoreThanTheSpindlePutIn) {
 }
 
 TEST(TangentialForce, DoesNotPushAHandThatRestsWithoutBound) {
-  // The handle jumps 3 mm into the bone, aside too, and then rests: the tool comes to it and the force ends.
+  // The handle jumps 3 mm into the bone, and sideways, and then rests: the tool reaches it and the force ends.
   for (const double ratio : {0.6, 1.6}) {
     for (const double rpm : {7500.0, -7500.0}) {
       for (const double stiffness : {2.0, 20.0}) {
-        CoupledParams params = Params(ratio);
+        CoupledParams params = MakeTangentialParams(ratio);
         params.coupling.stiffness_N_per_mm = stiffness;
         const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR});
         CoupledSimulation simulation(test::MakeBox(Pose{}, {40, 3, 8}, 0.2), params, start);
         const Pose X_WH = DiscPose(Pose{}, {0.5, 0, 4 + kR - 3});
         const double first_mm = glm::length(X_WH.p_AB - start.p_AB);
-        double most_mm = 0, hand_mJ = 0, spindle_mJ = 0;
+        double max_mm = 0, hand_mJ = 0, spindle_mJ = 0;
         CoupledOutput out;
         for (int i = 0; i < 12000; ++i) {
           out = simulation.Tick(Handle(X_WH, rpm));
-          most_mm = std::max(most_mm, glm::length(out.X_WT.p_AB - X_WH.p_AB));
+          max_mm = std::max(max_mm, glm::length(out.X_WT.p_AB - X_WH.p_AB));
           hand_mJ += out.hand_mJ;
           spindle_mJ += out.spindle_mJ;
           ASSERT_GE(hand_mJ + spindle_mJ, -1e-7);
         }
         EXPECT_LT(glm::length(out.X_WT.p_AB - X_WH.p_AB), 0.1 * first_mm) << ratio << " " << stiffness;
-        // Where teeth engage only below, nothing but the spring holds against their force across: aside it gives way by
-        // 1 / ratio of what it is pressed by.
-        EXPECT_LT(most_mm, 1.02 * first_mm * std::sqrt(1 + 1 / (ratio * ratio))) << ratio << " " << stiffness;
+        // If teeth engage only at the bottom, only the spring resists their sideways force: the tool yields sideways by
+        // 1 / ratio of the deflection that presses it.
+        EXPECT_LT(max_mm, 1.02 * first_mm * std::sqrt(1 + 1 / (ratio * ratio))) << ratio << " " << stiffness;
         EXPECT_LT(TangentialForceEffect::In(simulation.effects()).figures().sum_N, 0.1 * stiffness * first_mm);
       }
     }
   }
 }
 
-// ---- on a device: does what it does to the motion feed itself?
+// ---- on a device: stability of the closed loop
 
 struct Listened {
-  double noise_mN = 0;  // above 20 Hz, of the force on the device
+  double noise_mN = 0;  // of the force on the device, above 20 Hz
   double mean_N = 0;
   double line_aside_N = 0;  // mean force across the push, in the disc's plane
   bool limit_cycle = false;
   PortEnergy energy;
 };
 
-/// A hand pushes the saw down into a block for 2.5 s; listened to in the last second.
+/// A hand pushes the saw down into a block for 2.5 s; the last second is analysed.
 Listened Listen(const ClosedLoopSetup& setup, double push_N, double rpm) {
   const Pose start = test::OverBlock(0.05);
-  ClosedLoop loop(test::BlockOfBone(0.4, {80, 4, 26}), setup, start);  // room to be pulled along
+  ClosedLoop loop(test::BlockOfBone(0.4, {80, 4, 26}), setup, start);  // with room for the sideways pull
   IntentionStep push;
   push.seconds = 2.5;
   push.X_WH = start;
@@ -354,7 +355,7 @@ TEST(TangentialForce, OfAHeldCutDoesNotChatter) {
       for (const double ratio : {0.6, 1.6}) {
         const double rpm = ratio < 1 ? -7500 : 7500;
         ClosedLoopSetup setup = test::HeldBlock(device, hand);
-        // No harder than that the hand can hold against the pull aside, which is the push over the ratio, within 8 mm.
+        // At most a push whose sideways pull, the push divided by the ratio, the hand can hold within 8 mm.
         const double push_N =
             std::min(0.5 * setup.profile.continuous_force_N, 8 * setup.hand.stiffness_N_per_mm * ratio);
         const Listened without = Listen(setup, push_N, rpm);
@@ -364,9 +365,9 @@ TEST(TangentialForce, OfAHeldCutDoesNotChatter) {
                              with.noise_mN, without.noise_mN, with.mean_N, with.line_aside_N);
         EXPECT_LE(with.noise_mN, 20) << device << " " << hand << " " << ratio;
         EXPECT_FALSE(with.limit_cycle) << device << " " << hand << " " << ratio;
-        EXPECT_GT(with.mean_N, 0.08 * push_N);  // the spring's pull as the place wanted gives way takes the rest
+        EXPECT_GT(with.mean_N, 0.08 * push_N);  // the rest is taken by the hand's spring as its intended place yields
         EXPECT_GT(with.line_aside_N * (rpm > 0 ? 1 : -1), 0);
-        // The energy at the port: what comes back beyond the spindle's is what a force held over a tick may give.
+        // Energy at the port: beyond the spindle's energy, at most that of a force held over a tick comes back.
         EXPECT_GE(with.energy.lowest_mJ, -1e-3 - 1e-3 * with.energy.exchanged_mJ);
       }
     }

@@ -1,11 +1,12 @@
-// Tooth vibration: the lines of its spectrum are where and as high as single teeth make them, and nothing beats with
-// the tick.
+// Tooth vibration: the lines of its spectrum have the frequencies and amplitudes that single teeth produce, and nothing
+// beats with the tick.
 #include "cut/effects/tooth_vibration.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <vector>
 
 #include "cut/effects/plan.h"
@@ -16,21 +17,20 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 using Complex = std::complex<double>;
 
-const Pose kAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
+const Pose kToothVibrationAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
 
-/// Amplitude of a real signal's line, over whole periods.
+/// Amplitude of a real signal's line, computed over whole periods.
 double LineOf(const std::vector<double>& x, double dt_s, double hz) {
   Complex sum = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
-    sum += x[i] * std::polar(1.0, -2 * kPi * hz * static_cast<double>(i) * dt_s);
+    sum += x[i] * std::polar(1.0, -2 * std::numbers::pi * hz * static_cast<double>(i) * dt_s);
   return 2 * std::abs(sum) / static_cast<double>(x.size());
 }
 
-/// A disc that goes down into a block at 2 mm/s, 4.8 mm deep, with the vibration on; from then on, if it is told so,
-/// along the block at that depth.
+/// A disc that moves down into a block at 2 mm/s, 4.8 mm deep, with the vibration on; after GoAlong(), along the block
+/// at that depth.
 class Cut {
  public:
   explicit Cut(double rpm, double runout_um, double set_share, int teeth = 24, double smoothing_ms = 5, int samples = 8,
@@ -56,7 +56,7 @@ class Cut {
     return params;
   }
   static Pose At(double z, double y = 0) {
-    Pose X = kAcross;
+    Pose X = kToothVibrationAcross;
     X.p_AB = {0, y, z};
     return X;
   }
@@ -64,13 +64,13 @@ class Cut {
     along_ = true;
     for (int i = 0; i < 200; ++i) Tick();
   }
-  /// What the vibration adds, tool frame.
+  /// Force added by the vibration, in the tool frame.
   Vec3 Tick() {
     (along_ ? y_ : z_) -= 0.002;
     const TickOutput with = simulation_.Tick({At(z_, y_), 0.001, rpm_});
     last_ = plain_.Tick({At(z_, y_), 0.001, rpm_});
     EXPECT_EQ(with.removed_mm3, last_.removed_mm3);
-    return kAcross.InverseVector(with.f_T_W_N - last_.f_T_W_N);
+    return kToothVibrationAcross.InverseVector(with.f_T_W_N - last_.f_T_W_N);
   }
   const ToothVibrationEffect& effect() {
     return dynamic_cast<const ToothVibrationEffect&>(*simulation_.effects().Find("tooth_vibration"));
@@ -87,7 +87,8 @@ class Cut {
 };
 
 TEST(ToothVibration, LinesInTheTicksForceAreAtTheSpindlesMultiplesAndNowhereElse) {
-  // 1500 rpm: the spindle's line at 25 Hz, set teeth at 300 Hz; 24 teeth at 600 Hz, which a tick of 1 ms cannot carry.
+  // 1500 rpm: the spindle's line is at 25 Hz and the set teeth's at 300 Hz; 24 teeth give 600 Hz, which a tick of 1 ms
+  // can't represent.
   Cut cut(1500, 5, 0.2);
   cut.GoAlong();
   std::vector<double> x, y, z;
@@ -102,7 +103,7 @@ TEST(ToothVibration, LinesInTheTicksForceAreAtTheSpindlesMultiplesAndNowhereElse
     return std::abs(lines[static_cast<std::size_t>(line)].amplitude_N[static_cast<std::size_t>(axis)]);
   };
   ASSERT_GT(magnitude(ToothVibrationEffect::kRunout, 0), 0.01);
-  // The arc is the same all the way but for the grid's ripple: some percent of a line whose order is high.
+  // The arc is constant except for the grid's ripple: a few percent of a line of high order.
   EXPECT_NEAR(LineOf(x, 0.001, 25), magnitude(ToothVibrationEffect::kRunout, 0), 0.02 * lines[0].Magnitude());
   EXPECT_NEAR(LineOf(y, 0.001, 25), magnitude(ToothVibrationEffect::kRunout, 1), 0.02 * lines[0].Magnitude());
   EXPECT_NEAR(LineOf(z, 0.001, 300), magnitude(ToothVibrationEffect::kSet, 2),
@@ -113,12 +114,12 @@ TEST(ToothVibration, LinesInTheTicksForceAreAtTheSpindlesMultiplesAndNowhereElse
       elsewhere = std::max({elsewhere, LineOf(x, 0.001, hz), LineOf(y, 0.001, hz), LineOf(z, 0.001, hz)});
     }
   }
-  // The ripple's own lines, to either side of each.
+  // Side lines due to the ripple.
   EXPECT_LT(elsewhere, 0.01 * (lines[0].Magnitude() + lines[1].Magnitude()));
 }
 
 TEST(ToothVibration, NothingBeatsWithTheTickAtAnySpeed) {
-  // Tooth passing is 0.8 to 8 times the tick's rate. Aliased, it would come out somewhere below 500 Hz.
+  // Tooth passing is at 0.8 to 8 times the tick rate. An alias would appear somewhere below 500 Hz.
   for (const double rpm : {2000.0, 2490.0, 2510.0, 4999.0, 7500.0, 9970.0, 20000.0}) {
     Cut cut(rpm, 0, 0);
     double largest = 0;
@@ -129,47 +130,48 @@ TEST(ToothVibration, NothingBeatsWithTheTickAtAnySpeed) {
 }
 
 TEST(ToothVibration, PassingIsTheSeriesOfSingleTeeth) {
-  // A brute-force saw: N single teeth at their places on the rim at each moment, each with the force that a tooth has
-  // there, by what the closed form of the arc says: bite goes with the cosine from the feed, force with bite^1.5.
+  // A brute-force saw: N single teeth at their places on the rim at each moment, each with its force from the closed
+  // form of the arc: the bite is proportional to the cosine of the angle to the feed, the force to bite^1.5.
   for (const auto& [teeth, h] : {std::pair(8, 0.4), std::pair(24, 0.4), std::pair(24, 0.1)}) {
     Cut cut(3000, 0, 0, teeth, 0.1, 32, h);
     const auto& effect = cut.effect();
-    // The engaged arc, from the cut's depth, about the way of the feed: -z of the world is +x or -x of the tool.
-    const double depth_mm = 2500 * 0.002 - 0.2;  // of the rim in the block
+    // The engaged arc about the direction of feed, from the depth of the cut: -z of the world is +x or -x of the tool.
+    const double depth_mm = 2500 * 0.002 - 0.2;  // depth of the rim in the block
     const double half_rad = std::acos(1 - depth_mm / 11);
-    const double feed_alpha = std::atan2(kAcross.InverseVector({0, 0, -1}).y, kAcross.InverseVector({0, 0, -1}).x);
-    // Its greatest force, from the mean of all: thrust_sum = N / (2 pi) integral of f.
+    const double feed_alpha = std::atan2(kToothVibrationAcross.InverseVector({0, 0, -1}).y,
+                                         kToothVibrationAcross.InverseVector({0, 0, -1}).x);
+    // The largest force on it, from the mean over all teeth: thrust_sum = N / (2 pi) integral of f.
     double integral = 0;
     const int kSteps = 4000;
     for (int i = 0; i < kSteps; ++i) {
       const double a = -half_rad + (i + 0.5) * 2 * half_rad / kSteps;
       integral += std::pow(std::cos(a), 1.5) * 2 * half_rad / kSteps;
     }
-    const double top_N = cut.last().thrust_sum_N / (teeth / (2 * kPi) * integral);
-    const double share = 0.625;
+    const double top_N = cut.last().thrust_sum_N / (teeth / (2 * std::numbers::pi) * integral);
+    const double fraction = 0.625;
     std::vector<double> x, y;
-    const int samples = 240 * teeth;  // of one turn
+    const int samples = 240 * teeth;  // per turn
     for (int i = 0; i < samples; ++i) {
-      const double theta = 2 * kPi * i / samples;
+      const double theta = 2 * std::numbers::pi * i / samples;
       Vec3 f(0);
       for (int k = 0; k < teeth; ++k) {
-        const double alpha = theta + 2 * kPi * k / teeth;
-        const double off = std::remainder(alpha - feed_alpha, 2 * kPi);
+        const double alpha = theta + 2 * std::numbers::pi * k / teeth;
+        const double off = std::remainder(alpha - feed_alpha, 2 * std::numbers::pi);
         if (std::abs(off) >= half_rad) continue;
         const double thrust = top_N * std::pow(std::cos(off), 1.5);
         f -= thrust * Vec3(std::cos(alpha), std::sin(alpha), 0);
-        f -= share * thrust * Vec3(-std::sin(alpha), std::cos(alpha), 0);
+        f -= fraction * thrust * Vec3(-std::sin(alpha), std::cos(alpha), 0);
       }
       x.push_back(f.x);
       y.push_back(f.y);
     }
-    // In turns for seconds.
+    // Time is in turns instead of seconds.
     const double expected_x = LineOf(x, 1.0 / samples, teeth);
     const double expected_y = LineOf(y, 1.0 / samples, teeth);
     const auto& line = effect.lines()[ToothVibrationEffect::kPassing];
     EXPECT_EQ(line.order, teeth);
-    // The grid finds the arc's ends to a quarter of a voxel, and near them a series of high order gets most of its
-    // height: 22 % of it at 0.4 mm, 4 % at 0.1 mm.
+    // The grid finds the ends of the arc to a quarter of a voxel, and terms of high order depend mostly on the force
+    // near them: an error of 22 % of the line at 0.4 mm, 4 % at 0.1 mm.
     const double both = std::hypot(expected_x, expected_y);
     EXPECT_GT(both, 0.01);
     EXPECT_NEAR(std::abs(line.amplitude_N[0]), expected_x, (h > 0.1 ? 0.25 : 0.05) * both) << teeth;
@@ -178,25 +180,25 @@ TEST(ToothVibration, PassingIsTheSeriesOfSingleTeeth) {
 }
 
 TEST(ToothVibration, RunoutGoesWithTheEccentricityAndTheLawsSlope) {
-  // For small runout a tooth's force changes by 1.5 / bite times 2 e sin(pi / N): twice as much for twice the runout.
+  // For small runout, a tooth's force changes by 1.5 / bite times 2 e sin(pi / N): proportional to the runout.
   Cut small(3000, 0.01, 0), twice(3000, 0.02, 0);
   const double a = small.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
   const double b = twice.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
   EXPECT_NEAR(b / a, 2, 1e-3);
-  // The rim's resultant weighted with e^(-i alpha): for an arc about the feed nearly all of the thrust.
+  // The rim's resultant weighted with e^(-i alpha): for an arc about the feed, nearly the full thrust.
   const double bite_um = 1000 * 2.0 / (24 * 3000 / 60.0);
-  const double relative = 1.5 * 2 * 0.01 * std::sin(kPi / 24) / bite_um;
+  const double relative = 1.5 * 2 * 0.01 * std::sin(std::numbers::pi / 24) / bite_um;
   EXPECT_NEAR(a, relative * small.last().thrust_sum_N * std::hypot(1, 0.625), 0.35 * a);
 }
 
 TEST(ToothVibration, RunoutBeyondTheBiteIsHeldToIt) {
-  // A bite between none and twice the mean: the force of hertz_chip between none and 2^1.5 times as much.
+  // The bite is between zero and twice the mean: the force of hertz_chip between zero and 2^1.5 times the mean.
   Cut large(3000, 50, 0), larger(3000, 500, 0);
   const double a = large.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
   EXPECT_NEAR(larger.effect().lines()[ToothVibrationEffect::kRunout].Magnitude(), a, 1e-9 * a);
-  const double most_N = 0.5 * std::pow(2, 1.5) * large.last().thrust_sum_N * std::hypot(1, 0.625);
-  EXPECT_LT(a, 1.02 * most_N);  // the grid's ripple, from tick to tick
-  EXPECT_GT(a, 0.5 * most_N);
+  const double max_N = 0.5 * std::pow(2, 1.5) * large.last().thrust_sum_N * std::hypot(1, 0.625);
+  EXPECT_LT(a, 1.02 * max_N);  // ripple of the grid from tick to tick
+  EXPECT_GT(a, 0.5 * max_N);
 }
 
 TEST(ToothVibration, ItsOwnSamplesCarryTheLinesAboveTheTick) {
@@ -211,7 +213,7 @@ TEST(ToothVibration, ItsOwnSamplesCarryTheLinesAboveTheTick) {
   const auto at = [&](int line, std::size_t axis) {
     return std::abs(effect.lines()[static_cast<std::size_t>(line)].amplitude_N[axis]);
   };
-  // 0.2 s are whole periods of them all.
+  // 0.2 s contain whole periods of all lines.
   EXPECT_NEAR(LineOf(x, dt_s, 3000), at(ToothVibrationEffect::kPassing, 0), 1e-9);
   EXPECT_NEAR(LineOf(x, dt_s, 6000), at(ToothVibrationEffect::kPassing2, 0), 1e-9);
   EXPECT_NEAR(LineOf(z, dt_s, 1500), at(ToothVibrationEffect::kSet, 2), 1e-9);

@@ -6,15 +6,15 @@
 
 #include "kerf/error.h"
 #include "kerf/material.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
-const DiscSaw kSaw;
 const double kEStar24 = CalcReducedModulus(205000, 0.28, 19300, 0.28);
 
 TEST(Force, ConstantBiteIsThePapersForceOnOneTooth) {
-  // Tables 3 to 6 at 1.1 mm: one tooth. Region 24 and the others, printed to five figures.
+  // Tables 3 to 6 at 1.1 mm: one tooth. Region 24 and the others, printed to five digits.
   const ToothForce force = MakeToothForce(ForceLaw("hertz_constant_bite"), kSaw);
   const auto newton = [&](double E, double nu) { return force(1e-3, CalcReducedModulus(205000, 0.28, E, nu)); };
   EXPECT_NEAR(newton(19300, 0.28), 0.05541, 1e-5);
@@ -24,7 +24,7 @@ TEST(Force, ConstantBiteIsThePapersForceOnOneTooth) {
 }
 
 TEST(Force, ChipBiteOfTwoAndAHalfMicrometresIsTheReferencesTenNewton) {
-  // docs/physics.md: R = 11 mm, region 24, 2.5 um: 10.6 N a tooth, and 84 N at 10 um.
+  // docs/physics.md: R = 11 mm, region 24, 2.5 um: 10.6 N per tooth, and 84 N at 10 um.
   const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), kSaw);
   EXPECT_NEAR(force(2.5e-3, kEStar24), 10.6, 0.05);
   EXPECT_NEAR(force(10e-3, kEStar24), 84.6, 0.5);
@@ -48,25 +48,25 @@ TEST(Force, ScalesExactlyWithModulusBiteAndRadius) {
   EXPECT_NEAR(MakeToothForce(law, kSaw)(1e-3, 10000) / base, 2, 1e-12);
   ForceLaw constant = ForceLaw("hertz_constant_bite");
   const double paper = MakeToothForce(constant, kSaw)(1e-3, 10000);
-  EXPECT_EQ(MakeToothForce(constant, kSaw)(9e-3, 10000), paper);  // whatever the bite
+  EXPECT_EQ(MakeToothForce(constant, kSaw)(9e-3, 10000), paper);  // does not depend on the bite
   constant.Set("contact_share_of_pitch", 0.02);
   EXPECT_NEAR(MakeToothForce(constant, kSaw)(1e-3, 10000) / paper, 8, 1e-12);
 }
 
 TEST(Force, EdgePlusChipIsTheLineThroughTheMeasuredThrust) {
-  // 8 and 11 N resultant at 2.5 and 10 um, 0.848 of it thrust at a thrust / cutting ratio of 1.6, a tooth of 0.64 mm:
-  // 6.784 and 9.328 N. The presets are rounded to three figures: 0.2 %.
+  // Resultants of 8 and 11 N at 2.5 and 10 um, of which 0.848 is thrust at a thrust / cutting ratio of 1.6, for a tooth
+  // of 0.64 mm: 6.784 and 9.328 N. The presets are rounded to three digits: 0.2 %.
   DiscSaw tested;
   tested.thickness_mm = 0.64;
   const ToothForce force = MakeToothForce(ForceLaw("edge_plus_chip"), tested);
-  const double share = 1.6 / std::sqrt(1 + 1.6 * 1.6);
-  EXPECT_NEAR(force(2.5e-3, kEStar24) / (8 * share), 1, 2e-3);
-  EXPECT_NEAR(force(10e-3, kEStar24) / (11 * share), 1, 2e-3);
-  // By hand for the saw's own 0.25 mm at 1 um: 0.25 (9.28 + 530 * 0.001) = 2.4525 N, at the reference E* of 19140 MPa.
+  const double fraction = 1.6 / std::sqrt(1 + 1.6 * 1.6);
+  EXPECT_NEAR(force(2.5e-3, kEStar24) / (8 * fraction), 1, 2e-3);
+  EXPECT_NEAR(force(10e-3, kEStar24) / (11 * fraction), 1, 2e-3);
+  // Computed by hand for the saw's own 0.25 mm at 1 um: 0.25 (9.28 + 530 * 0.001) = 2.4525 N, at E* = 19140 MPa.
   EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-3, 19140), 2.4525, 1e-12);
-  // The reference is steel on region 24, to the figures given.
+  // The reference is steel on region 24, to the digits given.
   EXPECT_NEAR(kEStar24, 19140, 0.5);
-  // The smallest bite has the edge's whole force.
+  // The smallest bite has the full edge force.
   EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-12, 19140), 0.25 * 9.28, 1e-9);
 }
 
@@ -100,7 +100,7 @@ TEST(Force, UnknownLawAndAnotherLawsParameterAreNamed) {
     return std::string("accepted");
   };
   EXPECT_EQ(message([] { ForceLaw("herz_chip"); }),
-            "there is no force law \"herz_chip\"; there are hertz_chip, hertz_constant_bite, edge_plus_chip");
+            "there is no force law \"herz_chip\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip");
   EXPECT_EQ(message([] { ForceLaw("hertz_chip").Set("edge_N_per_mm", 1); }),
             "the force law hertz_chip has no parameter edge_N_per_mm");
 }

@@ -1,5 +1,5 @@
-// What holds for every law of the list, so that a new one is tested from the day it is added: exact factors when
-// something is doubled, the same force in other units, no force without a bite.
+// Properties of every law in the list, so that a new law is tested from the start: exact factors when an input is
+// doubled, the same force in other units, no force without a bite.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,27 +12,27 @@
 #include "cut/force/measured.h"
 #include "kerf/force.h"
 #include "kerf/material.h"
+#include "support/saw.h"
 #include "test_paths.h"
 
 namespace kerf {
 namespace {
 
-const DiscSaw kSaw;
 constexpr double kBites_mm[] = {1e-6, 1e-4, 1e-3, 2.5e-3, 2e-2};
 constexpr double kEStar[] = {10, 500, 19140};
-/// A force is a few products and a root or two of exact factors: ten roundings.
+/// A force is a few products and one or two roots of exact factors: ten roundings.
 constexpr double kRounding = 10 * 2.3e-16;
 
-/// Factors that each law promises, as functions of the bite; by hand, apart from the library's formulas.
+/// Expected factors of each law as functions of the bite, written independently of the library's formulas.
 struct Factors {
   std::function<double(double h_mm)> bite_doubled;
-  std::function<double(double h_mm)> teeth_doubled;  // of the sum over the teeth at the same feed: twice as many, each
-                                                     // with half the bite
+  std::function<double(double h_mm)> teeth_doubled;  // sum over the teeth at the same feed: twice as many, each with
+                                                     // half the bite
 };
 const std::map<std::string, Factors> kFactors{
     // h^(3/2)
     {"hertz_chip", {[](double) { return 2 * std::sqrt(2.0); }, [](double) { return 1 / std::sqrt(2.0); }}},
-    // whatever the bite; (pitch)^3
+    // independent of the bite; (pitch)^3
     {"hertz_constant_bite", {[](double) { return 1.0; }, [](double) { return 2.0 / 8; }}},
     // Ke + Kc h, Ke = 9.28, Kc = 530
     {"edge_plus_chip",
@@ -48,7 +48,7 @@ const Factors& FactorsOf(const ForceLawInfo& law) {
   return found->second;
 }
 
-/// A value in SI from one in the unit that the key ends in.
+/// Converts a value to SI from the unit that the key ends in.
 double ToSI(const std::string& key, double value) {
   const auto ends = [&](const std::string& unit) {
     return key.size() >= unit.size() && key.substr(key.size() - unit.size()) == unit;
@@ -57,7 +57,7 @@ double ToSI(const std::string& key, double value) {
   if (ends("_N_per_mm")) return 1e3 * value;
   if (ends("_MPa")) return 1e6 * value;
   if (ends("_mm")) return 1e-3 * value;
-  // A share has no unit; any other unit must be added above before it can be checked.
+  // A ratio has no unit; any other unit must be added above before it can be checked.
   if (!ends("_share_of_pitch")) throw std::runtime_error("no SI factor for the unit of " + key);
   return value;
 }
@@ -103,7 +103,7 @@ TEST(EveryLaw, DoubledTeethAtTheSameFeedGiveTheLawsOwnFactor) {
 
 TEST(EveryLaw, MetresAndPascalsGiveTheSameNewtons) {
   DiscSaw si = kSaw;
-  si.diameter_mm = 1e-3 * kSaw.diameter_mm;  // metres now, whatever the field is called
+  si.diameter_mm = 1e-3 * kSaw.diameter_mm;  // metres from here on, despite the names of the fields
   si.thickness_mm = 1e-3 * kSaw.thickness_mm;
   si.E_MPa = 1e6 * kSaw.E_MPa;
   for (const ForceLawInfo* info : ForceLaws()) {
@@ -137,7 +137,7 @@ TEST(EveryLaw, NeverPullsAndGrowsWithBiteAndModulus) {
     for (double h = 1e-7; h < 0.1; h *= 1.1) {
       const double now = force(h, 19140);
       EXPECT_GT(now, 0) << info->name;
-      // The constant one may not fall by a bit either: it doesn't look at the bite.
+      // The constant law may not decrease by one bit either, because it does not use the bite.
       EXPECT_GE(now, before) << info->name << " at " << h << " mm";
       EXPECT_GT(force(h, 19141), now) << info->name;
       EXPECT_EQ(force(h, 0), 0) << info->name;
@@ -157,7 +157,7 @@ TEST(EveryLaw, IsDescribedWhole) {
         << "docs/physics.md has no row for " << info->name;
     EXPECT_FALSE(std::string(info->summary).empty());
     EXPECT_FALSE(std::string(info->source).empty());
-    // The same words in the docs as in the program.
+    // The documentation uses the same text as the program.
     for (const std::string& phrase : {DescribeAccuracy(ForceLaw(info->name), DiscSaw{}),
                                       DescribeBlades(ForceLaw(info->name)), std::string(FindCaveat(*info).good_for)}) {
       EXPECT_FALSE(phrase.empty()) << info->name;
@@ -165,7 +165,7 @@ TEST(EveryLaw, IsDescribedWhole) {
     }
     EXPECT_LE(info->parameters.size(), LawValues{}.size());
     EXPECT_TRUE(IsNowhereMeasured(info->validity) || info->validity.from_mm < info->validity.to_mm) << info->name;
-    // A limit must say what is wrong outside of it.
+    // A limit must state what is wrong beyond it.
     EXPECT_EQ(info->validity.from_mm > 0, !std::string(info->validity.below).empty()) << info->name;
     EXPECT_EQ(std::isfinite(info->validity.to_mm), !std::string(info->validity.beyond).empty()) << info->name;
     for (const LawParameter& p : info->parameters) {

@@ -1,5 +1,4 @@
-// The laws against what was measured on a saw's tooth, thrust with thrust: where the factors come from that the program
-// and docs/physics.md state.
+// The laws against thrusts measured on a saw's tooth: the source of the factors in the program and docs/physics.md.
 #include "cut/force/measured.h"
 
 #include <gmock/gmock.h>
@@ -9,20 +8,19 @@
 
 #include "kerf/force.h"
 #include "kerf/material.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
-
-const DiscSaw kSaw;
 
 double Thrust(const char* law, double bite_mm, const DiscSaw& saw = kSaw) {
   return MakeToothForce(ForceLaw(law), saw)(bite_mm, kMeasuredEStar_MPa);
 }
 
-TEST(Measured, ThrustIsTheResultantsShareAtTheRatio) {
-  const double share = kThrustPerCuttingForce / std::hypot(kThrustPerCuttingForce, 1.0);
-  EXPECT_NEAR(kMeasuredThrust[0].thrust_N, 8 * share, 5e-4);
-  EXPECT_NEAR(kMeasuredThrust[1].thrust_N, 11 * share, 5e-4);
+TEST(Measured, ThrustIsTheResultantsFractionAtTheRatio) {
+  const double fraction = kThrustPerCuttingForce / std::hypot(kThrustPerCuttingForce, 1.0);
+  EXPECT_NEAR(kMeasuredThrust[0].thrust_N, 8 * fraction, 5e-4);
+  EXPECT_NEAR(kMeasuredThrust[1].thrust_N, 11 * fraction, 5e-4);
   EXPECT_NEAR(kMeasuredEStar_MPa, CalcReducedModulus(205000, 0.28, 19300, 0.28), 0.5);
 }
 
@@ -34,7 +32,7 @@ TEST(Measured, FactorsThatTheLawsState) {
   EXPECT_NEAR(factor("hertz_chip", 1), 9, 0.5);     // "9 times at 10 um"
   EXPECT_NEAR(1 / factor("hertz_constant_bite", 0), 120, 5);
   EXPECT_NEAR(1 / factor("hertz_constant_bite", 1), 170, 5);
-  // The ends of the ratio's range, 1.4 and 1.8, change the first by 4 %.
+  // The ends of the ratio's range, 1.4 and 1.8, change the first factor by 4 %.
   for (const double ratio : {1.4, 1.8}) {
     const double thrust = 8 * ratio / std::hypot(ratio, 1.0);
     EXPECT_NEAR(Thrust("hertz_chip", 0.0025) / thrust, 1.56, 0.07);
@@ -43,7 +41,7 @@ TEST(Measured, FactorsThatTheLawsState) {
   const double slope = (kMeasuredThrust[1].thrust_N - kMeasuredThrust[0].thrust_N) / 0.0075;
   const double end = ForceLaw("hertz_chip").info().validity.to_mm;
   EXPECT_NEAR(Thrust("hertz_chip", end) / (kMeasuredThrust[0].thrust_N + slope * (end - 0.0025)), 2, 0.05);
-  // edge_plus_chip is that line, on a tooth as wide as the tested one.
+  // edge_plus_chip is that line, for a tooth as wide as the tested one.
   DiscSaw tested;
   tested.thickness_mm = kMeasuredToothWidth_mm;
   for (const MeasuredThrust& m : kMeasuredThrust) {
@@ -58,10 +56,10 @@ TEST(Measured, SpecificEnergyOfEachLaw) {
   EXPECT_NEAR(energy("hertz_chip", 0.001), 6.7, 0.05);
   EXPECT_NEAR(energy("hertz_chip", 0.0025), 10.6, 0.05);
   EXPECT_NEAR(energy("hertz_chip", 0.010), 21.2, 0.1);
-  // Ke 9.28 N/mm, Kc 530 N/mm2 over 1.6: independent tests give 2.4 to 2.9 and 0.83 to 1.0.
+  // Ke = 9.28 N/mm and Kc = 530 N/mm2, divided by 1.6: independent tests give 2.4 to 2.9 and 0.83 to 1.0.
   EXPECT_NEAR(energy("edge_plus_chip", 0.0025), 2.65, 0.01);
   EXPECT_NEAR(energy("edge_plus_chip", 0.010), 0.911, 0.001);
-  EXPECT_LT(energy("hertz_constant_bite", 0.0025), kLeastSpecificEnergy_J_per_mm3);
+  EXPECT_LT(energy("hertz_constant_bite", 0.0025), kMinSpecificEnergy_J_per_mm3);
 }
 
 TEST(Measured, WhatTheLawsSayOfOtherBlades) {
@@ -76,40 +74,39 @@ TEST(Measured, WhatTheLawsSayOfOtherBlades) {
   EXPECT_EQ(factor("hertz_chip", thick), 1);
   EXPECT_EQ(factor("hertz_constant_bite", thick), 1);
   EXPECT_NEAR(factor("edge_plus_chip", thick), 4, 1e-12);
-  EXPECT_NEAR(factor("hertz_chip", large), 2, 1e-12);  // the root
+  EXPECT_NEAR(factor("hertz_chip", large), 2, 1e-12);  // square root
   EXPECT_NEAR(factor("hertz_constant_bite", large), 0.25, 1e-12);
   EXPECT_EQ(factor("edge_plus_chip", large), 1);
-  large.teeth = kSaw.teeth;  // the pitch four times as well: 4^3 / 4
+  large.teeth = kSaw.teeth;  // four times the pitch as well: 4^3 / 4
   EXPECT_NEAR(factor("hertz_constant_bite", large), 16, 1e-12);
 }
 
-// The factors are of the tool and parameters at hand. Of the preset 22 mm disc: 1.56 and 9.07 times, 1/122.4 and 1/168.
+// The factors depend on the tool and the parameters. For the preset 22 mm disc: 1.56 and 9.07 times, 1/122.4 and 1/168.
 TEST(Measured, FactorsFollowToolAndParameters) {
-  DiscSaw large;  // the radius four times, the same pitch
+  DiscSaw large;  // four times the radius, the same pitch
   large.diameter_mm = 88;
   large.teeth = 96;
-  EXPECT_EQ(
-      DescribeAccuracy(ForceLaw("hertz_chip"), large),
-      "thrust 3.1 times the measured at a bite of 2.5 um, 18 times that at 10 um (88 mm disc with 96 teeth); nothing "
-      "was measured below 2 um");
+  EXPECT_EQ(DescribeAccuracy(ForceLaw("hertz_chip"), large),
+            "thrust 3.1 times that measured at a bite of 2.5 um, 18 times that at 10 um (88 mm disc with 96 teeth); "
+            "nothing was measured below 2 um");
   EXPECT_THAT(DescribeAccuracy(ForceLaw("hertz_constant_bite"), large),
-              testing::StartsWith("thrust 1/490 of the measured at a bite of 2.5 um, 1/673 of that at 10 um"));
+              testing::StartsWith("thrust 1/490 of that measured at a bite of 2.5 um, 1/673 of that at 10 um"));
   ForceLaw own("hertz_chip");
-  own.Set("contact_radius_mm", 0.11);  // a hundredth of the disc's, so a tenth of the force
+  own.Set("contact_radius_mm", 0.11);  // a hundredth of the disc's radius, so a tenth of the force
   EXPECT_THAT(DescribeAccuracy(own, kSaw),
-              testing::StartsWith("thrust 0.16 times the measured at a bite of 2.5 um, 0.91 times that at 10 um"));
-  EXPECT_EQ(DescribeBlades(own), "ignores the blade's thickness and the disc's radius: blades can't be compared by it");
+              testing::StartsWith("thrust 0.16 times that measured at a bite of 2.5 um, 0.91 times that at 10 um"));
+  EXPECT_EQ(DescribeBlades(own), "ignores the blade's thickness and the disc's radius: it can't compare blades");
   DiscSaw thick;
   thick.thickness_mm = 1;
   ForceLaw edge("edge_plus_chip");
-  EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width 1 times the"));
+  EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width: 1 times that"));
   edge.Set("edge_N_per_mm", 2 * edge.Get("edge_N_per_mm"));
   edge.Set("chip_N_per_mm2", 2 * edge.Get("chip_N_per_mm2"));
-  EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width 2 times the"));
+  EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width: 2 times that"));
 }
 
-// Twice the measured: at 3.0 um with the 22 mm disc; with four times the radius, by hand, 4/3 19140 sqrt(44) h^1.5 =
-// 2 (5.936 + 339.2 h) at h = 1.82 um.
+// Twice the measured force: at 3.0 um with the 22 mm disc; with four times the radius, computed by hand, 4/3 19140
+// sqrt(44) h^1.5 = 2 (5.936 + 339.2 h) at h = 1.82 um.
 TEST(Measured, TopBiteOfHertzChipFollowsTheTool) {
   DiscSaw large;
   large.diameter_mm = 88;

@@ -1,10 +1,11 @@
-// What buys accuracy for time in the coupled tick: steps within a tick, removal that waits, fewer bits.
+// Options of the coupled tick that exchange accuracy for time: substeps, deferred removal, fewer bits.
 #include <gtest/gtest.h>
 
 #include <numeric>
 
 #include "bone/grid/build.h"
 #include "cut/hand_sim/hands.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -13,7 +14,6 @@ using test::DiscParams;
 using test::DiscPose;
 using test::Handle;
 
-const DiscSaw kSaw;
 constexpr double kTop = 3;
 
 struct Cut {
@@ -23,7 +23,7 @@ struct Cut {
   double loss_mm3 = 0;
 };
 
-/// The handle goes down at 20 mm/s and back up again: quickly, so that a tick is long.
+/// The handle moves down at 20 mm/s and back up: fast, so that a tick is a long motion.
 Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given = nullptr, double above_mm = 0.3) {
   const Bone bone = given ? *given : test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   const double start = kTop + kSaw.radius_mm() + above_mm;
@@ -42,7 +42,7 @@ Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given
   return cut;
 }
 
-/// The largest difference of force, at the ends of a's ticks.
+/// Largest difference of force, at the ends of the ticks of `a`.
 double CalcWorst(const Cut& a, const Cut& b) {
   const std::size_t stride = b.ticks.size() / a.ticks.size();
   double worst = 0;
@@ -53,8 +53,8 @@ double CalcWorst(const Cut& a, const Cut& b) {
 }
 
 TEST(CoupledSubsteps, AreAsShorterTicksToTheBitButForTheOutputs) {
-  // The handle goes evenly within a tick, so n parts of a tick are n ticks of 1/n ms; but here it turns back at a
-  // tick's end, so that both have the same way. Only how the time is added up differs, by rounding.
+  // The handle moves uniformly within a tick, so n substeps are n ticks of 1/n ms; here it reverses at the end of a
+  // tick, so that both runs have the same motion. They differ only in how time is summed, by rounding.
   CoupledParams params = DiscParams();
   const Cut fine = Plunge(params, 0.00025);
   params.substeps = 4;
@@ -64,13 +64,14 @@ TEST(CoupledSubsteps, AreAsShorterTicksToTheBitButForTheOutputs) {
 }
 
 TEST(CoupledSubsteps, HalveTheErrorWhereTheyAreTwiceAsMany) {
-  // Implicit Euler: first order. Against 32 parts a perfect first order gives (1/n - 1/32): ratios of 31/15 and 15/7.
-  // Long ticks and a stiff tie, so that the tool's lag of a tick is what the error is made of, not the grid's ripple.
+  // Implicit Euler is of first order. Compared with 32 substeps, exact first order gives (1/n - 1/32): ratios of 31/15
+  // and 15/7. Ticks are long and the coupling is stiff, so that the error is due to the tool's lag of a tick, not to
+  // the grid's ripple.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 20;
   params.substeps = 32;
-  // After four ticks of 0.08 mm the rim is within the look-ahead of 0.02 mm, a quarter of a tick before it is not: all
-  // meet the bone at nearly the same time.
+  // After four ticks of 0.08 mm the rim is within the look-ahead of 0.02 mm, and a quarter of a tick earlier it is not:
+  // all runs touch the bone at nearly the same time.
   constexpr double kAbove_mm = 0.33;
   const Cut best = Plunge(params, 0.004, nullptr, kAbove_mm);
   std::vector<double> rms;
@@ -78,13 +79,13 @@ TEST(CoupledSubsteps, HalveTheErrorWhereTheyAreTwiceAsMany) {
     params.substeps = substeps;
     const Cut cut = Plunge(params, 0.004, nullptr, kAbove_mm);
     double sum = 0;
-    for (std::size_t i = 0; i < 50; ++i) {  // on the way down
+    for (std::size_t i = 0; i < 50; ++i) {  // on the way down only
       const Vec3 error = cut.ticks[i].f_H_W_N - best.ticks[i].f_H_W_N;
       sum += glm::dot(error, error);
     }
     rms.push_back(std::sqrt(sum / 50));
   }
-  EXPECT_GT(rms[0], 0.05);  // N: there is something to converge
+  EXPECT_GT(rms[0], 0.05);  // N: a substantial error
   EXPECT_NEAR(rms[0] / rms[1], 31.0 / 15, 0.4);
   EXPECT_NEAR(rms[1] / rms[2], 15.0 / 7, 0.4);
 }
@@ -100,7 +101,8 @@ TEST(CoupledSubsteps, KeepTheAccountOfEnergy) {
 }
 
 TEST(CarveInterval, RemovesTheSameBoneInTheEndWhereTheToolGoesTheSameWay) {
-  // Led stiffly the tool's way hardly depends on what is removed when; the removal rule doesn't depend on order.
+  // With a stiff coupling the tool's motion hardly depends on when bone is removed; the removal rule is independent of
+  // order.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
@@ -110,7 +112,7 @@ TEST(CarveInterval, RemovesTheSameBoneInTheEndWhereTheToolGoesTheSameWay) {
     const Cut rare = Plunge(params);
     EXPECT_NEAR(rare.loss_mm3, each.loss_mm3, 0.002 * each.loss_mm3) << interval;
     EXPECT_NEAR(rare.removed_mm3, each.removed_mm3, 0.002 * each.removed_mm3) << interval;
-    // It waits: so many ticks remove nothing while the tool goes down.
+    // Removal is deferred: this many ticks remove nothing while the tool moves down.
     const auto idle = std::count_if(rare.ticks.begin() + 50, rare.ticks.begin() + 150,
                                     [](const CoupledOutput& out) { return out.removed_mm3 == 0; });
     EXPECT_GE(idle, 20) << interval;  // at 20 mm/s a quarter of a voxel is 1.25 ms
@@ -139,7 +141,7 @@ TEST(CarveInterval, NothingIsForgottenWhenTheToolIsLiftedOrStopped) {
 }
 
 TEST(PrecisionBits, EachBitHalvesWhatRoundingDoesToTheBone) {
-  // Rounded to n bits, distances of up to 0.3 mm are off by 2^-n of themselves. All of a float's bits is what there is
+  // Distances of up to 0.3 mm, rounded to n bits, have a relative error of 2^-n. All bits of a float give the result
   // without the option.
   const Bone bone = test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   CoupledParams params = DiscParams();
@@ -159,7 +161,7 @@ TEST(PrecisionBits, EachBitHalvesWhatRoundingDoesToTheBone) {
 }
 
 TEST(BandWidth, AWiderBandCutsTheSame) {
-  // The tool looks no further than three voxels, so what lies beyond is of no account.
+  // The tool looks at most three voxels ahead, so values beyond do not matter.
   const auto make = [](int band_voxels) {
     SolidField solid;
     solid.value = [](const Vec3& p) { return test::BoxDistance(p, {10, 1.5, 3}); };

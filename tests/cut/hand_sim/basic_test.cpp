@@ -1,10 +1,12 @@
-// The coupled tool in air, at rest and fed by a steady push.
+// The coupled tool in air, at rest, and fed by a constant push.
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 
 #include "cut/hand_sim/hands.h"
 #include "kerf/force.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -14,12 +16,9 @@ using test::DiscPose;
 using test::Handle;
 using test::PushingHand;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
 TEST(CoupledAir, ForceIsExactlyZeroAndTheToolIsWhereTheHandleIs) {
   const Bone bone = test::MakeBox(Pose{}, {10, 3, 6}, 0.2);
-  for (const double height : {0.1, 0.4, 5.0}) {  // beside the bone, within the band, far off
+  for (const double height : {0.1, 0.4, 5.0}) {  // next to the bone, within the band, far away
     CoupledSimulation simulation(bone, DiscParams(), DiscPose(Pose{}, {0, 0, 3 + kR + height}));
     for (int i = 0; i < 20; ++i) {
       const Pose X_WH = DiscPose(Pose{}, {0.02 * i, 0.003 * i, 3 + kR + height});
@@ -62,8 +61,8 @@ TEST(CoupledInput, BadNumbersHoldTheLastGoodPoseWithoutForce) {
 }
 
 TEST(CoupledFeed, SteadyPushFeedsWhereTheLawGivesThatForce) {
-  // A disc let straight down: each point of the arc bites v cos(phi) / f, the sum of the teeth's forces along the feed
-  // is the push. Integrated over the engaged arc, from the depth that the tool has.
+  // A disc that is lowered straight down: each point of the arc has the bite v cos(phi) / f, and the sum of the tooth
+  // forces along the feed equals the push. Integrated over the engaged arc at the tool's depth.
   for (const double push_N : {1.0, 5.0, 20.0}) {
     const Bone bone = test::MakeBox(Pose{}, {30, 2, 8}, 0.1);
     const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR + 0.05});
@@ -84,12 +83,12 @@ TEST(CoupledFeed, SteadyPushFeedsWhereTheLawGivesThatForce) {
       for (int k = 0; k < 2000; ++k) {
         const double phi = alpha * ((k + 0.5) / 1000 - 1);
         const double bite = feed * std::cos(phi) / (kSaw.teeth * 7500 / 60.0);
-        along_N += force(bite, E_star) * std::cos(phi) * kSaw.teeth / (2 * test::kPi) * alpha / 1000;
+        along_N += force(bite, E_star) * std::cos(phi) * kSaw.teeth / (2 * std::numbers::pi) * alpha / 1000;
       }
-      // The engaged arc is found to a sixteenth of the samples' distance at each end, 0.02 mm of 9.5 mm, and the
+      // The engaged arc is known to a sixteenth of the spacing of the samples at each end, 0.02 mm of 9.5 mm, and the
       // look-ahead lengthens it by 0.5 % at 1 mm depth.
       EXPECT_NEAR(along_N / out.f_H_W_N.z, 1, 0.01);
-      // The coupling is as long as the hand has drawn it, but for what the tool fed in this tick.
+      // The coupling's stretch is set by the hand, except for the tool's feed in this tick.
       EXPECT_NEAR(out.f_H_W_N.z, push_N - feed * 0.001, 1e-6 * push_N);
       EXPECT_EQ(out.substeps, 1);
       EXPECT_EQ(out.status, kCoupledOk);
@@ -107,7 +106,7 @@ TEST(CoupledSpindle, StoppedItRestsOnTheBoneAndTheCouplingGivesTheForce) {
     out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR + 0.3 - 0.01 * i}), 0));
     EXPECT_EQ(out.removed_mm3, 0);
   }
-  // 4.7 mm below the surface at 1 N/mm; the contact gives way by less than 10 um.
+  // 4.7 mm below the surface at 1 N/mm; the contact yields by less than 10 um.
   EXPECT_NEAR(out.X_WT.p_AB.z, 4 + kR, 0.01);
   EXPECT_NEAR(out.f_H_W_N.z, 1 * (out.X_WT.p_AB.z - (4 + kR - 4.7)), 1e-6);
   EXPECT_NEAR(out.f_H_W_N.z, 4.7, 0.02);

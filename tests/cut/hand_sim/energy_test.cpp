@@ -1,19 +1,17 @@
-// Over whatever a hand does: no energy from nowhere, no force beyond the coupling's, and the same bits every time.
+// For any motion of the hand: no energy is created, no force exceeds the coupling's, and runs are bit-identical.
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "base/core/heap_guard.h"
 #include "cut/hand_sim/hands.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using test::DiscPose;
 using test::Handle;
-
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 
 struct Case {
   CoupledParams params;
@@ -47,7 +45,7 @@ Case MakeCase(std::mt19937_64& random, bool turning) {
   return c;
 }
 
-/// A hand that wanders smoothly, and now and then jumps.
+/// A hand that drifts smoothly and sometimes jumps.
 class WanderingHand {
  public:
   explicit WanderingHand(std::mt19937_64& random) : random_(random) {}
@@ -56,7 +54,7 @@ class WanderingHand {
     for (double* v : {&v_.x, &v_.y, &v_.z}) *v += -*v * 5 * dt_s + 60 * std::sqrt(dt_s) * normal(random_);
     for (double* w : {&w_.x, &w_.y, &w_.z}) *w += -*w * 5 * dt_s + 1.5 * std::sqrt(dt_s) * normal(random_);
     p_ += v_ * dt_s;
-    p_ -= 8 * dt_s * (p_ - Vec3(0, 0, 2 + kR - 1));  // drawn to a pose a little in the bone
+    p_ -= 8 * dt_s * (p_ - Vec3(0, 0, 2 + kR - 1));  // attracted to a pose slightly inside the bone
     theta_ += w_ * dt_s;
     theta_ *= 1 - 2 * dt_s;
     if (random_() % 400 == 0) p_ += Vec3(normal(random_), normal(random_), normal(random_)) * 10.0;
@@ -83,11 +81,11 @@ TEST_P(EnergyOverHands, IsNeverMade) {
   const std::uint64_t hash = bone.CalcHash();
   WanderingHand hand(random);
   CoupledSimulation simulation(bone, c.params, hand.Next(c.dt_s));
-  double hand_mJ = 0, spindle_mJ = 0, stored_mJ = 0, lost_mJ = 0, most_mJ = 0;
+  double hand_mJ = 0, spindle_mJ = 0, stored_mJ = 0, lost_mJ = 0, max_mJ = 0;
   int touched = 0;
   const HeapUseCounter heap;
   for (int i = 0; i < 1500; ++i) {
-    // Every third hand also switches the spindle, and the fidelity comes and goes.
+    // For every third hand the spindle is also switched, and for half of them the fidelity changes.
     const double rpm = GetParam() % 3 == 0 && i / 200 % 2 == 1 ? 0 : c.rpm;
     if (GetParam() % 4 >= 2) simulation.SetFidelity(static_cast<Fidelity>(i / 150 % 3));
     const CoupledInput in = Handle(hand.Next(c.dt_s), rpm, c.dt_s);
@@ -108,18 +106,18 @@ TEST_P(EnergyOverHands, IsNeverMade) {
     spindle_mJ += out.spindle_mJ;
     stored_mJ += out.stored_mJ;
     lost_mJ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
-    most_mJ = std::max(most_mJ, std::abs(hand_mJ) + std::abs(spindle_mJ));
+    max_mJ = std::max(max_mJ, std::abs(hand_mJ) + std::abs(spindle_mJ));
     touched += glm::length(out.f_H_W_N) > 0;
-    // 1e-7: the solver's residual, of the forces, over all the way.
+    // 1e-7: the solver's residual force over the whole motion.
     ASSERT_GE(stored_mJ, -1e-9);
-    ASSERT_GE(lost_mJ, -1e-7 * (1 + most_mJ)) << i;
-    ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + most_mJ)) << i;
+    ASSERT_GE(lost_mJ, -1e-7 * (1 + max_mJ)) << i;
+    ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + max_mJ)) << i;
     if (!turning) {
       ASSERT_EQ(out.spindle_mJ, 0);
       ASSERT_EQ(out.removed_mm3, 0);
     }
   }
-  EXPECT_EQ(heap.count(), 0);  // none at all where nothing looks: HeapGuardIsInstalled()
+  EXPECT_EQ(heap.count(), 0);  // always 0 without the heap guard: HeapGuardIsInstalled()
   EXPECT_GT(touched, 20);
   if (!turning) {
     EXPECT_EQ(simulation.bone().CalcHash(), hash);

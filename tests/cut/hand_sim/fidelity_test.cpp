@@ -1,9 +1,10 @@
-// Less fidelity for less time: no step in the force on the way down and up, and no bone forgotten.
+// Lower fidelity for less time: no step in the force on the way down and up, and all bone is removed in the end.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "cut/hand_sim/hands.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -11,19 +12,16 @@ namespace {
 using test::DiscPose;
 using test::Handle;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
 struct Record {
-  double largest_step_N = 0;  // from tick to tick, once it cuts
+  double largest_step_N = 0;  // from tick to tick, while cutting
   double removed_mm3 = 0;
-  double slab_removed_mm3 = 0;  // while on the slab's law
+  double slab_removed_mm3 = 0;  // while the slab's law is in use
   int slab_ticks = 0;
   int blending_ticks = 0;
   double last_z = 0;
 };
 
-/// A handle that goes down at 3 mm/s for 1.5 s, and the fidelity that is asked for in each tick.
+/// A handle that moves down at 3 mm/s for 1.5 s, with the fidelity requested for each tick.
 template <typename Ask>
 Record Plunge(const CoupledParams& params, Ask ask) {
   Bone bone = test::MakeBox(Pose{}, {26, 2, 10}, 0.1);
@@ -57,10 +55,10 @@ TEST(CoupledFidelity, StepsMakeNoStepInTheForce) {
     return i < 600 ? Fidelity::kFull : i < 700 ? Fidelity::kCoarse : i < 1400 ? Fidelity::kSlab : Fidelity::kFull;
   });
   EXPECT_EQ(full.slab_ticks + coarse.slab_ticks, 0);
-  EXPECT_NEAR(slab.slab_ticks, 500, 2);  // 200 of the 700 pass in between
-  EXPECT_GE(slab.blending_ticks, 400);   // down and up
+  EXPECT_NEAR(slab.slab_ticks, 500, 2);  // 200 of the 700 ticks are transitions
+  EXPECT_GE(slab.blending_ticks, 400);   // transitions down and up
   EXPECT_EQ(slab.slab_removed_mm3, 0);
-  // The handle draws the coupling by 3 um a tick, 3 mN: no tick changes the force by much more than that.
+  // The handle stretches the coupling by 3 um per tick, 3 mN: no tick changes the force by much more.
   EXPECT_LT(full.largest_step_N, 0.0035);
   EXPECT_LT(coarse.largest_step_N, 0.0035);
   EXPECT_LT(slab.largest_step_N, 0.007);
@@ -71,8 +69,8 @@ TEST(CoupledFidelity, WhatTheSlabPassedIsRemovedAfterwards) {
   const Record full = Plunge(params, [](int) { return Fidelity::kFull; });
   const Record slab = Plunge(params, [](int i) { return i < 600 || i > 1400 ? Fidelity::kFull : Fidelity::kSlab; });
   ASSERT_GT(slab.slab_ticks, 300);
-  // What has gone is what the disc covers at the depth that it has in the end: a segment of the disc times its
-  // thickness, to 1 % at 0.1 mm voxels.
+  // The removed bone is what the disc covers at its final depth: a segment of the disc times its thickness, to 1 % with
+  // voxels of 0.1 mm.
   for (const Record& run : {full, slab}) {
     const double depth = 5 + kR - run.last_z;
     EXPECT_NEAR(run.removed_mm3 / (test::SegmentArea(kR, depth) * kSaw.thickness_mm), 1, 0.015) << depth;
@@ -93,7 +91,7 @@ TEST(CoupledFidelity, SlabFollowsThePapersLawWithDepth) {
       simulation.SetFidelity(i < 600 ? Fidelity::kFull : Fidelity::kSlab);
       const double z = 5 + kR + 0.2 - 0.003 * i;
       const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, z})));
-      // Where it catches up, faster than 5 mm/s, it meets more than the law.
+      // Where the tool catches up, faster than 5 mm/s, it meets more than the law's force.
       const bool fast = last_z - out.X_WT.p_AB.z > 0.005;
       last_z = out.X_WT.p_AB.z;
       if (out.fidelity != Fidelity::kSlab || fast || out.X_WT.p_AB.z < kR - 2) continue;
@@ -105,7 +103,7 @@ TEST(CoupledFidelity, SlabFollowsThePapersLawWithDepth) {
         first_n = shape;
         continue;
       }
-      // The depth at the start is known from the engaged arc, to 1 %: only where a tooth is just added does that show.
+      // The depth at the start is known from the engaged arc, to 1 %: this matters only where a tooth is just added.
       const bool at_step = reading == PaperReading::kAsComputed &&
                            (CalcPaperTeeth(kSaw, depth - 0.1, reading) != CalcPaperTeeth(kSaw, depth + 0.1, reading));
       if (at_step || out.thrust_sum_N < 0.1) continue;
@@ -128,16 +126,16 @@ TEST(CoupledFidelity, TheSlabHoldsTheDiscInItsPlaneAndLetsItOut) {
   ASSERT_EQ(out.fidelity, Fidelity::kSlab);
   for (int i = 0; i < 100; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 4, z})));
   EXPECT_EQ(out.fidelity, Fidelity::kSlab);
-  EXPECT_NEAR(out.X_WT.p_AB.y, 0, 0.001);  // 4 N on three points of 3000 N/mm
+  EXPECT_NEAR(out.X_WT.p_AB.y, 0, 0.001);  // 4 N on three points with 3000 N/mm each
   EXPECT_NEAR(out.f_H_W_N.y, -4, 0.01);
-  double most_N = 0;
+  double max_N = 0;
   for (int i = 0; i < 8000; ++i) {
     out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, z += 0.003})));
-    if (z > out.X_WT.p_AB.z + 0.01) most_N = std::max(most_N, -out.f_H_W_N.z);
+    if (z > out.X_WT.p_AB.z + 0.01) max_N = std::max(max_N, -out.f_H_W_N.z);
   }
-  EXPECT_LT(most_N, 0.5);  // on the way out nothing holds it but creep
+  EXPECT_LT(max_N, 0.5);  // on the way out only creep resists
   EXPECT_EQ(out.f_H_W_N, Vec3(0));
-  EXPECT_NE(out.fidelity, Fidelity::kSlab);  // out of the bone there is nothing to save
+  EXPECT_NE(out.fidelity, Fidelity::kSlab);  // outside the bone there is no time to save
 }
 
 }  // namespace

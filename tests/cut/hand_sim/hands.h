@@ -9,7 +9,7 @@
 
 namespace kerf::test {
 
-/// Disc over a block: in the block's frame the disc lies in the plane y = 0, z is up (DiscPose).
+/// A disc over a block: in the block's frame the disc lies in the plane y = 0, and z is up (DiscPose).
 inline CoupledParams DiscParams() {
   CoupledParams params;
   params.tool = DiscSaw{};
@@ -24,8 +24,8 @@ inline CoupledInput Handle(const Pose& X_WH, double rpm = 7500, double dt_s = 0.
   return in;
 }
 
-/// A hand that pulls the handle so far away from the tool that the coupling gives `force_W`, tick by tick; the handle
-/// keeps the orientation `R_WH`.
+/// A hand that moves the handle so far from the tool that the coupling gives `force_W` in each tick; the handle keeps
+/// the orientation `R_WH`.
 class PushingHand {
  public:
   PushingHand(CoupledSimulation& simulation, const Pose& X_WT_start) : simulation_(simulation), X_WT_(X_WT_start) {

@@ -1,8 +1,11 @@
-// The disc in its kerf: the walls hold it, let it slide, bind when it is tilted and let go again; and it passes through
-// nothing, whatever the handle does.
+// The disc in its kerf: the walls hold it, let it slide, bind it when it is tilted, and release it; and it passes
+// through nothing, for any motion of the handle.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "cut/hand_sim/hands.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -12,10 +15,7 @@ using test::DiscParams;
 using test::DiscPose;
 using test::Handle;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
-/// A saw let down into a block, top at z = 4 in the block's frame, by `depth`; the handle holds still there.
+/// A saw lowered by `depth` into a block whose top is at z = 4 in the block's frame; the handle then rests.
 struct InKerf {
   InKerf(const Pose& the_X_WB, double voxel_mm, double depth, const CoupledParams& params = DiscParams())
       : X_WB(the_X_WB),
@@ -33,7 +33,7 @@ struct InKerf {
   CoupledOutput Hold(int ticks, const Vec3& offset_B = Vec3(0), double tilt_rad = 0, double rpm = 7500) {
     for (int i = 0; i < ticks; ++i) {
       Pose X_WH = DiscPose(X_WB, p_B + offset_B);
-      X_WH.R_AB = X_WH.R_AB * glm::angleAxis(tilt_rad, Vec3(1, 0, 0));  // about the length of the slot
+      X_WH.R_AB = X_WH.R_AB * glm::angleAxis(tilt_rad, Vec3(1, 0, 0));  // about the length of the kerf
       out = simulation.Tick(Handle(X_WH, rpm));
     }
     return out;
@@ -47,22 +47,22 @@ struct InKerf {
 };
 
 TEST(CoupledKerf, StraightFeedMeetsNoForceFromTheWalls) {
-  // The kerf is exactly as wide as the disc: neither the grid's cells nor the disc's place among them may jam it.
+  // The kerf is exactly as wide as the disc: neither the cells of the grid nor the disc's position in them may jam it.
   for (const double h : {0.05, 0.1, 0.2, 0.25}) {
     const std::vector<Pose> poses = BlockPoses(h);
     for (const std::size_t n : {0u, 1u, 3u, 4u, 5u, 6u, 7u}) {
-      if (h < 0.1 && n != 5 && n != 0) continue;  // large bones
+      if (h < 0.1 && n != 5 && n != 0) continue;  // the bones are large
       CoupledSimulation simulation(test::MakeBox(poses[n], {22, 2, 8}, h), DiscParams(),
                                    DiscPose(poses[n], {-22.5, 0, 4 + kR - 3}));
-      double most_N = 0;
+      double max_N = 0;
       double engaged = 0;
       for (int i = 0; i < 1500; ++i) {
         const CoupledOutput out = simulation.Tick(Handle(DiscPose(poses[n], {-22.5 + 0.006 * i, 0, 4 + kR - 3})));
-        most_N = std::max(most_N, glm::length(out.f_face_W_N) + glm::length(out.f_friction_W_N));
+        max_N = std::max(max_N, glm::length(out.f_face_W_N) + glm::length(out.f_friction_W_N));
         engaged = std::max(engaged, out.engaged_teeth);
       }
       EXPECT_GT(engaged, 1);
-      EXPECT_LT(most_N, 1e-3) << h << " " << n;
+      EXPECT_LT(max_N, 1e-3) << h << " " << n;
     }
   }
 }
@@ -70,15 +70,15 @@ TEST(CoupledKerf, StraightFeedMeetsNoForceFromTheWalls) {
 TEST(CoupledKerf, WallsHoldASidewaysPush) {
   for (const double h : {0.1, 0.2}) {
     CoupledParams params = DiscParams();
-    SetEffect(params.effects, "kerf_friction", "coefficient", 0);  // it would run off along the slot
-    params.coupling.p_TC_mm = {0, kR - 1.5, 0};                    // pushed in the middle of what is buried
+    SetEffect(params.effects, "kerf_friction", "coefficient", 0);  // otherwise it would run away along the kerf
+    params.coupling.p_TC_mm = {0, kR - 1.5, 0};                    // pushed at the middle of the buried part
     InKerf kerf(BlockPoses(h)[5], h, 3, params);
     const Vec3 before = kerf.Place();
     for (const double side : {-1.0, 1.0}) {
       kerf.Hold(300, {0, 5 * side, 0});
       const double push_N = side * glm::dot(kerf.out.f_H_W_N, kerf.X_WB.Vector({0, -1, 0}));
       EXPECT_NEAR(push_N, 5, 0.01);
-      // 0.2 % of a voxel of play and 5 N on some 20 points of 3000 N/mm each.
+      // 0.2 % of a voxel of play, plus 5 N on about 20 points with 3000 N/mm each.
       EXPECT_NEAR(kerf.Place().y, before.y, 0.002 * h + 0.0005);
       EXPECT_NEAR(glm::dot(kerf.out.f_face_W_N, kerf.X_WB.Vector({0, -side, 0})), push_N, 0.05);
     }
@@ -93,10 +93,11 @@ TEST(CoupledKerf, TiltMeetsATorqueThatGrowsWithItAndGoesWithIt) {
   for (const double tilt : {0.001, 0.002, 0.004, 0.006}) {
     for (const double sign : {1.0, -1.0}) {
       kerf.Hold(200, Vec3(0), sign * tilt);
-      // The torque on the hand is against the tilt: about -x of the block for a turn about +x of the tool, which is x.
+      // The torque on the hand opposes the tilt: about -x of the block for a rotation about the tool's +x, the same
+      // axis.
       const double torque = -sign * glm::dot(kerf.out.tau_H_W_Nmm, kerf.X_WB.Vector({1, 0, 0}));
       EXPECT_GT(torque, sign > 0 ? last : 0.9 * last);
-      EXPECT_GT(torque, 0.5 * params.coupling.torsion_Nmm_per_rad * tilt);  // the walls hold more than half of it
+      EXPECT_GT(torque, 0.5 * params.coupling.torsion_Nmm_per_rad * tilt);  // the walls take more than half of it
       if (sign < 0) last = torque;
     }
   }
@@ -106,22 +107,22 @@ TEST(CoupledKerf, TiltMeetsATorqueThatGrowsWithItAndGoesWithIt) {
 }
 
 TEST(CoupledKerf, PressedAgainstAWallItSlidesWithCoulombsFriction) {
-  // Spindle stopped, pushed sideways with 5 N and drawn along the slot: it sticks up to mu N and slides at mu N.
+  // Spindle stopped, pushed sideways with 5 N and pulled along the kerf: it sticks up to mu N and slides at mu N.
   for (const double mu : {0.1, 0.3}) {
     CoupledParams params = DiscParams();
     SetEffect(params.effects, "kerf_friction", "coefficient", mu);
     params.coupling.p_TC_mm = {0, kR - 1.5, 0};
-    params.coupling.torsion_Nmm_per_rad = 1e6;  // no turning about the wall's friction
+    params.coupling.torsion_Nmm_per_rad = 1e6;  // no rotation by the wall's friction
     params.coupling.max_torque_Nmm = 1e5;
     InKerf kerf(Pose{}, 0.1, 3, params);
-    for (int i = 1; i <= 3000; ++i) kerf.Hold(1, {0.0017 * i, 0, -0.5});  // a longer slot
+    for (int i = 1; i <= 3000; ++i) kerf.Hold(1, {0.0017 * i, 0, -0.5});  // makes the kerf longer
     kerf.p_B = kerf.Place();
     ASSERT_GT(kerf.p_B.x, 3);
-    // Back from its end and off its floor, so that the stopped rim rests on nothing.
+    // Back from the kerf's end and off its floor, so that the stopped rim touches nothing.
     kerf.Hold(200, {0, 5, 0.5}, 0, 0);
     for (int i = 1; i <= 500; ++i) kerf.Hold(1, {-0.002 * i, 5, 0.5}, 0, 0);
-    // Pulled with less than mu N it stays, but for the creep: at 0.8 of the limit v / sqrt(v^2 + c^2) = 0.8, 4/3 of
-    // 0.02 mm/s, for 0.3 s.
+    // If pulled with less than mu N it does not move, except for creep: at 0.8 of the limit, v / sqrt(v^2 + c^2) = 0.8,
+    // so v is 4/3 of 0.02 mm/s, for 0.3 s.
     const double offset = kerf.Place().x - kerf.p_B.x - 0.8 * mu * 5;
     kerf.Hold(50, {offset, 5, 0.5}, 0, 0);
     const double x = kerf.Place().x;
@@ -137,7 +138,7 @@ TEST(CoupledKerf, PressedAgainstAWallItSlidesWithCoulombsFriction) {
 class CoupledJump : public testing::TestWithParam<double> {};
 
 TEST_P(CoupledJump, NothingIsPassedThroughWithTheSpindleStopped) {
-  // A plate 1 mm thick across z; the handle jumps through it, edge on and flat on, and stays there for a second.
+  // A plate 1 mm thick across z. The handle jumps through it, edge on and flat on, and stays there for one second.
   const double jump = GetParam();
   const Bone bone = test::MakeBox(Pose{}, {40, 30, 1}, 0.2);
   const std::uint64_t hash = bone.CalcHash();
@@ -151,7 +152,7 @@ TEST_P(CoupledJump, NothingIsPassedThroughWithTheSpindleStopped) {
     for (int i = 0; i < 1000; ++i) {
       const CoupledOutput out = simulation.Tick(Handle(X_WH, 0));
       ASSERT_LE(glm::length(out.f_H_W_N), 40 * (1 + 1e-12));
-      // Up to 40 N on one point of the edge at 2000 N/mm, and what half a voxel's sub-step cannot see.
+      // Up to 40 N on one edge point with 2000 N/mm, plus the resolution of a sub-step of half a voxel.
       ASSERT_GT(out.X_WT.p_AB.z, 0.5 + reach - 0.06) << i;
     }
     const CoupledOutput out = simulation.Tick(Handle(X_WH, 0));
@@ -163,12 +164,12 @@ TEST_P(CoupledJump, NothingIsPassedThroughWithTheSpindleStopped) {
 }
 
 TEST_P(CoupledJump, NoBoneIsSkippedWithItTurning) {
-  // The handle jumps through a thin plate, edge on: what the disc has swept when it is through is gone.
+  // The handle jumps through a thin plate, edge on: the space that the disc has swept is removed.
   const double jump = GetParam() + kR;
   CoupledParams params = DiscParams();
   params.coupling.max_force_N = 200;
   Bone bone = test::MakeBox(Pose{}, {40, 3, 1}, 0.2);
-  bone.set_materials(test::OneRegionTable(24, 100, 0.28));  // soft, so that it gets through
+  bone.set_materials(test::OneRegionTable(24, 100, 0.28));  // soft, so that the disc gets through
   CoupledSimulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 0.5 + kR + 0.7}));
   const Pose X_WH = DiscPose(Pose{}, {0, 0, 0.5 + kR + 0.7 - jump});
   double low = 1e9;
@@ -177,7 +178,7 @@ TEST_P(CoupledJump, NoBoneIsSkippedWithItTurning) {
   int checked = 0;
   for (double x = -9; x <= 9; x += 0.37) {
     for (double z = -0.45; z <= 0.45; z += 0.1) {
-      if (z < low - std::sqrt(kR * kR - x * x) + 0.2) continue;  // not yet reached
+      if (z < low - std::sqrt(kR * kR - x * x) + 0.2) continue;  // not reached yet
       if (z > 0.3) continue;                                     // the plate's edge is rounded
       EXPECT_GT(after.SignedDistance({x, 0, z}), 0.05) << x << " " << z << " " << low;
       ++checked;
@@ -193,7 +194,7 @@ TEST(CoupledJump, NinetyDegreesInATickMakeNoSpike) {
     InKerf kerf(Pose{}, 0.2, 3);
     for (int n = 0; n < 4; ++n) {
       for (int i = 0; i < 100; ++i) {
-        kerf.Hold(1, Vec3(0), n % 2 == 0 ? test::kPi / 2 : 0.0, rpm);
+        kerf.Hold(1, Vec3(0), n % 2 == 0 ? std::numbers::pi / 2 : 0.0, rpm);
         ASSERT_LE(glm::length(kerf.out.f_H_W_N), 40 * (1 + 1e-12));
         ASSERT_LE(glm::length(kerf.out.tau_H_W_Nmm), 4000 * (1 + 1e-12));
         ASSERT_TRUE(IsValid(kerf.out.X_WT));

@@ -1,4 +1,4 @@
-// Out of spare leaves: the tool waits before uncut bone, and goes on after Refill().
+// Without spare leaves, the tool waits at uncut bone, and continues after Refill().
 #include <gtest/gtest.h>
 
 #include "kerf/coupled.h"
@@ -8,7 +8,7 @@ namespace kerf {
 namespace {
 
 TEST(CoupledLeaves, ToolWaitsBeforeUncutBoneAndGoesOnAfterRefill) {
-  // Lowered edge on into a block that is pure bone inside; its first surface has leaves of its own.
+  // Lowered edge on into a block that is pure bone inside; the leaves at its surface have their own voxels.
   const Quat R = glm::angleAxis(1.5707963267948966, Vec3(1, 0, 0));
   const auto handle = [&](int tick) { return Pose{R, Vec3(0, 0, 12 - std::min(0.004 * tick, 7.0))}; };
   CoupledParams params;
@@ -26,19 +26,19 @@ TEST(CoupledLeaves, ToolWaitsBeforeUncutBoneAndGoesOnAfterRefill) {
     removed += out.removed_mm3;
   }
   EXPECT_GT(waited, 100);
-  // It stands where the surface's own leaves end, at most two leaves and the rim's way below the top, and what its disc
-  // has swept is gone, no less: the rim has not passed through bone.
+  // It stops where the leaves of the surface end, at most two leaves plus the rim's motion below the top. All bone that
+  // its disc has swept is removed: the rim has not passed through bone.
   const double depth = 11 - out.X_WT.p_AB.z;
   EXPECT_LT(depth, 2 * 0.8 + 0.1);
   const Bone& bone = simulation.bone();
   for (double x = -2; x <= 2; x += 0.25) {
     EXPECT_GT(bone.SignedDistance({x, 0, out.X_WT.p_AB.z - std::sqrt(121 - x * x) + 0.05}), -0.02) << x;
   }
-  // The account is still that of the bone.
+  // The account of removed volume still matches the bone.
   double exact = 0;
   for (const double mm3 : simulation.CalcRemovedByRegion()) exact += mm3;
   EXPECT_NEAR(exact, before - bone.CalcVolume(), 1e-9 * before);
-  EXPECT_NEAR(removed, exact, 0.03 * exact);  // by occupancy, in a cut that ends in the grid
+  EXPECT_NEAR(removed, exact, 0.03 * exact);  // by occupancy, in a cut that ends within the grid
 }
 
 TEST(CoupledLeaves, RefillLetsItGoOn) {

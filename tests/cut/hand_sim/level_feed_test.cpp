@@ -1,28 +1,27 @@
-// A saw in a hand that is led level through a slot, with laws that have a force at the least bite: the teeth's thrust
-// against the integral over the arc that moves outwards, whichever sample of the rim lies at its lowest point.
+// A hand-held saw moved level through a kerf, with laws that have a force at the smallest bite: the teeth's thrust
+// against the integral over the arc that moves outwards, for any position of the rim's samples.
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <numbers>
 
 #include "kerf/coupled.h"
 #include "support/cuts.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using test::DiscPose;
-using test::kPi;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 constexpr double kTop_mm = 4;
 constexpr double kPasses_per_s = 24 * 125;
-constexpr double kRamp_mm_per_s = 0.02;  // of the step, to the force at the least bite (docs/tick.md)
+constexpr double kRamp_mm_per_s = 0.02;  // the step's ramp up to the force at the smallest bite (docs/tick.md)
 
-/// Z / (2 pi) teeth for each radian, from where the rim stops moving outwards to where it leaves the surface.
+/// Z / (2 pi) teeth per radian, from where the rim stops moving outwards to where it leaves the surface.
 double CalcThrust(const ToothForce& force, double E_star_MPa, const Vec3& centre, const Vec3& v) {
   const double alpha = std::acos((centre.z - kTop_mm) / kR);
-  const double lowest = std::atan2(v.z, v.x);  // of the angle from straight down, where e = (sin, 0, -cos): v . e = 0
+  const double lowest = std::atan2(v.z, v.x);  // angle from straight down, where e = (sin, 0, -cos), at which v . e = 0
   constexpr int kIntervals = 2000;
   double thrust = 0;
   for (int i = 0; i < kIntervals; ++i) {
@@ -30,14 +29,14 @@ double CalcThrust(const ToothForce& force, double E_star_MPa, const Vec3& centre
     const double speed = v.x * std::sin(phi) - v.z * std::cos(phi);
     if (!(speed > 0)) continue;
     thrust += force(speed / kPasses_per_s, E_star_MPa) * std::min(1.0, speed / kRamp_mm_per_s) * kSaw.teeth /
-              (2 * kPi) * (alpha - lowest) / kIntervals;
+              (2 * std::numbers::pi) * (alpha - lowest) / kIntervals;
   }
   return thrust;
 }
 
 struct Level {
-  double mean = 0;     // of the thrust, by the closed form
-  double largest = 0;  // step from tick to tick
+  double mean = 0;     // thrust relative to the closed form
+  double largest = 0;  // largest step from tick to tick
 };
 
 Level MeasureLevel(const Bone& block, const ForceLaw& law, int samples, double turn_rad) {
@@ -87,14 +86,15 @@ TEST(CoupledLevelFeed, ThrustIsTheIntegralWhereverTheSamplesAre) {
   bone.set_materials(test::OneRegionTable(24, 19300, 0.28));
   for (const char* name : {"hertz_constant_bite", "edge_plus_chip"}) {
     for (const int samples : {16, 4}) {
-      for (const double share : {0.0, 0.25, 0.5}) {
-        const Level level = MeasureLevel(bone, ForceLaw(name), samples, share * 2 * kPi / (kSaw.teeth * samples));
-        std::printf("%s, %d samples a pitch, turned %.2f: mean %+.2f %%, largest step %.2f %%\n", name, samples, share,
-                    100 * (level.mean - 1), 100 * level.largest);
-        // With the force at each sample alone: means off by up to 1.3 % at 16 samples and 6.8 % at 4. Tolerances as
-        // for a tool on a path (tests/cut/path_sim/level_feed_test.cpp).
-        EXPECT_NEAR(level.mean, 1, samples == 16 ? 0.001 : 0.006) << name << ", " << samples << ", turned " << share;
-        EXPECT_LT(level.largest, 0.004) << name << ", " << samples << " samples, turned " << share;
+      for (const double fraction : {0.0, 0.25, 0.5}) {
+        const Level level =
+            MeasureLevel(bone, ForceLaw(name), samples, fraction * 2 * std::numbers::pi / (kSaw.teeth * samples));
+        std::printf("%s, %d samples a pitch, turned %.2f: mean %+.2f %%, largest step %.2f %%\n", name, samples,
+                    fraction, 100 * (level.mean - 1), 100 * level.largest);
+        // With the force at each sample alone, means are off by up to 1.3 % at 16 samples and 6.8 % at 4. The
+        // tolerances are those for a tool on a path (tests/cut/path_sim/level_feed_test.cpp).
+        EXPECT_NEAR(level.mean, 1, samples == 16 ? 0.001 : 0.006) << name << ", " << samples << ", turned " << fraction;
+        EXPECT_LT(level.largest, 0.004) << name << ", " << samples << " samples, turned " << fraction;
       }
     }
   }

@@ -1,4 +1,4 @@
-// What a tick reports as lost to its finite steps, against what an implicit Euler step of a spring is known to lose.
+// The numerical loss that a tick reports, against the known loss of an implicit Euler step of a spring.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,16 +12,16 @@ namespace {
 using test::DiscPose;
 using test::Handle;
 
-constexpr double kTop = 3;
+constexpr double kNumericalLossTop = 3;
 
 struct Losses {
-  int ticks = 0;            // that were compared
-  double worst_mJ = 0;      // difference of a tick
-  double numerical_mJ = 0;  // summed over all ticks
+  int ticks = 0;            // number of ticks compared
+  double worst_mJ = 0;      // largest error in a tick
+  double numerical_mJ = 0;  // sum over all ticks
   double hand_mJ = 0;
 };
 
-/// The disc is pressed straight down into bone by a handle that goes down at 20 mm/s; no friction, no damper.
+/// A handle that moves down at 20 mm/s presses the disc straight down into bone; no friction, no damper.
 Losses Plunge(double E_MPa, double tick_s) {
   CoupledParams params = test::DiscParams();
   params.effects = {};
@@ -29,7 +29,7 @@ Losses Plunge(double E_MPa, double tick_s) {
   params.max_iterations = 200;
   Bone bone = test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   bone.set_materials(test::OneRegionTable(24, E_MPa, 0.28));
-  const double start = kTop + DiscSaw{}.radius_mm() + 0.3;
+  const double start = kNumericalLossTop + DiscSaw{}.radius_mm() + 0.3;
   CoupledSimulation simulation(std::move(bone), params, DiscPose(Pose{}, {0, 0, start}));
   Losses losses;
   Vec3 p_W(0, 0, start);
@@ -38,7 +38,7 @@ Losses Plunge(double E_MPa, double tick_s) {
     losses.numerical_mJ += out.numerical_mJ;
     losses.hand_mJ += out.hand_mJ;
     const Vec3 moved = out.X_WT.p_AB - std::exchange(p_W, out.X_WT.p_AB);
-    // The spring alone stores energy, and one step was made: 1/2 K e0^2 - 1/2 K e1^2 - K e1 (e0 - e1).
+    // Only the spring stores energy, and one step was made: 1/2 K e0^2 - 1/2 K e1^2 - K e1 (e0 - e1).
     const bool alone = out.substeps == 1 && out.cut_mJ > 0 && out.f_face_W_N == Vec3(0);
     if (!alone) continue;
     ++losses.ticks;
@@ -48,9 +48,9 @@ Losses Plunge(double E_MPa, double tick_s) {
   return losses;
 }
 
-// An implicit step of a spring K that is drawn by e0 before and e1 after it does K e1 (e0 - e1) of work and loses
-// 1/2 K (e0 - e1)^2, half the stiffness times the square of the way. 1e-6 mJ: the solver's residual, 1e-7 of forces of
-// newtons, over ways below a millimetre; the ticks lose up to 1e-3 mJ and more.
+// An implicit step of a spring K with a stretch e0 before and e1 after it does the work K e1 (e0 - e1) and loses 1/2 K
+// (e0 - e1)^2, half the stiffness times the square of the motion. 1e-6 mJ: the solver's residual, 1e-7 of forces of a
+// few newtons, over motions below a millimetre; ticks lose 1e-3 mJ and more.
 TEST(NumericalLoss, IsThatOfAnImplicitStepOfTheSpring) {
   for (const double E_MPa : {2000.0, 19300.0, 200000.0}) {
     const Losses losses = Plunge(E_MPa, 0.001);
@@ -60,7 +60,8 @@ TEST(NumericalLoss, IsThatOfAnImplicitStepOfTheSpring) {
   }
 }
 
-// Of first order: the loss of a tick goes with the square of its length, that of the same way with the length itself.
+// First order: the loss per tick is proportional to the square of its length, and that over the same motion to the
+// length.
 TEST(NumericalLoss, HalvesWithTheTick) {
   double before_mJ = 0;
   for (const double tick_s : {0.002, 0.001, 0.0005, 0.00025}) {

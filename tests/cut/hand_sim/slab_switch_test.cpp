@@ -1,10 +1,11 @@
-// What can go wrong around the slab's law: the tool lifted away, the spindle stopped, a visit too short to notice; and
-// the sense in which the spinning disc's friction pulls.
+// Special cases of the slab's law: tool lifted away, spindle stopped, a very short use; and the direction of the
+// spinning disc's friction.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "cut/hand_sim/hands.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -12,16 +13,14 @@ namespace {
 using test::DiscPose;
 using test::Handle;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-const double kClear = 5 + kR + 0.2;  // height of the disc's centre just above the block
+const double kClear = 5 + kR + 0.2;  // height of the disc's centre at which the rim is just above the block
 
-/// 40 x 2 x 10 mm, its top at z = 5.
+/// Simulation over a block of 40 x 2 x 10 mm with its top at z = 5.
 CoupledSimulation Start(double x, const CoupledParams& params = test::DiscParams()) {
   return CoupledSimulation(test::MakeBox(Pose{}, {40, 2, 10}, 0.1), params, DiscPose(Pose{}, {x, 0, kClear}));
 }
 
-/// Down at 3 mm/s from the block's top; the depth is that of the handle.
+/// Moves down at 3 mm/s from the block's top; the depth is that of the handle.
 CoupledOutput Plunge(CoupledSimulation& simulation, double x, double from_mm, double to_mm) {
   CoupledOutput out;
   const int ticks = static_cast<int>(std::abs(to_mm - from_mm) / 0.003);
@@ -50,7 +49,7 @@ TEST(CoupledSlabSwitch, AShortVisitLeavesNothingThatIsCutLater) {
   CoupledSimulation simulation = Start(-15);
   Plunge(simulation, -15, 0, 2);
   simulation.SetFidelity(Fidelity::kSlab);
-  Plunge(simulation, -15, 2, 2.75);  // as long as it takes to be there, and little more
+  Plunge(simulation, -15, 2, 2.75);  // just longer than the transition takes
   simulation.SetFidelity(Fidelity::kFull);
   Plunge(simulation, -15, 2.75, -1);
   for (int i = 0; i <= 3000; ++i) simulation.Tick(Handle(DiscPose(Pose{}, {-15 + 0.01 * i, 0, kClear + 1})));
@@ -68,15 +67,15 @@ TEST(CoupledSlabSwitch, AStoppedSpindleCutsNothingMoreAndGoesNoDeeper) {
   simulation.SetFidelity(Fidelity::kSlab);
   const CoupledOutput before = Plunge(simulation, 0, 2, 4);
   ASSERT_EQ(before.fidelity, Fidelity::kSlab);
-  // What it had passed is removed, and that is a segment down to where it stands.
+  // The space that the disc had passed is removed: a segment down to where it stopped.
   CoupledOutput out;
   for (int i = 0; i < 1500; ++i) {
-    const double depth = 4 + std::min(0.01 * i, 8.0);  // the hand goes on by 8 mm
+    const double depth = 4 + std::min(0.01 * i, 8.0);  // the hand continues by 8 mm
     out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, kClear - depth}), 0));
     ASSERT_LE(glm::length(out.f_H_W_N), simulation.params().coupling.max_force_N * (1 + 1e-9));
   }
-  // The edge's springs, 2000 N/mm and many of them, give way by less than a hundredth of a millimetre under 10 N; the
-  // guide's by 3 um before they take over.
+  // The edge's springs, many of 2000 N/mm each, yield by less than 0.01 mm under 10 N; the guide's springs yield by 3
+  // um before the edge's take over.
   EXPECT_NEAR(out.X_WT.p_AB.z, before.X_WT.p_AB.z, 0.02);
   const double depth = 5 + kR - before.X_WT.p_AB.z;
   double removed = 0;
@@ -110,8 +109,8 @@ TEST(CoupledInput, ASpindleThatHardlyTurnsIsAStoppedOne) {
 }
 
 TEST(CoupledFriction, PullsAgainstTheWayTheDiscsFlatsGo) {
-  // The disc pushed sideways against a wall of its kerf: its lowest part touches, and there the flats of a disc that
-  // turns about +z of the tool move along z x r. Friction is against that, so it turns round with the spindle.
+  // The disc is pushed sideways against a wall of its kerf: its lowest part touches. There the flats of a disc that
+  // turns about +z of the tool move along z x r. Friction opposes this motion, so it reverses with the spindle.
   double along[2];
   for (const int side : {0, 1}) {
     CoupledSimulation simulation = Start(0);
@@ -119,11 +118,11 @@ TEST(CoupledFriction, PullsAgainstTheWayTheDiscsFlatsGo) {
     CoupledOutput out;
     for (int i = 1; i <= 2000; ++i) {
       const double down = std::min(0.003 * i, 4.5);
-      const double push = i > 1500 ? 0.3 : 0;  // N across, through the coupling of 1 N/mm
+      const double push = i > 1500 ? 0.3 : 0;  // sideways, N, through the coupling of 1 N/mm
       out = simulation.Tick(Handle(DiscPose(Pose{}, {0, push, kClear - down}), rpm));
     }
     along[side] = out.f_friction_W_N.x;
-    // Where it touches is below the centre: r = -z of the block, and DiscPose has the tool's z along the block's y.
+    // The contact is below the centre: r = -z of the block, and in DiscPose the tool's z is along the block's y.
     const Vec3 flats_go = (rpm > 0 ? 1.0 : -1.0) * glm::cross(out.X_WT.Vector({0, 0, 1}), Vec3(0, 0, -1));
     EXPECT_LT(along[side] * flats_go.x, -0.01);
   }
@@ -131,8 +130,8 @@ TEST(CoupledFriction, PullsAgainstTheWayTheDiscsFlatsGo) {
 }
 
 TEST(CoupledGrip, FrictionDoesNotRunAwayWithAGripFarFromTheDisc) {
-  // Held 80 mm above the disc, a tilt of the hand presses the flats on both walls, friction pulls the disc along, and
-  // that tilts it more. A thin disc bends before that runs away: no kicks, and little work of the spindle.
+  // Held 80 mm above the disc: if the hand tilts, the flats press on both walls, friction pulls the disc along, and
+  // that tilts it more. A thin disc bends before this becomes unstable: no kicks, and little work by the spindle.
   CoupledParams params = test::DiscParams();
   params.coupling.p_TC_mm = {0, 0, 80};
   CoupledSimulation simulation = Start(0, params);

@@ -1,4 +1,4 @@
-// A tool that is set down inside the bone: what it holds there goes at once, as for a tool that follows a path.
+// A tool that is set down inside the bone: the bone inside the tool is removed at once, as for a tool on a path.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -28,7 +28,7 @@ After Look(Simulation& simulation) {
           simulation.bone().CalcHash()};
 }
 
-/// After one tick at rest at X_WT.
+/// State after one tick at rest at X_WT.
 After Hold(Bone bone, const Tool& tool, const Pose& X_WT, double rpm = 7500) {
   CoupledParams params;
   params.tool = tool;
@@ -58,7 +58,7 @@ Pose Tilted() {
 }
 
 TEST(StartInside, ABlockWithinTheDiscGoes) {
-  // 6 x 6 x 1 mm lie within a disc of 22 x 3 mm in its own plane, 1 mm from its flats and 6 mm from its rim.
+  // 6 x 6 x 1 mm fit within a disc of 22 x 3 mm in its own plane, 1 mm from its flats and 6 mm from its rim.
   const Bone block = test::MakeBox({}, {6, 6, 1}, kVoxel_mm);
   const After after = Hold(block, kThickDisc, {});
   EXPECT_EQ(after.left_mm3, 0);
@@ -71,7 +71,7 @@ TEST(StartInside, LeavesTheBoneThatAToolOnAPathLeaves) {
     const After held = Hold(block, tool, Tilted());
     const After followed = Follow(block, tool, Tilted());
     EXPECT_GT(held.removed_mm3, 200);
-    // The tick also moves a held tool, by less than a nanometre: so much times its surface of less than 1000 mm2.
+    // The tick also moves a hand-held tool, by less than a nanometre: this times its surface of less than 1000 mm2.
     EXPECT_NEAR(held.removed_mm3, followed.removed_mm3, 1e-6 * 1000);
   }
 }

@@ -1,9 +1,10 @@
-// A piece leaves the bone and comes back: what is left, what is counted, what is felt.
+// A piece is taken out of the bone and put back: the remaining bone, the removed volume, and the force.
 #include "cut/hand_sim/take_out.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -14,12 +15,12 @@
 namespace kerf {
 namespace {
 
-constexpr double kVoxel_mm = 0.2;
+constexpr double kTakeOutVoxel_mm = 0.2;
 
-/// The disc's centre at a height over a bar of 12 x 5 x 4 mm, its spindle along x at x = 1.03.
+/// The disc's centre above a bar of 12 x 5 x 4 mm, at x_mm and height z_mm, its spindle along x.
 Pose PoseAt(double x_mm, double z_mm) {
   Pose X;
-  X.R_AB = glm::angleAxis(0.5 * test::kPi, Vec3(0, 1, 0));
+  X.R_AB = glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0));
   X.p_AB = {x_mm, 0, z_mm};
   return X;
 }
@@ -31,7 +32,7 @@ class TakeOutTest : public testing::Test {
     CoupledParams params;
     params.coupling.stiffness_N_per_mm = 20;
     params.effects.clear();
-    Bone bar = test::MakeBox({}, {12, 5, 4}, kVoxel_mm);
+    Bone bar = test::MakeBox({}, {12, 5, 4}, kTakeOutVoxel_mm);
     finder_.emplace(bar, 0.5);
     simulation_.emplace(std::move(bar), params, PoseAt(1.03, kAway_mm));
     for (double z = 14; z > 8; z -= 0.01) Tick(PoseAt(1.03, z));
@@ -55,7 +56,7 @@ class TakeOutTest : public testing::Test {
     simulation_->ClearChanged();
     finder_->Find();
   }
-  /// Step by step until done; returns how many it took.
+  /// Steps until done; returns the number of steps.
   int Run(TakeOut& out) {
     int steps = 0;
     for (bool done = false; !done && steps < 10'000; ++steps) {
@@ -80,17 +81,17 @@ TEST_F(TakeOutTest, LeavesTheRestAndComesBackToTheBit) {
   const double removed_mm3 = Removed();
   const Pieces split = SplitPieces(whole, 0.5);
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
-  // The piece by itself is the one that a run's end would write, to rounding.
+  // The separate piece equals the piece that the end of a run would write, except for rounding.
   EXPECT_NEAR(removal.piece.CalcVolume(), split.pieces[1].CalcVolume(), 1e-9);
   EXPECT_EQ(SplitPieces(removal.piece).pieces.size(), 1u);
 
   TakeOut out(removal);
-  EXPECT_EQ(Run(out), 1);  // it is held: nothing to do
+  EXPECT_EQ(Run(out), 1);  // the piece is in place: nothing to do
   for (const bool settled : {false, true}) {
     out.Leave();
     EXPECT_GE(Run(out), static_cast<int>(removal.leaves.size() / 4));
     EXPECT_EQ(out.place(), PiecePlace::kOut);
-    // No more than the bone has lost is counted as cut: to rounding of the sums.
+    // Taking out does not change the volume counted as cut, except for rounding of the sums.
     EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
     if (settled) {
       EXPECT_NEAR(simulation_->bone().CalcVolume(), split.pieces[0].CalcVolume() + split.dust_mm3, 1e-9);
@@ -127,7 +128,7 @@ TEST_F(TakeOutTest, WaitsWhileTheToolIsNear) {
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
   TakeOut out(removal);
   out.Leave();
-  // Set down in its kerf, pushed against the wall: the hand feels the same whether the piece was told to leave or not.
+  // Set down in its kerf and pushed against the wall: the force does not depend on a request to take the piece out.
   CoupledSimulation other(whole, simulation_->params(), PoseAt(1.03, kAway_mm));
   CoupledSimulation plain(whole, simulation_->params(), PoseAt(1.03, kAway_mm));
   double largest_N = 0;
@@ -143,7 +144,7 @@ TEST_F(TakeOutTest, WaitsWhileTheToolIsNear) {
   }
   EXPECT_GT(largest_N, 0.5);
   EXPECT_EQ(other.bone().CalcHash(), whole.CalcHash());
-  // Drawn out of its kerf it follows the handle in steps of half a voxel.
+  // Pulled out of its kerf, the tool follows the handle in steps of half a voxel.
   for (int tick = 0; tick < 200; ++tick) other.Tick({.X_WH = PoseAt(1.03, kAway_mm), .rpm = 0});
   while (!out.Step(other)) ASSERT_FALSE(out.waits_for_tool());
   EXPECT_EQ(out.place(), PiecePlace::kOut);
@@ -156,7 +157,7 @@ TEST_F(TakeOutTest, WhereThePieceWasThereIsNothingToFeel) {
   out.Leave();
   Run(out);
   const double removed_mm3 = Removed();
-  // Down through the middle of where it was, and back up.
+  // Down through the middle of the piece's former place, and back up.
   for (double z = 14; z > 8; z -= 0.02) {
     const CoupledOutput felt = Tick(PoseAt(3.5, z));
     EXPECT_EQ(felt.f_H_W_N, Vec3(0)) << z;
@@ -166,7 +167,7 @@ TEST_F(TakeOutTest, WhereThePieceWasThereIsNothingToFeel) {
     for (int tick = 0; tick < 200; ++tick) Tick(PoseAt(x, kAway_mm));
   }
   EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
-  // What is left is still there: to the bit, it is cut as in the bone with the piece.
+  // The remaining bone is unchanged: cutting it is bit-identical to cutting the bone with the piece.
   CoupledSimulation with_piece(whole, simulation_->params(), PoseAt(-2, kAway_mm));
   for (double z = 14; z > 8; z -= 0.01) {
     const CoupledOutput felt = Tick(PoseAt(-2, z));
@@ -183,7 +184,7 @@ TEST_F(TakeOutTest, WhereThePieceWasThereIsNothingToFeel) {
 
 TEST_F(TakeOutTest, AllDustGoesAtOnce) {
   const Bone whole = simulation_->bone();
-  const Pieces split = SplitPieces(whole, 110);  // the smaller part has 4.8 x 5 x 4 mm, the larger 6.9 x 5 x 4
+  const Pieces split = SplitPieces(whole, 110);  // the smaller part is 4.8 x 5 x 4 mm, the larger one 6.9 x 5 x 4 mm
   ASSERT_EQ(split.pieces.size(), 1u);
   finder_.emplace(whole, 110);
   ASSERT_GE(finder_->found().dust_count, 1u);

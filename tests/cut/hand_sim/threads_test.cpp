@@ -1,4 +1,4 @@
-// The same bits for any number of threads: bones are built in parallel, and nothing of that may show in a cut.
+// Bit-identical results for any number of threads: bones are built in parallel, which must not affect a cut.
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 

@@ -1,5 +1,5 @@
-// Ticks without effects, for tools/off_is_free to count: a tool that is led and one that is held, in bone and in air.
-// Each kind is a function of its own, so that callgrind tells them apart. Prints what heap they take, as JSON.
+// Ticks without effects, counted by tools/off_is_free: a tool on a path and a hand-held tool, in bone and in air. Each
+// kind has its own function, so that callgrind distinguishes them. Prints the heap use as JSON.
 #include <fmt/format.h>
 
 #include <atomic>
@@ -23,7 +23,7 @@ std::atomic<std::size_t> bytes{0};
 void* Allocate(std::size_t size, std::size_t alignment) {
   allocations += 1;
   bytes += size;
-  // aligned_alloc() wants whole multiples of the alignment.
+  // aligned_alloc() requires a multiple of the alignment.
   void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
@@ -54,7 +54,7 @@ namespace kerf {
 namespace {
 
 constexpr int kTicks = 60;
-constexpr double kStep_mm = 0.005;  // a tick: 5 mm/s
+constexpr double kStep_mm = 0.005;  // per tick: 5 mm/s
 constexpr double kAir_mm = 5;
 
 Bone MakeBone() {
@@ -81,7 +81,7 @@ HeapUse CountHeap(const Call& call) {
 
 }  // namespace
 
-// Not in a namespace without a name, and not inlined: these names stand in callgrind's output.
+// Not in an anonymous namespace and not inlined: these names appear in callgrind's output.
 [[gnu::noinline]] void LedCut(Simulation& simulation) {
   for (int i = 1; i <= kTicks; ++i) simulation.Tick({DiscPose(1 + kStep_mm * i), 0.001, 7500});
 }

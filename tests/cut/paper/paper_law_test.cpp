@@ -1,4 +1,4 @@
-// The paper's law: closed forms, and changes of its input whose effect is known exactly.
+// The paper's law: closed forms, and changes of its inputs with exactly known effects.
 #include "kerf/paper.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "kerf/material.h"
@@ -14,34 +15,34 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr PaperReading kReadings[] = {PaperReading::kAsComputed, PaperReading::kCorrected};
 
-// What the law takes.
+// Inputs of the law.
 struct Input {
   DiscSaw saw;
-  double share = 0.01;
+  double fraction = 0.01;
   double depth_mm = 0;
   double E_MPa = 0;
   double nu = 0;
 };
 
 double Force(const Input& in, PaperReading reading) {
-  return CalcPaperForce(in.saw, in.share, in.depth_mm, in.E_MPa, in.nu, reading);
+  return CalcPaperForce(in.saw, in.fraction, in.depth_mm, in.E_MPa, in.nu, reading);
 }
 
-// Calls `check` with discs of several sizes, steels and teeth, at depths up to the buried disc, in soft and hard bone.
+// Calls `check` for discs of several sizes, steels and tooth counts, at depths up to that of the buried disc, in soft
+// and in hard bone.
 void ForManyInputs(const std::function<void(const Input&)>& check) {
   for (const double diameter : {8.0, 22.0, 30.0, 101.3}) {
     for (const int teeth : {7, 24, 60}) {
       for (const double E_saw : {205000.0, 70000.0}) {
-        for (const double share_of_depth : {0.013, 0.05, 0.1, 0.3, 0.5, 0.77, 1.0}) {
+        for (const double fraction_of_depth : {0.013, 0.05, 0.1, 0.3, 0.5, 0.77, 1.0}) {
           for (const double E : {350.0, 19300.0}) {
             Input in;
             in.saw.diameter_mm = diameter;
             in.saw.teeth = teeth;
             in.saw.E_MPa = E_saw;
-            in.depth_mm = share_of_depth * diameter;
+            in.depth_mm = fraction_of_depth * diameter;
             in.E_MPa = E;
             in.nu = E < 1000 ? 0.3 : 0.25;
             check(in);
@@ -52,14 +53,14 @@ void ForManyInputs(const std::function<void(const Input&)>& check) {
   }
 }
 
-// Expects a / b = factor but for the rounding of a dozen operations.
+// Expects a / b = factor except for the rounding of a dozen operations.
 void ExpectFactor(double a, double b, double factor) {
   ASSERT_TRUE(std::isfinite(a) && std::isfinite(b));
   EXPECT_NEAR(a, factor * b, 1e-13 * std::abs(factor * b));
 }
 
-// Length of the lower right of the circle up to depth h by n chords, closer together near the lowest point, where the
-// depth changes slowly along the rim.
+// Length of the lower right part of the circle up to depth h by n chords, which are denser near the lowest point, where
+// the depth changes slowly along the rim.
 double SumChords(double h, double diameter, int n) {
   double sum = 0;
   double x0 = 0;
@@ -76,24 +77,26 @@ double SumChords(double h, double diameter, int n) {
 
 TEST(PaperArc, TrueArcIsTheLengthOfTheCircleBelowTheSurface) {
   for (const double diameter : {5.0, 22.0, 30.0}) {
-    for (const double share : {0.001, 0.05, 0.25, 0.3, 0.5, 0.7}) {
-      const double h = share * diameter;
+    for (const double fraction : {0.001, 0.05, 0.25, 0.3, 0.5, 0.7}) {
+      const double h = fraction * diameter;
       const double arc = CalcTrueArc(h, diameter);
-      // Chords fall short by something that goes with the square of their length.
+      // The error of chords is proportional to the square of their length.
       const double coarse = arc - SumChords(h, diameter, 50);
       const double fine = arc - SumChords(h, diameter, 100);
       EXPECT_GT(fine, 0);
-      EXPECT_NEAR(coarse / fine, 4, 0.02) << diameter << " " << share;
-      EXPECT_NEAR(SumChords(h, diameter, 5000) / arc, 1, 1e-7) << diameter << " " << share;
+      EXPECT_NEAR(coarse / fine, 4, 0.02) << diameter << " " << fraction;
+      EXPECT_NEAR(SumChords(h, diameter, 5000) / arc, 1, 1e-7) << diameter << " " << fraction;
     }
   }
 }
 
 TEST(PaperArc, TrueArcHasTheKnownValues) {
-  EXPECT_NEAR(CalcTrueArc(5.5, 22), kPi * 22 / 6, 1e-13);  // a sixth of the rim at a quarter of the diameter
-  EXPECT_NEAR(CalcTrueArc(11, 22), kPi * 22 / 4, 1e-13);
-  EXPECT_NEAR(CalcTrueArc(22, 22), kPi * 22 / 2, 1e-13);  // one half: what a level feed engages of a buried disc
-  // Shallow: sqrt(d h) (1 + h / (6 d) + ...), the next term being 3/40 (h/d)^2. acos near 1 costs digits.
+  EXPECT_NEAR(CalcTrueArc(5.5, 22), std::numbers::pi * 22 / 6,
+              1e-13);  // a sixth of the rim at a quarter of the diameter
+  EXPECT_NEAR(CalcTrueArc(11, 22), std::numbers::pi * 22 / 4, 1e-13);
+  EXPECT_NEAR(CalcTrueArc(22, 22), std::numbers::pi * 22 / 2,
+              1e-13);  // half of the rim: what a level feed engages of a buried disc
+  // Shallow depth: sqrt(d h) (1 + h / (6 d) + ...), where the next term is 3/40 (h/d)^2. acos near 1 loses digits.
   for (const double h : {1e-3, 1e-2, 1e-1}) {
     EXPECT_NEAR(CalcTrueArc(h, 22) / (std::sqrt(22 * h) * (1 + h / 132)), 1, 0.08 * (h / 22) * (h / 22) + 1e-11) << h;
   }
@@ -105,7 +108,8 @@ TEST(PaperArc, PapersArcIsTheTrueOneOfADiscTwiceAsLargeAtHalfTheDepth) {
     EXPECT_NEAR(CalcPaperArc(in.depth_mm, d), CalcTrueArc(0.5 * in.depth_mm, 2 * d), 1e-12 * d);
     EXPECT_LT(CalcPaperArc(in.depth_mm, d), CalcTrueArc(in.depth_mm, d));
   });
-  EXPECT_NEAR(CalcPaperArc(22, 22), kPi * 22 / 3, 1e-13);  // a third of the rim of the buried disc: 8 of 24 pitches
+  EXPECT_NEAR(CalcPaperArc(22, 22), std::numbers::pi * 22 / 3,
+              1e-13);  // a third of the buried disc's rim: 8 of 24 pitches
 }
 
 TEST(PaperArc, DepthIsHeldBetweenTheSurfaceAndTheBuriedDisc) {
@@ -146,18 +150,18 @@ TEST(PaperTeeth, BuriedDiscEngagesAThirdOfItsTeethByThePapersArcAndHalfByTheTrue
 }
 
 TEST(PaperForce, IsHertzsForceOfTheSphereOnTheHalfSpace) {
-  // F = 4/3 E* a^3 / R, with the reduced modulus from material.h.
+  // F = 4/3 E* a^3 / R, with the reduced modulus of material.h.
   ForManyInputs([](const Input& in) {
-    const double a = in.share * in.saw.pitch_mm();
+    const double a = in.fraction * in.saw.pitch_mm();
     const double E_star = CalcReducedModulus(in.saw.E_MPa, in.saw.nu, in.E_MPa, in.nu);
-    ExpectFactor(CalcPaperToothForce(in.saw, in.share, in.E_MPa, in.nu), E_star * a * a * a / in.saw.radius_mm(),
+    ExpectFactor(CalcPaperToothForce(in.saw, in.fraction, in.E_MPa, in.nu), E_star * a * a * a / in.saw.radius_mm(),
                  4.0 / 3);
   });
 }
 
 TEST(PaperForce, NTeethBearNCubedTimesTheForceOfOneAsComputedAndNTimesCorrected) {
   ForManyInputs([](const Input& in) {
-    const double F_1 = CalcPaperToothForce(in.saw, in.share, in.E_MPa, in.nu);
+    const double F_1 = CalcPaperToothForce(in.saw, in.fraction, in.E_MPa, in.nu);
     const double whole = CalcPaperTeeth(in.saw, in.depth_mm, PaperReading::kAsComputed);
     EXPECT_EQ(whole, std::floor(whole));
     ExpectFactor(Force(in, PaperReading::kAsComputed), F_1, whole * whole * whole);
@@ -175,17 +179,17 @@ TEST(PaperForce, ModuliOfBothBodiesDoubledDoubleIt) {
   });
 }
 
-TEST(PaperForce, ShareOfThePitchDoubledMakesItEightTimesAsLarge) {
+TEST(PaperForce, FractionOfThePitchDoubledMakesItEightTimesAsLarge) {
   ForManyInputs([](const Input& in) {
     Input wider = in;
-    wider.share *= 2;
+    wider.fraction *= 2;
     for (const PaperReading reading : kReadings) ExpectFactor(Force(wider, reading), Force(in, reading), 8);
   });
 }
 
 TEST(PaperForce, TeethDoubledQuarterTheCorrectedForce) {
-  // Half the pitch: an eighth of the force on each of twice as many teeth. As computed, whole teeth n become n' and
-  // the force changes by (n'/n)^3 / 8: not at all where n' = 2 n.
+  // Half the pitch: an eighth of the force on each of twice as many teeth. As computed, n whole teeth become n' and the
+  // force changes by (n'/n)^3 / 8: not at all where n' = 2 n.
   int unchanged = 0;
   ForManyInputs([&](const Input& in) {
     Input finer = in;
@@ -205,7 +209,7 @@ TEST(PaperForce, TeethDoubledQuarterTheCorrectedForce) {
 
 TEST(PaperForce, IsTheSameInMetresAndPascals) {
   ForManyInputs([](const Input& in) {
-    Input si = in;  // metres where the names say mm, Pa where they say MPa
+    Input si = in;  // metres in fields named mm, Pa in fields named MPa
     si.saw.diameter_mm *= 1e-3;
     si.depth_mm *= 1e-3;
     si.saw.E_MPa *= 1e6;
@@ -247,7 +251,7 @@ TEST(PaperForce, NeverFallsWithDepthAndIsZeroAboveTheBone) {
       in.depth_mm = 0.005 * i;
       const double force = Force(in, reading);
       ASSERT_GE(force, last) << in.depth_mm;
-      // The corrected force is smooth: strictly more until the disc is buried.
+      // The corrected force is smooth: it increases strictly until the disc is buried.
       if (reading == PaperReading::kCorrected && i > 0 && in.depth_mm < 22) {
         ASSERT_GT(force, last) << in.depth_mm;
       }
@@ -281,7 +285,7 @@ TEST(PaperForce, NoNumberInGivesNoNumberOut) {
   in.depth_mm = 3;
   in.E_MPa = 19300;
   in.nu = 0.28;
-  for (double Input::*field : {&Input::depth_mm, &Input::E_MPa, &Input::nu, &Input::share}) {
+  for (double Input::*field : {&Input::depth_mm, &Input::E_MPa, &Input::nu, &Input::fraction}) {
     Input bad = in;
     bad.*field = nan;
     for (const PaperReading reading : kReadings) EXPECT_TRUE(std::isnan(Force(bad, reading)));

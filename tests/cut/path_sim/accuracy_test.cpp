@@ -1,4 +1,4 @@
-// What buys accuracy for time on a path: steps within a tick and removal that waits.
+// Options on a path that exchange accuracy for time: substeps and deferred removal.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -21,7 +21,7 @@ struct Slot {
   double mean_thrust_N = 0;
 };
 
-/// 1 mm deep through a block that stands askew in the grid.
+/// A kerf 1 mm deep through a block that is skewed in the grid.
 Slot CutSlot(const SimulationParams& params) {
   const Pose X_WB = test::BlockPoses(0.1)[5];
   const Vec3 from(-8, 0, 1.5 + 11 - 1), to(8, 0, 1.5 + 11 - 1);
@@ -43,9 +43,9 @@ TEST(SimulationAccuracy, RemovalThatWaitsTakesTheSameBoneAndHardlyChangesTheForc
     SimulationParams params;
     params.carve_interval_ticks = interval;
     const Slot rare = CutSlot(params);
-    // The removal rule does not depend on order; a longer step is one stadium instead of several in line.
+    // The removal rule does not depend on order; a longer step is one stadium instead of several in a row.
     EXPECT_NEAR(rare.loss_mm3, each.loss_mm3, 1e-5 * each.loss_mm3) << interval;
-    // The tool is ahead of its cut by up to a quarter voxel, at the ends of arcs that are 6.6 mm long.
+    // The tool is up to a quarter of a voxel ahead of its cut, at the ends of arcs 6.6 mm long.
     EXPECT_NEAR(rare.mean_thrust_N, each.mean_thrust_N, 0.02 * each.mean_thrust_N) << interval;
   }
 }
@@ -55,7 +55,7 @@ TEST(SimulationAccuracy, MoreStepsInATickCutTheSame) {
   SimulationParams params;
   params.substeps = 8;
   const Slot eight = CutSlot(params);
-  // The force of a step is that at its start: 8 um of way in a tick against 1 um.
+  // The force of a step is that at its start: 8 um of motion per step against 1 um.
   EXPECT_NEAR(eight.mean_thrust_N, one.mean_thrust_N, 0.01 * one.mean_thrust_N);
   EXPECT_NEAR(eight.loss_mm3, one.loss_mm3, 1e-5 * one.loss_mm3);
 }

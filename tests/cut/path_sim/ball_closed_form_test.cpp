@@ -1,7 +1,8 @@
-// A ball burr on a path, against closed forms: what it removes and what holds it back.
+// A ball burr on a path, against closed forms: the removed volume and the force.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "kerf/simulation.h"
 #include "support/solids.h"
@@ -9,7 +10,6 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kFeed = 10;  // mm/s
 
 SimulationParams BallParams() {
@@ -20,24 +20,24 @@ SimulationParams BallParams() {
   return params;
 }
 
-/// A block 12 x 7 x 4 mm whose top face is z = 0; uniform bone.
+/// A block of 12 x 7 x 4 mm whose top face is z = 0; uniform bone.
 Bone Block(double voxel_mm, const Quat& R_WB) {
   return test::MakeBox({R_WB, R_WB * Vec3(0, 0, -2)}, {12, 7, 4}, voxel_mm);
 }
 
-struct Slot {
+struct BallSlot {
   double removed_mm3 = 0;
-  Vec3 force_B_N{0};   // mean over the middle of the slot
-  double end_mm3 = 0;  // bone lost
+  Vec3 force_B_N{0};   // mean over the middle of the kerf
+  double end_mm3 = 0;  // volume that the bone has lost at the end
 };
 
-/// Along x through the whole block, the ball's lower half in it; its spindle along the block's z.
-Slot CutSlot(double voxel_mm, const Quat& R_WB) {
+/// Along x through the entire block, with the ball's lower half in it; its spindle is along the block's z.
+BallSlot CutSlot(double voxel_mm, const Quat& R_WB) {
   Bone bone = Block(voxel_mm, R_WB);
   const double before = bone.CalcVolume();
   const auto pose = [&](double x) { return Pose{R_WB, R_WB * Vec3(x, 0, 0)}; };
   Simulation simulation(std::move(bone), BallParams(), pose(-8.1));
-  Slot slot;
+  BallSlot slot;
   int count = 0;
   for (double x = -8.1; x < 8.1; x += 0.01) {
     const TickOutput out = simulation.Tick({pose(x), 0.01 / kFeed, 7500});
@@ -53,11 +53,11 @@ Slot CutSlot(double voxel_mm, const Quat& R_WB) {
 }
 
 TEST(BallClosedForm, SlotOfHalfABallHasItsVolumeOnEveryGrid) {
-  // Half a disc of radius 2 mm along 12 mm. The bound on differences between grids is 2 %.
-  const double exact = 0.5 * kPi * 4 * 12;
+  // Half a disc of radius 2 mm along 12 mm. The required bound on differences between grids is 2 %.
+  const double exact = 0.5 * std::numbers::pi * 4 * 12;
   for (const double voxel : {0.1, 0.2, 0.3}) {
     for (const Quat& R : {Quat(1, 0, 0, 0), glm::angleAxis(0.5, glm::normalize(Vec3(1, 2, 3)))}) {
-      const Slot slot = CutSlot(voxel, R);
+      const BallSlot slot = CutSlot(voxel, R);
       EXPECT_NEAR(slot.end_mm3 / exact, 1, 0.01) << voxel;
       EXPECT_NEAR(slot.removed_mm3 / exact, 1, 0.01) << voxel;  // by occupancy
     }
@@ -65,19 +65,19 @@ TEST(BallClosedForm, SlotOfHalfABallHasItsVolumeOnEveryGrid) {
 }
 
 TEST(BallClosedForm, ForceInASlotIsTheIntegralOverTheQuarterThatMovesIntoBone) {
-  // Teeth at colatitude theta and longitude phi: flutes r / (2 pi w) dtheta dphi, each with C (v / f)^(3/2)
-  // (sin theta cos phi)^(3/2) along -e. Along the feed the integrand is (sin theta cos phi)^(5/2); downwards
-  // (sin theta cos phi)^(3/2) cos theta.
+  // Teeth at colatitude theta and longitude phi: flutes r / (2 pi w) dtheta dphi, each with C (v / f)^(3/2) (sin theta
+  // cos phi)^(3/2) along -e. The integrand along the feed is (sin theta cos phi)^(5/2); downwards it is (sin theta cos
+  // phi)^(3/2) cos theta.
   const BallBurr ball = std::get<BallBurr>(BallParams().tool);
-  const auto power = [](double p) { return std::beta(0.5 * (p + 1), 0.5); };  // of cos^p from -pi/2 to pi/2
+  const auto power = [](double p) { return std::beta(0.5 * (p + 1), 0.5); };  // integral of cos^p from -pi/2 to pi/2
   const double E_star = CalcReducedModulus(ball.E_MPa, ball.nu, 19300, 0.28);
   const double bite = kFeed / (ball.flutes * 7500.0 / 60);
   const double tooth = MakeToothForce(ForceLaw(), ball)(bite, E_star);
-  const double density = ball.flutes * ball.radius_mm() / (2 * kPi * ball.tooth_width_mm);
+  const double density = ball.flutes * ball.radius_mm() / (2 * std::numbers::pi * ball.tooth_width_mm);
   const double along = density * tooth * 0.5 * power(2.5) * power(2.5);
   const double up = density * tooth * power(1.5) / 2.5;
-  const Slot slot = CutSlot(0.1, Quat(1, 0, 0, 0));
-  // The look-ahead of a quarter voxel and 32 points round: within 2 % of the whole force.
+  const BallSlot slot = CutSlot(0.1, Quat(1, 0, 0, 0));
+  // A look-ahead of a quarter voxel and 32 points around: within 2 % of the total force.
   const double whole = std::hypot(along, up);
   EXPECT_NEAR(slot.force_B_N.x, -along, 0.02 * whole);
   EXPECT_NEAR(slot.force_B_N.y, 0, 0.005 * whole);

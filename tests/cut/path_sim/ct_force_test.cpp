@@ -1,17 +1,16 @@
-// The force where the modulus is uniform, or comes from CT numbers, against the same constants in the region table.
+// The force where the modulus is uniform or from CT numbers, against the same constants in the region table.
 #include <gtest/gtest.h>
 
 #include "bone/grid/ct_modulus.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using test::DiscPose;
 using test::Stroke;
-
-const DiscSaw kSaw;
 
 /// A plate of 12 x 1.5 x 6 mm: cortical (24) above z = 0, cancellous (32) below.
 Bone MakePlate(double E_24_MPa, double E_32_MPa, double nu_24 = 0.28, double nu_32 = 0.30) {
@@ -30,7 +29,7 @@ std::vector<TickOutput> Plunge(const Bone& bone) {
   return Stroke(simulation, Pose{}, {0, 0, 3.1 + R}, {0, 0, -2.5 + R}, 20);
 }
 
-/// E = a HU MPa by way of rho = HU / 1200, from 12 to 30000 HU.
+/// E = a HU MPa by way of rho = HU / 1200, for 12 to 30000 HU.
 CtLaw LinearLaw(double a = 1) {
   CtLaw law;
   law.name = "linear";
@@ -52,14 +51,14 @@ TEST(UniformForce, IsThatOfABlockOfOneRegionToTheBit) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].f_T_W_N, b[i].f_T_W_N);
     EXPECT_EQ(a[i].mean_E_MPa, b[i].mean_E_MPa);
-    EXPECT_EQ(a[i].removed_mm3, regions[i].removed_mm3);  // removal knows no material
+    EXPECT_EQ(a[i].removed_mm3, regions[i].removed_mm3);  // removal does not depend on the material
     difference = std::max(difference, glm::length(a[i].f_T_W_N - regions[i].f_T_W_N));
   }
-  EXPECT_GT(difference, 0.1);  // and it does differ from that of the regions
+  EXPECT_GT(difference, 0.1);  // and it differs from the force of the regions
 }
 
 TEST(CtForce, OfConstantCtNumbersIsThatOfTheSameConstantsInTheTable) {
-  Bone ct = MakePlate(19300, 5);  // the table's 5 MPa must not be seen
+  Bone ct = MakePlate(19300, 5);  // the table's 5 MPa must have no influence
   SetHu(
       ct, [](const Vec3&) { return 1500.0; }, 0.37);
   UseCtModulus(ct, LinearLaw(), false);
@@ -70,7 +69,7 @@ TEST(CtForce, OfConstantCtNumbersIsThatOfTheSameConstantsInTheTable) {
   for (std::size_t i = 0; i < a.size(); ++i) {
     const double size = glm::length(b[i].f_T_W_N);
     peak = std::max(peak, size);
-    // The grid keeps seven figures of E.
+    // The grid stores seven digits of E.
     EXPECT_NEAR(glm::length(a[i].f_T_W_N - b[i].f_T_W_N), 0, 1e-6 * size + 1e-12);
     EXPECT_NEAR(a[i].mean_E_MPa, b[i].mean_E_MPa, 1e-6 * b[i].mean_E_MPa);
     EXPECT_EQ(a[i].removed_mm3, b[i].removed_mm3);
@@ -80,7 +79,7 @@ TEST(CtForce, OfConstantCtNumbersIsThatOfTheSameConstantsInTheTable) {
 }
 
 TEST(CtForce, WithTheCoefficientDoubledGrowsAsTheReducedModulusDoes) {
-  // The chip law is proportional to E*, which against steel grows by less than twice.
+  // The chip law is proportional to E*, which for steel on bone grows by less than a factor of two.
   const double E = 3000;
   const double ratio =
       CalcReducedModulus(kSaw.E_MPa, kSaw.nu, 2 * E, 0.3) / CalcReducedModulus(kSaw.E_MPa, kSaw.nu, E, 0.3);
@@ -103,8 +102,8 @@ TEST(CtForce, WithTheCoefficientDoubledGrowsAsTheReducedModulusDoes) {
 }
 
 TEST(CtForce, OfARampIsThatOfTheModulusWhereTheTeethAre) {
-  // E falls from 3000 MPa at the top to 1000 at the bottom. A wide disc cuts the plate's whole length at nearly one
-  // depth, so the mean E over the teeth is the ramp's there.
+  // E falls from 3000 MPa at the top to 1000 MPa at the bottom. A large disc cuts the plate's whole length at nearly
+  // one depth, so the mean E over the teeth is the ramp's value there.
   Bone bone = MakePlate(5, 5, 0.3, 0.3);
   SetHu(
       bone, [](const Vec3& p) { return 2000 + 1000 * p.z / 3; }, 0.5);
@@ -122,7 +121,7 @@ TEST(CtForce, OfARampIsThatOfTheModulusWhereTheTeethAre) {
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double z = 3.5 - 0.01 * static_cast<double>(i) + sag;
     if (z > 2.5 || z < -2) continue;
-    // The look-ahead is 0.025 mm deeper, a tick 0.01 mm: 12 MPa; the rounded ends of the kerf's floor weigh little.
+    // The look-ahead is 0.025 mm deeper, a tick moves 0.01 mm: 12 MPa; the kerf's rounded ends have little weight.
     EXPECT_NEAR(ticks[i].mean_E_MPa, 2000 + 1000 * z / 3, 20);
     ++checked;
   }

@@ -2,22 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <numbers>
 
 #include "kerf/simulation.h"
 #include "support/cuts.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using test::BlockPoses;
 using test::DiscPose;
-using test::kPi;
 using test::Stroke;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
-/// The paper's Table 1.
+/// A region of the paper's Table 1.
 struct PaperRegion {
   int id;
   double E_MPa;
@@ -28,11 +26,11 @@ constexpr double kPaperDepths[] = {1.1, 2.2, 3.3, 4.4, 5.5, 6.6};
 
 Bone BlockOf(const PaperRegion& region, const Pose& X_WB, const Vec3& size, double voxel_mm) {
   Bone bone = test::MakeBox(X_WB, size, voxel_mm);
-  bone.set_materials(test::OneRegionTable(24, region.E_MPa, region.nu));  // the region grid says 24 throughout
+  bone.set_materials(test::OneRegionTable(24, region.E_MPa, region.nu));  // the region grid has region 24 everywhere
   return bone;
 }
 
-/// What a slot's closed form gives: the rim is engaged from its lowest point to where it leaves the surface.
+/// Closed form for a kerf: the rim is engaged from its lowest point to where it leaves the surface.
 struct SlotForm {
   double teeth;
   double thrust_N;  // sum of the tooth forces
@@ -40,7 +38,7 @@ struct SlotForm {
   double up_N;      // out of the bone
 };
 
-/// Integrals over the engaged arc by the midpoint rule with 1e5 intervals: closed to 1e-9.
+/// Integrals over the engaged arc by the midpoint rule with 1e5 intervals: accurate to 1e-9.
 SlotForm CalcSlotForm(const ForceLaw& law, double E_star_MPa, double depth_mm, double feed_mm_per_s, double rpm) {
   const ToothForce force = MakeToothForce(law, kSaw);
   const double alpha = std::acos(1 - depth_mm / kR);
@@ -49,7 +47,7 @@ SlotForm CalcSlotForm(const ForceLaw& law, double E_star_MPa, double depth_mm, d
   constexpr int kIntervals = 100000;
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = alpha * (i + 0.5) / kIntervals;  // from the lowest point towards the feed
-    const double f = force(bite * std::sin(phi), E_star_MPa) * kSaw.teeth / (2 * kPi) * alpha / kIntervals;
+    const double f = force(bite * std::sin(phi), E_star_MPa) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
     form.thrust_N += f;
     form.along_N += f * std::sin(phi);
     form.up_N += f * std::cos(phi);
@@ -57,23 +55,23 @@ SlotForm CalcSlotForm(const ForceLaw& law, double E_star_MPa, double depth_mm, d
   return form;
 }
 
-/// A tooth force spelt out apart from the library's: Hertz, mm N MPa.
+/// A tooth force written independently of the library: Hertz, in mm, N and MPa.
 double HertzByHand(const ForceLaw& law, double E_star, double bite) {
   const double R = 11;
   if (std::string_view(law.name()) == "hertz_chip") return 4.0 / 3.0 * E_star * std::sqrt(R) * std::pow(bite, 1.5);
   // (a / K)^3 with the paper's K^3 = 3 d1 / (8 E*), a = 1 % of the pitch.
-  const double a = 0.01 * kPi * 22 / 24;
+  const double a = 0.01 * std::numbers::pi * 22 / 24;
   return std::pow(a, 3) / (3 * 22 / (8 * E_star));
 }
 
-/// Means over the middle of a slot, where depth and bite are steady.
+/// Means over the middle of a kerf, where depth and bite are constant.
 SlotForm MeasureSlot(const Bone& block, const Pose& X_WB, const ForceLaw& law, double top, double depth, double feed) {
   SimulationParams params;
   params.law = law;
   const double z = top - depth + kR;
   const Vec3 from(-12, 0, z);
   Simulation simulation(block, params, DiscPose(X_WB, from));
-  Stroke(simulation, X_WB, from, {-2, 0, z}, 100);  // get there
+  Stroke(simulation, X_WB, from, {-2, 0, z}, 100);  // approach to the measured part
   const std::vector<TickOutput> ticks = Stroke(simulation, X_WB, {-2, 0, z}, {-1.6, 0, z}, feed);
   SlotForm mean{0, 0, 0, 0};
   const double n = static_cast<double>(ticks.size()) / 2;
@@ -133,7 +131,7 @@ TEST(ForceClosedForm, PlungeEngagesTheWholeBuriedArc) {
   const TickOutput& out = ticks.back();
   const double alpha = std::acos(1 - 3.02 / kR);
   EXPECT_NEAR(out.engaged_teeth, 2 * alpha * kR / kSaw.pitch_mm(), 0.01 * out.engaged_teeth);
-  // Mirror symmetry: no force along x; the spindle axis gets none ever.
+  // Mirror symmetry: no force along x; and never a force along the spindle's axis.
   EXPECT_NEAR(out.f_T_W_N.x, 0, 1e-3 * out.f_T_W_N.z);
   EXPECT_NEAR(out.f_T_W_N.y, 0, 1e-9);
   EXPECT_GT(out.f_T_W_N.z, 0);
@@ -151,7 +149,7 @@ TEST(ForceClosedForm, ToothForceIsHertz) {
 }
 
 TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
-  // Plunging a saw much wider than the plate is long: the whole length of the plate is cut at nearly one depth.
+  // The saw is much wider than the plate is long: the whole length of the plate is cut at nearly one depth.
   const Vec3 size(10, 1, 6);
   SolidField field;
   field.value = [=](const Vec3& p) { return test::BoxDistance(p, 0.5 * size); };
@@ -172,7 +170,7 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
   Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3.5 + R}));
   const double feed = 5;
   const std::vector<TickOutput> ticks = Stroke(simulation, Pose{}, {0, 0, 3.5 + R}, {0, 0, -3 + R}, feed);
-  const double sag = R - std::sqrt(R * R - 25);  // 0.125 mm: the rim's ends are that much higher than its middle
+  const double sag = R - std::sqrt(R * R - 25);  // 0.125 mm: height of the rim's ends above its middle
   const double bite = feed / (saw.teeth * 7500 / 60.0);
   const double arc_teeth = 2 * std::asin(5 / R) * R / saw.pitch_mm();
   int checked = 0;
@@ -182,50 +180,49 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
     const double highest = lowest + sag;
     for (const auto& [id, top, bottom] :
          {std::tuple{24, 3.0, 1.0}, std::tuple{32, 1.0, -1.0}, std::tuple{6, -1.0, -3.0}}) {
-      // Look-ahead and interpolation blur a border by a voxel and a half; breaking through begins three voxels before
-      // the far face.
+      // Look-ahead and interpolation blur a border by 1.5 voxels; breakthrough begins three voxels before the end.
       if (!(highest < top - 0.15 && lowest > bottom + (id == 6 ? 0.3 : 0.15))) continue;
       const Region& region = table.At(id);
       const double E_star = CalcReducedModulus(kSaw.E_MPa, kSaw.nu, region.E_MPa, region.nu);
       EXPECT_NEAR(ticks[i].mean_E_MPa, region.E_MPa, 1e-6 * region.E_MPa);
-      // At each end of the plate the kerf's floor loses up to 0.07 mm to the rounding of its edge at this voxel
-      // size: 1.4 %, and a little by the look-ahead along it.
+      // At each end of the plate, the rounding of its edge at this voxel size reduces the kerf's floor by up to 0.07
+      // mm: 1.4 %, plus a little by the look-ahead along it.
       EXPECT_NEAR(ticks[i].thrust_sum_N / (arc_teeth * HertzByHand({}, E_star, bite)), 1, 0.016);
       ++checked;
     }
   }
   EXPECT_GT(checked, 800);
-  // The step is seen where it should be: half of the arc is past a border when the rim's mean height is at it.
+  // The step occurs at the right place: half of the arc is past a border when the rim's mean height is at it.
   const double mean_sag = sag / 3;
   for (const auto& [border, E_above, E_below] : {std::tuple{1.0, 19300.0, 500.0}, std::tuple{-1.0, 500.0, 17300.0}}) {
     const auto middle = [&, up = E_above, down = E_below](const TickOutput& t) {
-      return (t.mean_E_MPa - 0.5 * (up + down)) * (down - up) > 0;  // past half of the step
+      return (t.mean_E_MPa - 0.5 * (up + down)) * (down - up) > 0;  // past the middle of the step
     };
     std::size_t i = 0;
     while (i < ticks.size() && 3.5 - feed * 0.001 * static_cast<double>(i) + mean_sag > border + 0.5) ++i;
     while (i < ticks.size() && !middle(ticks[i])) ++i;
     ASSERT_LT(i, ticks.size());
     const double height = 3.5 - feed * 0.001 * static_cast<double>(i) + mean_sag;
-    EXPECT_NEAR(height, border, 0.1);  // a voxel
+    EXPECT_NEAR(height, border, 0.1);  // one voxel
   }
 }
 
 TEST(ForceClosedForm, ForceIsContinuousOnEntryAndBetweenTicks) {
-  // Without steps: entering a face at 1 mm/s, no tick changes the force by more than 5 % of the final one.
+  // No jumps: on entering a face at 1 mm/s, no tick changes the force by more than 5 % of the final force.
   const Bone bone = test::MakeBox(Pose{}, {10, 1.5, 4}, 0.1);
   Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 2 + kR + 0.1}));
   const auto ticks = Stroke(simulation, Pose{}, {0, 0, 2 + kR + 0.1}, {0, 0, 2 + kR - 0.5}, 1);
   const double last = ticks.back().f_T_W_N.z;
   ASSERT_GT(last, 0);
-  EXPECT_EQ(ticks.front().f_T_W_N, Vec3(0));  // exactly nothing in the air
+  EXPECT_EQ(ticks.front().f_T_W_N, Vec3(0));  // exactly zero in air
   for (std::size_t i = 1; i < ticks.size(); ++i) {
     EXPECT_LE(std::abs(ticks[i].f_T_W_N.z - ticks[i - 1].f_T_W_N.z), 0.05 * last);
   }
 }
 
 TEST(ForceClosedForm, RimFindsAPlateBetweenTwoOfItsSamples) {
-  // At 8 samples a pitch the rim looks every 0.36 mm, one sample at its lowest point: a plate 0.2 mm wide stands
-  // between two of them.
+  // With 8 samples per pitch the rim is sampled every 0.36 mm, with one sample at its lowest point: a plate 0.2 mm wide
+  // is between two of them.
   Pose X_WB;
   X_WB.p_AB = {0.18, 0, 0};
   const Bone bone = test::MakeBox(X_WB, {0.2, 1.5, 4}, 0.05);
@@ -233,8 +230,7 @@ TEST(ForceClosedForm, RimFindsAPlateBetweenTwoOfItsSamples) {
   const auto ticks = Stroke(simulation, Pose{}, {0, 0, 2 + kR + 0.2}, {0, 0, kR}, 4);
   const TickOutput& out = ticks.back();
   ASSERT_GT(out.removed_mm3, 0);
-  // Each free edge of the kerf's floor is rounded by up to 0.7 of a voxel, 0.035 mm: at least 0.13 of the 0.2 mm are
-  // engaged.
+  // Each free edge of the kerf's floor is rounded by up to 0.7 voxels, 0.035 mm: at least 0.13 of 0.2 mm are engaged.
   EXPECT_GT(out.engaged_teeth, 0.13 / kSaw.pitch_mm());
   EXPECT_LT(out.engaged_teeth, 0.23 / kSaw.pitch_mm());
 }
@@ -275,7 +271,7 @@ TEST(Simulation, BadPoseChangesNothingAndGivesNoForce) {
     EXPECT_EQ(out.removed_mm3, 0);
   }
   EXPECT_EQ(simulation.bone().CalcHash(), bone.CalcHash());
-  // The next good pose is reached from the last good one.
+  // The next valid pose is reached from the last valid one.
   EXPECT_GT(simulation.Tick({DiscPose(Pose{}, {0, 0, 2 + kR}), 0.001, 7500}).removed_mm3, 0);
 }
 

@@ -1,4 +1,4 @@
-// The exact factors of every law, through the whole simulation: a block of one region, a plunge, every tick.
+// The exact factors of every law in the complete simulation: a block of one region, a plunge, every tick.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -13,7 +13,7 @@ namespace {
 
 using test::DiscPose;
 
-/// The moduli of one run.
+/// Parameters of one run.
 struct Setting {
   ForceLaw law;
   double E_bone_MPa = 19300;
@@ -24,8 +24,8 @@ struct Setting {
   double rpm = 7500;
 };
 
-/// 1.5 mm into a block in a skew pose, 0.01 mm a tick: what dt_s is makes the feed, so that runs at other feeds see the
-/// same bone.
+/// Plunges 1.5 mm into a block in a skewed pose, 0.01 mm per tick: `dt_s` determines the feed rate, so that runs at
+/// other feed rates meet the same bone.
 std::vector<TickOutput> Plunge(const Setting& setting) {
   const Pose X_WB = test::BlockPoses(0.2)[5];
   Bone bone = test::MakeBox(X_WB, {8, 1.6, 3}, 0.2);
@@ -46,11 +46,11 @@ std::vector<TickOutput> Plunge(const Setting& setting) {
   return ticks;
 }
 
-/// Each tick's force and thrust is `factor` times that of the other; the bone and the teeth are the same.
+/// Expects that each tick's force and thrust is `factor` times that of `base`, with the same bone and teeth.
 void ExpectFactor(const std::vector<TickOutput>& changed, const std::vector<TickOutput>& base, double factor,
                   const std::string& what) {
   ASSERT_EQ(changed.size(), base.size());
-  // A sum over some hundred samples of the rim: each rounds once or twice.
+  // A sum over some hundred samples of the rim, each rounded once or twice.
   const double tolerance = 1e-13;
   int loaded = 0;
   for (std::size_t i = 0; i < base.size(); ++i) {
@@ -64,7 +64,7 @@ void ExpectFactor(const std::vector<TickOutput>& changed, const std::vector<Tick
   EXPECT_GT(loaded, 100) << what;
 }
 
-/// a and b weighted and added, tick by tick.
+/// Returns p a + q b, tick by tick.
 std::vector<TickOutput> Combine(double p, const std::vector<TickOutput>& a, double q,
                                 const std::vector<TickOutput>& b) {
   std::vector<TickOutput> sum = a;
@@ -75,7 +75,7 @@ std::vector<TickOutput> Combine(double p, const std::vector<TickOutput>& a, doub
   return sum;
 }
 
-/// What a power law promises; a law that is none has a test of its own below.
+/// Factors of a power law; laws of another form have their own test below.
 struct Power {
   double bite_doubled;
   double teeth_doubled;
@@ -103,7 +103,7 @@ TEST(LawMetamorphic, DoubledBiteAndDoubledTeethGiveThePowerLawsFactors) {
     Setting slower_spindle = setting;
     slower_spindle.rpm /= 2;
     ExpectFactor(Plunge(slower_spindle), base, power.bite_doubled, name + ", rpm halved");
-    Setting finer = setting;  // with the same points of the rim looked at
+    Setting finer = setting;  // with the same samples of the rim
     finer.teeth *= 2;
     finer.rim_samples_per_pitch /= 2;
     ExpectFactor(Plunge(finer), base, power.teeth_doubled, name + ", teeth doubled");

@@ -1,43 +1,42 @@
-// A level feed: the arc of engaged teeth ends at the rim's lowest point, where v . e = 0 to rounding. A law with a
-// force at the least bite must not take a whole sample of the rim in or out there.
+// A level feed: the arc of engaged teeth ends at the rim's lowest point, where v . e = 0 except for rounding. A law
+// with a force at the smallest bite must not switch a whole sample of the rim on or off there.
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <numbers>
 
 #include "kerf/simulation.h"
 #include "support/cuts.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using test::BlockPoses;
 using test::DiscPose;
-using test::kPi;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 constexpr double kDepth_mm = 1.1;
 constexpr double kFeed_mm_per_s = 4;
 
-/// Mean thrust in a slot: Z / (2 pi) teeth for each radian from the lowest point to where the rim leaves the surface.
+/// Mean thrust in a kerf: Z / (2 pi) teeth per radian from the lowest point to where the rim leaves the surface.
 double CalcThrust(const ForceLaw& law, double E_star_MPa) {
   const ToothForce force = MakeToothForce(law, kSaw);
   const double alpha = std::acos(1 - kDepth_mm / kR);
-  constexpr int kIntervals = 100000;  // the midpoint rule is then closed to 1e-9
+  constexpr int kIntervals = 100000;  // the midpoint rule is then accurate to 1e-9
   double thrust = 0;
   for (int i = 0; i < kIntervals; ++i) {
     const double bite = kFeed_mm_per_s / (kSaw.teeth * 125.0) * std::sin(alpha * (i + 0.5) / kIntervals);
-    thrust += force(bite, E_star_MPa) * kSaw.teeth / (2 * kPi) * alpha / kIntervals;
+    thrust += force(bite, E_star_MPa) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
   }
   return thrust;
 }
 
 struct Level {
-  double mean = 0;     // of the thrust, by the closed form
-  double largest = 0;  // step from tick to tick, by the mean
+  double mean = 0;     // thrust relative to the closed form
+  double largest = 0;  // largest step from tick to tick, relative to the closed form
 };
 
-/// `turn_rad`: of the disc about its spindle, which moves the rim's samples.
+/// `turn_rad`: rotation of the disc about its spindle, which moves the rim's samples.
 Level MeasureLevel(const Bone& block, const Pose& X_WB, const ForceLaw& law, int samples_per_pitch, double turn_rad) {
   SimulationParams params;
   params.law = law;
@@ -56,7 +55,7 @@ Level MeasureLevel(const Bone& block, const Pose& X_WB, const ForceLaw& law, int
   for (int i = 1; i <= 150; ++i) thrust.push_back(simulation.Tick({pose(-2 + i * step), 0.001, 7500}).thrust_sum_N);
   const double expected = CalcThrust(law, CalcReducedModulus(kSaw.E_MPa, kSaw.nu, 19300, 0.28));
   Level level;
-  const std::size_t first = 50;  // then over two voxels of travel, 0.4 mm
+  const std::size_t first = 50;  // from there over two voxels of travel, 0.4 mm
   for (std::size_t i = first; i < thrust.size(); ++i) {
     level.mean += thrust[i] / expected / static_cast<double>(thrust.size() - first);
     level.largest = std::max(level.largest, std::abs(thrust[i] - thrust[i - 1]) / expected);
@@ -71,17 +70,18 @@ TEST(LevelFeed, LawsThatJumpDoNotFlickerAndTheirMeanIsTheClosedForm) {
     bone.set_materials(test::OneRegionTable(24, 19300, 0.28));
     for (const char* name : {"hertz_constant_bite", "edge_plus_chip"}) {
       for (const int samples : {16, 4}) {
-        // A sample at the lowest point, a quarter and half of a sample off it.
-        for (const double share : {0.0, 0.25, 0.5}) {
-          const Level level =
-              MeasureLevel(bone, X_WB, ForceLaw(name), samples, share * 2 * kPi / (kSaw.teeth * samples));
+        // A sample at the lowest point, or a quarter or half a sample away from it.
+        for (const double fraction : {0.0, 0.25, 0.5}) {
+          const Level level = MeasureLevel(bone, X_WB, ForceLaw(name), samples,
+                                           fraction * 2 * std::numbers::pi / (kSaw.teeth * samples));
           std::printf("pose %d %s, %d samples a pitch, turned %.2f: mean %+.2f %%, largest step %.2f %%\n", pose, name,
-                      samples, share, 100 * (level.mean - 1), 100 * level.largest);
-          // Without the mean over a sample's arc: steps of 3.7 % at 16 samples and 13 % at 4 in the skew pose, means
-          // off by up to 1.8 % and 5.7 %. What is left at 4 samples is the engagement that fades behind the lowest
-          // point, over three quarters of a sample; the steps are the voxels'.
-          EXPECT_NEAR(level.mean, 1, samples == 16 ? 0.001 : 0.006) << name << ", " << samples << ", turned " << share;
-          EXPECT_LT(level.largest, 0.004) << name << ", " << samples << " samples, turned " << share;
+                      samples, fraction, 100 * (level.mean - 1), 100 * level.largest);
+          // Without the mean over a sample's arc, in the skewed pose: steps of 3.7 % at 16 samples and 13 % at 4, and
+          // means off by up to 1.8 % and 5.7 %. The remaining error at 4 samples is the engagement that fades out
+          // behind the lowest point, over three quarters of a sample; the remaining steps are due to the voxels.
+          EXPECT_NEAR(level.mean, 1, samples == 16 ? 0.001 : 0.006)
+              << name << ", " << samples << ", turned " << fraction;
+          EXPECT_LT(level.largest, 0.004) << name << ", " << samples << " samples, turned " << fraction;
         }
       }
     }

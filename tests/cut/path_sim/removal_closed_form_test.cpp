@@ -1,4 +1,4 @@
-// Removed volume, kerf width and their convergence against closed forms, with the block in many poses against the grid.
+// Removed volume and kerf width, and their convergence, against closed forms, for many poses of the block in the grid.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -7,6 +7,7 @@
 #include "bone/grid/surface.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -17,32 +18,31 @@ using test::SegmentArea;
 using test::Stroke;
 
 constexpr double kDepth = 3;     // mm
-const Vec3 kBlockSize(6, 3, 5);  // mm; its top face lies at z = 2.5 of its frame
+const Vec3 kBlockSize(6, 3, 5);  // mm; the top face is at z = 2.5 of its frame
 const double kTop = 0.5 * kBlockSize.z;
-const DiscSaw kSaw;  // 22 x 0.25 mm, 24 teeth
 
 Bone Block(const Pose& X_WB, double voxel_mm) {
   return test::MakeBox(X_WB, kBlockSize, voxel_mm);
 }
 
-/// All that was removed so far, exactly.
+/// Exact volume removed so far.
 double Removed(Simulation& simulation) {
   const auto& by_region = simulation.CalcRemovedByRegion();
   return std::accumulate(by_region.begin(), by_region.end(), 0.0);
 }
 
-/// By occupancy, tick by tick.
+/// Removed volume by occupancy, summed over the ticks.
 double RemovedIn(const std::vector<TickOutput>& ticks) {
   return std::accumulate(ticks.begin(), ticks.end(), 0.0,
                          [](double sum, const TickOutput& t) { return sum + t.removed_mm3; });
 }
 
-/// The centre's height that puts the lowest point of the rim `depth` below the top face.
+/// Height of the centre for which the lowest point of the rim is `depth` below the top face.
 double CentreHeight(double depth) {
   return kTop - depth + kSaw.radius_mm();
 }
 
-/// A slot along x right through the block: a cuboid.
+/// Volume of a kerf along x through the whole block: a cuboid.
 double SlotVolume() {
   return kSaw.thickness_mm * kDepth * kBlockSize.x;
 }
@@ -75,17 +75,17 @@ TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentAtATenthInEveryPose) {
     const double by_occupancy = RemovedIn(Stroke(simulation, X_WB, high, low, 10));
     const double expected = kSaw.thickness_mm * SegmentArea(kSaw.radius_mm(), kDepth);
     EXPECT_NEAR(Removed(simulation) / expected, 1, 0.01);
-    // What the ticks say is by occupancy, whose ramp is a voxel wide: between the layers of centres that a wall at 45
-    // degrees meets, 0.71 voxels apart, it does not add up to the same wherever the wall lies.
+    // The ticks report the volume by occupancy, with a ramp one voxel wide: between the layers of centres that a wall
+    // at 45 degrees meets, 0.71 voxels apart, it does not sum to a constant for all positions of the wall.
     EXPECT_NEAR(by_occupancy / expected, 1, 0.04);
-    // Lifting out again takes nothing.
+    // Moving out again removes nothing.
     EXPECT_EQ(RemovedIn(Stroke(simulation, X_WB, low, high, 10)), 0);
   }
 }
 
-// The two edges of the kerf's floor are off by about 0.15 h^2 of cross-section each whatever the depth, so a shallow
-// plunge has the larger error. Its sign is the pose's: 1.3 % too little midway between two layers of voxel centres,
-// 0.8 % too much on one.
+// Each of the two edges of the kerf's floor has an error of about 0.15 h^2 of cross-section at any depth, so a shallow
+// plunge has the larger relative error. Its sign depends on the pose: 1.3 % too little midway between two layers of
+// voxel centres, 0.8 % too much on one.
 TEST(RemovalClosedForm, ShallowPlungeVolumeIsOffEitherWayByThePose) {
   const Vec3 size(12, 1.6, 3);
   const double depth = 1.2;
@@ -131,7 +131,7 @@ TEST(RemovalClosedForm, KerfWidthIsWithinAHundredthOfAMillimetre) {
     Simulation simulation = MakeSlotSimulation(X_WB, 0.1);
     CutSlot(simulation, X_WB);
     const Bone& bone = simulation.bone();
-    // Across the kerf at many places away from its floor and mouth: from the middle to either wall by bisection.
+    // Across the kerf at many places away from its floor and mouth: from the middle to each wall by bisection.
     for (double x = -2.5; x <= 2.5; x += 0.37) {
       for (double z = kTop - kDepth + 0.3; z <= kTop - 0.3; z += 0.29) {
         double width = 0;
@@ -158,7 +158,7 @@ TEST(RemovalClosedForm, RemovedPlusRemainingIsInitial) {
       Simulation simulation = MakeSlotSimulation(X_WB, voxel);
       const double initial = simulation.bone().CalcVolume();
       const double removed = CutSlot(simulation, X_WB);
-      // The same cells are added up in another order: rounding only.
+      // The same cells are summed in another order: only rounding differs.
       EXPECT_NEAR(removed + simulation.bone().CalcVolume(), initial, 1e-9 * initial);
     }
   }
@@ -177,7 +177,7 @@ TEST(RemovalClosedForm, CuttingTheSamePathTwiceRemovesNothingMore) {
 
 TEST(RemovalClosedForm, OrderOfTwoCutsDoesNotMatter) {
   for (const Pose& X_WB : BlockPoses(0.2)) {
-    // A slot along x, and one crossing it, turned by 20 degrees, both through the middle.
+    // A kerf along x and one that crosses it at 20 degrees, both through the middle.
     Pose X_tilted = X_WB;
     X_tilted.R_AB = X_WB.R_AB * glm::angleAxis(0.35, glm::normalize(Vec3(0.2, 0.1, 1)));
     const auto cut = [](Bone bone, const Pose& X) {
@@ -192,15 +192,15 @@ TEST(RemovalClosedForm, OrderOfTwoCutsDoesNotMatter) {
 }
 
 TEST(RemovalClosedForm, FastPathEqualsEveryVoxelCarvedByEveryStep) {
-  // Brute force: the same sweeps applied to every voxel of the grid, through the definition of the rule.
+  // Brute force: the same sweeps applied to every voxel of the grid by the definition of the rule.
   const Pose X_WB = BlockPoses(0.2)[5];
   const Bone initial = test::MakeBox(X_WB, {4, 2, 3}, 0.2);
   Pose X_a = DiscPose(X_WB, {-3, 0, 11});
   Simulation simulation(initial, {}, X_a);
   std::vector<Pose> poses;
   for (int i = 1; i <= 60; ++i) {
-    // Forwards and down with a slowly turning and sliding disc, at most half a voxel and a tilt well below the sub-step
-    // rule.
+    // Forwards and down with a slowly turning and sliding disc: at most half a voxel per step, and a tilt well below
+    // the limit of the sub-step rule.
     Pose X = DiscPose(X_WB, {-3 + 0.08 * i, 0.0005 * i, 11 - 0.02 * i});
     X.R_AB = glm::normalize(X.R_AB * glm::angleAxis(1e-5 * i, Vec3(1, 0, 0)));
     poses.push_back(X);
@@ -218,7 +218,7 @@ TEST(RemovalClosedForm, FastPathEqualsEveryVoxelCarvedByEveryStep) {
         const bool bone_here = phi < initial.band_mm();
         Pose X_from = X_a;
         for (const Pose& X : poses) {
-          // Independent of the cutter's own formula: distance to a flat cylinder at 20 places along the step.
+          // Independent of the cutter's formula: distance to a flat cylinder at 20 places along the step.
           for (int k = 0; k <= 20; ++k) {
             const Vec3 shift = X.InverseVector(X_from.p_AB - X.p_AB) * (k / 20.0);
             const Vec3 p_T = X.InversePoint(p_W) - Vec3(shift.x, shift.y, 0);
@@ -237,16 +237,16 @@ TEST(RemovalClosedForm, FastPathEqualsEveryVoxelCarvedByEveryStep) {
       }
     }
   }
-  // The fast path may leave out motion along the spindle of up to kFlankTolerance of a voxel; the rest is rounding.
+  // The fast path may ignore motion along the spindle of up to kFlankTolerance of a voxel; the rest is rounding.
   EXPECT_LE(worst, 0.01 * 0.2 + 1e-5);
 }
 
 TEST(RemovalClosedForm, JumpDoesNotTunnel) {
-  // The disc moves sideways through the block in one tick: the slab that it sweeps is gone.
+  // The disc moves sideways through the block in one tick: the slab that it sweeps is removed.
   const Bone block = test::MakeBox(Pose{}, {4, 6, 3}, 0.2);
   Simulation simulation(block, {}, DiscPose(Pose{}, {0, -4, 11}));
   const TickOutput out = simulation.Tick({DiscPose(Pose{}, {0, 4, 11}), 0.001, 7500});
-  // All that lies above the lowest rim line across the full width: z > 11 - sqrt(121 - x^2), over |x| < 2.
+  // All bone above the lowest line of the rim across the full width: z > 11 - sqrt(121 - x^2), over |x| < 2.
   const double top_area = 4 * 1.5;
   const double below = 11 * 4 - (2 * std::sqrt(121 - 4.0) + 121 * std::asin(2.0 / 11));
   EXPECT_NEAR(Removed(simulation), 6 * (top_area - below), 0.01 * 36);

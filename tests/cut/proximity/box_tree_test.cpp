@@ -1,4 +1,4 @@
-// The nearest box by Embree against all boxes by turns, and the bound for a plate against points of it.
+// The nearest box found by Embree against a search of all boxes, and the bound for a plate against points of it.
 #include "cut/proximity/box_tree.h"
 
 #include <gtest/gtest.h>
@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class Dice {
@@ -49,13 +49,13 @@ double BruteForce(const std::vector<Box3>& boxes, const Vec3& p) {
   return best;
 }
 
-// Boxes are rounded outwards to floats about their middle: at 60 mm across to 4e-6 mm.
+// Boxes are rounded outwards to floats relative to their middle: for a size of 60 mm, to 4e-6 mm.
 constexpr double kRounding_mm = 1e-5;
 
 TEST(BoxTree, DistanceIsThatOfBruteForce) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Dice dice(seed);
-    const Vec3 middle = seed % 2 ? Vec3{0} : Vec3{700, -900, 1300};  // far from the world's origin too
+    const Vec3 middle = seed % 2 ? Vec3{0} : Vec3{700, -900, 1300};  // also far from the world's origin
     const std::vector<Box3> boxes = RandomBoxes(dice, 1 + static_cast<int>(seed * seed), middle);
     const BoxTree tree(boxes);
     for (int i = 0; i < 300; ++i) {
@@ -98,8 +98,8 @@ TEST(BoxTree, PlateBoundNeverExceedsTheDistanceOfThePlatesPoints) {
       const Vec3 up = glm::cross(plate.normal_W, side);
       double least = kInfinity;
       for (int k = 0; k < 400; ++k) {
-        // The rim of both flats is where a plate comes nearest, but for what lies above its middle.
-        const double angle = 2 * kPi * (k % 100) / 100;
+        // A plate comes nearest with the rim of its flats, except for boxes above its middle.
+        const double angle = 2 * std::numbers::pi * (k % 100) / 100;
         const double radius = plate.radius_mm * (k < 200 ? 1 : dice.In(0, 1));
         const double height = plate.half_thickness_mm * (k % 2 ? 1 : -1);
         least = std::min(least,
@@ -112,10 +112,10 @@ TEST(BoxTree, PlateBoundNeverExceedsTheDistanceOfThePlatesPoints) {
 }
 
 TEST(BoxTree, PlateBoundIsExactBesideALargeFace) {
-  // A box so large that for every plate above it the nearest point lies straight below.
+  // A box so large that for every plate above it the nearest point is straight below.
   const BoxTree tree({Box3{{-500, -500, -10}, {500, 500, 0}}});
   for (const double degrees : {0.0, 10.0, 45.0, 80.0, 90.0}) {
-    const double angle = degrees * kPi / 180;
+    const double angle = degrees * std::numbers::pi / 180;
     const Plate plate{{1, 2, 9}, {std::sin(angle), 0, std::cos(angle)}, 3, 0.25};
     EXPECT_NEAR(tree.CalcPlateBound(plate, kInfinity, -kInfinity), 9 - 3 * std::sin(angle) - 0.25 * std::cos(angle),
                 1e-4);
@@ -152,7 +152,7 @@ TEST(BoxTree, SaysWhatItTakes) {
   const BoxTree few(RandomBoxes(dice, 100, Vec3{0}));
   const BoxTree many(RandomBoxes(dice, 10000, Vec3{0}));
   EXPECT_GT(many.CalcMemoryBytes(), 10000 * 24u);   // at least the boxes themselves
-  EXPECT_LT(many.CalcMemoryBytes(), 10000 * 400u);  // and a small tree over them
+  EXPECT_LT(many.CalcMemoryBytes(), 10000 * 400u);  // plus a small tree over them
   EXPECT_LT(few.CalcMemoryBytes(), many.CalcMemoryBytes());
 }
 

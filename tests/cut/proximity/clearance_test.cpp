@@ -1,4 +1,4 @@
-// What the tool's clearance promises: never too much, and near only when near.
+// Properties of the tool's clearance: it is never too large, and IsNear() is true only near the bone.
 #include "cut/proximity/clearance.h"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <random>
 
 #include "base/core/heap_guard.h"
@@ -17,9 +18,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-// The same cases in every run; RapidCheck reads this at its first check.
+// The same cases in every run; RapidCheck reads this variable at its first check.
 const int kFixedSeed = setenv("RC_PARAMS", "seed=20261120", 0);
 
 Vec3 RandomDirection(std::mt19937& random) {
@@ -27,20 +26,20 @@ Vec3 RandomDirection(std::mt19937& random) {
   return glm::normalize(Vec3(normal(random), normal(random), normal(random)));
 }
 
-Quat RandomTurn(std::mt19937& random, double most_rad) {
-  return glm::angleAxis(std::uniform_real_distribution<double>(0, most_rad)(random), RandomDirection(random));
+Quat RandomTurn(std::mt19937& random, double max_rad) {
+  return glm::angleAxis(std::uniform_real_distribution<double>(0, max_rad)(random), RandomDirection(random));
 }
 
-/// Points of the tool's surface; for a disc on the rim of both flats and within, for a ball all over.
+/// Points of the tool's surface: for a disc on the rim of both flats and inside it, for a ball everywhere.
 std::vector<Vec3> ToolPoints(const Tool& tool) {
   std::vector<Vec3> points;
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    for (const double share : {1.0, 0.97, 0.8, 0.6, 0.4, 0.2, 0.0}) {
+    for (const double fraction : {1.0, 0.97, 0.8, 0.6, 0.4, 0.2, 0.0}) {
       for (int i = 0; i < 72; ++i) {
-        const double angle = 2 * kPi * i / 72;
+        const double angle = 2 * std::numbers::pi * i / 72;
         for (const double side : {-0.5, 0.5}) {
-          points.push_back({share * disc->radius_mm() * std::cos(angle), share * disc->radius_mm() * std::sin(angle),
-                            side * disc->thickness_mm});
+          points.push_back({fraction * disc->radius_mm() * std::cos(angle),
+                            fraction * disc->radius_mm() * std::sin(angle), side * disc->thickness_mm});
         }
       }
     }
@@ -51,8 +50,8 @@ std::vector<Vec3> ToolPoints(const Tool& tool) {
   return points;
 }
 
-/// Distance of a tool to a ball-shaped bone about the origin, from the tool's side and a little too large: to sampled
-/// points of the tool.
+/// Distance of a tool to a ball-shaped bone about the origin, computed from points of the tool, which makes it slightly
+/// too large.
 double SampledDistance(const std::vector<Vec3>& points, const Pose& X_WT, double bone_radius) {
   double least = 1e300;
   for (const Vec3& p_T : points) least = std::min(least, glm::length(X_WT.Point(p_T)) - bone_radius);
@@ -70,7 +69,7 @@ TEST(Cover, PlatesHoldTheWholeDisc) {
     EXPECT_EQ(plates.size(), 37u);
     for (int i = 0; i < 20000; ++i) {
       const double r = disc.radius_mm() * (i % 4 ? std::sqrt(unit(random)) : 1.0);
-      const double angle = 2 * kPi * unit(random);
+      const double angle = 2 * std::numbers::pi * unit(random);
       const Vec3 p(r * std::cos(angle), r * std::sin(angle), 0);
       EXPECT_TRUE(
           std::any_of(plates.begin(), plates.end(),
@@ -98,7 +97,7 @@ TEST(LeafBoxes, HoldAllBoneAndLittleElse) {
         return glm::all(glm::lessThanEqual(box.lower, p)) && glm::all(glm::lessThanEqual(p, box.upper));
       }));
     }
-    // Nothing sticks out further than a small box's diagonal and the voxel around it.
+    // No box extends further than a small box's diagonal plus the voxel around it.
     const double edge = std::min(8 * h, 1.2) + 2 * h;
     for (const Box3& box : boxes) {
       EXPECT_LT(glm::length(glm::max(glm::abs(box.lower - Vec3(1, -2, 30)), glm::abs(box.upper - Vec3(1, -2, 30)))),
@@ -113,10 +112,10 @@ TEST(LeafBoxes, PureBoneIsJoinedToFewBoxes) {
   const std::vector<Box3> boxes = MakeLeafBoxes(field);
   double largest = 0;
   for (const Box3& box : boxes) largest = std::max(largest, box.size().x * box.size().y * box.size().z);
-  EXPECT_GT(largest, 0.8 * 8000);  // a cube's inside is one box
+  EXPECT_GT(largest, 0.8 * 8000);  // the inside of a cube is a single box
 }
 
-/// A tool wanders about a ball of bone and through it; at every step the bound holds.
+/// A tool moves randomly around a ball of bone and through it; the bound holds at every step.
 void ExpectBoundHoldsOnWalk(const Tool& tool, unsigned seed) {
   std::mt19937 random(seed);
   const double bone_radius = 8;
@@ -128,12 +127,13 @@ void ExpectBoundHoldsOnWalk(const Tool& tool, unsigned seed) {
   Pose X_WT;
   X_WT.p_AB = 30.0 * RandomDirection(random);
   Vec3 velocity{0};
-  // The zero level of the grid lies within a hundredth of a voxel of the sphere.
+  // The zero level of the grid is within a hundredth of a voxel of the sphere.
   constexpr double kSurface_mm = 0.01;
   for (int i = 0; i < 1500; ++i) {
     if (i % 100 == 0) {
-      // Now and then elsewhere, and at another pace: towards somewhere about the bone.
-      if (i % 300 == 0) X_WT = {RandomTurn(random, kPi), (5 + 25 * unit(random)) * RandomDirection(random)};
+      // From time to time a new place and another speed: towards a point around the bone.
+      if (i % 300 == 0)
+        X_WT = {RandomTurn(random, std::numbers::pi), (5 + 25 * unit(random)) * RandomDirection(random)};
       velocity = 0.01 * std::pow(10, 1.5 * unit(random)) * glm::normalize(12.0 * RandomDirection(random) - X_WT.p_AB);
     }
     X_WT.p_AB += velocity;
@@ -166,7 +166,7 @@ TEST(Clearance, BoundHoldsAtAnyPoseAtAll) {
   Clearance kept(field, kDisc);
   const bool passed = rc::check([&] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
-    Pose X_WT{RandomTurn(random, kPi), (*rc::gen::inRange(0, 4000) * 0.01) * RandomDirection(random)};
+    Pose X_WT{RandomTurn(random, std::numbers::pi), (*rc::gen::inRange(0, 4000) * 0.01) * RandomDirection(random)};
     const double margin = *rc::gen::inRange(0, 500) * 0.01;
     const double distance = SampledDistance(points, X_WT, 6);
     Clearance fresh(field, kDisc);
@@ -181,7 +181,7 @@ TEST(Clearance, BoundHoldsAtAnyPoseAtAll) {
 
 TEST(Clearance, FiveMillimetresAwayIsNotNearInAnyOrientation) {
   const double half = 20;
-  // Voxels up to those of a coarse scene; the block in line with the grid and askew.
+  // Voxels up to those of a coarse scene; the block aligned with the grid and skewed.
   for (const double h : {0.1, 0.2, 0.4}) {
     for (const double askew : {0.0, 0.5}) {
       const Pose X_WB{glm::angleAxis(askew, glm::normalize(Vec3(1, 2, 0.5))), {0.3, -0.1, 0.2}};
@@ -193,14 +193,16 @@ TEST(Clearance, FiveMillimetresAwayIsNotNearInAnyOrientation) {
         const std::vector<Vec3> points = ToolPoints(tool);
         Clearance clearance(field, tool);
         for (int i = 0; i < 300; ++i) {
-          const double tilt = i < 10 ? 0 : i < 20 ? 0.5 * kPi : std::uniform_real_distribution<double>(0, kPi)(random);
+          const double tilt = i < 10   ? 0
+                              : i < 20 ? 0.5 * std::numbers::pi
+                                       : std::uniform_real_distribution<double>(0, std::numbers::pi)(random);
           Pose X_BT{glm::angleAxis(tilt, glm::normalize(Vec3(across(random), across(random), 0))),
                     {across(random), across(random), 0}};
           double lowest = 1e300;
           for (const Vec3& p_T : points) lowest = std::min(lowest, X_BT.Vector(p_T).z);
           X_BT.p_AB.z = 3 + 5 - lowest;
           const Pose X_WT{glm::normalize(X_WB.R_AB * X_BT.R_AB), X_WB.Point(X_BT.p_AB)};
-          if (i % 50 == 0) clearance = Clearance(field, tool);  // with and without knowledge of other places
+          if (i % 50 == 0) clearance = Clearance(field, tool);  // with and without bounds from other places
           EXPECT_FALSE(clearance.IsNear(X_WT, 1.0)) << "voxel " << h << ", tilt " << tilt << ", askew " << askew;
         }
       }
@@ -220,8 +222,8 @@ TEST(Clearance, ToolInTheBoneIsNear) {
   }
 }
 
-// A clearance that is the margin to the last bits is not lifted above it, for rounding: to ask until it is would never
-// end.
+// Due to rounding, a clearance that equals the margin to the last bits is not raised above it: repeating the query
+// until it is would never end.
 TEST(Clearance, OfTheMarginItselfIsAnswered) {
   Bone bone = test::MakeBox({}, Vec3(20, 20, 4), 0.2);
   const BoneField field(bone, 0);
@@ -233,12 +235,12 @@ TEST(Clearance, OfTheMarginItselfIsAnswered) {
     const double margin_z_mm = high_mm - clearance.bound_mm() + kMargin_mm;
     for (int lift = 0; lift < 40; ++lift) {
       for (int ulps = -30; ulps <= 30; ++ulps) {
-        // What has been travelled sets how the sums round.
+        // The distance travelled determines the rounding of the sums.
         clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, margin_z_mm + 0.1 + 0.037 * lift)}, kMargin_mm);
         double z_mm = margin_z_mm;
         for (int i = 0; i < std::abs(ulps); ++i) z_mm = std::nextafter(z_mm, ulps < 0 ? -1e9 : 1e9);
         clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, z_mm)}, kMargin_mm);
-        EXPECT_GE(clearance.bound_mm(), 0);  // that it came back is what counts
+        EXPECT_GE(clearance.bound_mm(), 0);  // the test is that the call returns
       }
     }
   }
@@ -250,7 +252,7 @@ TEST(Clearance, StaysTrueWhileBoneIsCutAway) {
   Clearance clearance(field, kDisc);
   const std::vector<Vec3> points = ToolPoints(kDisc);
   Pose X_WT{glm::angleAxis(0.3, Vec3(1, 0, 0)), {0, 0, 25}};
-  // Everything above z = 2 mm goes, layer by layer.
+  // Everything above z = 2 mm is removed, layer by layer.
   for (int top = 5; top >= 1; --top) {
     for (int x = -6; x <= 6; ++x) {
       for (int y = -6; y <= 6; ++y) {
@@ -263,7 +265,7 @@ TEST(Clearance, StaysTrueWhileBoneIsCutAway) {
     }
     for (int i = 0; i < 100; ++i) {
       X_WT.p_AB.z += top % 2 ? -0.15 : 0.13;
-      const double distance = SampledDistance(points, X_WT, 8);  // to what was there, no more than to what is left
+      const double distance = SampledDistance(points, X_WT, 8);  // to the initial bone, at most that to the rest
       const bool near = clearance.IsNear(X_WT, 0.5);
       ASSERT_LE(clearance.bound_mm(), std::max(0.0, distance + 0.01));
       ASSERT_TRUE(near || distance + 0.01 > 0.5);
@@ -301,7 +303,7 @@ TEST(Clearance, BadPosesCountAsNearAndChangeNothing) {
   EXPECT_TRUE(clearance.IsNear(bad, 1));
   EXPECT_FALSE(clearance.IsNear(far, 1));
   EXPECT_EQ(clearance.bound_mm(), bound);
-  // From the end of the world and back.
+  // From an extremely distant place and back.
   far.p_AB = {1e300, -1e300, 1e300};
   EXPECT_FALSE(clearance.IsNear(far, 1));
   EXPECT_TRUE(clearance.IsNear(Pose{}, 1));
@@ -334,7 +336,7 @@ TEST(Clearance, AsksForNoMemory) {
   std::mt19937 random(5);
   const HeapUseCounter uses;
   for (int i = 0; i < 2000; ++i) {
-    const Pose X_WT{RandomTurn(random, kPi), (25.0 * i / 2000) * RandomDirection(random)};
+    const Pose X_WT{RandomTurn(random, std::numbers::pi), (25.0 * i / 2000) * RandomDirection(random)};
     const HeapGuard guard;
     clearance.IsNear(X_WT, 0.5);
   }

@@ -1,8 +1,9 @@
-// What the cutter promises: the rule's properties, exact accounts, no heap, the same bits everywhere.
+// Properties of the cutter: the removal rule, exact volumes, no heap use, bit-identical results everywhere.
 #include "cut/removal/cutter.h"
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <numeric>
 
 #include "base/core/heap_guard.h"
@@ -15,13 +16,12 @@ namespace kerf {
 namespace {
 
 using test::CutAll;
-using test::kPi;
 using test::Step;
 using test::Way;
 
 constexpr double kVoxel = 0.2;
 
-/// A block of two materials in a skew pose.
+/// A block of two materials in a skewed pose.
 Bone MakeLayeredBlock() {
   const Pose X_WB = test::BlockPoses(kVoxel)[5];
   const Vec3 size(7, 6, 6);
@@ -168,8 +168,8 @@ TEST(Cutter, WhatIsFartherThanTheBandFromTheToolIsUntouched) {
       }
       nearest = std::max(nearest, distance);
     }
-    // Between the ends of a step, half a voxel apart in the disc's plane and a quarter along the spindle, the tool is
-    // nearer than at either end by less than their distance.
+    // Between the ends of a step, which are half a voxel apart in the disc's plane and a quarter along the spindle, the
+    // tool is nearer than at either end by less than the distance between them.
     EXPECT_LE(nearest, bone.band_mm() + 0.75 * kVoxel) << what.name;
     EXPECT_GT(changed, 100) << what.name;
   }
@@ -183,7 +183,7 @@ TEST(Cutter, RemovedByRegionIsExactlyWhatTheBoneHasLost) {
     BoneField field(bone, 4096);
     Cutter cutter(field, what.tool, what.with, what.whole_voxels);
     const auto steps = StepsOf(what, 8);
-    // Asked for in between and with the bookkeeping settled there, so that leaves are noted more than once.
+    // Queried in between, with the bookkeeping settled there, so that leaves are registered more than once.
     const std::vector<Step> head(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
     const std::vector<Step> tail(steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
     CutAll(cutter, head);
@@ -195,7 +195,7 @@ TEST(Cutter, RemovedByRegionIsExactlyWhatTheBoneHasLost) {
     const auto after = bone.CalcRegionVolumes();
     for (const int region : {24, 32}) {
       const auto left = after.find(region);
-      // The same cells are added up in another order: rounding only.
+      // The same cells are summed in another order: only rounding differs.
       EXPECT_NEAR(removed[static_cast<std::size_t>(region)] + (left == after.end() ? 0 : left->second),
                   before.at(region), 1e-9 * before.at(region))
           << what.name;
@@ -234,15 +234,16 @@ TEST(Cutter, BoneThatIsLeftForWantOfLeavesIsTakenAfterARefill) {
       const auto& by_region = cutter.CalcRemovedByRegion();
       EXPECT_NEAR(std::accumulate(by_region.begin(), by_region.end(), 0.0) + bone.CalcVolume(), initial.CalcVolume(),
                   1e-9 * initial.CalcVolume());
-      // A rim that begins within solid bone takes other parts of what its flats stand in when it is looked at again.
+      // If a rim starts inside solid bone, a repeated step removes other parts of the bone in which its flats are.
       if (what.with == CutWith::kEdge && std::holds_alternative<DiscSaw>(what.tool)) continue;
-      // The second time all that cuts is looked at, so that the flats are less far from where they cut last.
+      // In a repeated step all cutting parts of the tool are tested, so that the flats have moved less far since they
+      // last cut.
       double worst = 0;
       for (int i = 0; i < 60 * 60 * 60; ++i) {
         const Vec3 p_vox = Vec3(i / 3600, i / 60 % 60, i % 60) - 30.0;
         worst = std::max(worst, std::abs(field.Sample(p_vox) - plenty.Sample(p_vox)));
       }
-      // A whole voxel is there or not for the smallest difference.
+      // A smallest difference may decide about a whole voxel.
       EXPECT_LE(worst, what.whole_voxels ? kVoxel + 1e-6 : Cutter::kFlankTolerance * kVoxel + 1e-6) << what.name;
       EXPECT_NEAR(removed, plenty_removed, 0.01 * plenty_removed) << what.name;
     }
@@ -272,7 +273,7 @@ TEST(Cutter, CuttingUsesNoHeap) {
 }
 
 TEST(Cutter, OnTheBoneSidePhiIsTheDistanceToAllThatWasSwept) {
-  // Round three corners in one plane, in pure bone: the distance to the union is the least of those to its parts.
+  // Around three corners in one plane, in pure bone: the distance to the union is the minimum over its parts.
   Bone bone = test::MakeBox(Pose{}, {16, 16, 8}, kVoxel);
   BoneField field(bone, 4096);
   DiscSaw disc;
@@ -301,7 +302,7 @@ TEST(Cutter, OnTheBoneSidePhiIsTheDistanceToAllThatWasSwept) {
     if (distance == 0 || distance > bone.band_mm()) continue;
     const double to_block = -test::BoxDistance(p_W, {8, 8, 4});
     if (to_block < bone.band_mm()) continue;
-    // Float arithmetic about a radius of 3 mm, and the polygon's poses are turned to and fro.
+    // Float arithmetic for a radius of 3 mm, with the polygon's poses rotated back and forth.
     EXPECT_NEAR(field.Sample(p_vox), -distance, 3e-6);
     ++checked;
   }
@@ -315,7 +316,7 @@ TEST(Cutter, OfADiscOnlyTheRimCutsWhenTheFlatsAreForTheContact) {
   disc.diameter_mm = 8;
   disc.thickness_mm = 0.4;
   Cutter cutter(field, disc, CutWith::kEdge);
-  // Pushed along its spindle into solid bone: only a ring is taken.
+  // Pushed along its spindle into solid bone: only a ring is removed.
   std::vector<Pose> poses;
   for (int i = 0; i <= 20; ++i) poses.push_back({Quat(1, 0, 0, 0), Vec3(0.03, 0.05, 0.04 * i)});
   CutAll(cutter, test::MakeSteps(poses, disc, kVoxel));
@@ -367,7 +368,8 @@ TEST(Cutter, ABallRemovesItsCapsuleAtEverySpeedAndVoxelSize) {
   BallBurr ball;
   ball.diameter_mm = 6;
   const double length = 1.0;
-  const double capsule = kPi * 36 + kPi * 9 * length;  // 4/3 pi 3^3 and the way's cylinder
+  const double capsule =
+      std::numbers::pi * 36 + std::numbers::pi * 9 * length;  // 4/3 pi 3^3 plus the cylinder along the motion
   std::vector<double> all;
   for (const double h : {0.1, 0.2, 0.3}) {
     const Bone block = test::MakeBox(Pose{}, {9, 9, 9}, h);
@@ -384,12 +386,12 @@ TEST(Cutter, ABallRemovesItsCapsuleAtEverySpeedAndVoxelSize) {
       const double by_occupancy = CutAll(cutter, test::MakeSteps(poses, ball, h));
       const auto& by_region = cutter.CalcRemovedByRegion();
       const double exact = std::accumulate(by_region.begin(), by_region.end(), 0.0);
-      // Within 2 % whatever the voxels; occupancy within 1 %.
+      // Within 2 % for any voxels; by occupancy within 1 %.
       EXPECT_NEAR(exact / capsule, 1, 0.02) << h;
       EXPECT_NEAR(by_occupancy / capsule, 1, 0.01) << h;
       all.push_back(exact);
     }
-    // The speed changes nothing but rounding: the capsule is cut in more or fewer pieces.
+    // The speed changes only rounding: the capsule is cut in more or fewer parts.
     EXPECT_NEAR(all[all.size() - 1], all[all.size() - 2], 1e-5 * capsule);
     EXPECT_NEAR(all[all.size() - 1], all[all.size() - 3], 1e-5 * capsule);
   }
@@ -406,7 +408,7 @@ TEST(Substeps, AreCountedByTheEdgesWayAndTheDiscsSidewaysMotion) {
   EXPECT_EQ(CountSubsteps(a, forward, disc, 0.1), 6);  // 0.26 / 0.05
   EXPECT_EQ(CountSubsteps(a, forward, ball, 0.1), 6);
   EXPECT_EQ(CountSubsteps(a, along, disc, 0.1), 11);  // 0.26 / 0.025
-  EXPECT_EQ(CountSubsteps(a, along, disc, 1.0), 5);   // the disc is thinner: 0.26 / 0.0625
+  EXPECT_EQ(CountSubsteps(a, along, disc, 1.0), 5);   // limited by the thinner disc: 0.26 / 0.0625
   EXPECT_EQ(CountSubsteps(a, tilted, disc, 0.1), 5);  // 0.11 mm at the rim / 0.025
   EXPECT_EQ(CountSubsteps(a, tilted, ball, 0.1), 1);
   const Pose half = Interpolate(a, tilted, 0.5);

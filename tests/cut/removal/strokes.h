@@ -1,6 +1,7 @@
-// Ways of a tool through a block, for tests of the cutter.
+// Strokes of a tool through a block, for tests of the cutter.
 #pragma once
 
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -10,14 +11,14 @@
 
 namespace kerf::test {
 
-/// One step of a tool; `lifted`: it was set down anew at its start.
+/// One step of a tool; `lifted`: the tool was set down at its start.
 struct Step {
   Pose X_from;
   Pose X_to;
   bool lifted = false;
 };
 
-/// Splits ways into steps as the simulation does.
+/// Splits strokes into steps as the simulation does.
 inline std::vector<Step> MakeSteps(const std::vector<Pose>& poses, const Tool& tool, double voxel_mm) {
   std::vector<Step> steps;
   for (std::size_t i = 1; i < poses.size(); ++i) {
@@ -32,7 +33,7 @@ inline std::vector<Step> MakeSteps(const std::vector<Pose>& poses, const Tool& t
   return steps;
 }
 
-/// Sum of the results; not to be used where leaves may run out.
+/// Sum of the results; not valid if leaves may run out.
 inline double CutAll(Cutter& cutter, const std::vector<Step>& steps) {
   double removed_mm3 = 0;
   for (const Step& step : steps) {
@@ -56,13 +57,14 @@ inline Quat DrawRotation(std::mt19937& random) {
   return glm::normalize(Quat(w, v.x, v.y, v.z));
 }
 
-/// How a random way goes.
+/// Kind of motion of a random stroke.
 enum class Way {
-  kInPlane,  // a disc stays in its plane; for a ball the same as kFree
-  kFree,     // it slides along its spindle and tilts too
+  kInPlane,  // a disc stays in its plane; same as kFree for a ball
+  kFree,     // also slides along the spindle and tilts
 };
 
-/// A few ways of a tool about the origin, `ticks` each: begun in bone or out of it, with turns, stops and reversals.
+/// Makes `ways` random strokes of a tool about the origin, `ticks` each: started inside or outside of bone, with turns,
+/// stops and reversals.
 inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Way way, double voxel_mm, int ways,
                                    int ticks) {
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -71,8 +73,8 @@ inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Way w
   for (int n = 0; n < ways; ++n) {
     Pose X;
     X.R_AB = DrawRotation(random);
-    // The edge somewhere near the middle of the block.
-    const double angle = 2 * kPi * uniform(random);
+    // The edge is somewhere near the middle of the block.
+    const double angle = 2 * std::numbers::pi * uniform(random);
     const Vec3 edge_T = is_disc ? Vec3(std::cos(angle), std::sin(angle), 0) : glm::normalize(DrawVector(random));
     X.p_AB = DrawVector(random) - X.Vector(CalcReach(tool) * edge_T);
     std::vector<Pose> poses = {X};
@@ -92,7 +94,7 @@ inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Way w
   return steps;
 }
 
-/// Discs and balls from thinner than a voxel to thick.
+/// Random discs and balls, from thinner than a voxel to thick.
 inline Tool DrawTool(std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0, 1);
   if (uniform(random) < 0.4) {

@@ -1,4 +1,4 @@
-// The slice against closed forms: balance at depth, friction that sticks and slips, oscillation, separation.
+// The slice against closed forms: equilibrium at depth, friction with stick and slip, oscillation, separation.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ TEST(SlabBalance, PushedSlowlyTheHandFeelsTheLawTheSpringAndTheFriction) {
     params.damping_Ns_per_mm = 0.02;
     SlabSimulation simulation(test::UniformProfile(kE24_MPa, kNu24, 40), params, HandAt(-0.5, params));
     constexpr double kFeed = 2;
-    double settled_until = -1;  // after a step of the staircase the coupling rings for a few ticks
+    double settled_until = -1;  // after a step of the staircase the coupling oscillates for a few ticks
     double teeth = -1;
     double worst_N = 0;
     int compared = 0;
@@ -42,8 +42,8 @@ TEST(SlabBalance, PushedSlowlyTheHandFeelsTheLawTheSpringAndTheFriction) {
       ++compared;
     });
     EXPECT_GT(compared, 10000);
-    // The mean over a tick against the value at its end: half a tick's rise, 0.001 mm x (0.3 + dF/dh up to 2) N/mm;
-    // corrected: the table's error besides, below 1e-4 N. as_computed: the ringing has decayed to less.
+    // The mean over a tick against the value at its end: half a tick's increase, 0.001 mm x (0.3 + dF/dh up to 2) N/mm.
+    // Corrected: plus the table's error, below 1e-4 N. as_computed: the oscillation has decayed to less than that.
     EXPECT_LT(worst_N, 0.002) << ToString(reading);
   }
 }
@@ -55,7 +55,7 @@ TEST(SlabBalance, AtRestWithoutFrictionTheHandsSpringHoldsTheSlicesSpring) {
   for (const double hand_mm : {4.0, 9.0, 2.0}) {
     double force_N = 0;
     for (int i = 0; i < 500; ++i) force_N = Against(simulation.Tick({HandAt(hand_mm, params), kTick_s, kRpm}), params);
-    // k h = K (hand - h); the coupling's damper has long ended all motion.
+    // k h = K (hand - h); the coupling's damper has stopped all motion by then.
     const double depth = params.coupling_N_per_mm * hand_mm / (params.coupling_N_per_mm + 0.5);
     EXPECT_NEAR(simulation.state().depth_mm, depth, 1e-9);
     EXPECT_NEAR(force_N, 0.5 * depth, 1e-7);
@@ -66,15 +66,14 @@ TEST(SlabBalance, AtRestFrictionHoldsTheSpringUpToItsLimitAndNothingCreeps) {
   SlabParams params;
   params.stiffness_N_per_mm = 0.5;
   params.friction_coefficient = 0.5;
-  params.normal_force_N = 0.6;  // 0.6 N on both faces together
+  params.normal_force_N = 0.6;  // 0.6 N of friction on both faces together
   for (const auto& [depth_mm, holds] : {std::pair(1.18, true), std::pair(1.22, false)}) {
     SlabSimulation simulation(test::UniformProfile(0, 0, 40), params, HandAt(-0.1, params));
-    // Pushed from above against spring and friction, 0.6 N + 0.5 N/mm h, the coupling is stretched by a hundredth of
-    // it.
+    // Pushed from above against spring and friction, 0.6 N + 0.5 N/mm h, which stretches the coupling accordingly.
     const double hand_mm = depth_mm + (0.6 + 0.5 * depth_mm) / params.coupling_N_per_mm;
     test::Move(simulation, params, -0.1, std::round(1000 * hand_mm) / 1000, 0.5, [](const TickOutput&) {});
     simulation.Hold(SlabBody::kNone);
-    // Let go: 0.5 N/mm x 1.2 mm is the limit of friction.
+    // Released: 0.5 N/mm x 1.2 mm is the limit of friction.
     for (int i = 0; i < 10; ++i) simulation.Tick({HandAt(0, params), kTick_s, kRpm});
     const double start_mm = simulation.state().depth_mm;
     for (int i = 0; i < 2000; ++i) {
@@ -86,7 +85,7 @@ TEST(SlabBalance, AtRestFrictionHoldsTheSpringUpToItsLimitAndNothingCreeps) {
     if (holds) {
       EXPECT_NEAR(start_mm, depth_mm, 0.005);
     } else {
-      // It slid up, a little past the limit's place since it had gathered speed: as far beyond as it began before.
+      // It slid up, slightly past the limit because it had gained speed: as far past it as it started before it.
       EXPECT_LT(start_mm, 1.2);
       EXPECT_GT(start_mm, 1.17);
     }
@@ -110,7 +109,7 @@ TEST(SlabBalance, SetDownInsideTheBoneTheSpringIsSlackAndTheEnergiesBegin) {
     test::Move(simulation, params, 5, 3, 2, [](const TickOutput&) {});
     test::Move(simulation, params, 3, 4.99, 2, [](const TickOutput&) {});
     EXPECT_LT(simulation.state().cutting_mJ, 1e-12) << "what lies above counts as cut";
-    // From there on it is stretched by what the blade moves.
+    // From there on the spring is stretched by the blade's motion.
     test::Move(simulation, params, 4.99, 6, 2, [&](const TickOutput& out) { force_N = Against(out, params); });
     const double depth = simulation.state().depth_mm;
     EXPECT_NEAR(force_N, CalcPaperForce(params.saw, 0.01, depth, kE24_MPa, kNu24, params.reading) + (depth - 5), 0.002);
@@ -140,13 +139,13 @@ TEST(SlabBalance, BetweenSegmentsThatMoveTheCutIsAsHardAndTheDepthIsThatBelowBot
   test::Move(simulation, params, -1, 6, 0.5, [&](const TickOutput& out) { force_N = Against(out, params); });
   const SlabState& s = simulation.state();
   const double law_N = CalcPaperForce(params.saw, 0.01, s.depth_mm, kE24_MPa, kNu24, params.reading);
-  // Half a tick's rise and the table's error, as above.
+  // Half a tick's increase and the table's error, as above.
   EXPECT_NEAR(force_N, law_N, 1e-3);
   EXPECT_NEAR(s.left_mm, 0.5 * law_N / 2, 1e-3);
   EXPECT_EQ(s.left_mm, s.right_mm);
   EXPECT_NEAR(s.depth_mm, s.blade_mm - 1 - 0.5 * (s.left_mm + s.right_mm), 1e-12);
 
-  // One segment moved alone by the hand counts half.
+  // A segment that is moved alone by the hand counts half.
   SlabSimulation still(test::UniformProfile(0, 0, 30), params, HandAt(5, params));
   still.Hold(SlabBody::kRight);
   test::Move(still, params, 5, 7, 1, [](const TickOutput&) {});
@@ -162,7 +161,7 @@ TEST(SlabFriction, SticksUntilTheCouplingPullsHarderThanBothFacesThenSlidesAtTha
   params.coupling_N_per_mm = 2;
   const double limit_N = 2 * 0.3 * 2;
   SlabSimulation simulation(test::UniformProfile(0, 0, 100), params, HandAt(10, params));
-  // Set down in the bone at rest, so no spring is stretched: the hand moves limit / K before anything does.
+  // Set down in the bone at rest, so no spring is stretched: the hand moves by limit / K before the slice moves.
   double last_stuck_mm = 10;
   double hand_mm = 10;
   int slips = 0;
@@ -184,7 +183,7 @@ TEST(SlabFriction, SticksUntilTheCouplingPullsHarderThanBothFacesThenSlidesAtTha
     returns_to_stick += sticking && !was_sticking ? 1 : 0;
     was_sticking = sticking;
   }
-  // The damper of the coupling (0.01 N s/mm at 1 mm/s: 0.01 N) pulls along while the slice stands.
+  // The coupling's damper (0.01 N s/mm at 1 mm/s: 0.01 N) adds to the pull while the slice sticks.
   EXPECT_NEAR(last_stuck_mm - 10, (limit_N - 0.01) / 2, 0.0011);
   EXPECT_GT(slips, 3000);
   EXPECT_EQ(returns_to_stick, 0) << "chatter";
@@ -213,7 +212,7 @@ TEST(SlabFriction, AReversalGoesThroughStickOnceAndTheVelocityChangesSignOnce) {
   EXPECT_EQ(sign, -1);
 }
 
-/// Largest error of a damped oscillation against the analytic one, at ticks of dt.
+/// Largest error of a damped oscillation against the analytic one, for ticks of dt_s.
 double OscillationError(double dt_s) {
   SlabParams params;
   params.mass_g = 50;
@@ -223,10 +222,9 @@ double OscillationError(double dt_s) {
   params.coupling_damping_Ns_per_mm = 1e-4;
   constexpr double kDepth_mm = 5;
   SlabSimulation simulation(test::UniformProfile(0, 0, 500), params, HandAt(kDepth_mm, params));
-  // The blade is set down 5 mm deep, where the slice's spring is slack, and the hand then goes on at V:
-  // m x'' = -k x - c x' + K (V t - x) + C (V - x'), x(0) = x'(0) = 0: a straight line and a damped oscillation about
-  // it.
-  const double V = 100;  // 0.1 mm a tick: eight sub-steps at each tick tried
+  // The blade is set down 5 mm deep, where the slice's spring is slack, and the hand then moves at V: m x'' = -k x - c
+  // x' + K (V t - x) + C (V - x'), x(0) = x'(0) = 0. The solution is a straight line plus a damped oscillation.
+  const double V = 100;  // 0.1 mm per tick: eight sub-steps for each tick length tested
   const double m = 50e-6;
   const double k = 0.2 + 0.3;
   const double c = 3e-4;
@@ -251,8 +249,8 @@ TEST(SlabOscillation, FollowsTheDampedMassSpringAndConvergesInFirstOrder) {
   const double coarse = OscillationError(0.001);
   const double middle = OscillationError(0.0005);
   const double fine = OscillationError(0.00025);
-  // Amplitude 2 mm at omega = 100/s: implicit Euler's error is about omega^2 h t / 2 of it at its worst, h an eighth of
-  // a tick: with the decay of 3/s below 0.15 mm.
+  // Amplitude 2 mm at omega = 100/s: the error of implicit Euler is at most about omega^2 h t / 2 of it, with h an
+  // eighth of a tick: with the decay of 3/s, below 0.15 mm.
   EXPECT_LT(coarse, 0.15);
   EXPECT_NEAR(coarse / middle, 2, 0.3);
   EXPECT_NEAR(middle / fine, 2, 0.15);
@@ -272,17 +270,17 @@ TEST(SlabSeparation, PastItsEndTheSliceIsFreeAndCoastsWhenLetGo) {
     after_N = Against(out, params);
     if (simulation.state().free && !freed) {
       freed = true;
-      // One sub-step of the hand is 0.0005 mm; the slice may run ahead by what the coupling held, below 0.05 mm.
+      // One sub-step of the hand is 0.0005 mm; the slice may move ahead by the coupling's stretch, below 0.05 mm.
       EXPECT_NEAR(simulation.state().depth_mm, 8, 0.1);
     }
   });
   ASSERT_TRUE(freed);
   EXPECT_GT(before_N, 1);
-  // One millimetre further nothing holds it: the coupling's ringing (damped by 0.01 N s/mm on 1 g) is gone.
+  // After another millimetre nothing holds it: the coupling's oscillation (damped by 0.01 N s/mm on 1 g) has decayed.
   EXPECT_NEAR(after_N, 0, 1e-9);
   EXPECT_EQ(simulation.Tick({HandAt(9, params), kTick_s, kRpm}).engaged_teeth, 0);
 
-  // Let go while it moves: it keeps its velocity exactly, whatever the hand does.
+  // Released while it moves: it keeps its velocity exactly, whatever the hand does.
   test::Move(simulation, params, 9, 10, 4, [](const TickOutput&) {});
   simulation.Hold(SlabBody::kNone);
   const double start = simulation.state().blade_mm;
@@ -301,7 +299,7 @@ TEST(SlabSeparation, HeldTheFreeSliceFollowsTheHandInAllDirections) {
   SlabSimulation simulation(test::UniformProfile(kE24_MPa, kNu24, 3), params, HandAt(-1, params));
   test::Move(simulation, params, -1, 4, 4, [](const TickOutput&) {});
   ASSERT_TRUE(simulation.state().free);
-  // Across the rail at a constant acceleration a: once the coupling has settled, the force is -m a.
+  // Across the rail with a constant acceleration a: once the coupling has settled, the force is -m a.
   double force_N = 0;
   const double a = 20;
   for (int i = 1; i <= 1000; ++i) {
@@ -312,7 +310,7 @@ TEST(SlabSeparation, HeldTheFreeSliceFollowsTheHandInAllDirections) {
   }
   EXPECT_NEAR(force_N, -1e-6 * a, 1e-9);
 
-  // Let go and taken again elsewhere: no jolt, in any direction.
+  // Released and grasped again elsewhere: no jolt in any direction.
   simulation.Hold(SlabBody::kNone);
   Pose X = HandAt(9, params);
   X.p_AB += Vec3(3, 0, -2);
@@ -332,7 +330,7 @@ TEST(SlabSegments, FrictionSharesOutTheMomentumAndEndsInOneVelocity) {
   params.segment_stiffness_N_per_mm = 0;
   params.segment_damping_Ns_per_mm = 0;
   SlabSimulation simulation(test::UniformProfile(0, 0, 1e4), params, HandAt(-20, params));
-  // Give the slice a velocity by the hand outside the bone, then let go.
+  // The hand gives the slice a velocity outside the bone, then releases it.
   test::Move(simulation, params, -20, -0.05, 100, [](const TickOutput&) {});
   simulation.Hold(SlabBody::kNone);
   const double momentum = 2e-6 * std::sqrt(2 * simulation.state().kinetic_mJ / 2e-6);
@@ -367,8 +365,8 @@ TEST(SlabSegments, AHeldSegmentMovesAgainstItsSpringAndDragsTheSliceAlong) {
   test::Move(simulation, params, 5, 6.5, 0.05, [&](const TickOutput& out) { force_N = Against(out, params); });
   for (int i = 0; i < 1000; ++i) force_N = Against(simulation.Tick({HandAt(6.5, params), kTick_s, kRpm}), params);
   const SlabState& s = simulation.state();
-  // The right segment (spring 0.5 N/mm) is dragged until its spring holds the friction of 0.5 N on its face: 1 mm.
-  // When the hand stops, its damper (0.01 N s/mm at 0.05 mm/s) and the inertia let it back by less than 1e-4 mm.
+  // The right segment (spring 0.5 N/mm) is dragged until its spring balances the friction of 0.5 N on its face: 1 mm.
+  // When the hand stops, its damper (0.01 N s/mm at 0.05 mm/s) and the inertia move it back by less than 1e-4 mm.
   EXPECT_NEAR(s.right_mm, 1, 1e-4);
   EXPECT_NEAR(s.left_mm, 1.5 - force_N / params.coupling_N_per_mm, 1e-6);
   EXPECT_NEAR(force_N, 0.5 * s.left_mm + 0.5, 1e-3);
@@ -384,7 +382,7 @@ TEST(SlabSpindle, AStoppedBladeGoesNoDeeperAndComesBackFreely) {
   test::Move(
       simulation, params, 5, 5.5, 5, [&](const TickOutput& o) { out = o; }, 0);
   EXPECT_NEAR(simulation.state().deepest_mm, deepest, 1e-9);
-  // Wedged: the hand feels the coupling's whole stretch.
+  // Wedged: the hand feels the full stretch of the coupling.
   EXPECT_NEAR(Against(out, params), params.coupling_N_per_mm * (5.5 - deepest) + 0.01 * 5, 0.3);
   EXPECT_TRUE(out.status & kTickSpindleStopped);
   test::Move(
@@ -402,7 +400,7 @@ TEST(SlabCut, WhatIsCutAlreadyIsNotCutAgain) {
   test::Move(simulation, params, 0, 5.9, 5,
              [&](const TickOutput& out) { worst_N = std::max(worst_N, std::abs(Against(out, params))); });
   EXPECT_EQ(simulation.state().cutting_mJ, cutting_mJ);
-  // Only inertia and the coupling's damper against a hand that reverses at once: m v / dt at most.
+  // Only inertia and the coupling's damper, with a hand that reverses abruptly: at most m v / dt.
   EXPECT_LT(worst_N, 0.2);
 }
 

@@ -1,4 +1,4 @@
-// Energy never comes from nowhere, whatever the hand does; and each step solves its equation.
+// No energy is created, for any motion of the hand, and each step solves its equation.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -50,13 +50,13 @@ TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
     const SlabParams params = RandomParams(random);
     SlabProfile profile = test::UniformProfile(Draw(random, 300, 20000), 0.3, Draw(random, 2, 30));
     profile.layers.push_back({Draw(random, 0.5, 1.9), 0, 0, 0});
-    double hand = random() % 2 ? -1 : 1.95;  // outside the bone, or set down inside
+    double hand = random() % 2 ? -1 : 1.95;  // outside the bone, or set down inside it
     SlabSimulation simulation(profile, params, HandAt(hand, params));
     SlabState before = simulation.state();
     double v = 0;
     double largest = 0;
     for (int i = 0; i < 1500; ++i) {
-      // A wandering hand that at times stops, jumps, lets go or takes another body, and a spindle that stops.
+      // A random hand that at times stops, jumps, lets go or grasps another body, and a spindle that sometimes stops.
       if (i % 50 == 0) v = random() % 5 ? Draw(random, -20, 40) : 0;
       hand += v * kTick_s + (random() % 400 == 0 ? Draw(random, -5, 5) : 0);
       Pose X = HandAt(hand, params);
@@ -67,7 +67,7 @@ TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
       const SlabState& s = simulation.state();
       ASSERT_TRUE(std::isfinite(out.f_T_W_N.x + s.kinetic_mJ + s.elastic_mJ)) << "seed " << seed << " tick " << i;
       largest = std::max({largest, s.kinetic_mJ + s.elastic_mJ, std::abs(s.hand_work_mJ), s.numerical_mJ});
-      // Sums of up to 1e6 terms of that size, each rounded to 1e-16 of it.
+      // Sums of up to 1e6 terms of that size, each rounded to 1e-16.
       ASSERT_NEAR(test::CalcImbalance(s), 0, 1e-9 * largest + 1e-12) << "seed " << seed << " tick " << i;
       ASSERT_GE(s.friction_mJ, before.friction_mJ);
       ASSERT_GE(s.cutting_mJ, before.cutting_mJ);
@@ -79,7 +79,7 @@ TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
     }
     freed += before.free;
   }
-  // The walk was one.
+  // The random motion included separation and stick.
   EXPECT_GT(freed, 20);
   EXPECT_GT(stuck, 1000);
 }
@@ -91,8 +91,8 @@ TEST(SlabEnergy, BalancesWhenASegmentOfAFastJawIsHeld) {
   simulation.Hold(SlabBody::kLeft);
   TickOutput out;
   test::Move(simulation, params, -1, 1, 5, [&](const TickOutput& o) { out = o; });
-  // The jaw does not give: the hand feels its own coupling's 2 mm and damper, the mean over the tick up to half a
-  // tick's way of 0.005 mm less.
+  // The jaw is rigid: the hand feels the coupling's 2 mm of stretch and its damper; the mean over the tick is lower by
+  // up to half a tick's motion of 0.005 mm.
   EXPECT_NEAR(test::Against(out, params), 1e4 * 2 + 0.01 * 5, 0.5 * 1e4 * 0.005);
   EXPECT_NEAR(test::CalcImbalance(simulation.state()), 0, 1e-9 * 2e4);
   EXPECT_NEAR(simulation.state().elastic_mJ, 0.5 * 1e4 * 4, 1e-6);
@@ -123,7 +123,7 @@ TEST(SlabEnergy, NeverGrowsWithoutTheHand) {
     double before = simulation.state().kinetic_mJ + simulation.state().elastic_mJ;
     const double start = before;
     for (int i = 0; i < 1000; ++i) {
-      simulation.Tick({HandAt(10, params), kTick_s, kRpm});  // a hand that stands does no work
+      simulation.Tick({HandAt(10, params), kTick_s, kRpm});  // a hand at rest does no work
       const double now = simulation.state().kinetic_mJ + simulation.state().elastic_mJ;
       ASSERT_LE(now, before + 1e-12 * start) << "trial " << trial << " tick " << i;
       before = now;
@@ -136,7 +136,7 @@ TEST(SlabEnergy, CuttingThroughCostsTheIntegralOfTheLawAlsoInOneJump) {
   params.reading = PaperReading::kCorrected;
   params.mass_g = 0.01;
   const double depth = 9;
-  // Integral of n(h) F_1 over the depth, by the midpoint rule in 1e5 steps.
+  // Integral of n(h) F_1 over the depth, by the midpoint rule with 1e5 steps.
   double expected = 0;
   for (int i = 0; i < 100000; ++i) {
     expected +=
@@ -150,7 +150,7 @@ TEST(SlabEnergy, CuttingThroughCostsTheIntegralOfTheLawAlsoInOneJump) {
       test::Move(simulation, params, -1, 12, 10, [](const TickOutput&) {});
     }
     ASSERT_TRUE(simulation.state().free);
-    // Slow: 1e-3 of it. A jump is cut into sub-steps of 0.02 mm, each with the law at its start.
+    // Slow motion: an error of 1e-3. A jump is split into sub-steps of 0.02 mm, each with the law at its start.
     EXPECT_NEAR(simulation.state().cutting_mJ, expected, (jump ? 0.02 : 0.002) * expected) << jump;
   }
 }
@@ -175,19 +175,19 @@ TEST(SlabStep, SolvesTheMonotoneEquationAsBisectionDoes) {
     }
     const double a = DrawDecades(random, 0.01, 10);
     const double b = Draw(random, -3, 3);
-    double share = 0;
-    const double solved = SolveMonotone(a, b, graphs, &share);
+    double fraction = 0;
+    const double solved = SolveMonotone(a, b, graphs, &fraction);
     double lower = -1000;
     double upper = 1000;
     for (int i = 0; i < 200; ++i) {
       const double middle = 0.5 * (lower + upper);
       (a * middle + graphs[0].Above(middle) + graphs[1].Above(middle) < b ? lower : upper) = middle;
     }
-    // Bisection ends at neighbouring doubles; slopes are at least 0.01, values up to 10.
+    // Bisection ends at adjacent doubles; slopes are at least 0.01, values up to 10.
     ASSERT_NEAR(solved, upper, 1e-10) << "trial " << trial;
     double sum = a * solved;
     for (const MonotoneGraph& graph : graphs) {
-      sum += graph.Below(solved) + share * (graph.Above(solved) - graph.Below(solved));
+      sum += graph.Below(solved) + fraction * (graph.Above(solved) - graph.Below(solved));
     }
     ASSERT_NEAR(sum, b, 1e-10) << "trial " << trial;
   }

@@ -1,7 +1,8 @@
-// What stands in the blade's way: the paper's bands, a layered block, and the law over both.
+// The bone in the blade's way: the paper's bands, a layered block, and the law for both.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
@@ -41,14 +42,15 @@ TEST(BoneProfile, OfALayeredBlockHasItsLayersAtTheirDepthsHoweverItStands) {
   for (const bool turned : {false, true}) {
     if (turned) block.X_WB = {glm::normalize(Quat(0.8, 0.3, -0.4, 0.2)), Vec3(3, -4, 5)};
     const Bone bone = MakeBlock(block, DefaultMandibleTable());
-    // The block's frame: z out of its top face, whose middle is the origin.
+    // The block's frame: z points out of its top face, whose middle is the origin.
     const CutPlane plane{block.X_WB.Point({0, 0, 8}), block.X_WB.Vector({0, 1, 0})};
     const Vec3 down_W = block.X_WB.Vector({0, 0, -1});
     const SlabProfile profile = MakeBoneProfile(bone, plane, 0.25, down_W, 11);
-    // Steps of a quarter of a voxel, the surface true to less, borders of regions to a voxel's half diagonal.
+    // Steps of a quarter of a voxel; the surface is more accurate than that, and borders of regions are known to half a
+    // voxel's diagonal.
     EXPECT_NEAR(profile.entry_mm, glm::dot(block.X_WB.p_AB, down_W), 0.1);
     EXPECT_NEAR(profile.end_mm, 10, 0.15);
-    // Samples stand on columns a voxel apart: the area is true to a voxel of width and two of height.
+    // Samples are on columns one voxel apart: the area is accurate to one voxel of width and two of height.
     EXPECT_NEAR(profile.slice_mm3, 12 * 10 * 0.25, 0.03 * 30);
     for (const auto& [depth, region, E_GPa] :
          {std::tuple(1.25, 24, 19.3), std::tuple(4.5, 32, 0.0), std::tuple(8.25, 6, 17.3)}) {
@@ -85,14 +87,14 @@ TEST(BoneProfile, LooksAcrossTheSlicesThickness) {
   block.voxel_mm = 0.2;
   const Bone bone = MakeBlock(block, DefaultMandibleTable());
   const SlabProfile whole = MakeBoneProfile(bone, {{0, 0, 20}, {0, 1, 0}}, 0.9, {0, 0, -1}, 11);
-  // 0.9 mm about y = 3.9: of its three layers of samples (3.6, 3.9, 4.2) one stands outside the block, which ends at 4.
+  // 0.9 mm about y = 3.9: one of its three layers of samples (3.6, 3.9, 4.2) is outside the block, which ends at 4.
   const SlabProfile edge = MakeBoneProfile(bone, {{0, 3.9, 20}, {0, 1, 0}}, 0.9, {0, 0, -1}, 11);
   EXPECT_NEAR(edge.slice_mm3, 2.0 / 3 * whole.slice_mm3, 0.01 * whole.slice_mm3);
 }
 
 TEST(SlabResistance, OfThePaperIsItsTablesAtItsDepths) {
-  // The 24 forces, printed to 5 decimals: tests/cut/paper has them against the formulas; here region 24 and 6 through
-  // the whole slab law.
+  // The 24 forces, printed to 5 decimals. tests/cut/paper compares them with the formulas; here regions 24 and 6 are
+  // computed by the complete slab law.
   const double depths[] = {1.1, 2.2, 3.3, 4.4, 5.5, 6.6};
   const double region24[] = {0.05541, 0.44325, 0.44325, 1.49595, 1.49595, 3.54596};
   SlabParams params;
@@ -111,22 +113,22 @@ TEST(SlabResistance, CorrectedIsTheSumOverTheArcToothByTooth) {
   const SlabResistance law(profile, params);
   const double R = params.saw.radius_mm();
   for (const double depth : {0.5, 1.1, 6.6, 9.0, 18.0, 21.9, 25.0, 32.0, 32.5}) {
-    // Brute force: a million points of the half rim from the lowest up.
+    // Brute force: 200,000 points of half of the rim, from its lowest point up.
     double force = 0;
     constexpr int kPoints = 200000;
     for (int i = 0; i < kPoints; ++i) {
-      const double theta = (i + 0.5) * 3.14159265358979 / kPoints;
+      const double theta = (i + 0.5) * std::numbers::pi / kPoints;
       const double at = depth - R * (1 - std::cos(theta));
       const SlabProfile::Layer* layer = profile.Find(at);
       if (layer == nullptr) continue;
-      force += CalcPaperToothForce(params.saw, 0.01, layer->E_MPa, layer->nu) * R * 3.14159265358979 / kPoints /
+      force += CalcPaperToothForce(params.saw, 0.01, layer->E_MPa, layer->nu) * R * std::numbers::pi / kPoints /
                params.saw.pitch_mm();
     }
     EXPECT_NEAR(law.At(depth).force_N, force, 1e-3 * force) << depth;
   }
 }
 
-TEST(SlabResistance, DoublesWithBothModuliAndGoesEightfoldWithTheShareOfThePitch) {
+TEST(SlabResistance, DoublesWithBothModuliAndGoesEightfoldWithTheFractionOfThePitch) {
   for (const PaperReading reading : {PaperReading::kAsComputed, PaperReading::kCorrected}) {
     SlabParams params;
     params.reading = reading;

@@ -1,4 +1,4 @@
-// A tool as points: on its surface, with as many teeth as it has, whatever the sampling.
+// A tool represented by points: they are on its surface and stand for its number of teeth, for any sampling.
 #include "cut/tool/shape.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
     const ToolShape shape = MakeToolShape(disc, samples, 1, 0.15, 0.1);
     EXPECT_TRUE(shape.edge_is_ring);
     EXPECT_EQ(shape.passes_per_turn, 24);
-    EXPECT_NEAR(SumTeeth(shape), 24, 1e-9);  // rounding of the sum
+    EXPECT_NEAR(SumTeeth(shape), 24, 1e-9);  // rounding error of the sum
     Vec3 sum(0);
     for (std::size_t i = 0; i < shape.edge.size(); ++i) {
       const EdgePoint& p = shape.edge[i];
@@ -50,7 +50,7 @@ TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndNoFurtherApartThan
     for (const FacePoint& q : shape.faces) {
       if (&q != &p && q.n_T.z == p.n_T.z) nearest = std::min(nearest, glm::length(q.p_T - p.p_T));
     }
-    // Half a spacing to the next ring and at most a whole one along it; the rings near the spindle are short.
+    // Half a spacing to the next ring and at most a full spacing along it; rings near the spindle are short.
     EXPECT_LE(nearest, 1.2 * spacing);
   }
   EXPECT_NEAR(outermost, 10.7, 1e-9);
@@ -64,7 +64,7 @@ TEST(ToolShape, FacesInTheCuttingRimAreForAStoppedSpindle) {
     EXPECT_EQ(p.while_stopped, std::hypot(p.p_T.x, p.p_T.y) > 10.7 + 1e-9);
     stopped += p.while_stopped ? 1 : 0;
   }
-  EXPECT_GT(stopped, 100);  // both sides of a ring of 68 mm at 0.9 mm
+  EXPECT_GT(stopped, 100);  // both sides of a ring of 68 mm, every 0.9 mm
 }
 
 TEST(ToolShape, BallHasFlutesTimesTheirLengthOfEdge) {
@@ -81,8 +81,8 @@ TEST(ToolShape, BallHasFlutesTimesTheirLengthOfEdge) {
 }
 
 TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
-  // Teeth times max(0, cos) to a feed along x: flutes r / (2 pi w) * int dtheta dphi max(0, sin theta cos phi)
-  //   = flutes r / (2 pi w) * 2 * 2 = 2 flutes r / (pi w).
+  // Teeth times max(0, cos) for a feed along x: flutes r / (2 pi w) * int dtheta dphi max(0, sin theta cos phi)
+  // = flutes r / (2 pi w) * 2 * 2 = 2 flutes r / (pi w).
   const BallBurr ball;
   const double exact = 2 * ball.flutes * ball.radius_mm() / (M_PI * ball.tooth_width_mm);
   double error[2];
@@ -93,7 +93,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
     error[i] = std::abs(sum / exact - 1);
   }
   EXPECT_LT(error[0], 0.005);         // midpoint rule, 16 x 32 points
-  EXPECT_LT(error[1], error[0] / 8);  // second order would be 16
+  EXPECT_LT(error[1], error[0] / 8);  // second order would give 1/16
 }
 
 TEST(Tool, ValuesOutOfRangeAreNamed) {

@@ -1,4 +1,4 @@
-// Back to any checkpoint and forward again, to the bit, in bounded memory.
+// Back to any checkpoint and forward again, bit for bit, in bounded memory.
 #include "cut/undo/journal.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ struct Session {
   UndoJournal journal;
 };
 
-/// What a call says when it refuses; empty when it does not.
+/// Returns the message with which a call refuses, or "" if it does not.
 template <typename Call>
 std::string Refusal(Call&& call) {
   try {
@@ -68,7 +68,7 @@ TEST(UndoJournal, SaveCutRestoreIsTheSameToTheBit) {  // I20
   UndoTo(s.simulation, s.journal, saved, &kAway);
   EXPECT_EQ(CountOtherVoxels(before, s.simulation.bone()), 0u);
   EXPECT_EQ(s.simulation.bone().CalcHash(), before.CalcHash());
-  // To rounding: 1e-9 of the bone.
+  // Except for rounding: 1e-9 of the bone.
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
   Redo(s.simulation, s.journal, &kAway);
   EXPECT_EQ(CountOtherVoxels(after, s.simulation.bone()), 0u);
@@ -85,7 +85,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoIsThatOfDeepCopies) {
     struct Copy {
       std::uint32_t number;
       Bone bone;
-      std::optional<double> removed_mm3;  // asking for it settles accounts, which must not matter
+      std::optional<double> removed_mm3;  // reading it settles the account, which must have no effect
     };
     std::vector<Copy> kept{{0, s.simulation.bone(), 0}};
     struct Redone {
@@ -143,7 +143,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoIsThatOfDeepCopies) {
           break;
       }
     }
-    // And all the way back.
+    // And back to the start.
     UndoTo(s.simulation, s.journal, 0, &kAway);
     RC_ASSERT(CountOtherVoxels(kept[0].bone, s.simulation.bone()) == 0u);
   }));
@@ -181,7 +181,7 @@ TEST(UndoJournal, BoneThatWasWhollyGoneComesBack) {
   params.tool = BallBurr{.diameter_mm = 6};
   params.coupling.max_force_N = 1000;
   Session s({}, params);
-  // To and fro, until leaves are empty, which settling makes air of.
+  // Back and forth until leaves are empty; settling turns those into air.
   s.simulation.SetDown(OverBar(-6, 0, 7));
   for (int i = 1; i <= 3000; ++i) {
     s.simulation.Tick({.X_WH = OverBar(-6 + 12 * std::abs(std::sin(0.004 * i)), 0, 7 - 0.0018 * i), .rpm = 30000});
@@ -197,10 +197,10 @@ TEST(UndoJournal, BoneThatWasWhollyGoneComesBack) {
   UndoTo(s.simulation, s.journal, 0);
   EXPECT_EQ(CountOtherVoxels(MakeBar(), s.simulation.bone()), 0u);
   EXPECT_NEAR(s.Removed(), 0, 1e-9 * MakeBar().CalcVolume());
-  // What came back is met again.
-  double most_N = 0;
-  Plunge(3).Run(s.simulation, [&](const CoupledOutput& out) { most_N = std::max(most_N, glm::length(out.f_cut_W_N)); });
-  EXPECT_GT(most_N, 0.05);
+  // Restored bone is felt again.
+  double max_N = 0;
+  Plunge(3).Run(s.simulation, [&](const CoupledOutput& out) { max_N = std::max(max_N, glm::length(out.f_cut_W_N)); });
+  EXPECT_GT(max_N, 0.05);
   UndoTo(s.simulation, s.journal, 0);
   Plunge(3).Run(s.simulation);
   CoupledSimulation fresh(MakeBar(), params, kAway);
@@ -217,7 +217,7 @@ TEST(UndoJournal, StaysWithinItsMemoryOverThousandsOfCheckpoints) {
     s.journal.Drain();
     ASSERT_LE(s.journal.CalcMemoryBytes(), 200'000u);
     most = std::max(most, s.journal.CalcMemoryBytes());
-    // Now and then all of it back, so that there is bone to cut.
+    // From time to time everything is undone, so that there is bone to cut.
     if (round % 250 == 249) UndoTo(s.simulation, s.journal, s.journal.checkpoints().front().number);
     ASSERT_LE(s.journal.CalcMemoryBytes(), 200'000u);
   }
@@ -236,7 +236,7 @@ TEST(UndoJournal, WhatIsDroppedCantBeGoneBackToAndThatIsSaid) {
   const std::vector<UndoCheckpoint> kept = s.journal.checkpoints();
   ASSERT_GT(kept.front().number, 0u);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
-            "that checkpoint is no longer kept: one can go back to '" + kept.front().name + "' at the earliest");
+            "that checkpoint is no longer kept: undo can go back to '" + kept.front().name + "' at the earliest");
   EXPECT_EQ(Refusal([&] { s.journal.Find("nowhere"); }),
             "there is no checkpoint 'nowhere' to go back to; the earliest is '" + kept.front().name + "'");
   for (auto c = kept.rbegin(); c != kept.rend(); ++c) {
@@ -248,21 +248,21 @@ TEST(UndoJournal, WhatIsDroppedCantBeGoneBackToAndThatIsSaid) {
 
 TEST(UndoJournal, NeverGivesWrongBitsWhenNobodyReadsInTime) {
   Session s({}, BarParams(), 8);
-  Plunge(1).Run(s.simulation);  // of more leaves than the ring holds
+  Plunge(1).Run(s.simulation);  // changes more leaves than the ring holds
   EXPECT_NE(s.simulation.history()->last_lost(), 0u);
   EXPECT_EQ(
       Refusal([&] { s.journal.PrepareUndo(0); }),
-      "more was cut since the last checkpoint than undo can keep: one can go back to the next one at the earliest");
+      "more was cut since the last checkpoint than undo can keep; undo is possible again from the next checkpoint on");
   EXPECT_EQ(s.journal.job(), nullptr);
   const std::uint32_t later = s.Checkpoint("later");
   const Bone bone = s.simulation.bone();
-  // A little at a time.
+  // Drained in small amounts.
   Plunge(2).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoTo(s.simulation, s.journal, later);
   EXPECT_EQ(CountOtherVoxels(bone, s.simulation.bone()), 0u);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
-            "that checkpoint is no longer kept: one can go back to 'later' at the earliest");
-  // A job made before something is lost is refused.
+            "that checkpoint is no longer kept: undo can go back to 'later' at the earliest");
+  // A job prepared before data are lost is refused.
   Plunge(3).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoJob* job = s.journal.PrepareUndo(later);
   const std::uint64_t hash = s.simulation.bone().CalcHash();
@@ -277,7 +277,7 @@ TEST(UndoJournal, NeverGivesWrongBitsWhenNobodyReadsInTime) {
 
 TEST(UndoJournal, APieceThatWasTakenOutIsBackAndIsCountedAsBefore) {
   Session s;
-  // Through the bar: the disc is 8 mm wide, the bar 6 mm thick.
+  // Cuts through the bar: the disc is 8 mm wide, the bar 6 mm thick.
   s.simulation.SetDown(OverBar(2, 0, 9));
   for (int i = 1; i <= 1500; ++i) {
     s.simulation.Tick({.X_WH = OverBar(2, 0, 9 - 0.0065 * i)});
@@ -322,8 +322,8 @@ TEST(UndoJournal, RefusesWhatMakesNoSense) {
   EXPECT_EQ(Refusal([&] { s.journal.PrepareRedo(); }),
             "there is nothing to redo: nothing was undone, or bone was cut since");
   s.journal.PrepareUndo(0);
-  EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }), "something is being undone already");
-  EXPECT_FALSE(s.journal.Finish());  // nobody got it
+  EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }), "an undo or redo is already in progress");
+  EXPECT_FALSE(s.journal.Finish());  // the job was never sent
   EXPECT_NE(Refusal([&] { UndoJournal(*s.simulation.history(), {.most_MB = 0.1}); }).find("valid range 0.2 to"),
             std::string::npos);
   CoupledSimulation forgetful(MakeBar(), BarParams(), kAway);
@@ -383,7 +383,7 @@ TEST(UndoJournal, APieceFinderFollowsBoneThatComesBack) {
   Redo(s.simulation, s.journal);
   ASSERT_EQ(tell().pieces.size(), 2u);
   EXPECT_EQ(finder.found().pieces[0].id, 1);
-  EXPECT_EQ(finder.found().pieces[1].id, 3);  // numbers are for good
+  EXPECT_EQ(finder.found().pieces[1].id, 3);  // numbers are permanent
   EXPECT_EQ(finder.found().came_off.size(), 1u);
 }
 

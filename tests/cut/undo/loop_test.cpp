@@ -1,4 +1,4 @@
-// Undo in a live loop: while the saw cuts, to the bit, without a jump in the force, and again from its events.
+// Undo in a running loop: while the saw cuts, bit for bit, without a jump in the force, and repeatable from its events.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -26,9 +26,9 @@ Bone MakeBone() {
   return MakeBlock({.size_mm = {26, 6, 26}, .X_WB = {}, .layers = {}, .voxel_mm = 0.2}, test::OneRegionTable());
 }
 
-/// A hand that pushes a saw down into a block and to and fro in it, and does so on.
+/// A hand that pushes a saw down into a block and back and forth in it, continuously.
 struct Stage {
-  struct Hand : BeforeTick {
+  struct Hand : HandDriver {
     explicit Hand(SimulatedDevice& the_device) : device(the_device) {}
     void Advance(double dt_s) noexcept override {
       t_s += dt_s;
@@ -96,7 +96,7 @@ LoopParams QuietParams() {
   return params;
 }
 
-/// The bone after so many ticks of the stage without undo.
+/// The bone after `ticks` ticks of the stage without undo.
 Bone BoneAfter(std::int64_t ticks) {
   Stage s;
   VirtualClock clock;
@@ -130,14 +130,14 @@ TEST(UndoInTheLoop, WhileItCutsGivesTheCheckpointsBoneAndCutsOn) {
       s.journal.PrepareUndo((s.journal.Drain(), s.journal.Find("here")));
       leaves = s.journal.job()->leaves.size();
     }
-    // It is cut for a while before the loop gets the job.
+    // Cutting continues for a while before the loop receives the job.
     if (tick == 950) taken = s.restores.Send(*s.journal.job());
     EXPECT_TRUE(taken);
     if (tick > 950 && ended) {
       EXPECT_EQ(s.journal.job()->state, RestoreJob::State::kDone);
       more = s.journal.job()->leaves.size() - leaves;
       EXPECT_TRUE(s.journal.Finish());
-      EXPECT_FALSE(s.journal.CanRedo());  // the next tick has cut already
+      EXPECT_FALSE(s.journal.CanRedo());  // the next tick has already cut
     }
     return true;
   });
@@ -147,12 +147,12 @@ TEST(UndoInTheLoop, WhileItCutsGivesTheCheckpointsBoneAndCutsOn) {
   EXPECT_EQ(ticks[500].report.given.restore.kind, RestoreEvent::Kind::kCheckpoint);
   EXPECT_EQ(ticks[950].report.given.restore.kind, RestoreEvent::Kind::kUndo);
   EXPECT_EQ(ticks[950].report.given.restore.number, 1u);
-  // Just as long as its leaves take.
+  // Exactly as long as its leaves take.
   EXPECT_EQ(stood, static_cast<std::int64_t>((leaves + more + 199) / 200));
   while (loop.SendRest()) mirror.Update();
   mirror.Update();
   EXPECT_EQ(CountOtherVoxels(mirror.bone(), s.simulation.bone()), 0u);
-  // What was cut since goes too, and then it is the checkpoint's.
+  // Undoing the later cuts as well gives the checkpoint's bone.
   EXPECT_GT(CountOtherVoxels(at_checkpoint, s.simulation.bone()), 100u);
   UndoTo(s.simulation, s.journal, s.journal.Find("here"));
   EXPECT_EQ(CountOtherVoxels(at_checkpoint, s.simulation.bone()), 0u);
@@ -181,7 +181,7 @@ TEST(UndoInTheLoop, ItsEventsGiveTheSameTicksAgain) {
     });
     hash = s.simulation.bone().CalcHash();
   };
-  // A reader that comes late, asks for this and that, and makes jobs some ticks before they begin.
+  // A slow reader that requests several checkpoints and undos, and prepares jobs some ticks before they begin.
   run(
       [&](Stage& s, std::size_t tick) {
         if (tick % 37 == 0) s.journal.Drain();
@@ -231,13 +231,13 @@ TEST(UndoInTheLoop, ARedoIsRefusedOnceSomethingWasCut) {
     if (tick == 800) s.restores.Send(*s.journal.PrepareUndo(0));
     if (job != nullptr && job->state == RestoreJob::State::kDone && s.journal.Finish() && !tried) {
       tried = true;
-      // Made at once, and sent when the saw is in the bone again.
+      // Prepared at once, but sent when the saw is in the bone again.
       s.journal.PrepareRedo();
     }
     if (tick == 1200) s.restores.Send(*s.journal.job());
     if (tick == 1210) {
       EXPECT_EQ(s.journal.job()->state, RestoreJob::State::kChanged);
-      EXPECT_STREQ(WhyRefused(s.journal.job()->state), "the bone was cut after it was made ready");
+      EXPECT_STREQ(WhyRefused(s.journal.job()->state), "the bone was cut in the meantime");
       EXPECT_FALSE(s.journal.Finish());
       EXPECT_FALSE(s.journal.CanRedo());
     }
@@ -269,7 +269,8 @@ TEST(UndoInTheLoop, WithAReadersThreadTheMirrorIsTheLoopsBone) {
   for (int round = 0; round < 6; ++round) {
     s.restores.AskCheckpoint(s.journal.Name(std::to_string(round)));
     for (int i = 0; i < 40; ++i) read();
-    // The saw cuts on while an undo is made ready, so it may be refused, more often on a busy machine: then once more.
+    // The saw keeps cutting while an undo is prepared, so it may be refused, more often on a busy machine, and is then
+    // repeated.
     bool done = false;
     for (int tries = 0; !done && tries < 100; ++tries) {
       const auto kept = s.journal.checkpoints();
@@ -281,7 +282,7 @@ TEST(UndoInTheLoop, WithAReadersThreadTheMirrorIsTheLoopsBone) {
     try {
       s.restores.Send(*s.journal.PrepareRedo());
       finish();
-    } catch (const Error&) {  // cut since
+    } catch (const Error&) {  // the bone was cut in between
     }
   }
   loop.Stop();

@@ -1,10 +1,11 @@
-// Whether two bones are the same to the bit, and a saw that cuts a small bar at random places.
+// Bitwise comparison of two bones, and a saw that cuts a small bar at random places.
 #pragma once
 
 #include <openvdb/openvdb.h>
 
 #include <bit>
 #include <cstdint>
+#include <numbers>
 #include <random>
 #include <set>
 #include <string>
@@ -16,7 +17,7 @@
 
 namespace kerf::test {
 
-/// How many voxels of any leaf of either differ in their bits, outside of the band too.
+/// Number of voxels in the leaves of either bone whose bits differ, including voxels outside the band.
 inline std::size_t CountOtherVoxels(const Bone& a, const Bone& b) {
   std::set<openvdb::Coord> origins;
   for (const Bone* bone : {&a, &b}) {
@@ -51,12 +52,12 @@ inline CoupledParams BarParams() {
 }
 inline Pose OverBar(double x_mm, double tilt, double z_mm) {
   Pose X;
-  X.R_AB = glm::angleAxis(tilt, Vec3(0, 0, 1)) * glm::angleAxis(0.5 * kPi, Vec3(0, 1, 0));
+  X.R_AB = glm::angleAxis(tilt, Vec3(0, 0, 1)) * glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0));
   X.p_AB = {x_mm, 0, z_mm};
   return X;
 }
 
-/// A plunge at a random place and back out; the tool is set down anew.
+/// A plunge at a random place and back out; the tool is first set down there.
 struct Plunge {
   double x_mm, tilt, depth_mm;
   explicit Plunge(std::uint64_t seed) {

@@ -1,4 +1,4 @@
-// The bridge's packets: C++ and C write the same bytes and read each other's, damage is seen, and the field is that of
+// The bridge's packets: C++ and C write the same bytes and read each other's, damage is detected, and the field matches
 // its closed form.
 #include "device/devices/bridge/bridge_packet.h"
 
@@ -19,7 +19,7 @@ class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
   double Real(double most) { return std::uniform_real_distribution<double>(-most, most)(random_); }
-  /// As a packet carries it.
+  /// A vector with the precision of a packet.
   Vec3 Vector(double most) { return {Single(most), Single(most), Single(most)}; }
   double Positive(double most) { return std::abs(Single(most)); }
   std::uint32_t Word() { return static_cast<std::uint32_t>(random_()); }
@@ -30,7 +30,7 @@ class Draw {
   }
 
  private:
-  /// Few enough bits for single precision, up to 500.
+  /// A value with few enough bits to be exact in single precision, up to 500.
   double Single(double most) { return std::round(32768 * Real(most)) / 32768; }
 
   std::mt19937_64 random_;
@@ -87,7 +87,7 @@ kerf_bridge_command ToC(const BridgeCommand& command) {
 }
 
 TEST(BridgePacket, CrcIsTheOneOfZipAndEthernet) {
-  const std::string check = "123456789";  // whose sum every catalogue of CRCs gives
+  const std::string check = "123456789";  // the check value that every catalogue of CRCs lists
   const std::vector<std::uint8_t> bytes(check.begin(), check.end());
   EXPECT_EQ(CalcCrc32(bytes), 0xcbf43926u);
   EXPECT_EQ(kerf_bridge_crc32(bytes.data(), bytes.size()), 0xcbf43926u);
@@ -147,7 +147,7 @@ TEST(BridgePacket, StatesAreTheSameBytesInBothLanguages) {
     ASSERT_TRUE(read);
     ASSERT_TRUE(IsValid(read->X_DH));
     ASSERT_EQ(read->X_DH.p_AB, state.X_DH.p_AB);
-    ASSERT_NEAR(std::abs(glm::dot(read->X_DH.R_AB, q)), 1, 1e-12);  // 1e-7 of single precision, squared
+    ASSERT_NEAR(std::abs(glm::dot(read->X_DH.R_AB, q)), 1, 1e-12);  // the error of single precision, 1e-7, squared
     ASSERT_EQ(read->buttons, state.buttons);
     ASSERT_EQ(read->homed, state.homed);
     ASSERT_EQ(read->ready, state.ready);
@@ -177,14 +177,14 @@ TEST(BridgePacket, DescriptionsAndRefusalsAreTheSameBytesInBothLanguages) {
   EXPECT_EQ(read->buttons, 2);
   EXPECT_EQ(WriteBridgeDescription(header, *read), theirs);
 
-  kerf_bridge_write_refusal(theirs.data(), &c_header, KERF_BRIDGE_BUSY, "somebody else");
+  kerf_bridge_write_refusal(theirs.data(), &c_header, KERF_BRIDGE_BUSY, "another client");
   const auto refusal = ReadBridgeRefusal(theirs);
   ASSERT_TRUE(refusal);
   EXPECT_EQ(refusal->reason, BridgeReason::kBusy);
-  EXPECT_EQ(refusal->text, "somebody else");
+  EXPECT_EQ(refusal->text, "another client");
   EXPECT_EQ(WriteBridgeRefusal(header, *refusal), theirs);
 
-  // A text that is too long is cut, not run over.
+  // A text that is too long is truncated.
   kerf_bridge_write_refusal(theirs.data(), &c_header, KERF_BRIDGE_BUSY, std::string(500, 'x').c_str());
   EXPECT_EQ(ReadBridgeRefusal(theirs).value_or(BridgeRefusal{}).text, std::string(79, 'x'));
 }
@@ -219,7 +219,7 @@ TEST(BridgePacket, AMillionPacketsAnyhowAreJudgedTheSameByBothAndNeverHoldNonsen
         bytes[draw.Word() % 124] = static_cast<std::uint8_t>(draw.Word());
       }
     }
-    // The right sum, or nothing would come as far as the fields.
+    // Usually with a correct checksum; otherwise no packet would reach the checks of the fields.
     if (draw.Word() % 8 != 0) {
       const std::uint32_t sum = CalcCrc32(std::span(bytes).first(124));
       std::memcpy(&bytes[124], &sum, 4);
@@ -261,11 +261,11 @@ TEST(BridgeField, IsTheClosedForm) {
   command.stiffness_N_per_mm = 0.5;
   command.damping_Ns_per_mm = 0.01;
   const Vec3 rest{0};
-  EXPECT_EQ(CalcFieldForce(command, {7, 9, 10}, rest, 0), Vec3(0, 0, 2));   // sideways is nothing
-  EXPECT_EQ(CalcFieldForce(command, {0, 0, 8}, rest, 0), Vec3(0, 0, 3));    // deeper
-  EXPECT_EQ(CalcFieldForce(command, {0, 0, 12}, rest, 0), Vec3(0, 0, 1));   // out
-  EXPECT_EQ(CalcFieldForce(command, {0, 0, 15}, rest, 0), rest);            // it does not pull
-  EXPECT_EQ(CalcFieldForce(command, {0, 0, -90}, rest, 8), Vec3(0, 0, 8));  // the device's peak
+  EXPECT_EQ(CalcFieldForce(command, {7, 9, 10}, rest, 0), Vec3(0, 0, 2));   // sideways motion has no effect
+  EXPECT_EQ(CalcFieldForce(command, {0, 0, 8}, rest, 0), Vec3(0, 0, 3));    // deeper in the wall
+  EXPECT_EQ(CalcFieldForce(command, {0, 0, 12}, rest, 0), Vec3(0, 0, 1));   // outwards
+  EXPECT_EQ(CalcFieldForce(command, {0, 0, 15}, rest, 0), rest);            // the wall does not pull
+  EXPECT_EQ(CalcFieldForce(command, {0, 0, -90}, rest, 8), Vec3(0, 0, 8));  // limited to the device's peak
   EXPECT_EQ(CalcFieldForce(command, {0, 0, 15}, {100, 0, 0}, 0), Vec3(-1, 0, 0));
   command.f_D_N = rest;
   EXPECT_EQ(CalcFieldForce(command, {0, 0, -90}, rest, 8), rest);
@@ -284,12 +284,12 @@ TEST(BridgeField, IsTheSameInC) {
     ToC(v, v_c);
     kerf_bridge_field(&c, x_c, v_c, static_cast<float>(peak_N), f_c);
     const Vec3 f = CalcFieldForce(command, x, v, peak_N);
-    ASSERT_LT(glm::length(FromC(f_c) - f), 1e-6 * (1 + glm::length(f)));  // single precision at the end
+    ASSERT_LT(glm::length(FromC(f_c) - f), 1e-6 * (1 + glm::length(f)));  // the C version is in single precision
     ASSERT_TRUE(peak_N == 0 || glm::length(f) <= peak_N * (1 + 1e-12));
   }
 }
 
-/// The client's own session, without a socket.
+/// The client's side of a session, without a socket.
 struct Client {
   explicit Client(float peak_N = 10, float peak_Nmm = 100) {
     const kerf_bridge_description d = {"made up", peak_N, 0, peak_Nmm, 0, 1, 0.01f, 75, 0.05f, 1000, 6, 1, 0, 2};
@@ -338,7 +338,7 @@ TEST(BridgeClient, AnswersAHelloAndThenEachCommand) {
   ASSERT_TRUE(ReadBridgeState(client.reply));
   EXPECT_EQ(ReadBridgeHeader(client.reply).value_or(BridgeHeader{}).answer_to, 2u);
   EXPECT_EQ(client.Force(), Vec3(1, 0, 0));
-  EXPECT_LT(glm::length(client.torque - Vec3(0, 100, 0)), 1e-4);  // its peak
+  EXPECT_LT(glm::length(client.torque - Vec3(0, 100, 0)), 1e-4);  // limited to its peak
 }
 
 TEST(BridgeClient, GoesToZeroByItselfWhenNothingComes) {
@@ -358,13 +358,13 @@ TEST(BridgeClient, OldDoubledAndStrangePacketsChangeNothing) {
   client.Take(WriteBridgeCommand(MakeHeader(7, 5), MakePush()));
   BridgeCommand other = MakePush();
   other.f_D_N = {-5, 0, 0};
-  EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, 5), other)), 0u);  // doubled
-  EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, 4), other)), 0u);  // old
+  EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, 5), other)), 0u);  // a duplicate
+  EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, 4), other)), 0u);  // an old command
   other.f_D_N.x = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, 6), other)), 0u);
   EXPECT_EQ(client.Force(), Vec3(1, 0, 0));
   EXPECT_EQ(client.bridge.dropped, 3u);
-  // Of another session, or from somebody else: told so, and not heard.
+  // A command of another session or from another sender is refused and has no effect.
   other = MakePush();
   other.f_D_N = {9, 0, 0};
   ASSERT_EQ(client.Take(WriteBridgeCommand(MakeHeader(8, 9), other)), 128u);
@@ -414,7 +414,7 @@ TEST(BridgeClient, AServoLoopThatLookedAtTheClockBeforeTheLockHasForce) {
     EXPECT_EQ(client.Force(), Vec3(1, 0, 0)) << before_ns;
     EXPECT_GT(client.torque.y, 99) << before_ns;
   }
-  // No lock is waited for so long: that is another clock, or one that was set back.
+  // No wait for a lock takes this long: the time is from another clock, or the clock was set back.
   for (const std::uint64_t before_ns : {std::uint64_t{1'000'000'000}, kTaken_ns}) {
     client.now_ns = kTaken_ns - before_ns;
     EXPECT_EQ(client.Force(), Vec3{0}) << before_ns;
@@ -433,7 +433,7 @@ TEST(BridgeClient, AStateThatIsNotRenewedIsNotReady) {
   };
   client.now_ns = kMeasured_ns;
   client.Take(WriteBridgeHello(MakeHeader(7, ++sequence)));
-  EXPECT_FALSE(ask(kMeasured_ns).ready);  // there is none yet
+  EXPECT_FALSE(ask(kMeasured_ns).ready);  // no state yet
   EXPECT_EQ(ReadBridgeHeader(client.reply).value_or(BridgeHeader{}).time_ns, 0u);
   kerf_bridge_state state{};
   state.position_mm[1] = 4;
@@ -441,21 +441,21 @@ TEST(BridgeClient, AStateThatIsNotRenewedIsNotReady) {
   state.homed = 1;
   state.ready = 1;
   kerf_bridge_set_state(&client.bridge, &state, kMeasured_ns);
-  // Whoever answers may have looked at the clock before the lock.
+  // The answering thread may have read the clock before it got the lock.
   for (const std::uint64_t before_ns : {999'999'999u, 1u})
     EXPECT_TRUE(ask(kMeasured_ns - before_ns).ready) << before_ns;
   for (const std::uint64_t age_ns : {0u, 1'000'000u, 50'000'000u})
     EXPECT_TRUE(ask(kMeasured_ns + age_ns).ready) << age_ns;
-  // Frozen, or of another clock: the pose is told as it was, with its own time.
+  // A frozen state, or one from another clock: the pose is reported unchanged, with its own time.
   for (const std::uint64_t now_ns :
        {kMeasured_ns + 50'000'001, kMeasured_ns + 3'600'000'000'000, kMeasured_ns - 1'000'000'000, std::uint64_t{0}}) {
-    const BridgeState told = ask(now_ns);
-    EXPECT_FALSE(told.ready) << now_ns;
-    EXPECT_TRUE(told.homed) << now_ns;
-    EXPECT_EQ(told.X_DH.p_AB, Vec3(0, 4, 0)) << now_ns;
+    const BridgeState reported = ask(now_ns);
+    EXPECT_FALSE(reported.ready) << now_ns;
+    EXPECT_TRUE(reported.homed) << now_ns;
+    EXPECT_EQ(reported.X_DH.p_AB, Vec3(0, 4, 0)) << now_ns;
     EXPECT_EQ(ReadBridgeHeader(client.reply).value_or(BridgeHeader{}).time_ns, kMeasured_ns) << now_ns;
   }
-  // It goes on.
+  // The servo loop continues.
   kerf_bridge_set_state(&client.bridge, &state, kMeasured_ns + 60'000'000);
   EXPECT_TRUE(ask(kMeasured_ns + 70'000'000).ready);
 }
@@ -477,7 +477,7 @@ TEST(BridgeClient, APeakOfZeroIsADeviceThatMakesNone) {
     EXPECT_EQ(wrist.Force(), Vec3(1, 0, 0)) << none;
     EXPECT_EQ(wrist.torque, Vec3{0}) << none;
   }
-  // However small, it is a limit.
+  // Even a very small peak is a limit.
   Client weak(1e-3f, 1e-3f);
   push(weak);
   EXPECT_NEAR(glm::length(weak.Force()), 1e-3, 1e-9);  // single precision

@@ -1,4 +1,4 @@
-// The Falcon's legs: there and back, against finite differences, and the conservation of power.
+// The Falcon's legs: inverse and forward kinematics, finite differences, and conservation of power.
 #include "device/devices/falcon/falcon_kinematics.h"
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@ namespace {
 constexpr double kSame_mm = 1e-6;  // 1e-9 m
 constexpr double kRadius_mm = 40;
 
-class Draw {
+class FalconDraw {
  public:
-  explicit Draw(unsigned seed) : random_(seed) {}
+  explicit FalconDraw(unsigned seed) : random_(seed) {}
   double Between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
   Vec3 InBox(double half) { return {Between(-half, half), Between(-half, half), Between(-half, half)}; }
   Vec3 InSphere(double radius) {
@@ -32,7 +32,7 @@ class Draw {
 };
 
 TEST(FalconKinematics, AgreesWithTheFiguresOfTheReference) {
-  // Worked out from libnifalcon's geometry by a program of its own: counts of the legs at places on the axes.
+  // Computed from libnifalcon's geometry by a separate program: counts of the legs at places on the axes.
   struct Case {
     Vec3 p_D_mm;
     FalconCounts counts;
@@ -54,8 +54,8 @@ TEST(FalconKinematics, CountsAndAnglesAreEachOthersInverse) {
 }
 
 TEST(FalconKinematics, ForwardUndoesInverseOverTheWorkspace) {
-  // From the middle each time, which is harder than from a neighbour.
-  Draw draw(1);
+  // Each time from the middle, which is harder than from a neighbouring place.
+  FalconDraw draw(1);
   double worst = 0;
   for (int i = 0; i < 200000; ++i) {
     const Vec3 p = draw.InSphere(kRadius_mm);
@@ -69,8 +69,8 @@ TEST(FalconKinematics, ForwardUndoesInverseOverTheWorkspace) {
 }
 
 TEST(FalconKinematics, InverseUndoesForwardOverTheCounts) {
-  // All counts from -1400 to 1000 that some place in reach has: found by rounding those of random places.
-  Draw draw(2);
+  // All counts from -1400 to 1000 that belong to a place within reach: found by rounding the counts of random places.
+  FalconDraw draw(2);
   FalconForward forward;
   int inside = 0;
   double worst_rad = 0;
@@ -88,7 +88,7 @@ TEST(FalconKinematics, InverseUndoesForwardOverTheCounts) {
     highest = std::max(highest, *high);
     const FalconAngles angles = CalcFalconAngles(counts);
     if (!forward.Solve(angles)) {
-      // Rounding may have moved it out of reach, near the edge only: there a leg is stretched.
+      // Rounding may move a place out of reach, but only near the edge, where a leg is stretched.
       const std::optional<glm::dmat3> J = CalcFalconJacobian(p);
       ASSERT_TRUE(!J || glm::length((*J)[0]) + glm::length((*J)[1]) + glm::length((*J)[2]) > 0.2)
           << p.x << " " << p.y << " " << p.z;
@@ -101,13 +101,13 @@ TEST(FalconKinematics, InverseUndoesForwardOverTheCounts) {
   EXPECT_GT(inside, 50000);
   EXPECT_LT(lowest, -1390);
   EXPECT_GT(highest, 990);
-  // 60 mm of arm: 1e-9 m at its end.
+  // 1e-9 m at the end of an arm of 60 mm.
   EXPECT_LT(worst_rad, kSame_mm / 60);
 }
 
 TEST(FalconKinematics, JacobianIsTheDerivative) {
-  // Central differences with h = 0.01 mm: an error of h^2 times a third derivative, about 1e-4 / 60^3 rad/mm.
-  Draw draw(3);
+  // Central differences with h = 0.01 mm: the error is h^2 times a third derivative, about 1e-4 / 60^3 rad/mm.
+  FalconDraw draw(3);
   constexpr double h = 0.01;
   for (int i = 0; i < 20000; ++i) {
     const Vec3 p = draw.InSphere(kRadius_mm);
@@ -128,7 +128,7 @@ TEST(FalconKinematics, JacobianIsTheDerivative) {
 }
 
 TEST(FalconKinematics, PowerOfTheJointsIsThatOfTheGrip) {
-  Draw draw(4);
+  FalconDraw draw(4);
   for (int i = 0; i < 100000; ++i) {
     const Vec3 p = draw.InSphere(kRadius_mm);
     const Vec3 v = draw.InBox(1000);
@@ -145,8 +145,8 @@ TEST(FalconKinematics, PowerOfTheJointsIsThatOfTheGrip) {
 }
 
 TEST(FalconKinematics, NeverLosesTheGripOnAMillionSteps) {
-  // Smooth random ways at 1 kHz in the sphere, up to about 2 m/s; each step starts where the last one ended.
-  Draw draw(5);
+  // Smooth random paths at 1 kHz in the sphere, up to about 2 m/s; each step starts from the result of the last one.
+  FalconDraw draw(5);
   FalconForward forward;
   Vec3 p{0};
   Vec3 v{0};
@@ -181,7 +181,7 @@ TEST(FalconKinematics, KeepsTheLastPlaceWhenThereIsNone) {
     EXPECT_FALSE(forward.Solve(impossible));
     EXPECT_LT(glm::length(forward.p_D_mm() - p), kSame_mm);
   }
-  // And goes on after a leap, to the far side.
+  // It also follows a jump to the far side.
   const Vec3 far(-20, 15, -30);
   ASSERT_TRUE(forward.Solve(*CalcFalconAnglesAt(far)));
   EXPECT_LT(glm::length(forward.p_D_mm() - far), kSame_mm);

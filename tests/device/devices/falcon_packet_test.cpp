@@ -1,4 +1,4 @@
-// The Falcon's packets: there and back, and a million damaged ones.
+// The Falcon's packets: packed and unpacked, and a million damaged ones.
 #include "device/devices/falcon/falcon_packet.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 TEST(FalconPacket, IsWhatTheSourceSays) {
-  // 0x1234, -1 and 0, homing on, green: nibbles from the lowest on, each + 0x41.
+  // 0x1234, -1 and 0, homing on, green: nibbles from the lowest up, each + 0x41.
   const FalconPacket packet = Pack(FalconCommand{.motors = {0x1234, -1, 0}, .homing = true, .lamps = kFalconGreen});
   const FalconPacket expected = {'<',  0x45, 0x44, 0x43, 0x42, 0x50, 0x50, 0x50,
                                  0x50, 0x41, 0x41, 0x41, 0x41, 0x44, 0x41, '>'};
@@ -77,9 +77,9 @@ FalconReport DrawReport(std::mt19937_64& random) {
 }
 
 TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
-  // At most one fault in each packet: a byte dropped, a byte doubled, the end cut off, the whole lost or doubled, bytes
-  // put before it, or a byte that became one which can't stand there. All of these can be seen: what is accepted was
-  // sent, and what was not damaged is accepted, whatever came before it.
+  // At most one fault per packet: a byte dropped, a byte doubled, the end cut off, the whole packet lost or doubled,
+  // bytes inserted before it, or a byte changed to one that is invalid there. All of these can be detected: every
+  // accepted packet was sent, and every undamaged packet is accepted, whatever preceded it.
   std::mt19937_64 random(11);
   FalconPacketStream stream;
   std::int64_t damaged = 0;
@@ -96,7 +96,7 @@ TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
         whole = false;
         break;
       case 1:
-        // Of the brackets, the second is as good as the first.
+        // If a bracket is doubled, the packet is still valid with either copy.
         bytes.insert(bytes.begin() + at, bytes[static_cast<std::size_t>(at)]);
         whole = at == 0 || at == 15;
         break;
@@ -129,7 +129,7 @@ TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
       ASSERT_EQ(stream.packet(), sent) << i;
     }
     ASSERT_LE(found, most) << i;
-    // A bracket that is left of the packet before may stand in for one that is gone.
+    // A bracket left over from the previous packet may replace a missing one.
     ASSERT_TRUE(found > 0 || !whole) << i;
     damaged += whole ? 0 : 1;
     accepted += found > 0 ? 1 : 0;
@@ -139,9 +139,9 @@ TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
 }
 
 TEST(FalconPacket, AMillionPacketsDamagedInAnyWay) {
-  // Any number of faults, bytes changed to any value, packets cut and run together. What is accepted then has the form
-  // of a packet, but may be one that was never sent: a nibble that became another one can't be seen. It is found again
-  // at once: two good packets in a row are both accepted, whatever came before them.
+  // Any number of faults: bytes changed to any value, packets cut or merged. An accepted packet then has the right
+  // form, but may never have been sent, because a nibble that became another valid one can't be detected. The stream
+  // resynchronises at once: of two good packets in a row both are accepted, whatever preceded them.
   std::mt19937_64 random(12);
   FalconPacketStream stream;
   std::int64_t forged = 0;
@@ -175,7 +175,7 @@ TEST(FalconPacket, AMillionPacketsDamagedInAnyWay) {
       const std::optional<FalconReport> report = UnpackReport(stream.packet());
       if (!report) continue;
       ++accepted;
-      // The reserved byte is not ours to check.
+      // The reserved byte is not checked.
       FalconPacket again = Pack(*report);
       again[14] = stream.packet()[14];
       ASSERT_EQ(again, stream.packet());
@@ -188,7 +188,7 @@ TEST(FalconPacket, AMillionPacketsDamagedInAnyWay) {
     ASSERT_TRUE(found || !good) << i;
   }
   EXPECT_GT(accepted, 500000);
-  // Some do get through: that is why the driver looks for leaps.
+  // Some forged packets are accepted, which is why the driver checks for jumps.
   EXPECT_GT(forged, 0);
   EXPECT_LT(forged, accepted / 20);
 }

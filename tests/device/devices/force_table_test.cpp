@@ -1,4 +1,4 @@
-// What is left of 28 N on each device.
+// The fraction of 28 N that each device can show.
 #include "device/devices/force_table.h"
 
 #include <gtest/gtest.h>
@@ -11,14 +11,14 @@
 namespace kerf {
 namespace {
 
-// Published for the Omni: 3.3 N of 28 are a scale of 0.118, and 0.26 N of friction hide 2.2 N.
+// Published values for the Omni: 3.3 N of 28 N is a scale of 0.118, and 0.26 N of friction hides 2.2 N.
 TEST(ForceTable, OmniHidesTwoNewtonsOfTwentyEight) {
   const ForceTableRow row = CalcForceTable({FindDeviceProfile("omni")}, 28).at(0);
   EXPECT_NEAR(row.scale, 0.118, 5e-4);
   EXPECT_NEAR(row.masked_N, 2.2, 0.05);
   EXPECT_DOUBLE_EQ(row.largest_N, 28);
   EXPECT_NEAR(row.lasting_N, 0.88 / 3.3 * 28, 1e-9);
-  EXPECT_NEAR(row.lasting_share, 0.88 / 3.3, 1e-12);
+  EXPECT_NEAR(row.lasting_fraction, 0.88 / 3.3, 1e-12);
 }
 
 TEST(ForceTable, ScalesNeverUpAndBackToTheDevicesOwnFigures) {
@@ -32,8 +32,8 @@ TEST(ForceTable, ScalesNeverUpAndBackToTheDevicesOwnFigures) {
     EXPECT_GE(row.largest_N, 28 - 1e-9);
     EXPECT_NEAR(row.largest_N * row.scale, profile.peak_force_N, 1e-9);
     EXPECT_NEAR(row.masked_N * row.scale, profile.friction_N, 1e-9);
-    EXPECT_LE(row.lasting_share, 1);
-    EXPECT_EQ(row.lasting_share > 0, profile.continuous_force_N > 0) << profile.name;
+    EXPECT_LE(row.lasting_fraction, 1);
+    EXPECT_EQ(row.lasting_fraction > 0, profile.continuous_force_N > 0) << profile.name;
   }
 }
 

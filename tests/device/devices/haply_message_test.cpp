@@ -1,4 +1,4 @@
-// The JSON of Haply's service, whole, in part and damaged.
+// The JSON messages of Haply's service: complete, truncated and damaged.
 #include "device/devices/haply/haply_message.h"
 
 #include <gmock/gmock.h>
@@ -48,7 +48,7 @@ TEST(HaplyMessage, WhatIsNotOfTheFormIsRefused) {
   EXPECT_EQ(with(R"({"x": 0, "y": 0})"), HaplyReading::kBad);
   EXPECT_EQ(with(R"({"x": 0, "y": 0, "z": null})"), HaplyReading::kBad);
   EXPECT_EQ(with(R"({"x": 0, "y": 0, "z": 11})"), HaplyReading::kBad);     // 11 m
-  EXPECT_EQ(with(R"({"x": 0, "y": 0, "z": 1e999})"), HaplyReading::kBad);  // no number at all
+  EXPECT_EQ(with(R"({"x": 0, "y": 0, "z": 1e999})"), HaplyReading::kBad);  // not a finite number
   const auto grip = [&](const std::string& orientation) {
     return with(R"({"x": 0, "y": 0, "z": 0})", R"(, "verse_grip": [{"state": {"orientation": )" + orientation + "}}]");
   };
@@ -83,7 +83,7 @@ TEST(HaplyMessage, AMillionDamagedOnesAreReadOrRefused) {
     ASSERT_LE(glm::length(state.p_H_mm), 2e4);
     ASSERT_TRUE(!state.R_H_grip || std::abs(glm::length(*state.R_H_grip) - 1) < 1e-9);
   }
-  EXPECT_GT(read, 10'000);  // not only their beginnings
+  EXPECT_GT(read, 10'000);  // more than just their beginnings
 }
 
 TEST(HaplyMessage, ForceIsWritten) {
@@ -98,7 +98,7 @@ TEST(HaplyMessage, FramesGoThereAndBack) {
   EXPECT_EQ(FrameDToHaply(HaplyToFrameD(v)), v);
   EXPECT_EQ(HaplyToFrameD(Vec3(0, 0, 1)), Vec3(0, 1, 0));   // up
   EXPECT_EQ(HaplyToFrameD(Vec3(0, -1, 0)), Vec3(0, 0, 1));  // towards the user
-  // A turn is the same turn in both.
+  // A rotation is the same in both frames.
   const Quat turn = glm::normalize(Quat(0.3, 0.5, -0.7, 0.2));
   EXPECT_LT(glm::length(HaplyToFrameD(turn * v) - HaplyToFrameD(turn) * HaplyToFrameD(v)), 1e-12);
 }

@@ -1,4 +1,4 @@
-// The table of devices: what it holds, and damage to it.
+// The table of devices: its contents, and damage to it.
 #include "device/devices/profiles.h"
 
 #include <gmock/gmock.h>
@@ -41,8 +41,8 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
 }
 
 TEST(DeviceProfiles, HoldWhatChai3dRecommends) {
-  // Peak force N, stiffness N/m, damping N s/m, workspace mm, as in CHAI3D's constructors (CPhantomDevices.cpp,
-  // CDeltaDevices.cpp, CFalconDevice.cpp).
+  // Peak force in N, stiffness in N/m, damping in N s/m and workspace in mm, from CHAI3D's constructors
+  // (CPhantomDevices.cpp, CDeltaDevices.cpp, CFalconDevice.cpp).
   struct Row {
     const char* name;
     double force, stiffness, damping, radius;
@@ -95,20 +95,20 @@ TEST(DeviceProfiles, EveryFaultIsToldWithItsLine) {
   const std::string good = ReadShipped();
   const auto with = [&](const char* from, const char* to) { return MessageOf(Replaced(good, from, to)); };
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3.3"),
-              AllOf(StartsWith("t.csv:"), HasSubstr("peak_force_N = \"3.3\" does not end in how sure it is")));
-  EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3.3 X"), HasSubstr("how sure it is"));
+              AllOf(StartsWith("t.csv:"), HasSubstr("peak_force_N = \"3.3\" must end with its reliability")));
+  EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3.3 X"), HasSubstr("must end with its reliability"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3,3 S"), HasSubstr("17 fields instead of 16"));
-  EXPECT_THAT(with("touch,3,3.3 S", "touch,4,3.3 S"), HasSubstr("degrees_of_freedom = \"4\" is neither 3 nor 6"));
+  EXPECT_THAT(with("touch,3,3.3 S", "touch,4,3.3 S"), HasSubstr("degrees_of_freedom = \"4\" must be 3 or 6"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,-3.3 S"), HasSubstr("peak_force_N = -3.3 is not within 0.01 to 10000"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,nan S"), HasSubstr("peak_force_N = \"nan\" is not a number"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,unknown"),
-              HasSubstr("peak_force_N = unknown is not taken; give a figure"));
+              HasSubstr("peak_force_N = unknown is not accepted; give a number"));
   EXPECT_THAT(with("touch,3,3.3 S,0.88 R", "touch,3,3.3 S,4 R"),
               HasSubstr("touch: the continuous force 4 is above the peak 3.3"));
   EXPECT_THAT(with("touch,3,3.3 S,0.88 R,none", "touch,3,3.3 S,0.88 R,5 A"),
-              HasSubstr("touch: a device of 3 degrees of freedom has no torque; write none"));
+              HasSubstr("touch: a device with 3 degrees of freedom has no torque; write none"));
   EXPECT_THAT(with("omni,3,", "touch,3,"), HasSubstr("device \"touch\" is given twice"));
-  EXPECT_THAT(with("omni,3,", "Omni,3,"), HasSubstr("name = \"Omni\" is not of 1 to 40 small letters"));
+  EXPECT_THAT(with("omni,3,", "Omni,3,"), HasSubstr("name = \"Omni\" must consist of 1 to 40 lower-case letters"));
   EXPECT_THAT(with(",mass_kg,", ",mass_g,"), HasSubstr("unknown column \"mass_g\"; did you mean \"mass_kg\"?"));
   EXPECT_THAT(with("\"Haply Inverse3\"", "\"\""), HasSubstr("source is empty"));
   EXPECT_THAT(MessageOf(good.substr(0, good.find("ideal,"))), HasSubstr("t.csv: no device below the header"));

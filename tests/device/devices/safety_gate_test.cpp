@@ -1,5 +1,4 @@
-// The safety gate: each thing that may go wrong, and that nothing which comes in makes what goes out too large, too
-// sudden or too hot.
+// The safety gate: each fault, and that no input makes the output too large, too sudden or too hot.
 #include "device/devices/safety_gate.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +22,7 @@ namespace {
 
 constexpr double kDt_s = 0.001;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kRounding = 1e-12;  // of numbers up to 100, a hundred times
+constexpr double kRounding = 1e-12;  // rounding of numbers up to 100, a hundred times
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 DeviceProfile MakeProfile(double peak_N = 8, double continuous_N = 3) {
@@ -35,7 +34,7 @@ DeviceProfile MakeProfile(double peak_N = 8, double continuous_N = 3) {
   return profile;
 }
 
-/// A gate with a clock, a simulation that asks for the same each tick, and a device that is well.
+/// A gate with a clock, a simulation that requests the same force each tick, and a device without faults.
 struct Bench {
   explicit Bench(const DeviceProfile& profile = MakeProfile(), const SafetyGateOptions& options = {})
       : gate(profile, options) {
@@ -49,7 +48,7 @@ struct Bench {
     command.made_s = state.now_s;
     return out = gate.Step(command, state);
   }
-  /// With nothing new from the simulation.
+  /// A tick without a new command from the simulation.
   GateOutput Silence() {
     Advance();
     return out = gate.Step(command, state);
@@ -80,7 +79,7 @@ TEST(SafetyGate, EachReasonHasItsSentence) {
 }
 
 TEST(SafetyGate, RampsInAsItSays) {
-  // 100 ms of good commands, then 3x^2 - 2x^3 over half a second.
+  // 100 ms of valid commands, then 3x^2 - 2x^3 over half a second.
   Bench bench;
   for (int i = 1; i <= 1000; ++i) {
     const GateOutput out = bench.Tick();
@@ -111,8 +110,8 @@ TEST(SafetyGate, LetsGoodCommandsThroughAsTheyAre) {
 TEST(SafetyGate, WhateverIsWrongEndsInASmoothRampToZero) {
   struct Case {
     GateReason reason;
-    std::function<void(Bench&)> step;  // one tick, with what is wrong
-    bool passes = true;                // a single one, and all is well again
+    std::function<void(Bench&)> step;  // one tick with the fault
+    bool passes = true;                // the fault lasts a single tick
   };
   const auto with = [](const std::function<void(Bench&)>& change) {
     return [change](Bench& bench) {
@@ -155,7 +154,7 @@ TEST(SafetyGate, WhateverIsWrongEndsInASmoothRampToZero) {
     EXPECT_EQ(bench.gate.closed_by(), cases[n].reason) << n;
     EXPECT_EQ(bench.gate.count(cases[n].reason), before + 1) << n;
     EXPECT_FALSE(bench.out.open);
-    // From 2 N and 30 N mm over 20 ms; the command is good again and turns nothing back.
+    // From 2 N and 30 N mm over 20 ms; the command is valid again, which does not reverse the ramp.
     for (int i = 1; i <= 110; ++i) {
       const double x = std::min(i / 20.0, 1.0);
       const double left = 1 - x * x * (3 - 2 * x);
@@ -202,7 +201,7 @@ TEST(SafetyGate, GoodCommandsDoNotCutTheRampShort) {
 TEST(SafetyGate, SilenceIsAllowedForFiftyMilliseconds) {
   Bench bench;
   bench.Open();
-  // The clock is a sum of milliseconds: the 50th may be a rounding early or late.
+  // The clock is a sum of milliseconds, so the 50th tick may be early or late by rounding.
   for (int i = 0; i < 49; ++i) ASSERT_TRUE(bench.Silence().open) << i;
   bench.Silence();
   EXPECT_FALSE(bench.Silence().open);
@@ -225,7 +224,7 @@ TEST(SafetyGate, ADeviceMayBeSilentForFiftyMilliseconds) {
 }
 
 TEST(SafetyGate, MissedTicksExplainALargerChange) {
-  // 8 N and 200 peaks a second: 1.6 N a tick.
+  // 8 N and 200 peaks per second: 1.6 N per tick.
   for (const int missed : {0, 1, 3}) {
     for (const bool more : {false, true}) {
       Bench bench;
@@ -276,7 +275,7 @@ TEST(SafetyGate, ADeviceWithoutTorqueGetsNone) {
 }
 
 TEST(SafetyGate, ForcesAtThePeakComeDownToWhatTheMotorsBear) {
-  // Mean square over 10 s: the whole peak for -10 s ln(1 - 0.8 C^2/P^2), then down to C, and never above C^2.
+  // Mean square over 10 s: the full peak for -10 s ln(1 - 0.8 C^2/P^2), then down to C, and never above C^2.
   const double peak = 8;
   const double continuous = 3;
   Bench bench(MakeProfile(peak, continuous));
@@ -289,7 +288,7 @@ TEST(SafetyGate, ForcesAtThePeakComeDownToWhatTheMotorsBear) {
     if (out.f_N.z > 0.9999 * peak) last_full_s = i * kDt_s - 0.1;
     hottest = std::max(hottest, bench.gate.heat());
   }
-  // The ramp in lends it a part of its half second.
+  // The ramp adds a part of its half second.
   EXPECT_GT(last_full_s, full_s);
   EXPECT_LT(last_full_s, full_s + 0.5);
   EXPECT_NEAR(bench.out.f_N.z, continuous, 0.02 * continuous);
@@ -297,7 +296,7 @@ TEST(SafetyGate, ForcesAtThePeakComeDownToWhatTheMotorsBear) {
   EXPECT_TRUE(bench.out.open);
   EXPECT_LE(hottest, 1 + 1e-3);
   EXPECT_EQ(bench.gate.count(GateReason::kHeat), 1U);
-  // Rest lets it cool: after 10 s by a factor of e.
+  // At rest it cools: by a factor of e in 10 s.
   const double hot = bench.gate.heat();
   bench.command.f_N = Vec3(0);
   for (int i = 0; i < 10000; ++i) bench.Tick();
@@ -310,7 +309,7 @@ TEST(SafetyGate, ARestartIsAtZeroButNoCooler) {
   bench.Open();
   const double heat = bench.gate.heat();
   bench.gate.Restart();
-  // Another clock and other numbers: both begin anew.
+  // Clock and sequence numbers both start again with other values.
   bench.state.now_s = -100;
   bench.command.number = 0;
   EXPECT_EQ(bench.Tick().f_N, Vec3(0));
@@ -323,7 +322,7 @@ TEST(SafetyGate, ARestartIsAtZeroButNoCooler) {
 
 TEST(SafetyGate, ForcesBelowTheContinuousOneAreNeverHeldDown) {
   Bench bench(MakeProfile(8, 3));
-  bench.command.f_N = Vec3(0, 2.6, 0);  // 0.75 of the heat
+  bench.command.f_N = Vec3(0, 2.6, 0);  // 0.75 of the permitted heat
   bench.Open();
   for (int i = 0; i < 100000; ++i) ASSERT_EQ(bench.Tick().f_N, Vec3(0, 2.6, 0));
 }
@@ -347,12 +346,12 @@ TEST(SafetyGate, RefusesImpossibleOptions) {
   EXPECT_THROW(SafetyGate(MakeProfile(kNan)), Error);
 }
 
-/// Holds whatever goes out against what is promised.
+/// Compares all output with the guarantees.
 class Judge {
  public:
   Judge(const SafetyGate& gate, const DeviceProfile& profile) : gate_(gate), profile_(profile) {}
 
-  /// Empty, or what is wrong.
+  /// Returns "" or a description of the violation.
   std::string Look(const GateOutput& out, const GateState& state) {
     const double step_s = state.dt_s > 0 && state.dt_s <= 0.1 ? state.dt_s : kDt_s;
     for (int i = 0; i < 3; ++i) {
@@ -394,7 +393,7 @@ TEST(SafetyGate, AMillionStepsOfAnything) {
   GateState state;
   int open = 0;
   double angle = 0;
-  std::uint64_t mischief = 0;  // one step in so many is odd; quiet stretches let it open
+  std::uint64_t mischief = 0;  // one step in this many is faulty; the gate can open in between
   for (int i = 0; i < 1000000; ++i) {
     if (i % 5000 == 0) mischief = i / 5000 % 4 == 0 ? 5 : (i / 5000 % 4 == 1 ? 100 : 3000);
     const auto is_odd = [&] { return random() % mischief == 0; };
@@ -415,16 +414,16 @@ TEST(SafetyGate, AMillionStepsOfAnything) {
       if (is_odd()) command.made_s = random() % 2 == 0 ? kNan : state.now_s + draw(random);
       if (is_odd()) command.number -= random() % 10;
     }
-    GateState told = state;
-    if (is_odd()) told.now_s = odd[random() % std::size(odd)];
-    if (is_odd()) told.dt_s = odd[random() % std::size(odd)];
+    GateState reported = state;
+    if (is_odd()) reported.now_s = odd[random() % std::size(odd)];
+    if (is_odd()) reported.dt_s = odd[random() % std::size(odd)];
     GateOutput out;
     {
       const HeapGuard guard;
-      out = gate.Step(command, told);
+      out = gate.Step(command, reported);
     }
     open += out.open ? 1 : 0;
-    const std::string wrong = judge.Look(out, told);
+    const std::string wrong = judge.Look(out, reported);
     ASSERT_EQ(wrong, "") << i;
   }
   EXPECT_GT(open, 100000);

@@ -1,4 +1,4 @@
-// The simulated device and its hand against closed forms, and what can go wrong with a device.
+// The simulated device and its hand against closed forms, and faults of a device.
 #include "device/devices/simulated_device.h"
 
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kDt_s = 0.001;
+constexpr double kSimulatedDeviceDt_s = 0.001;
 
 DeviceProfile MakePlain(double mass_kg = 0.2) {
   DeviceProfile profile = FindDeviceProfile("ideal");
@@ -30,7 +30,7 @@ HandModel MakeHand(double m, double b, double k) {
   return hand;
 }
 
-Pose At(double x, double y = 0, double z = 0) {
+Pose PoseAt(double x, double y = 0, double z = 0) {
   return {Quat{1, 0, 0, 0}, Vec3(x, y, z)};
 }
 
@@ -41,11 +41,11 @@ SimulatedDeviceOptions Fine(int substeps = 20) {
   return options;
 }
 
-/// x at t_s of a handle let go 1 mm from where the hand wants it.
+/// Returns x at t_s of a handle that is released 1 mm from where the hand wants it.
 double Release(int substeps, double t_s) {
-  SimulatedDevice device(MakePlain(), MakeHand(0.1, 0.003, 0.2), At(1), Fine(substeps));
-  device.SetIntention({.X_WH = At(0)});
-  for (int i = 0; i < std::lround(t_s / kDt_s); ++i) device.Elapse(kDt_s);
+  SimulatedDevice device(MakePlain(), MakeHand(0.1, 0.003, 0.2), PoseAt(1), Fine(substeps));
+  device.SetIntention({.X_WH = PoseAt(0)});
+  for (int i = 0; i < std::lround(t_s / kSimulatedDeviceDt_s); ++i) device.Elapse(kSimulatedDeviceDt_s);
   return device.p_WC_mm().x;
 }
 
@@ -63,44 +63,45 @@ TEST(SimulatedDevice, SwingsLikeADampedOscillatorToSecondOrder) {
 
 TEST(SimulatedDevice, KeepsItsEnergyWithoutDampingAndFriction) {
   const HandModel hand = MakeHand(0.1, 0, 0.2);
-  SimulatedDevice device(MakePlain(), hand, At(1, 2, -3), Fine());
-  device.SetIntention({.X_WH = At(0)});
+  SimulatedDevice device(MakePlain(), hand, PoseAt(1, 2, -3), Fine());
+  device.SetIntention({.X_WH = PoseAt(0)});
   const auto energy = [&] {
     const Vec3 p = device.p_WC_mm();
     const Vec3 v = device.v_WC_mm_per_s();
     return 0.5 * 0.3e-3 * glm::dot(v, v) + 0.5 * 0.2 * glm::dot(p, p);
   };
   const double start = energy();
-  for (int i = 0; i < 20000; ++i) device.Elapse(kDt_s);
-  EXPECT_NEAR(energy(), start, 1e-9 * start);  // 400000 roundings
+  for (int i = 0; i < 20000; ++i) device.Elapse(kSimulatedDeviceDt_s);
+  EXPECT_NEAR(energy(), start, 1e-9 * start);  // 400000 rounding errors
 }
 
 TEST(SimulatedDevice, PortWorkIsWhatTheMotorsTakeFromTheHand) {
-  // A damper of 0.01 N s/mm on the motors and a hand that saws: energy in = friction of the hand's own damper + port +
-  // what is stored. Checked by the motors' side alone: the held force times the way of each tick.
-  SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H2"), At(0), Fine());
-  device.SetScript(IntentionScript(At(0), {{.seconds = 2, .X_WH = At(5), .saw_W_mm = Vec3(0, 3, 0), .saw_Hz = 3}}));
+  // A damper of 0.01 N s/mm on the motors and a hand with a sawing motion: input energy = loss in the hand's own damper
+  // + port + stored energy. Only the motors' side is checked: the held force times the motion in each tick.
+  SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H2"), PoseAt(0), Fine());
+  device.SetScript(
+      IntentionScript(PoseAt(0), {{.seconds = 2, .X_WH = PoseAt(5), .saw_W_mm = Vec3(0, 3, 0), .saw_Hz = 3}}));
   double by_hand = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 before = device.p_WC_mm();
     const Vec3 f = device.force_N();
-    device.Elapse(kDt_s);
+    device.Elapse(kSimulatedDeviceDt_s);
     by_hand -= glm::dot(f, device.p_WC_mm() - before);
     ASSERT_TRUE(device.Write(-0.01 * device.v_WC_mm_per_s(), Vec3{0}));
   }
   EXPECT_NEAR(device.port_mJ(), by_hand, 1e-9);
-  EXPECT_GT(device.port_mJ(), 1);  // some mm/s for 2 s at 0.01 N s/mm: 0.01 * 40^2 / 2 * 2 = 16 mJ in order
+  EXPECT_GT(device.port_mJ(), 1);  // a few mm/s for 2 s at 0.01 N s/mm: of the order of 0.01 * 40^2 / 2 * 2 = 16 mJ
 }
 
 TEST(SimulatedDevice, FrictionHoldsFastWhatPushesLessAndYieldsItsPartOfMore) {
   DeviceProfile profile = MakePlain();
   profile.friction_N = 0.26;
-  SimulatedDevice device(profile, FindHandModel("H0"), At(0), Fine());
-  device.SetIntention({.X_WH = At(0), .push_W_N = Vec3(0.1, 0.2, 0.12)});  // 0.254 N
-  for (int i = 0; i < 5000; ++i) device.Elapse(kDt_s);
+  SimulatedDevice device(profile, FindHandModel("H0"), PoseAt(0), Fine());
+  device.SetIntention({.X_WH = PoseAt(0), .push_W_N = Vec3(0.1, 0.2, 0.12)});  // 0.254 N
+  for (int i = 0; i < 5000; ++i) device.Elapse(kSimulatedDeviceDt_s);
   EXPECT_EQ(device.p_WC_mm(), Vec3{0});
-  device.SetIntention({.X_WH = At(0), .push_W_N = Vec3(0.36, 0, 0)});
-  for (int i = 0; i < 100; ++i) device.Elapse(kDt_s);
+  device.SetIntention({.X_WH = PoseAt(0), .push_W_N = Vec3(0.36, 0, 0)});
+  for (int i = 0; i < 100; ++i) device.Elapse(kSimulatedDeviceDt_s);
   EXPECT_NEAR(device.v_WC_mm_per_s().x, 0.1 / 0.2e-3 * 0.1, 1e-9);  // (0.36 - 0.26) / m * t
 }
 
@@ -114,7 +115,7 @@ TEST(SimulatedDevice, ReadsInStepsOfItsEncoder) {
   end.p_AB += Vec3(2, 1, 0);
   device.SetScript(IntentionScript(start, {{.seconds = 1, .X_WH = end}}));
   for (int i = 0; i < 1000; ++i) {
-    device.Elapse(kDt_s);
+    device.Elapse(kSimulatedDeviceDt_s);
     DeviceSample sample;
     ASSERT_TRUE(device.Read(sample));
     const Vec3 read = sample.X_WH.Point(options.p_TC_mm);
@@ -127,7 +128,7 @@ TEST(SimulatedDevice, ReadsInStepsOfItsEncoder) {
 }
 
 TEST(SimulatedDevice, ShortensAForceBeyondItsPeakAndKeepsItsDirection) {
-  SimulatedDevice device(FindDeviceProfile("omni"), FindHandModel("H2"), At(0));
+  SimulatedDevice device(FindDeviceProfile("omni"), FindHandModel("H2"), PoseAt(0));
   ASSERT_TRUE(device.Write(Vec3(30, 40, 0), Vec3(100, 0, 0)));
   EXPECT_NEAR(device.force_N().x, 3.3 * 0.6, 1e-12);
   EXPECT_NEAR(device.force_N().y, 3.3 * 0.8, 1e-12);
@@ -139,7 +140,7 @@ TEST(SimulatedDevice, ShortensAForceBeyondItsPeakAndKeepsItsDirection) {
 TEST(SimulatedDevice, DelayIsInTicks) {
   SimulatedDeviceOptions options;
   options.delay_ticks = 2;
-  SimulatedDevice device(MakePlain(), FindHandModel("H2"), At(0), options);
+  SimulatedDevice device(MakePlain(), FindHandModel("H2"), PoseAt(0), options);
   for (int i = 1; i <= 6; ++i) {
     ASSERT_TRUE(device.Write(Vec3(i, 0, 0), Vec3{0}));
     EXPECT_EQ(device.force_N().x, std::max(0, i - 2));
@@ -147,12 +148,12 @@ TEST(SimulatedDevice, DelayIsInTicks) {
 }
 
 TEST(SimulatedDevice, FaultsDoWhatTheySay) {
-  SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H3"), At(0));
-  device.SetIntention({.X_WH = At(0), .push_W_N = Vec3(1, 0, 0)});
+  SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H3"), PoseAt(0));
+  device.SetIntention({.X_WH = PoseAt(0), .push_W_N = Vec3(1, 0, 0)});
   DeviceSample sample;
   device.SetFaults({.frozen = true});
   ASSERT_TRUE(device.Read(sample));
-  for (int i = 0; i < 100; ++i) device.Elapse(kDt_s);
+  for (int i = 0; i < 100; ++i) device.Elapse(kSimulatedDeviceDt_s);
   DeviceSample later;
   ASSERT_TRUE(device.Read(later));
   EXPECT_EQ(later.X_WH.p_AB, sample.X_WH.p_AB);
@@ -174,40 +175,40 @@ TEST(SimulatedDevice, FaultsDoWhatTheySay) {
 }
 
 TEST(SimulatedDevice, TimeThatIsNoneMovesNothing) {
-  SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H3"), At(0));
-  device.SetIntention({.X_WH = At(5)});
+  SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H3"), PoseAt(0));
+  device.SetIntention({.X_WH = PoseAt(5)});
   for (const double dt : {0.0, -1.0, std::nan("")}) device.Elapse(dt);
   EXPECT_EQ(device.time_s(), 0);
   EXPECT_EQ(device.p_WC_mm(), Vec3{0});
-  device.Elapse(1e9);  // a debugger's pause
+  device.Elapse(1e9);  // a pause in a debugger
   EXPECT_NEAR(device.time_s(), 0.1, 1e-12);
 }
 
 TEST(SimulatedDevice, HandTurnsBackByItsStiffness) {
-  // 6 degrees of freedom: held torque 100 N mm on 2000 N mm/rad: 0.05 rad, reached like 1 - e^(-t/10 ms).
-  SimulatedDevice device(FindDeviceProfile("ideal"), FindHandModel("H3"), At(0));
-  device.SetIntention({.X_WH = At(0)});
+  // 6 degrees of freedom: a held torque of 100 N mm on 2000 N mm/rad gives 0.05 rad, approached as 1 - e^(-t/10 ms).
+  SimulatedDevice device(FindDeviceProfile("ideal"), FindHandModel("H3"), PoseAt(0));
+  device.SetIntention({.X_WH = PoseAt(0)});
   ASSERT_TRUE(device.Write(Vec3{0}, Vec3(0, 0, 100)));
-  for (int i = 0; i < 10; ++i) device.Elapse(kDt_s);
+  for (int i = 0; i < 10; ++i) device.Elapse(kSimulatedDeviceDt_s);
   DeviceSample sample;
   ASSERT_TRUE(device.Read(sample));
   EXPECT_NEAR(glm::angle(sample.X_WH.R_AB), 0.05 * (1 - std::exp(-1)), 1e-9);
-  // One of 3 doesn't hear of torque.
-  SimulatedDevice forces(FindDeviceProfile("omega_3"), FindHandModel("H3"), At(0));
+  // A device with 3 degrees of freedom ignores the torque.
+  SimulatedDevice forces(FindDeviceProfile("omega_3"), FindHandModel("H3"), PoseAt(0));
   ASSERT_TRUE(forces.Write(Vec3{0}, Vec3(0, 0, 100)));
-  for (int i = 0; i < 10; ++i) forces.Elapse(kDt_s);
+  for (int i = 0; i < 10; ++i) forces.Elapse(kSimulatedDeviceDt_s);
   ASSERT_TRUE(forces.Read(sample));
   EXPECT_EQ(sample.X_WH.R_AB, Quat(1, 0, 0, 0));
 }
 
 TEST(SimulatedDevice, APushThatYieldsStaysWhileTheToolGoesAhead) {
-  // Against a damper of 0.1 N s/mm a held push of 5 N would go at 50 mm/s. Were the hand's spring anchored (k = 0.2
-  // N/mm), it would stop at 25 mm. With it giving way in 0.5 s, the spring holds back by k v 0.5 s.
-  SimulatedDevice device(MakePlain(), FindHandModel("H2"), At(0), Fine());
-  device.SetIntention({.X_WH = At(0), .push_W_N = Vec3(5, 0, 0), .yield_s = 0.5});
+  // Against a damper of 0.1 N s/mm, a held push of 5 N would move at 50 mm/s. If the hand's spring were anchored (k =
+  // 0.2 N/mm), it would stop at 25 mm. With a spring that yields in 0.5 s, the spring holds back by k v 0.5 s.
+  SimulatedDevice device(MakePlain(), FindHandModel("H2"), PoseAt(0), Fine());
+  device.SetIntention({.X_WH = PoseAt(0), .push_W_N = Vec3(5, 0, 0), .yield_s = 0.5});
   double v = 0;
   for (int i = 0; i < 10000; ++i) {
-    device.Elapse(kDt_s);
+    device.Elapse(kSimulatedDeviceDt_s);
     v = device.v_WC_mm_per_s().x;
     device.Write(Vec3(-0.1 * v, 0, 0), Vec3{0});
   }
@@ -217,7 +218,7 @@ TEST(SimulatedDevice, APushThatYieldsStaysWhileTheToolGoesAhead) {
 TEST(SimulatedDevice, BadOptionsAreRefused) {
   const auto message = [](const SimulatedDeviceOptions& options, const DeviceProfile& profile) -> std::string {
     try {
-      SimulatedDevice(profile, FindHandModel("H1"), At(0), options);
+      SimulatedDevice(profile, FindHandModel("H1"), PoseAt(0), options);
     } catch (const Error& e) {
       return e.what();
     }
@@ -231,8 +232,8 @@ TEST(SimulatedDevice, BadOptionsAreRefused) {
 
 TEST(IntentionScript, StrokesHaveMinimumJerkAndTheirOwnSlopeAsVelocity) {
   const Pose end{glm::angleAxis(1.0, Vec3(0, 0, 1)), Vec3(30, 0, 0)};
-  const IntentionScript script(At(0), {{.seconds = 2, .X_WH = end, .saw_W_mm = Vec3(0, 4, 0), .saw_Hz = 2.5},
-                                       {.seconds = 1, .X_WH = end, .push_W_N = Vec3(0, 0, -5)}});
+  const IntentionScript script(PoseAt(0), {{.seconds = 2, .X_WH = end, .saw_W_mm = Vec3(0, 4, 0), .saw_Hz = 2.5},
+                                           {.seconds = 1, .X_WH = end, .push_W_N = Vec3(0, 0, -5)}});
   EXPECT_EQ(script.duration_s(), 3);
   double fastest = 0;
   for (double t = 0.001; t < 2.999; t += 0.0007) {
@@ -253,7 +254,7 @@ TEST(IntentionScript, StrokesHaveMinimumJerkAndTheirOwnSlopeAsVelocity) {
 TEST(IntentionScript, BadStepsAreNamed) {
   const auto message = [](IntentionStep step) -> std::string {
     try {
-      IntentionScript(At(0), {IntentionStep{}, step});
+      IntentionScript(PoseAt(0), {IntentionStep{}, step});
     } catch (const Error& e) {
       return e.what();
     }
@@ -261,7 +262,8 @@ TEST(IntentionScript, BadStepsAreNamed) {
   };
   EXPECT_EQ(message({.seconds = 0}), "step 2 of the hand: seconds = 0 is not within 0.001 to 1000000");
   EXPECT_EQ(message({.saw_Hz = 12}), "step 2 of the hand: saw_Hz = 12 is not within 0 to 10");
-  EXPECT_EQ(message({.X_WH = At(std::nan(""))}), "step 2 of the hand ends at a pose that is not a place in the world");
+  EXPECT_EQ(message({.X_WH = PoseAt(std::nan(""))}),
+            "the end pose of step 2 of the hand is not valid or outside the world");
 }
 
 }  // namespace

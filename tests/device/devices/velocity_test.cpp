@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kDt_s = 0.001;
+constexpr double kVelocityDt_s = 0.001;
 constexpr double kQuantum_mm = 0.055;
 
 double Quantise(double x) {
@@ -20,35 +20,35 @@ double Quantise(double x) {
 TEST(AdaptiveVelocity, IsExactForALineThatNeedsNoRounding) {
   AdaptiveVelocity velocity(1e-9);
   Vec3 v{0};
-  for (int i = 0; i < 50; ++i) v = velocity.Update(Vec3(0.003, -0.001, 0) * double(i), kDt_s);
+  for (int i = 0; i < 50; ++i) v = velocity.Update(Vec3(0.003, -0.001, 0) * double(i), kVelocityDt_s);
   EXPECT_NEAR(v.x, 3, 1e-9);
   EXPECT_NEAR(v.y, -1, 1e-9);
   EXPECT_EQ(v.z, 0);
 }
 
 TEST(AdaptiveVelocity, ErrorFallsWithTheWindow) {
-  // Constant speed: the slope between the ends of a window of n steps is off by at most one quantum over its time,
-  // since each end is off by half of one; the window may be cut short only by rounding beyond a quantum, which a line
-  // never has.
+  // Constant speed: the slope between the ends of a window of n steps is off by at most one quantum divided by its
+  // time, since each end is off by half a quantum. The window is shortened only if rounding exceeds a quantum, which
+  // never happens on a line.
   for (const int samples : {4, 16, 32}) {
     AdaptiveVelocity velocity(kQuantum_mm, samples);
     double worst = 0;
     for (int i = 0; i < 2000; ++i) {
-      const double v = velocity.Update(Vec3(Quantise(0.0173 * i), 0, 0), kDt_s).x;
+      const double v = velocity.Update(Vec3(Quantise(0.0173 * i), 0, 0), kVelocityDt_s).x;
       if (i > 40) worst = std::max(worst, std::abs(v - 17.3));
     }
-    EXPECT_LE(worst, kQuantum_mm / ((samples - 1) * kDt_s) * (1 + 1e-9)) << samples;
-    EXPECT_GT(worst, 0.1 * kQuantum_mm / ((samples - 1) * kDt_s)) << samples;
+    EXPECT_LE(worst, kQuantum_mm / ((samples - 1) * kVelocityDt_s) * (1 + 1e-9)) << samples;
+    EXPECT_GT(worst, 0.1 * kQuantum_mm / ((samples - 1) * kVelocityDt_s)) << samples;
   }
 }
 
 TEST(AdaptiveVelocity, WindowShortensWhenMotionTurns) {
-  // From 100 mm/s to -100 mm/s at once: a fixed window of 15 steps would still say 0 after 7 ms.
+  // From 100 mm/s to -100 mm/s abruptly: a fixed window of 15 steps would still give 0 after 7 ms.
   AdaptiveVelocity velocity(0.001);
   double x = 0;
-  for (int i = 0; i < 100; ++i) velocity.Update(Vec3(x += 0.1, 0, 0), kDt_s);
+  for (int i = 0; i < 100; ++i) velocity.Update(Vec3(x += 0.1, 0, 0), kVelocityDt_s);
   double v = 0;
-  for (int i = 0; i < 2; ++i) v = velocity.Update(Vec3(x -= 0.1, 0, 0), kDt_s).x;
+  for (int i = 0; i < 2; ++i) v = velocity.Update(Vec3(x -= 0.1, 0, 0), kVelocityDt_s).x;
   EXPECT_NEAR(v, -100, 1e-6);
 }
 
@@ -64,33 +64,33 @@ TEST(AdaptiveVelocity, TakesUnevenTicksAndSurvivesNonsense) {
     v = velocity.Update(Vec3(5 * t, 0, 0), step);
   }
   EXPECT_NEAR(v.x, 5, 1e-3);
-  EXPECT_EQ(velocity.Update(Vec3(std::nan(""), 0, 0), kDt_s).x, v.x);
+  EXPECT_EQ(velocity.Update(Vec3(std::nan(""), 0, 0), kVelocityDt_s).x, v.x);
   EXPECT_EQ(velocity.Update(Vec3(1e3, 0, 0), 0).x, v.x);
   EXPECT_EQ(velocity.Update(Vec3(1e3, 0, 0), -1).x, v.x);
   velocity.Reset();
-  EXPECT_EQ(velocity.Update(Vec3(9, 9, 9), kDt_s), Vec3{0});
+  EXPECT_EQ(velocity.Update(Vec3(9, 9, 9), kVelocityDt_s), Vec3{0});
 }
 
 TEST(AdaptiveVelocity, HoldsOverRepeatedSamplesForAWhileOnly) {
   AdaptiveVelocity velocity(0.001);
   double x = 0;
   Vec3 v{0};
-  for (int i = 0; i < 50; ++i) v = velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s);
+  for (int i = 0; i < 50; ++i) v = velocity.Update(Vec3(x += 0.02, 0, 0), kVelocityDt_s);
   EXPECT_NEAR(v.x, 20, 1e-6);
-  for (int i = 1; i <= 5; ++i) EXPECT_NEAR(velocity.Update(Vec3(x, 0, 0), kDt_s).x, 20, 1e-6) << i;
-  for (int i = 6; i <= 100; ++i) EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kDt_s).x, 0) << i;
-  x += 0.1;  // where it comes back is no way that it went
-  EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kDt_s).x, 0);
-  EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s).x, 20, 1e-6);
+  for (int i = 1; i <= 5; ++i) EXPECT_NEAR(velocity.Update(Vec3(x, 0, 0), kVelocityDt_s).x, 20, 1e-6) << i;
+  for (int i = 6; i <= 100; ++i) EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kVelocityDt_s).x, 0) << i;
+  x += 0.1;  // the jump to the new place is not a motion
+  EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kVelocityDt_s).x, 0);
+  EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kVelocityDt_s).x, 20, 1e-6);
 }
 
 TEST(AdaptiveVelocity, RepeatedSamplesOfASlowHandleAreWhatAnEncoderSees) {
-  // 4 mm/s in steps of 0.01 mm: two of three samples are repeated, and that is no fault. The window of 16 ms says 4 to
-  // a step over it.
+  // 4 mm/s in steps of 0.01 mm: two of three samples are repeated, which is not a fault. The window of 16 ms gives 4
+  // mm/s to one step per window.
   AdaptiveVelocity velocity(0.01);
   Vec3 v{0};
   for (int i = 0; i < 200; ++i) {
-    v = velocity.Update(Vec3(0.01 * std::floor(0.4 * i), 0, 0), kDt_s);
+    v = velocity.Update(Vec3(0.01 * std::floor(0.4 * i), 0, 0), kVelocityDt_s);
     if (i > 20) {
       EXPECT_NEAR(v.x, 4, 0.01 / 0.015) << i;
     }
@@ -100,11 +100,11 @@ TEST(AdaptiveVelocity, RepeatedSamplesOfASlowHandleAreWhatAnEncoderSees) {
 TEST(AdaptiveVelocity, ALeapIsNoSpeed) {
   AdaptiveVelocity velocity(0.001);
   double x = 0;
-  for (int i = 0; i < 50; ++i) velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s);
-  EXPECT_EQ(velocity.Update(Vec3(x += 5, 0, 0), kDt_s).x, 0);
-  EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s).x, 20, 1e-6);
-  // As fast as a hand can start, it is a speed.
-  for (int i = 1; i <= 3; ++i) EXPECT_GT(velocity.Update(Vec3(x += 0.02 + 0.25 * i, 0, 0), kDt_s).x, 200) << i;
+  for (int i = 0; i < 50; ++i) velocity.Update(Vec3(x += 0.02, 0, 0), kVelocityDt_s);
+  EXPECT_EQ(velocity.Update(Vec3(x += 5, 0, 0), kVelocityDt_s).x, 0);
+  EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kVelocityDt_s).x, 20, 1e-6);
+  // A change as fast as a hand can start is a speed.
+  for (int i = 1; i <= 3; ++i) EXPECT_GT(velocity.Update(Vec3(x += 0.02 + 0.25 * i, 0, 0), kVelocityDt_s).x, 200) << i;
 }
 
 }  // namespace

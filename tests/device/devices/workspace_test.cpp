@@ -11,12 +11,12 @@
 namespace kerf {
 namespace {
 
-// Positions up to 200 mm, a few rotations one after the other: 1e-12 mm is a few roundings of 2^-52 * 200.
+// Positions up to 200 mm and a few consecutive rotations: 1e-12 mm is a few roundings of 2^-52 * 200.
 constexpr double kRounding_mm = 1e-12;
 
-class Draw {
+class WorkspaceDraw {
  public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
+  explicit WorkspaceDraw(std::uint64_t seed) : random_(seed) {}
   double Number(double from, double to) { return std::uniform_real_distribution<double>(from, to)(random_); }
   Vec3 Place() { return {Number(-100, 100), Number(-100, 100), Number(-100, 100)}; }
   Quat Turn() { return glm::normalize(Quat{Number(-1, 1), Number(-1, 1), Number(-1, 1), Number(-1, 1) + 1e-3}); }
@@ -34,12 +34,12 @@ double CalcAngle(const Quat& a, const Quat& b) {
 TEST(Workspace, StandsAsAPersonBeforeAPatient) {
   const Workspace workspace({});
   EXPECT_LT(glm::length(workspace.ToWorld({1, 0, 0}) - Vec3(1, 0, 0)), 1e-15);   // right: the patient's left
-  EXPECT_LT(glm::length(workspace.ToWorld({0, 1, 0}) - Vec3(0, 0, 1)), 1e-15);   // up: to the head
-  EXPECT_LT(glm::length(workspace.ToWorld({0, 0, 1}) - Vec3(0, -1, 0)), 1e-15);  // towards the user: to the front
+  EXPECT_LT(glm::length(workspace.ToWorld({0, 1, 0}) - Vec3(0, 0, 1)), 1e-15);   // up: towards the head
+  EXPECT_LT(glm::length(workspace.ToWorld({0, 0, 1}) - Vec3(0, -1, 0)), 1e-15);  // towards the user: towards the front
 }
 
 RC_GTEST_PROP(Workspace, NothingMovesWhenTheAnchorIsDropped, (std::uint64_t seed)) {
-  Draw draw(seed);
+  WorkspaceDraw draw(seed);
   Workspace workspace({draw.Number(0.02, 20), draw.Turn(), draw.Place(), draw.Number(0, 1) < 0.5});
   const Pose X_WT = draw.Pose_();
   const Pose X_DH = draw.Pose_();
@@ -50,7 +50,7 @@ RC_GTEST_PROP(Workspace, NothingMovesWhenTheAnchorIsDropped, (std::uint64_t seed
 }
 
 RC_GTEST_PROP(Workspace, ThereAndBackIsWhereItWas, (std::uint64_t seed)) {
-  Draw draw(seed);
+  WorkspaceDraw draw(seed);
   Workspace workspace({draw.Number(0.1, 5), draw.Turn(), draw.Place(), true});
   workspace.Anchor(draw.Pose_(), draw.Pose_());
   const Pose X_DH = draw.Pose_();
@@ -59,10 +59,10 @@ RC_GTEST_PROP(Workspace, ThereAndBackIsWhereItWas, (std::uint64_t seed)) {
   RC_ASSERT(CalcAngle(back.R_AB, X_DH.R_AB) < 1e-13);
 }
 
-/// Work at the handle and at the tool: with a scale s the tool's point goes s times as far, so that the same force does
-/// s times the work; with s = 1 none is made or lost by the mapping.
+/// Work at the handle and at the tool: with a scale s the tool's point moves s times as far, so the same force does s
+/// times the work. With s = 1 the mapping neither creates nor dissipates energy.
 RC_GTEST_PROP(Workspace, TheForceDoesItsWorkOnTheHandle, (std::uint64_t seed)) {
-  Draw draw(seed);
+  WorkspaceDraw draw(seed);
   const double scale = draw.Number(0.1, 5);
   Workspace workspace({scale, draw.Turn(), draw.Place(), false});
   workspace.Anchor(draw.Pose_(), draw.Pose_());
@@ -74,18 +74,18 @@ RC_GTEST_PROP(Workspace, TheForceDoesItsWorkOnTheHandle, (std::uint64_t seed)) {
   const Vec3 way_W = workspace.CalcToolPose(X_DH_later).Point(p_TC) - workspace.CalcToolPose(X_DH).Point(p_TC);
   const double at_tool = glm::dot(f_W, way_W);
   const double at_handle = glm::dot(workspace.ToDevice(f_W), X_DH_later.p_AB - X_DH.p_AB);
-  RC_ASSERT(std::abs(at_tool - scale * at_handle) < 1e-9);  // 100 N times 1000 mm times 2^-52, some times over
+  RC_ASSERT(std::abs(at_tool - scale * at_handle) < 1e-9);  // rounding: a few times 100 N times 1000 mm times 2^-52
 }
 
 TEST(Workspace, TurnsTheToolAboutTheHandleOnlyWhereThatIsSensed) {
   const Pose X_WT{Quat{1, 0, 0, 0}, {10, 20, 30}};
   const Vec3 p_TC{0, 0, 50};
-  const Pose turned{glm::angleAxis(0.3, Vec3{0, 1, 0}), {0, 0, 0}};  // about up
+  const Pose turned{glm::angleAxis(0.3, Vec3{0, 1, 0}), {0, 0, 0}};  // about the up axis
   Workspace senses({1, kFacingPatient, p_TC, true});
   senses.Anchor({}, X_WT);
   const Pose X = senses.CalcToolPose(turned);
   EXPECT_LT(glm::length(X.Point(p_TC) - X_WT.Point(p_TC)), kRounding_mm);
-  EXPECT_LT(CalcAngle(X.R_AB, glm::angleAxis(0.3, Vec3{0, 0, 1})), 1e-14);  // up is to the head
+  EXPECT_LT(CalcAngle(X.R_AB, glm::angleAxis(0.3, Vec3{0, 0, 1})), 1e-14);  // up is towards the head
   Workspace does_not({1, kFacingPatient, p_TC, false});
   does_not.Anchor({}, X_WT);
   EXPECT_LT(glm::length(does_not.CalcToolPose(turned).p_AB - X_WT.p_AB), kRounding_mm);
@@ -96,7 +96,7 @@ TEST(Workspace, ScaledProfileHoldsTheSameStiffnessOnTheHandle) {
   profile.max_stiffness_N_per_mm = 3;
   profile.resolution_mm = 0.04;
   profile.workspace_radius_mm = 40;
-  // Tool 2 mm for 1 mm of the handle: a spring of 1.5 N/mm at the tool is one of 3 N/mm in the hand.
+  // The tool moves 2 mm per 1 mm of the handle: a spring of 1.5 N/mm at the tool is one of 3 N/mm in the hand.
   const DeviceProfile scaled = ScaleProfile(profile, 2);
   EXPECT_DOUBLE_EQ(scaled.max_stiffness_N_per_mm, 1.5);
   EXPECT_DOUBLE_EQ(scaled.resolution_mm, 0.08);
@@ -105,11 +105,11 @@ TEST(Workspace, ScaledProfileHoldsTheSameStiffnessOnTheHandle) {
 }
 
 TEST(Workspace, LeftHandStandsMirrored) {
-  // Turned by 20 degrees to the right about up: by 20 degrees to the left.
+  // A rotation of 20 degrees to the right about the up axis becomes 20 degrees to the left.
   const Quat right = kFacingPatient * glm::angleAxis(0.35, Vec3{0, 1, 0});
   const Quat left = kFacingPatient * glm::angleAxis(-0.35, Vec3{0, 1, 0});
   EXPECT_LT(CalcAngle(MirrorForLeftHand(right), left), 1e-14);
-  // Tilted up stays tilted up.
+  // An upward tilt does not change.
   const Quat tilted = kFacingPatient * glm::angleAxis(0.35, Vec3{1, 0, 0});
   EXPECT_LT(CalcAngle(MirrorForLeftHand(tilted), tilted), 1e-14);
   EXPECT_EQ(ExchangeButtons(0b0001u, 0, 3), 0b1000u);

@@ -1,4 +1,4 @@
-// The bridge's driver against the example client as a process of its own, and against bridges that misbehave.
+// The bridge's driver against the example client in a separate process, and against faulty bridges.
 #include "device/drivers/bridge_driver.h"
 
 #include <arpa/inet.h>
@@ -24,7 +24,7 @@
 #include "device/drivers/child_process.h"
 #include "kerf/error.h"
 #include "kerf_bridge.h"
-#include "support/wakeful.h"
+#include "support/stall_detector.h"
 #include "test_paths.h"
 
 namespace kerf {
@@ -42,7 +42,7 @@ std::uint16_t PortOf(ChildProcess& example) {
   return static_cast<std::uint16_t>(std::stoi(line.substr(line.rfind(':') + 1)));
 }
 
-/// Long waits: a machine that is busy is no fault.
+/// Options with long waits, so that a busy machine does not count as a fault.
 BridgeOptions MakeOptions(std::uint16_t port) {
   BridgeOptions options;
   options.port = port;
@@ -59,7 +59,7 @@ std::string MessageOfStart(BridgeDriver& driver) {
   return "nothing thrown";
 }
 
-/// Until there is an answer: one that a busy machine makes late counts for nothing, for good or for bad.
+/// Repeats until there is an answer: answers delayed by a busy machine are ignored by the tests.
 RoundEnd ExchangeUntilAnswered(BridgeDriver& driver, const DriverCommand& command, DriverSample& sample) {
   RoundEnd end = RoundEnd::kNoAnswer;
   for (int i = 0; i < 100 && end == RoundEnd::kNoAnswer; ++i) {
@@ -69,7 +69,7 @@ RoundEnd ExchangeUntilAnswered(BridgeDriver& driver, const DriverCommand& comman
   return end;
 }
 
-/// A socket on loopback of which the test says what it answers: nothing for an empty answer.
+/// A socket on loopback whose answers the test defines; an empty answer sends nothing.
 class Answerer {
  public:
   using Answer = std::function<Packets(std::span<const std::uint8_t>)>;
@@ -122,7 +122,7 @@ std::vector<std::uint8_t> ToVector(const BridgeBytes& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// What a good bridge answers, in C++.
+/// The answers of a good bridge, in C++.
 class GoodBridge {
  public:
   std::vector<std::uint8_t> Answer(std::span<const std::uint8_t> bytes) {
@@ -157,11 +157,11 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   EXPECT_EQ(driver.traits().buttons.size(), 2u);
   DriverSample sample;
   DriverCommand command;
-  // The hand's spring of 0.2 N/mm gives way by 5 mm to 1 N, along z, where the hand wants to stay at 0.
+  // The hand's spring of 0.2 N/mm yields by 5 mm to 1 N, along z; the hand's intended position is 0.
   command.f_D_N = {0, 0, 1};
   double z_mm = 0;
-  // Where the machine stands still between two rounds, the bridge makes no force for a moment; within one, the state
-  // that it has measured is too old to be ready.
+  // If the machine stalls between two rounds, the bridge outputs no force for a moment. If it stalls within a round,
+  // the bridge's measured state is too old to be ready.
   const auto off_N = [&] { return glm::length(driver.made_f_D_N() - Vec3(0, 0, 1)); };
   for (int i = 0; i < 1'000'000 && (!sample.homed || std::abs(z_mm - 5) > 0.1 || off_N() > 1e-6); ++i) {
     ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
@@ -170,13 +170,13 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   EXPECT_TRUE(sample.homed);
   EXPECT_NEAR(z_mm, 5, 0.1);
   EXPECT_LT(off_N(), 1e-6);
-  // Longer than its peak: it makes no more.
+  // A command above the device's peak: the force is limited to the peak.
   command.f_D_N = {0, 0, 100};
   driver.Exchange(command, sample);
   for (int i = 0; i < 1000 && driver.made_f_D_N().z < 3.2; ++i) driver.Exchange(command, sample);
   EXPECT_NEAR(glm::length(driver.made_f_D_N()), 3.3, 1e-5);
   EXPECT_EQ(driver.bad_packets(), 0u);
-  // A second session of the same program, after a proper end.
+  // A second session of the same program, after a regular end.
   driver.Stop();
   EXPECT_EQ(driver.Exchange(command, sample), RoundEnd::kGone);
   driver.Start(nullptr);
@@ -189,8 +189,8 @@ TEST(BridgeDriver, TheFieldIsMadeOnTheFarSide) {
   options.valid_ms = 1000;
   BridgeDriver driver(options);
   driver.Start(nullptr);
-  // A wall at z = 2 that pushes with 1 N there, 0.3 N/mm: the hand's spring of 0.2 N/mm wants 0. At rest
-  // 1 - 0.3 (z - 2) = 0.2 z, z = 3.2 mm; no command of ours knew that place.
+  // A wall at z = 2 that pushes with 1 N there, 0.3 N/mm; the hand's spring of 0.2 N/mm pulls to 0. At rest 1 - 0.3 (z
+  // - 2) = 0.2 z, z = 3.2 mm, a position that no command contains.
   DriverCommand command;
   command.f_D_N = {0, 0, 1};
   command.p_D_mm = {0, 0, 2};
@@ -223,7 +223,7 @@ TEST(BridgeDriver, SaysWhenTheBridgeIsKilledAndComesBack) {
   for (int i = 0; i < 5 && end == RoundEnd::kNoAnswer; ++i) end = driver.Exchange({}, sample);
   EXPECT_EQ(end, RoundEnd::kGone);
   EXPECT_EQ(sample.buttons, 77u);
-  EXPECT_THAT(MessageOfStart(driver), HasSubstr("no bridge program listens at 127.0.0.1:"));
+  EXPECT_THAT(MessageOfStart(driver), HasSubstr("no bridge program is listening at 127.0.0.1:"));
   example = std::make_unique<ChildProcess>(std::vector<std::string>{KERF_BRIDGE_EXAMPLE, std::to_string(port)});
   example->ReadLine();
   driver.Start(nullptr);
@@ -238,7 +238,7 @@ TEST(BridgeDriver, ABridgeThatIsStoppedGivesNoAnswerAndGoesOn) {
   driver.Start(nullptr);
   DriverSample sample;
   example.Signal(SIGSTOP);
-  // One answer may have been on its way.
+  // One answer may still be in transit.
   driver.Exchange({}, sample);
   EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kNoAnswer);
   example.Signal(SIGCONT);
@@ -248,7 +248,7 @@ TEST(BridgeDriver, ABridgeThatIsStoppedGivesNoAnswerAndGoesOn) {
 }
 
 TEST(BridgeDriver, IsTurnedAwayWhileAnotherHasTheDevice) {
-  // Who is silent for two seconds has it no more.
+  // A program that is silent for two seconds loses the device.
   test::JudgeAwake(std::chrono::milliseconds(1000), [](test::LongestGap& /*own*/) {
     ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
     const std::uint16_t port = PortOf(example);
@@ -269,7 +269,7 @@ TEST(BridgeDriver, HearsNobodyButItsBridge) {
   const std::uint16_t port = PortOf(example);
   BridgeDriver driver(MakeOptions(port));
   driver.Start(nullptr);
-  // A third socket pours garbage, and packets that look right, on the bridge and on all ports where kerf may listen.
+  // A third socket sends garbage, and packets that look valid, to the bridge and to all ports where kerf may listen.
   std::atomic<bool> stop{false};
   std::thread noise([&] {
     std::mt19937_64 random(1);
@@ -308,7 +308,7 @@ TEST(BridgeDriver, SaysWhichVersionTheBridgeSpeaks) {
     return Packets{ToVector(WriteBridgeRefusal(header, {BridgeReason::kVersion, 9, "too old"}))};
   });
   BridgeDriver driver(MakeOptions(other.port()));
-  EXPECT_THAT(MessageOfStart(driver), HasSubstr("speaks version 9 of the protocol, kerf version 1"));
+  EXPECT_THAT(MessageOfStart(driver), HasSubstr("uses version 9 of the protocol, but kerf uses version 1"));
 }
 
 TEST(BridgeDriver, SaysThatNoDeviceIsThere) {
@@ -326,7 +326,7 @@ TEST(BridgeDriver, SaysWhenSomethingElseAnswers) {
   BridgeOptions options = MakeOptions(other.port());
   options.start_timeout_ms = 250;
   BridgeDriver driver(options);
-  EXPECT_THAT(MessageOfStart(driver), HasSubstr("gave no answer that kerf understands"));
+  EXPECT_THAT(MessageOfStart(driver), HasSubstr("gave no valid answer"));
 }
 
 TEST(BridgeDriver, OldDoubledAndDamagedAnswersAreNoNews) {
@@ -336,7 +336,7 @@ TEST(BridgeDriver, OldDoubledAndDamagedAnswersAreNoNews) {
     Packets answers = {good.Answer(bytes)};
     if (answers[0].empty()) return Packets{};
     if (what == 1) answers[0][40] ^= 1;
-    if (what == 2) good.sequence -= 1;  // the same sequence from now on
+    if (what == 2) good.sequence -= 1;  // repeats the sequence number
     if (what == 3) answers.push_back(answers[0]);
     return answers;
   });
@@ -345,7 +345,7 @@ TEST(BridgeDriver, OldDoubledAndDamagedAnswersAreNoNews) {
   BridgeDriver driver(options);
   driver.Start(nullptr);
   DriverSample sample;
-  // Some may be late on a busy machine. What is told are the ends of all rounds until 15 were as wanted.
+  // Some answers may be late on a busy machine. Returns the ends of all rounds until 15 of them are as wanted.
   const auto rounds_until = [&](RoundEnd wanted) {
     std::vector<RoundEnd> ends;
     for (int count = 0; ends.size() < 400 && count < 15;) {
@@ -359,12 +359,12 @@ TEST(BridgeDriver, OldDoubledAndDamagedAnswersAreNoNews) {
   EXPECT_EQ(sample.X_DH.p_AB, Vec3(1, 2, 3));
   what = 1;
   std::vector<RoundEnd> ends = rounds_until(RoundEnd::kBadAnswer);
-  // They come one after the other: before the first bad one there may be good ones from before.
+  // Answers arrive in order: before the first bad one there may be good ones from earlier.
   ends.erase(ends.begin(), std::find(ends.begin(), ends.end(), RoundEnd::kBadAnswer));
   EXPECT_THAT(ends, Not(Contains(RoundEnd::kSample)));
   what = 2;
   ends = rounds_until(RoundEnd::kBadAnswer);
-  EXPECT_LE(std::count(ends.begin(), ends.end(), RoundEnd::kSample), 1);  // the first of that sequence
+  EXPECT_LE(std::count(ends.begin(), ends.end(), RoundEnd::kSample), 1);  // the first one with that number
   what = 3;
   rounds_until(RoundEnd::kSample);
 }
@@ -409,14 +409,14 @@ TEST(BridgeDriver, BadCommandsGoOutAsZero) {
   EXPECT_TRUE(all_good);
 }
 
-/// A good bridge at the end of a long way: it answers each command as many commands later as `late` says.
+/// A good bridge with a long delay: the answer to each command comes `late` commands later.
 class FarBridge {
  public:
   FarBridge() : answerer_([this](std::span<const std::uint8_t> bytes) { return Answer(bytes); }) {}
   std::uint16_t port() const { return answerer_.port(); }
 
   std::atomic<std::size_t> late{0};
-  std::atomic<bool> late_now_and_then{false};  // one command of five, by one
+  std::atomic<bool> late_now_and_then{false};  // one command in five is delayed by one command
 
  private:
   Packets Answer(std::span<const std::uint8_t> bytes) {
@@ -435,7 +435,7 @@ class FarBridge {
   GoodBridge good_;
   std::deque<std::vector<std::uint8_t>> under_way_;
   std::uint64_t commands_ = 0;
-  Answerer answerer_;  // last: its thread calls Answer()
+  Answerer answerer_;  // last member: its thread calls Answer()
 };
 
 TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
@@ -459,8 +459,8 @@ TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
   };
   ASSERT_EQ(run(driver, 200), ServoState::kEngaged);
   ASSERT_GT(glm::length(servo.sent_force_N()), 1.9);
-  EXPECT_LE(driver.late_states(), servo.counts().no_answers);  // none, but for the machine
-  // From here on each round waits its 10 ms in vain for its own answer, and hears that of six rounds ago.
+  EXPECT_LE(driver.late_states(), servo.counts().no_answers);  // none, unless the machine stalls
+  // From here on each round waits its full 10 ms without its own answer, and receives that of six rounds ago.
   far.late = 6;
   options.timeout_ms = 10;
   BridgeDriver impatient(options);
@@ -472,7 +472,7 @@ TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
   EXPECT_EQ(servo.counts().samples, samples);
   EXPECT_GE(servo.counts().no_answers, 25u);
   EXPECT_GT(impatient.late_states(), 0u);
-  // The way is short again.
+  // Without the delay again.
   far.late = 0;
   DriverSample sample;
   RoundEnd end = RoundEnd::kNoAnswer;
@@ -481,7 +481,7 @@ TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
   EXPECT_EQ(sample.X_DH.p_AB, Vec3(1, 2, 3));
 }
 
-/// The client in C, of which only the thread that answers lives once its servo loop hangs. Its clock goes on by 10 ms
+/// The client in C, of which only the answering thread runs after its servo loop hangs. Its clock advances by 10 ms
 /// with each command.
 class HangingBridge {
  public:
@@ -489,7 +489,7 @@ class HangingBridge {
   std::uint16_t port() const { return answerer_.port(); }
 
   std::atomic<bool> hangs{false};
-  std::atomic<bool> was_pushed{false};  // since it was set to false: a command would have made force
+  std::atomic<bool> was_pushed{false};  // true if a command would have made force since this was set to false
 
  private:
   Packets Answer(std::span<const std::uint8_t> bytes) {
@@ -519,7 +519,7 @@ class HangingBridge {
   kerf_bridge bridge_{};
   bool begun_ = false;
   std::uint64_t now_ns_ = 1'000'000'000;
-  Answerer answerer_;  // last: its thread calls Answer()
+  Answerer answerer_;  // last member: its thread calls Answer()
 };
 
 TEST(BridgeDriver, APromptAnswerWithAFrozenPoseEndsTheForce) {
@@ -543,36 +543,36 @@ TEST(BridgeDriver, APromptAnswerWithAFrozenPoseEndsTheForce) {
   ASSERT_EQ(run(200), ServoState::kEngaged);
   EXPECT_TRUE(far.was_pushed);
   far.hangs = true;
-  run(10);  // 50 ms of the bridge's clock are five answers; then the gate lets go within 20 ms
+  run(10);  // 50 ms of the bridge's clock are five answers; then the gate closes within 20 ms
   EXPECT_EQ(servo.state(), ServoState::kHoming);
   EXPECT_EQ(servo.sent_force_N(), Vec3{0});
-  // However long it is answered, and though the user agrees all the time.
+  // For any number of answers, and although the user agrees all the time.
   far.was_pushed = false;
   EXPECT_EQ(run(100), ServoState::kHoming);
   EXPECT_EQ(servo.sent_force_N(), Vec3{0});
   EXPECT_FALSE(far.was_pushed);
-  EXPECT_LE(servo.counts().no_answers, 2u);  // none, but for the machine
+  EXPECT_LE(servo.counts().no_answers, 2u);  // none, unless the machine stalls
   far.hangs = false;
   EXPECT_EQ(run(200), ServoState::kEngaged);
   EXPECT_TRUE(far.was_pushed);
 }
 
 TEST(BridgeDriver, AnswersThatAreLateNowAndThenAreNews) {
-  // A second in all: late answers are no older than that, and no round waits for longer than a tenth.
+  // Limits of 1 s for the age of answers and of 0.1 s for the wait in a round, so that late answers are still valid.
   test::JudgeAwake(std::chrono::milliseconds(80), [](test::LongestGap& /*own*/) {
     FarBridge far;
     BridgeOptions options = MakeOptions(far.port());
     options.timeout_ms = 100;
-    options.oldest_ms = 1000;  // as busy as the machine may be
+    options.oldest_ms = 1000;  // allows for a very busy machine
     BridgeDriver driver(options);
     driver.Start(nullptr);
     DriverSample sample;
-    EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);  // the first after the start
+    EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);  // the first round after the start
     far.late_now_and_then = true;
     int samples = 0;
     for (int i = 0; i < 20; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
-    EXPECT_GE(samples, 12);  // 16, but for the machine
-    // Always the answer to the one before: old, but not too old.
+    EXPECT_GE(samples, 12);  // 16, unless the machine stalls
+    // Every answer is that to the previous command: old, but not too old.
     far.late_now_and_then = false;
     far.late = 1;
     driver.Exchange({}, sample);

@@ -1,4 +1,4 @@
-// The example bridge under more packets than it should take in one turn.
+// The example bridge with more packets than it should handle in one turn.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -22,7 +22,7 @@ namespace {
 
 using test::ChildProcess;
 
-/// A socket that speaks to the example.
+/// A socket that communicates with the example.
 class Asker {
  public:
   explicit Asker(std::uint16_t port) : socket_(socket(AF_INET, SOCK_DGRAM, 0)) {
@@ -37,7 +37,7 @@ class Asker {
   Asker& operator=(const Asker&) = delete;
 
   void Send(const BridgeBytes& bytes) const { send(socket_, bytes.data(), bytes.size(), 0); }
-  /// False when none comes for so long.
+  /// Returns false if no packet arrives within `wait_ms`.
   bool Receive(BridgeBytes& bytes, int wait_ms) const {
     pollfd waiting{.fd = socket_, .events = POLLIN, .revents = 0};
     return poll(&waiting, 1, wait_ms) > 0 && recv(socket_, bytes.data(), bytes.size(), 0) == ssize_t(bytes.size());
@@ -56,7 +56,7 @@ TEST(BridgeExample, LooksAtItsDeviceHoweverManyPacketsCome) {
   BridgeBytes bytes{};
   asker.Send(WriteBridgeHello(header));
   ASSERT_TRUE(asker.Receive(bytes, 10'000));
-  // All of them wait before it can take the first; each answer says when its state was measured.
+  // All packets are queued before it can read the first; each answer states when its state was measured.
   example.Signal(SIGSTOP);
   for (int i = 0; i < 150; ++i) {
     ++header.sequence;
@@ -69,7 +69,7 @@ TEST(BridgeExample, LooksAtItsDeviceHoweverManyPacketsCome) {
     ++answers;
     ++answers_of_one_look[ReadBridgeHeader(bytes).value_or(BridgeHeader{}).time_ns];
   }
-  EXPECT_GT(answers, 64);  // all, but for the socket's buffer
+  EXPECT_GT(answers, 64);  // all, except those that the socket's buffer dropped
   for (const auto& [time_ns, count] : answers_of_one_look) EXPECT_LE(count, 64) << time_ns;
 }
 

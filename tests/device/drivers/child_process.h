@@ -1,4 +1,4 @@
-// A program run beside a test.
+// A program run as a child process of a test.
 #pragma once
 
 #include <string>
@@ -10,16 +10,16 @@ namespace kerf::test {
 
 class ChildProcess {
  public:
-  /// Throws std::runtime_error when it can't be started. Its stdout can be read line by line.
+  /// Starts the program; its stdout can be read line by line. Throws std::runtime_error if it can't be started.
   explicit ChildProcess(const std::vector<std::string>& command);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   std::string ReadLine();
-  /// Sends the signal and waits for its end.
+  /// Sends the signal and waits for the program to end.
   void End(int signal);
-  /// Sends it and goes on.
+  /// Sends the signal and returns.
   void Signal(int signal) const;
 
  private:

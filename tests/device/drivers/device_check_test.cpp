@@ -1,4 +1,4 @@
-// The look at a device: what it finds of one that is known, and that it never does more than it may.
+// The device check: its results for a known device, and that it never exceeds its limits.
 #include "device/drivers/device_check.h"
 
 #include <gmock/gmock.h>
@@ -8,11 +8,11 @@
 
 #include "device/devices/falcon/falcon_driver.h"
 #include "device/devices/falcon/falcon_usb.h"
-#include "device/drivers/told_device.h"
+#include "device/drivers/reported_device.h"
 #include "device/emulation/falcon_model.h"
 #include "device/emulation/model_bus.h"
 #include "device/emulation/scripted_hand.h"
-#include "support/wakeful.h"
+#include "support/stall_detector.h"
 
 namespace kerf {
 namespace {
@@ -20,8 +20,8 @@ namespace {
 using test::JudgeAwake;
 using test::LongestGap;
 using test::PatientOptions;
+using test::ReportedDevice;
 using test::Served;
-using test::ToldDevice;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -29,9 +29,9 @@ using testing::IsEmpty;
 constexpr double kQuantum_mm = 0.04;
 constexpr double kSpring_N_per_mm = 0.5;
 
-/// A handle on a spring, told in steps; at rest it goes to and fro by one.
-void FeelSpring(ToldDevice::State& state) {
-  Vec3 p_mm = state.told.f_D_N / kSpring_N_per_mm;
+/// A handle on a spring, with a quantised position; at rest it alternates by one step.
+void FeelSpring(ReportedDevice::State& state) {
+  Vec3 p_mm = state.reported.f_D_N / kSpring_N_per_mm;
   p_mm.y += state.rounds / 3 % 2 == 0 ? kQuantum_mm : 0;
   state.sample.X_DH.p_AB = kQuantum_mm * glm::round(p_mm / kQuantum_mm);
 }
@@ -39,9 +39,9 @@ void FeelSpring(ToldDevice::State& state) {
 DeviceCheckOptions ShortOptions() {
   DeviceCheckOptions options;
   options.homing_s = 60;
-  options.still_s = 2;     // 100 samples must come within it, of a device that tells 2000
-  options.circle_s = 4;    // two seconds of it at full force: time for the gate to open again after a stall
-  options.buttons_s = 20;  // it ends with the last of them
+  options.still_s = 2;     // 100 samples are required in it, from a device with up to 2000
+  options.circle_s = 4;    // includes two seconds at full force: enough for the gate to reopen after a stall
+  options.buttons_s = 20;  // ends when all buttons were pressed
   return options;
 }
 
@@ -50,9 +50,9 @@ double FalconsPeak() {
 }
 
 TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
-  // Two seconds at rest, and two at full force: of a machine that stands still for half of them nothing is known.
+  // Two seconds at rest and two at full force: if the machine stalls for half of them, there is no result.
   JudgeAwake(std::chrono::milliseconds(1000), [](LongestGap& own) {
-    Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+    Served served(PatientOptions(), [](ReportedDevice::State& state) { state.feels = FeelSpring; });
     DeviceCheckOptions options = ShortOptions();
     options.goes_on = [&] {
       own.Look();
@@ -62,9 +62,9 @@ TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
     options.say = [&](const std::string& text) {
       said += text + "\n";
       if (text.starts_with("press each button")) {
-        served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b1011; });
+        served.device->With([](ReportedDevice::State& state) { state.sample.buttons = 0b1011; });
       } else if (text == "button left") {
-        served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b0100; });
+        served.device->With([](ReportedDevice::State& state) { state.sample.buttons = 0b0100; });
       }
     };
     const DeviceCheckResult r = CheckDevice(*served.servo, options);
@@ -75,7 +75,7 @@ TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
     EXPECT_NEAR(r.least_step_mm, kQuantum_mm, 1e-9);
     EXPECT_NEAR(r.span_mm.y, kQuantum_mm, 1e-9);
     EXPECT_EQ(r.span_mm.x, 0);
-    // Up and down for as long as each other; samples that are skipped by chance make it less even.
+    // The two values alternate equally; samples that are skipped by chance make the ratio less even.
     EXPECT_GT(r.noise_mm.y, 0.2 * kQuantum_mm);
     EXPECT_LE(r.noise_mm.y, 0.5 * kQuantum_mm + 1e-9);
     EXPECT_TRUE(r.made_force);
@@ -88,18 +88,18 @@ TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
     EXPECT_THAT(said, HasSubstr("leave the handle alone"));
     EXPECT_THAT(said, HasSubstr("button right"));
 
-    const auto json = nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r));
+    const auto json = nlohmann::json::parse(FormatDeviceCheckJson("reported", *served.servo, r));
     EXPECT_EQ(json["ok"], true);
     EXPECT_EQ(json["buttons"], "clutch, spindle, right, left");
     EXPECT_EQ(json["still"]["samples"], r.still_samples);
-    EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("least step 0.0400 mm"));
+    EXPECT_THAT(FormatDeviceCheck("reported", *served.servo, r), HasSubstr("smallest step 0.0400 mm"));
   });
 }
 
 TEST(DeviceCheck, EndsAtOnceWithoutForce) {
-  // The force swells within a second: who looks too late finds it whole.
+  // The force rises within a second: a late check would find the full force.
   JudgeAwake(std::chrono::milliseconds(200), [](LongestGap& own) {
-    Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+    Served served(PatientOptions(), [](ReportedDevice::State& state) { state.feels = FeelSpring; });
     DeviceCheckOptions options = ShortOptions();
     options.circle_s = 60;
     options.goes_on = [&] {
@@ -111,13 +111,13 @@ TEST(DeviceCheck, EndsAtOnceWithoutForce) {
     EXPECT_THAT(r.faults, IsEmpty());
     EXPECT_EQ(r.buttons, 0U);
     EXPECT_LT(r.largest_asked_N, 0.2 * FalconsPeak());
-    EXPECT_TRUE(test::WaitFor([&] { return served.device->Look().told.f_D_N == Vec3(0); }, 10));
-    EXPECT_EQ(nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r))["ok"], false);
+    EXPECT_TRUE(test::WaitFor([&] { return served.device->Look().reported.f_D_N == Vec3(0); }, 10));
+    EXPECT_EQ(nlohmann::json::parse(FormatDeviceCheckJson("reported", *served.servo, r))["ok"], false);
   });
 }
 
 TEST(DeviceCheck, MakesNoForceWithADeviceThatHasNone) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) {
+  Served served(PatientOptions(), [](ReportedDevice::State& state) {
     state.traits.makes_force = false;
     state.traits.motion = DriverMotion::kDeflection;
     state.traits.buttons.clear();
@@ -126,34 +126,34 @@ TEST(DeviceCheck, MakesNoForceWithADeviceThatHasNone) {
   EXPECT_THAT(r.faults, IsEmpty());
   EXPECT_FALSE(r.made_force);
   EXPECT_EQ(served.device->Look().largest_N, 0);
-  EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("the device makes none"));
+  EXPECT_THAT(FormatDeviceCheck("reported", *served.servo, r), HasSubstr("the device outputs none"));
 }
 
 TEST(DeviceCheck, NamesWhatIsWrong) {
   {
-    Served served(PatientOptions(), [](ToldDevice::State& state) { state.sample.homed = false; });
+    Served served(PatientOptions(), [](ReportedDevice::State& state) { state.sample.homed = false; });
     DeviceCheckOptions options = ShortOptions();
     options.homing_s = 0.1;
     const DeviceCheckResult r = CheckDevice(*served.servo, options);
     EXPECT_FALSE(r.homed);
-    EXPECT_THAT(r.faults, ElementsAre("the handle was not homed in 0.1 s: pull it out"));
+    EXPECT_THAT(r.faults, ElementsAre("the handle was not homed within 0.1 s: pull it out"));
     EXPECT_EQ(served.device->Look().largest_N, 0);
   }
-  // The last second at rest is the one that counts.
+  // The last second at rest is evaluated.
   JudgeAwake(std::chrono::milliseconds(500), [](LongestGap& /*own*/) {
     DeviceCheckOptions options = ShortOptions();
     options.buttons_s = 0;
-    options.still_s = 1;  // it is measured five times
-    // One round of ten has no good answer, and the handle is never at rest: nobody holds it, and no force is made.
-    Served served(PatientOptions(), [](ToldDevice::State& state) {
-      state.feels = [](ToldDevice::State& s) {
+    options.still_s = 1;  // measured five times
+    // One round in ten has no good answer, and the handle is never at rest: nothing holds it, and no force is made.
+    Served served(PatientOptions(), [](ReportedDevice::State& state) {
+      state.feels = [](ReportedDevice::State& s) {
         s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
         s.end = s.rounds % 10 == 0 ? RoundEnd::kBadAnswer : RoundEnd::kSample;
       };
     });
     const DeviceCheckResult r = CheckDevice(*served.servo, options);
     EXPECT_THAT(r.faults,
-                ElementsAre(HasSubstr("never kept still in the middle"), HasSubstr("rounds had no good answer"),
+                ElementsAre(HasSubstr("never kept still in the middle"), HasSubstr("rounds had no valid answer"),
                             HasSubstr("the handle was never left alone")));
     EXPECT_FALSE(r.made_force);
     EXPECT_EQ(served.device->Look().largest_N, 0);
@@ -161,13 +161,13 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
 }
 
 TEST(DeviceCheck, SaysWhyLessForceWentOutThanWasAskedFor) {
-  // A round that is 100 ms late closes the gate too, with a reason of its own.
+  // A round that is 100 ms late also closes the gate, but with another reason.
   JudgeAwake(std::chrono::milliseconds(50), [](LongestGap& own) {
     DeviceServoOptions servo = PatientOptions();
     servo.servo.gate.lost_s = 0.05;
-    // It falls silent in mid-force, and is in the hand for seconds yet.
-    Served served(servo, [](ToldDevice::State& state) {
-      state.feels = [](ToldDevice::State& s) {
+    // The device stops answering while the force is on, and stays engaged for seconds.
+    Served served(servo, [](ReportedDevice::State& state) {
+      state.feels = [](ReportedDevice::State& s) {
         FeelSpring(s);
         if (s.largest_N > 0.5) s.end = RoundEnd::kNoAnswer;
       };
@@ -183,13 +183,13 @@ TEST(DeviceCheck, SaysWhyLessForceWentOutThanWasAskedFor) {
     const DeviceCheckResult r = CheckDevice(*served.servo, options);
     EXPECT_TRUE(r.made_force);
     EXPECT_EQ(r.closed_by, GateReason::kLostSample);
-    EXPECT_THAT(r.faults, testing::Contains(HasSubstr("N were sent (no force: the device does not answer)")));
+    EXPECT_THAT(r.faults, testing::Contains(HasSubstr("N was sent (no force: the device does not answer)")));
   });
 }
 
 TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) {
-    state.feels = [](ToldDevice::State& s) {
+  Served served(PatientOptions(), [](ReportedDevice::State& state) {
+    state.feels = [](ReportedDevice::State& s) {
       FeelSpring(s);
       if (s.largest_N > 0.5) s.is_there = false;
     };
@@ -197,21 +197,21 @@ TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {
   DeviceCheckOptions options = ShortOptions();
   options.circle_s = 60;
   const DeviceCheckResult r = CheckDevice(*served.servo, options);
-  EXPECT_THAT(r.faults, ElementsAre("the device went away in the middle of the test"));
+  EXPECT_THAT(r.faults, ElementsAre("the device was disconnected during the test"));
   EXPECT_FALSE(r.stopped);
 }
 
 TEST(DeviceCheck, RefusesMoreThanAFifthOfThePeak) {
   Served served;
-  for (const double share : {0.0, 0.005, 0.21, 1.0, std::nan("")}) {
+  for (const double fraction : {0.0, 0.005, 0.21, 1.0, std::nan("")}) {
     DeviceCheckOptions options = ShortOptions();
-    options.circle_share = share;
-    EXPECT_THROW(CheckDevice(*served.servo, options), Error) << share;
+    options.circle_fraction = fraction;
+    EXPECT_THROW(CheckDevice(*served.servo, options), Error) << fraction;
   }
   EXPECT_EQ(served.device->Look().largest_N, 0);
 }
 
-/// A Falcon made of numbers, in a hand, whose time is the machine's.
+/// A simulated Falcon in a simulated hand, which run in real time.
 class LiveFalcon {
  public:
   LiveFalcon() : hand_(FindDeviceProfile("falcon"), FindHandModel("H3"), {}), model_(hand_, {}) { bus_.PlugIn(model_); }
@@ -252,7 +252,7 @@ class LiveFalcon {
   ModelBus bus_;
 };
 
-/// No more than 20 ms at once, however late the machine is: the hand goes on from there.
+/// Advances the model by at most 20 ms per round, however late the machine is; the hand continues from there.
 class LiveFalcon::Driver final : public DeviceDriver {
  public:
   Driver(LiveFalcon& falcon, std::unique_ptr<FalconDriver> driver)
@@ -310,7 +310,7 @@ TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
       return true;
     };
     options.say = [&](const std::string& text) {
-      if (text.find("no force before that") != std::string::npos) falcon->Home();
+      if (text.find("no force until then") != std::string::npos) falcon->Home();
     };
     const DeviceCheckResult r = CheckDevice(*servo, options);
     EXPECT_THAT(r.faults, IsEmpty());
@@ -321,7 +321,7 @@ TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
   });
   ASSERT_TRUE(test::WaitFor([&] { return falcon->motors() == std::array<int, 3>{}; }));
 
-  // In mid-force.
+  // While the force is on.
   const auto push = [&] {
     DriverCommand command;
     command.f_D_N = {0, 1, 0};
@@ -355,25 +355,25 @@ TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
 TEST(WatchDevice, ShowsWhereTheHandleIsOnlyWhileItTells) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = options.servo.agree_s = 0.3;
-  Served served(options, [](ToldDevice::State& state) {
+  Served served(options, [](ReportedDevice::State& state) {
     state.sample.X_DH.p_AB = {1.25, -2.5, 30};
     state.sample.buttons = 0b0100;
   });
-  const char* const told = "right    +1.25  up    -2.50  towards you   +30.00 mm; buttons right";
-  // What must be seen next, and what is done to the device then.
-  const std::vector<std::pair<std::string, std::function<void(ToldDevice::State&)>>> sights = {
-      {told, [](ToldDevice::State& state) { state.end = RoundEnd::kNoAnswer; }},
-      {"; no answer", [](ToldDevice::State& state) { state.end = RoundEnd::kSample; }},
-      {told, [](ToldDevice::State& state) { state.is_there = false; }},
-      {"not there", [](ToldDevice::State& state) { state.is_there = true; }},
-      {told, [](ToldDevice::State& /*state*/) {}}};
+  const char* const reported = "right    +1.25  up    -2.50  towards you   +30.00 mm; buttons right";
+  // The text that must be shown next, and the change of the device that follows.
+  const std::vector<std::pair<std::string, std::function<void(ReportedDevice::State&)>>> sights = {
+      {reported, [](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; }},
+      {"; no answer", [](ReportedDevice::State& state) { state.end = RoundEnd::kSample; }},
+      {reported, [](ReportedDevice::State& state) { state.is_there = false; }},
+      {"not connected", [](ReportedDevice::State& state) { state.is_there = true; }},
+      {reported, [](ReportedDevice::State& /*state*/) {}}};
   std::size_t next = 0;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(test::kLongWait_s);
   WatchDevice(
       *served.servo, [&] { return next < sights.size() && std::chrono::steady_clock::now() < end; },
       [&](const std::string& line, bool passing) {
         if (!passing || next == sights.size()) return;
-        EXPECT_EQ(line.ends_with(told), line.find(" mm") != std::string::npos) << line;
+        EXPECT_EQ(line.ends_with(reported), line.find(" mm") != std::string::npos) << line;
         if (!line.ends_with(sights[next].first)) return;
         served.device->With(sights[next].second);
         ++next;

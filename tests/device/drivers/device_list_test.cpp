@@ -1,4 +1,4 @@
-// Which devices are there, over a bus within the process.
+// The list of available devices, over a bus within the process.
 #include "device/drivers/device_list.h"
 
 #include <gmock/gmock.h>
@@ -55,7 +55,7 @@ TEST(DeviceList, FindsEachKindAndOpensIt) {
     EXPECT_EQ(found[i].choice, KnownDevices()[i].name);
     EXPECT_EQ(found[i].state, DeviceState::kReady) << found[i].problem;
     EXPECT_EQ(found[i].problem, "");
-    EXPECT_EQ(found[i].mend, "");
+    EXPECT_EQ(found[i].remedy, "");
     const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus, found[i].choice, {});
     EXPECT_EQ(driver->traits().makes_force, found[i].kind->makes_force);
   }
@@ -76,10 +76,11 @@ TEST(DeviceList, TellsSeveralOfAKindApartByTheirSockets) {
   EXPECT_EQ(found[0].state, DeviceState::kReady);
   EXPECT_EQ(found[1].state, DeviceState::kNoFirmware);
   EXPECT_NO_THROW(OpenDriver(bus, "falcon@1-2", {}));
-  EXPECT_EQ(Refusal(bus, "falcon@1-7"), "no Novint Falcon is plugged in at 1-7; 'kerf devices' shows what is there");
+  EXPECT_EQ(Refusal(bus, "falcon@1-7"),
+            "no Novint Falcon is plugged in at 1-7; 'kerf devices' lists the connected devices");
 }
 
-/// A gadget with WoodenHaptics' numbers and reports of another size, as mbed's boards may have.
+/// A gadget with the ids of WoodenHaptics and reports of another size, as other mbed boards may have.
 class Gadget : public UsbModel {
  public:
   explicit Gadget(bool hid) : echo_({.vendor = 0x1234, .product = 6, .hid = hid}) {}
@@ -88,7 +89,7 @@ class Gadget : public UsbModel {
   Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t /*index*/,
                    std::span<std::uint8_t> data) override {
     if (request_type != 0x81 || request != 6 || value != 0x2200) return {TransferEnd::kStall, 0};
-    // Vendor's page; 64 bytes in, 64 bytes out.
+    // Vendor-defined usage page; 64 bytes in, 64 bytes out.
     constexpr std::uint8_t kReports[] = {0x06, 0,    0xff, 0x09, 1, 0xa1, 1, 0x75, 8, 0x95,
                                          64,   0x09, 1,    0x81, 2, 9,    1, 0x91, 2, 0xc0};
     const std::size_t bytes = std::min(data.size(), std::size(kReports));
@@ -118,7 +119,7 @@ TEST(DeviceList, LeavesGadgetsWithTheSameNumbersAlone) {
     const std::vector<FoundDevice> found = FindUsbDevices(bus);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].state, DeviceState::kOtherGadget) << found[0].problem;
-    EXPECT_THAT(found[0].mend, HasSubstr("leaves it alone"));
+    EXPECT_THAT(found[0].remedy, HasSubstr("does not use it"));
     EXPECT_EQ(gadget.written, 0);
   }
 }
@@ -127,12 +128,12 @@ TEST(DeviceList, TellsWhatIsInTheWayAndHowToMendIt) {
   HeldMechanism held;
   FalconModel falcon(held, {});
   ModelBus bus;
-  EXPECT_EQ(Refusal(bus, "falcon"), "no Novint Falcon is plugged in; 'kerf devices' shows what is there");
+  EXPECT_EQ(Refusal(bus, "falcon"), "no Novint Falcon is plugged in; 'kerf devices' lists the connected devices");
   bus.PlugIn(falcon);
   struct Case {
     UsbProblem problem;
     DeviceState state;
-    const char* mend;
+    const char* remedy;
   };
   for (const Case& c : {Case{UsbProblem::kNoPermission, DeviceState::kNoPermission, "/etc/udev/rules.d/70-kerf.rules"},
                         Case{UsbProblem::kBusy, DeviceState::kBusy, "fuser -v /dev/bus/usb/001/002"},
@@ -142,7 +143,7 @@ TEST(DeviceList, TellsWhatIsInTheWayAndHowToMendIt) {
     const std::vector<FoundDevice> found = FindUsbDevices(bus);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].state, c.state);
-    EXPECT_THAT(found[0].mend, HasSubstr(c.mend));
+    EXPECT_THAT(found[0].remedy, HasSubstr(c.remedy));
     EXPECT_THAT(Refusal(bus, "falcon"), StartsWith("the Novint Falcon at 1-1 can't be opened: "));
   }
 }
@@ -159,13 +160,14 @@ TEST(DeviceList, SilentDevicesFailAndAreTold) {
   bus.SetFaults(faults);
   const std::vector<FoundDevice> found = FindUsbDevices(bus);
   ASSERT_EQ(found.size(), 2U);
-  // It looks like one that has no firmware, and that is what may mend it.
+  // It looks like a device without firmware, and loading the firmware may fix it.
   EXPECT_EQ(found[0].state, DeviceState::kNoFirmware);
   EXPECT_EQ(found[1].state, DeviceState::kFailed);
   EXPECT_THAT(found[1].problem, HasSubstr("no reports"));
 }
 
-/// A busy machine may be late. Of Haply's service, which speaks at once or never, what is never right takes so long.
+/// Options with long waits, for a busy machine. A failed start of Haply's service, which answers at once or never,
+/// takes the full timeout.
 DriverOptions MakePatientOptions() {
   DriverOptions options;
   options.ask_for_ms = 10'000;
@@ -179,7 +181,7 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
   {
     test::ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
     const std::string line = example.ReadLine();
-    const test::HaplyService other(test::HaplyService::Mood::kGarbage);  // of somebody else's
+    const test::HaplyService other(test::HaplyService::Mood::kGarbage);  // a service of another kind
     options.haply.port = other.port();
     options.bridge.port = static_cast<std::uint16_t>(std::stoi(line.substr(line.rfind(':') + 1)));
     const std::vector<FoundDevice> found = FindFarDevices(options);
@@ -187,7 +189,7 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
     EXPECT_EQ(found[0].kind->name, "bridge");
     EXPECT_EQ(found[0].state, DeviceState::kReady) << found[0].problem;
     EXPECT_EQ(found[0].where, "127.0.0.1:" + std::to_string(options.bridge.port));
-    EXPECT_NE(found[0].model, "bridge");  // what the far side calls it
+    EXPECT_NE(found[0].model, "bridge");  // the name that the far side gives
     ModelBus bus;
     EXPECT_TRUE(OpenDriver(bus, "bridge", options));
     example.End(SIGTERM);
@@ -197,7 +199,7 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
 
 TEST(DeviceList, HaplysServiceIsListedWithWhatIsMissingBehindIt) {
   DriverOptions options = MakePatientOptions();
-  options.bridge.port = 1;  // nobody's
+  options.bridge.port = 1;  // a port without a service
   test::HaplyService service;
   options.haply.port = service.port();
   const std::vector<FoundDevice> found = FindFarDevices(options);
@@ -210,17 +212,17 @@ TEST(DeviceList, HaplysServiceIsListedWithWhatIsMissingBehindIt) {
   ASSERT_EQ(none.size(), 1U);
   EXPECT_EQ(none[0].state, DeviceState::kFailed);
   EXPECT_THAT(none[0].problem, HasSubstr("lists no Inverse3"));
-  EXPECT_THAT(none[0].mend, HasSubstr("Haply's own program"));
+  EXPECT_THAT(none[0].remedy, HasSubstr("Haply's own program"));
 }
 
 TEST(DeviceList, NamesTheNearestWhenNothingIsCalledSo) {
   ModelBus bus;
   EXPECT_EQ(Refusal(bus, "falkon"), "no device is called \"falkon\"; the nearest is \"falcon\"");
-  EXPECT_THAT(Refusal(bus, "x"), StartsWith("no device is called \"x\"; there are: falcon, wooden, spacemouse"));
+  EXPECT_THAT(Refusal(bus, "x"), StartsWith("no device is called \"x\"; the devices are falcon, wooden, spacemouse"));
   EXPECT_EQ(FindKnownDevice("wooden@1-3").name, "wooden");
 }
 
-// Each device's numbers stand in the rules once, and nothing else does.
+// The rules contain each device's ids once, and no others.
 TEST(DeviceList, RulesForUdevNameEachDeviceOnce) {
   const std::string rules = MakeUdevRules();
   std::set<std::string> seen;

@@ -1,4 +1,4 @@
-// The served device as the loop and the user see it: the tool never leaps, force only where it may be.
+// The device servo as seen by the loop and by the user: the tool never jumps, and there is force only when allowed.
 #include "device/drivers/device_servo.h"
 
 #include <gmock/gmock.h>
@@ -7,24 +7,24 @@
 #include <chrono>
 #include <numbers>
 
-#include "device/drivers/told_device.h"
+#include "device/drivers/reported_device.h"
 
 namespace kerf {
 namespace {
 
 using test::PatientOptions;
+using test::ReportedDevice;
 using test::Served;
-using test::ToldDevice;
 using test::WaitFor;
 
 constexpr std::uint32_t kClutch = 1;
 constexpr std::uint32_t kRight = 4;
 constexpr std::uint32_t kLeft = 8;
-// Of lengths of about 100 mm in doubles, turned a few times.
+// Tolerance for lengths of about 100 mm in doubles, rotated a few times.
 constexpr double kExact_mm = 1e-9;
 
 const Vec3 kHandle_mm{12, -7, 30};
-const Vec3 kForce_W_N{0.5, -1, 1.5};
+const Vec3 kDeviceServoForce_W_N{0.5, -1, 1.5};
 
 Pose MakePlace() {
   return {glm::angleAxis(0.7, glm::normalize(Vec3{1, 2, -1})), {40, -25, 60}};
@@ -44,13 +44,13 @@ void ExpectPose(const Pose& X, const Pose& expected) {
   EXPECT_LE(CalcAngle(X.R_AB, expected.R_AB), 1e-9);
 }
 
-/// The device begins somewhere off its middle.
-void PutAside(ToldDevice::State& state) {
+/// The device starts away from its middle.
+void PutAside(ReportedDevice::State& state) {
   state.sample.X_DH.p_AB = kHandle_mm;
 }
 
 TEST(DeviceServo, TellsNoPoseBeforeItIsEngagedAndThenTheToolsOwn) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) {
+  Served served(PatientOptions(), [](ReportedDevice::State& state) {
     PutAside(state);
     state.sample.homed = false;
   });
@@ -58,11 +58,11 @@ TEST(DeviceServo, TellsNoPoseBeforeItIsEngagedAndThenTheToolsOwn) {
   ASSERT_TRUE(served.Await(ServoState::kHoming));
   ASSERT_TRUE(served.AwaitMessage("pull it out"));
   served.device->PassRounds(20);
-  EXPECT_FALSE(served.Tick(kForce_W_N));
+  EXPECT_FALSE(served.Tick(kDeviceServoForce_W_N));
   ExpectPose(served.sample.X_WH, MakePlace());
-  served.device->With([](ToldDevice::State& state) { state.sample.homed = true; });
+  served.device->With([](ReportedDevice::State& state) { state.sample.homed = true; });
   ASSERT_TRUE(served.Await(ServoState::kWaiting));
-  EXPECT_FALSE(served.Tick(kForce_W_N));
+  EXPECT_FALSE(served.Tick(kDeviceServoForce_W_N));
   served.servo->Agree();
   ASSERT_TRUE(served.Await(ServoState::kEngaged));
   served.MoveHandle({-20, 15, 5});
@@ -89,9 +89,9 @@ TEST(DeviceServo, TheHandleMovesTheToolByTheScaleInTheDevicesFrame) {
 
 TEST(DeviceServo, ToldItsOrientationTheHandleHasNoToolBefore) {
   DeviceServoOptions options = PatientOptions();
-  options.told_orientation = true;
+  options.reported_orientation = true;
   Served served(options, PutAside);
-  served.servo->SetOrientation(glm::angleAxis(0.3, Vec3{1, 0, 0}));  // of a session before
+  served.servo->SetOrientation(glm::angleAxis(0.3, Vec3{1, 0, 0}));  // left from an earlier session
   served.Engage(MakePlace(), MakeTool());
   EXPECT_FALSE(served.Tick());
   served.MoveHandle(kHandle_mm + Vec3{0, 0, 9});
@@ -115,48 +115,49 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   options.R_WD = glm::angleAxis(0.4, glm::normalize(Vec3{2, -1, 1}));
   Served served(options, PutAside);
   served.Engage(MakePlace(), MakeTool());
-  const Vec3 f_D_N = glm::conjugate(options.R_WD) * kForce_W_N;
-  // Of the 1.9 N all but this: the stiffness has come in as far.
-  // What is told then and no later: the command after it may be another.
-  DriverCommand told;
-  ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] {
-    told = served.device->Look().told;
-    return glm::length(told.f_D_N - f_D_N) <= 1e-12;
+  const Vec3 f_D_N = glm::conjugate(options.R_WD) * kDeviceServoForce_W_N;
+  // When the force has risen to within 1e-12 of its 1.9 N, the stiffness has risen by the same fraction. The command is
+  // copied in the same check, because the next command may differ.
+  DriverCommand reported;
+  ASSERT_TRUE(served.TickUntil(kDeviceServoForce_W_N, [&] {
+    reported = served.device->Look().reported;
+    return glm::length(reported.f_D_N - f_D_N) <= 1e-12;
   }));
-  EXPECT_TRUE(told.engaged);
-  EXPECT_LE(glm::length(told.p_D_mm - kHandle_mm), kExact_mm);
-  // A mm of the handle is three of the tool.
-  EXPECT_NEAR(told.stiffness_N_per_mm, 3 * 2, 1e-9);
-  EXPECT_EQ(told.damping_Ns_per_mm, 0);  // the force has the coupling's in it
+  EXPECT_TRUE(reported.engaged);
+  EXPECT_LE(glm::length(reported.p_D_mm - kHandle_mm), kExact_mm);
+  // 1 mm of the handle is 3 mm of the tool.
+  EXPECT_NEAR(reported.stiffness_N_per_mm, 3 * 2, 1e-9);
+  EXPECT_EQ(reported.damping_Ns_per_mm, 0);  // the force already includes the coupling's damping
 }
 
 TEST(DeviceServo, TheClutchLiftsTheHandleOffTheTool) {
   Served served(PatientOptions(), PutAside);
   served.Engage(MakePlace(), MakeTool());
-  const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kForce_W_N;
-  ASSERT_TRUE(served.AwaitForce(kForce_W_N, f_D_N));
+  const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
+  ASSERT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
   served.Press(kClutch);
-  served.Tick(kForce_W_N);  // sees it
-  for (int tick = 0; tick < 60; ++tick) ASSERT_TRUE(served.Tick(kForce_W_N));
-  ASSERT_TRUE(WaitFor([&] { return served.device->Look().told.f_D_N == Vec3(0); }, 10));  // it is not stale before 20 s
+  served.Tick(kDeviceServoForce_W_N);  // the tick that notices the button
+  for (int tick = 0; tick < 60; ++tick) ASSERT_TRUE(served.Tick(kDeviceServoForce_W_N));
+  ASSERT_TRUE(
+      WaitFor([&] { return served.device->Look().reported.f_D_N == Vec3(0); }, 10));  // before it is stale, at 20 s
   served.MoveHandle({-30, 30, -10});
-  ASSERT_TRUE(served.Tick(kForce_W_N));
+  ASSERT_TRUE(served.Tick(kDeviceServoForce_W_N));
   ExpectPose(served.sample.X_WH, MakePlace());
-  EXPECT_EQ(served.device->Look().told.f_D_N, Vec3(0));
+  EXPECT_EQ(served.device->Look().reported.f_D_N, Vec3(0));
 
   served.Press(0);
-  ASSERT_TRUE(served.Tick(kForce_W_N));
+  ASSERT_TRUE(served.Tick(kDeviceServoForce_W_N));
   ExpectPose(served.sample.X_WH, MakePlace());
   served.MoveHandle({-30, 31, -10});
-  ASSERT_TRUE(served.Tick(kForce_W_N));
+  ASSERT_TRUE(served.Tick(kDeviceServoForce_W_N));
   Pose expected = MakePlace();
   expected.p_AB += kFacingPatient * Vec3{0, 1, 0};
   ExpectPose(served.sample.X_WH, expected);
-  // It comes back over 0.3 s of ticks: in 100 of them to no more than a third and one tick.
-  served.device->With([](ToldDevice::State& state) { state.largest_N = 0; });
-  for (int tick = 0; tick < 97; ++tick) ASSERT_TRUE(served.Tick(kForce_W_N));
-  EXPECT_LE(served.device->Look().largest_N, glm::length(kForce_W_N) * 100 / 300);
-  EXPECT_TRUE(served.AwaitForce(kForce_W_N, f_D_N));
+  // The force returns over 0.3 s of ticks: within 100 ticks to at most a third plus one tick.
+  served.device->With([](ReportedDevice::State& state) { state.largest_N = 0; });
+  for (int tick = 0; tick < 97; ++tick) ASSERT_TRUE(served.Tick(kDeviceServoForce_W_N));
+  EXPECT_LE(served.device->Look().largest_N, glm::length(kDeviceServoForce_W_N) * 100 / 300);
+  EXPECT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
 }
 
 TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
@@ -164,7 +165,7 @@ TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
   served.Engage(MakePlace(), MakeTool());
   ASSERT_TRUE(served.Tick());
   const Quat R_wanted = glm::angleAxis(0.5, Vec3{0, 1, 0}) * MakePlace().R_AB;
-  served.servo->SetToolOrientation(-R_wanted);  // the same orientation
+  served.servo->SetToolOrientation(-R_wanted);  // q and -q are the same orientation
   const Vec3 p_WC_mm = MakePlace().Point(MakeTool().p_TC_mm);
   Quat R_before = MakePlace().R_AB;
   int ticks = 0;
@@ -175,7 +176,7 @@ TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
     R_before = served.sample.X_WH.R_AB;
   }
   EXPECT_NEAR(ticks, 250, 1);
-  // And the handle still moves it from there.
+  // The handle still moves the tool from there.
   served.MoveHandle(kHandle_mm + Vec3{0, 0, 5});
   ASSERT_TRUE(served.Tick());
   EXPECT_LE(glm::length(served.sample.X_WH.Point(MakeTool().p_TC_mm) - p_WC_mm - kFacingPatient * Vec3{0, 0, 5}),
@@ -183,7 +184,7 @@ TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
 }
 
 TEST(DeviceServo, ADeviceThatSensesItsTurningTurnsTheTool) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) {
+  Served served(PatientOptions(), [](ReportedDevice::State& state) {
     PutAside(state);
     state.traits.senses_orientation = true;
     state.sample.X_DH.R_AB = glm::angleAxis(0.3, Vec3{0, 0, 1});
@@ -191,9 +192,9 @@ TEST(DeviceServo, ADeviceThatSensesItsTurningTurnsTheTool) {
   served.Engage(MakePlace(), MakeTool());
   ASSERT_TRUE(served.Tick());
   ExpectPose(served.sample.X_WH, MakePlace());
-  served.servo->SetToolOrientation({1, 0, 0, 0});  // means nothing to it
+  served.servo->SetToolOrientation({1, 0, 0, 0});  // has no effect on this device
   const Quat turn_D = glm::angleAxis(0.2, Vec3{1, 0, 0});
-  served.device->With([&](ToldDevice::State& state) { state.sample.X_DH.R_AB = turn_D * state.sample.X_DH.R_AB; });
+  served.device->With([&](ReportedDevice::State& state) { state.sample.X_DH.R_AB = turn_D * state.sample.X_DH.R_AB; });
   ASSERT_TRUE(served.device->PassRounds());
   ASSERT_TRUE(served.Tick());
   const Quat R_expected = kFacingPatient * turn_D * glm::conjugate(kFacingPatient) * MakePlace().R_AB;
@@ -223,39 +224,39 @@ TEST(DeviceServo, TheLeftHandHasItsButtonsExchangedAndItsFrameMirrored) {
 TEST(DeviceServo, UnpluggedInMidForceItGoesOnFromWhereTheToolStood) {
   Served served(PatientOptions(), PutAside);
   served.Engage(MakePlace(), MakeTool());
-  const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kForce_W_N;
+  const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
   served.MoveHandle(kHandle_mm + Vec3{4, 0, 0});
-  ASSERT_TRUE(served.AwaitForce(kForce_W_N, f_D_N));
+  ASSERT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
   const Pose X_WT = served.sample.X_WH;
   served.Messages();
-  served.device->With([](ToldDevice::State& state) {
+  served.device->With([](ReportedDevice::State& state) {
     state.is_there = false;
     state.sample.X_DH.p_AB = {-40, 20, 0};
     state.largest_N = 0;
   });
-  ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return served.servo->state() == ServoState::kClosed; }));
-  EXPECT_FALSE(served.Tick(kForce_W_N));
+  ASSERT_TRUE(served.TickUntil(kDeviceServoForce_W_N, [&] { return served.servo->state() == ServoState::kClosed; }));
+  EXPECT_FALSE(served.Tick(kDeviceServoForce_W_N));
   ExpectPose(served.sample.X_WH, X_WT);
-  EXPECT_TRUE(served.AwaitMessage("told: is gone: no force, and the tool stands still"));
+  EXPECT_TRUE(served.AwaitMessage("reported: is gone: no force, and the tool is stopped"));
 
-  served.servo->Agree();  // to nothing
-  served.device->With([](ToldDevice::State& state) { state.is_there = true; });
-  ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return served.servo->state() == ServoState::kWaiting; }));
+  served.servo->Agree();  // no device is open: without effect
+  served.device->With([](ReportedDevice::State& state) { state.is_there = true; });
+  ASSERT_TRUE(served.TickUntil(kDeviceServoForce_W_N, [&] { return served.servo->state() == ServoState::kWaiting; }));
   for (int i = 0; i < 300; ++i) {
-    EXPECT_FALSE(served.Tick(kForce_W_N));
+    EXPECT_FALSE(served.Tick(kDeviceServoForce_W_N));
     served.device->PassRounds(1);
   }
   EXPECT_EQ(served.servo->state(), ServoState::kWaiting);
   EXPECT_EQ(served.device->Look().largest_N, 0);
   EXPECT_EQ(served.device->Look().opened, 2);
-  EXPECT_TRUE(served.AwaitMessage("is there again; press a button on it, or agree here"));
+  EXPECT_TRUE(served.AwaitMessage("is connected again; press a button on it, or agree here"));
 
   served.Press(2);
-  ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return served.servo->state() == ServoState::kEngaged; }));
+  ASSERT_TRUE(served.TickUntil(kDeviceServoForce_W_N, [&] { return served.servo->state() == ServoState::kEngaged; }));
   ASSERT_TRUE(served.device->PassRounds());
-  ASSERT_TRUE(served.Tick(kForce_W_N));
+  ASSERT_TRUE(served.Tick(kDeviceServoForce_W_N));
   ExpectPose(served.sample.X_WH, X_WT);
-  EXPECT_TRUE(served.AwaitForce(kForce_W_N, f_D_N));
+  EXPECT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
   ExpectPose(served.sample.X_WH, X_WT);
 }
 
@@ -264,9 +265,9 @@ TEST(DeviceServo, WhatWasAgreedToWhileItWasInTheHandIsNoConsentForLater) {
   served.Engage(MakePlace());
   served.servo->Agree();
   ASSERT_TRUE(served.device->PassRounds());
-  served.device->With([](ToldDevice::State& state) { state.sample.homed = false; });
+  served.device->With([](ReportedDevice::State& state) { state.sample.homed = false; });
   ASSERT_TRUE(served.Await(ServoState::kHoming));
-  served.device->With([](ToldDevice::State& state) { state.sample.homed = true; });
+  served.device->With([](ReportedDevice::State& state) { state.sample.homed = true; });
   ASSERT_TRUE(served.Await(ServoState::kWaiting));
   served.device->PassRounds(50);
   EXPECT_EQ(served.servo->state(), ServoState::kWaiting);
@@ -276,43 +277,43 @@ TEST(DeviceServo, WhoAgreesInARoundWithoutAnAnswerHasAgreed) {
   Served served;
   served.servo->SetTool(MakePlace(), {});
   ASSERT_TRUE(served.Await(ServoState::kWaiting));
-  served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
+  served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
   ASSERT_TRUE(served.device->PassRounds());
   served.servo->Agree();
   ASSERT_TRUE(served.device->PassRounds(5));
-  served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kSample; });
+  served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kSample; });
   EXPECT_TRUE(served.Await(ServoState::kEngaged));
 }
 
 TEST(DeviceServo, ADeviceThatFailsToOpenAgainIsTriedUntilItDoes) {
   Served served;
   served.Engage(MakePlace());
-  served.device->With([](ToldDevice::State& state) { state.is_there = false; });
+  served.device->With([](ReportedDevice::State& state) { state.is_there = false; });
   ASSERT_TRUE(served.Await(ServoState::kClosed));
-  served.device->With([](ToldDevice::State& state) {
+  served.device->With([](ReportedDevice::State& state) {
     state.is_there = true;
     state.fails_otherwise = true;
   });
   std::string said;
-  ASSERT_TRUE(WaitFor([&] { return (said += served.Messages()).ends_with("told: no memory, perhaps\n"); })) << said;
+  ASSERT_TRUE(WaitFor([&] { return (said += served.Messages()).ends_with("reported: no memory, perhaps\n"); })) << said;
   EXPECT_EQ(served.device->Look().opened, 1);
-  served.device->With([](ToldDevice::State& state) {
+  served.device->With([](ReportedDevice::State& state) {
     state.fails_otherwise = false;
     state.fails_to_start = "its firmware is not the right one";
   });
   ASSERT_TRUE(WaitFor([&] { return served.device->Look().opened > 4; }));
-  EXPECT_EQ(served.Messages(), "told: its firmware is not the right one\n");  // once
+  EXPECT_EQ(served.Messages(), "reported: its firmware is not the right one\n");  // once
   EXPECT_EQ(served.servo->state(), ServoState::kClosed);
-  served.device->With([](ToldDevice::State& state) { state.fails_to_start.clear(); });
+  served.device->With([](ReportedDevice::State& state) { state.fails_to_start.clear(); });
   EXPECT_TRUE(served.Await(ServoState::kWaiting));
 }
 
 TEST(DeviceServo, ASecondSessionBeginsWhereItsToolIs) {
   Served served(PatientOptions(), PutAside);
   served.Engage(MakePlace(), MakeTool());
-  ASSERT_TRUE(served.AwaitForce(kForce_W_N, glm::conjugate(kFacingPatient) * kForce_W_N));
+  ASSERT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N));
   served.MoveHandle({0, 25, -25});
-  served.servo->SetToolOrientation({1, 0, 0, 0});  // of the first
+  served.servo->SetToolOrientation({1, 0, 0, 0});  // left from the first engagement
   const Pose X_WT{glm::angleAxis(-1.0, Vec3{0, 0, 1}), {-100, 10, 0}};
   served.servo->SetTool(X_WT, {.p_TC_mm = {0, 0, 50}, .stiffness_N_per_mm = 1});
   served.servo->Elapse(0.001);
@@ -330,21 +331,22 @@ TEST(DeviceServo, ASilentDeviceHasNoForceAndTheToolDoesNotLeapAfterwards) {
   options.servo.silent_s = 0.1;
   Served served(options, PutAside);
   served.Engage(MakePlace(), MakeTool());
-  const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kForce_W_N;
-  ASSERT_TRUE(served.AwaitForce(kForce_W_N, f_D_N));
-  served.device->With([](ToldDevice::State& state) {
+  const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
+  ASSERT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
+  served.device->With([](ReportedDevice::State& state) {
     state.end = RoundEnd::kNoAnswer;
     state.sample.X_DH.p_AB = {-10, 0, 20};
   });
-  ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return served.servo->state() == ServoState::kSilent; }));
-  EXPECT_FALSE(served.Tick(kForce_W_N));
-  ASSERT_TRUE(WaitFor([&] { return served.device->Look().told.f_D_N == Vec3(0); }));
+  ASSERT_TRUE(served.TickUntil(kDeviceServoForce_W_N, [&] { return served.servo->state() == ServoState::kSilent; }));
+  EXPECT_FALSE(served.Tick(kDeviceServoForce_W_N));
+  ASSERT_TRUE(WaitFor([&] { return served.device->Look().reported.f_D_N == Vec3(0); }));
   EXPECT_TRUE(served.AwaitMessage("does not answer: no force"));
-  served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kSample; });
+  served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kSample; });
   ASSERT_TRUE(served.Await(ServoState::kEngaged));
-  ASSERT_TRUE(WaitFor([&] { return served.Tick(kForce_W_N); }));  // a machine that stands still silences it again
-  ExpectPose(served.sample.X_WH, MakePlace());  // though it answered from elsewhere, and is the same engagement
-  EXPECT_TRUE(served.AwaitForce(kForce_W_N, f_D_N));
+  ASSERT_TRUE(WaitFor(
+      [&] { return served.Tick(kDeviceServoForce_W_N); }));  // if the machine stalls, the device is silent again
+  ExpectPose(served.sample.X_WH, MakePlace());  // although it answered from another place, in the same engagement
+  EXPECT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
   EXPECT_TRUE(served.AwaitMessage("answers again"));
 }
 
@@ -353,13 +355,14 @@ TEST(DeviceServo, TheCommandsOfALoopThatHasStoppedEndInZero) {
   options.servo.gate.stale_s = 0.3;
   Served served(options, PutAside);
   served.Engage(MakePlace(), MakeTool());
-  ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return glm::length(served.device->Look().told.f_D_N) > 1; }));
-  // A standstill of the machine's ends the force too, but it comes again where the last command is not stale yet.
+  ASSERT_TRUE(
+      served.TickUntil(kDeviceServoForce_W_N, [&] { return glm::length(served.device->Look().reported.f_D_N) > 1; }));
+  // A stall of the machine also ends the force, but the force returns if the last command is not stale yet.
   const auto stale = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.servo.gate.stale_s);
-  EXPECT_TRUE(
-      WaitFor([&] { return std::chrono::steady_clock::now() > stale && served.device->Look().told.f_D_N == Vec3(0); }));
+  EXPECT_TRUE(WaitFor(
+      [&] { return std::chrono::steady_clock::now() > stale && served.device->Look().reported.f_D_N == Vec3(0); }));
   served.device->PassRounds();
-  served.device->With([](ToldDevice::State& state) { state.largest_N = 0; });
+  served.device->With([](ReportedDevice::State& state) { state.largest_N = 0; });
   served.device->PassRounds(50);
   EXPECT_EQ(served.device->Look().largest_N, 0);
   EXPECT_EQ(served.servo->state(), ServoState::kEngaged);
@@ -370,7 +373,7 @@ TEST(DeviceServo, ALoopThatHasNothingToSayOfAnOldPoseStands) {
   options.old_s = 0.2;
   Served served(options, PutAside);
   served.Engage(MakePlace(), MakeTool());
-  served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kBadAnswer; });
+  served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kBadAnswer; });
   EXPECT_TRUE(WaitFor([&] { return !served.Tick(); }));
   EXPECT_EQ(served.servo->state(), ServoState::kEngaged);
   ExpectPose(served.sample.X_WH, MakePlace());
@@ -386,7 +389,7 @@ TEST(DeviceServo, EndsInEachStateWithoutForce) {
       {.name = "homing",
        .reach =
            [](Served& served) {
-             served.device->With([](ToldDevice::State& state) { state.sample.homed = false; });
+             served.device->With([](ReportedDevice::State& state) { state.sample.homed = false; });
              ASSERT_TRUE(served.Await(ServoState::kHoming));
            }},
       {.name = "waiting", .reach = [](Served& served) { ASSERT_TRUE(served.Await(ServoState::kWaiting)); }},
@@ -394,19 +397,20 @@ TEST(DeviceServo, EndsInEachStateWithoutForce) {
        .reach =
            [](Served& served) {
              served.Engage(MakePlace(), MakeTool());
-             ASSERT_TRUE(served.AwaitForce(kForce_W_N, glm::conjugate(kFacingPatient) * kForce_W_N));
+             ASSERT_TRUE(
+                 served.AwaitForce(kDeviceServoForce_W_N, glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N));
            }},
       {.name = "silent",
        .reach =
            [](Served& served) {
              served.Engage(MakePlace(), MakeTool());
-             served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
+             served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
              ASSERT_TRUE(served.Await(ServoState::kSilent));
            }},
       {.name = "gone",
        .reach =
            [](Served& served) {
-             served.device->With([](ToldDevice::State& state) { state.is_there = false; });
+             served.device->With([](ReportedDevice::State& state) { state.is_there = false; });
              ASSERT_TRUE(served.Await(ServoState::kClosed));
            },
        .is_open = false},
@@ -418,10 +422,10 @@ TEST(DeviceServo, EndsInEachStateWithoutForce) {
     Served served(options, PutAside);
     c.reach(served);
     served.servo.reset();
-    const ToldDevice::State end = served.device->Look();
+    const ReportedDevice::State end = served.device->Look();
     if (c.is_open) {
-      EXPECT_EQ(end.told.f_D_N, Vec3(0));
-      EXPECT_FALSE(end.told.engaged);
+      EXPECT_EQ(end.reported.f_D_N, Vec3(0));
+      EXPECT_FALSE(end.reported.engaged);
       EXPECT_EQ(end.stopped, 1);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -430,8 +434,8 @@ TEST(DeviceServo, EndsInEachStateWithoutForce) {
 }
 
 TEST(DeviceServo, IsLimitedByTheTableForTheGateAndForAllOthersAlike) {
-  // A bridge whose program claims what no Touch makes; and in the same words each time it is opened.
-  Served served(PatientOptions(), [](ToldDevice::State& state) {
+  // A bridge whose program claims more than any Touch can do; its claims are the same each time it is opened.
+  Served served(PatientOptions(), [](ReportedDevice::State& state) {
     state.profile = FindDeviceProfile("touch");
     state.profile.peak_force_N = 10;
     state.profile.peak_torque_Nmm = 100;
@@ -439,35 +443,35 @@ TEST(DeviceServo, IsLimitedByTheTableForTheGateAndForAllOthersAlike) {
   EXPECT_EQ(served.servo->profile().peak_force_N, FindDeviceProfile("touch").peak_force_N);
   EXPECT_EQ(served.servo->profile().peak_torque_Nmm, 0);
   served.Engage(MakePlace());
-  served.device->With([](ToldDevice::State& state) { state.is_there = false; });
+  served.device->With([](ReportedDevice::State& state) { state.is_there = false; });
   ASSERT_TRUE(served.Await(ServoState::kClosed));
-  served.device->With([](ToldDevice::State& state) { state.is_there = true; });
+  served.device->With([](ReportedDevice::State& state) { state.is_there = true; });
   EXPECT_TRUE(served.Await(ServoState::kWaiting));
 }
 
 TEST(DeviceServo, OfAnArmWithAFileOfItsOwnTheTableSaysNothing) {
   DeviceServoOptions options = PatientOptions();
   options.own_figures = true;
-  Served served(options, [](ToldDevice::State& state) {
+  Served served(options, [](ReportedDevice::State& state) {
     state.profile = FindDeviceProfile("wooden");
     state.profile.peak_force_N = 2 * FindDeviceProfile("wooden").peak_force_N;
   });
   EXPECT_EQ(served.servo->profile().peak_force_N, 2 * FindDeviceProfile("wooden").peak_force_N);
   served.Engage(MakePlace());
-  // Of the table's peak more than the gate would let pass; not so much of the file's that its motors' heat, assumed to
-  // be that of half of it, holds it down before seconds are over.
+  // More than the gate would allow with the table's peak. With the file's peak it is allowed, and low enough that the
+  // motors' heat, assumed for half of that peak, does not limit it for several seconds.
   const Vec3 f_W_N{0, 0, 1.2 * FindDeviceProfile("wooden").peak_force_N};
   EXPECT_TRUE(served.AwaitForce(f_W_N, glm::conjugate(kFacingPatient) * f_W_N));
 }
 
 TEST(DeviceServo, WhatCanNotBeOpenedIsToldByTheConstructor) {
-  const auto device = std::make_shared<ToldDevice>();
+  const auto device = std::make_shared<ReportedDevice>();
   const auto make = [&](const DeviceServoOptions& options) {
-    DeviceServo("told", test::OpenTold(device), options, {});
+    DeviceServo("reported", test::OpenReported(device), options, {});
   };
-  device->With([](ToldDevice::State& state) { state.fails_to_start = "no firmware"; });
+  device->With([](ReportedDevice::State& state) { state.fails_to_start = "no firmware"; });
   EXPECT_THROW(make(PatientOptions()), Error);
-  device->With([](ToldDevice::State& state) { state.fails_to_start.clear(); });
+  device->With([](ReportedDevice::State& state) { state.fails_to_start.clear(); });
   DeviceServoOptions options = PatientOptions();
   options.motion_scale = 21;
   EXPECT_THROW(make(options), Error);

@@ -1,4 +1,4 @@
-// The driver of the Inverse3 against a service that speaks Haply's JSON, and one that does not.
+// The driver of the Inverse3 against a service that speaks Haply's JSON, and against faulty services.
 #include "device/drivers/haply_driver.h"
 
 #include <gmock/gmock.h>
@@ -13,7 +13,7 @@
 
 #include "device/drivers/haply_service.h"
 #include "kerf/error.h"
-#include "support/wakeful.h"
+#include "support/stall_detector.h"
 
 namespace kerf {
 namespace {
@@ -22,7 +22,7 @@ using test::HaplyService;
 using testing::HasSubstr;
 using Mood = HaplyService::Mood;
 
-HaplyOptions MakeOptions(std::uint16_t port, int timeout_ms = 1000) {
+HaplyOptions MakeHaplyOptions(std::uint16_t port, int timeout_ms = 1000) {
   HaplyOptions options;
   options.port = port;
   options.timeout_ms = timeout_ms;
@@ -39,8 +39,8 @@ std::string MessageOfStart(HaplyDriver& driver) {
   return "nothing thrown";
 }
 
-/// Until there is an answer: one that a busy machine makes late counts for nothing, for good or for bad. `late` counts
-/// the rounds without.
+/// Repeats until there is an answer: answers delayed by a busy machine are ignored by the tests. Adds the rounds
+/// without an answer to `late`.
 RoundEnd ExchangeUntilAnswered(HaplyDriver& driver, const DriverCommand& command, DriverSample& sample, int& late) {
   RoundEnd end = driver.Exchange(command, sample);
   for (int i = 0; i < 5 && end == RoundEnd::kNoAnswer; ++i) {
@@ -55,7 +55,7 @@ RoundEnd ExchangeUntilAnswered(HaplyDriver& driver, const DriverCommand& command
   return ExchangeUntilAnswered(driver, command, sample, late);
 }
 
-/// For a second at most.
+/// Waits until the condition is true, at most one second.
 template <typename Condition>
 void WaitFor(const Condition& condition) {
   for (int i = 0; i < 500 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -63,17 +63,17 @@ void WaitFor(const Condition& condition) {
 
 TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   EXPECT_EQ(driver.profile().name, "inverse3");
   EXPECT_TRUE(driver.traits().senses_orientation);
   EXPECT_EQ(driver.traits().buttons.size(), 3u);
   DriverSample sample;
-  // It starts in what is taken for the middle.
+  // The start position is taken as the middle.
   ASSERT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
   EXPECT_LT(glm::length(sample.X_DH.p_AB), 1e-9);
   EXPECT_EQ(sample.buttons, 0b101u);
-  // A turn about the service's up is one about y of frame D.
+  // A rotation about the service's up axis is one about y of frame D.
   EXPECT_LT(glm::length(sample.X_DH.R_AB * Vec3(0, 1, 0) - Vec3(0, 1, 0)), 1e-12);
   EXPECT_NEAR(sample.X_DH.R_AB.y, 0.6, 1e-12);
   // 10 mm to the right, 20 mm away from the user, 30 mm up.
@@ -90,12 +90,12 @@ TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
 }
 
 TEST(HaplyDriver, ThousandRoundsEachHaveAnAnswerOfTheirOwn) {
-  // A round waits for a second at most: one in which the machine stood still for as long says nothing.
+  // A round waits at most one second: a run in which the machine stalled that long is repeated.
   for (int tries = 1;; ++tries) {
     HaplyService service;
-    HaplyDriver driver(MakeOptions(service.port()));
+    HaplyDriver driver(MakeHaplyOptions(service.port()));
     driver.Start(nullptr);
-    const test::Wakeful awake;
+    const test::StallDetector awake;
     DriverSample sample;
     int samples = 0;
     for (RoundEnd end = RoundEnd::kSample; samples < 1000 && end == RoundEnd::kSample;) {
@@ -104,7 +104,7 @@ TEST(HaplyDriver, ThousandRoundsEachHaveAnAnswerOfTheirOwn) {
       end = driver.Exchange(command, sample);
       samples += end == RoundEnd::kSample ? 1 : 0;
     }
-    if (samples < 1000 && awake.Longest() > std::chrono::milliseconds(500) && tries < test::kMostTries) continue;
+    if (samples < 1000 && awake.Longest() > std::chrono::milliseconds(500) && tries < test::kMaxTries) continue;
     EXPECT_EQ(samples, 1000);
     EXPECT_EQ(service.forces(), 1000);
     return;
@@ -114,7 +114,7 @@ TEST(HaplyDriver, ThousandRoundsEachHaveAnAnswerOfTheirOwn) {
 TEST(HaplyDriver, AfterAnAnswerThatWasLateEachRoundHearsItsOwnAgain) {
   HaplyService service;
   service.GiveWay();
-  HaplyDriver driver(MakeOptions(service.port(), 200));
+  HaplyDriver driver(MakeHaplyOptions(service.port(), 200));
   driver.Start(nullptr);
   DriverSample sample;
   ASSERT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
@@ -122,10 +122,10 @@ TEST(HaplyDriver, AfterAnAnswerThatWasLateEachRoundHearsItsOwnAgain) {
   RoundEnd end = RoundEnd::kSample;
   for (int i = 0; i < 7 && end == RoundEnd::kSample; ++i) end = driver.Exchange({}, sample);
   EXPECT_EQ(end, RoundEnd::kNoAnswer);
-  const int told = service.told();
+  const int reported = service.reported();
   service.SetMood(Mood::kGood);
-  WaitFor([&] { return service.told() > told; });
-  // Each force puts the cursor elsewhere. The machine may make others late, but not all.
+  WaitFor([&] { return service.reported() > reported; });
+  // Each force moves the cursor to another place. The machine may make some answers late, but not all.
   bool own = false;
   for (int i = 1; i <= 50 && !own; ++i) {
     DriverCommand command;
@@ -137,7 +137,7 @@ TEST(HaplyDriver, AfterAnAnswerThatWasLateEachRoundHearsItsOwnAgain) {
 
 TEST(HaplyDriver, BadForcesAreZeroAndLongOnesShortened) {
   HaplyService service(Mood::kGood, /*with_grip=*/false);
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   EXPECT_FALSE(driver.traits().senses_orientation);
   DriverSample sample;
@@ -149,13 +149,13 @@ TEST(HaplyDriver, BadForcesAreZeroAndLongOnesShortened) {
   }
   command.f_D_N = {0, 3000, 4000};
   ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
-  WaitFor([&] { return service.force_N() != Vec3{0}; });  // the answer may be one that was late
+  WaitFor([&] { return service.force_N() != Vec3{0}; });  // the last answer may have been a late one
   EXPECT_LT(glm::length(service.force_N() - Vec3(0, -8, 6)), 1e-9);
 }
 
 TEST(HaplyDriver, GarbageIsDroppedAndTheNextIsHeard) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   DriverSample sample;
   for (const Mood mood : {Mood::kGarbage, Mood::kStrange}) {
@@ -166,7 +166,7 @@ TEST(HaplyDriver, GarbageIsDroppedAndTheNextIsHeard) {
     EXPECT_EQ(ExchangeUntilAnswered(driver, {}, sample, late), RoundEnd::kBadAnswer);
     EXPECT_EQ(sample.buttons, 77u);
     service.SetMood(Mood::kGood);
-    // One may have been on its way, and those that were late.
+    // One answer may still be in transit, in addition to the late ones.
     RoundEnd end = RoundEnd::kBadAnswer;
     for (int rounds = 0; rounds < 2 + late && end != RoundEnd::kSample; ++rounds) {
       end = driver.Exchange({}, sample);
@@ -178,13 +178,13 @@ TEST(HaplyDriver, GarbageIsDroppedAndTheNextIsHeard) {
 
 TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerAndAreHeardLater) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port(), 10));
+  HaplyDriver driver(MakeHaplyOptions(service.port(), 10));
   driver.Start(nullptr);
   DriverSample sample;
   service.SetMood(Mood::kSlow);
   int none = 0;
   int samples = 0;
-  // An answer takes six times as long as a round waits; a machine that stands still has it there at once.
+  // An answer takes six times as long as a round waits; if the machine stalls, it is available at once.
   for (int i = 0; i < 3000 && (none <= 10 || samples == 0); ++i) {
     const RoundEnd end = driver.Exchange({}, sample);
     ASSERT_NE(end, RoundEnd::kGone);
@@ -195,10 +195,10 @@ TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerAndAreHeardLater) {
   EXPECT_GT(samples, 0);
 }
 
-// Until the sockets between hold no more of what it does not take: then a force has not gone out, whatever is told.
+// Runs until the sockets' buffers are full: then a force has not been sent, whatever the service reports.
 TEST(HaplyDriver, OneThatTellsButTakesNothingHasNoAnswer) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   service.SetMood(Mood::kDeaf);
   DriverCommand command;
@@ -210,12 +210,12 @@ TEST(HaplyDriver, OneThatTellsButTakesNothingHasNoAnswer) {
     in_a_row = driver.Exchange(command, sample) == RoundEnd::kNoAnswer ? in_a_row + 1 : 0;
   }
   EXPECT_EQ(in_a_row, 20);
-  EXPECT_GT(service.told(), 20);
+  EXPECT_GT(service.reported(), 20);
 }
 
 TEST(HaplyDriver, SaysWhenTheConnectionIsClosedAndComesBack) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   DriverSample sample;
   service.SetMood(Mood::kClosing);
@@ -230,7 +230,7 @@ TEST(HaplyDriver, SaysWhenTheConnectionIsClosedAndComesBack) {
 
 TEST(HaplyDriver, ADeviceThatLeavesTheListIsGone) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   DriverSample sample;
   service.SetMood(Mood::kNoDevice);
@@ -238,7 +238,7 @@ TEST(HaplyDriver, ADeviceThatLeavesTheListIsGone) {
   int rounds = 0;
   for (; rounds < 500 && end != RoundEnd::kGone; ++rounds) end = driver.Exchange({}, sample);
   EXPECT_EQ(end, RoundEnd::kGone);
-  EXPECT_GE(rounds, HaplyDriver::kMostWithout);
+  EXPECT_GE(rounds, HaplyDriver::kMaxWithout);
 }
 
 TEST(HaplyDriver, SaysWhatIsWrongAtTheStart) {
@@ -247,14 +247,14 @@ TEST(HaplyDriver, SaysWhatIsWrongAtTheStart) {
     HaplyService service;
     free_port = service.port();
   }
-  HaplyDriver nobody(MakeOptions(free_port));
-  EXPECT_THAT(MessageOfStart(nobody), HasSubstr("no Haply service listens at ws://127.0.0.1:"));
-  // Mostly it takes as long as it may before it says so; a machine that stood still meanwhile is given more.
+  HaplyDriver no_reader(MakeHaplyOptions(free_port));
+  EXPECT_THAT(MessageOfStart(no_reader), HasSubstr("no Haply service is listening at ws://127.0.0.1:"));
+  // These failures mostly take the full timeout; after a stall of the machine a longer timeout is tried.
   const auto message_in = [](Mood mood, const std::string& wanted, const std::string& id = "") {
     std::string message;
     for (const int timeout_ms : {200, 2000, 20'000}) {
       HaplyService service(mood);
-      HaplyOptions options = MakeOptions(service.port());
+      HaplyOptions options = MakeHaplyOptions(service.port());
       options.start_timeout_ms = timeout_ms;
       options.device_id = id;
       HaplyDriver driver(options);
@@ -265,8 +265,8 @@ TEST(HaplyDriver, SaysWhatIsWrongAtTheStart) {
   };
   for (const auto& [mood, id, wanted] :
        {std::tuple{Mood::kNoDevice, "", "lists no Inverse3; plug it in"},
-        std::tuple{Mood::kGood, "FFFF", "no Inverse3 with the id FFFF"}, std::tuple{Mood::kSilent, "", "says nothing"},
-        std::tuple{Mood::kGarbage, "", "does not speak the JSON"},
+        std::tuple{Mood::kGood, "FFFF", "no Inverse3 with the id FFFF"},
+        std::tuple{Mood::kSilent, "", "does not answer"}, std::tuple{Mood::kGarbage, "", "does not speak the JSON"},
         std::tuple{Mood::kShortHello, "", "nothing thrown"}}) {
     EXPECT_THAT(message_in(mood, wanted, id), HasSubstr(wanted));
   }
@@ -283,15 +283,15 @@ TEST(HaplyDriver, KeepsToThisMachine) {
 
 TEST(HaplyDriver, AGripThatDropsOutIsNoAnswerNotAHandleTurnedBack) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   DriverSample sample;
   ASSERT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
   const Quat before = sample.X_DH.R_AB;
   ASSERT_GT(std::abs(before.y), 0.5);
   service.SetMood(Mood::kNoGrip);
-  driver.Exchange({}, sample);  // one state may have been on its way
-  for (int i = 0; i < 2 * HaplyDriver::kMostWithout; ++i) {
+  driver.Exchange({}, sample);  // one state may still be in transit
+  for (int i = 0; i < 2 * HaplyDriver::kMaxWithout; ++i) {
     ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kNoAnswer) << i;
     ASSERT_EQ(sample.X_DH.R_AB, before);
   }
@@ -303,7 +303,7 @@ TEST(HaplyDriver, AGripThatDropsOutIsNoAnswerNotAHandleTurnedBack) {
 
 TEST(HaplyDriver, OneThatBeganWithoutAGripNeedsNone) {
   HaplyService service(Mood::kGood, /*with_grip=*/false);
-  HaplyDriver driver(MakeOptions(service.port()));
+  HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
   DriverSample sample;
   EXPECT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);

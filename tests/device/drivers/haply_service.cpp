@@ -23,9 +23,9 @@ namespace beast = boost::beast;
 
 HaplyService::HaplyService(Mood mood, bool with_grip, std::uint16_t port) : mood_(mood), with_grip_(with_grip) {
   listening_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const int again = 1;  // where one before it listened
+  const int again = 1;  // allows the port of an earlier service
   setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &again, sizeof again);
-  const int little = 4096;  // held for it that it has not taken yet
+  const int little = 4096;  // bytes that are buffered before the service reads them
   setsockopt(listening_, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
   sockaddr_in at{};
   at.sin_family = AF_INET;
@@ -83,7 +83,7 @@ void HaplyService::Serve() {
     stream.accept(error);
     const auto say = [&](const std::string& text) {
       if (!error) stream.write(asio::buffer(text), error);
-      ++told_;
+      ++reported_;
     };
     bool hello = true;
     while (!error && !stop_) {

@@ -1,4 +1,4 @@
-// A stand-in for Haply's Inverse Service: a WebSocket on loopback that speaks its JSON.
+// A substitute for Haply's Inverse Service: a WebSocket on loopback that speaks its JSON.
 #pragma once
 
 #include <atomic>
@@ -14,20 +14,20 @@ namespace kerf::test {
 class HaplyService {
  public:
   enum class Mood {
-    kGood,      // a state for each force
-    kGarbage,   // no JSON
+    kGood,      // one state per force
+    kGarbage,   // invalid JSON
     kStrange,   // JSON of another form
-    kNoDevice,  // lists that are empty
-    kSlow,      // each state 60 ms late
+    kNoDevice,  // empty lists
+    kSlow,      // each state is 60 ms late
     kSilent,
     kClosing,     // ends the connection at the next force
-    kShortHello,  // text of no meaning at first, then as kGood
+    kShortHello,  // one meaningless text, then as kGood
     kNoGrip,      // as kGood, but the list of grips is empty
-    kDeaf,        // a state after the other, and takes nothing of what it is told
-    kWithheld     // what there is to tell is told when the mood is another
+    kDeaf,        // sends states continuously and reads nothing
+    kWithheld     // sends its state only when the mood changes
   };
 
-  /// `port`: 0 takes any that is free. Throws std::runtime_error when it can't listen there.
+  /// `port`: 0 uses any free port. Throws std::runtime_error if it can't listen there.
   explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true, std::uint16_t port = 0);
   ~HaplyService();
   HaplyService(const HaplyService&) = delete;
@@ -39,14 +39,14 @@ class HaplyService {
     std::lock_guard lock(mutex_);
     p_H_m_ = p_H_m;
   }
-  /// From now on the cursor is 1 mm per N from its place: a state tells which force it answers.
+  /// From now on the cursor is displaced by 1 mm per N, so that a state shows which force it answers.
   void GiveWay() { gives_way_ = true; }
   Vec3 force_N() const {
     std::lock_guard lock(mutex_);
     return force_N_;
   }
-  int forces() const { return forces_; }  // messages so far
-  int told() const { return told_; }      // likewise, of its own
+  int forces() const { return forces_; }      // number of messages received
+  int reported() const { return reported_; }  // number of messages sent
 
  private:
   void Serve();
@@ -58,7 +58,7 @@ class HaplyService {
   Vec3 p_H_m_{0.01, -0.12, 0.2};
   Vec3 force_N_{0};
   std::atomic<int> forces_{0};
-  std::atomic<int> told_{0};
+  std::atomic<int> reported_{0};
   std::atomic<bool> gives_way_{false};
   std::atomic<bool> stop_{false};
   std::atomic<int> connection_{-1};

@@ -1,4 +1,4 @@
-// libusb without anything behind it: whatever this machine has, or nothing.
+// libusb on this machine, with or without devices.
 #include "device/drivers/libusb_bus.h"
 
 #include <gtest/gtest.h>

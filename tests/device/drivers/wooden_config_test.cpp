@@ -1,4 +1,4 @@
-// The file of a wooden arm: what is shipped is what is built in, and faults are told where they stand.
+// The configuration file of a wooden arm: the shipped file equals the built-in values, and errors name their place.
 #include "device/drivers/wooden_config.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// Collects each key and its value.
+/// Collects all keys and values.
 struct Values {
   void operator()(const char* key, double& value, Range, const char*) { all[key] = {value}; }
   void operator()(const char* key, bool& value, const char*) { all[key] = {value ? 1.0 : 0.0}; }
@@ -56,7 +56,7 @@ TEST(WoodenConfig, FaultsAreToldWhereTheyStand) {
   EXPECT_THAT(MessageOf("base_mm = -3"), AllOf(HasSubstr("arm.toml:1:1"), HasSubstr("0 to 1000")));
   EXPECT_THAT(MessageOf("gear = [16, 0, 12]"), AllOf(HasSubstr("arm.toml:1:1"), HasSubstr("gear[1] = 0")));
   EXPECT_THAT(MessageOf("counts_per_turn = [2000, 20000, 2000]\ngear = [16, 16, 16]"),
-              AllOf(HasSubstr("arm.toml:2:1"), HasSubstr("gear[1] makes 320000 counts a turn of the joint")));
+              AllOf(HasSubstr("arm.toml:2:1"), HasSubstr("gear[1] gives 320000 counts per turn of the joint")));
   EXPECT_THAT(MessageOf("counts_per_turn = [1, 2]"), HasSubstr("2 items"));
   EXPECT_THAT(MessageOf("zero_at_start = 1"), HasSubstr("true or false"));
   EXPECT_THAT(MessageOf("middle_mm = [900, 0, 0]"), HasSubstr("can't reach"));

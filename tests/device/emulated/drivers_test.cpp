@@ -1,4 +1,4 @@
-// The drivers over libusb as it is, with the models of the devices behind an emulated kernel.
+// The drivers with the real libusb, and models of the devices behind an emulated kernel.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,14 +21,14 @@ namespace {
 using test::EmulatedKernel;
 using testing::HasSubstr;
 
-/// Nothing that this machine runs; of the size of a real one.
+/// Made-up firmware with the size of a real one.
 std::vector<std::uint8_t> MakeFirmware() {
   std::vector<std::uint8_t> bytes(7324);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 31 + (i >> 7));
   return bytes;
 }
 
-/// Of exchanges, by how they ended.
+/// Number of exchanges, by how they ended.
 struct Count {
   int samples = 0;
   int no_answer = 0;
@@ -36,7 +36,7 @@ struct Count {
   int gone = 0;
 };
 
-/// At 1 kHz, as well as the machine can; no judgement of its times.
+/// Exchanges at about 1 kHz; the timing is not tested.
 Count ExchangeFor(DeviceDriver& driver, int rounds, const std::function<void(const DriverSample&)>& look = {},
                   const DriverCommand& command = {}) {
   Count count;
@@ -76,15 +76,15 @@ class EmulatedDrivers : public testing::Test {
 TEST_F(EmulatedDrivers, FalconTakesItsFirmwareByteForByte) {
   FalconModelOptions model_options;
   model_options.firmware = MakeFirmware();
-  model_options.wrong_echoes = 1;  // the first upload goes wrong
+  model_options.wrong_echoes = 1;  // the first upload fails
   FalconModel model(held_, model_options);
   EmulatedKernel kernel;
   kernel.PlugIn(model);
   options_.falcon.firmware = MakeFirmware();
   const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus_, "falcon", options_);
   double last = 0;
-  driver->Start([&](const std::string&, double share) {
-    last = share;
+  driver->Start([&](const std::string&, double fraction) {
+    last = fraction;
     return true;
   });
   kernel.Look([&] {
@@ -120,7 +120,7 @@ TEST_F(EmulatedDrivers, FalconIsHomedAndTellsWhereItsGripIs) {
   });
   DriverSample last;
   ExchangeFor(*driver, 20, [&](const DriverSample& sample) { last = sample; });
-  // A count of a leg is 0.04 mm at the grip.
+  // One count of a leg is 0.04 mm at the grip.
   EXPECT_LT(glm::length(last.X_DH.p_AB - wanted), 0.1);
   EXPECT_EQ(last.buttons, 4U);
 }
@@ -134,7 +134,7 @@ TEST_F(EmulatedDrivers, FalconExchangesAtAThousandHertzWithNothingBad) {
   kernel.PlugIn(model);
   const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus_, "falcon", options_);
   driver->Start({});
-  ExchangeFor(*driver, 10);  // the first report is not believed
+  ExchangeFor(*driver, 10);  // the first report is rejected
   DriverCommand command;
   command.f_D_N = Vec3(1, -0.5, 0.25);
   const Count count = ExchangeFor(*driver, 3000, {}, command);
@@ -142,7 +142,7 @@ TEST_F(EmulatedDrivers, FalconExchangesAtAThousandHertzWithNothingBad) {
   EXPECT_EQ(count.bad, 0);
   EXPECT_EQ(count.no_answer, 0);
   kernel.Look([&] {
-    // To half a count of each motor: 0.05 N mm on legs of 60 mm.
+    // Half a count of each motor: 0.05 N mm on legs of 60 mm.
     EXPECT_LT(glm::length(held_.f_D_N() - command.f_D_N), 0.01);
     EXPECT_FALSE(model.saw_homing_off());
     EXPECT_GE(model.commands(), 3000U);
@@ -176,7 +176,7 @@ TEST_F(EmulatedDrivers, FalconIsUnpluggedInMidExchangeAndPluggedInAgain) {
     puller.join();
     EXPECT_GE(count.samples, kInTheMiddle);
     EXPECT_EQ(count.gone, 1);
-    driver->Stop();  // to nobody: no harm
+    driver->Stop();  // without a device: no harm
     EXPECT_THROW(OpenDriver(bus_, "falcon", options_), Error);
     kernel.PlugInAgain(socket);
   }
@@ -214,8 +214,8 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   DriverSample last;
   DriverCommand command;
   command.f_D_N = Vec3(0.5, 1, -0.5);
-  // Its driver waits for a millisecond or two at most: this machine may miss that, but nothing is ever wrong. The leap
-  // of the handle is, once.
+  // The driver waits at most a millisecond or two: this machine may miss that, but no report is ever bad, except once,
+  // when the handle jumps.
   const auto look = [&](const DriverSample& sample) { last = sample; };
   Count all;
   for (int part = 0; part < 20 && (part == 0 || all.samples <= 200); ++part) {
@@ -227,15 +227,15 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   EXPECT_EQ(all.gone, 0);
   EXPECT_LE(all.bad, 1);
   EXPECT_GT(all.samples, 200);
-  // One count is 2 pi / 32000 of a turn: 0.1 mm at the handle.
+  // One count is 2 pi / 32000: 0.1 mm at the handle.
   EXPECT_LT(glm::length(last.X_DH.p_AB - wanted), 0.2);
-  // The board switches its motors off where the machine stands still before somebody looks: then once more.
+  // If the machine stalls before the check, the board switches its motors off: then it is tried again.
   bool on = false;
   for (int tries = 0; tries < 100 && !on; ++tries) {
     ExchangeFor(*driver, 20, look, command);
     kernel.Look([&] {
       on = model.motors_on();
-      // Currents are whole mA: 26 N mm / A, gears of 12: 0.3 N mm on arms of 200 mm.
+      // Currents are integers in mA: 26 N mm / A, gears of 12: 0.3 N mm on arms of 200 mm.
       if (on) {
         EXPECT_LT(glm::length(held_.f_D_N() - command.f_D_N), 0.05);
       }
@@ -267,7 +267,7 @@ TEST_F(EmulatedDrivers, SpaceMouseTellsHowFarItsCapIsPushed) {
   kernel.Look([&] { EXPECT_FALSE(model.lamp()); });
 }
 
-/// The one that is found.
+/// Returns the only device that is found.
 FoundDevice FindOnly(UsbBus& bus) {
   const std::vector<FoundDevice> found = FindUsbDevices(bus);
   EXPECT_EQ(found.size(), 1U);
@@ -281,7 +281,7 @@ TEST_F(EmulatedDrivers, EachProblemIsToldWithWhatMendsIt) {
     kernel.PlugIn(model);
     const FoundDevice found = FindOnly(bus_);
     EXPECT_EQ(found.state, DeviceState::kNoFirmware);
-    EXPECT_THAT(found.mend, HasSubstr("--falcon-firmware"));
+    EXPECT_THAT(found.remedy, HasSubstr("--falcon-firmware"));
   }
   {
     EmulatedKernel kernel;
@@ -289,12 +289,12 @@ TEST_F(EmulatedDrivers, EachProblemIsToldWithWhatMendsIt) {
     const test::WithoutPrivileges limit;
     const FoundDevice found = FindOnly(bus_);
     EXPECT_EQ(found.state, DeviceState::kNoPermission);
-    EXPECT_THAT(found.mend, HasSubstr("kerf devices --udev-rules"));
+    EXPECT_THAT(found.remedy, HasSubstr("kerf devices --udev-rules"));
     try {
       OpenDriver(bus_, "falcon", options_);
       ADD_FAILURE();
     } catch (const Error& error) {
-      EXPECT_THAT(error.what(), HasSubstr("/dev/bus/usb/001/004 may not be opened by this user"));
+      EXPECT_THAT(error.what(), HasSubstr("/dev/bus/usb/001/004 can't be opened by this user"));
       EXPECT_THAT(error.what(), HasSubstr("udevadm"));
     }
   }
@@ -304,11 +304,11 @@ TEST_F(EmulatedDrivers, EachProblemIsToldWithWhatMendsIt) {
     const FoundDevice found = FindOnly(bus_);
     EXPECT_EQ(found.state, DeviceState::kBusy);
     EXPECT_THAT(found.problem, HasSubstr("cdc_acm"));
-    EXPECT_THAT(found.mend, HasSubstr("/sys/bus/usb/devices/1-1:1.0/driver/unbind"));
+    EXPECT_THAT(found.remedy, HasSubstr("/sys/bus/usb/devices/1-1:1.0/driver/unbind"));
   }
   {
     EmulatedKernel kernel;
-    kernel.PlugIn(model, {.driver = "ftdi_sio"});  // which lets go
+    kernel.PlugIn(model, {.driver = "ftdi_sio"});  // this driver can be detached
     EXPECT_EQ(FindOnly(bus_).state, DeviceState::kNoFirmware);
   }
 }

@@ -1,4 +1,4 @@
-// The smallest device that has all kinds of transfers: it gives back what it gets.
+// The smallest device that has all kinds of transfers: it returns the data that it receives.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace kerf::test {
 struct EchoModelOptions {
   std::uint16_t vendor = 0x1209;
   std::uint16_t product = 1;
-  bool hid = false;  // interrupt endpoints, HID class; bulk else
+  bool hid = false;  // interrupt endpoints and HID class; otherwise bulk endpoints
 };
 
 class EchoModel final : public UsbModel {
@@ -51,7 +51,7 @@ class EchoModel final : public UsbModel {
     return bytes;
   }
   void Advance(double dt_s) override { time_s += dt_s; }
-  /// 1 sets a word that 2 reads back.
+  /// Request 1 sets a word, and request 2 reads it back.
   Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t /*index*/,
                    std::span<std::uint8_t> data) override {
     if (request_type == 0x40 && request == 1) {
@@ -86,7 +86,7 @@ class EchoModel final : public UsbModel {
   static constexpr std::uint8_t kOut = 0x02;
   static constexpr std::uint8_t kIn = 0x81;
   std::uint16_t word = 0;
-  bool refuses = false;  // what is written
+  bool refuses = false;  // refuses all writes
   double time_s = 0;
 
  private:

@@ -1,4 +1,4 @@
-// emulate_usb: runs a program, as it is, on a machine that seems to have haptic devices plugged in.
+// emulate_usb: runs an unmodified program on a machine that appears to have haptic devices plugged in.
 #include <fmt/format.h>
 #include <linux/capability.h>
 #include <sys/prctl.h>
@@ -59,7 +59,7 @@ struct Options {
   bool no_homing = false;
 };
 
-/// The same hand, and the most that it ever felt.
+/// The same hand, recording the largest force on it.
 class FeltHand final : public Mechanism {
  public:
   explicit FeltHand(Mechanism& hand) : hand_(hand) {}
@@ -94,7 +94,7 @@ HandPress ReadPress(const std::string& text) {
   return press;
 }
 
-/// The last part of `argv` is the program's.
+/// The last part of `argv` is the program to run.
 std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   CLI::App app{"Runs a program on a machine that seems to have a haptic device plugged in, by umockdev", "emulate_usb"};
   app.add_option("--device", options.device, "What is plugged in")->check(CLI::IsMember(NamesOfEmulatedDevices()));
@@ -138,7 +138,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   return program;
 }
 
-/// Gives up what would let root open each file, and runs it.
+/// Drops the capabilities that let root open every file, and runs the program.
 [[noreturn]] void Become(std::vector<std::string>& program, bool no_permission) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   prctl(PR_SET_TIMERSLACK, 1);
@@ -149,7 +149,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   std::vector<char*> words;
   for (std::string& word : program) words.push_back(word.data());
   words.push_back(nullptr);
-  // ALSA asks for 32 sound cards, and umockdev 0.17 ends the program at the file that it can't keep in mind.
+  // ALSA tries to open 32 sound cards, and umockdev 0.17 ends the program at a file that it can't track.
   setenv("ALSA_CONFIG_PATH", "/dev/null", 1);
   execvp(words[0], words.data());
   std::fprintf(stderr, "emulate_usb: %s can't be run: %s\n", words[0], std::strerror(errno));
@@ -178,7 +178,7 @@ int Run(int argc, char** argv) {
   FeltHand handle(cutting ? static_cast<Mechanism&>(*cutting) : hand);
   const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
   if (cutting) cutting->SetHears([&] { return device->packets(); });
-  // There it waits until it is unplugged, however late that comes.
+  // There the hand waits until the device is unplugged, however late that is.
   if (cutting && options.unplug_on_way_s >= 0) cutting->StopAt(options.unplug_on_way_s);
   EmulatedKernel kernel;
   const int socket = kernel.PlugIn(device->model(), options.socket);
@@ -193,7 +193,7 @@ int Run(int argc, char** argv) {
                                {options.loud_at_s, [&] { kernel.SetSilent(socket, false); }}};
   std::erase_if(events, [](const Event& event) { return event.at_s < 0; });
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.at_s < b.at_s; });
-  // From the beginning is before the program's.
+  // Events at time 0 happen before the program starts.
   for (; !events.empty() && events.front().at_s <= 0; events.erase(events.begin())) events.front().what();
 
   const pid_t id = fork();
@@ -249,7 +249,7 @@ int Run(int argc, char** argv) {
       device->Follow(handle, now.count() - before_s);
       before_s = now.count();
       if (cutting) {
-        // Who sees it unplugged stops.
+        // The hand stops when the device is unplugged.
         cutting->SetEngaged(plugged_in && device->engaged() && options.start_file.empty());
         cutting->SetWaiting(!options.leaves_buttons && device->waits());
         if (device->wants_homing()) cutting->Home();

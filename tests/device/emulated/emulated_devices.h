@@ -1,4 +1,4 @@
-// The devices that can be emulated, by name, with the hand that holds them.
+// The devices that can be emulated, by name, with the hand that holds their handle.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,13 @@
 namespace kerf::test {
 
 struct EmulatedDeviceOptions {
-  std::vector<std::uint8_t> firmware;  // that a Falcon runs, and no other; empty: any
-  bool firmware_is_there = false;      // since before
-  bool homed = false;                  // and homed
-  int wrong_echoes = 0;                // uploads that go wrong
+  std::vector<std::uint8_t> firmware;  // the only firmware that a Falcon accepts; empty: any
+  bool firmware_is_there = false;      // the firmware is loaded at the start
+  bool homed = false;                  // and the device is homed at the start
+  int wrong_echoes = 0;                // number of uploads that fail
 };
 
-/// A device's model and what its user would see of it. Its calls are for who holds the models still
+/// A device's model, and what its user would see. To be called only while the models do not move
 /// (EmulatedKernel::Look).
 class EmulatedDevice {
  public:
@@ -29,21 +29,22 @@ class EmulatedDevice {
   virtual ~EmulatedDevice() = default;
 
   virtual UsbModel& model() = 0;
-  /// A program exchanges with it: time for the hand to begin.
+  /// True while a program exchanges data with it: the hand may begin.
   virtual bool driven() const = 0;
-  /// Packets that the program has sent to it so far, firmware left out.
+  /// Number of packets that the program has sent to it so far, without the firmware.
   virtual std::uint64_t packets() const { return 0; }
   virtual bool wants_homing() const { return false; }
-  /// Its lamps say that the hand has the tool; that it is ready, and waits for the user to agree.
+  /// engaged(): its lamps show that the hand has the tool. waits(): it is ready and waits for the user to agree.
   virtual bool engaged() const { return false; }
   virtual bool waits() const { return false; }
-  /// What the hand does to a device without a mechanism that would move it: dt_s have gone by.
+  /// Moves a device that has no mechanism according to the hand, for the next `dt_s`.
   virtual void Follow(Mechanism& /*hand*/, double /*dt_s*/) {}
-  /// What it has been through.
+  /// Summary of a run.
   virtual nlohmann::ordered_json Report() const = 0;
 };
 
-/// falcon, wooden or spacemouse; the mechanism must outlive it. Throws Error that names those there are.
+/// `name`: falcon, wooden or spacemouse; the mechanism must outlive the device. Throws Error, which lists the names,
+/// for any other name.
 std::unique_ptr<EmulatedDevice> MakeEmulatedDevice(const std::string& name, Mechanism& mechanism,
                                                    const EmulatedDeviceOptions& options);
 const std::vector<std::string>& NamesOfEmulatedDevices();

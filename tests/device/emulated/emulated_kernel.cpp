@@ -25,14 +25,14 @@
 
 #include "kerf/error.h"
 
-// These two stand before the system's own for umockdev 0.17 alone: it ends the program when somebody who listens for
-// what is plugged in goes away just when told, as each of libusb's contexts does in its time, or has not listened for
-// long. Neither is a failure. Only its messages have an address.
+// These two functions override the system's only because of umockdev 0.17. It ends the program if a listener for plug
+// events closes just as it is notified, as libusb's contexts do in time, or if a listener has not read for long.
+// Neither is an error. Only umockdev's messages have an address.
 
 extern "C" int connect(int fd, const sockaddr* address, socklen_t bytes) {
   static const auto system = reinterpret_cast<int (*)(int, const sockaddr*, socklen_t)>(dlsym(RTLD_NEXT, "connect"));
   const int end = system(fd, address, bytes);
-  if (end < 0 && errno == ENOENT) errno = ECONNREFUSED;  // this one it knows
+  if (end < 0 && errno == ENOENT) errno = ECONNREFUSED;  // an error that umockdev handles
   return end;
 }
 
@@ -48,7 +48,7 @@ namespace {
 
 constexpr char kPreload[] = "libumockdev-preload.so.0";
 constexpr std::int64_t kStep_ns = 500'000;
-constexpr std::int64_t kMostCaughtUp_ns = 2'000'000'000;
+constexpr std::int64_t kMaxCaughtUp_ns = 2'000'000'000;
 constexpr std::size_t kSetupBytes = 8;
 
 std::int64_t Now_ns() {
@@ -56,19 +56,19 @@ std::int64_t Now_ns() {
       .count();
 }
 
-/// A reference to a GObject.
+/// Deleter that releases a reference to a GObject.
 template <typename T>
 struct Unref {
   void operator()(T* object) const { g_object_unref(object); }
 };
 using Data = std::unique_ptr<UMockdevIoctlData, Unref<UMockdevIoctlData>>;
 
-/// What the first pointer-sized word of `data` points to, in the other program.
+/// Returns the data in the other program to which the pointer at `offset` of `data` points.
 Data Resolve(UMockdevIoctlData* data, gsize offset, gsize bytes) {
   return Data(umockdev_ioctl_data_resolve(data, offset, bytes, nullptr));
 }
 
-/// As umockdev describes a device.
+/// Returns the description of a device in umockdev's format.
 std::string DescribeUsb(const std::string& path, int address, const std::vector<std::uint8_t>& descriptors,
                         int speed_mbit) {
   std::string hex;
@@ -92,17 +92,17 @@ std::string RunUnderUmockdev(char** argv) {
   for (std::string line; std::getline(maps, line);) {
     const std::size_t path = line.find('/');
     if (path != std::string::npos && line.find("libasan.so") != std::string::npos) {
-      preload = fmt::format("{}:{}", line.substr(path), preload);  // it must come first
+      preload = fmt::format("{}:{}", line.substr(path), preload);  // it must be loaded first
       break;
     }
   }
   if (before != nullptr) preload = fmt::format("{}:{}", preload, before);
   setenv("LD_PRELOAD", preload.c_str(), 1);
   execv("/proc/self/exe", argv);
-  return fmt::format("this program can't be run anew with {}: {}", kPreload, std::strerror(errno));
+  return fmt::format("this program can't be run again with {}: {}", kPreload, std::strerror(errno));
 }
 
-// A transfer that was handed to the kernel.
+// A transfer that was submitted to the kernel.
 struct Urb {
   Data data;
   UMockdevIoctlClient* client = nullptr;
@@ -118,7 +118,7 @@ struct EmulatedKernel::Socket {
   bool plugged_in = true;
   bool silent = false;
   bool driver_bound = false;
-  std::map<int, int> endpoint_types;  // as in usbdevfs_urb, by address
+  std::map<int, int> endpoint_types;  // type as in usbdevfs_urb, by endpoint address
   UMockdevIoctlClient* claimed_by = nullptr;
   std::deque<Urb> waiting;
   std::deque<Urb> done;
@@ -136,7 +136,7 @@ struct EmulatedKernel::Socket {
 
 struct EmulatedKernel::Umockdev {
   UMockdevTestbed* testbed = nullptr;
-  // One for each time that something was plugged in; they end with the testbed.
+  // One for each time that a device was plugged in; they live as long as the testbed.
   std::vector<UMockdevIoctlBase*> handlers;
 
   std::string Root() const {
@@ -186,7 +186,7 @@ void EmulatedKernel::Socket::Forget(UMockdevIoctlBase* /*base*/, UMockdevIoctlCl
 
 bool EmulatedKernel::Socket::Answer(UMockdevIoctlClient* client) {
   const gulong request = umockdev_ioctl_client_get_request(client);
-  UMockdevIoctlData* argument = umockdev_ioctl_client_get_arg(client);  // the client keeps it
+  UMockdevIoctlData* argument = umockdev_ioctl_client_get_arg(client);  // owned by the client
   const auto answer = [&](int error) { umockdev_ioctl_client_complete(client, error == 0 ? 0 : -1, error); };
   switch (request) {
     case USBDEVFS_REAPURB:
@@ -231,7 +231,7 @@ bool EmulatedKernel::Socket::Answer(UMockdevIoctlClient* client) {
       return true;
     }
     case USBDEVFS_IOCTL: {
-      // DISCONNECT or CONNECT, of the kernel's own driver.
+      // DISCONNECT or CONNECT of the kernel's driver.
       const Data call = Resolve(argument, 0, sizeof(usbdevfs_ioctl));
       const auto* fields = reinterpret_cast<const usbdevfs_ioctl*>(call->data);
       Bind(static_cast<gulong>(fields->ioctl_code) == USBDEVFS_CONNECT);
@@ -261,7 +261,7 @@ void EmulatedKernel::Socket::Claim(UMockdevIoctlClient* client, bool take) {
   umockdev_ioctl_client_complete(client, 0, 0);
 }
 
-/// The kernel's own driver to interface 0, or the one that stands for programs.
+/// Binds the kernel's own driver to interface 0, or the driver for user programs (usbfs).
 void EmulatedKernel::Socket::Bind(bool own) {
   if (options.driver.empty() || own == driver_bound) return;
   driver_bound = own;
@@ -273,7 +273,7 @@ void EmulatedKernel::Socket::Bind(bool own) {
                                   error);
 }
 
-/// True when it needs to wait no longer.
+/// Returns true if the transfer has ended.
 bool EmulatedKernel::Socket::TryToEnd(Urb& urb) {
   usbdevfs_urb* fields = urb.fields();
   const Data buffer =
@@ -300,7 +300,7 @@ void EmulatedKernel::Socket::Submit(UMockdevIoctlClient* client, UMockdevIoctlDa
   Urb urb{Resolve(argument, 0, sizeof(usbdevfs_urb)), client};
   const auto type = endpoint_types.find(urb.fields()->endpoint);
   const bool control = urb.fields()->type == USBDEVFS_URB_TYPE_CONTROL;
-  // Linux lets bulk transfers of libusb's pass for interrupt ones; here each must be what its endpoint is.
+  // Linux accepts libusb's bulk transfers on interrupt endpoints; here the type must match the endpoint.
   if (!control && (claimed_by != client || type == endpoint_types.end() || type->second != urb.fields()->type)) {
     umockdev_ioctl_client_complete(client, -1, EINVAL);
     return;
@@ -312,7 +312,7 @@ void EmulatedKernel::Socket::Submit(UMockdevIoctlClient* client, UMockdevIoctlDa
 
 void EmulatedKernel::Socket::Reap(UMockdevIoctlClient* client, UMockdevIoctlData* argument) {
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    // What was to come never will.
+    // The device was unplugged: no data will come.
     if (!plugged_in) {
       waiting[i].fields()->status = -ESHUTDOWN;
     } else if (!TryToEnd(waiting[i])) {
@@ -354,7 +354,7 @@ EmulatedKernel::EmulatedKernel() : umockdev_(std::make_unique<Umockdev>()), now_
     g_object_unref(umockdev_->testbed);
     throw Error(fmt::format("{} is not loaded", kPreload));
   }
-  // Each emulated call sleeps for "no time", which else takes 50 us.
+  // Each emulated call sleeps for a zero time, which would otherwise take 50 us.
   prctl(PR_SET_TIMERSLACK, 1);
   ticking_ = std::thread([this] {
     while (!end_) {
@@ -374,7 +374,7 @@ EmulatedKernel::~EmulatedKernel() {
 
 void EmulatedKernel::AdvanceAll() {
   const std::int64_t now_ns = Now_ns();
-  now_ns_ = std::max(now_ns_, now_ns - kMostCaughtUp_ns);
+  now_ns_ = std::max(now_ns_, now_ns - kMaxCaughtUp_ns);
   while (now_ns_ < now_ns) {
     const std::int64_t step_ns = std::min(kStep_ns, now_ns - now_ns_);
     for (const auto& socket : sockets_) socket->model->Advance(1e-9 * static_cast<double>(step_ns));
@@ -442,7 +442,7 @@ void EmulatedKernel::Unplug(int number) {
 }
 
 void EmulatedKernel::PlugInAgain(int number) {
-  // Another one: who has the old file open is told for ever that it is gone.
+  // A new socket: programs that still have the old file open get "no device" from now on.
   auto socket = std::make_unique<Socket>();
   {
     const std::lock_guard lock(mutex_);

@@ -1,5 +1,5 @@
-// A kernel's USB that is not there: models of devices behind the files and system calls that libusb uses, for this
-// program and for those that it starts.
+// An emulated USB of the kernel: models of devices behind the files and system calls that libusb uses, for this program
+// and for programs that it starts.
 #pragma once
 
 #include <atomic>
@@ -15,47 +15,47 @@
 
 namespace kerf::test {
 
-/// Runs this program anew with umockdev's library (and the address sanitizer's before it) in front of all others,
-/// unless it is there already. To be called first in main(). Returns "" or why that can't be.
+/// Restarts this program with umockdev's library preloaded (and the address sanitizer's before it), unless it already
+/// is. To be called first in main(). Returns "" if the library is loaded, otherwise the reason why it can't be.
 std::string RunUnderUmockdev(char** argv);
 
 struct EmulatedSocket {
-  bool no_permission = false;  // its file can't be opened
-  std::string driver{};        // of the kernel, that has its interface 0 at the beginning
-  bool driver_holds = false;   // and can't be made to let go
+  bool no_permission = false;  // the device's file can't be opened
+  std::string driver{};        // kernel driver that is bound to interface 0 at the start; empty: none
+  bool driver_holds = false;   // the kernel driver can't be detached
 };
 
-/// Time is the real one: models move on by what went by since the last system call, at least each 5 ms.
+/// Emulated kernel in real time: models advance by the time since the last system call, at least every 5 ms.
 class EmulatedKernel {
  public:
-  /// Throws Error outside of umockdev (RunUnderUmockdev).
+  /// Throws Error if umockdev is not loaded (RunUnderUmockdev).
   EmulatedKernel();
   ~EmulatedKernel();
   EmulatedKernel(const EmulatedKernel&) = delete;
   EmulatedKernel& operator=(const EmulatedKernel&) = delete;
 
-  /// The model must outlive the kernel. Sockets count from 0.
+  /// Plugs in a device and returns its socket, a zero-based index. The model must outlive the kernel.
   int PlugIn(UsbModel& model, const EmulatedSocket& socket = {});
   void Unplug(int socket);
-  /// Power and all, under another address.
+  /// Plugs the device in again, with power lost in between and with another address.
   void PlugInAgain(int socket);
-  /// Nothing comes back from it any more.
+  /// While silent, no data come from the device.
   void SetSilent(int socket, bool silent);
-  /// Runs `what` while no model is moving: for looking at them.
+  /// Calls `what` while no model is moving, to inspect the models.
   void Look(const std::function<void()>& what);
 
-  /// System calls that nobody here knows.
+  /// Number of system calls that the emulation does not support.
   int unknown_calls() const { return unknown_calls_; }
 
  private:
   struct Socket;
   struct Umockdev;
   void Attach(Socket& socket);
-  void AdvanceAll();  // under the lock
+  void AdvanceAll();  // requires the lock
 
   std::unique_ptr<Umockdev> umockdev_;
   std::vector<std::unique_ptr<Socket>> sockets_;
-  std::vector<std::unique_ptr<Socket>> past_;  // unplugged, perhaps still open somewhere
+  std::vector<std::unique_ptr<Socket>> past_;  // unplugged, but possibly still open
   std::mutex mutex_;
   int next_address_ = 4;
   std::int64_t now_ns_ = 0;
@@ -64,7 +64,7 @@ class EmulatedKernel {
   std::thread ticking_;
 };
 
-/// While one stands, this thread opens only files that its owner may open, even when it is root's.
+/// While an object exists, this thread opens only files that their owner may open, even if it runs as root.
 class WithoutPrivileges {
  public:
   WithoutPrivileges();

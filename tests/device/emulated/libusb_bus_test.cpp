@@ -1,4 +1,4 @@
-// libusb as it is, over devices that are not there.
+// The real libusb with emulated devices.
 #include "device/drivers/libusb_bus.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 using test::EchoModel;
 using test::EmulatedKernel;
 
-// What is waited for comes at once, or the machine stands still: never a judgement of speed.
+// Waits are short unless the machine stalls; speed is not tested.
 constexpr int kPatience_ms = 20'000;
 
 class LibusbBusTest : public testing::Test {
@@ -94,7 +94,7 @@ TEST_F(LibusbBusTest, CarriesControlRequestsAndTellsThoseThatTheDeviceDoesNotKno
   EXPECT_EQ(in.bytes, 2);
   EXPECT_EQ(data[0] | data[1] << 8, 0xbeef);
   EXPECT_EQ(opening.transport->Control(0x40, 99, 0, 0, {}, kPatience_ms).end, TransferEnd::kStall);
-  // And goes on.
+  // The device continues to work.
   EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kPatience_ms).end, TransferEnd::kOk);
 }
 
@@ -110,7 +110,7 @@ TEST_F(LibusbBusTest, WhatIsRefusedOnceIsTakenTheNextTimeAndTooMuchIsNotSent) {
   kernel_.Look([&] { model.refuses = false; });
   EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kOk);
   EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kFailed);
-  // Neither is an endpoint that it does not have.
+  // An endpoint that does not exist fails too.
   EXPECT_EQ(opening.transport->Write(0x05, packet, kPatience_ms).end, TransferEnd::kFailed);
   const Transfer in = opening.transport->Read(EchoModel::kIn, packet, kPatience_ms);
   EXPECT_EQ(in.end, TransferEnd::kOk);
@@ -135,7 +135,7 @@ TEST_F(LibusbBusTest, UnpluggedItIsGoneForGoodAndPluggedInAgainItIsFoundAnew) {
   UsbOpening opening = bus_.Open(Only(), 0);
   ASSERT_TRUE(opening.transport) << opening.detail;
   std::array<std::uint8_t, 64> bytes{};
-  // In the middle of waiting.
+  // Unplugged while a read waits.
   std::thread puller([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     kernel_.Unplug(socket);
@@ -150,15 +150,15 @@ TEST_F(LibusbBusTest, UnpluggedItIsGoneForGoodAndPluggedInAgainItIsFoundAnew) {
   EXPECT_EQ(again.address, 5);
   EXPECT_EQ(again.ports, "1-1");
   EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kGone);
-  UsbOpening anew = bus_.Open(again, 0);
-  ASSERT_TRUE(anew.transport) << anew.detail;
-  EXPECT_EQ(anew.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kOk);
-  EXPECT_EQ(anew.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
+  UsbOpening restarted = bus_.Open(again, 0);
+  ASSERT_TRUE(restarted.transport) << restarted.detail;
+  EXPECT_EQ(restarted.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(restarted.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
 }
 
 TEST_F(LibusbBusTest, WhoStopsListeningJustWhenItIsPluggedInIsNoTrouble) {
 #ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "libusb 1.0.26 itself keeps the memory of a device that it is told of as its context ends";
+  GTEST_SKIP() << "libusb 1.0.26 itself keeps the memory of a device that is announced as its context ends";
 #endif
   EchoModel& model = Make();
   const int socket = kernel_.PlugIn(model);
@@ -166,7 +166,7 @@ TEST_F(LibusbBusTest, WhoStopsListeningJustWhenItIsPluggedInIsNoTrouble) {
   std::thread listener([&] {
     while (!end) LibusbBus{}.List();
   });
-  // An address of USB is a byte for libusb, and each time it has another.
+  // libusb stores a USB address in one byte, and each plug-in uses a new one.
   for (int i = 0; i < 200; ++i) {
     kernel_.Unplug(socket);
     kernel_.PlugInAgain(socket);
@@ -192,21 +192,21 @@ TEST_F(LibusbBusTest, TellsWhyADeviceCannotBeOpened) {
     const UsbOpening opening = bus_.Open(devices[0], 0);
     EXPECT_FALSE(opening.transport);
     EXPECT_EQ(opening.problem, UsbProblem::kNoPermission);
-    EXPECT_EQ(opening.detail, "/dev/bus/usb/001/004 may not be written to");
+    EXPECT_EQ(opening.detail, "there is no permission to write to /dev/bus/usb/001/004");
   }
   {
     const UsbOpening opening = bus_.Open(devices[1], 0);
     EXPECT_TRUE(opening.transport) << opening.detail;
-    // A second program.
+    // Like a second program.
     const UsbOpening second = bus_.Open(devices[1], 0);
     EXPECT_EQ(second.problem, UsbProblem::kBusy);
-    EXPECT_EQ(second.detail, "another program has it");
+    EXPECT_EQ(second.detail, "another program uses it");
   }
-  // It was given back.
+  // The device was released.
   EXPECT_TRUE(bus_.Open(devices[1], 0).transport);
   const UsbOpening serial_opening = bus_.Open(devices[2], 0);
   EXPECT_EQ(serial_opening.problem, UsbProblem::kBusy);
-  EXPECT_EQ(serial_opening.detail, "the kernel's driver cdc_acm has it");
+  EXPECT_EQ(serial_opening.detail, "the kernel driver cdc_acm uses it");
   EXPECT_EQ(bus_.Open(devices[3], 0).problem, UsbProblem::kBusy);
   UsbDeviceInfo gone = devices[0];
   gone.address = 99;

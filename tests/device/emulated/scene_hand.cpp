@@ -9,10 +9,10 @@ namespace kerf::test {
 namespace {
 
 constexpr double kLongestStep_s = 0.01;
-constexpr double kGrasp_s = 0.5;  // from having the tool to moving it
-constexpr double kPress_s = 1;    // a button, after so long
+constexpr double kGrasp_s = 0.5;  // from getting the tool to moving it
+constexpr double kPress_s = 1;    // until a button is pressed
 constexpr double kPressed_s = 0.3;
-constexpr double kStandsStill_s = 0.005;  // after the last command; well below what kerf takes for silence
+constexpr double kStandsStill_s = 0.005;  // since the last command; well below the time of a silent device
 
 WorkspaceParams MakeParams(const Scene& scene, const LoopSetup& setup) {
   const SceneDevice& device = scene.device;
@@ -23,7 +23,7 @@ WorkspaceParams MakeParams(const Scene& scene, const LoopSetup& setup) {
 SimulatedDeviceOptions MakeOptions(const LoopSetup& setup) {
   SimulatedDeviceOptions options;
   options.p_TC_mm = setup.fitted.coupling.p_TC_mm;
-  options.quantise = false;  // that is the encoders' part
+  options.quantise = false;  // the encoders' model does that
   return options;
 }
 
@@ -49,7 +49,7 @@ void SceneHand::SetEngaged(bool engaged) {
   if (engaged && !engaged_) {
     DeviceSample sample;
     device_.Read(sample);
-    workspace_.Anchor(X_DH_, sample.X_WH);  // as kerf does
+    workspace_.Anchor(X_DH_, sample.X_WH);  // as kerf does it
   }
   engaged_ = engaged;
 }
@@ -85,7 +85,7 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
 }
 
 std::uint32_t SceneHand::buttons() const {
-  // Again and again: a program that stands still just then does not hear it.
+  // Repeatedly, because a program that stalls at that moment misses it.
   return std::fmod(waiting_s_, kPress_s + kPressed_s) > kPress_s ? 1u : 0u;
 }
 

@@ -1,5 +1,6 @@
-// The hand of somebody who cuts what a scene says with an emulated device: homes it, waits until it has the tool, then
-// moves as `kerf loop`'s simulated hand does; when the device lost it, homes it again and agrees by a button.
+// The hand of a user who makes the cut of a scene with an emulated device. It homes the device, waits until it has the
+// tool, then moves as `kerf loop`'s simulated hand does. If it must be homed again, the hand does so and agrees by a
+// button.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +19,18 @@ namespace kerf::test {
 
 class SceneHand final : public Mechanism {
  public:
-  /// `profile`: of the emulated device, whose mass and friction the hand feels. Throws Error.
+  /// `profile`: that of the emulated device, whose mass and friction the hand feels. Throws Error.
   SceneHand(const Scene& scene, const DeviceProfile& profile);
 
   void Home();
-  /// How often the device was told something. While the program stands still, so does the hand: what a handle does
-  /// meanwhile does not move the tool, and the way would be that much shorter.
+  /// `commands` returns the number of commands that the device has received. While the program stalls, the hand stops
+  /// too: the tool does not follow a handle that moves meanwhile, so the path would be shortened.
   void SetHears(std::function<std::uint64_t()> commands) { commands_ = std::move(commands); }
-  /// It goes no further on its way, until it is told of a place that is further.
+  /// Stops on the path at the time `way_s`, until a later time is set.
   void StopAt(double way_s) { stop_at_s_ = way_s; }
-  /// Whether the device's lamp says that the hand has the tool.
+  /// Sets whether the device's lamp shows that the hand has the tool.
   void SetEngaged(bool engaged);
-  /// A device that is there, homed and not engaged: a button is pressed for a moment, time and again.
+  /// Sets whether a homed device waits for the user: then a button is pressed briefly and repeatedly.
   void SetWaiting(bool waiting) { waiting_ = waiting; }
 
   void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) override;
@@ -44,14 +45,14 @@ class SceneHand final : public Mechanism {
   LoopSetup setup_;
   Path path_;
   Workspace workspace_;
-  SimulatedDevice device_;  // in the world
+  SimulatedDevice device_;  // in the world frame
   HandMotion motion_;
-  ScriptedHand at_rest_;  // in frame D: homing and waiting
+  ScriptedHand at_rest_;  // in frame D: for homing and waiting
   std::function<std::uint64_t()> commands_;
   std::uint64_t heard_ = 0;
   double since_heard_s_ = 0;
   bool engaged_ = false;
-  bool at_way_ = false;  // not homing, nor before it had the tool
+  bool at_way_ = false;  // on the path: neither homing nor waiting for the tool
   bool waiting_ = false;
   double engaged_s_ = 0;
   double waiting_s_ = 0;

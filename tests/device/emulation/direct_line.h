@@ -1,4 +1,4 @@
-// A model of a device as a transport with nothing in between: no faults, and no heap of its own.
+// A transport directly to a device's model: no faults, and no heap use of its own.
 #pragma once
 
 #include "device/devices/usb.h"
@@ -6,7 +6,7 @@
 
 namespace kerf::test {
 
-/// A read that finds nothing moves the model on by its timeout, once.
+/// Transport to a model. A read without data advances the model once by the timeout.
 class DirectLine final : public UsbTransport {
  public:
   explicit DirectLine(UsbModel& model) : model_(model) {}

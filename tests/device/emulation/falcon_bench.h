@@ -1,4 +1,4 @@
-// A Falcon in a socket, and a driver that has it open: for the Falcon's tests.
+// A Falcon in a socket, and a driver that has opened it: for the tests of the Falcon.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace kerf {
 
 inline constexpr double kFalconDt_s = 0.001;
 
-/// Nobody's firmware.
+/// Made-up firmware.
 inline std::vector<std::uint8_t> MakeFalconFirmware(std::size_t bytes = 7324) {
   std::mt19937 random(3);
   std::vector<std::uint8_t> firmware(bytes);
@@ -38,7 +38,7 @@ inline FalconModelOptions EmptyFalcon() {
   return options;
 }
 
-/// A Falcon in a socket, and a driver that has it open.
+/// A Falcon in a socket, and a driver that has opened it.
 struct FalconBench {
   explicit FalconBench(FalconModelOptions model_options = RunningFalcon(), FalconOptions driver_options = {})
       : model(handle, std::move(model_options)) {
@@ -66,7 +66,7 @@ struct FalconBench {
     return driver->Exchange(command, sample);
   }
 
-  /// Until the driver has a place.
+  /// Exchanges until the driver has a position.
   void Settle() {
     for (int i = 0; i < 10 && Round() != RoundEnd::kSample; ++i) {
     }
@@ -88,7 +88,7 @@ inline FalconOptions WithFalconFirmware() {
   return options;
 }
 
-/// Half a count on each leg moves the grip at most this far.
+/// Largest motion of the grip for half a count on each leg.
 inline constexpr double kHalfCount_mm = 0.06;
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// The Falcon's model, and the driver over it: firmware, homing, forces.
+// The Falcon's model, and its driver with it: firmware, homing, forces.
 #include "device/devices/falcon/falcon_driver.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ namespace {
 using testing::HasSubstr;
 
 TEST(FalconModel, ACountIsWorthSoMuch) {
-  // The Jacobian's inverse, over the sphere of 40 mm.
+  // Computed with the inverse of the Jacobian, over the sphere of 40 mm.
   std::mt19937 random(1);
   std::uniform_real_distribution<double> draw(-40, 40);
   double worst = 0;
@@ -45,7 +45,7 @@ TEST(FalconModel, IsFoundAsAFalcon) {
   EXPECT_FALSE(info.is_hid);
   const std::vector<std::uint8_t> bytes = bench.model.descriptors();
   EXPECT_EQ(bytes.size(), 18U + 32U);
-  EXPECT_EQ(bytes[18 + 2], 32);  // length of configuration and all below it
+  EXPECT_EQ(bytes[18 + 2], 32);  // length of the configuration and all its descriptors
 }
 
 TEST(FalconModel, RefusesWhatAnFt232DoesNotKnow) {
@@ -81,7 +81,7 @@ TEST(FalconModel, SendsTwoStatusBytesWhenTheLatencyTimerRunsOut) {
 }
 
 TEST(FalconModel, BootLoaderKeepsToItsOrder) {
-  // Each step left out or in the wrong place: nothing answers. All in order: it does.
+  // If any step is left out or in the wrong order, nothing answers; with all steps in order, the device does.
   struct Request {
     std::uint8_t request;
     std::uint16_t value;
@@ -122,10 +122,10 @@ TEST(FalconDriver, LoadsTheFirmwareByteForByte) {
       driver_options.firmware = options.firmware;
       FalconBench bench(options, driver_options);
       double last = -1;
-      bench.driver->Start([&](const std::string& doing, double share) {
+      bench.driver->Start([&](const std::string& doing, double fraction) {
         EXPECT_FALSE(doing.empty());
-        EXPECT_GE(share, last);
-        last = share;
+        EXPECT_GE(fraction, last);
+        last = fraction;
         return true;
       });
       EXPECT_EQ(last, 1);
@@ -188,7 +188,7 @@ TEST(FalconDriver, RefusesFilesThatAreNoFirmware) {
 
 TEST(FalconDriver, StartCanBeCalledOff) {
   FalconBench bench(EmptyFalcon(), WithFalconFirmware());
-  EXPECT_THROW(bench.driver->Start([](const std::string&, double share) { return share < 0.3; }), Error);
+  EXPECT_THROW(bench.driver->Start([](const std::string&, double fraction) { return fraction < 0.3; }), Error);
   EXPECT_FALSE(bench.model.runs());
   bench.Start();
   EXPECT_TRUE(bench.model.runs());
@@ -211,7 +211,7 @@ TEST(FalconDriver, HomesAndForgetsWhatWasBefore) {
     bench.MoveTo(p);
     for (int i = 0; i < 5; ++i) bench.Round({0, 0, 5});
   };
-  // Neither out alone nor in alone is enough, and no motor moves before.
+  // Neither the outer nor the inner position alone is enough, and no motor is driven before both.
   for (const Vec3& p : {Vec3(0, 0, 0), Vec3(0, 0, -35), Vec3(0, 0, 38), Vec3(0, 0, 0)}) {
     stay(p);
     EXPECT_EQ(bench.Round({0, 0, 5}), RoundEnd::kSample);
@@ -258,8 +258,8 @@ TEST(FalconDriver, FollowsTheHandleForAThousandRounds) {
 }
 
 TEST(FalconDriver, ForceAtTheGripIsTheOneCommanded) {
-  // Rounding to a motor count is off by half of one, 0.05 N mm on each arm, and arms of 60 mm and shins make of
-  // it at most the force that one count on each leg makes.
+  // Rounding to a motor count is an error of up to half a count, 0.05 N mm on each arm; with arms of 60 mm and the
+  // shins this gives at most the force of one count on each leg.
   FalconBench bench;
   bench.Start();
   bench.Settle();
@@ -267,13 +267,13 @@ TEST(FalconDriver, ForceAtTheGripIsTheOneCommanded) {
   std::uniform_real_distribution<double> draw(-1, 1);
   for (int i = 0; i < 2000; ++i) {
     bench.MoveTo(22.0 * Vec3(draw(random), draw(random), draw(random)));
-    for (int k = 0; k < 3; ++k) bench.Round();  // a leap is believed at the second report
+    for (int k = 0; k < 3; ++k) bench.Round();  // a jump is accepted with the second report
     ASSERT_EQ(bench.Round(), RoundEnd::kSample);
     const Vec3 f = 3.0 * Vec3(draw(random), draw(random), draw(random));
     ASSERT_EQ(bench.Round(f), RoundEnd::kSample);
     const std::optional<glm::dmat3> J = CalcFalconJacobian(bench.handle.X_DH.p_AB);
     ASSERT_TRUE(J);
-    // Half a count of torque, and the place known to half a count.
+    // Half a count of torque, and half a count of position.
     const double rounding = 0.05 * (glm::length((*J)[0]) + glm::length((*J)[1]) + glm::length((*J)[2]));
     ASSERT_LT(glm::length(bench.model.f_D_N() - f), rounding + 0.01 * glm::length(f)) << i;
   }
@@ -292,13 +292,13 @@ TEST(FalconDriver, BeyondTheLimitTheDirectionIsKept) {
     ASSERT_EQ(bench.Round(f), RoundEnd::kSample);
     for (const int motor : bench.driver->motors()) ASSERT_LE(std::abs(motor), 4096);
     const Vec3 made = bench.model.f_D_N();
-    // The limit of 8 N of the profile, or that of the motors.
+    // Limited by the profile's 8 N or by the motors.
     ASSERT_LE(glm::length(made), 8.01);
     ASSERT_GT(glm::dot(glm::normalize(made), *CalcDirection(f)), 1 - 2e-6) << i;  // 0.1 degrees
     smallest = std::min(smallest, glm::length(made));
     largest = std::max(largest, glm::length(made));
   }
-  EXPECT_GT(smallest, 6);  // the worst direction, by devices.md's figure
+  EXPECT_GT(smallest, 6);  // the worst direction, see devices.md
   EXPECT_GT(largest, 7.9);
 }
 
@@ -344,7 +344,7 @@ TEST(FalconDriver, ALeapIsBelievedWhenItIsSaidTwice) {
   EXPECT_LT(glm::length(bench.sample.X_DH.p_AB - Vec3(10, 10, 20)), kHalfCount_mm);
 }
 
-/// Adds to the counts of each report that comes whole.
+/// Transport that adds to the counts of each report that arrives complete.
 class BentLine final : public UsbTransport {
  public:
   explicit BentLine(std::unique_ptr<UsbTransport> line) : line_(std::move(line)) {}
@@ -373,9 +373,9 @@ class BentLine final : public UsbTransport {
   std::unique_ptr<UsbTransport> line_;
 };
 
-/// A place, and what a hand may add to its counts in a millisecond so that they are those of no place.
+/// Returns a position, and changes of its counts that a hand can make in a millisecond and that belong to no position.
 std::pair<Vec3, FalconCounts> FindEdge() {
-  constexpr int kAdded = 90;  // of 100
+  constexpr int kAdded = 90;  // of the 100 that are accepted
   for (double r_mm = 0; r_mm < 120; r_mm += 1) {
     for (const Vec3& way : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, -1}}) {
       const auto angles = CalcFalconAnglesAt(r_mm * way);
@@ -415,7 +415,7 @@ TEST(FalconDriver, AReportOfNoPlaceTakesNoForceAwayAtOnce) {
   bent.added = added;
   EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kBadAnswer);
   EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kBadAnswer);
-  // By the last place that was one: a round of zeros would be followed by all of the force.
+  // The force for the last valid position continues: after a round of zeros, the full force would return abruptly.
   EXPECT_EQ(bench.model.last_command().motors, motors);
   bent.added = {};
   EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kSample);

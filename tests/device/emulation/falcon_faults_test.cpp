@@ -1,4 +1,4 @@
-// The Falcon's driver when things go wrong on the way: lost, late, damaged packets, cables pulled.
+// The Falcon's driver with faults of the connection: lost, late and damaged packets, unplugged cables.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,10 +18,10 @@ struct Tally {
   int none = 0;
   int bad = 0;
   int gone = 0;
-  double worst_mm = 0;  // of samples, from the nearest of the last places
+  double worst_mm = 0;  // largest distance of a sample from the nearest of the last positions
 };
 
-/// Rounds on a slow circle, the faults as they are set.
+/// Runs rounds on a slow circle with the faults that are set.
 Tally RunRounds(FalconBench& bench, int rounds, int memory) {
   Tally tally;
   std::vector<Vec3> places;
@@ -78,7 +78,7 @@ TEST(FalconDriver, LostPacketsAreRoundsWithoutAnswer) {
 }
 
 TEST(FalconDriver, OldAnswersDoNotPileUp) {
-  // A doubled packet makes the next answer late by a round, until the serial port has two of them in a packet.
+  // A doubled packet delays the next answer by a round, until the serial port sends two answers in one packet.
   for (const bool twice : {false, true}) {
     UsbFaults faults;
     (twice ? faults.duplicate : faults.delay) = 0.05;
@@ -112,8 +112,8 @@ TEST(FalconDriver, ReportsInTwoPacketsAreWhole) {
 }
 
 TEST(FalconDriver, ChangedBytesAreSeenOrSmall) {
-  // What the format can't show is a nibble that became another one: no further than the leap that is believed, on one
-  // leg. 100 counts are 200 times half a count.
+  // The format can't reveal a nibble that became another valid one: the error is at most the largest accepted jump, on
+  // one leg. 100 counts are 200 times half a count.
   UsbFaults faults;
   faults.corrupt = 0.05;
   const Tally tally = RunWith(faults, 0);
@@ -129,11 +129,11 @@ TEST(FalconDriver, AnswersThatTakeTheirTime) {
   bench.Start();
   bench.Settle();
   const Tally tally = RunRounds(bench, 2000, 8);
-  EXPECT_EQ(tally.samples, 1999);  // the leap to the circle is believed at the second report
+  EXPECT_EQ(tally.samples, 1999);  // the jump to the circle is accepted with the second report
   EXPECT_LT(tally.worst_mm, kHalfCount_mm);
 }
 
-/// Answers without heap memory, unlike a model on a bus.
+/// Answers without heap use, unlike a model on a bus.
 class PlainTransport final : public UsbTransport {
  public:
   Transfer Control(std::uint8_t, std::uint8_t, std::uint16_t, std::uint16_t, std::span<std::uint8_t>,
@@ -219,11 +219,11 @@ TEST(FalconDriver, UnpluggedAndPluggedInAgain) {
   bench.driver->Stop();
   EXPECT_THROW(bench.Start(), Error);
   bench.bus.PlugInAgain();
-  ASSERT_EQ(bench.Round(), RoundEnd::kGone);  // the old one stays gone
+  ASSERT_EQ(bench.Round(), RoundEnd::kGone);  // the old driver stays without a device
   bench.driver = bench.Open(WithFalconFirmware());
   bench.Start();
   EXPECT_EQ(bench.model.uploads(), 2);
-  // It has lost its zero with its power.
+  // The device has lost its zero together with its power.
   for (int i = 0; i < 5; ++i) bench.Round({1, 1, 1});
   EXPECT_FALSE(bench.sample.homed);
   EXPECT_EQ(bench.model.last_command().motors, (std::array<int, 3>{}));
@@ -242,7 +242,7 @@ TEST(FalconDriver, UnpluggedWithItsPowerOnIsStillHomed) {
   bench.driver = bench.Open({});
   bench.Start();
   EXPECT_EQ(bench.model.uploads(), 0);
-  // No force before its place is known.
+  // No force before its position is known.
   bench.Round({1, 1, 1});
   EXPECT_EQ(bench.model.last_command().motors, (std::array<int, 3>{}));
   bench.Settle();
@@ -260,8 +260,8 @@ TEST(FalconDriver, StartsAgainAfterStop) {
 }
 
 TEST(FalconDriver, StartsThroughFaults) {
-  // Firmware through a line that loses and damages packets: one of the attempts goes well, or it says what to do; what
-  // runs in the end is the firmware, byte for byte.
+  // Firmware upload over a line that loses and damages packets: either one of the attempts succeeds, or the error says
+  // what to do. If it succeeds, the loaded firmware is correct byte for byte.
   int started = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     FalconBench bench(EmptyFalcon(), WithFalconFirmware());
@@ -301,7 +301,7 @@ TEST(FalconDriver, AMillionRoundsWithAllFaultsAtOnce) {
     const RoundEnd end = bench.driver->Exchange(command, bench.sample);
     ASSERT_NE(end, RoundEnd::kGone);
     if (i % 8 == 0) bench.bus.Advance(kFalconDt_s);
-    // Whatever arrived at the motors: commands whose nibbles were changed are not among these faults.
+    // The force that the motors make; these faults do not include changed nibbles in commands.
     largest_N = std::max(largest_N, glm::length(bench.model.f_D_N()));
     if (end != RoundEnd::kSample) continue;
     ++samples;

@@ -1,4 +1,4 @@
-// The hand on an emulated handle, against what its spring and its way say.
+// The hand on an emulated handle, against its spring's law and its path.
 #include "device/emulation/scripted_hand.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ TEST(ScriptedHand, RestsUntilItBegins) {
   EXPECT_EQ(hand.way_s(), 0);
 }
 
-// At rest the spring holds the force, to the device's own friction.
+// At rest the spring balances the force, up to the device's own friction.
 TEST(ScriptedHand, GivesWayToTheForceAsItsSpringDoes) {
   const HandModel& model = FindHandModel("H3");
   ScriptedHand hand(Falcon(), model, {});
@@ -41,7 +41,7 @@ TEST(ScriptedHand, GivesWayToTheForceAsItsSpringDoes) {
   EXPECT_EQ(hand.f_D_N(), f_D_N);
 }
 
-// Behind what it wants by friction / stiffness, and by its mass and damping at half a turn a second: 2 mm in all.
+// The lag behind the intended position is friction / stiffness, plus mass and damping at half a turn per second: 2 mm.
 TEST(ScriptedHand, GoesRoundInTheCircleThatItWasAskedFor) {
   ScriptedHand hand(Falcon(), FindHandModel("H3"), {.way = HandWay::kCircle, .radius_mm = 15});
   hand.Begin();

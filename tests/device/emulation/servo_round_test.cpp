@@ -1,4 +1,4 @@
-// The rounds with a device: force only where it may be, and none whatever goes wrong.
+// The rounds with a device: force only where it is allowed, and no force after any fault.
 #include "device/devices/servo_round.h"
 
 #include <gtest/gtest.h>
@@ -22,14 +22,14 @@ namespace {
 
 constexpr double kRound_s = 0.001;
 constexpr double kForce_N = 2;
-// A motor count is 0.1 N mm at a joint, and 1 N at the grip some 40 to 60 N mm: a count is at most 3 mN there, three
-// motors at most 5 mN.
+// A motor count is 0.1 N mm at a joint, and 1 N at the grip is about 40 to 60 N mm: one count is at most 3 mN there,
+// and three motors at most 5 mN.
 constexpr double kMotorCount_N = 0.005;
 
-/// A device that does what a test says.
-class ToldDriver final : public DeviceDriver {
+/// A device whose behaviour the test defines.
+class ReportedDriver final : public DeviceDriver {
  public:
-  explicit ToldDriver(bool senses_orientation = false) {
+  explicit ReportedDriver(bool senses_orientation = false) {
     traits_.homes = true;
     traits_.senses_orientation = senses_orientation;
   }
@@ -37,7 +37,7 @@ class ToldDriver final : public DeviceDriver {
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string&, double)>&) override {}
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
-    told = command;
+    reported = command;
     if (end == RoundEnd::kSample) sample = next;
     return end;
   }
@@ -45,18 +45,18 @@ class ToldDriver final : public DeviceDriver {
 
   RoundEnd end = RoundEnd::kSample;
   DriverSample next;
-  DriverCommand told;
+  DriverCommand reported;
 
  private:
   DriverTraits traits_;
 };
 
-/// Rounds at 1 kHz, with a force asked for by a simulation that runs at the same rate.
+/// Rounds at 1 kHz, with a force requested by a simulation that runs at the same rate.
 class Rounds {
  public:
   explicit Rounds(const DriverTraits& traits) : round(FindDeviceProfile("falcon"), traits, {}) { round.Open(now_s); }
 
-  /// The largest force that went out.
+  /// Returns the largest force that was sent.
   double Run(DeviceDriver& driver, double seconds, bool agrees = false) {
     double largest_N = 0;
     for (double t_s = 0; t_s < seconds; t_s += kRound_s) {
@@ -84,7 +84,7 @@ class Rounds {
 };
 
 TEST(ServoRound, MakesNoForceBeforeTheHandleIsHomedAndTheUserAgrees) {
-  ToldDriver driver;
+  ReportedDriver driver;
   driver.next.homed = false;
   Rounds rounds(driver.traits());
   EXPECT_EQ(rounds.Run(driver, 2, true), 0);
@@ -95,11 +95,11 @@ TEST(ServoRound, MakesNoForceBeforeTheHandleIsHomedAndTheUserAgrees) {
   rounds.Run(driver, 2, true);
   EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
   EXPECT_DOUBLE_EQ(rounds.Run(driver, 0.1), kForce_N);
-  EXPECT_TRUE(driver.told.engaged);
+  EXPECT_TRUE(driver.reported.engaged);
 }
 
 TEST(ServoRound, AButtonPressedAgreesOneThatIsHeldDoesNot) {
-  ToldDriver driver;
+  ReportedDriver driver;
   driver.next.buttons = 4;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 1);
@@ -112,13 +112,13 @@ TEST(ServoRound, AButtonPressedAgreesOneThatIsHeldDoesNot) {
 }
 
 TEST(ServoRound, LosingItsZeroEndsTheForceUntilTheUserAgreesAgain) {
-  ToldDriver driver;
+  ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
   rounds.Run(driver, 2, true);
   ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
   driver.next.homed = false;
-  rounds.Run(driver, 0.1);  // the ramp out of 20 ms
+  rounds.Run(driver, 0.1);  // the ramp to zero takes 20 ms
   EXPECT_EQ(rounds.Run(driver, 1), 0);
   driver.next.homed = true;
   EXPECT_EQ(rounds.Run(driver, 1), 0);
@@ -126,19 +126,19 @@ TEST(ServoRound, LosingItsZeroEndsTheForceUntilTheUserAgreesAgain) {
 }
 
 TEST(ServoRound, AShortSilenceEndsTheForceALongOneAsksAgain) {
-  ToldDriver driver;
+  ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
   rounds.Run(driver, 2, true);
   driver.end = RoundEnd::kNoAnswer;
   rounds.Run(driver, 0.2);
   EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
-  EXPECT_EQ(glm::length(driver.told.f_D_N), 0);
+  EXPECT_EQ(glm::length(driver.reported.f_D_N), 0);
   driver.end = RoundEnd::kSample;
   rounds.Run(driver, 2);
   EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
-  EXPECT_EQ(rounds.round.sample().engagements, 2u);  // the handle may be elsewhere
-  EXPECT_DOUBLE_EQ(glm::length(driver.told.f_D_N), kForce_N);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);  // the handle may be at another place
+  EXPECT_DOUBLE_EQ(glm::length(driver.reported.f_D_N), kForce_N);
   driver.end = RoundEnd::kBadAnswer;
   rounds.Run(driver, 1);
   driver.end = RoundEnd::kSample;
@@ -148,12 +148,12 @@ TEST(ServoRound, AShortSilenceEndsTheForceALongOneAsksAgain) {
 }
 
 TEST(ServoRound, WhoStoodStillAsksAgain) {
-  ToldDriver driver;
+  ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
   rounds.Run(driver, 2, true);
   ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
-  // 0.3 s in which nobody served it: seen by all for a round, then the handle takes the tool anew.
+  // 0.3 s without a round: silent for one round, then the handle takes the tool again.
   rounds.now_s += 0.3;
   rounds.command.made_at_s = rounds.now_s;
   ++rounds.command.sequence;
@@ -161,18 +161,18 @@ TEST(ServoRound, WhoStoodStillAsksAgain) {
   rounds.Run(driver, 0.01);
   EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
   EXPECT_EQ(rounds.round.sample().engagements, 2u);
-  // A minute: the user is asked.
+  // After a minute the user must agree again.
   rounds.now_s += 60;
   rounds.command.made_at_s = rounds.now_s;
   ++rounds.command.sequence;
   rounds.round.Step(driver, rounds.now_s, 60, rounds.command, false);
-  rounds.Run(driver, 0.05);  // the ramp out of 20 ms
+  rounds.Run(driver, 0.05);  // the ramp to zero takes 20 ms
   EXPECT_EQ(rounds.Run(driver, 2), 0);
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
 }
 
 TEST(ServoRound, ALeapIsNoMotionOfAHand) {
-  ToldDriver driver;
+  ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
   rounds.Run(driver, 2, true);
@@ -189,23 +189,23 @@ TEST(ServoRound, ALeapIsNoMotionOfAHand) {
   rounds.Run(driver, 0.03);
   EXPECT_EQ(rounds.round.counts().leaps, 1u);
   EXPECT_EQ(rounds.round.sample().engagements, 2u);
-  EXPECT_EQ(glm::length(driver.told.f_D_N), 0);  // it comes back from nothing
+  EXPECT_EQ(glm::length(driver.reported.f_D_N), 0);  // the force starts again from zero
   EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
 }
 
 TEST(ServoRound, LettingGoEndsTheForceInTheNextRound) {
-  ToldDriver driver;
+  ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
   rounds.Run(driver, 2, true);
-  ASSERT_GT(glm::length(driver.told.f_D_N), 0);
+  ASSERT_GT(glm::length(driver.reported.f_D_N), 0);
   rounds.round.LetGo();
   EXPECT_EQ(rounds.Run(driver, 2), 0);
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
 }
 
 TEST(ServoRound, AsksForNoMemory) {
-  ToldDriver driver;
+  ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
   const HeapGuard guard;
@@ -215,21 +215,21 @@ TEST(ServoRound, AsksForNoMemory) {
 }
 
 TEST(ServoRound, AFieldOfForceIsLetThroughAsItsMiddleIs) {
-  ToldDriver driver;
+  ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.command.command.stiffness_N_per_mm = 3;
   rounds.Run(driver, 0.1);
-  EXPECT_EQ(driver.told.stiffness_N_per_mm, 0);
-  rounds.Run(driver, 0.35, true);  // in the middle of the ramp
-  const double share = driver.told.f_D_N.z / kForce_N;
-  ASSERT_GT(share, 0.1);
-  ASSERT_LT(share, 0.9);
-  EXPECT_NEAR(driver.told.stiffness_N_per_mm, 3 * share, 1e-12);
+  EXPECT_EQ(driver.reported.stiffness_N_per_mm, 0);
+  rounds.Run(driver, 0.35, true);  // to the middle of the ramp
+  const double fraction = driver.reported.f_D_N.z / kForce_N;
+  ASSERT_GT(fraction, 0.1);
+  ASSERT_LT(fraction, 0.9);
+  EXPECT_NEAR(driver.reported.stiffness_N_per_mm, 3 * fraction, 1e-12);
   rounds.Run(driver, 1);
-  EXPECT_DOUBLE_EQ(driver.told.stiffness_N_per_mm, 3);
+  EXPECT_DOUBLE_EQ(driver.reported.stiffness_N_per_mm, 3);
 }
 
-/// A Falcon within the process, with a hand on it.
+/// A Falcon within the process, held by a hand.
 class FalconOnABus {
  public:
   FalconOnABus() : hand_(FindDeviceProfile("falcon"), FindHandModel("H3"), {}), model_(hand_, {}) {
@@ -245,7 +245,7 @@ class FalconOnABus {
   FalconModel& model() { return model_; }
 
  private:
-  // These outlive the driver, which tells the device good-bye.
+  // These must outlive the driver, whose end sends a last command to the device.
   ScriptedHand hand_;
   FalconModel model_;
 
@@ -254,7 +254,7 @@ class FalconOnABus {
   std::unique_ptr<FalconDriver> driver;
 };
 
-/// Passes time with each round, as a real device does.
+/// Driver that advances time with each round, as a real device does.
 class WithTime final : public DeviceDriver {
  public:
   explicit WithTime(FalconOnABus& falcon) : falcon_(falcon) {}
@@ -304,7 +304,7 @@ TEST(ServoRound, AFalconFromHomingToForceAndThroughAnUnplug) {
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
   rounds.Run(driver, 2, true);
   EXPECT_EQ(rounds.round.sample().engagements, 2u);
-  // A smooth ramp of 0.5 s has 1.5 times its mean slope at most.
+  // The steepest slope of a smooth ramp of 0.5 s is 1.5 times its mean slope.
   EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
 }
 
@@ -325,13 +325,13 @@ TEST(ServoRound, KeepsWithinBoundsWhateverTheCableDoes) {
     ASSERT_TRUE(std::isfinite(glm::length(f)));
     largest_N = std::max(largest_N, glm::length(f));
   }
-  // Packets to the device are dropped whole: what the motors make was asked for, at the place that was known then. The
-  // hand moves a millimetre or two under it, by which the legs' leverage changes about as many percent.
+  // Packets to the device are lost as a whole: the motors' force was requested for the position known at that time.
+  // Since then the hand has moved by a millimetre or two, which changes the legs' leverage by about as many percent.
   EXPECT_LE(largest_N, 1.03 * kForce_N);
-  EXPECT_GT(largest_N, 0.5 * kForce_N);  // it was not off all the time
+  EXPECT_GT(largest_N, 0.5 * kForce_N);  // it was not zero all the time
 }
 
-/// A WoodenHaptics device within the process; time passes with each round.
+/// A WoodenHaptics device within the process; each round advances time.
 class WoodenOnABus final : public DeviceDriver {
  public:
   WoodenOnABus() : model_(hand, {}) {
@@ -369,17 +369,17 @@ TEST(ServoRound, ADeviceThatTellsButDoesNotHearIsSilent) {
     rounds.Run(device, 0.1);
     rounds.Run(device, 2, true);
     ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
-    // Currents of whole mA, at an arm of some counts ago.
+    // Currents are integers in mA, for a lever arm of a few counts ago.
     ASSERT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
     const std::uint64_t samples = rounds.round.counts().samples;
     UsbFaults faults;
     faults.out_ends = ends;
     device.bus.SetFaults(faults);
-    rounds.Run(device, 0.1);  // 50 ms, and the ramp out of 20 ms
+    rounds.Run(device, 0.1);  // 50 ms, and the ramp to zero of 20 ms
     EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
     EXPECT_EQ(rounds.round.counts().samples, samples);
     EXPECT_EQ(glm::length(rounds.round.sent_force_N()), 0);
-    // It hears again while its motors still make what they were told last.
+    // It receives commands again while its motors still make the last force.
     device.bus.SetFaults({});
     rounds.Run(device, 0.003);
     EXPECT_EQ(device.hand.f_D_N(), Vec3{0});
@@ -393,13 +393,13 @@ TEST(ServoRound, ADeviceThatTellsButDoesNotHearIsSilent) {
     EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
     EXPECT_EQ(rounds.round.counts().silences, 1u);
     EXPECT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
-    // A smooth ramp of 0.5 s has 1.5 times its mean slope at most; a mA of three motors is some mN.
+    // The steepest slope of a smooth ramp of 0.5 s is 1.5 times its mean slope; 1 mA of three motors is a few mN.
     EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
     EXPECT_LE(largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 0.01);
   }
 }
 
-/// Says that nothing went out, though it did: as when a transfer is given up just before its end.
+/// Transport that reports a timeout although the data were sent, as when a transfer is cancelled just before its end.
 class DeafLine final : public UsbTransport {
  public:
   DeafLine(std::unique_ptr<UsbTransport> line, const bool& deaf) : line_(std::move(line)), deaf_(deaf) {}
@@ -452,11 +452,11 @@ TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
   };
   const Vec3 axis(0.6, 0, -0.8);
   for (const bool senses : {true, false}) {
-    ToldDriver driver(senses);
+    ReportedDriver driver(senses);
     Rounds rounds(driver.traits());
     rounds.Run(driver, 0.1);
     rounds.Run(driver, 2, true);
-    // 25 rad/s is a fast hand, also where it goes more than once round; and either sign is the same turn.
+    // 25 rad/s is a fast hand, also over more than one full turn; both signs of the quaternion are the same rotation.
     double angle_rad = 0;
     for (int i = 0; i < 600; ++i) {
       angle_rad += 0.025;
@@ -465,7 +465,7 @@ TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
     }
     EXPECT_EQ(rounds.round.counts().leaps, 0u);
     EXPECT_EQ(rounds.round.sample().engagements, 1u);
-    // As a grip that drops out and is told as not turned: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
+    // A jump as of a grip that drops out and is reported as not rotated: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
     driver.next.X_DH.R_AB = turned(angle_rad + 0.14, axis);
     rounds.Run(driver, 0.5 * kRound_s);
     if (!senses) {
@@ -477,14 +477,14 @@ TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
     rounds.Run(driver, 0.03);
     EXPECT_EQ(rounds.round.counts().leaps, 1u);
     EXPECT_EQ(rounds.round.sample().engagements, 2u);
-    EXPECT_EQ(glm::length(driver.told.f_D_N), 0);
+    EXPECT_EQ(glm::length(driver.reported.f_D_N), 0);
     EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
     EXPECT_EQ(rounds.round.counts().leaps, 1u);
   }
 }
 
 TEST(ServoRound, RefusesBoundsOutOfRange) {
-  ToldDriver driver(true);
+  ReportedDriver driver(true);
   for (const double bad : {0.9, 2e9, std::nan("")}) {
     ServoParams params;
     params.leap_rad_per_s = bad;

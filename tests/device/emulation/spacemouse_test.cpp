@@ -48,7 +48,7 @@ TEST(SpaceMouse, TellsHowFarTheCapIsPushed) {
     setup.model.Push({350, 175, -350, 0, 20, 350});
     const DriverSample sample = setup.Run(20);
     const double half = (0.5 - 0.06) / (1 - 0.06);
-    const std::array<double, 6> wanted = {1, 1, half, 0, -1, 0};  // right, up, towards the user, and about them
+    const std::array<double, 6> wanted = {1, 1, half, 0, -1, 0};  // right, up, towards the user; rotations about them
     for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(sample.deflection[i], wanted[i], 1e-12) << i;
     setup.model.Push({});
     EXPECT_EQ(setup.Run(20).deflection, (std::array<double, 6>{}));
@@ -73,7 +73,7 @@ TEST(SpaceMouse, AButtonIsToldAlsoToAHostThatWasAwayForLong) {
     EXPECT_EQ(sample.buttons, 0b10u);
     EXPECT_EQ(sample.deflection[0], 1);
   }
-  // One button after the other, more often than there is room: how it is in the end.
+  // Alternating buttons, more often than the queue can hold: the final state counts.
   Rig setup;
   for (std::uint32_t i = 0; i < 100; ++i) {
     setup.model.Press(i % 2 == 0 ? 0b100 : 0b1000);
@@ -109,7 +109,7 @@ TEST(SpaceMouse, ACapWhoseLastWordWasLostIsLetGoOf) {
   EXPECT_EQ(setup.Run(60).deflection[0], 0);
 }
 
-/// Tells once that its cap is pushed to the right, and nothing more; time goes by where somebody waits.
+/// Transport that reports once that the cap is pushed to the right; time advances only by waiting.
 class OneWord final : public UsbTransport {
  public:
   explicit OneWord(double& now_s) : now_s_(now_s) {}
@@ -121,11 +121,11 @@ class OneWord final : public UsbTransport {
     return {TransferEnd::kOk, static_cast<int>(data.size())};
   }
   Transfer Read(std::uint8_t /*endpoint*/, std::span<std::uint8_t> data, int timeout_ms) noexcept override {
-    if (told_) {
+    if (reported_) {
       now_s_ += 1e-3 * timeout_ms;
       return {TransferEnd::kTimeout, 0};
     }
-    told_ = true;
+    reported_ = true;
     constexpr std::array<std::uint8_t, 7> kPushed = {1, 0x5e, 0x01, 0, 0, 0, 0};
     std::copy(kPushed.begin(), kPushed.end(), data.begin());
     return {TransferEnd::kOk, static_cast<int>(kPushed.size())};
@@ -133,7 +133,7 @@ class OneWord final : public UsbTransport {
 
  private:
   double& now_s_;
-  bool told_ = false;
+  bool reported_ = false;
 };
 
 TEST(SpaceMouse, ACapThatIsSilentIsLetGoOfAfterTheTimeThatIsSaid) {
@@ -143,7 +143,7 @@ TEST(SpaceMouse, ACapThatIsSilentIsLetGoOfAfterTheTimeThatIsSaid) {
   DriverSample sample;
   ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
   ASSERT_EQ(sample.deflection[0], 1);
-  // Rounds begin at whole multiples of the period; one that takes longer costs those that it covers.
+  // Rounds begin at multiples of the period; a round that takes longer skips those that it covers.
   const double period_s = 1 / driver.traits().rate_hz;
   while (sample.deflection[0] != 0 && now_s < 10) {
     now_s = period_s * (std::floor(now_s / period_s + 1e-9) + 1);

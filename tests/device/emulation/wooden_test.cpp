@@ -1,5 +1,5 @@
-// The WoodenHaptics driver against its kinematics' closed forms, against a model of the device, and against all that
-// cables do.
+// The WoodenHaptics driver against closed forms of its kinematics, against a model of the device, and with faulty
+// cables.
 #include "device/devices/hid/wooden_driver.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The aluminium build of 2017: its upper arm is level and its forearm hangs at zero.
+/// The aluminium version of 2017: at zero its upper arm is level and its forearm hangs down.
 WoodenParams MakeAluminium() {
   WoodenParams params;
   params.base_mm = 111;
@@ -38,14 +38,14 @@ WoodenParams MakeAluminium() {
   return params;
 }
 
-/// The chain as rigid transforms, one joint after the other, in the makers' axes; then to frame D.
+/// The chain as rigid transforms, joint by joint, in the makers' axes; then converted to frame D.
 Vec3 CalcByTransforms(const WoodenParams& params, const Vec3& angles) {
   glm::dmat4 X(1.0);
   X = glm::rotate(X, angles.x, glm::dvec3(0, 0, 1));
   X = glm::translate(X, glm::dvec3(0, 0, params.base_mm));
   X = glm::rotate(X, angles.y, glm::dvec3(0, 1, 0));  // from upright towards the user
   X = glm::translate(X, glm::dvec3(0, 0, params.upper_arm_mm));
-  X = glm::rotate(X, -angles.y, glm::dvec3(0, 1, 0));  // the forearm's angle is against the world, by its parallelogram
+  X = glm::rotate(X, -angles.y, glm::dvec3(0, 1, 0));  // parallelogram: the forearm's angle is relative to the world
   X = glm::rotate(X, -angles.z, glm::dvec3(0, 1, 0));
   const glm::dvec4 tip = X * glm::dvec4(0, 0, -params.forearm_mm, 1);
   const Vec3 p = Vec3(tip) - params.middle_mm;
@@ -62,10 +62,10 @@ double CalcDistance(const Vec3& a, const Vec3& b) {
 }
 
 TEST(WoodenKinematics, ZeroPosesAreThoseOfTheMakers) {
-  // Wood: upper arm upright, forearm level towards the user: 245 mm out and 80 + 205 mm up, less the middle.
+  // Wood: upper arm upright, forearm level towards the user: 245 mm out and 80 + 205 mm up, minus the middle.
   const WoodenParams wood;
   EXPECT_LT(CalcDistance(CalcWoodenPosition(wood, CalcWoodenAngles(wood, {})), {0, 205, 25}), 1e-9);
-  // Aluminium: it stands in the very middle of its workspace.
+  // Aluminium: its zero pose is exactly the middle of its workspace.
   const WoodenParams aluminium = MakeAluminium();
   EXPECT_LT(CalcDistance(CalcWoodenPosition(aluminium, CalcWoodenAngles(aluminium, {})), Vec3{0}), 1e-9);
 }
@@ -75,7 +75,7 @@ TEST(WoodenKinematics, PositionIsThatOfAChainOfTransforms) {
   for (const WoodenParams& params : {WoodenParams{}, MakeAluminium()}) {
     for (int i = 0; i < 10'000; ++i) {
       const Vec3 angles = DrawAngles(random);
-      // Lengths of 1e3 mm at 1e-16 relative.
+      // Lengths of 1e3 mm with a relative error of 1e-16.
       ASSERT_LT(CalcDistance(CalcWoodenPosition(params, angles), CalcByTransforms(params, angles)), 1e-10);
     }
   }
@@ -125,7 +125,7 @@ TEST(WoodenKinematics, PowerOfTheMotorsIsThatOfTheHandle) {
     const Vec3 mA = CalcWoodenCurrents(params, angles, f_D_N);
     const auto columns = CalcWoodenJacobian(params, angles);
     const Vec3 v = columns[0] * rates.x + columns[1] * rates.y + columns[2] * rates.z;
-    double motors = 0;  // N mm/s: torque of each motor times its turning
+    double motors = 0;  // N mm/s: sum of each motor's torque times its speed
     for (int j = 0; j < 3; ++j) motors += 1e-3 * mA[j] * params.motor_Nmm_per_A[j] * params.gear[j] * rates[j];
     ASSERT_NEAR(motors, glm::dot(f_D_N, v), 1e-9 * (1 + glm::length(v)));
   }
@@ -142,11 +142,11 @@ TEST(WoodenKinematics, LimitedCurrentsKeepTheDirection) {
     const Vec3 mA = CalcWoodenCurrents(params, angles, f_D_N);
     for (int j = 0; j < 3; ++j) ASSERT_LE(std::abs(mA[j]), 3000 * (1 + 1e-12));
     const Vec3 made = CalcWoodenForce(params, angles, mA);
-    if (glm::length(made) == 0) continue;  // nearly stretched out
+    if (glm::length(made) == 0) continue;  // almost fully extended
     limited += glm::length(made) < 0.999 * glm::length(f_D_N) ? 1 : 0;
     const Vec3 unit = glm::normalize(f_D_N);
-    const double share = glm::dot(made, unit) / glm::length(made);
-    ASSERT_NEAR(share, 1, 1e-6);
+    const double fraction = glm::dot(made, unit) / glm::length(made);
+    ASSERT_NEAR(fraction, 1, 1e-6);
     ASSERT_LE(glm::length(made), glm::length(f_D_N) * (1 + 1e-9));
   }
   EXPECT_GT(limited, 1000);
@@ -193,16 +193,16 @@ TEST(WoodenReports, OfAMillionWithDamageFewWrongOnesComeThrough) {
     ++sent;
     const bool taken = filter.Judge(seen) == WoodenReportFilter::Verdict::kNew;
     good += taken && !flipped ? 1 : 0;
-    // A flip of the 8 upper bits is 256 counts or more: no hand, but for when reports before it were lost.
+    // A flip of one of the 8 upper bits is 256 counts or more: impossible for a hand, unless earlier reports were lost.
     wrong += taken && flipped && bit >= 8 ? 1 : 0;
   }
-  // Each damaged report may cost the one after it too: 2 of 100 are damaged.
+  // Each damaged report may also cost the next one: 2 of 100 are damaged.
   EXPECT_GT(good, 0.95 * sent);
-  // 5,000 were sent. After one loss 320 counts pass, after a flipped counter more: some in a hundred.
+  // 5,000 were sent. After one loss 320 counts are accepted, after a flipped counter more: a few percent.
   EXPECT_LT(wrong, 250);
 }
 
-// 31 rad/s, whatever the encoders: what is in doubt is what has gone further in a millisecond.
+// 31 rad/s for any encoder: a larger motion in one millisecond is rejected at first.
 TEST(WoodenReports, AHandsFastestMotionIsTheSameWithAnyEncoder) {
   using Verdict = WoodenReportFilter::Verdict;
   const Vec3 counts_per_turn{32000, 1000, -65534};
@@ -239,16 +239,16 @@ TEST(WoodenReports, DoubledAndOldOnesAreNoNews) {
   EXPECT_EQ(filter.Judge({{0, 0, 0}, 65534}), Verdict::kNew);
   EXPECT_EQ(filter.Judge({{1, 0, 0}, 65534}), Verdict::kOld);
   EXPECT_EQ(filter.Judge({{1, 0, 0}, 65535}), Verdict::kNew);
-  EXPECT_EQ(filter.Judge({{2, 0, 0}, 3}), Verdict::kNew);     // round, with 0, 1 and 2 lost
-  EXPECT_EQ(filter.Judge({{2, 0, 0}, 1}), Verdict::kBad);     // from before
+  EXPECT_EQ(filter.Judge({{2, 0, 0}, 3}), Verdict::kNew);     // wrapped around, with 0, 1 and 2 lost
+  EXPECT_EQ(filter.Judge({{2, 0, 0}, 1}), Verdict::kBad);     // an earlier one
   EXPECT_EQ(filter.Judge({{9000, 0, 0}, 4}), Verdict::kBad);  // a jump
-  EXPECT_EQ(filter.Judge({{3, 0, 0}, 4}), Verdict::kNew);     // it was damage
+  EXPECT_EQ(filter.Judge({{3, 0, 0}, 4}), Verdict::kNew);     // the jump was damage
   EXPECT_EQ(filter.Judge({{9000, 0, 0}, 5}), Verdict::kBad);  // a jump again
-  EXPECT_EQ(filter.Judge({{9001, 0, 0}, 6}), Verdict::kNew);  // that it insists on
+  EXPECT_EQ(filter.Judge({{9001, 0, 0}, 6}), Verdict::kNew);  // a jump that is repeated
 }
 
-struct Rig {
-  explicit Rig(const WoodenParams& params = {}) : model(hand, params) {
+struct WoodenRig {
+  explicit WoodenRig(const WoodenParams& params = {}) : model(hand, params) {
     bus.PlugIn(model);
     bus.Advance(0.001);
   }
@@ -263,7 +263,7 @@ struct Rig {
 };
 
 TEST(WoodenDriver, TellsWhereTheHandleIsAndMakesTheForce) {
-  Rig setup;
+  WoodenRig setup;
   ASSERT_TRUE(IsWoodenDevice(setup.bus.List().at(0)));
   const auto driver = setup.Open();
   driver->Start(nullptr);
@@ -279,10 +279,10 @@ TEST(WoodenDriver, TellsWhereTheHandleIsAndMakesTheForce) {
     command.f_D_N = 2.0 * Vec3(std::sin(0.01 * i), std::cos(0.013 * i), std::sin(0.007 * i));
     DriverSample sample;
     ASSERT_EQ(driver->Exchange(command, sample), RoundEnd::kSample) << i;
-    // Half a count of each joint at an arm of 245 mm at most: 0.5 * 245 * 2 pi / 24000 mm and less, summed.
+    // Half a count on each joint, at an arm of at most 245 mm: 0.5 * 245 * 2 pi / 24000 mm or less, summed.
     ASSERT_LT(CalcDistance(sample.X_DH.p_AB, p), 0.1) << i;
-    // The arm of some rounds ago: 0.6 mm of 100 mm of 3.5 N is 0.02 N. Currents of whole mA: 0.5 mA * 25.9 N mm/A * 16
-    // / 100 mm is 2e-3 N.
+    // The lever arm of a few rounds ago: 0.6 mm of 100 mm of 3.5 N is 0.02 N. Currents are integers in mA: 0.5 mA *
+    // 25.9 N mm/A * 16 / 100 mm is 2e-3 N.
     ASSERT_LT(CalcDistance(setup.hand.f_D_N(), command.f_D_N), 0.05) << i;
   }
   driver->Stop();
@@ -308,7 +308,7 @@ TEST(WoodenDriver, ARoundAsksForNoHeap) {
 }
 
 TEST(WoodenDriver, FirmwareCutsTheMotorsWhenTheHostIsSilent) {
-  Rig setup;
+  WoodenRig setup;
   const auto driver = setup.Open();
   driver->Start(nullptr);
   DriverSample sample;
@@ -324,7 +324,7 @@ TEST(WoodenDriver, FirmwareCutsTheMotorsWhenTheHostIsSilent) {
 }
 
 TEST(WoodenDriver, BadCommandsMakeNoForceOrAShorterOne) {
-  Rig setup;
+  WoodenRig setup;
   const auto driver = setup.Open();
   driver->Start(nullptr);
   DriverSample sample;
@@ -336,12 +336,12 @@ TEST(WoodenDriver, BadCommandsMakeNoForceOrAShorterOne) {
   driver->Exchange(command, sample);
   driver->Exchange(command, sample);
   EXPECT_LE(glm::length(setup.hand.f_D_N()), 5.01);
-  EXPECT_GT(setup.hand.f_D_N().z, 4.8);  // what 3 A make there
+  EXPECT_GT(setup.hand.f_D_N().z, 4.8);  // the force that 3 A make there
 }
 
 TEST(WoodenDriver, LivesWithAllThatCablesDo) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    Rig setup;
+    WoodenRig setup;
     const auto driver = setup.Open();
     driver->Start(nullptr);
     UsbFaults faults;
@@ -363,7 +363,7 @@ TEST(WoodenDriver, LivesWithAllThatCablesDo) {
       if (end != RoundEnd::kSample) continue;
       ++samples;
       ASSERT_TRUE(IsValid(sample.X_DH));
-      // A damaged byte that passes for a fast hand: at most what a hand can do in the reports since.
+      // A damaged byte that looks like a fast hand: at most the motion of a hand in the time since the last report.
       ASSERT_LT(glm::length(sample.X_DH.p_AB), 250) << "seed " << seed << " round " << i;
       for (int j = 0; j < 3; ++j) ASSERT_LE(std::abs(setup.model.currents_mA()[j]), 3000);
     }
@@ -381,7 +381,7 @@ TEST(WoodenDriver, LivesWithAllThatCablesDo) {
 }
 
 TEST(WoodenDriver, SaysWhenTheDeviceIsGoneOrSilent) {
-  Rig setup;
+  WoodenRig setup;
   const auto driver = setup.Open();
   driver->Start(nullptr);
   UsbFaults faults;
@@ -402,7 +402,7 @@ TEST(WoodenDriver, SaysWhenTheDeviceIsGoneOrSilent) {
   EXPECT_EQ(again->Exchange({}, sample), RoundEnd::kSample);
 }
 
-/// A gadget with mbed's numbers and reports of 32 bytes.
+/// A gadget with mbed's ids and reports of 32 bytes.
 class OtherGadget final : public UsbModel {
  public:
   OtherGadget() {
@@ -442,11 +442,11 @@ TEST(WoodenDriver, TurnsOtherGadgetsOfThatNumberAway) {
   ModelBus bus;
   bus.PlugIn(gadget);
   WoodenDriver driver(bus.Open(bus.List().at(0), 0).transport, {});
-  EXPECT_THAT(MessageOfStart(driver), HasSubstr("no WoodenHaptics"));
+  EXPECT_THAT(MessageOfStart(driver), HasSubstr("not a WoodenHaptics device"));
 }
 
 TEST(WoodenDriver, SaysWhenNoReportsCome) {
-  Rig setup;
+  WoodenRig setup;
   UsbFaults faults;
   faults.stalled = true;
   setup.bus.SetFaults(faults);
@@ -455,7 +455,7 @@ TEST(WoodenDriver, SaysWhenNoReportsCome) {
 }
 
 TEST(WoodenDriver, RefusesWhatIsNoArm) {
-  Rig setup;
+  WoodenRig setup;
   WoodenParams params;
   params.gear.y = 0;
   EXPECT_THROW(setup.Open(params), Error);
@@ -468,10 +468,10 @@ TEST(WoodenDriver, RefusesWhatIsNoArm) {
 }
 
 TEST(WoodenDriver, TakesThePoseAtTheStartForZeroWhenAskedTo) {
-  // The device was plugged in anywhere: the model's own zero is 10 degrees off on each joint.
+  // The device was plugged in in any pose: the model's own zero is off by 10 degrees on each joint.
   WoodenParams device;
   device.zero_deg += Vec3(10, -10, 10);
-  Rig setup(device);
+  WoodenRig setup(device);
   WoodenParams params;
   params.zero_at_start = true;
   const Vec3 zero = CalcWoodenPosition(params, kDegree * params.zero_deg);
@@ -481,7 +481,7 @@ TEST(WoodenDriver, TakesThePoseAtTheStartForZeroWhenAskedTo) {
   const auto driver = setup.Open(params);
   driver->Start(nullptr);
   EXPECT_THAT(driver->traits().homing,
-              HasSubstr("or when the session began; else unplug it, hold it so, and plug it in"));
+              HasSubstr("or when the session began; otherwise unplug it, hold it in that pose, and plug it in"));
   DriverSample sample;
   ASSERT_EQ(driver->Exchange({}, sample), RoundEnd::kSample);
   EXPECT_LT(CalcDistance(sample.X_DH.p_AB, zero), 0.1);

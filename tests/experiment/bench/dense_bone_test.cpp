@@ -1,18 +1,17 @@
-// The brute-force reference against solids with known volumes: it must stand on its own feet before anything is held
-// against it.
+// Tests of the brute-force reference against solids with known volumes, independently of the code that is compared with
+// it.
 #include "experiment/bench/dense_bone.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "kerf/error.h"
 #include "support/solids.h"
 
 namespace kerf {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 DenseBone MakeDenseBlock(double voxel_mm, double half_mm = 6) {
   const Bone block = test::MakeBox(Pose{}, Vec3(2 * half_mm), voxel_mm);
@@ -24,8 +23,8 @@ TEST(DenseBone, HoldsTheBonesOwnValues) {
   const DenseBone dense(block, Box3{Vec3(-4), Vec3(4)});
   EXPECT_EQ(dense.size(), (std::array<int, 3>{33, 33, 33}));
   EXPECT_EQ(dense.Compare(block).voxels, 0u);
-  // Occupancy of a half space is linear in where its face lies, so only the block's edges are off, by a part of h^2
-  // times their length of 60 mm.
+  // The occupancy of a half space is linear in the position of its face. Only the block's edges have an error, a
+  // fraction of h^2 times their length of 60 mm.
   EXPECT_NEAR(dense.CalcOccupancy_mm3(), 120, 60 * 0.25 * 0.25 / 4);
 }
 
@@ -40,10 +39,12 @@ TEST(DenseBone, BallOnAStraightWayTakesAwayACapsule) {
     to.p_AB = {0.9, -0.3, 0.4};
     dense.Cut(ball, from, to);
     const double length = glm::length(to.p_AB - from.p_AB);
-    const double capsule = kPi * 27 * 4 / 3 + kPi * 9 * length;
-    // Of a curved face occupancy is off by h^2/24 times the integral of the mean curvature sum (2/r over the ball, 1/r
-    // along the tube): 8 pi r + 2 pi length, with room for the sampling of the face by the grid.
-    EXPECT_NEAR(before - dense.CalcOccupancy_mm3(), capsule, h * h / 12 * (8 * kPi * 3 + 2 * kPi * length)) << h;
+    const double capsule = std::numbers::pi * 27 * 4 / 3 + std::numbers::pi * 9 * length;
+    // At a curved face the error of the occupancy is h^2/24 times the integral of the mean curvature sum (2/r over the
+    // ball, 1/r along the tube): 8 pi r + 2 pi length. The tolerance includes the sampling of the face by the grid.
+    EXPECT_NEAR(before - dense.CalcOccupancy_mm3(), capsule,
+                h * h / 12 * (8 * std::numbers::pi * 3 + 2 * std::numbers::pi * length))
+        << h;
   }
 }
 
@@ -60,9 +61,9 @@ TEST(DenseBone, DiscInItsOwnPlaneTakesAwayAStadium) {
   to.p_AB = from.Vector({1.1, -0.4, 0});
   dense.Cut(saw, from, to);
   const double length = glm::length(to.p_AB);
-  const double stadium = (kPi * 16 + 8 * length) * 1;
-  const double edges = 2 * (2 * kPi * 4 + 2 * length);
-  // The flats count exactly; at the two edges of the rim up to a quarter of a voxel's square is off.
+  const double stadium = (std::numbers::pi * 16 + 8 * length) * 1;
+  const double edges = 2 * (2 * std::numbers::pi * 4 + 2 * length);
+  // The flats are exact; at the two edges of the rim the error is up to a quarter of a voxel's square.
   EXPECT_NEAR(before - dense.CalcOccupancy_mm3(), stadium, edges * h * h / 4);
 }
 
@@ -96,7 +97,7 @@ TEST(DenseBone, DifferenceIsWhatWasCut) {
   dense.Cut(BallBurr{.diameter_mm = 4}, Pose{}, Pose{});
   const DenseDifference difference = dense.Compare(block);
   EXPECT_NEAR(difference.volume_mm3, before - dense.CalcOccupancy_mm3(), 1e-9);
-  EXPECT_NEAR(difference.max_phi_mm, 2 * block.band_mm(), 1e-6);  // from full bone to well outside
+  EXPECT_NEAR(difference.max_phi_mm, 2 * block.band_mm(), 1e-6);  // from solid bone to well outside
 }
 
 TEST(DenseBone, RefusesAnEmptyBoxAndAnotherGrid) {

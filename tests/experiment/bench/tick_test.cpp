@@ -1,5 +1,5 @@
-// The cases of `kerf bench tick` with few ticks: errors, hashes and the form of the reports. No times: those belong to
-// the machine.
+// Tests of the cases of `kerf bench tick` with few ticks: errors, hashes and the format of the reports. Times are not
+// checked because they depend on the machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ double Figure(const BenchResult& r, const char* what) {
   return figure ? figure->value : std::nan("");
 }
 
-/// What must hold of every cut.
+/// Checks the properties of every cut.
 void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
   EXPECT_EQ(r.times.count, static_cast<std::size_t>(ticks));
   EXPECT_LE(r.undisturbed.count, r.times.count);
@@ -40,12 +40,13 @@ void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
   EXPECT_EQ(r.note, "");
   EXPECT_NEAR(Figure(r, "feed of the tool"), feed_mm_per_s, 0.01 * feed_mm_per_s);
   EXPECT_EQ(Figure(r, "ticks at a limit"), 0);
-  // Occupancy counts plane walls exactly and the ball's floor to h^2 / (24 r) of depth or 0.05 mm in 2 mm at 0.3 mm.
+  // Occupancy is exact for plane walls. For the ball's floor its error is h^2 / (24 r) of depth, or 0.05 mm in 2 mm at
+  // 0.3 mm.
   if (r.Find("removed by occupancy less swept")) {
     EXPECT_NEAR(Figure(r, "removed by occupancy less swept"), 0, 0.5);
   }
   if (r.Find("removed against dense")) {
-    // The walls are let stand within a hundredth of a voxel; all else is float rounding.
+    // The walls may remain within a hundredth of a voxel; all other differences are float rounding.
     EXPECT_LE(Figure(r, "phi against dense at the surface, at most"), 0.011);
     EXPECT_NEAR(Figure(r, "removed against dense"), 0, 0.05);
   }
@@ -53,7 +54,7 @@ void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
 }
 
 TEST(BenchTick, DiscsRemoveWhatTheySweepAndWhatTheDenseReferenceDoes) {
-  // Long enough that the window of the dense reference is passed by the rim.
+  // Long enough for the rim to pass the window of the dense reference.
   ExpectGoodCut(RunCut(MakeDiscCut(0.2), FewTicks(400)), 400, 5);
   ExpectGoodCut(RunCut(MakeThickDiscCut(), FewTicks(300)), 300, 10);
 }
@@ -61,7 +62,7 @@ TEST(BenchTick, DiscsRemoveWhatTheySweepAndWhatTheDenseReferenceDoes) {
 TEST(BenchTick, ABuriedDiscCutsAtTheFeedThatItIsLed) {
   const BenchResult r = RunCut(MakeBuriedCut(), FewTicks(150));
   ExpectGoodCut(r, 150, 5);
-  // Half of the teeth, in front; the flats are in what they have not cut.
+  // Half of the teeth, in front; the flats are inside bone that they do not cut.
   EXPECT_GT(Figure(r, "removed"), 0);
 }
 
@@ -112,7 +113,7 @@ TEST(BenchTick, SameBoneFromRunToRunAndAtEveryVectorWidth) {
     EXPECT_EQ(RunCut(cut, FewTicks(60)).hash, hash) << target;
   }
   SetVectorTarget("");
-  EXPECT_NE(RunCut(cut, FewTicks(61)).hash, hash);  // a hash that tells a tick's difference
+  EXPECT_NE(RunCut(cut, FewTicks(61)).hash, hash);  // the hash detects a difference of one tick
 }
 
 TEST(BenchTick, MorePassesMeasureMoreTicks) {
@@ -129,13 +130,13 @@ TEST(BenchTick, FiveMillimetresAwayTheToolSleeps) {
 
 TEST(BenchTick, ToolThatDoesNotFollowIsSaid) {
   CutCase cut = MakeDiscCut(0.2);
-  cut.rpm = 0;           // it does not cut, and is stopped by the bone
-  cut.warm_up_mm = 1.2;  // a little after it has met it
+  cut.rpm = 0;           // it does not cut, and the bone stops it
+  cut.warm_up_mm = 1.2;  // shortly after first contact
   const BenchResult r = RunCut(cut, FewTicks(50));
   EXPECT_THAT(r.note, testing::StartsWith("the tool fed at "));
   TickReport report;
   report.results = {r};
-  EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre("disc-0.2: " + r.note));
+  EXPECT_THAT(FindTickWarnings(report), testing::ElementsAre("disc-0.2: " + r.note));
 }
 
 TEST(BenchTick, CasesAreChosenByName) {
@@ -160,7 +161,7 @@ TEST(BenchTick, CoreThatIsNotThereIsRefused) {
     RunCut(MakeBallCut(0.3, 10, false), options);
     FAIL();
   } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "this program can't be held to core 4000; choose one of those that it may use");
+    EXPECT_STREQ(e.what(), "can't pin this program to core 4000; choose a core that it is allowed to use");
   }
 }
 
@@ -227,7 +228,7 @@ TEST(TickReport, TablesSayWhatWasMissed) {
   EXPECT_THAT(markdown, testing::HasSubstr("| volume -0.250 %, by occupancy +0.125 % | `0000000000000abc` |"));
   EXPECT_THAT(markdown, testing::HasSubstr("times faster 200, at least 300 **missed**"));
   report.machine.load = 3;
-  EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
+  EXPECT_THAT(FindTickWarnings(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
 }
 
 TEST(Percentiles, AreTheNearestRanks) {

@@ -1,4 +1,4 @@
-// A comparison of a small block, from scene to files.
+// Tests of a complete comparison on a small block, from the scene to the output files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// A block on one side of the disc's middle, two materials, cut straight down.
+/// Block of two materials on one side of the disc's centre (x from 0 to 12 mm), cut straight down.
 constexpr char kScene[] = R"(
 [bone]
 model = "block"
@@ -71,11 +71,11 @@ std::string MessageOf(const Scene& scene, const CompareParams& params) {
 }
 
 TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
-  // hertz_constant_bite is the law of the slab's corrected reading, and down to 11 mm the block's half arc is the one
-  // that the slab counts teeth on. So the sums of the tooth forces agree. The first 0.5 mm and the layers' border are
-  // left out: the grid's edge there, and a slab's layer border is sharp. At 0.2 mm voxels the free edge in the disc's
-  // middle is rounded by up to 0.14 mm, of an arc of 3.4 mm and more; and of a kerf 1.25 voxels wide the
-  // corners reach into what teeth look at: 1 % more.
+  // hertz_constant_bite is the law of the slab's corrected reading. Down to 11 mm the block's half arc is the arc over
+  // which the slab counts teeth, so the sums of the tooth forces agree. The first 0.5 mm and the border between the
+  // layers are excluded, because the grid has an edge there and the slab's layer border is sharp. At 0.2 mm voxels the
+  // free edge in the disc's centre is rounded by up to 0.14 mm, on an arc of at least 3.4 mm. The kerf is 1.25 voxels
+  // wide, and its corners extend into the region that the teeth sample: 1 % more.
   const Comparison c = CompareScene(Parse(kSlab + "[force]\nlaw = \"hertz_constant_bite\"\n"), {{}, 0.1, 1}, {});
   ASSERT_EQ(c.cases.size(), 3u);
   const CaseResult& voxel = c.cases[0];
@@ -89,16 +89,16 @@ TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
     ++checked;
   }
   EXPECT_GT(checked, 30);
-  // The component against the cut: teeth spread evenly over the arc alpha = acos(1 - h/R) give sin(alpha) / alpha of
-  // their sum, here in one material down to 3 mm.
+  // The component along the cut: teeth spread evenly over the arc alpha = acos(1 - h/R) give sin(alpha) / alpha of
+  // their sum. Tested in one material, down to 3 mm.
   for (const std::size_t i : c.slice_bins) {
     const double h = c.grid.Centre(i);
     if (h < 0.5 || h > 2.6) continue;
     const double alpha = std::acos(1 - h / 11);
     EXPECT_NEAR(voxel.curve.force_N[i] / voxel.curve.thrust_N[i], std::sin(alpha) / alpha, 0.01) << "at " << h;
   }
-  // Work is the force's integral over the depth, in both modes: the ticks' own sums against the curves. Bins of 0.1 mm
-  // at the onset and past the last bin: 2 %.
+  // In both modes, work is the integral of the force over the depth. Compares the sums over the ticks with the curves.
+  // Tolerance 2 %, from bins of 0.1 mm at the onset and from the part beyond the last bin.
   double integral_mJ = 0;
   for (const double force : voxel.curve.force_N) integral_mJ += force * c.grid.step_mm;
   EXPECT_NEAR(integral_mJ / voxel.work_mJ, 1, 0.02);
@@ -152,7 +152,7 @@ TEST(Compare, ReferenceDiffersFromItselfByNothingAndRepetitionsAgree) {
 }
 
 TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
-  // Down, up again through the kerf, down once more: the curve is that of the first way down.
+  // Down, up again through the kerf, and down a second time: the curve uses only the first way down.
   const std::string more =
       "[[path.stroke]]\nend_mm = [0.0, 0.0, 10.0]\nfeed_mm_per_s = 12.0\nretract = false\n"
       "[[path.stroke]]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 12.0\nretract = false\n";
@@ -165,7 +165,7 @@ TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
 }
 
 TEST(Compare, StepInWhichTheSliceEndsCountsNowhere) {
-  // 6 mm in steps of 4: one lies within the slice, in the other it ends.
+  // A cut of 6 mm in bins of 4 mm: the first bin lies within the slice, and the slice ends inside the second one.
   std::string deep = kScene;
   const std::string end = "end_mm = [0.0, 0.0, 4.0]";
   deep.replace(deep.find(end), end.size(), "end_mm = [0.0, 0.0, -2.0]");
@@ -178,7 +178,7 @@ TEST(Compare, StepInWhichTheSliceEndsCountsNowhere) {
   thin.replace(thin.find("size_z_mm = 6.0"), 15, "size_z_mm = 3.8");
   EXPECT_THAT(
       MessageOf(ParseScene(thin + kSlab, "scene.toml"), {{}, 4, 1}),
-      testing::MatchesRegex("scene: the slice is 3.* mm long, less than a depth step of 4 mm; choose a smaller one"));
+      testing::MatchesRegex("scene: the slice is 3.* mm long, less than a depth step of 4 mm; choose a smaller step"));
 }
 
 TEST(Compare, TimesAreThoseOfTheFastestRepetition) {
@@ -196,12 +196,12 @@ TEST(Compare, ForceBelongsToTheMiddleOfTheTickInBothModes) {
   const CaseRun voxel = RunCase(cases[0], scene, bone, profile, {});
   const CaseRun slab = RunCase(cases[1], scene, bone, profile, {});
   ASSERT_EQ(voxel.samples.size(), slab.samples.size());
-  // Above the bone the slab's blade goes with the hand, 12 um a tick; the spring's first swing has died down.
+  // Above the bone the slab's blade follows the hand, 12 um a tick. The first oscillation of the spring has decayed.
   int checked = 0;
   for (std::size_t i = 0; i < slab.samples.size(); ++i) {
     const double depth_mm = -0.5 + 0.012 * (static_cast<double>(i) + 0.5);
     if (depth_mm < -0.25 || depth_mm > -0.05) continue;
-    EXPECT_NEAR(voxel.samples[i].depth_mm, depth_mm, 0.001);  // the profile's entry
+    EXPECT_NEAR(voxel.samples[i].depth_mm, depth_mm, 0.001);  // accuracy of the profile's entry depth
     EXPECT_NEAR(slab.samples[i].depth_mm, depth_mm, 0.001);
     ++checked;
   }
@@ -209,7 +209,7 @@ TEST(Compare, ForceBelongsToTheMiddleOfTheTickInBothModes) {
 }
 
 TEST(Compare, MemoryIsTheLargerOfTheBoneBeforeAndAfter) {
-  // Wide enough to have an inside, of which only cut voxels are stored one by one.
+  // Wide enough to have an interior. Only voxels of the interior that are cut are stored individually.
   std::string wide = kScene;
   wide.replace(wide.find("size_y_mm = 2.0"), 15, "size_y_mm = 12.0");
   const Scene scene = ParseScene(wide + kSlab, "scene.toml");
@@ -230,41 +230,40 @@ TEST(Compare, DoesNotWarnOfTheVoxelLawsInSlabMode) {
 TEST(Compare, WhatCannotBeComparedIsRefused) {
   EXPECT_EQ(MessageOf(Parse(), {}),
             "scene: to compare with slab mode the scene needs the cut direction; add [slab] with direction = [0, 0, "
-            "-1], the way of its first stroke, or another");
-  EXPECT_EQ(
-      MessageOf(Parse(kSlab + "segments_move = true\nhold = \"right\"\n"), {}),
-      "scene: [slab] hold = \"right\" leaves the blade where the path starts, and a comparison needs it in the hand; "
-      "set hold = \"slice\"");
+            "-1], the direction of its first stroke, or another");
+  EXPECT_EQ(MessageOf(Parse(kSlab + "segments_move = true\nhold = \"right\"\n"), {}),
+            "scene: [slab] hold = \"right\" leaves the blade where the path starts, but a comparison must move it "
+            "along the path; set hold = \"slice\"");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.001, 3}),
             "a depth step of 0.001 mm is out of range; valid range 0.005 to 5 mm");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, std::nan(""), 3}),
             "a depth step of nan mm is out of range; valid range 0.005 to 5 mm");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.05, 0}), "0 repetitions are out of range; valid range 1 to 100");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{"herz"}, 0.05, 1}),
-            "there is no force law \"herz\"; there are hertz_chip, hertz_constant_bite, edge_plus_chip");
-  EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw cuts nothing to compare");
+            "there is no force law \"herz\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip");
+  EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw makes no cut to compare");
   EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 1, 0]\n"), {}), HasSubstr("degrees out of the disc's plane"));
-  // Upwards: the path starts behind what would be cut.
+  // Cutting upwards: the path starts behind the bone to be cut.
   EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 0, 1]\n"), {{}, 0.05, 1}),
               HasSubstr("start it before the bone along the cut direction"));
-  // 0.05 mm deep.
+  // The cut is 0.05 mm deep.
   std::string shallow = kScene;
   const std::string end = "end_mm = [0.0, 0.0, 4.0]";
   shallow.replace(shallow.find(end), end.size(), "end_mm = [0.0, 0.0, 10.95]");
-  EXPECT_THAT(
-      MessageOf(ParseScene(shallow + kSlab, "scene.toml"), {{}, 0.05, 1}),
-      HasSubstr("goes less than 0.1 mm into the bone, too little to compare; let the path go into the bone along it"));
+  EXPECT_THAT(MessageOf(ParseScene(shallow + kSlab, "scene.toml"), {{}, 0.05, 1}),
+              HasSubstr("goes less than 0.1 mm into the bone, too little to compare; the path must go into the bone "
+                        "along this direction"));
 }
 
 TEST(Compare, HintOfADirectionIsOfUnitLength) {
   std::string scene = kScene;
   const std::string start = "start_mm = [0.0, 0.0, 11.5]";
   scene.replace(scene.find(start), start.size(), "start_mm = [-31.5, 0.0, 46.0]");
-  EXPECT_THAT(MessageOf(ParseScene(scene, "scene.toml"), {}), HasSubstr("direction = [0.6, 0, -0.8], the way"));
+  EXPECT_THAT(MessageOf(ParseScene(scene, "scene.toml"), {}), HasSubstr("direction = [0.6, 0, -0.8], the direction"));
 }
 
 TEST(Compare, PathThatEndsInsideTheSliceIsComparedAsFarAsItGoesAndSaysSo) {
-  // To 2 mm of 6.
+  // The path goes to 2 mm of the 6 mm.
   const Comparison c = CompareScene(
       ParseScene(std::string(kScene).replace(std::string(kScene).find("0.0, 4.0]"), 9, "0.0, 9.0]") + kSlab,
                  "scene.toml"),
@@ -329,7 +328,7 @@ TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
   }
   EXPECT_EQ(row, c.grid.count);
   for (std::size_t k = 0; k < c.cases.size(); ++k) {
-    // The rms again, from the table alone, which has six figures.
+    // Computes the rms again from the table, which has six significant figures.
     const double rms = std::sqrt(squares[k] / static_cast<double>(c.slice_bins.size()));
     EXPECT_NEAR(json["cases"][k]["slice"]["rms_difference_N"].get<double>(), rms, 1e-4);
     EXPECT_EQ(json["cases"][k]["memory_bytes"].get<std::uint64_t>(), c.cases[k].memory_bytes);
@@ -342,7 +341,7 @@ TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
 }
 
 TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
-  // A block with CT numbers: the lowest 1.2 mm of the cancellous 5 below the law's 100 HU.
+  // Block with CT numbers: in the lowest 1.2 mm of the 5 mm of cancellous bone they are below the law's 100 HU.
   fs::create_directories(folder_);
   BlockParams block;
   block.size_mm = {8, 2, 6};
@@ -365,7 +364,7 @@ TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
                                                 "GPa; [0-9.]+ % outside its range .100 to 3000 HU."));
   MaterialSummary material;
   MakeSceneBone(scene, {}, &material);
-  ASSERT_EQ(material.warnings.size(), 2u);  // the share outside the range; a law recalled rather than verified
+  ASSERT_EQ(material.warnings.size(), 2u);  // fraction outside the range; unverified law
   const std::string report = FormatCompareReport(c);
   EXPECT_THAT(report, HasSubstr("- Material: " + c.material + ".\n"));
   Comparison named = c;
@@ -377,13 +376,13 @@ TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
   EXPECT_THAT(escaped, testing::Not(HasSubstr("<b>")));
   EXPECT_THAT(escaped, testing::Not(HasSubstr("<i>")));
   const auto json = nlohmann::json::parse(FormatCompareJson(c));
-  const std::string kept = report.substr(report.find("To keep in mind:"), report.find("## Force and work"));
+  const std::string kept = report.substr(report.find("Caveats:"), report.find("## Force and work"));
   for (const std::string& warning : material.warnings) {
     EXPECT_THAT(c.warnings, testing::Contains(warning));
     EXPECT_THAT(kept, HasSubstr("- " + warning + "\n"));
     EXPECT_THAT(json["warnings"].get<std::vector<std::string>>(), testing::Contains(warning));
   }
-  // What each law is good for stands there too, the scene's own included, which has no other warning.
+  // The file also lists the accuracy of each law, including the scene's own law, which has no other warning.
   for (const CaseResult& result : c.cases) {
     if (result.what.slab) continue;
     const ForceLaw& law = result.what.law;
@@ -393,7 +392,7 @@ TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
   EXPECT_THAT(kept, HasSubstr("- slab: one tooth alone has the force of hertz_constant_bite: thrust 1/"));
   EXPECT_EQ(json["material"], nlohmann::json::parse(FormatMaterialJson(scene, material)));
   EXPECT_EQ(json["material"]["law"], "linear");
-  EXPECT_NEAR(json["material"]["share_below_range"].get<double>(), 1.2 / 5, 0.05);  // by CT voxels of 0.25 mm in 5 mm
+  EXPECT_NEAR(json["material"]["share_below_range"].get<double>(), 1.2 / 5, 0.05);  // CT voxels of 0.25 mm in 5 mm
   EXPECT_EQ(json["material"]["valid_HU"][0], 100);
   EXPECT_THAT(report, Not(HasSubstr(folder_)));
 }
@@ -416,7 +415,7 @@ TEST_F(CompareFiles, NeverReplaceAnInput) {
     FAIL();
   } catch (const Error& e) {
     EXPECT_THAT(e.what(),
-                HasSubstr("compare.csv: is an input and would be written over by " + folder_ + "/compare.csv"));
+                HasSubstr("compare.csv: is an input and would be overwritten by " + folder_ + "/compare.csv"));
   }
   scene.path.file = folder_ + "/path.csv";
   scene.material.ct_law_file = folder_ + "/report.md";
@@ -448,7 +447,7 @@ TEST_F(CompareFiles, ForcesFarApartAreDrawnLogarithmically) {
   EXPECT_TRUE(plot.y.log);
   EXPECT_LT(*plot.y.lower, 1);
   EXPECT_GT(*plot.y.upper, 50);
-  // The regions are the bands: 0 to 4 and 4 to 10 mm.
+  // The bands are the regions: 0 to 4 mm and 4 to 10 mm.
   ASSERT_EQ(plot.bands.size(), 2u);
   EXPECT_NEAR(plot.bands[0].x1, 4, 1e-9);
   EXPECT_NEAR(plot.bands[1].x1, 10, 1e-9);

@@ -1,4 +1,4 @@
-// The words of a report follow its numbers: made-up results, and what they must be said to mean.
+// Tests that the text of a report agrees with its numbers, on made-up results with known conclusions.
 #include "experiment/compare/conclusion.h"
 
 #include <gmock/gmock.h>
@@ -48,84 +48,84 @@ std::string ForceWords(const MadeUpCase& slab) {
 
 TEST(Conclusion, LargerAndSmallerAreTold) {
   const std::string more = ForceWords(Slab([](double) { return 12.0; }));
-  EXPECT_THAT(more, HasSubstr("**slab B** asks for 3.00 times the force of voxel A"));
+  EXPECT_THAT(more, HasSubstr("**slab B** requires 3.00 times the force of voxel A"));
   EXPECT_THAT(more, HasSubstr("12.0 N against 4.00 N, rms difference 8.00 N, which is 200 % of the reference's peak"));
-  EXPECT_THAT(more, HasSubstr("It is larger at every depth."));
+  EXPECT_THAT(more, HasSubstr("The force is larger at every depth."));
   const std::string less = ForceWords(Slab([](double) { return 1.0; }));
-  EXPECT_THAT(less, HasSubstr("**slab B** asks for 25.0 % of the force of voxel A"));
-  EXPECT_THAT(less, HasSubstr("It is smaller at every depth."));
+  EXPECT_THAT(less, HasSubstr("**slab B** requires 25.0 % of the force of voxel A"));
+  EXPECT_THAT(less, HasSubstr("The force is smaller at every depth."));
   EXPECT_THAT(less, Not(HasSubstr("larger at")));
 }
 
 TEST(Conclusion, DepthFromWhichItStaysLargerIsThatOfTheCurves) {
-  // 0 to 10 N over 10 mm against 4 N: they cross at 4 mm.
+  // 0 to 10 N over 10 mm against 4 N: the curves cross at 4 mm.
   const std::string up = ForceWords(Slab([](double h) { return h; }));
-  EXPECT_THAT(up,
-              HasSubstr("It is larger over 60 % of the depth and smaller over 40 %; from 4.00 mm on it stays larger"));
+  EXPECT_THAT(up, HasSubstr("The force is larger over 60 % of the depth and smaller over 40 %; beyond 4.00 mm it stays "
+                            "larger"));
   const std::string down = ForceWords(Slab([](double h) { return 10 - h; }));
-  EXPECT_THAT(down, HasSubstr("larger over 60 % of the depth and smaller over 40 %; from 6.00 mm on it stays smaller"));
+  EXPECT_THAT(down, HasSubstr("larger over 60 % of the depth and smaller over 40 %; beyond 6.00 mm it stays smaller"));
 }
 
 TEST(Conclusion, EqualDepthsAreNotSaidToBeLargerOrSmaller) {
-  // Nothing in either over the first and the last mm of 10: 80 of 100 depths differ, all of them the same way.
+  // Both forces are zero over the first and the last mm of 10: 80 of 100 depths differ, all with the same sign.
   const auto ends = [](double force_N) { return [force_N](double h) { return h < 1 || h > 9 ? 0.0 : force_N; }; };
   MadeUpCase reference = Reference();
   reference.force_N = ends(4);
   const auto words = [&](const std::function<double(double)>& force_N) {
     return AllOf(WriteConclusion(MakeUp({reference, Slab(force_N)})).force);
   };
-  EXPECT_THAT(words(ends(1)), HasSubstr("It is smaller wherever the two differ, at 80 of the 100 depths."));
-  EXPECT_THAT(words(ends(9)), HasSubstr("It is larger wherever the two differ, at 80 of the 100 depths."));
+  EXPECT_THAT(words(ends(1)), HasSubstr("The force is smaller wherever the two differ, at 80 of the 100 depths."));
+  EXPECT_THAT(words(ends(9)), HasSubstr("The force is larger wherever the two differ, at 80 of the 100 depths."));
   EXPECT_THAT(words(ends(9)), Not(HasSubstr("every depth")));
-  // Smaller over 1 to 3 mm, then larger to 9 mm.
+  // Smaller over 1 to 3 mm, then larger up to 9 mm.
   EXPECT_THAT(words([](double h) { return h < 1 || h > 9 ? 0.0
                                           : h < 3        ? 1.0
                                                          : 9.0; }),
-              HasSubstr("It is larger over 60 % of the depth and smaller over 20 %; from 3.00 mm on it is larger "
+              HasSubstr("The force is larger over 60 % of the depth and smaller over 20 %; beyond 3.00 mm it is larger "
                         "wherever the two differ."));
-  // A difference however small is one: the table shows it. One of 100 is 1 %, and 99 are not all.
+  // A difference counts as soon as the table shows it. One of 100 depths is 1 %, and 99 are not all.
   EXPECT_THAT(ForceWords(Slab([](double h) { return h < 0.1 ? 3.9999 : 9.0; })),
-              HasSubstr("It is larger over 99 % of the depth and smaller over 1 %; from 0.100 mm on it stays larger."));
-  // One that it does not show is none.
+              HasSubstr("The force is larger over 99 % of the depth and smaller over 1 %; beyond 0.100 mm it stays "
+                        "larger."));
+  // A difference that is too small for the table does not count.
   EXPECT_THAT(ForceWords(Slab([](double h) { return h < 0.1 ? 4.0000001 : 9.0; })),
-              HasSubstr("It is larger wherever the two differ, at 99 of the 100 depths."));
+              HasSubstr("The force is larger wherever the two differ, at 99 of the 100 depths."));
 }
 
 TEST(Conclusion, SlabsForcePastTheSliceIsItsSpringLettingGo) {
-  // 27.5 N at the end, less every 0.1 mm, nothing from 10.3 mm on; the spring is of 100 N/mm.
+  // 27.5 N at the end of the slice, less every 0.1 mm, zero from 10.3 mm on. The spring's stiffness is 100 N/mm.
   MadeUpCase slab = Slab([](double) { return 27.5; });
   slab.beyond_N = [](double h) { return h < 10.1 ? 18.0 : h < 10.2 ? 9.0 : h < 10.3 ? 0.6 : 0.0; };
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).beyond); };
-  EXPECT_EQ(
-      words(),
-      "The 1.38 N that slab B shows there on average are no cutting, since the slice is free: they are the hand's "
-      "spring of 100 N/mm, which bore 27.5 N as the slice came free and lets go of it within 0.300 mm (to below "
-      "1 %).\n");
+  EXPECT_EQ(words(),
+            "The mean of 1.38 N that slab B shows there is not a cutting force, since the slice is free: it comes from "
+            "the hand's spring of 100 N/mm, which bore 27.5 N as the slice came free and released it within 0.300 mm "
+            "(to below 1 %).\n");
   slab.beyond_N = [](double h) { return h < 10.2 ? 9.0 : 0.2; };
   EXPECT_THAT(words(), HasSubstr("within 0.200 mm (to below 1 %)"));
   slab.beyond_N = [](double) { return 5.0; };
-  EXPECT_THAT(words(), HasSubstr("and still bears 5.00 N at the last depth."));
+  EXPECT_THAT(words(), HasSubstr("and still bore 5.00 N at the last depth."));
   slab.beyond_N = [](double) { return -1e-9; };
   EXPECT_EQ(words(), "");
-  // The reference's is bone beside the disc.
+  // In the reference case, this force comes from bone next to the disc.
   MadeUpCase reference = Reference();
   reference.beyond_N = [](double) { return 0.5; };
   EXPECT_EQ(AllOf(WriteConclusion(MakeUp({reference, slab})).beyond),
-            "There the slice is free, and the disc of voxel A still has bone beside its round rim: 0.500 N on "
+            "There the slice is free, and the disc of voxel A still has bone next to its round rim: 0.500 N on "
             "average.\n");
 }
 
 TEST(Conclusion, FurthestApartNamesDepthForcesAndTeeth) {
   MadeUpCase slab = Slab([](double h) { return h > 7 && h < 7.1 ? 20.0 : 5.0; });
   slab.teeth = [](double) { return 8.0; };
-  EXPECT_THAT(ForceWords(slab), HasSubstr("They are furthest apart at 7.05 mm: 20.0 N (8.00 teeth of 2.50 N each) "
-                                          "against 4.00 N (2.00 teeth of 2.00 N each)"));
+  EXPECT_THAT(ForceWords(slab), HasSubstr("The difference is largest at 7.05 mm: 20.0 N (8.00 teeth at 2.50 N each) "
+                                          "against 4.00 N (2.00 teeth at 2.00 N each)"));
 }
 
 TEST(Conclusion, AgreementIsSaidOnlyWithinTwoPercent) {
   EXPECT_THAT(ForceWords(Slab([](double) { return 4.06; })), HasSubstr("**slab B** agrees with voxel A"));
   EXPECT_THAT(ForceWords(Slab([](double) { return 4.1; })), Not(HasSubstr("agrees")));
-  // The same mean, far apart at each depth.
+  // The same mean, with large differences at each depth.
   EXPECT_THAT(ForceWords(Slab([](double h) { return h < 5 ? 2.0 : 6.0; })), Not(HasSubstr("agrees")));
 }
 
@@ -134,25 +134,25 @@ TEST(Conclusion, SlabStandsInOnlyWithinTenPercent) {
       ForceWords(Slab([](double) { return 4.3; })),
       HasSubstr(
           "**In short:** slab mode can stand in for voxel A on this cut: slab B gives 1.08 times the mean force of "
-          "voxel A (4.30 N against 4.00 N; rms difference 0.300 N), at 1/200 of the time for a tick."));
+          "voxel A (4.30 N against 4.00 N; rms difference 0.300 N), in 1/200 of the time per tick."));
   const std::string off = ForceWords(Slab([](double) { return 6.0; }));
   EXPECT_THAT(
       off, HasSubstr("**In short:** slab mode does not stand in for voxel A on this cut: slab B gives 1.50 times the "
                      "mean force of voxel A (6.00 N against 4.00 N; rms difference 2.00 N)"));
-  // Nothing is said of a cause that was not measured.
+  // The report names no cause that was not measured.
   EXPECT_THAT(off, Not(HasSubstr("The cause")));
-  // The nearest of two, whichever comes first.
+  // The nearest of two slabs is reported, whatever their order.
   MadeUpCase other = Slab([](double) { return 4.2; });
   other.label = "slab C";
   EXPECT_THAT(AllOf(WriteConclusion(MakeUp({Reference(), Slab([](double) { return 9.0; }), other})).force),
               HasSubstr("slab C gives 1.05 times the mean force"));
-  // A slab that is slower is not said to be faster.
+  // The report does not call a slower slab faster.
   MadeUpCase slow = Slab([](double) { return 4.1; });
   slow.p50_us = 250;
-  EXPECT_THAT(ForceWords(slow), HasSubstr("at 2.50 times the time for a tick"));
+  EXPECT_THAT(ForceWords(slow), HasSubstr("in 2.50 times the time per tick"));
 }
 
-// A slab of 1.2 % of the force: with the slab's law voxel mode gives 1 %, so the slab itself adds a fifth.
+// A slab with 1.2 % of the force. With the slab's law, voxel mode gives 1 %, so the slab itself adds a fifth.
 TEST(Conclusion, ASlabIsNotBlamedForTheLawOfItsTeeth) {
   MadeUpCase equal = Reference();
   equal.label = "voxel hertz_constant_bite";
@@ -165,23 +165,24 @@ TEST(Conclusion, ASlabIsNotBlamedForTheLawOfItsTeeth) {
   EXPECT_THAT(law,
               HasSubstr("slab B gives 1.20 % of the mean force of voxel A (0.0480 N against 4.00 N; rms difference "
                         "3.95 N)"));
-  EXPECT_THAT(law, HasSubstr("The cause is the tooth's law more than the slab: with the slab's law voxel mode gives "
-                             "1.00 % of the mean force of voxel A; at equal law slab B gives 1.20 times the mean force "
-                             "of voxel hertz_constant_bite (0.0480 N against 0.0400 N)."));
+  EXPECT_THAT(law, HasSubstr("The cause is the tooth law more than the slab: with the slab's law, voxel mode gives "
+                             "1.00 % of the mean force of voxel A; at equal law, slab B gives 1.20 times the mean "
+                             "force of voxel hertz_constant_bite (0.0480 N against 0.0400 N)."));
   EXPECT_THAT(law, Not(HasSubstr("peak")));
   const std::string slab = in_short(3, 12);
   EXPECT_THAT(slab,
-              HasSubstr("The cause is the slab more than the tooth's law: at equal law slab B gives 4.00 times "
-                        "the mean force of voxel hertz_constant_bite (12.0 N against 3.00 N); with the slab's law "
+              HasSubstr("The cause is the slab more than the tooth law: at equal law, slab B gives 4.00 times "
+                        "the mean force of voxel hertz_constant_bite (12.0 N against 3.00 N); with the slab's law, "
                         "voxel mode gives 75.0 % of the mean force of voxel A."));
-  // The reference has the slab's law itself.
+  // The reference itself uses the slab's law.
   MadeUpCase reference = Reference();
   reference.law = "hertz_constant_bite";
   EXPECT_THAT(WriteConclusion(MakeUp({reference, Slab([](double) { return 12.0; })})).force.front(),
-              HasSubstr("The cause is the slab: at equal law slab B gives 3.00 times the mean force of voxel A"));
+              HasSubstr("The cause is the slab: at equal law, slab B gives 3.00 times the mean force of voxel A"));
 }
 
-// Of two slabs the one that is nearest at equal law, not the one whose faults happen to cancel those of the law.
+// Of two slabs, the report chooses the one that is nearest at equal law. It does not choose the one whose errors happen
+// to cancel those of the law.
 TEST(Conclusion, TheNearestSlabIsThatAtEqualLaw) {
   MadeUpCase equal = Reference();
   equal.label = "voxel hertz_constant_bite";
@@ -194,14 +195,16 @@ TEST(Conclusion, TheNearestSlabIsThatAtEqualLaw) {
 }
 
 TEST(Conclusion, TeethThatReinforceEachOtherAreNoticed) {
-  // n^3 F_1 with n growing from 1 to 3: a tooth bears 1 N, then 9 N.
+  // n^3 F_1 with n growing from 1 to 3: a tooth bears 1 N at first and 9 N at the end.
   MadeUpCase cubed = Slab([](double h) { return h < 3 ? 1.0 : h < 6 ? 8.0 : 27.0; });
   cubed.teeth = [](double h) { return h < 3 ? 1.0 : h < 6 ? 2.0 : 3.0; };
-  EXPECT_THAT(ForceWords(cubed), HasSubstr("In it a tooth bears more the more are engaged: 1.00 N at 0.0500 mm with "
-                                           "1.00, 9.00 N at 6.05 mm with 3.00"));
+  EXPECT_THAT(
+      ForceWords(cubed),
+      HasSubstr("Here the force on a tooth increases with the number of engaged teeth: 1.00 N at 0.0500 mm with "
+                "1.00 teeth, 9.00 N at 6.05 mm with 3.00"));
   MadeUpCase summed = Slab([](double h) { return h < 3 ? 1.0 : h < 6 ? 2.0 : 3.0; });
   summed.teeth = cubed.teeth;
-  EXPECT_THAT(ForceWords(summed), Not(HasSubstr("bears more")));
+  EXPECT_THAT(ForceWords(summed), Not(HasSubstr("increases with the number of engaged teeth")));
 }
 
 TEST(Conclusion, NearestPairIsThatWithTheSmallestRms) {
@@ -210,8 +213,8 @@ TEST(Conclusion, NearestPairIsThatWithTheSmallestRms) {
   voxel.force_N = [](double) { return 9.0; };
   const Comparison c = MakeUp({Reference(), voxel, Slab([](double) { return 10.0; })});
   EXPECT_THAT(AllOf(WriteConclusion(c).force),
-              HasSubstr("Of all cases voxel C and slab B are nearest to each other: rms 1.00 N, 10.0 % of the larger "
-                        "one's peak of 10.0 N."));
+              HasSubstr("Of all cases, voxel C and slab B are closest to each other: rms difference 1.00 N, 10.0 % of "
+                        "the larger peak, 10.0 N."));
 }
 
 TEST(Conclusion, RegionsAndTissuesAreNamedByTheirDifferences) {
@@ -226,14 +229,13 @@ TEST(Conclusion, RegionsAndTissuesAreNamedByTheirDifferences) {
                                      "upper"));
 }
 
-TEST(Conclusion, LayersAreSaidToBeNamedByTheLargestShare) {
+TEST(Conclusion, LayersAreSaidToBeNamedByTheLargestFraction) {
   Comparison c = MakeUp({Reference(), Slab([](double h) { return h < 4 ? 5.0 : 6.0; })});
   const std::string named =
-      "A layer is named for the region with the largest share of its area, and its E is the mean over the whole area";
-  EXPECT_EQ(WriteConclusion(c).regions.front(),
-            named +
-                "; so one named cancellous that has cortical walls is stiffer than its name says (here lower 1.00 "
-                "GPa).");
+      "A layer is named after the region with the largest share of its area, and its E is the mean over the whole area";
+  EXPECT_EQ(
+      WriteConclusion(c).regions.front(),
+      named + "; so a cancellous layer with cortical walls is stiffer than its name suggests (here lower 1.00 GPa).");
   c.regions[1].E_MPa = 11'140;
   EXPECT_THAT(WriteConclusion(c).regions.front(), HasSubstr("(here lower 11.1 GPa)"));
   c.regions[1].tissue = "cortical";
@@ -247,23 +249,23 @@ TEST(Conclusion, CostIsTheRatioOfWhatWasMeasured) {
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).cost); };
   EXPECT_THAT(words(), HasSubstr("A tick of **slab B** takes 0.500 us (p50; p99 0.600 us) against 100 us (p99 200 us), "
                                  "200 times less; it works on 2.00 kB against 1.00 MB, 500 times less."));
-  EXPECT_THAT(words(), HasSubstr("Between the 2 repetitions p50 differed by up to 5.00 %"));
+  EXPECT_THAT(words(), HasSubstr("Between the 2 repetitions, p50 differed by up to 5.00 %"));
   slab.p50_us = 300;
   slab.memory_bytes = 4'000'000;
   EXPECT_THAT(words(), HasSubstr("3.00 times more; it works on 4.00 MB against 1.00 MB, 4.00 times more."));
   slab.p50_us = 105;
   slab.memory_bytes = 1'000'000;
-  EXPECT_THAT(words(), HasSubstr("slab B costs the same as voxel A, to 10 % of time for a tick and memory."));
+  EXPECT_THAT(words(), HasSubstr("slab B costs the same as voxel A, to within 10 %, in time per tick and in memory."));
 }
 
 TEST(Conclusion, DeadlineIsHeldOrMissedByP99) {
   MadeUpCase reference = Reference();
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({reference, Slab([](double) { return 4.0; })})).cost); };
-  EXPECT_THAT(words(), HasSubstr("a tick has 1000 us; 99 % of the ticks kept to that: voxel A and slab B in every "
+  EXPECT_THAT(words(), HasSubstr("a tick may take 1000 us; cases whose p99 met this limit: voxel A and slab B in every "
                                  "repetition"));
   reference.p99_us = 1500;
   EXPECT_THAT(words(), HasSubstr("slab B in every repetition; voxel A in none"));
-  reference.p99_us = 980;  // the second repetition takes 5 % more
+  reference.p99_us = 980;  // the second repetition takes 5 % longer
   EXPECT_THAT(words(), HasSubstr("slab B in every repetition; voxel A in some repetitions only"));
 }
 
@@ -311,7 +313,7 @@ TEST(ShowFigure, HasThreeFiguresAndNoExponent) {
   EXPECT_EQ(ShowFigure(-12345.6), "-12346");
   EXPECT_EQ(ShowFigure(0), "0");
   EXPECT_EQ(ShowFigure(1e-12), "0");
-  EXPECT_EQ(ShowFigure(std::nan("")), "no number");
+  EXPECT_EQ(ShowFigure(std::nan("")), "not a number");
   EXPECT_EQ(ShowTime(0.3), "0.300 us");
   EXPECT_EQ(ShowTime(12345), "12.3 ms");
   EXPECT_EQ(ShowMemory(121e6), "121 MB");

@@ -1,9 +1,10 @@
-// Resampling and differences against closed forms.
+// Tests of resampling and of differences against closed forms.
 #include "experiment/compare/depth_curve.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "experiment/compare/difference.h"
@@ -11,9 +12,8 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
-/// `per_mm` samples a mm of a function of the depth, from `from_mm` to `to_mm`, each in the middle of its tick.
+/// Samples `force`, a function of the depth, `per_mm` times per mm from `from_mm` to `to_mm`. Each sample is taken in
+/// the middle of its tick.
 template <typename F>
 std::vector<DepthSample> Sample(F force, double from_mm, double to_mm, int per_mm) {
   std::vector<DepthSample> samples;
@@ -37,7 +37,7 @@ TEST(DepthCurve, BinOfALinearForceIsItsMiddle) {
   ASSERT_EQ(curve.reach, 50u);
   EXPECT_EQ(curve.interpolated, 0u);
   for (std::size_t i = 0; i < grid.count; ++i) {
-    // 20 samples placed evenly about the middle: exact but for rounding.
+    // 20 samples placed evenly about the middle: exact except for rounding.
     EXPECT_NEAR(curve.force_N[i], 3 * grid.Centre(i) + 1, 1e-12);
     EXPECT_NEAR(curve.magnitude_N[i], 2 * curve.force_N[i], 1e-12);
     EXPECT_NEAR(curve.thrust_N[i], 3 * curve.force_N[i], 1e-12);
@@ -46,7 +46,8 @@ TEST(DepthCurve, BinOfALinearForceIsItsMiddle) {
 }
 
 TEST(DepthCurve, MeanOfABinIsTheIntegralOverIt) {
-  // sin over a bin [a, b]: (cos a - cos b) / (b - a). The midpoint rule with 100 samples a bin: error (0.1/100)^2 / 24.
+  // Mean of sin over a bin [a, b]: (cos a - cos b) / (b - a). Midpoint rule with 100 samples a bin: error (0.1/100)^2 /
+  // 24.
   const DepthGrid grid{0.1, 60};
   const DepthCurve curve = CalcDepthCurve(Sample([](double h) { return std::sin(h); }, 0, 6, 1000), grid);
   for (std::size_t i = 0; i < grid.count; ++i) {
@@ -56,7 +57,7 @@ TEST(DepthCurve, MeanOfABinIsTheIntegralOverIt) {
 }
 
 TEST(DepthCurve, BinsPassedBetweenTwoTicksAreInterpolatedAndCounted) {
-  // A tick each 0.5 mm on bins of 0.1 mm: four of five bins have none. A linear force comes out exact.
+  // One tick per 0.5 mm on bins of 0.1 mm: four of five bins contain no tick. A linear force is interpolated exactly.
   const DepthGrid grid{0.1, 30};
   std::vector<DepthSample> samples;
   for (int i = 0; i < 6; ++i) {
@@ -78,7 +79,7 @@ TEST(DepthCurve, SamplesOutsideTheGridAreLeftOut) {
 }
 
 TEST(DepthCurve, OnlyWhatGoesDeeperThanBeforeCounts) {
-  // Down to 3, back to 1, down to 4: the second way through 1..3 is through the kerf.
+  // Down to 3, back to 1, down to 4: the second pass from 1 to 3 runs through the kerf.
   std::vector<DepthSample> samples;
   for (const double depth : {1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0, 4.0}) samples.push_back({depth, depth, 0, 0, 0});
   const std::vector<DepthSample> advance = TakeAdvance(samples);
@@ -88,10 +89,11 @@ TEST(DepthCurve, OnlyWhatGoesDeeperThanBeforeCounts) {
 }
 
 TEST(Difference, OfASineFromZeroIsItsRootMeanSquareAndAmplitude) {
-  // Whole periods: rms A / sqrt(2). Peak A at a quarter period. Bins of 1/1000 of the period: both to 1e-5 of A.
+  // Whole periods: rms A / sqrt(2), peak A at a quarter period. With bins of 1/1000 of the period both agree to 1e-5 of
+  // A.
   const DepthGrid grid{0.002, 3000};
   std::vector<double> sine, zero(grid.count, 0);
-  for (std::size_t i = 0; i < grid.count; ++i) sine.push_back(5 * std::sin(kPi * grid.Centre(i)));
+  for (std::size_t i = 0; i < grid.count; ++i) sine.push_back(5 * std::sin(std::numbers::pi * grid.Centre(i)));
   const Difference d = CalcDifference(sine, zero, AllBins(grid), grid.step_mm);
   EXPECT_EQ(d.bins, 3000u);
   EXPECT_NEAR(d.rms_N, 5 / std::sqrt(2.0), 5e-5);
@@ -101,8 +103,9 @@ TEST(Difference, OfASineFromZeroIsItsRootMeanSquareAndAmplitude) {
 }
 
 TEST(Difference, OfTwoParabolasIsThatOfTheirClosedForm) {
-  // h^2 and 2 h^2 - 3 over 0..3: difference 3 - h^2; mean square = integral (3 - h^2)^2 / 3 = 9 - 18 + 81/5 = 7.2;
-  // furthest apart at the end: -6. Bins of 0.001 mm: midpoint rule to 1e-6, the end to half a bin's slope, 0.003.
+  // h^2 and 2 h^2 - 3 over 0..3: difference 3 - h^2; mean square = integral (3 - h^2)^2 / 3 = 9 - 18 + 81/5 = 7.2. The
+  // largest difference is at the end: -6. With bins of 0.001 mm the midpoint rule is within 1e-6, and the value at the
+  // end is within the slope times half a bin, 0.003.
   const DepthGrid grid{0.001, 3000};
   std::vector<double> a, b;
   for (std::size_t i = 0; i < grid.count; ++i) {

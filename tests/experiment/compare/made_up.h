@@ -1,4 +1,4 @@
-// Results of a comparison made up, so that what follows from them is known.
+// Made-up results of a comparison, for tests of conclusions that are known in advance.
 #pragma once
 
 #include <functional>
@@ -8,13 +8,13 @@
 
 namespace kerf::test {
 
-/// What a made-up case gives at each depth.
+/// Values of a made-up case at each depth.
 struct MadeUpCase {
   std::string label;
   bool slab = false;
-  std::string law = "hertz_chip";  // voxel only
+  std::string law = "hertz_chip";  // only in voxel mode
   std::function<double(double h_mm)> force_N;
-  std::function<double(double h_mm)> beyond_N = [](double) { return 0.0; };  // past the slice's end
+  std::function<double(double h_mm)> beyond_N = [](double) { return 0.0; };  // past the end of the slice
   std::function<double(double h_mm)> teeth = [](double) { return 2.0; };
   double p50_us = 100;
   double p99_us = 200;
@@ -22,8 +22,8 @@ struct MadeUpCase {
   double work_mJ = 50;
 };
 
-/// A slice of 10 mm in steps of 0.1 mm: region 24 (cortical) down to 4 mm, 32 (cancellous) below; 2 mm beyond it. At
-/// 1000 ticks a second, two repetitions.
+/// Returns a comparison over a slice of 10 mm in steps of 0.1 mm: region 24 (cortical) down to 4 mm, 32 (cancellous)
+/// below it, and 2 mm beyond the slice. 1000 ticks per second, two repetitions.
 inline Comparison MakeUp(const std::vector<MadeUpCase>& cases) {
   Comparison c;
   c.scene = "made_up";

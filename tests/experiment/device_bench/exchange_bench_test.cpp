@@ -1,4 +1,4 @@
-// The measuring of exchanges: counts and hashes, never times.
+// Tests of the benchmark of device exchanges. They check counts and hashes, not times.
 #include "experiment/device_bench/exchange_bench.h"
 
 #include <gmock/gmock.h>
@@ -37,7 +37,7 @@ TEST(ExchangeBench, ModelsAnswerEachRoundTheSameEachTime) {
   EXPECT_NE(BenchModels(options)[0].hash, first[0].hash);
 }
 
-/// One that is plugged in, but within the process.
+/// The device is a model on an in-process bus.
 TEST(ExchangeBench, WhatIsPluggedInGetsNoForce) {
   HeldMechanism held;
   FalconModelOptions falcon_options;
@@ -55,7 +55,7 @@ TEST(ExchangeBench, WhatIsPluggedInGetsNoForce) {
   EXPECT_EQ(times.samples, 50U);
   EXPECT_EQ(held.f_D_N(), Vec3(0));
   EXPECT_EQ(falcon.last_command().motors, (std::array<int, 3>{}));
-  // One that is not there any more is told, not thrown.
+  // A device that can no longer be opened is reported as a failure, without an exception.
   bus.SetProblem(UsbProblem::kBusy);
   EXPECT_THAT(BenchDevice(bus, found, {}, options).failure, HasSubstr("can't be opened"));
 }

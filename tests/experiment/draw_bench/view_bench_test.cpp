@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Times are not asserted: only that each was taken, and that the cut is the same cut each time.
+// Checks that each time was measured and that the cut is the same each time. The values of the times are not checked.
 TEST(ViewBench, MeasuresEachFigureOnASmallBone) {
   ViewBenchOptions options;
   options.voxel_mm = 0.5;

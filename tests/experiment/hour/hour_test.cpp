@@ -1,4 +1,4 @@
-// The short form of the hour: memory flat, force at rest nothing, sums exact. `kerf bench hour` is the long one.
+// Short form of the one-hour test: constant memory, zero force at rest, exact sums. `kerf bench hour` is the long form.
 #include "experiment/hour/hour.h"
 
 #include <gmock/gmock.h>
@@ -32,31 +32,32 @@ TEST_F(HourTest, AMinuteOfSawingLeavesNoTrace) {
   EXPECT_EQ(hour.loop.end, LoopEnd::kAsked);
   EXPECT_EQ(hour.loop.counts.ticks, 75'000U);
   const HourMinute worst = hour.CalcWorst();
-  // It works: most ticks cut, and there are pauses.
+  // The session works: most ticks cut, and there are pauses.
   EXPECT_GT(worst.cutting_share, 0.7);
   EXPECT_GT(worst.teeth, 1);
   EXPECT_GT(worst.rest_ticks, 2000U);
   EXPECT_GT(worst.removed_mm3, 30);
-  // Clear in the air nothing pushes, from the first pause to the last.
+  // In free air the force is zero, from the first pause to the last.
   EXPECT_EQ(worst.rest_hand_N, 0);
   EXPECT_EQ(worst.rest_device_N, 0);
-  // By rows alone 70'000 ticks would add 15 MB. Of the heap, as what is resident moves with the system's pages too.
+  // Rows alone would add 15 MB in 70'000 ticks. The heap is checked because resident memory also varies with the
+  // system's pages.
   EXPECT_LT(hour.CalcHeapGrowth_MB(), 0.25);
-  // And of the leaves that are cut into, 2 kB each: less than all 64 x 22 x 6 that the block has.
+  // The heap also grows by the leaves that are cut into, 2 kB each: fewer than the 64 x 22 x 6 leaves of the block.
   EXPECT_GT(hour.minutes[1].heap_MB, hour.minutes[1].bone_MB);
   EXPECT_LT(hour.minutes.back().heap_MB - hour.minutes[1].heap_MB, 1);
-  // Sums of some 1e5 parts of a bone of 27,200 mm3, each to 1e-16 of it.
+  // Sums of about 1e5 parts of a bone of 27,200 mm3, each with a rounding error of 1e-16 of that volume.
   EXPECT_LT(std::abs(worst.removed_error_mm3), 1e-16 * 75'000 * hour.volume_before_mm3);
-  // Its edges and corners are chamfered in their voxels: up to half a voxel squared along 576 mm.
+  // The block's edges and corners are chamfered within their voxels: up to half a voxel squared along 576 mm.
   EXPECT_NEAR(hour.volume_before_mm3, 100 * 34 * 8, 576 * 0.5 * 0.2 * 0.2);
-  // By occupancy of voxels a kerf of two voxels is some percent off, in its first corners more.
+  // The volume by occupancy of a kerf two voxels wide is a few percent off, and more in its first corners.
   const HourMinute& last = hour.minutes.back();
   EXPECT_NEAR(last.removed_by_ticks_mm3 / last.removed_mm3, 1, 0.05);
   EXPECT_GT(worst.energy_J, 1e-3);
-  // The solver leaves forces out of balance by 1e-8 of those in play, which may be many times those that do work.
+  // The solver leaves an imbalance of 1e-8 of the forces involved. These may be many times the forces that do work.
   EXPECT_LT(std::abs(worst.energy_error_J), 1e-6 * worst.energy_J);
   EXPECT_TRUE(hour.loop.mirror_identical);
-  // Watching changes nothing.
+  // Observing the run does not change it.
   LoopOptions plain;
   plain.virtual_time = true;
   plain.seconds = 75;
@@ -80,7 +81,7 @@ TEST_F(HourTest, TellsWhatItMeasured) {
     m.removed_error_mm3 = i == 9 ? -3e-9 : 1e-10;
     hour.minutes.push_back(m);
   }
-  // The warm-up does not count, the middle neither.
+  // The warm-up and the middle are not counted.
   EXPECT_DOUBLE_EQ(hour.CalcMemoryGrowth_MB(), 14);
   EXPECT_DOUBLE_EQ(hour.CalcOtherGrowth_MB(), 0);
   EXPECT_DOUBLE_EQ(hour.CalcHeapGrowth_MB(), 7);

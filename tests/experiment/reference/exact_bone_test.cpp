@@ -1,18 +1,16 @@
-// What was swept against closed forms and brute force.
+// Tests of swept volumes against closed forms and brute force.
 #include <gtest/gtest.h>
 
 #include <random>
 #include <utility>
 
 #include "experiment/reference/cuts.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using namespace test;
-
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 
 TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
   ExactBone bone(Block({}, {60, 20, 60}), kSaw);
@@ -33,8 +31,8 @@ TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
     if (d > 0) {
       EXPECT_NEAR(bone.Distance(p), std::max(solid, -d), 1e-9);
     } else {
-      // Between two centres the arc of each is lower than their stadium: nothing, as each step is a stadium itself. But
-      // along the way the deepest single step holds a point less deep than all of them.
+      // Each step is a stadium itself, so the arc between two centres causes no error. Along the path, the deepest
+      // single step contains a point less deeply than the union of all steps does.
       EXPECT_GT(bone.Distance(p), -1e-9);
       EXPECT_LE(bone.Distance(p), -d + 1e-9);
     }
@@ -46,7 +44,8 @@ TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
 }
 
 TEST(ExactBone, GroupsGiveWhatEachSweepAloneGives) {
-  // A wild way, whole disc, rim, and both in turn; the least over bones with one sweep each.
+  // A random path, swept with the whole disc, with the rim, and alternately. Expected: the union of the sweeps, from
+  // bones with one sweep each.
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto solid = [] { return Block({}, {200, 200, 200}); };
@@ -74,7 +73,7 @@ TEST(ExactBone, GroupsGiveWhatEachSweepAloneGives) {
 }
 
 TEST(ExactBone, AStraightWayInPartsIsOneStadium) {
-  // Whole disc and rim, askew; after it a bend, which is no part of it.
+  // Whole disc and rim, rotated; followed by a bend, which does not belong to the straight path.
   const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
   const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };
   std::mt19937_64 random(5);
@@ -98,7 +97,7 @@ TEST(ExactBone, AWayThatBendsALittleIsNotMadeStraight) {
     const auto at = [](double turn) { return Upright({10 * std::sin(turn), 0, 10 * std::cos(turn)}); };
     bone.Sweep(at(0.005 * i), at(0.005 * (i + 1)), 0);
   }
-  // Beyond the bend: chords of 0.05 mm, less high than the arc by 3e-5 mm.
+  // Outside the bend: chords of 0.05 mm, which are lower than the arc by 3e-5 mm.
   EXPECT_NEAR(bone.Distance({21.5 * std::sin(0.5), 0, 21.5 * std::cos(0.5)}), -(21.5 - 10 - kR), 4e-5);
 }
 
@@ -106,7 +105,7 @@ TEST(ExactBone, RimLeavesTheInside) {
   ExactBone bone(Block({}, {60, 60, 60}), kSaw);
   bone.Sweep(Upright({0, 0, 0}), Upright({0.1, 0, 0}), 0.5);
   EXPECT_TRUE(bone.IsBone({0, 0, 0}));
-  EXPECT_NEAR(bone.Distance({0, 0, 0}), -(kR - 0.5 - 0.1), 1e-12);  // to where the disc at the end has its rim
+  EXPECT_NEAR(bone.Distance({0, 0, 0}), -(kR - 0.5 - 0.1), 1e-12);  // to the rim of the disc at the end of the sweep
   EXPECT_FALSE(bone.IsBone({kR - 0.2, 0, 0}));
   EXPECT_TRUE(bone.IsBone({kR - 0.2, 0.2, 0}));
   EXPECT_NEAR(bone.Distance({kR - 0.2, 0.2, 0}), -(0.2 - 0.125), 1e-12);
@@ -124,7 +123,7 @@ TEST(ExactBone, BoundsHoldAllThatWasSweptAndAirIsLeftOut) {
   EXPECT_NEAR(glm::length(box.upper - Vec3(kR + 1, 0.125, kR)), 0, 1e-9);
 }
 
-/// Of the segment 1 mm high, 9.17 mm long, what lies within the block's 8 mm.
+/// Area of the part of the segment (1 mm high, 9.17 mm long) that lies within the block's 8 mm.
 double SegmentArea8() {
   constexpr int kIntervals = 10000;
   double area = 0;
@@ -136,7 +135,7 @@ double SegmentArea8() {
 }
 
 TEST(ExactBone, RemovedVolumesAreTheClosedForms) {
-  // Askew, so that no cell lies along a wall. A slot right through, a plunge, both at once.
+  // Rotated, so that no cell is aligned with a wall. A kerf through the whole block, a plunge, and both together.
   const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
   const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };
   ExactBone slot(Block(X_WB, {8, 4, 12}), kSaw);

@@ -1,18 +1,17 @@
-// The tool in a hand against an ordinary differential equation, statics, and itself made finer.
+// Tests of the tool coupled to a handle against an ordinary differential equation, statics, and finer steps.
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <numbers>
 
 #include "experiment/reference/cuts.h"
 #include "kerf/error.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using namespace test;
-
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 
 ReferenceParams Params(const char* law, int steps_per_tick) {
   ReferenceParams params;
@@ -21,8 +20,8 @@ ReferenceParams Params(const char* law, int steps_per_tick) {
   return params;
 }
 
-/// Force up on the disc that goes down at `speed`, `depth` deep in a half space: the arc's integral by the midpoint
-/// rule, 1e-5.
+/// Returns the upward force on a disc that moves down at `speed`, `depth` deep in a half space: integral over the arc
+/// by the midpoint rule, error 1e-5.
 double CalcUp(const ToothForce& law, double depth, double speed) {
   if (!(depth > 0 && speed > 0)) return 0;
   const double alpha = std::acos(1 - depth / kR);
@@ -31,13 +30,14 @@ double CalcUp(const ToothForce& law, double depth, double speed) {
   double up = 0;
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = alpha * (i + 0.5) / kIntervals;
-    up += 2 * law(speed * std::cos(phi) / (24 * 125.0), E_star) * std::cos(phi) * 24 / (2 * kPi) * alpha / kIntervals;
+    up += 2 * law(speed * std::cos(phi) / (24 * 125.0), E_star) * std::cos(phi) * 24 / (2 * std::numbers::pi) * alpha /
+          kIntervals;
   }
   return up;
 }
 
-/// K (x_h - x) = F(x', x) for the depth x by the implicit midpoint rule, as near the surface the equation is stiff; x'
-/// by bisection.
+/// Solves K (x_h - x) = F(x', x) for the depth x by the implicit midpoint rule, because the equation is stiff near the
+/// surface. Finds x' by bisection.
 std::vector<double> SolveDepths(const ToothForce& law, double K, double handle_mm_per_s, int ticks) {
   constexpr int kSteps = 4;
   const double h = 0.001 / kSteps;
@@ -58,7 +58,7 @@ std::vector<double> SolveDepths(const ToothForce& law, double K, double handle_m
 }
 
 TEST(ReferenceInHand, PlungeFollowsTheDifferentialEquation) {
-  // The handle goes down at 10 mm/s; arc and stretch grow.
+  // The handle goes down at 10 mm/s, and the arc and the stretch of the spring grow.
   constexpr int kTicks = 300;
   const std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 3}, 10);
   const ToothForce law = MakeToothForce(ForceLaw("hertz_chip"), kSaw);
@@ -73,32 +73,32 @@ TEST(ReferenceInHand, PlungeFollowsTheDifferentialEquation) {
     for (int k = 0; k < kTicks; ++k) {
       const double depth = kR - run.ticks[k].X_WT.p_AB.z;
       worst = std::max(worst, std::abs(depth - depths[k]));
-      // Massless: what the hand feels is the stretch.
+      // The tool is massless: the hand's force is the stretch times the stiffness.
       EXPECT_NEAR(run.ticks[k].f_W_N.z, 2 * (10 * 0.001 * (k + 1) - depth), 1e-9);
     }
     errors[n] = worst;
     const double up = run.ticks.back().f_W_N.z;
     EXPECT_GT(up, 0.5);
     EXPECT_NEAR(run.ticks.back().f_W_N.x, 0, 1e-6);
-    // Taken: the segment.
+    // Removed volume: the segment.
     const double volume = SegmentArea(kR, kR - run.ticks.back().X_WT.p_AB.z) * kSaw.thickness_mm;
     EXPECT_NEAR(run.ticks.back().removed_mm3 / volume, 1, 2e-4);
     std::printf("plunge: depth off by %.2e mm, force at the end %.4f (%.4f) N, volume %.1e\n", worst, up,
                 2 * (3 - depths.back()), run.ticks.back().removed_mm3 / volume - 1);
   }
-  // Of first order: within the way of the handle in a step.
+  // First order: the error is within the handle's motion in one step.
   EXPECT_LT(errors[0], 2.5e-3);
   EXPECT_NEAR(errors[0] / errors[1], 2, 0.4);
 }
 
-/// Down 3 mm, then along, the handle ahead of the tool.
+/// Down 3 mm, then along x, with the handle ahead of the tool.
 std::vector<Pose> DownAndAlong(double along_mm) {
   std::vector<Pose> poses = Stroke({-8, 0, kR + 0.1}, {-8, 0, kR - 3}, 20);
   Append(poses, Stroke({-8, 0, kR - 3}, {-8 + along_mm, 0, kR - 3}, 10));
   return poses;
 }
 
-/// A device that turns too: held at a grip 80 mm above the disc, which tilts under the force.
+/// Parameters of a device that also turns: held at a grip 80 mm above the disc, which tilts under the force.
 ReferenceParams HeldAtTheGrip(const char* law, int steps_per_tick) {
   ReferenceParams params = Params(law, steps_per_tick);
   params.coupling.stiffness_N_per_mm = 2;
@@ -107,7 +107,7 @@ ReferenceParams HeldAtTheGrip(const char* law, int steps_per_tick) {
   return params;
 }
 
-const Pose kBelow{{1, 0, 0, 0}, {0, 0, -15}};  // a block of 30 mm with its top at 0
+const Pose kBelow{{1, 0, 0, 0}, {0, 0, -15}};  // a block 30 mm high with its top at 0
 
 TEST(ReferenceInHand, ConvergesWithFirstOrderInItsSteps) {
   const std::vector<Pose> poses = DownAndAlong(2);
@@ -152,21 +152,21 @@ TEST(ReferenceInHand, ConvergesInItsRimPoints) {
   }
   std::printf("rim_points: apart %.2e, %.2e N rms of %.2f N\n", apart[0], apart[1],
               glm::length(runs[2].ticks.back().f_W_N));
-  // Of first order or better.
+  // At least first order.
   EXPECT_LT(apart[1], 0.6 * apart[0]);
 }
 
 TEST(ReferenceInHand, WallsHoldWhatTheCouplingPulls) {
-  // Down 5 mm, then the handle goes 0.8 mm to the side: along the spindle.
+  // Down 5 mm, then the handle moves 0.8 mm sideways, along the spindle.
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 5}, 25);
   Append(poses, Stroke({0, 0, kR - 5}, {0, 0.8, kR - 5}, 20));
   ReferenceParams params = Params("hertz_chip", 4);
   params.coupling.stiffness_N_per_mm = 1.5;
   const ReferenceRun run = RunReferenceInHand(HalfSpace(), params, poses);
   const ReferenceTick& out = run.ticks.back();
-  // On the hand back towards the tool; the disc's centre, above the kerf, tilts a little about the kerf as the force
-  // has an arm of some 9 mm: that is held by walls of 1500 N/mm3 over some 80 mm2 whose own arm is 1 mm or two, and the
-  // rim goes on down in its new plane: some hundredths of a millimetre.
+  // The force on the hand points towards the tool. It acts at the disc's centre above the kerf, with a lever arm of
+  // about 9 mm, and tilts the disc a little about the kerf. Walls of 1500 N/mm3 over some 80 mm2, with a lever arm of 1
+  // to 2 mm, resist it. The rim continues down in its new plane: some hundredths of a millimetre.
   EXPECT_NEAR(out.f_W_N.y, -1.5 * (0.8 - out.X_WT.p_AB.y), 1e-9);
   EXPECT_NEAR(out.X_WT.p_AB.y, 0, 0.03);
   EXPECT_GE(out.X_WT.p_AB.y, 0);
@@ -185,12 +185,12 @@ TEST(ReferenceInHand, ThroughAirItGoesWithTheHandle) {
 }
 
 TEST(ReferenceInHand, NothingComesBackThatWasNotPutIn) {
-  // Into the bone, shaken there to all sides, and out again to where it began: the hand's work is not below 0, at no
-  // time below what the spring can still give.
+  // Into the bone, shaken there in all directions, and out again to the start. The hand's work does not end below 0,
+  // and at no time is it below the energy that the spring can still return.
   std::vector<Pose> poses;
   for (int i = 0; i <= 600; ++i) {
     const double t = i / 600.0;
-    const double in = std::sin(kPi * t);
+    const double in = std::sin(std::numbers::pi * t);
     poses.push_back(Upright({3 * in * std::sin(9 * t), 0.5 * in * std::sin(40 * t), kR + 0.2 - 4 * in}));
   }
   for (const char* law : {"hertz_chip", "hertz_constant_bite"}) {
@@ -204,16 +204,16 @@ TEST(ReferenceInHand, NothingComesBackThatWasNotPutIn) {
       least = std::min(least, work_mJ);
       most = std::max(most, work_mJ);
     }
-    // The trapezoid's own error, where the force changes within a tick.
+    // Error of the trapezoidal rule where the force changes within a tick.
     EXPECT_GE(least, -2e-3) << law;
-    EXPECT_GT(work_mJ, 0.2 * most) << law;  // what the spring gave back is less
+    EXPECT_GT(work_mJ, 0.2 * most) << law;  // the spring returned less than this
     EXPECT_NEAR(glm::length(run.ticks.back().f_W_N), 0, 1e-6);
     std::printf("%s: %.3f mJ in the end, at most %.3f, at least %.1e\n", law, work_mJ, most, least);
   }
 }
 
 TEST(ReferenceInHand, HeldByAConstantForceItCreeps) {
-  // 0.05 mm pushed, 0.1 N: below what one engaged tooth of an edge resists with.
+  // Pushed by 0.05 mm, 0.1 N: less than the resistance of one engaged tooth of the edge.
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 0.05}, 5);
   for (int i = 0; i < 200; ++i) poses.push_back(poses.back());
   ReferenceParams params = Params("edge_plus_chip", 4);
@@ -235,13 +235,13 @@ TEST(ReferenceInHand, MovesWithEverything) {
   for (Pose& X : poses) X = Times(X_WB, X);
   const ReferenceRun moved = RunReferenceInHand(Block(Times(X_WB, kBelow), {60, 10, 30}), params, poses);
   for (std::size_t k = 0; k < at_home.ticks.size(); ++k) {
-    // Rounding of 3e-14 mm is 3e-9 N to the walls and, at a bisection's end, 1e-8 rad of the rim.
+    // Rounding of 3e-14 mm corresponds to 3e-9 N at the walls and, at the end of a bisection, to 1e-8 rad of the rim.
     EXPECT_NEAR(glm::length(X_WB.Vector(at_home.ticks[k].f_W_N) - moved.ticks[k].f_W_N), 0, 1e-5);
   }
 }
 
 TEST(ReferenceInHand, SetDownInBoneItIsHeldAndNotThrown) {
-  // Buried whole where it begins, nearer to one face than to the other; the handle rests, then pulls along the spindle.
+  // Entirely buried at the start, nearer to one face than to the other. The handle rests, then pulls along the spindle.
   std::vector<Pose> poses(60, Upright({0, 0.4, -15}));
   for (int i = 0; i < 60; ++i) poses.push_back(Upright({0, 0.4 + 0.01 * i, -15}));
   const ReferenceRun run = RunReferenceInHand(Block(kBelow, {60, 3, 30}), Params("hertz_chip", 2), poses);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "cut/contact/probe.h"
 #include "cut/tool/shape.h"
@@ -12,16 +13,15 @@
 namespace kerf::test {
 namespace {
 
-constexpr double kPieceVoxels = 0.25;  // of a way that is kept as poses
+constexpr double kPieceVoxels = 0.25;  // maximum spacing of the poses kept of a motion
 constexpr double kTilt = 1e-12;
 constexpr double kAll = std::numeric_limits<double>::infinity();
 
-double CalcThickness(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  return disc ? disc->thickness_mm : 2 * CalcReach(tool);
+double CalcHeight(const Tool& tool) {
+  return std::holds_alternative<DiscSaw>(tool) ? CalcThickness(tool) : 2 * CalcReach(tool);
 }
 
-/// A kerf is no narrower than a voxel and a little: docs/physics.md.
+/// A kerf is at least slightly wider than a voxel: docs/physics.md.
 double CalcKerf(const DiscSaw& disc, double h) {
   return std::max(disc.thickness_mm, 1.005 * h);
 }
@@ -67,19 +67,19 @@ bool BoneWatch::MayTouch(const Pose& X_from, const Pose& X_to, double margin_mm)
 
 void BoneWatch::Move(const Pose& X_from, const Pose& X_to, double stray_mm, bool cut) {
   if (!MayTouch(X_from, X_to, before_.band_mm() + stray_mm)) return;
-  // A step sweeps the way with the orientation and the place along the spindle that it ends with.
+  // A step sweeps the motion with the orientation and the position along the spindle of its end.
   const Vec3 axis = X_to.Vector({0, 0, 1});
   const double tilt = glm::length(glm::cross(axis, X_from.Vector({0, 0, 1})));
   const double way_mm = glm::length(X_to.p_AB - X_from.p_AB);
   const double along_mm = std::abs(glm::dot(axis, X_to.p_AB - X_from.p_AB)) + tilt * (reach_mm_ + way_mm);
-  const double layer_mm = 0.25 * std::min(h_, CalcThickness(tool_));
+  const double layer_mm = 0.25 * std::min(h_, CalcHeight(tool_));
   const double travel_mm = tilt > kTilt ? CalcTravel(X_from, X_to, reach_mm_) : way_mm;
   const double pieces = std::max(1.0, std::ceil(travel_mm / (kPieceVoxels * h_)));
   const double stray = stray_mm + 0.5 * travel_mm / pieces + std::min(along_mm, layer_mm);
   for (double i = 0; i < pieces; ++i) {
     const Pose X = i == 0 ? X_from : Interpolate(X_from, X_to, i / pieces);
     if (i == 0 && !passed_.empty()) {
-      // Where the last way ended.
+      // The end of the last motion.
       Passed& last = passed_.back();
       if (last.X_WT.p_AB == X.p_AB && last.X_WT.R_AB == X.R_AB) {
         last.stray_mm = std::max(last.stray_mm, stray);
@@ -99,7 +99,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
     const BoneField new_field(now, 0);
     const LeafIndex low = old_field.lowest();
     const LeafIndex high = old_field.highest();
-    // Both in frames of their own: less bone may have another middle.
+    // Each field has its own frame: with less bone the origin may differ.
     const LeafIndex a = old_field.origin_leaf();
     const LeafIndex b = new_field.origin_leaf();
     bool fell = false;
@@ -126,12 +126,12 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
               continue;
             }
             if (strayed) continue;
-            // The pose that explains the value; looked for from where the last one was found.
+            // Finds the pose that explains the value, starting at the last one found.
             const double slack_mm = 0.005 * h_ + 4e-6 * reach_mm_;
-            double least_mm = kAll;
+            double min_mm = kAll;
             const auto explains = [&](std::size_t n) {
               const double d = CalcDistance(passed_[n].X_WT, p_W) - passed_[n].stray_mm;
-              least_mm = std::min(least_mm, d);
+              min_mm = std::min(min_mm, d);
               if (d > -static_cast<double>(is[i]) + slack_mm) return false;
               hint = n;
               return true;
@@ -147,7 +147,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
               strayed = true;
               found.push_back(
                   fmt::format("I6: phi rose from {} to {} mm at ({}, {}, {}), {} mm from where the tool was", was[i],
-                              is[i], p_W.x, p_W.y, p_W.z, least_mm));
+                              is[i], p_W.x, p_W.y, p_W.z, min_mm));
             }
           }
         }
@@ -155,7 +155,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
     }
     CheckEdges(new_field, found);
     const double lost_mm3 = lost_voxels * h_ * h_ * h_;
-    // Sums of 512 floats a leaf.
+    // Sums of 512 floats per leaf.
     if (removed.by_ticks_mm3 >= 0 && std::abs(removed.by_ticks_mm3 - lost_mm3) > 1e-4 * lost_mm3 + 1e-6) {
       found.push_back(fmt::format("I4: the ticks removed {} mm^3, but voxels lost {} mm^3 of occupancy",
                                   removed.by_ticks_mm3, lost_mm3));
@@ -165,9 +165,9 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
     const double was = before_.CalcVolume();
     const double is = now.CalcVolume();
     const double gone = removed.exact_mm3 - removed_mm3_;
-    // The same cells are added up in another order: rounding only.
+    // The same cells are added in a different order: only rounding errors.
     if (!(std::abs(gone + is - was) <= 1e-9 * was)) {
-      found.push_back(fmt::format("I4: removed {} + remaining {} mm^3 is not what there was, {}", gone, is, was));
+      found.push_back(fmt::format("I4: removed {} + remaining {} mm^3 is not the initial {}", gone, is, was));
     }
     removed_mm3_ = removed.exact_mm3;
   }
@@ -176,7 +176,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
   return found;
 }
 
-/// Where the edge surely cut, each voxel next to it is carved as far as the tool reaches.
+/// Checks that wherever the edge cut for certain, each voxel next to it is removed as far as the tool reaches.
 void BoneWatch::CheckEdges(const BoneField& field, std::vector<std::string>& found) const {
   const auto* disc = std::get_if<DiscSaw>(&tool_);
   if (!disc) return;
@@ -187,11 +187,11 @@ void BoneWatch::CheckEdges(const BoneField& field, std::vector<std::string>& fou
     if (!passed_[n].cut) continue;
     const Pose& X = passed_[n].X_WT;
     for (int i = 0; i < kPoints; ++i) {
-      // Other points of the edge each time.
-      const double angle = 2 * 3.14159265358979323846 * (i + 0.618034 * static_cast<double>(n)) / kPoints;
+      // Different points of the edge each time.
+      const double angle = 2 * std::numbers::pi * (i + 0.618034 * static_cast<double>(n)) / kPoints;
       const double r = disc->radius_mm() + h_ * (1 - 0.5 * static_cast<double>(n % 5));
       if (r <= 0) continue;
-      // In the disc's plane and a voxel to either side: the walls of its kerf.
+      // In the disc's plane and one voxel to either side: the walls of its kerf.
       const double z = h_ * ((i + static_cast<int>(n % 3)) % 3 - 1);
       const Vec3 p_W = X.Point({r * std::cos(angle), r * std::sin(angle), z});
       const Vec3 v = glm::round((p_W - field.p_WF_mm()) / h_);

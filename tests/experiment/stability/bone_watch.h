@@ -1,4 +1,4 @@
-// What a saw may do to a bone, whatever moves it: held against a copy of the bone as it was.
+// Invariants of the bone under a saw, whatever moves it, checked against a copy of the bone before the cut.
 #pragma once
 
 #include <string>
@@ -11,35 +11,35 @@
 
 namespace kerf::test {
 
-/// Keeps where the tool has been since it was made, and then says what in the bone does not go with that:
+/// Records the tool's poses since its construction and reports every change of the bone that contradicts them:
 ///
 ///   I4 volume is conserved: removed + remaining = before
 ///   I5 phi only rises
-///   I6 nothing changes that is further than the band from where the tool was; within it no voxel rises above
-///      -(distance to the swept space), so that no voxel loses any of its occupancy that is not within half a voxel of
-///      it. (The catalogue's "unchanged outside the swept space dilated by one voxel" is about voxels that are there or
-///      not; a level set has the kerf's walls in its values for three voxels around.)
-///   I7 and what the edge passed is gone: there no voxel lies below -(distance to the tool)
+///   I6 nothing changes further than the band from the tool's positions; within the band no voxel rises above
+///      -(distance to the swept space), so that only voxels within half a voxel of it lose occupancy. (The
+///      catalogue's "unchanged outside the swept space dilated by one voxel" is about voxels that are present or
+///      absent. A level set represents the kerf's walls in its values for three voxels around.)
+///   I7 everything that the edge passed is removed: no voxel there lies below -(distance to the tool)
 class BoneWatch {
  public:
   BoneWatch(const Bone& before, const Tool& tool, CutWith with);
 
-  /// The tool moved, in one tick. `stray_mm`: how far from the straight way any part of it may have been. `cut`: for
-  /// certain the edge cut at X_to.
+  /// Records a motion of the tool in one tick. `stray_mm`: maximum distance of any of its parts from the straight line.
+  /// `cut`: true if the edge certainly cut at X_to.
   void Move(const Pose& X_from, const Pose& X_to, double stray_mm, bool cut);
 
-  /// Sum of occupancy by the ticks, and the exact one since the watch began; not negative, or what is not known is not
-  /// looked at.
+  /// Sum of the occupancy removed by the ticks, and exact removed volume since construction. Negative: unknown, not
+  /// checked.
   struct Removed {
     double by_ticks_mm3 = -1;
     double exact_mm3 = -1;
   };
-  /// What does not hold, each with its figure; at most one of a kind. The bone as it is now is the one to hold against
-  /// from then on.
+  /// Returns every violation with its figure, at most one of a kind. The next check compares with the bone of this one.
   std::vector<std::string> Check(const Bone& after, const Removed& removed);
 
   const Bone& before() const { return before_; }
-  /// Any part of the tool, moving straight from the one to the other, within `margin_mm` of the bone's box.
+  /// Returns true if any part of the tool, moving straight between the two poses, is within `margin_mm` of the bone's
+  /// box.
   bool MayTouch(const Pose& X_from, const Pose& X_to, double margin_mm) const;
 
  private:

@@ -1,4 +1,4 @@
-// Hard cases 1 and 2: the rim grazes a flat face, from not quite touching it to a voxel deep; and touches it exactly.
+// Hard cases 1 and 2: the rim grazes a flat face, from just above it to one voxel deep; and touches it exactly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include "experiment/stability/measures.h"
 #include "experiment/stability/verdict.h"
 #include "experiment/stability/watched.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -18,13 +19,11 @@ using test::DiscPose;
 using test::Verdict;
 using test::WatchedTool;
 
-constexpr double kDt_s = 0.001;
-constexpr double kRounding_N = 1e-6;  // with bone near but not touched, what the solver's rounding leaves
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
+constexpr double kGrazingDt_s = 0.001;
+constexpr double kRounding_N = 1e-6;  // rounding error of the solver with bone near but not in contact
 const Vec3 kSize(16, 4, 6);
 
-/// A block with its top at z = 0 of X_WB, and the disc over it.
+/// Returns a block with its top at z = 0 of X_WB and the disc above it.
 WatchedTool MakeOver(const Pose& X_WB, double voxel_mm, double x, double above_mm,
                      const CoupledParams& params = test::DiscParams()) {
   Pose X_WC = X_WB;
@@ -36,10 +35,10 @@ struct Sweep {
   std::vector<Vec3> f;     // on the hand, in the block's frame
   std::vector<double> up;  // along z
   double removed_mm3 = 0;
-  double most_N = 0;
+  double max_N = 0;
 };
 
-/// The handle comes down on the face, so deep, goes 8 mm along it at 20 mm/s and is lifted again.
+/// The handle comes down to `depth_mm` below the face, moves 8 mm along it at 20 mm/s and is lifted again.
 Sweep Graze(const Pose& X_WB, double voxel_mm, double depth_mm, double rpm) {
   constexpr double kFeed_mm_per_s = 20;
   const double above_mm = 0.5 * voxel_mm;
@@ -50,24 +49,24 @@ Sweep Graze(const Pose& X_WB, double voxel_mm, double depth_mm, double rpm) {
     const double force_N = glm::length(out.f_H_W_N);
     sweep.f.push_back(X_WB.InverseVector(out.f_H_W_N));
     sweep.up.push_back(force_N < kRounding_N ? 0 : sweep.f.back().z);
-    sweep.most_N = std::max(sweep.most_N, force_N);
+    sweep.max_N = std::max(sweep.max_N, force_N);
     sweep.removed_mm3 += out.removed_mm3;
   };
   for (int i = 1; i <= 40; ++i) go(-4, above_mm - (above_mm + depth_mm) * i / 40);
-  for (double x = -4; x < 4; x += kFeed_mm_per_s * kDt_s) go(x, -depth_mm);
+  for (double x = -4; x < 4; x += kFeed_mm_per_s * kGrazingDt_s) go(x, -depth_mm);
   for (int i = 1; i <= 40; ++i) go(4, above_mm - (above_mm + depth_mm) * (40 - i) / 40);
   tool.invariants.CheckBone();
   return sweep;
 }
 
 TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
-  // The catalogue's depth^1.5 is Hertz's against a fixed wall; here the coupling's spring is in series with all there
-  // is, so the force can be no more than stiffness times how deep the handle is. A tooth sees the face from a fifth
-  // of a voxel before it (kLookAheadVoxels; a quarter is allowed here): from there the force goes to nothing, and in a
-  // steady way.
+  // The catalogue's depth^1.5 is Hertz's law against a fixed wall. Here the coupling's spring is in series, so the
+  // force is at most stiffness times the handle's depth. A tooth detects the face a fifth of a voxel before it
+  // (kLookAheadVoxels; a quarter is allowed here). From there the force falls to zero continuously.
   Verdict verdict(
-      "holds, but contact begins a fifth of a voxel before the surface, and goes by the spring, not by depth^1.5");
-  double over_share = 0, before_N = 0, slope = 0;
+      "holds, but contact begins a fifth of a voxel before the surface, and the force follows the spring, not "
+      "depth^1.5");
+  double over_fraction = 0, before_N = 0, slope = 0;
   double toggles = 0, turns = 0, kick = 0;
   for (const double h : {0.2, 0.4}) {
     for (const std::size_t n : {0u, 1u, 5u}) {
@@ -77,25 +76,25 @@ TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
           SCOPED_TRACE(testing::Message() << h << " " << n << " " << rpm << " " << depth);
           const Sweep s = Graze(BlockPoses(h)[n], h, depth, rpm);
           const double seen_mm = std::max(0.0, depth + 0.25 * h);
-          // A stopped edge is there where it is.
+          // A stopped edge has no look-ahead.
           if (seen_mm == 0 || (rpm == 0 && depth < 0)) {
-            EXPECT_LT(s.most_N, kRounding_N);
+            EXPECT_LT(s.max_N, kRounding_N);
           }
-          if (seen_mm > 0) over_share = std::max(over_share, s.most_N / seen_mm);  // 1 N/mm
-          if (depth <= 0) before_N = std::max(before_N, s.most_N);
-          // Lipschitz over depths: no more than the coupling's stiffness.
+          if (seen_mm > 0) over_fraction = std::max(over_fraction, s.max_N / seen_mm);  // 1 N/mm
+          if (depth <= 0) before_N = std::max(before_N, s.max_N);
+          // Lipschitz in the depth: at most the coupling's stiffness.
           if (last_depth > -1 && depth - last_depth > 1e-4) {
-            slope = std::max(slope, (s.most_N - last_N) / (depth - last_depth));
+            slope = std::max(slope, (s.max_N - last_N) / (depth - last_depth));
           }
           if (depth - last_depth < 1e-4) {
-            EXPECT_NEAR(s.most_N, last_N, 2e-4);
+            EXPECT_NEAR(s.max_N, last_N, 2e-4);
           }
-          last_N = s.most_N;
+          last_N = s.max_N;
           last_depth = depth;
-          // Comes once and goes once.
-          const double time_s = kDt_s * static_cast<double>(s.up.size() - 1);
-          toggles = std::max(toggles, CountToggles(s.up, kDt_s, 0).contact_per_s * time_s);
-          turns = std::max(turns, CountToggles(s.up, kDt_s, 0.035).turns_per_s * time_s);
+          // Contact begins once and ends once.
+          const double time_s = kGrazingDt_s * static_cast<double>(s.up.size() - 1);
+          toggles = std::max(toggles, CountToggles(s.up, kGrazingDt_s, 0).contact_per_s * time_s);
+          turns = std::max(turns, CountToggles(s.up, kGrazingDt_s, 0.035).turns_per_s * time_s);
           kick = std::max(kick, CalcTickSteps(s.f).max);
           for (const Vec3& f : s.f) EXPECT_GE(f.z, -kRounding_N);
           if (rpm == 0) {
@@ -105,17 +104,17 @@ TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
       }
     }
   }
-  verdict.AtMost("force over what the spring has at that depth", over_share, 1.05);
-  verdict.AtMost("force before the face is touched, voxels of 0.4 mm", 1000 * before_N, 100, "mN");
-  verdict.AtMost("largest dF over d(depth)", slope, 1.05, "N/mm");
-  verdict.AtMost("contact comes and goes in a sweep", toggles, 2);
-  verdict.AtMost("turns of more than 35 mN in a sweep", turns, 1);
-  verdict.AtMost("largest step, JND", kick, 1);
+  verdict.AtMost("force relative to the spring force at that depth", over_fraction, 1.05);
+  verdict.AtMost("force before contact with the face, 0.4 mm voxels", 1000 * before_N, 100, "mN");
+  verdict.AtMost("largest dF / d(depth)", slope, 1.05, "N/mm");
+  verdict.AtMost("contact changes in a sweep", toggles, 2);
+  verdict.AtMost("force reversals of more than 35 mN in a sweep", turns, 1);
+  verdict.AtMost("largest force step in JND", kick, 1);
 }
 
 TEST(HardCase01, GrazingCutConvergesWithTheVoxel) {
-  // A voxel's depth of 0.2 mm grazed with voxels of 0.4, 0.2 and 0.1 mm: the surface is seen a fifth of a voxel
-  // early, so force and depth go to those of no voxels as the voxel does, about as fast.
+  // A graze of 0.2 mm with voxels of 0.4, 0.2 and 0.1 mm. The surface is detected a fifth of a voxel early, so the
+  // force and the depth converge with the voxel size, about in proportion to it.
   Verdict verdict("holds");
   std::vector<double> mean_N;
   for (const double h : {0.4, 0.2, 0.1}) {
@@ -127,8 +126,9 @@ TEST(HardCase01, GrazingCutConvergesWithTheVoxel) {
   const double coarse_N = std::abs(mean_N[0] - mean_N[1]);
   const double fine_N = std::abs(mean_N[1] - mean_N[2]);
   EXPECT_GT(mean_N[2], 0.02);
-  verdict.AtMost("change of the mean force from 0.2 to 0.1 mm, of that from 0.4 to 0.2 mm", fine_N / coarse_N, 0.6);
-  verdict.AtMost("the former, of the force", fine_N / mean_N[2], 0.25);
+  verdict.AtMost("change of the mean force from 0.2 to 0.1 mm voxels relative to that from 0.4 to 0.2 mm",
+                 fine_N / coarse_N, 0.6);
+  verdict.AtMost("change of the mean force from 0.2 to 0.1 mm voxels relative to the force", fine_N / mean_N[2], 0.25);
 }
 
 // ---- case 2
@@ -140,55 +140,55 @@ double Step(double x, int ulps) {
 }
 
 TEST(HardCase02, ExactlyTangentIsAsGoodAsAnUlpBeside) {
-  // The rim touches the face in one point, or lies an ulp or a few above or below it; the disc's flat lies in the plane
-  // of the block's side; the spindle along an axis, or all that and turned by an ulp.
+  // The rim touches the face in one point, or lies a few ulps above or below it; the disc's flat lies in the plane of
+  // the block's side; the spindle is along an axis; or all of this turned by an ulp.
   Verdict verdict("holds");
-  double most_N = 0, spread_N = 0, moved_mm = 0;
+  double max_N = 0, spread_N = 0, moved_mm = 0;
   for (const double h : {0.2, 0.4}) {
     for (const double rpm : {7500.0, 0.0}) {
       for (const double side_y : {0.0, 2.125}) {  // the block ends at y = 2: a flat in the plane of its side
-        double least_N = 1e9, largest_N = 0;
+        double min_N = 1e9, largest_N = 0;
         for (const int ulps : {0, -1, 1, 7}) {
           for (const int turn_ulps : {0, 1}) {
             SCOPED_TRACE(testing::Message() << h << " " << rpm << " " << side_y << " " << ulps << " " << turn_ulps);
             WatchedTool tool = MakeOver(Pose{}, h, 0, 0.3 * h);
             Pose X = DiscPose(Pose{}, {0, Step(side_y, ulps), Step(kR, ulps)});
             X.R_AB.x = Step(X.R_AB.x, turn_ulps);
-            X.R_AB.y = turn_ulps * 1e-300;  // a denormal on the way to a normal
+            X.R_AB.y = turn_ulps * 1e-300;  // a denormal, on the way to a normal number
             CoupledOutput out;
             for (int i = 0; i < 30; ++i) out = tool.Tick(X, rpm);
             const double force_N = glm::length(out.f_H_W_N);
-            least_N = std::min(least_N, force_N);
+            min_N = std::min(min_N, force_N);
             largest_N = std::max(largest_N, force_N);
             moved_mm = std::max(moved_mm, glm::length(out.X_WT.p_AB - X.p_AB));
             tool.invariants.CheckBone();
           }
         }
-        most_N = std::max(most_N, largest_N);
-        spread_N = std::max(spread_N, largest_N - least_N);
+        max_N = std::max(max_N, largest_N);
+        spread_N = std::max(spread_N, largest_N - min_N);
       }
     }
   }
-  // Held up at most a fifth of a voxel above: the look-ahead of the edge (case 1).
-  verdict.AtMost("force in exact touch, voxels of 0.4 mm", 1000 * most_N, 1, "mN");
-  verdict.AtMost("spread over -1 to +7 ulps", spread_N, 1e-6, "N");
-  verdict.AtMost("tool from the handle", 1000 * moved_mm, 1, "um");
+  // The tool is held at most a fifth of a voxel above the face: the look-ahead of the edge (case 1).
+  verdict.AtMost("force at exact contact, 0.4 mm voxels", 1000 * max_N, 1, "mN");
+  verdict.AtMost("force spread over -1 to +7 ulps", spread_N, 1e-6, "N");
+  verdict.AtMost("distance of the tool from the handle", 1000 * moved_mm, 1, "um");
 }
 
 TEST(HardCase02, EveryUlpAroundTangencyIsFiniteInEveryPose) {
-  // Poses in which the rim just touches the face, fuzzed by ulps in each of their seven numbers.
+  // Poses in which the rim just touches the face, with each of their seven numbers varied by ulps.
   Verdict verdict("holds");
   std::uint64_t state = 20261120;
   const auto roll = [&state](int sides) {
     state = state * 6364136223846793005ull + 1442695040888963407ull;
     return static_cast<int>((state >> 33) % static_cast<std::uint64_t>(sides));
   };
-  double most_N = 0;
+  double max_N = 0;
   int poses = 0;
   for (std::size_t n = 0; n < 8; ++n) {
     const Pose X_WB = BlockPoses(0.4)[n];
     WatchedTool watched = MakeOver(X_WB, 0.4, 0, 1);
-    CoupledSimulation& simulation = watched.simulation;  // set down so often that no account of energy can be kept
+    CoupledSimulation& simulation = watched.simulation;  // set down so often that energy cannot be accounted for
     const int rounds = static_cast<int>(100 * test::Effort());
     for (int round = 0; round < rounds; ++round) {
       Pose X = DiscPose(X_WB, {0.001 * (roll(2001) - 1000), 0, kR});
@@ -207,14 +207,14 @@ TEST(HardCase02, EveryUlpAroundTangencyIsFiniteInEveryPose) {
             glm::length(out.tau_H_W_Nmm), glm::length(out.f_friction_W_N)}) {
         ASSERT_TRUE(std::isfinite(v));
       }
-      most_N = std::max(most_N, glm::length(out.f_H_W_N));
+      max_N = std::max(max_N, glm::length(out.f_H_W_N));
       EXPECT_GE(glm::dot(out.f_H_W_N, X_WB.Vector({0, 0, 1})), -1e-9);
       ++poses;
     }
   }
-  verdict.AtLeast("poses within 2 ulps of tangency, all finite", poses, 70);
-  verdict.AtMost("largest force, the handle 0.01 mm below", 1000 * most_N, 10.001, "mN");
-  EXPECT_GT(most_N, 0.005);
+  verdict.AtLeast("poses within 2 ulps of tangency, all with finite outputs", poses, 70);
+  verdict.AtMost("largest force with the handle 0.01 mm below the face", 1000 * max_N, 10.001, "mN");
+  EXPECT_GT(max_N, 0.005);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Hard case 3: a lamella one or two voxels thick, flat on and edge on.
+// Hard case 3: a lamella one or two voxels thick, in contact with the disc's flat and with its edge.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include "experiment/stability/verdict.h"
 #include "experiment/stability/watched.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -18,10 +19,7 @@ using test::DiscPose;
 using test::Verdict;
 using test::WatchedTool;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
-/// A plate across y of the block's frame, the disc laid flat on it from +y and pushed on by 10 N. Gap at the end, mm.
+/// A plate across y of the block's frame. The disc is laid flat on it from +y and pushed with 10 N. Gap at the end, mm.
 struct LaidOn {
   LaidOn(const Pose& X_WB, double voxel_mm, double thickness_mm, double rpm) {
     CoupledParams params = test::DiscParams();
@@ -33,12 +31,12 @@ struct LaidOn {
       const double y = std::max(touch_y + 0.3 - 0.05 * i, touch_y - 10);
       const CoupledOutput out = tool.Tick(DiscPose(X_WB, {0, y, 0}), rpm);
       force_N = glm::dot(out.f_H_W_N, X_WB.Vector({0, 1, 0}));
-      most_N = std::max(most_N, glm::length(out.f_H_W_N));
+      max_N = std::max(max_N, glm::length(out.f_H_W_N));
       gap_mm = X_WB.InversePoint(out.X_WT.p_AB).y - touch_y;
     }
     tool.invariants.CheckBone();
   }
-  double gap_mm = 0, force_N = 0, most_N = 0;
+  double gap_mm = 0, force_N = 0, max_N = 0;
 };
 
 TEST(HardCase03, LaidFlatOnALamellaTheDiscIsHeldAsByThickBone) {
@@ -47,29 +45,29 @@ TEST(HardCase03, LaidFlatOnALamellaTheDiscIsHeldAsByThickBone) {
   for (const double h : {0.2, 0.4}) {
     for (const double layers : {1.0, 1.5, 2.0}) {
       for (const std::size_t n : {0u, 1u, 5u}) {
-        if (n == 1 && layers == 1) continue;  // its faces on two layers of voxels: nothing inside, MakeBone() refuses
+        if (n == 1 && layers == 1) continue;  // its faces on two layers of voxels: no interior, MakeBone() refuses
         for (const double rpm : {0.0, 7500.0}) {
           const LaidOn thin(BlockPoses(h)[n], h, layers * h, rpm);
-          // 10 N of the coupling's 1 N/mm on some hundred points of 3000 N/mm, and 0.002 voxels of play.
+          // 10 N over the coupling's 1 N/mm, on about a hundred points of 3000 N/mm, and 0.002 voxels of play.
           EXPECT_NEAR(thin.gap_mm, 0, 0.003) << h << " " << layers << " " << n << " " << rpm;
           EXPECT_NEAR(thin.force_N, 10, 0.01) << h << " " << layers << " " << n << " " << rpm;
-          EXPECT_LE(thin.most_N, 10.002);  // of one face: both would be 20
+          EXPECT_LE(thin.max_N, 10.002);  // force of one face; both faces would give 20
           sunk_mm = std::max(sunk_mm, -thin.gap_mm);
           off_N = std::max(off_N, std::abs(thin.force_N - 10));
         }
       }
     }
   }
-  verdict.AtMost("sunk into a lamella of 1 to 2 voxels under 10 N", 1000 * sunk_mm, 3, "um");
-  verdict.AtMost("force beside that of thick bone", 1000 * off_N, 10, "mN");
+  verdict.AtMost("penetration of a lamella of 1 to 2 voxels under 10 N", 1000 * sunk_mm, 3, "um");
+  verdict.AtMost("force difference from thick bone", 1000 * off_N, 10, "mN");
 }
 
-/// What the hand feels when the handle goes down edge on at a steady feed, in the block's frame.
+/// Returns the force on the hand while the handle moves down at a steady feed, edge first, in the block's frame.
 std::vector<Vec3> Plunge(const Pose& X_WB, double voxel_mm, double top_mm, double thickness_mm, const char* law,
                          double feed_mm_per_s) {
   CoupledParams params = test::DiscParams();
   params.law = ForceLaw(law);
-  // A strip 2 mm wide: the rim is through all of it within 0.05 mm.
+  // A strip 2 mm wide: the rim passes through all of it within 0.05 mm.
   Pose X_WS = X_WB;
   X_WS.p_AB = X_WB.Point({0, 0, top_mm - 0.5 * thickness_mm});
   WatchedTool tool(test::MakeBox(X_WS, {2, 5, thickness_mm}, voxel_mm), params, DiscPose(X_WB, {0, 0, kR + 0.6}));
@@ -84,9 +82,9 @@ std::vector<Vec3> Plunge(const Pose& X_WB, double voxel_mm, double top_mm, doubl
 
 TEST(HardCase03, EdgeOnItResistsNoMoreThanThickBoneAndLetsGoAtOnce) {
   Verdict verdict("holds");
-  double over_N = 0, slow_share = 0, pull_N = 0, rise_N = 0, side_share = 0, least_peak_N = 1e9;
+  double over_N = 0, slow_fraction = 0, pull_N = 0, rise_N = 0, side_fraction = 0, min_peak_N = 1e9;
   for (const double h : {0.2, 0.4}) {
-    for (const std::size_t n : {0u, 5u}) {  // the middle of the plate on a layer of voxels; aslant to them
+    for (const std::size_t n : {0u, 5u}) {  // the middle of the plate on a layer of voxels; oblique to them
       for (const char* law : {"hertz_chip", "edge_plus_chip"}) {
         for (const double feed : {5.0, 20.0}) {
           const Pose X_WB = BlockPoses(h)[n];
@@ -103,16 +101,16 @@ TEST(HardCase03, EdgeOnItResistsNoMoreThanThickBoneAndLetsGoAtOnce) {
               pull_N = std::max(pull_N, -f[i].z);
               side_N = std::max(side_N, std::hypot(f[i].x, f[i].y));
             }
-            side_share = std::max(side_share, side_N / f[peak].z);
-            least_peak_N = std::min(least_peak_N, f[peak].z);
-            // Breakthrough: from the peak the force falls, and has gone within the time that a voxel takes.
+            side_fraction = std::max(side_fraction, side_N / f[peak].z);
+            min_peak_N = std::min(min_peak_N, f[peak].z);
+            // Breakthrough: the force falls from its peak to zero within the time in which the tool passes a voxel.
             std::size_t gone = peak;
             while (gone < f.size() && f[gone].z > 0.05 * f[peak].z) {
               if (gone > peak) rise_N = std::max(rise_N, f[gone].z - f[gone - 1].z);
               ++gone;
             }
             ASSERT_LT(gone, f.size());
-            slow_share = std::max(slow_share, 0.001 * static_cast<double>(gone - peak) / (h / feed));
+            slow_fraction = std::max(slow_fraction, 0.001 * static_cast<double>(gone - peak) / (h / feed));
             for (std::size_t i = gone; i < f.size(); ++i) EXPECT_LE(glm::length(f[i]), 0.05 * f[peak].z);
             EXPECT_EQ(f.back(), Vec3(0));
           }
@@ -120,18 +118,18 @@ TEST(HardCase03, EdgeOnItResistsNoMoreThanThickBoneAndLetsGoAtOnce) {
       }
     }
   }
-  EXPECT_GT(least_peak_N, 0.1);  // there was something to break through
-  verdict.AtMost("force above that of thick bone", 1000 * over_N, 5, "mN");
-  verdict.AtMost("time from peak to below 5 %, of h/v", slow_share, 1);
+  EXPECT_GT(min_peak_N, 0.1);  // there was bone to break through
+  verdict.AtMost("force in excess of that of thick bone", 1000 * over_N, 5, "mN");
+  verdict.AtMost("time from peak to below 5 % relative to h/v", slow_fraction, 1);
   verdict.AtMost("kick: pull along the feed", 1000 * pull_N, 0.01, "mN");
   verdict.AtMost("kick: rise against the feed after the peak", 1000 * rise_N, 5, "mN");
-  verdict.AtMost("force across the feed, of the peak", side_share, 0.1);
+  verdict.AtMost("force across the feed relative to the peak", side_fraction, 0.1);
 }
 
 TEST(HardCase03, HandThatLeansOnItIsNotKickedWhenItBreaks) {
-  // The whole loop: a hand leans on a strip with 5 N and falls through it.
+  // The complete loop: a hand pushes on a strip with 5 N and falls through it.
   Verdict verdict("holds");
-  double kick_N = 0, back_mm = 0, slow_ms = 0, step_share = 0;
+  double kick_N = 0, back_mm = 0, slow_ms = 0, step_fraction = 0;
   for (const char* hand : {"H2", "H3", "H4"}) {
     for (const double h : {0.2, 0.4}) {
       SCOPED_TRACE(testing::Message() << hand << " " << h);
@@ -148,37 +146,38 @@ TEST(HardCase03, HandThatLeansOnItIsNotKickedWhenItBreaks) {
       saw.device.SetScript(
           IntentionScript(saw.start, {{.seconds = 1e5, .X_WH = saw.start, .push_W_N = {0, 0, -5}, .yield_s = 0.05}}));
       const double scale = saw.step.force_map().force_scale();
-      double most_N = 0, lowest_mm = 1e9;
+      double max_N = 0, lowest_mm = 1e9;
       int broke = -1, gone = -1;
       Vec3 last_N(0);
       for (int i = 0; i < 3000 && (broke < 0 || i < broke + 150); ++i) {
         const HapticStepOutput out = saw.Step();
         invariants.Step({0.001, 7500}, out);
         const Vec3 f_N = out.force.f_H_W_N;
-        step_share = std::max(step_share, glm::length(f_N - last_N) / (0.2 * options.profile.peak_force_N));
+        step_fraction = std::max(step_fraction, glm::length(f_N - last_N) / (0.2 * options.profile.peak_force_N));
         last_N = f_N;
         const double z = saw.device.p_WC_mm().z;
-        if (broke < 0) most_N = std::max(most_N, f_N.z);
+        if (broke < 0) max_N = std::max(max_N, f_N.z);
         if (broke < 0 && out.coupled.X_WT.p_AB.z < kR - 2 * h - 0.1) broke = i;
         if (broke < 0) continue;
-        // Up to the slew the motors still push as they did; never more, and never the other way.
-        EXPECT_LE(f_N.z, most_N);
+        // Within the slew limit the motors still push in the same direction; never with more force, and never in
+        // reverse.
+        EXPECT_LE(f_N.z, max_N);
         kick_N = std::max(kick_N, -f_N.z);
-        if (gone < 0 && f_N.z <= 0.05 * most_N) gone = i;
+        if (gone < 0 && f_N.z <= 0.05 * max_N) gone = i;
         lowest_mm = std::min(lowest_mm, z);
         back_mm = std::max(back_mm, z - lowest_mm);
       }
       ASSERT_GE(gone, 0);
-      EXPECT_GT(most_N, 0.1 * scale);
+      EXPECT_GT(max_N, 0.1 * scale);
       slow_ms = std::max(slow_ms, static_cast<double>(gone - broke));
       invariants.CheckBone();
     }
   }
-  verdict.AtMost("pull on the hand after it broke", 1000 * kick_N, 1, "mN");
-  verdict.AtMost("handle thrown back", 1000 * back_mm, 10, "um");
-  // The device's slew takes 5 ms from its peak to nothing.
-  verdict.AtMost("force gone after", slow_ms, 6, "ms");
-  verdict.AtMost("force step of what the slew allows", step_share, 1 + 1e-9);
+  verdict.AtMost("pull on the hand after breakthrough", 1000 * kick_N, 1, "mN");
+  verdict.AtMost("rebound of the handle", 1000 * back_mm, 10, "um");
+  // The device's slew takes 5 ms from its peak force to zero.
+  verdict.AtMost("time until the force is gone", slow_ms, 6, "ms");
+  verdict.AtMost("force step relative to the slew limit", step_fraction, 1 + 1e-9);
 }
 
 }  // namespace

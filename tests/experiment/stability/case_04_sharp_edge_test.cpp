@@ -1,9 +1,10 @@
-// Hard case 4: sharp edges and corners of 90 and 30 degrees: cut into, rested on and drawn across.
+// Hard case 4: sharp edges and corners of 90 and 30 degrees: cut into, rested on and moved across.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <random>
 #include <utility>
 #include <vector>
@@ -11,24 +12,22 @@
 #include "experiment/stability/measures.h"
 #include "experiment/stability/verdict.h"
 #include "experiment/stability/watched.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
 
 using test::BlockPoses;
 using test::DiscPose;
-using test::kPi;
 using test::Verdict;
 using test::WatchedTool;
 
-constexpr double kDt_s = 0.001;
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
+constexpr double kSharpEdgeDt_s = 0.001;
 
-/// A ridge along y of the block's frame with its edge at the origin and so much between its sides; a pyramid when it
-/// is a corner.
+/// Returns a ridge along y of the block's frame, with its edge at the origin and `degrees` between its sides; a pyramid
+/// if `corner`.
 Bone MakeRidge(const Pose& X_WB, double degrees, double voxel_mm, bool corner) {
-  const double half_rad = 0.5 * degrees * kPi / 180;
+  const double half_rad = 0.5 * degrees * std::numbers::pi / 180;
   SolidField field;
   field.value = [=](const Vec3& p_W) {
     const Vec3 p = X_WB.InversePoint(p_W);
@@ -42,14 +41,14 @@ Bone MakeRidge(const Pose& X_WB, double degrees, double voxel_mm, bool corner) {
   return MakeBone(field, box, {voxel_mm, voxel_mm, {}}, test::OneRegionTable());
 }
 
-/// The disc across the ridge, or along it.
+/// Turns the disc across the ridge, or along it.
 Pose TurnDisc(const Pose& X_WB, bool along) {
-  return {along ? X_WB.R_AB * glm::angleAxis(kPi / 2, Vec3(0, 0, 1)) : X_WB.R_AB, X_WB.p_AB};
+  return {along ? X_WB.R_AB * glm::angleAxis(std::numbers::pi / 2, Vec3(0, 0, 1)) : X_WB.R_AB, X_WB.p_AB};
 }
 
 struct Entry {
   std::vector<Vec3> f;  // on the hand, in the disc's frame: z up
-  double side_share = 0;
+  double side_fraction = 0;
   double skated_mm = 0;
 };
 Entry CutInto(double degrees, double voxel_mm, bool corner, bool along, double offset_mm, const char* law) {
@@ -65,7 +64,8 @@ Entry CutInto(double degrees, double voxel_mm, bool corner, bool along, double o
     const CoupledOutput out = tool.Tick(X_WH);
     entry.f.push_back(X_WD.InverseVector(out.f_H_W_N));
     const Vec3& f = entry.f.back();
-    if (glm::length(f) > 0.5) entry.side_share = std::max(entry.side_share, std::hypot(f.x, f.y) / glm::length(f));
+    if (glm::length(f) > 0.5)
+      entry.side_fraction = std::max(entry.side_fraction, std::hypot(f.x, f.y) / glm::length(f));
     entry.skated_mm = std::max(entry.skated_mm, std::abs(glm::dot(out.X_WT.p_AB - X_WH.p_AB, X_WD.Vector({0, 1, 0}))));
   }
   tool.invariants.CheckBone();
@@ -73,14 +73,15 @@ Entry CutInto(double degrees, double voxel_mm, bool corner, bool along, double o
 }
 
 TEST(HardCase04, ForceComesOnWithoutAJumpAndKeepsItsDirection) {
-  Verdict verdict("holds, but the tip of a 30 degree edge, thinner than a voxel, comes and goes by up to 0.2 N");
+  Verdict verdict(
+      "holds, but at the tip of a 30 degree edge, which is thinner than a voxel, the force jumps by up to 0.2 N");
   std::map<double, double> jump_JND;
-  double turn_deg = 0, noise_N = 0, side_share = 0, skated_mm = 0, tip_N = 0;
+  double turn_deg = 0, noise_N = 0, side_fraction = 0, skated_mm = 0, tip_N = 0;
   for (const double h : {0.2, 0.4}) {
     for (const double degrees : {90.0, 30.0}) {
       for (const bool corner : {false, true}) {
         for (const bool along : {false, true}) {
-          if (corner && along) continue;  // a pyramid is the same both ways
+          if (corner && along) continue;  // a pyramid is the same in both directions
           for (const auto& [offset_mm, law] : std::initializer_list<std::pair<double, const char*>>{
                    {0.0, "hertz_chip"}, {0.5, "hertz_chip"}, {0.05, "edge_plus_chip"}}) {
             SCOPED_TRACE(testing::Message()
@@ -94,25 +95,26 @@ TEST(HardCase04, ForceComesOnWithoutAJumpAndKeepsItsDirection) {
               tip_N = std::max(tip_N, glm::length(entry.f[i] - entry.f[i - 1]));
             }
             turn_deg = std::max(turn_deg, CalcTurn_deg(entry.f, 0.99));
-            noise_N = std::max(noise_N, CalcNoise(entry.f, kDt_s));
-            side_share = std::max(side_share, entry.side_share);
+            noise_N = std::max(noise_N, CalcNoise(entry.f, kSharpEdgeDt_s));
+            side_fraction = std::max(side_fraction, entry.side_fraction);
             skated_mm = std::max(skated_mm, entry.skated_mm);
           }
         }
       }
     }
   }
-  verdict.AtMost("turn from tick to tick, p99", turn_deg, 1, "degrees");
-  verdict.AtMost("90 degrees: largest step", jump_JND[90], 2, "JND");
-  verdict.AtMost("30 degrees: largest step", tip_N, 0.2, "N");
+  verdict.AtMost("turn of the force per tick, p99", turn_deg, 1, "degrees");
+  verdict.AtMost("90 degrees: largest force step", jump_JND[90], 2, "JND");
+  verdict.AtMost("30 degrees: largest force step", tip_N, 0.2, "N");
   verdict.AtMost("noise above 20 Hz", 1000 * noise_N, 20, "mN");
-  verdict.AtMost("force across the feed, of all above 0.5 N", side_share, 0.1);
-  verdict.AtMost("skated off the edge", skated_mm, 0.1, "mm");
+  verdict.AtMost("force across the feed relative to the total force, above 0.5 N", side_fraction, 0.1);
+  verdict.AtMost("distance skated off the edge", skated_mm, 0.1, "mm");
 }
 
 TEST(HardCase04, ForceIsAsSteepAsTheCouplingAtMost) {
-  // I19 on the force itself: two runs that are the same but for the handle in the last tick. The coupling is the only
-  // spring in it, whatever the bone: |dF| <= K |dx|, cutting or stopped, on edges on which normals change abruptly.
+  // I19 on the force itself: two runs that differ only in the handle's position in the last tick. The coupling is the
+  // only spring in the force, whatever the bone: |dF| <= K |dx|, cutting or stopped, on edges where normals change
+  // abruptly.
   Verdict verdict("holds");
   std::mt19937_64 random(4);
   const auto roll = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
@@ -125,7 +127,8 @@ TEST(HardCase04, ForceIsAsSteepAsTheCouplingAtMost) {
       for (const bool along : {false, true}) {
         const Pose X_WD = TurnDisc(X_WB, along);
         double largest = 0;
-        const int probes = std::max(10, static_cast<int>(10 * test::Effort()));  // fewer and none may be felt
+        const int probes =
+            std::max(10, static_cast<int>(10 * test::Effort()));  // with fewer, possibly no contact occurs
         for (int probe = 0; probe < probes; ++probe) {
           CoupledParams params = test::DiscParams();
           params.coupling.stiffness_N_per_mm = probe % 2 == 0 ? 1 : 5;
@@ -149,14 +152,14 @@ TEST(HardCase04, ForceIsAsSteepAsTheCouplingAtMost) {
       }
     }
   }
-  EXPECT_GT(least, 0.2);  // something was there to be felt
+  EXPECT_GT(least, 0.2);  // there was contact
   verdict.AtMost("largest |dF| / (K |dx|)", steepest, 1.001);
 }
 
 TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAsFarAsItsFrictionLetsIt) {
-  // Not turning, drawn over a face from beside it at 20 mm/s, the handle so deep below the face: the rim meets the
-  // block's edge at an angle of acos(1 - depth / R) and rides up on it. What it takes is the spring's force and
-  // Coulomb's friction, no more: along the face at most N tan(angle + atan(mu)), N = K depth.
+  // The stopped disc is moved over a face from outside it at 20 mm/s, with the handle `depth` below the face. The rim
+  // touches the block's edge at an angle of acos(1 - depth / R) and rides up on it. The only forces are the spring's
+  // and Coulomb friction: along the face at most N tan(angle + atan(mu)), N = K depth.
   Verdict verdict("holds");
   double over = 0, lift_off = 0, step_N = 0;
   for (const double h : {0.2, 0.4}) {
@@ -171,12 +174,12 @@ TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAsFarAsItsFrictionLetsIt) {
           SetEffect(params.effects, "kerf_friction", "coefficient", mu);
           WatchedTool tool(test::MakeBox(X_WC, {8, 4, 6}, h), params, DiscPose(X_WB, {-8, 0, kR - depth}));
           const double angle = std::acos(1 - depth / kR);
-          const double most_N = depth * std::tan(angle + std::atan(mu));
+          const double max_N = depth * std::tan(angle + std::atan(mu));
           Vec3 before(0);
           for (double x = -8; x < 8; x += 0.02) {
             const CoupledOutput out = tool.Tick(DiscPose(X_WB, {x, 0, kR - depth}), 0);
             const Vec3 f = X_WB.InverseVector(out.f_H_W_N);
-            over = std::max(over, (std::hypot(f.x, f.y) - most_N) / std::max(depth, 1e-3));
+            over = std::max(over, (std::hypot(f.x, f.y) - max_N) / std::max(depth, 1e-3));
             step_N = std::max(step_N, glm::length(f - before));
             before = f;
             EXPECT_GE(f.z, -1e-6);
@@ -188,10 +191,10 @@ TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAsFarAsItsFrictionLetsIt) {
       }
     }
   }
-  verdict.AtMost("force along the face beyond friction and slope, of the force on it", over, 0.1);
-  // 1000 N/mm of a point of the rim against the coupling's 1.
-  verdict.AtMost("force on the face beside the spring's", lift_off, 0.0015);
-  verdict.AtMost("largest step", step_N, 0.1, "N");
+  verdict.AtMost("force along the face in excess of friction and slope relative to the force on it", over, 0.1);
+  // 1000 N/mm of one point of the rim against the coupling's 1 N/mm.
+  verdict.AtMost("relative difference of the force on the face from the spring force", lift_off, 0.0015);
+  verdict.AtMost("largest force step", step_N, 0.1, "N");
 }
 
 }  // namespace

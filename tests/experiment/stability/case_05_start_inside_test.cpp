@@ -1,4 +1,4 @@
-// Hard case 5: the tool starts inside the bone: made there, set down there (undo, load), and with a device in the hand.
+// Hard case 5: the tool starts inside the bone: constructed there, set down there (undo, load), and with a device.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "experiment/stability/verdict.h"
 #include "experiment/stability/watched.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -19,9 +20,7 @@ using test::Handle;
 using test::Verdict;
 using test::WatchedTool;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-const Vec3 kSize(25, 4, 25);  // its top at z = 12.5
+const Vec3 kStartInsideSize(25, 4, 25);  // its top at z = 12.5
 
 CoupledParams MakeParams() {
   CoupledParams params = test::DiscParams();
@@ -34,19 +33,19 @@ void CheckAll(test::Invariants& invariants) {
 }
 constexpr test::Invariants::Options kQuiet{.watch_bone = true, .report = false};
 
-/// So deep under the top; upright or askew.
+/// Returns a pose `depth_mm` below the top, upright or rotated.
 Pose Inside(double depth_mm, bool askew) {
-  Pose X = DiscPose(Pose{}, {0.03, 0.02, 0.5 * kSize.z + kR - depth_mm});
+  Pose X = DiscPose(Pose{}, {0.03, 0.02, 0.5 * kStartInsideSize.z + kR - depth_mm});
   if (askew) X.R_AB = X.R_AB * glm::angleAxis(0.1, glm::normalize(Vec3(1, 1, 0.3)));
   return X;
 }
 
 TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
-  Verdict verdict("holds; what the tool lies in goes in the first tick that it turns in");
+  Verdict verdict("holds; bone that overlaps the tool is removed in the first tick with a turning spindle");
   double force_N = 0, moved_mm = 0, later_mm3 = 0;
   for (const double h : {0.2, 0.4}) {
-    const Bone bone = test::MakeBox(Pose{}, kSize, h);
-    for (const double depth : {0.5, 3.0, 11.0, 23.5}) {  // the last one: buried whole
+    const Bone bone = test::MakeBox(Pose{}, kStartInsideSize, h);
+    for (const double depth : {0.5, 3.0, 11.0, 23.5}) {  // the last one: entirely buried
       for (const bool askew : {false, true}) {
         for (const bool set_down : {false, true}) {
           SCOPED_TRACE(testing::Message() << h << " " << depth << " " << askew << set_down);
@@ -54,7 +53,8 @@ TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
           const Pose X_away = DiscPose(Pose{}, {0, 0, 60});
           CoupledSimulation simulation(bone, MakeParams(), set_down ? X_away : X);
           if (set_down) {
-            for (int i = 0; i < 50; ++i) simulation.Tick(Handle(X, 0));  // the hand is there, the tool held outside
+            for (int i = 0; i < 50; ++i)
+              simulation.Tick(Handle(X, 0));  // the handle is there, the tool is held outside
             ASSERT_TRUE(simulation.SetDown(X));
           }
           test::Invariants invariants(simulation, X, kQuiet);
@@ -65,7 +65,7 @@ TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
               invariants.Tick(in, out);
               force_N = std::max(force_N, glm::length(out.f_H_W_N) + 0.01 * glm::length(out.tau_H_W_Nmm));
               moved_mm = std::max(moved_mm, glm::length(out.X_WT.p_AB - X.p_AB));
-              // What the tool lies in goes in the first tick that it turns in, and then no more.
+              // The bone that overlaps the tool is removed in the first tick with a turning spindle, and no more later.
               if (i > 0 || rpm == 0) later_mm3 += out.removed_mm3;
             }
           }
@@ -75,18 +75,18 @@ TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
       }
     }
   }
-  verdict.AtMost("force at rest, from the first tick on", force_N, 1e-9, "N");
-  verdict.AtMost("moved by itself", 1000 * moved_mm, 1e-3, "um");
-  verdict.Equal("removed after the first tick of turning", later_mm3, 0, "mm3");
+  verdict.AtMost("force at rest from the first tick on", force_N, 1e-9, "N");
+  verdict.AtMost("spontaneous motion", 1000 * moved_mm, 1e-3, "um");
+  verdict.Equal("volume removed after the first turning tick", later_mm3, 0, "mm3");
 }
 
 TEST(HardCase05, SetDownFarFromTheHandItNeverPushesBeyondTheCouplingAndComesOut) {
-  // Undo with the hand elsewhere: the tool is in the bone, the handle above it. No more than the coupling's greatest
-  // force, never away from the handle, and it is drawn out along the slot that it lies in.
+  // Undo with the hand elsewhere: the tool is in the bone, the handle above it. The force is at most the coupling's
+  // maximum and never points away from the tool. The handle draws the tool out along its kerf.
   Verdict verdict("holds");
   double over_N = 0, away_N = 0, left_mm = 0, ticks = 0, stuck = 0;
   for (const double h : {0.2, 0.4}) {
-    const Bone bone = test::MakeBox(Pose{}, kSize, h);
+    const Bone bone = test::MakeBox(Pose{}, kStartInsideSize, h);
     for (const double depth : {0.5, 3.0, 11.0}) {
       for (const bool askew : {false, true}) {
         for (const double rpm : {0.0, 7500.0}) {
@@ -102,10 +102,10 @@ TEST(HardCase05, SetDownFarFromTheHandItNeverPushesBeyondTheCouplingAndComesOut)
           int out_at = -1;
           CoupledOutput out;
           for (int i = 0; i < 600 && out_at < 0; ++i) {
-            // What is stuck with the spindle stopped comes free when it turns.
+            // A tool stuck with the spindle stopped comes free when the spindle turns.
             out = tool.Tick(X_WH, i < 300 ? rpm : 7500);
             over_N = std::max(over_N, glm::length(out.f_H_W_N) - 20);
-            // On the hand: towards the tool.
+            // The force on the hand points towards the tool.
             const Vec3 towards = out.X_WT.p_AB - X_WH.p_AB;
             away_N = std::max(away_N, -glm::dot(out.f_H_W_N, towards) / std::max(1.0, glm::length(towards)));
             if (out.status & kCoupledAsleep) out_at = i;
@@ -120,25 +120,25 @@ TEST(HardCase05, SetDownFarFromTheHandItNeverPushesBeyondTheCouplingAndComesOut)
       }
     }
   }
-  verdict.AtMost("force beyond the coupling's greatest, 20 N", over_N, 1e-9, "N");
+  verdict.AtMost("force in excess of the coupling's maximum of 20 N", over_N, 1e-9, "N");
   verdict.AtMost("push away from the handle", away_N, 1e-9, "N");
-  verdict.AtMost("ticks until it is out and free", ticks, 300);
-  verdict.AtMost("of 12 with the spindle stopped, stuck until it turned", stuck, 2);
-  verdict.Equal("tool from handle then", left_mm, 0, "mm");
+  verdict.AtMost("ticks until the tool is out and free", ticks, 300);
+  verdict.AtMost("stopped discs, out of 12, that stuck until the spindle turned", stuck, 2);
+  verdict.Equal("final distance of the tool from the handle", left_mm, 0, "mm");
 }
 
 TEST(HardCase05, BuriedItIsHeldByWhatItLiesIn) {
-  // Pushed with 5 N for 0.2 s each along the axes: against the flats it stays; in its plane a stopped rim stays and a
-  // turning one cuts on at no more than 5 N of feed.
+  // Pushed with 5 N for 0.2 s along each axis: the tool stays against pushes on its flats. In its plane a stopped rim
+  // stays, and a turning rim continues to cut with at most 5 N of feed force.
   Verdict verdict("holds");
-  double sideways_mm = 0, stopped_mm = 0, cut_mm = 0, most_N = 0;
+  double sideways_mm = 0, stopped_mm = 0, cut_mm = 0, max_N = 0;
   for (const double h : {0.2, 0.4}) {
-    const Bone bone = test::MakeBox(Pose{}, kSize, h);
+    const Bone bone = test::MakeBox(Pose{}, kStartInsideSize, h);
     for (const bool askew : {false, true}) {
       for (const double rpm : {0.0, 7500.0}) {
         SCOPED_TRACE(testing::Message() << h << " " << askew << " " << rpm);
         const Pose X = Inside(23.5, askew);
-        // A kerf is no narrower than a voxel (docs/physics.md): once it turns, the disc has so much room in it.
+        // A kerf is at least as wide as a voxel (docs/physics.md): a turning disc has this much room in it.
         const double play_mm = rpm == 0 ? 0 : CalcKerfWidth(kSaw, h) - kSaw.thickness_mm;
         WatchedTool tool(bone, MakeParams(), X);
         for (int axis = 0; axis < 3; ++axis) {
@@ -147,30 +147,31 @@ TEST(HardCase05, BuriedItIsHeldByWhatItLiesIn) {
             const Vec3 from = tool.X_WT.p_AB;
             for (int i = 0; i < 200; ++i) {
               const CoupledOutput out = tool.Push(X.R_AB, 5.0 * way, rpm);
-              most_N = std::max(most_N, glm::length(out.f_H_W_N));
+              max_N = std::max(max_N, glm::length(out.f_H_W_N));
             }
             double gone_mm = std::abs(glm::dot(tool.X_WT.p_AB - from, way));
             if (axis == 2) gone_mm -= play_mm;
-            double& most_mm = axis == 2 ? sideways_mm : rpm == 0 ? stopped_mm : cut_mm;
-            most_mm = std::max(most_mm, gone_mm);
+            double& max_mm = axis == 2 ? sideways_mm : rpm == 0 ? stopped_mm : cut_mm;
+            max_mm = std::max(max_mm, gone_mm);
           }
         }
         tool.invariants.CheckBone();
       }
     }
   }
-  verdict.AtMost("shifted along the spindle, in a kerf as wide as the disc", 1000 * sideways_mm, 50, "um");
-  verdict.AtMost("shifted in its plane, stopped", 1000 * stopped_mm, 10, "um");
-  verdict.AtMost("cut on in its plane, turning", cut_mm, 2, "mm");
-  // A wall found nearer than its spring knew pushes out at 2 mm/s at most (PushOut): 2 um a tick, and its turning.
-  verdict.AtMost("force on the hand", most_N, 5.02, "N");
+  verdict.AtMost("displacement along the spindle in a kerf as wide as the disc", 1000 * sideways_mm, 50, "um");
+  verdict.AtMost("displacement in the disc's plane, spindle stopped", 1000 * stopped_mm, 10, "um");
+  verdict.AtMost("further cut in the disc's plane, spindle turning", cut_mm, 2, "mm");
+  // If a wall is nearer than its spring's state, it pushes out at most at 2 mm/s (PenetrationLimiter): 2 um a tick,
+  // plus rotation.
+  verdict.AtMost("force on the hand", max_N, 5.02, "N");
 }
 
 TEST(HardCase05, DeviceStartsFromNoForceAndRampsIn) {
-  // The whole step, at its shipped ramp and slew: the tool is set down in the bone 5 mm from where the hand holds the
-  // handle, which alone would be 5 N at once.
+  // The complete step, with the default ramp and slew: the tool is set down in the bone 5 mm from the handle's
+  // position, which without them would give 5 N at once.
   Verdict verdict("holds");
-  double first_N = 0, step_share = 0, ramp_share = 0, peak_share = 0, over_share = 0;
+  double first_N = 0, step_fraction = 0, ramp_fraction = 0, peak_fraction = 0, over_fraction = 0;
   for (const char* profile : {"omega_6", "touch"}) {
     for (const char* hand : {"H0", "H1", "H3"}) {
       for (const double depth : {3.0, 23.5}) {
@@ -193,43 +194,43 @@ TEST(HardCase05, DeviceStartsFromNoForceAndRampsIn) {
           const ForceMapParams& map = saw.step.force_map().params();
           const double scale = saw.step.force_map().force_scale();
           Vec3 last_N(0);
-          double most_N = 0;
+          double max_N = 0;
           for (int i = 0; i < 1000; ++i) {
             const HapticStepOutput out = saw.Step(rpm);
             invariants.Step({0.001, rpm}, out);
             const Vec3 f_N = out.force.f_H_W_N;
             if (i == 0) first_N = std::max(first_N, glm::length(f_N) / (scale * 5));
-            step_share =
-                std::max(step_share, glm::length(f_N - last_N) / (0.001 * options.profile.peak_force_N / 0.005));
-            // At most the share of the force that the ramp lets through.
+            step_fraction =
+                std::max(step_fraction, glm::length(f_N - last_N) / (0.001 * options.profile.peak_force_N / 0.005));
+            // At most the fraction of the force that the ramp allows.
             const double asked_N = scale * glm::length(out.coupled.f_H_W_N);
             const double t = std::min(1.0, 0.001 * (i + 1) / map.ramp_in_s);
             const double ramp = t * t * (3 - 2 * t);
-            if (i < 400 && asked_N > 1e-3) ramp_share = std::max(ramp_share, glm::length(f_N) / (asked_N * ramp));
-            peak_share = std::max(peak_share, glm::length(f_N) / options.profile.peak_force_N);
-            most_N = std::max(most_N, glm::length(f_N));
+            if (i < 400 && asked_N > 1e-3) ramp_fraction = std::max(ramp_fraction, glm::length(f_N) / (asked_N * ramp));
+            peak_fraction = std::max(peak_fraction, glm::length(f_N) / options.profile.peak_force_N);
+            max_N = std::max(max_N, glm::length(f_N));
             last_N = f_N;
           }
-          // It was felt, but where it turns in a slot that is open above: that it comes out of.
+          // The force was felt, except where the disc turns in a kerf that is open above and comes out of it.
           if (depth > 2 * kR || rpm == 0) {
-            EXPECT_GT(most_N, 0);
+            EXPECT_GT(max_N, 0);
           }
-          over_share = std::max(over_share, most_N / (scale * 5));
+          over_fraction = std::max(over_fraction, max_N / (scale * 5));
           CheckAll(invariants);
         }
       }
     }
   }
-  verdict.AtMost("force in the first tick, of 5 N", first_N, 0.01);
-  verdict.AtMost("force step of what the slew allows", step_share, 1 + 1e-9);
-  verdict.AtMost("force of what the ramp lets through", ramp_share, 1.05);
-  verdict.AtMost("force of the device's peak", peak_share, 1);
-  verdict.AtMost("force of the spring's as it was set down", over_share, 1);
+  verdict.AtMost("force in the first tick relative to 5 N", first_N, 0.01);
+  verdict.AtMost("force step relative to the slew limit", step_fraction, 1 + 1e-9);
+  verdict.AtMost("force relative to what the ramp allows", ramp_fraction, 1.05);
+  verdict.AtMost("force relative to the device's peak", peak_fraction, 1);
+  verdict.AtMost("force relative to the spring force at set-down", over_fraction, 1);
 }
 
 TEST(HardCase05, DeviceLeanedOnInsideIsLetGoOfOutside) {
-  // Started buried with the hand leaning on it, then pulled out and free: no force is left, and none was beyond the
-  // hand's.
+  // Started buried with the hand pushing on it, then pulled out and free: no force is left, and the force never
+  // exceeded the hand's.
   Verdict verdict("holds");
   double idle_N = 0, over = 0, noise_N = 0;
   for (const double rpm : {0.0, 7500.0}) {
@@ -264,9 +265,9 @@ TEST(HardCase05, DeviceLeanedOnInsideIsLetGoOfOutside) {
       CheckAll(invariants);
     }
   }
-  verdict.AtMost("force beyond what the hand leans with, 4 N", std::max(0.0, over), 0, "N");
-  verdict.AtMost("noise while it is leaned on", 1000 * noise_N, 20, "mN");
-  verdict.Equal("force outside", idle_N, 0, "N");
+  verdict.AtMost("force in excess of the hand's push of 4 N", std::max(0.0, over), 0, "N");
+  verdict.AtMost("noise while pushed", 1000 * noise_N, 20, "mN");
+  verdict.Equal("force outside the bone", idle_N, 0, "N");
 }
 
 }  // namespace

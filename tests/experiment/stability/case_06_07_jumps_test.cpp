@@ -1,17 +1,17 @@
-// Hard cases 6 and 7: the hand jumps, and turns, in one tick.
+// Hard cases 6 and 7: the hand jumps, and turns, within one tick.
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <random>
 
 #include "cut/contact/probe.h"
 #include "experiment/stability/verdict.h"
 #include "experiment/stability/watched.h"
+#include "support/saw.h"
 
 namespace kerf::test {
 namespace {
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 constexpr double kJumps_mm[] = {1, 5, 20, 100};
 
 Vec3 DrawDirection(std::mt19937_64& random) {
@@ -23,9 +23,9 @@ Vec3 DrawDirection(std::mt19937_64& random) {
   }
 }
 
-// ---- 6: on a path the tool takes all that it sweeps, however far it goes in a tick
+// ---- 6: on a path the tool removes everything that it sweeps, whatever the distance in a tick
 
-/// A disc 3 mm deep in the block goes from -d/2 to d/2: area swept below the block's top, by columns.
+/// A disc 3 mm deep in the block moves from -d/2 to d/2. Returns the area swept below the block's top, by columns.
 double CalcSweptArea(double jump_mm, const Vec3& size) {
   const double z = 0.5 * size.z - 3 + kR;
   constexpr int kColumns = 20000;
@@ -59,8 +59,9 @@ TEST(HardCase06, OnAPathAJumpRemovesWhatItSweepsInHoweverManyTicks) {
       worst_split = std::max(worst_split, std::abs(removed / first - 1));
     }
   }
-  // As any slot at this voxel size (RemovalClosedForm); the stadiums of the parts make up that of the whole.
-  verdict.AtMost("error of the volume swept in a jump of 1 to 100 mm", 100 * worst, 1, "%");
+  // The same as for any kerf at this voxel size (RemovalClosedForm). The stadiums of the parts add up to that of the
+  // whole.
+  verdict.AtMost("error of the swept volume in a jump of 1 to 100 mm", 100 * worst, 1, "%");
   verdict.AtMost("difference between 1, 3 and 16 ticks", 100 * worst_split, 0.001, "%");
 }
 
@@ -76,24 +77,25 @@ TEST(HardCase06, OnAPathAJumpAlongTheSpindleLeavesNoLayer) {
     path.invariants.CheckBone();
     worst = std::max(worst, std::abs(path.CalcRemoved() / expected - 1));
   }
-  verdict.AtMost("error of the volume swept", 100 * worst, 1, "%");
-  // Further than 4096 sub-steps resolve: told, and still no layer is jumped over.
+  verdict.AtMost("error of the swept volume", 100 * worst, 1, "%");
+  // Further than 4096 substeps resolve: a status bit is set, and still no layer is skipped.
   WatchedPath path(MakeBox({}, size, 0.05), {}, DiscPose({}, {0, -50, kR}));
   EXPECT_EQ(path.Tick(DiscPose({}, {0, 50, kR})).status, kTickSubstepsLimited);
   path.invariants.CheckBone();
-  verdict.AtMost("the same where sub-steps are limited", 100 * std::abs(path.CalcRemoved() / expected - 1), 1, "%");
+  verdict.AtMost("error of the swept volume with limited substeps", 100 * std::abs(path.CalcRemoved() / expected - 1),
+                 1, "%");
 }
 
 // ---- 6: a tool that is held by bone does not get through it
 
 enum class Way { kFlat, kEdge, kTip };
 
-/// A plate of two voxels, normal y; the disc in front of it, flat or upright or with its plane across.
+/// A plate of two voxels, normal y; the disc in front of it, with its flat, its edge or its tip towards the plate.
 Pose InFrontOfPlate(Way way, double y) {
   if (way == Way::kFlat) return DiscPose({}, {0.3, y, 0.2});
-  // The disc's edge towards the plate: spindle along x or along z.
+  // The disc's edge faces the plate: spindle along x or along z.
   const Vec3 axis = way == Way::kEdge ? Vec3(0, 1, 0) : Vec3(1, 0, 0);
-  return {glm::angleAxis(way == Way::kEdge ? kPi / 2 : 0.0, axis), {0.3, y - kR, 0.2}};
+  return {glm::angleAxis(way == Way::kEdge ? std::numbers::pi / 2 : 0.0, axis), {0.3, y - kR, 0.2}};
 }
 
 TEST(HardCase06, AStoppedSawDoesNotGetThroughAPlateOfTwoVoxels) {
@@ -113,20 +115,20 @@ TEST(HardCase06, AStoppedSawDoesNotGetThroughAPlateOfTwoVoxels) {
         furthest_mm = std::max(furthest_mm, at - touching);
       }
       EXPECT_NEAR(glm::length(out.f_H_W_N), std::min(40.0, jump - 0.6), 0.1) << jump;
-      // And back again: the air is free.
+      // Back again: no force in free air.
       for (int i = 0; i < 60; ++i) out = tool.Tick(InFrontOfPlate(way, y - 0.5), 0);
       EXPECT_EQ(out.f_H_W_N, Vec3(0));
       tool.invariants.CheckBone();
       EXPECT_EQ(tool.simulation.bone().CalcHash(), hash);
     }
   }
-  // 40 N on a few points of 2000 N/mm; and the grid rounds a plate of two voxels off by nothing.
-  verdict.AtMost("deepest in the plate", furthest_mm, 0.03, "mm");
+  // 40 N on a few points of 2000 N/mm. The grid represents a plate of two voxels without rounding.
+  verdict.AtMost("maximum penetration of the plate", furthest_mm, 0.03, "mm");
 }
 
 TEST(HardCase06, AStoppedEdgeGivesWayAsItsSpringsSay) {
   Verdict verdict("holds");
-  // The lowest point of the rim and those beside it, each a spring: 2000 N/mm an eighth of a pitch.
+  // The lowest point of the rim and its neighbours are springs of 2000 N/mm per eighth of a pitch.
   const int samples = CoupledParams{}.edge_samples_per_pitch;
   double worst = 0;
   for (const double push_N : {2.0, 10.0, 30.0}) {
@@ -135,7 +137,7 @@ TEST(HardCase06, AStoppedEdgeGivesWayAsItsSpringsSay) {
       const double depth = 0.5 * (least + most);
       double force = 0;
       for (int k = -40; k <= 40; ++k) {
-        const double angle = 2 * kPi / (samples * kSaw.teeth) * k;
+        const double angle = 2 * std::numbers::pi / (samples * kSaw.teeth) * k;
         force += 2000 * 8.0 / samples * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
       }
       (force < push_N ? least : most) = depth;
@@ -145,12 +147,12 @@ TEST(HardCase06, AStoppedEdgeGivesWayAsItsSpringsSay) {
     worst = std::max(worst, std::abs((4 + kR - tool.X_WT.p_AB.z) / least - 1));
     tool.invariants.CheckBone();
   }
-  verdict.AtMost("error of how deep it stands at 2 to 30 N", 100 * worst, 3, "%");
+  verdict.AtMost("error of the penetration depth at 2 to 30 N", 100 * worst, 3, "%");
 }
 
 TEST(HardCase06, ATurningSawGetsThroughOnlyWhereItHasCut) {
   Verdict verdict("holds");
-  double most_mm = 0;
+  double max_mm = 0;
   int lagging = 0;
   for (const Way way : {Way::kEdge, Way::kTip}) {
     for (const double jump : kJumps_mm) {
@@ -158,20 +160,20 @@ TEST(HardCase06, ATurningSawGetsThroughOnlyWhereItHasCut) {
       for (int i = 0; i < 400; ++i) {
         const Pose X = tool.X_WT;
         const CoupledOutput out = tool.Tick(InFrontOfPlate(way, -0.8 + jump));
-        // While the edge is between the faces a sub-step goes half a voxel at most; through air it may go further.
+        // While the edge is between the faces a substep is at most half a voxel long; through air it may be longer.
         if (X.p_AB.y + kR > -0.2 && out.X_WT.p_AB.y + kR < 0.2) {
-          most_mm = std::max(most_mm, glm::length(out.X_WT.p_AB - X.p_AB) / out.substeps);
+          max_mm = std::max(max_mm, glm::length(out.X_WT.p_AB - X.p_AB) / out.substeps);
         }
         lagging += (out.status & kCoupledSubstepsUsedUp) != 0;
       }
-      // The looks at the bone along the way: each point of the rim that was in it has left none.
+      // The look-ups of the bone along the motion leave no gaps: wherever a point of the rim was, the bone is removed.
       tool.invariants.CheckBone();
       const double through = std::min(jump - 0.6, 0.4);
       EXPECT_GT(tool.CalcRemoved(), through * 0.5 * kSaw.thickness_mm);
     }
   }
-  verdict.AtMost("way in a sub-step in bone", most_mm / 0.2, 0.5 + 1e-9, "voxels");
-  verdict.AtLeast("ticks that lag behind the hand", lagging, 1);
+  verdict.AtMost("motion per substep in bone", max_mm / 0.2, 0.5 + 1e-9, "voxels");
+  verdict.AtLeast("ticks in which the tool lags behind the hand", lagging, 1);
 }
 
 TEST(HardCase06, WhereASawComesToRestDoesNotDependOnTheSubsteps) {
@@ -188,22 +190,22 @@ TEST(HardCase06, WhereASawComesToRestDoesNotDependOnTheSubsteps) {
     removed[n] = tool.CalcRemoved();
     tool.invariants.CheckBone();
   }
-  double most_depth = 0, most_removed = 0;
+  double max_depth = 0, max_removed = 0;
   for (int n = 0; n < 4; ++n) {
-    most_depth = std::max(most_depth, std::abs(depth[n] - depth[2]));
-    most_removed = std::max(most_removed, std::abs(removed[n] / removed[2] - 1));
+    max_depth = std::max(max_depth, std::abs(depth[n] - depth[2]));
+    max_removed = std::max(max_removed, std::abs(removed[n] / removed[2] - 1));
   }
   EXPECT_GT(depth[2], 3.5);
-  // A tenth of a voxel: what is left of the way after so long goes by what was lost while it lagged.
-  verdict.AtMost("difference in depth, 1 to 400 sub-steps", most_depth, 0.02, "mm");
-  verdict.AtMost("difference in volume", 100 * most_removed, 1, "%");
+  // A tenth of a voxel: after this time, the remaining motion depends on the loss while the tool lagged.
+  verdict.AtMost("difference in depth, 1 to 400 substeps", max_depth, 0.02, "mm");
+  verdict.AtMost("difference in volume", 100 * max_removed, 1, "%");
 }
 
 TEST(HardCase06, ASolverThatRunsOutOfIterationsMakesNoEnergy) {
   Verdict verdict("holds");
   const int seeds = std::max(1, static_cast<int>(6 * Effort()));
   int ran_out = 0;
-  double least_mJ = 0;
+  double min_mJ = 0;
   for (int seed = 0; seed < seeds; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(3000 + seed));
     const double rpm = seed % 2 == 0 ? 0 : 7500;
@@ -218,12 +220,12 @@ TEST(HardCase06, ASolverThatRunsOutOfIterationsMakesNoEnergy) {
       Pose X_WH = DiscPose({}, home + kJumps_mm[random() % 2] * DrawDirection(random));
       X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(0.1, DrawDirection(random)));
       for (int k = 0; k < 5; ++k) ran_out += (tool.Tick(X_WH, rpm).status & kCoupledIterationsUsedUp) != 0;
-      least_mJ = std::min(least_mJ, tool.invariants.lost_mJ());
+      min_mJ = std::min(min_mJ, tool.invariants.lost_mJ());
     }
     tool.invariants.CheckBone();
   }
-  // On a plane nothing uneven pushes the tool out: there no tick by itself may give anything back.
-  double least_tick_mJ = 0;
+  // On a plane no unevenness pushes the tool out: no single tick may return energy.
+  double min_tick_mJ = 0;
   for (const int iterations : {1, 2, 4}) {
     std::mt19937_64 random(static_cast<std::uint64_t>(iterations));
     CoupledParams params = DiscParams();
@@ -236,13 +238,13 @@ TEST(HardCase06, ASolverThatRunsOutOfIterationsMakesNoEnergy) {
       X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(0.02, DrawDirection(random)));
       const CoupledOutput out = tool.Tick(X_WH, 0);
       const double lost = out.cut_mJ + out.friction_mJ + out.numerical_mJ;
-      least_tick_mJ = std::min(least_tick_mJ, lost / (1e-3 + std::abs(out.hand_mJ)));
+      min_tick_mJ = std::min(min_tick_mJ, lost / (1e-3 + std::abs(out.hand_mJ)));
     }
   }
-  // A step's turn is taken as a small one: so much may come back of what it stores.
-  verdict.AtLeast("least lost in a tick on a plane, of the hand's work", least_tick_mJ, -1e-3);
-  verdict.AtLeast("ticks in which 1 to 3 iterations did not do", ran_out, 100);
-  verdict.AtLeast("least of what was lost for good since the start", least_mJ, -1e-6, "mJ");
+  // A step's rotation is treated as small: this fraction of the energy that it stores may be returned.
+  verdict.AtLeast("minimum energy lost in a tick on a plane relative to the hand's work", min_tick_mJ, -1e-3);
+  verdict.AtLeast("ticks in which 1 to 3 iterations were not enough", ran_out, 100);
+  verdict.AtLeast("minimum energy dissipated since the start", min_mJ, -1e-6, "mJ");
 }
 
 TEST(HardCase06, ManyJumpsAnyWayKeepWhatMustHold) {
@@ -258,7 +260,7 @@ TEST(HardCase06, ManyJumpsAnyWayKeepWhatMustHold) {
     WatchedTool tool(MakeBox({}, {12, 3, 8}, 0.2), params, DiscPose({}, {0, 0, 4 + kR + 1}));
     for (int i = 0; i < 150; ++i) {
       const Vec3 to = home + kJumps_mm[random() % 4] * DrawDirection(random);
-      // There for a while, as a hand is that was seen in the wrong place.
+      // The handle stays there for a while, like a hand whose position was measured wrongly.
       const int stay = 1 + static_cast<int>(random() % 6);
       for (int k = 0; k < stay; ++k) tool.Tick(DiscPose({}, to), rpm);
     }
@@ -279,25 +281,27 @@ TEST(HardCase07, OnAPathADiscThatTurnsOverSweepsHalfABall) {
   params.tool = small;
   const double R = 3;
   const double t = small.thickness_mm;
-  // Two opposite quarters of the ball; before the first position and behind the last half of the disc's thickness, but
-  // not twice where the two meet at the axis; and the corners of the thick disc reach beyond the ball.
-  const double expected = 2.0 / 3 * kPi * R * R * R + kPi * R * R * t - t * t * R + kPi * t * t * R / 4;
+  // Two opposite quarters of the ball; half the disc's thickness in front of the first position and behind the last,
+  // but not counted twice where the two join at the axis; and the corners of the thick disc extend beyond the ball.
+  const double expected = 2.0 / 3 * std::numbers::pi * R * R * R + std::numbers::pi * R * R * t - t * t * R +
+                          std::numbers::pi * t * t * R / 4;
   double worst = 0;
   for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), glm::normalize(Vec3(1, 1, 0))}) {
     for (const Quat& R_WT : {Quat(1, 0, 0, 0), glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3)))}) {
       WatchedPath path(MakeBox({}, {7, 7, 7}, 0.1), params, {R_WT, Vec3(0)});
-      EXPECT_EQ(path.Tick({R_WT * glm::angleAxis(kPi / 2, axis), Vec3(0)}).status, kTickOk);
+      EXPECT_EQ(path.Tick({R_WT * glm::angleAxis(std::numbers::pi / 2, axis), Vec3(0)}).status, kTickOk);
       path.invariants.CheckBone();
       worst = std::max(worst, std::abs(path.CalcRemoved() / expected - 1));
     }
   }
-  // A disc that shrank on the way, as between two matrices, would sweep a third less. What is left is the grid's.
-  verdict.AtMost("error of the volume swept in a quarter turn", 100 * worst, 1, "%");
+  // A disc that shrinks during the motion, as with interpolated matrices, would sweep a third less. The rest is the
+  // grid's error.
+  verdict.AtMost("error of the swept volume in a quarter turn", 100 * worst, 1, "%");
 }
 
 TEST(HardCase07, ATurnIsTheSameByEitherSignOfItsQuaternion) {
   Verdict verdict("holds");
-  double most_N = 0, most_Nmm = 0;
+  double max_N = 0, max_Nmm = 0;
   for (const double rpm : {0.0, 7500.0}) {
     const Pose X_start = DiscPose({}, {0, 0, 4 + kR + 0.3});
     const Bone bone = MakeBox({}, {16, 3, 8}, 0.2);
@@ -309,20 +313,20 @@ TEST(HardCase07, ATurnIsTheSameByEitherSignOfItsQuaternion) {
       const CoupledOutput a = plain.Tick(X, rpm);
       if (i % 3 == 0) X.R_AB = -X.R_AB;
       const CoupledOutput b = other.Tick(X, rpm);
-      most_N = std::max(most_N, glm::length(a.f_H_W_N - b.f_H_W_N));
-      most_Nmm = std::max(most_Nmm, glm::length(a.tau_H_W_Nmm - b.tau_H_W_Nmm));
+      max_N = std::max(max_N, glm::length(a.f_H_W_N - b.f_H_W_N));
+      max_Nmm = std::max(max_Nmm, glm::length(a.tau_H_W_Nmm - b.tau_H_W_Nmm));
     }
     EXPECT_GT(plain.invariants.largest_force_N(), 1);
   }
   // Rounding, and the solver's residual of 1e-8.
-  verdict.AtMost("difference of the force", most_N, 1e-6, "N");
-  verdict.AtMost("difference of the torque", most_Nmm, 1e-5, "N mm");
+  verdict.AtMost("force difference", max_N, 1e-6, "N");
+  verdict.AtMost("torque difference", max_Nmm, 1e-5, "N mm");
 }
 
 TEST(HardCase07, AJumpThatTurnsKeepsWhatMustHold) {
   Verdict verdict("holds");
   const int seeds = std::max(1, static_cast<int>(6 * Effort()));
-  double most_voxels = 0;
+  double max_voxels = 0;
   double deepest_mm = 0;
   for (int seed = 0; seed < seeds; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(2000 + seed));
@@ -336,24 +340,24 @@ TEST(HardCase07, AJumpThatTurnsKeepsWhatMustHold) {
     const Vec3 home = X_WH.p_AB - Vec3(0, 0, 2);
     for (int i = 0; i < 100; ++i) {
       X_WH.p_AB = home + kJumps_mm[random() % 3] * DrawDirection(random);
-      X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(kPi / 2, DrawDirection(random)));
+      X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(std::numbers::pi / 2, DrawDirection(random)));
       const int stay = 1 + static_cast<int>(random() % 10);
       for (int k = 0; k < stay; ++k) {
         const Pose X = tool.X_WT;
         const CoupledOutput out = tool.Tick(X_WH, rpm);
         if (out.engaged_teeth == 0 && out.f_face_W_N == Vec3(0)) continue;
-        // Where it holds to something no point of the edge may go further than a sub-step looks. A turn about the
-        // spindle moves the disc nowhere.
+        // In contact, no point of the edge may move further than a substep looks ahead. A turn about the spindle does
+        // not move the disc.
         const double tilt = std::acos(std::clamp(glm::dot(X.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})), -1.0, 1.0));
         const double way = std::max(glm::length(out.X_WT.p_AB - X.p_AB), tilt * kR);
-        if (out.substeps <= 2) most_voxels = std::max(most_voxels, way / (0.2 * out.substeps));
+        if (out.substeps <= 2) max_voxels = std::max(max_voxels, way / (0.2 * out.substeps));
       }
     }
     tool.invariants.CheckBone();
     if (rpm == 0) {
       EXPECT_EQ(tool.simulation.bone().CalcHash(), bone.CalcHash());
     }
-    // Out: free again at once.
+    // Out of the bone: free again at once.
     X_WH.p_AB = {0, 0, 60};
     CoupledOutput out;
     for (int i = 0; i < 200; ++i) out = tool.Tick(X_WH, rpm);
@@ -364,7 +368,7 @@ TEST(HardCase07, AJumpThatTurnsKeepsWhatMustHold) {
     deepest_mm = std::max(deepest_mm, tool.invariants.largest_force_N());
   }
   verdict.AtMost("largest force", deepest_mm, 40 * (1 + 1e-12), "N");
-  verdict.Note("way of the edge in a sub-step", most_voxels, "voxels");
+  verdict.Note("motion of the edge per substep", max_voxels, "voxels");
 }
 
 }  // namespace

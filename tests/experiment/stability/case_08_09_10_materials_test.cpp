@@ -1,17 +1,16 @@
-// Hard cases 8 to 10: steps of material, its extremes, and friction's.
+// Hard cases 8 to 10: steps between materials, extremes of materials, and extremes of friction.
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <numbers>
 
 #include "experiment/stability/verdict.h"
 #include "experiment/stability/watched.h"
 #include "kerf/error.h"
+#include "support/saw.h"
 
 namespace kerf::test {
 namespace {
-
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 
 MaterialTable TwoRegionTable(double E_1_MPa, double E_2_MPa) {
   MaterialTable table;
@@ -20,7 +19,7 @@ MaterialTable TwoRegionTable(double E_1_MPa, double E_2_MPa) {
   return table;
 }
 
-/// A block with region 2 where `second` says so.
+/// Returns a block with region 2 wherever `second` returns true.
 Bone MakeTwoRegions(const Vec3& size, double voxel_mm, double E_1_MPa, double E_2_MPa,
                     const std::function<bool(const Vec3&)>& second) {
   Bone bone = MakeBox({}, size, voxel_mm);
@@ -34,7 +33,7 @@ double CalcEStar(double E_MPa, double nu = 0.28) {
   return CalcReducedModulus(kSaw.E_MPa, kSaw.nu, E_MPa, nu);
 }
 
-/// Largest step from one tick to the next in just-noticeable differences, 7 % of the force or of 0.5 N.
+/// Returns the largest step between two ticks, in just-noticeable differences: 7 % of the force or of 0.5 N.
 double CalcLargestStep(const std::vector<Vec3>& f_N) {
   double largest = 0;
   for (std::size_t i = 1; i < f_N.size(); ++i) {
@@ -46,7 +45,7 @@ double CalcLargestStep(const std::vector<Vec3>& f_N) {
 
 // ---- 8: a step of material
 
-/// Thrusts along a slot with the border of the materials at x = 0 and the disc's centre at x_mm.
+/// Sum of the thrusts along a kerf, with the border of the materials at x = 0 and the disc's centre at `x_mm`.
 double CalcSlotThrust(const ToothForce& force, double x_mm, double depth_mm, double bite_mm, double E_1, double E_2) {
   const double alpha = std::acos(1 - depth_mm / kR);
   constexpr int kIntervals = 4000;
@@ -54,7 +53,7 @@ double CalcSlotThrust(const ToothForce& force, double x_mm, double depth_mm, dou
   for (int i = 0; i < kIntervals; ++i) {
     const double phi = alpha * (i + 0.5) / kIntervals;
     const double E = x_mm + kR * std::sin(phi) < 0 ? E_1 : E_2;
-    sum += force(bite_mm * std::sin(phi), CalcEStar(E)) * kSaw.teeth / (2 * kPi) * alpha / kIntervals;
+    sum += force(bite_mm * std::sin(phi), CalcEStar(E)) * kSaw.teeth / (2 * std::numbers::pi) * alpha / kIntervals;
   }
   return sum;
 }
@@ -62,7 +61,7 @@ double CalcSlotThrust(const ToothForce& force, double x_mm, double depth_mm, dou
 TEST(HardCase08, OverAStepOfMaterialTheForceFollowsTheArcInEach) {
   Verdict verdict("holds");
   const double h = 0.2;
-  const double border = 0.5 * h;  // between the last voxel of the one and the first of the other
+  const double border = 0.5 * h;  // between the last voxel of the first material and the first of the second
   const double depth = 3;
   const double feed = 10;
   double worst[2] = {};
@@ -97,14 +96,14 @@ TEST(HardCase08, OverAStepOfMaterialTheForceFollowsTheArcInEach) {
       }
       path.invariants.CheckBone();
     }
-  // Each point of the rim stands for its share of the arc, 0.36 mm of 7.5 mm, in the one material or the other (over a
-  // region voxel's width); where the rim leaves the bone that share counts half as much again. Four times as many:
-  // less.
-  verdict.AtMost("error of the force over the border", 100 * worst[0], 5, "% of that before");
-  verdict.AtMost("the same with 32 points a pitch", 100 * worst[1], 3, "%");
-  verdict.AtMost("step in a tick beyond the analytic one", 100 * worst_step, 1, "%");
-  // The look-ahead is 0.04 mm, and a point of the rim comes to the border by 0.01 mm a tick at most.
-  verdict.AtMost("rise in a tick where it should fall", 100 * worst_rise, 0.35, "%");
+  // Each point of the rim represents its part of the arc, 0.36 mm of 7.5 mm, in one material or the other (over the
+  // width of a region's voxel). Where the rim leaves the bone that part counts 1.5 times. Four times as many points
+  // give a smaller error.
+  verdict.AtMost("error of the force across the border", 100 * worst[0], 5, "% of the force before it");
+  verdict.AtMost("error of the force across the border, 32 points per pitch", 100 * worst[1], 3, "%");
+  verdict.AtMost("force step in a tick in excess of the analytic step", 100 * worst_step, 1, "%");
+  // The look-ahead is 0.04 mm, and a point of the rim approaches the border by at most 0.01 mm a tick.
+  verdict.AtMost("rise of the force in a tick where it should fall", 100 * worst_rise, 0.35, "%");
 }
 
 TEST(HardCase08, ASawInAHandPassesFromCortexToCancellousBoneWithoutAStep) {
@@ -112,14 +111,14 @@ TEST(HardCase08, ASawInAHandPassesFromCortexToCancellousBoneWithoutAStep) {
   double largest = 0;
   double ratio_off = 0;
   for (const double ratio : {10.0, 100.0}) {
-    // A plate of 2 mm over softer bone; the hand goes down by 5 mm/s.
+    // A plate of 2 mm over softer bone; the hand moves down at 5 mm/s.
     const Bone bone = MakeTwoRegions({22, 2, 10}, 0.2, 19300, 19300 / ratio, [](const Vec3& p) { return p.z < 3; });
     WatchedTool tool(bone, DiscParams(), DiscPose({}, {0, 0, 5 + kR + 0.2}));
     std::vector<Vec3> f;
     for (int i = 0; i < 900; ++i) f.push_back(tool.Tick(DiscPose({}, {0, 0, 5 + kR + 0.2 - 0.005 * i})).f_H_W_N);
     largest = std::max(largest, CalcLargestStep(f));
     tool.invariants.CheckBone();
-    // And with 5 N throughout, the feed: deep in the softer bone the lower part of the arc alone counts for much.
+    // Feed with a constant 5 N: deep in the softer bone only the lower part of the arc contributes much.
     WatchedTool pushed(bone, DiscParams(), DiscPose({}, {0, 0, 5 + kR + 0.2}));
     double slow = 0, fast = 0;
     for (int i = 0; i < 6000 && pushed.X_WT.p_AB.z > 5 + kR - 4; ++i) {
@@ -129,17 +128,17 @@ TEST(HardCase08, ASawInAHandPassesFromCortexToCancellousBoneWithoutAStep) {
       if (depth < 1.9) slow = z - pushed.X_WT.p_AB.z;
       fast = z - pushed.X_WT.p_AB.z;
     }
-    // What the arcs in both layers give at that feed, against the push.
+    // Compares the force from the arcs in both layers at that feed with the push.
     const double depth = 5 + kR - pushed.X_WT.p_AB.z;
     const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
     double along = 0;
     const double alpha = std::acos(1 - depth / kR);
     for (int k = 0; k < 4000; ++k) {
       const double phi = alpha * ((k + 0.5) / 2000 - 1);
-      // The border lies between the last voxel of the one, at 3 mm, and the first of the other, at 2.8 mm.
+      // The border lies between the last voxel of the upper layer, at 3 mm, and the first of the lower, at 2.8 mm.
       const double E = pushed.X_WT.p_AB.z - kR * std::cos(phi) < 2.9 ? 19300 / ratio : 19300;
       along += force(fast * 1000 * std::cos(phi) / (kSaw.teeth * 125), CalcEStar(E)) * std::cos(phi) * kSaw.teeth /
-               (2 * kPi) * alpha / 2000;
+               (2 * std::numbers::pi) * alpha / 2000;
     }
     ratio_off = std::max(ratio_off, std::abs(along / 5 - 1));
     EXPECT_GT(fast, 0);
@@ -147,7 +146,7 @@ TEST(HardCase08, ASawInAHandPassesFromCortexToCancellousBoneWithoutAStep) {
     pushed.invariants.CheckBone();
   }
   verdict.AtMost("largest force step in a tick", largest, 1, "JND (7 %)");
-  verdict.AtMost("error of the force by the feed, in both layers", 100 * ratio_off, 4, "%");
+  verdict.AtMost("error of the force computed from the feed, both layers", 100 * ratio_off, 4, "%");
 }
 
 TEST(HardCase08, AGrainOfMetalIsABumpThatGoesByItsSize) {
@@ -157,7 +156,7 @@ TEST(HardCase08, AGrainOfMetalIsABumpThatGoesByItsSize) {
   std::vector<double> plain_N;
   const int sizes[4] = {0, 1, 3, 5};  // voxels along an edge
   for (int n = 0; n < 4; ++n) {
-    // Below the disc's lowest point, in its plane: a cube of so many voxels.
+    // Below the disc's lowest point, in its plane: a cube of `sizes[n]` voxels.
     const double half = 0.5 * h * (sizes[n] - 0.5);
     const Vec3 middle(0, 0, 2);
     const auto grain = [&](const Vec3& p) {
@@ -175,7 +174,7 @@ TEST(HardCase08, AGrainOfMetalIsABumpThatGoesByItsSize) {
     path.invariants.CheckBone();
     bump_N[n] = most;
   }
-  // The grain's share of the arc, a voxel and its half neighbours at most, at the most that E* makes of a tooth.
+  // The grain's part of the arc, at most a voxel and its half neighbours, times the increase of a tooth's force by E*.
   const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
   const double bite = 10.0 / (kSaw.teeth * 125);
   const double tooth = force(bite, CalcEStar(200000)) - force(bite, CalcEStar(19300));
@@ -184,10 +183,11 @@ TEST(HardCase08, AGrainOfMetalIsABumpThatGoesByItsSize) {
     EXPECT_LE(bump_N[n], (sizes[n] + 1) * h / kSaw.pitch_mm() * tooth * 1.05) << sizes[n];
     EXPECT_GE(bump_N[n], bump_N[n - 1]);
   }
-  verdict.Note("bump of a grain of one voxel", bump_N[1], "N");
-  verdict.AtMost("of what its length of arc may give", bump_N[1] / (2 * h / kSaw.pitch_mm() * tooth), 1);
+  verdict.Note("force bump of a one-voxel grain", bump_N[1], "N");
+  verdict.AtMost("force bump relative to the maximum for the grain's arc length",
+                 bump_N[1] / (2 * h / kSaw.pitch_mm() * tooth), 1);
 
-  // In a hand it is passed, without a step.
+  // Coupled to a handle, the tool passes the grain without a step.
   const Bone bone = MakeTwoRegions({22, 2, 8}, h, 19300, 200000,
                                    [&](const Vec3& p) { return glm::length(p - Vec3(0, 0, 2)) < 0.5 * h; });
   CoupledParams params = DiscParams();
@@ -204,7 +204,7 @@ TEST(HardCase08, AGrainOfMetalIsABumpThatGoesByItsSize) {
 
 TEST(HardCase09, WhatIsNoMaterialIsRefusedWithASentence) {
   Verdict verdict(
-      "holds; E = 0 and E above 1e6 GPa are refused (in a file E above 10 000 GPa: a unit was mixed up), so F(E = 0) "
+      "holds; E = 0 and E above 1e6 GPa are refused (in a file, E above 10 000 GPa as a mistaken unit), so F(E = 0) "
       "does not apply");
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
@@ -225,7 +225,7 @@ TEST(HardCase09, WhatIsNoMaterialIsRefusedWithASentence) {
   for (const double E : {0.0, -0.0, -1.0, nan, inf, -inf, 1.0001e9, 1e12}) expect_refused(E, 0.3, "region 24: E = ");
   for (const double nu : {-1e-12, 0.5 + 1e-12, 0.75, -1.0, nan, inf}) expect_refused(19300, nu, "region 24: nu = ");
   verdict.Equal("materials refused", refused, 14);
-  // And the tool's own.
+  // The same for the tool's own material.
   for (const double E : {0.0, -1.0, nan, inf}) {
     DiscSaw saw;
     saw.E_MPa = E;
@@ -238,7 +238,7 @@ TEST(HardCase09, WhatIsNoMaterialIsRefusedWithASentence) {
   }
 }
 
-/// Thrust in the middle of a plunge at 4 mm/s.
+/// Returns the thrust in the middle of a plunge at 4 mm/s.
 double PlungeThrust(double E_MPa, double nu, const ForceLaw& law = ForceLaw()) {
   static const Bone block = MakeBox({}, {22, 2, 8}, 0.2);
   Bone bone = block;
@@ -263,12 +263,12 @@ TEST(HardCase09, TheForceGoesWithTheReducedModulusFromOneMegapascalUp) {
     const double thrust = PlungeThrust(E, 0.28);
     EXPECT_GT(thrust, last);
     last = thrust;
-    // The same law at another modulus, which is the same for all teeth.
+    // The same law at another modulus; the ratio is the same for all teeth.
     const double expected = force(bite, CalcEStar(E)) / force(bite, CalcEStar(19300));
     worst = std::max(worst, std::abs(thrust / reference / expected - 1));
   }
-  verdict.AtMost("error of the ratio of forces", worst, 1e-9);
-  // Against the rigid: the steel's own E* is all that is left; no more than that at 1e6 GPa.
+  verdict.AtMost("error of the force ratio", worst, 1e-9);
+  // Against rigid bone only the steel's own E* is left, and at 1e6 GPa the force is no larger than that.
   EXPECT_NEAR(CalcEStar(1e9) / (kSaw.E_MPa / (1 - kSaw.nu * kSaw.nu)), 1, 1e-3);
   for (const ForceLawInfo* law : ForceLaws()) {
     const ToothForce f = MakeToothForce(ForceLaw(law->name), Tool(kSaw));
@@ -295,9 +295,9 @@ TEST(HardCase09, PoissonsRatioIsContinuousUpToOneHalf) {
     worst = std::max(
         worst, std::abs(thrust / first / (force(bite, CalcEStar(19300, nu)) / force(bite, CalcEStar(19300, 0))) - 1));
   }
-  // 1 / (1 - nu^2) rises by 1.3e-6 a millionth of nu there.
+  // There 1 / (1 - nu^2) rises by 1.3e-6 per millionth of nu.
   verdict.AtMost("change of the force from nu = 0.499999 to 0.5", largest, 2e-6);
-  verdict.AtMost("error of the force's ratio to that at nu = 0", worst, 1e-9);
+  verdict.AtMost("error of the force ratio to nu = 0", worst, 1e-9);
 }
 
 TEST(HardCase09, AHandCutsAnyMaterialSteadily) {
@@ -318,7 +318,7 @@ TEST(HardCase09, AHandCutsAnyMaterialSteadily) {
       worst_noise = std::max(worst_noise, CalcLargestStep(f));
       if (nu == 0) {
         const double depth = 4 + kR - tool.X_WT.p_AB.z;
-        EXPECT_LE(depth, last_depth + 1e-9) << "E " << E;  // the harder the less deep
+        EXPECT_LE(depth, last_depth + 1e-9) << "E " << E;  // the harder the material, the smaller the depth
         last_depth = depth;
       }
     }
@@ -328,10 +328,10 @@ TEST(HardCase09, AHandCutsAnyMaterialSteadily) {
 
 // ---- 10: extremes of friction
 
-/// A stopped saw pressed on a plane with 10 N, then pulled along it (along its spindle): the force along at each tick.
+/// A stopped saw pressed on a plane with 10 N, then pulled along it (along its spindle): friction force at each tick.
 struct Pull {
   std::vector<double> along_N;  // friction on the tool
-  std::vector<double> way_mm;   // of the tool where it touches
+  std::vector<double> way_mm;   // of the tool at its contact
 };
 Pull PullAside(double mu, const std::vector<double>& handle_mm) {
   CoupledParams params = DiscParams();
@@ -344,7 +344,7 @@ Pull PullAside(double mu, const std::vector<double>& handle_mm) {
   for (const double y : handle_mm) {
     const CoupledOutput out = tool.Tick(down(y), 0);
     pull.along_N.push_back(out.f_friction_W_N.y);
-    // At the lowest point of the edge: above it the disc leans into the pull.
+    // At the lowest point of the edge: above it the disc tilts towards the pull.
     pull.way_mm.push_back(out.X_WT.Point({0, kR, 0}).y);
   }
   tool.invariants.CheckBone();
@@ -364,27 +364,27 @@ TEST(HardCase10, FrictionOfAStoppedSawSticksUpToItsLimitAndNoMore) {
     const double limit = mu * 10;
     if (mu == 0) {
       EXPECT_EQ(most, 0);
-      // Free: the tool is where the handle is.
+      // Free: the tool is at the handle.
       EXPECT_NEAR(pull.way_mm[999], out_and_back[999], 0.02);
     } else if (limit < 3) {
       worst = std::max(worst, std::abs(most / limit - 1));
-      EXPECT_LT(pull.along_N[990], 0);  // against the motion, and so on the way back
+      EXPECT_LT(pull.along_N[990], 0);  // against the motion, also on the way back
       EXPECT_GT(pull.along_N[1990], 0);
     } else {
-      // It sticks, but for a creep of less than 0.02 mm/s.
+      // It sticks, except for a creep of less than 0.02 mm/s.
       stuck_mm = std::max(stuck_mm, std::abs(pull.way_mm[999]));
     }
   }
-  verdict.AtMost("error of the force of sliding, mu 0.05 and 0.2", 100 * worst, 3, "%");
-  verdict.AtMost("way in a second held by mu = 1 and 2", stuck_mm, 0.01, "mm");
+  verdict.AtMost("error of the sliding force, mu 0.05 and 0.2", 100 * worst, 3, "%");
+  verdict.AtMost("creep in a second at mu = 1 and 2", stuck_mm, 0.01, "mm");
 }
 
 TEST(HardCase10, AtRestAndThroughZeroSpeedThereIsNoChatter) {
   Verdict verdict("holds");
-  double most_step = 0;
+  double max_step = 0;
   double rest_N = 0;
   for (const double mu : {0.2, 1.0, 2.0}) {
-    // To and fro by 0.5 mm at up to 3 mm/s, then at rest.
+    // Back and forth by 0.5 mm at up to 3 mm/s, then at rest.
     std::vector<double> way;
     for (int i = 0; i < 2000; ++i) way.push_back(0.5 * std::sin(0.006 * i));
     way.resize(2600, way.back());
@@ -392,19 +392,19 @@ TEST(HardCase10, AtRestAndThroughZeroSpeedThereIsNoChatter) {
     for (std::size_t i = 1; i < way.size(); ++i) {
       const double step = std::abs(pull.along_N[i] - pull.along_N[i - 1]);
       const double drawn = std::abs(way[i] - way[i - 1]) * 2;
-      if (i > 10) most_step = std::max(most_step, step / std::max(drawn, 1e-3));
+      if (i > 10) max_step = std::max(max_step, step / std::max(drawn, 1e-3));
       if (i > 2300) rest_N = std::max(rest_N, step);
     }
   }
-  // The coupling's stiffness is all that friction can draw on: in a tick the force changes by no more than K dx.
-  verdict.AtMost("change of friction in a tick over the change that the spring asks for", most_step, 1.5);
+  // The coupling's stiffness limits friction: within a tick the force changes by at most K dx.
+  verdict.AtMost("change of friction in a tick relative to the change of the spring force", max_step, 1.5);
   verdict.AtMost("change of friction in a tick at rest", 1000 * rest_N, 0.1, "mN");
 }
 
 TEST(HardCase10, WhatFrictionTookMayLiftABuriedSawAndNoMore) {
   Verdict verdict("holds");
-  // Made 0.3 mm deep in the bone and stopped, pressed down with 4 N: nothing lifts it, for that would be energy from
-  // nowhere. Dragged aside, friction takes some; as much may lift it out, at 2 mm/s.
+  // Made 0.3 mm deep in the bone, stopped, and pressed down with 4 N: it does not rise, because that would create
+  // energy. Dragged sideways, friction dissipates energy; the same amount may lift the tool, at 2 mm/s.
   const Pose X_start = DiscPose({}, {0, 0, 2 + kR - 0.3});
   WatchedTool tool(MakeBox({}, {24, 8, 4}, 0.2), DiscParams(), X_start);
   const auto to = [&](double y) { return tool.Tick(DiscPose({}, {0, y, 2 + kR - 4.3}), 0); };
@@ -419,10 +419,10 @@ TEST(HardCase10, WhatFrictionTookMayLiftABuriedSawAndNoMore) {
     last = lowest();
   }
   tool.invariants.CheckBone();
-  verdict.AtMost("height before it is dragged", before, -0.25, "mm");
-  verdict.AtLeast("height afterwards", last, -0.1, "mm");
+  verdict.AtMost("height before dragging", before, -0.25, "mm");
+  verdict.AtLeast("height after dragging", last, -0.1, "mm");
   verdict.AtMost("fastest rise", fastest, 2.1, "mm/s");
-  verdict.AtLeast("lost for good in all", tool.invariants.lost_mJ(), 0, "mJ");
+  verdict.AtLeast("total energy dissipated", tool.invariants.lost_mJ(), 0, "mJ");
 }
 
 TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
@@ -440,7 +440,7 @@ TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
     CoupledOutput out;
     for (int i = 0; i < 1000; ++i) {
       out = tool.Tick(DiscPose({}, {0, 0.003 * std::min(i, 500), 5 + kR - 5.9}));
-      // No more than the coefficient allows of what the walls give.
+      // At most the friction coefficient times the force of the walls.
       EXPECT_LE(glm::length(out.f_friction_W_N), mus[n] * 8 + 1e-9);
     }
     drag_N[n] = out.f_friction_W_N.x;
@@ -448,13 +448,13 @@ TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
       EXPECT_EQ(out.f_friction_W_N, Vec3(0));
       EXPECT_EQ(tool.invariants.spindle_mJ(), 0);
     }
-    // Against the other wall: that one pushes the other way.
+    // Against the other wall, which pushes in the opposite direction.
     const double wall_N = out.f_face_W_N.y;
     EXPECT_LT(wall_N, -1);
     for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, 1.5 - 0.003 * i, 5 + kR - 5.9}));
     EXPECT_NEAR(out.f_face_W_N.y, -wall_N, 0.1);
     for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, -1.5 + 0.003 * i, 5 + kR - 5.9}));
-    // The spindle the other way round: so is the drag.
+    // With the spindle reversed, the drag is reversed too.
     for (int i = 0; i < 300; ++i) out = tool.Tick(DiscPose({}, {0, 1.5, 5 + kR - 5.9}), -7500);
     if (mus[n] > 0) {
       EXPECT_LT(out.f_friction_W_N.x, -0.2 * drag_N[n]);
@@ -462,8 +462,8 @@ TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
     largest_N = std::max(largest_N, tool.invariants.largest_force_N());
     tool.invariants.CheckBone();
   }
-  // Spindle along +y: below its centre, where the walls are, the disc runs towards -x. Friction pulls it the other way,
-  // the more the higher the coefficient.
+  // Spindle along +y: below its centre, at the walls, the disc's rim moves towards -x. Friction pulls the tool in the
+  // opposite direction, more strongly with a higher coefficient.
   for (int n = 1; n < 4; ++n) EXPECT_GT(drag_N[n], drag_N[n - 1]);
   verdict.Note("drag at mu = 0.2", std::abs(drag_N[1]), "N");
   verdict.AtMost("largest force, mu 0 to 2", largest_N, 20, "N");

@@ -1,8 +1,10 @@
-// Hard case 15: the spindle stands still. Nothing is cut, and a solid that only gives way and rubs gives nothing back.
+// Hard case 15: the spindle is stopped. Nothing is cut, and a solid with only compliance and friction returns no
+// energy.
 #include <random>
 
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -12,32 +14,30 @@ using test::DiscPose;
 using test::InKerf;
 using test::Sawing;
 
-const double kR = InKerf::kR;
-
 TEST(HardCase15, StoppedItRestsOnTheBoneByTheCouplingsForceAlone) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.2);
-  // Below 1 rpm it stands still, either way round.
-  double most_in_mm = 0;
+  // The spindle is stopped below 1 rpm, in both directions.
+  double max_in_mm = 0;
   for (const double rpm : {0.0, -0.0, 0.99, -0.99}) {
     Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.3}));
     saw.Move(DiscPose(Pose{}, {0, 0, 4 + kR - 5}), 500, rpm);
     EXPECT_TRUE(saw.out.status & kCoupledSpindleStopped);
     EXPECT_EQ(saw.out.f_cut_W_N, Vec3(0));
     EXPECT_EQ(saw.out.engaged_teeth, 0);
-    // 5 mm of spring at 1 N/mm, less how far the contact of 2000 N/mm a point gives way.
+    // 5 mm of spring at 1 N/mm, minus the deflection of the contact points of 2000 N/mm each.
     EXPECT_NEAR(saw.out.f_H_W_N.z, 5, 0.01);
-    most_in_mm = std::max(most_in_mm, 4 + kR - saw.out.X_WT.p_AB.z);
+    max_in_mm = std::max(max_in_mm, 4 + kR - saw.out.X_WT.p_AB.z);
     EXPECT_EQ(saw.simulation.bone().CalcHash(), bone.CalcHash());
   }
-  verdict.AtMost("into the bone under 5 N", 1000 * most_in_mm, 10, "um");
+  verdict.AtMost("penetration of the bone under 5 N", 1000 * max_in_mm, 10, "um");
 }
 
 TEST(HardCase15, DrawnAlongItMeetsCoulombsFrictionAndNoMore) {
   test::Verdict verdict("holds");
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", 0.3);
-  params.coupling.torsion_Nmm_per_rad = 1e6;  // it does not roll
+  params.coupling.torsion_Nmm_per_rad = 1e6;  // prevents rolling
   params.coupling.max_torque_Nmm = 1e5;
   Sawing saw(test::MakeBox(Pose{}, {30, 6, 8}, 0.2), params, DiscPose(Pose{}, {-5, 0, 4 + kR + 0.3}));
   saw.Move(DiscPose(Pose{}, {-5, 0, 4 + kR - 5}), 500, 0);
@@ -48,18 +48,19 @@ TEST(HardCase15, DrawnAlongItMeetsCoulombsFrictionAndNoMore) {
     const double ratio = -out.f_H_W_N.x / out.f_H_W_N.z;
     most = std::max(most, ratio);
     if (saw.X_WH.p_AB.x > -2) least = std::min(least, ratio);
-    // It sticks, but for the creep, until the hand pulls with mu N = 1.5 N: 1.5 mm of spring.
+    // It sticks, except for creep, until the hand pulls with mu N = 1.5 N: 1.5 mm of spring.
     if (saw.X_WH.p_AB.x < -3.6) {
       ASSERT_LT(out.X_WT.p_AB.x - x_from, 0.02 * 0.2 * 10);
     }
   });
-  // On a plane's voxels the normal force is that of all points together, to the unevenness of a float's distances.
-  verdict.AtMost("friction while it slides, of the normal force", most, 0.3 * 1.02);
-  verdict.AtLeast("and at least", least, 0.3 * 0.98);
+  // On the voxels of a plane, the normal force is that of all points together, within the unevenness of distances
+  // stored as floats.
+  verdict.AtMost("maximum sliding friction / normal force", most, 0.3 * 1.02);
+  verdict.AtLeast("minimum sliding friction / normal force", least, 0.3 * 0.98);
   EXPECT_EQ(saw.invariants.removed_mm3(), 0);
 }
 
-/// The handle on a closed path through random places about the bone's surface, with the tool turned a little.
+/// Handle on a closed path through random places near the bone's surface, with the tool slightly turned.
 TEST(HardCase15, ClosedPathsInAndOutOfTheBoneGiveNothingBack) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.4);
@@ -71,7 +72,7 @@ TEST(HardCase15, ClosedPathsInAndOutOfTheBoneGiveNothingBack) {
   const int orbits = std::max(5, static_cast<int>(60 * test::Effort()));
   double lowest_mJ = 1e9;
   double exchanged_mJ = 0;
-  double most_force_N = 0;
+  double max_force_N = 0;
   for (int n = 0; n < orbits; ++n) {
     const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR + 2});
     Sawing saw(bone, DiscParams(), start);
@@ -81,7 +82,7 @@ TEST(HardCase15, ClosedPathsInAndOutOfTheBoneGiveNothingBack) {
                        X_before.Point(saw.simulation.params().coupling.p_TC_mm);
       exchanged_mJ += std::abs(glm::dot(out.f_H_W_N, way));
       X_before = saw.X_WH;
-      most_force_N = std::max(most_force_N, glm::length(out.f_H_W_N));
+      max_force_N = std::max(max_force_N, glm::length(out.f_H_W_N));
       ASSERT_EQ(out.removed_mm3, 0);
     };
     for (int leg = 0; leg < 4; ++leg) {
@@ -92,16 +93,16 @@ TEST(HardCase15, ClosedPathsInAndOutOfTheBoneGiveNothingBack) {
       }
       saw.Move(X, 100 + static_cast<int>(random() % 200), 0, account);
     }
-    // Back in the air nothing is stored: what the hand has put in is lost for good. The tick's own account is exact.
+    // Back in free air no energy is stored: all of the hand's work is dissipated. Each tick's energy balance is exact.
     EXPECT_EQ(saw.out.f_H_W_N, Vec3(0)) << n;
     EXPECT_NEAR(saw.invariants.stored_mJ(), 0, 1e-9) << n;
     EXPECT_EQ(saw.invariants.spindle_mJ(), 0) << n;
     lowest_mJ = std::min(lowest_mJ, saw.invariants.hand_mJ());
     EXPECT_EQ(saw.simulation.bone().CalcHash(), hash) << n;
   }
-  EXPECT_GT(most_force_N, 3);  // it did touch
-  verdict.AtLeast("least work of a hand on a closed path", lowest_mJ, -1e-7, "mJ");
-  verdict.Note("exchanged on the way", exchanged_mJ, "mJ");
+  EXPECT_GT(max_force_N, 3);  // there was contact
+  verdict.AtLeast("minimum work of a hand on a closed path", lowest_mJ, -1e-7, "mJ");
+  verdict.Note("energy exchanged along the paths", exchanged_mJ, "mJ");
 }
 
 TEST(HardCase15, OnAPathItHasNoForceAndCutsNothing) {

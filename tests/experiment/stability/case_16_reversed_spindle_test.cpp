@@ -1,10 +1,11 @@
-// Hard case 16: the spindle turned backwards, stopped and started within a tick, in the cut, and as fast as one likes.
+// Hard case 16: the spindle reversed, stopped and started within a tick, in the cut, and at any speed.
 #include <random>
 
 #include "base/core/high_pass.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -14,9 +15,7 @@ using test::DiscPose;
 using test::InKerf;
 using test::kDt_s;
 
-const double kR = InKerf::kR;
-
-/// Pushed sideways, with the place of the push in the middle of what is buried: as much friction as there is.
+/// Pushed sideways at the middle of the buried part: the largest possible friction.
 CoupledParams Pushed() {
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", 0.3);
@@ -26,11 +25,11 @@ CoupledParams Pushed() {
 
 TEST(HardCase16, ReversedTheFrictionIsExactlyTheOtherWayAndAllElseTheSame) {
   test::Verdict verdict(
-      "applies in part: the scene of this case has no `tangential_force`, which would turn round; the flats' friction "
+      "applies in part: the scene of this case has no `tangential_force`, which would reverse; the flats' friction "
       "does");
-  // The block is its own mirror image in x = 0, and so is the path but for its sense of turning.
-  double most_off_N = 0;
-  double most_friction_N = 0;
+  // The block is its own mirror image in x = 0, and so is the path except for the sense of rotation.
+  double max_off_N = 0;
+  double max_friction_N = 0;
   std::vector<CoupledOutput> forwards;
   for (const double rpm : {7500.0, -7500.0}) {
     const bool back = rpm < 0;
@@ -39,15 +38,15 @@ TEST(HardCase16, ReversedTheFrictionIsExactlyTheOtherWayAndAllElseTheSame) {
     const auto look = [&](const CoupledOutput& out) {
       if (!back) {
         forwards.push_back(out);
-        most_friction_N = std::max(most_friction_N, std::abs(out.f_friction_W_N.x));
+        max_friction_N = std::max(max_friction_N, std::abs(out.f_friction_W_N.x));
         return;
       }
       const CoupledOutput& was = forwards[static_cast<std::size_t>(n++)];
       const auto off = [](const Vec3& a, const Vec3& b) {
         return std::max({std::abs(a.x + b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
       };
-      most_off_N = std::max({most_off_N, off(out.f_H_W_N, was.f_H_W_N), off(out.f_cut_W_N, was.f_cut_W_N),
-                             off(out.f_face_W_N, was.f_face_W_N), off(out.f_friction_W_N, was.f_friction_W_N)});
+      max_off_N = std::max({max_off_N, off(out.f_H_W_N, was.f_H_W_N), off(out.f_cut_W_N, was.f_cut_W_N),
+                            off(out.f_face_W_N, was.f_face_W_N), off(out.f_friction_W_N, was.f_friction_W_N)});
     };
     const double sign = back ? -1 : 1;
     kerf.Move(kerf.Aside({0, 5, 0}), 100, rpm, look);
@@ -55,10 +54,10 @@ TEST(HardCase16, ReversedTheFrictionIsExactlyTheOtherWayAndAllElseTheSame) {
     kerf.Move(kerf.Aside({sign * 1, -4, -1}), 300, rpm, look);
     kerf.invariants.CheckBone();
   }
-  verdict.AtLeast("friction of the flats", most_friction_N, 1, "N");
-  // A distance is right to 4e-7 of the radius, rounded otherwise in the mirror: at a wall of 3000 N/mm a point that is
-  // 0.013 N a point.
-  verdict.AtMost("off the mirror image", most_off_N, 0.06, "N");
+  verdict.AtLeast("friction of the flats", max_friction_N, 1, "N");
+  // Distances are accurate to 4e-7 of the radius and are rounded differently in the mirror image. At a wall of 3000
+  // N/mm per point that is 0.013 N per point.
+  verdict.AtMost("deviation from the mirror image", max_off_N, 0.06, "N");
 }
 
 TEST(HardCase16, OnAPathTheSenseOfTurningDoesNotMatterToTheBit) {
@@ -77,8 +76,8 @@ TEST(HardCase16, OnAPathTheSenseOfTurningDoesNotMatterToTheBit) {
   EXPECT_GT(was.back().thrust_sum_N, 0.5);
 }
 
-/// Speeds that follow each other from tick to tick while the hand pushes into the floor and against a wall. The largest
-/// force, of what the hand pushed with at the start, and the largest step of it in a tick.
+/// Applies spindle speeds in successive ticks while the hand pushes into the floor and against a wall. Returns the
+/// largest force, divided by the initial force of the hand, and the largest step of the force in a tick.
 struct Turned {
   double force = 0;
   double step_N = 0;
@@ -99,7 +98,7 @@ void TurnThrough(const std::vector<double>& speeds, Turned& turned) {
 
 TEST(HardCase16, ReversedStoppedAndStartedInTheCutItDoesNotKick) {
   test::Verdict verdict(
-      "holds: what turns round in a tick is the friction; the hand is never pushed harder than it pushes");
+      "holds: only the friction reverses in a tick, and the force on the hand never exceeds the hand's push");
   Turned turned;
   TurnThrough({7500, -7500, 7500, 0, -7500, 0, 0, 1e6, -1e6, 0, 1, 0.99, -1, 1e6, 7500}, turned);
   std::mt19937_64 random(16);
@@ -109,9 +108,9 @@ TEST(HardCase16, ReversedStoppedAndStartedInTheCutItDoesNotKick) {
     speeds.push_back(all[random() % 7]);
   }
   TurnThrough(speeds, turned);
-  verdict.AtMost("force, of what the hand pushed with", turned.force, 1.02);
-  // A tick's way is 24 steps of half a voxel, on a spring of 1 N/mm; the motors' slew is another matter.
-  verdict.AtMost("largest step in a tick", turned.step_N, 24 * 0.5 * 0.2 * 1.05, "N");
+  verdict.AtMost("force relative to the hand's push", turned.force, 1.02);
+  // In a tick the tool moves at most 24 steps of half a voxel, on a spring of 1 N/mm. The motors' slew is separate.
+  verdict.AtMost("largest force step in a tick", turned.step_N, 24 * 0.5 * 0.2 * 1.05, "N");
 }
 
 TEST(HardCase16, FromRestToFullSpeedInATickTheDevicesForceKeepsToItsSlew) {
@@ -137,28 +136,28 @@ TEST(HardCase16, FromRestToFullSpeedInATickTheDevicesForceKeepsToItsSlew) {
   watch.CheckBone();
   EXPECT_GT(watch.removed_mm3(), 1);
   // 40 N in 5 ms.
-  verdict.AtMost("largest step of the device's force", largest_N, 40 * kDt_s / 0.005, "N");
+  verdict.AtMost("largest step of the device force", largest_N, 40 * kDt_s / 0.005, "N");
 }
 
 TEST(HardCase16, ATurnPassedInATickLeavesNoBeatInTheForce) {
-  // Teeth are taken as passing densely: 24 teeth at 2500 rpm pass exactly once a tick of 1 ms, at 2499 they would beat
-  // at 0.4 Hz, at 1e6 rpm 400 pass in a tick.
-  test::Verdict verdict("holds: a tooth's force is the mean over its passes, so no speed makes a beat");
-  double most_mN = 0;
+  // Teeth are modelled as passing densely. 24 teeth at 2500 rpm pass exactly once a tick of 1 ms; at 2499 rpm they
+  // would beat at 0.4 Hz; at 1e6 rpm 400 pass in a tick.
+  test::Verdict verdict("holds: a tooth's force is the mean over its passes, so no speed causes a beat");
+  double max_mN = 0;
   for (const double rpm : {2499.0, 2500.0, 2501.0, 1e5, 1e5 + 1, 1e6}) {
     const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR - 0.05});
     CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 2, 8}, 0.2), DiscParams(), start);
     std::vector<double> f;
     for (int i = 1; i <= 1500; ++i) {
-      // At a steady feed the tool goes with the handle: the force is what the teeth ask for.
+      // At a steady feed the tool follows the handle: the force is that of the teeth.
       const CoupledOutput out = simulation.Tick(test::Handle(DiscPose(Pose{}, {0, 0, 4 + kR - 0.05 - 0.002 * i}), rpm));
       ASSERT_TRUE(std::isfinite(out.f_H_W_N.z));
       if (i > 500) f.push_back(out.f_H_W_N.z);
     }
     EXPECT_GT(f.back(), 0) << rpm;
-    most_mN = std::max(most_mN, 1000 * CalcHighPassRms(f, kDt_s, 20));
+    max_mN = std::max(max_mN, 1000 * CalcHighPassRms(f, kDt_s, 20));
   }
-  verdict.AtMost("force above 20 Hz at a steady feed", most_mN, 2, "mN");
+  verdict.AtMost("force above 20 Hz at a steady feed", max_mN, 2, "mN");
 }
 
 TEST(HardCase16, SpeedsThatNoSpindleHasAreRefused) {

@@ -1,9 +1,12 @@
-// Hard case 17: no tooth, one tooth, very many; and a disc whose teeth are all in the air while its flats touch bone.
+// Hard case 17: no tooth, one tooth, many teeth; and a disc with all teeth in the air while its flats touch bone.
+#include <numbers>
+
 #include "cut/force/laws.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
 #include "kerf/error.h"
 #include "kerf/force.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -12,8 +15,6 @@ using test::DiscParams;
 using test::DiscPose;
 using test::InKerf;
 using test::Sawing;
-
-const double kR = InKerf::kR;
 
 TEST(HardCase17, ASawWithoutTeethIsRefusedAtSetUp) {
   test::Verdict verdict("holds: 0 teeth are refused, 1 to 1000 work");
@@ -37,13 +38,13 @@ TEST(HardCase17, ThrustGoesWithTheNumberOfTeethAsTheLawSays) {
   test::Verdict verdict("holds: the thrust on each engaged tooth follows the force law at the bite of that tooth");
   const Bone bone = test::MakeBox(Pose{}, {26, 2, 8}, 0.2);
   const double E_star = CalcReducedModulus(DiscSaw().E_MPa, DiscSaw().nu, 19300, 0.28);
-  double most_off = 0;
+  double max_off = 0;
   for (const int teeth : {1, 2, 24, 64, 1000}) {
     CoupledParams params = DiscParams();
     DiscSaw disc;
     disc.teeth = teeth;
     params.tool = disc;
-    params.coupling.stiffness_N_per_mm = 1000;  // the tool goes with the handle
+    params.coupling.stiffness_N_per_mm = 1000;  // the tool follows the handle
     params.coupling.max_force_N = 1e4;
     Sawing saw(bone, params, DiscPose(Pose{}, {0, 0, 4 + kR + 0.1}));
     saw.Move(DiscPose(Pose{}, {0, 0, 4 + kR - 2}), 420, 7500);  // 5 mm/s
@@ -52,26 +53,28 @@ TEST(HardCase17, ThrustGoesWithTheNumberOfTeethAsTheLawSays) {
     const double feed = (z - saw.out.X_WT.p_AB.z) / 0.001;
     EXPECT_NEAR(feed, 5, 0.5) << teeth;
     const ToothForce force = MakeToothForce(params.law, params.tool);
-    // Over the arc of half angle alpha, as it was at the start of the tick, a tooth bites v cos(phi) / f.
+    // Over the arc of half angle alpha at the start of the tick, a tooth has a bite of v cos(phi) / f.
     const double alpha = std::acos(1 - (4 + kR - z) / kR);
     double thrust_N = 0;
     for (int k = 0; k < 2000; ++k) {
       const double phi = alpha * ((k + 0.5) / 1000 - 1);
-      thrust_N += force(feed * std::cos(phi) / (teeth * 7500 / 60.0), E_star) * teeth / (2 * test::kPi) * alpha / 1000;
+      thrust_N +=
+          force(feed * std::cos(phi) / (teeth * 7500 / 60.0), E_star) * teeth / (2 * std::numbers::pi) * alpha / 1000;
     }
-    most_off = std::max(most_off, std::abs(saw.out.thrust_sum_N / thrust_N - 1));
-    EXPECT_NEAR(saw.out.engaged_teeth, teeth * alpha / test::kPi, 0.02 * teeth * alpha / test::kPi) << teeth;
+    max_off = std::max(max_off, std::abs(saw.out.thrust_sum_N / thrust_N - 1));
+    EXPECT_NEAR(saw.out.engaged_teeth, teeth * alpha / std::numbers::pi, 0.02 * teeth * alpha / std::numbers::pi)
+        << teeth;
     saw.invariants.CheckBone();
   }
   // The look-ahead lengthens the engaged arc by up to 1 % at this depth.
-  verdict.AtMost("off the closed form, 1 to 1000 teeth", most_off, 0.02);
+  verdict.AtMost("deviation from the closed form, 1 to 1000 teeth", max_off, 0.02);
 }
 
-/// A plate across z, thinner than the disc is deep, with a slot that is longer than the chord and as wide as the disc:
-/// all of the rim is in the air, above, below or in the slot.
+/// A plate across z, thinner than the disc's depth, with a slot longer than the chord and as wide as the disc: all of
+/// the rim is in the air, above, below or in the slot.
 Bone SlottedPlate(double voxel_mm) {
   const auto slot = [](const Vec3& p) {
-    const double wide = test::BoxDistance(p - Vec3(p.x > 0 ? 11 : -11, 0, 0), {3, 2, 10});  // about the rim
+    const double wide = test::BoxDistance(p - Vec3(p.x > 0 ? 11 : -11, 0, 0), {3, 2, 10});  // around the rim
     return std::min(wide, test::BoxDistance(p, {14, 0.125, 10}));
   };
   SolidField field;
@@ -90,14 +93,14 @@ TEST(HardCase17, WithAllTeethInTheAirTheFlatsStillRub) {
   for (const double side : {1.0, -1.0}) {
     for (const double rpm : {7500.0, -7500.0, 0.0}) {
       CoupledParams params = DiscParams();
-      params.coupling.p_TC_mm = {0, 5, 0};  // where the plate is, seen from the disc's centre: 5 mm below it
+      params.coupling.p_TC_mm = {0, 5, 0};  // the plate's position relative to the disc's centre: 5 mm below it
       SetEffect(params.effects, "kerf_friction", "coefficient", 0.2);
       const Pose start = DiscPose(Pose{}, {0, 0, 5});
       Sawing saw(bone, params, start);
       Pose X = start;
       X.p_AB.y += 5 * side;
       saw.Move(X, 200, rpm);
-      // With the spindle stopped friction shows when it is drawn along.
+      // With the spindle stopped there is friction only while the saw is moved along.
       if (rpm == 0) X.p_AB.x += 2;
       saw.Move(X, 400, rpm);
       const double N = glm::length(saw.out.f_face_W_N);
@@ -106,7 +109,7 @@ TEST(HardCase17, WithAllTeethInTheAirTheFlatsStillRub) {
       EXPECT_EQ(saw.out.f_cut_W_N, Vec3(0));
       EXPECT_EQ(saw.invariants.removed_mm3(), 0);
       EXPECT_NEAR(N, 5, 0.1);
-      // Turning forwards, the flats below the centre slip backwards along the slot, and friction pulls the saw
+      // With forward rotation, the flats below the centre slip backwards along the slot, and friction pulls the saw
       // forwards.
       if (rpm != 0) {
         EXPECT_GT(saw.out.f_friction_W_N.x * rpm, 0);
@@ -116,8 +119,8 @@ TEST(HardCase17, WithAllTeethInTheAirTheFlatsStillRub) {
     }
   }
   EXPECT_EQ(bone.CalcHash(), SlottedPlate(0.1).CalcHash());
-  verdict.AtLeast("friction over normal force", least, 0.1);
-  verdict.AtMost("and at most mu", most, 0.2 * (1 + 1e-6));
+  verdict.AtLeast("minimum friction / normal force", least, 0.1);
+  verdict.AtMost("maximum friction / normal force", most, 0.2 * (1 + 1e-6));
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
-// Hard case 18: no time, hardly any, too much, negative and not a number, in every part that is told a time step.
+// Hard case 18: a time step that is zero, tiny, too long, negative or not a number, in every part that takes one.
 #include <limits>
 
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
 #include "kerf/slab.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -13,7 +14,6 @@ using test::DiscParams;
 using test::DiscPose;
 using test::InKerf;
 
-const double kR = InKerf::kR;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 constexpr double kNoTime[] = {0.0, -0.0, std::numeric_limits<double>::denorm_min(), 1e-9, 0.99e-6};
@@ -32,13 +32,14 @@ void ExpectSame(const CoupledOutput& a, const CoupledOutput& b) {
 }
 
 TEST(HardCase18, InNoTimeTheForceStaysAsItIsAndNothingElseHappens) {
-  test::Verdict verdict("holds: below 1 us nothing is done and the last force given again; what is no time is refused");
+  test::Verdict verdict(
+      "holds: a time step below 1 us repeats the last force and does nothing else; an invalid one is refused");
   const Bone bone = test::MakeBox(Pose{}, {26, 2, 8}, 0.2);
   const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR + 0.1});
   CoupledParams params = DiscParams();
   params.coupling.damping_Ns_per_mm = 0.002;
   CoupledSimulation simulation(bone, params, start);
-  CoupledSimulation twin(bone, params, start);  // is never given such a time
+  CoupledSimulation twin(bone, params, start);  // never receives such a time step
   test::Invariants watch(twin, start);
   int checked = 0;
   for (int i = 1; i <= 900; ++i) {
@@ -54,7 +55,7 @@ TEST(HardCase18, InNoTimeTheForceStaysAsItIsAndNothingElseHappens) {
     for (const double dt_s : kNoTime) {
       CoupledInput none = in;
       none.dt_s = dt_s;
-      none.X_WH.p_AB += Vec3(0, 0, checked % 2 == 0 ? -3 : 0);  // wherever the handle is said to be
+      none.X_WH.p_AB += Vec3(0, 0, checked % 2 == 0 ? -3 : 0);  // any position of the handle
       none.rpm = checked % 3 == 0 ? 0 : in.rpm;
       const CoupledOutput held = simulation.Tick(none);
       EXPECT_EQ(held.status, kCoupledNoTime);
@@ -66,7 +67,7 @@ TEST(HardCase18, InNoTimeTheForceStaysAsItIsAndNothingElseHappens) {
       EXPECT_EQ(simulation.changed_count(), 0);
       ++checked;
     }
-    // What is no time at all: no force, and the state untouched.
+    // Invalid times: no force, and the state is unchanged.
     for (const double dt_s : kNotATime) {
       CoupledInput none = in;
       none.dt_s = dt_s;
@@ -82,7 +83,7 @@ TEST(HardCase18, InNoTimeTheForceStaysAsItIsAndNothingElseHappens) {
   EXPECT_EQ(simulation.bone().CalcHash(), twin.bone().CalcHash());
   EXPECT_NE(simulation.bone().CalcHash(), bone.CalcHash());
   watch.CheckBone();
-  verdict.Note("ticks of no time that gave the last force to the bit", checked);
+  verdict.Note("ticks below 1 us that repeated the last force bit for bit", checked);
 }
 
 TEST(HardCase18, AfterSetDownOrBeforeTheFirstTickThereIsNoForceToKeep) {
@@ -103,25 +104,25 @@ TEST(HardCase18, AfterSetDownOrBeforeTheFirstTickThereIsNoForceToKeep) {
 }
 
 TEST(HardCase18, AWholeSecondInOneTickStaysBounded) {
-  test::Verdict verdict("holds: one tick goes at most max_substeps sub-steps far");
-  double most_way_mm = 0;
-  double most_mm3 = 0;
+  test::Verdict verdict("holds: a tick moves the tool by at most max_substeps substeps");
+  double max_way_mm = 0;
+  double max_mm3 = 0;
   for (const double dt_s : {1e-6, 1e-4, 0.01, 0.1, 1.0}) {
     for (const double rpm : {7500.0, 0.0}) {
       InKerf kerf(Pose{}, {26, 2, 20}, 0.2, 3, DiscParams());
       for (int i = 0; i < 40; ++i) {
         const Vec3 was = kerf.Place();
         kerf.To(kerf.Aside({i % 2 == 0 ? 4.0 : -4.0, 1, -30}, 0.01), rpm, dt_s);
-        most_way_mm = std::max(most_way_mm, glm::length(kerf.Place() - was));
-        most_mm3 = std::max(most_mm3, kerf.out.removed_mm3);
+        max_way_mm = std::max(max_way_mm, glm::length(kerf.Place() - was));
+        max_mm3 = std::max(max_mm3, kerf.out.removed_mm3);
       }
       kerf.invariants.CheckBone();
     }
   }
   const int most_substeps = DiscParams().max_substeps;
-  verdict.AtMost("way of the tool in a tick", most_way_mm, most_substeps * 0.5 * 0.2 * (1 + 1e-9), "mm");
-  // The disc's projection along the way: its diameter by its thickness, and what a voxel's occupancy adds about it.
-  verdict.AtMost("removed in a tick", most_mm3, most_substeps * 0.5 * 0.2 * 22 * (0.25 + 0.2), "mm^3");
+  verdict.AtMost("motion of the tool in a tick", max_way_mm, most_substeps * 0.5 * 0.2 * (1 + 1e-9), "mm");
+  // The disc's projection along the motion: its diameter times its thickness, plus the margin of a voxel's occupancy.
+  verdict.AtMost("volume removed in a tick", max_mm3, most_substeps * 0.5 * 0.2 * 22 * (0.25 + 0.2), "mm^3");
 }
 
 TEST(HardCase18, OnAPathAndInTheSlabNoTimeGivesTheLastForceAgain) {
@@ -139,7 +140,7 @@ TEST(HardCase18, OnAPathAndInTheSlabNoTimeGivesTheLastForceAgain) {
   profile.entry_mm = -3;
   SlabSimulation slab(profile, slab_params, DiscPose(Pose{}, {0, 0, 3 + kR + 0.1}));
   SlabSimulation slab_twin(profile, slab_params, DiscPose(Pose{}, {0, 0, 3 + kR + 0.1}));
-  double least_N = 1e9;
+  double min_N = 1e9;
   for (int i = 1; i <= 300; ++i) {
     const TickInput in{DiscPose(Pose{}, {0, 0, 3 + kR + 0.1 - 0.005 * i}), 0.001, 7500};
     const TickOutput out = simulation.Tick(in);
@@ -147,7 +148,7 @@ TEST(HardCase18, OnAPathAndInTheSlabNoTimeGivesTheLastForceAgain) {
     EXPECT_EQ(twin.Tick(in).f_T_W_N, out.f_T_W_N);
     EXPECT_EQ(slab_twin.Tick(in).f_T_W_N, slab_out.f_T_W_N);
     if (i % 30 != 0) continue;
-    least_N = std::min({least_N, glm::length(out.f_T_W_N), glm::length(slab_out.f_T_W_N)});
+    min_N = std::min({min_N, glm::length(out.f_T_W_N), glm::length(slab_out.f_T_W_N)});
     for (const double dt_s : kNoTime) {
       TickInput none = in;
       none.dt_s = dt_s;
@@ -171,12 +172,13 @@ TEST(HardCase18, OnAPathAndInTheSlabNoTimeGivesTheLastForceAgain) {
       }
     }
   }
-  verdict.AtLeast("least force that was kept", least_N, 0.05, "N");
+  verdict.AtLeast("smallest force that was held", min_N, 0.05, "N");
   EXPECT_EQ(simulation.bone().CalcHash(), twin.bone().CalcHash());
 }
 
 TEST(HardCase18, TheDeviceKeepsItsForceInNoTimeAndLosesItInWhatIsNone) {
-  test::Verdict verdict("holds: force, ramp and velocity wait; time that is none gives zero force and a new ramp");
+  test::Verdict verdict(
+      "holds: force, ramp and velocity are held; an invalid time step gives zero force and a new ramp");
   test::HeldSawOptions options;
   options.damping_Ns_per_mm = 0.001;
   test::HeldSaw saw(options);

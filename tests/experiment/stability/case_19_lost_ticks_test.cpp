@@ -1,5 +1,5 @@
-// Hard case 19: ticks are lost and the force on the device grows old. (Results of a graphics card that come late do not
-// apply: none takes part in a tick.)
+// Hard case 19: ticks are lost and the force on the device becomes stale. (Late results of a graphics card do not
+// apply: no tick uses one.)
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/invariants.h"
 #include "experiment/stability/verdict.h"
@@ -10,28 +10,28 @@ namespace {
 using test::HeldBlock;
 
 struct Lost {
-  double share = 0;
+  double fraction = 0;
   double burst_s = 0;
 };
 
 struct Seen {
-  double most_step_N = 0;  // of the device's force, from write to write
-  double most_N = 0;
-  double stale_change_N = 0;  // of the force while nobody works it out
-  double late_N = 0;          // left when the watchdog should have bitten
-  double most_ramp = 0;       // force over what was asked for, in the first 50 ms after it has bitten
+  double max_step_N = 0;  // of the device's force, between writes
+  double max_N = 0;
+  double stale_change_N = 0;  // of the force while no tick computes it
+  double late_N = 0;          // left after the watchdog should have tripped
+  double max_ramp = 0;        // force over the requested force, in the first 50 ms after the trip
   double removed_mm3 = 0;
   int lost = 0;
 };
 
-/// Three strokes into the block, with ticks lost.
+/// Makes three strokes into the block, with lost ticks.
 PortEnergy Saw(const std::string& hand, const Lost& lost, Seen& seen) {
   const ClosedLoopSetup setup = HeldBlock("omega_6", hand);
   ClosedLoop loop(test::BlockOfBone(), setup, test::OverBlock());
   test::Invariants watch(loop.simulation(), test::OverBlock());
   watch.WatchDevice(setup.profile);
   TimingFaults timing;
-  timing.lost_share = lost.share;
+  timing.lost_share = lost.fraction;
   timing.burst_s = lost.burst_s;
   timing.burst_every_s = lost.burst_s > 0 ? 0.4 : 0;
   timing.seed = 19;
@@ -49,11 +49,11 @@ PortEnergy Saw(const std::string& hand, const Lost& lost, Seen& seen) {
     intention.push_W_N = Vec3(0, 0, -2);
     loop.device().SetIntention(intention);
     tick = loop.Step(7500);
-    seen.most_N = std::max(seen.most_N, glm::length(tick.f_device_N));
+    seen.max_N = std::max(seen.max_N, glm::length(tick.f_device_N));
     if (tick.dt_s == 0) {
       ++seen.lost;
       silent_s += setup.period_s;
-      // The motors hold what they have until the watchdog bites, in the period in which 50 ms are over.
+      // The motors hold their force until the watchdog trips, in the period in which 50 ms elapse.
       const Vec3 now_N = loop.device().force_N();
       if (silent_s < 0.0495) seen.stale_change_N = std::max(seen.stale_change_N, glm::length(now_N - written_N));
       if (silent_s > 0.0505) seen.late_N = std::max(seen.late_N, glm::length(now_N));
@@ -66,11 +66,11 @@ PortEnergy Saw(const std::string& hand, const Lost& lost, Seen& seen) {
     silent_s = 0;
     const Vec3 now_N = tick.out.force.f_H_W_N;
     if (tick.out.faults == kHapticOk) {
-      seen.most_step_N = std::max(seen.most_step_N, glm::length(now_N - written_N) / slew_N);
+      seen.max_step_N = std::max(seen.max_step_N, glm::length(now_N - written_N) / slew_N);
       ramp_s += tick.dt_s;
       if (ramp_s < 0.05) {
         const double asked_N = 12.0 / 28 * glm::length(tick.out.coupled.f_H_W_N);
-        seen.most_ramp = std::max(seen.most_ramp, glm::length(now_N) / std::max(asked_N, 0.1));
+        seen.max_ramp = std::max(seen.max_ramp, glm::length(now_N) / std::max(asked_N, 0.1));
       }
     }
     written_N = now_N;
@@ -86,15 +86,14 @@ PortEnergy Saw(const std::string& hand, const Lost& lost, Seen& seen) {
 
 TEST(HardCase19, LostTicksLeaveAnOldForceForAtMostTheWatchdogsTimeAndNoBlowAfterwards) {
   test::Verdict verdict(
-      "holds, but a lost tick's force is held, not extrapolated or faded: the motors keep it until the watchdog's 50 "
-      "ms, "
-      "then it is zero and ramped in");
+      "holds, but when a tick is lost, the force is held, not extrapolated or faded: the motors keep it until the "
+      "watchdog trips after 50 ms; then it is zero and ramps in again");
   Seen seen;
   double beyond = 0;
   double given_back_mJ = 0;
   for (const char* hand : {"H2", "H3"}) {
     Seen none;
-    // Even so some comes out: the handle sinks in while the force is ramped in, and is lifted again.
+    // Even without lost ticks some energy is returned: the handle sinks in during the ramp and is lifted again.
     const PortEnergy whole = Saw(hand, {}, none);
     for (const Lost& lost :
          {Lost{0.01, 0}, Lost{0.05, 0}, Lost{0.2, 0}, Lost{0, 0.005}, Lost{0, 0.01}, Lost{0, 0.05}, Lost{0, 0.2}}) {
@@ -108,14 +107,15 @@ TEST(HardCase19, LostTicksLeaveAnOldForceForAtMostTheWatchdogsTimeAndNoBlowAfter
     }
   }
   EXPECT_GT(seen.lost, 1000 * std::min(1.0, test::Effort()));
-  EXPECT_GT(seen.most_N, 1);
+  EXPECT_GT(seen.max_N, 1);
   EXPECT_GT(seen.removed_mm3, 1);
   EXPECT_EQ(seen.stale_change_N, 0);
-  verdict.AtMost("largest step of the device's force when ticks come again, of its slew", seen.most_step_N, 1 + 1e-9);
+  verdict.AtMost("largest step of the device force when ticks resume, relative to the slew limit", seen.max_step_N,
+                 1 + 1e-9);
   verdict.Equal("force after 50 ms without a tick", seen.late_N, 0, "N");
-  verdict.AtMost("force in the first 50 ms of the ramp after that, of what is asked for", seen.most_ramp, 0.03);
-  verdict.AtMost("energy that lost ticks let out, of what holding a spring's force can give back", beyond, 1);
-  verdict.Note("energy that ramps after the watchdog lift the handle with", given_back_mJ, "mJ");
+  verdict.AtMost("force in the first 50 ms of the next ramp relative to the requested force", seen.max_ramp, 0.03);
+  verdict.AtMost("energy returned by lost ticks relative to what a held spring force can return", beyond, 1);
+  verdict.Note("energy with which the ramp after a watchdog trip lifts the handle", given_back_mJ, "mJ");
 }
 
 }  // namespace

@@ -1,10 +1,11 @@
-// Hard case 20: the bone falls into pieces. How many there are is exact, no volume is lost, and the hand feels no blow.
+// Hard case 20: the bone separates into pieces. Their number is exact, no volume is lost, and the force has no jump.
 #include <numeric>
 
 #include "bone/grid/surface.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -13,8 +14,6 @@ using test::DiscParams;
 using test::DiscPose;
 using test::InKerf;
 using test::Sawing;
-
-const double kR = InKerf::kR;
 
 double SumOfVolumes(const Pieces& pieces) {
   return std::accumulate(pieces.pieces.begin(), pieces.pieces.end(), 0.0,
@@ -41,12 +40,12 @@ Bone Bridged(double h, int bridges) {
 
 TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
   test::Verdict verdict(
-      "holds: as long as one voxel joins them they are one piece, in the tick that takes it they are two");
+      "holds: two parts are one piece as long as one voxel joins them, and two pieces from the tick that removes it");
   const double h = 0.2;
   const Bone bone = Bridged(h, 3);
   ASSERT_EQ(SplitPieces(bone).pieces.size(), 1u);
   const double before_mm3 = bone.CalcVolume();
-  // A stroke along x; the rim comes by the bridges one after the other.
+  // A stroke along x; the rim passes the bridges one after another.
   const double z = kR - 0.5;
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 100;
@@ -71,18 +70,18 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
   const Bone& after = saw.simulation.bone();
   const auto removed = saw.simulation.CalcRemovedByRegion();
   const double gone_mm3 = std::accumulate(removed.begin(), removed.end(), 0.0);
-  verdict.Equal("wrong counts", wrong, 0);
-  verdict.AtMost("volume not accounted for, of the whole",
+  verdict.Equal("wrong piece counts", wrong, 0);
+  verdict.AtMost("volume unaccounted for relative to the initial volume",
                  std::abs(after.CalcVolume() + gone_mm3 - before_mm3) / before_mm3, 1e-6);
-  verdict.AtMost("pieces' volumes against the bone's, relative",
+  verdict.AtMost("relative difference between the pieces' volumes and the bone's",
                  std::abs(SumOfVolumes(SplitPieces(after)) / after.CalcVolume() - 1), 1e-6);
 }
 
-/// What a hand at a steady feed feels while a bar 4 mm high is cut through.
+/// Force on a hand at a steady feed while a bar 4 mm high is cut through.
 struct Through {
-  double most_N = 0;
-  double most_step_N = 0;  // from tick to tick, while it separates
-  double most_back_N = 0;  // that draws the hand on into the cut
+  double max_N = 0;
+  double max_step_N = 0;  // between ticks, while the bar separates
+  double max_back_N = 0;  // that draws the hand further into the cut
 };
 Through CutThrough(double feed_mm_per_s, double stiffness_N_per_mm) {
   const Pose start = DiscPose(Pose{}, {0, 0, 2 + kR + 0.1});
@@ -96,17 +95,17 @@ Through CutThrough(double feed_mm_per_s, double stiffness_N_per_mm) {
   for (int i = 1; i <= 20000 && saw.out.X_WT.p_AB.z > -2 + kR - 1.5; ++i) {
     saw.To(DiscPose(Pose{}, {0, 0, start.p_AB.z - std::min(0.001 * feed_mm_per_s * i, way_mm)}));
     const double f = glm::length(saw.out.f_H_W_N);
-    // Once the floor is through: what is left goes from the middle outwards.
+    // Once the floor is through, the remaining bone is removed from the middle outwards.
     if (saw.out.X_WT.p_AB.z < -2 + kR) {
-      through.most_step_N = std::max(through.most_step_N, glm::length(saw.out.f_H_W_N - f_before));
+      through.max_step_N = std::max(through.max_step_N, glm::length(saw.out.f_H_W_N - f_before));
     }
-    through.most_back_N = std::max(through.most_back_N, -saw.out.f_H_W_N.z);
-    through.most_N = std::max(through.most_N, f);
+    through.max_back_N = std::max(through.max_back_N, -saw.out.f_H_W_N.z);
+    through.max_N = std::max(through.max_N, f);
     f_before = saw.out.f_H_W_N;
   }
   for (int i = 0; i < 20; ++i) saw.To(saw.X_WH);
   saw.invariants.CheckBone();
-  // Through: no force is left, and there are two pieces, each a half of what remains.
+  // Through: no force is left, and there are two pieces, each with half of the remaining volume.
   EXPECT_LT(glm::length(saw.out.f_H_W_N), 1e-6) << feed_mm_per_s;
   const Pieces pieces = SplitPieces(saw.simulation.bone());
   EXPECT_EQ(pieces.pieces.size(), 2u) << feed_mm_per_s;
@@ -117,31 +116,32 @@ Through CutThrough(double feed_mm_per_s, double stiffness_N_per_mm) {
 
 TEST(HardCase20, ABarCutThroughGivesTwoPiecesAndNoBlow) {
   test::Verdict verdict(
-      "applies in part: pieces do not move (they stay held as they were), and what tells of a separation is the effect "
-      "`fragments`, not the tick; what is asked for is counted exactly");
-  double most_share = 0;
-  double most_back_N = 0;
+      "applies in part: pieces do not move (they stay held in place), and a separation is reported by the effect "
+      "`fragments`, not by the tick; a count on request is exact");
+  double max_fraction = 0;
+  double max_back_N = 0;
   double soft_N = 0;
   for (const double feed : {2.0, 5.0, 20.0}) {
-    // Led firmly: the bone's own force. By a spring of 1 N/mm: what that has stored is let go with the last sliver.
+    // With a stiff coupling: the bone's own force. With a spring of 1 N/mm: the last sliver releases the stored energy.
     const Through firm = CutThrough(feed, 1000);
     const Through soft = CutThrough(feed, 1);
-    EXPECT_GT(firm.most_N, 0.3) << feed;
-    most_share = std::max(most_share, firm.most_step_N / firm.most_N);
-    soft_N = std::max(soft_N, soft.most_step_N);
-    most_back_N = std::max({most_back_N, firm.most_back_N, soft.most_back_N});
+    EXPECT_GT(firm.max_N, 0.3) << feed;
+    max_fraction = std::max(max_fraction, firm.max_step_N / firm.max_N);
+    soft_N = std::max(soft_N, soft.max_step_N);
+    max_back_N = std::max({max_back_N, firm.max_back_N, soft.max_back_N});
   }
-  verdict.AtMost("led firmly, largest step of the force from tick to tick as it separates, of the force of the cut",
-                 most_share, 0.1);
-  // As far as the tool goes in a tick, on that spring.
-  verdict.AtMost("by a spring of 1 N/mm", soft_N, 24 * 0.5 * 0.2 * 1.05, "N");
-  verdict.AtMost("force that draws the hand on into the cut", most_back_N, 1e-6, "N");
+  verdict.AtMost("stiff coupling: largest force step in a tick during separation relative to the cutting force",
+                 max_fraction, 0.1);
+  // Distance of the tool in a tick, times the spring's stiffness.
+  verdict.AtMost("spring of 1 N/mm: largest force step in a tick during separation", soft_N, 24 * 0.5 * 0.2 * 1.05,
+                 "N");
+  verdict.AtMost("force that pulls the hand further into the cut", max_back_N, 1e-6, "N");
 }
 
 TEST(HardCase20, PushedThroughByAHandTheDeviceFeelsNoMoreThanItsSlew) {
   test::Verdict verdict(
-      "holds, but the last sliver lets the tool, which has no mass, go to the handle within some ticks: the force on "
-      "the device falls at its slew");
+      "holds, but after the last sliver the tool, which has no mass, moves to the handle within a few ticks; the "
+      "force on the device falls at its slew rate");
   test::HeldSawOptions options;
   options.block_mm = {8, 6, 4};
   test::HeldSaw saw(options);
@@ -153,8 +153,8 @@ TEST(HardCase20, PushedThroughByAHandTheDeviceFeelsNoMoreThanItsSlew) {
   push.push_W_N = Vec3(0, 0, -8);
   push.yield_s = 0.5;
   saw.device.SetScript(IntentionScript(saw.start, {push}));
-  double most_step_N = 0;
-  double most_jump_mm = 0;
+  double max_step_N = 0;
+  double max_jump_mm = 0;
   double lowest_N = 0;
   Vec3 f_before(0);
   double z_before = saw.start.p_AB.z;
@@ -162,8 +162,8 @@ TEST(HardCase20, PushedThroughByAHandTheDeviceFeelsNoMoreThanItsSlew) {
     const HapticStepInput in{0.001, 7500};
     const HapticStepOutput out = saw.step.Step(saw.device, in);
     watch.Step(in, out);
-    most_step_N = std::max(most_step_N, glm::length(out.force.f_H_W_N - f_before));
-    most_jump_mm = std::max(most_jump_mm, z_before - out.coupled.X_WT.p_AB.z);
+    max_step_N = std::max(max_step_N, glm::length(out.force.f_H_W_N - f_before));
+    max_jump_mm = std::max(max_jump_mm, z_before - out.coupled.X_WT.p_AB.z);
     lowest_N = std::min(lowest_N, out.force.f_H_W_N.z);
     f_before = out.force.f_H_W_N;
     z_before = out.coupled.X_WT.p_AB.z;
@@ -171,8 +171,8 @@ TEST(HardCase20, PushedThroughByAHandTheDeviceFeelsNoMoreThanItsSlew) {
   }
   watch.CheckBone();
   ASSERT_EQ(SplitPieces(saw.simulation.bone()).pieces.size(), 2u);
-  verdict.AtMost("largest step of the device's force", most_step_N, 40 * 0.001 / 0.005, "N");
-  verdict.Note("furthest that the tool went in a tick", most_jump_mm, "mm");
+  verdict.AtMost("largest step of the device force", max_step_N, 40 * 0.001 / 0.005, "N");
+  verdict.Note("largest motion of the tool in a tick", max_jump_mm, "mm");
   verdict.AtLeast("force into the cut", lowest_N, -1e-6, "N");
 }
 

@@ -1,9 +1,12 @@
-// Hard cases 21 to 23: the disc in its own kerf. It goes back into it without a force, binds when it is tilted and lets
-// go again, and pushed aside its flats take nothing away.
+// Hard cases 21 to 23: the disc in its own kerf. It returns into the kerf without force, binds when it is tilted and
+// comes free again. Pushed sideways, its flats remove nothing.
+#include <numbers>
+
 #include "bone/grid/grids.h"
 #include "bone/grid/leaf_table.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -12,20 +15,19 @@ using test::BlockPoses;
 using test::DiscParams;
 using test::InKerf;
 
-const double kR = InKerf::kR;
-constexpr double kDegree = test::kPi / 180;
+constexpr double kDegree = std::numbers::pi / 180;
 
 TEST(HardCase21, BackIntoItsOwnKerfNothingIsCutAndNothingPushesBack) {
-  test::Verdict verdict("holds: what has been cut once is cut to the bit");
-  double most_share = 0;
-  double most_again_mm3 = 0;
-  double most_lateral_N = 0;
+  test::Verdict verdict("holds: a repeated cut removes nothing more, bit for bit");
+  double max_fraction = 0;
+  double max_again_mm3 = 0;
+  double max_lateral_N = 0;
   for (const double h : {0.1, 0.2}) {
     const std::vector<Pose> poses = BlockPoses(h);
     for (const std::size_t n : {0u, 1u, 3u, 5u}) {
       if (h < 0.15 && n != 5) continue;
       InKerf kerf(poses[n], {22, 2, 8}, h, 3, DiscParams());
-      // The force of cutting it: at 2 mm/s on, 0.2 mm deeper.
+      // The force of cutting the kerf: at 2 mm/s, 0.2 mm deeper.
       double cutting_N = 0;
       kerf.Move(kerf.Aside({0, 0, -0.2}), 100, 7500,
                 [&](const CoupledOutput& out) { cutting_N = std::max(cutting_N, glm::length(out.f_H_W_N)); });
@@ -34,48 +36,50 @@ TEST(HardCase21, BackIntoItsOwnKerfNothingIsCutAndNothingPushesBack) {
       kerf.Hold(20);
       ASSERT_GT(cutting_N, 0.15);
       const double before_mm3 = kerf.invariants.removed_mm3();
-      // Out, and in again as far as a voxel above its floor, twice. (Nearer the grid's blur of the floor is felt.)
+      // Out, and in again to a voxel above the floor, twice. (Closer to the floor, the grid's blur of it causes a
+      // force.)
       for (int times = 0; times < 2; ++times) {
         for (const double up : {6.0, h}) {
           kerf.Move(kerf.Aside({0, 0, up}), 1000, 7500, [&](const CoupledOutput&) {
-            most_share = std::max(most_share, std::abs(kerf.ForceInBlock().z) / cutting_N);
+            max_fraction = std::max(max_fraction, std::abs(kerf.ForceInBlock().z) / cutting_N);
+            max_lateral_N = std::max(max_lateral_N, std::abs(kerf.ForceInBlock().y));
           });
         }
       }
       kerf.Move(kerf.Aside(Vec3(0)), 200);
-      most_again_mm3 = std::max(most_again_mm3, kerf.invariants.removed_mm3() - before_mm3);
+      max_again_mm3 = std::max(max_again_mm3, kerf.invariants.removed_mm3() - before_mm3);
       kerf.invariants.CheckBone();
     }
   }
-  verdict.AtMost("feed force in the kerf, of the force of cutting it", most_share, 0.02);
-  verdict.AtMost("across it", most_lateral_N, 0.002, "N");
-  verdict.AtMost("removed again", most_again_mm3, 1e-3, "mm^3");
+  verdict.AtMost("feed force in the kerf relative to the force of cutting it", max_fraction, 0.02);
+  verdict.AtMost("force across the kerf", max_lateral_N, 0.002, "N");
+  verdict.AtMost("volume removed again", max_again_mm3, 1e-3, "mm^3");
 }
 
 TEST(HardCase21, AFifthOfTheKerfAsideItIsLedBackToItsMiddle) {
-  test::Verdict verdict("holds: only the walls push, towards the middle");
+  test::Verdict verdict("holds: only the walls push, and towards the middle");
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", 0);
   params.coupling.p_TC_mm = {0, kR - 1.5, 0};
-  double most_feed_N = 0;
-  double least_centring = 1e9;
+  double max_feed_N = 0;
+  double min_centring = 1e9;
   for (const double side : {-1.0, 1.0}) {
     InKerf kerf(BlockPoses(0.1)[5], {22, 2, 8}, 0.1, 3, params);
     kerf.Hold(200, {0, 0.05 * side, 0.02});
-    // 50 um of the spring's 1 N/mm: the walls hold all of it.
-    least_centring = std::min(least_centring, -side * kerf.ForceInBlock().y);
-    most_feed_N = std::max(most_feed_N, std::abs(kerf.ForceInBlock().z));
+    // 50 um of the spring's 1 N/mm: the walls support all of it.
+    min_centring = std::min(min_centring, -side * kerf.ForceInBlock().y);
+    max_feed_N = std::max(max_feed_N, std::abs(kerf.ForceInBlock().z));
   }
-  verdict.AtLeast("towards the middle, at 50 um of 1 N/mm", least_centring, 0.045, "N");
-  verdict.AtMost("along the feed", most_feed_N, 0.005, "N");
+  verdict.AtLeast("force towards the middle at 50 um and 1 N/mm", min_centring, 0.045, "N");
+  verdict.AtMost("force along the feed", max_feed_N, 0.005, "N");
 }
 
 TEST(HardCase22, TiltedInADeepKerfItBindsAndLetsGoAgain) {
   test::Verdict verdict("holds");
-  double least_growth = 1e9;
-  double most_left_Nmm = 0;
-  double most_Nmm = 0;
-  double least_share = 1e9;
+  double min_growth = 1e9;
+  double max_left_Nmm = 0;
+  double max_Nmm = 0;
+  double min_fraction = 1e9;
   for (const double rpm : {7500.0, 0.0}) {
     CoupledParams params = DiscParams();
     InKerf kerf(BlockPoses(0.2)[4], {26, 2, 14}, 0.2, 7, params);  // deeper than half the radius
@@ -87,30 +91,30 @@ TEST(HardCase22, TiltedInADeepKerfItBindsAndLetsGoAgain) {
         for (int i = 1; i <= 100; ++i) kerf.Hold(1, {0, 0, up}, sign * (degrees - 1 + 0.01 * i) * kDegree, rpm);
         kerf.Hold(100, {0, 0, up}, sign * degrees * kDegree, rpm);
         const double torque = -sign * kerf.TorqueInBlock().x;  // against the tilt
-        least_growth = std::min(least_growth, torque - last);
-        least_share = std::min(least_share, torque / (params.coupling.torsion_Nmm_per_rad * degrees * kDegree));
-        most_Nmm = std::max(most_Nmm, torque);
+        min_growth = std::min(min_growth, torque - last);
+        min_fraction = std::min(min_fraction, torque / (params.coupling.torsion_Nmm_per_rad * degrees * kDegree));
+        max_Nmm = std::max(max_Nmm, torque);
         last = torque;
       }
       for (int i = 1; i <= 200; ++i) kerf.Hold(1, {0, 0, up}, sign * (5 - 0.025 * i) * kDegree, rpm);
       kerf.Hold(100, {0, 0, up}, 0, rpm);
-      most_left_Nmm = std::max(most_left_Nmm, glm::length(kerf.out.tau_H_W_Nmm));
+      max_left_Nmm = std::max(max_left_Nmm, glm::length(kerf.out.tau_H_W_Nmm));
     }
     kerf.invariants.CheckBone();
-    // Drawn out while it is tilted by 3 degrees it comes free.
+    // Drawn out while tilted by 3 degrees, it comes free.
     kerf.Hold(100, {0, 0, up}, 3 * kDegree, rpm);
     Pose X_out = kerf.Aside({0, 0, 12}, 3 * kDegree);
     kerf.Move(X_out, 3000, rpm);
     EXPECT_EQ(kerf.out.f_H_W_N, Vec3(0)) << rpm;
     EXPECT_EQ(kerf.out.tau_H_W_Nmm, Vec3(0)) << rpm;
   }
-  verdict.AtLeast("least growth of the torque from degree to degree", least_growth, 50, "N mm");
-  verdict.AtLeast("borne by the walls, of the hand's torque", least_share, 0.9);
-  verdict.AtMost("largest torque", most_Nmm, 5000 * 5 * kDegree * 1.001, "N mm");
-  verdict.AtMost("torque left when it is straight again", most_left_Nmm, 0.1, "N mm");
+  verdict.AtLeast("minimum growth of the torque per degree", min_growth, 50, "N mm");
+  verdict.AtLeast("fraction of the hand's torque borne by the walls", min_fraction, 0.9);
+  verdict.AtMost("largest torque", max_Nmm, 5000 * 5 * kDegree * 1.001, "N mm");
+  verdict.AtMost("torque left after straightening", max_left_Nmm, 0.1, "N mm");
 }
 
-/// The smallest distance from the spindle of a place where phi differs, mm; a large number when there is none.
+/// Smallest distance from the spindle at which phi differs, mm; a large number if phi is the same everywhere.
 double FindInnermostChange(const Bone& before, const Bone& after, const Pose& X_WT) {
   double innermost = 1e9;
   const auto& old_tree = before.grids().phi->constTree();
@@ -128,15 +132,16 @@ double FindInnermostChange(const Bone& before, const Bone& after, const Pose& X_
 }
 
 TEST(HardCase23, PushedAsideAndPivotedTheFlatsTakeNothingAway) {
-  test::Verdict verdict("holds: what goes is the rim's, at most three voxels inside it; the flats take nothing");
+  test::Verdict verdict("holds: only the rim removes bone, at most three voxels inside it; the flats remove none");
   const double h = 0.2;
   double innermost_mm = 1e9;
-  double most_rate = 0;
-  double most_way_mm = 0;
+  double max_rate = 0;
+  double max_way_mm = 0;
   for (const double push_N : {5.0, 20.0}) {
     CoupledParams params = DiscParams();
-    params.coupling.p_TC_mm = {0, kR - 3, 0};                      // in the middle of what is buried
-    SetEffect(params.effects, "kerf_friction", "coefficient", 0);  // it would run along the slot and cut there
+    params.coupling.p_TC_mm = {0, kR - 3, 0};  // in the middle of the buried part
+    SetEffect(params.effects, "kerf_friction", "coefficient",
+              0);  // friction would move it along the kerf and cut there
     InKerf kerf(BlockPoses(h)[5], {26, 4, 12}, h, 6, params);
     kerf.Hold(100, {0, 0, 0.05});
     const Bone before = kerf.simulation.bone();
@@ -146,7 +151,7 @@ TEST(HardCase23, PushedAsideAndPivotedTheFlatsTakeNothingAway) {
       const double side = n % 2 == 0 ? 1 : -1;
       kerf.Move(kerf.Aside({0, side * push_N, 0.05}), 50);
       kerf.Hold(200, {0, side * push_N, 0.05});
-      most_way_mm = std::max(most_way_mm, std::abs(kerf.Place().y - was.y));
+      max_way_mm = std::max(max_way_mm, std::abs(kerf.Place().y - was.y));
     }
     kerf.Hold(100, {0, 0, 0.05});
     for (int n = 0; n < 8; ++n) {
@@ -155,16 +160,16 @@ TEST(HardCase23, PushedAsideAndPivotedTheFlatsTakeNothingAway) {
       kerf.Hold(150, {0, 0, 0.05}, side * kDegree * push_N / 5);
     }
     innermost_mm = std::min(innermost_mm, FindInnermostChange(before, kerf.simulation.bone(), kerf.out.X_WT));
-    most_rate = std::max(most_rate, kerf.invariants.removed_mm3() - removed_mm3);
+    max_rate = std::max(max_rate, kerf.invariants.removed_mm3() - removed_mm3);
     kerf.invariants.CheckBone();
   }
-  verdict.AtLeast("innermost place that changes, from the spindle", innermost_mm, kR - 3 * h - 0.01, "mm");
-  verdict.AtMost("sideways under 20 N", most_way_mm, 0.002, "mm");
-  verdict.AtMost("taken off the walls by the rim, in 16 pushes", most_rate, 0.5, "mm^3");
+  verdict.AtLeast("smallest distance of a change from the spindle", innermost_mm, kR - 3 * h - 0.01, "mm");
+  verdict.AtMost("sideways motion under 20 N", max_way_mm, 0.002, "mm");
+  verdict.AtMost("volume removed from the walls by the rim in 16 pushes", max_rate, 0.5, "mm^3");
 }
 
-/// How far a turning disc goes with a handle that is drawn 0.5 mm aside in half a second and waits there for as long,
-/// in a kerf so many voxels deep; of what the handle went.
+/// Distance that a turning disc moves with a handle that moves 0.5 mm sideways in half a second and stays there for as
+/// long, in a kerf `depth_mm` deep. Divided by the handle's distance.
 double CalcSkating(double h, double depth_mm, double rpm) {
   CoupledParams params = DiscParams();
   params.coupling.p_TC_mm = {0, kR, 0};  // at the rim: it cannot roll out
@@ -178,9 +183,8 @@ double CalcSkating(double h, double depth_mm, double rpm) {
 
 TEST(HardCase23, AShallowKerfHoldsTheTurningDiscFromAFewVoxelsOn) {
   test::Verdict verdict(
-      "holds from 6 voxels of depth on; a shallower kerf does not hold a turning disc: it skates, since its walls "
-      "there are "
-      "the rim's to cut");
+      "holds from a depth of 6 voxels on; in a shallower kerf a turning disc skates, because the rim cuts the walls "
+      "there");
   double deep = 0;
   double stopped = 0;
   double less_deep = 0;
@@ -191,10 +195,10 @@ TEST(HardCase23, AShallowKerfHoldsTheTurningDiscFromAFewVoxelsOn) {
     shallow = std::max(shallow, CalcSkating(h, 2.5 * h, 7500));
     stopped = std::max(stopped, CalcSkating(h, 4 * h, 0));
   }
-  verdict.AtMost("of the handle's way, 6 voxels deep", deep, 0.02);
-  verdict.AtMost("and 4 with the spindle stopped", stopped, 0.02);
-  verdict.Note("4 with it turning", less_deep);
-  verdict.Note("2.5 with it turning", shallow);
+  verdict.AtMost("motion relative to the handle's, 6 voxels deep", deep, 0.02);
+  verdict.AtMost("motion relative to the handle's, 4 voxels deep, spindle stopped", stopped, 0.02);
+  verdict.Note("motion relative to the handle's, 4 voxels deep, spindle turning", less_deep);
+  verdict.Note("motion relative to the handle's, 2.5 voxels deep, spindle turning", shallow);
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
-// Hard case 24: single voxels, dust, a checkerboard. Many tiny contacts ask for no more than as much bone in one piece.
+// Hard case 24: single voxels, dust, a checkerboard. Many tiny contacts need no more force than the same bone in one
+// piece.
 #include <random>
 
 #include "base/core/high_pass.h"
 #include "bone/grid/surface.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -13,12 +15,11 @@ using test::DiscParams;
 using test::DiscPose;
 using test::InKerf;
 
-const double kR = InKerf::kR;
 constexpr double kVoxel_mm = 0.2;
 const Vec3 kHalf(6, 1, 2);
 
-/// A block in which each voxel is bone or not, as `is_bone` of its index says: distances of half a voxel to either
-/// side, as where nothing is known but that.
+/// Block in which `is_bone` of a voxel's index decides whether it is bone. Distances are half a voxel, positive or
+/// negative, because nothing else is known.
 template <typename IsBone>
 Bone Speckled(IsBone is_bone) {
   SolidField field;
@@ -34,22 +35,22 @@ Bone Speckled(IsBone is_bone) {
   return MakeBone(field, Box3{-kHalf, kHalf}.Grown(6 * kVoxel_mm), {kVoxel_mm, kVoxel_mm, {}}, test::OneRegionTable());
 }
 
-bool IsDust(int i, int j, int k, double share) {
+bool IsDust(int i, int j, int k, double fraction) {
   auto x = static_cast<std::uint64_t>(std::int64_t{i + 512} * 1048576 + std::int64_t{j + 512} * 1024 + (k + 512));
   x = (x ^ (x >> 31)) * 0x9E3779B97F4A7C15u;
   x = (x ^ (x >> 29)) * 0xBF58476D1CE4E5B9u;
-  return static_cast<double>((x ^ (x >> 32)) >> 11) < share * 9007199254740992.0;
+  return static_cast<double>((x ^ (x >> 32)) >> 11) < fraction * 9007199254740992.0;
 }
 
 struct Cut {
   double work_mJ = 0;  // of the hand
   double volume_mm3 = 0;
-  double most_N = 0;
-  double most_step = 0;  // from tick to tick, of what is just noticed
-  double noise_mN = 0;   // above 20 Hz
+  double max_N = 0;
+  double max_step = 0;  // between ticks, in just-noticeable differences
+  double noise_mN = 0;  // above 20 Hz
 };
 
-/// A slot along x, 2 mm deep, at 5 mm/s.
+/// Cuts a kerf along x, 2 mm deep, at 5 mm/s.
 Cut CutSlot(const Bone& bone) {
   Cut cut;
   const double z = kHalf.z + kR - 2;
@@ -60,8 +61,8 @@ Cut CutSlot(const Bone& bone) {
   for (int i = 1; i <= 2600; ++i) {
     saw.To(DiscPose(Pose{}, {x_from + 0.005 * i, 0, z}));
     const double now_N = glm::length(saw.out.f_H_W_N);
-    cut.most_N = std::max(cut.most_N, now_N);
-    cut.most_step = std::max(cut.most_step, glm::length(saw.out.f_H_W_N - f_before) / (0.07 * std::max(now_N, 0.5)));
+    cut.max_N = std::max(cut.max_N, now_N);
+    cut.max_step = std::max(cut.max_step, glm::length(saw.out.f_H_W_N - f_before) / (0.07 * std::max(now_N, 0.5)));
     f_before = saw.out.f_H_W_N;
     if (i > 1200) f.push_back(saw.out.f_H_W_N.x);
   }
@@ -73,13 +74,13 @@ Cut CutSlot(const Bone& bone) {
 }
 
 TEST(HardCase24, IslandsAskForNoMoreThanAsMuchBoneInOnePiece) {
-  test::Verdict verdict("holds: a tooth's force goes by how much of its edge has bone before it");
+  test::Verdict verdict("holds: a tooth's force depends on how much of its edge is engaged");
   const Cut bulk = CutSlot(Speckled([](int, int, int) { return true; }));
-  ASSERT_GT(bulk.most_N, 0.3);
-  double most_force = 0;
-  double most_work = 0;
-  double most_step = 0;
-  double most_noise_mN = 0;
+  ASSERT_GT(bulk.max_N, 0.3);
+  double max_force = 0;
+  double max_work = 0;
+  double max_step = 0;
+  double max_noise_mN = 0;
   const std::vector<std::pair<const char*, Bone>> bones = [] {
     std::vector<std::pair<const char*, Bone>> all;
     all.emplace_back("checkerboard", Speckled([](int i, int j, int k) { return (i + j + k) % 2 == 0; }));
@@ -95,16 +96,16 @@ TEST(HardCase24, IslandsAskForNoMoreThanAsMuchBoneInOnePiece) {
     const Cut cut = CutSlot(bone);
     EXPECT_GT(cut.volume_mm3, 0.01) << name;
     EXPECT_LT(cut.volume_mm3, bulk.volume_mm3) << name;
-    most_force = std::max(most_force, cut.most_N / bulk.most_N);
-    most_work = std::max(most_work, (cut.work_mJ / cut.volume_mm3) / (bulk.work_mJ / bulk.volume_mm3));
-    most_step = std::max(most_step, cut.most_step);
-    most_noise_mN = std::max(most_noise_mN, cut.noise_mN);
+    max_force = std::max(max_force, cut.max_N / bulk.max_N);
+    max_work = std::max(max_work, (cut.work_mJ / cut.volume_mm3) / (bulk.work_mJ / bulk.volume_mm3));
+    max_step = std::max(max_step, cut.max_step);
+    max_noise_mN = std::max(max_noise_mN, cut.noise_mN);
   }
-  verdict.AtMost("largest force, of that in the whole block", most_force, 1);
-  verdict.AtMost("work for a volume, of that in the whole block", most_work, 1);
-  // A grain that breaks off is an event: its force goes at once.
-  verdict.AtMost("largest step of the force from tick to tick, of what is just noticed", most_step, 3);
-  verdict.AtMost("force above 20 Hz", most_noise_mN, 20, "mN");
+  verdict.AtMost("largest force relative to that in a solid block", max_force, 1);
+  verdict.AtMost("work per volume relative to that in a solid block", max_work, 1);
+  // A grain that breaks off is an event: its force disappears at once.
+  verdict.AtMost("largest force step in a tick in JND", max_step, 3);
+  verdict.AtMost("force above 20 Hz", max_noise_mN, 20, "mN");
 }
 
 TEST(HardCase24, IslandsAreCountedExactlyAndSmallOnesLeftOutWhenAsked) {
@@ -119,17 +120,17 @@ TEST(HardCase24, IslandsAreCountedExactlyAndSmallOnesLeftOutWhenAsked) {
       }
     }
   }
-  verdict.Equal("islands of a voxel", static_cast<double>(SplitPieces(bone).pieces.size()), expected);
+  verdict.Equal("one-voxel islands", static_cast<double>(SplitPieces(bone).pieces.size()), expected);
   const Pieces large = SplitPieces(bone, 1.5 * kVoxel_mm * kVoxel_mm * kVoxel_mm);
   EXPECT_EQ(large.pieces.size(), 0u);
   EXPECT_EQ(large.dust_count, static_cast<std::size_t>(expected));
 }
 
 TEST(HardCase24, AStoppedDiscRestsOnDustWithoutHammering) {
-  test::Verdict verdict("holds, but single grains smaller than the spacing of the edge's points may pass between them");
+  test::Verdict verdict("holds, but single grains smaller than the spacing of the edge points may pass between them");
   double noise = 0;
-  for (const double share : {0.5, 0.9}) {
-    const Bone bone = Speckled([share](int i, int j, int k) { return IsDust(i, j, k, share); });
+  for (const double fraction : {0.5, 0.9}) {
+    const Bone bone = Speckled([fraction](int i, int j, int k) { return IsDust(i, j, k, fraction); });
     test::Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {0, 0.03, kHalf.z + kR + 0.3}));
     std::vector<double> f[3];
     for (int i = 1; i <= 2500; ++i) {
@@ -137,14 +138,14 @@ TEST(HardCase24, AStoppedDiscRestsOnDustWithoutHammering) {
       if (i <= 1200) continue;
       for (int k = 0; k < 3; ++k) f[k].push_back(saw.out.f_H_W_N[k]);
     }
-    EXPECT_GT(saw.out.f_H_W_N.z, 1) << share;
+    EXPECT_GT(saw.out.f_H_W_N.z, 1) << fraction;
     EXPECT_EQ(saw.invariants.removed_mm3(), 0);
     double sum = 0;
     for (const auto& axis : f) sum += std::pow(CalcHighPassRms(axis, 0.001, 20), 2);
     noise = std::max(noise, std::sqrt(sum) / saw.out.f_H_W_N.z);
   }
-  // It slides at 0.3 mm/s over grains of 0.2 mm.
-  verdict.AtMost("force above 20 Hz while it slides over grains, of the force", noise, 0.01);
+  // The disc slides at 0.3 mm/s over grains of 0.2 mm.
+  verdict.AtMost("force above 20 Hz while sliding over grains relative to the force", noise, 0.01);
 }
 
 }  // namespace

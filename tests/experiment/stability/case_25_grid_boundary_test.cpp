@@ -1,8 +1,9 @@
-// Hard case 25: where the grid ends, tools partly or wholly outside it, and a bone of nothing. Outside is air.
+// Hard case 25: the end of the grid, tools partly or entirely outside it, and an empty bone. Outside the grid is air.
 #include "bone/grid/grids.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
 #include "kerf/error.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -13,9 +14,7 @@ using test::Handle;
 using test::InKerf;
 using test::Sawing;
 
-const double kR = InKerf::kR;
-
-/// A block that the grid's own end cuts off at x = 0: from pure bone to nothing at all within a voxel.
+/// Block that the end of the grid truncates at x = 0: from solid bone to air within a voxel.
 Bone CutOff(double h) {
   Bone bone = test::MakeBox(Pose{}, {24, 2, 8}, h);
   auto& tree = bone.grids().phi->tree();
@@ -36,52 +35,52 @@ Bone CutOff(double h) {
 
 TEST(HardCase25, OutOfTheBlockAndBackTheForceIsContinuous) {
   test::Verdict verdict("holds");
-  double most_step = 0;
+  double max_step = 0;
   double stopped_step = 0;
-  double most_N = 0;
-  double most_air_N = 0;
+  double max_N = 0;
+  double max_air_N = 0;
   for (const double h : {0.2, 0.4}) {
     for (const double depth : {0.3, 2.0}) {
       for (const double rpm : {7500.0, 0.0}) {
         const double z = 4 + kR - depth;
         const double x = 5 + std::sqrt(kR * kR - (kR - depth) * (kR - depth)) + 1;
-        // Stopped it would run against the block's side: it begins on top of it.
+        // A stopped disc would hit the block's side, so it starts on top of the block.
         Sawing saw(test::MakeBox(Pose{}, {10, 2, 8}, h), DiscParams(),
                    DiscPose(Pose{}, rpm == 0 ? Vec3(0, 0, 4 + kR + 0.2) : Vec3(-x, 0, z)));
         if (rpm == 0) saw.Move(DiscPose(Pose{}, {0, 0, z}), 300, rpm);
         Vec3 f_before = saw.out.f_H_W_N;
-        // Wholly outside, partly, wholly inside, and out at the other end.
+        // Entirely outside, partly, entirely inside, and out at the other end.
         saw.Move(DiscPose(Pose{}, {x, 0, z}), static_cast<int>(2 * x / 0.005), rpm, [&](const CoupledOutput& out) {
           const double f = glm::length(out.f_H_W_N);
-          double& step = rpm == 0 ? stopped_step : most_step;
+          double& step = rpm == 0 ? stopped_step : max_step;
           step = std::max(step, glm::length(out.f_H_W_N - f_before) / (0.07 * std::max(f, 0.5)));
-          most_N = std::max(most_N, f);
+          max_N = std::max(max_N, f);
           f_before = out.f_H_W_N;
           const double over = std::abs(saw.X_WH.p_AB.x) - (x - 0.5);
-          if (over > 0) most_air_N = std::max(most_air_N, f);
+          if (over > 0) max_air_N = std::max(max_air_N, f);
         });
         EXPECT_LT(glm::length(saw.out.f_H_W_N), 1e-9) << h << " " << depth;
         saw.invariants.CheckBone();
       }
     }
   }
-  EXPECT_GT(most_N, 0.3);
-  verdict.AtMost("largest step of the force from tick to tick, of what is just noticed", most_step, 2);
-  verdict.AtMost("with the spindle stopped, over a sharp corner", stopped_step, 2);
-  verdict.AtMost("force half a millimetre outside", most_air_N, 1e-9, "N");
+  EXPECT_GT(max_N, 0.3);
+  verdict.AtMost("largest force step in a tick in JND", max_step, 2);
+  verdict.AtMost("largest force step in a tick in JND, spindle stopped, over a sharp corner", stopped_step, 2);
+  verdict.AtMost("force half a millimetre outside the block", max_air_N, 1e-9, "N");
 }
 
 TEST(HardCase25, WhereTheGridEndsInTheMiddleOfBoneThereIsAirBeyond) {
-  test::Verdict verdict("holds: outside is air");
+  test::Verdict verdict("holds: outside the grid is air");
   const double h = 0.2;
   const Bone bone = CutOff(h);
   EXPECT_LT(bone.SignedDistance({-0.5, 0, 0}), 0);
   EXPECT_GT(bone.SignedDistance({0.5, 0, 0}), 0);
-  double most_N = 0;
+  double max_N = 0;
   for (const double rpm : {7500.0, 0.0}) {
-    // Along the floor of the cut from the bone over the end and back, and let down where the end is.
+    // Along the floor of the cut from the bone across the end and back, and lowered at the end.
     Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {-6, 0, 4 + kR + 0.1}));
-    const auto look = [&](const CoupledOutput& out) { most_N = std::max(most_N, glm::length(out.f_H_W_N)); };
+    const auto look = [&](const CoupledOutput& out) { max_N = std::max(max_N, glm::length(out.f_H_W_N)); };
     const double down = rpm == 0 ? -0.5 : 0.5;
     saw.Move(DiscPose(Pose{}, {-6, 0, 4 + kR - std::abs(down)}), 200, rpm, look);
     saw.Move(DiscPose(Pose{}, {14, 0, 4 + kR - std::abs(down)}), 1500, rpm, look);
@@ -89,8 +88,8 @@ TEST(HardCase25, WhereTheGridEndsInTheMiddleOfBoneThereIsAirBeyond) {
     saw.Move(DiscPose(Pose{}, {0, 0, 4 + kR - 2}), 1000, rpm, look);
     saw.invariants.CheckBone();
   }
-  // The hand's way against the spring: nothing is stiffer than that.
-  verdict.AtMost("largest force", most_N, 2.5, "N");
+  // The hand's motion times the spring's stiffness, the largest stiffness in the system.
+  verdict.AtMost("largest force", max_N, 2.5, "N");
 }
 
 TEST(HardCase25, ABoneOfNothingIsAir) {
@@ -117,7 +116,7 @@ TEST(HardCase25, ABoneOfNothingIsAir) {
 
 TEST(HardCase25, SawnUntilNothingIsLeftItIsAir) {
   test::Verdict verdict("holds");
-  // A crumb smaller than the disc's rim: all of it goes.
+  // A crumb smaller than the disc's rim: all of it is removed.
   const Bone bone = test::MakeSphere(Vec3(0.02, 0.01, 0.03), 0.1, 0.1);
   const double before_mm3 = bone.CalcVolume();
   CoupledParams params = DiscParams();
@@ -129,7 +128,7 @@ TEST(HardCase25, SawnUntilNothingIsLeftItIsAir) {
   EXPECT_EQ(saw.simulation.bone().CalcVolume(), 0);
   double gone_mm3 = 0;
   for (const double mm3 : saw.simulation.CalcRemovedByRegion()) gone_mm3 += mm3;
-  verdict.AtMost("volume not accounted for", std::abs(gone_mm3 / before_mm3 - 1), 1e-9);
+  verdict.AtMost("relative volume unaccounted for", std::abs(gone_mm3 / before_mm3 - 1), 1e-9);
   for (int i = 0; i < 5; ++i) saw.To(DiscPose(Pose{}, {0, 0, kR - 1}), 0);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(saw.To(DiscPose(Pose{}, {0, 0.01 * i, kR - 1}), 0).f_H_W_N, Vec3(0));
 }

@@ -1,4 +1,4 @@
-// Hard case 26: a bone and a saw a kilometre from the origin, and further; and numbers too small to be normal.
+// Hard case 26: a bone and a saw a kilometre or more from the origin; and denormal numbers.
 #include <limits>
 
 #include "bone/grid/grids.h"
@@ -6,6 +6,7 @@
 #include "experiment/stability/verdict.h"
 #include "kerf/error.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -15,28 +16,27 @@ using test::DiscPose;
 using test::Handle;
 using test::InKerf;
 
-const double kR = InKerf::kR;
-const Vec3 kSize(22, 2, 8);
+const Vec3 kFarAwaySize(22, 2, 8);
 
-/// The same block, voxel for voxel, `shift_vox` voxels away.
+/// The same block, voxel for voxel, moved by `shift_vox` voxels.
 Bone BlockAt(const Vec3& shift_vox, double h) {
   SolidField field;
-  // The index is found first, so that what is rounded is the same everywhere.
+  // Finds the index first, so that rounding is the same everywhere.
   field.value = [=](const Vec3& p) {
     const Vec3 index = glm::round(p / h) - shift_vox;
     const Vec3 off = p - h * glm::round(p / h);
-    return test::BoxDistance(h * index + (glm::length(off) < 1e-6 ? Vec3(0) : off), 0.5 * kSize);
+    return test::BoxDistance(h * index + (glm::length(off) < 1e-6 ? Vec3(0) : off), 0.5 * kFarAwaySize);
   };
   const auto value = field.value;
   field.classify = ClassifyByDistance(field.value);
   field.region = [](const Vec3&) { return 24; };
   const Vec3 middle = h * shift_vox;
-  return MakeBone(field, Box3{middle - 0.5 * kSize, middle + 0.5 * kSize}.Grown(6 * h), {h, h, {}},
+  return MakeBone(field, Box3{middle - 0.5 * kFarAwaySize, middle + 0.5 * kFarAwaySize}.Grown(6 * h), {h, h, {}},
                   test::OneRegionTable());
 }
 
-/// Where the handle goes: down into the block, aside against the kerf's walls, tilted, along, stopped, and out; on a
-/// lattice that every double up to 10^6 holds.
+/// Motion of the handle: down into the block, sideways against the kerf's walls, tilted, along, stopped, and out. Its
+/// positions lie on a lattice that a double represents exactly up to 10^6.
 CoupledInput Script(int i, const Vec3& shift_mm) {
   const double t = 0.001 * i;
   Vec3 p(0, 0, 4 + kR + 0.2 - 3 * std::min(t, 1.2));
@@ -70,7 +70,8 @@ Ran RunAt(const Vec3& shift_vox, double h) {
   return ran;
 }
 
-/// How many voxels of the one differ, and by how much, from those of the other that is moved by `shift_vox`.
+/// Returns the largest difference between `here` and `there`, which is moved by `shift_vox`; counts the differing
+/// voxels.
 double CalcLargestDifference(const Bone& here, const Bone& there, const Vec3& shift_vox, int& differing) {
   const auto& a = here.grids().phi->constTree();
   const auto& b = there.grids().phi->constTree();
@@ -89,19 +90,19 @@ double CalcLargestDifference(const Bone& here, const Bone& there, const Vec3& sh
 }
 
 TEST(HardCase26, AKilometreAwayEverythingIsTheSameToTheBit) {
-  test::Verdict verdict("holds: the tick works in a frame that lies near the bone");
+  test::Verdict verdict("holds: the tick works in a frame near the bone");
   constexpr double h = 0.25;
   const Ran here = RunAt(Vec3(0), h);
-  double most_N = 0;
-  for (const CoupledOutput& out : here.out) most_N = std::max(most_N, glm::length(out.f_H_W_N));
-  ASSERT_GT(most_N, 0.5);
+  double max_N = 0;
+  for (const CoupledOutput& out : here.out) max_N = std::max(max_N, glm::length(out.f_H_W_N));
+  ASSERT_GT(max_N, 0.5);
   int forces = 0;
   int voxels = 0;
-  // Multiples of 2^17 voxels; some axes stay.
+  // Multiples of 2^17 voxels; some axes are unchanged.
   for (const Vec3& shift_vox : {131072.0 * Vec3(30, -30, 17), 131072.0 * Vec3(0, 1, -30)}) {
     ASSERT_LT(glm::length(shift_vox) * h, 1.8e6);
     const Ran there = RunAt(shift_vox, h);
-    double most_off_mm = 0;
+    double max_off_mm = 0;
     for (std::size_t i = 0; i < here.out.size(); ++i) {
       const CoupledOutput& a = here.out[i];
       const CoupledOutput& b = there.out[i];
@@ -111,11 +112,11 @@ TEST(HardCase26, AKilometreAwayEverythingIsTheSameToTheBit) {
                         a.hand_mJ != b.hand_mJ || a.X_WT.R_AB != b.X_WT.R_AB || a.status != b.status
                     ? 1
                     : 0;
-      most_off_mm = std::max(most_off_mm, glm::length(b.X_WT.p_AB - h * shift_vox - a.X_WT.p_AB));
+      max_off_mm = std::max(max_off_mm, glm::length(b.X_WT.p_AB - h * shift_vox - a.X_WT.p_AB));
     }
     CalcLargestDifference(here.bone, there.bone, shift_vox, voxels);
     // Half a unit in the last place of 10^6 along each axis.
-    EXPECT_LE(most_off_mm, 2e-10);
+    EXPECT_LE(max_off_mm, 2e-10);
   }
   verdict.Equal("ticks in which any force or energy differs", forces, 0);
   verdict.Equal("voxels that differ", voxels, 0);
@@ -123,35 +124,37 @@ TEST(HardCase26, AKilometreAwayEverythingIsTheSameToTheBit) {
 
 TEST(HardCase26, WhereRoundingCannotBeHelpedItIsThatOfTheInput) {
   test::Verdict verdict("holds");
-  // Voxels of 0.2 mm are no binary fraction: the handle's place itself is rounded to 1e-10 mm, and so is the block's.
+  // 0.2 mm is no binary fraction: the positions of the handle and of the block are rounded to 1e-10 mm.
   constexpr double h = 0.2;
   const Ran here = RunAt(Vec3(0), h);
-  double most_off_N[2] = {0, 0};
-  double most_off_mm[2] = {0, 0};
-  // By whole leaves, and by voxels: then each distance is rounded to a float from another leaf's corner.
+  double max_off_N[2] = {0, 0};
+  double max_off_mm[2] = {0, 0};
+  // Moved by whole leaves, and by voxels. With voxels, each distance is rounded to a float from another leaf's corner.
   for (const bool leaves : {true, false}) {
     for (const Vec3& shift_vox : {Vec3(4999800, -4999800, 4999800), Vec3(8, 65536 * 8, 1234568)}) {
       const Vec3 shift = leaves ? shift_vox : shift_vox + Vec3(3, -1, 2);
       const Ran there = RunAt(shift, h);
       int differing = 0;
       for (std::size_t i = 0; i < here.out.size(); ++i) {
-        most_off_N[leaves ? 0 : 1] =
-            std::max(most_off_N[leaves ? 0 : 1], glm::length(here.out[i].f_H_W_N - there.out[i].f_H_W_N));
+        max_off_N[leaves ? 0 : 1] =
+            std::max(max_off_N[leaves ? 0 : 1], glm::length(here.out[i].f_H_W_N - there.out[i].f_H_W_N));
       }
-      most_off_mm[leaves ? 0 : 1] =
-          std::max(most_off_mm[leaves ? 0 : 1], CalcLargestDifference(here.bone, there.bone, shift, differing));
+      max_off_mm[leaves ? 0 : 1] =
+          std::max(max_off_mm[leaves ? 0 : 1], CalcLargestDifference(here.bone, there.bone, shift, differing));
     }
   }
-  // A spring of 1 N/mm and a torsion's arm, walls of 3000 N/mm a point; 1e-10 mm of rounding grow to some 1e-9 N.
-  verdict.AtMost("off in the force, moved by whole leaves", most_off_N[0], 1e-7, "N");
-  verdict.AtMost("off in the bone, moved by whole leaves", most_off_mm[0], 1e-6, "mm");
-  // Distances are right to 4e-7 of the disc's radius: at a stiff wall that is 0.01 N a point, wherever the bone is;
-  // of the 48 points of the outermost ring a dozen are in the kerf.
-  verdict.AtMost("off in the force, moved by voxels", most_off_N[1], 0.13, "N");
+  // A spring of 1 N/mm, the lever arm of the torsion spring, walls of 3000 N/mm per point: 1e-10 mm of rounding grows
+  // to about 1e-9 N.
+  verdict.AtMost("force deviation, bone moved by whole leaves", max_off_N[0], 1e-7, "N");
+  verdict.AtMost("deviation of the bone, moved by whole leaves", max_off_mm[0], 1e-6, "mm");
+  // Distances are accurate to 4e-7 of the disc's radius. At a stiff wall that is 0.01 N per point, wherever the bone
+  // is. About twelve of the 48 points of the outermost ring are in the kerf.
+  verdict.AtMost("force deviation, bone moved by voxels", max_off_N[1], 0.13, "N");
 }
 
 TEST(HardCase26, BeyondTheWorldItIsRefusedInWords) {
-  test::Verdict verdict("holds: 10^6 mm along each axis is the world; beyond is a bad input, zero force");
+  test::Verdict verdict(
+      "holds: the world extends to 10^6 mm along each axis; a position beyond it is bad input and gives zero force");
   const Bone bone = test::MakeBox(Pose{}, {6, 2, 4}, 0.4);
   const Pose start = DiscPose(Pose{}, {0, 0, 2 + kR + 0.1});
   CoupledSimulation simulation(bone, DiscParams(), start);
@@ -176,7 +179,7 @@ TEST(HardCase26, BeyondTheWorldItIsRefusedInWords) {
       }
     }
   }
-  // On the border it is still taken.
+  // Positions on the border are still accepted.
   Pose X = start;
   X.p_AB = Vec3(1e6, -1e6, 1e6);
   for (int i = 0; i < 5; ++i) simulation.Tick(Handle(X));
@@ -192,7 +195,7 @@ TEST(HardCase26, BeyondTheWorldItIsRefusedInWords) {
   try {
     CoupledSimulation(bone, DiscParams(), DiscPose(Pose{}, {0, 1e9, 0}));
   } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "the tool's start lies beyond 1000000 mm from the world's origin");
+    EXPECT_STREQ(e.what(), "the tool's start position is more than 1000000 mm from the world origin");
   }
 }
 
@@ -208,19 +211,19 @@ TEST(HardCase26, FromOneEndOfTheWorldToTheOtherInATickItStaysWhole) {
     out = simulation.Tick(in);
     watch.Tick(in, out);
   };
-  double most_N = 0;
+  double max_N = 0;
   for (int i = 0; i < 200; ++i) {
     Pose X = start;
     X.p_AB += (i % 2 == 0 ? 9e5 : -9e5) * Vec3(i % 3 - 1, i % 5 - 2 == 0 ? 1 : 0, i % 7 - 3 == 0 ? 1 : -1);
     to(X, i % 4 == 0 ? 0 : 7500);
-    most_N = std::max(most_N, glm::length(out.f_H_W_N));
+    max_N = std::max(max_N, glm::length(out.f_H_W_N));
   }
-  // Back at the bone it cuts as ever.
+  // Back at the bone it cuts as before.
   for (int i = 0; i < 4000; ++i) to(start, 7500);
   EXPECT_EQ(out.X_WT.p_AB, start.p_AB);
   for (int i = 1; i <= 400; ++i) to(DiscPose(Pose{}, {0, 0.6, 2 + kR + 0.1 - 0.003 * i}), 7500);
   EXPECT_GT(out.engaged_teeth, 0.3);
-  verdict.AtMost("largest force", most_N, 40 * (1 + 1e-12), "N");
+  verdict.AtMost("largest force", max_N, 40 * (1 + 1e-12), "N");
 }
 
 TEST(HardCase26, NumbersTooSmallToBeNormalAreAsGoodAsZero) {
@@ -232,8 +235,8 @@ TEST(HardCase26, NumbersTooSmallToBeNormalAreAsGoodAsZero) {
   params.coupling.damping_Ns_per_mm = 0.001;
   CoupledSimulation plain(bone, params, start);
   CoupledSimulation denormal(bone, params, start);
-  double most_off_N = 0;
-  double most_N = 0;
+  double max_off_N = 0;
+  double max_N = 0;
   for (int i = 1; i <= 1200; ++i) {
     CoupledInput in = Handle(DiscPose(Pose{}, {0, 0, 4 + kR + 0.1 - 0.002 * i}), i > 1000 ? 0 : 7500);
     const CoupledOutput a = plain.Tick(in);
@@ -245,11 +248,11 @@ TEST(HardCase26, NumbersTooSmallToBeNormalAreAsGoodAsZero) {
     if (in.rpm == 0) in.rpm = sign;
     const CoupledOutput b = denormal.Tick(in);
     EXPECT_EQ(a.status, b.status);
-    most_off_N = std::max(most_off_N, glm::length(a.f_H_W_N - b.f_H_W_N));
-    most_N = std::max(most_N, glm::length(a.f_H_W_N));
+    max_off_N = std::max(max_off_N, glm::length(a.f_H_W_N - b.f_H_W_N));
+    max_N = std::max(max_N, glm::length(a.f_H_W_N));
   }
-  EXPECT_GT(most_N, 0.3);
-  verdict.AtMost("off in the force", most_off_N, 1e-12, "N");
+  EXPECT_GT(max_N, 0.3);
+  verdict.AtMost("force deviation due to denormals", max_off_N, 1e-12, "N");
 }
 
 }  // namespace

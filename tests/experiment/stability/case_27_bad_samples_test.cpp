@@ -1,5 +1,5 @@
-// Hard case 27: the device gives poses that are none. Force gone at once, the tool held, the bone untouched; and with
-// the next good sample all goes on.
+// Hard case 27: the device delivers invalid poses. The force becomes zero at once, the tool is held, the bone is
+// unchanged, and the session continues with the next good sample.
 #include <functional>
 #include <limits>
 
@@ -10,12 +10,12 @@
 namespace kerf {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kBadSamplesNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kBadSamplesInf = std::numeric_limits<double>::infinity();
 constexpr double kTiny = std::numeric_limits<double>::denorm_min();
-constexpr double kMost = std::numeric_limits<double>::max();
+constexpr double kMax = std::numeric_limits<double>::max();
 
-/// A simulated device whose sample someone spoils on its way.
+/// Simulated device whose samples a test can corrupt.
 class SpoiltDevice final : public Device {
  public:
   explicit SpoiltDevice(SimulatedDevice& device) : device_(device) {}
@@ -42,15 +42,15 @@ struct Spoiling {
   std::function<void(Pose&)> how;
 };
 
-/// What is no pose, whatever is meant by it.
+/// Returns all kinds of invalid poses.
 std::vector<Spoiling> BadPoses() {
   std::vector<Spoiling> all;
-  for (const double value : {kNan, kInf, -kInf, kMost, 1.001e6}) {
+  for (const double value : {kBadSamplesNan, kBadSamplesInf, -kBadSamplesInf, kMax, 1.001e6}) {
     for (int axis = 0; axis < 3; ++axis) {
       all.push_back({"place", [=](Pose& X) { X.p_AB[axis] = value; }});
     }
   }
-  for (const double value : {kNan, kInf, -kInf, kMost, 2.0}) {
+  for (const double value : {kBadSamplesNan, kBadSamplesInf, -kBadSamplesInf, kMax, 2.0}) {
     for (int part = 0; part < 4; ++part) {
       all.push_back({"quaternion", [=](Pose& X) { X.R_AB[part] = value; }});
     }
@@ -60,13 +60,13 @@ std::vector<Spoiling> BadPoses() {
   all.push_back({"too short", [](Pose& X) { X.R_AB *= 0.999; }});
   all.push_back({"too long", [](Pose& X) { X.R_AB *= 1 + 3e-6; }});
   all.push_back({"all of it", [](Pose& X) {
-                   X.p_AB = Vec3(kNan);
-                   X.R_AB = Quat(kNan, kInf, -kInf, 0);
+                   X.p_AB = Vec3(kBadSamplesNan);
+                   X.R_AB = Quat(kBadSamplesNan, kBadSamplesInf, -kBadSamplesInf, 0);
                  }});
   return all;
 }
 
-/// Pushed into the bone until the device's force is full.
+/// A saw pushed into the bone until the device's force has ramped in completely.
 struct Cutting {
   Cutting() : device(saw.device), watch(saw.simulation, saw.start) {
     watch.WatchDevice(saw.device.profile());
@@ -92,16 +92,15 @@ struct Cutting {
 
 TEST(HardCase27, ABadSampleGivesNoForceAtOnceAndTheNextGoodOneGoesOn) {
   test::Verdict verdict(
-      "holds, and more: the force is zero in the same tick, not ramped down. A left-handed frame cannot come in: a "
-      "pose "
-      "is a quaternion");
+      "holds; the force is zero in the same tick, not ramped down. A left-handed frame cannot occur, because a pose "
+      "has a quaternion");
   Cutting cut;
   ASSERT_GT(cut.out.force.f_H_W_N.z, 4);
   int refused = 0;
   int tried = 0;
-  double most_first_N = 0;
-  double most_gap_mm = 0;
-  double most_speed = 0;
+  double max_first_N = 0;
+  double max_gap_mm = 0;
+  double max_speed = 0;
   for (const Spoiling& spoiling : BadPoses()) {
     const Pose held = cut.out.coupled.X_WT;
     const DeviceSample good = cut.out.sample;
@@ -122,44 +121,44 @@ TEST(HardCase27, ABadSampleGivesNoForceAtOnceAndTheNextGoodOneGoesOn) {
     EXPECT_EQ(cut.saw.step.counts().bad_samples - counted, static_cast<std::uint64_t>(ticks));
     refused += ticks;
     cut.device.Spoil(nullptr);
-    // One good sample, and it is as before but for the force's ramp. The hand has moved on meanwhile, pushed by
-    // nothing.
+    // One good sample restores the state, except that the force ramps in again. In the meantime the hand has moved
+    // without a force.
     cut.Step();
     EXPECT_EQ(cut.out.faults, kHapticOk) << spoiling.name;
     EXPECT_GT(cut.out.coupled.f_H_W_N.z, 3) << spoiling.name;
-    most_first_N = std::max(most_first_N, glm::length(cut.out.force.f_H_W_N));
-    most_gap_mm = std::max(most_gap_mm, glm::length(cut.out.coupled.X_WT.p_AB - held.p_AB));
-    most_speed = std::max(most_speed, glm::length(cut.out.v_H_W_mm_per_s));
+    max_first_N = std::max(max_first_N, glm::length(cut.out.force.f_H_W_N));
+    max_gap_mm = std::max(max_gap_mm, glm::length(cut.out.coupled.X_WT.p_AB - held.p_AB));
+    max_speed = std::max(max_speed, glm::length(cut.out.v_H_W_mm_per_s));
     for (int n = 0; n < 20; ++n) cut.Step();
     ++tried;
   }
   cut.watch.CheckBone();
   verdict.Note("bad samples", refused);
-  // 3 (t / 0.5 s)^2 of the coupling's greatest force, 1 ms on: meanwhile nothing has held the hand up.
-  verdict.AtMost("force in the first good tick", most_first_N, 3 * 0.002 * 0.002 * 40, "N");
-  verdict.AtMost("way of the tool over a gap of up to 4 ticks", most_gap_mm, 0.2, "mm");
-  verdict.Equal("velocity taken from the leap", most_speed, 0, "mm/s");
+  // 3 (t / 0.5 s)^2 of the coupling's maximum force after 1 ms: in the meantime no force has held the hand.
+  verdict.AtMost("force in the first good tick", max_first_N, 3 * 0.002 * 0.002 * 40, "N");
+  verdict.AtMost("motion of the tool over a gap of up to 4 ticks", max_gap_mm, 0.2, "mm");
+  verdict.Equal("velocity computed from the jump", max_speed, 0, "mm/s");
 }
 
 TEST(HardCase27, TheForceComesBackByItsRamp) {
   test::Verdict verdict("holds");
   Cutting cut;
-  cut.device.Spoil([](Pose& X) { X.p_AB.x = kNan; });
+  cut.device.Spoil([](Pose& X) { X.p_AB.x = kBadSamplesNan; });
   cut.Step();
   cut.device.Spoil(nullptr);
-  double most_over = 0;
+  double max_over = 0;
   for (int n = 1; n <= 600; ++n) {
     cut.Step();
     const double t = std::min(n * 0.001 / 0.5, 1.0);
-    most_over = std::max(most_over, glm::length(cut.out.force.f_H_W_N) -
-                                        (3 * t * t - 2 * t * t * t) * glm::length(cut.out.coupled.f_H_W_N));
+    max_over = std::max(max_over, glm::length(cut.out.force.f_H_W_N) -
+                                      (3 * t * t - 2 * t * t * t) * glm::length(cut.out.coupled.f_H_W_N));
   }
-  verdict.AtMost("above the ramp", most_over, 1e-9, "N");
+  verdict.AtMost("force above the ramp", max_over, 1e-9, "N");
   verdict.AtLeast("force after 0.6 s", cut.out.force.f_H_W_N.z, 4, "N");
 }
 
 TEST(HardCase27, WhatIsStillAPoseIsTaken) {
-  // Off unit length by what a float's rounding makes; a quaternion of the other sign; a denormal component.
+  // Unit length within a float's rounding; a quaternion of the opposite sign; a denormal component.
   Cutting cut;
   const std::function<void(Pose&)> hows[] = {[](Pose& X) { X.R_AB *= 1 + 5e-7; }, [](Pose& X) { X.R_AB *= 1 - 5e-7; },
                                              [](Pose& X) { X.R_AB = -X.R_AB; }, [](Pose& X) { X.R_AB.y += kTiny; },
@@ -178,7 +177,7 @@ TEST(HardCase27, WhatIsStillAPoseIsTaken) {
   cut.watch.CheckBone();
 }
 
-/// The simulation itself, each number of its input in turn.
+/// Corrupts the simulation's input directly, one number at a time.
 TEST(HardCase27, EachNumberOfATicksInputMayBeAnything) {
   test::Verdict verdict("holds");
   Cutting cut;
@@ -190,7 +189,7 @@ TEST(HardCase27, EachNumberOfATicksInputMayBeAnything) {
   simulation.ClearChanged();
   int bad = 0;
   for (int number = 0; number < 15; ++number) {
-    for (const double value : {kNan, kInf, -kInf, kMost, -kMost, 1e15}) {
+    for (const double value : {kBadSamplesNan, kBadSamplesInf, -kBadSamplesInf, kMax, -kMax, 1e15}) {
       CoupledInput in = good;
       double* const numbers[15] = {&in.X_WH.p_AB.x,
                                    &in.X_WH.p_AB.y,
@@ -219,11 +218,12 @@ TEST(HardCase27, EachNumberOfATicksInputMayBeAnything) {
   }
   EXPECT_EQ(simulation.changed_count(), 0);
   EXPECT_EQ(simulation.bone().CalcHash(), bone.CalcHash());
-  // One good tick, and the force is there again.
+  // One good tick restores the force.
   const CoupledOutput after = simulation.Tick(good);
   EXPECT_EQ(after.status & kCoupledBadPose, 0u);
   verdict.Note("bad inputs", bad);
-  verdict.AtMost("force after them, against before", std::abs(after.f_H_W_N.z / before.f_H_W_N.z - 1), 0.1);
+  verdict.AtMost("relative change of the force after the bad inputs", std::abs(after.f_H_W_N.z / before.f_H_W_N.z - 1),
+                 0.1);
 }
 
 }  // namespace

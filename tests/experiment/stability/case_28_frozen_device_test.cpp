@@ -1,4 +1,4 @@
-// Hard case 28: the device freezes and comes back elsewhere, gives the same sample twice, or the clock goes back.
+// Hard case 28: the device freezes and resumes elsewhere, delivers the same sample twice, or the clock goes backwards.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using test::kDt_s;
 using test::Upright;
 using test::Verdict;
 
-/// A handle led along a straight line; it may repeat samples.
+/// Device with a prescribed handle pose, which may repeat.
 class LedDevice : public Device {
  public:
   explicit LedDevice(const DeviceProfile& profile) : profile_(profile) {}
@@ -40,7 +40,7 @@ class LedDevice : public Device {
   DeviceProfile profile_;
 };
 
-/// In a cut at 20 mm/s along a block of soft bone, through a coupling with as much damping as devices bear.
+/// A cut at 20 mm/s along a block of soft bone, through a coupling with the largest damping that devices allow.
 struct FastStroke {
   static constexpr double kFeed = 20;
   static constexpr double kDamping = 0.01;  // N s/mm
@@ -52,7 +52,7 @@ struct FastStroke {
     return options;
   }
   FastStroke() : saw(MakeOptions()), device(saw.device.profile()) {
-    // Clear of the block, then into it from the side; 2 mm deep.
+    // From outside the block, then into it from the side; 2 mm deep.
     for (int i = 0; i < 1200; ++i) Step(kDt_s, true);
   }
   HapticStepOutput Step(double dt_s, bool fresh_sample) {
@@ -68,7 +68,7 @@ struct FastStroke {
 TEST(HardCase28, AFrozenHandleThatComesBackElsewhereIsNoKick) {
   Verdict verdict("holds");
   double worst_speed = 0;
-  double worst_slew = 0;  // of what the slew allows
+  double worst_slew = 0;  // as a fraction of the slew limit
   double worst_step_N = 0;
   for (const int frozen_ticks : {2, 5, 20, 100, 300}) {
     FastStroke stroke;
@@ -82,7 +82,7 @@ TEST(HardCase28, AFrozenHandleThatComesBackElsewhereIsNoKick) {
       const HapticStepOutput out = stroke.Step(kDt_s, i >= frozen_ticks);
       worst_speed = std::max(worst_speed, glm::length(out.v_H_W_mm_per_s));
       const double step_N = glm::length(out.coupled.f_H_W_N - before.coupled.f_H_W_N);
-      // What the coupling's spring, 1.5 N/mm, does for the ways of handle and tool is as it should be.
+      // Steps due to the coupling's spring, 1.5 N/mm, and the motions of handle and tool are expected and subtracted.
       const double spring_N = 1.5 * (glm::length(out.sample.X_WH.p_AB - before.sample.X_WH.p_AB) +
                                      glm::length(out.coupled.X_WT.p_AB - before.coupled.X_WT.p_AB));
       worst_step_N = std::max(worst_step_N, step_N - spring_N);
@@ -91,12 +91,13 @@ TEST(HardCase28, AFrozenHandleThatComesBackElsewhereIsNoKick) {
     }
     worst_slew = std::max(worst_slew, stroke.device.largest_step_N / slew_N);
   }
-  // Nobody moved faster than the stroke; windows of an exact line are exact to the encoder's rounding, and there is
-  // none here.
-  verdict.AtMost("handle's speed as estimated, moving at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
-  // The damper lets go of 0.01 N s/mm * 20 mm/s, once when the hold is over; unfiltered the leap would be 60 N.
-  verdict.AtMost("force step beyond the spring's", worst_step_N, 1.25 * FastStroke::kDamping * FastStroke::kFeed, "N");
-  verdict.AtMost("largest step on the device, of the slew", worst_slew, 1 + 1e-9);
+  // Nothing moved faster than the stroke. Windows of an exact line are exact to the encoder's rounding, of which there
+  // is none here.
+  verdict.AtMost("estimated handle speed at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
+  // The damper releases 0.01 N s/mm * 20 mm/s once, when the hold ends. Unfiltered, the leap would give 60 N.
+  verdict.AtMost("force step in excess of the spring's", worst_step_N, 1.25 * FastStroke::kDamping * FastStroke::kFeed,
+                 "N");
+  verdict.AtMost("largest step on the device relative to the slew limit", worst_slew, 1 + 1e-9);
 }
 
 TEST(HardCase28, ADeviceSlowerThanTheLoopMovesNoLessSmoothly) {
@@ -114,23 +115,23 @@ TEST(HardCase28, ADeviceSlowerThanTheLoopMovesNoLessSmoothly) {
     }
     worst = std::max({worst, most / FastStroke::kFeed - 1, 1 - least / FastStroke::kFeed});
   }
-  verdict.AtMost("speed off by, each sample given 2 or 4 times", 100 * worst, 2, "%");
+  verdict.AtMost("speed error, each sample delivered 2 or 4 times", 100 * worst, 2, "%");
 }
 
 TEST(HardCase28, ALeapOfTheHandleIsNoSpeed) {
   Verdict verdict("holds");
-  // Without a freeze before it: 5 mm from one sample to the next would be 5 m/s, and 50 N through the damper.
+  // Without a preceding freeze: 5 mm between two samples would be 5 m/s, and 50 N through the damper.
   FastStroke stroke;
   stroke.x += 5;
   double worst_speed = 0;
   for (int i = 0; i < 50; ++i) {
     worst_speed = std::max(worst_speed, glm::length(stroke.Step(kDt_s, true).v_H_W_mm_per_s));
   }
-  verdict.AtMost("handle's speed as estimated, moving at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
+  verdict.AtMost("estimated handle speed at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
 }
 
 TEST(HardCase28, AStepWithoutTimeIsRefusedAndForgotten) {
-  Verdict verdict("applies in part: the tick has no clock; a time step that is none is refused with zero force");
+  Verdict verdict("applies in part: the tick has no clock; an invalid time step is refused with zero force");
   FastStroke stroke;
   const std::uint64_t hash = stroke.saw.simulation.bone().CalcHash();
   const double before_N = glm::length(stroke.device.f_N);
@@ -142,15 +143,16 @@ TEST(HardCase28, AStepWithoutTimeIsRefusedAndForgotten) {
     EXPECT_TRUE(std::isfinite(glm::length(out.v_H_W_mm_per_s)));
     without_force += out.force.f_H_W_N == Vec3(0);
   }
-  verdict.Equal("of 5 such steps, with zero force", without_force, 5);
+  verdict.Equal("invalid time steps, out of 5, with zero force", without_force, 5);
   EXPECT_EQ(stroke.saw.simulation.bone().CalcHash(), hash);
   double after_N = 0;
   for (int i = 0; i < 600; ++i) after_N = glm::length(stroke.Step(kDt_s, true).force.f_H_W_N);
-  verdict.AtLeast("force 0.6 s later, of that before", after_N / before_N, 0.8);
+  verdict.AtLeast("force 0.6 s later relative to that before", after_N / before_N, 0.8);
 }
 
 TEST(HardCase28, AClockThatGoesBackOnlyMakesTheLoopWait) {
-  Verdict verdict("holds: the loop's clock is the monotonic one; were it to go back, the loop would wait, never burst");
+  Verdict verdict(
+      "holds: the loop uses the monotonic clock; if it went back, the loop would wait and not run a burst of ticks");
   struct Backwards : LoopClock {
     std::int64_t Now() noexcept override { return inner.Now() - set_back_ns; }
     void SleepUntil(std::int64_t time_ns) noexcept override {
@@ -173,17 +175,17 @@ TEST(HardCase28, AClockThatGoesBackOnlyMakesTheLoopWait) {
   });
   EXPECT_EQ(loop.counts().ticks, 1000U);
   EXPECT_EQ(loop.end(), LoopEnd::kAsked);
-  double least_dt = 1e9;
-  double most_dt = 0;
+  double min_dt = 1e9;
+  double max_dt = 0;
   for (std::size_t i = 0; i < body.dt.count; ++i) {
-    least_dt = std::min(least_dt, body.dt.values[i]);
-    most_dt = std::max(most_dt, body.dt.values[i]);
+    min_dt = std::min(min_dt, body.dt.values[i]);
+    max_dt = std::max(max_dt, body.dt.values[i]);
   }
-  double least_gap = 1e9;
-  for (std::size_t i = 1; i < times.size(); ++i) least_gap = std::min(least_gap, times[i] - times[i - 1]);
-  verdict.AtLeast("shortest time step of the simulation", 1e3 * least_dt, 1 - 1e-9, "ms");
-  verdict.AtMost("longest", 1e3 * most_dt, 1 + 1e-9, "ms");
-  verdict.AtLeast("shortest true time between two ticks", 1e3 * least_gap, 1 - 1e-6, "ms");
+  double min_gap = 1e9;
+  for (std::size_t i = 1; i < times.size(); ++i) min_gap = std::min(min_gap, times[i] - times[i - 1]);
+  verdict.AtLeast("shortest time step of the simulation", 1e3 * min_dt, 1 - 1e-9, "ms");
+  verdict.AtMost("longest time step of the simulation", 1e3 * max_dt, 1 + 1e-9, "ms");
+  verdict.AtLeast("shortest true time between two ticks", 1e3 * min_gap, 1 - 1e-6, "ms");
   EXPECT_EQ(loop.counts().ramps, 0U);
 }
 

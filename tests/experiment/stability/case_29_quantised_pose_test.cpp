@@ -1,7 +1,8 @@
-// Hard case 29: a device that tells its position in steps of 55 to 64 um, and a coupling with damping.
+// Hard case 29: a device whose encoder has a resolution of 55 to 64 um, and a coupling with damping.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 #include <vector>
 
 #include "base/core/high_pass.h"
@@ -24,11 +25,11 @@ double Quantise(double x, double quantum) {
 }
 
 TEST(HardCase29, ThePushedSawIsQuietThroughACoarseEncoder) {
-  Verdict verdict("holds, mended: the velocity is that of the line of least squares");
-  // As much stiffness and damping as the profile of such a device allows (Touch: 0.4 N/mm; Omni: 0.7, 0.005 N s/mm).
-  // At 0.064 mm a step of the encoder is 45 mN at that stiffness: C1 is not "good" there (20 mN), but passes (half of
-  // what is just noticeable).
-  double worst_share = 0, worst_coarse = 0;
+  Verdict verdict("holds, corrected: the velocity is the slope of a least-squares line");
+  // The largest stiffness and damping that the profile of such a device allows (Touch: 0.4 N/mm; Omni: 0.7 N/mm, 0.005
+  // N s/mm). At 0.064 mm one encoder step is 45 mN at that stiffness: C1 is not "good" there (20 mN), but it passes
+  // (half of the just-noticeable difference).
+  double worst_fraction = 0, worst_coarse = 0;
   double worst_mN = 0;
   for (const double quantum_mm : {0.055, 0.064}) {
     for (const char* hand : {"H1", "H3"}) {
@@ -58,22 +59,22 @@ TEST(HardCase29, ThePushedSawIsQuietThroughACoarseEncoder) {
         const double noise_N = CalcNoise(f, kDt_s);
         worst_mN = std::max(worst_mN, 1000 * noise_N);
         if (quantum_mm < 0.06) {
-          worst_share = std::max(worst_share, noise_N / std::max(0.02, 0.01 * mean_N));
+          worst_fraction = std::max(worst_fraction, noise_N / std::max(0.02, 0.01 * mean_N));
         } else {
           worst_coarse = std::max(worst_coarse, noise_N / (0.035 * mean_N));
         }
       }
     }
   }
-  verdict.AtMost("C1 at 55 um, of max(20 mN, 1 % of the mean)", worst_share, 1);
-  verdict.AtMost("C1 at 64 um, of 3.5 % of the mean", worst_coarse, 1);
+  verdict.AtMost("C1 at 55 um relative to max(20 mN, 1 % of the mean)", worst_fraction, 1);
+  verdict.AtMost("C1 at 64 um relative to 3.5 % of the mean", worst_coarse, 1);
   verdict.Note("C1", worst_mN, "mN");
 }
 
 TEST(HardCase29, TheWindowTakesTheStepsOutOfTheDamper) {
   Verdict verdict("holds: filtered");
-  // A raw difference is Delta / T a count: 55 mm/s, and 0.28 N through 0.005 N s/mm. A hand that moves at up to 8 mm/s,
-  // up and down twice a second:
+  // A raw difference is Delta / T per count: 55 mm/s, and 0.28 N through 0.005 N s/mm. The hand moves up and down at up
+  // to 8 mm/s, twice a second.
   constexpr double kDamping = 0.005;
   double worst_N = 0;
   double raw_N = 0;
@@ -86,14 +87,14 @@ TEST(HardCase29, TheWindowTakesTheStepsOutOfTheDamper) {
     double late = 0;
     double driven = 0;
     for (int i = 0; i < 4000; ++i) {
-      const double phase = 2 * 3.14159265358979323846 * 2 * i * kDt_s;
+      const double phase = 2 * std::numbers::pi * 2 * i * kDt_s;
       const double x = Quantise(8 / 12.566 * std::sin(phase), quantum_mm);
       const double v = velocity.Update(Vec3(x, 0, 0), kDt_s).x;
       const double truth = 8 * std::cos(phase);
       error.push_back(kDamping * (v - truth));
       raw.push_back(kDamping * (x - last) / kDt_s);
       last = x;
-      // v(t) = v_true(t - lag): the part of v that goes with the acceleration.
+      // v(t) = v_true(t - lag): the part of v that is proportional to the acceleration.
       late += v * 8 * std::sin(phase);
       driven += 64 * std::sin(phase) * std::sin(phase) * 12.566;
     }
@@ -101,15 +102,15 @@ TEST(HardCase29, TheWindowTakesTheStepsOutOfTheDamper) {
     raw_N = std::max(raw_N, CalcHighPassRms(raw, kDt_s, 20));
     lag_ms = std::max(lag_ms, 1000 * late / driven);
   }
-  verdict.AtMost("damper's noise above 20 Hz", 1000 * worst_N, 20, "mN");
-  verdict.AtLeast("times quieter than the raw difference", raw_N / worst_N, 4);
-  verdict.AtMost("late by", lag_ms, 8, "ms");
+  verdict.AtMost("damper noise above 20 Hz", 1000 * worst_N, 20, "mN");
+  verdict.AtLeast("noise of the raw difference relative to that of the window", raw_N / worst_N, 4);
+  verdict.AtMost("delay of the velocity", lag_ms, 8, "ms");
 }
 
 TEST(HardCase29, AtRestBetweenTwoCountsThereIsNoForceAtAll) {
   Verdict verdict("holds");
-  // A hand that holds still on the border of two counts gives one or the other: the tool cuts away what it reaches, and
-  // then stays.
+  // A hand that holds still on the border between two counts gives one or the other. The tool removes the bone that it
+  // reaches and then stays.
   HeldSawOptions options;
   options.profile = test::MakeDevice(0.055, 0.7);
   options.stiffness_N_per_mm = 0.7;
@@ -138,8 +139,8 @@ TEST(HardCase29, AtRestBetweenTwoCountsThereIsNoForceAtAll) {
     saw.step.Step(device, {kDt_s, 7500, false});
     if (i >= 4000) f.push_back(device.f_N);
   }
-  // One count is 0.7 N/mm * 55 um = 38.5 mN peak to peak, 3 ticks of 7: 19 mN RMS. Nothing may be added to that.
-  verdict.AtMost("force, RMS above 20 Hz, of one count flickering", CalcNoise(f, kDt_s) / (0.7 * 0.055), 0.55);
+  // One count is 0.7 N/mm * 55 um = 38.5 mN peak to peak, 3 ticks of 7: 19 mN RMS. The loop must not add to that.
+  verdict.AtMost("RMS force above 20 Hz relative to one flickering count", CalcNoise(f, kDt_s) / (0.7 * 0.055), 0.55);
 }
 
 }  // namespace

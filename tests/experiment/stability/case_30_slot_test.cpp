@@ -1,4 +1,4 @@
-// Hard case 30: bone on both sides of the disc, in a slot as wide as it is or narrower.
+// Hard case 30: bone on both sides of the disc, in a slot as wide as the disc or narrower.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include "cut/contact/step.h"
 #include "cut/hand_sim/hands.h"
 #include "experiment/stability/verdict.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -16,11 +17,8 @@ using test::DiscPose;
 using test::Handle;
 using test::Verdict;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
-/// 30 x 6 x 24 mm, its top at z = 12, with a slot in the plane y = 0 from the top down to z = -1: the disc stands in it
-/// with its middle at z = 11.
+/// Block of 30 x 6 x 24 mm with its top at z = 12 and a slot in the plane y = 0 from the top down to z = -1. The disc
+/// stands in the slot with its centre at z = 11.
 Bone MakeSlottedBlock(double width_mm, double voxel_mm) {
   SolidField field;
   field.value = [width_mm](const Vec3& p) {
@@ -37,8 +35,8 @@ TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
   Verdict verdict("holds");
   double worst_N = 0;
   double worst_moment_Nmm = 0;
-  double least_touching_N = 1e9;
-  // Wider than the disc, as wide, and narrower by a fifth (as the grid may make it).
+  double min_touching_N = 1e9;
+  // Wider than the disc, as wide, and narrower by a fifth (as the grid may represent it).
   for (const double width_mm : {0.4, 0.25, 0.2}) {
     const Bone bone = MakeSlottedBlock(width_mm, 0.1);
     for (const double rpm : {7500.0, 0.0}) {
@@ -46,21 +44,21 @@ TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
       CoupledSimulation simulation(bone, test::DiscParams(), X);
       CoupledOutput out;
       for (int i = 0; i < 300; ++i) {
-        // Straight up and down: whatever friction there is acts along z.
+        // Straight up and down: any friction acts along z.
         out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 11 + 0.2 * std::sin(0.05 * i)}), rpm));
         worst_N = std::max(worst_N, std::abs(out.f_H_W_N.y));
         worst_moment_Nmm = std::max(worst_moment_Nmm, std::abs(out.tau_H_W_Nmm.x) + std::abs(out.tau_H_W_Nmm.z));
       }
-      // That the walls are there at all: they bear a push to either side.
+      // Checks that there is contact: the walls resist a push to either side.
       for (const double side : {1.0, -1.0}) {
         for (int i = 0; i < 100; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 2 * side, 11}), rpm));
-        least_touching_N = std::min(least_touching_N, -side * out.f_H_W_N.y);
+        min_touching_N = std::min(min_touching_N, -side * out.f_H_W_N.y);
       }
     }
   }
   verdict.AtMost("force across the slot", worst_N, 1e-6, "N");
-  verdict.AtMost("torque out of its plane", worst_moment_Nmm, 1e-5, "N mm");
-  verdict.AtLeast("borne when pushed with 2 N/mm by 2 mm", least_touching_N, 1.8, "N");
+  verdict.AtMost("torque out of the slot's plane", worst_moment_Nmm, 1e-5, "N mm");
+  verdict.AtLeast("wall force when pushed by 2 mm at 1 N/mm", min_touching_N, 1.8, "N");
 }
 
 TEST(HardCase30, WhatTheHandFeelsDoesNotDependOnTheSideThatItCameFrom) {
@@ -83,13 +81,13 @@ TEST(HardCase30, WhatTheHandFeelsDoesNotDependOnTheSideThatItCameFrom) {
     }
     for (int i = 0; i < 200; ++i) unlike_N = std::max(unlike_N, std::abs(f[0][i] - f[1][i]));
   }
-  verdict.AtMost("one side against the other", unlike_N, 1e-6, "N");
-  verdict.AtMost("left over in the middle", left_N, 1e-6, "N");
+  verdict.AtMost("force difference between the two sides", unlike_N, 1e-6, "N");
+  verdict.AtMost("force left in the middle", left_N, 1e-6, "N");
 }
 
 TEST(HardCase30, TheStepHasOneSolutionWhereverTheSearchBegins) {
   Verdict verdict("holds");
-  // Flats held from both sides, by points already inside the bone, some more than others.
+  // Flats supported from both sides at points that are already inside the bone, at different depths.
   StepProblem problem;
   problem.tau_s = 0.001;
   problem.coupling.spring = {1, 40};
@@ -119,8 +117,8 @@ TEST(HardCase30, TheStepHasOneSolutionWhereverTheSearchBegins) {
       for (int k = 0; k < 6; ++k) worst = std::max(worst, std::abs(found.u[k] - first[k]) * (k < 3 ? 1 : kR));
     }
   }
-  // Forces balance to 1e-8 of themselves; times 1 mm/s a newton at the softest, the friction's.
-  verdict.AtMost("motion found from 24 starts differs by", worst, 1e-5, "mm/s");
+  // Forces balance within a relative error of 1e-8, times 1 mm/s per newton of the softest term, which is friction.
+  verdict.AtMost("difference between the motions found from 24 starting points", worst, 1e-5, "mm/s");
 }
 
 }  // namespace

@@ -1,13 +1,15 @@
-// Hard cases 31 and 32: the disc buried whole, and teeth that all engage in one tick.
+// Hard cases 31 and 32: the disc entirely buried, and teeth that all engage in one tick.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "bone/grid/build.h"
 #include "cut/hand_sim/hands.h"
 #include "experiment/stability/verdict.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -16,21 +18,18 @@ using test::DiscPose;
 using test::Handle;
 using test::Verdict;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
 TEST(HardCase31, ABuriedDiscIsBoundedInForceAndWork) {
-  Verdict verdict("holds; the time that it takes is case disc-0.1-buried of `kerf bench tick`");
+  Verdict verdict("holds; case disc-0.1-buried of `kerf bench tick` measures the time");
   const Bone bone = test::MakeBox(Pose{}, {28, 6, 28}, 0.2);
   double worst_angle = 0;
-  double most_N = 0;
-  int most_iterations = 0;
+  double max_N = 0;
+  int max_iterations = 0;
   int most_substeps = 0;
   int not_converged = 0;
   double teeth = 1e9;
   for (const double rpm : {7500.0, 0.0}) {
     for (int direction = 0; direction < 14; ++direction) {
-      // The handle 80 mm off along the axes and diagonals: twice what the coupling gives.
+      // Places the handle 80 mm away along the axes and diagonals: twice the coupling's maximum force.
       Vec3 way(0);
       if (direction < 6) {
         way[direction / 2] = direction % 2 == 0 ? 1 : -1;
@@ -46,23 +45,23 @@ TEST(HardCase31, ABuriedDiscIsBoundedInForceAndWork) {
         const CoupledOutput out = simulation.Tick(Handle(X_WH, rpm));
         if (i == 0 && rpm != 0) teeth = std::min(teeth, out.engaged_teeth);
         ASSERT_TRUE(std::isfinite(glm::length(out.f_H_W_N)));
-        most_N = std::max(most_N, glm::length(out.f_H_W_N));
+        max_N = std::max(max_N, glm::length(out.f_H_W_N));
         const Vec3 pull = out.X_WT.p_AB - X_WH.p_AB;
         const double cosine = glm::dot(glm::normalize(pull), glm::normalize(out.f_H_W_N));
-        worst_angle = std::max(worst_angle, std::acos(std::min(1.0, cosine)) * 180 / test::kPi);
-        most_iterations = std::max(most_iterations, out.iterations);
+        worst_angle = std::max(worst_angle, std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi);
+        max_iterations = std::max(max_iterations, out.iterations);
         most_substeps = std::max(most_substeps, out.substeps);
         not_converged += (out.status & kCoupledIterationsUsedUp) != 0;
         EXPECT_NE(out.status & kCoupledForceLimited, 0u);
       }
     }
   }
-  // The first look is at all of the rim; then a half of it has cut itself free.
-  verdict.AtLeast("teeth engaged at once, of 24", teeth, 11.9);
-  verdict.AtMost("force; the coupling's most is 40", most_N, 40 * (1 + 1e-12), "N");
-  verdict.AtMost("direction off by", worst_angle, 1e-5, "degrees");
-  verdict.AtMost("iterations of a sub-step", most_iterations, 30);
-  verdict.AtMost("sub-steps of a tick", most_substeps, test::DiscParams().max_substeps);
+  // At first all of the rim is engaged; then half of it has cut itself free.
+  verdict.AtLeast("teeth, out of 24, engaged at once", teeth, 11.9);
+  verdict.AtMost("largest force (the coupling's maximum)", max_N, 40 * (1 + 1e-12), "N");
+  verdict.AtMost("direction error", worst_angle, 1e-5, "degrees");
+  verdict.AtMost("iterations per substep", max_iterations, 30);
+  verdict.AtMost("substeps per tick", most_substeps, test::DiscParams().max_substeps);
   EXPECT_EQ(not_converged, 0);
 }
 
@@ -77,17 +76,17 @@ TEST(HardCase31, TheDevicesClampKeepsTheDirection) {
   for (int i = 0; i < 200; ++i) {
     const Vec3 f = 100.0 * (1 + i % 7) * glm::normalize(Vec3(std::sin(1.0 * i), std::cos(2.0 * i), std::sin(0.7 * i)));
     ForceMapOutput out;
-    for (int k = 0; k < 20; ++k) out = map.Calc(f, Vec3(0), 0.001);  // until the slew has followed
+    for (int k = 0; k < 20; ++k) out = map.Calc(f, Vec3(0), 0.001);  // until the slew limit allows the full force
     most = std::max(most, glm::length(out.f_H_W_N) / profile.peak_force_N);
     const double cosine = glm::dot(glm::normalize(f), glm::normalize(out.f_H_W_N));
-    worst_angle = std::max(worst_angle, std::acos(std::min(1.0, cosine)) * 180 / test::kPi);
+    worst_angle = std::max(worst_angle, std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi);
     EXPECT_GT(glm::length(out.f_H_W_N), 0.9 * profile.peak_force_N);
   }
-  verdict.AtMost("direction off by", worst_angle, 1e-5, "degrees");
-  verdict.AtMost("force, of the device's peak", most, 1);
+  verdict.AtMost("direction error", worst_angle, 1e-5, "degrees");
+  verdict.AtMost("force relative to the device's peak", most, 1);
 }
 
-/// A plate of 28 x 28 x 3 mm, its top at z = 0, with a hole through it that is 0.01 mm wider than the disc all round.
+/// Plate of 28 x 28 x 3 mm with its top at z = 0 and a hole with a radius 0.01 mm larger than the disc's.
 Bone MakeBoredPlate() {
   SolidField field;
   field.value = [](const Vec3& p) {
@@ -100,8 +99,8 @@ Bone MakeBoredPlate() {
 
 TEST(HardCase32, AllTeethAtOnceMakeNoJump) {
   Verdict verdict("holds");
-  // The disc falls flat into a hole that fits it, while the hand goes sideways from then on: no tooth is engaged, and
-  // in the next tick a third of them are.
+  // The disc falls flat into a hole of its size, and the hand then moves sideways. No tooth is engaged, and in the next
+  // tick a third of them are.
   const Bone bone = MakeBoredPlate();
   double worst = 0;
   double teeth_step = 0;
@@ -114,7 +113,7 @@ TEST(HardCase32, AllTeethAtOnceMakeNoJump) {
       const double down = way_mm * i;
       const Vec3 p(std::max(0.0, down - 0.9), 0, std::max(-1.5, 1 - down));
       const CoupledOutput out = simulation.Tick(Handle({Quat(1, 0, 0, 0), p}));
-      // A tool that stopped dead would draw the coupling by the handle's way; nothing pushes it back beyond that.
+      // A tool that stopped at once would stretch the coupling by the handle's motion. Nothing pushes it back further.
       worst = std::max(worst, glm::length(out.f_H_W_N - last.f_H_W_N) /
                                   (params.coupling.stiffness_N_per_mm * std::sqrt(2) * way_mm));
       teeth_step = std::max(teeth_step, out.engaged_teeth - last.engaged_teeth);
@@ -123,12 +122,12 @@ TEST(HardCase32, AllTeethAtOnceMakeNoJump) {
     EXPECT_GT(glm::length(last.f_H_W_N), 0.1);
   }
   verdict.AtLeast("teeth that engage in one tick", teeth_step, 8);
-  verdict.AtMost("largest force step, of the coupling's for the handle's way", worst, 1.02);
+  verdict.AtMost("largest force step relative to the coupling's for the handle motion", worst, 1.02);
 }
 
 TEST(HardCase32, StartingTheSpindleInTheBoneMakesNoJump) {
   Verdict verdict("holds");
-  // Buried whole and pulled at with 5 N; then all teeth engage because they turn.
+  // Entirely buried and pulled with 5 N; then the spindle starts and all teeth engage.
   CoupledSimulation simulation(test::MakeBox(Pose{}, {28, 6, 28}, 0.2), test::DiscParams(),
                                DiscPose(Pose{}, {0, 0, 0}));
   Vec3 last(0);
@@ -142,13 +141,14 @@ TEST(HardCase32, StartingTheSpindleInTheBoneMakesNoJump) {
     last = out.f_H_W_N;
   }
   verdict.AtLeast("teeth that engage in one tick", teeth, 11);
-  // The handle's 0.05 mm a tick draw 0.05 N; freed, the tool makes way by what the teeth take at 5 N.
+  // The handle's 0.05 mm a tick correspond to 0.05 N. Once free, the tool moves at the feed that the teeth allow at 5
+  // N.
   verdict.AtMost("largest force step at a pull of 5 N", worst_N, 0.2, "N");
 }
 
 TEST(HardCase32, AndTheDevicesForceKeepsItsSlew) {
   Verdict verdict("holds");
-  // The saw dropped from the air 4 mm into the bone within one tick.
+  // The saw falls from the air 4 mm deep into the bone within one tick.
   test::HeldSawOptions options;
   options.force_map.slew_N_per_s = 200;
   test::HeldSaw saw(options);
@@ -161,13 +161,13 @@ TEST(HardCase32, AndTheDevicesForceKeepsItsSlew) {
     }
     bool Write(const Vec3& f, const Vec3&) noexcept override {
       worst_N = std::max(worst_N, glm::length(f - f_N));
-      most_N = std::max(most_N, glm::length(f));
+      max_N = std::max(max_N, glm::length(f));
       f_N = f;
       return true;
     }
     DeviceProfile own;
     double height = 11.3;
-    double worst_N = 0, most_N = 0;
+    double worst_N = 0, max_N = 0;
     Vec3 f_N{0};
   } device(options.profile);
   for (int i = 0; i < 1200; ++i) {
@@ -177,8 +177,8 @@ TEST(HardCase32, AndTheDevicesForceKeepsItsSlew) {
       EXPECT_EQ(device.f_N, Vec3(0));
     }
   }
-  verdict.AtLeast("largest force", device.most_N, 2, "N");
-  verdict.AtMost("largest step of the device's force", device.worst_N, 0.2 * (1 + 1e-9), "N");
+  verdict.AtLeast("largest force", device.max_N, 2, "N");
+  verdict.AtMost("largest step of the device force", device.worst_N, 0.2 * (1 + 1e-9), "N");
 }
 
 }  // namespace

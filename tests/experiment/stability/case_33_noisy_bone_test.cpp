@@ -1,4 +1,4 @@
-// Hard cases 33 and 34: bone of noisy stiffness and with a noisy surface, and labelled layers one voxel thick.
+// Hard cases 33 and 34: bone with noisy stiffness, with a noisy surface, and with labelled layers one voxel thick.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include "cut/hand_sim/hands.h"
 #include "experiment/stability/measures.h"
 #include "experiment/stability/verdict.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -20,11 +21,9 @@ using test::Handle;
 using test::PushingHand;
 using test::Verdict;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
 constexpr double kVoxel = 0.2;
 
-/// 0 to 255, the same for a voxel each time.
+/// Returns a pseudo-random value from 0 to 255, always the same for the same voxel.
 int NoiseAt(const Vec3& p_W, std::uint64_t seed) {
   std::uint64_t h = seed;
   for (int k = 0; k < 3; ++k) {
@@ -40,7 +39,7 @@ double ModulusOf(int id) {
   return kFull_MPa * (id + 0.5) / 256;
 }
 
-/// Modulus whose reduced modulus with the saw is the mean of those of all 255 regions.
+/// Returns the modulus whose reduced modulus with the saw is the mean over all 255 regions.
 double CalcMeanModulus() {
   double mean = 0;
   for (int id = 1; id < 256; ++id) mean += CalcReducedModulus(kSaw.E_MPa, kSaw.nu, ModulusOf(id), 0.28) / 255;
@@ -53,7 +52,8 @@ double CalcMeanModulus() {
   return low;
 }
 
-/// 26 x 3 x 10 mm, its top at z = 5: each voxel of a region of its own, or all of one whose stiffness is the mean.
+/// Block of 26 x 3 x 10 mm with its top at z = 5. Each voxel has a random region, or all have one region with the mean
+/// stiffness.
 Bone MakeNoisyBlock(bool noisy, double surface_mm = 0) {
   SolidField field;
   field.value = [surface_mm](const Vec3& p) {
@@ -73,14 +73,14 @@ Bone MakeNoisyBlock(bool noisy, double surface_mm = 0) {
   return MakeBone(field, Box3{{-13, -1.5, -5}, {13, 1.5, 5}}.Grown(6 * kVoxel), {kVoxel, kVoxel, {}}, table);
 }
 
-struct Heard {
+struct NoisyCut {
   double noise_N = 0;
   double mean_N = 0;
   double feed_mm_per_s = 0;
 };
 
-/// 3 mm deep along the block at 5 mm/s; or down into it with a push of 5 N.
-Heard Cut(const Bone& bone, bool pushed) {
+/// Cuts 3 mm deep along the block at 5 mm/s, or, if `pushed`, down into it with a push of 5 N.
+NoisyCut CutNoisy(const Bone& bone, bool pushed) {
   const Pose start = DiscPose(Pose{}, pushed ? Vec3(0, 0, 5 + kR + 0.1) : Vec3(-23, 0, 5 + kR - 3));
   CoupledSimulation simulation(bone, test::DiscParams(), start);
   PushingHand hand(simulation, start);
@@ -100,7 +100,7 @@ Heard Cut(const Bone& bone, bool pushed) {
     if (pushed ? p.z < kR - 3 : p.x > 5) break;
   }
   EXPECT_GT(f.size(), 200U);
-  Heard heard;
+  NoisyCut heard;
   heard.noise_N = CalcNoise(f, 0.001);
   heard.mean_N = glm::length(sum) / static_cast<double>(f.size());
   heard.feed_mm_per_s = glm::length(out.X_WT.p_AB - from) / (0.001 * static_cast<double>(f.size()));
@@ -113,31 +113,32 @@ TEST(HardCase33, NoisyStiffnessIsHardlyHeardAndItsMeanIsKept) {
   const Bone even = MakeNoisyBlock(false);
   double worst_noise = -1e9;
   for (const bool pushed : {false, true}) {
-    const Heard rough = Cut(noisy, pushed);
-    const Heard smooth = Cut(even, pushed);
+    const NoisyCut rough = CutNoisy(noisy, pushed);
+    const NoisyCut smooth = CutNoisy(even, pushed);
     worst_noise = std::max(worst_noise, 100 * (rough.noise_N / rough.mean_N - smooth.noise_N / smooth.mean_N));
     if (pushed) {
-      verdict.AtMost("feed at 5 N off by", 100 * std::abs(rough.feed_mm_per_s / smooth.feed_mm_per_s - 1), 3, "%");
+      verdict.AtMost("feed error at 5 N", 100 * std::abs(rough.feed_mm_per_s / smooth.feed_mm_per_s - 1), 3, "%");
     } else {
-      verdict.AtMost("force at 5 mm/s off by", 100 * std::abs(rough.mean_N / smooth.mean_N - 1), 3, "%");
+      verdict.AtMost("force error at 5 mm/s", 100 * std::abs(rough.mean_N / smooth.mean_N - 1), 3, "%");
     }
   }
-  // A voxel of its own stiffness in each of some fifty places along the arc.
-  verdict.AtMost("C1 beyond that of even bone", worst_noise, 2, "% of the mean");
+  // A voxel with a different stiffness in each of about fifty places along the arc.
+  verdict.AtMost("C1 in excess of that of uniform bone", worst_noise, 2, "% of the mean");
 }
 
 TEST(HardCase33, AThresholdsRaggedSurfaceIsHardlyHeard) {
   Verdict verdict("holds");
-  // The surface off by up to half a voxel at random, as a CT threshold leaves it; the saw goes in by 1 mm and along.
-  const Heard rough = Cut(MakeNoisyBlock(false, 0.5 * kVoxel), false);
-  const Heard smooth = Cut(MakeNoisyBlock(false), false);
-  verdict.AtMost("C1 beyond that of even bone", 100 * (rough.noise_N / rough.mean_N - smooth.noise_N / smooth.mean_N),
-                 2, "% of the mean");
-  verdict.AtMost("force off by", 100 * std::abs(rough.mean_N / smooth.mean_N - 1), 5, "%");
+  // The surface deviates at random by up to half a voxel, as a CT threshold leaves it. The saw cuts 1 mm deep and
+  // along.
+  const NoisyCut rough = CutNoisy(MakeNoisyBlock(false, 0.5 * kVoxel), false);
+  const NoisyCut smooth = CutNoisy(MakeNoisyBlock(false), false);
+  verdict.AtMost("C1 in excess of that of uniform bone",
+                 100 * (rough.noise_N / rough.mean_N - smooth.noise_N / smooth.mean_N), 2, "% of the mean");
+  verdict.AtMost("force error", 100 * std::abs(rough.mean_N / smooth.mean_N - 1), 5, "%");
 }
 
-/// 26 x 3 x 10 mm, its top at z = 5, of region 24 with a layer of region 7 (as soft as a nerve) a voxel thick, whose
-/// middle is at z = `z_mm`; or, with a cell, one voxel of it.
+/// Block of 26 x 3 x 10 mm with its top at z = 5, of region 24 with a layer of region 7 (as soft as a nerve). The layer
+/// is one voxel thick, and its middle is at z = `z_mm`. If `cell`, only one voxel of the layer has region 7.
 Bone MakeLayeredBlock(double z_mm, bool cell = false) {
   SolidField field;
   field.value = [](const Vec3& p) { return test::BoxDistance(p, {13, 1.5, 5}); };
@@ -154,7 +155,8 @@ Bone MakeLayeredBlock(double z_mm, bool cell = false) {
 }
 
 TEST(HardCase34, ALayerOfOneVoxelIsReportedInTheTickThatReachesIt) {
-  Verdict verdict("applies in part, mended: the tick now tells the regions that teeth cut; scoring comes later");
+  Verdict verdict(
+      "applies in part, corrected: the tick now reports the regions that teeth cut; scores are computed afterwards");
   double latest_mm = 0;
   double earliest_mm = 0;
   for (const double push_N : {1.0, 5.0, 30.0}) {
@@ -172,7 +174,7 @@ TEST(HardCase34, ALayerOfOneVoxelIsReportedInTheTickThatReachesIt) {
       // The layer's upper face is half a voxel above its middle.
       const double face = z_layer + 0.5 * kVoxel;
       if (reported) {
-        // Between the tick's start and its end the rim has come to the face, but for what a tooth looks ahead.
+        // Between the start and the end of the tick the rim reached the face, except for the look-ahead of a tooth.
         latest_mm = std::max(latest_mm, face - before);
         earliest_mm = std::max(earliest_mm, rim - face);
       } else {
@@ -182,15 +184,14 @@ TEST(HardCase34, ALayerOfOneVoxelIsReportedInTheTickThatReachesIt) {
     }
     EXPECT_TRUE(reported);
   }
-  verdict.AtMost("reported before it was cut by", earliest_mm, 0.25 * kVoxel, "mm");
-  verdict.AtMost("rim was beyond its face when the tick began by", latest_mm, 0, "mm");
+  verdict.AtMost("distance by which it was reported early", earliest_mm, 0.25 * kVoxel, "mm");
+  verdict.AtMost("distance of the rim beyond the layer's face at the start of the tick", latest_mm, 0, "mm");
 }
 
 TEST(HardCase34, WhatALabelLosesIsCountedExactly) {
   Verdict verdict(
-      "applies in part: the count is exactly the loss of the bone's own volumes by label; these are right to a part of "
-      "a "
-      "voxel");
+      "applies in part: the count equals the loss of the bone's volumes by label exactly; these are accurate to a "
+      "fraction of a voxel");
   for (const bool cell : {false, true}) {
     const Bone bone = MakeLayeredBlock(3.0, cell);
     CoupledSimulation simulation(bone, test::DiscParams(), DiscPose(Pose{}, {0, 0, 5 + kR + 0.1}));
@@ -207,13 +208,14 @@ TEST(HardCase34, WhatALabelLosesIsCountedExactly) {
     const double total = std::accumulate(removed.begin(), removed.end(), 0.0);
     EXPECT_NEAR(removed[7] + removed[24], total, 1e-12);
     if (cell) {
-      // The voxel is 0.2 mm wide, the kerf 0.25: all of it is gone, but a cell between voxel centres that is cut in
-      // part gives each label in it the same share: of those beside the kerf's walls 0.625.
-      verdict.AtMost("a single voxel, count off by", worst, 1e-9, "mm3");
-      verdict.AtLeast("counted of a single voxel that the kerf has taken", removed[7] / before[7], 0.6);
+      // The voxel is 0.2 mm wide and the kerf 0.25 mm, so all of the voxel is removed. But a cell between voxel centres
+      // that is partly cut is attributed to each of its labels in the same proportion: 0.625 for cells at the kerf's
+      // walls.
+      verdict.AtMost("count error, single voxel", worst, 1e-9, "mm3");
+      verdict.AtLeast("counted fraction of a single removed voxel", removed[7] / before[7], 0.6);
     } else {
-      // The stretch of the layer below the rim, a voxel high.
-      verdict.AtMost("a layer, count off by", worst, 1e-9, "mm3");
+      // The length of the layer below the rim, one voxel high.
+      verdict.AtMost("count error, layer", worst, 1e-9, "mm3");
       const auto half_chord = [&](double height) { return std::sqrt(kR * kR - (z - height) * (z - height)); };
       const double expected = 2 * half_chord(3.0) * kVoxel * kSaw.thickness_mm;
       EXPECT_NEAR(removed[7] / expected, 1, 0.05);

@@ -1,4 +1,4 @@
-// Hard cases 35 and 36: the bone taken back or exchanged while the tool is in contact, and readers while it is cut.
+// Hard cases 35 and 36: the bone restored or replaced while the tool is in contact, and readers during a cut.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,6 +18,7 @@
 #include "loop/haptics/held_saw.h"
 #include "loop/haptics/leaf_stream.h"
 #include "loop/haptics/step_body.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -31,10 +32,7 @@ using test::kDt_s;
 using test::Upright;
 using test::Verdict;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
-/// A handle that holds where it is told to.
+/// Device with a fixed handle pose.
 struct HeldStill : Device {
   HeldStill(const DeviceProfile& the_profile, double height_mm) : own(the_profile), height(height_mm) {}
   const DeviceProfile& profile() const override { return own; }
@@ -55,8 +53,8 @@ struct HeldStill : Device {
 
 TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
   Verdict verdict("holds");
-  // Pressed on the bone with the spindle off; then the tool is put back to where it was some seconds before, 3 mm off,
-  // as an undo would, with and without asking for the ramp.
+  // Pressed on the bone with the spindle off; then the tool is set down at a previous pose 3 mm away, as an undo would
+  // do, with and without requesting the ramp.
   double worst_slew = 0;
   double first_N = 0;
   for (const bool ramp : {false, true}) {
@@ -73,7 +71,7 @@ TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
     ASSERT_TRUE(saw.simulation.SetDown(Upright(Vec3(0, 0, 14))));
     if (ramp) {
       saw.step.RampIn();
-      device.f_N = Vec3(0);  // it has been without force
+      device.f_N = Vec3(0);  // it had no force before
     }
     for (int i = 0; i < 600; ++i) {
       const HapticStepOutput out = saw.step.Step(device, {kDt_s, 0, false});
@@ -84,26 +82,26 @@ TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
     worst_slew = std::max(worst_slew, device.worst_step_N / 0.5);
     EXPECT_GT(device.f_N.z, 2);  // it is back on the bone
   }
-  verdict.AtMost("largest step of the device's force, of the slew", worst_slew, 1 + 1e-9);
+  verdict.AtMost("largest step of the device force relative to the slew limit", worst_slew, 1 + 1e-9);
   verdict.AtMost("force in the first tick of the ramp", first_N, 0.01, "N");
 }
 
 TEST(HardCase35, ANewBoneAboutTheToolBeginsWithoutForce) {
-  Verdict verdict("holds: the tool is freed by what it has cut, and the force comes by the ramp");
-  // Another patient is loaded while the handle is 4 mm deep in what is now bone.
+  Verdict verdict("holds: the tool cuts itself free, and the force ramps in");
+  // The bone of another patient is loaded while the handle is 4 mm deep in it.
   HeldSaw saw;
   saw.simulation.SetDown(Upright(Vec3(0, 0, 7)));
   HeldStill device(saw.device.profile(), 7);
   double first_N = 0;
-  double most_N = 0;
+  double max_N = 0;
   for (int i = 0; i < 1000; ++i) {
     const HapticStepOutput out = saw.step.Step(device, {kDt_s, 7500, false});
     if (i == 0) first_N = glm::length(out.force.f_H_W_N);
-    most_N = std::max(most_N, glm::length(out.coupled.f_H_W_N));
+    max_N = std::max(max_N, glm::length(out.coupled.f_H_W_N));
   }
   verdict.AtMost("force in the first tick", first_N, 1e-3, "N");
-  // Nothing pulls at it, and nothing may throw it out.
-  verdict.AtMost("largest force of the simulation", most_N, 0.5, "N");
+  // Nothing pulls at the tool, and it must not be thrown out.
+  verdict.AtMost("largest simulated force", max_N, 0.5, "N");
 }
 
 struct Trace {
@@ -114,7 +112,7 @@ struct Trace {
   bool operator==(const Trace&) const = default;
 };
 
-/// 600 ticks into a bone, from the given pose on, with all that has a memory in the way: friction, encoder, ramp, slew.
+/// Cuts for 600 ticks, with all stateful elements in the loop: friction, encoder, ramp, slew.
 Trace CutInto(Bone bone, double x_mm) {
   HeldSawOptions options;
   options.damping_Ns_per_mm = 0.005;
@@ -140,9 +138,9 @@ Trace CutInto(Bone bone, double x_mm) {
 }
 
 TEST(HardCase35, ACopyOfTheBoneBringsEverythingBackToTheBit) {
-  Verdict verdict("holds: a copy of the bone is the state that there is");
+  Verdict verdict("holds: a copy of the bone is the complete state");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 22}, 0.2);
-  // Save after a cut, cut on, restore: the bone is the saved one and is cut as before.
+  // Saves after a cut, continues cutting, restores: the bone is the saved one and is cut as before.
   CoupledSimulation simulation(bone, test::DiscParams(), DiscPose(Pose{}, {-5, 0, 11.2 + kR}));
   for (int i = 0; i < 1500; ++i) simulation.Tick(Handle(DiscPose(Pose{}, {-5, 0, 11.2 + kR - 0.004 * i})));
   const Bone saved = simulation.bone();
@@ -151,22 +149,23 @@ TEST(HardCase35, ACopyOfTheBoneBringsEverythingBackToTheBit) {
   const Trace once = CutInto(saved, 3);
   for (int i = 0; i < 500; ++i) simulation.Tick(Handle(DiscPose(Pose{}, {-5, 0, 5 + kR - 0.004 * i})));
   EXPECT_NE(simulation.bone().CalcHash(), saved_hash);
-  verdict.Equal("bits of the saved bone unchanged by cutting on", saved.CalcHash() == saved_hash, 1);
+  verdict.Equal("saved bone bit-identical after further cutting", saved.CalcHash() == saved_hash, 1);
   EXPECT_EQ(saved.CalcVolume(), saved_mm3);
   const Trace again = CutInto(saved, 3);
   EXPECT_GT(once.removed_mm3, 0.5);
   EXPECT_NE(once.hash, saved_hash);
-  verdict.Equal("the same cut after it, bit for bit: forces, poses, volume, bone", once == again, 1);
+  verdict.Equal("repeated cut bit-identical in forces, poses, volume and bone", once == again, 1);
 }
 
 TEST(HardCase35, UndoAndRedoInContactRampTheForceAndGiveTheBoneBack) {
-  Verdict verdict("holds: the force goes by its slew, the tool is set down where the handle is, the ramp follows");
-  struct Nobody : TickObserver {
+  Verdict verdict(
+      "holds: the force falls at its slew rate, the tool is set down at the handle, and the force ramps in");
+  struct NoReader : TickObserver {
     void Enter(TickStage) noexcept override {}
-  } nobody;
+  } no_reader;
   double worst_slew = 0;
   double left_N = 0;
-  double most_N = 0;
+  double max_N = 0;
   double before_N = 1e9;
   std::size_t other_bits = 0;
   for (const double rpm : {7500.0, 0.0}) {
@@ -185,12 +184,12 @@ TEST(HardCase35, UndoAndRedoInContactRampTheForceAndGiveTheBoneBack) {
     LoopTick tick;
     const auto run = [&](int ticks) {
       for (int i = 0; i < ticks; ++i) {
-        body.Tick(kDt_s, nobody, tick);
+        body.Tick(kDt_s, no_reader, tick);
         journal.Drain();
         ASSERT_TRUE(std::isfinite(glm::length(device.f_N)));
       }
     };
-    // Four millimetres deep, and leaned on.
+    // Four millimetres deep, with a pushing hand.
     for (int i = 0; i < 1500; ++i) {
       device.height = 11.2 - 0.003 * i;
       run(1);
@@ -204,31 +203,31 @@ TEST(HardCase35, UndoAndRedoInContactRampTheForceAndGiveTheBoneBack) {
     ASSERT_NE(cut, whole);
     before_N = std::min(before_N, glm::length(device.f_N));
     for (const bool redo : {false, true}) {
-      if (redo && !journal.CanRedo()) continue;  // the turning saw has cut already
+      if (redo && !journal.CanRedo()) continue;  // the turning saw has already cut again
       ASSERT_TRUE(restores.Send(*(redo ? journal.PrepareRedo() : journal.PrepareUndo(0))));
       do {
-        body.Tick(kDt_s, nobody, tick);
+        body.Tick(kDt_s, no_reader, tick);
       } while (tick.stands);
       ASSERT_TRUE(journal.Finish());
       if (rpm == 0) other_bits += saw.simulation.bone().CalcHash() != (redo ? cut : whole) ? 1 : 0;
-      double least_N = glm::length(device.f_N);
+      double min_N = glm::length(device.f_N);
       for (int i = 0; i < 700; ++i) {
-        device.height -= 0.002;  // and it is leaned on again
+        device.height -= 0.002;  // the hand pushes again
         run(1);
-        if (i < 60) least_N = std::min(least_N, glm::length(device.f_N));
-        most_N = std::max(most_N, glm::length(tick.out.f_H_W_N));
+        if (i < 60) min_N = std::min(min_N, glm::length(device.f_N));
+        max_N = std::max(max_N, glm::length(tick.out.f_H_W_N));
       }
-      left_N = std::max(left_N, least_N);
+      left_N = std::max(left_N, min_N);
     }
     worst_slew = std::max(worst_slew, device.worst_step_N / 0.5);
   }
   EXPECT_GT(before_N, 0.2);
-  EXPECT_GT(most_N, 0.2);
-  verdict.Equal("bones that are not the one of then", static_cast<double>(other_bits), 0);
-  verdict.AtMost("largest step of the device's force, of the slew", worst_slew, 1 + 1e-9);
-  // After 60 of 500 ticks the ramp lets through 4 % of what the simulation gives by then.
+  EXPECT_GT(max_N, 0.2);
+  verdict.Equal("restored bones that differ", static_cast<double>(other_bits), 0);
+  verdict.AtMost("largest step of the device force relative to the slew limit", worst_slew, 1 + 1e-9);
+  // After 60 of 500 ticks the ramp allows 4 % of the simulation's force at that time.
   verdict.AtMost("force left before the ramp", left_N, 0.5, "N");
-  verdict.AtMost("largest force of the simulation afterwards", most_N, 40, "N");
+  verdict.AtMost("largest simulated force afterwards", max_N, 40, "N");
 }
 
 TEST(HardCase35, RefillingInContactChangesNothing) {
@@ -253,18 +252,18 @@ TEST(HardCase35, RefillingInContactChangesNothing) {
     EXPECT_EQ(simulation.bone().CalcHash(), hash.value_or(simulation.bone().CalcHash()));
     hash = simulation.bone().CalcHash();
   }
-  verdict.Equal("force with refilling, looking and counting on the way differs by", worst_N, 0, "N");
+  verdict.Equal("force difference due to refilling, reading and counting during the cut", worst_N, 0, "N");
 }
 
 TEST(HardCase36, AReaderSeesNoTornLeafOrState) {
   Verdict verdict("holds");
-  // All of a leaf's values, and of a state's, tell the same number.
-  struct Told {
+  // All values of a leaf, and of a state, contain the same number.
+  struct Reported {
     std::array<std::uint64_t, 64> words{};
   };
   SpscRing<LeafMessage> ring(16);
   LeafPublisher publisher(ring, 64);
-  TripleBuffer<Told> state;
+  TripleBuffer<Reported> state;
   std::vector<std::array<float, 512>> leaves(40);
   std::atomic<bool> done{false};
   std::uint64_t torn = 0;
@@ -314,7 +313,7 @@ TEST(HardCase36, AReaderSeesNoTornLeafOrState) {
   }
   take();
   verdict.Equal("torn values", static_cast<double>(torn), 0);
-  verdict.Equal("values older than ones seen", static_cast<double>(backwards), 0);
+  verdict.Equal("values older than those already seen", static_cast<double>(backwards), 0);
   EXPECT_GT(states, 0U);
   EXPECT_GE(read, leaves.size());
   for (std::size_t i = 0; i < leaves.size(); ++i) EXPECT_EQ(seen[static_cast<int>(i)], leaves[i][0]);
@@ -328,7 +327,7 @@ TEST(HardCase36, AReadersBoneIsTheLoopsOnceItRests) {
   LeafPublisher publisher(ring, 1 << 14);
   BoneMirror mirror(before, ring);
   std::atomic<bool> done{false};
-  double grown_mm3 = 0;  // bone never comes back in the reader's eyes either
+  double grown_mm3 = 0;  // for the reader, too, bone never reappears
   std::thread reader([&] {
     double last_mm3 = before.CalcVolume();
     while (!done) {
@@ -360,7 +359,7 @@ TEST(HardCase36, AReadersBoneIsTheLoopsOnceItRests) {
   EXPECT_GT(removed, 1);
   verdict.Equal("bit-identical at rest", mirror.bone().CalcHash() == simulation.bone().CalcHash(), 1);
   EXPECT_NE(mirror.bone().CalcHash(), before.CalcHash());
-  verdict.AtMost("bone that came back on the way", grown_mm3, 1e-6 * before.CalcVolume(), "mm3");
+  verdict.AtMost("bone that reappeared during the cut", grown_mm3, 1e-6 * before.CalcVolume(), "mm3");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Hard case 39: the law is changed while the tool is in contact: looked-up bone to the thin slab and back.
+// Hard case 39: the law changes during contact, from the voxel bone to the thin slab and back.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include "cut/hand_sim/hands.h"
 #include "experiment/stability/measures.h"
 #include "experiment/stability/verdict.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -15,19 +16,17 @@ using test::Handle;
 using test::PushingHand;
 using test::Verdict;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-const double kClear = 5 + kR + 0.2;  // height of the disc's centre just above the block
+const double kFidelitySwitchClear = 5 + kR + 0.2;  // height of the disc's centre just above the block
 
 CoupledSimulation Start(double y_mm = 4) {
   return CoupledSimulation(test::MakeBox(Pose{}, {26, y_mm, 10}, 0.2), test::DiscParams(),
-                           DiscPose(Pose{}, {0, 0, kClear}));
+                           DiscPose(Pose{}, {0, 0, kFidelitySwitchClear}));
 }
 
 TEST(HardCase39, SwitchingTheLawInContactIsNotFelt) {
   Verdict verdict("holds");
-  // A handle that goes down at 3 mm/s and across at 0.3, as a hand that is not quite steady, and the fidelity changed
-  // every 50 to 450 ms, also before the last change is done.
+  // The handle moves down at 3 mm/s and across at 0.3 mm/s, like a slightly unsteady hand. The fidelity changes every
+  // 50 to 450 ms, also before the previous change is complete.
   CoupledSimulation simulation = Start();
   std::vector<Vec3> f;
   std::uint64_t seed = 1;
@@ -44,26 +43,27 @@ TEST(HardCase39, SwitchingTheLawInContactIsNotFelt) {
     }
     simulation.SetFidelity(asked);
     const CoupledOutput out =
-        simulation.Tick(Handle(DiscPose(Pose{}, {0, 0.05 * std::sin(0.006 * i), kClear - 0.003 * i})));
+        simulation.Tick(Handle(DiscPose(Pose{}, {0, 0.05 * std::sin(0.006 * i), kFidelitySwitchClear - 0.003 * i})));
     slab_ticks += out.fidelity == Fidelity::kSlab;
     if (i > 200) f.push_back(out.f_H_W_N);
   }
   EXPECT_GE(switches, 6);
   EXPECT_GT(slab_ticks, 200);
   const TickSteps steps = CalcTickSteps(f);
-  verdict.AtMost("C2, largest, just-noticeable differences", steps.max, 1);
-  verdict.AtMost("C2, 99.9th percentile", steps.p999, 0.5);
-  verdict.Note("changes of law", switches);
+  verdict.AtMost("C2, largest, in JND", steps.max, 1);
+  verdict.AtMost("C2, 99.9th percentile, in JND", steps.p999, 0.5);
+  verdict.Note("law changes", switches);
 }
 
 TEST(HardCase39, BackInTheBonesLawTheForceRisesOverTheBlend) {
   Verdict verdict("holds");
-  // A soft coupling hides a change of law: its force goes by K (v_hand - v_tool) at most. Through a stiff one, and with
-  // a feed that the slab's law hardly feels and the bone's does, the whole change is seen.
+  // A soft coupling hides a change of law, because its force changes by at most K (v_hand - v_tool). With a stiff
+  // coupling, and a feed that hardly affects the slab's law but does affect the bone's, the whole change shows.
   CoupledParams params = test::DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
-  CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 4, 10}, 0.2), params, DiscPose(Pose{}, {0, 0, kClear}));
-  double z = kClear;
+  CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 4, 10}, 0.2), params,
+                               DiscPose(Pose{}, {0, 0, kFidelitySwitchClear}));
+  double z = kFidelitySwitchClear;
   CoupledOutput out;
   const auto run = [&](int ticks, double feed_mm_per_s, const auto& each) {
     for (int i = 0; i < ticks; ++i) {
@@ -84,23 +84,24 @@ TEST(HardCase39, BackInTheBonesLawTheForceRisesOverTheBlend) {
   double largest_N = 0;
   run(500, 5, [&](double step_N) { largest_N = std::max(largest_N, step_N); });
   const double in_bone_N = out.f_H_W_N.z;
-  verdict.Note("force before, in the slab's law", in_slab_N, "N");
-  verdict.Note("force after, in the bone's", in_bone_N, "N");
+  verdict.Note("force before, slab law", in_slab_N, "N");
+  verdict.Note("force after, bone law", in_bone_N, "N");
   ASSERT_GT(std::abs(in_bone_N - in_slab_N), 2);
-  // The blend is 3 s^2 - 2 s^3 over 200 ticks: at its steepest 1.5 / 200 of the change a tick.
-  verdict.AtMost("largest step in a tick, of the change", largest_N / std::abs(in_bone_N - in_slab_N), 0.015);
+  // The blend is 3 s^2 - 2 s^3 over 200 ticks: at most 1.5 / 200 of the change a tick.
+  verdict.AtMost("largest force step in a tick relative to the change", largest_N / std::abs(in_bone_N - in_slab_N),
+                 0.015);
 }
 
 TEST(HardCase39, TheSlabsFeedIsBounded) {
   Verdict verdict(
-      "holds, mended: the slab's law has no feed, so its force now grows with it from 5 mm/s or twice that at the "
-      "start");
-  // Cutting with 2 N until the slab takes over, then pushed with 3, 6 and 12 times as much.
+      "holds, corrected: the slab law does not depend on the feed, so its force now grows with the feed above 5 mm/s "
+      "or twice the initial feed");
+  // Cutting with 2 N until slab mode starts, then pushed with 3, 6 and 12 times that force.
   double worst = 0;
   for (const double push_N : {6.0, 12.0, 24.0}) {
     CoupledSimulation simulation = Start();
-    PushingHand hand(simulation, DiscPose(Pose{}, {0, 0, kClear}));
-    double z = kClear;
+    PushingHand hand(simulation, DiscPose(Pose{}, {0, 0, kFidelitySwitchClear}));
+    double z = kFidelitySwitchClear;
     double feed = 0;
     CoupledOutput out;
     int i = 0;
@@ -122,32 +123,32 @@ TEST(HardCase39, TheSlabsFeedIsBounded) {
       fastest = std::max(fastest, (z - out.X_WT.p_AB.z) * 1000);
       z = out.X_WT.p_AB.z;
     }
-    // The resistance is 2 N and more, since it went on deeper: at twice the feed of the start times push / 2 N it holds
-    // the push, whatever comes.
+    // The resistance is at least 2 N, because the tool has moved deeper. At twice the initial feed times push / 2 N it
+    // always balances the push.
     const double rated = std::max(5.0, 2 * feed);
     worst = std::max(worst, fastest / (rated * push_N / 2));
     EXPECT_GT(fastest, 0.5 * feed);
   }
-  verdict.AtMost("fastest feed, of the bound", worst, 1.05);
+  verdict.AtMost("fastest feed relative to its bound", worst, 1.05);
 }
 
 TEST(HardCase39, EnergyIsNotMadeByTheChange) {
   Verdict verdict("holds");
   CoupledSimulation simulation = Start();
-  double lost_mJ = 0, least_mJ = 0, total_mJ = 0, closes = 0;
+  double lost_mJ = 0, min_mJ = 0, total_mJ = 0, closes = 0;
   for (int i = 0; i < 2500; ++i) {
     simulation.SetFidelity(i / 170 % 2 == 1 ? Fidelity::kSlab : Fidelity::kFull);
     const CoupledOutput out = simulation.Tick(
-        Handle(DiscPose(Pose{}, {0, 0.2 * std::sin(0.02 * i), kClear - 3 * (1 - std::cos(0.002 * i))})));
+        Handle(DiscPose(Pose{}, {0, 0.2 * std::sin(0.02 * i), kFidelitySwitchClear - 3 * (1 - std::cos(0.002 * i))})));
     const double lost = out.cut_mJ + out.friction_mJ + out.damping_mJ + out.numerical_mJ;
     closes = std::max(closes, std::abs(out.hand_mJ + out.spindle_mJ - out.stored_mJ - lost));
     lost_mJ += lost;
     total_mJ += std::abs(out.hand_mJ) + out.spindle_mJ;
-    least_mJ = std::min(least_mJ, lost_mJ);
+    min_mJ = std::min(min_mJ, lost_mJ);
   }
   ASSERT_GT(total_mJ, 1);
-  verdict.AtLeast("energy lost since the start, least", least_mJ, -1e-7 * total_mJ, "mJ");
-  verdict.AtMost("account of a tick open by", closes, 1e-9, "mJ");
+  verdict.AtLeast("minimum energy lost since the start", min_mJ, -1e-7 * total_mJ, "mJ");
+  verdict.AtMost("error of a tick's energy balance", closes, 1e-9, "mJ");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Hard case 40: sequences of random calls, whatever a hand, a device and a broken program around them may do.
+// Hard case 40: sequences of random calls, as from any hand, device or faulty calling program.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace {
 using test::FuzzedSaw;
 using test::FuzzResult;
 
-constexpr int kCalls = 1000;  // of a sequence
+constexpr int kCalls = 1000;  // per sequence
 
-/// Ticks of a saw in a hand, in sequences of a thousand.
+/// Runs ticks of a saw coupled to a handle, in sequences of a thousand.
 void FuzzSaw(std::uint64_t first_seed, double ticks) {
   test::Verdict verdict("holds");
   FuzzedSaw::Counts sum;
@@ -32,15 +32,15 @@ void FuzzSaw(std::uint64_t first_seed, double ticks) {
     sum.slab += c.slab;
     return result;
   });
-  const auto share = [&](long n) { return static_cast<double>(n) / static_cast<double>(sum.ticks); };
+  const auto fraction = [&](long n) { return static_cast<double>(n) / static_cast<double>(sum.ticks); };
   verdict.AtLeast("ticks", static_cast<double>(sum.ticks), std::min(1.0, ticks * test::Effort()));
-  verdict.Note("share with force", share(sum.touched));
-  verdict.Note("that cut", share(sum.cut));
-  verdict.Note("refused", share(sum.refused));
-  verdict.Note("steps used up", share(sum.used_up));
-  verdict.Note("unsolved", share(sum.unsolved));
-  verdict.Note("leaves used up", share(sum.out_of_leaves));
-  verdict.Note("slab", share(sum.slab));
+  verdict.Note("fraction with force", fraction(sum.touched));
+  verdict.Note("fraction that cut", fraction(sum.cut));
+  verdict.Note("fraction refused", fraction(sum.refused));
+  verdict.Note("fraction with all substeps used", fraction(sum.used_up));
+  verdict.Note("fraction unsolved", fraction(sum.unsolved));
+  verdict.Note("fraction without spare leaves", fraction(sum.out_of_leaves));
+  verdict.Note("fraction in slab mode", fraction(sum.slab));
 }
 
 TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant1) {

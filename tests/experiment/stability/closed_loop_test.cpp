@@ -1,4 +1,4 @@
-// The closed loop's own workings: the account of energy, and what lost ticks, the watchdog and the gain do.
+// Tests of the closed loop itself: energy balance, lost ticks, watchdog and gain.
 #include "experiment/stability/closed_loop.h"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@ namespace {
 
 using test::HeldBlock;
 
-// A push on a released handle: all the work that comes in is the push's, so the account of the handle is known.
+// A push on a released handle: the push does all of the work, so the handle's energy balance is known.
 TEST(ClosedLoop, TheHandlesEnergyIsTheWorkOfThePush) {
   ClosedLoopSetup setup = HeldBlock("omega_6", "H0");
   setup.quantise = false;
@@ -34,8 +34,8 @@ TEST(ClosedLoop, TheHandlesEnergyIsTheWorkOfThePush) {
   EXPECT_GT(tick.energy.exchanged_mJ, std::abs(tick.energy.motor_mJ));
 }
 
-// What the spindle gives through the friction of the flats is felt as the device's forces are: scaled, and times the
-// gain that is tried.
+// Energy that the spindle supplies through the friction of the flats reaches the device like its forces: scaled, and
+// multiplied by the gain under test.
 TEST(ClosedLoop, TheSpindlesEnergyIsWhatTheDeviceFeelsOfIt) {
   for (const double gain : {1.0, 2.0}) {
     ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
@@ -44,7 +44,7 @@ TEST(ClosedLoop, TheSpindlesEnergyIsWhatTheDeviceFeelsOfIt) {
     double given_mJ = 0;
     ClosedLoopTick tick;
     for (int i = 0; i < 3000; ++i) {
-      // Down, and then to one side and the other against the walls of the kerf.
+      // Down, and then alternately to both sides against the walls of the kerf.
       Pose X = test::OverBlock(std::max(0.2 - 0.004 * i, -4.0));
       X.p_AB.x += i > 1500 ? 2 * std::sin(0.004 * (i - 1500)) : 0;
       X.p_AB.y += i > 1500 ? 4 * std::sin(0.01 * (i - 1500)) : 0;
@@ -58,9 +58,9 @@ TEST(ClosedLoop, TheSpindlesEnergyIsWhatTheDeviceFeelsOfIt) {
   }
 }
 
-// A spring whose force is held over a tick gives back 1/2 K dx^2 more in each than it took: pushed in by n steps of dx
-// and drawn out again it has given n K dx^2. A heavy hand goes in and out of a stopped saw's wall at a steady 50 mm/s,
-// without the damper that takes that back. To 15 %: it turns round in a bend, and the bone gives a little.
+// A spring whose force is held over a tick returns 1/2 K dx^2 more in each tick than it stored: after n steps of dx in
+// and out it has supplied n K dx^2. A heavy hand moves in and out of a stopped saw's wall at a steady 50 mm/s, without
+// the damper that dissipates this energy. Tolerance 15 %: the reversal is a curve, and the bone yields a little.
 TEST(ClosedLoop, WhatHoldingCanGiveIsWhatAHeldSpringGives) {
   ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
   setup.profile.friction_N = 0;
@@ -73,8 +73,8 @@ TEST(ClosedLoop, WhatHoldingCanGiveIsWhatAHeldSpringGives) {
   const Pose start = test::OverBlock(1);
   ClosedLoop loop(test::BlockOfBone(0.2, Vec3(26, 6, 12)), setup, start);
   ClosedLoopTick tick;
-  for (int i = 0; i < 600; ++i) tick = loop.Step(0);  // until the force is ramped in
-  // Steady on the way in and out: the damper of the hand pulls it along.
+  for (int i = 0; i < 600; ++i) tick = loop.Step(0);  // until the force has ramped in
+  // Steady motion in and out: the hand's damper drives it.
   for (int i = 0; i < 1200; ++i) {
     const double v = i < 100 ? -50.0 * i / 100 : i < 120 ? -50 : i < 320 ? -50 + 100 * (i - 120) / 200.0 : 50;
     Intention intention{.X_WH = start, .v_W_mm_per_s = Vec3(0, 0, v)};
@@ -111,7 +111,7 @@ TEST(ClosedLoop, ALostTickLeavesTheForceAndTheWatchdogTakesIt) {
     EXPECT_EQ(tick.f_device_N, lost <= 20 ? held : Vec3{0}) << lost;
   }
   EXPECT_NEAR(lost, 40, 1);
-  EXPECT_EQ(tick.dt_s, 0.01);  // no more than that, however long it was
+  EXPECT_EQ(tick.dt_s, 0.01);  // the upper limit, whatever the duration
   EXPECT_EQ(tick.out.faults, kHapticForceOff);
   Vec3 before = loop.device().force_N();
   EXPECT_EQ(before, Vec3{0});
@@ -134,17 +134,17 @@ TEST(ClosedLoop, TheSimulationIsToldTheTimeInWholePeriods) {
     timing.lost_share = 0.05;
     loop.SetTiming(timing);
     const double from_s = loop.Step(0).time_s;
-    double told_s = 0;
+    double reported_s = 0;
     int lost = 0;
     ClosedLoopTick tick;
     for (int i = 0; i < 20000; ++i) {
       tick = loop.Step(0);
-      told_s += tick.dt_s;
+      reported_s += tick.dt_s;
       lost += tick.dt_s == 0 ? 1 : 0;
       EXPECT_NEAR(1000 * tick.dt_s, std::round(1000 * tick.dt_s), 1e-9);
     }
-    // Periods shorter than half of one are told as a whole one: with the tail there are many.
-    EXPECT_NEAR(told_s, tick.time_s - from_s, (tail ? 0.13 : 0.02) * told_s);
+    // Periods shorter than half of one count as a whole one: with the tail there are many.
+    EXPECT_NEAR(reported_s, tick.time_s - from_s, (tail ? 0.13 : 0.02) * reported_s);
     EXPECT_NEAR(lost, 1000, 150);
   }
 }
@@ -165,26 +165,27 @@ TEST(ClosedLoop, TheGainIsTheMotors) {
   }
 }
 
-// Omni: peak 3.3 N, 0.88 N for long; by the heat of force squared over 10 s. The hand leans on the wall with 3 N, and
-// is held with less and less. By the test's own account of the heat it never is above what the motors bear for ever.
+// Omni: peak 3.3 N, 0.88 N continuous; heat is the mean of force squared over 10 s. The hand pushes on the wall with 3
+// N, and the force that holds it decreases. By the test's own heat balance, the heat never exceeds the continuous limit
+// of the motors.
 TEST(ClosedLoop, ALongPushIsHeldWithWhatTheMotorsBearForEver) {
   ClosedLoopSetup setup = HeldBlock("omni", "H4");
   ClosedLoop loop(test::BlockOfBone(), setup, test::OverBlock());
   loop.device().SetIntention({.X_WH = test::OverBlock(), .push_W_N = Vec3(0, 0, -3), .yield_s = 0.5});
   double warm_N2 = 0;
-  double most_N = 0;
+  double max_N = 0;
   for (int i = 0; i < 30000; ++i) {
     const double f_N = glm::length(loop.Step(0).f_device_N);
     warm_N2 += (1 - std::exp(-0.001 / 10)) * (f_N * f_N - warm_N2);
     ASSERT_LE(std::sqrt(warm_N2), 0.88 * (1 + 1e-3)) << i;
-    most_N = std::max(most_N, f_N);
+    max_N = std::max(max_N, f_N);
   }
-  EXPECT_GT(most_N, 2);
+  EXPECT_GT(max_N, 2);
   EXPECT_NEAR(glm::length(loop.device().force_N()), 0.88, 0.02);
 }
 
-// The same of turning: a stopped disc in its kerf, and a hand that from one tick to the next holds the tool turned by a
-// quarter. The torque rises from none to the device's peak in 5 ms at the fastest.
+// The same for rotation: a stopped disc in its kerf, and a hand that from one tick to the next holds the tool turned by
+// a quarter. The torque takes at least 5 ms from zero to the device's peak.
 TEST(ClosedLoop, ATorqueComesAtTheSlew) {
   const ClosedLoopSetup setup = HeldBlock("virtuose_6d", "H4");
   ClosedLoop loop(test::BlockOfBone(0.2, Vec3(26, 6, 12)), setup, test::OverBlock());
@@ -197,14 +198,14 @@ TEST(ClosedLoop, ATorqueComesAtTheSlew) {
   const double slew_Nmm = setup.profile.peak_torque_Nmm / 5;
   Vec3 before = loop.Step(0).out.force.tau_H_W_Nmm;
   loop.device().SetIntention({.X_WH = X});
-  double most_Nmm = 0;
+  double max_Nmm = 0;
   for (int i = 0; i < 200; ++i) {
     const Vec3 tau = loop.Step(0).out.force.tau_H_W_Nmm;
-    most_Nmm = std::max(most_Nmm, glm::length(tau - before));
+    max_Nmm = std::max(max_Nmm, glm::length(tau - before));
     before = tau;
   }
-  EXPECT_LE(most_Nmm, slew_Nmm * (1 + 1e-9));
-  EXPECT_GT(most_Nmm, 0.99 * slew_Nmm);
+  EXPECT_LE(max_Nmm, slew_Nmm * (1 + 1e-9));
+  EXPECT_GT(max_Nmm, 0.99 * slew_Nmm);
 }
 
 TEST(ClosedLoop, RefusesWhatIsOutOfRange) {

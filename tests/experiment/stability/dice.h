@@ -1,9 +1,10 @@
-// Random numbers that are the same with every standard library: its distributions are not.
+// Random numbers that are the same with every standard library, unlike the distributions of the standard library.
 #pragma once
 
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
+#include <numbers>
 #include <random>
 
 #include "kerf/geometry.h"
@@ -15,25 +16,25 @@ class Dice {
   explicit Dice(std::uint64_t seed) : random_(seed) {}
 
   std::uint64_t Bits() { return random_(); }
-  /// 0 to 1, without the 1.
+  /// Uniform in [0, 1).
   double Unit() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
   double Uniform(double lower, double upper) { return lower + (upper - lower) * Unit(); }
-  /// Each order of magnitude as likely as the others.
+  /// Each order of magnitude is equally likely.
   double LogUniform(double lower, double upper) { return lower * std::pow(upper / lower, Unit()); }
-  /// 0 to count - 1.
+  /// Integer from 0 to `count` - 1.
   int Below(int count) { return static_cast<int>(Unit() * count); }
   bool OneIn(int count) { return Below(count) == 0; }
   template <typename T>
   T One(std::initializer_list<T> of) {
     return of.begin()[Below(static_cast<int>(of.size()))];
   }
-  /// Evenly in a cube from -1 to 1.
+  /// Uniform in a cube from -1 to 1.
   Vec3 InCube() {
     const double x = Uniform(-1, 1);
     const double y = Uniform(-1, 1);
     return {x, y, Uniform(-1, 1)};
   }
-  /// Unit length, all ways alike.
+  /// Unit vector, uniform over all directions.
   Vec3 Direction() {
     for (;;) {
       const Vec3 v = InCube();
@@ -43,7 +44,7 @@ class Dice {
   }
   Quat Rotation() {
     const Vec3 axis = Direction();
-    return glm::angleAxis(Uniform(0, 3.14159265358979), axis);
+    return glm::angleAxis(Uniform(0, std::numbers::pi), axis);
   }
 
  private:

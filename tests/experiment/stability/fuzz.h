@@ -1,4 +1,4 @@
-// Hard case 40: sequences of random calls, and what must hold whatever they are.
+// Hard case 40: sequences of random calls, and the invariants that hold for all of them.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace kerf::test {
 
-// ---- what a sequence is made of
+// ---- elements of a sequence
 
-/// A small bone of each kind that is hard: its number stands for kind and voxel.
+/// Returns a small bone of a random difficult kind. Sets `voxel_mm`.
 Bone MakeFuzzBone(Dice& dice, double& voxel_mm);
 
 struct FuzzScene {
@@ -25,11 +25,11 @@ struct FuzzScene {
   CoupledParams params;
   Pose start;
 };
-/// Bone, tool, law and parameters to their extremes.
+/// Returns a random scene: bone, tool, law and parameters, including their extremes.
 FuzzScene MakeFuzzScene(Dice& dice);
 std::string ToText(const FuzzScene& scene);
 
-/// One call.
+/// One call of a sequence.
 struct FuzzCall {
   enum class Kind { kTick, kSetDown, kRefill, kFidelity, kAccount };
   Kind kind = Kind::kTick;
@@ -38,11 +38,11 @@ struct FuzzCall {
 };
 std::string ToText(const FuzzCall& call);
 
-/// A hand out of its mind: it feeds, presses, rubs, leaps, turns, lets go, and the machine around it fails.
+/// Random hand: feeds, presses, rubs, leaps, turns and releases, with failures of the device and the host program.
 class FuzzHand {
  public:
-  /// `most_leap_mm`: how far it may leap in a tick.
-  FuzzHand(Dice& dice, const FuzzScene& scene, double most_leap_mm = 100);
+  /// `max_leap_mm`: maximum leap in a tick.
+  FuzzHand(Dice& dice, const FuzzScene& scene, double max_leap_mm = 100);
   FuzzCall Next(const Pose& X_WT);
 
  private:
@@ -56,30 +56,30 @@ class FuzzHand {
   double voxel_mm_;
   double reach_mm_;
   CouplingParams coupling_;
-  double most_leap_mm_;
+  double max_leap_mm_;
   Mode mode_ = Mode::kFeed;
-  int left_ = 0;  // ticks of the mode
+  int left_ = 0;  // ticks left in this mode
   Pose X_WH_;
-  Pose X_mode_;  // where it began
+  Pose X_mode_;  // start of the mode
   Vec3 v_mm_per_s_{0};
   Vec3 w_rad_per_s_{0};
   double amplitude_mm_ = 0;
   int tick_ = 0;
   double dt_s_ = 0.001;
   double rpm_ = 7500;
-  int wrong_velocity_ = 0;  // 0: as it moves; 1: none; 2: nonsense
+  int wrong_velocity_ = 0;  // 0: as the handle moves; 1: none; 2: random
 };
 
-// ---- what must hold
+// ---- invariants
 
-/// A bone's values before and after, leaf by leaf: bone only gets less (I5), and only where the tool was (I6).
+/// Compares a bone's values before and after, leaf by leaf: bone is only removed (I5), and only near the tool (I6).
 class BoneWitness {
  public:
   explicit BoneWitness(const Bone& bone);
   ~BoneWitness();
-  /// The tool may have cut anywhere in the box since the last Compare().
+  /// Allows changes in `box`: the tool may have cut anywhere in it since the last Compare().
   void Allow(const Box3& box);
-  /// Empty when all is well. `bone` becomes the one to compare with.
+  /// Returns a message if an invariant is broken, otherwise an empty string. The next call compares with this `bone`.
   std::string Compare(const Bone& bone);
 
  private:
@@ -87,19 +87,19 @@ class BoneWitness {
   std::unique_ptr<State> state_;
 };
 
-/// The box of all that a tool can cut or blur on its way from one pose to the other in so many steps.
+/// Returns a box around everything that a tool can cut or blur in `substeps` steps from one pose to the other.
 Box3 CalcCutBox(const Tool& tool, const Pose& from, const Pose& to, int substeps, double voxel_mm);
 
-/// A CoupledSimulation that is held to its word with each call.
+/// CoupledSimulation whose invariants are checked after each call.
 class FuzzedSaw {
  public:
   explicit FuzzedSaw(const FuzzScene& scene);
   ~FuzzedSaw();
-  /// Empty when all is well, else what is not.
+  /// Makes the call. Returns a message if an invariant is broken, otherwise an empty string.
   std::string Do(const FuzzCall& call);
   const Pose& X_WT() const;
   const CoupledOutput& last() const;
-  /// Volume, monotone phi, locality.
+  /// Checks volume, monotone phi and locality. Returns as Do().
   std::string Account();
   std::uint64_t hash() const;  // of all outputs so far
   struct Counts {

@@ -13,14 +13,9 @@
 namespace kerf::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kTicksInBox = 16;
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-/// What a tick must take, written anew from coupled.h.
+/// Returns true if a tick must accept the input. Written independently from coupled.h.
 bool IsGood(const CoupledInput& in) {
   const auto within = [](const Vec3& v, double most) {
     return IsFinite(v) && std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) <= most;
@@ -35,7 +30,7 @@ double CalcAngle(const Quat& a, const Quat& b) {
   return 2 * std::atan2(std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z), std::abs(q.w));
 }
 
-/// Box of the tool at a pose.
+/// Returns the bounding box of the tool at a pose.
 Box3 CalcToolBox(const Tool& tool, const Pose& X) {
   Vec3 half(CalcReach(tool));
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
@@ -67,7 +62,8 @@ Box3 CalcCutBox(const Tool& tool, const Pose& from, const Pose& to, int substeps
     box.Include(to.p_AB - reach);
     box.Include(to.p_AB + reach);
   }
-  // The band, and as far aside as steps of half a voxel and a quarter along the spindle may have taken the tool.
+  // The band, and the sideways distance that substeps of half a voxel, and a quarter along the spindle, may have moved
+  // the tool.
   return box.Grown((3.01 + 0.75 * substeps) * voxel_mm + 1e-3 * CalcReach(tool));
 }
 
@@ -154,7 +150,7 @@ struct FuzzedSaw::State {
   std::uint64_t hash = 0;
   Counts counts;
   bool slab_asked = false;
-  Box3 box;  // where the tool has cut since the witness was told
+  Box3 box;  // region that the tool may have cut since the last Allow()
   int ticks_in_box = 0;
 };
 
@@ -183,12 +179,12 @@ std::string FuzzedSaw::State::CheckRefused(const Pose& X_before, const CoupledOu
   return "";
 }
 
-/// What is particular to a tick whatever the invariants say.
+/// Checks the status bits of a tick, which the invariants do not cover.
 std::string FuzzedSaw::State::CheckStatus(const CoupledInput& in, const CoupledOutput& out) const {
-  if ((out.status & kCoupledBadPose) != 0) return "good input is refused";
-  if (out.status >= 2 * kCoupledNoTime) return "a status that is none";
+  if ((out.status & kCoupledBadPose) != 0) return "a good input is refused";
+  if (out.status >= 2 * kCoupledNoTime) return "undefined status bits";
   const bool no_time = in.dt_s < 1e-6;
-  if (no_time != ((out.status & kCoupledNoTime) != 0)) return "time is taken for none";
+  if (no_time != ((out.status & kCoupledNoTime) != 0)) return "wrong no-time status";
   if (no_time) return "";
   const bool stopped = std::abs(in.rpm) < 1;
   if (stopped != ((out.status & kCoupledSpindleStopped) != 0)) return "the spindle's status is wrong";
@@ -200,7 +196,7 @@ std::string FuzzedSaw::State::CheckStatus(const CoupledInput& in, const CoupledO
 
 void FuzzedSaw::State::Watch(const Pose& X_before, const CoupledInput& in, const CoupledOutput& out) {
   if (std::abs(in.rpm) >= 1 || slab_asked) Include(box, CalcCutBox(params.tool, X_before, out.X_WT, out.substeps, h));
-  // What the slab passed is removed later, along a path with fewer poses: one box for all of it.
+  // Bone that the slab passed is removed later, along a path with fewer poses: one box for all of it.
   if (++ticks_in_box < kTicksInBox || slab_asked) return;
   if (!box.empty()) witness.Allow(box);
   box = {};
@@ -253,7 +249,7 @@ std::string FuzzedSaw::Do(const FuzzCall& call) {
     case FuzzCall::Kind::kSetDown: {
       const Pose& X = call.in.X_WH;
       const bool good = std::abs(std::pow(glm::length(X.R_AB), 2) - 1) <= 2e-6 && IsInWorld(X.p_AB);
-      if (s.simulation.SetDown(X) != good) return good ? "a good pose is not taken" : "a bad pose is taken";
+      if (s.simulation.SetDown(X) != good) return good ? "a good pose is refused" : "a bad pose is accepted";
       if (!good) return "";
       s.last.X_WT = X;
       s.invariants.SetDown(X);
@@ -277,7 +273,7 @@ std::string FuzzedSaw::Account() {
   const auto by_region = s.simulation.CalcRemovedByRegion();
   double removed = 0;
   for (const double r : by_region) {
-    if (!(r >= -1e-9 * s.volume_mm3)) return fmt::format("I4: {} mm3 removed of a region", r);
+    if (!(r >= -1e-9 * s.volume_mm3)) return fmt::format("I4: {} mm3 removed from a region", r);
     removed += r;
   }
   const Bone& bone = s.simulation.bone();

@@ -8,12 +8,13 @@
 #include "device/devices/profiles.h"
 #include "device/devices/simulated_device.h"
 #include "experiment/stability/fuzz_run.h"
+#include "experiment/stability/invariants.h"
 #include "loop/haptics/haptic_step.h"
 
 namespace kerf::test {
 namespace {
 
-/// Gives what it is told to give, and fails when it is told to.
+/// Device with prescribed samples and failures.
 class WildDevice : public Device {
  public:
   explicit WildDevice(const DeviceProfile& profile) : profile_(profile) {}
@@ -37,11 +38,7 @@ class WildDevice : public Device {
   DeviceProfile profile_;
 };
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-/// What goes to the motors, tick after tick.
+/// Checks the forces that the motors receive in each tick.
 class MotorWatch {
  public:
   MotorWatch(const DeviceProfile& profile, const ForceMapParams& map) : profile_(profile), map_(map) {
@@ -53,16 +50,17 @@ class MotorWatch {
   std::string Check(const HapticStepInput& in, const HapticStepOutput& out) {
     const Vec3 f = out.force.f_H_W_N;
     const Vec3 tau = out.force.tau_H_W_Nmm;
-    if (!IsFinite(f) || !IsFinite(tau)) return "I1: the motors get a force that is none";
+    if (!IsFinite(f) || !IsFinite(tau)) return "I1: the motors get an invalid force";
     if (std::hypot(f.x, f.y, f.z) > profile_.peak_force_N)
       return fmt::format("I2: the motors get {} N", glm::length(f));
     if (std::hypot(tau.x, tau.y, tau.z) > peak_Nmm_) return fmt::format("I2: the motors get {} N mm", glm::length(tau));
     const bool faulty = out.faults != kHapticOk;
-    if (faulty && (f != Vec3(0) || tau != Vec3(0))) return "a fault, but a force";
-    if (!faulty && !(in.dt_s >= 0 && in.dt_s <= 1)) return "a bad dt, and no fault";
+    if (faulty && (f != Vec3(0) || tau != Vec3(0))) return "a force despite a fault";
+    if (!faulty && !(in.dt_s >= 0 && in.dt_s <= 1)) return "no fault despite a bad dt";
     if (!IsValid(out.sample.X_WH) || !IsInWorld(out.sample.X_WH.p_AB)) return "I1: a bad sample is kept";
-    if (!IsFinite(out.v_H_W_mm_per_s)) return "I1: the handle's velocity is none";
-    // From no force it comes back slowly; else no faster than the slew. A thermal limit that falls may take it faster.
+    if (!IsFinite(out.v_H_W_mm_per_s)) return "I1: the handle's velocity is not finite";
+    // After zero force it increases slowly; otherwise at most at the slew. A falling thermal limit may reduce it
+    // faster.
     const double dt = std::min({in.dt_s, in.slew_dt_s, 0.1});
     const double step = glm::length(f - last_f_N_);
     if (!faulty && glm::length(f) > glm::length(last_f_N_) && step > slew_N_per_s_ * dt * (1 + 1e-9)) {
@@ -72,9 +70,9 @@ class MotorWatch {
     const double t = map_.ramp_in_s > 0 ? std::min(since_fault_s_ / map_.ramp_in_s, 1.0) : 1;
     if (glm::length(f) > (3 * t * t - 2 * t * t * t) * glm::length(out.coupled.f_H_W_N) * (1 + 1e-9) + 1e-12 &&
         !lagging_) {
-      lagging_ = glm::length(f) <= glm::length(last_f_N_) + 1e-12;  // still on the way down
+      lagging_ = glm::length(f) <= glm::length(last_f_N_) + 1e-12;  // still decreasing
       if (!lagging_)
-        return fmt::format("{} N for {} N asked, {} s after a fault", glm::length(f), glm::length(out.coupled.f_H_W_N),
+        return fmt::format("{} N out for {} N in, {} s after a fault", glm::length(f), glm::length(out.coupled.f_H_W_N),
                            since_fault_s_);
     }
     lagging_ = false;
@@ -155,7 +153,7 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
     if (call.kind == FuzzCall::Kind::kSetDown && IsValid(call.in.X_WH) && IsInWorld(call.in.X_WH.p_AB))
       X_WT = call.in.X_WH;
     if (call.kind != FuzzCall::Kind::kTick) continue;
-    // Faults come and stay for some ticks.
+    // Faults start at random and last for some ticks.
     if (--failing < 0) {
       wild_device.read_fails = wild_device.write_fails = false;
       simulated.SetFaults({});

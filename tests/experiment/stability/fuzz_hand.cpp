@@ -43,13 +43,13 @@ std::string ToText(const FuzzCall& call) {
   return "";
 }
 
-FuzzHand::FuzzHand(Dice& dice, const FuzzScene& scene, double most_leap_mm)
+FuzzHand::FuzzHand(Dice& dice, const FuzzScene& scene, double max_leap_mm)
     : dice_(dice),
       box_(scene.box),
       voxel_mm_(scene.voxel_mm),
       reach_mm_(CalcReach(scene.params.tool)),
       coupling_(scene.params.coupling),
-      most_leap_mm_(most_leap_mm),
+      max_leap_mm_(max_leap_mm),
       X_WH_(scene.start),
       X_mode_(scene.start) {}
 
@@ -67,7 +67,7 @@ void FuzzHand::Choose(const Pose& X_WT) {
   const double away = glm::length(to_bone);
   switch (mode_) {
     case Mode::kFeed:
-      // Towards the bone, or along the disc's plane; slowly, or by voxels in a tick.
+      // Towards the bone, or along the disc's plane; slowly, or by whole voxels in a tick.
       v_mm_per_s_ = away > 0 ? to_bone / away : Vec3(0, 0, -1);
       if (dice_.OneIn(2)) v_mm_per_s_ -= X_WH_.Vector({0, 0, 1}) * X_WH_.InverseVector(v_mm_per_s_).z;
       v_mm_per_s_ *= dice_.LogUniform(0.1, 200) * std::max(voxel_mm_, 0.2) / 0.2;
@@ -85,7 +85,7 @@ void FuzzHand::Choose(const Pose& X_WT) {
       w_rad_per_s_ = dice_.LogUniform(0.01, 10) * dice_.Direction();
       break;
     case Mode::kLeap:
-      X_WH_.p_AB += dice_.LogUniform(0.1, most_leap_mm_) * dice_.Direction();
+      X_WH_.p_AB += dice_.LogUniform(0.1, max_leap_mm_) * dice_.Direction();
       if (dice_.OneIn(3)) X_WH_.R_AB = dice_.Rotation();
       break;
     case Mode::kTurn:
@@ -94,7 +94,7 @@ void FuzzHand::Choose(const Pose& X_WT) {
       X_WH_.R_AB = glm::normalize(X_WH_.R_AB);
       break;
     case Mode::kFar:
-      X_WH_.p_AB += dice_.LogUniform(1, 50) * most_leap_mm_ * dice_.Direction();
+      X_WH_.p_AB += dice_.LogUniform(1, 50) * max_leap_mm_ * dice_.Direction();
       X_WH_.p_AB = glm::clamp(X_WH_.p_AB, Vec3(-kWorldReach_mm), Vec3(kWorldReach_mm));
       break;
     case Mode::kInside:
@@ -108,7 +108,7 @@ void FuzzHand::Choose(const Pose& X_WT) {
     case Mode::kCount:
       break;
   }
-  // A hand that has gone astray comes back.
+  // A hand that is too far away returns.
   if (glm::length(X_WH_.p_AB - box_.centre()) > 3 * (glm::length(box_.size()) + reach_mm_) && mode_ != Mode::kFar &&
       mode_ != Mode::kLeap) {
     X_WH_.p_AB = box_.centre() + dice_.Direction() * (0.5 * glm::length(box_.size()) + reach_mm_);
@@ -139,7 +139,7 @@ void FuzzHand::Move(const Pose& X_WT) {
   ++tick_;
 }
 
-/// Makes one number of an input wrong, or strange but right.
+/// Makes one number of an input invalid, or unusual but valid.
 void FuzzHand::Spoil(CoupledInput& in) {
   const double bad = dice_.One({kNan, kInf, -kInf, 1e300, -1e18});
   const int axis = dice_.Below(3);
@@ -166,7 +166,7 @@ void FuzzHand::Spoil(CoupledInput& in) {
     case 6:
       in.X_WH.p_AB[axis] = dice_.One({kWorldReach_mm * (1 + 1e-9), -1.1 * kWorldReach_mm, 1e9});
       break;
-    case 7:  // from here on right
+    case 7:  // valid from here on
       in.X_WH.p_AB[axis] = dice_.One({kDenormal, -kDenormal, 1e-310, -0.0});
       break;
     case 8:

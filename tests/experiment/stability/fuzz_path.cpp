@@ -6,17 +6,15 @@
 #include "base/core/heap_guard.h"
 #include "cut/removal/cutter.h"
 #include "experiment/stability/fuzz_run.h"
+#include "experiment/stability/invariants.h"
 #include "kerf/simulation.h"
 #include "kerf/slab.h"
 
 namespace kerf::test {
 namespace {
 
-constexpr double kMostSteps = 12;
+constexpr double kMaxSteps = 12;
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 bool IsGood(const TickInput& in) {
   return IsValid(in.X_WT) && IsInWorld(in.X_WT.p_AB) && in.dt_s >= 0 && std::isfinite(in.dt_s) && std::isfinite(in.rpm);
 }
@@ -40,7 +38,7 @@ std::string CheckRefused(const TickOutput& out) {
 FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
   Dice dice(seed);
   const FuzzScene scene = MakeFuzzScene(dice);
-  // A path is followed to its end in one tick, however many steps that takes.
+  // A path is followed to its end in one tick, whatever the number of steps.
   FuzzHand hand(dice, scene, 15 * scene.voxel_mm);
   Simulation simulation(scene.bone, {scene.params.tool, scene.params.law, scene.params.edge_samples_per_pitch, {}},
                         scene.start);
@@ -61,14 +59,13 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
     const TickOutput out = simulation.Tick(in);
     ++ticks;
     if (!IsGood(in)) return CheckRefused(out);
-    if (in.dt_s < kLeastTick_s)
-      return out.status == kTickNoTime && out.removed_mm3 == 0 ? "" : "time is taken for none";
+    if (in.dt_s < kMinTick_s) return out.status == kTickNoTime && out.removed_mm3 == 0 ? "" : "wrong no-time status";
     std::string wrong = CheckNumbers(out);
     if (!wrong.empty()) return wrong;
     const Vec3 way = in.X_WT.p_AB - X_WT.p_AB;
     const double along = glm::dot(out.f_T_W_N, way);
     if (along > 1e-9 * glm::length(out.f_T_W_N) * glm::length(way)) return fmt::format("teeth pull by {} N mm", along);
-    if (glm::length(out.f_T_W_N) > out.thrust_sum_N * (1 + 1e-9)) return "the force is more than its parts";
+    if (glm::length(out.f_T_W_N) > out.thrust_sum_N * (1 + 1e-9)) return "the force exceeds the sum of its parts";
     if (in.rpm == 0 && (out.f_T_W_N != Vec3(0) || out.removed_mm3 != 0)) return "a stopped spindle cuts";
     if (in.rpm != 0) witness.Allow(CalcCutBox(scene.params.tool, X_WT, in.X_WT, 1, scene.voxel_mm));
     X_WT = in.X_WT;
@@ -78,9 +75,9 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
     const FuzzCall call = hand.Next(X_WT);
     switch (call.kind) {
       case FuzzCall::Kind::kTick:
-        // A path is followed to its end, however many steps that takes: a long way only now and then.
+        // A path is followed to its end, whatever the number of steps: long motions are rare.
         if (IsGood({call.in.X_WH, 1, 0}) &&
-            CountSubsteps(X_WT, call.in.X_WH, scene.params.tool, scene.voxel_mm) > kMostSteps && !dice.OneIn(200)) {
+            CountSubsteps(X_WT, call.in.X_WH, scene.params.tool, scene.voxel_mm) > kMaxSteps && !dice.OneIn(200)) {
           if (simulation.SetDown(call.in.X_WH)) X_WT = call.in.X_WH;
           break;
         }
@@ -157,34 +154,34 @@ FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks) {
     const SlabState& s = simulation.state();
     if (heap.count() != 0) return fmt::format("{} heap calls in the tick", heap.count());
     if (!IsGood(in)) return CheckRefused(out);
-    if (in.dt_s < kLeastTick_s)
-      return out.status == kTickNoTime && out.removed_mm3 == 0 ? "" : "time is taken for none";
+    if (in.dt_s < kMinTick_s) return out.status == kTickNoTime && out.removed_mm3 == 0 ? "" : "wrong no-time status";
     std::string wrong = CheckNumbers(out);
     if (!wrong.empty()) return wrong;
     for (const double x : {s.blade_mm, s.left_mm, s.right_mm, s.depth_mm, s.deepest_mm, s.hand_work_mJ}) {
       if (!std::isfinite(x)) return "I1: the state is not finite";
     }
-    // Each loss only grows; rounding of the numerical one, which is a difference of large numbers, aside.
+    // Each loss only grows, except for rounding of the numerical loss, which is a difference of large numbers.
     const double moved = std::abs(s.hand_work_mJ) + s.kinetic_mJ + s.elastic_mJ + s.friction_mJ + s.cutting_mJ +
                          s.damping_mJ + s.released_mJ + std::abs(s.numerical_mJ);
     if (s.friction_mJ < before.friction_mJ || s.cutting_mJ < before.cutting_mJ || s.damping_mJ < before.damping_mJ) {
-      return "a loss shrinks";
+      return "a dissipated energy decreases";
     }
     if (s.numerical_mJ < before.numerical_mJ - 1e-9 * (1 + moved)) {
-      return fmt::format("the step made {} mJ of {}", before.numerical_mJ - s.numerical_mJ, moved);
+      return fmt::format("the step created {} mJ of {}", before.numerical_mJ - s.numerical_mJ, moved);
     }
     const double open = s.kinetic_mJ + s.elastic_mJ - s.hand_work_mJ + s.friction_mJ + s.cutting_mJ + s.damping_mJ +
                         s.released_mJ + s.numerical_mJ;
-    // Positions are known to 1e-16 of themselves, velocities likewise: that, of a stiff coupling's force along the way.
+    // Relative errors of positions and velocities are 1e-16. Multiplied by the force of a stiff coupling along the
+    // motion.
     const double way_mm = glm::length(in.X_WT.p_AB - X_WT.p_AB);
     rounding_mJ +=
         1e-13 * way_mm *
         (p.coupling_N_per_mm * (1 + glm::length(in.X_WT.p_AB)) + p.coupling_damping_Ns_per_mm * way_mm / in.dt_s);
     if (!(std::abs(open) <= 1e-8 * (1 + moved) + rounding_mJ)) {
-      return fmt::format("the account is open by {} of {} mJ, rounding {}", open, moved, rounding_mJ);
+      return fmt::format("the energy balance is off by {} of {} mJ, rounding {}", open, moved, rounding_mJ);
     }
-    if (s.deepest_mm < before.deepest_mm) return "I5: what was cut grows back";
-    if (in.rpm == 0 && s.deepest_mm > before.deepest_mm + 1e-6 && !s.free) return "a stopped blade goes deeper";
+    if (s.deepest_mm < before.deepest_mm) return "I5: removed bone grows back";
+    if (in.rpm == 0 && s.deepest_mm > before.deepest_mm + 1e-6 && !s.free) return "a stopped disc goes deeper";
     X_WT = in.X_WT;
     return "";
   };

@@ -1,5 +1,5 @@
-// What the random sequences of hard case 40 have found, each made as short as it goes. The seed is the one that found
-// it, by the generator of that time.
+// Failures found by the random sequences of hard case 40, each reduced to the shortest form. The seed is the one that
+// found the failure with the generator of that time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace kerf {
 namespace {
 
-/// Seed 1000032: where a cut ends for want of leaves, cells of pure bone next to it were counted as whole.
+/// Seed 1000032: where a cut ended because no spare leaves were left, adjacent cells of solid bone counted as whole.
 TEST(FuzzRegression, VolumeAddsUpWhereTheSpareLeavesRanOut) {
   test::Verdict verdict("holds");
   BlockParams block;
@@ -31,13 +31,13 @@ TEST(FuzzRegression, VolumeAddsUpWhereTheSpareLeavesRanOut) {
   for (const double r : simulation.CalcRemovedByRegion()) removed_mm3 += r;
   EXPECT_GT(removed_mm3, 0.1);
   const double after_mm3 = simulation.bone().CalcVolume();
-  verdict.AtMost("volume not accounted for", std::abs(before_mm3 - after_mm3 - removed_mm3) / before_mm3, 1e-12);
+  verdict.AtMost("relative volume unaccounted for", std::abs(before_mm3 - after_mm3 - removed_mm3) / before_mm3, 1e-12);
   double by_region_mm3 = 0;
   for (const auto& [id, volume] : simulation.bone().CalcRegionVolumes()) by_region_mm3 += volume;
   EXPECT_NEAR(by_region_mm3, after_mm3, 1e-9 * before_mm3);
 }
 
-/// Seed 20000006: a step in no time at all was an infinite velocity.
+/// Seed 20000006: a step in a zero time gave an infinite velocity.
 TEST(FuzzRegression, VelocityStaysFiniteHoweverShortTheTick) {
   AdaptiveVelocity velocity(0.01);
   velocity.Update({0, 0, 0}, 0.001);
@@ -46,11 +46,11 @@ TEST(FuzzRegression, VelocityStaysFiniteHoweverShortTheTick) {
   }
 }
 
-/// Seed 1000046: turning about a coupling point far off, the tool went on an arc that nothing measured: several voxels,
-/// with one look at the bone.
+/// Seed 1000046: turning about a distant coupling point, the tool moved along an arc that was not measured: several
+/// voxels with a single look-up of the bone.
 TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
   test::Verdict verdict("holds");
-  constexpr double kVoxel_mm = 0.2;
+  constexpr double kFuzzVoxel_mm = 0.2;
   const Pose start = test::DiscPose(Pose{}, {0, 0, 3 + 1.25 - 0.5});
   double longest_mm = 0;
   for (const double arm_mm : {80.0, 1000.0}) {
@@ -60,7 +60,7 @@ TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
     params.tool = DiscSaw{.diameter_mm = 2.5, .E_MPa = 1};
     params.max_iterations = 1;
     params.max_substeps = 1;
-    CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 6}, kVoxel_mm), params, start);
+    CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 6}, kFuzzVoxel_mm), params, start);
     Pose X_WT = start;
     for (int i = 1; i <= 50; ++i) {
       const Pose X_WH{glm::normalize(start.R_AB * glm::angleAxis(0.2 * i, Vec3(0, 0, 1))), start.p_AB};
@@ -70,10 +70,10 @@ TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
     }
   }
   EXPECT_GT(longest_mm, 0.01);
-  verdict.AtMost("longest way of the disc in one look", longest_mm, 0.5 * kVoxel_mm * (1 + 1e-6), "mm");
+  verdict.AtMost("longest motion of the disc in one look-up", longest_mm, 0.5 * kFuzzVoxel_mm * (1 + 1e-6), "mm");
 }
 
-/// Seed 1000016: set down far from the origin, the coupling's energy was taken between two frames.
+/// Seed 1000016: after setting down far from the origin, the coupling's energy was computed between two frames.
 TEST(FuzzRegression, SettingDownFarFromTheOriginDrawsTheSpringByWhatItSays) {
   test::Verdict verdict("holds");
   const Vec3 there(0.9 * kWorldReach_mm, -0.8 * kWorldReach_mm, 0);
@@ -83,12 +83,12 @@ TEST(FuzzRegression, SettingDownFarFromTheOriginDrawsTheSpringByWhatItSays) {
   simulation.Tick(test::Handle(start, 0));
   ASSERT_TRUE(simulation.SetDown(test::DiscPose(X_WB, {0.1, 0, 3 + 11 - 0.5})));
   const CoupledOutput out = simulation.Tick(test::Handle(start, 0));
-  // 1 N/mm drawn by 0.1 mm.
-  verdict.AtMost("energy of the tick after", std::abs(out.stored_mJ) + std::abs(out.hand_mJ), 0.0051, "mJ");
+  // 1 N/mm stretched by 0.1 mm.
+  verdict.AtMost("energy of the next tick", std::abs(out.stored_mJ) + std::abs(out.hand_mJ), 0.0051, "mJ");
 }
 
-/// Seeds 2000029 and 4000009: the slab's guide is stiff, and a turn about a far coupling point drew it further than the
-/// step had reckoned with: energy from nowhere, joules of it in a long tick.
+/// Seeds 2000029 and 4000009: the slab's guide is stiff, and a turn about a distant coupling point stretched it further
+/// than the step had assumed. This created energy, several joules in a long tick.
 TEST(FuzzRegression, TheSlabsGuideGivesNoEnergyThatATurnDrewItBy) {
   test::Verdict verdict("holds");
   double lowest_mJ = 0, moved_mJ = 0;
@@ -124,7 +124,7 @@ TEST(FuzzRegression, TheSlabsGuideGivesNoEnergyThatATurnDrewItBy) {
   }
   EXPECT_GT(in_slab, 100);
   EXPECT_GT(moved_mJ, 1);
-  verdict.AtLeast("least of what bone and steps took", lowest_mJ, -1e-6, "mJ");
+  verdict.AtLeast("minimum energy lost to bone and time steps", lowest_mJ, -1e-6, "mJ");
 }
 
 }  // namespace

@@ -8,15 +8,15 @@
 namespace kerf::test {
 namespace {
 
-constexpr int kMostFailures = 5;
+constexpr int kMaxFailures = 5;
 
-/// The calls that were made, and whether they break the same rule again on a new saw.
+/// Calls of a failed sequence. Tests whether they break the same rule again on a new saw.
 class Recording {
  public:
   Recording(std::uint64_t seed, std::vector<FuzzCall> calls, const std::string& wrong)
       : seed_(seed), calls_(std::move(calls)), rule_(Rule(wrong)) {}
 
-  /// Leaves calls out as long as the rest breaks the same rule: halves, quarters, ... single ones.
+  /// Removes calls as long as the rest breaks the same rule: halves, quarters, ... single calls.
   void Shorten() {
     for (std::size_t chunk = calls_.size() / 2; chunk > 0; chunk /= 2) {
       for (std::size_t at = 0; at + chunk <= calls_.size();) {
@@ -30,7 +30,7 @@ class Recording {
       }
     }
   }
-  /// The calls, and what the last ones gave.
+  /// Prints the calls and the outputs of the last ones.
   void Print() const {
     Dice dice(seed_);
     FuzzedSaw saw(MakeFuzzScene(dice));
@@ -48,7 +48,7 @@ class Recording {
   }
 
  private:
-  /// The invariant's name, or the sentence's first words.
+  /// Returns the name of the invariant, or the first words of the message.
   static std::string Rule(const std::string& wrong) {
     return wrong.substr(0, wrong.empty() || wrong[0] != 'I' ? 15 : wrong.find_first_of(": "));
   }
@@ -105,7 +105,7 @@ void RunFuzz(std::uint64_t first_seed, long ticks, const std::function<FuzzResul
   const bool one = AskedForSeed(seed);
   int failures = 0;
   long made = 0;
-  for (; made < ticks && failures < kMostFailures; ++seed) {
+  for (; made < ticks && failures < kMaxFailures; ++seed) {
     const auto begin = std::chrono::steady_clock::now();
     const long before = made;
     const FuzzResult result = run(seed, made);

@@ -1,4 +1,4 @@
-// Running random sequences, telling which one broke, and making it short.
+// Runs random sequences, reports the one that failed, and shortens it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,27 +9,27 @@
 
 namespace kerf::test {
 
-/// The seed of KERF_FUZZ_SEED, if one is asked for: then it alone is run.
+/// Returns true if KERF_FUZZ_SEED is set, and stores its value in `seed`: then only that sequence runs.
 bool AskedForSeed(std::uint64_t& seed);
 
-/// What comes of a sequence: empty when all is well.
+/// Result of a sequence: `wrong` is empty if all invariants hold.
 struct FuzzResult {
   std::string wrong;
   int tick = 0;
 };
 
-/// One sequence of coupled ticks from a seed. With KERF_FUZZ_SEED set a failing one is made short and printed.
+/// Runs a sequence of coupled ticks from a seed. If KERF_FUZZ_SEED is set, shortens and prints a failing sequence.
 FuzzResult FuzzCoupled(std::uint64_t seed, int calls, FuzzedSaw::Counts& counts);
 
-/// The same through HapticStep, with a device that fails and lies, or a simulated one in a hand.
+/// The same through HapticStep, with a device that fails and delivers bad samples, or with a simulated device and hand.
 FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks);
-/// A tool that follows its path whatever stands in its way.
+/// The same for a tool that follows its path through any obstacle.
 FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks);
-/// The thin slab.
+/// The same for the thin slab.
 FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks);
 
-/// Runs sequences from `first_seed` on until so many ticks were made; each failure is a failure of the test, with the
-/// line that repeats it. `run` gets the seed and adds to the ticks.
+/// Runs sequences from `first_seed` on until the number of ticks reaches `ticks`. Each failure is a failure of the
+/// test, with the command that repeats it. `run` receives the seed and adds to the tick count.
 void RunFuzz(std::uint64_t first_seed, long ticks, const std::function<FuzzResult(std::uint64_t, long&)>& run);
 
 }  // namespace kerf::test

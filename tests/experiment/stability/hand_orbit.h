@@ -1,4 +1,4 @@
-// Closed ways of a hand, in and out of a block of bone: what comes back after each is known, nothing.
+// Closed orbits of a hand, in and out of a block of bone. No energy may be returned over an orbit.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace kerf::test {
 
-/// A double in [0, 1), the same on every machine.
+/// Returns a double in [0, 1), the same on every machine.
 inline double Uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11U) * 0x1p-53;
 }
@@ -17,8 +17,8 @@ inline double Uniform(std::mt19937_64& random, double lower, double upper) {
   return lower + (upper - lower) * Uniform(random);
 }
 
-/// A sum of two waves along each axis about a middle: it comes back to where it began after `seconds`, and nothing in
-/// it is faster than 10 Hz, as nothing is that a hand wants.
+/// Sum of two waves along each axis about a centre. It is closed after `seconds` and contains no frequency above 10 Hz,
+/// like intended motions of a hand.
 struct HandOrbit {
   double seconds = 2;
   Pose X_WH_middle;
@@ -28,7 +28,7 @@ struct HandOrbit {
     double f_Hz = 0;
   };
   Wave waves[2];
-  double tilt_rad = 0;  // of the disc to and fro, about x, with the first wave
+  double tilt_rad = 0;  // amplitude of the disc's tilt about x, with the first wave
 
   Intention At(double t_s) const {
     Intention intention;
@@ -48,18 +48,19 @@ struct HandOrbit {
   }
 };
 
-/// Over a block whose top is z = 0: it presses on the top, rubs along it and leaves it again. `reach_mm`: the largest
-/// amplitude; `most_Hz`: of the waves; `deep`: most of the way is below the top, for a saw that cuts.
-inline HandOrbit DrawOrbit(std::mt19937_64& random, double reach_mm = 4, double most_Hz = 4, bool deep = false) {
+/// Draws an orbit over a block with its top at z = 0: it presses on the top, rubs along it and leaves it again.
+/// `reach_mm`: largest amplitude; `max_Hz`: largest frequency of the waves; `deep`: most of the orbit is below the
+/// top, for a saw that cuts.
+inline HandOrbit DrawOrbit(std::mt19937_64& random, double reach_mm = 4, double max_Hz = 4, bool deep = false) {
   HandOrbit orbit;
   const double z_mm = (deep ? Uniform(random, -1.2, -0.4) : Uniform(random, -0.3, 0.6)) * reach_mm;
   orbit.X_WH_middle = Upright(Vec3(0, 0, 11 + z_mm));
-  const int most = static_cast<int>(most_Hz * orbit.seconds);
+  const int most = static_cast<int>(max_Hz * orbit.seconds);
   for (int i = 0; i < 2; ++i) {
     HandOrbit::Wave& wave = orbit.waves[i];
     wave.f_Hz = (1 + std::floor(Uniform(random, 0, i == 0 ? 3 : most))) / orbit.seconds;
-    const double share = i == 0 ? 1 : 0.3;
-    wave.amplitude_mm = share * reach_mm * Vec3(Uniform(random), 0.2 * Uniform(random), Uniform(random, 0.3, 1));
+    const double fraction = i == 0 ? 1 : 0.3;
+    wave.amplitude_mm = fraction * reach_mm * Vec3(Uniform(random), 0.2 * Uniform(random), Uniform(random, 0.3, 1));
     wave.phase = 4 * kHalfPi * Vec3(Uniform(random), Uniform(random), Uniform(random));
   }
   orbit.tilt_rad = Uniform(random, 0, 0.03);

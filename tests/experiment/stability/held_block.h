@@ -1,4 +1,4 @@
-// What the closed loop's tests hold: the paper's saw over a block of bone, on a device of the table, as it ships.
+// Setup of the closed loop's tests: the paper's saw above a block of bone, on a device of the table with its defaults.
 #pragma once
 
 #include <string>
@@ -10,17 +10,17 @@
 
 namespace kerf::test {
 
-/// 26 x 6 x 26 mm, its top at z = 0; the disc (radius 11 mm) comes from above.
+/// Returns a block of 26 x 6 x 26 mm with its top at z = 0. The disc (radius 11 mm) comes from above.
 inline Bone BlockOfBone(double voxel_mm = 0.4, const Vec3& size_mm = Vec3(26, 6, 26)) {
   return MakeBlock({.size_mm = size_mm, .X_WB = {}, .layers = {}, .voxel_mm = voxel_mm}, OneRegionTable());
 }
 
-/// Upright, the rim so far over the block's top.
+/// Returns an upright pose with the rim `above_mm` above the block's top.
 inline Pose OverBlock(double above_mm = 0.2) {
   return Upright(Vec3(0, 0, 11 + above_mm));
 }
 
-/// Device, hand and the coupling of a scene that asks for none: fitted as `kerf loop` does it.
+/// Returns device, hand, and the default coupling of a scene, fitted as `kerf loop` does.
 inline ClosedLoopSetup HeldBlock(const std::string& profile, const std::string& hand, CouplingParams coupling = {},
                                  double period_s = 0.001) {
   ClosedLoopSetup setup;

@@ -1,4 +1,4 @@
-// A disc in a block of bone, led by its handle, with the invariants watched in every tick.
+// A disc in a block of bone, coupled to a handle with a prescribed path. Checks the invariants in every tick.
 #pragma once
 
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace kerf::test {
 
-/// In the block's frame the disc lies in the plane y = 0, z is up, the block is centred.
+/// In the block's frame the disc lies in the plane y = 0, z is up, and the origin is the block's centre.
 struct Sawing : WatchedTool {
   Sawing(Bone bone, const CoupledParams& params, const Pose& X_WT_start)
       : WatchedTool(std::move(bone), params, X_WT_start), X_WH(X_WT_start) {
@@ -19,7 +19,7 @@ struct Sawing : WatchedTool {
     out = Tick(X, rpm, dt_s);
     return out;
   }
-  /// The handle goes straight to `X` in so many ticks; after(out) is called with each.
+  /// Moves the handle straight to `X` in `ticks` ticks. Calls after(out) after each tick.
   template <typename After>
   void Move(const Pose& X, int ticks, double rpm, After after) {
     const Pose X_from = X_WH;
@@ -33,8 +33,8 @@ struct Sawing : WatchedTool {
   CoupledOutput out;
 };
 
-/// A saw let down into the middle of a block at 4 mm/s until it is `depth_mm` deep, the handle then held where the tool
-/// is: no feed force is left.
+/// Saw that plunges into the middle of a block at 4 mm/s to a depth of `depth_mm`. The handle then stays at the tool's
+/// position, so that no feed force is left.
 struct InKerf : Sawing {
   InKerf(const Pose& the_X_WB, const Vec3& size_mm, double voxel_mm, double the_depth_mm, const CoupledParams& params,
          double rpm = 7500)
@@ -50,7 +50,7 @@ struct InKerf : Sawing {
     p_B = X_WB.InversePoint(out.X_WT.p_AB);
     Hold(50, Vec3(0), 0, rpm);
   }
-  /// The handle away from where the cut ended, tilted about the length of the slot.
+  /// Returns a handle pose at an offset from the end of the cut, tilted about the length of the kerf.
   Pose Aside(const Vec3& offset_B, double tilt_rad = 0) const {
     Pose X = DiscPose(X_WB, p_B + offset_B);
     X.R_AB = X.R_AB * glm::angleAxis(tilt_rad, Vec3(1, 0, 0));
@@ -64,7 +64,7 @@ struct InKerf : Sawing {
   Vec3 ForceInBlock() const { return X_WB.InverseVector(out.f_H_W_N); }
   Vec3 TorqueInBlock() const { return X_WB.InverseVector(out.tau_H_W_Nmm); }
 
-  static constexpr double kR = 11;  // DiscSaw's
+  static constexpr double kR = 11;  // radius of the default DiscSaw
   Pose X_WB;
   double top_mm;
   Vec3 p_B{0};

@@ -13,15 +13,11 @@
 namespace kerf::test {
 namespace {
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 std::string Text(const Vec3& v) {
   return fmt::format("({}, {}, {})", v.x, v.y, v.z);
 }
 
-double CalcAngle(const Quat& a, const Quat& b) {
+double CalcTurnAngle(const Quat& a, const Quat& b) {
   return glm::length(LogRotation(glm::conjugate(a) * b));
 }
 
@@ -30,7 +26,7 @@ double Sum(const std::array<double, 256>& values) {
 }
 
 constexpr std::uint32_t kLagging = kCoupledSubstepsUsedUp | kCoupledLeavesUsedUp;
-constexpr double kLeastRpm = 1;  // below it the spindle stands still: CoupledInput
+constexpr double kMinRpm = 1;  // below it the spindle is stopped: CoupledInput
 
 }  // namespace
 
@@ -54,7 +50,7 @@ void Invariants::Fail(const std::string& invariant, const std::string& what) {
 }
 
 bool Invariants::CheckFinite(const CoupledOutput& out) {
-  if (!IsValid(out.X_WT)) Fail("I1", "the tool's pose is none");
+  if (!IsValid(out.X_WT)) Fail("I1", "the tool's pose is invalid");
   const std::pair<const char*, Vec3> vectors[] = {{"force on the hand", out.f_H_W_N},
                                                   {"torque on the hand", out.tau_H_W_Nmm},
                                                   {"force of the edge", out.f_cut_W_N},
@@ -78,24 +74,24 @@ void Invariants::CheckBounds(const CoupledInput& in, const CoupledOutput& out) {
   const CouplingParams& c = params_.coupling;
   const double f = glm::length(out.f_H_W_N);
   const double tau = glm::length(out.tau_H_W_Nmm);
-  const double most_f = (c.damping_Ns_per_mm > 0 ? 2 : 1) * c.max_force_N;
-  const double most_tau = (c.torsion_damping_Nmms > 0 ? 2 : 1) * c.max_torque_Nmm;
+  const double max_f = (c.damping_Ns_per_mm > 0 ? 2 : 1) * c.max_force_N;
+  const double max_tau = (c.torsion_damping_Nmms > 0 ? 2 : 1) * c.max_torque_Nmm;
   largest_force_N_ = std::max(largest_force_N_, f);
-  if (!(f <= most_f * (1 + 1e-12))) Fail("I2", fmt::format("the force is {} N, of at most {}", f, most_f));
-  if (!(tau <= most_tau * (1 + 1e-12))) {
-    Fail("I2", fmt::format("the torque is {} N mm, of at most {}", tau, most_tau));
+  if (!(f <= max_f * (1 + 1e-12))) Fail("I2", fmt::format("the force is {} N, at most {} allowed", f, max_f));
+  if (!(tau <= max_tau * (1 + 1e-12))) {
+    Fail("I2", fmt::format("the torque is {} N mm, at most {} allowed", tau, max_tau));
   }
   if (out.substeps > params_.max_substeps || out.substeps < 0) {
-    Fail("I2", fmt::format("{} sub-steps, of at most {}", out.substeps, params_.max_substeps));
+    Fail("I2", fmt::format("{} substeps, at most {} allowed", out.substeps, params_.max_substeps));
   }
   if (out.iterations > params_.max_iterations || out.iterations < 0) {
-    Fail("I2", fmt::format("{} iterations, of at most {}", out.iterations, params_.max_iterations));
+    Fail("I2", fmt::format("{} iterations, at most {} allowed", out.iterations, params_.max_iterations));
   }
   if (out.thrust_sum_N < 0 || out.engaged_teeth < 0 || out.mean_E_MPa < 0 || out.mean_bite_mm < 0) {
     Fail("I2", fmt::format("thrust {} N, {} teeth, {} MPa, bite {} mm: one is negative", out.thrust_sum_N,
                            out.engaged_teeth, out.mean_E_MPa, out.mean_bite_mm));
   }
-  // A quaternion that is not quite of unit length stretches what it turns, by up to twice as much as its square is off.
+  // A quaternion whose length is not exactly 1 stretches what it rotates, by up to twice the error of its square.
   const Quat& q = out.X_WT.R_AB;
   const Quat& q_before = X_WT_.R_AB;
   const double off = std::max(std::abs(glm::dot(q, q) - 1), std::abs(glm::dot(q_before, q_before) - 1));
@@ -104,7 +100,7 @@ void Invariants::CheckBounds(const CoupledInput& in, const CoupledOutput& out) {
                            out.thrust_sum_N));
   }
   if (!(out.removed_mm3 >= 0)) Fail("I5", fmt::format("{} mm^3 removed", out.removed_mm3));
-  if (std::abs(in.rpm) < kLeastRpm && !slab_ && out.removed_mm3 != 0) {
+  if (std::abs(in.rpm) < kMinRpm && !slab_ && out.removed_mm3 != 0) {
     Fail("I5", fmt::format("{} mm^3 removed with the spindle stopped", out.removed_mm3));
   }
 }
@@ -112,7 +108,7 @@ void Invariants::CheckBounds(const CoupledInput& in, const CoupledOutput& out) {
 void Invariants::CheckAir(const CoupledInput& in, const CoupledOutput& out) {
   const bool lags = (out.status & kLagging) != 0;
   const bool asleep = (out.status & kCoupledAsleep) != 0;
-  // Nearer than 1.5 voxels is near (docs/tick.md).
+  // Bone closer than 1.5 voxels counts as near (docs/tick.md).
   const bool clear = !watch_->MayTouch(X_WT_, in.X_WH, 2 * h_) && !lags;
   if (asleep || clear) {
     if (out.f_H_W_N != Vec3(0) || out.tau_H_W_Nmm != Vec3(0)) {
@@ -126,12 +122,12 @@ void Invariants::CheckAir(const CoupledInput& in, const CoupledOutput& out) {
     if (out.removed_mm3 != 0 && !slab_) Fail("I3", fmt::format("in the air {} mm^3 were removed", out.removed_mm3));
     return;
   }
-  // Something was near, but nothing held the tool. What is left is the solver's residual, 1e-8 of 1 N.
+  // Bone was near, but nothing held the tool. The rest is the solver's residual, 1e-8 of 1 N.
   const bool held = out.engaged_teeth > 0 || out.f_cut_W_N != Vec3(0) || out.f_face_W_N != Vec3(0) ||
                     out.f_friction_W_N != Vec3(0) || out.thrust_sum_N != 0 || lags || out.fidelity == Fidelity::kSlab ||
                     (out.status & (kCoupledBlending | kCoupledIterationsUsedUp)) != 0;
   if (!held && glm::length(out.f_H_W_N) > 1e-6) {
-    Fail("I3", fmt::format("nothing holds the tool, and the force is {} N", Text(out.f_H_W_N)));
+    Fail("I3", fmt::format("nothing holds the tool, but the force is {} N", Text(out.f_H_W_N)));
   }
 }
 
@@ -141,60 +137,60 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   const SaturatingSpring torsion{c.torsion_Nmm_per_rad, c.max_torque_Nmm};
   const Vec3 f = spring.Force(out.X_WT.Point(c.p_TC_mm) - in.X_WH.Point(c.p_TC_mm));
   const Vec3 tau = torsion.Force(-out.X_WT.Vector(LogRotation(glm::conjugate(out.X_WT.R_AB) * in.X_WH.R_AB)));
-  // Positions are to 2e-16 of themselves, angles to 1e-15: what a stiff spring makes of that, and a damper of speeds.
+  // Errors of positions are 2e-16 (relative), of angles 1e-15: multiplied by a stiff spring, and speeds by a damper.
   const double far_mm = glm::length(in.X_WH.p_AB) + glm::length(c.p_TC_mm);
   const double dt_s = in.dt_s;
-  const double least_f = (1e-12 + 1e-15 * far_mm) * (c.stiffness_N_per_mm + c.damping_Ns_per_mm / dt_s) +
-                         1e-12 * (c.max_force_N + c.damping_Ns_per_mm * glm::length(in.v_H_W_mm_per_s));
-  const double least_tau = 1e-13 * (c.torsion_Nmm_per_rad + c.torsion_damping_Nmms / dt_s) +
-                           1e-12 * (c.max_torque_Nmm + c.torsion_damping_Nmms * glm::length(in.w_H_W_rad_per_s));
+  const double min_f = (1e-12 + 1e-15 * far_mm) * (c.stiffness_N_per_mm + c.damping_Ns_per_mm / dt_s) +
+                       1e-12 * (c.max_force_N + c.damping_Ns_per_mm * glm::length(in.v_H_W_mm_per_s));
+  const double min_tau = 1e-13 * (c.torsion_Nmm_per_rad + c.torsion_damping_Nmms / dt_s) +
+                         1e-12 * (c.max_torque_Nmm + c.torsion_damping_Nmms * glm::length(in.w_H_W_rad_per_s));
   const Vec3 f_rest = out.f_H_W_N - f;
   const Vec3 tau_rest = out.tau_H_W_Nmm - tau;
   const SaturatingSpring damper{c.damping_Ns_per_mm, c.max_force_N};
   const SaturatingSpring torsion_damper{c.torsion_damping_Nmms, c.max_torque_Nmm};
-  // The damper goes by how fast the handle leaves the tool behind. In a step that took all of the tick the tool's speed
-  // is its way; where nothing is met the damper does nothing.
+  // The damper's force depends on the speed of the handle relative to the tool. In a step over the whole tick the
+  // tool's speed is its motion in the step. Without contact the damper has no effect.
   const Vec3 v_T = (out.X_WT.Point(c.p_TC_mm) - X_WT_.Point(c.p_TC_mm)) / dt_s;
   const Vec3 w_T = X_WT_.Vector(LogRotation(glm::conjugate(X_WT_.R_AB) * out.X_WT.R_AB)) / dt_s;
   const Vec3 f_damper = -damper.Force(in.v_H_W_mm_per_s - v_T);
   const Vec3 tau_damper = -torsion_damper.Force(in.w_H_W_rad_per_s - w_T);
   const bool whole = out.substeps == 1 && (out.status & kLagging) == 0;
-  // Of more steps the last one's speed is not told: no more than the damper can give.
+  // With several substeps the speed of the last one is not known: the bound is the damper's maximum force.
   const bool parts = out.substeps > 0 && !whole;
-  const double most_f = c.damping_Ns_per_mm > 0 && parts ? c.max_force_N : 0;
-  const double most_tau = c.torsion_damping_Nmms > 0 && (parts || !turning_told_) ? c.max_torque_Nmm : 0;
-  const bool f_is_damped = whole && glm::length(f_rest - f_damper) <= least_f + 1e-9 * glm::length(f_damper);
-  const bool tau_is_damped = whole && glm::length(tau_rest - tau_damper) <= least_tau + 1e-9 * glm::length(tau_damper);
-  if (!(glm::length(f_rest) <= most_f + least_f) && !f_is_damped) {
+  const double max_f = c.damping_Ns_per_mm > 0 && parts ? c.max_force_N : 0;
+  const double max_tau = c.torsion_damping_Nmms > 0 && (parts || !turning_reported_) ? c.max_torque_Nmm : 0;
+  const bool f_is_damped = whole && glm::length(f_rest - f_damper) <= min_f + 1e-9 * glm::length(f_damper);
+  const bool tau_is_damped = whole && glm::length(tau_rest - tau_damper) <= min_tau + 1e-9 * glm::length(tau_damper);
+  if (!(glm::length(f_rest) <= max_f + min_f) && !f_is_damped) {
     Fail("I17", fmt::format("the force on the hand is {} N, but the spring between tool and handle gives {}, the "
                             "damper {}",
-                            Text(out.f_H_W_N), Text(f), whole ? Text(f_damper) : fmt::format("at most {}", most_f)));
+                            Text(out.f_H_W_N), Text(f), whole ? Text(f_damper) : fmt::format("at most {}", max_f)));
   }
-  // At half a turn either way round is as short.
-  if (CalcAngle(out.X_WT.R_AB, in.X_WH.R_AB) < 3.1 && !(glm::length(tau_rest) <= most_tau + least_tau) &&
+  // At half a turn both directions are equally short.
+  if (CalcTurnAngle(out.X_WT.R_AB, in.X_WH.R_AB) < 3.1 && !(glm::length(tau_rest) <= max_tau + min_tau) &&
       !tau_is_damped) {
     Fail("I17",
          fmt::format("the torque on the hand is {} N mm, but the spring between tool and handle gives {}, the "
                      "damper {}",
-                     Text(out.tau_H_W_Nmm), Text(tau), whole ? Text(tau_damper) : fmt::format("at most {}", most_tau)));
+                     Text(out.tau_H_W_Nmm), Text(tau), whole ? Text(tau_damper) : fmt::format("at most {}", max_tau)));
   }
-  // Of a step that took all of the tick the forces are those at its end, and the tool has no mass. They were worked out
-  // in the frame of its start, with small turns.
+  // In a step over the whole tick the forces are those at its end, and the tool has no mass. They were computed in the
+  // frame of its start, for small rotations.
   const bool one_step = out.substeps == 1 && (out.status & (kLagging | kCoupledIterationsUsedUp)) == 0 &&
                         out.fidelity != Fidelity::kSlab && (out.status & kCoupledBlending) == 0 &&
                         out.X_WT.p_AB != in.X_WH.p_AB;
   if (!one_step) return;
-  const double turned = CalcAngle(X_WT_.R_AB, out.X_WT.R_AB);
+  const double turned = CalcTurnAngle(X_WT_.R_AB, out.X_WT.R_AB);
   const double in_play = glm::length(out.f_H_W_N) + out.thrust_sum_N + glm::length(out.f_face_W_N) +
                          glm::length(out.f_friction_W_N) + glm::length(out.tau_H_W_Nmm) / CalcReach(params_.tool);
-  // A turned spring's arm: its point of attachment moves on a circle, not along its tangent.
+  // Lever arm of a rotated spring: its attachment moves on a circle instead of along its tangent.
   const double bent_mm = 0.5 * turned * turned * (glm::length(c.p_TC_mm) + CalcReach(params_.tool));
   const Vec3 left = out.f_cut_W_N + out.f_face_W_N + out.f_friction_W_N - out.f_H_W_N;
-  // Bone beyond steel makes the cutting's slope so steep that rounding of a speed shows; the slope goes with E.
+  // Bone stiffer than steel makes the cutting force so steep that rounding of a speed shows; the slope scales with E.
   const double residual = out.mean_E_MPa > 1e6 ? 1e-4 * std::max(1.0, out.mean_E_MPa / 1e7) : 1e-6;
   const double most = residual * (1 + in_play) + 2 * turned * in_play + c.stiffness_N_per_mm * bent_mm;
   if (!(glm::length(left) <= most)) {
-    Fail("I17", fmt::format("the tool has no mass, but {} N are left over of the forces on it (edge {}, faces {}, "
+    Fail("I17", fmt::format("the tool has no mass, but the forces on it add up to {} N (edge {}, faces {}, "
                             "friction {}, hand {})",
                             glm::length(left), Text(out.f_cut_W_N), Text(out.f_face_W_N), Text(out.f_friction_W_N),
                             Text(-out.f_H_W_N)));
@@ -205,21 +201,21 @@ void Invariants::CheckStep(const CoupledInput& in, const CoupledOutput& out) {
   const bool held =
       out.engaged_teeth > 0 || out.f_face_W_N != Vec3(0) || out.f_friction_W_N != Vec3(0) || out.thrust_sum_N != 0;
   if (out.substeps != 1 || !held || out.X_WT.p_AB == in.X_WH.p_AB) return;
-  // As docs/tick.md has it; the origin's way is a little bent where the tool turns.
+  // As in docs/tick.md. The origin's motion is slightly curved if the tool rotates.
   constexpr double kBent = 1.02;
   const Vec3 way = X_WT_.InverseVector(out.X_WT.p_AB - X_WT_.p_AB);
   const auto* disc = std::get_if<DiscSaw>(&params_.tool);
   const double across = disc ? std::hypot(way.x, way.y) : glm::length(way);
   if (!(across <= kBent * 0.5 * h_)) {
-    Fail("I7", fmt::format("the tool went {} voxels in one look at the bone", across / h_));
+    Fail("I7", fmt::format("the tool moved {} voxels in one look-up of the bone", across / h_));
   }
   if (!disc) return;
   const double tilt = glm::length(glm::cross(X_WT_.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})));
   const double along = std::abs(way.z) + tilt * disc->radius_mm();
-  // What it goes across comes to lie along the spindle by half of the tilt.
+  // With half of the tilt, motion across the spindle becomes motion along it.
   const double most = 0.25 * std::min(h_, disc->thickness_mm) + 0.5 * tilt * across;
   if (!(along <= kBent * most)) {
-    Fail("I7", fmt::format("the rim went {} mm along the spindle in one look at the bone, of at most {}", along, most));
+    Fail("I7", fmt::format("the rim moved {} mm along the spindle in one look-up, at most {} allowed", along, most));
   }
 }
 
@@ -235,48 +231,48 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
       std::abs(out.hand_mJ) + out.spindle_mJ + std::abs(out.stored_mJ) + out.cut_mJ + out.friction_mJ + out.damping_mJ;
   const double open =
       out.hand_mJ + out.spindle_mJ - out.stored_mJ - out.cut_mJ - out.friction_mJ - out.damping_mJ - out.numerical_mJ;
-  // Each account is kept by itself: what is left open is the work of the forces that the solver leaves out of balance,
-  // 1e-8 of those in play, which may be a thousand times those that do work; more when it ran out of iterations.
-  const double share = (out.status & kCoupledIterationsUsedUp) != 0 ? 1e-3 : 1e-5;
-  if (!(std::abs(open) <= share * in_play + 1e-8)) {
-    Fail("I15", fmt::format("the energy of the tick does not close by {} mJ of {}", open, in_play));
+  // Each energy is summed independently. The imbalance is the work of the forces that the solver leaves unbalanced:
+  // 1e-8 of all forces, which may be a thousand times those that do work; more if it ran out of iterations.
+  const double fraction = (out.status & kCoupledIterationsUsedUp) != 0 ? 1e-3 : 1e-5;
+  if (!(std::abs(open) <= fraction * in_play + 1e-8)) {
+    Fail("I15", fmt::format("the energy balance of the tick is off by {} mJ of {}", open, in_play));
   }
   if (out.cut_mJ < 0 || out.friction_mJ < 0 || out.damping_mJ < 0 || out.spindle_mJ < 0) {
     Fail("I15", fmt::format("cutting took {} mJ, friction {}, damping {}, the spindle gave {}: one is negative",
                             out.cut_mJ, out.friction_mJ, out.damping_mJ, out.spindle_mJ));
   }
-  if (std::abs(in.rpm) < kLeastRpm && (out.spindle_mJ != 0 || (out.cut_mJ != 0 && !slab_))) {
-    Fail("I15", fmt::format("the spindle stands still and gave {} mJ, cutting took {}", out.spindle_mJ, out.cut_mJ));
+  if (std::abs(in.rpm) < kMinRpm && (out.spindle_mJ != 0 || (out.cut_mJ != 0 && !slab_))) {
+    Fail("I15", fmt::format("the spindle is stopped, but gave {} mJ; cutting took {}", out.spindle_mJ, out.cut_mJ));
   }
-  // What the hand did: the handle moved first, with the tool held. In the air both move as one.
+  // Work of the hand: the handle moved first, with the tool held. In free air both move together.
   const double was = CalcCouplingEnergy(X_WT_, X_WH_);
   const double drawn = CalcCouplingEnergy(X_WT_, in.X_WH);
-  // Of poses far from the origin the last digits are lost.
+  // Far from the origin, poses lose their last digits.
   const double lost_mm = 1e-15 * glm::length(in.X_WH.p_AB);
   const double least = 1e-9 * (was + drawn) + 1e-9 + lost_mm * params_.coupling.max_force_N;
   const bool damped = params_.coupling.damping_Ns_per_mm > 0 || params_.coupling.torsion_damping_Nmms > 0;
   if (!damped && out.hand_mJ != 0 && !(std::abs(out.hand_mJ - (drawn - was)) <= least)) {
-    Fail("I15", fmt::format("the hand did {} mJ, but the spring was drawn by {}", out.hand_mJ, drawn - was));
+    Fail("I15", fmt::format("the hand did {} mJ of work, but the spring gained {}", out.hand_mJ, drawn - was));
   }
   if (!damped && out.hand_mJ == 0 && std::abs(drawn - was) > least && glm::length(out.f_H_W_N) > 1e-6) {
-    Fail("I15", fmt::format("the hand drew the spring by {} mJ, and no work of it is told", drawn - was));
+    Fail("I15", fmt::format("the hand stretched the spring by {} mJ, but no work is reported", drawn - was));
   }
   hand_mJ_ += out.hand_mJ;
   spindle_mJ_ += out.spindle_mJ;
   stored_mJ_ += out.stored_mJ;
   lost_mJ_ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
   const double put_in_mJ = hand_mJ_ + spindle_mJ_ + set_down_mJ_;
-  most_mJ_ = std::max(most_mJ_, std::abs(hand_mJ_) + std::abs(spindle_mJ_) + std::abs(set_down_mJ_));
-  const double rounding = 1e-7 * (1 + most_mJ_);  // the solver's residual, of the forces, over all the way
+  max_mJ_ = std::max(max_mJ_, std::abs(hand_mJ_) + std::abs(spindle_mJ_) + std::abs(set_down_mJ_));
+  const double rounding = 1e-7 * (1 + max_mJ_);  // the solver's residual of the forces, over the whole motion
   const double coupling_mJ = CalcCouplingEnergy(out.X_WT, in.X_WH);
-  if (!(stored_mJ_ >= coupling_mJ - 1e-9 * (1 + most_mJ_))) {
+  if (!(stored_mJ_ >= coupling_mJ - 1e-9 * (1 + max_mJ_))) {
     Fail("I15", fmt::format("{} mJ are stored, but the coupling's spring alone holds {}", stored_mJ_, coupling_mJ));
   }
   if (!(lost_mJ_ >= -rounding)) {
-    Fail("I15", fmt::format("cut + friction + numerical have come to {} mJ since the start", lost_mJ_));
+    Fail("I15", fmt::format("cut + friction + numerical add up to {} mJ since the start", lost_mJ_));
   }
   if (!(put_in_mJ >= -rounding)) {
-    Fail("I15", fmt::format("the hand has put in {} mJ, the spindle {}: less than nothing", hand_mJ_, spindle_mJ_));
+    Fail("I15", fmt::format("the hand has put in {} mJ, the spindle {}: the sum is negative", hand_mJ_, spindle_mJ_));
   }
 }
 
@@ -286,20 +282,20 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
   if ((out.status & kCoupledBadPose) != 0) {
     if (out.f_H_W_N != Vec3(0) || out.tau_H_W_Nmm != Vec3(0) || out.removed_mm3 != 0 || out.hand_mJ != 0 ||
         out.X_WT.p_AB != X_WT_.p_AB || out.X_WT.R_AB != X_WT_.R_AB) {
-      Fail("I3", "a bad input was not left undone");
+      Fail("I3", "a bad input had an effect");
     }
     f_H_W_N_ = tau_H_W_Nmm_ = Vec3(0);
     return;
   }
   if (!IsValid(in.X_WH) || !IsFinite(in.v_H_W_mm_per_s) || !IsFinite(in.w_H_W_rad_per_s) || !std::isfinite(in.rpm) ||
       !std::isfinite(in.dt_s)) {
-    Fail("I1", "an input that is not finite was taken for good");
+    Fail("I1", "an input that is not finite was accepted");
     return;
   }
   if ((out.status & kCoupledNoTime) != 0) {
     if (out.removed_mm3 != 0 || out.hand_mJ != 0 || out.X_WT.p_AB != X_WT_.p_AB || out.X_WT.R_AB != X_WT_.R_AB ||
         out.f_H_W_N != f_H_W_N_ || out.tau_H_W_Nmm != tau_H_W_Nmm_) {
-      Fail("I3", "in no time something happened");
+      Fail("I3", "a time step that is too short had an effect");
     }
     return;
   }
@@ -312,7 +308,7 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
   removed_mm3_ += out.removed_mm3;
   removed_since_check_mm3_ += out.removed_mm3;
   if (options_.watch_bone) {
-    // Steps within a tick need not lie in a line, but none is longer than three quarters of a voxel.
+    // Substeps within a tick may deviate from a line, but each is at most three quarters of a voxel long.
     const double way_mm = glm::length(out.X_WT.p_AB - X_WT_.p_AB);
     const double steps_mm = 0.75 * h_ * out.substeps;
     double stray_mm = 0;
@@ -321,8 +317,8 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
       stray_mm += way_mm < steps_mm ? 0.5 * std::sqrt(steps_mm * steps_mm - way_mm * way_mm) : steps_mm;
     }
     const bool cut =
-        out.substeps > 0 && std::abs(in.rpm) >= kLeastRpm && !slab_ && (out.status & (kLagging | kCoupledAsleep)) == 0;
-    // Through the air it goes towards the handle.
+        out.substeps > 0 && std::abs(in.rpm) >= kMinRpm && !slab_ && (out.status & (kLagging | kCoupledAsleep)) == 0;
+    // In free air it moves towards the handle.
     if (out.substeps > 1 && way_mm > steps_mm) watch_->Move(X_WT_, in.X_WH, stray_mm, false);
     watch_->Move(X_WT_, out.X_WT, stray_mm, cut);
   }
@@ -340,7 +336,7 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
     tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
     tick.dt_s = in.dt_s;
     tick.rpm = in.rpm;
-    turning_told_ = false;
+    turning_reported_ = false;
     Tick(tick, out.coupled);
   } else {
     ++ticks_;
@@ -353,27 +349,27 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
   const bool turns = d.profile.degrees_of_freedom == 6;
   const double peak_tau = turns ? d.profile.peak_torque_Nmm : 0;
   if (!IsFinite(f) || !IsFinite(tau)) {
-    Fail("I1", fmt::format("the device is given {} N, {} N mm", Text(f), Text(tau)));
+    Fail("I1", fmt::format("the device gets {} N, {} N mm", Text(f), Text(tau)));
     return;
   }
   if (!(std::hypot(f.x, f.y, f.z) <= peak) || !(glm::length(f) <= peak)) {
-    Fail("I2", fmt::format("the device is given {} N, its peak is {}", glm::length(f), peak));
+    Fail("I2", fmt::format("the device gets {} N, but its peak is {}", glm::length(f), peak));
   }
   if (!(std::hypot(tau.x, tau.y, tau.z) <= peak_tau)) {
-    Fail("I2", fmt::format("the device is given {} N mm, its peak is {}", glm::length(tau), peak_tau));
+    Fail("I2", fmt::format("the device gets {} N mm, but its peak is {}", glm::length(tau), peak_tau));
   }
   const double dt_s = std::min({in.dt_s, in.slew_dt_s, 0.1});
   const double slew = d.force_map.slew_N_per_s > 0 ? d.force_map.slew_N_per_s : peak / 0.005;
   const double slew_tau = d.force_map.slew_Nmm_per_s > 0 ? d.force_map.slew_Nmm_per_s : peak_tau / 0.005;
   if (out.faults != kHapticOk) {
     if (f != Vec3(0) || tau != Vec3(0)) {
-      Fail("I3", fmt::format("the device is given {} N with a fault ({})", Text(f), out.faults));
+      Fail("I3", fmt::format("the device gets {} N despite a fault ({})", Text(f), out.faults));
     }
   } else if ((out.force.status & kForceMapThermalLimited) == 0) {
     const double step = glm::length(f - d.f_N);
     const double step_tau = glm::length(tau - d.tau_Nmm);
     if (!(step <= slew * dt_s * (1 + 1e-9)) || !(step_tau <= slew_tau * dt_s * (1 + 1e-9))) {
-      Fail("I2", fmt::format("the device's force changes by {} N, {} N mm in {} s; the slew is {} N/s, {} N mm/s", step,
+      Fail("I2", fmt::format("the device force changes by {} N, {} N mm in {} s; the slew is {} N/s, {} N mm/s", step,
                              step_tau, dt_s, slew, slew_tau));
     }
   }
@@ -381,16 +377,16 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
   const Vec3& asked = out.coupled.f_H_W_N;
   if (!(glm::length(f) <= std::max(glm::length(d.f_N), scale * glm::length(asked)) * (1 + 1e-12))) {
     Fail("I2",
-         fmt::format("the device is given {} N for {} N, at a scale of {}", glm::length(f), glm::length(asked), scale));
+         fmt::format("the device gets {} N for {} N, at a scale of {}", glm::length(f), glm::length(asked), scale));
   }
   if (out.faults == kHapticOk && (out.force.status & (kForceMapSlewLimited | kForceMapThermalLimited)) == 0) {
     const double off = glm::length(glm::cross(f, asked));
     if (!(off <= 1e-9 * glm::length(f) * glm::length(asked)) || glm::dot(f, asked) < 0) {
-      Fail("I2", fmt::format("the device is given {} N for {} N: another direction", Text(f), Text(asked)));
+      Fail("I2", fmt::format("the device gets {} N for {} N: another direction", Text(f), Text(asked)));
     }
     if (out.force.ramp == 1 && (out.force.status & kForceMapForceLimited) == 0 &&
         !(glm::length(f - scale * asked) <= 1e-12 * peak)) {
-      Fail("I2", fmt::format("the device is given {} N for {} N, at a scale of {}", Text(f), Text(asked), scale));
+      Fail("I2", fmt::format("the device gets {} N for {} N, at a scale of {}", Text(f), Text(asked), scale));
     }
   }
   d.f_N = f;
@@ -400,7 +396,7 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
 void Invariants::SetDown(const Pose& X_WT) {
   X_WT_ = X_WT;
   f_H_W_N_ = tau_H_W_Nmm_ = Vec3(0);
-  // The springs start anew, by nobody's work.
+  // The springs start again, without work by the hand.
   const double stored_mJ = CalcCouplingEnergy(X_WT_, X_WH_);
   set_down_mJ_ += stored_mJ - stored_mJ_;
   stored_mJ_ = stored_mJ;
@@ -441,7 +437,7 @@ void PathInvariants::Tick(const TickInput& in, const TickOutput& out) {
   }
   const bool nothing = out.f_T_W_N == Vec3(0) && out.tau_TG_W_Nmm == Vec3(0) && out.removed_mm3 == 0;
   if (out.status & (kTickBadPose | kTickSpindleStopped)) {
-    if (!nothing) Fail("I3", "something was done with the spindle stopped, or by a bad pose");
+    if (!nothing) Fail("I3", "a stopped spindle or a bad pose had an effect");
     if (out.status & kTickSpindleStopped) X_WT_ = in.X_WT;
     return;
   }
@@ -454,7 +450,7 @@ void PathInvariants::Tick(const TickInput& in, const TickOutput& out) {
   if (!watch_.MayTouch(X_WT_, in.X_WT, 2 * h) && !nothing) {
     Fail("I3", fmt::format("in the air the force is {} N, {} mm^3 are removed", Text(out.f_T_W_N), out.removed_mm3));
   }
-  // Straight, at constant turning speed, against the feed.
+  // Straight motion at constant rotational speed, against the feed.
   if (in.X_WT.R_AB == X_WT_.R_AB && glm::dot(out.f_T_W_N, in.X_WT.p_AB - X_WT_.p_AB) > 1e-9 * out.thrust_sum_N) {
     Fail("I15", fmt::format("the force {} N pulls along the feed", Text(out.f_T_W_N)));
   }

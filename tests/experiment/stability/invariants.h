@@ -1,4 +1,4 @@
-// What must hold in every tick and at the end, whatever hand, device and bone do.
+// Invariants of every tick and of the end of a run, for any hand, device and bone.
 #pragma once
 
 #include <map>
@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "base/core/vectors.h"
 #include "experiment/stability/bone_watch.h"
 #include "kerf/coupled.h"
 #include "kerf/simulation.h"
@@ -13,50 +14,52 @@
 
 namespace kerf::test {
 
-/// Looks at what goes into a coupled simulation and what comes out, tick by tick. Make it before the first tick:
+/// Checks the inputs and outputs of a coupled simulation, tick by tick. Construct it before the first tick:
 ///
 ///   Invariants invariants(simulation, X_start);
 ///   ... invariants.Tick(in, out);             // after each tick; or Step() after each HapticStep
-///   ... invariants.CheckBone();               // at the end, or now and then
+///   ... invariants.CheckBone();               // at the end, or at intervals
 ///
-/// What does not hold is a failure of the test, told once for each invariant with the tick and the figure.
+/// A violation is a failure of the test. It is reported once per invariant, with the tick and the figure.
 ///
-///   I1 all is finite
-///   I2 spring and damper give no more than their limits; the device no more than its peak, to the last bit, and no
-///      more change than its slew
-///   I3 nothing touched: no force, and the tool is where the handle is
+///   I1 all values are finite
+///   I2 spring and damper stay within their limits; the device's force never exceeds its peak, to the last bit, nor
+///      its slew
+///   I3 without contact: no force, and the tool is at the handle
 ///   I4 to I7: see BoneWatch
-///   I15 the energy of the tick closes; what is lost for good is never negative; the sums since the start never fall
-///      below what coupled.h promises
-///   I7 in one look at the bone the tool goes half a voxel at most, or a quarter of disc or voxel along the spindle
-///   I17 the force on the hand is the spring's between the poses that were given out and the damper's at the speed that
-///      the handle and the tool had, and what holds the tool from the other side is as large
+///   I15 the energy of the tick balances; dissipated energy is never negative; the sums since the start never fall
+///      below the limits that coupled.h states
+///   I7 between two look-ups of the bone the tool moves at most half a voxel, or a quarter of the disc's thickness or
+///      of a voxel along the spindle
+///   I17 the force on the hand is the sum of the spring's between the output poses and the damper's at the speeds of
+///      handle and tool; the forces on the other side of the tool are as large
 class Invariants {
  public:
   struct Options {
-    bool watch_bone = true;  // else CheckBone() does nothing: for very long runs
-    bool report = true;      // failures of the test; else only in violations()
+    bool watch_bone = true;  // otherwise CheckBone() does nothing: for very long runs
+    bool report = true;      // violations fail the test; otherwise only in violations()
   };
   Invariants(CoupledSimulation& simulation, const Pose& X_WT_start, const Options& options);
   Invariants(CoupledSimulation& simulation, const Pose& X_WT_start)
       : Invariants(simulation, X_WT_start, Options{true, true}) {}
 
-  /// The device that the forces go to, for Step().
+  /// Sets the device that receives the forces, for Step().
   void WatchDevice(const DeviceProfile& profile, const ForceMapParams& force_map = {});
 
   void Tick(const CoupledInput& in, const CoupledOutput& out);
   void Step(const HapticStepInput& in, const HapticStepOutput& out);
-  /// The simulation was told to SetDown() there.
+  /// Must be called after SetDown() of the simulation.
   void SetDown(const Pose& X_WT);
-  /// The simulation is in the same state as when this was made anew: not, say, an output of it.
+  /// Checks the simulation's bone, I4 to I7. The simulation passed to the constructor must be the one that ran the
+  /// ticks.
   void CheckBone();
 
-  /// By invariant, the first of its kind.
+  /// First violation of each invariant.
   const std::map<std::string, std::string>& violations() const { return violations_; }
   bool ok() const { return violations_.empty(); }
 
   std::int64_t ticks() const { return ticks_; }
-  double removed_mm3() const { return removed_mm3_; }  // by the ticks
+  double removed_mm3() const { return removed_mm3_; }  // sum over the ticks
   double largest_force_N() const { return largest_force_N_; }
   double hand_mJ() const { return hand_mJ_; }
   double spindle_mJ() const { return spindle_mJ_; }
@@ -83,13 +86,13 @@ class Invariants {
   Vec3 f_H_W_N_{0};
   Vec3 tau_H_W_Nmm_{0};
   std::int64_t ticks_ = 0;
-  bool slab_ = false;  // any of it has been done by the slab's law: removed later
+  bool slab_ = false;  // true after any tick with the slab's law: its bone is removed later
   double removed_mm3_ = 0;
   double removed_since_check_mm3_ = 0;
   double largest_force_N_ = 0;
-  double hand_mJ_ = 0, spindle_mJ_ = 0, stored_mJ_ = 0, lost_mJ_ = 0, most_mJ_ = 0;
-  bool turning_told_ = true;  // a HapticStep does not tell the handle's turning rate
-  double set_down_mJ_ = 0;    // what setting down drew the springs by
+  double hand_mJ_ = 0, spindle_mJ_ = 0, stored_mJ_ = 0, lost_mJ_ = 0, max_mJ_ = 0;
+  bool turning_reported_ = true;  // false for a HapticStep, which does not report the handle's rate of rotation
+  double set_down_mJ_ = 0;        // energy that setting down stored in the springs
 
   struct Watched {
     DeviceProfile profile;
@@ -101,7 +104,7 @@ class Invariants {
   std::map<std::string, std::string> violations_;
 };
 
-/// The same for a tool on a path: I1, I3 to I7, and forces that resist.
+/// The same for a tool on a path: I1, I3 to I7, and forces that resist the motion.
 class PathInvariants {
  public:
   PathInvariants(Simulation& simulation, const SimulationParams& params, const Pose& X_WT_start, bool report = true);

@@ -1,4 +1,4 @@
-// The checker itself: it is content with what the simulation does, and sees each thing that must not be.
+// Tests of the checker: it accepts the simulation's results and detects each kind of fault.
 #include "experiment/stability/invariants.h"
 
 #include <gtest/gtest.h>
@@ -8,14 +8,12 @@
 #include "bone/grid/set_leaf.h"
 #include "cut/hand_sim/hands.h"
 #include "loop/haptics/held_saw.h"
+#include "support/saw.h"
 
 namespace kerf::test {
 namespace {
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-
-/// A cut into a small block: the ticks as they were, to be told again with a fault.
+/// A cut into a small block. Its ticks are recorded and then checked again with a fault.
 struct Cut {
   Cut() : X_start(DiscPose({}, {0, 0, 3 + kR + 0.5})) {
     const Bone bone = MakeBox({}, {10, 3, 6}, 0.2);
@@ -30,7 +28,7 @@ struct Cut {
   std::vector<CoupledOutput> outs;
 };
 
-/// What is found when `change` has been made to the outputs.
+/// Returns the violations after `change` has been applied to the outputs.
 std::map<std::string, std::string> TellWith(const std::function<void(std::vector<CoupledOutput>&)>& change) {
   static const Cut cut;
   CoupledSimulation simulation(MakeBox({}, {10, 3, 6}, 0.2), DiscParams(), cut.X_start);
@@ -70,7 +68,7 @@ TEST(Invariants, EachIsSeenToFail) {
       {"I15", [](auto& o) { o[250].numerical_mJ += 1e-5; }},
       {"I15", [](auto& o) { o[250].cut_mJ *= -1; }},
       {"I15", [](auto& o) { o[250].hand_mJ *= 1.01; }},
-      // All that the ticks lost, given back.
+      // All dissipated energy of the ticks, returned.
       {"I15",
        [](auto& o) {
          o[250].numerical_mJ -= 10;
@@ -93,8 +91,8 @@ TEST(Invariants, EachIsSeenToFail) {
   }
 }
 
-// A coupling with a damper, as every device's has: the force may be the spring's and that of the damper at the speed
-// given, and no other.
+// A coupling with a damper, as for every device: the only valid force is the sum of the spring's and the damper's at
+// the given speed.
 TEST(Invariants, TheDampersForceIsHeldToItsSpeed) {
   CoupledParams params = DiscParams();
   params.coupling.damping_Ns_per_mm = 0.002;
@@ -131,7 +129,7 @@ TEST(Invariants, AFailureNamesTheTickAndTheFigureOnce) {
   EXPECT_EQ(violations.at("I5"), "I5 in tick 251: -0.5 mm^3 removed");
 }
 
-/// Cuts and jumps, with the bone looked at in between and at the end.
+/// Cuts and jumps, with checks of the bone in between and at the end.
 void CutAndJump(CoupledSimulation& simulation, Invariants& invariants) {
   const auto tick = [&](const Vec3& p, double rpm = 7500) {
     const CoupledInput in = Handle(DiscPose({}, p), rpm);
@@ -157,9 +155,9 @@ TEST(Invariants, HoldOverCutsAndJumps) {
   EXPECT_GT(invariants.removed_mm3(), 3);
 }
 
-/// The bone of a cut, changed behind the simulation's back.
+/// Returns the violations for the bone of a cut after `change` has been applied to it.
 std::vector<std::string> WatchWith(const std::function<void(Bone&)>& change, double removed_times = 1,
-                                   const Vec3& told_off = Vec3(0)) {
+                                   const Vec3& reported_off = Vec3(0)) {
   const Pose X_start = DiscPose({}, {0, 0, 3 + kR + 0.3});
   const Bone before = MakeBox({}, {10, 3, 6}, 0.2);
   CoupledSimulation simulation(before, DiscParams(), X_start);
@@ -168,10 +166,10 @@ std::vector<std::string> WatchWith(const std::function<void(Bone&)>& change, dou
   double removed = 0;
   for (int i = 0; i < 300; ++i) {
     const CoupledOutput out = simulation.Tick(Handle(DiscPose({}, {0.002 * i, 0, 3 + kR + 0.3 - 0.01 * i})));
-    Pose told = out.X_WT;
-    told.p_AB += told_off;
-    watch.Move(X, told, 0, out.substeps > 0);
-    X = told;
+    Pose reported = out.X_WT;
+    reported.p_AB += reported_off;
+    watch.Move(X, reported, 0, out.substeps > 0);
+    X = reported;
     removed += out.removed_mm3;
   }
   double exact = 0;
@@ -198,12 +196,12 @@ void AddAt(Bone& bone, const LeafIndex& leaf, float value) {
 
 TEST(BoneWatch, SeesWhatMustNotBe) {
   EXPECT_TRUE(WatchWith([](Bone&) {}).empty());
-  // A voxel at (-1.6, 0, 0), 0.3 mm below the kerf's floor and more; another far from the tool.
+  // A voxel at (-1.6, 0, 0), at least 0.3 mm below the kerf's floor; another one far from the tool.
   EXPECT_TRUE(Contains(WatchWith([](Bone& b) { AddAt(b, {-1, 0, 0}, -0.01f); }), "I5"));
   EXPECT_TRUE(Contains(WatchWith([](Bone& b) { AddAt(b, {-3, 0, 0}, 0.01f); }), "I6"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1.001), "I4"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 0.999), "I4"));
-  // The tool was in truth a tenth of a voxel elsewhere.
+  // The tool's real position differed by a tenth of a voxel.
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1, {0, 0.02, 0}), "I6"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1, {0, 0.02, 0}), "I7"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1, {0, 0, -0.02}), "I7"));

@@ -1,4 +1,4 @@
-// The finder of margins against what theory says of a sampled spring, and against loops with known ends.
+// Tests of the search for stability margins against the theory of a sampled spring and against loops with known limits.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ StabilitySubject MakeSubject(const std::string& profile = "omega_6", const std::
   return subject;
 }
 
-/// The rule's stiffness for a loop as it is set up, and the gain at which its own comes up to that.
+/// Returns the rule's stiffness for a loop as set up, divided by the loop's own: the gain at the limit.
 double CalcRuleGain(const ClosedLoopSetup& setup) {
   const double scale = ForceMap(setup.profile, setup.force_map).force_scale();
   return CalcCouplingLimits(setup.profile, setup.hand, setup.coupled.coupling, scale, 0, setup.period_s,
@@ -34,9 +34,9 @@ double CalcRuleGain(const ClosedLoopSetup& setup) {
          setup.coupled.coupling.stiffness_N_per_mm;
 }
 
-// On solid bone with the spindle stopped the loop is a sampled spring. What the rule leaves out (terms of K T^2 / m and
-// b T / m) is worth up to 1.3 % for these masses; the finder's bisection ends within 1 %; the bone's own give (2 N/um
-// for each tooth on it) is in series with the spring, 0.1 % at 1 N/mm and 2 % at the stiffest gain found here.
+// On solid bone with the spindle stopped the loop is a sampled spring. The rule neglects terms of order K T^2 / m and
+// b T / m, up to 1.3 % for these masses. The bisection ends within 1 %. The bone's own compliance (2 N/um for each
+// tooth in contact) is in series with the spring: 0.1 % at 1 N/mm and 2 % at the largest gain found here.
 TEST(Margins, GainMarginOnSolidBoneIsThatOfTheRuleForASampledSpring) {
   Verdict verdict("holds");
   const StabilitySubject subject = MakeSubject();
@@ -55,10 +55,11 @@ TEST(Margins, GainMarginOnSolidBoneIsThatOfTheRuleForASampledSpring) {
       fmt::print("{} delay {}: gain {:.2f}, rule {:.2f}\n", hand, delay, found.gain, rule);
     }
   }
-  verdict.AtMost("gain margin off the rule", 100 * worst, 3, "%");
+  verdict.AtMost("deviation of the gain margin from the rule", 100 * worst, 3, "%");
 }
 
-// K < 2 b / (T (1 + 2 d)): at a K of 1/(2n) of the limit without delay, n - 1 ticks of delay are borne and n are not.
+// K < 2 b / (T (1 + 2 d)): at K = 1/(2n) of the limit without delay, the loop tolerates n - 1 ticks of delay, but not
+// n.
 TEST(Margins, DelayMarginOnSolidBoneIsThatOfTheRule) {
   const StabilitySubject subject = MakeSubject();
   const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
@@ -72,11 +73,12 @@ TEST(Margins, DelayMarginOnSolidBoneIsThatOfTheRule) {
   }
 }
 
-// Without damping of the coupling the border of the map is where the rule has it: a point 15 % to either side is told
-// rightly. omega_6 and H1: 4 N/mm on the device. The coupling's damping B would add 2 B / T, were the handle's velocity
-// known at once; from an encoder it comes late, and most of that is lost: so FitCoupling() does not count on it.
+// Without damping of the coupling, the border of the map agrees with the rule: points 15 % to either side are
+// classified correctly. omega_6 and H1: 4 N/mm on the device. The coupling's damping B would add 2 B / T if the
+// handle's velocity were known at once. From an encoder it is delayed and most of the effect is lost, so FitCoupling()
+// neglects it.
 TEST(Map, HasItsBorderWhereTheRuleHasIt) {
-  Verdict verdict("holds, but the damping of the coupling moves the border by less than the rule says");
+  Verdict verdict("holds, but the damping of the coupling moves the border by less than the rule predicts");
   const StabilitySubject subject = MakeSubject("omega_6", "H1");
   const double scale = 12.0 / 28;
   const double border = 4 / scale;
@@ -91,7 +93,7 @@ TEST(Map, HasItsBorderWhereTheRuleHasIt) {
   EXPECT_EQ(map.behaviour[4], Behaviour::kStable);
   EXPECT_EQ(map.behaviour[5], Behaviour::kStable);
   EXPECT_NE(map.behaviour[7], Behaviour::kStable);  // the rule's border with that damping
-  verdict.Equal("points that the rule places rightly without damping, of 4",
+  verdict.Equal("points, out of 4, classified correctly by the rule without damping",
                 (map.behaviour[0] == Behaviour::kStable) + (map.behaviour[1] == Behaviour::kStable) +
                     (map.behaviour[2] != Behaviour::kStable) + (map.behaviour[3] != Behaviour::kStable),
                 4);
@@ -104,15 +106,15 @@ TEST(Margins, AreJudgedByWhatIsKnown) {
   EXPECT_EQ(judge(2, false, 1, false), Judgement::kHolds);
   EXPECT_EQ(judge(1.9, false, 1, false), Judgement::kBroken);
   EXPECT_EQ(judge(3, false, 0, false), Judgement::kBroken);
-  // At least so much, and more could not be tried.
+  // The value is a lower bound, and larger ones could not be tried.
   EXPECT_EQ(judge(1.9, true, 1, false), Judgement::kNotJudged);
   EXPECT_EQ(judge(3, false, 0, true), Judgement::kNotJudged);
   EXPECT_EQ(judge(1.9, true, 0, false), Judgement::kBroken);
   EXPECT_EQ((Margins{0, false, 0, false, "off the bone"}.Judge(2, 1)), Judgement::kNotJudged);
 }
 
-// A ledge that the tool is through before a kick could die out: nothing is said of the loop. In bone that is thick
-// enough, and with ten times what the loop holds, the same finder says that it is not stable.
+// A ledge so thin that the tool is through before a kick could decay: the loop is not judged. In bone that is thick
+// enough, and with ten times the stable gain, the same search reports that it is unstable.
 TEST(Margins, AreNotJudgedThroughTheBone) {
   StabilitySubject subject = MakeSubject("ideal", "H4");
   subject.setup.hand.stiffness_N_per_mm = 0;
@@ -127,7 +129,7 @@ TEST(Margins, AreNotJudgedThroughTheBone) {
   }
 }
 
-// The disc meets the edge of a block 27 degrees below its middle: pushed squarely it stays there.
+// The disc touches the edge of a block 27 degrees below its centre. Pushed along the edge's normal it stays there.
 TEST(Margins, AreThoseOfTheRuleOnAnEdgeThatIsMetAslant) {
   StabilitySubject subject = MakeSubject();
   subject.into_W = Vec3(1, 0, 0);
@@ -140,8 +142,8 @@ TEST(Margins, AreThoseOfTheRuleOnAnEdgeThatIsMetAslant) {
   EXPECT_GE(found.delay_ticks, 1);
 }
 
-// A damper beyond the critical lets a kick creep back without a swing; what then turns to and fro is rounding, and no
-// swing that grows. The rate at which it creeps is k / b, or faster.
+// With a damper above the critical value a kick decays without oscillation. Remaining reversals are rounding errors,
+// not a growing oscillation. The decay rate is at least k / b.
 TEST(Margins, ALoopThatCreepsBackIsStable) {
   const StabilitySubject subject = MakeSubject();
   const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
@@ -155,7 +157,7 @@ TEST(Margins, ALoopThatCreepsBackIsStable) {
   }
 }
 
-// A slow swing is flat at its tops, and a dent there, of rounding, is no swing: a touch in H3, at 2 Hz.
+// A slow oscillation is flat at its maxima, and a dent there due to rounding is no oscillation: a touch in H3, at 2 Hz.
 TEST(Margins, ADentInATopIsNoSwing) {
   StabilitySubject subject = MakeSubject();
   subject.setup = FitSetup(subject.setup, FindDeviceProfile("touch"), FindHandModel("H3"), FindHandModel("H3"));
@@ -169,8 +171,8 @@ TEST(Margins, ADentInATopIsNoSwing) {
   }
 }
 
-// A device without friction and encoder steps is linear: as it is it bears the gain that it bears when they are left
-// out on purpose. Up to 15 % less: of a kick that dies out slower than within eight swings it is not known.
+// A device without friction and encoder steps is linear: the gain margin of the device as it is equals that with both
+// disabled. Up to 15 % less: a kick that does not decay within eight oscillations is not judged.
 TEST(Margins, AsTheDeviceIsEndWhereTheLinearOnesDoWhenItIsLinear) {
   StabilitySubject subject;
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 12));

@@ -1,4 +1,4 @@
-// The measures on signals of which they are known.
+// Tests of the measures on signals with known results.
 #include "experiment/stability/measures.h"
 
 #include <gtest/gtest.h>
@@ -15,21 +15,20 @@
 namespace kerf {
 namespace {
 
-constexpr double kDt_s = 0.001;
-constexpr double kPi = std::numbers::pi;
+constexpr double kMeasuresDt_s = 0.001;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::vector<double> Make(int n, const std::function<double(double)>& of_time) {
   std::vector<double> x;
-  for (int i = 0; i < n; ++i) x.push_back(of_time(i * kDt_s));
+  for (int i = 0; i < n; ++i) x.push_back(of_time(i * kMeasuresDt_s));
   return x;
 }
 double Wave(double t_s, double f_Hz, double phase = 0.3) {
-  return std::sin(2 * kPi * f_Hz * t_s + phase);
+  return std::sin(2 * std::numbers::pi * f_Hz * t_s + phase);
 }
 
-/// Evenly distributed, mean 0, variance 1; the same bits everywhere.
+/// Uniform noise with mean 0 and variance 1; the same bits on every machine.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed = 1) : engine_(seed) {}
@@ -52,22 +51,22 @@ TEST(Noise, IsTheRmsOfAllAxesAbove20Hz) {
   // 0.998 (tests/base/core/high_pass_test.cpp).
   std::vector<Vec3> f;
   for (int i = 0; i < 5000; ++i) {
-    const double t = i * kDt_s;
+    const double t = i * kMeasuresDt_s;
     f.emplace_back(0.03 * Wave(t, 100), 0.04 * Wave(t, 100, 1), 5 + 2 * Wave(t, 0.5));
   }
-  EXPECT_NEAR(CalcNoise(f, kDt_s), 0.05 / std::numbers::sqrt2, 0.01 * 0.05);
-  // Of 40 Hz a filter from 200 Hz leaves r^4 / (1 + r^4), r = 0.2 or so.
+  EXPECT_NEAR(CalcNoise(f, kMeasuresDt_s), 0.05 / std::numbers::sqrt2, 0.01 * 0.05);
+  // At 40 Hz a filter from 200 Hz has the gain r^4 / (1 + r^4), r about 0.2.
   const std::vector<Vec3> slow = Along({0, 1, 0}, Make(5000, [](double t) { return Wave(t, 40); }));
-  EXPECT_LT(CalcNoise(slow, kDt_s, 200), 0.01);
-  EXPECT_GT(CalcNoise(slow, kDt_s, 20), 0.6);
+  EXPECT_LT(CalcNoise(slow, kMeasuresDt_s, 200), 0.01);
+  EXPECT_GT(CalcNoise(slow, kMeasuresDt_s, 20), 0.6);
 }
 
-TEST(Noise, OfWhiteNoiseIsTheShareOfTheBandAbove) {
-  // Power of the filter |H|^4 over 20 to 500 Hz: 0.955 of all (integrated numerically here).
-  double share = 0;
+TEST(Noise, OfWhiteNoiseIsTheFractionOfTheBandAbove) {
+  // Power of the filter |H|^4 over 20 to 500 Hz: 0.955 of the whole band (integrated numerically here).
+  double fraction = 0;
   for (int k = 0; k < 100000; ++k) {
-    const double r = std::tan(kPi * (k + 0.5) / 100000 * 0.5) / std::tan(kPi * 0.02);
-    share += std::pow(std::pow(r, 4) / (1 + std::pow(r, 4)), 2) / 100000;
+    const double r = std::tan(std::numbers::pi * (k + 0.5) / 100000 * 0.5) / std::tan(std::numbers::pi * 0.02);
+    fraction += std::pow(std::pow(r, 4) / (1 + std::pow(r, 4)), 2) / 100000;
   }
   Noise noise;
   std::vector<Vec3> f;
@@ -76,29 +75,29 @@ TEST(Noise, OfWhiteNoiseIsTheShareOfTheBandAbove) {
     const double y = 0.1 * noise();
     f.emplace_back(x, y, 0.1 * noise());
   }
-  // 60,000 values: 0.5 %, three standard deviations 1 %.
-  EXPECT_NEAR(CalcNoise(f, kDt_s), 0.1 * std::sqrt(3 * share), 0.01 * 0.1 * std::sqrt(3.0));
+  // 60,000 values: 0.5 %; three standard deviations are 1 %.
+  EXPECT_NEAR(CalcNoise(f, kMeasuresDt_s), 0.1 * std::sqrt(3 * fraction), 0.01 * 0.1 * std::sqrt(3.0));
 }
 
 TEST(Noise, OfAConstantIsNothing) {
-  EXPECT_EQ(CalcNoise(std::vector<Vec3>(100, Vec3(0)), kDt_s), 0);
-  EXPECT_LT(CalcNoise(std::vector<Vec3>(100, Vec3(1, -28, 3)), kDt_s), 1e-12);
+  EXPECT_EQ(CalcNoise(std::vector<Vec3>(100, Vec3(0)), kMeasuresDt_s), 0);
+  EXPECT_LT(CalcNoise(std::vector<Vec3>(100, Vec3(1, -28, 3)), kMeasuresDt_s), 1e-12);
 }
 
 // ---- C2
 
 TEST(TickSteps, AreCountedInSevenPercentOfTheForceBefore) {
   std::vector<Vec3> f(2001, Vec3(0, 0, 5));
-  for (std::size_t i = 1000; i < f.size(); ++i) f[i].z = 5.7;  // 0.7 N of 5 N: two noticeable differences
+  for (std::size_t i = 1000; i < f.size(); ++i) f[i].z = 5.7;  // 0.7 N of 5 N: two just-noticeable differences
   EXPECT_NEAR(CalcTickSteps(f).max, 2, 1e-12);
-  EXPECT_EQ(CalcTickSteps(f).p999, 0);  // one in 2000 is rarer than that
+  EXPECT_EQ(CalcTickSteps(f).p999, 0);  // one in 2000 is rarer than 0.1 %
   // The direction counts as well: 5 N turned by a right angle.
   f.assign({Vec3(5, 0, 0), Vec3(0, 5, 0)});
   EXPECT_NEAR(CalcTickSteps(f).max, std::numbers::sqrt2 / 0.07, 1e-9);
-  // Below 0.5 N what counts is 0.035 N, whatever the force.
+  // Below 0.5 N the unit is 0.035 N, whatever the force.
   f.assign({Vec3(0, 0, 0), Vec3(0, 0, 0.35)});
   EXPECT_NEAR(CalcTickSteps(f).max, 10, 1e-9);
-  // The force before the step: from 1 N to 8 N and back are not the same.
+  // The unit follows from the force before the step: 1 N to 8 N differs from 8 N to 1 N.
   f.assign({Vec3(0, 0, 1), Vec3(0, 0, 8)});
   EXPECT_NEAR(CalcTickSteps(f).max, 100, 1e-9);
   f.assign({Vec3(0, 0, 8), Vec3(0, 0, 1)});
@@ -106,7 +105,7 @@ TEST(TickSteps, AreCountedInSevenPercentOfTheForceBefore) {
 }
 
 TEST(TickSteps, ThousandthPartIsLeftAbove) {
-  // Steps of 1, 2 ... 2000 units: 1998 is what 99.9 % are no larger than.
+  // Steps of 1, 2 ... 2000 units: 99.9 % are at most 1998.
   std::vector<Vec3> f(1, Vec3(0, 0, 0));
   for (int i = 1; i <= 2000; ++i) f.emplace_back(0, 0, f.back().z + (i % 2 == 0 ? -1e-6 : 1e-6) * i);
   EXPECT_NEAR(CalcTickSteps(f).p999, 1998e-6 / 0.035, 1e-9);
@@ -114,7 +113,7 @@ TEST(TickSteps, ThousandthPartIsLeftAbove) {
 }
 
 TEST(TickSteps, OfWholeVoxelsThatGoAreSpringTimesVoxel) {
-  // 2 N/mm against steps of 0.4 mm at 5 mm/s, about 5 N: a fall of 0.8 N in one tick, a slow rise between.
+  // 2 N/mm against steps of 0.4 mm at 5 mm/s, about 5 N: a drop of 0.8 N in one tick, a slow rise in between.
   std::vector<Vec3> f;
   for (int i = 0; i < 4000; ++i) f.emplace_back(0, 0, 5 + 2 * (0.4 * (i % 80) / 80.0));
   EXPECT_NEAR(CalcTickSteps(f).max, 2 * (0.4 * 79 / 80) / (0.07 * 5.79), 1e-9);
@@ -126,10 +125,10 @@ TEST(TickSteps, OfWholeVoxelsThatGoAreSpringTimesVoxel) {
 TEST(TotalVariation, IsOneForARampAndTwoForARiseAndFall) {
   EXPECT_NEAR(CalcTotalVariation(Make(1000, [](double t) { return 3 * t; })), 1, 1e-12);
   EXPECT_NEAR(CalcTotalVariation(Make(1000, [](double t) { return -3 * t * t; })), 1, 1e-12);
-  EXPECT_NEAR(CalcTotalVariation(Make(1001, [](double t) { return std::sin(kPi * t); })), 2, 1e-9);
+  EXPECT_NEAR(CalcTotalVariation(Make(1001, [](double t) { return std::sin(std::numbers::pi * t); })), 2, 1e-9);
   // Ten periods: up and down 2 each, range 2.
-  EXPECT_NEAR(CalcTotalVariation(Make(10001, [](double t) { return std::cos(2 * kPi * t); })), 20, 1e-9);
-  // A stair-case only rises.
+  EXPECT_NEAR(CalcTotalVariation(Make(10001, [](double t) { return std::cos(2 * std::numbers::pi * t); })), 20, 1e-9);
+  // A staircase only rises.
   EXPECT_NEAR(CalcTotalVariation(Make(1000, [](double t) { return std::floor(20 * t); })), 1, 1e-12);
   EXPECT_EQ(CalcTotalVariation(std::vector<double>(10, 4.0)), 1);
 }
@@ -137,25 +136,26 @@ TEST(TotalVariation, IsOneForARampAndTwoForARiseAndFall) {
 // ---- C4
 
 TEST(Toggles, CountContactsThatComeAndGo) {
-  // On for 50 of every 100 ms: in 2 s twenty pulses, each comes and goes; the first was there at the start.
+  // On for 50 of every 100 ms: twenty pulses in 2 s, each begins and ends; the first was on at the start.
   const std::vector<double> f = Make(2001, [](double t) { return std::fmod(t + 1e-9, 0.1) < 0.05 ? 1.0 : 0.0; });
-  EXPECT_NEAR(CountToggles(f, kDt_s, 0.5).contact_per_s, 20, 1e-9);
-  EXPECT_NEAR(CountToggles(f, kDt_s, 0.5).turns_per_s, 19.5, 1e-9);
-  // 0 is passed through without staying there: never without contact.
+  EXPECT_NEAR(CountToggles(f, kMeasuresDt_s, 0.5).contact_per_s, 20, 1e-9);
+  EXPECT_NEAR(CountToggles(f, kMeasuresDt_s, 0.5).turns_per_s, 19.5, 1e-9);
+  // Passes through 0 without staying there: contact never ends.
   const std::vector<double> wave = Make(1001, [](double t) { return Wave(t, 7.3, 0.1); });
-  EXPECT_EQ(CountToggles(wave, kDt_s, 0.5).contact_per_s, 0);
+  EXPECT_EQ(CountToggles(wave, kMeasuresDt_s, 0.5).contact_per_s, 0);
 }
 
 TEST(Toggles, CountTurnsBeyondTheHysteresisOnly) {
   const std::vector<double> wave = Make(2001, [](double t) { return 5 + 0.1 * Wave(t, 10, 0); });
-  // Two turns a period, the first after a quarter of one.
-  EXPECT_NEAR(CountToggles(wave, kDt_s, 0.05).turns_per_s, 20, 0.5);
-  EXPECT_EQ(CountToggles(wave, kDt_s, 0.201).turns_per_s, 0);  // 0.2 from top to bottom
-  EXPECT_EQ(CountToggles(Make(1000, [](double t) { return t; }), kDt_s, 0).turns_per_s, 0);
+  // Two reversals a period, the first after a quarter of a period.
+  EXPECT_NEAR(CountToggles(wave, kMeasuresDt_s, 0.05).turns_per_s, 20, 0.5);
+  EXPECT_EQ(CountToggles(wave, kMeasuresDt_s, 0.201).turns_per_s, 0);  // 0.2 from maximum to minimum
+  EXPECT_EQ(CountToggles(Make(1000, [](double t) { return t; }), kMeasuresDt_s, 0).turns_per_s, 0);
   Noise noise;
   const std::vector<double> ramp = Make(2000, [&](double t) { return 10 * t + 0.01 * noise(); });
-  EXPECT_EQ(CountToggles(ramp, kDt_s, 0.0347).turns_per_s, 0);  // the noise reaches 2 * 0.01 * sqrt(3) = 0.03464
-  EXPECT_GT(CountToggles(ramp, kDt_s, 0).turns_per_s, 100);
+  EXPECT_EQ(CountToggles(ramp, kMeasuresDt_s, 0.0347).turns_per_s,
+            0);  // the noise reaches 2 * 0.01 * sqrt(3) = 0.03464
+  EXPECT_GT(CountToggles(ramp, kMeasuresDt_s, 0).turns_per_s, 100);
 }
 
 TEST(Toggles, FirstWayMayBeDown) {
@@ -167,52 +167,53 @@ TEST(Toggles, FirstWayMayBeDown) {
 // ---- C5
 
 TEST(LineProminence, FindsALineInNoiseAtItsHeight) {
-  // A line of amplitude a in white noise of variance s^2: in a Hann window of L samples its power is (a L / 4)^2, that
-  // of the noise s^2 3 L / 8. 8000 samples make windows of 2000. Scatter of seven windows: 3 dB is two of it.
+  // A line of amplitude a in white noise of variance s^2: in a Hann window of L samples its power is (a L / 4)^2, and
+  // that of the noise s^2 3 L / 8. 8000 samples give windows of 2000. Over seven windows, 3 dB are two standard
+  // deviations.
   Noise noise;
   const double a = 0.3;
   const std::vector<double> f = Make(8000, [&](double t) { return 5 + t + noise() + a * Wave(t, 150.3); });
   const double expected_dB = 10 * std::log10(1 + a * a * 2000 * 2000 / 16.0 / (3 * 2000 / 8.0));
-  EXPECT_NEAR(CalcLineProminence_dB(f, kDt_s, 150.3), expected_dB, 3);
+  EXPECT_NEAR(CalcLineProminence_dB(f, kMeasuresDt_s, 150.3), expected_dB, 3);
   EXPECT_GT(expected_dB, 10);
-  // And none where there is none, low, high and at half the rate.
+  // No line at other frequencies: low, high and at half the sampling rate.
   for (const double other : {3.0, 12.5, 50.0, 140.0, 161.0, 300.0, 499.0, 500.0}) {
-    EXPECT_LT(CalcLineProminence_dB(f, kDt_s, other), 6) << other;
-    EXPECT_GT(CalcLineProminence_dB(f, kDt_s, other), -12) << other;
+    EXPECT_LT(CalcLineProminence_dB(f, kMeasuresDt_s, other), 6) << other;
+    EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, other), -12) << other;
   }
 }
 
 TEST(LineProminence, FindsALineAtHalfTheSamplingRate) {
   Noise noise;
   std::vector<double> f = Make(4000, [&](double) { return noise(); });
-  EXPECT_LT(CalcLineProminence_dB(f, kDt_s, 500), 6);
+  EXPECT_LT(CalcLineProminence_dB(f, kMeasuresDt_s, 500), 6);
   for (std::size_t i = 0; i < f.size(); ++i) f[i] += i % 2 == 0 ? 0.5 : -0.5;
-  EXPECT_GT(CalcLineProminence_dB(f, kDt_s, 500), 15);
+  EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, 500), 15);
 }
 
 TEST(LineProminence, OfAPureToneIsLargeAndOfASmoothSignalNone) {
   const std::vector<double> tone = Make(4000, [](double t) { return Wave(t, 77.7); });
-  EXPECT_GT(CalcLineProminence_dB(tone, kDt_s, 77.7), 40);
-  EXPECT_LT(CalcLineProminence_dB(tone, kDt_s, 150), 6);
-  EXPECT_NEAR(CalcLineProminence_dB(std::vector<double>(4000, 7.0), kDt_s, 50), 0, 1e-6);
-  EXPECT_LT(CalcLineProminence_dB(Make(4000, [](double t) { return 3 * t - 1; }), kDt_s, 50), 1);
-  EXPECT_LT(CalcLineProminence_dB(Make(4000, [](double t) { return std::exp(-t); }), kDt_s, 50), 6);
+  EXPECT_GT(CalcLineProminence_dB(tone, kMeasuresDt_s, 77.7), 40);
+  EXPECT_LT(CalcLineProminence_dB(tone, kMeasuresDt_s, 150), 6);
+  EXPECT_NEAR(CalcLineProminence_dB(std::vector<double>(4000, 7.0), kMeasuresDt_s, 50), 0, 1e-6);
+  EXPECT_LT(CalcLineProminence_dB(Make(4000, [](double t) { return 3 * t - 1; }), kMeasuresDt_s, 50), 1);
+  EXPECT_LT(CalcLineProminence_dB(Make(4000, [](double t) { return std::exp(-t); }), kMeasuresDt_s, 50), 6);
 }
 
 TEST(LineProminence, OfVoxelsThatGoOneByOneStandsAtFeedOverVoxel) {
-  // 2 mm/s through voxels of 0.2 mm: 10 Hz and its harmonics; not between them.
+  // 2 mm/s through voxels of 0.2 mm: 10 Hz and its harmonics; nothing between them.
   Noise noise;
   const std::vector<double> f = Make(8000, [&](double t) { return 5 + 0.4 * std::fmod(10 * t, 1.0) + 0.02 * noise(); });
-  EXPECT_GT(CalcLineProminence_dB(f, kDt_s, 10), 20);
-  EXPECT_GT(CalcLineProminence_dB(f, kDt_s, 20), 15);
-  EXPECT_LT(CalcLineProminence_dB(f, kDt_s, 15), 6);
+  EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, 10), 20);
+  EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, 20), 15);
+  EXPECT_LT(CalcLineProminence_dB(f, kMeasuresDt_s, 15), 6);
 }
 
 TEST(LineProminence, RefusesWhatSamplesCannotHold) {
   const std::vector<double> f(1000, 0.0);
-  for (const double f_Hz : {0.0, -1.0, 500.1, kNaN}) EXPECT_THROW(CalcLineProminence_dB(f, kDt_s, f_Hz), Error);
-  EXPECT_TRUE(std::isnan(CalcLineProminence_dB(f, kDt_s, 7.9)));  // fewer than 8 periods in a second
-  EXPECT_FALSE(std::isnan(CalcLineProminence_dB(f, kDt_s, 8.1)));
+  for (const double f_Hz : {0.0, -1.0, 500.1, kNaN}) EXPECT_THROW(CalcLineProminence_dB(f, kMeasuresDt_s, f_Hz), Error);
+  EXPECT_TRUE(std::isnan(CalcLineProminence_dB(f, kMeasuresDt_s, 7.9)));  // fewer than 8 periods in a second
+  EXPECT_FALSE(std::isnan(CalcLineProminence_dB(f, kMeasuresDt_s, 8.1)));
 }
 
 // ---- C6
@@ -220,20 +221,20 @@ TEST(LineProminence, RefusesWhatSamplesCannotHold) {
 TEST(Oscillation, ThatStaysIsALimitCycle) {
   Noise noise;
   const std::vector<double> f = Make(3000, [&](double t) { return 5 - t + 0.2 * Wave(t, 23.7) + 0.05 * noise(); });
-  const Oscillation found = FindOscillation(f, kDt_s, 0.02);
+  const Oscillation found = FindOscillation(f, kMeasuresDt_s, 0.02);
   EXPECT_TRUE(found.is_limit_cycle);
   EXPECT_NEAR(found.frequency_Hz, 23.7, 0.3);
-  // Of the power, 0.02 is the wave's and 0.0025 the noise's.
+  // Power: 0.02 from the wave and 0.0025 from the noise.
   EXPECT_NEAR(found.correlation, 0.02 / 0.0225, 0.03);
   EXPECT_NEAR(found.amplitude, std::sqrt(2 * 0.0225), 0.005);
   EXPECT_NEAR(found.log_decrement, 0, 0.002);
-  EXPECT_FALSE(FindOscillation(f, kDt_s, 0.25).is_limit_cycle);  // smaller than asked for
+  EXPECT_FALSE(FindOscillation(f, kMeasuresDt_s, 0.25).is_limit_cycle);  // smaller than the requested amplitude
 }
 
 TEST(Oscillation, ThatDiesOutIsNoLimitCycle) {
   for (const double decrement : {0.01, 0.05, 0.3, 1.0}) {
     const std::vector<double> f = Make(3000, [&](double t) { return 5 + std::exp(-decrement * 20 * t) * Wave(t, 20); });
-    const Oscillation found = FindOscillation(f, kDt_s, 1e-3);
+    const Oscillation found = FindOscillation(f, kMeasuresDt_s, 1e-3);
     EXPECT_FALSE(found.is_limit_cycle) << decrement;
     EXPECT_NEAR(found.log_decrement, decrement, 0.1 * decrement + 0.002);
     EXPECT_NEAR(found.frequency_Hz, 20, 0.5) << decrement;
@@ -244,32 +245,32 @@ TEST(Oscillation, ThatDiesOutIsNoLimitCycle) {
 TEST(Oscillation, ThatGrowsIsALimitCycleToCome) {
   for (const double decrement : {-0.01, -0.05, -0.3}) {
     const std::vector<double> f = Make(3000, [&](double t) { return std::exp(-decrement * 20 * t) * Wave(t, 20); });
-    const Oscillation found = FindOscillation(f, kDt_s, 1e-3);
+    const Oscillation found = FindOscillation(f, kMeasuresDt_s, 1e-3);
     EXPECT_TRUE(found.is_limit_cycle) << decrement;
     EXPECT_NEAR(found.log_decrement, decrement, -0.1 * decrement + 0.002);
   }
 }
 
-TEST(Oscillation, OfSlowDecayIsToldFromNone) {
-  // Over three seconds it loses a fifth, or a twentieth: a tenth is where the line is drawn.
+TEST(Oscillation, OfSlowDecayIsDistinguishedFromNone) {
+  // Over three seconds it loses a fifth, or a twentieth: the limit is a tenth.
   for (const double left : {0.8, 0.95}) {
     const std::vector<double> f = Make(3000, [&](double t) { return std::pow(left, t / 3) * Wave(t, 12); });
-    EXPECT_EQ(FindOscillation(f, kDt_s, 1e-3).is_limit_cycle, left > 0.9);
+    EXPECT_EQ(FindOscillation(f, kMeasuresDt_s, 1e-3).is_limit_cycle, left > 0.9);
   }
 }
 
 TEST(Oscillation, OfASquareWaveIsItsPeriodNotAHarmonic) {
   const std::vector<double> f = Make(4000, [](double t) { return std::fmod(t, 0.0625) < 0.02 ? 1.0 : 0.0; });
-  EXPECT_NEAR(FindOscillation(f, kDt_s, 0.01).frequency_Hz, 16, 0.3);
-  EXPECT_TRUE(FindOscillation(f, kDt_s, 0.01).is_limit_cycle);
-  // Two waves: what repeats is their common period.
+  EXPECT_NEAR(FindOscillation(f, kMeasuresDt_s, 0.01).frequency_Hz, 16, 0.3);
+  EXPECT_TRUE(FindOscillation(f, kMeasuresDt_s, 0.01).is_limit_cycle);
+  // Two waves: the detected period is their common one.
   const std::vector<double> two = Make(4000, [](double t) { return Wave(t, 30) + 0.7 * Wave(t, 20); });
-  EXPECT_NEAR(FindOscillation(two, kDt_s, 0.01).frequency_Hz, 10, 0.1);
+  EXPECT_NEAR(FindOscillation(two, kMeasuresDt_s, 0.01).frequency_Hz, 10, 0.1);
 }
 
 TEST(Oscillation, AtAThirdOfTheSamplingRateIsFound) {
   const std::vector<double> f = Make(3000, [](double t) { return Wave(t, 333); });
-  const Oscillation found = FindOscillation(f, kDt_s, 0.01);
+  const Oscillation found = FindOscillation(f, kMeasuresDt_s, 0.01);
   EXPECT_TRUE(found.is_limit_cycle);
   EXPECT_NEAR(found.amplitude, 1, 0.01);
   EXPECT_GT(found.correlation, 0.99);
@@ -278,38 +279,40 @@ TEST(Oscillation, AtAThirdOfTheSamplingRateIsFound) {
 TEST(Oscillation, IsNoneInNoiseRampsAndConstants) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
     Noise noise(seed);
-    const Oscillation found = FindOscillation(Make(3000, [&](double) { return 5 + noise(); }), kDt_s, 1e-3);
+    const Oscillation found = FindOscillation(Make(3000, [&](double) { return 5 + noise(); }), kMeasuresDt_s, 1e-3);
     EXPECT_FALSE(found.is_limit_cycle) << seed;
     EXPECT_LT(found.correlation, 0.2) << seed;
     EXPECT_NEAR(found.amplitude, std::numbers::sqrt2, 0.05) << seed;
   }
   for (const auto& f : {std::vector<double>(1000, 5.0), Make(1000, [](double t) { return 2 - 7 * t; })}) {
-    const Oscillation found = FindOscillation(f, kDt_s, 1e-9);
+    const Oscillation found = FindOscillation(f, kMeasuresDt_s, 1e-9);
     EXPECT_FALSE(found.is_limit_cycle);
     EXPECT_EQ(found.amplitude, 0);
     EXPECT_EQ(found.correlation, 0);
   }
-  // A single rise and one settling, neither of which comes again.
-  EXPECT_FALSE(FindOscillation(Make(2000, [](double t) { return std::exp(-3 * t); }), kDt_s, 1e-3).is_limit_cycle);
+  // A single rise and a single decay, neither of which repeats.
   EXPECT_FALSE(
-      FindOscillation(Make(2000, [](double t) { return std::tanh(9 * (t - 1)); }), kDt_s, 1e-3).is_limit_cycle);
+      FindOscillation(Make(2000, [](double t) { return std::exp(-3 * t); }), kMeasuresDt_s, 1e-3).is_limit_cycle);
+  EXPECT_FALSE(
+      FindOscillation(Make(2000, [](double t) { return std::tanh(9 * (t - 1)); }), kMeasuresDt_s, 1e-3).is_limit_cycle);
 }
 
 // ---- C7
 
 TEST(SensationLevel, IsMotionOfTheMassOverTheThreshold) {
-  // F = m w^2 x: what moves 0.145 kg by exactly the threshold (as the reference's scale: 0.1 um at 200 Hz are 23 mN).
-  EXPECT_NEAR(0.145 * std::pow(2 * kPi * 200, 2) * 0.1e-6, 0.0229, 1e-4);
+  // F = m w^2 x: force that moves 0.145 kg by exactly the threshold (scale of the reference: 0.1 um at 200 Hz is 23
+  // mN).
+  EXPECT_NEAR(0.145 * std::pow(2 * std::numbers::pi * 200, 2) * 0.1e-6, 0.0229, 1e-4);
   for (const double f_Hz : {10.0, 20.0, 50.0, 100.0, 200.0, 400.0}) {
     const double x_m = 1e-6 * CalcVibrationThreshold_um(f_Hz);
-    const double force_N = 0.145 * std::pow(2 * kPi * f_Hz, 2) * x_m;
+    const double force_N = 0.145 * std::pow(2 * std::numbers::pi * f_Hz, 2) * x_m;
     const std::vector<double> f = Make(20000, [&](double t) { return 5 + t + force_N * Wave(t, f_Hz); });
-    // Nearest third octave's centre instead of f_Hz: within 0.5 %, so 0.4 dB with the steepest of the thresholds.
-    EXPECT_NEAR(CalcSensationLevel_dB(f, kDt_s, 0.145), 0, 0.6) << f_Hz;
+    // Centre of the nearest third octave instead of f_Hz: within 0.5 %, so 0.4 dB for the steepest threshold.
+    EXPECT_NEAR(CalcSensationLevel_dB(f, kMeasuresDt_s, 0.145), 0, 0.6) << f_Hz;
   }
-  // Ten times the force is 20 dB, twice the mass 6 dB less.
+  // Ten times the force is 20 dB more, twice the mass 6 dB less.
   const auto level = [](double force_N, double mass_kg) {
-    return CalcSensationLevel_dB(Make(4000, [&](double t) { return force_N * Wave(t, 160); }), kDt_s, mass_kg);
+    return CalcSensationLevel_dB(Make(4000, [&](double t) { return force_N * Wave(t, 160); }), kMeasuresDt_s, mass_kg);
   };
   EXPECT_NEAR(level(0.01, 0.145) - level(0.001, 0.145), 20, 1e-6);
   EXPECT_NEAR(level(0.01, 0.29) - level(0.01, 0.145), 20 * std::log10(0.5), 1e-6);
@@ -317,15 +320,15 @@ TEST(SensationLevel, IsMotionOfTheMassOverTheThreshold) {
 
 TEST(SensationLevel, GoesByTheLoudestBandAndNotBySlowMotion) {
   const auto tone = [](double t) { return 0.02 * Wave(t, 160); };
-  const double alone_dB = CalcSensationLevel_dB(Make(4000, tone), kDt_s, 0.145);
+  const double alone_dB = CalcSensationLevel_dB(Make(4000, tone), kMeasuresDt_s, 0.145);
   const double both_dB =
-      CalcSensationLevel_dB(Make(4000, [&](double t) { return tone(t) + 0.02 * Wave(t, 30); }), kDt_s, 0.145);
+      CalcSensationLevel_dB(Make(4000, [&](double t) { return tone(t) + 0.02 * Wave(t, 30); }), kMeasuresDt_s, 0.145);
   EXPECT_NEAR(both_dB, alone_dB, 0.01);
   const double swaying_dB =
-      CalcSensationLevel_dB(Make(4000, [&](double t) { return tone(t) + 3 * Wave(t, 0.5); }), kDt_s, 0.145);
+      CalcSensationLevel_dB(Make(4000, [&](double t) { return tone(t) + 3 * Wave(t, 0.5); }), kMeasuresDt_s, 0.145);
   EXPECT_NEAR(swaying_dB, alone_dB, 0.5);
-  EXPECT_LE(CalcSensationLevel_dB(std::vector<double>(4000, 5.0), kDt_s, 0.145), -100);
-  EXPECT_LT(CalcSensationLevel_dB(Make(4000, [](double t) { return 3 * t; }), kDt_s, 0.145), -100);
+  EXPECT_LE(CalcSensationLevel_dB(std::vector<double>(4000, 5.0), kMeasuresDt_s, 0.145), -100);
+  EXPECT_LT(CalcSensationLevel_dB(Make(4000, [](double t) { return 3 * t; }), kMeasuresDt_s, 0.145), -100);
 }
 
 TEST(SensationLevel, ThresholdHasItsShape) {
@@ -344,20 +347,20 @@ TEST(SensationLevel, ThresholdHasItsShape) {
 // ---- C8
 
 TEST(Turn, IsTheAngleFromTickToTick) {
-  // A force that goes round once in 90 ticks turns by 4 degrees each; every tenth tick by a right angle more.
+  // A force that rotates once in 90 ticks turns by 4 degrees a tick; every tenth tick by another right angle.
   std::vector<Vec3> f;
   double angle = 0;
   for (int i = 0; i < 1001; ++i) {
     f.push_back(2.0 * Vec3(std::cos(angle), 0.6 * std::sin(angle), 0.8 * std::sin(angle)));
-    angle += (i % 10 == 9 ? 94 : 4) * kPi / 180;
+    angle += (i % 10 == 9 ? 94 : 4) * std::numbers::pi / 180;
   }
   EXPECT_NEAR(CalcTurn_deg(f, 0.5), 4, 1e-9);
   EXPECT_NEAR(CalcTurn_deg(f, 0.9), 4, 1e-9);
   EXPECT_NEAR(CalcTurn_deg(f, 0.901), 94, 1e-9);
   EXPECT_NEAR(CalcTurn_deg(f, 1), 94, 1e-9);
   EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{1, 0, 0}, {-1, 0, 0}}, 1), 180, 1e-9);
-  // Very small angles too: not through an arc cosine.
-  EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{1, 0, 0}, {1, 1e-9, 0}}, 1), 1e-9 * 180 / kPi, 1e-15);
+  // Very small angles too: without an arc cosine.
+  EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{1, 0, 0}, {1, 1e-9, 0}}, 1), 1e-9 * 180 / std::numbers::pi, 1e-15);
 }
 
 TEST(Turn, OfSmallForcesDoesNotCount) {
@@ -371,7 +374,7 @@ TEST(Turn, OfSmallForcesDoesNotCount) {
 
 TEST(Aliveness, IsTheMotionBetween1And20Hz) {
   const auto rms = [](double f_Hz) {
-    return CalcAliveness(Along({0.6, 0, 0.8}, Make(10000, [&](double t) { return Wave(t, f_Hz); })), kDt_s);
+    return CalcAliveness(Along({0.6, 0, 0.8}, Make(10000, [&](double t) { return Wave(t, f_Hz); })), kMeasuresDt_s);
   };
   EXPECT_NEAR(rms(5), std::sqrt(0.5), 0.01);
   EXPECT_LT(rms(0.2), 0.05);
@@ -379,7 +382,7 @@ TEST(Aliveness, IsTheMotionBetween1And20Hz) {
   EXPECT_LT(rms(60), 0.12);
   std::vector<Vec3> drift;
   for (int i = 0; i < 3000; ++i) drift.emplace_back(0.001 * i, 5, -0.002 * i);
-  EXPECT_LT(CalcAliveness(drift, kDt_s), 1e-6);
+  EXPECT_LT(CalcAliveness(drift, kMeasuresDt_s), 1e-6);
 }
 
 // ---- all
@@ -387,19 +390,19 @@ TEST(Aliveness, IsTheMotionBetween1And20Hz) {
 TEST(Measures, OfWhatIsTooShortOrNotFiniteAreNoNumber) {
   const auto is_nan_for = [](const std::vector<double>& x) {
     const std::vector<Vec3> v = Along({0, 0, 1}, x);
-    EXPECT_TRUE(std::isnan(CalcNoise(v, kDt_s)));
+    EXPECT_TRUE(std::isnan(CalcNoise(v, kMeasuresDt_s)));
     EXPECT_TRUE(std::isnan(CalcTickSteps(v).max));
     EXPECT_TRUE(std::isnan(CalcTickSteps(v).p999));
     EXPECT_TRUE(std::isnan(CalcTotalVariation(x)));
-    EXPECT_TRUE(std::isnan(CountToggles(x, kDt_s, 0).turns_per_s));
-    EXPECT_TRUE(std::isnan(CountToggles(x, kDt_s, 0).contact_per_s));
-    EXPECT_TRUE(std::isnan(CalcLineProminence_dB(x, kDt_s, 100)));
-    EXPECT_TRUE(std::isnan(FindOscillation(x, kDt_s, 0).amplitude));
-    EXPECT_TRUE(std::isnan(FindOscillation(x, kDt_s, 0).log_decrement));
-    EXPECT_FALSE(FindOscillation(x, kDt_s, 0).is_limit_cycle);
-    EXPECT_TRUE(std::isnan(CalcSensationLevel_dB(x, kDt_s, 0.1)));
+    EXPECT_TRUE(std::isnan(CountToggles(x, kMeasuresDt_s, 0).turns_per_s));
+    EXPECT_TRUE(std::isnan(CountToggles(x, kMeasuresDt_s, 0).contact_per_s));
+    EXPECT_TRUE(std::isnan(CalcLineProminence_dB(x, kMeasuresDt_s, 100)));
+    EXPECT_TRUE(std::isnan(FindOscillation(x, kMeasuresDt_s, 0).amplitude));
+    EXPECT_TRUE(std::isnan(FindOscillation(x, kMeasuresDt_s, 0).log_decrement));
+    EXPECT_FALSE(FindOscillation(x, kMeasuresDt_s, 0).is_limit_cycle);
+    EXPECT_TRUE(std::isnan(CalcSensationLevel_dB(x, kMeasuresDt_s, 0.1)));
     EXPECT_TRUE(std::isnan(CalcTurn_deg(v, 0.5)));
-    EXPECT_TRUE(std::isnan(CalcAliveness(v, kDt_s)));
+    EXPECT_TRUE(std::isnan(CalcAliveness(v, kMeasuresDt_s)));
   };
   is_nan_for({});
   is_nan_for({1});
@@ -409,10 +412,10 @@ TEST(Measures, OfWhatIsTooShortOrNotFiniteAreNoNumber) {
     is_nan_for(x);
   }
   const std::vector<Vec3> third_axis(2000, Vec3(0, 0, kNaN));
-  EXPECT_TRUE(std::isnan(CalcNoise(third_axis, kDt_s)));
-  EXPECT_TRUE(std::isnan(CalcSensationLevel_dB(Make(499, [](double t) { return t; }), kDt_s, 0.1)));
-  EXPECT_TRUE(std::isnan(CalcAliveness(std::vector<Vec3>(999, Vec3(0)), kDt_s)));
-  EXPECT_EQ(CalcAliveness(std::vector<Vec3>(1000, Vec3(0)), kDt_s), 0);
+  EXPECT_TRUE(std::isnan(CalcNoise(third_axis, kMeasuresDt_s)));
+  EXPECT_TRUE(std::isnan(CalcSensationLevel_dB(Make(499, [](double t) { return t; }), kMeasuresDt_s, 0.1)));
+  EXPECT_TRUE(std::isnan(CalcAliveness(std::vector<Vec3>(999, Vec3(0)), kMeasuresDt_s)));
+  EXPECT_EQ(CalcAliveness(std::vector<Vec3>(1000, Vec3(0)), kMeasuresDt_s), 0);
 }
 
 TEST(Measures, RefuseParametersOutOfRange) {
@@ -426,12 +429,12 @@ TEST(Measures, RefuseParametersOutOfRange) {
     EXPECT_THROW(CalcSensationLevel_dB(x, dt_s, 0.1), Error);
     EXPECT_THROW(CalcAliveness(v, dt_s), Error);
   }
-  EXPECT_THROW(CalcNoise(v, kDt_s, 500), Error);
-  EXPECT_THROW(CountToggles(x, kDt_s, -1), Error);
-  EXPECT_THROW(CountToggles(x, kDt_s, kNaN), Error);
+  EXPECT_THROW(CalcNoise(v, kMeasuresDt_s, 500), Error);
+  EXPECT_THROW(CountToggles(x, kMeasuresDt_s, -1), Error);
+  EXPECT_THROW(CountToggles(x, kMeasuresDt_s, kNaN), Error);
   for (const double mass_kg : {0.0, -1.0, kNaN, kInfinity})
-    EXPECT_THROW(CalcSensationLevel_dB(x, kDt_s, mass_kg), Error);
-  for (const double share : {-0.1, 1.1, kNaN}) EXPECT_THROW(CalcTurn_deg(v, share), Error);
+    EXPECT_THROW(CalcSensationLevel_dB(x, kMeasuresDt_s, mass_kg), Error);
+  for (const double fraction : {-0.1, 1.1, kNaN}) EXPECT_THROW(CalcTurn_deg(v, fraction), Error);
 }
 
 }  // namespace

@@ -1,15 +1,17 @@
-// Constants of the tick that no other test would miss if they were four times as large or as small: what each of them
-// promises, measured from outside.
+// Tests of constants of the tick that no other test would detect if they were four times as large or as small. The
+// effect of each constant is measured from outside.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "bone/grid/field.h"
-#include "cut/contact/push_out.h"
+#include "cut/contact/penetration_limiter.h"
 #include "cut/hand_sim/hands.h"
 #include "cut/removal/cutter.h"
 #include "experiment/stability/verdict.h"
+#include "support/saw.h"
 
 namespace kerf {
 namespace {
@@ -19,19 +21,17 @@ using test::DiscPose;
 using test::Handle;
 using test::PushingHand;
 
-const DiscSaw kSaw;
-const double kR = kSaw.radius_mm();
-constexpr double kVoxel = 0.2;
+constexpr double kMutantsVoxel = 0.2;
 
-/// 30 x 4 x 8 mm, its top at z = 4.
+/// Block of 30 x 4 x 8 mm with its top at z = 4.
 Bone MakeBlockOfBone(double E_MPa = 19300) {
-  Bone bone = test::MakeBox(Pose{}, {30, 4, 8}, kVoxel);
+  Bone bone = test::MakeBox(Pose{}, {30, 4, 8}, kMutantsVoxel);
   bone.set_materials(test::OneRegionTable(24, E_MPa, 0.28));
   return bone;
 }
 
-/// A stopped saw set down in the bone, too deep by `depth_mm`, that has lost more energy there by rubbing than is kept
-/// in reserve: pressed down and turned about its spindle, it goes nowhere.
+/// Stopped saw set down in the bone, too deep by `depth_mm`. Pressed down and turned about its spindle, it does not
+/// move, and friction dissipates more energy than the reserve holds.
 struct RubbedSaw {
   explicit RubbedSaw(double depth_mm)
       : X(DiscPose(Pose{}, {0, 0, 4 + kR - depth_mm})),
@@ -53,17 +53,17 @@ struct RubbedSaw {
 TEST(Mutants, PushOutIsAsFastAsItSays) {
   RubbedSaw saw(1);
   ASSERT_GT(saw.lost_mJ, 10);
-  // Let go. It comes out at the speed that it may.
+  // Released. It comes out at the allowed speed.
   double z[61];
   for (double& height : z) height = saw.hand.Push({0, 0, -1e-3}, 0).X_WT.p_AB.z;
   ASSERT_LT(z[60], 4 + kR - 0.1);
   const double speed = (z[60] - z[10]) / 0.05;
-  EXPECT_NEAR(speed, PushOut::kSpeed_mm_per_s, 0.25 * PushOut::kSpeed_mm_per_s);
+  EXPECT_NEAR(speed, PenetrationLimiter::kSpeed_mm_per_s, 0.25 * PenetrationLimiter::kSpeed_mm_per_s);
   EXPECT_NEAR(speed, 2, 0.5);  // and that speed is slow
 }
 
 TEST(Mutants, PushOutTakesNoMoreThanWasLostBefore) {
-  // Nothing was lost: nothing is taken.
+  // Nothing was dissipated: no energy is available.
   CoupledSimulation fresh(MakeBlockOfBone(), DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
   const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR - 0.2});
   ASSERT_TRUE(fresh.SetDown(X));
@@ -74,7 +74,7 @@ TEST(Mutants, PushOutTakesNoMoreThanWasLostBefore) {
 }
 
 TEST(Mutants, PushOutTakesNoMoreThanIsKept) {
-  // Much was lost, but only so much of it is kept: 5 mJ lift a tool that is pressed down with 10 N by 0.5 mm.
+  // Much was dissipated, but the reserve is limited: 5 mJ lift a tool that is pressed down with 10 N by 0.5 mm.
   RubbedSaw saw(3);
   ASSERT_GT(saw.lost_mJ, 20);
   const double z = saw.hand.X_WT().p_AB.z;
@@ -91,19 +91,19 @@ TEST(Mutants, AStoppedEdgeGivesWayByItsStiffness) {
   CoupledOutput out;
   const double push_N = 20;
   for (int i = 0; i < 400; ++i) out = hand.Push({0, 0, -push_N}, 0);
-  // One of the points is the lowest; each is a spring, 2000 N/mm an eighth of a pitch.
+  // One of the points is the lowest. Each is a spring of 2000 N/mm per eighth of a pitch.
   const int samples = DiscParams().edge_samples_per_pitch;
   const double depth = 4 + kR - out.X_WT.p_AB.z;
   double force_N = 0;
   for (int k = -40; k <= 40; ++k) {
-    const double angle = 2 * test::kPi * k / (samples * kSaw.teeth);
+    const double angle = 2 * std::numbers::pi * k / (samples * kSaw.teeth);
     force_N += 2000 * 8.0 / samples * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
   }
   EXPECT_NEAR(force_N / push_N, 1, 0.1) << depth;
 }
 
 TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
-  // Through bone that hardly resists; a stiff coupling takes the tool along at 0.45 mm a tick.
+  // Through bone of hardly any resistance; a stiff coupling moves the tool by 0.45 mm a tick.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
@@ -114,7 +114,7 @@ TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
     const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR + 0.05 - 0.05 * i})));
     z = out.X_WT.p_AB.z;
     if (i > 5) {
-      EXPECT_LE(out.substeps, 1 + (before - z) / (0.5 * kVoxel));
+      EXPECT_LE(out.substeps, 1 + (before - z) / (0.5 * kMutantsVoxel));
     }
   }
   for (int i = 1; i <= 4; ++i) {
@@ -128,8 +128,8 @@ TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
 }
 
 TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
-  // Shallower than the flats' hold begins, and shifted along the spindle by 0.19 mm a tick: quarters of the voxel's 0.2
-  // mm, the disc being 0.25 mm thick.
+  // Too shallow for contact of the flats, and moved along the spindle by 0.19 mm a tick: quarters of the voxel's 0.2
+  // mm, because the disc is 0.25 mm thick.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
@@ -149,21 +149,21 @@ TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
 }
 
 TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
-  // A rim set down over flat bone has teeth in it when it is nearer than that, and none when it is not.
+  // A rim set down above flat bone engages teeth if it is closer than the look-ahead, and none otherwise.
   for (const double gap_voxels : {0.15, 0.3}) {
-    const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR + gap_voxels * kVoxel});
+    const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR + gap_voxels * kMutantsVoxel});
     CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), X);
     const CoupledOutput out = simulation.Tick(Handle(X));
     if (gap_voxels > 0.2) {
       EXPECT_EQ(out.engaged_teeth, 0);
     } else {
-      // The arc in which the gap is below a fifth of a voxel, each point by what it has of that.
-      const double ahead = 0.2 * kVoxel;
+      // Arc in which the gap is below a fifth of a voxel, each point weighted by its fraction of that.
+      const double ahead = 0.2 * kMutantsVoxel;
       double teeth = 0;
       for (int k = -10000; k <= 10000; ++k) {
         const double angle = 0.3 * k / 10000;
-        const double in = ahead - gap_voxels * kVoxel - (kR + ahead) * (1 - std::cos(angle));
-        teeth += std::clamp(in / ahead, 0.0, 1.0) * 0.3 / 10000 * kSaw.teeth / (2 * test::kPi);
+        const double in = ahead - gap_voxels * kMutantsVoxel - (kR + ahead) * (1 - std::cos(angle));
+        teeth += std::clamp(in / ahead, 0.0, 1.0) * 0.3 / 10000 * kSaw.teeth / (2 * std::numbers::pi);
       }
       EXPECT_NEAR(out.engaged_teeth / teeth, 1, 0.15);
     }
@@ -171,8 +171,8 @@ TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
 }
 
 TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {
-  // A list made about one place is good for what lies within its slack. A long cut that begins beyond and ends within
-  // must not be taken from it: the bone is that which a cutter without a list leaves behind.
+  // A list made about one place is valid within its slack. A long cut that begins outside and ends inside must not use
+  // it: the bone must be the one that a cutter without a list leaves.
   constexpr double h = 0.1;
   const Bone bone = test::MakeBox(Pose{}, {40, 3, 20}, h);
   const auto cut_anew = [&](const Pose& a, const Pose& b, const Pose& c) {
@@ -186,7 +186,7 @@ TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {
   for (int n = 0; n < 9; ++n) {
     const double x = -4 + 0.1 * n;
     const Pose first = DiscPose(Pose{}, {x, 0, 14});
-    // The slack is 1 mm; the way a quarter of that.
+    // The slack is 1 mm, and the motion a quarter of that.
     const Pose from = DiscPose(Pose{}, {x + 1.19, 0, 14});
     const Pose to = DiscPose(Pose{}, {x + 0.94, 0, 14});
     Bone copy = bone;

@@ -1,4 +1,4 @@
-// What a scenario watches and measures, and that it does to the loop what its name says.
+// Tests of a scenario's checks and measurements, and of the faults that its name announces.
 #include "experiment/stability/scenario_run.h"
 
 #include <fmt/format.h>
@@ -15,10 +15,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kScenarioRunNaN = std::numeric_limits<double>::quiet_NaN();
 const Scenario kTried{"tried", "A scenario.", {}};
 
-StabilitySubject MakeSubject(const char* profile = "omega_6", const char* hand = "H3") {
+StabilitySubject MakeRunSubject(const char* profile = "omega_6", const char* hand = "H3") {
   StabilitySubject subject;
   subject.bone = test::BlockOfBone(0.2);
   subject.setup = test::HeldBlock(profile, hand);
@@ -33,7 +33,7 @@ const Scenario& FindScenario(const std::string& name) {
   throw std::runtime_error("no scenario " + name);
 }
 
-/// Fails the test when there is no such figure.
+/// Returns the figure with this name. Fails the test if there is none.
 StabilityFigure Figure(const ScenarioResult& result, const std::string& name) {
   for (const StabilityFigure& f : result.figures) {
     if (f.name == name) return f;
@@ -42,11 +42,11 @@ StabilityFigure Figure(const ScenarioResult& result, const std::string& name) {
   return {};
 }
 
-/// A scenario of ten ticks high over the block, the last of them changed.
+/// Runs a scenario of ten ticks high above the block, and changes the last tick.
 ScenarioResult RunWith(const std::function<void(ClosedLoopTick&)>& change) {
-  StabilitySubject subject = MakeSubject();
-  subject.X_WT_start = test::OverBlock(1);  // nothing is near
-  // As every coupling that is fitted to a device has: what is not to hide a force.
+  StabilitySubject subject = MakeRunSubject();
+  subject.X_WT_start = test::OverBlock(1);  // no bone is near
+  // The coupling has damping, as every coupling fitted to a device: it must not hide a force.
   EXPECT_GT(subject.setup.coupled.coupling.damping_Ns_per_mm, 0);
   ScenarioRun run(subject, kTried);
   for (int i = 0; i < 9; ++i) run.Step();
@@ -69,9 +69,9 @@ TEST(ScenarioRun, CountsAForceInTheAir) {
 
 TEST(ScenarioRun, CountsTicksWithValuesThatAreNotFinite) {
   const std::function<void(ClosedLoopTick&)> changes[] = {
-      [](auto& t) { t.f_device_N.z = kNaN; }, [](auto& t) { t.out.coupled.f_H_W_N.z = kNaN; },
-      [](auto& t) { t.out.coupled.X_WT.p_AB.z = HUGE_VAL; }, [](auto& t) { t.out.force.tau_H_W_Nmm.x = kNaN; },
-      [](auto& t) { t.p_WC_mm.y = -HUGE_VAL; }};
+      [](auto& t) { t.f_device_N.z = kScenarioRunNaN; }, [](auto& t) { t.out.coupled.f_H_W_N.z = kScenarioRunNaN; },
+      [](auto& t) { t.out.coupled.X_WT.p_AB.z = HUGE_VAL; },
+      [](auto& t) { t.out.force.tau_H_W_Nmm.x = kScenarioRunNaN; }, [](auto& t) { t.p_WC_mm.y = -HUGE_VAL; }};
   for (const auto& change : changes) {
     const ScenarioResult result = RunWith(change);
     EXPECT_EQ(Figure(result, "values that are not finite").value, 1) << &change - changes;
@@ -87,9 +87,9 @@ TEST(ScenarioRun, CountsForcesStepsAndTorquesBeyondTheDevice) {
   EXPECT_FALSE(Figure(RunWith([](auto& t) { t.out.force.tau_H_W_Nmm.x = 1; }), "largest torque").holds());
 }
 
-// What is allowed to come back is what holding can give, and a thousandth of what went to and fro.
+// The allowed return of energy is the energy of a held force plus a thousandth of the exchanged energy.
 TEST(ScenarioRun, AllowsWhatHoldingCanGive) {
-  const StabilitySubject subject = MakeSubject();
+  const StabilitySubject subject = MakeRunSubject();
   ScenarioRun run(subject, kTried);
   for (const double exchanged_mJ : {0.1, 20.0}) {
     ClosedLoopTick tick = run.loop().Step();
@@ -108,8 +108,8 @@ TEST(ScenarioRun, AllowsWhatHoldingCanGive) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(result.figures[i].holds(), i % 2 == 1) << i;
 }
 
-// The disc's radius is 11 mm, the block's top at 0. Told to the give of 180 points round the rim, 2 um, and the grid's
-// interpolation of a plane, which is exact.
+// The disc's radius is 11 mm, and the block's top is at 0. Tolerance: 180 points around the rim, 2 um; the grid's
+// interpolation of a plane is exact.
 TEST(CalcBuried, IsHowDeepTheEdgeIs) {
   const Bone bone = test::BlockOfBone(0.2);
   for (const double depth_mm : {-0.4, -0.1, 0.05, 0.2, 0.5}) {
@@ -118,21 +118,21 @@ TEST(CalcBuried, IsHowDeepTheEdgeIs) {
   }
 }
 
-// A plate of 3 mm under the push of 5 N: gone through in the time that there is, and both sides measured.
+// A plate of 3 mm under a push of 5 N: the tool breaks through in the available time, and both sides are measured.
 TEST(ScenarioFaults, BreakThroughGetsThroughAThinPlate) {
-  StabilitySubject subject = MakeSubject();
+  StabilitySubject subject = MakeRunSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 3));
   const ScenarioResult result = FindScenario("break_through").run(subject, 1);
-  const double share = Figure(result, "force against the feed after over before").value;
-  EXPECT_GE(share, 0);
-  EXPECT_LT(share, 1.5);
-  EXPECT_EQ(result.what.find("did not get through"), std::string::npos);
+  const double fraction = Figure(result, "force against the feed, after over before").value;
+  EXPECT_GE(fraction, 0);
+  EXPECT_LT(fraction, 1.5);
+  EXPECT_EQ(result.what.find("did not break through"), std::string::npos);
 }
 
-/// Ticks until the force is ramped in, and then until what goes wrong does.
+/// Ticks until the force has ramped in, plus ticks until the fault begins.
 constexpr std::size_t kBegun = 502 + 800;
 
-/// Longest run of ticks from kBegun on in which the force stayed as it was, above nothing.
+/// Longest run of ticks from kBegun on with a constant force above zero.
 std::size_t FindLongestHold(const ScenarioResult& result) {
   std::size_t longest = 0;
   std::size_t now = 0;
@@ -158,7 +158,7 @@ Periods FindPeriods(const ScenarioResult& result) {
 }
 
 TEST(ScenarioFaults, TimeIsAsUnevenAsTheyAreNamed) {
-  const StabilitySubject subject = MakeSubject();
+  const StabilitySubject subject = MakeRunSubject();
   const auto run = [&](const char* name) { return FindScenario(name).run(subject, 1); };
   const ScenarioResult even = run("cut_5N");
   EXPECT_NEAR(FindPeriods(even).shortest_ms, 1, 1e-9);
@@ -174,7 +174,7 @@ TEST(ScenarioFaults, TimeIsAsUnevenAsTheyAreNamed) {
   // One in a thousand above 5 ms: of 1500 some are above 3.5.
   EXPECT_GT(FindPeriods(run("late_ticks")).longest_ms, 3.5);
 
-  // One in five by itself: 300 of 1500, give or take 15 (a standard deviation of 15.5; four of them allowed).
+  // One in five independently: 300 of 1500 (standard deviation 15.5; four of them allowed).
   const ScenarioResult lost = run("lost_ticks");
   int held = 0;
   for (std::size_t i = kBegun + 1; i < lost.force_N.size(); ++i) held += lost.force_N[i] == lost.force_N[i - 1] ? 1 : 0;
@@ -182,17 +182,18 @@ TEST(ScenarioFaults, TimeIsAsUnevenAsTheyAreNamed) {
 
   EXPECT_NEAR(static_cast<double>(FindLongestHold(run("burst_5ms"))), 5, 1);
   EXPECT_NEAR(static_cast<double>(FindLongestHold(run("burst_50ms"))), 49, 1);
-  // The watchdog takes the force after 50 ms.
+  // The watchdog sets the force to zero after 50 ms.
   const ScenarioResult tripped = run("burst_200ms");
   EXPECT_NEAR(static_cast<double>(FindLongestHold(tripped)), 50, 1);
   const auto zeros = std::count(tripped.force_N.begin() + kBegun, tripped.force_N.end(), 0.0);
   EXPECT_NEAR(static_cast<double>(zeros), 3 * 150, 20);
 }
 
-// The same push and the same bone, so the same force until the fault sets in, and another one with it. While the sample
-// stays as it was the tool cuts on to where the handle was, so that the spring slackens; then it is drawn again.
+// The same push and bone give the same force until the fault begins, and then a different one. While the sample is
+// frozen the tool continues to cut up to the handle's last position, so that the spring slackens; then it stretches
+// again.
 TEST(ScenarioFaults, AFrozenSampleLetsTheSpringSlacken) {
-  const StabilitySubject subject = MakeSubject();
+  const StabilitySubject subject = MakeRunSubject();
   const ScenarioResult even = FindScenario("cut_5N").run(subject, 1);
   const ScenarioResult frozen = FindScenario("frozen").run(subject, 1);
   ASSERT_GT(frozen.force_N.size(), kBegun + 300);
@@ -204,10 +205,10 @@ TEST(ScenarioFaults, AFrozenSampleLetsTheSpringSlacken) {
   EXPECT_GT(even.force_N[kBegun + 99], frozen.force_N[kBegun + 99] + 0.05);
 }
 
-// As coarse as any known, and said so.
+// As coarse as any known encoder, and reported.
 TEST(ScenarioFaults, ACoarseEncoderIsOne) {
-  StabilitySubject subject = MakeSubject();
-  EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).what.find("Tried: 64 um, the device has 10 um."),
+  StabilitySubject subject = MakeRunSubject();
+  EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).what.find("Tested: 64 um; the device has 10 um."),
             std::string::npos);
   EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).force_N, FindScenario("cut_5N").run(subject, 1).force_N);
 }

@@ -1,4 +1,4 @@
-// The scenarios on the default block and device, and on subjects made bad on purpose.
+// Tests of the scenarios on the default block and device, and on deliberately bad subjects.
 #include "experiment/stability/scenarios.h"
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace kerf {
 namespace {
 
-StabilitySubject MakeSubject() {
+StabilitySubject MakeListedSubject() {
   StabilitySubject subject;
   subject.bone = test::BlockOfBone(0.2);
   subject.setup = test::HeldBlock("omega_6", "H3");
@@ -23,7 +23,7 @@ StabilitySubject MakeSubject() {
   return subject;
 }
 
-const Scenario& FindScenario(const std::string& name) {
+const Scenario& FindListedScenario(const std::string& name) {
   const auto& all = Scenarios();
   const auto found = std::find_if(all.begin(), all.end(), [&](const Scenario& s) { return s.name == name; });
   if (found == all.end()) throw std::runtime_error("no scenario " + name);
@@ -41,7 +41,7 @@ std::string Describe(const ScenarioResult& result) {
 
 TEST(Scenarios, AllHoldOnTheDefaultBlockWithTheDefaultDevice) {
   test::Verdict verdict("holds");
-  const StabilitySubject subject = MakeSubject();
+  const StabilitySubject subject = MakeListedSubject();
   int run = 0;
   for (const Scenario& scenario : Scenarios()) {
     const ScenarioResult result = scenario.run(subject, 1);
@@ -53,21 +53,21 @@ TEST(Scenarios, AllHoldOnTheDefaultBlockWithTheDefaultDevice) {
       ++run;
     }
   }
-  // All but breaking through, for which the block is too thick.
+  // All except break_through, for which the block is too thick.
   EXPECT_EQ(run + 1, static_cast<int>(Scenarios().size()));
   verdict.Note("scenarios run", run);
 }
 
 TEST(Scenarios, HoldForABallBurrAndWithTorques) {
-  StabilitySubject burr = MakeSubject();
+  StabilitySubject burr = MakeListedSubject();
   burr.setup.coupled.tool = BallBurr{};
-  StabilitySubject torques = MakeSubject();
+  StabilitySubject torques = MakeListedSubject();
   torques.setup = test::HeldBlock("virtuose_6d", "H2");
   for (StabilitySubject* subject : {&burr, &torques}) {
     if (subject == &burr) subject->X_WT_start = test::Upright(Vec3(0, 0, 3.3));
     for (const char* name :
          {"press_5N", "blow_500mm_per_s", "cut_5N", "sideways_in_kerf", "tilt_in_kerf", "jump_20mm"}) {
-      const ScenarioResult result = FindScenario(name).run(*subject, 1);
+      const ScenarioResult result = FindListedScenario(name).run(*subject, 1);
       EXPECT_TRUE(result.holds()) << Describe(result);
       EXPECT_FALSE(result.skipped) << name;
     }
@@ -75,9 +75,9 @@ TEST(Scenarios, HoldForABallBurrAndWithTorques) {
 }
 
 TEST(Scenarios, BreakThroughAThinPlate) {
-  StabilitySubject subject = MakeSubject();
+  StabilitySubject subject = MakeListedSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 3));
-  const ScenarioResult result = FindScenario("break_through").run(subject, 1);
+  const ScenarioResult result = FindListedScenario("break_through").run(subject, 1);
   EXPECT_TRUE(result.holds()) << Describe(result);
   EXPECT_FALSE(result.skipped);
 }
@@ -88,85 +88,87 @@ const StabilityFigure* FindFigure(const ScenarioResult& result, const std::strin
   return found == result.figures.end() ? nullptr : &*found;
 }
 
-// Where a path meets an edge aslant the hand pushes squarely on it. Along the feed the disc would slide up the edge and
-// over it: the edge's normal stands 27 degrees to the feed, friction of 0.3 holds 17.
+// Where a path touches an edge obliquely, the hand pushes along the edge's normal. Along the feed the disc would slide
+// up the edge and over it: the normal is at 27 degrees to the feed, and friction of 0.3 holds up to 17.
 TEST(Scenarios, PressOnAnEdgeSquarely) {
-  StabilitySubject subject = MakeSubject();
+  StabilitySubject subject = MakeListedSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 12));
   subject.into_W = Vec3(1, 0, 0);
   subject.X_WT_start = test::Upright(Vec3(-13 - std::sqrt(121.0 - 25) - 0.3, 0, 5));
   for (const char* name : {"press_1N", "press_5N", "press_20N"}) {
-    const ScenarioResult result = FindScenario(name).run(subject, 1);
+    const ScenarioResult result = FindListedScenario(name).run(subject, 1);
     EXPECT_EQ(result.judgement(), Judgement::kHolds) << Describe(result) << result.unjudged;
   }
 }
 
-// Nothing is told of a hand that lets go of a tool that is through the bone: the handle just goes on with its feed.
+// A hand that releases a tool that is through the bone is not judged: the handle just continues with its feed.
 TEST(Scenarios, LetGoIsNotJudgedOffTheBone) {
-  StabilitySubject subject = MakeSubject();
+  StabilitySubject subject = MakeListedSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(3, 6, 0.8));
-  const ScenarioResult result = FindScenario("let_go").run(subject, 1);
+  const ScenarioResult result = FindListedScenario("let_go").run(subject, 1);
   EXPECT_EQ(result.judgement(), Judgement::kNotJudged) << Describe(result);
-  EXPECT_EQ(FindFigure(result, "speed of the handle let go of"), nullptr);
+  EXPECT_EQ(FindFigure(result, "speed of the released handle"), nullptr);
 }
 
-// 50 ms are what the watchdog bears, and no whole number of ticks at each rate: a burst is as long as it bears.
+// The watchdog tolerates 50 ms, which is no whole number of ticks at each rate. A burst is the longest that it
+// tolerates.
 TEST(Scenarios, ABurstThatTheWatchdogBearsIsOneAtEveryRate) {
   for (const double rate_hz : {250.0, 500.0}) {
-    StabilitySubject subject = MakeSubject();
+    StabilitySubject subject = MakeListedSubject();
     subject.setup = test::HeldBlock("omega_6", "H3", {}, 1 / rate_hz);
-    const ScenarioResult borne = FindScenario("burst_50ms").run(subject, 1);
+    const ScenarioResult borne = FindListedScenario("burst_50ms").run(subject, 1);
     EXPECT_TRUE(borne.holds()) << rate_hz << " " << Describe(borne);
     EXPECT_NE(FindFigure(borne, "noise above 20 Hz"), nullptr) << rate_hz;
     EXPECT_EQ(FindFigure(borne, "ticks without force"), nullptr) << rate_hz;
     subject.setup.watchdog_ms = 20;
-    const ScenarioResult tripped = FindScenario("burst_50ms").run(subject, 1);
+    const ScenarioResult tripped = FindListedScenario("burst_50ms").run(subject, 1);
     EXPECT_TRUE(tripped.holds()) << rate_hz << " " << Describe(tripped);
     EXPECT_NE(FindFigure(tripped, "ticks without force"), nullptr) << rate_hz;
   }
 }
 
 TEST(Scenarios, TheSameSeedGivesTheSameFigures) {
-  const StabilitySubject subject = MakeSubject();
+  const StabilitySubject subject = MakeListedSubject();
   for (const char* name : {"orbits", "lost_ticks"}) {
-    const ScenarioResult once = FindScenario(name).run(subject, 7);
-    EXPECT_EQ(once.force_N, FindScenario(name).run(subject, 7).force_N) << name;
-    EXPECT_NE(once.force_N, FindScenario(name).run(subject, 8).force_N) << name;
+    const ScenarioResult once = FindListedScenario(name).run(subject, 7);
+    EXPECT_EQ(once.force_N, FindListedScenario(name).run(subject, 7).force_N) << name;
+    EXPECT_NE(once.force_N, FindListedScenario(name).run(subject, 8).force_N) << name;
   }
 }
 
-// kerf's own answer to a coupling that is asked for much too stiff: it is lowered, and then holds.
+// kerf lowers the stiffness of a coupling that is requested much too stiff; the scenarios then hold.
 TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceIsGiven) {
-  StabilitySubject subject = MakeSubject();
+  StabilitySubject subject = MakeListedSubject();
   CouplingParams asked;
   asked.stiffness_N_per_mm = 1000;
   subject.setup = test::HeldBlock("omega_6", "H3", asked);
   ASSERT_NEAR(subject.setup.coupled.coupling.stiffness_N_per_mm, 10.4, 0.2);
   for (const char* name :
        {"press_1N", "press_5N", "cut_5N", "cut_20N", "spindle_changes", "sideways_in_kerf", "jitter"}) {
-    const ScenarioResult result = FindScenario(name).run(subject, 1);
+    const ScenarioResult result = FindListedScenario(name).run(subject, 1);
     EXPECT_TRUE(result.holds()) << Describe(result);
   }
 }
 
-// With it a step of the encoder, 10 um, is 45 mN on the device, and a hand tells 35 mN: the fit does not look at that,
-// the scenarios do, and say where it comes from.
+// With it an encoder step of 10 um is 45 mN on the device, and a hand notices 35 mN. The fit does not check that; the
+// scenarios do, and report the cause.
 TEST(Scenarios, TellThatTheEncodersStepsAreFeltThroughAStiffCoupling) {
-  StabilitySubject subject = MakeSubject();
+  StabilitySubject subject = MakeListedSubject();
   CouplingParams asked;
   asked.stiffness_N_per_mm = 1000;
   subject.setup = test::HeldBlock("omega_6", "H3", asked);
-  const ScenarioResult result = FindScenario("cut_1N").run(subject, 1);
+  const ScenarioResult result = FindListedScenario("cut_1N").run(subject, 1);
   for (const StabilityFigure& f : result.figures) {
-    EXPECT_EQ(f.holds(), f.name != "step of the force in a tick, 99.9 %") << f.name << " " << f.value;
+    EXPECT_EQ(f.holds(), f.name != "perceived force step, 99.9 %") << f.name << " " << f.value;
   }
-  EXPECT_NE(result.what.find("A step of the encoder makes 1.3 just-noticeable differences."), std::string::npos)
+  EXPECT_NE(result.what.find("An encoder step changes the force by 1.3 just-noticeable differences."),
+            std::string::npos)
       << result.what;
-  const ScenarioResult coarse = FindScenario("coarse_encoder").run(subject, 1);
+  const ScenarioResult coarse = FindListedScenario("coarse_encoder").run(subject, 1);
   EXPECT_FALSE(coarse.holds()) << Describe(coarse);
 }
 
-/// What is done to a good subject, and the figure that must tell.
+/// Fault injected into a good subject, and the figure that must detect it.
 struct Spoilt {
   const char* scenario;
   const char* figure;
@@ -174,7 +176,7 @@ struct Spoilt {
 };
 
 void TooStiff(StabilitySubject& subject) {
-  // A light hand, no friction to help it, and forty times the force: four times what the sampled loop holds.
+  // A light hand, no friction, and forty times the force: four times the limit of the sampled loop.
   subject.setup.hand = FindHandModel("H1");
   subject.setup.profile.friction_N = 0;
   subject.setup.loop_gain = 40;
@@ -186,7 +188,7 @@ void Late(StabilitySubject& subject) {
   subject.setup.loop_gain = 3;
 }
 void Quick(StabilitySubject& subject) {
-  subject.setup.loop_gain = 3;  // of what the slew has let through
+  subject.setup.loop_gain = 3;  // relative to the force that the slew allows
 }
 void QuickAndStiff(StabilitySubject& subject) {
   subject.setup.loop_gain = 10;
@@ -204,27 +206,27 @@ void TooStiffAndUnwatched(StabilitySubject& subject) {
 class SpoiltScenario : public testing::TestWithParam<Spoilt> {};
 
 TEST_P(SpoiltScenario, IsSeenToFail) {
-  StabilitySubject subject = MakeSubject();
+  StabilitySubject subject = MakeListedSubject();
   GetParam().spoil(subject);
-  const ScenarioResult result = FindScenario(GetParam().scenario).run(subject, 1);
+  const ScenarioResult result = FindListedScenario(GetParam().scenario).run(subject, 1);
   EXPECT_FALSE(result.holds()) << Describe(result);
-  bool told = false;
-  for (const StabilityFigure& f : result.figures) told = told || (f.name == GetParam().figure && !f.holds());
-  EXPECT_TRUE(told) << Describe(result);
+  bool reported = false;
+  for (const StabilityFigure& f : result.figures) reported = reported || (f.name == GetParam().figure && !f.holds());
+  EXPECT_TRUE(reported) << Describe(result);
 }
 
 constexpr const char* kNoise = "noise above 20 Hz";
 constexpr const char* kStep = "largest force step in a tick";
-constexpr const char* kEnergy = "energy taken up by the motors, least";
+constexpr const char* kEnergy = "energy absorbed by the motors, minimum";
 INSTANTIATE_TEST_SUITE_P(
     All, SpoiltScenario,
-    testing::Values(Spoilt{"press_1N", kNoise, TooStiff}, Spoilt{"press_5N", "swings that do not die out", TooStiff},
+    testing::Values(Spoilt{"press_1N", kNoise, TooStiff}, Spoilt{"press_5N", "sustained oscillation", TooStiff},
                     Spoilt{"press_20N", kNoise, TooStiff},
-                    Spoilt{"blow_50mm_per_s", "speed back over speed of the blow", Late},
-                    Spoilt{"blow_200mm_per_s", "speed back over speed of the blow", Late},
-                    Spoilt{"blow_500mm_per_s", "speed back over speed of the blow", Late},
-                    Spoilt{"blow_turning_50mm_per_s", "speed back over speed of the blow", Late},
-                    Spoilt{"blow_turning_500mm_per_s", "speed back over speed of the blow", Late},
+                    Spoilt{"blow_50mm_per_s", "rebound speed over impact speed", Late},
+                    Spoilt{"blow_200mm_per_s", "rebound speed over impact speed", Late},
+                    Spoilt{"blow_500mm_per_s", "rebound speed over impact speed", Late},
+                    Spoilt{"blow_turning_50mm_per_s", "rebound speed over impact speed", Late},
+                    Spoilt{"blow_turning_500mm_per_s", "rebound speed over impact speed", Late},
                     Spoilt{"orbits", kEnergy, Late}, Spoilt{"cut_1N", kNoise, TooStiff},
                     Spoilt{"cut_5N", kNoise, TooStiff}, Spoilt{"cut_20N", kNoise, TooStiff},
                     Spoilt{"sideways_in_kerf", kNoise, TooStiff},
@@ -234,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(
                              subject.setup.loop_gain = 5;
                            }},
                     Spoilt{"break_through", kStep, QuickAndStiffOnAPlate},
-                    Spoilt{"spindle_changes", "step of the force in a tick, largest", TooStiff},
+                    Spoilt{"spindle_changes", "perceived force step, largest", TooStiff},
                     Spoilt{"any_hand", kNoise, [](StabilitySubject& subject) { subject.setup.loop_gain = 60; }},
                     Spoilt{"jump_1mm", kStep, TooStiff}, Spoilt{"jump_5mm", kStep, Quick},
                     Spoilt{"jump_20mm", kStep, Quick}, Spoilt{"jump_100mm", kStep, Quick},
@@ -247,7 +249,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return std::string(tested.param.scenario); });
 
 TEST(Scenarios, AreEachSpoiltInATest) {
-  // As many as the list above has.
+  // As many as in the list above.
   EXPECT_EQ(Scenarios().size(), 33U);
 }
 

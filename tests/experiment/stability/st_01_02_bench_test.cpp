@@ -1,5 +1,5 @@
-// The test bench itself: where a stiff wall on a simulated device begins to swing, and where an encoder's steps do,
-// against the known rules.
+// Tests of the test bench: the limits at which a stiff wall on a simulated device begins to oscillate, due to sampling
+// and due to an encoder's steps, against the known rules.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ struct Wall {
   int delay_ticks = 0;
 };
 
-/// How fast a small swing about the equilibrium of a push of 5 N grows, 1/s: below 0 it dies out.
+/// Growth rate of a small oscillation about the equilibrium of a push of 5 N, 1/s: negative if it decays.
 double CalcGrowth(const HandModel& hand, const Wall& wall, double K) {
   DeviceProfile profile = FindDeviceProfile("ideal");
   profile.mass_kg = 1;
@@ -37,8 +37,8 @@ double CalcGrowth(const HandModel& hand, const Wall& wall, double K) {
   SimulatedDevice device(profile, hand, {Quat{1, 0, 0, 0}, Vec3(x_eq, 0, 0)}, options);
   for (int i = 0; i <= wall.delay_ticks; ++i) device.Write(Vec3(-5, 0, 0), Vec3{0});
   device.SetIntention({.X_WH = {Quat{1, 0, 0, 0}, Vec3(x_eq, 0, 0)}, .push_W_N = Vec3(5, 0, 0)});
-  // Linear about the equilibrium, so that a hundredth of a second or of a cycle makes no difference: its energy, which
-  // does not waver as the swing does, at a tenth of the time and at the end.
+  // Linear about the equilibrium, so that a hundredth of a second or of a cycle makes no difference. Compares its
+  // energy, which is smoother than the oscillation, at a tenth of the time and at the end.
   const double cycle_s = 4 * std::acos(0.0) * std::sqrt(1e-3 * (1 + hand.mass_kg) / K);
   const int ticks = static_cast<int>(std::max(1.5, 12 * cycle_s) / wall.dt_s);
   double before = x_eq;
@@ -48,7 +48,7 @@ double CalcGrowth(const HandModel& hand, const Wall& wall, double K) {
   const int window = static_cast<int>(2 * cycle_s / wall.dt_s);
   for (int i = 0; i < ticks; ++i) {
     const double x = device.p_WC_mm().x;
-    const double kick = i < 5 ? 1e-3 : 0;  // sets it swinging
+    const double kick = i < 5 ? 1e-3 : 0;  // starts the oscillation
     device.Write(Vec3(-K * x - wall.damping_Ns_per_mm * (x - before) / wall.dt_s + kick, 0, 0), Vec3{0});
     before = x;
     device.Elapse(wall.dt_s);
@@ -64,7 +64,7 @@ double CalcGrowth(const HandModel& hand, const Wall& wall, double K) {
   return 0.5 * std::log(late / early) / (wall.dt_s * (ticks - 2 * window));
 }
 
-/// Where it neither grows nor dies out; by regula falsi.
+/// Finds the stiffness at which it neither grows nor decays, by regula falsi.
 double FindCriticalStiffness(const HandModel& hand, const Wall& wall, double guess) {
   double lower = 0.8 * guess;
   double upper = 1.2 * guess;
@@ -87,10 +87,10 @@ double CalcRule(const HandModel& hand, const Wall& wall) {
   return 2 * (b + wall.damping_Ns_per_mm) / (wall.dt_s * (1 + 2 * wall.delay_ticks));
 }
 
-// The rule leaves out terms of the order of K T^2 / m and b T / m; the bench is found within 0.2 % of it, so that 1 %
-// tells of a fault in the bench.
+// The rule neglects terms of the order of K T^2 / m and b T / m. The bench agrees with it within 0.2 %, so a deviation
+// of 1 % indicates a fault of the bench.
 TEST(ClosedLoopST1, CriticalStiffnessOfAWallIsThatOfTheRule) {
-  Verdict verdict("holds; asked for are 5 % with a hand and 15 % without");
+  Verdict verdict("holds; the requirement is 5 % with a hand and 15 % without");
   std::string table = "critical stiffness, N/m, bench / rule\n";
   double worst = 0;
   double worst_released = 0;
@@ -113,13 +113,13 @@ TEST(ClosedLoopST1, CriticalStiffnessOfAWallIsThatOfTheRule) {
     }
   }
   std::puts(table.c_str());
-  verdict.AtMost("off the rule, H1 to H4, delay 0 to 2 ticks, period 0.25 to 1 ms", worst, 1, "%");
-  verdict.AtMost("off the rule, released", worst_released, 1, "%");
-  verdict.AtMost("off the rule with a damper in the wall, 0.3 of the hand's", worst_damped, 1, "%");
+  verdict.AtMost("deviation from the rule, H1 to H4, delay 0 to 2 ticks, period 0.25 to 1 ms", worst, 1, "%");
+  verdict.AtMost("deviation from the rule, released", worst_released, 1, "%");
+  verdict.AtMost("deviation from the rule with a damper in the wall, 0.3 times the hand's", worst_damped, 1, "%");
 }
 
-/// How far the handle still moves to and fro, in steps of the encoder, in the last half of `ticks` against a wall of
-/// stiffness K, pushed so that the force lies midway between two that the wall can give.
+/// Peak-to-peak motion of the handle, in encoder steps, in the last half of `ticks` against a wall of stiffness K. The
+/// push is midway between two forces that the wall can exert.
 double CalcLimitCycle(const HandModel& hand, double friction_N, double step_mm, double K, int ticks) {
   DeviceProfile profile = FindDeviceProfile("ideal");
   profile.friction_N = friction_N;
@@ -144,9 +144,9 @@ double CalcLimitCycle(const HandModel& hand, double friction_N, double step_mm, 
   return (highest - lowest) / step_mm;
 }
 
-// The second, independent limit: with friction f_c and steps Delta of the encoder, what the wall gives is at most K
-// Delta / 2 off; below K = 2 f_c / Delta friction holds that fast, exactly, and just above it nothing does, at any rate
-// (Abbott and Okamura 2005).
+// The second, independent limit: with friction f_c and encoder steps Delta, the wall's force is off by at most K Delta
+// / 2. Below K = 2 f_c / Delta friction holds exactly, and just above it nothing does, at any rate (Abbott and Okamura
+// 2005).
 TEST(ClosedLoopST2, EncoderStepsAreStillBelowTwiceTheFrictionOverTheStepAndNotAbove) {
   Verdict verdict("holds");
   double largest_below = 0;
@@ -166,10 +166,10 @@ TEST(ClosedLoopST2, EncoderStepsAreStillBelowTwiceTheFrictionOverTheStepAndNotAb
       }
     }
   }
-  verdict.Equal("to and fro at 0.98 of the limit", largest_below, 0, "steps");
-  verdict.AtLeast("at 1.05 of it, least", smallest_above, 1e-6, "steps");
-  verdict.AtMost("at 1.05 of it, most", largest_above, 2, "steps");
-  verdict.Note("hands, frictions and steps tried", tried);
+  verdict.Equal("peak-to-peak motion at 0.98 of the limit", largest_below, 0, "steps");
+  verdict.AtLeast("minimum at 1.05 of the limit", smallest_above, 1e-6, "steps");
+  verdict.AtMost("maximum at 1.05 of the limit", largest_above, 2, "steps");
+  verdict.Note("combinations of hand, friction and step", tried);
 }
 
 }  // namespace

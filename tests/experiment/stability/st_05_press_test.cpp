@@ -1,4 +1,4 @@
-// Pressed on and held, with devices that have no friction to hide behind.
+// Tests of a tool pressed on the bone and held, with devices without friction.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,10 +22,10 @@ using test::WatchedLoop;
 struct Place {
   const char* name;
   Vec3 size_mm;
-  Vec3 over_mm;  // the disc's lowest point, over the top
+  Vec3 over_mm;  // the disc's lowest point, relative to the top
   bool layered;
 };
-// The disc stands in the plane y = 0 of the place.
+// The disc lies in the plane y = 0 of the place.
 const Place kPlaces[] = {
     {"face", Vec3(26, 6, 26), Vec3(0, 0, 0), false},        {"edge", Vec3(26, 6, 26), Vec3(12.8, 0, 0), false},
     {"corner", Vec3(26, 6, 26), Vec3(12.8, 2.6, 0), false}, {"lamella", Vec3(26, 0.4, 26), Vec3(0, 0, 0), false},
@@ -44,17 +44,17 @@ Bone MakePlace(const Place& place) {
 }
 
 struct Held {
-  double noise_mN = 0;  // in the simulation's newtons, as its neighbours
+  double noise_mN = 0;  // in the simulation's newtons, like mean_N
   double mean_N = 0;
   double late_over_early = 0;  // of the noise
   bool limit_cycle = false;
   std::uint32_t faults = 0;
 };
 
-/// Presses with `push_N` (of the simulation) for `seconds` and listens to all but the first `settle_s`.
+/// Presses with `push_N` (of the simulation) for `seconds` and measures everything after the first `settle_s`.
 Held Press(const Place& place, const ClosedLoopSetup& setup, double push_N, double rpm, double settle_s,
            double seconds) {
-  // A saw that cuts on the very edge slides off it: there the edge crosses the arc beside its lowest point.
+  // A saw that cuts exactly on the edge slides off it, because the edge crosses the arc next to its lowest point.
   const double inwards_mm = rpm != 0 && place.over_mm.x > 0 ? 5 : 0;
   const Pose start = test::Upright(place.over_mm + Vec3(-inwards_mm, 0, 11.1));
   WatchedLoop saw(MakePlace(place), setup, start);
@@ -82,7 +82,7 @@ Held Press(const Place& place, const ClosedLoopSetup& setup, double push_N, doub
   held.noise_mN = 1000 * CalcNoise(span, setup.period_s);
   const double early = 1000 * CalcNoise(span.first(third), setup.period_s);
   const double late = 1000 * CalcNoise(span.last(third), setup.period_s);
-  held.late_over_early = late / std::max(early, 5.0);  // below 5 mN it is the encoder's, now and then
+  held.late_over_early = late / std::max(early, 5.0);  // below 5 mN it is occasional encoder noise
   held.limit_cycle = FindOscillation(f_z, setup.period_s, 0.02).is_limit_cycle;
   return held;
 }
@@ -94,12 +94,12 @@ ClosedLoopSetup WithoutFriction(const char* profile, const char* hand) {
   return setup;
 }
 
-/// The bound of the catalogue: 20 mN or 1 % of the force.
+/// The catalogue's bound: 20 mN or 1 % of the force.
 double CalcBound_mN(const Held& held) {
   return std::max(20.0, 10 * std::abs(held.mean_N));
 }
 
-// 20 s on a stopped saw, the hardest wall there is. Friction would hold the handle fast: left out.
+// 20 s on a stopped saw, the stiffest possible wall. Friction is disabled because it would hold the handle.
 TEST(ClosedLoopST5, PressedOnWithAStoppedSawAndHeldItIsStill) {
   Verdict verdict("holds");
   double noise = 0;
@@ -121,12 +121,12 @@ TEST(ClosedLoopST5, PressedOnWithAStoppedSawAndHeldItIsStill) {
     }
   }
   std::puts(table.c_str());
-  verdict.AtMost("noise above 20 Hz over its bound (20 mN or 1 %), worst", noise, 1);
-  verdict.AtMost("noise of the last third over that of the first, worst", growth, 1.2);
+  verdict.AtMost("noise above 20 Hz relative to its bound (20 mN or 1 %), worst", noise, 1);
+  verdict.AtMost("noise of the last third relative to that of the first, worst", growth, 1.2);
   verdict.Equal("limit cycles", cycles, 0);
 }
 
-// The spindle turns: the saw goes in, steadily.
+// The spindle turns: the saw cuts steadily.
 TEST(ClosedLoopST5, PressedOnWithARunningSawItCutsWithoutNoise) {
   Verdict verdict("holds");
   double noise = 0;
@@ -143,7 +143,7 @@ TEST(ClosedLoopST5, PressedOnWithARunningSawItCutsWithoutNoise) {
     }
   }
   std::puts(table.c_str());
-  verdict.AtMost("noise above 20 Hz over its bound (20 mN or 1 %), worst", noise, 1);
+  verdict.AtMost("noise above 20 Hz relative to its bound (20 mN or 1 %), worst", noise, 1);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A handle thrown at the bone, with nobody holding it.
+// Tests of a released handle that is thrown at the bone.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -19,12 +19,12 @@ using test::WatchedLoop;
 
 struct Impact {
   double approach_mm_per_s = 0;  // just before the force begins
-  double rebound_mm_per_s = 0;   // fastest, on the way out
+  double rebound_mm_per_s = 0;   // maximum on the way out
   double largest_N = 0;
   double deepest_mm = 0;  // of the tool's rim below the top
 };
 
-/// Released at `above_mm` with a push that brings it to about `speed`, then let fly.
+/// Releases the handle 6 mm above the block with a push that accelerates it to about `speed_mm_per_s`.
 Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
   constexpr double kAbove_mm = 6;
   WatchedLoop saw(test::BlockOfBone(0.2, Vec3(26, 6, 26)), setup, test::OverBlock(kAbove_mm));
@@ -32,7 +32,7 @@ Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
   free.X_WH = test::OverBlock(kAbove_mm);
   saw.loop.device().SetIntention(free);
   for (int i = 0; i < 600; ++i) saw.Step(0);
-  // Half of the way with the force that the speed needs over it.
+  // Half of the distance with the force that this speed requires.
   const double force_N =
       setup.profile.friction_N + 1e-3 * setup.profile.mass_kg * speed_mm_per_s * speed_mm_per_s / (2 * 0.5 * kAbove_mm);
   Impact impact;
@@ -40,7 +40,7 @@ Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
   for (int i = 0; i < 4000; ++i) {
     Intention intention = free;
     const bool pushes = !touched && saw.loop.device().p_WC_mm().z > 11 + 0.5 * kAbove_mm;
-    // What friction takes on the way there is given back.
+    // Compensates friction on the way there.
     if (!touched) intention.push_W_N = Vec3(0, 0, pushes ? -force_N : -setup.profile.friction_N);
     saw.loop.device().SetIntention(intention);
     const double before = -saw.loop.device().v_WC_mm_per_s().z;
@@ -58,7 +58,8 @@ Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
   return impact;
 }
 
-// The device alone is the hardest case: a hand would take speed away. As stiff as the coupling gets, and as shipped.
+// The device alone is the hardest case, because a hand would reduce the speed. With the stiffest coupling, and with the
+// default.
 TEST(ClosedLoopST6, AThrownHandleComesBackNoFasterThanItCame) {
   Verdict verdict("holds");
   double restitution = 0;
@@ -69,7 +70,7 @@ TEST(ClosedLoopST6, AThrownHandleComesBackNoFasterThanItCame) {
     for (const bool stiff : {false, true}) {
       CouplingParams asked;
       if (stiff) asked.stiffness_N_per_mm = 1000;
-      // Fitted for a firm grip, and then let go of.
+      // Fitted for a firm grip, and then released.
       ClosedLoopSetup setup = HeldBlock(profile, "H4", asked);
       setup.hand = FindHandModel("H0");
       for (const double speed : {50.0, 200.0, 500.0, 1000.0}) {
@@ -87,10 +88,10 @@ TEST(ClosedLoopST6, AThrownHandleComesBackNoFasterThanItCame) {
     }
   }
   std::puts(table.c_str());
-  verdict.AtMost("speed back over speed there, worst", restitution, 1);
-  verdict.AtMost("largest force over the device's peak", largest, 1);
-  // The stopped edge is a spring of 2000 N/mm a point, and the level set is exact to some hundredths of a voxel.
-  verdict.AtMost("the tool's rim in the bone", deepest_mm, 0.05, "mm");
+  verdict.AtMost("rebound speed relative to approach speed, worst", restitution, 1);
+  verdict.AtMost("largest force relative to the device's peak", largest, 1);
+  // The stopped edge is a spring of 2000 N/mm per point, and the level set is exact to some hundredths of a voxel.
+  verdict.AtMost("penetration of the tool's rim", deepest_mm, 0.05, "mm");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Ticks that come early, late or not at all.
+// Tests of ticks that come early, late or not at all.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -37,14 +37,14 @@ TimingFaults Make(double jitter, double tail_s, double lost, double burst_s = 0)
   return timing;
 }
 
-struct Held {
+struct TimingHeld {
   double noise_mN = 0;
   double mean_N = 0;
   bool limit_cycle = false;
 };
 
 /// 5 N on a stopped or a running saw, without the device's friction.
-Held Hold(const TimingFaults& timing, const char* hand, double rpm) {
+TimingHeld Hold(const TimingFaults& timing, const char* hand, double rpm) {
   ClosedLoopSetup setup = HeldBlock("omega_6", hand);
   setup.profile.friction_N = 0;
   const Pose start = test::OverBlock();
@@ -56,7 +56,7 @@ Held Hold(const TimingFaults& timing, const char* hand, double rpm) {
   push.yield_s = 0.5;
   std::vector<Vec3> f;
   std::vector<double> f_z;
-  Held held;
+  TimingHeld held;
   const double until_s = rpm == 0 ? 5.5 : 3.5;
   for (ClosedLoopTick tick; tick.time_s < until_s;) {
     push.push_W_N = Vec3(0, 0, -5 * scale * std::min(1.0, tick.time_s / 0.3));
@@ -72,18 +72,18 @@ Held Hold(const TimingFaults& timing, const char* hand, double rpm) {
   return held;
 }
 
-struct Rounds {
-  double overdrawn = 0;  // as WatchedLoop
+struct TimingRounds {
+  double overdrawn = 0;  // as in WatchedLoop
   double lowest_mJ = 0;
   double lowest_handle_mJ = 0;
-  double of_held = 0;  // what came back, of what holding can give: sum 1/2 K dx^2
+  double of_held = 0;  // energy returned, relative to the energy of held forces: sum 1/2 K dx^2
   double exchanged_mJ = 0;
-  double peak_share = 0;   // largest force over the device's peak
-  double unexplained = 0;  // as overdrawn, but for what a gap can give (see Gaps)
+  double peak_fraction = 0;  // largest force over the device's peak
+  double unexplained = 0;    // as `overdrawn`, minus the energy that gaps can return (see Gaps)
 };
 
-/// What came back while there were no ticks or the force was ramped in, and what can come back of it later: a force
-/// that stays as it was while the hand goes on is no spring, and one that is less than it will be is put in for less.
+/// Energy returned without ticks or during the ramp, and the energy that this can return later. A constant force on a
+/// moving hand is not a spring's, and during the ramp the hand works against less than the full force.
 struct Gaps {
   double mJ = 0;
   double motor_mJ = 0;
@@ -100,9 +100,9 @@ struct Gaps {
   }
 };
 
-Rounds GoRounds(const TimingFaults& timing, int rounds, double rpm, bool stiff, std::uint64_t seed) {
+TimingRounds GoRounds(const TimingFaults& timing, int rounds, double rpm, bool stiff, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  Rounds all;
+  TimingRounds all;
   for (int i = 0; i < rounds; ++i) {
     CouplingParams asked;
     if (stiff) asked.stiffness_N_per_mm = 1000;
@@ -128,12 +128,12 @@ Rounds GoRounds(const TimingFaults& timing, int rounds, double rpm, bool stiff, 
     all.lowest_handle_mJ = std::min(all.lowest_handle_mJ, energy.lowest_handle_mJ);
     if (energy.held_mJ > 0) all.of_held = std::max(all.of_held, -energy.lowest_mJ / energy.held_mJ);
     all.exchanged_mJ += energy.exchanged_mJ;
-    all.peak_share = std::max(all.peak_share, saw.largest_N / setup.profile.peak_force_N);
+    all.peak_fraction = std::max(all.peak_fraction, saw.largest_N / setup.profile.peak_force_N);
   }
   return all;
 }
 
-std::string Line(const std::string& name, const Rounds& all) {
+std::string Line(const std::string& name, const TimingRounds& all) {
   return fmt::format("{:40} overdrawn {:8.3f} lowest {:9.5f} mJ handle {:9.5f} of held {:6.3f} exchanged {:7.1f}\n",
                      name, all.overdrawn, all.lowest_mJ, all.lowest_handle_mJ, all.of_held, all.exchanged_mJ);
 }
@@ -149,7 +149,7 @@ TEST(ClosedLoopST8, JitterLeavesTheHoldStillAndGivesNothing) {
   for (const Fault& fault : faults) {
     for (const char* hand : {"H2", "H3", "H4"}) {
       for (const double rpm : {0.0, 7500.0}) {
-        const Held held = Hold(fault.timing, hand, rpm);
+        const TimingHeld held = Hold(fault.timing, hand, rpm);
         EXPECT_NEAR(held.mean_N, 5, 1.3) << fault.name << " " << hand;
         noise = std::max(noise, held.noise_mN / std::max(20.0, 10 * held.mean_N));
         cycles += held.limit_cycle ? 1 : 0;
@@ -158,14 +158,14 @@ TEST(ClosedLoopST8, JitterLeavesTheHoldStillAndGivesNothing) {
       }
     }
   }
-  verdict.AtMost("noise above 20 Hz over its bound (20 mN or 1 %), worst", noise, 1);
+  verdict.AtMost("noise above 20 Hz relative to its bound (20 mN or 1 %), worst", noise, 1);
   verdict.Equal("limit cycles", cycles, 0);
   double overdrawn = 0;
   double handle_mJ = 0;
   double of_held = 0;
   for (const Fault& fault : faults) {
     for (const bool stiff : {false, true}) {
-      const Rounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(9 * Effort())), 0.0, stiff, 7);
+      const TimingRounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(9 * Effort())), 0.0, stiff, 7);
       overdrawn = std::max(overdrawn, all.overdrawn);
       handle_mJ = std::min(handle_mJ, all.lowest_handle_mJ);
       of_held = std::max(of_held, all.of_held);
@@ -173,18 +173,17 @@ TEST(ClosedLoopST8, JitterLeavesTheHoldStillAndGivesNothing) {
     }
   }
   std::puts(table.c_str());
-  verdict.Note("most that came back at the motors", overdrawn, "of 1e-6 J or 0.1 % of what went to and fro");
-  verdict.AtMost("most that came back of what holding can give", of_held, 0.05);
-  verdict.AtLeast("least energy at the handle", 1000 * handle_mJ, -1e-3, "uJ");
+  verdict.Note("maximum energy returned at the motors", overdrawn, "times 1e-6 J or 0.1 % of the exchanged energy");
+  verdict.AtMost("maximum energy returned relative to what holding can return", of_held, 0.05);
+  verdict.AtLeast("minimum energy at the handle", 1000 * handle_mJ, -1e-3, "uJ");
 }
 
-// A lost tick leaves the device with its last force, whatever the hand does meanwhile; after 50 ms the watchdog makes
-// it zero. Then the force comes back by the ramp.
+// After a lost tick the device keeps its last force, whatever the hand does; after 50 ms the watchdog sets it to zero.
+// Then the force ramps in again.
 TEST(ClosedLoopST9, LostTicksLeaveTheLoopBounded) {
   Verdict verdict(
-      "holds up to 10 ms. A force that stays for 50 ms while the hand goes on is none of the simulation's: what it "
-      "gives is "
-      "bounded, and counted");
+      "holds up to 10 ms. A force held for 50 ms while the hand moves on is not computed by the simulation; the "
+      "energy that it returns is bounded and reported");
   const Fault faults[] = {{"1 % lost", Make(0, 0, 0.01)},           {"5 % lost", Make(0, 0, 0.05)},
                           {"20 % lost", Make(0, 0, 0.2)},           {"bursts of 5 ms", Make(0, 0, 0, 0.005)},
                           {"bursts of 10 ms", Make(0, 0, 0, 0.01)}, {"bursts of 50 ms", Make(0, 0, 0, 0.05)},
@@ -199,8 +198,8 @@ TEST(ClosedLoopST9, LostTicksLeaveTheLoopBounded) {
   for (const Fault& fault : faults) {
     for (const double rpm : {0.0, 7500.0}) {
       const bool burst = fault.timing.burst_s > 0.01;
-      const Rounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(6 * Effort())), rpm, true, 9);
-      peak = std::max(peak, all.peak_share);
+      const TimingRounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(6 * Effort())), rpm, true, 9);
+      peak = std::max(peak, all.peak_fraction);
       unexplained = std::max(unexplained, all.unexplained);
       if (burst) {
         burst_mJ = std::min(burst_mJ, all.lowest_mJ);
@@ -213,15 +212,16 @@ TEST(ClosedLoopST9, LostTicksLeaveTheLoopBounded) {
     }
   }
   std::puts(table.c_str());
-  verdict.AtMost("largest force over the device's peak", peak, 1);
-  verdict.AtMost("up to 10 ms: most that came back of what holding can give", of_held, 0.05);
-  verdict.AtLeast("up to 10 ms: least energy at the handle", 1000 * handle_mJ, -1e-3, "uJ");
-  verdict.Note("bursts of 50 and 200 ms: least energy at the motors", burst_mJ, "mJ");
-  verdict.Note("bursts of 50 and 200 ms: least energy at the handle", burst_handle_mJ, "mJ");
-  verdict.AtMost("came back beyond what the gaps and the ramps after them gave", unexplained, 1, "of the tolerance");
+  verdict.AtMost("largest force relative to the device's peak", peak, 1);
+  verdict.AtMost("up to 10 ms: maximum energy returned relative to what holding can return", of_held, 0.05);
+  verdict.AtLeast("up to 10 ms: minimum energy at the handle", 1000 * handle_mJ, -1e-3, "uJ");
+  verdict.Note("bursts of 50 and 200 ms: minimum energy at the motors", burst_mJ, "mJ");
+  verdict.Note("bursts of 50 and 200 ms: minimum energy at the handle", burst_handle_mJ, "mJ");
+  verdict.AtMost("energy returned in excess of what the gaps and their ramps return", unexplained, 1,
+                 "times the tolerance");
 }
 
-// Longer than the watchdog's 50 ms: zero at once, and back by the ramp. Shorter: the force stays.
+// Longer than the watchdog's 50 ms: zero at once, then the ramp. Shorter: the force is unchanged.
 TEST(ClosedLoopST9, AfterTheWatchdogTheForceComesBackByTheRamp) {
   Verdict verdict("holds");
   for (const double gap_s : {0.01, 0.2}) {
@@ -241,26 +241,26 @@ TEST(ClosedLoopST9, AfterTheWatchdogTheForceComesBackByTheRamp) {
     timing.burst_s = gap_s;
     saw.loop.SetTiming(timing);
     for (ClosedLoopTick tick = saw.Step(0); tick.dt_s > 0;) tick = saw.Step(0);
-    double least_N = before_N;
+    double min_N = before_N;
     int back_ms = 0;
     for (int i = 0; i < 1000; ++i) {
       const ClosedLoopTick tick = saw.Step(0);
       const double f_N = glm::length(saw.loop.device().force_N());
-      least_N = std::min(least_N, f_N);
+      min_N = std::min(min_N, f_N);
       if (f_N < 0.9 * before_N && tick.dt_s > 0) ++back_ms;
     }
     if (gap_s < 0.05) {
-      verdict.AtLeast("least force after 10 ms without ticks, of that before", least_N / before_N, 0.9);
+      verdict.AtLeast("minimum force after 10 ms without ticks relative to that before", min_N / before_N, 0.9);
     } else {
-      verdict.Equal("least force after 200 ms", least_N, 0, "N");
-      verdict.AtLeast("until it is back", back_ms, 200, "ms");
-      verdict.AtMost("until it is back", back_ms, 600, "ms");
+      verdict.Equal("minimum force after 200 ms without ticks", min_N, 0, "N");
+      verdict.AtLeast("time until the force has returned", back_ms, 200, "ms");
+      verdict.AtMost("time until the force has returned", back_ms, 600, "ms");
     }
   }
 }
 
-// The hand goes 8 mm into the block while no tick comes. The spring that then is drawn would be 40 N; it comes at the
-// slew, from no force to the peak in 5 ms, a period's worth a tick however long the gap was.
+// The hand moves 8 mm into the block during a gap without ticks. The stretched spring would give 40 N. The force rises
+// at the slew, from zero to the peak in 5 ms, by one period's worth a tick whatever the length of the gap.
 TEST(ClosedLoopST9, WhatAGapHidComesAtTheSlew) {
   Verdict verdict("holds");
   CouplingParams asked;
@@ -278,8 +278,9 @@ TEST(ClosedLoopST9, WhatAGapHidComesAtTheSlew) {
   for (int i = 0; i < 70; ++i) saw.Step(0);
   const double slew_N = setup.profile.peak_force_N / 0.005 * setup.period_s;
   EXPECT_GT(saw.largest_N, 3 * slew_N);
-  verdict.AtLeast("largest rise of the force in a tick, of the slew", saw.largest_rise_N / slew_N, 0.99);
-  verdict.AtMost("largest rise", saw.largest_rise_N / slew_N, 1 + 1e-9);
+  verdict.AtLeast("largest rise of the force in a tick relative to the slew limit", saw.largest_rise_N / slew_N, 0.99);
+  verdict.AtMost("largest rise of the force in a tick relative to the slew limit", saw.largest_rise_N / slew_N,
+                 1 + 1e-9);
 }
 
 }  // namespace

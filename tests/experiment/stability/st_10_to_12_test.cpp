@@ -1,4 +1,4 @@
-// Corners of the parameters, hands that change, and a long time.
+// Tests of extreme parameters, of changing hands, and of a long time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,8 +22,8 @@ using test::Upright;
 using test::Verdict;
 using test::WatchedLoop;
 
-// Coupling asked for from a tenth to a hundred times the usual, bone from foam of 1 kPa to 1000 GPa, friction from none
-// to 2: pressed on with 5 N and rubbed along, the spindle still and turning.
+// Requested coupling from a tenth to a hundred times the usual one, bone from foam of 1 kPa to 1000 GPa, friction from
+// 0 to 2: pressed on with 5 N and rubbed along, with the spindle stopped and turning.
 TEST(ClosedLoopST10, CornersOfTheParametersAreStill) {
   Verdict verdict("holds");
   double noise = 0;
@@ -48,7 +48,7 @@ TEST(ClosedLoopST10, CornersOfTheParametersAreStill) {
           Intention push;
           push.X_WH = start;
           push.yield_s = 0.5;
-          push.v_W_mm_per_s = Vec3(1, 0.3, 0);  // it rubs along, and against the side of its kerf
+          push.v_W_mm_per_s = Vec3(1, 0.3, 0);  // it rubs along, and against the wall of its kerf
           std::vector<Vec3> f;
           std::vector<double> f_z;
           for (int i = 0; i < 2200; ++i) {
@@ -62,7 +62,7 @@ TEST(ClosedLoopST10, CornersOfTheParametersAreStill) {
             f_z.push_back(f.back().z);
           }
           const double noise_mN = 1000 * CalcNoise(f, 0.001);
-          // An encoder's step of 10 um is K times as much force, whatever the bone: that is the bound's other part.
+          // An encoder step of 10 um times K, whatever the bone: the second term of the bound.
           const double step_mN = 1000 * setup.coupled.coupling.stiffness_N_per_mm * setup.profile.resolution_mm;
           double& worst = K <= 1 ? noise_soft : noise;
           worst = std::max(worst, noise_mN / (K <= 1 ? 50 : 50 + step_mN));
@@ -77,13 +77,13 @@ TEST(ClosedLoopST10, CornersOfTheParametersAreStill) {
   }
   std::puts(table.c_str());
   verdict.Note("corners", runs);
-  verdict.AtMost("noise over 50 mN (1 % of 5 N), usual couplings, worst", noise_soft, 1);
-  verdict.AtMost("noise over 50 mN and a step of the encoder, stiffest, worst", noise, 1);
+  verdict.AtMost("noise relative to 50 mN (1 % of 5 N), usual couplings, worst", noise_soft, 1);
+  verdict.AtMost("noise relative to 50 mN plus an encoder step, stiffest couplings, worst", noise, 1);
   verdict.Equal("limit cycles", cycles, 0);
 }
 
-// The grip changes in the middle of a push, between all the hands; at last the device is let go of. Fitted for the
-// firmest hand, so that the released device has the stiffest coupling that it can get.
+// The grip changes in the middle of a push, between all hands; in the end the device is released. Fitted for the
+// firmest hand, so that the released device has the stiffest coupling possible.
 TEST(ClosedLoopST11, RegrippedAndReleasedItLeavesTheBoneWithoutAKick) {
   Verdict verdict("holds");
   double kick = 0;
@@ -116,7 +116,7 @@ TEST(ClosedLoopST11, RegrippedAndReleasedItLeavesTheBoneWithoutAKick) {
         }
         const double hold_N = glm::length(saw.loop.device().force_N());
         EXPECT_GT(hold_N, 0.5 * push_N) << profile;
-        // Let go: no hand and no push. What the device has then is what the spring had.
+        // Released: no hand and no push. The device's energy is then that of the spring.
         const double K = setup.coupled.coupling.stiffness_N_per_mm * ForceMap(setup.profile, {}).force_scale();
         const double spring_mm_per_s = hold_N / std::sqrt(K * 1e-3 * setup.profile.mass_kg);
         saw.loop.device().SetHand(FindHandModel("H0"));
@@ -128,7 +128,7 @@ TEST(ClosedLoopST11, RegrippedAndReleasedItLeavesTheBoneWithoutAKick) {
           tick = saw.Step(rpm);
           most = std::max(most, glm::length(tick.v_WC_mm_per_s));
         }
-        EXPECT_LT(glm::length(saw.loop.device().force_N()), 1e-9) << profile;  // clear of the bone
+        EXPECT_LT(glm::length(saw.loop.device().force_N()), 1e-9) << profile;  // out of contact with the bone
         kick = std::max(kick, saw.largest_N / hold_N);
         speed = std::max(speed, most / spring_mm_per_s);
         largest_step_N = std::max(largest_step_N, saw.largest_rise_N / setup.profile.peak_force_N);
@@ -137,15 +137,16 @@ TEST(ClosedLoopST11, RegrippedAndReleasedItLeavesTheBoneWithoutAKick) {
       }
     }
   }
-  verdict.AtMost("largest force after the release over that of the hold", kick, 1.02);
-  verdict.AtMost("speed of leaving over that of the spring let go", speed, 1.02);
-  verdict.AtMost("most that came back at the motors, regrips and release", overdrawn, 1, "of the tolerance");
-  verdict.AtLeast("least energy at the handle", 1000 * handle_mJ, -1e-3, "uJ");
+  verdict.AtMost("largest force after release relative to the holding force", kick, 1.02);
+  verdict.AtMost("speed after release relative to that of a released spring", speed, 1.02);
+  verdict.AtMost("maximum energy returned at the motors, regrips and release", overdrawn, 1, "times the tolerance");
+  verdict.AtLeast("minimum energy at the handle", 1000 * handle_mJ, -1e-3, "uJ");
 }
 
-// Strokes here and there, some of them into old kerfs, with rests in the air in between, where the force is none.
+// Strokes in different places, some of them into old kerfs, with pauses in free air in between, without force.
 TEST(ClosedLoopST12, ALongSurgeryHasNoDrift) {
-  Verdict verdict(Effort() >= 10 ? "holds" : "holds; ten minutes and more behind the flag, a tenth of it here");
+  Verdict verdict(Effort() >= 10 ? "holds"
+                                 : "holds; takes ten minutes with KERF_STABILITY_EFFORT=10, a tenth of that here");
   CouplingParams asked;
   ClosedLoopSetup setup = HeldBlock("omega_6", "H3", asked);
   setup.coupled.spare_leaves = 40000;
@@ -186,9 +187,9 @@ TEST(ClosedLoopST12, ALongSurgeryHasNoDrift) {
   EXPECT_EQ(faults, kHapticOk);
   EXPECT_GT(saw.largest_N, 0.3);
   verdict.Note("ticks", ticks);
-  verdict.Equal("not finite", not_finite, 0);
+  verdict.Equal("ticks with a force that is not finite", not_finite, 0);
   verdict.Equal("force at rest in the air", idle_N, 0, "N");
-  verdict.AtMost("largest step of the force", largest_rise_N, 2.4, "N");
+  verdict.AtMost("largest rise of the force in a tick", largest_rise_N, 2.4, "N");
   verdict.AtLeast("bone removed", saw.invariants.removed_mm3(), 10 * std::min(1.0, strokes / 12.0), "mm3");
 }
 

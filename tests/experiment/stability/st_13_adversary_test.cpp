@@ -1,4 +1,4 @@
-// ST13: an adversary looks for the hand and the path that are worst.
+// ST13: an adversary searches for the worst hand and path.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-/// The coupling as it ships for the lightest grip that has a name; the adversary's own may be half as damped.
+/// Default coupling for the lightest named grip. The adversary's own may have half its damping.
 StabilitySubject Subject(const std::string& profile) {
   StabilitySubject subject{test::BlockOfBone(), test::HeldBlock(profile, "H1"), test::OverBlock(), {0, 0, -1}, 7500};
   return subject;
@@ -22,7 +22,7 @@ void Report(const std::string& profile, const Worst& worst) {
       "{}: noise {:.4g} N of {:.3g} N, kept {:.4g}, lowest {:.4g} mJ of {:.4g} mJ exchanged, spindle {:.3g} mJ; found "
       "at try "
       "{}: {}\n",
-      profile, worst.result.noise_N, worst.result.mean_N, worst.result.least_kept, worst.result.lowest_mJ,
+      profile, worst.result.noise_N, worst.result.mean_N, worst.result.min_kept, worst.result.lowest_mJ,
       worst.result.exchanged_mJ, worst.result.spindle_mJ, worst.found.at_try, ToText(worst.attack));
 }
 
@@ -35,22 +35,22 @@ TEST(ClosedLoopST13, NoHandThatWasLookedForMakesTheShippedLoopTremble) {
   for (const std::string profile : {"omega_6", "touch"}) {
     const Worst worst = FindWorst(Subject(profile), AttackGoal::kNoise, Options(60));
     Report(profile, worst);
-    verdict.AtMost("worst noise, share of 20 mN or 1 %, " + profile, worst.result.NoiseShare(), 1);
+    verdict.AtMost("worst noise relative to 20 mN or 1 %, " + profile, worst.result.NoiseFraction(), 1);
   }
 }
 
-// At the handle, so that the device's own friction and damping count, as the hand feels it. 0.1 % is what the
-// integration and the account may be off by.
+// At the handle, including the device's own friction and damping, as the hand feels it. 0.1 % is the possible error of
+// the integration and of the energy balance.
 TEST(ClosedLoopST13, NoHandThatWasLookedForGetsEnergyOutOfTheShippedLoop) {
   test::Verdict verdict("holds");
   for (const std::string profile : {"omega_6", "touch"}) {
     const Worst worst = FindWorst(Subject(profile), AttackGoal::kEnergy, Options(60));
     Report(profile, worst);
-    verdict.AtLeast("least energy kept, of what was exchanged, " + profile, worst.result.least_kept, -1e-3);
+    verdict.AtLeast("minimum energy retained relative to that exchanged, " + profile, worst.result.min_kept, -1e-3);
   }
 }
 
-// A held force gives energy back when nothing damps it: K T / 2 too little. Taken away are the coupling's damper and
+// Without damping a held force returns energy: K T / 2 of damping are missing. Removed are the coupling's damper and
 // the device's own losses.
 TEST(ClosedLoopST13, TheSearchFindsAPlantedSourceOfEnergyAndMoreOfItThanChance) {
   test::Verdict verdict("holds");
@@ -67,12 +67,12 @@ TEST(ClosedLoopST13, TheSearchFindsAPlantedSourceOfEnergyAndMoreOfItThanChance) 
     const Worst chance = FindWorst(subject, AttackGoal::kEnergy, {40, s, true});
     Report("planted source, search", found);
     Report("planted source, chance", chance);
-    by_search += found.result.least_kept / seeds;
-    by_chance += chance.result.least_kept / seeds;
-    EXPECT_LT(found.result.least_kept, -0.01);
+    by_search += found.result.min_kept / seeds;
+    by_chance += chance.result.min_kept / seeds;
+    EXPECT_LT(found.result.min_kept, -0.01);
   }
-  verdict.Note("kept, by search", by_search);
-  verdict.Note("kept, by as many tries at random", by_chance);
+  verdict.Note("energy retained, by search", by_search);
+  verdict.Note("energy retained, by the same number of random tries", by_chance);
   EXPECT_LT(by_search, by_chance);
 }
 
@@ -87,9 +87,9 @@ TEST(ClosedLoopST13, TheSearchFindsAPlantedInstability) {
   for (int seed = 1; seed <= (test::Effort() < 1 ? 1 : 3); ++seed) {
     const Worst found = FindWorst(subject, AttackGoal::kNoise, {40, static_cast<std::uint64_t>(seed), false});
     Report("planted instability", found);
-    least = std::min(least, found.result.NoiseShare());
+    least = std::min(least, found.result.NoiseFraction());
   }
-  verdict.AtLeast("noise found, share of the bound", least, 1);
+  verdict.AtLeast("noise found relative to the bound", least, 1);
 }
 
 }  // namespace

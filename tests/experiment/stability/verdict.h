@@ -1,5 +1,4 @@
-// What a hard case was found to be: kept with the test's result, from where tools/stability_table takes it into
-// docs/stability.md.
+// Records the result of a hard case in the test's properties. tools/stability_table copies it to docs/stability.md.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,14 +9,15 @@
 
 namespace kerf::test {
 
-/// At the top of each test of tests/experiment/stability whose figures belong into the document.
-///   Verdict verdict("holds");                       or "holds, but ...", "applies in part: ...": the judgement of the
-///   case verdict.AtMost("largest force step", step_N, 1, "N");
+/// Declare one at the top of each test of tests/experiment/stability whose figures belong in the document:
+///
+///   Verdict verdict("holds");  // the judgement; or "holds, but ...", "applies in part: ..."
+///   verdict.AtMost("largest force step", step_N, 1, "N");
 class Verdict {
  public:
   explicit Verdict(const std::string& judgement) { ::testing::Test::RecordProperty("verdict", judgement); }
 
-  /// Asserts the bound and keeps the figure.
+  /// Asserts the bound and records the figure.
   void AtMost(const std::string& name, double value, double bound, const std::string& unit = "") {
     EXPECT_LE(value, bound) << name;
     Keep(fmt::format("{} {:.3g} (at most {:.3g}){}", name, value, bound, Space(unit)));
@@ -30,7 +30,7 @@ class Verdict {
     EXPECT_EQ(value, expected) << name;
     Keep(fmt::format("{} {:.6g} (exactly){}", name, value, Space(unit)));
   }
-  /// A figure with nothing to hold it against.
+  /// Records a figure without a bound.
   void Note(const std::string& name, double value, const std::string& unit = "") {
     Keep(fmt::format("{} {:.3g}{}", name, value, Space(unit)));
   }
@@ -41,8 +41,8 @@ class Verdict {
   int count_ = 0;
 };
 
-/// How many times the usual work: 1, or what KERF_STABILITY_EFFORT says (a tenth under the sanitizers, 20 in a soak).
-/// For counts of ticks, seeds and rounds of a search; never for bounds.
+/// Returns the factor for the amount of work: 1, or the value of KERF_STABILITY_EFFORT (a tenth under the sanitizers,
+/// 20 in a soak test). For numbers of ticks, seeds and search rounds; never for bounds.
 inline double Effort() {
   const char* asked = std::getenv("KERF_STABILITY_EFFORT");
   const double effort = asked ? std::atof(asked) : 1;

@@ -1,4 +1,4 @@
-// A closed loop whose every tick is held against the invariants, with what a test of it asks for.
+// A closed loop that checks the invariants in every tick, with the measures that its tests need.
 #pragma once
 
 #include <algorithm>
@@ -38,21 +38,21 @@ struct WatchedLoop {
 
   ClosedLoop loop;
   Invariants invariants;
-  double largest_N = 0;       // that the motors made
-  double largest_rise_N = 0;  // from a tick to the next
-  /// The most that came back from the motors beyond what was put in, by hand and spindle, as a multiple of 1e-6 J or a
-  /// thousandth of what went to and fro, whichever is more.
+  double largest_N = 0;       // of the motors
+  double largest_rise_N = 0;  // between ticks
+  /// Maximum energy returned by the motors beyond the energy supplied by hand and spindle, as a multiple of 1e-6 J or
+  /// of a thousandth of the exchanged energy, whichever is larger.
   double overdrawn = 0;
 };
 
-/// The hand comes down to where the orbit begins and goes round it. `each(tick)` after each tick of the orbit.
+/// Moves the hand down to the start of the orbit and along the orbit. Calls `each(tick)` after each tick of the orbit.
 template <typename Each>
 void GoRound(WatchedLoop& saw, const HandOrbit& orbit, double rpm, Each&& each) {
   const double period_s = saw.loop.setup().period_s;
   const Intention first = orbit.At(0);
   Pose above = first.X_WH;
   above.p_AB.z = std::max(above.p_AB.z, saw.loop.X_WH_start().p_AB.z);
-  // The force's ramp is over before anything is touched: while it rises, more comes back than was put in.
+  // The force ramps in completely before any contact: during the ramp more energy returns than was supplied.
   IntentionStep wait;
   wait.seconds = saw.loop.setup().force_map.ramp_in_s;
   IntentionStep down;
@@ -67,7 +67,7 @@ void GoRound(WatchedLoop& saw, const HandOrbit& orbit, double rpm, Each&& each) 
   }
 }
 
-/// A start well over the top of the block, above where the orbit begins.
+/// Returns a start well above the top of the block, above the start of the orbit.
 inline Pose AboveOrbit(const HandOrbit& orbit) {
   Pose X = orbit.At(0).X_WH;
   X.p_AB.z = 11 + 5;

@@ -1,4 +1,5 @@
-// A hand that breaks through: what came before is judged, the drop is not, and what shakes before is still found.
+// Tests of a hand that breaks through the bone: the time before is judged, the drop is not, and instability before the
+// breakthrough is still detected.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -12,8 +13,8 @@
 namespace kerf {
 namespace {
 
-/// 12 mm of cancellous bone: at 5 N the disc is through in 2.4 s, while cut_5N is under way. `cortex_mm`: of so much
-/// cortical bone on top.
+/// Block of cancellous bone, 12 mm high by default: at 5 N the disc is through in 2.4 s, during the scenario cut_5N.
+/// `cortex_mm`: thickness of the part that is cortical bone, on top.
 StabilitySubject MakeSubject(double height_mm = 12, double cortex_mm = 0) {
   const std::string layer = "[[bone.block.layer]]\nthickness_mm = {}\nregion = {}\n";
   std::string layers = cortex_mm > 0 ? fmt::format(fmt::runtime(layer), cortex_mm, 24) : "";
@@ -54,15 +55,15 @@ TEST(CutThrough, TheDropIsNoNoise) {
   }
   const ScenarioResult cut = RunScenario(subject, "cut_5N");
   ASSERT_TRUE(cut.cut_through_s.has_value());
-  // The disc was set down 0.3 mm above the block; with 11 mm radius and a block of 16 mm its rim is through when its
-  // middle is sqrt(11^2 - 8^2) mm above the lower face. At 5 N that takes between 2 and 3 s.
+  // The disc starts 0.3 mm above the block. With a radius of 11 mm and a block 16 mm long, its rim is through when its
+  // centre is sqrt(11^2 - 8^2) mm above the lower face. At 5 N that takes between 2 and 3 s.
   EXPECT_GT(*cut.cut_through_s, 2);
   EXPECT_LT(*cut.cut_through_s, 3);
   EXPECT_EQ(DescribeCutThrough(cut).substr(0, 19), "cut through at t = ");
 }
 
-// So thin that the tool is through before the scenario's own time: what is left to judge holds the fault itself, and
-// the border between the two kinds of bone.
+// The block is so thin that the tool is through before the scenario's own time. The interval that is left to judge
+// contains the fault itself and the border between the two kinds of bone.
 TEST(CutThrough, NeitherAFaultNorABorderIsNoise) {
   const StabilitySubject subject = MakeSubject(4.5, 0.5);
   for (const char* name : {"cut_20N", "frozen"}) {
@@ -79,9 +80,8 @@ TEST(CutThrough, IsNotSaidOfAToolThatIsStillInBone) {
   EXPECT_EQ(DescribeCutThrough(result), "");
 }
 
-// A light hand on a device without friction whose force comes 12 ms late: it shakes, and it breaks through too, with
-// A light hand on a device without friction whose force comes 12 ms late: it shakes, and it breaks through too, with
-// twice the force before the scenario's own time begins.
+// A light hand on a device without friction whose force is delayed by 12 ms: the loop is unstable, and the tool also
+// breaks through. With a gain of 2 it does so before the scenario's own time begins.
 TEST(CutThrough, AnUnstableLoopThatBreaksThroughIsFound) {
   for (const double gain : {1.0, 2.0}) {
     StabilitySubject subject = MakeSubject();
@@ -98,8 +98,8 @@ TEST(CutThrough, AnUnstableLoopThatBreaksThroughIsFound) {
   }
 }
 
-// Made-up ticks: the tool goes straight down through the block, or round it over its side, as a saw does that drives
-// itself along with its teeth. It comes behind the block both times, and has cut through in the first alone.
+// Made-up ticks: the tool goes straight down through the block, or around its side, like a saw that its cutting force
+// drives sideways. Both times it arrives behind the block, but only the first time it has cut through.
 TEST(CutThrough, IsOnTheLineOfTheFeedOnly) {
   const StabilitySubject subject = MakeSubject();
   for (const bool round : {false, true}) {

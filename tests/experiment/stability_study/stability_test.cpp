@@ -1,4 +1,4 @@
-// Where a scene's path meets its bone, and what is made of figures that were measured.
+// Tests of the first contact of a scene's path with its bone, and of the judgement of measured figures.
 #include "experiment/stability_study/stability.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Top face at z = 0.
+/// Block with its top face at z = 0.
 constexpr char kBlock[] =
     "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 20.0\nsize_y_mm = 8.0\nsize_z_mm = 12.0\nvoxel_mm = 0.25\n";
 
@@ -42,8 +42,8 @@ std::string Refusal(const std::string& text) {
   return "none";
 }
 
-// The rim of the disc of 22 mm is on the face when its centre is 11 mm above it. To a voxel's tenth: the grid has the
-// face exactly.
+// The rim of the disc of 22 mm diameter is on the face when its centre is 11 mm above it. Accurate to a tenth of a
+// voxel, because the grid represents the face exactly.
 TEST(FirstTouch, OfADiscIsWhereItsRimIsOnTheFace) {
   const FirstTouch down = Touch(Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
   EXPECT_NEAR(down.time_s, 2, 0.25 / 2 + 0.03);
@@ -59,12 +59,13 @@ TEST(FirstTouch, OfABallAndOfALaterStroke) {
   const std::string ball = "[tool]\nshape = \"ball\"\n";
   const FirstTouch touch =
       Touch(ball + Stroke("[0, 0, 20]", "[0, 0, 19]", "[0, 1, 0]") + Stroke("[0, -9, -6]", "[0, 0, -6]", "[0, 1, 0]"));
-  // The ball of 6 mm comes along y, from the side, in the second stroke, along its spindle: a ball has teeth there too.
+  // The ball of 6 mm comes from the side in the second stroke, along y, which is its spindle: a ball has teeth there
+  // too.
   EXPECT_NEAR(touch.X_WT.p_AB.y, -4 - 3 - 0.3 - 0.25 / 4, 0.05);
   EXPECT_NEAR(touch.into_W.y, 1, 1e-12);
 }
 
-// Bone of 8 mm in the middle of a rim of 10: neither face of the disc comes near it.
+// Bone of 8 mm in the middle of a rim 10 mm thick: neither flat of the disc comes near it.
 TEST(FirstTouch, OfADiscThatIsThickerThanTheBone) {
   const FirstTouch touch = Touch("[tool]\nthickness_mm = 10.0\n" + Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
   EXPECT_NEAR(touch.X_WT.p_AB.z, 11 + 0.3 + 0.25 / 4, 0.03);
@@ -76,7 +77,7 @@ TEST(FirstTouch, IsRefusedWhereThereIsNothingToExamine) {
   EXPECT_THAT(Refusal(Stroke("[0, 6, -3]", "[0, 0, -3]", "[0, 1, 0]")), HasSubstr("with its flat"));
 }
 
-// A tool that is set down on the face, as near as that goes, and leaves it, meets the bone with the next stroke.
+// A tool that starts as close as possible to the face and leaves it touches the bone only with the next stroke.
 TEST(FirstTouch, LeavingAFaceIsNotMeetingIt) {
   const FirstTouch touch =
       Touch(Stroke("[0, 0, 11]", "[0, 0, 13]", "[0, 1, 0]") + Stroke("[5, 0, 13]", "[5, 0, 10]", "[0, 1, 0]"));
@@ -99,7 +100,7 @@ TEST(StabilitySubject, IsTheSceneAsTheLoopRunsIt) {
   EXPECT_EQ(subject.setup.hand.name, "H1");
   EXPECT_EQ(subject.setup.period_s, 0.002);
   EXPECT_EQ(subject.setup.force_map.expected_peak_N, 28);
-  EXPECT_EQ(subject.bone.CalcHash(), bone.CalcHash());  // small: all of it
+  EXPECT_EQ(subject.bone.CalcHash(), bone.CalcHash());  // small enough for a hash of all of it
 }
 
 StabilityFigure Figure(double value, double bound, bool at_most = true) {
@@ -120,7 +121,7 @@ TEST(Nearness, IsAboveOneExactlyWhereABoundIsBroken) {
   EXPECT_GT(CalcNearness(clamped), 1);
   EXPECT_GT(CalcNearness(Figure(1e-9, 0)), 1);
   EXPECT_GT(CalcNearness(Figure(0, 2, false)), 1);
-  // An energy that must not fall below a little less than nothing.
+  // An energy whose lower bound is slightly below zero.
   EXPECT_LE(CalcNearness(Figure(-1e-6, -1e-3, false)), 1);
   EXPECT_GT(CalcNearness(Figure(-1, -1e-3, false)), 1);
   EXPECT_LE(CalcNearness(Figure(5, -1e-3, false)), 1);
@@ -169,8 +170,8 @@ StabilityStudy MakeStudy() {
   study.map_linear = study.map.behaviour;
   study.map_linear.back() = Behaviour::kUnstable;
   study.setup.fitted.coupling.stiffness_N_per_mm = 1;
-  study.limits.most_stiffness_N_per_mm = 11;
-  study.limits.most_damping_Ns_per_mm = 0.01;
+  study.limits.max_stiffness_N_per_mm = 11;
+  study.limits.max_damping_Ns_per_mm = 0.01;
   study.limits.own_damping_Ns_per_mm = 0.002;
   study.limits.per_s = 2000;
   return study;
@@ -189,47 +190,47 @@ TEST(JudgeStability, NamesEachFigureAndMarginThatDoesNotHold) {
   StabilityStudy study = MakeStudy();
   study.scenarios[0].figures[0].value = 30;
   study.scenarios[1].figures[1].value = kNaN;
-  study.margins[0].margins.gain = 0.9;       // another hand: not stable at all
-  study.margins[2].margins.delay_ticks = 0;  // its own: no tick of delay
-  study.margins[3].margins.gain = 1.99;      // its own, linear
+  study.margins[0].margins.gain = 0.9;       // another hand: unstable
+  study.margins[2].margins.delay_ticks = 0;  // the scene's hand: no tick of delay
+  study.margins[3].margins.gain = 1.99;      // the scene's hand, linear
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre("calm: figure is 30 mN, at most 20 is allowed",
                                           HasSubstr("near: figure is nan mN"), HasSubstr("in the hand H1: it is not"),
-                                          HasSubstr("bears 0 ticks of further delay, at least 1 is asked"),
-                                          HasSubstr("the gain margin is 1.99, at least 2 is asked")));
+                                          HasSubstr("tolerates 0 ticks of additional delay, at least 1 is required"),
+                                          HasSubstr("the gain margin is 1.99, at least 2 is required")));
   EXPECT_FALSE(study.stable());
-  // A handle that is let go of is asked for nothing, but for one that is the scene's own.
+  // A handle that is released has no required margins, unless it is the scene's own hand.
   study = MakeStudy();
   study.margins.back().own = true;
   JudgeStability(study);
-  EXPECT_THAT(study.findings, ElementsAre(HasSubstr("in the hand H0: the gain margin is 0.5, at least 2 is asked")));
-  // A scenario that measured nothing has shown nothing.
+  EXPECT_THAT(study.findings, ElementsAre(HasSubstr("in the hand H0: the gain margin is 0.5, at least 2 is required")));
+  // A scenario without measured figures has shown nothing.
   study = MakeStudy();
   study.scenarios[0].figures.clear();
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre("calm: nothing could be measured"));
 }
 
-// What could not be told is neither stable nor not stable, and is counted.
+// A scenario or margin that could not be judged is neither stable nor unstable, and it is counted.
 TEST(JudgeStability, CountsWhatCouldNotBeJudged) {
   StabilityStudy study = MakeStudy();
-  study.scenarios[0].unjudged = "The tool was through the bone too soon for the noise to be told.";
+  study.scenarios[0].unjudged = "The tool was through the bone too soon for the noise to be judged.";
   study.margins[3].margins = {};
   study.margins[3].margins.unjudged = "the tool is through the bone too soon";
-  study.margins[2].margins.delay_ticks = 0;  // it bore none that could be tried: nothing is known
+  study.margins[2].margins.delay_ticks = 0;  // it is beyond the delays that could be tried: undecided
   study.margins[2].margins.delay_beyond = true;
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre());
   EXPECT_TRUE(study.stable());
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kNotJudged);
-  // The one that was skipped is not asked, nor is what another hand does without friction, nor a handle let go of.
+  // Not required are the scenario that was skipped, another hand without friction, and a released handle.
   EXPECT_EQ(DescribeVerdict(study), "Stable in what could be judged: 1 of 2 scenarios, 1 of 3 margins.");
   EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H3,cutting,true,,,,,not_judged\n"));
   const std::string report = FormatStabilityReport(study);
-  EXPECT_THAT(report, HasSubstr("| calm | The tool was through the bone too soon for the noise to be told. | | | not "
+  EXPECT_THAT(report, HasSubstr("| calm | The tool was through the bone too soon for the noise to be judged. | | | not "
                                 "judged |"));
   EXPECT_THAT(report, HasSubstr("not judged: the tool is through the bone too soon | not judged |"));
-  // A figure that is broken stays broken.
+  // A figure that breaks its bound stays broken.
   study.scenarios[0].figures[0].value = 30;
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kBroken);
   JudgeStability(study);
@@ -250,7 +251,7 @@ TEST(JudgeStability, CallsNothingStableOfWhichNothingWasExamined) {
   EXPECT_THAT(FormatStabilityJson(study), HasSubstr("\"stable\": null"));
 }
 
-// Asked are a gain of 2 and a tick, in every state.
+// Every state requires a gain of 2 and a delay of one tick.
 TEST(JudgeProfiles, IsOfTheWorstState) {
   ProfileMargins row;
   row.hand = row.fitted_to = "H3";
@@ -269,9 +270,9 @@ TEST(DescribeVerdict, NamesTheStiffnessThatWasExaminedWhereItWasLowered) {
   StabilityStudy study = MakeStudy();
   study.setup.fitted.coupling.stiffness_N_per_mm = 0.15;
   study.setup.asked_stiffness_N_per_mm = 1000;
-  EXPECT_EQ(DescribeVerdict(study), "Stable at 0.15 N/mm (1000 asked).");
+  EXPECT_EQ(DescribeVerdict(study), "Stable at 0.15 N/mm (1000 requested).");
   study.findings = {"something"};
-  EXPECT_EQ(DescribeVerdict(study), "Not stable at 0.15 N/mm (1000 asked):");
+  EXPECT_EQ(DescribeVerdict(study), "Not stable at 0.15 N/mm (1000 requested):");
 }
 
 TEST(RankScenarios, PutsTheWorstFirst) {
@@ -293,9 +294,9 @@ TEST(StabilityFiles, TablesHaveARowForEachFigure) {
             "near,figure,mN,1,at_most,20,true\nnear,figure,mN,19,at_most,20,true\n");
   EXPECT_THAT(FormatMarginsCsv(study),
               HasSubstr(std::string("H1,") + ToString(HeldState::kCutting) + ",false,1.2,false,0,false,true\n"));
-  // Of a handle that is let go of nothing is asked.
+  // A released handle has no required margins.
   EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H0,cutting,false,0.5,false,0,false,not_asked\n"));
-  // By the rule 2 (0.002 + 0.01) / 0.001 = 24.
+  // The rule gives 2 (0.002 + 0.01) / 0.001 = 24.
   EXPECT_THAT(FormatMapCsv(study), HasSubstr("\n0.01,2,0.01,2,24,limit cycle,limit cycle\n"));
   const std::string report = FormatStabilityReport(study);
   EXPECT_THAT(report, HasSubstr("**Stable.**"));
@@ -307,7 +308,7 @@ TEST(StabilityFiles, TablesHaveARowForEachFigure) {
   EXPECT_THAT(FormatStabilityReport(study), HasSubstr("| near | figure | 21 mN | at most 20 | **no** |"));
 }
 
-// The series of the map: its points by what they do, the rule, the device's limits, the scene's gains.
+// Series of the map: points by outcome, the rule, the device's limits, and the scene's gains.
 TEST(StabilityFigures, MapHasEveryPointOnceAndTheRule) {
   StabilityStudy study = MakeStudy();
   const PlotSpec plot = MakeMapPlot(study);
@@ -328,7 +329,7 @@ TEST(StabilityFigures, MapHasEveryPointOnceAndTheRule) {
   for (const MarginKind kind : {MarginKind::kGain, MarginKind::kDelay}) {
     const PlotSpec margins = MakeMarginPlot(study, kind);
     EXPECT_THAT(margins.x.names, ElementsAre("H1", "H3 (the scene's)", "H0"));
-    // A large and a small dot for each state, those of cutting the third and the fourth.
+    // A large and a small dot for each state. Those of cutting are the third and the fourth series.
     EXPECT_EQ(margins.series[2].x.size(), 3U);
     EXPECT_EQ(margins.series[3].x.size(), 2U);
     EXPECT_THAT(margins.series[2].y,

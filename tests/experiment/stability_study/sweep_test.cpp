@@ -1,4 +1,4 @@
-// What a sweep tries, and what it says of it.
+// Tests of the settings that a sweep tries and of its report.
 #include "experiment/stability_study/sweep.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr char kBlock[] = R"(
+constexpr char kSweepBlock[] = R"(
 [bone]
 model = "block"
 [bone.block]
@@ -34,7 +34,7 @@ disc_normal = [0, 1, 0]
 )";
 
 Scene MakeScene(const std::string& more = "") {
-  return ParseScene(kBlock + more, "s.toml");
+  return ParseScene(kSweepBlock + more, "s.toml");
 }
 
 TEST(SweepKeys, AreTheNumbersOfTheSceneWithTheirRanges) {
@@ -47,7 +47,7 @@ TEST(SweepKeys, AreTheNumbersOfTheSceneWithTheirRanges) {
     EXPECT_LE(key.default_value, key.greatest) << key.name;
     EXPECT_LE(key.least, key.own) << key.name;
     EXPECT_LE(key.own, key.greatest) << key.name;
-    // What is set is what is read again, and nothing else changes.
+    // The value that is set is read back, and nothing else changes.
     Scene changed = scene;
     SetSweepKey(changed, key.name, key.greatest);
     const std::vector<SweepKey> again = ListSweepKeys(changed);
@@ -134,7 +134,7 @@ TEST(SweepRows, SayWhatBecameOfACase) {
   EXPECT_THAT(away.reason, HasSubstr("never meets the bone"));
 }
 
-// A saw that pulls itself aside five times as hard as it is pressed on drove itself round the bone.
+// With a cutting force of five times the thrust, the saw drove itself around the bone.
 TEST(SweepRows, ARatioBelowTheRangeIsRefusedAndTheLeastIsNoStorm) {
   const Scene scene = MakeScene("[effects.tangential_force]\n");
   const SweepRow below = Try(scene, {{"effects.tangential_force.ratio", 0.2}});
@@ -142,10 +142,10 @@ TEST(SweepRows, ARatioBelowTheRangeIsRefusedAndTheLeastIsNoStorm) {
   EXPECT_THAT(below.reason, HasSubstr("ratio"));
   const SweepRow least = Try(scene, {{"effects.tangential_force.ratio", 0.6}});
   EXPECT_NE(least.verdict, SweepVerdict::kFail) << least.reason;
-  EXPECT_THAT(least.warnings, testing::Contains(HasSubstr("below the 1.4 to 1.8 that were measured")));
+  EXPECT_THAT(least.warnings, testing::Contains(HasSubstr("below the measured 1.4 to 1.8")));
 }
 
-// Each end of each key that has to do with hand, device, coupling and loop: what the check passes, the loop begins.
+// Both ends of each key of hand, device, coupling and loop: the loop starts with every setting that passes the check.
 TEST(SweepRows, TheLoopBeginsWhatTheCheckPasses) {
   const Scene scene = MakeScene();
   SweepOptions options;
@@ -161,7 +161,7 @@ TEST(SweepRows, TheLoopBeginsWhatTheCheckPasses) {
   EXPECT_GT(begun, 40);
 }
 
-// Found by hand: the coupling's damping was raised beyond its range by kerf itself, which the check did not see.
+// Regression: kerf itself raised the coupling's damping beyond its range, which the check did not detect.
 TEST(SweepRows, AStiffCouplingAtALowRateIsBegun) {
   const Scene scene = MakeScene();
   for (const double peak_N : {28.0, 1000.0, 10000.0}) {

@@ -24,7 +24,7 @@ TEST(CaseCosts, CountEveryTickAndGiveTheForcesOfASinglePass) {
     const CaseOutcome outcome = RunForCosts(path, holding, Coarse(), 3000, std::nullopt);
     ASSERT_EQ(outcome.state, CaseState::kDone) << outcome.why;
     ASSERT_TRUE(outcome.costs);
-    // The path has 1200 ticks; whole passes.
+    // The path has 1200 ticks, and only whole passes count.
     EXPECT_EQ(outcome.costs->ticks, 3600U);
     EXPECT_EQ(outcome.costs->tick.count, 3600U);
     std::uint64_t sum = 0;
@@ -96,7 +96,7 @@ TEST(CaseCosts, AFailureIsASentenceOfTheCase) {
 
 TEST(CaseCosts, PassesThatDifferAreAFailure) {
   StudyPath path = MakeEntry();
-  // Every bone another voxel: what no simulation may depend on is made to differ.
+  // A different voxel size in every bone: makes passes differ on purpose.
   const auto make = path.make_bone;
   path.make_bone = [make, count = std::make_shared<int>(0)](double, int band) {
     return make(++*count % 2 == 0 ? 0.25 : 0.3, band);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kTolerance = 2e-3;
 
-/// A stretch of a built-in path: references take their time.
+/// Returns a section of a built-in path, because references take long.
 StudyPath MakeStretch(const std::string& name, double from_s, double to_s) {
   StudyPath path = MakeStudyPaths({name}, "").paths.front();
   path.pose = [pose = path.pose, from_s](Holding holding, double t_s) { return pose(holding, from_s + t_s); };
@@ -30,7 +30,7 @@ TEST(CaseErrors, FallWithTheVoxel) {
     SCOPED_TRACE(name);
     for (const Holding holding : {Holding::kHand, Holding::kPath}) {
       SCOPED_TRACE(ToString(holding));
-      // Both begin in the air, soon before they meet the bone: the handle is faster than the tool that is led.
+      // Both start in the air, shortly before contact. The handle is faster than the tool on a path.
       const StudyPath path = holding == Holding::kHand ? MakeStretch(name, 0, 0.3) : MakeStretch(name, 0.1, 0.5);
       StudySettings settings;
       const StudyReference reference = MakeStudyReference(path, holding, settings, kTolerance, "", nullptr);
@@ -41,8 +41,8 @@ TEST(CaseErrors, FallWithTheVoxel) {
       const CaseOutcome coarse = RunForErrors(path, holding, settings, reference);
       ASSERT_EQ(fine.state, CaseState::kDone) << fine.why;
       ASSERT_EQ(coarse.state, CaseState::kDone) << coarse.why;
-      // Of first order or better in the voxel; the onset of contact, a quarter of a voxel early, is most of these
-      // short stretches.
+      // At least first order in the voxel size. The onset of contact, a quarter of a voxel early, is most of these
+      // short sections.
       EXPECT_LT(fine.errors->force_l2, 0.7 * coarse.errors->force_l2);
       EXPECT_LT(fine.errors->force_l2, 0.12);
       EXPECT_LT(fine.errors->surface_mean_mm, 0.7 * coarse.errors->surface_mean_mm);
@@ -53,7 +53,8 @@ TEST(CaseErrors, FallWithTheVoxel) {
   }
 }
 
-// What the disc holds where it is set down is gone in both, so nothing but the bone's onset differs, and that is past.
+// The bone that the disc overlaps at the start is removed in both. Only the onset of contact could differ, and it is
+// before the start.
 TEST(CaseErrors, AToolInAHandThatBeginsInTheBoneIsAsInTheReference) {
   const StudyPath path = MakeStretch("plunge", 0.2, 0.5);
   const StudyReference reference = MakeStudyReference(path, Holding::kHand, {}, kTolerance, "", nullptr);
@@ -65,8 +66,8 @@ TEST(CaseErrors, AToolInAHandThatBeginsInTheBoneIsAsInTheReference) {
   EXPECT_LT(outcome.errors->surface_mean_mm, 0.03);  // as above
 }
 
-// Of first order against cells of 0.05 mm: halving them takes half of it off and a little more. Beside the kerf, since
-// next to its edge the temperature has no limit.
+// First order against cells of 0.05 mm: halving the cell removes at least half of the error. Measured next to the kerf,
+// because at its edge the temperature has no limit.
 TEST(CaseErrors, OfTheTemperatureFallWithTheCell) {
   const StudyPath path = MakeStretch("slot", 0.5, 1.3);
   StudySettings settings;
@@ -105,8 +106,9 @@ TEST(CaseErrors, AFailureIsASentenceOfTheCase) {
   EXPECT_FALSE(outcome.errors);
 }
 
-// Two strokes side by side in a block that goes on both ways, the tool lifted in between: the second cuts as the first,
-// 3 mm (12 voxels) beside it. Exactly so in the reference but for rounding and, in a hand, its solver's tolerance.
+// Two strokes side by side in a block that continues on both sides, with the tool lifted in between. The second stroke
+// cuts like the first, 3 mm (12 voxels) next to it. In the reference this is exact except for rounding and, in the
+// coupled case, the tolerance of its solver.
 TEST(CaseErrors, AStrokeAfterALiftIsThatOfAFreshBone) {
   const test::Folder folder;
   const std::string file = folder.file("strokes.toml");
@@ -128,20 +130,20 @@ TEST(CaseErrors, AStrokeAfterALiftIsThatOfAFreshBone) {
     SCOPED_TRACE(ToString(holding));
     const StudyReference reference = MakeStudyReference(path, holding, settings, 0.05, "", nullptr);
     ASSERT_EQ(reference.ticks.size(), 2000u);
-    double most_N = 0;
+    double max_N = 0;
     for (std::size_t i = 1; i < 1000; ++i) {
       const Vec3& f = reference.ticks[i].f_W_N;
-      most_N = std::max(most_N, glm::length(f));
+      max_N = std::max(max_N, glm::length(f));
       EXPECT_LT(glm::distance(reference.ticks[1000 + i].f_W_N, f), 1e-6) << i;
     }
-    EXPECT_GT(most_N, 0.5);
+    EXPECT_GT(max_N, 0.5);
     const CasePass pass = RunCasePass(path, holding, settings);
     ASSERT_EQ(pass.f_W_N.size(), 500u);
     EXPECT_EQ(pass.f_W_N[250], Vec3(0));  // set down
     for (std::size_t i = 1; i < 250; ++i) {
-      EXPECT_LT(glm::distance(pass.f_W_N[250 + i], pass.f_W_N[i]), 1e-3 * most_N) << i;
+      EXPECT_LT(glm::distance(pass.f_W_N[250 + i], pass.f_W_N[i]), 1e-3 * max_N) << i;
     }
-    // Both kerfs are there: twice one of them.
+    // Both kerfs are present: twice the volume of one.
     const StudyPath one = MakeScenePath("first", file);
     EXPECT_NEAR(pass.removed_mm3, 2 * RunCasePass(one, holding, settings).removed_mm3, 1e-2 * pass.removed_mm3);
     EXPECT_NEAR(reference.removed_mm3, 2 * MakeStudyReference(one, holding, settings, 0.05, "", nullptr).removed_mm3,
@@ -187,7 +189,7 @@ TEST(StudyReference, IsReadBackAsItWasAndOnlyForTheSameInput) {
   EXPECT_TRUE(ReadStudyReference(file, made.record.input_hash));
   EXPECT_FALSE(ReadStudyReference(file, made.record.input_hash + 1));
   EXPECT_FALSE(ReadStudyReference(file + ".none", made.record.input_hash));
-  // Another law or another way may not be taken for this one.
+  // The reference of another law or path must not be used.
   StudySettings law;
   law.law = "edge_plus_chip";
   EXPECT_NE(MakeStudyReference(path, Holding::kPath, law, kTolerance, "", nullptr).record.input_hash,

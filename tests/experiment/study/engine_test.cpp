@@ -46,8 +46,8 @@ TEST(StudyEngine, DoesEachWorkOnceAndCostsOneAtATime) {
   EXPECT_EQ(session.log.errors.size(), kRecords / 2);
   EXPECT_EQ(std::set<std::string>(session.log.errors.begin(), session.log.errors.end()).size(), kRecords / 2);
   EXPECT_EQ(session.log.costs.size(), kRecords / 2);
-  EXPECT_EQ(session.log.most_at_once, 1);
-  // Made once, and read once more for the errors.
+  EXPECT_EQ(session.log.max_at_once, 1);
+  // Made once, and read once for the errors.
   EXPECT_EQ(std::set<std::string>(session.log.references.begin(), session.log.references.end()).size(), 8u);
   EXPECT_THAT(session.warnings, IsEmpty());
 }
@@ -103,7 +103,7 @@ TEST(StudyEngine, DamagedAndForeignRecordsAreMadeAgain) {
     EXPECT_THAT(again.warnings[0], HasSubstr("entry.hand.default.errors.json: is damaged"));
     EXPECT_EQ(test::ReadAllRecords(out), whole);
   }
-  // A reference that is damaged is made again when a case needs it.
+  // A damaged reference is made again when a case needs it.
   test::WriteBytes(out + "/references/entry.hand.json", "{");
   std::filesystem::remove(first);
   Session again(out);
@@ -160,7 +160,7 @@ TEST(StudyEngine, FailuresAreRecordedAndTheStudyGoesOn) {
   int failed = 0;
   for (const CaseRecord& c : results.cases) failed += c.state == CaseState::kFailed ? 1 : 0;
   EXPECT_EQ(failed, 2);
-  // They are tried again.
+  // Failed cases are tried again.
   Session again(folder.file("out"));
   const StudyRunOutcome second = again.Run();
   EXPECT_EQ(second.made, 2u);
@@ -228,7 +228,7 @@ TEST(StudyEngine, ResultsAreThoseOfTheRecords) {
   ASSERT_EQ(curves.size(), 4u);
   for (const auto& [name, curve] : curves) {
     ASSERT_EQ(curve.size(), 3u) << name;
-    for (const auto& [voxel_mm, error] : curve) EXPECT_EQ(error, 0.1 * voxel_mm);  // read back to the bit
+    for (const auto& [voxel_mm, error] : curve) EXPECT_EQ(error, 0.1 * voxel_mm);  // bit-identical after reading
   }
 }
 

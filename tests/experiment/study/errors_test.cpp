@@ -11,8 +11,6 @@
 namespace kerf {
 namespace {
 
-using std::numbers::pi;
-
 std::vector<Vec3> MakeSeries(std::size_t count, double dt_s, const std::function<Vec3(double)>& force) {
   std::vector<Vec3> series;
   for (std::size_t i = 1; i <= count; ++i) series.push_back(force(dt_s * static_cast<double>(i)));
@@ -35,11 +33,11 @@ TEST(ForceErrors, OfAConstantOffset) {
   EXPECT_NEAR(errors.force_worst_N, 0.3, 1e-12);
   EXPECT_NEAR(errors.impulse, 0.075, 1e-12);
   EXPECT_NEAR(errors.noise_N, 0, 1e-12);
-  EXPECT_NEAR(errors.direction_p95_deg, std::atan(0.075) * 180 / pi, 1e-9);
+  EXPECT_NEAR(errors.direction_p95_deg, std::atan(0.075) * 180 / std::numbers::pi, 1e-9);
   EXPECT_FALSE(errors.breakthrough_ms);
 }
 
-// Too much and too little for as long cancel in the signed figure alone; a force across leaves it nearly as it was.
+// Equally long errors of opposite sign cancel only in the signed figure. A sideways force hardly changes it.
 TEST(ForceErrors, ImpulseHasASign) {
   const auto reference = MakeSeries(1000, 0.001, [](double) { return Vec3(0, 0, -4); });
   const auto signed_of = [&](const std::function<Vec3(double)>& force) {
@@ -49,14 +47,14 @@ TEST(ForceErrors, ImpulseHasASign) {
   EXPECT_NEAR(signed_of([](double) { return Vec3(0, 0, -3.44); }), -0.14, 1e-12);
   EXPECT_NEAR(signed_of([](double t) { return Vec3(0, 0, t < 0.5005 ? -5 : -3); }), 0, 1e-12);
   EXPECT_NEAR(signed_of([](double) { return Vec3(0.04, 0, -4); }), 0.5 * 0.01 * 0.01, 1e-8);
-  // A force where there should be none, for a tenth of the time.
+  // A force where the reference has none, for a tenth of the time.
   const auto ends = MakeSeries(1000, 0.001, [](double t) { return t < 0.5005 ? Vec3(2, 0, 0) : Vec3(0); });
   const auto late = MakeSeries(1000, 0.001, [](double t) { return t < 0.6005 ? Vec3(2, 0, 0) : Vec3(0); });
   EXPECT_NEAR(Compare(late, ends).impulse_signed.value(), 0.2, 1e-12);
 }
 
 TEST(ForceErrors, OfOneTickInTwenty) {
-  // Six of a hundred ticks are 1 N off: the 95th percentile is among them. With five it is not.
+  // Six of a hundred ticks have an error of 1 N: the 95th percentile is among them. With five it is not.
   for (const int bad : {6, 5}) {
     auto f = MakeSeries(100, 0.001, [](double) { return Vec3(2, 0, 0); });
     const auto reference = f;
@@ -74,12 +72,12 @@ TEST(ForceErrors, NoiseIsWhatIsFast) {
   const auto wave = [&](double Hz) {
     auto f = reference;
     for (std::size_t i = 0; i < f.size(); ++i) {
-      f[i] += Vec3(0.03, 0.04, 0) * std::sin(2 * pi * Hz * 0.001 * static_cast<double>(i));
+      f[i] += Vec3(0.03, 0.04, 0) * std::sin(2 * std::numbers::pi * Hz * 0.001 * static_cast<double>(i));
     }
     return Compare(f, reference).noise_N;
   };
-  // 0.05 N along a line: its root mean square; a filter of second order, forwards and backwards, takes 1/41 off at
-  // 50 Hz, and leaves 1/257 at 5 Hz.
+  // 0.05 N along a line: expected is its root mean square. A second-order filter, forwards and backwards, removes 1/41
+  // at 50 Hz and leaves 1/257 at 5 Hz.
   EXPECT_NEAR(wave(50), 0.05 / std::sqrt(2) * (1 - 1.0 / 41), 2e-4);
   EXPECT_LT(wave(5), 0.05 / std::sqrt(2) / 200);
 }
@@ -87,7 +85,8 @@ TEST(ForceErrors, NoiseIsWhatIsFast) {
 TEST(ForceErrors, DirectionCountsWhereAForceIs) {
   const auto reference = MakeSeries(100, 0.001, [](double t) { return t < 0.0505 ? Vec3(0, 3, 0) : Vec3(0, 0.4, 0); });
   const auto f = MakeSeries(100, 0.001, [](double t) {
-    return t < 0.0505 ? Vec3(3 * std::sin(pi / 9), 3 * std::cos(pi / 9), 0) : Vec3(0.4, 0, 0);
+    return t < 0.0505 ? Vec3(3 * std::sin(std::numbers::pi / 9), 3 * std::cos(std::numbers::pi / 9), 0)
+                      : Vec3(0.4, 0, 0);
   });
   const ErrorFigures errors = Compare(f, reference);
   EXPECT_NEAR(errors.direction_p95_deg, 20, 1e-9);
@@ -109,7 +108,7 @@ TEST(ForceErrors, NoForceCountsAsHalfANewton) {
 }
 
 TEST(ForceErrors, BreakthroughIsWhenTheForceFallsForGood) {
-  // Falls from 5 N to 0 within 20 ms; a tenth of the peak is reached after 18 of them. A gap before does not count.
+  // Falls from 5 N to 0 within 20 ms and reaches a tenth of the peak after 18 ms. An earlier gap does not count.
   const auto falls_at = [](double start_s) {
     return MakeSeries(800, 0.001, [start_s](double t) {
       if (t > 0.1 && t < 0.15) return Vec3(0);
@@ -122,7 +121,7 @@ TEST(ForceErrors, BreakthroughIsWhenTheForceFallsForGood) {
   EXPECT_NEAR(*errors.breakthrough_ms, 12.3, 1e-6);
 }
 
-TEST(ForceErrors, VolumeIsAShareOfTheReferences) {
+TEST(ForceErrors, VolumeIsAFractionOfTheReferences) {
   EXPECT_NEAR(CalcVolumeError(9, 10), 0.1, 1e-12);
   EXPECT_NEAR(CalcVolumeError(11, 10), 0.1, 1e-12);
   EXPECT_EQ(CalcVolumeError(0, 0), 0);
@@ -132,7 +131,7 @@ TEST(ForceErrors, VolumeIsAShareOfTheReferences) {
 TEST(ForceErrors, AReferenceIsSampledAsTheTicksFeelIt) {
   StudyReference reference;
   reference.tick_s = 0.00025;
-  // f = t: a tick's mean is that at its middle.
+  // f = t: the mean of a tick is the value at its middle.
   for (int i = 1; i <= 4000; ++i) {
     ReferenceTick tick;
     tick.f_W_N = Vec3(0.00025 * i, 0, 0);
@@ -157,11 +156,12 @@ TEST(SurfaceErrors, OfTwoListsAreTheWorseOfBoth) {
   EXPECT_NEAR(errors.surface_max_mm, 0.4, 1e-12);
 }
 
-/// A disc's kerf in a block, exactly and in voxels that were cut 0.03 mm beside it along the spindle.
+/// A disc's kerf in a block, exact and in voxels that were cut `beside_mm` away from it along the spindle.
 struct BesideCase {
   explicit BesideCase(double beside_mm) {
     block.size_mm = {24, 10, 6};
-    X = {glm::normalize(glm::angleAxis(0.3, Vec3(0, 0, 1)) * glm::angleAxis(-0.5 * pi, Vec3(1, 0, 0))), {0.1, 0.05, 8}};
+    X = {glm::normalize(glm::angleAxis(0.3, Vec3(0, 0, 1)) * glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0))),
+         {0.1, 0.05, 8}};
     const Pose X_beside{X.R_AB, X.Point({0, 0, beside_mm})};
     path = MakePlainPath("beside", "");
     SetBlock(path, block, [X_beside, saw = path.saw](const Vec3& p_W) {
@@ -191,14 +191,14 @@ TEST(SurfaceErrors, AKerfBesideTheOtherIsAsFarFromItAsItIs) {
   const BesideCase there(0);
   ErrorFigures none;
   CalcCutSurfaceErrors(there.path.make_bone(0.05, 3), *there.exact, there.ticks, there.path.saw, 0, none);
-  // Flats are exact on a grid to its rounding; the corners of the floor are rounded by about a third of a voxel.
+  // Flats are exact within the grid's rounding; the corners of the floor are rounded by about a third of a voxel.
   EXPECT_LT(none.surface_mean_mm, 0.002);
   EXPECT_LT(none.surface_max_mm, 0.03);
   EXPECT_GT(none.surface_max_mm, 0);
   const BesideCase beside(0.03);
   ErrorFigures errors;
   CalcCutSurfaceErrors(beside.path.make_bone(0.05, 3), *beside.exact, beside.ticks, beside.path.saw, 0, errors);
-  // The flats, more than eight tenths of the points; along the floor both surfaces are one.
+  // The flats have more than eight tenths of the points; along the floor both surfaces coincide.
   EXPECT_GT(errors.surface_mean_mm, 0.8 * 0.03);
   EXPECT_LT(errors.surface_mean_mm, 0.031);
   EXPECT_NEAR(errors.surface_p95_mm, 0.03, 0.001);

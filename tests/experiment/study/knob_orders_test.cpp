@@ -1,5 +1,5 @@
-// Each knob by itself: how the force nears that of the knob's finest value, all else the same. A study can't show that
-// where another knob's share of the error stays (docs/accuracy.md).
+// Convergence of the force for each knob separately, with all other settings the same. A study cannot show it where the
+// errors of another knob remain (docs/accuracy.md).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-/// Root mean square of the difference at the coarser one's ticks, each the end of its tick, N.
+/// Returns the root mean square of the difference at the ticks of `coarse`, each taken at the end of its tick, N.
 double CalcApart(const std::vector<Vec3>& coarse, const std::vector<Vec3>& fine) {
   const std::size_t stride = fine.size() / coarse.size();
   double sum = 0;
@@ -26,7 +26,7 @@ double CalcApart(const std::vector<Vec3>& coarse, const std::vector<Vec3>& fine)
 
 struct Orders {
   std::vector<double> apart_N;  // from coarse to fine
-  double order = 0;             // slope of log apart over log of the number, from the first to the last
+  double order = 0;             // slope of log difference over log number, from the first to the last
 };
 
 Orders Measure(const char* path_name, Holding holding, const std::vector<double>& numbers, double finest,
@@ -50,8 +50,8 @@ Orders Measure(const char* path_name, Holding holding, const std::vector<double>
 constexpr const char* kPaths[] = {"plunge", "slot", "tilt"};
 
 TEST(KnobOrders, StepsOfATickAreOfFirstOrder) {
-  // Errors of 1/n against 64 steps go as 1/n - 1/64: from 1 to 8 steps by a factor of 9, which is 8 to the power
-  // of 1.06.
+  // Errors of 1/n against 64 steps are proportional to 1/n - 1/64: from 1 to 8 steps a factor of 9, which is 8 to the
+  // power of 1.06.
   const double first = -std::log(9.0) / std::log(8.0);
   for (const char* path : kPaths) {
     for (const Holding holding : {Holding::kHand, Holding::kPath}) {
@@ -64,7 +64,8 @@ TEST(KnobOrders, StepsOfATickAreOfFirstOrder) {
 }
 
 TEST(KnobOrders, TheRateIsOfFirstOrder) {
-  // Against 4000 Hz a factor of 5 from 250 to 1000 Hz. Led: in a hand the paths differ by where a tick meets the bone.
+  // Against 4000 Hz a factor of 5 from 250 to 1000 Hz. On a path only: coupled paths depend on the tick of first
+  // contact.
   const double first = -std::log(5.0) / std::log(4.0);
   for (const char* path : kPaths) {
     std::printf("rate_hz, ");
@@ -75,7 +76,8 @@ TEST(KnobOrders, TheRateIsOfFirstOrder) {
 }
 
 TEST(KnobOrders, SamplesOnTheRimAreOfFirstOrderAtLeast) {
-  // Between the points the integral is of second order; the ends of an arc are found to a sixteenth of their distance.
+  // Between the points the integral is of second order; the ends of an arc are found within a sixteenth of their
+  // distance.
   for (const char* path : kPaths) {
     for (const Holding holding : {Holding::kHand, Holding::kPath}) {
       std::printf("rim_samples_per_pitch, ");
@@ -87,12 +89,12 @@ TEST(KnobOrders, SamplesOnTheRimAreOfFirstOrderAtLeast) {
 }
 
 TEST(KnobOrders, RemovalThatWaitsIsOfFirstOrderUntilAQuarterOfAVoxelEndsIt) {
-  // Against removal in each tick the lag is n - 1 ticks: threefold from 2 to 4. Faster tools are ended by the bound.
+  // Against removal in each tick the lag is n - 1 ticks: threefold from 2 to 4. For faster tools the bound limits it.
   std::printf("carve_interval_ticks, ");
   const Orders slow = Measure("tilt", Holding::kHand, {16, 8, 4, 2}, 1,
                               [](StudySettings& s, double n) { s.carve_interval_ticks = static_cast<int>(n); });
   EXPECT_NEAR(slow.apart_N[2] / slow.apart_N[3], 3, 0.5);
-  EXPECT_LT(slow.apart_N[0] / slow.apart_N[1], 1.5);  // without the bound twofold
+  EXPECT_LT(slow.apart_N[0] / slow.apart_N[1], 1.5);  // twofold without the bound
 }
 
 }  // namespace

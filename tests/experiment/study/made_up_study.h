@@ -1,4 +1,4 @@
-// A study whose figures follow power laws, for what is drawn and said of one.
+// Study whose figures follow power laws, for tests of plots and reports.
 #pragma once
 
 #include <fmt/format.h>
@@ -53,7 +53,8 @@ inline CaseRecord MakeCase(Holding holding, const std::string& path, const std::
   return record;
 }
 
-/// Eleven paths; errors of 2.4 % to 3 % at the defaults, with each knob's own share falling as theory has it.
+/// Returns a study of eleven paths, with errors of 2.4 % to 3 % at the defaults. The error of each knob has its
+/// theoretical order.
 inline StudyResults MakeStudy() {
   StudyResults study;
   study.name = "made_up";
@@ -73,7 +74,7 @@ inline StudyResults MakeStudy() {
     const char* value;
     double number, error, time;  // factors of the default's
   };
-  const std::vector<Value> values = {{"voxel_mm", "0.025", 0.025, 0.03, 4},  // below the references' bars
+  const std::vector<Value> values = {{"voxel_mm", "0.025", 0.025, 0.03, 4},  // below the references' error bars
                                      {"voxel_mm", "0.05", 0.05, 0.55, 2.4},
                                      {"voxel_mm", "0.2", 0.2, 1.9, 0.6},
                                      {"voxel_mm", "0.4", 0.4, 3.7, 0.45},

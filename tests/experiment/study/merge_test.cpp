@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr std::size_t kRecords = 32;
+constexpr std::size_t kMergeRecords = 32;
 
 class StudyMerge : public ::testing::Test {
  protected:
@@ -62,10 +62,10 @@ TEST_F(StudyMerge, ShardsTogetherAreTheStudy) {
     const MergeOutcome outcome = Merge({}, out);
     EXPECT_THAT(outcome.missing, IsEmpty());
     EXPECT_EQ(outcome.shards, static_cast<std::size_t>(count));
-    EXPECT_EQ(outcome.records, kRecords);
+    EXPECT_EQ(outcome.records, kMergeRecords);
     EXPECT_EQ(outcome.twice, 0u);
     EXPECT_EQ(test::ReadAllRecords(folder_.file(out)), whole);
-    // Once more changes nothing.
+    // Merging again changes nothing.
     EXPECT_THAT(Merge({}, out).missing, IsEmpty());
     EXPECT_EQ(test::ReadAllRecords(folder_.file(out)), whole);
   }
@@ -92,7 +92,7 @@ TEST_F(StudyMerge, LostShardIsNamedWithItsCases) {
   ASSERT_EQ(outcome.missing.size(), 1u);
   EXPECT_THAT(outcome.missing[0],
               HasSubstr("shard 2/4 is missing: " + std::to_string(lost.size()) + " cases: " + plan.cases[lost[0]].id));
-  // The results say so too, and the shard can be brought later.
+  // The results list the missing shard too, and it can be added later.
   const StudyResults results =
       CollectResults(StudyFolder(folder_.file("out")), test::MakeQuickWork(log_).variant_of, {});
   std::size_t omitted = 0;
@@ -126,12 +126,12 @@ TEST_F(StudyMerge, RepeatedShardDoesNotCountTwice) {
   const std::string again = RunShard("b", 1, 3);
   const MergeOutcome outcome = Merge({folder_.file("a"), again, again}, "out");
   EXPECT_THAT(outcome.missing, IsEmpty());
-  EXPECT_EQ(outcome.records, kRecords);
+  EXPECT_EQ(outcome.records, kMergeRecords);
   const StudyPlan plan = MakePlan(test::QuickSpec(), test::MakeQuickWork(log_).variant_of);
   EXPECT_EQ(outcome.twice, 2 * SplitPlan(plan, 3)[1].size());  // errors and costs
   EXPECT_EQ(test::ReadAllRecords(folder_.file("out")), whole);
   ASSERT_EQ(warnings_.size(), 1u);
-  EXPECT_THAT(warnings_[0], HasSubstr("shard 1/3 is there twice, in "));
+  EXPECT_THAT(warnings_[0], HasSubstr("shard 1/3 is present twice, in "));
 }
 
 TEST_F(StudyMerge, SplitsOfSeveralKindsOverlapAndAddUp) {
@@ -141,7 +141,7 @@ TEST_F(StudyMerge, SplitsOfSeveralKindsOverlapAndAddUp) {
   const MergeOutcome outcome = Merge({folder_.file("a"), folder_.file("b")}, "out");
   EXPECT_THAT(outcome.missing, IsEmpty());  // a half and two thirds
   EXPECT_GT(outcome.twice, 0u);
-  EXPECT_EQ(outcome.records, kRecords);
+  EXPECT_EQ(outcome.records, kMergeRecords);
 }
 
 TEST_F(StudyMerge, ContradictionIsAnErrorThatNamesBothAndWritesNothing) {
@@ -157,14 +157,14 @@ TEST_F(StudyMerge, ContradictionIsAnErrorThatNamesBothAndWritesNothing) {
   EXPECT_THAT(message, HasSubstr(folder_.file("a") + "/shard-0-of-2/cases/" + id + ".errors.json and " +
                                  changed.FileOf(id, CaseWork::kErrors) + " contradict each other"));
   EXPECT_FALSE(fs::exists(folder_.file("out/plan.json")));
-  // Times may differ: the first is kept.
+  // Times may differ: the first one is kept.
   record.force_hash ^= 1;
   record.seconds += 1;
   changed.Write(record);
   EXPECT_THAT(Merge({folder_.file("a"), again}, "out").missing, IsEmpty());
 }
 
-// A record of a version that did not measure the signed impulse contradicts nothing, and the one that has it is kept.
+// A record of a version without the signed impulse contradicts nothing, and the record that has it is kept.
 TEST_F(StudyMerge, RecordsOfAnEarlierVersionAgree) {
   RunShards("a", 1);
   const std::string again = RunShard("b", 0, 1);
@@ -212,7 +212,7 @@ TEST_F(StudyMerge, DifferentStudiesAreRefused) {
   const std::string message = Fault({a, b}, "out");
   EXPECT_THAT(message, HasSubstr(a));
   EXPECT_THAT(message, HasSubstr(b));
-  EXPECT_THAT(message, HasSubstr("are of different studies"));
+  EXPECT_THAT(message, HasSubstr("belong to different studies"));
   Merge({a}, "out");
   EXPECT_THAT(Fault({b}, "out"), HasSubstr("holds the results of another study"));
 }

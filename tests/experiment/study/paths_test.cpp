@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "experiment/study/case.h"
 #include "experiment/study/case_run.h"
@@ -15,7 +16,7 @@
 namespace kerf {
 namespace {
 
-/// Those that need no data.
+/// Returns the paths that need no data.
 std::vector<StudyPath> MakeOwnPaths() {
   std::vector<std::string> names = NamesOfStudyPaths();
   std::erase(names, "ct");
@@ -47,7 +48,7 @@ TEST(HandPath, GoesThroughItsRowsWithoutKinks) {
       "rows.csv");
   EXPECT_DOUBLE_EQ(path.duration_s(), 1.4 - 1);
   EXPECT_LT(glm::distance(path.CalcPose(0.1).p_AB, Vec3(1, 0, 2)), 1e-12);
-  // 0.2 rad about z; the row has it as -q.
+  // 0.2 rad about z; the row contains -q.
   EXPECT_NEAR(path.CalcPose(0.1).Vector({1, 0, 0}).y, std::sin(0.2), 1e-8);
   for (double t = 0.002; t < 0.398; t += 0.001) {
     const Vec3 before = path.CalcPose(t).p_AB - path.CalcPose(t - 0.001).p_AB;
@@ -85,11 +86,11 @@ TEST(Paths, AreSmoothAndAsFastAsAHand) {
       const std::vector<CaseInput> inputs = MakeCaseInputs(path, holding, 1000);
       for (std::size_t i = 0; i < inputs.size(); ++i) {
         ASSERT_TRUE(IsValid(inputs[i].X_W));
-        // Lifting out is fastest, by hand 40 mm/s; cutting is slower.
+        // The fastest motion is lifting out, 40 mm/s with a handle; cutting is slower.
         ASSERT_LE(glm::length(inputs[i].v_W_mm_per_s), holding == Holding::kHand ? 45 : 13) << i;
         ASSERT_LE(glm::length(inputs[i].w_W_rad_per_s), 0.5) << i;
         if (i == 0) continue;
-        // From rest to its speed in 0.1 s or more: at most 0.6 m/s2, and the tremor's 0.2.
+        // From rest to its speed in at least 0.1 s: at most 0.6 m/s2, plus 0.2 of the tremor.
         ASSERT_LE(glm::length(inputs[i].v_W_mm_per_s - inputs[i - 1].v_W_mm_per_s), 0.8) << i;
       }
     }
@@ -102,7 +103,7 @@ TEST(Paths, BeginInTheAirAndGoIntoTheBone) {
     const auto depth = [&](const Pose& X_WT) {
       double deepest = 1e9;
       for (int i = 0; i < 720; ++i) {
-        const double angle = 3.14159265358979323846 * i / 360;
+        const double angle = std::numbers::pi * i / 360;
         const Vec3 p_T = path.saw.radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0);
         deepest = std::min(deepest, path.solid.distance_mm(X_WT.Point(p_T)));
       }
@@ -139,7 +140,7 @@ TEST(Paths, ForcesAreThoseOfAHandAndTheSameEachTime) {
         EXPECT_EQ(pass.removed_mm3, 0);
         continue;
       }
-      // The shallow one is felt, the others as strokes of a saw are: a few newtons to 20.
+      // The shallow path gives a small force, the others forces of saw strokes: a few newtons to 20.
       EXPECT_GT(FindPeak(pass), path.name == "graze" ? 0.1 : 2);
       EXPECT_LT(FindPeak(pass), 20);
       EXPECT_GT(pass.removed_mm3, 0.3);
@@ -162,8 +163,8 @@ TEST(Paths, ABoneIsTheSolidAtAnyVoxel) {
     const Box3 box = bone.CalcBounds();
     int inside = 0;
     for (int i = 0; i < 4000; ++i) {
-      const Vec3 share(std::fmod(0.7548777 * i, 1), std::fmod(0.5698403 * i, 1), std::fmod(0.8191725 * i, 1));
-      const Vec3 p_W = box.lower + share * box.size();
+      const Vec3 fraction(std::fmod(0.7548777 * i, 1), std::fmod(0.5698403 * i, 1), std::fmod(0.8191725 * i, 1));
+      const Vec3 p_W = box.lower + fraction * box.size();
       const double d = path.solid.distance_mm(p_W);
       if (std::abs(d) < 0.2) continue;  // the grid blurs edges by less than a voxel
       EXPECT_EQ(bone.SignedDistance(p_W) < 0, d < 0);
@@ -180,7 +181,7 @@ TEST(ScenePath, HasTheBoneTheWayAndTheToolOfItsScene) {
   const StudyPath path = MakeScenePath("hand", KERF_SOURCE_DIR "/scenes/hand_held_cut.toml");
   EXPECT_EQ(path.name, "hand");
   EXPECT_DOUBLE_EQ(path.coupling.stiffness_N_per_mm, 1);
-  // Its first stroke: 27.01 mm at 2 mm/s, in a block whose top is z = 0.
+  // The first stroke: 27.01 mm at 2 mm/s, in a block with its top at z = 0.
   EXPECT_NEAR(path.duration_s, std::hypot(27, 0.8) / 2, 1e-9);
   EXPECT_LT(glm::distance(path.pose(Holding::kPath, 0).p_AB, Vec3(-19, 0, 12)), 1e-12);
   EXPECT_NEAR(path.solid.distance_mm({0, 0, -1}), -1, 1e-12);

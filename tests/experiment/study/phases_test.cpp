@@ -1,4 +1,4 @@
-// Phases of made-up engagements, whose ends are known.
+// Tests of phases on made-up engagements with known ends.
 #include "experiment/study/phases.h"
 
 #include <gtest/gtest.h>
@@ -8,18 +8,18 @@ namespace {
 
 constexpr double kTick_s = 0.001;
 
-/// Engaged teeth by tick: rises from 0.1 to 0.4 s, is full to 1 s, falls to a twentieth until 1.2 s, and is that to
-/// 1.5 s; in the air before and after.
+/// Engaged teeth by tick: increase from 0.1 to 0.4 s, full until 1 s, decrease to a twentieth until 1.2 s, and constant
+/// until 1.5 s; zero before and after.
 std::vector<ReferenceTick> MakeCut(double until_s) {
   std::vector<ReferenceTick> ticks;
   for (int i = 1; kTick_s * i <= until_s + 1e-9; ++i) {
     const double t_s = kTick_s * i;
-    double share = 0;
-    if (t_s > 0.1 && t_s <= 0.4) share = (t_s - 0.1) / 0.3;
-    if (t_s > 0.4 && t_s <= 1) share = 1;
-    if (t_s > 1 && t_s <= 1.2) share = 1 - 0.95 * (t_s - 1) / 0.2;
-    if (t_s > 1.2 && t_s <= 1.5) share = 0.05;
-    ticks.emplace_back().engaged_teeth = 6 * share;
+    double fraction = 0;
+    if (t_s > 0.1 && t_s <= 0.4) fraction = (t_s - 0.1) / 0.3;
+    if (t_s > 0.4 && t_s <= 1) fraction = 1;
+    if (t_s > 1 && t_s <= 1.2) fraction = 1 - 0.95 * (t_s - 1) / 0.2;
+    if (t_s > 1.2 && t_s <= 1.5) fraction = 0.05;
+    ticks.emplace_back().engaged_teeth = 6 * fraction;
   }
   return ticks;
 }
@@ -28,7 +28,8 @@ TEST(CutPhases, AreWhereTheEngagementRisesAndFalls) {
   const std::vector<CutPhase> phases = FindCutPhases(MakeCut(2), kTick_s);
   ASSERT_EQ(phases.size(), 4u);
   const char* names[] = {"entry", "cut", "breakthrough", "exit"};
-  // 0.9 of full on the way up at 0.37 s and down at 1 + 0.1 * 0.2 / 0.95 s; 0.1 of it at 1 + 0.9 * 0.2 / 0.95 s.
+  // 0.9 of full engagement on the way up at 0.37 s and down at 1 + 0.1 * 0.2 / 0.95 s; 0.1 of it at 1 + 0.9 * 0.2 /
+  // 0.95 s.
   const double ends_s[] = {0.1, 0.37, 1.021, 1.189, 1.5};
   for (std::size_t i = 0; i < phases.size(); ++i) {
     EXPECT_EQ(phases[i].name, names[i]);

@@ -100,11 +100,11 @@ TEST(StudyPlan, ShardsAreOfAboutEqualWeight) {
     whole += weigh(i);
     heaviest_case = std::max(heaviest_case, weigh(i));
   }
-  constexpr double kReferences = 10 * 8;  // 8 references that weigh 10 each are balanced as well
+  constexpr double kReferences = 10 * 8;  // 8 references with a weight of 10 each are balanced as well
   for (const auto& shard : SplitPlan(plan, 8)) {
     double weight = 0;
     for (const std::size_t i : shard) weight += weigh(i);
-    // A shard begins and ends within a case, and may be spared or hold two references.
+    // A shard begins and ends within a case, and may have no reference or two.
     EXPECT_NEAR(weight, whole / 8, heaviest_case + kReferences / 8 + 20);
   }
 }

@@ -1,4 +1,4 @@
-// A study's work that takes no time and has known results: figures are functions of what is asked for.
+// Work functions of a study that take no time and have known results: the figures are functions of the settings.
 #pragma once
 
 #include <algorithm>
@@ -25,12 +25,12 @@ struct QuickWorkLog {
   std::multiset<std::string> costs;
   std::atomic<int> works{0};    // errors and costs
   std::atomic<int> at_once{0};  // costs being measured now
-  std::atomic<int> most_at_once{0};
+  std::atomic<int> max_at_once{0};
 };
 
 inline const std::vector<std::string> kQuickPaths{"entry", "slot", "idle", "absent"};
 
-/// The path "absent" is left out. `before`: called before each of the works, with its number from 0.
+/// Omits the path "absent". `before`: called before each piece of work with its zero-based index.
 inline StudyWork MakeQuickWork(QuickWorkLog& log, const std::function<void(int)>& before = {}) {
   StudyWork work;
   work.make_paths = [](const std::vector<std::string>& names) {
@@ -101,8 +101,8 @@ inline StudyWork MakeQuickWork(QuickWorkLog& log, const std::function<void(int)>
   work.run_for_costs = [&log, begin](const StudyPath& path, Holding holding, const StudySettings& settings,
                                      std::uint64_t ticks, std::optional<int>) {
     const int now = ++log.at_once;
-    int most = log.most_at_once;
-    while (now > most && !log.most_at_once.compare_exchange_weak(most, now)) {
+    int most = log.max_at_once;
+    while (now > most && !log.max_at_once.compare_exchange_weak(most, now)) {
     }
     begin();
     {
@@ -137,7 +137,7 @@ inline StudySpec QuickSpec(const std::string& text = kQuickStudy) {
   return ParseStudy(text, "quick.toml", kQuickPaths);
 }
 
-/// Every record of a folder by its file's name, but for what differs from time to time.
+/// Returns every record of a folder by its file name, without the fields that vary between runs.
 inline std::set<std::string> ReadAllRecords(const std::string& folder) {
   std::set<std::string> records;
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(folder) / "cases")) {

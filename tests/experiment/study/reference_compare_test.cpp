@@ -1,4 +1,4 @@
-// The simulation against the reference, once: neither is far off the other, in a hand and on a path.
+// Compares the simulation with the reference for one case: both agree, coupled to a handle and on a path.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -44,8 +44,8 @@ TEST(SimulationAndReference, AgreeOnAnEntryInAHandAndOnAPath) {
       std::printf("%s, %s: force %.2e of %.2f N rms, volume %.2e of %.3f mm3\n", name,
                   std::string(ToString(holding)).c_str(), std::sqrt(off2 / whole2),
                   std::sqrt(whole2 / static_cast<double>(pass.f_W_N.size())), pass.removed_mm3 / removed - 1, removed);
-      // What a grid of 0.1 mm makes (docs/physics.md): ends of the engaged arc by a quarter of a voxel, some 1 % of the
-      // force where it is led, less where a hand gives way; half of a percent of a kerf's volume.
+      // Errors of a grid of 0.1 mm (docs/physics.md): the ends of the engaged arc by a quarter of a voxel, about 1 % of
+      // the force on a path, less with a compliant hand; half a percent of a kerf's volume.
       EXPECT_LT(std::sqrt(off2 / whole2), holding == Holding::kHand ? 0.01 : 0.03) << name;
       EXPECT_NEAR(pass.removed_mm3 / removed, 1, 0.01) << name;
     }

@@ -1,4 +1,4 @@
-// Fronts, slopes and tables with known answers.
+// Tests of fronts, slopes and tables with known answers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -19,7 +19,9 @@ using ::testing::HasSubstr;
 
 TEST(ParetoFront, IsThatOfAllPairs) {
   EXPECT_TRUE(rc::check([] {
-    const auto draw = [] { return static_cast<double>(*rc::gen::inRange(0, 12)); };  // few, so that equal ones occur
+    const auto draw = [] {
+      return static_cast<double>(*rc::gen::inRange(0, 12));
+    };  // few values, so that equal ones occur
     std::vector<CostAndError> points(*rc::gen::inRange<std::size_t>(0, 30));
     for (CostAndError& p : points) p = {draw(), draw()};
     std::vector<std::size_t> expected;
@@ -74,8 +76,8 @@ TEST(FitSlope, IntervalHoldsPathsOfDifferentSlopesAndNarrowsWithTheirNumber) {
   const Slope few = fit(6);
   const Slope many = fit(54);
   EXPECT_NEAR(few.slope, 1, 1e-12);
-  // The mean of n slopes of 0.8 or 1.2 with equal chance has a deviation of 0.2 / sqrt(n), 95 % within 1.96 of it; a
-  // percentile of 2000 draws is good to a tenth of that, few paths make steps of 0.4 / n.
+  // The mean of n slopes of 0.8 or 1.2 with equal probability has a deviation of 0.2 / sqrt(n), 95 % within 1.96 of it.
+  // A percentile of 2000 draws is accurate to a tenth of that; few paths give steps of 0.4 / n.
   const double expected = 1.96 * 0.2 / std::sqrt(54.0);
   EXPECT_NEAR(many.interval->second - 1, expected, 0.15 * expected);
   EXPECT_NEAR(1 - many.interval->first, expected, 0.15 * expected);
@@ -90,7 +92,7 @@ TEST(FitSlope, NeedsTwoNumbersAndForAnIntervalThreePaths) {
   EXPECT_FALSE(slope.interval);
 }
 
-// Two paths; the second is worse and slower.
+// Two paths; the second is less accurate and slower.
 StudyResults MakeSmallStudy() {
   StudyResults study;
   study.paths = {"a", "b"};
@@ -177,9 +179,9 @@ TEST(StudyFindings, FollowFromTheFigures) {
   std::string text = DescribeFindings(study, Holding::kHand);
   EXPECT_THAT(text, HasSubstr("**Force, p95, at most 3.50 %**: holds; the largest is 3.00 %, on `b`."));
   EXPECT_THAT(text, HasSubstr("The defaults are on the Pareto front"));
-  // (3 - 1) points for 400 us against (3 - 2) for 200: equal, and named in the study's order.
-  EXPECT_THAT(text, HasSubstr("most accuracy for a microsecond is bought by `voxel_mm = 0.05`"));
-  EXPECT_THAT(text, HasSubstr("0.500 points for 100 us"));
+  // (3 - 1) points for 400 us against (3 - 2) for 200: equal, and listed in the study's order.
+  EXPECT_THAT(text, HasSubstr("`voxel_mm = 0.05` gains the most accuracy per microsecond"));
+  EXPECT_THAT(text, HasSubstr("0.500 points per 100 us"));
   for (CaseRecord& record : study.cases) {
     if (record.knob == "default" && record.path == "b")
       record.errors->force_p95 = 0.08, record.costs->tick.p99_us = 420;
@@ -188,7 +190,7 @@ TEST(StudyFindings, FollowFromTheFigures) {
   EXPECT_THAT(text, HasSubstr("**Force, p95, at most 3.50 %**: does not hold on 1 of 2 paths: `b` (8.00 %)."));
   EXPECT_THAT(text, HasSubstr("**Tick, p99, under 300 us**: does not hold on 1 of 2 paths: `b` (420 us)."));
   EXPECT_THAT(text, HasSubstr("The defaults are not on the Pareto front: `rate_hz = 4000` has 2.00 % in 400 us"));
-  EXPECT_THAT(text, HasSubstr("More exact than the defaults for no more time"));
+  EXPECT_THAT(text, HasSubstr("More accurate than the defaults in no more time"));
 }
 
 TEST(StudyFindings, OfSettingsThatWereNotTimedEverywhereNothingIsClaimed) {
@@ -199,7 +201,7 @@ TEST(StudyFindings, OfSettingsThatWereNotTimedEverywhereNothingIsClaimed) {
   const std::string text = DescribeFindings(study, Holding::kHand);
   EXPECT_THAT(text, HasSubstr("not timed on every path"));
   EXPECT_EQ(text.find("Pareto"), std::string::npos) << text;
-  EXPECT_EQ(text.find("No knob by itself"), std::string::npos) << text;
+  EXPECT_EQ(text.find("No single knob"), std::string::npos) << text;
 }
 
 TEST(StudyFindings, SayWhatTheSlabSaves) {
@@ -207,11 +209,12 @@ TEST(StudyFindings, SayWhatTheSlabSaves) {
   EXPECT_THAT(
       text,
       HasSubstr(
-          "On the 1 path that both can do the slab takes 2.50 us at p99 where the voxels take 100, 40.0 times less"));
+          "On the 1 path that both can run, the slab takes 2.50 us at p99 and the voxels take 100 us, 40.0 times as "
+          "long"));
   EXPECT_THAT(text, HasSubstr("does not hold on this machine: at p99 they leave 90.0 % of the tick unused"));
 }
 
-// The base settings stand in a knob's curve where the study has them, not where kerf ships them.
+// A knob's curve contains the study's base settings, not kerf's defaults.
 TEST(PoolSettings, DefaultsStandWhereTheStudyHasThem) {
   StudyResults study;
   study.paths = {"a"};
@@ -228,10 +231,10 @@ TEST(PoolSettings, DefaultsStandWhereTheStudyHasThem) {
   EXPECT_TRUE(curve[1].is_default);
   EXPECT_EQ(curve[1].number, 0.2);
   EXPECT_EQ(curve[1].value, "0.2");
-  // Two ticks of 100 us at most in a millisecond; at 1000 Hz one.
+  // At most two ticks of 100 us in a millisecond; one at 1000 Hz.
   EXPECT_DOUBLE_EQ(curve[1].p99_us, 200);
   EXPECT_DOUBLE_EQ(CurveOf(settings, study.base, "rate_hz").front().p99_us, 100);
-  // Errors in proportion to the edge: with the base elsewhere than at 0.2 they would not be.
+  // Errors are proportional to the voxel edge. With a base other than 0.2 they would not be.
   const KnobErrors errors = MakeKnobErrors(study, Holding::kPath, "voxel_mm").value();
   EXPECT_NEAR(errors.slope->slope, 1, 1e-12);
   EXPECT_EQ(DescribeBase(study.base), "`voxel_mm = 0.2`, `rate_hz = 2000`");
@@ -253,16 +256,17 @@ TEST(FindReference, IsThatOfTheSamePhysicsAsTheCases) {
   EXPECT_EQ(find("voxel_mm", "0.2"), &study.references[1]);
   EXPECT_EQ(find("law", "hertz_chip"), &study.references[0]);
   EXPECT_EQ(find("material", "uniform"), &study.references[2]);
-  // None is fair: it is not held against that of another material.
+  // No matching reference: the case is not compared with the reference of another material.
   EXPECT_EQ(find("material", "ct"), nullptr);
 }
 
 TEST(StudyFindings, OrderOfTheMadeUpStudyIsTheorysWhereItWasMadeSo) {
   const StudyResults study = test::MakeStudy();
-  // Temperature: 2 K times the cell's square (made_up_study.h).
+  // Temperature: 2 K times the square of the cell size (made_up_study.h).
   const KnobErrors heat = MakeKnobErrors(study, Holding::kHand, "heat_grid_mm").value();
   EXPECT_NEAR(heat.slope->slope, 2, 1e-9);
-  // The points below the bars count in no slope: else the finest voxel, at 0.03 of the defaults' error, would.
+  // Points below the error bars are excluded from slopes. Otherwise the finest voxel would count, at 0.03 of the
+  // defaults' error.
   const KnobErrors voxel = MakeKnobErrors(study, Holding::kHand, "voxel_mm").value();
   EXPECT_NEAR(voxel.slope->slope, 0.95, 0.01);
   EXPECT_FALSE(MakeKnobErrors(study, Holding::kHand, "law"));

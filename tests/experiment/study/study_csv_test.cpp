@@ -1,4 +1,4 @@
-// What is written of a study is what is read again.
+// Tests that a study is read back as it was written.
 #include "experiment/study/study_csv.h"
 
 #include <fmt/format.h>
@@ -28,7 +28,7 @@ void Write(const StudyResults& study, const std::string& folder) {
   test::WriteBytes(folder + "/study.json", FormatStudyJson(study, {}));
 }
 
-// All four texts hold every figure, each in its shortest exact form: equal texts are equal studies.
+// The four texts together contain every figure in its shortest exact form: equal texts are equal studies.
 std::string AllOf(const StudyResults& study) {
   return FormatCasesCsv(study) + FormatTimesCsv(study) + FormatReferencesCsv(study) + FormatStudyJson(study, {});
 }
@@ -40,7 +40,7 @@ TEST(StudyCsv, ReadsBackWhatItWrote) {
   const StudyResults again = ReadStudyResults(folder.path());
   EXPECT_EQ(AllOf(again), AllOf(study));
   ASSERT_EQ(again.cases.size(), study.cases.size());
-  // Some by themselves: a column that is written and read into nothing would not show above.
+  // Checks some fields directly: a field that is written but not read back could pass the comparison above.
   EXPECT_EQ(again.cases[3].errors->surface_p95_mm, study.cases[3].errors->surface_p95_mm);
   EXPECT_EQ(again.cases[3].costs->tick.p999_us, study.cases[3].costs->tick.p999_us);
   EXPECT_EQ(again.cases[3].costs->histogram, study.cases[3].costs->histogram);
@@ -50,7 +50,7 @@ TEST(StudyCsv, ReadsBackWhatItWrote) {
   EXPECT_EQ(ShowSettings(again.base), ShowSettings(study.base));
 }
 
-// Folders of versions before the signed impulse have no such column: all else of them is read.
+// Folders of versions before the signed impulse lack that column: everything else is read.
 TEST(StudyCsv, AnEarlierVersionsTableIsRead) {
   const Folder folder;
   StudyResults study = test::MakeStudy();
@@ -120,7 +120,7 @@ TEST(StudyCsv, OddWordsAndNumbersSurvive) {
     study.references.push_back(reference);
     Write(study, folder.path());
     const StudyResults again = ReadStudyResults(folder.path());
-    // Control characters of the tables become spaces; JSON keeps them.
+    // Control characters become spaces in the tables; JSON keeps them.
     const auto flat = [](std::string text) {
       std::replace_if(
           text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
@@ -174,7 +174,7 @@ TEST(StudyCsv, DamageIsToldInASentenceWithFileAndLine) {
     return MessageOf([&] { ReadStudyResults(folder.path()); });
   };
   EXPECT_THAT(message_after("cases.csv", "\npath-x-law-other,path", "\nhand-x-default-,path"),
-              HasSubstr("cases.csv:3: the case \"hand-x-default-\" is there twice"));
+              HasSubstr("cases.csv:3: the case \"hand-x-default-\" is present twice"));
   EXPECT_THAT(message_after("cases.csv", ",hand,", ",foot,"),
               HasSubstr("cases.csv:2: holding = \"foot\" is neither \"hand\" nor \"path\""));
   EXPECT_THAT(message_after("cases.csv", ",law,", ",lwa,"), HasSubstr("cases.csv:3: there is no knob \"lwa\""));
@@ -191,7 +191,7 @@ TEST(StudyCsv, DamageIsToldInASentenceWithFileAndLine) {
   EXPECT_THAT(message_after("cases_times.csv", ",300,", ",301,"), HasSubstr("is not that of bucket 301"));
   EXPECT_THAT(message_after("cases_times.csv", ",300,", ",99999,"), HasSubstr("bucket = 99999 is not one of"));
   EXPECT_THAT(message_after("references.csv", "error_bar_l2,", ""), HasSubstr("references.csv:1:"));
-  EXPECT_THAT(message_after("study.json", "\"schema\": 1", "\"schema\": 7"), HasSubstr("schema 7 is not known"));
+  EXPECT_THAT(message_after("study.json", "\"schema\": 1", "\"schema\": 7"), HasSubstr("schema 7 is not supported"));
   EXPECT_THAT(message_after("study.json", "\"seconds\": 0.0", "\"seconds\": \"long\""),
               HasSubstr("study.json: \"seconds\" = "));
   EXPECT_THAT(message_after("study.json", "\"title\"", "\"tilte\""), HasSubstr("study.json: \"title\" is missing"));

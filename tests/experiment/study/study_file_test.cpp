@@ -26,10 +26,10 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const std::vector<std::string> kPaths{"entry", "slot", "plunge", "mandible"};
+const std::vector<std::string> kStudyFilePaths{"entry", "slot", "plunge", "mandible"};
 
 StudySpec Parse(const std::string& text) {
-  return ParseStudy(text, "study.toml", kPaths);
+  return ParseStudy(text, "study.toml", kStudyFilePaths);
 }
 
 std::string Fault(const std::string& text) {
@@ -39,10 +39,10 @@ std::string Fault(const std::string& text) {
 TEST(StudyFile, EmptyFileIsTheBaseSettingsOnAllPaths) {
   const StudySpec spec = Parse("");
   EXPECT_EQ(spec.name, "study");
-  EXPECT_EQ(spec.paths, kPaths);
+  EXPECT_EQ(spec.paths, kStudyFilePaths);
   EXPECT_THAT(spec.holdings, ElementsAre(Holding::kHand, Holding::kPath));
   EXPECT_EQ(ShowSettings(spec.base), ShowSettings(StudySettings{}));
-  // What a scene and a model have that say nothing.
+  // The defaults of a scene and of a model.
   EXPECT_EQ(spec.base.voxel_mm, BlockParams{}.voxel_mm);
   EXPECT_EQ(spec.base.voxel_mm, MandibleParams{}.voxel_mm);
   EXPECT_EQ(spec.base.voxel_mm, ImportOptions{}.voxel_mm);
@@ -92,7 +92,7 @@ file = "a/b.toml"
   EXPECT_THAT(spec.knobs[1].holdings, ElementsAre(Holding::kHand));
   ASSERT_EQ(spec.scenes.size(), 1u);
   EXPECT_THAT(spec.scenes[0].file, HasSubstr("/a/b.toml"));
-  // As a folder keeps it, it is the same study.
+  // Read back from a folder, it is the same study.
   const StudySpec again = SpecFromJson(SpecToJson(spec));
   EXPECT_EQ(SpecToJson(again), SpecToJson(spec));
   EXPECT_EQ(HashOf(again), HashOf(spec));
@@ -102,7 +102,7 @@ TEST(StudyFile, ScenesAloneLeaveTheBuiltInPathsOut) {
   EXPECT_TRUE(Parse("[[scene]]\nname = \"a\"\nfile = \"a.toml\"\n").paths.empty());
 }
 
-// What the study file lets through a simulation takes, and what it refuses a simulation refuses too.
+// A simulation accepts the values that the study file accepts, and refuses those that it refuses.
 TEST(StudyFile, RangesAreThoseOfTheSimulation) {
   struct Bounds {
     const char* knob;
@@ -132,8 +132,8 @@ TEST(StudyFile, FaultsSayWhereAndWhatWouldBeRight) {
       {"[study]\npath = [\"slot\"]",
        "study.toml:2:1: unknown key \"path\" in [study]; the nearest valid key is \"paths\""},
       {"[study]\npaths = [\"slot\", \"slt\"]", "study.toml:2:18: there is no path \"slt\"; the nearest is \"slot\""},
-      {"[study]\npaths = [\"slot\", \"slot\"]", "study.toml:2:18: \"slot\" stands twice in paths"},
-      {"[study]\npaths = []", "study.toml:2:1: paths is empty; leave it out for all"},
+      {"[study]\npaths = [\"slot\", \"slot\"]", "study.toml:2:18: \"slot\" is listed twice in paths"},
+      {"[study]\npaths = []", "study.toml:2:1: paths is empty; omit it for all"},
       {"[study]\npaths = \"slot\"", "study.toml:2:1: paths must be a list of names of paths"},
       {"[study]\nholdings = [\"foot\"]", "study.toml:2:13: there is no holding \"foot\"; there are hand, path"},
       {"[study]\nticks_per_case = 10", "study.toml:2:1: ticks_per_case = 10 is below 1000; valid range 1000 to 1"},
@@ -148,16 +148,16 @@ TEST(StudyFile, FaultsSayWhereAndWhatWouldBeRight) {
       {"[[knob]]\nname = \"voxel_mm\"\nvalues = []", "study.toml:3:1: values must be a list of 1 to 1000 values"},
       {"[[knob]]\nname = \"voxel_mm\"\nvalues = [0.1,\n 7]",
        "study.toml:4:2: voxel_mm = 7 is above 4; valid range 0.02 to 4 mm"},
-      {"[[knob]]\nname = \"voxel_mm\"\nvalues = [\"fine\"]", "study.toml:3:11: voxel_mm = \"fine\" is a text"},
+      {"[[knob]]\nname = \"voxel_mm\"\nvalues = [\"fine\"]", "study.toml:3:11: voxel_mm = \"fine\" is a string"},
       {"[[knob]]\nname = \"substeps\"\nvalues = [1.5]",
        "study.toml:3:11: substeps = 1.5 is a number; it must be a whole"},
-      {"[[knob]]\nname = \"voxel_mm\"\nvalues = [0.1, 0.10]", "study.toml:3:16: 0.1 stands twice in values"},
+      {"[[knob]]\nname = \"voxel_mm\"\nvalues = [0.1, 0.10]", "study.toml:3:16: 0.1 is listed twice in values"},
       {"[[knob]]\nname = \"law\"\nvalues = [\"hertz\"]", "study.toml:3:11: law = \"hertz\" is unknown"},
       {"[[knob]]\nname = \"voxel_mm\"\nvalues = [1]\n[[knob]]\nname = \"voxel_mm\"\nvalues = [2]",
-       "study.toml:5:1: the knob \"voxel_mm\" stands twice"},
+       "study.toml:5:1: the knob \"voxel_mm\" is listed twice"},
       {"[[scene]]\nname = \"a/b\"\nfile = \"x\"", "study.toml:2:1: a name has 1 to 60 letters, digits, '-' and '_'"},
-      {"[[scene]]\nname = \"slot\"\nfile = \"x\"", "study.toml:2:1: there is a path \"slot\" already"},
-      {"[[scene]]\nname = \"a\"\nfile = \"\"", "study.toml:3:1: file names no file"},
+      {"[[scene]]\nname = \"slot\"\nfile = \"x\"", "study.toml:2:1: there is already a path \"slot\""},
+      {"[[scene]]\nname = \"a\"\nfile = \"\"", "study.toml:3:1: file is empty"},
       {"[study\n", "study.toml:1:7: not valid TOML"},
   };
   for (const auto& [text, message] : cases) EXPECT_THAT(Fault(text), HasSubstr(message)) << text;
@@ -190,14 +190,15 @@ TEST(StudyFile, ScenesOfAStudyAreReadAndTheirContentCounts) {
   const std::string scene = ReadTextFile(std::string(KERF_SOURCE_DIR) + "/scenes/slot_in_block.toml");
   test::WriteBytes(folder.file("cut.toml"), scene);
   test::WriteBytes(folder.file("study.toml"), "[[scene]]\nname = \"cut\"\nfile = \"cut.toml\"\n");
-  const std::uint64_t before = HashOf(ReadStudyFile(folder.file("study.toml"), kPaths));
-  EXPECT_EQ(HashOf(ReadStudyFile(folder.file("study.toml"), kPaths)), before);
+  const std::uint64_t before = HashOf(ReadStudyFile(folder.file("study.toml"), kStudyFilePaths));
+  EXPECT_EQ(HashOf(ReadStudyFile(folder.file("study.toml"), kStudyFilePaths)), before);
   test::WriteBytes(folder.file("cut.toml"), scene + "\n# changed\n");
-  EXPECT_NE(HashOf(ReadStudyFile(folder.file("study.toml"), kPaths)), before);
+  EXPECT_NE(HashOf(ReadStudyFile(folder.file("study.toml"), kStudyFilePaths)), before);
   test::WriteBytes(folder.file("cut.toml"), scene + "\nfoo = 1\n");
-  EXPECT_THAT(test::MessageOf([&] { ReadStudyFile(folder.file("study.toml"), kPaths); }), HasSubstr("cut.toml:"));
+  EXPECT_THAT(test::MessageOf([&] { ReadStudyFile(folder.file("study.toml"), kStudyFilePaths); }),
+              HasSubstr("cut.toml:"));
   std::filesystem::remove(folder.file("cut.toml"));
-  EXPECT_THAT(test::MessageOf([&] { ReadStudyFile(folder.file("study.toml"), kPaths); }),
+  EXPECT_THAT(test::MessageOf([&] { ReadStudyFile(folder.file("study.toml"), kStudyFilePaths); }),
               HasSubstr("cut.toml: there is no such file"));
 }
 
@@ -210,7 +211,7 @@ TEST(StudyFile, HashGoesByWhatResultsDependOn) {
   EXPECT_NE(HashOf(Parse(text + "[study]\nticks_per_case = 5000\n")), hash);
 }
 
-// Whatever bytes are changed, a study is read or refused with a sentence.
+// With any bytes changed, a study is read or refused with a message.
 TEST(StudyFile, MutatedFilesAreReadOrRefused) {
   const std::string text = DefaultStudyToml() + "\n[[scene]]\nname = \"mine\"\nfile = \"x.toml\"\n";
   EXPECT_TRUE(test::CheckSeeded(20261120, 400, [&] {

@@ -1,4 +1,4 @@
-// What a reader of a study sees.
+// Tests of the report of a study.
 #include "experiment/study/study_report.h"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Two knobs by hand only: each picture takes a while.
+// Two knobs, coupled only, because each figure takes a while.
 StudyResults MakeShortStudy() {
   StudyResults study = test::MakeStudy();
   study.knobs = {"voxel_mm", "method"};
@@ -56,7 +56,7 @@ TEST(StudyReport, IsTheSameToTheByteFromItsOwnRawFigures) {
       EXPECT_EQ(test::FindXmlFault(bytes), "") << name;
     }
     if (!name.ends_with(".svg") && !name.ends_with(".png")) continue;
-    EXPECT_THAT(report, HasSubstr("(" + name + ")"));  // none that the report does not show
+    EXPECT_THAT(report, HasSubstr("(" + name + ")"));  // every one appears in the report
     ++pictures;
   }
   EXPECT_EQ(pictures, 16u);
@@ -71,7 +71,7 @@ TEST(StudyReport, TheSignedImpulseStandsBesideTheForce) {
   StudyResults study = test::MakeStudy();
   const std::string table = DefaultsTable(study, Holding::kHand);
   EXPECT_THAT(table, HasSubstr("| path | force, p95 | impulse |"));
-  // A fifth of the force's error of 2.46 and 2.7 %.
+  // A fifth of the force's errors of 2.46 and 2.7 %.
   EXPECT_THAT(table, HasSubstr("| slot | 2.46 % | +0.492 % |"));
   EXPECT_THAT(table, HasSubstr("| breakthrough | 2.70 % | -0.540 % |"));
   EXPECT_THAT(DescribeFindings(study, Holding::kHand),
@@ -87,9 +87,9 @@ TEST(StudyReport, EachTableOfForcesNamesTheLeastForce) {
   const test::Folder folder;
   WriteStudyReport(MakeShortStudy(), folder.path(), {});
   const std::string report = test::ReadBytes(folder.file("report.md"));
-  for (const char* heading : {"The defaults, path by path", "The best within a time", "The cheapest within an error",
-                              "Voxels against the slab", "All settings"}) {
-    EXPECT_THAT(report, HasSubstr(std::string("### ") + heading + "\n\nForce, p95: of |F - R| / max(|R|, 0.5 N)"));
+  for (const char* heading : {"The defaults, path by path", "The best within a time limit",
+                              "The cheapest within an error limit", "Voxels against the slab", "All settings"}) {
+    EXPECT_THAT(report, HasSubstr(std::string("### ") + heading + "\n\nForce, p95: 95th percentile of |F - R| / "));
   }
 }
 
@@ -108,7 +108,7 @@ TEST(StudyReport, SaysSoWhenNothingWasDoneAndTakesOldFiguresAway) {
   }
   WriteStudyReport(study, folder.path(), {});
   const std::string report = test::ReadBytes(folder.file("report.md"));
-  EXPECT_THAT(report, HasSubstr("No case was done"));
+  EXPECT_THAT(report, HasSubstr("No case was run"));
   EXPECT_THAT(report, HasSubstr("there was no room"));
   EXPECT_FALSE(std::filesystem::exists(folder.file("work_precision_hand.png")));
   EXPECT_TRUE(std::filesystem::exists(folder.file("mine.png")));

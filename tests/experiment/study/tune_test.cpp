@@ -1,4 +1,4 @@
-// What settings are chosen from what was measured, and that the choice keeps what was asked.
+// Tests of the choice of settings from measurements, and that the choice meets the request.
 #include "experiment/study/tune.h"
 
 #include <fmt/format.h>
@@ -39,9 +39,9 @@ TEST(ChooseCandidate, TakesTheMostAccurateWithinTheTimeOrTheCheapestWithinTheErr
   EXPECT_EQ(ChooseCandidate(all, Asked({}, 0.05), 0), 1u);
   EXPECT_EQ(ChooseCandidate(all, Asked(75, 0.02), 0), 4u);
   EXPECT_EQ(ChooseCandidate(all, Asked(60, 0.02), 0), std::nullopt);
-  // Below what the reference may be off by itself all errors are the same, and the cheaper is taken.
+  // Below the reference's own error bar all errors count as equal, and the cheapest is chosen.
   EXPECT_EQ(ChooseCandidate(all, Asked(1000, {}), 0.02), 4u);
-  // What was not measured whole is not chosen.
+  // A candidate without complete measurements is not chosen.
   std::vector<TuneCandidate> failed = {Made(0.01, 1)};
   failed[0].outcome.costs.reset();
   EXPECT_EQ(ChooseCandidate(failed, Asked(1000, {}), 0), std::nullopt);
@@ -87,7 +87,7 @@ class TuneTest : public testing::Test {
 };
 
 TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {
-  TuneOptions options = Asked(1e6, 0.05);  // any time will do: this is no test of the machine
+  TuneOptions options = Asked(1e6, 0.05);  // any time is accepted: this does not test the machine
   options.ticks = 1000;
   options.seconds = 0.6;
   options.voxels_mm = {0.2, 0.1};
@@ -95,12 +95,12 @@ TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {
   ASSERT_TRUE(result.chosen);
   ASSERT_TRUE(result.keeps);
   EXPECT_LE(result.again->CalcError(result.reference.error_bar), 0.05);
-  // The same settings give the same bits, so the error is the same.
+  // The same settings give the same bits, and thus the same error.
   const TuneCandidate& chosen = result.candidates[*result.chosen];
   EXPECT_EQ(chosen.outcome.force_hash, result.again->outcome.force_hash);
   EXPECT_EQ(chosen.force_p95, result.again->force_p95);
   EXPECT_LT(result.reference.error_bar, 0.02);
-  // Written into the scene it is read back.
+  // The settings written to the scene are read back.
   const Scene scene = ParseScene(kScene, file_);
   const std::string edited = EditScene(kScene, file_, EditsFor(scene, options.holding, result.again->settings),
                                        DescribeEvidence(result, options));
@@ -112,7 +112,7 @@ TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {
   EXPECT_THAT(FormatTuneJson(result, options, {}), testing::HasSubstr("\"keeps\": true"));
 }
 
-// A plate of 3 mm, cut through: most of the error is where it gives way, long after the first contact.
+// A plate of 3 mm, cut through: most of the error is at the breakthrough, long after the first contact.
 constexpr const char* kPlate = R"([bone]
 model = "block"
 [bone.block]
@@ -137,7 +137,7 @@ TEST_F(TuneTest, JudgesTheWholePath) {
   ASSERT_TRUE(result.keeps);
   EXPECT_EQ(result.extent, TuneExtent::kWhole);
   EXPECT_NEAR(result.to_s, 4.5 / 7.5, 1e-12);
-  // The same from the parts: a reference of the path by itself, and one run against it.
+  // The same with separate steps: a reference of the path, and one run compared with it.
   StudyPath path = MakeScenePath("scene", file_);
   ASSERT_EQ(result.from_s, 0);  // 0.05 s before the contact at 0.1 / 7.5 s
   const StudySettings& settings = result.again->settings;
@@ -145,28 +145,28 @@ TEST_F(TuneTest, JudgesTheWholePath) {
   const CaseOutcome outcome = RunForErrors(path, options.holding, settings, reference);
   EXPECT_EQ(result.again->outcome.errors->force_p95, outcome.errors->force_p95);
   EXPECT_EQ(result.again->outcome.errors->impulse_signed, outcome.errors->impulse_signed);
-  // All phases, and the breakthrough is the worse part: the last voxel of a wall gives way early (docs/accuracy.md).
+  // All phases. The breakthrough is less accurate: the last voxel of a wall breaks early (docs/accuracy.md).
   ASSERT_GE(result.phases.size(), 3u);
   EXPECT_EQ(result.phases[0].phase.name, "entry");
   EXPECT_EQ(result.phases[1].phase.name, "cut");
   EXPECT_EQ(result.phases[2].phase.name, "breakthrough");
   EXPECT_GT(result.phases[2].force_p95, 2 * result.phases[1].force_p95);
   const std::string evidence = DescribeEvidence(result, options);
-  EXPECT_THAT(evidence, testing::HasSubstr("over the whole path from the first contact on (0.00 to 0.60 s)"));
+  EXPECT_THAT(evidence, testing::HasSubstr("over the whole path from the first contact onward (0.00 to 0.60 s)"));
   EXPECT_THAT(evidence, testing::HasSubstr("; by phase entry "));
   EXPECT_THAT(evidence, testing::HasSubstr(", breakthrough "));
   EXPECT_THAT(FormatTuneTable(result), testing::HasSubstr("force p95: of |F - R| / max(|R|, 0.5 N)"));
-  // A part of it is said to be one, and knows nothing of what comes after.
+  // A partial extent is reported as such, and the evidence contains nothing about the rest.
   options.seconds = 0.2;
   const TuneResult part = Tune(file_, options);
   EXPECT_EQ(part.extent, TuneExtent::kSeconds);
   EXPECT_THAT(DescribeEvidence(part, options),
-              testing::HasSubstr("over 0.00 to 0.20 s of the path's 0.60 s (as asked)"));
+              testing::HasSubstr("over 0.00 to 0.20 s of the path's 0.60 s (as requested)"));
   EXPECT_THAT(part.notes, testing::Contains(testing::HasSubstr("errors are those of 0.00 to 0.20 s")));
   for (const TunePhase& p : part.phases) EXPECT_LE(p.phase.to_s, 0.2 + 1e-9);
 }
 
-// Air after the cut must not make errors smaller: the way out to 100 mm is left out, and the part before is the same.
+// Air after the cut must not reduce the errors: the way out to 100 mm is excluded, and the part before is the same.
 TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
   std::string scene = kPlate;
   const auto with_end = [&](const char* end) {
@@ -183,14 +183,14 @@ TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
   ASSERT_TRUE(result.keeps);
   EXPECT_EQ(result.extent, TuneExtent::kWhole);
   EXPECT_NEAR(result.path_s, 111.1 / 7.5, 1e-9);
-  // The plate reaches from z = -3 to 0 and the disc 11 mm about its middle, so the last contact is at z = -14; the
-  // disc's points are 48, and the step of the search 2 ms.
+  // The plate reaches from z = -3 to 0 and the disc 11 mm around its centre, so the last contact is at z = -14. The
+  // disc has 48 points, and the step of the search is 2 ms.
   EXPECT_NEAR(result.to_s, (11.1 + 14) / 7.5 + 0.05, 0.02);
   EXPECT_THAT(DescribeEvidence(result, options),
               testing::HasSubstr("over the whole path from the first contact to the last"));
 }
 
-// Ninety ticks in the air, of no force in either, and ten in bone of which one is 40 % off.
+// Ninety ticks in the air without force in either run, and ten in bone, one of them with an error of 40 %.
 TEST(ContactError, IsOfTheTicksWithContactInEither) {
   std::vector<Vec3> reference_N(100, Vec3(0));
   std::vector<bool> reference_contact(100, false);
@@ -201,20 +201,20 @@ TEST(ContactError, IsOfTheTicksWithContactInEither) {
   std::vector<Vec3> f_N = reference_N;
   f_N[95].z = 1.2;
   std::vector<bool> contact = reference_contact;
-  // The 95th percentile of ten, nearest rank, is the largest; of a hundred with 99 zeros it would be 0.
+  // The 95th percentile of ten by nearest rank is the largest; of a hundred with 99 zeros it would be 0.
   EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 0.4);
-  // A force where the reference has left the bone counts, as a share of half a newton.
+  // A force after the reference has left the bone counts, as a fraction of half a newton.
   contact[10] = true;
   f_N[10].z = 0.3;
   EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 0.6);
-  // And so does none where the reference has one.
+  // A missing force counts too.
   contact.assign(100, false);
   f_N.assign(100, Vec3(0));
   EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 1);
   EXPECT_EQ(CalcContactError(f_N, f_N, contact, contact), 0);
 }
 
-// A stroke that goes out of the bone and in again has air between; longer air leaves the error as it is.
+// A stroke out of the bone and in again contains air. A longer time in air does not change the error.
 TEST_F(TuneTest, AirBetweenStrokesDoesNotMakeTheErrorSmaller) {
   const auto measure = [&](double up_mm) {
     WriteTextFile(file_,
@@ -235,7 +235,7 @@ TEST_F(TuneTest, AirBetweenStrokesDoesNotMakeTheErrorSmaller) {
   const TuneCandidate near = measure(14);
   const TuneCandidate far = measure(74);
   EXPECT_GT(near.outcome.errors->force_p95, 2 * far.outcome.errors->force_p95);  // over all ticks
-  // The reference's steps fall elsewhere in the last stroke's ticks: its bar.
+  // The reference's steps are at different times in the last stroke's ticks: its error bar.
   EXPECT_NEAR(near.force_p95, far.force_p95, 0.1 * near.force_p95);
 }
 

@@ -1,4 +1,4 @@
-// How far the loop is from swinging on real bone, and what it does when it is hit, let go of, or held by any hand.
+// Tests of the loop's stability margin on real bone, and of impacts, releases and different hands.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ void Push(HeldSaw& saw, double push_N) {
   saw.device.SetScript(IntentionScript(saw.start, {push}));
 }
 
-/// RMS above 20 Hz of the force along the push, from the moment `from_s` to `to_s`, mN.
+/// Returns the RMS above 20 Hz of the force along the push, from `from_s` to `to_s`, mN.
 double ListenTo(HeldSaw& saw, double from_s, double to_s) {
   std::vector<double> f;
   for (int i = 0; i < to_s / kDt_s; ++i) {
@@ -39,8 +39,8 @@ double ListenTo(HeldSaw& saw, double from_s, double to_s) {
   return 1000 * CalcHighPassRms(f, kDt_s, 20);
 }
 
-// Teeth that cut are a strong damper, so that for the hand the saw in the bone is the coupling's spring; so the rule
-// for a sampled spring tells where it swings: 0.75 of it dies out, 1.4 of it hammers.
+// Cutting teeth are a strong damper, so what the hand feels of a saw in the bone is the coupling's spring. The rule for
+// a sampled spring predicts the limit: at 0.75 of it oscillations decay, at 1.4 of it they grow.
 TEST(ClosedLoopMargin, IsThatOfTheRuleForASampledSpring) {
   for (const int delay : {0, 1, 2}) {
     HeldSawOptions options;
@@ -64,8 +64,8 @@ TEST(ClosedLoopMargin, IsThatOfTheRuleForASampledSpring) {
   }
 }
 
-// m, b and k anywhere in what has been measured of hands; the device's own damping is what every omega has. The worst
-// is printed.
+// m, b and k random in the measured ranges of hands; the device has only the damping that every omega has. Prints the
+// worst case.
 TEST(ClosedLoopMargin, AnyHandHoldsItStill) {
   std::mt19937 random(20261120);
   const auto draw = [&](double lower, double upper) {
@@ -82,7 +82,7 @@ TEST(ClosedLoopMargin, AnyHandHoldsItStill) {
     HeldSaw saw;
     saw.device.SetHand(hand);
     Push(saw, push_N);
-    // A heavy hand with little damping goes on ringing from the push's coming on: then it must be dying out.
+    // A heavy hand with little damping continues to ring after the onset of the push. Then the ringing must decay.
     const double before_mN = ListenTo(saw, 2, 3);
     const double noise_mN = ListenTo(saw, 0, 1);
     const std::string what = fmt::format("m {:.3f} kg, b {:.2f} N s/m, k {:.0f} N/m, push {:.1f} N", hand.mass_kg,
@@ -96,8 +96,7 @@ TEST(ClosedLoopMargin, AnyHandHoldsItStill) {
   fmt::print("worst of {} random hands: {:.2f} mN with {}\n", kRandomHands, worst_mN, worst);
 }
 
-// A flick onto the bone. Sampling may give back what K dx^2 / 2 says, no more: at 0.1 m/s 1.5 * 0.1^2 / 2 = 8 uJ a
-// tick.
+// An impact on the bone. Sampling may return at most K dx^2 / 2: at 0.1 m/s 1.5 * 0.1^2 / 2 = 8 uJ a tick.
 TEST(ClosedLoopMargin, ABlowComesBackNoFasterThanItCame) {
   for (const double rpm : {0.0, 7500.0}) {
     for (const double speed : {50.0, 200.0, 500.0}) {  // mm/s
@@ -106,31 +105,31 @@ TEST(ClosedLoopMargin, ABlowComesBackNoFasterThanItCame) {
       options.above_mm = 5;
       options.force_map.ramp_in_s = 0;
       HeldSaw saw(options);
-      // Set going by a push in the air over 2 mm, then left alone.
+      // Accelerated by a push in the air over 2 mm, then released.
       const double mass = 1e-3 * options.profile.mass_kg;
       const double push_N = mass * speed * speed / (2 * 2);
       double arrived = 0;
       double back = 0;
-      double most_N = 0;
+      double max_N = 0;
       bool pushing = true;
       for (int i = 0; i < 1500; ++i) {
         pushing = pushing && saw.device.p_WC_mm().z > saw.start.p_AB.z - 2;
         saw.device.SetIntention({.X_WH = saw.start, .push_W_N = pushing ? Vec3(0, 0, -push_N) : Vec3{0}});
         const double f = saw.Step(rpm).force.f_H_W_N.z;
-        most_N = std::max(most_N, f);
-        if (most_N == 0) arrived = std::min(arrived, saw.device.v_WC_mm_per_s().z);
+        max_N = std::max(max_N, f);
+        if (max_N == 0) arrived = std::min(arrived, saw.device.v_WC_mm_per_s().z);
         if (f > 0) back = std::max(back, saw.device.v_WC_mm_per_s().z);
       }
       EXPECT_GT(-arrived, 0.5 * speed) << speed;
-      EXPECT_GT(most_N, 0.1) << speed;
-      EXPECT_LE(most_N, options.profile.peak_force_N) << speed;
+      EXPECT_GT(max_N, 0.1) << speed;
+      EXPECT_LE(max_N, options.profile.peak_force_N) << speed;
       EXPECT_LE(back, -arrived) << speed << " rpm " << rpm;
-      fmt::print("blow at {:.0f} mm/s, {:.0f} rpm: {:.1f} N, comes back at {:.0f}\n", -arrived, rpm, most_N, back);
+      fmt::print("blow at {:.0f} mm/s, {:.0f} rpm: {:.1f} N, comes back at {:.0f}\n", -arrived, rpm, max_N, back);
     }
   }
 }
 
-// Let go of in the middle of a cut, and taken again.
+// Released in the middle of a cut, and gripped again.
 TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
   HeldSaw saw;
   Push(saw, 5);
@@ -138,9 +137,9 @@ TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
   const double held_N = glm::length(saw.device.force_N());
   saw.device.SetHand(FindHandModel("H0"));
   saw.device.SetIntention({.X_WH = saw.start});
-  double most_N = 0;
-  for (int i = 0; i < 1000; ++i) most_N = std::max(most_N, glm::length(saw.Step().force.f_H_W_N));
-  EXPECT_LE(most_N, held_N * 1.001);  // the spring only unloads
+  double max_N = 0;
+  for (int i = 0; i < 1000; ++i) max_N = std::max(max_N, glm::length(saw.Step().force.f_H_W_N));
+  EXPECT_LE(max_N, held_N * 1.001);  // the spring only unloads
   EXPECT_LT(glm::length(saw.device.force_N()), 0.05 * held_N);
   saw.device.SetHand(FindHandModel("H4"));
   Push(saw, 5);
@@ -148,8 +147,8 @@ TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
   EXPECT_NEAR(saw.device.force_N().z, 5, 1);
 }
 
-// Six degrees of freedom: the hand tilts the stopped saw in its kerf. The walls turn it back, steadily, and let it go
-// when the tilt is taken back.
+// Six degrees of freedom: the hand tilts the stopped saw in its kerf. The walls give a steady restoring torque, and the
+// saw is free again when the tilt is reversed.
 TEST(ClosedLoopMargin, ATiltInTheKerfIsFeltAsASteadyTorque) {
   HeldSawOptions options;
   options.hand = "H3";
@@ -181,10 +180,10 @@ TEST(ClosedLoopMargin, ATiltInTheKerfIsFeltAsASteadyTorque) {
   const double held = mean(7000, 8000);
   const double after = mean(9500, 10000);
   const double noise = CalcHighPassRms(std::span(torque).subspan(7000, 1000), kDt_s, 20);
-  fmt::print("tilt of 4 degrees: {:.1f} N mm before, {:.1f} held ({:.3f} RMS above 20 Hz), {:.1f} after; most {:.0f}\n",
+  fmt::print("tilt of 4 degrees: {:.1f} N mm before, {:.1f} held ({:.3f} RMS above 20 Hz), {:.1f} after; max {:.0f}\n",
              before, held, noise, after, largest_Nmm);
-  // Against the tilt. Were the disc held fast, hand and coupling in series would make 4 degrees * 2000 * 5000 / 7000 =
-  // 100 N mm; it gives way sideways too.
+  // Against the tilt. With a fixed disc, hand and coupling in series would give 4 degrees * 2000 * 5000 / 7000 = 100 N
+  // mm, but the disc also yields sideways.
   EXPECT_LT(held, -20);
   EXPECT_GT(held, -100);
   EXPECT_LE(largest_Nmm, options.profile.peak_torque_Nmm);

@@ -1,4 +1,4 @@
-// The whole tick with a hand on it: energy at the handle, and what can go wrong with handle, device and time.
+// Tests of the complete tick with a hand: energy at the handle, and faults of handle, device and time.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@ using test::HeldSawOptions;
 using test::kDt_s;
 using test::Upright;
 
-/// What the handle gave to the motors, held against what a passive tool behind a sampled spring may take.
+/// Energy that the handle supplied to the motors, compared with the limit for a passive tool behind a sampled spring.
 struct Energy {
-  double port_mJ = 0;       // by the true motion of the handle
+  double port_mJ = 0;       // from the true motion of the handle
   double lowest_mJ = 0;     // over time, of port + sampling + spindle
-  double sampling_mJ = 0;   // sum of K dx^2 / 2: what holding the spring's force over a tick can give back
+  double sampling_mJ = 0;   // sum of K dx^2 / 2: energy that a spring force held over a tick can return
   double exchanged_mJ = 0;  // sum of |F . dx|
   double spindle_mJ = 0;
-  double most_hand_N = 0;
+  double max_hand_N = 0;
 };
 
 Energy Follow(HeldSaw& saw, double K, int ticks, double rpm) {
@@ -40,14 +40,13 @@ Energy Follow(HeldSaw& saw, double K, int ticks, double rpm) {
     e.spindle_mJ += out.coupled.spindle_mJ;
     e.port_mJ = saw.device.port_mJ();
     e.lowest_mJ = std::min(e.lowest_mJ, e.port_mJ + e.sampling_mJ + e.spindle_mJ);
-    e.most_hand_N = std::max(e.most_hand_N, glm::length(out.force.f_H_W_N));
+    e.max_hand_N = std::max(e.max_hand_N, glm::length(out.force.f_H_W_N));
   }
   return e;
 }
 
-// A spring whose force is held over a tick gives back up to K dx^2 / 2 of it more than it took: that is the sampling's,
-// not the tool's. Beyond it nothing may come out of bone that a stopped saw is pressed against, rubbed along and let go
-// of.
+// A spring whose force is held over a tick returns up to K dx^2 / 2 more than it received: this is due to sampling, not
+// to the tool. Bone that a stopped saw is pressed against, rubbed along and released from must not return more.
 TEST(ClosedLoop, NothingComesOutOfAStoppedSaw) {
   for (const char* hand : {"H2", "H3", "H4"}) {
     HeldSawOptions options;
@@ -55,7 +54,7 @@ TEST(ClosedLoop, NothingComesOutOfAStoppedSaw) {
     options.quantise = false;
     options.force_map.ramp_in_s = 0;
     HeldSaw saw(options);
-    // In and out of the top and along it, slowly, so that the sampling's share is small.
+    // Into and out of the top and along it, slowly, so that the energy from sampling is small.
     std::vector<IntentionStep> steps;
     for (int i = 0; i < 6; ++i) {
       const double x = i % 2 == 0 ? 3 : -3;
@@ -65,7 +64,7 @@ TEST(ClosedLoop, NothingComesOutOfAStoppedSaw) {
     }
     saw.device.SetScript(IntentionScript(saw.start, steps));
     const Energy e = Follow(saw, options.stiffness_N_per_mm, 14000, 0);
-    EXPECT_GT(e.most_hand_N, 0.4) << hand;  // it did touch
+    EXPECT_GT(e.max_hand_N, 0.4) << hand;  // there was contact
     EXPECT_GT(e.exchanged_mJ, 2) << hand;
     EXPECT_GE(e.lowest_mJ, -1e-3) << hand;  // 1e-6 J
     fmt::print("stopped {}: port {:.3f} mJ, exchanged {:.1f}, sampling may give {:.3f}\n", hand, e.port_mJ,
@@ -81,7 +80,7 @@ TEST(ClosedLoop, ARunningSawGivesNoMoreThanItsSpindlePutIn) {
     options.force_map.ramp_in_s = 0;
     HeldSaw saw(options);
     std::vector<IntentionStep> steps;
-    // Down, then pressed against one wall of the kerf, where the turning disc's friction pulls the hand along; and up.
+    // Down, then pressed against one wall of the kerf, where the turning disc's friction pulls the hand along; then up.
     for (int i = 0; i < 3; ++i) {
       const double z = 11 - 2 - i;
       const double y = i % 2 == 0 ? 3 : -3;
@@ -101,8 +100,8 @@ TEST(ClosedLoop, ARunningSawGivesNoMoreThanItsSpindlePutIn) {
   }
 }
 
-/// Pushes with 5 N for a second, then lets `disturb(i, saw)` act for the ticks it lasts, then goes on for another.
-/// Holds the bounds at every tick.
+/// Pushes with 5 N for 1.5 s, then calls `disturb(i, saw, dt, off)` in each of `disturbed_ticks` ticks, then continues
+/// for 2.5 s. Checks the bounds in every tick.
 template <typename Disturb>
 HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& disturb, double* lowest_during = nullptr) {
   IntentionStep push;
@@ -128,7 +127,7 @@ HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& distur
     const Vec3 f = out.force.f_H_W_N;
     EXPECT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.z)) << i;
     EXPECT_LE(glm::length(f), peak) << i;
-    // Zero at once on a fault is meant; all else keeps to the slew.
+    // A fault sets the force to zero at once. All other changes respect the slew.
     if (out.faults == kHapticOk) {
       EXPECT_LE(glm::length(f - before), slew * std::min(dt, 0.1) * (1 + 1e-9)) << i;
     } else {
@@ -141,7 +140,7 @@ HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& distur
   return out;
 }
 
-/// It cuts again, with the push that the hand holds (less what its spring pulls back).
+/// Checks that the saw cuts again, with the hand's push (minus the pull of its spring).
 void ExpectCutsAgain(const HapticStepOutput& out, const char* what) {
   EXPECT_EQ(out.faults, kHapticOk) << what;
   EXPECT_NEAR(out.force.f_H_W_N.z, 5, 1) << what;
@@ -155,7 +154,7 @@ TEST(ClosedLoop, SurvivesAHandleThatJumps) {
     HeldSaw saw(options);
     const HapticStepOutput out =
         PushThrough(saw, 10, [&](int, HeldSaw& s, double&, bool&) { s.device.SetFaults({.jump_mm = jump}); });
-    // 20 mm to the side throws the saw out of the kerf and the hand off the block.
+    // A jump of 20 mm sideways moves the saw out of the kerf and the hand off the block.
     if (jump.y != 20) ExpectCutsAgain(out, "jump");
   }
 }
@@ -179,7 +178,7 @@ TEST(ClosedLoop, NotANumberReadFailureAndWatchdogAreZeroForceAndThenARamp) {
           if (kind == 1) s.device.SetFaults({.read_fails = true});
           if (kind == 2) s.device.SetFaults({.write_fails = true});
           off = kind == 3;
-          // What the motors made in the tick before; a write that fails shows one tick later.
+          // The force of the motors in the previous tick. A failed write shows one tick later.
           if (i >= 1) all_zero = all_zero && s.device.force_N() == Vec3{0};
         },
         &lowest);

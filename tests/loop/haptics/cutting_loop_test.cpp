@@ -1,5 +1,5 @@
-// The whole loop: a simulated hand cuts into a block while another thread reads the bone and meshes it. Runs under
-// ThreadSanitizer too.
+// Tests of the complete loop: a simulated hand cuts into a block while another thread reads the bone and meshes it.
+// Also run under ThreadSanitizer.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -29,9 +29,9 @@ Bone MakeSmallBlock() {
   return MakeBlock(params, DefaultMandibleTable());
 }
 
-/// A disc above the block, its plane y-z, that a hand lowers at 8 mm/s and lifts again from a second on.
+/// A disc above the block, in the y-z plane, that a hand lowers at 8 mm/s and lifts again after one second.
 struct CuttingStage {
-  struct Hand : BeforeTick {
+  struct Hand : HandDriver {
     explicit Hand(SimulatedDevice& the_device, const Pose& X_start) : device(the_device), X(X_start) {}
     void Advance(double dt_s) noexcept override {
       t_s += dt_s;
@@ -56,7 +56,7 @@ struct CuttingStage {
         body(simulation, device, MakeBodyParams(slew_N_per_s), &hand) {}
 
   static Pose Start() {
-    // z of the tool along x: the disc in the y-z plane.
+    // z of the tool along x: the disc is in the y-z plane.
     return {Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0.1, 0, 6)};
   }
   static CoupledParams MakeParams() {
@@ -102,7 +102,7 @@ TEST(CuttingLoop, AReaderThatMeshesEndsUpWithTheSameBone) {
     }
   });
   loop.Start();
-  // Until the hand has rested for a while and nothing waits.
+  // Until the hand has rested for a while and no leaf is waiting.
   while (loop.running() && loop.tick_times().total() < 1500) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   loop.Stop();
   done = true;
@@ -134,7 +134,7 @@ TEST(CuttingLoop, UsesNoHeapAndGivesTheSameBitsTwice) {
 }
 
 TEST(CuttingLoop, MissedTicksMakeNoLargerForceStepThanTheSlewAllows) {
-  // Standstills of up to 40 ticks in the middle of the cut, and a slew that they would break: 0.02 N a tick.
+  // Stalls of up to 40 ticks in the middle of the cut, and a slew that they would exceed: 0.02 N a tick.
   CuttingStage s(20);
   struct Stumbling : LoopClock {
     std::int64_t Now() noexcept override { return inner.Now(); }
@@ -185,14 +185,14 @@ TEST(CuttingLoop, ADeviceThatStaysDeadEndsTheLoop) {
   CuttingStage s;
   VirtualClock clock;
   s.simulated.SetFaults({.read_fails = true});
-  struct Dead : BeforeTick {
+  struct Dead : HandDriver {
     void Advance(double) noexcept override {}
-  } nobody;
-  StepBody body(s.simulation, s.device, CuttingStage::MakeBodyParams(1000), &nobody);
+  } no_reader;
+  StepBody body(s.simulation, s.device, CuttingStage::MakeBodyParams(1000), &no_reader);
   HapticLoop loop(body, s.device, clock, LoopParams{});
   loop.RunHere(5000);
   EXPECT_EQ(loop.end(), LoopEnd::kDeviceFailed);
-  EXPECT_NEAR(static_cast<double>(loop.counts().ticks), 1000, 2);  // gives up after a second
+  EXPECT_NEAR(static_cast<double>(loop.counts().ticks), 1000, 2);  // it stops after a second
 }
 
 }  // namespace

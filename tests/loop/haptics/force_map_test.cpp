@@ -1,4 +1,4 @@
-// From simulated force to a device's: what must hold for any input.
+// Tests of the mapping from simulated force to device force, for any input.
 #include "loop/haptics/force_map.h"
 
 #include <gmock/gmock.h>
@@ -20,11 +20,11 @@ namespace kerf {
 namespace {
 
 const int kFixedSeed = setenv("RC_PARAMS", "seed=20261120", 0);
-constexpr double kDt_s = 0.001;
+constexpr double kForceMapDt_s = 0.001;
 constexpr double kMax = std::numeric_limits<double>::max();
 constexpr double kDenormal = std::numeric_limits<double>::denorm_min();
 
-/// Any bit pattern half of the time, ordinary forces else.
+/// Returns any bit pattern in half of the cases, otherwise an ordinary force.
 double DrawAnything(std::mt19937_64& random) {
   switch (random() % 4) {
     case 0: {
@@ -44,7 +44,7 @@ double DrawAnything(std::mt19937_64& random) {
   }
 }
 
-/// Length in more digits than a double has.
+/// Returns the length with more digits than a double has.
 long double CalcLongLength(const Vec3& v) {
   const long double x = v.x;
   const long double y = v.y;
@@ -76,7 +76,7 @@ TEST(LimitLength, IsNeverLongerThanTheLimitAndKeepsTheDirection) {
       RC_ASSERT(std::hypot(limited.x, limited.y, limited.z) <= limit);
       if (!IsFinite(v)) continue;
       const long double length = CalcLongLength(v);
-      // Left alone when shorter by more than rounding, and else of full length.
+      // Unchanged if it is shorter by more than rounding, otherwise of full length.
       if (length < 0.999999L * static_cast<long double>(limit)) RC_ASSERT(limited == v);
       RC_ASSERT(CalcLongLength(limited) >= std::min(length, static_cast<long double>(limit)) * 0.99999999L);
       if (std::abs(v.x) < 1e150 && std::abs(v.y) < 1e150 && std::abs(v.z) < 1e150 && length > 1e-150L) {
@@ -102,7 +102,7 @@ TEST(ForceMap, NeverGivesMoreThanAnyDeviceBearsWhateverItIsGiven) {
     for (int i = 0; i < 300; ++i) {
       const Vec3 f(DrawAnything(random), DrawAnything(random), DrawAnything(random));
       const Vec3 tau(DrawAnything(random), DrawAnything(random), DrawAnything(random));
-      const double dt = random() % 8 == 0 ? DrawAnything(random) : kDt_s;
+      const double dt = random() % 8 == 0 ? DrawAnything(random) : kForceMapDt_s;
       const bool fault = random() % 32 == 0;
       const ForceMapOutput out = map.Calc(f, tau, dt, fault);
       RC_ASSERT(IsFinite(out.f_H_W_N) && IsFinite(out.tau_H_W_Nmm));
@@ -119,34 +119,35 @@ TEST(ForceMap, NeverGivesMoreThanAnyDeviceBearsWhateverItIsGiven) {
 }
 
 TEST(ForceMap, ScalesTheExpectedPeakToTheDevicesPeak) {
-  // omega.3: 12 / 28. Well below the knee it is that and nothing else, to rounding.
+  // omega.3: 12 / 28. Well below the knee the map is exactly this factor, except for rounding.
   ForceMap map(FindDeviceProfile("omega_3"), AtOnce());
   EXPECT_DOUBLE_EQ(map.force_scale(), 12.0 / 28);
-  const ForceMapOutput out = map.Calc(Vec3(7, -14, 0.5), Vec3(100, 0, 0), kDt_s);
+  const ForceMapOutput out = map.Calc(Vec3(7, -14, 0.5), Vec3(100, 0, 0), kForceMapDt_s);
   EXPECT_DOUBLE_EQ(out.f_H_W_N.x, 3);
   EXPECT_DOUBLE_EQ(out.f_H_W_N.y, -6);
-  EXPECT_EQ(out.tau_H_W_Nmm, Vec3{0});  // drives none
+  EXPECT_EQ(out.tau_H_W_Nmm, Vec3{0});  // the device drives no torques
   EXPECT_EQ(out.status, kForceMapOk);
-  // A device that makes more than is expected is not driven harder than asked.
+  // A device with a larger force than expected is not driven harder than requested.
   EXPECT_EQ(ForceMap(FindDeviceProfile("maglev_200")).force_scale(), 1);
   EXPECT_DOUBLE_EQ(ForceMap(FindDeviceProfile("sigma_7")).torque_scale(), 0.5);
 }
 
 TEST(ForceMap, BendsSmoothlyTowardsThePeakWithItsDirectionKept) {
-  const DeviceProfile& profile = FindDeviceProfile("delta_3");  // 20 N; continuous as much, so nothing warms up
+  const DeviceProfile& profile =
+      FindDeviceProfile("delta_3");  // 20 N; the continuous force is as large, so nothing heats up
   const Vec3 direction = glm::normalize(Vec3(1, 2, -3));
   double before = 0;
   double slope_before = 1;
   for (double f = 0.05; f < 400; f += 0.05) {
     ForceMap map(profile, AtOnce());
-    const Vec3 out = map.Calc(f * 28 / 20 * direction, Vec3{0}, kDt_s).f_H_W_N;
+    const Vec3 out = map.Calc(f * 28 / 20 * direction, Vec3{0}, kForceMapDt_s).f_H_W_N;
     const double length = glm::length(out);
     EXPECT_LT(CalcAngle(out, direction), 1e-7);
     EXPECT_LT(length, 20);
     const double slope = (length - before) / 0.05;
     EXPECT_GT(slope, 0) << f;
     EXPECT_LE(slope, 1 + 1e-9) << f;
-    // No corner: the greatest curvature is 2 / (peak - knee) = 1 per N, just past the knee.
+    // No corner: the largest curvature is 2 / (peak - knee) = 1 per N, just past the knee.
     EXPECT_LT(std::abs(slope - slope_before), 1.05 * 0.05) << f;
     if (f < 18) {
       EXPECT_NEAR(length, f, 1e-12);
@@ -158,7 +159,7 @@ TEST(ForceMap, BendsSmoothlyTowardsThePeakWithItsDirectionKept) {
 }
 
 TEST(ForceMap, HoldsTheSlewOfTheVector) {
-  // 0 to peak in 5 ms where nothing is said: 12 N / 5 ms.
+  // 0 to peak in 5 ms by default: 12 N / 5 ms.
   ForceMapParams params;
   params.ramp_in_s = 0;
   ForceMap map(FindDeviceProfile("omega_3"), params);
@@ -166,20 +167,20 @@ TEST(ForceMap, HoldsTheSlewOfTheVector) {
   std::uniform_real_distribution<double> draw(-100, 100);
   Vec3 before{0};
   for (int i = 0; i < 2000; ++i) {
-    const ForceMapOutput out = map.Calc(Vec3(draw(random), draw(random), draw(random)), Vec3{0}, kDt_s);
+    const ForceMapOutput out = map.Calc(Vec3(draw(random), draw(random), draw(random)), Vec3{0}, kForceMapDt_s);
     EXPECT_LE(glm::length(out.f_H_W_N - before), 2.4 * (1 + 1e-12));
     before = out.f_H_W_N;
   }
   EXPECT_GT(map.counts().slew_limited, 1000u);
-  // And gets there: 10 N of the device after 5 ticks.
+  // It reaches the target: 10 N of the device after 5 ticks.
   map.Reset();
   ForceMapOutput out;
-  for (int i = 0; i < 5; ++i) out = map.Calc(Vec3(0, 10 * 28 / 12.0, 0), Vec3{0}, kDt_s);
+  for (int i = 0; i < 5; ++i) out = map.Calc(Vec3(0, 10 * 28 / 12.0, 0), Vec3{0}, kForceMapDt_s);
   EXPECT_NEAR(out.f_H_W_N.y, 10, 1e-12);
 }
 
 TEST(ForceMap, HoldsTheSlewOfTheTorque) {
-  // Likewise: 0 to peak in 5 ms, or as it is asked.
+  // The same: 0 to peak in 5 ms, or as requested.
   const DeviceProfile& profile = FindDeviceProfile("virtuose_6d");
   ASSERT_GT(profile.peak_torque_Nmm, 0);
   for (const double asked : {0.0, 5000.0}) {
@@ -193,7 +194,7 @@ TEST(ForceMap, HoldsTheSlewOfTheTorque) {
     Vec3 before{0};
     double fastest = 0;
     for (int i = 0; i < 2000; ++i) {
-      const Vec3 tau = map.Calc(Vec3{0}, Vec3(draw(random), draw(random), draw(random)), kDt_s).tau_H_W_Nmm;
+      const Vec3 tau = map.Calc(Vec3{0}, Vec3(draw(random), draw(random), draw(random)), kForceMapDt_s).tau_H_W_Nmm;
       EXPECT_LE(glm::length(tau - before), most * (1 + 1e-12));
       fastest = std::max(fastest, glm::length(tau - before));
       before = tau;
@@ -208,37 +209,37 @@ TEST(ForceMap, AFaultIsZeroAtOnceAndComesBackByTheRamp) {
   const Vec3 f(0, 0, 14);  // 10 N on the device
   double before = 0;
   for (int i = 0; i < 1000; ++i) {
-    const ForceMapOutput out = map.Calc(f, Vec3{0}, kDt_s);
+    const ForceMapOutput out = map.Calc(f, Vec3{0}, kForceMapDt_s);
     EXPECT_GE(out.f_H_W_N.z, before);
-    // The ramp 3t^2 - 2t^3 over 0.5 s is at most 1.5 / 0.5 s steep.
-    EXPECT_LE(out.f_H_W_N.z - before, 10 * 3 * kDt_s * (1 + 1e-9));
+    // The ramp 3t^2 - 2t^3 over 0.5 s has a slope of at most 1.5 / 0.5 s.
+    EXPECT_LE(out.f_H_W_N.z - before, 10 * 3 * kForceMapDt_s * (1 + 1e-9));
     EXPECT_EQ((out.status & kForceMapRampIn) != 0, i < 499) << i;
     before = out.f_H_W_N.z;
   }
   EXPECT_NEAR(before, 10, 1e-12);
-  for (const bool told : {true, false}) {
-    const ForceMapOutput fault = map.Calc(told ? f : Vec3(std::nan(""), 0, 0), Vec3{0}, kDt_s, told);
+  for (const bool reported : {true, false}) {
+    const ForceMapOutput fault = map.Calc(reported ? f : Vec3(std::nan(""), 0, 0), Vec3{0}, kForceMapDt_s, reported);
     EXPECT_EQ(fault.f_H_W_N, Vec3{0});
-    EXPECT_EQ(fault.status, told ? kForceMapFault : kForceMapNotFinite);
-    const ForceMapOutput after = map.Calc(f, Vec3{0}, kDt_s);
+    EXPECT_EQ(fault.status, reported ? kForceMapFault : kForceMapNotFinite);
+    const ForceMapOutput after = map.Calc(f, Vec3{0}, kForceMapDt_s);
     EXPECT_LT(after.f_H_W_N.z, 1e-3);  // 10 N * 3 (1/500)^2 = 0.12 mN
     EXPECT_GT(after.f_H_W_N.z, 0);
-    for (int i = 0; i < 600; ++i) map.Calc(f, Vec3{0}, kDt_s);
+    for (int i = 0; i < 600; ++i) map.Calc(f, Vec3{0}, kForceMapDt_s);
   }
   EXPECT_EQ(map.counts().faults, 2u);
 }
 
 TEST(ForceMap, ALongPushGoesDownToWhatTheMotorsBearForEver) {
-  // Omni: peak 3.3 N, continuous 0.88 N. The load never passes 1, and the force settles at the continuous one.
+  // Omni: peak 3.3 N, continuous 0.88 N. The load never exceeds 1, and the force settles at the continuous value.
   const DeviceProfile& omni = FindDeviceProfile("omni");
   ForceMap map(omni, AtOnce());
   double warm = 0;
   double before = 3.3;
   int first_limited = -1;
   for (int i = 0; i < 60000; ++i) {
-    const ForceMapOutput out = map.Calc(Vec3(0, 0, 1000), Vec3{0}, kDt_s);
+    const ForceMapOutput out = map.Calc(Vec3(0, 0, 1000), Vec3{0}, kForceMapDt_s);
     const double f = out.f_H_W_N.z;
-    warm += (1 - std::exp(-kDt_s / 10)) * (f * f - warm);  // by the test's own account
+    warm += (1 - std::exp(-kForceMapDt_s / 10)) * (f * f - warm);  // computed independently by the test
     ASSERT_LE(std::sqrt(warm), 0.88 * (1 + 1e-9)) << i;
     ASSERT_LE(f, before + 1e-12) << i;
     ASSERT_GE(f, before - 0.01) << i;  // gradually
@@ -249,9 +250,9 @@ TEST(ForceMap, ALongPushGoesDownToWhatTheMotorsBearForEver) {
   // Load 0.7 is reached at 10 s * -ln(1 - 0.7 (0.88/3.3)^2) = 0.511 s.
   EXPECT_NEAR(first_limited, 511, 5);
   EXPECT_GT(map.counts().thermal_limited, 50000u);
-  // After half a minute of rest the peak is there again.
-  for (int i = 0; i < 30000; ++i) map.Calc(Vec3{0}, Vec3{0}, kDt_s);
-  EXPECT_GT(map.Calc(Vec3(0, 0, 1000), Vec3{0}, kDt_s).f_H_W_N.z, 3.2);
+  // After half a minute of rest the peak is available again.
+  for (int i = 0; i < 30000; ++i) map.Calc(Vec3{0}, Vec3{0}, kForceMapDt_s);
+  EXPECT_GT(map.Calc(Vec3(0, 0, 1000), Vec3{0}, kForceMapDt_s).f_H_W_N.z, 3.2);
 }
 
 TEST(ForceMap, BadParametersAreNamed) {
@@ -278,7 +279,7 @@ TEST(CouplingLimits, AreTheDevicesDividedByTheScaleOfTheForce) {
   const CouplingLimits limits = CalcCouplingLimits(omni, FindHandModel("H2"), coupling, scale, 0, 0.001, 1);
   EXPECT_NEAR(limits.stiffness_N_per_mm, 0.7 / scale, 1e-12);
   EXPECT_NEAR(limits.damping_Ns_per_mm, 0.005 / scale, 1e-12);
-  // s K < 2 b / (T + 2 t_d), whatever the coupling's own damping is.
+  // s K < 2 b / (T + 2 t_d), whatever the coupling's own damping.
   EXPECT_NEAR(limits.sampled_stiffness_N_per_mm * scale, 2 * (0.0001 + 0.003) / 0.003, 1e-12);
   EXPECT_NEAR(limits.quantum_stiffness_N_per_mm * scale, 2 * 0.26 / 0.055, 1e-12);
   EXPECT_NEAR(limits.step_N, 0.55, 1e-12);
@@ -292,18 +293,18 @@ TEST(CouplingLimits, AreTheDevicesDividedByTheScaleOfTheForce) {
   EXPECT_FALSE(changed);
 }
 
-TEST(FitCoupling, StaysBelowAShareOfWhatASampledLoopHolds) {
-  // omega_6 with H1 at 250 Hz: it bears 5 N/mm, its loop 2 (0.001 + 0.001) / 0.004 = 1 N/mm, both on the device.
+TEST(FitCoupling, StaysBelowAFractionOfWhatASampledLoopHolds) {
+  // omega_6 with H1 at 250 Hz: it allows 5 N/mm, its loop 2 (0.001 + 0.001) / 0.004 = 1 N/mm, both on the device.
   const DeviceProfile& omega = FindDeviceProfile("omega_6");
   const double scale = 12.0 / 28;
   CouplingParams coupling;
   coupling.stiffness_N_per_mm = 100;
   const FittedCoupling fitted = FitCoupling(omega, FindHandModel("H1"), coupling, scale, 0, 0.004);
-  EXPECT_NEAR(fitted.coupling.stiffness_N_per_mm * scale, kSampledShare * 1, 1e-12);
+  EXPECT_NEAR(fitted.coupling.stiffness_N_per_mm * scale, kSampledFraction * 1, 1e-12);
   EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 1, 1e-12);
   EXPECT_TRUE(fitted.lowered.by_device);
   EXPECT_TRUE(fitted.lowered.by_loop);
-  // A firm grip at 1 kHz: its loop holds 32 N/mm, so the device's 5 N/mm count.
+  // A firm grip at 1 kHz: its loop allows 32 N/mm, so the device's 5 N/mm are the limit.
   const FittedCoupling firm = FitCoupling(omega, FindHandModel("H4"), coupling, scale, 0, 0.001);
   EXPECT_NEAR(firm.coupling.stiffness_N_per_mm * scale, 5, 1e-12);
   EXPECT_FALSE(firm.lowered.by_loop);
@@ -311,14 +312,13 @@ TEST(FitCoupling, StaysBelowAShareOfWhatASampledLoopHolds) {
   const FittedCoupling soft = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.001);
   EXPECT_EQ(soft.coupling.stiffness_N_per_mm, 1);
   EXPECT_FALSE(soft.lowered.any());
-  // Damping of its own does not earn a coupling more stiffness: from an encoder it comes late.
+  // The coupling's own damping does not increase the limit of its stiffness: from an encoder it is delayed.
   coupling.stiffness_N_per_mm = 100;
   coupling.damping_Ns_per_mm = 0.01;
   EXPECT_NEAR(FitCoupling(omega, FindHandModel("H1"), coupling, scale, 0, 0.004).coupling.stiffness_N_per_mm * scale,
-              kSampledShare * 1, 1e-12);
+              kSampledFraction * 1, 1e-12);
   coupling = {};
-  // Against turning: H1 damps it with 5 N mm s, so that the loop of a device with torques holds 10000 N mm/rad at 1
-  // kHz.
+  // Rotation: H1 damps it with 5 N mm s, so that the loop of a device with torques allows 10000 N mm/rad at 1 kHz.
   EXPECT_EQ(soft.limits.sampled_torsion_Nmm_per_rad, std::numeric_limits<double>::infinity());
   const FittedCoupling turned =
       FitCoupling(FindDeviceProfile("virtuose_6d"), FindHandModel("H1"), coupling, 1, 0.5, 0.001);
@@ -327,16 +327,16 @@ TEST(FitCoupling, StaysBelowAShareOfWhatASampledLoopHolds) {
   coupling.torsion_Nmm_per_rad = 7000;
   const FittedCoupling stiff =
       FitCoupling(FindDeviceProfile("virtuose_6d"), FindHandModel("H1"), coupling, 1, 0.5, 0.001);
-  EXPECT_NEAR(stiff.coupling.torsion_Nmm_per_rad, kSampledShare * 10000 / 0.5, 1e-9);
+  EXPECT_NEAR(stiff.coupling.torsion_Nmm_per_rad, kSampledFraction * 10000 / 0.5, 1e-9);
   EXPECT_TRUE(stiff.lowered.torsion_by_loop);
   EXPECT_FALSE(stiff.lowered.by_loop);
-  // Nothing is known of how a device that is let go of turns.
+  // The rotation of a released device is not known.
   EXPECT_EQ(FitCoupling(FindDeviceProfile("virtuose_6d"), FindHandModel("H0"), coupling, 1, 0.5, 0.001)
                 .coupling.torsion_Nmm_per_rad,
             7000);
 }
 
-// 0.8 m / (t (1 + 2 (K + k) t^2 / m)): a velocity of 16 samples is 7.5 ticks late, a held force half a tick more.
+// 0.8 m / (t (1 + 2 (K + k) t^2 / m)): a velocity of 16 samples is 7.5 ticks late, a held force another half tick.
 TEST(FitCoupling, HasNoMoreDampingThanALateVelocityBears) {
   const DeviceProfile& omega = FindDeviceProfile("omega_6");
   const double scale = 12.0 / 28;
@@ -350,7 +350,7 @@ TEST(FitCoupling, HasNoMoreDampingThanALateVelocityBears) {
   EXPECT_NEAR(fitted.coupling.damping_Ns_per_mm * scale, most, 1e-12);
   EXPECT_TRUE(fitted.lowered.damping_by_loop);
   EXPECT_EQ(fitted.coupling.stiffness_N_per_mm, 0.3);
-  // An arm is heavier and bears it; nor does it earn the loop a stiffness.
+  // An arm is heavier and tolerates it. Its damping does not increase the loop's stiffness limit either.
   const FittedCoupling arm = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.002);
   EXPECT_EQ(arm.coupling.damping_Ns_per_mm, 0.045);
   EXPECT_FALSE(arm.lowered.any());
@@ -367,9 +367,9 @@ TEST(FitCoupling, HasTheDamperThatAHeldSpringNeeds) {
   EXPECT_NEAR(fitted.coupling.damping_Ns_per_mm, 1.5 * 2 * 0.001 / 2, 1e-15);
   EXPECT_NEAR(FitCoupling(omega, hand, coupling, scale, 0, 0.002).coupling.damping_Ns_per_mm, 1.5 * 2 * 0.002 / 2,
               1e-15);
-  // It doesn't count as damping that the scene asked for.
+  // It does not count as damping that the scene requested.
   EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 2 * (0.001 + 0.00645) / 0.001, 1e-9);
-  // More stays, and never is it more than the device bears.
+  // Larger damping is kept, and it never exceeds the device's limit.
   coupling.damping_Ns_per_mm = 0.01;
   EXPECT_EQ(FitCoupling(omega, hand, coupling, scale, 0, 0.001).coupling.damping_Ns_per_mm, 0.01);
   DeviceProfile weak = omega;

@@ -1,4 +1,4 @@
-// What a hand feels of the simulation's own making: force above 20 Hz while it pushes steadily into bone.
+// Tests of the noise that the simulation adds: force above 20 Hz during a steady push into bone.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -21,12 +21,12 @@ struct Noise {
   double rms_mN = 0;  // of the force commanded to the device, all three axes, in the simulation's newtons
   double mean_N = 0;  // its component along the push, over the same time
   double feed_mm_per_s = 0;
-  double teeth_rms = 0;  // of the number of engaged teeth, above 20 Hz too
+  double teeth_rms = 0;  // of the number of engaged teeth, also above 20 Hz
   std::uint32_t status = 0;
 };
 
-/// Pushes for 4 s and listens to the last 1.5 s: what the push sets ringing when it comes on has died out by then for
-/// the lightest hand too. `push_N` in the simulation's newtons: the hand gives push_N times the force scale.
+/// Pushes for 4 s and measures the last 1.5 s: by then the transient of the push has decayed, even for the lightest
+/// hand. `push_N` is in the simulation's newtons: the hand pushes with push_N times the force scale.
 Noise Listen(const HeldSawOptions& options, double push_N) {
   HeldSaw saw(options);
   const double scale = saw.step.force_map().force_scale();
@@ -65,7 +65,7 @@ struct Bench {
   double stiffness_N_per_mm;
   double limit_mN;
 };
-// What a device of the Omni's kind bears, and one of the better ones. A step of the encoder is 38 and 9 mN.
+// Limits of a device of the Omni's kind, and of one of the better ones. An encoder step is 38 and 9 mN.
 constexpr Bench kBenches[] = {{"55 um, 0.7 N/mm", 0.055, 0.7, 20}, {"6 um, 1.5 N/mm", 0.006, 1.5, 5}};
 
 TEST(ForceNoise, OfAHeldPushIsBelowWhatAHandFeels) {
@@ -80,7 +80,7 @@ TEST(ForceNoise, OfAHeldPushIsBelowWhatAHandFeels) {
         options.hand = hand;
         const Noise noise = Listen(options, push_N);
         EXPECT_LE(noise.rms_mN, bench.limit_mN) << bench.name << " " << hand << " " << push_N;
-        // It is a held push that cuts: what is below is the spring's pull as it gives way, up to k v 0.5 s.
+        // A steady push that cuts. The force is lower by the pull of the hand's spring as it yields, up to k v 0.5 s.
         EXPECT_NEAR(noise.mean_N, push_N, 0.25 * push_N) << bench.name << " " << hand;
         EXPECT_GT(noise.feed_mm_per_s, 0.1);
         EXPECT_EQ(noise.status, 0u);
@@ -92,8 +92,8 @@ TEST(ForceNoise, OfAHeldPushIsBelowWhatAHandFeels) {
   std::puts(table.c_str());
 }
 
-// What is left is the encoder's: read every millisecond while the handle goes ahead by many steps, it alone makes K
-// Delta / sqrt(12), 11.1 and 2.6 mN. (A slow handle's steps come at less than 20 Hz, in part.)
+// The remaining noise is the encoder's: read every millisecond while the handle moves by many steps, it alone gives K
+// Delta / sqrt(12), 11.1 and 2.6 mN. (The steps of a slow handle are partly below 20 Hz.)
 TEST(ForceNoise, IsTheEncodersOwn) {
   for (const Bench& bench : kBenches) {
     HeldSawOptions options;
@@ -106,9 +106,9 @@ TEST(ForceNoise, IsTheEncodersOwn) {
   }
 }
 
-// Without the encoder's steps what the simulation makes itself is heard. Whole voxels make the number of engaged teeth
-// jump; since cutting is a damper here and no spring, the hand feels of it a few mN at most, where a spring of 1.5 N/mm
-// against a voxel of 0.2 mm would let go of 300 mN at once.
+// Without encoder steps only the simulation's own noise remains. Whole voxels make the number of engaged teeth jump.
+// Since cutting is a damper here and not a spring, the hand feels at most a few mN of it; a spring of 1.5 N/mm against
+// a voxel of 0.2 mm would release 300 mN at once.
 TEST(ForceNoise, WholeVoxelRemovalMakesNoiseThatFractionalDoesNot) {
   std::string table =
       "above 20 Hz, RMS, H2, 1.5 N/mm, 0.2 mm voxels, no encoder steps: fractional / whole voxels\n"
@@ -129,8 +129,8 @@ TEST(ForceNoise, WholeVoxelRemovalMakesNoiseThatFractionalDoesNot) {
   std::puts(table.c_str());
 }
 
-// The Omni itself: 3.3 N for 28, so its friction hides what is below 0.26 N * 28 / 3.3 = 2.2 N, and the same 0.7 N/mm
-// at the device is 5.9 N/mm in the simulation, of which a step of the encoder is 0.33 N.
+// The Omni itself: 3.3 N for 28 N, so its friction hides forces below 0.26 N * 28 / 3.3 = 2.2 N. The same 0.7 N/mm at
+// the device is 5.9 N/mm in the simulation, and an encoder step is 0.33 N of it.
 TEST(ForceNoise, OfARealOmniIsNamedInBothNewtons) {
   HeldSawOptions options;
   options.profile = FindDeviceProfile("omni");

@@ -1,4 +1,4 @@
-// The governor steps down when ticks overrun for long, up after calm, and not to and fro.
+// Tests of the governor: it steps down after long overruns, up after a calm time, and does not alternate.
 #include "loop/haptics/governor.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ GovernorParams Degrading() {
   return params;
 }
 
-/// Ticks at 1 kHz from `from_s` to `to_s`, each as long as `us` says of the moment and the fidelity.
+/// Observes ticks at 1 kHz from `from_s` to `to_s`, each with the duration us(time, fidelity).
 void Feed(Governor& governor, double from_s, double to_s, const std::function<double(double, Fidelity)>& us) {
   for (double t = from_s; t < to_s; t += 0.001) governor.Observe(t, us(t, governor.fidelity()));
 }
@@ -36,7 +36,7 @@ TEST(Governor, StepsDownOneByOneAndNoFurtherThanSlab) {
   EXPECT_EQ(governor.steps()[0].to, Fidelity::kCoarse);
   EXPECT_EQ(governor.steps()[0].reason, FidelityReason::kOverrun);
   EXPECT_NEAR(governor.steps()[0].time_s, 0.1, 0.002);  // one window
-  EXPECT_EQ(governor.steps()[0].share_over, 1);
+  EXPECT_EQ(governor.steps()[0].fraction_over, 1);
   EXPECT_EQ(governor.steps()[0].longest_us, 900);
   EXPECT_EQ(governor.steps()[1].from, Fidelity::kCoarse);
   EXPECT_EQ(governor.steps()[1].to, Fidelity::kSlab);
@@ -44,7 +44,7 @@ TEST(Governor, StepsDownOneByOneAndNoFurtherThanSlab) {
 
 TEST(Governor, ForgivesALongTickNowAndThen) {
   Governor governor(Degrading());
-  // 5 % are over budget, and one in a while is 30 times the period: no persistent overrun.
+  // 5 % are over budget, and a few last 30 times the period: no persistent overrun.
   int n = 0;
   Feed(governor, 0, 60, [&n](double, Fidelity) { return ++n % 5000 == 0 ? 30'000.0 : n % 20 == 0 ? 900.0 : 100.0; });
   EXPECT_EQ(governor.step_count(), 0);
@@ -74,7 +74,7 @@ TEST(Governor, StaysDownWhileItIsNeitherTooMuchNorCalm) {
 }
 
 TEST(Governor, WaitsLongerEachTimeAStepUpDoesNotHold) {
-  // Full always takes too long, coarse never does: without patience it would go to and fro every two seconds.
+  // Full always takes too long, coarse never does: without increasing waits it would alternate every two seconds.
   Governor governor(Degrading());
   Feed(governor, 0, 300, [](double, Fidelity f) { return f == Fidelity::kFull ? 1500 : 200; });
   std::vector<double> ups;

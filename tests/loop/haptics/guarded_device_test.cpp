@@ -1,4 +1,5 @@
-// The device's force is zero after a trip until the loop has begun its ramp, and no two threads are at it at once.
+// Tests that the force is zero after a trip until the loop starts its ramp, and that threads never use the device at
+// the same time.
 #include "loop/haptics/guarded_device.h"
 
 #include <gtest/gtest.h>
@@ -22,16 +23,16 @@ TEST(GuardedDevice, HoldsZeroAfterATripUntilTheLoopHasTakenNote) {
   EXPECT_EQ(inner.force_x_N, 3);
   EXPECT_TRUE(device.Trip());
   EXPECT_EQ(inner.force_x_N, 0);
-  EXPECT_TRUE(device.Write({3, 0, 0}, Vec3{0}));  // the tick that was under way
+  EXPECT_TRUE(device.Write({3, 0, 0}, Vec3{0}));  // the tick in progress
   EXPECT_EQ(inner.force_x_N, 0);
   EXPECT_TRUE(device.TakeTripped());
   EXPECT_FALSE(device.TakeTripped());
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_EQ(inner.force_x_N, 0.1);
-  EXPECT_EQ(device.counts().largest_step_N, 3);  // the first; neither the trip nor what follows it
+  EXPECT_EQ(device.counts().largest_step_N, 3);  // the first step; the trip and the following ones do not count
 }
 
-/// While it takes the trip's zero, the loop goes on, as if in a thread of its own.
+/// Device in which the loop continues while it receives the trip's zero, as if in a separate thread.
 class DeviceInATrip final : public Device {
  public:
   const DeviceProfile& profile() const override { return inner_.profile(); }
@@ -39,7 +40,7 @@ class DeviceInATrip final : public Device {
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override {
     if (std::exchange(trips_, false)) {
       taken_ = loop_->TakeTripped();
-      loop_->Write({0.1, 0, 0}, Vec3{0});  // its ramp's first value
+      loop_->Write({0.1, 0, 0}, Vec3{0});  // first value of its ramp
     }
     return inner_.Write(f_H_W_N, tau_H_W_Nmm);
   }
@@ -64,7 +65,7 @@ TEST(GuardedDevice, ARampThatBeganInTheMiddleOfATripBeginsAgain) {
   EXPECT_TRUE(inner.Trip(device));
   EXPECT_TRUE(inner.taken());
   EXPECT_EQ(device.counts().passed_over, 1U);
-  // Its first value never reached the device: a second one would be a step of two.
+  // Its first value never reached the device: continuing with the second would be a double step.
   EXPECT_TRUE(device.TakeTripped());
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_EQ(device.counts().largest_step_N, 0.1);

@@ -1,5 +1,5 @@
-// The loop with a made-up body: on a clock that only moves when told, and live. Nothing here depends on how fast the
-// machine is.
+// Tests of the loop with a made-up body, on a simulated clock and live. None of them depends on the speed of the
+// machine.
 #include "loop/haptics/haptic_loop.h"
 
 #include <gmock/gmock.h>
@@ -57,8 +57,8 @@ TEST(HapticLoop, SkipsAndCountsWhatLongTicksMiss) {
   loop.RunHere(30);
   EXPECT_EQ(loop.counts().ticks, 30U);
   EXPECT_EQ(loop.counts().longest_gap, 40U);
-  EXPECT_EQ(loop.counts().missed, 3U + 3U + 40U);  // the last long tick is followed by none
-  // Elapsed time, but never more than 10 ms.
+  EXPECT_EQ(loop.counts().missed, 3U + 3U + 40U);  // no tick follows the last long tick
+  // Elapsed time, but at most 10 ms.
   EXPECT_DOUBLE_EQ(s.body.dt.values[10], 0.004);
   EXPECT_DOUBLE_EQ(s.body.dt.values[25], 0.010);
   EXPECT_DOUBLE_EQ(s.body.dt.values[26], 0.001);
@@ -116,11 +116,11 @@ TEST(HapticLoop, FailsOnHeapUseInATick) {
   s.body.MakeLeaves(100);
   HapticLoop loop(s.body, s.device, s.clock, s.params);
   loop.RunHere(200);
-  EXPECT_EQ(counter.count(), 0);  // the loop itself asks for nothing
+  EXPECT_EQ(counter.count(), 0);  // the loop itself allocates nothing
   Stage t;
   t.body.during = [] {
     void* memory = std::malloc(10);
-    asm volatile("" : : "g"(memory) : "memory");  // or the compiler leaves both out
+    asm volatile("" : : "g"(memory) : "memory");  // prevents the compiler from removing both
     std::free(memory);
   };
   HapticLoop other(t.body, t.device, t.clock, t.params);
@@ -225,11 +225,11 @@ TEST(LiveLoop, TheWatchdogMakesTheForceZeroWhenATickHangs) {
   const long ramps_before = body.ramps;
   hang = true;
   WaitFor([&] { return hanging.load(); });
-  WaitFor([&] { return inner.force_x_N == 0; });  // the loop is still hanging: this was the watchdog
+  WaitFor([&] { return inner.force_x_N == 0; });  // the loop still hangs: the watchdog did this
   EXPECT_TRUE(hang);
   WaitFor([&] { return loop.watchdog_trips() >= 1; });  // it counts after that
   hang = false;
-  WaitFor([&] { return inner.force_x_N > 1; });  // and it comes back, from zero
+  WaitFor([&] { return inner.force_x_N > 1; });  // the force returns, from zero
   EXPECT_GT(body.ramps, ramps_before);
   loop.Stop();
   EXPECT_EQ(loop.end(), LoopEnd::kAsked);
@@ -248,7 +248,7 @@ TEST(LiveLoop, SaysWhatTheSystemGrants) {
   loop.Start();
   WaitFor([&] { return inner.writes > 20; });
   loop.Stop();
-  loop.Stop();  // as often as one likes
+  loop.Stop();  // may be called repeatedly
   const RealtimeGrants& grants = loop.grants();
   EXPECT_THAT(grants.scheduling,
               testing::StartsWith(grants.fifo ? "SCHED_FIFO was granted" : "SCHED_FIFO was refused"));

@@ -1,4 +1,4 @@
-// A saw in a simulated hand on a block of bone, in virtual time.
+// A saw coupled to a simulated hand on a block of bone, in virtual time.
 #pragma once
 
 #include <string>
@@ -14,13 +14,13 @@ namespace kerf::test {
 inline constexpr double kDt_s = 0.001;
 inline constexpr double kHalfPi = 1.57079632679489661923;
 
-/// The disc stands upright, spindle along y; its centre at p_W.
+/// Returns a pose with the disc upright, its spindle along y and its centre at p_W.
 inline Pose Upright(const Vec3& p_W) {
   return {glm::angleAxis(-kHalfPi, Vec3(1, 0, 0)), p_W};
 }
 
-/// A device with the resolution and stiffness asked for and no friction, strong enough for the simulation's own newtons
-/// (force scale 1).
+/// Returns a device with the given resolution and stiffness and no friction, strong enough to output the
+/// simulated force unscaled (force scale 1).
 inline DeviceProfile MakeDevice(double resolution_mm, double stiffness_N_per_mm) {
   DeviceProfile profile = FindDeviceProfile("omega_3");
   profile.name = "test";
@@ -42,7 +42,7 @@ struct HeldSawOptions {
   bool whole_voxels = false;
   bool quantise = true;
   int delay_ticks = 0;
-  double above_mm = 0.2;  // the rim over the block's top at the start
+  double above_mm = 0.2;  // initial height of the rim above the block's top
   ForceMapParams force_map;
 };
 

@@ -1,4 +1,4 @@
-// A reader of the stream ends up with every leaf as it is, and none waits for ever.
+// Tests that a reader of the stream receives the latest state of every leaf, and that no leaf waits forever.
 #include "loop/haptics/leaf_stream.h"
 
 #include <gtest/gtest.h>
@@ -62,7 +62,7 @@ TEST(LeafStream, SendsEachWaitingLeafBeforeAnyTwice) {
   SpscRing<LeafMessage> ring(1024);
   LeafPublisher publisher(ring, 100);
   const std::array<float, 512> values{};
-  // All change in every tick; in 25 ticks of 4 each has gone once.
+  // All leaves change in every tick; in 25 ticks of 4 each has been sent once.
   std::map<std::array<int, 3>, int> sent;
   for (int tick = 0; tick < 25; ++tick) {
     for (int leaf = 0; leaf < 100; ++leaf) publisher.Mark({leaf, 0, 0}, values.data());
@@ -83,7 +83,7 @@ TEST(LeafStream, KeepsWhatTheRingHasNoRoomFor) {
   EXPECT_EQ(publisher.Send(100), 2);
   EXPECT_EQ(publisher.Send(100), 0);
   EXPECT_EQ(publisher.waiting(), 3U);
-  values[0] = 5;  // what goes later goes as it is then
+  values[0] = 5;  // a leaf that is sent later has its latest values
   Leaves got;
   EXPECT_EQ(Drain(ring, got), 2U);
   EXPECT_EQ(publisher.Send(100), 2);
@@ -98,7 +98,7 @@ TEST(LeafStream, SaysWhenTheLineIsFull) {
   const std::array<float, 512> values{};
   for (int leaf = 0; leaf < 3; ++leaf) EXPECT_TRUE(publisher.Mark({leaf, 0, 0}, values.data()));
   EXPECT_FALSE(publisher.Mark({3, 0, 0}, values.data()));
-  EXPECT_TRUE(publisher.Mark({1, 0, 0}, values.data()));  // waits already
+  EXPECT_TRUE(publisher.Mark({1, 0, 0}, values.data()));  // already waiting
   EXPECT_EQ(publisher.Send(1), 1);
   EXPECT_TRUE(publisher.Mark({3, 0, 0}, values.data()));
 }

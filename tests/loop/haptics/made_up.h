@@ -1,4 +1,4 @@
-// A body and a device made up for the tests of the loop.
+// Fake body and device for the tests of the loop.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace kerf::test {
 
-/// Remembers what it was told; any thread may look.
+/// Device that records its inputs; any thread may read them.
 class RecordingDevice : public Device {
  public:
   const DeviceProfile& profile() const override { return profile_; }
@@ -34,7 +34,7 @@ class RecordingDevice : public Device {
   std::atomic<bool> fails{false};
   std::atomic<double> force_x_N{0};
   std::atomic<long> writes{0};
-  std::atomic<long> two_at_once{0};  // calls that met another one
+  std::atomic<long> two_at_once{0};  // calls that overlapped with another one
 
  private:
   void Enter() {
@@ -45,7 +45,7 @@ class RecordingDevice : public Device {
   std::atomic<int> inside_{0};
 };
 
-/// Makes a force that ramps up by 0.1 N a tick to 5 N, changes leaves at random, and does what it is told to besides.
+/// Body with a force that ramps up by 0.1 N a tick to 5 N and random changes of leaves; `during` runs in each tick.
 class MadeUpBody : public LoopBody {
  public:
   explicit MadeUpBody(GuardedDevice& device) : device_(device) {}
@@ -88,7 +88,7 @@ class MadeUpBody : public LoopBody {
   }
   static std::array<int, 3> IndexOf(int leaf) { return {leaf % 7 - 3, leaf / 7, -leaf}; }
 
-  /// Allocates nothing.
+  /// Fixed-size log without allocation.
   struct Log {
     std::array<double, 4096> values{};
     std::size_t count = 0;

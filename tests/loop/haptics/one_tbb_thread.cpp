@@ -1,6 +1,6 @@
-// Under ThreadSanitizer oneTBB works in the calling thread alone: Debian's is not built for the sanitizer, which
-// doesn't see how the library's threads hand work to each other, and would report races there that are none. Threads of
-// our own stay as many as they are.
+// Limits oneTBB to the calling thread under ThreadSanitizer. Debian's oneTBB is not built for the sanitizer, which
+// therefore does not see how the library's threads exchange work and would report false races. The number of our own
+// threads does not change.
 #if defined(__SANITIZE_THREAD__)
 #include <tbb/global_control.h>
 

@@ -1,8 +1,9 @@
-// A piece goes from a reader to the loop and out of its bone.
+// Tests of passing a piece from a reader to the loop and of its removal from the loop's bone.
 #include "loop/haptics/piece_exchange.h"
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <optional>
 
 #include "base/core/heap_guard.h"
@@ -13,7 +14,7 @@ namespace {
 
 Pose PoseAt(double x_mm, double z_mm) {
   Pose X;
-  X.R_AB = glm::angleAxis(0.5 * test::kPi, Vec3(0, 1, 0));
+  X.R_AB = glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0));
   X.p_AB = {x_mm, 0, z_mm};
   return X;
 }
@@ -51,7 +52,7 @@ TEST_F(PieceExchangeTest, LeavesOnlyWhenItMay) {
   Tick(PoseAt(1.03, 40));
   const std::int64_t since = piece_->clear_since;
   EXPECT_GT(since, 0);
-  // Near, and clear again: what the reader made sure of is out of date.
+  // Near, and clear again: the reader's check is out of date.
   for (int i = 0; i < 10; ++i) Tick(PoseAt(1.03, 14));
   EXPECT_EQ(piece_->clear_since, 0);
   piece_->go = since;
@@ -76,23 +77,23 @@ TEST_F(PieceExchangeTest, IsDroppedWhenItWasCut) {
   piece_->go = piece_->clear_since.load();
   Tick(PoseAt(1.03, 40));
   EXPECT_EQ(simulation_->bone().CalcHash(), whole);
-  // And the next one may come.
+  // The next piece can be sent.
   EXPECT_TRUE(exchange_.Send(&*piece_));
 }
 
 TEST_F(PieceExchangeTest, WhereBoneIsPutBackOneThatWaitsIsDroppedAndOneThatLeavesIsNot) {
   EXPECT_FALSE(exchange_.leaving());
-  exchange_.Drop();  // not taken up yet
+  exchange_.Drop();  // not yet received
   EXPECT_TRUE(piece_->dropped);
   piece_->dropped = false;
   EXPECT_TRUE(exchange_.Send(&*piece_));
   Tick(PoseAt(1.03, 40));
-  exchange_.Drop();  // taken up
+  exchange_.Drop();  // received
   EXPECT_TRUE(piece_->dropped);
   piece_->dropped = false;
   piece_->clear_since = 0;
   EXPECT_TRUE(exchange_.Send(&*piece_));
-  // Ticks in which it may not move count, for who compares them with the loop's.
+  // Ticks in which the piece may not move count too, for comparisons with the loop's tick numbers.
   for (int i = 0; i < 50; ++i) exchange_.Pass();
   Tick(PoseAt(1.03, 40));
   EXPECT_GT(piece_->clear_since, 50);

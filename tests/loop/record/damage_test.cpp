@@ -1,4 +1,4 @@
-// What is read of a damaged recording, and what its seal shows.
+// Tests of reading damaged recordings, and of their seal.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -70,7 +70,7 @@ class DamagedRecordings : public ::testing::Test {
     writer.Finish({kSteps, 0.025 * kSteps, 1, 2, 3, "asked"});
     return ReadTextFile(Path(name));
   }
-  /// The file's blocks as they stand in it, with the first line before them.
+  /// Returns the blocks of the file in order, preceded by its first line.
   std::vector<std::string> Split(const std::string& bytes) const {
     WriteAll(Path("split.kerf"), bytes);
     BlockReader reader(Path("split.kerf"));
@@ -85,8 +85,8 @@ class DamagedRecordings : public ::testing::Test {
     for (const std::string& part : parts) bytes += part;
     return bytes;
   }
-  /// As someone who knows the format, but not the key, would put it right: each block's number and checksum, and, with
-  /// `chain`, its digest of the block before it.
+  /// Corrects a damaged file as a person would who has the format but not the key: each block's number and checksum
+  /// and, if `chain`, its digest of the preceding block.
   static std::string Forge(std::vector<std::string> parts, bool chain) {
     BlockLink link = FirstLink();
     for (std::size_t i = 1; i < parts.size(); ++i) {
@@ -121,13 +121,13 @@ Offsets ReadableBlocks(const std::string& path) {
   return offsets;
 }
 
-// Of the format's own redundancy: one damaged bit costs at most the block that it is in.
+// Redundancy of the format: one damaged bit costs at most the block that contains it.
 TEST_F(DamagedRecordings, OneFlippedBitAnywhereCostsOneBlockAndIsSeen) {
   const std::string bytes = Record("a.kerf");
   const Offsets all = ReadableBlocks(Path("a.kerf"));
   ASSERT_EQ(all.size(), 11u);
   for (std::size_t at = 0; at < bytes.size(); ++at) {
-    // The block that this byte is in; none in the first line.
+    // The block that contains this byte; none for the first line.
     Offsets others = all;
     if (at >= kRecordingMagic.size()) {
       auto next = all.upper_bound(at + kBlockHeadBytes);
@@ -138,7 +138,7 @@ TEST_F(DamagedRecordings, OneFlippedBitAnywhereCostsOneBlockAndIsSeen) {
       bad[at] = static_cast<char>(bad[at] ^ (1 << bit));
       WriteAll(Path("b.kerf"), bad);
       ASSERT_EQ(ReadableBlocks(Path("b.kerf")), others) << "byte " << at << ", bit " << bit;
-      if (static_cast<std::size_t>(bit) != at % 8) continue;  // for the test's time
+      if (static_cast<std::size_t>(bit) != at % 8) continue;  // limits the test's time
       RecordingReader reader(Path("b.kerf"));
       ASSERT_NE(reader.damage().state, RecordingState::kWhole) << "byte " << at << ", bit " << bit;
       ASSERT_NE(reader.DescribeDamage(), "");
@@ -173,19 +173,19 @@ TEST_F(DamagedRecordings, SaysWhatIsMissing) {
   EXPECT_EQ(spoil({4, 6, 9}).DescribeDamage(),
             "the steps from 0.000 to 0.500 s, from 0.750 to 1.000 s are damaged: 30 of 40 ticks");
   EXPECT_EQ(spoil({9}).damage().whole_steps, 30u);
-  // Each block knows the kind of the one before it.
+  // Each block contains the kind of the preceding one.
   EXPECT_EQ(spoil({1}).DescribeDamage(), "one of the two copies of its head is damaged");
   EXPECT_EQ(spoil({2}).DescribeDamage(), "one of the two copies of its head is damaged");
   EXPECT_EQ(spoil({3}).DescribeDamage(), "an input of its scene is damaged");
   EXPECT_EQ(spoil({5}).DescribeDamage(), "an event is damaged");
-  EXPECT_EQ(spoil({10}).DescribeDamage(), "the block that says how it ended is damaged; no end after 1.000 s");
+  EXPECT_EQ(spoil({10}).DescribeDamage(), "the block that describes its end is damaged; no end after 1.000 s");
   EXPECT_EQ(spoil({11}).DescribeDamage(), "its seal is damaged");
   EXPECT_EQ(spoil({11}).damage().state, RecordingState::kDamaged);
   EXPECT_EQ(spoil({6, 11}).DescribeDamage(),
             "the steps from 0.250 to 0.500 s are damaged: 10 of 40 ticks; its seal is damaged");
   EXPECT_THAT(spoil({10, 11}).DescribeDamage(), HasSubstr("bytes are damaged; no end after 1.000 s"));
   const std::string whole = Join(parts);
-  // To the last byte of the seal, and all of it.
+  // Removes the last byte of the seal, all but one byte, and all of it.
   for (const std::size_t left_out : {std::size_t{1}, parts.back().size() - 1, parts.back().size()}) {
     const RecordingReader unsealed = Open(whole.substr(0, whole.size() - left_out));
     EXPECT_EQ(unsealed.DescribeDamage(), "its seal is missing");
@@ -193,26 +193,26 @@ TEST_F(DamagedRecordings, SaysWhatIsMissing) {
     EXPECT_FALSE(unsealed.seal().is_whole);
     EXPECT_EQ(unsealed.end()->why, "asked");
   }
-  // Without the piece what happens when it leaves can't be gone through.
+  // Without the piece, the ticks after its removal cannot be replayed.
   const RecordingReader piece = spoil({7});
   EXPECT_EQ(piece.DescribeDamage(), "a piece of bone is damaged");
   EXPECT_EQ(piece.damage().whole_steps, 25u);
   EXPECT_THAT(Failure([&] { spoil({1, 2}); }), HasSubstr("damaged in its head"));
 
-  // Cut short: at the end of a block, and within one.
+  // Cut short at the end of a block, and within one.
   std::vector<std::string> cut(parts.begin(), parts.begin() + 9);
   EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.750 s: no end");
   EXPECT_EQ(Open(Join(cut)).damage().state, RecordingState::kCutShort);
   cut.back().resize(cut.back().size() / 2);
   EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.500 s: no end");
   EXPECT_EQ(Open(Join(cut)).damage().state, RecordingState::kCutShort);
-  // Bytes that belong to nothing.
+  // Bytes that belong to no block.
   std::vector<std::string> more = parts;
   more[5] += std::string(100, 'x');
   EXPECT_EQ(Open(Join(more)).DescribeDamage(), "100 bytes in it belong to no block");
 }
 
-// A forger who knows the format can write any block with a right checksum: the chain shows it.
+// A forger with knowledge of the format can write any block with a valid checksum; the chain reveals it.
 TEST_F(DamagedRecordings, ABlockThatWasPutRightBreaksTheChain) {
   const SealKey key = SealKey::Make();
   const std::vector<std::string> parts = Split(Record("a.kerf", key));
@@ -249,22 +249,22 @@ TEST_F(DamagedRecordings, AChainThatWasMadeAgainIsSeenByTheSignatureOnly) {
   EXPECT_EQ(Open(bytes).seal().signer, key.public_key());
   std::vector<std::string> parts = Split(bytes);
   parts.erase(parts.begin() + 5);  // the event
-  // With the signature as it was: it is of another digest.
+  // With the original signature, which belongs to another digest.
   const RecordingReader kept = Open(Forge(parts, true));
   EXPECT_EQ(kept.damage().state, RecordingState::kDamaged);
-  EXPECT_THAT(kept.DescribeDamage(), HasSubstr("signature does not fit"));
+  EXPECT_THAT(kept.DescribeDamage(), HasSubstr("signature does not match"));
   EXPECT_EQ(kept.seal().signer, "");
-  // Without: a whole recording that is not signed.
+  // Without the signature: a complete recording that is not signed.
   const BlockHead head = ParseBlockHead(std::string_view(parts.back()).substr(0, kBlockHeadBytes));
   parts.back() = FormatBlock(BlockKind::kSeal, FormatSeal({}), head.number, &head.before);
   const RecordingReader unsigned_one = Open(Forge(parts, true));
   EXPECT_EQ(unsigned_one.damage().state, RecordingState::kWhole);
   EXPECT_TRUE(unsigned_one.seal().is_whole);
   EXPECT_EQ(unsigned_one.seal().signer, "");
-  // A seal that is taken away is no end.
+  // A recording without its seal has no end.
   parts.pop_back();
   EXPECT_EQ(Open(Forge(parts, true)).damage().state, RecordingState::kCutShort);
-  // Nor may anything follow it.
+  // No block may follow the seal.
   std::vector<std::string> longer = Split(bytes);
   longer.push_back(longer[5]);
   EXPECT_THAT(Open(Forge(longer, true)).DescribeDamage(), HasSubstr("after its end"));
@@ -277,13 +277,13 @@ TEST_F(DamagedRecordings, SaysWhoseSealItIs) {
   const auto describe = [&](const std::string& name, const std::vector<KnownKey>& known) {
     return DescribeSeal(RecordingReader(Path(name)).seal(), known);
   };
-  const std::string shown = "chain whole; signed by key " + key.public_key().substr(0, 16);
-  EXPECT_EQ(describe("signed.kerf", {}), shown + " (not known here)");
+  const std::string shown = "chain intact; signed by key " + key.public_key().substr(0, 16);
+  EXPECT_EQ(describe("signed.kerf", {}), shown + " (owner unknown)");
   EXPECT_EQ(describe("signed.kerf", {{key.public_key(), "this installation's"}}), shown + " (this installation's)");
-  EXPECT_EQ(describe("unsigned.kerf", {}), "chain whole; not signed");
+  EXPECT_EQ(describe("unsigned.kerf", {}), "chain intact; not signed");
 }
 
-// As RFC 7693 has it for "abc", cut to 256 bits by the algorithm's own parameter: b2sum -l 256.
+// The digest of "abc" by RFC 7693, shortened to 256 bits by the algorithm's own parameter: b2sum -l 256.
 TEST_F(DamagedRecordings, TheDigestIsBlake2b) {
   const std::string abc = "bddd813c634239723171ef3fee98579b94964e3bb1cb3e427262c8c068d52319";
   EXPECT_EQ(ToHex(CalcDigest("abc")), abc);
@@ -310,7 +310,7 @@ TEST_F(DamagedRecordings, TheKeyIsTheUsersAlone) {
   EXPECT_FALSE(IsSignedBy(digest, "", ""));
 
   ASSERT_EQ(chmod(path.c_str(), 0644), 0);
-  EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("open to other users"));
+  EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("accessible to other users"));
   ASSERT_EQ(chmod(path.c_str(), 0600), 0);
   WriteAll(path, "nonsense");
   EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("is not a secret key"));
@@ -318,7 +318,7 @@ TEST_F(DamagedRecordings, TheKeyIsTheUsersAlone) {
   fs::remove(path);
   WriteAll(Path("mine"), "mine");
   fs::create_symlink(Path("mine"), path);
-  EXPECT_THAT(Failure([] { MakeKeyFile(); }), HasSubstr("is there already"));
+  EXPECT_THAT(Failure([] { MakeKeyFile(); }), HasSubstr("already exists"));
   EXPECT_EQ(ReadTextFile(Path("mine")), "mine");
 }
 

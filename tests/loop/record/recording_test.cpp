@@ -61,7 +61,7 @@ class Recordings : public ::testing::Test {
     }
     return "";
   }
-  /// All steps that are there are those that were written, in order; damage() has the others.
+  /// Checks that all steps present are those written, in order; damage() lists the others.
   static void ExpectAsWritten(RecordingReader& reader) {
     std::uint64_t next = 0;
     std::uint64_t read = 0;
@@ -110,7 +110,7 @@ TEST_F(Recordings, ComesBack) {
   ExpectAsWritten(reader);
 }
 
-// What stands in a file must not drive the terminal that it is shown on.
+// Text from a file must not control the terminal that displays it.
 TEST_F(Recordings, TextIsForTheEyeOnly) {
   RecordingHead head = Head();
   head.machine = "a\x1b]0;title\x07 b";
@@ -129,7 +129,7 @@ TEST_F(Recordings, StepsThatItsEndTellsOfMustBeThere) {
     for (int i = 0; i < 10; ++i) writer.Add(Step(i), i);
     writer.Finish({11, 0.01, 1, 2, 3, "asked"});
   }
-  EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("not as it was written"));
+  EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("changed after it was written"));
 }
 
 TEST_F(Recordings, ATickOfNoTimeIsRefused) {
@@ -142,7 +142,7 @@ TEST_F(Recordings, ATickOfNoTimeIsRefused) {
       writer.Add(step, 0);
       writer.Flush();
     }
-    EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("no time"));
+    EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("invalid duration"));
   }
 }
 
@@ -157,7 +157,7 @@ TEST_F(Recordings, CutShortAnywhereIsWholeBeforeTheCut) {
     try {
       reader.emplace(Path("b.kerf"));
     } catch (const Error&) {
-      // Only before the head is whole.
+      // Only before the head is complete.
       EXPECT_EQ(opened, 0) << size;
       continue;
     }
@@ -186,7 +186,7 @@ TEST_F(Recordings, DamageIsFoundAndAllElseIsRead) {
       ExpectAsWritten(reader);
       ++damaged;
     } catch (const Error&) {
-      EXPECT_LT(at, 1200u);  // the head: it is that long
+      EXPECT_LT(at, 1200u);  // the length of the head
     }
   }
   EXPECT_GT(damaged, 100);
@@ -202,7 +202,7 @@ TEST_F(Recordings, NeverReplacesAFile) {
 TEST_F(Recordings, WithoutItsEndItIsReadAsFarAsItGoes) {
   Write(Path("a.kerf"), 1100, false);
   RecordingReader reader(Path("a.kerf"));
-  EXPECT_EQ(reader.steps(), 1000u);  // blocks of 250; the last hundred were not written yet
+  EXPECT_EQ(reader.steps(), 1000u);  // blocks of 250; the last hundred were not yet written
   EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));
 }
 
@@ -212,10 +212,10 @@ TEST_F(Recordings, TakenAwayIsToldAndNothingElseHappens) {
   EXPECT_THAT(Failure([&] {
                 for (int i = 0; i < 1000; ++i) writer.Add(Step(i), i);
               }),
-              HasSubstr("taken away"));
+              HasSubstr("removed or replaced"));
 }
 
-// A limit on the size of files stands for a disk that is full: write() fails half way through a block.
+// A limit on file sizes simulates a full disk: write() fails in the middle of a block.
 TEST_F(Recordings, AFullDiskLeavesItWhole) {
   const std::string path = Path("a.kerf");
   const pid_t child = fork();

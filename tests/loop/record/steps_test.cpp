@@ -27,7 +27,7 @@ bool IsSame(const RecordedStep& a, const RecordedStep& b) {
          a.bone_check == b.bone_check;
 }
 
-/// A hand on its way, as a device of that resolution tells it.
+/// Motion of a hand, as a device with this resolution reports it.
 RecordedBlock MakeHand(std::size_t ticks, double resolution_mm, unsigned seed) {
   std::mt19937_64 dice(seed);
   std::normal_distribution<double> tremor(0, 0.02);
@@ -59,7 +59,7 @@ TEST(RecordedSteps, AHandComesBackToTheBit) {
   for (std::size_t i = 0; i < block.steps.size(); ++i) ASSERT_TRUE(IsSame(back.steps[i], block.steps[i])) << i;
   ASSERT_EQ(back.states.size(), 1u);
   EXPECT_EQ(back.states[0].step, 259u);
-  // Rounded to a thousandth and a millionth: these are multiples of them but for a double's rounding.
+  // Rounded to a thousandth and a millionth: these are multiples, except for a double's rounding.
   EXPECT_NEAR(back.states[0].time_s, 1.25, 1e-12);
   EXPECT_NEAR(back.states[0].p_WT_mm.y, -2.25, 1e-12);
   EXPECT_NEAR(back.states[0].f_N.z, -7.5, 1e-12);
@@ -68,7 +68,7 @@ TEST(RecordedSteps, AHandComesBackToTheBit) {
   EXPECT_EQ(back.hashes[0].bone, 0xfedcba9876543210u);
 }
 
-// Whatever doubles there are: NaN with any payload, infinities, denormals, poses that are none.
+// Any doubles: NaN with any payload, infinities, denormals, invalid poses.
 RC_GTEST_PROP(RecordedSteps, AnythingComesBackToTheBit, (std::uint64_t seed)) {
   std::mt19937_64 dice(seed);
   RecordedBlock block;
@@ -118,9 +118,9 @@ TEST(RecordedSteps, NoBytesCrash) {
     std::string bad = good;
     for (int k = 0; k < 3; ++k) bad[dice() % bad.size()] = static_cast<char>(dice());
     try {
-      EXPECT_LE(DecodeBlock(bad).steps.size(), kMostStepsInBlock);
+      EXPECT_LE(DecodeBlock(bad).steps.size(), kMaxStepsInBlock);
     } catch (const Error&) {
-      // A sentence is as good.
+      // An error message is equally acceptable.
     }
   }
 }
@@ -133,10 +133,11 @@ TEST(Lattice, NearerThanAnyDeviceSees) {
                  1000.0 * Vec3{any(dice), any(dice), any(dice)}};
     const Pose on = MakePose(FindNearestOnLattice(X));
     EXPECT_NEAR(glm::length(on.p_AB - X.p_AB), 0, 0.5 * std::sqrt(3.0) * kLatticePosition_mm);
-    // Half a step in each of three; the fourth, of at least a half, follows with up to their sum over twice itself.
+    // Half a step in each of three components. The fourth, at least a half, changes by up to their sum over twice
+    // itself.
     EXPECT_NEAR(1 - std::abs(glm::dot(on.R_AB, X.R_AB)), 0, 1e-15);
     EXPECT_NEAR(glm::length(on.R_AB), 1, 4e-16);
-    // Found again, and given again the same.
+    // Found again, with the same result.
     const std::optional<LatticePose> again = FindOnLattice(on);
     ASSERT_TRUE(again);
     EXPECT_EQ(MakePose(*again).R_AB, on.R_AB);
@@ -145,7 +146,7 @@ TEST(Lattice, NearerThanAnyDeviceSees) {
 }
 
 TEST(Lattice, TwoComponentsAlike) {
-  // Where the component that is left out comes out as the smaller one.
+  // Cases in which the omitted component becomes the smaller one.
   const double half = std::sqrt(0.5);
   for (int i = -20; i < 20; ++i) {
     const Pose on = MakePose(FindNearestOnLattice({glm::normalize(Quat{half + i * 1e-10, 0, half, 0}), Vec3{0}}));

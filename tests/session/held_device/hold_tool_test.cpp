@@ -1,4 +1,5 @@
-// A scene in somebody's hand: what the device's figures make of it, and a sprung cap against closed forms.
+// Tests of a scene on a device: settings taken from the device's properties, and a spring-centred cap against closed
+// forms.
 #include "session/held_device/hold_tool.h"
 
 #include <gmock/gmock.h>
@@ -7,7 +8,7 @@
 #include <fstream>
 #include <numbers>
 
-#include "device/drivers/told_device.h"
+#include "device/drivers/reported_device.h"
 #include "support/folder.h"
 #include "test_paths.h"
 
@@ -15,8 +16,8 @@ namespace kerf {
 namespace {
 
 using test::PatientOptions;
+using test::ReportedDevice;
 using test::Served;
-using test::ToldDevice;
 using testing::HasSubstr;
 
 std::string FailureOf(const std::function<void()>& call) {
@@ -32,14 +33,14 @@ TEST(HoldTool, TheSceneGetsTheDevicesFigures) {
   DeviceServoOptions options = PatientOptions();
   options.motion_scale = 0.5;
   options.left_handed = true;
-  Served served(options, [](ToldDevice::State& state) { state.profile = FindDeviceProfile("omni"); });
+  Served served(options, [](ReportedDevice::State& state) { state.profile = FindDeviceProfile("omni"); });
   Scene scene;
   SetDevice(scene, *served.servo);
   EXPECT_EQ(scene.device.profile, "omni");
   EXPECT_EQ(scene.device.motion_scale, 0.5);
   EXPECT_TRUE(scene.device.left_handed);
   EXPECT_EQ(scene.device.delay_ticks, 2);
-  // Less than a safety gate takes for a fault, of the 3.3 N.
+  // Below the limit at which a safety gate detects a fault, relative to the 3.3 N.
   EXPECT_LT(scene.device.slew_N_per_s, SafetyGateOptions{}.max_slew_per_s * 3.3);
   EXPECT_GT(scene.device.slew_N_per_s, 0.5 * SafetyGateOptions{}.max_slew_per_s * 3.3);
 
@@ -57,7 +58,7 @@ TEST(HoldTool, TheSceneGetsTheDevicesFigures) {
 }
 
 TEST(HoldTool, ADeviceWithoutForceLeavesTheSceneAsItIs) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) { state.traits.makes_force = false; });
+  Served served(PatientOptions(), [](ReportedDevice::State& state) { state.traits.makes_force = false; });
   Scene scene;
   SetDevice(scene, *served.servo);
   EXPECT_EQ(scene.device.profile, Scene().device.profile);
@@ -65,20 +66,20 @@ TEST(HoldTool, ADeviceWithoutForceLeavesTheSceneAsItIs) {
 }
 
 TEST(HoldTool, RefusesFiguresThatAskForMoreThanTheDeviceHas) {
-  Served weak(PatientOptions(), [](ToldDevice::State& state) { state.profile.peak_force_N = 2; });
+  Served weak(PatientOptions(), [](ReportedDevice::State& state) { state.profile.peak_force_N = 2; });
   Scene scene;
   EXPECT_THAT(FailureOf([&] { SetDevice(scene, *weak.servo); }),
-              HasSubstr("makes 2 N at most, and the profile 'falcon' says 8 N"));
+              HasSubstr("outputs at most 2 N, but the profile 'falcon' states 8 N"));
 
-  Served unknown(PatientOptions(), [](ToldDevice::State& state) { state.profile.name = "somebodys_own"; });
+  Served unknown(PatientOptions(), [](ReportedDevice::State& state) { state.profile.name = "somebodys_own"; });
   Scene other;
-  EXPECT_THAT(FailureOf([&] { SetDevice(other, *unknown.servo); }), HasSubstr("say by --profile which one is like it"));
-  other.device.given = true;  // the scene says what it is like
+  EXPECT_THAT(FailureOf([&] { SetDevice(other, *unknown.servo); }), HasSubstr("name a similar one with --profile"));
+  other.device.given = true;  // the scene specifies the device
   other.device.profile = "touch";
   SetDevice(other, *unknown.servo);
   EXPECT_EQ(other.device.profile, "touch");
 
-  // A table of the scene's own too.
+  // The same for a table given by the scene.
   const test::Folder folder;
   const std::string file = folder.file("profiles.csv");
   std::ifstream table(KERF_SOURCE_DIR "/volumes/device_profiles.csv");
@@ -87,14 +88,14 @@ TEST(HoldTool, RefusesFiguresThatAskForMoreThanTheDeviceHas) {
   with_table.device.file = file;
   with_table.device.profile = "omega_6";
   Served falcon;
-  EXPECT_THAT(FailureOf([&] { SetDevice(with_table, *falcon.servo); }), HasSubstr("the profile 'omega_6' says 12 N"));
+  EXPECT_THAT(FailureOf([&] { SetDevice(with_table, *falcon.servo); }), HasSubstr("the profile 'omega_6' states 12 N"));
   with_table.device.profile = "omni";
   SetDevice(with_table, *falcon.servo);
   EXPECT_EQ(with_table.device.profile, "omni");
 }
 
 TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) { state.sample.homed = false; });
+  Served served(PatientOptions(), [](ReportedDevice::State& state) { state.sample.homed = false; });
   std::atomic<bool> stop{false};
   bool stops = true;
   std::string said;
@@ -108,9 +109,9 @@ TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
   EXPECT_THAT(FailureOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
   EXPECT_THAT(said, HasSubstr("pull it out"));
 
-  // Homed, but at the edge of the workspace: it is asked for the middle.
+  // Homed, but at the edge of the workspace: it asks the user to move to the middle.
   stop.store(false);
-  served.device->With([](ToldDevice::State& state) {
+  served.device->With([](ReportedDevice::State& state) {
     state.sample.homed = true;
     state.sample.X_DH.p_AB = {0, 0, -0.8 * FindDeviceProfile("falcon").workspace_radius_mm};
   });
@@ -120,7 +121,7 @@ TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
 
   stop.store(false);
   stops = false;
-  served.device->With([](ToldDevice::State& state) { state.sample.X_DH.p_AB = {0, 0, 3}; });
+  served.device->With([](ReportedDevice::State& state) { state.sample.X_DH.p_AB = {0, 0, 3}; });
   const Pose X_WT{{1, 0, 0, 0}, {5, 6, 7}};
   Device& device = held.begin(X_WT, coupling, 0.25);
   EXPECT_EQ(&device, served.servo.get());
@@ -129,26 +130,26 @@ TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
   ASSERT_TRUE(served.Tick());
   EXPECT_LE(glm::length(served.sample.X_WH.p_AB - X_WT.p_AB), 1e-12);
   ASSERT_TRUE(served.AwaitForce({0, 1, 0}, glm::conjugate(kFacingPatient) * Vec3{0, 1, 0}));
-  EXPECT_NEAR(served.device->Look().told.stiffness_N_per_mm, 3 * 0.25, 1e-9);
+  EXPECT_NEAR(served.device->Look().reported.stiffness_N_per_mm, 3 * 0.25, 1e-9);
 }
 
 TEST(SetDevice, CouplesForTheDelayOfTheDevicesRounds) {
   struct Case {
     double loop_Hz, device_Hz;
-    int delay_ticks;  // of the loop: one of its own, and as many as begin in one of the device's rounds
+    int delay_ticks;  // of the loop: one of its own, plus the number that begin in one of the device's rounds
   };
   for (const Case& c : {Case{1000, 1000, 2}, Case{500, 1000, 2}, Case{4000, 1000, 5}, Case{1000, 300, 5}}) {
     SCOPED_TRACE(c.loop_Hz);
-    const Served served(PatientOptions(), [&](ToldDevice::State& state) { state.traits.rate_hz = c.device_Hz; });
+    const Served served(PatientOptions(), [&](ReportedDevice::State& state) { state.traits.rate_hz = c.device_Hz; });
     Scene scene;
     scene.loop.rate_hz = c.loop_Hz;
     SetDevice(scene, *served.servo);
     EXPECT_EQ(scene.device.delay_ticks, c.delay_ticks);
   }
-  const Served slow(PatientOptions(), [](ToldDevice::State& state) { state.traits.rate_hz = 50; });
+  const Served slow(PatientOptions(), [](ReportedDevice::State& state) { state.traits.rate_hz = 50; });
   Scene scene;
   scene.loop.rate_hz = 1000;
-  EXPECT_THAT(FailureOf([&] { SetDevice(scene, *slow.servo); }), HasSubstr("rate_hz may be 750 at most"));
+  EXPECT_THAT(FailureOf([&] { SetDevice(scene, *slow.servo); }), HasSubstr("rate_hz must be 750 at most"));
 }
 
 TEST(MoveByDeflection, GoesAndTurnsByItsSpeeds) {
@@ -160,7 +161,7 @@ TEST(MoveByDeflection, GoesAndTurnsByItsSpeeds) {
   EXPECT_LE(glm::length(X.p_AB - X_WH.p_AB), 1e-12);
   X = MoveByDeflection(X_WH, {0.5, 0, -1, 0, 0, 0}, R_WD, p_TC_mm, speeds, 0.1);
   EXPECT_LE(glm::length(X.p_AB - X_WH.p_AB - R_WD * Vec3{2.5, 0, -5}), 1e-12);
-  // A half turn in many steps: about the device's axis, the point at rest.
+  // Half a turn in many steps: about the device's axis, with the point at rest.
   X = X_WH;
   const int steps = 1000;
   for (int i = 0; i < steps; ++i) {
@@ -173,23 +174,23 @@ TEST(MoveByDeflection, GoesAndTurnsByItsSpeeds) {
 }
 
 TEST(DeflectionHand, PushedCapMovesTheHandleAndBoneHoldsItBack) {
-  Served cap(PatientOptions(), [](ToldDevice::State& state) {
+  Served cap(PatientOptions(), [](ReportedDevice::State& state) {
     state.traits.makes_force = false;
     state.traits.homes = false;
     state.traits.motion = DriverMotion::kDeflection;
     state.sample.deflection = {1, 0, 0, 0, 0, 0};
   });
-  ASSERT_TRUE(cap.Await(ServoState::kEngaged));  // nobody needs to agree: it makes no force
+  ASSERT_TRUE(cap.Await(ServoState::kEngaged));  // no consent is needed, because it makes no force
   const Pose X_WH{{1, 0, 0, 0}, {1, 2, 3}};
   SimulatedDeviceOptions options;
   options.quantise = false;
   const auto go = [&](const Vec3& f_W_N) {
     SimulatedDevice device(FindDeviceProfile("omega_6"), FindHandModel("H3"), X_WH, options);
     DeflectionHand hand(device, *cap.servo, Quat{1, 0, 0, 0}, Vec3{0});
-    cap.device->With([](ToldDevice::State& state) { state.sample.deflection[0] = 1; });
+    cap.device->With([](ReportedDevice::State& state) { state.sample.deflection[0] = 1; });
     EXPECT_TRUE(cap.device->PassRounds());
     const HeapGuard guard;
-    for (int tick = 0; tick < 500; ++tick) {  // 30 mm at 60 mm/s, then some time to come there
+    for (int tick = 0; tick < 500; ++tick) {  // 30 mm at 60 mm/s, then some time to arrive
       hand.Advance(0.001);
       device.Write(f_W_N, Vec3{0});
       device.Elapse(0.001);
@@ -197,10 +198,10 @@ TEST(DeflectionHand, PushedCapMovesTheHandleAndBoneHoldsItBack) {
     return device.p_WC_mm();
   };
   const Vec3 free = go(Vec3{0});
-  // It follows with a lag of the hand's second order, 40 ms, and its spring's.
+  // It follows with the lag of the hand's second order, 40 ms, and of its spring.
   EXPECT_NEAR(free.x - X_WH.p_AB.x, 30, 60 * 0.1);
   EXPECT_NEAR(free.y, X_WH.p_AB.y, 1e-9);
-  // A force that holds it back: as far as the hand's spring gives way, to the device's friction.
+  // A force holds it back: by the compliance of the hand's spring, within the device's friction.
   const MouseHandParams hand;
   const double friction_mm = FindDeviceProfile("omega_6").friction_N / hand.stiffness_N_per_mm;
   const Vec3 held = go(Vec3{-3, 0, 0});

@@ -11,8 +11,8 @@ namespace {
 
 using namespace plan_test;
 
-/// In the block's frame: the plan is x = 0, the cut is moved by `offset` and leaned about y by `roll`, pitched by
-/// `pitch`; the groove is `depth` deep from the top face.
+/// In the block's frame: the plan is x = 0. The cut is moved by `offset`, rolled about y by `roll_deg`, and pitched by
+/// `pitch_deg`. The kerf is `depth` deep from the top face.
 struct Case {
   double offset;
   double roll_deg;
@@ -50,7 +50,8 @@ TEST(AssessCut, MeasuresWhatWasPutIn) {
     ASSERT_EQ(out.planes.size(), 1u);
     const PlaneResult& plane = out.planes[0];
     ASSERT_TRUE(plane.cut);
-    // The middles are found from 1.25 voxels within the bone on: the kerf's middle lies a little deeper than half way.
+    // The centres are found starting 1.25 voxels inside the bone: the kerf's centre is slightly deeper than half the
+    // depth.
     const double shift = std::abs(std::tan(c.roll_deg / kDegrees)) * 0.2;
     EXPECT_NEAR(plane.offset_mm, c.offset, 0.1 + shift);
     EXPECT_NEAR(plane.angles.roll_deg, c.roll_deg, 0.2);
@@ -62,13 +63,13 @@ TEST(AssessCut, MeasuresWhatWasPutIn) {
     EXPECT_NEAR(out.stops[0].over_mm, c.depth - 4, 0.05);
     EXPECT_NEAR(out.removed_mm3, out.before_mm3 - out.after_mm3, 1e-9);
     EXPECT_NEAR(out.removed_mm3, 0.4 * 10 * c.depth / std::cos(plane.angles.angle_deg / kDegrees), 0.5);
-    // Cells are counted by their middles: within half a voxel of the stop's face.
+    // Cells are counted by their centres: within half a voxel of the stop's face.
     EXPECT_NEAR(*out.too_deep_mm3, 0.4 * 10 * std::max(0.0, c.depth - 4), 0.5 * 0.2 * 0.4 * 10 * 1.2);
   }
 }
 
 TEST(AssessCut, CountsWhatLiesBeyondTheMargin) {
-  // 2 mm off: all of it is outside of a margin of 1 mm and half a blade. Within one of 3 mm nothing is.
+  // 2 mm off: all of it is outside a margin of 1 mm plus half a blade. With a margin of 3 mm nothing is outside.
   const Assessment off = AssessCase({}, {2, 0, 0, 4});
   EXPECT_NEAR(*off.outside_mm3, off.removed_mm3, 1e-6);
   EXPECT_FALSE(off.planes[0].within_margin);
@@ -104,7 +105,7 @@ TEST(AssessCut, ThroughAndThroughIsAsDeepAsTheBone) {
   EXPECT_NEAR(*out.stops[0].depth_mm, 8, 0.05);
 }
 
-/// Two planes, two cuts: each is measured against its own.
+/// Two planes, two cuts: each cut is measured against its own plane.
 TEST(AssessCut, KeepsTwoPlanesApart) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
   Bone after = before;

@@ -20,8 +20,8 @@ void ExpectPlane(const std::optional<FittedPlane>& found, const CutPlane& cut, d
   EXPECT_NEAR(glm::length(found->normal_W), 1, 1e-12);
 }
 
-// Linear interpolation of a distance to a plane is exact but for the ridge, so what is left is the corners of the kerf:
-// a fraction of a voxel at a few of hundreds of middles.
+// Linear interpolation of a distance to a plane is exact except at the ridge. The remaining error is from the corners
+// of the kerf: a fraction of a voxel at a few of hundreds of centres.
 TEST(FitKerf, FindsAPerfectCutInAnyPose) {
   Draw draw(1);
   for (int i = 0; i < 12; ++i) {
@@ -29,7 +29,7 @@ TEST(FitKerf, FindsAPerfectCutInAnyPose) {
     const Pose X = draw.AnyPose();
     const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
     Bone after = before;
-    // Through, at a slant to the faces.
+    // Through the whole block, at an angle to the faces.
     const Vec3 tilted = glm::normalize(Vec3(1, draw.In(-0.5, 0.5), draw.In(-0.5, 0.5)));
     const CutPlane cut{X.Point({draw.In(-3, 3), 0, -4}), X.Vector(tilted)};
     const double width = draw.In(0.25, 1);
@@ -57,7 +57,7 @@ TEST(FitKerf, FindsAGrooveOfADisc) {
   }
 }
 
-// Voxels of 0.4 mm, a kerf of 0.25 mm: no voxel's centre need lie in it.
+// Voxels of 0.4 mm and a kerf of 0.25 mm: possibly no voxel centre lies in it.
 TEST(FitKerf, FindsAKerfThinnerThanAVoxel) {
   Draw draw(3);
   for (int i = 0; i < 8; ++i) {
@@ -108,7 +108,7 @@ TEST(FitKerf, TellsTwoKerfsApart) {
     within.Include(cut.p_W + Vec3(3, 10, 10));
     ExpectPlane(FitKerf(before, after, within), cut, 0.1, 0.1);
   }
-  // All of the bone: one of them, not something between.
+  // In all of the bone: the fit is one of the kerfs, not a mean.
   const auto any = FitKerf(before, after);
   ASSERT_TRUE(any);
   const auto off = [&](const CutPlane& cut) {
@@ -126,7 +126,7 @@ TEST(FitKerf, IsNotMisledByAPieceThatWasTakenOut) {
   ExpectPlane(FitKerf(before, after), cut, 0.1, 0.1);
 }
 
-// A shaving has one side only: the mean of what was lost.
+// A shaving has only one side: the fit is the mean of the lost volume.
 TEST(FitKerf, FitsAShavingByItsVolume) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
   Bone after = before;

@@ -1,9 +1,10 @@
-// Kerfs of known planes in blocks of any pose.
+// Kerfs with known planes in blocks of any pose.
 #pragma once
 
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <random>
 
 #include "bone/grid/grids.h"
@@ -42,7 +43,7 @@ inline void Subtract(Bone& bone, const std::function<double(const Vec3&)>& dista
   FinishLevelSet(grid);
 }
 
-/// A disc's kerf in the plane through p: round, of radius R about p, or all through.
+/// Cuts a disc's kerf in the plane through p: round, with radius R about p, or through everything by default.
 inline void CutKerf(Bone& bone, const CutPlane& plane, double width, double R = 1e9) {
   Subtract(bone, [=](const Vec3& p) {
     const double z = glm::dot(plane.normal_W, p - plane.p_W);
@@ -60,7 +61,7 @@ struct Draw {
   }
   Pose AnyPose() {
     Pose X;
-    X.R_AB = glm::angleAxis(In(0, test::kPi), Direction());
+    X.R_AB = glm::angleAxis(In(0, std::numbers::pi), Direction());
     X.p_AB = Vec3(In(-20, 20), In(-20, 20), In(-20, 20));
     return X;
   }

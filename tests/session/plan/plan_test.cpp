@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <random>
 
 #include "kerf/error.h"
@@ -29,7 +30,7 @@ struct Draw {
   std::mt19937 random;
 };
 
-/// The disc stands in its plane z = 0 with the spindle along z; the plan is the same plane, its point under the disc.
+/// The disc lies in its plane z = 0 with the spindle along z; the plan is the same plane, its point below the disc.
 TEST(PlaneDeviation, SaysByHowMuchTheBladeWasMovedAndTurned) {
   Draw draw(1);
   const Tool tool = DiscSaw{.diameter_mm = 20};
@@ -39,8 +40,8 @@ TEST(PlaneDeviation, SaysByHowMuchTheBladeWasMovedAndTurned) {
     const PlannedPlane plane{.name = "p", .plane = {X_WP.p_AB, X_WP.Vector({0, 0, 1})}, .margin_mm = 1};
     const double offset = draw.In(-2, 2);
     const double roll = draw.In(-30, 30);
-    const double turn = draw.In(-3, 3);  // about the spindle: changes nothing
-    // Leaned about x by the roll, seen at the rim's lowest point, which stays above the plan's point.
+    const double turn = draw.In(-3, 3);  // about the spindle: no effect
+    // Tilted about x by the roll, with the rim's lowest point fixed above the plan's point.
     const Quat lean = glm::angleAxis(-roll / kDegrees, Vec3(1, 0, 0)) * glm::angleAxis(turn, Vec3(0, 0, 1));
     const Vec3 rim_T = glm::angleAxis(-roll / kDegrees, Vec3(1, 0, 0)) * Vec3(0, -10, 0);
     const Vec3 rim_P(0, 3, offset);
@@ -49,7 +50,7 @@ TEST(PlaneDeviation, SaysByHowMuchTheBladeWasMovedAndTurned) {
     const PlaneDeviation out = CalcDeviation(plane, tool, X_WT);
     EXPECT_NEAR(*out.angle_deg, std::abs(roll), 1e-9);
     EXPECT_NEAR(*out.pitch_deg, 0, 1e-9);
-    // The offset at the nearest point, and that grows with depth where the roll is positive.
+    // The offset is that of the nearest point, and it grows with depth if the roll is positive.
     EXPECT_NEAR(out.offset_mm, X_WP.InversePoint(out.p_W_mm).z, 1e-9);
     const Vec3 centre_P = X_PT.p_AB;
     const Vec3 nearest_P = X_WP.InversePoint(out.p_W_mm);
@@ -90,7 +91,7 @@ TEST(PlaneDeviation, DoesNotMindWhichWayTheSpindlePoints) {
   for (int i = 0; i < 50; ++i) {
     const PlannedPlane plane{.name = "p", .plane = {draw.Point(), draw.Direction()}, .margin_mm = 1};
     const Pose X = draw.AnyPose();
-    const Pose turned{X.R_AB * glm::angleAxis(3.14159265358979, Vec3(1, 0, 0)), X.p_AB};
+    const Pose turned{X.R_AB * glm::angleAxis(std::numbers::pi, Vec3(1, 0, 0)), X.p_AB};
     const PlaneDeviation a = CalcDeviation(plane, tool, X);
     const PlaneDeviation b = CalcDeviation(plane, tool, turned);
     EXPECT_NEAR(a.offset_mm, b.offset_mm, 1e-9);
@@ -176,7 +177,7 @@ TEST(Plan, IsWrittenForSlicerAndReadBack) {
     EXPECT_EQ(read[i].name, plan.planes[i].name);
     EXPECT_NEAR(glm::length(read[i].plane.p_W - plan.planes[i].plane.p_W), 0, 1e-12);
     EXPECT_NEAR(glm::length(read[i].plane.normal_W - plan.planes[i].plane.normal_W), 0, 1e-12);
-    // One alone is what the scene's `file` reads.
+    // A file with a single plane is read through the scene's `file` key.
     const std::string one = folder.file("one.mrk.json");
     WritePlaneMarkups(one, {MakeMarkups(plan)[i]});
     EXPECT_NEAR(glm::length(ReadPlaneMarkups(one).normal_W - plan.planes[i].plane.normal_W), 0, 1e-12);
@@ -227,7 +228,7 @@ TEST(Guide, HoldsPlaneAndStop) {
     const auto vector = [&](const char* key) {
       return std::get<Vec3>(guide.values()[guide.info().FindParameter(key)]);
     };
-    // Its point lies in the plane, and as deep as the stop's.
+    // Its point lies in the plane, at the depth of the stop's point.
     EXPECT_NEAR(glm::dot(plane.plane.normal_W, vector("point_mm") - plane.plane.p_W), 0, 1e-9);
     EXPECT_NEAR(glm::dot(in_plane, vector("point_mm") - stop.p_W_mm), 0, 1e-9);
     EXPECT_EQ(guide.GetNumber("depth_mm"), 6);

@@ -1,4 +1,4 @@
-// Synthetic surgeons against the scores.
+// Tests of the scores with synthetic surgeons.
 #include "session/practise/agents.h"
 
 #include <fmt/format.h>
@@ -29,7 +29,7 @@ class Agents : public test::ResultFolderTest {
   int number_ = 0;
 };
 
-/// An agent without any error.
+/// Returns an agent without any error.
 AgentParams Perfect() {
   AgentParams params;
   params.name = "perfect";
@@ -52,13 +52,13 @@ TEST_P(Ranking, NoviceIntermediateAndExpertAreRankedByEachMeasureThatCounts) {
       for (const Goal& goal : GoalsOf(scene.exercise.kind)) {
         const double worse = std::abs(sheets[i - 1].Get(goal.key).value());
         const double better = std::abs(sheets[i].Get(goal.key).value());
-        // Who made no such fault at all can't be bettered.
+        // An agent without this fault cannot be surpassed.
         EXPECT_TRUE(better < worse || (better == 0 && worse == 0))
             << goal.key << ": " << AgentNames()[i] << " " << better << ", " << AgentNames()[i - 1] << " " << worse
             << ", seed " << seed;
       }
     }
-    // The two ends differ in whatever the exercise is about.
+    // The best and the worst agent differ in the subject of each exercise.
     EXPECT_GT(sheets[2].total.value(), 60);
     EXPECT_LT(sheets[0].total.value(), 50);
   }
@@ -84,7 +84,7 @@ TEST_F(Agents, TheTotalFallsWithEachErrorThatIsInjected) {
       {"tremor", [](AgentParams& p, double x) { p.tremor_mm = x; }, {0.1, 0.4}},
       {"pauses", [](AgentParams& p, double x) { p.pause_s = x; }, {4, 8}},
   };
-  // In soft bone the tool is where the hand wants it: what is off was injected.
+  // In soft bone the tool is where the hand intends: all errors are injected ones.
   Scene scene = test::MakeSmallExercise("groove");
   scene.bone.block.layers = {{9, 32}};
   const double perfect = Score(scene, Perfect()).total.value();
@@ -115,7 +115,7 @@ TEST_F(Agents, TheTotalFallsWithReactionAndForceAtBreakthrough) {
     last_plunge = sheet.Get("plunge_max_mm").value();
     last = sheet.total.value();
   }
-  // Whoever slows down before the far side plunges less.
+  // An agent that slows down before the far side plunges less.
   AgentParams careful = Perfect();
   careful.delay_s = 0.6;
   careful.lookahead_mm = 3;
@@ -135,7 +135,8 @@ TEST_F(Agents, TheSameAgentScoresTheSameTwice) {
   EXPECT_NE(Score(scene, other).Get("jitter_mm"), b.Get("jitter_mm"));
 }
 
-// By the formula alone it can pay to stop early: less way, less time, fewer faults. A part is not graded.
+// By the formula alone, stopping early can increase the score: less path, less time, fewer faults. A part is not
+// graded.
 TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
   MakeFolder(folder_);
   const Scene scene = test::MakeSmallExercise("follow_line");
@@ -147,22 +148,22 @@ TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
   const std::string bytes = ReadTextFile(whole_file, std::size_t{1} << 30);
   bool one_would_gain = false;
   bool one_is_short_of_the_line = false;
-  for (const double share : {0.3, 0.5, 0.7, 0.9}) {
-    const std::string file = fmt::format("{}/{:.0f}.kerf", folder_, 100 * share);
-    WriteTextFile(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+  for (const double fraction : {0.3, 0.5, 0.7, 0.9}) {
+    const std::string file = fmt::format("{}/{:.0f}.kerf", folder_, 100 * fraction);
+    WriteTextFile(file, bytes.substr(0, static_cast<std::size_t>(fraction * static_cast<double>(bytes.size()))));
     RecordingReader recording(file);
     ScoreSheet part = ScoreRecording(recording, {}, {});
-    EXPECT_FALSE(part.total) << share;
-    ASSERT_FALSE(part.incomplete.empty()) << share;
+    EXPECT_FALSE(part.total) << fraction;
+    ASSERT_FALSE(part.incomplete.empty()) << fraction;
     EXPECT_EQ(part.incomplete[0], "the recording is cut short");
-    // Of the exercise only what can be read is known.
+    // The unreadable part may have finished the exercise: no such message.
     for (const std::string& why : part.incomplete) EXPECT_THAT(why, testing::Not(testing::HasSubstr("not finished")));
     if (part.Get("line_share").value() < 0.8) {
       one_is_short_of_the_line = true;
       ASSERT_EQ(part.incomplete.size(), 2U);
-      EXPECT_THAT(part.incomplete[1], testing::StartsWith("as far as it can be read: the tool has gone along "));
+      EXPECT_THAT(part.incomplete[1], testing::StartsWith("as far as it can be read: the tool has followed "));
     }
-    EXPECT_TRUE(part.Get("time_total_s")) << share;
+    EXPECT_TRUE(part.Get("time_total_s")) << fraction;
     const auto json = nlohmann::json::parse(FormatSheetJson(part));
     EXPECT_EQ(json["complete"], false);
     EXPECT_EQ(json["recording_state"], "cut short");
@@ -180,13 +181,13 @@ TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
 TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
   MakeFolder(folder_);
   Scene scene = test::MakeSmallExercise("groove");
-  scene.tool.diameter_mm = 8;  // so small that it is not over the whole line at once
+  scene.tool.diameter_mm = 8;  // so small that it does not cover the whole line at once
   scene.exercise.start_mm = {-6, 0, 0};
   scene.exercise.end_mm = {6, 0, 0};
   scene.path.strokes[0].start_mm = {-6, 0, 5};
   scene.path.strokes[0].end_mm = {-6, 0, 4};
   const AgentParams params = MakeAgentParams("expert", 1);
-  std::optional<double> share;
+  std::optional<double> fraction;
   for (const bool finishes : {false, true}) {
     const std::string file = fmt::format("{}/{}.kerf", folder_, finishes);
     std::atomic<bool> done{false};
@@ -205,12 +206,12 @@ TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
     EXPECT_EQ(sheet.total.has_value(), finishes) << FormatSheet(sheet);
     EXPECT_EQ(done.load(), finishes);
     EXPECT_EQ(sheet.incomplete.empty(), finishes);
-    EXPECT_GT(sheet.Get("line_share").value(), share.value_or(-1));
-    share = sheet.Get("line_share");
+    EXPECT_GT(sheet.Get("line_share").value(), fraction.value_or(-1));
+    fraction = sheet.Get("line_share");
   }
 }
 
-// The digest is of what the ticks were given: another name, head or seal is the same; another second is not.
+// The digest covers the inputs of the ticks: another name, head or seal does not change it; another second does.
 TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
   MakeFolder(folder_);
   Scene scene = test::MakeSmallExercise("groove");
@@ -226,7 +227,7 @@ TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
   EXPECT_NE(one.beginning_digest, other.beginning_digest);
 }
 
-// The beginning ends after kBeginningMoves moves: what comes after them, or is missing there, does not change it.
+// The beginning ends after kBeginningMoves moves: later moves, present or missing, do not change its digest.
 TEST_F(Agents, RecordingsThatPartAfterTheBeginningHaveOneDigestOfIt) {
   MakeFolder(folder_);
   const auto digest = [&](std::size_t waits, std::size_t moves, double last_mm) {
@@ -251,11 +252,11 @@ TEST_F(Agents, RecordingsThatPartAfterTheBeginningHaveOneDigestOfIt) {
     EXPECT_EQ(other.beginning, whole.beginning) << moves;
     EXPECT_NE(other.all, whole.all) << moves;
   }
-  EXPECT_NE(digest(10, kBeginningMoves, 1).beginning, whole.beginning);  // its last step is another
+  EXPECT_NE(digest(10, kBeginningMoves, 1).beginning, whole.beginning);  // its last step differs
   EXPECT_EQ(digest(10, kBeginningMoves, 0).beginning, whole.beginning);
   EXPECT_NE(digest(10, kBeginningMoves - 1, 0).beginning, whole.beginning);  // too short
   EXPECT_NE(digest(11, 5000, 0).beginning, whole.beginning);                 // the wait is part of it
-  EXPECT_NE(digest(5001, 10, 0).beginning, digest(5001, 11, 0).beginning);   // and is not counted
+  EXPECT_NE(digest(5001, 10, 0).beginning, digest(5001, 11, 0).beginning);   // but does not count as moves
 }
 
 TEST(AgentParams, AreRefusedOutOfRange) {

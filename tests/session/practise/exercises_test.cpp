@@ -1,4 +1,4 @@
-// The exercises that come with the program.
+// Tests of the built-in exercises.
 #include "session/practise/exercises.h"
 
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 
 #include "base/files/files.h"
 #include "kerf/error.h"
-#include "session/scene/doubts.h"
 #include "session/scene/path.h"
+#include "session/scene/warnings.h"
 #include "test_paths.h"
 
 namespace kerf {
@@ -39,7 +39,7 @@ TEST(Exercises, PathsAreTheWantedCuts) {
     const WantedCut cut = MakeWantedCut(scene.exercise, MakeTool(scene));
     const Path path = MakePath(scene);
     ASSERT_EQ(path.segments().size(), 3U) << exercise.id;
-    // The files' coordinates are rounded to 0.01 mm and 0.001 of a direction, over up to 40 mm.
+    // The files' coordinates are rounded to 0.01 mm and directions to 0.001, over up to 40 mm.
     for (const std::size_t segment : {0U, 1U}) {
       const Vec3 p = cut.ToCut(path.CalcPose(segment, path.segments()[segment].end_s).p_AB);
       EXPECT_NEAR(p.x, segment == 0 ? 0 : cut.length_mm, 0.05) << exercise.id;
@@ -48,7 +48,7 @@ TEST(Exercises, PathsAreTheWantedCuts) {
     }
     const Vec3 n = path.CalcPose(0, 0).Vector({0, 0, 1});
     EXPECT_NEAR(std::abs(glm::dot(n, cut.across_W)), 1, 1e-5) << exercise.id;
-    EXPECT_TRUE(FindToolDoubts(scene, 0.2).empty()) << exercise.id;
+    EXPECT_TRUE(FindToolWarnings(scene, 0.2).empty()) << exercise.id;
   }
 }
 

@@ -1,4 +1,4 @@
-// The students' history, and what may be wrong with its file.
+// Tests of the students' history and of damage to its file.
 #include "session/practise/history.h"
 
 #include <fmt/format.h>
@@ -27,7 +27,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// No file of this process may become larger.
+/// Limits the size of all files that this process writes.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -125,7 +125,7 @@ TEST_F(HistoryTest, TwoWritersAtTheSameTimeLoseNothing) {
 TEST_F(HistoryTest, IsOpenedWhileAnotherWritesNowAndThen) {
   History(File()).Add(MakeOne("a", "x", 1));
   for (int i = 0; i < 20; ++i) {
-    Execute("PRAGMA journal_mode = DELETE");  // as before the first who opened it was done
+    Execute("PRAGMA journal_mode = DELETE");  // the state before the first opening was complete
     sqlite3* db = nullptr;
     ASSERT_EQ(sqlite3_open(File().c_str(), &db), SQLITE_OK);
     sqlite3_busy_timeout(db, 5000);
@@ -149,14 +149,14 @@ TEST_F(HistoryTest, IsOpenedWhileAnotherWritesNowAndThen) {
 TEST_F(HistoryTest, SaysInOneSentenceWhatIsWrongWithItsFile) {
   MakeFolder(folder_ + "/data");
   WriteTextFile(File(), std::string(4096, 'x'));
-  EXPECT_THAT(MessageOfOpening(), HasSubstr("is no history of kerf"));
+  EXPECT_THAT(MessageOfOpening(), HasSubstr("is not a history of kerf"));
   std::filesystem::remove(File());
   Execute("CREATE TABLE cats (name TEXT)");
   EXPECT_THAT(MessageOfOpening(), HasSubstr("of another program"));
   std::filesystem::remove(File());
   History(File()).Add(MakeOne("Ida", "a", 1));
   Execute("PRAGMA user_version = 7");
-  EXPECT_THAT(MessageOfOpening(), HasSubstr("later kerf"));
+  EXPECT_THAT(MessageOfOpening(), HasSubstr("later version of kerf"));
   Execute("PRAGMA user_version = 2");
   EXPECT_EQ(History(File()).List().size(), 1U);
   // Cut short, as by a full disk.
@@ -190,7 +190,7 @@ TEST_F(HistoryTest, ARowThatWasChangedIsMarkedAndHasNoTotal) {
   expect_damaged("UPDATE attempts SET incomplete = 'x' WHERE number = 2",
                  "UPDATE attempts SET incomplete = '' WHERE number = 2");
   EXPECT_TRUE(FindMarks(History(File()).List()[1]).empty());
-  // One that is taken away is missed by the one behind it.
+  // The following row detects a removed one.
   Execute("DELETE FROM attempts WHERE number = 2");
   const std::vector<Attempt> rows = History(File()).List();
   ASSERT_EQ(rows.size(), 3U);
@@ -198,7 +198,7 @@ TEST_F(HistoryTest, ARowThatWasChangedIsMarkedAndHasNoTotal) {
   EXPECT_FALSE(rows[0].follows_change || rows[2].follows_change);
 }
 
-// Whichever byte of the file is changed: it is refused, or the row is marked, or nothing that is shown has changed.
+// After a change of any byte of the file, the file is refused, the row is marked, or the displayed data are unchanged.
 TEST_F(HistoryTest, NoChangedByteShowsAnotherAttemptAsGood) {
   {
     History history(File());
@@ -272,7 +272,7 @@ TEST_F(HistoryTest, DoublesAndIncompleteAttemptsAreMarked) {
   one.steps_digest = "same";
   one.seal = "whole";
   one.signer = std::string(64, 'd');
-  Attempt copy = MakeOne("Ole", "b", 40);  // another file of the same ticks
+  Attempt copy = MakeOne("Ole", "b", 40);  // another file with the same ticks
   copy.steps_digest = "same";
   copy.seal = "broken";
   Attempt cut = MakeOne("Ole", "c", 0);
@@ -285,14 +285,14 @@ TEST_F(HistoryTest, DoublesAndIncompleteAttemptsAreMarked) {
   EXPECT_THAT(FindMarks(rows[0]), testing::ElementsAre("same recording or beginning as number 2"));
   EXPECT_THAT(FindMarks(rows[1]), testing::ElementsAre("seal broken", "same recording or beginning as number 1"));
   EXPECT_THAT(FindMarks(rows[2]), testing::ElementsAre("not graded: the recording is cut short"));
-  // Another student's attempt is known in a list of one student, too.
+  // Another student's attempt is also detected in the list of a single student.
   EXPECT_THAT(FindMarks(history.List("Ida")[0]), testing::ElementsAre("same recording or beginning as number 2"));
   const std::string page = FormatTeacherPage(rows, {{one.signer, "room 3"}});
   EXPECT_THAT(page, HasSubstr("3 of them are marked"));
   EXPECT_THAT(page, HasSubstr("signed by dddddddddddddddd (room 3)"));
   EXPECT_THAT(page, HasSubstr("same recording or beginning as number 2"));
-  EXPECT_THAT(FormatTeacherPage(rows), HasSubstr("(a key not known here)"));
-  // What is not graded is no point of a curve.
+  EXPECT_THAT(FormatTeacherPage(rows), HasSubstr("(an unknown key)"));
+  // An attempt that is not graded is no point of a curve.
   const auto circles = [](const std::string& html) {
     std::size_t count = 0;
     for (auto at = html.find("<circle"); at != std::string::npos; at = html.find("<circle", at + 1)) ++count;
@@ -320,7 +320,7 @@ TEST_F(HistoryTest, CopiesThatBeginAlikeAreDoubles) {
   for (std::size_t i = 2; i < 5; ++i) EXPECT_TRUE(rows[i].doubles.empty()) << i;
 }
 
-// Each named its doubles once: 8000 copies were 376 MB of text.
+// Each attempt used to list all of its doubles: 8000 copies gave 376 MB of text.
 TEST_F(HistoryTest, OfManyDoublesAFewAreNamed) {
   constexpr std::size_t kMany = 8000;
   std::vector<Attempt> attempts(kMany);
@@ -349,12 +349,12 @@ TEST_F(HistoryTest, IsNotUsedWithTablesViewsOrTriggersOfOthers) {
     History(File()).Add(MakeOne("Ida", "a", 1));
     EXPECT_EQ(MessageOfOpening(), "");
     Execute(change);
-    EXPECT_THAT(MessageOfOpening(), HasSubstr("holds other tables, views or triggers than a history of kerf"))
+    EXPECT_THAT(MessageOfOpening(), HasSubstr("has tables, views or triggers that a history of kerf does not have"))
         << change;
   }
 }
 
-// Printing what is nested 80,000 deep took more than the stack; a number in an object's place was an exception.
+// Printing a nesting of 80,000 levels used to overflow the stack; a number in place of an object threw an exception.
 TEST_F(HistoryTest, MeasuresThatAreNoSheetAreLeftOut) {
   const std::string deep = R"({"measures":{"cut_share":)" + std::string(80'000, '[') + std::string(80'000, ']') + "}}";
   const std::string long_one = R"({"measures":{"cut_share":{"value":1}},"more":")" + std::string(2 << 20, 'x') + "\"}";
@@ -372,7 +372,7 @@ TEST_F(HistoryTest, MeasuresThatAreNoSheetAreLeftOut) {
       EXPECT_THAT(FormatTeacherPage({a}), HasSubstr("<td>-</td>"));
     }
   }
-  // A damaged row of a good sheet, too.
+  // A damaged row with a valid sheet, too.
   History(File()).Add(MakeOne("Ida", "a", 40));
   Execute("UPDATE attempts SET total = 99");
   const std::vector<Attempt> rows = History(File()).List();
@@ -384,7 +384,7 @@ TEST_F(HistoryTest, TextsOfItsRowsDoNotControlTheTerminal) {
   {
     History history(File());
     history.Add(MakeOne("Ida", "a", 40));
-    history.Add(MakeOne("O\xc2\x9bl\xe2\x80\xae", "b", 40));  // through the library, and good
+    history.Add(MakeOne("O\xc2\x9bl\xe2\x80\xae", "b", 40));  // through the library, and valid
   }
   Execute(
       "UPDATE attempts SET student = 'I' || char(27) || '[2J' || char(7) || char(10) || 'da', "
@@ -400,7 +400,7 @@ TEST_F(HistoryTest, TextsOfItsRowsDoNotControlTheTerminal) {
     EXPECT_EQ(text.find("\xc2\x9b"), std::string::npos);
     EXPECT_EQ(text.find("\xe2\x80\xae"), std::string::npos);
   }
-  EXPECT_EQ(History(File()).List("O\xc2\x9bl\xe2\x80\xae").size(), 2U);  // with the damaged one
+  EXPECT_EQ(History(File()).List("O\xc2\x9bl\xe2\x80\xae").size(), 2U);  // including the damaged one
 }
 
 TEST_F(HistoryTest, IsWhereTheEnvironmentSays) {
@@ -433,7 +433,7 @@ TEST_F(HistoryTest, IsWrittenAsTableJsonCsvAndPage) {
   EXPECT_THAT(page, HasSubstr("&lt;i&gt;Ida"));
   EXPECT_THAT(page, testing::Not(HasSubstr("<i>Ida")));
   EXPECT_THAT(page, HasSubstr("attempt (number)"));
-  EXPECT_THAT(page, HasSubstr("total (points of 100)"));
+  EXPECT_THAT(page, HasSubstr("total (points out of 100)"));
   EXPECT_THAT(page, testing::Not(HasSubstr("http")));
   EXPECT_THAT(FormatHistory(attempts), HasSubstr("groove"));
 }

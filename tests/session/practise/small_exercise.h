@@ -1,4 +1,4 @@
-// The exercises on bones so small that an agent is through in a second.
+// The exercises on bones so small that an agent finishes in a second.
 #pragma once
 
 #include <atomic>
@@ -12,7 +12,7 @@
 
 namespace kerf::test {
 
-/// The exercise on a block with voxels of 0.25 mm and a line of 5 mm; the canal is a layer of it.
+/// Returns the exercise on a block with voxels of 0.25 mm and a line of 5 mm; the canal is a layer of the block.
 inline Scene MakeSmallExercise(std::string_view id) {
   Scene scene = MakeExerciseScene(id, 1);
   scene.effects.clear();
@@ -62,7 +62,7 @@ inline Scene MakeSmallExercise(std::string_view id) {
   return scene;
 }
 
-/// Lets the agent do it, records that, and scores the recording.
+/// Runs the agent, records the run, and scores the recording.
 inline ScoreSheet ScoreAgent(const Scene& scene, const AgentParams& params, const std::string& file) {
   std::atomic<bool> done{false};
   LoopOptions loop;

@@ -1,4 +1,4 @@
-// What `kerf check` refuses and says before a bone is made.
+// Tests of the errors and messages of `kerf check` before a bone is constructed.
 #include "session/run/check_scene.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// The picture of chips shows the tick in which most of them were in the air, and later ticks don't change it.
+// Tests that the picture shows the tick with the most chips in the air, and that later ticks do not change it.
 #include "session/run/chips_picture.h"
 
 #include <gtest/gtest.h>
@@ -26,13 +26,13 @@ TEST(ChipsPicture, ShowsTheTickWithTheMost) {
   const auto& chips = dynamic_cast<const ChipsEffect&>(*plan.Find("chips"));
   ChipsTrack track(plan);
   std::size_t most = 0;
-  double most_s = 0, thrown_mm3 = 0;
+  double max_s = 0, thrown_mm3 = 0;
   for (int tick = 1; tick <= 400; ++tick) {
     simulation.Tick({at(tick), 0.001, 7500});
     track.Take(0.001 * tick, at(tick));
     if (chips.pool().size() <= most) continue;
     most = chips.pool().size();
-    most_s = 0.001 * tick;
+    max_s = 0.001 * tick;
     thrown_mm3 = chips.thrown_mm3();
   }
   track.Detach();
@@ -41,7 +41,7 @@ TEST(ChipsPicture, ShowsTheTickWithTheMost) {
   const ChipsTrack::Moment& moment = *track.most();
   EXPECT_GT(most, 20u);
   EXPECT_EQ(moment.pool.size(), most);
-  EXPECT_EQ(moment.time_s, most_s);
+  EXPECT_EQ(moment.time_s, max_s);
   EXPECT_EQ(moment.emitted_mm3, thrown_mm3);
 
   const std::filesystem::path file =

@@ -1,4 +1,4 @@
-// The specific cutting energy of a run against its closed form, and when it is warned of.
+// Tests of the specific cutting energy of a run against its closed form, and of its warnings.
 #include "session/run/cutting_energy.h"
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 namespace kerf {
 namespace {
 
-/// A slot 2 mm deep right through a block 24 mm long: the disc begins and ends clear of it.
+/// A kerf 2 mm deep through a whole block 24 mm long: the disc starts and ends outside the block.
 std::string SlotScene(double feed_mm_per_s, const std::string& more) {
   return fmt::format(R"(
 [bone]
@@ -51,9 +51,9 @@ class CuttingEnergyRun : public test::ResultFolderTest {
   }
 };
 
-/// Each place of the engaged arc cuts the block's whole length at its own steady bite, so the work is that of the
-/// steady cut however it began and ended: R / (ratio depth w h) times the integral of F(h sin phi) over the arc, h the
-/// bite of the feed. (Rim speed times teeth for each radian is R times the passes a second.)
+/// Each point of the engaged arc cuts the whole length of the block with its own steady bite, so the work is that of
+/// the steady cut, whatever its start and end: R / (ratio depth w h) times the integral of F(h sin phi) over the arc,
+/// where h is the bite of the feed. (Rim speed times teeth per radian is R times the passes per second.)
 double CalcClosedForm(const std::string& law, double feed_mm_per_s) {
   const DiscSaw saw;
   const ToothForce force = MakeToothForce(ForceLaw(law), saw);
@@ -74,12 +74,12 @@ TEST_F(CuttingEnergyRun, StraightCutIsTheClosedForm) {
     for (const double feed : {3.0, 12.0}) {
       const RunSummary summary = RunSlot(feed, fmt::format("[force]\nlaw = \"{}\"\n", law));
       ASSERT_TRUE(summary.cutting.specific_J_per_mm3.has_value());
-      // Force and volume of a slot are each within a percent at 0.1 mm; the free edges of the kerf round off up to 0.07
-      // mm each of 24 mm, 0.6 % (docs/physics.md).
+      // Force and volume of a kerf are each accurate to a percent at 0.1 mm. The free edges of the kerf are rounded by
+      // up to 0.07 mm each, of 24 mm: 0.6 % (docs/physics.md).
       const double expected = CalcClosedForm(law, feed);
       EXPECT_NEAR(*summary.cutting.specific_J_per_mm3 / expected, 1, 0.02) << law << " at " << feed;
       EXPECT_NEAR(*summary.cutting.work_J, *summary.cutting.specific_J_per_mm3 * summary.removed_mm3, 1e-9);
-      // 3000 teeth a second pass while any is engaged.
+      // 3000 teeth a second pass while any tooth is engaged.
       EXPECT_NEAR(*summary.cutting.pass_mJ, 1e3 * *summary.cutting.work_J / (3000 * summary.force.cutting_time_s),
                   1e-9);
       EXPECT_EQ(summary.cutting.ratio, 1.6);
@@ -96,7 +96,7 @@ TEST_F(CuttingEnergyRun, EffectsOwnPowerAndRatioAreTaken) {
   const RunSummary plain = RunSlot(6);
   const RunSummary same = RunSlot(6, "[effects.tangential_force]\n");
   EXPECT_TRUE(same.cutting.from_effect);
-  // The rim's own speed is the spindle's plus a thousandth of it, the feed along it.
+  // The rim's speed is the spindle's plus a thousandth of it for the feed.
   EXPECT_NEAR(*same.cutting.work_J / *plain.cutting.work_J, 1, 2e-3);
   const RunSummary half = RunSlot(6, "[effects.tangential_force]\nratio = 3.2\n");
   EXPECT_EQ(half.cutting.ratio, 3.2);
@@ -106,7 +106,7 @@ TEST_F(CuttingEnergyRun, EffectsOwnPowerAndRatioAreTaken) {
 TEST_F(CuttingEnergyRun, WarnsOutsideThePublishedRangeOnly) {
   CuttingEnergy energy;
   const Scene scene = ParseScene(SlotScene(3, ""), "slot.toml");
-  EXPECT_TRUE(FindEnergyWarnings(scene, energy).empty());  // nothing known, nothing to warn of
+  EXPECT_TRUE(FindEnergyWarnings(scene, energy).empty());  // no known energy, no warning
   for (const double within : {0.8, 2.65, 6.0}) {
     energy.specific_J_per_mm3 = within;
     EXPECT_TRUE(FindEnergyWarnings(scene, energy).empty()) << within;
@@ -116,9 +116,8 @@ TEST_F(CuttingEnergyRun, WarnsOutsideThePublishedRangeOnly) {
   energy.specific_J_per_mm3 = 10.6;
   EXPECT_EQ(FindEnergyWarnings(scene, energy),
             std::vector<std::string>{"the specific cutting energy is 10.6 J/mm3, outside 0.8 to 6 J/mm3 (derived "
-                                     "from published forces at bites of 2.5 um and more, 0.83 to 2.9, and doubled "
-                                     "above): the forces of "
-                                     "hertz_chip are not those of a real cut"});
+                                     "from published forces at bites of 2.5 um and more: 0.83 to 2.9, with the "
+                                     "upper bound doubled): the forces of hertz_chip are not those of a real cut"});
 }
 
 TEST_F(CuttingEnergyRun, NothingCutHasNoSpecificEnergy) {
@@ -149,7 +148,8 @@ TEST_F(CuttingEnergyRun, HeldSawHasItsOwn) {
   const LoopSummary summary = RunLoop(scene, options, {});
   ASSERT_TRUE(summary.cutting.has_value());
   ASSERT_TRUE(summary.cutting->specific_J_per_mm3.has_value());
-  // Its feed is its hand's own: of the closed form's size, at some feed from 1 to 12 mm/s, which go with the root.
+  // The feed is the hand's. The result lies between those of the closed form at 1 and at 12 mm/s, which are
+  // proportional to the square root of the feed.
   EXPECT_GT(*summary.cutting->specific_J_per_mm3, CalcClosedForm("hertz_chip", 1));
   EXPECT_LT(*summary.cutting->specific_J_per_mm3, CalcClosedForm("hertz_chip", 12));
 }

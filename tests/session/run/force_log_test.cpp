@@ -1,4 +1,4 @@
-// The log of a loop as it comes: the same bytes and figures as from the rows in memory.
+// Tests that a log written during the loop has the same bytes and figures as one from rows in memory.
 #include "session/run/force_log.h"
 
 #include <gmock/gmock.h>
@@ -68,7 +68,7 @@ TEST_F(LoopLogs, AFolderGetsTheBytesThatMemoryWouldHaveGiven) {
     auto ja = nlohmann::json::parse(FormatLoopJson(scene, a)), jb = nlohmann::json::parse(FormatLoopJson(scene, b));
     for (auto* json : {&ja, &jb}) (*json)["ticks"].erase("wall_s");
     EXPECT_EQ(ja, jb);
-    // Nothing but the results is left there.
+    // The folder contains nothing but the results.
     for (const auto& file : fs::directory_iterator(grown)) {
       EXPECT_FALSE(file.path().filename().string().starts_with(".")) << file.path();
     }
@@ -129,7 +129,7 @@ TEST(ForceNoiseTest, IsThatOfTheWholeArrays) {
       square += std::pow(CalcHighPassRms(std::span(axis).subspan(begin, count), dt_s, 20), 2);
     return 1000 * std::sqrt(square);
   };
-  // Sums of 8500 parts in another order.
+  // Sums of 8500 terms in a different order.
   EXPECT_NEAR(noise.Finish_mN(), calc(0, 8500), 1e-12 * calc(0, 8500));
   ASSERT_TRUE(noise.cutting_mN().has_value());
   EXPECT_EQ(*noise.cutting_mN(), std::max({calc(2000, 1000), calc(3000, 1000), calc(6000, 1000), calc(7000, 1000)}));

@@ -1,4 +1,4 @@
-// A scene in a simulated hand, without the clock.
+// Tests of a scene with a simulated hand, in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,8 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A bar of 3 x 4 mm along x, which the disc is lowered through.
-constexpr char kScene[] = R"(
+/// A bar of 3 x 4 mm along x, through which the disc is lowered.
+constexpr char kLoopScene[] = R"(
 [bone]
 model = "block"
 [bone.block]
@@ -65,9 +65,9 @@ LoopSummary RunVirtual(const Scene& scene, double seconds) {
 }
 
 TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
-  const Scene scene = ParseScene(kScene, "s.toml");
+  const Scene scene = ParseScene(kLoopScene, "s.toml");
   const LoopSummary s = RunVirtual(scene, 6);
-  // Height x width x thickness of the disc. It wavers sideways by a part of a voxel: a tenth of the kerf's width.
+  // Height x width x thickness of the disc. It moves sideways by a fraction of a voxel: a tenth of the kerf's width.
   EXPECT_NEAR(s.removed_mm3, 3 * 4 * 0.5, 0.6);
   EXPECT_EQ(s.counts.ticks, 6000U);
   EXPECT_EQ(s.counts.missed, 0U);
@@ -78,10 +78,10 @@ TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
   EXPECT_GE(s.strokes, 2);
   EXPECT_LE(s.force.largest_step_N, s.force.slew_bound_N);
   EXPECT_GT(s.force.largest_N, 0.01);
-  // What the hand and the spindle put in went into the cut and into friction, or is in the springs.
+  // The energy supplied by hand and spindle went into the cut and into friction, or is in the springs.
   EXPECT_GT(s.cut_J, 0);
   EXPECT_GE(s.hand_J + s.spindle_J, s.cut_J + s.friction_J - 1e-6);
-  // The account of each tick is exact to rounding: 1e-9 of some joules over 6000 ticks.
+  // The energy balance of each tick is exact to rounding: 1e-9 of a few joules over 6000 ticks.
   EXPECT_NEAR(s.hand_J + s.spindle_J, s.stored_J + s.cut_J + s.friction_J + s.damping_J + s.numerical_J, 1e-7);
   EXPECT_EQ(s.pieces.size(), 2U);
   EXPECT_TRUE(s.touched);
@@ -90,7 +90,7 @@ TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
 }
 
 TEST(RunLoop, GivesTheSameBitsTwice) {
-  const Scene scene = ParseScene(kScene, "s.toml");
+  const Scene scene = ParseScene(kLoopScene, "s.toml");
   const LoopSummary a = RunVirtual(scene, 1);
   const LoopSummary b = RunVirtual(scene, 1);
   EXPECT_EQ(a.bone_hash, b.bone_hash);
@@ -102,7 +102,7 @@ TEST(RunLoop, GivesTheSameBitsTwice) {
 }
 
 TEST(RunLoop, EachRateRunsAsLong) {
-  Scene scene = ParseScene(kScene, "s.toml");
+  Scene scene = ParseScene(kLoopScene, "s.toml");
   for (const double rate_hz : {250.0, 4000.0}) {
     scene.loop.rate_hz = rate_hz;
     const LoopSummary s = RunVirtual(scene, 0.5);
@@ -112,7 +112,7 @@ TEST(RunLoop, EachRateRunsAsLong) {
 }
 
 TEST(RunLoop, LiveItDoesTheSameWork) {
-  Scene scene = ParseScene(kScene, "s.toml");
+  Scene scene = ParseScene(kLoopScene, "s.toml");
   LoopOptions options;
   options.seconds = 0.3;
   const LoopSummary s = RunLoop(scene, options, {});
@@ -129,13 +129,13 @@ TEST(RunLoop, StopsWhenItIsToldTo) {
   LoopOptions options;
   options.seconds = 1000;
   options.stop = &stop;
-  EXPECT_EQ(RunLoop(ParseScene(kScene, "s.toml"), options, {}).end, LoopEnd::kAsked);
+  EXPECT_EQ(RunLoop(ParseScene(kLoopScene, "s.toml"), options, {}).end, LoopEnd::kAsked);
   options.virtual_time = true;
-  EXPECT_LT(RunLoop(ParseScene(kScene, "s.toml"), options, {}).counts.ticks, 10U);
+  EXPECT_LT(RunLoop(ParseScene(kLoopScene, "s.toml"), options, {}).counts.ticks, 10U);
 }
 
 TEST(RunLoop, DegradesAndComesBackWhileTimeIsBurnt) {
-  Scene scene = ParseScene(kScene, "s.toml");
+  Scene scene = ParseScene(kLoopScene, "s.toml");
   scene.loop.degrade = true;
   LoopOptions options = Virtual(9);
   options.burn_us = 1500;
@@ -148,9 +148,9 @@ TEST(RunLoop, DegradesAndComesBackWhileTimeIsBurnt) {
   EXPECT_LE(s.force.largest_step_N, s.force.slew_bound_N);
 }
 
-/// The kScene's first stroke alone, which ends at z = 0.5.
+/// Only the first stroke of kLoopScene, which ends at z = 0.5.
 Scene OneStroke(const std::string& hand) {
-  Scene scene = ParseScene(kScene, "s.toml");
+  Scene scene = ParseScene(kLoopScene, "s.toml");
   scene.path.strokes.resize(1);
   scene.hand.model = hand;
   return scene;
@@ -160,11 +160,11 @@ TEST(RunLoop, NeitherHandleNorToolGoesBeyondTheStrokesEnd) {
   for (const char* hand : {"H1", "H2", "H3", "H4"}) {
     const Scene scene = OneStroke(hand);
     const LoopSummary s = RunVirtual(scene, 12);
-    EXPECT_GE(s.rounds, 1) << hand;  // it came to the end, and back
+    EXPECT_GE(s.rounds, 1) << hand;  // it reached the end and returned
     double lowest_mm = 1e9;
     for (const LoopRow& row : s.rows) lowest_mm = std::min({lowest_mm, row.p_WC_mm.z, row.p_WT_mm.z});
     EXPECT_LE(lowest_mm, 0.5 + 0.03 * scene.hand.lead_mm) << hand;
-    // A damper stops it, not a wall: to some tenths of a millimetre.
+    // A damper stops it, not a wall: within some tenths of a millimetre.
     EXPECT_GE(lowest_mm, 0.5 - 0.3) << hand;
   }
 }
@@ -176,25 +176,25 @@ TEST(RunLoop, LowersACouplingThatTheLoopCouldNotHold) {
   const LoopSummary s = RunVirtual(scene, 6);
   EXPECT_TRUE(s.setup.fitted.lowered.by_loop);
   EXPECT_DOUBLE_EQ(s.setup.fitted.coupling.stiffness_N_per_mm,
-                   kSampledShare * s.setup.fitted.limits.sampled_stiffness_N_per_mm);
-  // The coupling gives at most 40 N, which is what a hand that is flung about would feel; leaning does not reach 20 N.
+                   kSampledFraction * s.setup.fitted.limits.sampled_stiffness_N_per_mm);
+  // The coupling's maximum is 40 N, the force on a hand that is thrown about. A leaning hand does not reach 20 N.
   EXPECT_LT(s.force.largest_simulated_N, 20);
-  EXPECT_THAT(s.warnings, testing::Contains(testing::HasSubstr("lowered from 100 to 30 % of what a loop")));
+  EXPECT_THAT(s.warnings, testing::Contains(testing::HasSubstr("lowered from 100 to 30 % of the limit of a loop")));
   const auto json = nlohmann::json::parse(FormatLoopJson(scene, s));
   EXPECT_TRUE(json["coupling"]["lowered_for_loop"]);
   EXPECT_EQ(json["coupling"]["asked_stiffness_N_per_mm"], 100);
-  EXPECT_THAT(FormatLoopReport(scene, s, false), testing::HasSubstr("lowered from 100 to 30 % of what a loop"));
+  EXPECT_THAT(FormatLoopReport(scene, s, false), testing::HasSubstr("lowered from 100 to 30 % of the limit of a loop"));
 }
 
-// Bone so soft that the tool gives way to the spring within a tick: most of what the spring held is lost to the step.
+// Bone so soft that the tool yields to the spring within a tick: the step dissipates most of the spring's energy.
 TEST(RunLoop, WarnsWhereTheTimeStepTakesTheEnergy) {
-  Scene scene = ParseScene(kScene, "bar.toml");
-  EXPECT_LT(CalcNumericalShare(RunVirtual(scene, 1)), 0.01);
+  Scene scene = ParseScene(kLoopScene, "bar.toml");
+  EXPECT_LT(CalcNumericalFraction(RunVirtual(scene, 1)), 0.01);
   scene.material.kind = MaterialKind::kUniform;
   scene.material.E_GPa = 0.001;
   scene.loop.rate_hz = 250;
   const LoopSummary summary = RunVirtual(scene, 1);
-  EXPECT_GT(CalcNumericalShare(summary), 0.1);
+  EXPECT_GT(CalcNumericalFraction(summary), 0.1);
   EXPECT_THAT(summary.warnings, testing::Contains(testing::HasSubstr("lost to the time step at 250 Hz")));
 }
 
@@ -203,7 +203,7 @@ TEST(RunLoop, WarnsOfWhatIsSeldomMeant) {
   using testing::Contains;
   using testing::HasSubstr;
   Scene scene = OneStroke("H3");
-  EXPECT_THAT(warnings(scene), testing::ElementsAre("the tool met no bone"));
+  EXPECT_THAT(warnings(scene), testing::ElementsAre("the tool touched no bone"));
   scene.tool.rpm = 0;
   EXPECT_THAT(warnings(scene), Contains("rpm = 0: a stopped tool cuts nothing"));
   scene = OneStroke("H3");
@@ -211,14 +211,15 @@ TEST(RunLoop, WarnsOfWhatIsSeldomMeant) {
   EXPECT_THAT(warnings(scene), Contains(HasSubstr("thinner than a voxel")));
   scene = OneStroke("H3");
   scene.coupling.at = CouplingPoint::kGrip;
-  EXPECT_THAT(warnings(scene), Contains(HasSubstr("the device omega_6 drives no torques")));
+  EXPECT_THAT(warnings(scene), Contains(HasSubstr("the device omega_6 outputs no torques")));
   scene = OneStroke("H3");
   scene.path.strokes[0].start_mm = {0, 0, 2};
   EXPECT_THAT(warnings(scene), Contains(HasSubstr("set down inside the bone")));
 }
 
 TEST(RunLoop, TellsWhereTheSceneNamesATableOfDevicesThatIsNotThere) {
-  const Scene scene = ParseScene(std::string(kScene) + "[device]\nprofile = \"mine\"\nfile = \"none.csv\"\n", "s.toml");
+  const Scene scene =
+      ParseScene(std::string(kLoopScene) + "[device]\nprofile = \"mine\"\nfile = \"none.csv\"\n", "s.toml");
   try {
     RunVirtual(scene, 1);
     FAIL();
@@ -238,14 +239,14 @@ std::string MessageOf(const Scene& scene, double seconds = 1) {
 }
 
 TEST(RunLoop, SaysWhatItCanNotDo) {
-  Scene slab = ParseScene(kScene, "s.toml");
+  Scene slab = ParseScene(kLoopScene, "s.toml");
   slab.simulation.mode = SceneMode::kSlab;
   EXPECT_EQ(MessageOf(slab),
-            "[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf loop'");
-  EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 36000");
-  EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 36'001), "the loop can't run for 36001 s; give 0.01 to 36000");
-  // All rows of it would be kept.
-  EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 20'000),
+            "[simulation] mode = \"slab\" can't be coupled to a handle; set mode = \"voxel\" for 'kerf loop'");
+  EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 36000");
+  EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 36'001), "the loop can't run for 36001 s; give 0.01 to 36000");
+  // All rows would be kept.
+  EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 20'000),
             "20000000 ticks are too many to be kept in memory; at most 10000000, or give a folder");
 }
 
@@ -254,18 +255,18 @@ using LoopReport = test::ResultFolderTest;
 TEST_F(LoopReport, HasTheTimesOfALiveLoop) {
   LoopOptions options;
   options.seconds = 0.2;
-  const Scene scene = ParseScene(kScene, "s.toml");
+  const Scene scene = ParseScene(kLoopScene, "s.toml");
   const LoopSummary s = RunLoop(scene, options, {});
   const auto json = nlohmann::json::parse(FormatLoopJson(scene, s));
   EXPECT_EQ(json["lateness"]["count"], s.counts.ticks);
   std::uint64_t in_bars = 0;
   for (const auto& bar : json["tick_bars_us"]) in_bars += bar[2].get<std::uint64_t>();
   EXPECT_EQ(in_bars, s.counts.ticks);
-  EXPECT_TRUE(json["force"]["noise_above_20_Hz_while_cutting_mN"].is_null());  // nothing cut yet
+  EXPECT_TRUE(json["force"]["noise_above_20_Hz_while_cutting_mN"].is_null());  // nothing was cut yet
 }
 
 TEST_F(LoopReport, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
-  std::string text = kScene;
+  std::string text = kLoopScene;
   text.replace(text.find("voxel_mm = 0.2"), 14, "voxel_mm = 0.1");
   const Scene scene = ParseScene(text + "[output]\npictures = false\n", "s.toml");
   LoopOptions options = Virtual(0.1);
@@ -286,7 +287,7 @@ TEST_F(LoopReport, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
 
 TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
-  Scene scene = ParseScene(kScene, "s.toml");
+  Scene scene = ParseScene(kLoopScene, "s.toml");
   scene.output.forces_every_ticks = 3;
   LoopOptions options = Virtual(6);
   options.keep_bones = true;
@@ -303,7 +304,7 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   EXPECT_EQ(json["removed_mm3"], s.removed_mm3);
   EXPECT_TRUE(json["published"]["copy_is_bit_identical"]);
   for (const char* key : {"tick", "lateness", "stages", "tick_bars_us", "lateness_bars_us"}) {
-    EXPECT_TRUE(json[key].is_null()) << key;  // without the clock
+    EXPECT_TRUE(json[key].is_null()) << key;  // not available in virtual time
   }
   EXPECT_EQ(json["removed_by_occupancy_mm3"], s.removed_by_occupancy_mm3);
   std::istringstream csv(ReadTextFile(folder_ + "/forces.csv"));
@@ -323,7 +324,7 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   EXPECT_EQ(rows, 2000);
   // Written with six digits.
   EXPECT_NEAR(removed_mm3, s.removed_by_occupancy_mm3, 1e-4 * removed_mm3);
-  // A second run into the folder that leaves less behind takes away what is no longer its own.
+  // A second run into the folder with fewer results removes the files that it no longer writes.
   scene.output.pieces = scene.output.pictures = false;
   LoopOptions brief = Virtual(0.1);
   brief.keep_bones = true;
@@ -335,7 +336,7 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
 }
 
 TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {
-  const Scene scene = ParseScene(kScene, "s.toml");
+  const Scene scene = ParseScene(kLoopScene, "s.toml");
   const Path path = MakePath(scene);
   SceneHand params;
   params.lead_mm = 3;
@@ -349,11 +350,11 @@ TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {
       device.Elapse(0.001);
       lowest = std::min(lowest, device.p_WC_mm().z);
     }
-    EXPECT_NEAR(lowest, 0.5, 0.5);  // the stroke's end, but for the lag of its last moment
+    EXPECT_NEAR(lowest, 0.5, 0.5);  // end of the stroke, except for the lag of its last moment
     EXPECT_GE(hand.rounds(), 2);
   }
   {
-    // So heavy that it doesn't move.
+    // So heavy that it does not move.
     DeviceProfile held = FindDeviceProfile("ideal");
     held.mass_kg = 1e9;
     SimulatedDevice device(held, FindHandModel("H4"), path.CalcPose(0, 0));
@@ -367,15 +368,15 @@ TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {
   }
 }
 
-// An effect that only observes adds its columns, and leaves the rest of the log as it was; its figures are those of the
+// An effect that only observes adds its columns and does not change the rest of the log. Its figures are those of the
 // column.
 TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
-  const Scene plain = ParseScene(kScene, "s.toml");
-  const Scene scene = ParseScene(std::string(kScene) + "[effects.fragments]\n", "s.toml");
+  const Scene plain = ParseScene(kLoopScene, "s.toml");
+  const Scene scene = ParseScene(std::string(kLoopScene) + "[effects.fragments]\n", "s.toml");
   const LoopSummary without = RunVirtual(plain, 6);
   const LoopSummary with = RunVirtual(scene, 6);
   const LoopSummary again = RunVirtual(scene, 6);
-  // The hand feels nothing of it, and it comes out the same each time.
+  // It does not change the force, and its results are reproducible.
   EXPECT_EQ(with.bone_hash, without.bone_hash);
   EXPECT_EQ(with.force_hash, without.force_hash);
   EXPECT_EQ(FragmentsJson(*with.fragments, false), FragmentsJson(*again.fragments, false));
@@ -385,7 +386,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   const double time_s = with.fragments->events[0].time_s;
   EXPECT_GT(time_s, 0.5);
   EXPECT_LT(time_s, 6);
-  // The log has it from the next row on.
+  // In the log from the next row on.
   const auto& figures = with.effects.figures;
   std::size_t column = 0;
   while (figures[column].column() != "fragments_pieces") ++column;
@@ -396,7 +397,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   EXPECT_NE(FormatLoopReport(scene, with, false).find("- Fragments: one piece came off: "), std::string::npos);
 }
 
-/// Cut off beside the middle; then the hand goes far away, aside, and down through where the smaller part is.
+/// Cut off next to the middle; then the hand moves far away, sideways, and down through the smaller piece.
 constexpr char kThroughThePiece[] = R"(
 [bone]
 model = "block"
@@ -455,7 +456,8 @@ TEST(LoopEffects, APieceIsTakenOutWhileItRuns) {
   EXPECT_TRUE(s.mirror_identical);
   EXPECT_NEAR(Balance(s), 0, 1e-9 * s.volume_before_mm3);
   EXPECT_EQ(s.pieces.size(), 1u);
-  // The tool is clear of it from before it begins to go until after it is gone: the same is felt until then.
+  // The tool is clear of the piece from before its removal starts until after it ends: the force is unchanged until
+  // then.
   double held_N = 0, largest_N = 0;
   ASSERT_EQ(held.rows.size(), s.rows.size());
   for (std::size_t i = 0; i < s.rows.size(); ++i) {
@@ -479,7 +481,7 @@ TEST(LoopEffects, LiveAPieceIsTakenOut) {
   const test::EndsAfterMotion end(9, options);
   const LoopSummary s =
       RunLoop(ParseScene(std::string(kThroughThePiece) + "pieces = \"moved\"\n", "s.toml"), options, {});
-  // While it ran or, on a machine that is busy with other things, at its end.
+  // During the run or, on a busy machine, at its end.
   ASSERT_GE(s.fragments->out.size(), 1u);
   EXPECT_TRUE(s.mirror_identical);
   EXPECT_NEAR(Balance(s), 0, 1e-9 * s.volume_before_mm3);
@@ -488,33 +490,33 @@ TEST(LoopEffects, LiveAPieceIsTakenOut) {
 }
 
 TEST(LoopEffects, LiveAPieceIsFoundSoonAfterItCameOff) {
-  const Scene scene = ParseScene(std::string(kScene) + "[effects.fragments]\n", "s.toml");
+  const Scene scene = ParseScene(std::string(kLoopScene) + "[effects.fragments]\n", "s.toml");
   LoopOptions options;
   options.seconds = 6;
-  constexpr double kMostLate_ms = 2000;
+  constexpr double kMaxLate_ms = 2000;
   std::optional<double> late_ms;
-  // On a machine that is busy with other things there is no telling: then once more, and three times are no chance.
-  for (int tries = 0; tries < 3 && late_ms.value_or(kMostLate_ms) >= kMostLate_ms; ++tries) {
+  // A busy machine may cause a long delay: up to three tries, because three long delays are no coincidence.
+  for (int tries = 0; tries < 3 && late_ms.value_or(kMaxLate_ms) >= kMaxLate_ms; ++tries) {
     const LoopSummary s = RunLoop(scene, options, {});
     ASSERT_TRUE(s.fragments.has_value());
     ASSERT_LE(s.fragments->events.size(), 1u);
     late_ms = s.fragments->most_late_ms;
   }
   ASSERT_TRUE(late_ms.has_value());
-  // A bound: from the look before, 50 ms earlier, on.
+  // An upper bound of the delay, measured from the previous look at the bone, 50 ms earlier.
   EXPECT_GT(*late_ms, 1e3 / scene.loop.rate_hz);
-  EXPECT_LT(*late_ms, kMostLate_ms);
+  EXPECT_LT(*late_ms, kMaxLate_ms);
 }
 
 TEST(LoopEffects, AddTheirColumnsAndFigures) {
-  const Scene plain = ParseScene(kScene, "s.toml");
+  const Scene plain = ParseScene(kLoopScene, "s.toml");
   const LoopSummary none = RunVirtual(plain, 0.1);
   EXPECT_TRUE(none.effects.empty());
   EXPECT_EQ(FormatLoopJson(plain, none).find("\"effects\""), std::string::npos);
   EXPECT_NE(FormatLoopCsv(none).find("fidelity,status\n"), std::string::npos);
 
-  // What heat needs is on in both.
-  const std::string needed = std::string(kScene) + "[effects.tangential_force]\n";
+  // Both have the effects that heat requires.
+  const std::string needed = std::string(kLoopScene) + "[effects.tangential_force]\n";
   const Scene warm = ParseScene(needed + "[effects.heat]\n", "s.toml");
   const LoopSummary without = RunVirtual(ParseScene(needed, "s.toml"), 2);
   const LoopSummary with = RunVirtual(warm, 2);
@@ -551,7 +553,7 @@ TEST(LoopEffects, AddTheirColumnsAndFigures) {
     EXPECT_NEAR(figures[i].largest, largest[i], 1e-5 * std::abs(largest[i]));
     EXPECT_EQ(json["effects"]["heat"][figures[i].name]["last"], figures[i].last);
   }
-  // It warmed.
+  // It became warmer.
   EXPECT_GT(figures[0].largest, figures[0].smallest);
 }
 

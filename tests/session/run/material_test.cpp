@@ -1,4 +1,4 @@
-// A scene's material, from its keys to the bone, the results and the messages.
+// Tests of a scene's material, from its keys to the bone, the results and the messages.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -23,7 +23,7 @@ constexpr char kPath[] =
     "[[path.stroke]]\nstart_mm = [0, 0, 11.5]\nend_mm = [0, 0, 8]\nfeed_mm_per_s = 10.0\ndisc_normal = [0, 1, 0]\n"
     "[output]\npictures = false\npieces = false\n";
 
-/// A block of 8 x 4 x 6 mm in two layers in a folder, with CT numbers (hu.vdb) and without (plain.vdb).
+/// A folder with a block of 8 x 4 x 6 mm in two layers, with CT numbers (hu.vdb) and without (plain.vdb).
 class SceneMaterialRun : public testing::Test {
  protected:
   void SetUp() override {
@@ -41,7 +41,7 @@ class SceneMaterialRun : public testing::Test {
       return table;
     }());
     WriteBone(bone, folder_ + "/plain.vdb");
-    // A fifth of the height below 100 HU.
+    // A fifth of the height is below 100 HU.
     SetHu(
         bone, [](const Vec3& p) { return p.z < -4.8 ? 50 : 1000; }, 0.25);
     WriteBone(bone, folder_ + "/hu.vdb");
@@ -71,12 +71,12 @@ TEST_F(SceneMaterialRun, TakesTheModulusFromTheCtInCancellousBone) {
   MaterialSummary summary;
   const Bone bone = MakeSceneBone(SceneOf("hu.vdb", kLinear), {}, &summary);
   EXPECT_NEAR(bone.ModulusAt({0, 0, -3}), 2000, 1e-3);
-  EXPECT_NEAR(bone.ModulusAt({0, 0, -5.5}), 200, 1e-3);  // held to the law's end
+  EXPECT_NEAR(bone.ModulusAt({0, 0, -5.5}), 200, 1e-3);  // limited to the end of the law's range
   EXPECT_NEAR(bone.ModulusAt({0, 0, -0.5}), 19300, 1e-6);
   EXPECT_EQ(summary.law.name, "linear");
   EXPECT_EQ(summary.ct_regions, std::vector<int>{32});
-  EXPECT_NEAR(summary.ct.share_below, 1.2 / 5, 0.05);  // by layers of voxels of 0.25 mm in 5 mm
-  EXPECT_EQ(summary.ct.share_above, 0);
+  EXPECT_NEAR(summary.ct.fraction_below, 1.2 / 5, 0.05);  // layers of voxels of 0.25 mm in 5 mm
+  EXPECT_EQ(summary.ct.fraction_above, 0);
   ASSERT_EQ(summary.warnings.size(), 2u);
   EXPECT_NE(summary.warnings[0].find("lies outside the range of linear (100 to 3000 HU)"), std::string::npos);
   EXPECT_EQ(summary.warnings[1], "part of the law linear is recalled, not verified: made up");
@@ -124,7 +124,7 @@ TEST_F(SceneMaterialRun, WritesWhatItUsedAndLeavesTheBonesOwnTableAlone) {
   EXPECT_NEAR(json["valid_HU"][0].get<double>(), 100, 1e-9);
   EXPECT_NEAR(json["share_below_range"].get<double>(), 0.24, 0.05);
   EXPECT_NEAR(json["E_GPa"]["max"].get<double>(), 2, 1e-6);
-  // The bone that was cut keeps its CT numbers, so that the next cut can use them.
+  // The cut bone keeps its CT numbers, so that the next cut can use them.
   EXPECT_TRUE(ReadBone(folder_ + "/ct/bone.vdb", {.hu = true}).has_hu());
   EXPECT_EQ(MessageOf(ParseScene(ReadTextFile(folder_ + "/ct/scene.toml"), folder_ + "/x.toml")), "accepted");
 

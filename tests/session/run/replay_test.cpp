@@ -1,4 +1,4 @@
-// What was recorded comes out again to the bit, or the first tick that does not is named.
+// Tests that a replay is bit-identical, or reports the first tick that differs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ disc_normal = [1.0, 0.0, 0.0]
 model = "H4"
 )";
 
-/// Cuts an end off, goes away from it, and comes back.
+/// Cuts off an end, moves away from it, and returns.
 constexpr char kPiece[] = R"(
 [[path.stroke]]
 start_mm = [0.5, 0.0, 6.5]
@@ -119,7 +119,7 @@ class Replays : public ::testing::Test {
     EXPECT_FALSE(replayed.divergence) << replayed.divergence->what << " at " << replayed.divergence->time_s;
     EXPECT_EQ(replayed.steps, ticks);
   }
-  /// The same recording with a step changed.
+  /// Writes the same recording with one step changed.
   void Tamper(const std::string& from, const std::string& to, std::uint64_t step,
               const std::function<void(RecordedStep&)>& change) const {
     test::ForgeSteps(Path(from), Path(to), [&](RecordedBlock& block) {
@@ -147,13 +147,13 @@ TEST_F(Replays, ALoopComesOutTheSame) {
   ASSERT_TRUE(s.recorded);
   EXPECT_EQ(s.recorded->failure, "");
   EXPECT_EQ(s.recorded->steps, 6000u);
-  // The demand: at most 1 MB a minute.
+  // Requirement: at most 1 MB a minute.
   EXPECT_LT(static_cast<double>(s.recorded->bytes), 1e6 * 6 / 60);
   ExpectSame("a.kerf", 6000);
   RecordingReader recording(Path("a.kerf"));
   ASSERT_TRUE(recording.end()->bone_hash);
   EXPECT_EQ(*recording.end()->bone_hash, s.bone_hash);
-  // To record changes nothing.
+  // Recording changes nothing.
   LoopOptions without = Record("", 6);
   without.record = "";
   const LoopSummary plain = RunLoop(scene, without, {});
@@ -165,7 +165,7 @@ TEST_F(Replays, FourThousandTicksASecondToo) {
   const Scene scene = MakeScene(kThrough, "[loop]\nrate_hz = 4000.0\n");
   const LoopSummary s = RunLoop(scene, Record("a.kerf", 3), {});
   EXPECT_EQ(s.recorded->steps, 12'000u);
-  EXPECT_LT(static_cast<double>(s.recorded->bytes), 1e6 * 3 / 60);  // the demand
+  EXPECT_LT(static_cast<double>(s.recorded->bytes), 1e6 * 3 / 60);  // the requirement
   ExpectSame("a.kerf", 12'000);
   Tamper("a.kerf", "b.kerf", 6800, [](RecordedStep& step) { step.X.p_AB.z -= 1e-3; });
   EXPECT_EQ(Replay("b.kerf").divergence->step, 6800u);
@@ -177,7 +177,7 @@ TEST_F(Replays, ALiveLoopComesOutTheSame) {
   ExpectSame("a.kerf", s.counts.ticks);
 }
 
-// Time that is burnt on purpose: ticks are missed, and the loop goes to coarser ticks and back.
+// Artificial delays: ticks are missed, and the loop switches to coarser ticks and back.
 TEST_F(Replays, MissedTicksAndOtherFidelitiesComeOutTheSame) {
   LoopOptions options = Record("a.kerf", 5);
   options.burn_us = 1500;
@@ -192,14 +192,14 @@ TEST_F(Replays, APieceLeavesAgain) {
   ASSERT_EQ(s.fragments->out.size(), 1u);
   EXPECT_LT(s.fragments->out[0].time_s, 9);
   ExpectSame("a.kerf", 10'000);
-  // And is told of alike.
+  // The report is the same.
   RecordingReader recording(Path("a.kerf"));
   LoopOptions again;
   again.virtual_time = true;
   again.replay = {&recording, 1e9, false, true, 0};
   const LoopSummary replayed = RunLoop(MakeScene(kPiece), again, {});
   ASSERT_EQ(replayed.fragments->events.size(), s.fragments->events.size());
-  // To the rounding of a sum of ten thousand milliseconds.
+  // Rounding of a sum of ten thousand milliseconds.
   EXPECT_NEAR(replayed.fragments->events[0].time_s, s.fragments->events[0].time_s, 1e-9);
   ASSERT_EQ(replayed.fragments->out.size(), 1u);
   EXPECT_EQ(replayed.fragments->out[0].id, s.fragments->out[0].id);
@@ -212,21 +212,21 @@ TEST_F(Replays, LiveAPieceLeavesAgain) {
   LoopOptions options = Record("a.kerf", 0, true);
   const test::EndsAfterMotion end(9, options);
   const LoopSummary s = RunLoop(MakeScene(kPiece), options, {});
-  // While it ran or, on a machine that is busy with other things, at its end.
+  // During the run or, on a busy machine, at its end.
   ASSERT_GE(s.fragments->out.size(), 1u);
   ExpectSame("a.kerf", s.counts.ticks);
 }
 
-/// Undoes all after so long, when what was planned before that is done, and ends the loop when that is done too:
-/// however long the machine takes for it.
-class UndoesAllAndEnds final : public LoopPeer {
+/// Requests an undo of everything after `at_s` seconds. done() is true once the undo is complete, however long the
+/// machine takes; it ends the loop.
+class UndoesAllAndEnds final : public SessionController {
  public:
   explicit UndoesAllAndEnds(double at_s) : at_s_(at_s) {}
   void Begin(const LoopBeginning& /*beginning*/) override {}
   void TakeLeaf(const LeafMessage& /*leaf*/) override {}
   std::optional<LoopAction> NextAction() override {
     const auto now = std::chrono::steady_clock::now();
-    if (!began_) began_ = now;  // the loop's own clock began before
+    if (!began_) began_ = now;  // the loop's own clock started earlier
     if (asked_ || std::chrono::duration<double>(now - *began_).count() < at_s_) return std::nullopt;
     asked_ = true;
     return ParseLoopAction("0:undo=start");
@@ -267,7 +267,7 @@ TEST_F(Replays, UndoAndRedoAreDoneAgain) {
   }
 }
 
-// The spindle stopped, nothing is cut after the undo, and redo gives back what was.
+// With a stopped spindle nothing is cut after the undo, and redo restores the bone.
 TEST_F(Replays, RedoWithTheSpindleStopped) {
   LoopOptions options = Record("a.kerf", 4);
   for (const char* text : {"1:checkpoint=a", "2.5:rpm=0", "3:undo=a", "3.5:redo"}) {
@@ -278,7 +278,7 @@ TEST_F(Replays, RedoWithTheSpindleStopped) {
   ExpectSame("a.kerf", 4000);
 }
 
-// Gone on from twice: each of the places where it was taken up is gone through again as it was.
+// Continued several times: the replay passes through each point of continuation unchanged.
 TEST_F(Replays, ItGoesOnFromWhatWentOn) {
   const Scene scene = MakeScene(kThrough, "[simulation]\ncarve_interval_ticks = 16\n");
   RunLoop(scene, Record("0.kerf", 2.11), {});
@@ -309,7 +309,7 @@ TEST_F(Replays, ItGoesOnAfterAnUndo) {
   RecordingReader recording(Path("a.kerf"));
   LoopOptions further = Record("b.kerf", 1);
   further.replay = {&recording, 1e9, true, true, 0};
-  // The checkpoint is there still.
+  // The checkpoint still exists.
   further.actions.push_back(ParseLoopAction("3.5:undo=a"));
   const LoopSummary s = RunLoop(scene, further, {});
   EXPECT_EQ(s.undone->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());  // the recorded one, and this
@@ -318,20 +318,20 @@ TEST_F(Replays, ItGoesOnAfterAnUndo) {
 
 TEST_F(Replays, TheFirstOtherTickIsNamed) {
   RunLoop(MakeScene(kThrough), Record("a.kerf", 3), {});
-  // A micrometre in one tick in which it cuts: the spring alone makes a millinewton of it.
+  // A micrometre in one tick of the cut: the spring alone turns it into a millinewton.
   Tamper("a.kerf", "b.kerf", 1700, [](RecordedStep& step) { step.X.p_AB.z -= 1e-3; });
   Replayed replayed = Replay("b.kerf");
   ASSERT_TRUE(replayed.divergence);
   EXPECT_EQ(replayed.divergence->step, 1700u);
   EXPECT_NEAR(replayed.divergence->time_s, 1.701, 1e-9);
   EXPECT_THAT(replayed.divergence->what, HasSubstr("forces"));
-  // A voxel's hash alone.
+  // Only the hash of a voxel.
   Tamper("a.kerf", "c.kerf", 1500, [](RecordedStep& step) { step.bone_check ^= 1; });
   replayed = Replay("c.kerf");
   ASSERT_TRUE(replayed.divergence);
   EXPECT_EQ(replayed.divergence->step, 1500u);
   EXPECT_EQ(replayed.divergence->what, "the voxels");
-  // Without `verify` it goes on to the end.
+  // Without `verify` it continues to the end.
   RecordingReader reader(Path("c.kerf"));
   EXPECT_EQ(Replay(reader, false).steps, 3000u);
 }
@@ -364,7 +364,7 @@ TEST_F(Replays, ItGoesOnFromAnyMoment) {
   EXPECT_GT(a.removed_mm3, 1);
   EXPECT_EQ(a.bone_hash, b.bone_hash);
   EXPECT_EQ(a.force_hash, b.force_hash);
-  // No step in the force where one hand gives it to the other.
+  // No step in the force at the transition between the two hands.
   EXPECT_LE(a.force.largest_step_N, a.force.slew_bound_N);
   ExpectSame("a.kerf", 4000);
 }
@@ -373,7 +373,7 @@ TEST_F(Replays, ARunAlongAPathComesOutTheSame) {
   const Scene scene = MakeScene(kThrough, "[output]\npictures = false\n");
   const RunSummary s = RunScene(scene, Path("out"), {}, {}, {Path("a.kerf"), "/tmp/s.toml", nullptr});
   RecordingReader recording(Path("a.kerf"));
-  // Two strokes are set down: no ticks, but steps.
+  // Two strokes are set down: steps without ticks.
   EXPECT_EQ(recording.steps(), s.ticks + 2);
   const RecordedScene recorded = OpenRecordedScene(recording, "");
   RunReplay whole(recording, 1e9, true);
@@ -414,7 +414,7 @@ pictures = false
   EXPECT_EQ(replayed.divergence->step, 500u);
 }
 
-// The inputs come along: the files may change or be gone.
+// The inputs are part of the recording: the files may change or be deleted.
 TEST_F(Replays, InputsComeAlong) {
   WriteTextFile(Path("path.csv"),
                 "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,7.7,0.70710678118,0,0.70710678118,0\n"
@@ -431,7 +431,7 @@ TEST_F(Replays, InputsComeAlong) {
   EXPECT_GT(replayed.steps, 1999u);
 }
 
-// A device that loses ticks, tells nonsense, stands still and does not take its force.
+// A device that loses ticks, reports nonsense, freezes and does not accept its force.
 TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
   const DeviceProfile profile = FindDeviceProfile("falcon");
   CoupledParams params;
@@ -441,9 +441,9 @@ TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
   block.voxel_mm = 0.2;
   const Bone bone = MakeBlock(block, DefaultMandibleTable());
   const Pose X_start{glm::angleAxis(1.5707963267948966, glm::dvec3(0, 1, 0)), {0, 0, 7.6}};
-  struct Nobody final : TickObserver {
+  struct NoReader final : TickObserver {
     void Enter(TickStage) noexcept override {}
-  } nobody;
+  } no_reader;
   std::vector<TickToRecord> ticks;
   {
     CoupledSimulation simulation(bone, params, X_start);
@@ -467,7 +467,7 @@ TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
       if (i == 1700) body.set_rpm(0);
       if (i == 1800) body.set_rpm(-6000);
       LoopTick tick;
-      body.Tick(i % 97 == 0 ? 0.004 : 0.001, nobody, tick);
+      body.Tick(i % 97 == 0 ? 0.004 : 0.001, no_reader, tick);
       body.ClearChanged();
       ticks.push_back(MakeTickToRecord(tick));
     }
@@ -481,7 +481,7 @@ TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
     RecordingWriter writer(Path("a.kerf"), head, {});
     for (const TickToRecord& tick : ticks) writer.Add(tick.step, 0);
   }
-  // Gone through again, but for what was not flushed at the end of the last block.
+  // Replayed, except for steps that were not flushed after the last block.
   RecordingReader recording(Path("a.kerf"));
   EXPECT_EQ(recording.steps(), 2250u);
   CoupledSimulation simulation(bone, params, X_start);
@@ -495,7 +495,7 @@ TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
   ReplayBody body(step_body, simulation, device, steps, [](const RecordedStep&) {});
   while (body.Prepare()) {
     LoopTick tick;
-    body.Tick(1, nobody, tick);
+    body.Tick(1, no_reader, tick);
     body.ClearChanged();
   }
   EXPECT_EQ(body.step(), 2250u);

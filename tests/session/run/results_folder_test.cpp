@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::UnorderedElementsAre;
 
-// All kinds of files that runs and studies write are theirs to remove; nothing else is, whatever a list says.
+// Files of all types that runs and studies write may be removed; no other file is, whatever a list contains.
 TEST(ResultsFolder, TakesAwayWhatAnEarlierRunWroteAndNothingElse) {
   const test::Folder folder;
   for (const char* name : {"a.svg", "a.png", "report.md", "cases.csv", "mine.toml", "b.svg", "notes.md"}) {

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A block of 8 x 4 x 6 mm that a stroke straight down cuts in two.
-constexpr char kScene[] = R"(
+constexpr char kRunScene[] = R"(
 [bone]
 model = "block"
 [bone.block]
@@ -45,9 +45,9 @@ disc_normal = [0.0, 1.0, 0.0]
 class Run : public test::ResultFolderTest {};
 
 TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
-  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\n", "scene.toml");
+  const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
-  // A cuboid of kerf: 8 mm long, 0.25 mm wide, 6 mm deep. Along its 56 mm of edges the bone is rounded by about 0.2
+  // The kerf is a cuboid: 8 mm long, 0.25 mm wide, 6 mm deep. Along its 56 mm of edges the bone is rounded by about 0.2
   // h^2: 0.11 mm^3.
   EXPECT_NEAR(summary.removed_mm3, 8 * 0.25 * 6, 0.02 * 12);
   EXPECT_NEAR(summary.removed_mm3 + summary.volume_after_mm3, summary.volume_before_mm3, 1e-9 * 192);
@@ -56,7 +56,7 @@ TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
   EXPECT_EQ(summary.ticks, 850u);
   EXPECT_EQ(summary.ticks_with_status, 0u);
 
-  // The log: a row a tick, and its sums are the summary's.
+  // The log has one row per tick, and its sums are the summary's.
   std::istringstream log(ReadTextFile(folder_ + "/forces.csv"));
   std::string line;
   std::getline(log, line);
@@ -77,7 +77,7 @@ TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
     peak = std::max(peak, std::hypot(row[9], row[10], row[11]));
   }
   EXPECT_NEAR(removed, rows.back()[22], 1e-4);  // six figures a row
-  // Rows count the occupancy of voxels, the summary the bone's volume: the kerf's edges differ.
+  // Rows count the occupancy of voxels, the summary the bone's volume: they differ at the kerf's edges.
   EXPECT_NEAR(rows.back()[22], summary.removed_mm3, 0.02 * 12);
   EXPECT_NEAR(peak, summary.force.peak_N, 1e-4 * peak);
   EXPECT_NEAR(rows.back()[0], 0.85, 1e-9);
@@ -97,7 +97,7 @@ TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
   EXPECT_NEAR(json["removed"]["total_mm3"].get<double>(), summary.removed_mm3, 1e-12);
   for (const auto& file : json["files"]) EXPECT_TRUE(fs::exists(folder_ + "/" + file.get<std::string>())) << file;
 
-  // The resolved scene beside the results gives the same run.
+  // The resolved scene next to the results gives the same run.
   const Scene resolved = ReadScene(folder_ + "/scene.toml");
   const RunSummary again = RunScene(resolved, folder_ + "/again", {});
   EXPECT_EQ(again.hash_after, summary.hash_after);
@@ -105,9 +105,9 @@ TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
 }
 
 TEST_F(Run, IsHeard) {
-  // The disc comes down from 0.5 mm above the bone: idle first, then louder in the cut.
+  // The disc moves down from 0.5 mm above the bone: idle first, then louder in the cut.
   const Scene scene =
-      ParseScene(std::string(kScene) + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n",
+      ParseScene(std::string(kRunScene) + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n",
                  "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
   EXPECT_NE(std::find(summary.files.begin(), summary.files.end(), "sound.wav"), summary.files.end());
@@ -129,18 +129,18 @@ TEST_F(Run, IsHeard) {
       sum += static_cast<double>(x[i]) * std::polar(1.0, -2 * std::acos(-1.0) * hz * static_cast<double>(i) / 48000);
     return 2 * std::abs(sum) / static_cast<double>(count);
   };
-  // 24 teeth at 125 Hz: bins of 10 Hz, whole periods of all lines. The noise has some thousandths in a bin.
+  // 24 teeth at 125 Hz: bins of 10 Hz, whole periods of all lines. The noise is some thousandths per bin.
   EXPECT_GT(line(125, 19200, 4800 * 2), 0.05);
   EXPECT_GT(line(3000, 19200, 4800 * 2), 0.03);
   EXPECT_LT(line(3070, 19200, 4800 * 2), 0.01);
   EXPECT_GT(line(125, 19200, 4800 * 2), 1.2 * line(125, 480, 384 * 4));
   EXPECT_LT(line(3000, 480, 384 * 4), 1e-4);
-  // The same run gives the same bytes; one without the effect leaves no file of an earlier one.
+  // The same run gives the same bytes. A run without the effect removes the file of an earlier run.
   const std::string bytes = ReadTextFile(folder_ + "/sound.wav");
   RunScene(scene, folder_, {});
   EXPECT_EQ(ReadTextFile(folder_ + "/sound.wav"), bytes);
   const Scene silent =
-      ParseScene(std::string(kScene) + "[output]\npictures = false\nbone = false\npieces = false\n", "scene.toml");
+      ParseScene(std::string(kRunScene) + "[output]\npictures = false\nbone = false\npieces = false\n", "scene.toml");
   RunScene(silent, folder_, {});
   EXPECT_FALSE(fs::exists(folder_ + "/sound.wav"));
 }
@@ -148,7 +148,7 @@ TEST_F(Run, IsHeard) {
 TEST_F(Run, ShowsSpectrumAndGuide) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const Scene scene = ParseScene(
-      std::string(kScene) +
+      std::string(kRunScene) +
           "[output]\nbone = false\npieces = false\n[effects.tooth_vibration]\n[effects.guide]\nslot_length_mm = 2.0\n",
       "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
@@ -159,7 +159,8 @@ TEST_F(Run, ShowsSpectrumAndGuide) {
 }
 
 TEST(SpectrumTrack, HasTheLinesOfTheEffect) {
-  // A disc that goes along at a constant depth: lines of constant amplitude, which the spectrum shows in their bins.
+  // A disc that moves along at a constant depth: lines of constant amplitude, which appear in their bins of the
+  // spectrum.
   const Scene scene = ParseScene(R"(
 [bone]
 model = "block"
@@ -192,8 +193,8 @@ disc_normal = [0.0, 1.0, 0.0]
   ASSERT_EQ(spectrum.seconds, 1);
   EXPECT_EQ(spectrum.teeth, 24);
   EXPECT_NEAR(spectrum.spindle_Hz, 125, 1e-3);
-  EXPECT_NEAR(spectrum.carried_Hz, 400, 1e-4);  // times are kept as floats
-  // The grid's ripple along the way takes some percent of each to both sides.
+  EXPECT_NEAR(spectrum.carried_Hz, 400, 1e-4);  // times are stored as floats
+  // The grid's ripple along the path moves some percent of each line to both sides.
   const auto& lines = effect.lines();
   ASSERT_GT(lines[ToothVibrationEffect::kRunout].Magnitude(), 0.01);
   EXPECT_NEAR(spectrum.mN[125] / (1000 * lines[ToothVibrationEffect::kRunout].Magnitude()), 1, 0.1);
@@ -203,8 +204,8 @@ disc_normal = [0.0, 1.0, 0.0]
 }
 
 TEST_F(Run, WorkIsTheForceAlongThePath) {
-  // Straight down: the hand's work is the integral of the vertical force over the travel.
-  const Scene scene = ParseScene(kScene, "scene.toml");
+  // Straight down: the hand's work is the integral of the vertical force over the distance.
+  const Scene scene = ParseScene(kRunScene, "scene.toml");
   const RunResult run = RunPath(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene), 1000, 7500, {});
   double work = 0;
   double impulse = 0;
@@ -220,7 +221,7 @@ TEST_F(Run, WorkIsTheForceAlongThePath) {
 
 TEST_F(Run, PicturesAreWrittenAndNamed) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
-  const Scene scene = ParseScene(kScene, "scene.toml");
+  const Scene scene = ParseScene(kRunScene, "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
   for (const char* name : {"before.png", "after.png", "cut.png", "apart.png", "force.png"}) {
     EXPECT_EQ(std::count(summary.files.begin(), summary.files.end(), name), 1) << name;
@@ -229,7 +230,7 @@ TEST_F(Run, PicturesAreWrittenAndNamed) {
 }
 
 TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
-  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\n", "scene.toml");
+  const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_ + "/reduced", {});
   const RunSummary full = RunScene(scene, folder_ + "/full", {}, {}, {}, 0);
   EXPECT_EQ(summary.surface_error_mm, 0.02);
@@ -244,7 +245,7 @@ TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
     EXPECT_EQ(full_mesh.triangles.size(), full.pieces[i].triangles);
     EXPECT_LT(summary.pieces[i].triangles, full.pieces[i].triangles);
     EXPECT_EQ(CountOpenEdges(reduced_mesh), 0u);
-    // Files have floats: 1e-6 mm here.
+    // The files contain floats: 1e-6 mm here.
     EXPECT_LE(test::CalcLargestDistance(full_mesh, reduced_mesh, 0.05), 0.02 + 1e-5);
     EXPECT_LE(test::CalcLargestDistance(reduced_mesh, full_mesh, 0.05), 0.02 + 1e-5);
   }
@@ -253,9 +254,9 @@ TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
   EXPECT_EQ(json["pieces"][0]["triangles"], summary.pieces[0].triangles);
 }
 
-// Coarse voxels, of edges much longer than the error, are reduced too.
+// Coarse voxels, with edges much longer than the error, are reduced too.
 TEST_F(Run, CoarsePiecesAreWithinTheStatedErrorToo) {
-  std::string text = kScene;
+  std::string text = kRunScene;
   text.replace(text.find("voxel_mm = 0.1"), 14, "voxel_mm = 0.3");
   const Scene scene = ParseScene(text + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_ + "/reduced", {});
@@ -271,23 +272,23 @@ TEST_F(Run, CoarsePiecesAreWithinTheStatedErrorToo) {
 }
 
 TEST_F(Run, SaysNothingOfSurfacesThatAreNotWritten) {
-  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\npieces = false\n", "scene.toml");
+  const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\npieces = false\n", "scene.toml");
   RunScene(scene, folder_, {});
   EXPECT_FALSE(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json")).contains("surface_error_mm"));
 }
 
 TEST_F(Run, WarningsAreInTheSummary) {
-  std::string text = kScene;
+  std::string text = kRunScene;
   text.replace(text.find("end_mm = [0.0, 0.0, 3.0]"), 24, "end_mm = [0.0, 0.0, 11.2]");
   const Scene scene = ParseScene(text + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
-  EXPECT_EQ(std::count(summary.warnings.begin(), summary.warnings.end(), "the saw met no bone on its path"), 1);
+  EXPECT_EQ(std::count(summary.warnings.begin(), summary.warnings.end(), "the saw touched no bone on its path"), 1);
   EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"))["warnings"], summary.warnings);
 }
 
 TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
-  const std::string plain = std::string(kScene) + "[output]\npieces = false\nbone = false\n";
+  const std::string plain = std::string(kRunScene) + "[output]\npieces = false\nbone = false\n";
   const RunSummary without = RunScene(ParseScene(plain + "pictures = false\n", "scene.toml"), folder_, {});
   EXPECT_FALSE(without.fragments.has_value());
   const RunSummary with =
@@ -296,9 +297,9 @@ TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {
   ASSERT_TRUE(with.fragments.has_value());
   const FragmentsReport& report = *with.fragments;
   ASSERT_EQ(report.events.size(), 1u);
-  // At the block's ends, 4 mm aside, the rim lies sqrt(11^2 - 4^2) = 10.25 mm below the centre, and passes the lower
-  // side, z = -6, when that is at 4.25: after 0.725 s. It is through half a voxel before, 0.005 s; a look is up to 0.02
-  // s late.
+  // At the block's ends, 4 mm from its centre, the rim is sqrt(11^2 - 4^2) = 10.25 mm below the disc's centre. It
+  // passes the lower side, z = -6, when the centre is at 4.25: after 0.725 s. The block separates half a voxel earlier,
+  // 0.005 s; the detection is up to 0.02 s late.
   EXPECT_GE(report.events[0].time_s, 0.715);
   EXPECT_LE(report.events[0].time_s, 0.745);
   ASSERT_EQ(report.found.pieces.size(), with.pieces.size());
@@ -311,12 +312,13 @@ TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {
   EXPECT_EQ(json["fragments"]["events"][0]["time_s"], report.events[0].time_s);
   EXPECT_EQ(json["fragments"]["events"][0]["piece"], 2);
   EXPECT_EQ(json["effects"]["fragments"]["pieces"]["last"], 2);
-  // The picture takes the place of the one without the effect.
+  // This picture replaces the one without the effect.
   EXPECT_TRUE(fs::exists(folder_ + "/fragments.png"));
   EXPECT_FALSE(fs::exists(folder_ + "/apart.png"));
 }
 
-/// A block that a stroke straight down cuts in two at y = 0.5; a later one goes through the middle of the smaller part.
+/// A block that a stroke straight down cuts in two at y = 0.5; a later one passes through the middle of the smaller
+/// part.
 constexpr char kTwoStrokes[] = R"(
 [bone]
 model = "block"
@@ -346,7 +348,7 @@ class TakingOut : public Run {
   RunSummary RunWith(const std::string& more) {
     return RunScene(ParseScene(kTwoStrokes + more, "scene.toml"), folder_, {});
   }
-  /// Of the ticks of a stroke.
+  /// Returns the forces of the ticks of a stroke.
   std::vector<double> ForcesOfStroke(int stroke) const {
     std::istringstream log(ReadTextFile(folder_ + "/forces.csv"));
     std::string line;
@@ -376,21 +378,21 @@ TEST_F(TakingOut, WhereADeletedPieceWasNothingIsFelt) {
   for (const std::string fate : {"deleted", "hidden", "moved"}) {
     SCOPED_TRACE(fate);
     const RunSummary s = RunWith("pieces = \"" + fate + "\"\n");
-    // As the log has it, six figures: until the piece goes the same is felt.
+    // With the six figures of the log: the forces are the same until the piece is removed.
     EXPECT_EQ(ForcesOfStroke(1), first);
     EXPECT_EQ(Largest(ForcesOfStroke(2)), 0);
     ASSERT_EQ(s.fragments->out.size(), 1u);
     const PieceOut& out = s.fragments->out[0];
     EXPECT_EQ(out.id, 2);
     EXPECT_EQ(ToString(out.fate), fate);
-    EXPECT_EQ(out.time_s, 0.85);  // the first stroke's end, where the tool is lifted
+    EXPECT_EQ(out.time_s, 0.85);  // the end of the first stroke, where the tool is lifted
     // A cuboid of 8 x 2.375 x 6 mm; its edges are rounded by about 0.2 h^2.
     EXPECT_NEAR(out.volume_mm3, 8 * 2.375 * 6, 0.02 * 66);
-    // To rounding of the sums.
+    // Rounding of the sums.
     EXPECT_NEAR(s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3(), s.volume_before_mm3, 1e-9 * s.volume_before_mm3);
     EXPECT_EQ(s.CalcOut_mm3(), out.volume_mm3);
     EXPECT_NEAR(s.removed_mm3, 8 * 0.25 * 6, 0.02 * 12);
-    // The largest stays to the bit, whatever became of the other.
+    // The largest piece is bit-identical, whatever happens to the other.
     if (left == 0) left = s.hash_after;
     EXPECT_EQ(s.hash_after, left);
     const bool gone = fate == "deleted";
@@ -400,7 +402,7 @@ TEST_F(TakingOut, WhereADeletedPieceWasNothingIsFelt) {
     if (!gone) {
       const TriangleMesh mesh = ReadMesh(folder_ + "/piece_2.stl");
       EXPECT_NEAR(CalcEnclosedVolume(mesh) / out.volume_mm3, 1, 0.01);
-      // Straight away from the larger one, which lies beside it along y.
+      // Directly away from the larger piece, which lies next to it along y.
       EXPECT_NEAR(glm::length(out.move_mm - Vec3(0, fate == "moved" ? 6 : 0, 0)), 0, 1e-6);
       double lowest = 1e9;
       for (const Vec3& p : mesh.points) lowest = std::min(lowest, p.y);
@@ -412,7 +414,7 @@ TEST_F(TakingOut, WhereADeletedPieceWasNothingIsFelt) {
     EXPECT_EQ(json["fragments"][gone ? "deleted_mm3" : "taken_out_mm3"], out.volume_mm3);
     EXPECT_EQ(json["removed"]["removed_plus_remaining_minus_initial_mm3"],
               s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3() - s.volume_before_mm3);
-    // The same again.
+    // Repeats the run.
     const std::string forces = ReadTextFile(folder_ + "/forces.csv");
     EXPECT_EQ(RunWith("pieces = \"" + fate + "\"\n").hash_after, left);
     EXPECT_EQ(ReadTextFile(folder_ + "/forces.csv"), forces);
@@ -437,7 +439,7 @@ TEST_F(TakingOut, DustGoesWhenItIsAskedTo) {
   EXPECT_NEAR(s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3(), s.volume_before_mm3, 1e-9 * s.volume_before_mm3);
 }
 
-// On one way without lifting the tool: down, far up, aside and down again.
+// On one path without lifting the tool: down, far up, sideways and down again.
 TEST_F(TakingOut, APieceGoesBetweenTwoTicksOnceTheToolIsClearOfIt) {
   const std::string text(kTwoStrokes);
   const auto run = [&](const std::string& more) {
@@ -469,7 +471,8 @@ TEST_F(TakingOut, APieceGoesBetweenTwoTicksOnceTheToolIsClearOfIt) {
       ASSERT_EQ(f_N, Vec3(0)) << a.time_s;
     }
     if (b.time_s > gone_s - 0.01 && b.time_s < gone_s + 0.01) {
-      // Clear of it: the disc's rim, 11 mm, and 2 mm and 24 voxels more above it; at least two leaves over it.
+      // Clear of the piece: above its top by the disc's radius of 11 mm, 2 mm, and 24 voxels, which are at least two
+      // leaves.
       ASSERT_EQ(f_N, Vec3(0));
       ASSERT_GT(b.X_WT.p_AB.z, 11 + 2 + 2.4);
     }
@@ -479,8 +482,8 @@ TEST_F(TakingOut, APieceGoesBetweenTwoTicksOnceTheToolIsClearOfIt) {
 }
 
 TEST_F(Run, RetractedToolDoesNotCutOnItsWay) {
-  // Two strokes that each stay above the bone; the straight way from the end of one to the start of the next goes
-  // through it.
+  // Two strokes that both stay above the bone. The straight line from the end of the first to the start of the second
+  // passes through it.
   const Scene scene = ParseScene(R"(
 [bone]
 model = "block"

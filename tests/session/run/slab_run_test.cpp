@@ -1,4 +1,4 @@
-// A scene in slab mode from beginning to end.
+// Tests of a scene in slab mode from beginning to end.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "kerf/error.h"
 #include "session/run/make_bone.h"
 #include "session/run/run_slab_scene.h"
-#include "session/scene/doubts.h"
+#include "session/scene/warnings.h"
 #include "support/far_apart.h"
 #include "support/result_folder.h"
 
@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A block of 8 x 4 x 6 mm of two layers, through which a slice is pushed straight down and out.
-constexpr char kScene[] = R"(
+/// A block of 8 x 4 x 6 mm with two layers, through which a slice is pushed straight down and out.
+constexpr char kSlabRunScene[] = R"(
 [bone]
 model = "block"
 [bone.block]
@@ -50,7 +50,7 @@ direction = [0.0, 0.0, -2.0]
 using SlabRunTest = test::ResultFolderTest;
 
 TEST_F(SlabRunTest, CutsTheBlockIntoThreeAndItsFilesAgreeWithEachOther) {
-  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\n", "scene.toml");
+  const Scene scene = ParseScene(std::string(kSlabRunScene) + "[output]\npictures = false\n", "scene.toml");
   const SlabSummary summary = RunSlabScene(scene, folder_, {});
   ASSERT_EQ(summary.parts.size(), 3u);
   const double whole = MakeSceneBone(scene, {}).CalcVolume();
@@ -58,7 +58,7 @@ TEST_F(SlabRunTest, CutsTheBlockIntoThreeAndItsFilesAgreeWithEachOther) {
   for (const SlabPartSummary& part : summary.parts) {
     const TriangleMesh mesh = ReadMesh(folder_ + "/" + part.name + ".stl");
     EXPECT_EQ(CountOpenEdges(mesh), 0u) << part.name;
-    // The surface rounds edges differently from the cells: less than a voxel's half square along 56 mm of edges.
+    // The surface rounds edges differently from the cells: by less than half a voxel squared along 56 mm of edges.
     EXPECT_NEAR(CalcEnclosedVolume(mesh), part.volume_mm3, 0.01 * part.volume_mm3 + 0.3) << part.name;
     EXPECT_NEAR(ReadBone(folder_ + "/" + part.name + ".vdb").CalcVolume(), part.volume_mm3, 1e-9 * whole);
     sum += part.volume_mm3;
@@ -70,21 +70,22 @@ TEST_F(SlabRunTest, CutsTheBlockIntoThreeAndItsFilesAgreeWithEachOther) {
   EXPECT_TRUE(summary.end.free);
   EXPECT_EQ(summary.ticks, 850u);
   EXPECT_EQ(summary.ticks_with_status, 0u);
-  // The blade's edge goes from 0.5 mm above the block to 2 mm below it at 10 mm/s.
+  // The blade's edge moves from 0.5 mm above the block to 2 mm below it at 10 mm/s.
   EXPECT_NEAR(summary.free_at_s.value_or(0), 0.65, 0.02);
   const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"));
   EXPECT_EQ(json["mode"], "slab");
   EXPECT_EQ(json["slab"]["layers"][0]["region"], 24);
   EXPECT_EQ(json["energy_mJ"]["cutting"], summary.end.cutting_mJ);
   for (const std::string& file : summary.files) EXPECT_TRUE(fs::exists(folder_ + "/" + file)) << file;
-  // The work that the log's forces did is the hand's, but for the first tick, which has no pose before it: there the
-  // hand sets 1 g to 10 mm/s, 1e-4 mJ.
+  // The work of the log's forces is the hand's, except for the first tick, which has no preceding pose: there the hand
+  // accelerates 1 g to 10 mm/s, 1e-4 mJ.
   EXPECT_NEAR(summary.force.work_Nmm, summary.end.hand_work_mJ, 2e-4);
   EXPECT_NEAR(summary.end.hand_work_mJ, summary.end.cutting_mJ, 0.05 * summary.end.hand_work_mJ);
 }
 
 TEST_F(SlabRunTest, PartsAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
-  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\nbone = false\n", "scene.toml");
+  const Scene scene =
+      ParseScene(std::string(kSlabRunScene) + "[output]\npictures = false\nbone = false\n", "scene.toml");
   const SlabSummary reduced = RunSlabScene(scene, folder_ + "/reduced", {});
   const SlabSummary full = RunSlabScene(scene, folder_ + "/full", {}, {}, 0);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -106,7 +107,7 @@ TEST_F(SlabRunTest, PartsAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
 }
 
 TEST_F(SlabRunTest, FollowsThePapersTable2WhenAsked) {
-  const Scene scene = ParseScene(std::string(kScene) + "depth_by = \"paper_table_2\"\n", "scene.toml");
+  const Scene scene = ParseScene(std::string(kSlabRunScene) + "depth_by = \"paper_table_2\"\n", "scene.toml");
   const Bone bone = MakeSceneBone(scene, {});
   const SlabProfile profile = MakeSlabProfile(scene, bone);
   ASSERT_EQ(profile.layers.size(), 4u);
@@ -120,7 +121,7 @@ TEST_F(SlabRunTest, FollowsThePapersTable2WhenAsked) {
 }
 
 TEST_F(SlabRunTest, RefusesADirectionOutOfTheDiscsPlaneAndDoubtsAPathAcrossIt) {
-  std::string text = kScene;
+  std::string text = kSlabRunScene;
   text.replace(text.find("[0.0, 0.0, -2.0]"), 16, "[0.0, 1.0, -1.0]");
   const Scene skew = ParseScene(text, "scene.toml");
   try {
@@ -135,27 +136,26 @@ TEST_F(SlabRunTest, RefusesADirectionOutOfTheDiscsPlaneAndDoubtsAPathAcrossIt) {
   EXPECT_THROW(RunSlabScene(skew, folder_, {}), Error);
   EXPECT_FALSE(fs::exists(folder_));
 
-  text = kScene;
+  text = kSlabRunScene;
   text.replace(text.find("[0.0, 0.0, -2.0]"), 16, "[-1.0, 0.0, 0.0]");
-  const std::vector<std::string> doubts = FindDoubts(ParseScene(text, "scene.toml"), 0.1);
-  ASSERT_EQ(doubts.size(), 1u);
-  EXPECT_NE(doubts[0].find("8.5 mm across it"), std::string::npos) << doubts[0];
-  EXPECT_TRUE(FindDoubts(ParseScene(kScene, "scene.toml"), 0.1).empty());
+  const std::vector<std::string> warnings = FindWarnings(ParseScene(text, "scene.toml"), 0.1);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("8.5 mm across it"), std::string::npos) << warnings[0];
+  EXPECT_TRUE(FindWarnings(ParseScene(kSlabRunScene, "scene.toml"), 0.1).empty());
   const auto of_law =
-      FindDoubts(ParseScene(std::string(kScene) + "[force]\nlaw = \"edge_plus_chip\"\n", "s.toml"), 0.1);
+      FindWarnings(ParseScene(std::string(kSlabRunScene) + "[force]\nlaw = \"edge_plus_chip\"\n", "s.toml"), 0.1);
   ASSERT_EQ(of_law.size(), 1u);
   EXPECT_EQ(of_law[0],
             "[force] law = \"edge_plus_chip\" is not used in slab mode, whose law is \"as_computed\" of [slab]");
-  const auto of_effects =
-      FindDoubts(ParseScene(std::string(kScene) + "[effects.guide]\n[effects.tangential_force]\n", "s.toml"), 0.1);
+  const auto of_effects = FindWarnings(
+      ParseScene(std::string(kSlabRunScene) + "[effects.guide]\n[effects.tangential_force]\n", "s.toml"), 0.1);
   ASSERT_EQ(of_effects.size(), 1u);
-  EXPECT_EQ(of_effects[0],
-            "slab mode simulates no effects, and leaves out those of [effects]: tangential_force, guide");
+  EXPECT_EQ(of_effects[0], "slab mode simulates no effects, and omits those of [effects]: tangential_force, guide");
 }
 
 TEST_F(SlabRunTest, RefusesAPathThatIsNotAboutItsOneSlice) {
   const auto message = [](const std::string& stroke) {
-    std::string text = kScene;
+    std::string text = kSlabRunScene;
     text.insert(text.find("[simulation]"), "[[path.stroke]]\nfeed_mm_per_s = 10\n" + stroke);
     const Scene scene = ParseScene(text, "scene.toml");
     try {
@@ -175,21 +175,21 @@ TEST_F(SlabRunTest, RefusesAPathThatIsNotAboutItsOneSlice) {
             "slab mode has one slice, in the disc's plane where the path starts");
   EXPECT_EQ(message("start_mm = [12, 0, 12]\nend_mm = [12, 0, 4]\ndisc_normal = [0, 1, 0]\n"),
             "the start of stroke 2 holds the disc 12.0 mm beside the line along which the slice slides, more than its "
-            "radius; slab mode has one slice, before the disc where the path starts");
+            "radius; slab mode has one slice, in front of the disc where the path starts");
   EXPECT_EQ(message("start_mm = [0, 0, -1]\nend_mm = [0, 0, -2]\ndisc_normal = [0, 1, 0]\n"),
             "stroke 2 sets the blade down 12.00 mm deep, past the slice, which ends at 6.00 mm");
 }
 
 TEST_F(SlabRunTest, SaysWhenTheBladeIsSetDownInsideTheBone) {
-  std::string text = kScene;
+  std::string text = kSlabRunScene;
   text.replace(text.find("11.5]"), 5, "7.0]");
   const std::string quiet = "[output]\npictures = false\npieces = false\nbone = false\n";
   EXPECT_TRUE(RunSlabScene(ParseScene(text + quiet, "scene.toml"), folder_, {}).starts_in_bone);
-  EXPECT_FALSE(RunSlabScene(ParseScene(kScene + quiet, "scene.toml"), folder_, {}).starts_in_bone);
+  EXPECT_FALSE(RunSlabScene(ParseScene(kSlabRunScene + quiet, "scene.toml"), folder_, {}).starts_in_bone);
 }
 
 TEST_F(SlabRunTest, TheTicksNeedKilobytesNotTheBone) {
-  const Scene scene = ParseScene(kScene, "scene.toml");
+  const Scene scene = ParseScene(kSlabRunScene, "scene.toml");
   const Bone bone = MakeSceneBone(scene, {});
   const SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), {});
   EXPECT_LT(run.memory_bytes, 20'000u);

@@ -1,4 +1,4 @@
-// What the parts of a tick cost, added up.
+// Tests of the sums of the costs of a tick's parts.
 #include "session/run/stage_costs.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr const char* kScene = R"(
+constexpr const char* kStageCostsScene = R"(
 [bone]
 model = "block"
 [bone.block]
@@ -28,7 +28,7 @@ rate_hz = 500
 )";
 
 RunResult RunWith(const std::string& effects, const CostOptions& costs) {
-  const Scene scene = ParseScene(kScene + effects, "costs.toml");
+  const Scene scene = ParseScene(kStageCostsScene + effects, "costs.toml");
   return RunPath(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
                  scene.tool.rpm, {}, costs);
 }
@@ -49,8 +49,8 @@ TEST(StageCosts, StagesAddUpToTheTickAndEffectsLieWithin) {
     EXPECT_LE(part.p50_us, part.p99_us);
     EXPECT_LE(part.p99_us, part.max_us);
   }
-  // The tick's own time is read outside of the stages' reads, so it is the longer one; the gap is a call and some reads
-  // of the clock, which the machine may interrupt: no bound is put on it.
+  // The tick's own time is measured outside the stages, so it is longer. The difference is a call and some reads of the
+  // clock, which the machine may interrupt: it has no bound.
   EXPECT_LE(stages_us, costs.tick.mean_us * (1 + 1e-9));
   EXPECT_GT(stages_us, 0);
   ASSERT_EQ(costs.effects.size(), 2u);  // friction needs a hand
@@ -74,7 +74,7 @@ TEST(StageCosts, WatchingChangesNothingAndIsOffUnlessAskedFor) {
   }
 }
 
-/// Each look at the clock is a microsecond after the one before.
+/// Each read of the clock is one microsecond after the previous one.
 class CountingClock final : public LoopClock {
  public:
   std::int64_t Now() noexcept override { return now_ns_ += 1000; }
@@ -98,7 +98,7 @@ TEST(StageCosts, ATickIsSharedOutByTheClock) {
     timer.Finish();
     ticks.Add(i % 2 == 0 ? 4000 : 3000);
   }
-  const Scene scene = ParseScene(kScene, "costs.toml");
+  const Scene scene = ParseScene(kStageCostsScene, "costs.toml");
   const Simulation simulation(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene).CalcPose(0, 0));
   const StageCosts costs = MakeStageCosts(ticks, timer, simulation.effects(), 3.5);
   EXPECT_EQ(costs.over, 2u);

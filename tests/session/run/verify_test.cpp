@@ -1,5 +1,5 @@
-// What a replay compares besides forces and voxels: rows of states, hashes, events; and how far it goes where steps are
-// missing.
+// Tests of the comparisons of a replay other than forces and voxels: rows of states, hashes, events; and of its extent
+// if steps are missing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ namespace {
 using ::testing::HasSubstr;
 using Json = nlohmann::ordered_json;
 
-constexpr char kScene[] = R"(
+constexpr char kVerifyScene[] = R"(
 [bone]
 model = "block"
 [bone.block]
@@ -45,7 +45,7 @@ disc_normal = [1.0, 0.0, 0.0]
 class Verifies : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
-  /// With a checkpoint, an undo, a redo and two speeds of the spindle.
+  /// With a checkpoint, an undo, a redo and two spindle speeds.
   LoopSummary Record() const {
     LoopOptions options;
     options.virtual_time = true;
@@ -54,7 +54,7 @@ class Verifies : public ::testing::Test {
     for (const char* text : {"0.3:checkpoint=first", "0.8:rpm=0", "0.9:undo=first", "1:redo", "1.2:rpm=5000"}) {
       options.actions.push_back(ParseLoopAction(text));
     }
-    return RunLoop(ParseScene(kScene, "/tmp/s.toml"), options, {});
+    return RunLoop(ParseScene(kVerifyScene, "/tmp/s.toml"), options, {});
   }
   static Replayed Replay(const std::string& file) {
     RecordingReader recording(file);
@@ -64,7 +64,7 @@ class Verifies : public ::testing::Test {
     options.replay = {&recording, 1e9, false, true, 0};
     return *RunLoop(recorded.scene, options, {}).replayed;
   }
-  /// What is said of b.kerf; empty when it is as recorded.
+  /// Returns the divergence of b.kerf; empty if it replays as recorded.
   std::string Verify() const {
     const Replayed replayed = Replay(Path("b.kerf"));
     std::filesystem::remove(Path("b.kerf"));
@@ -96,13 +96,13 @@ TEST_F(Verifies, EveryColumnOfEveryRowOfStates) {
   Record();
   test::ForgeSteps(Path("a.kerf"), Path("b.kerf"), [](RecordedBlock&) {});
   EXPECT_EQ(Verify(), "") << "what is only written again is as it was";
-  // By the least that a row can tell.
-  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.time_s += 1e-6; }), HasSubstr("time_s is recorded as 1 "));
-  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.x += 1e-3; }), HasSubstr("tool_x_mm is recorded as"));
-  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.z -= 1e-3; }), HasSubstr("tool_z_mm is recorded as"));
-  EXPECT_THAT(ForgeState(1499, [](RecordedState& s) { s.f_N.y += 1e-3; }), HasSubstr("force_y_N is recorded as"));
-  EXPECT_THAT(ForgeState(9, [](RecordedState& s) { s.removed_mm3 += 1e-3; }), HasSubstr("removed_total_mm3 is rec"));
-  EXPECT_THAT(ForgeState(749, [](RecordedState& s) { s.engaged_teeth += 1e-3; }), HasSubstr("engaged_teeth is rec"));
+  // By the smallest change that a row can represent.
+  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.time_s += 1e-6; }), HasSubstr("time_s was recorded as 1 "));
+  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.x += 1e-3; }), HasSubstr("tool_x_mm was recorded as"));
+  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.z -= 1e-3; }), HasSubstr("tool_z_mm was recorded as"));
+  EXPECT_THAT(ForgeState(1499, [](RecordedState& s) { s.f_N.y += 1e-3; }), HasSubstr("force_y_N was recorded as"));
+  EXPECT_THAT(ForgeState(9, [](RecordedState& s) { s.removed_mm3 += 1e-3; }), HasSubstr("removed_total_mm3 was rec"));
+  EXPECT_THAT(ForgeState(749, [](RecordedState& s) { s.engaged_teeth += 1e-3; }), HasSubstr("engaged_teeth was rec"));
 }
 
 TEST_F(Verifies, NoRowComesOrGoes) {
@@ -129,12 +129,12 @@ TEST_F(Verifies, EveryEvent) {
   Record();
   EXPECT_EQ(ForgeEvent("undo", [](Json&) {}), "");
   EXPECT_THAT(ForgeEvent("checkpoint", [](Json& e) { e["number"] = 2; }), HasSubstr("\"checkpoint first\" at 0.300 s"));
-  EXPECT_THAT(ForgeEvent("checkpoint", [](Json& e) { e["name"] = "other"; }), HasSubstr("has not that name"));
+  EXPECT_THAT(ForgeEvent("checkpoint", [](Json& e) { e["name"] = "other"; }), HasSubstr("has another name"));
   EXPECT_THAT(ForgeEvent("checkpoint", [](Json& e) { e["what"] = "undo"; }), HasSubstr("event"));
-  EXPECT_THAT(ForgeEvent("undo", [](Json& e) { e["name"] = "start"; }), HasSubstr("has not that name"));
-  EXPECT_THAT(ForgeEvent("redo", [](Json& e) { e["number"] = 7; }), HasSubstr("is of checkpoint 7"));
+  EXPECT_THAT(ForgeEvent("undo", [](Json& e) { e["name"] = "start"; }), HasSubstr("has another name"));
+  EXPECT_THAT(ForgeEvent("redo", [](Json& e) { e["number"] = 7; }), HasSubstr("has checkpoint 7"));
   EXPECT_THAT(ForgeEvent("redo", [](Json& e) { e["what"] = "taken up"; }), HasSubstr("event"));
-  EXPECT_THAT(ForgeEvent("rpm", [](Json& e) { e["what"] = "coffee"; }), HasSubstr("of no kind"));
+  EXPECT_THAT(ForgeEvent("rpm", [](Json& e) { e["what"] = "coffee"; }), HasSubstr("unknown kind"));
   // Its time is a sum of ticks, compared to the last bit.
   EXPECT_THAT(ForgeEvent("rpm", [](Json& e) { e["time_s"] = std::nextafter(e["time_s"].get<double>(), 9); }),
               HasSubstr("belongs to"));
@@ -152,11 +152,11 @@ TEST_F(Verifies, ARecordingOfVersion1) {
   const Replayed replayed = Replay(file);
   EXPECT_FALSE(replayed.divergence) << replayed.divergence->what;
   EXPECT_EQ(replayed.steps, 1500u);
-  // As the program that made it printed them.
+  // Values printed by the program that made it.
   EXPECT_EQ(replayed.bone_hash, 0xf8c94c7885db718bu);
   EXPECT_EQ(replayed.voxel_hash, 0x70b9fed0e8e3d3f7u);
   EXPECT_EQ(replayed.force_hash, 0xa14465e7f6b3752fu);
-  // The same session today.
+  // The same session with the present program.
   const LoopSummary again = Record();
   EXPECT_EQ(again.bone_hash, replayed.bone_hash);
   EXPECT_EQ(again.force_hash, replayed.force_hash);

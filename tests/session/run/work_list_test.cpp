@@ -53,7 +53,7 @@ TEST(WorkList, WaitsForTheOthersWhenProgressThrows) {
     throw std::runtime_error("no memory");
   };
   EXPECT_THROW(list.Run(3, nullptr, throws_here), std::runtime_error);
-  EXPECT_EQ(done, 9);  // all but the one that this thread had taken
+  EXPECT_EQ(done, 9);  // all except the one that this thread had taken
 }
 
 TEST(WorkList, EndsEarlyWhenTold) {
@@ -67,7 +67,7 @@ TEST(WorkList, EndsEarlyWhenTold) {
   }
   EXPECT_FALSE(list.Run(1, &stop, {}));
   EXPECT_EQ(done, 3);
-  EXPECT_TRUE(WorkList().Run(2, nullptr, {}));  // nothing to do is done
+  EXPECT_TRUE(WorkList().Run(2, nullptr, {}));  // with nothing to do it is done
 }
 
 }  // namespace

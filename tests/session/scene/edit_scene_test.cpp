@@ -1,4 +1,4 @@
-// A scene's values set by line, all else as it was.
+// Tests of setting a scene's values line by line without other changes.
 #include "session/scene/edit_scene.h"
 
 #include <gmock/gmock.h>
@@ -46,7 +46,7 @@ TEST(EditScene, SetsAddsAndKeepsTheRest) {
 }
 
 TEST(EditScene, TheNoteStandsAboveAllTheLinesItSpeaksOf) {
-  // Keys that are not there yet, of one table, and then one that is, above them.
+  // New keys of one table, and then an existing key above them.
   const std::string scene =
       "[bone]\nmodel = \"block\"\n[simulation]\n# mine\nrate_hz = 1000.0\n[bone.block]\nvoxel_mm = 0.4\n"
       "[[path.stroke]]\nstart_mm = [0.0, 0.0, 30.0]\nend_mm = [0.0, 0.0, 20.0]\nfeed_mm_per_s = 5.0\n"

@@ -1,4 +1,4 @@
-// Structures from files: read with the scene, and refused at the key that names them.
+// Tests of structures from files: read with the scene, and refused at the key that names the file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -71,7 +71,7 @@ TEST(EffectFiles, ThatAreOfNoUseAreRefusedAtTheirKey) {
   EXPECT_EQ(message("markups = \"whole.json\"\nradius_mm = 1\n"), "");
   EXPECT_THAT(message("markups = \"whole.json\"\n"), HasSubstr(":8:10: [effects.structures]: markups needs radius_mm"));
   EXPECT_THAT(message("radius_mm = 1\n"), HasSubstr(":8:10: [effects.structures]: radius_mm is not used"));
-  EXPECT_THAT(message("tissues = \"none\"\n"), HasSubstr("there is neither surface nor markups"));
+  EXPECT_THAT(message("tissues = \"none\"\n"), HasSubstr("neither surface nor markups is set"));
 }
 
 }  // namespace

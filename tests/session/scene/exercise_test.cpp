@@ -1,4 +1,4 @@
-// The wanted cut of an exercise.
+// Tests of the wanted cut of an exercise.
 #include "session/scene/exercise.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST(WantedCut, ItsFrameIsRightHandedAndHoldsTheLine) {
     const SceneExercise exercise = RandomExercise(random);
     const WantedCut cut = MakeWantedCut(exercise, DiscSaw{});
     const Vec3 end = cut.ToCut(exercise.end_mm);
-    EXPECT_NEAR(end.x, cut.length_mm, 1e-9);  // rounding of coordinates of some 10 mm
+    EXPECT_NEAR(end.x, cut.length_mm, 1e-9);  // rounding of coordinates of about 10 mm
     EXPECT_NEAR(end.y, 0, 1e-9);
     EXPECT_NEAR(end.z, 0, 1e-9);
     EXPECT_GT(glm::dot(cut.into_W, exercise.into), 0);
@@ -48,7 +48,7 @@ TEST(WantedCut, TheToolThatMakesItReachesItsDepthAndNoFurther) {
     EXPECT_TRUE(IsValid(X_WT));
     EXPECT_NEAR(glm::distance(X_WT.Vector({0, 0, 1}), cut.across_W), 0, 1e-12);
     EXPECT_NEAR(glm::distance(X_WT.Vector({1, 0, 0}), cut.along_W), 0, 1e-12);
-    // Its lowest point is on the border of the wanted cut; inside, half the kerf's width is the nearest way out.
+    // Its lowest point is on the border of the wanted cut; inside, the nearest border is half the kerf's width away.
     const Vec3 lowest = X_WT.p_AB + cut.radius_mm * cut.into_W;
     EXPECT_NEAR(cut.CalcDistance(lowest), 0, 1e-9);
     EXPECT_NEAR(cut.CalcDistance(lowest + 0.5 * cut.into_W), 0.5, 1e-9);

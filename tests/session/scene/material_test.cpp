@@ -1,4 +1,4 @@
-// What the reader says of [material].
+// Tests of the reader's messages for [material].
 #include <gtest/gtest.h>
 
 #include "scene_text.h"
@@ -36,11 +36,11 @@ TEST(SceneMaterial, KeysOfAnotherKindAreRefused) {
 TEST(SceneMaterial, ACtLawMustBeNamedAndKnown) {
   EXPECT_EQ(test::MessageFor(kFileScene + "kind = \"ct\"\n"),
             "s.toml:8:2: [material] has no ct_law; kerf has mandible_matmap, morgan_2003_vertebra, morgan_2003_tibia, "
-            "morgan_2003_trochanter, morgan_2003_femoral_neck, and none of them is for all bone: 'kerf materials' says "
-            "which is for what");
+            "morgan_2003_trochanter, morgan_2003_femoral_neck, and none of them applies to all bone: 'kerf materials' "
+            "shows what each applies to");
   EXPECT_EQ(test::MessageFor(kFileScene + "kind = \"ct\"\nct_law = \"mandible_mapmat\"\n"),
             "s.toml:10:1: ct_law = \"mandible_mapmat\" is unknown; the nearest is \"mandible_matmap\"");
-  // A file of laws is opened when the scene is run.
+  // A file of laws is opened when the scene runs.
   EXPECT_EQ(test::MessageFor(kFileScene + "kind = \"ct\"\nct_law = \"mine\"\nct_law_file = \"laws.csv\"\n"), "");
   EXPECT_EQ(test::MessageFor(kFileScene + "kind = \"ct\"\nct_law = \"mandible_matmap\"\nct_calibration = \"0:0.1\"\n"),
             "s.toml:11:1: a calibration has at least two points HU:density");

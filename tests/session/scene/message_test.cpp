@@ -1,4 +1,4 @@
-// What a scene's reader says of mistakes: where, what, and what to do.
+// Tests of the scene reader's error messages: position, fault, and remedy.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -53,19 +53,19 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"NegativeThickness", test::ShortScene() + "[tool]\nthickness_mm = -0.1\n",
                 "s.toml:9:1: thickness_mm = -0.1 is below 0.02; valid range 0.02 to 10 mm"},
         Mistake{"TextForNumber", test::ShortScene() + "[tool]\nrpm = \"fast\"\n",
-                "s.toml:9:1: rpm = \"fast\" is a text; it must be a number from 0 to 100000 rpm"},
+                "s.toml:9:1: rpm = \"fast\" is a string; it must be a number from 0 to 100000 rpm"},
         Mistake{"DateForNumber", test::ShortScene() + "[tool]\nrpm = 2026-11-20\n",
                 "s.toml:9:1: rpm is a date or time; it must be a number from 0 to 100000 rpm"},
         Mistake{"NaNInVector", test::ShortScene() + "[tool]\ngrip_mm = [0, nan, 80]\n",
                 "s.toml:9:15: grip_mm[1] = nan is not a finite number; valid range -1000 to 1000 mm"},
         Mistake{
             "TextInVector", test::ShortScene() + "[tool]\ngrip_mm = [0, 0, \"z\"]\n",
-            "s.toml:9:18: grip_mm[2] = \"z\" is a text; grip_mm must be a list of three numbers [x, y, z] from -1000 "
+            "s.toml:9:18: grip_mm[2] = \"z\" is a string; grip_mm must be a list of three numbers [x, y, z] from -1000 "
             "to 1000 mm"},
         Mistake{"KeyOfAnotherTool", test::ShortScene() + "[tool]\nshape = \"ball\"\nteeth = 24\n",
                 "s.toml:10:1: teeth is not used: shape is \"ball\"; remove it"},
         Mistake{"SlabOfABall", test::ShortScene() + "[tool]\nshape = \"ball\"\n[simulation]\nmode = \"slab\"\n",
-                "s.toml:10:2: slab mode is for a disc, and [tool] shape is \"ball\""},
+                "s.toml:10:2: slab mode requires a disc, but [tool] shape is \"ball\""},
         Mistake{"KeyOfAnotherLaw", test::ShortScene() + "[force]\ncontact_share_of_pitch = 0.02\n",
                 "s.toml:9:1: contact_share_of_pitch is not used: it belongs to hertz_constant_bite and the law is "
                 "hertz_chip; remove it"},
@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "s.toml:4:1: [path] has both file and stroke; keep one of them"},
         Mistake{"ParametersOfAnotherModel", "[bone]\nmodel = \"block\"\n[bone.plate]\nvoxel_mm = 0.1\n" + kTail,
                 "s.toml:3:7: [bone.plate] is not used: the bone is model = \"block\"; remove it"},
-        Mistake{"EmptyFileName", "[bone]\nfile = \"\"\n" + kTail, "s.toml:2:1: file names no file"},
+        Mistake{"EmptyFileName", "[bone]\nfile = \"\"\n" + kTail, "s.toml:2:1: file is empty"},
         Mistake{"StrokeOfNoLength",
                 "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [1,0,0]\nend_mm = [1,0,0]\nfeed_mm_per_s = 3\n"
                 "disc_normal = [0,1,0]\n",
@@ -102,13 +102,13 @@ INSTANTIATE_TEST_SUITE_P(
                 "disc_normal = [0,0,0]\n",
                 "s.toml:7:1: disc_normal has no direction: its length is 0"},
         Mistake{"GoesOnFromNothing", test::ShortScene() + "retract = false\n",
-                "s.toml:8:1: retract = false in the first stroke; it has no stroke to go on from"},
-        Mistake{
-            "GoesOnFromElsewhere",
-            test::ShortScene() + "[[path.stroke]]\nretract = false\nstart_mm = [1, 0, 0.1]\nend_mm = [2, 0, 0]\n"
-                                 "feed_mm_per_s = 1\ndisc_normal = [0, 2, 0.1]\n",
-            "s.toml:10:1: start_mm is not where the stroke before ends, and retract = false; leave it out or retract\n"
-            "s.toml:13:1: disc_normal is not that of the stroke before, and retract = false; leave it out or retract"},
+                "s.toml:8:1: retract = false in the first stroke; there is no previous stroke to continue"},
+        Mistake{"GoesOnFromElsewhere",
+                test::ShortScene() + "[[path.stroke]]\nretract = false\nstart_mm = [1, 0, 0.1]\nend_mm = [2, 0, 0]\n"
+                                     "feed_mm_per_s = 1\ndisc_normal = [0, 2, 0.1]\n",
+                "s.toml:10:1: start_mm is not where the previous stroke ends, and retract = false; omit start_mm or "
+                "retract\ns.toml:13:1: disc_normal differs from the previous stroke's, and retract = false; omit "
+                "disc_normal or retract"},
         Mistake{"TooLong",
                 "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [0,0,0]\nend_mm = [100,0,0]\n"
                 "feed_mm_per_s = 0.001\ndisc_normal = [0,1,0]\n",
@@ -142,7 +142,7 @@ TEST(SceneMessages, ManyFaultsAreCountedNotPoured) {
   for (int i = 0; i < 300; ++i) text += fmt::format("a{} = 1\n", i);
   const std::string message = test::MessageFor(text);
   EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 50);
-  EXPECT_THAT(message, HasSubstr("s.toml: and 250 faults more"));
+  EXPECT_THAT(message, HasSubstr("s.toml: and 250 more faults"));
 }
 
 TEST(SceneMessages, TooManyStrokesAreRefused) {
@@ -167,16 +167,16 @@ std::string DottedKey(int parts) {
 
 TEST(SceneMessages, VeryLongDottedKeyIsRefusedWhereverItStands) {
   const std::string key = DottedKey(100000);
-  const std::string what = ": the key has more than 16 parts joined by dots; no key of a scene is so long";
+  const std::string what = ": the key has more than 16 parts joined by dots; no scene key is that long";
   EXPECT_EQ(test::MessageFor(key + "=1\n"), "s.toml:1:1" + what);
   EXPECT_EQ(test::MessageFor("\n[" + key + "]\n"), "s.toml:2:2" + what);
   EXPECT_EQ(test::MessageFor("[[" + key + "]]\n"), "s.toml:1:3" + what);
   EXPECT_EQ(test::MessageFor("x = {y = 1.5, " + key + " = 1}\n"), "s.toml:1:15" + what);
-  // Blanks and quoted parts go on with the key.
+  // Blanks and quoted parts belong to the key.
   std::string quoted = "'a'";
   for (int part = 1; part < 100000; ++part) quoted += part % 2 == 0 ? ". 'b.#'" : " .\t\"\\\"\"";
   EXPECT_EQ(test::MessageFor("  " + quoted + " = 1\n"), "s.toml:1:3" + what);
-  // Quotes within strings and comments, and characters of two bytes, don't mislead the scan.
+  // Quotes within strings and comments, and two-byte characters, do not confuse the scan.
   EXPECT_EQ(
       test::MessageFor("t = \"\"\"\n# ' \\\"\"\"\"\"\"\nu = 'it' # \"'\nv = {\"\xc3\xa9\" = '''\\'''', " + key + "=1}"),
       "s.toml:4:22" + what);
@@ -193,14 +193,14 @@ TEST(SceneMessages, DotsThatMakeNoKeyAreNotCounted) {
 }
 
 TEST(SceneMessages, LongKeysWithinEachOtherAreRefused) {
-  // toml++ counts the values within each other, not the parts of their keys: 250 of 16 parts it reads.
+  // toml++ limits the nesting of values, not the parts of their keys: it accepts 250 levels with 16 parts each.
   for (const std::size_t depth : {10u, 100u, 250u, 300u, 3000u}) {
     std::string text = fmt::format("[{}]\nx = [", DottedKey(16));
     for (std::size_t n = 0; n < depth; ++n) text += fmt::format("{{{} =\t", DottedKey(16));
     const std::string message = test::MessageFor(text + "1" + std::string(depth, '}') + "]\n");
     EXPECT_THAT(message, StartsWith("s.toml:2:")) << depth;
     if (depth <= 250) {
-      EXPECT_THAT(message, HasSubstr("more than 64 deep within each other; no scene is so deep")) << depth;
+      EXPECT_THAT(message, HasSubstr("nested more than 64 deep; no scene needs that")) << depth;
     }
   }
   EXPECT_THAT(test::MessageFor("a = " + std::string(60, '[') + std::string(60, ']') + "\n"),

@@ -1,4 +1,4 @@
-// Path files: what is read, and where a fault is told to be.
+// Tests of path files: valid contents, and the reported position of a fault.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 const std::string kHeader = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
 
-std::string MessageFor(const std::string& text) {
+std::string PathMessageFor(const std::string& text) {
   try {
     ParsePathCsv(text, "p.csv");
     return "";
@@ -41,37 +41,37 @@ TEST(PathCsv, QuaternionsOfAFewDigitsAreMadeUnit) {
 }
 
 TEST(PathCsv, FaultsHaveLineAndColumn) {
-  EXPECT_EQ(MessageFor(kHeader + "0,1,2,nan,1,0,0,0\n1,0,0,0,1,0,0,0\n"),
+  EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,nan,1,0,0,0\n1,0,0,0,1,0,0,0\n"),
             "p.csv:2:7: z_mm = \"nan\" is not a finite number");
-  EXPECT_EQ(MessageFor(kHeader + "0,1,2,3,1,0,0,0\n1, inf,0,0,1,0,0,0\n"),
+  EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,1,0,0,0\n1, inf,0,0,1,0,0,0\n"),
             "p.csv:3:4: x_mm = \"inf\" is not a finite number");
-  EXPECT_EQ(MessageFor(kHeader + "0,1,2,3,1,0,0,0\n1,,0,0,1,0,0,x\n"),
+  EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,1,0,0,0\n1,,0,0,1,0,0,x\n"),
             "p.csv:3:3: x_mm = \"\" is not a finite number\np.csv:3:14: qz = \"x\" is not a finite number");
-  EXPECT_EQ(MessageFor(kHeader + "0,1,2,3,1,0,0,0\n0,0,0,0,1,0,0,0\n"),
-            "p.csv:3:1: time_s = 0 is not at least 1e-06 s after the row before, 0");
-  EXPECT_EQ(MessageFor(kHeader + "0,1,2,3,1,0,0\n1,0,0,0,1,0,0,0,9\n"),
+  EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,1,0,0,0\n0,0,0,0,1,0,0,0\n"),
+            "p.csv:3:1: time_s = 0 is not at least 1e-06 s after the previous row, 0");
+  EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,1,0,0\n1,0,0,0,1,0,0,0,9\n"),
             "p.csv:2:1: 7 columns; a row has 8: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
             "p.csv:3:1: more than 8 columns; a row has 8: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
-  EXPECT_EQ(MessageFor(kHeader + "0,1,2,3,0.9,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
+  EXPECT_EQ(PathMessageFor(kHeader + "0,1,2,3,0.9,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
             "p.csv:2:9: the quaternion has length 0.9; it must be 1");
-  EXPECT_EQ(MessageFor(kHeader + "0,1000001,2,3,1,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
+  EXPECT_EQ(PathMessageFor(kHeader + "0,1000001,2,3,1,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
             "p.csv:2:3: x_mm = 1000001 is outside -1000000 to 1000000 mm");
-  EXPECT_EQ(MessageFor("time,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n"),
+  EXPECT_EQ(PathMessageFor("time,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n"),
             "p.csv:1:1: the header must be time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
-  EXPECT_EQ(MessageFor(""), "p.csv:1:1: no header; it must be time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
-  EXPECT_EQ(MessageFor(kHeader + "0,0,0,0,1,0,0,0\n"), "p.csv:2:1: 1 rows; a path has at least 2");
-  EXPECT_EQ(MessageFor(kHeader + "0,0,0,0,1,0,0,0\n36001,0,0,0,1,0,0,0\n"),
+  EXPECT_EQ(PathMessageFor(""), "p.csv:1:1: no header; it must be time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
+  EXPECT_EQ(PathMessageFor(kHeader + "0,0,0,0,1,0,0,0\n"), "p.csv:2:1: 1 rows; a path has at least 2");
+  EXPECT_EQ(PathMessageFor(kHeader + "0,0,0,0,1,0,0,0\n36001,0,0,0,1,0,0,0\n"),
             "p.csv:3:1: the path takes 36001 s; at most 36000 s");
 }
 
 TEST(PathCsv, TooManyLinesAreRefusedBeforeTheyAreKept) {
-  EXPECT_EQ(MessageFor(std::string(2001001, '\n')), "p.csv: 2001002 lines; a path has at most 2000000 rows");
+  EXPECT_EQ(PathMessageFor(std::string(2001001, '\n')), "p.csv: 2001002 lines; a path has at most 2000000 rows");
 }
 
 TEST(PathCsv, DamagedFilesNeverCrash) {
   std::string good = kHeader;
   for (int i = 0; i < 20; ++i) good += fmt::format("{},{},2,3,1,0,0,0\n", 0.25 * i, 0.125 * i);
-  ASSERT_EQ(MessageFor(good), "");
+  ASSERT_EQ(PathMessageFor(good), "");
   std::mt19937 random(3);
   int refused = 0;
   for (int i = 0; i < 5000; ++i) {
@@ -84,7 +84,7 @@ TEST(PathCsv, DamagedFilesNeverCrash) {
         text.erase(at, random() % 30);
       }
     }
-    const std::string message = MessageFor(text);
+    const std::string message = PathMessageFor(text);
     if (message.empty()) continue;
     ++refused;
     EXPECT_EQ(message.rfind("p.csv:", 0), 0U) << message;
@@ -104,7 +104,7 @@ TEST(PathCsv, IsFoundBesideTheScene) {
   EXPECT_EQ(scene.name, "s");
   EXPECT_EQ(scene.path.file, (folder / "sub" / "p.csv").string());
   EXPECT_EQ(scene.path.poses.size(), 2U);
-  // Read from elsewhere, the resolved scene still names the same file.
+  // The resolved scene still names the same file when it is read from another folder.
   EXPECT_EQ(ParseScene(ResolvedToml(scene), "/elsewhere/s.toml").path.poses.size(), 2U);
   const std::string missing = test::MessageFor("[bone]\nmodel = \"block\"\n[path]\nfile = \"none.csv\"\n", file);
   EXPECT_EQ(missing.rfind(file + ":4:1: ", 0), 0U) << missing;

@@ -1,4 +1,4 @@
-// The path against closed forms: where the tool is, how it is turned and how long it takes.
+// Tests of the path against closed forms: position, orientation and duration.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// Rotations and sums of a few dozen doubles of size 100: rounding stays far below.
+// Rotations and sums of a few dozen doubles of size 100: rounding is far below this.
 constexpr double kRounding = 1e-12;
 
 SceneStroke Stroke(Vec3 start, Vec3 end, double feed, Vec3 normal) {
@@ -44,7 +44,7 @@ TEST(StrokePath, MovesAtTheFeedAlongTheLine) {
   for (const double t : {0.0, 0.001, 3.0, 12.499, 12.5}) {
     ExpectNear(path.CalcPose(0, t).p_AB, Vec3{10, 0, 0} + t * Vec3{2.4, 3.2, 0}, 1e-12);
   }
-  // Clamped outside.
+  // Clamped outside the duration.
   EXPECT_EQ(path.CalcPose(0, -1).p_AB, Vec3(10, 0, 0));
   EXPECT_EQ(path.CalcPose(0, 99).p_AB, Vec3(40, 40, 0));
 }
@@ -60,7 +60,7 @@ TEST(StrokePath, ToolFrameHasZAlongTheNormalAndXAlongTheFeed) {
     EXPECT_TRUE(IsValid(X));
     ExpectNear(X.Vector({0, 0, 1}), glm::normalize(normal), kRounding);
     const Vec3 nhat = glm::normalize(normal);
-    // Division by the projected feed, at least 0.01 long, magnifies rounding a hundredfold.
+    // Division by the projected feed, at least 0.01 long, amplifies rounding a hundredfold.
     ExpectNear(X.Vector({1, 0, 0}), glm::normalize(end - glm::dot(end, nhat) * nhat), 100 * kRounding);
   }
 }
@@ -89,9 +89,9 @@ TEST(StrokePath, SegmentsFollowOneAnotherInTimeAndSayWhereTheToolWasLifted) {
   EXPECT_FALSE(path.segments()[1].retract_before);
   EXPECT_TRUE(path.segments()[2].retract_before);
   EXPECT_DOUBLE_EQ(path.length_mm(), 11);
-  // The dwell rests at the end.
+  // The dwell is at the end.
   EXPECT_EQ(path.CalcPose(0, 2.1).p_AB, Vec3(6, 0, 0));
-  // Without a retract the pose is continuous, rotation included, though the feed turns a corner.
+  // Without a retract the pose is continuous, including rotation, although the feed changes direction.
   const Pose before = path.CalcPose(0, 2.5);
   const Pose after = path.CalcPose(1, 2.5);
   EXPECT_EQ(before.p_AB, after.p_AB);
@@ -109,7 +109,7 @@ TEST(StrokePath, TicksCoverASegmentWithoutOneTooMany) {
 }
 
 TEST(PosePath, TurnsBySlerp) {
-  // From no turn at 2 s to 90 degrees about z at 4 s: 45 degrees at 3 s, 9 degrees at 2.2 s.
+  // From no rotation at 2 s to 90 degrees about z at 4 s: 45 degrees at 3 s, 9 degrees at 2.2 s.
   const double half = std::numbers::pi / 4;
   Scene scene;
   scene.path.poses = {{2, {Quat(1, 0, 0, 0), {0, 0, 0}}}, {4, {Quat(std::cos(half), 0, 0, std::sin(half)), {8, 0, 0}}}};

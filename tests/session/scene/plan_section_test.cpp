@@ -52,7 +52,7 @@ TEST(PlanSection, TakesAPlaneFromSlicer) {
   ASSERT_EQ(scene.plan.planes.size(), 1u);
   EXPECT_NEAR(glm::length(scene.plan.planes[0].plane.normal_W - plane.normal_W), 0, 1e-12);
   EXPECT_NEAR(glm::length(scene.plan.planes[0].plane.p_W - plane.p_W), 0, 1e-12);
-  // The resolved scene needs the file no more.
+  // The resolved scene no longer needs the file.
   const std::string resolved = ResolvedToml(scene);
   std::filesystem::remove(folder.file("cut.mrk.json"));
   EXPECT_EQ(ResolvedToml(ParseScene(resolved, "/s.toml")), resolved);
@@ -69,7 +69,7 @@ TEST(PlanSection, FaultsAreToldWithTheirPlace) {
   EXPECT_THAT(message("[[plan.plane]]\npoint_mm = [0, 0, 0]\nfile = \"a\"\n"), HasSubstr("keep one"));
   const std::string stop = "[[plan.stop]]\nname = \"a\"\npoint_mm = [0, 0, 0]\ndirection = [0, 0, 1]\ndepth_mm = 4\n";
   EXPECT_EQ(message(stop), "");
-  EXPECT_THAT(message(stop + stop), HasSubstr("the name \"a\" is taken already"));
+  EXPECT_THAT(message(stop + stop), HasSubstr("the name \"a\" is already taken"));
   EXPECT_THAT(message("[[plan.stop]]\npoint_mm = [0, 0, 0]\ndirection = [0, 0, 1]\n"), HasSubstr("depth_mm"));
 }
 

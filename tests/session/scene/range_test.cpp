@@ -1,5 +1,5 @@
-// Every number of a scene is accepted at both ends of its range and refused just outside, with the message that says
-// so.
+// Tests that every number of a scene is accepted at both ends of its range and refused just outside, with the matching
+// message.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-/// Visits a description and tries each key by itself: `make_text` puts `key = value` into an otherwise valid scene.
+/// Visits a description and tests each key separately: `make_text` inserts `key = value` into an otherwise valid scene.
 class RangeTester {
  public:
   RangeTester(std::function<std::string(const std::string& key, const std::string& value)> make_text)
@@ -33,7 +33,7 @@ class RangeTester {
       Refuses(key, word, fmt::format("{} = {} is not a finite number; valid range {}", key, word, Show(key, range)));
     }
     Refuses(key, "\"much\"",
-            fmt::format("{} = \"much\" is a text; it must be a number from {}", key, Show(key, range)));
+            fmt::format("{} = \"much\" is a string; it must be a number from {}", key, Show(key, range)));
     Refuses(key, "[1]", fmt::format("{} is a list; it must be a number from {}", key, Show(key, range)));
   }
   void operator()(const char* key, int& value, Range range, const char*) {
@@ -46,7 +46,7 @@ class RangeTester {
             fmt::format("{} = {} is below {}; valid range {}", key, below, range.lower, Show(key, range)));
     Refuses(key, fmt::format("{}", above),
             fmt::format("{} = {} is above {}; valid range {}", key, above, range.upper, Show(key, range)));
-    // 2^32 + the lowest: must not wrap into the range.
+    // 2^32 + the lower end: must not wrap into the range.
     const double wrapped = 4294967296.0 + range.lower;
     Refuses(key, fmt::format("{:.0f}", wrapped), fmt::format("{} = {:.0f} is above", key, wrapped));
     Refuses(key, "1.5", fmt::format("{} = 1.5 is a number; it must be a whole number from {}", key, Show(key, range)));

@@ -1,4 +1,4 @@
-// The resolved scene is the scene; the default scene is valid; damage never crashes the reader.
+// Tests that the resolved scene is equivalent, the default scene is valid, and damage never crashes the reader.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-/// Gives each field of a description a random valid value, so that a forgotten key can't hide behind its default.
+/// Assigns each field of a description a random valid value, so that a missing key cannot be hidden by its default.
 class Randomizer {
  public:
   explicit Randomizer(std::mt19937& random) : random_(random) {}
@@ -41,7 +41,7 @@ class Randomizer {
   int names_ = 0;
 };
 
-/// All values of a description as text, with all digits.
+/// Prints all values of a description as text, with all digits.
 class Printer {
  public:
   void operator()(const char* key, double& value, Range, const char*) { text += fmt::format("{} {:a}\n", key, value); }
@@ -86,7 +86,7 @@ std::string Print(Scene scene) {
   Describe(scene.output, printer);
   for (PlannedPlane& plane : scene.plan.planes) Describe(plane, printer);
   for (DepthStop& stop : scene.plan.stops) Describe(stop, printer);
-  // Of a section that the file leaves out, the defaults count.
+  // For a section that the file omits, the defaults apply.
   if (scene.coupling.given) Describe(scene.coupling, printer);
   if (scene.device.given) {
     Describe(scene.device, printer);
@@ -108,7 +108,7 @@ Scene RandomScene(std::mt19937& random) {
   DescribeBlock(scene.bone.block, randomize);
   Describe(scene.bone.mandible, randomize);
   scene.bone.block.layers.resize(random() % 4);
-  // A plate has layers of its own, which stay when the file gives none.
+  // A plate has default layers, which remain if the file has none.
   if (scene.bone.source == BoneSource::kPlate && scene.bone.block.layers.empty()) scene.bone.block.layers.resize(1);
   for (MaterialLayer& layer : scene.bone.block.layers) Describe(layer, randomize);
   DescribeMaterialKind(scene.material, randomize);
@@ -137,7 +137,7 @@ Scene RandomScene(std::mt19937& random) {
   scene.slab.given = random() % 2 == 0;
   Describe(scene.slab, randomize);
   if (!scene.slab.params.segments_move) scene.slab.hold = SlabBody::kSlice;
-  if (scene.tool.kind == ToolKind::kBall) {  // the slab is a disc's
+  if (scene.tool.kind == ToolKind::kBall) {  // slab mode requires a disc
     scene.slab.given = false;
     scene.simulation.mode = SceneMode::kVoxel;
   }
@@ -184,7 +184,7 @@ TEST(ResolvedScene, SaysUnitAndRangeOfEveryNumber) {
   EXPECT_NE(text.find("diameter_mm = 22.0                  # diameter of the disc over the teeth [1 to 200 mm]\n"),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("feed_mm_per_s = 3.0                 # speed of the centre [0.001 to 1000 mm/s]\n"),
+  EXPECT_NE(text.find("feed_mm_per_s = 3.0                 # feed rate of the disc's centre [0.001 to 1000 mm/s]\n"),
             std::string::npos)
       << text;
 }
@@ -274,7 +274,7 @@ TEST(SceneReader, DamagedFilesLoadOrSayWhereTheyAreWrong) {
     const std::string message = test::MessageFor(text);
     if (message.empty()) continue;
     ++refused;
-    // Each line is file:line:column: text, or counts the faults that are not shown.
+    // Each line is file:line:column: text, or the number of faults that are not shown.
     EXPECT_EQ(message.rfind("s.toml:", 0), 0U) << message;
     EXPECT_NE(message[7], '0') << message;
   }

@@ -1,4 +1,4 @@
-// The table of saws that a window switches among.
+// Tests of the table of saws that a window offers.
 #include "session/scene/saws.h"
 
 #include <gmock/gmock.h>
@@ -13,11 +13,11 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kHeader = "name,shape,diameter_mm,thickness_mm,teeth,flutes,rpm,source\n";
+const std::string kSawsHeader = "name,shape,diameter_mm,thickness_mm,teeth,flutes,rpm,source\n";
 
 std::string WhyRefused(const std::string& rows) {
   try {
-    ParseSaws(kHeader + rows, "saws.csv");
+    ParseSaws(kSawsHeader + rows, "saws.csv");
   } catch (const Error& e) {
     return e.what();
   }
@@ -40,8 +40,8 @@ TEST(Saws, EachOfThoseShippedIsAToolThatASceneTakes) {
 }
 
 TEST(Saws, ATableOfOnesOwnIsRead) {
-  const std::vector<Saw> saws =
-      ParseSaws(kHeader + "a,disc,20,0.3,18,none,5000,mine\n\"b, long\",ball,4,none,none,6,9000,mine\n", "saws.csv");
+  const std::vector<Saw> saws = ParseSaws(
+      kSawsHeader + "a,disc,20,0.3,18,none,5000,mine\n\"b, long\",ball,4,none,none,6,9000,mine\n", "saws.csv");
   ASSERT_EQ(saws.size(), 2u);
   EXPECT_EQ(saws[0].tool.kind, ToolKind::kDisc);
   EXPECT_EQ(saws[0].tool.teeth, 18);
@@ -54,10 +54,10 @@ TEST(Saws, ATableOfOnesOwnIsRead) {
 TEST(Saws, EachFaultIsToldWithItsLine) {
   EXPECT_THAT(WhyRefused("a,disc,0.5,0.3,18,none,5000,x\n"),
               HasSubstr("saws.csv:2: diameter_mm = 0.5 is not within 1"));
-  EXPECT_THAT(WhyRefused("a,disc,20,0.3,1.5,none,5000,x\n"), HasSubstr("teeth = 1.5 is no whole number"));
+  EXPECT_THAT(WhyRefused("a,disc,20,0.3,1.5,none,5000,x\n"), HasSubstr("teeth = 1.5 is not an integer"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,8,5000,x\n"), HasSubstr("a disc has no flutes"));
   EXPECT_THAT(WhyRefused("a,ball,6,0.3,none,8,5000,x\n"), HasSubstr("a ball has no thickness_mm"));
-  EXPECT_THAT(WhyRefused("a,square,6,0.3,none,8,5000,x\n"), HasSubstr("neither disc nor ball"));
+  EXPECT_THAT(WhyRefused("a,square,6,0.3,none,8,5000,x\n"), HasSubstr("must be disc or ball"));
   EXPECT_THAT(WhyRefused("a,disc,nan,0.3,18,none,5000,x\n"), HasSubstr("diameter_mm"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,none,5000,\n"), HasSubstr("source is empty"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,none,5000,x\na,disc,20,0.3,18,none,5000,x\n"),

@@ -8,7 +8,7 @@
 
 namespace kerf::test {
 
-/// A short valid scene whose strokes table is open: `key = value` lines may follow.
+/// Returns a short valid scene that ends in an open table of strokes: `key = value` lines may follow.
 inline std::string ShortScene() {
   return "[bone]\n"
          "model = \"block\"\n"
@@ -19,7 +19,7 @@ inline std::string ShortScene() {
          "disc_normal = [0, 1, 0]\n";
 }
 
-/// What ParseScene() says of a text; "" when it accepts it.
+/// Returns the error message of ParseScene() for a text; "" if it accepts the text.
 inline std::string MessageFor(const std::string& text, const std::string& file = "s.toml") {
   try {
     ParseScene(text, file);

@@ -1,4 +1,4 @@
-// Known cuts in known places, in any direction of the lattice, against what is measured of them.
+// Tests of measures on known cuts at known positions, in any orientation relative to the lattice.
 #include "session/score/cut_measures.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace kerf {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
-// What the measures are held to.
+// Tolerances of the measures.
 constexpr double kOffset_mm = 0.2;
 constexpr double kAngle_deg = 0.4;
 
@@ -32,7 +32,7 @@ DiscSaw Saw() {
   return saw;
 }
 
-/// A block of 16 x 10 x 8 mm anywhere, with a line of 6 mm on its top face along its x axis.
+/// A block of 16 x 10 x 8 mm at any pose, with a line of 6 mm on its top face along its x axis.
 struct Case {
   BlockParams block;
   WantedCut wanted;
@@ -43,7 +43,7 @@ Case RandomCase(std::mt19937& random, double depth_mm) {
   Case c;
   c.block.size_mm = {16, 10, 8};
   c.block.voxel_mm = 0.25;
-  // Every fourth stands along the lattice.
+  // One in four is aligned with the lattice.
   const Quat turn = random() % 4 == 0 ? Quat(1, 0, 0, 0) : RandomTurn(random);
   c.block.X_WB = {turn, Vec3(any(random), any(random), any(random))};
   SceneExercise exercise;
@@ -55,7 +55,7 @@ Case RandomCase(std::mt19937& random, double depth_mm) {
   return c;
 }
 
-/// The block without what the tool removes that makes `cut` exactly.
+/// Returns the block after an exact `cut`.
 Bone CutExactly(const BlockParams& block, const WantedCut& cut) {
   SolidField solid;
   solid.value = [&](const Vec3& p_W) { return std::max(CalcBlockDistance(block, p_W), -cut.CalcDistance(p_W)); };
@@ -71,8 +71,8 @@ Bone CutExactly(const BlockParams& block, const WantedCut& cut) {
   return MakeBone(solid, box.Grown(2), options, DefaultMandibleTable());
 }
 
-/// Moved across by `offset_mm` where the bone of the wanted cut has its middle, rolled about the line and yawed about
-/// the way in.
+/// Returns the cut moved sideways by `offset_mm` at the middle of the wanted cut's bone, rolled about the line and
+/// yawed about the direction into the bone.
 WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, double yaw_deg, double deeper_mm) {
   WantedCut cut = wanted;
   const Quat roll = glm::angleAxis(-roll_deg * kDegree, wanted.along_W);
@@ -105,7 +105,7 @@ TEST(MeasureCut, APerfectCutIsPerfectInAnyDirectionOfTheLattice) {
     EXPECT_LT(sheet.Get("too_deep_mm").value(), kOffset_mm);
     EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
     EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-3);  // rounding of floats, by cells
-    // Of the area, squares of 0.375 mm: some hundredths of it are uncertain along its border.
+    // Area in squares of 0.375 mm: some hundredths of it are uncertain along its border.
     EXPECT_NEAR(sheet.Get("kerf_width_mm").value(), 0.5, 0.05);
     EXPECT_GT(sheet.Get("dice").value(), 0.95);
   }
@@ -122,12 +122,12 @@ TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADe
     const WantedCut made = Misplace(c.wanted, offset_mm, roll_deg, yaw_deg, 0);
     const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
     const PlaneError truth = CalcPlaneError(made.plane(), c.wanted, c.wanted.ToWorld({3, 0.5 * c.wanted.depth_mm, 0}));
-    // The middle of the bone in the wanted cut is not quite the point about which it was turned.
+    // The middle of the bone in the wanted cut differs slightly from the point of rotation.
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), offset_mm, kOffset_mm);
     EXPECT_NEAR(sheet.Get("plane_roll_deg").value(), truth.roll_deg, kAngle_deg);
     EXPECT_NEAR(sheet.Get("plane_yaw_deg").value(), truth.yaw_deg, kAngle_deg);
     EXPECT_NEAR(sheet.Get("plane_angle_deg").value(), truth.angle_deg, kAngle_deg);
-    EXPECT_NEAR(truth.roll_deg, roll_deg, 0.2);  // turned one after the other: the cosine of 8 degrees
+    EXPECT_NEAR(truth.roll_deg, roll_deg, 0.2);  // the rotations are successive: the cosine of 8 degrees
     EXPECT_NEAR(std::abs(truth.yaw_deg), std::abs(yaw_deg), 0.2);
   }
 }
@@ -208,7 +208,7 @@ TEST(DepthGauge, KnowsSurfaceFarSideAndGoal) {
   for (const double t_mm : {-2.0, 1.0, 3.0, 9.5}) {
     const std::optional<DepthReading> reading = gauge.Calc(c.wanted.CalcToolPose(2, t_mm));
     ASSERT_TRUE(reading);
-    // A face of the lattice's voxels, 0.25 mm, and a place of the rim in 120.
+    // A face of the lattice's voxels, 0.25 mm, and one of 120 points of the rim.
     EXPECT_NEAR(reading->depth_mm, t_mm, 0.05);
     EXPECT_NEAR(reading->to_goal_mm, 3 - t_mm, 0.05);
     EXPECT_NEAR(reading->beyond_mm, t_mm - 8, 0.05);

@@ -1,4 +1,4 @@
-// Points and totals.
+// Tests of points and totals.
 #include "session/score/measures.h"
 
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@ namespace {
 constexpr ExerciseKind kKinds[] = {ExerciseKind::kGroove,      ExerciseKind::kStopBeforeFar, ExerciseKind::kBicortical,
                                    ExerciseKind::kBesideCanal, ExerciseKind::kFollowLine,    ExerciseKind::kOsteotomy};
 
-/// A whole and perfect cut.
+/// Returns the sheet of a complete and perfect cut.
 ScoreSheet Perfect(ExerciseKind kind) {
   ScoreSheet sheet = MakeSheet(kind);
   for (MeasureRow& row : sheet.rows) {
@@ -97,12 +97,12 @@ TEST(Sheet, IsWrittenAsTableJsonCsvAndPage) {
   EXPECT_EQ(json["total"], 100);
   EXPECT_EQ(json["measures"].size(), Measures().size());
   EXPECT_EQ(json["measures"]["plane_offset_mm"]["unit"], "mm");
-  EXPECT_THAT(FormatSheet(sheet), testing::HasSubstr("100.0 of 100"));
+  EXPECT_THAT(FormatSheet(sheet), testing::HasSubstr("100.0 out of 100"));
   EXPECT_THAT(FormatSheetCsv(sheet), testing::HasSubstr("\ntotal,"));
   const std::string html = FormatSheetHtml(sheet);
   EXPECT_THAT(html, testing::HasSubstr("&lt;b&gt;Cut &amp; go"));
   EXPECT_THAT(html, testing::Not(testing::HasSubstr("<b>Cut")));
-  EXPECT_THAT(html, testing::Not(testing::HasSubstr("http")));  // needs nothing from elsewhere
+  EXPECT_THAT(html, testing::Not(testing::HasSubstr("http")));  // needs no external resource
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
-// Motions with known measures.
+// Tests of motions with known measures.
 #include "session/score/motion.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "bone/material/region_table.h"
 #include "bone/models/block.h"
@@ -11,10 +12,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kTick_s = 0.001;
 
-/// Ticks of so many seconds, as `fill` has them at each time.
+/// Measures `seconds` of ticks; `fill` sets each tick.
 template <typename Fill>
 ScoreSheet MeasureMotion(double seconds, double limit_N, const Fill& fill) {
   MotionMeter meter(limit_N);
@@ -52,10 +52,10 @@ TEST(MotionMeter, JitterIsTheMedianOfATremor) {
   for (const double Hz : {8.0, 10.0, 12.0}) {
     const double amplitude_mm = 0.4;
     const ScoreSheet sheet = MeasureMotion(5, 0, [&](MotionTick& tick) {
-      tick.X_WT.p_AB = Vec3(2 * tick.time_s, amplitude_mm * std::sin(2 * kPi * Hz * tick.time_s), 0);
+      tick.X_WT.p_AB = Vec3(2 * tick.time_s, amplitude_mm * std::sin(2 * std::numbers::pi * Hz * tick.time_s), 0);
       tick.contact = true;
     });
-    // |A sin| is below A / sqrt(2) half of the time; a mean over 0.1 s leaves up to a quarter of 8 or 12 Hz in it.
+    // A sin| is below A / sqrt(2) half of the time; a mean over 0.1 s leaves up to a quarter of an 8 or 12 Hz tremor.
     EXPECT_NEAR(sheet.Get("jitter_mm").value(), amplitude_mm / std::sqrt(2.0), Hz == 10.0 ? 0.02 : 0.08) << Hz;
   }
 }
@@ -65,7 +65,7 @@ TEST(MotionMeter, ForcesAreThoseInContact) {
     tick.contact = tick.time_s <= 1;
     tick.force_N = tick.time_s <= 0.5 ? 4 : tick.time_s <= 1 ? 8 : 0.5;
   });
-  EXPECT_NEAR(sheet.Get("force_mean_N").value(), 6, 0.02);  // a tick
+  EXPECT_NEAR(sheet.Get("force_mean_N").value(), 6, 0.02);  // one tick
   EXPECT_NEAR(sheet.Get("force_rms_N").value(), std::sqrt(40.0), 0.02);
   EXPECT_EQ(sheet.Get("force_peak_N").value(), 8);
   EXPECT_NEAR(sheet.Get("force_over_s").value(), 0.5, 0.002);
@@ -73,14 +73,14 @@ TEST(MotionMeter, ForcesAreThoseInContact) {
 
 TEST(MotionMeter, StrokesAreContactsThatAreApart) {
   const ScoreSheet sheet = MeasureMotion(10, 0, [](MotionTick& tick) {
-    // Three contacts of 2 s, the second with a gap of 0.1 s in it.
+    // Three contacts of 2 s, the second with a gap of 0.1 s.
     const double t = std::fmod(tick.time_s, 3.2);
     tick.contact = tick.time_s < 9.6 && t < 2 && !(tick.time_s > 4 && tick.time_s < 4.1);
   });
   EXPECT_EQ(sheet.Get("strokes").value(), 3);
 }
 
-/// A block of 8 mm height; the tool goes down past its far side by 2 mm and by 1 mm, and 0.04 mm in between.
+/// A block 8 mm high; the tool goes through its far side by 2 mm and by 1 mm, and by 0.04 mm in between.
 TEST(MotionMeter, PlungesAreCountedAndMeasured) {
   BlockParams block;
   block.size_mm = {16, 10, 8};
@@ -101,18 +101,19 @@ TEST(MotionMeter, PlungesAreCountedAndMeasured) {
     tick.time_s = i * kTick_s;
     tick.dt_s = kTick_s;
     const double past_mm = i <= 2000 ? 2 : i <= 4000 ? 0.04 : 1;
-    tick.X_WT = cut.CalcToolPose(0, 4 + (4 + past_mm) * std::sin(kPi * (i % 2000) / 2000.0));
+    tick.X_WT = cut.CalcToolPose(0, 4 + (4 + past_mm) * std::sin(std::numbers::pi * (i % 2000) / 2000.0));
     if (i % 2000 > 900 && i % 2000 < 1100) tick.regions_cut[0] = std::uint64_t{1} << 34;
     meter.Take(tick);
   }
   ScoreSheet sheet = MakeSheet({});
   meter.Finish(saw, &gauge, &nerve, FindRegionsOf(bone, Tissue::kCanal), sheet);
-  // The gauge is true to a twentieth of a millimetre.
+  // The gauge is accurate to a twentieth of a millimetre.
   EXPECT_NEAR(sheet.Get("plunge_max_mm").value(), 2, 0.05);
   EXPECT_NEAR(sheet.Get("plunge_mean_mm").value(), 1.5, 0.05);
   EXPECT_EQ(sheet.Get("plunges").value(), 2);
   EXPECT_EQ(sheet.Get("breaches").value(), 3);
-  // The canal is the lowest 2 mm: the deepest place in it is 1 mm from its border. Within 2 mm of it from 4 mm on.
+  // The canal is the lowest 2 mm: the deepest point in it is 1 mm from its border. The tool is within 2 mm of it from
+  // a depth of 4 mm on.
   EXPECT_NEAR(sheet.Get("nerve_distance_mm").value(), -1, 0.25);
   EXPECT_NEAR(sheet.Get("near_miss_s").value(), 6, 0.1);
 }

@@ -1,10 +1,11 @@
-// Distance of a tool to a tissue, against the closed form.
+// Tests of the distance of a tool to a tissue against the closed form.
 #include "session/score/region_distance.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "bone/grid/build.h"
 #include "bone/material/region_table.h"
@@ -30,9 +31,9 @@ Bone MakeCanalBlock() {
   return MakeBone(solid, Box3{Vec3(-16.5, -11.5, -11.5), Vec3(16.5, 11.5, 11.5)}, options, DefaultMandibleTable());
 }
 
-/// A disc of 8 mm that stands on its rim above the canal, in the plane x = 0, its lowest point at z.
+/// A disc of 8 mm upright above the canal, in the plane x = 0, with its lowest point at z.
 Pose Standing(double z_mm) {
-  const Quat turn = glm::angleAxis(0.5 * 3.14159265358979, Vec3(0, 1, 0));
+  const Quat turn = glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0));
   return {turn, Vec3(0, 0, z_mm + 4)};
 }
 
@@ -41,13 +42,13 @@ TEST(RegionDistance, IsThatOfACylinderInsideAndOut) {
   ASSERT_FALSE(distance.empty());
   DiscSaw saw;
   saw.diameter_mm = 8;
-  // The canal's voxels end within half a voxel of its wall; into the tool's way in, its deepest ball counts.
+  // The canal's voxels end within half a voxel of its wall. Inside the canal, the deepest ball counts.
   for (const double z_mm : {9.0, 4.0, 2.0, 1.5, 1.0, 0.5}) {
     EXPECT_NEAR(distance.Calc(saw, Standing(z_mm)), z_mm - kCanal_mm, kVoxel_mm) << z_mm;
   }
-  // Through the canal's axis and further: no deeper than its radius.
+  // Through the canal's axis and beyond: at most as deep as its radius.
   EXPECT_NEAR(distance.Calc(saw, Standing(-1)), -kCanal_mm, kVoxel_mm);
-  // Lying flat above it, the disc's face is nearest.
+  // If the disc lies flat above it, its flat is nearest.
   EXPECT_NEAR(distance.Calc(saw, {Quat(1, 0, 0, 0), Vec3(3, 0, 5)}), 5 - 0.125 - kCanal_mm, kVoxel_mm);
   EXPECT_NEAR(distance.Calc(BallBurr{}, {Quat(1, 0, 0, 0), Vec3(3, 0, 6)}), 6 - 3 - kCanal_mm, kVoxel_mm);
 }
@@ -55,7 +56,7 @@ TEST(RegionDistance, IsThatOfACylinderInsideAndOut) {
 TEST(RegionDistance, IsThatToTheNearestOfAllBalls) {
   const Bone bone = MakeCanalBlock();
   const RegionDistance distance(bone, Tissue::kCanal);
-  // Moving by d changes it by no more than d, and turning about the spindle not at all.
+  // Moving by d changes it by at most d, and rotating about the spindle not at all.
   const Quat turn = glm::normalize(Quat(0.7, 0.2, -0.5, 0.3));
   double last_mm = 0;
   for (int i = 0; i < 60; ++i) {

@@ -1,4 +1,4 @@
-// What is written is what another program reads.
+// Another program reads the samples that were written.
 #include "view/audio/wav.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class Wav : public testing::Test {
   std::string folder_;
 };
 
-/// Gives `all` in blocks of `size`.
+/// Returns a function that delivers `all` in blocks of `size`.
 std::function<bool(std::vector<float>&)> InBlocks(const std::vector<float>& all, std::size_t size) {
   return [&all, size, done = std::size_t{0}](std::vector<float>& samples) mutable {
     while (samples.size() < size && done < all.size()) samples.push_back(all[done++]);
@@ -53,7 +53,7 @@ TEST_F(Wav, IsReadAgainWithHeaderAndSamples) {
   ASSERT_EQ(sf_read_short(file, read.data(), 10'003), 10'003);
   sf_close(file);
   for (std::size_t i = 0; i < all.size(); ++i) {
-    ASSERT_NEAR(read[i], 32767.0 * static_cast<double>(all[i]), 0.5) << i;  // a half of the last bit
+    ASSERT_NEAR(read[i], 32767.0 * static_cast<double>(all[i]), 0.5) << i;  // half of the last bit
   }
 }
 
@@ -68,13 +68,13 @@ TEST_F(Wav, TheSameSamplesGiveTheSameBytesInAnyBlocks) {
 TEST_F(Wav, IsWholeOrNotThere) {
   WriteWav(At("a.wav"), 8000, InBlocks({0.25F, 0.5F}, 8));
   const std::string before = ReadTextFile(At("a.wav"));
-  // Too loud in the second block: the file of before stays, and nothing beside it.
+  // Too loud in the second block: the previous file is kept, and there is no other file.
   EXPECT_THROW(WriteWav(At("a.wav"), 8000, InBlocks({0, 0, 0, 1.5F}, 2)), Error);
   EXPECT_THROW(WriteWav(At("a.wav"), 8000, InBlocks({NAN}, 2)), Error);
   EXPECT_EQ(ReadTextFile(At("a.wav")), before);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
   EXPECT_THROW(WriteWav(At("none/a.wav"), 8000, InBlocks({0}, 2)), Error);
-  // Of nothing: a file without samples.
+  // Without samples: a valid empty file.
   WriteWav(At("empty.wav"), 8000, [](std::vector<float>&) { return false; });
   SF_INFO info{};
   SNDFILE* file = sf_open(At("empty.wav").c_str(), SFM_READ, &info);

@@ -1,4 +1,4 @@
-// Chunks of a surface: closed together, the same however they came about, and true to the solid.
+// Chunks of a surface: together they are closed, independent of the order of changes, and true to the solid.
 #include "view/live/bone_chunks.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using test::JoinChunks;
 using test::MakePlate;
 using test::MeshAll;
 
-// A slot by the disc, tick by tick; every changed leaf goes to `chunks`.
+// Cuts a kerf with the disc, tick by tick; passes every changed leaf to `take`.
 void CutSlot(Simulation& simulation, const Pose& start, int ticks,
              const std::function<void(const LeafMessage&)>& take) {
   for (int i = 1; i <= ticks; ++i) {
@@ -63,8 +63,8 @@ TEST(BoneChunks, TogetherTheyAreClosedAtEveryStep) {
     const TriangleMesh mesh = JoinChunks(chunks, MeshAll(chunks, step));
     ASSERT_GT(mesh.triangles.size(), 500u);
     EXPECT_EQ(CountUnpaired(mesh), 0u) << step;
-    // The vertices at an edge lie in the cells that it goes through: along 144 mm of edges at most a cell's area is
-    // lost.
+    // The vertices at an edge lie in the cells that the edge crosses: at most a cell's area is lost along 144 mm of
+    // edges.
     const double bevel = 144 * std::pow(0.2 * step, 2);
     EXPECT_NEAR(CalcEnclosedVolume(mesh), 16 * 10 * 10, bevel) << step;
   }
@@ -89,7 +89,7 @@ TEST(BoneChunks, AChunkKeptUpByLeavesIsTheOneMeshedFromScratch) {
   EXPECT_GT(remeshed, 4u);
   EXPECT_LT(remeshed, drawn.size());
 
-  // From the cut bone, which does not know what was cut; and from the leaves all at once, the last first.
+  // From the cut bone, without information on what was cut; and from all leaves at once, in reverse order.
   const BoneChunks fresh(simulation.bone());
   ASSERT_EQ(fresh.origin_W(), kept.origin_W());
   BoneChunks at_once(MakePlate(0.2));
@@ -142,7 +142,7 @@ TEST(BoneChunks, EachLeafReachesTheChunksThatItBordersOn) {
       const std::array<int, 3> chunk{i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2};
       kept.Mesh(chunk, 1, drawn[chunk]);
     }
-    // The surface moves by a fifth of a voxel in this leaf alone.
+    // The surface moves by a fifth of a voxel in this leaf only.
     LeafMessage leaf;
     leaf.index = index;
     GetLeaf(bone, index, leaf.values);
@@ -163,7 +163,7 @@ TEST(BoneChunks, EachLeafReachesTheChunksThatItBordersOn) {
       changed += mesh.cut ? 1 : 0;
     }
   }
-  EXPECT_GT(changed, leaves.size());  // some leaves border on more than one
+  EXPECT_GT(changed, leaves.size());  // some leaves border on several chunks
 }
 
 TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
@@ -176,13 +176,13 @@ TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
   for (const ChunkMesh& mesh : MeshAll(chunks, 1)) {
     for (const ChunkVertex& v : mesh.vertices) {
       const Vec3 p = chunks.origin_W() + Vec3{v.p_mm[0], v.p_mm[1], v.p_mm[2]};
-      // The slot's walls, from -0.47 to 0.53; the disc comes down to z = -8.
+      // The kerf's walls, from -0.47 to 0.53; the disc reaches down to z = -8.
       const bool on_wall = std::abs(std::abs(p.x - 0.03) - 0.5) < 0.05 && std::abs(p.y) < 4 && p.z < -0.5 && p.z > -7;
       const bool far_off = std::abs(p.x) > 1.2 || p.z < -9;
       if (far_off) {
         ASSERT_EQ(v.cut, 0) << p.x << " " << p.y << " " << p.z;
       }
-      // The layers meet at z = -4; within a voxel of it either is right.
+      // The layers meet at z = -4; within a voxel of it either is correct.
       if (!on_wall || std::abs(p.z + 4) < 0.3) continue;
       ASSERT_EQ(v.cut, 255) << p.x << " " << p.y << " " << p.z;
       const std::size_t layer = p.z < -4 ? 1 : 0;
@@ -221,7 +221,7 @@ TEST(BoneChunks, SkirtsAreThoseFacesOfTheChunksAboveThatTouchTheBorder) {
     for (const std::uint32_t i : mesh.skirt) {
       const ChunkVertex& v = mesh.vertices[i];
       const ChunkVertex& w = known.at(v.p_mm);
-      // Of a narrower look at the level set: alike but at the block's edges.
+      // Computed from a smaller neighbourhood of the level set: similar except at the block's edges.
       const double along =
           (v.normal[0] * w.normal[0] + v.normal[1] * w.normal[1] + v.normal[2] * w.normal[2]) / 127.0 / 127;
       ASSERT_GT(along, 0.7);
@@ -231,7 +231,7 @@ TEST(BoneChunks, SkirtsAreThoseFacesOfTheChunksAboveThatTouchTheBorder) {
 }
 
 TEST(BoneChunks, NormalsPointOutward) {
-  // A plate's faces along the axes: its normals are known but at the edges.
+  // A plate with axis-aligned faces: its normals are known except at the edges.
   const BoneChunks chunks(MakePlate(0.25));
   std::size_t looked = 0;
   for (const ChunkMesh& mesh : MeshAll(chunks, 1)) {
@@ -278,7 +278,7 @@ TEST(SurfaceWorker, HandsOverWhatASingleThreadWouldMesh) {
   EXPECT_EQ(worker.CopyBone().CalcHash(), simulation.bone().CalcHash());
   EXPECT_TRUE(worker.first_done());
   EXPECT_EQ(worker.counts().leaves_waiting, 0u);
-  // From above onto the plate beside the slot, and down the slot to its floor.
+  // From above onto the plate next to the kerf, and down the kerf to its floor.
   const auto top = worker.Pick({{5, 0, 40}, {0, 0, -1}});
   ASSERT_TRUE(top);
   EXPECT_NEAR(top->z, 0, 1e-3);

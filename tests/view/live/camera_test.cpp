@@ -1,4 +1,4 @@
-// The camera by its own laws: what is projected comes back, what the mouse holds stays under it.
+// Invariants of the camera: projected points are recovered, and a dragged point stays under the mouse.
 #include "view/live/camera.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-double Share() {
+double Fraction() {
   return *rc::gen::inRange(-1000, 1001) / 1000.0;
 }
 
@@ -17,15 +17,15 @@ ViewCamera AnyCamera() {
   ViewCamera camera;
   camera.SetSize(*rc::gen::inRange(200, 3000), *rc::gen::inRange(200, 3000));
   camera.set_parallel(*rc::gen::arbitrary<bool>());
-  camera.set_target_W(100.0 * Vec3{Share(), Share(), Share()});
-  camera.set_height_mm(5 + 200 * std::abs(Share()));
-  camera.Look({Share(), Share(), 1.1}, {Share(), 1.5, 0.1});
+  camera.set_target_W(100.0 * Vec3{Fraction(), Fraction(), Fraction()});
+  camera.set_height_mm(5 + 200 * std::abs(Fraction()));
+  camera.Look({Fraction(), Fraction(), 1.1}, {Fraction(), 1.5, 0.1});
   return camera;
 }
 
 RC_GTEST_PROP(ViewCameraProperty, ProjectAndUnprojectAreInverse, ()) {
   const ViewCamera camera = AnyCamera();
-  const Vec3 p_W = camera.target_W() + 0.4 * camera.height_mm() * Vec3{Share(), Share(), Share()};
+  const Vec3 p_W = camera.target_W() + 0.4 * camera.height_mm() * Vec3{Fraction(), Fraction(), Fraction()};
   const auto at = camera.Project(p_W);
   RC_ASSERT(at.has_value());
   RC_ASSERT(glm::length(camera.Unproject(*at, p_W) - p_W) < 1e-9 * (1 + glm::length(p_W)));
@@ -38,9 +38,9 @@ RC_GTEST_PROP(ViewCameraProperty, ProjectAndUnprojectAreInverse, ()) {
 RC_GTEST_PROP(ViewCameraProperty, WhatLiesUnderTheMouseStaysThereWhenZooming, ()) {
   ViewCamera camera = AnyCamera();
   camera.set_height_mm(50);
-  const ScreenPoint at{0.5 * camera.width() * (1 + Share()), 0.5 * camera.height() * (1 + Share())};
+  const ScreenPoint at{0.5 * camera.width() * (1 + Fraction()), 0.5 * camera.height() * (1 + Fraction())};
   const Vec3 held = camera.Unproject(at, camera.target_W());
-  camera.Zoom(1 + 0.5 * Share(), at);
+  camera.Zoom(1 + 0.5 * Fraction(), at);
   const auto now = camera.Project(held);
   RC_ASSERT(now.has_value());
   RC_ASSERT(std::hypot(now->x - at.x, now->y - at.y) < 1e-6);
@@ -48,9 +48,9 @@ RC_GTEST_PROP(ViewCameraProperty, WhatLiesUnderTheMouseStaysThereWhenZooming, ()
 
 RC_GTEST_PROP(ViewCameraProperty, MotionOfTheWorldLooksLikeTheMouses, ()) {
   const ViewCamera camera = AnyCamera();
-  const Vec3 p_W = camera.target_W() + 0.3 * camera.height_mm() * Vec3{Share(), Share(), Share()};
-  const double dx = 50 * Share();
-  const double dy = 50 * Share();
+  const Vec3 p_W = camera.target_W() + 0.3 * camera.height_mm() * Vec3{Fraction(), Fraction(), Fraction()};
+  const double dx = 50 * Fraction();
+  const double dy = 50 * Fraction();
   const auto before = camera.Project(p_W);
   const auto after = camera.Project(p_W + camera.WorldMotion(dx, dy, p_W));
   RC_ASSERT(std::abs(after->x - before->x - dx) < 1e-6);
@@ -59,8 +59,8 @@ RC_GTEST_PROP(ViewCameraProperty, MotionOfTheWorldLooksLikeTheMouses, ()) {
 
 RC_GTEST_PROP(ViewCameraProperty, AxesStayUprightToEachOther, ()) {
   ViewCamera camera = AnyCamera();
-  for (int i = 0; i < 20; ++i) camera.Orbit(300 * Share(), 300 * Share());
-  camera.Roll(3 * Share());
+  for (int i = 0; i < 20; ++i) camera.Orbit(300 * Fraction(), 300 * Fraction());
+  camera.Roll(3 * Fraction());
   const Vec3 r = camera.right_W();
   const Vec3 u = camera.up_W();
   const Vec3 f = camera.forward_W();
@@ -71,7 +71,7 @@ RC_GTEST_PROP(ViewCameraProperty, AxesStayUprightToEachOther, ()) {
 RC_GTEST_PROP(ViewCameraProperty, FittedPointsAreWhollyInThePicture, ()) {
   ViewCamera camera = AnyCamera();
   std::vector<Vec3> points;
-  for (int i = 0; i < 12; ++i) points.push_back(40.0 * Vec3{Share(), Share(), Share()});
+  for (int i = 0; i < 12; ++i) points.push_back(40.0 * Vec3{Fraction(), Fraction(), Fraction()});
   camera.Fit(points, 0.1);
   for (const Vec3& p : points) {
     const auto at = camera.Project(p);

@@ -1,4 +1,4 @@
-// Colours that mean something are told apart by everybody: reckoned, not looked at.
+// Colours with a meaning are distinguishable with any colour vision: computed, not judged by eye.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -61,7 +61,7 @@ void ExpectApart(const std::vector<Rgb8>& colours, double least, const std::stri
   }
 }
 
-// A difference of 2.3 is just seen side by side; ten times that is told apart at a glance.
+// A difference of 2.3 is just noticeable side by side; ten times that is distinguishable at a glance.
 TEST(Colours, LevelsAreToldApartByAllEyes) {
   ExpectApart({LevelColour(HudLevel::kGood), LevelColour(HudLevel::kWarn), LevelColour(HudLevel::kBad)}, 20, "level");
 }
@@ -69,11 +69,11 @@ TEST(Colours, LevelsAreToldApartByAllEyes) {
 TEST(Colours, TissuesOfACutFaceAreToldApartByAllEyes) {
   ExpectApart({CutColour(Tissue::kCortical), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
   ExpectApart({CutColour(Tissue::kTooth), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
-  // Cut cortex against the outside of the bone and against a tooth: paler neighbours, seen side by side.
+  // Cut cortex against the outside of the bone and against a tooth: pale colours that are seen side by side.
   ExpectApart({CutColour(Tissue::kCortical), kBoneColour, CutColour(Tissue::kTooth)}, 10, "pale");
 }
 
-// WCAG 2: 4.5 for words.
+// WCAG 2: contrast 4.5 for text.
 TEST(Colours, WordsStandOutFromTheirGround) {
   const auto luminance = [](const Rgb8& c) {
     const Rgb l = ToLinear(c);
@@ -117,7 +117,7 @@ TEST(Palette, TheLegendNamesWhatIsSeen) {
   const auto regions = MakeLegend(table, ColourBy::kRegion, counts);
   ASSERT_EQ(regions.size(), 2u);
   EXPECT_EQ(regions[0].text.rfind("24 ", 0), 0u);
-  counts[21] = 1;  // of 6001: not worth a line
+  counts[21] = 1;  // of 6001: too few for an entry
   EXPECT_EQ(MakeLegend(table, ColourBy::kRegion, counts).size(), 2u);
 }
 

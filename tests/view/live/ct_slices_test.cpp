@@ -1,4 +1,4 @@
-// Slices of a CT whose numbers are known at each point.
+// Slices of a CT with known numbers at each point.
 #include "view/live/ct_slices.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-// Numbers that rise along x, 100 HU a mm.
+// CT numbers that grow along x, 100 HU per mm.
 Bone MakePlateWithCt() {
   Bone bone = test::MakePlate(0.25);
   SetHu(
@@ -28,7 +28,7 @@ TEST(CtSlices, GreyIsTheNumberAndLinesAreWhereBoneAndToolEnd) {
   DiscSaw saw;
   saw.diameter_mm = 6;
   saw.thickness_mm = 1;
-  // Upright disc: its plane is y = 0.2, the spindle along y.
+  // Upright disc: its plane is y = 0.2, the spindle points along y.
   Pose X_WT;
   X_WT.R_AB = glm::angleAxis(-1.5707963267948966, Vec3{1, 0, 0});
   X_WT.p_AB = {1, 0.2, -2};
@@ -58,8 +58,8 @@ TEST(CtSlices, GreyIsTheNumberAndLinesAreWhereBoneAndToolEnd) {
         ASSERT_EQ(seen, kBoneLine);
         ++bone_line;
       } else if (to_edge > 0.5 && std::abs(to_tool) > 2 * pixel_mm) {
-        // 2000 HU wide about 600: 127.5 at x = 0, 12.75 more for each mm. Half a step of rounding, and of the CT's
-        // floats.
+        // A window of 2000 HU about 600: 127.5 at x = 0, 12.75 more per mm. Half a step of rounding, and rounding of
+        // the CT's floats.
         ASSERT_NEAR(seen[0], 127.5 + 12.75 * p.x, 0.6);
         ASSERT_EQ(seen[0], seen[1]);
         ++grey;
@@ -69,7 +69,7 @@ TEST(CtSlices, GreyIsTheNumberAndLinesAreWhereBoneAndToolEnd) {
   EXPECT_GT(grey, 5000u);
   EXPECT_GT(bone_line, 200u);
   EXPECT_GT(tool_line, 60u);
-  // Across, the disc is a bar as thick as the blade.
+  // In the perpendicular slice the disc is a bar as thick as the blade.
   const CtSlice& across = slices.slices[1];
   const int middle_row = kPixels / 2;
   std::vector<double> edges;

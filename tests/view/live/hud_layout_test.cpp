@@ -1,4 +1,4 @@
-// Panels and words: in the window, in their panels, and nowhere over each other.
+// Panels and text: inside the window, text inside its panel, and without overlap.
 #include "view/live/hud_layout.h"
 
 #include <gtest/gtest.h>
@@ -19,11 +19,11 @@ struct WindowSize {
   double width;
   double height;
 };
-// In points: 2560 x 1440 pixels of a display of twice the density are 1280 x 720.
+// In points: 2560 x 1440 pixels of a display with twice the density are 1280 x 720.
 constexpr WindowSize kSizes[] = {{1280, 720}, {1920, 1080}, {2560, 1440}, {1024, 768}, {1366, 700}, {800, 600},
                                  {640, 480},  {3840, 1100}, {400, 900},   {320, 240},  {90, 60}};
 
-// One of many contents, by the bits of `which`.
+// Returns one of many combinations of contents, selected by the bits of `which`.
 HudState MakeState(unsigned which) {
   HudState hud = test::MakeFullHud();
   if ((which & 1u) != 0) hud.gauge.reset();
@@ -98,11 +98,11 @@ TEST(HudLayout, AllPanelsFitAtTheSmallestSizeThatIsPromised) {
   EXPECT_EQ(layout.slices.size(), 3u);
   EXPECT_EQ(layout.piece_rows, 3u);
   EXPECT_GE(layout.legend_rows, 15u);
-  // Most of the window is left to look at the bone.
+  // Most of the window is free for the view of the bone.
   EXPECT_GT(layout.scene.width * layout.scene.height, 0.6 * 1280 * 720);
 }
 
-// Where the words of a list come to stand, by the widths that are reckoned with.
+// Returns the boxes of the texts in a list, by the computed widths.
 std::vector<FlatBox> WordBoxes(const DrawList& list) {
   std::vector<FlatBox> boxes;
   for (const FlatText& text : list.texts()) {
@@ -196,7 +196,7 @@ TEST(HudDraw, TheScaleBarIsARoundLengthThatFits) {
   for (double mm_per_point = 0.001; mm_per_point < 5; mm_per_point *= 1.37) {
     const ScaleBar bar = CalcScaleBar(mm_per_point, 200);
     EXPECT_LE(bar.points, 200);
-    EXPECT_GT(bar.points, 79);  // the next round length is at most two and a half times as long
+    EXPECT_GT(bar.points, 79);  // the next round length is at most 2.5 times as long
     EXPECT_NEAR(bar.mm, bar.points * mm_per_point, 1e-9 * bar.mm);
     const double digits = bar.mm / std::pow(10.0, std::floor(std::log10(bar.mm) + 1e-9));
     EXPECT_TRUE(std::abs(digits - 1) < 1e-6 || std::abs(digits - 2) < 1e-6 || std::abs(digits - 5) < 1e-6) << bar.mm;
@@ -215,7 +215,7 @@ TEST(HudText, ReckonedWidthsAreThoseThatAreDrawn) {
         property->SetBold(bold ? 1 : 0);
         int box[4] = {0, 0, 0, 0};
         vtkTextRenderer::GetInstance()->GetBoundingBox(property, vtkStdString(text), box, 72);
-        // Letters stand on whole pixels: half a pixel each at most, mostly in either direction.
+        // Letters are placed on whole pixels: up to half a pixel each, in both directions.
         const double drawn = box[1] - box[0] + 1;
         EXPECT_NEAR(CalcTextWidth(text, size, bold), drawn, 0.05 * drawn + 2) << text << " " << size << bold;
       }

@@ -24,7 +24,7 @@ TEST(InnerSurfaces, ACanalsSlabKeepsItsSizeAndIsClosed) {
   EXPECT_EQ(test::CountUnpaired(inner.canal_W), 0u);
   Box3 box;
   for (const Vec3& p : inner.canal_W.points) box.Include(p);
-  // True to a voxel each way; the regions reach a little beyond the bone's own sides.
+  // Accurate to a voxel in each direction; the regions reach slightly beyond the bone's sides.
   EXPECT_NEAR(box.lower.z, -7, 0.25);
   EXPECT_NEAR(box.upper.z, -3, 0.25);
   EXPECT_GE(box.upper.x, 8 - 0.25);

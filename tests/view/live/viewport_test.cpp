@@ -1,5 +1,5 @@
-// Pixels of the window that are known beforehand. With KERF_VIEW_PICTURES=folder in the environment the pictures are
-// left there to be looked at.
+// Pixels of the window with known values. With KERF_VIEW_PICTURES=folder in the environment the pictures are written
+// there for inspection.
 #include "view/live/viewport.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ void Upload(Viewport& view, SurfaceWorker& worker) {
   }
 }
 
-// A window onto a plate of 16 x 10 x 10 mm, its top at z = 0; panels off, and the whole picture still.
+// View of a plate of 16 x 10 x 10 mm with its top at z = 0; panels off.
 class OnePlate : public ::testing::Test {
  protected:
   static constexpr int kWidth = 640;
@@ -59,7 +59,7 @@ class OnePlate : public ::testing::Test {
     view.Render();
     return view.Grab();
   }
-  // Pixels above the status line in which two pictures differ, and their middle.
+  // Number and centroid of the pixels above the status line in which two pictures differ.
   struct Difference {
     double count = 0;
     double x = 0;
@@ -92,7 +92,7 @@ TEST_F(OnePlate, ThePlateCoversItsAreaAndIsSeenThroughNoGap) {
   const Image with = Draw();
   view.set_bone_hidden(true);
   const Difference d = Compare(with, Draw());
-  // 16 x 10 mm; along the outline of 52 mm each pixel may go either way.
+  // 16 x 10 mm; along the outline of 52 mm each pixel may count or not.
   EXPECT_NEAR(d.count * kMmPerPixel * kMmPerPixel, 160, 52 * kMmPerPixel);
   EXPECT_NEAR(d.x, 0.5 * kWidth, 1);
   EXPECT_NEAR(d.y, 0.5 * kHeight, 1);
@@ -100,7 +100,7 @@ TEST_F(OnePlate, ThePlateCoversItsAreaAndIsSeenThroughNoGap) {
 }
 
 TEST_F(OnePlate, NothingThatFacesTheEyeIsLeftOut) {
-  // Chunks of 3.2 mm: some lie within a face and all of them turns one way.
+  // Chunks of 3.2 mm: some lie within a face, and all their triangles face one way.
   const Bone fine = test::MakePlate(0.1);
   SurfaceWorker fine_worker(fine, 2);
   view.BeginBone(fine.materials(), fine_worker.origin_W(), fine_worker.bounds_W(), fine.voxel_mm());
@@ -119,7 +119,7 @@ TEST_F(OnePlate, NothingThatFacesTheEyeIsLeftOut) {
       const double mm2 = Compare(with, Draw()).count * kMmPerPixel * kMmPerPixel;
       const Vec3 d = glm::normalize(toward);
       const double shadow = 160 * std::abs(d.z) + 160 * std::abs(d.y) + 100 * std::abs(d.x);
-      // Along an outline of at most 60 mm a pixel; in perspective what is nearer is up to a fifth larger.
+      // A pixel along an outline of at most 60 mm; in perspective nearer parts are up to a fifth larger.
       EXPECT_GT(mm2, (parallel ? 1.0 : 0.9) * shadow - 60 * kMmPerPixel);
       EXPECT_LT(mm2, (parallel ? 1.0 : 1.2) * shadow + 60 * kMmPerPixel);
     }
@@ -139,7 +139,7 @@ TEST_F(OnePlate, TheDiscStandsWhereItIsProjected) {
       const Difference d = Compare(Draw(), without);
       const auto at = view.camera().Project(p_W);
       ASSERT_TRUE(at);
-      // Still: the circle without half of its gullets, a tenth of the radius deep at most. Turning: all of it.
+      // At rest: the circle without half of its gullets, at most a tenth of the radius deep. Turning: the whole circle.
       const double area = 3.14159265 * 36 / (kMmPerPixel * kMmPerPixel);
       EXPECT_LT(d.count, 1.02 * area);
       EXPECT_GT(d.count, (rpm > 0 ? 0.97 : 0.8) * area);
@@ -176,7 +176,7 @@ TEST_F(OnePlate, ACutShowsTheTissuesThatItLaysOpen) {
   view.camera().Look({0.9, -0.2, 0.7}, {0, 0, 1});
   const Image image = Draw();
   Leave(image, "cut");
-  // Of the slot's far wall the lower part is cancellous: redder than anything of the uncut bone.
+  // The lower part of the kerf's far wall is cancellous: redder than any uncut bone.
   std::size_t cancellous = 0;
   for (const Rgb8& c : image.pixels) cancellous += c[0] > c[2] + 60 && c[0] > 1.35 * c[1] ? 1 : 0;
   EXPECT_GT(cancellous, 100u);
@@ -208,7 +208,7 @@ TEST_F(OnePlate, RegionsAreColouredOnDemandWithoutNewMeshes) {
   const Image image = Draw();
   const Rgb8& middle = image.At(kWidth / 2, kHeight / 2);
   const Rgb8 colour = RegionColour(24);
-  // Lit from the front: the hue is kept, whatever the light.
+  // Lit from the front: the hue is independent of the light.
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       if (colour[i] > colour[j] + 20) {
@@ -278,7 +278,7 @@ TEST_F(OnePlate, PanelsAreFoundUnderTheMouse) {
   EXPECT_FALSE(view.PickPieceRow({100, 600}));
 }
 
-// Everything at once, at both sizes that are promised: for the eye, and that nothing throws.
+// All contents at once, at both sizes that are supported: for inspection, and to check that nothing throws.
 TEST_F(OnePlate, EverythingAtOnce) {
   SetHu(
       bone, [](const Vec3& p) { return p.z > -4 ? 1500 : 250 + 60 * std::sin(3 * p.x) * std::cos(2 * p.y + p.z); },
@@ -317,7 +317,7 @@ TEST_F(OnePlate, EverythingAtOnce) {
     view.set_smooth_edges(true);
     const Image smooth = Draw();
     Leave(smooth, std::string("smooth_") + size.name);
-    // Edges only: most pixels are as they were.
+    // Only edges change: most pixels are equal.
     EXPECT_GT(Compare(smooth, image).count, 100);
     EXPECT_LT(Compare(smooth, image).count, 0.1 * size.width * size.height);
     view.set_smooth_edges(false);

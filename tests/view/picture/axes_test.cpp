@@ -1,4 +1,4 @@
-// Axes around a picture: lines at round coordinates, and what is drawn within the picture.
+// Axes around a picture: lines at round coordinates, and all parts within the picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ bool IsWhite(const Rgb8& p) {
   return p[0] > 250 && p[1] > 250 && p[2] > 250;
 }
 
-// The middles of the runs of coloured pixels of one row within the box.
+// Returns the centres of the runs of coloured pixels of one row within the box.
 std::vector<double> FindLines(const Image& image, int row, double from, double to) {
   std::vector<double> middles;
   int begin = -1;
@@ -58,10 +58,10 @@ TEST(Axes, GridLinesLieAtRoundCoordinates) {
     const ViewFrame frame = CalcViewFrame(spec);
     const Image image = RenderPicture(spec);
     const Box3 box_W = CalcShapeBox(spec);
-    const MmGrid grid = ChooseMmGrid(frame.pixels_per_mm, 8, 24);  // at half of 720 pixels of height
+    const MmGrid grid = ChooseMmGrid(frame.pixels_per_mm, 8, 24);  // for half of 720 pixels of height
     const std::vector<double> expected_mm = ListMultiples(grid.line_mm, box_W.lower.x, box_W.upper.x);
     ASSERT_GT(expected_mm.size(), 5u);
-    // Half way between two lines that go across, and within the box's sides.
+    // Half-way between two horizontal lines, and within the box's sides.
     const double z_mm = ListMultiples(grid.line_mm, box_W.lower.z + 15, box_W.upper.z).front() + 0.5 * grid.line_mm;
     const double end_a = frame.Project({box_W.lower.x, 0, z_mm}).column;
     const double end_b = frame.Project({box_W.upper.x, 0, z_mm}).column;
@@ -73,12 +73,12 @@ TEST(Axes, GridLinesLieAtRoundCoordinates) {
     std::sort(found_mm.begin(), found_mm.end());
     ASSERT_EQ(found_mm.size(), expected_mm.size()) << ToString(view);
     for (std::size_t i = 0; i < found_mm.size(); ++i) {
-      EXPECT_NEAR(found_mm[i], expected_mm[i], 1 / frame.pixels_per_mm) << ToString(view);  // a pixel
+      EXPECT_NEAR(found_mm[i], expected_mm[i], 1 / frame.pixels_per_mm) << ToString(view);  // one pixel
     }
   }
 }
 
-// Numbers and names stand outside the box and within the picture, in views along an axis and others.
+// Numbers and names are outside the box and within the picture, in views along an axis and others.
 TEST(Axes, NumbersAreInThePicture) {
   for (const View view : {View::kTop, View::kThreeQuarter}) {
     PictureSpec spec = MakeSpec(view);

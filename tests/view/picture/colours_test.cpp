@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// A cortical lid of 4 mm over a cancellous core, and a slot cut across both.
+// A cortical lid of 4 mm over a cancellous core, and a kerf across both.
 class SlottedPlate : public ::testing::Test {
  protected:
   static Bone MakePlate() {
@@ -31,7 +31,7 @@ TEST_F(SlottedPlate, SurfaceShowsTheTissueBelowItUpToTheLayersEdge) {
   std::size_t lid = 0;
   std::size_t core = 0;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    // The layers meet at z = -4; within a voxel of it either colour is right.
+    // The layers meet at z = -4; within a voxel of it either colour is correct.
     if (mesh.points[i].z > -3.8) {
       ASSERT_EQ(colours.points[i], TissueColour(Tissue::kCortical)) << mesh.points[i].z;
       ++lid;
@@ -67,7 +67,7 @@ TEST_F(SlottedPlate, FacesOfACutShowTheLayersInside) {
   std::size_t wall[2] = {0, 0};
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const Vec3& p = mesh.points[i];
-    if (std::abs(std::abs(p.x) - 0.5) > 0.1 || std::abs(p.y) > 4 || p.z > -0.6) continue;  // the slot's two walls
+    if (std::abs(std::abs(p.x) - 0.5) > 0.1 || std::abs(p.y) > 4 || p.z > -0.6) continue;  // the kerf's two walls
     if (p.z > -3.8) {
       ASSERT_EQ(colours.points[i], TissueColour(Tissue::kCortical)) << p.z;
       ++wall[0];

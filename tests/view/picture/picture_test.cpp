@@ -1,4 +1,4 @@
-// Pictures whose pixels are known beforehand: areas, places and colours. Nothing here needs a display.
+// Pictures with known pixels: areas, positions and colours. No display is needed.
 #include "view/picture/picture.h"
 
 #include <gmock/gmock.h>
@@ -53,7 +53,7 @@ TriangleMesh MakeSphere(double radius_mm, const Vec3& centre, int rings = 60) {
   return mesh;
 }
 
-// A sphere and nothing else, seen from the front.
+// A sphere alone, seen from the front.
 PictureSpec MakeBareSpec(const TriangleMesh& mesh, const Rgb8& colour) {
   PictureSpec spec;
   spec.width = 640;
@@ -64,10 +64,10 @@ PictureSpec MakeBareSpec(const TriangleMesh& mesh, const Rgb8& colour) {
   return spec;
 }
 
-// The pixels that `is_meant` takes.
+// Pixels that `is_meant` accepts.
 struct Patch {
   double count = 0;
-  double column = 0, row = 0;  // centroid; a pixel's centre is its index plus a half
+  double column = 0, row = 0;  // centroid; a pixel's centre is its index plus 0.5
   int left = 1 << 20, right = -1, top = 1 << 20, bottom = -1;
 };
 Patch FindPatch(const Image& image, const std::function<bool(const Rgb8&)>& is_meant) {
@@ -89,7 +89,7 @@ Patch FindPatch(const Image& image, const std::function<bool(const Rgb8&)>& is_m
 bool IsDrawn(const Rgb8& p) {
   return p[0] < 250 || p[1] < 250 || p[2] < 250;
 }
-// Shaded, but of the hue of kGreen.
+// Shaded, with the hue of kGreen.
 bool IsGreen(const Rgb8& p) {
   return p[1] > 40 && p[1] > 2 * p[0] && p[1] > p[2];
 }
@@ -113,7 +113,7 @@ TEST_F(Picture, SphereCoversItsAreaAtTheStatedScale) {
   const double pixels_per_mm = 480.0 / 40;
   EXPECT_DOUBLE_EQ(CalcViewFrame(spec).pixels_per_mm, pixels_per_mm);
   const Patch patch = FindPatch(RenderPicture(spec), IsDrawn);
-  // Half of the partly covered edge pixels too many or too few: 0.5 x 2 / 120 of the area.
+  // Half of the partly covered edge pixels more or fewer: 0.5 x 2 / 120 of the area.
   EXPECT_NEAR(patch.count, M_PI * std::pow(10 * pixels_per_mm, 2), 0.01 * M_PI * std::pow(10 * pixels_per_mm, 2));
   EXPECT_NEAR(patch.column, 320, 0.5);
   EXPECT_NEAR(patch.row, 240, 0.5);
@@ -125,7 +125,7 @@ TEST_F(Picture, SurfaceHasItsColourWhereItFacesTheEye) {
   for (const bool by_point : {false, true}) {
     if (by_point) spec.shapes[0].point_colours.assign(spec.shapes[0].mesh_W.points.size(), kGreen);
     const Rgb8 p = RenderPicture(spec).At(320, 240);
-    // Light is white: shading scales all channels alike, and the highlight (at most 10 %) adds the same to each.
+    // Light is white: shading scales all channels equally, and the highlight (at most 10 %) adds the same to each.
     EXPECT_NEAR(p[1] - p[0], 158, 50) << by_point;
     EXPECT_NEAR(p[2] - p[0], 115, 40) << by_point;
   }
@@ -147,11 +147,11 @@ TEST_F(Picture, PointsLieWhereTheViewFrameSaysInEveryView) {
     // The marker is on the patient's left, in front and above.
     const double right = expected.column - 320;
     const double up = 240 - expected.row;
-    EXPECT_TRUE(view != View::kFront || (right > 0 && up > 0));  // facing the patient, whose left is to the right
+    EXPECT_TRUE(view != View::kFront || (right > 0 && up > 0));  // facing the patient, whose left is on the right
     EXPECT_TRUE(view != View::kBack || (right < 0 && up > 0));
-    EXPECT_TRUE(view != View::kLeft || (right < 0 && up > 0));  // the face looks to the picture's left
+    EXPECT_TRUE(view != View::kLeft || (right < 0 && up > 0));  // the face points to the picture's left
     EXPECT_TRUE(view != View::kRight || (right > 0 && up > 0));
-    EXPECT_TRUE(view != View::kTop || (right < 0 && up > 0));  // the face is up
+    EXPECT_TRUE(view != View::kTop || (right < 0 && up > 0));  // the face points up
     EXPECT_TRUE(view != View::kBottom || (right > 0 && up > 0));
   }
 }
@@ -175,7 +175,7 @@ TEST_F(Picture, FittedShapesFillThePictureAndStayInside) {
     EXPECT_GT(patch.top, 5);
     EXPECT_LT(patch.right, 640 - 5);
     EXPECT_LT(patch.bottom, 480 - 5);
-    // It reaches the margins (4 to 5 % a side) one way or the other.
+    // It reaches the margins (4 to 5 % per side) in one direction.
     EXPECT_TRUE(patch.right - patch.left > 0.88 * 640 || patch.bottom - patch.top > 0.88 * 480);
     EXPECT_NEAR(patch.column, 320, 2);
     EXPECT_NEAR(patch.row, 240, 2);
@@ -185,7 +185,7 @@ TEST_F(Picture, FittedShapesFillThePictureAndStayInside) {
 TEST_F(Picture, ArrowReachesFromTailToTipAndItsHeadIsAtTheTip) {
   PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kBoneColour);
   spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 40);
-  // Behind the sphere: still to be seen.
+  // Behind the sphere, but visible.
   spec.arrows.push_back({{-18, 15, -10}, {12, 15, 8}, {0, 60, 200}, ""});
   const ViewFrame frame = CalcViewFrame(spec);
   const Image image = RenderPicture(spec);
@@ -210,7 +210,7 @@ TEST_F(Picture, ArrowReachesFromTailToTipAndItsHeadIsAtTheTip) {
 
 TEST_F(Picture, WordsLegendScaleBarAndCubeAreDrawnInTheirCorners) {
   PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kBoneColour);
-  spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 100);  // the sphere is small and in the middle
+  spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 100);  // the sphere is small and at the centre
   const auto corner_ink = [&](bool right, bool bottom) {
     const Image image = RenderPicture(spec);
     double count = 0;
@@ -237,7 +237,7 @@ TEST_F(Picture, ScaleBarIsAsLongAsItSays) {
   PictureSpec spec = MakeBareSpec(MakeSphere(1, Vec3{0}), kBoneColour);
   spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 80);
   spec.scale_bar = true;
-  // 6 pixels a mm and 640 wide: the largest of 1, 2, 5, 10, ... mm below 16 % of 106.7 mm is 10 mm, 60 pixels.
+  // 6 pixels per mm and 640 wide: the largest of 1, 2, 5, 10, ... mm below 16 % of 106.7 mm is 10 mm, 60 pixels.
   const Image image = RenderPicture(spec);
   int longest = 0;
   for (int row = 420; row < 480; ++row) {
@@ -300,11 +300,11 @@ TEST_F(Picture, BadSpecsAreRefusedWithOneSentence) {
   EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("a point that is not finite"));
   spec = MakeBareSpec(sphere, kBoneColour);
   EXPECT_THAT(MessageOf([&] { WritePicture(spec, "/tmp/a.jpg"); }),
-              HasSubstr("/tmp/a.jpg: a picture's name must end in .png"));
+              HasSubstr("/tmp/a.jpg: the name of a picture must end in .png"));
 }
 
 TEST_F(Picture, WithoutEglTheMessageSaysWhatToInstall) {
-  // In a process of its own: EGL looks for drivers once.
+  // In a separate process: EGL searches for drivers only once.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {
@@ -345,7 +345,7 @@ TEST(BallMesh, IsClosedAndHasItsDiameterAndAsManyEdgesAsFlutes) {
   ball.flutes = 6;
   const TriangleMesh mesh = MakeToolMesh(ball);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
-  // The grooves take less than an eighth off the radius; the shank's end lies beyond the ball.
+  // The grooves reduce the radius by less than an eighth; the shank's end lies beyond the ball.
   const double sphere = 4.0 / 3.0 * M_PI * 27;
   EXPECT_GT(CalcEnclosedVolume(mesh), sphere * 0.875 * 0.875 * 0.875);
   std::map<double, double> equator;  // radius by angle

@@ -1,4 +1,4 @@
-// The STL that kerf writes against the one of VTK's own writer.
+// Compares the STL written by kerf with that of VTK's writer.
 #include <gtest/gtest.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
@@ -22,7 +22,7 @@ TEST(Stl, HasTheBytesOfVtksWriter) {
   TriangleMesh mesh;
   for (int i = 0; i < 300; ++i) mesh.points.emplace_back(coordinate(random), coordinate(random), coordinate(random));
   for (std::uint32_t i = 0; i + 2 < 300; ++i) mesh.triangles.push_back({i, i + 1, i + 2});
-  mesh.triangles.push_back({3, 3, 4});  // without a normal
+  mesh.triangles.push_back({3, 3, 4});  // degenerate, without a normal
   const std::string ours = folder.file("ours.stl");
   const std::string theirs = folder.file("theirs.stl");
   WriteMesh(mesh, ours);

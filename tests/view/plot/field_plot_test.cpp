@@ -1,4 +1,4 @@
-// Fields whose colours and contours are known beforehand.
+// Fields with known colours and contours.
 #include "view/plot/field_plot.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,8 @@ PlotField MakeField(int columns, int rows, double step, const std::function<doub
   return field;
 }
 
-// Of x^2 + y^2 = 4: each crossing is linear between values 0.1 apart, so within 0.1^2 / (8 r) of the circle.
+// Contour of x^2 + y^2 = 4: each crossing is interpolated linearly between values 0.1 apart, so it is within 0.1^2 / (8
+// r) of the circle.
 TEST(FieldPlot, ContourOfAConeIsACircle) {
   const PlotField field = MakeField(61, 61, 0.1, [](double x, double y) { return std::hypot(x, y); });
   const PlotSeries line = MakeContour({field, 2, "", 2, {}});
@@ -61,11 +62,11 @@ TEST(FieldPlot, ColoursStandWhereTheValuesAreAndWhatIsNotFiniteIsWhite) {
       EXPECT_GE(at(x, 0.07)[static_cast<std::size_t>(i)], 215);  // white, or the grid's grey
     }
   }
-  // One scale along both axes.
+  // Equal scale on both axes.
   const double x_scale = (frame.right - frame.left) / (frame.x_upper - frame.x_lower);
   const double y_scale = (frame.bottom - frame.top) / (frame.y_upper - frame.y_lower);
   EXPECT_NEAR(x_scale / y_scale, 1, 0.01);
-  // The bar: its ends at the ends of the right axis.
+  // The bar's ends are at the ends of the right axis.
   const int bar = static_cast<int>(frame.right) - 8;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(image.At(bar, static_cast<int>(frame.bottom) - 4)[static_cast<std::size_t>(i)],
@@ -75,7 +76,7 @@ TEST(FieldPlot, ColoursStandWhereTheValuesAreAndWhatIsNotFiniteIsWhite) {
   }
 }
 
-// Whoever sees greys only still sees more from less.
+// Larger values are distinguishable from smaller ones in greyscale.
 TEST(FieldPlot, TheBarGetsDarkerAllTheWay) {
   double before = 256;
   for (int i = 0; i <= 64; ++i) {

@@ -1,4 +1,4 @@
-// Plots as SVG, lines across, and labels of points.
+// Plots as SVG, horizontal and vertical lines, and labels of points.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -25,7 +25,7 @@ bool IsBlue(const Rgb8& p) {
 PlotSpec MakeSpec() {
   PlotSpec spec;
   spec.width = 800;
-  spec.height = 720;  // where a pixel of a width is one of the picture
+  spec.height = 720;  // at this height a width of 1 is one pixel
   spec.title = "Force & <depth> \"here\"";
   spec.x = {"time (us)", true, 10, 1000, {}};
   spec.y = {"error (%)", true, 0.1, 100, {}};
@@ -84,7 +84,7 @@ TEST_F(PlotSvg, AnUpperLimitIsAHollowMark) {
   const std::string svg = FormatPlotSvg(spec);
   EXPECT_EQ(circles(svg, "fill=\"#ffffff\""), 1);
   EXPECT_EQ(circles(svg, "fill=\"#d55e00\""), 3);  // two points and the legend's
-  // And in pixels: white in the middle, the colour about it.
+  // And in pixels: white in the middle, the colour around it.
   PlotFrame frame{};
   const Image image = RenderPlot(spec, &frame);
   const double column = frame.left + std::log(500.0 / 10) / std::log(100.0) * (frame.right - frame.left);
@@ -100,22 +100,22 @@ TEST_F(PlotSvg, LinesAcrossStandAtTheirDataAndOnlyWithinTheAxes) {
   const Image image = RenderPlot(spec, &frame);
   const double column = frame.left + std::log(25.0) / std::log(100.0) * (frame.right - frame.left);
   const double row = frame.bottom - std::log(70.0) / std::log(1000.0) * (frame.bottom - frame.top);
-  for (const double share : {0.1, 0.6, 0.9}) {
-    const int at_row = static_cast<int>(frame.top + share * (frame.bottom - frame.top));
-    const int at_column = static_cast<int>(frame.left + share * (frame.right - frame.left));
+  for (const double fraction : {0.1, 0.6, 0.9}) {
+    const int at_row = static_cast<int>(frame.top + fraction * (frame.bottom - frame.top));
+    const int at_column = static_cast<int>(frame.left + fraction * (frame.right - frame.left));
     double sum = 0;
     int count = 0;
     for (int c = static_cast<int>(frame.left); c < static_cast<int>(frame.right); ++c) {
       if (IsBlue(image.At(c, at_row))) sum += c + 0.5, ++count;
     }
-    ASSERT_GT(count, 0) << share;
-    EXPECT_NEAR(sum / count, column, 1) << share;
+    ASSERT_GT(count, 0) << fraction;
+    EXPECT_NEAR(sum / count, column, 1) << fraction;
     sum = 0, count = 0;
     for (int r = static_cast<int>(frame.top); r < static_cast<int>(frame.bottom); ++r) {
       if (IsBlue(image.At(at_column, r))) sum += r + 0.5, ++count;
     }
-    ASSERT_GT(count, 0) << share;
-    EXPECT_NEAR(sum / count, row, 1) << share;
+    ASSERT_GT(count, 0) << fraction;
+    EXPECT_NEAR(sum / count, row, 1) << fraction;
   }
   EXPECT_THAT(FormatPlotSvg(spec), Not(HasSubstr("beyond")));
 }
@@ -144,7 +144,7 @@ bool Overlap(const LabelBox& a, const LabelBox& b) {
 
 TEST(LabelPlaces, KeepClearOfEachOtherAndOfMarksWhereThereIsRoom) {
   EXPECT_TRUE(rc::check([] {
-    // Marks on a grid of 60 pixels, labels of 30 x 12: there is a free place for each.
+    // Marks on a grid of 60 pixels, labels of 30 x 12: there is a free position for each.
     std::vector<LabelWish> wishes;
     LabelObstacles obstacles;
     obstacles.frame = {0, 0, 400, 400};
@@ -168,7 +168,7 @@ TEST(LabelPlaces, KeepClearOfEachOtherAndOfMarksWhereThereIsRoom) {
 TEST(LabelPlaces, StayInTheFrameAndOffALine) {
   LabelObstacles obstacles;
   obstacles.frame = {0, 0, 100, 100};
-  obstacles.lines = {{{50, 50}, {100, 0}}};  // to the upper right, where a label would stand else
+  obstacles.lines = {{{50, 50}, {100, 0}}};  // to the upper right, the preferred position of a label
   const LabelBox free_box = PlaceLabels({{{50, 50}, 8, {30, 12}}}, obstacles)[0];
   EXPECT_FALSE(free_box.left > 50 && free_box.top + free_box.height < 50);
   obstacles.lines.clear();

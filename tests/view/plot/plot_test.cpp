@@ -1,4 +1,4 @@
-// Plots whose pixels are known beforehand.
+// Plots with known pixels.
 #include "view/plot/plot.h"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr Rgb8 kBlue{0, 114, 178};
+constexpr Rgb8 kPlotBlue{0, 114, 178};
 
 std::string MessageOf(const std::function<void()>& call) {
   try {
@@ -29,23 +29,23 @@ std::string MessageOf(const std::function<void()>& call) {
   return "no error";
 }
 
-bool IsBlue(const Rgb8& p) {
+bool IsPlotBlue(const Rgb8& p) {
   return p[2] > 120 && p[0] < 100 && p[1] < 170;
 }
 
-// Mean row (pixel centres) of the curve in a column; NaN when there is none inside the axes.
+// Returns the mean row (pixel centres) of the curve in a column; NaN if there is none inside the axes.
 double CurveRow(const Image& image, const PlotFrame& frame, int column) {
   double sum = 0;
   int count = 0;
   for (int row = static_cast<int>(frame.top); row <= static_cast<int>(frame.bottom); ++row) {
-    if (!IsBlue(image.At(column, row))) continue;
+    if (!IsPlotBlue(image.At(column, row))) continue;
     sum += row + 0.5;
     ++count;
   }
   return count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
 }
 
-PlotSpec MakeSpec() {
+PlotSpec MakePlotSpec() {
   PlotSpec spec;
   spec.width = 800;
   spec.height = 500;
@@ -60,10 +60,10 @@ class Plot : public ::testing::Test {
 };
 
 TEST_F(Plot, LinearCurveLiesWhereTheDataSay) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 50;
   PlotSeries series;
-  series.colour = kBlue;
+  series.colour = kPlotBlue;
   for (int i = 0; i <= 1000; ++i) series.x.push_back(0.01 * i), series.y.push_back(3 + 4.2 * 0.01 * i);
   spec.series = {series};
   PlotFrame frame{};
@@ -80,9 +80,9 @@ TEST_F(Plot, LinearCurveLiesWhereTheDataSay) {
 }
 
 TEST_F(Plot, NamesOfAnAxisStandAtWholeNumbersWithinIt) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   spec.x.lower = -0.5, spec.x.upper = 1.5;
-  spec.series = {{"", {0, 1}, {1, 2}, kBlue, 0, 10, false}};
+  spec.series = {{"", {0, 1}, {1, 2}, kPlotBlue, 0, 10, false}};
   const auto count_ink = [&](const std::vector<std::string>& names, double at) {
     spec.x.names = names;
     PlotFrame frame{};
@@ -100,10 +100,10 @@ TEST_F(Plot, NamesOfAnAxisStandAtWholeNumbersWithinIt) {
 }
 
 TEST_F(Plot, PowerLawIsStraightOnLogarithmicAxes) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   spec.x.log = spec.y.log = true;
   PlotSeries series;
-  series.colour = kBlue;
+  series.colour = kPlotBlue;
   for (int i = 0; i <= 200; ++i) {
     const double x = std::pow(10.0, -2 + 0.02 * i);
     series.x.push_back(x), series.y.push_back(7 * x * x);
@@ -113,20 +113,20 @@ TEST_F(Plot, PowerLawIsStraightOnLogarithmicAxes) {
   const Image image = RenderPlot(spec, &frame);
   EXPECT_NEAR(frame.x_lower, 0.01, 1e-12);
   EXPECT_NEAR(frame.x_upper, 100, 1e-9);
-  for (const double share : {0.1, 0.4, 0.7, 0.95}) {
-    const int column = static_cast<int>(frame.left + share * (frame.right - frame.left));
+  for (const double fraction : {0.1, 0.4, 0.7, 0.95}) {
+    const int column = static_cast<int>(frame.left + fraction * (frame.right - frame.left));
     const double s = (column + 0.5 - frame.left) / (frame.right - frame.left);
     const double y = 7 * std::pow(10.0, 2 * (-2 + 4 * s));
     const double expected = frame.bottom - std::log(y / frame.y_lower) / std::log(frame.y_upper / frame.y_lower) *
                                                (frame.bottom - frame.top);
-    EXPECT_NEAR(CurveRow(image, frame, column), expected, 1) << share;
+    EXPECT_NEAR(CurveRow(image, frame, column), expected, 1) << fraction;
   }
 }
 
 TEST_F(Plot, BandsFillTheirStretchOfTheAxisAndNoMore) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 8;
-  spec.series = {{"", {0, 8}, {0, 0}, kBlue, 2, 0, false}};
+  spec.series = {{"", {0, 8}, {0, 0}, kPlotBlue, 2, 0, false}};
   spec.bands = {{2, 5, "", {255, 0, 0}}};
   PlotFrame frame{};
   const Image image = RenderPlot(spec, &frame);
@@ -144,10 +144,10 @@ TEST_F(Plot, BandsFillTheirStretchOfTheAxisAndNoMore) {
 }
 
 TEST_F(Plot, CurveIsCutOffAtTheAxesAndBrokenWhereAValueIsMissing) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  spec.series = {{"", {-5, 3, 4, 5, 30}, {5, 5, nan, 5, 5}, kBlue, 3, 0, false}};
+  spec.series = {{"", {-5, 3, 4, 5, 30}, {5, 5, nan, 5, 5}, kPlotBlue, 3, 0, false}};
   PlotFrame frame{};
   const Image image = RenderPlot(spec, &frame);
   const auto column_of = [&](double x) { return static_cast<int>(frame.left + x / 10 * (frame.right - frame.left)); };
@@ -159,12 +159,12 @@ TEST_F(Plot, CurveIsCutOffAtTheAxesAndBrokenWhereAValueIsMissing) {
 }
 
 TEST_F(Plot, RightAxisHasAScaleOfItsOwn) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   spec.y.lower = 0, spec.y.upper = 100;
   spec.y_right.lower = 0, spec.y_right.upper = 2;
   spec.y_right.label = "engaged teeth";
   spec.series = {{"force", {0, 1}, {10, 10}, Rgb8{213, 94, 0}, 2, 0, false},
-                 {"teeth", {0, 1}, {1, 1}, kBlue, 2, 0, true}};
+                 {"teeth", {0, 1}, {1, 1}, kPlotBlue, 2, 0, true}};
   PlotFrame frame{};
   const Image image = RenderPlot(spec, &frame);
   const double row = CurveRow(image, frame, static_cast<int>(0.4 * frame.left + 0.6 * frame.right));
@@ -172,13 +172,13 @@ TEST_F(Plot, RightAxisHasAScaleOfItsOwn) {
 }
 
 TEST_F(Plot, DashedLineIsDrawnOverHalfItsLengthInDashesOfTheLengthAskedFor) {
-  PlotSpec spec = MakeSpec();
-  spec.height = 720;  // where a pixel of a width is one of the picture
+  PlotSpec spec = MakePlotSpec();
+  spec.height = 720;  // at this height a width of 1 is one pixel
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
   PlotSeries series;
-  series.x = {0, 3.3, 10};  // the corner in the middle does not start the dashes anew
+  series.x = {0, 3.3, 10};  // the corner in the middle does not restart the dashes
   series.y = {5, 5, 5};
-  series.colour = kBlue;
+  series.colour = kPlotBlue;
   series.dash = 10;
   spec.series = {series};
   PlotFrame frame{};
@@ -194,16 +194,16 @@ TEST_F(Plot, DashedLineIsDrawnOverHalfItsLengthInDashesOfTheLengthAskedFor) {
   }
   const double length = frame.right - frame.left - 5;
   EXPECT_NEAR(dashes, length / 20, 1);
-  // A pixel that is partly covered at an end of a dash counts as drawn, or does not.
+  // A pixel that is partly covered at an end of a dash may count or not.
   EXPECT_NEAR(drawn, length / 2, 1.0 * dashes + 10);
 }
 
 TEST_F(Plot, NoteStandsAtItsPointAndOnItsSide) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
   spec.series = {{"", {0, 10}, {0, 0}, Rgb8{213, 94, 0}, 2, 0, false}};
   for (const Align align : {Align::kLeft, Align::kCentre, Align::kRight}) {
-    spec.notes = {{4, 6, "nnnnnnnn", kBlue, align, true}};
+    spec.notes = {{4, 6, "nnnnnnnn", kPlotBlue, align, true}};
     PlotFrame frame{};
     const Image image = RenderPlot(spec, &frame);
     double first = image.width;
@@ -212,7 +212,7 @@ TEST_F(Plot, NoteStandsAtItsPointAndOnItsSide) {
     double bottom = -1;
     for (int row = 0; row < image.height; ++row) {
       for (int column = 0; column < image.width; ++column) {
-        if (!IsBlue(image.At(column, row))) continue;
+        if (!IsPlotBlue(image.At(column, row))) continue;
         first = std::min(first, 1.0 * column), last = std::max(last, column + 1.0);
         top = std::min(top, 1.0 * row), bottom = std::max(bottom, row + 1.0);
       }
@@ -222,14 +222,14 @@ TEST_F(Plot, NoteStandsAtItsPointAndOnItsSide) {
     const double anchor = align == Align::kLeft ? first : align == Align::kRight ? last : 0.5 * (first + last);
     EXPECT_GT(last - first, 60);
     EXPECT_NEAR(anchor, x, 3);
-    // The middle of small letters lies a little below that of the line.
+    // The centre of small letters lies slightly below the centre of the line.
     EXPECT_NEAR(0.5 * (top + bottom), y, 6);
   }
 }
 
 TEST_F(Plot, LargerWordsTakeTheirRoomFromTheAxes) {
-  PlotSpec spec = MakeSpec();
-  spec.series = {{"", {0, 1}, {0, 1}, kBlue, 2, 0, false}};
+  PlotSpec spec = MakePlotSpec();
+  spec.series = {{"", {0, 1}, {0, 1}, kPlotBlue, 2, 0, false}};
   PlotFrame normal{};
   RenderPlot(spec, &normal);
   spec.text_scale = 1.6;
@@ -240,7 +240,7 @@ TEST_F(Plot, LargerWordsTakeTheirRoomFromTheAxes) {
 }
 
 TEST_F(Plot, BadSpecsAreRefusedWithOneSentence) {
-  PlotSpec spec = MakeSpec();
+  PlotSpec spec = MakePlotSpec();
   EXPECT_THAT(MessageOf([&] { RenderPlot(spec); }), HasSubstr("at least one finite value along x"));
   spec.series = {{"a", {1, 2}, {1}, {}, 2, 0, false}};
   EXPECT_THAT(MessageOf([&] { RenderPlot(spec); }), HasSubstr("series 'a' has 2 x and 1 y"));

@@ -1,5 +1,5 @@
-// The program `kerf` as it is started: answers --version and --help itself, and is replaced by kerf_program, which lies
-// beside it, for all else. That one loads a hundred shared libraries, which takes a tenth of a second and more.
+// Front program `kerf`: answers --version and --help itself; for everything else it is replaced by kerf_program in the
+// same folder. kerf_program loads about a hundred shared libraries, which takes a tenth of a second or more.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -9,18 +9,18 @@
 #include <new>
 #include <string>
 
-#include "front_texts.h"  // generated: what kerf_program prints
+#include "front_texts.h"  // generated: the output of kerf_program
 
 namespace {
 
-// Below it kerf_program can't load its libraries, and could not say so.
-constexpr rlim_t kLeastBytes = rlim_t{400} << 20;
+// With less memory, kerf_program can neither load its libraries nor report that.
+constexpr rlim_t kMinBytes = rlim_t{400} << 20;
 
 bool Print(const char* text) {
   return std::fputs(text, stdout) >= 0 && std::fflush(stdout) == 0;
 }
 
-/// The folder of this program, with links followed; "" when the system doesn't say.
+/// Returns the folder of this program with links resolved; "" if the system does not report it.
 std::string FindFolder() {
   std::string path(4096, '\0');
   const ssize_t length = readlink("/proc/self/exe", path.data(), path.size());
@@ -32,16 +32,16 @@ std::string FindFolder() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Output that can't be written is left to kerf_program, which says so.
+  // If the output cannot be written, kerf_program reports the error.
   if (argc == 2 && std::strcmp(argv[1], "--version") == 0 && Print(kFrontVersion)) return 0;
   if (argc == 2 && (std::strcmp(argv[1], "--help") == 0 || std::strcmp(argv[1], "-h") == 0) && Print(kFrontHelp)) {
     return 0;
   }
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur < kLeastBytes) {
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur < kMinBytes) {
     std::fprintf(stderr, "kerf: not enough memory to start: 'ulimit -v' allows %llu kB, and %llu are needed\n",
                  static_cast<unsigned long long>(limit.rlim_cur >> 10),
-                 static_cast<unsigned long long>(kLeastBytes >> 10));
+                 static_cast<unsigned long long>(kMinBytes >> 10));
     return 1;
   }
   std::string program;
@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   execv(program.c_str(), argv);
-  std::fprintf(stderr, "kerf: %s can't be started, which belongs beside kerf: %s\n", program.c_str(),
+  std::fprintf(stderr, "kerf: %s, which must be in the folder of kerf, can't be started: %s\n", program.c_str(),
                std::strerror(errno));
   return 1;
 }

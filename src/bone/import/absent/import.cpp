@@ -1,4 +1,4 @@
-// In place of what reads CT scans and surfaces in a build without ITK.
+// Replacement for the import of CT scans and surfaces in a build without ITK.
 #include "bone/import/import.h"
 
 #include "base/core/not_built.h"

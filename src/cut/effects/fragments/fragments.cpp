@@ -1,9 +1,11 @@
-// fragments: what the cut takes off becomes a piece with a number.
+// fragments: bone that a cut separates becomes a numbered piece.
 //
-//   Voxels with phi < 0 that share a face belong together. A piece is connected bone of at least dust_mm3; less is
-//   dust, which is counted.
-// The effect itself leaves every piece where it is, part of the one bone volume: the force cannot tell that it came
-// off. Whoever runs the simulation takes out what the parameters say, while the tool is clear of it.
+//   Voxels with phi < 0 that share a face are connected. A piece is connected bone of at least dust_mm3; smaller parts
+//   are crumbs, which are counted.
+//
+// The effect itself leaves every piece in place, as part of the one bone volume, so that the separation has no effect
+// on the force. The owner of the simulation takes out the pieces that the parameters select, while the tool is clear of
+// them.
 #include "cut/effects/fragments/fragments.h"
 
 #include "cut/effects/effects.h"
@@ -12,13 +14,13 @@ namespace kerf {
 
 FragmentsEffect::FragmentsEffect(const FragmentsParams& params, const EffectSetup& setup) : watch_(setup.bone, params) {
   Tell();
-  pieces_ = told_pieces_;
-  crumbs_ = told_crumbs_;
+  pieces_ = reported_pieces_;
+  crumbs_ = reported_crumbs_;
 }
 
 void FragmentsEffect::End(EffectEnd&) {
-  pieces_ = told_pieces_.load(std::memory_order_relaxed);
-  crumbs_ = told_crumbs_.load(std::memory_order_relaxed);
+  pieces_ = reported_pieces_.load(std::memory_order_relaxed);
+  crumbs_ = reported_crumbs_.load(std::memory_order_relaxed);
 }
 
 void FragmentsEffect::Report(std::span<double> channels) const {
@@ -34,38 +36,41 @@ std::size_t FragmentsEffect::Look(double time_s) {
 
 void FragmentsEffect::Tell() {
   const FoundPieces& found = watch_.finder().found();
-  told_pieces_.store(static_cast<int>(found.pieces.size()), std::memory_order_relaxed);
-  told_crumbs_.store(static_cast<int>(found.dust_count), std::memory_order_relaxed);
+  reported_pieces_.store(static_cast<int>(found.pieces.size()), std::memory_order_relaxed);
+  reported_crumbs_.store(static_cast<int>(found.dust_count), std::memory_order_relaxed);
 }
 
 const EffectInfo& Fragments() {
   static const EffectInfo kEffect{
       .name = "fragments",
-      .summary = "what the cut takes off: pieces found off the haptic thread, numbered, with volume, place and region",
-      .source = "connected voxels, by shared faces",
+      .summary =
+          "pieces that the cut separates: found outside the haptic thread, with number, volume, place and region",
+      .source = "connected components of voxels that share faces",
       .reads = "changed leaves of the bone, between ticks",
-      .writes = "events: a piece came off; nothing that is felt",
+      .writes = "events when a piece comes off; no force",
       .state =
-          "connected parts of each leaf that holds bone: some 150 bytes a leaf, 4 for each leaf of the bone's box; 29 "
-          "MB for a mandible at 0.1 mm",
-      .sleeps = "in the tick always; while nothing is cut a look is one comparison",
+          "connected parts of each leaf that holds bone: about 150 bytes per leaf, 4 for each leaf of the bone's box; "
+          "29 MB for a mandible at 0.1 mm",
+      .sleeps = "always in the tick; outside it, a check costs one comparison while nothing is cut",
       .hooks = kEffectEnd,
-      .parameters =
-          {{"dust_mm3", 1.0, 0, 1e6,
-            "what is smaller is dust: counted, told by no event; an assumption, as smallest_piece_mm3 of [output]"},
-           {"every_ms", 50.0, 1, 10000, "between two looks at what was cut"},
-           {"apart_mm", 6.0, 0, 1000, "in fragments.png, and where they are moved: so far away from the largest"},
-           {"pieces",
-            std::string("held"),
-            0,
-            0,
-            "what becomes of each but the largest once the tool is clear of it: stays in the bone, is set aside, is "
-            "out "
-            "of the way and not drawn, is gone",
-            {"held", "moved", "hidden", "deleted"}},
-           {"move_mm", Vec3(0), -1000, 1000, "how pieces are moved; 0: apart_mm along the line between the middles"},
-           {"remove_dust", false, 0, 0, "take dust out of the bone once the tool is clear of all of it"}},
-      .channels = {{"pieces", "of at least dust_mm3, as found last"}, {"crumbs", "smaller ones, likewise"}},
+      .parameters = {{"dust_mm3", 1.0, 0, 1e6,
+                      "smaller pieces are dust: counted, but not reported as events; an assumption, like "
+                      "smallest_piece_mm3 of [output]"},
+                     {"every_ms", 50.0, 1, 10000, "time between two checks for pieces"},
+                     {"apart_mm", 6.0, 0, 1000,
+                      "distance of the pieces from the largest one, in fragments.png and when they are moved"},
+                     {"pieces",
+                      std::string("held"),
+                      0,
+                      0,
+                      "fate of each piece except the largest, once the tool is clear of it: stays in the bone, is set "
+                      "aside, is removed and not drawn, is deleted",
+                      {"held", "moved", "hidden", "deleted"}},
+                     {"move_mm", Vec3(0), -1000, 1000,
+                      "displacement of moved pieces; 0: apart_mm along the line between the centres"},
+                     {"remove_dust", false, 0, 0, "remove dust from the bone once the tool is clear of all of it"}},
+      .channels = {{"pieces", "pieces of at least dust_mm3, at the last check"},
+                   {"crumbs", "pieces below dust_mm3, at the last check"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         FragmentsParams params;
         params.dust_mm3 = std::get<double>(values[0]);

@@ -1,4 +1,4 @@
-// fragments: what the cut takes off becomes a piece with a number.
+// fragments: bone that a cut separates becomes a numbered piece.
 #pragma once
 
 #include <atomic>
@@ -8,8 +8,8 @@
 
 namespace kerf {
 
-/// In the tick it only passes on what was found. Finding is the work of watch(), which whoever runs the simulation
-/// feeds with its changed leaves and asks now and then, on another thread or between ticks.
+/// In the tick it only reports the last result. The search is done by watch(), to which the owner of the simulation
+/// passes changed leaves and which it calls at intervals, on another thread or between ticks.
 class FragmentsEffect final : public Effect {
  public:
   FragmentsEffect(const FragmentsParams& params, const EffectSetup& setup);
@@ -19,18 +19,18 @@ class FragmentsEffect final : public Effect {
   bool reads_teeth() const override { return false; }
   std::size_t CalcMemoryBytes() const override { return sizeof(*this) - sizeof(watch_) + watch_.CalcMemoryBytes(); }
 
-  // ---- one thread, not the tick's
+  // ---- one thread, but not the tick thread
   FragmentWatch& watch() { return watch_; }
   const FragmentWatch& watch() const { return watch_; }
-  /// FragmentWatch::Look(); the ticks from now on report it.
+  /// Calls FragmentWatch::Look(); the following ticks report the result.
   std::size_t Look(double time_s);
 
  private:
   void Tell();
 
   FragmentWatch watch_;
-  std::atomic<int> told_pieces_{0}, told_crumbs_{0};
-  int pieces_ = 0, crumbs_ = 0;  // as reported
+  std::atomic<int> reported_pieces_{0}, reported_crumbs_{0};
+  int pieces_ = 0, crumbs_ = 0;  // as reported in the tick
 };
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// Watching a bone for what comes off it: the side of the effect "fragments" that is no part of the tick.
+// Search for pieces that come off a bone: the part of the effect "fragments" outside the tick.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace kerf {
 
-/// What becomes of a piece that came off, once the tool is clear of it; the largest stays whatever is asked.
+/// Treatment of a piece that came off, once the tool is clear of it. The largest piece always stays.
 enum class PieceFate {
-  kHeld,     // it stays, part of the bone
-  kMoved,    // it is set aside, and seen there
-  kHidden,   // it is out of the way and not drawn
-  kDeleted,  // it is gone
+  kHeld,     // stays, as part of the bone
+  kMoved,    // is moved aside and drawn there
+  kHidden,   // is taken out and not drawn
+  kDeleted,  // is taken out and discarded
 };
 inline constexpr const char* kPieceFates[] = {"held", "moved", "hidden", "deleted"};
 inline const char* ToString(PieceFate fate) {
@@ -23,41 +23,42 @@ inline const char* ToString(PieceFate fate) {
 }
 
 struct FragmentsParams {
-  double dust_mm3 = 1;   // smaller is dust
-  double every_ms = 50;  // between two looks
-  double apart_mm = 6;   // in the picture; and of what is moved without move_mm
+  double dust_mm3 = 1;   // smaller pieces are crumbs
+  double every_ms = 50;  // interval between two searches
+  double apart_mm = 6;   // separation in the picture, and of moved pieces without move_mm
   PieceFate pieces = PieceFate::kHeld;
-  Vec3 move_mm{0};  // world; 0: apart_mm away from the largest
+  Vec3 move_mm{0};  // world frame; 0: apart_mm away from the largest piece
   bool remove_dust = false;
 
   bool TakesOut() const { return pieces != PieceFate::kHeld || remove_dust; }
 };
 
-/// A piece came off.
+/// Event: a piece came off.
 struct FragmentEvent {
-  double time_s = 0;  // of the look that found it
-  FoundPiece piece;   // as it was then
-  int pieces = 0;     // that there were then
-  int region = 0;     // that has the most of it
+  double time_s = 0;  // of the search that found it
+  FoundPiece piece;   // its state at that time
+  int pieces = 0;     // number of pieces at that time
+  int region = 0;     // region with the largest part of it
 };
 
-/// One thread at a time, and never the tick's. Deterministic: the same leaves and looks give the same events.
+/// Used by one thread at a time, never by the tick thread. Deterministic: the same leaves and searches give the same
+/// events.
 class FragmentWatch {
  public:
   /// Allocates.
   FragmentWatch(const Bone& bone, const FragmentsParams& params) : params_(params), finder_(bone, params.dust_mm3) {}
 
-  /// A leaf as it is now: src/bone/grid/set_leaf.h.
+  /// Passes the current values of a leaf (src/bone/grid/set_leaf.h).
   void Change(const std::array<int, 3>& index, std::span<const float, 512> values) { finder_.Change(index, values); }
-  /// Looks for what has come off since the last look, which is now as far as the leaves told go: `time_s`. Returns how
-  /// many pieces.
+  /// Searches for pieces that came off since the last search. `time_s`: time of the last leaves passed. Returns the
+  /// number of such pieces.
   std::size_t Look(double time_s);
 
   const FragmentsParams& params() const { return params_; }
   const PieceFinder& finder() const { return finder_; }
-  const std::vector<FragmentEvent>& events() const { return events_; }  // the first kMostEvents
+  const std::vector<FragmentEvent>& events() const { return events_; }  // the first kMaxEvents
   std::size_t event_count() const { return event_count_; }
-  static constexpr std::size_t kMostEvents = 1000;
+  static constexpr std::size_t kMaxEvents = 1000;
   std::size_t CalcMemoryBytes() const;
 
  private:

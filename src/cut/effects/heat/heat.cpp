@@ -1,20 +1,20 @@
-// heat: a share of the power of cutting, at each tooth
+// heat: a fraction of the cutting power at each tooth,
 //
-//   P = share (F_t v_rim + F_n v_feed)
+//   P = share (F_t v_rim + F_n v_feed),
 //
-// goes into the bone around the kerf, is conducted on, and is carried off by blood and coolant (heat_grid.h).
+// enters the bone around the kerf, is conducted there, and is carried off by blood and coolant (heat_grid.h).
 #include "cut/effects/heat/heat.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "cut/effects/effects.h"
 
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kWetMargin_mm = 1;  // coolant runs that far around the tool
+constexpr double kWetMargin_mm = 1;  // extent of the coolant around the tool
 
 double CalcHalfLength(const Tool& tool) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
@@ -36,7 +36,7 @@ HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
       gathered_(setup.edge.size()) {}
 
 void HeatEffect::Solved(const EffectSolved& solved) {
-  const double spindle_rad_per_s = 2 * kPi / 60 * std::abs(solved.rpm);
+  const double spindle_rad_per_s = 2 * std::numbers::pi / 60 * std::abs(solved.rpm);
   const double apart_mm = 0.5 * params_.grid.spacing_mm;
   for (std::size_t i = 0; i < solved.teeth.size(); ++i) {
     const ToothLoad& load = solved.teeth[i];
@@ -61,7 +61,7 @@ void HeatEffect::Flush(Gathered& point) {
   const Vec3 p_F = point.p_mJ / point.mJ;
   if (grid_.room() < 2) return;
   if (wall_mm_ > 0) {
-    // Half into each wall of the kerf, a step behind the edge: what lies ahead is about to be cut.
+    // Half goes into each wall of the kerf, one spacing behind the edge, because bone ahead of it is about to be cut.
     const Vec3 back_F = p_F - H * point.e_F;
     grid_.Put(back_F + wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);
     grid_.Put(back_F - wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);
@@ -131,42 +131,42 @@ HeatSection CalcHeatSection(const HeatEffect& heat, const Vec3& p_W, const Vec3&
 const EffectInfo& Heat() {
   static const EffectInfo kEffect{
       .name = "heat",
-      .summary = "how warm the bone around the kerf becomes, and for how long: conduction, blood and coolant",
+      .summary = "temperature of the bone around the kerf over time: conduction, blood and coolant",
       .source =
-          "Pennes 1948; cortical bone from the IT'IS database, for all of the bone; limits of Eriksson and Albrektsson "
-          "1983, CEM43 of Sapareto and Dewey 1984; the share that stays in the bone and both surface coefficients are "
-          "assumptions",
+          "Pennes 1948; cortical bone from the IT'IS database, used for all bone; limits of Eriksson and Albrektsson "
+          "1983, CEM43 of Sapareto and Dewey 1984; the fraction of heat that stays in the bone and both surface "
+          "coefficients are assumptions",
       .reads = "forces of the teeth, spindle speed, motion, distances to the bone's surface",
-      .writes = "nothing but its figures",
+      .writes = "only its channels",
       .state = "temperature, time above 47 C and dose of nodes near the kerf",
-      .sleeps = "until the teeth cut, and when nothing is 0.1 K warmer or colder than the body any more",
+      .sleeps = "until the teeth cut, and once no node is 0.1 K warmer or colder than the body",
       .needs = {"tangential_force"},
       .hooks = kEffectSolved | kEffectEnd,
       .parameters =
           {{"share_into_bone", 0.1, 0, 1,
-            "of the power of cutting, that stays in the walls of the kerf; the rest goes with chips and tool. An "
-            "assumption: no number was found"},
-           {"voxel_mm", 0.4, 0.05, 2, "between nodes"},
-           {"max_MB", 16.0, 0.1, 4096, "set aside for nodes; when it is used up no more of the bone is opened"},
-           {"conductivity_W_per_mK", 0.32, 0.1, 5, "of bone; measured: 0.16 to 4.89"},
+            "fraction of the cutting power that stays in the walls of the kerf; chips and tool take the rest. An "
+            "assumption: no value was found"},
+           {"voxel_mm", 0.4, 0.05, 2, "distance between nodes"},
+           {"max_MB", 16.0, 0.1, 4096, "memory for nodes; when it is used up, heat spreads to no further nodes"},
+           {"conductivity_W_per_mK", 0.32, 0.1, 5, "thermal conductivity of bone; measured: 0.16 to 4.89"},
            {"density_kg_per_m3", 1908.0, 500, 3000, "of bone"},
            {"heat_capacity_J_per_kgK", 1313.0, 500, 5000, "of bone"},
-           {"perfusion_mL_per_min_kg", 10.0, 0, 1000, "blood through bone; 0: none, as in a specimen"},
-           {"body_C", 37.0, 0, 45, "of bone at the start and of blood"},
+           {"perfusion_mL_per_min_kg", 10.0, 0, 1000, "blood flow through bone; 0: none, as in a specimen"},
+           {"body_C", 37.0, 0, 45, "initial temperature of bone, and temperature of blood"},
            {"air_W_per_m2K", 10.0, 0, 1000,
-            "from bare surfaces to air, which is taken to be as warm as the body: an assumption"},
-           {"irrigation", false, 0, 0, "coolant runs over what is within 1 mm of the turning tool"},
-           {"irrigation_W_per_m2K", 2000.0, 0, 100000, "from bare surfaces to coolant: an assumption"},
-           {"coolant_C", 21.0, 0, 45, "of the coolant: a room's, an assumption"},
+            "heat transfer from bare surfaces to air, which is assumed to be as warm as the body; an assumption"},
+           {"irrigation", false, 0, 0, "coolant runs over surfaces within 1 mm of the turning tool"},
+           {"irrigation_W_per_m2K", 2000.0, 0, 100000, "heat transfer from bare surfaces to coolant; an assumption"},
+           {"coolant_C", 21.0, 0, 45, "temperature of the coolant; room temperature, an assumption"},
            {"water_mg_per_mm3", 0.2, 0, 1,
-            "of bone, boils off at 100 C: a fifth of its volume, an assumption; 0: none"}},
-      .channels = {{"hottest_C", "of the nodes, now"},
+            "water in bone, which boils off at 100 C; a fifth of the volume, an assumption; 0: none"}},
+      .channels = {{"hottest_C", "highest temperature of a node now"},
                    {"peak_C", "highest temperature of a node so far"},
                    {"above_47_s", "longest time of a node at 47 C or more"},
-                   {"cem43_min", "greatest thermal dose of a node, in minutes at 43 C"},
-                   {"past_47_mm3", "bone that was at 47 C or more for 1 min in all"},
-                   {"past_dose_mm3", "bone with a dose above 16 min, that of 47 C for 1 min"},
-                   {"full", "1: max_MB is used up, heat stays within what is open"}},
+                   {"cem43_min", "largest thermal dose of a node, in minutes at 43 C"},
+                   {"past_47_mm3", "volume of bone that was at 47 C or more for 1 min in total"},
+                   {"past_dose_mm3", "volume of bone with a dose above 16 min, the dose of 47 C for 1 min"},
+                   {"full", "1: max_MB is used up, and heat spreads to no further nodes"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
         HeatParams params;

@@ -12,12 +12,12 @@ namespace {
 using heat::kSide;
 using heat::Nodes;
 
-constexpr float kSleeps_K = 0.1F;    // nowhere more, and it goes to sleep
-constexpr double kEnoughBone = 0.5;  // around a point that heat is put at: with less it is spread further
-constexpr double kLeastBone = 0.02;  // and with less there is none
+constexpr float kSleeps_K = 0.1F;    // a block goes to sleep if no node is warmer
+constexpr double kEnoughBone = 0.5;  // fraction of bone around a point below which heat is spread further
+constexpr double kMinBone = 0.02;    // fraction below which there is no bone
 constexpr double kBoils_C = 100, kSteam_mJ_per_mg = 2257;
 constexpr double kBlood_J_per_m3K = 3.8e6;  // density and heat capacity of blood: 1050 kg/m3, 3617 J/kgK
-constexpr double kLookCost = 4, kPutCost = 0.5, kSweepCost = 1;  // of a unit of work, relative to each other
+constexpr double kLookCost = 4, kPutCost = 0.5, kSweepCost = 1;  // relative cost of a unit of work
 
 int DivideDown(int a) {
   return a >> 3;  // by kSide, rounded down
@@ -62,13 +62,13 @@ HeatGrid::HeatGrid(const HeatGridParams& params, const BoneField& field)
   looked_.reserve(count + 256);
   look_.reserve(count + 256);
   open_.reserve(6 * count);
-  queue_.reserve(kMostWaiting);
+  queue_.reserve(kMaxWaiting);
   figures_.peak_C = figures_.hottest_C = params.body_C;
 }
 
 std::size_t HeatGrid::CalcMemoryBytes() const {
   return blocks_.size() * (sizeof(Block) + 3 * sizeof(int) + 6 * sizeof(std::array<int, 2>)) +
-         keys_.size() * (sizeof(std::int64_t) + sizeof(int)) + kMostWaiting * sizeof(Waiting) + sizeof(*this);
+         keys_.size() * (sizeof(std::int64_t) + sizeof(int)) + kMaxWaiting * sizeof(Waiting) + sizeof(*this);
 }
 
 // ---- blocks
@@ -85,13 +85,13 @@ int HeatGrid::Find(const Index& index) const {
   return numbers_[FindSlot(index)];
 }
 
-/// Of each cell the share that is bone, no more than it was. False when there is none at all.
-bool HeatGrid::LookUpShares(Block& block) {
+/// Computes the fraction of each cell that is bone; it can only decrease. Returns false if there is no bone at all.
+bool HeatGrid::LookUpFractions(Block& block) {
   ++lookups_;
   const double H = params_.spacing_mm, h = field_.voxel_mm();
   const double band_mm = 0.999 * field_.band_mm();
-  // phi of the nearest voxel, which is at most half a voxel's diagonal away, tells of most that they are all bone or
-  // none. A quarter more, for distances that rise faster than they should.
+  // phi of the nearest voxel, which is at most half a voxel's diagonal away, shows for most nodes that they are all
+  // bone or all air. The bound is a quarter larger, for distances that change faster than 1.
   const double slack_mm = 1.25 * 0.5 * std::sqrt(3.0) * h;
   const auto bone_to_mm = static_cast<float>(-std::min(0.5 * H + slack_mm, band_mm));
   const auto air_from_mm = static_cast<float>(std::min(slack_mm, band_mm));
@@ -115,8 +115,8 @@ bool HeatGrid::LookUpShares(Block& block) {
       int leaf_z = std::numeric_limits<int>::min();
       const float* leaf = nullptr;
       for (int z = 0; z < kSide; ++z, ++node) {
-        float& share = block.share[node];
-        if (share == 0) {
+        float& fraction = block.fraction[node];
+        if (fraction == 0) {
           block.whole = false;
           continue;
         }
@@ -127,23 +127,23 @@ bool HeatGrid::LookUpShares(Block& block) {
         }
         const float near_mm = leaf[in_layer + (vz & 7)];
         if (near_mm >= air_from_mm) {
-          share = 0;
+          fraction = 0;
         } else if (near_mm > bone_to_mm) {
           const Vec3 p_F = H * Vec3(kSide * block.index.x + x, kSide * block.index.y + y, kSide * block.index.z + z);
           const double phi_mm = field_.Sample(p_F * inv_voxel_);
           auto bone = static_cast<float>(std::clamp(0.5 - phi_mm / H, 0.0, 1.0));
           if (std::abs(phi_mm) >= band_mm) bone = phi_mm < 0 ? 1 : 0;
-          share = bone < heat::kLeastShare ? 0 : std::min(share, bone);
+          fraction = bone < heat::kMinFraction ? 0 : std::min(fraction, bone);
         }
-        any = any || share > 0;
-        block.whole = block.whole && share == 1;
+        any = any || fraction > 0;
+        block.whole = block.whole && fraction == 1;
       }
     }
   }
   return any;
 }
 
-/// The block's number, kAir when there is no bone in it, kNone when there is no room.
+/// Returns the block's number; kAir if it contains no bone, kNone if there is no room.
 int HeatGrid::FindOrOpen(const Index& index) {
   const std::size_t slot = FindSlot(index);
   const bool known = keys_[slot] != kNoKey;
@@ -154,9 +154,9 @@ int HeatGrid::FindOrOpen(const Index& index) {
   }
   Block& block = blocks_[used_];
   block.index = index;
-  block.share.fill(1);
-  const bool bone = LookUpShares(block);
-  if (!bone && !known && 2 * taken_ > keys_.size()) return kAir;  // not noted down: the table stays half empty
+  block.fraction.fill(1);
+  const bool bone = LookUpFractions(block);
+  if (!bone && !known && 2 * taken_ > keys_.size()) return kAir;  // not stored, so that the table stays half empty
   if (!known) ++taken_;
   keys_[slot] = KeyOf(index.x, index.y, index.z);
   if (!bone) return numbers_[slot] = kAir;
@@ -200,37 +200,37 @@ void HeatGrid::Activate(int number) {
   active_.push_back(number);
 }
 
-/// Looks up again what of the block is bone. What was cut away took its heat along.
+/// Recomputes which part of the block is bone. Bone that was cut away took its heat with it.
 void HeatGrid::Look(int number) {
   Block& block = blocks_[static_cast<std::size_t>(number)];
   if (block.looked_frame == frames_ + 1 && !block.grown) return;
   block.looked_frame = frames_ + 1;
-  const Nodes before = block.share;
-  if (std::exchange(block.grown, false)) block.share.fill(1);
-  LookUpShares(block);
+  const Nodes before = block.fraction;
+  if (std::exchange(block.grown, false)) block.fraction.fill(1);
+  LookUpFractions(block);
   Nodes& theta = block.theta[static_cast<std::size_t>(now_)];
   for (std::size_t n = 0; n < kNodes; ++n) {
-    const float lost = before[n] - block.share[n];
-    if (lost < 0) theta[n] *= before[n] / block.share[n];
+    const float lost = before[n] - block.fraction[n];
+    if (lost < 0) theta[n] *= before[n] / block.fraction[n];
     if (!(lost > 0)) continue;
     const double mJ = cell_mJ_per_K_ * static_cast<double>(lost) * static_cast<double>(theta[n]);
     (mJ > 0 ? spent_.chips : spent_.chilled) += std::abs(mJ);
-    if (block.share[n] == 0) theta[n] = 0;
+    if (block.fraction[n] == 0) theta[n] = 0;
   }
   Activate(number);
 }
 
-// ---- heat that comes in
+// ---- input of heat
 
 bool HeatGrid::Put(const Vec3& p_F, const Vec3& else_F, double mJ) {
-  if (!(mJ > 0 && std::isfinite(mJ)) || !IsInWorld(p_F) || !IsInWorld(else_F) || queue_.size() == kMostWaiting)
+  if (!(mJ > 0 && std::isfinite(mJ)) || !IsInWorld(p_F) || !IsInWorld(else_F) || queue_.size() == kMaxWaiting)
     return false;
   queue_.push_back({p_F, else_F, mJ});
   spent_.put_in += mJ;
   return true;
 }
 
-/// Where a node that gets heat lies at its block's face, the block beyond is there from the start.
+/// Opens the neighbouring block at each face of a block on which a node that receives heat lies.
 void HeatGrid::OpenBeside(int number, int x, int y, int z) {
   const Block& block = blocks_[static_cast<std::size_t>(number)];
   for (int face = 0; face < 6; ++face) {
@@ -242,8 +242,8 @@ void HeatGrid::OpenBeside(int number, int x, int y, int z) {
   }
 }
 
-/// Spreads heat over the nodes less than `reach` from a point along each axis, 1 or 2, as far as they are bone. False,
-/// and nothing done, when too little of their weight is.
+/// Spreads heat over the bone nodes that are less than `reach` (1 or 2) spacings from a point along each axis. Returns
+/// false and does nothing if too little of their weight is bone.
 bool HeatGrid::PutAt(const Vec3& p_F, double mJ, int reach) {
   const Vec3 q = p_F / params_.spacing_mm;
   const Vec3 low = glm::floor(q) + Vec3(1 - reach);
@@ -267,13 +267,13 @@ bool HeatGrid::PutAt(const Vec3& p_F, double mJ, int reach) {
     if (looked_.empty() || looked_.back() != number) looked_.push_back(number);
     Block& block = blocks_[static_cast<std::size_t>(number)];
     const auto node = static_cast<std::size_t>(NodeOf(x, y, z));
-    if (block.share[node] == 0) continue;
+    if (block.fraction[node] == 0) continue;
     OpenBeside(number, x, y, z);
-    sum += weight * static_cast<double>(block.share[node]);
+    sum += weight * static_cast<double>(block.fraction[node]);
     corners[count++] = {&block, node, weight};
   }
-  if (sum < (reach == 1 ? kEnoughBone : kLeastBone)) return false;
-  // The same rise for all of a weight, whatever their share.
+  if (sum < (reach == 1 ? kEnoughBone : kMinBone)) return false;
+  // The temperature rise is proportional to the weight, independent of the fraction of bone.
   for (std::size_t i = 0; i < count; ++i) {
     float& theta = corners[i].block->theta[static_cast<std::size_t>(now_)][corners[i].node];
     theta += static_cast<float>(mJ * corners[i].weight / (sum * cell_mJ_per_K_));
@@ -291,7 +291,7 @@ void HeatGrid::PutIn(Waiting& waiting) {
   const bool put = PutAt(waiting.p_F, mJ, 1) || PutAt(waiting.p_F, mJ, 2) || PutAt(waiting.else_F, mJ, 2);
   if (!put) (figures_.full ? spent_.no_room : spent_.chips) += mJ;
   figures_.full = figures_.full || was_full;
-  // Each once.
+  // Remove duplicates.
   for (std::size_t i = looked; i < looked_.size();) {
     const auto here = looked_.begin() + static_cast<std::ptrdiff_t>(i);
     if (std::find(looked_.begin(), here, *here) != here) {
@@ -349,14 +349,14 @@ double HeatGrid::CountWorkLeft() const {
   return left;
 }
 
-void HeatGrid::Work(double share_of_rest, const HeatWet& wet) {
+void HeatGrid::Work(double fraction_of_rest, const HeatWet& wet) {
   if (stage_ == Stage::kIdle) BeginFrame();
-  if (share_of_rest >= 1) {
+  if (fraction_of_rest >= 1) {
     while (WorkOne(wet) > 0) {
     }
     return;
   }
-  double due = share_of_rest * CountWorkLeft();
+  double due = fraction_of_rest * CountWorkLeft();
   while (due > 0) {
     const double cost = WorkOne(wet);
     if (cost == 0) return;
@@ -364,7 +364,7 @@ void HeatGrid::Work(double share_of_rest, const HeatWet& wet) {
   }
 }
 
-/// A unit of work; its cost, 0 when there is none left in the frame.
+/// Does a unit of work. Returns its cost; 0 if none is left in the frame.
 double HeatGrid::WorkOne(const HeatWet& wet) {
   const auto is_over = [&](Stage stage, std::size_t count) {
     if (stage_ != stage || done_ < count) return false;
@@ -411,7 +411,7 @@ void HeatGrid::EndFrame() {
   spent_.air += frame_spent_.air;
   spent_.steam += frame_spent_.steam;
   frame_spent_ = {};
-  // Heat of a long tick that goes into the frames to come stays.
+  // Heat of a long tick that is spread over the following frames stays in the queue.
   if (ticks_frames_ == 1) queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(put_));
   float hottest_K = 0;
   std::size_t kept = 0;
@@ -427,7 +427,7 @@ void HeatGrid::EndFrame() {
     Nodes& theta = block.theta[static_cast<std::size_t>(now_)];
     double chilled = 0;
     for (std::size_t n = 0; n < kNodes; ++n) {
-      chilled -= static_cast<double>(block.share[n]) * static_cast<double>(std::min(theta[n], 0.0F));
+      chilled -= static_cast<double>(block.fraction[n]) * static_cast<double>(std::min(theta[n], 0.0F));
       theta[n] = std::max(theta[n], 0.0F);
     }
     spent_.rewarmed += cell_mJ_per_K_ * chilled;
@@ -438,14 +438,14 @@ void HeatGrid::EndFrame() {
   figures_.peak_C = std::max(figures_.peak_C, figures_.hottest_C);
 }
 
-// ---- what others read
+// ---- results
 
 HeatBalance HeatGrid::CalcBalance() const {
   HeatBalance balance = spent_;
   for (std::size_t i = 0; i < used_; ++i) {
     const Block& block = blocks_[i];
     for (std::size_t n = 0; n < kNodes; ++n) {
-      const double mJ = cell_mJ_per_K_ * static_cast<double>(block.share[n]) *
+      const double mJ = cell_mJ_per_K_ * static_cast<double>(block.fraction[n]) *
                         static_cast<double>(block.theta[static_cast<std::size_t>(now_)][n]);
       (mJ > 0 ? balance.stored : balance.chilled) += std::abs(mJ);
     }
@@ -461,9 +461,9 @@ void HeatGrid::ForEachNode(const std::function<void(const HeatNode&)>& visit) co
     for (int x = 0; x < kSide; ++x) {
       for (int y = 0; y < kSide; ++y) {
         for (int z = 0; z < kSide; ++z, ++n) {
-          if (block.share[n] == 0) continue;
+          if (block.fraction[n] == 0) continue;
           const Vec3 node(kSide * block.index.x + x, kSide * block.index.y + y, kSide * block.index.z + z);
-          visit({params_.spacing_mm * node, static_cast<double>(block.share[n]),
+          visit({params_.spacing_mm * node, static_cast<double>(block.fraction[n]),
                  params_.body_C + static_cast<double>(block.theta[static_cast<std::size_t>(now_)][n]),
                  static_cast<double>(block.above_47_s[n]), static_cast<double>(block.cem43_min[n])});
         }
@@ -495,7 +495,7 @@ double HeatGrid::Interpolate(const Vec3& p_F, double (*value)(const HeatGrid&, c
     double at = none;
     if (number >= 0) {
       const Block& block = blocks_[static_cast<std::size_t>(number)];
-      weight *= static_cast<double>(block.share[static_cast<std::size_t>(NodeOf(x, y, z))]);
+      weight *= static_cast<double>(block.fraction[static_cast<std::size_t>(NodeOf(x, y, z))]);
       at = value(*this, block, NodeOf(x, y, z));
     }
     sum += weight * at;

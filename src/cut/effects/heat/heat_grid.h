@@ -1,4 +1,4 @@
-// Temperature of bone on a sparse grid: blocks of 8^3 nodes, opened where heat comes to, out of a pool set aside at the
+// Temperature of bone on a sparse grid: blocks of 8^3 nodes, opened where heat arrives, from a pool allocated at the
 // start.
 #pragma once
 
@@ -16,20 +16,20 @@ namespace kerf {
 
 struct HeatGridParams {
   double spacing_mm = 0.4;
-  double max_MB = 16;  // of the pool
+  double max_MB = 16;  // size of the pool
   double conductivity_W_per_mK = 0.32;
   double density_kg_per_m3 = 1908;
   double heat_capacity_J_per_kgK = 1313;
   double perfusion_mL_per_min_kg = 10;
   double body_C = 37;
-  double air_W_per_m2K = 10;        // from a bare surface, which else loses nothing
-  double irrigation_W_per_m2K = 0;  // where coolant runs; 0: none does
+  double air_W_per_m2K = 10;        // from a bare surface without coolant
+  double irrigation_W_per_m2K = 0;  // from a bare surface with coolant; 0: no coolant
   double coolant_C = 21;
-  double water_mg_per_mm3 = 0.2;  // of bone: boils off at 100 C; 0: none does
+  double water_mg_per_mm3 = 0.2;  // of bone, boils off at 100 C; 0: none
   double longest_frame_s = 0.2;
 };
 
-/// Where coolant runs: a short cylinder around the tool. Frame F of the bone's field.
+/// Region with coolant: a short cylinder around the tool. Frame F of the bone's field.
 struct HeatWet {
   Vec3 p_F{0};
   Vec3 axis_F{0, 0, 1};
@@ -37,72 +37,75 @@ struct HeatWet {
   double half_mm = 0;  // along the axis
 };
 
-/// Since the start; of nodes that are bone.
+/// Values since the start, over nodes that are bone.
 struct HeatFigures {
-  double peak_C = 0;         // highest temperature of a node ever
-  double hottest_C = 0;      // of a node at the end of the last frame
-  double above_47_s = 0;     // longest time of a node at 47 C and above
-  double cem43_min = 0;      // greatest thermal dose of a node
-  double past_47_mm3 = 0;    // of bone that was at 47 C and above for 1 min in all
-  double past_dose_mm3 = 0;  // of bone with a dose above 16 min
+  double peak_C = 0;         // highest temperature of a node so far
+  double hottest_C = 0;      // highest temperature at the end of the last frame
+  double above_47_s = 0;     // longest time of a node at 47 C or above
+  double cem43_min = 0;      // largest thermal dose of a node
+  double past_47_mm3 = 0;    // bone that was at 47 C or above for 1 min in total
+  double past_dose_mm3 = 0;  // bone with a dose above 16 min
   bool full = false;         // a block could not be opened
 };
 
-/// mJ. put_in + chilled + rewarmed = stored + waiting + perfusion + irrigation + air + steam + chips + no_room.
+/// Heat balance, mJ: put_in + chilled + rewarmed = stored + waiting + perfusion + irrigation + air + steam + chips +
+/// no_room.
 struct HeatBalance {
   double put_in = 0;
   double stored = 0;      // in bone that is warmer than the body
-  double chilled = 0;     // that bone colder than the body lacks, or lacked when it was cut away: coolant took it
+  double chilled = 0;     // deficit of bone colder than the body, also when it was cut away: taken by coolant
   double waiting = 0;     // for the next frame
-  double rewarmed = 0;    // given to chilled bone where it fell asleep: it is as warm as the body again
+  double rewarmed = 0;    // given to chilled bone in blocks that went to sleep, which are reset to body temperature
   double perfusion = 0;   // carried off by blood
-  double irrigation = 0;  // by coolant
+  double irrigation = 0;  // carried off by coolant
   double air = 0;
   double steam = 0;
-  double chips = 0;    // with bone that was cut away, or where there was none
-  double no_room = 0;  // the pool was used up
+  double chips = 0;    // in bone that was cut away, or put in where there was none
+  double no_room = 0;  // lost because the pool was used up
 
-  /// Where all has gone to, less where it comes from: 0 but for rounding.
+  /// Returns the sum of outputs less inputs: 0 except for rounding.
   double CalcRest() const {
     return stored + waiting + perfusion + irrigation + air + steam + chips + no_room - put_in - chilled - rewarmed;
   }
 };
 
-/// A node, for drawing.
+/// Node, for drawing.
 struct HeatNode {
   Vec3 p_F_mm;
-  double share;  // of its cell that is bone, above 0
+  double fraction;  // fraction of its cell that is bone, above 0
   double C;
   double above_47_s;
   double cem43_min;
 };
 
-/// Pennes' equation, rho c dT/dt = k lap T - w rho_b c_b (T - T_body) + source, in finite volumes: a cell of spacing^3
-/// about each node, of which a share is bone (from phi at the node).
+/// Temperature of bone by Pennes' equation, rho c dT/dt = k lap T - w rho_b c_b (T - T_body) + source, in finite
+/// volumes: a cell of spacing^3 about each node, a fraction of which is bone (from phi at the node).
 ///
-/// Model: heat goes between neighbours through the lesser of their shares; a surface loses heat to coolant or air
-///        through h and half a cell in series; blocks that are not open are neighbours that no heat goes to, and are
-///        opened before it comes. Cold opens none; a block that has nothing warm sleeps, and what coolant chilled in it
-///        is taken to be as warm as the body again. At 100 C water boils off, whose heat goes with the steam.
-/// Holds: second order in the spacing within the bone; no new extremes and an exact balance for any step; explicit, in
-///        frames of at most spacing^2 / (8 alpha), whose blocks are worked off a few a tick.
-/// What it takes from a node that is cut away goes with the chips.
+/// Model: heat flows between neighbours through the smaller of their fractions. A surface loses heat to coolant or air
+/// through h and half a cell in series. No heat flows to blocks that are not open; blocks are opened before heat
+/// reaches them. Cold does not open blocks. A block without warm nodes sleeps, and any chilled bone in it is reset to
+/// body temperature. Water boils off at 100 C, and its heat leaves with the steam. Bone that is cut away takes its heat
+/// with it.
+///
+/// Properties: second order in the spacing within the bone. No new extremes and an exact heat balance for any step.
+/// Explicit, in frames of at most spacing^2 / (8 alpha); in each tick a few blocks of a frame are computed.
 class HeatGrid {
  public:
-  /// The field must outlive the grid. Allocates; nothing else does.
+  /// The field must outlive the grid. Allocates; no other function does.
   HeatGrid(const HeatGridParams& params, const BoneField& field);
 
   // ---- in the tick
-  /// Heat at a point, or where there is no bone at another, mm and mJ; with no bone there either it goes with the
-  /// chips. It goes in at the beginning of the next frame. False, and nothing done, when too much waits.
+  /// Puts heat in at `p_F` or, if there is no bone there, at `else_F`; mm and mJ. If there is no bone there either, the
+  /// heat leaves with the chips. It enters at the beginning of the next frame. Returns false and does nothing if too
+  /// much is waiting.
   bool Put(const Vec3& p_F, const Vec3& else_F, double mJ);
-  /// How many times more something can be put in before the next frame.
-  std::size_t room() const { return kMostWaiting - queue_.size(); }
-  /// False: nothing is warm and nothing waits, Advance() does nothing.
+  /// Number of further calls of Put() that are possible before the next frame.
+  std::size_t room() const { return kMaxWaiting - queue_.size(); }
+  /// Returns false if nothing is warm and nothing is waiting: then Advance() does nothing.
   bool awake() const { return !active_.empty() || !queue_.empty(); }
   void Advance(double dt_s, const HeatWet& wet);
-  /// There may be bone again where there was none. It is found where heat is put in, as warm as the body; what warmth
-  /// and dose there are stay with the bone that was there all the time.
+  /// Must be called after bone was restored. The restored bone is found when heat is next put in, and starts at body
+  /// temperature. Temperature and dose of the other bone are unchanged.
   void BoneCameBack();
   double frame_s() const { return frame_s_; }
   std::uint64_t frames() const { return frames_; }
@@ -111,7 +114,7 @@ class HeatGrid {
   // ---- any time, between ticks
   HeatBalance CalcBalance() const;
   void ForEachNode(const std::function<void(const HeatNode&)>& visit) const;
-  /// C; that of the body where no block is open, NaN where there is no bone.
+  /// Temperature, C; that of the body where no block is open, NaN where there is no bone.
   double CalcTemperature(const Vec3& p_F) const { return Interpolate(p_F, &CurrentTheta, params_.body_C); }
   double CalcDose(const Vec3& p_F) const { return Interpolate(p_F, &Dose, 0); }
   const HeatGridParams& params() const { return params_; }
@@ -121,28 +124,28 @@ class HeatGrid {
 
  private:
   static constexpr std::size_t kNodes = heat::kNodes;
-  static constexpr float kOpens_K = 0.2F;  // at a block's face, and the block beyond is opened
-  static constexpr int kNone = -1;         // no block: not looked at, or no room for it
-  static constexpr int kAir = -2;          // looked at: no bone in it
-  static constexpr std::size_t kMostWaiting = 8192;
+  static constexpr float kOpens_K = 0.2F;  // temperature at a block's face at which the block beyond is opened
+  static constexpr int kNone = -1;         // no block: not tested, or no room for it
+  static constexpr int kAir = -2;          // tested: contains no bone
+  static constexpr std::size_t kMaxWaiting = 8192;
 
   struct Index {
     int x = 0, y = 0, z = 0;
     bool operator==(const Index&) const = default;
   };
   struct Block {
-    std::array<heat::Nodes, 2> theta{};  // K above the body's; at the beginning and at the end of a frame
-    heat::Nodes share{};                 // of the cell that is bone: 0, or half or more
+    std::array<heat::Nodes, 2> theta{};  // K above the body's, at the beginning and at the end of a frame
+    heat::Nodes fraction{};              // fraction of each cell that is bone: 0, or at least half
     heat::Nodes above_47_s{};
     heat::Nodes cem43_min{};
-    heat::Nodes boiled_K{};  // heat that boiled water off, by what it would have warmed the bone
+    heat::Nodes boiled_K{};  // heat that boiled off water, as the temperature rise that it would have caused
     Index index;
     std::array<int, 6> neighbours{};  // -x, +x, -y, +y, -z, +z
-    std::uint64_t looked_frame = 0;   // in which the shares were last looked up
+    std::uint64_t looked_frame = 0;   // frame in which the fractions were last computed
     bool active = false;
     bool whole = false;   // all of it is bone
-    bool grown = false;   // there may be more bone than its shares tell
-    unsigned wanted = 0;  // neighbours that heat has come to
+    bool grown = false;   // there may be more bone than its fractions indicate
+    unsigned wanted = 0;  // bits of the neighbours that heat has reached
     float hottest_K = 0;  // at the end of the last frame
     double past_47_mm3 = 0, past_dose_mm3 = 0;
   };
@@ -165,13 +168,13 @@ class HeatGrid {
   void OpenBeside(int number, int x, int y, int z);
   void Link(int number);
   void Activate(int number);
-  bool LookUpShares(Block& block);
+  bool LookUpFractions(Block& block);
   void Look(int number);
   void PutIn(Waiting& waiting);
   bool PutAt(const Vec3& p_F, double mJ, int reach);
   void BeginFrame();
   double CountWorkLeft() const;
-  void Work(double share_of_rest, const HeatWet& wet);
+  void Work(double fraction_of_rest, const HeatWet& wet);
   double WorkOne(const HeatWet& wet);
   void EndFrame();
   void Sweep(int number, const HeatWet& wet);
@@ -186,25 +189,25 @@ class HeatGrid {
   double cell_mJ_per_K_;           // of a cell that is all bone
   double frame_s_;                 // length of a frame
   float conduction_;               // alpha frame / spacing^2
-  float perfusion_keeps_;          // of the excess, in a frame
-  float air_rate_, coolant_rate_;  // what a cell of bone with a whole face bare gives off in a frame, of its excess
-  float boils_K_, water_K_;        // 100 C, and by how much a cell's water would warm it that boils off
+  float perfusion_keeps_;          // fraction of the excess that remains after a frame
+  float air_rate_, coolant_rate_;  // loss in a frame of a cell with one bare face, relative to its excess
+  float boils_K_, water_K_;        // 100 C, and the rise that would boil off a cell's water
   std::vector<Block> blocks_;
   std::size_t used_ = 0;
-  std::vector<std::int64_t> keys_;  // of the table from index to block
+  std::vector<std::int64_t> keys_;  // hash table from index to block
   std::vector<int> numbers_;
   std::size_t taken_ = 0;
   std::vector<int> active_;  // in the order of opening
   std::vector<Waiting> queue_;
-  std::vector<int> looked_, look_;  // blocks that heat was put into in this frame, and in the one before
+  std::vector<int> looked_, look_;  // blocks into which heat was put in this frame, and in the one before
   std::vector<std::array<int, 2>> open_;
-  int now_ = 0;  // which theta is that of the frame's beginning
+  int now_ = 0;  // index of the theta at the beginning of the frame
   std::uint64_t frames_ = 0;
   double elapsed_s_ = 0;  // of the frame
   double ticks_frames_ = 1;
   Stage stage_ = Stage::kIdle;
-  unsigned lookups_ = 0;            // of the shares of a block
-  std::size_t done_ = 0, put_ = 0;  // of the stage; of the queue at the frame's beginning
+  unsigned lookups_ = 0;            // computations of a block's fractions
+  std::size_t done_ = 0, put_ = 0;  // in the stage; in the queue at the frame's beginning
   HeatFigures figures_;
   HeatBalance spent_, frame_spent_;
 };

@@ -1,5 +1,5 @@
-// Compiled once for each vector instruction set. No multiply-add, and sums lane by lane in a fixed order: the same bits
-// at every width.
+// This file is compiled once for each vector instruction set. It uses no fused multiply-add, and sums lane by lane in a
+// fixed order, so the results are bit-identical at every width.
 #include "cut/effects/heat/kernels.h"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ HWY_INLINE V Square(V a) {
   return hn::Mul(a, a);
 }
 
-/// Sums over a block: floats along a layer's rows, doubles from layer to layer.
+/// Sum over a block: floats along a layer's rows, doubles from layer to layer.
 class Sum {
  public:
   HWY_INLINE void Add(V values, int part) {
@@ -54,7 +54,7 @@ class Sum {
   double sums_[kSide] = {};
 };
 
-/// The greatest of each lane.
+/// Maximum of each lane.
 class Greatest {
  public:
   explicit Greatest(float first) { std::fill(lanes_, lanes_ + kSide, first); }
@@ -67,23 +67,24 @@ class Greatest {
   alignas(64) float lanes_[kSide];
 };
 
-/// What goes from one cell to the next is to the bit what comes there: the same product with the other sign.
+/// Returns the heat gained from a neighbour. Both cells compute the same product with opposite signs, so the exchange
+/// is exact, bit for bit.
 template <bool kAllBone>
-HWY_INLINE V Gain(const float* theta, const float* share, V t, V f, int step) {
+HWY_INLINE V Gain(const float* theta, const float* fraction, V t, V f, int step) {
   const V difference = hn::Sub(hn::LoadU(kFloats, theta + step), t);
   if constexpr (kAllBone) return difference;
-  return hn::Mul(hn::Min(f, hn::LoadU(kFloats, share + step)), difference);
+  return hn::Mul(hn::Min(f, hn::LoadU(kFloats, fraction + step)), difference);
 }
 
 template <bool kAllBone>
-void ConductAll(const float* HWY_RESTRICT theta, const float* HWY_RESTRICT share, float conduction,
+void ConductAll(const float* HWY_RESTRICT theta, const float* HWY_RESTRICT fraction, float conduction,
                 float* HWY_RESTRICT after) {
   const V r = Splat(conduction);
   for (int x = 0; x < kSide; ++x) {
     for (int y = 0; y < kSide; ++y) {
       for (int z = 0; z < kSide; z += kLanes) {
         const float* at = theta + PaddedAt(x, y, z);
-        const float* f_at = share + PaddedAt(x, y, z);
+        const float* f_at = fraction + PaddedAt(x, y, z);
         const V t = hn::LoadU(kFloats, at);
         const V f = hn::LoadU(kFloats, f_at);
         V gain = hn::Add(Gain<kAllBone>(at, f_at, t, f, -kLayer), Gain<kAllBone>(at, f_at, t, f, kLayer));
@@ -92,18 +93,19 @@ void ConductAll(const float* HWY_RESTRICT theta, const float* HWY_RESTRICT share
         gain = hn::Add(gain, Gain<kAllBone>(at, f_at, t, f, -1));
         gain = hn::Add(gain, Gain<kAllBone>(at, f_at, t, f, 1));
         gain = hn::Mul(r, gain);
-        if constexpr (!kAllBone) gain = hn::Div(gain, hn::Max(f, Splat(kLeastShare)));
+        if constexpr (!kAllBone) gain = hn::Div(gain, hn::Max(f, Splat(kMinFraction)));
         hn::StoreU(hn::Add(t, gain), kFloats, after + (x * kSide + y) * kSide + z);
       }
     }
   }
 }
 
-void ConductBlock(const PaddedNodes& theta, const PaddedNodes& share, bool all_bone, float conduction, Nodes& after) {
-  (all_bone ? ConductAll<true> : ConductAll<false>)(theta.data(), share.data(), conduction, after.data());
+void ConductBlock(const PaddedNodes& theta, const PaddedNodes& fraction, bool all_bone, float conduction,
+                  Nodes& after) {
+  (all_bone ? ConductAll<true> : ConductAll<false>)(theta.data(), fraction.data(), conduction, after.data());
 }
 
-SurfaceLoss CoolBlock(const PaddedNodes& share, const Surface& s, Nodes& theta) {
+SurfaceLoss CoolBlock(const PaddedNodes& fraction, const Surface& s, Nodes& theta) {
   Sum to_air, to_coolant;
   const V one = Splat(1);
   alignas(64) float along_z[kSide], across_z[kSide];
@@ -120,14 +122,14 @@ SurfaceLoss CoolBlock(const PaddedNodes& share, const Surface& s, Nodes& theta) 
       const V along_xy = Splat(s.axis[0] * rx + s.axis[1] * ry + s.axis[2] * s.first_mm[2]);
       const V across_xy = Splat(rx * rx + ry * ry);
       for (int z = 0; z < kSide; z += kLanes) {
-        const float* at = share.data() + PaddedAt(x, y, z);
+        const float* at = fraction.data() + PaddedAt(x, y, z);
         const V f = hn::LoadU(kFloats, at);
         const auto slope = [&](int step) {
           const V least = hn::Min(hn::LoadU(kFloats, at - step), hn::LoadU(kFloats, at + step));
           return Square(hn::Sub(f, hn::Min(least, f)));
         };
         const V slope2 = hn::Add(hn::Add(slope(kLayer), slope(kRow)), slope(1));
-        const V area = hn::Div(hn::Sqrt(slope2), hn::Max(f, Splat(kLeastShare)));
+        const V area = hn::Div(hn::Sqrt(slope2), hn::Max(f, Splat(kMinFraction)));
         float* row = theta.data() + (x * kSide + y) * kSide + z;
         const V before = hn::LoadU(kFloats, row);
         V after = hn::Div(before, hn::Add(one, hn::Mul(Splat(s.air), area)));
@@ -152,7 +154,7 @@ SurfaceLoss CoolBlock(const PaddedNodes& share, const Surface& s, Nodes& theta) 
   return {to_air.Total(), to_coolant.Total()};
 }
 
-Perfused PerfuseBlock(const Nodes& share, float keeps, const Nodes& before, Nodes& after) {
+Perfused PerfuseBlock(const Nodes& fraction, float keeps, const Nodes& before, Nodes& after) {
   Sum lost;
   constexpr float kFar = 1e30F;
   Greatest hottest(-kFar), coldest(-kFar), was_hottest(-kFar);
@@ -160,7 +162,7 @@ Perfused PerfuseBlock(const Nodes& share, float keeps, const Nodes& before, Node
     for (int z = 0; z < kSide; z += kLanes) {
       const V now = hn::LoadU(kFloats, after.data() + row + z);
       const V kept = hn::Mul(Splat(keeps), now);
-      lost.Add(hn::Mul(hn::LoadU(kFloats, share.data() + row + z), hn::Sub(now, kept)), z);
+      lost.Add(hn::Mul(hn::LoadU(kFloats, fraction.data() + row + z), hn::Sub(now, kept)), z);
       hottest.Add(kept, z);
       coldest.Add(hn::Neg(kept), z);
       was_hottest.Add(hn::LoadU(kFloats, before.data() + row + z), z);
@@ -171,9 +173,9 @@ Perfused PerfuseBlock(const Nodes& share, float keeps, const Nodes& before, Node
   return {lost.Total(), hottest.Total(), -coldest.Total(), was_hottest.Total()};
 }
 
-/// 2^x to 3e-7 of it; x from -126 to 126.
+/// Returns 2^x with a relative error of 3e-7, for x from -126 to 126.
 HWY_INLINE V CalcPowerOf2(V x) {
-  const V to_whole = Splat(12582912.0F);  // 1.5 * 2^23: what is added to it is rounded to whole numbers
+  const V to_whole = Splat(12582912.0F);  // 1.5 * 2^23: adding it rounds to whole numbers
   const V whole = hn::Sub(hn::Add(x, to_whole), to_whole);
   const V t = hn::Sub(x, whole);
   V fine = Splat(0.00015404F);
@@ -184,7 +186,7 @@ HWY_INLINE V CalcPowerOf2(V x) {
   return hn::Mul(fine, hn::BitCast(kFloats, exponent));
 }
 
-DoseFigures AddDoseToBlock(const DoseRule& rule, const Nodes& share, const Nodes& before, const Nodes& after,
+DoseFigures AddDoseToBlock(const DoseRule& rule, const Nodes& fraction, const Nodes& before, const Nodes& after,
                            Nodes& above_s, Nodes& dose_min) {
   Greatest longest(0), greatest(0);
   Sum past_time, past_dose;
@@ -194,13 +196,13 @@ DoseFigures AddDoseToBlock(const DoseRule& rule, const Nodes& share, const Nodes
   for (int row = 0; row < kNodes; row += kSide) {
     for (int z = 0; z < kSide; z += kLanes) {
       const int n = row + z;
-      const V f = hn::LoadU(kFloats, share.data() + n);
+      const V f = hn::LoadU(kFloats, fraction.data() + n);
       const V middle =
           hn::Mul(Splat(0.5F), hn::Add(hn::LoadU(kFloats, before.data() + n), hn::LoadU(kFloats, after.data() + n)));
       const V mean_K = hn::IfThenElse(hn::Gt(f, zero), middle, Splat(-1000));
       const V above = hn::Add(hn::LoadU(kFloats, above_s.data() + n),
                               hn::IfThenElseZero(hn::Ge(mean_K, Splat(rule.limit_K)), frame_s));
-      const V over_K = hn::Min(hn::Max(hn::Sub(mean_K, Splat(rule.base_K)), Splat(-60)), Splat(rule.most_K));
+      const V over_K = hn::Min(hn::Max(hn::Sub(mean_K, Splat(rule.base_K)), Splat(-60)), Splat(rule.max_K));
       const V rate = CalcPowerOf2(hn::Min(over_K, hn::Add(over_K, over_K)));  // R = 1/2, below 43 C 1/4
       const V dose = hn::Add(hn::LoadU(kFloats, dose_min.data() + n),
                              hn::IfThenElseZero(hn::Ge(mean_K, Splat(rule.from_K)), hn::Mul(frame_min, rate)));
@@ -233,18 +235,18 @@ HWY_EXPORT(AddDoseToBlock);
 
 }  // namespace
 
-void Conduct(const PaddedNodes& theta, const PaddedNodes& share, bool all_bone, float conduction, Nodes& after) {
-  HWY_DYNAMIC_DISPATCH(ConductBlock)(theta, share, all_bone, conduction, after);
+void Conduct(const PaddedNodes& theta, const PaddedNodes& fraction, bool all_bone, float conduction, Nodes& after) {
+  HWY_DYNAMIC_DISPATCH(ConductBlock)(theta, fraction, all_bone, conduction, after);
 }
-SurfaceLoss CoolSurface(const PaddedNodes& share, const Surface& surface, Nodes& theta) {
-  return HWY_DYNAMIC_DISPATCH(CoolBlock)(share, surface, theta);
+SurfaceLoss CoolSurface(const PaddedNodes& fraction, const Surface& surface, Nodes& theta) {
+  return HWY_DYNAMIC_DISPATCH(CoolBlock)(fraction, surface, theta);
 }
-Perfused Perfuse(const Nodes& share, float keeps, const Nodes& before, Nodes& after) {
-  return HWY_DYNAMIC_DISPATCH(PerfuseBlock)(share, keeps, before, after);
+Perfused Perfuse(const Nodes& fraction, float keeps, const Nodes& before, Nodes& after) {
+  return HWY_DYNAMIC_DISPATCH(PerfuseBlock)(fraction, keeps, before, after);
 }
-DoseFigures AddDose(const DoseRule& rule, const Nodes& share, const Nodes& before, const Nodes& after, Nodes& above_s,
-                    Nodes& dose_min) {
-  return HWY_DYNAMIC_DISPATCH(AddDoseToBlock)(rule, share, before, after, above_s, dose_min);
+DoseFigures AddDose(const DoseRule& rule, const Nodes& fraction, const Nodes& before, const Nodes& after,
+                    Nodes& above_s, Nodes& dose_min) {
+  return HWY_DYNAMIC_DISPATCH(AddDoseToBlock)(rule, fraction, before, after, above_s, dose_min);
 }
 
 }  // namespace kerf::heat

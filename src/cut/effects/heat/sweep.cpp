@@ -1,4 +1,4 @@
-// A block of the heat grid from a frame's beginning to its end.
+// Computation of a block of the heat grid from the beginning to the end of a frame.
 #include <algorithm>
 #include <cmath>
 
@@ -10,15 +10,15 @@ namespace {
 
 using namespace heat;
 
-constexpr double kDoseFrom_C = 39;  // below, the rule of CEM43 counts nothing
-constexpr double kDoseTo_C = 100;   // above, it counts as that
+constexpr double kDoseFrom_C = 39;  // CEM43 counts no dose below this
+constexpr double kDoseTo_C = 100;   // higher temperatures count as this
 constexpr double kLimit_C = 47, kLimit_s = 60, kLimitDose_min = 16;
 
 void CopyRow(const float* from, float* to) {
   std::copy_n(from, kSide, to);
 }
 
-/// A layer of a block, z fastest, into a layer of a padded one. `face`: of the block that is padded.
+/// Copies a layer of a block, z fastest, into a layer of a padded block. `face`: of the padded block.
 void CopyLayer(const float* from, int layer, int face, float* to) {
   const int place = face % 2 == 1 ? kSide : -1;
   for (int i = 0; i < kSide; ++i) {
@@ -42,10 +42,10 @@ void ClearLayer(int face, float* to) {
 
 }  // namespace
 
-/// A block with a layer of its neighbours about it.
+/// Block with a layer of its neighbours on each side.
 struct HeatGrid::Padded {
   PaddedNodes theta{};
-  PaddedNodes share{};
+  PaddedNodes fraction{};
   bool surface = false;  // some of the cells may have a bare surface
 };
 
@@ -55,7 +55,7 @@ void HeatGrid::Pad(const Block& block, Padded& padded) const {
     for (int y = 0; y < kSide; ++y) {
       const int row = (x * kSide + y) * kSide;
       CopyRow(theta.data() + row, padded.theta.data() + PaddedAt(x, y, 0));
-      CopyRow(block.share.data() + row, padded.share.data() + PaddedAt(x, y, 0));
+      CopyRow(block.fraction.data() + row, padded.fraction.data() + PaddedAt(x, y, 0));
     }
   }
   padded.surface = !block.whole;
@@ -63,15 +63,15 @@ void HeatGrid::Pad(const Block& block, Padded& padded) const {
     const bool upper = face % 2 == 1;
     const int number = block.neighbours[static_cast<std::size_t>(face)];
     const Block* other = number >= 0 ? &blocks_[static_cast<std::size_t>(number)] : nullptr;
-    // Of a neighbour that is not worked on, heat neither comes nor goes.
+    // No heat is exchanged with a neighbour that is not active.
     const bool worked_on = other != nullptr && other->active;
     CopyLayer((worked_on ? other->theta[static_cast<std::size_t>(now_)] : theta).data(),
               worked_on != upper ? kSide - 1 : 0, face, padded.theta.data());
     if (number == kAir) {
-      ClearLayer(face, padded.share.data());
+      ClearLayer(face, padded.fraction.data());
     } else {
-      CopyLayer((other != nullptr ? other->share : block.share).data(), (other != nullptr) != upper ? kSide - 1 : 0,
-                face, padded.share.data());
+      CopyLayer((other != nullptr ? other->fraction : block.fraction).data(),
+                (other != nullptr) != upper ? kSide - 1 : 0, face, padded.fraction.data());
     }
     padded.surface = padded.surface || number == kAir || (other != nullptr && !other->whole);
   }
@@ -94,7 +94,7 @@ void HeatGrid::Cool(const Block& block, const Padded& padded, const HeatWet& wet
   surface.spacing_mm = static_cast<float>(H);
   surface.radius_mm = static_cast<float>(wet.radius_mm);
   surface.half_mm = static_cast<float>(wet.half_mm);
-  const SurfaceLoss loss = CoolSurface(padded.share, surface, theta);
+  const SurfaceLoss loss = CoolSurface(padded.fraction, surface, theta);
   frame_spent_.air += cell_mJ_per_K_ * loss.air;
   frame_spent_.irrigation += cell_mJ_per_K_ * loss.coolant;
 }
@@ -104,12 +104,12 @@ void HeatGrid::Count(Block& block, const Nodes& before, const Nodes& after) {
   rule.frame_s = static_cast<float>(frame_s_);
   rule.from_K = static_cast<float>(kDoseFrom_C - params_.body_C);
   rule.base_K = static_cast<float>(43 - params_.body_C);
-  rule.most_K = static_cast<float>(kDoseTo_C - 43);
+  rule.max_K = static_cast<float>(kDoseTo_C - 43);
   rule.limit_K = static_cast<float>(kLimit_C - params_.body_C);
-  // Sums of frames' lengths: within half a frame.
+  // The times are sums of frame lengths, with an error of half a frame.
   rule.limit_s = static_cast<float>(kLimit_s) - 0.5F * rule.frame_s;
   rule.limit_dose_min = static_cast<float>(kLimitDose_min);
-  const DoseFigures found = AddDose(rule, block.share, before, after, block.above_47_s, block.cem43_min);
+  const DoseFigures found = AddDose(rule, block.fraction, before, after, block.above_47_s, block.cem43_min);
   const double cell_mm3 = params_.spacing_mm * params_.spacing_mm * params_.spacing_mm;
   figures_.above_47_s = std::max(figures_.above_47_s, static_cast<double>(found.longest_s));
   figures_.cem43_min = std::max(figures_.cem43_min, static_cast<double>(found.greatest_min));
@@ -119,14 +119,14 @@ void HeatGrid::Count(Block& block, const Nodes& before, const Nodes& after) {
   block.past_dose_mm3 = cell_mm3 * found.past_dose;
 }
 
-/// Water takes what a node has above 100 C, until it is gone, and is off as steam. mJ.
+/// Boils off water with the heat of a node above 100 C, until no water is left. Returns the heat of the steam, mJ.
 double HeatGrid::Boil(Block& block, std::size_t node, float& theta) const {
   const float boils = std::min(theta - boils_K_, water_K_ - block.boiled_K[node]);
   if (!(boils > 0)) return 0;
   const float before = theta;
   theta -= boils;
   block.boiled_K[node] += boils;
-  return cell_mJ_per_K_ * static_cast<double>(block.share[node]) *
+  return cell_mJ_per_K_ * static_cast<double>(block.fraction[node]) *
          (static_cast<double>(before) - static_cast<double>(theta));
 }
 
@@ -136,9 +136,9 @@ void HeatGrid::Sweep(int number, const HeatWet& wet) {
   Pad(block, padded);
   const Nodes& before = block.theta[static_cast<std::size_t>(now_)];
   Nodes& after = block.theta[static_cast<std::size_t>(now_ ^ 1)];
-  Conduct(padded.theta, padded.share, !padded.surface, conduction_, after);
+  Conduct(padded.theta, padded.fraction, !padded.surface, conduction_, after);
   if (padded.surface) Cool(block, padded, wet, after);
-  const Perfused perfused = Perfuse(block.share, perfusion_keeps_, before, after);
+  const Perfused perfused = Perfuse(block.fraction, perfusion_keeps_, before, after);
   frame_spent_.perfusion += cell_mJ_per_K_ * perfused.lost;
   block.hottest_K = perfused.hottest_K;
   if (perfused.hottest_K > boils_K_ && water_K_ > 0) {

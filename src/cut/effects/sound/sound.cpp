@@ -1,11 +1,12 @@
 // sound: the tone of motor and cut, from spindle speed and load.
 //
-// In the tick three figures are noted: the spindle's frequency, the power of cutting and how much the teeth's force
-// varies as they pass. The samples are made outside of it (tone.h), by whoever writes or plays them.
+// The tick records three values: the spindle frequency, the cutting power, and the amplitude of the teeth's force at
+// their frequency. The samples are made outside the tick (tone.h), by the code that writes or plays them.
 #include "cut/effects/sound/sound.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 #include <variant>
 
@@ -14,11 +15,7 @@
 #include "cut/effects/tangential_force.h"
 
 namespace kerf {
-namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-
-}  // namespace
+namespace {}  // namespace
 
 SoundEffect::SoundEffect(const SoundParams& params, const EffectSetup& setup)
     : params_(params),
@@ -32,7 +29,7 @@ void SoundEffect::End(EffectEnd& end) {
   passing_N_ = cuts ? params_.passing_share * end.thrust_sum_N / std::max(1.0, end.engaged_teeth) : 0;
   load_W_ = 0;
   if (cuts) {
-    const double rim_mm_per_s = 2 * kPi * spindle_Hz_ * radius_mm_;
+    const double rim_mm_per_s = 2 * std::numbers::pi * spindle_Hz_ * radius_mm_;
     load_W_ = cutting_ != nullptr ? cutting_->figures().power_W
                                   : 1e-3 * params_.cutting_share * end.thrust_sum_N * rim_mm_per_s;
   }
@@ -79,39 +76,37 @@ const EffectInfo& Sound() {
       .name = "sound",
       .summary = "the tone of motor and cut, from spindle speed and load, as a sound file",
       .source =
-          "lines at multiples of the spindle's and the teeth's frequency; all loudnesses and the motor's order are "
-          "assumptions: no recording of a saw in bone was analysed",
-      .reads = "spindle speed, thrust and number of the teeth, power of cutting",
-      .writes = "nothing in the tick; sound.wav of a run",
-      .state = "figures of the last tick",
-      .sleeps = "never: a tick notes three numbers",
+          "lines at multiples of the spindle's and the tooth-passing frequency; all loudnesses and the motor's order "
+          "are assumptions: no recording of a saw in bone was analysed",
+      .reads = "spindle speed, thrust and number of the teeth, cutting power",
+      .writes = "nothing in the tick; the file sound.wav of a run",
+      .state = "values of the last tick",
+      .sleeps = "never: a tick stores three numbers",
       .hooks = kEffectEnd,
-      .parameters = {{"rate_Hz", 48000.0, 8000, 192000, "samples each second, a whole number"},
-                     {"motor_order", 7.0, 1, 200,
-                      "of the motor's whine (gear or poles), times the spindle's frequency; an assumption"},
-                     {"motor_level", 0.2, 0, 0.3, "loudest amplitude of the motor, of full scale"},
-                     {"teeth_level", 0.3, 0, 0.3, "likewise, of the teeth that pass"},
-                     {"noise_level", 0.3, 0, 0.3, "likewise, of the noise of cutting"},
-                     {"half_W", 20.0, 0.1, 10000,
-                      "power of cutting at which motor and noise have half the loudness it gives"},
-                     {"half_N", 0.5, 0.001, 1000,
-                      "amplitude of the teeth's force at which they have half their loudness"},
-                     {"passing_share", 0.4, 0, 2,
-                      "amplitude of the force at the teeth's frequency, of a tooth's mean force; an assumption "
-                      "(tooth_vibration: 0.46 in a "
-                      "block of 4 mm). With "
-                      "tooth_vibration its lines count"},
-                     {"cutting_share", 0.625, 0, 2,
-                      "cutting force of a tooth, of its thrust, for the power; with tangential_force that counts"}},
+      .parameters =
+          {{"rate_Hz", 48000.0, 8000, 192000, "samples per second, a whole number"},
+           {"motor_order", 7.0, 1, 200,
+            "frequency of the motor's whine (gear or poles), as a multiple of the spindle's; an assumption"},
+           {"motor_level", 0.2, 0, 0.3, "maximum amplitude of the motor, as a fraction of full scale"},
+           {"teeth_level", 0.3, 0, 0.3, "maximum amplitude of the passing teeth, as a fraction of full scale"},
+           {"noise_level", 0.3, 0, 0.3, "maximum amplitude of the cutting noise, as a fraction of full scale"},
+           {"half_W", 20.0, 0.1, 10000,
+            "cutting power at which its contribution to motor and noise is half of the maximum"},
+           {"half_N", 0.5, 0.001, 1000,
+            "amplitude of the teeth's force at which their tone has half of its maximum amplitude"},
+           {"passing_share", 0.4, 0, 2,
+            "amplitude of the force at the tooth-passing frequency, as a fraction of a tooth's mean force; an "
+            "assumption (tooth_vibration: 0.46 in a block of 4 mm). Not used with tooth_vibration"},
+           {"cutting_share", 0.625, 0, 2,
+            "cutting force of a tooth, as a fraction of its thrust, for the power; not used with tangential_force"}},
       .channels =
-          {{"spindle_Hz", "turns each second"},
-           {"load_W", "power of cutting"},
+          {{"spindle_Hz", "rotations of the spindle per second"},
+           {"load_W", "cutting power"},
            {"passing_N",
-            "amplitude of the teeth's force at their frequency, as the sound estimates it where tooth_vibration, which "
-            "knows it, is not on"}},
+            "amplitude of the teeth's force at their frequency, an estimate that is used without tooth_vibration"}},
       .find_fault = [](std::span<const EffectValue> values) -> std::string {
         const double rate_Hz = std::get<double>(values[0]);
-        return rate_Hz == std::floor(rate_Hz) ? "" : "rate_Hz is no whole number";
+        return rate_Hz == std::floor(rate_Hz) ? "" : "rate_Hz must be a whole number";
       },
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };

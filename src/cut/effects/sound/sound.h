@@ -1,4 +1,4 @@
-// sound: what a motor and its cut sound like. The tick only notes what the tone goes by; Tone makes the samples.
+// sound: the sound of a motor and its cut. The tick only records the inputs of the tone; Tone makes the samples.
 #pragma once
 
 #include <span>
@@ -12,10 +12,11 @@ class TangentialForceEffect;
 
 struct SoundParams {
   ToneParams tone;
-  double passing_share = 0.4;  // amplitude at the teeth's frequency, of the mean force of a tooth
+  double passing_share = 0.4;  // force amplitude at the tooth-passing frequency / mean force of a tooth
   double cutting_share = 0.625;
 };
 
+/// Records the inputs of the tone in each tick.
 class SoundEffect final : public Effect {
  public:
   SoundEffect(const SoundParams& params, const EffectSetup& setup);
@@ -32,30 +33,30 @@ class SoundEffect final : public Effect {
   SoundParams params_;
   int teeth_;
   double radius_mm_;
-  const TangentialForceEffect* cutting_;  // whose power it is; null: it is estimated from the thrust
+  const TangentialForceEffect* cutting_;  // source of the power; null: it is estimated from the thrust
   double spindle_Hz_ = 0;
   double load_W_ = 0;
   double passing_N_ = 0;
 };
 
-/// Finds what the tone goes by among the figures that a plan's effects give after each tick: the sound's own, and the
-/// teeth's lines of tooth_vibration when that is on as well, in place of the sound's estimate.
+/// Reads the inputs of the tone from the channels of a plan's effects after each tick: those of the sound effect and,
+/// if tooth_vibration is enabled, its lines instead of the sound effect's estimate.
 class ToneReader {
  public:
   ToneReader() = default;
   explicit ToneReader(const EffectPlan& plan);
 
-  /// Whether the plan has the sound.
+  /// Returns true if the plan contains the sound effect.
   bool any() const { return sound_ >= 0; }
   const ToneParams& tone() const { return tone_; }
   int teeth() const { return teeth_; }
-  /// `channels`: of all effects. Tick-safe.
+  /// `channels`: those of all effects. Tick-safe.
   ToneFrame Read(double dt_s, std::span<const double> channels) const;
 
  private:
   ToneParams tone_;
   int teeth_ = 0;
-  int sound_ = -1;  // first channel
+  int sound_ = -1;  // its first channel
   int runout_ = -1, set_ = -1, passing_ = -1;
 };
 

@@ -1,4 +1,4 @@
-// The tone of a motor and its cut: figures of a tick made into samples. Outside the tick.
+// Tone of a motor and its cut: converts values of a tick to samples, outside the tick.
 #pragma once
 
 #include <array>
@@ -7,47 +7,48 @@
 
 namespace kerf {
 
-/// What a tick says of the tone.
+/// Inputs of the tone from one tick.
 struct ToneFrame {
   float dt_s = 0;
   float spindle_Hz = 0;
-  float load_W = 0;  // power of cutting
-  // Amplitudes of the teeth's force, as lines at 1, N / 2 and N times the spindle's frequency.
+  float load_W = 0;  // cutting power
+  // Amplitudes of the teeth's force, as lines at 1, N / 2 and N times the spindle frequency.
   float runout_N = 0;
   float set_N = 0;
   float passing_N = 0;
 };
 
 struct ToneParams {
-  int rate_Hz = 48000;  // samples each second
+  int rate_Hz = 48000;  // samples per second
   double motor_order = 7;
-  // The most that each part may take of full scale.
+  // Maximum amplitude of each part, relative to full scale.
   double motor_level = 0.2;
   double teeth_level = 0.3;
   double noise_level = 0.3;
-  // At which a part has half of that.
+  // Power and force at which a part has half of its maximum amplitude.
   double half_W = 20;
   double half_N = 0.5;
 };
 
-/// Turns frames into samples, one frame after the other. Each partial has a phase of its own that goes on from frame to
-/// frame; frequencies and amplitudes go linearly from one frame's to the next one's. A partial fades between 0.40 and
-/// 0.45 of the sampling rate, and is silent above. The sum of the levels bounds every sample: nothing is clipped.
+/// Converts frames to samples, one frame after the other. Each partial has its own phase, which continues from frame to
+/// frame. Frequencies and amplitudes change linearly from the values of one frame to those of the next. A partial fades
+/// between 0.40 and 0.45 of the sampling rate and is silent above. The sum of the levels bounds every sample, so that
+/// nothing is clipped.
 class Tone {
  public:
-  /// `teeth`: that pass in a turn.
+  /// `teeth`: number that pass per turn.
   Tone(const ToneParams& params, int teeth);
 
-  /// Appends the frame's samples, within +-(motor_level + teeth_level + noise_level): as many as bring their number up
-  /// to the time that all frames took. What is not a finite number counts as 0, a frame lasts at most a second.
+  /// Appends the frame's samples, within +-(motor_level + teeth_level + noise_level). Their total number corresponds to
+  /// the total time of all frames. Values that are not finite count as 0, and a frame lasts at most 1 s.
   void Render(const ToneFrame& frame, std::vector<float>& samples);
 
   enum { kMotor1, kMotor2, kMotor3, kWhine, kWhine2, kRunout, kSet, kPassing, kPassing2, kPartials };
-  /// Times the spindle's frequency; 0: none.
+  /// Multiples of the spindle frequency; 0: none.
   const std::array<double, kPartials>& orders() const { return orders_; }
-  /// Of the partials as a frame makes them, of full scale; without the fading near half the sampling rate.
+  /// Returns the amplitudes of the partials, relative to full scale, without the fading near half the sampling rate.
   std::array<double, kPartials> CalcAmplitudes(const ToneFrame& frame) const;
-  /// Likewise; the greatest that the noise can be.
+  /// Returns the maximum amplitude of the noise, relative to full scale.
   double CalcNoise(const ToneFrame& frame) const;
 
  private:
@@ -59,11 +60,11 @@ class Tone {
   std::array<double, kPartials> amplitudes_{};
   double noise_amplitude_ = 0;
   double spindle_Hz_ = 0;
-  double owed_ = 0;  // of a sample
+  double owed_ = 0;  // fraction of a sample carried to the next frame
   bool fresh_ = true;
   std::uint64_t dice_ = 0x6b657266;
   double fine_ = 0, finer_ = 0, slow_ = 0;  // states of the noise's filters
-  double fine_share_, slow_share_;
+  double fine_fraction_, slow_fraction_;
 };
 
 }  // namespace kerf

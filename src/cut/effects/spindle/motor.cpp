@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The sum of the terms for n = 0, 1, ... until they don't count any more.
+/// Returns the sum of the terms for n = 0, 1, ... until they no longer change it.
 template <typename Next>
 double SumSeries(double term, Next next) {
   double sum = 0;
@@ -33,7 +33,7 @@ double Phi2(double x) {
 double Phi3(double x) {
   if (x > 1) return (x + 2 * std::expm1(-x) - 0.5 * std::expm1(-2 * x)) / (x * x * x);
   // (-1)^n (2^n - 2) x^(n-2) / (n! (n+1)), n from 2.
-  double power = 0.5;  // x^(n-2) / n!, with its sign
+  double power = 0.5;  // x^(n-2) / n! with alternating sign
   double two = 4;
   double sum = 0;
   for (int n = 2; n < 40; ++n) {
@@ -46,7 +46,7 @@ double Phi3(double x) {
   return sum;
 }
 
-/// A range of speeds w > 0 in which the motor's torque is torque_Nmm - slope w.
+/// Range of speeds w > 0 in which the motor's torque is torque_Nmm - slope w.
 struct Range {
   double torque_Nmm = 0;
   double slope_Nmms = 0;
@@ -54,7 +54,8 @@ struct Range {
   double upper = kInfinity;
 };
 
-/// Of the speeds about w >= 0: those above it when `rising`. Turning is taken as positive.
+/// Returns the range next to the speed w >= 0: the one above it if `rising`, otherwise the one below. The direction of
+/// rotation is taken as positive.
 Range FindRange(const Motor& motor, double set, double w, bool rising) {
   const auto is_above = [&](double edge) { return rising ? w >= edge : w > edge; };
   const double slope = motor.stall_torque_Nmm / motor.no_load_rad_per_s;
@@ -78,7 +79,7 @@ MotorRun RunMotor(const Motor& motor, double set, double load_Nmm, double hold_N
   const double J = motor.CalcInertia();
   MotorRun run;
   double left_s = time_s;
-  // Each corner is passed once at most on the way to the steady speed; the bound is against rounding.
+  // Each corner is passed at most once on the way to the steady speed; the bound guards against rounding.
   for (int n = 0; n < 16 && left_s > 0; ++n) {
     double way = w > 0 ? 1 : -1;
     if (w == 0) {
@@ -98,12 +99,12 @@ MotorRun RunMotor(const Motor& motor, double set, double load_Nmm, double hold_N
       c = gain(range);
     }
     const double B = (range.slope_Nmms + motor.viscous_Nmms) / J;
-    // w(t) = from + c t Phi1(B t): when is it at the range's end?
+    // w(t) = from + c t Phi1(B t): time at which it reaches the end of the range.
     const double end = c > 0 ? range.upper : range.lower;
     double t = kInfinity;
     if (c != 0 && end < kInfinity) {
-      const double share = B * (end - from) / c;  // of the way to the speed at which it would settle
-      if (share < 1) t = B > 0 ? -std::log1p(-share) / B : (end - from) / c;
+      const double fraction = B * (end - from) / c;  // fraction of the change to the steady speed
+      if (fraction < 1) t = B > 0 ? -std::log1p(-fraction) / B : (end - from) / c;
     }
     const bool reaches = t <= left_s;
     t = std::min(t, left_s);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "cut/effects/effects.h"
 #include "cut/effects/plan.h"
@@ -12,18 +13,17 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kRpm = 30 / kPi;
-constexpr double kMostRpm = 1e6;
-constexpr double kLeastRpm = 1;  // slower is standing still, as for the tick
-constexpr double kMost_Nmm = 1e9;
+constexpr double kRpm = 30 / std::numbers::pi;
+constexpr double kMaxRpm = 1e6;
+constexpr double kMinRpm = 1;  // a slower spindle counts as stopped, as in the tick
+constexpr double kMax_Nmm = 1e9;
 
 }  // namespace
 
 SpindleEffect::SpindleEffect(const Params& params, TangentialForceEffect& cutting, const EffectSetup& setup)
     : motor_(params.motor),
       follows_(params.follows),
-      restart_share_(params.restart_share),
+      restart_fraction_(params.restart_share),
       cutting_(cutting),
       spin_{-setup.p_TC_mm.y, setup.p_TC_mm.x, 0, 0, 0, 1},
       in_hand_(setup.faces != nullptr) {
@@ -32,12 +32,12 @@ SpindleEffect::SpindleEffect(const Params& params, TangentialForceEffect& cuttin
 
 const SpindleEffect& SpindleEffect::In(const EffectPlan& plan) {
   const Effect* effect = plan.Find("spindle");
-  if (effect == nullptr) throw Error("the effect spindle is not on");
+  if (effect == nullptr) throw Error("the effect spindle is not enabled");
   return static_cast<const SpindleEffect&>(*effect);
 }
 
 void SpindleEffect::Begin(EffectBegin& begin) {
-  const bool on = std::abs(begin.set_rpm) >= kLeastRpm;
+  const bool on = std::abs(begin.set_rpm) >= kMinRpm;
   if (!on && w_rad_per_s_ == 0) {
     // Off, and at rest.
     load_Nmm_ = hold_Nmm_ = load_Nmms_ = hold_Nmms_ = 0;
@@ -48,26 +48,26 @@ void SpindleEffect::Begin(EffectBegin& begin) {
     cutting_.SetHeld(0);
     return;
   }
-  double set = on ? std::clamp(begin.set_rpm, -kMostRpm, kMostRpm) / kRpm : 0;
+  double set = on ? std::clamp(begin.set_rpm, -kMaxRpm, kMaxRpm) / kRpm : 0;
   if (follows_) {
     if (on) motor_.no_load_rad_per_s = std::abs(set);
   } else {
     set = std::clamp(set, -motor_.no_load_rad_per_s, motor_.no_load_rad_per_s);
   }
   const double inv = dt_s_ > 0 ? 1 / dt_s_ : 0;
-  load_Nmm_ = std::clamp(inv * load_Nmms_, 0.0, kMost_Nmm);
-  hold_Nmm_ = stood_ ? std::clamp(inv * hold_Nmms_, 0.0, kMost_Nmm) : load_Nmm_;
+  load_Nmm_ = std::clamp(inv * load_Nmms_, 0.0, kMax_Nmm);
+  hold_Nmm_ = stood_ ? std::clamp(inv * hold_Nmms_, 0.0, kMax_Nmm) : load_Nmm_;
   load_Nmms_ = hold_Nmms_ = 0;
   dt_s_ = begin.dt_s;
 
   double hold = hold_Nmm_;
-  if (stalled_) hold = in_hand_ ? hold / restart_share_ : std::numeric_limits<double>::infinity();
+  if (stalled_) hold = in_hand_ ? hold / restart_fraction_ : std::numeric_limits<double>::infinity();
   run_ = RunMotor(motor_, set, load_Nmm_, hold, w_rad_per_s_, begin.dt_s);
   w_rad_per_s_ = run_.w_rad_per_s;
   stalled_ = on && w_rad_per_s_ == 0;
   begin.rpm = run_.angle_rad / begin.dt_s * kRpm;
-  // Of the tick in which it stalls: what is left of a turn could have any bite.
-  if (stalled_ || std::abs(begin.rpm) < kLeastRpm) begin.rpm = 0;
+  // In the tick in which it stalls, a very low mean speed would give an arbitrary bite.
+  if (stalled_ || std::abs(begin.rpm) < kMinRpm) begin.rpm = 0;
   stood_ = begin.rpm == 0;
   const double push_Nmm = stalled_ ? motor_.CalcTorque(set, 0) : 0;
   cutting_.SetHeld(std::copysign(std::max(0.0, std::abs(push_Nmm) - motor_.friction_Nmm), push_Nmm));
@@ -78,7 +78,7 @@ void SpindleEffect::Solved(const EffectSolved& solved) {
   if (solved.rpm == 0) {
     double hold_Nmm = cutting_.CalcNeeded();
     for (const FrictionPoint& p : problem.frictions) {
-      if (p.slip_a_mm_per_s != 0 || p.slip_b_mm_per_s != 0) continue;  // the motor's own pull
+      if (p.slip_a_mm_per_s != 0 || p.slip_b_mm_per_s != 0) continue;  // caused by the motor's own torque
       hold_Nmm += p.limit_N * std::hypot(Dot(p.row_a, spin_), Dot(p.row_b, spin_));
     }
     hold_Nmms_ += solved.time_s * hold_Nmm;
@@ -108,32 +108,34 @@ void SpindleEffect::Report(std::span<double> channels) const {
 const EffectInfo& Spindle() {
   static const EffectInfo kEffect{
       .name = "spindle",
-      .summary = "a motor that runs up and down, is slowed by the load and stalls: stalled it does not cut",
+      .summary = "a motor that spins up and down, is slowed by the load and stalls; when stalled it does not cut",
       .source =
-          "a torque-speed line, as of a direct-current motor; all figures are assumptions of the size of a dental or "
-          "surgical hand motor (such are given with 3 N cm and above 60 W at 40000 rpm; geared down to 7500 rpm, 60 W "
-          "on a line are 300 N mm at standstill)",
-      .reads = "the speed that is set, what the spindle's turning loses to teeth and flats, the motion",
-      .writes = "the speed with which the tick works",
+          "a linear torque-speed curve, like that of a DC motor; all values are assumptions for a dental or surgical "
+          "handpiece (such motors have 3 N cm and over 60 W at 40000 rpm; geared down to 7500 rpm, 60 W on such a "
+          "line correspond to 300 N mm at standstill)",
+      .reads = "the set speed, the spindle's losses to teeth and flats, the motion",
+      .writes = "the spindle speed of the tick",
       .state = "speed of the rotor, load of the last tick",
-      .sleeps = "switched off and at rest",
+      .sleeps = "while switched off and at rest",
       .needs = {"tangential_force"},
       .hooks = kEffectBegin | kEffectSolved,
-      .parameters =
-          {{"stall_torque_Nmm", 300.0, 0.1, 1e5, "of the motor at the tool, standing still at full drive"},
-           {"no_load_rpm", 0.0, 0, 1e6,
-            "at full drive and without any loss; a lower speed that is set is a lower drive. 0: the speed that is set, "
-            "so that there is all of the stall torque at each"},
-           {"inertia_gmm2", 1000.0, 0.01, 1e9, "of tool, gear and rotor, as seen at the tool"},
-           {"friction_Nmm", 5.0, 0, 1e5, "of bearings and gear, the same at all speeds"},
-           {"viscous_Nmms", 0.005, 0, 1e4, "further loss for each rad/s"},
-           {"brakes", true, 0, 0, "the motor also slows down what turns too fast; if not it runs down by its losses"},
-           {"restart_share", 0.7, 0.01, 1,
-            "a stalled spindle starts when what holds it has fallen to this share of what the motor can turn"}},
+      .parameters = {{"stall_torque_Nmm", 300.0, 0.1, 1e5, "stall torque of the motor at the tool, at full drive"},
+                     {"no_load_rpm", 0.0, 0, 1e6,
+                      "speed at full drive without losses; a lower set speed means a lower drive. 0: the set speed, so "
+                      "that the full stall torque is available at any set speed"},
+                     {"inertia_gmm2", 1000.0, 0.01, 1e9,
+                      "moment of inertia of tool, gear and rotor, as seen at the tool"},
+                     {"friction_Nmm", 5.0, 0, 1e5, "friction of bearings and gear, the same at all speeds"},
+                     {"viscous_Nmms", 0.005, 0, 1e4, "additional friction per rad/s"},
+                     {"brakes", true, 0, 0,
+                      "the motor also brakes a spindle that turns too fast; otherwise losses slow it down"},
+                     {"restart_share", 0.7, 0.01, 1,
+                      "a stalled spindle restarts when the torque that holds it has fallen to this fraction of the "
+                      "motor's torque"}},
       .channels = {{"rpm", "speed at the end of the tick; its sign is the direction, about +z"},
-                   {"spindle_load_Nmm", "torque against its turning"},
-                   {"motor_W", "mechanical power of the motor, mean over the tick; below 0 it brakes"},
-                   {"stalled", "1: it stands still although it is switched on"}},
+                   {"spindle_load_Nmm", "torque against its rotation"},
+                   {"motor_W", "mechanical power of the motor, mean over the tick; negative: it brakes"},
+                   {"stalled", "1: it is stopped although it is switched on"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto number = [&](const char* key) { return std::get<double>(values[Spindle().FindParameter(key)]); };
         SpindleEffect::Params params;
@@ -142,7 +144,7 @@ const EffectInfo& Spindle() {
         params.motor.friction_Nmm = number("friction_Nmm");
         params.motor.viscous_Nmms = number("viscous_Nmms");
         params.motor.brakes = std::get<bool>(values[Spindle().FindParameter("brakes")]);
-        params.follows = !(number("no_load_rpm") >= kLeastRpm);
+        params.follows = !(number("no_load_rpm") >= kMinRpm);
         params.motor.no_load_rad_per_s = number("no_load_rpm") / kRpm;
         params.restart_share = number("restart_share");
         return std::make_unique<SpindleEffect>(params, TangentialForceEffect::In(*setup.plan), setup);

@@ -1,4 +1,4 @@
-// spindle: a motor that runs up and down, gives way to the load of cutting, and stalls.
+// spindle: a motor that accelerates and brakes, slows down under the load of cutting, and stalls.
 #pragma once
 
 #include "cut/effects/effect.h"
@@ -8,13 +8,14 @@ namespace kerf {
 
 class TangentialForceEffect;
 
-/// Sets the speed with which a tick works: the motor's mean over the tick, under the load of the tick before. The load
-/// is what the problem's friction points take from the turning: the teeth's tangential force, and the flats' friction.
+/// Sets the speed that a tick uses: the motor's mean over the tick, under the load of the tick before. The load is the
+/// torque of the problem's friction points on the rotation: the teeth's tangential force, and the friction of the
+/// flats.
 ///
-/// Stalled, the edge is a solid contact. What holds the spindle then is the torque that the teeth would need to cut
-/// with what presses on them, and friction. It starts again when that has fallen to a share of what the motor can turn:
-/// the hysteresis, without which it would flutter. On a path nobody sees what presses: there it starts again only after
-/// the operator has switched it off.
+/// When it is stalled, the edge is a solid contact. The spindle is then held by friction and by the torque that the
+/// teeth would need to cut with the current contact forces. It starts again when this torque has fallen to a fraction
+/// of the motor's torque. Without this hysteresis it would alternate between both states. On a prescribed path the
+/// contact forces are unknown; there it starts again only after the operator has switched it off.
 class SpindleEffect final : public Effect {
  public:
   struct Params {
@@ -23,7 +24,7 @@ class SpindleEffect final : public Effect {
     double restart_share = 0.7;
   };
   SpindleEffect(const Params& params, TangentialForceEffect& cutting, const EffectSetup& setup);
-  /// That of a plan; throws Error when it has none.
+  /// Returns the effect of a plan. Throws Error if the plan has none.
   static const SpindleEffect& In(const EffectPlan& plan);
 
   void Begin(EffectBegin& begin) override;
@@ -33,28 +34,28 @@ class SpindleEffect final : public Effect {
   std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
 
   double rpm() const;                            // at the end of the tick, signed
-  bool stalled() const { return stalled_; }      // it stands still although it is switched on
-  double load_Nmm() const { return load_Nmm_; }  // that the tick worked with
-  double hold_Nmm() const { return hold_Nmm_; }  // what holds it while it stands still
-  const MotorRun& run() const { return run_; }   // of the tick
+  bool stalled() const { return stalled_; }      // it is stopped although it is switched on
+  double load_Nmm() const { return load_Nmm_; }  // used by the tick
+  double hold_Nmm() const { return hold_Nmm_; }  // torque that holds it while it is stopped
+  const MotorRun& run() const { return run_; }   // in the tick
   const Motor& motor() const { return motor_; }
 
  private:
   Motor motor_;
   bool follows_;
-  double restart_share_;
+  double restart_fraction_;
   TangentialForceEffect& cutting_;
-  Twist spin_;  // the tool's motion when it turns about the spindle's axis with 1 rad/s
+  Twist spin_;  // motion of the tool that rotates about the spindle's axis with 1 rad/s
   bool in_hand_;
 
   double w_rad_per_s_ = 0;
   bool stalled_ = false;
   double load_Nmm_ = 0;
   double hold_Nmm_ = 0;
-  double dt_s_ = 0;     // of the tick
-  bool stood_ = false;  // it worked with a spindle that stands still
+  double dt_s_ = 0;     // of the last tick
+  bool stood_ = false;  // the last tick used a stopped spindle
   MotorRun run_;
-  // Of the steps since the tick began, times time.
+  // Sums over the steps since the start of the tick, weighted by time.
   double load_Nmms_ = 0;
   double hold_Nmms_ = 0;
 };

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-// ---- places, bytes
+// ---- byte offsets
 constexpr std::size_t kMagicAt = 0, kVersionAt = 4, kKindAt = 6, kSessionAt = 8, kSequenceAt = 12, kTimeAt = 16,
                       kFlagsAt = 24, kAnswerToAt = 28, kCrcAt = 124;
 constexpr std::size_t kForceAt = 32, kTorqueAt = 44, kAnchorAt = 56, kStiffnessAt = 68, kDampingAt = 72, kValidAt = 76;
@@ -20,8 +20,8 @@ constexpr std::size_t kReasonAt = 32, kSpokenAt = 36, kTextAt = 40, kTextBytes =
 constexpr std::uint32_t kMagic = 0x4752424b;  // "KBRG"
 constexpr std::uint32_t kEngaged = 1;
 constexpr std::uint32_t kHomed = 1, kReady = 2;
-constexpr std::uint32_t kMostValid_ms = 1000;
-constexpr double kMostFigure = 1e6;
+constexpr std::uint32_t kMaxValid_ms = 1000;
+constexpr double kMaxFigure = 1e6;
 
 constexpr std::array<std::uint32_t, 256> MakeCrcTable() {
   std::array<std::uint32_t, 256> table{};
@@ -64,7 +64,7 @@ void PutVec3(std::span<std::uint8_t> bytes, std::size_t at, const Vec3& v) {
 }
 
 bool IsFigure(double x) {
-  return std::isfinite(x) && std::abs(x) <= kMostFigure;
+  return std::isfinite(x) && std::abs(x) <= kMaxFigure;
 }
 bool IsFigure(const Vec3& v) {
   return IsFigure(v.x) && IsFigure(v.y) && IsFigure(v.z);
@@ -77,14 +77,14 @@ bool IsPrintable(char c) {
   return c >= 0x20 && c < 0x7f;
 }
 
-/// Cut to the place less one; what is not printable becomes '?'.
+/// Truncates to the field size minus one; non-printable characters become '?'.
 void PutText(std::span<std::uint8_t> place, const std::string& text) {
   for (std::size_t i = 0; i < text.size() && i + 1 < place.size(); ++i) {
     place[i] = static_cast<std::uint8_t>(IsPrintable(text[i]) ? text[i] : '?');
   }
 }
 
-/// None when it is not printable, or has no end.
+/// Returns nullopt if the text is not printable or not terminated.
 std::optional<std::string> GetText(std::span<const std::uint8_t> place) {
   std::string text;
   for (const std::uint8_t byte : place) {
@@ -216,7 +216,7 @@ std::optional<BridgeCommand> ReadBridgeCommand(std::span<const std::uint8_t> byt
   command.engaged = (Get<std::uint32_t>(bytes, kFlagsAt) & kEngaged) != 0;
   if (!IsFigure(command.f_D_N) || !IsFigure(command.tau_D_Nmm) || !IsFigure(command.p_D_mm) ||
       !IsPositiveOrZero(command.stiffness_N_per_mm) || !IsPositiveOrZero(command.damping_Ns_per_mm) ||
-      command.valid_ms < 1 || command.valid_ms > kMostValid_ms) {
+      command.valid_ms < 1 || command.valid_ms > kMaxValid_ms) {
     return std::nullopt;
   }
   return command;
@@ -266,7 +266,7 @@ std::optional<BridgeDescription> ReadBridgeDescription(std::span<const std::uint
 }
 
 std::optional<BridgeRefusal> ReadBridgeRefusal(std::span<const std::uint8_t> bytes) {
-  // Of any version: that is what one may be about.
+  // Accept any version: the refusal may be about the version.
   const std::optional<BridgeHeader> header = ReadBridgeHeader(bytes);
   if (!header || header->kind != BridgeKind::kRefusal) return std::nullopt;
   const auto reason = Get<std::uint32_t>(bytes, kReasonAt);

@@ -1,7 +1,7 @@
-// The packets between kerf and a bridge: a program of the user's that speaks to a device by its maker's library. 128
-// bytes each way, little-endian, with a check sum; docs/bridge.md has them byte by byte, tools/bridge a client in C.
+// Packets between kerf and a bridge: a user-supplied program that accesses a device through its maker's library. 128
+// bytes each way, little-endian, with a checksum. docs/bridge.md defines every byte; tools/bridge is a client in C.
 //
-// Frame D (devices/driver.h); mm, N, N mm, s unless named.
+// Frame D (devices/driver.h). Units: mm, N, N mm, s unless named.
 #pragma once
 
 #include <array>
@@ -21,41 +21,41 @@ using BridgeBytes = std::array<std::uint8_t, kBridgeBytes>;
 
 enum class BridgeKind : std::uint16_t {
   kHello = 1,        // to the bridge: begins a session
-  kDescription = 2,  // from it: what the device can do
-  kCommand = 3,      // to it
-  kState = 4,        // from it, one for each command
-  kRefusal = 5,      // from it, in place of any answer
-  kBye = 6,          // to it: ends the session, no force
+  kDescription = 2,  // from the bridge: capabilities of the device
+  kCommand = 3,      // to the bridge
+  kState = 4,        // from the bridge, one per command
+  kRefusal = 5,      // from the bridge, instead of another answer
+  kBye = 6,          // to the bridge: ends the session, zero force
 };
 
 struct BridgeHeader {
   std::uint16_t version = kBridgeVersion;
   BridgeKind kind = BridgeKind::kHello;
-  std::uint32_t session = 0;    // chosen by kerf, other each time
-  std::uint32_t sequence = 0;   // goes up by one with each packet of the sender; goes round
-  std::uint64_t time_ns = 0;    // by the sender's own clock, which only goes forward
-  std::uint32_t answer_to = 0;  // sequence of the packet that this one answers; 0 to the bridge
+  std::uint32_t session = 0;    // chosen by kerf, different each time
+  std::uint32_t sequence = 0;   // increases by one with each packet of the sender; wraps around
+  std::uint64_t time_ns = 0;    // on the sender's clock, which is monotonic
+  std::uint32_t answer_to = 0;  // sequence number of the packet that this one answers; 0 in packets to the bridge
 };
 
 struct BridgeCommand {
   Vec3 f_D_N{0};
   Vec3 tau_D_Nmm{0};
-  Vec3 p_D_mm{0};                 // where f_D_N was worked out
+  Vec3 p_D_mm{0};                 // position for which f_D_N was computed
   double stiffness_N_per_mm = 0;  // along f_D_N, 0 or more
   double damping_Ns_per_mm = 0;   // 0 or more
-  std::uint32_t valid_ms = 50;    // after its coming; then the far side goes to zero by itself. 1 to 1000
+  std::uint32_t valid_ms = 50;    // this long after its arrival, the bridge sets the force to zero; 1 to 1000
   bool engaged = false;
 };
 
 struct BridgeState {
   Pose X_DH;
   std::uint32_t buttons = 0;
-  Vec3 made_f_D_N{0};  // the force that the far side makes now
+  Vec3 made_f_D_N{0};  // current force of the device
   bool homed = false;
-  bool ready = false;  // motors on: it would make a force
+  bool ready = false;  // motors on: the device can output force
 };
 
-/// Figures of 0 are not known, but for peak_force_N: 0 is a device that makes none.
+/// A value of 0 means unknown, except that peak_force_N = 0 means a device without force.
 struct BridgeDescription {
   std::string name;  // 1 to 31 printable ASCII characters
   double peak_force_N = 0;
@@ -66,27 +66,28 @@ struct BridgeDescription {
   double max_damping_Ns_per_mm = 0;
   double workspace_radius_mm = 0;
   double resolution_mm = 0;
-  double rate_hz = 0;  // of the far side's servo loop
+  double rate_hz = 0;  // of the bridge's servo loop
   int driven = 3;      // degrees of freedom with motors: 0, 3 or 6
   bool senses_orientation = false;
-  bool homes = false;  // its handle has to be moved in some way first
+  bool homes = false;  // its handle must first be moved as its maker specifies
   int buttons = 0;     // 0 to 32
 };
 
 enum class BridgeReason : std::uint32_t {
-  kVersion = 1,    // the bridge speaks another one
-  kBusy = 2,       // with another client
-  kNoDevice = 3,   // the maker's library doesn't find it
-  kNoSession = 4,  // a command without a hello before: the bridge was started anew
+  kVersion = 1,    // the bridge has a different version
+  kBusy = 2,       // it serves another client
+  kNoDevice = 3,   // the maker's library does not find the device
+  kNoSession = 4,  // a command without a hello: the bridge was restarted
 };
 
 struct BridgeRefusal {
   BridgeReason reason = BridgeReason::kNoDevice;
-  std::uint16_t version = 0;  // that the bridge speaks
+  std::uint16_t version = 0;  // version of the bridge
   std::string text;           // up to 79 printable ASCII characters, for the user
 };
 
-/// CRC-32 of ISO-HDLC, as zip, PNG and Ethernet have it: polynomial 0xedb88320 reflected, start and end inverted.
+/// Computes the ISO-HDLC CRC-32, as in zip, PNG and Ethernet: polynomial 0xedb88320 reflected, initial and final value
+/// inverted.
 std::uint32_t CalcCrc32(std::span<const std::uint8_t> bytes);
 
 BridgeBytes WriteBridgeHello(const BridgeHeader& header);
@@ -96,24 +97,26 @@ BridgeBytes WriteBridgeState(const BridgeHeader& header, const BridgeState& stat
 BridgeBytes WriteBridgeDescription(const BridgeHeader& header, const BridgeDescription& description);
 BridgeBytes WriteBridgeRefusal(const BridgeHeader& header, const BridgeRefusal& refusal);
 
-/// Length, magic and check sum are right and the kind is known; another version passes, for the reader to say so. Like
-/// the readers below it reads any bytes, and never throws.
+/// Returns the header if length, magic number and checksum are valid and the kind is known. Accepts other versions, so
+/// that the caller can report them. Like the readers below, it accepts any bytes and never throws.
 std::optional<BridgeHeader> ReadBridgeHeader(std::span<const std::uint8_t> bytes) noexcept;
-/// Each looks at the header too: None when that is not whole, of another version or kind, or when a figure is not
-/// finite or out of its range, a quaternion not of unit length (to 1e-3; it is made so).
+/// Each also reads the header. Returns nullopt if the header is invalid or of another version or kind, if a value is
+/// not finite or is out of range, or if the length of a quaternion differs from 1 by more than 1e-3; otherwise the
+/// quaternion is normalised.
 std::optional<BridgeCommand> ReadBridgeCommand(std::span<const std::uint8_t> bytes) noexcept;
 std::optional<BridgeState> ReadBridgeState(std::span<const std::uint8_t> bytes) noexcept;
-/// Asks for memory.
+/// Allocates.
 std::optional<BridgeDescription> ReadBridgeDescription(std::span<const std::uint8_t> bytes);
 std::optional<BridgeRefusal> ReadBridgeRefusal(std::span<const std::uint8_t> bytes);
 
-/// Whether `sequence` comes after `last`, going round.
+/// Returns true if `sequence` comes after `last`, with wrap-around.
 constexpr bool IsAfter(std::uint32_t sequence, std::uint32_t last) {
   return static_cast<std::int32_t>(sequence - last) > 0;
 }
 
-/// What the far side is to make of a command at x_D_mm and v_D_mm_per_s: f_D_N less the stiffness along it, never the
-/// other way; less the damping in all directions; and not above the peak (0: none). N.
+/// Computes the force that the bridge must output for a command at x_D_mm and v_D_mm_per_s, N: f_D_N minus the
+/// stiffness term along it, never reversed, minus the damping term in all directions, limited to the peak (0: no
+/// force).
 Vec3 CalcFieldForce(const BridgeCommand& command, const Vec3& x_D_mm, const Vec3& v_D_mm_per_s, double peak_force_N);
 
 }  // namespace kerf

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kControl_ms = 500;
 constexpr int kBootTransfer_ms = 100;
-constexpr int kMostUploads = 10;
+constexpr int kMaxUploads = 10;
 constexpr int kGreetings = 30;
 constexpr int kProbes = 10;
 constexpr int kReadsPerRound = 8;
@@ -28,8 +28,8 @@ constexpr const char* kGoneInStart = "the Falcon was unplugged while it was bein
 
 void CheckFalconFirmware(const std::vector<std::uint8_t>& firmware, const std::string& file) {
   if (firmware.size() < kFalconLeastFirmwareBytes || firmware.size() > kFalconMostFirmwareBytes) {
-    throw Error(fmt::format("{}: has {} bytes and can't be a Falcon's firmware, which has {} to {}", file,
-                            firmware.size(), kFalconLeastFirmwareBytes, kFalconMostFirmwareBytes));
+    throw Error(fmt::format("{}: has {} bytes and can't be Falcon firmware, which has {} to {}", file, firmware.size(),
+                            kFalconLeastFirmwareBytes, kFalconMostFirmwareBytes));
   }
 }
 
@@ -40,7 +40,7 @@ FalconDriver::FalconDriver(std::unique_ptr<UsbTransport> transport, FalconOption
     sha256_ = CalcSha256(options_.firmware);
   }
   if (!std::isfinite(options_.motor_counts_per_Nmm) || options_.motor_counts_per_Nmm == 0 ||
-      options_.most_motor_counts < 0 || options_.most_motor_counts > 4096 || options_.most_leap_counts < 1 ||
+      options_.max_motor_counts < 0 || options_.max_motor_counts > 4096 || options_.max_leap_counts < 1 ||
       options_.timeout_ms < 10) {
     throw Error(
         "the Falcon's options must have a scale other than 0, 0 to 4096 motor counts, a leap of 1 count or "
@@ -72,11 +72,11 @@ FalconDriver::Step FalconDriver::SendAll(std::span<const std::uint8_t> bytes) no
 
 FalconDriver::Step FalconDriver::AwaitEcho(std::span<const std::uint8_t> bytes, bool skip_others) noexcept {
   std::size_t matched = 0;
-  // A chunk takes 5 ms on the line, and a packet with or without data comes every 16 ms.
-  constexpr int kMostReads = 12;
-  constexpr int kMostSilent = 2;
+  // A chunk takes 5 ms to transmit, and a packet with or without data arrives every 16 ms.
+  constexpr int kMaxReads = 12;
+  constexpr int kMaxSilent = 2;
   int silent = 0;
-  for (int i = 0; i < kMostReads && silent < kMostSilent && matched < bytes.size(); ++i) {
+  for (int i = 0; i < kMaxReads && silent < kMaxSilent && matched < bytes.size(); ++i) {
     std::array<std::uint8_t, kFalconUsbPacketBytes> packet{};
     const Transfer transfer = transport_->Read(kFalconEndpointIn, packet, kBootTransfer_ms);
     if (transfer.end == TransferEnd::kGone) return Step::kGone;
@@ -109,7 +109,7 @@ FalconDriver::Step FalconDriver::EnterRunMode() noexcept {
   return Step::kDone;
 }
 
-/// Whether reports come back.
+/// Returns kDone if reports are received.
 FalconDriver::Step FalconDriver::LooksAlive() noexcept {
   for (int probe = 0; probe < kProbes; ++probe) {
     const FalconPacket packet = Pack(FalconCommand{.motors = {}, .homing = true, .lamps = kFalconRed});
@@ -129,7 +129,7 @@ FalconDriver::Step FalconDriver::LooksAlive() noexcept {
   return Step::kFailed;
 }
 
-/// The serial port and the boot loader, up to where the firmware is expected.
+/// Prepares the serial port and the boot loader until the boot loader expects the firmware.
 FalconDriver::Step FalconDriver::Greet(const std::function<void()>& tell) {
   struct Setting {
     std::uint8_t request;
@@ -159,8 +159,8 @@ FalconDriver::Step FalconDriver::Greet(const std::function<void()>& tell) {
 FalconDriver::Step FalconDriver::Upload(const Show& show, int attempt) {
   const std::string doing = attempt == 1 ? std::string("loading the Falcon's firmware")
                                          : fmt::format("loading the Falcon's firmware, attempt {}", attempt);
-  const auto tell = [&](double share) {
-    if (show && !show(doing, share)) throw Error("loading the Falcon's firmware was called off");
+  const auto tell = [&](double fraction) {
+    if (show && !show(doing, fraction)) throw Error("loading the Falcon's firmware was cancelled");
   };
   tell(0);
   if (const Step step = Greet([&] { tell(0); }); step != Step::kDone) return step;
@@ -178,32 +178,32 @@ FalconDriver::Step FalconDriver::Upload(const Show& show, int attempt) {
 void FalconDriver::Start(const Show& show) {
   has_believed_ = has_doubted_ = has_place_ = false;
   must_drain_ = true;
-  if (show && !show("looking whether the Falcon runs", 0)) throw Error("starting the Falcon was called off");
+  if (show && !show("checking whether the Falcon is running", 0)) throw Error("starting the Falcon was cancelled");
   Step step = EnterRunMode();
   if (step == Step::kFailed) {
-    throw Error("the Falcon's USB port refuses its settings; unplug it, wait a few seconds and plug it in again");
+    throw Error("the Falcon's USB port rejected its settings; unplug it, wait a few seconds and plug it in again");
   }
   if (step == Step::kDone) step = LooksAlive();
   if (step == Step::kGone) throw Error(kGoneInStart);
   if (step == Step::kDone) return;
   if (options_.firmware.empty()) {
     throw Error(
-        fmt::format("the Falcon has no firmware yet, and kerf may not ship it; give the maker's file by {} or "
-                    "in the environment variable {} (docs/falcon.md says where it is)",
+        fmt::format("the Falcon has no firmware yet, and kerf may not distribute it; provide the maker's file with {} "
+                    "or in the environment variable {} (docs/falcon.md says where to find it)",
                     kFalconFirmwareOption, kFalconFirmwareVariable));
   }
-  for (int attempt = 1; attempt <= kMostUploads; ++attempt) {
+  for (int attempt = 1; attempt <= kMaxUploads; ++attempt) {
     step = Upload(show, attempt);
     if (step == Step::kGone) throw Error(kGoneInStart);
     if (step == Step::kDone) return;
   }
   throw Error(
-      fmt::format("the Falcon took no firmware in {} attempts; unplug its power and USB for ten seconds, plug "
-                  "both in and try again; if it stays so, the file (SHA-256 {}) may be the wrong one",
-                  kMostUploads, sha256_));
+      fmt::format("the Falcon accepted no firmware in {} attempts; unplug its power and USB for ten seconds, plug "
+                  "both in and try again; if that does not help, the file (SHA-256 {}) may be the wrong one",
+                  kMaxUploads, sha256_));
 }
 
-/// The last report in `bytes`.
+/// Stores the last report in `bytes`; returns false if there is none.
 bool FalconDriver::TakeReport(std::span<const std::uint8_t> bytes) noexcept {
   bool any = false;
   for (const std::uint8_t byte : bytes) {
@@ -225,29 +225,29 @@ void FalconDriver::CalcMotors(const DriverCommand& command) noexcept {
   Vec3 counts = options_.motor_counts_per_Nmm * *tau_Nmm;
   const double largest = std::max({std::abs(counts.x), std::abs(counts.y), std::abs(counts.z)});
   if (!std::isfinite(largest)) return;
-  if (largest > options_.most_motor_counts) counts *= options_.most_motor_counts / largest;
+  if (largest > options_.max_motor_counts) counts *= options_.max_motor_counts / largest;
   for (int i = 0; i < 3; ++i) {
     motors_[static_cast<std::size_t>(i)] =
-        std::clamp(static_cast<int>(std::lround(counts[i])), -options_.most_motor_counts, options_.most_motor_counts);
+        std::clamp(static_cast<int>(std::lround(counts[i])), -options_.max_motor_counts, options_.max_motor_counts);
   }
 }
 
 bool FalconDriver::IsLeap(const FalconReport& from, const FalconReport& to) const noexcept {
   if (from.homed != to.homed) return true;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (std::abs(from.counts[i] - to.counts[i]) > options_.most_leap_counts) return true;
+    if (std::abs(from.counts[i] - to.counts[i]) > options_.max_leap_counts) return true;
   }
   return false;
 }
 
-/// Whether the report that came can be believed, and what it says.
+/// Checks whether the received report is plausible, and computes the sample.
 RoundEnd FalconDriver::Judge(DriverSample& sample) noexcept {
   if (!has_believed_ || IsLeap(believed_, report_)) {
     const bool confirmed = has_doubted_ && !IsLeap(doubted_, report_);
     doubted_ = report_;
     has_doubted_ = true;
     if (!confirmed) return RoundEnd::kBadAnswer;
-    if (!has_believed_ || believed_.homed != report_.homed) has_place_ = false;  // the encoders' zero has jumped
+    if (!has_believed_ || believed_.homed != report_.homed) has_place_ = false;  // the encoders' zero has changed
   }
   has_doubted_ = false;
   has_believed_ = true;
@@ -258,7 +258,8 @@ RoundEnd FalconDriver::Judge(DriverSample& sample) noexcept {
     sample = DriverSample{};
   } else {
     if (!has_place_) forward_.Forget();
-    // Where it can't be solved the last place is kept: a round without force would be followed by one with all of it.
+    // If there is no solution, keep the last position: dropping it would give a round without force and then one with
+    // full force.
     if (!forward_.Solve(CalcFalconAngles(report_.counts))) return RoundEnd::kBadAnswer;
     has_place_ = true;
     sample = DriverSample{};
@@ -281,8 +282,8 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   if (sent.end == TransferEnd::kGone) return RoundEnd::kGone;
   const bool heard = sent.end == TransferEnd::kOk && sent.bytes == static_cast<int>(packet_out.size());
 
-  // An answer that came too late would make all later ones late by a round: after a round without one, all is read
-  // until nothing comes for about 3 ms, and the last counts.
+  // A late answer would delay all later ones by one round. After a round without an answer, read until nothing arrives
+  // for about 3 ms and use the last report.
   constexpr int kQuietReads = 3;
   const bool drains = must_drain_;
   bool any_report = false;
@@ -303,14 +304,14 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   must_drain_ = !any_report || !heard;
   if (!any_report) return any_bytes ? RoundEnd::kBadAnswer : RoundEnd::kNoAnswer;
   if (heard) return Judge(sample);
-  // A report of what was asked for before: the next one is judged by it, but it is no answer.
+  // A report for an earlier command: it is used to judge the next one, but does not count as an answer.
   DriverSample before;
   const RoundEnd end = Judge(before);
   return end == RoundEnd::kSample ? RoundEnd::kNoAnswer : end;
 }
 
 void FalconDriver::Stop() noexcept {
-  // Twice: the first may fall into a packet that was cut short.
+  // Twice: the first may be merged with a truncated packet.
   const FalconPacket packet = Pack(FalconCommand{.motors = {}, .homing = true, .lamps = kFalconRed});
   for (int i = 0; i < 2; ++i) transport_->Write(kFalconEndpointOut, packet, kBootTransfer_ms);
   motors_ = {};

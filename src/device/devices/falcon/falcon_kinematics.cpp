@@ -10,12 +10,12 @@
 namespace kerf {
 namespace {
 
-// Stamper's letters, mm.
-constexpr double kThigh = 60;        // a: arm of the motor
+// Dimensions in Stamper's notation, mm.
+constexpr double kThigh = 60;        // a: motor arm
 constexpr double kShin = 102.5;      // b: side of the parallelogram
-constexpr double kEnds = 2 * 11.25;  // d + e: of the shin beyond the parallelogram
+constexpr double kEnds = 2 * 11.25;  // d + e: parts of the shin beyond the parallelogram
 constexpr double kU = 14.43 - 40;    // c - r: from the base of a leg to the grip, outwards
-constexpr double kV = 23.09 - 25;    // f - s: and across
+constexpr double kV = 23.09 - 25;    // f - s: likewise, across
 constexpr double kDegree = 6.283185307179586 / 360;
 constexpr std::array<double, 3> kAzimuth = {105 * kDegree, -15 * kDegree, -135 * kDegree};
 
@@ -28,7 +28,7 @@ const std::array<LegFrame, 3> kLegs = {LegFrame{std::cos(kAzimuth[0]), std::sin(
                                        LegFrame{std::cos(kAzimuth[1]), std::sin(kAzimuth[1])},
                                        LegFrame{std::cos(kAzimuth[2]), std::sin(kAzimuth[2])}};
 
-/// The end of the shin in the plane of a leg's arm: u outwards, v across, w towards the user.
+/// End of the shin in the frame of a leg's arm: u outwards, v across, w towards the user.
 struct LegPoint {
   double u = 0;
   double v = 0;
@@ -44,13 +44,14 @@ Vec3 CalcInD(const LegFrame& leg, double u, double v, double w) {
   return {leg.cos_phi * u - leg.sin_phi * v, leg.sin_phi * u + leg.cos_phi * v, w};
 }
 
-/// What of the shin's parallelogram lies in the plane. Below 0: it can't reach.
+/// Squared length of the parallelogram's projection onto the plane of the arm. Negative if the leg cannot reach the
+/// position.
 double CalcSquareInPlane(double v) {
   return kShin * kShin - v * v;
 }
 
 struct KneeGap {
-  double gap_mm = 0;  // from the knee to the end of the shin, beyond the shin's length
+  double gap_mm = 0;  // distance from the knee to the end of the shin, minus the shin's length
   Vec3 gradient_D;
 };
 
@@ -66,7 +67,7 @@ std::optional<KneeGap> CalcKneeGap(const LegFrame& leg, const Vec3& p_D_mm, doub
   return KneeGap{distance - kEnds - in_plane, CalcInD(leg, du / distance, at.v / in_plane, dw / distance)};
 }
 
-/// Where the grip is when all legs stand alike: on the axis, nearly.
+/// Approximate grip position when all legs have the same angle: on the axis.
 Vec3 CalcOnAxis(double angle) {
   const double length = kEnds + std::sqrt(CalcSquareInPlane(kV));
   const double du = kU - kThigh * std::cos(angle);
@@ -97,7 +98,7 @@ std::optional<FalconAngles> CalcFalconAnglesAt(const Vec3& p_D_mm) noexcept {
     if (!(square >= 0)) return std::nullopt;
     const double length = kEnds + std::sqrt(square);
     const double distance = std::hypot(at.u, at.w);
-    // Law of cosines in the triangle of shoulder, knee and end of the shin. Of its two knees, the one further out.
+    // Law of cosines in the triangle of shoulder, knee and end of the shin. Of the two solutions, the knee further out.
     const double cosine = (distance * distance + kThigh * kThigh - length * length) / (2 * kThigh * distance);
     if (!(std::abs(cosine) <= 1)) return std::nullopt;
     angles[i] = std::atan2(at.w, at.u) - std::acos(cosine);
@@ -110,7 +111,7 @@ std::optional<glm::dmat3> CalcFalconJacobian(const Vec3& p_D_mm) noexcept {
   if (!angles) return std::nullopt;
   glm::dmat3 J(0);
   for (std::size_t i = 0; i < 3; ++i) {
-    // Of distance(p, angle) = length(p): the gap's change with the angle and with the place cancel.
+    // From distance(p, angle) = length(p): the changes of the gap with angle and with position cancel.
     const double angle = (*angles)[i];
     const std::optional<KneeGap> knee = CalcKneeGap(kLegs[i], p_D_mm, angle);
     if (!knee) return std::nullopt;
@@ -141,10 +142,10 @@ std::optional<Vec3> CalcFalconForce(const Vec3& p_D_mm, const Vec3& tau_Nmm) noe
 }
 
 bool FalconForward::Solve(const FalconAngles& angles) noexcept {
-  constexpr int kMostSteps = 30;
+  constexpr int kMaxSteps = 30;
   constexpr double kLongestStep_mm = 20;
   constexpr double kSmallStep_mm = 1e-10;
-  // The grip's box is far larger than its workspace: beyond lie only the mirrored solutions.
+  // This box is far larger than the workspace; only mirrored solutions lie beyond it.
   constexpr double kFarthest_mm = 110;
   constexpr double kSame_rad = 1e-9;
   const double average = (angles[0] + angles[1] + angles[2]) / 3;
@@ -152,7 +153,7 @@ bool FalconForward::Solve(const FalconAngles& angles) noexcept {
   steps_ = 0;
   for (const bool from_last : {true, false}) {
     Vec3 p = from_last ? p_D_mm_ : CalcOnAxis(average);
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < kMaxSteps; ++step) {
       ++steps_;
       glm::dmat3 gradient(0);
       Vec3 gap{0};
@@ -174,7 +175,7 @@ bool FalconForward::Solve(const FalconAngles& angles) noexcept {
       p += way;
       if (length > kSmallStep_mm) continue;
       if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < kFarthest_mm)) break;
-      // The legs' knees are on the side where they are built.
+      // Reject solutions with a knee on the wrong side.
       const std::optional<FalconAngles> back = CalcFalconAnglesAt(p);
       if (!back) break;
       double worst = 0;

@@ -33,7 +33,7 @@ struct Numbers {
   unsigned state = 0;
 };
 
-std::optional<Numbers> UnpackNumbers(const FalconPacket& packet, unsigned most_state) {
+std::optional<Numbers> UnpackNumbers(const FalconPacket& packet, unsigned max_state) {
   if (packet.front() != kOpen || packet.back() != kClose) return std::nullopt;
   if (packet[kReserved] == kOpen || packet[kReserved] == kClose) return std::nullopt;
   Numbers all;
@@ -47,7 +47,7 @@ std::optional<Numbers> UnpackNumbers(const FalconPacket& packet, unsigned most_s
     all.numbers[i] = static_cast<std::int16_t>(bits);
   }
   all.state = packet[kState] - unsigned{kBase};
-  if (all.state > most_state) return std::nullopt;
+  if (all.state > max_state) return std::nullopt;
   return all;
 }
 

@@ -1,6 +1,6 @@
-// The Novint Falcon on USB: an FT232 (a serial port) that leads to the device's own processor. All figures:
-// libnifalcon, src/comm/FalconCommLibUSB.cpp and linux/40-novint-falcon-udev.rules (revision f7c727a); FTDI's requests
-// as there.
+// USB constants of the Novint Falcon: an FT232 (serial port) connected to the device's processor. All values:
+// libnifalcon, src/comm/FalconCommLibUSB.cpp and linux/40-novint-falcon-udev.rules (revision f7c727a); FTDI requests as
+// used there.
 #pragma once
 
 #include <cstddef>
@@ -14,18 +14,18 @@ inline constexpr int kFalconInterface = 0;
 inline constexpr std::uint8_t kFalconEndpointIn = 0x81;
 inline constexpr std::uint8_t kFalconEndpointOut = 0x02;
 inline constexpr std::size_t kFalconUsbPacketBytes = 64;
-/// With which every packet from the device begins, and all that it has when there is no data.
+/// Length of the status at the start of every packet from the device; without data a packet contains only the status.
 inline constexpr std::size_t kFtdiStatusBytes = 2;
 
 /// Vendor requests of the FT232, all with kFtdiRequestType, index 0 and no data.
 inline constexpr std::uint8_t kFtdiRequestType = 0x40;
 enum FtdiRequest : std::uint8_t {
-  kFtdiReset = 0,  // value 1 purges what was received, 2 what is to be sent
+  kFtdiReset = 0,  // value 1 purges the receive buffer, 2 the transmit buffer
   kFtdiModemLines = 1,
   kFtdiFlowControl = 2,  // 0: none
   kFtdiBaud = 3,
   kFtdiFormat = 4,   // 8: 8 bits, no parity, one stop bit
-  kFtdiLatency = 9,  // ms after which a packet goes to the host, full or not
+  kFtdiLatency = 9,  // ms after which a packet is sent to the host even if it is not full
 };
 inline constexpr std::uint16_t kFtdiPurgeReceived = 1;
 inline constexpr std::uint16_t kFtdiPurgeSending = 2;
@@ -39,12 +39,12 @@ inline constexpr std::uint16_t kFalconBaudLoad = 0x0015;  // 142857, for the fir
 inline constexpr std::uint16_t kFalconBaudRun = 0x0002;   // 1.5 million
 inline constexpr std::uint16_t kFalconLatencyBoot_ms = 16;
 inline constexpr std::uint16_t kFalconLatencyRun_ms = 1;
-/// Greeting of the boot loader, and its answer (a 00 may come before it).
+/// Greeting of the boot loader, and its answer (optionally preceded by a 00).
 inline constexpr std::uint8_t kFalconHello[] = {0x0a, 0x43, 0x0d};
 inline constexpr std::uint8_t kFalconHelloAnswer[] = {0x0a, 0x44, 0x2c, 0x0d};
-/// Before the firmware; comes back.
+/// Sent before the firmware; echoed.
 inline constexpr std::uint8_t kFalconLoadMark = 0x41;
-/// Of the firmware at a time; each chunk comes back.
+/// Size of a firmware chunk; each chunk is echoed.
 inline constexpr std::size_t kFalconChunkBytes = kFalconUsbPacketBytes - kFtdiStatusBytes;
 
 }  // namespace kerf

@@ -9,10 +9,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMostIdBytes = 100;
-constexpr double kMostPosition_m = 10;  // beyond, it is no position of a hand
+constexpr std::size_t kMaxIdBytes = 100;
+constexpr double kMaxPosition_m = 10;  // larger values cannot be the position of a hand
 
-/// A member of an object; null when there is none.
+/// Returns a member of an object, or nullptr if it does not exist.
 const Json* Find(const Json& object, const char* key) {
   if (!object.is_object()) return nullptr;
   const auto found = object.find(key);
@@ -36,7 +36,7 @@ std::optional<Vec3> FindPosition(const Json& device) {
   return x && y && z ? std::optional(Vec3(*x, *y, *z)) : std::nullopt;
 }
 
-/// What the first grip of a list tells; false for what can't be.
+/// Reads the first grip of a list. Returns false if it is invalid.
 bool ReadGrip(const Json& grips, HaplyState& read) {
   if (!grips.is_array()) return false;
   if (grips.empty()) return true;
@@ -78,7 +78,7 @@ HaplyReading ReadHaplyMessage(std::string_view text, const std::string& wanted_i
     const Json* id = Find(device, "device_id");
     if (id == nullptr || !id->is_string()) return HaplyReading::kBad;
     const auto& name = id->get_ref<const std::string&>();
-    if (name.empty() || name.size() > kMostIdBytes) return HaplyReading::kBad;
+    if (name.empty() || name.size() > kMaxIdBytes) return HaplyReading::kBad;
     if (!wanted_id.empty() && name != wanted_id) continue;
     if (Find(device, "state") == nullptr) continue;
     const std::optional<Vec3> position = FindPosition(device);
@@ -87,7 +87,7 @@ HaplyReading ReadHaplyMessage(std::string_view text, const std::string& wanted_i
     read.id = name;
     read.p_H_mm = 1000.0 * *position;
     for (int i = 0; i < 3; ++i) {
-      if (std::abs((*position)[i]) > kMostPosition_m) return HaplyReading::kBad;
+      if (std::abs((*position)[i]) > kMaxPosition_m) return HaplyReading::kBad;
     }
     for (const char* key : {"wireless_verse_grip", "verse_grip"}) {
       const Json* grips = Find(message, key);

@@ -1,4 +1,4 @@
-// The JSON of Haply's Inverse Service: what it tells of an Inverse3 and a Verse Grip, and the force sent back.
+// JSON messages of Haply's Inverse Service: states of an Inverse3 and a Verse Grip, and the force sent back.
 #pragma once
 
 #include <cstdint>
@@ -10,27 +10,27 @@
 
 namespace kerf {
 
-/// The service's own axes H: x to the right, y away from the user, z up (assumed); metres become mm.
+/// State in the service's axes H: x to the right, y away from the user, z up (assumed). Metres are converted to mm.
 struct HaplyState {
   std::string id;                // of the Inverse3
-  Vec3 p_H_mm{0};                // of its cursor
-  std::optional<Quat> R_H_grip;  // of a Verse Grip, where one is connected
+  Vec3 p_H_mm{0};                // position of its cursor
+  std::optional<Quat> R_H_grip;  // orientation of a Verse Grip, if one is connected
   std::uint32_t buttons = 0;     // of the grip: bits 0, 1 and 2 are a, b and c
 };
 
 enum class HaplyReading : std::uint8_t {
   kOk,
-  kNoDevice,  // a whole message, in which no Inverse3 (or not the one asked for) tells its position
-  kBad,       // no JSON, or not of that form, or a number that can't be
+  kNoDevice,  // a valid message without the position of an Inverse3, or of the one requested
+  kBad,       // not JSON, not in the expected form, or with an impossible number
 };
 
-/// Reads a message. `wanted_id`: of the device; "" takes the first. `state` changes with kOk only. Asks for memory.
+/// Reads a message. `wanted_id` is the device; "" selects the first. `state` changes only for kOk. Allocates.
 HaplyReading ReadHaplyMessage(std::string_view text, const std::string& wanted_id, HaplyState& state);
 
-/// The message that sets the force, N. `id` as it came.
+/// Returns the message that sets the force, N. `id` as received.
 std::string WriteHaplyForce(const std::string& id, const Vec3& f_H_N);
 
-/// From the service's axes to frame D and back.
+/// Convert from the service's axes to frame D and back.
 inline Vec3 HaplyToFrameD(const Vec3& v_H) {
   return {v_H.x, v_H.z, -v_H.y};
 }

@@ -1,4 +1,4 @@
-// What a HID report descriptor says of the sizes of reports.
+// Report sizes from a HID report descriptor.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ struct HidReportSizes {
   bool has_ids = false;
 };
 
-/// None when the bytes are no report descriptor.
+/// Returns nullopt if the bytes are not a report descriptor.
 std::optional<HidReportSizes> ReadHidReportSizes(std::span<const std::uint8_t> descriptor);
 
 }  // namespace kerf

@@ -11,9 +11,9 @@
 namespace kerf {
 namespace {
 
-constexpr int kControl_ms = 10;
-// The host polls the device once in a period, and finds it only while somebody reads: so a read waits for longer than
-// that. A round in which nothing comes takes two periods then, which is how silence is timed: there is no clock here.
+constexpr int kLedControl_ms = 10;
+// The host polls the device once per period, and only while a read is pending, so a read waits longer than one period.
+// A round without a report then takes two periods. Counting rounds thus measures silence without a clock.
 constexpr double kRate_hz = 125;
 constexpr int kRead_ms = 10;
 static_assert(kRead_ms > 1000 / kRate_hz && kRead_ms < 2000 / kRate_hz);
@@ -21,7 +21,7 @@ constexpr double kSilentRound_s = 2 / kRate_hz;
 constexpr std::uint8_t kIn = 0x81;
 constexpr std::size_t kPacketBytes = 64;
 constexpr int kFullScale = 350;
-constexpr int kMostRaw = 2000;  // beyond, the bytes are no axis
+constexpr int kMaxRaw = 2000;  // larger values are not valid
 
 constexpr std::uint16_t kLogitech = 0x046d;
 constexpr std::uint16_t k3Dconnexion = 0x256f;
@@ -46,12 +46,12 @@ constexpr std::array kModels{
     SpaceMouseModel{k3Dconnexion, 0xc652, "Universal Receiver", 15},
 };
 
-/// Three axes of 16 bits each; false when one is far out of range.
+/// Reads three 16-bit axes. Returns false if one is far out of range.
 bool ReadAxes(std::span<const std::uint8_t> bytes, std::span<int, 3> axes) {
   std::array<int, 3> read{};
   for (std::size_t i = 0; i < read.size(); ++i) {
     read[i] = static_cast<std::int16_t>(bytes[2 * i] | bytes[2 * i + 1] << 8);
-    if (std::abs(read[i]) > kMostRaw) return false;
+    if (std::abs(read[i]) > kMaxRaw) return false;
   }
   std::copy(read.begin(), read.end(), axes.begin());
   return true;
@@ -72,7 +72,7 @@ const SpaceMouseModel* FindSpaceMouse(const UsbDeviceInfo& info) {
 
 SpaceMouseReport ReadSpaceMouseReport(std::span<const std::uint8_t> bytes, SpaceMouseState& state) {
   constexpr std::uint8_t kTranslation = 1, kRotation = 2, kButtons = 3;
-  constexpr std::size_t kThreeAxes = 7, kSixAxes = 13, kMostButtonBytes = 7;
+  constexpr std::size_t kThreeAxes = 7, kSixAxes = 13, kMaxButtonBytes = 7;
   if (bytes.empty()) return SpaceMouseReport::kBad;
   const std::span<int, 6> axes(state.axes);
   switch (bytes[0]) {
@@ -93,7 +93,7 @@ SpaceMouseReport ReadSpaceMouseReport(std::span<const std::uint8_t> bytes, Space
       if (bytes.size() != kThreeAxes) return SpaceMouseReport::kBad;
       return ReadAxes(bytes.subspan(1), axes.last<3>()) ? SpaceMouseReport::kAxes : SpaceMouseReport::kBad;
     case kButtons: {
-      if (bytes.size() < 2 || bytes.size() > kMostButtonBytes) return SpaceMouseReport::kBad;
+      if (bytes.size() < 2 || bytes.size() > kMaxButtonBytes) return SpaceMouseReport::kBad;
       std::uint32_t buttons = 0;
       for (std::size_t i = 1; i < bytes.size() && i <= 4; ++i) buttons |= std::uint32_t{bytes[i]} << (8 * (i - 1));
       state.buttons = buttons;
@@ -105,9 +105,9 @@ SpaceMouseReport ReadSpaceMouseReport(std::span<const std::uint8_t> bytes, Space
 }
 
 double CalcDeflection(int raw, double dead_band) {
-  const double share = std::min(std::abs(raw) / double{kFullScale}, 1.0);
-  if (share <= dead_band) return 0;
-  return std::copysign((share - dead_band) / (1 - dead_band), raw);
+  const double fraction = std::min(std::abs(raw) / double{kFullScale}, 1.0);
+  if (fraction <= dead_band) return 0;
+  return std::copysign((fraction - dead_band) / (1 - dead_band), raw);
 }
 
 SpaceMouseDriver::SpaceMouseDriver(std::unique_ptr<UsbTransport> transport, const SpaceMouseModel& model,
@@ -121,7 +121,7 @@ SpaceMouseDriver::SpaceMouseDriver(std::unique_ptr<UsbTransport> transport, cons
   profile_.peak_force_N = 0;
   profile_.max_stiffness_N_per_mm = 0;
   profile_.max_damping_Ns_per_mm = 0;
-  profile_.source = fmt::format("3Dconnexion {}: tells where a cap is pushed, and makes no force", model.name);
+  profile_.source = fmt::format("3Dconnexion {}: measures how its cap is pushed, and outputs no force", model.name);
   traits_.motion = DriverMotion::kDeflection;
   traits_.makes_force = false;
   traits_.senses_orientation = true;
@@ -135,15 +135,15 @@ bool SpaceMouseDriver::SetLamp(bool on) noexcept {
   constexpr std::uint8_t kToInterface = 0x21, kSetReport = 9;
   constexpr std::uint16_t kOutputReport4 = 0x0204;
   std::array<std::uint8_t, 2> report{4, static_cast<std::uint8_t>(on ? 1 : 0)};
-  return transport_->Control(kToInterface, kSetReport, kOutputReport4, 0, report, kControl_ms).end !=
+  return transport_->Control(kToInterface, kSetReport, kOutputReport4, 0, report, kLedControl_ms).end !=
          TransferEnd::kGone;
 }
 
-void SpaceMouseDriver::Start(const std::function<bool(const std::string& doing, double share)>& show) {
-  if (show && !show("switching the lamp on", 0)) throw Error("starting the device was broken off");
+void SpaceMouseDriver::Start(const std::function<bool(const std::string& doing, double fraction)>& show) {
+  if (show && !show("switching the LED on", 0)) throw Error("starting the device was cancelled");
   state_ = {};
   silent_rounds_ = 0;
-  // One without a lamp refuses: that is no harm.
+  // A device without a lamp refuses this; only kGone is an error.
   if (!SetLamp(true)) throw Error("the SpaceMouse was unplugged");
   if (show) show("ready", 1);
 }
@@ -169,7 +169,7 @@ RoundEnd SpaceMouseDriver::Exchange(const DriverCommand& /*command*/, DriverSamp
   std::array<double, 6> raw{};
   for (std::size_t i = 0; i < raw.size(); ++i) raw[i] = CalcDeflection(state_.axes[i], options_.dead_band);
   sample = DriverSample{};
-  // The cap's axes: to the right, towards the user, down.
+  // Axes of the cap: right, towards the user, down.
   sample.deflection = {raw[0], -raw[2], raw[1], raw[3], -raw[5], raw[4]};
   sample.buttons = state_.buttons;
   return RoundEnd::kSample;

@@ -1,5 +1,5 @@
-// 3Dconnexion SpaceMouse and its kin over USB HID: a sprung cap with six axes and buttons; it makes no force. The
-// device is silent while nothing changes.
+// Driver of 3Dconnexion SpaceMouse and related devices over USB HID: a spring-centred cap with six axes and buttons,
+// without force. The device sends nothing while nothing changes.
 #pragma once
 
 #include <array>
@@ -19,13 +19,13 @@ struct SpaceMouseModel {
   const char* name = "";
   int buttons = 2;
 };
-/// Those known. Older ones have Logitech's vendor number, newer ones 3Dconnexion's. Source: the lists in OpenCASCADE's
-/// WNT_HIDSpaceMouse.cxx and VL.Devices.SpaceMouseHID.
+/// Returns the known models. Older ones have Logitech's vendor ID, newer ones 3Dconnexion's. Source: the lists in
+/// OpenCASCADE's WNT_HIDSpaceMouse.cxx and VL.Devices.SpaceMouseHID.
 std::span<const SpaceMouseModel> SpaceMouseModels();
-/// Null when it is none of them.
+/// Returns nullptr if the device is not a known model.
 const SpaceMouseModel* FindSpaceMouse(const UsbDeviceInfo& info);
 
-/// What the reports have said so far: raw axes x, y, z and about x, y, z, about -350 to 350.
+/// State reported so far: raw axes x, y, z and rotation about x, y, z, about -350 to 350.
 struct SpaceMouseState {
   std::array<int, 6> axes{};
   std::uint32_t buttons = 0;
@@ -33,13 +33,13 @@ struct SpaceMouseState {
 enum class SpaceMouseReport : std::uint8_t {
   kAxes,
   kButtons,
-  kOther,  // battery and the like
-  kBad,    // not of the length that its kind has, or with an axis far out of range
+  kOther,  // battery state and others
+  kBad,    // wrong length for its kind, or an axis far out of range
 };
-/// Takes a report with its id as the first byte; `state` stays as it is but for kAxes and kButtons.
+/// Reads a report whose first byte is its id. `state` changes only for kAxes and kButtons.
 SpaceMouseReport ReadSpaceMouseReport(std::span<const std::uint8_t> bytes, SpaceMouseState& state);
 
-/// A raw axis as a share of its way: 0 in the dead band (a share, 0 to 0.9), from its edge on evenly to -1 or 1.
+/// Converts a raw axis to a fraction of its range: 0 in the dead band (0 to 0.9), then linear up to -1 or 1.
 double CalcDeflection(int raw, double dead_band);
 
 struct SpaceMouseOptions {
@@ -48,20 +48,20 @@ struct SpaceMouseOptions {
 
 class SpaceMouseDriver final : public DeviceDriver {
  public:
-  /// Throws Error when an option is out of range.
+  /// Throws kerf::Error if an option is out of range.
   SpaceMouseDriver(std::unique_ptr<UsbTransport> transport, const SpaceMouseModel& model,
                    const SpaceMouseOptions& options = {});
   ~SpaceMouseDriver() override { SpaceMouseDriver::Stop(); }
 
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
-  void Start(const std::function<bool(const std::string& doing, double share)>& show) override;
-  /// No report is kSample with what was told last; but a cap that is off its middle and says nothing for kSilence_s has
-  /// been let go of, and its last word was lost.
+  void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
+  /// Without a report, returns kSample with the last state. If a deflected cap sends nothing for kSilence_s, it is
+  /// assumed to have been released and its last report to have been lost.
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
-  static constexpr double kSilence_s = 0.5;  // of rounds that take two periods each
+  static constexpr double kSilence_s = 0.5;  // if each round takes two periods
 
  private:
   bool SetLamp(bool on) noexcept;

@@ -14,9 +14,9 @@
 namespace kerf {
 namespace {
 
-constexpr int kTransfer_ms = 5;  // each; a round has three at most
+constexpr int kTransfer_ms = 5;  // per transfer; a round has at most three
 constexpr int kTimeout_ms = 3 * kTransfer_ms;
-constexpr std::size_t kPacketBytes = 64;  // of the endpoint
+constexpr std::size_t kEndpointBytes = 64;  // of the endpoint
 
 std::uint16_t GetWord(std::span<const std::uint8_t> bytes, std::size_t at) {
   return static_cast<std::uint16_t>(bytes[at] | bytes[at + 1] << 8);
@@ -27,15 +27,15 @@ void PutWord(std::span<std::uint8_t> bytes, std::size_t at, std::uint16_t word) 
   bytes[at + 1] = static_cast<std::uint8_t>(word >> 8);
 }
 
-/// The zero pose, as the user is to bring it about.
+/// Describes the zero pose for the user.
 std::string DescribeZero(const WoodenParams& params) {
   const std::string pose = fmt::format(
       "base at {:.0f} degrees, upper arm {:.0f} degrees from upright, forearm {:.0f} degrees from hanging straight "
       "down",
       params.zero_deg.x, params.zero_deg.y, params.zero_deg.z);
   return fmt::format(
-      "the arm must have been in its zero pose ({}) when it was plugged in{}; else unplug it, hold it so, and plug it "
-      "in",
+      "the arm must have been in its zero pose ({}) when it was plugged in{}; otherwise unplug it, hold it in that "
+      "pose, and plug it in",
       pose, params.zero_at_start ? ", or when the session began" : "");
 }
 
@@ -78,19 +78,19 @@ Vec3 ReadWoodenCurrents(std::span<const std::uint8_t, kWoodenReportBytes> bytes)
 }
 
 WoodenReportFilter::WoodenReportFilter(const Vec3& counts_per_turn) {
-  for (std::size_t i = 0; i < most_counts_.size(); ++i) {
-    const double counts = std::abs(counts_per_turn[static_cast<int>(i)]) * kMostTurnsPerReport;
-    most_counts_[i] = static_cast<int>(std::clamp(std::ceil(counts), 1.0, 32767.0));
+  for (std::size_t i = 0; i < max_counts_.size(); ++i) {
+    const double counts = std::abs(counts_per_turn[static_cast<int>(i)]) * kMaxTurnsPerReport;
+    max_counts_[i] = static_cast<int>(std::clamp(std::ceil(counts), 1.0, 32767.0));
   }
 }
 
 bool WoodenReportFilter::Follows(const WoodenReport& before, const WoodenReport& after) const {
   const int ahead = static_cast<std::uint16_t>(after.counter - before.counter);
-  if (ahead == 0 || ahead > kMostLost + 1) return false;
+  if (ahead == 0 || ahead > kMaxLost + 1) return false;
   for (std::size_t i = 0; i < after.counts.size(); ++i) {
-    // Counters of 16 bits go round.
+    // 16-bit counts wrap around.
     const auto gone = static_cast<std::int16_t>(after.counts[i] - before.counts[i]);
-    if (std::abs(int{gone}) > ahead * most_counts_[i]) return false;
+    if (std::abs(int{gone}) > ahead * max_counts_[i]) return false;
   }
   return true;
 }
@@ -120,10 +120,10 @@ WoodenDriver::WoodenDriver(std::unique_ptr<UsbTransport> transport, const Wooden
     if (!(std::abs(params.gear[i]) >= 0.1)) throw Error("gear must be 0.1 or more, or -0.1 or less, for each joint");
     const double counts = std::abs(params.counts_per_turn[i] * params.gear[i]);
     if (!(counts <= kWoodenMostCountsPerTurn)) {
-      throw Error(fmt::format(
-          "counts_per_turn times gear is {:.0f} for a joint; it must be at most {:.0f}, as the reports have 16 "
-          "bits, which must not go round within a turn of the joint",
-          counts, kWoodenMostCountsPerTurn));
+      throw Error(
+          fmt::format("counts_per_turn times gear is {:.0f} for a joint; it must be at most {:.0f}, because counts in "
+                      "the reports have 16 bits and must not overflow within a turn of the joint",
+                      counts, kWoodenMostCountsPerTurn));
     }
     if (!(params.motor_Nmm_per_A[i] > 0)) throw Error("motor_Nmm_per_A must be above 0 for each motor");
   }
@@ -147,28 +147,28 @@ void WoodenDriver::CheckReportSizes() {
   const Transfer transfer =
       transport_->Control(kFromInterface, kGetDescriptor, kReportDescriptor, 0, bytes, 20 * kTimeout_ms);
   if (transfer.end == TransferEnd::kGone) throw Error("the WoodenHaptics device was unplugged");
-  if (transfer.end != TransferEnd::kOk) return;  // the first report tells as well
+  if (transfer.end != TransferEnd::kOk) return;  // the first report also shows the size
   const auto sizes = ReadHidReportSizes(std::span(bytes).first(static_cast<std::size_t>(transfer.bytes)));
   const auto wanted = static_cast<int>(kWoodenReportBytes);
   if (!sizes || sizes->has_ids || sizes->input_bytes != wanted || sizes->output_bytes != wanted) {
     throw Error(
-        fmt::format("the device {:04x}:{:04x} is no WoodenHaptics: its reports are not {} bytes without an id "
-                    "(other gadgets made with mbed have the same numbers)",
+        fmt::format("the device {:04x}:{:04x} is not a WoodenHaptics device: its reports are not {} bytes without an "
+                    "id (other gadgets made with mbed have the same USB ID)",
                     kWoodenVendor, kWoodenProduct, kWoodenReportBytes));
   }
 }
 
-void WoodenDriver::Start(const std::function<bool(const std::string& doing, double share)>& show) {
-  const auto tell = [&show](const std::string& doing, double share) {
-    if (show && !show(doing, share)) throw Error("starting the device was broken off");
+void WoodenDriver::Start(const std::function<bool(const std::string& doing, double fraction)>& show) {
+  const auto tell = [&show](const std::string& doing, double fraction) {
+    if (show && !show(doing, fraction)) throw Error("starting the device was cancelled");
   };
-  tell("asking the device for the size of its reports", 0);
+  tell("reading the size of the device's reports", 0);
   CheckReportSizes();
   filter_.Reset();
   has_counts_ = false;
   zero_ = {};
   tell("waiting for the first report", 0.5);
-  // The firmware may have one of long ago waiting: the second that follows is true.
+  // The firmware may hold one old report; the second one is current.
   constexpr int kTries = 50;
   int good = 0;
   for (int i = 0; i < kTries && good < 3; ++i) {
@@ -207,10 +207,10 @@ RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& samp
   const RoundEnd sent = Send(currents_mA);
   if (sent == RoundEnd::kGone) return RoundEnd::kGone;
 
-  // Reports come unasked, so they say nothing of whether it hears: where it does not, they are read, as the next ones
-  // are judged by them, but are no answer. Twice: the first may be old news.
+  // Reports arrive unsolicited, so they do not confirm that the command arrived. If it did not, they are still read, to
+  // judge later ones, but do not count as an answer. Read twice: the first may be an old report.
   for (int i = 0; i < 2; ++i) {
-    std::array<std::uint8_t, kPacketBytes> bytes;
+    std::array<std::uint8_t, kEndpointBytes> bytes;
     const Transfer transfer = transport_->Read(kWoodenIn, bytes, kTransfer_ms);
     if (transfer.end == TransferEnd::kGone) return RoundEnd::kGone;
     if (transfer.end == TransferEnd::kTimeout) return RoundEnd::kNoAnswer;
@@ -233,7 +233,7 @@ RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& samp
 }
 
 void WoodenDriver::Stop() noexcept {
-  // One that never told anything has no current, and may be another gadget.
+  // A device that never sent a report was never sent a current, and may be a different gadget.
   if (transport_ && has_counts_) Send(Vec3{0});
 }
 

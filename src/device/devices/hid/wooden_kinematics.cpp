@@ -11,9 +11,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kRadPerDegree = std::numbers::pi / 180;
 
-/// From the makers' axes (towards the user, to the right, up) to frame D.
+/// Converts from the makers' axes (towards the user, right, up) to frame D.
 Vec3 ToFrameD(const Vec3& v) {
   return {v.y, v.z, v.x};
 }
@@ -30,17 +30,17 @@ double CalcCountsPerRad(const WoodenParams& params, int joint) {
 Vec3 CalcWoodenAngles(const WoodenParams& params, const WoodenCounts& counts) {
   Vec3 angles;
   for (int i = 0; i < 3; ++i) {
-    angles[i] = counts[static_cast<std::size_t>(i)] / CalcCountsPerRad(params, i) + kDegree * params.zero_deg[i];
+    angles[i] = counts[static_cast<std::size_t>(i)] / CalcCountsPerRad(params, i) + kRadPerDegree * params.zero_deg[i];
   }
   return angles;
 }
 
 WoodenCounts CalcWoodenCounts(const WoodenParams& params, const Vec3& angles) {
-  constexpr double kMost = std::numeric_limits<std::int16_t>::max();
+  constexpr double kMax = std::numeric_limits<std::int16_t>::max();
   WoodenCounts counts{};
   for (int i = 0; i < 3; ++i) {
-    const double exact = (angles[i] - kDegree * params.zero_deg[i]) * CalcCountsPerRad(params, i);
-    counts[static_cast<std::size_t>(i)] = static_cast<std::int16_t>(std::lround(std::clamp(exact, -kMost, kMost)));
+    const double exact = (angles[i] - kRadPerDegree * params.zero_deg[i]) * CalcCountsPerRad(params, i);
+    counts[static_cast<std::size_t>(i)] = static_cast<std::int16_t>(std::lround(std::clamp(exact, -kMax, kMax)));
   }
   return counts;
 }
@@ -92,7 +92,7 @@ Vec3 CalcWoodenCurrents(const WoodenParams& params, const Vec3& angles, const Ve
 
 Vec3 CalcWoodenForce(const WoodenParams& params, const Vec3& angles, const Vec3& currents_mA) {
   const auto [a, b, c] = CalcWoodenJacobian(params, angles);
-  // f solves J^T f = joint torques; the rows of its inverse are made of cross products.
+  // f solves J^T f = joint torques; the rows of the inverse of J^T follow from cross products.
   const double volume = glm::dot(a, glm::cross(b, c));
   if (!(std::abs(volume) > 1e-6 * glm::length(a) * glm::length(b) * glm::length(c))) return Vec3{0};
   Vec3 joint_Nmm;

@@ -1,5 +1,5 @@
-// Where the handle of a WoodenHaptics-type device is, and what its motors do there. Frame D (devices/driver.h).
-// Tick-safe.
+// Kinematics of WoodenHaptics-type devices: position of the handle and forces of the motors. Frame D
+// (devices/driver.h). Tick-safe.
 #pragma once
 
 #include <array>
@@ -12,23 +12,24 @@ namespace kerf {
 
 using WoodenCounts = std::array<std::int16_t, 3>;
 
-/// Angles of the joints a, b, c, rad.
+/// Returns the angles of the joints a, b, c, rad.
 Vec3 CalcWoodenAngles(const WoodenParams& params, const WoodenCounts& counts);
-/// The counts that come nearest; held to 16 bits.
+/// Returns the nearest counts, clamped to 16 bits.
 WoodenCounts CalcWoodenCounts(const WoodenParams& params, const Vec3& angles);
 
+/// Returns the position of the handle in frame D, mm.
 Vec3 CalcWoodenPosition(const WoodenParams& params, const Vec3& angles);
-/// dp_D/dangle, one column for each joint, mm/rad.
+/// Returns dp_D/dangle, one column for each joint, mm/rad.
 std::array<Vec3, 3> CalcWoodenJacobian(const WoodenParams& params, const Vec3& angles);
-/// The angles that bring the handle there, with the elbow above the line from joint b to the handle. None where it
-/// can't reach.
+/// Returns the angles for a handle position, with the elbow above the line from joint b to the handle; nullopt if the
+/// position is out of reach.
 std::optional<Vec3> FindWoodenAngles(const WoodenParams& params, const Vec3& p_D_mm);
 
-/// Currents of the motors for a force on the hand, mA, each within the limit: where one would be beyond it, all are
-/// made smaller by the same factor, which keeps the direction of the force. Zero for a force that is not finite.
+/// Computes the motor currents for a force on the hand, mA. If one would exceed its limit, all are reduced by the same
+/// factor, which keeps the direction of the force. Returns zero for a force that is not finite.
 Vec3 CalcWoodenCurrents(const WoodenParams& params, const Vec3& angles, const Vec3& f_D_N);
-/// The force of currents (mA) on the hand, N. Zero where the arm is stretched out or folded: it makes no force there
-/// in some direction.
+/// Computes the force on the hand from the currents (mA), N. Returns zero if the arm is fully stretched or folded,
+/// where it cannot output force in some direction.
 Vec3 CalcWoodenForce(const WoodenParams& params, const Vec3& angles, const Vec3& currents_mA);
 
 }  // namespace kerf

@@ -1,4 +1,4 @@
-// In place of devices that are really there in a build without libusb and sockets.
+// Stand-ins for real devices in a build without libusb and sockets.
 #include "base/core/not_built.h"
 #include "device/drivers/far_drivers.h"
 #include "device/drivers/libusb_bus.h"

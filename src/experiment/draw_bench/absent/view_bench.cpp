@@ -1,4 +1,4 @@
-// In place of the bench of drawing in a build without the window.
+// Replaces the drawing benchmark in builds without the window.
 #include "experiment/draw_bench/view_bench.h"
 
 #include "base/core/not_built.h"

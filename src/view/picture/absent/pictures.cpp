@@ -1,4 +1,4 @@
-// In place of the pictures in a build without VTK.
+// Replaces the pictures in a build without VTK.
 #include "base/core/not_built.h"
 #include "view/picture/image.h"
 #include "view/picture/panel_sheet.h"

@@ -1,4 +1,4 @@
-// In place of the plots in a build without VTK.
+// Replaces the plots in a build without VTK.
 #include "base/core/not_built.h"
 #include "view/plot/plot.h"
 

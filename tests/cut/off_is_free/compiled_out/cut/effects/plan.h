@@ -1,6 +1,6 @@
-// The effect plan compiled out: what src/cut/path_sim and src/cut/hand_sim call of effects/plan.h, and nothing in it.
-// tools/off_is_free holds the tick built with this against the tick as it is. KERF_PLAN_WORK puts that much work into
-// each call, so that the comparison itself can be tested.
+// The effect plan compiled out: the interface of effects/plan.h that src/cut/path_sim and src/cut/hand_sim use, without
+// any content. tools/off_is_free compares the tick built with this with the regular tick. KERF_PLAN_WORK adds that
+// amount of work to each call, so that the comparison itself can be tested.
 #pragma once
 
 #include <new>
@@ -36,7 +36,7 @@ class EffectPlan {
   std::size_t CalcMemoryBytes() const { return 0; }
 
  private:
-  // Always false, which the compiler doesn't know: what hangs on it stays in the code, so that the rest of the tick is
+  // Always false, which the compiler can't see: code that depends on it is kept, so that the rest of the tick is
   // compiled as it is with a plan.
   bool wanted_ = false;
 

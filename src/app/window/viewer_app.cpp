@@ -1,4 +1,4 @@
-#include "app/window/theatre.h"
+#include "app/window/viewer_app.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,10 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <utility>
 
-#include "app/window/theatre_help.h"
+#include "app/window/viewer_help.h"
 #include "base/files/files.h"
 #include "base/files/temporary.h"
 #include "bone/vdb/bonefile.h"
@@ -20,12 +21,12 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 60;
 constexpr double kMessage_s = 6;
-constexpr std::size_t kMostForces = 200'000;  // more than an hour of the curve
+constexpr std::size_t kMaxForces = 200'000;  // more than an hour of the force curve
 constexpr double kPreviewVoxel_mm = 0.8;
 constexpr std::array<View, 7> kViews{View::kThreeQuarter, View::kFront, View::kLeft,  View::kRight,
                                      View::kTop,          View::kBack,  View::kBottom};
 
-/// The loop needs no CT numbers, the slices do: with those of the bone's file, where it has any.
+/// Adds the CT numbers from the bone file, if it has any: the slices need them, the loop does not.
 Bone WithCtNumbers(const Bone& bone, const std::string& file) {
   if (file.empty() || bone.has_hu()) return bone;
   Bone read = ReadBone(file, {.hu = true});
@@ -38,7 +39,7 @@ double SecondsSince(std::chrono::steady_clock::time_point then) {
 
 }  // namespace
 
-Theatre::Theatre(const TheatreOptions& options)
+ViewerApp::ViewerApp(const ViewerOptions& options)
     : options_(options),
       trace_(options.log),
       window_({.title = options.title, .width = options.width, .height = options.height}),
@@ -50,7 +51,7 @@ Theatre::Theatre(const TheatreOptions& options)
   if (options_.device) device_.emplace(options_.device);
 }
 
-Theatre::~Theatre() {
+ViewerApp::~ViewerApp() {
   session_.reset();
   window_.BeginFrame();
   view_.reset();
@@ -58,7 +59,7 @@ Theatre::~Theatre() {
 
 // ---- the session
 
-void Theatre::Begin(const Scene& scene, const std::string& scene_file, bool same_bone) {
+void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool same_bone) {
   const bool goes_on = same_bone && surface_ != nullptr;
   session_.reset();
   began_ = false;
@@ -89,7 +90,7 @@ void Theatre::Begin(const Scene& scene, const std::string& scene_file, bool same
     const std::lock_guard lock(mutex_);
     inner_made_ = std::move(inner);
   };
-  // A coarse bone is there in a second; the real one takes its time.
+  // A coarse bone is ready within a second; the final one takes longer.
   if (!goes_on && scene.bone.source == BoneSource::kMandible) {
     live.prepare = [this, coarse = scene]() mutable {
       coarse.bone.mandible.voxel_mm = std::max(coarse.bone.mandible.voxel_mm, kPreviewVoxel_mm);
@@ -103,35 +104,35 @@ void Theatre::Begin(const Scene& scene, const std::string& scene_file, bool same
   session_ = std::make_unique<LiveSession>(scene, std::move(live));
 }
 
-std::shared_ptr<const Bone> Theatre::bone_at_start() {
+std::shared_ptr<const Bone> ViewerApp::bone_at_start() {
   const std::lock_guard lock(mutex_);
   return at_start_;
 }
 
-void Theatre::End() {
+void ViewerApp::End() {
   if (session_) session_->Stop();
 }
 
-void Theatre::Quit() {
+void ViewerApp::Quit() {
   quitting_ = true;
   End();
 }
 
-bool Theatre::spindle_on() const {
+bool ViewerApp::spindle_on() const {
   return session_ && session_->rpm() != 0;
 }
 
-bool Theatre::steers() const {
+bool ViewerApp::steers() const {
   return is_running() && activity_->cuts() && !options_.scripted;
 }
 
-void Theatre::SetSpindle(bool on) {
+void ViewerApp::SetSpindle(bool on) {
   if (!is_running() || on == spindle_on()) return;
   session_->SetSpindle(on ? session_->scene().tool.rpm : 0);
   trace_.Write("spindle", {{"on", on}});
 }
 
-void Theatre::FollowSession() {
+void ViewerApp::FollowSession() {
   {
     const std::lock_guard lock(mutex_);
     if (made_) {
@@ -149,7 +150,7 @@ void Theatre::FollowSession() {
     if (inner_made_) view_->SetInnerSurfaces(*inner_made_);
     inner_made_.reset();
   }
-  // The box was known first, the surface itself now.
+  // The view was fitted to the box; fit it again now that the surface is available.
   if (fit_again_ && !looked_about_ && surface_->first_done()) {
     fit_again_ = false;
     view_->FitAll();
@@ -175,7 +176,7 @@ void Theatre::FollowSession() {
       trace_.Write("running");
     }
     for (const ForceMoment& moment : session_->TakeForces()) {
-      if (forces_.size() < kMostForces) forces_.push_back({moment.time_s, moment.force_N});
+      if (forces_.size() < kMaxForces) forces_.push_back({moment.time_s, moment.force_N});
     }
     for (const LiveSession::Answer& answer : session_->TakeAnswers()) {
       if (answer.action.kind == LoopAction::Kind::kSpindle) continue;
@@ -207,7 +208,7 @@ void Theatre::FollowSession() {
                            {"lateness_max_us", summary.lateness.max_us},
                            {"tick_p50_us", summary.tick.p50_us},
                            {"tick_p99_us", summary.tick.p99_us}});
-    // A later session goes on with the surface; this one's thread is gone.
+    // The activity may have begun a new session; otherwise the ended one is removed.
     const LiveSession* over = session_.get();
     activity_->Ended(std::move(summary));
     if (session_.get() == over) session_.reset();
@@ -217,7 +218,7 @@ void Theatre::FollowSession() {
 
 // ---- events
 
-void Theatre::LoseFocus(const char* why) {
+void ViewerApp::LoseFocus(const char* why) {
   controls_->Release();
   orbiting_ = panning_ = false;
   if (!spindle_on()) return;
@@ -225,7 +226,7 @@ void Theatre::LoseFocus(const char* why) {
   Say(fmt::format("{}: the spindle was stopped", why));
 }
 
-bool Theatre::TakeKey(const WindowEvent& event) {
+bool ViewerApp::TakeKey(const WindowEvent& event) {
   const bool fresh = !event.repeat;
   if (event.control) {
     if (event.key != Key::kQ) return false;
@@ -250,10 +251,10 @@ bool Theatre::TakeKey(const WindowEvent& event) {
     case Key::kR:
       if (!steers()) return false;
       if (spindle_on()) {
-        Say("The saw goes back to where it began with the spindle off only");
+        Say("The saw returns to its start only with the spindle off; turn it off first");
       } else if (device_ && device_->holds()) {
         controls_->Set({X_start_.R_AB, figures_.X_WT.p_AB});
-        Say("The saw is turned as when it began; its place is the handle's");
+        Say("The saw has its initial orientation; the handle sets its position");
       } else {
         controls_->Set(X_start_);
         returning_ = true;
@@ -303,7 +304,7 @@ bool Theatre::TakeKey(const WindowEvent& event) {
   }
 }
 
-bool Theatre::TakeMouse(const WindowEvent& event) {
+bool ViewerApp::TakeMouse(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   switch (event.kind) {
     case Kind::kMouseDown:
@@ -335,7 +336,7 @@ bool Theatre::TakeMouse(const WindowEvent& event) {
   }
 }
 
-void Theatre::Take(const WindowEvent& event) {
+void ViewerApp::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   switch (event.kind) {
     case Kind::kClose:
@@ -350,7 +351,7 @@ void Theatre::Take(const WindowEvent& event) {
       return;
     case Kind::kFocus:
       trace_.Write("focus", {{"on", event.on}});
-      if (!event.on) LoseFocus("The window lost the focus");
+      if (!event.on) LoseFocus("The window lost focus");
       return;
     case Kind::kMinimise:
       minimised_ = event.on;
@@ -360,14 +361,14 @@ void Theatre::Take(const WindowEvent& event) {
     default:
       break;
   }
-  // Whatever is open, a picture can be taken of it, and the window can be left.
+  // Taking a picture and closing the window are always possible, whatever is open.
   const bool leaves = event.kind == Kind::kKeyDown && event.control && event.key == Key::kQ;
   if (leaves || (event.kind == Kind::kKeyDown && event.key == Key::kF12)) {
     TakeKey(event);
     return;
   }
   if (entry_) {
-    if (event.kind == Kind::kText && entry_is_new_) return;  // the letter of the key that asked for it
+    if (event.kind == Kind::kText && entry_is_new_) return;  // character of the key that opened the text input
     const TextEntry::State state = entry_->Take(event);
     if (state == TextEntry::State::kOpen) return;
     const std::string text = entry_->text();
@@ -403,7 +404,7 @@ void Theatre::Take(const WindowEvent& event) {
 
 // ---- a frame
 
-ViewBasis Theatre::MakeBasis() const {
+ViewBasis ViewerApp::MakeBasis() const {
   const ViewCamera& camera = view_->camera();
   return {.right_W = camera.right_W(),
           .up_W = camera.up_W(),
@@ -411,9 +412,9 @@ ViewBasis Theatre::MakeBasis() const {
           .mm_per_pixel = camera.WorldPerPixel(figures_.X_WT.p_AB)};
 }
 
-void Theatre::PutToolInPicture(double dt_s) {
+void ViewerApp::PutToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
-  spin_rad_ = std::fmod(spin_rad_ + figures_.rpm / 60 * 2 * 3.14159265358979 * dt_s, 2 * 3.14159265358979);
+  spin_rad_ = std::fmod(spin_rad_ + figures_.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
   view_->SetToolPose(figures_.X_WT, figures_.rpm, spin_rad_);
   const bool leads =
       options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.X_WT.p_AB) > 1;
@@ -427,14 +428,14 @@ void Theatre::PutToolInPicture(double dt_s) {
   if (std::optional<CtSlices> slices = surface_->FetchSlices()) view_->SetSlices(slices);
 }
 
-void Theatre::FollowDevice(double dt_s) {
+void ViewerApp::FollowDevice(double dt_s) {
   const HandDeviceFrame frame = device_->Update(dt_s, MakeBasis(), figures_.X_WT, *controls_);
   for (const std::string& message : frame.messages) Say(message);
   for (const std::string& note : session_->TakeNotes()) Say(note);
   if (frame.switches_spindle && steers()) SetSpindle(!spindle_on());
 }
 
-void Theatre::Update(double dt_s) {
+void ViewerApp::Update(double dt_s) {
   FollowSession();
   if (device_ && session_ && began_) FollowDevice(dt_s);
   if (steers() && began_) {
@@ -448,7 +449,7 @@ void Theatre::Update(double dt_s) {
   trace_.WriteState(MakeState());
 }
 
-HudState Theatre::MakeHud() {
+HudState ViewerApp::MakeHud() {
   HudState hud;
   hud.show_values = session_ != nullptr && began_;
   hud.show_plot = hud.show_values;
@@ -464,22 +465,23 @@ HudState Theatre::MakeHud() {
   if (session_) hud.status.saw = DescribeTool(session_->scene().tool);
   if (now_s_ < said_until_s_) hud.status.message = said_;
   if (is_running()) hud.status.recording_s = figures_.time_s;
-  // Some are missed on every machine, and do no harm: what is felt is told.
+  // Some deadlines are missed on every machine, without harm; a noticeable fraction is reported.
   const double missed =
       static_cast<double>(figures_.missed) / static_cast<double>(figures_.ticks + figures_.missed + 1);
   hud.status.right = missed > 0.02 ? fmt::format("machine too slow: {:.0f} % of ticks late   F1 help", 100 * missed)
                                    : std::string("F1 help");
   if (help_) {
     hud.show_help = true;
-    hud.help = TheatreHelp();
+    hud.help = ViewerHelp();
     if (!activity_->cuts()) hud.help.erase(hud.help.begin());  // the saw's keys
     if (device_ && !options_.scripted) hud.help.push_back(device_->MakeHelp());
     for (HudKeyGroup& group : activity_->help()) hud.help.push_back(std::move(group));
   }
   if (session_ && !is_running()) {
-    const auto [stage, share] = session_->progress();
+    const auto [stage, fraction] = session_->progress();
     const bool loading = session_->stage() == LiveStage::kLoading;
-    hud.progress = HudProgress{.title = loading ? "Loading" : "Ending the session", .stage = stage, .fraction = share};
+    hud.progress =
+        HudProgress{.title = loading ? "Loading" : "Ending the session", .stage = stage, .fraction = fraction};
   }
   if (work_) hud.progress = work_;
   activity_->Fill(hud);
@@ -489,12 +491,12 @@ HudState Theatre::MakeHud() {
   if (entry_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
                            .text = fmt::format("{} {}_", entry_->question(), entry_->text()),
-                           .answers = "Enter: done   Esc: leave"};
+                           .answers = "Enter: done   Esc: cancel"};
   }
   return hud;
 }
 
-nlohmann::json Theatre::MakeState() const {
+nlohmann::json ViewerApp::MakeState() const {
   const Vec3& p = figures_.X_WT.p_AB;
   const auto tenth = [](double v) { return std::round(10 * v) / 10; };
   nlohmann::json state{{"running", is_running()},
@@ -511,7 +513,7 @@ nlohmann::json Theatre::MakeState() const {
   return state;
 }
 
-void Theatre::Draw() {
+void ViewerApp::Draw() {
   const auto began = std::chrono::steady_clock::now();
   view_->SetHud(MakeHud());
   window_.BeginFrame();
@@ -520,14 +522,14 @@ void Theatre::Draw() {
   times_.frame.Add(std::llround(1e9 * SecondsSince(began)));
 }
 
-void Theatre::Run(Activity& activity) {
+void ViewerApp::Run(Activity& activity) {
   activity_ = &activity;
   const auto start = std::chrono::steady_clock::now();
   double last_s = 0;
   bool first_picture = false;
   while (!done_) {
     const double spent_s = SecondsSince(start) - now_s_;
-    // A bone that is being made needs the processor more than the picture of it.
+    // While a bone is made, draw fewer frames, to leave processor time for it.
     const double frame_s = session_ && !is_running() ? 0.1 : kFrame_s;
     const double wait_s = minimised_ ? 0.05 : std::max(0.0, frame_s - spent_s);
     for (const WindowEvent& event : window_.Poll(wait_s)) Take(event);
@@ -555,27 +557,27 @@ void Theatre::Run(Activity& activity) {
                           {"renderer", view_->renderer_name()}});
 }
 
-// ---- words and pictures
+// ---- messages and pictures
 
-void Theatre::Say(const std::string& message) {
+void ViewerApp::Say(const std::string& message) {
   said_ = message;
   said_until_s_ = now_s_ + kMessage_s;
   trace_.Write("message", {{"text", message}});
 }
 
-void Theatre::ShowWork(const std::string& title, const std::string& stage, std::optional<double> share) {
-  work_ = HudProgress{.title = title, .stage = stage, .fraction = share};
+void ViewerApp::ShowWork(const std::string& title, const std::string& stage, std::optional<double> fraction) {
+  work_ = HudProgress{.title = title, .stage = stage, .fraction = fraction};
 }
 
-void Theatre::AskText(const std::string& question, const std::string& preset,
-                      std::function<void(std::optional<std::string>)> done) {
+void ViewerApp::AskText(const std::string& question, const std::string& preset,
+                        std::function<void(std::optional<std::string>)> done) {
   controls_->Release();
   entry_.emplace(question, preset);
   entry_is_new_ = true;
   entry_done_ = std::move(done);
 }
 
-std::string Theatre::TakePicture() {
+std::string ViewerApp::TakePicture() {
   std::string path;
   do {
     path = fmt::format("{}/picture-{:03d}.png", options_.folder, ++pictures_);
@@ -585,7 +587,7 @@ std::string Theatre::TakePicture() {
   return path;
 }
 
-std::string Theatre::GrabScene() {
+std::string ViewerApp::GrabScene() {
   HudState none;
   none.show_values = none.show_plot = false;
   view_->SetHud(none);

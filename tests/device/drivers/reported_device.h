@@ -1,4 +1,4 @@
-// A device that does what a test says, for the servo that serves it and what is built on that.
+// A device whose behaviour a test defines, for tests of the servo that serves it and of code based on that.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@
 
 namespace kerf::test {
 
-/// A machine may be as busy as it likes: what is waited for comes in the end, or never.
+/// Upper limit for waits; the machine may be very busy.
 constexpr double kLongWait_s = 30;
 
 inline bool WaitFor(const std::function<bool()>& condition, double limit_s = kLongWait_s) {
@@ -34,8 +34,8 @@ inline bool WaitFor(const std::function<bool()>& condition, double limit_s = kLo
   return true;
 }
 
-/// What the device is, whoever drives it. All under one lock.
-class ToldDevice {
+/// State of the device, shared by all its drivers and protected by one lock.
+class ReportedDevice {
  public:
   struct State {
     DeviceProfile profile = FindDeviceProfile("falcon");
@@ -43,27 +43,27 @@ class ToldDevice {
     DriverSample sample;
     RoundEnd end = RoundEnd::kSample;
     bool is_there = true;
-    std::string fails_to_open;     // an Error, where it is not empty
-    std::string fails_to_start;    // likewise
-    bool fails_otherwise = false;  // opening throws what is no Error
-    // what it was told
-    DriverCommand told;
+    std::string fails_to_open;     // opening throws Error with this text; empty: it succeeds
+    std::string fails_to_start;    // the same for starting
+    bool fails_otherwise = false;  // opening throws an exception other than Error
+    // values received and counts
+    DriverCommand reported;
     std::uint64_t rounds = 0;
-    double largest_N = 0;  // since somebody made it 0
-    int asked = 0;         // to be opened
+    double largest_N = 0;  // since it was last set to 0
+    int asked = 0;         // number of attempts to open it
     int opened = 0;
     int stopped = 0;
-    /// Moves the handle by the force, once a round.
+    /// Moves the handle according to the force, once per round.
     std::function<void(State&)> feels;
   };
 
-  ToldDevice() {
+  ReportedDevice() {
     state_.traits.buttons = {"clutch", "spindle", "right", "left"};
     state_.traits.homes = true;
     state_.traits.homing = "pull it out";
   }
 
-  /// With the device held still.
+  /// Calls `function` with the state locked.
   template <typename Function>
   auto With(Function function) {
     const std::lock_guard lock(mutex_);
@@ -72,7 +72,7 @@ class ToldDevice {
   State Look() {
     return With([](const State& state) { return state; });
   }
-  /// Until whatever was changed before has been told to the loop: a whole round and the beginning of the next.
+  /// Waits until the loop has received all earlier changes: one full round and the start of the next.
   bool PassRounds(std::uint64_t rounds = 2) {
     const std::uint64_t now = Look().rounds;
     return WaitFor([&] { return Look().rounds >= now + rounds; });
@@ -83,10 +83,10 @@ class ToldDevice {
   State state_;
 };
 
-class ToldDeviceDriver final : public DeviceDriver {
+class ReportedDeviceDriver final : public DeviceDriver {
  public:
-  explicit ToldDeviceDriver(std::shared_ptr<ToldDevice> device) : device_(std::move(device)) {
-    device_->With([this](ToldDevice::State& state) {
+  explicit ReportedDeviceDriver(std::shared_ptr<ReportedDevice> device) : device_(std::move(device)) {
+    device_->With([this](ReportedDevice::State& state) {
       profile_ = state.profile;
       traits_ = state.traits;
       ++state.opened;
@@ -99,10 +99,10 @@ class ToldDeviceDriver final : public DeviceDriver {
     if (!failure.empty()) throw Error(failure);
   }
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
-    return device_->With([&](ToldDevice::State& state) {
+    return device_->With([&](ReportedDevice::State& state) {
       ++state.rounds;
       if (!state.is_there) return RoundEnd::kGone;
-      state.told = command;
+      state.reported = command;
       state.largest_N = std::max(state.largest_N, glm::length(command.f_D_N));
       if (state.feels) state.feels(state);
       if (state.end == RoundEnd::kSample) sample = state.sample;
@@ -110,29 +110,29 @@ class ToldDeviceDriver final : public DeviceDriver {
     });
   }
   void Stop() noexcept override {
-    device_->With([](ToldDevice::State& state) { ++state.stopped; });
+    device_->With([](ReportedDevice::State& state) { ++state.stopped; });
   }
 
  private:
-  std::shared_ptr<ToldDevice> device_;
+  std::shared_ptr<ReportedDevice> device_;
   DeviceProfile profile_;
   DriverTraits traits_;
 };
 
-inline DeviceServo::Open OpenTold(const std::shared_ptr<ToldDevice>& device) {
+inline DeviceServo::Open OpenReported(const std::shared_ptr<ReportedDevice>& device) {
   return [device]() -> std::unique_ptr<DeviceDriver> {
-    const ToldDevice::State state = device->With([](ToldDevice::State& s) {
+    const ReportedDevice::State state = device->With([](ReportedDevice::State& s) {
       ++s.asked;
       return s;
     });
     if (state.fails_otherwise) throw std::runtime_error("no memory, perhaps");
     if (!state.fails_to_open.empty()) throw Error(state.fails_to_open);
     if (!state.is_there) throw DeviceNotThere("it is not there");
-    return std::make_unique<ToldDeviceDriver>(device);
+    return std::make_unique<ReportedDeviceDriver>(device);
   };
 }
 
-/// Of a machine that may stand still for seconds, but where the test is about just that.
+/// Options for a machine that may stall for seconds, except where a test is about such delays.
 inline DeviceServoOptions PatientOptions() {
   DeviceServoOptions options;
   options.priority = 0;
@@ -143,18 +143,18 @@ inline DeviceServoOptions PatientOptions() {
   options.servo.agree_s = 20;
   options.servo.gate.stale_s = 20;
   options.servo.gate.lost_s = 20;
-  options.servo.leap_mm_per_s = 1e9;   // it is put from one place to another
-  options.servo.leap_rad_per_s = 1e9;  // and turned
+  options.servo.leap_mm_per_s = 1e9;   // tests move it by jumps
+  options.servo.leap_rad_per_s = 1e9;  // and rotate it by jumps
   return options;
 }
 
-/// A device and what serves it.
+/// A device and its servo.
 class Served {
  public:
   explicit Served(const DeviceServoOptions& options = PatientOptions(),
-                  const std::function<void(ToldDevice::State&)>& prepare = {}) {
+                  const std::function<void(ReportedDevice::State&)>& prepare = {}) {
     if (prepare) device->With(prepare);
-    servo = std::make_unique<DeviceServo>("told", OpenTold(device), options,
+    servo = std::make_unique<DeviceServo>("reported", OpenReported(device), options,
                                           [](const std::string&, double) { return true; });
   }
 
@@ -168,7 +168,7 @@ class Served {
     ASSERT_TRUE(Await(ServoState::kEngaged));
     ASSERT_TRUE(device->PassRounds());
   }
-  /// A tick of the loop, within which no memory is asked for.
+  /// One tick of the loop, during which no memory may be allocated.
   bool Tick(const Vec3& f_W_N = Vec3{0}, const Vec3& tau_W_Nmm = Vec3{0}) {
     const HeapGuard guard;
     servo->Elapse(0.001);
@@ -176,32 +176,32 @@ class Served {
     servo->Write(f_W_N, tau_W_Nmm);
     return read;
   }
-  /// As the loop goes on asking for a force.
+  /// Ticks with a constant requested force until the condition is true.
   bool TickUntil(const Vec3& f_W_N, const std::function<bool()>& condition) {
     return WaitFor([&] {
       Tick(f_W_N);
       return condition();
     });
   }
-  /// The force that goes out is, and stays, this.
+  /// Ticks until the force that is sent is `f_D_N`.
   bool AwaitForce(const Vec3& f_W_N, const Vec3& f_D_N, double tolerance_N = 1e-9) {
-    return TickUntil(f_W_N, [&] { return glm::length(device->Look().told.f_D_N - f_D_N) <= tolerance_N; });
+    return TickUntil(f_W_N, [&] { return glm::length(device->Look().reported.f_D_N - f_D_N) <= tolerance_N; });
   }
   void MoveHandle(const Vec3& p_D_mm) {
-    device->With([&](ToldDevice::State& state) { state.sample.X_DH.p_AB = p_D_mm; });
+    device->With([&](ReportedDevice::State& state) { state.sample.X_DH.p_AB = p_D_mm; });
     ASSERT_TRUE(device->PassRounds());
   }
   void Press(std::uint32_t buttons) {
-    device->With([&](ToldDevice::State& state) { state.sample.buttons = buttons; });
+    device->With([&](ReportedDevice::State& state) { state.sample.buttons = buttons; });
     ASSERT_TRUE(device->PassRounds());
   }
-  /// All that was said since the last call, in one text.
+  /// All messages since the last call, in one text.
   std::string Messages() const {
     std::string text;
     for (const std::string& message : servo->TakeMessages()) text += message + "\n";
     return text;
   }
-  /// Said since the last call, or soon; what was said with it is not told again.
+  /// Waits for a message that contains `part`, starting with those since the last call; other messages are discarded.
   bool AwaitMessage(const std::string& part) const {
     std::string text;
     return WaitFor([&] {
@@ -210,7 +210,7 @@ class Served {
     });
   }
 
-  std::shared_ptr<ToldDevice> device = std::make_shared<ToldDevice>();
+  std::shared_ptr<ReportedDevice> device = std::make_shared<ReportedDevice>();
   std::unique_ptr<DeviceServo> servo;
   DeviceSample sample;
 };

@@ -1,4 +1,4 @@
-// The operating theatre: window, picture and session together, with all that rehearsing and practising have in common.
+// Base of the window applications: window, picture and session, and everything that rehearsing and practising share.
 #pragma once
 
 #include <chrono>
@@ -25,29 +25,29 @@ namespace kerf {
 
 class FolderLock;
 
-struct TheatreOptions {
-  std::string title;                 // of the window
-  std::string folder;                // is there; recordings, pictures and bones go there
-  std::shared_ptr<FolderLock> lock;  // of the folder; may be null
-  std::string log;                   // Trace; empty: none
+struct ViewerOptions {
+  std::string title;                 // title of the window
+  std::string folder;                // existing folder for recordings, pictures and bones
+  std::shared_ptr<FolderLock> lock;  // lock of the folder; optional
+  std::string log;                   // file of the Trace; empty: none
   int width = 1280;
   int height = 720;
-  double scale = 0;       // of words and lines; 0: the display's
-  bool scripted = false;  // the scene's own hand goes along its path; the mouse has the view alone
-  bool ghost = true;      // where the handle leads the tool it is shown
-  const std::atomic<bool>* interrupt = nullptr;  // ends it; may be null
-  std::shared_ptr<DeviceServo> device;           // that holds the saw, or moves it; null: mouse and keys alone
+  double scale = 0;       // scale of text and lines; 0: that of the display
+  bool scripted = false;  // the scene's own hand follows its path; the mouse controls only the view
+  bool ghost = true;      // shows the handle of a coupled simulation
+  const std::atomic<bool>* interrupt = nullptr;  // ends the program if set; optional
+  std::shared_ptr<DeviceServo> device;           // device that holds or moves the saw; null: only mouse and keys
 };
 
-/// How long frames took to draw, and the surface to follow.
+/// Times for drawing frames, and for updating the surface.
 struct FrameTimes {
-  LogHistogram frame;  // from beginning to draw to showing
+  LogHistogram frame;  // from the beginning of drawing to presenting
   LogHistogram upload;
 };
 
-class Theatre;
+class ViewerApp;
 
-/// What is done in the theatre: rehearsing, practising.
+/// Activity in the viewer: rehearsing or practising.
 class Activity {
  public:
   Activity() = default;
@@ -55,77 +55,77 @@ class Activity {
   Activity& operator=(const Activity&) = delete;
   virtual ~Activity() = default;
 
-  /// Before the theatre's own keys. True: it was for the activity.
+  /// Called before the viewer handles the event. Returns true if the event was for the activity.
   virtual bool Take(const WindowEvent& event) = 0;
-  /// Once a frame; `dt_s` since the last.
+  /// Called once per frame; `dt_s`: time since the last frame.
   virtual void Update(double dt_s) = 0;
-  /// What it shows, over what the theatre has filled in.
+  /// Adds the activity's contents to those that the viewer has filled in.
   virtual void Fill(HudState& hud) = 0;
-  /// Its own keys, for the help.
+  /// Returns the activity's own keys, for the help.
   virtual std::vector<HudKeyGroup> help() const = 0;
-  /// The bone is there, in the window's thread.
+  /// Called when the bone is ready, in the window's thread.
   virtual void Began() = 0;
-  /// The session is over, as was asked or by itself.
+  /// Called when the session has ended, whether or not this was requested.
   virtual void Ended(LoopSummary summary) = 0;
-  /// Of the trace.
+  /// Adds the activity's state to the trace.
   virtual void Describe(nlohmann::json& state) const = 0;
-  /// The saw may be moved and switched now.
+  /// Returns true if the saw may be moved and switched now.
   virtual bool cuts() const = 0;
 };
 
-class Theatre {
+class ViewerApp {
  public:
-  /// Throws Error where there is no display.
-  explicit Theatre(const TheatreOptions& options);
-  ~Theatre();
-  Theatre(const Theatre&) = delete;
-  Theatre& operator=(const Theatre&) = delete;
+  /// Throws Error if there is no display.
+  explicit ViewerApp(const ViewerOptions& options);
+  ~ViewerApp();
+  ViewerApp(const ViewerApp&) = delete;
+  ViewerApp& operator=(const ViewerApp&) = delete;
 
-  /// Until the window is closed. Throws what the activity throws, and Error when a session fails.
+  /// Runs until the window is closed. Throws the activity's errors, and Error if a session fails.
   void Run(Activity& activity);
-  /// Run() comes back after the session's end.
+  /// Run() returns after the session's end.
   void Quit();
   bool quitting() const { return quitting_; }
 
   // ---- the session
-  /// A new one, after the end of the one before. It is recorded as folder/session.kerf, session-2.kerf, ...
-  /// `same_bone`: it goes on with the bone that is in the picture, as it was left.
+  /// Begins a new session after the end of the previous one. It is recorded as folder/session.kerf, session-2.kerf, ...
+  /// `same_bone`: it continues with the current bone of the picture.
   void Begin(const Scene& scene, const std::string& scene_file, bool same_bone = false);
-  /// Activity::Ended() follows.
+  /// Ends the session; Activity::Ended() follows.
   void End();
   LiveSession* session() { return session_.get(); }
-  bool steers() const;  // the mouse and the keys have the saw
+  bool steers() const;  // mouse and keys control the saw
   bool is_running() const { return session_ && session_->stage() == LiveStage::kRunning; }
   const LiveFigures& figures() const { return figures_; }
   const std::string& recording() const { return recording_; }
   int sessions() const { return sessions_; }
   void SetSpindle(bool on);
   bool spindle_on() const;
-  /// The curve of the last session, thinned to a point each 20 ms.
+  /// Force curve of the last session, thinned to one point per 20 ms.
   const std::vector<PlotPoint>& forces() const { return forces_; }
-  /// As the first session began; null before.
+  /// Bone at the start of the first session; null before.
   std::shared_ptr<const Bone> bone_at_start();
 
-  // ---- picture and words
+  // ---- picture and text
   Viewport& view() { return *view_; }
   SurfaceWorker* surface() { return surface_.get(); }
   SawControls& controls() { return *controls_; }
   ViewBasis MakeBasis() const;
   Trace& trace() { return trace_; }
-  const TheatreOptions& options() const { return options_; }
+  const ViewerOptions& options() const { return options_; }
   const FrameTimes& times() const { return times_; }
-  /// For some seconds at the bottom.
+  /// Shows a message at the bottom for some seconds.
   void Say(const std::string& message);
   const std::string& said() const { return said_; }
-  /// What is being done, over the picture; empty text: nothing.
-  void ShowWork(const std::string& title, const std::string& stage, std::optional<double> share);
+  /// Shows the current work over the picture; nothing if the text is empty.
+  void ShowWork(const std::string& title, const std::string& stage, std::optional<double> fraction);
   void HideWork() { work_.reset(); }
-  /// Asks for a line of text; `done` gets it, or nothing when it was left.
+  /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
   void AskText(const std::string& question, const std::string& preset,
                std::function<void(std::optional<std::string>)> done);
-  /// A picture of the window as it is, in the folder; its path.
+  /// Writes a picture of the window to the folder. Returns its path.
   std::string TakePicture();
-  /// PNG bytes of the picture without panels.
+  /// Returns the picture without panels as PNG bytes.
   std::string GrabScene();
   bool slices_shown() const { return slices_shown_; }
 
@@ -142,7 +142,7 @@ class Theatre {
   HudState MakeHud();
   nlohmann::json MakeState() const;
 
-  TheatreOptions options_;
+  ViewerOptions options_;
   Trace trace_;
   GlWindow window_;
   std::unique_ptr<Viewport> view_;
@@ -150,29 +150,29 @@ class Theatre {
 
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
-  std::mutex mutex_;  // of made_
+  std::mutex mutex_;  // protects made_
   struct Made {
     std::shared_ptr<SurfaceWorker> surface;
     MaterialTable materials;
     double voxel_mm = 0.1;
   };
-  std::optional<Made> made_;  // by the session's thread, as the next
+  std::optional<Made> made_;  // set by the session's thread, like the next
   std::optional<InnerSurfaces> inner_made_;
   std::shared_ptr<const Bone> at_start_;
-  bool real_made_ = false;                    // not only the preview
-  std::shared_ptr<SurfaceWorker> leaves_to_;  // the session's thread
+  bool real_made_ = false;                    // the final bone, not only the preview
+  std::shared_ptr<SurfaceWorker> leaves_to_;  // used by the session's thread
   std::shared_ptr<SurfaceWorker> surface_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
-  Pose X_start_;            // of the saw
-  bool returning_ = false;  // it goes there
+  Pose X_start_;            // pose of the saw at the start
+  bool returning_ = false;  // the saw returns there
   std::vector<PlotPoint> forces_;
   std::string recording_;
   int sessions_ = 0;
   bool began_ = false;   // Activity::Began() of this session was called
-  bool fitted_ = false;  // the view was, to a bone
+  bool fitted_ = false;  // the view was fitted to a bone
   bool fit_again_ = false;
-  bool looked_about_ = false;  // somebody has turned the view since
+  bool looked_about_ = false;  // the user has changed the view since
 
   bool quitting_ = false;
   bool done_ = false;
@@ -191,7 +191,7 @@ class Theatre {
   double now_s_ = 0;
   std::optional<HudProgress> work_;
   std::optional<TextEntry> entry_;
-  bool entry_is_new_ = false;  // of the events that are being taken
+  bool entry_is_new_ = false;  // opened during the current batch of events
   std::function<void(std::optional<std::string>)> entry_done_;
   FrameTimes times_;
 };

@@ -1,4 +1,4 @@
-// Who listens to a run along a path, tick by tick: to record it, or to give it again what was recorded.
+// Interface to observe or control a run along a path, tick by tick: to record it or to replay a recording.
 #pragma once
 
 #include <cstdint>
@@ -12,35 +12,36 @@
 
 namespace kerf {
 
-class RunTap {
+class TickInterceptor {
  public:
-  virtual ~RunTap() = default;
-  /// The tool is lifted and about to be set down at `X`, which may be put right. False: the run ends here.
+  virtual ~TickInterceptor() = default;
+  /// Called when the tool is lifted and about to be placed at `X`, which may be changed. The run ends if it returns
+  /// false.
   virtual bool SetDown(Pose& X) = 0;
-  /// A tick is about to be, given `in`, which may be put right. False: the run ends here.
+  /// Called before a tick with the input `in`, which may be changed. The run ends if it returns false.
   virtual bool Begin(TickInput& in) = 0;
   virtual void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) = 0;
 };
 
-class RunRecorder final : public RunTap {
+class RunRecorder final : public TickInterceptor {
  public:
-  /// Throws Error when the file can't be made.
+  /// Throws kerf::Error if the file cannot be created.
   RunRecorder(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files)
       : recorder_(path, head, files) {}
   bool SetDown(Pose& X) override;
   bool Begin(TickInput&) override { return true; }
   void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;
-  /// Why it could not be written to its end; empty when it was.
+  /// Returns the reason if the recording could not be completed, otherwise "".
   std::string Finish(std::optional<std::uint64_t> bone_hash);
 
  private:
   SessionRecorder recorder_;
 };
 
-/// Gives what was recorded.
-class RunReplay final : public RunTap {
+/// Supplies the recorded inputs.
+class RunReplay final : public TickInterceptor {
  public:
-  /// `recording` must outlive it. `verify`: ends where something else comes out.
+  /// `recording` must outlive this object. `verify`: the run ends at the first divergence.
   RunReplay(RecordingReader& recording, double until_s, bool verify)
       : recording_(recording), steps_(recording, until_s), verify_(verify), check_(recording) {}
   bool SetDown(Pose& X) override;
@@ -62,22 +63,22 @@ class RunReplay final : public RunTap {
   ReplayCheck check_;
 };
 
-/// What `kerf run` is asked to do besides.
+/// Recording and replay options of `kerf run`.
 struct RunSession {
-  std::string record;           // a file that is not there yet; empty: none
-  std::string scene_file;       // of the scene, for a recording to name
-  RunReplay* replay = nullptr;  // instead; may be null
-  /// Gets a sentence when the recording could not be written to its end; the results are written all the same.
+  std::string record;           // a new file; empty: none
+  std::string scene_file;       // path of the scene, stored in a recording
+  RunReplay* replay = nullptr;  // replays instead; optional
+  /// Receives a sentence if the recording could not be completed; the results are written anyway.
   std::string* lost = nullptr;
 };
 
-/// The tap of such a run, which goes on without it when it fails.
-class SessionTap {
+/// Interceptor of such a run. If recording fails, the run continues without it.
+class SessionInterceptor {
  public:
-  /// Throws Error when there is no file to record into, or the bone is not the one that was recorded.
-  SessionTap(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone);
-  RunTap* tap();
-  /// Before the results are written, so that they take no room from it.
+  /// Throws kerf::Error if the recording cannot be created, or if the bone is not the recorded one.
+  SessionInterceptor(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone);
+  TickInterceptor* tap();
+  /// Call before the results are written, so that they do not use its disk space.
   void Finish(std::optional<std::uint64_t> bone_hash);
 
  private:

@@ -1,4 +1,4 @@
-#include "session/export/take_away.h"
+#include "session/export/write_export.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using ::testing::UnorderedElementsAre;
 
 const std::string kNasty = "<script>alert('x')</script> & \"quotes\" ä";
 
-/// Two pieces, the second moved and turned; a plan with a plane that was cut and one that was not, a stop.
+/// Two pieces, the second moved and rotated; a plan with one plane that was cut and one that was not, and a stop.
 struct Session {
   Session() {
     pieces.Add(test::MakeBox({}, {4, 3, 2}, 0.25), "Left " + kNasty);
@@ -69,14 +69,14 @@ struct Session {
   PieceSet pieces;
   Plan plan;
   Assessment assessment;
-  TakeAway taken;
+  ExportInput taken;
 };
 
-TEST(TakeAway, WritesAllOfIt) {
+TEST(ExportInput, WritesAllOfIt) {
   const Session session;
   const Folder folder;
   double last = 0;
-  const std::vector<std::string> files = WriteTakeAway(session.taken, folder.file("out"), {}, [&](double fraction) {
+  const std::vector<std::string> files = WriteExport(session.taken, folder.file("out"), {}, [&](double fraction) {
     EXPECT_GE(fraction, last);
     last = fraction;
   });
@@ -88,7 +88,7 @@ TEST(TakeAway, WritesAllOfIt) {
   for (const std::string& file : files) EXPECT_TRUE(std::filesystem::exists(folder.file("out/" + file))) << file;
   EXPECT_EQ(static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder.file("out")), {})),
             files.size());
-  // The moved surface is the origin's, moved; a float's precision of 10 mm.
+  // The moved surface is the original's, moved; precision of a float at 10 mm.
   const TriangleMesh origin = ReadMesh(folder.file("out/right_origin.stl"));
   const TriangleMesh moved = ReadMesh(folder.file("out/right.stl"));
   ASSERT_EQ(origin.points.size(), moved.points.size());
@@ -100,7 +100,7 @@ TEST(TakeAway, WritesAllOfIt) {
   EXPECT_EQ(transforms["pieces"][1]["origin_file"], "right_origin.stl");
   EXPECT_EQ(transforms["pieces"][1]["transform"].size(), 16u);
   EXPECT_FALSE(transforms["pieces"][0].contains("transform_file"));
-  // Slicer's planes come back.
+  // Slicer's planes are read back.
   const auto planned = ReadPlaneMarkupList(folder.file("out/planned.mrk.json"));
   ASSERT_EQ(planned.size(), 2u);
   EXPECT_EQ(planned[0].name, kNasty);
@@ -115,30 +115,30 @@ TEST(TakeAway, WritesAllOfIt) {
   EXPECT_TRUE(again.state(2).deleted);
 }
 
-TEST(TakeAway, WritesObjAndNothingThatIsNotThere) {
+TEST(ExportInput, WritesObjAndNothingThatIsNotThere) {
   const Session session;
   const Folder folder;
-  TakeAway taken;
+  ExportInput taken;
   taken.pieces = &session.pieces;
-  const auto files = WriteTakeAway(taken, folder.file("out"), {.obj = true});
+  const auto files = WriteExport(taken, folder.file("out"), {.obj = true});
   EXPECT_THAT(files, testing::Contains("right.obj"));
   EXPECT_THAT(files, Not(testing::Contains("assessment.json")));
-  const TakeAway nothing;
-  EXPECT_THAT(WriteTakeAway(nothing, folder.file("none")), UnorderedElementsAre("measures.csv", "report.html"));
+  const ExportInput nothing;
+  EXPECT_THAT(WriteExport(nothing, folder.file("none")), UnorderedElementsAre("measures.csv", "report.html"));
 }
 
-TEST(TakeAway, WritesFewerTriangles) {
+TEST(ExportInput, WritesFewerTriangles) {
   const Session session;
   const Folder folder;
-  TakeAway taken;
+  ExportInput taken;
   taken.pieces = &session.pieces;
-  WriteTakeAway(taken, folder.file("out"), {.triangles = 200});
+  WriteExport(taken, folder.file("out"), {.triangles = 200});
   const TriangleMesh ball = ReadMesh(folder.file("out/right_origin.stl"));
   EXPECT_LE(ball.triangles.size(), 200u);
   EXPECT_NEAR(CalcEnclosedVolume(ball), session.pieces.piece(1).volume_mm3, 0.05 * 33);
 }
 
-TEST(TakeAway, TransformFileIsTheInverseInLps) {
+TEST(ExportInput, TransformFileIsTheInverseInLps) {
   const Pose X{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {4, 5, 6}};
   std::istringstream text(FormatTransformFile(X));
   std::string line;
@@ -152,7 +152,7 @@ TEST(TakeAway, TransformFileIsTheInverseInLps) {
   EXPECT_EQ(word, "Parameters:");
   double m[12];
   for (double& value : m) text >> value;
-  // ITK's affine transform takes p to M p + t, from where the piece is now back to where it was.
+  // ITK's affine transform maps p to M p + t, from the piece's present position to the original one.
   const Vec3 p(1, -2, 3);
   const Vec3 q = X.Point(p);
   Vec3 back(0);
@@ -160,7 +160,7 @@ TEST(TakeAway, TransformFileIsTheInverseInLps) {
   EXPECT_LT(glm::length(back - p), 1e-12);
 }
 
-TEST(TakeAway, CsvHasAValueALine) {
+TEST(ExportInput, CsvHasAValueALine) {
   const Session session;
   const std::string csv = FormatMeasuresCsv(session.taken);
   EXPECT_THAT(csv, HasSubstr("subject,measure,unit,value\n"));
@@ -170,18 +170,19 @@ TEST(TakeAway, CsvHasAValueALine) {
   EXPECT_THAT(csv, HasSubstr("\"ramus, height \"\"x\"\"\",distance,mm,41.25\n"));
   EXPECT_THAT(csv, HasSubstr("right,turned,deg,30\n"));
   EXPECT_THAT(csv, HasSubstr("session,duration,s,12.5\n"));
-  // A name that a spreadsheet would run.
+  // A name that a spreadsheet would execute.
   Session other;
   other.taken.measures[0].name = "=HYPERLINK(1)";
   EXPECT_THAT(FormatMeasuresCsv(other.taken), HasSubstr("\n'=HYPERLINK(1),distance,mm,41.25\n"));
-  // The ball's centre went 2 mm along x and then about (6, 0, 0): its radius and half the box are off 6 + 2 cos 30.
+  // The ball's centre moved 2 mm along x and was then rotated about (6, 0, 0): it is at x = 6 + 2 cos 30. The gap is
+  // this minus the ball's radius and half the box, 2 mm each.
   const std::string before_gap = "and right\",least gap,mm,";
   const std::size_t at = csv.find(before_gap);
   ASSERT_NE(at, std::string::npos);
   EXPECT_NEAR(std::stod(csv.substr(at + before_gap.size())), 2 + 2 * std::cos(0.5235987756), 0.02);
 }
 
-TEST(TakeAway, AssessmentJsonHasStableKeys) {
+TEST(ExportInput, AssessmentJsonHasStableKeys) {
   const Session session;
   const auto json = nlohmann::json::parse(FormatAssessmentJson(session.assessment));
   EXPECT_EQ(json["planes"][0]["offset_mm"], 0.25);
@@ -191,7 +192,7 @@ TEST(TakeAway, AssessmentJsonHasStableKeys) {
   EXPECT_EQ(json["removed_mm3"], 50);
 }
 
-/// Python's own parser takes it, every element is closed, and nothing is fetched from anywhere.
+/// Python's own parser accepts it, every element is closed, and it loads no external resource.
 TEST(Report, IsWholeHtmlThatNeedsNothingElse) {
   const Session session;
   const Folder folder;
@@ -240,7 +241,7 @@ sys.exit(1 if check.bad else 0)
 }
 
 TEST(Report, OfNothingIsAPageToo) {
-  const std::string html = FormatReportHtml(TakeAway{});
+  const std::string html = FormatReportHtml(ExportInput{});
   EXPECT_THAT(html, HasSubstr("<h1>Report of a session</h1>"));
   EXPECT_THAT(html, HasSubstr("</html>\n"));
 }

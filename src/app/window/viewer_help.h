@@ -1,4 +1,4 @@
-// The keys that work in every activity of the theatre.
+// Keys that work in every activity of the viewer.
 #pragma once
 
 #include <vector>
@@ -7,6 +7,6 @@
 
 namespace kerf {
 
-std::vector<HudKeyGroup> TheatreHelp();
+std::vector<HudKeyGroup> ViewerHelp();
 
 }  // namespace kerf

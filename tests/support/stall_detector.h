@@ -1,5 +1,5 @@
-// Whether the machine stood still while a test ran: a shared one does now and then, for a second or two, and what waits
-// by the clock sees that. It judges the machine, never the code under test.
+// Detects whether the machine stalled while a test ran. A shared machine does so now and then for a second or two, and
+// code that waits by the clock is affected. The result judges the machine, never the code under test.
 #pragma once
 
 #include <gtest/gtest-spi.h>
@@ -14,8 +14,8 @@
 
 namespace kerf::test {
 
-/// The longest time between two looks at the clock, by somebody who means to look each millisecond. One thread looks,
-/// any may ask.
+/// Longest time between two calls of Look(), which is meant to be called each millisecond. One thread calls Look(); any
+/// thread may query the result.
 class LongestGap {
  public:
   using Clock = std::chrono::steady_clock;
@@ -26,9 +26,9 @@ class LongestGap {
     last_ = now;
   }
   Clock::duration Longest() const { return Clock::duration(longest_.load()); }
-  /// That which has not ended yet; 0 before the first look.
+  /// Duration of the present gap; 0 before the first look.
   Clock::duration SinceLast() const {
-    const Clock::rep last = last_;  // before the clock, which must not be behind it
+    const Clock::rep last = last_;  // read before the clock, so that the difference is not negative
     return Clock::duration(last == 0 ? 0 : Clock::now().time_since_epoch().count() - last);
   }
 
@@ -37,19 +37,19 @@ class LongestGap {
   std::atomic<Clock::rep> longest_{0};
 };
 
-/// A thread that does nothing but sleep, a millisecond at a time: when it slept for long, so did others.
-class Wakeful {
+/// Thread that only sleeps for a millisecond at a time. If it sleeps for long, other threads do so too.
+class StallDetector {
  public:
-  Wakeful() {
+  StallDetector() {
     gap_.Look();
     thread_ = std::thread([this] { Watch(); });
   }
-  ~Wakeful() {
+  ~StallDetector() {
     stop_ = true;
     thread_.join();
   }
-  Wakeful(const Wakeful&) = delete;
-  Wakeful& operator=(const Wakeful&) = delete;
+  StallDetector(const StallDetector&) = delete;
+  StallDetector& operator=(const StallDetector&) = delete;
 
   LongestGap::Clock::duration Longest() const { return std::max(gap_.SinceLast(), gap_.Longest()); }
 
@@ -66,21 +66,21 @@ class Wakeful {
   std::thread thread_;
 };
 
-/// So often is a test begun that a machine which stands still can spoil.
-constexpr int kMostTries = 5;
+/// Number of tries of a test that a stalled machine can spoil.
+constexpr int kMaxTries = 5;
 
-/// Runs `judge` with its EXPECTs and ASSERTs. Where one of this thread failed, and the machine stood still for longer
-/// than `most` meanwhile, nothing is known: once more from the beginning, kMostTries times in all. What failed in the
-/// last run fails the test. `judge` may look at its own gap too, from where it comes by each millisecond.
+/// Runs `judge` with its EXPECTs and ASSERTs. If one of them fails in this thread and the machine stalled for longer
+/// than `most`, the run is inconclusive and is repeated, at most kMaxTries runs in all. Failures of the last run fail
+/// the test. `judge` may also call Look() of its own gap in a place that runs each millisecond.
 inline void JudgeAwake(std::chrono::milliseconds most, const std::function<void(LongestGap& own)>& judge) {
-  for (int i = 1; i <= kMostTries; ++i) {
+  for (int i = 1; i <= kMaxTries; ++i) {
     testing::TestPartResultArray results;
     LongestGap own;
     LongestGap::Clock::duration longest{0};
     {
       const testing::ScopedFakeTestPartResultReporter reporter(
           testing::ScopedFakeTestPartResultReporter::INTERCEPT_ONLY_CURRENT_THREAD, &results);
-      const Wakeful awake;
+      const StallDetector awake;
       judge(own);
       longest = std::max(awake.Longest(), own.Longest());
     }
@@ -88,15 +88,15 @@ inline void JudgeAwake(std::chrono::milliseconds most, const std::function<void(
     for (int k = 0; k < results.size(); ++k) failures += results.GetTestPartResult(k).failed() ? 1 : 0;
     if (failures == 0) return;
     const double longest_s = std::chrono::duration<double>(longest).count();
-    if (longest > most && i < kMostTries) {
-      std::cout << "the machine stood still for " << longest_s << " s: once more\n";
+    if (longest > most && i < kMaxTries) {
+      std::cout << "the machine stalled for " << longest_s << " s: again\n";
       continue;
     }
     for (int k = 0; k < results.size(); ++k) {
       const testing::TestPartResult& result = results.GetTestPartResult(k);
       if (!result.failed()) continue;
       ADD_FAILURE_AT(result.file_name() != nullptr ? result.file_name() : "", result.line_number())
-          << result.message() << "\n(run " << i << "; the machine stood still for " << longest_s << " s at most)";
+          << result.message() << "\n(run " << i << "; the machine stalled for " << longest_s << " s at most)";
     }
     return;
   }

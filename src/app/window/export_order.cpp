@@ -1,4 +1,4 @@
-#include "app/window/take_away.h"
+#include "app/window/export_order.h"
 
 #include <fmt/format.h>
 
@@ -12,24 +12,24 @@
 namespace kerf {
 namespace {
 
-/// The pieces as they were left; where they can't be put there, as they were cut off.
+/// Returns the pieces as they were arranged; if that is not possible, as they were cut off.
 PieceSet MakePieces(const Bone& after, const std::string& json) {
   PieceSet pieces(after, 1.0);
   try {
     if (!json.empty()) pieces.Restore(json, "the pieces in the window");
   } catch (const Error&) {
-    return pieces;  // cut since they were moved
+    return pieces;  // the bone was cut after they were moved
   }
   return pieces;
 }
 
 }  // namespace
 
-std::string DoTakeAway(TakeAwayOrder& order) {
+std::string RunExport(ExportOrder& order) {
   const Bone after = order.after.get();
   const Assessment assessment = AssessCut(order.plan, *order.before, after, CalcBladeWidth(MakeTool(order.scene)));
   const PieceSet pieces = MakePieces(after, order.pieces_json);
-  TakeAway taken;
+  ExportInput taken;
   taken.title = order.scene.title.empty() ? order.scene.name : order.scene.title;
   taken.plan = &order.plan;
   taken.assessment = &assessment;
@@ -59,8 +59,8 @@ std::string DoTakeAway(TakeAwayOrder& order) {
   taken.provenance.push_back({"bone after, hash", fmt::format("{:016x}", after.CalcHash())});
   taken.provenance.push_back({"voxel", fmt::format("{:g} mm", after.voxel_mm())});
   taken.provenance.push_back({"report by", fmt::format("kerf {} ({})", VersionString(), CommitString())});
-  // Enough for a model to print; a whole piece at 0.1 mm would be 135 MB.
-  WriteTakeAway(taken, order.folder, {.obj = order.obj, .triangles = 300'000});
+  // Enough for a printed model; a whole piece at 0.1 mm voxels would take 135 MB.
+  WriteExport(taken, order.folder, {.obj = order.obj, .triangles = 300'000});
   return order.folder;
 }
 

@@ -1,5 +1,5 @@
-// Warnings about a valid scene.
-#include "session/scene/doubts.h"
+// Tests of warnings about valid scenes.
+#include "session/scene/warnings.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,13 +10,13 @@
 namespace kerf {
 namespace {
 
-/// The warnings of a scene whose bite is `bite_um` at 3000 teeth a second.
+/// Returns the warnings of a scene whose bite is `bite_um` at 3000 teeth a second.
 std::string WarningsAt(double bite_um, const std::string& law) {
   const std::string text = "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [0, 0, 0]\nend_mm = [1, 0, 0]\n" +
                            fmt::format("feed_mm_per_s = {}\ndisc_normal = [0, 1, 0]\n", bite_um * 3) +
                            fmt::format("[force]\nlaw = \"{}\"\n", law);
   std::string all;
-  for (const std::string& doubt : FindDoubts(ParseScene(text, "s.toml"), 0.1)) all += doubt + "\n";
+  for (const std::string& warning : FindWarnings(ParseScene(text, "s.toml"), 0.1)) all += warning + "\n";
   return all;
 }
 
@@ -28,16 +28,15 @@ TEST(Doubts, BiteIsHeldAgainstTheValidityOfTheLawChosen) {
       "feed more slowly or turn faster\n");
   for (const double bite_um : {0.1, 200.0}) {
     EXPECT_EQ(WarningsAt(bite_um, "hertz_constant_bite"),
-              "hertz_constant_bite gives the same force whatever the bite: thrust 1/122 of the measured at a bite of "
+              "hertz_constant_bite gives the same force whatever the bite: thrust 1/122 of that measured at a bite of "
               "2.5 um, 1/168 of that at 10 um (22 mm disc with 24 teeth); nothing was measured below 2 um\n");
   }
   EXPECT_EQ(WarningsAt(6, "edge_plus_chip"), "");
-  EXPECT_EQ(
-      WarningsAt(1, "edge_plus_chip"),
-      "the bite stays at or below 1 um: edge_plus_chip holds from about 2.5 um, below that the edge's share is an "
-      "extrapolation\n");
+  EXPECT_EQ(WarningsAt(1, "edge_plus_chip"),
+            "the bite stays at or below 1 um: edge_plus_chip holds from about 2.5 um, below that the edge term is an "
+            "extrapolation\n");
   EXPECT_EQ(WarningsAt(12, "edge_plus_chip"),
-            "the bite reaches 12 um: edge_plus_chip holds up to about 10 um, beyond that the chip's share is an "
+            "the bite reaches 12 um: edge_plus_chip holds up to about 10 um, beyond that the chip term is an "
             "extrapolation\n");
 }
 

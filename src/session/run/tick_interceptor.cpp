@@ -1,4 +1,4 @@
-#include "session/run/run_tap.h"
+#include "session/run/tick_interceptor.h"
 
 #include "kerf/error.h"
 #include "session/scene/path.h"
@@ -24,7 +24,7 @@ bool RunReplay::Next(bool set_down) {
   if (next == nullptr || (verify_ && check_.divergence())) return false;
   step_ = *next;
   if (((step_.flags & kRecordedSetDown) != 0) != set_down) {
-    throw Error("the recording does not go with its scene: the tool is set down at another tick");
+    throw Error("the recording does not match its scene: the tool is set down at another tick");
   }
   check_.Expect(steps_, step_);
   steps_.Pop();
@@ -54,7 +54,8 @@ Replayed RunReplay::MakeReport(std::uint64_t bone_hash) const {
   return replayed;
 }
 
-SessionTap::SessionTap(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone)
+SessionInterceptor::SessionInterceptor(const RunSession& session, const Scene& scene, RecordedKind kind,
+                                       const Bone& bone)
     : replay_(session.replay), lost_(session.lost) {
   if (replay_ != nullptr) CheckBone(replay_->head(), bone);
   if (session.record.empty()) return;
@@ -63,12 +64,12 @@ SessionTap::SessionTap(const RunSession& session, const Scene& scene, RecordedKi
                     ReadSceneFiles(scene, session.scene_file));
 }
 
-RunTap* SessionTap::tap() {
+TickInterceptor* SessionInterceptor::tap() {
   if (replay_ != nullptr) return replay_;
   return recorder_ ? &*recorder_ : nullptr;
 }
 
-void SessionTap::Finish(std::optional<std::uint64_t> bone_hash) {
+void SessionInterceptor::Finish(std::optional<std::uint64_t> bone_hash) {
   if (!recorder_) return;
   const std::string failure = recorder_->Finish(bone_hash);
   if (failure.empty()) return;

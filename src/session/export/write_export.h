@@ -1,0 +1,101 @@
+// Exports the results of a session into a folder: pieces, planes, measures and a report.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bone/pieces/piece_set.h"
+#include "session/plan/assess.h"
+#include "session/plan/plan.h"
+
+namespace kerf {
+
+/// A row of a table: a name and its value.
+struct TakenFact {
+  std::string name;
+  std::string value;
+};
+/// A value of the session: mean force, time.
+struct TakenFigure {
+  std::string name;
+  std::string unit;
+  double value = 0;
+};
+/// A distance or an angle that the user measured.
+struct TakenMeasure {
+  std::string name;
+  std::string unit;  // "mm" or "deg"
+  double value = 0;
+  std::vector<Vec3> points_W_mm;  // two for a distance, three for an angle (the vertex is the second); optional
+};
+/// A picture: the bytes of a PNG file.
+struct TakenPicture {
+  std::string name;  // of its file, without ".png": letters, digits, "_" and "-"
+  std::string caption;
+  std::string png;
+};
+/// A curve in a plot.
+struct TakenCurve {
+  std::string title;
+  std::string x_label;  // with its unit
+  std::string y_label;
+  std::vector<std::pair<double, double>> points;  // x increasing
+};
+
+/// The recording of the session.
+struct TakenRecording {
+  std::string state;                    // "whole", "cut short", "damaged"; empty: there is no recording
+  std::vector<std::string> warnings{};  // one sentence per fault
+
+  bool is_whole() const { return state.empty() || state == "whole"; }
+};
+
+/// Data to export; missing items are left out. The pointers must remain valid during the call.
+struct ExportInput {
+  std::string title;
+  const Plan* plan = nullptr;
+  const Assessment* assessment = nullptr;
+  const PieceSet* pieces = nullptr;
+  std::vector<TakenFigure> figures;
+  std::vector<TakenMeasure> measures;
+  std::vector<TakenPicture> pictures;
+  std::vector<TakenCurve> curves;
+  std::vector<TakenFact> provenance;  // scene, recording, hashes, version
+  TakenRecording recording{};
+};
+
+struct ExportOptions {
+  bool obj = false;           // pieces as OBJ, otherwise as STL
+  double gap_limit_mm = 50;   // larger gaps are not searched for
+  std::size_t triangles = 0;  // maximum per piece's file (4 or more; Decimate()); 0: unlimited
+};
+
+/// Writes into the folder, which is created if missing, each file through a temporary file. Files of the same names are
+/// replaced:
+///   report.html      everything, in one self-contained file
+///   measures.csv     subject, measure, unit, value
+///   assessment.json  comparison of plan and cut
+///   planned.mrk.json, achieved.mrk.json   planes for 3D Slicer
+///   NAME.stl         each piece that is not deleted, at its current place (or .obj)
+///   NAME_origin.stl  for a moved piece: at the place where it was cut off,
+///   NAME.tfm         and its motion from there in the format of 3D Slicer
+///   transforms.json  the same motions as 4 x 4 matrices, LPS mm, with volume and centre of each piece
+///   pieces.json      input of PieceSet::Restore()
+///   PICTURE.png
+/// Returns their names. Throws kerf::Error. `progress` is called with 0..1.
+std::vector<std::string> WriteExport(const ExportInput& taken, const std::string& folder,
+                                     const ExportOptions& options = {},
+                                     const std::function<void(double)>& progress = {});
+
+/// The individual parts.
+std::string FormatReportHtml(const ExportInput& taken, const ExportOptions& options = {});
+std::string FormatMeasuresCsv(const ExportInput& taken, const ExportOptions& options = {});
+/// Stable keys with units; ends with a newline. For a recording, also its state and its faults.
+std::string FormatAssessmentJson(const Assessment& assessment, const TakenRecording& recording = {});
+/// Returns a motion X_WP as ITK text: LPS, from the current to the original position, as resampling requires and
+/// 3D Slicer reads it.
+std::string FormatTransformFile(const Pose& X_WP);
+
+}  // namespace kerf

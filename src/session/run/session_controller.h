@@ -1,0 +1,41 @@
+// Peer of a running loop, such as a window: it receives changes of the bone and requests actions.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "loop/haptics/haptic_loop.h"
+#include "session/run/loop_setup.h"
+#include "session/run/loop_undo.h"
+
+namespace kerf {
+
+/// Initial state of a loop. The references are valid only during the call.
+struct LoopBeginning {
+  const Bone& bone;
+  const CoupledParams& params;
+  const LoopSetup& setup;
+  const EffectPlan& effects;
+  Pose X_WT;
+};
+
+/// Interface called by RunLoop in its own thread, never in the loop's. Slow calls delay the writing of the recording,
+/// not the ticks.
+class SessionController {
+ public:
+  SessionController() = default;
+  SessionController(const SessionController&) = delete;
+  SessionController& operator=(const SessionController&) = delete;
+  virtual ~SessionController() = default;
+
+  /// Called when the bone is made and before anything moves.
+  virtual void Begin(const LoopBeginning& beginning) = 0;
+  /// Called with a leaf of the bone in its current state.
+  virtual void TakeLeaf(const LeafMessage& leaf) = 0;
+  /// Returns the next action to carry out now, one at a time; LoopAction::at_s is ignored. None: no action.
+  virtual std::optional<LoopAction> NextAction() = 0;
+  /// Called when the requested undo, redo or checkpoint is done, or has failed for the reason in `failure`.
+  virtual void Done(const LoopAction& action, const std::string& failure) = 0;
+};
+
+}  // namespace kerf

@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Runs the commands that README.md and the pages of docs show, as a reader would type them.
+
+    tests/docs/commands.py KERF [--page NAME ...] [--list]
+
+Each page has a folder of its own with the files that its commands name (`FILES` below), in which its commands run one
+after another; each must end with exit code 0 and without an error message. A command that needs a display, a device, a
+real CT, or more than a minute is in commands.txt with its reason; of these and of all others every option is looked up
+in `kerf reference`. Commands of other programs (tools/..., cmake) must exist. Python snippets run too, with a stand-in for matplotlib that draws
+nothing. Exit code 1 if one fails.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")),
+         *sorted((ROOT / "docs/tutorials").glob("*.md"))]
+# Written by the program itself: each command stands there with its example, which are checked separately.
+LEFT_OUT = {"commands.md", "scene_keys.md"}
+
+# A small scene that any command can use, and how the files that pages name by example are made.
+SCENE = """title = "Block"
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 16
+size_y_mm = 6
+size_z_mm = 12
+voxel_mm = 0.2
+[[path.stroke]]
+start_mm = [0, 0, 13]
+end_mm = [0, 0, 6]
+feed_mm_per_s = 6
+disc_normal = [1, 0, 0]
+[effects.guide]
+point_mm = [0, 0, 0]
+normal = [1, 0, 0]
+[[plan.plane]]
+name = "cut"
+point_mm = [0, 0, 0]
+normal = [1, 0, 0]
+[slab]
+direction = [0, 0, -1]
+"""
+
+
+def list_commands(page):
+    """Commands in the code of a page, with continuation lines joined and comments removed."""
+    code, text, commands = False, "", []
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if line.startswith("```"):
+            code = not code
+            continue
+        if not code and not line.startswith("    "):
+            continue
+        text += line.strip()
+        if text.endswith("\\"):
+            text = text[:-1]
+            continue
+        if re.match(r"(kerf [a-z-]|(tools|tests|\.ci)/|cmake |ctest |build/release/)", text) and not text.startswith("kerf:"):
+            commands.append((number, re.sub(r"\s+#.*", "", text)))
+        text = ""
+    return commands
+
+
+def list_snippets(page):
+    """[(line, text)] of the Python snippets of a page."""
+    text = page.read_text(encoding="utf-8")
+    return [(text[:match.start()].count("\n") + 1, match.group(1)) for match in re.finditer(r"^```python\n(.*?)^```", text, re.M | re.S)]
+
+
+def read_rules():
+    rules = []
+    for line in (pathlib.Path(__file__).parent / "commands.txt").read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            pattern, reason = line.split("\t")
+            rules.append((re.compile(pattern), reason))
+    return rules
+
+
+class Reference:
+    """Names of the options of each command."""
+
+    def __init__(self, kerf):
+        root = json.loads(subprocess.run([kerf, "reference", "--json"], capture_output=True, text=True, check=True).stdout)
+        self.commands = {}
+        self._add(root)
+
+    def _add(self, command):
+        self.commands[command["name"]] = {name for option in command["options"] for name in option["names"]}
+        for child in command["commands"]:
+            self._add(child)
+
+    def check(self, words):
+        """A sentence on what is wrong with a command line of kerf; "" if nothing is."""
+        name, rest = "kerf", words[1:]
+        while rest and f"{name} {rest[0]}" in self.commands:
+            name, rest = f"{name} {rest[0]}", rest[1:]
+        if name == "kerf" and rest and not rest[0].startswith("-"):
+            return f"there is no command {rest[0]}"
+        for word in rest:
+            if re.match(r"--?[a-z]", word) and word not in self.commands[name]:
+                return f"{name} has no option {word}"
+        return ""
+
+
+def make_files(kerf, folder):
+    """The files that pages name by example."""
+    def call(*arguments):
+        subprocess.run([kerf, *arguments], cwd=folder, check=True, capture_output=True, text=True)
+    for name in ("scenes", "docs", "volumes", "tools"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("images", "*.png"))
+    (folder / "docs/images").mkdir()
+    (folder / "scene.toml").write_text(SCENE)
+    (folder / "out").mkdir()
+    call("model", "mandible", "--voxel", "0.4", "-o", "bone.vdb")
+    for name in ("a.vdb", "b.vdb", "patient.vdb", "out/patient.vdb"):
+        shutil.copy(folder / "bone.vdb", folder / name)
+    call("run", "scene.toml", "--no-pictures", "-o", "out")
+    call("loop", "scene.toml", "--virtual", "--seconds", "15", "--record", "session.kerf")
+    call("practise", "--agent", "expert", "--exercise", "groove", "--record", "attempt.kerf")
+    shutil.copy(ROOT / "docs/compare/block/compare.json", folder / "out/compare.json")
+    (folder / "matplotlib").mkdir()
+    (folder / "matplotlib/pyplot.py").write_text("def __getattr__(name):\n    return lambda x=(), y=(), **_: len(x) == len(y) or 1 / 0\n")
+    (folder / "plane.mrk.json").write_text(PLANE)
+    shutil.copy(folder / "plane.mrk.json", folder / "plan.mrk.json")
+
+
+PLANE = json.dumps({"markups": [{"type": "Plane", "coordinateSystem": "LPS", "name": "cut", "origin": [0.0, 0.0, 6.0],
+                                 "normal": [1.0, 0.0, 0.0], "center": [0.0, 0.0, 6.0],
+                                 "controlPoints": [{"id": "1", "position": [0.0, 0.0, 6.0]}]}]})
+
+
+def check_page(kerf, page, rules, reference, files):
+    """[(line, command, what is wrong)] of a page, and how many commands ran."""
+    wrong, ran = [], 0
+    with tempfile.TemporaryDirectory(prefix="kerf_docs_") as name:
+        folder = pathlib.Path(name) / "work"
+        shutil.copytree(files, folder)
+        environment = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
+        environment |= {"HOME": name, "PATH": f"{kerf.parent}:{os.environ['PATH']}"}
+        for number, command in list_commands(page):
+            words = shlex.split(command)
+            if command == "tools/run":  # what it runs, with the program that is there
+                command = "kerf run scenes/body_osteotomy.toml -o out/body_osteotomy"
+                words = shlex.split(command)
+            if words[0] != "kerf":
+                if "/" in words[0] and not words[0].startswith("build/") and not (ROOT / words[0]).exists():
+                    wrong.append((number, command, f"there is no {words[0]}"))
+                continue
+            if problem := reference.check(words):
+                wrong.append((number, command, problem))
+                continue
+            if any(pattern.search(command) for pattern, _ in rules):
+                continue
+            if "--record" in words:  # a recording never replaces a file
+                (folder / words[words.index("--record") + 1]).unlink(missing_ok=True)
+            done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True,
+                                  stdin=subprocess.DEVNULL)
+            ran += 1
+            if done.returncode != 0:
+                wrong.append((number, command, f"exit code {done.returncode}: {done.stderr.strip()}"))
+        for number, snippet in list_snippets(page):
+            done = subprocess.run([sys.executable, "-c", snippet], cwd=folder, env=environment | {"PYTHONPATH": str(folder)},
+                                  capture_output=True, text=True, stdin=subprocess.DEVNULL)
+            ran += 1
+            if done.returncode != 0:
+                wrong.append((number, "python snippet", done.stderr.strip().splitlines()[-1]))
+    return wrong, ran
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("kerf", type=pathlib.Path)
+    parser.add_argument("--page", action="append", help="only this page, such as docs/study.md")
+    parser.add_argument("--list", action="store_true", help="print the commands; run none")
+    arguments = parser.parse_args()
+    kerf, rules = arguments.kerf.resolve(), read_rules()
+    pages = [page for page in PAGES if page.name not in LEFT_OUT and
+             (not arguments.page or str(page.relative_to(ROOT)) in arguments.page)]
+    if not pages:
+        sys.exit("tests/docs/commands.py: there is no such page")
+    if arguments.list:
+        for page in pages:
+            for number, command in list_commands(page):
+                reason = next((reason for pattern, reason in rules if pattern.search(command)), "run")
+                print(f"{page.relative_to(ROOT)}:{number}: {command} [{reason}]")
+        return 0
+    reference = Reference(kerf)
+    failed = ran = 0
+    with tempfile.TemporaryDirectory(prefix="kerf_docs_") as name:
+        files = pathlib.Path(name) / "files"
+        files.mkdir()
+        make_files(kerf, files)
+        for page in pages:
+            wrong, count = check_page(kerf, page, rules, reference, files)
+            ran += count
+            for number, command, problem in wrong:
+                failed += 1
+                print(f"{page.relative_to(ROOT)}:{number}: {command}\n    {problem}")
+    print(f"{ran} commands of {len(pages)} pages ran, {failed} failed")
+    return 1 if failed or ran == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
