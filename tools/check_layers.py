@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Holds every #include of include/ and src/ against docs/layers.txt, and the names of types that headers define against each other:
-one program has all of them, so that two of one name would be one to the linker. And no test may use the folder that all tests share:
-they run beside each other.
+"""Checks every #include of include/ and src/ against docs/layers.txt, and that no two headers define types of the same name:
+they are linked into one program, where such types would be confused. Tests must not use the temporary folder that all tests
+share, because they run in parallel.
 
-    tools/check_layers.py [ROOT]      exit 1 and a line for each include that goes against the table, each name given twice, and each
+    tools/check_layers.py [ROOT]      exit 1 and a line for each include that violates the table, each name given twice, and each
                                       test in the shared folder
     tools/check_layers.py --self-test plants violations in a small tree and checks that each is caught
 """
@@ -15,6 +15,7 @@ import tempfile
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 TYPE = re.compile(r"^(?:class|struct|enum class|enum|union) (\w+)\b(?!::)[^;\n]*$", re.MULTILINE)
+CONSTANT = re.compile(r"^(?:static |inline )*(?:constexpr|const) [^=({;\n]*?\b(k[A-Z]\w*)\b(?:\[\w*\])?\s*[={(;]", re.MULTILINE)
 COMMANDS = re.compile(r"\b(kerf_folder|target_link_libraries)\(([^()]*)\)")
 LINKS = re.compile(r"^\s*kerf_folder\((\w+)(?:\s+DEPENDS((?:\s+[a-z_]+)+))?", re.MULTILINE)
 
@@ -38,7 +39,7 @@ LIBRARIES = [
     ("sleef", re.compile(r"^sleef\.h")),
     ("usb", re.compile(r"^(libusb-1\.0/|libusb\.h)")),
     ("boost", re.compile(r"^boost/")),
-    # Free to all.
+    # Allowed everywhere.
     ("", re.compile(r"^(glm|fmt)/")),
 ]
 SYSTEM = {
@@ -49,8 +50,8 @@ SYSTEM = {
     "sockets": {"sys/socket.h", "netinet/in.h", "arpa/inet.h", "netdb.h", "sys/un.h"},
     "terminal": {"iostream", "unistd.h", "csignal", "termios.h", "sys/ioctl.h"},
 }
-# unistd.h holds both files and terminals; iostream is what others' readers throw their messages at; sys/mman.h maps files and locks
-# memory.
+# unistd.h has functions for files and for terminals; iostream is needed for readers that print errors to streams;
+# sys/mman.h maps files and locks memory.
 ALSO_ALLOWED = {"unistd.h": "files", "iostream": "files", "csignal": "threads", "sys/mman.h": "threads"}
 
 
@@ -66,16 +67,16 @@ class Folder:
 
 
 def close(table):
-    """What an entry may include, its entries bring along; each stands after all that it may include."""
+    """Adds what the included entries may include; each entry comes after everything that it may include."""
     for name, entry in table.items():
         for used in list(entry.uses):
             if used not in table or list(table).index(used) >= list(table).index(name):
-                raise SystemExit(f"docs/layers.txt: {name} includes {used}, which does not stand above it")
+                raise SystemExit(f"docs/layers.txt: {name} includes {used}, which is not listed above it")
             entry.uses |= table[used].uses
 
 
 def read_table(text):
-    """The groups and the folders, by name; a folder's name is that within its group, and there is one folder of a name."""
+    """Returns the groups and the folders, by name. A folder's name is relative to its group and unique."""
     groups, folders = {}, {}
     for line in text.splitlines():
         if not line.strip() or line.startswith("#"):
@@ -86,7 +87,7 @@ def read_table(text):
             continue
         group, _, name = cells[0].partition("/")
         if len(cells) != 6 or group not in groups:
-            raise SystemExit(f"docs/layers.txt: neither a group (three cells) nor a folder of one (six): {line}")
+            raise SystemExit(f"docs/layers.txt: a line must be a group (three cells) or a folder (six): {line}")
         if name in folders:
             raise SystemExit(f"docs/layers.txt: two folders are called {name}")
         system = set() if cells[3] == "-" else set(cells[3].split())
@@ -118,7 +119,7 @@ def library_of(name):
 
 
 def check_link_graph(root, folders):
-    """The folders that the CMakeLists.txt of a group links must be allowed too."""
+    """Checks that folders linked in the CMakeLists.txt of a group are also allowed."""
     faults = []
     for lists in sorted((root / "src").glob("*/CMakeLists.txt")):
         where = lists.relative_to(root)
@@ -129,7 +130,7 @@ def check_link_graph(root, folders):
             for used in depends.split():
                 if used not in folders[name].uses:
                     faults.append(f"{where}: {name} may not link {used}")
-        # DEPENDS is the one way to link a folder of ours; a program may take any that it can see.
+        # DEPENDS is the only way to link a folder of kerf; a program may use any visible one.
         for command, arguments in COMMANDS.findall(lists.read_text(encoding="utf-8")):
             name, *words = arguments.split()
             target = name.removeprefix("kerf_")
@@ -140,7 +141,7 @@ def check_link_graph(root, folders):
 
 
 def check_names(root):
-    """Types at the left margin of headers; those of namespaces within kerf's are told apart by the namespace's name."""
+    """Checks types defined at the left margin of headers. Types in nested namespaces are distinguished by the namespace's name."""
     faults = []
     seen = {}
     for path in sorted(p for top in ("include", "src") for p in (root / top).rglob("*.h")):
@@ -154,20 +155,44 @@ def check_names(root):
     return faults
 
 
+def check_constants(root):
+    """Finds constants of a source file that have the name of a constant of a header that sources of its folder include.
+    Several sources of a folder are compiled as one: the source's constant would hide the header's in the next ones."""
+    headers = {str(path.relative_to(root / top)): path for top in ("include", "src") for path in (root / top).rglob("*.h")}
+
+    def headers_of(sources):
+        found, open_paths = {}, list(sources)
+        while open_paths:
+            for _, name in includes_of(open_paths.pop()):
+                if name in headers and name not in found:
+                    found[name] = headers[name]
+                    open_paths.append(headers[name])
+        return found
+
+    faults = []
+    for folder in sorted({path.parent for path in (root / "src").rglob("*.cpp")}):
+        sources = sorted(folder.glob("*.cpp"))
+        of_headers = {constant: name for name, path in headers_of(sources).items()
+                      for constant in CONSTANT.findall(path.read_text(encoding="utf-8"))}
+        faults += [f"{path.relative_to(root)}: {name} is a constant of {of_headers[name]} too" for path in sources
+                   for name in CONSTANT.findall(path.read_text(encoding="utf-8")) if name in of_headers]
+    return faults
+
+
 def check_folders_of_tests(root):
-    """gtest's TempDir() is the same for all."""
+    """Finds tests that use gtest's TempDir(), which is the same for all tests."""
     faults = []
     for path in sorted(p for p in (root / "tests").rglob("*") if p.suffix in (".h", ".cpp")):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             if "TempDir(" in line:
-                faults.append(f"{path.relative_to(root)}:{number}: other tests write there too: take a test::Folder of support/folder.h")
+                faults.append(f"{path.relative_to(root)}:{number}: other tests also write there: use test::Folder of support/folder.h")
     return faults
 
 
 def check(root):
     _, folders = read_table((root / "docs/layers.txt").read_text(encoding="utf-8"))
     owner_of_public = {header: f.name for f in folders.values() for header in f.public}
-    faults = check_link_graph(root, folders) + check_names(root) + check_folders_of_tests(root)
+    faults = check_link_graph(root, folders) + check_names(root) + check_constants(root) + check_folders_of_tests(root)
 
     def folder_of(path):
         parts = path.relative_to(root).parts
@@ -194,7 +219,7 @@ def check(root):
     reached = {}
 
     def libraries_reached(path):
-        """Library -> chain of files, over all headers of ours that the file includes."""
+        """Returns library -> chain of files, over all headers of kerf that the file includes."""
         if path in reached:
             return reached[path]
         reached[path] = {}
@@ -215,7 +240,7 @@ def check(root):
         where = path.relative_to(root)
         for number, name in includes[path]:
             if name.startswith("."):
-                faults.append(f"{where}:{number}: includes are written from src or include ({name})")
+                faults.append(f"{where}:{number}: paths of includes must start from src or include ({name})")
             target = target_of(name)
             if target is not None:
                 other = folder_of(target)
@@ -246,6 +271,10 @@ def self_test():
             "src/bone/grid/grids.h": "#include <openvdb/openvdb.h>\n",
             "src/bone/grid/bone.h": '#include "kerf/points.h"\n',
             "src/bone/grid/names.h": "namespace kerf {\nstruct Known;\nclass Known final : public Base {\n};\n}\n",
+            "src/bone/grid/limits.h": "inline constexpr int kKnown = 2;  // as others\n",
+            "src/base/core/own.cpp": "constexpr int kKnown = 4;\n",
+            "src/cut/sim/sees.cpp": '#include "bone/grid/limits.h"\n',
+            "src/cut/sim/own.cpp": "constexpr int kOther = kKnown;\n  constexpr int kKnown = 3;\n",
             "src/cut/sim/names.h": "namespace kerf {\nstruct Known;\nstruct Other {\n  struct Known {};\n};\n}\n",
             "src/base/files/names.h": "namespace kerf::files {\nstruct Known {\n};\n}\n",
             "src/bone/grid/bone.cpp": '#include "bone/grid/bone.h"\n#include "bone/grid/grids.h"\n',
@@ -254,7 +283,7 @@ def self_test():
             "src/bone/CMakeLists.txt": "if(X)\n  kerf_folder(grid DEPENDS core LIBS X::y PCH <z.h>)\nendif()\n",
             "src/base/files/files.cpp": "#include <fstream>\n#include <unistd.h>\n",
             "src/app/cli/main.cpp": '#include <CLI/CLI.hpp>\n#include "bone/grid/bone.h"\n#include <iostream>\n'}
-    # Each: what is planted, and the fault that it must bring.
+    # Each entry: the planted violation, and the fault that must be reported.
     plants = [
         ("src/bone/grid/up.cpp", '#include "cut/sim/sim.h"\n', "src/bone/grid/up.cpp:1: grid may not include sim (cut/sim/sim.h)"),
         ("src/base/core/up.h", '\n#  include "bone/grid/bone.h"\n', "src/base/core/up.h:2: core may not include grid (bone/grid/bone.h)"),
@@ -273,19 +302,21 @@ def self_test():
         ("src/bone/CMakeLists.txt", "target_link_libraries(kerf_grid PRIVATE\n  kerf_sim)\n",
          "src/bone/CMakeLists.txt: grid links sim by target_link_libraries, not by DEPENDS"),
         ("src/bone/grid/dots.cpp", '#include "../../cut/sim/sim.h"\n',
-         "src/bone/grid/dots.cpp:1: includes are written from src or include (../../cut/sim/sim.h)"),
+         "src/bone/grid/dots.cpp:1: paths of includes must start from src or include (../../cut/sim/sim.h)"),
         ("src/cut/CMakeLists.txt", "kerf_folder(grid)\n", "src/cut/CMakeLists.txt: grid is not in docs/layers.txt"),
         ("src/bone/new/x.cpp", "\n", "src/bone/new/x.cpp: its folder is not in docs/layers.txt"),
         ("src/cut/grid/x.cpp", "\n", "src/cut/grid/x.cpp: its folder is not in docs/layers.txt"),
         ("src/base/core/twice.h", "namespace kerf {\nstruct Known {\n};\n}\n", "src/bone/grid/names.h: Known is defined in src/base/core/twice.h too"),
         ("src/base/core/twice.h", "namespace kerf {\nenum class Other {\n};\n}\n", "src/cut/sim/names.h: Other is defined in src/base/core/twice.h too"),
+        ("src/cut/sim/hides.cpp", "namespace {\nconstexpr double kKnown = 1;\n}\n",
+         "src/cut/sim/hides.cpp: kKnown is a constant of bone/grid/limits.h too"),
         ("include/kerf/other.h", "\n", "include/kerf/other.h: its folder is not in docs/layers.txt"),
         ("tests/cut/sim/a_test.cpp", "\nauto f = testing::TempDir();\n",
-         "tests/cut/sim/a_test.cpp:2: other tests write there too: take a test::Folder of support/folder.h"),
+         "tests/cut/sim/a_test.cpp:2: other tests also write there: use test::Folder of support/folder.h"),
         ("docs/layers.txt", table + "base/late | sim | | - | | x\n",
          "docs/layers.txt: base/late includes grid of the group bone, which base may not"),
         ("docs/layers.txt", table + "bone/one | two | | - | | x\nbone/two | | | - | | x\n",
-         "docs/layers.txt: one includes two, which does not stand above it"),
+         "docs/layers.txt: one includes two, which is not listed above it"),
         ("docs/layers.txt", table + "app/grid | | | - | | x\n", "docs/layers.txt: two folders are called grid"),
     ]
 
@@ -302,7 +333,7 @@ def self_test():
 
     failed = 0
     if faults_of(good):
-        print("self-test: the good tree is refused:", *faults_of(good), sep="\n  ")
+        print("self-test: faults in a correct tree:", *faults_of(good), sep="\n  ")
         failed += 1
     for path, text, fault in plants:
         faults = faults_of({**good, path: text})
@@ -329,7 +360,7 @@ def main(arguments):
     faults = check(root)
     for fault in faults:
         print(fault)
-    print(f"check_layers: {len(faults)} faults against docs/layers.txt, among names of types, and in tests")
+    print(f"check_layers: {len(faults)} faults against docs/layers.txt, among names, and in tests")
     return 1 if faults else 0
 
 

@@ -3,7 +3,7 @@
 
     tools/draw_architecture.py            writes the pictures
     tools/draw_architecture.py --table    prints the rows of the tables in docs/architecture.md, src/README.md and each src/GROUP/README.md
-    tools/draw_architecture.py --check    exit 1 when a picture or a table is old (a test)
+    tools/draw_architecture.py --check    exits with 1 if a picture or a table is out of date (a test)
 """
 
 import pathlib
@@ -28,7 +28,7 @@ class Box:
 
 
 def direct_uses(table):
-    """Without what an entry reaches through another one: the pictures show only what they must."""
+    """Removes dependencies that an entry also has through another one: the pictures show only the necessary ones."""
     return {name: {u for u in entry.uses if not any(u in table[v].uses for v in entry.uses)} for name, entry in table.items()}
 
 
@@ -37,9 +37,9 @@ def is_pure(folder):
 
 
 def place(names, uses, width):
-    """Each box's row (0 at the bottom) and middle, and each arrow as the list of what it passes. An arrow over several rows has a
-    place of its own, (from, to, row), in each row between: no box stands in its way."""
-    # What no arrow touches has the lowest row to itself.
+    """Returns each box's row (0 at the bottom) and centre, and each arrow as the list of places it passes. An arrow over several rows
+    has a place (from, to, row) in each row between, so that no box is in its way."""
+    # Boxes without arrows are alone in the lowest row.
     row_of, alone = {}, [name for name in names if not uses[name] and not any(name in uses[other] for other in names)]
     for name in names:
         row_of[name] = 0 if name in alone else 1 + max((row_of[used] for used in uses[name]), default=0 if alone else -1)
@@ -62,7 +62,7 @@ def place(names, uses, width):
             wish = {spot: sum(middle[o] for o in joined[spot] or [spot]) / max(len(joined[spot]), 1) for spot in row}
             row.sort(key=lambda spot: (wish[spot], str(spot)))
             at = [wish[spot] for spot in row]
-            # As near to the wishes as spots that do not touch can be: neighbours in conflict share the difference.
+            # As near to the wanted positions as possible without overlap: neighbours in conflict share the difference.
             for _ in range(200):
                 for i in range(len(row) - 1):
                     boxes = isinstance(row[i], str) + isinstance(row[i + 1], str)
@@ -71,7 +71,7 @@ def place(names, uses, width):
                         at[i] -= short / 2
                         at[i + 1] += short / 2
             middle.update(zip(row, at))
-    # From left to right, a gap through all rows is closed.
+    # From left to right, close any gap that goes through all rows.
     reach, shift = -GAP_X, min(middle.values()) - width
     for spot in sorted((spot for spot in middle if spot not in alone), key=middle.get):
         half = width / 2 if isinstance(spot, str) else 0
@@ -101,7 +101,7 @@ def draw(title, boxes, uses, width):
                    f'<text x="{MARGIN + 20 + i * 290}" y="48" font-size="12" fill="{NOTE}">{text}</text>')
 
     def end_of(arrow, ends):
-        """Arrows of one box are spread over its edge, in the order of what they go to."""
+        """Spreads the arrows of a box over its edge, in the order of their targets."""
         near, far = arrow[ends[0]], arrow[ends[1]]
         others = sorted(middle[a[ends[1]]] for a in arrows if a[ends[0]] == near)
         return middle[near] + width * ((others.index(middle[far]) + 1) / (len(others) + 1) - 0.5)
@@ -153,7 +153,7 @@ def pictures(groups, folders):
 
 
 def tables(groups, folders):
-    """The rows of each document's table."""
+    """Returns the rows of each document's table."""
     rows = {"docs/architecture.md": [f"| [`{name}`](../src/{name}/README.md) | {group.purpose} |" for name, group in groups.items()]}
     rows["src/README.md"] = [f"| [`{name}`]({name}/README.md) | {group.purpose} |" for name, group in groups.items()]
     for group in groups:
@@ -177,8 +177,8 @@ def main(arguments):
     if arguments == ["--check"]:
         def text_of(path):
             return (ROOT / path).read_text(encoding="utf-8") if (ROOT / path).is_file() else ""
-        faults = [f"{path} is old: run tools/draw_architecture.py" for path, text in drawn.items() if text_of(path) != text]
-        faults += [f"{path} lacks: {row}" for path in rows for row in rows[path] if row not in text_of(path).splitlines()]
+        faults = [f"{path} is out of date: run tools/draw_architecture.py" for path, text in drawn.items() if text_of(path) != text]
+        faults += [f"{path} lacks this row: {row}" for path in rows for row in rows[path] if row not in text_of(path).splitlines()]
         print(*faults, f"draw_architecture: {len(faults)} faults against docs/layers.txt", sep="\n")
         return 1 if faults else 0
     for path, text in drawn.items():

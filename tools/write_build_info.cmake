@@ -1,5 +1,5 @@
 cmake_policy(VERSION 3.25)
-# Writes kerf_build_info.h with the version and the commit; run at every build, touches the file only when it changes.
+# Writes kerf_build_info.h with the version and the commit. Runs at every build and changes the file only if needed.
 execute_process(COMMAND git -C ${SOURCE_DIR} rev-parse --short=12 HEAD OUTPUT_VARIABLE commit
                 OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
 if(failed)

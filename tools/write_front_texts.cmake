@@ -1,5 +1,5 @@
 cmake_policy(VERSION 3.25)
-# Writes front_texts.h with what PROGRAM prints for --version and --help.
+# Writes front_texts.h with the output of PROGRAM for --version and --help.
 set(ENV{ASAN_OPTIONS} detect_leaks=0)
 foreach(what version help)
   execute_process(COMMAND ${PROGRAM} --${what} OUTPUT_VARIABLE ${what} COMMAND_ERROR_IS_FATAL ANY)

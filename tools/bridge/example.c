@@ -1,13 +1,13 @@
-/* A bridge whose device is made of numbers: a point mass on the spring of a hand. Copy it and put your device's calls
- * where it says DEVICE; nothing else needs to change. POSIX.
+/* Example of a bridge, with a simulated device: a point mass on the spring of a hand. Copy it and insert your device's
+ * calls at the places marked DEVICE; nothing else needs to change. POSIX.
  *
  *   cc -std=c99 -O2 example.c kerf_bridge.c -lm -o example
  *   ./example [PORT [circle]]
  *
- * PORT: 47810 when not given; 0: any that is free. The hand stays where it is; with "circle" it goes round a circle of
- * 20 mm radius through the middle, once in 6.3 s. Ends with Ctrl-C.
+ * PORT: 47810 by default; 0: any free port. The hand does not move; with "circle" it moves on a circle of 20 mm radius
+ * through the centre, with a period of 6.3 s. Ends with Ctrl-C.
  */
-#define _POSIX_C_SOURCE 200809L /* NOLINT(bugprone-reserved-identifier): the name is POSIX's own */
+#define _POSIX_C_SOURCE 200809L /* NOLINT(bugprone-reserved-identifier): defined by POSIX */
 
 #include <arpa/inet.h>
 #include <errno.h>
@@ -24,7 +24,7 @@
 
 #include "kerf_bridge.h"
 
-enum { MOST_PACKETS = 64 }; /* taken between two looks at the device */
+enum { MOST_PACKETS = 64 }; /* processed between two reads of the device */
 
 static volatile sig_atomic_t stop_asked = 0;
 
@@ -44,25 +44,25 @@ typedef struct {
   double position_mm[3];
   double velocity_mm_s[3];
   double time_s;
-  int circle; /* 1: the hand goes round */
+  int circle; /* 1: the hand moves on the circle */
 } device;
 
 static const kerf_bridge_description kDescription = {
-    /* DEVICE: what yours can do (volumes/device_profiles.csv has figures of many). */
+    /* DEVICE: properties of your device (volumes/device_profiles.csv has the values of many). */
     "example", 3.3f, 0.88f, 0, 0, 0.4f, 0.004f, 75, 0.055f, 1000, 3, 0, 0, 2};
 
 static int device_open(device* d, int circle) {
   /* DEVICE: OpenHaptics: hdInitDevice, hdEnable(HD_FORCE_OUTPUT), hdStartScheduler, and calibration. Force Dimension:
-   * dhdOpen, dhdEnableForce. Give 0 when it fails. */
+   * dhdOpen, dhdEnableForce. Return 0 on failure. */
   memset(d, 0, sizeof *d);
   d->circle = circle;
   return 1;
 }
 
-/* A step of the servo loop with this force on the hand. */
+/* Simulates a step of the servo loop with this force on the hand. */
 static void device_step(device* d, double dt_s, const float force_n[3]) {
-  /* DEVICE: nothing: the device moves by itself. Set the force instead, hdSetDoublev(HD_CURRENT_FORCE, ...) between
-   * hdBeginFrame and hdEndFrame, or dhdSetForce; turn it to frame D first. */
+  /* DEVICE: remove the simulation. Output the force instead: hdSetDoublev(HD_CURRENT_FORCE, ...) between hdBeginFrame
+   * and hdEndFrame, or dhdSetForce; convert it from frame D first. */
   const double mass_kg = 0.15, spring_n_per_mm = 0.2, damper_ns_per_mm = 0.004;
   int i;
   d->time_s += dt_s;
@@ -92,11 +92,11 @@ static void device_read(const device* d, kerf_bridge_state* state, float velocit
 }
 
 static void device_close(device* d) {
-  /* DEVICE: force off, scheduler stopped, device closed. */
+  /* DEVICE: switch the force off, stop the scheduler, close the device. */
   (void)d;
 }
 
-/* Takes one of kerf's packets and answers it. Gives 0 when none waits, or it can't be answered. */
+/* Receives one of kerf's packets and answers it. Returns 0 if none is waiting or it cannot be answered. */
 static int take_packet(int s, kerf_bridge* bridge) {
   unsigned char packet[2 * KERF_BRIDGE_BYTES], reply[KERF_BRIDGE_BYTES];
   struct sockaddr_in from;
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
   device d;
   long port = KERF_BRIDGE_PORT;
   uint64_t last_ns;
-  float force_n[3] = {0, 0, 0}; /* that the device makes */
+  float force_n[3] = {0, 0, 0}; /* output of the device */
   struct sigaction action;
   int s;
 
@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
   memset(&at, 0, sizeof at);
   at.sin_family = AF_INET;
   at.sin_port = htons((uint16_t)port);
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK); /* this machine only: anyone who can send to it can move the device */
+  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK); /* this machine only: any sender can move the device */
   if (s < 0 || bind(s, (struct sockaddr*)&at, sizeof at) != 0 || getsockname(s, (struct sockaddr*)&at, &size) != 0) {
     fprintf(stderr, "%s: no socket at port %ld: %s\n", argv[0], port, strerror(errno));
     return 1;
@@ -154,8 +154,8 @@ int main(int argc, char** argv) {
 
   last_ns = now_ns();
   while (!stop_asked) {
-    /* The servo loop. Your library's own thread (a scheduler callback) may take the part of the device: reading it,
-     * kerf_bridge_set_state, kerf_bridge_force; then lock the bridge. */
+    /* The servo loop. A thread of your library (a scheduler callback) may do the device's part instead: reading it,
+     * kerf_bridge_set_state, kerf_bridge_force. Then protect the bridge by a lock. */
     kerf_bridge_state state;
     float velocity_mm_s[3], torque_nmm[3];
     struct pollfd waiting;
@@ -165,15 +165,15 @@ int main(int argc, char** argv) {
 
     waiting.fd = s;
     waiting.events = POLLIN;
-    poll(&waiting, 1, 1); /* a millisecond at most: the device is served without kerf's packets too */
+    poll(&waiting, 1, 1); /* at most 1 ms: the device is served even if no packets arrive */
     t = now_ns();
     dt_s = 1e-9 * (double)(t - last_ns);
-    if (dt_s > 0.02) dt_s = 0.02; /* the program was stopped for a while */
+    if (dt_s > 0.02) dt_s = 0.02; /* the program was suspended */
     last_ns = t;
     device_read(&d, &state, velocity_mm_s);
     memcpy(state.made_force_n, force_n, sizeof force_n);
     kerf_bridge_set_state(&bridge, &state, t);
-    /* Of the packets that wait no more than these: the device has its turn however many come. */
+    /* Limited number of packets, so that the device is served however many arrive. */
     for (left = MOST_PACKETS; left > 0 && take_packet(s, &bridge); --left) {
     }
     kerf_bridge_force(&bridge, now_ns(), state.position_mm, velocity_mm_s, force_n, torque_nmm);

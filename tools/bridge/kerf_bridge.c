@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Places in a packet, bytes. */
+/* Byte offsets in a packet. */
 enum {
   AT_MAGIC = 0,
   AT_VERSION = 4,
@@ -23,9 +23,9 @@ enum {
 #define FLAG_READY 2u
 #define MOST_FIGURE 1e6f
 #define MOST_VALID_MS 1000u
-/* A client that says nothing for so long has gone: another may come. */
+/* A client that is silent for longer than this is considered gone, and another may connect. */
 #define CLIENT_GONE_NS 2000000000ull
-/* A servo loop that looked at the clock and then waited for the lock may be behind the command that it finds. */
+/* Maximum time by which a servo loop that read the clock and then waited for the lock may be behind a command. */
 #define BEHIND_NS 1000000000ull
 
 static uint64_t get(const unsigned char* bytes, int count) {
@@ -229,7 +229,7 @@ void kerf_bridge_field(const kerf_bridge_command* command, const float position_
   sum = sqrt(made[0] * made[0] + made[1] * made[1] + made[2] * made[2]);
   for (i = 0; i < 3; ++i) {
     if (!(sum <= 1e12)) {
-      made[i] = 0; /* not a number, or without bounds */
+      made[i] = 0; /* not a number, or infinite */
     } else if (peak_n > 0 && sum > peak_n) {
       made[i] *= peak_n / sum;
     }
@@ -248,17 +248,17 @@ void kerf_bridge_set_state(kerf_bridge* bridge, const kerf_bridge_state* state, 
   bridge->state_ns = measured_ns;
 }
 
-/* Whether what was at that time is no older than most_ms. */
+/* Returns 1 if since_ns is at most most_ms ago. */
 static int is_good_still(uint64_t since_ns, uint64_t now_ns, uint32_t most_ms) {
   if (now_ns < since_ns) return since_ns - now_ns < BEHIND_NS;
   return now_ns - since_ns <= (uint64_t)most_ms * 1000000u;
 }
 
-/* The last state, as it may be told now. */
+/* Writes the last state, marked as not ready if it is too old. */
 static void write_last_state(const kerf_bridge* bridge, uint64_t now_ns, kerf_bridge_header header,
                              unsigned char* reply) {
   kerf_bridge_state state = bridge->state;
-  /* A servo loop that hangs leaves the pose as it was: no force may come of that. */
+  /* The pose of a hanging servo loop no longer changes; it must not cause a force. */
   if (!is_good_still(bridge->state_ns, now_ns, KERF_BRIDGE_STATE_MS)) state.ready = 0;
   header.time_ns = bridge->state_ns;
   kerf_bridge_write_state(reply, &header, &state);
@@ -310,7 +310,7 @@ size_t kerf_bridge_take(kerf_bridge* bridge, const unsigned char* bytes, size_t 
     return refuse(reply, answer, KERF_BRIDGE_NO_SESSION, "begin with a hello");
   }
   if ((int32_t)(header.sequence - bridge->last_sequence) <= 0) {
-    ++bridge->dropped; /* old or doubled */
+    ++bridge->dropped; /* old or duplicate */
     return 0;
   }
   if (header.kind == KERF_BRIDGE_BYE) {
@@ -346,7 +346,7 @@ void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float p
   if (!bridge->has_command || !command->engaged || !is_good_still(bridge->command_ns, now_ns, command->valid_ms)) {
     return;
   }
-  /* kerf_bridge_field() takes a peak of 0 for none; here it is a device that makes no force. */
+  /* For kerf_bridge_field() a peak of 0 means unlimited; here it means a device without force. */
   if (device->driven < 3 || !is_peak(device->peak_force_n)) return;
   kerf_bridge_field(command, position_mm, velocity_mm_s, device->peak_force_n, force_n);
   if (device->driven < 6 || !is_peak(device->peak_torque_nmm)) return;
