@@ -2,10 +2,11 @@
 // part of kerf; tests/reliability/io_faults.py and power_loss.py use it.
 //
 //   KERF_FAULT_ROOT    folder; only files below it are affected, in calls that name a file or have one open
-//   KERF_FAULT_CALL    kind of call: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc
+//   KERF_FAULT_CALL    kind of call: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc, sigaction
 //   KERF_FAULT_AT      number of the call that fails, starting at 1; 0: none, calls are only counted
 //   KERF_FAULT_ERROR   errno of the failure
-//   KERF_FAULT_SIGNAL  a signal's number: it is raised in place of the failure, before the call; of "open", after it
+//   KERF_FAULT_SIGNAL  a signal's number: it is raised in place of the failure, before the call; of "open" and
+//                      "sigaction", after it
 //   KERF_FAULT_LASTS   1: all later calls of this kind fail too
 //   KERF_FAULT_REPORT  output file of two 64-bit numbers: the number of such calls, and of failed ones
 //   KERF_FAULT_SITES   output file of a 64-bit number for each place that calls operator new: a hash of the call stack,
@@ -16,7 +17,7 @@
 //                      S synced (its B bytes follow), D folder synced, R renamed, U unlinked
 //
 // "alloc": malloc() and similar functions with at least 64 kB; "new": each operator new. Both are counted only while
-// main() runs.
+// main() runs. "sigaction": calls that set a handler for KERF_FAULT_SIGNAL; they never fail.
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <fcntl.h>
@@ -505,6 +506,14 @@ int rename(const char* from, const char* to) {
     if (result == 0) Log('R', 0, 0, 0, from, to, nullptr, 0);
     return result;
   });
+}
+int sigaction(int number, const struct sigaction* action, struct sigaction* before) {
+  using Call = int(int, const struct sigaction*, struct sigaction*);
+  static auto* const next = Next<Call>("sigaction");
+  const int result = next(number, action, before);
+  const bool sets = action != nullptr && action->sa_handler != SIG_DFL && action->sa_handler != SIG_IGN;
+  if (sets && number == settings.signal) Fails("sigaction");
+  return result;
 }
 int unlink(const char* path) {
   NEXT(unlink);

@@ -189,7 +189,7 @@ void Run(StabilityArguments& options) {
   }
   if (!study.complete) {
     throw Error(study.CountScenarios().judged + study.CountMargins().judged > 0
-                    ? "ended before everything was examined; what was examined is stable"
+                    ? "ended before all cases were examined; those examined are stable"
                     : "ended before anything was examined");
   }
 }

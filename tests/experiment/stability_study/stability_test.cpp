@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -175,6 +176,23 @@ StabilityStudy MakeStudy() {
   study.limits.own_damping_Ns_per_mm = 0.002;
   study.limits.per_s = 2000;
   return study;
+}
+
+// Stopped after the first scenario or margin; with one thread, no other is examined.
+TEST(ExamineStability, StoppedItReturnsWhatWasExamined) {
+  const Scene scene = ParseScene(kBlock + Stroke("[0, 0, 12]", "[0, 0, 4]", "[0, 1, 0]"), "s.toml");
+  std::atomic<bool> stop{false};
+  StabilityOptions options;
+  options.quick = true;
+  options.threads = 1;
+  options.stop = &stop;
+  const StabilityStudy study = ExamineStability(scene, options, [&](const std::string& stage, double fraction) {
+    if ((stage == "scenarios" || stage == "margins") && fraction > 0) stop = true;
+  });
+  EXPECT_FALSE(study.complete);
+  EXPECT_TRUE(study.map.behaviour.empty());
+  EXPECT_EQ(study.CountScenarios().judged + study.CountMargins().judged, 1);
+  EXPECT_THAT(DescribeVerdict(study), HasSubstr("Ended before all cases were examined; stable so far"));
 }
 
 TEST(JudgeStability, CallsStableWhatKeepsEveryBound) {
