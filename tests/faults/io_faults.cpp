@@ -2,8 +2,8 @@
 // part of kerf; tests/reliability/io_faults.py and power_loss.py use it.
 //
 //   KERF_FAULT_ROOT    folder; only files below it are affected, in calls that name a file or have one open
-//   KERF_FAULT_CALL    kind of call: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc, sigaction
-//   KERF_FAULT_AT      number of the call that fails, starting at 1; 0: none, calls are only counted
+//   KERF_FAULT_CALL    kind of call: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc,
+//   sigaction KERF_FAULT_AT      number of the call that fails, starting at 1; 0: none, calls are only counted
 //   KERF_FAULT_ERROR   errno of the failure
 //   KERF_FAULT_SIGNAL  a signal's number: it is raised in place of the failure, before the call; of "open" and
 //                      "sigaction", after it

@@ -27,8 +27,8 @@ constexpr char kStroke[] =
 class StabilityCommand : public test::ProgramTest {
  protected:
 #ifdef KERF_IO_FAULTS
-  /// A preloaded library raises SIGINT as soon as the command is ready for it: after the second handler that the program
-  /// sets, the first being that of every command.
+  /// A preloaded library raises SIGINT as soon as the command is ready for it: after the second handler that the
+  /// program sets, the first being that of every command.
   ProgramResult Interrupted() const {
     return KerfWithin(fmt::format("LD_PRELOAD='{}' KERF_FAULT_CALL=sigaction KERF_FAULT_AT=2 KERF_FAULT_SIGNAL={}",
                                   KERF_IO_FAULTS, SIGINT),
