@@ -75,7 +75,7 @@ int FlushOutput(int code) {
   std::cout.flush();
   const bool lost = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
   if (!lost) return code;
-  const std::string reason = errno == 0 ? "" : ": " + FormatErrno(errno);
+  const std::string reason = errno == 0 ? "" : ": " + kerf::FormatErrno(errno);
   kerf::cli::Say("standard output can't be written{}", reason);
   return code == 0 ? kFailed : code;
 }
