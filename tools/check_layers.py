@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Checks every #include of include/ and src/ against docs/layers.txt, and that no two headers define types of the same name:
-they are linked into one program, where such types would be confused. Tests must not use the temporary folder that all tests
-share, because they run in parallel.
+"""Checks every #include of include/ and src/ against docs/layers.txt, and that no two headers define types of the same
+name: they are linked into one program, where such types would be confused. Tests must not use the temporary folder that
+all tests share, because they run in parallel.
 
-    tools/check_layers.py [ROOT]      exit 1 and a line for each include that violates the table, each name given twice, and each
-                                      test in the shared folder
+    tools/check_layers.py [ROOT]      prints each include that violates the table, each name defined twice, and each test in
+                                      the shared folder; exits with 1 if there is any
     tools/check_layers.py --self-test plants violations in a small tree and checks that each is caught
 """
 
@@ -157,7 +157,7 @@ def check_names(root):
 
 def check_constants(root):
     """Finds constants of a source file that have the name of a constant of a header that sources of its folder include.
-    Several sources of a folder are compiled as one: the source's constant would hide the header's in the next ones."""
+    Several sources of a folder are compiled as one: the source's constant would hide the header's in the following ones."""
     headers = {str(path.relative_to(root / top)): path for top in ("include", "src") for path in (root / top).rglob("*.h")}
 
     def headers_of(sources):

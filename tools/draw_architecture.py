@@ -37,8 +37,8 @@ def is_pure(folder):
 
 
 def place(names, uses, width):
-    """Returns each box's row (0 at the bottom) and centre, and each arrow as the list of places it passes. An arrow over several rows
-    has a place (from, to, row) in each row between, so that no box is in its way."""
+    """Returns each box's row (0 at the bottom) and centre, and each arrow as the list of places it passes. An arrow that spans
+    several rows has a place (from, to, row) in each row between, so that no box is in its way."""
     # Boxes without arrows are alone in the lowest row.
     row_of, alone = {}, [name for name in names if not uses[name] and not any(name in uses[other] for other in names)]
     for name in names:

@@ -1,5 +1,5 @@
-// Coupled simulation: a spring and a damper connect the tool to a handle, and the bone resists the tool. Input is a
-// handle pose, output is a force on the hand. Uses no file, clock, thread or device.
+// Coupled simulation: a spring and a damper connect the tool to a handle, and the bone resists the tool. The input is a
+// handle pose; the output is a force on the hand. Uses no file, clock, thread or device.
 #pragma once
 
 #include <array>
@@ -37,8 +37,8 @@ struct CouplingParams {
 enum class Fidelity : std::uint8_t {
   kFull,    // all edge and flat points, the whole band
   kCoarse,  // every second point, a quarter of the substeps
-  kSlab,    // for a turning disc that is cutting: the slab force law in the disc's plane, without reading or removing
-            // bone. Bone that the tool passed is removed when the fidelity rises again. Otherwise same as kCoarse.
+  kSlab,    // for a rotating disc that is cutting: the slab force law in the disc's plane, without reading or removing
+            // bone. Bone that the tool passed is removed when the fidelity rises again. Otherwise the same as kCoarse.
 };
 const char* ToString(Fidelity fidelity);
 
@@ -107,9 +107,9 @@ struct CoupledOutput {
   double removed_mm3 = 0;  // from voxel occupancy: docs/physics.md
   // Energies of this tick, mJ = N mm: hand + spindle = stored + cut + friction + damping + numerical.
   // hand_mJ: work of the hand on the coupling. In the model the handle moves first, with the tool fixed, and the tool
-  // then follows. The work is the energy that the springs gain in the first part. In air it is 0.
+  // then follows. The work is the energy that the springs gain in the first step. In air the work is 0.
   double hand_mJ = 0;
-  // Work of the spindle on the tool's motion, where friction on the flats drives the tool, which may push the hand.
+  // Work of the spindle on the tool's motion: friction on the flats can drive the tool, which may then push the hand.
   // Excludes the spindle power that rubbing turns into heat.
   double spindle_mJ = 0;
   double stored_mJ = 0;  // gained by the springs of coupling and contact

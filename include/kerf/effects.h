@@ -1,6 +1,6 @@
 // Effects: optional physics that a scene enables, in addition to contact and removal. Each effect is one file or folder
-// in src/cut/effects and one line in src/cut/effects/effects.h. Scenes, `kerf effects`, the docs and the tests use
-// that list. An effect that a scene does not enable uses no time, no memory and no state.
+// in src/cut/effects and one line of the list in src/cut/effects/effects.h. Scenes, `kerf effects`, the docs and the
+// tests use that list. An effect that a scene does not enable uses no time, no memory and no state.
 #pragma once
 
 #include <cstddef>
@@ -60,7 +60,7 @@ enum EffectHook : unsigned {
   kEffectEngage = 1u << 2,  // when a substep is set up: adds forces to it
   kEffectSolved = 1u << 3,  // after a substep: reads motion, teeth and forces
   kEffectEnd = 1u << 4,     // at the end of a tick
-  kEffectPush = 1u << 5,    // at the end of a tick, adds a force on the hand, in addition to the coupling's
+  kEffectPush = 1u << 5,    // at the end of a tick: adds a force on the hand to that of the coupling
 };
 
 /// Tool that an effect requires: one that is coupled to a handle, or any.

@@ -48,7 +48,7 @@ MaterialTable MakeUniformTable(const MaterialTable& table, double E_MPa, double 
 ///
 /// E = E0 + a rho^b, rho in g/cm3. Values outside the calibration or the bands are clamped to their ends. Accuracy:
 /// none of the laws was measured on the cortex of a mandible. In cortical bone the CT number explains less than a fifth
-/// of the variation of the modulus (docs/materials.md).
+/// of the variance of the modulus (docs/materials.md).
 struct CtLaw {
   struct Point {
     double HU;

@@ -97,7 +97,7 @@ struct SlabState {
 /// cutting - damping - released - numerical, every loss >= 0.
 ///
 /// Start: if the blade starts inside the bone, the slice is undisplaced and its spring is slack there; the bone above
-/// counts as cut. If SetDown() places the blade past the end of the slice, the slice is free.
+/// counts as cut. If SetDown() places the blade beyond the end of the slice, the slice is free.
 ///
 /// Validity: motion of the hand along the rail. Motion across it has no effect while the slice is on the rail.
 ///
@@ -115,7 +115,7 @@ class SlabSimulation {
   /// a mean over the tick. thrust_sum_N is the resistance that the law gives at this depth; engaged_teeth, mean_E_MPa
   /// and main_region are its inputs. mean_bite_mm and removed_mm3 are 0.
   TickOutput Tick(const TickInput& in);
-  /// Moves the blade to X_WT without cutting on the way, at rest. Does nothing and returns false if the pose is
+  /// Moves the blade to X_WT, at rest, without cutting on the way. Does nothing and returns false if the pose is
   /// invalid.
   bool SetDown(const Pose& X_WT);
   /// Makes the hand release its body and hold `body`, both at their current positions, without a jump in the force.

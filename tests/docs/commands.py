@@ -3,11 +3,11 @@
 
     tests/docs/commands.py KERF [--page NAME ...] [--list]
 
-Each page has a folder of its own with the files that its commands name (`FILES` below), in which its commands run one
+Each page has a folder of its own with the files that its commands name (make_files()), in which its commands run one
 after another; each must end with exit code 0 and without an error message. A command that needs a display, a device, a
-real CT, or more than a minute is in commands.txt with its reason; of these and of all others every option is looked up
-in `kerf reference`. Commands of other programs (tools/..., cmake) must exist. Python snippets run too, with a stand-in for matplotlib that draws
-nothing. Exit code 1 if one fails.
+real CT, or more than a minute is in commands.txt with its reason. Every option of every command, including these, must
+be in `kerf reference`. Commands of other programs (tools/..., cmake) must exist. Python snippets also run, with a
+substitute for matplotlib that draws nothing. Exit code 1 if one fails.
 """
 
 import argparse
@@ -24,10 +24,10 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")),
          *sorted((ROOT / "docs/tutorials").glob("*.md"))]
-# Written by the program itself: each command stands there with its example, which are checked separately.
+# Printed by the program itself; the examples on these pages are checked separately.
 LEFT_OUT = {"commands.md", "scene_keys.md"}
 
-# A small scene that any command can use, and how the files that pages name by example are made.
+# A small scene that any command can use.
 SCENE = """title = "Block"
 [bone]
 model = "block"
@@ -54,7 +54,7 @@ direction = [0, 0, -1]
 
 
 def list_commands(page):
-    """Commands in the code of a page, with continuation lines joined and comments removed."""
+    """Returns the commands in the code of a page, with continuation lines joined and comments removed."""
     code, text, commands = False, "", []
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
         if line.startswith("```"):
@@ -73,7 +73,7 @@ def list_commands(page):
 
 
 def list_snippets(page):
-    """[(line, text)] of the Python snippets of a page."""
+    """Returns [(line, text)] of the Python snippets of a page."""
     text = page.read_text(encoding="utf-8")
     return [(text[:match.start()].count("\n") + 1, match.group(1)) for match in re.finditer(r"^```python\n(.*?)^```", text, re.M | re.S)]
 
@@ -101,7 +101,7 @@ class Reference:
             self._add(child)
 
     def check(self, words):
-        """A sentence on what is wrong with a command line of kerf; "" if nothing is."""
+        """Returns a phrase about the fault of a command line of kerf; "" if there is none."""
         name, rest = "kerf", words[1:]
         while rest and f"{name} {rest[0]}" in self.commands:
             name, rest = f"{name} {rest[0]}", rest[1:]
@@ -114,7 +114,7 @@ class Reference:
 
 
 def make_files(kerf, folder):
-    """The files that pages name by example."""
+    """Makes the files that pages name as examples."""
     def call(*arguments):
         subprocess.run([kerf, *arguments], cwd=folder, check=True, capture_output=True, text=True)
     for name in ("scenes", "docs", "volumes", "tools"):
@@ -141,7 +141,7 @@ PLANE = json.dumps({"markups": [{"type": "Plane", "coordinateSystem": "LPS", "na
 
 
 def check_page(kerf, page, rules, reference, files):
-    """[(line, command, what is wrong)] of a page, and how many commands ran."""
+    """Returns [(line, command, fault)] of a page, and the number of commands that ran."""
     wrong, ran = [], 0
     with tempfile.TemporaryDirectory(prefix="kerf_docs_") as name:
         folder = pathlib.Path(name) / "work"
@@ -150,7 +150,7 @@ def check_page(kerf, page, rules, reference, files):
         environment |= {"HOME": name, "PATH": f"{kerf.parent}:{os.environ['PATH']}"}
         for number, command in list_commands(page):
             words = shlex.split(command)
-            if command == "tools/run":  # what it runs, with the program that is there
+            if command == "tools/run":  # replaced by the command that it runs
                 command = "kerf run scenes/body_osteotomy.toml -o out/body_osteotomy"
                 words = shlex.split(command)
             if words[0] != "kerf":

@@ -5,7 +5,7 @@
 //   KERF_FAULT_CALL    kind of call: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc,
 //   sigaction KERF_FAULT_AT      number of the call that fails, starting at 1; 0: none, calls are only counted
 //   KERF_FAULT_ERROR   errno of the failure
-//   KERF_FAULT_SIGNAL  a signal's number: it is raised in place of the failure, before the call; of "open" and
+//   KERF_FAULT_SIGNAL  a signal's number: it is raised instead of the failure, before the call; for "open" and
 //                      "sigaction", after it
 //   KERF_FAULT_LASTS   1: all later calls of this kind fail too
 //   KERF_FAULT_REPORT  output file of two 64-bit numbers: the number of such calls, and of failed ones
@@ -451,7 +451,7 @@ ssize_t writev(int file, const iovec* parts, int count) {
 KERF_PWRITE(pwrite, off_t)
 KERF_PWRITE(pwrite64, off64_t)
 
-// Output through the C library's streams does not pass write() above. It can fail here but is not logged.
+// Output through the C library's streams does not use write() above. It can fail here but is not logged.
 std::size_t fwrite(const void* bytes, std::size_t size, std::size_t count, FILE* stream) {
   NEXT(fwrite);
   return IsMeant(fileno(stream)) && Fails("fwrite") ? 0 : next(bytes, size, count, stream);

@@ -41,7 +41,7 @@ TEST_P(FuzzCorpus, IsReadOrRefusedWithASentence) {
 }
 
 /// Replaces a fuzzer: truncates the files, changes bytes, duplicates parts.
-TEST_P(FuzzCorpus, SpoiledIsReadOrRefusedWithASentence) {
+TEST_P(FuzzCorpus, DamagedInputIsReadOrRefusedWithASentence) {
   std::mt19937 random(7);
   for (const std::string& file : ListFiles(std::string(KERF_SOURCE_DIR) + "/tests/fuzz/corpus/" + GetParam().name)) {
     const std::string whole = ReadTextFile(file);

@@ -21,7 +21,7 @@ namespace kerf::fuzz {
   void FuzzTarget_##name(std::string_view bytes); /**/ \
   void FuzzTarget_##name(std::string_view bytes)
 
-/// Ends the program with a message: a guarantee of the target does not hold.
+/// Ends the program with a message, because a guarantee of the target is violated.
 [[noreturn]] inline void Finding(const std::string& what) {
   fmt::print(stderr, "finding: {}\n", what);
   std::abort();
@@ -37,7 +37,7 @@ bool Takes(Read&& read) {
   } catch (const Error& e) {
     const std::string_view what = e.what();
     if (what.empty() || what.size() > kMaxMessage) Finding(fmt::format("a message of {} bytes", what.size()));
-    // Shows why an input was refused.
+    // Prints why an input was refused.
     if (std::getenv("KERF_FUZZ_TELL") != nullptr) fmt::print(stderr, "refused: {}\n", what);
     return false;
   }

@@ -7,7 +7,7 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(bridge_packet) {
   std::vector<std::uint8_t> packet(bytes.begin(), bytes.end());
-  // As it is, and with the correct checksum, which a fuzzer would not find.
+  // Reads the packet as it is, and with the correct checksum, which a fuzzer would not find.
   for (const bool repaired : {false, true}) {
     if (repaired && packet.size() == kBridgeBytes) {
       const std::uint32_t sum = CalcCrc32(std::span(packet).first(kBridgeBytes - 4));
@@ -19,7 +19,7 @@ KERF_FUZZ_TARGET(bridge_packet) {
       return std::equal(written.begin(), written.end(), packet.begin());
     };
     if (const auto state = ReadBridgeState(packet)) {
-      if (!IsValid(state->X_DH)) Finding("a pose that is none");
+      if (!IsValid(state->X_DH)) Finding("an invalid pose");
     }
     if (const auto command = ReadBridgeCommand(packet)) {
       const auto again = ReadBridgeCommand(WriteBridgeCommand(*header, *command));

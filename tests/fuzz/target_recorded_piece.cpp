@@ -8,7 +8,7 @@ KERF_FUZZ_TARGET(recorded_piece) {
   PieceJob job;
   if (!Takes([&] { job = DecodePiece(bytes, bone); })) return;
   const std::string once = EncodePiece(job);
-  if (EncodePiece(DecodePiece(once, bone)) != once) Finding("read and written again it is another");
+  if (EncodePiece(DecodePiece(once, bone)) != once) Finding("reading and writing changed it");
 }
 
 }  // namespace kerf::fuzz

@@ -8,9 +8,9 @@ KERF_FUZZ_TARGET(recorded_steps) {
   Takes([&] { Unpack(bytes, std::size_t{1} << 20); });
   RecordedBlock block;
   if (!Takes([&] { block = DecodeBlock(bytes); })) return;
-  // Writing and reading again gives the same, whatever the original encoding was.
+  // Encoding and decoding again gives the same block, regardless of the original encoding.
   const std::string once = EncodeBlock(block);
-  if (EncodeBlock(DecodeBlock(once)) != once) Finding("read and written again it is another");
+  if (EncodeBlock(DecodeBlock(once)) != once) Finding("reading and writing changed it");
 }
 
 }  // namespace kerf::fuzz

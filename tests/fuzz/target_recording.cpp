@@ -34,8 +34,8 @@ void Read(const std::string& path) {
         if (state.step - block.first_step >= block.steps.size()) Finding("a state of a step that is not there");
       }
     }
-    if (steps != reader.steps()) Finding("other steps than were counted");
-    if (!(reader.duration_s() >= 0)) Finding("a duration that is none");
+    if (steps != reader.steps()) Finding("a wrong number of steps");
+    if (!(reader.duration_s() >= 0)) Finding("an invalid duration");
     reader.ReadPiece(1);
   });
 }

@@ -5,7 +5,7 @@
 
 namespace kerf::fuzz {
 
-/// The input holds the four files one after the other, separated by lines of ====.
+/// The input contains the four files one after the other, separated by lines of ====.
 KERF_FUZZ_TARGET(study_results) {
   constexpr std::array<const char*, 4> kNames{"study.json", "cases.csv", "cases_times.csv", "references.csv"};
   constexpr std::string_view kBetween = "====\n";

@@ -34,7 +34,7 @@ pictures = {pictures}
 
 
 def write_ball(path):
-    """Writes a ball of 1600 HU and 11 mm in soft tissue of 50 HU, blurred by 0.5 mm, as NRRD."""
+    """Writes a ball of 1600 HU with a radius of 11 mm in soft tissue of 50 HU, blurred by 0.5 mm, as NRRD."""
     side = 32
     voxels = bytearray()
     for k in range(side):

@@ -3,8 +3,8 @@
 
     tests/reliability/io_faults.py build/release/kerf build/release/tests/libkerf_io_faults.so [--most N] [--only COMMAND] [--write]
 
-After each: the exit code is 1 with one sentence, or 0 with complete results. Each file is the complete old or new one, and nothing else in
-the folder has changed. --most N: at most N calls of each kind, evenly spaced. --write puts the table into docs/reliability.md; exit code 1 if a
+After each failure, the exit code must be 1 with one sentence, or 0 with complete results; each file must be the complete old or new one, and
+nothing else in the folder may have changed. --most N: at most N calls of each kind, evenly spaced. --write puts the table into docs/reliability.md; exit code 1 if a
 fault was not survived.
 """
 
@@ -44,7 +44,7 @@ class Case:
         _, second = self.run_clean()
         self.known = set(first.stderr.decode().splitlines())
         self.exact = {path for path in self.reference if self.reference[path] == second.get(path)}
-        # In general the results of an earlier run are in place.
+        # Usually the results of an earlier run are in place.
         for path in self.reference:
             if path not in self.before and path != "session.kerf":
                 (self.clean / path).parent.mkdir(parents=True, exist_ok=True)
@@ -128,7 +128,7 @@ class Case:
 
 
 def strip_lost(path, text, now):
-    """Returns a report without the pictures that could not be written, which it does not show; other files unchanged."""
+    """Returns a report without the lines for pictures that could not be written; other files unchanged."""
     if not path.endswith(".md"):
         return text
     folder = path.rpartition("/")[0]
@@ -159,7 +159,7 @@ def sweep(case, most, say):
                 say(failures[-1])
                 injected += 1
                 continue
-            # Threads may make fewer of them.
+            # Because of threads, there may be fewer calls this time.
             injected += failed > 0
             sentences += failed > 0 and code == 1
             harmless += failed > 0 and code == 0

@@ -79,7 +79,7 @@ def draw(dice):
 
 def has_a_block(recording):
     """Returns true once the first block is written. The head is written at once, the first block a quarter of a second after the loop began.
-    On a machine that stalls in between, a kill may come too early, where less can be checked."""
+    If the machine stalls in between, the kill may be too early, and less can be checked."""
     now = recording.stat()
     return now.st_mtime > BORN.setdefault((recording, now.st_ino), now.st_mtime) + 0.1
 
@@ -128,8 +128,8 @@ def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
 
 
 def kill_until_in_time(kerf, folder, kind, at_any_moment, delay_s, index):
-    """Same as one_kill, and returns the number of repetitions: if the machine stalls while kerf should write, more real time is lost than by
-    kerf itself. Any other fault counts immediately; losing too much three times in a row is a fault of kerf."""
+    """Like one_kill, but repeats it and also returns the number of repetitions: if the machine stalls while kerf should write, more real time is
+    lost than by kerf itself. Any other fault counts immediately; losing too much three times in a row is a fault of kerf."""
     losses = []
     for again in range(3):
         outcome = one_kill(kerf, folder, kind, at_any_moment, delay_s, index)
@@ -160,7 +160,7 @@ def main():
         try:
             outcome, again = kill_until_in_time(arguments.kerf, folder, *draw(dice), index)
             repeats += again
-            assert hashes(folder / "loop") == earlier["loop"], "a file that was there has changed"
+            assert hashes(folder / "loop") == earlier["loop"], "an existing file has changed"
             earlier["run"] = check_results(arguments.kerf, folder / "run", earlier["run"])
             if isinstance(outcome, str):
                 counts[outcome] += 1

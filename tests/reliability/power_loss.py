@@ -42,7 +42,7 @@ def read_log(path):
 
 
 class Disk:
-    """Operations so far, and the part of them that must be on the disk."""
+    """The operations so far, and which of their effects must be on the disk."""
 
     def __init__(self, root):
         self.root = root
@@ -187,8 +187,8 @@ class Trial:
         assert found is not None and found >= self.duration(synced[-1]), f"the recording has {found} s, but {self.duration(synced[-1])} s were synced"
 
     def run(self, states, dice, say):
-        """Returns the number of states and the failures. The power is lost at each moment, with nothing and with everything that was
-        not synced, and at random moments."""
+        """Returns the number of states and the failures. The power is lost at each moment, with none and with all of the unsynced
+        data on the disk, and at random moments."""
         plan = [(moment, share) for moment in range(len(self.operations) + 1) for share in (0.0, 1.0)]
         plan = dice.sample(plan, min(states // 2, len(plan)))
         plan += [(dice.randrange(len(self.operations) + 1), dice.choice((0.1, 0.5, 0.9))) for _ in range(states - len(plan))]

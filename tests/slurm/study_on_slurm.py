@@ -3,7 +3,7 @@
 
     study_on_slurm.py KERF SOURCE_FOLDER
 
-Exit code 0: all checks hold, 1: not, 77: skipped, with the reason (Slurm or munge is not installed).
+Exit code 0: all checks passed, 1: a check failed, 77: skipped, with the reason (Slurm or munge is not installed).
 """
 
 import ctypes
@@ -150,8 +150,8 @@ class Cluster:
 
     def wait_until_ended(self, job):
         def has_ended():
-            # A controller that does not answer in time gives no information on the job, nor does one that has already
-            # forgotten it.
+            # The controller gives no information on the job if it does not answer in time or has already forgotten the
+            # job.
             done = self.run("squeue", "-h", "-j", job)
             return not done.stdout.strip() if done.returncode == 0 else "Invalid job id" in done.stderr
 

@@ -51,8 +51,8 @@ inline TriangleMesh JoinChunks(const BoneChunks& chunks, const std::vector<Chunk
   return joined;
 }
 
-/// Returns the number of directed edges without as many in the opposite direction: 0 for a closed surface, pinched or
-/// not.
+/// Returns the number of directed edges that do not occur equally often in the opposite direction: 0 for a closed
+/// surface, pinched or not.
 inline std::size_t CountUnpaired(const TriangleMesh& mesh) {
   std::map<std::array<std::uint32_t, 2>, int> balance;
   for (const auto& t : mesh.triangles) {

@@ -1,5 +1,5 @@
-// Runs the program in parallel with a test, with a separate terminal if wanted. The test can send keys and signals and
-// wait.
+// Runs the program in parallel with a test, with a separate terminal if requested. The test can send keys and signals
+// and wait.
 #pragma once
 
 #include <fcntl.h>

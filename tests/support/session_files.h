@@ -49,7 +49,7 @@ inline bool GoesOn(Running& kerf, const std::filesystem::path& recording) {
     const std::uintmax_t size = std::filesystem::file_size(recording, none_yet);
     return none_yet ? 0 : size;
   };
-  for (int i = 0; i < 2; ++i) {  // the first growth may be of earlier work
+  for (int i = 0; i < 2; ++i) {  // the first growth may be due to earlier work
     if (!kerf.Until([&, before = bytes()] { return bytes() > before; })) return false;
   }
   return true;

@@ -1,4 +1,4 @@
-// Complete contents of a window, for tests and for pictures to look at.
+// Complete contents of a window, for tests and for pictures that are inspected by eye.
 #pragma once
 
 #include <cmath>

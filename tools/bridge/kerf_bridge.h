@@ -131,18 +131,18 @@ void kerf_bridge_begin(kerf_bridge* bridge, const kerf_bridge_description* descr
  * of kerf_bridge_take(); it is sent with the state. Call it each time the device is read, and nowhere else: a hanging
  * servo loop can be detected only by the age of its states. */
 void kerf_bridge_set_state(kerf_bridge* bridge, const kerf_bridge_state* state, uint64_t measured_ns);
-/* Processes a datagram. `client` identifies its sender (address and port as a number); now_ns is of a monotonic clock.
- * Returns the number of bytes of `reply` to send back to that sender: 128, or 0 for no answer. A command is answered
- * with the last state, without `ready` if that is older than KERF_BRIDGE_STATE_MS or missing. now_ns may be before the
- * time of the state by less than a second, as with kerf_bridge_force(); the state then counts as new. */
+/* Processes a datagram. `client` identifies its sender (address and port as a number); now_ns: time of a monotonic
+ * clock. Returns the number of bytes of `reply` to send back to that sender: 128, or 0 for no answer. A command is
+ * answered with the last state, without `ready` if that is older than KERF_BRIDGE_STATE_MS or missing. now_ns may be
+ * before the time of the state by less than a second, as with kerf_bridge_force(); the state then counts as new. */
 size_t kerf_bridge_take(kerf_bridge* bridge, const unsigned char* bytes, size_t count, uint64_t client, uint64_t now_ns,
                         unsigned char reply[KERF_BRIDGE_BYTES]);
 /* Computes the force and torque to output now, limited to the peaks in the description. Call it in every iteration of
  * the servo loop. Both are zero if there is no command, the command is not engaged, or it is older than valid_ms. Both
  * are also zero unless the peak force in the description is a number above 0 and at most 1e6; the same holds for the
- * torque and its peak. now_ns is of the clock of kerf_bridge_take(). It may be before the time given there by less than
- * a second, if this thread read the clock and then waited for the lock; the command then counts as new. An earlier
- * now_ns gives zero. */
+ * torque and its peak. now_ns: time of the same clock as in kerf_bridge_take(). It may be before the time given there
+ * by less than a second, if this thread read the clock and then waited for the lock; the command then counts as new. An
+ * earlier now_ns gives zero. */
 void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float position_mm[3],
                        const float velocity_mm_s[3], float force_n[3], float torque_nmm[3]);
 

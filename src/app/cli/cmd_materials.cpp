@@ -80,7 +80,7 @@ void PrintText(const MaterialTable& table, const std::vector<CtLaw>& laws) {
   }
   fmt::print(
       "\nLaws from CT number to E ([material] kind = \"ct\", ct_law = \"...\"), for cancellous bone: in cortical "
-      "bone the CT number\nexplains less than a fifth of the modulus (Rho, Hobatho and Ashman 1995)\n");
+      "bone the CT number\nexplains less than a fifth of the variance of the modulus (Rho, Hobatho and Ashman 1995)\n");
   for (const CtLaw& law : laws) {
     fmt::print("  {}\n", law.name);
     fmt::print("    made for     {}\n", law.tissue);

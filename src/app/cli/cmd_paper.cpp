@@ -1,4 +1,5 @@
-// kerf paper: the paper's Tables 1 to 6, printed values against computed ones, and where its text and tables disagree.
+// kerf paper: compares the printed values of the paper's Tables 1 to 6 with computed ones, and lists the places where
+// its text and tables disagree.
 #include <fmt/format.h>
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// kerf slab: a bone cut into the paper's three parts.
+// kerf slab: cuts a bone into the paper's three parts.
 #include <fmt/format.h>
 
 #include <algorithm>

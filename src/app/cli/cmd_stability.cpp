@@ -46,7 +46,7 @@ void PrintStudy(const StabilityStudy& s) {
   fmt::print("\n  {:<25} {:<48} {:>9} {:>16}  holds\n", "scenario", "figure nearest to its bound", "measured", "bound");
   for (const ScenarioResult& scenario : s.scenarios) {
     if (scenario.skipped) fmt::print("  {:<25} {}\n", scenario.name, scenario.what);
-    // Everything that does not hold, or the item closest to its limit.
+    // Prints every figure that does not hold, or else the one closest to its bound.
     if (!scenario.unjudged.empty()) {
       fmt::print("  {:<25} {}  {}\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
     }

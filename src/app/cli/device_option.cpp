@@ -48,7 +48,7 @@ std::uint16_t ReadPort(const std::string& text) {
   unsigned port = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
   if (error != std::errc() || end != text.data() + text.size() || port < 1 || port > 65535) {
-    throw CLI::ValidationError("--bridge", fmt::format("the port '{}' is not within 1 to 65535", text));
+    throw CLI::ValidationError("--bridge", fmt::format("the port '{}' is outside the range 1 to 65535", text));
   }
   return static_cast<std::uint16_t>(port);
 }

@@ -9,7 +9,7 @@ namespace kerf::cli {
 void HandleLackOfMemory();
 
 /// Prints a message and ends the program with exit code 1 immediately, because destructors could allocate memory.
-/// Allocates none itself.
+/// Does not allocate memory itself.
 [[noreturn]] void EndWithoutMemory();
 
 }  // namespace kerf::cli

@@ -88,7 +88,7 @@ void AppendForces(std::string& out, const PaperTables& tables) {
 std::string DescribeDevice(const PaperTables& tables) {
   const PaperDeviceAdvice& device = tables.device;
   return fmt::format(
-      "The paper asks for a haptic device of at least {:.0f} N. With the disc in the bone to its full diameter, the "
+      "The paper requires a haptic device of at least {:.0f} N. With the disc in the bone to its full diameter, the "
       "paper's arc engages {:.0f} teeth; in region {} they exert {:.5f} x {:.0f}^3 = {:.1f} N from the printed force "
       "of one tooth, {:.1f} N computed. Corrected, {:.0f} teeth are engaged and exert {:.3f} N.",
       device.printed_at_least_N, device.teeth, device.region, tables.depths[0].force_N[0].printed, device.teeth,

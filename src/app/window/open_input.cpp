@@ -105,20 +105,19 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
     opened.scene = MakeSceneAround(input, ReadBone(input));
     return opened;
   }
-  ImportOptions import;
-  import.voxel_mm = options.voxel_mm;
-  import.keep_hu = true;
-  import.progress = [&](double fraction) { progress("importing the CT", fraction);
-};
-const ImportResult imported = Import(input, import);
-for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: {}\n", warning);
-const std::string file = options.folder + "/bone.vdb";
-progress("writing the bone", 1);
-WriteBone(imported.bone, file);
-opened.scene = MakeSceneAround(file, imported.bone);
-opened.scene.title = fs::path(input).filename().string();
-return opened;
-}  // namespace kerf
+  ImportOptions settings;
+  settings.voxel_mm = options.voxel_mm;
+  settings.keep_hu = true;
+  settings.progress = [&](double fraction) { progress("importing the CT", fraction); };
+  const ImportResult imported = Import(input, settings);
+  for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  const std::string file = options.folder + "/bone.vdb";
+  progress("writing the bone", 1);
+  WriteBone(imported.bone, file);
+  opened.scene = MakeSceneAround(file, imported.bone);
+  opened.scene.title = fs::path(input).filename().string();
+  return opened;
+}
 
 Pose FindClearPose(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   const double reach_mm = CalcReach(tool);

@@ -24,8 +24,8 @@ struct OpenOptions {
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
                       const std::function<void(const std::string&, double)>& progress);
 
-/// Makes a scene with that bone file and the saw above its left side, clear of the bone: above the thickest part of
-/// its front half.
+/// Makes a scene with the bone file and the saw above the bone's left side without touching it: above the thickest
+/// part of the front half.
 Scene MakeSceneAround(const std::string& bone_file, const Bone& bone);
 
 /// Returns the nearest pose clear of the bone along the line from the bone's centre through the tool.

@@ -30,7 +30,7 @@ HudLevel LevelOf(double to_goal_mm) {
                                   : HudLevel::kPlain;
 }
 
-/// Small values with one more digit, integers without decimals.
+/// Formats small values with one more digit, integers without decimals.
 std::string ShowValue(double value, const std::string& unit) {
   const int digits = value == std::round(value) && unit.empty() ? 0 : std::abs(value) < 0.1 ? 3 : 2;
   const std::string shown = fmt::format("{:.{}f}", std::abs(value) < 0.0005 ? 0.0 : value, digits);

@@ -135,7 +135,7 @@ void Rehearsal::ToggleGuide() {
   try {
     const std::optional<EffectChoice> guide = guided_ ? std::nullopt : std::optional(MakeGuide(planned, stop));
     guided_ = !guided_;
-    GoOnWith(guided_ ? "The guide holds the saw to the plan" : "The guide is off", [guide](Scene& scene) {
+    GoOnWith(guided_ ? "The guide keeps the saw in the planned plane" : "The guide is off", [guide](Scene& scene) {
       std::erase_if(scene.effects, [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
       if (guide) scene.effects.push_back(*guide);
     });

@@ -33,7 +33,7 @@ double ParseCsvNumber(std::string_view text, int shift, const char* name, const 
 /// Returns the shortest decimal text of value / 10^shift that ParseCsvNumber(text, shift) converts to the same bits.
 std::string FormatCsvNumber(double value, int shift);
 /// Formats a text field (a name, a title, a source) so that it reads back as `text`; line breaks become spaces. Text
-/// that a spreadsheet would evaluate as a formula because it begins with = + - @ or a tab, gets a leading apostrophe,
+/// that a spreadsheet would evaluate as a formula because it begins with = + - @ or a tab gets a leading apostrophe,
 /// which ReadCsv() removes. Every writer of such fields uses this function. Numbers are written unchanged.
 std::string FormatCsvField(const std::string& text);
 

@@ -33,7 +33,7 @@ inline bool HeapGuardIsInstalled() {
   return heap_guard::installed;
 }
 
-/// While it exists, heap use under a guard, in any thread, is counted and allowed. For tests.
+/// While a counter exists, heap use under a guard is counted and allowed, in any thread. For tests.
 class HeapUseCounter {
  public:
   HeapUseCounter() noexcept : before_(heap_guard::violations.load()) { heap_guard::count_only = true; }

@@ -30,7 +30,7 @@ class LogHistogram {
     const std::uint64_t n = total();
     return n > 0 ? 1e-3 * static_cast<double>(sum_ns_.load(std::memory_order_relaxed)) / static_cast<double>(n) : 0;
   }
-  /// Nearest-rank percentile; `share` is 0 to 1. Returns 0 if the histogram is empty.
+  /// Nearest-rank percentile; `fraction` is 0 to 1. Returns 0 if the histogram is empty.
   double CalcPercentile_us(double fraction) const {
     std::uint64_t n = 0;
     for (const auto& count : counts_) n += count.load(std::memory_order_relaxed);
@@ -54,7 +54,7 @@ class LogHistogram {
 
   static constexpr std::size_t kBuckets = 37 * 32;
   std::uint64_t count(std::size_t bucket) const { return counts_[bucket].load(std::memory_order_relaxed); }
-  /// The bucket holds times t with lower <= t <= upper.
+  /// The bucket counts times t with lower <= t <= upper.
   static double LowerEdge_us(std::size_t bucket) { return 1e-3 * static_cast<double>(FirstOf(bucket)); }
   static double UpperEdge_us(std::size_t bucket) { return 1e-3 * static_cast<double>(FirstOf(bucket + 1) - 1); }
 

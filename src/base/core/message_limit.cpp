@@ -9,7 +9,7 @@ bool IsDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// Replaces each number by one '#': digits with decimal points, including an exponent and a leading minus sign.
+/// Replaces each number with one '#': digits with decimal points, including an exponent and a leading minus sign.
 std::string WithoutNumbers(std::string_view text) {
   std::string kind;
   for (std::size_t i = 0; i < text.size(); ++i) {

@@ -4,11 +4,11 @@
 // selects one according to the processor when a program starts. They differ in the last bit, so a replay on another
 // machine would differ from its recording. This file replaces them with SLEEF's scalar functions without fused
 // multiply-add (Shibata and Petrogalli, IEEE TPDS 31, 2020): a single version with an error of at most one unit in the
-// last place. The replacement applies to every program that links this file, including the libraries in it. sqrt, fmod,
-// floor and other functions that are exact by definition need no replacement.
+// last place. The replacement applies to every program that links this file and to the libraries that the program uses.
+// sqrt, fmod, floor and other functions that are exact by definition need no replacement.
 #include <sleef.h>
 
-// Symbol that makes the linker include this file (src/CMakeLists.txt).
+// Symbol that makes the linker include this file (src/base/CMakeLists.txt).
 extern "C" int kerf_same_math;
 int kerf_same_math = 0;
 

@@ -6,9 +6,9 @@
 
 namespace kerf {
 
-/// Keeps all points until there are `Most`. Then it merges pairs of neighbours by T::Merge(earlier, later), and from
-/// then on merges the same number of new points into one; this repeats whenever it is full. The latest points are
-/// included. Not for the tick.
+/// Keeps all points until there are `Most`. Then it merges pairs of neighbours with T::Merge(earlier, later), and
+/// from then on merges as many new points into one as each of points() contains. This repeats whenever the memory is
+/// full. points() includes the latest points. Not for the tick.
 template <typename T, std::size_t Most>
 class Thinned {
  public:

@@ -7,8 +7,9 @@
 
 namespace kerf {
 
-/// One writer, one reader. The writer fills back() and publishes. The reader gets the latest published value, may skip
-/// some, and never sees a partly written one. Both sides use one atomic exchange. Tick-safe if T's assignment is.
+/// One writer, one reader. The writer fills back() and publishes it. The reader gets the latest published value, may
+/// miss earlier ones, and never reads a partly written one. Each side uses one atomic exchange. Tick-safe if T's
+/// assignment is.
 template <typename T>
 class TripleBuffer {
  public:

@@ -1,4 +1,4 @@
-// Runs work in a child process, so that a library that aborts or hangs on a damaged file cannot end the program.
+// Runs work in a child process, so that a library that aborts or hangs on a damaged file cannot crash or block kerf.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,8 @@ struct ChildLimits {
   double silent_s = 120;                                // maximum time without progress
 };
 
-/// Zero-initialised memory that is shared with a child process started later: this process sees what the child writes.
+/// Zero-initialised memory that is shared with a child process started later: this process can read what the child
+/// writes.
 class SharedMemory {
  public:
   /// Throws kerf::Error if there is not enough memory.

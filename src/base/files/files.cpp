@@ -65,7 +65,7 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(fmt::format("{}: can't be read: {}", path, FormatErrno(errno)));
   std::string content;
-  // Reads in blocks, not by the file's stated size, which is 0 in /proc and may change during reading.
+  // Reads in blocks and does not use the file's stated size, which is 0 in /proc and may change during reading.
   std::size_t block = std::size_t{1} << 20;
   const std::uintmax_t size = fs::file_size(path, error);
   if (!error && size <= max_bytes) content.reserve(static_cast<std::size_t>(size) + 1);
@@ -187,8 +187,8 @@ void MakeFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
   if (error || !fs::is_directory(path)) {
-    throw Error(
-        fmt::format("{}: the folder can't be made: {}", path, error ? error.message() : "a file of that name exists"));
+    throw Error(fmt::format("{}: the folder can't be created: {}", path,
+                            error ? error.message() : "a file of that name exists"));
   }
 }
 

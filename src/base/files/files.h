@@ -21,9 +21,9 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes = std::s
 /// Throws kerf::Error if a file cannot be written at `path`: the folder does not exist, or `path` is a folder, a device
 /// or a pipe. For checks before lengthy work.
 void CheckWritable(const std::string& path);
-/// While it exists, ReadTextFile() returns these contents for the given names, whether or not such files exist. For
-/// inputs that are embedded in another file. At most one at a time; must not be created or destroyed while files are
-/// read.
+/// While an object exists, ReadTextFile() returns these contents for the given names, whether or not such files exist.
+/// For inputs that are embedded in another file. At most one may exist at a time. It must not be created or destroyed
+/// while files are read.
 class FileShelf {
  public:
   explicit FileShelf(std::map<std::string, std::string> files);
@@ -79,7 +79,7 @@ class GrowingFile {
 
 /// Returns true if both names refer, or would refer, to the same file. Follows links.
 bool IsSameFile(const std::string& a, const std::string& b);
-/// Throws kerf::Error if one of `outputs` is one of `inputs` and would be overwritten, by name or through a link.
+/// Throws kerf::Error if one of `outputs` is also one of `inputs` and would be overwritten, by name or through a link.
 /// Ignores empty names. For checks before lengthy work; list every file that may be written.
 void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
 /// Removes the temporary files that are being written. For a signal handler that ends the program: async-signal-safe.

@@ -18,7 +18,7 @@
 namespace kerf {
 namespace {
 
-/// Allowance for thread stacks and the like, which are reserved but hardly used.
+/// Allowance for thread stacks and other memory that is reserved but hardly used.
 constexpr std::uint64_t kSlackBytes = std::uint64_t{256} << 20;
 
 void (*end_without_memory)() = nullptr;
@@ -76,7 +76,8 @@ std::uint64_t ReadMachineBytes() {
   return kB ? *kB * 1024 : kNoLimit;
 }
 
-/// Seen from within a container, whose control group is mounted as the root.
+/// Returns what remains of the control group's limit. The group is found only within a container, where it is mounted
+/// as the root.
 std::uint64_t ReadGroupBytes() {
   const auto most = ReadNumber("/sys/fs/cgroup/memory.max");
   const auto used = ReadNumber("/sys/fs/cgroup/memory.current");

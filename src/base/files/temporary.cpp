@@ -66,7 +66,7 @@ void RemoveLive(LiveTemporary* entry) {
   entry->taken = false;
 }
 
-/// Id of this machine: a hash of its machine id, which a copied disk shares, and its host name.
+/// Id of this machine: a hash of its machine id, which is the same on a copied disk, and its host name.
 std::string HostId() {
   static const std::string id = [] {
     std::string text;
@@ -123,7 +123,8 @@ bool IsRunning(const std::string& process) {
   return errno != 0 || id <= 0 || id > INT_MAX || kill(static_cast<pid_t>(id), 0) == 0 || errno != ESRCH;
 }
 
-/// Removes the file if its owner is dead. `host`: from its name; empty if an earlier version made it in `process`.
+/// Removes the file if its owner is dead. `host`: as given in the file's name; empty if the file was created by an
+/// earlier version of kerf, in `process`.
 void RemoveIfLeft(const std::string& path, const std::string& host, const std::string& process) {
   const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return;
@@ -189,7 +190,7 @@ bool Temporary::Create(mode_t mode) {
     if (code == EEXIST) return false;
     throw Error(FormatErrno(code));
   }
-  // Another program's sweep may have come first: then it holds the lock, or the name has been removed.
+  // The sweep of another program may have been faster: it then holds the lock or has removed the file.
   const bool locked = flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
   struct stat made {};
   if (locked && fstat(file_, &made) == 0 && made.st_nlink > 0) return true;
@@ -251,7 +252,7 @@ TemporaryFolder::TemporaryFolder(const std::string& name) {
   std::error_code ignored;
   path_ = (fs::temp_directory_path(ignored) / (name + "_XXXXXX")).string();
   if (mkdtemp(path_.data()) == nullptr)
-    throw Error(fmt::format("{}: the folder can't be made: {}", path_, FormatErrno(errno)));
+    throw Error(fmt::format("{}: the folder can't be created: {}", path_, FormatErrno(errno)));
 }
 
 TemporaryFolder::~TemporaryFolder() {

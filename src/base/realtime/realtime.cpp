@@ -15,7 +15,7 @@
 namespace kerf {
 namespace {
 
-/// With MCL_FUTURE: returns true if a request beyond the limit is granted, as to a privileged process. Otherwise later
+/// With MCL_FUTURE: returns true if a request beyond the limit is granted, as for a privileged process. Otherwise later
 /// requests beyond the limit fail, such as those for thread stacks and the bone's leaves.
 bool IsAboveTheLimit() {
   rlimit limit{};

@@ -105,9 +105,8 @@ void CheckKeyLengths(const std::string& text, const std::string& file) {
         take(c == '"' && text[at] == '\\' ? 2 : 1);
       }
       if (at < text.size() && text[at] == c) take(quotes.size());
-      for (int n = 0; many_lines && n < 2 && at < text.size() && text[at] == c; ++n)
-        take(1);  // up to two quotes that
-                  // belong to the text
+      // Up to two quotes that belong to the text.
+      for (int n = 0; many_lines && n < 2 && at < text.size() && text[at] == c; ++n) take(1);
     } else if (c == '#') {
       end_key();
       while (at < text.size() && text[at] != '\n') take(1);

@@ -148,7 +148,7 @@ std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, 
 
 /// Deactivates voxels that are farther from a change of sign than the band plus one voxel. The cost of sweeping is
 /// proportional to the number of active voxels, and most of a mixed block is beyond the band. A voxel in the band gets
-/// its distance from nearer voxels only.
+/// its distance only from voxels that are nearer to the surface.
 void KeepNearSurface(openvdb::FloatGrid& field, int band_voxels) {
   openvdb::MaskTree near(field.tree(), false, openvdb::TopologyCopy());
   openvdb::tree::LeafManager<openvdb::MaskTree> near_leaves(near);

@@ -51,9 +51,9 @@ struct BuildOptions {
 /// memory, or if nothing is inside.
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials);
 
-/// Makes a bone from closed surfaces; `region` as in SolidField. The first layer encloses solid, including any hollows
-/// in it. The volume enclosed by the second layer is subtracted, that of the third is added, and so on alternately.
-/// Throws kerf::Error if a layer is not closed.
+/// Makes a bone from closed surfaces; `region` as in SolidField. The first layer encloses the solid, including any
+/// hollows in it. The volume enclosed by the second layer is subtracted, that of the third is added, and so on
+/// alternately. Throws kerf::Error if a layer is not closed.
 Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
                       const BuildOptions& options, MaterialTable materials);
 Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,

@@ -10,11 +10,11 @@
 namespace kerf {
 
 /// Sum, over all leaves ever passed to Take(), of a hash of the leaf's index and of its latest values. The sum does not
-/// depend on the order of the leaves, nor on a leaf that is passed again unchanged. If two bones were equal at first
-/// and have the same hash after the same changes, they are (almost certainly) bit-identical.
+/// depend on the order of the leaves, and passing an unchanged leaf again has no effect. If two bones were equal at
+/// first and have the same hash after the same changes, they are (almost certainly) bit-identical.
 class ChangedHash {
  public:
-  /// Reserves room for `leaves` leaves: at least two slots of 16 bytes for each. Once it is full, new leaves are
+  /// Reserves room for `leaves` leaves: at least two slots of 16 bytes for each. Once the table is full, new leaves are
   /// ignored; they are the same ones in each run.
   explicit ChangedHash(std::size_t leaves = std::size_t{1} << 18);
 

@@ -18,7 +18,7 @@ class LeafHistory;
 /// The values are those of the grids: writing here changes the bone. A leaf is 512 floats (mm), z fastest, y next.
 /// Where the grid holds one value for a whole leaf, the table points to a shared leaf filled with that value: kOutside
 /// (+band_mm) or kInside (-band_mm). Reading therefore never branches. The first write into a shared inside leaf
-/// replaces it by one of the spare leaves, which are allocated when the field is made.
+/// replaces it with one of the spare leaves, which are allocated when the field is made.
 ///
 /// Points and leaves are expressed in the field's frame F: the world frame, moved by whole leaves to the bone, so that
 /// a bone far from the world's origin loses no precision. For a bone within 65536 voxels of the origin F is the world
@@ -44,7 +44,7 @@ class BoneField {
   /// Converts a leaf's index in the world to its index in F.
   LeafIndex FromWorld(const std::array<int, 3>& index) const;
   /// All leaves that are not air lie from lowest() to highest(), both included; highest() is below lowest() if there
-  /// are none. Valid for the time when the field was made.
+  /// are none. Computed when the field is made.
   LeafIndex lowest() const;
   LeafIndex highest() const;
 
@@ -63,19 +63,19 @@ class BoneField {
     double weight;
   };
   /// Finds the regions of the eight region voxels around a point and their weights in trilinear interpolation, as
-  /// ForEachRegionAround() in bone/grid/grids.h does. Fills `shares` (one per voxel that has a region) and returns
+  /// ForEachRegionAround() in bone/grid/grids.h does. Fills `fractions` (one per voxel that has a region) and returns
   /// their number. Weights are not normalised. E* and E of the regions come from the caller's tables.
   int FindRegions(const Vec3& p_F, std::array<RegionFraction, 8>& fractions) const;
   /// Returns E from the CT at a point, MPa; 0 if the bone has none there.
   double ModulusAt(const Vec3& p_F) const;
-  /// Returns whether E of a region, 0 to 255, comes from the CT where there is one.
+  /// Returns whether E of a region, 0 to 255, comes from the CT wherever the CT gives a value.
   bool by_modulus(int region) const;
 
   // ---- writing: tick-safe
   /// Returns the leaf's own values for writing and marks it as changed. Returns null if the leaf is outside, or if it
   /// needs a spare leaf and none is left.
   float* Write(const LeafIndex& leaf);
-  /// Like Write(), but an outside leaf takes a spare one too, so that bone can be restored there. Returns null if none
+  /// Like Write(), but an outside leaf uses a spare one too, so that bone can be restored there. Returns null if none
   /// is left or the leaf lies beyond the bone's box.
   float* Open(const LeafIndex& leaf);
   /// Returns the leaf's own values; null unless its kind is kOwn. A caller that changes them must also call Write(),

@@ -231,8 +231,8 @@ void PieceFinder::State::Build(const FloatTree& tree) {
   }
 }
 
-/// Finds the leaf's parts. Each takes the id of an earlier part that it overlaps: bone that is cut never grows
-/// together. Where undo restores bone between two parts, the lower id is kept.
+/// Finds the leaf's parts. Each gets the id of an earlier part that it overlaps, because cutting never joins parts.
+/// Where undo restores bone between two parts, the lower id is kept.
 void PieceFinder::State::Split(Leaf& leaf, const LeafMask& mask) const {
   std::vector<Part> before(std::move(leaf.more));
   if (leaf.first.count > 0) before.push_back(leaf.first);

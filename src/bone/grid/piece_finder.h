@@ -16,9 +16,9 @@ namespace kerf {
 /// The voxels of a leaf, one bit each: one word per x, bit 8 y + z in it.
 using LeafMask = std::array<std::uint64_t, 8>;
 
-/// A piece as of the last Find().
+/// A piece at the time of the last Find().
 struct FoundPiece {
-  int id = 0;    // from 1; never changes. When a piece falls apart, the largest part keeps the id, the others get new
+  int id = 0;    // from 1; never changes. When a piece falls apart, the largest part keeps the id; the others get new
                  // ones.
   int from = 0;  // id of the piece that it separated from; 0: none, it existed from the start
   std::size_t voxels = 0;
@@ -57,10 +57,10 @@ class PieceFinder {
   const FoundPieces& Find();
   const FoundPieces& found() const;
 
-  /// Returns the region with the largest fraction of a piece, estimated from one voxel per leaf part; 0: none. As of
-  /// the last Find().
+  /// Returns the region with the largest fraction of a piece at the last Find(), estimated from one voxel per leaf
+  /// part; 0: none.
   int FindMainRegion(int id) const;
-  /// Calls visit(leaf, voxels) for the leaves of a piece (0: of all dust), as of the last Find(). A leaf may be visited
+  /// Calls visit(leaf, voxels) for the leaves of a piece (0: of all dust) at the last Find(). A leaf may be visited
   /// more than once.
   void ForEachLeaf(int id, const std::function<void(const std::array<int, 3>&, const LeafMask&)>& visit) const;
   double dust_mm3() const;

@@ -15,7 +15,7 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
-// A few voxels can enclose far less than their own volume. A piece whose voxels have more than this is never a crumb.
+// A few voxels can enclose far less than their own volume. A piece whose voxels total more than this is never a crumb.
 constexpr double kMaybeCrumb_mm3 = 100 * kSmallestPiece_mm3;
 
 }  // namespace

@@ -12,8 +12,8 @@ namespace kerf {
 struct RemovedCell {
   Vec3 p_W{0};       // centre of the lost bone
   double mm3 = 0;    // lost volume; below 0: gained
-  int region = 0;    // at p_W, before
-  double in_mm = 0;  // depth of p_W below the surface before, at most the band's width
+  int region = 0;    // at p_W, before the cut
+  double in_mm = 0;  // depth of p_W below the surface before the cut, at most the band's width
 };
 
 /// Finds the cells in which `after`, a cut copy of `before`, differs from it; the sum of their volumes is the

@@ -33,7 +33,7 @@ Vec3 BlockCentre_vox(const Coord& origin) {
   return Vec3(origin.x(), origin.y(), origin.z()) + 0.5 * (kLeafEdge - 1);
 }
 
-/// Replaces the inside tiles within `reach_mm` of the plane by leaves.
+/// Replaces the inside tiles within `reach_mm` of the plane with leaves.
 void OpenTiles(FloatTree& tree, const PlaneDistance& distance, double reach_mm) {
   const double beyond_mm = reach_mm + (kBlockRadius_vox + 1) * distance.voxel_mm;
   std::vector<Coord> origins;

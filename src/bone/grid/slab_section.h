@@ -32,7 +32,8 @@ enum class PartFate : char { kLeft, kRight, kCut };  // kCut: to be divided by t
 
 struct Section {
   std::vector<PartFate> fates;  // by node
-  std::size_t places = 0;       // where the plane passes through the bone, with bone beyond the reach on both sides
+  std::size_t places = 0;       // number of places where the plane passes through the bone, with bone beyond the
+                                // reach on both sides
   std::size_t cut_places = 0;   // number of them that are cut
   double distance_mm = 0;       // from the chosen point to the nearest of them, to about a voxel
   bool everywhere = false;      // true if the plane touches no bone that is not cut

@@ -157,7 +157,7 @@ std::string Describe(const SurfaceReport& r, bool hollow_inner_shells) {
   if (r.hollow_shells > 0) {
     text += fmt::format("; {} left hollow ({} in all), because {}",
                         FormatCount(r.hollow_shells, "inner shell", "inner shells"), FormatVolume(r.hollow_mm3),
-                        hollow_inner_shells    ? "--no-fill asks for it"
+                        hollow_inner_shells    ? "of --no-fill"
                         : r.hollow_shells == 1 ? "it faces inward"
                                                : "they face inward");
   }

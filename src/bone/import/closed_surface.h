@@ -24,8 +24,8 @@ struct SurfaceReport {
 };
 
 struct ClosedSurface {
-  /// Closed layers. The first encloses solid, the second hollows in it, the third solid within these, and so on. Shells
-  /// of one layer may be nested.
+  /// Closed layers. The first encloses the solid, the second hollows in it, the third solids within these, and so on.
+  /// Shells of one layer may be nested.
   std::vector<TriangleMesh> layers;
   SurfaceReport report;
 };

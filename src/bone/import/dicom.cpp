@@ -259,7 +259,7 @@ void CheckFileSize(const DicomSlice& slice) {
   }
 }
 
-// Throws kerf::Error unless the file holds the pixels that its header promises: GDCM silently fills in missing ones.
+// Throws kerf::Error unless the file holds the pixels that its header states: GDCM silently fills in missing ones.
 // Searches the bytes for the element of the pixels, tag and length. Compressed pixels have no explicit length; the
 // decoder detects errors there.
 void CheckLength(const DicomSlice& slice) {

@@ -38,7 +38,7 @@ struct DicomSeries {
 /// DICOM file.
 std::vector<DicomSeries> ListDicomSeries(const std::string& folder);
 
-/// Returns the series to import: by UID or its unambiguous end; if `uid` is empty, the only CT series. Throws
+/// Returns the series to import: by UID or an unambiguous suffix of it; if `uid` is empty, the only CT series. Throws
 /// kerf::Error if there is no such series, or more than one.
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 

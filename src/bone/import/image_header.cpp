@@ -328,14 +328,14 @@ ImageCheck CheckImageHeader(const std::string& path) {
     throw Error(fmt::format("{}: the voxels should be in {}, which can't be opened", path, layout.data_file));
   }
   if (!(layout.bytes_per_voxel >= 1 && layout.bytes_per_voxel <= kMaxVoxelBytes)) {
-    throw Error(fmt::format("{}: the header says that a voxel has {} bytes; kerf reads voxels of 1 to {}", path,
+    throw Error(fmt::format("{}: the header states that a voxel has {} bytes; kerf reads voxels of 1 to {}", path,
                             layout.bytes_per_voxel, kMaxVoxelBytes));
   }
   const double needed = voxels * layout.bytes_per_voxel;
   const double there = CountBytes(layout, file_bytes, needed, path);
   if (there < needed) {
     throw Error(
-        fmt::format("{}: the header promises {} voxels ({:.0f} bytes), but the file holds {:.0f} bytes of them; "
+        fmt::format("{}: the header states {} voxels ({:.0f} bytes), but the file holds {:.0f} bytes of them; "
                     "it is cut off, or its header is wrong",
                     path, shape, needed, std::max(there, 0.0)));
   }

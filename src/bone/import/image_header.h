@@ -33,7 +33,7 @@ struct ImageCheck {
 };
 
 /// Checks the NRRD, NIfTI or MetaImage file at `path`, chosen by its extension: .nrrd .nhdr .nii .nii.gz .mha .mhd.
-/// Throws kerf::Error with one sentence if it cannot hold the voxels that its header promises, has more than
+/// Throws kerf::Error with one sentence if it cannot hold the voxels that its header states, has more than
 /// kMaxVoxels, or is not such a file. Allocates no voxels.
 ImageCheck CheckImageHeader(const std::string& path);
 

@@ -24,7 +24,7 @@
 namespace kerf {
 
 struct ImportOptions {
-  std::string series;      // of a DICOM folder: UID or its end; if empty, the only CT series
+  std::string series;      // of a DICOM folder: UID or a suffix of it; if empty, the only CT series
   std::string frame;       // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
   double voxel_mm = 0.1;   // 0.05 to 2
   IsolateOptions isolate;  // with the iso value
@@ -38,7 +38,7 @@ struct ImportOptions {
   std::optional<MaterialTable> materials;  // replaces the built-in table
   std::string materials_name;              // its origin, for messages and provenance
   bool keep_hu = false;                    // store the CT numbers in the bone
-  double hu_voxel_mm = 0;                  // edge of its lattice, 0.1 to 5; 0: the CT's finest spacing, but at least
+  double hu_voxel_mm = 0;                  // edge of their lattice, 0.1 to 5; 0: the CT's finest spacing, but at least
                                            // voxel_mm
   std::function<void(double)> progress;    // optional; 0 to 1, from one thread
 };

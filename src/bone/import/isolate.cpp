@@ -109,7 +109,7 @@ void MarkBall(const Volume& ct, double iso_hu, const Vec3& p_W, Marker marker, s
         if (marker == kDrop && markers[v] == kKeep && at == std::array<int, 3>{i, j, k}) {
           throw Error(fmt::format("--drop {}: a --keep point lies at the same place", Text(p_W)));
         }
-        // Where balls overlap, the later one wins; drop points come last.
+        // Where balls overlap, the later one wins; drop points are marked last.
         markers[v] = marker;
       }
     }
@@ -328,7 +328,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     }
     const Component& piece = candidate->pieces.list[candidate->label - 1];
     result.marker_hu = candidate->threshold_hu;
-    result.how = fmt::format("automatic: stands apart above {:.0f} HU", candidate->threshold_hu);
+    result.how = fmt::format("automatic: a separate piece above {:.0f} HU", candidate->threshold_hu);
     if (!options.drop_W.empty()) result.how += fmt::format(", {} drop points", options.drop_W.size());
     if (!options.keep_W.empty()) result.how += fmt::format(", {} keep points", options.keep_W.size());
     result.ct = CropAround(ct, piece.lower, piece.upper, kMargin_mm);

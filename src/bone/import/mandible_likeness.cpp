@@ -104,7 +104,7 @@ bool KeepsAxes(const glm::dmat3& turn) {
   return turn[0][0] != 0 && turn[1][1] != 0;
 }
 
-// Returns the rotations that map axes to axes, those that only change signs first. A mandible looks the same in a
+// Returns the rotations that map axes to axes, first those that only change signs. A mandible looks the same in a
 // mirror, so reflections need not be tried.
 std::vector<glm::dmat3> MakeTurns() {
   std::vector<glm::dmat3> turns;

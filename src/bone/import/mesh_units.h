@@ -17,7 +17,7 @@ double CalcMmPerUnit(const std::string& unit);
 std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path);
 
 /// Throws kerf::Error, whose message begins with `path`, if the surface encloses more than can be voxelised at that
-/// size within minutes.
+/// voxel size within minutes.
 void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string& path);
 
 }  // namespace kerf

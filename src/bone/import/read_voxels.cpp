@@ -71,7 +71,7 @@ std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::
   }
   if (bytes.size() != count * value_bytes) {
     throw Error(
-        fmt::format("{}: {} voxels can be read, but the header promises {}", path, bytes.size() / value_bytes, count));
+        fmt::format("{}: {} voxels can be read, but the header states {}", path, bytes.size() / value_bytes, count));
   }
   if (layout.swapped && layout.packing != VoxelPacking::kText && value_bytes > 1) SwapBytes(bytes, value_bytes);
   return bytes;

@@ -13,7 +13,7 @@ namespace kerf {
 void Smooth(const std::array<int, 3>& size, const Vec3& sigma_vox, std::vector<float>& values);
 
 /// Converts means over voxels to values at their centres, to second order: subtracts a 24th of the second difference
-/// along each axis, times `share` (0 to 1).
+/// along each axis, times `fraction` (0 to 1).
 void Sharpen(const std::array<int, 3>& size, const Vec3& fraction, std::vector<float>& values);
 
 }  // namespace kerf

@@ -15,8 +15,8 @@
 
 namespace kerf {
 
-/// Thresholds that distinguish the tissues. They classify voxels; they give no modulus, because the HU of cortex do not
-/// predict it.
+/// Thresholds that distinguish the tissues. They classify voxels; they give no modulus, because in cortex the HU
+/// explain less than a fifth of its variance (docs/materials.md).
 struct TissueOptions {
   double cortical_hu = 850;  // cortical at any depth if at least this
   double shell_mm =

@@ -213,7 +213,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   FillAndSmooth(crest, 2, &arch.crest);
   FillAndSmooth(base, 2, &arch.base);
 
-  // Middle of the thickness by angle and height; empty cells take it from cells at the same angle, otherwise from the
+  // Middle of the thickness by angle and height; empty cells get it from cells at the same angle, otherwise from the
   // arch.
   for (std::size_t i = 0; i < kAngles; ++i) {
     std::array<std::optional<double>, kHeights> column;
@@ -327,14 +327,14 @@ MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
 }
 
 // The condylar process begins at this rise. Its head has this height (7 mm), or is its upper half if that is less. Both
-// are fractions of the highest point's height.
+// constants are fractions of the highest point's height.
 constexpr double kNeckRise = 0.72;
 constexpr double kHeadHeight = 0.12;
 
 int MandibleAtlas::RegionAt(const Vec3& p_W) const {
   const MandibleCoordinates c = CalcCoordinates(p_W);
   const int lingual = c.facial_mm < 0 ? 1 : 0;
-  // The ramus stands above the back of the body: the coronoid leans forward over the molars.
+  // The ramus is above the back of the body: the coronoid leans forward over the molars.
   const bool body = c.along < 0.42 || (c.along < kMolarColumn[1] && c.depth > -0.35);
   if (body) {
     if (c.along >= kMolarColumn[0]) {

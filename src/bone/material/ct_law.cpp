@@ -57,8 +57,8 @@ void CheckCalibration(const CtLaw& law) {
     if (i == 0) continue;
     const CtLaw::Point& before = law.calibration[i - 1];
     if (!(p.HU > before.HU && p.rho > before.rho)) {
-      throw Error(fmt::format("calibration point {}:{} does not lie above the one before, {}:{}, in HU and density",
-                              p.HU, p.rho, before.HU, before.rho));
+      throw Error(fmt::format("calibration point {}:{} is not above the previous point, {}:{}, in HU and density", p.HU,
+                              p.rho, before.HU, before.rho));
     }
   }
   const double lower = law.calibration.front().rho;
@@ -91,7 +91,7 @@ void CheckCtLaw(const CtLaw& law) {
     const CtLaw::Band& a = law.bands[i - 1];
     const CtLaw::Band& b = law.bands[i];
     throw Error(
-        fmt::format("band {} to {} g/cm3 {} the band {} to {} before it; a band must begin where the one before ends",
+        fmt::format("band {} to {} g/cm3 {} the band {} to {} before it; a band must begin where the previous one ends",
                     b.lower, b.upper, b.lower < a.upper ? "overlaps" : "leaves a gap to", a.lower, a.upper));
   }
   CheckCalibration(law);

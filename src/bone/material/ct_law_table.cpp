@@ -174,7 +174,7 @@ CtLaw WithCalibration(CtLaw law, const std::string& calibration) {
   if (!calibration.empty()) law.calibration = ParseCalibration(calibration);
   if (law.calibration.empty()) {
     throw Error(
-        fmt::format("ct_law = \"{}\" takes {} density and has no calibration of its own, since that depends on "
+        fmt::format("ct_law = \"{}\" requires {} density and has no calibration of its own, since that depends on "
                     "the scanner; give ct_calibration = \"HU:density HU:density ...\" in g/cm3, from a phantom",
                     law.name, law.density));
   }

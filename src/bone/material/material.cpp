@@ -39,14 +39,14 @@ std::optional<Tissue> TissueFromString(const std::string& name) {
 
 void MaterialTable::Add(Region region) {
   if (region.id < 1 || region.id > kMaxRegion) {
-    throw Error(fmt::format("region id {} is not within 1 to {}", region.id, kMaxRegion));
+    throw Error(fmt::format("region id {} is outside the range 1 to {}", region.id, kMaxRegion));
   }
   if (!(region.E_MPa > 0 && region.E_MPa <= kRigidE_MPa)) {  // also rejects NaN
     throw Error(fmt::format("region {}: E = {} GPa must be above 0 and at most {}", region.id, region.E_MPa / 1000,
                             kRigidE_MPa / 1000));
   }
   if (!(region.nu >= 0 && region.nu <= 0.5)) {
-    throw Error(fmt::format("region {}: nu = {} is not within 0 to 0.5", region.id, region.nu));
+    throw Error(fmt::format("region {}: nu = {} is outside the range 0 to 0.5", region.id, region.nu));
   }
   if (Contains(region.id)) throw Error(fmt::format("region {} is given twice", region.id));
   const int id = region.id;

@@ -133,7 +133,8 @@ class Collapser {
     const Vec3 middle = 0.5 * (points_[a] + points_[b]);
     const Vec3 place = q.CalcMinimum(middle);
     const Vec3 along = points_[b] - points_[a];
-    // Where the surface is flat, all errors are zero. Short edges then go first, which keeps the triangles well shaped.
+    // Where the surface is flat, all errors are zero. Short edges are then collapsed first, which keeps the triangles
+    // well shaped.
     const double cost = std::max(0.0, q(place)) + 1e-6 * q.weight * glm::dot(along, along);
     queue_.push({cost, a, b, versions_[a], versions_[b], place});
   }

@@ -64,7 +64,7 @@ TriangleMesh Tidy(const TriangleMesh& raw, const std::string& path) {
     const std::array<std::uint32_t, 3> tidy{id_of(t[0]), id_of(t[1]), id_of(t[2])};
     if (tidy[0] != tidy[1] && tidy[1] != tidy[2] && tidy[2] != tidy[0]) mesh.triangles.push_back(tidy);
   }
-  if (mesh.triangles.empty()) throw Error(fmt::format("{}: holds no triangle", path));
+  if (mesh.triangles.empty()) throw Error(fmt::format("{}: contains no triangles", path));
   return mesh;
 }
 

@@ -79,7 +79,7 @@ class Body {
 
  private:
   [[noreturn]] void FailShort() const {
-    throw Error(fmt::format("{}: the PLY is shorter than its header promises", path_));
+    throw Error(fmt::format("{}: the PLY is shorter than its header states", path_));
   }
 
   double NextWord() {
@@ -260,7 +260,7 @@ TriangleMesh ReadPly(std::string_view bytes, const std::string& path) {
     const std::uint64_t row = body.SmallestRow(element);
     if (row == 0 ? element.count > 0 : element.count > (body.size() + 1) / row) {
       throw Error(fmt::format(
-          "{}: the PLY promises {} rows of element '{}', more than its {} bytes hold; it is cut off or its header is "
+          "{}: the PLY states {} rows of element '{}', more than its {} bytes hold; it is cut off or its header is "
           "wrong",
           path, WithSeparators(element.count), element.name, WithSeparators(bytes.size())));
     }

@@ -94,7 +94,7 @@ TriangleMesh ReadStl(std::string_view bytes, const std::string& path) {
     const bool text = bytes.substr(0, 5) == "solid" && bytes.substr(0, 1024).find("facet") != std::string_view::npos;
     if (!text) {
       throw Error(
-          fmt::format("{}: a binary STL that promises {} triangles ({} bytes), but the file has {} bytes; it is cut "
+          fmt::format("{}: a binary STL that states {} triangles ({} bytes), but the file has {} bytes; it is cut "
                       "off or not an STL",
                       path, WithSeparators(count), WithSeparators(expected), WithSeparators(bytes.size())));
     }

@@ -105,7 +105,7 @@ struct Surface {
   std::vector<Id> full_next_corner;    // by corner of the full surface
   std::vector<Id> within;              // by additional point: the triangle of the full surface that contains it
   double mean_area_mm2 = 0;            // of a triangle of the full surface
-  double rough_cosine = 0;             // between a new triangle and the full surface; below it more than points is
+  double rough_cosine = 0;             // between a new triangle and the full surface; below it, not only points are
                                        // compared
   std::vector<Quadric> quadrics;       // by point
   std::vector<std::uint8_t> frozen;    // by point
@@ -248,7 +248,7 @@ class Worker {
     for (const Id b : near_a_) {
       if (s_.moved_in[b] == sweep_) continue;
       const Vec3 along = s_.points[b] - s_.points[a];
-      // Where the surface is flat, short edges go first, which keeps triangles well shaped.
+      // Where the surface is flat, short edges are collapsed first, which keeps triangles well shaped.
       choices_.push_back({std::max(0.0, own(s_.points[b])) / own.weight + 1e-6 * glm::dot(along, along), b, Vec3(0)});
     }
     std::sort(choices_.begin(), choices_.end(),
@@ -541,7 +541,7 @@ ReducedMesh TakeMesh(const Surface& s) {
 
 /// Sweeps until hardly any further collapse is possible within the error.
 void SweepTo(double error_mm, const Box3& box, int& sweep, Surface& s) {
-  // Collapses of low cost go first, over the whole surface.
+  // Collapses of low cost are done first, over the whole surface.
   double cost_mm = error_mm / 8;
   std::fill(s.failed.begin(), s.failed.end(), std::uint8_t{0});
   int little = 0;

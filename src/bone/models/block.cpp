@@ -20,7 +20,7 @@ constexpr int kUsualRegion = 24;
 void CheckBlock(const BlockParams& params, const MaterialTable& materials) {
   Describe(params, [](const char* key, double value, Range range, const char*) {
     if (!(value >= range.lower && value <= range.upper)) {
-      throw Error(fmt::format("block: {} = {} is not within {} to {}", key, value, range.lower, range.upper));
+      throw Error(fmt::format("block: {} = {} is outside the range {} to {}", key, value, range.lower, range.upper));
     }
   });
   if (!IsValid(params.X_WB))

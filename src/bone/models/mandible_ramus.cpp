@@ -84,7 +84,7 @@ MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout) {
   for (const Vec2& uv : polygon) {
     const Vec2 yz = layout.FromRamus(uv);
     const double x = layout.RamusX(uv.x, uv.y);
-    const double t = p.ramus_thickness_mm;  // more than half of it everywhere
+    const double t = p.ramus_thickness_mm;  // more than half the thickness everywhere
     box_.Include({x - t, yz.x, yz.y});
     box_.Include({x + t, yz.x, yz.y});
   }

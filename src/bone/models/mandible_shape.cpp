@@ -19,7 +19,7 @@ void Validate(const MandibleParams& params) {
   Describe(params, [](const char* key, const auto& value, Range range, const char*) {
     const auto v = static_cast<double>(value);
     if (!(v >= range.lower && v <= range.upper)) {
-      throw Error(fmt::format("mandible: {} = {} is not within {} to {}", key, value, range.lower, range.upper));
+      throw Error(fmt::format("mandible: {} = {} is outside the range {} to {}", key, value, range.lower, range.upper));
     }
   });
   if (params.teeth != 0 && params.teeth != 14 && params.teeth != 16) {

@@ -4,8 +4,6 @@
 #include <glm/geometric.hpp>
 
 namespace kerf {
-namespace {}  // namespace
-
 double CalcDistance(const Vec3& a_W, const Vec3& b_W) {
   return glm::length(b_W - a_W);
 }

@@ -38,8 +38,8 @@ struct SurfaceInTree {
 std::optional<Gap> CalcGap(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB,
                            double limit_mm);
 
-/// Statistics of the part of surface a that faces surface b: from its points, the nearest point of b is within
-/// `reach_mm` and less than 45 degrees off the normal.
+/// Statistics of the part of surface a that faces surface b: for its points, the nearest point of b is within
+/// `reach_mm` and in a direction less than 45 degrees off the normal.
 struct Facing {
   double area_mm2 = 0;     // of a
   double mean_mm = 0;      // gap

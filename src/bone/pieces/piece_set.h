@@ -101,12 +101,12 @@ class PieceSet {
   std::string next_redo() const;
   /// Saves the current states under a name; replaces a checkpoint of the same name.
   void Checkpoint(const std::string& name);
-  /// Returns to a checkpoint; can be undone. Returns false if there is none of that name.
+  /// Goes back to a checkpoint; this can be undone. Returns false if there is none of that name.
   bool GoTo(const std::string& name);
   std::vector<std::string> checkpoints() const;
 
   // ---- queries
-  /// Builds the search trees that the functions below otherwise build on their first call: this takes seconds for a
+  /// Builds the search trees that the functions below otherwise build on their first call, which takes seconds for a
   /// whole mandible at 0.125 mm. Afterwards, several threads may call them at once, as long as the set is not changed.
   void Prepare() const;
   /// Returns the first piece, shown and not deleted, that a ray hits; `direction_W`: any length except 0.

@@ -124,7 +124,7 @@ SurfaceTree::SurfaceTree(const TriangleMesh& mesh) : state_(std::make_unique<Sta
     rtcReleaseGeometry(geometry);
   }
   rtcCommitScene(s.scene);
-  if (rtcGetDeviceError(s.device) != RTC_ERROR_NONE) throw Error("Embree can't take the surface");
+  if (rtcGetDeviceError(s.device) != RTC_ERROR_NONE) throw Error("Embree can't load the surface");
 }
 
 SurfaceTree::~SurfaceTree() = default;

@@ -119,7 +119,7 @@ void CheckSides(const openvdb::GridBase& grid, const std::string& path) {
                            sides.x(), sides.y(), sides.z(), kMaxVdbSide_vox));
 }
 
-/// Converts the regions, which files hold as floats: Debian's build of the Python module opens only grids of float,
+/// Converts the regions, which files store as floats: Debian's build of the Python module opens only grids of float,
 /// bool and vec3s, and rejects the whole file because of another type. Integers up to 255 are exact.
 openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const std::string& path) {
   if (auto regions = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) return regions;

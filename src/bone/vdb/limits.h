@@ -1,5 +1,5 @@
 // Upper limits for .vdb files, in one place for this folder (docs/reliability.md lists those of all folders). A
-// mandible at 0.1 mm has a file of 40 MB and takes 240 MB of memory.
+// mandible at 0.1 mm has a file of 40 MB and needs 240 MB of memory.
 #pragma once
 
 #include <cstdint>

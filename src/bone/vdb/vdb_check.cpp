@@ -272,7 +272,7 @@ class Check {
   void AddMemory(std::uint64_t bytes) {
     memory_ += bytes;
     if (memory_ > kMaxVdbMemoryBytes) {
-      source_.Refuse(fmt::format("its grids would take more than the {} GiB of memory that kerf gives a bone",
+      source_.Refuse(fmt::format("its grids would need more than the {} GiB of memory that kerf allows for a bone",
                                  kMaxVdbMemoryBytes >> 30));
     }
   }
@@ -336,7 +336,7 @@ class Check {
     source_.Read(origin.data(), sizeof origin);
     for (const std::int32_t x : origin) {
       if (x % kRootChildSide_vox != 0 || x < -kMaxVdbCoordinate_vox || x > kMaxVdbCoordinate_vox) {
-        source_.Refuse(fmt::format("a node at voxel {}, where none can be", x));
+        source_.Refuse(fmt::format("a node at voxel {}, outside the allowed positions", x));
       }
     }
     if (!origins.insert(origin).second) source_.Refuse("two nodes at one place");

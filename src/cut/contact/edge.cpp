@@ -43,7 +43,7 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   found_.reserve(points_.size());
 }
 
-/// Returns a lower bound of the distance of a look-ahead point, from its last sample and the travel since then.
+/// Returns a lower bound on the distance of a look-ahead point, from its last sample and the travel since then.
 double Edge::CalcBound(std::size_t i) const {
   return distance_[i] - kSteepest * (travelled_mm_ - looked_at_mm_[i]);
 }

@@ -44,7 +44,7 @@ class Edge {
   void FindTeeth(const Probe& probe, StepProblem& problem);
   const std::vector<Met>& met() const { return met_; }
 
-  /// Fills problem.solids with the points of a stopped edge. `reach_mm`: upper bound of a point's motion in this step.
+  /// Fills problem.solids with the points of a stopped edge. `reach_mm`: upper bound on a point's motion in this step.
   /// Tick-safe.
   void FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
   /// Number of elements of problem.solids that are points of the edge; they come first.
@@ -101,7 +101,7 @@ class Edge {
   std::vector<Point> points_;
   double spacing_mm_ = 0;  // spacing of the look-ahead points of a ring, rounded up
   Pose X_looked_;
-  double travelled_mm_ = 0;           // sum of the bounds of travel since Forget()
+  double travelled_mm_ = 0;           // sum of the bounds on travel since Forget()
   std::vector<double> distance_;      // distance of each look-ahead point when it was last sampled
   std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
   std::vector<double> fraction_;      // engaged part of the two intervals next to each point, in intervals

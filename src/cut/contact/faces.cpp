@@ -35,8 +35,8 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
   const Vec3 normal_W = probe.X_WT().Vector({0, 0, 1});
   const double cell_mm = voxel_mm_ * (std::abs(normal_W.x) + std::abs(normal_W.y) + std::abs(normal_W.z));
   const double in_mm = std::max(0.0, cell_mm - half_mm_);
-  // The ridge of the distances is interpolated between corners at most one cell apart along the normal. So a flat
-  // appears nearer to the bone than it is, by at most this.
+  // The ridge of the distances is interpolated between corners at most one cell apart along the normal. A flat
+  // therefore appears nearer to the bone than it is, by at most this amount.
   const double max_blur_mm = in_mm * in_mm / (2 * cell_mm);
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
     const int low = static_cast<int>(2 * j);
@@ -50,8 +50,8 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
     double depth[2] = {-slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, -z}),
                        -slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, z})};
     // A wall may be so thin that the sample inside it lies behind it. The depth is therefore the larger of two values:
-    // that of the sample inside the wall, and that of the sample at the flat less the blur by the kerf's middle.
-    // Without a wall on the other side there is no kerf, and so no blur.
+    // the depth from the sample inside the wall, and the depth from the sample at the flat, less the blur due to the
+    // kerf's middle. Without a wall on the other side there is no kerf and therefore no blur.
     const double open_mm = -2 * in_mm;
     const double in_kerf[2] = {depth[1], depth[0]};  // depths of the opposite wall
     for (int side = 0; in_mm > 0 && side < 2; ++side) {

@@ -1,4 +1,4 @@
-// The flats of a disc between the walls of its kerf: they do not cut, so the bone holds them.
+// Contact of a disc's flats with the walls of its kerf. The flats do not cut, so the walls hold them.
 #pragma once
 
 #include <vector>
@@ -21,8 +21,8 @@ class Faces {
  public:
   Faces(const BoneField& field, const ToolShape& shape, const Tool& tool, const Vec3& p_TC_mm);
 
-  /// Returns the minimum distance of the outermost points from the rim, mm: slightly more than the rim cuts from the
-  /// walls when it moves sideways (CutWith::kEdge). A kerf shallower than that cannot hold the flats.
+  /// Returns the minimum distance of the outermost points from the rim, mm: slightly more than the depth to which the
+  /// rim cuts the walls when it moves sideways (CutWith::kEdge). A kerf shallower than that cannot hold the flats.
   static double CalcRimMargin(double radius_mm, double voxel_mm) {
     return CalcToothSide(radius_mm, voxel_mm) + 0.25 * voxel_mm;
   }
@@ -68,7 +68,7 @@ class Faces {
   PenetrationLimiter penetration_;
   std::vector<double> clear_until_mm_;  // the pair has no bone in reach while travelled_mm_ is less
   Pose X_looked_;
-  double travelled_mm_ = 0;  // sum of the bounds of travel since Forget()
+  double travelled_mm_ = 0;  // sum of the bounds on travel since Forget()
   struct Found {
     int point;
     double depth_mm;

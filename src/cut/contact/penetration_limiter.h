@@ -10,9 +10,8 @@ namespace kerf {
 ///
 /// A point can be found deeper than the deflection of its spring because the bone is uneven, the tool was set down
 /// inside bone, or the grid blurs a corner. Pushing the point out at once would create energy. At the start of a step,
-/// a spring is therefore deflected at most as far as at the end of the last one. Its deflection increases at
-/// `kSpeed_mm_per_s` at most, and only as far as earlier losses cover the energy for it (the energy balance of the
-/// coupled tick).
+/// a spring is therefore deflected at most as far as at the end of the last step, plus the distance at
+/// `kSpeed_mm_per_s` if earlier losses cover the energy for it (the energy balance of the coupled tick).
 class PenetrationLimiter {
  public:
   static constexpr double kSpeed_mm_per_s = 2;

@@ -1,10 +1,10 @@
 // chips: the volume that a tick removes flies off as balls of one size.
 //
-//   number = volume removed / volume of a chip; the rest is kept for the next tick.
-//   velocity = that of the rim, w x p, plus a random part of at most `spread` times its magnitude.
+//   number = volume removed / volume of a chip; the remainder is kept for the next tick.
+//   velocity = velocity of the rim, w x p, plus a random part of at most `spread` times its magnitude.
 //
 // A tick only records position, velocity and time of each throw. All chips have the same lifetime, so they are removed
-// in the order in which they were thrown, and a tick moves none of them. Positions are computed on request
+// in the order in which they were thrown, and a tick does not move them. Positions are computed on request
 // (chips_flight.h), so the flight does not depend on the tick.
 #include "cut/effects/chips.h"
 

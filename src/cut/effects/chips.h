@@ -15,7 +15,7 @@ struct ChipsParams {
   double life_s = 0.4;
   int max_chips = 4096;
   int chips_per_tick = 32;
-  double drag = 1;  // relative to that of a ball in air
+  double drag = 1;  // relative to the drag of a ball in air
   Vec3 gravity_W_m_per_s2{0, 0, -9.81};
   std::uint64_t seed = 1;
 };
@@ -26,7 +26,7 @@ class ChipPool {
   /// Allocates.
   explicit ChipPool(const ChipsParams& params);
 
-  /// Adds a chip that is thrown `later_s` after now. If `max_chips` are in the air, the oldest is removed. Tick-safe.
+  /// Adds a chip that is thrown `later_s` from now. If `max_chips` are in the air, the oldest is removed. Tick-safe.
   void Throw(const ChipMotion& start_F, double later_s);
   /// Advances the time and removes the chips whose life has ended. Tick-safe.
   void Advance(double dt_s);

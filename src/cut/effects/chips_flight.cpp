@@ -7,7 +7,7 @@ namespace kerf {
 namespace {
 
 constexpr double kDensity_kg_per_m3 = 1908;    // cortical bone, IT'IS database, as in "heat"
-constexpr double kAirDensity_kg_per_m3 = 1.2;  // at 20 C, as is the viscosity
+constexpr double kAirDensity_kg_per_m3 = 1.2;  // at 20 C, like the viscosity
 constexpr double kAirViscosity_Pas = 1.81e-5;
 constexpr double kFullDrag = 0.44;  // coefficient at high Reynolds numbers
 constexpr int kSteps = 32;

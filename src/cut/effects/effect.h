@@ -18,7 +18,7 @@ namespace kerf {
 
 class EffectPlan;
 
-/// Context in which an effect is made. The references outlive the effect.
+/// Context in which an effect is created. The references outlive the effect.
 ///
 /// Poses in the tick are in the field's frame F (BoneField), which is the world frame translated by p_WF: p_W = p_F +
 /// p_WF.
@@ -126,7 +126,7 @@ class Effect {
   virtual void Report(std::span<double>) const {}
 
   // ---- not in the tick
-  /// Returns true if Solved() reads the loads of the teeth. They are computed only if an effect does.
+  /// Returns true if Solved() reads the loads of the teeth. The loads are computed only if an effect reads them.
   virtual bool reads_teeth() const { return true; }
   virtual EffectCapacity capacity() const { return {}; }
   virtual std::size_t CalcMemoryBytes() const = 0;

@@ -92,7 +92,7 @@ void CheckEffects(const EffectChoices& choices) {
   for (const EffectChoice& choice : choices) {
     const EffectInfo& info = choice.info();
     if (FindChoice(choices, info.name) != &choice)
-      faults.push_back(fmt::format("the effect {} is chosen twice", info.name));
+      faults.push_back(fmt::format("the effect {} is listed twice", info.name));
     for (const char* needed : info.needs) {
       if (FindChoice(choices, needed) == nullptr) {
         faults.push_back(fmt::format("the effect {} needs the effect {}", info.name, needed));

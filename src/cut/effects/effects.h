@@ -3,8 +3,8 @@
 
 #include "kerf/effects.h"
 
-// One line per effect: the function in the effect's file that describes it. Effects are called in this order; one that
-// needs another must come after it.
+// One line per effect: the function in the effect's file that describes it. Effects are called in this order; an effect
+// must follow the effects that it needs.
 // clang-format off
 #define KERF_EFFECTS(EFFECT) \
   EFFECT(KerfFriction)       \

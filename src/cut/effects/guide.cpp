@@ -1,5 +1,5 @@
-// guide: a virtual fixture that keeps the tool on a plan, as a cutting guide screwed to the bone does: across the
-// planned plane, at a depth, and between the ends of a kerf.
+// guide: a virtual fixture that keeps the tool on a plan, like a cutting guide screwed to the bone: in the planned
+// plane, above a maximum depth, and between the ends of a kerf.
 //
 //   Points of the disc's rim may be up to `tolerance_mm` off the plane. Beyond that, springs with the force
 //   k (d - tolerance) hold them, with k / 4 at each of four points, so that they also limit the disc's tilt. A stop is
@@ -21,7 +21,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kNear_mm = 1;     // a nearer wall is in the step's problem
+constexpr double kNear_mm = 1;     // a wall nearer than this is in the step's problem
 constexpr double kNearVoxels = 4;  // likewise; more than the motion in a step
 constexpr double kInPlane = 0.02;  // sine of the largest angle between a depth direction and the plane
 constexpr int kRimPoints = 4;
@@ -95,7 +95,7 @@ double GuideEffect::CalcGap(const Pose& X_FT) const {
   return gap;
 }
 
-/// Moves walls that were pushed beyond their own position back as the tool moves back.
+/// Lets walls that were pushed beyond their own position follow the tool back.
 void GuideEffect::Follow(const Pose& X_FT) {
   for (Wall& wall : walls_) {
     const double way_mm = CalcWay(wall, X_FT);

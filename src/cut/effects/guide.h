@@ -16,13 +16,13 @@ struct GuideParams {
   double max_force_N = 10;  // force at which it yields, across the plane and at each stop
   Vec3 depth_direction_W{0, 0, -1};
   double depth_mm = 0;        // 0: no depth stop
-  double slot_length_mm = 0;  // 0: no ends
+  double slot_length_mm = 0;  // 0: no end stops
 };
 
 /// Holds the tool to a planned plane, depth and length by one-sided springs. Passive: it never pulls the tool.
 class GuideEffect final : public Effect {
  public:
-  /// Throws Error if a direction has no length, or the depth direction is not in the plane.
+  /// Throws Error if a direction has zero length, or the depth direction is not in the plane.
   GuideEffect(const GuideParams& params, const EffectSetup& setup);
 
   bool Holds(const EffectFlight& flight) override;

@@ -1,11 +1,11 @@
 // kerf_friction: Coulomb friction of the disc's flats on the walls of the kerf, and of a stopped edge on bone.
 //
-//   |f| <= mu N, against the slip, which is the sum of the tool's motion and the spindle's rotation. It sticks below
-//   the creep speed of the step (StepProblem::creep_mm_per_s). A disc that is tilted in its kerf binds: both walls
-//   press.
+//   |f| <= mu N, against the slip, which is the sum of the tool's motion and the spindle's rotation. The contact
+//   sticks below the creep speed of the step (StepProblem::creep_mm_per_s). A disc that is tilted in its kerf binds:
+//   both walls press on it.
 //
-// The normal force N is that of the previous steps, so that the step remains one convex problem. For the flats it
-// follows with a lag of 4 ms and is gathered over patches of the disc.
+// The normal force N is taken from the previous steps, so that the step remains one convex problem. For the flats it
+// is summed over patches of the disc and follows with a lag of 4 ms.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -15,7 +15,7 @@ namespace kerf {
 /// Effects of one simulation, and the calls of their hooks in a tick.
 class EffectPlan {
  public:
-  /// Throws Error as CheckEffects(). Omits the effects that need a tool coupled to a handle if there is none
+  /// Throws Error like CheckEffects(). Omits the effects that need a tool coupled to a handle if there is none
   /// (setup.faces is null), and lists them in left_out().
   EffectPlan(const EffectChoices& choices, const EffectSetup& setup);
 

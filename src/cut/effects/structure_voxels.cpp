@@ -41,7 +41,7 @@ std::optional<Interval> CrossBall(const Vec3& centre, double radius, double x, d
   return Interval{centre.z - half, centre.z + half};
 }
 
-/// Returns the part of it that is in the cylinder between a and b, without the balls at its ends.
+/// Returns the part of the line that is in the cylinder between a and b, without the balls at its ends.
 std::optional<Interval> CrossCylinder(const Vec3& a, const Vec3& b, double radius, double x, double y) {
   const double length = glm::length(b - a);
   if (!(length > 0)) return {};

@@ -1,14 +1,15 @@
 // structures: the nerve canal and the roots of teeth, given as regions of the bone, a surface, or tubes along curves.
-// The effect computes the distance of the blade from them, and the volume cut from them.
+// The effect computes the distance of the tool from them, and the volume cut from them.
 //
-//   Every structure is converted to voxels of the bone's region grid. The distance is measured from the blade (a disc
-//   of its thickness, or the ball) to the nearest of them. It is computed again when the tool may have come nearer by a
-//   hundredth of it, or by 0.01 mm. In between it is reduced by the tool's motion, so that motion never makes it an
-//   overestimate. A search has a bounded number of queries; near a structure it is spread over several ticks.
+//   Every structure is converted to voxels of the bone's region grid. The distance is measured from the tool (a disc
+//   of its thickness, or a ball) to the nearest of these voxels. It is computed again when the tool may have come
+//   nearer by a hundredth of the distance, or by 0.01 mm. In between it is reduced by the tool's motion, so that motion
+//   never makes it an overestimate. A search has a bounded number of queries; near a structure it is spread over
+//   several ticks.
 //
-// A breach is a tooth that cuts such a voxel. Its volume is the fraction of these teeth, by number and feed, of the
-// volume that a tick removes. Its depth is the distance of such a tooth from the nearest voxel of other bone. Its force
-// is the thrust of these teeth.
+// A breach occurs when a tooth cuts such a voxel. Its volume is the volume that a tick removes, times the fraction of
+// the cut, by number and feed, that is due to such teeth. Its depth is the distance of such a tooth from the nearest
+// voxel of other bone. Its force is the thrust of such teeth.
 #include "cut/effects/structures.h"
 
 #include <fmt/format.h>
@@ -187,7 +188,7 @@ const EffectInfo& Structures() {
   static const EffectInfo kEffect{
       .name = "structures",
       .summary =
-          "nerve canal, tooth roots, surfaces and curves: distance from the blade, a warning, and the volume cut from "
+          "nerve canal, tooth roots, surfaces and curves: distance from the tool, a warning, and the volume cut from "
           "them",
       .source =
           "the bone's own regions, a surface or markups; the margin of 2 mm follows the anatomical literature (EJOMR "
@@ -212,7 +213,7 @@ const EffectInfo& Structures() {
                           "curves and points of 3D Slicer as additional structures: tubes and balls of radius_mm",
                       .file = EffectFileKind::kMarkups},
                      {"radius_mm", 0.0, 0, 20, "radius of the markups' tubes and balls; 0: no markups"}},
-      .channels = {{"distance_mm", "distance of the blade from the nearest voxel of a structure, at most 20"},
+      .channels = {{"distance_mm", "distance of the tool from the nearest voxel of a structure, at most 20"},
                    {"warns", "1 from when the distance falls below warn_mm until it exceeds warn_mm by a tenth"},
                    {"breach_mm3", "volume cut from structures so far, from the fraction of the teeth that cut in one"},
                    {"breach_depth_mm", "largest depth of a tooth below a structure's surface"},
@@ -228,7 +229,8 @@ const EffectInfo& Structures() {
           params.regions[static_cast<std::size_t>(id)] = any = true;
         }
         if (!any && tissues != kNone) {
-          throw Error("the effect structures finds no region of tissue '" + tissues + "' in the bone's table");
+          throw Error("the bone's table has no region of tissue '" + tissues +
+                      "', which the effect structures requires");
         }
         const auto file = [&](std::size_t i) { return setup.files.empty() ? nullptr : setup.files[i]; };
         params.surface = file(2);

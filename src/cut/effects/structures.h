@@ -1,4 +1,4 @@
-// structures: regions that must not be cut, the distance of the blade from them, and the volume cut from them.
+// structures: regions that must not be cut, the distance of the tool from them, and the volume cut from them.
 #pragma once
 
 #include <array>
@@ -83,7 +83,7 @@ struct StructureEvent {
   Vec3 p_W_mm{0};  // point of the structure nearest to the tool
 };
 
-/// Finds the distance of the blade from structures, warns below a margin, and measures the volume cut from them.
+/// Finds the distance of the tool from structures, warns below a margin, and measures the volume cut from them.
 class StructuresEffect final : public Effect {
  public:
   /// Throws Error if a structure from a file is too far from the bone or too fine for its voxels.
@@ -96,7 +96,7 @@ class StructuresEffect final : public Effect {
   std::size_t CalcMemoryBytes() const override;
 
   // ---- any time
-  /// Distance of the blade from the nearest voxel of a structure, mm; `kLook_mm` if none is as near.
+  /// Distance of the tool from the nearest voxel of a structure, mm; `kLook_mm` if none is as near.
   double distance_mm() const { return distance_mm_; }
   double warn_mm() const { return warn_mm_; }
   const StructureVoxels& voxels() const { return voxels_; }

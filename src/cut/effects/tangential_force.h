@@ -44,8 +44,8 @@ class TangentialForceEffect final : public Effect {
   };
   const Figures& figures() const { return figures_; }
 
-  /// Sets the torque of the motor while the spindle is stopped, positive about +z. It remains as a force of the stopped
-  /// edge. Tick-safe.
+  /// Sets the torque that the motor exerts while the spindle is stopped, positive about +z. The stopped edge transmits
+  /// it to the bone. Tick-safe.
   void SetHeld(double motor_Nmm) { motor_Nmm_ = motor_Nmm; }
   /// Returns the torque that the teeth need to cut, N mm; for a stopped spindle, with the current contact forces.
   double CalcNeeded() const;

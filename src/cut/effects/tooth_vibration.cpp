@@ -3,12 +3,12 @@
 // The tick's force is a mean over many passages, as if the teeth were continuous along the rim. N single teeth that
 // pass one after the other have the same mean and, in addition, lines at multiples of the spindle frequency:
 //
-//   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N). With f the force of a tooth at a place of
+//   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N). With f the force of a tooth at a place on
 //                           the rim, its Fourier coefficients are the sums of f over the rim times e^(-i m N alpha).
-//   runout   order 1        A rim that is off centre by e makes tooth k bite deeper than the one before by up to
+//   runout   order 1        A rim that is off centre by e makes tooth k bite deeper than the previous one by up to
 //                           2 e sin(pi / N), once per turn. The change is limited to the bite: a bite cannot be
 //                           negative, and the next teeth cut the rest.
-//   set      order N / 2    Teeth that are bent alternately to one side and the other press sideways alternately.
+//   set      order N / 2    Teeth that are bent to alternate sides press sideways alternately.
 //
 // The sums are over the points of the rim that a step has found engaged. Therefore no single tooth is tracked, and no
 // line can alias with the tick: each line has its own frequency, and only lines that the tick can represent enter its

@@ -9,8 +9,8 @@
 //   3. The tooth is taken as 0.64 mm wide, the thickness of the surgical saw blade whose teeth Hage and Hamade describe
 //      for the same bites of 2.5 to 10 um. It is likely, but not proven, that these two tests used the same blade. The
 //      result is Ke = 9.28 N/mm, Kc = 530 N/mm^2.
-//   4. The tests cover one bone only. The force on softer bone is ASSUMED to be proportional to E*. E*_ref is that of
-//      steel (205 GPa, 0.28) on region 24 (19.3 GPa, 0.28), which represents the bovine bone: 19140 MPa.
+//   4. The tests cover one bone only. The force on softer bone is ASSUMED to be proportional to E*. E*_ref is the value
+//      for steel (205 GPa, 0.28) on region 24 (19.3 GPa, 0.28), which represents the bovine bone: 19140 MPa.
 // Check: with a cutting force of thrust / 1.6 the specific cutting energy is 2.65 J/mm3 at 2.5 um and 0.91 J/mm3 at 10
 // um. Both are within the ranges of 2.4 to 2.9 and 0.83 to 1.0 J/mm3 that follow from the resultants of the first test
 // (8 and 11 N) with the ratios of the second. The line gives 41 % more thrust at 10 um than at 2 um; James et al.

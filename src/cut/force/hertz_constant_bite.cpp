@@ -19,7 +19,7 @@ const ForceLawInfo& HertzConstantBite() {
       "the paper's yield force, independent of the feed: a fixed contact radius",
       "the paper, eq. (1), (3) and (4), with Hertz's own 1 - nu^2 (docs/physics.md)",
       // Not valid at any bite.
-      {0, 0, "", "gives the same force whatever the bite"},
+      {0, 0, "", "gives the same force regardless of the bite"},
       {kContactRadius,
        {"contact_share_of_pitch", 0.01, 1e-6, 0.5, "a tooth's contact radius as a fraction of the tooth pitch"}},
       [](const LawValues& values, const Tooth& tooth) {

@@ -18,7 +18,8 @@ constexpr std::array<LawCaveat, 3> kCaveats{{
     {"hertz_constant_bite", false,
      "good for: the paper's tables; not for: absolute forces, energies, the effect of the feed, the choice of a blade"},
     {"edge_plus_chip", true,
-     "good for: the size of the thrust in cortical bone at bites of 2.5 to 10 um, within the factor of 2 to 3 by which "
+     "good for: the magnitude of the thrust in cortical bone at bites of 2.5 to 10 um, within the factor of 2 to 3 by "
+     "which "
      "studies differ, and the effect of the feed there; not for: smaller bites, soft bone, discs of another diameter"},
 }};
 
@@ -72,7 +73,7 @@ std::string DescribeBlades(const ForceLaw& law) {
                          ? (own_radius ? "the disc's radius" : "scales with the square root of the disc's radius")
                      : own_radius ? "scales with the cube of the tooth pitch"
                                   : "scales with the cube of the tooth pitch over the disc's radius";
-  return fmt::format("ignores the blade's thickness and {}: it can't compare blades", rest);
+  return fmt::format("ignores the blade's thickness and {}: it can't be used to compare blades", rest);
 }
 
 double FindTopValidBite(const ForceLaw& law, const Tool& tool) {

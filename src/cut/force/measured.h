@@ -62,7 +62,7 @@ double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm);
 /// Returns the note on accuracy that accompanies every reported force (`kerf check`, summaries, the window,
 /// docs/physics.md), with the factors of this tool and of the law's current parameters.
 std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool);
-/// Returns the note on how the law's force depends on the blade, shown at the same places.
+/// Returns the note on how the law's force depends on the blade, shown in the same places.
 std::string DescribeBlades(const ForceLaw& law);
 
 /// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which its thrust is
@@ -70,8 +70,8 @@ std::string DescribeBlades(const ForceLaw& law);
 inline constexpr double kMaxThrustFactor = 2;
 double FindTopValidBite(const ForceLaw& law, const Tool& tool);
 
-/// Returns true if the law is not valid at any bite (to_mm = 0): its force does not depend on the bite, as its `beyond`
-/// says.
+/// Returns true if the law is not valid at any bite (to_mm = 0): its force does not depend on the bite, as the text
+/// `beyond` states.
 inline bool IsNowhereMeasured(const LawValidity& validity) {
   return validity.to_mm == 0;
 }

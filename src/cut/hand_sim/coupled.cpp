@@ -27,7 +27,7 @@ bool IsFinite(const Vec3& v, double most) {
 }
 
 /// Returns the number of parts into which a motion must be divided so that each is at most `most` long. The straight
-/// part of a motion decreases with the number of parts, the bend with its square.
+/// part of a motion is inversely proportional to the number of parts, and the bend to its square.
 double CountSteps(double straight, double bent, double most) {
   return (straight + std::sqrt(straight * straight + 4 * bent * most)) / (2 * most);
 }
@@ -323,8 +323,8 @@ void CoupledSimulation::State::MoveHandle(const Pose& X_to, Sums& sums, CoupledO
   X_WH = X_to;
 }
 
-/// Moves the tool as far as it gets towards the handle in in.dt_s, in as many substeps as that takes. Returns false if
-/// it lags behind.
+/// Moves the tool towards the handle for in.dt_s, in as many substeps as needed. Returns false if the tool lags
+/// behind because the substeps or the leaves are used up.
 bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums,
                                       CoupledOutput& out) {
   const auto enter = [observer](TickStage stage) {

@@ -11,8 +11,8 @@ namespace kerf {
 Quat ExpRotation(const Vec3& theta_rad);
 Vec3 LogRotation(const Quat& R);
 
-/// Returns the pose of the tool after motion for `time_s` with the twist `u`, which is in the tool's frame and about
-/// p_TC. Tick-safe.
+/// Returns the pose of the tool after it has moved for `time_s` with the twist `u`, which is expressed in the tool's
+/// frame and about p_TC. Tick-safe.
 Pose Advance(const Pose& X_WT, const Twist& u, double time_s, const Vec3& p_TC_mm);
 
 /// Spring and damper between handle and tool, which act at the coupling point C of the tool.

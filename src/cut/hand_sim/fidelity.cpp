@@ -47,7 +47,7 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
   }
   const bool is_slab = slab.active() && may && looked_fraction == 0;
   if (!is_slab && !path.forgotten()) {
-    // Up to this pose, and no further once the spindle is stopped, because the saw is then held.
+    // Complete the path up to this pose. Nothing is added once the spindle is stopped, because the saw is then held.
     if (in.rpm != 0 || (slab.active() && !slab.stopped())) path.Record(X_WT, 0);
     CutPath(out);
   }

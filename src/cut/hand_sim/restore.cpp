@@ -45,8 +45,8 @@ const char* WhyRefused(RestoreJob::State state) {
   return "";
 }
 
-/// Returns true if there is room for every leaf of the job. Leaves that changed since the job was made have their own
-/// values already, and their old values are recorded.
+/// Returns true if there is room for every leaf of the job. Leaves that changed since the job was made need no room:
+/// they already have values of their own, and their old values are recorded.
 bool Restore::HasRoom(const CoupledSimulation& simulation) const {
   const CoupledSimulation::State& s = *simulation.state_;
   Cutter::Need need;
@@ -99,8 +99,8 @@ bool Restore::Step(CoupledSimulation& simulation, std::size_t leaves) {
     Swap(simulation, job.leaves[next_]);
   }
   if (next_ < at_begin_) return false;
-  // Then the leaves that changed since the job was made. For each leaf the oldest values apply, and those of the job
-  // come first.
+  // Then restore the leaves that changed since the job was made. For each leaf only the oldest values apply, and the
+  // job's values are older than the history's.
   CoupledSimulation::State& s = *simulation.state_;
   for (; next_seen_ < job.pushed && leaves > 0; ++next_seen_) {
     const LeafBefore* found = s.history->At(next_seen_);

@@ -35,14 +35,14 @@ struct RestoreJob {
 
   std::uint32_t number = 0;   // checkpoint to return to; for redo the one that undo returned to
   bool redo = false;          // valid only while nothing changes
-  std::size_t seen = 0;       // number of the history's entries read when it was made
-  std::uint32_t lost = 0;     // LeafHistory::last_lost() when it was made
+  std::size_t seen = 0;       // number of history entries read when the job was made
+  std::uint32_t lost = 0;     // LeafHistory::last_lost() when the job was made
   std::vector<Leaf> leaves;   // each leaf once
   std::vector<float*> spare;  // blocks of 512 for leaves that changed since; used from the last one on
   std::array<double, 256> taken_out_mm3{};
 
   // Set by the simulation before `state` is kDone.
-  std::size_t pushed = 0;   // number of the history's entries from before the restore
+  std::size_t pushed = 0;   // number of history entries from before the restore
   std::uint32_t epoch = 0;  // epoch in which the restore ended
   std::atomic<State> state{State::kWaiting};
 };
@@ -73,7 +73,7 @@ class Restore {
   bool may_refill_ = false;
   std::size_t next_ = 0;       // index in the job's leaves
   std::size_t at_begin_ = 0;   // initial number of the job's leaves
-  std::size_t next_seen_ = 0;  // index in the history's entries
+  std::size_t next_seen_ = 0;  // index of the history entry
 };
 
 /// Runs the whole restore at once, allocating spare leaves as needed; for a thread that owns the simulation, not in a

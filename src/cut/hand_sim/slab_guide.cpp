@@ -31,7 +31,7 @@ void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth, con
   start_force_N_ = glm::length(in_plane);
   direction_W_ = X_WT.Vector(-in_plane / start_force_N_);
   rated_mm_per_s_ = std::max(kMinRated_mm_per_s, kMaxFeed * Dot(MakeRow(-in_plane / start_force_N_, -p_TC_), u));
-  // The depth at which an arc with this number of teeth is symmetric about the direction.
+  // Depth of an arc that has this number of teeth and is symmetric about the direction.
   const double half_angle = std::min(0.5 * teeth * saw_.pitch_mm() / saw_.radius_mm(), 3.14);
   start_depth_mm_ = saw_.radius_mm() * (1 - std::cos(half_angle));
   start_law_ = CalcLaw(saw_, start_depth_mm_, reading_);

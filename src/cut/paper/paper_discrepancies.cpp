@@ -88,10 +88,10 @@ PaperDiscrepancy MakeArc(const PaperTables& tables) {
 PaperDiscrepancy MakeCubedSum(const PaperTables& tables) {
   const auto printed = [&](std::size_t row) { return tables.depths[row].force_N[0].printed; };
   return {"cubed_sum", "radii added before cubing, so n^3 for n teeth",
-          "a = K F^(1/3) holds for one contact, and each tooth is one, so n teeth bear n times its force.",
+          "a = K F^(1/3) holds for one contact, and each tooth is one contact, so n teeth give n times its force.",
           "The contact radii of the engaged teeth are added first: F = (n a / K)^3 = n^3 F_1.",
           fmt::format("The printed forces of 2, 3 and 4 teeth in region 24 are {:.2f}, {:.2f} and {:.2f} times that of "
-                      "one. Summed, 4 teeth bear {:.3f} N; the paper prints {:.3f}.",
+                      "one. Summed, 4 teeth give {:.3f} N; the paper prints {:.3f}.",
                       printed(1) / printed(0), printed(3) / printed(0), printed(5) / printed(0),
                       4 * tables.regions[0].tooth_force_N, printed(5))};
 }

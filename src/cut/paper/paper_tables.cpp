@@ -25,7 +25,7 @@ constexpr std::array<PrintedRegion, kPaperRegionCount> kRegions{{
 }};
 constexpr double kPrintedK = 7.55e-5;
 
-// Tables 3 to 6. Forces have five decimals; arcs four, or three.
+// Tables 3 to 6. Forces have five decimals, arcs three or four.
 struct PrintedDepth {
   double depth_mm;
   double arc_mm;

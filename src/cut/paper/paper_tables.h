@@ -87,7 +87,7 @@ struct PaperTables {
 /// Computes all tables through kerf/paper.h, with the disc that the paper's tables were computed with.
 PaperTables CalcPaperTables();
 
-/// Disagreement between the paper's text and its tables, in words; the numbers in them are computed.
+/// Disagreement between the paper's text and its tables, in words; the numbers in the text are computed.
 struct PaperDiscrepancy {
   std::string id;      // "disc_diameter", "tooth_count", "poisson_ratio", "arc", "cubed_sum"
   std::string title;   // a few words

@@ -55,7 +55,7 @@ struct Simulation::State {
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   TickOutput Repeat() const;
   void CutRest(const Pose& X_to);
-  // Not inlined, so that its loop compiles to the same code independent of the rest of the tick (tools/off_is_free).
+  // Not inlined, so that its loop compiles to the same code regardless of the rest of the tick (tools/off_is_free).
   [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
   void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
 
@@ -261,7 +261,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   }
 
   s.paced.BeginTick();
-  // 2 engage and 3 remove, alternately, so that each substep acts on the bone that the one before has left
+  // 2 engage and 3 remove, alternately, so that each substep acts on the bone that the previous one has left
   const double dt_s = in.dt_s / substeps;
   const Vec3 p_TG_mm = CalcGrip(s.params.tool);
   double E_sum_MPa = 0;

@@ -102,7 +102,7 @@ struct BoxTree::State {
     if (device) rtcReleaseDevice(device);
   }
 
-  /// Returns a bound of two rounding errors: of the point, and in Embree's own sums.
+  /// Returns a bound on the sum of two rounding errors: of the point, and of Embree's own sums.
   double CalcRounding(const Vec3& p) const { return 1e-6 * (glm::length(p) + glm::length(0.5 * all.size())) + 1e-6; }
 
   std::vector<FloatBox> boxes;

@@ -40,14 +40,14 @@ class BoxTree {
   /// the bone's size. Tick-safe.
   Nearest FindNearest(const Vec3& p_W, double limit_mm) const;
 
-  /// Returns a lower bound of the distance from a plate to the nearest box, mm. It is negative where they may overlap,
+  /// Returns a lower bound on the distance from a plate to the nearest box, mm. It is negative where they may overlap,
   /// and `limit_mm` if no box is nearer than that. Each box is replaced by the half space behind the plane through its
   /// point nearest to the plate's centre. The search stops at the first box with a bound of at most `enough_mm` and
   /// then returns some value of at most `enough_mm`. Tick-safe.
   double CalcPlateBound(const Plate& plate, double limit_mm, double enough_mm) const;
 
-  /// Returns the distance from a point to the box around all boxes, mm: a lower bound of the distance to the nearest
-  /// one, and fast. Tick-safe.
+  /// Returns the distance from a point to the box around all boxes, mm: a lower bound on the distance to the nearest
+  /// box, and fast to compute. Tick-safe.
   double CalcDistanceToAll(const Vec3& p_W) const;
 
   std::size_t size() const;

@@ -21,7 +21,7 @@ constexpr double kTicksApart = 8;
 constexpr double kLongTravel_mm = 1e5;
 constexpr double kFar_mm = 200;  // limit of a query; larger distances are not needed exactly
 
-/// Returns a bound of the motion of a point within `reach_mm` of the origin of T from X_a to X_b, mm.
+/// Returns a bound on the motion of a point within `reach_mm` of the origin of T from X_a to X_b, mm.
 double CalcMotion(const Pose& X_a, const Pose& X_b, double reach_mm) {
   const Quat turn = glm::conjugate(X_a.R_AB) * X_b.R_AB;
   const double half_sine = std::min(1.0, std::sqrt(turn.x * turn.x + turn.y * turn.y + turn.z * turn.z));

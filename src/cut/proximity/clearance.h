@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// Lower bound of the distance between tool and bone. Embree finds the leaf boxes nearest to a few balls that cover the
+/// Lower bound on the distance between tool and bone. Embree finds the leaf boxes nearest to a few balls that cover the
 /// tool. Between queries the bound decreases by the tool's motion. The bone never grows beyond its initial state, so
 /// the initial boxes stay valid.
 class Clearance {

@@ -77,12 +77,12 @@ class Disc {
     // Half the row's extent along the outward direction.
     const V extent = hn::Div(hn::Abs(hn::Add(hn::Mul(qx, row_x_), hn::Mul(qy, row_y_))),
                              hn::Max(axis_distance, hn::Mul(half_radius_, Splat(1e-3f))));
-    // Lower bound of the row's distance: the distance is convex, so it lies above its tangent.
+    // Lower bound on the row's distance: the distance is convex, so it lies above its tangent.
     const V axial = hn::Sub(hn::Max(hn::Sub(hn::Abs(z), row_z_), zero), half_thickness_);
     const V out_r = hn::Max(hn::Sub(radial, extent), zero);
     const V out_a = hn::Max(axial, zero);
     M may = hn::Le(hn::Add(Square(out_r), Square(out_a)), reach2_);
-    // Upper bound of the radial distance in the row.
+    // Upper bound on the radial distance in the row.
     const V bent = hn::Min(hn::Add(extent, bend_), row_xy_);
     const V outermost = hn::Add(radial, hn::IfThenElse(hn::Ge(axis_distance, half_radius_), bent, row_xy_));
     may = hn::And(may, hn::Ge(outermost, edge_depth_));
@@ -139,7 +139,7 @@ class Ball {
         row_z_(Splat(kHalfRow * s.grid[2][2])),
         row_(Splat(kHalfRow * s.voxel)),
         outer_(Splat(s.band + s.rounding)),
-        // Deeper than the band all is air, as it was after the step before.
+        // Deeper than the band all is air, as it was after the previous step.
         inner_(Splat(-(s.band + s.length + s.rounding))),
         least_(Splat(1e-3f * s.radius)),
         new_only_(s.new_only) {

@@ -15,13 +15,13 @@ struct CarveStep {
   bool ball = false;          // otherwise a disc, whose `back` has no z component
   bool whole_voxels = false;  // write phi in steps of a voxel
   int precision_bits = 24;    // bits of phi's significand that are kept, 4 to 24 (all bits of a float)
-  bool new_only = false;      // skip what the step before, which ended where this one starts, has carved as deeply
+  bool new_only = false;      // skip what the previous step, which ended where this one starts, has carved as deeply
   float radius = 0;
   float half_thickness = 0;  // disc only
   float edge_depth = 0;      // disc only: depth inside the rim to which it cuts
   float back[3] = {0, 0, 0};
   float length = 0;
-  float flank_slack = 0;  // new_only: bound of the distance of the flats from where they cut last
+  float flank_slack = 0;  // new_only: bound on the distance of the flats from where they last cut
   float band = 0;
   float voxel = 0;
   float rounding = 0;       // error bound of the float arithmetic
@@ -31,7 +31,7 @@ struct CarveStep {
   alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i
   alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, for two rows
   float row_mm = 0;                       // disc only: half of a row's length, projected to the disc's plane
-  float bend_mm = 0;                      // bound of the distance of a row's end from the tangent at its middle
+  float bend_mm = 0;                      // bound on the distance of a row's end from the tangent at its middle
   float behind_mm = 0;                    // bound along `back` for the middles of rows that reach in front of the start
 };
 
@@ -58,7 +58,7 @@ struct LeafCull {
   float axial_counts;      // 0: distance to the tool's axis (disc); 1: distance to its centre (ball)
   float inner;             // at least one voxel must have at least this distance
   float outer;             // at least one voxel must have at most this distance
-  float least;             // a small distance, lower bound of a divisor
+  float least;             // a small distance, lower bound on a divisor
 };
 
 /// Middles of leaves, in float. The arrays are aligned to 64 bytes and readable up to a multiple of 16 elements.

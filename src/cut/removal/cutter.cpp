@@ -14,9 +14,9 @@ namespace kerf {
 namespace {
 
 constexpr double kAll = std::numeric_limits<double>::infinity();
-// Wherever a kerf as wide as a voxel lies, phi interpolated at its middle is at least 0 in any orientation: the
-// weighted mean distance of a cell's corners from a plane through the point is at most half a voxel. The rest allows
-// for rounding.
+// For a kerf as wide as a voxel, phi interpolated at its middle is at least 0 at any position and orientation: the
+// weighted mean distance of a cell's corners from a plane through the point is at most half a voxel. The excess over
+// 1 allows for rounding.
 constexpr double kMinKerfVoxels = 1.005;
 
 /// Returns the zone in which the tool cuts.
@@ -36,7 +36,7 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
 }
 
 /// Returns the part of the zone that a step of a ball, or of a disc in its plane, can change. Further inside, the flats
-/// are nearer, or all is air.
+/// are nearer than the rim, or there is only air.
 EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm) {
   EdgeZone edge = zone;
   const double depth_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + 0.5 * voxel_mm;

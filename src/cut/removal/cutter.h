@@ -13,8 +13,8 @@ namespace kerf {
 /// Part of the tool that removes bone.
 enum class CutWith {
   kWholeTool,  // for a tool that follows a prescribed path: a disc's flats cut too
-  /// For a tool coupled to a handle. A disc: only its rim cuts, to the depth CalcToothSide(); the flats are left to
-  /// contact. A ball: all of it cuts.
+  /// For a tool coupled to a handle. A disc: only its rim cuts, to the depth CalcToothSide(); contact handles the
+  /// flats. A ball: all of it cuts.
   kEdge,
 };
 

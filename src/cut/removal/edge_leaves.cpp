@@ -14,7 +14,7 @@ constexpr double kFractionBeforeNext = 0.7;  // fraction of the slack used up wh
 constexpr int kRowsAtOnce = 2;               // rows of the next list that are searched in a step
 constexpr double kMinSlack_mm = 1;           // minimum slack; a tool at 5 mm/s moves 1 mm in 200 ticks
 
-/// Returns a bound of the number of leaves within `out_mm` of a tool: those inside the tool grown by two leaf
+/// Returns a bound on the number of leaves within `out_mm` of a tool: those inside the tool grown by two leaf
 /// diagonals.
 std::size_t BoundLeaves(const EdgeZone& zone, double out_mm, double leaf_mm) {
   const double grown_mm = out_mm + 2 * std::sqrt(3.0) * leaf_mm;
@@ -112,8 +112,8 @@ void EdgeLeaves::Begin(const Pose& X_WT, bool inner, Search& search) const {
   search.inner_asked = false;
   search.X_WT = X_WT;
   search.list.Clear(X_WT.p_AB);
-  // The axis along which the tool is thinnest. For each position on the other two axes, the near leaves are a range on
-  // it.
+  // The axis along which the tool is thinnest. For each position on the other two axes, the near leaves form a
+  // range along it.
   search.thin = 2;
   if (!zone_.ball) {
     const Vec3 n = glm::abs(X_WT.Vector({0, 0, 1}));

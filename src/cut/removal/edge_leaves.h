@@ -65,11 +65,11 @@ class EdgeLeaves {
   /// further inside the tool. Returns true if the list is a new one. Tick-safe.
   bool Update(const Pose& X_WT, double length_mm, bool inner);
 
-  /// Invalidates the lists, because leaves may hold bone again. Tick-safe.
+  /// Invalidates the lists, because leaves may contain bone again. Tick-safe.
   void Forget() { now_.begun = next_.begun = false; }
 
   double slack_mm() const { return slack_mm_; }
-  /// Leaves near the edge that hold bone, or did when the list was made.
+  /// Leaves near the edge that contain bone, or did when the list was made.
   LeafList& list() { return now_.list; }
   std::size_t CalcMemoryBytes() const { return now_.list.CalcMemoryBytes() + next_.list.CalcMemoryBytes(); }
 

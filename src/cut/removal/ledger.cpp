@@ -82,8 +82,8 @@ const std::array<double, 256>& Ledger::Account() {
 
 void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now) {
   // A cell's volume changes only if the surface passes through it before or after and one of its corners has changed.
-  // Then, of its corners, one was inside, one is outside now, and one has changed; or, where bone was restored, one was
-  // outside, one is inside now, and one has changed. Most cells of the band fail this test.
+  // In that case at least one corner was inside, one is now outside, and one has changed; or, where bone was restored,
+  // one was outside, one is now inside, and one has changed. Most cells of the band fail this test.
   constexpr int kEdge = CellBlock::kEdge;
   constexpr int kCount = kEdge * kEdge * kEdge;
   std::array<std::uint8_t, kCount> flags;

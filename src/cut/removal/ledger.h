@@ -24,8 +24,8 @@ class Ledger {
   bool HasRoom() const { return room() > 0; }
   /// Number of leaves with old values that can still be recorded.
   std::size_t room() const { return copies_.size() - copies_used_; }
-  /// Records a leaf that changes for the first time since the last Account(); to be called once for it. `old_values`:
-  /// its values before the change; null for pure bone. Tick-safe.
+  /// Records a leaf that changes for the first time since the last Account(); must be called only once for each leaf.
+  /// `old_values`: its values before the change; null for pure bone. Tick-safe.
   void Note(const LeafIndex& leaf, const float* old_values);
 
   /// Adds the loss since the last call to the sums by region, mm3, and discards the old values. Returns the sums. Not

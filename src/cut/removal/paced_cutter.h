@@ -1,4 +1,4 @@
-// Removal that may be delayed for some ticks: it saves time, but the tool is then slightly ahead of its cut.
+// Removal that may be delayed for some ticks: this saves time, but the tool is then slightly ahead of its cut.
 #pragma once
 
 #include "cut/removal/cutter.h"
@@ -6,8 +6,8 @@
 namespace kerf {
 
 /// Cuts at once if the interval is one tick. With a longer interval, no point of the tool gets further ahead of the
-/// removal than a quarter of a voxel (for a disc thinner than a voxel, a quarter of its thickness), however many ticks
-/// are left.
+/// removal than a quarter of a voxel (for a disc thinner than a voxel, a quarter of its thickness), regardless of
+/// the ticks that remain.
 class PacedCutter {
  public:
   /// `reach_mm`: reach of the tool from its origin. `cutter` must outlive this.

@@ -20,7 +20,7 @@ struct EdgeZone {
   double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
 };
 
-/// Returns a bound of the error of float arithmetic near the tool, with some margin, mm.
+/// Returns a bound on the error of float arithmetic near the tool, with some margin, mm.
 inline double CalcRounding(const EdgeZone& zone, double voxel_mm) {
   return 1e-6 * (zone.radius_mm + 16 * voxel_mm) + 1e-4 * voxel_mm;
 }
@@ -116,7 +116,7 @@ struct Sweep {
   LeafCull MakeCull(const Vec3& origin_W) const {
     EdgeZone swept = zone;
     if (step.new_only) {
-      // Further inside, the step before has carved as far: the flats are nearer, or all is air.
+      // Further inside, the previous step has carved as far: the flats are nearer, or all is air.
       const double in_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + flank_slack_mm;
       swept.depth_mm = std::min(zone.depth_mm, in_mm + length_mm);
     }

@@ -46,7 +46,7 @@ double SolveMonotone(double a, double b, const std::array<MonotoneGraph, n>& gra
   if constexpr (n > 1) std::sort(knots.begin(), knots.end());
   *fraction = 0;
   double before_v = 0;
-  double before_rest = 0;  // residual of the equation just above the knot before
+  double before_rest = 0;  // residual of the equation just above the previous knot
   bool has_before = false;
   for (const double v : knots) {
     double below = a * v - b;

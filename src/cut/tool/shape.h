@@ -55,7 +55,7 @@ inline double CalcToothSide(double radius_mm, double voxel_mm) {
 ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
                         double stopped_margin_mm);
 
-/// Returns an upper bound of the distance that any point of a ball of radius `reach_mm` about the tool's origin moves
+/// Returns an upper bound on the distance that any point of a ball of radius `reach_mm` about the tool's origin moves
 /// between two poses, mm. Tick-safe.
 double CalcTravel(const Pose& from, const Pose& to, double reach_mm);
 

@@ -32,7 +32,8 @@ Figures MakeFull(const Sparse& sparse) {
   return figures;
 }
 
-/// Returns a unique key for a leaf within 2^20 leaves of the world's origin along each axis, as all are (docs/tick.md).
+/// Returns a unique key for a leaf. All leaves are within 2^20 leaves of the world's origin along each axis
+/// (docs/tick.md).
 std::uint64_t KeyOf(const std::array<int, 3>& index) {
   std::uint64_t key = 0;
   for (const int i : index) key = key << 21 | (static_cast<std::uint64_t>(i) & 0x1fffff);
@@ -70,7 +71,7 @@ void UndoJournal::Drain() {
   HoldBound();
 }
 
-/// Reads the entries of the history before the `end`-th.
+/// Reads the history's entries up to, but not including, entry `end`.
 void UndoJournal::Read(std::size_t end) {
   for (; read_ < end; ++read_) {
     const LeafBefore* before = history_.ring().Peek();
@@ -101,7 +102,8 @@ void UndoJournal::Read(std::size_t end) {
   }
 }
 
-/// Values that the history lost belong to the record that was the last one at that time.
+/// If the history lost values, marks the record to which they belong, the last one at that time, as lost, and drops all
+/// older records.
 void UndoJournal::MarkLost() {
   const std::uint32_t lost = history_.last_lost();
   if (lost == lost_seen_) return;
@@ -171,7 +173,8 @@ std::size_t UndoJournal::At(std::uint32_t number) const {
   const std::vector<UndoCheckpoint> kept = checkpoints();
   if (kept.empty()) {
     throw Error(
-        "more was cut since the last checkpoint than undo can keep; undo is possible again from the next checkpoint "
+        "more has been cut since the last checkpoint than undo can keep; undo is possible again from the next "
+        "checkpoint "
         "on");
   }
   if (dropped_.empty() || number > kept.front().number) {

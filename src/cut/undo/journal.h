@@ -15,7 +15,7 @@
 namespace kerf {
 
 struct UndoParams {
-  double most_MB = 256;   // bound of the compressed memory, 0.2 to 1e6. The oldest checkpoints are dropped first
+  double most_MB = 256;   // bound on the compressed memory, 0.2 to 1e6. The oldest checkpoints are dropped first
   int most_since = 1024;  // leaves that may change before a prepared job begins, 0 to 65536; 2 kB each per job
 };
 
@@ -24,7 +24,7 @@ struct UndoCheckpoint {
   std::uint32_t number = 0;
   std::string name;
   std::size_t leaves = 0;  // leaves changed between it and the next checkpoint
-  std::size_t bytes = 0;   // memory that they take
+  std::size_t bytes = 0;   // memory of these leaves
 };
 
 /// Restore in progress, and its memory. The simulation uses it until `state` is done or refused.
@@ -115,10 +115,11 @@ class UndoJournal {
   std::size_t used_in_block_ = 0;
 };
 
-/// Runs between ticks, for a thread that owns both the simulation and the journal. Not tick-safe.
+/// The following functions are for a thread that owns both the simulation and the journal; to be called between ticks.
+/// Not tick-safe.
 void MakeCheckpoint(CoupledSimulation& simulation, UndoJournal& journal, std::string name);
-/// The next two then set the tool down at X_WT; null: at its current pose. They throw Error as PrepareUndo() and
-/// PrepareRedo() do.
+/// UndoTo() and Redo() then set the tool down at X_WT; null: at its current pose. They throw Error like PrepareUndo()
+/// and PrepareRedo().
 void UndoTo(CoupledSimulation& simulation, UndoJournal& journal, std::uint32_t number, const Pose* X_WT = nullptr);
 void Redo(CoupledSimulation& simulation, UndoJournal& journal, const Pose* X_WT = nullptr);
 

@@ -40,7 +40,7 @@ class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceProfile& profile() const = 0;
-  /// Time since the last tick, s. Only simulated devices need it.
+  /// Passes the time since the last tick, s. Only simulated devices need it.
   virtual void Elapse(double /*dt_s*/) noexcept {}
   virtual bool Read(DeviceSample& sample) noexcept = 0;
   /// Sets force and torque on the hand.

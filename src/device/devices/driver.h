@@ -61,8 +61,8 @@ enum class RoundEnd : std::uint8_t {
   kGone,       // unplugged or closed: the device must be opened again
 };
 
-/// Interface of a driver. Between Start() and Stop() the caller runs one round after another. For one thread at a
-/// time; not for the tick.
+/// Interface of a driver. Between Start() and Stop() the caller runs one round after another. For one thread at a time,
+/// and not in the tick.
 class DeviceDriver {
  public:
   DeviceDriver() = default;
@@ -73,13 +73,13 @@ class DeviceDriver {
   virtual const DeviceProfile& profile() const = 0;
   virtual const DriverTraits& traits() const = 0;
   /// Prepares the device for rounds: modes, firmware. May take seconds. `show` receives the current step and the
-  /// progress (0 to 1), and cancels by returning false. Throws a kerf::Error that says what the user can do.
+  /// progress (0 to 1), and cancels by returning false. Throws a kerf::Error that states what the user can do.
   virtual void Start(const std::function<bool(const std::string& doing, double fraction)>& show) = 0;
   /// Runs one round: sends the command and receives an answer. Waits at most traits().timeout_ms. Does not allocate. A
-  /// command that is not finite is replaced by zero; a command beyond the device's peak is shortened, keeping its
+  /// command that is not finite is replaced by zero; a command beyond the device's peak is reduced to it, keeping its
   /// direction. `sample` changes only if the result is kSample.
   virtual RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept = 0;
-  /// Commands zero force, if the device still receives it. May be called repeatedly.
+  /// Commands zero force if the device can still receive it. May be called repeatedly.
   virtual void Stop() noexcept = 0;
 };
 

@@ -20,7 +20,8 @@ double CalcMinimumJerkSlope(double u) {
 
 void CheckWithin(std::size_t step, const char* name, double value, double lower, double upper) {
   if (value >= lower && value <= upper) return;
-  throw Error(fmt::format("step {} of the hand: {} = {} is not within {} to {}", step + 1, name, value, lower, upper));
+  throw Error(
+      fmt::format("step {} of the hand: {} = {} is outside the range {} to {}", step + 1, name, value, lower, upper));
 }
 
 }  // namespace

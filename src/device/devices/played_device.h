@@ -33,7 +33,7 @@ class PlayedDevice final : public Device {
  private:
   DeviceProfile profile_;
   std::vector<PlayedPose> poses_;
-  std::size_t next_ = 0;  // index of the first pose that has not been passed
+  std::size_t next_ = 0;  // index of the first pose that has not been passed yet
   double time_s_ = 0;
   Vec3 f_W_N_{0};
 };

@@ -64,8 +64,8 @@ std::pair<double, char> ParseFigure(const Figure& figure, std::string_view text,
   }
   const double value = ParseCsvNumber(text.substr(0, blank), 0, figure.name, place);
   if (!(value >= figure.range.lower && value <= figure.range.upper)) {
-    place.Fail(
-        fmt::format("{} = {} is not within {} to {}", figure.name, value, figure.range.lower, figure.range.upper));
+    place.Fail(fmt::format("{} = {} is outside the range {} to {}", figure.name, value, figure.range.lower,
+                           figure.range.upper));
   }
   return {value, tag.front()};
 }

@@ -94,9 +94,8 @@ class SafetyGate {
   double max_change_Nmm_per_s() const;
   double continuous_force_N() const { return force_.continuous; }
   double continuous_torque_Nmm() const { return torque_.continuous; }
-  /// Mean square of the output force relative to the square of the continuous force. 1 is the limit. It can
-  /// reach 1.02 if the slew rate is too low to keep the limit, for a continuous force of at least an eighth of the
-  /// peak.
+  /// Mean square of the output force relative to the square of the continuous force. 1 is the limit. It can reach 1.02
+  /// if the slew rate is too low to stay within the limit, for a continuous force of at least an eighth of the peak.
   double heat() const { return force_.heat / (force_.continuous * force_.continuous); }
 
  private:

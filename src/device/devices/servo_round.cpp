@@ -18,16 +18,16 @@ constexpr double kNoLeap_rad = 0.1;
 ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params)
     : traits_(traits), params_(params), gate_(profile, params.gate) {
   if (!(params.silent_s >= 0.002 && params.silent_s <= 10)) {
-    throw Error(fmt::format("silent_s = {} is not within 0.002 to 10", params.silent_s));
+    throw Error(fmt::format("silent_s = {} is outside the range 0.002 to 10", params.silent_s));
   }
   if (!(params.leap_mm_per_s >= 100 && params.leap_mm_per_s <= 1e9)) {
-    throw Error(fmt::format("leap_mm_per_s = {} is not within 100 to 1e9", params.leap_mm_per_s));
+    throw Error(fmt::format("leap_mm_per_s = {} is outside the range 100 to 1e9", params.leap_mm_per_s));
   }
   if (!(params.leap_rad_per_s >= 1 && params.leap_rad_per_s <= 1e9)) {
-    throw Error(fmt::format("leap_rad_per_s = {} is not within 1 to 1e9", params.leap_rad_per_s));
+    throw Error(fmt::format("leap_rad_per_s = {} is outside the range 1 to 1e9", params.leap_rad_per_s));
   }
   if (!(params.agree_s >= params.silent_s && params.agree_s <= 3600)) {
-    throw Error(fmt::format("agree_s = {} is not within silent_s to 3600", params.agree_s));
+    throw Error(fmt::format("agree_s = {} is outside the range silent_s to 3600", params.agree_s));
   }
 }
 

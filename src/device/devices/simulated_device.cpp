@@ -37,11 +37,12 @@ SimulatedDevice::SimulatedDevice(const DeviceProfile& profile, const HandModel& 
     throw Error("the start pose of the simulated device is not valid or outside the world");
   }
   if (options.substeps < 20 || options.substeps > 10000) {
-    throw Error(fmt::format("substeps = {} of the simulated device is not within 20 to 10000", options.substeps));
+    throw Error(
+        fmt::format("substeps = {} of the simulated device is outside the range 20 to 10000", options.substeps));
   }
   if (options.delay_ticks < 0 || options.delay_ticks > kMaxDelay) {
-    throw Error(
-        fmt::format("delay_ticks = {} of the simulated device is not within 0 to {}", options.delay_ticks, kMaxDelay));
+    throw Error(fmt::format("delay_ticks = {} of the simulated device is outside the range 0 to {}",
+                            options.delay_ticks, kMaxDelay));
   }
   intention_.X_WH = X_WH_start;
   p_WC_mm_ = X_WH_start.Point(options.p_TC_mm);

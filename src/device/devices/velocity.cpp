@@ -28,7 +28,7 @@ Vec3 AdaptiveVelocity::Update(const Vec3& p_mm, double dt_s) {
       return v_;
     }
     dt_s += repeated_s_;
-    // Each of the two samples is accurate to one quantum per axis, and so is a velocity between two samples.
+    // The step and its prediction each depend on two samples, and each sample is accurate to one quantum per axis.
     const double most = kMaxAcceleration_mm_per_s2 / reach_ * dt_s * dt_s + 4 * quantum_;
     if (frozen || glm::length(step - v_ * dt_s) > most) count_ = 0;
   }

@@ -10,7 +10,7 @@ namespace kerf {
 
 Workspace::Workspace(const WorkspaceParams& params) : params_(params) {
   if (!(params.motion_scale >= 0.02 && params.motion_scale <= 20)) {
-    throw Error(fmt::format("motion_scale = {} is not within 0.02 to 20", params.motion_scale));
+    throw Error(fmt::format("motion_scale = {} is outside the range 0.02 to 20", params.motion_scale));
   }
   if (!IsValid({params.R_WD, params.p_TC_mm})) throw Error("the device's orientation is not a unit quaternion");
 }

@@ -21,9 +21,9 @@ struct WorkspaceParams {
   bool senses_orientation = false;
 };
 
-/// The handle's point C moves the tool's: p_WC = a_W + motion_scale R_WD (p_DC - a_D). The anchor a is the pair of
-/// points that coincided when it was last set. If orientation is sensed, the tool rotates with the handle relative to
-/// the anchor. Tick-safe except for the constructor.
+/// Point C of the handle moves point C of the tool: p_WC = a_W + motion_scale R_WD (p_DC - a_D). The anchor a is the
+/// pair of points that coincided when it was last set. If orientation is sensed, the tool rotates with the handle
+/// relative to the anchor. Tick-safe except for the constructor.
 class Workspace {
  public:
   /// Throws a kerf::Error that names a parameter out of range. The initial anchor maps the handle's zero pose to the

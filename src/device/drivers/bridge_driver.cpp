@@ -188,7 +188,7 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
     running_ = false;
     return RoundEnd::kGone;
   }
-  // Wait for the answer to this command; accept a newer state that answers a recent command as well.
+  // Wait for the answer to this command; a newer state that answers a recent command is also accepted.
   bool has_news = false;
   bool has_bad = false;
   for (int left_ms = options_.timeout_ms; left_ms > 0; left_ms = MillisecondsUntil(end)) {
@@ -240,7 +240,7 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
 void BridgeDriver::Stop() noexcept {
   if (!running_) return;
   running_ = false;
-  // Twice, since packets may be lost. If both are lost, the bridge sets the force to zero when the last command
+  // Sent twice, since packets may be lost. If both are lost, the bridge sets the force to zero when the last command
   // expires.
   for (int i = 0; i < 2; ++i) {
     link_->Send(WriteBridgeCommand(NextHeader(), BridgeCommand{}));

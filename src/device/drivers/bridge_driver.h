@@ -21,7 +21,7 @@ struct BridgeOptions {
   bool allow_remote = false;
   int timeout_ms = 10;  // of a round, 1 to 1000
   /// Maximum age of the command that a state answers, 1 to 1000. A state for an older command is discarded: its force
-  /// would be equally late, and the coupling is designed for a delay of a few ms. 30 ms corresponds to three
+  /// would be just as late, and the coupling is designed for a delay of a few ms. 30 ms corresponds to three
   /// consecutive timeouts, which occasionally occur on a busy machine, and is less than the 50 ms after which there is
   /// no force. An answer to the newest command may be as old as timeout_ms permits.
   int oldest_ms = 30;
@@ -35,7 +35,7 @@ class BridgeDriver final : public DeviceDriver {
   explicit BridgeDriver(const BridgeOptions& options = {});
   ~BridgeDriver() override { BridgeDriver::Stop(); }
 
-  /// A generic profile before Start().
+  /// Returns a generic profile before Start().
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
   /// Performs the handshake. Begins a new session each time.

@@ -63,7 +63,7 @@ struct FarKind {
   std::string (*where)(const DriverOptions& options);
   /// `hurry`: use a short timeout, only to find out whether the device is present.
   std::unique_ptr<DeviceDriver> (*make)(const DriverOptions& options, bool hurry);
-  /// Parts of the driver's message when no program listens, or a different one.
+  /// Texts in the driver's message that show that no program, or a different program, listens at the address.
   std::array<const char*, 2> absent;
   const char* remedy;
 };
@@ -181,7 +181,7 @@ void TryOut(UsbBus& bus, const DriverOptions& options, FoundDevice& found) {
       found.problem = "it has no firmware: a program must load the firmware before the device works";
       found.remedy = fmt::format(
           "Provide the maker's firmware file, which kerf may not distribute, with {} or the environment variable {}; "
-          "docs/falcon.md says where to find it.",
+          "docs/falcon.md describes where to find it.",
           kFalconFirmwareOption, kFalconFirmwareVariable);
     } else if (what.find("other gadgets") != std::string::npos) {
       found.state = DeviceState::kOtherGadget;

@@ -55,7 +55,7 @@ const char* ToString(DeviceState state);  // "ready", "no_permission", ...
 /// Device that is connected.
 struct FoundDevice {
   const KnownDevice* kind = nullptr;
-  std::string model;   // if a kind has several: "SpaceNavigator"; otherwise the same as `what`
+  std::string model;   // if a kind has several models: "SpaceNavigator"; otherwise the same as `what`
   UsbDeviceInfo usb;   // vendor 0: not on USB
   std::string where;   // "1-2 (0403:cb48)": port and USB ID; "127.0.0.1:47810"
   std::string choice;  // for --device: the kind's name, with "@" and the port if there are several of that kind

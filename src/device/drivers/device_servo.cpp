@@ -194,8 +194,8 @@ void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
   ++let_go_done;
 }
 
-/// Returns false if another thread is reading: that thread has no priority, and this one must not wait while it outputs
-/// force.
+/// Returns false if another thread is reading: that thread has no real-time priority, and this one must not wait while
+/// it outputs force.
 bool DeviceServo::TellCounts(bool waits) {
   std::unique_lock lock(mutex_, std::defer_lock);
   if (waits) {
@@ -347,7 +347,7 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
     const std::int64_t now_ns = clock.Now();
     deadlines.Begin(now_ns);
     commands_.Update();
-    // Agreement in a round without an answer also holds for the next round.
+    // Agreement in a round without an answer also applies to the next round.
     const bool agrees = round_->state() == ServoState::kWaiting && (agrees_.load() || !traits_.makes_force);
     const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
     ServoState state = round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);

@@ -5,7 +5,8 @@
 
 namespace kerf {
 
-/// After homing, the user's hand still moves the handle, and at the edge of the workspace it has no room to move.
+/// Needed because the user's hand still moves the handle after homing, and a handle at the edge of the workspace has no
+/// room to move.
 class HandleAtRest {
  public:
   explicit HandleAtRest(const DeviceServo& servo)

@@ -228,7 +228,7 @@ RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sampl
     if (!std::isfinite(force_N)) f_D_N = Vec3{0};
     if (force_N > profile_.peak_force_N) f_D_N *= profile_.peak_force_N / force_N;
     // A message that arrived before the force was sent does not answer it. If it were used as the answer, one late
-    // message would delay every later round by one. It is used only if no other message comes.
+    // message would delay every later round by one. It is used only if no other message arrives.
     const std::optional<std::string> late = line_->Receive(Clock::now());
     const bool begun = line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
     const auto end = Clock::now() + std::chrono::milliseconds(options_.timeout_ms);

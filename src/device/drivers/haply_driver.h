@@ -32,8 +32,8 @@ class HaplyDriver final : public DeviceDriver {
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
-  /// Waits for a message received after the force was sent; if none comes, uses one received before. A message without
-  /// the device gives kNoAnswer, or kGone after kMaxWithout of them in a row. A message without the grip gives
+  /// Waits for a message received after the force was sent; if none arrives, uses one received before. A message
+  /// without the device gives kNoAnswer, or kGone after kMaxWithout of them in a row. A message without the grip gives
   /// kNoAnswer if a grip was present at Start().
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;

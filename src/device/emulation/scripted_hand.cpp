@@ -53,7 +53,7 @@ Vec3 ScriptedHand::CalcWanted() const {
   const double leg = home_s_ / kHomeLeg_s;
   const double z_mm = options_.home_out_mm * Ease(leg) + (options_.home_in_mm - options_.home_out_mm) * Ease(leg - 2) -
                       options_.home_in_mm * Ease(leg - 3);
-  // Moves to the axis on the way out and off it on the way back, since there is little room at the far end.
+  // Moves to the axis on the way out and leaves it on the way back, since there is little room at the far ends.
   const double off = 1 - Ease(2 * leg) + Ease(2 * leg - 7);
   return off * p_D_mm + Vec3(0, 0, z_mm);
 }

@@ -85,7 +85,7 @@ struct BenchResult {
 
   /// Returns null if there is no such figure.
   const BenchFigure* Find(const std::string& figure) const;
-  /// Returns the baseline's median over this one's; 0 without a baseline.
+  /// Returns the ratio of the baseline's median to this result's; 0 without a baseline.
   double TimesFaster() const { return baseline && times.p50_us > 0 ? baseline->times.p50_us / times.p50_us : 0; }
 };
 

@@ -5,10 +5,10 @@
 
 namespace kerf {
 
-/// The paper's saw 8 mm deep in a block that is rotated in the grid, so that disc, feed and faces are all oblique to
-/// the voxels.
+/// The paper's saw 8 mm deep in a block that is rotated relative to the grid, so that disc, feed and faces are all
+/// oblique to the voxels.
 CutCase MakeDiscCut(double voxel_mm);
-/// The same at 0.1 mm, with the coupling of a device and a hand that trembles: the flats touch the walls of the kerf.
+/// The same with 0.1 mm voxels, the coupling of a device and a trembling hand: the flats touch the walls of the kerf.
 CutCase MakeHandCut();
 /// The paper's saw, which starts with its whole disc inside the bone: the maximum contact of its rim and flats.
 CutCase MakeBuriedCut();

@@ -28,7 +28,7 @@ struct Percentiles {
 };
 Percentiles CalcPercentiles(std::vector<double> times_us);
 
-/// Adds up the time between the stages of ticks; leaves out ticks in which the system interrupted the thread.
+/// Adds up the time of each stage over the ticks; leaves out ticks in which the system interrupted the thread.
 class StageClock : public TickObserver {
  public:
   static constexpr std::size_t kStages = static_cast<std::size_t>(TickStage::kEnd);
@@ -68,7 +68,7 @@ class PinnedToCore {
 struct MachineState {
   std::string cpu;  // model name as reported by the system
   int cores = 0;    // that this program may use
-  double load = 0;  // load average: mean number of programs that wanted a core in the last minute
+  double load = 0;  // load average: mean number of programs ready to run in the last minute
 };
 MachineState LookAtMachine();
 

@@ -256,7 +256,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   if (cut.flat_top) {
     result.figures.push_back({"removed less swept", "%", 100 * (trace.removed_mm3 / trace.swept_mm3 - 1)});
     result.figures.push_back(
-        {"removed by occupancy less swept", "%", 100 * (trace.occupancy_mm3 / trace.swept_mm3 - 1)});
+        {"removed by occupancy minus swept", "%", 100 * (trace.occupancy_mm3 / trace.swept_mm3 - 1)});
   }
   result.figures.push_back({"sub-steps, mean", "", trace.substeps / ticks});
   result.figures.push_back({"iterations, maximum", "", static_cast<double>(trace.max_iterations)});

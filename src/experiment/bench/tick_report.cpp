@@ -32,7 +32,7 @@ std::string ShowErrors(const BenchResult& r) {
   std::vector<std::string> errors;
   if (const BenchFigure* f = r.Find("removed less swept")) {
     errors.push_back(fmt::format("volume {:+.3f} %, by occupancy {:+.3f} %", f->value,
-                                 r.Find("removed by occupancy less swept")->value));
+                                 r.Find("removed by occupancy minus swept")->value));
   }
   if (const BenchFigure* f = r.Find("phi against dense at the surface, at most")) {
     errors.push_back(fmt::format("phi {} voxels from dense", Show(f->value)));
@@ -98,8 +98,7 @@ ordered_json ResultJson(const BenchResult& r) {
   return json;
 }
 
-// Quoted, not remeasured. The machine was a different one; all it has in common with that of a kerf run is that it was
-// a shared AMD EPYC.
+// Quoted, not remeasured. The machine was a different one, though also a shared AMD EPYC.
 constexpr const char* kPeers =
     "Peers on the block of 256^3, ball r = 3 mm, 10 mm/s, p50/p99 (measured elsewhere, on 2 shared cores of an AMD "
     "EPYC): CHAI3D 136/279 us, removes 3 % of what it sweeps; AMBF 133/269 us, 32 %; iMSTK 364/591 us, 104 %. At "

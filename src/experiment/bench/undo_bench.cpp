@@ -74,7 +74,7 @@ struct Rounds {
   }
 };
 
-/// Runs an undo or a redo like the loop, but without waiting for the next tick.
+/// Runs an undo or a redo as the loop does, but without waiting for the next tick.
 void Go(CoupledSimulation& simulation, UndoJournal& journal, bool redo, std::size_t leaves_per_tick, Rounds& rounds) {
   const double start_ms = Now_ms();
   UndoJob* job = redo ? journal.PrepareRedo() : journal.PrepareUndo(0);

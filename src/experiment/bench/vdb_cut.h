@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// A bone that is cut by OpenVDB. One thread.
+/// A bone that is cut with OpenVDB, in one thread.
 class VdbCut {
  public:
   /// Works on a copy.
@@ -19,7 +19,7 @@ class VdbCut {
 
   /// Creates a level set of the tool at its pose with the bone's voxel size and band, by filling the leaves at its
   /// surface in single precision, and removes it with openvdb::tools::csgDifference(). The library's own functions that
-  /// create level sets (of spheres, of meshes) take longer. The bone is not pruned, which is faster too.
+  /// create level sets (of spheres, of meshes) take longer. The bone is not pruned, which also saves time.
   void Cut(const Tool& tool, const Pose& X_WT);
 
   const Bone& bone() const { return bone_; }

@@ -116,11 +116,11 @@ void AddRegions(std::string& text, const Comparison& c, const Conclusion& words)
     AppendFormat(text, "\n");
   }
   if (!c.beyond_bins.empty()) {
-    AppendFormat(text, "| past the end of the slice | | {} to {} |", ShowFigure(c.profile.end_mm),
+    AppendFormat(text, "| beyond the end of the slice | | {} to {} |", ShowFigure(c.profile.end_mm),
                  ShowFigure(c.grid.step_mm * static_cast<double>(c.grid.count)));
     for (const CaseResult& r : c.cases)
       AppendFormat(text, " {} / {} |", ShowFigure(r.beyond.mean_N), ShowFigure(r.beyond.rms_N));
-    AppendFormat(text, "\n\nDepths past the end of the slice are not included in any figure above.");
+    AppendFormat(text, "\n\nDepths beyond the end of the slice are not included in any figure above.");
     for (const std::string& statement : words.beyond) AppendFormat(text, " {}", statement);
     AppendFormat(text, "\n");
   }

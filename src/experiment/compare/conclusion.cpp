@@ -52,7 +52,7 @@ double AsInTable(double force_N) {
   return std::stod(fmt::format("{:.6g}", force_N));
 }
 
-/// "45 %" of some depths; never "0 %" or "100 %" unless it is exactly none or all.
+/// Formats a fraction of the depths: "45 %". Shows "0 %" and "100 %" only for exactly none and all.
 std::string ShowDepths(std::size_t some, std::size_t all) {
   const double percent = Percent(static_cast<double>(some), static_cast<double>(all));
   if (some > 0 && percent < 1) return "less than 1 %";
@@ -111,8 +111,8 @@ std::string DescribePeak(const CaseResult& result, const Comparison& c) {
                      ShowFigure(c.reference().curve.force_N[bin]), at(c.reference()));
 }
 
-/// States whether the force on a tooth is larger if more teeth are engaged: compares the depth with the most engaged
-/// teeth to that with the fewest (at least one).
+/// States whether the force on a tooth is larger if more teeth are engaged: compares the depth at which the most teeth
+/// are engaged with the one at which the fewest are (at least one).
 std::string DescribeTeeth(const CaseResult& result, const Comparison& c) {
   const std::vector<double>& teeth = result.curve.teeth;
   std::size_t few = c.grid.count;
@@ -321,7 +321,7 @@ std::string DescribeSubstitute(const Comparison& c) {
       OfTheForce(nearest->slice.mean_N / reference.slice.mean_N, "mean force"), reference.what.label,
       ShowFigure(nearest->slice.mean_N), ShowFigure(reference.slice.mean_N), ShowFigure(nearest->slice.rms_N), time);
   if (fraction <= kStandsIn) {
-    return fmt::format("**In short:** slab mode can stand in for {} on this cut: {}", reference.what.label, force);
+    return fmt::format("**In short:** slab mode can replace {} on this cut: {}", reference.what.label, force);
   }
   return fmt::format("**In short:** slab mode does not stand in for {} on this cut: {}{}", reference.what.label, force,
                      equal != nullptr ? DescribeCause(*nearest, *equal, c) : "");

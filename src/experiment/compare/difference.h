@@ -12,8 +12,8 @@ struct Difference {
   double mean_N = 0;  // of the curve
   double reference_mean_N = 0;
   double rms_N = 0;          // root of the mean of the squared differences
-  double peak_N = 0;         // difference of the largest magnitude, with its sign
-  double peak_depth_mm = 0;  // depth at that bin
+  double peak_N = 0;         // difference with the largest magnitude, signed
+  double peak_depth_mm = 0;  // depth of that bin
 };
 
 /// Compares two curves on the same grid over the bins `bins` (indices, ascending). Bins where either curve is NaN are

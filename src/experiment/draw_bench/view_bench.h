@@ -42,7 +42,7 @@ struct ViewReport {
   double upload_ms = 0;
   double first_frame_ms = 0;
   double refining_ms = 0;  // all finer steps, afterwards
-  // A chunk that the saw has changed.
+  // Times for a chunk that the saw has changed.
   Percentiles remesh;
   Percentiles upload;
   Percentiles both;

@@ -34,7 +34,7 @@ class HourWatch final : public LoopWatch {
   void Take(double wall_us, const LoopSample& sample, CoupledSimulation& simulation) override {
     const CoupledOutput& out = sample.report.out;
     if (ticks_ == 0) {
-      // The bone before the first tick includes the volume that this tick removed.
+      // The volume before the first tick is the present volume plus the volume that this tick removed.
       hour_.volume_before_mm3 = simulation.bone().CalcVolume() + CalcRemoved(simulation);
     }
     ++ticks_;

@@ -38,7 +38,7 @@ struct ReferenceFineness {
   int steps_per_tick = 4;        // of equal length; more if any point would move further than 0.025 mm in one step
                                  // (position-controlled: the tool 0.1 mm)
   double flat_spacing_mm = 0.7;  // of the points on the flats
-  double look_ahead_mm = 1e-5;   // bone this far ahead of the rim is engaged; above rounding and an arc's sagitta
+  double look_ahead_mm = 1e-5;   // bone this far ahead of the rim is engaged; larger than rounding and an arc's sagitta
   double edge_mm = 0.3;          // with a hand: width of the rim that cuts; the walls act on the flats inside it
 };
 

@@ -20,7 +20,7 @@ constexpr double kListen_s = 0.7;
 constexpr std::size_t kPieces = 7;  // analysed separately
 constexpr double kMinExchanged_mJ = 0.01;
 constexpr std::size_t kParents = 4;
-constexpr double kFirstStep = 0.25;  // step of a gene; it shrinks to
+constexpr double kFirstStep = 0.25;  // first step of a gene; it shrinks to kLastStep
 constexpr double kLastStep = 0.03;
 
 double LogBetween(double lower, double upper, double gene) {

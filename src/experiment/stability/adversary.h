@@ -65,7 +65,7 @@ struct Found {
   int at_try = 0;
 };
 /// Maximises a score over the genes: a third of the tries are random, the others are children of the best so far. This
-/// is an evolution strategy of few parents and many children. The score is noisy and has plateaus (no contact, no
+/// is an evolution strategy with few parents and many children. The score is noisy and has plateaus (no contact, no
 /// noise), so gradients are of no use. One run takes a tenth of a second, so there are too few tries to learn a model
 /// of the score. Deterministic.
 Found Search(const std::function<double(const AttackGenes&)>& score, const AdversaryOptions& options);

@@ -15,7 +15,7 @@ namespace kerf {
 namespace {
 
 constexpr double kNormal999 = 3.090232306167813;  // a standard normal variate is below it with probability 0.999
-constexpr double kShortestPeriod = 0.25;          // minimum distance between ticks, in periods, as in Deadlines
+constexpr double kShortestPeriod = 0.25;          // minimum interval between ticks, in periods, as in Deadlines
 constexpr double kLongestPeriod_s = 10;
 
 void CheckRange(const char* name, double value, double lower, double upper) {

@@ -233,7 +233,7 @@ ClosedLoopSetup MakeLinear(ClosedLoopSetup setup) {
   setup.profile.friction_N = 0;
   // Positions are then exact. But with an encoder the velocity is an average over a time window, which is longest for
   // the smallest motions and delays the coupling's damper accordingly. Here the window always has the maximum length,
-  // which is linear. If the encoder steps are negligible, there is no window.
+  // which keeps the loop linear. If the encoder steps are negligible, there is no window.
   setup.profile.resolution_mm = setup.profile.resolution_mm > 1e-4 ? kLongestWindow_mm : 0;
   setup.quantise = false;
   setup.force_map.ramp_in_s = 0;
@@ -266,8 +266,7 @@ double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) 
 /// shape (an edge that the tool slid off, or bone that it cut through), and the result says nothing about the loop.
 bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, double way_mm) {
   constexpr double kLonger = 4;       // an overdamped hand feeds more slowly, and slides off more slowly
-  constexpr double kBeyond_mm = 0.2;  // beyond that distance: the position where it was last pushed, not where it came
-                                      // off
+  constexpr double kBeyond_mm = 0.2;  // margin: `way_mm` is where the tool was last pushed, not where it came off
   constexpr double kGone_s = 0.02;
   setup.force_map.ramp_in_s = 0;
   setup.loop_gain = std::min(setup.loop_gain, 1.0);
@@ -318,12 +317,12 @@ Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm,
       max_N = std::max(max_N, run.force_N());
     }
     sway.push_back(CalcSway(x, w * window, (w + 1) * window));
-    // Nothing oscillates off the bone either.
+    // A tool off the bone does not oscillate, but it is not stable either.
     if (max_N < kOffBone * sizes.push_N) return Behaviour::kUnstable;
     if (sway.back() <= min_sway_mm) return Behaviour::kStable;
     if (w >= 3 && sway[w] < 0.5 * sway[w - 2] && sway[w] < 0.5 * kick_mm) return Behaviour::kStable;
   }
-  // It bounces off the bone and back, or reaches the maximum force of the device: only these limit the growth.
+  // The tool bounces off the bone and back, or reaches the maximum force of the device: nothing else limits the growth.
   const bool hammers = min_N < 0.05 * sizes.push_N || max_N > 0.95 * setup.profile.peak_force_N;
   if (hammers && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
   if (sway.back() < 0.9 * sway[kWindows / 2]) return Behaviour::kStable;
@@ -331,7 +330,7 @@ Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm,
   return Behaviour::kLimitCycle;
 }
 
-/// As WatchKick(), but excludes effects of the bone shape.
+/// As WatchKick(), but excludes effects of the bone's shape.
 Behaviour Watch(const HeldTool& held, const ClosedLoopSetup& setup, double kick_mm, double min_sway_mm) {
   double seconds = 0;
   double way_mm = -1e300;

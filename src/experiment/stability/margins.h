@@ -88,9 +88,9 @@ std::vector<ProfileMargins> CalcProfileMargins(const StabilitySubject& subject,
                                                const std::atomic<bool>* stop = nullptr);
 
 /// Behaviour at each point of stiffness by damping (in simulation units), row by row from the lowest damping. Includes
-/// the encoder steps but not the device's friction, which would mask much and is known for few devices. In a limit
-/// cycle the handle keeps oscillating by more than an encoder step, but does not leave the bone and return. Takes about
-/// 0.1 s per point.
+/// the encoder steps but not the device's friction, which would mask many effects and is known for few devices. In a
+/// limit cycle the handle keeps oscillating by more than an encoder step, but does not leave the bone and return. Takes
+/// about 0.1 s per point.
 struct StabilityMap {
   std::vector<double> stiffness_N_per_mm;
   std::vector<double> damping_Ns_per_mm;

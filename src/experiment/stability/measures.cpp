@@ -309,11 +309,11 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
   return found;
 }
 
-// The shape is from the literature: a U with its minimum between 150 and 200 Hz, below 0.01 um in some people, to which
-// it falls more steeply than the 12 dB per octave above 40 Hz for a probe on the skin (Brisben, Hsiao and Johnson 1999,
-// abstract: a cylinder of 32 mm grasped in the hand; Gescheider and Verrillo 1979). The figures are from memory,
-// approximate the mean over people, and are accurate to a factor of 3 (10 dB) at best. Check them before quoting a
-// sensation level.
+// The shape is from the literature: a U with its minimum between 150 and 200 Hz, below 0.01 um in some people. Above
+// 40 Hz it falls towards this minimum more steeply (Brisben, Hsiao and Johnson 1999, abstract: a cylinder of 32 mm
+// grasped in the hand) than the 12 dB per octave for a probe on the skin (Gescheider and Verrillo 1979). The figures
+// are from memory, approximate the mean over people, and are accurate to a factor of 3 (10 dB) at best. Check them
+// before quoting a sensation level.
 double CalcVibrationThreshold_um(double f_Hz) {
   struct Point {
     double f_Hz, um;

@@ -65,7 +65,7 @@ Pose BackOff(const StabilitySubject& subject, double max_mm) {
 }
 
 double CalcThickness(const StabilitySubject& subject, double max_mm) {
-  // Along the path of the leading point of the edge.
+  // The thickness along the path of the edge's leading point.
   const Tool& tool = subject.setup.coupled.tool;
   Vec3 front(0);
   double most = -std::numeric_limits<double>::infinity();

@@ -18,13 +18,13 @@ struct StabilityFigure {
   double bound = 0;
   bool at_most = true;   // false: at least
   bool clamped = false;  // the loop itself limits it to the bound, so being close to it is no concern
-  bool holds() const { return at_most ? value <= bound : value >= bound; }  // not for NaN
+  bool holds() const { return at_most ? value <= bound : value >= bound; }  // false for NaN
 };
 
 struct ScenarioResult {
   std::string name;      // "press_and_hold"
   std::string what;      // a sentence for the user
-  bool skipped = false;  // does not apply to this subject; `what` says why
+  bool skipped = false;  // does not apply to this subject; `what` states why
   /// Reason why the scenario, or part of it, could not be judged here, as a sentence. Empty if all was judged.
   std::string unjudged;
   /// Time at which the tool came out on the far side of the bone, s since the start. Afterwards nothing is cut and no
@@ -34,7 +34,7 @@ struct ScenarioResult {
   // Force on the device during the run, for a diagram
   std::vector<double> time_s;
   std::vector<double> force_N;
-  bool holds() const;  // no bound is broken
+  bool holds() const;  // no bound is violated
   /// kNotAsked if skipped.
   Judgement judgement() const;
 };

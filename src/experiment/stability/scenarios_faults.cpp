@@ -47,7 +47,7 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   if (rpm == 0)
     run.AtMost("depth of the edge in the bone, maximum", "mm", deepest_mm, 0.5 * subject.bone.voxel_mm() + 0.05);
   if (rpm == 0) run.AtMost("distance of the tool from the handle afterwards", "mm", off_mm, 0.2);
-  // At most the sweep, with half a voxel on all sides.
+  // At most the sweep, enlarged by half a voxel on all sides.
   const double half_mm = 0.5 * subject.bone.voxel_mm();
   const auto* disc = std::get_if<DiscSaw>(&tool);
   const double R = CalcReach(tool) + half_mm;

@@ -77,7 +77,7 @@ struct StabilityStudy {
   double wall_s = 0;
   std::vector<std::string> files;  // written by WriteStabilityStudy
 
-  /// Numbers of required checks: all, those that could be judged, and those that were broken.
+  /// Numbers of required checks: all, those that could be judged, and those that failed.
   struct Count {
     int asked = 0;
     int judged = 0;
@@ -85,7 +85,7 @@ struct StabilityStudy {
   };
   Count CountScenarios() const;
   Count CountMargins() const;
-  /// True if something was judged and no check is broken.
+  /// True if something was judged and no check failed.
   bool stable() const { return complete && findings.empty() && CountScenarios().judged + CountMargins().judged > 0; }
 };
 
@@ -99,8 +99,8 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
 /// Fills `findings` from the results.
 void JudgeStability(StabilityStudy& study);
 
-/// Ratio of a figure to its bound: above 1 the bound is broken. NaN breaks all bounds. A figure that the loop itself
-/// limits to its bound is never near it.
+/// Ratio of a figure to its bound: above 1 the bound is violated. NaN violates all bounds. A figure that the loop
+/// itself limits to its bound is never near it.
 double CalcNearness(const StabilityFigure& figure);
 /// Returns null if the scenario has no figures.
 const StabilityFigure* FindNearest(const ScenarioResult& scenario);

@@ -24,7 +24,7 @@ std::string FormatStabilityReport(const StabilityStudy& study);
 std::string DescribeVerdict(const StabilityStudy& study);
 /// The worst figure in words; empty if there is none.
 std::string DescribeWorst(const StabilityStudy& study);
-/// "12.5 mN, at most 20", with a mark if the bound is broken.
+/// "12.5 mN, at most 20", with a mark if the bound is violated.
 std::string DescribeFigure(const StabilityFigure& figure);
 /// "cut through at t = 1.25 s"; empty for a scenario in which the tool did not come out behind the bone.
 std::string DescribeCutThrough(const ScenarioResult& scenario);

@@ -32,7 +32,7 @@ void AddVerdict(std::string& text, const StabilityStudy& s) {
 
 void AddSetting(std::string& text, const StabilityStudy& s) {
   AppendFormat(text, "## What was examined\n\n");
-  AppendFormat(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first meets it ({:.3f} s).\n",
+  AppendFormat(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first touches it ({:.3f} s).\n",
                EscapeMarkdown(s.tool), s.rpm, s.voxel_mm, s.touch.time_s);
   AppendFormat(text,
                "- Device {} in the hand {}, {:g} ticks a second; {:.3g} N on the device for 1 N in the simulation.\n",

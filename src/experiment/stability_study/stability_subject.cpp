@@ -76,14 +76,13 @@ FirstTouch StepBack(const Scene& scene, const Tool& tool, const Feeler& feeler, 
                     const Pose& X_WT_clear, const Pose& X_WT_touch) {
   const std::optional<Vec3> into = CalcDirection(X_WT_touch.p_AB - X_WT_clear.p_AB);
   if (!into) {
-    throw Error(
-        fmt::format("{}: the tool only rotates where it meets the bone, at {:.3f} s of the path; give it a feed",
-                    scene.name, time_s));
+    throw Error(fmt::format("{}: the tool only rotates where it touches the bone, at {:.3f} s of the path; add a feed",
+                            scene.name, time_s));
   }
   const Vec3 spindle_W = X_WT_touch.Vector({0, 0, 1});
   if (std::holds_alternative<DiscSaw>(tool) && std::abs(glm::dot(spindle_W, *into)) > kSideways) {
     throw Error(
-        fmt::format("{}: the disc meets the bone with its flat, at {:.3f} s of the path, where no tooth cuts; "
+        fmt::format("{}: the disc touches the bone with its flat, at {:.3f} s of the path, where no tooth cuts; "
                     "begin with a stroke in the disc's plane",
                     scene.name, time_s));
   }
@@ -143,7 +142,7 @@ FirstTouch FindFirstTouch(const Scene& scene, const Bone& bone) {
       X_WT = X_WT_next;
     }
   }
-  throw Error(fmt::format("{}: the path never meets the bone; there is nothing to examine", scene.name));
+  throw Error(fmt::format("{}: the path never touches the bone, so there is nothing to examine", scene.name));
 }
 
 StabilitySubject MakeStabilitySubject(const Scene& scene, const LoopSetup& setup, const Bone& bone,

@@ -56,7 +56,7 @@ const Scenario& FindScenario(const std::string& name) {
   return *std::find_if(all.begin(), all.end(), [&](const Scenario& s) { return s.name == name; });
 }
 
-/// Sets the row's verdict from the figures that break their bound or could not be judged.
+/// Sets the row's verdict from the figures that violate their bound or could not be judged.
 void RunScenarios(const StabilitySubject& subject, SweepRow& row) {
   std::string unjudged;
   for (const char* name : kScenarios) {

@@ -303,7 +303,8 @@ Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings) {
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone) {
   if (!(settings.rate_hz >= kMinRate_hz && settings.rate_hz <= kMaxRate_hz)) {
-    throw Error(fmt::format("rate_hz = {:g} is not within {:g} to {:g}", settings.rate_hz, kMinRate_hz, kMaxRate_hz));
+    throw Error(
+        fmt::format("rate_hz = {:g} is outside the range {:g} to {:g}", settings.rate_hz, kMinRate_hz, kMaxRate_hz));
   }
   if (settings.method == "slab") return std::make_unique<SlabSubject>(path, holding, settings, bone);
   if (settings.method != "voxel" && settings.method != "coarse") {

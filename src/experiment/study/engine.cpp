@@ -49,7 +49,7 @@ std::optional<int> FindLastCore() {
 }
 
 std::string InputOfReference(const PlannedCase& c) {
-  // One reference serves all settings that share its name, so only the path's content and the tolerance remain.
+  // One reference serves all settings that share its name, so its input is only the path's content and the tolerance.
   const std::string& all = c.errors_input;
   return fmt::format("{} {}{}", all.substr(0, all.find(' ')), c.reference, all.substr(all.rfind(" tolerance=")));
 }

@@ -40,7 +40,7 @@ std::vector<Source> FindSources(const std::vector<std::string>& folders, const s
     } else if (one.HasDescription() && !folders.empty()) {
       names.push_back(folder);
     } else {
-      throw Error(fmt::format("{}: holds no shard of a study", folder));
+      throw Error(fmt::format("{}: contains no shard of a study", folder));
     }
   }
   std::vector<Source> sources;

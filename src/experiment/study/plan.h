@@ -15,7 +15,7 @@ enum class CaseWork { kErrors, kCosts };
 std::string_view ToString(CaseWork work);  // "errors", "costs"
 
 struct PlannedCase {
-  std::string id;  // CaseRecord's
+  std::string id;  // as in CaseRecord
   std::string path;
   Holding holding = Holding::kHand;
   std::string knob;   // "default" for the base settings

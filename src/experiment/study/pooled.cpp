@@ -260,7 +260,7 @@ std::optional<KnobErrors> MakeKnobErrors(const StudyResults& study, Holding hold
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   if (numbers.size() < 2) return std::nullopt;
   errors.slope = FitSlope(errors.above);
-  // The coarse end is where theory, or else the data, has the larger errors.
+  // The coarse end is the one at which the errors are larger according to theory or, if there is none, to the data.
   const double sense = errors.order != 0 ? errors.order : errors.slope ? errors.slope->slope : 1;
   const std::size_t half = (numbers.size() + 1) / 2;
   const double lower = sense > 0 ? numbers[numbers.size() - std::max<std::size_t>(half, 2)] : numbers.front();

@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// One path with equally many errors and numbers, all positive.
+/// The numbers and the errors of one path, equally many, all positive.
 struct SlopePath {
   std::vector<double> numbers;
   std::vector<double> errors;

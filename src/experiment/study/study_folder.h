@@ -21,7 +21,7 @@ namespace kerf {
 struct WorkRecord {
   std::string id;
   CaseWork work = CaseWork::kErrors;
-  std::string input;  // PlannedCase's
+  std::string input;  // as in PlannedCase
   CaseState state = CaseState::kDone;
   std::string why;
   std::string path_title;
@@ -73,7 +73,7 @@ class StudyFolder {
   std::string FileOf(const std::string& id, CaseWork work) const;
   /// Returns nullopt if there is no such file. Throws Error with the file name if it is damaged.
   std::optional<WorkRecord> Read(const std::string& id, CaseWork work) const;
-  /// `copy`: does not wait until the data are on the disk, since the record could be made again at once.
+  /// `copy`: does not wait until the data are on the disk, since the record can be copied again.
   void Write(const WorkRecord& record, bool copy = false) const;
 
   /// Returns the file of the reference itself.

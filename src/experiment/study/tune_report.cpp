@@ -119,7 +119,7 @@ std::string FormatTuneTable(const TuneResult& r) {
   text += fmt::format(
       "  errors are over {};\n"
       "  force p95: of |F - R| / max(|R|, {:g} N), R being the reference, over the ticks with tooth contact in\n"
-      "  either; impulse: too much (+) or too little (-) force overall\n",
+      "  either; impulse: positive if the force is too large overall, negative if too small\n",
       DescribeExtent(r), kMinForce_N);
   return text;
 }

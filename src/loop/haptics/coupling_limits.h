@@ -28,10 +28,10 @@ struct CouplingLimits {
   /// the stiffness is at most kSampledFraction of that given by the rule.
   double sampled_damping_Ns_per_mm = 0;
   /// The encoder's quantisation causes no limit cycle while K <= 2 f_c / Delta, where f_c is the device's friction
-  /// (Abbott and Okamura 2005). 0 without friction: this limit cannot be met then, and only damping acts against the
+  /// (Abbott and Okamura 2005). 0 without friction: then this limit cannot be met, and only damping acts against the
   /// limit cycle.
   double quantum_stiffness_N_per_mm = 0;
-  /// Force of one encoder step at the coupling's stiffness: the scale with which noise is compared.
+  /// Force of one encoder step at the coupling's stiffness, with which noise is compared.
   double step_N = 0;
 };
 
@@ -40,9 +40,9 @@ CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel&
                                   double force_scale, double torque_scale, double dt_s, int delay_ticks = 0);
 
 /// Maximum fraction of sampled_stiffness_N_per_mm and sampled_torsion_Nmm_per_rad that a coupling may use. The rule
-/// assumes a linear spring and a known hand; neither holds. With this value the loop tolerates 1 / 0.3 = 3.3 times the
-/// gain. It tolerates one additional tick of delay for fractions up to 1/3, which leaves a margin of a tenth. At 0.5 it
-/// would not tolerate the additional tick. Measured with every profile and hand: docs/stability.md.
+/// assumes a linear spring and a known hand; neither assumption is exact. With this value the loop tolerates 1 / 0.3 =
+/// 3.3 times the gain. It tolerates one additional tick of delay for fractions up to 1/3, which leaves a margin of a
+/// tenth. At 0.5 it would not tolerate the additional tick. Measured with every profile and hand: docs/stability.md.
 constexpr double kSampledFraction = 0.3;
 
 /// A force that is held over a tick is on average half a tick old, so a spring returns up to 1/2 K dx^2 more energy per

@@ -33,7 +33,8 @@ double SmoothStep(double t) {
 
 void CheckWithin(const char* name, double value, double lower, double upper, bool zero_allowed = false) {
   if ((value >= lower && value <= upper) || (zero_allowed && value == 0)) return;
-  throw Error(fmt::format("{} = {} is not within {} to {}{}", name, value, lower, upper, zero_allowed ? ", or 0" : ""));
+  throw Error(
+      fmt::format("{} = {} is outside the range {} to {}{}", name, value, lower, upper, zero_allowed ? ", or 0" : ""));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ struct HapticStepInput {
   double slew_dt_s = std::numeric_limits<double>::infinity();  // time for the force's slew limit, if shorter than dt_s
 };
 
-/// Bits of HapticStepOutput::faults: reasons for which this tick has no force.
+/// Bits of HapticStepOutput::faults: reasons why this tick has no force.
 enum HapticFault : std::uint32_t {
   kHapticOk = 0,
   kHapticForceOff = 1u << 0,     // requested by the caller

@@ -38,8 +38,8 @@ void MouseHand::Advance(double dt_s) noexcept {
   if (speed > params_.speed_mm_per_s) v_mm_per_s_ *= params_.speed_mm_per_s / speed;
   X_aim_.p_AB += dt_s * v_mm_per_s_;
 
-  // If bone holds the handle back, the pull is limited, so that no lead accumulates that the hand would have to make up
-  // later.
+  // If bone holds the handle back, the pull is limited: the aimed position stays within reach_mm of the handle, so that
+  // it does not run far ahead and have to return later.
   const Vec3 ahead = X_aim_.Point(p_TC_mm_) - device_.p_WC_mm();
   const double distance = glm::length(ahead);
   if (distance > params_.reach_mm) {

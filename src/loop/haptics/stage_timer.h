@@ -52,7 +52,7 @@ class StageTimer final : public TickObserver {
   }
   const LogHistogram& times(TickStage stage) const { return times_[static_cast<std::size_t>(stage)]; }
   /// Watched effects of the plan; their times are also part of the stages' times. A tick in which an effect does
-  /// nothing counts.
+  /// nothing also counts.
   std::size_t effect_count() const { return effects_.size(); }
   const LogHistogram& effect_times(std::size_t effect) const { return effects_[effect].times; }
 

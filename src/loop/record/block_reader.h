@@ -71,7 +71,7 @@ class BlockReader {
   bool first_line_is_bad_ = false;
   std::uint32_t next_number_ = 0;
   BlockHead head_;                // of the last block examined
-  BlockLink link_ = FirstLink();  // link that the next block must hold
+  BlockLink link_ = FirstLink();  // link that the next block must contain
   BlockLink next_link_;           // the same after the last block examined
   BlockLink last_link_;
   std::optional<std::uint32_t> broken_link_;

@@ -48,7 +48,7 @@ struct BlockLink {
   BlockKind kind = BlockKind::kMeta;
   Digest digest{};  // of all bytes of that block, including its own link
 };
-/// Link that the first block holds: the digest of the first line.
+/// Link in the first block: the digest of the first line.
 BlockLink FirstLink();
 /// Link to a block, for the block after it. `head` and `packed` are its bytes as in the file.
 BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed);
@@ -83,7 +83,7 @@ class BlockFile {
   BlockFile& operator=(const BlockFile&) = delete;
 
   /// Throws kerf::Error with the reason if writing has failed, in this call or since the last one (disk full, file
-  /// removed). Blocks written before remain intact.
+  /// removed). Blocks written earlier remain intact.
   void Append(BlockKind kind, std::string_view bytes, int level = 3);
   /// Digest of the chain of all appended blocks.
   const Digest& digest() const { return link_.digest; }

@@ -68,7 +68,7 @@ std::string Describe(const RecordingDamage& damage, const std::vector<std::strin
   } else if (!damage.has_end) {
     add(fmt::format("no end after {:.3f} s", duration_s));
   }
-  if (sentence.empty()) add(fmt::format("{} bytes in it belong to no block", damage.bad_bytes));
+  if (sentence.empty()) add(fmt::format("{} bytes in it do not belong to a block", damage.bad_bytes));
   return sentence;
 }
 

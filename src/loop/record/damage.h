@@ -33,7 +33,7 @@ struct RecordingDamage {
   std::uint64_t lost_steps = 0;   // in all gaps
   std::uint64_t known_steps = 0;  // steps read and lost, up to the end or the last step read
   std::uint64_t lost_blocks = 0;  // of all kinds, as far as block numbers show
-  std::uint64_t bad_bytes = 0;    // bytes of the file that belong to no readable block
+  std::uint64_t bad_bytes = 0;    // bytes of the file that do not belong to a readable block
   std::uint64_t whole_steps = 0;  // number of steps from the start without a gap, which a replay can run
   double whole_s = 0;             // time at the end of these steps
   std::string sentence;           // description; empty if the recording is whole

@@ -46,7 +46,7 @@ class JsonReader {
     if (it == json_.end() || !it->is_number()) Fail(fmt::format("has no number \"{}\"", key));
     const auto value = it->get<double>();
     if (!(value >= lower && value <= upper)) {
-      Fail(fmt::format("has {} = {:g}, which is not within {:g} to {:g}", key, value, lower, upper));
+      Fail(fmt::format("has {} = {:g}, which is outside the range {:g} to {:g}", key, value, lower, upper));
     }
     return value;
   }
@@ -353,7 +353,7 @@ void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
   KeepLost(true);
 }
 
-/// Keeps the missing blocks that did not hold steps. `with_steps`: some of the missing blocks held steps.
+/// Keeps the missing blocks that did not contain steps. `with_steps`: some of the missing blocks contained steps.
 void RecordingReader::KeepLost(bool with_steps) {
   for (const LostBlocks& lost : lost_) {
     const bool is_other = lost.count == 1 && lost.last_kind && *lost.last_kind != BlockKind::kSteps;

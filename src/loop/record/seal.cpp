@@ -213,7 +213,7 @@ std::optional<SealKey> ReadKeyFile() {
   const std::string path = FindKeyFile();
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) {
-    // EACCES: another user's home directory, as a service may have, holds no key of this user.
+    // EACCES: the home directory belongs to another user, as may happen in a service, and contains no key of this user.
     if (errno == ENOENT || errno == ENOTDIR || errno == EACCES) return std::nullopt;
     throw Error(fmt::format("{}: can't be read: {}", path, FormatErrno(errno)));
   }

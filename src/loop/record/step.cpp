@@ -41,7 +41,7 @@ void GetRuns(ByteReader& in, std::vector<RecordedStep>& steps, Set&& set) {
   }
 }
 
-/// Integers as differences from the linear extrapolation of the two before.
+/// Stores integers as differences from the linear extrapolation of the two previous ones.
 void PutSecondDifferences(ByteWriter& out, const std::vector<std::int64_t>& values) {
   std::uint64_t before = 0;
   std::uint64_t before_that = 0;
@@ -73,7 +73,7 @@ double UnOrder(std::uint64_t ordered) {
   return std::bit_cast<double>(ordered >> 63 != 0 ? ordered ^ (std::uint64_t{1} << 63) : ~ordered);
 }
 
-/// Extrapolates doubles from those before with a polynomial of the given degree. Bit-identical on all platforms.
+/// Extrapolates doubles from the previous ones with a polynomial of the given degree. Bit-identical on all platforms.
 class Carry {
  public:
   explicit Carry(int degree) : degree_(degree) {}

@@ -40,7 +40,7 @@ struct RecordedStep {
   std::uint16_t bone_check = 0;
 };
 
-/// Returns the time since the step before, s, by the clock of the loop or the path. A set-down takes no time.
+/// Returns the time since the previous step, s, by the clock of the loop or the path. A set-down takes no time.
 inline double CalcElapsed(const RecordedStep& step, double rate_hz) {
   if ((step.flags & kRecordedSetDown) != 0) return 0;
   return step.skipped == 0 ? step.dt_s : (1.0 + step.skipped) / rate_hz;

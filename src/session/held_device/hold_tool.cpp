@@ -22,8 +22,8 @@ constexpr double kOfGateSlew = 0.9;
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
 
-/// Returns the peak force of the scene's profile. Returns 0 if the table cannot be read: the loop reports that and
-/// where.
+/// Returns the peak force of the scene's profile. Returns 0 if the table cannot be read; the loop reports that error
+/// with its place.
 double FindPeak(const SceneDevice& device) {
   if (device.file.empty()) {
     try {

@@ -18,9 +18,9 @@ namespace kerf {
 DeviceServoOptions MakeServoOptions(const Scene& scene);
 
 /// Sets the scene's [device] from this device: its profile (DeviceServoOptions::profile, otherwise the profile with
-/// the device's name, otherwise the scene's), scale and delay of its force. Limits its slew rate to that of the safety
-/// gate. A table of profiles that the scene names is kept, with the scene's choice from it. Throws kerf::Error if the
-/// profile asks for more force than the device can output.
+/// the device's name, otherwise the scene's), and scale and delay of its force. Limits its slew rate to the safety
+/// gate's limit. A table of profiles that the scene names is kept, with the scene's choice from it. Throws kerf::Error
+/// if the profile has a higher peak force than the device can output.
 void SetDevice(Scene& scene, const DeviceServo& servo);
 
 /// `stop` (optional) ends waiting for the handle. `say` is called with instructions for the user. `servo` must outlive

@@ -19,7 +19,7 @@ struct PlannedPlane {
   double margin_mm = 1;  // maximum distance of the cut from the plane; 0.01 to 100
 };
 
-/// The tool's deepest point should go at most `depth_mm` beyond the point along the direction.
+/// The tool's deepest point should be at most `depth_mm` beyond the point along the direction.
 struct DepthStop {
   std::string name;
   Vec3 p_W_mm{0};
@@ -34,7 +34,7 @@ struct Plan {
   bool empty() const { return planes.empty() && stops.empty(); }
 };
 
-/// Maximum number of each.
+/// Maximum number of planes, and of stops.
 inline constexpr std::size_t kMaxPlanned = 100;
 
 /// Throws kerf::Error naming the first item without a name, with a duplicate name, with a direction that is not of unit

@@ -24,7 +24,7 @@ constexpr double kFree_mm_per_s = 12;
 constexpr double kTurn_s = 0.6;
 /// Fraction of the feed rate at the goal. The force decreases in the same way, to no less than 0.3.
 constexpr double kSlowest = 0.12;
-/// Time after which it stops waiting at the end of a step.
+/// Time after which the agent stops waiting at the end of a step.
 constexpr double kPatience_s = 25;
 constexpr double kThere_mm = 0.1;
 constexpr double kMaxCorrection_mm = 6;
@@ -37,7 +37,7 @@ constexpr std::array<std::string_view, 3> kNames{"novice", "intermediate", "expe
 
 void Check(const char* what, double value, double lower, double upper) {
   if (value >= lower && value <= upper) return;
-  throw Error(fmt::format("agent: {} = {:g} is not within {:g} to {:g}", what, value, lower, upper));
+  throw Error(fmt::format("agent: {} = {:g} is outside the range {:g} to {:g}", what, value, lower, upper));
 }
 
 void Check(const AgentParams& p) {

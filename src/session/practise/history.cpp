@@ -41,7 +41,7 @@ bool IsDiskFull(const std::string& file, sqlite3* db, int code) {
   if ((code & 0xff) != SQLITE_IOERR && (code & 0xff) != SQLITE_CANTOPEN) return false;
   const int reason = db != nullptr ? sqlite3_system_errno(db) : 0;
   if (reason == ENOSPC || reason == EDQUOT) return true;
-  // The system's error is not stored for the log's index, 32 kB of shared memory in a file.
+  // SQLite does not store the system's error for the log's index, a file of 32 kB that is mapped as shared memory.
   constexpr double kIndexBytes = 32768;
   const int detail = db != nullptr ? sqlite3_extended_errcode(db) : code;
   const bool writes = detail == SQLITE_IOERR_WRITE || detail == SQLITE_IOERR_SHMSIZE || detail == SQLITE_IOERR_SHMMAP ||
@@ -82,7 +82,7 @@ Statement Prepare(const std::string& file, sqlite3* db, const char* sql) {
 }
 
 /// Retries explicitly: SQLite ignores its busy timeout for this statement, because two waiting programs might deadlock.
-/// The program that holds the history may set the mode instead. Until then, the history is stored just as safely.
+/// The program that holds the lock may set the mode instead. Until the mode is set, writes are just as safe.
 void BeginLog(const std::string& file, sqlite3* db) {
   constexpr int kStep_ms = 10;
   int code = SQLITE_BUSY;
@@ -262,7 +262,7 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
   sqlite3_busy_timeout(db, kBusy_ms);
   sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
-  // Two programs may create the same history at the same time: the second one finds the result of the first.
+  // Two programs may create the same history at the same time: the second finds the result of the first.
   Do(file, db, "BEGIN IMMEDIATE");
   const int application = AskNumber(file, db, "PRAGMA application_id");
   const int version = AskNumber(file, db, "PRAGMA user_version");

@@ -13,7 +13,7 @@ namespace kerf {
 /// SHA-256 as hexadecimal digits. Detects accidents and manual changes, but not a complete recomputation.
 struct RowSums {
   std::string own;    // of the row's contents
-  std::string chain;  // of that and of the chain up to the previous row
+  std::string chain;  // of `own` and of the chain up to the previous row
 };
 RowSums CalcRowSums(const Attempt& row, const std::string& chain_before);
 

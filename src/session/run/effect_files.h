@@ -17,7 +17,7 @@
 
 namespace kerf {
 
-/// Collects the data for the files tick by tick. Empty and without effect if the scene has no such effects.
+/// Collects the data for the files tick by tick. Does nothing if the scene has no such effects.
 class EffectFiles {
  public:
   EffectFiles() = default;

@@ -24,7 +24,7 @@ class ForceNoise {
 
   /// Returns the noise of all axes combined, mN. Call once, at the end.
   double Finish_mN();
-  /// Maximum of these seconds; none if there was no such second.
+  /// Maximum over the full seconds in which the tool cut throughout; none if there was no such second.
   std::optional<double> cutting_mN() const { return cutting_mN_; }
 
  private:

@@ -177,9 +177,9 @@ std::optional<FragmentsReport> FragmentsDriver::MakeReport(const MaterialTable& 
 }
 
 std::string DescribeFragments(const FragmentsReport& f) {
-  std::string text = f.event_count == 0   ? std::string("nothing came off")
-                     : f.event_count == 1 ? std::string("one piece came off")
-                                          : fmt::format("{} pieces came off", f.event_count);
+  std::string text = f.event_count == 0   ? std::string("nothing separated")
+                     : f.event_count == 1 ? std::string("one piece separated")
+                                          : fmt::format("{} pieces separated", f.event_count);
   constexpr std::size_t kMaxReported = 4;
   for (std::size_t i = 0; i < std::min(f.events.size(), kMaxReported); ++i) {
     const FragmentEvent& e = f.events[i];

@@ -44,7 +44,7 @@ class FragmentsDriver {
   bool is_on() const { return effect_ != nullptr; }
   double every_s() const { return 1e-3 * effect_->watch().params().every_ms; }
   void Change(const std::array<int, 3>& index, std::span<const float, 512> values);
-  /// Searches for pieces. `time_s`: simulation time up to which all changes were passed.
+  /// Searches for pieces. `time_s`: simulation time up to which all changes have been passed to the watch.
   void Look(double time_s);
   /// Live: as Look(), where `now` returns the loop's time after the search.
   void Look(double time_s, const std::function<double()>& now);

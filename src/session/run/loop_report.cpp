@@ -146,7 +146,7 @@ class ResultWriter {
   /// Throws kerf::Error with the reason of the first failure and the names of the other lost results.
   void ThrowIfLost() const {
     if (lost_.empty()) return;
-    // The message contains the first name, unless it stands for several files.
+    // The message contains the first name, unless that describes several files.
     const bool is_named = first_.find(lost_.front()) != std::string::npos;
     const std::span<const std::string> others = std::span(lost_).subspan(is_named ? 1 : 0);
     throw Error(others.empty() ? first_ : fmt::format("{}; also lost: {}", first_, fmt::join(others, ", ")));

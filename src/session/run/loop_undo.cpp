@@ -84,7 +84,7 @@ bool LoopUndo::Poll() {
   journal_.Drain();
   if (asked_checkpoint_ != 0) {
     const std::vector<UndoCheckpoint> made = journal_.checkpoints();
-    // The latest is the one requested last; with little memory it may have been dropped already.
+    // The requested checkpoint is the latest; if memory is short, it may already have been dropped.
     if (!made.empty() && made.back().number >= asked_checkpoint_) asked_checkpoint_ = 0;
   }
   return false;

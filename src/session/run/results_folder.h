@@ -1,4 +1,4 @@
-// Folder for the results of a run, which may hold results of an earlier run.
+// Folder for the results of a run, which may contain results of an earlier run.
 #pragma once
 
 #include <string>

@@ -39,10 +39,10 @@ void CheckRunTicks(const Path& path, double rate_hz) {
   const auto ticks = static_cast<double>(path.CountTicks(rate_hz));
   const double bytes = kBytesOfTick * ticks;
   if (ticks > kMaxRunTicks) {
-    throw Error(
-        fmt::format("{:.0f} ticks ({:.0f} s at {:g} Hz) would take {:.1f} GB of memory; a run holds at most {:.0f}: "
-                    "lower [simulation] rate_hz or make several runs of it",
-                    ticks, path.duration_s(), rate_hz, bytes / 1e9, kMaxRunTicks));
+    throw Error(fmt::format(
+        "{:.0f} ticks ({:.0f} s at {:g} Hz) would need {:.1f} GB of memory; a run has at most {:.0f} ticks: "
+        "lower [simulation] rate_hz or make several runs of it",
+        ticks, path.duration_s(), rate_hz, bytes / 1e9, kMaxRunTicks));
   }
   CheckMemory(bytes, fmt::format("a run of {:.0f} ticks", ticks),
               "lower [simulation] rate_hz or make several runs of it");

@@ -91,7 +91,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   SessionInterceptor tap(session, scene, RecordedKind::kSlab, bone);
   SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tap.tap());
   tap.Finish(bone.CalcHash());
-  if (run.ticks.empty()) throw Error("the recording holds no tick up to that time");
+  if (run.ticks.empty()) throw Error("the recording contains no tick up to that time");
 
   summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
   summary.end = run.states.back();

@@ -31,7 +31,7 @@ void ApplyCt(const Scene& scene, Bone& bone, MaterialSummary& summary) {
   summary.own_calibration = material.ct_calibration.empty();
   if (!bone.has_hu()) {
     throw Error(
-        fmt::format("{}: holds no CT numbers, which kind = \"ct\" needs; import the CT again with "
+        fmt::format("{}: contains no CT numbers, which kind = \"ct\" requires; import the CT again with "
                     "'kerf import --keep-hu'",
                     scene.bone.file));
   }
@@ -52,14 +52,15 @@ void ApplyCt(const Scene& scene, Bone& bone, MaterialSummary& summary) {
   }
   if (material.ct_all) {
     summary.warnings.emplace_back(
-        "ct_applies_to = \"all\": in cortical bone the CT number explains less than a fifth of the modulus (Rho, "
+        "ct_applies_to = \"all\": in cortical bone the CT number explains less than a fifth of the variance of the "
+        "modulus (Rho, "
         "Hobatho "
         "and Ashman 1995), and soft tissue lowers it near the surface; \"cancellous\" gives cortex its region's "
         "constants");
   }
   if (summary.law.tag == 'R') {
-    summary.warnings.push_back(
-        fmt::format("part of the law {} is recalled, not verified: {}", summary.law.name, summary.law.source));
+    summary.warnings.push_back(fmt::format("part of the law {} is quoted from memory, not verified: {}",
+                                           summary.law.name, summary.law.source));
   }
 }
 

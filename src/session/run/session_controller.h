@@ -28,7 +28,7 @@ class SessionController {
   SessionController& operator=(const SessionController&) = delete;
   virtual ~SessionController() = default;
 
-  /// Called when the bone is made and before anything moves.
+  /// Called after the bone is made and before anything moves.
   virtual void Begin(const LoopBeginning& beginning) = 0;
   /// Called with a leaf of the bone in its current state.
   virtual void TakeLeaf(const LeafMessage& leaf) = 0;

@@ -13,9 +13,9 @@ namespace kerf {
 /// A stage of the tick, or an effect. An effect's time is part of the stages' times.
 struct PartCost {
   std::string name;
-  std::uint64_t ticks = 0;  // number of ticks that had it
+  std::uint64_t ticks = 0;  // number of ticks in which it ran
   double mean_us = 0;       // over all ticks: the stages' means add up to the tick's, except for reading the clock
-  double p50_us = 0;        // over the ticks that had it, likewise the following
+  double p50_us = 0;        // over the ticks in which it ran; likewise the following
   double p99_us = 0;
   double p999_us = 0;
   double max_us = 0;

@@ -38,7 +38,7 @@ struct PartsReport {
   double thickness_mm = 0;           // as requested
   double measured_thickness_mm = 0;  // between the two faces of the slice's surface
   double section_mm2 = 0;            // of the bone at the plane: the slice's volume / its thickness
-  double left_face_mm2 = 0;          // flat part of the slice's surface, without its rim, bevelled by about a voxel
+  double left_face_mm2 = 0;          // flat part of the slice's surface; its rim is bevelled by about a voxel
   double right_face_mm2 = 0;
   std::size_t places = 0;
   std::size_t cut_places = 0;

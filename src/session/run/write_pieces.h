@@ -17,7 +17,8 @@ std::size_t WriteReduced(const TriangleMesh& full, double error_mm, const std::s
 
 /// If the scene requests it, writes piece_N.stl of each piece, reduced to `error_mm` (0: not reduced). Sets `file` and
 /// `triangles` of `summaries`, which has one entry per piece. Returns the surfaces of `in_bone`, in its order, for the
-/// pictures; they are empty if the scene requests neither. Each file is written through `sink`; a file that could not
+/// pictures; they are empty if the scene requests neither files nor
+/// pictures. Each file is written through `sink`; a file that could not
 /// be written has no name in `summaries`. `progress` (optional) is called with 0..1. Throws kerf::Error.
 std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> in_bone,
                                       std::span<const ResultPiece> pieces, double error_mm, const std::string& folder,

@@ -20,7 +20,7 @@ constexpr std::size_t kColumns = 8;
 constexpr std::array<std::string_view, kColumns> kHeader{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
 constexpr std::string_view kHeaderLine = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz";
 constexpr double kUnitTolerance = 1e-3;
-/// Closer rows are a fault of the recording; this is far above the rounding of times within kMaxDuration_s.
+/// Rows that are closer in time are a fault of the recording. Far above the rounding of times within kMaxDuration_s.
 constexpr double kMinStep_s = 1e-6;
 
 struct Field {

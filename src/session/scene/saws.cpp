@@ -21,7 +21,8 @@ const std::vector<std::string> kSawColumns{"name",  "shape",  "diameter_mm", "th
 double ParseWithin(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
   const double value = ParseCsvNumber(text, 0, kSawColumns[column].c_str(), place);
   if (!(value >= range.lower && value <= range.upper)) {
-    place.Fail(fmt::format("{} = {} is not within {} to {}", kSawColumns[column], value, range.lower, range.upper));
+    place.Fail(
+        fmt::format("{} = {} is outside the range {} to {}", kSawColumns[column], value, range.lower, range.upper));
   }
   return value;
 }

@@ -100,8 +100,8 @@ struct SceneSimulation {
 /// Source of the slab's depths and materials.
 enum class SlabDepth { kBone, kPaperTable2 };
 
-/// Slab mode; also compared with voxel mode by `kerf compare`. The plane is that of the disc at the start of the path,
-/// and the slice is as thick as the disc.
+/// Slab mode; `kerf compare` also uses this section. The plane is the disc's plane at the start of the path, and the
+/// slice is as thick as the disc.
 struct SceneSlab {
   bool given = false;       // the file has the section; not a key
   Vec3 direction{0, 1, 0};  // of the cut, world frame; any length but 0

@@ -15,7 +15,7 @@ namespace kerf {
 /// Values of `law` in [force].
 const std::vector<std::string_view>& ForceLawWords();
 
-/// Larger coordinates indicate a wrong unit, mm.
+/// Range of coordinates; larger ones indicate a wrong unit.
 inline constexpr Range kCoordinateRange_mm{-kWorldReach_mm, kWorldReach_mm};
 inline constexpr std::size_t kMaxStrokes = 1000;
 inline constexpr std::size_t kMaxLayers = 1000;

@@ -94,7 +94,7 @@ void WriteBlock(TomlWriter& write, const std::string& key, BlockParams block) {
 }
 
 void WriteMandible(TomlWriter& write, MandibleParams mandible) {
-  write.Header("[bone.mandible]", "The generic mandible; what each dimension means: docs/mandible.md.");
+  write.Header("[bone.mandible]", "The generic mandible; docs/mandible.md explains each dimension.");
   Describe(mandible, write);
 }
 

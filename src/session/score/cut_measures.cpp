@@ -176,7 +176,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   }
   SetValue(sheet, "outside_mm3", outside_mm3);
   if (area.empty()) {
-    sheet.warnings.emplace_back("the wanted cut does not meet the bone");
+    sheet.warnings.emplace_back("the wanted cut does not intersect the bone");
     return;
   }
   const double planned_mm3 = area.CalcArea() * cut->thickness_mm;

@@ -21,7 +21,7 @@ constexpr double kJitter_s = 0.1;
 /// A pass beyond the far side begins at this distance and ends at half of it.
 constexpr double kPass_mm = 0.1;
 constexpr double kNear_mm = 2;
-/// The distance to the nerve is computed for one in this number of rows.
+/// The distance to the nerve is computed once per this number of rows.
 constexpr std::size_t kNerveRows = 5;
 /// SPARC: frequency limit, and fraction of the largest amplitude below which the spectrum ends.
 constexpr double kSparc_Hz = 20;

@@ -108,7 +108,7 @@ void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& 
 
 /// Regular ends of a loop and of a path.
 constexpr std::array<std::string_view, 3> kGoodEnds{"asked", "stopped", "the path's end"};
-/// Limit for the measure line_share: less means that the exercise was abandoned or interrupted.
+/// Minimum of the measure line_share; a smaller value means that the exercise was abandoned or interrupted.
 constexpr double kFinished = 0.8;
 
 std::vector<std::string> FindIncomplete(const RecordingReader& recording, const ScoreSheet& sheet) {

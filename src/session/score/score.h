@@ -19,8 +19,8 @@ struct ScoreOptions {
 /// Digests of the inputs of the readable ticks only. They are the same for a copy with another name, head or seal.
 struct StepsDigests {
   std::string all;
-  /// Up to the tick in which the pose has changed kBeginningMoves times: the same for a copy that ends earlier or
-  /// continues differently. The digest of all ticks if it has changed less often.
+  /// Digest up to the tick in which the pose has changed kBeginningMoves times: the same for a copy that ends earlier
+  /// or continues differently. If the pose has changed less often, the digest of all ticks.
   std::string beginning;
 };
 /// 2 s of motion at 1 kHz. Ticks without motion are not counted, because two sessions may begin with the same wait.

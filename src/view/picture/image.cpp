@@ -36,7 +36,7 @@ void WritePng(const Image& image, const std::string& path) {
   writer->SetWriteToMemory(1);
   writer->Write();
   vtkUnsignedCharArray* png = writer->GetResult();
-  if (writer->GetErrorCode() != 0 || png == nullptr) throw Error(fmt::format("{}: the picture can't be made", path));
+  if (writer->GetErrorCode() != 0 || png == nullptr) throw Error(fmt::format("{}: the picture can't be created", path));
   const auto size = static_cast<std::size_t>(png->GetNumberOfValues());
   WriteTextFile(path, std::string(reinterpret_cast<const char*>(png->GetPointer(0)), size));
 }

@@ -66,7 +66,7 @@ class AssessCommand : public test::ProgramTest {
   }
 };
 
-TEST_F(AssessCommand, HoldsABoneAgainstTheScenesPlan) {
+TEST_F(AssessCommand, ComparesABoneWithTheScenesPlan) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   RunScene();
   const ProgramResult result = Kerf("assess s.toml --after run/bone.vdb -o out");
@@ -88,7 +88,7 @@ TEST_F(AssessCommand, HoldsABoneAgainstTheScenesPlan) {
   EXPECT_NEAR(nlohmann::json::parse(own.out)["planes"][0]["angle_deg"].get<double>(), 0, 1e-5);
 }
 
-TEST_F(AssessCommand, GoesThroughARecording) {
+TEST_F(AssessCommand, AssessesARecording) {
   const ProgramResult made = Kerf("loop s.toml --virtual --seconds 4 --record a.kerf");
   ASSERT_EQ(made.code, 0) << made.err;
   const ProgramResult result = Kerf("assess a.kerf --no-pictures -o out --json");
@@ -102,7 +102,7 @@ TEST_F(AssessCommand, GoesThroughARecording) {
   EXPECT_FALSE(Exists("out/overview.png"));
 }
 
-TEST_F(AssessCommand, PutsPiecesWhereTheyWere) {
+TEST_F(AssessCommand, AppliesPositionsOfMovedPieces) {
   RunScene();
   ASSERT_EQ(Kerf("assess s.toml --after run/bone.vdb -o out --no-pictures").code, 0);
   auto json = nlohmann::json::parse(Slurp(folder_ / "out/pieces.json"));
@@ -116,7 +116,7 @@ TEST_F(AssessCommand, PutsPiecesWhereTheyWere) {
   EXPECT_THAT(Slurp(folder_ / "out2/measures.csv"), HasSubstr("piece 2,moved,mm,5\n"));
 }
 
-TEST_F(AssessCommand, SaysWhatIsMissing) {
+TEST_F(AssessCommand, ReportsMissingInput) {
   EXPECT_EQ(Kerf("assess").code, 2);
   EXPECT_EQ(Kerf("assess s.toml").code, 2);
   EXPECT_EQ(Kerf("assess s.toml --after x.vdb --margin 0").code, 2);

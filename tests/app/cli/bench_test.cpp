@@ -10,7 +10,7 @@ namespace {
 
 using BenchCommand = test::ProgramTest;
 
-TEST_F(BenchCommand, PrintsJsonOfTheCaseAskedFor) {
+TEST_F(BenchCommand, PrintsJsonOfTheRequestedCase) {
   const auto result = Kerf("bench tick --case ball-0.3 --ticks 20 --json");
   ASSERT_EQ(result.code, 0) << result.err;
   const auto json = nlohmann::json::parse(result.out);
@@ -40,7 +40,7 @@ TEST_F(BenchCommand, WritesTheReportToAFile) {
   EXPECT_EQ(test::Slurp(folder_ / "bench.md").find("| case | what |"), 0u);
 }
 
-TEST_F(BenchCommand, RefusesWhatIsNotThere) {
+TEST_F(BenchCommand, RefusesInvalidArguments) {
   const auto unknown = Kerf("bench tick --case idel");
   EXPECT_EQ(unknown.code, 2);
   EXPECT_NE(unknown.err.find("there is no case \"idel\"; the nearest is \"idle\""), std::string::npos) << unknown.err;

@@ -52,7 +52,7 @@ TEST_F(Compare, WritesReportFiguresTableAndJson) {
   }
 }
 
-TEST_F(Compare, JsonOnStdoutIsTheFile) {
+TEST_F(Compare, JsonOnStdoutEqualsTheFile) {
   Write("small.toml", kCompareScene + kSlab);
   const auto result = Kerf("compare small.toml -o out --laws hertz_constant_bite --repeat 1 --depth-step 0.2 --json");
   EXPECT_EQ(result.code, 0) << result.err;
@@ -86,7 +86,7 @@ TEST_F(Compare, CommandOfTheReportMakesTheSameTable) {
   }
 }
 
-TEST_F(Compare, BadUseIsRefusedInOneSentence) {
+TEST_F(Compare, BadUsageIsRefusedInOneSentence) {
   Write("no_slab.toml", kCompareScene);
   auto result = Kerf("compare no_slab.toml -o out");
   EXPECT_EQ(result.code, 1);

@@ -40,7 +40,7 @@ void CheckParts(const Json& costs) {
   EXPECT_TRUE(costs.at("effects").contains("tangential_force"));
 }
 
-TEST_F(Costs, OfARunAreATableAndInJson) {
+TEST_F(Costs, RunReportsThemAsTableAndJson) {
   const ProgramResult table = Kerf("run s.toml -o out --costs");
   ASSERT_EQ(table.code, 0) << table.err;
   for (const char* part : {"engage", "remove", "p99 of budget"}) EXPECT_THAT(table.out, HasSubstr(part));
@@ -51,7 +51,7 @@ TEST_F(Costs, OfARunAreATableAndInJson) {
   EXPECT_FALSE(Json::parse(Kerf("run s.toml -o out --json").out).contains("costs"));
 }
 
-TEST_F(Costs, OfALoopAreATableAndInJson) {
+TEST_F(Costs, LoopReportsThemAsTableAndJson) {
   // In real time: on a stalled machine the tool may not have reached the bone yet, so longer runs are tried.
   ProgramResult table;
   for (const char* seconds : {"0.5", "3", "10", "30"}) {
@@ -65,7 +65,7 @@ TEST_F(Costs, OfALoopAreATableAndInJson) {
   CheckParts(Json::parse(json.out).at("costs"));
 }
 
-TEST_F(Costs, NeedTheClock) {
+TEST_F(Costs, AreNotAvailableInVirtualTime) {
   const ProgramResult result = Kerf("loop s.toml --seconds 0.3 --costs --virtual");
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.err, HasSubstr("--virtual"));

@@ -56,7 +56,7 @@ class DamagedRecordingCommands : public test::ProgramTest {
   }
 };
 
-TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
+TEST_F(DamagedRecordingCommands, GapIsNamedAndEverythingElseIsShown) {
   Record();
   Damage(850);
   const std::string sentence = "the steps from 0.850 to 1.100 s are damaged: 250 of 2000 ticks";
@@ -104,7 +104,7 @@ TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
   EXPECT_EQ(scored.code, 3);
   EXPECT_TRUE(nlohmann::json::accept(scored.out));
 
-  // Continues only from before the gap, and only if --at asks for it.
+  // Continues only from before the gap, and only if --at requests it.
   const ProgramResult from_end = Run("loop --from bad.kerf --virtual --seconds 0.2");
   EXPECT_EQ(from_end.code, 1);
   EXPECT_THAT(from_end.err, HasSubstr("up to 0.850 s, with --at"));
@@ -113,7 +113,7 @@ TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
 }
 
 // Warnings about a damaged recording on stderr are also in every file and page made from it.
-TEST_F(DamagedRecordingCommands, PagesMadeOfADamagedRecordingSayWhatIsMissing) {
+TEST_F(DamagedRecordingCommands, PagesFromADamagedRecordingStateTheDamage) {
   Record();
   Damage(850);
   const std::string bytes = Slurp(folder_ / "a.kerf");
@@ -154,7 +154,7 @@ TEST_F(DamagedRecordingCommands, PagesMadeOfADamagedRecordingSayWhatIsMissing) {
   EXPECT_TRUE(whole.at("warnings").empty());
 }
 
-TEST_F(DamagedRecordingCommands, ARunAlongAPathSaysItInItsSummary) {
+TEST_F(DamagedRecordingCommands, RunAlongAPathReportsTheDamageInItsSummary) {
   ASSERT_EQ(Run("run s.toml -o out --record a.kerf").code, 0);
   const std::string bytes = Slurp(folder_ / "a.kerf");
   Write("short.kerf", bytes.substr(0, bytes.size() / 2));
@@ -213,7 +213,7 @@ TEST_F(DamagedRecordingCommands, AnAlteredRowOrEventFailsTheVerification) {
   EXPECT_EQ(Run("replay both.kerf --verify").code, 1);
 }
 
-TEST_F(DamagedRecordingCommands, AKeySignsWhatIsRecordedAfterIt) {
+TEST_F(DamagedRecordingCommands, KeySignsLaterRecordings) {
   Record("unsigned.kerf");
   EXPECT_THAT(Run("log unsigned.kerf").out, HasSubstr("chain intact; not signed"));
   const ProgramResult none = Run("log --show-key");

@@ -17,7 +17,7 @@ using testing::StartsWith;
 
 class DevicesCommand : public test::ProgramTest {};
 
-TEST_F(DevicesCommand, ListsWithoutDevicesToo) {
+TEST_F(DevicesCommand, WorksWithoutDevices) {
   const ProgramResult text = Kerf("devices");
   EXPECT_EQ(text.code, 0) << text.err;
   EXPECT_EQ(text.err, "");
@@ -33,7 +33,7 @@ TEST_F(DevicesCommand, ListsWithoutDevicesToo) {
   }
 }
 
-TEST_F(DevicesCommand, PrintsRulesForUdevThatCanBeWrittenAsTheyAre) {
+TEST_F(DevicesCommand, PrintsValidUdevRules) {
   const ProgramResult result = Kerf("devices --udev-rules");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.err, "");
@@ -50,7 +50,7 @@ TEST_F(DevicesCommand, PrintsRulesForUdevThatCanBeWrittenAsTheyAre) {
   EXPECT_THAT(result.out, HasSubstr("\"0403\", ATTR{idProduct}==\"cb48\""));
 }
 
-TEST_F(DevicesCommand, ProfilesTellWhatIsLeftOfTwentyEightNewtons) {
+TEST_F(DevicesCommand, ProfilesShowTheScalingOf28Newtons) {
   const ProgramResult result = Kerf("devices --profiles --json");
   ASSERT_EQ(result.code, 0) << result.err;
   const Json json = Json::parse(result.out);
@@ -69,7 +69,7 @@ TEST_F(DevicesCommand, ProfilesTellWhatIsLeftOfTwentyEightNewtons) {
   EXPECT_THAT(Kerf("devices --profiles --markdown").out, StartsWith("| profile | "));
 }
 
-TEST_F(DevicesCommand, RefusesOptionsThatDoNotGoTogether) {
+TEST_F(DevicesCommand, RefusesIncompatibleOptions) {
   for (const char* wrong : {"devices --peak 28", "devices --markdown", "devices --udev-rules --json",
                             "devices --profiles --udev-rules", "devices --profiles --peak 0", "devices x"}) {
     EXPECT_EQ(Kerf(wrong).code, 2) << wrong;

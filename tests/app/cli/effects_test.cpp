@@ -48,7 +48,7 @@ TEST_F(EffectsCommand, ListsAllWithTheirParameters) {
   for (const Json& effect : json["effects"]) EXPECT_TRUE(effect.contains("cost"));
 }
 
-TEST_F(EffectsCommand, SaysOfASceneWhatIsOnAndWhatItCosts) {
+TEST_F(EffectsCommand, ListsEnabledEffectsOfASceneAndTheirCosts) {
   const Json json = Measure("rubs.toml");
   ASSERT_EQ(json["on"].size(), 1u);
   const Json& friction = json["on"][0];
@@ -64,7 +64,7 @@ TEST_F(EffectsCommand, SaysOfASceneWhatIsOnAndWhatItCosts) {
   EXPECT_GT(json["mean_engaged_teeth"], 0);
 }
 
-TEST_F(EffectsCommand, WhatTheSceneDoesNotNameIsNotOn) {
+TEST_F(EffectsCommand, EffectsThatTheSceneDoesNotNameAreOff) {
   const Json json = Measure("plain.toml");
   EXPECT_TRUE(json["on"].empty());
   EXPECT_EQ(json["together"]["only_observes"], true);
@@ -72,14 +72,14 @@ TEST_F(EffectsCommand, WhatTheSceneDoesNotNameIsNotOn) {
   EXPECT_EQ(json["left_out"].size(), Json::parse(Kerf("effects --json").out)["effects"].size());
 }
 
-TEST_F(EffectsCommand, WithoutAHandWhatNeedsOneIsLeftOut) {
+TEST_F(EffectsCommand, EffectsThatNeedAHandAreLeftOutWithoutOne) {
   const Json json = Measure("rubs.toml --run");
   EXPECT_TRUE(json["on"].empty());
   EXPECT_EQ(json["left_out"][0]["name"], "kerf_friction");
   EXPECT_THAT(json["left_out"][0]["why"].get<std::string>(), HasSubstr("needs a tool coupled to a handle"));
 }
 
-TEST_F(EffectsCommand, WritesTheTableThatItShows) {
+TEST_F(EffectsCommand, WritesTheDisplayedTable) {
   const auto result = Kerf("effects plain.toml --all --seconds 0.1 --passes 1 --voxel 0.3 --markdown --csv costs.csv");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("| kerf_friction |"));
@@ -87,8 +87,8 @@ TEST_F(EffectsCommand, WritesTheTableThatItShows) {
   EXPECT_THAT(test::Slurp(folder_ / "costs.csv"), HasSubstr("\nkerf_friction,"));
 }
 
-// A run along a path continues while the spindle is stalled: then nothing is cut, and a message says so.
-TEST_F(EffectsCommand, ARunWhoseSpindleStallsSaysSo) {
+// A run along a path continues while the spindle is stalled, without cutting; a message reports it.
+TEST_F(EffectsCommand, RunReportsAStalledSpindle) {
   const std::string scene = std::string(kEffectsScene) +
                             "[output]\npictures = false\n[effects.tangential_force]\n[effects.spindle]\n"
                             "friction_Nmm = 0.1\nviscous_Nmms = 0\n";
@@ -100,7 +100,7 @@ TEST_F(EffectsCommand, ARunWhoseSpindleStallsSaysSo) {
   EXPECT_THAT(weak.err, HasSubstr("the spindle stalled, and the tool continued along its path without cutting"));
 }
 
-TEST_F(EffectsCommand, ARunSaysHowFarItsPathGoesAgainstTheGuide) {
+TEST_F(EffectsCommand, RunReportsHowFarThePathExceedsTheGuide) {
   const std::string scene = std::string(kEffectsScene) +
                             "[output]\npictures = false\n[effects.guide]\nnormal = [1, 0, 0]\n"
                             "depth_direction = [0, 0, -1]\n";
@@ -111,7 +111,7 @@ TEST_F(EffectsCommand, ARunSaysHowFarItsPathGoesAgainstTheGuide) {
   EXPECT_THAT(Kerf("run fair.toml -o fair").err, Not(HasSubstr("guide")));
 }
 
-TEST_F(EffectsCommand, ACheckSeesParametersThatDoNotGoTogether) {
+TEST_F(EffectsCommand, CheckDetectsInconsistentParameters) {
   Write("none.toml", std::string(kEffectsScene) + "[effects.guide]\nnormal = [0, 0, 0]\n");
   Write("out.toml", std::string(kEffectsScene) + "[effects.guide]\nnormal = [0, 0, 1]\n");
   Write("rate.toml", std::string(kEffectsScene) + "[effects.sound]\nrate_Hz = 44100.5\n");
@@ -146,7 +146,7 @@ TEST_F(EffectsCommand, ListsOneEffectAsJson) {
   EXPECT_THAT(all["effects"], testing::Contains(json["effects"][0]));
 }
 
-TEST_F(EffectsCommand, AnUnknownNameGetsTheNearest) {
+TEST_F(EffectsCommand, UnknownNameSuggestsTheNearest) {
   for (const char* json : {"", " --json"}) {
     ExpectRefusal(Kerf(std::string("effects haet") + json),
                   "\"haet\" is neither an effect nor a scene file; the nearest effect is \"heat\"");
@@ -155,7 +155,7 @@ TEST_F(EffectsCommand, AnUnknownNameGetsTheNearest) {
   ExpectRefusal(Kerf("effects haet.toml"), "haet.toml: there is no such file");
 }
 
-TEST_F(EffectsCommand, RefusesWhatItCanNotMeasure) {
+TEST_F(EffectsCommand, RefusesBadUsageAndPathsWithoutContact) {
   EXPECT_EQ(Kerf("effects --all").code, 2);
   EXPECT_EQ(Kerf("effects plain.toml --seconds 0").code, 2);
   EXPECT_EQ(Kerf("effects plain.toml --realtime").code, 2);

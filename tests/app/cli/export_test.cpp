@@ -35,7 +35,7 @@ TEST_F(Export, WholeSurfaceIsClosedAndHasTheBlocksVolume) {
   }
 }
 
-TEST_F(Export, ReducedSurfaceHasTheTrianglesAskedForAndStaysWithinAVoxel) {
+TEST_F(Export, ReducedSurfaceHasTheRequestedTrianglesWithinAVoxel) {
   const ProgramResult result = Kerf("export block.vdb --triangles 400 --json -o block.stl");
   ASSERT_EQ(result.code, 0) << result.err;
   const auto surface = nlohmann::json::parse(result.out)["surfaces"].at(0);
@@ -48,7 +48,7 @@ TEST_F(Export, ReducedSurfaceHasTheTrianglesAskedForAndStaysWithinAVoxel) {
   EXPECT_EQ(std::filesystem::file_size(folder_ / "block.stl"), 84u + 50u * surface["triangles"].get<unsigned>());
 }
 
-TEST_F(Export, EachPieceGoesToAFileOfItsOwn) {
+TEST_F(Export, EachPieceIsWrittenToASeparateFile) {
   const ProgramResult result = Kerf("export block.vdb --pieces --colour tissue -o part.ply");
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("part-1.ply: "));
@@ -58,7 +58,7 @@ TEST_F(Export, EachPieceGoesToAFileOfItsOwn) {
                 "block.vdb: has no piece of at least 1000 mm3; lower --min-piece");
 }
 
-TEST_F(Export, PictureHasTheSizeAskedFor) {
+TEST_F(Export, PictureHasTheRequestedSize) {
   const ProgramResult result = Kerf("picture block.vdb --view front --colour region --size 320x200 -o block.png");
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.out, "block.png\n");
@@ -68,7 +68,7 @@ TEST_F(Export, PictureHasTheSizeAskedFor) {
   EXPECT_EQ(png.substr(16, 8), std::string("\0\0\x01\x40\0\0\0\xc8", 8));
 }
 
-TEST_F(Export, BadUseAndBadFilesAreRefused) {
+TEST_F(Export, BadUsageAndBadFilesAreRefused) {
   ExpectRefusal(
       Kerf("export none.vdb -o a.stl"),
       "none.vdb: there is no such file; 'kerf import INPUT -o none.vdb' makes it from a CT or a closed surface");

@@ -25,7 +25,7 @@ class Front : public test::ProgramTest {
   }
 };
 
-TEST_F(Front, SaysWhatTheWholeProgramSays) {
+TEST_F(Front, PrintsTheSameAsTheWholeProgram) {
   for (const char* option : {"--version", "--help", "-h"}) {
     const test::ProgramResult result = Kerf(option);
     EXPECT_EQ(result.code, 0);
@@ -50,7 +50,7 @@ TEST_F(Front, WorksThroughALink) {
   EXPECT_EQ(Shell("./saw scene --defaults"), Kerf("scene --defaults").out);
 }
 
-TEST_F(Front, NamesTheProgramThatIsNotBesideIt) {
+TEST_F(Front, ReportsTheMissingProgram) {
   fs::copy(KERF_PROGRAM, folder_ / "kerf");
   // The front program answers these two itself, without loading anything.
   EXPECT_EQ(Shell("./kerf --version"), Kerf("--version").out);

@@ -126,7 +126,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
       if (line.starts_with("kerf: warning: ") || line.starts_with("kerf: note: ")) continue;
       ++sentences;
       EXPECT_THAT(line, testing::StartsWith("kerf: "));
-      EXPECT_THAT(line, testing::AnyOf(HasSubstr("can't be written"), HasSubstr("can't be made"),
+      EXPECT_THAT(line, testing::AnyOf(HasSubstr("can't be written"), HasSubstr("can't be created"),
                                        HasSubstr("cases failed"),  // the cases and reasons are printed on stdout
 
                                        HasSubstr("the picture can't be written")));
@@ -212,7 +212,7 @@ TEST_P(FullDisk, AReadOnlyFolderIsRefused) {
   }
 }
 
-TEST_P(FullDisk, FilesThatMayNotGrowAreTold) {
+TEST_P(FullDisk, FileSizeLimitIsReported) {
   int limited = 0;
   for (const int blocks : {1, 16, 128, 1024, 16'384}) {
     SCOPED_TRACE(fmt::format("files of {} blocks at most", blocks));

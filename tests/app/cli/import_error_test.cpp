@@ -39,7 +39,7 @@ class ImportError : public test::ProgramTest {
   }
 };
 
-TEST_F(ImportError, StandsInSummaryJsonAndProvenanceAndWarnsAbove300Micrometres) {
+TEST_F(ImportError, IsInSummaryJsonAndProvenanceAndWarnsAbove300Micrometres) {
   WriteBall("thick.nrrd", 3);
   const ProgramResult thick = Kerf("import thick.nrrd --no-isolate --voxel 0.6 --json -o thick.vdb");
   ASSERT_EQ(thick.code, 0) << thick.err;

@@ -36,7 +36,7 @@ class ImportMesh : public test::ProgramTest {
   }
 };
 
-TEST_F(ImportMesh, ACubeWithAHollowHasItsVolumeAndNoFillActs) {
+TEST_F(ImportMesh, HollowCubeHasItsVolumeAndNoFillFillsIt) {
   WriteBoxes("facing_in.obj", {30, -10});
   const ProgramResult hollow = Kerf("import facing_in.obj --voxel 0.5 -o a.vdb");
   ASSERT_EQ(hollow.code, 0) << hollow.err;
@@ -51,7 +51,7 @@ TEST_F(ImportMesh, ACubeWithAHollowHasItsVolumeAndNoFillActs) {
   EXPECT_EQ(report["surface"]["hollow_shells"], 1);
 }
 
-TEST_F(ImportMesh, OptionsThatWouldDoNothingAreRefused) {
+TEST_F(ImportMesh, OptionsWithoutEffectAreRefused) {
   WriteBoxes("a.obj", {30});
   for (const char* option : {"--keep 1,2,3", "--drop 1,2,3", "--no-isolate", "--iso 400", "--series 1.2"}) {
     const ProgramResult result = Kerf(std::string("import a.obj -o a.vdb ") + option);
@@ -64,7 +64,7 @@ TEST_F(ImportMesh, OptionsThatWouldDoNothingAreRefused) {
   EXPECT_EQ(Kerf("import a.obj -o a.vdb --units feet").code, 2);
 }
 
-TEST_F(ImportMesh, UnitsAreAskedForAndTinyVolumesReadWell) {
+TEST_F(ImportMesh, AmbiguousUnitsAreRefusedAndTinyVolumesAreReadable) {
   WriteBoxes("a.obj", {0.5});
   const ProgramResult asks = Kerf("import a.obj -o a.vdb");
   EXPECT_EQ(asks.code, 1);

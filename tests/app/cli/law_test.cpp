@@ -33,7 +33,7 @@ std::size_t Columns(const std::string& row) {
 
 class Law : public test::ProgramTest {};
 
-TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
+TEST_F(Law, CheckStatesTheLawsRangeAndWarnsOutside) {
   for (const ForceLawInfo* law : ForceLaws()) {
     Write("s.toml", Slot(6, law->name));
     const ProgramResult text = Kerf("check s.toml");
@@ -58,13 +58,13 @@ TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
   EXPECT_THAT(deep.err, HasSubstr("warning: the bite reaches 10 um: hertz_chip holds up to about 3 um"));
   Write("s.toml", Slot(3, "hertz_constant_bite"));
   EXPECT_THAT(Kerf("check s.toml").err,
-              HasSubstr("warning: hertz_constant_bite gives the same force whatever the bite: "
+              HasSubstr("warning: hertz_constant_bite gives the same force regardless of the bite: "
                         "thrust 1/122 of that measured"));
   Write("s.toml", Slot(3, "hertz_chip"));
   EXPECT_EQ(Kerf("check s.toml").err, "");
 }
 
-TEST_F(Law, FactorsAreOfTheScenesOwnTool) {
+TEST_F(Law, FactorsAreForTheScenesTool) {
   // The thrust grows with the root of the radius: four times the radius gives twice the thrust of the 22 mm disc.
   Write("s.toml", Slot(9, "hertz_chip") + "[tool]\ndiameter_mm = 88.0\nteeth = 24\n");
   const ProgramResult text = Kerf("check s.toml");
@@ -89,7 +89,7 @@ TEST_F(Law, RunGivesTheEnergyAndWarnsOutsideThePublishedRange) {
   EXPECT_TRUE(Json::parse(within.out)["cutting"]["within_published"]);
 }
 
-TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
+TEST_F(Law, SlabModeStatesThePapersForceOfOneTooth) {
   std::string scene = Slot(6, "hertz_chip") + "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0.0, 0.0, -1.0]\n";
   scene.replace(scene.find("start_mm = [-9.0, 0.0, 9.0]"), 27, "start_mm = [0.0, 0.0, 12.0]");
   scene.replace(scene.find("end_mm = [9.0, 0.0, 9.0]"), 24, "end_mm = [0.0, 0.0, 10.0]");
@@ -99,7 +99,7 @@ TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
   EXPECT_THAT(Kerf("run s.toml -o out").out, HasSubstr(said));
 }
 
-TEST_F(Law, LoopCountsTheSpindlesOwnSpeed) {
+TEST_F(Law, LoopUsesTheActualSpindleSpeed) {
   Write("s.toml", Slot(6, "hertz_chip"));
   const ProgramResult loop = Kerf("loop s.toml --seconds 1 --virtual --hand H3 --do 0.001:rpm=3750 -o out --json");
   ASSERT_EQ(loop.code, 0) << loop.err;
@@ -120,7 +120,7 @@ TEST_F(Law, LoopCountsTheSpindlesOwnSpeed) {
   EXPECT_NEAR(Json::parse(loop.out)["cutting"]["work_J"].get<double>() / work_J, 1, 2e-3);
 }
 
-TEST_F(Law, LoopGivesThemToo) {
+TEST_F(Law, LoopReportsAccuracyAndEnergy) {
   Write("s.toml", Slot(6, "hertz_chip"));
   const ProgramResult text = Kerf("loop s.toml --seconds 1 --virtual --hand H3");
   ASSERT_EQ(text.code, 0) << text.err;

@@ -18,7 +18,7 @@ constexpr char kBlock[] =
 
 class Limits : public test::ProgramTest {};
 
-TEST_F(Limits, ABoneThatMemoryCanNotHoldIsRefused) {
+TEST_F(Limits, BoneLargerThanMemoryIsRefused) {
   // The limit of `ulimit -v` counts as the free memory. The sanitizers' own memory does not fit into it.
   const char* few = "ulimit -v 4000000;";
   if (KerfWithin(few, "model block --size 4,4,4 -o small.vdb").code != 0) GTEST_SKIP() << "4 GB are too few here";
@@ -27,12 +27,12 @@ TEST_F(Limits, ABoneThatMemoryCanNotHoldIsRefused) {
   EXPECT_EQ(result.out, "");
   EXPECT_THAT(result.err, MatchesRegex("kerf: a bone of this size with voxels of 0.2 mm needs more than [0-9.]+ GB of "
                                        "memory and [0-9.]+ GB are free; use larger voxels\n"));
-  // The need is counted until it exceeds the free memory; the two printed numbers must differ.
+  // The required memory is summed until it exceeds the free memory; the two printed numbers must differ.
   EXPECT_FALSE(std::regex_search(result.err, std::regex("than ([0-9.]+ GB) of memory and \\1 are"))) << result.err;
   EXPECT_FALSE(Exists("b.vdb"));
 }
 
-TEST_F(Limits, ARunOfTooManyTicksIsRefusedWithItsBytes) {
+TEST_F(Limits, RunWithTooManyTicksIsRefusedWithItsSize) {
   Write("p.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,50,1,0,0,0\n30000,1,0,50,1,0,0,0\n");
   Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 1000\n");
   const ProgramResult result = Kerf("run s.toml -o o");
@@ -41,7 +41,7 @@ TEST_F(Limits, ARunOfTooManyTicksIsRefusedWithItsBytes) {
                                        "a run holds at most 20000000: lower .simulation. rate_hz or make several runs "
                                        "of it\n"));
   EXPECT_FALSE(Exists("o/scene.toml"));
-  // The same for input that memory cannot hold.
+  // The same for input that does not fit into memory.
   Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 500\n");
   const char* few = "ulimit -v 4000000;";
   if (KerfWithin(few, "model block --size 4,4,4 -o small.vdb").code != 0) GTEST_SKIP() << "4 GB are too few here";

@@ -42,7 +42,7 @@ class Litter : public test::ProgramTest {
 
 class HeldFolder : public Litter, public testing::WithParamInterface<std::string> {};
 
-TEST_P(HeldFolder, IsRefusedAtOnceAndIsAsItWas) {
+TEST_P(HeldFolder, IsRefusedImmediatelyAndUnchanged) {
   ASSERT_EQ(Kerf("run s.toml -o first --record r.kerf").code, 0);
   ASSERT_EQ(Kerf("loop s.toml --virtual --seconds 0.1 --record l.kerf").code, 0);
   fs::create_directory(folder_ / "out");
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(Commands, HeldFolder,
                                          "bench hour s.toml --minutes 1 -o out",
                                          "study " KERF_SOURCE_DIR "/scenes/study_quick.toml -o out"));
 
-TEST_F(Litter, ReadersOfAFolderAreNotKeptOut) {
+TEST_F(Litter, LockDoesNotExcludeReaders) {
   ASSERT_EQ(Kerf("run s.toml -o out").code, 0);
   const FolderLock other(folder_ / "out");
   EXPECT_EQ(Kerf("info out/bone.vdb").code, 0);
@@ -79,7 +79,7 @@ TEST_F(Litter, ReadersOfAFolderAreNotKeptOut) {
 }
 
 // A second program, a kill, and a third program afterwards.
-TEST_F(Litter, OfAKilledLoopGoesWithTheNextRunAndItsLockWithIt) {
+TEST_F(Litter, OfAKilledLoopIsRemovedByTheNextRunWithItsLock) {
   {
     test::Running loop(folder_, test::At::kNowhere, "'" KERF_PROGRAM "' loop s.toml --seconds 60 -o out");
     ASSERT_TRUE(loop.Until([&] { return Exists("out") && !Hidden("out").empty(); })) << loop.err();
@@ -95,7 +95,7 @@ TEST_F(Litter, OfAKilledLoopGoesWithTheNextRunAndItsLockWithIt) {
   EXPECT_THAT(Hidden("out"), testing::IsEmpty());
 }
 
-TEST_F(Litter, OfEarlierVersionsGoesAndForeignFilesStay) {
+TEST_F(Litter, OfEarlierVersionsIsRemovedAndForeignFilesAreKept) {
   fs::create_directory(folder_ / "out");
   // Process ids above the maximum.
   for (const char* name :

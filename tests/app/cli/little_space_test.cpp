@@ -64,7 +64,7 @@ class LittleSpace : public test::ProgramTest {
 };
 
 // 400,000 ticks: rows of at least 100 bytes, and 2 bytes of the recording.
-TEST_F(LittleSpace, ARunThatCannotFitIsRefusedBeforeItsWork) {
+TEST_F(LittleSpace, RunThatCannotFitIsRefusedBeforeItStarts) {
   const ProgramResult refused =
       Within(Mount("m", 2048), "'" KERF_PROGRAM "' run long.toml -o m/out --record m/session.kerf");
   EXPECT_EQ(refused.code, 1);
@@ -84,7 +84,7 @@ TEST_F(LittleSpace, ARunThatCannotFitIsRefusedBeforeItsWork) {
   EXPECT_EQ(Within(Mount("m", 512), "'" KERF_PROGRAM "' run fewer.toml -o m/out").code, 0);
 }
 
-TEST_F(LittleSpace, ALoopThatMayNotFitIsWarnedOfAndRuns) {
+TEST_F(LittleSpace, LoopThatMayNotFitRunsWithAWarning) {
   const ProgramResult warned =
       Within(Mount("m", 40), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 1 -o m/out");
   EXPECT_THAT(warned.err, HasSubstr("kerf: warning: m/out/forces.csv: can't be written: at least 100.0 kB are needed "
@@ -98,7 +98,7 @@ TEST_F(LittleSpace, ALoopThatMayNotFitIsWarnedOfAndRuns) {
 
 // forces.csv takes 2 MB in 10 s and the recording 60 kB. Without the space reserved for the recording the rows would
 // fill the disk.
-TEST_F(LittleSpace, TheRecordingComesBeforeTheRowsOfALoop) {
+TEST_F(LittleSpace, RecordingHasPriorityOverTheRowsOfALoop) {
   const ProgramResult result = Within(
       Mount("m", 1800), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 10 -o m/out --record m/session.kerf");
   EXPECT_EQ(result.code, 1);
@@ -113,7 +113,7 @@ TEST_F(LittleSpace, TheRecordingComesBeforeTheRowsOfALoop) {
 
 // 20,000 rows of at least 100 bytes, 1.24 MB reserved for the recording, which needs 40 kB: it is known that the rows
 // do not fit and that the recording does.
-TEST_F(LittleSpace, TheWarningBeforeALoopSaysWhatIsAtRisk) {
+TEST_F(LittleSpace, WarningBeforeALoopNamesTheFilesAtRisk) {
   const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 20 -o m/out --record m/session.kerf";
   const ProgramResult rows = Within(Mount("m", 2500), loop);
   EXPECT_THAT(
@@ -133,7 +133,7 @@ TEST_F(LittleSpace, TheWarningBeforeALoopSaysWhatIsAtRisk) {
 }
 
 // 10,000 rows of at least 100 bytes do not fit, nor does the picture of the force.
-TEST_F(LittleSpace, TheLossOfTheRowsIsSaidWhateverElseIsLost) {
+TEST_F(LittleSpace, LossOfTheRowsIsAlwaysReported) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 10 -o m/out --record n/session.kerf";
   const ProgramResult lost = Within(Mount("m", 32) + " && " + Mount("n", 2048), loop);
@@ -157,7 +157,7 @@ TEST_F(LittleSpace, TheLossOfTheRowsIsSaidWhateverElseIsLost) {
   EXPECT_FALSE(Exists("m_after/out/forces.csv"));
 }
 
-TEST_F(LittleSpace, AFullDiskUnderTheHistoryIsSaid) {
+TEST_F(LittleSpace, FullDiskIsReportedForTheHistory) {
   for (const int kB : {4, 12, 24, 40}) {
     SCOPED_TRACE(kB);
     const ProgramResult full = Within(Mount("m", kB), "KERF_DATA=m '" KERF_PROGRAM "' practise --history");
@@ -167,7 +167,7 @@ TEST_F(LittleSpace, AFullDiskUnderTheHistoryIsSaid) {
   }
 }
 
-TEST_F(LittleSpace, TheRecordingsEndIsSaidFirst) {
+TEST_F(LittleSpace, EndOfTheRecordingIsReportedFirst) {
   for (const char* command : {"run short.toml", "loop short.toml --virtual --seconds 5"}) {
     SCOPED_TRACE(command);
     std::filesystem::remove_all(folder_ / "m_after");
@@ -186,7 +186,7 @@ TEST_F(LittleSpace, TheRecordingsEndIsSaidFirst) {
 }
 
 // The recording is complete although the results of the run are not.
-TEST_F(LittleSpace, ARunsRecordingIsFinishedBeforeItsResults) {
+TEST_F(LittleSpace, RecordingOfARunIsFinishedBeforeItsResults) {
   const ProgramResult result =
       Within(Mount("m", 100), "'" KERF_PROGRAM "' run short.toml -o m/out --record session.kerf");
   EXPECT_EQ(result.code, 1);

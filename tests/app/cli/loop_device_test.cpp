@@ -76,20 +76,20 @@ std::vector<std::array<double, kColumns>> ReadColumns(const std::string& text,
   return rows;
 }
 
-TEST_F(LoopDevices, ARecordingCutsTheSameBoneToTheBit) {
+TEST_F(LoopDevices, PlayedRecordingGivesABitIdenticalBone) {
   const Json recorded = Loop("--seconds 3 --record a.kerf -o first");
   const Json played = Loop("--seconds 3 --device recording:a.kerf -o second");
   EXPECT_GT(recorded.at("removed_mm3"), 0.1);
   for (const char* key : {"bone_hash", "force_hash", "removed_mm3"}) EXPECT_EQ(recorded.at(key), played.at(key)) << key;
   EXPECT_EQ(Slurp(folder_ / "first/forces.csv"), Slurp(folder_ / "second/forces.csv"));
-  // At another rate the path is equal, but the values are not bit-identical.
+  // At another rate the path is the same, but the values are not bit-identical.
   const Json faster = Loop("--seconds 3 --rate-hz 2000 --device recording:a.kerf");
   EXPECT_NE(recorded.at("force_hash"), faster.at("force_hash"));
   EXPECT_NEAR(recorded.at("removed_mm3").get<double>(), faster.at("removed_mm3").get<double>(),
               0.05 * recorded.at("removed_mm3").get<double>());
 }
 
-TEST_F(LoopDevices, AScriptGoesAlongItsTable) {
+TEST_F(LoopDevices, ScriptFollowsItsTable) {
   const Json json = Loop("--seconds 2 --device script:script.csv -o out");
   EXPECT_GT(json.at("removed_mm3"), 0.1);
   const auto rows = ReadColumns<5>(Slurp(folder_ / "out/forces.csv"),
@@ -111,7 +111,7 @@ TEST_F(LoopDevices, AScriptGoesAlongItsTable) {
   EXPECT_EQ(json.at("bone_hash"), Loop("--seconds 2 --device script:script.csv").at("bone_hash"));
 }
 
-TEST_F(LoopDevices, NoneStandsStillAndRemovesNothing) {
+TEST_F(LoopDevices, DeviceNoneDoesNotMoveAndRemovesNothing) {
   const Json json = Loop("--seconds 0.5 --device none -o out");
   EXPECT_EQ(json.at("removed_mm3"), 0.0);
   const auto rows = ReadColumns<3>(Slurp(folder_ / "out/forces.csv"), {"handle_x_mm", "handle_y_mm", "handle_z_mm"});
@@ -121,7 +121,7 @@ TEST_F(LoopDevices, NoneStandsStillAndRemovesNothing) {
   EXPECT_EQ(Kerf("loop s.toml --seconds 0.1 --device none").code, 0);
 }
 
-TEST_F(LoopDevices, ARecordingCutOffIsPlayedAsFarAsItGoesAndSaysSo) {
+TEST_F(LoopDevices, TruncatedRecordingIsPlayedToItsEndWithAWarning) {
   ASSERT_EQ(Kerf("loop s.toml --virtual --seconds 3 --record a.kerf").code, 0);
   const std::string whole = Slurp(folder_ / "a.kerf");
   Write("cut.kerf", whole.substr(0, whole.size() * 2 / 3));
@@ -132,7 +132,7 @@ TEST_F(LoopDevices, ARecordingCutOffIsPlayedAsFarAsItGoesAndSaysSo) {
   ExpectFailure(1, "loop s.toml --virtual --device recording:head.kerf", "head.kerf: ");
 }
 
-TEST_F(LoopDevices, RefusesWhatItCanNotPlay) {
+TEST_F(LoopDevices, RefusesInputThatCannotBePlayed) {
   ExpectFailure(1, "loop s.toml --virtual --device script:no.csv", "no.csv: there is no such file");
   ExpectFailure(1, "loop s.toml --virtual --device recording:no.kerf", "no.kerf: there is no such file");
   ExpectFailure(1, "loop s.toml --virtual --device recording:s.toml", "s.toml: is not a recording");
@@ -155,7 +155,7 @@ TEST_F(LoopDevices, RefusesWhatItCanNotPlay) {
   ExpectFailure(2, "loop s.toml --virtual --device none --falcon-firmware f.bin", "requires --device falcon");
 }
 
-TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
+TEST_F(LoopDevices, RefusesInvalidDevices) {
   ExpectFailure(2, "loop s.toml --device flacon", "no device is called \"flacon\"; the nearest is \"falcon\"");
   ExpectFailure(2, "loop s.toml --virtual --device flacon", "the nearest is \"falcon\"");
   ExpectFailure(2, "loop s.toml --virtual --device falcon", "--virtual: can't be used with a real device");
@@ -175,7 +175,7 @@ TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
   ExpectFailure(2, "rehearse --device spacemouse --wooden w.toml", "--wooden: is for the device \"wooden\"");
   Write("firmware.bin", "0123456789");
   ExpectFailure(1, "loop s.toml --device falcon --falcon-firmware firmware.bin", "firmware.bin: has 10 bytes");
-  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:0", "the port '0' is not within 1 to 65535");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:0", "the port '0' is outside the range 1 to 65535");
   ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:99999", "not within 1 to 65535");
   ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:", "not within 1 to 65535");
   ExpectFailure(1, "loop s.toml --device bridge --bridge 192.0.2.7:4000", "192.0.2.7 is not this machine");

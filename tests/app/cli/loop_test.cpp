@@ -27,7 +27,7 @@ class Loop : public test::ProgramTest {
   }
 };
 
-TEST_F(Loop, ATitleIsNoHtmlInItsReport) {
+TEST_F(Loop, TitleIsEscapedInTheReport) {
   Write("a<b>.toml", std::string("title = \"<script>alert(1)</script> | [x](y)\"\n") + kLoopScene);
   ASSERT_EQ(Kerf("loop 'a<b>.toml' --virtual --seconds 0.1 -o out").code, 0);
   const std::string report = test::Slurp(folder_ / "out" / "report.md");
@@ -36,7 +36,7 @@ TEST_F(Loop, ATitleIsNoHtmlInItsReport) {
   EXPECT_THAT(report, testing::Not(HasSubstr("<")));
 }
 
-TEST_F(Loop, WithoutTheClockTellsTheSameTwice) {
+TEST_F(Loop, VirtualTimeIsReproducible) {
   const ProgramResult a = Kerf("loop s.toml --seconds 1 --virtual --hand h2 --rate-hz 2000 --json");
   ASSERT_EQ(a.code, 0) << a.err;
   EXPECT_EQ(a.err, "");  // no warnings
@@ -52,7 +52,7 @@ TEST_F(Loop, WithoutTheClockTellsTheSameTwice) {
   EXPECT_EQ(first["force"]["not_finite"], 0);
 }
 
-TEST_F(Loop, LiveSaysWhatWasGrantedAndHowTimeWasKept) {
+TEST_F(Loop, LiveLoopReportsSchedulingAndLateness) {
   const ProgramResult result = Kerf("loop s.toml --seconds 0.3 -o out");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("SCHED_FIFO was "));
@@ -65,7 +65,7 @@ TEST_F(Loop, LiveSaysWhatWasGrantedAndHowTimeWasKept) {
   }
 }
 
-TEST_F(Loop, RefusesWhatItCanNotTake) {
+TEST_F(Loop, RefusesInvalidInput) {
   EXPECT_EQ(Kerf("loop s.toml --hand H7").code, 2);
   EXPECT_EQ(Kerf("loop s.toml --rate-hz 5000").code, 2);
   EXPECT_EQ(Kerf("loop s.toml --seconds 0").code, 2);

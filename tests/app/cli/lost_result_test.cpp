@@ -27,7 +27,7 @@ class LostResult : public ProgramTest {
   }
 };
 
-TEST_F(LostResult, APieceThatCanNotBeWrittenIsDrawnAllTheSame) {
+TEST_F(LostResult, PieceThatCannotBeWrittenIsStillDrawn) {
   ASSERT_EQ(Loop("whole").code, 0);
   std::filesystem::create_directories(folder_ / "lost/piece_1.stl");
   const ProgramResult lost = Loop("lost");
@@ -38,7 +38,7 @@ TEST_F(LostResult, APieceThatCanNotBeWrittenIsDrawnAllTheSame) {
   }
 }
 
-TEST_F(LostResult, APictureThatCanNotBeWrittenLeavesTheOthers) {
+TEST_F(LostResult, PictureThatCannotBeWrittenDoesNotPreventTheOthers) {
   std::filesystem::create_directories(folder_ / "out/after.png");
   const ProgramResult lost = Loop("out");
   EXPECT_EQ(lost.code, 1);
@@ -54,7 +54,7 @@ TEST_F(LostResult, APictureThatCanNotBeWrittenLeavesTheOthers) {
 
 /// One core, because each thread takes address space. Without memory Mesa's driver ends the program or crashes, so
 /// drawing requires some free memory.
-TEST_F(LostResult, WithoutMemoryForDrawingASentenceSaysSo) {
+TEST_F(LostResult, LackOfMemoryForDrawingIsReported) {
   ASSERT_EQ(Kerf("model block --size 6,4,3 --voxel 0.25 -o b.vdb").code, 0);
   for (const int kB : {200000, 300000, 450000, 600000, 700000, 800000, 900000, 1000000}) {
     const ProgramResult result =

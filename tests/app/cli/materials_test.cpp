@@ -16,12 +16,13 @@ using testing::HasSubstr;
 
 class Materials : public test::ProgramTest {};
 
-TEST_F(Materials, ListsRegionsAndLawsWithWhatTheyHoldFor) {
+TEST_F(Materials, ListsRegionsAndLawsWithTheirValidity) {
   const ProgramResult text = Kerf("materials");
   EXPECT_EQ(text.code, 0) << text.err;
   EXPECT_EQ(text.err, "");
-  for (const char* part : {"molar base", "Estimate: ", "E = 1157.1 rho^1.78 MPa, 0.8 to 1.8 g/cm3 (mass density)",
-                           "valid from 121 to 3000 HU", "less than a fifth of the modulus", "not verified"}) {
+  for (const char* part :
+       {"molar base", "Estimate: ", "E = 1157.1 rho^1.78 MPa, 0.8 to 1.8 g/cm3 (mass density)",
+        "valid from 121 to 3000 HU", "less than a fifth of the variance of the modulus", "not verified"}) {
     EXPECT_THAT(text.out, HasSubstr(part));
   }
   const ProgramResult json = Kerf("materials --json");
@@ -37,12 +38,12 @@ TEST_F(Materials, ListsRegionsAndLawsWithWhatTheyHoldFor) {
                 "bad.csv:2: 6 fields instead of 7; a field with a comma must be in double quotes");
 }
 
-TEST_F(Materials, ImportTakesTheVoxelOfTheCtNumbersOnlyTogetherWithThem) {
+TEST_F(Materials, HuVoxelRequiresKeepHuAndAValidSize) {
   EXPECT_EQ(Kerf("import ct.nrrd -o b.vdb --hu-voxel 1").code, 2);
   EXPECT_EQ(Kerf("import ct.nrrd -o b.vdb --keep-hu --hu-voxel 9").code, 2);
 }
 
-TEST_F(Materials, VisibleHumanIsCutByRegionUniformAndByItsCtNumbers) {
+TEST_F(Materials, CutsVisibleHumanWithRegionUniformAndCtMaterials) {
   const std::string ct = KERF_TEST_DATA "/visible_human_female/vhf_head_hu_int16_250x250x234.nrrd";
   if (!std::filesystem::exists(ct)) GTEST_SKIP() << "no " << ct;
   ASSERT_EQ(Kerf("import '" + ct + "' --voxel 0.4 -o plain.vdb").code, 0);
@@ -95,8 +96,9 @@ TEST_F(Materials, VisibleHumanIsCutByRegionUniformAndByItsCtNumbers) {
   Write("s.toml", "[bone]\nfile = \"plain.vdb\"\n" + by_ct + rest);
   const ProgramResult none = Kerf("check s.toml");
   EXPECT_EQ(none.code, 1);
-  EXPECT_THAT(none.err, HasSubstr("plain.vdb: holds no CT numbers, which kind = \"ct\" needs; import the CT again with "
-                                  "'kerf import --keep-hu'\n"));
+  EXPECT_THAT(none.err,
+              HasSubstr("plain.vdb: contains no CT numbers, which kind = \"ct\" requires; import the CT again with "
+                        "'kerf import --keep-hu'\n"));
   Write("s.toml", "[bone]\nfile = \"hu.vdb\"\n" + by_ct + "ct_applies_to = \"all\"\n" + rest);
   const char* warning = "in cortical bone the CT number explains less than a fifth";
   EXPECT_THAT(Kerf("check s.toml").err, HasSubstr(warning));

@@ -36,13 +36,13 @@ TEST_F(Messages, HelpIsACommandToo) {
   EXPECT_EQ(unknown.err, "kerf: unknown command \"rnu\"; the nearest is \"run\"; 'kerf --help' lists them\n");
 }
 
-TEST_F(Messages, BadUseNamesTheHelpOfItsCommand) {
+TEST_F(Messages, BadUsageRefersToTheCommandsHelp) {
   EXPECT_EQ(Kerf("").err, "kerf: A subcommand is required; see 'kerf --help'\n");
   EXPECT_EQ(Kerf("info").err, "kerf: BONE is required; see 'kerf info --help'\n");
   EXPECT_THAT(Kerf("model block --colour red").err, HasSubstr("; see 'kerf model block --help'\n"));
 }
 
-TEST_F(Messages, LostOnesLeaveTheExitCodeAsItIs) {
+TEST_F(Messages, LostMessagesDoNotChangeTheExitCode) {
   for (const char* lost : {"2>&-", "2>/dev/full"}) {
     for (const auto& [arguments, code] : {std::pair("nosuch", 2), std::pair("info none.vdb", 1)}) {
       const int status = std::system((std::string(KERF_PROGRAM " ") + arguments + " " + lost).c_str());
@@ -66,7 +66,7 @@ TEST_F(Messages, OfOneKindAreCountedAfterTheFirstTen) {
   int lines = 0;
   std::istringstream err(result.err);
   for (std::string line; std::getline(err, line);) lines += line.find("feed_mm_per_s = -") != std::string::npos ? 1 : 0;
-  EXPECT_EQ(lines, 12) << result.err;  // ten, one that says that further ones are counted, and one with the count
+  EXPECT_EQ(lines, 12) << result.err;  // ten, one stating that further ones are only counted, and the count
   EXPECT_THAT(result.err, HasSubstr("feed_mm_per_s = -10.5"));
   EXPECT_THAT(result.err, testing::Not(HasSubstr("feed_mm_per_s = -12.5")));
   EXPECT_THAT(result.err,
@@ -123,7 +123,7 @@ TEST_F(Messages, EachBeginsWithTheProgramsName) {
   }
 }
 
-TEST_F(Messages, ASceneWhoseBoneIsMissingNamesTheImport) {
+TEST_F(Messages, SceneWithAMissingBoneSuggestsTheImport) {
   Write("scene.toml",
         "[bone]\nfile = \"jaw.vdb\"\n[[path.stroke]]\nstart_mm = [0, 0, 30]\nend_mm = [0, 0, 20]\n"
         "feed_mm_per_s = 3\ndisc_normal = [0, 1, 0]\n");

@@ -37,7 +37,7 @@ TEST_F(ModelCommand, MandibleAndPlateAreWritten) {
   EXPECT_EQ(Kerf("model plate -o p.vdb --voxel 0.5").code, 0);
 }
 
-TEST_F(ModelCommand, BadInputIsToldInOneSentence) {
+TEST_F(ModelCommand, BadInputIsReportedInOneSentence) {
   std::ofstream(folder_ / "t.csv") << "id,name,tissue,E_GPa,nu,estimate,source\n24,a,bone,19,0.3,yes,s\n";
   const struct {
     const char* arguments;
@@ -55,7 +55,8 @@ TEST_F(ModelCommand, BadInputIsToldInOneSentence) {
        "kerf: block: layer 1 is of region 77, which the region table does not have\n"},
       {"model block -o b.vdb --materials t.csv", 1,
        "kerf: t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other\n"},
-      {"model mandible -o m.vdb --ramus-width 99", 1, "kerf: mandible: ramus_width_mm = 99 is not within 24 to 38\n"},
+      {"model mandible -o m.vdb --ramus-width 99", 1,
+       "kerf: mandible: ramus_width_mm = 99 is outside the range 24 to 38\n"},
       {"model mandible -o m.vdb --teeth 7", 1, "kerf: mandible: teeth = 7 must be 0, 14 or 16\n"},
       {"model mandible -o missing/m.vdb --voxel 1", 1, "missing"},
       {"model skull -o m.vdb", 2, "subcommand"},

@@ -28,7 +28,7 @@ class Packages : public test::ProgramTest {
   }
 };
 
-TEST_F(Packages, ThoseOfTheTestsAreNoneOfTheBuild) {
+TEST_F(Packages, TestPackagesAreNotInTheBuildList) {
   const std::vector<std::string> build = List("");
   const std::vector<std::string> all = List("--tests");
   ASSERT_GT(build.size(), 20u);
@@ -41,7 +41,7 @@ TEST_F(Packages, ThoseOfTheTestsAreNoneOfTheBuild) {
   for (const std::string& name : all) EXPECT_EQ(std::count(all.begin(), all.end(), name), 1) << name;
 }
 
-TEST_F(Packages, EachScriptTakesItsOwn) {
+TEST_F(Packages, EachScriptInstallsItsOwnList) {
   const auto script = [](const char* name) { return test::Slurp(std::string(KERF_SOURCE_DIR) + name); };
   EXPECT_THAT(script("/tools/run"), testing::HasSubstr("\ntools/setup\n"));
   for (const char* name : {"/tools/test", "/.ci/run"}) {

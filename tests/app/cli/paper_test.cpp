@@ -62,7 +62,7 @@ TEST_F(Paper, JsonHasThe24ForcesWithinTwoInTenThousand) {
   EXPECT_NEAR(json["device_advice"]["computed_N"].get<double>(), 28.4, 0.05);
 }
 
-TEST_F(Paper, CsvHasARowForEachForceAndTheSameFiguresAsJson) {
+TEST_F(Paper, CsvHasARowPerForceWithTheSameValuesAsJson) {
   const auto json = nlohmann::json::parse(Kerf("paper --json").out);
   const std::vector<std::string> lines = Split(Kerf("paper --csv").out, '\n');
   ASSERT_EQ(lines.size(), 25u);
@@ -93,14 +93,14 @@ TEST_F(Paper, TextShowsTablesDiscrepanciesAndThe28N) {
   for (const std::string& line : Split(result.out, '\n')) EXPECT_LE(line.size(), 120u) << line;
 }
 
-TEST_F(Paper, TheTableOfTheDocumentationIsWhatTheProgramPrints) {
+TEST_F(Paper, TableInTheDocumentationMatchesTheProgram) {
   const ProgramResult result = Kerf("paper --markdown");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("| 3.54596 / 3.54609 |"));
   EXPECT_EQ(FindBlock(test::Slurp(KERF_SOURCE_DIR "/docs/paper.md")), result.out);
 }
 
-TEST_F(Paper, OutputGoesToAFileAndTheFigureIsDrawnBesideIt) {
+TEST_F(Paper, WritesOutputAndFigureToFiles) {
   const ProgramResult result = Kerf("paper --json -o paper.json --figure force.png");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_EQ(result.out, "");
@@ -111,7 +111,7 @@ TEST_F(Paper, OutputGoesToAFileAndTheFigureIsDrawnBesideIt) {
   EXPECT_EQ(png.substr(16, 8), std::string("\0\0\x07\x80\0\0\x04\x38", 8));
 }
 
-TEST_F(Paper, BadUseIsRefused) {
+TEST_F(Paper, BadUsageIsRefused) {
   for (const char* arguments : {"paper --json --csv", "paper --json --markdown", "paper --csv --markdown", "paper x",
                                 "paper --figure", "paper --tables"}) {
     const ProgramResult result = Kerf(arguments);
@@ -124,7 +124,7 @@ TEST_F(Paper, BadUseIsRefused) {
   EXPECT_THAT(nowhere.err, HasSubstr("none/a.txt: can't be written"));
 }
 
-TEST_F(Paper, FigureThatIsNoPictureOrTheOutputItselfIsBadUse) {
+TEST_F(Paper, FigureThatIsNotAPngOrIsTheOutputIsBadUsage) {
   const ProgramResult text = Kerf("paper --figure a.txt");
   EXPECT_EQ(text.code, 2);
   EXPECT_THAT(text.err, HasSubstr("--figure: 'a.txt' must end in .png; see 'kerf paper --help'\n"));

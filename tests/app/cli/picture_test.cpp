@@ -62,7 +62,7 @@ TEST_F(PictureCommand, ACtIsDrawnWithoutABone) {
   EXPECT_NE(test::Slurp(folder_ / "slice.png"), test::Slurp(folder_ / "ct.png"));
 }
 
-TEST_F(PictureCommand, ABoneGetsAxesOnlyWhenAsked) {
+TEST_F(PictureCommand, BoneHasAxesOnlyOnRequest) {
   ASSERT_EQ(Kerf("model block --size 8,4,4 --voxel 0.4 -o b.vdb").code, 0);
   ASSERT_EQ(Kerf("picture b.vdb --view front -o plain.png").code, 0);
   ASSERT_EQ(Kerf("picture b.vdb --view front --axes -o axes.png").code, 0);
@@ -70,7 +70,7 @@ TEST_F(PictureCommand, ABoneGetsAxesOnlyWhenAsked) {
   EXPECT_NE(test::Slurp(folder_ / "axes.png"), test::Slurp(folder_ / "plain.png"));
 }
 
-TEST_F(PictureCommand, RefusesWhatItCanNotDraw) {
+TEST_F(PictureCommand, RefusesInputThatCannotBeDrawn) {
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice q=3").err,
             "kerf: --slice: 'q=3' must be x=MM, y=MM or z=MM; see 'kerf picture --help'\n");
   EXPECT_THAT(Kerf("picture ball.mha -o a.png --slice z=99").err,

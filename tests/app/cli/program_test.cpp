@@ -55,7 +55,7 @@ TEST_F(Program, EveryCommandHasHelpOnStdout) {
   }
 }
 
-TEST_F(Program, BadUseIsExitCodeTwo) {
+TEST_F(Program, BadUsageHasExitCode2) {
   for (const char* arguments : {"", "saw", "run", "run --colour", "info a b", "scene --defaults --nonsense"}) {
     const ProgramResult result = Kerf(arguments);
     EXPECT_EQ(result.code, 2) << arguments;
@@ -70,7 +70,7 @@ TEST_F(Program, UnknownCommandIsNamedWithTheNearest) {
   EXPECT_EQ(result.err, "kerf: unknown command \"imprt\"; the nearest is \"import\"; 'kerf --help' lists them\n");
 }
 
-TEST_F(Program, ResultsOfAnEarlierRunDoNotStayAmongTheNew) {
+TEST_F(Program, ResultsOfAnEarlierRunAreRemoved) {
   std::string shallow = kStroke;
   shallow.replace(shallow.find("6.0]"), 4, "9.0]");
   Write("two.toml", std::string(kBlock) + shallow + kNoPictures);
@@ -84,7 +84,7 @@ TEST_F(Program, ResultsOfAnEarlierRunDoNotStayAmongTheNew) {
   EXPECT_EQ(test::Slurp(folder_ / "results/mine.stl"), "not kerf's");
 }
 
-TEST_F(Program, PathThatMissesTheBoneOrBeginsInItIsWarnedOf) {
+TEST_F(Program, WarnsOfAPathThatMissesTheBoneOrBeginsInIt) {
   std::string stroke = kStroke;
   stroke.replace(stroke.find("[0.0, 0.0, 11.2]"), 16, "[0.0, 50.0, 12.0]");
   stroke.replace(stroke.find("[0.0, 0.0, 6.0]"), 15, "[0.0, 50.0, 9.0]");
@@ -99,7 +99,7 @@ TEST_F(Program, PathThatMissesTheBoneOrBeginsInItIsWarnedOf) {
   EXPECT_THAT(Kerf("run inside.toml -o inside").err, HasSubstr("set down inside the bone"));
 }
 
-TEST_F(Program, RunRefusesToWriteOverItsOwnInput) {
+TEST_F(Program, RunRefusesToOverwriteItsInput) {
   std::filesystem::create_directory(folder_ / "work");
   Write("work/scene.toml", std::string(kBlock) + kStroke + kNoPictures);
   const std::string before = test::Slurp(folder_ / "work/scene.toml");
@@ -128,7 +128,7 @@ TEST_F(Program, FullDiskKeepsTheEarlierBone) {
   }
 }
 
-TEST_F(Program, OutputToSomethingThatIsNoFileIsRefusedAndLinksAreFollowed) {
+TEST_F(Program, OutputMustBeARegularFileAndLinksAreFollowed) {
   ExpectRefusal(Kerf("scene --defaults -o /dev/null"), "/dev/null: can't be written: it is not a regular file");
   Write("target.toml", "old");
   std::filesystem::create_symlink("target.toml", folder_ / "link.toml");
@@ -158,7 +158,7 @@ TEST_F(Program, RunsAScene) {
   EXPECT_NEAR(json["volume_mm3"].get<double>(), summary["bone"]["volume_after_mm3"].get<double>(), 1e-9 * 64);
 }
 
-TEST_F(Program, RunLeavesPicturesOutAndWritesFullPiecesWhenAsked) {
+TEST_F(Program, RunOmitsPicturesAndWritesFullPiecesOnRequest) {
   Write("scene.toml", std::string(kBlock) + kStroke);
   const ProgramResult reduced = Kerf("run scene.toml -o reduced --no-pictures");
   ASSERT_EQ(reduced.code, 0) << reduced.err;
@@ -177,7 +177,7 @@ TEST_F(Program, RunLeavesPicturesOutAndWritesFullPiecesWhenAsked) {
   EXPECT_EQ(test::Slurp(folder_ / "reduced/forces.csv"), test::Slurp(folder_ / "full/forces.csv"));
 }
 
-TEST_F(Program, LoopAndReplayReduceTheirPiecesUnlessAskedForFullOnes) {
+TEST_F(Program, LoopAndReplayReducePiecesByDefault) {
   Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures);
   ASSERT_EQ(Kerf("loop scene.toml --virtual --seconds 0.3 --record a.rec -o reduced").code, 0);
   ASSERT_EQ(Kerf("loop scene.toml --virtual --seconds 0.3 -o full --full").code, 0);
@@ -189,7 +189,7 @@ TEST_F(Program, LoopAndReplayReduceTheirPiecesUnlessAskedForFullOnes) {
   EXPECT_EQ(piece("again_full"), piece("full"));
 }
 
-TEST_F(Program, SlabModeTakesFull) {
+TEST_F(Program, SlabModeAcceptsFull) {
   Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures +
                           "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0.0, 0.0, -1.0]\n");
   const ProgramResult reduced = Kerf("run scene.toml -o reduced");
@@ -202,14 +202,14 @@ TEST_F(Program, SlabModeTakesFull) {
             std::filesystem::file_size(folder_ / "full/left.stl"));
 }
 
-TEST_F(Program, JsonOnStdoutIsTheSummary) {
+TEST_F(Program, JsonOnStdoutEqualsTheSummary) {
   Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures);
   const ProgramResult result = Kerf("run scene.toml -o results --json");
   EXPECT_EQ(result.code, 0);
   EXPECT_EQ(nlohmann::json::parse(result.out), nlohmann::json::parse(test::Slurp(folder_ / "results/summary.json")));
 }
 
-TEST_F(Program, DefaultSceneIsValidAsItStands) {
+TEST_F(Program, DefaultSceneIsValid) {
   const ProgramResult defaults = Kerf("scene --defaults");
   ASSERT_EQ(defaults.code, 0);
   Write("scene.toml", defaults.out);
@@ -217,7 +217,7 @@ TEST_F(Program, DefaultSceneIsValidAsItStands) {
   EXPECT_EQ(check.code, 0) << check.err;
 }
 
-TEST_F(Program, UnknownKeyNamesPlaceAndNearestKey) {
+TEST_F(Program, UnknownKeyIsReportedWithPositionAndNearestKey) {
   Write("scene.toml", std::string(kBlock) + kStroke + "[tool]\nthicknes_mm = 0.3\n");
   for (const char* command : {"run", "check"}) {
     const ProgramResult result = Kerf(std::string(command) + " scene.toml");
@@ -229,7 +229,7 @@ TEST_F(Program, UnknownKeyNamesPlaceAndNearestKey) {
   }
 }
 
-TEST_F(Program, NegativeThicknessNamesTheRange) {
+TEST_F(Program, NegativeThicknessIsReportedWithTheRange) {
   Write("scene.toml", std::string(kBlock) + kStroke + "[tool]\nthickness_mm = -0.1\n");
   const ProgramResult result = Kerf("run scene.toml");
   EXPECT_EQ(result.code, 1);
@@ -237,7 +237,7 @@ TEST_F(Program, NegativeThicknessNamesTheRange) {
   EXPECT_THAT(result.err, HasSubstr("0.02 to 10"));
 }
 
-TEST_F(Program, NanInAPathNamesFileLineAndColumn) {
+TEST_F(Program, NanInAPathIsReportedWithFileLineAndColumn) {
   Write("path.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,20,1,0,0,0\n1,nan,0,19,1,0,0,0\n");
   Write("scene.toml", std::string(kBlock) + "[path]\nfile = \"path.csv\"\n");
   const ProgramResult result = Kerf("run scene.toml");
@@ -269,7 +269,7 @@ TEST_F(Program, OutputThatCannotBeWrittenIsRefused) {
   EXPECT_EQ(test::Slurp(folder_ / "results"), "a file where the folder should be");
 }
 
-TEST_F(Program, NoCommandWritesOverAnInput) {
+TEST_F(Program, NoCommandOverwritesAnInput) {
   // Under different names or through a link.
   std::filesystem::create_directory(folder_ / "out");
   const std::string scene = std::string(kBlock) + kStroke + kNoPictures;
@@ -309,7 +309,7 @@ TEST_F(Program, NoCommandWritesOverAnInput) {
 }
 
 #ifdef KERF_IO_FAULTS
-TEST_F(Program, SignalThatEndsTheProgramLeavesNoTemporary) {
+TEST_F(Program, SignalThatEndsTheProgramLeavesNoTemporaryFile) {
   // A preloaded library raises the signal at each moment of writing a bone: after a file is opened, before a write, the
   // flush and the rename. The bone is whole or absent, and nothing else is in the folder.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
@@ -326,13 +326,13 @@ TEST_F(Program, SignalThatEndsTheProgramLeavesNoTemporary) {
                                            .c_str());
         const bool is_whole = std::filesystem::remove(folder_ / "b.vdb");
         EXPECT_TRUE(std::filesystem::is_empty(folder_)) << call << " " << at << ", signal " << signal;
-        if (WEXITSTATUS(status) == 0) {  // there is no such call any more
+        if (WEXITSTATUS(status) == 0) {  // no further call of this kind
           EXPECT_TRUE(is_whole);
           break;
         }
         EXPECT_EQ(WEXITSTATUS(status), 128 + signal) << call << " " << at;
         ++ended;
-        at += at / 8;  // calls in a row are alike
+        at += at / 8;  // consecutive calls are similar
       }
     }
     EXPECT_GE(ended, 4) << signal;
@@ -354,7 +354,7 @@ TEST_F(Program, LostOutputIsAFailure) {
   }
 }
 
-TEST_F(Program, CheckOfAStudySaysWhatItIs) {
+TEST_F(Program, CheckRecognisesAStudy) {
   const ProgramResult result = Kerf("check " KERF_SOURCE_DIR "/scenes/study_quick.toml");
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("this is a study, not a scene; 'kerf study "));

@@ -46,7 +46,7 @@ class Reference : public test::ProgramTest {
   bool Has(const std::string& program) const { return Shell("command -v " + program).code == 0; }
 };
 
-TEST_F(Reference, EveryCommandHasAGroupHelpAndAnExampleThatItsParserAccepts) {
+TEST_F(Reference, EveryCommandHasGroupHelpAndAValidExample) {
   const std::set<std::string> groups{"Make a bone", "Cut", "Look", "Practise", "Measure", "Devices", "Help"};
   std::vector<std::string> lacking;
   int commands = 0;
@@ -81,7 +81,7 @@ TEST_F(Reference, EveryCommandHasAGroupHelpAndAnExampleThatItsParserAccepts) {
   EXPECT_GT(commands, 20);
 }
 
-TEST_F(Reference, HelpListsTheGroupsInTheOrderOfTheWork) {
+TEST_F(Reference, HelpListsTheGroupsInOrder) {
   const std::string help = Kerf("--help").out;
   std::size_t at = 0;
   for (const char* group :
@@ -92,7 +92,7 @@ TEST_F(Reference, HelpListsTheGroupsInTheOrderOfTheWork) {
   }
 }
 
-TEST_F(Reference, TopicsAndCommandsCanBeAskedForByHelp) {
+TEST_F(Reference, HelpAcceptsTopicsAndCommands) {
   for (const char* topic : {"workflow", "units", "files", "exit-codes", "environment"}) {
     const ProgramResult result = Kerf(std::string("help ") + topic);
     EXPECT_EQ(result.code, 0) << topic;
@@ -110,7 +110,7 @@ TEST_F(Reference, HelpShowsDefaultsAndAnExample) {
   EXPECT_THAT(help, HasSubstr("--voxel FLOAT=0.1"));
 }
 
-TEST_F(Reference, PagesOfTheDocumentationAreWhatTheProgramPrints) {
+TEST_F(Reference, PagesOfTheDocumentationMatchTheProgram) {
   const ProgramResult reference = Kerf("reference");
   ASSERT_EQ(reference.code, 0) << reference.err;
   if (reference.out.find("Not in this build") != std::string::npos) GTEST_SKIP() << "parts are left out of this build";
@@ -176,14 +176,14 @@ TEST_F(Reference, ZshAndFishAcceptTheirScripts) {
   }
 }
 
-TEST_F(Reference, BadUseIsRefused) {
+TEST_F(Reference, BadUsageIsRefused) {
   for (const char* arguments : {"completion", "completion tcsh", "reference --json --man x", "reference x"}) {
     const ProgramResult result = Kerf(arguments);
     EXPECT_EQ(result.code, 2) << arguments;
     EXPECT_EQ(result.out, "") << arguments;
   }
   Write("file", "");
-  ExpectRefusal(Kerf("reference --man file/man"), "file/man: the folder can't be made: Not a directory");
+  ExpectRefusal(Kerf("reference --man file/man"), "file/man: the folder can't be created: Not a directory");
 }
 
 }  // namespace

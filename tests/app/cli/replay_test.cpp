@@ -35,7 +35,7 @@ class ReplayCommand : public test::ProgramTest {
   }
 };
 
-TEST_F(ReplayCommand, VerifiesAndWritesWhatTheRunWouldHaveWritten) {
+TEST_F(ReplayCommand, VerifiesAndWritesTheSameResultsAsTheRun) {
   Record("-o out");
   const ProgramResult replayed = Kerf("replay a.kerf --verify --json -o again");
   ASSERT_EQ(replayed.code, 0) << replayed.err;
@@ -48,21 +48,21 @@ TEST_F(ReplayCommand, VerifiesAndWritesWhatTheRunWouldHaveWritten) {
   EXPECT_EQ(first.at("bone_hash"), second.at("bone_hash"));
   EXPECT_EQ(first.at("force_hash"), second.at("force_hash"));
   EXPECT_EQ(first.at("recording").at("ticks"), 3000);
-  // All rows are equal: without the clock ticks have no duration in either run.
+  // All rows are equal: without the clock, ticks have no duration in either run.
   EXPECT_EQ(Slurp(folder_ / "out/forces.csv"), Slurp(folder_ / "again/forces.csv"));
 
   const ProgramResult part = Kerf("replay a.kerf --until 1.5 --json");
   EXPECT_EQ(nlohmann::json::parse(part.out).at("replayed_ticks"), 1500);
 }
 
-TEST_F(ReplayCommand, ARunOnAPathToo) {
+TEST_F(ReplayCommand, RunAlongAPath) {
   ASSERT_EQ(Kerf("run s.toml -o out --record a.kerf").code, 0);
   ASSERT_EQ(Kerf("replay a.kerf --verify -o again").code, 0);
   EXPECT_EQ(Slurp(folder_ / "out/forces.csv"), Slurp(folder_ / "again/forces.csv"));
   ExpectFailure(Kerf("loop --from a.kerf"), "can't be resumed");
 }
 
-TEST_F(ReplayCommand, LogsForPeopleAndNotebooks) {
+TEST_F(ReplayCommand, LogIsReadableAndHasCsv) {
   Record("--do 1:checkpoint=first");
   const ProgramResult shown = Kerf("log a.kerf");
   EXPECT_EQ(shown.code, 0);
@@ -76,7 +76,7 @@ TEST_F(ReplayCommand, LogsForPeopleAndNotebooks) {
   EXPECT_EQ(count_lines(Slurp(folder_ / "ticks.csv")), 3001);
 }
 
-TEST_F(ReplayCommand, GoesOnAndBack) {
+TEST_F(ReplayCommand, ContinuesAndUndoes) {
   Record("--do 1:checkpoint=first --do 2:undo=first");
   const ProgramResult further =
       Kerf("loop --from a.kerf --at 2.5 --virtual --seconds 0.5 --record b.kerf --do 2.7:undo=first --json");
@@ -87,14 +87,14 @@ TEST_F(ReplayCommand, GoesOnAndBack) {
   EXPECT_EQ(Kerf("replay b.kerf --verify").code, 0);
 }
 
-TEST_F(ReplayCommand, NothingIsReplaced) {
+TEST_F(ReplayCommand, ExistingFilesAreNeverReplaced) {
   Record();
   const std::string before = Slurp(folder_ / "a.kerf");
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 --record a.kerf"), "never replaces");
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 --record s.toml"), "s.toml");
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 --record none/b.kerf"), "no folder");
   ExpectFailure(Kerf("log a.kerf --csv -o a.kerf"), "a.kerf");
-  // Nor may a result overwrite the recording.
+  // A result must not overwrite the recording either.
   std::filesystem::create_directory(folder_ / "o");
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 -o o --record o/forces.csv"), "forces.csv");
   ExpectFailure(Kerf("run s.toml -o o --record o/bone.vdb"), "bone.vdb");
@@ -102,7 +102,7 @@ TEST_F(ReplayCommand, NothingIsReplaced) {
   EXPECT_EQ(Slurp(folder_ / "s.toml"), MakeBlockScene());
 }
 
-TEST_F(ReplayCommand, OneSentenceForWhatIsNone) {
+TEST_F(ReplayCommand, InvalidInputGivesOneSentence) {
   Record();
   Write("text.kerf", "hello");
   ExpectFailure(Kerf("replay text.kerf"), "is not a recording");
@@ -115,7 +115,7 @@ TEST_F(ReplayCommand, OneSentenceForWhatIsNone) {
   EXPECT_EQ(Kerf("loop").code, 2);
   EXPECT_EQ(Kerf("loop s.toml --from a.kerf").code, 2);
   EXPECT_EQ(Kerf("log a.kerf --ticks").code, 2);
-  // A truncated recording is read as far as it is complete, with a warning.
+  // The complete part of a truncated recording is read, with a warning.
   const std::string bytes = Slurp(folder_ / "a.kerf");
   Write("short.kerf", bytes.substr(0, bytes.size() / 2));
   const ProgramResult part = Kerf("replay short.kerf --verify --json");
@@ -139,7 +139,7 @@ TEST_F(ReplayCommand, AnotherBoneIsRefused) {
 }
 
 // A file size limit simulates a full disk: 8 blocks of 512 or 1024 bytes.
-TEST_F(ReplayCommand, AFullDiskCostsTheRecordingAlone) {
+TEST_F(ReplayCommand, FullDiskLosesOnlyTheRecording) {
   const ProgramResult made = KerfWithin("ulimit -f 12;", "loop s.toml --virtual --seconds 20 --record a.kerf");
   EXPECT_EQ(made.code, 1);
   EXPECT_THAT(made.err, HasSubstr("can't be written any further"));

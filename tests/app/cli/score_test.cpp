@@ -36,7 +36,7 @@ class Score : public test::ProgramTest {
   }
 };
 
-TEST_F(Score, OfAPerfectRunIsNearlyAHundred) {
+TEST_F(Score, OfAPerfectRunIsNearly100) {
   ASSERT_EQ(Kerf("run groove.toml -o out --record a.kerf").code, 0);
   const ProgramResult result = Kerf("score a.kerf --json -o a.html");
   ASSERT_EQ(result.code, 0) << result.err;
@@ -54,7 +54,7 @@ TEST_F(Score, OfAPerfectRunIsNearlyAHundred) {
   EXPECT_THAT(Kerf("score a.kerf").out, HasSubstr("of 100"));
 }
 
-TEST_F(Score, OfARecordingWithoutExerciseIsWhatNeedsNoPlan) {
+TEST_F(Score, RecordingWithoutExerciseHasOnlyMeasuresThatNeedNoPlan) {
   ASSERT_EQ(Kerf("loop bar.toml --virtual --seconds 1.5 --record a.kerf").code, 0);
   const ProgramResult result = Kerf("score a.kerf --json");
   ASSERT_EQ(result.code, 0) << result.err;
@@ -67,7 +67,7 @@ TEST_F(Score, OfARecordingWithoutExerciseIsWhatNeedsNoPlan) {
   EXPECT_NEAR(json["measures"]["time_total_s"]["value"].get<double>(), 1.5, 0.002);
 }
 
-TEST_F(Score, RefusesWhatIsNoRecording) {
+TEST_F(Score, RefusesInvalidRecordings) {
   Write("a.kerf", "nothing");
   EXPECT_EQ(Kerf("score a.kerf").code, 1);
   EXPECT_EQ(Kerf("score none.kerf").code, 1);
@@ -98,7 +98,7 @@ TEST_F(Score, AnAgentsRecordingIsHandedInAndListed) {
   EXPECT_TRUE(Exists("page.html"));
 }
 
-TEST_F(Score, IncompleteAndDoubledHandInsAreMarkedEverywhere) {
+TEST_F(Score, IncompleteAndDuplicateSubmissionsAreMarkedEverywhere) {
   ASSERT_EQ(Kerf("run groove.toml -o out --record a.kerf").code, 0);
   const std::string bytes = test::Slurp(folder_ / "a.kerf");
   Write("cut.kerf", bytes.substr(0, bytes.size() / 2));
@@ -133,7 +133,7 @@ TEST_F(Score, IncompleteAndDoubledHandInsAreMarkedEverywhere) {
 }
 
 // Otherwise a student could repeat the last part until the total is good.
-TEST_F(Score, ARecordingThatGoesOnFromAnotherIsNotGraded) {
+TEST_F(Score, ContinuedRecordingIsNotGraded) {
   ASSERT_EQ(Practise("--agent novice --exercise groove --seconds 4 --record a.kerf").code, 0);
   ASSERT_EQ(Kerf("loop --from a.kerf --at 3.5 --seconds 0.01 --virtual --record b.kerf").code, 0);
   const ProgramResult result = Kerf("score b.kerf --json");
@@ -172,7 +172,7 @@ TEST_F(Score, AStudentsNameIsUtf8) {
   EXPECT_EQ(taken.code, 0) << taken.err;
 }
 
-TEST_F(Score, PractiseRefusesWhatItCanNotTake) {
+TEST_F(Score, PractiseRefusesInvalidInput) {
   EXPECT_EQ(Practise("--hand-in a.kerf").code, 2);
   EXPECT_EQ(Practise("--agent expert").code, 2);
   EXPECT_EQ(Practise("--agent master --exercise groove").code, 1);

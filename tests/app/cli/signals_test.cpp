@@ -30,8 +30,9 @@ TEST(Signals, TheFirstIsNoted) {
 }
 
 // timeout(1) sends the signal to its child, and then to the whole process group of the child.
-TEST(Signals, ToldTwiceAtOnceItIsStillTheFirst) {
-  // If the machine stalls for a quarter of a second between the two, they count as two signals; then it is repeated.
+TEST(Signals, ImmediateRepetitionCountsAsTheFirstSignal) {
+  // If the machine stalls for a quarter of a second between the two, they count as two signals; the test is then
+  // repeated.
   bool was_noted = false;
   for (int tries = 0; tries < 3 && !was_noted; ++tries) {
     EXPECT_EXIT(CatchAnd([] {
@@ -47,7 +48,7 @@ TEST(Signals, ToldTwiceAtOnceItIsStillTheFirst) {
   EXPECT_TRUE(was_noted);
 }
 
-TEST(Signals, ASecondOneEndsTheProgram) {
+TEST(Signals, SecondSignalEndsTheProgram) {
   EXPECT_EXIT(CatchAnd([] {
                 std::raise(SIGINT);
                 std::this_thread::sleep_for(std::chrono::milliseconds(300));
@@ -56,7 +57,7 @@ TEST(Signals, ASecondOneEndsTheProgram) {
               testing::KilledBySignal(SIGINT), "");
 }
 
-TEST(Signals, AnotherOneEndsTheProgramAtOnce) {
+TEST(Signals, DifferentSignalEndsTheProgramImmediately) {
   EXPECT_EXIT(CatchAnd([] {
                 std::raise(SIGHUP);
                 std::raise(SIGTERM);

@@ -87,7 +87,7 @@ class Slab : public test::ProgramTest {
   }
 };
 
-TEST_F(Slab, FilesReadAgainAreClosedOutwardAndAsThickAsAskedFor) {
+TEST_F(Slab, FilesAreClosedOrientedOutwardAndOfTheRequestedThickness) {
   const Vec3 p(0.3, 0.2, -5);
   const Vec3 normals[] = {{1, 0, 0}, {1, 0.5, -0.3}};
   for (const Vec3& n : normals) {
@@ -135,7 +135,7 @@ TEST_F(Slab, FilesReadAgainAreClosedOutwardAndAsThickAsAskedFor) {
   }
 }
 
-TEST_F(Slab, TableSaysTheVolumesAndPictureIsDrawn) {
+TEST_F(Slab, TableStatesTheVolumesAndPictureIsDrawn) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const ProgramResult result = Kerf("slab block.vdb --plane 0,0,-5,1,0,0 -o out --formats stl --triangles 400");
   EXPECT_EQ(result.code, 0) << result.err;
@@ -158,7 +158,7 @@ TEST_F(Slab, MarkupsInLpsAndRasGiveTheSamePlaneAsNumbersDo) {
   EXPECT_EQ(ras, plane);
 }
 
-TEST_F(Slab, BadUseIsRefused) {
+TEST_F(Slab, BadUsageIsRefused) {
   ExpectRefusal(
       Kerf("slab none.vdb --plane 0,0,-5,1,0,0 -o out"),
       "none.vdb: there is no such file; 'kerf import INPUT -o none.vdb' makes it from a CT or a closed surface");
@@ -181,7 +181,7 @@ TEST_F(Slab, BadUseIsRefused) {
   ExpectRefusal(Kerf("slab block.vdb --plane-markups none.mrk.json -o out"), "none.mrk.json: there is no such file");
 }
 
-TEST_F(Slab, BoneIsNeverWrittenOver) {
+TEST_F(Slab, BoneIsNeverOverwritten) {
   std::filesystem::create_directory(folder_ / "work");
   std::filesystem::copy(folder_ / "block.vdb", folder_ / "work/left.vdb");
   const std::string before = test::Slurp(folder_ / "work/left.vdb");
@@ -191,7 +191,7 @@ TEST_F(Slab, BoneIsNeverWrittenOver) {
   EXPECT_FALSE(Exists("work/left.obj"));
 }
 
-TEST_F(Slab, MarkupsAreNeverWrittenOver) {
+TEST_F(Slab, MarkupsAreNeverOverwritten) {
   std::filesystem::create_directory(folder_ / "out");
   const std::string plane = R"({"markups": [{"type": "Plane", "coordinateSystem": "LPS", "center": [0, 0, -5],
       "normal": [1, 0, 0], "controlPoints": []}]})";
@@ -211,7 +211,7 @@ TEST_F(Slab, NormalMayHaveAnyLength) {
   }
 }
 
-TEST_F(Slab, WhatIsNoNumberIsSaidToBeNone) {
+TEST_F(Slab, InvalidNumbersAreReported) {
   const std::string cut = "slab block.vdb -o out --plane ";
   for (const char* plane : {"0,0,-5,1,0,0,", "0,0,-5,0x1,0,0", "0,0,-5,1,0,0,0", "0,0,-5,1,0,inf", "0,,-5,1,0,0"}) {
     const ProgramResult result = Kerf(cut + plane);
@@ -235,7 +235,7 @@ TEST_F(Slab, WhatIsNoNumberIsSaidToBeNone) {
   EXPECT_FALSE(Exists("out"));
 }
 
-TEST_F(Slab, VolumeAndThicknessThatAreOffAreSaid) {
+TEST_F(Slab, DeviationsOfVolumeAndThicknessAreReported) {
   ASSERT_EQ(Kerf("model plate --size 20,10,0.8 --layer 1:24 --voxel 0.4 -o plate.vdb").code, 0);
   const ProgramResult coarse =
       Kerf("slab plate.vdb --plane 0.1,0,-0.4,1,0,0 --thickness 1 --no-picture --formats vdb --json -o out");
@@ -255,7 +255,7 @@ TEST_F(Slab, VolumeAndThicknessThatAreOffAreSaid) {
                                  Json::parse(few.out)["measured_thickness_mm"].get<double>()));
 }
 
-TEST_F(Slab, PlanesThatGoThroughInSeveralPlacesAreSaid) {
+TEST_F(Slab, PlaneThroughTheBoneInSeveralPlacesIsReported) {
   ASSERT_EQ(Kerf("model mandible --voxel 0.8 -o jaw.vdb").code, 0);
   const std::string cut = "slab jaw.vdb --plane 24,30,0,0,1,0 --formats vdb --no-picture --json -o out ";
   const ProgramResult one = Kerf(cut);

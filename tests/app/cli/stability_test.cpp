@@ -48,7 +48,7 @@ TEST_F(StabilityCommand, HelpNamesItsOptions) {
 }
 
 #ifdef KERF_IO_FAULTS
-TEST_F(StabilityCommand, InterruptedItLeavesEarlierResultsAlone) {
+TEST_F(StabilityCommand, InterruptedRunKeepsEarlierResults) {
   Write("s.toml", std::string(kStabilityBlock) + kStroke);
   std::filesystem::create_directories(folder_ / "out");
   Write("out/stability.json", "earlier");
@@ -59,7 +59,7 @@ TEST_F(StabilityCommand, InterruptedItLeavesEarlierResultsAlone) {
   EXPECT_FALSE(Exists("out/report.md"));
 }
 
-TEST_F(StabilityCommand, InterruptedItWritesWhatWasExamined) {
+TEST_F(StabilityCommand, InterruptedRunWritesPartialResults) {
   Write("s.toml", std::string(kStabilityBlock) + kStroke);
   const ProgramResult result = Interrupted();
   ASSERT_EQ(result.code, 1) << result.err;
@@ -150,7 +150,7 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
 // A user-defined device with unlimited claims and an encoder so coarse (0.4 mm: steps of 0.24 N, ten times the
 // perceptible noise) that cutting cannot be smooth, light and nearly without damping or friction, in the lightest grip
 // that exists.
-TEST_F(StabilityCommand, AnUnstableSceneIsToldAndEndsWithOneAfterAllIsWritten) {
+TEST_F(StabilityCommand, UnstableSceneIsReportedWithExitCode1AndAllResults) {
   Write("mine.csv",
         "name,degrees_of_freedom,peak_force_N,continuous_force_N,peak_torque_Nmm,continuous_torque_Nmm,"
         "max_stiffness_N_per_mm,max_damping_Ns_per_mm,max_torsion_Nmm_per_rad,max_torsion_damping_Nmms,resolution_mm,"
@@ -180,7 +180,7 @@ TEST_F(StabilityCommand, AnUnstableSceneIsToldAndEndsWithOneAfterAllIsWritten) {
   EXPECT_EQ(Slurp(folder_ / "map.csv"), Slurp(folder_ / "mine.csv"));
 }
 
-TEST_F(StabilityCommand, RefusesInOneSentence) {
+TEST_F(StabilityCommand, RefusesBadUsageInOneSentence) {
   EXPECT_EQ(Kerf("stability").code, 2);
   Write("s.toml", std::string(kStabilityBlock) + kStroke);
   EXPECT_EQ(Kerf("stability s.toml --hand H9").code, 2);
@@ -195,7 +195,7 @@ TEST_F(StabilityCommand, RefusesInOneSentence) {
            "\nfeed_mm_per_s = 3.0\ndisc_normal = " + normal + "\n";
   };
   refused(kStabilityBlock + stroke("[0, 0, 20]", "[0, 0, 12]", "[0, 1, 0]"),
-          "r: the path never meets the bone; there is nothing to examine");
+          "r: the path never touches the bone, so there is nothing to examine");
   refused(kStabilityBlock + stroke("[0, 0, 5]", "[0, 0, 0]", "[0, 1, 0]"),
           "r: the path begins inside the bone, at 0.000 s; begin it clear of the bone");
   refused(kStabilityBlock + std::string("[tool]\nrpm = 0\n") + kStroke,
@@ -206,14 +206,14 @@ TEST_F(StabilityCommand, RefusesInOneSentence) {
   Write("r.toml", kStabilityBlock + stroke("[0, 8, -5]", "[0, 0, -5]", "[0, 1, 0]"));
   const ProgramResult flat = Kerf("stability r.toml");
   EXPECT_EQ(flat.code, 1);
-  EXPECT_THAT(flat.err, HasSubstr("r: the disc meets the bone with its flat, at "));
+  EXPECT_THAT(flat.err, HasSubstr("r: the disc touches the bone with its flat, at "));
   const ProgramResult none = Kerf("stability s.toml --profile tuoch");
   EXPECT_EQ(none.code, 1);
   EXPECT_THAT(none.err, HasSubstr("\"touch\""));
 }
 
 // 10 N/mm at 250 Hz in a light hand: the loop allows 1 N/mm on the device, and by default 0.3 is used.
-TEST_F(StabilityCommand, ExaminesTheCouplingAsAsked) {
+TEST_F(StabilityCommand, ExaminesTheRequestedCoupling) {
   Write("s.toml",
         std::string(kStabilityBlock) + "[coupling]\nstiffness_N_per_mm = 10.0\n[loop]\nrate_hz = 250.0\n" + kStroke);
   const ProgramResult result = Kerf("stability s.toml --quick --hand H1 --as-asked --json");
@@ -224,7 +224,7 @@ TEST_F(StabilityCommand, ExaminesTheCouplingAsAsked) {
   EXPECT_EQ(json["stable"], false);
 }
 
-TEST_F(StabilityCommand, RefusesASeedThatIsNone) {
+TEST_F(StabilityCommand, RefusesAnInvalidSeed) {
   Write("s.toml", std::string(kStabilityBlock) + kStroke);
   for (const char* seed : {"-1", "1.5", "x"}) {
     const ProgramResult result = Kerf(std::string("stability s.toml --seed ") + seed);

@@ -83,7 +83,7 @@ class Study : public test::ProgramTest {
   }
 };
 
-TEST_F(Study, KilledInTheMiddleItGoesOnToTheSameResults) {
+TEST_F(Study, ContinuesAfterAKillWithTheSameResults) {
   Write("small.toml", kStudyToml);
   const auto whole = Kerf("study small.toml -o whole --json");
   ASSERT_EQ(whole.code, 0) << whole.err;
@@ -104,7 +104,7 @@ TEST_F(Study, KilledInTheMiddleItGoesOnToTheSameResults) {
   EXPECT_EQ(ReadRecords("killed"), records);
 }
 
-TEST_F(Study, LostShardIsNamedAndBroughtLater) {
+TEST_F(Study, LostShardIsNamedAndCanBeAddedLater) {
   Write("small.toml", kStudyToml);
   for (const char* shard : {"0/3", "2/3"}) {
     const auto result = Kerf(std::string("study small.toml -o out --errors-only --shard ") + shard);
@@ -120,7 +120,7 @@ TEST_F(Study, LostShardIsNamedAndBroughtLater) {
   EXPECT_EQ(ReadRecords("all").size(), kRecords / 2);
 }
 
-TEST_F(Study, BadUseIsToldAndTouchesNothing) {
+TEST_F(Study, BadUsageIsReportedAndWritesNothing) {
   Write("small.toml", kStudyToml);
   EXPECT_EQ(Kerf("study").code, 2);
   const auto beyond = Kerf("study small.toml --shard 8/8");
@@ -135,7 +135,7 @@ TEST_F(Study, BadUseIsToldAndTouchesNothing) {
   EXPECT_FALSE(Exists("out"));
 }
 
-TEST_F(Study, DryRunListsTheCasesAndDoesNothing) {
+TEST_F(Study, DryRunOnlyListsTheCases) {
   Write("small.toml", kStudyToml);
   const auto result = Kerf("study small.toml -o out --dry-run --json");
   EXPECT_EQ(result.code, 0) << result.err;

@@ -59,7 +59,7 @@ class SwallowedBone : public test::ProgramTest {
   }
 };
 
-TEST_F(SwallowedBone, ARunAndItsReplayWriteAllElse) {
+TEST_F(SwallowedBone, RunAndReplayWriteAllOtherResults) {
   const ProgramResult run = Kerf("run s.toml -o o --record a.kerf");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr(std::string("kerf: warning: ") + kNotDrawn));
@@ -73,7 +73,7 @@ TEST_F(SwallowedBone, ARunAndItsReplayWriteAllElse) {
   ExpectResults("again", "summary.json");
 }
 
-TEST_F(SwallowedBone, ALoopAndItsReplayWriteAllElse) {
+TEST_F(SwallowedBone, LoopAndReplayWriteAllOtherResults) {
   const ProgramResult loop = Kerf("loop s.toml --virtual --seconds 0.1 -o o --record a.kerf");
   EXPECT_EQ(loop.code, 0) << loop.err;
   EXPECT_THAT(loop.err, HasSubstr(std::string("kerf: warning: ") + kNotDrawn));
@@ -86,7 +86,7 @@ TEST_F(SwallowedBone, ALoopAndItsReplayWriteAllElse) {
 }
 
 // A picture of an earlier run is not taken for one of this run.
-TEST_F(SwallowedBone, AnEarlierPictureGoes) {
+TEST_F(SwallowedBone, PictureOfAnEarlierRunIsRemoved) {
   std::string other = kSwallowedBoneScene;
   other.replace(other.find("diameter_mm = 22.0"), 18, "diameter_mm = 2.0");
   Write("other.toml", other);

@@ -1,5 +1,5 @@
 // kerf tune as a user runs it: its refusals, that it writes only settings that were shown to satisfy the request, and
-// that it changes its input only if asked to.
+// that it changes its input only on request.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ class Tune : public test::ProgramTest {
   }
 };
 
-TEST_F(Tune, RefusesWhatIsNoBound) {
+TEST_F(Tune, RefusesInvalidBounds) {
   const std::pair<const char*, const char*> cases[] = {
       {"", "give --budget-us, --error, or both"},
       {"--error much", "'much' is not a fraction: give 3.5% or 0.035"},
@@ -66,7 +66,7 @@ TEST_F(Tune, RefusesWhatIsNoBound) {
   EXPECT_FALSE(Exists("s.tune.json"));
 }
 
-TEST_F(Tune, DryRunLeavesTheSceneAsItWas) {
+TEST_F(Tune, DryRunDoesNotChangeTheScene) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --dry-run --in-place") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("chosen"));
@@ -75,13 +75,13 @@ TEST_F(Tune, DryRunLeavesTheSceneAsItWas) {
 }
 
 // Without -o and --in-place only the scene goes to stdout, and no file is written.
-TEST_F(Tune, PrintsTheSceneAndTouchesNoFile) {
+TEST_F(Tune, PrintsTheSceneAndWritesNoFile) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("  chosen    requested p99 at most 1e+06 us"));
   EXPECT_THAT(result.out, StartsWith("# mine\n"));
   EXPECT_THAT(result.out, HasSubstr("# kerf tune: requested p99"));
-  // The figure's range: the block is as long as the path, 0.25 s.
+  // Range of the figure: the block is as long as the path, 0.25 s.
   EXPECT_THAT(result.out, HasSubstr("over the whole path from the first contact onward (0.03 to 0.25 s)"));
   EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre("s.toml"));
@@ -103,7 +103,7 @@ TEST_F(Tune, WritesTheSceneToAFileAndTheEvidenceBesideIt) {
   EXPECT_GE(evidence.at("phases").size(), 1u);
 }
 
-TEST_F(Tune, ChangesItsInputOnlyWhenAskedAndKeepsABackup) {
+TEST_F(Tune, ChangesItsInputOnlyOnRequestAndKeepsABackup) {
   Write("s.toml.bak", "an earlier one");
   ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --in-place") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
@@ -116,9 +116,8 @@ TEST_F(Tune, ChangesItsInputOnlyWhenAskedAndKeepsABackup) {
   EXPECT_EQ(Kerf("check s.toml").code, 0);
 }
 
-// With a bound that cannot be satisfied, so that the message shows whether the outputs or the settings were tried
-// first.
-TEST_F(Tune, FindsOutputsThatCantBeWrittenBeforeItMeasures) {
+// The bound cannot be satisfied, so the message shows whether the outputs or the settings were tried first.
+TEST_F(Tune, DetectsUnwritableOutputsBeforeMeasuring) {
   const std::string bounds = std::string(" --error 0.01% --budget-us 1") + kQuick;
   ProgramResult result = Kerf("tune s.toml -o /proc/tuned.toml" + bounds);  // no process can create a file there
   EXPECT_EQ(result.code, 1);
@@ -133,7 +132,7 @@ TEST_F(Tune, FindsOutputsThatCantBeWrittenBeforeItMeasures) {
   EXPECT_THAT(Files(), ElementsAre(name, "s.toml"));
 }
 
-TEST_F(Tune, RefusesToReachItsInputByAnotherName) {
+TEST_F(Tune, RefusesOutputThatIsItsInputUnderAnotherName) {
   std::filesystem::create_symlink("s.toml", folder_ / "link.toml");
   for (const char* name : {"s.toml", "./s.toml", "link.toml"}) {
     const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 -o ") + name + kQuick);
@@ -146,7 +145,7 @@ TEST_F(Tune, RefusesToReachItsInputByAnotherName) {
   EXPECT_THAT(Files(), ElementsAre("link.toml", "s.toml"));
 }
 
-TEST_F(Tune, JsonIsAllOfStdoutAndNamesTheChanges) {
+TEST_F(Tune, StdoutIsOnlyJsonAndNamesTheChanges) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --json") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
   const auto json = nlohmann::json::parse(result.out);
@@ -155,7 +154,7 @@ TEST_F(Tune, JsonIsAllOfStdoutAndNamesTheChanges) {
   EXPECT_THAT(Files(), ElementsAre("s.toml"));
 }
 
-TEST_F(Tune, ABoundThatNothingKeepsIsAFailureAndLeavesTheSceneAsItWas) {
+TEST_F(Tune, UnsatisfiableBoundFailsAndDoesNotChangeTheScene) {
   // No voxel of 0.3 mm or more has an error as small as 0.01 %.
   const ProgramResult result = Kerf(std::string("tune s.toml --error 0.01% --budget-us 1 --in-place") + kQuick);
   EXPECT_EQ(result.code, 1);

@@ -37,7 +37,7 @@ class DeviceTest : public test::ProgramTest {
   }
 };
 
-TEST_F(DeviceTest, AnyKeyEndsItAndTheForceWithIt) {
+TEST_F(DeviceTest, AnyKeyEndsTheTestAndTheForce) {
   std::optional<FarSide> far;
   std::optional<Running> kerf;
   bool pushed = false;
@@ -64,7 +64,7 @@ TEST_F(DeviceTest, AnyKeyEndsItAndTheForceWithIt) {
   EXPECT_THAT(kerf->Shown(), Not(HasSubstr("x")));
 }
 
-TEST_F(DeviceTest, AKeyBeforeTheForceEndsItToo) {
+TEST_F(DeviceTest, KeyBeforeTheForceEndsTheTest) {
   FarSide far;
   Running kerf(folder_, At::kKeys, Arguments(far, "--json"));
   ASSERT_TRUE(kerf.UntilSaid("leave the handle alone")) << kerf.err();
@@ -90,7 +90,7 @@ void RunToTheEnd(Running& kerf, FarSide& far) {
   ASSERT_GE(kerf.WaitForEnd(), 0) << kerf.err();
 }
 
-TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
+TEST_F(DeviceTest, JsonReportsTheHandlesMotion) {
   constexpr double kNoise_mm = 0.05;
   std::optional<FarSide> far;
   std::optional<Running> kerf;
@@ -136,7 +136,7 @@ TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
 }
 
 // The example program that users copy, unchanged: its handle moves under the force.
-TEST_F(DeviceTest, TellsInATableHowTheExamplesHandleWent) {
+TEST_F(DeviceTest, TableReportsTheMotionOfTheExamplesHandle) {
   constexpr double kSpring_N_per_mm = 0.2;  // stiffness of the example's hand
   constexpr double kExample_N = 0.2 * 3.3;
   std::optional<Running> example;
@@ -199,7 +199,7 @@ void PressAgainIfAsked(FarSide& far, std::uint32_t button, const std::string& sh
   if (shown.find("; buttons none", ready) != std::string::npos) far.Press(button);
 }
 
-TEST_F(DeviceTest, WatchedAtATerminalItIsOneLineThatFollowsTheHandle) {
+TEST_F(DeviceTest, WatchOnATerminalUpdatesOneLine) {
   FarSide far;
   Running kerf(folder_, At::kTerminal, Arguments(far, "--watch"));
   ASSERT_TRUE(kerf.Until([&] { return FindUp_mm(kerf.Shown()) == 0; })) << kerf.Shown();
@@ -224,7 +224,7 @@ TEST_F(DeviceTest, WatchedAtATerminalItIsOneLineThatFollowsTheHandle) {
   EXPECT_EQ(far.felt().largest_N, 0.0);
 }
 
-TEST_F(DeviceTest, WatchedWithoutATerminalEachTimeIsALine) {
+TEST_F(DeviceTest, WatchWithoutATerminalPrintsSeparateLines) {
   FarSide far;
   far.Press(0);
   Running kerf(folder_, At::kNowhere, Arguments(far, "--watch"));

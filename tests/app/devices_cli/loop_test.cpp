@@ -102,7 +102,7 @@ class LoopInAHand : public test::ProgramTest {
   int meant_ = 0;   // number of questions that the test itself causes
 };
 
-TEST_F(LoopInAHand, ThatHoldsABridgesDevice) {
+TEST_F(LoopInAHand, CutsWithABridgeDevice) {
   FarSide far;
   Running kerf(folder_, At::kKeys, Arguments("bridge --bridge " + far.where()));
   ASSERT_TRUE(Until(kerf, [&] { return far.felt().engaged > 0; })) << kerf.err();
@@ -116,7 +116,7 @@ TEST_F(LoopInAHand, ThatHoldsABridgesDevice) {
   EXPECT_EQ(far.felt().now_N, 0.0);
 }
 
-TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
+TEST_F(LoopInAHand, CutsWithAnInverse3) {
   const Vec3 start_m{0.01, -0.12, 0.2};
   std::optional<test::HaplyService> service;
   try {
@@ -133,7 +133,7 @@ TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
   ASSERT_TRUE(Until(kerf,
                     [&] {
                       // One step per received message, no larger than a hand's, however late the test is; no motion
-                      // while the program asks.
+                      // while the program waits for confirmation.
                       const int now = service->forces();
                       const double step_mm = std::fmin(0.1, 0.002 * (now - std::exchange(before, now)));
                       const std::string err = kerf.err();
@@ -150,16 +150,16 @@ TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
   EXPECT_EQ(service->force_N(), Vec3{0});
 }
 
-// Messages of the driver's thread at a stall; force returns only after the user's confirmation: Enter, once asked.
-TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
+// Messages of the driver's thread at a stall; force returns only after the user, when asked, confirms with Enter.
+TEST_F(LoopInAHand, ForceReturnsAfterEnterWhenTheDeviceAnswersAgain) {
   constexpr int kMaxTries = 5;
   std::optional<FarSide> its;
   std::optional<Running> session;
   std::chrono::steady_clock::time_point mute_since;
   const auto mute_for = [&] { return std::chrono::steady_clock::now() - mute_since; };
   const auto asked_already = [&] { return session->Said(kAsked); };
-  // If the machine stalled for half a second before the device was mute, the program has already asked; then it is
-  // repeated.
+  // If the machine stalled for half a second before the device was mute, the program has already asked; the test is
+  // then repeated.
   for (int tries = 0; tries < kMaxTries && (!session || asked_already()); ++tries) {
     session.reset();
     its.emplace();

@@ -15,7 +15,7 @@ using test::ProgramResult;
 using testing::HasSubstr;
 using testing::Not;
 
-// Device settings for the simulated hand; kerf finds them out by itself.
+// Device settings for the simulated hand only; kerf determines them itself.
 constexpr char kDevice[] = R"(
 [device]
 profile = "falcon"
@@ -38,8 +38,8 @@ class CutWithAFalcon : public test::EmulatedProgram {
     constexpr char kEnd[] = "end_mm = [0.0, 0.0, 0.5]";
     std::string deeper = bar;
     Write("hand.toml", deeper.replace(bar.find(kEnd), sizeof(kEnd) - 1, "end_mm = [0.0, 0.0, -1.5]") + kDevice);
-    // After each stall the device is without force for a moment, perhaps just when the force is largest; then it is
-    // repeated.
+    // After each stall the device outputs no force for a moment, perhaps just when the force is largest; the run is
+    // then repeated.
     ProgramResult result;
     for (int tries = 0; tries < kMaxTries; ++tries) {
       std::filesystem::remove(folder_ / "cut.kerf");
@@ -88,7 +88,7 @@ class CutWithAFalcon : public test::EmulatedProgram {
   }
 };
 
-TEST_F(CutWithAFalcon, GoesThroughTheBar) {
+TEST_F(CutWithAFalcon, CutsThroughTheBar) {
   const ProgramResult result = Cut("");
   ExpectCutThrough(result);
   EXPECT_EQ(Report()["uploads"], 1);
@@ -98,7 +98,7 @@ TEST_F(CutWithAFalcon, GoesThroughTheBar) {
 
 // From 0.5 mm above it the hand needs 0.3 s to the bar and at least 2 s more to cut through. Of the bar's 3 mm it has
 // cut 1.45 mm when it waits to be unplugged; the rest is cut afterwards.
-TEST_F(CutWithAFalcon, GoesOnAfterAnUnplugWhenTheUserAgrees) {
+TEST_F(CutWithAFalcon, ContinuesAfterUnpluggingWhenTheUserConfirms) {
   const ProgramResult result = Cut("--unplug-on-way 1.3 --plug-in-later 1.5");
   ExpectCutThrough(result);
   const Json report = Report();
@@ -126,7 +126,7 @@ class ForceOfAFalcon : public test::EmulatedProgram {
   }
 };
 
-TEST_F(ForceOfAFalcon, EndsWithTheProgramHoweverThatEnds) {
+TEST_F(ForceOfAFalcon, EndsHoweverTheProgramEnds) {
   for (const std::string signals : {"TERM", "TERM TERM", "HUP TERM", "SEGV", "USR1", "XCPU"}) {
     ProgramResult result;
     Json report;

@@ -36,7 +36,7 @@ TEST_F(EmulatedDevices, AreFoundAndReady) {
   }
 }
 
-TEST_F(EmulatedDevices, EachProblemHasItsMend) {
+TEST_F(EmulatedDevices, EachProblemHasARemedy) {
   struct Case {
     const char* options;
     const char* state;
@@ -83,7 +83,7 @@ TEST_F(EmulatedDevices, BenchExchangesThroughLibusb) {
   EXPECT_EQ(report["homing_bit_was_off"], false);
 }
 
-TEST_F(EmulatedDevices, UnpluggedWhileItIsMeasuredIsTold) {
+TEST_F(EmulatedDevices, UnpluggingDuringTheMeasurementIsReported) {
   const ProgramResult result =
       KerfWith("--firmware-there --homed --unplug-after 200", "bench devices --rounds 100000 --json");
   ASSERT_EQ(result.code, 0) << result.err;

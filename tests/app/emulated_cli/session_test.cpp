@@ -77,10 +77,10 @@ class SessionWithADevice : public test::EmulatedProgram {
   }
 };
 
-TEST_F(SessionWithADevice, WoodenHapticsCutsAndIsFelt) {
+TEST_F(SessionWithADevice, WoodenHapticsCutsAndOutputsForce) {
   Write("block.toml", kBlockToTheRight);
-  // Motion to the right for seconds, so slow at first that the handle counts as at rest. If the machine stalls again
-  // and again the force is never large; then it is repeated.
+  // The hand moves to the right for seconds, so slowly at first that the handle counts as at rest. If the machine
+  // stalls repeatedly, the force never becomes large; the run is then repeated.
   std::optional<Running> kerf;
   for (int tries = 0; tries < 5 && !Exists("felt"); ++tries) {
     kerf.reset();
@@ -149,7 +149,7 @@ expected_peak_N = 5.0
   }
 };
 
-TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserAgrees) {
+TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserConfirms) {
   // The tool must be in the bone by then: on a slow machine this takes longer.
   std::optional<Running> kerf;
   for (int at_s = 4; at_s < 16; at_s = at_s * 3 / 2) {

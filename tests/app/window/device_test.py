@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A cut in the window with a Novint Falcon that is emulated below libusb: unplugged and plugged in again during the cut, with undo and
-redo; loss of the display during a cut; and an exercise with the device.
+"""A cut in the window with a Novint Falcon that is emulated below libusb: unplugged and plugged in again during the cut,
+with undo and redo; loss of the display during a cut; and an exercise with the device.
 
     device_test.py KERF EMULATE_USB [PICTURE]
 
-PICTURE: a PNG taken after it was unplugged, as docs/devices.md shows it. Exit code 77: skipped, with the reason."""
+PICTURE: file for a PNG of the window after unplugging, which docs/devices.md shows. Exit code 77: skipped, with the reason."""
 
 import json
 import math
@@ -16,7 +16,8 @@ import sys
 from drive import Display, Window, skip_without_display_programs, workspace
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
-# As the window looks at first (render/view_frame.cpp, three-quarter; window/practice.cpp): towards the eye, in the world.
+# Initial views of the window, as directions towards the eye in the world: three-quarter (src/view/picture/view_frame.cpp), and the view
+# of an exercise (src/app/window/practice.cpp).
 TOWARDS_EYE = (0.75, -1.0, 0.55)
 TOWARDS_EYE_AT_EXERCISE = (0.0, -1.0, 0.6)
 
@@ -46,7 +47,8 @@ def unit(a):
 
 
 def make_folder(scene, towards_eye):
-    """Returns a folder with the scene of the hand and a Falcon's firmware. The picture's right, up and towards the eye are the device's."""
+    """Returns a folder with the scene of the hand and a Falcon's firmware. The device's axes are the picture's right, up and the direction
+    towards the eye."""
     towards = unit(towards_eye)
     right = unit(cross((0, 0, 1), towards))
     folder = workspace()
@@ -57,7 +59,7 @@ def make_folder(scene, towards_eye):
 
 
 def check_end(kerf, folder):
-    # The Falcon's profile has 8.9 N at the peak.
+    # The peak force of the Falcon's profile is 8.9 N.
     report = json.loads((folder / "report.json").read_text())
     assert report["motors_at_end"] == [0, 0, 0] and 0 < report["peak_force_N"] < 9, report
     done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
@@ -83,9 +85,9 @@ def rehearse(kerf, emulate, picture):
             w.key("F12")
             shutil.copy(folder / w.wait_event("picture")["file"], picture)
         w.wait_message("is connected again")
-        # The hand agrees by a button of the device, and cuts on.
+        # The hand confirms with a button of the device and continues to cut.
         w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
-        # The bone comes back around the blade that the hand still holds there; then it goes away again.
+        # Undo restores the bone around the blade, which the hand still holds there; redo removes it again.
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
         w.wait_state("the spindle is off", lambda s: not s["spindle"])
@@ -94,7 +96,7 @@ def rehearse(kerf, emulate, picture):
         w.wait_message("the handle sets its position", after=before)
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
-        # A saw that a device holds is stopped under the help too.
+        # A saw that a device holds can also be stopped while the help is shown.
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w.key("F1")

@@ -174,7 +174,7 @@ class Window:
             time.sleep(0.05)
 
     def wait_message(self, part, seconds=60, after=0):
-        """Waits for a message to the user after that mark; a message is shown for about a second, or until the next one."""
+        """Waits for a message to the user after the mark `after`; a message is shown for about a second, or until the next one."""
         deadline = time.monotonic() + seconds
         while True:
             self.read()
@@ -194,7 +194,7 @@ class Window:
             time.sleep(0.05)
 
     def wait_still(self, name, still_s=1, seconds=30):
-        """Returns the value of this key of the state once it no longer changes."""
+        """Returns the state's value `name` once it has not changed for `still_s`."""
         deadline = time.monotonic() + seconds
         value, since = None, time.monotonic()
         while time.monotonic() < since + still_s:
@@ -220,7 +220,7 @@ class Window:
         return len(self.events)
 
     def picture(self):
-        """Presses F12 and returns the file of the picture."""
+        """Presses F12 and returns the picture's file."""
         after = self.mark()
         self.key("F12")
         return pathlib.Path(self.wait_event("picture", after=after)["file"])

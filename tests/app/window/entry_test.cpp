@@ -25,7 +25,7 @@ WindowEvent Type(char32_t character) {
   return event;
 }
 
-TEST(TextEntry, KeepsWhatPrintsAsUtf8AndTakesWholeCharactersAway) {
+TEST(TextEntry, KeepsPrintableTextAsUtf8AndDeletesWholeCharacters) {
   TextEntry entry("Name:", "a");
   for (const char32_t c : {U'ß', U'☃', U'\U0001F9B7', U'\n', U'\x1b', U'\x7f', U'\x85'}) entry.Take(Type(c));
   EXPECT_EQ(entry.text(), "a\xC3\x9F\xE2\x98\x83\xF0\x9F\xA6\xB7");
@@ -41,7 +41,7 @@ TEST(TextEntry, KeepsWhatPrintsAsUtf8AndTakesWholeCharactersAway) {
   EXPECT_EQ(entry.Take(Press(Key::kEnter)), TextEntry::State::kDone);
 }
 
-TEST(Menu, PassesOverWhatCanNotBeChosen) {
+TEST(Menu, SkipsRowsThatCannotBeChosen) {
   std::string chosen;
   const auto item = [&](const std::string& name, bool enabled) {
     return MenuItem{.name = name, .detail = "", .enabled = enabled, .choose = [&chosen, name] { chosen = name; }};

@@ -42,7 +42,7 @@ class HandDeviceTest : public testing::Test {
   SawControls controls{Pose{}};
 };
 
-TEST_F(HandDeviceTest, ThePressThatAgreesLeavesTheSpindleAlone) {
+TEST_F(HandDeviceTest, ConfirmingPressDoesNotSwitchTheSpindle) {
   Open();
   EXPECT_FALSE(Frame(0).switches_spindle);
   EXPECT_FALSE(Frame(kSpindle).switches_spindle);
@@ -53,7 +53,7 @@ TEST_F(HandDeviceTest, ThePressThatAgreesLeavesTheSpindleAlone) {
   EXPECT_FALSE(Frame(kSpindle).switches_spindle);  // once per press
 }
 
-TEST_F(HandDeviceTest, TheHandleHoldsTheSawAsItIsSeen) {
+TEST_F(HandDeviceTest, HandleMovesTheSawInViewDirections) {
   Open();
   EXPECT_TRUE(hand->holds());
   EXPECT_TRUE(hand->waits());
@@ -70,7 +70,7 @@ TEST_F(HandDeviceTest, TheHandleHoldsTheSawAsItIsSeen) {
   EXPECT_LE(glm::length(sample.X_WH.p_AB - X_WT.p_AB - Vec3(7, 3, 5)), 1e-9);
 }
 
-TEST_F(HandDeviceTest, ACapMovesWhatIsWantedAndNeedsNobodysConsent) {
+TEST_F(HandDeviceTest, CapMovesTheWantedPoseWithoutConfirmation) {
   Open([](ReportedDevice::State& state) {
     state.traits.makes_force = false;
     state.traits.motion = DriverMotion::kDeflection;

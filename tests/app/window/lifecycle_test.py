@@ -43,7 +43,7 @@ def main():
     kerf = sys.argv[1]
     skip_without_display_programs()
 
-    # No display: one clear sentence, and nothing left behind.
+    # No display: one clear sentence, and no files left behind.
     folder = workspace()
     env = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     for command in ("rehearse", "practise"):

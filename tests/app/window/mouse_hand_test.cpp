@@ -27,7 +27,7 @@ struct Rig {
 };
 
 // The device's friction may hold the handle slightly off the target: friction / stiffness of the hand.
-TEST(MouseHand, TheHandleComesToWhereTheMouseWantsItNoFasterThanAHand) {
+TEST(MouseHand, HandleReachesTheTargetAtALimitedSpeed) {
   Rig rig;
   rig.target.Publish({Quat{1, 0, 0, 0}, {40, 0, 0}});
   double fastest = 0;
@@ -43,7 +43,7 @@ TEST(MouseHand, TheHandleComesToWhereTheMouseWantsItNoFasterThanAHand) {
 
 // The spring's extension is limited to its reach: it pulls with at most k x reach, however far the mouse moved, and the
 // released handle does not fly to the target.
-TEST(MouseHand, HeldBackItPullsNoMoreThanItCan) {
+TEST(MouseHand, ForceOnAHeldHandleIsLimited) {
   Rig rig;
   const MouseHandParams params;
   const double max_N = params.stiffness_N_per_mm * params.reach_mm;
@@ -59,7 +59,7 @@ TEST(MouseHand, HeldBackItPullsNoMoreThanItCan) {
   EXPECT_GT(rig.device.p_WC_mm().x, then_mm);
 }
 
-TEST(MouseHand, ATargetThatIsNoneChangesNothing) {
+TEST(MouseHand, InvalidTargetIsIgnored) {
   Rig rig;
   rig.target.Publish({Quat{1, 0, 0, 0}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}});
   rig.Run(0.5);
@@ -68,7 +68,7 @@ TEST(MouseHand, ATargetThatIsNoneChangesNothing) {
   EXPECT_TRUE(std::isfinite(rig.device.p_WC_mm().x));
 }
 
-TEST(Beep, TellsFarFromNearFromBeyond) {
+TEST(Beep, DistinguishesFarNearAndBeyond) {
   EXPECT_EQ(CalcBeep(std::nullopt).per_s, 0);
   EXPECT_EQ(CalcBeep(10).per_s, 0);
   EXPECT_NEAR(CalcBeep(3).per_s, 2, 1e-12);

@@ -43,7 +43,7 @@ def main():
         w.wait_event("first_picture")
         assert w.state["exercise"] == "groove"
 
-        # Down to the depth, where the stop of level 1 holds; along the line of 16 mm; up and out.
+        # Down to the depth, where the stop of level 1 holds the saw; along the line of 16 mm; up and out.
         w.key("bracketleft", "bracketleft")
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
@@ -69,7 +69,7 @@ def main():
         time.sleep(0.5)
         picture("score")
 
-        # Level 5 is without aids; an attempt that is left is not scored.
+        # Level 5 has no aids; an abandoned attempt is not scored.
         w.key("Escape")
         w.wait_state("the list again", lambda s: s["mode"] == "choosing")
         w.key("Return", "5")

@@ -3,7 +3,7 @@
 
     rehearse_test.py KERF [--pictures FOLDER] [--scale 2]
 
---pictures keeps the pictures that it takes. Exit code 77: skipped, with the reason."""
+--pictures: keeps the test's pictures. Exit code 77: skipped, with the reason."""
 
 import argparse
 import json
@@ -13,7 +13,7 @@ import time
 
 from drive import Display, Window, skip_without_display_programs, workspace
 
-# A bar across the patient, cut in two by a stroke of some seconds; the disc stands above its middle.
+# A bar across the patient, cut in two by a stroke of some seconds; the disc is above its middle.
 SCENE = """title = "Bar of cortical and cancellous bone"
 [bone]
 model = "block"
@@ -76,7 +76,7 @@ def main():
         w.wait_event("first_picture")
         assert w.state["planes"] == 1, "the scene's plan is there"
 
-        # Help, and the view turned by the mouse.
+        # Opens the help and turns the view with the mouse.
         w.key("F1")
         w.wait_state("help", lambda s: s["help"])
         picture("help")
@@ -86,7 +86,7 @@ def main():
         w.scroll(*centre, 2)
         picture("begin")
 
-        # A cut half through by keys, held by bone: the saw goes down in the blade's plane and the force shows.
+        # Cuts half through with the keys against the bone's resistance: the saw moves down in the blade's plane and a force is shown.
         w.key("v")  # from the front: down in the picture is down in the bone
         w.key("l")
         w.key("bracketleft", "bracketleft", "bracketleft")  # 2 mm/s
@@ -105,7 +105,7 @@ def main():
         picture("regions")
         w.key("m")
 
-        # Out of the cut, undo, redo. The spindle stops by itself, so that what comes back is not cut at once.
+        # Out of the cut, undo, redo. The spindle stops by itself, so that the restored bone is not cut at once.
         w._xdotool("keydown", "Up")
         w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12, 60)
         w._xdotool("keyup", "Up")
@@ -115,7 +115,7 @@ def main():
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
 
-        # A checkpoint by name.
+        # A named checkpoint.
         w.key("c")
         w.wait_state("it asks for a name", lambda s: s["entry"])
         w.type(" of mine")
@@ -123,7 +123,7 @@ def main():
         answer = w.wait_event("answer", what="Checkpoint")
         assert answer["name"] == "cut 1 of mine", answer
 
-        # Right through.
+        # Cuts through.
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
@@ -167,8 +167,8 @@ def main():
             w.key("Right")
         w.wait_state("a piece is moved", lambda s: any(p["moved_mm"] == 3 for p in s["pieces"]))
 
-        # Towards the other one it overlaps by what is left of 3 mm without the kerf of 0.5, over 10 x 10 mm; away from it
-        # there is a gap of both together. The kerf may be a tenth wider than the disc.
+        # Moved towards the other piece, it overlaps it by 3 mm minus the kerf of 0.5 mm, over 10 x 10 mm; moved away, the gap is
+        # 3 mm plus the kerf. The kerf may be a tenth wider than the disc.
         def as_moved():
             w.read()
             return any(235 < e["overlap_mm3"] < 252 or 3.45 < (e["gap_mm"] or 0) < 3.7
@@ -201,7 +201,7 @@ def main():
         w.key("Escape")
         w.wait_state("cutting again", lambda s: s["mode"] == "cutting")
 
-        # The guide holds the saw to the plan's first plane, and lets go of it again.
+        # The guide holds the saw in the plan's first plane and releases it again.
         w.key("n", "5")  # the next plane: the scene's own
         for guided in (True, False):
             sessions = w.mark()
@@ -209,7 +209,7 @@ def main():
             w.wait_event("running", after=sessions, seconds=120)
             w.wait_state("the guide", lambda s: s["guided"] == guided)
 
-        # Another saw goes on with the same bone.
+        # Another saw continues with the same bone.
         sessions = w.mark()
         w.key("2")
         w.wait_event("running", after=sessions, seconds=120)
@@ -232,7 +232,7 @@ def main():
     cut = next(p for p in assessed["planes"] if p["name"] == "cut")
     assert abs(cut["offset_mm"]) < 0.2, cut
 
-    # What was recorded is what was done: both sessions come out again to the bit, without a window.
+    # Every recorded session replays bit-identically without a window.
     for i, recording in enumerate(left["recordings"]):
         done = subprocess.run([options.kerf, "replay", recording, "--verify"], cwd=folder, capture_output=True, text=True)
         assert done.returncode == 0, (recording, done.stdout, done.stderr)

@@ -33,7 +33,7 @@ double AngleBetween(const Quat& a, const Quat& b) {
   return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
 }
 
-TEST(SawControls, AHeldKeyMovesAtTheFeedWhateverTheFrames) {
+TEST(SawControls, HeldKeyMovesAtTheFeedRateAtAnyFrameRate) {
   for (const int frames : {10, 100, 1000}) {
     SawControls controls(Pose{});
     controls.set_feed_mm_per_s(3);
@@ -45,7 +45,7 @@ TEST(SawControls, AHeldKeyMovesAtTheFeedWhateverTheFrames) {
   }
 }
 
-TEST(SawControls, TheMouseDragsByWhatItGoes) {
+TEST(SawControls, MouseDragsTheSawByItsMotion) {
   SawControls controls(Pose{});
   EXPECT_FALSE(controls.Take(MouseEvent(Kind::kMouseMove, 5, 5), kFront));  // no button is pressed
   EXPECT_TRUE(controls.Take(MouseEvent(Kind::kMouseDown, 100, 100), kFront));
@@ -57,7 +57,7 @@ TEST(SawControls, TheMouseDragsByWhatItGoes) {
   EXPECT_FALSE(controls.Take(MouseEvent(Kind::kMouseMove, 200, 90), kFront));
 }
 
-TEST(SawControls, InTheBladesPlaneNothingGoesAcrossIt) {
+TEST(SawControls, RestrictedMotionStaysInTheBladesPlane) {
   // Spindle along (1, 1, 0): the blade's plane contains z and (1, -1, 0).
   const Vec3 spindle = glm::normalize(Vec3(1, 1, 0));
   const Pose X{glm::angleAxis(std::acos(-1.0) / 2, glm::normalize(glm::cross(Vec3(0, 0, 1), spindle))), {0, 0, 0}};
@@ -75,7 +75,7 @@ TEST(SawControls, InTheBladesPlaneNothingGoesAcrossIt) {
   EXPECT_GT(AngleBetween(controls.wanted().R_AB, X.R_AB), 0.05);  // and turned about its spindle
 }
 
-TEST(SawControls, WhatIsWantedWaitsForASawThatIsHeldBack) {
+TEST(SawControls, WantedPoseWaitsForASawThatIsHeldBack) {
   SawControls controls(Pose{});
   controls.Take(KeyEvent(Key::kRight, true, true), kFront);  // with Shift: fast
   controls.Take(KeyEvent(Key::kQ), kFront);
@@ -88,7 +88,7 @@ TEST(SawControls, WhatIsWantedWaitsForASawThatIsHeldBack) {
   EXPECT_NEAR(glm::length(controls.wanted().p_AB - before), 0, 0.5);
 }
 
-TEST(SawControls, LettersWithControlAreForOthers) {
+TEST(SawControls, IgnoresLettersWithControl) {
   SawControls controls(Pose{});
   WindowEvent undo = KeyEvent(Key::kQ);
   undo.control = true;

@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-TEST(Pack, ComesOutAsItWentIn) {
+TEST(Pack, RoundTripKeepsEveryByte) {
   std::mt19937_64 dice(1);
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{100}, std::size_t{1} << 20}) {
     std::string bytes(size, 'a');
@@ -22,7 +22,7 @@ TEST(Pack, ComesOutAsItWentIn) {
   EXPECT_LT(Pack(std::string(1 << 20, 'a')).size(), 1000);
 }
 
-TEST(Pack, NoMoreMemoryThanAllowed) {
+TEST(Pack, UnpackAllocatesAtMostTheLimit) {
   const std::string packed = Pack(std::string(1 << 20, 'a'));
   EXPECT_THROW(Unpack(packed, (1 << 20) - 1), Error);
   // A frame of 20 bytes whose header claims a content size of 2^62.
@@ -32,7 +32,7 @@ TEST(Pack, NoMoreMemoryThanAllowed) {
   EXPECT_THROW(Unpack(lie, std::size_t{1} << 30), Error);
 }
 
-TEST(Pack, DamageIsFound) {
+TEST(Pack, DamageIsDetected) {
   std::string bytes;
   for (int i = 0; i < 5000; ++i) bytes += static_cast<char>(i * i);
   const std::string packed = Pack(bytes);
@@ -71,7 +71,7 @@ RC_GTEST_PROP(Bytes, NumbersComeBack, (std::vector<std::int64_t> numbers, const 
   RC_ASSERT_THROWS_AS(in.GetNumber(), Error);
 }
 
-TEST(Bytes, LiesAreFound) {
+TEST(Bytes, InvalidLengthsAreDetected) {
   EXPECT_THROW(ByteReader(std::string(10, '\xff')).GetNumber(), Error);  // more than 64 bits
   ByteWriter out;
   out.PutNumber(1'000'000'000'000);

@@ -5,7 +5,7 @@
 namespace kerf {
 namespace {
 
-TEST(FormatBytePair, NeverPrintsTwoNumbersThatDifferAlike) {
+TEST(FormatBytePair, DifferentNumbersGiveDifferentText) {
   using Pair = std::pair<std::string, std::string>;
   EXPECT_EQ(FormatBytePair(40e6, 2.1e6), Pair("40.0 MB", "2.1 MB"));
   EXPECT_EQ(FormatBytePair(100e3, 40.96e3), Pair("100.0 kB", "41.0 kB"));

@@ -21,7 +21,7 @@ std::string ReadBack(const std::string& field) {
   return read;
 }
 
-TEST(Csv, NoFieldOfWordsBeginsAFormula) {
+TEST(Csv, TextFieldsNeverStartAFormula) {
   for (const std::string text : {"=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", " =1", "'=1", "\r=1", "-"}) {
     const std::string field = FormatCsvField(text);
     const std::string cell = field.front() == '"' ? field.substr(1) : field;

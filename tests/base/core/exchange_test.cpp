@@ -25,7 +25,7 @@ struct Record {
   }
 };
 
-TEST(TripleBuffer, HandsOverTheNewestOnly) {
+TEST(TripleBuffer, ReturnsOnlyTheLatestValue) {
   TripleBuffer<int> buffer(7);
   EXPECT_FALSE(buffer.Update());
   EXPECT_EQ(buffer.front(), 7);
@@ -44,7 +44,7 @@ TEST(TripleBuffer, HandsOverTheNewestOnly) {
   }
 }
 
-TEST(TripleBuffer, IsNeverTornNorGoesBack) {
+TEST(TripleBuffer, ValuesAreNeverTornOrOutOfOrder) {
   constexpr std::uint64_t kCount = 200'000;
   auto buffer = std::make_unique<TripleBuffer<Record>>();
   std::atomic<bool> done{false};
@@ -79,7 +79,7 @@ int Take(SpscRing<int>& ring) {
   return taken;
 }
 
-TEST(SpscRing, HoldsItsCapacityAndNoMore) {
+TEST(SpscRing, HoldsAtMostItsCapacity) {
   SpscRing<int> ring(5);
   EXPECT_EQ(ring.capacity(), 8U);
   for (int round = 0; round < 3; ++round) {  // wraps around the end of the ring's memory

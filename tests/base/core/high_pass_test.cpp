@@ -27,7 +27,7 @@ double CalcGain(double f_Hz, double cutoff_Hz) {
   return std::pow(r, 4) / (1 + std::pow(r, 4));
 }
 
-TEST(HighPass, GainIsButterworthsTwice) {
+TEST(HighPass, GainIsThatOfTwoButterworthPasses) {
   for (const double f : {10.0, 20.0, 40.0, 150.0, 400.0}) {
     // Whole periods; end effects at low frequencies are below 2 %.
     EXPECT_NEAR(CalcHighPassRms(MakeSine(f, 3), kDt_s, 20) / (3 / std::numbers::sqrt2), CalcGain(f, 20), 0.02) << f;
@@ -35,15 +35,16 @@ TEST(HighPass, GainIsButterworthsTwice) {
   EXPECT_NEAR(CalcHighPassRms(MakeSine(20, 1), kDt_s, 20), 0.5 / std::numbers::sqrt2, 0.005);
 }
 
-TEST(HighPass, SlowMotionAndStraightLinesAreNothing) {
+TEST(HighPass, SlowMotionAndStraightLinesGiveZero) {
   EXPECT_LT(CalcHighPassRms(MakeSine(0.5, 10), kDt_s, 20), 1e-3);
   std::vector<double> line;
   for (int i = 0; i < 1000; ++i) line.push_back(5 + 0.02 * i);
   EXPECT_LT(CalcHighPassRms(line, kDt_s, 20), 1e-9);
 }
 
-TEST(HighPass, IsTheSameBackwards) {
-  // The filter has zero phase, so reversing time has no effect. A step off the middle, to 1e-9 of its height.
+TEST(HighPass, TimeReversalHasNoEffect) {
+  // The filter has zero phase, so reversing time has no effect. Tested with a step off the middle, to 1e-9 of its
+  // height.
   std::vector<double> step(3000, 0.0);
   for (std::size_t i = 1234; i < step.size(); ++i) step[i] = 1;
   const double forwards = CalcHighPassRms(step, kDt_s, 20);
@@ -52,7 +53,7 @@ TEST(HighPass, IsTheSameBackwards) {
   EXPECT_NEAR(CalcHighPassRms(backwards, kDt_s, 20), forwards, 1e-9);
 }
 
-TEST(HighPass, SampleBySampleItIsTheSame) {
+TEST(HighPass, SampleBySampleResultIsTheSame) {
   // The truncation of the backward pass is exp(-44) relative, and the sums have up to 1e5 terms, so 1e-12 covers
   // rounding with a margin.
   for (const double dt_s : {0.001, 0.00025, 0.004}) {
@@ -75,7 +76,7 @@ TEST(HighPass, SampleBySampleItIsTheSame) {
   EXPECT_THROW(HighPassRms(0.001, 500), Error);
 }
 
-TEST(HighPass, RefusesAFrequencyThatSamplesCannotHold) {
+TEST(HighPass, RefusesFrequenciesThatTheSamplingCannotRepresent) {
   for (const double f : {0.0, -1.0, 500.0, 1e9, std::nan("")}) {
     EXPECT_THROW(CalcHighPassRms(MakeSine(1, 1, 10), kDt_s, f), Error);
   }

@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-TEST(LogHistogram, BucketsLieSideBySideAndEachTimeIsInItsOwn) {
+TEST(LogHistogram, BucketsAreContiguousAndContainTheirTimes) {
   for (std::size_t i = 0; i + 1 < LogHistogram::kBuckets; ++i) {
     // Edges are whole nanoseconds: the next bucket begins 1 ns after the end of this one.
     EXPECT_NEAR(LogHistogram::LowerEdge_us(i + 1) - LogHistogram::UpperEdge_us(i), 1e-3, 1e-6) << i;
@@ -58,7 +58,7 @@ TEST(LogHistogram, PercentilesAreAtMostABucketAboveTheSortedOnes) {
   EXPECT_NEAR(static_cast<double>(histogram->CountAbove_us(100)), above, 0.05 * above);
 }
 
-TEST(LogHistogram, TakesWhatCannotBe) {
+TEST(LogHistogram, ClampsImpossibleTimes) {
   const auto histogram = std::make_unique<LogHistogram>();
   EXPECT_EQ(histogram->CalcPercentile_us(0.5), 0);
   EXPECT_EQ(histogram->CalcMean_us(), 0);

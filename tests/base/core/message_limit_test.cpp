@@ -12,7 +12,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-TEST(MessageLimit, ShowsTheFirstOfAKindAndCountsTheRest) {
+TEST(MessageLimit, ShowsTheFirstMessagesOfAKindAndCountsTheRest) {
   constexpr int kLeaps = 763;
   MessageLimit limit(10);
   int shown = 0;

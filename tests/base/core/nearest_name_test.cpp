@@ -12,7 +12,7 @@ TEST(NearestName, EditDistanceHasItsTextbookValues) {
   EXPECT_EQ(CalcEditDistance("same", "same"), 0u);
 }
 
-TEST(NearestName, FindsAMisspeltNameAndNothingWhenNoneIsNear) {
+TEST(NearestName, FindsTheNearestNameOrNone) {
   const std::vector<std::string> names = {"diameter_mm", "thickness_mm", "nu", "teeth"};
   EXPECT_EQ(FindNearestName("diamter_mm", names), "diameter_mm");
   EXPECT_EQ(FindNearestName("Teeth", names), "teeth");

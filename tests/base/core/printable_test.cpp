@@ -5,7 +5,7 @@
 namespace kerf {
 namespace {
 
-TEST(PrintableText, HasNothingThatATerminalTakesForACommand) {
+TEST(PrintableText, ContainsNoTerminalCommands) {
   EXPECT_EQ(Printable(""), "");
   EXPECT_EQ(Printable("Ida \xc3\x85s, \xe2\x82\xac 5, \xf0\x9f\x98\x80"),
             "Ida \xc3\x85s, \xe2\x82\xac 5, \xf0\x9f\x98\x80");

@@ -1,4 +1,5 @@
-// The functions against long double, which has one version in the C library; special values are exact.
+// Compares the functions with those for long double, of which the C library has only one version. Special values are
+// exact.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -26,7 +27,7 @@ double CalcUlps(double got, long double exact) {
   return static_cast<double>(std::abs(static_cast<long double>(got) - exact)) / ulp;
 }
 
-TEST(SameMath, WithinAUnitOfTheLastPlace) {
+TEST(SameMath, ErrorIsAtMostOneUnitInTheLastPlace) {
   struct Function {
     const char* name;
     double (*ours)(double);
@@ -69,7 +70,7 @@ TEST(SameMath, WithinAUnitOfTheLastPlace) {
   }
 }
 
-TEST(SameMath, WhatIsExactIs) {
+TEST(SameMath, SpecialValuesAreExact) {
   double ten = 1;
   for (int k = 0; k <= 22; ++k, ten *= 10) {
     EXPECT_EQ(std::pow(Hide(10), Hide(k)), ten);
@@ -94,9 +95,9 @@ TEST(SameMath, WhatIsExactIs) {
   EXPECT_EQ(std::atan2(Hide(0.0), Hide(-1.0)), std::acos(-1.0));
 }
 
-// A hash of many values that is the same on all machines. It was seen on x86-64 with the C library's variants for old
-// and new processors; the C library's own functions give two different hashes, depending on the processor.
-TEST(SameMath, TheSameEverywhere) {
+// A hash of many values that is the same on all machines. It was verified on x86-64 with the C library's variants for
+// old and new processors; the C library's own functions give two different hashes, depending on the processor.
+TEST(SameMath, ResultsAreTheSameOnAllMachines) {
   std::uint64_t hash = 0;
   for (int i = 1; i < 20'000; ++i) {
     const double x = Hide(0.0123 * i);

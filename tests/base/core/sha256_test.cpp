@@ -1,4 +1,4 @@
-// SHA-256 against the examples of FIPS 180-4, and against sha256sum for lengths around the end of a block.
+// Compares SHA-256 with the examples of FIPS 180-4, and with sha256sum for lengths around the end of a block.
 #include "base/core/sha256.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ std::string Of(const std::string& text) {
   return CalcSha256(std::vector<std::uint8_t>(text.begin(), text.end()));
 }
 
-TEST(Sha256, IsThatOfTheStandard) {
+TEST(Sha256, MatchesTheExamplesOfTheStandard) {
   EXPECT_EQ(Of(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(Of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(Of("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
@@ -21,7 +21,7 @@ TEST(Sha256, IsThatOfTheStandard) {
   EXPECT_EQ(Of(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-TEST(Sha256, IsRightWhereTheLastBlockEnds) {
+TEST(Sha256, MatchesSha256sumAroundBlockBoundaries) {
   EXPECT_EQ(Of(std::string(55, 'x')), "d5e285683cd4efc02d021a5c62014694958901005d6f71e89e0989fac77e4072");
   EXPECT_EQ(Of(std::string(56, 'x')), "04c26261370ee7541549d16dee320c723e3fd14671e66a099afe0a377c16888e");
   EXPECT_EQ(Of(std::string(63, 'x')), "75220b47218278e656f2013bb8f0c455a25eaf01e86c64924e9d48d89776d6f2");

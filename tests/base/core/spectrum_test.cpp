@@ -25,7 +25,7 @@ TEST(Spectrum, HasTheAmplitudesOfSines) {
   for (const std::size_t k : {3u, 98u, 102u, 250u, 299u, 303u, 511u}) EXPECT_LT(a[k], 1e-12) << k;
 }
 
-TEST(Spectrum, RefusesOtherLengths) {
+TEST(Spectrum, RefusesLengthsThatAreNoPowerOfTwo) {
   EXPECT_THROW(CalcAmplitudes(std::vector<double>(1000)), Error);
   EXPECT_THROW(CalcAmplitudes(std::vector<double>(2)), Error);
   EXPECT_NO_THROW(CalcAmplitudes(std::vector<double>(4)));

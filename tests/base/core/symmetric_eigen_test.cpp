@@ -8,7 +8,7 @@
 namespace kerf {
 namespace {
 
-TEST(SymmetricEigen, EachVectorIsOnlyStretchedAndAllAreUnitAndSquare) {
+TEST(SymmetricEigen, VectorsAreOrthonormalAndScaledByTheirValues) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> draw(-10, 10);
   for (int trial = 0; trial < 1000; ++trial) {

@@ -17,7 +17,7 @@ struct Point {
   }
 };
 
-TEST(Thinned, KeepsAllUntilItIsFullAndThenTheLargest) {
+TEST(Thinned, KeepsAllPointsUntilFullAndThenTheExtremes) {
   Thinned<Point, 8> curve;
   curve.Reserve(1000);
   EXPECT_LE(curve.points().capacity(), 16U);

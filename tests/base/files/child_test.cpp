@@ -65,7 +65,7 @@ TEST(Child, ChangesNothingInThisProcess) {
   EXPECT_EQ(here, 1);
 }
 
-TEST(Child, HandsOnProgressInOrder) {
+TEST(Child, ForwardsProgressInOrder) {
   std::vector<double> seen;
   InChild(
       [](ChildReport& report) {
@@ -78,11 +78,11 @@ TEST(Child, HandsOnProgressInOrder) {
   EXPECT_EQ(seen.back(), 1);
 }
 
-TEST(Child, HandsOnAnErrorAsItIs) {
+TEST(Child, ForwardsErrorsUnchanged) {
   EXPECT_EQ(Refusal([](ChildReport&) -> std::string { throw Error("scan.dcm: no bone"); }), "scan.dcm: no bone");
 }
 
-TEST(Child, ASignalBecomesASentenceThatNamesTheFile) {
+TEST(Child, SignalIsReportedWithTheFileName) {
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGKILL}) {
     const std::string said = Refusal([signal](ChildReport& report) {
       report.SetName("folder/slice_7.dcm");
@@ -93,7 +93,7 @@ TEST(Child, ASignalBecomesASentenceThatNamesTheFile) {
   }
 }
 
-TEST(Child, ForeignExceptionsBecomeASentence) {
+TEST(Child, OtherExceptionsAreReportedInOneSentence) {
   EXPECT_EQ(Refusal([](ChildReport&) -> std::string { throw std::out_of_range("at"); }),
             "scan.dcm: the file is damaged: the library that reads it failed (at)");
   EXPECT_EQ(Refusal([](ChildReport&) -> std::string { throw 7; }),
@@ -121,7 +121,7 @@ TEST(Child, ExcessiveMemoryIsRefused) {
   EXPECT_EQ(InChild(ask), std::string(1, 1));
 }
 
-TEST(Child, OneThatMakesNoProgressIsStopped) {
+TEST(Child, ChildWithoutProgressIsKilled) {
   const auto hang = [](ChildReport&) -> std::string {
     for (;;) pause();
   };
@@ -129,7 +129,7 @@ TEST(Child, OneThatMakesNoProgressIsStopped) {
             "scan.dcm: reading made no progress for 0.2 s and was stopped; the file is damaged");
 }
 
-TEST(Child, ForbidsWhatReadingDoesNotNeed) {
+TEST(Child, AllowsOnlyReading) {
   const test::Folder folder;
   const std::string there = folder.path() + "/there";
   test::WriteBytes(there, "bone");
@@ -157,7 +157,7 @@ TEST(Child, ForbidsWhatReadingDoesNotNeed) {
   EXPECT_EQ(test::ReadBytes(there), "bone");
 }
 
-TEST(Child, WithinAChildTheWorkRunsInTheSame) {
+TEST(Child, NestedWorkRunsInTheSameChild) {
   const std::string pids = InChild([](ChildReport&) {
     const std::string outer = std::to_string(getpid());
     return outer + InChild([](ChildReport&) { return fmt::format(" {}", getpid()); });

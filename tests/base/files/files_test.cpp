@@ -44,7 +44,7 @@ TEST_F(Files, ReadGivesBackWhatWasWritten) {
   EXPECT_EQ(CountFiles(), 1u);
 }
 
-TEST_F(Files, FailedWriteLeavesTheOldFileWholeAndNothingElse) {
+TEST_F(Files, FailedWriteKeepsTheOldFileAndLeavesNoTemporary) {
   WriteTextFile(Path("a.txt"), "old");
   EXPECT_EQ(FileMessageOf([&] {
               WriteAtomically(Path("a.txt"), [](const std::string& temporary) {
@@ -64,7 +64,7 @@ TEST_F(Files, MessagesNameTheFileAndTheReason) {
   EXPECT_THAT(FileMessageOf([&] { WriteTextFile(folder_, ""); }), HasSubstr("it is a folder"));
   WriteTextFile(Path("big"), std::string(2 << 20, 'x'));
   EXPECT_THAT(FileMessageOf([&] { ReadTextFile(Path("big"), 1 << 20); }), HasSubstr("is larger than 1 MiB"));
-  EXPECT_THAT(FileMessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be made"));
+  EXPECT_THAT(FileMessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be created"));
 }
 
 TEST_F(Files, MakeFolderMakesParentsAndMayBeRepeated) {
@@ -73,7 +73,7 @@ TEST_F(Files, MakeFolderMakesParentsAndMayBeRepeated) {
   EXPECT_TRUE(fs::is_directory(Path("a/b/c")));
 }
 
-TEST_F(Files, InputsAreKnownByAnyNameAndStay) {
+TEST_F(Files, InputsAreRecognisedByAnyNameAndNotOverwritten) {
   WriteTextFile(Path("in.csv"), "x");
   MakeFolder(Path("out"));
   fs::create_symlink("../in.csv", Path("out/table.csv"));
@@ -91,7 +91,7 @@ TEST_F(Files, InputsAreKnownByAnyNameAndStay) {
   EXPECT_FALSE(IsSameFile(Path("out/new.png"), Path("new.png")));
 }
 
-TEST_F(Files, TemporariesThatAreBeingWrittenCanBeRemovedAndNothingElse) {
+TEST_F(Files, RemoveTemporariesRemovesOnlyFilesBeingWritten) {
   WriteTextFile(Path("a.txt"), "old");
   WriteTextFile(Path("b.txt"), "done");
   EXPECT_THROW(WriteAtomically(Path("a.txt"),
@@ -108,7 +108,7 @@ TEST_F(Files, TemporariesThatAreBeingWrittenCanBeRemovedAndNothingElse) {
   EXPECT_EQ(CountFiles(), 2u);
 }
 
-TEST_F(Files, AGrowingFileIsWholeOrNotThere) {
+TEST_F(Files, GrowingFileAppearsOnlyWhenComplete) {
   WriteTextFile(Path("a.csv"), "old");
   {
     GrowingFile file(Path("a.csv"));

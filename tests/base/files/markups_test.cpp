@@ -42,7 +42,7 @@ TEST(Markups, PointsThatWereNotPlacedAreLeftOut) {
   EXPECT_EQ(ReadMarkups(folder.file("a.json")).size(), 1u);
 }
 
-TEST(Markups, WhatIsNoPointListIsRefused) {
+TEST(Markups, OtherFilesThanPointListsAreRefused) {
   const Folder folder;
   const auto message = [&folder](const std::string& text) {
     WriteBytes(folder.file("a.json"), text);
@@ -117,7 +117,7 @@ void ExpectPlane(const CutPlane& plane, double tolerance) {
   EXPECT_NEAR(glm::dot(plane.p_W - Vec3(10, -20, 30), Vec3(2, 3, 6) / 7.0), 0, 100 * tolerance);
 }
 
-TEST(PlaneMarkups, PlaneOfSlicerIsTheSameInLpsAndRasAndByAnyOfItsEntries) {
+TEST(PlaneMarkups, SlicerPlaneIsTheSameInLpsAndRasAndFromAnyEntry) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
     const std::string point = t.Points(t.Point(10, -20, 30));
@@ -132,7 +132,7 @@ TEST(PlaneMarkups, PlaneOfSlicerIsTheSameInLpsAndRasAndByAnyOfItsEntries) {
   }
 }
 
-TEST(PlaneMarkups, PlaneTurnedWithinItsBaseIsTurnedTheSameWay) {
+TEST(PlaneMarkups, RotationWithinTheBaseRotatesThePlane) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
     // A quarter turn about the base's x axis, which maps z to -y: rows (1, 0, 0), (0, 0, -1), (0, 1, 0).
@@ -143,7 +143,7 @@ TEST(PlaneMarkups, PlaneTurnedWithinItsBaseIsTurnedTheSameWay) {
   }
 }
 
-TEST(PlaneMarkups, ThreePointsInTurnSayThePlaneAndItsSide) {
+TEST(PlaneMarkups, OrderOfThreePointsDefinesThePlaneAndItsSide) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
     // p, p + 7 u, p + 14 v, where u and v are columns of the matrix above; u x v is the normal.
@@ -171,7 +171,7 @@ TEST(PlaneMarkups, ManyPointsAreFittedByLeastSquares) {
   ExpectPlane(ReadPlaneText(t.File(t.Points(points), "Fiducial")), 1e-9);
 }
 
-TEST(PlaneMarkups, WhatSaysNoPlaneIsRefused) {
+TEST(PlaneMarkups, FilesThatDefineNoPlaneAreRefused) {
   const PlaneText t{1};
   const auto message = [](const std::string& text) { return MessageOf([&] { ReadPlaneText(text); }); };
   const std::string two = t.Points(t.Point(0, 0, 0) + "," + t.Point(1, 0, 0));

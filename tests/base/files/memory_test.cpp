@@ -11,14 +11,14 @@
 namespace kerf {
 namespace {
 
-// More than any machine has; volatile, so that the compiler does not know the value.
+// More than any machine has; volatile, so that the compiler cannot use the value.
 volatile std::size_t too_many_bytes = std::size_t{1} << 62;
 
 void AskForTooMuch() {
   ::operator delete(::operator new(too_many_bytes));
 }
 
-TEST(EndsWithoutMemory, EndsTheProgramWhileOneExistsAndNoLonger) {
+TEST(EndsWithoutMemory, EndsTheProgramOnlyWhileAnObjectExists) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer ends the program at such a request";
 #endif
@@ -41,7 +41,7 @@ TEST(EndsWithoutMemory, EndsTheProgramWhileOneExistsAndNoLonger) {
       testing::ExitedWithCode(7), "");
 }
 
-TEST(EndsWithoutMemory, LeavesTheExceptionWhereNoFunctionWasSet) {
+TEST(EndsWithoutMemory, KeepsTheExceptionIfNoFunctionIsSet) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer ends the program at such a request";
 #endif

@@ -88,7 +88,7 @@ TEST_F(Temporaries, HaveRandomNamesBesideTheirTarget) {
   EXPECT_THAT(Names(), IsEmpty());
 }
 
-TEST_F(Temporaries, OfALongNameFit) {
+TEST_F(Temporaries, NamesForLongTargetsAreShortened) {
   const std::string longest(251, 'n');
   WriteTextFile(own_.file(longest + ".csv"), "x");
   EXPECT_EQ(Name(), longest + ".csv");
@@ -98,7 +98,7 @@ TEST_F(Temporaries, OfALongNameFit) {
 
 // The writer gets a path that leads to the open file itself; a link that another program puts in the place of its name
 // receives no data.
-TEST_F(Temporaries, ALinkInTheirPlaceRedirectsNothing) {
+TEST_F(Temporaries, LinkUnderTheirNameRedirectsNothing) {
   test::WriteBytes(own_.file("victim"), "untouched");
   fs::create_directory(own_.file("out"));
   const std::string message = test::MessageOf([&] {
@@ -138,7 +138,7 @@ TEST_F(Temporaries, KeepTheEarlierFilesPermissions) {
   EXPECT_EQ(fs::status(own_.file("a.csv")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
 }
 
-TEST_F(Temporaries, OfAKilledProgramGoWhenTheFolderIsWrittenToAgain) {
+TEST_F(Temporaries, LeftoversOfAKilledProgramAreRemovedByTheNextWrite) {
   OtherProcess other([&] {
     auto* left = new Temporary(own_.file("forces.csv"));
     test::WriteBytes(left->path_to_write(), "half");
@@ -152,7 +152,7 @@ TEST_F(Temporaries, OfAKilledProgramGoWhenTheFolderIsWrittenToAgain) {
   EXPECT_THAT(Names(), testing::UnorderedElementsAre("living.csv", "dead.csv", "same"));
 }
 
-TEST_F(Temporaries, OfOthersStay) {
+TEST_F(Temporaries, SweepKeepsForeignFiles) {
   const std::string name = ".a\nb.kerf-0123abcd-0123456789abcdef.csv";  // a name may contain a line break
   // Names of another form: too short, not hexadecimal, not hidden.
   const std::vector<std::string> foreign = {".a.kerf-0123abcd-0123456789abcde.csv",
@@ -171,13 +171,13 @@ TEST_F(Temporaries, OfOthersStay) {
   EXPECT_FALSE(fs::exists(own_.file(name)));
 }
 
-TEST_F(Temporaries, OfAnEarlierVersionGoWhenTheirProcessIsDead) {
+TEST_F(Temporaries, OldStyleLeftoversAreRemovedIfTheirProcessIsDead) {
   const pid_t dead = DeadProcess();
   const std::string left = fmt::format(".forces.{}-0.csv", dead);
   const std::string open_elsewhere = fmt::format(".forces.{}-1.csv", dead);
   const std::string living = fmt::format(".forces.{}-0.csv", getpid());
   const std::string other_target = fmt::format(".bone.{}-0.vdb", dead);
-  const std::string diary = fmt::format(".diary.{}-11.csv", dead);  // of no target
+  const std::string diary = fmt::format(".diary.{}-11.csv", dead);  // its target is not swept
   for (const std::string& name : {left, open_elsewhere, living, other_target, diary}) {
     test::WriteBytes(own_.file(name), "half");
   }
@@ -190,7 +190,7 @@ TEST_F(Temporaries, OfAnEarlierVersionGoWhenTheirProcessIsDead) {
   close(held);
 }
 
-TEST_F(Temporaries, AFolderOfItsOwnGoesWithAllThatIsInIt) {
+TEST_F(Temporaries, TemporaryFolderIsRemovedWithItsContent) {
   std::string path;
   {
     const TemporaryFolder folder("kerf_test");
@@ -202,7 +202,7 @@ TEST_F(Temporaries, AFolderOfItsOwnGoesWithAllThatIsInIt) {
   EXPECT_FALSE(fs::exists(path));
 }
 
-TEST_F(Temporaries, AFolderIsHeldByOneProgramUntilItEndsOrIsKilled) {
+TEST_F(Temporaries, FolderLockIsHeldUntilTheProgramEndsOrIsKilled) {
   const std::string folder = own_.file("a/b");
   const std::string refusal = folder + ": another kerf is writing results into this folder";
   const auto lock = [&] { const FolderLock one(folder); };

@@ -61,7 +61,7 @@ TEST_F(HeapGuardTest, CountsEveryWayToAllocateAndToFree) {
   }
 }
 
-TEST_F(HeapGuardTest, CountsWhatContainersAndExceptionsAskFor) {
+TEST_F(HeapGuardTest, CountsAllocationsByContainersAndExceptions) {
   const HeapUseCounter counter;
   std::vector<int> numbers;
   {
@@ -77,7 +77,7 @@ TEST_F(HeapGuardTest, CountsWhatContainersAndExceptionsAskFor) {
   EXPECT_EQ(counter.count(), 3);
 }
 
-TEST_F(HeapGuardTest, MindsOnlyItsOwnThreadAndScope) {
+TEST_F(HeapGuardTest, AffectsOnlyItsOwnThreadAndScope) {
   const HeapUseCounter counter;
   {
     const HeapGuard guard;
@@ -98,7 +98,7 @@ TEST_F(HeapGuardTest, MindsOnlyItsOwnThreadAndScope) {
   EXPECT_EQ(counter.count(), 0);
 }
 
-TEST_F(HeapGuardTest, AllowsFreeingNothing) {
+TEST_F(HeapGuardTest, AllowsFreeOfNullptr) {
   const HeapUseCounter counter;
   const HeapGuard guard;
   std::free(nullptr);
@@ -107,7 +107,7 @@ TEST_F(HeapGuardTest, AllowsFreeingNothing) {
 
 using HeapGuardDeathTest = HeapGuardTest;
 
-TEST_F(HeapGuardDeathTest, EndsTheProgramWithALine) {
+TEST_F(HeapGuardDeathTest, AbortsTheProgramWithAMessage) {
   EXPECT_DEATH(
       {
         const HeapGuard guard;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kPeriod = 1'000'000;
 
-TEST(Deadlines, StayOnTheGridWhenAllIsInTime) {
+TEST(Deadlines, StayOnTheGridWithoutDelays) {
   Deadlines deadlines(kPeriod);
   deadlines.Start(17);
   for (int i = 1; i <= 100; ++i) {
@@ -22,7 +22,7 @@ TEST(Deadlines, StayOnTheGridWhenAllIsInTime) {
   }
 }
 
-TEST(Deadlines, SkipWhatALongTickMissed) {
+TEST(Deadlines, LongTickSkipsMissedDeadlines) {
   Deadlines deadlines(kPeriod);
   deadlines.Start(0);
   deadlines.Begin(kPeriod);
@@ -33,7 +33,7 @@ TEST(Deadlines, SkipWhatALongTickMissed) {
   EXPECT_EQ(tick.late_ns, 10);
 }
 
-TEST(Deadlines, SkipWhatALateWakeUpMissed) {
+TEST(Deadlines, LateWakeUpSkipsMissedDeadlines) {
   Deadlines deadlines(kPeriod);
   deadlines.Start(0);
   const Deadlines::Tick tick = deadlines.Begin(4 * kPeriod + 800'000);
@@ -44,7 +44,7 @@ TEST(Deadlines, SkipWhatALateWakeUpMissed) {
   EXPECT_EQ(deadlines.due_ns(), 6 * kPeriod);  // deadline 5 would begin within a quarter of a period
 }
 
-TEST(Deadlines, NoBurstsAndEveryDeadlineIsATickOrCounted) {
+TEST(Deadlines, NoBurstsAndEveryDeadlineIsRunOrCountedAsSkipped) {
   std::mt19937_64 random(2);
   for (int run = 0; run < 50; ++run) {
     // Times from far below to far above the period.

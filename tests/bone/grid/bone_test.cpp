@@ -81,7 +81,7 @@ TEST(Bone, BoxVolumeIsExactInAnyPoseUpToItsEdges) {
   }
 }
 
-TEST(Bone, FieldThatIsNoDistanceGivesTheSameSurfaceAndADistance) {
+TEST(Bone, NonDistanceFieldGivesTheSameSurfaceAndADistance) {
   SolidField field = test::SphereField({0, 0, 0}, 5);
   const auto distance = field.value;
   field.value = [distance](const Vec3& p) { return 300 * std::tanh(distance(p)) * (1 + 0.2 * p.x / 5); };
@@ -109,7 +109,7 @@ TEST(Bone, BoundsAreSubVoxel) {
   }
 }
 
-TEST(Bone, RegionVolumesSumToTheVolumeAndFollowTheRegions) {
+TEST(Bone, RegionVolumesSumToTheTotalVolume) {
   SolidField field = test::SphereField({0, 0, 0}, 5);
   field.region = [](const Vec3& p) { return p.z > 0.1 ? 1 : 2; };
   MaterialTable table = test::OneRegionTable(1);
@@ -136,7 +136,7 @@ TEST(Bone, CopyIsDeepAndHashFollowsTheContent) {
   EXPECT_NE(a.CalcHash(), MakeSphere({0, 0, 1e-4}, 3, 0.2).CalcHash());
 }
 
-TEST(Bone, MoreMemoryThanThereIsIsRefused) {
+TEST(Bone, BoneTooLargeForMemoryIsRefused) {
   SolidField ball;
   ball.value = [](const Vec3& p) { return glm::length(p) - 10; };
   ball.classify = ClassifyByDistance(ball.value);
@@ -170,7 +170,7 @@ TEST(Surface, IsClosedOutwardAndEnclosesTheVolume) {
   EXPECT_NEAR(CalcEnclosedVolume(mesh) / SphereVolume(5), 1, 3e-3);
 }
 
-TEST(Surface, MeshGoesToABoneAndBack) {
+TEST(Surface, MeshRoundTripThroughABoneKeepsTheSurface) {
   const TriangleMesh mesh = ExtractSurface(MakeSphere({1, 2, 3}, 5, 0.2));
   const Bone bone = MakeBoneFromMesh(
       mesh, [](const Vec3&) { return 24; }, {0.2, 0.2, {}}, test::OneRegionTable());
@@ -235,7 +235,7 @@ TEST(Pieces, SlotOneVoxelWideSeparatesInAnyOrientation) {
   }
 }
 
-TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxelsAndNothingWhereNoneIs) {
+TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxels) {
   // Two halves that meet at x = 0.05, midway between two layers of region voxels 0.1 mm apart.
   SolidField field;
   field.value = [](const Vec3& p) { return test::BoxDistance(p, Vec3(3, 2, 2)); };

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-TEST(CropBone, KeepsWhatIsInTheBoxToTheBitAndIsAirBeyond) {
+TEST(CropBone, IsBitIdenticalInTheBoxAndAirBeyond) {
   const Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
   const Box3 box{{-2, -3, 1}, {5, 20, 30}};
   const Bone part = CropBone(bone, box);
@@ -29,7 +29,7 @@ TEST(CropBone, KeepsWhatIsInTheBoxToTheBitAndIsAirBeyond) {
   EXPECT_LT(part.CalcVolume(), bone.CalcVolume());
 }
 
-TEST(CropBone, IsTheBoneItselfInALargeBox) {
+TEST(CropBone, LargeBoxGivesTheWholeBone) {
   const Bone bone = test::MakeSphere({1, 2, 3}, 4, 0.25);
   EXPECT_EQ(CropBone(bone, Box3{{-10, -10, -10}, {10, 10, 10}}).CalcHash(), bone.CalcHash());
   EXPECT_EQ(CropBone(bone, Box3{}).CalcHash(), bone.CalcHash());

@@ -39,7 +39,7 @@ double Ramp(const Vec3& p) {
   return 1000 + 80 * p.x - 30 * p.y + 20 * p.z;
 }
 
-TEST(CtModulus, OfALinearRampIsTheRampInCancellousBoneAndTheTablesInCortex) {
+TEST(CtModulus, FollowsALinearRampInCancellousBoneAndTheTableInCortex) {
   Bone bone = MakeTwoTissues();
   SetHu(bone, Ramp, 0.7);
   EXPECT_EQ(bone.hu_voxel_mm(), 0.7);
@@ -62,7 +62,7 @@ TEST(CtModulus, OfALinearRampIsTheRampInCancellousBoneAndTheTablesInCortex) {
   EXPECT_LE(report.E_max_MPa, 1000 + 480 + 120 + 1);
 }
 
-TEST(CtModulus, OfAllRegionsTakesTheCortexToo) {
+TEST(CtModulus, AllRegionsIncludeTheCortex) {
   Bone bone = MakeTwoTissues();
   SetHu(bone, Ramp, 0.7);
   UseCtModulus(bone, LinearLaw(), true);
@@ -70,7 +70,7 @@ TEST(CtModulus, OfAllRegionsTakesTheCortexToo) {
   EXPECT_NEAR(bone.PoissonRatioAt({1, 1, 2}), 0.28, 1e-12);
 }
 
-TEST(CtModulus, OutsideTheLawsRangeIsHeldAndCounted) {
+TEST(CtModulus, ValuesOutsideTheLawsRangeAreClampedAndCounted) {
   Bone bone = MakeTwoTissues();
   // Along x, a quarter of the box is below the law's 100 HU and a quarter above its 2000.
   SetHu(
@@ -87,7 +87,7 @@ TEST(CtModulus, OutsideTheLawsRangeIsHeldAndCounted) {
   EXPECT_NEAR(report.E_max_MPa, 2000, 1e-3);
 }
 
-TEST(CtModulus, CoversEveryPointOfTheBoneWhateverTheTwoLattices) {
+TEST(CtModulus, CoversEveryPointOfTheBoneForAnyVoxelSize) {
   for (const double hu_voxel : {0.1, 0.45, 1.0, 3.0}) {
     Bone bone = MakeTwoTissues(0.4);
     SetHu(
@@ -122,7 +122,7 @@ TEST(CtModulus, WithoutCtNumbersThereIsNoGridAndNoMemory) {
   EXPECT_EQ(copy.ModulusAt({1, 1, -1}), bone.ModulusAt({1, 1, -1}));
 }
 
-TEST(CtModulus, HuRangeIsThatOfTheVoxelsInTheBone) {
+TEST(CtModulus, HuRangeIncludesOnlyVoxelsInTheBone) {
   Bone bone = MakeTwoTissues();
   // Only voxels inside the bone count: those outside have absurd values.
   SetHu(

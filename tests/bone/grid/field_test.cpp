@@ -51,7 +51,7 @@ LeafIndex LeafOf(const Vec3& p_vox) {
   return {cell.x >> 3, cell.y >> 3, cell.z >> 3};
 }
 
-TEST(BoneField, ReadsWhatTheGridsHoldAtEveryPoint) {
+TEST(BoneField, ReadsTheValuesOfTheGridsAtEveryPoint) {
   Bone bone = MakeLargeBox();
   const Bone untouched = bone;
   const BoneField field(bone, 1);
@@ -101,7 +101,7 @@ TEST(BoneField, GradientIsThatOfTheInterpolation) {
   }
 }
 
-TEST(BoneField, WritingIntoPureBoneIsSeenByBoneAndFieldAndUsesASpareLeaf) {
+TEST(BoneField, WritingIntoPureBoneChangesBoneAndFieldAndUsesASpareLeaf) {
   Bone bone = MakeLargeBox();
   const std::uint64_t hash = bone.CalcHash();
   BoneField field(bone, 3);
@@ -120,7 +120,7 @@ TEST(BoneField, WritingIntoPureBoneIsSeenByBoneAndFieldAndUsesASpareLeaf) {
   EXPECT_NE(bone.CalcHash(), hash);
 }
 
-TEST(BoneField, EveryLeafOfPureBoneCanBeCutWithoutTheHeapAndNoOther) {
+TEST(BoneField, EveryBoneLeafCanBeWrittenWithoutAllocation) {
   Bone bone = MakeLargeBox();
   BoneField field(bone, 30000);
   const LeafIndex lowest = field.lowest();
@@ -153,7 +153,7 @@ TEST(BoneField, EveryLeafOfPureBoneCanBeCutWithoutTheHeapAndNoOther) {
   EXPECT_EQ(field.spare_leaves(), 30000 - taken);
 }
 
-TEST(BoneField, NamesEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
+TEST(BoneField, ListsEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
   Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
   BoneField field(bone, 2);
   const LeafIndex a = LeafOf({0, 0, 0});
@@ -174,7 +174,7 @@ TEST(BoneField, NamesEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
   EXPECT_NE(field.Write(d), nullptr);
 }
 
-TEST(BoneField, SettlingMakesTheActiveVoxelsThoseOfTheBandAndGivesEmptiedLeavesBack) {
+TEST(BoneField, SettleActivatesTheBandAndFreesEmptiedLeaves) {
   Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
   const std::uint64_t active = bone.CountActiveVoxels();
   BoneField field(bone, 9);
@@ -211,7 +211,7 @@ TEST(BoneField, SettlingMakesTheActiveVoxelsThoseOfTheBandAndGivesEmptiedLeavesB
   EXPECT_TRUE(std::all_of(again, again + BoneField::kLeafVoxels, [&](float v) { return v == -band; }));
 }
 
-TEST(BoneField, ABoneInABoxTooLargeIsRefusedBeforeMemoryIsAskedFor) {
+TEST(BoneField, TooLargeBoxIsRefusedBeforeAllocation) {
   // The largest box in which a bone may be made is accepted: 2^36 voxels, 512 per leaf, plus the layer around it.
   EXPECT_EQ(LeafTable<float>::CheckedSize({514, 514, 514}), std::size_t{514} * 514 * 514);
   // The box of a bone with crumbs at opposite corners of a large space.
@@ -226,7 +226,7 @@ TEST(BoneField, ABoneInABoxTooLargeIsRefusedBeforeMemoryIsAskedFor) {
   }
 }
 
-TEST(BoneField, OfABoneWithoutVoxelsIsAir) {
+TEST(BoneField, EmptyBoneIsAir) {
   Bone bone;
   BoneField field(bone, 1);
   EXPECT_EQ(field.Sample({0.3, -0.4, 100}), field.band_mm());

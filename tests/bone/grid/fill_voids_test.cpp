@@ -51,7 +51,7 @@ int LabelVoids(const std::vector<bool>& solid, std::vector<int>& label) {
   return voids;
 }
 
-TEST(FillVoids, FillsWhatAFloodFromOutsideDoesNotReach) {
+TEST(FillVoids, FillsVoxelsThatAFloodFromOutsideDoesNotReach) {
   std::mt19937 random(4);
   for (const double fraction : {0.1, 0.3, 0.5, 0.7}) {
     std::vector<bool> solid(kSide * kSide * kSide);
@@ -91,7 +91,7 @@ TEST(FillVoids, FillsWhatAFloodFromOutsideDoesNotReach) {
 }
 
 // A hollow so large that whole blocks of it have no voxels in the grid.
-TEST(FillVoids, OfABoneWithALargeHollowTheSolidBoneIsLeft) {
+TEST(FillVoids, LargeHollowBecomesSolid) {
   SolidField ball = test::SphereField({0.03, -0.02, 0.01}, 8);
   ball.is_distance = false;
   SolidField shell = ball;
@@ -112,7 +112,7 @@ TEST(FillVoids, OfABoneWithALargeHollowTheSolidBoneIsLeft) {
   EXPECT_EQ(solid.CalcHash(), MakeBone(ball, box, options, test::OneRegionTable()).CalcHash());
 }
 
-TEST(Pieces, CrumbsBelowAThousandthOfACubicMillimetreAreNoPieces) {
+TEST(Pieces, CrumbsBelowTheSmallestVolumeAreNotPieces) {
   SolidField field;
   // The balls' centres are voxel centres. A ball of 0.05 mm radius has 0.0005 mm3, and its one voxel counts 0.008 mm3.
   field.value = [](const Vec3& p) {

@@ -40,7 +40,7 @@ struct Kept {
   std::vector<LeafIndex> own, inside;
 };
 
-TEST(LeafHistory, TellsEachLeafOnceInAnEpochAsItWas) {
+TEST(LeafHistory, StoresOldValuesOfEachLeafOncePerEpoch) {
   Kept k;
   const std::vector<float> was(k.field.Read(k.own[0]), k.field.Read(k.own[0]) + 512);
   EXPECT_TRUE(k.field.WantsOld(k.own[0]));
@@ -76,7 +76,7 @@ TEST(LeafHistory, TellsEachLeafOnceInAnEpochAsItWas) {
   EXPECT_EQ(k.history.At(5), nullptr);
 }
 
-TEST(LeafHistory, SaysSoWhenTheRingIsFull) {
+TEST(LeafHistory, ReportsLostValuesWhenTheRingIsFull) {
   Kept k(4);
   for (std::size_t i = 0; i < 4; ++i) k.Cut(k.own[i], 0);
   EXPECT_EQ(k.history.last_lost(), 0u);
@@ -93,7 +93,7 @@ TEST(LeafHistory, SaysSoWhenTheRingIsFull) {
   EXPECT_EQ(k.history.ring().Peek()->epoch, lost + 1);
 }
 
-TEST(LeafHistory, SwappingIsNotTold) {
+TEST(LeafHistory, SwapIsNotRecorded) {
   Kept k;
   std::vector<float> values(512, 0.5F);
   const float was = k.field.Read(k.inside[3])[0];

@@ -151,7 +151,7 @@ std::vector<std::array<int, 3>> Cut(std::mt19937_64& random, Voxels& voxels) {
   return leaves;
 }
 
-TEST(PieceFinder, FindsWhatAFloodFillFindsAfterEveryCut) {
+TEST(PieceFinder, MatchesAFloodFillAfterEveryCut) {
   EXPECT_TRUE(test::CheckSeeded(20261120, 25, [](std::uint64_t seed) {
     std::mt19937_64 random(seed);
     Voxels voxels = Draw(random);
@@ -208,7 +208,7 @@ TEST(PieceFinder, LosesNoVolumeToDustOrPieces) {
   }));
 }
 
-TEST(PieceFinder, NumbersStayWithTheLargerPart) {
+TEST(PieceFinder, LargerPartKeepsTheId) {
   Voxels voxels;
   const auto fill = [&](int x0, int x1, float phi) {
     for (int x = x0; x < x1; ++x) {
@@ -257,7 +257,7 @@ TEST(PieceFinder, NumbersStayWithTheLargerPart) {
 }
 
 // A bridge of one voxel's face connects; edges and corners do not.
-TEST(PieceFinder, FacesHoldAndEdgesDoNot) {
+TEST(PieceFinder, FacesConnectAndEdgesDoNot) {
   for (const bool across_leaves : {false, true}) {
     Voxels voxels;
     const int x = across_leaves ? 15 : 11;
@@ -268,7 +268,7 @@ TEST(PieceFinder, FacesHoldAndEdgesDoNot) {
   }
 }
 
-TEST(PieceFinder, AnEmptyBoneHasNone) {
+TEST(PieceFinder, EmptyBoneHasNoPieces) {
   Voxels voxels;
   PieceFinder finder(MakeOf(voxels), 0);
   EXPECT_TRUE(finder.found().pieces.empty());

@@ -88,7 +88,7 @@ class SlabPartsOfABlock : public testing::TestWithParam<double> {
   }
 };
 
-TEST_P(SlabPartsOfABlock, VolumesSumToTheWholeAndTheSlicesIsAreaTimesThickness) {
+TEST_P(SlabPartsOfABlock, VolumesSumToTheWholeAndSliceVolumeIsAreaTimesThickness) {
   const Bone block = MakeWhole();
   const double whole = block.CalcVolume();
   for (const Vec3& normal : kNormals) {
@@ -142,7 +142,7 @@ TEST_P(SlabPartsOfABlock, FacesLieAtHalfTheThicknessAndPartsAreClosed) {
 }
 INSTANTIATE_TEST_SUITE_P(Voxels, SlabPartsOfABlock, testing::Values(0.2, 0.125));
 
-TEST(SlabParts, ThinnestSliceHasItsThicknessToo) {
+TEST(SlabParts, ThinnestSliceHasTheRequestedThickness) {
   const Bone block = MakeBox(Pose{}, {6, 2, 2}, 0.2);
   const CutPlane plane = PlaneOf({0.1, 0, 0.03}, {1, 0.4, -0.3});
   const SlabParts parts = MakeSlabParts(block, {plane, 0.02, false, {}});
@@ -157,7 +157,7 @@ TEST(SlabParts, ThinnestSliceHasItsThicknessToo) {
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
 }
 
-TEST(SlabParts, TurningTheNormalSwapsLeftAndRightBitForBit) {
+TEST(SlabParts, ReversingTheNormalSwapsLeftAndRightBitForBit) {
   const Bone bone = MakeMandible({.voxel_mm = 0.5}, DefaultMandibleTable(), {});
   for (const bool everywhere : {false, true}) {
     CutPlane plane = PlaneOf({22, 31, 2}, {0.3, 1, -0.2});
@@ -210,7 +210,7 @@ TEST(SlabParts, PartsAreDisjointAndInsideTheWhole) {
   for (const int count : inside) EXPECT_GT(count, 500);
 }
 
-TEST(SlabParts, RegionsMaterialsAndNotesAreTheBones) {
+TEST(SlabParts, PartsKeepRegionsMaterialsAndNotes) {
   BlockParams params;
   params.size_mm = {20, 12, 10};
   params.layers = {{2, 24}, {3, 32}, {5, 6}};
@@ -246,7 +246,7 @@ class SlabPartsOfAMandible : public testing::Test {
   const CutPlane plane_ = PlaneOf({24, 30, 0}, {0, 1, 0});  // left side of the patient's mandibular body
 };
 
-TEST_F(SlabPartsOfAMandible, OnlyTheSideOfThePlanesPointIsCut) {
+TEST_F(SlabPartsOfAMandible, OnlyTheSideNearThePlanesPointIsCut) {
   const SlabParts parts = MakeSlabParts(Mandible(), {plane_, 0.5, false, {}});
   EXPECT_EQ(parts.places, 2u);
   EXPECT_EQ(parts.cut_places, 1u);
@@ -287,14 +287,14 @@ TEST_F(SlabPartsOfAMandible, EverywhereCutsBothSides) {
               1e-3 * near.left.CalcVolume());
 }
 
-TEST_F(SlabPartsOfAMandible, AnotherPointMayChooseThePlace) {
+TEST_F(SlabPartsOfAMandible, NearPointSelectsThePlace) {
   const SlabParts parts = MakeSlabParts(Mandible(), {plane_, 0.5, false, Vec3(-24, 30, 0)});
   EXPECT_EQ(parts.cut_places, 1u);
   EXPECT_LT(parts.slice.CalcBounds().upper.x, -5);
   EXPECT_LT(parts.right.CalcBounds().upper.x, -5);
 }
 
-TEST_F(SlabPartsOfAMandible, WhereThePlaneMeetsOneSideOnlyEverywhereIsTheSame) {
+TEST_F(SlabPartsOfAMandible, EverywhereHasNoEffectIfThePlaneCrossesOneSideOnly) {
   const CutPlane plane = PlaneOf({24, 30, 0}, {1, 0.8, 0});
   const SlabParts near = MakeSlabParts(Mandible(), {plane, 0.5, false, {}});
   const SlabParts all = MakeSlabParts(Mandible(), {plane, 0.5, true, {}});
@@ -343,7 +343,7 @@ TEST(SlabParts, BallBesideTheRingIsCutAloneAndTheRingStaysWhole) {
   }
 }
 
-TEST(SlabParts, RoughnessIsNotTakenForThePlaceThatWasMeant) {
+TEST(SlabParts, SurfaceRoughnessIsNotChosenAsThePlace) {
   // A bar with a bump on its side, next to the plane's point, that barely reaches through the slice.
   SolidField field;
   field.value = [](const Vec3& p) {
@@ -416,7 +416,7 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
   }
 }
 
-TEST(SlabParts, PlaneThatGrazesAFaceOfOnePieceIsSaidTo) {
+TEST(SlabParts, PlaneThatGrazesAFaceIsReported) {
   SolidField field;
   field.value = [](const Vec3& p) {
     return std::min(test::BoxDistance(p, {4, 3, 3}), test::BoxDistance(p - Vec3(12, 0, 0), {4, 3, 3}));
@@ -436,7 +436,7 @@ TEST(SlabParts, PlaneThatGrazesAFaceOfOnePieceIsSaidTo) {
   }
 }
 
-TEST(SlabParts, PlanesOwnPointMayLieFarFromTheBone) {
+TEST(SlabParts, PlanesPointMayBeFarFromTheBone) {
   const Bone block = MakeBox(Pose{}, {10, 6, 6}, 0.2);
   const CutPlane near = PlaneOf({0.3, 0, 0}, {1, 0.2, 0.1});
   // A point far away on the same plane.
@@ -450,7 +450,7 @@ TEST(SlabParts, PlanesOwnPointMayLieFarFromTheBone) {
   for (std::size_t i = 0; i < a.points.size(); ++i) EXPECT_LT(glm::length(a.points[i] - b.points[i]), 1e-5);
 }
 
-TEST(SlabParts, SliceBetweenTwoLayersOfVoxelsIsPlacedToo) {
+TEST(SlabParts, SliceBetweenTwoVoxelLayersIsPlacedCorrectly) {
   // Two bars along x. No voxel centre lies within a slice of 0.02 mm at x = 0.1 mm.
   SolidField field;
   field.value = [](const Vec3& p) {
@@ -468,7 +468,7 @@ TEST(SlabParts, SliceBetweenTwoLayersOfVoxelsIsPlacedToo) {
   }
 }
 
-TEST(SlabParts, RimsLoseLessThanHalfAVoxelsSquareOverTheSineOfTheirAngle) {
+TEST(SlabParts, VolumeLostAtRimsIsWithinTheBound) {
   const double h = 0.4;
   Pose X_WB;
   X_WB.p_AB = {0.013, -0.021, 0.057};

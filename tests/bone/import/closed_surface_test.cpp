@@ -65,7 +65,7 @@ double ImportVolume(const TriangleMesh& mesh, const ImportOptions& options, Impo
   return result.report.solid_mm3;
 }
 
-TEST(HollowSurface, IsHollowWhereTheInnerShellFacesTheOtherWay) {
+TEST(HollowSurface, InnerShellWithOppositeOrientationIsAHollow) {
   ImportReport report;
   EXPECT_NEAR(ImportVolume(Boxes({{30, false}, {10, true}}), Coarse(), &report), 26000, 26);
   EXPECT_EQ(report.surface.shells, 2u);
@@ -79,7 +79,7 @@ TEST(HollowSurface, IsHollowWhereTheInnerShellFacesTheOtherWay) {
   EXPECT_NEAR(ImportVolume(Boxes({{30, false}, {20, true}, {10, false}}), Coarse()), 20000, 20);
 }
 
-TEST(HollowSurface, AnInnerShellThatFacesOutwardIsSolidUnlessNoFillAsksOtherwise) {
+TEST(HollowSurface, OutwardInnerShellIsSolidUnlessFillIsOff) {
   const TriangleMesh mesh = Boxes({{30, false}, {10, false}});
   ImportReport report;
   EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 27000, 27);
@@ -88,10 +88,10 @@ TEST(HollowSurface, AnInnerShellThatFacesOutwardIsSolidUnlessNoFillAsksOtherwise
   ImportOptions options = Coarse();
   options.fill = false;
   EXPECT_NEAR(ImportVolume(mesh, options, &report), 26000, 26);
-  EXPECT_EQ(report.surface.how, "2 shells; 1 inner shell left hollow (1.00 cm3 in all), because --no-fill asks for it");
+  EXPECT_EQ(report.surface.how, "2 shells; 1 inner shell left hollow (1.00 cm3 in all), because of --no-fill");
 }
 
-TEST(HollowSurface, NotesAndRegionsFollow) {
+TEST(HollowSurface, NotesAndRegionsReflectTheHollow) {
   const Folder folder;
   WriteMesh(Boxes({{30, false}, {10, true}}), folder.file("a.stl"));
   const ImportResult result = Import(folder.file("a.stl"), Coarse());
@@ -105,7 +105,7 @@ TEST(HollowSurface, NotesAndRegionsFollow) {
 
 // Chains of nested boxes, one chain next to another, each box with a random orientation. A box with the same
 // orientation as the one around it changes nothing.
-TEST(HollowSurface, LayersFollowChainsOfShells) {
+TEST(HollowSurface, LayersMatchRandomChainsOfNestedShells) {
   std::mt19937 random(21);
   for (int trial = 0; trial < 20; ++trial) {
     TriangleMesh mesh;
@@ -152,7 +152,7 @@ TriangleMesh Jittered(double by_mm) {
   return soup;
 }
 
-TEST(FaultySurface, TrianglesThatAreNotJoinedAreWeldedWithinTheTolerance) {
+TEST(FaultySurface, SeparateTrianglesAreWeldedWithinTheTolerance) {
   ImportReport report;
   // Two copies of a corner are at most 2 * sqrt(3) * 0.002 = 0.007 mm apart.
   EXPECT_NEAR(ImportVolume(Jittered(0.002), Coarse(), &report), 27000, 27);
@@ -163,7 +163,7 @@ TEST(FaultySurface, TrianglesThatAreNotJoinedAreWeldedWithinTheTolerance) {
                         "that should coincide lie up to 0.1 mm apart, and kerf welds points nearer than 0.01 mm"));
 }
 
-TEST(FaultySurface, DoubledTrianglesAreLeftOutOnce) {
+TEST(FaultySurface, DuplicateTrianglesAreRemoved) {
   TriangleMesh mesh = Boxes({{30, false}});
   const std::vector<std::array<std::uint32_t, 3>> all = mesh.triangles;
   mesh.triangles.insert(mesh.triangles.end(), all.begin(), all.begin() + 4);
@@ -187,7 +187,7 @@ TEST(FaultySurface, FlippedTrianglesAreTurned) {
               ElementsAre("3 triangles faced opposite to most of their shell and were flipped"));
 }
 
-TEST(FaultySurface, WhatCannotBeRepairedIsNamed) {
+TEST(FaultySurface, FaultsThatCannotBeRepairedAreNamed) {
   TriangleMesh hole = Boxes({{30, false}});
   hole.triangles.pop_back();
   EXPECT_THAT(MessageOf([&] { ImportVolume(hole, Coarse()); }),
@@ -206,7 +206,7 @@ TEST(FaultySurface, WhatCannotBeRepairedIsNamed) {
   EXPECT_THAT(MessageOf([&] { ImportVolume(one_sided, Coarse()); }), HasSubstr("is one-sided"));
 }
 
-TEST(SurfaceUnits, AreAskedForWhereMillimetresGiveNoBone) {
+TEST(SurfaceUnits, AreRequiredIfMillimetresAreImplausible) {
   const auto message = [](double edge) { return MessageOf([&] { ImportVolume(Boxes({{edge, false}}), Coarse()); }); };
   EXPECT_THAT(message(0.03),
               HasSubstr("a.stl: the largest side of the surface is 0.03, which is unlikely for a bone in mm; give the "
@@ -235,7 +235,7 @@ TEST(SurfaceUnits, AreAskedForWhereMillimetresGiveNoBone) {
             "'feet' is not a unit of length; the units are mm, cm, m, in, um");
 }
 
-TEST(SurfaceUnits, WhatMayBeASkullInCentimetresIsWarnedOf) {
+TEST(SurfaceUnits, PossibleSkullInCentimetresCausesAWarning) {
   const auto warning = [](const Vec3& size, const std::string& unit) {
     TriangleMesh box;
     for (int c = 0; c < 8; ++c) box.points.push_back(size * Vec3(c >> 2 & 1, c >> 1 & 1, c & 1));
@@ -250,7 +250,7 @@ TEST(SurfaceUnits, WhatMayBeASkullInCentimetresIsWarnedOf) {
   EXPECT_EQ(warning({140, 180, 160}, ""), "");  // a skull in mm
 }
 
-TEST(SurfaceSize, WhatEnclosesTooMuchIsRefusedBeforeItIsMade) {
+TEST(SurfaceSize, TooLargeVolumeIsRefusedBeforeVoxelisation) {
   const auto message = [](double edge, double voxel_mm) {
     ImportOptions options = Coarse();
     options.voxel_mm = voxel_mm;
@@ -264,7 +264,7 @@ TEST(SurfaceSize, WhatEnclosesTooMuchIsRefusedBeforeItIsMade) {
               HasSubstr("the largest side of the surface is more than 1 km; kerf imports up to 1000 mm"));
 }
 
-TEST(SurfaceOptions, ThoseOfACtAreRefused) {
+TEST(SurfaceOptions, CtOptionsAreRefused) {
   ImportOptions options = Coarse();
   options.isolate.keep_W = {{0, 0, 0}};
   EXPECT_THAT(MessageOf([&] {
@@ -275,7 +275,7 @@ TEST(SurfaceOptions, ThoseOfACtAreRefused) {
 
 // Two voxels just above the iso value within dense bone: a cubic spline through them falls below it between them, so
 // the level set has a void where no voxel of the CT is below iso.
-TEST(ImportedVoids, SmallerThanTheVoxelsOfTheCtAreFilledAndCounted) {
+TEST(ImportedVoids, VoidsSmallerThanCtVoxelsAreFilledAndCounted) {
   Volume ct = test::MakeCt({30, 28, 26}, {1, 1, 1}, {-15, -14, -13}, glm::dmat3(1), test::Ball({0, 0, 0}, 11), 1500);
   const std::vector<std::array<int, 3>> places = {{12, 13, 12}, {17, 13, 12}, {12, 17, 15}};
   for (const auto& [i, j, k] : places) {

@@ -81,7 +81,7 @@ inline void WriteNrrd(const Volume& ct, const std::string& path) {
   WriteBytes(path, NrrdHeader(ct) + "\n" + Bytes(ct.hu));
 }
 
-/// Replaces the bytes from `at` by those of `value`.
+/// Replaces the bytes from `at` with those of `value`.
 template <typename T>
 void Put(std::string& bytes, std::size_t at, T value) {
   bytes.replace(at, sizeof value, reinterpret_cast<const char*>(&value), sizeof value);

@@ -60,7 +60,7 @@ Spot FindBone(const CtView& view) {
   return spot;
 }
 
-TEST(CtView, ABallLiesWhereItIsInEachSlice) {
+TEST(CtView, BallIsAtItsPositionInEachSlice) {
   const Volume ct = ObliqueBall();
   const CtViewOptions options = Around(kBall_W);
   for (const CtAxis axis : {CtAxis::kX, CtAxis::kY, CtAxis::kZ}) {
@@ -71,7 +71,8 @@ TEST(CtView, ABallLiesWhereItIsInEachSlice) {
       const CtView view = DrawCtSlice(ct, axis, kBall_W[a] + off_mm, options);
       const Spot spot = FindBone(view);
       const double mm2 = M_PI * (kRadius_mm * kRadius_mm - off_mm * off_mm);
-      // The circle in which the plane cuts the ball; trilinear between voxels of up to 1.5 mm: 0.1 mm of its radius.
+      // The plane cuts the ball in a circle. Trilinear interpolation between voxels of up to 1.5 mm gives its radius to
+      // 0.1 mm.
       EXPECT_NEAR(spot.across, kBall_W[across], 0.1) << a;
       EXPECT_NEAR(spot.down, kBall_W[down], 0.1) << a;
       EXPECT_NEAR(spot.mm2, mm2, 2 * M_PI * kRadius_mm * 0.1 + 1) << a;
@@ -81,7 +82,7 @@ TEST(CtView, ABallLiesWhereItIsInEachSlice) {
 }
 
 // The head is up, and in axial slices the back is down, as in a scanner's pictures.
-TEST(CtView, TheAxesGoAsRadiologistsHaveThem) {
+TEST(CtView, AxesFollowTheRadiologicalConvention) {
   const CtViewOptions options = Around(kBall_W);
   const Volume ct = ObliqueBall();
   const CtView axial = DrawCtSlice(ct, CtAxis::kZ, kBall_W.z, options);
@@ -95,7 +96,7 @@ TEST(CtView, TheAxesGoAsRadiologistsHaveThem) {
 }
 
 // The surface of a ball is a full disc, brightest in its middle, and nearer surfaces hide those behind.
-TEST(CtView, TheSurfaceIsThatWhichMeetsTheEye) {
+TEST(CtView, SurfaceViewShowsTheNearestSurface) {
   const CtViewOptions options = Around(kBall_W);
   for (const CtAxis axis : {CtAxis::kX, CtAxis::kY, CtAxis::kZ}) {
     const Spot spot = FindBone(DrawCtSurface(ObliqueBall(), axis, options));
@@ -124,7 +125,7 @@ TEST(CtView, TheSurfaceIsThatWhichMeetsTheEye) {
   EXPECT_GT(brightness(3.3, 0), brightness(5.5, 0) + 5);
 }
 
-TEST(CtView, TheBoxHoldsTheBoneAndStaysWithinTheScan) {
+TEST(CtView, BoxContainsTheBoneAndStaysWithinTheScan) {
   const Volume ct = ObliqueBall();
   const Box3 box = FindBoneBox(ct, 500, "ball");
   for (int a = 0; a < 3; ++a) {

@@ -146,7 +146,7 @@ bool IsRead(const std::string& folder) {
   return counts.read > 0;
 }
 
-/// Reads the folders from `first` to `last` in one child process, which a damaged file may end. A child process for
+/// Reads the folders from `first` to `last` in one child process, which a damaged file may crash. A child process for
 /// each folder, as in the program, would take up to 60 ms. Returns the first folder that was not read, or `last`.
 int ReadInOneChild(const DamagedSeries& all, int first, int last, Counts& counts) {
   try {

@@ -79,7 +79,7 @@ TEST(PatientFrame, LettersAndSignedPermutationsAreInverse) {
   }
 }
 
-TEST(PatientFrame, EachOrderOfStoringAScanGivesTheSameVolumeBitForBit) {
+TEST(PatientFrame, AnyStorageOrderGivesABitIdenticalVolume) {
   const Volume ct = StraightCt();
   std::array<int, 3> order = {0, 1, 2};
   do {
@@ -89,7 +89,7 @@ TEST(PatientFrame, EachOrderOfStoringAScanGivesTheSameVolumeBitForBit) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST(PatientFrame, NiftiAsDcm2niixStoresItIsTheDicomSeriesBitForBit) {
+TEST(PatientFrame, NiftiInTheOrderOfDcm2niixIsBitIdenticalToDicom) {
   // Rows are reversed (front to back becomes back to front); values are int16 with slope 1 and intercept -1024.
   const Volume ct = StraightCt();
   const Folder folder;
@@ -123,7 +123,7 @@ bool HasDcm2niix() {
   return std::system("command -v dcm2niix >/dev/null 2>&1") == 0;
 }
 
-TEST(Dcm2niix, ItsNiftiIsTheDicomSeriesBitForBit) {
+TEST(Dcm2niix, NiftiIsBitIdenticalToDicom) {
   if (!HasDcm2niix()) GTEST_SKIP() << "no dcm2niix on this machine";
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("kerf_dicom_{}", getpid());
   std::filesystem::create_directories(folder);
@@ -132,7 +132,7 @@ TEST(Dcm2niix, ItsNiftiIsTheDicomSeriesBitForBit) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(Dcm2niix, SoItIsOfBothRealScans) {
+TEST(Dcm2niix, NiftiOfRealScansIsBitIdenticalToDicom) {
   if (!HasDcm2niix()) GTEST_SKIP() << "no dcm2niix on this machine";
   for (const char* name : {"visible_human_female", "phantom_siemens"}) {
     const std::string dicom = std::string(KERF_TEST_DATA) + "/" + name + "/dicom";
@@ -163,7 +163,7 @@ TEST(NiftiValues, SlopeAndInterceptGiveHu) {
   }
 }
 
-TEST(NiftiValues, ARescaleThatIsNoNumberIsWarnedOfOrRefused) {
+TEST(NiftiValues, NonFiniteRescaleCausesAWarningOrIsRefused) {
   const Folder folder;
   const Volume ct = StraightCt();
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -183,7 +183,7 @@ TEST(NiftiValues, ARescaleThatIsNoNumberIsWarnedOfOrRefused) {
   EXPECT_THAT(read(0, nan).warnings, IsEmpty());  // a slope of 0 means no rescale
 }
 
-TEST(NiftiValues, TheOtherByteOrderIsRead) {
+TEST(NiftiValues, SwappedByteOrderIsRead) {
   const Volume ct = StraightCt();
   std::string bytes = test::NiftiHeader(ct) + test::Bytes(ct.hu);
   const auto swap = [&bytes](std::size_t from, std::size_t size, std::size_t count) {
@@ -204,7 +204,7 @@ TEST(NiftiValues, TheOtherByteOrderIsRead) {
   ExpectSame(ReadImageFile(folder.file("a.nii")), ct);
 }
 
-TEST(NiftiValues, BitsThatDoNotFitTheTypeAndNotFiniteValuesAreRefused) {
+TEST(NiftiValues, InconsistentBitsAndNonFiniteValuesAreRefused) {
   const Folder folder;
   const Volume ct = StraightCt();
   std::string bytes = test::NiftiHeader(ct) + test::Bytes(ct.hu);
@@ -243,7 +243,7 @@ class NiftiForms : public ::testing::Test {
   const Volume ct_ = StraightCt();
 };
 
-TEST_F(NiftiForms, SFormAndQFormAloneOrBothGiveTheLatticeWithoutAWarning) {
+TEST_F(NiftiForms, SFormQFormOrBothGiveTheLatticeWithoutAWarning) {
   for (const int forms : {1, 2, 3}) {
     const Volume read = Read([&](std::string& h) {
       if ((forms & 1) == 0) Put(h, 254, std::int16_t{0});
@@ -263,7 +263,7 @@ TEST_F(NiftiForms, AMirroredQFormIsHonoured) {
   EXPECT_EQ(read.axes_W[2], Vec3(0, 0, -1));
 }
 
-TEST_F(NiftiForms, WithoutEitherTheAxesAreTakenAsRasWithAWarning) {
+TEST_F(NiftiForms, WithoutAFormRasIsAssumedWithAWarning) {
   const auto none = [](std::string& h) { Put(h, 254, std::int16_t{0}); };
   const Volume read = Read(none);
   EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("sform_code and qform_code are 0); its axes were taken as RAS")));
@@ -275,13 +275,13 @@ TEST_F(NiftiForms, WithoutEitherTheAxesAreTakenAsRasWithAWarning) {
   EXPECT_EQ(stated.axes_W, glm::dmat3(1));
 }
 
-TEST_F(NiftiForms, TwoPlacesFiftyMillimetresApartAreWarnedOf) {
+TEST_F(NiftiForms, DifferentSFormAndQFormCauseAWarning) {
   const Volume read = Read([&](std::string& h) { PutQForm(h, ct_.origin_W + Vec3(30, 0, 40)); });
   ExpectSame(read, ct_);  // placed by the sform
   EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("places the scan twice, up to 50.0 mm apart; its sform was used")));
 }
 
-TEST_F(NiftiForms, AStandardSpaceGivesWayToTheScannersAndIsWarnedOfAlone) {
+TEST_F(NiftiForms, ScannerSpaceIsPreferredToAStandardSpace) {
   const Volume both = Read([&](std::string& h) {
     Put(h, 254, std::int16_t{4});
     PutQForm(h, ct_.origin_W + Vec3(0, 50, 0));
@@ -292,7 +292,7 @@ TEST_F(NiftiForms, AStandardSpaceGivesWayToTheScannersAndIsWarnedOfAlone) {
   EXPECT_THAT(alone.warnings, ElementsAre(HasSubstr("in MNI's coordinates, to which it may have been stretched")));
 }
 
-TEST_F(NiftiForms, MetresAndMicrometresAreHonouredAndAnUnknownUnitIsWarnedOf) {
+TEST_F(NiftiForms, MetresAndMicrometresAreReadAndUnknownUnitsCauseAWarning) {
   for (const auto& [code, per_mm] : {std::pair(1, 1e-3f), std::pair(3, 1e3f)}) {
     const Volume read = Read([&, unit = code, f = per_mm](std::string& h) {
       h[123] = static_cast<char>(unit + 8);  // unit of length, plus 8 for seconds
@@ -315,7 +315,7 @@ TEST_F(NiftiForms, MetresAndMicrometresAreHonouredAndAnUnknownUnitIsWarnedOf) {
   EXPECT_THAT(MessageOf([&] { Read([](std::string& h) { h[123] = 5; }); }), HasSubstr("is unknown"));
 }
 
-TEST_F(NiftiForms, AnAffineInMetresUnderTheNameOfMillimetresIsNamed) {
+TEST_F(NiftiForms, AffineInMetresDeclaredAsMillimetresIsRecognised) {
   const std::string message = MessageOf([&] {
     Read([](std::string& h) {
       for (std::size_t row = 0; row < 3; ++row) Put(h, 280 + 20 * row, 0.001f);
@@ -325,7 +325,7 @@ TEST_F(NiftiForms, AnAffineInMetresUnderTheNameOfMillimetresIsNamed) {
   EXPECT_THAT(message, HasSubstr("the header is probably in metres"));
 }
 
-TEST_F(NiftiForms, AShearedAffineIsHonouredUpToWhereTheAxesNoLongerSpanSpace) {
+TEST_F(NiftiForms, ShearedAffineIsReadUnlessTheAxesAreDependent) {
   Volume sheared = ct_;
   sheared.axes_W[2] = glm::normalize(Vec3(0, 0.3, 1));
   const auto write = [](const Volume& ct) { return [ct](std::string& h) { h = test::NiftiHeader(ct); }; };
@@ -338,7 +338,7 @@ TEST_F(NiftiForms, AShearedAffineIsHonouredUpToWhereTheAxesNoLongerSpanSpace) {
   EXPECT_THAT(MessageOf([&] { Read(write(sheared)); }), HasSubstr("the image axes do not span space"));
 }
 
-TEST_F(NiftiForms, TwoSpacingsAreWarnedOf) {
+TEST_F(NiftiForms, ContradictorySpacingsCauseAWarning) {
   const Volume read = Read([](std::string& h) { Put(h, 88, 3.0f); });
   EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("along axis 3, 2 mm by its sform and 3 mm by its pixdim")));
 }
@@ -364,7 +364,7 @@ class NrrdFrames : public ::testing::Test {
   const Volume ct_ = StraightCt();
 };
 
-TEST_F(NrrdFrames, SpacesOfThePatientAreHonouredByEitherName) {
+TEST_F(NrrdFrames, PatientSpacesAreReadByLongAndShortName) {
   for (const auto& [name, frame] : {std::pair("right-anterior-superior", "RAS"), std::pair("RAS", "RAS"),
                                     std::pair("left-anterior-superior", "LAS"), std::pair("LAS", "LAS"),
                                     std::pair("left-posterior-superior", "LPS"), std::pair("LPS", "LPS")}) {
@@ -374,7 +374,7 @@ TEST_F(NrrdFrames, SpacesOfThePatientAreHonouredByEitherName) {
   }
 }
 
-TEST_F(NrrdFrames, SpacesThatDoNotSayHowThePatientLiesAreTakenAsLpsWithAWarning) {
+TEST_F(NrrdFrames, SpacesWithoutOrientationAreTakenAsLpsWithAWarning) {
   for (const auto& [line, warning] :
        {std::pair("space: scanner-xyz\n", "is the scanner's, not the patient's; LPS was assumed"),
         std::pair("space: 3D-right-handed\n", "does not say how the scan lies in the patient"),
@@ -440,7 +440,7 @@ TEST(MetaFrames, TheSizeOfAVoxelMustBeGivenAndItsUnitIsHonoured) {
   EXPECT_EQ(stated.origin_W, Vec3(-1, -1, 1) * ct.origin_W);
 }
 
-TEST(MetaFrames, WhatTheHeaderLeavesOutIsSaidAndWhatIsNoRotationIsRefused) {
+TEST(MetaFrames, MissingFieldsCauseWarningsAndInvalidRotationsAreRefused) {
   const Folder folder;
   test::WriteMeta(StraightCt(), folder.file("a.mha"));
   const std::string whole = test::ReadBytes(folder.file("a.mha"));
@@ -458,7 +458,7 @@ TEST(MetaFrames, WhatTheHeaderLeavesOutIsSaidAndWhatIsNoRotationIsRefused) {
               HasSubstr("an axis of the header's TransformMatrix has the length 2 instead of 1"));
 }
 
-TEST(MetaFrames, NDimsThatIsNotThatOfTheSizesIsRefused) {
+TEST(MetaFrames, NDimsThatContradictsTheSizesIsRefused) {
   const Folder folder;
   test::WriteMeta(StraightCt(), folder.file("a.mha"));
   const std::string whole = test::ReadBytes(folder.file("a.mha"));
@@ -472,7 +472,7 @@ TEST(MetaFrames, NDimsThatIsNotThatOfTheSizesIsRefused) {
   }
 }
 
-TEST(Provenance, WhatWasAssumedStandsInTheReportAndInTheBone) {
+TEST(Provenance, AssumptionsAreStatedInTheReportAndInTheBone) {
   const Volume ball =
       test::MakeCt({30, 30, 30}, {1, 1, 1}, {-15, -15, -15}, glm::dmat3(1), test::Ball(Vec3(3.2, 4.3, -0.1), 9));
   std::string header = test::NrrdHeader(ball);
@@ -495,7 +495,7 @@ TEST(Provenance, WhatWasAssumedStandsInTheReportAndInTheBone) {
   EXPECT_LT(glm::length(stated.report.box.centre() - Vec3(-3.2, -4.3, -0.1)), 0.3);
 }
 
-TEST(MeshFrames, ASurfaceIsTurnedOrMirroredToTheStatedFrame) {
+TEST(MeshFrames, SurfaceIsRotatedOrMirroredToTheStatedFrame) {
   // A block of 10 x 20 x 30 mm with a corner at the origin, facing outward.
   std::string block;
   for (int n = 0; n < 8; ++n) block += fmt::format("v {} {} {}\n", n % 2 * 10, n / 2 % 2 * 20, n / 4 * 30);

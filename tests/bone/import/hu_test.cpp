@@ -63,7 +63,7 @@ CtLaw Identity() {
   return law;
 }
 
-TEST(KeptHu, AreTheCtsOwnWhateverItsLattice) {
+TEST(KeptHu, MatchTheCtForAnyLattice) {
   const glm::dmat3 oblique = glm::mat3_cast(glm::angleAxis(0.6, glm::normalize(Vec3(1, -1, 2))));
   for (const auto& [spacing, axes] : {std::pair{Vec3(1, 1, 1), glm::dmat3(1)}, {Vec3(0.5, 0.7, 1.5), oblique}}) {
     const Folder folder;
@@ -96,7 +96,7 @@ TEST(KeptHu, AreTheCtsOwnWhateverItsLattice) {
   }
 }
 
-TEST(KeptHu, AreThereOnlyWhenAskedForAndSurviveTheFile) {
+TEST(KeptHu, AreKeptOnlyOnRequestAndSurviveAFileRoundTrip) {
   const Folder folder;
   test::WriteNrrd(MakeRampCt({1, 1, 1}, glm::dmat3(1)), folder.file("ct.nrrd"));
   ImportOptions options = KeepHu();
@@ -120,7 +120,7 @@ TEST(KeptHu, AreThereOnlyWhenAskedForAndSurviveTheFile) {
   EXPECT_EQ(read.max, kept.report.hu.max);
 }
 
-TEST(KeptHu, ASurfaceHasNoneAndTheVoxelHasItsRange) {
+TEST(KeptHu, SurfacesAndVoxelsOutOfRangeAreRefused) {
   ImportOptions options = KeepHu();
   EXPECT_EQ(MessageOf([&] { Import("jaw.stl", options); }), "jaw.stl: a surface has no CT numbers to keep");
   options.hu_voxel_mm = 7;

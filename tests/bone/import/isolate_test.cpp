@@ -40,7 +40,7 @@ IsolateOptions Steered() {
   return options;
 }
 
-TEST(Isolate, KeepAndDropPointsPartTouchingBallsAtTheirNeck) {
+TEST(Isolate, KeepAndDropPointsSeparateTouchingBallsAtTheirNeck) {
   const double ball_mm3 = 4.0 / 3.0 * std::numbers::pi * 1000;
   const Isolation isolation = Isolate(TouchingBalls(), Steered(), {});
   // The overlap is a lens of 28 mm3, and the border is known to one voxel: 50 mm2 of neck times 1 mm.
@@ -57,7 +57,7 @@ TEST(Isolate, KeepAndDropPointsPartTouchingBallsAtTheirNeck) {
   EXPECT_EQ(isolation.iso_volume_mm3 + rest.iso_volume_mm3, Isolate(TouchingBalls(), all, {}).iso_volume_mm3);
 }
 
-TEST(Isolate, TheBoneMadeOfItIsOnePieceWithASmoothCut) {
+TEST(Isolate, ResultingBoneIsOnePieceWithASmoothCut) {
   const Folder folder;
   test::WriteNrrd(TouchingBalls(), folder.file("a.nrrd"));
   ImportOptions options;
@@ -88,7 +88,7 @@ TEST(Isolate, APointOffTheBoneOrOffTheScanIsNamed) {
               HasSubstr("a --keep point lies at the same place"));
 }
 
-TEST(Isolate, WhatIsNoMandibleIsRefusedWithWhatWasFound) {
+TEST(Isolate, OtherBoneIsRefusedWithAListOfWhatWasFound) {
   IsolateOptions options;
   options.iso_hu = 450;
   const std::string message = MessageOf([&] { Isolate(TouchingBalls(), options, {}); });
@@ -109,7 +109,7 @@ TEST(Isolate, AVolumeWithoutBoneIsRefused) {
       HasSubstr("the scan holds no bone: nothing above 300 HU is larger than 1 cm3 (the brightest voxel has 120 HU)"));
 }
 
-// A tube along a horseshoe with two uprights: the features of a mandible that the test of shape checks. `up` gives the
+// A tube along a horseshoe with two uprights: the features of a mandible that the shape test checks. `up` gives the
 // uprights' height, `bridge` closes the back, `roof` the top.
 std::function<double(const Vec3&)> Horseshoe(double up_left, double up_right, bool bridge, bool roof) {
   const auto segment = [](const Vec3& p, const Vec3& a, const Vec3& b, double r) {
@@ -160,7 +160,7 @@ Volume HorseshoeIn(const std::string& frame) {
   return ct;
 }
 
-TEST(MandibleLikeness, SaysWhichTurnWouldMakeAMandibleOfIt) {
+TEST(MandibleLikeness, NamesTheRotationThatWouldGiveAMandible) {
   for (const auto& [frame, how] :
        {std::pair("RAS", "faces backwards, as when RAS is read as LPS"), std::pair("RPI", "is upside down:"),
         std::pair("LAI", "is upside down and faces backwards"), std::pair("SAL", "has its axes in another order")}) {
@@ -186,7 +186,7 @@ TEST(MandibleLikeness, SaysWhichTurnWouldMakeAMandibleOfIt) {
   EXPECT_EQ(DescribeTurns(ShapeOf(HorseshoeIn("LPS")), "LPS"), "");
 }
 
-TEST(Isolate, TheTurnIsAlsoNamedWhenPointsSteer) {
+TEST(Isolate, RotationIsAlsoNamedWithKeepAndDropPoints) {
   Volume ct = HorseshoeIn("RAS");
   const Vec3 other(0, -36, 64);  // in bone separate from the arch
   for (int side = 0; side < 5 * 5 * 5; ++side) {
@@ -200,7 +200,7 @@ TEST(Isolate, TheTurnIsAlsoNamedWhenPointsSteer) {
   EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("are likely RAS, or LAS if mirrored"));
 }
 
-TEST(Isolate, AutomaticFindsTheArchThatADimBridgeJoinsToABlock) {
+TEST(Isolate, AutomaticIsolationSeparatesTheArchFromAWeaklyJoinedBlock) {
   // A block of bone above the rami, joined to them by bridges of 500 HU; the arch itself has 1000 HU.
   const auto arch = Horseshoe(56, 56, false, false);
   Volume ct = HorseshoeCt(arch);

@@ -1,4 +1,5 @@
-// Scans whose headers declare more data than there is: refused with a sentence, and without allocating the memory.
+// Scans whose headers declare more data than the files contain: refused with a sentence, without allocating the
+// memory.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -72,9 +73,9 @@ std::vector<Lie> MakeLies() {
       "ElementDataFile = LOCAL\n";
   std::vector<std::string> slices;
   for (int k = 0; k < 3; ++k) slices.push_back(test::DicomSlice(Shape(8192), k, packed));
-  return {{"a.nrrd", {Nrrd(26000, "raw")}, "the header promises 26000 x 26000 x 3 voxels"},
-          {"a.nrrd", {Nrrd(26000, "gzip")}, "the header promises 26000 x 26000 x 3 voxels"},
-          {"a.nrrd", {Nrrd(26000, "bzip2")}, "the header promises 26000 x 26000 x 3 voxels"},
+  return {{"a.nrrd", {Nrrd(26000, "raw")}, "the header states 26000 x 26000 x 3 voxels"},
+          {"a.nrrd", {Nrrd(26000, "gzip")}, "the header states 26000 x 26000 x 3 voxels"},
+          {"a.nrrd", {Nrrd(26000, "bzip2")}, "the header states 26000 x 26000 x 3 voxels"},
           {"a.nrrd", {Nrrd(60000, "raw")}, "more than the 2^31 that kerf reads"},
           {"a.mha", {channels}, "a voxel has 2000000000 bytes"},
           {"a.dcm", slices, "its header states 8192 x 8192 pixels of 16 bits, but not all are present"},
@@ -114,7 +115,7 @@ std::string Read(const Lie& lie, const test::Folder& folder) {
   std::_Exit(0);
 }
 
-TEST(LyingScan, IsRefusedWithASentenceAndAsksForNoMemory) {
+TEST(LyingScan, IsRefusedInOneSentenceWithoutAllocation) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(ReadAllLies(), testing::ExitedWithCode(0), "");
 }

@@ -9,7 +9,8 @@
 #include "bone/import/import.h"
 #include "ct_files.h"
 
-// GDCM 3.0 itself leaks its decoder when a JPEG is broken. The leak sanitizer calls this; without it, it is unused.
+// GDCM 3.0 itself leaks its decoder when a JPEG is broken. The leak sanitizer calls this function, which is
+// otherwise unused.
 // NOLINTBEGIN(bugprone-reserved-identifier): the sanitizer's name
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
@@ -203,7 +204,7 @@ TEST_F(SpoiltSeries, HeaderCutOffAnywhereIsRefusedAndNamesTheFile) {
               HasSubstr("the DICOM header can't be read: the file ends within it, after 138 bytes"));
 }
 
-TEST_F(SpoiltSeries, SliceCutOffBetweenTwoElementsIsRefusedNotLeftOut) {
+TEST_F(SpoiltSeries, SliceCutOffBetweenElementsIsRefusedAndNotSkipped) {
   const std::string whole = test::DicomSlice(ct_, 6, {});  // the last slice: its absence would leave no gap
   const std::string modality("\x08\x00\x60\x00", 4);
   EXPECT_THAT(Message(6, whole.substr(0, whole.find(modality))),
@@ -238,7 +239,7 @@ TEST_F(SpoiltSeries, ElementLongerThanTheFileIsRefused) {
   EXPECT_THAT(Message(3, nested), HasSubstr("element (0008,0104) is 28672 bytes long but only "));
 }
 
-TEST_F(SpoiltSeries, SequencesOfEitherKindOfLengthAreFollowed) {
+TEST_F(SpoiltSeries, SequencesOfDefinedAndUndefinedLengthAreAccepted) {
   const std::string inner("\x08\x00\x04\x01LO\x02\x00hi", 10);
   const std::string open = std::string("\x08\x00\x32\x10SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff", 20) +
                            inner + std::string("\xfe\xff\x0d\xe0\0\0\0\0\xfe\xff\xdd\xe0\0\0\0\0", 16);
@@ -279,7 +280,7 @@ TEST_F(SpoiltSeries, PixelsThatCannotBeUnpackedAreRefusedByTransferSyntax) {
 }
 
 // Without Bits Allocated, (0028,0100), GDCM cannot read the pixels and gives no reason.
-TEST_F(SpoiltSeries, PixelsThatCannotBeReadAreSaidToBeDamaged) {
+TEST_F(SpoiltSeries, UnreadablePixelsAreReportedAsDamaged) {
   std::string bytes = test::DicomSlice(ct_, 3, {});
   const std::size_t at = bytes.find(std::string("\x28\0\0\x01US", 6));
   ASSERT_NE(at, std::string::npos);
@@ -333,7 +334,7 @@ TEST(ReadImage, RasNrrdBecomesLps) {
   ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct, 1e-9);
 }
 
-TEST(ReadImage, NrrdWhoseHeaderPromisesMoreThanThereIsIsRefused) {
+TEST(ReadImage, NrrdShorterThanItsHeaderStatesIsRefused) {
   const Folder folder;
   const Volume ct = SkewCt();
   Volume lying = ct;
@@ -341,7 +342,7 @@ TEST(ReadImage, NrrdWhoseHeaderPromisesMoreThanThereIsIsRefused) {
   WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
   EXPECT_THAT(
       MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
-      HasSubstr("the header promises 90 x 80 x 70 voxels (1008000 bytes), but the file holds 1008 bytes of them"));
+      HasSubstr("the header states 90 x 80 x 70 voxels (1008000 bytes), but the file holds 1008 bytes of them"));
   // The memory is never allocated: 10^15 voxels would need 2 PB.
   lying.size = {100000, 100000, 100000};
   WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
@@ -357,11 +358,11 @@ TEST(ReadImage, TruncatedNiftiAndMetaImageAreRefused) {
     const std::string whole = ReadBytes(folder.file(name));
     WriteBytes(folder.file(name), whole.substr(0, whole.size() - 2));
     EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file(name)); }),
-                HasSubstr("the header promises 9 x 8 x 7 voxels (1008 bytes), but the file holds 1006 bytes of them"));
+                HasSubstr("the header states 9 x 8 x 7 voxels (1008 bytes), but the file holds 1006 bytes of them"));
   }
 }
 
-TEST(ReadImage, NiftiSpacingThatIsNoLengthIsRefused) {
+TEST(ReadImage, InvalidNiftiSpacingIsRefused) {
   const Folder folder;
   test::WriteNifti(SkewCt(), folder.file("a.nii"));
   const std::string whole = ReadBytes(folder.file("a.nii"));
@@ -378,7 +379,7 @@ TEST(ReadImage, NiftiSpacingThatIsNoLengthIsRefused) {
   }
 }
 
-TEST(ReadImage, GarbageUnderAnImageNameIsRefused) {
+TEST(ReadImage, GarbageWithAnImageExtensionIsRefused) {
   const Folder folder;
   for (const char* name : {"a.nrrd", "a.nii", "a.nii.gz", "a.mha"}) {
     WriteBytes(folder.file(name), "This is no image, whatever it is called.\n");
@@ -412,7 +413,7 @@ TEST(ReadImage, ColourAndFlatImagesAreRefused) {
               HasSubstr("has 2 dimensions; kerf needs a volume of 3"));
 }
 
-TEST(ReadImage, NothingIsPrintedWhateverTheFile) {
+TEST(ReadImage, DamagedFilesPrintNothing) {
   const Folder folder;
   test::WriteDicom(SkewCt(), folder.path());
   const Volume ct = SkewCt();
@@ -456,7 +457,7 @@ class MetaVoxels : public ::testing::Test {
   const std::string voxels_ = test::Bytes(ct_.hu);
 };
 
-TEST_F(MetaVoxels, CompressedOnesAreReadWithAndWithoutTheirSize) {
+TEST_F(MetaVoxels, CompressedDataIsReadWithAndWithoutItsSize) {
   for (const char* lines : {"CompressedData = True\n", "CompressedData = T\nCompressedDataSize = 1019\n"}) {
     const Volume read = Read(lines, Zlib(voxels_));
     ExpectSame(read, ct_, 1e-9);
@@ -468,7 +469,7 @@ TEST_F(MetaVoxels, CompressedOnesAreReadWithAndWithoutTheirSize) {
   ExpectSame(ReadImageFile(folder_.file("a.mhd")), ct_, 1e-9);
 }
 
-TEST_F(MetaVoxels, DamagedCompressedOnesAreRefused) {
+TEST_F(MetaVoxels, DamagedCompressedDataIsRefused) {
   const char* lines = "CompressedData = True\n";
   std::string spoilt = Zlib(voxels_);
   spoilt[500] ^= 1;
@@ -491,12 +492,12 @@ TEST_F(MetaVoxels, HeaderSizeIsHonoured) {
   EXPECT_THAT(MessageOf([&] { Read("HeaderSize = much\n", voxels_); }), HasSubstr("HeaderSize is 'much'; it must be"));
 }
 
-TEST_F(MetaVoxels, TextAndTheOtherByteOrderAreRead) {
+TEST_F(MetaVoxels, TextAndSwappedByteOrderAreRead) {
   std::string text;
   for (const std::int16_t hu : ct_.hu) text += fmt::format("{} ", hu);
   ExpectSame(Read("BinaryData = False\n", text), ct_, 1e-9);
   EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3"); }),
-              HasSubstr("3 voxels can be read, but the header promises 504"));
+              HasSubstr("3 voxels can be read, but the header states 504"));
   EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3 x"); }),
               HasSubstr("voxel 4 is 'x', which is not a number"));
   std::string swapped = voxels_;
@@ -504,7 +505,7 @@ TEST_F(MetaVoxels, TextAndTheOtherByteOrderAreRead) {
   ExpectSame(Read("ElementByteOrderMSB = True\n", swapped), ct_, 1e-9);
 }
 
-TEST(NrrdVoxels, SkipsTextAndTheOtherByteOrderAreRead) {
+TEST(NrrdVoxels, SkipFieldsTextAndSwappedByteOrderAreRead) {
   const Folder folder;
   const Volume ct = SkewCt();
   const std::string voxels = test::Bytes(ct.hu);
@@ -525,7 +526,7 @@ TEST(NrrdVoxels, SkipsTextAndTheOtherByteOrderAreRead) {
   }
 }
 
-TEST(ReadImage, BrokenHeadersAreRefusedInOurWords) {
+TEST(ReadImage, BrokenHeadersAreRefusedWithKerfsOwnMessages) {
   const Folder folder;
   const Volume ct = SkewCt();
   struct Case {
@@ -560,7 +561,7 @@ TEST(ReadImage, BrokenHeadersAreRefusedInOurWords) {
   }
 }
 
-TEST(ReadImage, ADamagedOrCutOffGzipFileIsNamedAsThat) {
+TEST(ReadImage, DamagedAndTruncatedGzipFilesAreReportedAsSuch) {
   const Folder folder;
   test::WriteNifti(SkewCt(), folder.file("a.nii"));
   ASSERT_EQ(std::system(("gzip -n '" + folder.file("a.nii") + "'").c_str()), 0);

@@ -97,7 +97,7 @@ TEST(VisibleHuman, PointsFindTheSameMandible) {
   EXPECT_EQ(Isolate(ct, options, {}).iso_volume_mm3, by_itself.iso_volume_mm3);
 }
 
-TEST(Phantom, IsRefusedWithoutPointsAndSaysHowToSteer) {
+TEST(Phantom, IsRefusedWithoutPointsWithAnExplanation) {
   if (Missing(kPhantom)) GTEST_SKIP() << "no " << kPhantom;
   const std::string message = MessageOf([] { Import(kPhantom, ImportOptions{}); });
   EXPECT_THAT(message, HasSubstr("the mandible can't be distinguished from the other bone"));
@@ -159,7 +159,7 @@ TEST(VisibleHuman, ThickSlicesGiveTheBoneOfThinOnes) {
   }
 }
 
-TEST(Phantom, TheSceneMarkupsPartItFromUpperTeethAndSkull) {
+TEST(Phantom, SceneMarkupsSeparateItFromUpperTeethAndSkull) {
   if (Missing(kPhantom)) GTEST_SKIP() << "no " << kPhantom;
   ImportOptions options;
   options.voxel_mm = 0.5;

@@ -118,7 +118,7 @@ double FlatOffset(const Scan& scan, double iso_hu) {
   return sigma * z;
 }
 
-TEST(SurfaceErrorEstimate, OffsetIsThatOfABlurredFlatEdge) {
+TEST(SurfaceErrorEstimate, OffsetMatchesABlurredFlatEdge) {
   const Solid ball = Solids()[0];
   // Resolved edges, with at least 0.6 spacings of blur, so that interpolation adds no error.
   for (const Scan& scan : {Scan{Vec3(0.5), 0.3, false}, Scan{Vec3(1), 0.6, true}}) {
@@ -168,7 +168,7 @@ TEST(SurfaceErrorEstimate, WidelySpacedSamplesScatterTheSurface) {
   EXPECT_LT(e.scatter_mm, 2 * m.rms_mm);
 }
 
-TEST(ThickSlices, PutTheSurfaceWhereThinOnesDo) {
+TEST(ThickSlices, GiveTheSurfaceOfThinSlices) {
   const Solid tube = Solids()[2];
   const ImportResult thin = ImportScan(MakeScan(tube, {Vec3(1), 0.5, false}));
   for (const Vec3& spacing : {Vec3(1, 1, 3), Vec3(1, 2.5, 1), Vec3(2, 2, 1)}) {
@@ -179,7 +179,7 @@ TEST(ThickSlices, PutTheSurfaceWhereThinOnesDo) {
   }
 }
 
-TEST(ThickSlices, LeaveEquallySpacedScansUntouched) {
+TEST(ThickSlices, CorrectionVanishesForEquallySpacedScans) {
   // Limits and blur depend on the ratio of the spacings and vanish when they are equal: 0.1 % makes no difference.
   const Solid tube = Solids()[2];
   Volume ct = MakeScan(tube, {Vec3(1), 0.5, false});
@@ -188,7 +188,7 @@ TEST(ThickSlices, LeaveEquallySpacedScansUntouched) {
   EXPECT_NEAR(ImportScan(ct).report.solid_mm3 / before_mm3, 1.001, 1e-4);
 }
 
-TEST(SurfaceErrorEstimate, StandsInTheProvenance) {
+TEST(SurfaceErrorEstimate, IsStoredInTheProvenance) {
   const ImportResult result = ImportScan(MakeScan(Solids()[0], {Vec3(1), 0.5, false}));
   const SurfaceError& e = result.report.surface_error;
   EXPECT_EQ(result.bone.notes().at("import_surface_error_mm"),

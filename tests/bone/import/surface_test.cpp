@@ -49,7 +49,7 @@ std::vector<Lattice> Lattices() {
           {"tilted gantry", {1, 1, 1}, sheared}};
 }
 
-TEST(ImportedSurface, BallIsRecoveredInVolumeAndPlace) {
+TEST(ImportedSurface, BallHasItsVolumeAndPosition) {
   constexpr double kBallRadius = 12;
   const Vec3 centre(3.217, -41.63, 77.41);
   for (const Lattice& lattice : Lattices()) {
@@ -80,7 +80,7 @@ TEST(ImportedSurface, BallIsRecoveredInVolumeAndPlace) {
   }
 }
 
-TEST(ImportedSurface, FromNrrdAndNiftiItIsTheSameBone) {
+TEST(ImportedSurface, NrrdAndNiftiGiveTheSameBone) {
   const Folder folder;
   const Volume ct = test::MakeCt({30, 28, 26}, {1, 1, 1}, {-15, 20, 100}, glm::dmat3(1), Ball({-0.3, 33.7, 112.2}, 9));
   test::WriteNrrd(ct, folder.file("a.nrrd"));
@@ -116,7 +116,7 @@ TEST(ImportedSurface, CavityIsFilledOrLeftHollow) {
   EXPECT_EQ(hollow.report.filled_mm3, 0);
 }
 
-TEST(ImportedSurface, BoneCutByTheScanIsClosedThereAndSaidSo) {
+TEST(ImportedSurface, BoneCutByTheScanIsClosedAndReported) {
   const Folder folder;
   const Volume ct = test::MakeCt({30, 30, 12}, {1, 1, 1}, {-15, -15, 0}, glm::dmat3(1), Ball({0, 0, 0}, 10));
   test::WriteNrrd(ct, folder.file("a.nrrd"));
@@ -127,7 +127,7 @@ TEST(ImportedSurface, BoneCutByTheScanIsClosedThereAndSaidSo) {
   EXPECT_NEAR(result.report.solid_mm3, 0.5 * BallVolume(10) + 0.5 * std::numbers::pi * 100, 0.03 * BallVolume(10));
 }
 
-TEST(ImportedTissues, GoByHuDepthAndEnamel) {
+TEST(ImportedTissues, DependOnHuDepthAndEnamel) {
   const Folder folder;
   // Marrow of 400 HU in a cortex of 1500 HU and 3 mm thickness, and a lump of enamel on top.
   Volume ct = test::MakeCt({44, 44, 50}, {1, 1, 1}, {-22, -22, -22}, glm::dmat3(1), Ball({0, 0, 0}, 15), 1500);
@@ -176,7 +176,7 @@ TEST(ImportedTissues, ATableThatLacksARegionIsRefused) {
               HasSubstr("mine.csv: the table lacks region 32, 33, which the import uses"));
 }
 
-TEST(ImportProvenance, NotesSayWhatAndHowButNameNobody) {
+TEST(ImportProvenance, NotesDescribeTheImportWithoutPersonalNames) {
   const Folder folder;
   test::WriteDicom(test::MakeCt({24, 24, 24}, {1, 1, 1}, {-12, -12, -12}, glm::dmat3(1), Ball({0, 0, 0}, 9)),
                    folder.path());
@@ -231,7 +231,7 @@ TEST(ImportedMesh, HasItsVolumeAndAShellOfCortex) {
   EXPECT_NEAR(result.report.region_mm3.at(32), core, 0.25 * 2 * (16 * 12 + 16 * 8 + 12 * 8));
 }
 
-TEST(ImportedMesh, TurnedInsideOutIsTheSame) {
+TEST(ImportedMesh, InsideOutMeshGivesTheSameBone) {
   const Folder folder;
   TriangleMesh mesh = Box({20, 16, 12});
   WriteMesh(mesh, folder.file("a.ply"));
@@ -243,7 +243,7 @@ TEST(ImportedMesh, TurnedInsideOutIsTheSame) {
               Import(folder.file("b.ply"), options).report.solid_mm3, 1e-6);
 }
 
-TEST(ImportedMesh, OpenOneIsRefusedWithItsOpenEdges) {
+TEST(ImportedMesh, OpenMeshIsRefusedWithItsOpenEdges) {
   const Folder folder;
   TriangleMesh mesh = Box({20, 16, 12});
   mesh.triangles.pop_back();

@@ -46,7 +46,7 @@ Volume Shifted(Volume ct, int by) {
   return ct;
 }
 
-TEST(HuCheck, ALabelMapIsNamed) {
+TEST(HuCheck, LabelMapIsRecognised) {
   for (const int labels : {2, 3, 12, 100, 118}) {
     Volume map = Head();
     for (std::size_t v = 0; v < map.hu.size(); ++v) {
@@ -61,13 +61,13 @@ TEST(HuCheck, ALabelMapIsNamed) {
   }
 }
 
-TEST(HuCheck, HuAreNoLabels) {
+TEST(HuCheck, HuAreNotTakenForLabels) {
   EXPECT_EQ(CheckHu(Head(), kIso, ""), "");
   // A body with one value in air with one value, as in phantoms.
   EXPECT_EQ(CheckHu(test::MakeCt({9, 9, 9}, Vec3(1), Vec3(0), glm::dmat3(1), test::Ball(Vec3(4), 3)), kIso, ""), "");
 }
 
-TEST(HuCheck, ACtWithoutItsOffsetIsNamed) {
+TEST(HuCheck, CtWithoutItsOffsetIsRecognised) {
   const Volume raw = Shifted(Head(), 1024);
   EXPECT_THAT(MessageOf([&] { CheckHu(raw, kIso, "a.nrrd"); }),
               HasSubstr("a.nrrd: this is a CT without its offset: air lies near 0 and soft tissue near 1024"));
@@ -82,7 +82,7 @@ TEST(HuCheck, ACtWithoutItsOffsetIsNamed) {
   EXPECT_EQ(CheckHu(crop, kIso, ""), "");
 }
 
-TEST(RealData, BothScansHaveHuAndLoseThemWithTheirOffset) {
+TEST(RealData, HuCheckAcceptsARealScanOnlyWithItsOffset) {
   const std::string head = std::string(KERF_TEST_DATA) + "/visible_human_female/vhf_head_hu_int16_250x250x234.nrrd";
   if (!std::filesystem::exists(head)) GTEST_SKIP() << "no " << head;
   const Volume ct = ReadImageFile(head);
@@ -102,7 +102,7 @@ TEST(HuCheck, ImportRefusesALabelMap) {
               HasSubstr("this is a label map, not a CT: its voxels have 3 different values from 0 to 2"));
 }
 
-TEST(Values, OneThatNoCtHasIsHeldAndWarnedOf) {
+TEST(Values, ValueOutOfRangeIsClampedWithAWarning) {
   const Folder folder;
   const Volume ct = Head();
   std::vector<float> values(ct.hu.begin(), ct.hu.end());
@@ -115,7 +115,7 @@ TEST(Values, OneThatNoCtHasIsHeldAndWarnedOf) {
   EXPECT_THAT(read.warnings[0], HasSubstr("the most extreme has 1e+30"));
 }
 
-TEST(Values, MoreSlicesThanTheHeaderNamesAreWarnedOf) {
+TEST(Values, MoreSlicesThanTheHeaderStatesCauseAWarning) {
   const Folder folder;
   Volume ct = Head();
   const std::string two_more(2 * sizeof(std::int16_t) * 40 * 40, '\1');

@@ -111,7 +111,7 @@ TEST(Atlas, APlainMandibleHasAll31Regions) {
   ExpectAll31(MakePlainMandible());
 }
 
-TEST(Atlas, DownACutThroughTheMolarBodyLieRegions24And21And13And6InThePapersBands) {
+TEST(Atlas, CutThroughTheMolarBodyPassesThePapersRegionsInTheirBands) {
   const MandibleAtlas atlas(MakePlainMandible());
   for (const double side : {-1.0, 1.0}) {
     // The arch is 94 mm long from the chin to the back; y = 30 is at 42 mm.
@@ -186,7 +186,7 @@ TEST(Atlas, AScannedMandibleHasAll31RegionsAndKeepsThemWhenTurned) {
   for (const Pose& X : MakeHeadTurns()) EXPECT_GT(CalcKeptFraction(points, X), 0.97);
 }
 
-TEST(Atlas, PointsThatAreNoMandibleAreRefused) {
+TEST(Atlas, TooFewAndDegeneratePointsAreRefused) {
   EXPECT_THAT(
       [] {
         MandibleAtlas({{0, 0, 0}, {1, 0, 0}});

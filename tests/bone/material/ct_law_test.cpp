@@ -25,7 +25,7 @@ const CtLaw& Law(const char* name) {
   return FindCtLaw(DefaultCtLaws(), name);
 }
 
-TEST(CtLaw, ModulusIsThePowerLawOfTheBandThatADensityLiesIn) {
+TEST(CtLaw, ModulusFollowsThePowerLawOfItsBand) {
   // Computed by hand, to the digits given here.
   const CtLaw& matmap = Law("mandible_matmap");
   EXPECT_NEAR(CalcModulus(matmap, 1.0), 1157.1, 1e-9);
@@ -37,7 +37,7 @@ TEST(CtLaw, ModulusIsThePowerLawOfTheBandThatADensityLiesIn) {
   EXPECT_NEAR(CalcModulus(Law("morgan_2003_femoral_neck"), 0.5), 2438.686, 1e-3);  // 6850 / 2^1.49 = 6850 / 2.80889
 }
 
-TEST(CtLaw, AtABorderTheBandAboveHoldsAndTheJumpIsTheKnownOne) {
+TEST(CtLaw, DensityOnABorderBelongsToTheUpperBand) {
   const CtLaw& matmap = Law("mandible_matmap");
   const double below = std::nextafter(1.8, 0.0);
   // 1157.1 * 1.8^1.78 and 2017.3 * 1.8^2.5: the known jump of this law from 3.29 to 8.77 GPa.
@@ -49,7 +49,7 @@ TEST(CtLaw, AtABorderTheBandAboveHoldsAndTheJumpIsTheKnownOne) {
   EXPECT_EQ(CalcModulus(matmap, 7), CalcModulus(matmap, 2.8));
 }
 
-TEST(CtLaw, DensityIsLinearBetweenTheCalibrationsPointsAndHeldBeyondThem) {
+TEST(CtLaw, DensityIsLinearBetweenCalibrationPointsAndClampedBeyond) {
   const CtLaw& matmap = Law("mandible_matmap");
   EXPECT_EQ(CalcDensity(matmap, -1000), 0.001);
   EXPECT_EQ(CalcDensity(matmap, 2000), 2.14);
@@ -90,7 +90,7 @@ TEST(CtLaw, DoublingTheCoefficientsDoublesTheModulusEverywhere) {
   EXPECT_TRUE(passed);
 }
 
-TEST(CtLaws, TheShippedOnesAreTheFileInVolumesAndSayWhereTheyComeFrom) {
+TEST(CtLaws, BuiltInLawsMatchTheFileAndNameTheirSources) {
   std::ifstream file(KERF_SOURCE_DIR "/volumes/ct_laws.csv");
   std::stringstream text;
   text << file.rdbuf();
@@ -103,7 +103,7 @@ TEST(CtLaws, TheShippedOnesAreTheFileInVolumesAndSayWhereTheyComeFrom) {
   }
 }
 
-TEST(CtLaws, ALawWithoutCalibrationAsksForOneAndTakesIt) {
+TEST(CtLaws, LawWithoutCalibrationRequiresAndAcceptsOne) {
   const auto message = [](const std::string& calibration) -> std::string {
     try {
       WithCalibration(Law("morgan_2003_vertebra"), calibration);
@@ -121,10 +121,10 @@ TEST(CtLaws, ALawWithoutCalibrationAsksForOneAndTakesIt) {
   EXPECT_EQ(message("0:0.1 x:1.2"), "HU = \"x\" is not a number");
   EXPECT_EQ(message("0:0.1 1000"), "calibration point \"1000\" is not HU:density, such as 1000:1.2");
   EXPECT_EQ(message("1000:1.2 0:0.1"),
-            "calibration point 0:0.1 does not lie above the one before, 1000:1.2, in HU and density");
+            "calibration point 0:0.1 is not above the previous point, 1000:1.2, in HU and density");
 }
 
-TEST(CtLaws, AnUnknownNameIsToldWithTheNearestOrAll) {
+TEST(CtLaws, UnknownNameIsReportedWithTheNearestNameOrAll) {
   const auto message = [](const std::string& name) -> std::string {
     try {
       FindCtLaw(DefaultCtLaws(), name);
@@ -146,7 +146,7 @@ std::string MessageOf(const std::string& row) {
   return "accepted";
 }
 
-TEST(CtLaws, EachMistakeInAFileIsToldWithItsLine) {
+TEST(CtLaws, EveryMistakeInAFileIsReportedWithItsLine) {
   EXPECT_EQ(MessageOf("a,bone,ash,0:0 1000:1,0.1 to 0.8: 10500 rho^2.29,S,src"), "accepted");
   EXPECT_EQ(MessageOf("a,bone,ash,none,0.1 to 0.4: -34.7 + 3230 rho^1,S,src"), "accepted");
   const std::pair<const char*, const char*> mistakes[] = {
@@ -155,17 +155,18 @@ TEST(CtLaws, EachMistakeInAFileIsToldWithItsLine) {
       {"a,bone,ash,0:-0.1 1000:1,0.1 to 0.8: 1 rho^2,S,src",
        "laws.csv:3: a: calibration point 0:-0.1 has a negative density"},
       {"a,bone,ash,0:0.1 1000:1 500:0.9,0.1 to 0.8: 1 rho^2,S,src",
-       "laws.csv:3: a: calibration point 500:0.9 does not lie above the one before, 1000:1, in HU and density"},
+       "laws.csv:3: a: calibration point 500:0.9 is not above the previous point, 1000:1, in HU and density"},
       {"a,bone,ash,0:0.1 1000:0.1,0.1 to 0.8: 1 rho^2,S,src",
-       "laws.csv:3: a: calibration point 1000:0.1 does not lie above the one before, 0:0.1, in HU and density"},
+       "laws.csv:3: a: calibration point 1000:0.1 is not above the previous point, 0:0.1, in HU and density"},
       {"a,bone,ash,none,-0.1 to 0.8: 1 rho^2,S,src",
        "laws.csv:3: a: band -0.1 to 0.8 g/cm3 begins at a negative density"},
       {"a,bone,ash,none,0.8 to 0.8: 1 rho^2,S,src",
        "laws.csv:3: a: band 0.8 to 0.8 g/cm3 ends where it begins or before"},
       {"a,bone,ash,none,100 to 800: 1 rho^2,S,src", "laws.csv:3: a: band 100 to 800 g/cm3 reaches beyond 25 g/cm3"},
       {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.7 to 2: 1 rho^2,S,src",
-       "laws.csv:3: a: band 0.7 to 2 g/cm3 overlaps the band 0.1 to 0.8 before it; a band must begin where the one "
-       "before ends"},
+       "laws.csv:3: a: band 0.7 to 2 g/cm3 overlaps the band 0.1 to 0.8 before it; a band must begin where the "
+       "previous "
+       "one ends"},
       {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.9 to 2: 1 rho^2,S,src",
        "laws.csv:3: a: band 0.9 to 2 g/cm3 leaves a gap to the band 0.1 to 0.8 before it; a band must begin where the "
        "one before ends"},
@@ -199,7 +200,7 @@ TEST(CtLaws, EachMistakeInAFileIsToldWithItsLine) {
   EXPECT_THROW(ParseCtLaws("", "laws.csv"), Error);
 }
 
-TEST(CtLaws, WhatIsWrittenIsReadBackToTheBit) {
+TEST(CtLaws, RoundTripIsBitIdentical) {
   const bool passed = rc::check([] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const auto draw = [&random](double a, double b) { return std::uniform_real_distribution<double>(a, b)(random); };
@@ -234,7 +235,7 @@ TEST(CtLaws, WhatIsWrittenIsReadBackToTheBit) {
   EXPECT_TRUE(passed);
 }
 
-TEST(CtLaws, DamagedFilesLoadOrSayInOneSentenceWhereTheyAreWrong) {
+TEST(CtLaws, DamagedFilesLoadOrAreReportedInOneSentence) {
   const std::string good = FormatCtLaws(DefaultCtLaws());
   const auto check = [](const std::string& text) {
     try {
@@ -281,7 +282,7 @@ TEST(CtLaws, DamagedFilesLoadOrSayInOneSentenceWhereTheyAreWrong) {
   EXPECT_GT(refused, 1000);
 }
 
-TEST(UniformTable, HasTheSameConstantsEverywhereAndSaysSo) {
+TEST(UniformTable, HasTheSameConstantsInAllRegionsAndStatesThis) {
   const MaterialTable uniform = MakeUniformTable(DefaultMandibleTable(), 19300, 0.28);
   ASSERT_EQ(uniform.regions().size(), DefaultMandibleTable().regions().size());
   for (const auto& [id, region] : uniform.regions()) {

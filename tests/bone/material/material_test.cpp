@@ -24,20 +24,20 @@ std::string MessageOf(const Region& region, MaterialTable table = {}) {
   return "accepted";
 }
 
-TEST(MaterialTable, AcceptsTheEndsOfEachRangeAndRefusesWhatIsBeyond) {
+TEST(MaterialTable, AcceptsTheEndsOfEachRangeAndRefusesValuesBeyond) {
   EXPECT_EQ(MessageOf(MakeRegion(1, 1000, 0)), "accepted");
   EXPECT_EQ(MessageOf(MakeRegion(255, 1e7, 0.5)), "accepted");
-  EXPECT_EQ(MessageOf(MakeRegion(0, 1000, 0.3)), "region id 0 is not within 1 to 255");
-  EXPECT_EQ(MessageOf(MakeRegion(256, 1000, 0.3)), "region id 256 is not within 1 to 255");
+  EXPECT_EQ(MessageOf(MakeRegion(0, 1000, 0.3)), "region id 0 is outside the range 1 to 255");
+  EXPECT_EQ(MessageOf(MakeRegion(256, 1000, 0.3)), "region id 256 is outside the range 1 to 255");
   EXPECT_EQ(MessageOf(MakeRegion(7, 0, 0.3)), "region 7: E = 0 GPa must be above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, -5000, 0.3)), "region 7: E = -5 GPa must be above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, std::numeric_limits<double>::quiet_NaN(), 0.3)),
             "region 7: E = nan GPa must be above 0 and at most 1000000");
-  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, -0.1)), "region 7: nu = -0.1 is not within 0 to 0.5");
-  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, 0.51)), "region 7: nu = 0.51 is not within 0 to 0.5");
+  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, -0.1)), "region 7: nu = -0.1 is outside the range 0 to 0.5");
+  EXPECT_EQ(MessageOf(MakeRegion(7, 1000, 0.51)), "region 7: nu = 0.51 is outside the range 0 to 0.5");
 }
 
-TEST(MaterialTable, RefusesAnIdThatIsTakenAndNamesAnUnknownOne) {
+TEST(MaterialTable, RefusesDuplicateIdsAndNamesUnknownOnes) {
   MaterialTable table;
   table.Add(MakeRegion(5, 1000, 0.3));
   EXPECT_EQ(MessageOf(MakeRegion(5, 2000, 0.3), table), "region 5 is given twice");
@@ -46,7 +46,7 @@ TEST(MaterialTable, RefusesAnIdThatIsTakenAndNamesAnUnknownOne) {
   EXPECT_THAT([&] { table.At(6); }, testing::ThrowsMessage<Error>("the region table has no region 6"));
 }
 
-TEST(Material, TissueNamesGoBothWays) {
+TEST(Material, TissueNamesRoundTrip) {
   for (const Tissue t : {Tissue::kCortical, Tissue::kCancellous, Tissue::kTooth, Tissue::kCanal, Tissue::kOther}) {
     EXPECT_EQ(TissueFromString(ToString(t)), t);
   }

@@ -65,8 +65,8 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
        "t.csv:2: text after a closing double quote; write a quote within a field as \"\""},
       {kHeader + "one,a,cortical,19,0.3,yes,s\n", "t.csv:2: id = \"one\" is not a whole number within 1 to 255"},
       {kHeader + "1.5,a,cortical,19,0.3,yes,s\n", "t.csv:2: id = \"1.5\" is not a whole number within 1 to 255"},
-      {kHeader + "0,a,cortical,19,0.3,yes,s\n", "t.csv:2: region id 0 is not within 1 to 255"},
-      {kHeader + "256,a,cortical,19,0.3,yes,s\n", "t.csv:2: region id 256 is not within 1 to 255"},
+      {kHeader + "0,a,cortical,19,0.3,yes,s\n", "t.csv:2: region id 0 is outside the range 1 to 255"},
+      {kHeader + "256,a,cortical,19,0.3,yes,s\n", "t.csv:2: region id 256 is outside the range 1 to 255"},
       {kHeader + "99999999999999999999,a,cortical,19,0.3,yes,s\n",
        "t.csv:2: id = \"99999999999999999999\" is not a whole number within 1 to 255"},
       {kHeader + "1,,cortical,19,0.3,yes,s\n", "t.csv:2: name is empty"},
@@ -83,7 +83,7 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
       {kHeader + "1,a,cortical,-3,0.3,yes,s\n", "t.csv:2: region 1: E = -3 GPa must be above 0 and at most 10000"},
       {kHeader + "1,a,cortical,19300,0.3,yes,s\n",
        "t.csv:2: region 1: E = 19300 GPa must be above 0 and at most 10000"},
-      {kHeader + "1,a,cortical,19,0.6,yes,s\n", "t.csv:2: region 1: nu = 0.6 is not within 0 to 0.5"},
+      {kHeader + "1,a,cortical,19,0.6,yes,s\n", "t.csv:2: region 1: nu = 0.6 is outside the range 0 to 0.5"},
       {kHeader + "1,a,cortical,19,nan,yes,s\n", "t.csv:2: nu = \"nan\" is not a number"},
       {kHeader + "1,a,cortical,19,0.3,maybe,s\n", "t.csv:2: estimate = \"maybe\" is neither yes nor no"},
       {kHeader + "1,a,cortical,19,0.3,yes,\n", "t.csv:2: source is empty; state where the numbers come from"},
@@ -107,7 +107,7 @@ TEST(RegionTable, ColumnsMayComeInAnyOrderWithQuotesCommentsAndCarriageReturns) 
   EXPECT_FALSE(r.estimate);
 }
 
-TEST(RegionTable, WhatIsWrittenIsReadBackToTheBit) {
+TEST(RegionTable, RoundTripIsBitIdentical) {
   ExpectEqual(DefaultMandibleTable(), ParseRegionTable(FormatRegionTable(DefaultMandibleTable()), "t.csv"));
   std::mt19937 random(1);
   std::uniform_real_distribution<double> exponent(-3, 6.9);
@@ -120,14 +120,14 @@ TEST(RegionTable, WhatIsWrittenIsReadBackToTheBit) {
   ExpectEqual(table, ParseRegionTable(FormatRegionTable(table), "t.csv"));
 }
 
-TEST(RegionTable, TheShippedTableIsTheFileInVolumes) {
+TEST(RegionTable, BuiltInTableMatchesTheFile) {
   std::ifstream file(KERF_SOURCE_DIR "/volumes/mandible_regions.csv");
   std::stringstream text;
   text << file.rdbuf();
   ExpectEqual(DefaultMandibleTable(), ParseRegionTable(text.str(), "t.csv"));
 }
 
-TEST(RegionTable, ThePapersFourRowsAreExactAndTheOnlyOnesNotMarkedAsEstimates) {
+TEST(RegionTable, OnlyThePapersFourRowsAreExactAndNotEstimates) {
   const MaterialTable& table = DefaultMandibleTable();
   const struct {
     int id;

@@ -180,19 +180,19 @@ TEST_F(MeshFile, TruncatedFilesAreRefusedAtEveryLength) {
   }
 }
 
-TEST_F(MeshFile, LyingCountsAreRefusedBeforeMemoryIsAskedFor) {
+TEST_F(MeshFile, FalseCountsAreRefusedBeforeAllocation) {
   WriteMesh(MakeTetrahedron(), Path("a.stl"));
   std::string stl = ReadTextFile(Path("a.stl"));
   const std::uint32_t lie = 4000000000u;
   std::memcpy(stl.data() + 80, &lie, 4);
   EXPECT_THAT(ReadMessage("lie.stl", stl),
-              EndsWith("lie.stl: a binary STL that promises 4,000,000,000 triangles (200,000,000,084 bytes), but the "
+              EndsWith("lie.stl: a binary STL that states 4,000,000,000 triangles (200,000,000,084 bytes), but the "
                        "file has 284 bytes; it is cut off or not an STL"));
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   EXPECT_THAT(
       ReadMessage("lie.ply",
                   "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\n" + xyz + "end_header\n"),
-      HasSubstr("the PLY promises 18,446,744,073,709,551,615 rows of element 'vertex', more than its 0 bytes hold"));
+      HasSubstr("the PLY states 18,446,744,073,709,551,615 rows of element 'vertex', more than its 0 bytes hold"));
   EXPECT_THAT(ReadMessage("list.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz +
                                           "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n"
                                           "2000000000 0 0\n"),
@@ -207,7 +207,7 @@ TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
   EXPECT_THAT(ReadMessage("d.obj", "v 0 0 0\nf 1 1\n"), EndsWith("d.obj:2: a face needs at least three points"));
   EXPECT_THAT(ReadMessage("e.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"),
               EndsWith("e.obj: triangle 1 has a point that is not finite (nan, 0, 0)"));
-  EXPECT_THAT(ReadMessage("f.obj", "v 0 0 0\n"), EndsWith("f.obj: holds no triangle"));
+  EXPECT_THAT(ReadMessage("f.obj", "v 0 0 0\n"), EndsWith("f.obj: contains no triangles"));
   EXPECT_THAT(ReadMessage("g.obj", "v 0 0 0\nf one two three\n"),
               HasSubstr("g.obj:2: a face needs point numbers, but found 'one'"));
   EXPECT_THAT(
@@ -221,11 +221,11 @@ TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
   EXPECT_THAT(MessageOf([&] { ReadMesh(Path("inf.stl")); }), HasSubstr("triangle 1 has a point that is not finite"));
 }
 
-TEST_F(MeshFile, OtherThingsThanSurfacesAreRefused) {
+TEST_F(MeshFile, FilesThatAreNotSurfacesAreRefused) {
   EXPECT_THAT(ReadMessage("a.txt", "hello"), EndsWith("a.txt: a surface's name must end in .stl, .obj or .ply"));
   EXPECT_THAT(ReadMessage("a.stl", "hello"), EndsWith("a.stl: not an STL file"));
   EXPECT_THAT(ReadMessage("a.ply", "hello\n"), EndsWith("a.ply: not a PLY file"));
-  EXPECT_THAT(ReadMessage("a.obj", "hello\n"), EndsWith("a.obj: holds no triangle"));
+  EXPECT_THAT(ReadMessage("a.obj", "hello\n"), EndsWith("a.obj: contains no triangles"));
   EXPECT_THAT(MessageOf([&] { ReadMesh(Path("none.stl")); }), EndsWith("none.stl: there is no such file"));
   EXPECT_THAT(MessageOf([&] { WriteMesh(MakeTetrahedron(), Path("a.vtk")); }),
               HasSubstr("must end in .stl, .obj or .ply"));
@@ -336,7 +336,7 @@ TEST(Decimate, OpenSurfaceKeepsItsRim) {
   EXPECT_NEAR(area, 100, 1e-4);
 }
 
-TEST(Decimate, GoesOnUntilOnlyATetrahedronIsLeft) {
+TEST(Decimate, SphereCanBeReducedToAlmostATetrahedron) {
   const TriangleMesh reduced = Decimate(MakeSphere(10, 20, {1, 2, 3}), 4);
   EXPECT_GE(reduced.triangles.size(), 4u);
   EXPECT_LE(reduced.triangles.size(), 12u);
@@ -344,7 +344,7 @@ TEST(Decimate, GoesOnUntilOnlyATetrahedronIsLeft) {
   EXPECT_GT(CalcEnclosedVolume(reduced), 0);
 }
 
-TEST(Decimate, HoleOfATorusIsNeverClosed) {
+TEST(Decimate, TorusKeepsItsHole) {
   TriangleMesh torus;
   constexpr int kAround = 60;
   constexpr int kTube = 20;

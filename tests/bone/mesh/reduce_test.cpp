@@ -48,7 +48,7 @@ void ExpectWithin(const TriangleMesh& full, const TriangleMesh& reduced, double 
   EXPECT_LE(CalcLargestDistance(reduced, full, 0.15), error_mm);
 }
 
-TEST(Reduce, TorusKeepsItsErrorAndItsHole) {
+TEST(Reduce, TorusStaysWithinTheErrorAndKeepsItsHole) {
   const TriangleMesh torus = MakeTorus(12, 4, 300, 100);
   for (const double error_mm : {0.02, 0.1}) {
     SCOPED_TRACE(error_mm);
@@ -66,7 +66,7 @@ TEST(Reduce, TorusKeepsItsErrorAndItsHole) {
 
 // The error that `kerf run` states for its pieces, on the shape it is meant for: thin walls, teeth and foramina.
 // Between points of the full surface the bound is a measured one, not one by construction.
-TEST(Reduce, MandibleKeepsTheStatedError) {
+TEST(Reduce, MandibleStaysWithinTheStatedError) {
   MandibleParams params;
   params.voxel_mm = 0.4;
   const TriangleMesh full = ExtractSurface(MakeMandible(params, DefaultMandibleTable()));
@@ -122,7 +122,7 @@ TEST(Reduce, RimOfAnOpenSurfaceStays) {
   EXPECT_LT(reduced.mesh.triangles.size(), half.triangles.size() / 4);
 }
 
-TEST(Reduce, GivesTheSameEachTime) {
+TEST(Reduce, IsDeterministic) {
   const TriangleMesh torus = MakeTorus(12, 4, 300, 100);
   const ReducedMesh once = Reduce(torus, 0.02);
   const ReducedMesh again = Reduce(torus, 0.02);

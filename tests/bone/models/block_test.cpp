@@ -108,13 +108,13 @@ TEST(Block, BadParametersAreNamed) {
   EXPECT_EQ(MessageOf(good), "accepted");
   BlockParams p = good;
   p.size_mm.y = -1;
-  EXPECT_EQ(MessageOf(p), "block: size_y_mm = -1 is not within 0.1 to 1000");
+  EXPECT_EQ(MessageOf(p), "block: size_y_mm = -1 is outside the range 0.1 to 1000");
   p = good;
   p.size_mm.z = std::nan("");
-  EXPECT_EQ(MessageOf(p), "block: size_z_mm = nan is not within 0.1 to 1000");
+  EXPECT_EQ(MessageOf(p), "block: size_z_mm = nan is outside the range 0.1 to 1000");
   p = good;
   p.voxel_mm = 0;
-  EXPECT_EQ(MessageOf(p), "block: voxel_mm = 0 is not within 0.02 to 4");
+  EXPECT_EQ(MessageOf(p), "block: voxel_mm = 0 is outside the range 0.02 to 4");
   p = good;
   p.X_WB.R_AB = {0, 0, 0, 0};
   EXPECT_THAT(MessageOf(p), testing::HasSubstr("quaternion not of unit length"));

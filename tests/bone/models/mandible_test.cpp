@@ -48,7 +48,7 @@ Field BoneOfShape(const MandibleShape& shape) {
   return [&shape](const Vec3& p) { return shape.BoneValue(p); };
 }
 
-TEST(Mandible, TheBuiltDefaultHasTheAnatomysDimensions) {
+TEST(Mandible, DefaultBoneHasAnatomicalDimensions) {
   const MandibleParams params;
   const MandibleLandmarks& l = DefaultShape().landmarks();
   const Field bone = BoneOfGrid();
@@ -78,7 +78,7 @@ TEST(Mandible, TheBuiltDefaultHasTheAnatomysDimensions) {
   EXPECT_NEAR(l.mental_foramen.x, 25.5, 1.5);
 }
 
-TEST(Mandible, TheLingulaStandsWhereTheParametersSay) {
+TEST(Mandible, LingulaIsWhereTheParametersPlaceIt) {
   const MandibleShape& shape = DefaultShape();
   const MandibleParams params;
   const MandibleLandmarks& l = shape.landmarks();
@@ -122,7 +122,7 @@ TEST(Mandible, TheLingulaStandsWhereTheParametersSay) {
   EXPECT_NEAR(tip.h / params.ramus_height_mm, 0.65, 0.05);
 }
 
-TEST(Mandible, AParameterMovesItsOwnDimensionByAsMuch) {
+TEST(Mandible, EachParameterChangesItsDimensionByTheSameAmount) {
   struct Case {
     const char* name;
     double MandibleParams::*parameter;
@@ -227,7 +227,7 @@ TEST(Mandible, EveryRegionOccursAndTheirVolumesAddUp) {
   EXPECT_LT(volumes.at(kCancellousRegion), 0.6 * sum);
 }
 
-TEST(Mandible, DownTheBuccalCortexAtTheFirstMolarLieRegions24And21And13And6InTheirBands) {
+TEST(Mandible, BuccalCortexAtTheFirstMolarPassesThePapersRegionsInTheirBands) {
   const MandibleShape& shape = DefaultShape();
   const MandibleLandmarks& l = shape.landmarks();
   const Field bone = BoneOfShape(shape);
@@ -351,7 +351,7 @@ void ExpectBallsReported(const MandibleShape& shape) {
   EXPECT_GT(reported, 3000);
 }
 
-TEST(Mandible, ABallSaidToBeInsideOrOutsideIs) {
+TEST(Mandible, ClassificationOfBallsIsCorrect) {
   ExpectBallsReported(DefaultShape());
   // Neighbouring sections as different as possible.
   MandibleParams uneven;
@@ -365,7 +365,7 @@ TEST(Mandible, ABallSaidToBeInsideOrOutsideIs) {
   ExpectBallsReported(MandibleShape(uneven));
 }
 
-TEST(Mandible, IsTheSameEachTime) {
+TEST(Mandible, IsDeterministic) {
   MandibleParams params;
   params.voxel_mm = 0.8;
   const std::uint64_t first = MakeMandible(params, DefaultMandibleTable()).CalcHash();
@@ -374,7 +374,7 @@ TEST(Mandible, IsTheSameEachTime) {
   EXPECT_NE(MakeMandible(params, DefaultMandibleTable()).CalcHash(), first);
 }
 
-TEST(Mandible, EachParameterTakesTheEndsOfItsRangeAndRefusesWhatIsBeyond) {
+TEST(Mandible, EachParameterAcceptsTheEndsOfItsRangeAndRefusesValuesBeyond) {
   const auto message = [](const MandibleParams& p) -> std::string {
     try {
       MandibleShape shape(p);
@@ -404,7 +404,7 @@ TEST(Mandible, EachParameterTakesTheEndsOfItsRangeAndRefusesWhatIsBeyond) {
       const std::string said = message(changed);
       if (end >= 2) {
         EXPECT_THAT(said, testing::HasSubstr("mandible: " + key)) << key;
-        EXPECT_THAT(said, testing::HasSubstr("is not within")) << key;
+        EXPECT_THAT(said, testing::HasSubstr("is outside the range")) << key;
       } else if (said != "accepted") {
         // Two parameters that contradict each other, reported as such.
         EXPECT_THAT(said, testing::AnyOf(testing::HasSubstr("the notch"), testing::HasSubstr("lingual side"))) << key;
@@ -416,7 +416,7 @@ TEST(Mandible, EachParameterTakesTheEndsOfItsRangeAndRefusesWhatIsBeyond) {
   EXPECT_EQ(message(p), "mandible: teeth = 7 must be 0, 14 or 16");
   p = {};
   p.ramus_width_mm = std::nan("");
-  EXPECT_EQ(message(p), "mandible: ramus_width_mm = nan is not within 24 to 38");
+  EXPECT_EQ(message(p), "mandible: ramus_width_mm = nan is outside the range 24 to 38");
   MaterialTable table;
   table.Add({1, "a", Tissue::kCortical, 1e4, 0.3, true, "s"});
   EXPECT_THAT([&] { MakeMandible({}, table); }, testing::ThrowsMessage<Error>(testing::HasSubstr("has no region 2;")));

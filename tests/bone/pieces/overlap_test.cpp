@@ -80,7 +80,7 @@ TEST(Overlap, OfTwoCubesIsTheBoxBetweenThem) {
   }
 }
 
-TEST(Overlap, OfACutPieceWithItsOtherHalfIsNothing) {
+TEST(Overlap, OfTwoCutHalvesIsZero) {
   const Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
   EXPECT_EQ(CalcOverlap(bone, {}, test::MakeSphere({0, 0, 0}, 2, 0.2), Pose{{1, 0, 0, 0}, {30, 0, 0}}), 0);
   EXPECT_EQ(CalcOverlap(bone, {}, Bone(), {}), 0);
@@ -112,7 +112,7 @@ double CalcGapSlowly(const TriangleMesh& a, const Pose& X_WA, const TriangleMesh
   return least;
 }
 
-TEST(Gap, IsThatOfEveryPointAgainstEveryTriangle) {
+TEST(Gap, MatchesABruteForceSearch) {
   Draw draw(3);
   const Surface a(test::MakeBox({}, {3, 2, 2}, 0.3));
   const Surface b(test::MakeSphere({0, 0, 0}, 1.5, 0.3));
@@ -128,7 +128,7 @@ TEST(Gap, IsThatOfEveryPointAgainstEveryTriangle) {
   }
 }
 
-TEST(Gap, OfTwoBallsIsKnown) {
+TEST(Gap, OfTwoBallsMatchesTheClosedForm) {
   Draw draw(4);
   const Surface a(test::MakeSphere({1, 2, 3}, 4, 0.2));
   const Surface b(test::MakeSphere({-2, 0.1, 5}, 3, 0.2));
@@ -159,7 +159,7 @@ TEST(Facing, OfTwoPlatesIsTheirDistance) {
   EXPECT_EQ(CalcFacing(a.in_tree(), {}, b.in_tree(), Pose{{1, 0, 0, 0}, {0, 0, 20}}, 3, 0.7).area_mm2, 0);
 }
 
-TEST(SurfaceTree, RaysMeetABallWhereTheyShould) {
+TEST(SurfaceTree, RaysHitABallAtTheExpectedPoints) {
   Draw draw(5);
   const Vec3 centre(100, -200, 300);
   const Surface ball(test::MakeSphere(centre, 4, 0.2));

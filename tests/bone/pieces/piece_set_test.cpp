@@ -54,7 +54,7 @@ void ExpectSame(const Pose& a, const Pose& b, double mm = 1e-9) {
   EXPECT_NEAR(std::abs(glm::dot(a.R_AB, b.R_AB)), 1, 1e-12);
 }
 
-TEST(PieceSet, AreThePartsOfTheBoneLargestFirst) {
+TEST(PieceSet, ContainsThePiecesOfTheBoneLargestFirst) {
   const PieceSet set(MakeCutBar());
   ASSERT_EQ(set.size(), 3);
   EXPECT_EQ(set.piece(0).name, "piece 1");
@@ -67,7 +67,7 @@ TEST(PieceSet, AreThePartsOfTheBoneLargestFirst) {
   EXPECT_EQ(set.Find("piece 9"), -1);
 }
 
-TEST(PieceSet, IsPickedWhereItIsNow) {
+TEST(PieceSet, PiecesArePickedAtTheirCurrentPose) {
   PieceSet set(MakeCutBar());
   const auto pick = set.Pick({0.5, 0, 20}, {0, 0, -2});
   ASSERT_TRUE(pick);
@@ -88,7 +88,7 @@ TEST(PieceSet, IsPickedWhereItIsNow) {
   EXPECT_NEAR(set.Pick({0.5, 0, 20}, {0, 0, -1})->p_W_mm.z, 2.2, 0.03);
 }
 
-TEST(PieceSet, MotionsAreWhatTheySay) {
+TEST(PieceSet, MotionsHaveTheStatedEffect) {
   PieceSet set(MakeCutBar());
   set.MoveAlong(0, {0, 0, 5}, 3);
   ExpectSame(set.state(0).X_WP, {Quat(1, 0, 0, 0), {0, 0, 3}});
@@ -215,7 +215,7 @@ TEST(PieceSet, OverlapAndGapFollowTheMotion) {
   EXPECT_NEAR(facing.area_mm2, 16, 0.2 * 16);
 }
 
-TEST(PieceSet, APieceThatIsCutFurtherKeepsItsPlace) {
+TEST(PieceSet, PieceThatIsCutFurtherKeepsItsPose) {
   const Bone whole = test::MakeBox({}, {12, 4, 4}, 0.2);
   PieceSet set(whole);
   ASSERT_EQ(set.size(), 1);
@@ -235,7 +235,7 @@ TEST(PieceSet, APieceThatIsCutFurtherKeepsItsPlace) {
   ExpectSame(set.state(3).X_WP, {});
 }
 
-TEST(PieceSet, IsKeptInAFile) {
+TEST(PieceSet, FileRoundTripKeepsTheStates) {
   PieceSet set(MakeCutBar());
   set.RotateAbout(0, {1, 2, 3}, {1, 1, 0}, 33);
   set.Checkpoint("one \"<turned>\"");
@@ -264,7 +264,7 @@ TEST(PieceSet, IsKeptInAFile) {
   ExpectSame(other.state(0).X_WP, {});
 }
 
-TEST(PieceSet, FilesAtFaultAreToldAndChangeNothing) {
+TEST(PieceSet, InvalidFilesAreRefusedAndChangeNothing) {
   PieceSet set(MakeCutBar());
   const std::string good = set.FormatJson();
   const auto message = [&](const std::function<void(nlohmann::json&)>& change) {
@@ -287,14 +287,14 @@ TEST(PieceSet, FilesAtFaultAreToldAndChangeNothing) {
   EXPECT_FALSE(set.can_undo());
 }
 
-TEST(ConstrainToAxis, KeepsToTheAxis) {
+TEST(ConstrainToAxis, MotionStaysOnTheAxis) {
   PieceDraw draw(3);
   for (int k = 0; k < 100; ++k) {
     const Vec3 p = draw.Vector(10);
     const Vec3 axis = draw.Vector(3);
     const Pose free{glm::angleAxis(draw.In(-3, 3), glm::normalize(draw.Vector(1))), draw.Vector(10)};
     const Pose held = ConstrainToAxis(free, p, axis);
-    // A point of the axis stays on it, and moves along it as far as the free motion moved it along it.
+    // A point of the axis stays on the axis and moves along it as far as in the free motion.
     const Vec3 n = glm::normalize(axis);
     const Vec3 way = held.Point(p) - p;
     EXPECT_LT(glm::length(way - glm::dot(n, free.Point(p) - p) * n), 1e-9);

@@ -85,7 +85,7 @@ TEST_F(BoneFile, RoundTripKeepsEverything) {
   EXPECT_TRUE(region.estimate);
 }
 
-TEST_F(BoneFile, WhatIsNoBoneIsRefusedInOneSentence) {
+TEST_F(BoneFile, OtherFilesAreRefusedInOneSentence) {
   EXPECT_EQ(MessageOf(Path("none.vdb")), Path("none.vdb") + ": there is no such file; 'kerf import INPUT -o " +
                                              Path("none.vdb") + "' makes it from a CT or a closed surface");
   std::ofstream(Path("text.vdb")) << "this is no volume";
@@ -153,12 +153,12 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
   std::_Exit(0);
 }
 
-TEST_F(BoneFile, NoLengthInAFileMakesItAskForMemory) {
+TEST_F(BoneFile, FalseLengthsNeverCauseLargeAllocations) {
   testing::FLAGS_gtest_death_test_style = "threadsafe";
   EXPECT_EXIT(ReadLyingFiles(Path("lie.vdb")), testing::ExitedWithCode(0), "");
 }
 
-TEST_F(BoneFile, LengthsThatLieAreRefusedWithASentence) {
+TEST_F(BoneFile, FalseLengthsAreRefusedInOneSentence) {
   WriteBone(test::MakeSphere({10, 10, 10}, 1, 0.4), Path("a.vdb"));
   const std::string whole = ReadTextFile(Path("a.vdb"));
   // 8 bytes of magic, 12 of versions, 1 of offsets, 36 of identity; then the number of metadata entries and the length
@@ -198,7 +198,7 @@ TEST_F(BoneFile, AFlippedBitAnywhereIsFound) {
   EXPECT_GT(by_checksum, whole.size() / 4);
 }
 
-TEST_F(BoneFile, WhatCarriesNoChecksumOfItsOwnIsRead) {
+TEST_F(BoneFile, FilesWithoutOwnChecksumAreRead) {
   const Bone bone = test::MakeSphere({10, 10, 10}, 1, 0.4);
   WriteBone(bone, Path("a.vdb"));
   EXPECT_NE(ReadTextFile(Path("a.vdb")).find("kerf_checksum"), std::string::npos);
@@ -210,7 +210,7 @@ TEST_F(BoneFile, WhatCarriesNoChecksumOfItsOwnIsRead) {
   EXPECT_EQ(ReadBone(Path("earlier.vdb")).CalcHash(), bone.CalcHash());
 }
 
-TEST_F(BoneFile, FailedWriteLeavesTheEarlierFileWhole) {
+TEST_F(BoneFile, FailedWriteKeepsTheOldFile) {
   const Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
   WriteBone(bone, Path("a.vdb"));
   fs::create_directory(Path("folder.vdb"));
@@ -221,7 +221,7 @@ TEST_F(BoneFile, FailedWriteLeavesTheEarlierFileWhole) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 2);
 }
 
-TEST_F(BoneFile, CtNumbersAreReadBackWhenAskedAndElseCostNothing) {
+TEST_F(BoneFile, CtNumbersAreReadOnlyOnRequest) {
   Bone bone = test::MakeSphere({10, -20, 30}, 4, 0.2);
   WriteBone(bone, Path("plain.vdb"));
   const auto hu = [](const Vec3& p) { return 300 + 10 * p.x - 7 * p.y + p.z; };
@@ -256,7 +256,7 @@ TEST_F(BoneFile, CtNumbersAreReadBackWhenAskedAndElseCostNothing) {
   EXPECT_NE(MessageOf(Path("cut.vdb"), {.hu = true}).find("not a valid OpenVDB file"), std::string::npos);
 }
 
-TEST_F(BoneFile, CtNumbersThatAreNoneAreRefused) {
+TEST_F(BoneFile, InvalidCtNumbersAreRefused) {
   Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
   for (const double bad : {std::nan(""), 1e6, -std::numeric_limits<double>::infinity()}) {
     SetHu(
@@ -268,7 +268,7 @@ TEST_F(BoneFile, CtNumbersThatAreNoneAreRefused) {
   }
 }
 
-TEST_F(BoneFile, AFileOfABoneWithOverriddenConstantsKeepsItsOwnTable) {
+TEST_F(BoneFile, OverriddenConstantsAreNotWritten) {
   Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
   bone.OverrideMaterials(MakeUniformTable(bone.materials(), 1000, 0.1));
   bone.OverrideMaterials(MakeUniformTable(bone.materials(), 2000, 0.2));
@@ -300,7 +300,7 @@ for grid in sorted(grids, key=lambda grid: grid.name):
   print(grid.name, grid.valueTypeName, grid.activeVoxelCount(), *('%.9g' % v for v in values))
 )";
 
-TEST_F(BoneFile, OpensWholeInPyopenvdb) {
+TEST_F(BoneFile, CanBeReadCompletelyWithPyopenvdb) {
   if (std::system("/usr/bin/python3 -c 'import pyopenvdb' 2>/dev/null") != 0) {
     GTEST_SKIP() << "/usr/bin/python3 has no module pyopenvdb (Debian's package python3-openvdb)";
   }
@@ -332,7 +332,7 @@ TEST_F(BoneFile, OpensWholeInPyopenvdb) {
   EXPECT_NE(expected.find(" 255"), std::string::npos);
 }
 
-TEST_F(BoneFile, RegionsAreTheSameBitsAfterAFile) {
+TEST_F(BoneFile, RoundTripKeepsRegionsBitIdentical) {
   const Bone bone = MakeTwoRegions();
   WriteBone(bone, Path("a.vdb"));
   const Bone read = ReadBone(Path("a.vdb"));
@@ -351,7 +351,7 @@ TEST_F(BoneFile, AFileOfFormat1WithItsInt32RegionsIsRead) {
   EXPECT_EQ(ReadBone(Path("new.vdb")).CalcHash(), bone.CalcHash());
 }
 
-TEST_F(BoneFile, RegionsThatAreNoWholeNumbersAreRefused) {
+TEST_F(BoneFile, NonIntegerRegionsAreRefused) {
   const Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
   for (const float bad : {24.5f, -1.0f, 256.0f, std::nanf("")}) {
     WriteBone(bone, Path("a.vdb"));

@@ -13,7 +13,7 @@ namespace {
 using test::BlockPoses;
 using test::DiscPose;
 
-TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
+TEST(Faces, DiscFitsItsOwnKerfWithTheExpectedPlay) {
   // For any position of the kerf among the voxels, and also where a voxel is as wide as the kerf.
   for (const double h : {0.1, 0.15, 0.2, 0.25}) {
     for (const Pose& X_WB : BlockPoses(h)) {
@@ -34,7 +34,7 @@ TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
       faces.Find(Probe(field, X), 0.025, false, problem);
       EXPECT_GT(problem.flats.size(), 20u);
       // The play is 0.2 % of a voxel plus half of the kerf's excess width over the disc. The corner of the kerf's floor
-      // takes up to half of the former. Near the wall's free edge there is less bone, not more.
+      // reduces the former by up to half. Near the wall's free edge there is less bone; the gap there is not compared.
       const double play_mm = 0.002 * h + 0.5 * (CalcKerfWidth(kSaw, h) - kSaw.thickness_mm);
       int deep = 0;
       for (const FlatPoint& p : problem.flats) {
@@ -49,7 +49,7 @@ TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
   }
 }
 
-TEST(Faces, ReachTellsOfBoneBeforeItIsTouched) {
+TEST(Faces, FlatsWithinReachAreFoundBeforeContact) {
   Bone bone = test::MakeBox(Pose{}, {30, 30, 4}, 0.2);
   BoneField field(bone, 100);
   const ToolShape shape =

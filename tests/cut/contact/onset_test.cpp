@@ -1,4 +1,4 @@
-// A law with a force at the smallest bite, averaged over the arc that an edge point stands for: compared with the
+// A law with a force at the smallest bite, averaged over the arc that an edge point represents: compared with the
 // integral over that arc, and tested as the gradient of a convex function.
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ ToothMean Integrate(const StepProblem& problem, const CuttingPoint& point, doubl
   return mean;
 }
 
-TEST(Onset, IsTheIntegralOverTheArc) {
+TEST(Onset, MeanForceEqualsTheIntegralOverTheArc) {
   std::mt19937_64 random(20261122);
   const auto uniform = [&](double lower, double upper) {
     return std::uniform_real_distribution<double>(lower, upper)(random);
@@ -61,7 +61,7 @@ TEST(Onset, IsTheIntegralOverTheArc) {
   }
 }
 
-TEST(Onset, SmoothLawIsLeftAlone) {
+TEST(Onset, SmoothLawIsUnchanged) {
   const StepProblem problem = MakeProblem("hertz_chip", 0.05, 0);
   for (const double s : {-0.1, 0.0, 1e-9, 0.03, 2.0}) {
     const ToothMean mean = problem.MeanToothForce(PointAt(1, 0.3), s, 4);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kReach_mm = 11;
 
-/// Problems over the whole range that scenes allow; sizes are log-uniform.
+/// Problems over the whole range that scenes allow; magnitudes are log-uniform.
 class ProblemMaker {
  public:
   explicit ProblemMaker(std::uint64_t seed) : random_(seed) {}
@@ -110,7 +110,7 @@ double ForceOf(const StepProblem& problem) {
          glm::length(c.damper.Force(c.v_H_mm_per_s)) + glm::length(c.torsion_damper.Force(c.w_H_rad_per_s)) / kReach_mm;
 }
 
-TEST(StepSolver, NothingIsOutOfBalanceAtTheSolution) {
+TEST(StepSolver, ForcesBalanceAtTheSolution) {
   const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);
     const StepProblem problem = maker.Make();
@@ -125,7 +125,7 @@ TEST(StepSolver, NothingIsOutOfBalanceAtTheSolution) {
   EXPECT_TRUE(passed);
 }
 
-TEST(StepSolver, NoOtherMotionIsLower) {
+TEST(StepSolver, SolutionIsTheMinimum) {
   const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);
     const StepProblem problem = maker.Make();
@@ -165,7 +165,7 @@ TEST(StepSolver, SolutionDoesNotDependOnTheStart) {
   EXPECT_TRUE(passed);
 }
 
-TEST(StepSolver, StoppedEarlyItStillMakesNoEnergy) {
+TEST(StepSolver, CreatesNoEnergyWhenStoppedEarly) {
   const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);
     const StepProblem problem = maker.Make();
@@ -182,7 +182,7 @@ TEST(StepSolver, StoppedEarlyItStillMakesNoEnergy) {
   EXPECT_TRUE(passed);
 }
 
-TEST(StepSolver, OneToothAgainstASpringMeetsTheClosedForm) {
+TEST(StepSolver, OneToothAgainstASpringMatchesTheClosedForm) {
   // K (x - tau v) = n F(v / f) with Hertz's law for the chip; the root is found by bisection.
   StepProblem problem;
   problem.law = MakeToothForce(ForceLaw("hertz_chip"), Tool(DiscSaw{}));

@@ -1,4 +1,4 @@
-// Chips: as much volume is thrown as is removed, from where the teeth leave the bone, and flies like a ball in air.
+// Chips: the thrown volume equals the removed volume, chips start where the teeth leave the bone and fly like balls.
 #include "cut/effects/chips.h"
 
 #include <gtest/gtest.h>
@@ -54,7 +54,7 @@ TEST(ChipFlight, WithoutDragIsAParabola) {
   }
 }
 
-TEST(ChipFlight, FallsAtTheSpeedAtWhichDragBearsItsWeight) {
+TEST(ChipFlight, TerminalSpeedBalancesDragAndWeight) {
   for (const double size_mm : {0.02, 0.15, 0.5, 2.0}) {
     // Weight pi/6 d^3 rho g = drag Cd pi/8 d^2 rho_air v^2, solved by bisection, in m, kg and s.
     const double d = 1e-3 * size_mm;
@@ -90,7 +90,7 @@ TEST(ChipFlight, FollowsTheEquationToAPercent) {
   }
 }
 
-TEST(ChipFlight, StaysFiniteAndNeverSpeedsUpByDrag) {
+TEST(ChipFlight, StaysFiniteAndDragNeverSpeedsItUp) {
   for (const double size_mm : {0.02, 0.15, 5.0}) {
     for (const double drag : {0.0, 1.0, 100.0}) {
       const ChipFlight flight(size_mm, drag, Vec3(0));
@@ -108,7 +108,7 @@ TEST(ChipFlight, StaysFiniteAndNeverSpeedsUpByDrag) {
 }
 
 // The flight is computed from its start, so it does not depend on the number of calls or ticks.
-TEST(ChipPool, TheTickDoesNotMatter) {
+TEST(ChipPool, FlightDoesNotDependOnTheTick) {
   ChipsParams params;
   ChipPool coarse(params), fine(params);
   for (ChipPool* pool : {&coarse, &fine}) pool->Throw({{1, 2, 3}, {3000, 100, 4000}}, 0);
@@ -120,7 +120,7 @@ TEST(ChipPool, TheTickDoesNotMatter) {
   EXPECT_TRUE(coarse.empty());
 }
 
-TEST(ChipPool, TheOldestGoesWhenItIsFull) {
+TEST(ChipPool, FullPoolDropsTheOldest) {
   ChipsParams params;
   params.max_chips = 5;
   ChipPool pool(params);
@@ -182,7 +182,7 @@ class Plunge {
   double removed_mm3_ = 0;
 };
 
-TEST(Chips, AsMuchIsThrownAsIsRemoved) {
+TEST(Chips, ThrownVolumeEqualsRemovedVolume) {
   for (const Tool& tool : {Tool(DiscSaw{}), Tool(BallBurr{})}) {
     Plunge cut({.chips_per_tick = 1000}, 7500, tool);
     for (int i = 0; i < 800; ++i) {
@@ -191,8 +191,8 @@ TEST(Chips, AsMuchIsThrownAsIsRemoved) {
     }
     EXPECT_GT(cut.removed_mm3(), 2);
     EXPECT_EQ(cut.effect().dropped_mm3(), 0);
-    // All volume is thrown except a part that does not fill a chip yet; on a path the last tick may remove more bone
-    // than its teeth met.
+    // All volume is thrown except a part that does not yet fill a chip; on a path the last tick may remove more bone
+    // than its engaged teeth have cut.
     EXPECT_LT(cut.effect().waiting_mm3(), cut.effect().chip_mm3());
     EXPECT_GT(cut.effect().pool().size(), 100u);
   }
@@ -243,7 +243,7 @@ TEST(Chips, FlyOffWhereTheRimLeavesTheBone) {
   }
 }
 
-TEST(Chips, SpreadNoFurtherThanTheySay) {
+TEST(Chips, VelocitySpreadStaysWithinItsLimit) {
   Plunge cut({.spread = 0.3, .life_s = 0.05, .drag = 0, .gravity_W_m_per_s2 = Vec3(0)});
   for (int i = 0; i < 500; ++i) cut.Tick();
   const double rim = 2 * std::numbers::pi * 11 * 125;
@@ -283,7 +283,7 @@ TEST(Chips, TheSameRunThrowsTheSameChips) {
   EXPECT_NE(first, other);
 }
 
-TEST(Chips, SleepAgainWhenTheyAreDown) {
+TEST(Chips, PoolIsEmptyAfterTheirLifetime) {
   Plunge cut({.life_s = 0.1});
   for (int i = 0; i < 300; ++i) cut.Tick();
   EXPECT_GT(cut.effect().pool().size(), 50u);

@@ -50,7 +50,7 @@ void Tell(Sim& simulation, FragmentsEffect& effect) {
   simulation.ClearChanged();
 }
 
-TEST(Fragments, TellsOfThePieceInTheTickInWhichTheLastBridgeGoes) {
+TEST(Fragments, ReportsThePieceInTheTickThatCutsTheLastBridge) {
   SimulationParams params;
   params.effects = WithFragments(1);
   Simulation simulation(Bar(), params, PoseAt(0));
@@ -123,7 +123,7 @@ Felt LowerThrough(const EffectChoices& choices) {
 
 // A piece that comes off is held in place and stays part of the bone: the hand's force is bit-identical with and
 // without the effect, before, during and after the separation.
-TEST(Fragments, TheForceDoesNotTellThatAPieceCameOff) {
+TEST(Fragments, SeparationDoesNotChangeTheForce) {
   const Felt with = LowerThrough(WithFragments(1));
   const Felt without = LowerThrough({});
   ASSERT_GT(with.found_in, 0);
@@ -137,7 +137,7 @@ TEST(Fragments, TheForceDoesNotTellThatAPieceCameOff) {
   EXPECT_GT(largest_N, 0.5);
 }
 
-TEST(Fragments, WhatIsSmallerIsDust) {
+TEST(Fragments, SmallerPartsCountAsDust) {
   SimulationParams params;
   params.effects = WithFragments(30);  // mm3: larger than the smaller part, smaller than the larger one
   Simulation simulation(Bar(), params, PoseAt(0));

@@ -1,4 +1,4 @@
-// The guide: springs of known stiffness that are never crossed, yield at a known force, and never push by themselves.
+// The guide: its walls have a known stiffness, are never crossed, yield at a known force, and never push actively.
 #include "cut/effects/guide.h"
 
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ TEST(Guide, HoldsAcrossThePlaneWithItsStiffness) {
   }
 }
 
-TEST(Guide, HoldsTheDiscsTilt) {
+TEST(Guide, LimitsTheDiscsTilt) {
   const CoupledParams params = MakeParams({.stiffness_N_per_mm = 5, .max_force_N = 1000});
   Guided tool(params);
   const double turned = 0.3;
@@ -141,7 +141,7 @@ TEST(Guide, IsNeverCrossedHoweverTheHandJumps) {
   EXPECT_LT(deepest_mm, 15 + (40 + 4000 / kRadius_mm) / k);
 }
 
-TEST(Guide, GivesWayAtItsGreatestForce) {
+TEST(Guide, YieldsAtItsMaximumForce) {
   Guided tool(MakeParams({.stiffness_N_per_mm = 5, .max_force_N = 6}));
   const CoupledOutput pulled = tool.Hold(At({0, 0, 30}), 600);
   EXPECT_NEAR(pulled.f_H_W_N.z, -6, 1e-6);
@@ -154,7 +154,7 @@ TEST(Guide, GivesWayAtItsGreatestForce) {
   EXPECT_NEAR(again.f_H_W_N.z, -1.0 * 5 / 6, 1e-6);
 }
 
-TEST(Guide, ToolSetDownOffThePlanIsNotDrawnToIt) {
+TEST(Guide, ToolSetDownOffThePlanIsNotPulledTowardsIt) {
   Guided tool(MakeParams({}));
   ASSERT_TRUE(tool.simulation.SetDown(At({0, 0, 40}, 0.5)));
   EXPECT_EQ(tool.Hold(At({0, 0, 40}, 0.5)).f_H_W_N, Vec3(0));
@@ -162,7 +162,7 @@ TEST(Guide, ToolSetDownOffThePlanIsNotDrawnToIt) {
   EXPECT_LT(tool.Hold(At({0, 0, 22}, 0.2)).f_H_W_N.z, -1);
 }
 
-TEST(Guide, NeverGivesBackWhatWasNotPutIn) {
+TEST(Guide, ReturnsNoMoreEnergyThanWasPutIn) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> way(-1, 1);
   double put_in_mJ = 0, min_mJ = 0;
@@ -188,7 +188,7 @@ TEST(Guide, NeverGivesBackWhatWasNotPutIn) {
   EXPECT_GT(min_mJ, -1e-6 * put_in_mJ);
 }
 
-TEST(Guide, FarFromItTheCutIsTheSameToTheBit) {
+TEST(Guide, CutFarFromItIsBitIdentical) {
   const auto cut = [](bool guided) {
     CoupledParams params;
     if (guided) SetEffect(params.effects, "guide", "tolerance_mm", 60);
@@ -203,7 +203,7 @@ TEST(Guide, FarFromItTheCutIsTheSameToTheBit) {
   EXPECT_EQ(cut(true), cut(false));
 }
 
-TEST(Guide, OnAPathItPushesByHowFarThePathIsOff) {
+TEST(Guide, OnAPathItsForceFollowsTheDeviation) {
   SimulationParams params;
   params.effects = MakeParams({.stiffness_N_per_mm = 5, .max_force_N = 1000}).effects;
   Simulation simulation(test::MakeBox(Pose{{1, 0, 0, 0}, {0, 0, -200}}, {10, 10, 4}, 0.4), params, At({}));
@@ -212,7 +212,7 @@ TEST(Guide, OnAPathItPushesByHowFarThePathIsOff) {
   EXPECT_NEAR(out.f_T_W_N.z, -5 * (2.5 - 0.5), 1e-9);
 }
 
-TEST(Guide, RefusesDirectionsThatAreNone) {
+TEST(Guide, RefusesInvalidDirections) {
   CoupledParams params = MakeParams({});
   SetEffect(params.effects, "guide", "normal", EffectValue(Vec3(0)));
   EXPECT_THROW(Guided{params}, Error);

@@ -66,7 +66,7 @@ void ExpectBalance(const HeatGrid& grid, double fraction) {
 }
 
 // T = E / (rho c (4 pi alpha t)^(3/2)) exp(-r^2 / (4 alpha t)), Carslaw and Jaeger 1959, 10.2.
-TEST(HeatGrid, HeatOfAPointSpreadsAsTheFormulaSaysToSecondOrder) {
+TEST(HeatGrid, HeatOfAPointMatchesTheClosedFormToSecondOrder) {
   const Vec3 source(0);  // a node of all three grids, like the points
   const std::vector<Vec3> points{source,      {0.6, 0, -0.6},   {-0.6, 1.2, 0},  {1.2, -1.2, 0.6},
                                  {0, 0, 1.8}, {-1.8, 0.6, 1.2}, {0.6, -0.6, 0.6}};
@@ -93,7 +93,7 @@ TEST(HeatGrid, HeatOfAPointSpreadsAsTheFormulaSaysToSecondOrder) {
 }
 
 // T = q / (4 pi k r) erfc(r / sqrt(4 alpha t)), Carslaw and Jaeger 10.4.
-TEST(HeatGrid, ASteadyPointSourceWarmsAsTheFormulaSaysToSecondOrder) {
+TEST(HeatGrid, SteadyPointSourceMatchesTheClosedFormToSecondOrder) {
   const Vec3 source(0);
   const std::vector<Vec3> points{{1.2, 0, -0.6}, {-0.6, 1.2, 0}, {1.2, -1.2, 0.6}, {0, 0, 1.8}, {-1.8, 0.6, 1.2}};
   std::vector<double> errors;
@@ -103,8 +103,8 @@ TEST(HeatGrid, ASteadyPointSourceWarmsAsTheFormulaSaysToSecondOrder) {
     const double q = 1e4;  // mW
     const int frames = static_cast<int>(std::lround(256 * std::pow(0.15 / spacing, 2)));
     const double frame_s = heated.grid.frame_s();
-    // Heat is added at the start of a frame and stands for half a frame before and after it, so the first one adds
-    // half.
+    // Heat that is added at the start of a frame represents half a frame before and half a frame after, so the first
+    // addition is half as large.
     for (int i = 0; i < frames; ++i) {
       ASSERT_TRUE(heated.Put(source, q * frame_s * (i == 0 ? 0.5 : 1)));
       heated.AdvanceFrames(1);
@@ -122,7 +122,7 @@ TEST(HeatGrid, ASteadyPointSourceWarmsAsTheFormulaSaysToSecondOrder) {
 }
 
 // A line source through a plate with insulated faces: T = q' / (4 pi k) E1(r^2 / (4 alpha t)), Carslaw and Jaeger 10.4.
-TEST(HeatGrid, ALineSourceThroughAPlateWarmsAsTheFormulaSays) {
+TEST(HeatGrid, LineSourceThroughAPlateMatchesTheClosedForm) {
   const double spacing = 0.2;
   const HeatGridParams params = OnlyConduction(spacing);
   // From -5.5 to 5.5 cells: the faces are between nodes.
@@ -163,7 +163,7 @@ TEST(HeatGrid, BloodCarriesHeatOffExponentially) {
 }
 
 // A single cell of bone keeps its temperature: 1 min at 47 C is a dose of 16 min, and so on.
-TEST(HeatGrid, DoseOfAHeldTemperatureIsTheClosedForm) {
+TEST(HeatGrid, DoseAtConstantTemperatureMatchesTheClosedForm) {
   struct Held {
     double C, seconds, cem43_min;
   };
@@ -228,7 +228,7 @@ TEST(HeatGrid, NoNewExtremesForAnyTick) {
 }
 
 // Heat flows from a bare face through h and half a cell in series.
-TEST(HeatGrid, CoolantTakesWhatNewtonsLawSays) {
+TEST(HeatGrid, CoolantRemovesHeatByNewtonsLaw) {
   HeatGridParams params = OnlyConduction(0.4);
   params.longest_frame_s = 0.002;
   params.irrigation_W_per_m2K = 2000;
@@ -274,7 +274,7 @@ TEST(HeatGrid, WaterBoilsOffAt100CUntilItIsGone) {
 }
 
 // Coolant chills bone near warm bone; this is accounted for separately, and discarded when nothing is warm.
-TEST(HeatGrid, ChilledBoneIsCountedByItselfAndWakesNothing) {
+TEST(HeatGrid, ChilledBoneIsCountedSeparatelyAndOpensNoBlocks) {
   HeatGridParams params;
   params.irrigation_W_per_m2K = 2000;
   Heated heated(test::MakeBox(Pose{}, {24, 24, 6}, 0.2), params);
@@ -334,7 +334,7 @@ TEST(HeatGrid, IsTheSameBitForBitAtEveryVectorWidth) {
   SetVectorTarget("");
 }
 
-TEST(HeatGrid, AFullPoolIsSaidAndLosesNothing) {
+TEST(HeatGrid, FullPoolIsReportedAndTheHeatBalanceCloses) {
   HeatGridParams params = OnlyConduction(0.2);
   params.max_MB = 0.1;  // about 8 blocks
   Heated heated(test::MakeBox(Pose{}, Vec3(20), 0.5), params);
@@ -348,7 +348,7 @@ TEST(HeatGrid, AFullPoolIsSaidAndLosesNothing) {
   ExpectBalance(heated.grid, 1e-6);
 }
 
-TEST(HeatGrid, SleepsWhenColdAndAsksForNoMemory) {
+TEST(HeatGrid, SleepsWhenColdAndDoesNotAllocate) {
   HeatGridParams params;
   params.perfusion_mL_per_min_kg = 1000;
   Heated heated(test::MakeBox(Pose{}, Vec3(9), 0.3), params);
@@ -368,7 +368,7 @@ TEST(HeatGrid, SleepsWhenColdAndAsksForNoMemory) {
   ExpectBalance(heated.grid, 1e-5);
 }
 
-TEST(HeatGrid, NotANumberNeverGetsIn) {
+TEST(HeatGrid, InvalidHeatIsRejected) {
   Heated heated(test::MakeBox(Pose{}, Vec3(5), 0.3), {});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(heated.Put(Vec3(0), nan));

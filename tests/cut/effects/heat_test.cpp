@@ -1,4 +1,4 @@
-// Heat: a fraction of the cutting power goes into the remaining bone, all of it is accounted for, nothing else changes.
+// Heat: a fraction of the cutting power enters the remaining bone, all of it is accounted for, nothing else changes.
 #include "cut/effects/heat/heat.h"
 
 #include <gtest/gtest.h>
@@ -98,7 +98,7 @@ class HeatedCut {
   HeatEffect heat;
 };
 
-TEST(Heat, TakesItsFractionOfThePowerAndLosesNone) {
+TEST(Heat, ReceivesItsFractionOfThePowerWithoutLoss) {
   for (const double irrigation : {0.0, 2000.0}) {
     HeatParams params;
     params.share_into_bone = 0.2;
@@ -140,9 +140,9 @@ TEST(Heat, CoolantKeepsTheBoneCooler) {
   EXPECT_LT(wet.heat.figures().cem43_min, dry.heat.figures().cem43_min);
 }
 
-// Frames have a fixed length of 0.1 s. The ticks determine into which of two frames a tick's heat falls (a tick at 250
-// Hz has 4 % of a frame's heat), and when a frame sees that bone was removed: one frame in 60 s of cooling, and two
-// frames of a time above 47 C.
+// Frames have a fixed length of 0.1 s. The tick rate affects in which of two frames the heat of a tick is added (a tick
+// at 250 Hz has 4 % of a frame's heat), and in which frame removed bone is first missing. The tolerances allow for one
+// frame in 60 s of cooling, and for two frames in the time above 47 C.
 TEST(Heat, DoesNotDependOnTheTickRate) {
   std::vector<HeatFigures> figures;
   std::vector<double> stored;
@@ -162,7 +162,7 @@ TEST(Heat, DoesNotDependOnTheTickRate) {
   }
 }
 
-TEST(Heat, AsksForNoMemoryAndGivesTheSameBitsAgain) {
+TEST(Heat, DoesNotAllocateAndIsReproducible) {
   std::vector<double> first;
   for (int round = 0; round < 2; ++round) {
     HeatedCut cut(HeatParams{});
@@ -179,7 +179,7 @@ TEST(Heat, AsksForNoMemoryAndGivesTheSameBitsAgain) {
 }
 
 // A long motion in one tick, as after a tool was set down far away.
-TEST(Heat, HoldsForLongTicks) {
+TEST(Heat, BalanceClosesForLongTicks) {
   HeatedCut cut(HeatParams{}, 0.5);
   cut.Run(10, 1);
   const HeatBalance b = cut.heat.CalcBalance();

@@ -22,7 +22,7 @@ std::string RefusalOf(const EffectChoices& choices) {
   return "";
 }
 
-TEST(EffectRegistry, EachSaysAllThatThereIsToKnow) {
+TEST(EffectRegistry, EachEffectIsFullyDescribed) {
   std::set<std::string> names;
   for (const EffectInfo* info : Effects()) {
     SCOPED_TRACE(info->name);
@@ -49,7 +49,7 @@ TEST(EffectRegistry, EachSaysAllThatThereIsToKnow) {
   }
 }
 
-TEST(EffectRegistry, ChoicesAreRefusedByName) {
+TEST(EffectRegistry, InvalidChoicesAreRefusedByName) {
   EXPECT_THROW(EffectChoice("kerf_frictoin"), Error);
   EffectChoices choices;
   EXPECT_EQ(RefusalOf(choices), "");

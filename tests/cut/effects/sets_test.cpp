@@ -1,5 +1,5 @@
-// Any set of effects: an effect that a scene does not name does not exist, and effects that only observe change nothing
-// for the others.
+// Any set of effects: an effect that a scene does not name is absent, and effects that only observe do not influence
+// the others.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ using test::DiscPose;
 constexpr double kSetsVoxel_mm = 0.25;
 constexpr int kSetsTicks = 400;
 
-/// Returns true if the effect may push, turn or stop the tool. Effects called only after a step or a tick can't.
+/// Returns true if the effect may push, turn or stop the tool. Effects called only after a step or a tick cannot.
 bool Moves(const EffectInfo& info) {
   return (info.hooks & (kEffectBegin | kEffectHolds | kEffectEngage)) != 0;
 }
@@ -39,7 +39,7 @@ bool IsFelt(const EffectInfo& info) {
   return Moves(info) || (info.hooks & kEffectPush) != 0;
 }
 
-/// A block with a canal slightly below the end of the cut, for the effects that look for one.
+/// A block with a canal slightly below the end of the cut, for the effects that need one.
 const Bone& MakeSetsBlock() {
   static const Bone kBlock = [] {
     SolidField field;
@@ -162,9 +162,9 @@ const Outcome& Recall(const EffectChoices& choices) {
   return runs.emplace(NameSet(choices), RunWith(choices)).first->second;
 }
 
-/// Expects that bone and motion are those of the members that move the tool alone, and the hand's force that of the
-/// members that it feels. Each effect's channels must be the same with only the moving members and the effects that it
-/// needs.
+/// Expects the same bone and motion as with only the members that move the tool, and the same force on the hand as with
+/// only the members that the hand can feel. Each effect's channels must be the same as with only the moving members and
+/// the effects that it needs.
 void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
   SCOPED_TRACE(NameSet(choices));
   const Outcome& all = Recall(choices);
@@ -189,7 +189,7 @@ void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
   }
 }
 
-TEST(EffectSets, TheRunMeetsAirTeethAndFlats) {
+TEST(EffectSets, TheRunCoversAirTeethAndFlats) {
   const Outcome& plain = Recall({});
   EXPECT_GT(plain.removed_mm3, 1);
   EXPECT_NE(plain.bone, MakeSetsBlock().CalcHash());
@@ -197,7 +197,7 @@ TEST(EffectSets, TheRunMeetsAirTeethAndFlats) {
   EXPECT_NE(Recall(ChooseWithNeeded({"kerf_friction"})).motion, plain.motion);
 }
 
-TEST(EffectSets, WhatIsNotNamedIsNotThere) {
+TEST(EffectSets, UnnamedEffectsAreAbsent) {
   const Outcome& plain = Recall({});
   EXPECT_EQ(plain.plan_bytes, sizeof(EffectPlan));
   CoupledParams params;
@@ -212,7 +212,7 @@ TEST(EffectSets, WhatIsNotNamedIsNotThere) {
   for (const EffectInfo* info : Effects()) EXPECT_EQ(plan.Find(info->name), nullptr);
 }
 
-TEST(EffectSets, EachChangesNoMoreThanItSays) {
+TEST(EffectSets, EachChangesOnlyWhatItDeclares) {
   const Outcome& plain = Recall({});
   for (const EffectInfo* info : Usable()) {
     SCOPED_TRACE(info->name);
@@ -229,7 +229,7 @@ TEST(EffectSets, EachChangesNoMoreThanItSays) {
   }
 }
 
-TEST(EffectSets, NoPairMixesWhatItDoesNotTouch) {
+TEST(EffectSets, PairsDoNotInterfere) {
   const auto& usable = Usable();
   for (std::size_t a = 0; a < usable.size(); ++a) {
     for (std::size_t b = a + 1; b < usable.size(); ++b) {
@@ -238,7 +238,7 @@ TEST(EffectSets, NoPairMixesWhatItDoesNotTouch) {
   }
 }
 
-TEST(EffectSets, NorDoesAnyLargerSet) {
+TEST(EffectSets, LargerSetsDoNotInterfere) {
   std::mt19937 dice(20261120);
   std::set<std::string> every;
   for (const EffectInfo* info : Usable()) every.insert(info->name);
@@ -267,7 +267,7 @@ TEST(EffectSets, TheOrderInTheSceneDoesNotMatter) {
 }
 
 // No effect moves a tool on a path. Effects that need a hand are left out and listed; the others are used.
-TEST(EffectSets, OnAPathNoneChangesTheCut) {
+TEST(EffectSets, NoneChangesTheCutOnAPath) {
   const auto run = [](const EffectChoices& choices) {
     SimulationParams params;
     params.effects = choices;

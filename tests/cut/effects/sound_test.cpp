@@ -60,7 +60,7 @@ std::vector<float> Hold(Tone& tone, ToneFrame frame, int ticks, int left_out = 1
 
 const ToneFrame kCutting{0.001F, 125, 30, 0.1F, 0.1F, 0.4F};
 
-TEST(Tone, HasItsLinesWhereMotorAndTeethTurn) {
+TEST(Tone, HasLinesAtMotorAndToothFrequencies) {
   Tone tone(WithoutNoise(), 24);
   const std::vector<float> x = Hold(tone, kCutting, 1000);
   ASSERT_EQ(x.size(), 48000u);  // one second: bins of 1 Hz
@@ -79,7 +79,7 @@ TEST(Tone, HasItsLinesWhereMotorAndTeethTurn) {
   }
 }
 
-TEST(Tone, SumsOfItsLinesAreAllThatThereIs) {
+TEST(Tone, ContainsOnlyItsLines) {
   // Parseval: half the sum of the squares of all amplitudes, where amplitudes at the same frequency are added first.
   Tone tone(WithoutNoise(), 24);
   const std::vector<float> x = Hold(tone, kCutting, 1000);
@@ -161,7 +161,7 @@ TEST(Tone, NeverClicks) {
   }
 }
 
-TEST(Tone, BordersOfTicksAreNotHeard) {
+TEST(Tone, TickBoundariesAreInaudible) {
   // For a constant frame, the samples do not depend on the length of the ticks.
   Tone fine(WithoutNoise(), 24), coarse(WithoutNoise(), 24);
   ToneFrame frame = kCutting;
@@ -175,7 +175,7 @@ TEST(Tone, BordersOfTicksAreNotHeard) {
   for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 1e-5) << i;
 }
 
-TEST(Tone, NothingIsFoldedBack) {
+TEST(Tone, NothingIsAliased) {
   // 64 teeth: from 20 250 rpm their first line is above 0.45 of the rate, 21.6 kHz, and would be partly aliased.
   for (const float spindle_Hz : {338.0F, 347.0F, 359.0F, 410.0F, 733.0F}) {
     Tone tone(WithoutNoise(), 64);
@@ -188,7 +188,7 @@ TEST(Tone, NothingIsFoldedBack) {
   }
 }
 
-TEST(Tone, BearsAnyFrame) {
+TEST(Tone, ToleratesAnyFrame) {
   ToneParams params;
   params.motor_level = params.teeth_level = params.noise_level = 0.3;
   Tone tone(params, 24);
@@ -227,7 +227,7 @@ Reported TellOf(const EffectPlan& plan) {
           static_cast<double>(frame.passing_N)};
 }
 
-TEST(Sound, TellsSpeedAndPowerOfTheCut) {
+TEST(Sound, ReportsSpeedAndPowerOfTheCut) {
   SimulationParams params;
   SetEffect(params.effects, "sound", "cutting_share", 0.5);
   SetEffect(params.effects, "sound", "passing_share", 0.1);
@@ -250,7 +250,7 @@ TEST(Sound, TellsSpeedAndPowerOfTheCut) {
   EXPECT_EQ(TellOf(plan).spindle_Hz, 0);
 }
 
-TEST(Sound, TakesPowerAndLinesOfThoseWhoKnowBetter) {
+TEST(Sound, UsesPowerAndLinesOfMoreAccurateEffects) {
   CoupledParams params;
   params.effects.emplace_back("tangential_force");
   params.effects.emplace_back("tooth_vibration");
@@ -284,7 +284,7 @@ TEST(Sound, TakesPowerAndLinesOfThoseWhoKnowBetter) {
   EXPECT_EQ(frame.runout_N, find("tooth_vibration", "runout_N"));
 }
 
-TEST(Sound, ChangesNoBitOfCutAndForce) {
+TEST(Sound, LeavesCutAndForceBitIdentical) {
   const auto run = [](bool sound) {
     CoupledParams params;
     if (sound) params.effects.emplace_back("sound");

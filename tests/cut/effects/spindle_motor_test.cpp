@@ -94,7 +94,7 @@ TEST(SpindleMotor, RunDownFollowsTheAnalyticCurveAndEndsAtRest) {
   EXPECT_NEAR(run.angle_rad, 0.5 * w0 * w0 * m.CalcInertia() / m.friction_Nmm, 1e-12 * run.angle_rad);
 }
 
-TEST(SpindleMotor, ABrakeIsFasterThanLosses) {
+TEST(SpindleMotor, BrakingIsFasterThanCoasting) {
   Motor m = HandMotor();
   const double k = m.stall_torque_Nmm / m.no_load_rad_per_s;
   // The decelerating torque is (k + b) w + f: w = (w0 + f/B) exp(-B t / J) - f/B.
@@ -122,7 +122,7 @@ TEST(SpindleMotor, SteadySpeedLiesOnTheLineUnderAnyLoad) {
   EXPECT_GT(RunMotor(m, 800, 299.999, 0, 0, 1).w_rad_per_s, 0);
 }
 
-TEST(SpindleMotor, WhatHoldsItCountsOnlyAtRest) {
+TEST(SpindleMotor, HoldTorqueMattersOnlyAtRest) {
   const Motor m = HandMotor();
   EXPECT_EQ(RunMotor(m, 800, 0, 295.1, 0, 1).w_rad_per_s, 0);
   const MotorRun starts = RunMotor(m, 800, 0, 294.9, 0, 1);
@@ -131,7 +131,7 @@ TEST(SpindleMotor, WhatHoldsItCountsOnlyAtRest) {
   ExpectNear(RunMotor(m, 800, 50, 1e6, 300, 0.01), RunMotor(m, 800, 50, 0, 300, 0.01), 0);
 }
 
-TEST(SpindleMotor, RandomRunsCloseTheirEnergyAndDoNotDependOnTheTick) {
+TEST(SpindleMotor, RandomRunsBalanceEnergyAndDoNotDependOnTheTick) {
   std::mt19937_64 random(7);
   const auto uniform = [&](double lower, double upper) {
     return std::uniform_real_distribution<double>(lower, upper)(random);
@@ -190,7 +190,7 @@ TEST(SpindleMotor, AgreesWithAFineIntegrationOfItsEquation) {
     for (int i = 0; i < 100000; ++i) {
       w += h * rate(w + 0.5 * h * rate(w));
       if (i % 20000 == 19999) {
-        // 1e-7 s before or after each corner, at up to 2e6 rad/s^2.
+        // The time of each corner has an error of up to 1e-7 s, at up to 2e6 rad/s^2.
         EXPECT_NEAR(RunMotor(m, set, load, 0, w0, (i + 1) * h).w_rad_per_s, w, 0.3) << i;
       }
     }

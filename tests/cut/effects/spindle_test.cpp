@@ -109,7 +109,7 @@ struct Slot {
   double x = -42;
 };
 
-TEST(Spindle, SlowsDownUnderTheLoadOfTheCutToWhereItsLineIs) {
+TEST(Spindle, SlowsDownUnderLoadAlongItsCharacteristic) {
   for (const double rpm : {7500.0, -7500.0}) {
     Slot slot(300);
     const SpindleEffect& spindle = SpindleOf(slot.simulation.effects());
@@ -119,7 +119,7 @@ TEST(Spindle, SlowsDownUnderTheLoadOfTheCutToWhereItsLineIs) {
     for (int i = 0; i < 5000; ++i) {
       out = slot.Feed(5, rpm);
       load_mJ += spindle.run().load_mJ;
-      cut_mJ += TangentialForceEffect::In(slot.simulation.effects()).figures().power_W;  // 1 ms: mJ
+      cut_mJ += TangentialForceEffect::In(slot.simulation.effects()).figures().power_W;  // W times 1 ms = mJ
     }
     const double torque = kR * out.thrust_sum_N / 1.6;
     EXPECT_GT(torque, 20);
@@ -142,7 +142,7 @@ TEST(Spindle, SlowsDownUnderTheLoadOfTheCutToWhereItsLineIs) {
   }
 }
 
-TEST(Spindle, StalledOnAPathItCutsNothingUntilItIsSwitchedOff) {
+TEST(Spindle, StalledOnAPathCutsNothingUntilSwitchedOff) {
   Slot slot(20);
   const SpindleEffect& spindle = SpindleOf(slot.simulation.effects());
   int stalls = 0;
@@ -197,7 +197,7 @@ struct Pushed {
   double hand_mJ = 0, spindle_mJ = 0, max_mJ = 0;
 };
 
-TEST(Spindle, PushedHarderAndHarderItStallsAndStartsAgainWhenTheHandLetsGo) {
+TEST(Spindle, StallsUnderARisingPushAndRestartsWhenReleased) {
   for (const double rpm : {7500.0, -7500.0}) {
     Pushed saw(Params(100));
     double push_N = 0, last_rpm = 1e9, thrust_at_stall_N = 0;
@@ -269,7 +269,7 @@ TEST(Spindle, DoesNotFlutterBetweenTurningAndStall) {
   std::puts(table.c_str());
 }
 
-TEST(Spindle, StaysSaneForAnyTick) {
+TEST(Spindle, SpeedAndStallsStayBoundedForAnyTick) {
   for (const double dt_s : {0.0001, 0.004, 0.03, 0.3, 1.0}) {
     for (const double push_N : {5.0, 13.0, 16.0, 30.0}) {
       Pushed saw(Params(100));
@@ -280,7 +280,7 @@ TEST(Spindle, StaysSaneForAnyTick) {
   }
 }
 
-TEST(Spindle, RandomHandsAndSwitches) {
+TEST(Spindle, RandomHandsAndSwitchingCreateNoEnergy) {
   // No energy is created, no heap is used and all values are finite, for any hand, motor and switching.
   for (int seed = 0; seed < 16; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 131 + 7);
@@ -314,7 +314,7 @@ TEST(Spindle, RandomHandsAndSwitches) {
   }
 }
 
-TEST(Spindle, OnADeviceAHandCanStallItAndGoOn) {
+TEST(Spindle, HandOnADeviceCanStallItAndContinue) {
   // The hand pushes harder and harder, keeps pushing while the spindle is stalled, and lets go.
   std::string table = "device hand: stalls, starts, force above 20 Hz while stalled mN, largest step N\n";
   for (const char* device : {"omega_6", "omega_3"}) {

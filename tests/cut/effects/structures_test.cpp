@@ -47,7 +47,7 @@ double BruteForce(const std::vector<Box3>& boxes, const DiscSaw& saw, const Pose
   return least;
 }
 
-TEST(StructureDistance, IsThatOfBruteForceFromAnyPose) {
+TEST(StructureDistance, MatchesBruteForceFromAnyPose) {
   const DiscSaw saw;
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> at(-12, 12);
@@ -78,7 +78,7 @@ TEST(StructureDistance, IsThatOfBruteForceFromAnyPose) {
   RecordProperty("largest_above_brute_force_um", std::to_string(1000 * largest));
 }
 
-TEST(StructureDistance, FollowsAMovingToolAsIfAskedAnew) {
+TEST(StructureDistance, SearchForAMovingToolMatchesAFreshSearch) {
   const DiscSaw saw;
   std::vector<Box3> boxes;
   for (int i = 0; i < 300; ++i) {
@@ -100,7 +100,7 @@ TEST(StructureDistance, FollowsAMovingToolAsIfAskedAnew) {
 
 // A tool of realistic thickness moves down onto a rough sheet and into it: many patches are near many boxes. With few
 // queries per call the distance is accurate to 0.1 mm, including contact.
-TEST(StructureDistance, WithFewQueriesALookFollowsATool) {
+TEST(StructureDistance, FollowsAToolWithFewQueries) {
   constexpr std::size_t kMax = 48;
   std::vector<Box3> boxes;
   for (int x = -60; x <= 60; ++x) {
@@ -124,7 +124,7 @@ TEST(StructureDistance, WithFewQueriesALookFollowsATool) {
   }
 }
 
-TEST(StructureDistance, OfABallIsThatOfItsCentreLessItsRadius) {
+TEST(StructureDistance, BallDistanceIsThatOfItsCentreMinusItsRadius) {
   const BallBurr ball;
   StructureDistance distance({{{-1, -1, -1}, {1, 1, 1}}}, ball);
   EXPECT_DOUBLE_EQ(distance.Find({{1, 0, 0, 0}, {9, 0, 0}}, 20).distance_mm, 9 - 1 - 3);
@@ -146,7 +146,7 @@ Bone MakeBlockWithCanal(double h) {
 
 const Pose kStructuresAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
 
-TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
+TEST(Structures, WarnsAtItsMarginAndReportsTheBreach) {
   const double h = 0.1;  // the kerf is 2.5 voxels wide
   SimulationParams params;
   SetEffect(params.effects, "structures", "warn_mm", 2);
@@ -167,8 +167,8 @@ TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
     simulation.Tick({at(z)});
     simulation.effects().Report(figures);
     const double gap_mm = z - 11 - 1;  // between the rim and the canal's top
-    // The distance is too large by at most the position of the voxels (their faces are at half voxels) plus the
-    // search's error, and too small by at most that plus the tool's motion since the last search.
+    // The distance may be too large by the offset of the voxels (their faces are at half voxels) plus the search's
+    // error, and too small by as much plus the tool's motion since the last search.
     EXPECT_NEAR(figures[0], std::max(0.0, gap_mm), 0.51 * h + 0.02 + 0.01 * std::max(0.0, gap_mm)) << z;
     if (figures[1] > 0 && warned_mm < 0) warned_mm = gap_mm;
     if (figures[2] > 0 && breached_mm == -100) breached_mm = gap_mm;
@@ -242,20 +242,20 @@ TEST(Structures, OnlyObserves) {
   EXPECT_EQ(with.second, without.second);
 }
 
-TEST(Structures, BoneWithoutThemIsRefused) {
+TEST(Structures, BoneWithoutStructuresIsRefused) {
   SimulationParams params;
   params.effects.emplace_back("structures");
   EXPECT_THROW(Simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.4), params, kStructuresAcross), Error);
 }
 
-TEST(Structures, OfATubeTheDistanceIsThatOfItsAxisLessItsRadius) {
+TEST(Structures, TubeDistanceIsThatOfItsAxisMinusItsRadius) {
   const double h = 0.2, radius_mm = 1.3;
   const Bone bone = test::MakeBox(Pose{}, {10, 4, 8}, h);
   const DiscSaw saw;
   struct Case {
     Vec3 a, b;
     Pose X;
-    double axis_mm;  // distance from the blade to the tube's axis, closed form
+    double axis_mm;  // distance from the disc to the tube's axis, closed form
   };
   const double rim_mm = saw.radius_mm(), half_mm = 0.5 * saw.thickness_mm;
   const Pose flat{Quat(1, 0, 0, 0), {0, 0, 13}};
@@ -264,10 +264,10 @@ TEST(Structures, OfATubeTheDistanceIsThatOfItsAxisLessItsRadius) {
       // The flat over a tube parallel to it, and over a tube that leaves the bone.
       {{-6, 0, 2}, {6, 0, 2}, flat, 13 - half_mm - 2},
       {{-30, 1, 2}, {30, 1, 2}, flat, 13 - half_mm - 2},
-      // The rim over a tube across the blade, and one along it.
+      // The rim over a tube across the disc, and over one along it.
       {{-7, 0, 1}, {7, 0, 1}, upright, 19 - rim_mm - 1},
       {{0, -3, 1}, {0, 3, 1}, upright, 19 - rim_mm - 1},
-      // The rim next to a tube's round end: distance from the blade's nearest corner.
+      // The rim next to a tube's round end: distance from the disc's nearest corner.
       {{3, 0, -7}, {3, 0, 3}, upright, std::hypot(3 - half_mm, 19 - rim_mm - 3)},
       // A slanted tube under the flat: its upper end.
       {{-3, -2, -5}, {3, 2, 4}, flat, 13 - half_mm - 4},
@@ -311,7 +311,7 @@ CanalCut CutThroughCanal(const EffectChoice& choice) {
   return cut;
 }
 
-TEST(Structures, TheSameCanalByRegionAndBySurfaceSaysTheSame) {
+TEST(Structures, CanalByRegionAndBySurfaceGivesTheSameReport) {
   const double h = 0.1;
   const CanalCut by_region = CutThroughCanal(EffectChoice("structures"));
   EffectChoice choice("structures");
@@ -331,7 +331,7 @@ TEST(Structures, TheSameCanalByRegionAndBySurfaceSaysTheSame) {
   EXPECT_NEAR(by_surface.figures[4], by_region.figures[4], 0.1 * by_region.figures[4]);
 }
 
-TEST(StructureVoxels, AreTheInsideOfAClosedSurfaceHoweverItIsTurned) {
+TEST(StructureVoxels, FillAClosedSurfaceInAnyOrientation) {
   // A torus: lines along z cross its surface up to four times.
   const double major = 6, minor = 2, h = 0.13;
   const Vec3 middle(0.031, -0.017, 0.4);
@@ -380,7 +380,7 @@ TEST(StructureVoxels, AreTheInsideOfAClosedSurfaceHoweverItIsTurned) {
   EXPECT_NEAR(CalcEnclosedVolume(voxels.MakeSurface()), voxels.CalcVolume(), 1e-6);
 }
 
-TEST(Structures, FilesThatAreOfNoUseAreRefused) {
+TEST(Structures, UnusableFilesAreRefused) {
   const auto refusal = [](const EffectChoice& choice) -> std::string {
     SimulationParams params;
     params.effects.push_back(choice);
@@ -415,7 +415,7 @@ TEST(Structures, FilesThatAreOfNoUseAreRefused) {
   EXPECT_THAT(refusal(radius), HasSubstr("radius_mm is not used"));
 }
 
-TEST(StructureVoxels, AreTheRegionsVoxelsAndTheirShellTheNeighbours) {
+TEST(StructureVoxels, AreThoseOfTheRegionAndTheShellIsTheirNeighbours) {
   const double h = 0.5;
   const Bone bone = MakeBlockWithCanal(h);
   std::array<bool, 256> wanted{};

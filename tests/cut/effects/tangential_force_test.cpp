@@ -56,9 +56,9 @@ struct PathStroke {
   TickOutput before;  // the tick before: on a path the force follows from the thrust of the previous step
 };
 
-// Each tooth's tangential force is its thrust rotated by a quarter turn and divided by the ratio, and so are the sums,
-// for any arc and law: the resultant is at the angle arctan(1 / ratio) to the thrust.
-TEST(TangentialForce, IsTheThrustTurnedByAQuarterAndDividedByTheRatio) {
+// Each tooth's tangential force is its thrust rotated by a quarter turn and divided by the ratio. The same applies to
+// the sums, for any arc and law: the resultant is at the angle arctan(1 / ratio) to the thrust.
+TEST(TangentialForce, IsTheThrustRotatedByAQuarterTurnOverTheRatio) {
   for (const char* law : {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}) {
     for (const double centre_z : {0.0, 20.0, 28.0}) {  // bone all around; half buried; 3 mm deep
       const PathStroke alone(kSaw, law, centre_z, 7500, {});
@@ -91,7 +91,7 @@ TEST(TangentialForce, IsTheThrustTurnedByAQuarterAndDividedByTheRatio) {
   }
 }
 
-TEST(TangentialForce, HasTheClosedFormOfAConstantToothForce) {
+TEST(TangentialForce, MatchesTheClosedFormForAConstantToothForce) {
   // A tooth force F that does not depend on the bite, over half the rim: n/2 teeth. The resultant of the thrusts is n F
   // / pi against the feed, that of the tangential forces n F / (pi ratio) across it.
   const PathStroke stroke(kSaw, "hertz_constant_bite", 0, 7500, With(1.6), 13);
@@ -105,14 +105,14 @@ TEST(TangentialForce, HasTheClosedFormOfAConstantToothForce) {
   EXPECT_NEAR(figures.sum_N, 12 * tooth_N / 1.6, 0.02 * 12 * tooth_N / 1.6);
 }
 
-TEST(TangentialForce, PullsAClimbingCutAlongAndHoldsAConventionalOneBack) {
+TEST(TangentialForce, AssistsAClimbCutAndResistsAConventionalCut) {
   // At the lowest point of the rim the teeth move along -x for rpm > 0: a feed along +x is a climb cut.
   const double thrust_x = PathStroke(kSaw, "hertz_chip", 28, 7500, {}).out.f_T_W_N.x;
   EXPECT_GT(PathStroke(kSaw, "hertz_chip", 28, 7500, With(1.6)).out.f_T_W_N.x - thrust_x, 0.1);
   EXPECT_LT(PathStroke(kSaw, "hertz_chip", 28, -7500, With(1.6)).out.f_T_W_N.x - thrust_x, -0.1);
 }
 
-TEST(TangentialForce, LeavesBoneAndMotionOnAPathAsTheyAre) {
+TEST(TangentialForce, LeavesBoneAndMotionOnAPathUnchanged) {
   PathStroke without(kSaw, "hertz_chip", 20, 7500, {});
   PathStroke with(kSaw, "hertz_chip", 20, 7500, With(1.6));
   EXPECT_EQ(with.out.removed_mm3, without.out.removed_mm3);
@@ -139,7 +139,7 @@ struct Parts {
   TangentialForceEffect effect;
 };
 
-TEST(TangentialForce, OfSectorsIsThatOfEachToothByItself) {
+TEST(TangentialForce, SumOverSectorsEqualsSumOverTeeth) {
   // Brute force: at each tooth, a force perpendicular to its radius and against its motion. Also for a ball, whose
   // teeth are not in one plane.
   std::mt19937_64 random(3);
@@ -202,7 +202,7 @@ CoupledParams MakeTangentialParams(double ratio) {
   return params;
 }
 
-TEST(TangentialForce, OfAPushedSawGoesWithItsThrust) {
+TEST(TangentialForce, OfAPushedSawIsProportionalToItsThrust) {
   // Moved down into the block by a stiff coupling: the tool cannot move sideways, so the hand feels the full force.
   CoupledParams params = MakeTangentialParams(1.6);
   params.coupling.stiffness_N_per_mm = 50;
@@ -221,7 +221,7 @@ TEST(TangentialForce, OfAPushedSawGoesWithItsThrust) {
   }
 }
 
-TEST(TangentialForce, NeverGivesMoreThanTheSpindlePutIn) {
+TEST(TangentialForce, ReturnsNoMoreEnergyThanTheSpindlePutIn) {
   // Hands that drift, jump and tilt; random stiffnesses, ratios, laws, ticks and speeds.
   for (int seed = 0; seed < 16; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 977 + 5);
@@ -281,7 +281,7 @@ TEST(TangentialForce, NeverGivesMoreThanTheSpindlePutIn) {
   }
 }
 
-TEST(TangentialForce, DoesNotPushAHandThatRestsWithoutBound) {
+TEST(TangentialForce, DoesNotPushARestingHandWithoutBound) {
   // The handle jumps 3 mm into the bone, and sideways, and then rests: the tool reaches it and the force ends.
   for (const double ratio : {0.6, 1.6}) {
     for (const double rpm : {7500.0, -7500.0}) {
@@ -348,14 +348,14 @@ Listened Listen(const ClosedLoopSetup& setup, double push_N, double rpm) {
   return l;
 }
 
-TEST(TangentialForce, OfAHeldCutDoesNotChatter) {
+TEST(TangentialForce, HeldCutDoesNotChatter) {
   std::string table = "device, hand, ratio, rpm, push: force above 20 Hz mN with / without it; mean force, aside N\n";
   for (const char* device : {"omega_6", "omni"}) {
     for (const char* hand : {"H1", "H2", "H3", "H4"}) {
       for (const double ratio : {0.6, 1.6}) {
         const double rpm = ratio < 1 ? -7500 : 7500;
         ClosedLoopSetup setup = test::HeldBlock(device, hand);
-        // At most a push whose sideways pull, the push divided by the ratio, the hand can hold within 8 mm.
+        // The push is limited so that the hand can resist the sideways pull, push / ratio, within 8 mm.
         const double push_N =
             std::min(0.5 * setup.profile.continuous_force_N, 8 * setup.hand.stiffness_N_per_mm * ratio);
         const Listened without = Listen(setup, push_N, rpm);
@@ -365,9 +365,9 @@ TEST(TangentialForce, OfAHeldCutDoesNotChatter) {
                              with.noise_mN, without.noise_mN, with.mean_N, with.line_aside_N);
         EXPECT_LE(with.noise_mN, 20) << device << " " << hand << " " << ratio;
         EXPECT_FALSE(with.limit_cycle) << device << " " << hand << " " << ratio;
-        EXPECT_GT(with.mean_N, 0.08 * push_N);  // the rest is taken by the hand's spring as its intended place yields
+        EXPECT_GT(with.mean_N, 0.08 * push_N);  // the hand's spring bears the rest: its intended position yields
         EXPECT_GT(with.line_aside_N * (rpm > 0 ? 1 : -1), 0);
-        // Energy at the port: beyond the spindle's energy, at most that of a force held over a tick comes back.
+        // Energy at the port: apart from the spindle's energy, at most that of a force held over a tick is returned.
         EXPECT_GE(with.energy.lowest_mJ, -1e-3 - 1e-3 * with.energy.exchanged_mJ);
       }
     }

@@ -86,7 +86,7 @@ class Cut {
   TickOutput last_;
 };
 
-TEST(ToothVibration, LinesInTheTicksForceAreAtTheSpindlesMultiplesAndNowhereElse) {
+TEST(ToothVibration, LinesAreOnlyAtMultiplesOfTheSpindleFrequency) {
   // 1500 rpm: the spindle's line is at 25 Hz and the set teeth's at 300 Hz; 24 teeth give 600 Hz, which a tick of 1 ms
   // can't represent.
   Cut cut(1500, 5, 0.2);
@@ -118,7 +118,7 @@ TEST(ToothVibration, LinesInTheTicksForceAreAtTheSpindlesMultiplesAndNowhereElse
   EXPECT_LT(elsewhere, 0.01 * (lines[0].Magnitude() + lines[1].Magnitude()));
 }
 
-TEST(ToothVibration, NothingBeatsWithTheTickAtAnySpeed) {
+TEST(ToothVibration, NoLineAliasesWithTheTickAtAnySpeed) {
   // Tooth passing is at 0.8 to 8 times the tick rate. An alias would appear somewhere below 500 Hz.
   for (const double rpm : {2000.0, 2490.0, 2510.0, 4999.0, 7500.0, 9970.0, 20000.0}) {
     Cut cut(rpm, 0, 0);
@@ -129,7 +129,7 @@ TEST(ToothVibration, NothingBeatsWithTheTickAtAnySpeed) {
   }
 }
 
-TEST(ToothVibration, PassingIsTheSeriesOfSingleTeeth) {
+TEST(ToothVibration, PassingLineMatchesSimulatedSingleTeeth) {
   // A brute-force saw: N single teeth at their places on the rim at each moment, each with its force from the closed
   // form of the arc: the bite is proportional to the cosine of the angle to the feed, the force to bite^1.5.
   for (const auto& [teeth, h] : {std::pair(8, 0.4), std::pair(24, 0.4), std::pair(24, 0.1)}) {
@@ -179,7 +179,7 @@ TEST(ToothVibration, PassingIsTheSeriesOfSingleTeeth) {
   }
 }
 
-TEST(ToothVibration, RunoutGoesWithTheEccentricityAndTheLawsSlope) {
+TEST(ToothVibration, RunoutIsProportionalToEccentricityAndTheLawsSlope) {
   // For small runout, a tooth's force changes by 1.5 / bite times 2 e sin(pi / N): proportional to the runout.
   Cut small(3000, 0.01, 0), twice(3000, 0.02, 0);
   const double a = small.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
@@ -191,7 +191,7 @@ TEST(ToothVibration, RunoutGoesWithTheEccentricityAndTheLawsSlope) {
   EXPECT_NEAR(a, relative * small.last().thrust_sum_N * std::hypot(1, 0.625), 0.35 * a);
 }
 
-TEST(ToothVibration, RunoutBeyondTheBiteIsHeldToIt) {
+TEST(ToothVibration, RunoutIsLimitedToTheBite) {
   // The bite is between zero and twice the mean: the force of hertz_chip between zero and 2^1.5 times the mean.
   Cut large(3000, 50, 0), larger(3000, 500, 0);
   const double a = large.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
@@ -201,7 +201,7 @@ TEST(ToothVibration, RunoutBeyondTheBiteIsHeldToIt) {
   EXPECT_GT(a, 0.5 * max_N);
 }
 
-TEST(ToothVibration, ItsOwnSamplesCarryTheLinesAboveTheTick) {
+TEST(ToothVibration, SamplesContainTheLinesAboveTheTickRate) {
   Cut cut(7500, 5, 0.2);  // 125, 1500, 3000, 6000 Hz
   const auto& effect = cut.effect();
   std::vector<double> x, z;

@@ -23,14 +23,14 @@ TEST(Force, ConstantBiteIsThePapersForceOnOneTooth) {
   EXPECT_NEAR(newton(17300, 0.38), 0.05365, 1e-5);
 }
 
-TEST(Force, ChipBiteOfTwoAndAHalfMicrometresIsTheReferencesTenNewton) {
+TEST(Force, ChipLawMatchesTheReferenceForce) {
   // docs/physics.md: R = 11 mm, region 24, 2.5 um: 10.6 N per tooth, and 84 N at 10 um.
   const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), kSaw);
   EXPECT_NEAR(force(2.5e-3, kEStar24), 10.6, 0.05);
   EXPECT_NEAR(force(10e-3, kEStar24), 84.6, 0.5);
 }
 
-TEST(Force, ConstantBiteIsTheChipBiteOfItsOwnDepth) {
+TEST(Force, ConstantBiteEqualsTheChipLawAtItsOwnDepth) {
   // a^2 = R delta: the paper's contact radius is a bite of 0.0754 um.
   const double a = 0.01 * kSaw.pitch_mm();
   const double bite = a * a / kSaw.radius_mm();
@@ -105,7 +105,7 @@ TEST(Force, UnknownLawAndAnotherLawsParameterAreNamed) {
             "the force law hertz_chip has no parameter edge_N_per_mm");
 }
 
-TEST(Saw, PitchIsThePapers) {
+TEST(Saw, PitchMatchesThePaper) {
   EXPECT_NEAR(kSaw.pitch_mm(), 2.87979, 1e-5);
 }
 

@@ -48,7 +48,7 @@ const Factors& FactorsOf(const ForceLawInfo& law) {
   return found->second;
 }
 
-/// Converts a value to SI from the unit that the key ends in.
+/// Converts a value to SI from the unit at the end of its key.
 double ToSI(const std::string& key, double value) {
   const auto ends = [&](const std::string& unit) {
     return key.size() >= unit.size() && key.substr(key.size() - unit.size()) == unit;
@@ -121,7 +121,7 @@ TEST(EveryLaw, MetresAndPascalsGiveTheSameNewtons) {
   }
 }
 
-TEST(EveryLaw, NoBiteNoForce) {
+TEST(EveryLaw, GivesNoForceWithoutABite) {
   for (const ForceLawInfo* info : ForceLaws()) {
     const ToothForce force = MakeToothForce(ForceLaw(info->name), kSaw);
     for (const double bite : {0.0, -0.0, -1e-12, -1e-3, -1e300, std::nan("")}) {
@@ -137,7 +137,7 @@ TEST(EveryLaw, NeverPullsAndGrowsWithBiteAndModulus) {
     for (double h = 1e-7; h < 0.1; h *= 1.1) {
       const double now = force(h, 19140);
       EXPECT_GT(now, 0) << info->name;
-      // The constant law may not decrease by one bit either, because it does not use the bite.
+      // The constant law must not decrease even by one bit, because it does not use the bite.
       EXPECT_GE(now, before) << info->name << " at " << h << " mm";
       EXPECT_GT(force(h, 19141), now) << info->name;
       EXPECT_EQ(force(h, 0), 0) << info->name;
@@ -146,7 +146,7 @@ TEST(EveryLaw, NeverPullsAndGrowsWithBiteAndModulus) {
   }
 }
 
-TEST(EveryLaw, IsDescribedWhole) {
+TEST(EveryLaw, IsFullyDescribed) {
   std::ifstream file(std::string(KERF_SOURCE_DIR) + "/docs/physics.md");
   std::stringstream physics;
   physics << file.rdbuf();

@@ -17,14 +17,14 @@ double Thrust(const char* law, double bite_mm, const DiscSaw& saw = kSaw) {
   return MakeToothForce(ForceLaw(law), saw)(bite_mm, kMeasuredEStar_MPa);
 }
 
-TEST(Measured, ThrustIsTheResultantsFractionAtTheRatio) {
+TEST(Measured, ThrustIsDerivedFromResultantAndRatio) {
   const double fraction = kThrustPerCuttingForce / std::hypot(kThrustPerCuttingForce, 1.0);
   EXPECT_NEAR(kMeasuredThrust[0].thrust_N, 8 * fraction, 5e-4);
   EXPECT_NEAR(kMeasuredThrust[1].thrust_N, 11 * fraction, 5e-4);
   EXPECT_NEAR(kMeasuredEStar_MPa, CalcReducedModulus(205000, 0.28, 19300, 0.28), 0.5);
 }
 
-TEST(Measured, FactorsThatTheLawsState) {
+TEST(Measured, FactorsMatchWhatTheLawsState) {
   const auto factor = [](const char* law, std::size_t i) {
     return Thrust(law, kMeasuredThrust[i].bite_mm) / kMeasuredThrust[i].thrust_N;
   };
@@ -62,7 +62,7 @@ TEST(Measured, SpecificEnergyOfEachLaw) {
   EXPECT_LT(energy("hertz_constant_bite", 0.0025), kMinSpecificEnergy_J_per_mm3);
 }
 
-TEST(Measured, WhatTheLawsSayOfOtherBlades) {
+TEST(Measured, DependenceOfEachLawOnTheBlade) {
   DiscSaw thick = kSaw;
   thick.thickness_mm = 4 * kSaw.thickness_mm;
   DiscSaw large = kSaw;  // four times the radius, the same pitch
@@ -95,7 +95,8 @@ TEST(Measured, FactorsFollowToolAndParameters) {
   own.Set("contact_radius_mm", 0.11);  // a hundredth of the disc's radius, so a tenth of the force
   EXPECT_THAT(DescribeAccuracy(own, kSaw),
               testing::StartsWith("thrust 0.16 times that measured at a bite of 2.5 um, 0.91 times that at 10 um"));
-  EXPECT_EQ(DescribeBlades(own), "ignores the blade's thickness and the disc's radius: it can't compare blades");
+  EXPECT_EQ(DescribeBlades(own),
+            "ignores the blade's thickness and the disc's radius: it can't be used to compare blades");
   DiscSaw thick;
   thick.thickness_mm = 1;
   ForceLaw edge("edge_plus_chip");
@@ -107,7 +108,7 @@ TEST(Measured, FactorsFollowToolAndParameters) {
 
 // Twice the measured force: at 3.0 um with the 22 mm disc; with four times the radius, computed by hand, 4/3 19140
 // sqrt(44) h^1.5 = 2 (5.936 + 339.2 h) at h = 1.82 um.
-TEST(Measured, TopBiteOfHertzChipFollowsTheTool) {
+TEST(Measured, LargestValidBiteOfHertzChipDependsOnTheTool) {
   DiscSaw large;
   large.diameter_mm = 88;
   EXPECT_NEAR(FindTopValidBite(ForceLaw("hertz_chip"), kSaw), 0.0030, 1e-5);

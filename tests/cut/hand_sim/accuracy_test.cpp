@@ -1,4 +1,4 @@
-// Options of the coupled tick that exchange accuracy for time: substeps, deferred removal, fewer bits.
+// Options of the coupled tick that trade accuracy for time: substeps, deferred removal, fewer bits.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -23,7 +23,7 @@ struct Cut {
   double loss_mm3 = 0;
 };
 
-/// The handle moves down at 20 mm/s and back up: fast, so that a tick is a long motion.
+/// The handle moves down at 20 mm/s and back up: fast, so that the motion in a tick is long.
 Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given = nullptr, double above_mm = 0.3) {
   const Bone bone = given ? *given : test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   const double start = kTop + kSaw.radius_mm() + above_mm;
@@ -42,7 +42,7 @@ Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given
   return cut;
 }
 
-/// Largest difference of force, at the ends of the ticks of `a`.
+/// Largest difference in force, at the ends of the ticks of `a`.
 double CalcWorst(const Cut& a, const Cut& b) {
   const std::size_t stride = b.ticks.size() / a.ticks.size();
   double worst = 0;
@@ -52,7 +52,7 @@ double CalcWorst(const Cut& a, const Cut& b) {
   return worst;
 }
 
-TEST(CoupledSubsteps, AreAsShorterTicksToTheBitButForTheOutputs) {
+TEST(CoupledSubsteps, MatchShorterTicksExceptForRounding) {
   // The handle moves uniformly within a tick, so n substeps are n ticks of 1/n ms; here it reverses at the end of a
   // tick, so that both runs have the same motion. They differ only in how time is summed, by rounding.
   CoupledParams params = DiscParams();
@@ -63,7 +63,7 @@ TEST(CoupledSubsteps, AreAsShorterTicksToTheBitButForTheOutputs) {
   EXPECT_NEAR(parts.removed_mm3, fine.removed_mm3, 1e-6);
 }
 
-TEST(CoupledSubsteps, HalveTheErrorWhereTheyAreTwiceAsMany) {
+TEST(CoupledSubsteps, DoublingTheirNumberHalvesTheError) {
   // Implicit Euler is of first order. Compared with 32 substeps, exact first order gives (1/n - 1/32): ratios of 31/15
   // and 15/7. Ticks are long and the coupling is stiff, so that the error is due to the tool's lag of a tick, not to
   // the grid's ripple.
@@ -90,7 +90,7 @@ TEST(CoupledSubsteps, HalveTheErrorWhereTheyAreTwiceAsMany) {
   EXPECT_NEAR(rms[1] / rms[2], 15.0 / 7, 0.4);
 }
 
-TEST(CoupledSubsteps, KeepTheAccountOfEnergy) {
+TEST(CoupledSubsteps, EnergyBalanceCloses) {
   CoupledParams params = DiscParams();
   params.substeps = 5;
   for (const CoupledOutput& out : Plunge(params).ticks) {
@@ -100,7 +100,7 @@ TEST(CoupledSubsteps, KeepTheAccountOfEnergy) {
   }
 }
 
-TEST(CarveInterval, RemovesTheSameBoneInTheEndWhereTheToolGoesTheSameWay) {
+TEST(CarveInterval, RemovesTheSameBoneAlongTheSameMotion) {
   // With a stiff coupling the tool's motion hardly depends on when bone is removed; the removal rule is independent of
   // order.
   CoupledParams params = DiscParams();
@@ -119,7 +119,7 @@ TEST(CarveInterval, RemovesTheSameBoneInTheEndWhereTheToolGoesTheSameWay) {
   }
 }
 
-TEST(CarveInterval, NothingIsForgottenWhenTheToolIsLiftedOrStopped) {
+TEST(CarveInterval, PendingRemovalIsDoneWhenTheToolIsLiftedOrStopped) {
   const Bone bone = test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   const double start = kTop + kSaw.radius_mm() + 0.01;
   for (const int what : {0, 1, 2}) {
@@ -140,7 +140,7 @@ TEST(CarveInterval, NothingIsForgottenWhenTheToolIsLiftedOrStopped) {
   }
 }
 
-TEST(PrecisionBits, EachBitHalvesWhatRoundingDoesToTheBone) {
+TEST(PrecisionBits, EachBitHalvesTheRoundingErrorOfTheBone) {
   // Distances of up to 0.3 mm, rounded to n bits, have a relative error of 2^-n. All bits of a float give the result
   // without the option.
   const Bone bone = test::MakeBox(Pose{}, {20, 3, 6}, 0.1);

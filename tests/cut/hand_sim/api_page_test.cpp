@@ -1,4 +1,4 @@
-// The C++ snippet of docs/api.md: it compiles, runs and stands on the page as here.
+// The C++ snippet of docs/api.md: it compiles, runs and is the same as on the page.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -41,7 +41,7 @@ TEST(ApiPage, SnippetCutsInBothWays) {
   EXPECT_GT(output.f_H_W_N.z, 0);
 }
 
-TEST(ApiPage, SnippetIsTheOneOfThePage) {
+TEST(ApiPage, SnippetMatchesThePage) {
   const std::string source = ReadSource("tests/cut/hand_sim/api_page_test.cpp");
   const std::string begin = "  // begin\n";
   const std::size_t first = source.find(begin) + begin.size();

@@ -33,7 +33,7 @@ TEST(CoupledAir, ForceIsExactlyZeroAndTheToolIsWhereTheHandleIs) {
   }
 }
 
-TEST(CoupledInput, BadNumbersHoldTheLastGoodPoseWithoutForce) {
+TEST(CoupledInput, InvalidInputKeepsTheLastValidPoseWithoutForce) {
   const Bone bone = test::MakeBox(Pose{}, {10, 3, 6}, 0.2);
   CoupledSimulation simulation(bone, DiscParams(), DiscPose(Pose{}, {0, 0, 3 + kR + 1}));
   const Pose X_good = DiscPose(Pose{}, {0, 0, 3 + kR + 0.9});
@@ -60,7 +60,7 @@ TEST(CoupledInput, BadNumbersHoldTheLastGoodPoseWithoutForce) {
   EXPECT_EQ(simulation.bone().CalcHash(), bone.CalcHash());
 }
 
-TEST(CoupledFeed, SteadyPushFeedsWhereTheLawGivesThatForce) {
+TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
   // A disc that is lowered straight down: each point of the arc has the bite v cos(phi) / f, and the sum of the tooth
   // forces along the feed equals the push. Integrated over the engaged arc at the tool's depth.
   for (const double push_N : {1.0, 5.0, 20.0}) {
@@ -98,7 +98,7 @@ TEST(CoupledFeed, SteadyPushFeedsWhereTheLawGivesThatForce) {
   }
 }
 
-TEST(CoupledSpindle, StoppedItRestsOnTheBoneAndTheCouplingGivesTheForce) {
+TEST(CoupledSpindle, StoppedToolRestsOnTheBoneAgainstTheCoupling) {
   const Bone bone = test::MakeBox(Pose{}, {30, 2, 8}, 0.1);
   CoupledSimulation simulation(bone, DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.3}));
   CoupledOutput out;

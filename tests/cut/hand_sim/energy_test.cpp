@@ -72,7 +72,7 @@ class WanderingHand {
 
 class EnergyOverHands : public testing::TestWithParam<int> {};
 
-TEST_P(EnergyOverHands, IsNeverMade) {
+TEST_P(EnergyOverHands, IsNeverCreated) {
   std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()) * 7919 + 1);
   const bool turning = GetParam() % 2 == 1;
   const Case c = MakeCase(random, turning);

@@ -47,7 +47,7 @@ Record Plunge(const CoupledParams& params, Ask ask) {
   return run;
 }
 
-TEST(CoupledFidelity, StepsMakeNoStepInTheForce) {
+TEST(CoupledFidelity, ChangesCauseNoStepInTheForce) {
   const Record full = Plunge(test::DiscParams(), [](int) { return Fidelity::kFull; });
   const Record coarse =
       Plunge(test::DiscParams(), [](int i) { return i % 100 < 50 ? Fidelity::kFull : Fidelity::kCoarse; });
@@ -64,7 +64,7 @@ TEST(CoupledFidelity, StepsMakeNoStepInTheForce) {
   EXPECT_LT(slab.largest_step_N, 0.007);
 }
 
-TEST(CoupledFidelity, WhatTheSlabPassedIsRemovedAfterwards) {
+TEST(CoupledFidelity, BonePassedByTheSlabLawIsRemovedAfterwards) {
   CoupledParams params = test::DiscParams();
   const Record full = Plunge(params, [](int) { return Fidelity::kFull; });
   const Record slab = Plunge(params, [](int i) { return i < 600 || i > 1400 ? Fidelity::kFull : Fidelity::kSlab; });
@@ -91,7 +91,7 @@ TEST(CoupledFidelity, SlabFollowsThePapersLawWithDepth) {
       simulation.SetFidelity(i < 600 ? Fidelity::kFull : Fidelity::kSlab);
       const double z = 5 + kR + 0.2 - 0.003 * i;
       const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, z})));
-      // Where the tool catches up, faster than 5 mm/s, it meets more than the law's force.
+      // Where the tool catches up, faster than 5 mm/s, the force is larger than the law's.
       const bool fast = last_z - out.X_WT.p_AB.z > 0.005;
       last_z = out.X_WT.p_AB.z;
       if (out.fidelity != Fidelity::kSlab || fast || out.X_WT.p_AB.z < kR - 2) continue;
@@ -114,7 +114,7 @@ TEST(CoupledFidelity, SlabFollowsThePapersLawWithDepth) {
   }
 }
 
-TEST(CoupledFidelity, TheSlabHoldsTheDiscInItsPlaneAndLetsItOut) {
+TEST(CoupledFidelity, SlabLawHoldsTheDiscInItsPlaneAndLetsItOut) {
   CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 2, 10}, 0.1), test::DiscParams(),
                                DiscPose(Pose{}, {0, 0, 5 + kR + 0.2}));
   CoupledOutput out;

@@ -1,5 +1,5 @@
-// The disc in its kerf: the walls hold it, let it slide, bind it when it is tilted, and release it; and it passes
-// through nothing, for any motion of the handle.
+// The disc in its kerf: the walls hold it, let it slide, bind it when it is tilted, and release it; and it never passes
+// through bone, for any motion of the handle.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -46,7 +46,7 @@ struct InKerf {
   CoupledOutput out;
 };
 
-TEST(CoupledKerf, StraightFeedMeetsNoForceFromTheWalls) {
+TEST(CoupledKerf, WallsDoNotResistAStraightFeed) {
   // The kerf is exactly as wide as the disc: neither the cells of the grid nor the disc's position in them may jam it.
   for (const double h : {0.05, 0.1, 0.2, 0.25}) {
     const std::vector<Pose> poses = BlockPoses(h);
@@ -85,7 +85,7 @@ TEST(CoupledKerf, WallsHoldASidewaysPush) {
   }
 }
 
-TEST(CoupledKerf, TiltMeetsATorqueThatGrowsWithItAndGoesWithIt) {
+TEST(CoupledKerf, WallTorqueGrowsAndVanishesWithTheTilt) {
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", 0);
   InKerf kerf(BlockPoses(0.1)[4], 0.1, 3, params);
@@ -106,7 +106,7 @@ TEST(CoupledKerf, TiltMeetsATorqueThatGrowsWithItAndGoesWithIt) {
   EXPECT_LT(glm::length(kerf.out.f_H_W_N), 0.01);
 }
 
-TEST(CoupledKerf, PressedAgainstAWallItSlidesWithCoulombsFriction) {
+TEST(CoupledKerf, SlidesAlongAWallWithCoulombFriction) {
   // Spindle stopped, pushed sideways with 5 N and pulled along the kerf: it sticks up to mu N and slides at mu N.
   for (const double mu : {0.1, 0.3}) {
     CoupledParams params = DiscParams();
@@ -137,7 +137,7 @@ TEST(CoupledKerf, PressedAgainstAWallItSlidesWithCoulombsFriction) {
 
 class CoupledJump : public testing::TestWithParam<double> {};
 
-TEST_P(CoupledJump, NothingIsPassedThroughWithTheSpindleStopped) {
+TEST_P(CoupledJump, StoppedDiscPassesThroughNoBone) {
   // A plate 1 mm thick across z. The handle jumps through it, edge on and flat on, and stays there for one second.
   const double jump = GetParam();
   const Bone bone = test::MakeBox(Pose{}, {40, 30, 1}, 0.2);
@@ -163,7 +163,7 @@ TEST_P(CoupledJump, NothingIsPassedThroughWithTheSpindleStopped) {
   }
 }
 
-TEST_P(CoupledJump, NoBoneIsSkippedWithItTurning) {
+TEST_P(CoupledJump, TurningDiscSkipsNoBone) {
   // The handle jumps through a thin plate, edge on: the space that the disc has swept is removed.
   const double jump = GetParam() + kR;
   CoupledParams params = DiscParams();

@@ -18,7 +18,7 @@ constexpr double kTop_mm = 4;
 constexpr double kPasses_per_s = 24 * 125;
 constexpr double kRamp_mm_per_s = 0.02;  // the step's ramp up to the force at the smallest bite (docs/tick.md)
 
-/// Z / (2 pi) teeth per radian, from where the rim stops moving outwards to where it leaves the surface.
+/// Thrust of Z / (2 pi) teeth per radian, from where the rim stops moving outwards to where it leaves the surface.
 double CalcThrust(const ToothForce& force, double E_star_MPa, const Vec3& centre, const Vec3& v) {
   const double alpha = std::acos((centre.z - kTop_mm) / kR);
   const double lowest = std::atan2(v.z, v.x);  // angle from straight down, where e = (sin, 0, -cos), at which v . e = 0
@@ -81,7 +81,7 @@ Level MeasureLevel(const Bone& block, const ForceLaw& law, int samples, double t
   return level;
 }
 
-TEST(CoupledLevelFeed, ThrustIsTheIntegralWhereverTheSamplesAre) {
+TEST(CoupledLevelFeed, ThrustMatchesTheIntegralForAnySamplePositions) {
   Bone bone = test::MakeBox(Pose{}, {24, 1.5, 8}, 0.1);
   bone.set_materials(test::OneRegionTable(24, 19300, 0.28));
   for (const char* name : {"hertz_constant_bite", "edge_plus_chip"}) {

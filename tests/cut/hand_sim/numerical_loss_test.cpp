@@ -51,7 +51,7 @@ Losses Plunge(double E_MPa, double tick_s) {
 // An implicit step of a spring K with a stretch e0 before and e1 after it does the work K e1 (e0 - e1) and loses 1/2 K
 // (e0 - e1)^2, half the stiffness times the square of the motion. 1e-6 mJ: the solver's residual, 1e-7 of forces of a
 // few newtons, over motions below a millimetre; ticks lose 1e-3 mJ and more.
-TEST(NumericalLoss, IsThatOfAnImplicitStepOfTheSpring) {
+TEST(NumericalLoss, EqualsThatOfAnImplicitSpringStep) {
   for (const double E_MPa : {2000.0, 19300.0, 200000.0}) {
     const Losses losses = Plunge(E_MPa, 0.001);
     EXPECT_GT(losses.ticks, 100) << E_MPa;
@@ -60,8 +60,8 @@ TEST(NumericalLoss, IsThatOfAnImplicitStepOfTheSpring) {
   }
 }
 
-// First order: the loss per tick is proportional to the square of its length, and that over the same motion to the
-// length.
+// First order: the loss per tick is proportional to the square of its length, and the loss over the same motion to
+// the length.
 TEST(NumericalLoss, HalvesWithTheTick) {
   double before_mJ = 0;
   for (const double tick_s : {0.002, 0.001, 0.0005, 0.00025}) {

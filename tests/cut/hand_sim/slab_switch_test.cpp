@@ -45,7 +45,7 @@ TEST(CoupledSlabSwitch, ToolSetDownElsewhereCutsNothingOnTheWay) {
   EXPECT_LT(simulation.bone().SignedDistance({0, 0, 4.5}), 0);
 }
 
-TEST(CoupledSlabSwitch, AShortVisitLeavesNothingThatIsCutLater) {
+TEST(CoupledSlabSwitch, ShortUseLeavesNoPendingCut) {
   CoupledSimulation simulation = Start(-15);
   Plunge(simulation, -15, 0, 2);
   simulation.SetFidelity(Fidelity::kSlab);
@@ -83,7 +83,7 @@ TEST(CoupledSlabSwitch, AStoppedSpindleCutsNothingMoreAndGoesNoDeeper) {
   EXPECT_NEAR(removed / (kSaw.thickness_mm * test::SegmentArea(kR, depth)), 1, 0.02);
 }
 
-TEST(CoupledSlabSwitch, TheBoneAskedForHasWhatTheSlabPassedRemoved) {
+TEST(CoupledSlabSwitch, RequestedBoneIncludesThePendingRemoval) {
   CoupledSimulation simulation = Start(0);
   Plunge(simulation, 0, 0, 2);
   simulation.SetFidelity(Fidelity::kSlab);
@@ -96,7 +96,7 @@ TEST(CoupledSlabSwitch, TheBoneAskedForHasWhatTheSlabPassedRemoved) {
   EXPECT_NEAR(removed / (kSaw.thickness_mm * test::SegmentArea(kR, depth)), 1, 0.02);
 }
 
-TEST(CoupledInput, ASpindleThatHardlyTurnsIsAStoppedOne) {
+TEST(CoupledInput, NearlyStoppedSpindleCountsAsStopped) {
   CoupledSimulation simulation = Start(0);
   for (const double rpm : {1e-300, 5e-324, 0.99, -0.5}) {
     for (int i = 0; i < 50; ++i) {
@@ -108,7 +108,7 @@ TEST(CoupledInput, ASpindleThatHardlyTurnsIsAStoppedOne) {
   }
 }
 
-TEST(CoupledFriction, PullsAgainstTheWayTheDiscsFlatsGo) {
+TEST(CoupledFriction, OpposesTheMotionOfTheFlats) {
   // The disc is pushed sideways against a wall of its kerf: its lowest part touches. There the flats of a disc that
   // turns about +z of the tool move along z x r. Friction opposes this motion, so it reverses with the spindle.
   double along[2];

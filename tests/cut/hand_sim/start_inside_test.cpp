@@ -57,7 +57,7 @@ Pose Tilted() {
   return X;
 }
 
-TEST(StartInside, ABlockWithinTheDiscGoes) {
+TEST(StartInside, BlockWithinTheDiscIsRemoved) {
   // 6 x 6 x 1 mm fit within a disc of 22 x 3 mm in its own plane, 1 mm from its flats and 6 mm from its rim.
   const Bone block = test::MakeBox({}, {6, 6, 1}, kVoxel_mm);
   const After after = Hold(block, kThickDisc, {});
@@ -65,7 +65,7 @@ TEST(StartInside, ABlockWithinTheDiscGoes) {
   EXPECT_NEAR(after.removed_mm3, block.CalcVolume(), 1e-9 * block.CalcVolume());
 }
 
-TEST(StartInside, LeavesTheBoneThatAToolOnAPathLeaves) {
+TEST(StartInside, RemovesTheSameBoneAsAToolOnAPath) {
   const Bone block = test::MakeBox({}, {16, 30, 12}, kVoxel_mm);
   for (const Tool& tool : {Tool(kThickDisc), Tool(BallBurr{.diameter_mm = 8})}) {
     const After held = Hold(block, tool, Tilted());
@@ -76,7 +76,7 @@ TEST(StartInside, LeavesTheBoneThatAToolOnAPathLeaves) {
   }
 }
 
-TEST(StartInside, AStoppedToolTakesNothing) {
+TEST(StartInside, StoppedToolRemovesNothing) {
   const Bone block = test::MakeBox({}, {6, 6, 1}, kVoxel_mm);
   const After after = Hold(block, kThickDisc, {}, 0);
   EXPECT_EQ(after.left_mm3, block.CalcVolume());

@@ -75,13 +75,13 @@ class TakeOutTest : public testing::Test {
   std::optional<CoupledSimulation> simulation_;
 };
 
-TEST_F(TakeOutTest, LeavesTheRestAndComesBackToTheBit) {
+TEST_F(TakeOutTest, LeavesTheRestUnchangedAndIsRestoredBitForBit) {
   const Bone whole = simulation_->bone();
   const std::uint64_t hash = whole.CalcHash();
   const double removed_mm3 = Removed();
   const Pieces split = SplitPieces(whole, 0.5);
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
-  // The separate piece equals the piece that the end of a run would write, except for rounding.
+  // The separate piece equals the piece that would be written at the end of a run, except for rounding.
   EXPECT_NEAR(removal.piece.CalcVolume(), split.pieces[1].CalcVolume(), 1e-9);
   EXPECT_EQ(SplitPieces(removal.piece).pieces.size(), 1u);
 
@@ -110,7 +110,7 @@ TEST_F(TakeOutTest, LeavesTheRestAndComesBackToTheBit) {
   EXPECT_EQ(simulation_->bone().CalcHash(), hash);
 }
 
-TEST_F(TakeOutTest, ChangesItsMindHalfWay) {
+TEST_F(TakeOutTest, CanBeReversedHalfWay) {
   const Bone whole = simulation_->bone();
   const double removed_mm3 = Removed();
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
@@ -150,7 +150,7 @@ TEST_F(TakeOutTest, WaitsWhileTheToolIsNear) {
   EXPECT_EQ(out.place(), PiecePlace::kOut);
 }
 
-TEST_F(TakeOutTest, WhereThePieceWasThereIsNothingToFeel) {
+TEST_F(TakeOutTest, NoForceWhereThePieceWas) {
   const Bone whole = simulation_->bone();
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
   TakeOut out(removal);
@@ -182,7 +182,7 @@ TEST_F(TakeOutTest, WhereThePieceWasThereIsNothingToFeel) {
   EXPECT_EQ(simulation_->bone().CalcHash(), with_piece.bone().CalcHash());
 }
 
-TEST_F(TakeOutTest, AllDustGoesAtOnce) {
+TEST_F(TakeOutTest, AllDustIsTakenOutTogether) {
   const Bone whole = simulation_->bone();
   const Pieces split = SplitPieces(whole, 110);  // the smaller part is 4.8 x 5 x 4 mm, the larger one 6.9 x 5 x 4 mm
   ASSERT_EQ(split.pieces.size(), 1u);
@@ -199,7 +199,7 @@ TEST_F(TakeOutTest, AllDustGoesAtOnce) {
   EXPECT_THROW(MakePieceRemoval(simulation_->bone(), *finder_, kAllDust), std::exception);
 }
 
-TEST_F(TakeOutTest, ThereIsNoPieceOfThatNumber) {
+TEST_F(TakeOutTest, UnknownPieceNumberIsRefused) {
   EXPECT_THROW(MakePieceRemoval(simulation_->bone(), *finder_, 3), std::exception);
 }
 

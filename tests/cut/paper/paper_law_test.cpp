@@ -112,7 +112,7 @@ TEST(PaperArc, PapersArcIsTheTrueOneOfADiscTwiceAsLargeAtHalfTheDepth) {
               1e-13);  // a third of the buried disc's rim: 8 of 24 pitches
 }
 
-TEST(PaperArc, DepthIsHeldBetweenTheSurfaceAndTheBuriedDisc) {
+TEST(PaperArc, DepthIsClampedBetweenTheSurfaceAndTheBuriedDisc) {
   for (const double above : {0.0, -1e-9, -3.0, -std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(CalcPaperArc(above, 22), 0);
     EXPECT_EQ(CalcTrueArc(above, 22), 0);
@@ -159,7 +159,7 @@ TEST(PaperForce, IsHertzsForceOfTheSphereOnTheHalfSpace) {
   });
 }
 
-TEST(PaperForce, NTeethBearNCubedTimesTheForceOfOneAsComputedAndNTimesCorrected) {
+TEST(PaperForce, NTeethGiveNCubedTimesTheForceOfOneAsComputedAndNTimesCorrected) {
   ForManyInputs([](const Input& in) {
     const double F_1 = CalcPaperToothForce(in.saw, in.fraction, in.E_MPa, in.nu);
     const double whole = CalcPaperTeeth(in.saw, in.depth_mm, PaperReading::kAsComputed);
@@ -170,7 +170,7 @@ TEST(PaperForce, NTeethBearNCubedTimesTheForceOfOneAsComputedAndNTimesCorrected)
   });
 }
 
-TEST(PaperForce, ModuliOfBothBodiesDoubledDoubleIt) {
+TEST(PaperForce, DoubledModuliOfBothBodiesDoubleIt) {
   ForManyInputs([](const Input& in) {
     Input harder = in;
     harder.saw.E_MPa *= 2;
@@ -179,7 +179,7 @@ TEST(PaperForce, ModuliOfBothBodiesDoubledDoubleIt) {
   });
 }
 
-TEST(PaperForce, FractionOfThePitchDoubledMakesItEightTimesAsLarge) {
+TEST(PaperForce, DoubledFractionOfThePitchMakesItEightTimesAsLarge) {
   ForManyInputs([](const Input& in) {
     Input wider = in;
     wider.fraction *= 2;
@@ -187,7 +187,7 @@ TEST(PaperForce, FractionOfThePitchDoubledMakesItEightTimesAsLarge) {
   });
 }
 
-TEST(PaperForce, TeethDoubledQuarterTheCorrectedForce) {
+TEST(PaperForce, DoubledTeethQuarterTheCorrectedForce) {
   // Half the pitch: an eighth of the force on each of twice as many teeth. As computed, n whole teeth become n' and the
   // force changes by (n'/n)^3 / 8: not at all where n' = 2 n.
   int unchanged = 0;
@@ -219,7 +219,7 @@ TEST(PaperForce, IsTheSameInMetresAndPascals) {
   });
 }
 
-TEST(PaperForce, AllLengthsDoubledMakeItFourTimesAsLarge) {
+TEST(PaperForce, DoubledLengthsMakeItFourTimesAsLarge) {
   ForManyInputs([](const Input& in) {
     Input larger = in;
     larger.saw.diameter_mm *= 2;
@@ -260,7 +260,7 @@ TEST(PaperForce, NeverFallsWithDepthAndIsZeroAboveTheBone) {
   }
 }
 
-TEST(PaperForce, StiffAndIncompressibleBodiesBearMore) {
+TEST(PaperForce, GrowsWithStiffnessAndPoissonsRatio) {
   Input in;
   in.depth_mm = 3;
   in.E_MPa = 19300;
@@ -279,7 +279,7 @@ TEST(PaperForce, StiffAndIncompressibleBodiesBearMore) {
   }
 }
 
-TEST(PaperForce, NoNumberInGivesNoNumberOut) {
+TEST(PaperForce, NaNInGivesNaNOut) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   Input in;
   in.depth_mm = 3;
@@ -292,7 +292,7 @@ TEST(PaperForce, NoNumberInGivesNoNumberOut) {
   }
 }
 
-TEST(PaperReading, NamesAreReadBack) {
+TEST(PaperReading, NamesRoundTrip) {
   for (const PaperReading reading : kReadings) EXPECT_EQ(PaperReadingFromString(ToString(reading)), reading);
   EXPECT_FALSE(PaperReadingFromString("as computed").has_value());
   EXPECT_FALSE(PaperReadingFromString("").has_value());

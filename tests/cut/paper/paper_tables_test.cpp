@@ -35,9 +35,9 @@ constexpr PrintedDepth kPrinted[6] = {
     {6.6, 12.206, 5e-4, 4, {3.54596, 3.68854, 3.49092, 3.43389}},
 };
 
-TEST(PaperTables, The24ForcesComeOutWithinTwoInTenThousand) {
+TEST(PaperTables, The24ForcesMatchWithinTwoInTenThousand) {
   // Half a unit of the fifth decimal is 9.3e-5 of the smallest force. In addition, all printed forces are about 3.5e-5
-  // smaller (a rounded constant of the paper's); 2e-4 allows for both and for nothing else: 23 teeth or (1 - nu) would
+  // smaller (the paper rounded a constant); 2e-4 allows for both and for nothing else: 23 teeth or (1 - nu) would
   // be off by more than a tenth.
   const DiscSaw saw;
   double largest = 0;
@@ -55,7 +55,7 @@ TEST(PaperTables, The24ForcesComeOutWithinTwoInTenThousand) {
   EXPECT_NEAR(largest, 1.17e-4, 1e-6);
 }
 
-TEST(PaperTables, TheSixArcsAndCountsOfTeethComeOutToTheirLastPrintedDigit) {
+TEST(PaperTables, TheSixArcsAndToothCountsMatchToTheirLastPrintedDigit) {
   const DiscSaw saw;
   for (const PrintedDepth& row : kPrinted) {
     EXPECT_LE(std::abs(CalcPaperArc(row.depth_mm, 22) - row.arc_mm), row.arc_half_unit) << row.depth_mm;
@@ -63,7 +63,7 @@ TEST(PaperTables, TheSixArcsAndCountsOfTeethComeOutToTheirLastPrintedDigit) {
   }
 }
 
-TEST(PaperTables, KOfRegion24IsThePrintedOneToItsLastDigit) {
+TEST(PaperTables, KOfRegion24MatchesThePrintedValueToItsLastDigit) {
   const DiscSaw saw;
   // In m N^(-1/3); the tables print 7.55e-5 in every row. The other three regions are given to five digits.
   const double computed[4] = {7.5539e-5, 7.4553e-5, 7.5934e-5, 7.6352e-5};
@@ -74,7 +74,7 @@ TEST(PaperTables, KOfRegion24IsThePrintedOneToItsLastDigit) {
   }
 }
 
-TEST(PaperTables, ProgramsCopyIsWhatWasRead) {
+TEST(PaperTables, ProgramsCopyMatchesThePrintedTables) {
   const PaperTables tables = CalcPaperTables();
   for (std::size_t i = 0; i < kPaperRegionCount; ++i) {
     const PaperRegionRow& row = tables.regions[i];
@@ -114,7 +114,7 @@ TEST(PaperTables, TableOneIsInTheShippedRegionTable) {
   }
 }
 
-TEST(PaperTables, TableTwoAreTheMiddlesOfBandsThatFollowEachOther) {
+TEST(PaperTables, TableTwoListsTheMiddlesOfConsecutiveBands) {
   const PaperTables tables = CalcPaperTables();
   double top = 0;
   for (const PaperRegionRow& row : tables.regions) {
@@ -124,7 +124,7 @@ TEST(PaperTables, TableTwoAreTheMiddlesOfBandsThatFollowEachOther) {
   }
 }
 
-TEST(PaperTables, EightTeethInRegion24BearThePapers28N) {
+TEST(PaperTables, EightTeethInRegion24GiveThePapers28N) {
   const PaperDeviceAdvice device = CalcPaperTables().device;
   EXPECT_EQ(device.region, 24);
   EXPECT_EQ(device.teeth, 8);
@@ -158,7 +158,7 @@ TEST(PaperTables, CorrectedReadingSumsTheForcesOverTheTrueArc) {
   EXPECT_NEAR(tables.depths[5].force_N[0].computed / tables.depths[5].corrected_whole_teeth_N[0], 16, 1e-12);
 }
 
-TEST(PaperDiscrepancies, AreFiveEachWithItsEvidence) {
+TEST(PaperDiscrepancies, FiveAreListedEachWithItsEvidence) {
   const auto all = MakePaperDiscrepancies(CalcPaperTables());
   ASSERT_EQ(all.size(), 5u);
   std::set<std::string> ids;
@@ -178,7 +178,7 @@ TEST(PaperDiscrepancies, AreFiveEachWithItsEvidence) {
   EXPECT_THAT(all[4].how, HasSubstr("8.00, 27.00 and 63.99 times"));
 }
 
-TEST(PaperDiscrepancies, RemainderOfTheForcesIsToldAsMeasured) {
+TEST(PaperDiscrepancies, RemainderOfTheForcesIsDescribedAsComputed) {
   const PaperTables tables = CalcPaperTables();
   EXPECT_EQ(tables.largest.forces_within_rounding, 2);
   EXPECT_THAT(DescribeRemainder(tables), HasSubstr("difference of a force is 1.2e-04"));

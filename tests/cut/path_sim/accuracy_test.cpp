@@ -1,4 +1,4 @@
-// Options on a path that exchange accuracy for time: substeps and deferred removal.
+// Options on a path that trade accuracy for time: substeps and deferred removal.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -36,7 +36,7 @@ Slot CutSlot(const SimulationParams& params) {
   return slot;
 }
 
-TEST(SimulationAccuracy, RemovalThatWaitsTakesTheSameBoneAndHardlyChangesTheForce) {
+TEST(SimulationAccuracy, DeferredRemovalTakesTheSameBoneAndHardlyChangesTheForce) {
   const Slot each = CutSlot({});
   EXPECT_GT(each.loss_mm3, 2);
   for (const int interval : {2, 3, 64}) {
@@ -55,12 +55,12 @@ TEST(SimulationAccuracy, MoreStepsInATickCutTheSame) {
   SimulationParams params;
   params.substeps = 8;
   const Slot eight = CutSlot(params);
-  // The force of a step is that at its start: 8 um of motion per step against 1 um.
+  // The force of a step is the force at its start: 8 um of motion per step against 1 um.
   EXPECT_NEAR(eight.mean_thrust_N, one.mean_thrust_N, 0.01 * one.mean_thrust_N);
   EXPECT_NEAR(eight.loss_mm3, one.loss_mm3, 1e-5 * one.loss_mm3);
 }
 
-TEST(SimulationAccuracy, WhatWaitsIsCutBeforeTheToolIsLifted) {
+TEST(SimulationAccuracy, PendingRemovalIsDoneBeforeTheToolIsLifted) {
   const Vec3 above(0, 0, 1.5 + 11 + 0.005);
   std::vector<double> loss_mm3;
   for (const int interval : {1, 64}) {

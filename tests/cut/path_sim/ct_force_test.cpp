@@ -40,7 +40,7 @@ CtLaw LinearLaw(double a = 1) {
   return law;
 }
 
-TEST(UniformForce, IsThatOfABlockOfOneRegionToTheBit) {
+TEST(UniformForce, IsBitIdenticalToThatOfAOneRegionBlock) {
   Bone uniform = MakePlate(19300, 1370);
   uniform.OverrideMaterials(MakeUniformTable(uniform.materials(), 17000, 0.31));
   const auto a = Plunge(uniform);
@@ -57,7 +57,7 @@ TEST(UniformForce, IsThatOfABlockOfOneRegionToTheBit) {
   EXPECT_GT(difference, 0.1);  // and it differs from the force of the regions
 }
 
-TEST(CtForce, OfConstantCtNumbersIsThatOfTheSameConstantsInTheTable) {
+TEST(CtForce, ConstantCtNumbersGiveTheForceOfTheSameTableConstants) {
   Bone ct = MakePlate(19300, 5);  // the table's 5 MPa must have no influence
   SetHu(
       ct, [](const Vec3&) { return 1500.0; }, 0.37);
@@ -78,7 +78,7 @@ TEST(CtForce, OfConstantCtNumbersIsThatOfTheSameConstantsInTheTable) {
   EXPECT_GT(peak, 1);
 }
 
-TEST(CtForce, WithTheCoefficientDoubledGrowsAsTheReducedModulusDoes) {
+TEST(CtForce, DoubledCoefficientScalesItWithTheReducedModulus) {
   // The chip law is proportional to E*, which for steel on bone grows by less than a factor of two.
   const double E = 3000;
   const double ratio =
@@ -101,7 +101,7 @@ TEST(CtForce, WithTheCoefficientDoubledGrowsAsTheReducedModulusDoes) {
   EXPECT_GT(peak, 0.5);
 }
 
-TEST(CtForce, OfARampIsThatOfTheModulusWhereTheTeethAre) {
+TEST(CtForce, RampGivesTheForceOfTheModulusAtTheTeeth) {
   // E falls from 3000 MPa at the top to 1000 MPa at the bottom. A large disc cuts the plate's whole length at nearly
   // one depth, so the mean E over the teeth is the ramp's value there.
   Bone bone = MakePlate(5, 5, 0.3, 0.3);

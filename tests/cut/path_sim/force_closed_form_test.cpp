@@ -112,7 +112,7 @@ TEST(ForceClosedForm, SlotForceAndTeethAreWithinOnePercentForThePapersRegionsAnd
   std::printf("worst: engaged teeth %.3f %%, thrust %.3f %%\n", 100 * worst_teeth, 100 * worst_force);
 }
 
-TEST(ForceClosedForm, ForceDoesNotDependOnThePoseAgainstTheGrid) {
+TEST(ForceClosedForm, ForceDoesNotDependOnThePoseInTheGrid) {
   const double E_star = CalcReducedModulus(kSaw.E_MPa, kSaw.nu, 19300, 0.28);
   const SlotForm expected = CalcSlotForm({}, E_star, 3.3, 4, 7500);
   for (const Pose& X_WB : BlockPoses(0.1)) {

@@ -25,7 +25,7 @@ struct Setting {
 };
 
 /// Plunges 1.5 mm into a block in a skewed pose, 0.01 mm per tick: `dt_s` determines the feed rate, so that runs at
-/// other feed rates meet the same bone.
+/// other feed rates cut the same bone.
 std::vector<TickOutput> Plunge(const Setting& setting) {
   const Pose X_WB = test::BlockPoses(0.2)[5];
   Bone bone = test::MakeBox(X_WB, {8, 1.6, 3}, 0.2);
@@ -46,7 +46,7 @@ std::vector<TickOutput> Plunge(const Setting& setting) {
   return ticks;
 }
 
-/// Expects that each tick's force and thrust is `factor` times that of `base`, with the same bone and teeth.
+/// Expects that each tick's force and thrust are `factor` times those of `base`, with the same bone and teeth.
 void ExpectFactor(const std::vector<TickOutput>& changed, const std::vector<TickOutput>& base, double factor,
                   const std::string& what) {
   ASSERT_EQ(changed.size(), base.size());
@@ -110,7 +110,7 @@ TEST(LawMetamorphic, DoubledBiteAndDoubledTeethGiveThePowerLawsFactors) {
   }
 }
 
-TEST(LawMetamorphic, EdgePlusChipIsItsEdgePlusItsChip) {
+TEST(LawMetamorphic, EdgePlusChipIsTheSumOfItsTwoTerms) {
   Setting whole{ForceLaw("edge_plus_chip")};
   Setting edge = whole;
   edge.law.Set("chip_N_per_mm2", 0);

@@ -63,7 +63,7 @@ Level MeasureLevel(const Bone& block, const Pose& X_WB, const ForceLaw& law, int
   return level;
 }
 
-TEST(LevelFeed, LawsThatJumpDoNotFlickerAndTheirMeanIsTheClosedForm) {
+TEST(LevelFeed, LawsWithAJumpDoNotFlickerAndMatchTheClosedForm) {
   for (const int pose : {0, 5}) {
     const Pose X_WB = BlockPoses(0.1)[static_cast<std::size_t>(pose)];
     Bone bone = test::MakeBox(X_WB, {24, 1.5, 8}, 0.1);

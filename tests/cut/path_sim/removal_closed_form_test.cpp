@@ -57,14 +57,14 @@ Simulation MakeSlotSimulation(const Pose& X_WB, double voxel_mm) {
   return Simulation(Block(X_WB, voxel_mm), {}, DiscPose(X_WB, {-11.5, 0, CentreHeight(kDepth)}));
 }
 
-TEST(RemovalClosedForm, SlotVolumeIsWithinOnePercentAtATenthInEveryPose) {
+TEST(RemovalClosedForm, SlotVolumeIsWithinOnePercentInEveryPose) {
   for (const Pose& X_WB : BlockPoses(0.1)) {
     Simulation simulation = MakeSlotSimulation(X_WB, 0.1);
     EXPECT_NEAR(CutSlot(simulation, X_WB) / SlotVolume(), 1, 0.01);
   }
 }
 
-TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentAtATenthInEveryPose) {
+TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentInEveryPose) {
   // A longer block, so that the chord (15 mm at this depth) stays inside its ends.
   const Vec3 size(17, 1.6, 4);
   for (const Pose& X_WB : BlockPoses(0.1)) {
@@ -86,7 +86,7 @@ TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentAtATenthInEveryPose) {
 // Each of the two edges of the kerf's floor has an error of about 0.15 h^2 of cross-section at any depth, so a shallow
 // plunge has the larger relative error. Its sign depends on the pose: 1.3 % too little midway between two layers of
 // voxel centres, 0.8 % too much on one.
-TEST(RemovalClosedForm, ShallowPlungeVolumeIsOffEitherWayByThePose) {
+TEST(RemovalClosedForm, SignOfTheShallowPlungeErrorDependsOnThePose) {
   const Vec3 size(12, 1.6, 3);
   const double depth = 1.2;
   double lowest = 1, highest = -1, squares = 0;

@@ -1,4 +1,4 @@
-// The nearest box found by Embree against a search of all boxes, and the bound for a plate against points of it.
+// The nearest box found by Embree against a search of all boxes, and the bound for a plate against points of the plate.
 #include "cut/proximity/box_tree.h"
 
 #include <gtest/gtest.h>
@@ -52,7 +52,7 @@ double BruteForce(const std::vector<Box3>& boxes, const Vec3& p) {
 // Boxes are rounded outwards to floats relative to their middle: for a size of 60 mm, to 4e-6 mm.
 constexpr double kRounding_mm = 1e-5;
 
-TEST(BoxTree, DistanceIsThatOfBruteForce) {
+TEST(BoxTree, DistanceMatchesBruteForce) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     Dice dice(seed);
     const Vec3 middle = seed % 2 ? Vec3{0} : Vec3{700, -900, 1300};  // also far from the world's origin
@@ -122,7 +122,7 @@ TEST(BoxTree, PlateBoundIsExactBesideALargeFace) {
   }
 }
 
-TEST(BoxTree, EnoughIsEnough) {
+TEST(BoxTree, SearchStopsAtASufficientBound) {
   Dice dice(5);
   const std::vector<Box3> boxes = RandomBoxes(dice, 200, Vec3{0});
   const BoxTree tree(boxes);
@@ -147,7 +147,7 @@ TEST(BoxTree, WithoutBoxesNothingIsNear) {
   EXPECT_EQ(tree.CalcDistanceToAll({1, 2, 3}), kInfinity);
 }
 
-TEST(BoxTree, SaysWhatItTakes) {
+TEST(BoxTree, ReportsItsMemory) {
   Dice dice(1);
   const BoxTree few(RandomBoxes(dice, 100, Vec3{0}));
   const BoxTree many(RandomBoxes(dice, 10000, Vec3{0}));

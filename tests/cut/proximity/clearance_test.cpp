@@ -61,7 +61,7 @@ double SampledDistance(const std::vector<Vec3>& points, const Pose& X_WT, double
 const Tool kDisc = DiscSaw{};
 const Tool kBall = BallBurr{};
 
-TEST(Cover, PlatesHoldTheWholeDisc) {
+TEST(Cover, PlatesCoverTheWholeDisc) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   for (const DiscSaw& disc : {DiscSaw{}, DiscSaw{.diameter_mm = 5, .thickness_mm = 2}, DiscSaw{.diameter_mm = 150}}) {
@@ -83,7 +83,7 @@ TEST(Cover, PlatesHoldTheWholeDisc) {
   }
 }
 
-TEST(LeafBoxes, HoldAllBoneAndLittleElse) {
+TEST(LeafBoxes, ContainAllBoneAndLittleElse) {
   std::mt19937 random(2);
   for (const double h : {0.1, 0.3}) {
     Bone bone = test::MakeSphere({1, -2, 30}, 6, h);
@@ -106,7 +106,7 @@ TEST(LeafBoxes, HoldAllBoneAndLittleElse) {
   }
 }
 
-TEST(LeafBoxes, PureBoneIsJoinedToFewBoxes) {
+TEST(LeafBoxes, PureBoneIsMergedIntoFewBoxes) {
   Bone bone = test::MakeBox(Pose{}, Vec3(20), 0.1);
   const BoneField field(bone, 0);
   const std::vector<Box3> boxes = MakeLeafBoxes(field);
@@ -131,7 +131,7 @@ void ExpectBoundHoldsOnWalk(const Tool& tool, unsigned seed) {
   constexpr double kSurface_mm = 0.01;
   for (int i = 0; i < 1500; ++i) {
     if (i % 100 == 0) {
-      // From time to time a new place and another speed: towards a point around the bone.
+      // From time to time the tool gets a new place and another velocity, towards a point around the bone.
       if (i % 300 == 0)
         X_WT = {RandomTurn(random, std::numbers::pi), (5 + 25 * unit(random)) * RandomDirection(random)};
       velocity = 0.01 * std::pow(10, 1.5 * unit(random)) * glm::normalize(12.0 * RandomDirection(random) - X_WT.p_AB);
@@ -158,7 +158,7 @@ TEST(Clearance, BoundNeverExceedsTheDistanceOnRandomWalks) {
   }
 }
 
-TEST(Clearance, BoundHoldsAtAnyPoseAtAll) {
+TEST(Clearance, BoundIsValidAtAnyPose) {
   ASSERT_EQ(kFixedSeed, 0);
   Bone bone = test::MakeSphere({0, 0, 0}, 6, 0.3);
   const BoneField field(bone, 0);
@@ -224,7 +224,7 @@ TEST(Clearance, ToolInTheBoneIsNear) {
 
 // Due to rounding, a clearance that equals the margin to the last bits is not raised above it: repeating the query
 // until it is would never end.
-TEST(Clearance, OfTheMarginItselfIsAnswered) {
+TEST(Clearance, QueryReturnsWhenTheClearanceEqualsTheMargin) {
   Bone bone = test::MakeBox({}, Vec3(20, 20, 4), 0.2);
   const BoneField field(bone, 0);
   constexpr double kMargin_mm = 0.3;
@@ -246,7 +246,7 @@ TEST(Clearance, OfTheMarginItselfIsAnswered) {
   }
 }
 
-TEST(Clearance, StaysTrueWhileBoneIsCutAway) {
+TEST(Clearance, StaysValidWhileBoneIsCutAway) {
   Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
   BoneField field(bone);
   Clearance clearance(field, kDisc);
@@ -328,7 +328,7 @@ TEST(Clearance, SameCallsGiveTheSameBits) {
   }
 }
 
-TEST(Clearance, AsksForNoMemory) {
+TEST(Clearance, DoesNotAllocate) {
   if (!HeapGuardIsInstalled()) GTEST_SKIP() << "nothing looks at the heap in this build";
   Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
   const BoneField field(bone, 0);

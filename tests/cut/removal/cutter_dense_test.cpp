@@ -38,7 +38,7 @@ Difference Compare(const Pose& X_WB, double voxel_mm, const Tool& tool, const st
   return difference;
 }
 
-TEST(CutterAgainstBruteForce, EveryVoxelIsTheSameToRoundingWhereADiscStaysInItsPlaneAndForBalls) {
+TEST(CutterAgainstBruteForce, MatchesToRoundingForBallsAndForDiscsInTheirPlane) {
   EXPECT_TRUE(CheckSeeded(1, 20, [] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const double h = *rc::gen::element(0.1, 0.2, 0.3);
@@ -54,7 +54,7 @@ TEST(CutterAgainstBruteForce, EveryVoxelIsTheSameToRoundingWhereADiscStaysInItsP
   }));
 }
 
-TEST(CutterAgainstBruteForce, WhereADiscTiltsAndSlidesItIsTheSameToTheFlanksTolerance) {
+TEST(CutterAgainstBruteForce, MatchesToTheFlankToleranceWhenADiscTiltsAndSlides) {
   EXPECT_TRUE(CheckSeeded(2, 12, [] {
     std::mt19937 random(*rc::gen::arbitrary<unsigned>());
     const double h = *rc::gen::element(0.2, 0.3);

@@ -111,7 +111,7 @@ TEST(Cutter, UnknownVectorInstructionsAreRefusedByName) {
   EXPECT_EQ(VectorTarget(), VectorTargets()[0]);
 }
 
-TEST(Cutter, TheSameWayTwiceRemovesNothingMore) {
+TEST(Cutter, RepeatedMotionRemovesNothingMore) {
   for (const CutCase& what : Cases()) {
     Bone bone = MakeLayeredBlock();
     BoneField field(bone, 4096);
@@ -138,7 +138,7 @@ TEST(Cutter, OrderOfCutsDoesNotMatter) {
   }
 }
 
-TEST(Cutter, WhatIsFartherThanTheBandFromTheToolIsUntouched) {
+TEST(Cutter, BoneBeyondTheBandIsUntouched) {
   Bone initial = MakeLayeredBlock();
   const BoneField initial_field(initial, 1);
   for (const CutCase& what : Cases()) {
@@ -205,7 +205,7 @@ TEST(Cutter, RemovedByRegionIsExactlyWhatTheBoneHasLost) {
   }
 }
 
-TEST(Cutter, BoneThatIsLeftForWantOfLeavesIsTakenAfterARefill) {
+TEST(Cutter, BoneLeftForLackOfLeavesIsRemovedAfterARefill) {
   const Bone initial = MakeLayeredBlock();
   for (const CutCase& what : Cases()) {
     const auto steps = StepsOf(what, 9);
@@ -234,7 +234,7 @@ TEST(Cutter, BoneThatIsLeftForWantOfLeavesIsTakenAfterARefill) {
       const auto& by_region = cutter.CalcRemovedByRegion();
       EXPECT_NEAR(std::accumulate(by_region.begin(), by_region.end(), 0.0) + bone.CalcVolume(), initial.CalcVolume(),
                   1e-9 * initial.CalcVolume());
-      // If a rim starts inside solid bone, a repeated step removes other parts of the bone in which its flats are.
+      // If a rim starts inside solid bone, a repeated step removes other parts of the bone around its flats.
       if (what.with == CutWith::kEdge && std::holds_alternative<DiscSaw>(what.tool)) continue;
       // In a repeated step all cutting parts of the tool are tested, so that the flats have moved less far since they
       // last cut.
@@ -243,7 +243,7 @@ TEST(Cutter, BoneThatIsLeftForWantOfLeavesIsTakenAfterARefill) {
         const Vec3 p_vox = Vec3(i / 3600, i / 60 % 60, i % 60) - 30.0;
         worst = std::max(worst, std::abs(field.Sample(p_vox) - plenty.Sample(p_vox)));
       }
-      // A smallest difference may decide about a whole voxel.
+      // The smallest difference may decide whether a voxel is removed.
       EXPECT_LE(worst, what.whole_voxels ? kVoxel + 1e-6 : Cutter::kFlankTolerance * kVoxel + 1e-6) << what.name;
       EXPECT_NEAR(removed, plenty_removed, 0.01 * plenty_removed) << what.name;
     }
@@ -272,7 +272,7 @@ TEST(Cutter, CuttingUsesNoHeap) {
   }
 }
 
-TEST(Cutter, OnTheBoneSidePhiIsTheDistanceToAllThatWasSwept) {
+TEST(Cutter, PhiInBoneIsTheDistanceToTheSweptSpace) {
   // Around three corners in one plane, in pure bone: the distance to the union is the minimum over its parts.
   Bone bone = test::MakeBox(Pose{}, {16, 16, 8}, kVoxel);
   BoneField field(bone, 4096);
@@ -309,7 +309,7 @@ TEST(Cutter, OnTheBoneSidePhiIsTheDistanceToAllThatWasSwept) {
   EXPECT_GT(checked, 5000);
 }
 
-TEST(Cutter, OfADiscOnlyTheRimCutsWhenTheFlatsAreForTheContact) {
+TEST(Cutter, OnlyTheRimOfADiscCutsWithCutWithEdge) {
   Bone bone = test::MakeBox(Pose{}, {14, 14, 8}, kVoxel);
   BoneField field(bone, 4096);
   DiscSaw disc;
@@ -338,7 +338,7 @@ TEST(Cutter, OfADiscOnlyTheRimCutsWhenTheFlatsAreForTheContact) {
   EXPECT_GT(rim, 100);
 }
 
-TEST(Cutter, WholeVoxelsAreThereOrNot) {
+TEST(Cutter, WholeVoxelsAreEitherPresentOrAbsent) {
   Bone bone = test::MakeBox(Pose{}, {12, 12, 12}, kVoxel);
   BoneField field(bone, 4096);
   BallBurr ball;
@@ -397,7 +397,7 @@ TEST(Cutter, ABallRemovesItsCapsuleAtEverySpeedAndVoxelSize) {
   }
 }
 
-TEST(Substeps, AreCountedByTheEdgesWayAndTheDiscsSidewaysMotion) {
+TEST(Substeps, CountFollowsTheEdgesMotionAndTheDiscsSidewaysMotion) {
   const DiscSaw disc;  // 22 x 0.25 mm
   const BallBurr ball;
   const Pose a;

@@ -17,7 +17,7 @@ using test::kTick_s;
 constexpr double kE24_MPa = 19300;
 constexpr double kNu24 = 0.28;
 
-TEST(SlabBalance, PushedSlowlyTheHandFeelsTheLawTheSpringAndTheFriction) {
+TEST(SlabBalance, ForceOfASlowPushIsLawPlusSpringPlusFriction) {
   for (const PaperReading reading : {PaperReading::kAsComputed, PaperReading::kCorrected}) {
     SlabParams params;
     params.reading = reading;
@@ -48,7 +48,7 @@ TEST(SlabBalance, PushedSlowlyTheHandFeelsTheLawTheSpringAndTheFriction) {
   }
 }
 
-TEST(SlabBalance, AtRestWithoutFrictionTheHandsSpringHoldsTheSlicesSpring) {
+TEST(SlabBalance, WithoutFrictionTheCouplingBalancesTheSlicesSpringAtRest) {
   SlabParams params;
   params.stiffness_N_per_mm = 0.5;
   SlabSimulation simulation(test::UniformProfile(0, 0, 40), params, HandAt(-0.1, params));
@@ -62,7 +62,7 @@ TEST(SlabBalance, AtRestWithoutFrictionTheHandsSpringHoldsTheSlicesSpring) {
   }
 }
 
-TEST(SlabBalance, AtRestFrictionHoldsTheSpringUpToItsLimitAndNothingCreeps) {
+TEST(SlabBalance, FrictionHoldsTheSpringUpToItsLimitWithoutCreep) {
   SlabParams params;
   params.stiffness_N_per_mm = 0.5;
   params.friction_coefficient = 0.5;
@@ -85,14 +85,14 @@ TEST(SlabBalance, AtRestFrictionHoldsTheSpringUpToItsLimitAndNothingCreeps) {
     if (holds) {
       EXPECT_NEAR(start_mm, depth_mm, 0.005);
     } else {
-      // It slid up, slightly past the limit because it had gained speed: as far past it as it started before it.
+      // It slid up and, because it had gained speed, past the limit, by as much as it had started short of it.
       EXPECT_LT(start_mm, 1.2);
       EXPECT_GT(start_mm, 1.17);
     }
   }
 }
 
-TEST(SlabBalance, SetDownInsideTheBoneTheSpringIsSlackAndTheEnergiesBegin) {
+TEST(SlabBalance, SetDownInsideTheBoneStartsWithASlackSpring) {
   SlabParams params;
   params.stiffness_N_per_mm = 1;
   for (const bool later : {false, true}) {
@@ -129,7 +129,7 @@ TEST(SlabBalance, BeforeTheBoneNothingHoldsTheBlade) {
   EXPECT_NEAR(force_N, 0, 1e-9);
 }
 
-TEST(SlabBalance, BetweenSegmentsThatMoveTheCutIsAsHardAndTheDepthIsThatBelowBoth) {
+TEST(SlabBalance, MovingSegmentsChangeTheDepthButNotTheForce) {
   SlabParams params;
   params.reading = PaperReading::kCorrected;
   params.segments_move = true;
@@ -154,7 +154,7 @@ TEST(SlabBalance, BetweenSegmentsThatMoveTheCutIsAsHardAndTheDepthIsThatBelowBot
   EXPECT_NEAR(still.state().depth_mm, 5 - 0.5 * still.state().right_mm, 1e-12);
 }
 
-TEST(SlabFriction, SticksUntilTheCouplingPullsHarderThanBothFacesThenSlidesAtThatForce) {
+TEST(SlabFriction, SticksUpToTheLimitOfBothFacesThenSlidesAtThatForce) {
   SlabParams params;
   params.friction_coefficient = 0.3;
   params.normal_force_N = 2;
@@ -189,7 +189,7 @@ TEST(SlabFriction, SticksUntilTheCouplingPullsHarderThanBothFacesThenSlidesAtTha
   EXPECT_EQ(returns_to_stick, 0) << "chatter";
 }
 
-TEST(SlabFriction, AReversalGoesThroughStickOnceAndTheVelocityChangesSignOnce) {
+TEST(SlabFriction, ReversalChangesTheSignOfTheVelocityOnce) {
   SlabParams params;
   params.friction_coefficient = 0.3;
   params.normal_force_N = 2;
@@ -249,14 +249,14 @@ TEST(SlabOscillation, FollowsTheDampedMassSpringAndConvergesInFirstOrder) {
   const double coarse = OscillationError(0.001);
   const double middle = OscillationError(0.0005);
   const double fine = OscillationError(0.00025);
-  // Amplitude 2 mm at omega = 100/s: the error of implicit Euler is at most about omega^2 h t / 2 of it, with h an
-  // eighth of a tick: with the decay of 3/s, below 0.15 mm.
+  // Amplitude 2 mm at omega = 100/s: the error of implicit Euler is at most about omega^2 h t / 2 of the amplitude,
+  // with h an eighth of a tick. With the decay of 3/s this is below 0.15 mm.
   EXPECT_LT(coarse, 0.15);
   EXPECT_NEAR(coarse / middle, 2, 0.3);
   EXPECT_NEAR(middle / fine, 2, 0.15);
 }
 
-TEST(SlabSeparation, PastItsEndTheSliceIsFreeAndCoastsWhenLetGo) {
+TEST(SlabSeparation, SlicePastItsEndIsFreeAndCoastsWhenReleased) {
   SlabParams params;
   params.friction_coefficient = 0.3;
   params.normal_force_N = 1;
@@ -294,7 +294,7 @@ TEST(SlabSeparation, PastItsEndTheSliceIsFreeAndCoastsWhenLetGo) {
   }
 }
 
-TEST(SlabSeparation, HeldTheFreeSliceFollowsTheHandInAllDirections) {
+TEST(SlabSeparation, HeldFreeSliceFollowsTheHandInAllDirections) {
   SlabParams params;
   SlabSimulation simulation(test::UniformProfile(kE24_MPa, kNu24, 3), params, HandAt(-1, params));
   test::Move(simulation, params, -1, 4, 4, [](const TickOutput&) {});
@@ -320,7 +320,7 @@ TEST(SlabSeparation, HeldTheFreeSliceFollowsTheHandInAllDirections) {
   EXPECT_NEAR(simulation.state().kinetic_mJ + simulation.state().elastic_mJ, energy_mJ, 1e-12);
 }
 
-TEST(SlabSegments, FrictionSharesOutTheMomentumAndEndsInOneVelocity) {
+TEST(SlabSegments, FrictionConservesMomentumAndEqualizesTheVelocities) {
   SlabParams params;
   params.mass_g = 2;
   params.friction_coefficient = 0.5;
@@ -390,7 +390,7 @@ TEST(SlabSpindle, AStoppedBladeGoesNoDeeperAndComesBackFreely) {
   EXPECT_NEAR(Against(out, params), 0, 1e-6);
 }
 
-TEST(SlabCut, WhatIsCutAlreadyIsNotCutAgain) {
+TEST(SlabCut, BoneIsNotCutTwice) {
   SlabParams params;
   SlabSimulation simulation(test::UniformProfile(kE24_MPa, kNu24, 30), params, HandAt(-1, params));
   test::Move(simulation, params, -1, 6, 5, [](const TickOutput&) {});

@@ -42,7 +42,7 @@ SlabParams RandomParams(std::mt19937& random) {
   return p;
 }
 
-TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
+TEST(SlabEnergy, BalancesToRoundingAndLossesOnlyGrowForAnyHand) {
   int freed = 0;
   int stuck = 0;
   for (unsigned seed = 0; seed < 200; ++seed) {
@@ -84,7 +84,7 @@ TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
   EXPECT_GT(stuck, 1000);
 }
 
-TEST(SlabEnergy, BalancesWhenASegmentOfAFastJawIsHeld) {
+TEST(SlabEnergy, BalancesWhenASegmentOfAFixedJawIsHeld) {
   SlabParams params;
   params.coupling_N_per_mm = 1e4;
   SlabSimulation simulation(test::UniformProfile(9000, 0.3, 10), params, HandAt(-1, params));
@@ -98,7 +98,7 @@ TEST(SlabEnergy, BalancesWhenASegmentOfAFastJawIsHeld) {
   EXPECT_NEAR(simulation.state().elastic_mJ, 0.5 * 1e4 * 4, 1e-6);
 }
 
-TEST(SlabEnergy, WhatSticksRubsNothingHoweverHardItIsPressed) {
+TEST(SlabEnergy, StickingFacesDissipateNothingUnderAnyPressure) {
   SlabParams params;
   params.segments_move = true;
   params.friction_coefficient = 10;
@@ -193,7 +193,7 @@ TEST(SlabStep, SolvesTheMonotoneEquationAsBisectionDoes) {
   }
 }
 
-TEST(SlabTick, IsTheSameBitsEachTime) {
+TEST(SlabTick, IsReproducibleBitForBit) {
   const auto run = [] {
     std::mt19937 random(9);
     SlabParams params = RandomParams(random);
@@ -229,7 +229,7 @@ TEST(SlabTick, KeepsTheLastGoodPoseOverABadOne) {
   EXPECT_EQ(simulation.state().cutting_mJ, twin.state().cutting_mJ);
 }
 
-TEST(SlabTick, RefusesParametersOutOfRangeWithASentence) {
+TEST(SlabTick, ParametersOutOfRangeAreRefusedWithAMessage) {
   const auto message = [](auto change) {
     SlabParams params;
     SlabProfile profile = test::UniformProfile(9000, 0.3, 10);

@@ -1,4 +1,4 @@
-// The bone in the blade's way: the paper's bands, a layered block, and the law for both.
+// The bone in the blade's path: the paper's bands, a layered block, and the law for both.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ TEST(PaperProfile, HasTheDepthsOfTable2InTheMiddlesOfItsBands) {
   EXPECT_THROW(MakePaperProfile(without, 0), Error);
 }
 
-TEST(BoneProfile, OfALayeredBlockHasItsLayersAtTheirDepthsHoweverItStands) {
+TEST(BoneProfile, LayeredBlockHasItsLayersAtTheirDepthsInAnyPose) {
   BlockParams block;
   block.size_mm = {12, 8, 10};
   block.voxel_mm = 0.2;
@@ -70,7 +70,7 @@ TEST(BoneProfile, OfALayeredBlockHasItsLayersAtTheirDepthsHoweverItStands) {
   }
 }
 
-TEST(BoneProfile, SeesOnlyWhatTheDiscCanMeet) {
+TEST(BoneProfile, IncludesOnlyBoneThatTheDiscCanReach) {
   BlockParams block;
   block.size_mm = {40, 8, 6};
   block.voxel_mm = 0.25;
@@ -81,7 +81,7 @@ TEST(BoneProfile, SeesOnlyWhatTheDiscCanMeet) {
   EXPECT_THROW(MakeBoneProfile(bone, {{0, 9, 20}, {0, 1, 0}}, 0.25, {0, 0, -1}, 11), Error);
 }
 
-TEST(BoneProfile, LooksAcrossTheSlicesThickness) {
+TEST(BoneProfile, SamplesAcrossTheSlicesThickness) {
   BlockParams block;
   block.size_mm = {12, 8, 6};
   block.voxel_mm = 0.2;
@@ -92,7 +92,7 @@ TEST(BoneProfile, LooksAcrossTheSlicesThickness) {
   EXPECT_NEAR(edge.slice_mm3, 2.0 / 3 * whole.slice_mm3, 0.01 * whole.slice_mm3);
 }
 
-TEST(SlabResistance, OfThePaperIsItsTablesAtItsDepths) {
+TEST(SlabResistance, MatchesThePapersTablesAtTheirDepths) {
   // The 24 forces, printed to 5 decimals. tests/cut/paper compares them with the formulas; here regions 24 and 6 are
   // computed by the complete slab law.
   const double depths[] = {1.1, 2.2, 3.3, 4.4, 5.5, 6.6};
@@ -128,7 +128,7 @@ TEST(SlabResistance, CorrectedIsTheSumOverTheArcToothByTooth) {
   }
 }
 
-TEST(SlabResistance, DoublesWithBothModuliAndGoesEightfoldWithTheFractionOfThePitch) {
+TEST(SlabResistance, DoublesWithBothModuliAndGrowsEightfoldWithTheFractionOfThePitch) {
   for (const PaperReading reading : {PaperReading::kAsComputed, PaperReading::kCorrected}) {
     SlabParams params;
     params.reading = reading;

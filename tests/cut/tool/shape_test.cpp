@@ -1,4 +1,4 @@
-// A tool represented by points: they are on its surface and stand for its number of teeth, for any sampling.
+// A tool represented by points: they lie on its surface and represent its number of teeth, for any sampling.
 #include "cut/tool/shape.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
   }
 }
 
-TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndNoFurtherApartThanAsked) {
+TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndTheRequestedSpacing) {
   const DiscSaw disc;
   const double spacing = 0.9;
   const ToolShape shape = MakeToolShape(disc, 8, spacing, 0.3, 0.3);

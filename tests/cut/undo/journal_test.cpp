@@ -43,7 +43,7 @@ struct Session {
   UndoJournal journal;
 };
 
-/// Returns the message with which a call refuses, or "" if it does not.
+/// Returns the message with which a call is refused, or "" if it is not.
 template <typename Call>
 std::string Refusal(Call&& call) {
   try {
@@ -54,7 +54,7 @@ std::string Refusal(Call&& call) {
   return "";
 }
 
-TEST(UndoJournal, SaveCutRestoreIsTheSameToTheBit) {  // I20
+TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {  // I20
   Session s;
   Plunge(1).Run(s.simulation);
   const std::uint32_t saved = s.Checkpoint("saved");
@@ -78,7 +78,7 @@ TEST(UndoJournal, SaveCutRestoreIsTheSameToTheBit) {  // I20
   EXPECT_NEAR(s.Removed(), 0, 1e-9 * before.CalcVolume());
 }
 
-TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoIsThatOfDeepCopies) {
+TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
   EXPECT_TRUE(test::CheckSeeded(20261121, 30, [](std::uint64_t seed) {
     std::mt19937_64 random(seed);
     Session s;
@@ -149,7 +149,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoIsThatOfDeepCopies) {
   }));
 }
 
-TEST(UndoJournal, TheSameCutAfterUndoIsThatOfAFreshSimulationOfTheBone) {
+TEST(UndoJournal, CutAfterUndoMatchesAFreshSimulationOfTheBone) {
   for (const int interval : {1, 8}) {
     CoupledParams params = BarParams();
     params.carve_interval_ticks = interval;
@@ -176,7 +176,7 @@ TEST(UndoJournal, TheSameCutAfterUndoIsThatOfAFreshSimulationOfTheBone) {
   }
 }
 
-TEST(UndoJournal, BoneThatWasWhollyGoneComesBack) {
+TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
   CoupledParams params = BarParams();
   params.tool = BallBurr{.diameter_mm = 6};
   params.coupling.max_force_N = 1000;
@@ -225,7 +225,7 @@ TEST(UndoJournal, StaysWithinItsMemoryOverThousandsOfCheckpoints) {
   EXPECT_GT(s.journal.checkpoints().front().number, 1000u);
 }
 
-TEST(UndoJournal, WhatIsDroppedCantBeGoneBackToAndThatIsSaid) {
+TEST(UndoJournal, DroppedCheckpointsAreRefusedWithAReason) {
   Session s({.most_MB = 0.2, .most_since = 16});
   std::map<std::uint32_t, Bone> bones;
   for (std::uint64_t k = 1; k <= 60; ++k) {
@@ -246,13 +246,13 @@ TEST(UndoJournal, WhatIsDroppedCantBeGoneBackToAndThatIsSaid) {
   }
 }
 
-TEST(UndoJournal, NeverGivesWrongBitsWhenNobodyReadsInTime) {
+TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
   Session s({}, BarParams(), 8);
   Plunge(1).Run(s.simulation);  // changes more leaves than the ring holds
   EXPECT_NE(s.simulation.history()->last_lost(), 0u);
-  EXPECT_EQ(
-      Refusal([&] { s.journal.PrepareUndo(0); }),
-      "more was cut since the last checkpoint than undo can keep; undo is possible again from the next checkpoint on");
+  EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
+            "more has been cut since the last checkpoint than undo can keep; undo is possible again from the next "
+            "checkpoint on");
   EXPECT_EQ(s.journal.job(), nullptr);
   const std::uint32_t later = s.Checkpoint("later");
   const Bone bone = s.simulation.bone();
@@ -275,7 +275,7 @@ TEST(UndoJournal, NeverGivesWrongBitsWhenNobodyReadsInTime) {
   EXPECT_EQ(s.simulation.bone().CalcHash(), cut_hash);
 }
 
-TEST(UndoJournal, APieceThatWasTakenOutIsBackAndIsCountedAsBefore) {
+TEST(UndoJournal, TakenOutPieceIsRestoredAndCountedAsBefore) {
   Session s;
   // Cuts through the bar: the disc is 8 mm wide, the bar 6 mm thick.
   s.simulation.SetDown(OverBar(2, 0, 9));
@@ -315,7 +315,7 @@ TEST(UndoJournal, APieceThatWasTakenOutIsBackAndIsCountedAsBefore) {
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
 }
 
-TEST(UndoJournal, RefusesWhatMakesNoSense) {
+TEST(UndoJournal, RefusesInvalidRequests) {
   Session s;
   EXPECT_EQ(Refusal([&] { s.journal.FindOneBack(); }), "there is nothing to undo");
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(7); }), "there is no checkpoint 7 to go back to");
@@ -331,7 +331,7 @@ TEST(UndoJournal, RefusesWhatMakesNoSense) {
   EXPECT_FALSE(forgetful.Checkpoint(1));
 }
 
-TEST(UndoJournal, OneBackIsTheCutSinceAndThenTheOneBefore) {
+TEST(UndoJournal, OneBackIsTheLastCutAndThenThePreviousOne) {
   Session s;
   Plunge(1).Run(s.simulation);
   const std::uint32_t a = s.Checkpoint("a");
@@ -352,7 +352,7 @@ TEST(UndoJournal, OneBackIsTheCutSinceAndThenTheOneBefore) {
   EXPECT_EQ(s.journal.Find("b"), b);
 }
 
-TEST(UndoJournal, APieceFinderFollowsBoneThatComesBack) {
+TEST(UndoJournal, PieceFinderFollowsRestoredBone) {
   Session s;
   PieceFinder finder(MakeBar(), 0.5);
   const auto tell = [&] {

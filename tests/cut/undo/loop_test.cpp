@@ -105,7 +105,7 @@ Bone BoneAfter(std::int64_t ticks) {
   return s.simulation.bone();
 }
 
-TEST(UndoInTheLoop, WhileItCutsGivesTheCheckpointsBoneAndCutsOn) {
+TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
   const Bone at_checkpoint = BoneAfter(500);
   Stage s(200);
   VirtualClock clock;
@@ -147,7 +147,7 @@ TEST(UndoInTheLoop, WhileItCutsGivesTheCheckpointsBoneAndCutsOn) {
   EXPECT_EQ(ticks[500].report.given.restore.kind, RestoreEvent::Kind::kCheckpoint);
   EXPECT_EQ(ticks[950].report.given.restore.kind, RestoreEvent::Kind::kUndo);
   EXPECT_EQ(ticks[950].report.given.restore.number, 1u);
-  // Exactly as long as its leaves take.
+  // The restore took exactly the ticks that its leaves need: 200 leaves per tick.
   EXPECT_EQ(stood, static_cast<std::int64_t>((leaves + more + 199) / 200));
   while (loop.SendRest()) mirror.Update();
   mirror.Update();
@@ -160,7 +160,7 @@ TEST(UndoInTheLoop, WhileItCutsGivesTheCheckpointsBoneAndCutsOn) {
   EXPECT_EQ(CountOtherVoxels(MakeBone(), s.simulation.bone()), 0u);
 }
 
-TEST(UndoInTheLoop, ItsEventsGiveTheSameTicksAgain) {
+TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
   struct Event {
     std::size_t tick;
     RestoreEvent event;
@@ -217,7 +217,7 @@ TEST(UndoInTheLoop, ItsEventsGiveTheSameTicksAgain) {
   EXPECT_TRUE(first == second);
 }
 
-TEST(UndoInTheLoop, ARedoIsRefusedOnceSomethingWasCut) {
+TEST(UndoInTheLoop, RedoIsRefusedAfterACut) {
   Stage s;
   VirtualClock clock;
   HapticLoop loop(s.body, s.device, clock, QuietParams());
@@ -246,7 +246,7 @@ TEST(UndoInTheLoop, ARedoIsRefusedOnceSomethingWasCut) {
   EXPECT_TRUE(tried);
 }
 
-TEST(UndoInTheLoop, WithAReadersThreadTheMirrorIsTheLoopsBone) {
+TEST(UndoInTheLoop, MirrorReadOnAnotherThreadMatchesTheLoopsBone) {
   Stage s;
   MonotonicClock clock;
   HapticLoop loop(s.body, s.device, clock, QuietParams());

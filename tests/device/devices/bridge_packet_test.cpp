@@ -189,7 +189,7 @@ TEST(BridgePacket, DescriptionsAndRefusalsAreTheSameBytesInBothLanguages) {
   EXPECT_EQ(ReadBridgeRefusal(theirs).value_or(BridgeRefusal{}).text, std::string(79, 'x'));
 }
 
-TEST(BridgePacket, OneWrongBitAnywhereIsSeen) {
+TEST(BridgePacket, AnyFlippedBitIsDetected) {
   Draw draw(4);
   const BridgeBytes good = WriteBridgeCommand(DrawHeader(draw), DrawCommand(draw));
   ASSERT_TRUE(ReadBridgeCommand(good));
@@ -203,7 +203,7 @@ TEST(BridgePacket, OneWrongBitAnywhereIsSeen) {
   ASSERT_FALSE(ReadBridgeHeader(std::span(good).first(127)));
 }
 
-TEST(BridgePacket, AMillionPacketsAnyhowAreJudgedTheSameByBothAndNeverHoldNonsense) {
+TEST(BridgePacket, CAndCppAcceptTheSameOfAMillionRandomPackets) {
   Draw draw(5);
   int taken = 0;
   for (int i = 0; i < 1'000'000; ++i) {
@@ -247,7 +247,7 @@ TEST(BridgePacket, AMillionPacketsAnyhowAreJudgedTheSameByBothAndNeverHoldNonsen
   EXPECT_GT(taken, 100'000);
 }
 
-TEST(BridgePacket, SequencesGoRound) {
+TEST(BridgePacket, SequenceNumbersWrapAround) {
   EXPECT_TRUE(IsAfter(1, 0));
   EXPECT_FALSE(IsAfter(5, 5));
   EXPECT_TRUE(IsAfter(3, 0xfffffff0u));
@@ -341,7 +341,7 @@ TEST(BridgeClient, AnswersAHelloAndThenEachCommand) {
   EXPECT_LT(glm::length(client.torque - Vec3(0, 100, 0)), 1e-4);  // limited to its peak
 }
 
-TEST(BridgeClient, GoesToZeroByItselfWhenNothingComes) {
+TEST(BridgeClient, ForceIsZeroWithoutNewCommands) {
   Client client;
   client.Take(WriteBridgeHello(MakeHeader(7, 1)));
   client.Take(WriteBridgeCommand(MakeHeader(7, 2), MakePush()));
@@ -352,7 +352,7 @@ TEST(BridgeClient, GoesToZeroByItselfWhenNothingComes) {
   EXPECT_EQ(client.torque, Vec3{0});
 }
 
-TEST(BridgeClient, OldDoubledAndStrangePacketsChangeNothing) {
+TEST(BridgeClient, OldDuplicateAndForeignPacketsChangeNothing) {
   Client client;
   client.Take(WriteBridgeHello(MakeHeader(7, 1)));
   client.Take(WriteBridgeCommand(MakeHeader(7, 5), MakePush()));
@@ -384,7 +384,7 @@ TEST(BridgeClient, ASecondClientHasToWaitUntilTheFirstIsSilent) {
   EXPECT_TRUE(ReadBridgeDescription(client.reply));
 }
 
-TEST(BridgeClient, TellsItsVersionToAnother) {
+TEST(BridgeClient, ReportsItsVersionToOtherVersions) {
   Client client;
   BridgeHeader header = MakeHeader(7, 1);
   header.version = 2;
@@ -403,7 +403,7 @@ TEST(BridgeClient, AByeEndsTheForceAtOnce) {
   EXPECT_EQ(client.Force(), Vec3{0});
 }
 
-TEST(BridgeClient, AServoLoopThatLookedAtTheClockBeforeTheLockHasForce) {
+TEST(BridgeClient, ClockReadJustBeforeTheLockStillGivesForce) {
   Client client;
   constexpr std::uint64_t kTaken_ns = 5'000'000'000;
   client.now_ns = kTaken_ns;
@@ -422,7 +422,7 @@ TEST(BridgeClient, AServoLoopThatLookedAtTheClockBeforeTheLockHasForce) {
   }
 }
 
-TEST(BridgeClient, AStateThatIsNotRenewedIsNotReady) {
+TEST(BridgeClient, StaleStateIsNotReady) {
   Client client;
   constexpr std::uint64_t kMeasured_ns = 5'000'000'000;
   std::uint32_t sequence = 0;
@@ -460,7 +460,7 @@ TEST(BridgeClient, AStateThatIsNotRenewedIsNotReady) {
   EXPECT_TRUE(ask(kMeasured_ns + 70'000'000).ready);
 }
 
-TEST(BridgeClient, APeakOfZeroIsADeviceThatMakesNone) {
+TEST(BridgeClient, PeakOfZeroGivesNoForce) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const auto push = [](Client& client) {

@@ -32,7 +32,7 @@ class FalconDraw {
 };
 
 TEST(FalconKinematics, AgreesWithTheFiguresOfTheReference) {
-  // Computed from libnifalcon's geometry by a separate program: counts of the legs at places on the axes.
+  // Computed from libnifalcon's geometry by a separate program: counts of the legs at positions on the axes.
   struct Case {
     Vec3 p_D_mm;
     FalconCounts counts;
@@ -54,7 +54,7 @@ TEST(FalconKinematics, CountsAndAnglesAreEachOthersInverse) {
 }
 
 TEST(FalconKinematics, ForwardUndoesInverseOverTheWorkspace) {
-  // Each time from the middle, which is harder than from a neighbouring place.
+  // The solver starts from the middle each time, which is harder than from a neighbouring position.
   FalconDraw draw(1);
   double worst = 0;
   for (int i = 0; i < 200000; ++i) {
@@ -69,7 +69,7 @@ TEST(FalconKinematics, ForwardUndoesInverseOverTheWorkspace) {
 }
 
 TEST(FalconKinematics, InverseUndoesForwardOverTheCounts) {
-  // All counts from -1400 to 1000 that belong to a place within reach: found by rounding the counts of random places.
+  // Counts from -1400 to 1000 that belong to a position within reach, found by rounding the counts of random positions.
   FalconDraw draw(2);
   FalconForward forward;
   int inside = 0;
@@ -88,7 +88,7 @@ TEST(FalconKinematics, InverseUndoesForwardOverTheCounts) {
     highest = std::max(highest, *high);
     const FalconAngles angles = CalcFalconAngles(counts);
     if (!forward.Solve(angles)) {
-      // Rounding may move a place out of reach, but only near the edge, where a leg is stretched.
+      // Rounding may move a position out of reach, but only near the edge, where a leg is stretched.
       const std::optional<glm::dmat3> J = CalcFalconJacobian(p);
       ASSERT_TRUE(!J || glm::length((*J)[0]) + glm::length((*J)[1]) + glm::length((*J)[2]) > 0.2)
           << p.x << " " << p.y << " " << p.z;
@@ -127,7 +127,7 @@ TEST(FalconKinematics, JacobianIsTheDerivative) {
   }
 }
 
-TEST(FalconKinematics, PowerOfTheJointsIsThatOfTheGrip) {
+TEST(FalconKinematics, JointPowerEqualsGripPower) {
   FalconDraw draw(4);
   for (int i = 0; i < 100000; ++i) {
     const Vec3 p = draw.InSphere(kRadius_mm);
@@ -170,7 +170,7 @@ TEST(FalconKinematics, NeverLosesTheGripOnAMillionSteps) {
   EXPECT_LT(static_cast<double>(steps) / 1e6, 6);
 }
 
-TEST(FalconKinematics, KeepsTheLastPlaceWhenThereIsNone) {
+TEST(FalconKinematics, KeepsTheLastPositionIfThereIsNoSolution) {
   FalconForward forward;
   const Vec3 p(10, -5, 20);
   ASSERT_TRUE(forward.Solve(*CalcFalconAnglesAt(p)));
@@ -187,7 +187,7 @@ TEST(FalconKinematics, KeepsTheLastPlaceWhenThereIsNone) {
   EXPECT_LT(glm::length(forward.p_D_mm() - far), kSame_mm);
 }
 
-TEST(FalconKinematics, SaysWhatIsOutOfReach) {
+TEST(FalconKinematics, ReportsPositionsOutOfReach) {
   for (const Vec3& p : {Vec3(0, 0, 200), Vec3(300, 0, 0), Vec3(0, 0, -1e9), Vec3(1e300, 0, 0),
                         Vec3(std::numeric_limits<double>::quiet_NaN(), 0, 0)}) {
     EXPECT_FALSE(CalcFalconAnglesAt(p));

@@ -17,7 +17,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-TEST(FalconPacket, IsWhatTheSourceSays) {
+TEST(FalconPacket, HasTheDocumentedBytes) {
   // 0x1234, -1 and 0, homing on, green: nibbles from the lowest up, each + 0x41.
   const FalconPacket packet = Pack(FalconCommand{.motors = {0x1234, -1, 0}, .homing = true, .lamps = kFalconGreen});
   const FalconPacket expected = {'<',  0x45, 0x44, 0x43, 0x42, 0x50, 0x50, 0x50,
@@ -25,7 +25,7 @@ TEST(FalconPacket, IsWhatTheSourceSays) {
   EXPECT_EQ(packet, expected);
 }
 
-RC_GTEST_PROP(FalconPacket, ComesBackAsItWent, ()) {
+RC_GTEST_PROP(FalconPacket, RoundTripIsExact, ()) {
   const auto number = rc::gen::inRange(-32768, 32768);
   const FalconReport report = {{*number, *number, *number},
                                static_cast<std::uint8_t>(*rc::gen::inRange(0, 16)),
@@ -40,12 +40,12 @@ RC_GTEST_PROP(FalconPacket, ComesBackAsItWent, ()) {
   RC_ASSERT(there->motors == command.motors && there->homing == command.homing && there->lamps == command.lamps);
 }
 
-TEST(FalconPacket, NumbersBeyondSixteenBitsAreTheLast) {
+TEST(FalconPacket, NumbersAreClampedTo16Bits) {
   EXPECT_EQ(UnpackCommand(Pack(FalconCommand{.motors = {100000, -100000, 5}}))->motors,
             (std::array<int, 3>{32767, -32768, 5}));
 }
 
-TEST(FalconPacket, EveryByteIsLookedAt) {
+TEST(FalconPacket, EveryByteIsChecked) {
   const FalconPacket good = Pack(FalconReport{{1, -2, 300}, 5, 7});
   ASSERT_TRUE(UnpackReport(good));
   for (std::size_t at = 0; at < good.size(); ++at) {
@@ -193,7 +193,7 @@ TEST(FalconPacket, AMillionPacketsDamagedInAnyWay) {
   EXPECT_LT(forged, accepted / 20);
 }
 
-TEST(FalconPacket, CountsWhatIsLost) {
+TEST(FalconPacket, CountsLostBytes) {
   FalconPacketStream stream;
   const FalconPacket packet = Pack(FalconReport{{1, 2, 3}, 0, 7});
   const auto put = [&](std::span<const std::uint8_t> bytes) {

@@ -1,4 +1,4 @@
-// The fraction of 28 N that each device can show.
+// The fraction of 28 N that each device can output.
 #include "device/devices/force_table.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ TEST(ForceTable, OmniHidesTwoNewtonsOfTwentyEight) {
   EXPECT_NEAR(row.lasting_fraction, 0.88 / 3.3, 1e-12);
 }
 
-TEST(ForceTable, ScalesNeverUpAndBackToTheDevicesOwnFigures) {
+TEST(ForceTable, NeverScalesUpAndAgreesWithTheProfile) {
   const std::vector<ForceTableRow> table = CalcForceTable(DeviceProfiles(), 28);
   ASSERT_EQ(table.size(), DeviceProfiles().size());
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -37,7 +37,7 @@ TEST(ForceTable, ScalesNeverUpAndBackToTheDevicesOwnFigures) {
   }
 }
 
-TEST(ForceTable, RefusesForcesThatAreNone) {
+TEST(ForceTable, RefusesInvalidForces) {
   for (const double wrong : {0.0, -1.0, 1e5, std::nan("")}) EXPECT_THROW(CalcForceTable({}, wrong), Error);
 }
 

@@ -19,7 +19,7 @@ constexpr const char* kMessage =
     R"( "wireless_verse_grip": [{"device_id": "61576", "state": {"orientation": {"x": 0.6, "y": 0, "z": 0, "w": 0.8},)"
     R"( "buttons": {"a": false, "b": true, "c": false}}}]})";
 
-TEST(HaplyMessage, IsRead) {
+TEST(HaplyMessage, ValidMessageIsRead) {
   HaplyState state;
   ASSERT_EQ(ReadHaplyMessage(kMessage, "", state), HaplyReading::kOk);
   EXPECT_EQ(state.id, "04BA");
@@ -33,7 +33,7 @@ TEST(HaplyMessage, IsRead) {
   EXPECT_EQ(state.id, "17C0");
 }
 
-TEST(HaplyMessage, WhatIsNotOfTheFormIsRefused) {
+TEST(HaplyMessage, MalformedMessagesAreRefused) {
   HaplyState state;
   EXPECT_EQ(ReadHaplyMessage("", "", state), HaplyReading::kBad);
   EXPECT_EQ(ReadHaplyMessage("[]", "", state), HaplyReading::kBad);
@@ -83,7 +83,7 @@ TEST(HaplyMessage, AMillionDamagedOnesAreReadOrRefused) {
     ASSERT_LE(glm::length(state.p_H_mm), 2e4);
     ASSERT_TRUE(!state.R_H_grip || std::abs(glm::length(*state.R_H_grip) - 1) < 1e-9);
   }
-  EXPECT_GT(read, 10'000);  // more than just their beginnings
+  EXPECT_GT(read, 10'000);  // not all damaged messages are refused
 }
 
 TEST(HaplyMessage, ForceIsWritten) {
@@ -93,7 +93,7 @@ TEST(HaplyMessage, ForceIsWritten) {
   EXPECT_THAT(WriteHaplyForce("a\"b\xff", Vec3{0}), HasSubstr("a\\\"b"));
 }
 
-TEST(HaplyMessage, FramesGoThereAndBack) {
+TEST(HaplyMessage, FramesConvertBothWays) {
   const Vec3 v(1, 2, 3);
   EXPECT_EQ(FrameDToHaply(HaplyToFrameD(v)), v);
   EXPECT_EQ(HaplyToFrameD(Vec3(0, 0, 1)), Vec3(0, 1, 0));   // up

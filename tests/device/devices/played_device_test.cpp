@@ -13,7 +13,7 @@ Pose At(double x_mm, double turn_rad = 0) {
   return {glm::angleAxis(turn_rad, Vec3{0, 0, 1}), {x_mm, 2, 3}};
 }
 
-TEST(PlayedDevice, GivesTheTablesPosesToTheBitAtTheirTimes) {
+TEST(PlayedDevice, ReturnsTheTablesPosesBitExactlyAtTheirTimes) {
   std::vector<PlayedPose> poses;
   for (int i = 0; i < 1000; ++i) poses.push_back({0.001 * i, {At(0.1 * i, 0.001 * i), 0}});
   PlayedDevice device({}, poses);
@@ -27,7 +27,7 @@ TEST(PlayedDevice, GivesTheTablesPosesToTheBitAtTheirTimes) {
   }
 }
 
-TEST(PlayedDevice, GoesStraightAndTurnsEvenlyInBetween) {
+TEST(PlayedDevice, InterpolatesLinearlyBetweenPoses) {
   PlayedDevice device({}, {{0, {At(0), 1}}, {2, {At(8, 1.2), 0}}});
   device.Elapse(0.5);
   DeviceSample sample;
@@ -41,7 +41,7 @@ TEST(PlayedDevice, GoesStraightAndTurnsEvenlyInBetween) {
   EXPECT_EQ(sample.buttons, 0u);
 }
 
-TEST(PlayedDevice, StandsStillWithOnePoseAndTakesAnyForce) {
+TEST(PlayedDevice, StaysAtASinglePoseUnderAnyForce) {
   PlayedDevice device({}, {{0, {At(5), 0}}});
   for (int i = 0; i < 10; ++i) {
     device.Elapse(0.001);

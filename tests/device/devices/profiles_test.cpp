@@ -1,4 +1,4 @@
-// The table of devices: its contents, and damage to it.
+// The table of devices: its contents, and errors in it.
 #include "device/devices/profiles.h"
 
 #include <gmock/gmock.h>
@@ -40,7 +40,7 @@ std::string Replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-TEST(DeviceProfiles, HoldWhatChai3dRecommends) {
+TEST(DeviceProfiles, ContainTheValuesOfChai3d) {
   // Peak force in N, stiffness in N/m, damping in N s/m and workspace in mm, from CHAI3D's constructors
   // (CPhantomDevices.cpp, CDeltaDevices.cpp, CFalconDevice.cpp).
   struct Row {
@@ -61,7 +61,7 @@ TEST(DeviceProfiles, HoldWhatChai3dRecommends) {
   }
 }
 
-TEST(DeviceProfiles, SayWhichFiguresAreNotRead) {
+TEST(DeviceProfiles, NameTheValuesThatWereNotReadInASource) {
   const DeviceProfile& omni = FindDeviceProfile("omni");
   EXPECT_THAT(omni.source, HasSubstr("recalled, not verified: continuous_force_N, resolution_mm, friction_N, mass_kg"));
   EXPECT_THAT(omni.source, HasSubstr("assumed: own_damping_Ns_per_mm"));
@@ -78,7 +78,7 @@ TEST(DeviceProfiles, BuiltInTableIsTheFile) {
   }
 }
 
-TEST(DeviceProfiles, AMisspeltNameIsToldItsNearest) {
+TEST(DeviceProfiles, MisspeltNameIsReportedWithTheNearest) {
   const auto message = [](const char* name) -> std::string {
     try {
       FindDeviceProfile(name);
@@ -91,7 +91,7 @@ TEST(DeviceProfiles, AMisspeltNameIsToldItsNearest) {
   EXPECT_THAT(message("lightsabre"), AllOf(HasSubstr("the devices are ideal, touch, omni"), HasSubstr("maglev_200")));
 }
 
-TEST(DeviceProfiles, EveryFaultIsToldWithItsLine) {
+TEST(DeviceProfiles, EveryFaultIsReportedWithItsLine) {
   const std::string good = ReadShipped();
   const auto with = [&](const char* from, const char* to) { return MessageOf(Replaced(good, from, to)); };
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3.3"),
@@ -99,7 +99,8 @@ TEST(DeviceProfiles, EveryFaultIsToldWithItsLine) {
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3.3 X"), HasSubstr("must end with its reliability"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,3,3 S"), HasSubstr("17 fields instead of 16"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,4,3.3 S"), HasSubstr("degrees_of_freedom = \"4\" must be 3 or 6"));
-  EXPECT_THAT(with("touch,3,3.3 S", "touch,3,-3.3 S"), HasSubstr("peak_force_N = -3.3 is not within 0.01 to 10000"));
+  EXPECT_THAT(with("touch,3,3.3 S", "touch,3,-3.3 S"),
+              HasSubstr("peak_force_N = -3.3 is outside the range 0.01 to 10000"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,nan S"), HasSubstr("peak_force_N = \"nan\" is not a number"));
   EXPECT_THAT(with("touch,3,3.3 S", "touch,3,unknown"),
               HasSubstr("peak_force_N = unknown is not accepted; give a number"));

@@ -1,4 +1,5 @@
-// The safety gate: each fault, and that no input makes the output too large, too sudden or too hot.
+// Tests of the safety gate: each fault closes it, and no input makes the output too large, too sudden or the motors too
+// hot.
 #include "device/devices/safety_gate.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,7 @@ namespace {
 
 constexpr double kDt_s = 0.001;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kRounding = 1e-12;  // rounding of numbers up to 100, a hundred times
+constexpr double kRounding = 1e-12;  // a hundred roundings of numbers up to 100
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 DeviceProfile MakeProfile(double peak_N = 8, double continuous_N = 3) {
@@ -78,7 +79,7 @@ TEST(SafetyGate, EachReasonHasItsSentence) {
   EXPECT_EQ(sentences.count(""), 0U);
 }
 
-TEST(SafetyGate, RampsInAsItSays) {
+TEST(SafetyGate, RampsInAsDocumented) {
   // 100 ms of valid commands, then 3x^2 - 2x^3 over half a second.
   Bench bench;
   for (int i = 1; i <= 1000; ++i) {
@@ -91,7 +92,7 @@ TEST(SafetyGate, RampsInAsItSays) {
   EXPECT_EQ(bench.gate.closed_by(), GateReason::kNone);
 }
 
-TEST(SafetyGate, LetsGoodCommandsThroughAsTheyAre) {
+TEST(SafetyGate, PassesValidCommandsUnchanged) {
   Bench bench;
   bench.Open();
   for (int i = 0; i < 5000; ++i) {
@@ -107,7 +108,7 @@ TEST(SafetyGate, LetsGoodCommandsThroughAsTheyAre) {
   }
 }
 
-TEST(SafetyGate, WhateverIsWrongEndsInASmoothRampToZero) {
+TEST(SafetyGate, EveryFaultCausesASmoothRampToZero) {
   struct Case {
     GateReason reason;
     std::function<void(Bench&)> step;  // one tick with the fault
@@ -154,7 +155,8 @@ TEST(SafetyGate, WhateverIsWrongEndsInASmoothRampToZero) {
     EXPECT_EQ(bench.gate.closed_by(), cases[n].reason) << n;
     EXPECT_EQ(bench.gate.count(cases[n].reason), before + 1) << n;
     EXPECT_FALSE(bench.out.open);
-    // From 2 N and 30 N mm over 20 ms; the command is valid again, which does not reverse the ramp.
+    // The output falls from 2 N and 30 N mm to zero over 20 ms; the command is valid again, which does not reverse the
+    // ramp.
     for (int i = 1; i <= 110; ++i) {
       const double x = std::min(i / 20.0, 1.0);
       const double left = 1 - x * x * (3 - 2 * x);
@@ -170,7 +172,7 @@ TEST(SafetyGate, WhateverIsWrongEndsInASmoothRampToZero) {
   }
 }
 
-TEST(SafetyGate, ALongerStepIsMoreOfTheRamp) {
+TEST(SafetyGate, LongerStepAdvancesTheRampFurther) {
   Bench bench;
   bench.Open();
   bench.state.homed = false;
@@ -223,7 +225,7 @@ TEST(SafetyGate, ADeviceMayBeSilentForFiftyMilliseconds) {
   for (int i = 0; i < 99; ++i) ASSERT_FALSE(bench.Tick().open) << i;
 }
 
-TEST(SafetyGate, MissedTicksExplainALargerChange) {
+TEST(SafetyGate, LargerChangeIsPermittedAfterMissedTicks) {
   // 8 N and 200 peaks per second: 1.6 N per tick.
   for (const int missed : {0, 1, 3}) {
     for (const bool more : {false, true}) {
@@ -255,7 +257,7 @@ TEST(SafetyGate, NothingBeforeHomingConsentAndAnAnswer) {
   }
 }
 
-TEST(SafetyGate, ASimulationThatStartsAnewIsTakenUpAgain) {
+TEST(SafetyGate, AcceptsARestartedSimulation) {
   Bench bench;
   bench.Open();
   bench.command.number = 0;
@@ -274,8 +276,9 @@ TEST(SafetyGate, ADeviceWithoutTorqueGetsNone) {
   EXPECT_EQ(bench.out.f_N, Vec3(2, 0, 0));
 }
 
-TEST(SafetyGate, ForcesAtThePeakComeDownToWhatTheMotorsBear) {
-  // Mean square over 10 s: the full peak for -10 s ln(1 - 0.8 C^2/P^2), then down to C, and never above C^2.
+TEST(SafetyGate, PeakForceFallsToTheContinuousForce) {
+  // With a mean square over 10 s, the full peak is output for -10 s ln(1 - 0.8 C^2/P^2). Then the output falls to C;
+  // the mean square never exceeds C^2.
   const double peak = 8;
   const double continuous = 3;
   Bench bench(MakeProfile(peak, continuous));
@@ -303,7 +306,7 @@ TEST(SafetyGate, ForcesAtThePeakComeDownToWhatTheMotorsBear) {
   EXPECT_NEAR(bench.gate.heat(), hot * std::exp(-1.0), 0.01);
 }
 
-TEST(SafetyGate, ARestartIsAtZeroButNoCooler) {
+TEST(SafetyGate, RestartSetsZeroOutputButKeepsTheHeat) {
   Bench bench;
   bench.command.f_N = Vec3(6, 0, 0);
   bench.Open();
@@ -320,7 +323,7 @@ TEST(SafetyGate, ARestartIsAtZeroButNoCooler) {
   EXPECT_EQ(bench.gate.count(GateReason::kOutOfSequence), 0U);
 }
 
-TEST(SafetyGate, ForcesBelowTheContinuousOneAreNeverHeldDown) {
+TEST(SafetyGate, ForcesBelowTheContinuousForceAreNotLimited) {
   Bench bench(MakeProfile(8, 3));
   bench.command.f_N = Vec3(0, 2.6, 0);  // 0.75 of the permitted heat
   bench.Open();
@@ -382,7 +385,7 @@ class Judge {
   double forbidden_s_ = 0;
 };
 
-TEST(SafetyGate, AMillionStepsOfAnything) {
+TEST(SafetyGate, KeepsItsGuaranteesOverAMillionRandomSteps) {
   const DeviceProfile profile = MakeProfile();
   SafetyGate gate(profile);
   Judge judge(gate, profile);
@@ -393,7 +396,7 @@ TEST(SafetyGate, AMillionStepsOfAnything) {
   GateState state;
   int open = 0;
   double angle = 0;
-  std::uint64_t mischief = 0;  // one step in this many is faulty; the gate can open in between
+  std::uint64_t mischief = 0;  // one of `mischief` steps is faulty, so that the gate can open in between
   for (int i = 0; i < 1000000; ++i) {
     if (i % 5000 == 0) mischief = i / 5000 % 4 == 0 ? 5 : (i / 5000 % 4 == 1 ? 100 : 3000);
     const auto is_odd = [&] { return random() % mischief == 0; };
@@ -432,7 +435,7 @@ TEST(SafetyGate, AMillionStepsOfAnything) {
   }
 }
 
-RC_GTEST_PROP(SafetyGate, KeepsItsPromisesForAnySequence, ()) {
+RC_GTEST_PROP(SafetyGate, KeepsItsGuaranteesForAnySequence, ()) {
   const int peak_N = *rc::gen::inRange(0, 40);
   DeviceProfile profile = MakeProfile(peak_N, *rc::gen::inRange(peak_N / 8 + 1, 41));
   profile.peak_torque_Nmm = *rc::gen::inRange(0, 3) * 50.0;

@@ -41,7 +41,7 @@ SimulatedDeviceOptions Fine(int substeps = 20) {
   return options;
 }
 
-/// Returns x at t_s of a handle that is released 1 mm from where the hand wants it.
+/// Returns x at t_s of a handle that is released 1 mm from the hand's intended position.
 double Release(int substeps, double t_s) {
   SimulatedDevice device(MakePlain(), MakeHand(0.1, 0.003, 0.2), PoseAt(1), Fine(substeps));
   device.SetIntention({.X_WH = PoseAt(0)});
@@ -75,7 +75,7 @@ TEST(SimulatedDevice, KeepsItsEnergyWithoutDampingAndFriction) {
   EXPECT_NEAR(energy(), start, 1e-9 * start);  // 400000 rounding errors
 }
 
-TEST(SimulatedDevice, PortWorkIsWhatTheMotorsTakeFromTheHand) {
+TEST(SimulatedDevice, PortWorkIsTheWorkOnTheMotors) {
   // A damper of 0.01 N s/mm on the motors and a hand with a sawing motion: input energy = loss in the hand's own damper
   // + port + stored energy. Only the motors' side is checked: the held force times the motion in each tick.
   SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H2"), PoseAt(0), Fine());
@@ -93,7 +93,7 @@ TEST(SimulatedDevice, PortWorkIsWhatTheMotorsTakeFromTheHand) {
   EXPECT_GT(device.port_mJ(), 1);  // a few mm/s for 2 s at 0.01 N s/mm: of the order of 0.01 * 40^2 / 2 * 2 = 16 mJ
 }
 
-TEST(SimulatedDevice, FrictionHoldsFastWhatPushesLessAndYieldsItsPartOfMore) {
+TEST(SimulatedDevice, FrictionHoldsSmallForcesAndReducesLargerOnes) {
   DeviceProfile profile = MakePlain();
   profile.friction_N = 0.26;
   SimulatedDevice device(profile, FindHandModel("H0"), PoseAt(0), Fine());
@@ -147,7 +147,7 @@ TEST(SimulatedDevice, DelayIsInTicks) {
   }
 }
 
-TEST(SimulatedDevice, FaultsDoWhatTheySay) {
+TEST(SimulatedDevice, FaultsTakeEffect) {
   SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H3"), PoseAt(0));
   device.SetIntention({.X_WH = PoseAt(0), .push_W_N = Vec3(1, 0, 0)});
   DeviceSample sample;
@@ -174,7 +174,7 @@ TEST(SimulatedDevice, FaultsDoWhatTheySay) {
   EXPECT_NEAR(later.X_WH.p_AB.y, 0, 0.01);
 }
 
-TEST(SimulatedDevice, TimeThatIsNoneMovesNothing) {
+TEST(SimulatedDevice, InvalidTimeStepsMoveNothing) {
   SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H3"), PoseAt(0));
   device.SetIntention({.X_WH = PoseAt(5)});
   for (const double dt : {0.0, -1.0, std::nan("")}) device.Elapse(dt);
@@ -184,7 +184,7 @@ TEST(SimulatedDevice, TimeThatIsNoneMovesNothing) {
   EXPECT_NEAR(device.time_s(), 0.1, 1e-12);
 }
 
-TEST(SimulatedDevice, HandTurnsBackByItsStiffness) {
+TEST(SimulatedDevice, HandYieldsToTorqueByItsTorsionalStiffness) {
   // 6 degrees of freedom: a held torque of 100 N mm on 2000 N mm/rad gives 0.05 rad, approached as 1 - e^(-t/10 ms).
   SimulatedDevice device(FindDeviceProfile("ideal"), FindHandModel("H3"), PoseAt(0));
   device.SetIntention({.X_WH = PoseAt(0)});
@@ -201,9 +201,9 @@ TEST(SimulatedDevice, HandTurnsBackByItsStiffness) {
   EXPECT_EQ(sample.X_WH.R_AB, Quat(1, 0, 0, 0));
 }
 
-TEST(SimulatedDevice, APushThatYieldsStaysWhileTheToolGoesAhead) {
+TEST(SimulatedDevice, YieldingPushStaysConstantWhileTheToolAdvances) {
   // Against a damper of 0.1 N s/mm, a held push of 5 N would move at 50 mm/s. If the hand's spring were anchored (k =
-  // 0.2 N/mm), it would stop at 25 mm. With a spring that yields in 0.5 s, the spring holds back by k v 0.5 s.
+  // 0.2 N/mm), it would stop at 25 mm. A spring that yields with a time constant of 0.5 s pulls with only k v 0.5 s.
   SimulatedDevice device(MakePlain(), FindHandModel("H2"), PoseAt(0), Fine());
   device.SetIntention({.X_WH = PoseAt(0), .push_W_N = Vec3(5, 0, 0), .yield_s = 0.5});
   double v = 0;
@@ -224,13 +224,14 @@ TEST(SimulatedDevice, BadOptionsAreRefused) {
     }
     return "";
   };
-  EXPECT_EQ(message({.substeps = 5}, MakePlain()), "substeps = 5 of the simulated device is not within 20 to 10000");
+  EXPECT_EQ(message({.substeps = 5}, MakePlain()),
+            "substeps = 5 of the simulated device is outside the range 20 to 10000");
   EXPECT_EQ(message({.delay_ticks = 17}, MakePlain()),
-            "delay_ticks = 17 of the simulated device is not within 0 to 16");
+            "delay_ticks = 17 of the simulated device is outside the range 0 to 16");
   EXPECT_EQ(message({}, MakePlain(0)), "device ideal has no mass; it can't be simulated");
 }
 
-TEST(IntentionScript, StrokesHaveMinimumJerkAndTheirOwnSlopeAsVelocity) {
+TEST(IntentionScript, StrokesHaveMinimumJerkAndConsistentVelocity) {
   const Pose end{glm::angleAxis(1.0, Vec3(0, 0, 1)), Vec3(30, 0, 0)};
   const IntentionScript script(PoseAt(0), {{.seconds = 2, .X_WH = end, .saw_W_mm = Vec3(0, 4, 0), .saw_Hz = 2.5},
                                            {.seconds = 1, .X_WH = end, .push_W_N = Vec3(0, 0, -5)}});
@@ -260,8 +261,8 @@ TEST(IntentionScript, BadStepsAreNamed) {
     }
     return "";
   };
-  EXPECT_EQ(message({.seconds = 0}), "step 2 of the hand: seconds = 0 is not within 0.001 to 1000000");
-  EXPECT_EQ(message({.saw_Hz = 12}), "step 2 of the hand: saw_Hz = 12 is not within 0 to 10");
+  EXPECT_EQ(message({.seconds = 0}), "step 2 of the hand: seconds = 0 is outside the range 0.001 to 1000000");
+  EXPECT_EQ(message({.saw_Hz = 12}), "step 2 of the hand: saw_Hz = 12 is outside the range 0 to 10");
   EXPECT_EQ(message({.X_WH = PoseAt(std::nan(""))}),
             "the end pose of step 2 of the hand is not valid or outside the world");
 }

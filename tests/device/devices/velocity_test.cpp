@@ -27,9 +27,9 @@ TEST(AdaptiveVelocity, IsExactForALineThatNeedsNoRounding) {
 }
 
 TEST(AdaptiveVelocity, ErrorFallsWithTheWindow) {
-  // Constant speed: the slope between the ends of a window of n steps is off by at most one quantum divided by its
-  // time, since each end is off by half a quantum. The window is shortened only if rounding exceeds a quantum, which
-  // never happens on a line.
+  // Constant speed: the slope between the ends of a window of n steps is off by at most one quantum divided by the
+  // window's time, since each end is off by half a quantum. The window is shortened only if rounding exceeds a quantum,
+  // which never happens on a line.
   for (const int samples : {4, 16, 32}) {
     AdaptiveVelocity velocity(kQuantum_mm, samples);
     double worst = 0;
@@ -42,7 +42,7 @@ TEST(AdaptiveVelocity, ErrorFallsWithTheWindow) {
   }
 }
 
-TEST(AdaptiveVelocity, WindowShortensWhenMotionTurns) {
+TEST(AdaptiveVelocity, WindowShortensWhenMotionReverses) {
   // From 100 mm/s to -100 mm/s abruptly: a fixed window of 15 steps would still give 0 after 7 ms.
   AdaptiveVelocity velocity(0.001);
   double x = 0;
@@ -52,7 +52,7 @@ TEST(AdaptiveVelocity, WindowShortensWhenMotionTurns) {
   EXPECT_NEAR(v, -100, 1e-6);
 }
 
-TEST(AdaptiveVelocity, TakesUnevenTicksAndSurvivesNonsense) {
+TEST(AdaptiveVelocity, AcceptsUnevenTicksAndInvalidInput) {
   AdaptiveVelocity velocity(1e-6);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> dt(0.0002, 0.004);
@@ -71,7 +71,7 @@ TEST(AdaptiveVelocity, TakesUnevenTicksAndSurvivesNonsense) {
   EXPECT_EQ(velocity.Update(Vec3(9, 9, 9), kVelocityDt_s), Vec3{0});
 }
 
-TEST(AdaptiveVelocity, HoldsOverRepeatedSamplesForAWhileOnly) {
+TEST(AdaptiveVelocity, HoldsTheVelocityOverRepeatedSamplesOnlyForAWhile) {
   AdaptiveVelocity velocity(0.001);
   double x = 0;
   Vec3 v{0};
@@ -79,14 +79,14 @@ TEST(AdaptiveVelocity, HoldsOverRepeatedSamplesForAWhileOnly) {
   EXPECT_NEAR(v.x, 20, 1e-6);
   for (int i = 1; i <= 5; ++i) EXPECT_NEAR(velocity.Update(Vec3(x, 0, 0), kVelocityDt_s).x, 20, 1e-6) << i;
   for (int i = 6; i <= 100; ++i) EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kVelocityDt_s).x, 0) << i;
-  x += 0.1;  // the jump to the new place is not a motion
+  x += 0.1;  // the jump to the new position is not a motion
   EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kVelocityDt_s).x, 0);
   EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kVelocityDt_s).x, 20, 1e-6);
 }
 
-TEST(AdaptiveVelocity, RepeatedSamplesOfASlowHandleAreWhatAnEncoderSees) {
+TEST(AdaptiveVelocity, RepeatedSamplesOfASlowHandleAreNotAFault) {
   // 4 mm/s in steps of 0.01 mm: two of three samples are repeated, which is not a fault. The window of 16 ms gives 4
-  // mm/s to one step per window.
+  // mm/s to within one step per window.
   AdaptiveVelocity velocity(0.01);
   Vec3 v{0};
   for (int i = 0; i < 200; ++i) {
@@ -97,13 +97,13 @@ TEST(AdaptiveVelocity, RepeatedSamplesOfASlowHandleAreWhatAnEncoderSees) {
   }
 }
 
-TEST(AdaptiveVelocity, ALeapIsNoSpeed) {
+TEST(AdaptiveVelocity, JumpGivesNoVelocity) {
   AdaptiveVelocity velocity(0.001);
   double x = 0;
   for (int i = 0; i < 50; ++i) velocity.Update(Vec3(x += 0.02, 0, 0), kVelocityDt_s);
   EXPECT_EQ(velocity.Update(Vec3(x += 5, 0, 0), kVelocityDt_s).x, 0);
   EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kVelocityDt_s).x, 20, 1e-6);
-  // A change as fast as a hand can start is a speed.
+  // A change that a hand can cause counts as motion.
   for (int i = 1; i <= 3; ++i) EXPECT_GT(velocity.Update(Vec3(x += 0.02 + 0.25 * i, 0, 0), kVelocityDt_s).x, 200) << i;
 }
 

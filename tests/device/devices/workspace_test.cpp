@@ -31,14 +31,14 @@ double CalcAngle(const Quat& a, const Quat& b) {
   return 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
 }
 
-TEST(Workspace, StandsAsAPersonBeforeAPatient) {
+TEST(Workspace, DefaultOrientationFacesThePatient) {
   const Workspace workspace({});
   EXPECT_LT(glm::length(workspace.ToWorld({1, 0, 0}) - Vec3(1, 0, 0)), 1e-15);   // right: the patient's left
   EXPECT_LT(glm::length(workspace.ToWorld({0, 1, 0}) - Vec3(0, 0, 1)), 1e-15);   // up: towards the head
   EXPECT_LT(glm::length(workspace.ToWorld({0, 0, 1}) - Vec3(0, -1, 0)), 1e-15);  // towards the user: towards the front
 }
 
-RC_GTEST_PROP(Workspace, NothingMovesWhenTheAnchorIsDropped, (std::uint64_t seed)) {
+RC_GTEST_PROP(Workspace, SettingTheAnchorMovesNothing, (std::uint64_t seed)) {
   WorkspaceDraw draw(seed);
   Workspace workspace({draw.Number(0.02, 20), draw.Turn(), draw.Place(), draw.Number(0, 1) < 0.5});
   const Pose X_WT = draw.Pose_();
@@ -49,7 +49,7 @@ RC_GTEST_PROP(Workspace, NothingMovesWhenTheAnchorIsDropped, (std::uint64_t seed
   RC_ASSERT(CalcAngle(X.R_AB, X_WT.R_AB) < 1e-15 * 100);
 }
 
-RC_GTEST_PROP(Workspace, ThereAndBackIsWhereItWas, (std::uint64_t seed)) {
+RC_GTEST_PROP(Workspace, RoundTripIsExact, (std::uint64_t seed)) {
   WorkspaceDraw draw(seed);
   Workspace workspace({draw.Number(0.1, 5), draw.Turn(), draw.Place(), true});
   workspace.Anchor(draw.Pose_(), draw.Pose_());
@@ -61,7 +61,7 @@ RC_GTEST_PROP(Workspace, ThereAndBackIsWhereItWas, (std::uint64_t seed)) {
 
 /// Work at the handle and at the tool: with a scale s the tool's point moves s times as far, so the same force does s
 /// times the work. With s = 1 the mapping neither creates nor dissipates energy.
-RC_GTEST_PROP(Workspace, TheForceDoesItsWorkOnTheHandle, (std::uint64_t seed)) {
+RC_GTEST_PROP(Workspace, WorkScalesWithTheMotionScale, (std::uint64_t seed)) {
   WorkspaceDraw draw(seed);
   const double scale = draw.Number(0.1, 5);
   Workspace workspace({scale, draw.Turn(), draw.Place(), false});
@@ -77,7 +77,7 @@ RC_GTEST_PROP(Workspace, TheForceDoesItsWorkOnTheHandle, (std::uint64_t seed)) {
   RC_ASSERT(std::abs(at_tool - scale * at_handle) < 1e-9);  // rounding: a few times 100 N times 1000 mm times 2^-52
 }
 
-TEST(Workspace, TurnsTheToolAboutTheHandleOnlyWhereThatIsSensed) {
+TEST(Workspace, RotatesTheToolOnlyIfOrientationIsSensed) {
   const Pose X_WT{Quat{1, 0, 0, 0}, {10, 20, 30}};
   const Vec3 p_TC{0, 0, 50};
   const Pose turned{glm::angleAxis(0.3, Vec3{0, 1, 0}), {0, 0, 0}};  // about the up axis
@@ -91,7 +91,7 @@ TEST(Workspace, TurnsTheToolAboutTheHandleOnlyWhereThatIsSensed) {
   EXPECT_LT(glm::length(does_not.CalcToolPose(turned).p_AB - X_WT.p_AB), kRounding_mm);
 }
 
-TEST(Workspace, ScaledProfileHoldsTheSameStiffnessOnTheHandle) {
+TEST(Workspace, ScaledProfileKeepsTheStiffnessAtTheHandle) {
   DeviceProfile profile;
   profile.max_stiffness_N_per_mm = 3;
   profile.resolution_mm = 0.04;
@@ -104,7 +104,7 @@ TEST(Workspace, ScaledProfileHoldsTheSameStiffnessOnTheHandle) {
   EXPECT_DOUBLE_EQ(scaled.peak_force_N, profile.peak_force_N);
 }
 
-TEST(Workspace, LeftHandStandsMirrored) {
+TEST(Workspace, LeftHandIsMirrored) {
   // A rotation of 20 degrees to the right about the up axis becomes 20 degrees to the left.
   const Quat right = kFacingPatient * glm::angleAxis(0.35, Vec3{0, 1, 0});
   const Quat left = kFacingPatient * glm::angleAxis(-0.35, Vec3{0, 1, 0});
@@ -117,7 +117,7 @@ TEST(Workspace, LeftHandStandsMirrored) {
   EXPECT_EQ(ExchangeButtons(ExchangeButtons(0b1010u, 0, 3), 0, 3), 0b1010u);
 }
 
-TEST(Workspace, RefusesWhatItCannotBe) {
+TEST(Workspace, RefusesInvalidParameters) {
   EXPECT_THROW(Workspace({0, kFacingPatient, Vec3{0}, false}), Error);
   EXPECT_THROW(Workspace({std::nan(""), kFacingPatient, Vec3{0}, false}), Error);
   EXPECT_THROW(Workspace({1, Quat{0, 0, 0, 0}, Vec3{0}, false}), Error);

@@ -170,20 +170,20 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   EXPECT_TRUE(sample.homed);
   EXPECT_NEAR(z_mm, 5, 0.1);
   EXPECT_LT(off_N(), 1e-6);
-  // A command above the device's peak: the force is limited to the peak.
+  // The force for a command above the device's peak is limited to the peak.
   command.f_D_N = {0, 0, 100};
   driver.Exchange(command, sample);
   for (int i = 0; i < 1000 && driver.made_f_D_N().z < 3.2; ++i) driver.Exchange(command, sample);
   EXPECT_NEAR(glm::length(driver.made_f_D_N()), 3.3, 1e-5);
   EXPECT_EQ(driver.bad_packets(), 0u);
-  // A second session of the same program, after a regular end.
+  // The same program can begin a second session after a regular end.
   driver.Stop();
   EXPECT_EQ(driver.Exchange(command, sample), RoundEnd::kGone);
   driver.Start(nullptr);
   EXPECT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
 }
 
-TEST(BridgeDriver, TheFieldIsMadeOnTheFarSide) {
+TEST(BridgeDriver, BridgeComputesTheForceField) {
   ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
   BridgeOptions options = MakeOptions(PortOf(example));
   options.valid_ms = 1000;
@@ -208,7 +208,7 @@ TEST(BridgeDriver, TheFieldIsMadeOnTheFarSide) {
   EXPECT_NEAR(force_N, 0.64, 0.05);
 }
 
-TEST(BridgeDriver, SaysWhenTheBridgeIsKilledAndComesBack) {
+TEST(BridgeDriver, ReportsAKilledBridgeAndReconnects) {
   auto example = std::make_unique<ChildProcess>(std::vector<std::string>{KERF_BRIDGE_EXAMPLE, "0"});
   const std::uint16_t port = PortOf(*example);
   BridgeOptions options = MakeOptions(port);
@@ -247,7 +247,7 @@ TEST(BridgeDriver, ABridgeThatIsStoppedGivesNoAnswerAndGoesOn) {
   EXPECT_EQ(samples, 10);
 }
 
-TEST(BridgeDriver, IsTurnedAwayWhileAnotherHasTheDevice) {
+TEST(BridgeDriver, IsRefusedWhileAnotherProgramUsesTheDevice) {
   // A program that is silent for two seconds loses the device.
   test::JudgeAwake(std::chrono::milliseconds(1000), [](test::LongestGap& /*own*/) {
     ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
@@ -264,7 +264,7 @@ TEST(BridgeDriver, IsTurnedAwayWhileAnotherHasTheDevice) {
   });
 }
 
-TEST(BridgeDriver, HearsNobodyButItsBridge) {
+TEST(BridgeDriver, IgnoresPacketsFromOtherSenders) {
   ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
   const std::uint16_t port = PortOf(example);
   BridgeDriver driver(MakeOptions(port));
@@ -301,7 +301,7 @@ TEST(BridgeDriver, HearsNobodyButItsBridge) {
   EXPECT_EQ(driver.bad_packets(), 0u);
 }
 
-TEST(BridgeDriver, SaysWhichVersionTheBridgeSpeaks) {
+TEST(BridgeDriver, ReportsTheVersionOfTheBridge) {
   Answerer other([](std::span<const std::uint8_t> bytes) {
     BridgeHeader header = ReadBridgeHeader(bytes).value_or(BridgeHeader{});
     header.version = 9;
@@ -311,7 +311,7 @@ TEST(BridgeDriver, SaysWhichVersionTheBridgeSpeaks) {
   EXPECT_THAT(MessageOfStart(driver), HasSubstr("uses version 9 of the protocol, but kerf uses version 1"));
 }
 
-TEST(BridgeDriver, SaysThatNoDeviceIsThere) {
+TEST(BridgeDriver, ReportsThatThereIsNoDevice) {
   Answerer other([](std::span<const std::uint8_t> bytes) {
     return Packets{ToVector(WriteBridgeRefusal(ReadBridgeHeader(bytes).value_or(BridgeHeader{}),
                                                {BridgeReason::kNoDevice, 1, "hdInitDevice failed"}))};
@@ -321,7 +321,7 @@ TEST(BridgeDriver, SaysThatNoDeviceIsThere) {
   EXPECT_THAT(MessageOfStart(driver), HasSubstr("hdInitDevice failed"));
 }
 
-TEST(BridgeDriver, SaysWhenSomethingElseAnswers) {
+TEST(BridgeDriver, ReportsThatADifferentProgramAnswers) {
   Answerer other([](std::span<const std::uint8_t>) { return Packets{std::vector<std::uint8_t>(40, 'x')}; });
   BridgeOptions options = MakeOptions(other.port());
   options.start_timeout_ms = 250;
@@ -329,7 +329,7 @@ TEST(BridgeDriver, SaysWhenSomethingElseAnswers) {
   EXPECT_THAT(MessageOfStart(driver), HasSubstr("gave no valid answer"));
 }
 
-TEST(BridgeDriver, OldDoubledAndDamagedAnswersAreNoNews) {
+TEST(BridgeDriver, OldDuplicateAndDamagedAnswersAreIgnored) {
   GoodBridge good;
   std::atomic<int> what{0};
   Answerer other([&](std::span<const std::uint8_t> bytes) {
@@ -369,7 +369,7 @@ TEST(BridgeDriver, OldDoubledAndDamagedAnswersAreNoNews) {
   rounds_until(RoundEnd::kSample);
 }
 
-TEST(BridgeDriver, KeepsToThisMachineUnlessAllowed) {
+TEST(BridgeDriver, ConnectsToThisMachineOnlyUnlessAllowed) {
   BridgeOptions options;
   options.address = "192.0.2.1";
   EXPECT_THROW(BridgeDriver{options}, Error);
@@ -438,7 +438,7 @@ class FarBridge {
   Answerer answerer_;  // last member: its thread calls Answer()
 };
 
-TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
+TEST(BridgeDriver, ContinuousButOldAnswersEndTheForce) {
   FarBridge far;
   BridgeOptions options = MakeOptions(far.port());
   BridgeDriver driver(options);
@@ -460,7 +460,8 @@ TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
   ASSERT_EQ(run(driver, 200), ServoState::kEngaged);
   ASSERT_GT(glm::length(servo.sent_force_N()), 1.9);
   EXPECT_LE(driver.late_states(), servo.counts().no_answers);  // none, unless the machine stalls
-  // From here on each round waits its full 10 ms without its own answer, and receives that of six rounds ago.
+  // From here on each round waits its full 10 ms without receiving its own answer, and receives the answer of six
+  // rounds ago.
   far.late = 6;
   options.timeout_ms = 10;
   BridgeDriver impatient(options);
@@ -481,8 +482,8 @@ TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
   EXPECT_EQ(sample.X_DH.p_AB, Vec3(1, 2, 3));
 }
 
-/// The client in C, of which only the answering thread runs after its servo loop hangs. Its clock advances by 10 ms
-/// with each command.
+/// The client in C. While its servo loop hangs, only its answering thread runs. Its clock advances by 10 ms with each
+/// command.
 class HangingBridge {
  public:
   HangingBridge() : answerer_([this](std::span<const std::uint8_t> bytes) { return Answer(bytes); }) {}
@@ -546,7 +547,7 @@ TEST(BridgeDriver, APromptAnswerWithAFrozenPoseEndsTheForce) {
   run(10);  // 50 ms of the bridge's clock are five answers; then the gate closes within 20 ms
   EXPECT_EQ(servo.state(), ServoState::kHoming);
   EXPECT_EQ(servo.sent_force_N(), Vec3{0});
-  // For any number of answers, and although the user agrees all the time.
+  // This is the case after any number of answers, although the user agrees all the time.
   far.was_pushed = false;
   EXPECT_EQ(run(100), ServoState::kHoming);
   EXPECT_EQ(servo.sent_force_N(), Vec3{0});
@@ -557,7 +558,7 @@ TEST(BridgeDriver, APromptAnswerWithAFrozenPoseEndsTheForce) {
   EXPECT_TRUE(far.was_pushed);
 }
 
-TEST(BridgeDriver, AnswersThatAreLateNowAndThenAreNews) {
+TEST(BridgeDriver, OccasionallyLateAnswersAreAccepted) {
   // Limits of 1 s for the age of answers and of 0.1 s for the wait in a round, so that late answers are still valid.
   test::JudgeAwake(std::chrono::milliseconds(80), [](test::LongestGap& /*own*/) {
     FarBridge far;
@@ -572,7 +573,7 @@ TEST(BridgeDriver, AnswersThatAreLateNowAndThenAreNews) {
     int samples = 0;
     for (int i = 0; i < 20; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
     EXPECT_GE(samples, 12);  // 16, unless the machine stalls
-    // Every answer is that to the previous command: old, but not too old.
+    // Every answer belongs to the previous command: old, but not too old.
     far.late_now_and_then = false;
     far.late = 1;
     driver.Exchange({}, sample);

@@ -47,7 +47,7 @@ class Asker {
   int socket_;
 };
 
-TEST(BridgeExample, LooksAtItsDeviceHoweverManyPacketsCome) {
+TEST(BridgeExample, UpdatesItsDeviceEvenWithManyPackets) {
   ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
   const std::string line = example.ReadLine();
   const Asker asker(static_cast<std::uint16_t>(std::stoi(line.substr(line.rfind(':') + 1))));

@@ -49,7 +49,7 @@ double FalconsPeak() {
   return FindDeviceProfile("falcon").peak_force_N;
 }
 
-TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
+TEST(DeviceCheck, MeasuresAKnownDevice) {
   // Two seconds at rest and two at full force: if the machine stalls for half of them, there is no result.
   JudgeAwake(std::chrono::milliseconds(1000), [](LongestGap& own) {
     Served served(PatientOptions(), [](ReportedDevice::State& state) { state.feels = FeelSpring; });
@@ -129,7 +129,7 @@ TEST(DeviceCheck, MakesNoForceWithADeviceThatHasNone) {
   EXPECT_THAT(FormatDeviceCheck("reported", *served.servo, r), HasSubstr("the device outputs none"));
 }
 
-TEST(DeviceCheck, NamesWhatIsWrong) {
+TEST(DeviceCheck, ReportsEachFault) {
   {
     Served served(PatientOptions(), [](ReportedDevice::State& state) { state.sample.homed = false; });
     DeviceCheckOptions options = ShortOptions();
@@ -160,8 +160,8 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
   });
 }
 
-TEST(DeviceCheck, SaysWhyLessForceWentOutThanWasAskedFor) {
-  // A round that is 100 ms late also closes the gate, but with another reason.
+TEST(DeviceCheck, ReportsWhyLessForceWasSentThanRequested) {
+  // A round that is 100 ms late also closes the gate, but for another reason.
   JudgeAwake(std::chrono::milliseconds(50), [](LongestGap& own) {
     DeviceServoOptions servo = PatientOptions();
     servo.servo.gate.lost_s = 0.05;
@@ -187,7 +187,7 @@ TEST(DeviceCheck, SaysWhyLessForceWentOutThanWasAskedFor) {
   });
 }
 
-TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {
+TEST(DeviceCheck, UnpluggingUnderForceEndsItImmediatelyWithAFault) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
     state.feels = [](ReportedDevice::State& s) {
       FeelSpring(s);
@@ -295,7 +295,7 @@ std::unique_ptr<DeviceDriver> LiveFalcon::Open() {
       *this, std::make_unique<FalconDriver>(bus_.Open(devices.front(), kFalconInterface).transport, options));
 }
 
-TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
+TEST(DeviceCheck, PassesWithASimulatedFalconThatIsUnpluggedAfterwards) {
   std::unique_ptr<LiveFalcon> falcon;
   std::unique_ptr<DeviceServo> servo;
   JudgeAwake(std::chrono::milliseconds(1000), [&](LongestGap& own) {
@@ -321,7 +321,7 @@ TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
   });
   ASSERT_TRUE(test::WaitFor([&] { return falcon->motors() == std::array<int, 3>{}; }));
 
-  // While the force is on.
+  // The device is unplugged while the force is on.
   const auto push = [&] {
     DriverCommand command;
     command.f_D_N = {0, 1, 0};
@@ -352,7 +352,7 @@ TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
   }));
 }
 
-TEST(WatchDevice, ShowsWhereTheHandleIsOnlyWhileItTells) {
+TEST(WatchDevice, ShowsThePositionOnlyWhileTheDeviceAnswers) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = options.servo.agree_s = 0.3;
   Served served(options, [](ReportedDevice::State& state) {

@@ -62,7 +62,7 @@ TEST(DeviceList, FindsEachKindAndOpensIt) {
   EXPECT_EQ(found[2].model, "SpaceNavigator");
 }
 
-TEST(DeviceList, TellsSeveralOfAKindApartByTheirSockets) {
+TEST(DeviceList, DistinguishesDevicesOfOneKindByTheirPorts) {
   HeldMechanism held;
   FalconModel first(held, Loaded());
   FalconModel second(held, {});
@@ -111,7 +111,7 @@ class Gadget : public UsbModel {
   test::EchoModel echo_;
 };
 
-TEST(DeviceList, LeavesGadgetsWithTheSameNumbersAlone) {
+TEST(DeviceList, IgnoresGadgetsWithTheSameIds) {
   for (const bool hid : {false, true}) {
     Gadget gadget(hid);
     ModelBus bus;
@@ -124,7 +124,7 @@ TEST(DeviceList, LeavesGadgetsWithTheSameNumbersAlone) {
   }
 }
 
-TEST(DeviceList, TellsWhatIsInTheWayAndHowToMendIt) {
+TEST(DeviceList, ReportsEachProblemWithItsRemedy) {
   HeldMechanism held;
   FalconModel falcon(held, {});
   ModelBus bus;
@@ -148,7 +148,7 @@ TEST(DeviceList, TellsWhatIsInTheWayAndHowToMendIt) {
   }
 }
 
-TEST(DeviceList, SilentDevicesFailAndAreTold) {
+TEST(DeviceList, SilentDevicesAreReportedAsFailed) {
   HeldMechanism held;
   FalconModel falcon(held, Loaded());
   WoodenModel wooden(held);
@@ -189,7 +189,7 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
     EXPECT_EQ(found[0].kind->name, "bridge");
     EXPECT_EQ(found[0].state, DeviceState::kReady) << found[0].problem;
     EXPECT_EQ(found[0].where, "127.0.0.1:" + std::to_string(options.bridge.port));
-    EXPECT_NE(found[0].model, "bridge");  // the name that the far side gives
+    EXPECT_NE(found[0].model, "bridge");  // the name that the bridge reports
     ModelBus bus;
     EXPECT_TRUE(OpenDriver(bus, "bridge", options));
     example.End(SIGTERM);
@@ -197,7 +197,7 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
   EXPECT_TRUE(FindFarDevices(options).empty());
 }
 
-TEST(DeviceList, HaplysServiceIsListedWithWhatIsMissingBehindIt) {
+TEST(DeviceList, HaplysServiceIsListedEvenWithoutAnInverse3) {
   DriverOptions options = MakePatientOptions();
   options.bridge.port = 1;  // a port without a service
   test::HaplyService service;
@@ -215,7 +215,7 @@ TEST(DeviceList, HaplysServiceIsListedWithWhatIsMissingBehindIt) {
   EXPECT_THAT(none[0].remedy, HasSubstr("Haply's own program"));
 }
 
-TEST(DeviceList, NamesTheNearestWhenNothingIsCalledSo) {
+TEST(DeviceList, UnknownNameIsReportedWithTheNearest) {
   ModelBus bus;
   EXPECT_EQ(Refusal(bus, "falkon"), "no device is called \"falkon\"; the nearest is \"falcon\"");
   EXPECT_THAT(Refusal(bus, "x"), StartsWith("no device is called \"x\"; the devices are falcon, wooden, spacemouse"));

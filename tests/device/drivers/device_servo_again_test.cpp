@@ -1,5 +1,5 @@
-// A device that was unplugged and comes back, or that the user must first make ready: the messages, and that it is not
-// used before the user has agreed.
+// Tests of a device that was unplugged and plugged in again, or that the user must first make ready: its messages are
+// correct, and it is not used before the user has agreed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ std::size_t Count(const std::string& text, const std::string& part) {
   return count;
 }
 
-TEST(DeviceServoAgain, WhyItMayNotBeOpenedIsSaidOnce) {
+TEST(DeviceServoAgain, ReasonForAFailedOpeningIsReportedOnce) {
   const auto device = std::make_shared<ReportedDevice>();
   std::atomic<int> tries{0};
   const DeviceServo::Open open = [&, reported = test::OpenReported(device)] {
@@ -63,7 +63,7 @@ TEST(DeviceServoAgain, WhyItMayNotBeOpenedIsSaidOnce) {
   EXPECT_TRUE(WaitFor([&] { return servo.state() == ServoState::kWaiting; }));
 }
 
-TEST(DeviceServoAgain, OneThatHomesIsStartedAnewWhenItHasNotAnsweredForLong) {
+TEST(DeviceServoAgain, HomingDeviceIsRestartedAfterALongSilence) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = 0.1;
   options.given_up_s = 0.3;
@@ -101,7 +101,7 @@ TEST(DeviceServoAgain, OneThatHomesIsStartedAnewWhenItHasNotAnsweredForLong) {
   EXPECT_TRUE(served.AwaitForce(kForce_W_N, kForce_D_N));
 }
 
-TEST(DeviceServoAgain, OneThatTakesItsZeroWhereItIsIsNot) {
+TEST(DeviceServoAgain, DeviceThatDoesNotHomeIsNotRestarted) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = 0.05;
   options.given_up_s = 0.1;
@@ -118,7 +118,7 @@ TEST(DeviceServoAgain, OneThatTakesItsZeroWhereItIsIsNot) {
   EXPECT_EQ(served.device->Look().opened, 1);
 }
 
-TEST(DeviceServoAgain, TheUserHearsHowItsZeroIsTaken) {
+TEST(DeviceServoAgain, UserIsInformedHowTheZeroIsTaken) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
     state.traits.homes = false;
     state.traits.homing = "hold the arm in its zero pose";
@@ -135,7 +135,7 @@ TEST(DeviceServoAgain, TheUserHearsHowItsZeroIsTaken) {
   EXPECT_THAT(said, HasSubstr("reported: hold the arm in its zero pose"));
 }
 
-TEST(DeviceServoAgain, OneThatIsNotReadySaysSoThoughItDoesNotHome) {
+TEST(DeviceServoAgain, UnreadyDeviceThatDoesNotHomeIsReported) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
     state.traits.homes = false;
     state.traits.homing.clear();
@@ -146,7 +146,7 @@ TEST(DeviceServoAgain, OneThatIsNotReadySaysSoThoughItDoesNotHome) {
   EXPECT_EQ(served.servo->state(), ServoState::kHoming);
 }
 
-TEST(DeviceServoAgain, WhatIsCountedIsWholeAtEachChangeOfStateAndWhenItIsGone) {
+TEST(DeviceServoAgain, CountsAreCompleteAtEachChangeOfStateAndAfterUnplugging) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = 0.05;
   Served served(options);
@@ -155,7 +155,7 @@ TEST(DeviceServoAgain, WhatIsCountedIsWholeAtEachChangeOfStateAndWhenItIsGone) {
     // Only this thread reads the counts, and it waits: they must be complete when the state changes.
     served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
     ASSERT_TRUE(served.Await(ServoState::kSilent));
-    // A stall of the machine adds more.
+    // More if the machine stalls.
     EXPECT_GE(served.servo->counts().rounds.silences, static_cast<std::uint64_t>(i));
     served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kSample; });
     ASSERT_TRUE(served.Await(ServoState::kEngaged));
@@ -167,7 +167,7 @@ TEST(DeviceServoAgain, WhatIsCountedIsWholeAtEachChangeOfStateAndWhenItIsGone) {
   EXPECT_EQ(served.servo->counts().rounds.rounds, served.device->Look().rounds);
 }
 
-TEST(DeviceServoAgain, AFaultNobodyForesawIsLikeAnUnplugAndEndsNothing) {
+TEST(DeviceServoAgain, UnexpectedExceptionIsTreatedAsUnplugging) {
   const auto device = std::make_shared<ReportedDevice>();
   std::atomic<bool> throws{false};
   std::atomic<int> thrown{0};
@@ -196,7 +196,7 @@ TEST(DeviceServoAgain, AFaultNobodyForesawIsLikeAnUnplugAndEndsNothing) {
   EXPECT_EQ(device->Look().opened, 2);
 }
 
-TEST(DeviceServoAgain, ItsOwnThreadLetsGoWithoutWaitingForItself) {
+TEST(DeviceServoAgain, ItsOwnThreadReleasesWithoutWaitingForItself) {
   std::atomic<int> answer{-1};
   Served served;
   served.Engage({}, {});
@@ -206,7 +206,7 @@ TEST(DeviceServoAgain, ItsOwnThreadLetsGoWithoutWaitingForItself) {
       if (answer.load() < 0) answer = DeviceServo::LetGoOfAll(60'000, false) ? 1 : 0;
     };
   });
-  ASSERT_TRUE(WaitFor([&] { return answer.load() >= 0; }));  // half as long
+  ASSERT_TRUE(WaitFor([&] { return answer.load() >= 0; }));  // waits half as long
   EXPECT_EQ(answer.load(), 0);                               // the force is not off yet
   ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return served.servo->state() == ServoState::kWaiting; }));
   EXPECT_EQ(served.device->Look().reported.f_D_N, Vec3(0));
@@ -217,7 +217,7 @@ TEST(DeviceServoAgain, ItsOwnThreadLetsGoWithoutWaitingForItself) {
   EXPECT_EQ(served.device->Look().reported.f_D_N, Vec3(0));
 }
 
-TEST(DeviceServoAgain, ACapThatIsNotHeardMovesNothing) {
+TEST(DeviceServoAgain, CapMovesNothingWhileTheDeviceDoesNotAnswer) {
   DeviceServoOptions options = PatientOptions();
   options.old_s = 0.2;
   Served served(options, [](ReportedDevice::State& state) {

@@ -49,7 +49,7 @@ void PutAside(ReportedDevice::State& state) {
   state.sample.X_DH.p_AB = kHandle_mm;
 }
 
-TEST(DeviceServo, TellsNoPoseBeforeItIsEngagedAndThenTheToolsOwn) {
+TEST(DeviceServo, ReturnsNoPoseBeforeItIsEngagedAndThenTheToolsPose) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
     PutAside(state);
     state.sample.homed = false;
@@ -87,7 +87,7 @@ TEST(DeviceServo, TheHandleMovesTheToolByTheScaleInTheDevicesFrame) {
   EXPECT_EQ(served.servo->profile().peak_force_N, FindDeviceProfile("falcon").peak_force_N);
 }
 
-TEST(DeviceServo, ToldItsOrientationTheHandleHasNoToolBefore) {
+TEST(DeviceServo, HandleHoldsNoToolUntilTheOrientationIsSet) {
   DeviceServoOptions options = PatientOptions();
   options.reported_orientation = true;
   Served served(options, PutAside);
@@ -130,7 +130,7 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   EXPECT_EQ(reported.damping_Ns_per_mm, 0);  // the force already includes the coupling's damping
 }
 
-TEST(DeviceServo, TheClutchLiftsTheHandleOffTheTool) {
+TEST(DeviceServo, ClutchDetachesTheHandleFromTheTool) {
   Served served(PatientOptions(), PutAside);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
@@ -183,7 +183,7 @@ TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
             kExact_mm);
 }
 
-TEST(DeviceServo, ADeviceThatSensesItsTurningTurnsTheTool) {
+TEST(DeviceServo, DeviceThatSensesOrientationRotatesTheTool) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
     PutAside(state);
     state.traits.senses_orientation = true;
@@ -203,7 +203,7 @@ TEST(DeviceServo, ADeviceThatSensesItsTurningTurnsTheTool) {
             kExact_mm);
 }
 
-TEST(DeviceServo, TheLeftHandHasItsButtonsExchangedAndItsFrameMirrored) {
+TEST(DeviceServo, LeftHandSwapsButtonsAndMirrorsTheFrame) {
   DeviceServoOptions options = PatientOptions();
   options.left_handed = true;
   options.R_WD = kFacingPatient * glm::angleAxis(0.6, Vec3{0, 1, 0});
@@ -221,7 +221,7 @@ TEST(DeviceServo, TheLeftHandHasItsButtonsExchangedAndItsFrameMirrored) {
   EXPECT_LE(glm::length(moved - kFacingPatient * glm::angleAxis(-0.6, Vec3{0, 1, 0}) * Vec3{1, 0, 0}), kExact_mm);
 }
 
-TEST(DeviceServo, UnpluggedInMidForceItGoesOnFromWhereTheToolStood) {
+TEST(DeviceServo, AfterUnpluggingUnderForceTheToolContinuesFromItsPose) {
   Served served(PatientOptions(), PutAside);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
@@ -260,7 +260,7 @@ TEST(DeviceServo, UnpluggedInMidForceItGoesOnFromWhereTheToolStood) {
   ExpectPose(served.sample.X_WH, X_WT);
 }
 
-TEST(DeviceServo, WhatWasAgreedToWhileItWasInTheHandIsNoConsentForLater) {
+TEST(DeviceServo, AgreementWhileEngagedIsNotKept) {
   Served served(PatientOptions(), PutAside);
   served.Engage(MakePlace());
   served.servo->Agree();
@@ -273,7 +273,7 @@ TEST(DeviceServo, WhatWasAgreedToWhileItWasInTheHandIsNoConsentForLater) {
   EXPECT_EQ(served.servo->state(), ServoState::kWaiting);
 }
 
-TEST(DeviceServo, WhoAgreesInARoundWithoutAnAnswerHasAgreed) {
+TEST(DeviceServo, AgreementInARoundWithoutAnAnswerIsKept) {
   Served served;
   served.servo->SetTool(MakePlace(), {});
   ASSERT_TRUE(served.Await(ServoState::kWaiting));
@@ -285,7 +285,7 @@ TEST(DeviceServo, WhoAgreesInARoundWithoutAnAnswerHasAgreed) {
   EXPECT_TRUE(served.Await(ServoState::kEngaged));
 }
 
-TEST(DeviceServo, ADeviceThatFailsToOpenAgainIsTriedUntilItDoes) {
+TEST(DeviceServo, ReopeningIsRetriedUntilItSucceeds) {
   Served served;
   served.Engage(MakePlace());
   served.device->With([](ReportedDevice::State& state) { state.is_there = false; });
@@ -326,7 +326,7 @@ TEST(DeviceServo, ASecondSessionBeginsWhereItsToolIs) {
   ExpectPose(served.sample.X_WH, expected);
 }
 
-TEST(DeviceServo, ASilentDeviceHasNoForceAndTheToolDoesNotLeapAfterwards) {
+TEST(DeviceServo, SilentDeviceHasNoForceAndTheToolDoesNotJumpAfterwards) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = 0.1;
   Served served(options, PutAside);
@@ -350,7 +350,7 @@ TEST(DeviceServo, ASilentDeviceHasNoForceAndTheToolDoesNotLeapAfterwards) {
   EXPECT_TRUE(served.AwaitMessage("answers again"));
 }
 
-TEST(DeviceServo, TheCommandsOfALoopThatHasStoppedEndInZero) {
+TEST(DeviceServo, ForceIsZeroAfterTheLoopHasStopped) {
   DeviceServoOptions options = PatientOptions();
   options.servo.gate.stale_s = 0.3;
   Served served(options, PutAside);
@@ -368,7 +368,7 @@ TEST(DeviceServo, TheCommandsOfALoopThatHasStoppedEndInZero) {
   EXPECT_EQ(served.servo->state(), ServoState::kEngaged);
 }
 
-TEST(DeviceServo, ALoopThatHasNothingToSayOfAnOldPoseStands) {
+TEST(DeviceServo, OldSampleIsNotUsed) {
   DeviceServoOptions options = PatientOptions();
   options.old_s = 0.2;
   Served served(options, PutAside);
@@ -433,7 +433,7 @@ TEST(DeviceServo, EndsInEachStateWithoutForce) {
   }
 }
 
-TEST(DeviceServo, IsLimitedByTheTableForTheGateAndForAllOthersAlike) {
+TEST(DeviceServo, ReportedPeaksAreLimitedByTheTable) {
   // A bridge whose program claims more than any Touch can do; its claims are the same each time it is opened.
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
     state.profile = FindDeviceProfile("touch");
@@ -449,7 +449,7 @@ TEST(DeviceServo, IsLimitedByTheTableForTheGateAndForAllOthersAlike) {
   EXPECT_TRUE(served.Await(ServoState::kWaiting));
 }
 
-TEST(DeviceServo, OfAnArmWithAFileOfItsOwnTheTableSaysNothing) {
+TEST(DeviceServo, TableDoesNotLimitAnArmWithItsOwnFile) {
   DeviceServoOptions options = PatientOptions();
   options.own_figures = true;
   Served served(options, [](ReportedDevice::State& state) {
@@ -464,7 +464,7 @@ TEST(DeviceServo, OfAnArmWithAFileOfItsOwnTheTableSaysNothing) {
   EXPECT_TRUE(served.AwaitForce(f_W_N, glm::conjugate(kFacingPatient) * f_W_N));
 }
 
-TEST(DeviceServo, WhatCanNotBeOpenedIsToldByTheConstructor) {
+TEST(DeviceServo, ConstructorThrowsIfTheDeviceCannotBeOpened) {
   const auto device = std::make_shared<ReportedDevice>();
   const auto make = [&](const DeviceServoOptions& options) {
     DeviceServo("reported", test::OpenReported(device), options, {});

@@ -9,7 +9,7 @@ namespace {
 
 using test::Served;
 
-TEST(HandleAtRest, IsOneThatWasSeenToBeStill) {
+TEST(HandleAtRest, RequiresAHandleObservedAtRest) {
   const Served served;
   HandleAtRest at_rest(*served.servo);
   ServoSample sample;

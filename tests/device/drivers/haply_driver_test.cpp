@@ -61,7 +61,7 @@ void WaitFor(const Condition& condition) {
   for (int i = 0; i < 500 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
 }
 
-TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
+TEST(HaplyDriver, ReportsTheCursorPositionAndSendsTheForce) {
   HaplyService service;
   HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
@@ -89,7 +89,7 @@ TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
   EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kGone);
 }
 
-TEST(HaplyDriver, ThousandRoundsEachHaveAnAnswerOfTheirOwn) {
+TEST(HaplyDriver, EachOfAThousandRoundsHasItsOwnAnswer) {
   // A round waits at most one second: a run in which the machine stalled that long is repeated.
   for (int tries = 1;; ++tries) {
     HaplyService service;
@@ -111,7 +111,7 @@ TEST(HaplyDriver, ThousandRoundsEachHaveAnAnswerOfTheirOwn) {
   }
 }
 
-TEST(HaplyDriver, AfterAnAnswerThatWasLateEachRoundHearsItsOwnAgain) {
+TEST(HaplyDriver, AfterALateAnswerEachRoundReceivesItsOwnAgain) {
   HaplyService service;
   service.GiveWay();
   HaplyDriver driver(MakeHaplyOptions(service.port(), 200));
@@ -153,7 +153,7 @@ TEST(HaplyDriver, BadForcesAreZeroAndLongOnesShortened) {
   EXPECT_LT(glm::length(service.force_N() - Vec3(0, -8, 6)), 1e-9);
 }
 
-TEST(HaplyDriver, GarbageIsDroppedAndTheNextIsHeard) {
+TEST(HaplyDriver, GarbageIsDroppedAndTheNextMessageIsRead) {
   HaplyService service;
   HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
@@ -176,7 +176,7 @@ TEST(HaplyDriver, GarbageIsDroppedAndTheNextIsHeard) {
   }
 }
 
-TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerAndAreHeardLater) {
+TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerUntilTheyRespond) {
   HaplyService service;
   HaplyDriver driver(MakeHaplyOptions(service.port(), 10));
   driver.Start(nullptr);
@@ -196,7 +196,7 @@ TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerAndAreHeardLater) {
 }
 
 // Runs until the sockets' buffers are full: then a force has not been sent, whatever the service reports.
-TEST(HaplyDriver, OneThatTellsButTakesNothingHasNoAnswer) {
+TEST(HaplyDriver, ServiceThatSendsButDoesNotReadGivesNoAnswer) {
   HaplyService service;
   HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
@@ -213,7 +213,7 @@ TEST(HaplyDriver, OneThatTellsButTakesNothingHasNoAnswer) {
   EXPECT_GT(service.reported(), 20);
 }
 
-TEST(HaplyDriver, SaysWhenTheConnectionIsClosedAndComesBack) {
+TEST(HaplyDriver, ReportsAClosedConnectionAndReconnects) {
   HaplyService service;
   HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
@@ -241,7 +241,7 @@ TEST(HaplyDriver, ADeviceThatLeavesTheListIsGone) {
   EXPECT_GE(rounds, HaplyDriver::kMaxWithout);
 }
 
-TEST(HaplyDriver, SaysWhatIsWrongAtTheStart) {
+TEST(HaplyDriver, StartReportsWhatIsWrong) {
   std::uint16_t free_port = 0;
   {
     HaplyService service;
@@ -272,7 +272,7 @@ TEST(HaplyDriver, SaysWhatIsWrongAtTheStart) {
   }
 }
 
-TEST(HaplyDriver, KeepsToThisMachine) {
+TEST(HaplyDriver, ConnectsToThisMachineOnly) {
   HaplyOptions options;
   options.address = "192.0.2.1";
   EXPECT_THROW(HaplyDriver{options}, Error);
@@ -281,7 +281,7 @@ TEST(HaplyDriver, KeepsToThisMachine) {
   EXPECT_THROW(HaplyDriver{options}, Error);
 }
 
-TEST(HaplyDriver, AGripThatDropsOutIsNoAnswerNotAHandleTurnedBack) {
+TEST(HaplyDriver, LostGripGivesNoAnswerAndKeepsTheOrientation) {
   HaplyService service;
   HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);
@@ -301,7 +301,7 @@ TEST(HaplyDriver, AGripThatDropsOutIsNoAnswerNotAHandleTurnedBack) {
   EXPECT_EQ(sample.X_DH.R_AB, before);
 }
 
-TEST(HaplyDriver, OneThatBeganWithoutAGripNeedsNone) {
+TEST(HaplyDriver, StartsAndRunsWithoutAGrip) {
   HaplyService service(Mood::kGood, /*with_grip=*/false);
   HaplyDriver driver(MakeHaplyOptions(service.port()));
   driver.Start(nullptr);

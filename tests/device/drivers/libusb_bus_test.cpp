@@ -11,7 +11,7 @@ TEST(LibusbBusWithoutDevices, ListsWithoutFailing) {
   for (const UsbDeviceInfo& device : bus.List()) EXPECT_GT(device.address, 0);
 }
 
-TEST(LibusbBusWithoutDevices, WhatIsNotThereIsGone) {
+TEST(LibusbBusWithoutDevices, OpeningAnAbsentDeviceReturnsGone) {
   LibusbBus bus;
   UsbDeviceInfo device;
   device.bus = 250;

@@ -1,4 +1,4 @@
-// A device whose behaviour a test defines, for tests of the servo that serves it and of code based on that.
+// A device whose behaviour a test defines, for tests of the servo that serves it and of code based on the servo.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The configuration file of a wooden arm: the shipped file equals the built-in values, and errors name their place.
+// The configuration file of a wooden arm: the shipped file equals the built-in values, and errors name their position.
 #include "device/drivers/wooden_config.h"
 
 #include <gmock/gmock.h>
@@ -45,13 +45,13 @@ TEST(WoodenConfig, ShippedFileIsTheDefaultAndNamesEachKey) {
   EXPECT_EQ(ValuesOf(ParseWoodenConfig("", "none")), ValuesOf(WoodenParams{}));
 }
 
-TEST(WoodenConfig, AluminiumStandsInItsMiddleAtZero) {
+TEST(WoodenConfig, ZeroPoseOfTheAluminiumArmIsTheMiddle) {
   const WoodenParams params = ReadWoodenConfig(KERF_SOURCE_DIR "/volumes/wooden_aluminium_2017.toml");
   const Vec3 p_D_mm = CalcWoodenPosition(params, CalcWoodenAngles(params, {}));
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(p_D_mm[i], 0, 1e-9);
 }
 
-TEST(WoodenConfig, FaultsAreToldWhereTheyStand) {
+TEST(WoodenConfig, FaultsAreReportedWithTheirPosition) {
   EXPECT_THAT(MessageOf("base_mm = 80\nforarm_mm = 200\n"), AllOf(HasSubstr("arm.toml:2:1"), HasSubstr("forearm_mm")));
   EXPECT_THAT(MessageOf("base_mm = -3"), AllOf(HasSubstr("arm.toml:1:1"), HasSubstr("0 to 1000")));
   EXPECT_THAT(MessageOf("gear = [16, 0, 12]"), AllOf(HasSubstr("arm.toml:1:1"), HasSubstr("gear[1] = 0")));

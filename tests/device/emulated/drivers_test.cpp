@@ -28,7 +28,7 @@ std::vector<std::uint8_t> MakeFirmware() {
   return bytes;
 }
 
-/// Number of exchanges, by how they ended.
+/// Number of exchanges by result.
 struct Count {
   int samples = 0;
   int no_answer = 0;
@@ -96,7 +96,7 @@ TEST_F(EmulatedDrivers, FalconTakesItsFirmwareByteForByte) {
   EXPECT_EQ(kernel.unknown_calls(), 0);
 }
 
-TEST_F(EmulatedDrivers, FalconIsHomedAndTellsWhereItsGripIs) {
+TEST_F(EmulatedDrivers, FalconIsHomedAndReportsItsGripPosition) {
   FalconModelOptions model_options;
   model_options.firmware_is_there = true;
   FalconModel model(held_, model_options);
@@ -125,7 +125,7 @@ TEST_F(EmulatedDrivers, FalconIsHomedAndTellsWhereItsGripIs) {
   EXPECT_EQ(last.buttons, 4U);
 }
 
-TEST_F(EmulatedDrivers, FalconExchangesAtAThousandHertzWithNothingBad) {
+TEST_F(EmulatedDrivers, FalconExchangesAtAThousandHertzWithoutBadAnswers) {
   FalconModelOptions model_options;
   model_options.firmware_is_there = true;
   model_options.homed = true;
@@ -214,7 +214,7 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   DriverSample last;
   DriverCommand command;
   command.f_D_N = Vec3(0.5, 1, -0.5);
-  // The driver waits at most a millisecond or two: this machine may miss that, but no report is ever bad, except once,
+  // The driver waits at most a millisecond or two. This machine may be slower, but no report is bad except for one,
   // when the handle jumps.
   const auto look = [&](const DriverSample& sample) { last = sample; };
   Count all;
@@ -229,7 +229,7 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   EXPECT_GT(all.samples, 200);
   // One count is 2 pi / 32000: 0.1 mm at the handle.
   EXPECT_LT(glm::length(last.X_DH.p_AB - wanted), 0.2);
-  // If the machine stalls before the check, the board switches its motors off: then it is tried again.
+  // If the machine stalls before the check, the board switches its motors off: then the check is repeated.
   bool on = false;
   for (int tries = 0; tries < 100 && !on; ++tries) {
     ExchangeFor(*driver, 20, look, command);
@@ -244,7 +244,7 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   EXPECT_TRUE(on);
 }
 
-TEST_F(EmulatedDrivers, SpaceMouseTellsHowFarItsCapIsPushed) {
+TEST_F(EmulatedDrivers, SpaceMouseReportsItsDeflection) {
   SpaceMouseEmulation model;
   EmulatedKernel kernel;
   kernel.PlugIn(model, {.driver = "usbhid"});
@@ -274,7 +274,7 @@ FoundDevice FindOnly(UsbBus& bus) {
   return found.empty() ? FoundDevice{} : found[0];
 }
 
-TEST_F(EmulatedDrivers, EachProblemIsToldWithWhatMendsIt) {
+TEST_F(EmulatedDrivers, EachProblemIsReportedWithItsRemedy) {
   FalconModel model(held_, {});
   {
     EmulatedKernel kernel;

@@ -89,43 +89,45 @@ HandPress ReadPress(const std::string& text) {
   HandPress press;
   char rest = 0;
   if (std::sscanf(text.c_str(), "%u@%lf-%lf%c", &press.buttons, &press.from_s, &press.to_s, &rest) != 3) {
-    throw Error(fmt::format("--press {}: must be BITS@FROM-TO, seconds of the way", text));
+    throw Error(fmt::format("--press {}: must be BITS@FROM-TO, in seconds of path time", text));
   }
   return press;
 }
 
 /// The last part of `argv` is the program to run.
 std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
-  CLI::App app{"Runs a program on a machine that seems to have a haptic device plugged in, by umockdev", "emulate_usb"};
-  app.add_option("--device", options.device, "What is plugged in")->check(CLI::IsMember(NamesOfEmulatedDevices()));
-  app.add_option("--firmware", options.firmware_file, "The only file that a Falcon runs; else any");
-  app.add_flag("--firmware-there", options.emulated.firmware_is_there, "It runs already");
-  app.add_flag("--homed", options.emulated.homed, "And is homed");
-  app.add_option("--wrong-echoes", options.emulated.wrong_echoes, "Uploads of firmware that go wrong");
+  CLI::App app{"Runs a program with an emulated haptic device (umockdev)", "emulate_usb"};
+  app.add_option("--device", options.device, "Emulated device")->check(CLI::IsMember(NamesOfEmulatedDevices()));
+  app.add_option("--firmware", options.firmware_file, "The only firmware file that a Falcon accepts; default: any");
+  app.add_flag("--firmware-there", options.emulated.firmware_is_there, "The firmware runs already");
+  app.add_flag("--homed", options.emulated.homed, "The device is homed");
+  app.add_option("--wrong-echoes", options.emulated.wrong_echoes, "Number of firmware uploads that fail");
   app.add_flag("--no-permission", options.socket.no_permission, "The device's file can't be opened");
-  app.add_option("--driver", options.socket.driver, "Of the kernel, that has the device");
-  app.add_flag("--driver-holds", options.socket.driver_holds, "And does not let go of it");
-  app.add_option("--unplug-at", options.unplug_at_s, "s after the program began");
-  app.add_option("--unplug-after", options.unplug_after, "Packets that the program has sent; 0: not");
-  app.add_option("--plug-in-at", options.plug_in_at_s, "Again, s after the program began");
-  app.add_option("--unplug-on-way", options.unplug_on_way_s, "s of the way of a hand that cuts a scene");
-  app.add_option("--plug-in-later", options.plug_in_later_s, "Again, s after --unplug-after or --unplug-on-way came");
-  app.add_option("--silent-at", options.silent_at_s, "From then on nothing comes back, s");
-  app.add_option("--loud-at", options.loud_at_s, "And from then on again, s");
-  app.add_option("--hand", options.way, "What the hand does, once the program exchanges: still, circle, line")
+  app.add_option("--driver", options.socket.driver, "Kernel driver that has the device");
+  app.add_flag("--driver-holds", options.socket.driver_holds, "The kernel driver can't be detached");
+  app.add_option("--unplug-at", options.unplug_at_s, "Time after the program's start, s");
+  app.add_option("--unplug-after", options.unplug_after, "Number of packets sent before it is unplugged; 0: never");
+  app.add_option("--plug-in-at", options.plug_in_at_s,
+                 "Time after the program's start at which it is plugged in again, s");
+  app.add_option("--unplug-on-way", options.unplug_on_way_s, "Path time of a hand that cuts a scene, s");
+  app.add_option("--plug-in-later", options.plug_in_later_s,
+                 "Time after the unplugging at which it is plugged in again, s");
+  app.add_option("--silent-at", options.silent_at_s, "Time from which it does not answer, s");
+  app.add_option("--loud-at", options.loud_at_s, "Time from which it answers again, s");
+  app.add_option("--hand", options.way, "Motion of the hand once the program exchanges: still, circle, line")
       ->check(CLI::IsMember({"still", "circle", "line"}));
-  app.add_option("--scene", options.scene, "It cuts what this scene says, once the device's lamp is green");
+  app.add_option("--scene", options.scene, "The hand cuts this scene once the device's lamp is green");
   app.add_option("--hand-model", options.hand_model, "H0 to H4");
-  app.add_option("--radius", options.hand.radius_mm, "Of the circle, mm");
+  app.add_option("--radius", options.hand.radius_mm, "Radius of the circle, mm");
   app.add_option("--period", options.hand.period_s, "s");
-  app.add_option("--press", options.presses, "BITS@FROM-TO: buttons, in seconds of the way");
+  app.add_option("--press", options.presses, "BITS@FROM-TO: buttons, in seconds of path time");
   app.add_flag("--no-homing", options.no_homing, "The hand does not home the device");
   app.add_option("--interrupt-on-way", options.interrupt_on_way_s,
-                 "s of the way of a hand that cuts a scene; then the program gets SIGINT, as by Ctrl-C");
-  app.add_option("--wait-for", options.start_file, "File before which the hand that cuts a scene does not begin");
-  app.add_flag("--leaves-buttons", options.leaves_buttons, "The hand that cuts a scene agrees to nothing by a button");
-  app.add_option("--felt", options.felt_file, fmt::format("File that is there once the hand has felt {} N", kFelt_N));
-  app.add_option("--report", options.report_file, "File for what the device has been through, JSON");
+                 "Path time at which the program receives SIGINT, as by Ctrl-C, s");
+  app.add_option("--wait-for", options.start_file, "The hand that cuts a scene waits until this file exists");
+  app.add_flag("--leaves-buttons", options.leaves_buttons, "The hand never confirms by a button");
+  app.add_option("--felt", options.felt_file, fmt::format("File that is created once the hand has felt {} N", kFelt_N));
+  app.add_option("--report", options.report_file, "Output file with a summary of the device's run, JSON");
   const auto end = std::find_if(argv, argv + argc, [](const char* word) { return std::strcmp(word, "--") == 0; });
   std::vector<std::string> program(std::min(end + 1, argv + argc), argv + argc);
   try {
@@ -178,7 +180,7 @@ int Run(int argc, char** argv) {
   FeltHand handle(cutting ? static_cast<Mechanism&>(*cutting) : hand);
   const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
   if (cutting) cutting->SetHears([&] { return device->packets(); });
-  // There the hand waits until the device is unplugged, however late that is.
+  // At this point of its path the hand waits until the device is unplugged, however late that is.
   if (cutting && options.unplug_on_way_s >= 0) cutting->StopAt(options.unplug_on_way_s);
   EmulatedKernel kernel;
   const int socket = kernel.PlugIn(device->model(), options.socket);

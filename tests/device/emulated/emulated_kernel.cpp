@@ -25,9 +25,9 @@
 
 #include "kerf/error.h"
 
-// These two functions override the system's only because of umockdev 0.17. It ends the program if a listener for plug
-// events closes just as it is notified, as libusb's contexts do in time, or if a listener has not read for long.
-// Neither is an error. Only umockdev's messages have an address.
+// These two functions override the system's functions only because of umockdev 0.17. It ends the program if a listener
+// for plug events closes just as it is notified, which sooner or later happens with libusb's contexts, or if a listener
+// has not read for long. Neither is an error. Only umockdev's messages have an address.
 
 extern "C" int connect(int fd, const sockaddr* address, socklen_t bytes) {
   static const auto system = reinterpret_cast<int (*)(int, const sockaddr*, socklen_t)>(dlsym(RTLD_NEXT, "connect"));
@@ -408,7 +408,7 @@ void EmulatedKernel::Attach(Socket& socket) {
   g_signal_connect(handler, "handle-ioctl", G_CALLBACK(Socket::HandleIoctl), &socket);
   g_signal_connect(handler, "client-vanished", G_CALLBACK(Socket::Forget), &socket);
   if (umockdev_testbed_attach_ioctl(umockdev_->testbed, node.c_str(), handler, &error) == FALSE) {
-    throw Error(fmt::format("umockdev can't stand behind {}: {}", node, error->message));
+    throw Error(fmt::format("umockdev can't emulate {}: {}", node, error->message));
   }
   if (socket.options.no_permission) {
     chmod((umockdev_->Root() + node).c_str(), 0);

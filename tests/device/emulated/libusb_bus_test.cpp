@@ -81,7 +81,7 @@ TEST_F(LibusbBusTest, CarriesBytesBothWaysByBulkAndByInterrupt) {
   }
 }
 
-TEST_F(LibusbBusTest, CarriesControlRequestsAndTellsThoseThatTheDeviceDoesNotKnow) {
+TEST_F(LibusbBusTest, TransfersControlRequestsAndReportsUnsupportedOnes) {
   EchoModel& model = Make();
   kernel_.PlugIn(model);
   UsbOpening opening = bus_.Open(Only(), 0);
@@ -98,7 +98,7 @@ TEST_F(LibusbBusTest, CarriesControlRequestsAndTellsThoseThatTheDeviceDoesNotKno
   EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kPatience_ms).end, TransferEnd::kOk);
 }
 
-TEST_F(LibusbBusTest, WhatIsRefusedOnceIsTakenTheNextTimeAndTooMuchIsNotSent) {
+TEST_F(LibusbBusTest, RefusedTransferDoesNotBlockTheNextAndTooLongOnesFail) {
   EchoModel& model = Make();
   kernel_.PlugIn(model);
   UsbOpening opening = bus_.Open(Only(), 0);
@@ -129,7 +129,7 @@ TEST_F(LibusbBusTest, SilenceIsATimeoutAndTheDeviceGoesOn) {
   EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
 }
 
-TEST_F(LibusbBusTest, UnpluggedItIsGoneForGoodAndPluggedInAgainItIsFoundAnew) {
+TEST_F(LibusbBusTest, UnpluggedDeviceIsGoneAndIsFoundWhenPluggedInAgain) {
   EchoModel& model = Make();
   const int socket = kernel_.PlugIn(model);
   UsbOpening opening = bus_.Open(Only(), 0);
@@ -156,7 +156,7 @@ TEST_F(LibusbBusTest, UnpluggedItIsGoneForGoodAndPluggedInAgainItIsFoundAnew) {
   EXPECT_EQ(restarted.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
 }
 
-TEST_F(LibusbBusTest, WhoStopsListeningJustWhenItIsPluggedInIsNoTrouble) {
+TEST_F(LibusbBusTest, ListenerThatClosesDuringPlugInIsHarmless) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "libusb 1.0.26 itself keeps the memory of a device that is announced as its context ends";
 #endif
@@ -176,7 +176,7 @@ TEST_F(LibusbBusTest, WhoStopsListeningJustWhenItIsPluggedInIsNoTrouble) {
   EXPECT_EQ(bus_.List().size(), 1U);
 }
 
-TEST_F(LibusbBusTest, TellsWhyADeviceCannotBeOpened) {
+TEST_F(LibusbBusTest, ReportsWhyADeviceCannotBeOpened) {
   EchoModel& forbidden = Make();
   EchoModel& held = Make({.hid = true});
   EchoModel& serial = Make();
@@ -197,7 +197,7 @@ TEST_F(LibusbBusTest, TellsWhyADeviceCannotBeOpened) {
   {
     const UsbOpening opening = bus_.Open(devices[1], 0);
     EXPECT_TRUE(opening.transport) << opening.detail;
-    // Like a second program.
+    // This acts like a second program.
     const UsbOpening second = bus_.Open(devices[1], 0);
     EXPECT_EQ(second.problem, UsbProblem::kBusy);
     EXPECT_EQ(second.detail, "another program uses it");

@@ -12,7 +12,7 @@ constexpr double kLongestStep_s = 0.01;
 constexpr double kGrasp_s = 0.5;  // from getting the tool to moving it
 constexpr double kPress_s = 1;    // until a button is pressed
 constexpr double kPressed_s = 0.3;
-constexpr double kStandsStill_s = 0.005;  // since the last command; well below the time of a silent device
+constexpr double kStandsStill_s = 0.005;  // since the last command; well below the time after which a device is silent
 
 WorkspaceParams MakeParams(const Scene& scene, const LoopSetup& setup) {
   const SceneDevice& device = scene.device;

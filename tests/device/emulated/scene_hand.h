@@ -1,6 +1,6 @@
 // The hand of a user who makes the cut of a scene with an emulated device. It homes the device, waits until it has the
-// tool, then moves as `kerf loop`'s simulated hand does. If it must be homed again, the hand does so and agrees by a
-// button.
+// tool, then moves as `kerf loop`'s simulated hand does. If the device must be homed again, the hand homes it and
+// agrees by pressing a button.
 #pragma once
 
 #include <cstdint>

@@ -18,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(FalconModel, ACountIsWorthSoMuch) {
+TEST(FalconModel, HalfACountMovesTheGripAtMostByTheStatedDistance) {
   // Computed with the inverse of the Jacobian, over the sphere of 40 mm.
   std::mt19937 random(1);
   std::uniform_real_distribution<double> draw(-40, 40);
@@ -37,7 +37,7 @@ TEST(FalconModel, ACountIsWorthSoMuch) {
   EXPECT_GT(worst, 0.5 * kHalfCount_mm);
 }
 
-TEST(FalconModel, IsFoundAsAFalcon) {
+TEST(FalconModel, IsRecognisedAsAFalcon) {
   FalconBench bench;
   const UsbDeviceInfo info = bench.bus.List().at(0);
   EXPECT_EQ(info.vendor, kFalconVendor);
@@ -48,7 +48,7 @@ TEST(FalconModel, IsFoundAsAFalcon) {
   EXPECT_EQ(bytes[18 + 2], 32);  // length of the configuration and all its descriptors
 }
 
-TEST(FalconModel, RefusesWhatAnFt232DoesNotKnow) {
+TEST(FalconModel, RefusesRequestsThatAnFt232DoesNotSupport) {
   FalconBench bench;
   const auto end = [&](std::uint8_t type, std::uint8_t request, std::uint16_t value, std::uint16_t index) {
     return bench.model.Control(type, request, value, index, {}).end;
@@ -80,8 +80,8 @@ TEST(FalconModel, SendsTwoStatusBytesWhenTheLatencyTimerRunsOut) {
   EXPECT_NEAR(packets, 10, 1);
 }
 
-TEST(FalconModel, BootLoaderKeepsToItsOrder) {
-  // If any step is left out or in the wrong order, nothing answers; with all steps in order, the device does.
+TEST(FalconModel, BootLoaderRequiresTheCorrectOrder) {
+  // The device answers only if all steps are done in this order.
   struct Request {
     std::uint8_t request;
     std::uint16_t value;
@@ -164,7 +164,7 @@ TEST(FalconDriver, UsesAFalconThatRunsAlready) {
   EXPECT_EQ(bench.model.uploads(), 0);
 }
 
-TEST(FalconDriver, SaysHowToGiveFirmware) {
+TEST(FalconDriver, ReportsHowToSupplyFirmware) {
   FalconBench bench(EmptyFalcon());
   EXPECT_THROW(
       try { bench.Start(); } catch (const Error& error) {
@@ -175,7 +175,7 @@ TEST(FalconDriver, SaysHowToGiveFirmware) {
       Error);
 }
 
-TEST(FalconDriver, RefusesFilesThatAreNoFirmware) {
+TEST(FalconDriver, RefusesFilesThatCannotBeFirmware) {
   for (const std::size_t bytes : {1U, 1023U, 32769U}) {
     EXPECT_THROW(CheckFalconFirmware(MakeFalconFirmware(bytes), "a.bin"), Error);
     FalconOptions options;
@@ -194,7 +194,7 @@ TEST(FalconDriver, StartCanBeCalledOff) {
   EXPECT_TRUE(bench.model.runs());
 }
 
-TEST(FalconDriver, StartOnAStalledOrUnpluggedFalconSaysSo) {
+TEST(FalconDriver, StartReportsAStalledOrUnpluggedFalcon) {
   FalconBench stalled(EmptyFalcon(), WithFalconFirmware());
   stalled.bus.SetFaults({.stalled = true});
   EXPECT_THROW(stalled.Start(), Error);
@@ -203,7 +203,7 @@ TEST(FalconDriver, StartOnAStalledOrUnpluggedFalconSaysSo) {
   EXPECT_THROW(unplugged.Start(), Error);
 }
 
-TEST(FalconDriver, HomesAndForgetsWhatWasBefore) {
+TEST(FalconDriver, RequiresBothHomingPositions) {
   FalconModelOptions options = EmptyFalcon();
   FalconBench bench(options, WithFalconFirmware());
   bench.Start();
@@ -279,7 +279,7 @@ TEST(FalconDriver, ForceAtTheGripIsTheOneCommanded) {
   }
 }
 
-TEST(FalconDriver, BeyondTheLimitTheDirectionIsKept) {
+TEST(FalconDriver, LimitedForceKeepsItsDirection) {
   FalconBench bench;
   bench.Start();
   bench.Settle();
@@ -302,7 +302,7 @@ TEST(FalconDriver, BeyondTheLimitTheDirectionIsKept) {
   EXPECT_GT(largest, 7.9);
 }
 
-TEST(FalconDriver, NonsenseIsNoForce) {
+TEST(FalconDriver, InvalidCommandsGiveNoForce) {
   FalconBench bench;
   bench.Start();
   bench.Settle();
@@ -318,7 +318,7 @@ TEST(FalconDriver, NonsenseIsNoForce) {
   EXPECT_GT(glm::length(bench.model.f_D_N()), 6);
 }
 
-TEST(FalconDriver, StopIsNoForce) {
+TEST(FalconDriver, StopSetsZeroForce) {
   FalconBench bench;
   bench.Start();
   bench.Settle();
@@ -332,7 +332,7 @@ TEST(FalconDriver, StopIsNoForce) {
   EXPECT_EQ(bench.model.last_command().motors, (std::array<int, 3>{}));
 }
 
-TEST(FalconDriver, ALeapIsBelievedWhenItIsSaidTwice) {
+TEST(FalconDriver, JumpIsAcceptedWhenItIsReportedTwice) {
   FalconBench bench;
   bench.Start();
   bench.Settle();
@@ -373,7 +373,8 @@ class BentLine final : public UsbTransport {
   std::unique_ptr<UsbTransport> line_;
 };
 
-/// Returns a position, and changes of its counts that a hand can make in a millisecond and that belong to no position.
+/// Returns a position, and changes of its counts that a hand can cause in a millisecond but for which no position
+/// exists.
 std::pair<Vec3, FalconCounts> FindEdge() {
   constexpr int kAdded = 90;  // of the 100 that are accepted
   for (double r_mm = 0; r_mm < 120; r_mm += 1) {
@@ -396,7 +397,7 @@ std::pair<Vec3, FalconCounts> FindEdge() {
   throw Error("there is no such place");
 }
 
-TEST(FalconDriver, AReportOfNoPlaceTakesNoForceAwayAtOnce) {
+TEST(FalconDriver, ReportWithoutAPositionDoesNotInterruptTheForce) {
   const auto [edge_mm, added] = FindEdge();
   FalconBench bench;
   bench.driver.reset();
@@ -415,7 +416,7 @@ TEST(FalconDriver, AReportOfNoPlaceTakesNoForceAwayAtOnce) {
   bent.added = added;
   EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kBadAnswer);
   EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kBadAnswer);
-  // The force for the last valid position continues: after a round of zeros, the full force would return abruptly.
+  // The force for the last valid position continues: after a round without force, the full force would return abruptly.
   EXPECT_EQ(bench.model.last_command().motors, motors);
   bent.added = {};
   EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kSample);

@@ -88,7 +88,7 @@ TEST(FalconDriver, OldAnswersDoNotPileUp) {
   }
 }
 
-TEST(FalconDriver, PacketsCutShortAreSeen) {
+TEST(FalconDriver, TruncatedPacketsAreDetected) {
   UsbFaults faults;
   faults.truncate = 0.05;
   const Tally tally = RunWith(faults, 0);
@@ -103,7 +103,7 @@ TEST(FalconDriver, PacketsCutShortAreSeen) {
   EXPECT_LT(fourteen.worst_mm, kHalfCount_mm);
 }
 
-TEST(FalconDriver, ReportsInTwoPacketsAreWhole) {
+TEST(FalconDriver, ReportsInTwoPacketsAreReassembled) {
   FalconModelOptions options = RunningFalcon();
   options.split_report_every = 3;
   const Tally tally = RunWith({}, 0, options);
@@ -111,7 +111,7 @@ TEST(FalconDriver, ReportsInTwoPacketsAreWhole) {
   EXPECT_LT(tally.worst_mm, kHalfCount_mm);
 }
 
-TEST(FalconDriver, ChangedBytesAreSeenOrSmall) {
+TEST(FalconDriver, ChangedBytesAreDetectedOrCauseASmallError) {
   // The format can't reveal a nibble that became another valid one: the error is at most the largest accepted jump, on
   // one leg. 100 counts are 200 times half a count.
   UsbFaults faults;
@@ -122,7 +122,7 @@ TEST(FalconDriver, ChangedBytesAreSeenOrSmall) {
   EXPECT_LT(tally.worst_mm, 200 * kHalfCount_mm);
 }
 
-TEST(FalconDriver, AnswersThatTakeTheirTime) {
+TEST(FalconDriver, AcceptsDelayedAnswers) {
   FalconModelOptions options = RunningFalcon();
   options.answer_after_s = 0.002;
   FalconBench bench(options);
@@ -158,7 +158,7 @@ class PlainTransport final : public UsbTransport {
   int rounds_ = 0;
 };
 
-TEST(FalconDriver, RoundsAskForNoHeapMemory) {
+TEST(FalconDriver, RoundsAllocateNothing) {
   FalconDriver driver(std::make_unique<PlainTransport>(), {});
   driver.Start({});
   DriverSample sample;
@@ -172,7 +172,7 @@ TEST(FalconDriver, RoundsAskForNoHeapMemory) {
   EXPECT_EQ(samples, 999);
 }
 
-TEST(FalconDriver, StalledThenBack) {
+TEST(FalconDriver, ContinuesAfterAStall) {
   FalconBench bench;
   bench.Start();
   bench.Settle();
@@ -182,7 +182,7 @@ TEST(FalconDriver, StalledThenBack) {
   bench.Settle();
 }
 
-TEST(FalconDriver, AnAnswerThatCameTooLateDoesNotMakeAllOthersLate) {
+TEST(FalconDriver, LateAnswerDoesNotDelayLaterAnswers) {
   FalconModelOptions options = RunningFalcon();
   options.answer_after_s = 0.002;
   FalconBench bench(options);
@@ -259,9 +259,9 @@ TEST(FalconDriver, StartsAgainAfterStop) {
   EXPECT_EQ(bench.model.uploads(), 1);
 }
 
-TEST(FalconDriver, StartsThroughFaults) {
-  // Firmware upload over a line that loses and damages packets: either one of the attempts succeeds, or the error says
-  // what to do. If it succeeds, the loaded firmware is correct byte for byte.
+TEST(FalconDriver, StartsDespiteFaults) {
+  // Firmware upload over a line that loses and damages packets: either one of the attempts succeeds, or the error
+  // states what to do. If it succeeds, the loaded firmware is correct byte for byte.
   int started = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     FalconBench bench(EmptyFalcon(), WithFalconFirmware());
@@ -301,7 +301,7 @@ TEST(FalconDriver, AMillionRoundsWithAllFaultsAtOnce) {
     const RoundEnd end = bench.driver->Exchange(command, bench.sample);
     ASSERT_NE(end, RoundEnd::kGone);
     if (i % 8 == 0) bench.bus.Advance(kFalconDt_s);
-    // The force that the motors make; these faults do not include changed nibbles in commands.
+    // The force of the motors; these faults do not include changed nibbles in commands.
     largest_N = std::max(largest_N, glm::length(bench.model.f_D_N()));
     if (end != RoundEnd::kSample) continue;
     ++samples;

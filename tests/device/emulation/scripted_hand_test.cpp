@@ -30,7 +30,7 @@ TEST(ScriptedHand, RestsUntilItBegins) {
 }
 
 // At rest the spring balances the force, up to the device's own friction.
-TEST(ScriptedHand, GivesWayToTheForceAsItsSpringDoes) {
+TEST(ScriptedHand, YieldsToTheForceByItsStiffness) {
   const HandModel& model = FindHandModel("H3");
   ScriptedHand hand(Falcon(), model, {});
   hand.Begin();
@@ -42,7 +42,7 @@ TEST(ScriptedHand, GivesWayToTheForceAsItsSpringDoes) {
 }
 
 // The lag behind the intended position is friction / stiffness, plus mass and damping at half a turn per second: 2 mm.
-TEST(ScriptedHand, GoesRoundInTheCircleThatItWasAskedFor) {
+TEST(ScriptedHand, FollowsTheRequestedCircle) {
   ScriptedHand hand(Falcon(), FindHandModel("H3"), {.way = HandWay::kCircle, .radius_mm = 15});
   hand.Begin();
   MoveFor(hand, 2);
@@ -60,7 +60,7 @@ TEST(ScriptedHand, GoesRoundInTheCircleThatItWasAskedFor) {
   EXPECT_NEAR(high.z - low.z, 0, 0.1);
 }
 
-TEST(ScriptedHand, HomesAllTheWayOutThenInAndGoesBackToItsWay) {
+TEST(ScriptedHand, HomesOutThenInAndReturnsToItsPath) {
   ScriptedHand hand(Falcon(), FindHandModel("H3"), {.way = HandWay::kLine});
   hand.Begin();
   MoveFor(hand, 1.5);
@@ -88,7 +88,7 @@ TEST(ScriptedHand, HomesAllTheWayOutThenInAndGoesBackToItsWay) {
   EXPECT_NEAR(hand.way_s(), way_s + 1, 2 * kStep_s);
 }
 
-TEST(ScriptedHand, PressesInTime) {
+TEST(ScriptedHand, PressesButtonsAtTheirTimes) {
   ScriptedHand hand(Falcon(), FindHandModel("H3"), {.presses = {{0.5, 1.0, 4}, {0.8, 1.2, 1}}});
   hand.Begin();
   MoveFor(hand, 0.25);
@@ -103,7 +103,7 @@ TEST(ScriptedHand, PressesInTime) {
   EXPECT_EQ(hand.buttons(), 0U);
 }
 
-TEST(ScriptedHand, RefusesWaysThatAreNone) {
+TEST(ScriptedHand, RefusesInvalidPaths) {
   const HandModel& model = FindHandModel("H3");
   EXPECT_THROW(ScriptedHand(Falcon(), model, {.radius_mm = 0}), Error);
   EXPECT_THROW(ScriptedHand(Falcon(), model, {.radius_mm = std::nan("")}), Error);

@@ -83,7 +83,7 @@ class Rounds {
   double last_N_ = 0;
 };
 
-TEST(ServoRound, MakesNoForceBeforeTheHandleIsHomedAndTheUserAgrees) {
+TEST(ServoRound, OutputsNoForceBeforeHomingAndAgreement) {
   ReportedDriver driver;
   driver.next.homed = false;
   Rounds rounds(driver.traits());
@@ -98,7 +98,7 @@ TEST(ServoRound, MakesNoForceBeforeTheHandleIsHomedAndTheUserAgrees) {
   EXPECT_TRUE(driver.reported.engaged);
 }
 
-TEST(ServoRound, AButtonPressedAgreesOneThatIsHeldDoesNot) {
+TEST(ServoRound, NewlyPressedButtonAgreesAndAHeldOneDoesNot) {
   ReportedDriver driver;
   driver.next.buttons = 4;
   Rounds rounds(driver.traits());
@@ -125,7 +125,7 @@ TEST(ServoRound, LosingItsZeroEndsTheForceUntilTheUserAgreesAgain) {
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
 }
 
-TEST(ServoRound, AShortSilenceEndsTheForceALongOneAsksAgain) {
+TEST(ServoRound, LongSilenceRequiresNewAgreementAndAShortOneDoesNot) {
   ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
@@ -147,7 +147,7 @@ TEST(ServoRound, AShortSilenceEndsTheForceALongOneAsksAgain) {
   EXPECT_EQ(rounds.round.counts().silences, 2u);
 }
 
-TEST(ServoRound, WhoStoodStillAsksAgain) {
+TEST(ServoRound, LongPauseBetweenRoundsRequiresNewAgreement) {
   ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
@@ -171,7 +171,7 @@ TEST(ServoRound, WhoStoodStillAsksAgain) {
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
 }
 
-TEST(ServoRound, ALeapIsNoMotionOfAHand) {
+TEST(ServoRound, JumpIsNotAccepted) {
   ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
@@ -204,7 +204,7 @@ TEST(ServoRound, LettingGoEndsTheForceInTheNextRound) {
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
 }
 
-TEST(ServoRound, AsksForNoMemory) {
+TEST(ServoRound, AllocatesNothing) {
   ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.Run(driver, 0.1);
@@ -214,7 +214,7 @@ TEST(ServoRound, AsksForNoMemory) {
   rounds.Run(driver, 0.2);
 }
 
-TEST(ServoRound, AFieldOfForceIsLetThroughAsItsMiddleIs) {
+TEST(ServoRound, FieldIsScaledLikeTheForce) {
   ReportedDriver driver;
   Rounds rounds(driver.traits());
   rounds.command.command.stiffness_N_per_mm = 3;
@@ -271,7 +271,7 @@ class WithTime final : public DeviceDriver {
   FalconOnABus& falcon_;
 };
 
-TEST(ServoRound, AFalconFromHomingToForceAndThroughAnUnplug) {
+TEST(ServoRound, FalconHomesOutputsForceAndIsUnplugged) {
   FalconOnABus falcon;
   falcon.Open();
   WithTime driver(falcon);
@@ -308,7 +308,7 @@ TEST(ServoRound, AFalconFromHomingToForceAndThroughAnUnplug) {
   EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
 }
 
-TEST(ServoRound, KeepsWithinBoundsWhateverTheCableDoes) {
+TEST(ServoRound, ForceStaysWithinBoundsUnderCableFaults) {
   FalconOnABus falcon;
   falcon.Open();
   WithTime driver(falcon);
@@ -360,7 +360,7 @@ class WoodenOnABus final : public DeviceDriver {
   std::unique_ptr<WoodenDriver> driver_;
 };
 
-TEST(ServoRound, ADeviceThatTellsButDoesNotHearIsSilent) {
+TEST(ServoRound, DeviceThatSendsButDoesNotReceiveIsSilent) {
   constexpr int kShort = 4;
   for (const Transfer ends : {Transfer{TransferEnd::kStall, 0}, Transfer{TransferEnd::kTimeout, 0},
                               Transfer{TransferEnd::kFailed, 0}, Transfer{TransferEnd::kOk, kShort}}) {
@@ -369,7 +369,7 @@ TEST(ServoRound, ADeviceThatTellsButDoesNotHearIsSilent) {
     rounds.Run(device, 0.1);
     rounds.Run(device, 2, true);
     ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
-    // Currents are integers in mA, for a lever arm of a few counts ago.
+    // Currents are integers in mA and computed for the lever arm of a few counts ago.
     ASSERT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
     const std::uint64_t samples = rounds.round.counts().samples;
     UsbFaults faults;
@@ -420,7 +420,7 @@ class DeafLine final : public UsbTransport {
   const bool& deaf_;
 };
 
-TEST(ServoRound, AFalconThatTellsButDoesNotHearIsSilent) {
+TEST(ServoRound, FalconThatSendsButDoesNotReceiveIsSilent) {
   FalconOnABus falcon;
   bool deaf = false;
   FalconOptions options;
@@ -446,7 +446,7 @@ TEST(ServoRound, AFalconThatTellsButDoesNotHearIsSilent) {
   EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
 }
 
-TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
+TEST(ServoRound, RotationJumpIsNotAcceptedIfOrientationIsSensed) {
   const auto turned = [](double angle_rad, const Vec3& axis) {
     return Quat(std::cos(angle_rad / 2), std::sin(angle_rad / 2) * axis);
   };
@@ -465,7 +465,7 @@ TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
     }
     EXPECT_EQ(rounds.round.counts().leaps, 0u);
     EXPECT_EQ(rounds.round.sample().engagements, 1u);
-    // A jump as of a grip that drops out and is reported as not rotated: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
+    // A jump as from a grip that drops out and is reported as unrotated: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
     driver.next.X_DH.R_AB = turned(angle_rad + 0.14, axis);
     rounds.Run(driver, 0.5 * kRound_s);
     if (!senses) {

@@ -41,7 +41,7 @@ struct Rig {
   std::unique_ptr<SpaceMouseDriver> driver;
 };
 
-TEST(SpaceMouse, TellsHowFarTheCapIsPushed) {
+TEST(SpaceMouse, ReportsTheDeflectionOfTheCap) {
   for (const bool six_axes : {false, true}) {
     Rig setup(six_axes, 0x256f, 0xc62e);
     EXPECT_TRUE(setup.model.lamp());
@@ -55,7 +55,7 @@ TEST(SpaceMouse, TellsHowFarTheCapIsPushed) {
   }
 }
 
-TEST(SpaceMouse, ButtonsAreTheBits) {
+TEST(SpaceMouse, ButtonsAreReportedAsBits) {
   Rig setup;
   setup.model.Press(0b10);
   EXPECT_EQ(setup.Run(10).buttons, 0b10u);
@@ -63,7 +63,7 @@ TEST(SpaceMouse, ButtonsAreTheBits) {
   EXPECT_EQ(setup.Run(10).buttons, 0u);
 }
 
-TEST(SpaceMouse, AButtonIsToldAlsoToAHostThatWasAwayForLong) {
+TEST(SpaceMouse, ButtonIsReportedAfterALongPauseOfTheHost) {
   for (const bool six_axes : {false, true}) {
     Rig setup(six_axes);
     setup.model.Push({350, 0, 0, 0, 0, 0});
@@ -82,7 +82,7 @@ TEST(SpaceMouse, AButtonIsToldAlsoToAHostThatWasAwayForLong) {
   EXPECT_EQ(setup.Run(40).buttons, 0b1000u);
 }
 
-TEST(SpaceMouse, IsSilentAtRestAndThatIsNoFault) {
+TEST(SpaceMouse, SilenceAtRestIsNotAFault) {
   SpaceMouseEmulation model;
   SpaceMouseDriver driver(std::make_unique<test::DirectLine>(model), SpaceMouseModels()[6]);
   driver.Start(nullptr);
@@ -98,7 +98,7 @@ TEST(SpaceMouse, IsSilentAtRestAndThatIsNoFault) {
   EXPECT_EQ(sample.deflection, (std::array<double, 6>{}));
 }
 
-TEST(SpaceMouse, ACapWhoseLastWordWasLostIsLetGoOf) {
+TEST(SpaceMouse, CapIsReleasedIfItsLastReportWasLost) {
   Rig setup;
   setup.model.Push({300, 0, 0, 0, 0, 0});
   EXPECT_GT(setup.Run(20).deflection[0], 0.8);
@@ -136,7 +136,7 @@ class OneWord final : public UsbTransport {
   bool reported_ = false;
 };
 
-TEST(SpaceMouse, ACapThatIsSilentIsLetGoOfAfterTheTimeThatIsSaid) {
+TEST(SpaceMouse, SilentCapIsReleasedAfterTheDocumentedTime) {
   double now_s = 0;
   SpaceMouseDriver driver(std::make_unique<OneWord>(now_s), SpaceMouseModels()[6]);
   driver.Start(nullptr);
@@ -152,7 +152,7 @@ TEST(SpaceMouse, ACapThatIsSilentIsLetGoOfAfterTheTimeThatIsSaid) {
   EXPECT_NEAR(now_s, SpaceMouseDriver::kSilence_s, 2 * period_s);
 }
 
-TEST(SpaceMouse, LampGoesOutAtTheEndAndUnpluggedIsGone) {
+TEST(SpaceMouse, StopSwitchesTheLampOffAndAnUnpluggedDeviceIsGone) {
   Rig setup;
   setup.driver->Stop();
   EXPECT_FALSE(setup.model.lamp());
@@ -164,7 +164,7 @@ TEST(SpaceMouse, LampGoesOutAtTheEndAndUnpluggedIsGone) {
   EXPECT_THROW(setup.driver->Start(nullptr), Error);
 }
 
-TEST(SpaceMouse, DeflectionIsEvenMonotoneAndWithoutAStep) {
+TEST(SpaceMouse, DeflectionIsSymmetricMonotonicAndContinuous) {
   for (int raw = -500; raw <= 500; ++raw) {
     const double x = CalcDeflection(raw, 0.1);
     ASSERT_EQ(x, -CalcDeflection(-raw, 0.1));
@@ -175,7 +175,7 @@ TEST(SpaceMouse, DeflectionIsEvenMonotoneAndWithoutAStep) {
   }
 }
 
-TEST(SpaceMouse, AnyBytesAreTakenOrRefused) {
+TEST(SpaceMouse, AnyBytesAreAcceptedOrRefused) {
   std::mt19937_64 random(1);
   SpaceMouseState state;
   for (int i = 0; i < 1'000'000; ++i) {
@@ -195,7 +195,7 @@ TEST(SpaceMouse, AnyBytesAreTakenOrRefused) {
   }
 }
 
-TEST(SpaceMouse, ModelsAreKnownByDifferentNumbers) {
+TEST(SpaceMouse, ModelsHaveDifferentIds) {
   std::set<std::pair<int, int>> seen;
   for (const SpaceMouseModel& model : SpaceMouseModels()) {
     EXPECT_TRUE(seen.insert({model.vendor, model.product}).second) << model.name;
@@ -206,7 +206,7 @@ TEST(SpaceMouse, ModelsAreKnownByDifferentNumbers) {
   EXPECT_EQ(FindSpaceMouse(keyboard), nullptr);
 }
 
-TEST(SpaceMouse, DescriptorsOfTheModelAreSound) {
+TEST(SpaceMouse, DescriptorsOfTheModelAreValid) {
   for (const bool six_axes : {false, true}) {
     SpaceMouseEmulation model(0x256f, 0xc62e, six_axes);
     const std::vector<std::uint8_t> bytes = model.descriptors();

@@ -70,7 +70,7 @@ TEST(WoodenKinematics, ZeroPosesAreThoseOfTheMakers) {
   EXPECT_LT(CalcDistance(CalcWoodenPosition(aluminium, CalcWoodenAngles(aluminium, {})), Vec3{0}), 1e-9);
 }
 
-TEST(WoodenKinematics, PositionIsThatOfAChainOfTransforms) {
+TEST(WoodenKinematics, PositionEqualsAChainOfTransforms) {
   std::mt19937_64 random(1);
   for (const WoodenParams& params : {WoodenParams{}, MakeAluminium()}) {
     for (int i = 0; i < 10'000; ++i) {
@@ -98,7 +98,7 @@ TEST(WoodenKinematics, JacobianIsTheSlopeOfThePosition) {
   }
 }
 
-TEST(WoodenKinematics, AnglesAreFoundBackOverTheWorkspace) {
+TEST(WoodenKinematics, AnglesAreRecoveredOverTheWorkspace) {
   std::mt19937_64 random(3);
   std::normal_distribution<double> normal;
   for (const WoodenParams& params : {WoodenParams{}, MakeAluminium()}) {
@@ -114,7 +114,7 @@ TEST(WoodenKinematics, AnglesAreFoundBackOverTheWorkspace) {
   }
 }
 
-TEST(WoodenKinematics, PowerOfTheMotorsIsThatOfTheHandle) {
+TEST(WoodenKinematics, MotorPowerEqualsHandlePower) {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
   const WoodenParams params;
@@ -174,7 +174,7 @@ TEST(WoodenReports, AreReadAsTheyAreWritten) {
   EXPECT_EQ(ReadWoodenCurrents(bytes), Vec3(1234, -3000, 0));
 }
 
-TEST(WoodenReports, OfAMillionWithDamageFewWrongOnesComeThrough) {
+TEST(WoodenReports, FewDamagedReportsOfAMillionAreAccepted) {
   std::mt19937_64 random(7);
   WoodenReportFilter filter(Vec3{32000, -32000, 32000});
   WoodenReport truth;
@@ -203,7 +203,7 @@ TEST(WoodenReports, OfAMillionWithDamageFewWrongOnesComeThrough) {
 }
 
 // 31 rad/s for any encoder: a larger motion in one millisecond is rejected at first.
-TEST(WoodenReports, AHandsFastestMotionIsTheSameWithAnyEncoder) {
+TEST(WoodenReports, SpeedLimitIsTheSameForAnyEncoder) {
   using Verdict = WoodenReportFilter::Verdict;
   const Vec3 counts_per_turn{32000, 1000, -65534};
   const std::array<std::int16_t, 3> most{160, 5, 328};
@@ -221,7 +221,7 @@ TEST(WoodenReports, AHandsFastestMotionIsTheSameWithAnyEncoder) {
   }
 }
 
-TEST(WoodenDriver, RefusesEncodersWhoseCountsGoRoundWithinATurn) {
+TEST(WoodenDriver, RefusesEncodersWhoseCountsWrapAroundWithinATurn) {
   WoodenParams params;
   params.counts_per_turn.y = 20000;
   params.gear.y = 16;
@@ -233,7 +233,7 @@ TEST(WoodenDriver, RefusesEncodersWhoseCountsGoRoundWithinATurn) {
   }
 }
 
-TEST(WoodenReports, DoubledAndOldOnesAreNoNews) {
+TEST(WoodenReports, DuplicateAndOldReportsAreIgnored) {
   using Verdict = WoodenReportFilter::Verdict;
   WoodenReportFilter filter(Vec3{32000, -32000, 32000});
   EXPECT_EQ(filter.Judge({{0, 0, 0}, 65534}), Verdict::kNew);
@@ -262,7 +262,7 @@ struct WoodenRig {
   ModelBus bus;
 };
 
-TEST(WoodenDriver, TellsWhereTheHandleIsAndMakesTheForce) {
+TEST(WoodenDriver, ReportsTheHandlePositionAndOutputsTheForce) {
   WoodenRig setup;
   ASSERT_TRUE(IsWoodenDevice(setup.bus.List().at(0)));
   const auto driver = setup.Open();
@@ -289,7 +289,7 @@ TEST(WoodenDriver, TellsWhereTheHandleIsAndMakesTheForce) {
   EXPECT_EQ(setup.model.currents_mA(), Vec3{0});
 }
 
-TEST(WoodenDriver, ARoundAsksForNoHeap) {
+TEST(WoodenDriver, RoundsAllocateNothing) {
   HeldMechanism hand;
   WoodenModel model(hand);
   WoodenDriver driver(std::make_unique<test::DirectLine>(model), {});
@@ -307,7 +307,7 @@ TEST(WoodenDriver, ARoundAsksForNoHeap) {
   }
 }
 
-TEST(WoodenDriver, FirmwareCutsTheMotorsWhenTheHostIsSilent) {
+TEST(WoodenDriver, FirmwareSwitchesTheMotorsOffWhenTheHostIsSilent) {
   WoodenRig setup;
   const auto driver = setup.Open();
   driver->Start(nullptr);
@@ -323,7 +323,7 @@ TEST(WoodenDriver, FirmwareCutsTheMotorsWhenTheHostIsSilent) {
   EXPECT_FALSE(setup.model.motors_on());
 }
 
-TEST(WoodenDriver, BadCommandsMakeNoForceOrAShorterOne) {
+TEST(WoodenDriver, BadCommandsGiveNoForceOrAReducedOne) {
   WoodenRig setup;
   const auto driver = setup.Open();
   driver->Start(nullptr);
@@ -339,7 +339,7 @@ TEST(WoodenDriver, BadCommandsMakeNoForceOrAShorterOne) {
   EXPECT_GT(setup.hand.f_D_N().z, 4.8);  // the force that 3 A make there
 }
 
-TEST(WoodenDriver, LivesWithAllThatCablesDo) {
+TEST(WoodenDriver, ToleratesAllCableFaults) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     WoodenRig setup;
     const auto driver = setup.Open();
@@ -363,7 +363,7 @@ TEST(WoodenDriver, LivesWithAllThatCablesDo) {
       if (end != RoundEnd::kSample) continue;
       ++samples;
       ASSERT_TRUE(IsValid(sample.X_DH));
-      // A damaged byte that looks like a fast hand: at most the motion of a hand in the time since the last report.
+      // A damaged byte may look like a fast hand: the error is at most the motion of a hand since the last report.
       ASSERT_LT(glm::length(sample.X_DH.p_AB), 250) << "seed " << seed << " round " << i;
       for (int j = 0; j < 3; ++j) ASSERT_LE(std::abs(setup.model.currents_mA()[j]), 3000);
     }
@@ -380,7 +380,7 @@ TEST(WoodenDriver, LivesWithAllThatCablesDo) {
   }
 }
 
-TEST(WoodenDriver, SaysWhenTheDeviceIsGoneOrSilent) {
+TEST(WoodenDriver, ReportsAGoneOrSilentDevice) {
   WoodenRig setup;
   const auto driver = setup.Open();
   driver->Start(nullptr);
@@ -437,7 +437,7 @@ std::string MessageOfStart(DeviceDriver& driver) {
   return "nothing thrown";
 }
 
-TEST(WoodenDriver, TurnsOtherGadgetsOfThatNumberAway) {
+TEST(WoodenDriver, RefusesOtherGadgetsWithTheSameId) {
   OtherGadget gadget;
   ModelBus bus;
   bus.PlugIn(gadget);
@@ -445,7 +445,7 @@ TEST(WoodenDriver, TurnsOtherGadgetsOfThatNumberAway) {
   EXPECT_THAT(MessageOfStart(driver), HasSubstr("not a WoodenHaptics device"));
 }
 
-TEST(WoodenDriver, SaysWhenNoReportsCome) {
+TEST(WoodenDriver, ReportsThatNoReportsArrive) {
   WoodenRig setup;
   UsbFaults faults;
   faults.stalled = true;
@@ -454,7 +454,7 @@ TEST(WoodenDriver, SaysWhenNoReportsCome) {
   EXPECT_THAT(MessageOfStart(*driver), HasSubstr("sends no reports"));
 }
 
-TEST(WoodenDriver, RefusesWhatIsNoArm) {
+TEST(WoodenDriver, RefusesImpossibleArms) {
   WoodenRig setup;
   WoodenParams params;
   params.gear.y = 0;
@@ -467,7 +467,7 @@ TEST(WoodenDriver, RefusesWhatIsNoArm) {
   EXPECT_THROW(setup.Open(params), Error);
 }
 
-TEST(WoodenDriver, TakesThePoseAtTheStartForZeroWhenAskedTo) {
+TEST(WoodenDriver, UsesThePoseAtTheStartAsZeroIfRequested) {
   // The device was plugged in in any pose: the model's own zero is off by 10 degrees on each joint.
   WoodenParams device;
   device.zero_deg += Vec3(10, -10, 10);
@@ -497,7 +497,7 @@ TEST(HidReports, SizesAreSummedForEachId) {
   EXPECT_TRUE(sizes->has_ids);
 }
 
-TEST(HidReports, AnyBytesAreTakenOrRefused) {
+TEST(HidReports, AnyBytesAreAcceptedOrRefused) {
   std::mt19937_64 random(9);
   for (int i = 0; i < 100'000; ++i) {
     std::vector<std::uint8_t> bytes(random() % 64);

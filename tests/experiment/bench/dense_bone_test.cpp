@@ -18,7 +18,7 @@ DenseBone MakeDenseBlock(double voxel_mm, double half_mm = 6) {
   return DenseBone(block, Box3{Vec3(-half_mm - 1), Vec3(half_mm + 1)});
 }
 
-TEST(DenseBone, HoldsTheBonesOwnValues) {
+TEST(DenseBone, ContainsTheValuesOfTheBone) {
   const Bone block = test::MakeBox(Pose{}, {4, 5, 6}, 0.25);
   const DenseBone dense(block, Box3{Vec3(-4), Vec3(4)});
   EXPECT_EQ(dense.size(), (std::array<int, 3>{33, 33, 33}));
@@ -28,7 +28,7 @@ TEST(DenseBone, HoldsTheBonesOwnValues) {
   EXPECT_NEAR(dense.CalcOccupancy_mm3(), 120, 60 * 0.25 * 0.25 / 4);
 }
 
-TEST(DenseBone, BallOnAStraightWayTakesAwayACapsule) {
+TEST(DenseBone, BallOnAStraightPathRemovesACapsule) {
   const BallBurr ball{.diameter_mm = 6};
   for (const double h : {0.3, 0.15}) {
     DenseBone dense = MakeDenseBlock(h);
@@ -48,7 +48,7 @@ TEST(DenseBone, BallOnAStraightWayTakesAwayACapsule) {
   }
 }
 
-TEST(DenseBone, DiscInItsOwnPlaneTakesAwayAStadium) {
+TEST(DenseBone, DiscMovingInItsPlaneRemovesAStadium) {
   DiscSaw saw;
   saw.diameter_mm = 8;
   saw.thickness_mm = 1;

@@ -42,24 +42,24 @@ void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
   EXPECT_EQ(Figure(r, "ticks at a limit"), 0);
   // Occupancy is exact for plane walls. For the ball's floor its error is h^2 / (24 r) of depth, or 0.05 mm in 2 mm at
   // 0.3 mm.
-  if (r.Find("removed by occupancy less swept")) {
-    EXPECT_NEAR(Figure(r, "removed by occupancy less swept"), 0, 0.5);
+  if (r.Find("removed by occupancy minus swept")) {
+    EXPECT_NEAR(Figure(r, "removed by occupancy minus swept"), 0, 0.5);
   }
   if (r.Find("removed against dense")) {
-    // The walls may remain within a hundredth of a voxel; all other differences are float rounding.
+    // The walls may deviate by up to a hundredth of a voxel; all other differences are float rounding.
     EXPECT_LE(Figure(r, "phi against dense at the surface, at most"), 0.011);
     EXPECT_NEAR(Figure(r, "removed against dense"), 0, 0.05);
   }
   EXPECT_EQ(r.stages_us.size(), StageClock::kStages);
 }
 
-TEST(BenchTick, DiscsRemoveWhatTheySweepAndWhatTheDenseReferenceDoes) {
+TEST(BenchTick, DiscsRemoveTheirSweepAndAgreeWithTheDenseReference) {
   // Long enough for the rim to pass the window of the dense reference.
   ExpectGoodCut(RunCut(MakeDiscCut(0.2), FewTicks(400)), 400, 5);
   ExpectGoodCut(RunCut(MakeThickDiscCut(), FewTicks(300)), 300, 10);
 }
 
-TEST(BenchTick, ABuriedDiscCutsAtTheFeedThatItIsLed) {
+TEST(BenchTick, BuriedDiscCutsAtThePrescribedFeed) {
   const BenchResult r = RunCut(MakeBuriedCut(), FewTicks(150));
   ExpectGoodCut(r, 150, 5);
   // Half of the teeth, in front; the flats are inside bone that they do not cut.
@@ -97,7 +97,7 @@ TEST(BenchTick, PeersBlockAgreesWithItsDenseArrayThroughout) {
   EXPECT_LE(Figure(r, "phi against dense at the surface, at most"), 1e-4);
 }
 
-TEST(BenchTick, BlockOfAMandibleIsCutAsItIs) {
+TEST(BenchTick, BlockOfAMandibleIsCut) {
   const BenchResult r = RunCut(MakeMandibleCut(false), FewTicks(200));
   ExpectGoodCut(r, 200, 5);
   EXPECT_GT(Figure(r, "removed"), 0.2 * 5 * 0.2 * 5);  // the kerf of a body at least 5 mm thick, 1 mm long
@@ -122,13 +122,13 @@ TEST(BenchTick, MorePassesMeasureMoreTicks) {
   EXPECT_EQ(RunCut(cut, FewTicks(120)).times.count, 150u);
 }
 
-TEST(BenchTick, FiveMillimetresAwayTheToolSleeps) {
+TEST(BenchTick, TicksSleepFiveMillimetresFromTheBone) {
   const BenchResult r = RunIdle(FewTicks(300));
   EXPECT_EQ(r.times.count, 300u);
   EXPECT_EQ(Figure(r, "ticks asleep"), 100);
 }
 
-TEST(BenchTick, ToolThatDoesNotFollowIsSaid) {
+TEST(BenchTick, ToolThatDoesNotFollowIsReported) {
   CutCase cut = MakeDiscCut(0.2);
   cut.rpm = 0;           // it does not cut, and the bone stops it
   cut.warm_up_mm = 1.2;  // shortly after first contact
@@ -154,7 +154,7 @@ TEST(BenchTick, CasesAreChosenByName) {
   }
 }
 
-TEST(BenchTick, CoreThatIsNotThereIsRefused) {
+TEST(BenchTick, MissingCoreIsRefused) {
   BenchOptions options = FewTicks(10);
   options.core = 4000;
   try {
@@ -173,7 +173,7 @@ TickReport MadeUpReport() {
   cut.undisturbed = {4999, 40, 79, 88, 90};
   cut.baseline = {"the library", {30, 8000, 9000, 9500, 9500}};
   cut.figures = {{"removed less swept", "%", -0.25},
-                 {"removed by occupancy less swept", "%", 0.125},
+                 {"removed by occupancy minus swept", "%", 0.125},
                  {"force on the hand, mean", "N", 12.5}};
   cut.targets = {{"p99", "us", 100, 80}, {"times faster", "", 300, 200, true}};
   cut.stages_us = {1, 2, 3, 4, 5, 6};
@@ -190,7 +190,7 @@ TickReport MadeUpReport() {
   return report;
 }
 
-TEST(TickReport, JsonHoldsErrorAndHashBesideTheSpeed) {
+TEST(TickReport, JsonContainsErrorsAndHashNextToTheTimes) {
   const auto json = nlohmann::json::parse(FormatTickJson(MadeUpReport()));
   EXPECT_EQ(json["machine"]["cpu"], "a processor");
   EXPECT_EQ(json["machine"]["vector_width"], "avx2");
@@ -219,7 +219,7 @@ TEST(TickReport, JsonHoldsErrorAndHashBesideTheSpeed) {
   EXPECT_TRUE(json["warnings"].empty());
 }
 
-TEST(TickReport, TablesSayWhatWasMissed) {
+TEST(TickReport, TablesMarkMissedLimits) {
   TickReport report = MadeUpReport();
   const std::string table = FormatTickTable(report);
   EXPECT_THAT(table, testing::HasSubstr("met     p99 at most 100 us: 80.0"));
@@ -231,7 +231,7 @@ TEST(TickReport, TablesSayWhatWasMissed) {
   EXPECT_THAT(FindTickWarnings(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
 }
 
-TEST(Percentiles, AreTheNearestRanks) {
+TEST(Percentiles, UseTheNearestRank) {
   std::vector<double> times;
   for (int i = 1000; i >= 1; --i) times.push_back(i);
   const Percentiles p = CalcPercentiles(times);

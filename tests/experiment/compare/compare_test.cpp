@@ -104,7 +104,7 @@ TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
   EXPECT_NEAR(integral_mJ / voxel.work_mJ, 1, 0.02);
 }
 
-TEST(Compare, CasesAreTheScenesLawTheLawsAskedForAndBothSlabs) {
+TEST(Compare, CasesAreTheScenesLawTheRequestedLawsAndBothSlabs) {
   const auto ids = [](const std::vector<std::string>& laws) {
     std::string text;
     for (const CompareCase& what : MakeCompareCases(ForceLaw("edge_plus_chip"), laws)) text += what.id + " ";
@@ -121,7 +121,7 @@ TEST(Compare, CasesAreTheScenesLawTheLawsAskedForAndBothSlabs) {
   EXPECT_THROW(ids({"hertz"}), Error);
 }
 
-TEST(Compare, OneVoxelCaseHasTheSlabsLawWhateverTheScenes) {
+TEST(Compare, OneVoxelCaseUsesTheSlabsLawWhateverTheScenesLaw) {
   SlabParams slab;
   slab.contact_share_of_pitch = 0.02;
   ForceLaw own("hertz_constant_bite");
@@ -136,7 +136,7 @@ TEST(Compare, OneVoxelCaseHasTheSlabsLawWhateverTheScenes) {
   EXPECT_EQ(MakeCompareCases(own, {}, slab).size(), 3u);
 }
 
-TEST(Compare, ReferenceDiffersFromItselfByNothingAndRepetitionsAgree) {
+TEST(Compare, ReferenceDoesNotDifferFromItselfAndRepetitionsAgree) {
   const Comparison c = CompareScene(Parse(kSlab), {{}, 0.1, 2}, {});
   EXPECT_EQ(c.reference().slice.rms_N, 0);
   EXPECT_EQ(c.reference().slice.peak_N, 0);
@@ -164,7 +164,7 @@ TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
   EXPECT_GT(thrice.reference().ticks, once.reference().ticks + 900);
 }
 
-TEST(Compare, StepInWhichTheSliceEndsCountsNowhere) {
+TEST(Compare, BinInWhichTheSliceEndsIsNotCounted) {
   // A cut of 6 mm in bins of 4 mm: the first bin lies within the slice, and the slice ends inside the second one.
   std::string deep = kScene;
   const std::string end = "end_mm = [0.0, 0.0, 4.0]";
@@ -227,7 +227,7 @@ TEST(Compare, DoesNotWarnOfTheVoxelLawsInSlabMode) {
   }
 }
 
-TEST(Compare, WhatCannotBeComparedIsRefused) {
+TEST(Compare, ScenesThatCannotBeComparedAreRefused) {
   EXPECT_EQ(MessageOf(Parse(), {}),
             "scene: to compare with slab mode the scene needs the cut direction; add [slab] with direction = [0, 0, "
             "-1], the direction of its first stroke, or another");
@@ -255,14 +255,14 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
                         "along this direction"));
 }
 
-TEST(Compare, HintOfADirectionIsOfUnitLength) {
+TEST(Compare, SuggestedDirectionHasUnitLength) {
   std::string scene = kScene;
   const std::string start = "start_mm = [0.0, 0.0, 11.5]";
   scene.replace(scene.find(start), start.size(), "start_mm = [-31.5, 0.0, 46.0]");
   EXPECT_THAT(MessageOf(ParseScene(scene, "scene.toml"), {}), HasSubstr("direction = [0.6, 0, -0.8], the direction"));
 }
 
-TEST(Compare, PathThatEndsInsideTheSliceIsComparedAsFarAsItGoesAndSaysSo) {
+TEST(Compare, PathThatEndsInsideTheSliceIsComparedToItsEndWithAWarning) {
   // The path goes to 2 mm of the 6 mm.
   const Comparison c = CompareScene(
       ParseScene(std::string(kScene).replace(std::string(kScene).find("0.0, 4.0]"), 9, "0.0, 9.0]") + kSlab,
@@ -274,7 +274,7 @@ TEST(Compare, PathThatEndsInsideTheSliceIsComparedAsFarAsItGoesAndSaysSo) {
   EXPECT_EQ(c.regions.size(), 1u);
 }
 
-TEST(Compare, SaysWhatTheStiffnessIsFrom) {
+TEST(Compare, NamesTheSourceOfTheStiffness) {
   const Comparison regions = CompareScene(Parse(kSlab), {{}, 0.5, 1}, {});
   EXPECT_EQ(regions.material, "E by region, from the bone's own table");
   const Comparison uniform =
@@ -286,7 +286,7 @@ TEST(Compare, SaysWhatTheStiffnessIsFrom) {
   EXPECT_EQ(json["material"]["E_GPa"], 5);
 }
 
-TEST(Compare, CommandHoldsWhatWasAskedForAndNoFolder) {
+TEST(Compare, CommandContainsTheRequestAndNoFolder) {
   const CompareParams params{{"hertz_chip", "edge_plus_chip"}, 0.25, 2};
   EXPECT_EQ(CompareScene(Parse(kSlab), params, {}, "scenes of mine/it's a cut.toml").command,
             "kerf compare 'it'\\''s a cut.toml' --laws hertz_chip,edge_plus_chip --depth-step 0.25 --repeat 2");
@@ -340,7 +340,7 @@ TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
   }
 }
 
-TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
+TEST_F(CompareFiles, NameTheCtLawItsRangeAndAllItsWarnings) {
   // Block with CT numbers: in the lowest 1.2 mm of the 5 mm of cancellous bone they are below the law's 100 HU.
   fs::create_directories(folder_);
   BlockParams block;

@@ -46,7 +46,7 @@ std::string ForceWords(const MadeUpCase& slab) {
   return AllOf(WriteConclusion(MakeUp({Reference(), slab})).force);
 }
 
-TEST(Conclusion, LargerAndSmallerAreTold) {
+TEST(Conclusion, LargerAndSmallerForcesAreReported) {
   const std::string more = ForceWords(Slab([](double) { return 12.0; }));
   EXPECT_THAT(more, HasSubstr("**slab B** requires 3.00 times the force of voxel A"));
   EXPECT_THAT(more, HasSubstr("12.0 N against 4.00 N, rms difference 8.00 N, which is 200 % of the reference's peak"));
@@ -57,7 +57,7 @@ TEST(Conclusion, LargerAndSmallerAreTold) {
   EXPECT_THAT(less, Not(HasSubstr("larger at")));
 }
 
-TEST(Conclusion, DepthFromWhichItStaysLargerIsThatOfTheCurves) {
+TEST(Conclusion, DepthOfTheLastCrossingIsThatOfTheCurves) {
   // 0 to 10 N over 10 mm against 4 N: the curves cross at 4 mm.
   const std::string up = ForceWords(Slab([](double h) { return h; }));
   EXPECT_THAT(up, HasSubstr("The force is larger over 60 % of the depth and smaller over 40 %; beyond 4.00 mm it stays "
@@ -66,7 +66,7 @@ TEST(Conclusion, DepthFromWhichItStaysLargerIsThatOfTheCurves) {
   EXPECT_THAT(down, HasSubstr("larger over 60 % of the depth and smaller over 40 %; beyond 6.00 mm it stays smaller"));
 }
 
-TEST(Conclusion, EqualDepthsAreNotSaidToBeLargerOrSmaller) {
+TEST(Conclusion, EqualDepthsCountAsNeitherLargerNorSmaller) {
   // Both forces are zero over the first and the last mm of 10: 80 of 100 depths differ, all with the same sign.
   const auto ends = [](double force_N) { return [force_N](double h) { return h < 1 || h > 9 ? 0.0 : force_N; }; };
   MadeUpCase reference = Reference();
@@ -83,7 +83,7 @@ TEST(Conclusion, EqualDepthsAreNotSaidToBeLargerOrSmaller) {
                                                          : 9.0; }),
               HasSubstr("The force is larger over 60 % of the depth and smaller over 20 %; beyond 3.00 mm it is larger "
                         "wherever the two differ."));
-  // A difference counts as soon as the table shows it. One of 100 depths is 1 %, and 99 are not all.
+  // A difference counts as soon as the table shows it. One of 100 depths is 1 %, and 99 of 100 are not reported as all.
   EXPECT_THAT(ForceWords(Slab([](double h) { return h < 0.1 ? 3.9999 : 9.0; })),
               HasSubstr("The force is larger over 99 % of the depth and smaller over 1 %; beyond 0.100 mm it stays "
                         "larger."));
@@ -92,7 +92,7 @@ TEST(Conclusion, EqualDepthsAreNotSaidToBeLargerOrSmaller) {
               HasSubstr("The force is larger wherever the two differ, at 99 of the 100 depths."));
 }
 
-TEST(Conclusion, SlabsForcePastTheSliceIsItsSpringLettingGo) {
+TEST(Conclusion, SlabsForceBeyondTheSliceIsAttributedToItsSpring) {
   // 27.5 N at the end of the slice, less every 0.1 mm, zero from 10.3 mm on. The spring's stiffness is 100 N/mm.
   MadeUpCase slab = Slab([](double) { return 27.5; });
   slab.beyond_N = [](double h) { return h < 10.1 ? 18.0 : h < 10.2 ? 9.0 : h < 10.3 ? 0.6 : 0.0; };
@@ -115,26 +115,25 @@ TEST(Conclusion, SlabsForcePastTheSliceIsItsSpringLettingGo) {
             "average.\n");
 }
 
-TEST(Conclusion, FurthestApartNamesDepthForcesAndTeeth) {
+TEST(Conclusion, LargestDifferenceNamesDepthForcesAndTeeth) {
   MadeUpCase slab = Slab([](double h) { return h > 7 && h < 7.1 ? 20.0 : 5.0; });
   slab.teeth = [](double) { return 8.0; };
   EXPECT_THAT(ForceWords(slab), HasSubstr("The difference is largest at 7.05 mm: 20.0 N (8.00 teeth at 2.50 N each) "
                                           "against 4.00 N (2.00 teeth at 2.00 N each)"));
 }
 
-TEST(Conclusion, AgreementIsSaidOnlyWithinTwoPercent) {
+TEST(Conclusion, AgreementIsReportedOnlyWithinTwoPercent) {
   EXPECT_THAT(ForceWords(Slab([](double) { return 4.06; })), HasSubstr("**slab B** agrees with voxel A"));
   EXPECT_THAT(ForceWords(Slab([](double) { return 4.1; })), Not(HasSubstr("agrees")));
   // The same mean, with large differences at each depth.
   EXPECT_THAT(ForceWords(Slab([](double h) { return h < 5 ? 2.0 : 6.0; })), Not(HasSubstr("agrees")));
 }
 
-TEST(Conclusion, SlabStandsInOnlyWithinTenPercent) {
+TEST(Conclusion, SlabIsASubstituteOnlyWithinTenPercent) {
   EXPECT_THAT(
       ForceWords(Slab([](double) { return 4.3; })),
-      HasSubstr(
-          "**In short:** slab mode can stand in for voxel A on this cut: slab B gives 1.08 times the mean force of "
-          "voxel A (4.30 N against 4.00 N; rms difference 0.300 N), in 1/200 of the time per tick."));
+      HasSubstr("**In short:** slab mode can replace voxel A on this cut: slab B gives 1.08 times the mean force of "
+                "voxel A (4.30 N against 4.00 N; rms difference 0.300 N), in 1/200 of the time per tick."));
   const std::string off = ForceWords(Slab([](double) { return 6.0; }));
   EXPECT_THAT(
       off, HasSubstr("**In short:** slab mode does not stand in for voxel A on this cut: slab B gives 1.50 times the "
@@ -153,7 +152,7 @@ TEST(Conclusion, SlabStandsInOnlyWithinTenPercent) {
 }
 
 // A slab with 1.2 % of the force. With the slab's law, voxel mode gives 1 %, so the slab itself adds a fifth.
-TEST(Conclusion, ASlabIsNotBlamedForTheLawOfItsTeeth) {
+TEST(Conclusion, EffectOfTheToothLawIsSeparatedFromThatOfTheSlab) {
   MadeUpCase equal = Reference();
   equal.label = "voxel hertz_constant_bite";
   equal.law = "hertz_constant_bite";
@@ -183,7 +182,7 @@ TEST(Conclusion, ASlabIsNotBlamedForTheLawOfItsTeeth) {
 
 // Of two slabs, the report chooses the one that is nearest at equal law. It does not choose the one whose errors happen
 // to cancel those of the law.
-TEST(Conclusion, TheNearestSlabIsThatAtEqualLaw) {
+TEST(Conclusion, NearestSlabIsChosenAtEqualLaw) {
   MadeUpCase equal = Reference();
   equal.label = "voxel hertz_constant_bite";
   equal.law = "hertz_constant_bite";
@@ -194,7 +193,7 @@ TEST(Conclusion, TheNearestSlabIsThatAtEqualLaw) {
   EXPECT_THAT(WriteConclusion(c).force.front(), HasSubstr("slab B gives 1.25 % of the mean force"));
 }
 
-TEST(Conclusion, TeethThatReinforceEachOtherAreNoticed) {
+TEST(Conclusion, TeethThatReinforceEachOtherAreReported) {
   // n^3 F_1 with n growing from 1 to 3: a tooth bears 1 N at first and 9 N at the end.
   MadeUpCase cubed = Slab([](double h) { return h < 3 ? 1.0 : h < 6 ? 8.0 : 27.0; });
   cubed.teeth = [](double h) { return h < 3 ? 1.0 : h < 6 ? 2.0 : 3.0; };
@@ -229,7 +228,7 @@ TEST(Conclusion, RegionsAndTissuesAreNamedByTheirDifferences) {
                                      "upper"));
 }
 
-TEST(Conclusion, LayersAreSaidToBeNamedByTheLargestFraction) {
+TEST(Conclusion, StatesThatLayersAreNamedAfterTheLargestRegion) {
   Comparison c = MakeUp({Reference(), Slab([](double h) { return h < 4 ? 5.0 : 6.0; })});
   const std::string named =
       "A layer is named after the region with the largest share of its area, and its E is the mean over the whole area";
@@ -244,7 +243,7 @@ TEST(Conclusion, LayersAreSaidToBeNamedByTheLargestFraction) {
   EXPECT_THAT(WriteConclusion(c).regions.front(), HasSubstr("those of the paper's Table 2"));
 }
 
-TEST(Conclusion, CostIsTheRatioOfWhatWasMeasured) {
+TEST(Conclusion, CostIsTheRatioOfTheMeasuredFigures) {
   MadeUpCase slab = Slab([](double) { return 4.0; });
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).cost); };
   EXPECT_THAT(words(), HasSubstr("A tick of **slab B** takes 0.500 us (p50; p99 0.600 us) against 100 us (p99 200 us), "
@@ -258,7 +257,7 @@ TEST(Conclusion, CostIsTheRatioOfWhatWasMeasured) {
   EXPECT_THAT(words(), HasSubstr("slab B costs the same as voxel A, to within 10 %, in time per tick and in memory."));
 }
 
-TEST(Conclusion, DeadlineIsHeldOrMissedByP99) {
+TEST(Conclusion, P99DecidesWhetherTheDeadlineIsMet) {
   MadeUpCase reference = Reference();
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({reference, Slab([](double) { return 4.0; })})).cost); };
   EXPECT_THAT(words(), HasSubstr("a tick may take 1000 us; cases whose p99 met this limit: voxel A and slab B in every "
@@ -269,7 +268,7 @@ TEST(Conclusion, DeadlineIsHeldOrMissedByP99) {
   EXPECT_THAT(words(), HasSubstr("slab B in every repetition; voxel A in some repetitions only"));
 }
 
-TEST(Conclusion, CaseAgainstItselfAgreesAndDiffersByNothing) {
+TEST(Conclusion, CaseAgreesWithItselfWithoutAnyDifference) {
   MadeUpCase same = Reference();
   same.label = "voxel again";
   const Comparison c = MakeUp({Reference(), same});

@@ -31,7 +31,7 @@ std::vector<std::size_t> AllBins(const DepthGrid& grid) {
   return bins;
 }
 
-TEST(DepthCurve, BinOfALinearForceIsItsMiddle) {
+TEST(DepthCurve, BinOfALinearForceHasTheValueAtItsMiddle) {
   const DepthGrid grid{0.1, 50};
   const DepthCurve curve = CalcDepthCurve(Sample([](double h) { return 3 * h + 1; }, 0, 5, 200), grid);
   ASSERT_EQ(curve.reach, 50u);
@@ -78,7 +78,7 @@ TEST(DepthCurve, SamplesOutsideTheGridAreLeftOut) {
   EXPECT_EQ(curve.force_N, (std::vector<double>{1, 2}));
 }
 
-TEST(DepthCurve, OnlyWhatGoesDeeperThanBeforeCounts) {
+TEST(DepthCurve, OnlySamplesDeeperThanAllBeforeCount) {
   // Down to 3, back to 1, down to 4: the second pass from 1 to 3 runs through the kerf.
   std::vector<DepthSample> samples;
   for (const double depth : {1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0, 4.0}) samples.push_back({depth, depth, 0, 0, 0});
@@ -102,7 +102,7 @@ TEST(Difference, OfASineFromZeroIsItsRootMeanSquareAndAmplitude) {
   EXPECT_NEAR(std::fmod(d.peak_depth_mm, 1), 0.5, 0.0021);
 }
 
-TEST(Difference, OfTwoParabolasIsThatOfTheirClosedForm) {
+TEST(Difference, OfTwoParabolasMatchesTheClosedForm) {
   // h^2 and 2 h^2 - 3 over 0..3: difference 3 - h^2; mean square = integral (3 - h^2)^2 / 3 = 9 - 18 + 81/5 = 7.2. The
   // largest difference is at the end: -6. With bins of 0.001 mm the midpoint rule is within 1e-6, and the value at the
   // end is within the slope times half a bin, 0.003.
@@ -121,7 +121,7 @@ TEST(Difference, OfTwoParabolasIsThatOfTheirClosedForm) {
   EXPECT_NEAR(d.reference_mean_N, 3, 1e-5);
 }
 
-TEST(Difference, FromItselfIsNothing) {
+TEST(Difference, FromItselfIsZero) {
   const std::vector<double> a{1, 2, 3};
   const Difference d = CalcDifference(a, a, {0, 1, 2}, 0.1);
   EXPECT_EQ(d.rms_N, 0);
@@ -129,7 +129,7 @@ TEST(Difference, FromItselfIsNothing) {
   EXPECT_EQ(CalcDifference(a, a, {}, 0.1).bins, 0u);
 }
 
-TEST(Difference, LeavesOutWhatEitherDoesNotHave) {
+TEST(Difference, LeavesOutBinsThatEitherCurveLacks) {
   const double none = std::nan("");
   const Difference d = CalcDifference({1, none, 5}, {none, 1, 2}, {0, 1, 2}, 0.1);
   EXPECT_EQ(d.bins, 1u);

@@ -14,7 +14,7 @@ struct MadeUpCase {
   bool slab = false;
   std::string law = "hertz_chip";  // only in voxel mode
   std::function<double(double h_mm)> force_N;
-  std::function<double(double h_mm)> beyond_N = [](double) { return 0.0; };  // past the end of the slice
+  std::function<double(double h_mm)> beyond_N = [](double) { return 0.0; };  // beyond the end of the slice
   std::function<double(double h_mm)> teeth = [](double) { return 2.0; };
   double p50_us = 100;
   double p99_us = 200;

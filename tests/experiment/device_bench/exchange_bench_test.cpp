@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(ExchangeBench, ModelsAnswerEachRoundTheSameEachTime) {
+TEST(ExchangeBench, ModelsAnswerEveryRoundReproducibly) {
   ExchangeBenchOptions options;
   options.rounds = 500;
   const std::vector<ExchangeTimes> first = BenchModels(options);
@@ -38,7 +38,7 @@ TEST(ExchangeBench, ModelsAnswerEachRoundTheSameEachTime) {
 }
 
 /// The device is a model on an in-process bus.
-TEST(ExchangeBench, WhatIsPluggedInGetsNoForce) {
+TEST(ExchangeBench, ConnectedDeviceReceivesNoForce) {
   HeldMechanism held;
   FalconModelOptions falcon_options;
   falcon_options.firmware_is_there = true;
@@ -60,7 +60,7 @@ TEST(ExchangeBench, WhatIsPluggedInGetsNoForce) {
   EXPECT_THAT(BenchDevice(bus, found, {}, options).failure, HasSubstr("can't be opened"));
 }
 
-TEST(ExchangeBench, EndsWhenItIsToldTo) {
+TEST(ExchangeBench, StopsOnRequest) {
   std::atomic<bool> stop{true};
   ExchangeBenchOptions options;
   options.stop = &stop;
@@ -85,7 +85,7 @@ TEST(ExchangeBench, ReportsAllFigures) {
   EXPECT_THAT(FormatExchangeMarkdown({times}), HasSubstr("| falcon | libusb | 1000 | 77 |"));
 }
 
-TEST(ExchangeBench, RefusesWhatIsOutOfRange) {
+TEST(ExchangeBench, RefusesOptionsOutOfRange) {
   ExchangeBenchOptions options;
   options.rounds = 9;
   EXPECT_THROW(BenchModels(options), Error);

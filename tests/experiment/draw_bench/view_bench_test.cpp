@@ -43,7 +43,7 @@ TEST(ViewBench, MeasuresEachFigureOnASmallBone) {
   EXPECT_THAT(FormatViewTable(report), HasSubstr(report.renderer));
 }
 
-TEST(ViewBench, RefusesWhatIsOutOfRange) {
+TEST(ViewBench, RefusesOptionsOutOfRange) {
   ViewBenchOptions options;
   options.frames = 1;
   EXPECT_THROW(RunViewBench(options), Error);

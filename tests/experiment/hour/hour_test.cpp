@@ -21,7 +21,7 @@ Scene ReadHourScene() {
 
 using HourTest = test::ResultFolderTest;
 
-TEST_F(HourTest, AMinuteOfSawingLeavesNoTrace) {
+TEST_F(HourTest, AMinuteOfSawingCausesNoDrift) {
   MakeFolder(folder_);
   HourOptions options;
   options.minutes = 1.25;
@@ -40,8 +40,8 @@ TEST_F(HourTest, AMinuteOfSawingLeavesNoTrace) {
   // In free air the force is zero, from the first pause to the last.
   EXPECT_EQ(worst.rest_hand_N, 0);
   EXPECT_EQ(worst.rest_device_N, 0);
-  // Rows alone would add 15 MB in 70'000 ticks. The heap is checked because resident memory also varies with the
-  // system's pages.
+  // If the rows were kept in memory, they alone would add 15 MB in 70,000 ticks. The heap is checked because resident
+  // memory also varies with the system's pages.
   EXPECT_LT(hour.CalcHeapGrowth_MB(), 0.25);
   // The heap also grows by the leaves that are cut into, 2 kB each: fewer than the 64 x 22 x 6 leaves of the block.
   EXPECT_GT(hour.minutes[1].heap_MB, hour.minutes[1].bone_MB);
@@ -67,7 +67,7 @@ TEST_F(HourTest, AMinuteOfSawingLeavesNoTrace) {
   EXPECT_EQ(unwatched.bone_hash, hour.loop.bone_hash);
 }
 
-TEST_F(HourTest, TellsWhatItMeasured) {
+TEST_F(HourTest, ReportsTheMeasuredFigures) {
   Hour hour;
   hour.scene = "s";
   for (int i = 1; i <= 30; ++i) {

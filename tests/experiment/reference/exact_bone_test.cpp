@@ -31,8 +31,8 @@ TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
     if (d > 0) {
       EXPECT_NEAR(bone.Distance(p), std::max(solid, -d), 1e-9);
     } else {
-      // Each step is a stadium itself, so the arc between two centres causes no error. Along the path, the deepest
-      // single step contains a point less deeply than the union of all steps does.
+      // Each step is a stadium itself, so the arc between two centres causes no error. Along the path, a point is less
+      // deep in any single step than in the union of all steps.
       EXPECT_GT(bone.Distance(p), -1e-9);
       EXPECT_LE(bone.Distance(p), -d + 1e-9);
     }
@@ -43,7 +43,7 @@ TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
   }
 }
 
-TEST(ExactBone, GroupsGiveWhatEachSweepAloneGives) {
+TEST(ExactBone, GroupsAgreeWithSingleSweeps) {
   // A random path, swept with the whole disc, with the rim, and alternately. Expected: the union of the sweeps, from
   // bones with one sweep each.
   std::mt19937_64 random(11);
@@ -72,7 +72,7 @@ TEST(ExactBone, GroupsGiveWhatEachSweepAloneGives) {
   }
 }
 
-TEST(ExactBone, AStraightWayInPartsIsOneStadium) {
+TEST(ExactBone, StraightPathInPartsIsOneStadium) {
   // Whole disc and rim, rotated; followed by a bend, which does not belong to the straight path.
   const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
   const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };
@@ -91,7 +91,7 @@ TEST(ExactBone, AStraightWayInPartsIsOneStadium) {
   }
 }
 
-TEST(ExactBone, AWayThatBendsALittleIsNotMadeStraight) {
+TEST(ExactBone, SlightlyBentPathIsNotStraightened) {
   ExactBone bone(Block({}, {200, 200, 200}), kSaw);
   for (int i = 0; i < 200; ++i) {
     const auto at = [](double turn) { return Upright({10 * std::sin(turn), 0, 10 * std::cos(turn)}); };
@@ -101,7 +101,7 @@ TEST(ExactBone, AWayThatBendsALittleIsNotMadeStraight) {
   EXPECT_NEAR(bone.Distance({21.5 * std::sin(0.5), 0, 21.5 * std::cos(0.5)}), -(21.5 - 10 - kR), 4e-5);
 }
 
-TEST(ExactBone, RimLeavesTheInside) {
+TEST(ExactBone, RimDoesNotRemoveTheInside) {
   ExactBone bone(Block({}, {60, 60, 60}), kSaw);
   bone.Sweep(Upright({0, 0, 0}), Upright({0.1, 0, 0}), 0.5);
   EXPECT_TRUE(bone.IsBone({0, 0, 0}));
@@ -112,7 +112,7 @@ TEST(ExactBone, RimLeavesTheInside) {
   EXPECT_TRUE(bone.IsBone({kR + 0.11, 0, 0}));
 }
 
-TEST(ExactBone, BoundsHoldAllThatWasSweptAndAirIsLeftOut) {
+TEST(ExactBone, BoundsContainTheSweepAndAirIsSkipped) {
   ExactBone bone(Block({}, {10, 10, 10}), kSaw);
   EXPECT_TRUE(bone.swept_bounds().empty());
   bone.Sweep(Upright({500, 0, 0}), Upright({501, 0, 0}), 0);
@@ -134,7 +134,7 @@ double SegmentArea8() {
   return area;
 }
 
-TEST(ExactBone, RemovedVolumesAreTheClosedForms) {
+TEST(ExactBone, RemovedVolumesMatchTheClosedForms) {
   // Rotated, so that no cell is aligned with a wall. A kerf through the whole block, a plunge, and both together.
   const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
   const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };

@@ -132,7 +132,7 @@ TEST(ReferenceInHand, ConvergesWithFirstOrderInItsSteps) {
   }
 }
 
-TEST(ReferenceInHand, ConvergesInItsRimPoints) {
+TEST(ReferenceInHand, ConvergesWithTheNumberOfRimPoints) {
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 2}, 25);
   Append(poses, Stroke({0, 0, kR - 2}, {1, 0.2, kR - 2.2}, 20));
   std::vector<ReferenceRun> runs;
@@ -156,7 +156,7 @@ TEST(ReferenceInHand, ConvergesInItsRimPoints) {
   EXPECT_LT(apart[1], 0.6 * apart[0]);
 }
 
-TEST(ReferenceInHand, WallsHoldWhatTheCouplingPulls) {
+TEST(ReferenceInHand, WallsHoldTheToolAgainstTheCoupling) {
   // Down 5 mm, then the handle moves 0.8 mm sideways, along the spindle.
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 5}, 25);
   Append(poses, Stroke({0, 0, kR - 5}, {0, 0.8, kR - 5}, 20));
@@ -173,7 +173,7 @@ TEST(ReferenceInHand, WallsHoldWhatTheCouplingPulls) {
   std::printf("walls: %.5f mm to the side for %.3f N\n", out.X_WT.p_AB.y, out.f_W_N.y);
 }
 
-TEST(ReferenceInHand, ThroughAirItGoesWithTheHandle) {
+TEST(ReferenceInHand, ToolInAirMovesWithTheHandle) {
   const std::vector<Pose> poses = Stroke({-5, 3, kR + 0.4}, {5, -3, kR + 0.001}, 200);
   ReferenceParams params = HeldAtTheGrip("hertz_chip", 4);
   const ReferenceRun run = RunReferenceInHand(HalfSpace(), params, poses);
@@ -184,7 +184,7 @@ TEST(ReferenceInHand, ThroughAirItGoesWithTheHandle) {
   EXPECT_EQ(run.ticks.back().removed_mm3, 0);
 }
 
-TEST(ReferenceInHand, NothingComesBackThatWasNotPutIn) {
+TEST(ReferenceInHand, ReturnsNoMoreEnergyThanWasPutIn) {
   // Into the bone, shaken there in all directions, and out again to the start. The hand's work does not end below 0,
   // and at no time is it below the energy that the spring can still return.
   std::vector<Pose> poses;
@@ -212,7 +212,7 @@ TEST(ReferenceInHand, NothingComesBackThatWasNotPutIn) {
   }
 }
 
-TEST(ReferenceInHand, HeldByAConstantForceItCreeps) {
+TEST(ReferenceInHand, ToolHeldByAConstantForceCreeps) {
   // Pushed by 0.05 mm, 0.1 N: less than the resistance of one engaged tooth of the edge.
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 0.05}, 5);
   for (int i = 0; i < 200; ++i) poses.push_back(poses.back());
@@ -227,7 +227,7 @@ TEST(ReferenceInHand, HeldByAConstantForceItCreeps) {
   EXPECT_GT(run.ticks.back().f_W_N.z, 0.05);
 }
 
-TEST(ReferenceInHand, MovesWithEverything) {
+TEST(ReferenceInHand, DoesNotDependOnTheFrame) {
   const Pose X_WB{glm::angleAxis(1.1, glm::normalize(Vec3(1, -2, 0.5))), {120, -35, 7}};
   std::vector<Pose> poses = DownAndAlong(0.5);
   const ReferenceParams params = HeldAtTheGrip("hertz_chip", 2);
@@ -240,7 +240,7 @@ TEST(ReferenceInHand, MovesWithEverything) {
   }
 }
 
-TEST(ReferenceInHand, SetDownInBoneItIsHeldAndNotThrown) {
+TEST(ReferenceInHand, ToolSetDownInBoneIsHeldAndNotPushedOut) {
   // Entirely buried at the start, nearer to one face than to the other. The handle rests, then pulls along the spindle.
   std::vector<Pose> poses(60, Upright({0, 0.4, -15}));
   for (int i = 0; i < 60; ++i) poses.push_back(Upright({0, 0.4 + 0.01 * i, -15}));
@@ -252,7 +252,7 @@ TEST(ReferenceInHand, SetDownInBoneItIsHeldAndNotThrown) {
   }
 }
 
-TEST(ReferenceInHand, StoppedIsRefused) {
+TEST(ReferenceInHand, StoppedSpindleIsRefused) {
   ReferenceParams params = Params("hertz_chip", 4);
   params.rpm = 0;
   EXPECT_THROW(RunReferenceInHand(HalfSpace(), params, {Upright({0, 0, 20})}), Error);

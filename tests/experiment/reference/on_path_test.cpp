@@ -49,7 +49,7 @@ Form CalcForm(std::string_view law, double depth, double feed, double E_star, bo
   return form;
 }
 
-TEST(ReferenceOnPath, SlotIsTheClosedFormForEachLaw) {
+TEST(ReferenceOnPath, SlotMatchesTheClosedFormForEachLaw) {
   const double depth = 3;
   const double feed = 4;
   // Fast from outside the block to its middle, then at the feed rate.
@@ -72,7 +72,7 @@ TEST(ReferenceOnPath, SlotIsTheClosedFormForEachLaw) {
   }
 }
 
-TEST(ReferenceOnPath, PlungeIsTheClosedFormAndTakesTheSegment) {
+TEST(ReferenceOnPath, PlungeMatchesTheClosedFormAndRemovesTheSegment) {
   const double feed = 5;
   const double tick_s = 0.002;
   const std::vector<Pose> poses = Stroke({0, 0, 4 + kR + 0.1}, {0, 0, 4 + kR - 2.9}, feed, tick_s);
@@ -101,8 +101,8 @@ TEST(ReferenceOnPath, SlotsVolumeIsThatOfACuboid) {
   std::printf("slot: volume %.1e\n", run.ticks.back().removed_mm3 / (10 * 3 * kSaw.thickness_mm) - 1);
 }
 
-TEST(ReferenceOnPath, NothingIsMetTwice) {
-  // Back through its own kerf and forward again, then a little deeper.
+TEST(ReferenceOnPath, NothingIsCutTwice) {
+  // Back through its own kerf and forward again.
   std::vector<Pose> poses = Stroke({-20, 0, 2 + kR}, {0, 0, 2 + kR}, 40);
   const std::size_t cut = poses.size() - 1;
   Append(poses, Stroke({0, 0, 2 + kR}, {-15, 0, 2 + kR}, 40));
@@ -115,7 +115,7 @@ TEST(ReferenceOnPath, NothingIsMetTwice) {
   EXPECT_NEAR(run.ticks.back().removed_mm3, run.ticks[cut - 1].removed_mm3, 1e-4);
 }
 
-TEST(ReferenceOnPath, LayersGiveEachTheirForceSharply) {
+TEST(ReferenceOnPath, EachLayerGivesItsForceWithASharpBorder) {
   // Plunges a saw much wider than the plate: the plate's whole length is cut at nearly one depth.
   DiscSaw saw;
   saw.diameter_mm = 200;
@@ -148,7 +148,7 @@ TEST(ReferenceOnPath, LayersGiveEachTheirForceSharply) {
   }
 }
 
-TEST(ReferenceOnPath, VolumeIsWhatAGridOfPointsFindsMissing) {
+TEST(ReferenceOnPath, VolumeAgreesWithAGridOfPoints) {
   // Down, along and tilting: the rim and the flats remove bone.
   std::vector<Pose> poses;
   const int ticks = 400;
@@ -159,7 +159,7 @@ TEST(ReferenceOnPath, VolumeIsWhatAGridOfPointsFindsMissing) {
     poses.push_back(X);
   }
   const ReferenceRun run = RunReferenceOnPath(Block({}, {30, 12, 10}), Params("hertz_chip"), poses);
-  // One random point in each cell of a grid. The error is less than that of as many points without a grid.
+  // One random point in each cell of a grid. The error is smaller than with the same number of points without a grid.
   Box3 box = run.bone.swept_bounds();
   box.upper.z = 5;
   const int cells[3] = {150, 30, 100};
@@ -186,21 +186,21 @@ TEST(ReferenceOnPath, VolumeIsWhatAGridOfPointsFindsMissing) {
               sigma);
 }
 
-TEST(ReferenceOnPath, MovesWithEverything) {
+TEST(ReferenceOnPath, DoesNotDependOnTheFrame) {
   const Pose X_WB{glm::angleAxis(1.1, glm::normalize(Vec3(1, -2, 0.5))), {120, -35, 7}};
   std::vector<Pose> poses = Stroke({0, 0, 4 + kR + 0.1}, {1, 0, 4 + kR - 1}, 20);
   const ReferenceRun at_home = RunReferenceOnPath(Block({}, {20, 4, 8}), Params("hertz_chip"), poses);
   for (Pose& X : poses) X = Times(X_WB, X);
   const ReferenceRun moved = RunReferenceOnPath(Block(X_WB, {20, 4, 8}), Params("hertz_chip"), poses);
   for (std::size_t k = 0; k < at_home.ticks.size(); ++k) {
-    // Coordinates of 120 mm are rounded to 3e-14 mm. For ends of arcs between bisections that may give 1e-8 rad.
+    // Coordinates of 120 mm are rounded to 3e-14 mm. This may shift the end of an arc, found by bisection, by 1e-8 rad.
     EXPECT_NEAR(glm::length(X_WB.Vector(at_home.ticks[k].f_W_N) - moved.ticks[k].f_W_N), 0, 1e-6);
   }
   // The cells of the volume stay aligned with the world: 5e-4 is their error for a rotated plunge.
   EXPECT_NEAR(moved.ticks.back().removed_mm3 / at_home.ticks.back().removed_mm3, 1, 5e-4);
 }
 
-TEST(ReferenceOnPath, StoppedOrBadIsNothingOrSaid) {
+TEST(ReferenceOnPath, StoppedSpindleCutsNothingAndInvalidParametersAreRefused) {
   ReferenceParams params = Params("hertz_chip");
   params.rpm = 0;
   const auto poses = Stroke({0, 0, 4 + kR}, {0, 0, 3 + kR}, 100);

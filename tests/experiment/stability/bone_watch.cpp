@@ -176,7 +176,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
   return found;
 }
 
-/// Checks that wherever the edge cut for certain, each voxel next to it is removed as far as the tool reaches.
+/// Checks that wherever the edge certainly cut, each voxel next to it is removed as far as the tool reaches.
 void BoneWatch::CheckEdges(const BoneField& field, std::vector<std::string>& found) const {
   const auto* disc = std::get_if<DiscSaw>(&tool_);
   if (!disc) return;

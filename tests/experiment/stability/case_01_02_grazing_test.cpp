@@ -59,7 +59,7 @@ Sweep Graze(const Pose& X_WB, double voxel_mm, double depth_mm, double rpm) {
   return sweep;
 }
 
-TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
+TEST(HardCase01, GrazingForceFallsToZeroWithTheDepth) {
   // The catalogue's depth^1.5 is Hertz's law against a fixed wall. Here the coupling's spring is in series, so the
   // force is at most stiffness times the handle's depth. A tooth detects the face a fifth of a voxel before it
   // (kLookAheadVoxels; a quarter is allowed here). From there the force falls to zero continuously.
@@ -112,7 +112,7 @@ TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
   verdict.AtMost("largest force step in JND", kick, 1);
 }
 
-TEST(HardCase01, GrazingCutConvergesWithTheVoxel) {
+TEST(HardCase01, GrazingCutConvergesWithTheVoxelSize) {
   // A graze of 0.2 mm with voxels of 0.4, 0.2 and 0.1 mm. The surface is detected a fifth of a voxel early, so the
   // force and the depth converge with the voxel size, about in proportion to it.
   Verdict verdict("holds");
@@ -139,7 +139,7 @@ double Step(double x, int ulps) {
   return x;
 }
 
-TEST(HardCase02, ExactlyTangentIsAsGoodAsAnUlpBeside) {
+TEST(HardCase02, ExactTangencyDoesNotDifferFromAnUlpBesideIt) {
   // The rim touches the face in one point, or lies a few ulps above or below it; the disc's flat lies in the plane of
   // the block's side; the spindle is along an axis; or all of this turned by an ulp.
   Verdict verdict("holds");
@@ -175,7 +175,7 @@ TEST(HardCase02, ExactlyTangentIsAsGoodAsAnUlpBeside) {
   verdict.AtMost("distance of the tool from the handle", 1000 * moved_mm, 1, "um");
 }
 
-TEST(HardCase02, EveryUlpAroundTangencyIsFiniteInEveryPose) {
+TEST(HardCase02, OutputsAreFiniteAtEveryUlpAroundTangency) {
   // Poses in which the rim just touches the face, with each of their seven numbers varied by ulps.
   Verdict verdict("holds");
   std::uint64_t state = 20261120;

@@ -39,7 +39,7 @@ struct LaidOn {
   double gap_mm = 0, force_N = 0, max_N = 0;
 };
 
-TEST(HardCase03, LaidFlatOnALamellaTheDiscIsHeldAsByThickBone) {
+TEST(HardCase03, LamellaHoldsTheFlatDiscLikeThickBone) {
   Verdict verdict("holds");
   double sunk_mm = 0, off_N = 0;
   for (const double h : {0.2, 0.4}) {
@@ -80,7 +80,7 @@ std::vector<Vec3> Plunge(const Pose& X_WB, double voxel_mm, double top_mm, doubl
   return f;
 }
 
-TEST(HardCase03, EdgeOnItResistsNoMoreThanThickBoneAndLetsGoAtOnce) {
+TEST(HardCase03, LamellaResistsTheEdgeNoMoreThanThickBoneAndReleasesItAtOnce) {
   Verdict verdict("holds");
   double over_N = 0, slow_fraction = 0, pull_N = 0, rise_N = 0, side_fraction = 0, min_peak_N = 1e9;
   for (const double h : {0.2, 0.4}) {
@@ -126,7 +126,7 @@ TEST(HardCase03, EdgeOnItResistsNoMoreThanThickBoneAndLetsGoAtOnce) {
   verdict.AtMost("force across the feed relative to the peak", side_fraction, 0.1);
 }
 
-TEST(HardCase03, HandThatLeansOnItIsNotKickedWhenItBreaks) {
+TEST(HardCase03, HandIsNotKickedWhenALamellaBreaks) {
   // The complete loop: a hand pushes on a strip with 5 N and falls through it.
   Verdict verdict("holds");
   double kick_N = 0, back_mm = 0, slow_ms = 0, step_fraction = 0;
@@ -175,7 +175,7 @@ TEST(HardCase03, HandThatLeansOnItIsNotKickedWhenItBreaks) {
   }
   verdict.AtMost("pull on the hand after breakthrough", 1000 * kick_N, 1, "mN");
   verdict.AtMost("rebound of the handle", 1000 * back_mm, 10, "um");
-  // The device's slew takes 5 ms from its peak force to zero.
+  // At the slew rate the device's force falls from its peak to zero in 5 ms.
   verdict.AtMost("time until the force is gone", slow_ms, 6, "ms");
   verdict.AtMost("force step relative to the slew limit", step_fraction, 1 + 1e-9);
 }

@@ -72,7 +72,7 @@ Entry CutInto(double degrees, double voxel_mm, bool corner, bool along, double o
   return entry;
 }
 
-TEST(HardCase04, ForceComesOnWithoutAJumpAndKeepsItsDirection) {
+TEST(HardCase04, ForceBeginsWithoutAJumpAndKeepsItsDirection) {
   Verdict verdict(
       "holds, but at the tip of a 30 degree edge, which is thinner than a voxel, the force jumps by up to 0.2 N");
   std::map<double, double> jump_JND;
@@ -111,7 +111,7 @@ TEST(HardCase04, ForceComesOnWithoutAJumpAndKeepsItsDirection) {
   verdict.AtMost("distance skated off the edge", skated_mm, 0.1, "mm");
 }
 
-TEST(HardCase04, ForceIsAsSteepAsTheCouplingAtMost) {
+TEST(HardCase04, ForceIsAtMostAsSteepAsTheCoupling) {
   // I19 on the force itself: two runs that differ only in the handle's position in the last tick. The coupling is the
   // only spring in the force, whatever the bone: |dF| <= K |dx|, cutting or stopped, on edges where normals change
   // abruptly.
@@ -156,7 +156,7 @@ TEST(HardCase04, ForceIsAsSteepAsTheCouplingAtMost) {
   verdict.AtMost("largest |dF| / (K |dx|)", steepest, 1.001);
 }
 
-TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAsFarAsItsFrictionLetsIt) {
+TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAgainstFrictionAlone) {
   // The stopped disc is moved over a face from outside it at 20 mm/s, with the handle `depth` below the face. The rim
   // touches the block's edge at an angle of acos(1 - depth / R) and rides up on it. The only forces are the spring's
   // and Coulomb friction: along the face at most N tan(angle + atan(mu)), N = K depth.

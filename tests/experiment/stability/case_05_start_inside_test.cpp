@@ -40,7 +40,7 @@ Pose Inside(double depth_mm, bool askew) {
   return X;
 }
 
-TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
+TEST(HardCase05, ToolCreatedOrSetDownInBoneRestsWithoutForce) {
   Verdict verdict("holds; bone that overlaps the tool is removed in the first tick with a turning spindle");
   double force_N = 0, moved_mm = 0, later_mm3 = 0;
   for (const double h : {0.2, 0.4}) {
@@ -80,7 +80,7 @@ TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
   verdict.Equal("volume removed after the first turning tick", later_mm3, 0, "mm3");
 }
 
-TEST(HardCase05, SetDownFarFromTheHandItNeverPushesBeyondTheCouplingAndComesOut) {
+TEST(HardCase05, ToolSetDownFarFromTheHandNeverExceedsTheCouplingAndComesOut) {
   // Undo with the hand elsewhere: the tool is in the bone, the handle above it. The force is at most the coupling's
   // maximum and never points away from the tool. The handle draws the tool out along its kerf.
   Verdict verdict("holds");
@@ -127,9 +127,9 @@ TEST(HardCase05, SetDownFarFromTheHandItNeverPushesBeyondTheCouplingAndComesOut)
   verdict.Equal("final distance of the tool from the handle", left_mm, 0, "mm");
 }
 
-TEST(HardCase05, BuriedItIsHeldByWhatItLiesIn) {
-  // Pushed with 5 N for 0.2 s along each axis: the tool stays against pushes on its flats. In its plane a stopped rim
-  // stays, and a turning rim continues to cut with at most 5 N of feed force.
+TEST(HardCase05, BuriedToolIsHeldByTheSurroundingBone) {
+  // Pushed with 5 N for 0.2 s along each axis: pushes on the flats do not move the tool. In its plane a stopped rim
+  // does not move either, and a turning rim continues to cut with at most 5 N of feed force.
   Verdict verdict("holds");
   double sideways_mm = 0, stopped_mm = 0, cut_mm = 0, max_N = 0;
   for (const double h : {0.2, 0.4}) {
@@ -162,13 +162,13 @@ TEST(HardCase05, BuriedItIsHeldByWhatItLiesIn) {
   verdict.AtMost("displacement along the spindle in a kerf as wide as the disc", 1000 * sideways_mm, 50, "um");
   verdict.AtMost("displacement in the disc's plane, spindle stopped", 1000 * stopped_mm, 10, "um");
   verdict.AtMost("further cut in the disc's plane, spindle turning", cut_mm, 2, "mm");
-  // If a wall is nearer than its spring's state, it pushes out at most at 2 mm/s (PenetrationLimiter): 2 um a tick,
-  // plus rotation.
+  // If a wall is nearer than the state of its spring, it pushes the tool out at 2 mm/s at most (PenetrationLimiter):
+  // 2 um a tick, plus rotation.
   verdict.AtMost("force on the hand", max_N, 5.02, "N");
 }
 
-TEST(HardCase05, DeviceStartsFromNoForceAndRampsIn) {
-  // The complete step, with the default ramp and slew: the tool is set down in the bone 5 mm from the handle's
+TEST(HardCase05, DeviceForceStartsAtZeroAndRampsIn) {
+  // The complete step, with the default ramp and slew rate: the tool is set down in the bone 5 mm from the handle's
   // position, which without them would give 5 N at once.
   Verdict verdict("holds");
   double first_N = 0, step_fraction = 0, ramp_fraction = 0, peak_fraction = 0, over_fraction = 0;
@@ -228,7 +228,7 @@ TEST(HardCase05, DeviceStartsFromNoForceAndRampsIn) {
   verdict.AtMost("force relative to the spring force at set-down", over_fraction, 1);
 }
 
-TEST(HardCase05, DeviceLeanedOnInsideIsLetGoOfOutside) {
+TEST(HardCase05, NoDeviceForceIsLeftOncePulledOutOfBone) {
   // Started buried with the hand pushing on it, then pulled out and free: no force is left, and the force never
   // exceeded the hand's.
   Verdict verdict("holds");

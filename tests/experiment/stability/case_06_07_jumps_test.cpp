@@ -38,7 +38,7 @@ double CalcSweptArea(double jump_mm, const Vec3& size) {
   return area;
 }
 
-TEST(HardCase06, OnAPathAJumpRemovesWhatItSweepsInHoweverManyTicks) {
+TEST(HardCase06, JumpOnAPathRemovesItsSweepWhateverTheNumberOfTicks) {
   Verdict verdict("holds");
   const Vec3 size(6, 3, 5);
   const double z = 0.5 * size.z - 3 + kR;
@@ -65,7 +65,7 @@ TEST(HardCase06, OnAPathAJumpRemovesWhatItSweepsInHoweverManyTicks) {
   verdict.AtMost("difference between 1, 3 and 16 ticks", 100 * worst_split, 0.001, "%");
 }
 
-TEST(HardCase06, OnAPathAJumpAlongTheSpindleLeavesNoLayer) {
+TEST(HardCase06, JumpOnAPathAlongTheSpindleLeavesNoLayer) {
   Verdict verdict("holds");
   const Vec3 size(4, 6, 3);
   const double below = kR * 4 - (2 * std::sqrt(kR * kR - 4) + kR * kR * std::asin(2 / kR));
@@ -98,7 +98,7 @@ Pose InFrontOfPlate(Way way, double y) {
   return {glm::angleAxis(way == Way::kEdge ? std::numbers::pi / 2 : 0.0, axis), {0.3, y - kR, 0.2}};
 }
 
-TEST(HardCase06, AStoppedSawDoesNotGetThroughAPlateOfTwoVoxels) {
+TEST(HardCase06, StoppedSawDoesNotPassThroughAPlateOfTwoVoxels) {
   Verdict verdict("holds");
   const Bone plate = MakeBox({}, {30, 0.4, 30}, 0.2);
   const std::uint64_t hash = plate.CalcHash();
@@ -126,7 +126,7 @@ TEST(HardCase06, AStoppedSawDoesNotGetThroughAPlateOfTwoVoxels) {
   verdict.AtMost("maximum penetration of the plate", furthest_mm, 0.03, "mm");
 }
 
-TEST(HardCase06, AStoppedEdgeGivesWayAsItsSpringsSay) {
+TEST(HardCase06, StoppedEdgeYieldsByTheStiffnessOfItsSprings) {
   Verdict verdict("holds");
   // The lowest point of the rim and its neighbours are springs of 2000 N/mm per eighth of a pitch.
   const int samples = CoupledParams{}.edge_samples_per_pitch;
@@ -150,7 +150,7 @@ TEST(HardCase06, AStoppedEdgeGivesWayAsItsSpringsSay) {
   verdict.AtMost("error of the penetration depth at 2 to 30 N", 100 * worst, 3, "%");
 }
 
-TEST(HardCase06, ATurningSawGetsThroughOnlyWhereItHasCut) {
+TEST(HardCase06, TurningSawPassesOnlyWhereItHasCut) {
   Verdict verdict("holds");
   double max_mm = 0;
   int lagging = 0;
@@ -176,7 +176,7 @@ TEST(HardCase06, ATurningSawGetsThroughOnlyWhereItHasCut) {
   verdict.AtLeast("ticks in which the tool lags behind the hand", lagging, 1);
 }
 
-TEST(HardCase06, WhereASawComesToRestDoesNotDependOnTheSubsteps) {
+TEST(HardCase06, RestingPositionDoesNotDependOnTheSubsteps) {
   Verdict verdict("holds");
   double depth[4], removed[4];
   const int substeps[4] = {1, 4, 24, 400};
@@ -196,12 +196,12 @@ TEST(HardCase06, WhereASawComesToRestDoesNotDependOnTheSubsteps) {
     max_removed = std::max(max_removed, std::abs(removed[n] / removed[2] - 1));
   }
   EXPECT_GT(depth[2], 3.5);
-  // A tenth of a voxel: after this time, the remaining motion depends on the loss while the tool lagged.
+  // A tenth of a voxel: at this time the tool still moves slowly, and its position depends on how long it lagged.
   verdict.AtMost("difference in depth, 1 to 400 substeps", max_depth, 0.02, "mm");
   verdict.AtMost("difference in volume", 100 * max_removed, 1, "%");
 }
 
-TEST(HardCase06, ASolverThatRunsOutOfIterationsMakesNoEnergy) {
+TEST(HardCase06, SolverThatRunsOutOfIterationsCreatesNoEnergy) {
   Verdict verdict("holds");
   const int seeds = std::max(1, static_cast<int>(6 * Effort()));
   int ran_out = 0;
@@ -247,7 +247,7 @@ TEST(HardCase06, ASolverThatRunsOutOfIterationsMakesNoEnergy) {
   verdict.AtLeast("minimum energy dissipated since the start", min_mJ, -1e-6, "mJ");
 }
 
-TEST(HardCase06, ManyJumpsAnyWayKeepWhatMustHold) {
+TEST(HardCase06, RandomJumpsSatisfyTheInvariants) {
   Verdict verdict("holds");
   const int seeds = std::max(1, static_cast<int>(4 * Effort()));
   double largest_N = 0;
@@ -272,7 +272,7 @@ TEST(HardCase06, ManyJumpsAnyWayKeepWhatMustHold) {
 
 // ---- 7: jump and turn
 
-TEST(HardCase07, OnAPathADiscThatTurnsOverSweepsHalfABall) {
+TEST(HardCase07, DiscThatTurnsOnAPathSweepsHalfABall) {
   Verdict verdict("holds");
   DiscSaw small;
   small.diameter_mm = 6;
@@ -299,7 +299,7 @@ TEST(HardCase07, OnAPathADiscThatTurnsOverSweepsHalfABall) {
   verdict.AtMost("error of the swept volume in a quarter turn", 100 * worst, 1, "%");
 }
 
-TEST(HardCase07, ATurnIsTheSameByEitherSignOfItsQuaternion) {
+TEST(HardCase07, TurnDoesNotDependOnTheSignOfItsQuaternion) {
   Verdict verdict("holds");
   double max_N = 0, max_Nmm = 0;
   for (const double rpm : {0.0, 7500.0}) {
@@ -323,7 +323,7 @@ TEST(HardCase07, ATurnIsTheSameByEitherSignOfItsQuaternion) {
   verdict.AtMost("torque difference", max_Nmm, 1e-5, "N mm");
 }
 
-TEST(HardCase07, AJumpThatTurnsKeepsWhatMustHold) {
+TEST(HardCase07, JumpWithATurnSatisfiesTheInvariants) {
   Verdict verdict("holds");
   const int seeds = std::max(1, static_cast<int>(6 * Effort()));
   double max_voxels = 0;

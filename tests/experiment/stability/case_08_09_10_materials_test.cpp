@@ -58,7 +58,7 @@ double CalcSlotThrust(const ToothForce& force, double x_mm, double depth_mm, dou
   return sum;
 }
 
-TEST(HardCase08, OverAStepOfMaterialTheForceFollowsTheArcInEach) {
+TEST(HardCase08, ForceAcrossAMaterialStepFollowsTheArcInEachMaterial) {
   Verdict verdict("holds");
   const double h = 0.2;
   const double border = 0.5 * h;  // between the last voxel of the first material and the first of the second
@@ -106,7 +106,7 @@ TEST(HardCase08, OverAStepOfMaterialTheForceFollowsTheArcInEach) {
   verdict.AtMost("rise of the force in a tick where it should fall", 100 * worst_rise, 0.35, "%");
 }
 
-TEST(HardCase08, ASawInAHandPassesFromCortexToCancellousBoneWithoutAStep) {
+TEST(HardCase08, HandHeldSawPassesFromCortexToCancellousBoneWithoutAStep) {
   Verdict verdict("holds");
   double largest = 0;
   double ratio_off = 0;
@@ -149,7 +149,7 @@ TEST(HardCase08, ASawInAHandPassesFromCortexToCancellousBoneWithoutAStep) {
   verdict.AtMost("error of the force computed from the feed, both layers", 100 * ratio_off, 4, "%");
 }
 
-TEST(HardCase08, AGrainOfMetalIsABumpThatGoesByItsSize) {
+TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
   Verdict verdict("holds");
   const double h = 0.2;
   double bump_N[4] = {};
@@ -202,7 +202,7 @@ TEST(HardCase08, AGrainOfMetalIsABumpThatGoesByItsSize) {
 
 // ---- 9: extremes of E and nu
 
-TEST(HardCase09, WhatIsNoMaterialIsRefusedWithASentence) {
+TEST(HardCase09, InvalidMaterialIsRefusedWithAMessage) {
   Verdict verdict(
       "holds; E = 0 and E above 1e6 GPa are refused (in a file, E above 10 000 GPa as a mistaken unit), so F(E = 0) "
       "does not apply");
@@ -251,7 +251,7 @@ double PlungeThrust(double E_MPa, double nu, const ForceLaw& law = ForceLaw()) {
   return sum;
 }
 
-TEST(HardCase09, TheForceGoesWithTheReducedModulusFromOneMegapascalUp) {
+TEST(HardCase09, ForceFollowsTheReducedModulusFromOneMegapascalUp) {
   Verdict verdict("holds");
   double worst = 0;
   double last = 0;
@@ -279,7 +279,7 @@ TEST(HardCase09, TheForceGoesWithTheReducedModulusFromOneMegapascalUp) {
   }
 }
 
-TEST(HardCase09, PoissonsRatioIsContinuousUpToOneHalf) {
+TEST(HardCase09, ForceIsContinuousInPoissonsRatioUpToOneHalf) {
   Verdict verdict("holds");
   double largest = 0;
   double last = PlungeThrust(19300, 0);
@@ -351,7 +351,7 @@ Pull PullAside(double mu, const std::vector<double>& handle_mm) {
   return pull;
 }
 
-TEST(HardCase10, FrictionOfAStoppedSawSticksUpToItsLimitAndNoMore) {
+TEST(HardCase10, StoppedSawSticksUpToTheFrictionLimitAndNoFurther) {
   Verdict verdict("holds");
   std::vector<double> out_and_back;
   for (int i = 0; i < 2000; ++i) out_and_back.push_back(0.002 * (i < 1000 ? i : 2000 - i));  // 2 mm: 4 N
@@ -379,7 +379,7 @@ TEST(HardCase10, FrictionOfAStoppedSawSticksUpToItsLimitAndNoMore) {
   verdict.AtMost("creep in a second at mu = 1 and 2", stuck_mm, 0.01, "mm");
 }
 
-TEST(HardCase10, AtRestAndThroughZeroSpeedThereIsNoChatter) {
+TEST(HardCase10, FrictionDoesNotChatterAtRestOrThroughZeroSpeed) {
   Verdict verdict("holds");
   double max_step = 0;
   double rest_N = 0;
@@ -401,10 +401,11 @@ TEST(HardCase10, AtRestAndThroughZeroSpeedThereIsNoChatter) {
   verdict.AtMost("change of friction in a tick at rest", 1000 * rest_N, 0.1, "mN");
 }
 
-TEST(HardCase10, WhatFrictionTookMayLiftABuriedSawAndNoMore) {
+TEST(HardCase10, BuriedSawRisesOnlyByTheEnergyLostToFriction) {
   Verdict verdict("holds");
-  // Made 0.3 mm deep in the bone, stopped, and pressed down with 4 N: it does not rise, because that would create
-  // energy. Dragged sideways, friction dissipates energy; the same amount may lift the tool, at 2 mm/s.
+  // Created 0.3 mm deep in the bone, with the spindle stopped, and pressed down with 4 N: it does not rise, because
+  // that would create energy. When it is dragged sideways, friction dissipates energy, and the same amount may lift the
+  // tool, at 2 mm/s.
   const Pose X_start = DiscPose({}, {0, 0, 2 + kR - 0.3});
   WatchedTool tool(MakeBox({}, {24, 8, 4}, 0.2), DiscParams(), X_start);
   const auto to = [&](double y) { return tool.Tick(DiscPose({}, {0, y, 2 + kR - 4.3}), 0); };
@@ -425,7 +426,7 @@ TEST(HardCase10, WhatFrictionTookMayLiftABuriedSawAndNoMore) {
   verdict.AtLeast("total energy dissipated", tool.invariants.lost_mJ(), 0, "mJ");
 }
 
-TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
+TEST(HardCase10, FrictionOfATurningSawInItsKerfIsBoundedAndOpposesTheSlip) {
   Verdict verdict("holds");
   const Bone bone = MakeBox({}, {26, 4, 10}, 0.2);
   double largest_N = 0;

@@ -66,7 +66,7 @@ Plunge MeasurePlunge(const Bone& bone, const Pose& X_WB, double top_mm, const Di
 
 // ---- 11: voxel size
 
-TEST(HardCase11, TheForceDoesNotGoByTheSizeOfAVoxel) {
+TEST(HardCase11, ForceDoesNotDependOnTheVoxelSize) {
   Verdict verdict("holds");
   std::vector<double> path_N, hand_N;
   for (const double h : {0.8, 0.4, 0.2, 0.1}) {
@@ -80,7 +80,7 @@ TEST(HardCase11, TheForceDoesNotGoByTheSizeOfAVoxel) {
   verdict.Note("force in a hand, change from 0.8 to 0.1 mm", 100 * (hand_N[0] / hand_N[3] - 1), "%");
 }
 
-TEST(HardCase11, TeethMeetTheBoneAFifthOfAVoxelAhead) {
+TEST(HardCase11, TeethTouchTheBoneAFifthOfAVoxelAhead) {
   Verdict verdict("holds");
   double worst = 0;
   for (const double h : {0.4, 0.2, 0.1}) {
@@ -94,7 +94,7 @@ TEST(HardCase11, TeethMeetTheBoneAFifthOfAVoxelAhead) {
   verdict.AtMost("first contact, deviation from a fifth of a voxel", worst, 0.015, "voxels");
 }
 
-TEST(HardCase11, VoxelsFromAFiftiethOfAMillimetreToTwoMillimetresKeepWhatMustHold) {
+TEST(HardCase11, InvariantsHoldForVoxelsFromAFiftiethOfAMillimetreToTwoMillimetres) {
   Verdict verdict("holds");
   // The smallest voxels, with a small saw in a small block: the force agrees with that at larger voxels.
   DiscSaw small;
@@ -130,7 +130,7 @@ TEST(HardCase11, VoxelsFromAFiftiethOfAMillimetreToTwoMillimetresKeepWhatMustHol
   }
 }
 
-TEST(HardCase11, ACtWithLongVoxelsHasNoDirectionInItsForce) {
+TEST(HardCase11, ForceInACtWithLongVoxelsDoesNotDependOnTheDirection) {
   Verdict verdict(
       "applies in part: kerf's voxels are cubes, and the import resamples; tested with a ball sampled at 0.3 x 0.3 x "
       "1 mm");
@@ -195,7 +195,7 @@ double MeasureKerfWidth(const Bone& bone, double x, double y, double z) {
   return width;
 }
 
-TEST(HardCase12, WhereTheDiscLiesBetweenLayersShowsNeitherInKerfNorForce) {
+TEST(HardCase12, PositionBetweenLayersAffectsNeitherKerfNorForce) {
   Verdict verdict("holds for kerfs at least two voxels wide; narrower ones are under-resolved (case 13)");
   // 0.125 mm: the kerf is two voxels wide, as the README recommends.
   const double h = 0.125;
@@ -232,7 +232,7 @@ TEST(HardCase12, WhereTheDiscLiesBetweenLayersShowsNeitherInKerfNorForce) {
   verdict.AtMost("depth ripple in a hand", 100 * Spread(depth), 0.1, "%");
 }
 
-TEST(HardCase12, AHairsTiltAgainstALayerChangesAlmostNothing) {
+TEST(HardCase12, TinyTiltAgainstALayerChangesAlmostNothing) {
   Verdict verdict("holds");
   double worst = 0;
   for (const double y : {0.0, 0.1}) {  // on a layer and between two layers
@@ -303,7 +303,7 @@ TEST(HardCase13, ADiscThinnerThanAVoxelCutsAndSeparates) {
   EXPECT_NEAR(widths_mm[0], widths_mm[1], 1e-6);
 }
 
-TEST(HardCase13, InAHandAThinDiscGoesThroughAndItsKerfIsFree) {
+TEST(HardCase13, HandHeldThinDiscCutsThroughAndMovesFreelyInItsKerf) {
   Verdict verdict("holds");
   const double h = 0.4;
   double back_N = 0;
@@ -342,14 +342,14 @@ TEST(HardCase13, InAHandAThinDiscGoesThroughAndItsKerfIsFree) {
 
 // ---- 14: directions
 
-TEST(HardCase14, TheForceHasNoDirectionFromTheGrid) {
+TEST(HardCase14, ForceDoesNotDependOnTheOrientationOfTheGrid) {
   Verdict verdict("holds");
   std::vector<double> path_N, path_mm3, hand_N, hand_mm3;
   double turned_deg = 0;
   const Vec3 straight = MeasureSlotForce(MakeBox({}, {14, 3, 8}, 0.2), {}, 4);
   const Plunge down = MeasurePlunge(MakeBox({}, {20, 3, 8}, 0.2), {}, 4);
   for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
-    // All around. No multiple of 15 degrees except quarter turns, which a lattice cannot distinguish.
+    // All around, including quarter turns, which a lattice cannot distinguish.
     for (const double degrees : {0.0, 11.0, 26.565, 45.0, 58.0, 77.0, 90.0, 137.0, 180.0, 211.0, 270.0, 329.0}) {
       Pose X_WB;
       X_WB.R_AB = glm::angleAxis(degrees * std::numbers::pi / 180, axis);
@@ -371,7 +371,7 @@ TEST(HardCase14, TheForceHasNoDirectionFromTheGrid) {
   verdict.Note("volume spread on a path, 0.2 mm voxels", 100 * Spread(path_mm3), "%");
 }
 
-TEST(HardCase14, TheVolumeHasNoDirectionFromTheGrid) {
+TEST(HardCase14, VolumeDoesNotDependOnTheOrientationOfTheGrid) {
   Verdict verdict("holds for kerfs at least two voxels wide (0.125 mm voxels for this saw)");
   std::vector<double> path_mm3;
   for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {

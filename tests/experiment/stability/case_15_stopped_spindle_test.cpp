@@ -14,7 +14,7 @@ using test::DiscPose;
 using test::InKerf;
 using test::Sawing;
 
-TEST(HardCase15, StoppedItRestsOnTheBoneByTheCouplingsForceAlone) {
+TEST(HardCase15, StoppedSawRestsOnTheBoneWithTheCouplingsForceAlone) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.2);
   // The spindle is stopped below 1 rpm, in both directions.
@@ -33,7 +33,7 @@ TEST(HardCase15, StoppedItRestsOnTheBoneByTheCouplingsForceAlone) {
   verdict.AtMost("penetration of the bone under 5 N", 1000 * max_in_mm, 10, "um");
 }
 
-TEST(HardCase15, DrawnAlongItMeetsCoulombsFrictionAndNoMore) {
+TEST(HardCase15, DraggedSawFeelsOnlyCoulombFriction) {
   test::Verdict verdict("holds");
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", 0.3);
@@ -61,7 +61,7 @@ TEST(HardCase15, DrawnAlongItMeetsCoulombsFrictionAndNoMore) {
 }
 
 /// Handle on a closed path through random places near the bone's surface, with the tool slightly turned.
-TEST(HardCase15, ClosedPathsInAndOutOfTheBoneGiveNothingBack) {
+TEST(HardCase15, ClosedPathsInAndOutOfTheBoneReturnNoEnergy) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.4);
   const std::uint64_t hash = bone.CalcHash();
@@ -105,7 +105,7 @@ TEST(HardCase15, ClosedPathsInAndOutOfTheBoneGiveNothingBack) {
   verdict.Note("energy exchanged along the paths", exchanged_mJ, "mJ");
 }
 
-TEST(HardCase15, OnAPathItHasNoForceAndCutsNothing) {
+TEST(HardCase15, StoppedSawOnAPathHasNoForceAndCutsNothing) {
   const Bone bone = test::MakeBox(Pose{}, {12, 4, 8}, 0.4);
   Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 4 + kR + 0.3}));
   for (const TickOutput& out : test::Stroke(simulation, Pose{}, {0, 0, 4 + kR + 0.3}, {0, 0, 4 + kR - 3}, 20, 0)) {

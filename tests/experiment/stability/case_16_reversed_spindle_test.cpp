@@ -23,7 +23,7 @@ CoupledParams Pushed() {
   return params;
 }
 
-TEST(HardCase16, ReversedTheFrictionIsExactlyTheOtherWayAndAllElseTheSame) {
+TEST(HardCase16, ReversingTheSpindleReversesOnlyTheFriction) {
   test::Verdict verdict(
       "applies in part: the scene of this case has no `tangential_force`, which would reverse; the flats' friction "
       "does");
@@ -60,7 +60,7 @@ TEST(HardCase16, ReversedTheFrictionIsExactlyTheOtherWayAndAllElseTheSame) {
   verdict.AtMost("deviation from the mirror image", max_off_N, 0.06, "N");
 }
 
-TEST(HardCase16, OnAPathTheSenseOfTurningDoesNotMatterToTheBit) {
+TEST(HardCase16, SenseOfRotationOnAPathDoesNotChangeASingleBit) {
   const Bone bone = test::MakeBox(Pose{}, {20, 2, 6}, 0.2);
   std::vector<TickOutput> was;
   for (const double rpm : {7500.0, -7500.0}) {
@@ -96,7 +96,7 @@ void TurnThrough(const std::vector<double>& speeds, Turned& turned) {
   kerf.invariants.CheckBone();
 }
 
-TEST(HardCase16, ReversedStoppedAndStartedInTheCutItDoesNotKick) {
+TEST(HardCase16, ReversingStoppingAndStartingInTheCutCausesNoKick) {
   test::Verdict verdict(
       "holds: only the friction reverses in a tick, and the force on the hand never exceeds the hand's push");
   Turned turned;
@@ -109,11 +109,12 @@ TEST(HardCase16, ReversedStoppedAndStartedInTheCutItDoesNotKick) {
   }
   TurnThrough(speeds, turned);
   verdict.AtMost("force relative to the hand's push", turned.force, 1.02);
-  // In a tick the tool moves at most 24 steps of half a voxel, on a spring of 1 N/mm. The motors' slew is separate.
+  // In a tick the tool moves at most 24 steps of half a voxel, on a spring of 1 N/mm. The motors' slew rate is tested
+  // separately.
   verdict.AtMost("largest force step in a tick", turned.step_N, 24 * 0.5 * 0.2 * 1.05, "N");
 }
 
-TEST(HardCase16, FromRestToFullSpeedInATickTheDevicesForceKeepsToItsSlew) {
+TEST(HardCase16, DeviceForceKeepsItsSlewRateWhenTheSpindleStartsInATick) {
   test::Verdict verdict("holds");
   test::HeldSaw saw;
   test::Invariants watch(saw.simulation, saw.start);
@@ -139,9 +140,9 @@ TEST(HardCase16, FromRestToFullSpeedInATickTheDevicesForceKeepsToItsSlew) {
   verdict.AtMost("largest step of the device force", largest_N, 40 * kDt_s / 0.005, "N");
 }
 
-TEST(HardCase16, ATurnPassedInATickLeavesNoBeatInTheForce) {
-  // Teeth are modelled as passing densely. 24 teeth at 2500 rpm pass exactly once a tick of 1 ms; at 2499 rpm they
-  // would beat at 0.4 Hz; at 1e6 rpm 400 pass in a tick.
+TEST(HardCase16, PassesOfTheTeethCauseNoBeatInTheForce) {
+  // The model averages over the passes of the teeth. 24 teeth at 2500 rpm pass exactly once a tick of 1 ms; at 2499 rpm
+  // they would beat at 0.4 Hz; at 1e6 rpm 400 pass in a tick.
   test::Verdict verdict("holds: a tooth's force is the mean over its passes, so no speed causes a beat");
   double max_mN = 0;
   for (const double rpm : {2499.0, 2500.0, 2501.0, 1e5, 1e5 + 1, 1e6}) {
@@ -160,7 +161,7 @@ TEST(HardCase16, ATurnPassedInATickLeavesNoBeatInTheForce) {
   verdict.AtMost("force above 20 Hz at a steady feed", max_mN, 2, "mN");
 }
 
-TEST(HardCase16, SpeedsThatNoSpindleHasAreRefused) {
+TEST(HardCase16, ImpossibleSpindleSpeedsAreRefused) {
   InKerf kerf(Pose{}, {26, 2, 8}, 0.4, 2, DiscParams());
   const std::uint64_t hash = kerf.simulation.bone().CalcHash();
   for (const double rpm : {1.01e6, -1.01e6, 1e300, static_cast<double>(INFINITY), static_cast<double>(NAN)}) {

@@ -34,7 +34,7 @@ TEST(HardCase17, ASawWithoutTeethIsRefusedAtSetUp) {
   }
 }
 
-TEST(HardCase17, ThrustGoesWithTheNumberOfTeethAsTheLawSays) {
+TEST(HardCase17, ThrustDependsOnTheNumberOfTeethByTheForceLaw) {
   test::Verdict verdict("holds: the thrust on each engaged tooth follows the force law at the bite of that tooth");
   const Bone bone = test::MakeBox(Pose{}, {26, 2, 8}, 0.2);
   const double E_star = CalcReducedModulus(DiscSaw().E_MPa, DiscSaw().nu, 19300, 0.28);

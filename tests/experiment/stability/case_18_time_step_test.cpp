@@ -31,7 +31,7 @@ void ExpectSame(const CoupledOutput& a, const CoupledOutput& b) {
   EXPECT_EQ(a.engaged_teeth, b.engaged_teeth);
 }
 
-TEST(HardCase18, InNoTimeTheForceStaysAsItIsAndNothingElseHappens) {
+TEST(HardCase18, ZeroTimeStepRepeatsTheForceAndDoesNothingElse) {
   test::Verdict verdict(
       "holds: a time step below 1 us repeats the last force and does nothing else; an invalid one is refused");
   const Bone bone = test::MakeBox(Pose{}, {26, 2, 8}, 0.2);
@@ -103,7 +103,7 @@ TEST(HardCase18, AfterSetDownOrBeforeTheFirstTickThereIsNoForceToKeep) {
   EXPECT_EQ(out.X_WT.p_AB, up.p_AB);
 }
 
-TEST(HardCase18, AWholeSecondInOneTickStaysBounded) {
+TEST(HardCase18, TickOfAWholeSecondStaysBounded) {
   test::Verdict verdict("holds: a tick moves the tool by at most max_substeps substeps");
   double max_way_mm = 0;
   double max_mm3 = 0;
@@ -125,7 +125,7 @@ TEST(HardCase18, AWholeSecondInOneTickStaysBounded) {
   verdict.AtMost("volume removed in a tick", max_mm3, most_substeps * 0.5 * 0.2 * 22 * (0.25 + 0.2), "mm^3");
 }
 
-TEST(HardCase18, OnAPathAndInTheSlabNoTimeGivesTheLastForceAgain) {
+TEST(HardCase18, ZeroTimeStepOnAPathAndInTheSlabRepeatsTheForce) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {20, 2, 6}, 0.4);
   Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 3 + kR + 0.1}));
@@ -176,7 +176,7 @@ TEST(HardCase18, OnAPathAndInTheSlabNoTimeGivesTheLastForceAgain) {
   EXPECT_EQ(simulation.bone().CalcHash(), twin.bone().CalcHash());
 }
 
-TEST(HardCase18, TheDeviceKeepsItsForceInNoTimeAndLosesItInWhatIsNone) {
+TEST(HardCase18, DeviceKeepsItsForceForAZeroTimeStepAndLosesItForAnInvalidOne) {
   test::Verdict verdict(
       "holds: force, ramp and velocity are held; an invalid time step gives zero force and a new ramp");
   test::HeldSawOptions options;

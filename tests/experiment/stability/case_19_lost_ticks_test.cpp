@@ -84,7 +84,7 @@ PortEnergy Saw(const std::string& hand, const Lost& lost, Seen& seen) {
   return tick.energy;
 }
 
-TEST(HardCase19, LostTicksLeaveAnOldForceForAtMostTheWatchdogsTimeAndNoBlowAfterwards) {
+TEST(HardCase19, LostTicksHoldTheForceUntilTheWatchdogTripsWithoutABlowAfterwards) {
   test::Verdict verdict(
       "holds, but when a tick is lost, the force is held, not extrapolated or faded: the motors keep it until the "
       "watchdog trips after 50 ms; then it is zero and ramps in again");

@@ -138,7 +138,7 @@ TEST(HardCase20, ABarCutThroughGivesTwoPiecesAndNoBlow) {
   verdict.AtMost("force that pulls the hand further into the cut", max_back_N, 1e-6, "N");
 }
 
-TEST(HardCase20, PushedThroughByAHandTheDeviceFeelsNoMoreThanItsSlew) {
+TEST(HardCase20, DeviceForceKeepsItsSlewRateWhenAHandBreaksThrough) {
   test::Verdict verdict(
       "holds, but after the last sliver the tool, which has no mass, moves to the handle within a few ticks; the "
       "force on the device falls at its slew rate");

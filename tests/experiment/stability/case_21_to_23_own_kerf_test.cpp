@@ -17,7 +17,7 @@ using test::InKerf;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-TEST(HardCase21, BackIntoItsOwnKerfNothingIsCutAndNothingPushesBack) {
+TEST(HardCase21, SawBackInItsKerfCutsNothingAndFeelsNoForce) {
   test::Verdict verdict("holds: a repeated cut removes nothing more, bit for bit");
   double max_fraction = 0;
   double max_again_mm3 = 0;
@@ -56,7 +56,7 @@ TEST(HardCase21, BackIntoItsOwnKerfNothingIsCutAndNothingPushesBack) {
   verdict.AtMost("volume removed again", max_again_mm3, 1e-3, "mm^3");
 }
 
-TEST(HardCase21, AFifthOfTheKerfAsideItIsLedBackToItsMiddle) {
+TEST(HardCase21, WallsCentreASawDisplacedByAFifthOfTheKerf) {
   test::Verdict verdict("holds: only the walls push, and towards the middle");
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", 0);
@@ -74,7 +74,7 @@ TEST(HardCase21, AFifthOfTheKerfAsideItIsLedBackToItsMiddle) {
   verdict.AtMost("force along the feed", max_feed_N, 0.005, "N");
 }
 
-TEST(HardCase22, TiltedInADeepKerfItBindsAndLetsGoAgain) {
+TEST(HardCase22, TiltedSawBindsInADeepKerfAndComesFreeAgain) {
   test::Verdict verdict("holds");
   double min_growth = 1e9;
   double max_left_Nmm = 0;
@@ -131,7 +131,7 @@ double FindInnermostChange(const Bone& before, const Bone& after, const Pose& X_
   return innermost;
 }
 
-TEST(HardCase23, PushedAsideAndPivotedTheFlatsTakeNothingAway) {
+TEST(HardCase23, FlatsPushedAsideAndPivotedRemoveNothing) {
   test::Verdict verdict("holds: only the rim removes bone, at most three voxels inside it; the flats remove none");
   const double h = 0.2;
   double innermost_mm = 1e9;
@@ -181,7 +181,7 @@ double CalcSkating(double h, double depth_mm, double rpm) {
   return (kerf.Place().y - was.y) / 0.5;
 }
 
-TEST(HardCase23, AShallowKerfHoldsTheTurningDiscFromAFewVoxelsOn) {
+TEST(HardCase23, KerfHoldsTheTurningDiscFromAFewVoxelsOfDepthOn) {
   test::Verdict verdict(
       "holds from a depth of 6 voxels on; in a shallower kerf a turning disc skates, because the rim cuts the walls "
       "there");

@@ -73,7 +73,7 @@ Cut CutSlot(const Bone& bone) {
   return cut;
 }
 
-TEST(HardCase24, IslandsAskForNoMoreThanAsMuchBoneInOnePiece) {
+TEST(HardCase24, IslandsNeedNoMoreForceThanOnePiece) {
   test::Verdict verdict("holds: a tooth's force depends on how much of its edge is engaged");
   const Cut bulk = CutSlot(Speckled([](int, int, int) { return true; }));
   ASSERT_GT(bulk.max_N, 0.3);
@@ -108,7 +108,7 @@ TEST(HardCase24, IslandsAskForNoMoreThanAsMuchBoneInOnePiece) {
   verdict.AtMost("force above 20 Hz", max_noise_mN, 20, "mN");
 }
 
-TEST(HardCase24, IslandsAreCountedExactlyAndSmallOnesLeftOutWhenAsked) {
+TEST(HardCase24, IslandsAreCountedExactlyAndSmallOnesLeftOutOnRequest) {
   test::Verdict verdict("holds");
   const Bone bone = Speckled([](int i, int j, int k) { return i % 3 == 0 && j % 3 == 0 && k % 3 == 0; });
   int expected = 0;

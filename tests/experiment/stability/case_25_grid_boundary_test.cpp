@@ -33,7 +33,7 @@ Bone CutOff(double h) {
   return bone;
 }
 
-TEST(HardCase25, OutOfTheBlockAndBackTheForceIsContinuous) {
+TEST(HardCase25, ForceIsContinuousOutOfTheBlockAndBack) {
   test::Verdict verdict("holds");
   double max_step = 0;
   double stopped_step = 0;
@@ -70,7 +70,7 @@ TEST(HardCase25, OutOfTheBlockAndBackTheForceIsContinuous) {
   verdict.AtMost("force half a millimetre outside the block", max_air_N, 1e-9, "N");
 }
 
-TEST(HardCase25, WhereTheGridEndsInTheMiddleOfBoneThereIsAirBeyond) {
+TEST(HardCase25, BeyondTheEndOfTheGridIsAir) {
   test::Verdict verdict("holds: outside the grid is air");
   const double h = 0.2;
   const Bone bone = CutOff(h);
@@ -92,7 +92,7 @@ TEST(HardCase25, WhereTheGridEndsInTheMiddleOfBoneThereIsAirBeyond) {
   verdict.AtMost("largest force", max_N, 2.5, "N");
 }
 
-TEST(HardCase25, ABoneOfNothingIsAir) {
+TEST(HardCase25, EmptyBoneIsAir) {
   test::Verdict verdict("holds");
   for (const double rpm : {7500.0, 0.0}) {
     CoupledSimulation simulation(Bone(), DiscParams(), Pose{});
@@ -114,7 +114,7 @@ TEST(HardCase25, ABoneOfNothingIsAir) {
   EXPECT_THROW(MakeBone(nothing, Box3{Vec3(-1), Vec3(1)}, {0.2, 0.2, {}}, test::OneRegionTable()), Error);
 }
 
-TEST(HardCase25, SawnUntilNothingIsLeftItIsAir) {
+TEST(HardCase25, CompletelyRemovedBoneIsAir) {
   test::Verdict verdict("holds");
   // A crumb smaller than the disc's rim: all of it is removed.
   const Bone bone = test::MakeSphere(Vec3(0.02, 0.01, 0.03), 0.1, 0.1);

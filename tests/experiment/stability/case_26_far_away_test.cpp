@@ -89,7 +89,7 @@ double CalcLargestDifference(const Bone& here, const Bone& there, const Vec3& sh
   return largest;
 }
 
-TEST(HardCase26, AKilometreAwayEverythingIsTheSameToTheBit) {
+TEST(HardCase26, EverythingIsBitIdenticalAKilometreAway) {
   test::Verdict verdict("holds: the tick works in a frame near the bone");
   constexpr double h = 0.25;
   const Ran here = RunAt(Vec3(0), h);
@@ -122,9 +122,9 @@ TEST(HardCase26, AKilometreAwayEverythingIsTheSameToTheBit) {
   verdict.Equal("voxels that differ", voxels, 0);
 }
 
-TEST(HardCase26, WhereRoundingCannotBeHelpedItIsThatOfTheInput) {
+TEST(HardCase26, UnavoidableRoundingIsThatOfTheInput) {
   test::Verdict verdict("holds");
-  // 0.2 mm is no binary fraction: the positions of the handle and of the block are rounded to 1e-10 mm.
+  // 0.2 is not a binary fraction: the positions of the handle and of the block are rounded to 1e-10 mm.
   constexpr double h = 0.2;
   const Ran here = RunAt(Vec3(0), h);
   double max_off_N[2] = {0, 0};
@@ -152,7 +152,7 @@ TEST(HardCase26, WhereRoundingCannotBeHelpedItIsThatOfTheInput) {
   verdict.AtMost("force deviation, bone moved by voxels", max_off_N[1], 0.13, "N");
 }
 
-TEST(HardCase26, BeyondTheWorldItIsRefusedInWords) {
+TEST(HardCase26, PositionBeyondTheWorldIsRefusedWithAMessage) {
   test::Verdict verdict(
       "holds: the world extends to 10^6 mm along each axis; a position beyond it is bad input and gives zero force");
   const Bone bone = test::MakeBox(Pose{}, {6, 2, 4}, 0.4);
@@ -199,7 +199,7 @@ TEST(HardCase26, BeyondTheWorldItIsRefusedInWords) {
   }
 }
 
-TEST(HardCase26, FromOneEndOfTheWorldToTheOtherInATickItStaysWhole) {
+TEST(HardCase26, JumpsAcrossTheWorldInATickDoNoHarm) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {6, 2, 4}, 0.4);
   const Pose start = DiscPose(Pose{}, {0, 0, 2 + kR + 0.1});
@@ -226,7 +226,7 @@ TEST(HardCase26, FromOneEndOfTheWorldToTheOtherInATickItStaysWhole) {
   verdict.AtMost("largest force", max_N, 40 * (1 + 1e-12), "N");
 }
 
-TEST(HardCase26, NumbersTooSmallToBeNormalAreAsGoodAsZero) {
+TEST(HardCase26, DenormalNumbersActAsZero) {
   test::Verdict verdict("holds");
   const double tiny = std::numeric_limits<double>::denorm_min();
   const Bone bone = test::MakeBox(Pose{}, {22, 2, 8}, 0.25);

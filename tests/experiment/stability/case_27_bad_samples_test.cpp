@@ -90,7 +90,7 @@ struct Cutting {
   HapticStepOutput out;
 };
 
-TEST(HardCase27, ABadSampleGivesNoForceAtOnceAndTheNextGoodOneGoesOn) {
+TEST(HardCase27, BadSampleGivesZeroForceAndTheNextGoodOneContinues) {
   test::Verdict verdict(
       "holds; the force is zero in the same tick, not ramped down. A left-handed frame cannot occur, because a pose "
       "has a quaternion");
@@ -140,7 +140,7 @@ TEST(HardCase27, ABadSampleGivesNoForceAtOnceAndTheNextGoodOneGoesOn) {
   verdict.Equal("velocity computed from the jump", max_speed, 0, "mm/s");
 }
 
-TEST(HardCase27, TheForceComesBackByItsRamp) {
+TEST(HardCase27, ForceReturnsOverTheRamp) {
   test::Verdict verdict("holds");
   Cutting cut;
   cut.device.Spoil([](Pose& X) { X.p_AB.x = kBadSamplesNan; });
@@ -157,7 +157,7 @@ TEST(HardCase27, TheForceComesBackByItsRamp) {
   verdict.AtLeast("force after 0.6 s", cut.out.force.f_H_W_N.z, 4, "N");
 }
 
-TEST(HardCase27, WhatIsStillAPoseIsTaken) {
+TEST(HardCase27, UnusualButValidPosesAreAccepted) {
   // Unit length within a float's rounding; a quaternion of the opposite sign; a denormal component.
   Cutting cut;
   const std::function<void(Pose&)> hows[] = {[](Pose& X) { X.R_AB *= 1 + 5e-7; }, [](Pose& X) { X.R_AB *= 1 - 5e-7; },
@@ -178,7 +178,7 @@ TEST(HardCase27, WhatIsStillAPoseIsTaken) {
 }
 
 /// Corrupts the simulation's input directly, one number at a time.
-TEST(HardCase27, EachNumberOfATicksInputMayBeAnything) {
+TEST(HardCase27, AnyNumberOfATicksInputMayBeInvalid) {
   test::Verdict verdict("holds");
   Cutting cut;
   CoupledSimulation& simulation = cut.saw.simulation;

@@ -65,7 +65,7 @@ struct FastStroke {
   double x = 0;
 };
 
-TEST(HardCase28, AFrozenHandleThatComesBackElsewhereIsNoKick) {
+TEST(HardCase28, FrozenHandleThatResumesElsewhereCausesNoKick) {
   Verdict verdict("holds");
   double worst_speed = 0;
   double worst_slew = 0;  // as a fraction of the slew limit
@@ -91,8 +91,8 @@ TEST(HardCase28, AFrozenHandleThatComesBackElsewhereIsNoKick) {
     }
     worst_slew = std::max(worst_slew, stroke.device.largest_step_N / slew_N);
   }
-  // Nothing moved faster than the stroke. Windows of an exact line are exact to the encoder's rounding, of which there
-  // is none here.
+  // Nothing moved faster than the stroke. For an exact line the window is exact except for the encoder's rounding,
+  // which does not occur here.
   verdict.AtMost("estimated handle speed at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
   // The damper releases 0.01 N s/mm * 20 mm/s once, when the hold ends. Unfiltered, the leap would give 60 N.
   verdict.AtMost("force step in excess of the spring's", worst_step_N, 1.25 * FastStroke::kDamping * FastStroke::kFeed,
@@ -100,7 +100,7 @@ TEST(HardCase28, AFrozenHandleThatComesBackElsewhereIsNoKick) {
   verdict.AtMost("largest step on the device relative to the slew limit", worst_slew, 1 + 1e-9);
 }
 
-TEST(HardCase28, ADeviceSlowerThanTheLoopMovesNoLessSmoothly) {
+TEST(HardCase28, DeviceSlowerThanTheLoopMovesJustAsSmoothly) {
   Verdict verdict("holds");
   double worst = 0;
   for (const int every : {2, 4}) {
@@ -118,7 +118,7 @@ TEST(HardCase28, ADeviceSlowerThanTheLoopMovesNoLessSmoothly) {
   verdict.AtMost("speed error, each sample delivered 2 or 4 times", 100 * worst, 2, "%");
 }
 
-TEST(HardCase28, ALeapOfTheHandleIsNoSpeed) {
+TEST(HardCase28, LeapOfTheHandleGivesNoVelocity) {
   Verdict verdict("holds");
   // Without a preceding freeze: 5 mm between two samples would be 5 m/s, and 50 N through the damper.
   FastStroke stroke;
@@ -130,7 +130,7 @@ TEST(HardCase28, ALeapOfTheHandleIsNoSpeed) {
   verdict.AtMost("estimated handle speed at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
 }
 
-TEST(HardCase28, AStepWithoutTimeIsRefusedAndForgotten) {
+TEST(HardCase28, InvalidTimeStepIsRefusedWithoutAfterEffects) {
   Verdict verdict("applies in part: the tick has no clock; an invalid time step is refused with zero force");
   FastStroke stroke;
   const std::uint64_t hash = stroke.saw.simulation.bone().CalcHash();
@@ -150,7 +150,7 @@ TEST(HardCase28, AStepWithoutTimeIsRefusedAndForgotten) {
   verdict.AtLeast("force 0.6 s later relative to that before", after_N / before_N, 0.8);
 }
 
-TEST(HardCase28, AClockThatGoesBackOnlyMakesTheLoopWait) {
+TEST(HardCase28, ClockThatGoesBackwardsOnlyMakesTheLoopWait) {
   Verdict verdict(
       "holds: the loop uses the monotonic clock; if it went back, the loop would wait and not run a burst of ticks");
   struct Backwards : LoopClock {

@@ -24,7 +24,7 @@ double Quantise(double x, double quantum) {
   return quantum * std::round(x / quantum);
 }
 
-TEST(HardCase29, ThePushedSawIsQuietThroughACoarseEncoder) {
+TEST(HardCase29, PushedSawIsQuietWithACoarseEncoder) {
   Verdict verdict("holds, corrected: the velocity is the slope of a least-squares line");
   // The largest stiffness and damping that the profile of such a device allows (Touch: 0.4 N/mm; Omni: 0.7 N/mm, 0.005
   // N s/mm). At 0.064 mm one encoder step is 45 mN at that stiffness: C1 is not "good" there (20 mN), but it passes
@@ -71,7 +71,7 @@ TEST(HardCase29, ThePushedSawIsQuietThroughACoarseEncoder) {
   verdict.Note("C1", worst_mN, "mN");
 }
 
-TEST(HardCase29, TheWindowTakesTheStepsOutOfTheDamper) {
+TEST(HardCase29, VelocityWindowKeepsEncoderStepsOutOfTheDamper) {
   Verdict verdict("holds: filtered");
   // A raw difference is Delta / T per count: 55 mm/s, and 0.28 N through 0.005 N s/mm. The hand moves up and down at up
   // to 8 mm/s, twice a second.
@@ -107,7 +107,7 @@ TEST(HardCase29, TheWindowTakesTheStepsOutOfTheDamper) {
   verdict.AtMost("delay of the velocity", lag_ms, 8, "ms");
 }
 
-TEST(HardCase29, AtRestBetweenTwoCountsThereIsNoForceAtAll) {
+TEST(HardCase29, LoopAddsNoNoiseToAFlickeringCount) {
   Verdict verdict("holds");
   // A hand that holds still on the border between two counts gives one or the other. The tool removes the bone that it
   // reaches and then stays.

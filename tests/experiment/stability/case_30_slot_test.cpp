@@ -18,7 +18,7 @@ using test::Handle;
 using test::Verdict;
 
 /// Block of 30 x 6 x 24 mm with its top at z = 12 and a slot in the plane y = 0 from the top down to z = -1. The disc
-/// stands in the slot with its centre at z = 11.
+/// is upright in the slot, with its centre at z = 11.
 Bone MakeSlottedBlock(double width_mm, double voxel_mm) {
   SolidField field;
   field.value = [width_mm](const Vec3& p) {
@@ -61,7 +61,7 @@ TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
   verdict.AtLeast("wall force when pushed by 2 mm at 1 N/mm", min_touching_N, 1.8, "N");
 }
 
-TEST(HardCase30, WhatTheHandFeelsDoesNotDependOnTheSideThatItCameFrom) {
+TEST(HardCase30, ForceDoesNotDependOnTheSideThatTheHandCameFrom) {
   Verdict verdict("holds");
   // Pushed against one wall with 2 N, then back to the middle; the same from the other side.
   double unlike_N = 0;

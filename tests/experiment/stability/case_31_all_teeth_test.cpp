@@ -18,7 +18,7 @@ using test::DiscPose;
 using test::Handle;
 using test::Verdict;
 
-TEST(HardCase31, ABuriedDiscIsBoundedInForceAndWork) {
+TEST(HardCase31, ForceAndComputationOfABuriedDiscAreBounded) {
   Verdict verdict("holds; case disc-0.1-buried of `kerf bench tick` measures the time");
   const Bone bone = test::MakeBox(Pose{}, {28, 6, 28}, 0.2);
   double worst_angle = 0;
@@ -97,7 +97,7 @@ Bone MakeBoredPlate() {
   return MakeBone(field, Box3{{-15.5, -15.5, -4.5}, {15.5, 15.5, 1.5}}, {0.2, 0.2, {}}, test::OneRegionTable());
 }
 
-TEST(HardCase32, AllTeethAtOnceMakeNoJump) {
+TEST(HardCase32, AllTeethEngagingAtOnceCauseNoJump) {
   Verdict verdict("holds");
   // The disc falls flat into a hole of its size, and the hand then moves sideways. No tooth is engaged, and in the next
   // tick a third of them are.
@@ -125,7 +125,7 @@ TEST(HardCase32, AllTeethAtOnceMakeNoJump) {
   verdict.AtMost("largest force step relative to the coupling's for the handle motion", worst, 1.02);
 }
 
-TEST(HardCase32, StartingTheSpindleInTheBoneMakesNoJump) {
+TEST(HardCase32, StartingTheSpindleInTheBoneCausesNoJump) {
   Verdict verdict("holds");
   // Entirely buried and pulled with 5 N; then the spindle starts and all teeth engage.
   CoupledSimulation simulation(test::MakeBox(Pose{}, {28, 6, 28}, 0.2), test::DiscParams(),
@@ -146,7 +146,7 @@ TEST(HardCase32, StartingTheSpindleInTheBoneMakesNoJump) {
   verdict.AtMost("largest force step at a pull of 5 N", worst_N, 0.2, "N");
 }
 
-TEST(HardCase32, AndTheDevicesForceKeepsItsSlew) {
+TEST(HardCase32, DeviceForceKeepsItsSlewRate) {
   Verdict verdict("holds");
   // The saw falls from the air 4 mm deep into the bone within one tick.
   test::HeldSawOptions options;

@@ -107,7 +107,7 @@ NoisyCut CutNoisy(const Bone& bone, bool pushed) {
   return heard;
 }
 
-TEST(HardCase33, NoisyStiffnessIsHardlyHeardAndItsMeanIsKept) {
+TEST(HardCase33, NoisyStiffnessAddsLittleNoiseAndKeepsTheMean) {
   Verdict verdict("holds");
   const Bone noisy = MakeNoisyBlock(true);
   const Bone even = MakeNoisyBlock(false);
@@ -126,10 +126,10 @@ TEST(HardCase33, NoisyStiffnessIsHardlyHeardAndItsMeanIsKept) {
   verdict.AtMost("C1 in excess of that of uniform bone", worst_noise, 2, "% of the mean");
 }
 
-TEST(HardCase33, AThresholdsRaggedSurfaceIsHardlyHeard) {
+TEST(HardCase33, RaggedThresholdSurfaceAddsLittleNoise) {
   Verdict verdict("holds");
-  // The surface deviates at random by up to half a voxel, as a CT threshold leaves it. The saw cuts 1 mm deep and
-  // along.
+  // The surface deviates at random by up to half a voxel, as a CT threshold leaves it. The saw cuts along the block,
+  // 3 mm deep.
   const NoisyCut rough = CutNoisy(MakeNoisyBlock(false, 0.5 * kVoxel), false);
   const NoisyCut smooth = CutNoisy(MakeNoisyBlock(false), false);
   verdict.AtMost("C1 in excess of that of uniform bone",
@@ -188,7 +188,7 @@ TEST(HardCase34, ALayerOfOneVoxelIsReportedInTheTickThatReachesIt) {
   verdict.AtMost("distance of the rim beyond the layer's face at the start of the tick", latest_mm, 0, "mm");
 }
 
-TEST(HardCase34, WhatALabelLosesIsCountedExactly) {
+TEST(HardCase34, RemovedVolumeOfALabelIsCountedExactly) {
   Verdict verdict(
       "applies in part: the count equals the loss of the bone's volumes by label exactly; these are accurate to a "
       "fraction of a voxel");

@@ -86,7 +86,7 @@ TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
   verdict.AtMost("force in the first tick of the ramp", first_N, 0.01, "N");
 }
 
-TEST(HardCase35, ANewBoneAboutTheToolBeginsWithoutForce) {
+TEST(HardCase35, BoneReplacedAroundTheToolBeginsWithoutForce) {
   Verdict verdict("holds: the tool cuts itself free, and the force ramps in");
   // The bone of another patient is loaded while the handle is 4 mm deep in it.
   HeldSaw saw;
@@ -137,7 +137,7 @@ Trace CutInto(Bone bone, double x_mm) {
   return trace;
 }
 
-TEST(HardCase35, ACopyOfTheBoneBringsEverythingBackToTheBit) {
+TEST(HardCase35, CopyOfTheBoneRestoresEverythingBitForBit) {
   Verdict verdict("holds: a copy of the bone is the complete state");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 22}, 0.2);
   // Saves after a cut, continues cutting, restores: the bone is the saved one and is cut as before.
@@ -157,7 +157,7 @@ TEST(HardCase35, ACopyOfTheBoneBringsEverythingBackToTheBit) {
   verdict.Equal("repeated cut bit-identical in forces, poses, volume and bone", once == again, 1);
 }
 
-TEST(HardCase35, UndoAndRedoInContactRampTheForceAndGiveTheBoneBack) {
+TEST(HardCase35, UndoAndRedoInContactRampTheForceAndRestoreTheBone) {
   Verdict verdict(
       "holds: the force falls at its slew rate, the tool is set down at the handle, and the force ramps in");
   struct NoReader : TickObserver {
@@ -255,7 +255,7 @@ TEST(HardCase35, RefillingInContactChangesNothing) {
   verdict.Equal("force difference due to refilling, reading and counting during the cut", worst_N, 0, "N");
 }
 
-TEST(HardCase36, AReaderSeesNoTornLeafOrState) {
+TEST(HardCase36, ReaderNeverReadsATornLeafOrState) {
   Verdict verdict("holds");
   // All values of a leaf, and of a state, contain the same number.
   struct Reported {
@@ -319,7 +319,7 @@ TEST(HardCase36, AReaderSeesNoTornLeafOrState) {
   for (std::size_t i = 0; i < leaves.size(); ++i) EXPECT_EQ(seen[static_cast<int>(i)], leaves[i][0]);
 }
 
-TEST(HardCase36, AReadersBoneIsTheLoopsOnceItRests) {
+TEST(HardCase36, ReadersBoneEqualsTheLoopsAtRest) {
   Verdict verdict("holds");
   const Bone before = test::MakeBox(Pose{}, {26, 6, 12}, 0.2);
   CoupledSimulation simulation(before, test::DiscParams(), DiscPose(Pose{}, {0, 0, 6.2 + kR}));

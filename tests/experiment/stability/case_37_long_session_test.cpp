@@ -29,7 +29,7 @@ Bone MakeLongSessionBlock() {
   return test::MakeBox(Pose{}, {26, 4, 10}, 0.2);
 }
 
-TEST(HardCase37, AMillionIdleTicksLeaveNoTrace) {
+TEST(HardCase37, AMillionIdleTicksCauseNoDrift) {
   Verdict verdict("holds: no tooth angle is stored that could grow");
   const Bone bone = MakeLongSessionBlock();
   const Pose start = DiscPose(Pose{}, {0, 0, kClear});
@@ -64,7 +64,7 @@ TEST(HardCase37, AMillionIdleTicksLeaveNoTrace) {
   verdict.AtMost("force difference between a cut after idling and one without", unlike_N, 1e-6, "N");
 }
 
-TEST(HardCase37, SumsOfMillionsOfPartsAreTheWhole) {
+TEST(HardCase37, SumsOfMillionsOfPartsEqualTheWhole) {
   Verdict verdict("holds");
   // The same stroke in few and in very many ticks. Each of the many ticks removes some millionths of a voxel from
   // hundreds of voxels, and the sum is the same volume.
@@ -104,7 +104,7 @@ TEST(HardCase37, SumsOfMillionsOfPartsAreTheWhole) {
   EXPECT_NEAR(sum_mm3[1] / exact_mm3[1], 1, 0.03);
 }
 
-TEST(HardCase37, ToAndFroForLongIsTheSameEachTime) {
+TEST(HardCase37, ManyStrokesInTheKerfStayTheSame) {
   Verdict verdict("holds");
   // In its own kerf, 250 ticks a stroke. Once the bone in the way is cut, each stroke equals the one before.
   CoupledSimulation simulation(MakeLongSessionBlock(), test::DiscParams(), DiscPose(Pose{}, {0, 0, kClear}));
@@ -134,7 +134,7 @@ TEST(HardCase37, ToAndFroForLongIsTheSameEachTime) {
   verdict.AtMost("volume still removed in ten strokes", late_mm3, 0.005 * early_mm3, "mm3");
 }
 
-TEST(HardCase37, WhatCountsTimeAndWayStaysExact) {
+TEST(HardCase37, SumsOfTimeAndDistanceStayExact) {
   Verdict verdict("holds");
   // A handle after a very long rotation or motion: 1e7 ticks at 1 mm/s, and 10 km from its start.
   AdaptiveVelocity velocity(0.001);

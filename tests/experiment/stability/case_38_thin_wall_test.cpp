@@ -38,7 +38,7 @@ std::vector<Vec3> Plunge(CoupledSimulation& simulation, double y) {
   return f;
 }
 
-TEST(HardCase38, ACutBesideACutIsAsInWholeBone) {
+TEST(HardCase38, CutBesideACutIsAsInSolidBone) {
   Verdict verdict("holds: a wall is rigid until the rim removes it, however thin it is");
   CoupledSimulation simulation(MakeThinWallBlock(), test::DiscParams(), DiscPose(Pose{}, {0, 0, 5 + kR + 0.2}));
   const std::vector<Vec3> whole = Plunge(simulation, 0);
@@ -64,7 +64,7 @@ TEST(HardCase38, ACutBesideACutIsAsInWholeBone) {
   verdict.AtLeast("minimum wall thickness in voxels", thinnest / kThinWallVoxel, 0.75);
 }
 
-TEST(HardCase38, PushedAgainstTheWallTheSawHoldsStill) {
+TEST(HardCase38, ThinWallHoldsAPushedSaw) {
   Verdict verdict(
       "holds, corrected: a look-up in such a thin wall ended behind it, and the disc passed through without force");
   for (const bool stopped : {false, true}) {
@@ -96,7 +96,7 @@ TEST(HardCase38, PushedAgainstTheWallTheSawHoldsStill) {
   }
 }
 
-TEST(HardCase38, AWebOfOneVoxelBetweenCutsFromBothSidesIsRestedOnAndGoneThrough) {
+TEST(HardCase38, WebOfOneVoxelHoldsAStoppedSawAndIsCutWithoutAKick) {
   Verdict verdict("holds");
   // Cuts from above and from below with a stiff coupling, until one voxel is left between the cuts.
   CoupledParams stiff = test::DiscParams();

@@ -55,7 +55,7 @@ TEST(HardCase39, SwitchingTheLawInContactIsNotFelt) {
   verdict.Note("law changes", switches);
 }
 
-TEST(HardCase39, BackInTheBonesLawTheForceRisesOverTheBlend) {
+TEST(HardCase39, ForceRisesOverTheBlendOnReturnToTheBonesLaw) {
   Verdict verdict("holds");
   // A soft coupling hides a change of law, because its force changes by at most K (v_hand - v_tool). With a stiff
   // coupling, and a feed that hardly affects the slab's law but does affect the bone's, the whole change shows.
@@ -132,7 +132,7 @@ TEST(HardCase39, TheSlabsFeedIsBounded) {
   verdict.AtMost("fastest feed relative to its bound", worst, 1.05);
 }
 
-TEST(HardCase39, EnergyIsNotMadeByTheChange) {
+TEST(HardCase39, SwitchingTheLawCreatesNoEnergy) {
   Verdict verdict("holds");
   CoupledSimulation simulation = Start();
   double lost_mJ = 0, min_mJ = 0, total_mJ = 0, closes = 0;

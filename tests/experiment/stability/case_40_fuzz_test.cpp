@@ -43,16 +43,16 @@ void FuzzSaw(std::uint64_t first_seed, double ticks) {
   verdict.Note("fraction in slab mode", fraction(sum.slab));
 }
 
-TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant1) {
+TEST(HardCase40, RandomSequencesOfAHandHeldSawSatisfyEveryInvariant1) {
   FuzzSaw(1'000'000, 200'000);
 }
-TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant2) {
+TEST(HardCase40, RandomSequencesOfAHandHeldSawSatisfyEveryInvariant2) {
   FuzzSaw(2'000'000, 200'000);
 }
-TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant3) {
+TEST(HardCase40, RandomSequencesOfAHandHeldSawSatisfyEveryInvariant3) {
   FuzzSaw(3'000'000, 200'000);
 }
-TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant4) {
+TEST(HardCase40, RandomSequencesOfAHandHeldSawSatisfyEveryInvariant4) {
   FuzzSaw(4'000'000, 100'000);
 }
 
@@ -67,15 +67,15 @@ void FuzzOther(std::uint64_t first_seed, double ticks, FuzzResult (*run)(std::ui
   verdict.AtLeast("ticks", static_cast<double>(sum), std::min(1.0, ticks * test::Effort()));
 }
 
-TEST(HardCase40, RandomSequencesThroughADeviceThatFailsAndLiesNeverPassItsLimits) {
+TEST(HardCase40, RandomSequencesThroughAFaultyDeviceNeverExceedItsLimits) {
   FuzzOther(20'000'000, 100'000, test::FuzzDevice);
 }
 
-TEST(HardCase40, RandomPathsThroughBoneHoldEveryInvariant) {
+TEST(HardCase40, RandomPathsThroughBoneSatisfyEveryInvariant) {
   FuzzOther(30'000'000, 100'000, test::FuzzPath);
 }
 
-TEST(HardCase40, RandomHandsOnTheThinSlabHoldEveryInvariant) {
+TEST(HardCase40, RandomHandsOnTheThinSlabSatisfyEveryInvariant) {
   FuzzOther(40'000'000, 100'000, test::FuzzSlab);
 }
 

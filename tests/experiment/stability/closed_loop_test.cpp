@@ -36,7 +36,7 @@ TEST(ClosedLoop, TheHandlesEnergyIsTheWorkOfThePush) {
 
 // Energy that the spindle supplies through the friction of the flats reaches the device like its forces: scaled, and
 // multiplied by the gain under test.
-TEST(ClosedLoop, TheSpindlesEnergyIsWhatTheDeviceFeelsOfIt) {
+TEST(ClosedLoop, SpindleEnergyIsScaledLikeTheDeviceForce) {
   for (const double gain : {1.0, 2.0}) {
     ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
     setup.loop_gain = gain;
@@ -61,7 +61,7 @@ TEST(ClosedLoop, TheSpindlesEnergyIsWhatTheDeviceFeelsOfIt) {
 // A spring whose force is held over a tick returns 1/2 K dx^2 more in each tick than it stored: after n steps of dx in
 // and out it has supplied n K dx^2. A heavy hand moves in and out of a stopped saw's wall at a steady 50 mm/s, without
 // the damper that dissipates this energy. Tolerance 15 %: the reversal is a curve, and the bone yields a little.
-TEST(ClosedLoop, WhatHoldingCanGiveIsWhatAHeldSpringGives) {
+TEST(ClosedLoop, HeldEnergyIsThatOfASpringHeldOverATick) {
   ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
   setup.profile.friction_N = 0;
   setup.profile.own_damping_Ns_per_mm = 0;
@@ -87,7 +87,7 @@ TEST(ClosedLoop, WhatHoldingCanGiveIsWhatAHeldSpringGives) {
   EXPECT_NEAR(tick.energy.lowest_mJ / -tick.energy.held_mJ, 1, 0.15);
 }
 
-TEST(ClosedLoop, ALostTickLeavesTheForceAndTheWatchdogTakesIt) {
+TEST(ClosedLoop, LostTickKeepsTheForceUntilTheWatchdogTrips) {
   ClosedLoopSetup setup = HeldBlock("omega_6", "H3");
   setup.watchdog_ms = 20.5;
   ClosedLoop loop(test::BlockOfBone(), setup, test::OverBlock());
@@ -125,7 +125,7 @@ TEST(ClosedLoop, ALostTickLeavesTheForceAndTheWatchdogTakesIt) {
   EXPECT_NEAR(before.z, held.z, 0.3);
 }
 
-TEST(ClosedLoop, TheSimulationIsToldTheTimeInWholePeriods) {
+TEST(ClosedLoop, SimulationReceivesTheTimeInWholePeriods) {
   ClosedLoop loop(test::BlockOfBone(), HeldBlock("omega_6", "H3"), test::OverBlock());
   for (const bool tail : {false, true}) {
     TimingFaults timing;
@@ -149,7 +149,7 @@ TEST(ClosedLoop, TheSimulationIsToldTheTimeInWholePeriods) {
   }
 }
 
-TEST(ClosedLoop, TheGainIsTheMotors) {
+TEST(ClosedLoop, GainScalesTheForceOfTheMotors) {
   for (const double gain : {0.5, 1.0, 2.0}) {
     ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
     setup.loop_gain = gain;
@@ -168,7 +168,7 @@ TEST(ClosedLoop, TheGainIsTheMotors) {
 // Omni: peak 3.3 N, 0.88 N continuous; heat is the mean of force squared over 10 s. The hand pushes on the wall with 3
 // N, and the force that holds it decreases. By the test's own heat balance, the heat never exceeds the continuous limit
 // of the motors.
-TEST(ClosedLoop, ALongPushIsHeldWithWhatTheMotorsBearForEver) {
+TEST(ClosedLoop, LongPushIsHeldWithTheContinuousForceOfTheMotors) {
   ClosedLoopSetup setup = HeldBlock("omni", "H4");
   ClosedLoop loop(test::BlockOfBone(), setup, test::OverBlock());
   loop.device().SetIntention({.X_WH = test::OverBlock(), .push_W_N = Vec3(0, 0, -3), .yield_s = 0.5});
@@ -186,7 +186,7 @@ TEST(ClosedLoop, ALongPushIsHeldWithWhatTheMotorsBearForEver) {
 
 // The same for rotation: a stopped disc in its kerf, and a hand that from one tick to the next holds the tool turned by
 // a quarter. The torque takes at least 5 ms from zero to the device's peak.
-TEST(ClosedLoop, ATorqueComesAtTheSlew) {
+TEST(ClosedLoop, TorqueRisesAtTheSlewRate) {
   const ClosedLoopSetup setup = HeldBlock("virtuose_6d", "H4");
   ClosedLoop loop(test::BlockOfBone(0.2, Vec3(26, 6, 12)), setup, test::OverBlock());
   for (int i = 0; i < 3000; ++i) {
@@ -208,7 +208,7 @@ TEST(ClosedLoop, ATorqueComesAtTheSlew) {
   EXPECT_GT(max_Nmm, 0.99 * slew_Nmm);
 }
 
-TEST(ClosedLoop, RefusesWhatIsOutOfRange) {
+TEST(ClosedLoop, RefusesParametersOutOfRange) {
   ClosedLoopSetup setup = HeldBlock("omega_6", "H3");
   setup.loop_gain = -1;
   EXPECT_THROW(ClosedLoop(test::BlockOfBone(), setup, test::OverBlock()), Error);

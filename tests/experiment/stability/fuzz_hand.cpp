@@ -166,7 +166,7 @@ void FuzzHand::Spoil(CoupledInput& in) {
     case 6:
       in.X_WH.p_AB[axis] = dice_.One({kWorldReach_mm * (1 + 1e-9), -1.1 * kWorldReach_mm, 1e9});
       break;
-    case 7:  // valid from here on
+    case 7:  // valid inputs from here on
       in.X_WH.p_AB[axis] = dice_.One({kDenormal, -kDenormal, 1e-310, -0.0});
       break;
     case 8:

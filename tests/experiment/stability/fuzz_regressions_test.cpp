@@ -48,7 +48,7 @@ TEST(FuzzRegression, VelocityStaysFiniteHoweverShortTheTick) {
 
 /// Seed 1000046: turning about a distant coupling point, the tool moved along an arc that was not measured: several
 /// voxels with a single look-up of the bone.
-TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
+TEST(FuzzRegression, BoneIsLookedUpAllAlongATurnAboutADistantCouplingPoint) {
   test::Verdict verdict("holds");
   constexpr double kFuzzVoxel_mm = 0.2;
   const Pose start = test::DiscPose(Pose{}, {0, 0, 3 + 1.25 - 0.5});
@@ -74,7 +74,7 @@ TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
 }
 
 /// Seed 1000016: after setting down far from the origin, the coupling's energy was computed between two frames.
-TEST(FuzzRegression, SettingDownFarFromTheOriginDrawsTheSpringByWhatItSays) {
+TEST(FuzzRegression, SettingDownFarFromTheOriginStoresTheRightSpringEnergy) {
   test::Verdict verdict("holds");
   const Vec3 there(0.9 * kWorldReach_mm, -0.8 * kWorldReach_mm, 0);
   const Pose X_WB{Quat(1, 0, 0, 0), there};
@@ -89,7 +89,7 @@ TEST(FuzzRegression, SettingDownFarFromTheOriginDrawsTheSpringByWhatItSays) {
 
 /// Seeds 2000029 and 4000009: the slab's guide is stiff, and a turn about a distant coupling point stretched it further
 /// than the step had assumed. This created energy, several joules in a long tick.
-TEST(FuzzRegression, TheSlabsGuideGivesNoEnergyThatATurnDrewItBy) {
+TEST(FuzzRegression, TurnAgainstTheSlabsGuideCreatesNoEnergy) {
   test::Verdict verdict("holds");
   double lowest_mJ = 0, moved_mJ = 0;
   int in_slab = 0;

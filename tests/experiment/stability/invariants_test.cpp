@@ -39,11 +39,11 @@ std::map<std::string, std::string> TellWith(const std::function<void(std::vector
   return invariants.violations();
 }
 
-TEST(Invariants, HoldInACutAsItIs) {
+TEST(Invariants, HoldInAnUnmodifiedCut) {
   EXPECT_TRUE(TellWith([](auto&) {}).empty());
 }
 
-TEST(Invariants, EachIsSeenToFail) {
+TEST(Invariants, EachDetectsItsFault) {
   const double nan = std::nan("");
   struct Fault {
     const char* invariant;
@@ -93,7 +93,7 @@ TEST(Invariants, EachIsSeenToFail) {
 
 // A coupling with a damper, as for every device: the only valid force is the sum of the spring's and the damper's at
 // the given speed.
-TEST(Invariants, TheDampersForceIsHeldToItsSpeed) {
+TEST(Invariants, DampersForceMustMatchItsSpeed) {
   CoupledParams params = DiscParams();
   params.coupling.damping_Ns_per_mm = 0.002;
   const Pose X_start = DiscPose({}, {0, 0, 3 + kR + 0.5});
@@ -194,7 +194,7 @@ void AddAt(Bone& bone, const LeafIndex& leaf, float value) {
   field.Settle();
 }
 
-TEST(BoneWatch, SeesWhatMustNotBe) {
+TEST(BoneWatch, DetectsEachKindOfFault) {
   EXPECT_TRUE(WatchWith([](Bone&) {}).empty());
   // A voxel at (-1.6, 0, 0), at least 0.3 mm below the kerf's floor; another one far from the tool.
   EXPECT_TRUE(Contains(WatchWith([](Bone& b) { AddAt(b, {-1, 0, 0}, -0.01f); }), "I5"));
@@ -229,7 +229,7 @@ TEST(Invariants, HoldOnADevice) {
   EXPECT_GT(invariants.removed_mm3(), 1);
 }
 
-TEST(Invariants, OfADeviceAreSeenToFail) {
+TEST(Invariants, DetectFaultsOfADevice) {
   HeldSawOptions options;
   options.profile = FindDeviceProfile("omega_6");
   HeldSaw held(options);
@@ -282,7 +282,7 @@ TEST(Invariants, OfADeviceAreSeenToFail) {
   }
 }
 
-TEST(PathInvariants, HoldAndAreSeenToFail) {
+TEST(PathInvariants, HoldAndDetectFaults) {
   for (int fault = 0; fault < 9; ++fault) {
     const Pose X_start = DiscPose({}, {-9, 0, 3 + kR - 2});
     SimulationParams params;

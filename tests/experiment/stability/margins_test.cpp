@@ -37,7 +37,7 @@ double CalcRuleGain(const ClosedLoopSetup& setup) {
 // On solid bone with the spindle stopped the loop is a sampled spring. The rule neglects terms of order K T^2 / m and
 // b T / m, up to 1.3 % for these masses. The bisection ends within 1 %. The bone's own compliance (2 N/um for each
 // tooth in contact) is in series with the spring: 0.1 % at 1 N/mm and 2 % at the largest gain found here.
-TEST(Margins, GainMarginOnSolidBoneIsThatOfTheRuleForASampledSpring) {
+TEST(Margins, GainMarginOnSolidBoneMatchesTheRuleForASampledSpring) {
   Verdict verdict("holds");
   const StabilitySubject subject = MakeSubject();
   const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
@@ -60,7 +60,7 @@ TEST(Margins, GainMarginOnSolidBoneIsThatOfTheRuleForASampledSpring) {
 
 // K < 2 b / (T (1 + 2 d)): at K = 1/(2n) of the limit without delay, the loop tolerates n - 1 ticks of delay, but not
 // n.
-TEST(Margins, DelayMarginOnSolidBoneIsThatOfTheRule) {
+TEST(Margins, DelayMarginOnSolidBoneMatchesTheRule) {
   const StabilitySubject subject = MakeSubject();
   const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
   for (const char* hand : {"H0", "H2", "H3"}) {
@@ -77,7 +77,7 @@ TEST(Margins, DelayMarginOnSolidBoneIsThatOfTheRule) {
 // classified correctly. omega_6 and H1: 4 N/mm on the device. The coupling's damping B would add 2 B / T if the
 // handle's velocity were known at once. From an encoder it is delayed and most of the effect is lost, so FitCoupling()
 // neglects it.
-TEST(Map, HasItsBorderWhereTheRuleHasIt) {
+TEST(Map, BorderMatchesTheRule) {
   Verdict verdict("holds, but the damping of the coupling moves the border by less than the rule predicts");
   const StabilitySubject subject = MakeSubject("omega_6", "H1");
   const double scale = 12.0 / 28;
@@ -99,7 +99,7 @@ TEST(Map, HasItsBorderWhereTheRuleHasIt) {
                 4);
 }
 
-TEST(Margins, AreJudgedByWhatIsKnown) {
+TEST(Margins, LowerBoundsAreJudgedOnlyIfSufficient) {
   const auto judge = [](double gain, bool gain_beyond, int ticks, bool delay_beyond) {
     return Margins{gain, gain_beyond, ticks, delay_beyond, {}}.Judge(2, 1);
   };
@@ -115,7 +115,7 @@ TEST(Margins, AreJudgedByWhatIsKnown) {
 
 // A ledge so thin that the tool is through before a kick could decay: the loop is not judged. In bone that is thick
 // enough, and with ten times the stable gain, the same search reports that it is unstable.
-TEST(Margins, AreNotJudgedThroughTheBone) {
+TEST(Margins, AreNotJudgedOnceTheToolIsThroughTheBone) {
   StabilitySubject subject = MakeSubject("ideal", "H4");
   subject.setup.hand.stiffness_N_per_mm = 0;
   subject.bone = MakeBlock({.size_mm = {3, 6, 1.2}, .X_WB = {}, .layers = {}, .voxel_mm = 0.2}, test::OneRegionTable());
@@ -130,7 +130,7 @@ TEST(Margins, AreNotJudgedThroughTheBone) {
 }
 
 // The disc touches the edge of a block 27 degrees below its centre. Pushed along the edge's normal it stays there.
-TEST(Margins, AreThoseOfTheRuleOnAnEdgeThatIsMetAslant) {
+TEST(Margins, MatchTheRuleOnAnEdgeTouchedObliquely) {
   StabilitySubject subject = MakeSubject();
   subject.into_W = Vec3(1, 0, 0);
   subject.X_WT_start = test::Upright(Vec3(-13 - std::sqrt(121.0 - 25) - 0.3, 0, 5));
@@ -157,8 +157,9 @@ TEST(Margins, ALoopThatCreepsBackIsStable) {
   }
 }
 
-// A slow oscillation is flat at its maxima, and a dent there due to rounding is no oscillation: a touch in H3, at 2 Hz.
-TEST(Margins, ADentInATopIsNoSwing) {
+// A slow oscillation is flat at its maxima, and a dent there due to rounding is not an oscillation. Tested with a touch
+// in H3, at 2 Hz.
+TEST(Margins, DentAtAMaximumIsNotAnOscillation) {
   StabilitySubject subject = MakeSubject();
   subject.setup = FitSetup(subject.setup, FindDeviceProfile("touch"), FindHandModel("H3"), FindHandModel("H3"));
   for (const HeldState state : kHeldStates) {
@@ -173,7 +174,7 @@ TEST(Margins, ADentInATopIsNoSwing) {
 
 // A device without friction and encoder steps is linear: the gain margin of the device as it is equals that with both
 // disabled. Up to 15 % less: a kick that does not decay within eight oscillations is not judged.
-TEST(Margins, AsTheDeviceIsEndWhereTheLinearOnesDoWhenItIsLinear) {
+TEST(Margins, WithAndWithoutFrictionAgreeForALinearDevice) {
   StabilitySubject subject;
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 12));
   subject.X_WT_start = test::OverBlock();

@@ -79,14 +79,14 @@ TEST(Noise, OfWhiteNoiseIsTheFractionOfTheBandAbove) {
   EXPECT_NEAR(CalcNoise(f, kMeasuresDt_s), 0.1 * std::sqrt(3 * fraction), 0.01 * 0.1 * std::sqrt(3.0));
 }
 
-TEST(Noise, OfAConstantIsNothing) {
+TEST(Noise, OfAConstantIsZero) {
   EXPECT_EQ(CalcNoise(std::vector<Vec3>(100, Vec3(0)), kMeasuresDt_s), 0);
   EXPECT_LT(CalcNoise(std::vector<Vec3>(100, Vec3(1, -28, 3)), kMeasuresDt_s), 1e-12);
 }
 
 // ---- C2
 
-TEST(TickSteps, AreCountedInSevenPercentOfTheForceBefore) {
+TEST(TickSteps, AreRelativeToSevenPercentOfTheForceBefore) {
   std::vector<Vec3> f(2001, Vec3(0, 0, 5));
   for (std::size_t i = 1000; i < f.size(); ++i) f[i].z = 5.7;  // 0.7 N of 5 N: two just-noticeable differences
   EXPECT_NEAR(CalcTickSteps(f).max, 2, 1e-12);
@@ -104,7 +104,7 @@ TEST(TickSteps, AreCountedInSevenPercentOfTheForceBefore) {
   EXPECT_NEAR(CalcTickSteps(f).max, 12.5, 1e-9);
 }
 
-TEST(TickSteps, ThousandthPartIsLeftAbove) {
+TEST(TickSteps, PercentileLeavesAThousandthAbove) {
   // Steps of 1, 2 ... 2000 units: 99.9 % are at most 1998.
   std::vector<Vec3> f(1, Vec3(0, 0, 0));
   for (int i = 1; i <= 2000; ++i) f.emplace_back(0, 0, f.back().z + (i % 2 == 0 ? -1e-6 : 1e-6) * i);
@@ -112,7 +112,7 @@ TEST(TickSteps, ThousandthPartIsLeftAbove) {
   EXPECT_NEAR(CalcTickSteps(f).max, 2000e-6 / 0.035, 1e-9);
 }
 
-TEST(TickSteps, OfWholeVoxelsThatGoAreSpringTimesVoxel) {
+TEST(TickSteps, OfWholeVoxelsRemovedAreStiffnessTimesVoxelSize) {
   // 2 N/mm against steps of 0.4 mm at 5 mm/s, about 5 N: a drop of 0.8 N in one tick, a slow rise in between.
   std::vector<Vec3> f;
   for (int i = 0; i < 4000; ++i) f.emplace_back(0, 0, 5 + 2 * (0.4 * (i % 80) / 80.0));
@@ -135,7 +135,7 @@ TEST(TotalVariation, IsOneForARampAndTwoForARiseAndFall) {
 
 // ---- C4
 
-TEST(Toggles, CountContactsThatComeAndGo) {
+TEST(Toggles, CountContactsThatBeginAndEnd) {
   // On for 50 of every 100 ms: twenty pulses in 2 s, each begins and ends; the first was on at the start.
   const std::vector<double> f = Make(2001, [](double t) { return std::fmod(t + 1e-9, 0.1) < 0.05 ? 1.0 : 0.0; });
   EXPECT_NEAR(CountToggles(f, kMeasuresDt_s, 0.5).contact_per_s, 20, 1e-9);
@@ -145,7 +145,7 @@ TEST(Toggles, CountContactsThatComeAndGo) {
   EXPECT_EQ(CountToggles(wave, kMeasuresDt_s, 0.5).contact_per_s, 0);
 }
 
-TEST(Toggles, CountTurnsBeyondTheHysteresisOnly) {
+TEST(Toggles, CountOnlyReversalsBeyondTheHysteresis) {
   const std::vector<double> wave = Make(2001, [](double t) { return 5 + 0.1 * Wave(t, 10, 0); });
   // Two reversals a period, the first after a quarter of a period.
   EXPECT_NEAR(CountToggles(wave, kMeasuresDt_s, 0.05).turns_per_s, 20, 0.5);
@@ -158,7 +158,7 @@ TEST(Toggles, CountTurnsBeyondTheHysteresisOnly) {
   EXPECT_GT(CountToggles(ramp, kMeasuresDt_s, 0).turns_per_s, 100);
 }
 
-TEST(Toggles, FirstWayMayBeDown) {
+TEST(Toggles, FirstDirectionMayBeDown) {
   EXPECT_NEAR(CountToggles(std::vector<double>{5, 4, 3, 4, 5, 3}, 0.2, 0.5).turns_per_s, 2, 1e-12);
   EXPECT_NEAR(CountToggles(std::vector<double>{3, 4, 5, 4, 3, 5}, 0.2, 0.5).turns_per_s, 2, 1e-12);
   EXPECT_NEAR(CountToggles(std::vector<double>{0, 0, 2, 0, 0, 2}, 0.2, 3).contact_per_s, 3, 1e-12);
@@ -166,7 +166,7 @@ TEST(Toggles, FirstWayMayBeDown) {
 
 // ---- C5
 
-TEST(LineProminence, FindsALineInNoiseAtItsHeight) {
+TEST(LineProminence, FindsTheHeightOfALineInNoise) {
   // A line of amplitude a in white noise of variance s^2: in a Hann window of L samples its power is (a L / 4)^2, and
   // that of the noise s^2 3 L / 8. 8000 samples give windows of 2000. Over seven windows, 3 dB are two standard
   // deviations.
@@ -191,7 +191,7 @@ TEST(LineProminence, FindsALineAtHalfTheSamplingRate) {
   EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, 500), 15);
 }
 
-TEST(LineProminence, OfAPureToneIsLargeAndOfASmoothSignalNone) {
+TEST(LineProminence, OfAPureToneIsLargeAndOfASmoothSignalSmall) {
   const std::vector<double> tone = Make(4000, [](double t) { return Wave(t, 77.7); });
   EXPECT_GT(CalcLineProminence_dB(tone, kMeasuresDt_s, 77.7), 40);
   EXPECT_LT(CalcLineProminence_dB(tone, kMeasuresDt_s, 150), 6);
@@ -200,7 +200,7 @@ TEST(LineProminence, OfAPureToneIsLargeAndOfASmoothSignalNone) {
   EXPECT_LT(CalcLineProminence_dB(Make(4000, [](double t) { return std::exp(-t); }), kMeasuresDt_s, 50), 6);
 }
 
-TEST(LineProminence, OfVoxelsThatGoOneByOneStandsAtFeedOverVoxel) {
+TEST(LineProminence, OfVoxelsRemovedOneByOneIsAtFeedOverVoxelSize) {
   // 2 mm/s through voxels of 0.2 mm: 10 Hz and its harmonics; nothing between them.
   Noise noise;
   const std::vector<double> f = Make(8000, [&](double t) { return 5 + 0.4 * std::fmod(10 * t, 1.0) + 0.02 * noise(); });
@@ -209,7 +209,7 @@ TEST(LineProminence, OfVoxelsThatGoOneByOneStandsAtFeedOverVoxel) {
   EXPECT_LT(CalcLineProminence_dB(f, kMeasuresDt_s, 15), 6);
 }
 
-TEST(LineProminence, RefusesWhatSamplesCannotHold) {
+TEST(LineProminence, RefusesFrequenciesThatTheSamplesCannotContain) {
   const std::vector<double> f(1000, 0.0);
   for (const double f_Hz : {0.0, -1.0, 500.1, kNaN}) EXPECT_THROW(CalcLineProminence_dB(f, kMeasuresDt_s, f_Hz), Error);
   EXPECT_TRUE(std::isnan(CalcLineProminence_dB(f, kMeasuresDt_s, 7.9)));  // fewer than 8 periods in a second
@@ -218,7 +218,7 @@ TEST(LineProminence, RefusesWhatSamplesCannotHold) {
 
 // ---- C6
 
-TEST(Oscillation, ThatStaysIsALimitCycle) {
+TEST(Oscillation, ThatDoesNotDecayIsALimitCycle) {
   Noise noise;
   const std::vector<double> f = Make(3000, [&](double t) { return 5 - t + 0.2 * Wave(t, 23.7) + 0.05 * noise(); });
   const Oscillation found = FindOscillation(f, kMeasuresDt_s, 0.02);
@@ -231,7 +231,7 @@ TEST(Oscillation, ThatStaysIsALimitCycle) {
   EXPECT_FALSE(FindOscillation(f, kMeasuresDt_s, 0.25).is_limit_cycle);  // smaller than the requested amplitude
 }
 
-TEST(Oscillation, ThatDiesOutIsNoLimitCycle) {
+TEST(Oscillation, ThatDecaysIsNotALimitCycle) {
   for (const double decrement : {0.01, 0.05, 0.3, 1.0}) {
     const std::vector<double> f = Make(3000, [&](double t) { return 5 + std::exp(-decrement * 20 * t) * Wave(t, 20); });
     const Oscillation found = FindOscillation(f, kMeasuresDt_s, 1e-3);
@@ -242,7 +242,7 @@ TEST(Oscillation, ThatDiesOutIsNoLimitCycle) {
   }
 }
 
-TEST(Oscillation, ThatGrowsIsALimitCycleToCome) {
+TEST(Oscillation, ThatGrowsIsALimitCycle) {
   for (const double decrement : {-0.01, -0.05, -0.3}) {
     const std::vector<double> f = Make(3000, [&](double t) { return std::exp(-decrement * 20 * t) * Wave(t, 20); });
     const Oscillation found = FindOscillation(f, kMeasuresDt_s, 1e-3);
@@ -251,7 +251,7 @@ TEST(Oscillation, ThatGrowsIsALimitCycleToCome) {
   }
 }
 
-TEST(Oscillation, OfSlowDecayIsDistinguishedFromNone) {
+TEST(Oscillation, WithSlowDecayIsDistinguishedFromOneWithoutDecay) {
   // Over three seconds it loses a fifth, or a twentieth: the limit is a tenth.
   for (const double left : {0.8, 0.95}) {
     const std::vector<double> f = Make(3000, [&](double t) { return std::pow(left, t / 3) * Wave(t, 12); });
@@ -259,7 +259,7 @@ TEST(Oscillation, OfSlowDecayIsDistinguishedFromNone) {
   }
 }
 
-TEST(Oscillation, OfASquareWaveIsItsPeriodNotAHarmonic) {
+TEST(Oscillation, OfASquareWaveHasItsPeriodNotThatOfAHarmonic) {
   const std::vector<double> f = Make(4000, [](double t) { return std::fmod(t, 0.0625) < 0.02 ? 1.0 : 0.0; });
   EXPECT_NEAR(FindOscillation(f, kMeasuresDt_s, 0.01).frequency_Hz, 16, 0.3);
   EXPECT_TRUE(FindOscillation(f, kMeasuresDt_s, 0.01).is_limit_cycle);
@@ -276,7 +276,7 @@ TEST(Oscillation, AtAThirdOfTheSamplingRateIsFound) {
   EXPECT_GT(found.correlation, 0.99);
 }
 
-TEST(Oscillation, IsNoneInNoiseRampsAndConstants) {
+TEST(Oscillation, IsNotFoundInNoiseRampsOrConstants) {
   for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
     Noise noise(seed);
     const Oscillation found = FindOscillation(Make(3000, [&](double) { return 5 + noise(); }), kMeasuresDt_s, 1e-3);
@@ -299,7 +299,7 @@ TEST(Oscillation, IsNoneInNoiseRampsAndConstants) {
 
 // ---- C7
 
-TEST(SensationLevel, IsMotionOfTheMassOverTheThreshold) {
+TEST(SensationLevel, IsTheMotionOfTheMassRelativeToTheThreshold) {
   // F = m w^2 x: force that moves 0.145 kg by exactly the threshold (scale of the reference: 0.1 um at 200 Hz is 23
   // mN).
   EXPECT_NEAR(0.145 * std::pow(2 * std::numbers::pi * 200, 2) * 0.1e-6, 0.0229, 1e-4);
@@ -318,7 +318,7 @@ TEST(SensationLevel, IsMotionOfTheMassOverTheThreshold) {
   EXPECT_NEAR(level(0.01, 0.29) - level(0.01, 0.145), 20 * std::log10(0.5), 1e-6);
 }
 
-TEST(SensationLevel, GoesByTheLoudestBandAndNotBySlowMotion) {
+TEST(SensationLevel, DependsOnTheLoudestBandAndNotOnSlowMotion) {
   const auto tone = [](double t) { return 0.02 * Wave(t, 160); };
   const double alone_dB = CalcSensationLevel_dB(Make(4000, tone), kMeasuresDt_s, 0.145);
   const double both_dB =
@@ -331,7 +331,7 @@ TEST(SensationLevel, GoesByTheLoudestBandAndNotBySlowMotion) {
   EXPECT_LT(CalcSensationLevel_dB(Make(4000, [](double t) { return 3 * t; }), kMeasuresDt_s, 0.145), -100);
 }
 
-TEST(SensationLevel, ThresholdHasItsShape) {
+TEST(SensationLevel, ThresholdIsLowestBetween150And200Hz) {
   // Lowest between 150 and 200 Hz, falling from 40 Hz by at least 12 dB an octave.
   EXPECT_EQ(CalcVibrationThreshold_um(175), CalcVibrationThreshold_um(150));
   for (const double f_Hz : {10.0, 30.0, 60.0, 120.0, 250.0, 400.0, 500.0}) {
@@ -363,7 +363,7 @@ TEST(Turn, IsTheAngleFromTickToTick) {
   EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{1, 0, 0}, {1, 1e-9, 0}}, 1), 1e-9 * 180 / std::numbers::pi, 1e-15);
 }
 
-TEST(Turn, OfSmallForcesDoesNotCount) {
+TEST(Turn, OfSmallForcesIsNotCounted) {
   EXPECT_EQ(CalcTurn_deg(std::vector<Vec3>{{0.4, 0, 0}, {0, 0.4, 0}, {3, 0, 0}, {3, 0, 0}, {0, 0.4, 0}}, 1), 0);
   EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{0.4, 0, 0}, {0, 0.4, 0}}, 1, 0.3), 90, 1e-9);
   EXPECT_EQ(CalcTurn_deg(std::vector<Vec3>(5, Vec3(0)), 0.99), 0);
@@ -387,7 +387,7 @@ TEST(Aliveness, IsTheMotionBetween1And20Hz) {
 
 // ---- all
 
-TEST(Measures, OfWhatIsTooShortOrNotFiniteAreNoNumber) {
+TEST(Measures, OfShortOrNonFiniteSignalsAreNotANumber) {
   const auto is_nan_for = [](const std::vector<double>& x) {
     const std::vector<Vec3> v = Along({0, 0, 1}, x);
     EXPECT_TRUE(std::isnan(CalcNoise(v, kMeasuresDt_s)));

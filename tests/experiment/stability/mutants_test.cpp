@@ -50,7 +50,7 @@ struct RubbedSaw {
   double lost_mJ = 0;
 };
 
-TEST(Mutants, PushOutIsAsFastAsItSays) {
+TEST(Mutants, PushOutHasItsDocumentedSpeed) {
   RubbedSaw saw(1);
   ASSERT_GT(saw.lost_mJ, 10);
   // Released. It comes out at the allowed speed.
@@ -62,7 +62,7 @@ TEST(Mutants, PushOutIsAsFastAsItSays) {
   EXPECT_NEAR(speed, 2, 0.5);  // and that speed is slow
 }
 
-TEST(Mutants, PushOutTakesNoMoreThanWasLostBefore) {
+TEST(Mutants, PushOutUsesNoMoreEnergyThanWasDissipated) {
   // Nothing was dissipated: no energy is available.
   CoupledSimulation fresh(MakeBlockOfBone(), DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
   const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR - 0.2});
@@ -73,7 +73,7 @@ TEST(Mutants, PushOutTakesNoMoreThanWasLostBefore) {
   EXPECT_LT(out.X_WT.p_AB.z, X.p_AB.z + 1e-3);
 }
 
-TEST(Mutants, PushOutTakesNoMoreThanIsKept) {
+TEST(Mutants, PushOutUsesNoMoreEnergyThanTheReserve) {
   // Much was dissipated, but the reserve is limited: 5 mJ lift a tool that is pressed down with 10 N by 0.5 mm.
   RubbedSaw saw(3);
   ASSERT_GT(saw.lost_mJ, 20);
@@ -85,7 +85,7 @@ TEST(Mutants, PushOutTakesNoMoreThanIsKept) {
   EXPECT_LT(lifted_mJ, 10);
 }
 
-TEST(Mutants, AStoppedEdgeGivesWayByItsStiffness) {
+TEST(Mutants, StoppedEdgeYieldsByItsStiffness) {
   CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
   PushingHand hand(simulation, DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
   CoupledOutput out;
@@ -103,7 +103,7 @@ TEST(Mutants, AStoppedEdgeGivesWayByItsStiffness) {
 }
 
 TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
-  // Through bone of hardly any resistance; a stiff coupling moves the tool by 0.45 mm a tick.
+  // Through bone with hardly any resistance; a stiff coupling moves the tool by 0.45 mm a tick.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;

@@ -27,7 +27,7 @@ StabilitySubject MakeMarginSubject() {
 class ProfileMargin : public testing::TestWithParam<HeldState> {};
 
 // Without friction and encoder steps, which only damp: the strict interpretation.
-TEST_P(ProfileMargin, IsAGainOfTwoAndATickOfDelayAtLeastForEveryHand) {
+TEST_P(ProfileMargin, IsAtLeastAGainOfTwoAndATickOfDelayForEveryHand) {
   Verdict verdict("holds");
   const StabilitySubject subject = MakeMarginSubject();
   const HeldTool held = HoldTool(subject, GetParam());
@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(States, ProfileMargin, testing::ValuesIn(kHeldStates), 
 
 // Light devices and stiff hands at the lowest and the highest rate: the damper, with a velocity eight ticks late, must
 // not use up the stiffness's margin. At 250 Hz also with the largest damping that a scene allows.
-TEST(RateMargin, IsAGainOfTwoAndATickOfDelayFrom250To4000Hz) {
+TEST(RateMargin, IsAtLeastAGainOfTwoAndATickOfDelayFrom250To4000Hz) {
   Verdict verdict("holds");
   double worst = -1e300;
   for (const double rate_hz : {250.0, 4000.0}) {
@@ -127,7 +127,7 @@ TEST(ReleasedDevice, IsPushedOffTheBoneOnceAndNoHarderThanItWasHeld) {
 // inertia. The limit is exactly k (1 + a) / (1 - a) with a = exp(-k T / c), which is 2 c / T within a thousandth. H1's
 // 5 N mm s allow 10000 N mm/rad at 1 kHz. The 5000 that a scene requests would leave a gain margin of exactly 2; the
 // device gets 3000.
-TEST(TorsionMargin, IsThatOfTheRuleForASampledSpringToo) {
+TEST(TorsionMargin, MatchesTheRuleForASampledSpring) {
   Verdict verdict("holds");
   const StabilitySubject subject = MakeMarginSubject();
   const HeldTool held = HoldTool(subject, HeldState::kInKerf);

@@ -57,7 +57,7 @@ ScenarioResult RunWith(const std::function<void(ClosedLoopTick&)>& change) {
   return run.Finish();
 }
 
-TEST(ScenarioRun, IsContentWithTheLoopAsItIs) {
+TEST(ScenarioRun, AcceptsTheUnmodifiedLoop) {
   EXPECT_TRUE(RunWith([](auto&) {}).holds());
 }
 
@@ -88,7 +88,7 @@ TEST(ScenarioRun, CountsForcesStepsAndTorquesBeyondTheDevice) {
 }
 
 // The allowed return of energy is the energy of a held force plus a thousandth of the exchanged energy.
-TEST(ScenarioRun, AllowsWhatHoldingCanGive) {
+TEST(ScenarioRun, AllowsTheEnergyOfAHeldForce) {
   const StabilitySubject subject = MakeRunSubject();
   ScenarioRun run(subject, kTried);
   for (const double exchanged_mJ : {0.1, 20.0}) {
@@ -110,7 +110,7 @@ TEST(ScenarioRun, AllowsWhatHoldingCanGive) {
 
 // The disc's radius is 11 mm, and the block's top is at 0. Tolerance: 180 points around the rim, 2 um; the grid's
 // interpolation of a plane is exact.
-TEST(CalcBuried, IsHowDeepTheEdgeIs) {
+TEST(CalcBuried, IsTheDepthOfTheEdge) {
   const Bone bone = test::BlockOfBone(0.2);
   for (const double depth_mm : {-0.4, -0.1, 0.05, 0.2, 0.5}) {
     EXPECT_NEAR(CalcBuried(bone, DiscSaw{}, test::OverBlock(-depth_mm)), depth_mm, 0.005);
@@ -119,7 +119,7 @@ TEST(CalcBuried, IsHowDeepTheEdgeIs) {
 }
 
 // A plate of 3 mm under a push of 5 N: the tool breaks through in the available time, and both sides are measured.
-TEST(ScenarioFaults, BreakThroughGetsThroughAThinPlate) {
+TEST(ScenarioFaults, BreakThroughCutsThroughAThinPlate) {
   StabilitySubject subject = MakeRunSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 3));
   const ScenarioResult result = FindScenario("break_through").run(subject, 1);
@@ -157,7 +157,7 @@ Periods FindPeriods(const ScenarioResult& result) {
   return periods;
 }
 
-TEST(ScenarioFaults, TimeIsAsUnevenAsTheyAreNamed) {
+TEST(ScenarioFaults, TimingFaultsMatchTheirNames) {
   const StabilitySubject subject = MakeRunSubject();
   const auto run = [&](const char* name) { return FindScenario(name).run(subject, 1); };
   const ScenarioResult even = run("cut_5N");
@@ -171,10 +171,10 @@ TEST(ScenarioFaults, TimeIsAsUnevenAsTheyAreNamed) {
   EXPECT_GT(jitter.longest_ms, 1.45);
   EXPECT_LE(jitter.longest_ms, 1.5 + 1e-9);
 
-  // One in a thousand above 5 ms: of 1500 some are above 3.5.
+  // One period in a thousand is above 5 ms, so some of 1500 are above 3.5 ms.
   EXPECT_GT(FindPeriods(run("late_ticks")).longest_ms, 3.5);
 
-  // One in five independently: 300 of 1500 (standard deviation 15.5; four of them allowed).
+  // One tick in five is lost, independently: 300 of 1500 (standard deviation 15.5; four of them allowed).
   const ScenarioResult lost = run("lost_ticks");
   int held = 0;
   for (std::size_t i = kBegun + 1; i < lost.force_N.size(); ++i) held += lost.force_N[i] == lost.force_N[i - 1] ? 1 : 0;
@@ -192,7 +192,7 @@ TEST(ScenarioFaults, TimeIsAsUnevenAsTheyAreNamed) {
 // The same push and bone give the same force until the fault begins, and then a different one. While the sample is
 // frozen the tool continues to cut up to the handle's last position, so that the spring slackens; then it stretches
 // again.
-TEST(ScenarioFaults, AFrozenSampleLetsTheSpringSlacken) {
+TEST(ScenarioFaults, FrozenSampleSlackensTheSpring) {
   const StabilitySubject subject = MakeRunSubject();
   const ScenarioResult even = FindScenario("cut_5N").run(subject, 1);
   const ScenarioResult frozen = FindScenario("frozen").run(subject, 1);
@@ -206,7 +206,7 @@ TEST(ScenarioFaults, AFrozenSampleLetsTheSpringSlacken) {
 }
 
 // As coarse as any known encoder, and reported.
-TEST(ScenarioFaults, ACoarseEncoderIsOne) {
+TEST(ScenarioFaults, CoarseEncoderIsSimulatedAndReported) {
   StabilitySubject subject = MakeRunSubject();
   EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).what.find("Tested: 64 um; the device has 10 um."),
             std::string::npos);

@@ -90,7 +90,7 @@ const StabilityFigure* FindFigure(const ScenarioResult& result, const std::strin
 
 // Where a path touches an edge obliquely, the hand pushes along the edge's normal. Along the feed the disc would slide
 // up the edge and over it: the normal is at 27 degrees to the feed, and friction of 0.3 holds up to 17.
-TEST(Scenarios, PressOnAnEdgeSquarely) {
+TEST(Scenarios, PressOnAnEdgeAlongItsNormal) {
   StabilitySubject subject = MakeListedSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 12));
   subject.into_W = Vec3(1, 0, 0);
@@ -110,9 +110,9 @@ TEST(Scenarios, LetGoIsNotJudgedOffTheBone) {
   EXPECT_EQ(FindFigure(result, "speed of the released handle"), nullptr);
 }
 
-// The watchdog tolerates 50 ms, which is no whole number of ticks at each rate. A burst is the longest that it
+// The watchdog tolerates 50 ms, which is not a whole number of ticks at every rate. The burst is the longest that it
 // tolerates.
-TEST(Scenarios, ABurstThatTheWatchdogBearsIsOneAtEveryRate) {
+TEST(Scenarios, ToleratedBurstDoesNotTripTheWatchdogAtAnyRate) {
   for (const double rate_hz : {250.0, 500.0}) {
     StabilitySubject subject = MakeListedSubject();
     subject.setup = test::HeldBlock("omega_6", "H3", {}, 1 / rate_hz);
@@ -137,7 +137,7 @@ TEST(Scenarios, TheSameSeedGivesTheSameFigures) {
 }
 
 // kerf lowers the stiffness of a coupling that is requested much too stiff; the scenarios then hold.
-TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceIsGiven) {
+TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceGets) {
   StabilitySubject subject = MakeListedSubject();
   CouplingParams asked;
   asked.stiffness_N_per_mm = 1000;
@@ -150,9 +150,9 @@ TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceIsGiven) {
   }
 }
 
-// With it an encoder step of 10 um is 45 mN on the device, and a hand notices 35 mN. The fit does not check that; the
-// scenarios do, and report the cause.
-TEST(Scenarios, TellThatTheEncodersStepsAreFeltThroughAStiffCoupling) {
+// With such a coupling an encoder step of 10 um is 45 mN on the device, and a hand notices 35 mN. The fit does not
+// check that; the scenarios do, and report the cause.
+TEST(Scenarios, ReportThatEncoderStepsAreFeltThroughAStiffCoupling) {
   StabilitySubject subject = MakeListedSubject();
   CouplingParams asked;
   asked.stiffness_N_per_mm = 1000;
@@ -205,7 +205,7 @@ void TooStiffAndUnwatched(StabilitySubject& subject) {
 
 class SpoiltScenario : public testing::TestWithParam<Spoilt> {};
 
-TEST_P(SpoiltScenario, IsSeenToFail) {
+TEST_P(SpoiltScenario, Fails) {
   StabilitySubject subject = MakeListedSubject();
   GetParam().spoil(subject);
   const ScenarioResult result = FindListedScenario(GetParam().scenario).run(subject, 1);
@@ -248,7 +248,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Spoilt{"frozen", kStep, TooStiff}, Spoilt{"coarse_encoder", kNoise, TooStiff}),
     [](const auto& tested) { return std::string(tested.param.scenario); });
 
-TEST(Scenarios, AreEachSpoiltInATest) {
+TEST(Scenarios, EachHasATestWithAFault) {
   // As many as in the list above.
   EXPECT_EQ(Scenarios().size(), 33U);
 }

@@ -89,7 +89,7 @@ double CalcRule(const HandModel& hand, const Wall& wall) {
 
 // The rule neglects terms of the order of K T^2 / m and b T / m. The bench agrees with it within 0.2 %, so a deviation
 // of 1 % indicates a fault of the bench.
-TEST(ClosedLoopST1, CriticalStiffnessOfAWallIsThatOfTheRule) {
+TEST(ClosedLoopST1, CriticalStiffnessOfAWallMatchesTheRule) {
   Verdict verdict("holds; the requirement is 5 % with a hand and 15 % without");
   std::string table = "critical stiffness, N/m, bench / rule\n";
   double worst = 0;
@@ -145,9 +145,9 @@ double CalcLimitCycle(const HandModel& hand, double friction_N, double step_mm, 
 }
 
 // The second, independent limit: with friction f_c and encoder steps Delta, the wall's force is off by at most K Delta
-// / 2. Below K = 2 f_c / Delta friction holds exactly, and just above it nothing does, at any rate (Abbott and Okamura
-// 2005).
-TEST(ClosedLoopST2, EncoderStepsAreStillBelowTwiceTheFrictionOverTheStepAndNotAbove) {
+// / 2. Below K = 2 f_c / Delta friction keeps the handle exactly at rest; just above, it does not, whatever the tick
+// rate (Abbott and Okamura 2005).
+TEST(ClosedLoopST2, HandleRestsBelowTwiceTheFrictionOverTheEncoderStepAndNotAbove) {
   Verdict verdict("holds");
   double largest_below = 0;
   double smallest_above = 1e9;

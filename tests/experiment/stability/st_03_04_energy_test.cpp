@@ -74,7 +74,7 @@ Rounds GoRounds(int rounds, double rpm, bool stiff, double damping_fraction, std
 // with four hands, including encoder steps. At no tick do the motors return more energy than they received, within 1e-6
 // J or a thousandth of the exchanged energy: the remainder of the half tick of a force held over a tick, after the
 // damper. At the handle, behind the device's own friction and damping, no energy is returned at all.
-TEST(ClosedLoopST3, NothingComesBackFromAStoppedSawAtAnyTick) {
+TEST(ClosedLoopST3, StoppedSawReturnsNoEnergyAtAnyTick) {
   Verdict verdict(
       "holds after the half second in which the force ramps in: during the ramp more energy returns than was put in "
       "(ST9 bounds it)");
@@ -92,7 +92,7 @@ TEST(ClosedLoopST3, NothingComesBackFromAStoppedSawAtAnyTick) {
 }
 
 // Shows that the test above can detect a fault: the same orbits without the damper that the coupling now has.
-TEST(ClosedLoopST3, WithoutTheDamperOfTheHeldForceSomethingWouldComeBack) {
+TEST(ClosedLoopST3, HeldForceReturnsEnergyWithoutItsDamper) {
   Verdict verdict("without the damper the test fails, as it should");
   const Rounds all = GoRounds(24, 0.0, true, 0.0, 2);
   verdict.AtLeast("orbits, out of 24, that return more than the tolerance", all.overdrawn_rounds, 3);
@@ -102,7 +102,7 @@ TEST(ClosedLoopST3, WithoutTheDamperOfTheHeldForceSomethingWouldComeBack) {
 // With a running saw the returned energy is at most the spindle's. Hertz's law has no minimum work for a volume of bone
 // (the force is proportional to the bite to the power of 1.5, so the work goes to zero with the bite). Bone must not be
 // removed without work. The invariants check the energy balance of each tick.
-TEST(ClosedLoopST4, ARunningSawGivesNoMoreThanItsSpindlePutInAtAnyTick) {
+TEST(ClosedLoopST4, RunningSawReturnsNoMoreThanItsSpindlePutInAtAnyTick) {
   Verdict verdict(
       "holds; this cutting law has no minimum work per volume of bone (it falls with the bite), so the actual work "
       "is reported");

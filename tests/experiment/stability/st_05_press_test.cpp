@@ -100,7 +100,7 @@ double CalcBound_mN(const Held& held) {
 }
 
 // 20 s on a stopped saw, the stiffest possible wall. Friction is disabled because it would hold the handle.
-TEST(ClosedLoopST5, PressedOnWithAStoppedSawAndHeldItIsStill) {
+TEST(ClosedLoopST5, StoppedSawPressedAndHeldDoesNotTremble) {
   Verdict verdict("holds");
   double noise = 0;
   double growth = 0;
@@ -127,7 +127,7 @@ TEST(ClosedLoopST5, PressedOnWithAStoppedSawAndHeldItIsStill) {
 }
 
 // The spindle turns: the saw cuts steadily.
-TEST(ClosedLoopST5, PressedOnWithARunningSawItCutsWithoutNoise) {
+TEST(ClosedLoopST5, RunningSawPressedAndHeldCutsWithoutNoise) {
   Verdict verdict("holds");
   double noise = 0;
   std::string table;

@@ -60,7 +60,7 @@ Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
 
 // The device alone is the hardest case, because a hand would reduce the speed. With the stiffest coupling, and with the
 // default.
-TEST(ClosedLoopST6, AThrownHandleComesBackNoFasterThanItCame) {
+TEST(ClosedLoopST6, ThrownHandleReboundsNoFasterThanItArrived) {
   Verdict verdict("holds");
   double restitution = 0;
   double deepest_mm = 0;

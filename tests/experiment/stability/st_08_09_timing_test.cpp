@@ -82,8 +82,9 @@ struct TimingRounds {
   double unexplained = 0;    // as `overdrawn`, minus the energy that gaps can return (see Gaps)
 };
 
-/// Energy returned without ticks or during the ramp, and the energy that this can return later. A constant force on a
-/// moving hand is not a spring's, and during the ramp the hand works against less than the full force.
+/// Energy returned without ticks or during the ramp, and the energy that this can return later. A force that stays
+/// constant while the hand moves is not that of a spring, and during the ramp the hand works against less than the full
+/// force.
 struct Gaps {
   double mJ = 0;
   double motor_mJ = 0;
@@ -138,7 +139,7 @@ std::string Line(const std::string& name, const TimingRounds& all) {
                      name, all.overdrawn, all.lowest_mJ, all.lowest_handle_mJ, all.of_held, all.exchanged_mJ);
 }
 
-TEST(ClosedLoopST8, JitterLeavesTheHoldStillAndGivesNothing) {
+TEST(ClosedLoopST8, JitterCausesNoNoiseAndReturnsNoEnergy) {
   Verdict verdict("holds");
   const Fault faults[] = {{"0.5 to 1.5 ms", Make(0.5, 0, 0)},
                           {"tail, 99.9 % below 5 ms", Make(0, 0.005, 0)},
@@ -222,7 +223,7 @@ TEST(ClosedLoopST9, LostTicksLeaveTheLoopBounded) {
 }
 
 // Longer than the watchdog's 50 ms: zero at once, then the ramp. Shorter: the force is unchanged.
-TEST(ClosedLoopST9, AfterTheWatchdogTheForceComesBackByTheRamp) {
+TEST(ClosedLoopST9, ForceReturnsOverTheRampAfterTheWatchdogTrips) {
   Verdict verdict("holds");
   for (const double gap_s : {0.01, 0.2}) {
     const ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
@@ -260,8 +261,8 @@ TEST(ClosedLoopST9, AfterTheWatchdogTheForceComesBackByTheRamp) {
 }
 
 // The hand moves 8 mm into the block during a gap without ticks. The stretched spring would give 40 N. The force rises
-// at the slew, from zero to the peak in 5 ms, by one period's worth a tick whatever the length of the gap.
-TEST(ClosedLoopST9, WhatAGapHidComesAtTheSlew) {
+// at the slew rate, from zero to the peak in 5 ms, by one period's worth a tick whatever the length of the gap.
+TEST(ClosedLoopST9, ForceAfterAGapRisesAtTheSlewRate) {
   Verdict verdict("holds");
   CouplingParams asked;
   asked.stiffness_N_per_mm = 1000;

@@ -24,7 +24,7 @@ using test::WatchedLoop;
 
 // Requested coupling from a tenth to a hundred times the usual one, bone from foam of 1 kPa to 1000 GPa, friction from
 // 0 to 2: pressed on with 5 N and rubbed along, with the spindle stopped and turning.
-TEST(ClosedLoopST10, CornersOfTheParametersAreStill) {
+TEST(ClosedLoopST10, CornersOfTheParameterRangesHaveNoNoise) {
   Verdict verdict("holds");
   double noise = 0;
   double noise_soft = 0;
@@ -84,7 +84,7 @@ TEST(ClosedLoopST10, CornersOfTheParametersAreStill) {
 
 // The grip changes in the middle of a push, between all hands; in the end the device is released. Fitted for the
 // firmest hand, so that the released device has the stiffest coupling possible.
-TEST(ClosedLoopST11, RegrippedAndReleasedItLeavesTheBoneWithoutAKick) {
+TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
   Verdict verdict("holds");
   double kick = 0;
   double largest_step_N = 0;

@@ -30,7 +30,7 @@ AdversaryOptions Options(int tries, std::uint64_t seed = 1, bool random_only = f
   return {std::max(1, static_cast<int>(tries * test::Effort())), seed, random_only};
 }
 
-TEST(ClosedLoopST13, NoHandThatWasLookedForMakesTheShippedLoopTremble) {
+TEST(ClosedLoopST13, SearchFindsNoHandThatMakesTheShippedLoopTremble) {
   test::Verdict verdict("holds");
   for (const std::string profile : {"omega_6", "touch"}) {
     const Worst worst = FindWorst(Subject(profile), AttackGoal::kNoise, Options(60));
@@ -41,7 +41,7 @@ TEST(ClosedLoopST13, NoHandThatWasLookedForMakesTheShippedLoopTremble) {
 
 // At the handle, including the device's own friction and damping, as the hand feels it. 0.1 % is the possible error of
 // the integration and of the energy balance.
-TEST(ClosedLoopST13, NoHandThatWasLookedForGetsEnergyOutOfTheShippedLoop) {
+TEST(ClosedLoopST13, SearchFindsNoHandThatExtractsEnergyFromTheShippedLoop) {
   test::Verdict verdict("holds");
   for (const std::string profile : {"omega_6", "touch"}) {
     const Worst worst = FindWorst(Subject(profile), AttackGoal::kEnergy, Options(60));
@@ -50,9 +50,9 @@ TEST(ClosedLoopST13, NoHandThatWasLookedForGetsEnergyOutOfTheShippedLoop) {
   }
 }
 
-// Without damping a held force returns energy: K T / 2 of damping are missing. Removed are the coupling's damper and
-// the device's own losses.
-TEST(ClosedLoopST13, TheSearchFindsAPlantedSourceOfEnergyAndMoreOfItThanChance) {
+// Without damping a held force returns energy: K T / 2 of damping are missing. The coupling's damper and the device's
+// own losses are removed.
+TEST(ClosedLoopST13, SearchFindsAPlantedEnergySourceAndExtractsMoreThanRandomTries) {
   test::Verdict verdict("holds");
   StabilitySubject subject = Subject("omega_6");
   subject.setup.coupled.coupling.damping_Ns_per_mm = 0;

@@ -47,7 +47,7 @@ ScenarioResult RunScenario(const StabilitySubject& subject, const std::string& n
   return std::find_if(all.begin(), all.end(), [&](const Scenario& s) { return s.name == name; })->run(subject, 1);
 }
 
-TEST(CutThrough, TheDropIsNoNoise) {
+TEST(CutThrough, DropIsNotJudgedAsNoise) {
   const StabilitySubject subject = MakeSubject();
   for (const char* name : {"cut_5N", "cut_20N", "let_go", "frozen", "late_ticks", "jitter", "coarse_encoder"}) {
     const ScenarioResult result = RunScenario(subject, name);
@@ -64,7 +64,7 @@ TEST(CutThrough, TheDropIsNoNoise) {
 
 // The block is so thin that the tool is through before the scenario's own time. The interval that is left to judge
 // contains the fault itself and the border between the two kinds of bone.
-TEST(CutThrough, NeitherAFaultNorABorderIsNoise) {
+TEST(CutThrough, FaultsAndMaterialBordersAreNotJudgedAsNoise) {
   const StabilitySubject subject = MakeSubject(4.5, 0.5);
   for (const char* name : {"cut_20N", "frozen"}) {
     const ScenarioResult result = RunScenario(subject, name);
@@ -74,7 +74,7 @@ TEST(CutThrough, NeitherAFaultNorABorderIsNoise) {
   }
 }
 
-TEST(CutThrough, IsNotSaidOfAToolThatIsStillInBone) {
+TEST(CutThrough, IsNotReportedForAToolStillInBone) {
   const ScenarioResult result = RunScenario(MakeSubject(), "cut_1N");
   EXPECT_FALSE(result.cut_through_s.has_value());
   EXPECT_EQ(DescribeCutThrough(result), "");
@@ -82,7 +82,7 @@ TEST(CutThrough, IsNotSaidOfAToolThatIsStillInBone) {
 
 // A light hand on a device without friction whose force is delayed by 12 ms: the loop is unstable, and the tool also
 // breaks through. With a gain of 2 it does so before the scenario's own time begins.
-TEST(CutThrough, AnUnstableLoopThatBreaksThroughIsFound) {
+TEST(CutThrough, UnstableLoopThatBreaksThroughIsDetected) {
   for (const double gain : {1.0, 2.0}) {
     StabilitySubject subject = MakeSubject();
     subject.setup.hand = FindHandModel("H1");
@@ -100,7 +100,7 @@ TEST(CutThrough, AnUnstableLoopThatBreaksThroughIsFound) {
 
 // Made-up ticks: the tool goes straight down through the block, or around its side, like a saw that its cutting force
 // drives sideways. Both times it arrives behind the block, but only the first time it has cut through.
-TEST(CutThrough, IsOnTheLineOfTheFeedOnly) {
+TEST(CutThrough, IsReportedOnlyOnTheLineOfTheFeed) {
   const StabilitySubject subject = MakeSubject();
   for (const bool round : {false, true}) {
     ScenarioRun run(subject, Scenario{"made_up", "", {}});
@@ -120,7 +120,7 @@ TEST(CutThrough, IsOnTheLineOfTheFeedOnly) {
   }
 }
 
-TEST(CutThrough, StandsInTheFiles) {
+TEST(CutThrough, IsWrittenToTheFiles) {
   StabilityStudy study;
   study.scenarios.resize(1);
   study.scenarios[0].name = "cut_5N";

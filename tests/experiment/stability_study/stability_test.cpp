@@ -45,7 +45,7 @@ std::string Refusal(const std::string& text) {
 
 // The rim of the disc of 22 mm diameter is on the face when its centre is 11 mm above it. Accurate to a tenth of a
 // voxel, because the grid represents the face exactly.
-TEST(FirstTouch, OfADiscIsWhereItsRimIsOnTheFace) {
+TEST(FirstTouch, OfADiscIsWhereItsRimTouchesTheFace) {
   const FirstTouch down = Touch(Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
   EXPECT_NEAR(down.time_s, 2, 0.25 / 2 + 0.03);
   EXPECT_NEAR(down.X_WT.p_AB.z, 11 + 0.3 + 0.25 / 4, 0.03);
@@ -79,7 +79,7 @@ TEST(FirstTouch, IsRefusedWhereThereIsNothingToExamine) {
 }
 
 // A tool that starts as close as possible to the face and leaves it touches the bone only with the next stroke.
-TEST(FirstTouch, LeavingAFaceIsNotMeetingIt) {
+TEST(FirstTouch, LeavingAFaceIsNotATouch) {
   const FirstTouch touch =
       Touch(Stroke("[0, 0, 11]", "[0, 0, 13]", "[0, 1, 0]") + Stroke("[5, 0, 13]", "[5, 0, 10]", "[0, 1, 0]"));
   EXPECT_NEAR(touch.X_WT.p_AB.x, 5, 1e-9);
@@ -108,7 +108,7 @@ StabilityFigure Figure(double value, double bound, bool at_most = true) {
   return {"figure", "mN", value, bound, at_most};
 }
 
-TEST(Nearness, IsAboveOneExactlyWhereABoundIsBroken) {
+TEST(Nearness, IsAboveOneExactlyIfABoundIsViolated) {
   EXPECT_DOUBLE_EQ(CalcNearness(Figure(5, 20)), 0.25);
   EXPECT_EQ(CalcNearness(Figure(20, 20)), 1);
   EXPECT_DOUBLE_EQ(CalcNearness(Figure(60, 20)), 3);
@@ -179,7 +179,7 @@ StabilityStudy MakeStudy() {
 }
 
 // Stopped after the first scenario or margin; with one thread, no other is examined.
-TEST(ExamineStability, StoppedItReturnsWhatWasExamined) {
+TEST(ExamineStability, ReturnsTheResultsSoFarWhenStopped) {
   const Scene scene = ParseScene(kBlock + Stroke("[0, 0, 12]", "[0, 0, 4]", "[0, 1, 0]"), "s.toml");
   std::atomic<bool> stop{false};
   StabilityOptions options;
@@ -195,7 +195,7 @@ TEST(ExamineStability, StoppedItReturnsWhatWasExamined) {
   EXPECT_THAT(DescribeVerdict(study), HasSubstr("Ended before all cases were examined; stable so far"));
 }
 
-TEST(JudgeStability, CallsStableWhatKeepsEveryBound) {
+TEST(JudgeStability, IsStableIfEveryBoundIsMet) {
   StabilityStudy study = MakeStudy();
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre());
@@ -241,21 +241,21 @@ TEST(JudgeStability, CountsWhatCouldNotBeJudged) {
   EXPECT_THAT(study.findings, ElementsAre());
   EXPECT_TRUE(study.stable());
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kNotJudged);
-  // Not required are the scenario that was skipped, another hand without friction, and a released handle.
+  // The scenario that was skipped, another hand without friction, and a released handle are not required.
   EXPECT_EQ(DescribeVerdict(study), "Stable in what could be judged: 1 of 2 scenarios, 1 of 3 margins.");
   EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H3,cutting,true,,,,,not_judged\n"));
   const std::string report = FormatStabilityReport(study);
   EXPECT_THAT(report, HasSubstr("| calm | The tool was through the bone too soon for the noise to be judged. | | | not "
                                 "judged |"));
   EXPECT_THAT(report, HasSubstr("not judged: the tool is through the bone too soon | not judged |"));
-  // A figure that breaks its bound stays broken.
+  // A figure that violates its bound remains a failure.
   study.scenarios[0].figures[0].value = 30;
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kBroken);
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre(HasSubstr("calm: figure is 30 mN")));
 }
 
-TEST(JudgeStability, CallsNothingStableOfWhichNothingWasExamined) {
+TEST(JudgeStability, IsNotStableIfNothingWasExamined) {
   StabilityStudy study = MakeStudy();
   for (ScenarioResult& scenario : study.scenarios) scenario.skipped = true;
   for (HandMargins& m : study.margins) m.done = false;
@@ -270,7 +270,7 @@ TEST(JudgeStability, CallsNothingStableOfWhichNothingWasExamined) {
 }
 
 // Every state requires a gain of 2 and a delay of one tick.
-TEST(JudgeProfiles, IsOfTheWorstState) {
+TEST(JudgeProfiles, UsesTheWorstState) {
   ProfileMargins row;
   row.hand = row.fitted_to = "H3";
   row.margins.fill({3, false, 1, false, {}});
@@ -284,7 +284,7 @@ TEST(JudgeProfiles, IsOfTheWorstState) {
   EXPECT_EQ(Judge(row), Judgement::kNotAsked);
 }
 
-TEST(DescribeVerdict, NamesTheStiffnessThatWasExaminedWhereItWasLowered) {
+TEST(DescribeVerdict, NamesTheExaminedStiffnessIfItWasLowered) {
   StabilityStudy study = MakeStudy();
   study.setup.fitted.coupling.stiffness_N_per_mm = 0.15;
   study.setup.asked_stiffness_N_per_mm = 1000;

@@ -75,7 +75,7 @@ TEST(SweepKeys, AreTheNumbersOfTheSceneWithTheirRanges) {
       Error);
 }
 
-TEST(SweepCases, HoldEachEndOfEachKeyOnceAndSeededPairs) {
+TEST(SweepCases, ContainEachEndOfEachKeyOnceAndSeededPairs) {
   const Scene scene = MakeScene();
   SweepOptions options;
   options.pairs = 40;
@@ -119,7 +119,7 @@ SweepRow Try(const Scene& scene, std::vector<SweepSetting> settings) {
   return TryCase(scene, {std::move(settings)}, options);
 }
 
-TEST(SweepRows, SayWhatBecameOfACase) {
+TEST(SweepRows, ReportTheOutcomeOfACase) {
   const Scene scene = MakeScene();
   const SweepRow as_it_is = Try(scene, {});
   EXPECT_EQ(as_it_is.verdict, SweepVerdict::kPass) << as_it_is.reason;
@@ -135,7 +135,7 @@ TEST(SweepRows, SayWhatBecameOfACase) {
 }
 
 // With a cutting force of five times the thrust, the saw drove itself around the bone.
-TEST(SweepRows, ARatioBelowTheRangeIsRefusedAndTheLeastIsNoStorm) {
+TEST(SweepRows, RatioBelowTheRangeIsRefusedAndTheMinimumDoesNotFail) {
   const Scene scene = MakeScene("[effects.tangential_force]\n");
   const SweepRow below = Try(scene, {{"effects.tangential_force.ratio", 0.2}});
   EXPECT_EQ(below.verdict, SweepVerdict::kRefused);
@@ -146,7 +146,7 @@ TEST(SweepRows, ARatioBelowTheRangeIsRefusedAndTheLeastIsNoStorm) {
 }
 
 // Both ends of each key of hand, device, coupling and loop: the loop starts with every setting that passes the check.
-TEST(SweepRows, TheLoopBeginsWhatTheCheckPasses) {
+TEST(SweepRows, LoopStartsEverythingThatPassesTheCheck) {
   const Scene scene = MakeScene();
   SweepOptions options;
   options.pairs = 20;
@@ -162,7 +162,7 @@ TEST(SweepRows, TheLoopBeginsWhatTheCheckPasses) {
 }
 
 // Regression: kerf itself raised the coupling's damping beyond its range, which the check did not detect.
-TEST(SweepRows, AStiffCouplingAtALowRateIsBegun) {
+TEST(SweepRows, LoopStartsWithAStiffCouplingAtALowRate) {
   const Scene scene = MakeScene();
   for (const double peak_N : {28.0, 1000.0, 10000.0}) {
     const SweepRow row =
@@ -171,7 +171,7 @@ TEST(SweepRows, AStiffCouplingAtALowRateIsBegun) {
   }
 }
 
-TEST(SweepFiles, HoldARowEach) {
+TEST(SweepFiles, HaveARowForEachCase) {
   SweepStudy study;
   study.scene = "s";
   study.rows = {{{}, SweepVerdict::kPass, "", {}, 0.5},

@@ -18,7 +18,7 @@ StudySettings Coarse() {
   return settings;
 }
 
-TEST(CaseCosts, CountEveryTickAndGiveTheForcesOfASinglePass) {
+TEST(CaseCosts, CountEveryTickAndReproduceTheForcesOfASinglePass) {
   const StudyPath path = MakeEntry();
   for (const Holding holding : {Holding::kHand, Holding::kPath}) {
     const CaseOutcome outcome = RunForCosts(path, holding, Coarse(), 3000, std::nullopt);
@@ -52,7 +52,7 @@ TEST(CaseCosts, TheSlabHasNoBone) {
   EXPECT_LT(outcome.costs->memory_MB, 1);
 }
 
-TEST(CaseCosts, WhatMeansNothingIsLeftOutWithTheReason) {
+TEST(CaseCosts, MeaninglessSettingsAreOmittedWithTheReason) {
   StudySettings slab = Coarse();
   slab.method = "slab";
   const StudyPath tilt = MakeStudyPaths({"tilt"}, "").paths.front();
@@ -72,7 +72,7 @@ TEST(CaseCosts, WhatMeansNothingIsLeftOutWithTheReason) {
   EXPECT_EQ(RunForCosts(by_hand, Holding::kPath, Coarse(), 1000, std::nullopt).state, CaseState::kOmitted);
 }
 
-TEST(CaseCosts, AFailureIsASentenceOfTheCase) {
+TEST(CaseCosts, FailureIsRecordedWithItsMessage) {
   StudyPath path = MakeEntry();
   path.make_bone = [](double, int) -> Bone { throw Error("no bone today"); };
   const CaseOutcome outcome = RunForCosts(path, Holding::kHand, Coarse(), 1000, std::nullopt);

@@ -25,7 +25,7 @@ StudyPath MakeStretch(const std::string& name, double from_s, double to_s) {
   return path;
 }
 
-TEST(CaseErrors, FallWithTheVoxel) {
+TEST(CaseErrors, FallWithTheVoxelSize) {
   for (const char* name : {"entry", "plunge"}) {
     SCOPED_TRACE(name);
     for (const Holding holding : {Holding::kHand, Holding::kPath}) {
@@ -41,8 +41,8 @@ TEST(CaseErrors, FallWithTheVoxel) {
       const CaseOutcome coarse = RunForErrors(path, holding, settings, reference);
       ASSERT_EQ(fine.state, CaseState::kDone) << fine.why;
       ASSERT_EQ(coarse.state, CaseState::kDone) << coarse.why;
-      // At least first order in the voxel size. The onset of contact, a quarter of a voxel early, is most of these
-      // short sections.
+      // At least first order in the voxel size. The onset of contact, a quarter of a voxel early, causes most of the
+      // error in these short sections.
       EXPECT_LT(fine.errors->force_l2, 0.7 * coarse.errors->force_l2);
       EXPECT_LT(fine.errors->force_l2, 0.12);
       EXPECT_LT(fine.errors->surface_mean_mm, 0.7 * coarse.errors->surface_mean_mm);
@@ -55,7 +55,7 @@ TEST(CaseErrors, FallWithTheVoxel) {
 
 // The bone that the disc overlaps at the start is removed in both. Only the onset of contact could differ, and it is
 // before the start.
-TEST(CaseErrors, AToolInAHandThatBeginsInTheBoneIsAsInTheReference) {
+TEST(CaseErrors, HandHeldToolThatStartsInBoneAgreesWithTheReference) {
   const StudyPath path = MakeStretch("plunge", 0.2, 0.5);
   const StudyReference reference = MakeStudyReference(path, Holding::kHand, {}, kTolerance, "", nullptr);
   const CaseOutcome outcome = RunForErrors(path, Holding::kHand, {}, reference);
@@ -67,8 +67,8 @@ TEST(CaseErrors, AToolInAHandThatBeginsInTheBoneIsAsInTheReference) {
 }
 
 // First order against cells of 0.05 mm: halving the cell removes at least half of the error. Measured next to the kerf,
-// because at its edge the temperature has no limit.
-TEST(CaseErrors, OfTheTemperatureFallWithTheCell) {
+// because at its edge the temperature does not converge.
+TEST(CaseErrors, OfTheTemperatureFallWithTheCellSize) {
   const StudyPath path = MakeStretch("slot", 0.5, 1.3);
   StudySettings settings;
   settings.voxel_mm = 0.2;
@@ -85,7 +85,7 @@ TEST(CaseErrors, OfTheTemperatureFallWithTheCell) {
   EXPECT_LT(errors_K[1], 0.7 * errors_K[0]);
 }
 
-TEST(CaseErrors, IdleHasNone) {
+TEST(CaseErrors, AreZeroOnTheIdlePath) {
   const StudyPath path = MakeStretch("idle", 0, 0.2);
   for (const Holding holding : path.holdings) {
     const StudyReference reference = MakeStudyReference(path, holding, {}, kTolerance, "", nullptr);
@@ -96,7 +96,7 @@ TEST(CaseErrors, IdleHasNone) {
   }
 }
 
-TEST(CaseErrors, AFailureIsASentenceOfTheCase) {
+TEST(CaseErrors, FailureIsRecordedWithItsMessage) {
   StudyPath path = MakeStretch("idle", 0, 0.1);
   const StudyReference reference = MakeStudyReference(path, Holding::kPath, {}, kTolerance, "", nullptr);
   path.make_bone = [](double, int) -> Bone { throw Error("no bone today"); };
@@ -109,7 +109,7 @@ TEST(CaseErrors, AFailureIsASentenceOfTheCase) {
 // Two strokes side by side in a block that continues on both sides, with the tool lifted in between. The second stroke
 // cuts like the first, 3 mm (12 voxels) next to it. In the reference this is exact except for rounding and, in the
 // coupled case, the tolerance of its solver.
-TEST(CaseErrors, AStrokeAfterALiftIsThatOfAFreshBone) {
+TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
   const test::Folder folder;
   const std::string file = folder.file("strokes.toml");
   WriteTextFile(file,
@@ -151,7 +151,7 @@ TEST(CaseErrors, AStrokeAfterALiftIsThatOfAFreshBone) {
   }
 }
 
-TEST(StudyReference, SettingsThatDifferInNumericsShareOne) {
+TEST(StudyReference, SettingsThatDifferOnlyInNumericsShareOne) {
   StudySettings settings;
   EXPECT_EQ(VariantOf(settings), "");
   settings.voxel_mm = 0.2;
@@ -164,7 +164,7 @@ TEST(StudyReference, SettingsThatDifferInNumericsShareOne) {
   EXPECT_EQ(VariantOf(settings), "law=edge_plus_chip,material=uniform");
 }
 
-TEST(StudyReference, IsReadBackAsItWasAndOnlyForTheSameInput) {
+TEST(StudyReference, IsReadBackUnchangedAndOnlyForTheSameInput) {
   const test::Folder folder;
   const std::string file = folder.file("stored.ref");
   const StudyPath path = MakeStretch("entry", 0.25, 0.35);
@@ -199,7 +199,7 @@ TEST(StudyReference, IsReadBackAsItWasAndOnlyForTheSameInput) {
             made.record.input_hash);
 }
 
-TEST(StudyReference, ADamagedFileIsMadeAnewAndThatIsSaid) {
+TEST(StudyReference, DamagedFileIsReplacedAndReported) {
   const test::Folder folder;
   const std::string file = folder.file("damaged.ref");
   const StudyPath path = MakeStretch("entry", 0.25, 0.3);
@@ -218,7 +218,7 @@ TEST(StudyReference, ADamagedFileIsMadeAnewAndThatIsSaid) {
   EXPECT_NO_THROW(ReadStudyReference(file, made.record.input_hash));
 }
 
-TEST(StudyReference, StopsWhenAsked) {
+TEST(StudyReference, StopsOnRequest) {
   const std::atomic<bool> stop{true};
   const StudyPath path = MakeStretch("idle", 0, 0.1);
   for (const Holding holding : {Holding::kHand, Holding::kPath}) {

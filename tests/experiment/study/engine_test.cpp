@@ -35,7 +35,7 @@ struct Session {
   std::vector<std::string> warnings;
 };
 
-TEST(StudyEngine, DoesEachWorkOnceAndCostsOneAtATime) {
+TEST(StudyEngine, ComputesEachRecordOnceAndCostsOneAtATime) {
   test::Folder folder;
   Session session(folder.file("out"));
   const StudyRunOutcome outcome = session.Run();
@@ -52,7 +52,7 @@ TEST(StudyEngine, DoesEachWorkOnceAndCostsOneAtATime) {
   EXPECT_THAT(session.warnings, IsEmpty());
 }
 
-TEST(StudyEngine, WhatIsThereIsNotDoneAgain) {
+TEST(StudyEngine, ExistingRecordsAreNotComputedAgain) {
   test::Folder folder;
   Session(folder.file("out")).Run();
   Session again(folder.file("out"));
@@ -63,7 +63,7 @@ TEST(StudyEngine, WhatIsThereIsNotDoneAgain) {
   EXPECT_EQ(again.log.references.size(), 0u);
 }
 
-TEST(StudyEngine, StoppedAfterAnyWorkItGoesOnToTheSameResults) {
+TEST(StudyEngine, ContinuesToTheSameResultsAfterAnyStop) {
   test::Folder folder;
   Session(folder.file("whole")).Run();
   const std::set<std::string> whole = test::ReadAllRecords(folder.file("whole"));
@@ -111,7 +111,7 @@ TEST(StudyEngine, DamagedAndForeignRecordsAreMadeAgain) {
   EXPECT_THAT(again.warnings, ElementsAre(HasSubstr("references/entry.hand.json: is damaged")));
 }
 
-TEST(StudyEngine, RecordsOfAllCutsOfTheirTextAreReadOrRefused) {
+TEST(StudyEngine, RecordsTruncatedAnywhereAreRefused) {
   test::Folder folder;
   Session(folder.file("out")).Run();
   const std::string text =
@@ -136,14 +136,14 @@ TEST(StudyEngine, AnotherStudyInTheFolderIsRefusedOrExtended) {
   EXPECT_EQ(outcome.made, 8u);  // one value on two paths in two holdings, errors and costs
 }
 
-TEST(StudyEngine, OneAtATimeInAFolder) {
+TEST(StudyEngine, OnlyOneStudyRunsInAFolder) {
   test::Folder folder;
   const FolderLock lock(folder.file("out"));
   Session session(folder.file("out"));
   EXPECT_THAT(test::MessageOf([&] { session.Run(); }), HasSubstr("another kerf is writing results into this folder"));
 }
 
-TEST(StudyEngine, FailuresAreRecordedAndTheStudyGoesOn) {
+TEST(StudyEngine, FailuresAreRecordedAndTheStudyContinues) {
   test::Folder folder;
   Session session(folder.file("out"), [](int number) {
     if (number == 3) throw Error("it broke");
@@ -167,7 +167,7 @@ TEST(StudyEngine, FailuresAreRecordedAndTheStudyGoesOn) {
   EXPECT_THAT(second.failed, IsEmpty());
 }
 
-TEST(StudyEngine, WithoutAReferenceItsCasesFailAndOthersDoNot) {
+TEST(StudyEngine, OnlyTheCasesOfAMissingReferenceFail) {
   test::Folder folder;
   Session session(folder.file("out"));
   const StudyRunOutcome outcome =
@@ -180,7 +180,7 @@ TEST(StudyEngine, WithoutAReferenceItsCasesFailAndOthersDoNot) {
   EXPECT_EQ(session.log.costs.size(), 2u);
 }
 
-TEST(StudyEngine, PathsThatAreNotThereAreLeftOutWithTheReason) {
+TEST(StudyEngine, MissingPathsAreLeftOutWithTheReason) {
   test::Folder folder;
   Session session(folder.file("out"));
   const StudyRunOutcome outcome = session.Run(test::QuickSpec("[study]\npaths = [\"absent\", \"idle\"]\n"));
@@ -194,7 +194,7 @@ TEST(StudyEngine, PathsThatAreNotThereAreLeftOutWithTheReason) {
   EXPECT_EQ(results.cases[2].state, CaseState::kDone);
 }
 
-TEST(StudyEngine, ErrorsAndCostsCanBeMadeApart) {
+TEST(StudyEngine, ErrorsAndCostsCanBeComputedSeparately) {
   test::Folder folder;
   Session(folder.file("whole")).Run();
   Session errors(folder.file("out"));
@@ -232,7 +232,7 @@ TEST(StudyEngine, ResultsAreThoseOfTheRecords) {
   }
 }
 
-TEST(StudyEngine, EstimateFallsAsRecordsCome) {
+TEST(StudyEngine, EstimateFallsAsRecordsAreAdded) {
   test::Folder folder;
   Session session(folder.file("out"));
   const StudyPlan plan = MakePlan(test::QuickSpec(), session.work.variant_of);
@@ -249,7 +249,7 @@ TEST(StudyEngine, EstimateFallsAsRecordsCome) {
   EXPECT_EQ(after.references_s + after.errors_s + after.costs_s, 0);
 }
 
-TEST(StudyEngine, FiguresThatCanNotBeAreNoRecord) {
+TEST(StudyEngine, ImpossibleFiguresAreRefused) {
   WorkRecord record;
   record.id = "a";
   record.errors = ErrorFigures{};

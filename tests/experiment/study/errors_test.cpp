@@ -67,7 +67,7 @@ TEST(ForceErrors, OfOneTickInTwenty) {
   }
 }
 
-TEST(ForceErrors, NoiseIsWhatIsFast) {
+TEST(ForceErrors, NoiseIsTheFastPart) {
   const auto reference = MakeSeries(2000, 0.001, [](double t) { return Vec3(5 * t, 1, 2); });
   const auto wave = [&](double Hz) {
     auto f = reference;
@@ -82,7 +82,7 @@ TEST(ForceErrors, NoiseIsWhatIsFast) {
   EXPECT_LT(wave(5), 0.05 / std::sqrt(2) / 200);
 }
 
-TEST(ForceErrors, DirectionCountsWhereAForceIs) {
+TEST(ForceErrors, DirectionCountsOnlyWhereThereIsAForce) {
   const auto reference = MakeSeries(100, 0.001, [](double t) { return t < 0.0505 ? Vec3(0, 3, 0) : Vec3(0, 0.4, 0); });
   const auto f = MakeSeries(100, 0.001, [](double t) {
     return t < 0.0505 ? Vec3(3 * std::sin(std::numbers::pi / 9), 3 * std::cos(std::numbers::pi / 9), 0)
@@ -93,7 +93,7 @@ TEST(ForceErrors, DirectionCountsWhereAForceIs) {
   EXPECT_NEAR(errors.direction_worst_deg, 20, 1e-9);
 }
 
-TEST(ForceErrors, NoForceCountsAsHalfANewton) {
+TEST(ForceErrors, ZeroForceCountsAsHalfANewton) {
   const std::vector<Vec3> nothing(50, Vec3(0));
   const std::vector<Vec3> f(50, Vec3(0, 0.05, 0));
   const ErrorFigures errors = Compare(f, nothing);
@@ -128,7 +128,7 @@ TEST(ForceErrors, VolumeIsAFractionOfTheReferences) {
   EXPECT_EQ(CalcVolumeError(0.2, 0), 0.2);
 }
 
-TEST(ForceErrors, AReferenceIsSampledAsTheTicksFeelIt) {
+TEST(ForceErrors, ReferenceIsSampledLikeTheTicks) {
   StudyReference reference;
   reference.tick_s = 0.00025;
   // f = t: the mean of a tick is the value at its middle.
@@ -187,7 +187,7 @@ struct BesideCase {
   std::vector<ReferenceTick> ticks;
 };
 
-TEST(SurfaceErrors, AKerfBesideTheOtherIsAsFarFromItAsItIs) {
+TEST(SurfaceErrors, DistanceOfParallelKerfsIsTheirOffset) {
   const BesideCase there(0);
   ErrorFigures none;
   CalcCutSurfaceErrors(there.path.make_bone(0.05, 3), *there.exact, there.ticks, there.path.saw, 0, none);

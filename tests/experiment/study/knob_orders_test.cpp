@@ -49,7 +49,7 @@ Orders Measure(const char* path_name, Holding holding, const std::vector<double>
 
 constexpr const char* kPaths[] = {"plunge", "slot", "tilt"};
 
-TEST(KnobOrders, StepsOfATickAreOfFirstOrder) {
+TEST(KnobOrders, SubstepsAreOfFirstOrder) {
   // Errors of 1/n against 64 steps are proportional to 1/n - 1/64: from 1 to 8 steps a factor of 9, which is 8 to the
   // power of 1.06.
   const double first = -std::log(9.0) / std::log(8.0);
@@ -75,7 +75,7 @@ TEST(KnobOrders, TheRateIsOfFirstOrder) {
   }
 }
 
-TEST(KnobOrders, SamplesOnTheRimAreOfFirstOrderAtLeast) {
+TEST(KnobOrders, RimSamplesAreAtLeastOfFirstOrder) {
   // Between the points the integral is of second order; the ends of an arc are found within a sixteenth of their
   // distance.
   for (const char* path : kPaths) {
@@ -88,7 +88,7 @@ TEST(KnobOrders, SamplesOnTheRimAreOfFirstOrderAtLeast) {
   }
 }
 
-TEST(KnobOrders, RemovalThatWaitsIsOfFirstOrderUntilAQuarterOfAVoxelEndsIt) {
+TEST(KnobOrders, DelayedRemovalIsOfFirstOrderUpToAQuarterOfAVoxel) {
   // Against removal in each tick the lag is n - 1 ticks: threefold from 2 to 4. For faster tools the bound limits it.
   std::printf("carve_interval_ticks, ");
   const Orders slow = Measure("tilt", Holding::kHand, {16, 8, 4, 2}, 1,

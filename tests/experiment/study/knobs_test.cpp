@@ -7,7 +7,7 @@
 namespace kerf {
 namespace {
 
-TEST(Knobs, AnUnknownOneIsNamedWithTheNearest) {
+TEST(Knobs, UnknownKnobIsReportedWithTheMostSimilarOne) {
   try {
     FindKnob("voxel_m");
     FAIL();

@@ -54,7 +54,7 @@ class StudyMerge : public ::testing::Test {
   std::vector<std::string> warnings_;
 };
 
-TEST_F(StudyMerge, ShardsTogetherAreTheStudy) {
+TEST_F(StudyMerge, MergedShardsEqualTheStudy) {
   const std::set<std::string> whole = RunWhole();
   for (const int count : {1, 3, 20}) {
     const std::string out = "out_" + std::to_string(count);
@@ -71,7 +71,7 @@ TEST_F(StudyMerge, ShardsTogetherAreTheStudy) {
   }
 }
 
-TEST_F(StudyMerge, NamedFoldersAndTheirParentsDoTheSame) {
+TEST_F(StudyMerge, NamedFoldersAndTheirParentsGiveTheSameResult) {
   const std::set<std::string> whole = RunWhole();
   RunShards("shards", 3);
   const std::string parent = folder_.file("shards");
@@ -83,7 +83,7 @@ TEST_F(StudyMerge, NamedFoldersAndTheirParentsDoTheSame) {
   EXPECT_EQ(test::ReadAllRecords(folder_.file("out_2")), whole);
 }
 
-TEST_F(StudyMerge, LostShardIsNamedWithItsCases) {
+TEST_F(StudyMerge, MissingShardIsNamedWithItsCases) {
   RunShards("out", 4);
   const StudyPlan plan = MakePlan(test::QuickSpec(), test::MakeQuickWork(log_).variant_of);
   const auto lost = SplitPlan(plan, 4)[2];
@@ -103,7 +103,7 @@ TEST_F(StudyMerge, LostShardIsNamedWithItsCases) {
   EXPECT_EQ(test::ReadAllRecords(folder_.file("out")), RunWhole());
 }
 
-TEST_F(StudyMerge, ShardThatWasCutShortIsNamed) {
+TEST_F(StudyMerge, IncompleteShardIsNamed) {
   RunShards("out", 2);
   const StudyPlan plan = MakePlan(test::QuickSpec(), test::MakeQuickWork(log_).variant_of);
   const std::string id = plan.cases[SplitPlan(plan, 2)[1].back()].id;
@@ -193,7 +193,7 @@ TEST_F(StudyMerge, ReferencesThatContradictAreRefused) {
   EXPECT_THAT(Fault({folder_.file("a"), again}, "out"), HasSubstr("contradict each other"));
 }
 
-TEST_F(StudyMerge, DoneOutweighsFailed) {
+TEST_F(StudyMerge, SuccessfulRecordIsPreferredToAFailedOne) {
   RunShards("a", 1);
   const std::string again = RunShard("b", 0, 1);
   const StudyFolder changed(folder_.file("a/shard-0-of-1"));
@@ -217,10 +217,10 @@ TEST_F(StudyMerge, DifferentStudiesAreRefused) {
   EXPECT_THAT(Fault({b}, "out"), HasSubstr("holds the results of another study"));
 }
 
-TEST_F(StudyMerge, WhatIsNoShardIsRefused) {
+TEST_F(StudyMerge, FoldersWithoutAShardAreRefused) {
   fs::create_directories(folder_.file("empty"));
-  EXPECT_THAT(Fault({folder_.file("empty")}, "out"), HasSubstr("empty: holds no shard of a study"));
-  EXPECT_THAT(Fault({}, "out"), HasSubstr("holds no shard of a study"));
+  EXPECT_THAT(Fault({folder_.file("empty")}, "out"), HasSubstr("empty: contains no shard of a study"));
+  EXPECT_THAT(Fault({}, "out"), HasSubstr("contains no shard of a study"));
   const std::string a = RunShard("a", 0, 1);
   test::WriteBytes(a + "/plan.json", "{\"schema\": 1}");
   EXPECT_THAT(Fault({a}, "out"), HasSubstr("plan.json: is damaged"));

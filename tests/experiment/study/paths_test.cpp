@@ -29,7 +29,7 @@ double FindPeak(const CasePass& pass) {
   return peak;
 }
 
-TEST(Way, GoesAsItsSpeedSays) {
+TEST(Way, IsTheIntegralOfItsSpeed) {
   const Way way(2, {{0, 0}, {0.5, 4}, {1, 4}, {1.5, 0}});
   EXPECT_DOUBLE_EQ(way(-1), 2);
   EXPECT_DOUBLE_EQ(way(0.25), 2.25);  // 1/2 8 t^2
@@ -41,7 +41,7 @@ TEST(Way, GoesAsItsSpeedSays) {
   EXPECT_DOUBLE_EQ(Way(7)(2), 7);
 }
 
-TEST(HandPath, GoesThroughItsRowsWithoutKinks) {
+TEST(HandPath, PassesThroughItsRowsWithoutKinks) {
   const HandPath path(
       "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
       "1,0,0,0,1,0,0,0\n1.1,1,0,2,-0.995004165,0,0,-0.099833417\n1.3,1,3,0,1,0,0,0\n1.4,0,0,0,1,0,0,0\n",
@@ -58,7 +58,7 @@ TEST(HandPath, GoesThroughItsRowsWithoutKinks) {
   }
 }
 
-TEST(Paths, AllNamesAreThere) {
+TEST(Paths, AllNamesExist) {
   EXPECT_GE(NamesOfStudyPaths().size(), 12U);
   const StudyPathList list = MakeStudyPaths({}, "");
   EXPECT_EQ(list.paths.size() + list.left_out.size(), NamesOfStudyPaths().size());
@@ -67,7 +67,7 @@ TEST(Paths, AllNamesAreThere) {
   EXPECT_THAT(list.left_out.front().second, testing::HasSubstr("Visible Human"));
 }
 
-TEST(Paths, AnUnknownOneIsNamedWithTheNearest) {
+TEST(Paths, UnknownPathIsReportedWithTheMostSimilarOne) {
   try {
     MakeStudyPaths({"slott"}, "");
     FAIL();
@@ -126,7 +126,7 @@ TEST(Paths, BeginInTheAirAndGoIntoTheBone) {
   }
 }
 
-TEST(Paths, ForcesAreThoseOfAHandAndTheSameEachTime) {
+TEST(Paths, ForcesAreRealisticAndReproducible) {
   StudySettings coarse;
   coarse.voxel_mm = 0.2;
   for (const StudyPath& path : MakeOwnPaths()) {
@@ -152,7 +152,7 @@ TEST(Paths, ForcesAreThoseOfAHandAndTheSameEachTime) {
   }
 }
 
-TEST(Paths, ABoneIsTheSolidAtAnyVoxel) {
+TEST(Paths, BoneMatchesTheSolidAtAnyVoxelSize) {
   for (const char* name : {"border", "mandible"}) {
     SCOPED_TRACE(name);
     const StudyPath path = MakeStudyPaths({name}, "").paths.front();
@@ -177,7 +177,7 @@ TEST(Paths, ABoneIsTheSolidAtAnyVoxel) {
   }
 }
 
-TEST(ScenePath, HasTheBoneTheWayAndTheToolOfItsScene) {
+TEST(ScenePath, HasTheBoneThePathAndTheToolOfItsScene) {
   const StudyPath path = MakeScenePath("hand", KERF_SOURCE_DIR "/scenes/hand_held_cut.toml");
   EXPECT_EQ(path.name, "hand");
   EXPECT_DOUBLE_EQ(path.coupling.stiffness_N_per_mm, 1);

@@ -23,7 +23,7 @@ std::string Sweep(const std::string& knob, const std::string& values) {
   return "[[knob]]\nname = \"" + knob + "\"\nvalues = [" + values + "]\n";
 }
 
-TEST(StudyPlan, EachPathHoldingAndValueOnceAndTheBaseOnce) {
+TEST(StudyPlan, ContainsEachPathHoldingAndValueOnceAndTheBaseOnce) {
   // 0.1 is the base.
   const StudyPlan plan = PlanOf(test::kQuickStudy);
   std::set<std::string> ids;
@@ -66,14 +66,14 @@ TEST(StudyPlan, HashChangesWithAnyValue) {
   }
 }
 
-TEST(StudyPlan, BoundedKnobsStayWithinTheirPathsAndHoldings) {
+TEST(StudyPlan, RestrictedKnobsStayWithinTheirPathsAndHoldings) {
   const StudyPlan plan = PlanOf(Sweep("voxel_mm", "0.2") + "paths = [\"slot\"]\nholdings = [\"path\"]\n");
   int turned = 0;
   for (const PlannedCase& c : plan.cases) turned += c.knob == "voxel_mm" ? 1 : 0;
   EXPECT_EQ(turned, 1);
 }
 
-TEST(StudyPlan, ShardsTogetherAreTheWholeEachCaseOnce) {
+TEST(StudyPlan, ShardsTogetherContainEachCaseOnce) {
   const StudyPlan plan = PlanOf(Sweep("voxel_mm", "0.4, 0.2, 0.15, 0.05") + Sweep("rate_hz", "250, 500, 2000"));
   for (const int count : {1, 2, 3, 7, 8, 64, 1000}) {
     const auto shards = SplitPlan(plan, count);

@@ -17,7 +17,7 @@ namespace {
 using test::MakeCase;
 using ::testing::HasSubstr;
 
-TEST(ParetoFront, IsThatOfAllPairs) {
+TEST(ParetoFront, AgreesWithComparingAllPairs) {
   EXPECT_TRUE(rc::check([] {
     const auto draw = [] {
       return static_cast<double>(*rc::gen::inRange(0, 12));
@@ -41,7 +41,7 @@ TEST(ParetoFront, IsThatOfAllPairs) {
   }));
 }
 
-TEST(ParetoFront, LeavesOutWhatIsNoNumber) {
+TEST(ParetoFront, LeavesOutPointsThatAreNotFinite) {
   EXPECT_EQ(FindParetoFront({{1, std::nan("")}, {2, 3}, {INFINITY, 1}}), std::vector<std::size_t>{1});
 }
 
@@ -64,7 +64,7 @@ TEST(FitSlope, ExactPowerLawsGiveTheirExponentWhateverTheirHeights) {
   }
 }
 
-TEST(FitSlope, IntervalHoldsPathsOfDifferentSlopesAndNarrowsWithTheirNumber) {
+TEST(FitSlope, IntervalCoversPathsOfDifferentSlopesAndNarrowsWithTheirNumber) {
   const auto fit = [](int count) {
     std::vector<SlopePath> paths;
     for (int i = 0; i < count; ++i) {
@@ -117,7 +117,7 @@ StudyResults MakeSmallStudy() {
   return study;
 }
 
-TEST(Pooled, IsTheWorstAndTheSlowestOfThePathsForAMillisecondOfSimulatedTime) {
+TEST(Pooled, HasTheWorstErrorAndTheSlowestTimePerSimulatedMillisecond) {
   const StudyResults study = MakeSmallStudy();
   const std::vector<PooledSetting> settings = PoolSettings(study, Holding::kHand);
   ASSERT_EQ(settings.size(), 6u);
@@ -134,7 +134,7 @@ TEST(Pooled, IsTheWorstAndTheSlowestOfThePathsForAMillisecondOfSimulatedTime) {
   EXPECT_TRUE(PoolSettings(study, Holding::kPath).empty());
 }
 
-TEST(Pooled, FrontLeavesOutOtherPhysicsAndWhatWasNotDoneOnEveryPath) {
+TEST(Pooled, FrontLeavesOutOtherPhysicsAndSettingsNotRunOnEveryPath) {
   const StudyResults study = MakeSmallStudy();
   const std::vector<PooledSetting> settings = PoolSettings(study, Holding::kHand);
   EXPECT_EQ(FindFront(settings), (std::vector<std::size_t>{2, 0, 3, 1}));
@@ -150,7 +150,7 @@ TEST(Pooled, CurveHasTheDefaultsInTheirPlace) {
   EXPECT_EQ(curve[2].number, 0.2);
 }
 
-TEST(StudyTables, EqualTimeAndEqualErrorNameTheBest) {
+TEST(StudyTables, BestSettingsAtEqualTimeAndEqualErrorAreNamed) {
   const StudyResults study = MakeSmallStudy();
   const std::string times = EqualTimeTable(study, Holding::kHand);
   EXPECT_THAT(times, HasSubstr("| 0.25 ms | `voxel_mm = 0.2` | 6.00 % on `b` | 140 |"));
@@ -161,11 +161,11 @@ TEST(StudyTables, EqualTimeAndEqualErrorNameTheBest) {
   EXPECT_THAT(errors, HasSubstr("| 7.00 % | `voxel_mm = 0.2` | 100 on `b` | 140 | 6.00 % |"));
 }
 
-TEST(StudyTables, ErrorsBelowTheReferencesOwnAreAtMostThat) {
+TEST(StudyTables, ErrorsBelowTheReferencesAreShownAsAtMost) {
   EXPECT_THAT(SettingsTable(MakeSmallStudy(), Holding::kHand), HasSubstr("| at most 0.200 % on `b` |"));
 }
 
-TEST(StudyTables, WhatWasLeftOutIsNamedOnceWithItsReason) {
+TEST(StudyTables, OmittedCasesAreNamedOnceWithTheReason) {
   StudyResults study = MakeSmallStudy();
   for (CaseRecord& record : study.cases) {
     if (record.knob == "rate_hz") record.state = CaseState::kFailed, record.why = "out of memory | here";
@@ -193,7 +193,7 @@ TEST(StudyFindings, FollowFromTheFigures) {
   EXPECT_THAT(text, HasSubstr("More accurate than the defaults in no more time"));
 }
 
-TEST(StudyFindings, OfSettingsThatWereNotTimedEverywhereNothingIsClaimed) {
+TEST(StudyFindings, ClaimNothingAboutSettingsNotTimedOnEveryPath) {
   StudyResults study = MakeSmallStudy();
   for (CaseRecord& record : study.cases) {
     if (record.knob != "default" && record.path == "b") record.costs.reset();
@@ -204,7 +204,7 @@ TEST(StudyFindings, OfSettingsThatWereNotTimedEverywhereNothingIsClaimed) {
   EXPECT_EQ(text.find("No single knob"), std::string::npos) << text;
 }
 
-TEST(StudyFindings, SayWhatTheSlabSaves) {
+TEST(StudyFindings, StateWhatTheSlabSaves) {
   const std::string text = DescribeFindings(MakeSmallStudy(), Holding::kHand);
   EXPECT_THAT(
       text,
@@ -215,7 +215,7 @@ TEST(StudyFindings, SayWhatTheSlabSaves) {
 }
 
 // A knob's curve contains the study's base settings, not kerf's defaults.
-TEST(PoolSettings, DefaultsStandWhereTheStudyHasThem) {
+TEST(PoolSettings, DefaultsAreTheBaseSettingsOfTheStudy) {
   StudyResults study;
   study.paths = {"a"};
   study.knobs = {"voxel_mm", "rate_hz"};
@@ -241,7 +241,7 @@ TEST(PoolSettings, DefaultsStandWhereTheStudyHasThem) {
   EXPECT_EQ(DescribeBase({}), "");
 }
 
-TEST(FindReference, IsThatOfTheSamePhysicsAsTheCases) {
+TEST(FindReference, ReturnsTheReferenceWithTheSamePhysics) {
   StudyResults study;
   study.base.law = "edge_plus_chip";
   study.references.resize(3);
@@ -260,7 +260,7 @@ TEST(FindReference, IsThatOfTheSamePhysicsAsTheCases) {
   EXPECT_EQ(find("material", "ct"), nullptr);
 }
 
-TEST(StudyFindings, OrderOfTheMadeUpStudyIsTheorysWhereItWasMadeSo) {
+TEST(StudyFindings, OrdersOfTheMadeUpStudyAreRecovered) {
   const StudyResults study = test::MakeStudy();
   // Temperature: 2 K times the square of the cell size (made_up_study.h).
   const KnobErrors heat = MakeKnobErrors(study, Holding::kHand, "heat_grid_mm").value();

@@ -146,7 +146,7 @@ TEST(StudyCsv, OddWordsAndNumbersSurvive) {
   EXPECT_TRUE(holds);
 }
 
-TEST(StudyCsv, WhatIsNoNumberIsSaidAndReadSo) {
+TEST(StudyCsv, NonFiniteFiguresAreReadBack) {
   const Folder folder;
   StudyResults study;
   study.cases.push_back(test::MakeCase(Holding::kHand, "x", "default", "", 0, 0.02, 100));
@@ -158,7 +158,7 @@ TEST(StudyCsv, WhatIsNoNumberIsSaidAndReadSo) {
   EXPECT_EQ(again.cases.at(0).errors->force_p95, INFINITY);
 }
 
-TEST(StudyCsv, DamageIsToldInASentenceWithFileAndLine) {
+TEST(StudyCsv, DamageIsReportedWithFileAndLine) {
   const Folder folder;
   StudyResults study;
   study.cases.push_back(test::MakeCase(Holding::kHand, "x", "default", "", 0, 0.02, 100));

@@ -52,7 +52,7 @@ TEST(StudyFile, EmptyFileIsTheBaseSettingsOnAllPaths) {
   EXPECT_GE(spec.ticks_of_defaults, 100'000);
 }
 
-TEST(StudyFile, ReadsAllThatItSays) {
+TEST(StudyFile, ReadsEveryKey) {
   const StudySpec spec = Parse(R"(
 title = "All"
 [study]
@@ -98,7 +98,7 @@ file = "a/b.toml"
   EXPECT_EQ(HashOf(again), HashOf(spec));
 }
 
-TEST(StudyFile, ScenesAloneLeaveTheBuiltInPathsOut) {
+TEST(StudyFile, ScenesAloneExcludeTheBuiltInPaths) {
   EXPECT_TRUE(Parse("[[scene]]\nname = \"a\"\nfile = \"a.toml\"\n").paths.empty());
 }
 
@@ -126,7 +126,7 @@ TEST(StudyFile, RangesAreThoseOfTheSimulation) {
   }
 }
 
-TEST(StudyFile, FaultsSayWhereAndWhatWouldBeRight) {
+TEST(StudyFile, FaultsAreReportedWithPlaceAndCorrection) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"titel = \"x\"", "study.toml:1:1: unknown key \"titel\" in the study file; the nearest valid key is \"title\""},
       {"[study]\npath = [\"slot\"]",
@@ -163,7 +163,7 @@ TEST(StudyFile, FaultsSayWhereAndWhatWouldBeRight) {
   for (const auto& [text, message] : cases) EXPECT_THAT(Fault(text), HasSubstr(message)) << text;
 }
 
-TEST(StudyFile, SeveralFaultsAreToldAtOnce) {
+TEST(StudyFile, SeveralFaultsAreReportedAtOnce) {
   const std::string message =
       Fault("[study]\nx = 1\n[base]\nvoxel_mm = 9\n[[knob]]\nname = \"rate_hz\"\nvalues = [1]\n");
   EXPECT_THAT(message, HasSubstr("study.toml:2:1: "));
@@ -171,7 +171,7 @@ TEST(StudyFile, SeveralFaultsAreToldAtOnce) {
   EXPECT_THAT(message, HasSubstr("\nstudy.toml:7:11: "));
 }
 
-TEST(StudyFile, ShippedStudiesAreValidAndTheDefaultOneSaysTheShippedSettings) {
+TEST(StudyFile, ShippedStudiesAreValidAndTheDefaultOneHasTheDefaultSettings) {
   const std::vector<std::string> all{"idle", "entry",   "slot",      "plunge",   "graze", "border", "breakthrough",
                                      "tilt", "reentry", "free_form", "mandible", "ct",    "worst"};
   const std::string folder = std::string(KERF_SOURCE_DIR) + "/scenes/";
@@ -185,7 +185,7 @@ TEST(StudyFile, ShippedStudiesAreValidAndTheDefaultOneSaysTheShippedSettings) {
   EXPECT_EQ(quick.knobs.size(), 3u);
 }
 
-TEST(StudyFile, ScenesOfAStudyAreReadAndTheirContentCounts) {
+TEST(StudyFile, ScenesOfAStudyAreReadAndTheirContentAffectsTheHash) {
   test::Folder folder;
   const std::string scene = ReadTextFile(std::string(KERF_SOURCE_DIR) + "/scenes/slot_in_block.toml");
   test::WriteBytes(folder.file("cut.toml"), scene);
@@ -202,7 +202,7 @@ TEST(StudyFile, ScenesOfAStudyAreReadAndTheirContentCounts) {
               HasSubstr("cut.toml: there is no such file"));
 }
 
-TEST(StudyFile, HashGoesByWhatResultsDependOn) {
+TEST(StudyFile, HashDependsOnlyOnWhatAffectsResults) {
   const std::string text = "title = \"a\"\n[[knob]]\nname = \"voxel_mm\"\nvalues = [0.2]\n";
   const std::uint64_t hash = HashOf(Parse(text));
   EXPECT_EQ(HashOf(Parse("# words\ntitle = \"b\"\n[[knob]]\nvalues = [0.20]\nname = \"voxel_mm\"\n")), hash);

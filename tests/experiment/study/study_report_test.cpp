@@ -38,7 +38,7 @@ std::vector<std::string> FilesIn(const std::string& folder) {
   return names;
 }
 
-TEST(StudyReport, IsTheSameToTheByteFromItsOwnRawFigures) {
+TEST(StudyReport, IsReproducedByteForByteFromItsRawFigures) {
   if (const char* look = std::getenv("KERF_LOOK_AT"); look != nullptr) WriteStudyReport(test::MakeStudy(), look, {});
   const test::Folder folder;
   std::filesystem::create_directory(folder.file("one"));
@@ -67,7 +67,7 @@ TEST(StudyReport, IsTheSameToTheByteFromItsOwnRawFigures) {
   }
 }
 
-TEST(StudyReport, TheSignedImpulseStandsBesideTheForce) {
+TEST(StudyReport, SignedImpulseIsListedNextToTheForce) {
   StudyResults study = test::MakeStudy();
   const std::string table = DefaultsTable(study, Holding::kHand);
   EXPECT_THAT(table, HasSubstr("| path | force, p95 | impulse |"));
@@ -83,7 +83,7 @@ TEST(StudyReport, TheSignedImpulseStandsBesideTheForce) {
   EXPECT_THAT(DescribeFindings(study, Holding::kHand), Not(HasSubstr("Impulse")));
 }
 
-TEST(StudyReport, EachTableOfForcesNamesTheLeastForce) {
+TEST(StudyReport, EachForceTableNamesTheMinimumForce) {
   const test::Folder folder;
   WriteStudyReport(MakeShortStudy(), folder.path(), {});
   const std::string report = test::ReadBytes(folder.file("report.md"));
@@ -93,7 +93,7 @@ TEST(StudyReport, EachTableOfForcesNamesTheLeastForce) {
   }
 }
 
-TEST(StudyReport, SaysSoWhenNothingWasDoneAndTakesOldFiguresAway) {
+TEST(StudyReport, ReportsThatNothingWasDoneAndRemovesOldFigures) {
   const test::Folder folder;
   StudyResults study = MakeShortStudy();
   study.knobs = {"method"};

@@ -86,7 +86,7 @@ class TuneTest : public testing::Test {
   std::string file_ = folder_.file("scene.toml");
 };
 
-TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {
+TEST_F(TuneTest, ChoosesSettingsThatMeetTheErrorWhenMeasuredAgain) {
   TuneOptions options = Asked(1e6, 0.05);  // any time is accepted: this does not test the machine
   options.ticks = 1000;
   options.seconds = 0.6;
@@ -191,7 +191,7 @@ TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
 }
 
 // Ninety ticks in the air without force in either run, and ten in bone, one of them with an error of 40 %.
-TEST(ContactError, IsOfTheTicksWithContactInEither) {
+TEST(ContactError, CoversTheTicksWithContactInEitherRun) {
   std::vector<Vec3> reference_N(100, Vec3(0));
   std::vector<bool> reference_contact(100, false);
   for (std::size_t i = 90; i < 100; ++i) {
@@ -235,11 +235,11 @@ TEST_F(TuneTest, AirBetweenStrokesDoesNotMakeTheErrorSmaller) {
   const TuneCandidate near = measure(14);
   const TuneCandidate far = measure(74);
   EXPECT_GT(near.outcome.errors->force_p95, 2 * far.outcome.errors->force_p95);  // over all ticks
-  // The reference's steps are at different times in the last stroke's ticks: its error bar.
+  // Tolerance: the reference's error bar, because its steps are at different times in the last stroke's ticks.
   EXPECT_NEAR(near.force_p95, far.force_p95, 0.1 * near.force_p95);
 }
 
-TEST(TuneExtentWords, SayWhichStrokesAreMeasured) {
+TEST(TuneExtentWords, StateWhichStrokesAreMeasured) {
   TuneResult result;
   result.from_s = 0.5;
   result.to_s = 10;
@@ -254,7 +254,7 @@ TEST(TuneExtentWords, SayWhichStrokesAreMeasured) {
             "0.50 to 10.00 s of the path's 270.10 s (the first passage through the bone, 1 of its 20 strokes)");
 }
 
-TEST_F(TuneTest, SaysWhatIsOutOfRange) {
+TEST_F(TuneTest, ReportsOptionsOutOfRange) {
   EXPECT_THROW(Tune(file_, Asked({}, {})), Error);
   EXPECT_THROW(Tune(file_, Asked(0.5, {})), Error);
   EXPECT_THROW(Tune(file_, Asked({}, 2)), Error);

@@ -41,7 +41,7 @@ double ListenTo(HeldSaw& saw, double from_s, double to_s) {
 
 // Cutting teeth are a strong damper, so what the hand feels of a saw in the bone is the coupling's spring. The rule for
 // a sampled spring predicts the limit: at 0.75 of it oscillations decay, at 1.4 of it they grow.
-TEST(ClosedLoopMargin, IsThatOfTheRuleForASampledSpring) {
+TEST(ClosedLoopMargin, AgreesWithTheRuleForASampledSpring) {
   for (const int delay : {0, 1, 2}) {
     HeldSawOptions options;
     options.hand = "H2";
@@ -64,9 +64,9 @@ TEST(ClosedLoopMargin, IsThatOfTheRuleForASampledSpring) {
   }
 }
 
-// m, b and k random in the measured ranges of hands; the device has only the damping that every omega has. Prints the
-// worst case.
-TEST(ClosedLoopMargin, AnyHandHoldsItStill) {
+// m, b and k are drawn from the measured ranges of hands; the device has only the damping that every omega has. Prints
+// the worst case.
+TEST(ClosedLoopMargin, IsStableWithAnyHand) {
   std::mt19937 random(20261120);
   const auto draw = [&](double lower, double upper) {
     return std::exp(std::uniform_real_distribution<double>(std::log(lower), std::log(upper))(random));
@@ -96,8 +96,8 @@ TEST(ClosedLoopMargin, AnyHandHoldsItStill) {
   fmt::print("worst of {} random hands: {:.2f} mN with {}\n", kRandomHands, worst_mN, worst);
 }
 
-// An impact on the bone. Sampling may return at most K dx^2 / 2: at 0.1 m/s 1.5 * 0.1^2 / 2 = 8 uJ a tick.
-TEST(ClosedLoopMargin, ABlowComesBackNoFasterThanItCame) {
+// An impact on the bone. Sampling may return at most K dx^2 / 2: at 0.1 m/s 1.5 * 0.1^2 / 2 = 8 uJ per tick.
+TEST(ClosedLoopMargin, ImpactReboundsNoFasterThanItArrived) {
   for (const double rpm : {0.0, 7500.0}) {
     for (const double speed : {50.0, 200.0, 500.0}) {  // mm/s
       HeldSawOptions options;
@@ -105,7 +105,7 @@ TEST(ClosedLoopMargin, ABlowComesBackNoFasterThanItCame) {
       options.above_mm = 5;
       options.force_map.ramp_in_s = 0;
       HeldSaw saw(options);
-      // Accelerated by a push in the air over 2 mm, then released.
+      // The hand accelerates the handle in the air over 2 mm, then stops pushing.
       const double mass = 1e-3 * options.profile.mass_kg;
       const double push_N = mass * speed * speed / (2 * 2);
       double arrived = 0;
@@ -129,7 +129,7 @@ TEST(ClosedLoopMargin, ABlowComesBackNoFasterThanItCame) {
   }
 }
 
-// Released in the middle of a cut, and gripped again.
+// The handle is released in the middle of a cut and gripped again.
 TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
   HeldSaw saw;
   Push(saw, 5);
@@ -149,7 +149,7 @@ TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
 
 // Six degrees of freedom: the hand tilts the stopped saw in its kerf. The walls give a steady restoring torque, and the
 // saw is free again when the tilt is reversed.
-TEST(ClosedLoopMargin, ATiltInTheKerfIsFeltAsASteadyTorque) {
+TEST(ClosedLoopMargin, TiltInTheKerfGivesASteadyTorque) {
   HeldSawOptions options;
   options.hand = "H3";
   options.profile = FindDeviceProfile("virtuose_6d");
@@ -182,8 +182,8 @@ TEST(ClosedLoopMargin, ATiltInTheKerfIsFeltAsASteadyTorque) {
   const double noise = CalcHighPassRms(std::span(torque).subspan(7000, 1000), kDt_s, 20);
   fmt::print("tilt of 4 degrees: {:.1f} N mm before, {:.1f} held ({:.3f} RMS above 20 Hz), {:.1f} after; max {:.0f}\n",
              before, held, noise, after, largest_Nmm);
-  // Against the tilt. With a fixed disc, hand and coupling in series would give 4 degrees * 2000 * 5000 / 7000 = 100 N
-  // mm, but the disc also yields sideways.
+  // The torque acts against the tilt. With a fixed disc, hand and coupling in series would give 4 degrees * 2000 * 5000
+  // / 7000 = 100 N mm, but the disc also yields sideways.
   EXPECT_LT(held, -20);
   EXPECT_GT(held, -100);
   EXPECT_LE(largest_Nmm, options.profile.peak_torque_Nmm);

@@ -47,14 +47,14 @@ Energy Follow(HeldSaw& saw, double K, int ticks, double rpm) {
 
 // A spring whose force is held over a tick returns up to K dx^2 / 2 more than it received: this is due to sampling, not
 // to the tool. Bone that a stopped saw is pressed against, rubbed along and released from must not return more.
-TEST(ClosedLoop, NothingComesOutOfAStoppedSaw) {
+TEST(ClosedLoop, StoppedSawReturnsNoExcessEnergy) {
   for (const char* hand : {"H2", "H3", "H4"}) {
     HeldSawOptions options;
     options.hand = hand;
     options.quantise = false;
     options.force_map.ramp_in_s = 0;
     HeldSaw saw(options);
-    // Into and out of the top and along it, slowly, so that the energy from sampling is small.
+    // The saw moves into the top, along it and out of it, slowly, so that the energy from sampling is small.
     std::vector<IntentionStep> steps;
     for (int i = 0; i < 6; ++i) {
       const double x = i % 2 == 0 ? 3 : -3;
@@ -80,7 +80,8 @@ TEST(ClosedLoop, ARunningSawGivesNoMoreThanItsSpindlePutIn) {
     options.force_map.ramp_in_s = 0;
     HeldSaw saw(options);
     std::vector<IntentionStep> steps;
-    // Down, then pressed against one wall of the kerf, where the turning disc's friction pulls the hand along; then up.
+    // The saw moves down, is pressed against one wall of the kerf, where the turning disc's friction pulls the hand
+    // along, and moves up.
     for (int i = 0; i < 3; ++i) {
       const double z = 11 - 2 - i;
       const double y = i % 2 == 0 ? 3 : -3;
@@ -92,7 +93,7 @@ TEST(ClosedLoop, ARunningSawGivesNoMoreThanItsSpindlePutIn) {
     }
     saw.device.SetScript(IntentionScript(saw.start, steps));
     const Energy e = Follow(saw, options.stiffness_N_per_mm, 9000, 7500);
-    EXPECT_GT(e.spindle_mJ, 0.02) << hand;  // it did pull
+    EXPECT_GT(e.spindle_mJ, 0.02) << hand;  // friction pulled the hand along
     EXPECT_GT(e.port_mJ, 0.2) << hand;
     EXPECT_GE(e.lowest_mJ, -1e-3) << hand;
     fmt::print("running {}: port {:.3f} mJ, exchanged {:.1f}, spindle {:.3f}, sampling may give {:.3f}\n", hand,
@@ -165,7 +166,7 @@ TEST(ClosedLoop, SurvivesSamplesThatFreeze) {
                   "frozen");
 }
 
-TEST(ClosedLoop, NotANumberReadFailureAndWatchdogAreZeroForceAndThenARamp) {
+TEST(ClosedLoop, NaNReadFailureAndWatchdogGiveZeroForceAndThenARamp) {
   const char* names[] = {"nan", "read", "write", "off"};
   for (int kind = 0; kind < 4; ++kind) {
     HeldSaw saw;
@@ -199,7 +200,7 @@ TEST(ClosedLoop, SurvivesLateAndMissedTicks) {
   }
 }
 
-TEST(ClosedLoop, AsksForNoMemory) {
+TEST(ClosedLoop, AllocatesNothing) {
   HeldSaw saw;
   IntentionStep push;
   push.seconds = 1;

@@ -102,7 +102,7 @@ TEST(CuttingLoop, AReaderThatMeshesEndsUpWithTheSameBone) {
     }
   });
   loop.Start();
-  // Until the hand has rested for a while and no leaf is waiting.
+  // Wait until the hand has rested for a while and no leaf is waiting.
   while (loop.running() && loop.tick_times().total() < 1500) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   loop.Stop();
   done = true;
@@ -134,7 +134,7 @@ TEST(CuttingLoop, UsesNoHeapAndGivesTheSameBitsTwice) {
 }
 
 TEST(CuttingLoop, MissedTicksMakeNoLargerForceStepThanTheSlewAllows) {
-  // Stalls of up to 40 ticks in the middle of the cut, and a slew that they would exceed: 0.02 N a tick.
+  // Stalls of up to 40 ticks in the middle of the cut, and a slew that they would exceed: 0.02 N per tick.
   CuttingStage s(20);
   struct Stumbling : LoopClock {
     std::int64_t Now() noexcept override { return inner.Now(); }
@@ -178,7 +178,7 @@ TEST(CuttingLoop, NaNFromTheDeviceGivesZeroForceAndARampAfterwards) {
   EXPECT_EQ(during_N, 0);
   EXPECT_LT(just_after_N, 0.1 * before_N);  // 5 of 100 ticks into the ramp
   EXPECT_GE(s.body.step().counts().bad_samples, 20U);
-  EXPECT_EQ(s.simulated.force_N(), Vec3(0));  // the end
+  EXPECT_EQ(s.simulated.force_N(), Vec3(0));  // after the end
 }
 
 TEST(CuttingLoop, ADeviceThatStaysDeadEndsTheLoop) {

@@ -88,7 +88,7 @@ TEST(LimitLength, IsNeverLongerThanTheLimitAndKeepsTheDirection) {
   EXPECT_TRUE(passed);
 }
 
-TEST(ForceMap, NeverGivesMoreThanAnyDeviceBearsWhateverItIsGiven) {
+TEST(ForceMap, NeverExceedsTheDevicesPeakForAnyInput) {
   const bool passed = rc::check([] {
     std::mt19937_64 random(*rc::gen::arbitrary<unsigned>());
     const DeviceProfile& profile = *rc::gen::elementOf(DeviceProfiles());
@@ -125,14 +125,14 @@ TEST(ForceMap, ScalesTheExpectedPeakToTheDevicesPeak) {
   const ForceMapOutput out = map.Calc(Vec3(7, -14, 0.5), Vec3(100, 0, 0), kForceMapDt_s);
   EXPECT_DOUBLE_EQ(out.f_H_W_N.x, 3);
   EXPECT_DOUBLE_EQ(out.f_H_W_N.y, -6);
-  EXPECT_EQ(out.tau_H_W_Nmm, Vec3{0});  // the device drives no torques
+  EXPECT_EQ(out.tau_H_W_Nmm, Vec3{0});  // the device does not output torque
   EXPECT_EQ(out.status, kForceMapOk);
-  // A device with a larger force than expected is not driven harder than requested.
+  // A device that is stronger than expected does not output more than the simulated force.
   EXPECT_EQ(ForceMap(FindDeviceProfile("maglev_200")).force_scale(), 1);
   EXPECT_DOUBLE_EQ(ForceMap(FindDeviceProfile("sigma_7")).torque_scale(), 0.5);
 }
 
-TEST(ForceMap, BendsSmoothlyTowardsThePeakWithItsDirectionKept) {
+TEST(ForceMap, SaturatesSmoothlyAndKeepsTheDirection) {
   const DeviceProfile& profile =
       FindDeviceProfile("delta_3");  // 20 N; the continuous force is as large, so nothing heats up
   const Vec3 direction = glm::normalize(Vec3(1, 2, -3));
@@ -158,7 +158,7 @@ TEST(ForceMap, BendsSmoothlyTowardsThePeakWithItsDirectionKept) {
   EXPECT_GT(before, 19.9);
 }
 
-TEST(ForceMap, HoldsTheSlewOfTheVector) {
+TEST(ForceMap, LimitsTheSlewRateOfTheForceVector) {
   // 0 to peak in 5 ms by default: 12 N / 5 ms.
   ForceMapParams params;
   params.ramp_in_s = 0;
@@ -172,15 +172,15 @@ TEST(ForceMap, HoldsTheSlewOfTheVector) {
     before = out.f_H_W_N;
   }
   EXPECT_GT(map.counts().slew_limited, 1000u);
-  // It reaches the target: 10 N of the device after 5 ticks.
+  // It reaches the target: 10 N on the device after 5 ticks.
   map.Reset();
   ForceMapOutput out;
   for (int i = 0; i < 5; ++i) out = map.Calc(Vec3(0, 10 * 28 / 12.0, 0), Vec3{0}, kForceMapDt_s);
   EXPECT_NEAR(out.f_H_W_N.y, 10, 1e-12);
 }
 
-TEST(ForceMap, HoldsTheSlewOfTheTorque) {
-  // The same: 0 to peak in 5 ms, or as requested.
+TEST(ForceMap, LimitsTheSlewRateOfTheTorque) {
+  // As for the force: 0 to peak in 5 ms, or as requested.
   const DeviceProfile& profile = FindDeviceProfile("virtuose_6d");
   ASSERT_GT(profile.peak_torque_Nmm, 0);
   for (const double asked : {0.0, 5000.0}) {
@@ -203,7 +203,7 @@ TEST(ForceMap, HoldsTheSlewOfTheTorque) {
   }
 }
 
-TEST(ForceMap, AFaultIsZeroAtOnceAndComesBackByTheRamp) {
+TEST(ForceMap, FaultGivesZeroForceAtOnceAndThenARamp) {
   ForceMapParams params;
   ForceMap map(FindDeviceProfile("delta_3"), params);
   const Vec3 f(0, 0, 14);  // 10 N on the device
@@ -229,7 +229,7 @@ TEST(ForceMap, AFaultIsZeroAtOnceAndComesBackByTheRamp) {
   EXPECT_EQ(map.counts().faults, 2u);
 }
 
-TEST(ForceMap, ALongPushGoesDownToWhatTheMotorsBearForEver) {
+TEST(ForceMap, LongPushFallsToTheContinuousForce) {
   // Omni: peak 3.3 N, continuous 0.88 N. The load never exceeds 1, and the force settles at the continuous value.
   const DeviceProfile& omni = FindDeviceProfile("omni");
   ForceMap map(omni, AtOnce());
@@ -264,13 +264,13 @@ TEST(ForceMap, BadParametersAreNamed) {
     }
     return "";
   };
-  EXPECT_EQ(message({.expected_peak_N = 0}), "expected_peak_N = 0 is not within 0.1 to 10000");
-  EXPECT_EQ(message({.knee = 1.1}), "knee = 1.1 is not within 0.1 to 1");
-  EXPECT_EQ(message({.slew_N_per_s = -5}), "slew_N_per_s = -5 is not within 1 to 10000000, or 0");
-  EXPECT_EQ(message({.ramp_in_s = std::nan("")}), "ramp_in_s = nan is not within 0 to 60");
+  EXPECT_EQ(message({.expected_peak_N = 0}), "expected_peak_N = 0 is outside the range 0.1 to 10000");
+  EXPECT_EQ(message({.knee = 1.1}), "knee = 1.1 is outside the range 0.1 to 1");
+  EXPECT_EQ(message({.slew_N_per_s = -5}), "slew_N_per_s = -5 is outside the range 1 to 10000000, or 0");
+  EXPECT_EQ(message({.ramp_in_s = std::nan("")}), "ramp_in_s = nan is outside the range 0 to 60");
 }
 
-TEST(CouplingLimits, AreTheDevicesDividedByTheScaleOfTheForce) {
+TEST(CouplingLimits, AreTheDevicesLimitsDividedByTheForceScale) {
   const DeviceProfile& omni = FindDeviceProfile("omni");
   const double scale = 3.3 / 28;
   CouplingParams coupling;
@@ -293,8 +293,9 @@ TEST(CouplingLimits, AreTheDevicesDividedByTheScaleOfTheForce) {
   EXPECT_FALSE(changed);
 }
 
-TEST(FitCoupling, StaysBelowAFractionOfWhatASampledLoopHolds) {
-  // omega_6 with H1 at 250 Hz: it allows 5 N/mm, its loop 2 (0.001 + 0.001) / 0.004 = 1 N/mm, both on the device.
+TEST(FitCoupling, StaysBelowAFractionOfTheSampledLoopsLimit) {
+  // omega_6 with H1 at 250 Hz: the device allows 5 N/mm, the loop 2 (0.001 + 0.001) / 0.004 = 1 N/mm, both on the
+  // device.
   const DeviceProfile& omega = FindDeviceProfile("omega_6");
   const double scale = 12.0 / 28;
   CouplingParams coupling;
@@ -304,7 +305,7 @@ TEST(FitCoupling, StaysBelowAFractionOfWhatASampledLoopHolds) {
   EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 1, 1e-12);
   EXPECT_TRUE(fitted.lowered.by_device);
   EXPECT_TRUE(fitted.lowered.by_loop);
-  // A firm grip at 1 kHz: its loop allows 32 N/mm, so the device's 5 N/mm are the limit.
+  // A firm grip at 1 kHz: the loop allows 32 N/mm, so the device's 5 N/mm are the limit.
   const FittedCoupling firm = FitCoupling(omega, FindHandModel("H4"), coupling, scale, 0, 0.001);
   EXPECT_NEAR(firm.coupling.stiffness_N_per_mm * scale, 5, 1e-12);
   EXPECT_FALSE(firm.lowered.by_loop);
@@ -337,7 +338,7 @@ TEST(FitCoupling, StaysBelowAFractionOfWhatASampledLoopHolds) {
 }
 
 // 0.8 m / (t (1 + 2 (K + k) t^2 / m)): a velocity of 16 samples is 7.5 ticks late, a held force another half tick.
-TEST(FitCoupling, HasNoMoreDampingThanALateVelocityBears) {
+TEST(FitCoupling, LimitsDampingForADelayedVelocity) {
   const DeviceProfile& omega = FindDeviceProfile("omega_6");
   const double scale = 12.0 / 28;
   CouplingParams coupling;
@@ -350,14 +351,15 @@ TEST(FitCoupling, HasNoMoreDampingThanALateVelocityBears) {
   EXPECT_NEAR(fitted.coupling.damping_Ns_per_mm * scale, most, 1e-12);
   EXPECT_TRUE(fitted.lowered.damping_by_loop);
   EXPECT_EQ(fitted.coupling.stiffness_N_per_mm, 0.3);
-  // An arm is heavier and tolerates it. Its damping does not increase the loop's stiffness limit either.
+  // An arm is heavier and tolerates this damping. The coupling's damping does not increase the loop's stiffness limit
+  // either.
   const FittedCoupling arm = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.002);
   EXPECT_EQ(arm.coupling.damping_Ns_per_mm, 0.045);
   EXPECT_FALSE(arm.lowered.any());
   EXPECT_NEAR(arm.limits.sampled_stiffness_N_per_mm * scale, 2 * (0.001 + 0.00645) / 0.002, 1e-9);
 }
 
-TEST(FitCoupling, HasTheDamperThatAHeldSpringNeeds) {
+TEST(FitCoupling, AddsTheDampingThatASampledSpringNeeds) {
   CouplingParams coupling;
   coupling.stiffness_N_per_mm = 2;
   const DeviceProfile& omega = FindDeviceProfile("omega_6");
@@ -367,7 +369,7 @@ TEST(FitCoupling, HasTheDamperThatAHeldSpringNeeds) {
   EXPECT_NEAR(fitted.coupling.damping_Ns_per_mm, 1.5 * 2 * 0.001 / 2, 1e-15);
   EXPECT_NEAR(FitCoupling(omega, hand, coupling, scale, 0, 0.002).coupling.damping_Ns_per_mm, 1.5 * 2 * 0.002 / 2,
               1e-15);
-  // It does not count as damping that the scene requested.
+  // The added damping does not increase the loop's stiffness limit.
   EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 2 * (0.001 + 0.00645) / 0.001, 1e-9);
   // Larger damping is kept, and it never exceeds the device's limit.
   coupling.damping_Ns_per_mm = 0.01;

@@ -65,7 +65,7 @@ struct Bench {
   double stiffness_N_per_mm;
   double limit_mN;
 };
-// Limits of a device of the Omni's kind, and of one of the better ones. An encoder step is 38 and 9 mN.
+// Limits of a device like the Omni, and of a better one. Their encoder steps correspond to 38 and 9 mN.
 constexpr Bench kBenches[] = {{"55 um, 0.7 N/mm", 0.055, 0.7, 20}, {"6 um, 1.5 N/mm", 0.006, 1.5, 5}};
 
 TEST(ForceNoise, OfAHeldPushIsBelowWhatAHandFeels) {
@@ -94,7 +94,7 @@ TEST(ForceNoise, OfAHeldPushIsBelowWhatAHandFeels) {
 
 // The remaining noise is the encoder's: read every millisecond while the handle moves by many steps, it alone gives K
 // Delta / sqrt(12), 11.1 and 2.6 mN. (The steps of a slow handle are partly below 20 Hz.)
-TEST(ForceNoise, IsTheEncodersOwn) {
+TEST(ForceNoise, IsDueToTheEncoder) {
   for (const Bench& bench : kBenches) {
     HeldSawOptions options;
     options.profile = test::MakeDevice(bench.resolution_mm, bench.stiffness_N_per_mm);
@@ -109,7 +109,7 @@ TEST(ForceNoise, IsTheEncodersOwn) {
 // Without encoder steps only the simulation's own noise remains. Whole voxels make the number of engaged teeth jump.
 // Since cutting is a damper here and not a spring, the hand feels at most a few mN of it; a spring of 1.5 N/mm against
 // a voxel of 0.2 mm would release 300 mN at once.
-TEST(ForceNoise, WholeVoxelRemovalMakesNoiseThatFractionalDoesNot) {
+TEST(ForceNoise, WholeVoxelRemovalIsNoisierThanFractionalRemoval) {
   std::string table =
       "above 20 Hz, RMS, H2, 1.5 N/mm, 0.2 mm voxels, no encoder steps: fractional / whole voxels\n"
       "push     force mN          engaged teeth\n";
@@ -131,7 +131,7 @@ TEST(ForceNoise, WholeVoxelRemovalMakesNoiseThatFractionalDoesNot) {
 
 // The Omni itself: 3.3 N for 28 N, so its friction hides forces below 0.26 N * 28 / 3.3 = 2.2 N. The same 0.7 N/mm at
 // the device is 5.9 N/mm in the simulation, and an encoder step is 0.33 N of it.
-TEST(ForceNoise, OfARealOmniIsNamedInBothNewtons) {
+TEST(ForceNoise, OfARealOmniIsPrintedForSimulationAndDevice) {
   HeldSawOptions options;
   options.profile = FindDeviceProfile("omni");
   std::string table = "Omni, H2, push 20 N of the simulation: K N/mm, noise mN of the simulation / of the device\n";

@@ -20,7 +20,7 @@ void Feed(Governor& governor, double from_s, double to_s, const std::function<do
   for (double t = from_s; t < to_s; t += 0.001) governor.Observe(t, us(t, governor.fidelity()));
 }
 
-TEST(Governor, LeavesASceneAloneThatDoesNotSaySo) {
+TEST(Governor, DoesNothingUnlessEnabled) {
   Governor governor(GovernorParams{});
   Feed(governor, 0, 10, [](double, Fidelity) { return 5000; });
   EXPECT_EQ(governor.fidelity(), Fidelity::kFull);
@@ -50,7 +50,7 @@ TEST(Governor, ForgivesALongTickNowAndThen) {
   EXPECT_EQ(governor.step_count(), 0);
 }
 
-TEST(Governor, ComesBackAfterCalm) {
+TEST(Governor, StepsUpAfterACalmPeriod) {
   Governor governor(Degrading());
   Feed(governor, 0, 1, [](double, Fidelity) { return 900; });
   ASSERT_EQ(governor.fidelity(), Fidelity::kSlab);
@@ -64,7 +64,7 @@ TEST(Governor, ComesBackAfterCalm) {
   EXPECT_GE(governor.steps()[3].time_s - governor.steps()[2].time_s, 2);
 }
 
-TEST(Governor, StaysDownWhileItIsNeitherTooMuchNorCalm) {
+TEST(Governor, KeepsTheFidelityBetweenOverrunAndCalm) {
   Governor governor(Degrading());
   Feed(governor, 0, 0.1005, [](double, Fidelity) { return 900; });
   ASSERT_EQ(governor.fidelity(), Fidelity::kCoarse);
@@ -73,7 +73,7 @@ TEST(Governor, StaysDownWhileItIsNeitherTooMuchNorCalm) {
   EXPECT_EQ(governor.step_count(), 1);
 }
 
-TEST(Governor, WaitsLongerEachTimeAStepUpDoesNotHold) {
+TEST(Governor, WaitsLongerAfterEachRevertedRaise) {
   // Full always takes too long, coarse never does: without increasing waits it would alternate every two seconds.
   Governor governor(Degrading());
   Feed(governor, 0, 300, [](double, Fidelity f) { return f == Fidelity::kFull ? 1500 : 200; });
@@ -98,7 +98,7 @@ TEST(Governor, KeepsABoundedListAndCountsTheRest) {
   EXPECT_EQ(governor.steps().size(), static_cast<std::size_t>(Governor::kKeptSteps));
 }
 
-TEST(Governor, CountsInTimeWhenTicksAreFarTooLong) {
+TEST(Governor, StepsDownInTimeWhenTicksAreFarTooLong) {
   // Ticks of 50 ms: a window of 100 of them would take 5 s.
   Governor governor(Degrading());
   for (int i = 1; i <= 8; ++i) governor.Observe(0.05 * i, 50'000);

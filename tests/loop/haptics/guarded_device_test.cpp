@@ -58,20 +58,20 @@ class DeviceInATrip final : public Device {
   bool taken_ = false;
 };
 
-TEST(GuardedDevice, ARampThatBeganInTheMiddleOfATripBeginsAgain) {
+TEST(GuardedDevice, RampThatBeganDuringATripRestarts) {
   DeviceInATrip inner;
   GuardedDevice device(inner);
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_TRUE(inner.Trip(device));
   EXPECT_TRUE(inner.taken());
   EXPECT_EQ(device.counts().passed_over, 1U);
-  // Its first value never reached the device: continuing with the second would be a double step.
+  // The ramp's first value never reached the device: continuing with the second would be a double step.
   EXPECT_TRUE(device.TakeTripped());
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_EQ(device.counts().largest_step_N, 0.1);
 }
 
-TEST(GuardedDevice, WritesZeroForWhatIsNotFinite) {
+TEST(GuardedDevice, WritesZeroForNonFiniteForces) {
   RecordingDevice inner;
   GuardedDevice device(inner);
   device.Write({3, 0, 0}, Vec3{0});
@@ -113,7 +113,7 @@ TEST(GuardedDevice, TwoThreadsAreNeverAtTheDeviceAtOnce) {
   EXPECT_EQ(inner.two_at_once, 0);
 }
 
-TEST(Watchdog, TripsOnceInAStandstillAndAgainInTheNext) {
+TEST(Watchdog, TripsOncePerStall) {
   RecordingDevice inner;
   GuardedDevice device(inner);
   Watchdog watchdog(device, 50);

@@ -41,11 +41,11 @@ TEST(HapticLoop, TicksOnceAPeriodOnAClockThatKeepsUp) {
   for (std::size_t i = 0; i < s.body.dt.count; ++i) EXPECT_EQ(s.body.dt.values[i], 0.001);
   EXPECT_EQ(loop.tick_times().total(), 1000U);
   EXPECT_EQ(loop.lateness().CalcPercentile_us(1), 0);
-  EXPECT_EQ(s.inner.force_x_N, 0);  // the end
+  EXPECT_EQ(s.inner.force_x_N, 0);  // after the end
   EXPECT_EQ(s.device.counts().largest_N, 5);
 }
 
-TEST(HapticLoop, SkipsAndCountsWhatLongTicksMiss) {
+TEST(HapticLoop, SkipsAndCountsMissedDeadlines) {
   Stage s;
   s.params.watchdog_ms = 1000;
   int n = 0;
@@ -64,7 +64,7 @@ TEST(HapticLoop, SkipsAndCountsWhatLongTicksMiss) {
   EXPECT_DOUBLE_EQ(s.body.dt.values[26], 0.001);
 }
 
-TEST(HapticLoop, BeginsTheForceAnewAfterAStandstill) {
+TEST(HapticLoop, RampsTheForceInAfterAStall) {
   Stage s;
   int n = 0;
   s.body.during = [&] {
@@ -147,7 +147,7 @@ TEST(HapticLoop, StepsDownWhileTimeIsBurntAndUpAfterwards) {
   EXPECT_GT(loop.counts().missed, 0U);
 }
 
-TEST(HapticLoop, SendsEveryChangedLeafThoughLineAndRingAreShort) {
+TEST(HapticLoop, SendsEveryChangedLeafDespiteShortQueueAndRing) {
   Stage s;
   s.body.MakeLeaves(150);
   s.body.changes_per_tick = 30;  // far more than are sent
@@ -158,7 +158,7 @@ TEST(HapticLoop, SendsEveryChangedLeafThoughLineAndRingAreShort) {
   std::map<std::array<int, 3>, std::array<float, 512>> mirror;
   int n = 0;
   loop.RunHere(3000, [&] {
-    if (++n == 2500) s.body.changes_per_tick = 0;  // the tool rests
+    if (++n == 2500) s.body.changes_per_tick = 0;  // the tool is at rest
     while (const LeafMessage* message = loop.leaves().Peek()) {
       mirror[message->index] = message->values;
       loop.leaves().Pop();
@@ -171,7 +171,7 @@ TEST(HapticLoop, SendsEveryChangedLeafThoughLineAndRingAreShort) {
   }
 }
 
-TEST(HapticLoop, LogsEveryTickAndCountsWhatNobodyRead) {
+TEST(HapticLoop, LogsEveryTickAndCountsLostSamples) {
   Stage s;
   s.params.sample_ring = 64;
   HapticLoop loop(s.body, s.device, s.clock, s.params);
@@ -205,7 +205,7 @@ void WaitFor(Condition condition) {
   while (!condition()) std::this_thread::sleep_for(std::chrono::microseconds(200));
 }
 
-TEST(LiveLoop, TheWatchdogMakesTheForceZeroWhenATickHangs) {
+TEST(LiveLoop, WatchdogSetsZeroForceWhenATickHangs) {
   RecordingDevice inner;
   GuardedDevice device(inner);
   MonotonicClock clock;
@@ -225,9 +225,9 @@ TEST(LiveLoop, TheWatchdogMakesTheForceZeroWhenATickHangs) {
   const long ramps_before = body.ramps;
   hang = true;
   WaitFor([&] { return hanging.load(); });
-  WaitFor([&] { return inner.force_x_N == 0; });  // the loop still hangs: the watchdog did this
+  WaitFor([&] { return inner.force_x_N == 0; });  // the loop still hangs, so this was the watchdog
   EXPECT_TRUE(hang);
-  WaitFor([&] { return loop.watchdog_trips() >= 1; });  // it counts after that
+  WaitFor([&] { return loop.watchdog_trips() >= 1; });  // the trip is counted after that
   hang = false;
   WaitFor([&] { return inner.force_x_N > 1; });  // the force returns, from zero
   EXPECT_GT(body.ramps, ramps_before);
@@ -239,7 +239,7 @@ TEST(LiveLoop, TheWatchdogMakesTheForceZeroWhenATickHangs) {
   EXPECT_EQ(loop.counts().ticks, loop.tick_times().total());
 }
 
-TEST(LiveLoop, SaysWhatTheSystemGrants) {
+TEST(LiveLoop, ReportsWhatTheSystemGrants) {
   RecordingDevice inner;
   GuardedDevice device(inner);
   MonotonicClock clock;

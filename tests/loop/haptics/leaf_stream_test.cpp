@@ -92,7 +92,7 @@ TEST(LeafStream, KeepsWhatTheRingHasNoRoomFor) {
   EXPECT_EQ(got[third][0], 5);
 }
 
-TEST(LeafStream, SaysWhenTheLineIsFull) {
+TEST(LeafStream, ReportsAFullQueue) {
   SpscRing<LeafMessage> ring(2);
   LeafPublisher publisher(ring, 3);
   const std::array<float, 512> values{};

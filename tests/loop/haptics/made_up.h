@@ -45,7 +45,7 @@ class RecordingDevice : public Device {
   std::atomic<int> inside_{0};
 };
 
-/// Body with a force that ramps up by 0.1 N a tick to 5 N and random changes of leaves; `during` runs in each tick.
+/// Body with a force that ramps up by 0.1 N per tick to 5 N and random changes of leaves; `during` runs in each tick.
 class MadeUpBody : public LoopBody {
  public:
   explicit MadeUpBody(GuardedDevice& device) : device_(device) {}

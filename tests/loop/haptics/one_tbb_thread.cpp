@@ -1,5 +1,5 @@
 // Limits oneTBB to the calling thread under ThreadSanitizer. Debian's oneTBB is not built for the sanitizer, which
-// therefore does not see how the library's threads exchange work and would report false races. The number of our own
+// therefore cannot track how the library's threads exchange work and would report false races. The number of our own
 // threads does not change.
 #if defined(__SANITIZE_THREAD__)
 #include <tbb/global_control.h>

@@ -52,7 +52,7 @@ TEST_F(PieceExchangeTest, LeavesOnlyWhenItMay) {
   Tick(PoseAt(1.03, 40));
   const std::int64_t since = piece_->clear_since;
   EXPECT_GT(since, 0);
-  // Near, and clear again: the reader's check is out of date.
+  // The tool is near the piece and then clear of it again: the reader's check is out of date.
   for (int i = 0; i < 10; ++i) Tick(PoseAt(1.03, 14));
   EXPECT_EQ(piece_->clear_since, 0);
   piece_->go = since;
@@ -81,7 +81,7 @@ TEST_F(PieceExchangeTest, IsDroppedWhenItWasCut) {
   EXPECT_TRUE(exchange_.Send(&*piece_));
 }
 
-TEST_F(PieceExchangeTest, WhereBoneIsPutBackOneThatWaitsIsDroppedAndOneThatLeavesIsNot) {
+TEST_F(PieceExchangeTest, DropAffectsWaitingPiecesButNotLeavingOnes) {
   EXPECT_FALSE(exchange_.leaving());
   exchange_.Drop();  // not yet received
   EXPECT_TRUE(piece_->dropped);

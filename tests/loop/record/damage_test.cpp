@@ -85,8 +85,8 @@ class DamagedRecordings : public ::testing::Test {
     for (const std::string& part : parts) bytes += part;
     return bytes;
   }
-  /// Corrects a damaged file as a person would who has the format but not the key: each block's number and checksum
-  /// and, if `chain`, its digest of the preceding block.
+  /// Corrects a damaged file like a person who knows the format but does not have the key: each block's number and
+  /// checksum and, if `chain`, its digest of the preceding block.
   static std::string Forge(std::vector<std::string> parts, bool chain) {
     BlockLink link = FirstLink();
     for (std::size_t i = 1; i < parts.size(); ++i) {
@@ -122,7 +122,7 @@ Offsets ReadableBlocks(const std::string& path) {
 }
 
 // Redundancy of the format: one damaged bit costs at most the block that contains it.
-TEST_F(DamagedRecordings, OneFlippedBitAnywhereCostsOneBlockAndIsSeen) {
+TEST_F(DamagedRecordings, AnyFlippedBitIsDetectedAndCostsAtMostOneBlock) {
   const std::string bytes = Record("a.kerf");
   const Offsets all = ReadableBlocks(Path("a.kerf"));
   ASSERT_EQ(all.size(), 11u);
@@ -150,7 +150,7 @@ TEST_F(DamagedRecordings, OneFlippedBitAnywhereCostsOneBlockAndIsSeen) {
   }
 }
 
-TEST_F(DamagedRecordings, SaysWhatIsMissing) {
+TEST_F(DamagedRecordings, ReportsWhatIsMissing) {
   const std::vector<std::string> parts = Split(Record("a.kerf"));
   ASSERT_EQ(parts.size(), 12u);
   const auto spoil = [&](const std::set<std::size_t>& which) {
@@ -206,14 +206,14 @@ TEST_F(DamagedRecordings, SaysWhatIsMissing) {
   cut.back().resize(cut.back().size() / 2);
   EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.500 s: no end");
   EXPECT_EQ(Open(Join(cut)).damage().state, RecordingState::kCutShort);
-  // Bytes that belong to no block.
+  // Bytes that do not belong to a block.
   std::vector<std::string> more = parts;
   more[5] += std::string(100, 'x');
-  EXPECT_EQ(Open(Join(more)).DescribeDamage(), "100 bytes in it belong to no block");
+  EXPECT_EQ(Open(Join(more)).DescribeDamage(), "100 bytes in it do not belong to a block");
 }
 
 // A forger with knowledge of the format can write any block with a valid checksum; the chain reveals it.
-TEST_F(DamagedRecordings, ABlockThatWasPutRightBreaksTheChain) {
+TEST_F(DamagedRecordings, ForgedBlockBreaksTheChain) {
   const SealKey key = SealKey::Make();
   const std::vector<std::string> parts = Split(Record("a.kerf", key));
   EXPECT_TRUE(Open(Forge(parts, false)).seal().is_whole) << "forging changes nothing by itself";
@@ -243,7 +243,7 @@ TEST_F(DamagedRecordings, ABlockThatWasPutRightBreaksTheChain) {
   expect_seen(added, "added");
 }
 
-TEST_F(DamagedRecordings, AChainThatWasMadeAgainIsSeenByTheSignatureOnly) {
+TEST_F(DamagedRecordings, RecomputedChainIsDetectedOnlyByTheSignature) {
   const SealKey key = SealKey::Make();
   const std::string bytes = Record("a.kerf", key);
   EXPECT_EQ(Open(bytes).seal().signer, key.public_key());
@@ -270,7 +270,7 @@ TEST_F(DamagedRecordings, AChainThatWasMadeAgainIsSeenByTheSignatureOnly) {
   EXPECT_THAT(Open(Forge(longer, true)).DescribeDamage(), HasSubstr("after its end"));
 }
 
-TEST_F(DamagedRecordings, SaysWhoseSealItIs) {
+TEST_F(DamagedRecordings, ReportsTheOwnerOfTheSeal) {
   const SealKey key = SealKey::Make();
   Record("signed.kerf", key);
   Record("unsigned.kerf");
@@ -283,14 +283,14 @@ TEST_F(DamagedRecordings, SaysWhoseSealItIs) {
   EXPECT_EQ(describe("unsigned.kerf", {}), "chain intact; not signed");
 }
 
-// The digest of "abc" by RFC 7693, shortened to 256 bits by the algorithm's own parameter: b2sum -l 256.
+// The digest of "abc" according to RFC 7693 with a length of 256 bits, as printed by b2sum -l 256.
 TEST_F(DamagedRecordings, TheDigestIsBlake2b) {
   const std::string abc = "bddd813c634239723171ef3fee98579b94964e3bb1cb3e427262c8c068d52319";
   EXPECT_EQ(ToHex(CalcDigest("abc")), abc);
   EXPECT_EQ(ToHex(CalcDigest("a", "bc")), abc);
 }
 
-TEST_F(DamagedRecordings, TheKeyIsTheUsersAlone) {
+TEST_F(DamagedRecordings, KeyFileIsPrivateAndNeverReplaced) {
   EXPECT_FALSE(ReadKeyFile());
   const SealKey made = MakeKeyFile();
   const std::string path = Path("kerf/recording.key");
@@ -314,7 +314,7 @@ TEST_F(DamagedRecordings, TheKeyIsTheUsersAlone) {
   ASSERT_EQ(chmod(path.c_str(), 0600), 0);
   WriteAll(path, "nonsense");
   EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("is not a secret key"));
-  // A link in its place is not followed to another file.
+  // A symbolic link in its place is not followed to another file.
   fs::remove(path);
   WriteAll(Path("mine"), "mine");
   fs::create_symlink(Path("mine"), path);
@@ -322,7 +322,7 @@ TEST_F(DamagedRecordings, TheKeyIsTheUsersAlone) {
   EXPECT_EQ(ReadTextFile(Path("mine")), "mine");
 }
 
-TEST_F(DamagedRecordings, KeysOfOthersAreReadOrRefused) {
+TEST_F(DamagedRecordings, PublicKeyFilesAreReadOrRefused) {
   const std::string key = SealKey::Make().public_key();
   WriteAll(Path("keys"), "# class\n" + FormatPublicKey(key) + " room 3\n\n" + FormatPublicKey(key) + "\n");
   const std::vector<KnownKey> keys = ReadPublicKeys(Path("keys"));

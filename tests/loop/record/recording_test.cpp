@@ -61,7 +61,7 @@ class Recordings : public ::testing::Test {
     }
     return "";
   }
-  /// Checks that all steps present are those written, in order; damage() lists the others.
+  /// Checks that all steps present are those written, in order; damage() lists the missing ones.
   static void ExpectAsWritten(RecordingReader& reader) {
     std::uint64_t next = 0;
     std::uint64_t read = 0;
@@ -95,7 +95,7 @@ class Recordings : public ::testing::Test {
   std::string folder_ = own_.path();
 };
 
-TEST_F(Recordings, ComesBack) {
+TEST_F(Recordings, RoundTripIsExact) {
   Write(Path("a.kerf"), 1100);
   RecordingReader reader(Path("a.kerf"));
   EXPECT_EQ(reader.head().scene_name, "a \"scene\"?");
@@ -111,7 +111,7 @@ TEST_F(Recordings, ComesBack) {
 }
 
 // Text from a file must not control the terminal that displays it.
-TEST_F(Recordings, TextIsForTheEyeOnly) {
+TEST_F(Recordings, ControlCharactersInTextAreReplaced) {
   RecordingHead head = Head();
   head.machine = "a\x1b]0;title\x07 b";
   head.scene_name =
@@ -123,7 +123,7 @@ TEST_F(Recordings, TextIsForTheEyeOnly) {
   EXPECT_EQ(reader.head().scene_name, "?31m?.txt \xc3\xa4");
 }
 
-TEST_F(Recordings, StepsThatItsEndTellsOfMustBeThere) {
+TEST_F(Recordings, StepsCountedInItsEndMustExist) {
   {
     RecordingWriter writer(Path("a.kerf"), Head(), {});
     for (int i = 0; i < 10; ++i) writer.Add(Step(i), i);
@@ -132,7 +132,7 @@ TEST_F(Recordings, StepsThatItsEndTellsOfMustBeThere) {
   EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("changed after it was written"));
 }
 
-TEST_F(Recordings, ATickOfNoTimeIsRefused) {
+TEST_F(Recordings, InvalidTickDurationIsRefused) {
   for (const double dt_s : {-1.0, 1e9, std::nan("")}) {
     fs::remove(Path("a.kerf"));
     {
@@ -146,7 +146,7 @@ TEST_F(Recordings, ATickOfNoTimeIsRefused) {
   }
 }
 
-TEST_F(Recordings, CutShortAnywhereIsWholeBeforeTheCut) {
+TEST_F(Recordings, TruncatedFileIsReadUpToTheCut) {
   Write(Path("a.kerf"), 1100);
   const std::string bytes = ReadAll(Path("a.kerf"));
   std::uint64_t most = 0;
@@ -157,7 +157,7 @@ TEST_F(Recordings, CutShortAnywhereIsWholeBeforeTheCut) {
     try {
       reader.emplace(Path("b.kerf"));
     } catch (const Error&) {
-      // Only before the head is complete.
+      // Opening fails only before the head is complete.
       EXPECT_EQ(opened, 0) << size;
       continue;
     }
@@ -170,7 +170,7 @@ TEST_F(Recordings, CutShortAnywhereIsWholeBeforeTheCut) {
   EXPECT_EQ(most, 1100u);
 }
 
-TEST_F(Recordings, DamageIsFoundAndAllElseIsRead) {
+TEST_F(Recordings, DamageIsDetectedAndTheRestIsRead) {
   Write(Path("a.kerf"), 1100);
   const std::string bytes = ReadAll(Path("a.kerf"));
   std::mt19937_64 dice(1);
@@ -199,14 +199,14 @@ TEST_F(Recordings, NeverReplacesAFile) {
   EXPECT_THAT(Failure([&] { Write(Path("none/a.kerf"), 10); }), HasSubstr("there is no folder"));
 }
 
-TEST_F(Recordings, WithoutItsEndItIsReadAsFarAsItGoes) {
+TEST_F(Recordings, RecordingWithoutAnEndIsReadAsFarAsItWasWritten) {
   Write(Path("a.kerf"), 1100, false);
   RecordingReader reader(Path("a.kerf"));
   EXPECT_EQ(reader.steps(), 1000u);  // blocks of 250; the last hundred were not yet written
   EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));
 }
 
-TEST_F(Recordings, TakenAwayIsToldAndNothingElseHappens) {
+TEST_F(Recordings, RemovedFileIsReported) {
   RecordingWriter writer(Path("a.kerf"), Head(), {});
   fs::remove(Path("a.kerf"));
   EXPECT_THAT(Failure([&] {
@@ -216,7 +216,7 @@ TEST_F(Recordings, TakenAwayIsToldAndNothingElseHappens) {
 }
 
 // A limit on file sizes simulates a full disk: write() fails in the middle of a block.
-TEST_F(Recordings, AFullDiskLeavesItWhole) {
+TEST_F(Recordings, FullDiskLeavesWholeBlocks) {
   const std::string path = Path("a.kerf");
   const pid_t child = fork();
   if (child == 0) {
@@ -247,7 +247,7 @@ TEST_F(Recordings, AFullDiskLeavesItWhole) {
   ExpectAsWritten(reader);
 }
 
-TEST_F(Recordings, WhatIsNoneIsRefused) {
+TEST_F(Recordings, FilesThatAreNotRecordingsAreRefused) {
   WriteAll(Path("a.kerf"), "");
   EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("is not a recording"));
   WriteAll(Path("a.kerf"), "kerf recording 1\n");

@@ -50,7 +50,7 @@ RecordedBlock MakeHand(std::size_t ticks, double resolution_mm, unsigned seed) {
   return block;
 }
 
-TEST(RecordedSteps, AHandComesBackToTheBit) {
+TEST(RecordedSteps, RoundTripOfAHandsMotionIsBitIdentical) {
   RecordedBlock block = MakeHand(1000, 0.03, 1);
   block.states.push_back({259, 1.25, {1.5, -2.25, 3}, {0.125, 0, -7.5}, 12.5, 3.25});
   block.hashes.push_back({1249, 0x0123456789abcdef, 0xfedcba9876543210});
@@ -59,7 +59,7 @@ TEST(RecordedSteps, AHandComesBackToTheBit) {
   for (std::size_t i = 0; i < block.steps.size(); ++i) ASSERT_TRUE(IsSame(back.steps[i], block.steps[i])) << i;
   ASSERT_EQ(back.states.size(), 1u);
   EXPECT_EQ(back.states[0].step, 259u);
-  // Rounded to a thousandth and a millionth: these are multiples, except for a double's rounding.
+  // The values are stored in thousandths and millionths. These are exact multiples, except for the rounding of doubles.
   EXPECT_NEAR(back.states[0].time_s, 1.25, 1e-12);
   EXPECT_NEAR(back.states[0].p_WT_mm.y, -2.25, 1e-12);
   EXPECT_NEAR(back.states[0].f_N.z, -7.5, 1e-12);
@@ -69,7 +69,7 @@ TEST(RecordedSteps, AHandComesBackToTheBit) {
 }
 
 // Any doubles: NaN with any payload, infinities, denormals, invalid poses.
-RC_GTEST_PROP(RecordedSteps, AnythingComesBackToTheBit, (std::uint64_t seed)) {
+RC_GTEST_PROP(RecordedSteps, RoundTripOfAnyStepsIsBitIdentical, (std::uint64_t seed)) {
   std::mt19937_64 dice(seed);
   RecordedBlock block;
   block.first_step = dice() >> 20;
@@ -108,7 +108,7 @@ RC_GTEST_PROP(RecordedSteps, AnythingComesBackToTheBit, (std::uint64_t seed)) {
   for (std::size_t i = 0; i < count; ++i) RC_ASSERT(IsSame(back.steps[i], block.steps[i]));
 }
 
-TEST(RecordedSteps, NoBytesCrash) {
+TEST(RecordedSteps, DecodingAnyBytesDoesNotCrash) {
   const std::string good = EncodeBlock(MakeHand(50, 0.03, 2));
   for (std::size_t size = 0; size < good.size(); ++size) {
     EXPECT_THROW(DecodeBlock(good.substr(0, size)), Error) << size;
@@ -125,7 +125,7 @@ TEST(RecordedSteps, NoBytesCrash) {
   }
 }
 
-TEST(Lattice, NearerThanAnyDeviceSees) {
+TEST(Lattice, RoundingIsFinerThanAnyDevice) {
   std::mt19937_64 dice(4);
   std::uniform_real_distribution<double> any(-1, 1);
   for (int i = 0; i < 100'000; ++i) {
@@ -133,11 +133,11 @@ TEST(Lattice, NearerThanAnyDeviceSees) {
                  1000.0 * Vec3{any(dice), any(dice), any(dice)}};
     const Pose on = MakePose(FindNearestOnLattice(X));
     EXPECT_NEAR(glm::length(on.p_AB - X.p_AB), 0, 0.5 * std::sqrt(3.0) * kLatticePosition_mm);
-    // Half a step in each of three components. The fourth, at least a half, changes by up to their sum over twice
-    // itself.
+    // The error is at most half a step in each of three components. The fourth is at least a half and changes by at
+    // most their sum divided by twice its value.
     EXPECT_NEAR(1 - std::abs(glm::dot(on.R_AB, X.R_AB)), 0, 1e-15);
     EXPECT_NEAR(glm::length(on.R_AB), 1, 4e-16);
-    // Found again, with the same result.
+    // A pose on the lattice is found again, with the same result.
     const std::optional<LatticePose> again = FindOnLattice(on);
     ASSERT_TRUE(again);
     EXPECT_EQ(MakePose(*again).R_AB, on.R_AB);
@@ -145,7 +145,7 @@ TEST(Lattice, NearerThanAnyDeviceSees) {
   }
 }
 
-TEST(Lattice, TwoComponentsAlike) {
+TEST(Lattice, WorksWithTwoNearlyEqualComponents) {
   // Cases in which the omitted component becomes the smaller one.
   const double half = std::sqrt(0.5);
   for (int i = -20; i < 20; ++i) {

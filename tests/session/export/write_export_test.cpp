@@ -72,7 +72,7 @@ struct Session {
   ExportInput taken;
 };
 
-TEST(ExportInput, WritesAllOfIt) {
+TEST(ExportInput, WritesAllFiles) {
   const Session session;
   const Folder folder;
   double last = 0;
@@ -115,7 +115,7 @@ TEST(ExportInput, WritesAllOfIt) {
   EXPECT_TRUE(again.state(2).deleted);
 }
 
-TEST(ExportInput, WritesObjAndNothingThatIsNotThere) {
+TEST(ExportInput, WritesObjAndOmitsMissingItems) {
   const Session session;
   const Folder folder;
   ExportInput taken;
@@ -160,7 +160,7 @@ TEST(ExportInput, TransformFileIsTheInverseInLps) {
   EXPECT_LT(glm::length(back - p), 1e-12);
 }
 
-TEST(ExportInput, CsvHasAValueALine) {
+TEST(ExportInput, CsvHasOneValuePerLine) {
   const Session session;
   const std::string csv = FormatMeasuresCsv(session.taken);
   EXPECT_THAT(csv, HasSubstr("subject,measure,unit,value\n"));
@@ -193,7 +193,7 @@ TEST(ExportInput, AssessmentJsonHasStableKeys) {
 }
 
 /// Python's own parser accepts it, every element is closed, and it loads no external resource.
-TEST(Report, IsWholeHtmlThatNeedsNothingElse) {
+TEST(Report, IsSelfContainedValidHtml) {
   const Session session;
   const Folder folder;
   const std::string html = FormatReportHtml(session.taken);
@@ -240,13 +240,13 @@ sys.exit(1 if check.bad else 0)
   EXPECT_THAT(html, HasSubstr("1 of 2 planned planes cut, 0 within the margin."));
 }
 
-TEST(Report, OfNothingIsAPageToo) {
+TEST(Report, EmptyReportIsAValidPage) {
   const std::string html = FormatReportHtml(ExportInput{});
   EXPECT_THAT(html, HasSubstr("<h1>Report of a session</h1>"));
   EXPECT_THAT(html, HasSubstr("</html>\n"));
 }
 
-TEST(CurveSvg, KeepsItsPeakAndStaysInItsFrame) {
+TEST(CurveSvg, PreservesThePeakAndStaysInItsFrame) {
   const Session session;
   const std::string svg = takeaway::FormatCurveSvg(session.taken.curves[0]);
   EXPECT_THAT(svg, HasSubstr(">50</text>"));
@@ -273,7 +273,7 @@ TEST(CurveSvg, KeepsItsPeakAndStaysInItsFrame) {
   }
 }
 
-TEST(Html, EncodesAsTheStandardSays) {
+TEST(Html, EncodesBase64AsInRfc4648) {
   // RFC 4648, section 10.
   const std::pair<const char*, const char*> cases[] = {{"", ""},
                                                        {"f", "Zg=="},

@@ -29,7 +29,7 @@ std::string FailureOf(const std::function<void()>& call) {
   return "";
 }
 
-TEST(HoldTool, TheSceneGetsTheDevicesFigures) {
+TEST(HoldTool, SceneTakesTheDevicesProperties) {
   DeviceServoOptions options = PatientOptions();
   options.motion_scale = 0.5;
   options.left_handed = true;
@@ -57,7 +57,7 @@ TEST(HoldTool, TheSceneGetsTheDevicesFigures) {
   EXPECT_EQ(MakeServoOptions(back).R_WD, back.device.orientation);
 }
 
-TEST(HoldTool, ADeviceWithoutForceLeavesTheSceneAsItIs) {
+TEST(HoldTool, DeviceWithoutForceDoesNotChangeTheScene) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) { state.traits.makes_force = false; });
   Scene scene;
   SetDevice(scene, *served.servo);
@@ -65,7 +65,7 @@ TEST(HoldTool, ADeviceWithoutForceLeavesTheSceneAsItIs) {
   EXPECT_EQ(scene.device.delay_ticks, 0);
 }
 
-TEST(HoldTool, RefusesFiguresThatAskForMoreThanTheDeviceHas) {
+TEST(HoldTool, RefusesProfileWithMoreForceThanTheDevice) {
   Served weak(PatientOptions(), [](ReportedDevice::State& state) { state.profile.peak_force_N = 2; });
   Scene scene;
   EXPECT_THAT(FailureOf([&] { SetDevice(scene, *weak.servo); }),
@@ -94,7 +94,7 @@ TEST(HoldTool, RefusesFiguresThatAskForMoreThanTheDeviceHas) {
   EXPECT_EQ(with_table.device.profile, "omni");
 }
 
-TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
+TEST(HoldTool, WaitsForTheHandleAndCanBeStopped) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) { state.sample.homed = false; });
   std::atomic<bool> stop{false};
   bool stops = true;
@@ -133,10 +133,10 @@ TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
   EXPECT_NEAR(served.device->Look().reported.stiffness_N_per_mm, 3 * 0.25, 1e-9);
 }
 
-TEST(SetDevice, CouplesForTheDelayOfTheDevicesRounds) {
+TEST(SetDevice, CouplingAllowsForTheDelayOfTheDevicesRounds) {
   struct Case {
     double loop_Hz, device_Hz;
-    int delay_ticks;  // of the loop: one of its own, plus the number that begin in one of the device's rounds
+    int delay_ticks;  // one of the loop, plus the number that begin during a round of the device
   };
   for (const Case& c : {Case{1000, 1000, 2}, Case{500, 1000, 2}, Case{4000, 1000, 5}, Case{1000, 300, 5}}) {
     SCOPED_TRACE(c.loop_Hz);
@@ -152,7 +152,7 @@ TEST(SetDevice, CouplesForTheDelayOfTheDevicesRounds) {
   EXPECT_THAT(FailureOf([&] { SetDevice(scene, *slow.servo); }), HasSubstr("rate_hz must be 750 at most"));
 }
 
-TEST(MoveByDeflection, GoesAndTurnsByItsSpeeds) {
+TEST(MoveByDeflection, MovesAndRotatesAtItsSpeeds) {
   const Pose X_WH{glm::angleAxis(0.8, glm::normalize(Vec3{1, -1, 2})), {10, 20, 30}};
   const Quat R_WD = glm::angleAxis(0.5, glm::normalize(Vec3{3, 1, 1}));
   const Vec3 p_TC_mm{0, 5, 60};
@@ -198,7 +198,7 @@ TEST(DeflectionHand, PushedCapMovesTheHandleAndBoneHoldsItBack) {
     return device.p_WC_mm();
   };
   const Vec3 free = go(Vec3{0});
-  // It follows with the lag of the hand's second order, 40 ms, and of its spring.
+  // It follows with the lag of the hand's second-order response, 40 ms, and of its spring.
   EXPECT_NEAR(free.x - X_WH.p_AB.x, 30, 60 * 0.1);
   EXPECT_NEAR(free.y, X_WH.p_AB.y, 1e-9);
   // A force holds it back: by the compliance of the hand's spring, within the device's friction.

@@ -40,7 +40,7 @@ Assessment AssessCase(const Pose& X, const Case& c, double margin_mm = 1) {
   return AssessCut(plan, before, after, 0.4);
 }
 
-TEST(AssessCut, MeasuresWhatWasPutIn) {
+TEST(AssessCut, MeasuresInjectedErrors) {
   Draw draw(1);
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(i);
@@ -68,7 +68,7 @@ TEST(AssessCut, MeasuresWhatWasPutIn) {
   }
 }
 
-TEST(AssessCut, CountsWhatLiesBeyondTheMargin) {
+TEST(AssessCut, CountsVolumeBeyondTheMargin) {
   // 2 mm off: all of it is outside a margin of 1 mm plus half a blade. With a margin of 3 mm nothing is outside.
   const Assessment off = AssessCase({}, {2, 0, 0, 4});
   EXPECT_NEAR(*off.outside_mm3, off.removed_mm3, 1e-6);
@@ -78,7 +78,7 @@ TEST(AssessCut, CountsWhatLiesBeyondTheMargin) {
   EXPECT_TRUE(wide.planes[0].within_margin);
 }
 
-TEST(AssessCut, OfNoCutAndNoPlanSaysSo) {
+TEST(AssessCut, NoCutOrNoPlanGivesNoResults) {
   const Bone bone = MakeBlock(BlockAt({}, 0.25), test::OneRegionTable());
   Plan plan;
   Assessment out = AssessCut(plan, bone, bone, 0.4);
@@ -93,7 +93,7 @@ TEST(AssessCut, OfNoCutAndNoPlanSaysSo) {
   EXPECT_TRUE(MakeCutMarkups(out).empty());
 }
 
-TEST(AssessCut, ThroughAndThroughIsAsDeepAsTheBone) {
+TEST(AssessCut, ThroughCutIsAsDeepAsTheBone) {
   const Pose X{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {3, 2, 1}};
   const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
   Bone after = before;
@@ -106,7 +106,7 @@ TEST(AssessCut, ThroughAndThroughIsAsDeepAsTheBone) {
 }
 
 /// Two planes, two cuts: each cut is measured against its own plane.
-TEST(AssessCut, KeepsTwoPlanesApart) {
+TEST(AssessCut, DistinguishesTwoPlanes) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
   Bone after = before;
   CutKerf(after, {{-3.7, 0, 0}, {1, 0, 0}}, 0.4);

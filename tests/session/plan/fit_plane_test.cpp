@@ -21,7 +21,7 @@ void ExpectPlane(const std::optional<FittedPlane>& found, const CutPlane& cut, d
 }
 
 // Linear interpolation of a distance to a plane is exact except at the ridge. The remaining error is from the corners
-// of the kerf: a fraction of a voxel at a few of hundreds of centres.
+// of the kerf: a fraction of a voxel at a few of the hundreds of centres.
 TEST(FitKerf, FindsAPerfectCutInAnyPose) {
   Draw draw(1);
   for (int i = 0; i < 12; ++i) {
@@ -73,7 +73,7 @@ TEST(FitKerf, FindsAKerfThinnerThanAVoxel) {
   }
 }
 
-TEST(FitKerf, FindsWhatTheSimulationCut) {
+TEST(FitKerf, FindsTheSimulatedCut) {
   int i = 0;
   for (const Pose& X : test::BlockPoses(0.2)) {
     SCOPED_TRACE(i++);
@@ -89,7 +89,7 @@ TEST(FitKerf, FindsWhatTheSimulationCut) {
   }
 }
 
-TEST(FitKerf, TellsTwoKerfsApart) {
+TEST(FitKerf, DistinguishesTwoKerfs) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
   Bone after = before;
   const CutPlane first{{-4, 0, -4}, glm::normalize(Vec3(1, 0.1, 0.05))};
@@ -117,7 +117,7 @@ TEST(FitKerf, TellsTwoKerfsApart) {
   EXPECT_LT(std::min(off(first), off(second)), 0.2);
 }
 
-TEST(FitKerf, IsNotMisledByAPieceThatWasTakenOut) {
+TEST(FitKerf, IgnoresARemovedPiece) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
   Bone after = before;
   const CutPlane cut{{0, 0, -4}, glm::normalize(Vec3(1, 0.1, 0.05))};
@@ -139,7 +139,7 @@ TEST(FitKerf, FitsAShavingByItsVolume) {
   EXPECT_NEAR(found->volume_mm3, 16 * 10 * 0.5, 1);
 }
 
-TEST(FitKerf, SaysNothingOfNoLossAndOfABall) {
+TEST(FitKerf, ReturnsNoneWithoutLossAndForABall) {
   const Bone before = MakeBlock(BlockAt({}, 0.25), test::OneRegionTable());
   EXPECT_FALSE(FitKerf(before, before));
   Bone after = before;

@@ -31,7 +31,7 @@ struct Draw {
 };
 
 /// The disc lies in its plane z = 0 with the spindle along z; the plan is the same plane, its point below the disc.
-TEST(PlaneDeviation, SaysByHowMuchTheBladeWasMovedAndTurned) {
+TEST(PlaneDeviation, MeasuresTranslationAndRotationOfTheBlade) {
   Draw draw(1);
   const Tool tool = DiscSaw{.diameter_mm = 20};
   for (int i = 0; i < 200; ++i) {
@@ -60,7 +60,7 @@ TEST(PlaneDeviation, SaysByHowMuchTheBladeWasMovedAndTurned) {
   }
 }
 
-TEST(PlaneDeviation, NearestPointIsNearestOfAllOfTheDisc) {
+TEST(PlaneDeviation, NearestPointIsTheNearestOfTheWholeDisc) {
   Draw draw(2);
   const Tool tool = DiscSaw{.diameter_mm = 22};
   for (int i = 0; i < 100; ++i) {
@@ -85,7 +85,7 @@ TEST(PlaneDeviation, NearestPointIsNearestOfAllOfTheDisc) {
   }
 }
 
-TEST(PlaneDeviation, DoesNotMindWhichWayTheSpindlePoints) {
+TEST(PlaneDeviation, IsIndependentOfTheSpindlesSign) {
   Draw draw(3);
   const Tool tool = DiscSaw{};
   for (int i = 0; i < 50; ++i) {
@@ -101,7 +101,7 @@ TEST(PlaneDeviation, DoesNotMindWhichWayTheSpindlePoints) {
   }
 }
 
-TEST(PlaneDeviation, OfABallIsThatOfItsCentre) {
+TEST(PlaneDeviation, OfABallIsMeasuredAtItsCentre) {
   const PlannedPlane plane{.name = "p", .plane = {{0, 0, 1}, {0, 0, 1}}, .margin_mm = 0.5};
   const PlaneDeviation out = CalcDeviation(plane, BallBurr{}, Pose{{1, 0, 0, 0}, {5, 5, 1.4}});
   EXPECT_NEAR(out.offset_mm, 0.4, 1e-12);
@@ -109,7 +109,7 @@ TEST(PlaneDeviation, OfABallIsThatOfItsCentre) {
   EXPECT_FALSE(out.angle_deg);
 }
 
-TEST(PlaneDeviation, IsANumberForABladeAcrossThePlan) {
+TEST(PlaneDeviation, IsFiniteForABladePerpendicularToThePlan) {
   const PlannedPlane plane{.name = "p", .plane = {{0, 0, 0}, {1, 0, 0}}, .margin_mm = 1};
   for (const Vec3& p : {Vec3(0), Vec3(5, 0, 0), Vec3(0, 5, 0), Vec3(0, 0, 5)}) {
     const PlaneDeviation out = CalcDeviation(plane, DiscSaw{}, Pose{{1, 0, 0, 0}, p});
@@ -184,7 +184,7 @@ TEST(Plan, IsWrittenForSlicerAndReadBack) {
   }
 }
 
-TEST(Plan, WithoutNamesIsNumbered) {
+TEST(Plan, UnnamedPlanesAreNumbered) {
   const std::string text = R"({"markups": [
     {"type": "Plane", "coordinateSystem": "RAS", "center": [1, 2, 3], "normal": [0, 0, 1]},
     {"type": "Plane", "coordinateSystem": "LPS", "center": [1, 2, 3], "normal": [0, 0, 1], "name": "cut"},
@@ -197,7 +197,7 @@ TEST(Plan, WithoutNamesIsNumbered) {
   EXPECT_EQ(planes[2].name, "cut 2");
 }
 
-TEST(Plan, FaultsAreTold) {
+TEST(Plan, FaultsAreReported) {
   Plan plan;
   plan.planes.push_back({.name = "a", .plane = {}, .margin_mm = 1});
   plan.stops.push_back({.name = "a", .p_W_mm = {}, .direction_W = {0, 0, 1}, .depth_mm = 5});
@@ -215,7 +215,7 @@ TEST(Plan, FaultsAreTold) {
   EXPECT_THAT(with([](Plan& p) { p.stops[0].p_W_mm.x = 1e9; }), HasSubstr("world"));
 }
 
-TEST(Guide, HoldsPlaneAndStop) {
+TEST(Guide, CombinesPlaneAndStop) {
   Draw draw(8);
   for (int i = 0; i < 50; ++i) {
     const PlannedPlane plane{.name = "p", .plane = {draw.Point(), draw.Direction()}, .margin_mm = 0.7};

@@ -41,7 +41,7 @@ AgentParams Perfect() {
 
 class Ranking : public Agents, public testing::WithParamInterface<const char*> {};
 
-TEST_P(Ranking, NoviceIntermediateAndExpertAreRankedByEachMeasureThatCounts) {
+TEST_P(Ranking, EachScoredMeasureRanksNoviceIntermediateAndExpert) {
   const Scene scene = test::MakeSmallExercise(GetParam());
   for (const std::uint64_t seed : {1, 2, 3}) {
     ScoreSheet sheets[3];
@@ -52,7 +52,7 @@ TEST_P(Ranking, NoviceIntermediateAndExpertAreRankedByEachMeasureThatCounts) {
       for (const Goal& goal : GoalsOf(scene.exercise.kind)) {
         const double worse = std::abs(sheets[i - 1].Get(goal.key).value());
         const double better = std::abs(sheets[i].Get(goal.key).value());
-        // An agent without this fault cannot be surpassed.
+        // If the worse agent does not make this error at all, the better one cannot surpass it.
         EXPECT_TRUE(better < worse || (better == 0 && worse == 0))
             << goal.key << ": " << AgentNames()[i] << " " << better << ", " << AgentNames()[i - 1] << " " << worse
             << ", seed " << seed;
@@ -69,7 +69,7 @@ INSTANTIATE_TEST_SUITE_P(Each, Ranking,
                                          "osteotomy"),
                          [](const auto& of) { return std::string(of.param); });
 
-TEST_F(Agents, TheTotalFallsWithEachErrorThatIsInjected) {
+TEST_F(Agents, TotalDecreasesWithEachInjectedError) {
   struct Injected {
     const char* what;
     std::function<void(AgentParams&, double)> set;
@@ -101,7 +101,7 @@ TEST_F(Agents, TheTotalFallsWithEachErrorThatIsInjected) {
   }
 }
 
-TEST_F(Agents, TheTotalFallsWithReactionAndForceAtBreakthrough) {
+TEST_F(Agents, TotalDecreasesWithReactionTimeAndForceAtBreakthrough) {
   const Scene scene = test::MakeSmallExercise("bicortical");
   double last_plunge = -1;
   double last = 101;
@@ -122,7 +122,7 @@ TEST_F(Agents, TheTotalFallsWithReactionAndForceAtBreakthrough) {
   EXPECT_LT(Score(scene, careful).Get("plunge_max_mm").value(), last_plunge);
 }
 
-TEST_F(Agents, TheSameAgentScoresTheSameTwice) {
+TEST_F(Agents, SameAgentGivesTheSameScore) {
   const Scene scene = test::MakeSmallExercise("groove");
   const AgentParams params = MakeAgentParams("novice", 4);
   ScoreSheet a = Score(scene, params);
@@ -135,9 +135,9 @@ TEST_F(Agents, TheSameAgentScoresTheSameTwice) {
   EXPECT_NE(Score(scene, other).Get("jitter_mm"), b.Get("jitter_mm"));
 }
 
-// By the formula alone, stopping early can increase the score: less path, less time, fewer faults. A part is not
-// graded.
-TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
+// By the formula alone, stopping early can increase the score: less path, less time, fewer faults. An incomplete
+// attempt is therefore not graded.
+TEST_F(Agents, TruncatedRecordingIsMeasuredButNotGraded) {
   MakeFolder(folder_);
   const Scene scene = test::MakeSmallExercise("follow_line");
   const std::string whole_file = folder_ + "/whole.kerf";
@@ -228,7 +228,7 @@ TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
 }
 
 // The beginning ends after kBeginningMoves moves: later moves, present or missing, do not change its digest.
-TEST_F(Agents, RecordingsThatPartAfterTheBeginningHaveOneDigestOfIt) {
+TEST_F(Agents, RecordingsThatDivergeAfterTheBeginningShareItsDigest) {
   MakeFolder(folder_);
   const auto digest = [&](std::size_t waits, std::size_t moves, double last_mm) {
     const std::string file = fmt::format("{}/{}_{}_{}.kerf", folder_, waits, moves, last_mm);
@@ -259,7 +259,7 @@ TEST_F(Agents, RecordingsThatPartAfterTheBeginningHaveOneDigestOfIt) {
   EXPECT_NE(digest(5001, 10, 0).beginning, digest(5001, 11, 0).beginning);   // but does not count as moves
 }
 
-TEST(AgentParams, AreRefusedOutOfRange) {
+TEST(AgentParams, OutOfRangeIsRefused) {
   EXPECT_THROW(MakeAgentParams("master", 1), Error);
   const Scene scene = test::MakeSmallExercise("groove");
   AgentParams params;

@@ -16,7 +16,7 @@
 namespace kerf {
 namespace {
 
-TEST(Exercises, AreThoseOfTheFolderEasyToHard) {
+TEST(Exercises, AreTheFilesOfTheFolderFromEasyToHard) {
   std::set<std::string> ids;
   std::set<ExerciseKind> kinds;
   int difficulty = 0;
@@ -52,7 +52,7 @@ TEST(Exercises, PathsAreTheWantedCuts) {
   }
 }
 
-TEST(MakeLevel, WithdrawsOneAidAfterTheOther) {
+TEST(MakeLevel, RemovesOneAidPerLevel) {
   int before = 5;
   for (int level = 1; level <= kLevels; ++level) {
     const SceneExercise e = MakeExerciseScene("groove", level).exercise;

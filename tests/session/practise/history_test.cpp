@@ -80,7 +80,7 @@ class HistoryTest : public test::ResultFolderTest {
   }
 };
 
-TEST_F(HistoryTest, KeepsWhatItIsGiven) {
+TEST_F(HistoryTest, StoresAttempts) {
   const std::string name = "O'Hara; DROP TABLE attempts; \xc3\xa9";
   {
     History history(File());
@@ -122,7 +122,7 @@ TEST_F(HistoryTest, TwoWritersAtTheSameTimeLoseNothing) {
   EXPECT_EQ(History(File()).List().size(), 2U * kEach);
 }
 
-TEST_F(HistoryTest, IsOpenedWhileAnotherWritesNowAndThen) {
+TEST_F(HistoryTest, OpensWhileAnotherProgramWritesRepeatedly) {
   History(File()).Add(MakeOne("a", "x", 1));
   for (int i = 0; i < 20; ++i) {
     Execute("PRAGMA journal_mode = DELETE");  // the state before the first opening was complete
@@ -146,7 +146,7 @@ TEST_F(HistoryTest, IsOpenedWhileAnotherWritesNowAndThen) {
   }
 }
 
-TEST_F(HistoryTest, SaysInOneSentenceWhatIsWrongWithItsFile) {
+TEST_F(HistoryTest, ReportsEachFaultOfItsFileInOneSentence) {
   MakeFolder(folder_ + "/data");
   WriteTextFile(File(), std::string(4096, 'x'));
   EXPECT_THAT(MessageOfOpening(), HasSubstr("is not a history of kerf"));
@@ -166,7 +166,7 @@ TEST_F(HistoryTest, SaysInOneSentenceWhatIsWrongWithItsFile) {
   EXPECT_EQ(MessageOfOpening().find('\n'), std::string::npos);
 }
 
-TEST_F(HistoryTest, ARowThatWasChangedIsMarkedAndHasNoTotal) {
+TEST_F(HistoryTest, ChangedRowIsMarkedAndHasNoTotal) {
   {
     History history(File());
     for (const char* hash : {"a", "b", "c", "d"}) history.Add(MakeOne("Ida", hash, 40));
@@ -199,7 +199,7 @@ TEST_F(HistoryTest, ARowThatWasChangedIsMarkedAndHasNoTotal) {
 }
 
 // After a change of any byte of the file, the file is refused, the row is marked, or the displayed data are unchanged.
-TEST_F(HistoryTest, NoChangedByteShowsAnotherAttemptAsGood) {
+TEST_F(HistoryTest, NoChangedByteYieldsAWrongUnmarkedAttempt) {
   {
     History history(File());
     for (const char* hash : {"a", "b", "c"}) history.Add(MakeOne("Ida", hash, 40));
@@ -236,7 +236,7 @@ TEST_F(HistoryTest, NoChangedByteShowsAnotherAttemptAsGood) {
   EXPECT_GT(marked, 0);
 }
 
-TEST_F(HistoryTest, OneOfAnEarlierVersionIsBroughtUpToDateWholeOrNotAtAll) {
+TEST_F(HistoryTest, EarlierVersionIsConvertedCompletelyOrNotAtAll) {
   MakeFolder(folder_ + "/data");
   Execute(
       "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
@@ -266,7 +266,7 @@ TEST_F(HistoryTest, OneOfAnEarlierVersionIsBroughtUpToDateWholeOrNotAtAll) {
   EXPECT_TRUE(History(File()).List()[0].damaged);
 }
 
-TEST_F(HistoryTest, DoublesAndIncompleteAttemptsAreMarked) {
+TEST_F(HistoryTest, DuplicatesAndIncompleteAttemptsAreMarked) {
   History history(File());
   Attempt one = MakeOne("Ida", "a", 40);
   one.steps_digest = "same";
@@ -292,7 +292,7 @@ TEST_F(HistoryTest, DoublesAndIncompleteAttemptsAreMarked) {
   EXPECT_THAT(page, HasSubstr("signed by dddddddddddddddd (room 3)"));
   EXPECT_THAT(page, HasSubstr("same recording or beginning as number 2"));
   EXPECT_THAT(FormatTeacherPage(rows), HasSubstr("(an unknown key)"));
-  // An attempt that is not graded is no point of a curve.
+  // An attempt that is not graded is not a point of a curve.
   const auto circles = [](const std::string& html) {
     std::size_t count = 0;
     for (auto at = html.find("<circle"); at != std::string::npos; at = html.find("<circle", at + 1)) ++count;
@@ -301,7 +301,7 @@ TEST_F(HistoryTest, DoublesAndIncompleteAttemptsAreMarked) {
   EXPECT_EQ(circles(page), 2U);
 }
 
-TEST_F(HistoryTest, CopiesThatBeginAlikeAreDoubles) {
+TEST_F(HistoryTest, CopiesWithTheSameBeginningAreDuplicates) {
   History history(File());
   const auto add = [&](const char* hash, const char* steps, const char* beginning) {
     Attempt a = MakeOne("Ida", hash, 40);
@@ -321,7 +321,7 @@ TEST_F(HistoryTest, CopiesThatBeginAlikeAreDoubles) {
 }
 
 // Each attempt used to list all of its doubles: 8000 copies gave 376 MB of text.
-TEST_F(HistoryTest, OfManyDoublesAFewAreNamed) {
+TEST_F(HistoryTest, OnlyAFewOfManyDuplicatesAreNamed) {
   constexpr std::size_t kMany = 8000;
   std::vector<Attempt> attempts(kMany);
   for (std::size_t i = 0; i < kMany; ++i) {
@@ -336,7 +336,7 @@ TEST_F(HistoryTest, OfManyDoublesAFewAreNamed) {
               testing::ElementsAre("same recording or beginning as number 2, 3, 4, 5, 6 and 7994 more"));
 }
 
-TEST_F(HistoryTest, IsNotUsedWithTablesViewsOrTriggersOfOthers) {
+TEST_F(HistoryTest, ForeignTablesViewsAndTriggersAreRefused) {
   const std::string endless_view =
       "ALTER TABLE attempts RENAME TO a2; CREATE VIEW attempts AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT "
       "x + 1 FROM n) SELECT x AS number, '' AS student FROM n";
@@ -355,7 +355,7 @@ TEST_F(HistoryTest, IsNotUsedWithTablesViewsOrTriggersOfOthers) {
 }
 
 // Printing a nesting of 80,000 levels used to overflow the stack; a number in place of an object threw an exception.
-TEST_F(HistoryTest, MeasuresThatAreNoSheetAreLeftOut) {
+TEST_F(HistoryTest, InvalidMeasuresAreLeftOut) {
   const std::string deep = R"({"measures":{"cut_share":)" + std::string(80'000, '[') + std::string(80'000, ']') + "}}";
   const std::string long_one = R"({"measures":{"cut_share":{"value":1}},"more":")" + std::string(2 << 20, 'x') + "\"}";
   for (const std::string& measures :
@@ -380,7 +380,7 @@ TEST_F(HistoryTest, MeasuresThatAreNoSheetAreLeftOut) {
   EXPECT_THAT(FormatHistoryCsv(rows), testing::AllOf(HasSubstr(",a,,,,,"), testing::Not(HasSubstr("99"))));
 }
 
-TEST_F(HistoryTest, TextsOfItsRowsDoNotControlTheTerminal) {
+TEST_F(HistoryTest, TextsOfRowsCannotControlTheTerminal) {
   {
     History history(File());
     history.Add(MakeOne("Ida", "a", 40));
@@ -403,7 +403,7 @@ TEST_F(HistoryTest, TextsOfItsRowsDoNotControlTheTerminal) {
   EXPECT_EQ(History(File()).List("O\xc2\x9bl\xe2\x80\xae").size(), 2U);  // including the damaged one
 }
 
-TEST_F(HistoryTest, IsWhereTheEnvironmentSays) {
+TEST_F(HistoryTest, LocationFollowsTheEnvironment) {
   const char* was = std::getenv("KERF_DATA");
   const std::string kept = was == nullptr ? "" : was;
   setenv("KERF_DATA", "/somewhere", 1);

@@ -24,7 +24,7 @@ std::string WithLayers(const std::string& layers) {
 }
 
 // The block is 3 mm high.
-TEST(CheckScene, RefusesTheLayersThatMakingTheBlockRefuses) {
+TEST(CheckScene, RefusesTheSameLayersAsMakingTheBlock) {
   const std::string first = "[[bone.block.layer]]\nthickness_mm = {}\nregion = 24\n";
   const std::string second = "[[bone.block.layer]]\nthickness_mm = 1\nregion = {}\n";
   for (const auto& [thickness_mm, region] : {std::pair(250.0, 32), {3.0, 32}, {2.9, 99}, {2.9, 32}}) {
@@ -37,7 +37,7 @@ TEST(CheckScene, RefusesTheLayersThatMakingTheBlockRefuses) {
   }
 }
 
-TEST(DescribeCoupling, NamesWhatWasLoweredAndNothingElse) {
+TEST(DescribeCoupling, NamesOnlyLoweredValues) {
   const auto describe = [](const std::string& coupling) {
     return DescribeCoupling(MakeLoopSetup(ParseScene(MakeBlockScene({}, "[coupling]\n" + coupling), "s.toml")));
   };

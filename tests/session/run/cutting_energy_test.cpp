@@ -69,7 +69,7 @@ double CalcClosedForm(const std::string& law, double feed_mm_per_s) {
   return 1e-3 * saw.radius_mm() * integral / (1.6 * depth * saw.thickness_mm * h);
 }
 
-TEST_F(CuttingEnergyRun, StraightCutIsTheClosedForm) {
+TEST_F(CuttingEnergyRun, StraightCutMatchesTheClosedForm) {
   for (const char* law : {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}) {
     for (const double feed : {3.0, 12.0}) {
       const RunSummary summary = RunSlot(feed, fmt::format("[force]\nlaw = \"{}\"\n", law));
@@ -92,7 +92,7 @@ TEST_F(CuttingEnergyRun, StraightCutIsTheClosedForm) {
   }
 }
 
-TEST_F(CuttingEnergyRun, EffectsOwnPowerAndRatioAreTaken) {
+TEST_F(CuttingEnergyRun, UsesPowerAndRatioOfTheEffect) {
   const RunSummary plain = RunSlot(6);
   const RunSummary same = RunSlot(6, "[effects.tangential_force]\n");
   EXPECT_TRUE(same.cutting.from_effect);
@@ -140,7 +140,7 @@ TEST_F(CuttingEnergyRun, BallNeedsTheEffect) {
   EXPECT_GT(*with.cutting.work_J, 0);
 }
 
-TEST_F(CuttingEnergyRun, HeldSawHasItsOwn) {
+TEST_F(CuttingEnergyRun, HeldSawLiesBetweenTheClosedFormsOfItsFeeds) {
   const Scene scene = ParseScene(SlotScene(6, "[hand]\nmodel = \"H3\"\n"), "slot.toml");
   LoopOptions options;
   options.seconds = 1.5;

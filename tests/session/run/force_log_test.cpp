@@ -43,7 +43,7 @@ disc_normal = [1.0, 0.0, 0.0]
 
 using LoopLogs = test::ResultFolderTest;
 
-TEST_F(LoopLogs, AFolderGetsTheBytesThatMemoryWouldHaveGiven) {
+TEST_F(LoopLogs, FolderAndMemoryGiveTheSameBytes) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const std::string kept = folder_ + "/kept", grown = folder_ + "/grown";
   for (const int every : {1, 7}) {
@@ -75,7 +75,7 @@ TEST_F(LoopLogs, AFolderGetsTheBytesThatMemoryWouldHaveGiven) {
   }
 }
 
-TEST_F(LoopLogs, WithoutAFolderNothingIsKept) {
+TEST_F(LoopLogs, NowhereKeepsNoRows) {
   LoopOptions options;
   options.virtual_time = true;
   options.seconds = 0.5;
@@ -88,7 +88,7 @@ TEST_F(LoopLogs, WithoutAFolderNothingIsKept) {
   EXPECT_NE(s.force_hash, 0U);
 }
 
-TEST_F(LoopLogs, AFolderThatIsTakenAwayIsToldAndTheRestIsThere) {
+TEST_F(LoopLogs, DeletedFolderIsReportedAndOtherResultsAreWritten) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   MakeFolder(folder_);
   LoopOptions options;
@@ -111,7 +111,7 @@ TEST_F(LoopLogs, AFolderThatIsTakenAwayIsToldAndTheRestIsThere) {
   }
 }
 
-TEST(ForceNoiseTest, IsThatOfTheWholeArrays) {
+TEST(ForceNoiseTest, EqualsTheNoiseOfTheWholeArrays) {
   // Cuts from 1.5 to 4.2 s and from 6 s on: the whole seconds 2, 3, 6 and 7 count.
   const double dt_s = 0.001;
   ForceNoise noise(dt_s);

@@ -101,7 +101,7 @@ TEST(RunLoop, GivesTheSameBitsTwice) {
   EXPECT_NE(RunVirtual(other, 1).force_hash, a.force_hash);
 }
 
-TEST(RunLoop, EachRateRunsAsLong) {
+TEST(RunLoop, DurationIsIndependentOfTheRate) {
   Scene scene = ParseScene(kLoopScene, "s.toml");
   for (const double rate_hz : {250.0, 4000.0}) {
     scene.loop.rate_hz = rate_hz;
@@ -111,7 +111,7 @@ TEST(RunLoop, EachRateRunsAsLong) {
   }
 }
 
-TEST(RunLoop, LiveItDoesTheSameWork) {
+TEST(RunLoop, RunsLive) {
   Scene scene = ParseScene(kLoopScene, "s.toml");
   LoopOptions options;
   options.seconds = 0.3;
@@ -124,7 +124,7 @@ TEST(RunLoop, LiveItDoesTheSameWork) {
   EXPECT_EQ(s.tick.count, s.counts.ticks);
 }
 
-TEST(RunLoop, StopsWhenItIsToldTo) {
+TEST(RunLoop, StopsOnRequest) {
   const std::atomic<bool> stop{true};
   LoopOptions options;
   options.seconds = 1000;
@@ -134,7 +134,7 @@ TEST(RunLoop, StopsWhenItIsToldTo) {
   EXPECT_LT(RunLoop(ParseScene(kLoopScene, "s.toml"), options, {}).counts.ticks, 10U);
 }
 
-TEST(RunLoop, DegradesAndComesBackWhileTimeIsBurnt) {
+TEST(RunLoop, LowersFidelityWhileTimeIsWastedAndRecovers) {
   Scene scene = ParseScene(kLoopScene, "s.toml");
   scene.loop.degrade = true;
   LoopOptions options = Virtual(9);
@@ -156,7 +156,7 @@ Scene OneStroke(const std::string& hand) {
   return scene;
 }
 
-TEST(RunLoop, NeitherHandleNorToolGoesBeyondTheStrokesEnd) {
+TEST(RunLoop, HandleAndToolStopAtTheStrokesEnd) {
   for (const char* hand : {"H1", "H2", "H3", "H4"}) {
     const Scene scene = OneStroke(hand);
     const LoopSummary s = RunVirtual(scene, 12);
@@ -169,7 +169,7 @@ TEST(RunLoop, NeitherHandleNorToolGoesBeyondTheStrokesEnd) {
   }
 }
 
-TEST(RunLoop, LowersACouplingThatTheLoopCouldNotHold) {
+TEST(RunLoop, LowersACouplingAboveTheLoopsLimit) {
   Scene scene = OneStroke("H1");
   scene.coupling.params.stiffness_N_per_mm = 100;
   scene.loop.rate_hz = 250;
@@ -187,7 +187,7 @@ TEST(RunLoop, LowersACouplingThatTheLoopCouldNotHold) {
 }
 
 // Bone so soft that the tool yields to the spring within a tick: the step dissipates most of the spring's energy.
-TEST(RunLoop, WarnsWhereTheTimeStepTakesTheEnergy) {
+TEST(RunLoop, WarnsIfTheTimeStepDissipatesTheEnergy) {
   Scene scene = ParseScene(kLoopScene, "bar.toml");
   EXPECT_LT(CalcNumericalFraction(RunVirtual(scene, 1)), 0.01);
   scene.material.kind = MaterialKind::kUniform;
@@ -198,7 +198,7 @@ TEST(RunLoop, WarnsWhereTheTimeStepTakesTheEnergy) {
   EXPECT_THAT(summary.warnings, testing::Contains(testing::HasSubstr("lost to the time step at 250 Hz")));
 }
 
-TEST(RunLoop, WarnsOfWhatIsSeldomMeant) {
+TEST(RunLoop, WarnsAboutUnusualSettings) {
   const auto warnings = [](const Scene& scene) { return RunVirtual(scene, 0.05).warnings; };
   using testing::Contains;
   using testing::HasSubstr;
@@ -217,7 +217,7 @@ TEST(RunLoop, WarnsOfWhatIsSeldomMeant) {
   EXPECT_THAT(warnings(scene), Contains(HasSubstr("set down inside the bone")));
 }
 
-TEST(RunLoop, TellsWhereTheSceneNamesATableOfDevicesThatIsNotThere) {
+TEST(RunLoop, ReportsThePositionOfAMissingTableOfDevices) {
   const Scene scene =
       ParseScene(std::string(kLoopScene) + "[device]\nprofile = \"mine\"\nfile = \"none.csv\"\n", "s.toml");
   try {
@@ -238,7 +238,7 @@ std::string MessageOf(const Scene& scene, double seconds = 1) {
   }
 }
 
-TEST(RunLoop, SaysWhatItCanNotDo) {
+TEST(RunLoop, RefusesSlabModeAndInvalidDurations) {
   Scene slab = ParseScene(kLoopScene, "s.toml");
   slab.simulation.mode = SceneMode::kSlab;
   EXPECT_EQ(MessageOf(slab),
@@ -265,7 +265,7 @@ TEST_F(LoopReport, HasTheTimesOfALiveLoop) {
   EXPECT_TRUE(json["force"]["noise_above_20_Hz_while_cutting_mN"].is_null());  // nothing was cut yet
 }
 
-TEST_F(LoopReport, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
+TEST_F(LoopReport, ReducedPiecesAreSmallerAndWithinTheStatedError) {
   std::string text = kLoopScene;
   text.replace(text.find("voxel_mm = 0.2"), 14, "voxel_mm = 0.1");
   const Scene scene = ParseScene(text + "[output]\npictures = false\n", "s.toml");
@@ -335,7 +335,7 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   EXPECT_FALSE(fs::exists(folder_ + "/apart.png"));
 }
 
-TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {
+TEST(HandMotion, WaitsIfTheHandleIsHeldAndRepeatsThePathIfItIsFree) {
   const Scene scene = ParseScene(kLoopScene, "s.toml");
   const Path path = MakePath(scene);
   SceneHand params;
@@ -368,7 +368,7 @@ TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {
   }
 }
 
-// An effect that only observes adds its columns and does not change the rest of the log. Its figures are those of the
+// An effect that only observes adds its columns and does not change the rest of the log. Its figures agree with the
 // column.
 TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   const Scene plain = ParseScene(kLoopScene, "s.toml");
@@ -394,7 +394,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
     const double pieces = with.effects.rows[i * figures.size() + column];
     EXPECT_EQ(pieces, with.rows[i].time_s > time_s + 1e-6 ? 2 : 1) << with.rows[i].time_s;
   }
-  EXPECT_NE(FormatLoopReport(scene, with, false).find("- Fragments: one piece came off: "), std::string::npos);
+  EXPECT_NE(FormatLoopReport(scene, with, false).find("- Fragments: one piece separated: "), std::string::npos);
 }
 
 /// Cut off next to the middle; then the hand moves far away, sideways, and down through the smaller piece.
@@ -476,7 +476,7 @@ TEST(LoopEffects, APieceIsTakenOutWhileItRuns) {
   EXPECT_EQ(again.bone_hash, s.bone_hash);
 }
 
-TEST(LoopEffects, LiveAPieceIsTakenOut) {
+TEST(LoopEffects, PieceIsTakenOutInALiveLoop) {
   LoopOptions options;
   const test::EndsAfterMotion end(9, options);
   const LoopSummary s =
@@ -489,7 +489,7 @@ TEST(LoopEffects, LiveAPieceIsTakenOut) {
   EXPECT_EQ(s.pieces[1].place, PieceFate::kMoved);
 }
 
-TEST(LoopEffects, LiveAPieceIsFoundSoonAfterItCameOff) {
+TEST(LoopEffects, PieceIsFoundSoonAfterSeparationInALiveLoop) {
   const Scene scene = ParseScene(std::string(kLoopScene) + "[effects.fragments]\n", "s.toml");
   LoopOptions options;
   options.seconds = 6;

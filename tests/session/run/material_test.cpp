@@ -82,7 +82,7 @@ TEST_F(SceneMaterialRun, TakesTheModulusFromTheCtInCancellousBone) {
   EXPECT_EQ(summary.warnings[1], "part of the law linear is recalled, not verified: made up");
 }
 
-TEST_F(SceneMaterialRun, LoadsNoCtNumbersUnlessTheSceneAsksForThem) {
+TEST_F(SceneMaterialRun, LoadsCtNumbersOnlyIfTheSceneUsesThem) {
   const Bone plain = MakeSceneBone(SceneOf("plain.vdb", ""), {});
   const Bone regions = MakeSceneBone(SceneOf("hu.vdb", ""), {});
   const Bone uniform = MakeSceneBone(SceneOf("hu.vdb", "kind = \"uniform\""), {});
@@ -95,11 +95,12 @@ TEST_F(SceneMaterialRun, LoadsNoCtNumbersUnlessTheSceneAsksForThem) {
   EXPECT_NEAR(uniform.ModulusAt({0, 0, -3}), 19300, 1e-6);
 }
 
-TEST_F(SceneMaterialRun, SaysWhatIsMissingOrWrong) {
-  EXPECT_EQ(MessageOf(SceneOf("plain.vdb", kLinear)),
-            folder_ +
-                "/plain.vdb: holds no CT numbers, which kind = \"ct\" needs; import the CT again with 'kerf import "
-                "--keep-hu'");
+TEST_F(SceneMaterialRun, ReportsMissingOrWrongInput) {
+  EXPECT_EQ(
+      MessageOf(SceneOf("plain.vdb", kLinear)),
+      folder_ +
+          "/plain.vdb: contains no CT numbers, which kind = \"ct\" requires; import the CT again with 'kerf import "
+          "--keep-hu'");
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", "kind = \"ct\"\nct_law = \"linaer\"\nct_law_file = \"laws.csv\"")),
             folder_ + "/laws.csv: ct_law = \"linaer\" is unknown; the nearest is \"linear\"");
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", "kind = \"ct\"\nct_law = \"linear\"\nct_law_file = \"none.csv\"")),
@@ -112,7 +113,7 @@ TEST_F(SceneMaterialRun, SaysWhatIsMissingOrWrong) {
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", std::string(kLinear) + "\nct_calibration = \"0:0 1000:2\"")), "accepted");
 }
 
-TEST_F(SceneMaterialRun, WritesWhatItUsedAndLeavesTheBonesOwnTableAlone) {
+TEST_F(SceneMaterialRun, WritesTheUsedMaterialAndKeepsTheBonesTable) {
   const Scene ct = SceneOf("hu.vdb", kLinear);
   RunScene(ct, folder_ + "/ct", {});
   const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/ct/summary.json"))["material"];

@@ -140,7 +140,7 @@ class Replays : public ::testing::Test {
   std::string folder_ = own_.path();
 };
 
-TEST_F(Replays, ALoopComesOutTheSame) {
+TEST_F(Replays, LoopIsIdentical) {
   const Scene scene = MakeScene(kThrough);
   const LoopSummary s = RunLoop(scene, Record("a.kerf", 6), {});
   EXPECT_GT(s.removed_mm3, 5);
@@ -153,7 +153,7 @@ TEST_F(Replays, ALoopComesOutTheSame) {
   RecordingReader recording(Path("a.kerf"));
   ASSERT_TRUE(recording.end()->bone_hash);
   EXPECT_EQ(*recording.end()->bone_hash, s.bone_hash);
-  // Recording changes nothing.
+  // Recording does not change the results.
   LoopOptions without = Record("", 6);
   without.record = "";
   const LoopSummary plain = RunLoop(scene, without, {});
@@ -161,7 +161,7 @@ TEST_F(Replays, ALoopComesOutTheSame) {
   EXPECT_EQ(plain.bone_hash, s.bone_hash);
 }
 
-TEST_F(Replays, FourThousandTicksASecondToo) {
+TEST_F(Replays, LoopAt4kHzIsIdentical) {
   const Scene scene = MakeScene(kThrough, "[loop]\nrate_hz = 4000.0\n");
   const LoopSummary s = RunLoop(scene, Record("a.kerf", 3), {});
   EXPECT_EQ(s.recorded->steps, 12'000u);
@@ -171,14 +171,14 @@ TEST_F(Replays, FourThousandTicksASecondToo) {
   EXPECT_EQ(Replay("b.kerf").divergence->step, 6800u);
 }
 
-TEST_F(Replays, ALiveLoopComesOutTheSame) {
+TEST_F(Replays, LiveLoopIsIdentical) {
   const LoopSummary s = RunLoop(MakeScene(kThrough), Record("a.kerf", 4, true), {});
   EXPECT_EQ(s.recorded->steps, s.counts.ticks);
   ExpectSame("a.kerf", s.counts.ticks);
 }
 
 // Artificial delays: ticks are missed, and the loop switches to coarser ticks and back.
-TEST_F(Replays, MissedTicksAndOtherFidelitiesComeOutTheSame) {
+TEST_F(Replays, MissedTicksAndChangedFidelitiesAreIdentical) {
   LoopOptions options = Record("a.kerf", 5);
   options.burn_us = 1500;
   const LoopSummary s = RunLoop(MakeScene(kThrough, "[loop]\ndegrade = true\n"), options, {});
@@ -187,7 +187,7 @@ TEST_F(Replays, MissedTicksAndOtherFidelitiesComeOutTheSame) {
   ExpectSame("a.kerf", s.counts.ticks);
 }
 
-TEST_F(Replays, APieceLeavesAgain) {
+TEST_F(Replays, RemovalOfAPieceIsRepeated) {
   const LoopSummary s = RunLoop(MakeScene(kPiece), Record("a.kerf", 10), {});
   ASSERT_EQ(s.fragments->out.size(), 1u);
   EXPECT_LT(s.fragments->out[0].time_s, 9);
@@ -208,7 +208,7 @@ TEST_F(Replays, APieceLeavesAgain) {
   EXPECT_EQ(replayed.force_hash, s.force_hash);
 }
 
-TEST_F(Replays, LiveAPieceLeavesAgain) {
+TEST_F(Replays, LiveRemovalOfAPieceIsRepeated) {
   LoopOptions options = Record("a.kerf", 0, true);
   const test::EndsAfterMotion end(9, options);
   const LoopSummary s = RunLoop(MakeScene(kPiece), options, {});
@@ -244,7 +244,7 @@ class UndoesAllAndEnds final : public SessionController {
   std::atomic<bool> done_{false};
 };
 
-TEST_F(Replays, UndoAndRedoAreDoneAgain) {
+TEST_F(Replays, UndoAndRedoAreRepeated) {
   for (const bool live : {false, true}) {
     const std::string name = live ? "live.kerf" : "virtual.kerf";
     LoopOptions options = Record(name, live ? 300 : 5, live);
@@ -279,7 +279,7 @@ TEST_F(Replays, RedoWithTheSpindleStopped) {
 }
 
 // Continued several times: the replay passes through each point of continuation unchanged.
-TEST_F(Replays, ItGoesOnFromWhatWentOn) {
+TEST_F(Replays, ContinuedRecordingCanBeContinued) {
   const Scene scene = MakeScene(kThrough, "[simulation]\ncarve_interval_ticks = 16\n");
   RunLoop(scene, Record("0.kerf", 2.11), {});
   for (int i = 0; i < 3; ++i) {
@@ -301,7 +301,7 @@ TEST_F(Replays, ManyActionsAtOneMoment) {
   ExpectSame("a.kerf", 3000);
 }
 
-TEST_F(Replays, ItGoesOnAfterAnUndo) {
+TEST_F(Replays, ContinuesAfterAnUndo) {
   const Scene scene = MakeScene(kThrough);
   LoopOptions options = Record("a.kerf", 3);
   for (const char* text : {"1:checkpoint=a", "2:undo=a"}) options.actions.push_back(ParseLoopAction(text));
@@ -316,7 +316,7 @@ TEST_F(Replays, ItGoesOnAfterAnUndo) {
   ExpectSame("b.kerf", 4000);
 }
 
-TEST_F(Replays, TheFirstOtherTickIsNamed) {
+TEST_F(Replays, FirstDifferingTickIsReported) {
   RunLoop(MakeScene(kThrough), Record("a.kerf", 3), {});
   // A micrometre in one tick of the cut: the spring alone turns it into a millinewton.
   Tamper("a.kerf", "b.kerf", 1700, [](RecordedStep& step) { step.X.p_AB.z -= 1e-3; });
@@ -347,7 +347,7 @@ TEST_F(Replays, AnotherBoneIsRefused) {
   }
 }
 
-TEST_F(Replays, ItGoesOnFromAnyMoment) {
+TEST_F(Replays, ContinuesFromAnyTime) {
   const Scene scene = MakeScene(kThrough);
   RunLoop(scene, Record("long.kerf", 4), {});
   RunLoop(scene, Record("short.kerf", 2.5), {});
@@ -369,7 +369,7 @@ TEST_F(Replays, ItGoesOnFromAnyMoment) {
   ExpectSame("a.kerf", 4000);
 }
 
-TEST_F(Replays, ARunAlongAPathComesOutTheSame) {
+TEST_F(Replays, RunAlongAPathIsIdentical) {
   const Scene scene = MakeScene(kThrough, "[output]\npictures = false\n");
   const RunSummary s = RunScene(scene, Path("out"), {}, {}, {Path("a.kerf"), "/tmp/s.toml", nullptr});
   RecordingReader recording(Path("a.kerf"));
@@ -386,7 +386,7 @@ TEST_F(Replays, ARunAlongAPathComesOutTheSame) {
   EXPECT_FALSE(half.divergence);
 }
 
-TEST_F(Replays, SlabModeComesOutTheSame) {
+TEST_F(Replays, SlabModeIsIdentical) {
   const Scene scene = MakeScene(R"(
 [[path.stroke]]
 start_mm = [0.0, 0.0, 7.7]
@@ -415,7 +415,7 @@ pictures = false
 }
 
 // The inputs are part of the recording: the files may change or be deleted.
-TEST_F(Replays, InputsComeAlong) {
+TEST_F(Replays, InputFilesAreRecorded) {
   WriteTextFile(Path("path.csv"),
                 "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,7.7,0.70710678118,0,0.70710678118,0\n"
                 "2,0,0,5,0.70710678118,0,0.70710678118,0\n");
@@ -432,7 +432,7 @@ TEST_F(Replays, InputsComeAlong) {
 }
 
 // A device that loses ticks, reports nonsense, freezes and does not accept its force.
-TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
+TEST_F(Replays, FaultsOfTheDeviceAreRepeated) {
   const DeviceProfile profile = FindDeviceProfile("falcon");
   CoupledParams params;
   params.tool = DiscSaw{.diameter_mm = 12, .thickness_mm = 0.5, .teeth = 16};

@@ -12,7 +12,7 @@ namespace {
 using ::testing::UnorderedElementsAre;
 
 // Files of all types that runs and studies write may be removed; no other file is, whatever a list contains.
-TEST(ResultsFolder, TakesAwayWhatAnEarlierRunWroteAndNothingElse) {
+TEST(ResultsFolder, RemovesOnlyTheResultsOfAnEarlierRun) {
   const test::Folder folder;
   for (const char* name : {"a.svg", "a.png", "report.md", "cases.csv", "mine.toml", "b.svg", "notes.md"}) {
     test::WriteBytes(folder.file(name), "x");
@@ -27,7 +27,7 @@ TEST(ResultsFolder, TakesAwayWhatAnEarlierRunWroteAndNothingElse) {
   for (const char* kept : {"cases.csv", "mine.toml", "b.svg", "notes.md", "study.json"}) EXPECT_TRUE(is_there(kept));
 }
 
-TEST(ResultsFolder, AListThatIsNotOursNamesNothing) {
+TEST(ResultsFolder, ForeignOrDamagedListYieldsNoFiles) {
   const test::Folder folder;
   EXPECT_TRUE(ReadEarlierResults(folder.path(), "study.json").empty());
   test::WriteBytes(folder.file("study.json"), R"({"files": ["a.svg"]})");

@@ -44,7 +44,7 @@ disc_normal = [0.0, 1.0, 0.0]
 
 class Run : public test::ResultFolderTest {};
 
-TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
+TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
   const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
   // The kerf is a cuboid: 8 mm long, 0.25 mm wide, 6 mm deep. Along its 56 mm of edges the bone is rounded by about 0.2
@@ -104,7 +104,7 @@ TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
   EXPECT_EQ(again.force.peak_N, summary.force.peak_N);
 }
 
-TEST_F(Run, IsHeard) {
+TEST_F(Run, WritesSound) {
   // The disc moves down from 0.5 mm above the bone: idle first, then louder in the cut.
   const Scene scene =
       ParseScene(std::string(kRunScene) + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n",
@@ -229,7 +229,7 @@ TEST_F(Run, PicturesAreWrittenAndNamed) {
   }
 }
 
-TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
+TEST_F(Run, ReducedPiecesAreSmallerAndWithinTheStatedError) {
   const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_ + "/reduced", {});
   const RunSummary full = RunScene(scene, folder_ + "/full", {}, {}, {}, 0);
@@ -255,7 +255,7 @@ TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
 }
 
 // Coarse voxels, with edges much longer than the error, are reduced too.
-TEST_F(Run, CoarsePiecesAreWithinTheStatedErrorToo) {
+TEST_F(Run, ReducedCoarsePiecesAreWithinTheStatedError) {
   std::string text = kRunScene;
   text.replace(text.find("voxel_mm = 0.1"), 14, "voxel_mm = 0.3");
   const Scene scene = ParseScene(text + "[output]\npictures = false\n", "scene.toml");
@@ -271,7 +271,7 @@ TEST_F(Run, CoarsePiecesAreWithinTheStatedErrorToo) {
   EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/full/summary.json"))["surface_error_mm"], 0);
 }
 
-TEST_F(Run, SaysNothingOfSurfacesThatAreNotWritten) {
+TEST_F(Run, OmitsSurfacesThatAreNotWritten) {
   const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\npieces = false\n", "scene.toml");
   RunScene(scene, folder_, {});
   EXPECT_FALSE(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json")).contains("surface_error_mm"));
@@ -286,7 +286,7 @@ TEST_F(Run, WarningsAreInTheSummary) {
   EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"))["warnings"], summary.warnings);
 }
 
-TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {
+TEST_F(Run, ReportsFragmentsWithoutChangingTheResults) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const std::string plain = std::string(kRunScene) + "[output]\npieces = false\nbone = false\n";
   const RunSummary without = RunScene(ParseScene(plain + "pictures = false\n", "scene.toml"), folder_, {});
@@ -368,7 +368,7 @@ double Largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-TEST_F(TakingOut, WhereADeletedPieceWasNothingIsFelt) {
+TEST_F(TakingOut, NoForceWhereADeletedPieceWas) {
   const RunSummary held = RunWith("");
   const std::vector<double> first = ForcesOfStroke(1);
   EXPECT_GT(Largest(ForcesOfStroke(2)), 10);
@@ -421,14 +421,14 @@ TEST_F(TakingOut, WhereADeletedPieceWasNothingIsFelt) {
   }
 }
 
-TEST_F(TakingOut, APieceIsMovedAsTold) {
+TEST_F(TakingOut, PieceIsMovedAsRequested) {
   const RunSummary s = RunWith("pieces = \"moved\"\nmove_mm = [1, 2, 30]\n");
   ASSERT_EQ(s.pieces.size(), 2u);
   EXPECT_EQ(s.pieces[1].move_mm, Vec3(1, 2, 30));
   EXPECT_NEAR(s.pieces[1].bounds_W.upper.z, 30, 0.05);
 }
 
-TEST_F(TakingOut, DustGoesWhenItIsAskedTo) {
+TEST_F(TakingOut, DustIsRemovedOnRequest) {
   // The smaller part is dust.
   const RunSummary s = RunWith("dust_mm3 = 140\nremove_dust = true\n");
   EXPECT_EQ(Largest(ForcesOfStroke(2)), 0);
@@ -440,7 +440,7 @@ TEST_F(TakingOut, DustGoesWhenItIsAskedTo) {
 }
 
 // On one path without lifting the tool: down, far up, sideways and down again.
-TEST_F(TakingOut, APieceGoesBetweenTwoTicksOnceTheToolIsClearOfIt) {
+TEST_F(TakingOut, PieceIsRemovedBetweenTwoTicksOnceTheToolIsClear) {
   const std::string text(kTwoStrokes);
   const auto run = [&](const std::string& more) {
     const std::size_t second = text.find("[[path.stroke]]", text.find("[[path.stroke]]") + 1);

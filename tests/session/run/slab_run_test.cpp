@@ -49,7 +49,7 @@ direction = [0.0, 0.0, -2.0]
 
 using SlabRunTest = test::ResultFolderTest;
 
-TEST_F(SlabRunTest, CutsTheBlockIntoThreeAndItsFilesAgreeWithEachOther) {
+TEST_F(SlabRunTest, CutsTheBlockIntoThreePartsWithConsistentFiles) {
   const Scene scene = ParseScene(std::string(kSlabRunScene) + "[output]\npictures = false\n", "scene.toml");
   const SlabSummary summary = RunSlabScene(scene, folder_, {});
   ASSERT_EQ(summary.parts.size(), 3u);
@@ -83,7 +83,7 @@ TEST_F(SlabRunTest, CutsTheBlockIntoThreeAndItsFilesAgreeWithEachOther) {
   EXPECT_NEAR(summary.end.hand_work_mJ, summary.end.cutting_mJ, 0.05 * summary.end.hand_work_mJ);
 }
 
-TEST_F(SlabRunTest, PartsAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
+TEST_F(SlabRunTest, ReducedPartsAreSmallerAndWithinTheStatedError) {
   const Scene scene =
       ParseScene(std::string(kSlabRunScene) + "[output]\npictures = false\nbone = false\n", "scene.toml");
   const SlabSummary reduced = RunSlabScene(scene, folder_ + "/reduced", {});
@@ -106,7 +106,7 @@ TEST_F(SlabRunTest, PartsAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
   EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/full/summary.json"))["surface_error_mm"], 0);
 }
 
-TEST_F(SlabRunTest, FollowsThePapersTable2WhenAsked) {
+TEST_F(SlabRunTest, FollowsThePapersTable2OnRequest) {
   const Scene scene = ParseScene(std::string(kSlabRunScene) + "depth_by = \"paper_table_2\"\n", "scene.toml");
   const Bone bone = MakeSceneBone(scene, {});
   const SlabProfile profile = MakeSlabProfile(scene, bone);
@@ -120,7 +120,7 @@ TEST_F(SlabRunTest, FollowsThePapersTable2WhenAsked) {
   EXPECT_NEAR(run.ticks.back().out.thrust_sum_N, std::pow(run.ticks.back().out.engaged_teeth, 3) * 0.46107 / 8, 1e-3);
 }
 
-TEST_F(SlabRunTest, RefusesADirectionOutOfTheDiscsPlaneAndDoubtsAPathAcrossIt) {
+TEST_F(SlabRunTest, RefusesDirectionOutOfTheDiscsPlaneAndWarnsOfPathAcrossIt) {
   std::string text = kSlabRunScene;
   text.replace(text.find("[0.0, 0.0, -2.0]"), 16, "[0.0, 1.0, -1.0]");
   const Scene skew = ParseScene(text, "scene.toml");
@@ -153,7 +153,7 @@ TEST_F(SlabRunTest, RefusesADirectionOutOfTheDiscsPlaneAndDoubtsAPathAcrossIt) {
   EXPECT_EQ(of_effects[0], "slab mode simulates no effects, and omits those of [effects]: tangential_force, guide");
 }
 
-TEST_F(SlabRunTest, RefusesAPathThatIsNotAboutItsOneSlice) {
+TEST_F(SlabRunTest, RefusesAPathThatLeavesTheSlice) {
   const auto message = [](const std::string& stroke) {
     std::string text = kSlabRunScene;
     text.insert(text.find("[simulation]"), "[[path.stroke]]\nfeed_mm_per_s = 10\n" + stroke);
@@ -180,7 +180,7 @@ TEST_F(SlabRunTest, RefusesAPathThatIsNotAboutItsOneSlice) {
             "stroke 2 sets the blade down 12.00 mm deep, past the slice, which ends at 6.00 mm");
 }
 
-TEST_F(SlabRunTest, SaysWhenTheBladeIsSetDownInsideTheBone) {
+TEST_F(SlabRunTest, ReportsABladeSetDownInsideTheBone) {
   std::string text = kSlabRunScene;
   text.replace(text.find("11.5]"), 5, "7.0]");
   const std::string quiet = "[output]\npictures = false\npieces = false\nbone = false\n";

@@ -37,7 +37,7 @@ std::uint64_t HashOf(const RunResult& run) {
   return run.bone.CalcHash();
 }
 
-TEST(StageCosts, StagesAddUpToTheTickAndEffectsLieWithin) {
+TEST(StageCosts, StagesAddUpToTheTickAndIncludeEffects) {
   const RunResult run = RunWith("[effects.kerf_friction]\n[effects.tangential_force]\n[effects.heat]\n", {true, {}});
   ASSERT_TRUE(run.costs);
   const StageCosts& costs = *run.costs;
@@ -63,7 +63,7 @@ TEST(StageCosts, StagesAddUpToTheTickAndEffectsLieWithin) {
   EXPECT_LE(effects_us, stages_us);
 }
 
-TEST(StageCosts, WatchingChangesNothingAndIsOffUnlessAskedFor) {
+TEST(StageCosts, TimingIsOffByDefaultAndDoesNotChangeResults) {
   const RunResult plain = RunWith("[effects.tangential_force]\n[effects.heat]\n", {});
   const RunResult watched = RunWith("[effects.tangential_force]\n[effects.heat]\n", {true, {}});
   EXPECT_FALSE(plain.costs);
@@ -85,7 +85,7 @@ class CountingClock final : public LoopClock {
   std::int64_t now_ns_ = 0;
 };
 
-TEST(StageCosts, ATickIsSharedOutByTheClock) {
+TEST(StageCosts, TimeOfATickIsAssignedToItsStages) {
   CountingClock clock;
   StageTimer timer(clock);
   LogHistogram ticks;

@@ -105,7 +105,7 @@ TEST_F(Verifies, EveryColumnOfEveryRowOfStates) {
   EXPECT_THAT(ForgeState(749, [](RecordedState& s) { s.engaged_teeth += 1e-3; }), HasSubstr("engaged_teeth was rec"));
 }
 
-TEST_F(Verifies, NoRowComesOrGoes) {
+TEST_F(Verifies, MissingAndExtraRows) {
   Record();
   const auto forge = [&](const std::function<void(RecordedBlock&)>& change) {
     test::ForgeSteps(Path("a.kerf"), Path("b.kerf"), [&](RecordedBlock& block) {
@@ -162,7 +162,7 @@ TEST_F(Verifies, ARecordingOfVersion1) {
   EXPECT_EQ(again.force_hash, replayed.force_hash);
 }
 
-TEST_F(Verifies, AReplayGoesToTheFirstGapAndNoFurther) {
+TEST_F(Verifies, ReplayEndsAtTheFirstGap) {
   Record();
   std::string bytes = ReadTextFile(Path("a.kerf"));
   BlockReader blocks(Path("a.kerf"));

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-TEST(WorkList, DoesEachOnceAndTellsHowFar) {
+TEST(WorkList, RunsEachItemOnceAndReportsProgress) {
   WorkList list;
   std::array<std::atomic<int>, 40> done{};
   for (std::size_t i = 0; i < done.size(); ++i)
@@ -26,7 +26,7 @@ TEST(WorkList, DoesEachOnceAndTellsHowFar) {
   EXPECT_TRUE(second);
 }
 
-TEST(WorkList, ThrowsWhatAWorkThrewAndBeginsNoMore) {
+TEST(WorkList, RethrowsAnItemsExceptionAndStartsNoMoreItems) {
   WorkList list;
   std::atomic<int> done = 0;
   list.Add("", 1, [] { throw std::runtime_error("broken"); });
@@ -35,7 +35,7 @@ TEST(WorkList, ThrowsWhatAWorkThrewAndBeginsNoMore) {
   EXPECT_EQ(done, 0);
 }
 
-TEST(WorkList, WaitsForTheOthersWhenProgressThrows) {
+TEST(WorkList, WaitsForOtherThreadsWhenProgressThrows) {
   WorkList list;
   std::atomic<int> done = 0;
   std::atomic<bool> thrown = false;
@@ -56,7 +56,7 @@ TEST(WorkList, WaitsForTheOthersWhenProgressThrows) {
   EXPECT_EQ(done, 9);  // all except the one that this thread had taken
 }
 
-TEST(WorkList, EndsEarlyWhenTold) {
+TEST(WorkList, StopsEarlyOnRequest) {
   WorkList list;
   std::atomic<bool> stop = false;
   std::atomic<int> done = 0;

@@ -45,7 +45,7 @@ TEST(EditScene, SetsAddsAndKeepsTheRest) {
                                          "voxel_mm = 0.125  # coarse\nsize_y_mm = 4\n"));
 }
 
-TEST(EditScene, TheNoteStandsAboveAllTheLinesItSpeaksOf) {
+TEST(EditScene, NoteIsPlacedAboveAllEditedLines) {
   // New keys of one table, and then an existing key above them.
   const std::string scene =
       "[bone]\nmodel = \"block\"\n[simulation]\n# mine\nrate_hz = 1000.0\n[bone.block]\nvoxel_mm = 0.4\n"
@@ -60,14 +60,14 @@ TEST(EditScene, TheNoteStandsAboveAllTheLinesItSpeaksOf) {
                                  "carve_interval_ticks = 1\n# mine\nrate_hz = 1000.0\n[bone.block]\nvoxel_mm = 0.2\n"));
 }
 
-TEST(EditScene, TwiceIsAsOnceAndTheOldNoteGoes) {
+TEST(EditScene, EditingTwiceEqualsOnceAndReplacesTheNote) {
   const std::string once = EditScene(kText, "a.toml", kEdits, "first");
   const std::string twice = EditScene(once, "a.toml", kEdits, "second");
   EXPECT_EQ(twice, EditScene(kText, "a.toml", kEdits, "second"));
   EXPECT_EQ(twice.find("first"), std::string::npos);
 }
 
-TEST(EditScene, WhatStandsInOneLineOrIsDottedIsEditedOrRefusedNeverSpoilt) {
+TEST(EditScene, InlineTablesAndDottedKeysAreEditedOrRefusedButNeverCorrupted) {
   const std::string rest = R"(
 [[path.stroke]]
 start_mm = [-16, 0, 10]

@@ -27,7 +27,7 @@ std::string WithStructures(const std::string& keys) {
   return test::ShortScene() + "[effects.structures]\n" + keys;
 }
 
-TEST(EffectFiles, AreReadBesideTheScene) {
+TEST(EffectFiles, AreReadRelativeToTheScene) {
   const Folder folder;
   WriteMesh(Tetrahedron(), folder.file("canal.stl"));
   WriteBytes(folder.file("canal.mrk.json"), kCurve);
@@ -49,7 +49,7 @@ TEST(EffectFiles, AreReadBesideTheScene) {
   EXPECT_EQ(again.effects.at(0).values(), choice.values());
 }
 
-TEST(EffectFiles, ThatAreOfNoUseAreRefusedAtTheirKey) {
+TEST(EffectFiles, InvalidFilesAreRefusedAtTheirKey) {
   const Folder folder;
   const auto message = [&](const std::string& keys) {
     return MessageOf([&] { ParseScene(WithStructures(keys), folder.file("s.toml")); });

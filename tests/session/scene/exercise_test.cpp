@@ -24,7 +24,7 @@ SceneExercise RandomExercise(std::mt19937& random) {
   return exercise;
 }
 
-TEST(WantedCut, ItsFrameIsRightHandedAndHoldsTheLine) {
+TEST(WantedCut, FrameIsRightHandedAndContainsTheLine) {
   std::mt19937 random(3);
   for (int i = 0; i < 50; ++i) {
     const SceneExercise exercise = RandomExercise(random);
@@ -40,7 +40,7 @@ TEST(WantedCut, ItsFrameIsRightHandedAndHoldsTheLine) {
   }
 }
 
-TEST(WantedCut, TheToolThatMakesItReachesItsDepthAndNoFurther) {
+TEST(WantedCut, ToolOnTheWantedCutReachesExactlyItsDepth) {
   std::mt19937 random(4);
   for (int i = 0; i < 50; ++i) {
     const WantedCut cut = MakeWantedCut(RandomExercise(random), DiscSaw{});

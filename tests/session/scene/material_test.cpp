@@ -10,7 +10,7 @@ const std::string kFileScene =
     "[bone]\nfile = \"b.vdb\"\n[[path.stroke]]\nstart_mm = [0,0,0]\nend_mm = [1,0,0]\nfeed_mm_per_s = 3\n"
     "disc_normal = [0,1,0]\n[material]\n";
 
-TEST(SceneMaterial, IsByRegionUnlessTheSceneSaysOtherwise) {
+TEST(SceneMaterial, IsByRegionByDefault) {
   EXPECT_EQ(ParseScene(test::ShortScene(), "s.toml").material.kind, MaterialKind::kRegions);
   const Scene scene = ParseScene(test::ShortScene() + "[material]\nkind = \"uniform\"\n", "s.toml");
   EXPECT_EQ(scene.material.kind, MaterialKind::kUniform);

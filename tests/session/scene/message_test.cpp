@@ -24,7 +24,7 @@ struct Mistake {
 
 class SceneMessage : public ::testing::TestWithParam<Mistake> {};
 
-TEST_P(SceneMessage, IsExactlyThis) {
+TEST_P(SceneMessage, IsExactlyAsExpected) {
   EXPECT_EQ(test::MessageFor(GetParam().text), GetParam().message);
 }
 
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
             "s.toml:10:7: not valid TOML: Error while parsing key-value pair: cannot redefine existing integer 'rpm'"}),
     [](const auto& test) { return test.param.name; });
 
-TEST(SceneMessages, EveryFaultIsToldInTheOrderOfTheFile) {
+TEST(SceneMessages, EveryFaultIsReportedInFileOrder) {
   const std::string message = test::MessageFor(
       "[output]\npictures = 1\n[tool]\nnu = 0.6\nteeth = 0\n[bone]\nmodel = \"block\"\n[bone.block]\nvoxel_mm = 0\n"
       "[[path.stroke]]\nstart_mm = [0,0]\n[force]\nlow = \"x\"\n");
@@ -137,7 +137,7 @@ TEST(SceneMessages, EveryFaultIsToldInTheOrderOfTheFile) {
       "s.toml:13:1: unknown key \"low\" in [force]; the nearest valid key is \"law\"");
 }
 
-TEST(SceneMessages, ManyFaultsAreCountedNotPoured) {
+TEST(SceneMessages, ManyFaultsAreCutOffWithACount) {
   std::string text = test::ShortScene() + "[tool]\n";
   for (int i = 0; i < 300; ++i) text += fmt::format("a{} = 1\n", i);
   const std::string message = test::MessageFor(text);
@@ -151,7 +151,7 @@ TEST(SceneMessages, TooManyStrokesAreRefused) {
   EXPECT_EQ(test::MessageFor(text + "]\n"), "s.toml:4:1: 1001 of stroke; at most 1000");
 }
 
-TEST(SceneMessages, TooLargeATextIsRefusedBeforeItIsRead) {
+TEST(SceneMessages, TooLargeTextIsRefusedBeforeParsing) {
   EXPECT_EQ(test::MessageFor(std::string(4194305, '#')), "s.toml: 4194305 bytes; a scene has at most 4194304");
 }
 
@@ -165,7 +165,7 @@ std::string DottedKey(int parts) {
   return key;
 }
 
-TEST(SceneMessages, VeryLongDottedKeyIsRefusedWhereverItStands) {
+TEST(SceneMessages, VeryLongDottedKeyIsRefusedAnywhere) {
   const std::string key = DottedKey(100000);
   const std::string what = ": the key has more than 16 parts joined by dots; no scene key is that long";
   EXPECT_EQ(test::MessageFor(key + "=1\n"), "s.toml:1:1" + what);
@@ -182,7 +182,7 @@ TEST(SceneMessages, VeryLongDottedKeyIsRefusedWhereverItStands) {
       "s.toml:4:22" + what);
 }
 
-TEST(SceneMessages, DotsThatMakeNoKeyAreNotCounted) {
+TEST(SceneMessages, DotsOutsideKeysAreNotCounted) {
   const std::string dots(1000, '.');
   std::string list = "[0.5";
   for (int n = 0; n < 1000; ++n) list += ", 0.5";
@@ -192,7 +192,7 @@ TEST(SceneMessages, DotsThatMakeNoKeyAreNotCounted) {
   EXPECT_THAT(test::MessageFor(DottedKey(17) + " = 1\n"), HasSubstr("more than 16 parts"));
 }
 
-TEST(SceneMessages, LongKeysWithinEachOtherAreRefused) {
+TEST(SceneMessages, NestedLongKeysAreRefused) {
   // toml++ limits the nesting of values, not the parts of their keys: it accepts 250 levels with 16 parts each.
   for (const std::size_t depth : {10u, 100u, 250u, 300u, 3000u}) {
     std::string text = fmt::format("[{}]\nx = [", DottedKey(16));

@@ -35,7 +35,7 @@ TEST(PathCsv, RowsComeBackAsWritten) {
   EXPECT_EQ(rows[1].X_WT.R_AB, Quat(0, 0, 0, -1));
 }
 
-TEST(PathCsv, QuaternionsOfAFewDigitsAreMadeUnit) {
+TEST(PathCsv, RoundedQuaternionsAreNormalised) {
   const auto rows = ParsePathCsv(kHeader + "0,0,0,0,0.7071,0,0.7071,0\n1,0,0,0,1,0,0,0\n", "p.csv");
   EXPECT_NEAR(glm::length(rows[0].X_WT.R_AB), 1, 1e-15);
 }
@@ -64,7 +64,7 @@ TEST(PathCsv, FaultsHaveLineAndColumn) {
             "p.csv:3:1: the path takes 36001 s; at most 36000 s");
 }
 
-TEST(PathCsv, TooManyLinesAreRefusedBeforeTheyAreKept) {
+TEST(PathCsv, TooManyLinesAreRefusedBeforeParsing) {
   EXPECT_EQ(PathMessageFor(std::string(2001001, '\n')), "p.csv: 2001002 lines; a path has at most 2000000 rows");
 }
 
@@ -92,7 +92,7 @@ TEST(PathCsv, DamagedFilesNeverCrash) {
   EXPECT_GT(refused, 1000);
 }
 
-TEST(PathCsv, IsFoundBesideTheScene) {
+TEST(PathCsv, IsFoundRelativeToTheScene) {
   const test::Folder own;
   const std::filesystem::path folder = own.path();
   std::filesystem::create_directories(folder / "sub");

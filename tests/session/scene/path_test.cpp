@@ -65,7 +65,7 @@ TEST(StrokePath, ToolFrameHasZAlongTheNormalAndXAlongTheFeed) {
   }
 }
 
-TEST(StrokePath, FeedAlongTheNormalTakesTheAxisFurthestFromIt) {
+TEST(StrokePath, FeedAlongTheNormalUsesTheAxisFurthestFromIt) {
   const Pose X = MakePath(SceneOf({Stroke({0, 0, 0}, {0, 0, 5}, 1, {0.1, 0, 5})})).CalcPose(0, 0);
   EXPECT_TRUE(IsValid(X));
   const Pose along = MakePath(SceneOf({Stroke({0, 0, 0}, {0, 0, 5}, 1, {0, 0, -1})})).CalcPose(0, 0);
@@ -74,7 +74,7 @@ TEST(StrokePath, FeedAlongTheNormalTakesTheAxisFurthestFromIt) {
   ExpectNear(along.Vector({1, 0, 0}), {1, 0, 0}, kRounding);
 }
 
-TEST(StrokePath, SegmentsFollowOneAnotherInTimeAndSayWhereTheToolWasLifted) {
+TEST(StrokePath, SegmentsAreConsecutiveInTimeAndMarkRetracts) {
   SceneStroke first = Stroke({0, 0, 0}, {6, 0, 0}, 3, {0, 1, 0});
   first.dwell_s = 0.5;
   SceneStroke second = Stroke({6, 0, 0}, {6, 0, -4}, 2, {0, 1, 0});
@@ -123,7 +123,7 @@ TEST(PosePath, TurnsBySlerp) {
   }
 }
 
-TEST(PosePath, TakesTheShorterArcWhateverTheSignOfTheQuaternion) {
+TEST(PosePath, TakesTheShorterArcForEitherSignOfTheQuaternion) {
   const double half = std::numbers::pi / 8;
   const Quat turned(std::cos(half), std::sin(half), 0, 0);
   Scene plus;

@@ -59,7 +59,7 @@ TEST(PlanSection, TakesAPlaneFromSlicer) {
   EXPECT_THAT(MessageFor(text, folder.file("s.toml")), HasSubstr("s.toml:10:"));
 }
 
-TEST(PlanSection, FaultsAreToldWithTheirPlace) {
+TEST(PlanSection, FaultsAreReportedWithTheirPosition) {
   const auto message = [](const std::string& text) { return MessageFor(ShortScene() + text); };
   EXPECT_THAT(message("[plan]\nplanes = 3\n"), HasSubstr("s.toml:9:1: unknown key \"planes\" in [plan]"));
   EXPECT_THAT(message("[[plan.plane]]\npoint_mm = [0, 0, 0]\n"), HasSubstr("normal"));

@@ -111,14 +111,14 @@ RangeTester ForSection(const std::string& header) {
   });
 }
 
-TEST(SceneRange, ToolKeysHoldTheirRanges) {
+TEST(SceneRange, ToolKeysEnforceTheirRanges) {
   RangeTester tester = ForSection("[tool]");
   SceneTool tool;
   Describe(tool, tester);
   EXPECT_GT(tester.tried(), 60);
 }
 
-TEST(SceneRange, ForceSimulationAndOutputKeysHoldTheirRanges) {
+TEST(SceneRange, ForceSimulationAndOutputKeysEnforceTheirRanges) {
   RangeTester force = ForSection("[force]");
   ForceLaw law;
   Describe(law, force);
@@ -137,7 +137,7 @@ TEST(SceneRange, ForceSimulationAndOutputKeysHoldTheirRanges) {
   EXPECT_GT(force.tried() + simulation.tried() + output.tried(), 40);
 }
 
-TEST(SceneRange, SlabKeysHoldTheirRanges) {
+TEST(SceneRange, SlabKeysEnforceTheirRanges) {
   // A held segment must be free to move; `direction` [0, x, 0] with x at the end of its range has a direction.
   RangeTester tester([](const std::string& key, const std::string& value) {
     return test::ShortScene() + "[slab]\n" + (key == "hold" ? "segments_move = true\n" : "") + key + " = " + value +
@@ -148,7 +148,7 @@ TEST(SceneRange, SlabKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried(), 80);
 }
 
-TEST(SceneRange, HandHeldKeysHoldTheirRanges) {
+TEST(SceneRange, HandHeldKeysEnforceTheirRanges) {
   RangeTester coupling = ForSection("[coupling]");
   SceneCoupling of_coupling;
   Describe(of_coupling, coupling);
@@ -164,21 +164,21 @@ TEST(SceneRange, HandHeldKeysHoldTheirRanges) {
   EXPECT_GT(coupling.tried() + device.tried() + hand.tried() + loop.tried(), 150);
 }
 
-TEST(SceneRange, ExerciseKeysHoldTheirRanges) {
+TEST(SceneRange, ExerciseKeysEnforceTheirRanges) {
   RangeTester tester = ForSection("[exercise]");
   SceneExercise exercise;
   Describe(exercise, tester);
   EXPECT_GT(tester.tried(), 100);
 }
 
-TEST(SceneRange, UniformMaterialKeysHoldTheirRanges) {
+TEST(SceneRange, UniformMaterialKeysEnforceTheirRanges) {
   RangeTester tester = ForSection("[material]\nkind = \"uniform\"");
   SceneMaterial material;
   DescribeUniform(material, tester);
   EXPECT_GT(tester.tried(), 15);
 }
 
-TEST(SceneRange, BlockKeysHoldTheirRanges) {
+TEST(SceneRange, BlockKeysEnforceTheirRanges) {
   RangeTester tester = ForSection("[bone.block]");
   BlockParams block;
   DescribeBlock(block, tester);
@@ -192,7 +192,7 @@ TEST(SceneRange, BlockKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried() + layer.tried(), 40);
 }
 
-TEST(SceneRange, MandibleKeysHoldTheirRanges) {
+TEST(SceneRange, MandibleKeysEnforceTheirRanges) {
   RangeTester tester([](const std::string& key, const std::string& value) {
     std::string text = test::ShortScene();
     text.replace(text.find("block"), 5, "mandible");
@@ -203,7 +203,7 @@ TEST(SceneRange, MandibleKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried(), 200);
 }
 
-TEST(SceneRange, StrokeKeysHoldTheirRanges) {
+TEST(SceneRange, StrokeKeysEnforceTheirRanges) {
   // A stroke with all keys; the one under test is replaced.
   RangeTester tester([](const std::string& key, const std::string& value) {
     std::string text = "[bone]\nmodel = \"block\"\n[[path.stroke]]\n";
@@ -218,7 +218,7 @@ TEST(SceneRange, StrokeKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried(), 60);
 }
 
-TEST(SceneRange, SawOfTheSceneAtItsEndsIsValidForTheTool) {
+TEST(SceneRange, SceneSawAtTheEndsOfItsRangesIsAValidTool) {
   // The scene's ranges must not be wider than those of DiscSaw.
   for (const char* text : {"diameter_mm = 1", "diameter_mm = 200", "thickness_mm = 0.02", "thickness_mm = 10",
                            "teeth = 1", "teeth = 1000", "E_GPa = 1", "E_GPa = 1500", "nu = 0", "nu = 0.5"}) {
@@ -227,7 +227,7 @@ TEST(SceneRange, SawOfTheSceneAtItsEndsIsValidForTheTool) {
   }
 }
 
-TEST(SceneRange, BallOfTheSceneAtItsEndsIsValidForTheTool) {
+TEST(SceneRange, SceneBallAtTheEndsOfItsRangesIsAValidTool) {
   for (const char* text : {"diameter_mm = 0.5", "diameter_mm = 50", "flutes = 1", "flutes = 100",
                            "tooth_width_mm = 0.01", "tooth_width_mm = 50", "E_GPa = 1", "nu = 0.5"}) {
     const Scene scene = ParseScene(test::ShortScene() + "[tool]\nshape = \"ball\"\n" + text + "\n", "s.toml");
@@ -235,7 +235,7 @@ TEST(SceneRange, BallOfTheSceneAtItsEndsIsValidForTheTool) {
   }
 }
 
-TEST(SceneRange, BallHasADiameterOfItsOwnUnlessToldOtherwise) {
+TEST(SceneRange, BallHasItsOwnDefaultDiameter) {
   EXPECT_EQ(CalcReach(MakeTool(ParseScene(test::ShortScene() + "[tool]\nshape = \"ball\"\n", "s.toml"))), 3);
   EXPECT_EQ(
       CalcReach(MakeTool(ParseScene(test::ShortScene() + "[tool]\ndiameter_mm = 8\nshape = \"ball\"\n", "s.toml"))), 4);

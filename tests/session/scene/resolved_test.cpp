@@ -179,7 +179,7 @@ TEST(ResolvedScene, ReadsBackAsTheSameScene) {
   }
 }
 
-TEST(ResolvedScene, SaysUnitAndRangeOfEveryNumber) {
+TEST(ResolvedScene, StatesUnitAndRangeOfEveryNumber) {
   const std::string text = ResolvedToml(ParseScene(test::ShortScene(), "s.toml"));
   EXPECT_NE(text.find("diameter_mm = 22.0                  # diameter of the disc over the teeth [1 to 200 mm]\n"),
             std::string::npos)
@@ -189,14 +189,14 @@ TEST(ResolvedScene, SaysUnitAndRangeOfEveryNumber) {
       << text;
 }
 
-TEST(ResolvedScene, LeavesOutTheHandThatTheSceneDoesNotName) {
+TEST(ResolvedScene, OmitsHandSectionsThatTheSceneOmits) {
   const std::string text = ResolvedToml(ParseScene(test::ShortScene(), "s.toml"));
   for (const char* section : {"[coupling]", "[device]", "[hand]", "[loop]", "[exercise]"}) {
     EXPECT_EQ(text.find(section), std::string::npos) << section;
   }
 }
 
-TEST(DefaultScene, IsValidAsItStands) {
+TEST(DefaultScene, IsValid) {
   const std::string text = DefaultSceneToml();
   ASSERT_EQ(test::MessageFor(text), "");
   const Scene scene = ParseScene(text, "s.toml");
@@ -247,7 +247,7 @@ TEST(DefaultScene, NamesEveryKey) {
   }
 }
 
-TEST(SceneReader, DamagedFilesLoadOrSayWhereTheyAreWrong) {
+TEST(SceneReader, DamagedFilesLoadOrReportThePosition) {
   std::mt19937 random(5);
   const std::string good = ResolvedToml(RandomScene(random));
   ASSERT_EQ(test::MessageFor(good), "");

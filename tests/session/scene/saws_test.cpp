@@ -24,7 +24,7 @@ std::string WhyRefused(const std::string& rows) {
   return "";
 }
 
-TEST(Saws, EachOfThoseShippedIsAToolThatASceneTakes) {
+TEST(Saws, EveryBuiltInSawIsValidInAScene) {
   ASSERT_FALSE(BuiltInSaws().empty());
   EXPECT_LE(BuiltInSaws().size(), 9u);
   for (const Saw& saw : BuiltInSaws()) {
@@ -39,7 +39,7 @@ TEST(Saws, EachOfThoseShippedIsAToolThatASceneTakes) {
   EXPECT_EQ(DescribeTool(BuiltInSaws().front().tool), DescribeTool(SceneTool{}));
 }
 
-TEST(Saws, ATableOfOnesOwnIsRead) {
+TEST(Saws, UserDefinedTableIsRead) {
   const std::vector<Saw> saws = ParseSaws(
       kSawsHeader + "a,disc,20,0.3,18,none,5000,mine\n\"b, long\",ball,4,none,none,6,9000,mine\n", "saws.csv");
   ASSERT_EQ(saws.size(), 2u);
@@ -51,9 +51,9 @@ TEST(Saws, ATableOfOnesOwnIsRead) {
   EXPECT_EQ(saws[1].tool.diameter_mm, 4);
 }
 
-TEST(Saws, EachFaultIsToldWithItsLine) {
+TEST(Saws, EachFaultIsReportedWithItsLine) {
   EXPECT_THAT(WhyRefused("a,disc,0.5,0.3,18,none,5000,x\n"),
-              HasSubstr("saws.csv:2: diameter_mm = 0.5 is not within 1"));
+              HasSubstr("saws.csv:2: diameter_mm = 0.5 is outside the range 1"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,1.5,none,5000,x\n"), HasSubstr("teeth = 1.5 is not an integer"));
   EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,8,5000,x\n"), HasSubstr("a disc has no flutes"));
   EXPECT_THAT(WhyRefused("a,ball,6,0.3,none,8,5000,x\n"), HasSubstr("a ball has no thickness_mm"));

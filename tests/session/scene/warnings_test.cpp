@@ -20,16 +20,17 @@ std::string WarningsAt(double bite_um, const std::string& law) {
   return all;
 }
 
-TEST(Doubts, BiteIsHeldAgainstTheValidityOfTheLawChosen) {
+TEST(Doubts, BiteIsCheckedAgainstTheChosenLawsRange) {
   EXPECT_EQ(WarningsAt(2.9, "hertz_chip"), "");
   EXPECT_EQ(
       WarningsAt(6, "hertz_chip"),
       "the bite reaches 6 um: hertz_chip holds up to about 3 um, beyond it gives more than twice the measured thrust; "
       "feed more slowly or turn faster\n");
   for (const double bite_um : {0.1, 200.0}) {
-    EXPECT_EQ(WarningsAt(bite_um, "hertz_constant_bite"),
-              "hertz_constant_bite gives the same force whatever the bite: thrust 1/122 of that measured at a bite of "
-              "2.5 um, 1/168 of that at 10 um (22 mm disc with 24 teeth); nothing was measured below 2 um\n");
+    EXPECT_EQ(
+        WarningsAt(bite_um, "hertz_constant_bite"),
+        "hertz_constant_bite gives the same force regardless of the bite: thrust 1/122 of that measured at a bite of "
+        "2.5 um, 1/168 of that at 10 um (22 mm disc with 24 teeth); nothing was measured below 2 um\n");
   }
   EXPECT_EQ(WarningsAt(6, "edge_plus_chip"), "");
   EXPECT_EQ(WarningsAt(1, "edge_plus_chip"),
@@ -40,7 +41,7 @@ TEST(Doubts, BiteIsHeldAgainstTheValidityOfTheLawChosen) {
             "extrapolation\n");
 }
 
-TEST(Doubts, EveryLawWarnsJustOutsideItsValidityAndNotInside) {
+TEST(Doubts, EveryLawWarnsJustOutsideItsRangeAndNotInside) {
   for (const ForceLawInfo* law : ForceLaws()) {
     if (IsNowhereMeasured(law->validity)) continue;
     const double from_um = 1000 * law->validity.from_mm;

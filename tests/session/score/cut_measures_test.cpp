@@ -93,7 +93,7 @@ ScoreSheet Measure(const Bone& before, const Bone& after, const WantedCut& wante
   return sheet;
 }
 
-TEST(MeasureCut, APerfectCutIsPerfectInAnyDirectionOfTheLattice) {
+TEST(MeasureCut, PerfectCutHasNoErrorInAnyOrientation) {
   std::mt19937 random(11);
   for (int i = 0; i < 20; ++i) {
     const Case c = RandomCase(random, 3);
@@ -145,7 +145,7 @@ TEST(MeasureCut, DepthIsMeasuredToAFifthOfAMillimetre) {
   }
 }
 
-TEST(MeasureCut, WhatIsCutBesideTheMarginCounts) {
+TEST(MeasureCut, VolumeOutsideTheMarginIsCounted) {
   std::mt19937 random(14);
   Case c = RandomCase(random, 3);
   c.wanted.margin_mm = 0.5;
@@ -158,7 +158,7 @@ TEST(MeasureCut, WhatIsCutBesideTheMarginCounts) {
   EXPECT_NEAR(sheet.Get("under_mm3").value(), sheet.Get("planned_mm3").value(), 1e-9);
 }
 
-TEST(MeasureCut, ASimulatedCutIsMeasuredAsTheExactOne) {
+TEST(MeasureCut, SimulatedCutMatchesTheExactCut) {
   std::mt19937 random(15);
   for (int i = 0; i < 2; ++i) {
     const Case c = RandomCase(random, 3);
@@ -187,7 +187,7 @@ TEST(MeasureCut, ASimulatedCutIsMeasuredAsTheExactOne) {
   }
 }
 
-TEST(FitMiddlePlane, HasNoneOfALumpOrOfNothing) {
+TEST(FitMiddlePlane, ReturnsNoneForALumpOrNoRemoval) {
   BlockParams params;
   params.size_mm = {5, 5, 5};
   params.voxel_mm = 0.25;
@@ -201,14 +201,14 @@ TEST(FitMiddlePlane, HasNoneOfALumpOrOfNothing) {
   EXPECT_FALSE(FitMiddlePlane(bone, bone, lump));
 }
 
-TEST(DepthGauge, KnowsSurfaceFarSideAndGoal) {
+TEST(DepthGauge, MeasuresToSurfaceFarSideAndGoal) {
   std::mt19937 random(16);
   const Case c = RandomCase(random, 3);
   const DepthGauge gauge(MakeBlock(c.block, DefaultMandibleTable()), c.wanted);
   for (const double t_mm : {-2.0, 1.0, 3.0, 9.5}) {
     const std::optional<DepthReading> reading = gauge.Calc(c.wanted.CalcToolPose(2, t_mm));
     ASSERT_TRUE(reading);
-    // A face of the lattice's voxels, 0.25 mm, and one of 120 points of the rim.
+    // Errors: the face of the block in voxels of 0.25 mm, and the spacing of the rim's 120 points.
     EXPECT_NEAR(reading->depth_mm, t_mm, 0.05);
     EXPECT_NEAR(reading->to_goal_mm, 3 - t_mm, 0.05);
     EXPECT_NEAR(reading->beyond_mm, t_mm - 8, 0.05);

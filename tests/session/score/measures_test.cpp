@@ -27,7 +27,7 @@ ScoreSheet Perfect(ExerciseKind kind) {
   return sheet;
 }
 
-TEST(Measures, OnlyWhatIsPublishedIsScored) {
+TEST(Measures, OnlyMeasuresWithPublishedEvidenceAreScored) {
   for (const ExerciseKind kind : kKinds) {
     ASSERT_FALSE(GoalsOf(kind).empty());
     for (const Goal& goal : GoalsOf(kind)) {
@@ -47,7 +47,7 @@ TEST(Measures, HaveKeysOfTheirOwnAndFormulas) {
   EXPECT_THROW(FindMeasure("beauty"), Error);
 }
 
-TEST(Total, IsAHundredForAPerfectCutAndNothingForNone) {
+TEST(Total, Is100ForAPerfectCutAnd0ForNoCut) {
   for (const ExerciseKind kind : kKinds) {
     ScoreSheet sheet = Perfect(kind);
     EXPECT_DOUBLE_EQ(sheet.total.value(), 100);
@@ -60,13 +60,13 @@ TEST(Total, IsAHundredForAPerfectCutAndNothingForNone) {
   EXPECT_FALSE(none.total);
 }
 
-TEST(Total, FallsWithEachMeasureThatCounts) {
+TEST(Total, DecreasesWithEachScoredMeasure) {
   for (const ExerciseKind kind : kKinds) {
     for (const Goal& goal : GoalsOf(kind)) {
       double last = 101;
       for (const double value : {0.0, 0.01, 0.3, 1.0, 3.0}) {
         ScoreSheet sheet = Perfect(kind);
-        SetValue(sheet, goal.key, -value);  // offsets have a sign, which does not count
+        SetValue(sheet, goal.key, -value);  // the sign of an offset is ignored
         CalcTotal(sheet);
         EXPECT_LT(sheet.total.value(), last) << goal.key << " = " << value;
         last = sheet.total.value();
@@ -75,7 +75,7 @@ TEST(Total, FallsWithEachMeasureThatCounts) {
   }
 }
 
-TEST(Total, WhatCouldNotBeMeasuredEarnsNothing) {
+TEST(Total, UnmeasuredValuesGetNoPoints) {
   ScoreSheet sheet = Perfect(ExerciseKind::kGroove);
   SetValue(sheet, "plane_offset_mm", {});
   CalcTotal(sheet);
@@ -83,7 +83,7 @@ TEST(Total, WhatCouldNotBeMeasuredEarnsNothing) {
   EXPECT_GT(sheet.total.value(), 50);
 }
 
-TEST(Points, AreHalfAtTheHalf) {
+TEST(Points, AreHalvedAtTheHalfValue) {
   EXPECT_DOUBLE_EQ(CalcPoints(0, 3), 1);
   EXPECT_DOUBLE_EQ(CalcPoints(3, 3), 0.5);
   EXPECT_DOUBLE_EQ(CalcPoints(-6, 3), 0.25);

@@ -31,7 +31,7 @@ ScoreSheet MeasureMotion(double seconds, double limit_N, const Fill& fill) {
   return sheet;
 }
 
-TEST(MotionMeter, AStraightEvenWayIsAsLongAndAsFastAsItIs) {
+TEST(MotionMeter, UniformStraightMotionHasItsLengthAndSpeed) {
   const ScoreSheet sheet = MeasureMotion(4, 0, [](MotionTick& tick) {
     tick.X_WT.p_AB = tick.time_s * Vec3(3, 0, 4);
     tick.contact = true;
@@ -71,7 +71,7 @@ TEST(MotionMeter, ForcesAreThoseInContact) {
   EXPECT_NEAR(sheet.Get("force_over_s").value(), 0.5, 0.002);
 }
 
-TEST(MotionMeter, StrokesAreContactsThatAreApart) {
+TEST(MotionMeter, StrokesAreContactsSeparatedInTime) {
   const ScoreSheet sheet = MeasureMotion(10, 0, [](MotionTick& tick) {
     // Three contacts of 2 s, the second with a gap of 0.1 s.
     const double t = std::fmod(tick.time_s, 3.2);

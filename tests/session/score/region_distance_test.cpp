@@ -37,7 +37,7 @@ Pose Standing(double z_mm) {
   return {turn, Vec3(0, 0, z_mm + 4)};
 }
 
-TEST(RegionDistance, IsThatOfACylinderInsideAndOut) {
+TEST(RegionDistance, MatchesACylinderInsideAndOutside) {
   const RegionDistance distance(MakeCanalBlock(), Tissue::kCanal);
   ASSERT_FALSE(distance.empty());
   DiscSaw saw;
@@ -53,7 +53,7 @@ TEST(RegionDistance, IsThatOfACylinderInsideAndOut) {
   EXPECT_NEAR(distance.Calc(BallBurr{}, {Quat(1, 0, 0, 0), Vec3(3, 0, 6)}), 6 - 3 - kCanal_mm, kVoxel_mm);
 }
 
-TEST(RegionDistance, IsThatToTheNearestOfAllBalls) {
+TEST(RegionDistance, ChangesByAtMostTheMotionAndIgnoresSpindleRotation) {
   const Bone bone = MakeCanalBlock();
   const RegionDistance distance(bone, Tissue::kCanal);
   // Moving by d changes it by at most d, and rotating about the spindle not at all.
@@ -69,7 +69,7 @@ TEST(RegionDistance, IsThatToTheNearestOfAllBalls) {
   }
 }
 
-TEST(RegionDistance, OfABoneWithoutTheTissueIsNone) {
+TEST(RegionDistance, BoneWithoutTheTissueHasNone) {
   const RegionDistance distance(MakeCanalBlock(), Tissue::kTooth);
   EXPECT_TRUE(distance.empty());
   EXPECT_GT(distance.Calc(DiscSaw{}, Pose{}), 1e8);

@@ -36,7 +36,7 @@ std::function<bool(std::vector<float>&)> InBlocks(const std::vector<float>& all,
   };
 }
 
-TEST_F(Wav, IsReadAgainWithHeaderAndSamples) {
+TEST_F(Wav, RoundTripsHeaderAndSamples) {
   std::vector<float> all;
   for (int i = 0; i < 10'001; ++i) all.push_back(static_cast<float>(std::sin(0.1 * i)));
   all.push_back(1);
@@ -57,7 +57,7 @@ TEST_F(Wav, IsReadAgainWithHeaderAndSamples) {
   }
 }
 
-TEST_F(Wav, TheSameSamplesGiveTheSameBytesInAnyBlocks) {
+TEST_F(Wav, BytesAreIndependentOfTheBlocks) {
   std::vector<float> all;
   for (int i = 0; i < 5000; ++i) all.push_back(static_cast<float>(0.5 * std::cos(0.01 * i)));
   WriteWav(At("a.wav"), 44100, InBlocks(all, 1));
@@ -65,7 +65,7 @@ TEST_F(Wav, TheSameSamplesGiveTheSameBytesInAnyBlocks) {
   EXPECT_EQ(ReadTextFile(At("a.wav")), ReadTextFile(At("b.wav")));
 }
 
-TEST_F(Wav, IsWholeOrNotThere) {
+TEST_F(Wav, IsCompleteOrAbsent) {
   WriteWav(At("a.wav"), 8000, InBlocks({0.25F, 0.5F}, 8));
   const std::string before = ReadTextFile(At("a.wav"));
   // Too loud in the second block: the previous file is kept, and there is no other file.

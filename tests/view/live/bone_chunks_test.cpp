@@ -57,7 +57,7 @@ struct Slot {
   Pose start;
 };
 
-TEST(BoneChunks, TogetherTheyAreClosedAtEveryStep) {
+TEST(BoneChunks, FormAClosedSurfaceAtEveryStep) {
   const BoneChunks chunks(MakePlate(0.2));
   for (const int step : BoneChunks::kSteps) {
     const TriangleMesh mesh = JoinChunks(chunks, MeshAll(chunks, step));
@@ -77,7 +77,7 @@ std::vector<ChunkVertex> Sorted(const ChunkMesh& mesh) {
   return vertices;
 }
 
-TEST(BoneChunks, AChunkKeptUpByLeavesIsTheOneMeshedFromScratch) {
+TEST(BoneChunks, UpdatedChunkEqualsAChunkMeshedFromScratch) {
   const Slot slot;
   Simulation simulation(MakePlate(0.2), slot.params, slot.start);
   BoneChunks kept(MakePlate(0.2));
@@ -126,7 +126,7 @@ TEST(BoneChunks, AChunkKeptUpByLeavesIsTheOneMeshedFromScratch) {
   EXPECT_EQ(CountUnpaired(JoinChunks(kept, all)), 0u);
 }
 
-TEST(BoneChunks, EachLeafReachesTheChunksThatItBordersOn) {
+TEST(BoneChunks, EachLeafUpdatesTheChunksThatItBordersOn) {
   const Bone bone = MakePlate(0.5);
   std::vector<std::array<int, 3>> leaves;
   for (int x = -3; x <= 3; ++x) {
@@ -166,7 +166,7 @@ TEST(BoneChunks, EachLeafReachesTheChunksThatItBordersOn) {
   EXPECT_GT(changed, leaves.size());  // some leaves border on several chunks
 }
 
-TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
+TEST(BoneChunks, CutSurfaceIsMarkedAndShowsItsTissue) {
   const Slot slot;
   Simulation simulation(MakePlate(0.2), slot.params, slot.start);
   BoneChunks chunks(MakePlate(0.2));
@@ -194,7 +194,7 @@ TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
   EXPECT_GT(wall[1], 300u);
 }
 
-TEST(BoneChunks, SkirtsAreThoseFacesOfTheChunksAboveThatTouchTheBorder) {
+TEST(BoneChunks, SkirtsAreTheBorderFacesOfTheNextChunksUp) {
   BlockParams params;
   params.size_mm = {16, 10, 10};
   params.layers = {{10, 24}};
@@ -245,7 +245,7 @@ TEST(BoneChunks, NormalsPointOutward) {
   EXPECT_GT(looked, 1000u);
 }
 
-TEST(SurfaceWorker, HandsOverWhatASingleThreadWouldMesh) {
+TEST(SurfaceWorker, GivesTheSameMeshAsASingleThread) {
   const Slot slot;
   Simulation simulation(MakePlate(0.2), slot.params, slot.start);
   SurfaceWorker worker(MakePlate(0.2), 2);

@@ -35,7 +35,7 @@ RC_GTEST_PROP(ViewCameraProperty, ProjectAndUnprojectAreInverse, ()) {
   RC_ASSERT(std::abs(glm::length(ray.direction_W) - 1) < 1e-12);
 }
 
-RC_GTEST_PROP(ViewCameraProperty, WhatLiesUnderTheMouseStaysThereWhenZooming, ()) {
+RC_GTEST_PROP(ViewCameraProperty, PointUnderTheMouseStaysThereWhenZooming, ()) {
   ViewCamera camera = AnyCamera();
   camera.set_height_mm(50);
   const ScreenPoint at{0.5 * camera.width() * (1 + Fraction()), 0.5 * camera.height() * (1 + Fraction())};
@@ -46,7 +46,7 @@ RC_GTEST_PROP(ViewCameraProperty, WhatLiesUnderTheMouseStaysThereWhenZooming, ()
   RC_ASSERT(std::hypot(now->x - at.x, now->y - at.y) < 1e-6);
 }
 
-RC_GTEST_PROP(ViewCameraProperty, MotionOfTheWorldLooksLikeTheMouses, ()) {
+RC_GTEST_PROP(ViewCameraProperty, MotionOfTheWorldMatchesTheMouse, ()) {
   const ViewCamera camera = AnyCamera();
   const Vec3 p_W = camera.target_W() + 0.3 * camera.height_mm() * Vec3{Fraction(), Fraction(), Fraction()};
   const double dx = 50 * Fraction();
@@ -57,7 +57,7 @@ RC_GTEST_PROP(ViewCameraProperty, MotionOfTheWorldLooksLikeTheMouses, ()) {
   RC_ASSERT(std::abs(after->y - before->y - dy) < 1e-6);
 }
 
-RC_GTEST_PROP(ViewCameraProperty, AxesStayUprightToEachOther, ()) {
+RC_GTEST_PROP(ViewCameraProperty, AxesStayPerpendicular, ()) {
   ViewCamera camera = AnyCamera();
   for (int i = 0; i < 20; ++i) camera.Orbit(300 * Fraction(), 300 * Fraction());
   camera.Roll(3 * Fraction());
@@ -68,7 +68,7 @@ RC_GTEST_PROP(ViewCameraProperty, AxesStayUprightToEachOther, ()) {
   RC_ASSERT(glm::length(glm::cross(r, u) + f) < 1e-9);
 }
 
-RC_GTEST_PROP(ViewCameraProperty, FittedPointsAreWhollyInThePicture, ()) {
+RC_GTEST_PROP(ViewCameraProperty, FittedPointsAreInsideThePicture, ()) {
   ViewCamera camera = AnyCamera();
   std::vector<Vec3> points;
   for (int i = 0; i < 12; ++i) points.push_back(40.0 * Vec3{Fraction(), Fraction(), Fraction()});
@@ -81,7 +81,7 @@ RC_GTEST_PROP(ViewCameraProperty, FittedPointsAreWhollyInThePicture, ()) {
   }
 }
 
-TEST(ViewCamera, NamedViewsAreThePatients) {
+TEST(ViewCamera, NamedViewsAreInThePatientsFrame) {
   ViewCamera camera;
   camera.Look(View::kFront);  // seen from the front the patient's left (+x) is on the right
   EXPECT_NEAR(camera.right_W().x, 1, 1e-12);

@@ -62,11 +62,11 @@ void ExpectApart(const std::vector<Rgb8>& colours, double least, const std::stri
 }
 
 // A difference of 2.3 is just noticeable side by side; ten times that is distinguishable at a glance.
-TEST(Colours, LevelsAreToldApartByAllEyes) {
+TEST(Colours, LevelsAreDistinguishableWithAnyColourVision) {
   ExpectApart({LevelColour(HudLevel::kGood), LevelColour(HudLevel::kWarn), LevelColour(HudLevel::kBad)}, 20, "level");
 }
 
-TEST(Colours, TissuesOfACutFaceAreToldApartByAllEyes) {
+TEST(Colours, TissuesOfACutFaceAreDistinguishableWithAnyColourVision) {
   ExpectApart({CutColour(Tissue::kCortical), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
   ExpectApart({CutColour(Tissue::kTooth), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
   // Cut cortex against the outside of the bone and against a tooth: pale colours that are seen side by side.
@@ -74,7 +74,7 @@ TEST(Colours, TissuesOfACutFaceAreToldApartByAllEyes) {
 }
 
 // WCAG 2: contrast 4.5 for text.
-TEST(Colours, WordsStandOutFromTheirGround) {
+TEST(Colours, TextHasContrastWithItsBackground) {
   const auto luminance = [](const Rgb8& c) {
     const Rgb l = ToLinear(c);
     return 0.2126 * l[0] + 0.7152 * l[1] + 0.0722 * l[2];
@@ -89,7 +89,7 @@ TEST(Colours, WordsStandOutFromTheirGround) {
   }
 }
 
-TEST(Palette, PlainBoneShowsTissueOnlyWhereItWasCut) {
+TEST(Palette, PlainBoneShowsTissueOnlyOnCutFaces) {
   const MaterialTable& table = DefaultMandibleTable();
   const BonePalette plain = MakePalette(table, ColourBy::kPlain);
   const auto rgb = [](const std::array<std::uint8_t, 4>& c) { return Rgb8{c[0], c[1], c[2]}; };
@@ -103,7 +103,7 @@ TEST(Palette, PlainBoneShowsTissueOnlyWhereItWasCut) {
   EXPECT_EQ(rgb(regions[256 + 24]), RegionColour(24));
 }
 
-TEST(Palette, TheLegendNamesWhatIsSeen) {
+TEST(Palette, LegendNamesTheVisibleEntries) {
   const MaterialTable& table = DefaultMandibleTable();
   PaletteCounts counts{};
   counts[24] = 5000;

@@ -23,7 +23,7 @@ Bone MakePlateWithCt() {
 constexpr Rgb8 kBoneLine{255, 200, 40};
 constexpr Rgb8 kToolLine{80, 200, 255};
 
-TEST(CtSlices, GreyIsTheNumberAndLinesAreWhereBoneAndToolEnd) {
+TEST(CtSlices, GreyMatchesTheCtNumberAndLinesTheOutlines) {
   const Bone bone = MakePlateWithCt();
   DiscSaw saw;
   saw.diameter_mm = 6;
@@ -81,7 +81,7 @@ TEST(CtSlices, GreyIsTheNumberAndLinesAreWhereBoneAndToolEnd) {
   EXPECT_NEAR(edges.back(), 0.5, pixel_mm);
 }
 
-TEST(CtSlices, RefusesWhatCannotBeShown) {
+TEST(CtSlices, RefusesInvalidInput) {
   const Bone bone = MakePlateWithCt();
   EXPECT_THROW(CalcCtSlices(test::MakePlate(0.5), DiscSaw{}, {}, 20, 100), Error);
   EXPECT_THROW(CalcCtSlices(bone, DiscSaw{}, {}, 0, 100), Error);

@@ -72,7 +72,7 @@ void ExpectApart(const HudLayout& layout, const std::string& what) {
   }
 }
 
-TEST(HudLayout, PanelsNeverOverlapNorLeaveTheWindow) {
+TEST(HudLayout, PanelsNeverOverlapOrLeaveTheWindow) {
   for (const WindowSize& size : kSizes) {
     for (unsigned which = 0; which < 64; ++which) {
       for (const int slices : {0, 3}) {
@@ -88,7 +88,7 @@ TEST(HudLayout, PanelsNeverOverlapNorLeaveTheWindow) {
   }
 }
 
-TEST(HudLayout, AllPanelsFitAtTheSmallestSizeThatIsPromised) {
+TEST(HudLayout, AllPanelsFitAtTheMinimumSupportedSize) {
   HudState hud = MakeState(4u | 8u);
   const HudLayout layout = CalcHudLayout(1280, 720, hud, {3, true, true});
   for (const FlatBox* box : {&layout.values, &layout.plot, &layout.gauge, &layout.pieces, &layout.banner,
@@ -128,7 +128,7 @@ void ExpectLegible(const DrawList& list, const HudLayout& layout, const std::str
   }
 }
 
-TEST(HudDraw, WordsStayInTheirPanelsAndApart) {
+TEST(HudDraw, TextStaysInItsPanelWithoutOverlap) {
   for (const WindowSize& size : kSizes) {
     for (unsigned which = 0; which < 64; ++which) {
       const HudState state = MakeState(which);
@@ -146,7 +146,7 @@ TEST(HudDraw, WordsStayInTheirPanelsAndApart) {
   }
 }
 
-TEST(HudDraw, LabelsOfTheSceneKeepOffPanelsAndEachOther) {
+TEST(HudDraw, SceneLabelsDoNotOverlapPanelsOrEachOther) {
   const HudState state = MakeState(4);
   const HudLayout layout = CalcHudLayout(1280, 720, state, {3, true, true});
   std::vector<SceneLabel> labels;
@@ -167,7 +167,7 @@ TEST(HudDraw, LabelsOfTheSceneKeepOffPanelsAndEachOther) {
   EXPECT_EQ(with.texts().size(), without.texts().size() + shown);
 }
 
-TEST(HudDraw, TheForcesNoteIsShownWholeBelowThePlotWhereThereIsRoom) {
+TEST(HudDraw, ForceNoteIsCompleteBelowThePlotIfThereIsSpace) {
   HudState state = test::MakeFullHud();
   state.pieces.clear();
   const auto words_of = [&] {
@@ -184,7 +184,7 @@ TEST(HudDraw, TheForcesNoteIsShownWholeBelowThePlotWhereThereIsRoom) {
   EXPECT_GT(with, kPlotHeight);
 }
 
-TEST(HudDraw, NumbersAreShortAndHonest) {
+TEST(HudDraw, NumbersAreShortAndCorrectlyRounded) {
   EXPECT_EQ(FormatHudNumber(std::nullopt, 2), "-");
   EXPECT_EQ(FormatHudNumber(std::nan(""), 2), "-");
   EXPECT_EQ(FormatHudNumber(-0.004, 2), "0.00");
@@ -192,7 +192,7 @@ TEST(HudDraw, NumbersAreShortAndHonest) {
   EXPECT_EQ(FormatHudNumber(7499.6, 0), "7500");
 }
 
-TEST(HudDraw, TheScaleBarIsARoundLengthThatFits) {
+TEST(HudDraw, ScaleBarHasARoundLengthThatFits) {
   for (double mm_per_point = 0.001; mm_per_point < 5; mm_per_point *= 1.37) {
     const ScaleBar bar = CalcScaleBar(mm_per_point, 200);
     EXPECT_LE(bar.points, 200);
@@ -203,7 +203,7 @@ TEST(HudDraw, TheScaleBarIsARoundLengthThatFits) {
   }
 }
 
-TEST(HudText, ReckonedWidthsAreThoseThatAreDrawn) {
+TEST(HudText, ComputedWidthsMatchDrawnWidths) {
   const std::vector<std::string> words{"Angle to plan", "12 angle upper facial, 20.3 GPa", "checkpoint \"before\" made",
                                        "WWWW mmmm iiii llll", "0123456789.-+ (%)"};
   for (const std::string& text : words) {
@@ -223,7 +223,7 @@ TEST(HudText, ReckonedWidthsAreThoseThatAreDrawn) {
   }
 }
 
-TEST(HudText, CutTextFitsAndWrappedTextLosesNoWord) {
+TEST(HudText, CutTextFitsAndWrappedTextKeepsEveryWord) {
   const std::string text = "The nerve\xe2\x80\x99s canal is nearer than 2 mm: turn the blade away";
   for (double width = 60; width < 500; width += 13) {
     EXPECT_LE(CalcTextWidth(CutText(text, 15, true, width), 15, true), width);
@@ -238,7 +238,7 @@ TEST(HudText, CutTextFitsAndWrappedTextLosesNoWord) {
   }
 }
 
-TEST(HudRows, TheChosenRowIsAlwaysShownAndFoundUnderTheMouse) {
+TEST(HudRows, SelectedRowIsAlwaysVisibleAndFoundUnderTheMouse) {
   HudMenu menu;
   menu.rows.resize(50);
   const FlatBox modal{100, 50, 600, 400};

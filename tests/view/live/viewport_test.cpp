@@ -88,7 +88,7 @@ class OnePlate : public ::testing::Test {
   SurfaceWorker worker;
 };
 
-TEST_F(OnePlate, ThePlateCoversItsAreaAndIsSeenThroughNoGap) {
+TEST_F(OnePlate, PlateCoversItsAreaWithoutGaps) {
   const Image with = Draw();
   view.set_bone_hidden(true);
   const Difference d = Compare(with, Draw());
@@ -99,7 +99,7 @@ TEST_F(OnePlate, ThePlateCoversItsAreaAndIsSeenThroughNoGap) {
   EXPECT_GT(view.stats().surface_bytes, 10000u);
 }
 
-TEST_F(OnePlate, NothingThatFacesTheEyeIsLeftOut) {
+TEST_F(OnePlate, AllFacesTowardsTheEyeAreDrawn) {
   // Chunks of 3.2 mm: some lie within a face, and all their triangles face one way.
   const Bone fine = test::MakePlate(0.1);
   SurfaceWorker fine_worker(fine, 2);
@@ -127,7 +127,7 @@ TEST_F(OnePlate, NothingThatFacesTheEyeIsLeftOut) {
   EXPECT_LT(fewest, view.stats().chunks);
 }
 
-TEST_F(OnePlate, TheDiscStandsWhereItIsProjected) {
+TEST_F(OnePlate, DiscIsDrawnAtItsProjection) {
   view.set_bone_hidden(true);
   const Image without = Draw();
   DiscSaw saw;
@@ -151,7 +151,7 @@ TEST_F(OnePlate, TheDiscStandsWhereItIsProjected) {
   EXPECT_EQ(Compare(Draw(), without).count, 0);
 }
 
-TEST_F(OnePlate, ACutShowsTheTissuesThatItLaysOpen) {
+TEST_F(OnePlate, CutShowsTheExposedTissues) {
   Leave(Draw(), "plate");
   EXPECT_TRUE(view.legend().empty());
   DiscSaw saw;
@@ -186,7 +186,7 @@ TEST_F(OnePlate, ACutShowsTheTissuesThatItLaysOpen) {
   EXPECT_EQ(legend[1].text, "cancellous");
 }
 
-TEST_F(OnePlate, TranslucentBoneLetsTheCanalBeSeen) {
+TEST_F(OnePlate, CanalIsVisibleThroughTranslucentBone) {
   InnerSurfaces inner;
   inner.canal_W = *test::MakeCube({0, 0, -5}, 2);
   view.SetInnerSurfaces(inner);

@@ -23,7 +23,7 @@ class SlottedPlate : public ::testing::Test {
   }
 };
 
-TEST_F(SlottedPlate, SurfaceShowsTheTissueBelowItUpToTheLayersEdge) {
+TEST_F(SlottedPlate, SurfaceShowsTheTissueBelowIt) {
   const Bone bone = MakePlate();
   const TriangleMesh mesh = ExtractSurface(bone);
   const SurfaceColours colours = CalcSurfaceColours(bone, mesh, ColourBy::kTissue);
@@ -80,7 +80,7 @@ TEST_F(SlottedPlate, FacesOfACutShowTheLayersInside) {
   EXPECT_GT(wall[1], 500u);
 }
 
-TEST_F(SlottedPlate, RegionsAreNamedWithTheirModulusAndPlainIsPlain) {
+TEST_F(SlottedPlate, RegionsAreNamedWithTheirModulusAndPlainHasNoLegend) {
   const Bone bone = MakePlate();
   const TriangleMesh mesh = ExtractSurface(bone);
   const SurfaceColours regions = CalcSurfaceColours(bone, mesh, ColourBy::kRegion);
@@ -100,7 +100,7 @@ TEST_F(SlottedPlate, RegionsAreNamedWithTheirModulusAndPlainIsPlain) {
   EXPECT_TRUE(plain.legend.empty());
 }
 
-TEST(Colours, TissuesDifferFromEachOtherInLightnessTooSoThatNoHueIsNeeded) {
+TEST(Colours, TissuesAlsoDifferInLightness) {
   const auto lightness = [](const Rgb8& c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; };
   const Tissue tissues[] = {Tissue::kCortical, Tissue::kCancellous, Tissue::kTooth, Tissue::kCanal};
   for (const Tissue a : tissues) {

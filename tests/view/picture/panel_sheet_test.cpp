@@ -45,7 +45,7 @@ Spot FindRed(const Image& image, const PanelPlace& place) {
   return spot;
 }
 
-TEST(MmGrid, NumbersStandAtLines) {
+TEST(MmGrid, NumbersLieOnLines) {
   const MmGrid grid = ChooseMmGrid(2.5, 13, 44);  // lines from 5.2 mm on, numbers from 17.6 mm on
   EXPECT_EQ(grid.line_mm, 10);
   EXPECT_EQ(grid.number_mm, 20);
@@ -110,7 +110,7 @@ TEST(PanelSheet, AMarkLiesAtItsCoordinates) {
   EXPECT_NEAR(spot.row, places[0].top + 60.0 / 100 * (places[0].bottom - places[0].top), 1);
 }
 
-TEST(PanelSheet, RefusesWhatItCanNotDraw) {
+TEST(PanelSheet, RefusesInvalidSheets) {
   SheetSpec spec;
   EXPECT_THROW(RenderSheet(spec), Error);
   spec.panels.resize(1);

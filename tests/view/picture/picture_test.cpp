@@ -131,7 +131,7 @@ TEST_F(Picture, SurfaceHasItsColourWhereItFacesTheEye) {
   }
 }
 
-TEST_F(Picture, PointsLieWhereTheViewFrameSaysInEveryView) {
+TEST_F(Picture, PointsMatchTheViewFrameInEveryView) {
   const Vec3 marker{14, -9, 6};
   for (const View view :
        {View::kFront, View::kBack, View::kLeft, View::kRight, View::kTop, View::kBottom, View::kThreeQuarter}) {
@@ -208,7 +208,7 @@ TEST_F(Picture, ArrowReachesFromTailToTipAndItsHeadIsAtTheTip) {
   EXPECT_GT(count_near(tip), 1.2 * count_near(tail));
 }
 
-TEST_F(Picture, WordsLegendScaleBarAndCubeAreDrawnInTheirCorners) {
+TEST_F(Picture, TextLegendScaleBarAndCubeAreInTheirCorners) {
   PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kBoneColour);
   spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 100);  // the sphere is small and at the centre
   const auto corner_ink = [&](bool right, bool bottom) {
@@ -233,7 +233,7 @@ TEST_F(Picture, WordsLegendScaleBarAndCubeAreDrawnInTheirCorners) {
   EXPECT_GT(corner_ink(true, true), 1000);
 }
 
-TEST_F(Picture, ScaleBarIsAsLongAsItSays) {
+TEST_F(Picture, ScaleBarHasItsStatedLength) {
   PictureSpec spec = MakeBareSpec(MakeSphere(1, Vec3{0}), kBoneColour);
   spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 80);
   spec.scale_bar = true;
@@ -257,7 +257,7 @@ TEST_F(Picture, SameSpecGivesTheSamePixels) {
   EXPECT_EQ(RenderPicture(spec).pixels, RenderPicture(spec).pixels);
 }
 
-TEST_F(Picture, PngHoldsThePixels) {
+TEST_F(Picture, PngContainsThePixels) {
   Image image{3, 2, {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
   const test::Folder folder;
   const std::string path = folder.file("pixels.png");
@@ -303,7 +303,7 @@ TEST_F(Picture, BadSpecsAreRefusedWithOneSentence) {
               HasSubstr("/tmp/a.jpg: the name of a picture must end in .png"));
 }
 
-TEST_F(Picture, WithoutEglTheMessageSaysWhatToInstall) {
+TEST_F(Picture, MessageWithoutEglNamesThePackagesToInstall) {
   // In a separate process: EGL searches for drivers only once.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(

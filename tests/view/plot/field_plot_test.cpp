@@ -37,7 +37,7 @@ TEST(FieldPlot, ContourOfAConeIsACircle) {
   EXPECT_NEAR(length, 4 * 3.14159265, 0.02);
 }
 
-TEST(FieldPlot, ColoursStandWhereTheValuesAreAndWhatIsNotFiniteIsWhite) {
+TEST(FieldPlot, ColoursMatchTheValuesAndNonFiniteValuesAreWhite) {
   FieldPlotSpec spec;
   spec.width = 900;
   spec.x_label = "x (mm)";
@@ -77,7 +77,7 @@ TEST(FieldPlot, ColoursStandWhereTheValuesAreAndWhatIsNotFiniteIsWhite) {
 }
 
 // Larger values are distinguishable from smaller ones in greyscale.
-TEST(FieldPlot, TheBarGetsDarkerAllTheWay) {
+TEST(FieldPlot, BarDarkensMonotonically) {
   double before = 256;
   for (int i = 0; i <= 64; ++i) {
     const Rgb8 c = BarColour(i / 64.0);
@@ -87,7 +87,7 @@ TEST(FieldPlot, TheBarGetsDarkerAllTheWay) {
   }
 }
 
-TEST(FieldPlot, RefusesWhatHasNothingToShow) {
+TEST(FieldPlot, RefusesFieldsWithoutValues) {
   FieldPlotSpec spec;
   EXPECT_THROW(RenderFieldPlot(spec), Error);
   spec.field = MakeField(4, 4, 1, [](double, double) { return std::numeric_limits<double>::quiet_NaN(); });

@@ -45,7 +45,7 @@ class PlotSvg : public ::testing::Test {
   void SetUp() override { unsetenv("DISPLAY"); }
 };
 
-TEST_F(PlotSvg, IsXmlWithItsWordsAsWordsAndTheSameEachTime) {
+TEST_F(PlotSvg, IsReproducibleXmlWithRealText) {
   PlotSpec spec = MakeSpec();
   spec.lines = {{true, 250, "0.25 ms"}, {false, 7, "7 %"}, {false, 3.5, "beside", {1, 2, 3}, 6, true}};
   spec.bands = {{10, 50, "band"}};
@@ -58,7 +58,7 @@ TEST_F(PlotSvg, IsXmlWithItsWordsAsWordsAndTheSameEachTime) {
   EXPECT_EQ(FormatPlotSvg(spec), svg);
 }
 
-TEST_F(PlotSvg, FrameIsThatOfThePixels) {
+TEST_F(PlotSvg, FrameMatchesThePng) {
   const PlotSpec spec = MakeSpec();
   PlotFrame svg{};
   PlotFrame pixels{};
@@ -93,7 +93,7 @@ TEST_F(PlotSvg, AnUpperLimitIsAHollowMark) {
   EXPECT_LT(image.At(static_cast<int>(column + 6), static_cast<int>(row))[2], 120);
 }
 
-TEST_F(PlotSvg, LinesAcrossStandAtTheirDataAndOnlyWithinTheAxes) {
+TEST_F(PlotSvg, StraightLinesAreAtTheirDataWithinTheAxes) {
   PlotSpec spec = MakeSpec();
   spec.lines = {{true, 250, "", kBlue, 0}, {false, 7, "", kBlue, 0}, {true, 5000, "beyond", kBlue, 0}};
   PlotFrame frame{};
@@ -120,7 +120,7 @@ TEST_F(PlotSvg, LinesAcrossStandAtTheirDataAndOnlyWithinTheAxes) {
   EXPECT_THAT(FormatPlotSvg(spec), Not(HasSubstr("beyond")));
 }
 
-TEST_F(PlotSvg, MarksHaveTheirColourInTheirMiddleWhateverTheirShape) {
+TEST_F(PlotSvg, MarksOfEveryShapeHaveTheirColourInTheMiddle) {
   for (const Marker shape : {Marker::kDisc, Marker::kSquare, Marker::kDiamond, Marker::kTriangleUp,
                              Marker::kTriangleDown, Marker::kCross, Marker::kPlus, Marker::kStar}) {
     PlotSpec spec = MakeSpec();
@@ -142,7 +142,7 @@ bool Overlap(const LabelBox& a, const LabelBox& b) {
   return a.left < b.left + b.width && b.left < a.left + a.width && a.top < b.top + b.height && b.top < a.top + a.height;
 }
 
-TEST(LabelPlaces, KeepClearOfEachOtherAndOfMarksWhereThereIsRoom) {
+TEST(LabelPlaces, DoNotOverlapEachOtherOrMarksIfThereIsSpace) {
   EXPECT_TRUE(rc::check([] {
     // Marks on a grid of 60 pixels, labels of 30 x 12: there is a free position for each.
     std::vector<LabelWish> wishes;
@@ -165,7 +165,7 @@ TEST(LabelPlaces, KeepClearOfEachOtherAndOfMarksWhereThereIsRoom) {
   }));
 }
 
-TEST(LabelPlaces, StayInTheFrameAndOffALine) {
+TEST(LabelPlaces, StayInTheFrameAndAvoidLines) {
   LabelObstacles obstacles;
   obstacles.frame = {0, 0, 100, 100};
   obstacles.lines = {{{50, 50}, {100, 0}}};  // to the upper right, the preferred position of a label

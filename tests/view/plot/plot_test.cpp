@@ -59,7 +59,7 @@ class Plot : public ::testing::Test {
   void SetUp() override { unsetenv("DISPLAY"); }
 };
 
-TEST_F(Plot, LinearCurveLiesWhereTheDataSay) {
+TEST_F(Plot, LinearCurveLiesAtItsData) {
   PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 50;
   PlotSeries series;
@@ -79,7 +79,7 @@ TEST_F(Plot, LinearCurveLiesWhereTheDataSay) {
   }
 }
 
-TEST_F(Plot, NamesOfAnAxisStandAtWholeNumbersWithinIt) {
+TEST_F(Plot, NamesOfAnAxisAreAtWholeNumbersWithinIt) {
   PlotSpec spec = MakePlotSpec();
   spec.x.lower = -0.5, spec.x.upper = 1.5;
   spec.series = {{"", {0, 1}, {1, 2}, kPlotBlue, 0, 10, false}};
@@ -123,7 +123,7 @@ TEST_F(Plot, PowerLawIsStraightOnLogarithmicAxes) {
   }
 }
 
-TEST_F(Plot, BandsFillTheirStretchOfTheAxisAndNoMore) {
+TEST_F(Plot, BandsFillExactlyTheirRange) {
   PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 8;
   spec.series = {{"", {0, 8}, {0, 0}, kPlotBlue, 2, 0, false}};
@@ -143,7 +143,7 @@ TEST_F(Plot, BandsFillTheirStretchOfTheAxisAndNoMore) {
   EXPECT_NEAR(last + 1, frame.left + 5.0 / 8 * (frame.right - frame.left), 1.5);
 }
 
-TEST_F(Plot, CurveIsCutOffAtTheAxesAndBrokenWhereAValueIsMissing) {
+TEST_F(Plot, CurveIsClippedAtTheAxesAndInterruptedAtMissingValues) {
   PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -158,7 +158,7 @@ TEST_F(Plot, CurveIsCutOffAtTheAxesAndBrokenWhereAValueIsMissing) {
   EXPECT_TRUE(std::isnan(CurveRow(image, frame, static_cast<int>(frame.left) - 8)));
 }
 
-TEST_F(Plot, RightAxisHasAScaleOfItsOwn) {
+TEST_F(Plot, RightAxisHasASeparateScale) {
   PlotSpec spec = MakePlotSpec();
   spec.y.lower = 0, spec.y.upper = 100;
   spec.y_right.lower = 0, spec.y_right.upper = 2;
@@ -171,7 +171,7 @@ TEST_F(Plot, RightAxisHasAScaleOfItsOwn) {
   EXPECT_NEAR(row, 0.5 * (frame.top + frame.bottom), 1);
 }
 
-TEST_F(Plot, DashedLineIsDrawnOverHalfItsLengthInDashesOfTheLengthAskedFor) {
+TEST_F(Plot, DashesHaveTheRequestedLengthAndCoverHalfTheLine) {
   PlotSpec spec = MakePlotSpec();
   spec.height = 720;  // at this height a width of 1 is one pixel
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
@@ -198,7 +198,7 @@ TEST_F(Plot, DashedLineIsDrawnOverHalfItsLengthInDashesOfTheLengthAskedFor) {
   EXPECT_NEAR(drawn, length / 2, 1.0 * dashes + 10);
 }
 
-TEST_F(Plot, NoteStandsAtItsPointAndOnItsSide) {
+TEST_F(Plot, NoteIsAtItsPointWithItsAlignment) {
   PlotSpec spec = MakePlotSpec();
   spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
   spec.series = {{"", {0, 10}, {0, 0}, Rgb8{213, 94, 0}, 2, 0, false}};
@@ -227,7 +227,7 @@ TEST_F(Plot, NoteStandsAtItsPointAndOnItsSide) {
   }
 }
 
-TEST_F(Plot, LargerWordsTakeTheirRoomFromTheAxes) {
+TEST_F(Plot, LargerTextShrinksTheAxes) {
   PlotSpec spec = MakePlotSpec();
   spec.series = {{"", {0, 1}, {0, 1}, kPlotBlue, 2, 0, false}};
   PlotFrame normal{};
@@ -260,7 +260,7 @@ std::vector<std::string> Texts(const std::vector<Tick>& ticks) {
   return texts;
 }
 
-TEST(Ticks, AreRoundNumbersWithJustTheDecimalsTheyNeed) {
+TEST(Ticks, AreRoundNumbersWithMinimalDecimals) {
   EXPECT_THAT(Texts(CalcLinearTicks(0, 6.6, 8)), ElementsAre("0", "1", "2", "3", "4", "5", "6"));
   EXPECT_THAT(Texts(CalcLinearTicks(0, 1, 5)), ElementsAre("0", "0.2", "0.4", "0.6", "0.8", "1.0"));
   EXPECT_THAT(Texts(CalcLinearTicks(-30, 25, 4)), ElementsAre("-20", "0", "20"));

@@ -49,7 +49,8 @@ const EffectInfo& Fragments() {
       .reads = "changed leaves of the bone, between ticks",
       .writes = "events when a piece comes off; no force",
       .state =
-          "connected parts of each leaf that holds bone: about 150 bytes per leaf, 4 for each leaf of the bone's box; "
+          "connected parts of each leaf that contains bone: about 150 bytes per leaf, 4 for each leaf of the bone's "
+          "box; "
           "29 MB for a mandible at 0.1 mm",
       .sleeps = "always in the tick; outside it, a check costs one comparison while nothing is cut",
       .hooks = kEffectEnd,

@@ -139,7 +139,7 @@ const EffectInfo& Heat() {
       .reads = "forces of the teeth, spindle speed, motion, distances to the bone's surface",
       .writes = "only its channels",
       .state = "temperature, time above 47 C and dose of nodes near the kerf",
-      .sleeps = "until the teeth cut, and once no node is 0.1 K warmer or colder than the body",
+      .sleeps = "until the teeth cut, and once no node is 0.1 K warmer than the body",
       .needs = {"tangential_force"},
       .hooks = kEffectSolved | kEffectEnd,
       .parameters =

@@ -91,7 +91,7 @@ bool HeatGrid::LookUpFractions(Block& block) {
   const double H = params_.spacing_mm, h = field_.voxel_mm();
   const double band_mm = 0.999 * field_.band_mm();
   // phi of the nearest voxel, which is at most half a voxel's diagonal away, shows for most nodes that they are all
-  // bone or all air. The bound is a quarter larger, for distances that change faster than 1.
+  // bone or all air. The bound is a quarter larger, for distances with a gradient above 1.
   const double slack_mm = 1.25 * 0.5 * std::sqrt(3.0) * h;
   const auto bone_to_mm = static_cast<float>(-std::min(0.5 * H + slack_mm, band_mm));
   const auto air_from_mm = static_cast<float>(std::min(slack_mm, band_mm));
@@ -230,7 +230,7 @@ bool HeatGrid::Put(const Vec3& p_F, const Vec3& else_F, double mJ) {
   return true;
 }
 
-/// Opens the neighbouring block at each face of a block on which a node that receives heat lies.
+/// Opens the neighbouring blocks of a node that receives heat, at each face of its block on which the node lies.
 void HeatGrid::OpenBeside(int number, int x, int y, int z) {
   const Block& block = blocks_[static_cast<std::size_t>(number)];
   for (int face = 0; face < 6; ++face) {

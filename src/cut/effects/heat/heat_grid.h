@@ -53,7 +53,7 @@ struct HeatFigures {
 struct HeatBalance {
   double put_in = 0;
   double stored = 0;      // in bone that is warmer than the body
-  double chilled = 0;     // deficit of bone colder than the body, also when it was cut away: taken by coolant
+  double chilled = 0;     // heat deficit of bone colder than the body, including bone cut away: due to coolant
   double waiting = 0;     // for the next frame
   double rewarmed = 0;    // given to chilled bone in blocks that went to sleep, which are reset to body temperature
   double perfusion = 0;   // carried off by blood
@@ -114,7 +114,7 @@ class HeatGrid {
   // ---- any time, between ticks
   HeatBalance CalcBalance() const;
   void ForEachNode(const std::function<void(const HeatNode&)>& visit) const;
-  /// Temperature, C; that of the body where no block is open, NaN where there is no bone.
+  /// Temperature, C; body temperature where no block is open, NaN where there is no bone.
   double CalcTemperature(const Vec3& p_F) const { return Interpolate(p_F, &CurrentTheta, params_.body_C); }
   double CalcDose(const Vec3& p_F) const { return Interpolate(p_F, &Dose, 0); }
   const HeatGridParams& params() const { return params_; }
@@ -134,7 +134,7 @@ class HeatGrid {
     bool operator==(const Index&) const = default;
   };
   struct Block {
-    std::array<heat::Nodes, 2> theta{};  // K above the body's, at the beginning and at the end of a frame
+    std::array<heat::Nodes, 2> theta{};  // K above body temperature, at the beginning and at the end of a frame
     heat::Nodes fraction{};              // fraction of each cell that is bone: 0, or at least half
     heat::Nodes above_47_s{};
     heat::Nodes cem43_min{};
@@ -199,7 +199,7 @@ class HeatGrid {
   std::size_t taken_ = 0;
   std::vector<int> active_;  // in the order of opening
   std::vector<Waiting> queue_;
-  std::vector<int> looked_, look_;  // blocks into which heat was put in this frame, and in the one before
+  std::vector<int> looked_, look_;  // blocks into which heat was put in this frame, and in the previous one
   std::vector<std::array<int, 2>> open_;
   int now_ = 0;  // index of the theta at the beginning of the frame
   std::uint64_t frames_ = 0;

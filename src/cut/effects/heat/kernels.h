@@ -30,7 +30,7 @@ struct Surface {
   // Loss in a frame of a cell of bone with one bare face, relative to its excess.
   float air = 0;
   float coolant = 0;
-  float coolant_K = 0;  // above the body's temperature
+  float coolant_K = 0;  // above body temperature
   bool wet = false;     // some nodes may be in the region with coolant
   // That region, a cylinder: position of the block's first node from its middle, mm; axis; size.
   std::array<float, 3> first_mm{};

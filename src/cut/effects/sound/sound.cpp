@@ -15,8 +15,6 @@
 #include "cut/effects/tangential_force.h"
 
 namespace kerf {
-namespace {}  // namespace
-
 SoundEffect::SoundEffect(const SoundParams& params, const EffectSetup& setup)
     : params_(params),
       teeth_(static_cast<int>(std::lround(setup.shape.passes_per_turn))),

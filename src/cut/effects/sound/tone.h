@@ -36,7 +36,7 @@ struct ToneParams {
 /// nothing is clipped.
 class Tone {
  public:
-  /// `teeth`: number that pass per turn.
+  /// `teeth`: number of teeth that pass per turn.
   Tone(const ToneParams& params, int teeth);
 
   /// Appends the frame's samples, within +-(motor_level + teeth_level + noise_level). Their total number corresponds to

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Returns the sum of the terms for n = 0, 1, ... until they no longer change it.
+/// Adds the terms for n = 0, 1, ... until they no longer change the sum, and returns it.
 template <typename Next>
 double SumSeries(double term, Next next) {
   double sum = 0;

@@ -9,12 +9,12 @@ namespace kerf {
 class TangentialForceEffect;
 
 /// Sets the speed that a tick uses: the motor's mean over the tick, under the load of the tick before. The load is the
-/// torque of the problem's friction points on the rotation: the teeth's tangential force, and the friction of the
-/// flats.
+/// torque that the problem's friction points exert against the rotation: the teeth's tangential force, and the friction
+/// of the flats.
 ///
 /// When it is stalled, the edge is a solid contact. The spindle is then held by friction and by the torque that the
 /// teeth would need to cut with the current contact forces. It starts again when this torque has fallen to a fraction
-/// of the motor's torque. Without this hysteresis it would alternate between both states. On a prescribed path the
+/// of the motor's torque. Without this hysteresis it would alternate between the two states. On a prescribed path the
 /// contact forces are unknown; there it starts again only after the operator has switched it off.
 class SpindleEffect final : public Effect {
  public:
@@ -34,7 +34,7 @@ class SpindleEffect final : public Effect {
   std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
 
   double rpm() const;                            // at the end of the tick, signed
-  bool stalled() const { return stalled_; }      // it is stopped although it is switched on
+  bool stalled() const { return stalled_; }      // stopped although it is switched on
   double load_Nmm() const { return load_Nmm_; }  // used by the tick
   double hold_Nmm() const { return hold_Nmm_; }  // torque that holds it while it is stopped
   const MotorRun& run() const { return run_; }   // in the tick

@@ -1,5 +1,6 @@
-// Packets between kerf and a bridge: a user-supplied program that accesses a device through its maker's library. 128
-// bytes each way, little-endian, with a checksum. docs/bridge.md defines every byte; tools/bridge is a client in C.
+// Packets between kerf and a bridge: a user-supplied program that accesses a device through its maker's library.
+// Packets have 128 bytes in both directions, are little-endian and have a checksum. docs/bridge.md defines every byte;
+// tools/bridge is a client in C.
 //
 // Frame D (devices/driver.h). Units: mm, N, N mm, s unless named.
 #pragma once
@@ -43,7 +44,7 @@ struct BridgeCommand {
   Vec3 p_D_mm{0};                 // position for which f_D_N was computed
   double stiffness_N_per_mm = 0;  // along f_D_N, 0 or more
   double damping_Ns_per_mm = 0;   // 0 or more
-  std::uint32_t valid_ms = 50;    // this long after its arrival, the bridge sets the force to zero; 1 to 1000
+  std::uint32_t valid_ms = 50;    // time after its arrival at which the bridge sets the force to zero, 1 to 1000
   bool engaged = false;
 };
 
@@ -69,13 +70,13 @@ struct BridgeDescription {
   double rate_hz = 0;  // of the bridge's servo loop
   int driven = 3;      // degrees of freedom with motors: 0, 3 or 6
   bool senses_orientation = false;
-  bool homes = false;  // its handle must first be moved as its maker specifies
+  bool homes = false;  // the handle must first be moved as the maker specifies
   int buttons = 0;     // 0 to 32
 };
 
 enum class BridgeReason : std::uint32_t {
   kVersion = 1,    // the bridge has a different version
-  kBusy = 2,       // it serves another client
+  kBusy = 2,       // the bridge serves another client
   kNoDevice = 3,   // the maker's library does not find the device
   kNoSession = 4,  // a command without a hello: the bridge was restarted
 };
@@ -100,9 +101,9 @@ BridgeBytes WriteBridgeRefusal(const BridgeHeader& header, const BridgeRefusal& 
 /// Returns the header if length, magic number and checksum are valid and the kind is known. Accepts other versions, so
 /// that the caller can report them. Like the readers below, it accepts any bytes and never throws.
 std::optional<BridgeHeader> ReadBridgeHeader(std::span<const std::uint8_t> bytes) noexcept;
-/// Each also reads the header. Returns nullopt if the header is invalid or of another version or kind, if a value is
-/// not finite or is out of range, or if the length of a quaternion differs from 1 by more than 1e-3; otherwise the
-/// quaternion is normalised.
+/// Each of these functions also reads the header, and normalises quaternions. Returns nullopt if the header is invalid
+/// or of another version or kind, if a value is not finite or is out of range, or if the length of a quaternion differs
+/// from 1 by more than 1e-3.
 std::optional<BridgeCommand> ReadBridgeCommand(std::span<const std::uint8_t> bytes) noexcept;
 std::optional<BridgeState> ReadBridgeState(std::span<const std::uint8_t> bytes) noexcept;
 /// Allocates.

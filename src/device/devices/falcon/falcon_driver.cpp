@@ -43,7 +43,7 @@ FalconDriver::FalconDriver(std::unique_ptr<UsbTransport> transport, FalconOption
       options_.max_motor_counts < 0 || options_.max_motor_counts > 4096 || options_.max_leap_counts < 1 ||
       options_.timeout_ms < 10) {
     throw Error(
-        "the Falcon's options must have a scale other than 0, 0 to 4096 motor counts, a leap of 1 count or "
+        "the Falcon's options must have a scale other than 0, 0 to 4096 motor counts, a jump of 1 count or "
         "more and a timeout of 10 ms or more");
   }
   traits_.homes = true;
@@ -189,7 +189,7 @@ void FalconDriver::Start(const Show& show) {
   if (options_.firmware.empty()) {
     throw Error(
         fmt::format("the Falcon has no firmware yet, and kerf may not distribute it; provide the maker's file with {} "
-                    "or in the environment variable {} (docs/falcon.md says where to find it)",
+                    "or in the environment variable {} (docs/falcon.md describes where to find it)",
                     kFalconFirmwareOption, kFalconFirmwareVariable));
   }
   for (int attempt = 1; attempt <= kMaxUploads; ++attempt) {
@@ -304,14 +304,14 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   must_drain_ = !any_report || !heard;
   if (!any_report) return any_bytes ? RoundEnd::kBadAnswer : RoundEnd::kNoAnswer;
   if (heard) return Judge(sample);
-  // A report for an earlier command: it is used to judge the next one, but does not count as an answer.
+  // A report for an earlier command is used to judge the next report but does not count as an answer.
   DriverSample before;
   const RoundEnd end = Judge(before);
   return end == RoundEnd::kSample ? RoundEnd::kNoAnswer : end;
 }
 
 void FalconDriver::Stop() noexcept {
-  // Twice: the first may be merged with a truncated packet.
+  // Sent twice, because the first packet may be merged with a truncated one.
   const FalconPacket packet = Pack(FalconCommand{.motors = {}, .homing = true, .lamps = kFalconRed});
   for (int i = 0; i < 2; ++i) transport_->Write(kFalconEndpointOut, packet, kBootTransfer_ms);
   motors_ = {};

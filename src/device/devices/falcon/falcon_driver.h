@@ -49,7 +49,7 @@ class FalconDriver final : public DeviceDriver {
 
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
-  /// Up to ten uploads of about 0.6 s each, or of 6 s (30 greetings of 0.2 s) if the boot loader does not answer.
+  /// Makes up to ten uploads of about 0.6 s each, or of 6 s (30 greetings of 0.2 s) if the boot loader does not answer.
   void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
@@ -83,7 +83,7 @@ class FalconDriver final : public DeviceDriver {
   FalconPacketStream stream_;
   FalconReport report_;    // last well-formed report
   FalconReport believed_;  // last plausible report
-  FalconReport doubted_;   // report that would be a jump
+  FalconReport doubted_;   // report that was not accepted yet, because it implies a jump
   bool has_believed_ = false;
   bool has_doubted_ = false;
   FalconForward forward_;

@@ -98,7 +98,8 @@ std::optional<FalconAngles> CalcFalconAnglesAt(const Vec3& p_D_mm) noexcept {
     if (!(square >= 0)) return std::nullopt;
     const double length = kEnds + std::sqrt(square);
     const double distance = std::hypot(at.u, at.w);
-    // Law of cosines in the triangle of shoulder, knee and end of the shin. Of the two solutions, the knee further out.
+    // Law of cosines in the triangle of shoulder, knee and end of the shin. Of the two solutions, the one with the knee
+    // further out is used.
     const double cosine = (distance * distance + kThigh * kThigh - length * length) / (2 * kThigh * distance);
     if (!(std::abs(cosine) <= 1)) return std::nullopt;
     angles[i] = std::atan2(at.w, at.u) - std::acos(cosine);

@@ -1,4 +1,4 @@
-// Packets between the Falcon's firmware and the host: 16 bytes each way, encoded as characters.
+// Packets between the Falcon's firmware and the host: 16 bytes in each direction, encoded as characters.
 //
 //   '<'  12 nibbles: three 16-bit numbers, lowest nibble first, each nibble + 0x41  state + 0x41  reserved  '>'
 //
@@ -50,7 +50,7 @@ class FalconPacketStream {
   bool Put(std::uint8_t byte) noexcept;
   const FalconPacket& packet() const { return packet_; }
   void Forget() { length_ = 0; }
-  /// Number of bytes so far that belonged to no packet.
+  /// Number of bytes so far that did not belong to a packet.
   std::uint64_t lost_bytes() const { return lost_; }
 
  private:

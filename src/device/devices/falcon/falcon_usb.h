@@ -39,7 +39,7 @@ inline constexpr std::uint16_t kFalconBaudLoad = 0x0015;  // 142857, for the fir
 inline constexpr std::uint16_t kFalconBaudRun = 0x0002;   // 1.5 million
 inline constexpr std::uint16_t kFalconLatencyBoot_ms = 16;
 inline constexpr std::uint16_t kFalconLatencyRun_ms = 1;
-/// Greeting of the boot loader, and its answer (optionally preceded by a 00).
+/// Greeting of the boot loader, and its answer (optionally preceded by a byte 00).
 inline constexpr std::uint8_t kFalconHello[] = {0x0a, 0x43, 0x0d};
 inline constexpr std::uint8_t kFalconHelloAnswer[] = {0x0a, 0x44, 0x2c, 0x0d};
 /// Sent before the firmware; echoed.

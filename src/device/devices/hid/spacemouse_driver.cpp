@@ -114,7 +114,7 @@ SpaceMouseDriver::SpaceMouseDriver(std::unique_ptr<UsbTransport> transport, cons
                                    const SpaceMouseOptions& options)
     : transport_(std::move(transport)), options_(options) {
   if (!(options.dead_band >= 0 && options.dead_band <= 0.9)) {
-    throw Error(fmt::format("the dead band {} of a SpaceMouse is not within 0 to 0.9", options.dead_band));
+    throw Error(fmt::format("the dead band {} of a SpaceMouse is outside the range 0 to 0.9", options.dead_band));
   }
   profile_.name = "spacemouse";
   profile_.degrees_of_freedom = 3;

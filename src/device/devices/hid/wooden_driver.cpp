@@ -207,8 +207,8 @@ RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& samp
   const RoundEnd sent = Send(currents_mA);
   if (sent == RoundEnd::kGone) return RoundEnd::kGone;
 
-  // Reports arrive unsolicited, so they do not confirm that the command arrived. If it did not, they are still read, to
-  // judge later ones, but do not count as an answer. Read twice: the first may be an old report.
+  // Reports arrive unsolicited, so they do not confirm that the command arrived. If it did not, the reports are still
+  // read, to judge later ones, but do not count as an answer. Read twice: the first may be an old report.
   for (int i = 0; i < 2; ++i) {
     std::array<std::uint8_t, kEndpointBytes> bytes;
     const Transfer transfer = transport_->Read(kWoodenIn, bytes, kTransfer_ms);
@@ -233,7 +233,7 @@ RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& samp
 }
 
 void WoodenDriver::Stop() noexcept {
-  // A device that never sent a report was never sent a current, and may be a different gadget.
+  // If no report was ever received, no current was ever sent, and the device may be a different gadget.
   if (transport_ && has_counts_) Send(Vec3{0});
 }
 

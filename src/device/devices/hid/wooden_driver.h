@@ -1,6 +1,6 @@
-// Driver of WoodenHaptics-type devices over USB: 8-byte reports without an id, both ways. The device sends three
-// encoder counts and a counter; the host sends three currents in mA. 16-bit numbers, low byte first. The firmware sends
-// a report whenever the host asks, and switches the motors off half a second after the last packet.
+// Driver of WoodenHaptics-type devices over USB: 8-byte reports without an id in both directions. The device sends
+// three encoder counts and a counter; the host sends three currents in mA. 16-bit numbers, low byte first. The firmware
+// sends a report whenever the host asks, and switches the motors off half a second after the last packet.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // The effect plan compiled out: the interface of effects/plan.h that src/cut/path_sim and src/cut/hand_sim use, without
-// any content. tools/off_is_free compares the tick built with this with the regular tick. KERF_PLAN_WORK adds that
+// any content. tools/off_is_free compares the tick built with this header to the regular tick. KERF_PLAN_WORK adds that
 // amount of work to each call, so that the comparison itself can be tested.
 #pragma once
 
@@ -36,8 +36,8 @@ class EffectPlan {
   std::size_t CalcMemoryBytes() const { return 0; }
 
  private:
-  // Always false, which the compiler can't see: code that depends on it is kept, so that the rest of the tick is
-  // compiled as it is with a plan.
+  // Always false, which the compiler cannot deduce: code that depends on it is kept, so that the rest of the
+  // tick is compiled as it is with a plan.
   bool wanted_ = false;
 
   static void Work() {
