@@ -39,8 +39,8 @@ struct EffectFile {
 /// Parameter of an effect: a key of [effects.NAME] in a scene. The name includes the unit.
 struct EffectParameter {
   const char* key;
-  EffectValue preset;  // default value; its type is the parameter's type
-  double lower = 0;    // lower end of the valid range of a number or of each component of a vector
+  EffectValue default_value;  // its type is the parameter's type
+  double lower = 0;           // lower end of the valid range of a number or of each component of a vector
   double upper = 0;
   const char* meaning = "";
   std::vector<const char*> words = {};          // valid values of a text; empty: any text

@@ -28,8 +28,8 @@ struct ToothForce {
 /// Parameter of a law: a key of [force] in a scene. The name includes the unit.
 struct LawParameter {
   const char* key;
-  double preset;  // default value
-  double lower;   // lower end of the valid range
+  double default_value;
+  double lower;  // lower end of the valid range
   double upper;
   const char* meaning;
 };

@@ -57,10 +57,10 @@ void CheckOption(const char* option, const CompareParams& params) {
 }
 
 void Run(const CompareArguments& options) {
-  const CompareParams preset;
-  CheckOption("--laws", {options.params.laws, preset.depth_step_mm, preset.repetitions});
-  CheckOption("--depth-step", {{}, options.params.depth_step_mm, preset.repetitions});
-  CheckOption("--repeat", {{}, preset.depth_step_mm, options.params.repetitions});
+  const CompareParams defaults;
+  CheckOption("--laws", {options.params.laws, defaults.depth_step_mm, defaults.repetitions});
+  CheckOption("--depth-step", {{}, options.params.depth_step_mm, defaults.repetitions});
+  CheckOption("--repeat", {{}, defaults.depth_step_mm, options.params.repetitions});
   const Scene scene = ReadScene(options.scene);
   CheckCompareInputsStay(scene, options.scene, options.folder);
   const FolderLock lock(options.folder);  // before the long computation
@@ -93,7 +93,7 @@ void AddCompareCommand(CLI::App& app) {
       ->capture_default_str();
   command
       ->add_option("--laws", options->params.laws,
-                   "Force laws for voxel mode in addition to the scene's, separated by commas, with their preset "
+                   "Force laws for voxel mode in addition to the scene's, separated by commas, with their default "
                    "parameters; \"all\": every law; default: none")
       ->delimiter(',');
   command->add_option("--depth-step", options->params.depth_step_mm, "Step of the common depth axis, mm, 0.005 to 5")

@@ -9,7 +9,7 @@ namespace kerf {
 
 class TextEntry {
  public:
-  TextEntry(std::string question, std::string preset) : question_(std::move(question)), text_(std::move(preset)) {}
+  TextEntry(std::string question, std::string text) : question_(std::move(question)), text_(std::move(text)) {}
 
   enum class State { kOpen, kDone, kLeft };
   /// Accepts letters, backspace, Enter, Escape; consumes every other event without effect. At most 60 characters;

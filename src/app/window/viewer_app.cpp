@@ -569,10 +569,10 @@ void ViewerApp::ShowWork(const std::string& title, const std::string& stage, std
   work_ = HudProgress{.title = title, .stage = stage, .fraction = fraction};
 }
 
-void ViewerApp::AskText(const std::string& question, const std::string& preset,
+void ViewerApp::AskText(const std::string& question, const std::string& initial,
                         std::function<void(std::optional<std::string>)> done) {
   controls_->Release();
-  entry_.emplace(question, preset);
+  entry_.emplace(question, initial);
   entry_is_new_ = true;
   entry_done_ = std::move(done);
 }

@@ -121,7 +121,7 @@ class ViewerApp {
   void ShowWork(const std::string& title, const std::string& stage, std::optional<double> fraction);
   void HideWork() { work_.reset(); }
   /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
-  void AskText(const std::string& question, const std::string& preset,
+  void AskText(const std::string& question, const std::string& initial,
                std::function<void(std::optional<std::string>)> done);
   /// Writes a picture of the window to the folder. Returns its path.
   std::string TakePicture();

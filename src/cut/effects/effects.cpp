@@ -39,7 +39,7 @@ std::size_t EffectInfo::FindParameter(std::string_view key) const {
 
 EffectChoice::EffectChoice(std::string_view name) : info_(FindEffect(name)) {
   if (info_ == nullptr) throw Error(fmt::format("there is no effect '{}'", name));
-  for (const EffectParameter& parameter : info_->parameters) values_.push_back(parameter.preset);
+  for (const EffectParameter& parameter : info_->parameters) values_.push_back(parameter.default_value);
   files_.resize(values_.size());
 }
 

@@ -30,7 +30,7 @@ ForceLaw::ForceLaw(std::string_view name) {
     throw Error(fmt::format("there is no force law \"{}\"; available: {}", name, fmt::join(names, ", ")));
   }
   info_ = *found;
-  for (std::size_t i = 0; i < info_->parameters.size(); ++i) values_[i] = info_->parameters[i].preset;
+  for (std::size_t i = 0; i < info_->parameters.size(); ++i) values_[i] = info_->parameters[i].default_value;
 }
 
 std::size_t ForceLaw::FindParameter(std::string_view key) const {

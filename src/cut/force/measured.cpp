@@ -77,8 +77,8 @@ std::string DescribeBlades(const ForceLaw& law) {
 }
 
 double FindTopValidBite(const ForceLaw& law, const Tool& tool) {
-  const double preset_mm = law.info().validity.to_mm;
-  if (std::string_view(law.name()) != "hertz_chip") return preset_mm;
+  const double default_mm = law.info().validity.to_mm;
+  if (std::string_view(law.name()) != "hertz_chip") return default_mm;
   double low_mm = 0;
   double high_mm = 1;
   for (int i = 0; i < 60; ++i) {

@@ -60,9 +60,9 @@ std::string FormatRange(const EffectParameter& p) {
   if (!p.words.empty()) return fmt::format("one of {}", fmt::join(p.words, ", "));
   if (p.file == EffectFileKind::kSurface) return "a closed surface (.stl, .ply, .obj), relative to the scene";
   if (p.file == EffectFileKind::kMarkups) return "a .mrk.json file of 3D Slicer, relative to the scene";
-  if (p.preset.index() == EffectValue(0.0).index()) return fmt::format("{:g} to {:g}", p.lower, p.upper);
-  if (std::holds_alternative<Vec3>(p.preset)) return fmt::format("each {:g} to {:g}", p.lower, p.upper);
-  return std::holds_alternative<bool>(p.preset) ? "true or false" : "text";
+  if (p.default_value.index() == EffectValue(0.0).index()) return fmt::format("{:g} to {:g}", p.lower, p.upper);
+  if (std::holds_alternative<Vec3>(p.default_value)) return fmt::format("each {:g} to {:g}", p.lower, p.upper);
+  return std::holds_alternative<bool>(p.default_value) ? "true or false" : "text";
 }
 
 std::string FormatNeeds(const EffectInfo& info) {
@@ -262,7 +262,7 @@ std::string FormatEffectList(const EffectInfo* only) {
     }
     text += fmt::format("  cost      {}\n", cost);
     for (const EffectParameter& p : info->parameters) {
-      text += fmt::format("  {:<28} {:<12} {}; {}\n", p.key, FormatValue(p.preset), FormatRange(p), p.meaning);
+      text += fmt::format("  {:<28} {:<12} {}; {}\n", p.key, FormatValue(p.default_value), FormatRange(p), p.meaning);
     }
     for (const EffectChannel& channel : info->channels) {
       text += fmt::format("  gives {:<22} {}\n", channel.name, channel.meaning);
@@ -285,8 +285,8 @@ std::string FormatEffectListJson(const EffectInfo* only) {
     row["needs_hand"] = info->tool == EffectTool::kInHand;
     row["parameters"] = ordered_json::array();
     for (const EffectParameter& p : info->parameters) {
-      ordered_json parameter = {{"key", p.key}, {"preset", ValueJson(p.preset)}, {"meaning", p.meaning}};
-      if (std::holds_alternative<double>(p.preset) || std::holds_alternative<Vec3>(p.preset)) {
+      ordered_json parameter = {{"key", p.key}, {"default", ValueJson(p.default_value)}, {"meaning", p.meaning}};
+      if (std::holds_alternative<double>(p.default_value) || std::holds_alternative<Vec3>(p.default_value)) {
         parameter["range"] = {p.lower, p.upper};
       }
       if (!p.words.empty()) parameter["words"] = p.words;

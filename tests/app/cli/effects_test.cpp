@@ -43,7 +43,7 @@ TEST_F(EffectsCommand, ListsAllWithTheirParameters) {
   ASSERT_GE(json["effects"].size(), 1u);
   EXPECT_EQ(json["effects"][0]["name"], "kerf_friction");
   EXPECT_EQ(json["effects"][0]["needs_hand"], true);
-  EXPECT_EQ(json["effects"][0]["parameters"][0]["preset"], 0.2);
+  EXPECT_EQ(json["effects"][0]["parameters"][0]["default"], 0.2);
   EXPECT_EQ(json["effects"][0]["parameters"][0]["range"][1], 2.0);
   for (const Json& effect : json["effects"]) EXPECT_TRUE(effect.contains("cost"));
 }

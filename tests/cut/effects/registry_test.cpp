@@ -37,7 +37,7 @@ TEST(EffectRegistry, EachEffectIsFullyDescribed) {
     for (const EffectParameter& p : info->parameters) {
       SCOPED_TRACE(p.key);
       EXPECT_GT(std::string(p.meaning).size(), 3u);
-      if (const auto* number = std::get_if<double>(&p.preset)) {
+      if (const auto* number = std::get_if<double>(&p.default_value)) {
         EXPECT_LT(p.lower, p.upper);
         EXPECT_GE(*number, p.lower);
         EXPECT_LE(*number, p.upper);

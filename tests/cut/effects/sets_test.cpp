@@ -129,7 +129,7 @@ EffectChoices ChooseWithNeeded(std::set<std::string> names) {
   return choices;
 }
 
-/// Effects that can be made with their presets on this block.
+/// Effects that can be made with their default parameters on this block.
 const std::vector<const EffectInfo*>& Usable() {
   static const std::vector<const EffectInfo*> kUsable = [] {
     std::vector<const EffectInfo*> usable;
@@ -140,7 +140,7 @@ const std::vector<const EffectInfo*>& Usable() {
         const CoupledSimulation simulation(MakeSetsBlock(), params, HandlePose(0));
         usable.push_back(info);
       } catch (const Error& e) {
-        std::printf("%s has no presets that fit a block: %s\n", info->name, e.what());
+        std::printf("%s has no defaults that fit a block: %s\n", info->name, e.what());
       }
     }
     return usable;

@@ -55,7 +55,7 @@ TEST(Force, ScalesExactlyWithModulusBiteAndRadius) {
 
 TEST(Force, EdgePlusChipIsTheLineThroughTheMeasuredThrust) {
   // Resultants of 8 and 11 N at 2.5 and 10 um, of which 0.848 is thrust at a thrust / cutting ratio of 1.6, for a tooth
-  // of 0.64 mm: 6.784 and 9.328 N. The presets are rounded to three digits: 0.2 %.
+  // of 0.64 mm: 6.784 and 9.328 N. The defaults are rounded to three digits: 0.2 %.
   DiscSaw tested;
   tested.thickness_mm = 0.64;
   const ToothForce force = MakeToothForce(ForceLaw("edge_plus_chip"), tested);

@@ -169,8 +169,8 @@ TEST(EveryLaw, IsFullyDescribed) {
     EXPECT_EQ(info->validity.from_mm > 0, !std::string(info->validity.below).empty()) << info->name;
     EXPECT_EQ(std::isfinite(info->validity.to_mm), !std::string(info->validity.beyond).empty()) << info->name;
     for (const LawParameter& p : info->parameters) {
-      EXPECT_GE(p.preset, p.lower) << p.key;
-      EXPECT_LE(p.preset, p.upper) << p.key;
+      EXPECT_GE(p.default_value, p.lower) << p.key;
+      EXPECT_LE(p.default_value, p.upper) << p.key;
       EXPECT_FALSE(std::string(p.meaning).empty()) << p.key;
     }
   }

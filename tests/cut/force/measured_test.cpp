@@ -81,7 +81,8 @@ TEST(Measured, DependenceOfEachLawOnTheBlade) {
   EXPECT_NEAR(factor("hertz_constant_bite", large), 16, 1e-12);
 }
 
-// The factors depend on the tool and the parameters. For the preset 22 mm disc: 1.56 and 9.07 times, 1/122.4 and 1/168.
+// The factors depend on the tool and the parameters. For the default 22 mm disc: 1.56 and 9.07 times, 1/122.4 and
+// 1/168.
 TEST(Measured, FactorsFollowToolAndParameters) {
   DiscSaw large;  // four times the radius, the same pitch
   large.diameter_mm = 88;
