@@ -323,7 +323,7 @@ std::string DescribeSubstitute(const Comparison& c) {
   if (fraction <= kStandsIn) {
     return fmt::format("**In short:** slab mode can replace {} on this cut: {}", reference.what.label, force);
   }
-  return fmt::format("**In short:** slab mode does not stand in for {} on this cut: {}{}", reference.what.label, force,
+  return fmt::format("**In short:** slab mode cannot replace {} on this cut: {}{}", reference.what.label, force,
                      equal != nullptr ? DescribeCause(*nearest, *equal, c) : "");
 }
 

@@ -541,15 +541,13 @@ CutPlane MakeSlabPlane(const Scene& scene) {
     if (off_mm > kSlabOff_mm || sine > kSlabTurn) {
       throw Error(
           fmt::format("at {} the disc is {:.1f} mm from the plane of the slab and rotated {:.1f} degrees out of it; "
-                      "slab mode has one "
-                      "slice, in the disc's plane where the path starts",
+                      "slab mode has one slice, in the disc's plane where the path starts",
                       what, off_mm, std::asin(std::min(1.0, sine)) * 57.29577951308232));
     }
     if (beside_mm > 0.5 * scene.tool.diameter_mm) {
       throw Error(
           fmt::format("at {} the disc is {:.1f} mm beside the line along which the slice slides, more than its radius; "
-                      "slab mode has "
-                      "one slice, in front of the disc where the path starts",
+                      "slab mode has one slice, in front of the disc where the path starts",
                       what, beside_mm));
     }
   };

@@ -37,9 +37,9 @@ TEST_F(Limits, RunWithTooManyTicksIsRefusedWithItsSize) {
   Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 1000\n");
   const ProgramResult result = Kerf("run s.toml -o o");
   EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.err, MatchesRegex("kerf: 30000000 ticks \\(30000 s at 1000 Hz\\) would take [0-9.]+ GB of memory; "
-                                       "a run holds at most 20000000: lower .simulation. rate_hz or make several runs "
-                                       "of it\n"));
+  EXPECT_THAT(result.err, MatchesRegex("kerf: 30000000 ticks \\(30000 s at 1000 Hz\\) would need [0-9.]+ GB of memory; "
+                                       "a run has at most 20000000 ticks: lower .simulation. rate_hz or make several "
+                                       "runs of it\n"));
   EXPECT_FALSE(Exists("o/scene.toml"));
   // The same for input that does not fit into memory.
   Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 500\n");

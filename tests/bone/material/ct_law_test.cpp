@@ -113,7 +113,7 @@ TEST(CtLaws, LawWithoutCalibrationRequiresAndAcceptsOne) {
     return "accepted";
   };
   EXPECT_EQ(message(""),
-            "ct_law = \"morgan_2003_vertebra\" takes apparent density and has no calibration of its own, since that "
+            "ct_law = \"morgan_2003_vertebra\" requires apparent density and has no calibration of its own, since that "
             "depends on the scanner; give ct_calibration = \"HU:density HU:density ...\" in g/cm3, from a phantom");
   EXPECT_EQ(message("0:0.1 1000:1.2"), "accepted");
   EXPECT_EQ(message("0:2 1000:3"), "the calibration gives 2 to 3 g/cm3 and the bands hold for 0.09 to 0.35");
@@ -165,11 +165,10 @@ TEST(CtLaws, EveryMistakeInAFileIsReportedWithItsLine) {
       {"a,bone,ash,none,100 to 800: 1 rho^2,S,src", "laws.csv:3: a: band 100 to 800 g/cm3 reaches beyond 25 g/cm3"},
       {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.7 to 2: 1 rho^2,S,src",
        "laws.csv:3: a: band 0.7 to 2 g/cm3 overlaps the band 0.1 to 0.8 before it; a band must begin where the "
-       "previous "
-       "one ends"},
+       "previous one ends"},
       {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.9 to 2: 1 rho^2,S,src",
        "laws.csv:3: a: band 0.9 to 2 g/cm3 leaves a gap to the band 0.1 to 0.8 before it; a band must begin where the "
-       "one before ends"},
+       "previous one ends"},
       {"a,bone,ash,none,0.1 to 0.8: -5 rho^2,S,src",
        "laws.csv:3: a: band 0.1 to 0.8 g/cm3: the coefficient -5 must be above 0 and at most 1000000000 MPa"},
       {"a,bone,ash,none,0.1 to 0.8: 5 rho^0,S,src",

@@ -62,7 +62,7 @@ TEST(EffectRegistry, InvalidChoicesAreRefusedByName) {
   EXPECT_THROW(SetEffect(choices, "kerf_friction", "coefficient", EffectValue(true)), Error);
   EXPECT_THROW(SetEffect(choices, "kerf_friction", "no_such_key", 1), Error);
   choices.emplace_back("kerf_friction");
-  EXPECT_THAT(RefusalOf(choices), HasSubstr("chosen twice"));
+  EXPECT_THAT(RefusalOf(choices), HasSubstr("listed twice"));
   RemoveEffect(choices, "kerf_friction");
   EXPECT_TRUE(choices.empty());
 }

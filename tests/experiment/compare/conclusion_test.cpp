@@ -135,9 +135,8 @@ TEST(Conclusion, SlabIsASubstituteOnlyWithinTenPercent) {
       HasSubstr("**In short:** slab mode can replace voxel A on this cut: slab B gives 1.08 times the mean force of "
                 "voxel A (4.30 N against 4.00 N; rms difference 0.300 N), in 1/200 of the time per tick."));
   const std::string off = ForceWords(Slab([](double) { return 6.0; }));
-  EXPECT_THAT(
-      off, HasSubstr("**In short:** slab mode does not stand in for voxel A on this cut: slab B gives 1.50 times the "
-                     "mean force of voxel A (6.00 N against 4.00 N; rms difference 2.00 N)"));
+  EXPECT_THAT(off, HasSubstr("**In short:** slab mode cannot replace voxel A on this cut: slab B gives 1.50 times the "
+                             "mean force of voxel A (6.00 N against 4.00 N; rms difference 2.00 N)"));
   // The report names no cause that was not measured.
   EXPECT_THAT(off, Not(HasSubstr("The cause")));
   // The nearest of two slabs is reported, whatever their order.

@@ -73,7 +73,7 @@ TEST(FirstTouch, OfADiscThatIsThickerThanTheBone) {
 }
 
 TEST(FirstTouch, IsRefusedWhereThereIsNothingToExamine) {
-  EXPECT_THAT(Refusal(Stroke("[0, 0, 20]", "[0, 0, 12]", "[0, 1, 0]")), HasSubstr("never meets the bone"));
+  EXPECT_THAT(Refusal(Stroke("[0, 0, 20]", "[0, 0, 12]", "[0, 1, 0]")), HasSubstr("never touches the bone"));
   EXPECT_THAT(Refusal(Stroke("[0, 0, 8]", "[0, 0, 4]", "[0, 1, 0]")), HasSubstr("begins inside the bone"));
   EXPECT_THAT(Refusal(Stroke("[0, 6, -3]", "[0, 0, -3]", "[0, 1, 0]")), HasSubstr("with its flat"));
 }

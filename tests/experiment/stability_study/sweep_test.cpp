@@ -131,7 +131,7 @@ TEST(SweepRows, ReportTheOutcomeOfACase) {
   EXPECT_THAT(large.reason, HasSubstr("voxels"));
   const SweepRow away = Try(scene, {{"tool.diameter_mm", 1}});
   EXPECT_EQ(away.verdict, SweepVerdict::kNotJudged);
-  EXPECT_THAT(away.reason, HasSubstr("never meets the bone"));
+  EXPECT_THAT(away.reason, HasSubstr("never touches the bone"));
 }
 
 // With a cutting force of five times the thrust, the saw drove itself around the bone.

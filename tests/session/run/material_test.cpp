@@ -79,7 +79,7 @@ TEST_F(SceneMaterialRun, TakesTheModulusFromTheCtInCancellousBone) {
   EXPECT_EQ(summary.ct.fraction_above, 0);
   ASSERT_EQ(summary.warnings.size(), 2u);
   EXPECT_NE(summary.warnings[0].find("lies outside the range of linear (100 to 3000 HU)"), std::string::npos);
-  EXPECT_EQ(summary.warnings[1], "part of the law linear is recalled, not verified: made up");
+  EXPECT_EQ(summary.warnings[1], "part of the law linear is quoted from memory, not verified: made up");
 }
 
 TEST_F(SceneMaterialRun, LoadsCtNumbersOnlyIfTheSceneUsesThem) {

@@ -168,13 +168,14 @@ TEST_F(SlabRunTest, RefusesAPathThatLeavesTheSlice) {
   EXPECT_EQ(message("start_mm = [0.5, 0.1, 13]\nend_mm = [0.5, 0.1, 4]\ndisc_normal = [0, 1, 0.01]\n"), "");
   EXPECT_EQ(
       message("start_mm = [300, 100, 12]\nend_mm = [300, 100, 4]\ndisc_normal = [0, 1, 0]\n"),
-      "the start of stroke 2 holds the disc 100.0 mm from the plane of the slab and turned 0.0 degrees out of it; "
+      "at the start of stroke 2 the disc is 100.0 mm from the plane of the slab and rotated 0.0 degrees out of it; "
       "slab mode has one slice, in the disc's plane where the path starts");
-  EXPECT_EQ(message("start_mm = [0, 0, 12]\nend_mm = [0, 0, 4]\ndisc_normal = [0, 0, 1]\n"),
-            "the start of stroke 2 holds the disc 0.0 mm from the plane of the slab and turned 90.0 degrees out of it; "
-            "slab mode has one slice, in the disc's plane where the path starts");
+  EXPECT_EQ(
+      message("start_mm = [0, 0, 12]\nend_mm = [0, 0, 4]\ndisc_normal = [0, 0, 1]\n"),
+      "at the start of stroke 2 the disc is 0.0 mm from the plane of the slab and rotated 90.0 degrees out of it; "
+      "slab mode has one slice, in the disc's plane where the path starts");
   EXPECT_EQ(message("start_mm = [12, 0, 12]\nend_mm = [12, 0, 4]\ndisc_normal = [0, 1, 0]\n"),
-            "the start of stroke 2 holds the disc 12.0 mm beside the line along which the slice slides, more than its "
+            "at the start of stroke 2 the disc is 12.0 mm beside the line along which the slice slides, more than its "
             "radius; slab mode has one slice, in front of the disc where the path starts");
   EXPECT_EQ(message("start_mm = [0, 0, -1]\nend_mm = [0, 0, -2]\ndisc_normal = [0, 1, 0]\n"),
             "stroke 2 sets the blade down 12.00 mm deep, past the slice, which ends at 6.00 mm");
