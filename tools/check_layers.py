@@ -3,9 +3,9 @@
 name: they are linked into one program, where such types would be confused. Tests must not use the temporary folder that
 all tests share, because they run in parallel.
 
-    tools/check_layers.py [ROOT]      prints each include that violates the table, each name defined twice, and each test in
-                                      the shared folder; exits with 1 if there is any
-    tools/check_layers.py --self-test plants violations in a small tree and checks that each is caught
+    tools/check_layers.py [ROOT]      prints each include that violates the table, each name defined twice, and each
+                                      test that uses the shared folder; exits with 1 if there is any
+    tools/check_layers.py --self-test plants violations in a small tree and checks that each is detected
 """
 
 import pathlib
@@ -39,7 +39,7 @@ LIBRARIES = [
     ("sleef", re.compile(r"^sleef\.h")),
     ("usb", re.compile(r"^(libusb-1\.0/|libusb\.h)")),
     ("boost", re.compile(r"^boost/")),
-    # Allowed everywhere.
+    # These are allowed everywhere.
     ("", re.compile(r"^(glm|fmt)/")),
 ]
 SYSTEM = {
@@ -50,7 +50,7 @@ SYSTEM = {
     "sockets": {"sys/socket.h", "netinet/in.h", "arpa/inet.h", "netdb.h", "sys/un.h"},
     "terminal": {"iostream", "unistd.h", "csignal", "termios.h", "sys/ioctl.h"},
 }
-# unistd.h has functions for files and for terminals; iostream is needed for readers that print errors to streams;
+# unistd.h has functions for files and for terminals, iostream is needed by readers that print errors to streams, and
 # sys/mman.h maps files and locks memory.
 ALSO_ALLOWED = {"unistd.h": "files", "iostream": "files", "csignal": "threads", "sys/mman.h": "threads"}
 
@@ -283,7 +283,7 @@ def self_test():
             "src/bone/CMakeLists.txt": "if(X)\n  kerf_folder(grid DEPENDS core LIBS X::y PCH <z.h>)\nendif()\n",
             "src/base/files/files.cpp": "#include <fstream>\n#include <unistd.h>\n",
             "src/app/cli/main.cpp": '#include <CLI/CLI.hpp>\n#include "bone/grid/bone.h"\n#include <iostream>\n'}
-    # Each entry: the planted violation, and the fault that must be reported.
+    # Each entry has the planted violation and the fault that must be reported.
     plants = [
         ("src/bone/grid/up.cpp", '#include "cut/sim/sim.h"\n', "src/bone/grid/up.cpp:1: grid may not include sim (cut/sim/sim.h)"),
         ("src/base/core/up.h", '\n#  include "bone/grid/bone.h"\n', "src/base/core/up.h:2: core may not include grid (bone/grid/bone.h)"),

@@ -62,7 +62,8 @@ def place(names, uses, width):
             wish = {spot: sum(middle[o] for o in joined[spot] or [spot]) / max(len(joined[spot]), 1) for spot in row}
             row.sort(key=lambda spot: (wish[spot], str(spot)))
             at = [wish[spot] for spot in row]
-            # As near to the wanted positions as possible without overlap: neighbours in conflict share the difference.
+            # Each box is as near to its wanted position as possible without overlap: neighbours in conflict share the
+            # difference.
             for _ in range(200):
                 for i in range(len(row) - 1):
                     boxes = isinstance(row[i], str) + isinstance(row[i + 1], str)
@@ -71,7 +72,7 @@ def place(names, uses, width):
                         at[i] -= short / 2
                         at[i + 1] += short / 2
             middle.update(zip(row, at))
-    # From left to right, close any gap that goes through all rows.
+    # From left to right, closes any gap that goes through all rows.
     reach, shift = -GAP_X, min(middle.values()) - width
     for spot in sorted((spot for spot in middle if spot not in alone), key=middle.get):
         half = width / 2 if isinstance(spot, str) else 0

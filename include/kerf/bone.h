@@ -13,8 +13,8 @@
 
 namespace kerf {
 
-/// Leaf of the level set that a simulation changed. `index` is {x, y, z} of its block of 8 x 8 x 8 voxels, counted in
-/// leaves from the world's origin. `values` are its 512 current values, mm.
+/// Leaf of the level set that a simulation has changed. `index` is the leaf's position {x, y, z}, counted in leaves (of
+/// 8 x 8 x 8 voxels) from the world's origin. `values` points to its 512 current values, mm.
 struct ChangedLeaf {
   std::array<int, 3> index;
   const float* values;
@@ -23,10 +23,11 @@ struct ChangedLeaf {
 /// Bone as a narrow-band level set and a grid of region ids, both OpenVDB grids in the world frame.
 ///
 /// phi is the signed distance to the surface in mm, negative inside, and clamped to +-band_mm() at larger distances.
-/// Its zero level is second-order accurate in the voxel size. Away from the zero level, the distance of an imported
-/// surface is accurate to a fifth of a voxel. The region grid holds 0 outside the bone and an id of materials()
-/// elsewhere. It extends a little beyond the surface, so that a tooth that touches the surface finds its material. The
-/// two grids may have different voxel sizes. Copies are independent. Moving is cheap.
+/// Its zero level is second-order accurate in the voxel size. Away from the zero level, the distance to an imported
+/// surface is accurate to a fifth of a voxel. The region grid contains 0 outside the bone and the id of a region of
+/// materials() elsewhere. It extends a little beyond the surface, so that a tooth that touches the surface finds a
+/// material. The two grids may have different voxel sizes. Copies are independent of each other; moving a bone is
+/// cheap.
 class Bone {
  public:
   Bone();  // no voxels
@@ -41,7 +42,7 @@ class Bone {
   double band_mm() const;          // half-width of the narrow band, mm; 3 voxels by default
   const MaterialTable& materials() const;
   void set_materials(MaterialTable table);
-  /// Replaces the material constants for a run. Files of this bone are still written with the original table.
+  /// Replaces the material constants for a run. Files of this bone are still written with the original constants.
   void OverrideMaterials(MaterialTable table);
   /// Provenance and other notes, stored in the file's metadata.
   const std::map<std::string, std::string>& notes() const;
@@ -52,9 +53,9 @@ class Bone {
   double SignedDistance(const Vec3& p_W) const;
   /// Returns the region id at a world point (nearest voxel), 0 if there is none. Tick-safe, but slow (tree search).
   int RegionAt(const Vec3& p_W) const;
-  /// Returns Young's modulus (MPa) and Poisson's ratio at a world point, as used for the teeth: interpolated between
-  /// the surrounding region voxels that have a material, with E from the CT where that is enabled. Returns 0 if there
-  /// is no material. Tick-safe, but slow (tree search).
+  /// Return Young's modulus (MPa) and Poisson's ratio at a world point, as used for the forces on the teeth:
+  /// interpolated between the surrounding region voxels that have a material, with E from the CT where that is enabled.
+  /// Return 0 if there is no material. Tick-safe, but slow (tree search).
   double ModulusAt(const Vec3& p_W) const;
   double PoissonRatioAt(const Vec3& p_W) const;
 
@@ -64,7 +65,7 @@ class Bone {
   double hu_voxel_mm() const;
 
   bool empty() const;                               // true if no voxel has phi < 0
-  double CalcVolume() const;                        // mm^3; piecewise linear within each cell, exact for plane faces
+  double CalcVolume() const;                        // mm^3; piecewise linear in each cell, exact for plane surfaces
   std::map<int, double> CalcRegionVolumes() const;  // mm^3 by region id; the sum equals CalcVolume()
   Box3 CalcBounds() const;                          // of the surface, world frame, accurate to about a voxel
   std::uint64_t CountActiveVoxels() const;          // of phi
@@ -72,7 +73,7 @@ class Bone {
   /// Computes an order-independent 64-bit hash of all phi values with |phi| < band and of the region grid. Two bones
   /// have equal hashes if and only if they are bit-identical (except for an improbable collision).
   std::uint64_t CalcHash() const;
-  /// Computes a hash of the material: the constants of all regions, and E from the CT where that is enabled.
+  /// Computes a hash of the materials: the constants of all regions, and E from the CT where that is enabled.
   std::uint64_t CalcMaterialHash() const;
 
   struct Grids;  // opaque OpenVDB state (pimpl): src/bone/grid/grids.h

@@ -23,22 +23,22 @@ class LeafHistory;
 
 /// Spring and damper between handle and tool, acting at one point of the tool. A device's profile limits the values.
 struct CouplingParams {
-  Vec3 p_TC_mm{0};  // coupling point, tool frame, -1000 to 1000 each: the grip for a device that senses rotation and
-                    // outputs torques, the tool's origin for a device with forces only
+  Vec3 p_TC_mm{0};  // coupling point, tool frame, each component -1000 to 1000: the grip for a device that senses
+                    // rotation and outputs torques, the tool's origin for a device that outputs forces only
   double stiffness_N_per_mm = 1;      // 1e-3 to 1e3
   double damping_Ns_per_mm = 0;       // 0 to 1; acts on the handle velocity of the input
   double torsion_Nmm_per_rad = 5000;  // 1 to 1e7
   double torsion_damping_Nmms = 0;    // N mm s / rad, 0 to 1e4
   double max_force_N = 40;            // limit of the spring force and, separately, of the damper force; 0.1 to 1e4
-  double max_torque_Nmm = 4000;       // same for torsion spring and torsional damper; 1 to 1e6
+  double max_torque_Nmm = 4000;       // the same for the torsion spring and damper; 1 to 1e6
 };
 
 /// Fidelity of a tick, most accurate first. Each level is cheaper than the one before.
 enum class Fidelity : std::uint8_t {
   kFull,    // all edge and flat points, the whole band
-  kCoarse,  // every second point, a quarter of the substeps
+  kCoarse,  // every second point, at most a quarter of max_substeps
   kSlab,    // for a rotating disc that is cutting: the slab force law in the disc's plane, without reading or removing
-            // bone. Bone that the tool passed is removed when the fidelity rises again. Otherwise the same as kCoarse.
+            // bone. Bone that the tool has passed is removed when the fidelity rises again. Otherwise as kCoarse.
 };
 const char* ToString(Fidelity fidelity);
 
@@ -54,25 +54,25 @@ struct CoupledParams {
   int spare_leaves = 4096;           // 0 to 2^24; see BoneField
   PaperReading slab_reading = PaperReading::kCorrected;  // arc and tooth count that determine the slab's
                                                          // resistance at a depth
-  int substeps = 1;  // minimum number of equal parts of a tick, over which the handle motion is interpolated, 1 to 64
+  int substeps = 1;  // minimum number of equal parts into which a tick and the handle's motion are divided, 1 to 64
   int carve_interval_ticks = 1;  // ticks between two removals of bone, 1 to 64 (src/cut/removal/paced_cutter.h)
   int precision_bits = 24;       // for comparison: significand bits of the values that removal writes, 4 to 24 (float)
 };
 
 struct CoupledInput {
-  Pose X_WH;               // handle: desired pose of the tool frame
-  Vec3 v_H_W_mm_per_s{0};  // measured, of the coupling point, up to 1e6 each; 0 if the coupling has no damping
+  Pose X_WH;               // pose of the handle: the desired pose of the tool frame
+  Vec3 v_H_W_mm_per_s{0};  // measured velocity of the coupling point, each component up to 1e6; unused without damping
   Vec3 w_H_W_rad_per_s{0};
   // 0 to 1; other values are bad input. Below 1e-6 the tick does nothing and repeats the last forces.
   double dt_s = 0.001;
   double rpm = 7500;  // spindle speed, |rpm| <= 1e6, stopped if |rpm| < 1; sign: direction of rotation about +z
 };
 
-/// Bits of CoupledOutput::status. Each comment states what the tick did instead.
+/// Bits of CoupledOutput::status. Each comment states the condition and, where it applies, what the tick did instead.
 enum CoupledStatus : std::uint32_t {
   kCoupledOk = 0,
   kCoupledBadPose = 1u << 0,  // handle pose, velocity, dt or rpm not finite or out of range: nothing is done, the force
-                              // is zero, the last valid pose is kept
+                              // is zero, and the last valid pose is kept
   kCoupledSubstepsUsedUp =
       1u << 1,  // the tool could not complete its motion in this tick: it lags behind and continues in the next tick
   kCoupledIterationsUsedUp = 1u << 2,  // the solver reached its iteration limit with a motion that still lowers the
@@ -91,7 +91,7 @@ struct CoupledOutput {
   Vec3 f_H_W_N{0};      // force on the hand, at the coupling point
   Vec3 tau_H_W_Nmm{0};  // torque on the hand about the coupling point
   Vec3 f_cut_W_N{0};    // on the tool, from the edge
-  Vec3 f_face_W_N{0};   // on the tool: normal forces on its flats and on its edge when stopped
+  Vec3 f_face_W_N{0};   // on the tool: normal forces on its flats and, with the spindle stopped, on its edge
   Vec3 f_friction_W_N{0};
   double thrust_sum_N = 0;
   double engaged_teeth = 0;
@@ -99,7 +99,7 @@ struct CoupledOutput {
   double mean_bite_mm = 0;
   int main_region = 0;
   /// Regions in which a tooth cut, one bit per id. A layer one voxel thick in the region grid is detected even if its
-  /// force is small. Excludes bone that slab mode passed.
+  /// force is small. Excludes bone that the tool passed in slab mode.
   std::array<std::uint64_t, 4> regions_cut{};
   bool HasCut(int region) const {
     return region >= 0 && region < 256 && (regions_cut[region / 64] >> (region % 64) & 1) != 0;
@@ -107,20 +107,20 @@ struct CoupledOutput {
   double removed_mm3 = 0;  // from voxel occupancy: docs/physics.md
   // Energies of this tick, mJ = N mm: hand + spindle = stored + cut + friction + damping + numerical.
   // hand_mJ: work of the hand on the coupling. In the model the handle moves first, with the tool fixed, and the tool
-  // then follows. The work is the energy that the springs gain in the first step. In air the work is 0.
+  // then follows. The work is the energy that the springs gain while the handle moves. In air the work is 0.
   double hand_mJ = 0;
   // Work of the spindle on the tool's motion: friction on the flats can drive the tool, which may then push the hand.
   // Excludes the spindle power that rubbing turns into heat.
   double spindle_mJ = 0;
-  double stored_mJ = 0;  // gained by the springs of coupling and contact
+  double stored_mJ = 0;  // energy gained by the springs of the coupling and of contact
   double cut_mJ = 0;     // cut, friction and damping are >= 0
   double friction_mJ = 0;
   double damping_mJ = 0;
-  // Energy that the springs lose because substeps have finite length: their energy at the start plus their energy
-  // input, minus their energy now and minus the work of their forces at the ends of the substeps. Computed
-  // independently of the other terms, so that the balance above closes to solver accuracy. Negative when uneven bone
-  // pushes a flat point out, which uses up earlier losses: cut + friction + numerical, summed since the start, is never
-  // negative.
+  // Energy that the springs lose because substeps have finite length: their energy at the start of the tick plus the
+  // energy put into them, minus their energy at its end and minus the work of the forces that they have at the ends of
+  // the substeps. It is computed independently of the other terms, so the balance above closes to solver accuracy. It
+  // is negative when uneven bone pushes a point of a flat out, which uses up earlier losses: the losses to cutting, to
+  // friction and to the steps, summed since the start, are never negative.
   double numerical_mJ = 0;
   int substeps = 0;
   int iterations = 0;  // maximum over the substeps
@@ -134,8 +134,8 @@ struct CoupledOutput {
 /// convex function: energy of the coupling at the end of the substep + dissipation of the damper, of cutting
 /// (docs/physics.md) and of friction + unilateral contact of the flats and, with the spindle stopped, of the edge.
 ///
-/// Guarantees: one solution for any stiffness and step. Cutting, contact and friction never return energy, except what
-/// the spindle adds through friction. The tool never passes through bone.
+/// Guarantees: the solution is unique for any stiffness and step. Cutting, contact and friction never return energy,
+/// except for the energy that the spindle adds through friction. The tool never passes through bone.
 class CoupledSimulation {
  public:
   /// Throws kerf::Error if a parameter is out of range or X_WT_start is not a valid pose within the world.
@@ -151,49 +151,49 @@ class CoupledSimulation {
   /// Moves the tool to X_WT without cutting on the way. Does nothing and returns false if the pose is invalid.
   /// Tick-safe.
   bool SetDown(const Pose& X_WT);
-  /// Takes effect over the next ticks, without a jump in the force. Tick-safe.
+  /// Sets the fidelity. The change takes effect over the next ticks, without a jump in the force. Tick-safe.
   void SetFidelity(Fidelity fidelity);
   Fidelity fidelity() const;
 
-  /// Leaves changed since ClearChanged(). Tick-safe.
+  /// The leaves that have changed since the last ClearChanged(). Tick-safe.
   int changed_count() const;
   ChangedLeaf changed(int i) const;
   void ClearChanged();
 
-  // ---- between ticks, tick-safe: a piece of bone is taken out or restored (src/cut/hand_sim/take_out.h)
+  // ---- between ticks, tick-safe: to take a piece of bone out or to restore it (src/cut/hand_sim/take_out.h)
   /// Returns true if the tool is too far from the box for a change in it to affect the next tick.
   bool IsClearOf(const Box3& bounds_W) const;
   /// Changes the leaf's 512 values from `from` to `to`; voxels that have been cut since stay cut. Does nothing and
   /// returns false if no spare leaf is left.
   bool Replace(const std::array<int, 3>& index, const float* from, const float* to);
-  /// Adds sign * mm3 to the volumes taken out, by region; sign -1 when bone is restored. These volumes do not count as
-  /// removed.
+  /// Adds sign * mm3 to the volumes taken out, by region; `sign` is 1, or -1 when bone is restored. These volumes do
+  /// not count as removed.
   void AddTakenOut(const std::array<double, 256>& mm3, double sign);
 
   // ---- undo, between ticks, tick-safe; bone is restored by src/cut/hand_sim/restore.h
   /// Records the current bone as a checkpoint that can be restored. Later changes are recorded in the history under
   /// `number`, 1 or more. Does nothing and returns false if the history ring is full or there is no history. Bone that
-  /// slab mode has passed but not yet removed is removed later.
+  /// the tool has passed in slab mode, and that has not been removed yet, is removed after the checkpoint.
   bool Checkpoint(std::uint32_t number);
 
   // ---- outside the tick
-  /// Starts recording the previous values of changed leaves in a history (src/bone/grid/leaf_history.h). Its ring holds
-  /// `ring_leaves` leaves (2 kB each) until they are read. Recording begins with checkpoint 0. Later calls return the
-  /// same history.
+  /// Starts recording the previous values of changed leaves in a history (src/bone/grid/leaf_history.h). Its ring has
+  /// room for `ring_leaves` leaves (2 kB each) that have not been read yet. Recording begins with checkpoint 0. Later
+  /// calls return the same history.
   LeafHistory& KeepHistory(int ring_leaves = 8192);
   /// Returns nullptr if no history is recorded. Tick-safe.
   LeafHistory* history();
-  /// Restores the initial reserve of spare leaves. Must be called during a cut that needs more leaves than that;
-  /// otherwise the tool stops in front of uncut bone (kCoupledLeavesUsedUp) and waits.
+  /// Restores the initial reserve of spare leaves. Must be called during a cut that needs more leaves than this
+  /// reserve; otherwise the tool stops in front of uncut bone (kCoupledLeavesUsedUp) and waits.
   void Refill();
   const CoupledParams& params() const;
   /// State and results of the effects (src/cut/effects/plan.h). Tick-safe to read.
   const EffectPlan& effects() const;
   EffectPlan& effects();
-  /// Volume cut since the start by region, mm^3: exactly the decrease of bone().CalcVolume(), excluding pieces taken
-  /// out.
+  /// Computes the volume cut since the start, by region, mm^3. The sum is exactly the decrease of bone().CalcVolume(),
+  /// excluding pieces taken out.
   std::array<double, 256> CalcRemovedByRegion();
-  const Bone& bone();  // the current bone; first removes what slab mode has passed
+  const Bone& bone();  // the current bone; first removes what the tool has passed in slab mode
   Bone TakeBone() &&;
   std::size_t CalcMemoryBytes() const;  // of everything except the bone
 

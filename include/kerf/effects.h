@@ -1,6 +1,6 @@
 // Effects: optional physics that a scene enables, in addition to contact and removal. Each effect is one file or folder
 // in src/cut/effects and one line of the list in src/cut/effects/effects.h. Scenes, `kerf effects`, the docs and the
-// tests use that list. An effect that a scene does not enable uses no time, no memory and no state.
+// tests use that list. An effect that a scene does not enable takes no time and no memory and has no state.
 #pragma once
 
 #include <cstddef>
@@ -30,10 +30,10 @@ struct EffectFile {
     std::vector<Vec3> points;
     bool joined = false;  // true: a polyline; false: separate points
   };
-  std::string place;          // prefix of messages about the file: "scene.toml:12:1: "; optional
+  std::string place;          // prefix of messages about the file, such as "scene.toml:12:1: "; optional
   std::string name;           // file name
-  TriangleMesh mesh;          // kSurface: closed
-  std::vector<Curve> curves;  // kMarkups
+  TriangleMesh mesh;          // kSurface: a closed surface
+  std::vector<Curve> curves;  // kMarkups: the curves and points
 };
 
 /// Parameter of an effect: a key of [effects.NAME] in a scene. The name includes the unit.
@@ -107,9 +107,9 @@ class EffectChoice {
   /// Values in the order of info().parameters.
   const std::vector<EffectValue>& values() const { return values_; }
   std::vector<EffectValue>& values() { return values_; }
-  /// Files in the same order; nullptr if none was read.
+  /// Files in the same order; nullptr where none was read.
   const std::vector<std::shared_ptr<const EffectFile>>& files() const { return files_; }
-  /// Throw kerf::Error if the effect has no such parameter or its type differs.
+  /// Both throw kerf::Error if the effect has no such parameter or the parameter has another type.
   double GetNumber(std::string_view key) const;
   EffectChoice& Set(std::string_view key, EffectValue value);
   /// Sets the content of the file that the parameter names. Throws kerf::Error if there is no such parameter or it does
@@ -126,7 +126,7 @@ using EffectChoices = std::vector<EffectChoice>;
 
 /// Returns nullptr if the effect is not chosen.
 const EffectChoice* FindChoice(const EffectChoices& choices, std::string_view name);
-/// Sets a parameter of an effect; adds the effect if it is not chosen yet. Throws kerf::Error as EffectChoice does.
+/// Sets a parameter of an effect, and adds the effect if it is not chosen yet. Throws kerf::Error as EffectChoice does.
 void SetEffect(EffectChoices& choices, std::string_view name, std::string_view key, EffectValue value);
 void SetEffect(EffectChoices& choices, std::string_view name, std::string_view key, double value);
 /// Removes an effect from the choices.

@@ -1,5 +1,5 @@
 // Force laws: the force on one tooth from its bite and the material it cuts. Each law is one file in src/cut/force.
-// Scenes, `kerf check`, the warnings and the tests use the list of laws.
+// Scenes, `kerf check`, the warnings and the tests all use the list of laws.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace kerf {
 /// Values of a law's parameters, in the order of ForceLawInfo::parameters, or its coefficients for one tool.
 using LawValues = std::array<double, 4>;
 
-/// Force law prepared for one tool: the tick needs no lookups.
+/// Force law prepared for one tool, so that the tick needs no lookups.
 struct ToothForce {
   /// Force for a bite above 0, N.
   double (*law)(const LawValues& coefficients, double bite_mm, double E_star_MPa);
@@ -69,7 +69,7 @@ class ForceLaw {
   /// Values in the order of info().parameters.
   const LawValues& values() const { return values_; }
   LawValues& values() { return values_; }
-  /// Throw kerf::Error if the law has no such parameter.
+  /// Both throw kerf::Error if the law has no such parameter.
   double Get(std::string_view key) const { return values_[FindParameter(key)]; }
   void Set(std::string_view key, double value) { values_[FindParameter(key)] = value; }
 

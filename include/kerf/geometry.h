@@ -1,5 +1,5 @@
-// Points, poses, boxes and meshes. Lengths in mm. Frames: W world (for an imported CT the patient frame, LPS: x to the
-// patient's left, y to the back, z to the head), T tool, V voxel index space.
+// Points, poses, boxes and meshes. Lengths are in mm. Frames: W world (for an imported CT the patient frame, LPS: x to
+// the patient's left, y to the back, z to the head), T tool, V voxel index space.
 #pragma once
 
 #include <array>
@@ -30,16 +30,16 @@ struct Pose {
   Pose Inverse() const { return {glm::conjugate(R_AB), InversePoint(Vec3(0))}; }
 };
 
-/// Returns true if all components are finite and the quaternion has unit length to 1e-6. Tick-safe.
+/// Returns true if all components are finite and the quaternion has unit length to within 1e-6. Tick-safe.
 bool IsValid(const Pose& X);
 
-/// Valid world coordinates lie between -kWorldReach_mm and kWorldReach_mm, mm. Points outside are rejected.
+/// Valid world coordinates lie between -kWorldReach_mm and kWorldReach_mm. Points outside this range are rejected.
 inline constexpr double kWorldReach_mm = 1e6;
 /// Returns true if the point is finite and its coordinates are valid world coordinates.
 bool IsInWorld(const Vec3& p_W);
 
-/// Returns `v` scaled to unit length, also for lengths as extreme as 1e-300 and 1e300. Returns nullopt if `v` is zero
-/// or not finite.
+/// Returns `v` scaled to unit length, even if its length is as extreme as 1e-300 or 1e300. Returns nullopt if `v` is
+/// zero or not finite.
 std::optional<Vec3> CalcDirection(const Vec3& v);
 
 /// Axis-aligned box, mm. Empty until the first Include().

@@ -11,7 +11,7 @@ namespace kerf {
 
 enum class Tissue { kCortical, kCancellous, kTooth, kCanal, kOther };
 const char* ToString(Tissue tissue);
-/// "cortical", "cancellous", "tooth", "canal" or "other".
+/// Valid names: "cortical", "cancellous", "tooth", "canal" and "other". Returns nullopt for any other name.
 std::optional<Tissue> TissueFromString(const std::string& name);
 
 /// Region: a part of the bone with uniform elastic constants.
@@ -21,7 +21,7 @@ struct Region {
   Tissue tissue = Tissue::kOther;
   double E_MPa = 0;      // Young's modulus, MPa, > 0
   double nu = 0;         // Poisson's ratio, 0 <= nu <= 0.5
-  bool estimate = true;  // true: assumed, not measured at this place
+  bool estimate = true;  // true: the constants are assumed, not measured in this region
   std::string source;    // source of the constants
 };
 
@@ -66,22 +66,24 @@ struct CtLaw {
   std::vector<Point> calibration;  // piecewise linear, HU and rho both increasing; empty: depends on the scanner and
                                    // must be provided
   std::vector<Band> bands;         // increasing, without gaps: each begins where the previous one ends
-  char tag = 'R';                  // S: coefficients read in the source; D: derived from those; R: recalled, unverified
+  char tag = 'R';                  // S: coefficients read in the source; D: derived from it; R: recalled, unverified
   std::string source;
 
   double lower_rho() const { return bands.front().lower; }
   double upper_rho() const { return bands.back().upper; }
 };
 
-/// Throws kerf::Error describing the fault of an invalid law: no band, bands that overlap or leave a gap, a negative
-/// density, calibration points out of order, a modulus not above 0, a calibration that does not overlap the bands.
+/// Throws kerf::Error with a description of the fault if a law is invalid: no band, bands that overlap or leave a gap,
+/// a negative density, calibration points out of order, a modulus not above 0, or a calibration that does not overlap
+/// the bands.
 void CheckCtLaw(const CtLaw& law);
 
 /// Returns the modulus at a density in g/cm3, MPa, clamped to the bands. Tick-safe.
 double CalcModulus(const CtLaw& law, double rho);
 /// Returns the density at a CT number, g/cm3, clamped to the calibration. The law must have a calibration. Tick-safe.
 double CalcDensity(const CtLaw& law, double HU);
-/// Returns the lowest and highest CT number within both calibration and bands. The law must have a calibration.
+/// Returns the lowest and the highest CT number within both the calibration and the bands. The law must have a
+/// calibration.
 std::pair<double, double> CalcValidHu(const CtLaw& law);
 
 /// Computes the reduced modulus E* of two bodies in contact, MPa: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 (Hertz).

@@ -6,7 +6,7 @@
 
 namespace kerf {
 
-/// Stages of a tick. A tool that follows a prescribed path has no kNear and no kSolve.
+/// Stages of a tick. The ticks of a tool that follows a prescribed path have no kNear and no kSolve.
 enum class TickStage : std::uint8_t { kAccept, kNear, kEngage, kSolve, kRemove, kPublish, kEnd };
 
 class TickObserver {

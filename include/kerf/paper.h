@@ -25,22 +25,22 @@ double CalcPaperArc(double depth_mm, double diameter_mm);
 double CalcTrueArc(double depth_mm, double diameter_mm);
 
 /// Computes Hertz's K in a = K F^(1/3), mm N^(-1/3): [3 d1 ((1 - nu1^2)/E1 + (1 - nu2^2)/E2) / 8]^(1/3), with the disc
-/// (1) as the sphere on a half space (2). This is the paper's eq. (3) with Hertz's nu^2 in place of its printed nu.
+/// (1) as a sphere on a half space (2). This is the paper's eq. (3) with Hertz's nu^2 in place of its printed nu.
 /// Tick-safe.
 double CalcHertzK(const DiscSaw& saw, double E2_MPa, double nu2);
 
 /// Computes the force on one tooth, N: (a / K)^3 with a = fraction_of_pitch * pitch. Tick-safe.
 double CalcPaperToothForce(const DiscSaw& saw, double fraction_of_pitch, double E2_MPa, double nu2);
 
-/// Rounds a number of teeth down; a number that is below an integer only by rounding error gives that integer.
+/// Rounds a number of teeth down. A number that is below an integer only by rounding error is rounded to that integer.
 /// Tick-safe.
 double FloorTeeth(double teeth);
 
-/// Computes the engaged teeth at a depth: FloorTeeth(CalcPaperArc / pitch), or CalcTrueArc / pitch as a real number.
-/// Tick-safe.
+/// Computes the number of engaged teeth at a depth, by the chosen reading: FloorTeeth(CalcPaperArc / pitch), or
+/// CalcTrueArc / pitch as a real number. Tick-safe.
 double CalcPaperTeeth(const DiscSaw& saw, double depth_mm, PaperReading reading);
 
-/// Computes the force of n teeth in one material, N: n^3 F_1 or n F_1. Tick-safe.
+/// Computes the force of n teeth in one material, N: n^3 F_1 or n F_1, by the chosen reading. Tick-safe.
 double CalcPaperForce(const DiscSaw& saw, double fraction_of_pitch, double depth_mm, double E2_MPa, double nu2,
                       PaperReading reading);
 

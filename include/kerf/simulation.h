@@ -25,23 +25,23 @@ struct SimulationParams {
 
 class EffectPlan;
 
-/// Shorter times are ignored.
+/// Shortest tick in which anything happens.
 inline constexpr double kMinTick_s = 1e-6;
 
 struct TickInput {
   Pose X_WT;            // tool pose at the end of the tick
   double dt_s = 0.001;  // 0 or more; below 1e-6 the tick does nothing and repeats the last force
-  double rpm = 7500;    // spindle speed; 0: stopped, does not cut
+  double rpm = 7500;    // spindle speed; 0: stopped, the tool does not cut
 };
 
-/// Bits of TickOutput::status. Each comment states what the tick did instead.
+/// Bits of TickOutput::status. Each comment states what the tick did instead of what was requested.
 enum TickStatus : std::uint32_t {
   kTickOk = 0,
-  kTickBadPose = 1u << 0,  // pose, rpm or dt not finite or out of range: nothing is done, zero force, the last valid
-                           // pose is kept
-  kTickSpindleStopped = 1u << 1,   // rpm = 0: the tool moved, nothing was cut, zero force
-  kTickSubstepsLimited = 1u << 2,  // the motion needs more than the maximum number of substeps: coarser steps along the
-                                   // path
+  kTickBadPose = 1u << 0,  // pose, rpm or dt not finite or out of range: nothing is done, the force is zero, and the
+                           // last valid pose is kept
+  kTickSpindleStopped = 1u << 1,   // rpm = 0: the tool is moved, nothing is cut, and the force is zero
+  kTickSubstepsLimited = 1u << 2,  // the motion needs more than the maximum number of substeps: the steps along the
+                                   // path are coarser
   kTickNoTime = 1u << 3,           // dt below kMinTick_s: nothing is done, the last force is repeated
 };
 
@@ -74,19 +74,19 @@ class Simulation {
   /// Moves the tool to X_WT without cutting on the way. Does nothing and returns false if the pose is invalid.
   bool SetDown(const Pose& X_WT);
 
-  /// Leaves changed since ClearChanged().
+  /// The leaves that have changed since the last ClearChanged().
   int changed_count() const;
   ChangedLeaf changed(int i) const;
   void ClearChanged();
 
-  // ---- between ticks: a piece of bone is taken out or restored (src/bone/grid/piece_removal.h)
+  // ---- between ticks: to take a piece of bone out or to restore it (src/bone/grid/piece_removal.h)
   /// Returns true if the tool is too far from the box for a change in it to affect the next tick.
   bool IsClearOf(const Box3& bounds_W) const;
   /// Changes the leaf's 512 values from `from` to `to`; voxels that have been cut since stay cut. Does nothing and
   /// returns false if no spare leaf is left.
   bool Replace(const std::array<int, 3>& index, const float* from, const float* to);
-  /// Adds sign * mm3 to the volumes taken out, by region; sign -1 when bone is restored. These volumes do not count as
-  /// removed.
+  /// Adds sign * mm3 to the volumes taken out, by region; `sign` is 1, or -1 when bone is restored. These volumes do
+  /// not count as removed.
   void AddTakenOut(const std::array<double, 256>& mm3, double sign);
 
   // ---- outside the tick
@@ -94,8 +94,8 @@ class Simulation {
   const EffectPlan& effects() const;
   EffectPlan& effects();
   const Bone& bone() const;
-  /// Volume removed so far by region id, mm^3. The sum equals the decrease of bone().CalcVolume() up to rounding,
-  /// excluding pieces taken out. Index 0: bone without a region.
+  /// Computes the volume removed so far, by region id, mm^3. The sum equals the decrease of bone().CalcVolume() up to
+  /// rounding, excluding pieces taken out. Index 0: bone without a region.
   std::array<double, 256> CalcRemovedByRegion();
   Bone TakeBone() &&;
   /// Reserves memory for the leaves that the next ticks change. A tick that runs out of leaves allocates more.

@@ -1,5 +1,5 @@
-// Slab mode: models the thin slice as a point mass on a rail. A cheap fallback for when voxels are too slow. The tick
-// uses no grid.
+// Slab mode: models the thin slice as a point mass on a rail. It is a cheap fallback for when voxels are too slow. Its
+// tick uses no grid.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace kerf {
 
-/// Material in front of the blade, by depth below the first bone that it touches. Computed once, before the run.
+/// Material in front of the blade, by depth below the first bone that the blade touches. Computed once, before the run.
 struct SlabProfile {
   struct Layer {
     double top_mm = 0;  // depth at which the layer begins; it ends where the next one begins
@@ -22,9 +22,9 @@ struct SlabProfile {
     double E_MPa = 0;   // mean over the layer's area; 0: no bone
     double nu = 0;
   };
-  std::vector<Layer> layers;  // by depth; the first is at 0
+  std::vector<Layer> layers;  // in order of depth; the first begins at 0
   double end_mm = 0;          // length of the slice: depth at which the last layer ends and the slice is free
-  double entry_mm = 0;        // coordinate along the cut direction, p_W . d, of depth 0
+  double entry_mm = 0;        // coordinate of depth 0 along the cut direction d: p_W . d
   double slice_mm3 = 0;       // volume of the slice; 0 if unknown
 
   /// Returns the layer at a depth, or nullptr outside 0..end_mm. O(log layers). Tick-safe.
@@ -33,13 +33,13 @@ struct SlabProfile {
 
 /// Returns the profile of the paper's Table 2: depths of 3.75, 12.5, 18.75 and 26.25 mm for regions 24, 21, 13 and 6,
 /// read as the middles of the bands 0 - 7.5 - 17.5 - 20 - 32.5 mm (an interpretation; the paper does not say). E and nu
-/// are from `materials`. `entry_mm` as in SlabProfile. Throws kerf::Error if a region is missing.
+/// are from `materials`. `entry_mm`: as in SlabProfile. Throws kerf::Error if a region is missing.
 SlabProfile MakePaperProfile(const MaterialTable& materials, double entry_mm);
 
-/// Computes the profile of the slice of `thickness_mm` about `plane` from the bone's surface and regions. It is sampled
-/// along `direction_W` (unit length, in the plane) in steps of a quarter of a voxel. Only bone within `reach_mm` of the
-/// plane's point, measured across the direction, is included: the bone that the disc can touch. Throws kerf::Error if
-/// there is no bone.
+/// Computes the profile of a slice from the bone's surface and regions. The slice is `thickness_mm` thick and centred
+/// on `plane`. It is sampled along `direction_W` (unit length, in the plane) in steps of a quarter of a voxel. Only the
+/// bone that the disc can touch is included: the bone within `reach_mm` of the plane's point, measured across the
+/// direction. Throws kerf::Error if there is no bone.
 SlabProfile MakeBoneProfile(const Bone& bone, const CutPlane& plane, double thickness_mm, const Vec3& direction_W,
                             double reach_mm);
 
@@ -50,9 +50,9 @@ enum class SlabBody { kSlice, kLeft, kRight, kNone };
 struct SlabParams {
   DiscSaw saw;
   Vec3 direction_W{0, 1, 0};                         // direction of the rail, world frame, unit length; y in the paper
-  PaperReading reading = PaperReading::kAsComputed;  // of the cutting resistance
-  double contact_share_of_pitch = 0.01;              // contact radius of a tooth / pitch, above 0 to 0.5
-  double mass_g = 1;                                 // of slice and blade, 0.001 to 10000
+  PaperReading reading = PaperReading::kAsComputed;  // reading that gives the cutting resistance
+  double contact_share_of_pitch = 0.01;              // contact radius of a tooth / pitch, above 0 and up to 0.5
+  double mass_g = 1;                                 // of the slice and the blade together, 0.001 to 10000
   double stiffness_N_per_mm = 0;                     // spring from the slice to its initial position, 0 to 1e6
   double damping_Ns_per_mm = 0;                      // damper from the slice to the jaw, 0 to 1e3
   double friction_coefficient = 0;                   // between each face of the slice and its segment, 0 to 10
@@ -60,15 +60,15 @@ struct SlabParams {
   double coupling_N_per_mm = 100;                    // spring from the hand to the body that it holds, 1e-3 to 1e6
   double coupling_damping_Ns_per_mm = 0.01;          // 0 to 1e3
   bool segments_move = false;                        // false: the jaw is fixed
-  double segment_mass_g = 20;                        // of each segment, 0.001 to 10000; these three apply only if
-                                                     // segments_move
-  double segment_stiffness_N_per_mm = 1;             // to the initial position, 0 to 1e6
+  double segment_mass_g = 20;                        // of each segment, 0.001 to 10000; this and the next two
+                                                     // apply only if segments_move
+  double segment_stiffness_N_per_mm = 1;             // spring to the initial position, 0 to 1e6
   double segment_damping_Ns_per_mm = 0.01;
 };
 
 /// Positions and energies. Displacements are along the direction, mm. Energies are totals since the start, mJ (N mm).
 struct SlabState {
-  double blade_mm = 0;  // displacement of the blade and, once they are in contact, of the slice
+  double blade_mm = 0;  // displacement of the blade and, once the two are in contact, of the slice
   double left_mm = 0;
   double right_mm = 0;
   double depth_mm = 0;    // of the blade's edge below the first bone; < 0 in front of it
@@ -87,17 +87,17 @@ struct SlabState {
 
 /// Simulation of the slice between its segments.
 ///
-/// Model: bodies with one degree of freedom along the rail, m dv/dt = springs + dampers - interface forces. On each
-/// face of the slice act Coulomb friction, between -mu N and mu N, and half of the cutting resistance F(depth), which
-/// only opposes motion deeper than the depth already cut. Both are set-valued at rest: the slice sticks as long as they
-/// can hold it. With the spindle stopped the blade does not advance.
+/// Model: bodies with one degree of freedom along the rail, m dv/dt = springs + dampers - interface forces. Two forces
+/// act on each face of the slice: Coulomb friction, between -mu N and mu N, and half of the cutting resistance
+/// F(depth), which opposes motion only beyond the depth already cut. Both are set-valued at rest: the slice sticks as
+/// long as they can hold it. With the spindle stopped, the blade does not advance.
 ///
-/// Integration: implicit Euler. Each substep is solved exactly (a monotone piecewise-linear equation), so that any
-/// stiffness is stable and nothing chatters. Energy balance, to rounding: kinetic + elastic = hand_work - friction -
-/// cutting - damping - released - numerical, every loss >= 0.
+/// Integration: implicit Euler. The equation of each substep is monotone and piecewise linear, and is solved exactly.
+/// The integration is therefore stable for any stiffness and does not chatter. Energy balance, up to rounding:
+/// kinetic + elastic = hand_work - friction - cutting - damping - released - numerical, and every loss is >= 0.
 ///
-/// Start: if the blade starts inside the bone, the slice is undisplaced and its spring is slack there; the bone above
-/// counts as cut. If SetDown() places the blade beyond the end of the slice, the slice is free.
+/// Start: if the blade starts inside the bone, the slice is not displaced, its spring is slack at that position, and
+/// the bone above counts as cut. If SetDown() places the blade beyond the end of the slice, the slice is free.
 ///
 /// Validity: motion of the hand along the rail. Motion across it has no effect while the slice is on the rail.
 ///
@@ -112,8 +112,8 @@ class SlabSimulation {
   SlabSimulation& operator=(SlabSimulation&&) noexcept;
 
   /// Moves the hand to in.X_WT and simulates the bodies over the tick. In the output, f_T_W_N is the force on the hand,
-  /// a mean over the tick. thrust_sum_N is the resistance that the law gives at this depth; engaged_teeth, mean_E_MPa
-  /// and main_region are its inputs. mean_bite_mm and removed_mm3 are 0.
+  /// a mean over the tick. thrust_sum_N is the resistance that the law gives at the current depth; engaged_teeth,
+  /// mean_E_MPa and main_region are the inputs of the law. mean_bite_mm and removed_mm3 are 0.
   TickOutput Tick(const TickInput& in);
   /// Moves the blade to X_WT, at rest, without cutting on the way. Does nothing and returns false if the pose is
   /// invalid.

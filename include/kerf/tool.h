@@ -16,7 +16,7 @@ struct DiscSaw {
   int teeth = 24;              // 1 to 1000
   double E_MPa = 205000;       // steel
   double nu = 0.28;
-  Vec3 p_TG_mm{0, 0, 80};  // the hand's grip, frame T, -1000 to 1000 each; reference point of torques
+  Vec3 p_TG_mm{0, 0, 80};  // the hand's grip, frame T, each component -1000 to 1000; reference point of torques
 
   double radius_mm() const { return 0.5 * diameter_mm; }
   double pitch_mm() const { return std::numbers::pi * diameter_mm / teeth; }

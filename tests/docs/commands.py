@@ -7,7 +7,7 @@ Each page has a folder of its own with the files that its commands name (make_fi
 after another; each must end with exit code 0 and without an error message. A command that needs a display, a device, a
 real CT, or more than a minute is in commands.txt with its reason. Every option of every command, including these, must
 be in `kerf reference`. Commands of other programs (tools/..., cmake) must exist. Python snippets also run, with a
-substitute for matplotlib that draws nothing. Exit code 1 if one fails.
+substitute for matplotlib that draws nothing. Exit code 1 if any of these checks fails.
 """
 
 import argparse
@@ -24,7 +24,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")),
          *sorted((ROOT / "docs/tutorials").glob("*.md"))]
-# Printed by the program itself; the examples on these pages are checked separately.
+# These pages are printed by the program itself; their examples are checked separately.
 LEFT_OUT = {"commands.md", "scene_keys.md"}
 
 # A small scene that any command can use.
@@ -88,7 +88,7 @@ def read_rules():
 
 
 class Reference:
-    """Names of the options of each command."""
+    """The names of the options of each command."""
 
     def __init__(self, kerf):
         root = json.loads(subprocess.run([kerf, "reference", "--json"], capture_output=True, text=True, check=True).stdout)
@@ -101,7 +101,7 @@ class Reference:
             self._add(child)
 
     def check(self, words):
-        """Returns a phrase about the fault of a command line of kerf; "" if there is none."""
+        """Returns a phrase that describes the fault in a command line of kerf; "" if there is none."""
         name, rest = "kerf", words[1:]
         while rest and f"{name} {rest[0]}" in self.commands:
             name, rest = f"{name} {rest[0]}", rest[1:]
@@ -114,7 +114,7 @@ class Reference:
 
 
 def make_files(kerf, folder):
-    """Makes the files that pages name as examples."""
+    """Makes the files that pages name in their examples."""
     def call(*arguments):
         subprocess.run([kerf, *arguments], cwd=folder, check=True, capture_output=True, text=True)
     for name in ("scenes", "docs", "volumes", "tools"):

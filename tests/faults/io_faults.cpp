@@ -3,21 +3,22 @@
 //
 //   KERF_FAULT_ROOT    folder; only files below it are affected, in calls that name a file or have one open
 //   KERF_FAULT_CALL    kind of call: open, open_elsewhere, read, write, fwrite, sync, rename, mmap, new, alloc,
-//   sigaction KERF_FAULT_AT      number of the call that fails, starting at 1; 0: none, calls are only counted
+//                      sigaction
+//   KERF_FAULT_AT      number of the call that fails, starting at 1; 0: none, calls are only counted
 //   KERF_FAULT_ERROR   errno of the failure
-//   KERF_FAULT_SIGNAL  a signal's number: it is raised instead of the failure, before the call; for "open" and
-//                      "sigaction", after it
+//   KERF_FAULT_SIGNAL  a signal's number: the signal is raised instead of the failure, before the call; for "open" and
+//                      "sigaction", after the call
 //   KERF_FAULT_LASTS   1: all later calls of this kind fail too
-//   KERF_FAULT_REPORT  output file of two 64-bit numbers: the number of such calls, and of failed ones
-//   KERF_FAULT_SITES   output file of a 64-bit number for each place that calls operator new: a hash of the call stack,
-//                      equal in each run without address randomisation (setarch -R)
+//   KERF_FAULT_REPORT  output file of two 64-bit numbers: how many such calls there were, and how many of them failed
+//   KERF_FAULT_SITES   output file with a 64-bit number for each place that calls operator new: a hash of the call
+//                      stack, equal in each run without address randomisation (setarch -R)
 //   KERF_FAULT_SITE    such a number, decimal: the first call from that place fails, regardless of KERF_FAULT_AT
 //   KERF_IO_LOG        output file of the operations on files below the root, one line "WHAT INODE A B NAME|NAME" each:
 //                      O created or emptied (A = 1), W written (B bytes at A, which follow), T truncated to A,
 //                      S synced (its B bytes follow), D folder synced, R renamed, U unlinked
 //
-// "alloc": malloc() and similar functions with at least 64 kB; "new": each operator new. Both are counted only while
-// main() runs. "sigaction": calls that set a handler for KERF_FAULT_SIGNAL; they never fail.
+// "alloc": calls of malloc() and similar functions for at least 64 kB; "new": each operator new. Both are counted only
+// while main() runs. "sigaction": calls that set a handler for KERF_FAULT_SIGNAL; they never fail.
 #include <dlfcn.h>
 #include <execinfo.h>
 #include <fcntl.h>
@@ -38,7 +39,7 @@
 #include <mutex>
 #include <new>
 
-// Names of the C library.
+// These names are those of the C library.
 // NOLINTBEGIN(bugprone-reserved-identifier)
 extern "C" {
 void* __libc_malloc(size_t);
@@ -95,7 +96,7 @@ bool Fails(const char* call) {
   return true;
 }
 
-constexpr int kMaxFrames = 7;  // of the call stack of a place
+constexpr int kMaxFrames = 7;  // of the call stack that identifies a place
 constexpr std::uint32_t kMaxSites = 1 << 16;
 std::atomic<std::uint64_t> sites[kMaxSites];  // a hash table
 thread_local bool is_tracing = false;         // set because backtrace() may allocate
@@ -120,7 +121,7 @@ bool IsNewSite(std::uint64_t sum) {
   return false;
 }
 
-/// For operator new: records the calling place. Returns true if the call must fail.
+/// Records the calling place of an operator new. Returns true if the call must fail.
 bool FailsAtSite() {
   const bool is_wanted = settings.sites >= 0 || settings.site != 0;
   if (!is_wanted || is_tracing || !active.load(std::memory_order_relaxed)) return false;
@@ -175,7 +176,7 @@ void LogWrite(int file, const void* bytes, std::size_t size, std::int64_t offset
   Log('W', InodeOf(file), static_cast<std::uint64_t>(offset), size, "", "", bytes, size);
 }
 
-/// Logs a sync with the file's content, which is on the disk from then on.
+/// Logs a sync with the file's content, which is on the disk from that moment on.
 void LogSync(int file) {
   if (settings.log < 0) return;
   char name[64];
@@ -268,8 +269,8 @@ int CountedMain(int argc, char** argv, char** environment) {
   return code;
 }
 
-/// For large allocations. Allocations by the software renderer (Mesa's drivers), which does not check the result, and
-/// by libpng, which ends the program, are not made to fail.
+/// Returns true if a large allocation must fail. Allocations by the software renderer (Mesa's drivers), which does not
+/// check the result, and by libpng, which ends the program, are not made to fail.
 bool FailsLarge(std::size_t size, const void* caller) {
   if (size < kLargeBytes || !active.load(std::memory_order_relaxed)) return false;
   Dl_info object{};

@@ -1,4 +1,4 @@
-// Checks the guarantees of the surface readers.
+// Checks what the surface readers guarantee.
 #pragma once
 
 #include "kerf/geometry.h"

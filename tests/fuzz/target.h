@@ -1,5 +1,5 @@
-// Common parts of the fuzz targets. A target takes any bytes as the content of a file, and either reads them or throws
-// Error with one clear sentence. Everything else is a finding: another exception, a sanitizer's report, more time or
+// Common parts of the fuzz targets. A target takes any bytes as the content of a file and either reads them or throws
+// Error with one clear sentence. Everything else is a finding: another exception, a sanitizer's report, or more time or
 // memory than tools/fuzz allows.
 #pragma once
 
@@ -27,7 +27,7 @@ namespace kerf::fuzz {
   std::abort();
 }
 
-/// Runs `read`. Returns true if it accepted the input. A refusal must have a message of limited length.
+/// Runs `read`. Returns true if it accepted the input. If it refuses the input, the message must have a limited length.
 template <typename Read>
 bool Takes(Read&& read) {
   constexpr std::size_t kMaxMessage = 65536;  // a scene reports up to 50 faults
@@ -43,7 +43,7 @@ bool Takes(Read&& read) {
   }
 }
 
-/// Folder of this process in memory, if there is such a file system.
+/// A folder of this process, in memory if there is such a file system.
 class MemoryFolder {
  public:
   MemoryFolder() {
@@ -62,7 +62,7 @@ class MemoryFolder {
   MemoryFolder& operator=(const MemoryFolder&) = delete;
 
   const std::string& path() const { return path_; }
-  /// Writes a file with these bytes and returns its path. It is valid until the next call with that name.
+  /// Writes a file with these bytes and returns its path, which is valid until the next call with that name.
   std::string Write(const std::string& name, std::string_view bytes) const {
     std::string path = path_ + "/" + name;
     const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);

@@ -4,8 +4,8 @@
 namespace kerf::fuzz {
 namespace {
 
-/// Makes a recording from repeated groups of a kind, a length in two bytes, and that number of bytes. Each group
-/// becomes a block with correct checksums and, in version 2, digests, which a fuzzer would not guess.
+/// Makes a recording from repeated groups: a kind, a length in two bytes, and that many bytes. Each group becomes a
+/// block with correct checksums and, in version 2, digests, which a fuzzer would not guess.
 std::string MakeFile(std::string_view bytes, int version) {
   std::string file(version == 1 ? kRecordingMagic1 : kRecordingMagic);
   BlockLink link = FirstLink();

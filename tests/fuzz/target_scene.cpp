@@ -10,7 +10,7 @@ KERF_FUZZ_TARGET(scene) {
   MakeTool(scene);
   MakePath(scene);
   if (scene.simulation.mode == SceneMode::kSlab) Takes([&] { MakeSlabPlane(scene); });
-  // The scene that a run writes into its folder is equal when it is read back.
+  // The scene that a run writes into its folder must be equal when it is read back.
   const std::string resolved = ResolvedToml(scene);
   Scene again;
   if (!Takes([&] { again = ParseScene(resolved, "/nowhere/fuzz.toml"); })) Finding("the resolved scene is refused");

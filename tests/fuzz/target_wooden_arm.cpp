@@ -9,7 +9,7 @@ namespace kerf::fuzz {
 KERF_FUZZ_TARGET(wooden_arm) {
   WoodenParams params;
   if (!Takes([&] { params = ParseWoodenConfig(std::string(bytes), "fuzz.toml"); })) return;
-  // Positions and currents are finite for every accepted arm.
+  // Positions and currents must be finite for every accepted arm.
   const Vec3 angles = CalcWoodenAngles(params, {-12345, 32767, 1});
   const Vec3 p_D_mm = CalcWoodenPosition(params, angles);
   const Vec3 currents_mA = CalcWoodenCurrents(params, angles, {1, -2, 3});

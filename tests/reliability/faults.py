@@ -58,7 +58,7 @@ class Program:
         environment.update(HOME=str(root / "home"), KERF_DATA=str(root / "home"), TMPDIR=str(root / "tmp"))
         if settings:
             environment.update(LD_PRELOAD=self.library, KERF_FAULT_ROOT=str(root), **settings)
-        # Equal addresses in each run, which identify the places that allocate memory.
+        # Addresses are equal in each run, so that they identify the places that allocate memory.
         return subprocess.run(["setarch", "-R", self.kerf, *arguments], cwd=root, env=environment, capture_output=True, check=False, timeout=300,
                               stdin=subprocess.DEVNULL)
 

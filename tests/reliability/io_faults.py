@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Makes one system call of a command fail: the first, the second and so on, until the command ends without a failed call.
+"""Makes one system call of a command fail: the first one, then the second and so on, until the command ends without a
+failed call.
 
     tests/reliability/io_faults.py build/release/kerf build/release/tests/libkerf_io_faults.so [--most N] [--only COMMAND] [--write]
 
 After each failure, the exit code must be 1 with one sentence, or 0 with complete results; each file must be the complete old or new one, and
-nothing else in the folder may have changed. --most N: at most N calls of each kind, evenly spaced. --write puts the table into docs/reliability.md; exit code 1 if a
-fault was not survived.
+nothing else in the folder may have changed. --most N: at most N calls of each kind, evenly spaced. --write: puts the
+table into docs/reliability.md. Exit code 1 if kerf did not survive a fault.
 """
 
 import argparse
@@ -21,19 +22,19 @@ import tempfile
 from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# Kind of call, its error, and whether all later calls fail too.
+# Each fault is a kind of call, its error, and whether all later calls fail too.
 FAULTS = [("open", errno.EMFILE, False), ("open_elsewhere", errno.EMFILE, False), ("read", errno.EIO, False), ("write", errno.ENOSPC, True),
           ("write", errno.EIO, False), ("fwrite", errno.ENOSPC, True), ("sync", errno.EIO, False), ("rename", errno.EIO, False), ("mmap", errno.ENOMEM, False),
           ("alloc", errno.ENOMEM, False), ("new_at", errno.ENOMEM, False), ("new", errno.ENOMEM, True)]
-# These calls are very numerous: only this many are made to fail, evenly spaced. "new_at" is the first `new` of a place
-# in the program; there are thousands of places.
+# These calls are very numerous, so only this many of them are made to fail, evenly spaced. "new_at" is the first `new`
+# of each place in the program; there are thousands of places.
 MOST = {"new": 60, "new_at": 120, "alloc": 60, "fwrite": 25}
 OLD = b"old\n"
 HISTORY = "home/practise.db"
 
 
 class Case:
-    """A command, and its folder before it and after its successful end."""
+    """A command, with its folder before the command and after the command has ended successfully."""
 
     def __init__(self, program, name, folder):
         self.program, self.name = program, name
@@ -60,7 +61,8 @@ class Case:
         return ended, snapshot(self.root)
 
     def inject(self, call, number, error, lasts):
-        """Returns the exit code, and the numbers of calls and of failed calls. Raises AssertionError."""
+        """Makes a call fail. Returns the exit code, and the numbers of calls and of failed calls. Raises
+        AssertionError."""
         copy_tree(self.clean, self.root)
         self.report.unlink(missing_ok=True)
         which = {"KERF_FAULT_SITE": str(self.sites[number - 1])} if call == "new_at" else {"KERF_FAULT_AT": str(number)}
@@ -71,7 +73,7 @@ class Case:
         return ended.returncode, calls, failed
 
     def count(self, call):
-        """Returns the number of such calls if none fails; for "new_at", the number of places."""
+        """Returns the number of calls of a kind if none fails; for "new_at", the number of places."""
         if call != "new_at":
             return self.inject(call, 0, 0, False)[1]
         copy_tree(self.clean, self.root)
@@ -95,7 +97,8 @@ class Case:
         self.check_files(ended.returncode == 0, "the recording ended" in text)
 
     def check_files(self, done, shorter):
-        """`shorter`: a loop ends with its recording, so its results are those of a shorter session."""
+        """Checks the files in the folder. `shorter`: a loop ended with its recording, so its results are those of a
+        shorter session."""
         now = snapshot(self.root)
         for path, content in self.before.items():
             assert path in now or path not in self.reference or path.startswith(HISTORY), f"{path} is missing"
@@ -122,7 +125,8 @@ class Case:
             assert students == ["Grace", "Ada"] or (not done and students == ["Grace"]), students
 
     def check_recording(self, done):
-        """The recording up to the fault can be opened, or is refused with one sentence if it ends before the end of its head."""
+        """Checks that the recording up to the fault can be opened, or that it is refused with one sentence if its head
+        is incomplete."""
         log = self.program.run(self.root, ["log", "session.kerf"])
         assert log.returncode == 0 if done else log.returncode in (0, 3) or (log.returncode == 1 and log.stderr.count(b"\n") == 1), log.stderr
 
@@ -159,7 +163,7 @@ def sweep(case, most, say):
                 say(failures[-1])
                 injected += 1
                 continue
-            # Because of threads, there may be fewer calls this time.
+            # Because of threads, there may be fewer calls in this run.
             injected += failed > 0
             sentences += failed > 0 and code == 1
             harmless += failed > 0 and code == 0

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Kills recorded sessions with SIGKILL at random moments. The recording must open, include all but at most the last half second, replay
-bit-identically, and be continuable; earlier results must be unchanged.
+"""Kills recorded sessions with SIGKILL at random moments. The recording must open, contain everything except at most
+the last half second, replay bit-identically, and allow a continuation; earlier results must be unchanged.
 
     tests/reliability/kill_recording.py build/release/kerf [--kills 200] [--seed 1] [--write]
-    --write puts the counts into docs/reliability.md; exit 1 when a kill was not survived
+    --write puts the counts into docs/reliability.md; exit code 1 if kerf did not survive a kill
 
 A kill that loses more than half a second of real time is repeated with the same parameters; three in a row are a failure.
 """
@@ -54,8 +54,8 @@ def hashes(folder):
 
 
 def check_results(kerf, folder, earlier):
-    """Checks that each file is unchanged. A run that was killed while replacing files one by one has left complete new ones: the same bytes, except
-    for times in JSON and the unique number that OpenVDB gives each file."""
+    """Checks that each file is unchanged. A run that was killed while it replaced files one by one has left complete
+    new ones, with the same bytes except for times in JSON and the unique number that OpenVDB gives each file."""
     now = hashes(folder)
     assert set(now) == set(earlier), f"files appeared or disappeared: {set(now) ^ set(earlier)}"
     for name in now:
@@ -99,7 +99,7 @@ def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
         while process.poll() is None and not (recording.exists() and (kind != "live" or has_a_block(recording))):
             time.sleep(0.002)
     time.sleep(delay_s)
-    # Taken before the signal, so that delays of this script do not count as loss.
+    # The time is taken before the signal, so that delays of this script do not count as loss.
     killed = time.time()
     process.send_signal(signal.SIGKILL)
     ended = process.wait()
@@ -128,8 +128,9 @@ def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
 
 
 def kill_until_in_time(kerf, folder, kind, at_any_moment, delay_s, index):
-    """Like one_kill, but repeats it and also returns the number of repetitions: if the machine stalls while kerf should write, more real time is
-    lost than by kerf itself. Any other fault counts immediately; losing too much three times in a row is a fault of kerf."""
+    """Like one_kill, but repeats a kill that loses too much, and also returns the number of repetitions. If the machine
+    stalls while kerf should write, more real time is lost than kerf itself would lose. Any other fault counts
+    immediately; losing too much three times in a row is a fault of kerf."""
     losses = []
     for again in range(3):
         outcome = one_kill(kerf, folder, kind, at_any_moment, delay_s, index)

@@ -5,10 +5,11 @@ the possible contents of a disk that delays and reorders everything that was not
     tests/reliability/power_loss.py build/release/kerf build/release/tests/libkerf_io_faults.so [--states 1000] [--seed 1] [--only COMMAND] [--write]
 
 A file has the content of its last fsync or fdatasync, plus any subset of the 512-byte sectors written since; its growth may be missing. Names
-(files created, renamed, removed) reach the disk in their order, up to any of them; those before a sync of their folder have reached it. Then
-each result must be the complete old or new one; a recording must exist and contain everything that was synced; the history must be
-complete and contain the old attempts, possibly with the new one, and certainly with it after the program has ended. --write puts the
-counts into docs/reliability.md; exit code 1 if a state violates this.
+(files created, renamed, removed) reach the disk in their order, up to any of them; those before a sync of their folder
+have certainly reached it. In each of these states, each result must be the complete old or new one; a recording must
+exist and contain everything that was synced; the history must be complete and contain the old attempts, possibly with
+the new one, and certainly with it after the program has ended. --write puts the counts into docs/reliability.md; exit
+code 1 if a state violates this.
 """
 
 import argparse
@@ -25,7 +26,7 @@ from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, pre
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SECTOR = 512
 HISTORY = "home/practise.db"
-# In real time, because a recording is synced by the clock.
+# These commands run in real time, because a recording is synced by the clock.
 LIVE = {"loop": ["loop", "scene.toml", "--seconds", "2", "-o", "out", "--record", "session.kerf"]}
 
 
@@ -134,7 +135,7 @@ class Trial:
         copy_tree(self.clean, self.root)
         command = LIVE.get(name, COMMANDS[name])
         if "-o" in command:
-            # Results of an earlier run are in place.
+            # The results of an earlier run are in place.
             without = [word for word in COMMANDS[name] if word not in ("--record", "session.kerf")]
             assert program.run(self.root, without).returncode == 0
         self.disk = Disk(self.root)
@@ -158,7 +159,7 @@ class Trial:
         return self.lengths[content]
 
     def check(self, files, ended):
-        """Raises AssertionError."""
+        """Checks the files of a possible state after the loss. Raises AssertionError if they are not as required."""
         if self.found.exists():
             shutil.rmtree(self.found)
         for name, content in files.items():

@@ -3,7 +3,8 @@
 machine can simulate them: on one core, and with the processor's newer instructions hidden from the C library.
 
     tests/reliability/replay_matrix.py build/release/kerf [more programs] [--write]
-    --only NAME one kind of session; --write puts the table into docs/reliability.md; exits with 1 if a replay differs
+    --only NAME: only this kind of session; --write: puts the table into docs/reliability.md; exit code 1 if a replay
+    differs
 """
 
 import argparse

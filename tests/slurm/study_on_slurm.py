@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Runs a small study as a job array on a real Slurm of one machine with separate daemons, ports and folder, which are removed afterwards.
+"""Runs a small study as a job array on a real Slurm on this machine, with daemons, ports and a folder of its own, which
+are removed afterwards.
 
     study_on_slurm.py KERF SOURCE_FOLDER
 
-Exit code 0: all checks passed, 1: a check failed, 77: skipped, with the reason (Slurm or munge is not installed).
+Exit code 0: all checks passed, 1: a check failed, 77: skipped, with the reason (for example, Slurm or munge is not
+installed).
 """
 
 import ctypes
@@ -167,7 +169,8 @@ class Cluster:
             except subprocess.TimeoutExpired:
                 daemon.kill()
                 daemon.wait()
-        # Processes started by the node's daemon survive it; those of this test have this folder in their environment.
+        # Processes started by the node's daemon survive the daemon. Those of this test have this folder in their
+        # environment.
         for environ in glob.glob("/proc/[0-9]*/environ"):
             pid = int(environ.split("/")[2])
             try:
@@ -204,7 +207,7 @@ def run_study(cluster, kerf, source):
     env = {"KERF": str(kerf)}
     merge = f"{kerf} study --merge -o out"
 
-    # Four shards, one of which never runs; the merge depends on them, however they end.
+    # There are four shards, one of which never runs. The merge depends on all of them, however they end.
     array = cluster.submit("--hold", "--array=0-3", script, "small.toml", "out", env=env)
     merged = cluster.submit(f"--dependency=afterany:{array}", "--output=merge.log", "--wrap", merge)
     cluster.call("scancel", f"{array}_2")

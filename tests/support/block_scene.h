@@ -1,4 +1,4 @@
-// Small scene for tests of the program: a disc moves straight down into a block.
+// A small scene for tests of the program: a disc moves straight down into a block.
 #pragma once
 
 #include <fmt/format.h>

@@ -9,8 +9,8 @@
 
 namespace kerf::test {
 
-/// Returns poses of a block relative to the grid, including the disc's plane on a layer of voxel centres and midway
-/// between two. In the block's frame the disc lies in the plane y = 0.
+/// Returns poses of a block relative to the grid. In the first two, the disc's plane is on a layer of voxel centres and
+/// midway between two layers, respectively. In the block's frame the disc lies in the plane y = 0.
 inline std::vector<Pose> BlockPoses(double voxel_mm) {
   const auto turned = [](const Vec3& axis, double degrees, const Vec3& p) {
     Pose X;
@@ -38,7 +38,7 @@ inline Pose DiscPose(const Pose& X_WB, const Vec3& p_B) {
   return {X_WB.R_AB * R_BT, X_WB.Point(p_B)};
 }
 
-/// Moves the disc's centre from `from_B` to `to_B` at `feed_mm_per_s`, 1 kHz. Returns each tick's output.
+/// Moves the disc's centre from `from_B` to `to_B` at `feed_mm_per_s`, in ticks of 1 ms. Returns each tick's output.
 inline std::vector<TickOutput> Stroke(Simulation& simulation, const Pose& X_WB, const Vec3& from_B, const Vec3& to_B,
                                       double feed_mm_per_s, double rpm = 7500) {
   const double duration_s = glm::length(to_B - from_B) / feed_mm_per_s;

@@ -1,4 +1,4 @@
-// Distance between two surfaces.
+// The largest distance between two surfaces.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Folder for a test's files, and functions for reading and writing them.
+// A folder for a test's files, and functions that read and write them.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 
 namespace kerf::test {
 
-/// Folder that is removed when the test ends.
+/// A folder that is removed when the test ends.
 class Folder {
  public:
   Folder() {

@@ -11,7 +11,7 @@
 
 namespace kerf::test {
 
-/// `change`: called with the kind and the bytes of each block; may modify the bytes.
+/// Copies a recording. `change` is called with the kind and the bytes of each block and may modify the bytes.
 inline void ForgeRecording(const std::string& from, const std::string& to,
                            const std::function<void(BlockKind, std::string&)>& change) {
   BlockReader reader(from);
@@ -25,7 +25,7 @@ inline void ForgeRecording(const std::string& from, const std::string& to,
   file.Close();
 }
 
-/// Same for the blocks of steps.
+/// Does the same for the blocks of steps.
 inline void ForgeSteps(const std::string& from, const std::string& to,
                        const std::function<void(RecordedBlock&)>& change) {
   ForgeRecording(from, to, [&](BlockKind kind, std::string& bytes) {

@@ -8,9 +8,10 @@
 
 namespace kerf::test {
 
-/// Limits the address space of this process to `bytes` more than now; then std::bad_alloc is thrown. For the statement
-/// of a death test, because it cannot be undone. Has no effect with the address sanitizer or the thread sanitizer: the
-/// address sanitizer itself reserves terabytes, and ends the program at an absurdly large request.
+/// Limits the address space of this process to `bytes` more than now; beyond that, std::bad_alloc is thrown. This
+/// cannot be undone, so call it in the statement of a death test. It has no effect with the address sanitizer or the
+/// thread sanitizer: the address sanitizer itself reserves terabytes, and ends the program at an absurdly large
+/// request.
 inline void LimitMemory(std::uint64_t bytes) {
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   std::uint64_t pages = 0;

@@ -42,7 +42,7 @@ class ProgramTest : public testing::Test {
   /// Runs kerf with `arguments` as typed into a shell; the current folder is folder_.
   ProgramResult Kerf(const std::string& arguments) const { return KerfWithin("", arguments); }
 
-  /// Same, after shell commands that set limits.
+  /// Runs kerf after shell commands that set limits.
   ProgramResult KerfWithin(const std::string& limits, const std::string& arguments) const {
     const std::string command = "cd '" + folder_.string() + "' && " + limits + " env -u DISPLAY '" KERF_PROGRAM "' " +
                                 arguments + " >stdout.txt 2>stderr.txt </dev/null";
@@ -60,7 +60,7 @@ class ProgramTest : public testing::Test {
   }
   bool Exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
 
-  /// Expects one clear sentence on stderr, nothing on stdout, exit code 1.
+  /// Expects one clear sentence on stderr, nothing on stdout, and exit code 1.
   static void ExpectRefusal(const ProgramResult& result, const std::string& sentence) {
     EXPECT_EQ(result.code, 1);
     EXPECT_EQ(result.out, "");

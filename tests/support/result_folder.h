@@ -1,4 +1,4 @@
-// Folder for results that does not exist at the beginning of a test and is removed after it.
+// A folder for results that does not exist at the beginning of a test and is removed after it.
 #pragma once
 
 #include <gtest/gtest.h>

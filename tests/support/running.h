@@ -1,5 +1,5 @@
-// Runs the program in parallel with a test, with a separate terminal if requested. The test can send keys and signals
-// and wait.
+// Runs the program in parallel with a test, on a separate terminal if requested. The test can send keys and signals and
+// can wait.
 #pragma once
 
 #include <fcntl.h>
@@ -23,10 +23,11 @@
 
 namespace kerf::test {
 
-/// Limit of all waits in tests, sufficient for the slowest machine: an event that takes longer counts as missing.
+/// Limit of all waits in tests. It is sufficient for the slowest machine, so an event that takes longer counts as
+/// missing.
 inline constexpr std::chrono::seconds kLongest{60};
 
-/// Waits until `holds` returns true. Returns false if it did not within `longest`.
+/// Waits until `holds` returns true. Returns false if that takes longer than `longest`.
 inline bool WaitUntil(const std::function<bool()>& holds, std::chrono::milliseconds longest = kLongest) {
   const auto end = std::chrono::steady_clock::now() + longest;
   while (!holds()) {

@@ -1,4 +1,4 @@
-// RapidCheck with equal cases in every run.
+// Runs RapidCheck with the same cases in every run.
 #pragma once
 
 #include <rapidcheck.h>

@@ -14,10 +14,10 @@
 
 namespace kerf::test {
 
-/// Values of a row of forces.csv by column name.
+/// Values of a row of forces.csv, by column name.
 using ForceRow = std::map<std::string, double>;
 
-/// Reads the complete rows.
+/// Returns the complete rows.
 inline std::vector<ForceRow> ReadForces(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::vector<ForceRow> rows;
@@ -41,7 +41,7 @@ inline std::vector<ForceRow> ReadForces(const std::filesystem::path& path) {
   return rows;
 }
 
-/// Waits until the loop has run for a while, observed by its recording's growth. Returns false if the program ends
+/// Waits until the loop has run for a while, as shown by the growth of its recording. Returns false if the program ends
 /// first.
 inline bool GoesOn(Running& kerf, const std::filesystem::path& recording) {
   const auto bytes = [&recording] {

@@ -1,5 +1,5 @@
-// Detects whether the machine stalled while a test ran. A shared machine does so now and then for a second or two, and
-// code that waits by the clock is affected. The result judges the machine, never the code under test.
+// Detects whether the machine stalled while a test ran. A shared machine stalls now and then for a second or two, which
+// affects code that waits by the clock. The result judges the machine, never the code under test.
 #pragma once
 
 #include <gtest/gtest-spi.h>
@@ -14,8 +14,8 @@
 
 namespace kerf::test {
 
-/// Longest time between two calls of Look(), which is meant to be called each millisecond. One thread calls Look(); any
-/// thread may query the result.
+/// The longest time between two calls of Look(), which is meant to be called every millisecond. One thread calls
+/// Look(); any thread may query the result.
 class LongestGap {
  public:
   using Clock = std::chrono::steady_clock;
@@ -37,7 +37,7 @@ class LongestGap {
   std::atomic<Clock::rep> longest_{0};
 };
 
-/// Thread that only sleeps for a millisecond at a time. If it sleeps for long, other threads do so too.
+/// A thread that only sleeps for a millisecond at a time. If it sleeps for long, so do other threads.
 class StallDetector {
  public:
   StallDetector() {
@@ -70,8 +70,8 @@ class StallDetector {
 constexpr int kMaxTries = 5;
 
 /// Runs `judge` with its EXPECTs and ASSERTs. If one of them fails in this thread and the machine stalled for longer
-/// than `most`, the run is inconclusive and is repeated, at most kMaxTries runs in all. Failures of the last run fail
-/// the test. `judge` may also call Look() of its own gap in a place that runs each millisecond.
+/// than `most`, the run is inconclusive and is repeated, with at most kMaxTries runs in all. Failures of the last run
+/// fail the test. `judge` may also call Look() of its own gap at a place that runs every millisecond.
 inline void JudgeAwake(std::chrono::milliseconds most, const std::function<void(LongestGap& own)>& judge) {
   for (int i = 1; i <= kMaxTries; ++i) {
     testing::TestPartResultArray results;

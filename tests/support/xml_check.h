@@ -1,5 +1,4 @@
-// Checks that a text is well-formed XML, to the extent of kerf's own output: matching tags, quoted attributes,
-// entities.
+// Checks that a text is well-formed XML, as far as kerf's own output needs: matching tags, quoted attributes, entities.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +9,7 @@
 
 namespace kerf::test {
 
-/// Returns "" if it is well-formed, otherwise a description of the fault.
+/// Returns "" if the text is well-formed, otherwise a description of the fault.
 inline std::string FindXmlFault(std::string_view text) {
   const auto text_fault = [](std::string_view part) -> std::string {
     for (std::size_t i = 0; i < part.size(); ++i) {
@@ -35,7 +34,7 @@ inline std::string FindXmlFault(std::string_view text) {
     if (open.empty() && !std::all_of(between.begin(), between.end(), [](char c) { return c == '\n'; }))
       return "text outside the root";
     if (begin == text.size()) break;
-    // Find the '>' outside quotes.
+    // Finds the '>' outside quotes.
     std::size_t end = begin + 1;
     bool quoted = false;
     while (end < text.size() && (quoted || text[end] != '>')) {

@@ -258,7 +258,7 @@ static int is_good_still(uint64_t since_ns, uint64_t now_ns, uint32_t most_ms) {
 static void write_last_state(const kerf_bridge* bridge, uint64_t now_ns, kerf_bridge_header header,
                              unsigned char* reply) {
   kerf_bridge_state state = bridge->state;
-  /* The pose of a hanging servo loop no longer changes; it must not cause a force. */
+  /* If the servo loop hangs, the pose no longer changes, and it must not cause a force. */
   if (!is_good_still(bridge->state_ns, now_ns, KERF_BRIDGE_STATE_MS)) state.ready = 0;
   header.time_ns = bridge->state_ns;
   kerf_bridge_write_state(reply, &header, &state);

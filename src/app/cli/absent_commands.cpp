@@ -1,4 +1,5 @@
-// Commands of components that are not in this build: each is listed and reports that it is missing.
+// Commands of components that are not in this build. Each is listed in the help and, when it is run, reports that it is
+// missing.
 #include <string>
 
 #include "app/cli/commands.h"

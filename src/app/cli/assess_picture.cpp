@@ -18,11 +18,11 @@ constexpr Rgb8 kPlanned{0, 114, 178};  // blue and vermilion: distinguishable fo
 constexpr Rgb8 kAchieved{213, 94, 0};
 constexpr double kPlaneMargin_mm = 4;
 
-/// Light tones, one per piece.
+/// Light colours of the pieces.
 constexpr std::array<Rgb8, 6> kPieceColours{
     {{232, 220, 196}, {196, 214, 232}, {204, 226, 203}, {230, 206, 222}, {226, 214, 180}, {206, 206, 218}}};
 
-/// Plane drawn as a plate.
+/// A plane that is drawn as a plate.
 struct Plate {
   CutPlane plane;
   Vec3 middle;  // projected onto the plane
@@ -108,11 +108,11 @@ std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessm
   pictures.push_back(
       {.name = "overview", .caption = "The pieces with the planned and the achieved planes", .png = ReadPng(spec)});
   if (plates.empty()) return pictures;
-  // Seen along the first plane, across its depth: both planes appear as lines.
+  // The view is along the first plane and across its depth, so that the planned and the achieved plane appear as lines.
   const Plate& first = plates[1];
   const double height_mm = 2.2 * first.half_v;
   spec.shapes.resize(bone_shapes);
-  // The planned plane is the wider line, so that both are visible where they coincide.
+  // The planned plane is drawn as the wider line, so that both lines are visible where they coincide.
   for (std::size_t i = 0; i < plates.size(); ++i) {
     spec.shapes.push_back(MakePlate(plates[i], height_mm / (i % 2 == 0 ? 250 : 600), 1));
     if (i % 2 == 1) spec.shapes.back().mesh_W = Stretched(spec.shapes.back().mesh_W, first.middle);

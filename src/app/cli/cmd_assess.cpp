@@ -73,7 +73,7 @@ std::string TitleOf(const Scene& scene) {
   return scene.title.empty() ? scene.name : scene.title;
 }
 
-/// Replays a recording of the loop.
+/// Replays a recording of a loop and takes the bones and the plan from it.
 void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& subject) {
   RecordingReader recording(options.file);
   const RecordingHead& head = recording.head();
@@ -133,7 +133,7 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
                         {"scene", head.scene_name}};
 }
 
-/// Reads bones from files, or the bone of the scene.
+/// Reads the bones from files, or the bone before the cut from the scene.
 void TakeBones(const AssessArguments& options, StageBars& bars, Subject& subject) {
   const bool markups = EndsWith(options.file, ".mrk.json");
   if (options.after.empty()) {

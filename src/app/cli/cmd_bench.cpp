@@ -234,7 +234,7 @@ namespace {
 struct DevicesCommand {
   ExchangeBenchOptions bench;
   DeviceOption device;
-  int timeout_ms = 0;  // 0: the default of each driver
+  int timeout_ms = 0;  // 0: each driver's own default
   std::string output;
   bool models_only = false;
   bool json = false;

@@ -29,7 +29,7 @@ struct CheckArguments {
   bool json = false;
 };
 
-/// Force law at the scene's largest bite, on cortical bone.
+/// Result of the force law for the scene's largest bite in cortical bone.
 struct ToothAtTopBite {
   double bite_mm = 0;
   double thrust_N = 0;

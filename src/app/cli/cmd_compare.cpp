@@ -47,7 +47,8 @@ void PrintComparison(const Comparison& c, const std::vector<std::string>& files,
   fmt::print("\n");
 }
 
-/// Reports bad usage rather than a failure, because nothing has been read yet.
+/// Checks the option's value. An invalid one is reported as bad usage rather than a failure, because nothing has been
+/// read yet.
 void CheckOption(const char* option, const CompareParams& params) {
   try {
     CheckCompareParams(params);
@@ -63,7 +64,7 @@ void Run(const CompareArguments& options) {
   CheckOption("--repeat", {{}, defaults.depth_step_mm, options.params.repetitions});
   const Scene scene = ReadScene(options.scene);
   CheckCompareInputsStay(scene, options.scene, options.folder);
-  const FolderLock lock(options.folder);  // before the long computation
+  const FolderLock lock(options.folder);  // taken before the long computation
   Comparison comparison;
   {
     StageBars bars;

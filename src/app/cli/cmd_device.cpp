@@ -27,7 +27,7 @@ struct DeviceArguments {
   bool json = false;
 };
 
-/// While an instance exists, keys are delivered immediately and not echoed. No effect without a terminal.
+/// While an instance exists, keys are delivered immediately and not echoed. Has no effect without a terminal.
 class RawKeys {
  public:
   RawKeys() {
@@ -55,7 +55,7 @@ class RawKeys {
   std::optional<termios> before_;
 };
 
-/// On a terminal a passing line overwrites the previous one and is cut off at the terminal's width.
+/// Prints a line. On a terminal it overwrites a previous `passing` line and is cut off at the terminal's width.
 void ShowWatched(const std::string& line, bool passing) {
   if (isatty(STDOUT_FILENO) == 1) {
     fmt::print("\r\x1b[K\x1b[?7l{}\x1b[?7h{}", line, passing ? "" : "\n");

@@ -68,7 +68,7 @@ void PrintFoundJson(const std::vector<FoundDevice>& devices) {
   fmt::print("{}\n", json.dump(2));
 }
 
-/// Returns three significant digits, or a dash for an unknown or absent value.
+/// Formats a value with three significant digits; "-" if it is unknown or absent.
 std::string Figure(double value) {
   return value > 0 ? fmt::format("{:.3g}", value) : "-";
 }

@@ -1,4 +1,4 @@
-// kerf effects: lists the effects that a scene may use, and their costs in it.
+// kerf effects: lists the effects that a scene may use, and what they cost in it.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -45,7 +45,8 @@ void SetVoxel(Scene& scene, double voxel_mm) {
   throw Error("--voxel applies only to a generated bone; this scene reads its bone from a file");
 }
 
-/// Throws Error for a word that cannot be a file name; the message suggests the nearest effect or lists all.
+/// Throws Error if `word` cannot be a file name and so must be a misspelt effect; the message suggests the nearest
+/// effect or lists all of them.
 void RefuseUnknownName(const std::string& word) {
   const std::filesystem::path path(word);
   if (path.has_extension() || path.has_parent_path()) return;

@@ -38,7 +38,7 @@ struct Exported {
   double full_volume_mm3 = 0;
   std::size_t open_edges = 0;
   double deviation_mm = 0;        // largest distance of a triangle's corner or centre from the bone's surface
-  double deviation_limit_mm = 0;  // distances beyond it are unknown
+  double deviation_limit_mm = 0;  // larger distances are not measured
 };
 
 Exported ExportSurface(const Bone& bone, const ExportArguments& options, const std::string& path) {
@@ -67,7 +67,7 @@ Exported ExportSurface(const Bone& bone, const ExportArguments& options, const s
   return exported;
 }
 
-// Turns x.stl into x-1.stl, x-2.stl, ...
+// Returns x-1.stl, x-2.stl, ... for x.stl.
 std::string NumberedPath(const std::string& path, std::size_t number) {
   const std::filesystem::path whole(path);
   return (whole.parent_path() / fmt::format("{}-{}{}", whole.stem().string(), number, whole.extension().string()))

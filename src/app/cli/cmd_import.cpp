@@ -80,7 +80,7 @@ void List(const ImportArguments& options) {
     fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-/// Returns null if the error is unknown.
+/// Returns the surface's error as JSON; null if it is unknown.
 Json ErrorJson(const SurfaceError& e) {
   if (e.points == 0) return nullptr;
   return {{"expected_mm", e.CalcExpected()},    {"offset_mm", e.offset_mm},
@@ -88,13 +88,13 @@ Json ErrorJson(const SurfaceError& e) {
           {"half_height_HU", e.half_height_hu}, {"points", e.points}};
 }
 
-/// Returns null if no CT numbers were kept.
+/// Returns the properties of the kept CT numbers as JSON; null if none were kept.
 Json HuJson(const ImportReport& r) {
   if (r.hu_voxel_mm == 0) return nullptr;
   return {{"voxel_mm", r.hu_voxel_mm}, {"min_HU", r.hu.min}, {"mean_HU", r.hu.mean}, {"max_HU", r.hu.max}};
 }
 
-/// Returns null if the input was a CT.
+/// Returns the properties of the input surface as JSON; null if the input was a CT.
 Json SurfaceJson(const ImportReport& r) {
   if (r.kind != "surface") return nullptr;
   return {{"triangles", r.surface.triangles},
@@ -158,7 +158,7 @@ void PrintJson(const ImportArguments& options, const ImportReport& r, const Bone
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-/// Voids are smaller than the CT's voxels, so they are counted separately from the marrow.
+/// Describes the voids. They are smaller than the CT's voxels, so they are counted separately from the marrow.
 std::string VoidsText(const ImportReport& r) {
   if (r.voids.count == 0) return "";
   return fmt::format(" and {} small void{} of {}{}", r.voids.count, r.voids.count == 1 ? "" : "s",

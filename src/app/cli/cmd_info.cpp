@@ -89,7 +89,7 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
   const std::map<int, double> volumes = bone.CalcRegionVolumes();
   for (const auto& [id, mm3] : volumes) {
     if (!bone.materials().Contains(id)) {
-      if (mm3 < 0.05) continue;  // slivers in the outermost cells
+      if (mm3 < 0.05) continue;  // only slivers in the outermost cells
       fmt::print("  {:>3}  {:<34} {:<11} {:>8} {:>5} {:>10.1f}\n", id, "(no material)", "", "", "", mm3);
       continue;
     }

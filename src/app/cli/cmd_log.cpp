@@ -29,7 +29,7 @@ struct LogArguments {
   std::string key_file;
 };
 
-/// Inputs of the ticks, one row per tick.
+/// Formats the inputs of the ticks as CSV, one row per tick.
 class StepsCsv {
  public:
   explicit StepsCsv(double rate_hz) : rate_hz_(rate_hz) {}
@@ -68,7 +68,7 @@ const char* const kStatesHeader =
     "step,time_s,handle_x_mm,handle_y_mm,handle_z_mm,handle_qw,handle_qx,handle_qy,handle_qz,tool_x_mm,tool_y_mm,"
     "tool_z_mm,force_x_N,force_y_N,force_z_N,removed_total_mm3,engaged_teeth,rpm,buttons\n";
 
-/// Appends the states, a hundred per second.
+/// Appends the recorded states, of which there are a hundred per second.
 void AddStates(const RecordedBlock& block, std::string& csv) {
   for (const RecordedState& s : block.states) {
     const RecordedStep& step = block.steps[static_cast<std::size_t>(s.step - block.first_step)];
@@ -83,7 +83,7 @@ void AddStates(const RecordedBlock& block, std::string& csv) {
   }
 }
 
-/// Writes block by block, without keeping everything in memory.
+/// Writes the CSV block by block, so that it need not fit in memory.
 template <typename Put>
 void WriteCsv(const LogArguments& options, RecordingReader& recording, Put&& put) {
   put(options.ticks ? StepsCsv::Header() : kStatesHeader);
@@ -214,7 +214,7 @@ void Run(const LogArguments& options) {
   if (options.file.empty()) throw CLI::RequiredError("FILE");
   if (!options.csv && !options.output.empty()) throw CLI::ValidationError("-o", "requires --csv");
   RecordingReader recording(options.file);
-  const std::vector<KnownKey> keys = ListKeys(options);  // before any output
+  const std::vector<KnownKey> keys = ListKeys(options);  // read before any output
   if (options.json) {
     PrintJson(recording);
   } else if (options.csv) {

@@ -105,7 +105,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);
 }
 
-/// Reads the scene from the file, or from the recording to continue.
+/// Reads the scene from its file, or from the recording that is to be continued.
 Scene OpenScene(LoopArguments& options, std::optional<RecordingReader>& recording, RecordedScene& recorded) {
   if (options.from.empty()) {
     if (options.scene.empty()) throw CLI::RequiredError("SCENE or --from");
@@ -182,7 +182,7 @@ void Run(LoopArguments& options) {
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckLoopInputsStay(scene, options.scene, options.folder);
-    lock.emplace(options.folder);  // before the long computation
+    lock.emplace(options.folder);  // taken before the long computation
   }
   const std::string lack =
       DescribeLackForLoop(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.record);

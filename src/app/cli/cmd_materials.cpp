@@ -1,4 +1,5 @@
-// kerf materials: the regions' constants and the laws from CT number to modulus, with the range of validity of each.
+// kerf materials: lists the regions' constants, and the laws from CT number to modulus with the range in which each is
+// valid.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -104,7 +104,8 @@ void AddCommon(CLI::App& c, Common& common) {
   c.add_flag("--json", common.json, "Print as JSON");
 }
 
-/// "ramus_height_mm" -> "--ramus-height"; the unit is put into the help text.
+/// Returns the option's name, such as "--ramus-height" for "ramus_height_mm". `unit`: receives the unit, for the help
+/// text.
 std::string MakeOptionName(std::string key, std::string* unit) {
   for (const char* suffix : {"mm", "deg"}) {
     const std::string ending = fmt::format("_{}", suffix);
@@ -147,7 +148,7 @@ void AddMandible(CLI::App& model) {
   });
 }
 
-/// Rotates by degrees about the world's x axis, then y, then z.
+/// Returns the rotation by these angles, in degrees, about the world's x axis, then y, then z.
 Quat MakeRotation(const std::vector<double>& degrees) {
   return glm::angleAxis(glm::radians(degrees[2]), Vec3{0, 0, 1}) *
          glm::angleAxis(glm::radians(degrees[1]), Vec3{0, 1, 0}) *

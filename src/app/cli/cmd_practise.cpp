@@ -1,4 +1,4 @@
-// kerf practise: exercises for students.
+// kerf practise: opens a window with exercises for students.
 #include <fmt/format.h>
 
 #include <memory>

@@ -49,10 +49,10 @@ ScoreSheet Score(const std::string& file, const std::string& bone_file) {
   return ScoreRecording(recording, options, [&](const std::string& now, double f) { bars.Show(now, f); });
 }
 
-/// Returns false if the recording is incomplete.
+/// Scores the recording and adds it to the history. Returns false if the recording is incomplete.
 bool HandIn(const PractiseOptions& options) {
   if (options.student.empty()) throw CLI::ValidationError("--hand-in", "needs --student NAME");
-  History history(FindHistoryFile());  // before the long computation
+  History history(FindHistoryFile());  // opened before the long computation
   const ScoreSheet sheet = Score(options.hand_in, options.bone_file);
   for (const std::string& warning : sheet.warnings) {
     SayWarning("{}: {}", options.hand_in, warning);
@@ -98,8 +98,8 @@ LoopSummary LetDo(const std::string& agent, std::uint64_t seed, const std::strin
   return RunLoop(scene, loop, [&](const std::string& now, double f) { bars.Show(now, f); });
 }
 
-/// Prints the table of docs/practise.md: each agent in each exercise, with the scored measures and the total, as
-/// means over the seeds.
+/// Prints the table of docs/practise.md. For each agent in each exercise, it lists the scored measures and the total,
+/// averaged over the seeds.
 void PrintAgents(const PractiseOptions& options) {
   const TemporaryFolder folder("kerf_agents");
   fmt::print("| exercise | agent | total | {} |\n|---|---|---|---|\n", "scored measures");

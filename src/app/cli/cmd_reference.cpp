@@ -12,7 +12,7 @@
 namespace kerf::cli {
 namespace {
 
-/// The reference of the whole program, from one of its commands.
+/// Makes the reference of the whole program. `command`: any of its commands.
 CommandReference MakeProgramReference(const CLI::App& command) {
   return MakeReference(*command.get_parent());
 }

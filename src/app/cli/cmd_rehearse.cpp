@@ -1,4 +1,4 @@
-// kerf rehearse: free cutting in a window.
+// kerf rehearse: lets the user cut freely in a window.
 #include <fmt/format.h>
 
 #include <cstdlib>

@@ -79,7 +79,7 @@ std::string FormatJson(const RecordingReader& recording, const Replayed& replaye
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
-/// Returns the error of the written surfaces.
+/// Returns the maximum error of the surfaces to be written; 0: not reduced.
 double ErrorOf(const ReplayArguments& options) {
   return options.full ? 0 : kSurfaceErrorMm;
 }

@@ -29,7 +29,7 @@ struct RunArguments {
   bool full = false;
 };
 
-/// Prints the contents of the files of pieces or parts.
+/// Prints what the files of the pieces or parts contain.
 template <typename Pieces>
 void PrintSurfaces(const Pieces& pieces, double error_mm) {
   std::size_t triangles = 0;
@@ -111,7 +111,7 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
   fmt::print("\n");
 }
 
-/// `lost`: set to a message if the recording could not be written completely.
+/// Runs a scene in slab mode. `lost`: set to a message if the recording could not be written completely.
 void RunSlabMode(const Scene& scene, const RunArguments& options, std::string& lost) {
   SlabSummary summary;
   {

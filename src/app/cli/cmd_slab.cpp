@@ -20,7 +20,7 @@
 namespace kerf::cli {
 namespace {
 
-/// Larger values cause a warning (docs/slab.md gives typical ones).
+/// Larger values than these cause a warning (docs/slab.md lists typical values).
 constexpr double kLargestDifference_percent = 0.1;
 constexpr double kLargestThicknessError_mm = 0.01;
 

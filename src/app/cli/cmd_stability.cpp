@@ -46,7 +46,7 @@ void PrintStudy(const StabilityStudy& s) {
   fmt::print("\n  {:<25} {:<48} {:>9} {:>16}  holds\n", "scenario", "figure nearest to its bound", "measured", "bound");
   for (const ScenarioResult& scenario : s.scenarios) {
     if (scenario.skipped) fmt::print("  {:<25} {}\n", scenario.name, scenario.what);
-    // Prints every figure that does not hold, or else the one closest to its bound.
+    // Prints every figure that violates its bound or, if there is none, the figure closest to its bound.
     if (!scenario.unjudged.empty()) {
       fmt::print("  {:<25} {}  {}\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
     }
@@ -80,7 +80,7 @@ void PrintStudy(const StabilityStudy& s) {
 class Bars {
  public:
   void Show(const std::string& now, double fraction) {
-    // One bar for the whole work list: its stages run in parallel.
+    // There is one bar for the whole work list, because its stages run in parallel.
     const std::string title = now == "making the bone" ? now : "examining the loop";
     if (title != title_) {
       bar_.reset();
@@ -99,7 +99,7 @@ Scene ReadOptionsScene(const StabilityArguments& options) {
   Scene scene = ReadScene(options.scene);
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.profile.empty()) return scene;
-  // From the scene's own table, otherwise from the built-in one.
+  // Take the profile from the scene's own table if it has one, otherwise from the built-in table.
   scene.device.profile = options.profile;
   if (scene.device.file.empty()) return scene;
   const auto& built_in = DeviceProfiles();
@@ -162,7 +162,7 @@ void Run(StabilityArguments& options) {
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckStabilityInputsStay(scene, options.scene, options.folder);
-    lock.emplace(options.folder);  // before the long computation
+    lock.emplace(options.folder);  // taken before the long computation
   }
   StabilityStudy study;
   {
@@ -170,7 +170,7 @@ void Run(StabilityArguments& options) {
     study = ExamineStability(scene, options.study,
                              [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); });
   }
-  // The results of an interrupted run do not overwrite earlier results.
+  // The results of an interrupted run must not overwrite earlier results.
   const bool keep = !study.complete && std::filesystem::exists(options.folder + "/stability.json");
   const bool write = !options.folder.empty() && !keep;
   if (write) WriteStabilityStudy(scene, study, options.folder);

@@ -1,4 +1,4 @@
-// kerf study: measures the cost of accuracy in time.
+// kerf study: measures how much computing time accuracy costs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ namespace kerf::cli {
 namespace {
 
 struct StudyArguments {
-  std::vector<std::string> inputs;  // the study file; with --merge, folders
+  std::vector<std::string> inputs;  // the study file; with --merge, the folders of shards
   std::string folder = "out/study";
   std::string data = "../shared/data";
   std::string shard;
@@ -60,7 +60,7 @@ void PrintCases(const char* title, const std::vector<std::pair<std::string, std:
   for (const auto& [name, why] : cases) fmt::print("    {}: {}\n", name, why);
 }
 
-/// Writes the report of all records in the folder. Throws Error if cases failed.
+/// Writes the report on all records in the folder. Throws Error if any case failed or is missing.
 void Finish(const StudyArguments& options, const StudyWork& work, const std::vector<std::string>& missing) {
   const StudyResults results = CollectResults(StudyFolder(options.folder), work.variant_of, PrintWarning);
   DrawReport(results, options.folder);
@@ -150,7 +150,7 @@ void Work(StudyArguments& options, const StudyWork& work) {
                             outcome.kept + outcome.made, options.folder));
   }
   if (!options.run.shard) return Finish(options, work, {});
-  // The merge writes the report.
+  // A shard has no report of its own; --merge writes the report on the whole study.
   const std::string folder = FolderOfShard(options.folder, *options.run.shard);
   if (options.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"schema", 1},

@@ -33,7 +33,7 @@ struct TuneArguments {
   bool json = false;
 };
 
-/// Accepts "3.5%" or "0.035".
+/// Parses a fraction such as "3.5%" or "0.035".
 double ParseError(const std::string& text) {
   const bool percent = !text.empty() && text.back() == '%';
   const std::optional<double> number = ParseNumber(percent ? text.substr(0, text.size() - 1) : text);
@@ -60,23 +60,23 @@ std::string BackupFile(const std::string& scene) {
   return name;
 }
 
-/// Checks, before the measurements, that the outputs can be written.
+/// Checks that the outputs can be written. Called before the measurements.
 void CheckOutputs(const TuneArguments& options, const std::string& target) {
   const std::string evidence = EvidenceFile(target);
   CheckInputsStay({options.scene}, {evidence});
   if (!options.in_place && IsSameFile(options.scene, target)) {
     throw Error(fmt::format("{}: -o is the scene itself; give --in-place to change it, with a backup", target));
   }
-  // Created temporarily and removed again; detects missing permissions, a read-only file system and names that are too
-  // long.
+  // These files are created temporarily and removed again. This detects missing permissions, a read-only file system
+  // and names that are too long.
   const GrowingFile scene_file(target);
   const GrowingFile evidence_file(evidence);
   std::optional<GrowingFile> backup_file;
   if (options.in_place) backup_file.emplace(BackupFile(options.scene));
 }
 
-/// Writes scene, evidence and, if in place, a backup of the scene. All are on the disk before the first is renamed.
-/// Returns a human-readable description of what was written.
+/// Writes the scene, the evidence and, if the scene is edited in place, a backup of it. All files are on the disk
+/// before the first one is renamed. Returns a human-readable description of what was written.
 std::string WriteAll(const TuneArguments& options, const std::string& target, const std::string& text,
                      const std::string& edited, const std::string& json) {
   const bool changes = !options.in_place || edited != text;
@@ -127,7 +127,7 @@ void Run(TuneArguments& options) {
   const std::string text = ReadTextFile(options.scene);
   const Scene scene = ParseScene(text, options.scene);
   if (!options.dry_run && !target.empty()) CheckOutputs(options, target);
-  CheckEditable(text, scene, options);  // before the measurements
+  CheckEditable(text, scene, options);  // called before the measurements
   options.tune.stop = &CatchInterrupt();
   TuneResult result;
   {
@@ -139,7 +139,7 @@ void Run(TuneArguments& options) {
   std::vector<SceneEdit> edits;
   if (result.keeps) edits = EditsFor(scene, options.tune.holding, result.again->settings);
   const std::string json = FormatTuneJson(result, options.tune, edits);
-  // If the scene goes to stdout, the measurements are printed as a message.
+  // If the scene goes to stdout, the measurements are printed on stderr.
   const bool scene_to_stdout = target.empty() && !options.dry_run && !options.json;
   std::FILE* table = scene_to_stdout ? stderr : stdout;
   if (options.json) {

@@ -15,7 +15,7 @@ struct Group {
   std::initializer_list<void (*)(CLI::App&)> commands;
 };
 
-// In the order of `kerf --help`.
+// Groups of commands, in the order of `kerf --help`.
 const Group kGroups[] = {
     {"Make a bone", {AddImportCommand, AddModelCommand}},
     {"Cut", {AddSceneCommand, AddCheckCommand, AddRunCommand, AddLoopCommand, AddReplayCommand, AddSlabCommand}},
@@ -33,7 +33,7 @@ struct Example {
   const char* line;
 };
 
-// Each runs from the root of a clone; tests/app/cli/reference_test.cpp checks that no command lacks one.
+// Each example can be run from the root of a clone; tests/app/cli/reference_test.cpp checks that every command has one.
 constexpr Example kExamples[] = {
     {"import", "kerf import dicom_folder -o out/patient.vdb --voxel 0.2"},
     {"model", "kerf model block -o out/block.vdb"},
@@ -74,7 +74,8 @@ constexpr Example kExamples[] = {
     {"completion", "kerf completion bash > ~/.local/share/bash-completion/completions/kerf"},
 };
 
-/// Removes defaults that only mean "not given": empty lists, and those whose help describes the default in words.
+/// Removes defaults that only mean "not given": empty lists, and the defaults of options whose help describes the
+/// default in words.
 void RemoveEmptyDefaults(CLI::App& command) {
   for (CLI::Option* option : command.get_options()) {
     const std::string value = option->get_default_str();

@@ -1,4 +1,4 @@
-// List of all commands: their order and groups in the help, and an example of each.
+// List of all commands: their order and groups in the help, and an example for each.
 #pragma once
 
 #include <CLI/CLI.hpp>

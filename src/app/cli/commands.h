@@ -1,12 +1,12 @@
-// Commands of the program, one file each. Only this folder prints.
+// Commands of the program, one file for each. Only the code in this folder prints.
 #pragma once
 
 #include <CLI/CLI.hpp>
 
 namespace kerf::cli {
 
-// Each function adds its sub-command with its options and its callback to the program.
-// Bad usage: throws CLI::ValidationError (exit code 2). Failure: throws kerf::Error (exit code 1).
+// Each function adds a sub-command with its options and its callback to the program.
+// The callbacks throw CLI::ValidationError for bad usage (exit code 2), and kerf::Error if they fail (exit code 1).
 void AddAssessCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);

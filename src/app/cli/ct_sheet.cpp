@@ -30,7 +30,7 @@ struct Slice {
   double at_mm;
 };
 
-// Point to mark, with its name.
+// Point to mark.
 struct SheetPoint {
   Vec3 p_W;
   Rgb8 colour;
@@ -76,7 +76,7 @@ std::vector<Slice> ChooseSlices(const CtSheetOptions& options, const std::vector
   return slices;
 }
 
-// Returns the view as a panel with named axes.
+// Returns the view as a panel with labelled axes.
 Panel MakePanel(std::string title, CtAxis axis, CtView view) {
   const bool axial = axis == CtAxis::kZ;
   const int across = axis == CtAxis::kX ? 1 : 0;
@@ -121,7 +121,7 @@ std::vector<SheetPoint> ReadPoints(const CtSheetOptions& options) {
 
 void DrawCtSheet(const CtSheetOptions& options) {
   const std::vector<SheetPoint> points = ReadPoints(options);
-  for (const std::string& text : options.slices) ParseSlice(text);  // before the CT is read
+  for (const std::string& text : options.slices) ParseSlice(text);  // report errors before the CT is read
   if (std::min(options.width, options.height) < kMinSheet_pixels) {
     throw CLI::ValidationError("--size", fmt::format("a CT is drawn in several pictures; give each side {} to 8192 "
                                                      "pixels",
@@ -143,7 +143,7 @@ void DrawCtSheet(const CtSheetOptions& options) {
       "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f} HU and more. CT of {} x {} x {} "
       "voxels of {:.3g} x {:.3g} x {:.3g} mm.",
       draw.iso_hu, ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
-  // Two views of the surface first, which show the height of each structure; the slices are orange.
+  // First draw two views of the surface, which show the height of each structure. The slices are drawn in orange.
   const bool whole = options.slices.empty();
   for (const auto& [axis, title] :
        {std::pair(CtAxis::kY, "surface from the front"), std::pair(CtAxis::kX, "surface from the patient's left")}) {
@@ -158,8 +158,8 @@ void DrawCtSheet(const CtSheetOptions& options) {
     const auto a = static_cast<std::size_t>(slice.axis);
     Panel panel = MakePanel(fmt::format("{} = {:g} mm, {}", "xyz"[a], slice.at_mm, kFrom[a]), slice.axis,
                             DrawCtSlice(ct, slice.axis, slice.at_mm, draw));
-    // A point within 2 mm counts as in the slice; that is half of the distance that the import allows from point to
-    // bone.
+    // A point within 2 mm counts as being in the slice; that is half of the distance from the point to the bone that
+    // the import allows.
     for (const SheetPoint& point : points) {
       if (std::abs(point.p_W[static_cast<int>(a)] - slice.at_mm) <= 2) {
         panel.marks.push_back(MakeMark(point, slice.axis));

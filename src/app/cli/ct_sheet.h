@@ -14,7 +14,7 @@ struct CtSheetOptions {
   std::string title;  // empty: the name of the input
   int width = 2400;   // pixels
   int height = 1800;
-  std::vector<std::string> slices;      // "z=373.5"; empty: through the points, else spread over the bone
+  std::vector<std::string> slices;      // "z=373.5"; empty: through the points or, without any, spread over the bone
   std::vector<std::string> keep, drop;  // points x,y,z to mark
   ImportOptions import;                 // only the series and the iso value are used
 };

@@ -31,7 +31,7 @@ namespace {
 constexpr const char* kNone = "none";
 constexpr const char* kScript = "script:";
 constexpr const char* kRecording = "recording:";
-constexpr double kMaxPlayed = 36e6;  // poses: ten hours at 1 kHz
+constexpr double kMaxPlayed = 36e6;  // maximum number of poses: ten hours at 1 kHz
 constexpr std::size_t kMaxPathBytes = std::size_t{1} << 28;
 
 bool IsPlayed(const std::string& device) {
@@ -255,7 +255,7 @@ void FollowServo(DeviceServo& servo, bool& waited) {
     Say("{}", message);
   }
   if (!MayReadTerminal(STDIN_FILENO)) return;
-  // Input typed before the request is not an answer.
+  // Input that was typed before the request does not count as an answer.
   const bool asks = servo.state() == ServoState::kWaiting;
   const bool asked = std::exchange(waited, asks);
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};

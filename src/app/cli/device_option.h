@@ -31,7 +31,7 @@ struct DeviceOption {
 
 /// Adds --device and the options that belong to it. `played`: also accepts "none", "script:FILE" and "recording:FILE".
 CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played);
-/// Adds only the drivers' options: --falcon-firmware, --wooden.
+/// Adds only the options of drivers: --falcon-firmware and --wooden.
 void AddDriverOptions(CLI::App& command, DeviceOption& option);
 
 /// Reads the files that the options name. Throws Error.
@@ -44,11 +44,11 @@ void CheckDeviceOption(const DeviceOption& option);
 /// Opens a real device, loading its firmware if needed, and sets the scene's [device] from it. Progress is printed on
 /// stderr. Returns null if the device is simulated or played. Throws Error.
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene, const std::atomic<bool>* stop);
-/// Same without a scene.
+/// Does the same without a scene.
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
                                        const std::atomic<bool>* stop);
 
-/// Returns the device that plays poses; empty if the option names another kind of device.
+/// Returns a device that plays back poses; empty if the option names another kind of device.
 LoopDevice MakePlayedDevice(const DeviceOption& option);
 
 /// Prints the servo's messages on stderr. On a terminal, Enter confirms that force may be enabled again. `waited`:

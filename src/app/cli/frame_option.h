@@ -6,7 +6,7 @@
 
 namespace kerf::cli {
 
-/// Adds `--frame` to `command`. An unknown frame is bad usage.
+/// Adds `--frame` to `command`. An unknown frame is reported as bad usage.
 CLI::Option* AddFrameOption(CLI::App& command, std::string& frame);
 
 }  // namespace kerf::cli

@@ -20,7 +20,8 @@ double free_GB = 0;
 
 [[noreturn]] void Terminate() {
   const std::exception_ptr why = std::current_exception();
-  // A running std::thread was destroyed: observed after a single failed allocation (tests/reliability/io_faults.py).
+  // A running std::thread was destroyed. This has been observed after a single failed allocation
+  // (tests/reliability/io_faults.py).
   if (!why) EndSaying("ended unexpectedly, probably because memory ran out");
   try {
     std::rethrow_exception(why);

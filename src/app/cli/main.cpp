@@ -37,8 +37,8 @@ std::vector<std::string> ReadArguments(int argc, char** argv) {
   return arguments;
 }
 
-/// Returns a message about a first word that is not a command; "" if it is a command or an option. CLI11 only reports a
-/// missing command.
+/// Returns a message about a first word that is not a command; "" if it is a command or an option. CLI11 would only
+/// report that a command is missing.
 std::string FindUnknownCommand(const CLI::App& app, const std::vector<std::string>& arguments) {
   if (arguments.empty() || arguments.front().starts_with('-')) return "";
   const std::string& word = arguments.front();
@@ -50,7 +50,7 @@ std::string FindUnknownCommand(const CLI::App& app, const std::vector<std::strin
                      nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest));
 }
 
-/// List of topics at the end of `kerf --help`.
+/// Returns the list of topics at the end of `kerf --help`.
 std::string ListTopics() {
   std::string text = "Topics ('kerf help TOPIC'):";
   for (const kerf::cli::Topic& topic : kerf::cli::Topics()) {
@@ -69,7 +69,7 @@ std::string NameParsedCommand(const CLI::App& app) {
   return name;
 }
 
-/// Lost output, for example on a full disk, is a failure.
+/// Flushes the output and returns the exit code. Lost output, for example on a full disk, is a failure.
 int FlushOutput(int code) {
   errno = 0;
   std::cout.flush();

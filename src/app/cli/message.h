@@ -1,4 +1,4 @@
-// Messages besides the results: on stderr, each sentence prefixed with "kerf: ".
+// Messages other than results. They are printed on stderr, with "kerf: " before each sentence.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ template <typename... Args>
 void Say(fmt::format_string<Args...> format, Args&&... args) {
   PrintMessage(fmt::format(format, std::forward<Args>(args)...));
 }
-/// Same with the prefix "warning: ".
+/// Does the same with the prefix "warning: ".
 template <typename... Args>
 void SayWarning(fmt::format_string<Args...> format, Args&&... args) {
   PrintMessage("warning: " + fmt::format(format, std::forward<Args>(args)...));

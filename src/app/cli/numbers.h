@@ -17,7 +17,8 @@ std::vector<double> ParseNumbers(const std::string& text, char separator, std::s
                                  const char* form);
 /// Parses x,y,z in mm within the world's coordinates. Throws CLI::ValidationError.
 Vec3 ParsePoint(const std::string& text, const char* option);
-/// Distinguishes text that is not a number from a number out of range; the message states range and unit.
+/// Returns a validator that distinguishes text that is not a number from a number that is out of range. Its message
+/// states the range and the unit.
 CLI::Validator NumberWithin(double lower, double upper, const char* unit);
 
 }  // namespace kerf::cli

@@ -23,7 +23,7 @@ constexpr double kCorrectedTop_N = 0.3;
 constexpr std::array<Rgb8, kPaperRegionCount> kColours{{{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {180, 80, 150}}};
 constexpr Rgb8 kGrey{120, 126, 134};
 
-// Makes the computed staircase, with risers where the paper's arc reaches another pitch.
+// Makes the computed staircase, with a riser wherever the paper's arc becomes another pitch long.
 PlotSeries MakeStaircase(const PaperTables& tables, const PaperRegionRow& region) {
   PlotSeries series;
   const double d = tables.saw.diameter_mm;
@@ -77,7 +77,7 @@ void AddBackdrop(PlotSpec& panel, PlotSeries series) {
   panel.series.push_back(std::move(series));
 }
 
-// Sorts the regions by force, largest first, in the order of their curves.
+// Returns the regions sorted by force, largest first, which is the order of their curves.
 std::vector<std::size_t> SortByForce(const PaperTables& tables) {
   std::vector<std::size_t> order(kPaperRegionCount);
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -120,7 +120,7 @@ PlotSpec MakeComputedPanel(const PaperTables& tables) {
   }
   panel.notes.push_back({0.3, y - 0.06, "dots: the 24 forces that the paper prints", {}});
   const PlotSeries stairs = MakeStaircase(tables, tables.regions[order[0]]);
-  // After the start: two points at each riser, and the end.
+  // After the start, the curve has two points at each riser, and then the end.
   for (std::size_t n = 1; 2 * n < stairs.x.size(); ++n) {
     const double middle = 0.5 * (stairs.x[2 * n] + stairs.x[2 * n + 1]);
     panel.notes.push_back(

@@ -22,7 +22,7 @@ void Append(std::string& to, fmt::format_string<T...> format, T&&... values) {
   fmt::format_to(std::back_inserter(to), format, std::forward<T>(values)...);
 }
 
-// Breaks at spaces so that no line is longer than `width`; indents each line by `indent` spaces.
+// Breaks the text at spaces so that no line is longer than `width`, and indents each line by `indent` spaces.
 std::string Wrap(std::string_view text, std::size_t indent, std::size_t width) {
   const std::string margin(indent, ' ');
   std::string lines;

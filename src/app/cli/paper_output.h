@@ -8,11 +8,11 @@
 namespace kerf::cli {
 
 std::string FormatPaperText(const PaperTables& tables);
-/// One JSON object; keys with units.
+/// Formats one JSON object, whose keys include the units.
 std::string FormatPaperJson(const PaperTables& tables);
-/// One row for each of the 24 forces.
+/// Formats CSV with one row for each of the 24 forces.
 std::string FormatPaperCsv(const PaperTables& tables);
-/// Block of docs/paper.md between the lines <!-- kerf paper --markdown --> and <!-- end -->.
+/// Formats the block of docs/paper.md between the lines <!-- kerf paper --markdown --> and <!-- end -->.
 std::string FormatPaperMarkdown(const PaperTables& tables);
 
 }  // namespace kerf::cli

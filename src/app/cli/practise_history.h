@@ -1,4 +1,4 @@
-// Part of `kerf practise` that needs no window.
+// The part of `kerf practise` that needs no window.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -18,7 +18,7 @@ struct PractiseOptions {
   std::string hand_in;  // recording to hand in
   std::string bone_file;
   std::string agent;
-  int agents = 0;  // number of seeds; runs all agents
+  int agents = 0;  // number of seeds with which to run all agents; 0: none
   std::string exercise;
   std::string record;
   int level = 1;

@@ -41,7 +41,7 @@ void ProgressBar::Show(double fraction) {
 
 void StageBars::Show(const std::string& stage, double fraction) {
   if (stage != stage_) {
-    bar_.reset();  // erased before the next one is drawn
+    bar_.reset();  // erases this bar before the next one is drawn
     bar_ = std::make_unique<ProgressBar>(stage);
     stage_ = stage;
   }

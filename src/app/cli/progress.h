@@ -17,7 +17,7 @@ class ProgressBar {
 
   /// Sets the text shown after the bar from the next Show() on. May be called by any thread.
   void SetNote(std::string note);
-  /// `fraction`: 0 to 1. May be called by any thread.
+  /// Draws the bar. `fraction`: 0 to 1. May be called by any thread.
   void Show(double fraction);
 
  private:
@@ -35,7 +35,7 @@ class ProgressBar {
 class StageBars {
  public:
   void Show(const std::string& stage, double fraction);
-  /// Sets the text after the bar of the current stage; removed together with the bar.
+  /// Sets the text shown after the bar of the current stage. It is removed together with that bar.
   void SetNote(const std::string& note);
 
  private:

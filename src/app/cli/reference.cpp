@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Values listed between braces in a type's name: "TEXT:{a,b}" gives a and b.
+/// Returns the values listed between braces in a type's name: a and b for "TEXT:{a,b}".
 std::vector<std::string> ReadChoices(const std::string& type) {
   const std::size_t open = type.find('{');
   const std::size_t close = type.find('}', open);
@@ -60,7 +60,7 @@ std::string ToUpper(std::string text) {
   return text;
 }
 
-/// One-line help: up to the end of the first sentence, a semicolon, or a reference to a page.
+/// Returns the one-line help: the text up to the end of the first sentence, a semicolon, or a reference to a page.
 std::string FirstSentence(const std::string& help) {
   std::string text = help;
   for (const char* end : {". ", ";", " (docs/"}) text.resize(std::min(text.size(), text.find(end)));
@@ -68,13 +68,13 @@ std::string FirstSentence(const std::string& help) {
   return text;
 }
 
-/// Names and value of an option: "-o, --output TEXT"; of a positional argument its name.
+/// Returns the names and the value of an option, such as "-o, --output TEXT", or the name of a positional argument.
 std::string FormatNames(const OptionReference& option) {
   const bool has_value = !option.positional && !option.value.empty();
   return fmt::format("{}{}", fmt::join(option.names, ", "), has_value ? " " + option.value : "");
 }
 
-/// Facts in addition to the help: " One of: a, b. Default: a.".
+/// Returns facts to add to the help, such as " One of: a, b. Default: a.".
 std::string FormatFacts(const OptionReference& option) {
   std::string facts;
   if (!option.choices.empty()) facts += fmt::format(" One of: {}.", fmt::join(option.choices, ", "));
@@ -136,7 +136,7 @@ std::string EscapeZsh(const std::string& text) {
   return out;
 }
 
-/// Last words of the names of the direct subcommands of `command`.
+/// Returns the last words of the names of the direct subcommands of `command`.
 std::vector<std::string> ListWords(const CommandReference& command) {
   std::vector<std::string> words;
   for (const CommandReference& child : command.commands) words.push_back(child.name.substr(child.name.rfind(' ') + 1));
@@ -190,7 +190,7 @@ std::string FormatReferenceMarkdown(const CommandReference& root) {
   std::string group;
   for (const CommandReference& command : root.commands) {
     if (command.group != group) out += fmt::format("| **{}** | |\n", group = command.group);
-    // A command with subcommands has no section.
+    // A command with subcommands has no section, so link to that of its first subcommand.
     const std::string& linked = command.commands.empty() ? command.name : command.commands.front().name;
     out += fmt::format("| [`{}`](#{}) | {} |\n", command.name, Join(linked, '-'),
                        EscapeMarkdown(FirstSentence(command.help)));
@@ -349,7 +349,7 @@ std::string FormatZshCompletion(const CommandReference& root) {
 std::string FormatFishCompletion(const CommandReference& root) {
   std::string out = "# Fish completion of kerf, written by 'kerf completion fish'.\n";
   ForEach(root, [&](const CommandReference& command) {
-    // True after this command was typed, but none of its subcommands.
+    // Shell condition: this command has been typed, but none of its subcommands.
     std::string condition;
     std::vector<std::string> path = CLI::detail::split(command.name, ' ');
     for (std::size_t i = 1; i < path.size(); ++i) {

@@ -8,7 +8,7 @@
 namespace kerf::cli {
 
 struct OptionReference {
-  std::vector<std::string> names;  // with dashes, short ones first; of a positional argument its name
+  std::vector<std::string> names;  // with dashes, short ones first; for a positional argument, its name
   std::string value;               // "TEXT", "FLOAT", ...; "" for a flag
   std::string default_value;       // "" if there is none
   std::string help;
@@ -29,15 +29,15 @@ struct CommandReference {
 /// Reads the reference of `app` and of its commands from the parser.
 CommandReference MakeReference(const CLI::App& app);
 
-/// A page for the documentation: a table of the commands by group, then each with its options.
+/// Formats a page for the documentation: a table of the commands by group, and then each command with its options.
 std::string FormatReferenceMarkdown(const CommandReference& root);
 std::string FormatReferenceJson(const CommandReference& root);
-/// Manual page (roff, section 1) of one command; `version` appears in its footer.
+/// Formats the manual page (roff, section 1) of one command. `version`: shown in its footer.
 std::string FormatManPage(const CommandReference& command, const std::string& version);
-/// File name of that page: "kerf-device-test.1".
+/// Returns the file name of that page, such as "kerf-device-test.1".
 std::string ManPageName(const CommandReference& command);
 
-/// Completion script for a shell. All three complete commands, options, choices and file names.
+/// These format a completion script for a shell. All three complete commands, options, choices and file names.
 std::string FormatBashCompletion(const CommandReference& root);
 std::string FormatZshCompletion(const CommandReference& root);
 std::string FormatFishCompletion(const CommandReference& root);

@@ -10,8 +10,8 @@ namespace kerf::cli {
 void HandleSignals();
 
 /// From this call on, a signal that ends or stops the program, including its own faults, first switches off the force
-/// of the haptic devices (DeviceServo::LetGoOfAll). Exceptions are SIGKILL and SIGSTOP, which cannot be caught, and a
-/// fault of the thread that serves a device: only that thread could switch the force off, and it blocks all signals.
+/// of the haptic devices (DeviceServo::LetGoOfAll). The exceptions are SIGKILL and SIGSTOP, which cannot be caught, and
+/// a fault in the thread that serves a device: only that thread could switch the force off, and it blocks all signals.
 void HandleSignalsOfDevices();
 
 /// Ends the program immediately: releases devices and removes temporary files, but runs no destructors.
@@ -27,7 +27,7 @@ class ExitsAtOnce {
   ExitsAtOnce& operator=(const ExitsAtOnce&) = delete;
 };
 
-/// Returns true if `file` is a terminal and the program is not in its background, where reading would stop it.
+/// Returns true if `file` is a terminal and the program is not in the background there, where reading would stop it.
 bool MayReadTerminal(int file);
 
 /// From this call on, the first SIGINT, SIGTERM or SIGHUP (unless ignored) sets the returned flag, for work that ends

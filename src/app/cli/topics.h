@@ -12,9 +12,9 @@ struct Topic {
   const char* text;     // lines of at most 80 columns, without the title
 };
 
-/// All topics, in the order in which the help lists them.
+/// Returns all topics, in the order in which the help lists them.
 std::span<const Topic> Topics();
-/// The topic called `name`; nullptr if there is none.
+/// Returns the topic called `name`; nullptr if there is none.
 const Topic* FindTopic(std::string_view name);
 
 }  // namespace kerf::cli

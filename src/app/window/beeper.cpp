@@ -14,7 +14,7 @@ namespace {
 
 constexpr unsigned kRate_Hz = 48'000;
 constexpr std::size_t kBlock = 480;  // 10 ms
-constexpr double kLoudness = 6000;   // amplitude, of 32767
+constexpr double kLoudness = 6000;   // amplitude; the maximum is 32767
 constexpr double kSilent = std::numeric_limits<double>::quiet_NaN();
 
 void SayNothing(const char*, int, const char*, int, const char*, ...) {}
@@ -27,7 +27,7 @@ Beep CalcBeep(std::optional<double> to_goal_mm) {
   if (!to_goal_mm || std::isnan(*to_goal_mm) || *to_goal_mm > kFrom_mm) return {};
   if (*to_goal_mm < -kThere_mm) return {.per_s = std::numeric_limits<double>::infinity(), .pitch_Hz = 1320};
   if (*to_goal_mm < kThere_mm) return {.per_s = std::numeric_limits<double>::infinity(), .pitch_Hz = 880};
-  // 2 per second at 3 mm, 10 per second at 0.2 mm before the goal.
+  // 2 beeps per second at 3 mm before the goal, 10 per second at 0.2 mm before it.
   return {.per_s = 2 + 8 * (kFrom_mm - *to_goal_mm) / (kFrom_mm - kThere_mm), .pitch_Hz = 880};
 }
 

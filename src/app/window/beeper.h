@@ -16,7 +16,7 @@ class Beeper {
   Beeper& operator=(const Beeper&) = delete;
 
   bool has_sound() const;
-  /// nullopt: silence. May be called by any thread.
+  /// Sets the distance to indicate; nullopt: silence. May be called by any thread.
   void Set(std::optional<double> to_goal_mm);
 
  private:

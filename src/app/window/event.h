@@ -5,7 +5,7 @@
 
 namespace kerf {
 
-/// Keys named after their label on a US keyboard; letters and digits have their character codes.
+/// Keys, named after their labels on a US keyboard; letters and digits have their character codes.
 enum class Key : std::uint16_t {
   kNone = 0,
   kSpace = ' ',

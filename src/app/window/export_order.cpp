@@ -18,7 +18,7 @@ PieceSet MakePieces(const Bone& after, const std::string& json) {
   try {
     if (!json.empty()) pieces.Restore(json, "the pieces in the window");
   } catch (const Error&) {
-    return pieces;  // the bone was cut after they were moved
+    return pieces;  // the bone was cut after the pieces were moved
   }
   return pieces;
 }
@@ -59,7 +59,8 @@ std::string RunExport(ExportOrder& order) {
   taken.provenance.push_back({"bone after, hash", fmt::format("{:016x}", after.CalcHash())});
   taken.provenance.push_back({"voxel", fmt::format("{:g} mm", after.voxel_mm())});
   taken.provenance.push_back({"report by", fmt::format("kerf {} ({})", VersionString(), CommitString())});
-  // Enough for a printed model; a whole piece at 0.1 mm voxels would take 135 MB.
+  // This many triangles are enough for a printed model; at 0.1 mm voxels, a whole piece without a limit would take 135
+  // MB.
   WriteExport(taken, order.folder, {.obj = order.obj, .triangles = 300'000});
   return order.folder;
 }

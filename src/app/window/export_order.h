@@ -30,7 +30,7 @@ struct ExportOrder {
   std::vector<std::pair<std::string, std::string>> pictures;  // caption; PNG bytes
 };
 
-/// Takes seconds. May be called by any thread. Returns the folder. Throws Error.
+/// Exports the results and returns the folder. Takes seconds. May be called by any thread. Throws Error.
 std::string RunExport(ExportOrder& order);
 
 }  // namespace kerf

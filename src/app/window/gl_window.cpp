@@ -19,7 +19,7 @@
 namespace kerf {
 namespace {
 
-std::string g_glfw_error;  // GLFW reports errors by a callback without user data
+std::string g_glfw_error;  // GLFW reports errors through a callback without user data
 
 Key KeyOf(int key) {
   if ((key >= GLFW_KEY_A && key <= GLFW_KEY_Z) || (key >= GLFW_KEY_0 && key <= GLFW_KEY_9)) {

@@ -13,7 +13,7 @@ namespace kerf {
 
 struct GlWindowOptions {
   std::string title;
-  int width = 1280;  // of the picture's frame in screen coordinates, 640 to 16384
+  int width = 1280;  // of the window's content area in screen coordinates, 640 to 16384
   int height = 720;  // 400 to 16384
 };
 

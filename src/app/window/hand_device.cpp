@@ -14,7 +14,7 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
   const ServoSample sample = servo_->TakeSample();
   engagements_ = sample.engagements;
   const bool pressed = servo_->IsSpindlePressed(sample.sample.buttons);
-  // The press that confirms the force does not switch the spindle.
+  // The press of a button that confirms the force does not also switch the spindle.
   const bool engaged = sample.state == ServoState::kEngaged;
   frame.switches_spindle = engaged && engaged_ && pressed && !pressed_;
   pressed_ = pressed;

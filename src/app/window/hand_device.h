@@ -20,7 +20,7 @@ struct HandDeviceFrame {
 };
 
 /// Used only by the window's thread. A device with force holds the saw, and keys and mouse turn the saw. A device
-/// without force moves the saw like keys and mouse do.
+/// without force moves the saw as keys and mouse do.
 class HandDevice {
  public:
   explicit HandDevice(std::shared_ptr<DeviceServo> servo) : servo_(std::move(servo)) {}
@@ -31,12 +31,12 @@ class HandDevice {
   bool waits() const { return servo_->state() == ServoState::kWaiting; }
   void Agree() { servo_->Agree(); }
 
-  /// Must be called once per frame. `X_WT`: pose of the saw. Each time the handle engages the saw, the handle's
-  /// right is aligned with the picture's right.
+  /// Must be called once per frame. `X_WT`: pose of the saw. Each time the handle engages the saw, the handle's right
+  /// is aligned with the picture's right.
   HandDeviceFrame Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls);
-  /// Returns its buttons and keys, for the help.
+  /// Returns the device's buttons and keys, for the help.
   HudKeyGroup MakeHelp() const;
-  /// Returns the reason for missing force and what the user can do; nullopt while the device holds the saw.
+  /// Returns why there is no force and what the user can do about it; nullopt while the device holds the saw.
   std::optional<HudBanner> MakeBanner() const;
 
  private:

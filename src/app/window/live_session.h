@@ -48,7 +48,7 @@ enum class LiveStage : std::uint8_t { kLoading, kRunning, kEnding, kEnded };
 struct LiveOptions {
   std::string record;             // file of the recording; empty: none
   std::string scene_file;         // scene file named in the recording
-  bool scripted = false;          // the scene's hand follows its path, spindle on; else the mouse moves the saw
+  bool scripted = false;          // the scene's hand follows its path, spindle on; otherwise the mouse moves the saw
   DeviceServo* device = nullptr;  // holds the saw in place of the mouse; null: none
   double seconds = kMaxLoop_s;
   std::function<void(const LeafMessage&)> leaf;  // changed leaves of the bone, called in the session's thread; optional
@@ -67,7 +67,7 @@ class LiveSession final : private SessionController {
 
   // ---- window's thread
   LiveStage stage() const { return stage_.load(); }
-  /// Returns the current work while loading and ending, and its fraction.
+  /// Returns the work in progress while loading or ending, and the completed fraction of it.
   std::pair<std::string, double> progress() const;
   /// Returns the error message; empty unless the session failed. Valid after kEnded.
   const std::string& failure() const { return failure_; }

@@ -18,15 +18,15 @@ struct MenuItem {
   std::function<void()> choose;
 };
 
-/// Controlled by Up, Down, Enter, Escape, digits, and the mouse.
+/// Menu that is controlled with Up, Down, Enter, Escape, the digits and the mouse.
 class Menu {
  public:
   Menu(std::string title, std::vector<MenuItem> items,
        std::string footer = "Up, Down: move   Enter: select   Esc: close");
 
   enum class State { kOpen, kChosen, kLeft };
-  /// Consumes every key. On kChosen the caller closes the menu, then calls choose() of chosen(). `row_at`: returns the
-  /// row at a mouse position.
+  /// Consumes every key. If it returns kChosen, the caller must close the menu and then call choose() of chosen().
+  /// `row_at`: returns the row at a mouse position.
   State Take(const WindowEvent& event, const std::function<std::optional<int>(double x, double y)>& row_at);
   const MenuItem& chosen() const { return items_[static_cast<std::size_t>(selected_)]; }
   HudMenu Show() const;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Default scene of a window, also the basis of scenes for other bones.
+/// Default scene of a window; also the basis of scenes for other bones.
 constexpr char kDefaultScene[] = R"(title = "Generic mandible"
 [bone]
 model = "mandible"
@@ -73,7 +73,7 @@ Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
   SceneStroke& stroke = scene.path.strokes.front();
   const double reach_mm = 0.5 * scene.tool.diameter_mm;
   stroke.start_mm = above + Vec3{0, 0, reach_mm + 3};
-  // A higher structure, such as a ramus, may be next to it.
+  // A higher structure, such as a ramus, may be next to this point.
   const Vec3 spindle = glm::normalize(stroke.disc_normal);
   const Pose X{glm::angleAxis(std::acos(spindle.z), glm::normalize(glm::cross(Vec3{0, 0, 1}, spindle))),
                stroke.start_mm};

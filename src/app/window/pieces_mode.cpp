@@ -53,7 +53,7 @@ void PiecesMode::Enter() {
     try {
       pieces->Restore(earlier->FormatJson(), "the previous pieces");
     } catch (const Error&) {
-      return pieces;  // the bone was cut since: the pieces stay where they were cut off
+      return pieces;  // the bone has been cut since, so the pieces stay where they were cut off
     }
     return pieces;
   });
@@ -79,7 +79,7 @@ void PiecesMode::Update() {
   if (IsReady(splitting_)) {
     try {
       pieces_ = splitting_.get();
-    } catch (const std::exception& e) {  // the session ended meanwhile
+    } catch (const std::exception& e) {  // the session has ended in the meantime
       viewer_.Say(fmt::format("The bone could not be split: {}", e.what()));
       return;
     }
@@ -231,7 +231,7 @@ void PiecesMode::Drag(const WindowEvent& event) {
     const Vec3 by_W_mm =
         event.shift ? -dy * camera.WorldPerPixel(centre_W) * camera.forward_W() : camera.WorldMotion(dx, dy, centre_W);
     if (along) {
-      // Moves along the axis by the component of the mouse's motion in that direction.
+      // Move the piece along the axis by the component of the mouse's motion in that direction.
       pieces_->MoveAlong(selected_, *along, glm::dot(by_W_mm, *along), gesture_);
     } else {
       pieces_->Move(selected_, by_W_mm, gesture_);
@@ -442,7 +442,7 @@ void PiecesMode::Fill(HudState& hud) {
         const std::string lies = contact.overlap_mm3 > 0 ? fmt::format("overlap {:.1f} mm3", contact.overlap_mm3)
                                  : contact.gap           ? fmt::format("gap {:.2f} mm", contact.gap->gap_mm)
                                                          : std::string("apart");
-        // Without decimals, which do not fit in the row.
+        // Decimals would not fit in the row.
         if (contact.other == i) {
           row.detail = contact.overlap_mm3 >= 1 ? fmt::format("ovl. {:.0f} mm3", contact.overlap_mm3) : lies;
         }

@@ -27,7 +27,7 @@ class PiecesMode {
   static std::vector<HudKeyGroup> help();
   void Describe(nlohmann::json& state) const;
 
-  /// Null until they are ready.
+  /// Returns the pieces; null until they are ready.
   const std::shared_ptr<PieceSet>& pieces() const { return pieces_; }
   std::vector<TakenMeasure> measures() const;
   /// Returns true if the bone has not changed since it was split.
@@ -41,7 +41,7 @@ class PiecesMode {
   void Drag(const WindowEvent& event);
   void Select(int piece);
   void SelectNext(int by);
-  void Changed();  // called after each step; contacts must be recomputed
+  void Changed();  // called after each step, because the contacts must be recomputed
   void MakeShapes();
   void Show();
   std::optional<Vec3> axis() const;
@@ -62,8 +62,8 @@ class PiecesMode {
   std::future<std::shared_ptr<PieceSet>> splitting_;
   std::shared_ptr<PieceSet> pieces_;
   std::vector<std::shared_ptr<const TriangleMesh>> shapes_;  // as drawn
-  int session_ = 0;                                          // session in which they were split
-  std::uint64_t changes_ = 0;                                // number of changes of the bone at that time
+  int session_ = 0;                                          // session in which the pieces were split
+  std::uint64_t changes_ = 0;                                // number of changes to the bone at that time
   int selected_ = -1;
   int axis_ = -1;  // 0 to 2: axis of the patient along which pieces move; -1: free motion
   int gesture_ = 1;

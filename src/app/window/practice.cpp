@@ -18,7 +18,7 @@
 namespace kerf {
 namespace {
 
-// Gauge: from kSlow_mm before the goal the student is asked to slow down, from kStop_mm to stop.
+// The gauge asks the student to slow down from kSlow_mm before the goal on, and to stop from kStop_mm on.
 constexpr double kSlow_mm = 1.0;
 constexpr double kStop_mm = 0.3;
 
@@ -30,19 +30,19 @@ HudLevel LevelOf(double to_goal_mm) {
                                   : HudLevel::kPlain;
 }
 
-/// Formats small values with one more digit, integers without decimals.
+/// Formats a value with its unit: small values with one more digit, integers without decimals.
 std::string ShowValue(double value, const std::string& unit) {
   const int digits = value == std::round(value) && unit.empty() ? 0 : std::abs(value) < 0.1 ? 3 : 2;
   const std::string shown = fmt::format("{:.{}f}", std::abs(value) < 0.0005 ? 0.0 : value, digits);
   return unit.empty() ? shown : fmt::format("{} {}", shown, unit == "degrees" ? "°" : unit);
 }
 
-/// Path of the score sheet next to a recording.
+/// Returns the path of the score sheet next to a recording.
 std::string PageOf(const std::string& recording) {
   return recording.substr(0, recording.rfind('.')) + ".html";
 }
 
-/// Colour of the blade, distinguishable with red-green colour blindness.
+/// Returns the colour of the blade. The colours are distinguishable with red-green colour blindness.
 Rgb8 ColourOf(HudLevel level) {
   switch (level) {
     case HudLevel::kGood:
@@ -59,7 +59,7 @@ Rgb8 ColourOf(HudLevel level) {
 }  // namespace
 
 Practice::Practice(const PracticeOptions& options) : options_(options) {
-  options_.viewer.ghost = false;  // it would hide the blade's colour
+  options_.viewer.ghost = false;  // the handle's picture would hide the blade's colour
   if (!options_.exercise.empty()) FindExercise(options_.exercise);
   if (!options_.student.empty()) history_.emplace(FindHistoryFile());
   viewer_ = std::make_unique<ViewerApp>(options_.viewer);
@@ -133,11 +133,11 @@ void Practice::Began() {
   if (scene_.exercise.sound) beeper_ = std::make_unique<Beeper>();
   ShowGoal();
   // View from the side and a little from above, with the line across the picture. Motion is restricted to the blade's
-  // plane for straight cuts.
+  // plane, so that cuts are straight.
   const WantedCut& cut = gauge_->cut();
   const Vec3 side_W = glm::cross(cut.along_W, -cut.into_W);  // the line points to the right
   const Vec3 middle_W = cut.ToWorld({0.5 * cut.length_mm, 0, 0});
-  // The side view is from outside the bone.
+  // Look at the cut from outside the bone.
   const bool inside = glm::dot(side_W, middle_W - viewer_->bone_at_start()->CalcBounds().centre()) < -1;
   ViewCamera& camera = viewer_->view().camera();
   camera.Look((inside ? -side_W : side_W) - 0.6 * cut.into_W, -cut.into_W);

@@ -67,7 +67,7 @@ class Practice final : public Activity {
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
   std::unique_ptr<RegionDistance> nerve_;
   bool begun_ = false;  // the spindle has been on
-  bool scored_ = true;  // the attempt counts when it ends
+  bool scored_ = true;  // the attempt is scored when it ends
   std::vector<std::string> recordings_;
   std::mutex mutex_;  // protects the next two
   std::string scoring_stage_;

@@ -104,7 +104,7 @@ void Rehearsal::Ended(LoopSummary summary) {
     change_->apply(scene);
     const Tool tool = MakeTool(scene);
     const Pose X_clear = FindClearPose(bone, tool, X_WT);
-    // The tool starts at the path's first pose; the hand continues from there.
+    // The tool starts at the first pose of the path, and the hand continues from there.
     scene.path = {};
     scene.path.poses = {{.time_s = 0, .X_WT = X_clear}, {.time_s = 1, .X_WT = X_clear}};
     scene.path.poses.back().X_WT.p_AB.z += 1;
@@ -463,7 +463,7 @@ void Rehearsal::Update(double /*dt_s*/) {
       result_.take_away = taking_away_.get();
       viewer_->Say(fmt::format("Exported: {}", result_.take_away));
       viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
-    } catch (const std::exception& e) {  // the session ended meanwhile and returns no bone
+    } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
       viewer_->Say(fmt::format("Nothing was exported: {}", e.what()));
       viewer_->trace().Write("taken_away", {{"failure", e.what()}});
     }

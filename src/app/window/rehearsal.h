@@ -90,7 +90,7 @@ class Rehearsal final : public Activity {
   std::shared_ptr<const Bone> before_;  // bone at the start of the first session
 
   std::size_t saw_ = 0;
-  bool of_catalogue_ = false;  // saw_ is in use; otherwise the scene's own tool
+  bool of_catalogue_ = false;  // true if saws[saw_] is in use, otherwise the scene's own tool
   std::optional<Menu> menu_;
   std::vector<std::string> checkpoints_;
 

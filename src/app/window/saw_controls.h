@@ -17,8 +17,8 @@ struct ViewBasis {
   double mm_per_pixel = 0.1;
 };
 
-/// Arrow and page keys move the saw, W A S D Q E turn it. The mouse drags it; with Shift into the picture, with Control
-/// it turns.
+/// Arrow and page keys move the saw, and W, A, S, D, Q and E turn it. The mouse drags it in the picture's plane, with
+/// Shift into the picture, and with Control turns it.
 class SawControls {
  public:
   /// Maximum distance of the wanted pose from the saw, equal to the reach of the mouse's hand.

@@ -1,4 +1,4 @@
-// Log of events in the window, one line of JSON each, for tests that control it from outside, and for studies.
+// Log of events in the window, one line of JSON each, for tests that control the window from outside, and for studies.
 #pragma once
 
 #include <chrono>
@@ -11,10 +11,10 @@ namespace kerf {
 /// Writes complete lines one at a time. Does nothing without a file.
 class Trace {
  public:
-  /// Empty `path`: no file. Throws Error if it cannot be written.
+  /// `path`: empty for no file. Throws Error if the file cannot be written.
   explicit Trace(const std::string& path);
 
-  /// Writes `event` with the seconds since the beginning and `details`.
+  /// Writes `event` with `details` and the number of seconds since the beginning.
   void Write(const std::string& event, nlohmann::json details = nlohmann::json::object());
   /// Writes the state if it differs from the previous one; at most ten times per second.
   void WriteState(nlohmann::json state);

@@ -21,12 +21,12 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 60;
 constexpr double kMessage_s = 6;
-constexpr std::size_t kMaxForces = 200'000;  // more than an hour of the force curve
+constexpr std::size_t kMaxForces = 200'000;  // maximum number of points: more than an hour of the force curve
 constexpr double kPreviewVoxel_mm = 0.8;
 constexpr std::array<View, 7> kViews{View::kThreeQuarter, View::kFront, View::kLeft,  View::kRight,
                                      View::kTop,          View::kBack,  View::kBottom};
 
-/// Adds the CT numbers from the bone file, if it has any: the slices need them, the loop does not.
+/// Returns the bone with the CT numbers of the bone file, if it has any. The slices need them, but the loop does not.
 Bone WithCtNumbers(const Bone& bone, const std::string& file) {
   if (file.empty() || bone.has_hu()) return bone;
   Bone read = ReadBone(file, {.hu = true});
@@ -150,7 +150,7 @@ void ViewerApp::FollowSession() {
     if (inner_made_) view_->SetInnerSurfaces(*inner_made_);
     inner_made_.reset();
   }
-  // The view was fitted to the box; fit it again now that the surface is available.
+  // The view was fitted to the bone's box; fit it again now that the surface is available.
   if (fit_again_ && !looked_about_ && surface_->first_done()) {
     fit_again_ = false;
     view_->FitAll();
@@ -368,7 +368,7 @@ void ViewerApp::Take(const WindowEvent& event) {
     return;
   }
   if (entry_) {
-    if (event.kind == Kind::kText && entry_is_new_) return;  // character of the key that opened the text input
+    if (event.kind == Kind::kText && entry_is_new_) return;  // the character of the key that opened the text input
     const TextEntry::State state = entry_->Take(event);
     if (state == TextEntry::State::kOpen) return;
     const std::string text = entry_->text();

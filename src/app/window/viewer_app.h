@@ -39,7 +39,7 @@ struct ViewerOptions {
   std::shared_ptr<DeviceServo> device;           // device that holds or moves the saw; null: only mouse and keys
 };
 
-/// Times for drawing frames, and for updating the surface.
+/// Durations of drawing frames and of updating the surface.
 struct FrameTimes {
   LogHistogram frame;  // from the beginning of drawing to presenting
   LogHistogram upload;
@@ -59,7 +59,7 @@ class Activity {
   virtual bool Take(const WindowEvent& event) = 0;
   /// Called once per frame; `dt_s`: time since the last frame.
   virtual void Update(double dt_s) = 0;
-  /// Adds the activity's contents to those that the viewer has filled in.
+  /// Adds the activity's contents to what the viewer has already filled in.
   virtual void Fill(HudState& hud) = 0;
   /// Returns the activity's own keys, for the help.
   virtual std::vector<HudKeyGroup> help() const = 0;
@@ -83,13 +83,13 @@ class ViewerApp {
 
   /// Runs until the window is closed. Throws the activity's errors, and Error if a session fails.
   void Run(Activity& activity);
-  /// Run() returns after the session's end.
+  /// Makes Run() return after the session has ended.
   void Quit();
   bool quitting() const { return quitting_; }
 
   // ---- the session
   /// Begins a new session after the end of the previous one. It is recorded as folder/session.kerf, session-2.kerf, ...
-  /// `same_bone`: it continues with the current bone of the picture.
+  /// `same_bone`: true if the session continues with the bone that is shown.
   void Begin(const Scene& scene, const std::string& scene_file, bool same_bone = false);
   /// Ends the session; Activity::Ended() follows.
   void End();
@@ -103,7 +103,7 @@ class ViewerApp {
   bool spindle_on() const;
   /// Force curve of the last session, thinned to one point per 20 ms.
   const std::vector<PlotPoint>& forces() const { return forces_; }
-  /// Bone at the start of the first session; null before.
+  /// Returns the bone at the start of the first session; null before that.
   std::shared_ptr<const Bone> bone_at_start();
 
   // ---- picture and text
@@ -117,7 +117,7 @@ class ViewerApp {
   /// Shows a message at the bottom for some seconds.
   void Say(const std::string& message);
   const std::string& said() const { return said_; }
-  /// Shows the current work over the picture; nothing if the text is empty.
+  /// Shows the current work over the picture; shows nothing if the text is empty.
   void ShowWork(const std::string& title, const std::string& stage, std::optional<double> fraction);
   void HideWork() { work_.reset(); }
   /// Asks for a line of text. `done` receives it, or nullopt if the input was cancelled.
@@ -159,13 +159,13 @@ class ViewerApp {
   std::optional<Made> made_;  // set by the session's thread, like the next
   std::optional<InnerSurfaces> inner_made_;
   std::shared_ptr<const Bone> at_start_;
-  bool real_made_ = false;                    // the final bone, not only the preview
+  bool real_made_ = false;                    // true if the final bone was made, not only the preview
   std::shared_ptr<SurfaceWorker> leaves_to_;  // used by the session's thread
   std::shared_ptr<SurfaceWorker> surface_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
   Pose X_start_;            // pose of the saw at the start
-  bool returning_ = false;  // the saw returns there
+  bool returning_ = false;  // the saw is returning to that pose
   std::vector<PlotPoint> forces_;
   std::string recording_;
   int sessions_ = 0;

@@ -1,4 +1,4 @@
-// Keys that work in every activity of the viewer.
+// Help on the keys that work in every activity of the viewer.
 #pragma once
 
 #include <vector>

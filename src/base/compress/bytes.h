@@ -48,7 +48,8 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Throws kerf::Error if the bytes end too early or do not form a number. Never reads beyond the end.
+/// Reads what ByteWriter wrote. Throws kerf::Error if the bytes end too early or do not form a number. Never reads
+/// beyond the end.
 class ByteReader {
  public:
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}

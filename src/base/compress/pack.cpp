@@ -14,7 +14,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the checksum reads eight bytes as one number");
 
 constexpr std::size_t kCrcSlices = 8;
-/// [k][i]: contribution of byte i to the CRC when k more bytes follow it.
+/// tables[k][i]: contribution of a byte of value i to the CRC when k more bytes follow it.
 using CrcTables = std::array<std::array<std::uint32_t, 256>, kCrcSlices>;
 
 constexpr CrcTables MakeCrcTables() {
@@ -59,7 +59,7 @@ std::string Unpack(std::string_view packed, std::size_t max_bytes) {
 
 std::uint32_t CalcCrc32c(std::string_view bytes, std::uint32_t seed) {
   std::uint32_t crc = ~seed;
-  // Eight bytes per step, after Kounavis and Berry 2008.
+  // Process eight bytes per step, after Kounavis and Berry 2008.
   for (; bytes.size() >= kCrcSlices; bytes.remove_prefix(kCrcSlices)) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes.data(), sizeof word);

@@ -76,7 +76,7 @@ bool IsFormula(std::string_view text) {
   return std::string_view("=+-@\t").find(text.front()) != std::string_view::npos && !ParseShifted(text, 0);
 }
 
-/// Position of each column in the file.
+/// Returns the position of each of `columns` in the file.
 std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, const std::vector<std::string>& columns,
                                      const CsvPlace& place) {
   std::vector<std::size_t> position(columns.size(), names.size());
@@ -159,7 +159,7 @@ double ParseCsvNumber(std::string_view text, int shift, const char* name, const 
 std::string FormatCsvNumber(double value, int shift) {
   std::string plain = fmt::format("{}", value / std::pow(10, shift));
   if (ParseShifted(plain, shift) == value) return plain;
-  // The division lost the last digit: write the unshifted value with a changed exponent.
+  // The division lost the last digit, so write the unshifted value with a changed exponent.
   std::string digits = fmt::format("{:.17e}", value);
   const auto e = digits.find('e');
   int exponent = 0;

@@ -1,4 +1,4 @@
-// The system's messages.
+// The system's error messages.
 #pragma once
 
 #include <string>

@@ -12,7 +12,7 @@ namespace heap_guard {
 constinit inline thread_local int depth = 0;
 /// True if this program was linked with the checks.
 constinit inline bool installed = false;
-/// True: heap use under a guard is counted. False: it prints a line to stderr and aborts the program.
+/// True: heap use under a guard is only counted. False: it prints a line on stderr and aborts the program.
 constinit inline std::atomic<bool> count_only{false};
 constinit inline std::atomic<long> violations{0};
 

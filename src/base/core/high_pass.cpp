@@ -95,7 +95,7 @@ void HighPassRms::Add(double x) {
 
 void HighPassRms::Forward(double x) {
   forward_.push_back(section_.Run(x));
-  // Twice the settling time: decay to exp(-44), below rounding.
+  // Wait for twice the settling time, in which the initial state decays to exp(-44), less than rounding.
   if (forward_.size() < skip_ + kBlock + 2 * settle_) return;
   Backward(skip_, skip_ + kBlock);
   forward_.erase(forward_.begin(), forward_.begin() + static_cast<std::ptrdiff_t>(skip_ + kBlock));

@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// One thread adds. Other threads may read at the same time and see recent counts. Tick-safe.
+/// One thread adds times. Other threads may read at the same time and see recent counts. Tick-safe.
 ///
 /// With 32 buckets per octave, a percentile is at most 3.2 % above the true one and never below it. Times are whole
 /// nanoseconds, clamped to 0 and 2^41 ns (37 minutes).
@@ -30,7 +30,7 @@ class LogHistogram {
     const std::uint64_t n = total();
     return n > 0 ? 1e-3 * static_cast<double>(sum_ns_.load(std::memory_order_relaxed)) / static_cast<double>(n) : 0;
   }
-  /// Nearest-rank percentile; `fraction` is 0 to 1. Returns 0 if the histogram is empty.
+  /// Returns the nearest-rank percentile; 0 if the histogram is empty. `fraction`: 0 to 1.
   double CalcPercentile_us(double fraction) const {
     std::uint64_t n = 0;
     for (const auto& count : counts_) n += count.load(std::memory_order_relaxed);
@@ -43,7 +43,7 @@ class LogHistogram {
     }
     return max_us();
   }
-  /// Number of times longer than `us`, accurate to the width of a bucket.
+  /// Returns how many of the times are longer than `us`, accurate to the width of a bucket.
   std::uint64_t CountAbove_us(double us) const {
     std::uint64_t n = 0;
     for (std::size_t i = 0; i < kBuckets; ++i) {
@@ -54,7 +54,7 @@ class LogHistogram {
 
   static constexpr std::size_t kBuckets = 37 * 32;
   std::uint64_t count(std::size_t bucket) const { return counts_[bucket].load(std::memory_order_relaxed); }
-  /// The bucket counts times t with lower <= t <= upper.
+  /// A bucket counts the times t with LowerEdge_us() <= t <= UpperEdge_us().
   static double LowerEdge_us(std::size_t bucket) { return 1e-3 * static_cast<double>(FirstOf(bucket)); }
   static double UpperEdge_us(std::size_t bucket) { return 1e-3 * static_cast<double>(FirstOf(bucket + 1) - 1); }
 

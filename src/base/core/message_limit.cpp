@@ -44,7 +44,7 @@ std::optional<std::string> MessageLimit::Take(std::string_view message) {
 std::vector<std::string> MessageLimit::TakeLeftOut() {
   std::vector<std::string> sentences;
   for (const Kind& kind : kinds_) {
-    if (kind.count <= most_ + 1) continue;  // the note already showed the last of them
+    if (kind.count <= most_ + 1) continue;  // no message was left out: the note showed the last one
     sentences.push_back(
         fmt::format("{} more messages like this one were not shown: {}", kind.count - most_ - 1, kind.first));
   }

@@ -6,13 +6,13 @@
 
 namespace kerf {
 
-/// "27.00 cm3", "115 mm3", "0.0042 mm3".
+/// Formats a volume: "27.00 cm3", "115 mm3", "0.0042 mm3".
 std::string FormatVolume(double mm3);
 
 /// Formats whole millimetres: "118 mm", never "-0 mm"; "more than 1 km" or "less than -1 km" for implausible values.
 std::string FormatLength(double mm);
 
-/// "1 slice", "3 slices".
+/// Formats a count with its noun: "1 slice", "3 slices".
 std::string FormatCount(std::size_t count, const std::string& one, const std::string& many);
 
 }  // namespace kerf

@@ -14,7 +14,7 @@ struct FirstCharacter {
   /// writing direction (U+202A to U+202E, U+2066 to U+2069).
   bool is_printable = false;
 };
-/// `text` must not be empty.
+/// Examines the first character of `text`, which must not be empty.
 FirstCharacter FindFirstCharacter(std::string_view text);
 
 /// Returns `text` with '?' in place of each character that is not printable, so that a terminal cannot interpret it as

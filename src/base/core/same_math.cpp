@@ -1,4 +1,4 @@
-// Mathematical functions that give the same bits on every processor.
+// Mathematical functions that return the same bits on every processor.
 //
 // The C library has several versions of sin, pow and similar functions, with and without fused multiply-add, and
 // selects one according to the processor when a program starts. They differ in the last bit, so a replay on another

@@ -61,7 +61,7 @@ std::string CalcSha256(std::span<const std::uint8_t> bytes) {
   for (; at + kBlockBytes <= bytes.size(); at += kBlockBytes) {
     Mix(state, bytes.subspan(at).first<kBlockBytes>());
   }
-  // A 1 bit, zeros, and the length in bits, in one or two further blocks.
+  // Append a 1 bit, zeros, and the length in bits, which fill one or two further blocks.
   std::array<std::uint8_t, 2 * kBlockBytes> tail{};
   const std::size_t left = bytes.size() - at;
   std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), left, tail.begin());

@@ -7,7 +7,7 @@
 
 namespace kerf {
 
-/// Returns 64 lower-case hexadecimal digits.
+/// Returns the hash as 64 lower-case hexadecimal digits.
 std::string CalcSha256(std::span<const std::uint8_t> bytes);
 
 }  // namespace kerf

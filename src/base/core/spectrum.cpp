@@ -13,7 +13,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// In-place transform; the size is a power of two (Cooley and Tukey 1965).
+/// Computes the Fourier transform in place; the size must be a power of two (Cooley and Tukey 1965).
 void Transform(std::vector<Complex>& x) {
   const std::size_t n = x.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {

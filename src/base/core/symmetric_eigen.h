@@ -13,7 +13,7 @@ struct SymmetricEigen {
   std::array<Vec3, 3> vectors;
 };
 
-/// Uses Jacobi rotations.
+/// Computes them by Jacobi rotations.
 SymmetricEigen CalcSymmetricEigen(std::array<std::array<double, 3>, 3> a);
 
 }  // namespace kerf

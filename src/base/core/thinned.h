@@ -6,9 +6,9 @@
 
 namespace kerf {
 
-/// Keeps all points until there are `Most`. Then it merges pairs of neighbours with T::Merge(earlier, later), and
-/// from then on merges as many new points into one as each of points() contains. This repeats whenever the memory is
-/// full. points() includes the latest points. Not for the tick.
+/// Keeps all points until there are `Most`. Then it merges pairs of neighbours with T::Merge(earlier, later), and from
+/// then on merges as many new points into one as each of points() contains. This repeats whenever the memory is full.
+/// points() includes the latest points. Not for the tick.
 template <typename T, std::size_t Most>
 class Thinned {
  public:
@@ -41,7 +41,7 @@ class Thinned {
 
   std::vector<T> points_;
   std::size_t each_ = 1;
-  std::size_t waiting_ = 0;  // added points in the last of points(), 0 if it is complete
+  std::size_t waiting_ = 0;  // number of points merged into the last of points() so far, 0 if it is complete
 };
 
 }  // namespace kerf

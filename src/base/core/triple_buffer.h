@@ -17,7 +17,7 @@ class TripleBuffer {
   explicit TripleBuffer(const T& initial) : slots_{Slot{initial}, Slot{initial}, Slot{initial}} {}
 
   // ---- writer
-  /// Contains the value published two or three times before: fill it completely.
+  /// Returns the value to fill. It contains what was published two or three times before, so fill it completely.
   T& back() { return slots_[back_].value; }
   void Publish() { back_ = middle_.exchange(static_cast<std::uint8_t>(back_ | kFresh)) & kIndex; }
   void Publish(const T& value) {

@@ -77,12 +77,13 @@ void SetLimit(int what, std::uint64_t most) {
 }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // shadow memory uses terabytes of address space
+constexpr bool kSanitized = true;  // the sanitizer's shadow memory uses terabytes of address space
 #else
 constexpr bool kSanitized = false;
 #endif
 
-/// A child that is killed by a signal prints nothing, leaves no core file, and does not outlive its parent.
+/// Restricts this child process. A child that is killed by a signal prints nothing and leaves no core file, and a child
+/// never outlives its parent.
 void Confine(const ChildLimits& limits, std::uint64_t has_bytes, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kFailed);

@@ -36,7 +36,7 @@ class SharedMemory {
 class ChildReport {
  public:
   ChildReport(int pipe, char* name) : pipe_(pipe), name_(name) {}
-  /// 0 to 1.
+  /// Reports the completed fraction, 0 to 1.
   void SetProgress(double part);
   /// Sets the name of the file that is read from now on, for messages about a failure of the child.
   void SetName(std::string_view name);

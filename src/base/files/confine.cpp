@@ -60,7 +60,7 @@ constexpr std::uint32_t kForbidden[] = {__NR_execve,
                                         __NR_process_vm_writev,
                                         __NR_shmget};
 
-constexpr std::uint32_t kX32Calls = 0x40000000;  // x32 ABI: the same calls under other numbers
+constexpr std::uint32_t kX32Calls = 0x40000000;  // the x32 ABI has the same calls under other numbers
 constexpr std::uint32_t kWrites = O_WRONLY | O_RDWR | O_CREAT | O_TRUNC;
 
 std::vector<sock_filter> MakeFilter() {
@@ -78,10 +78,11 @@ std::vector<sock_filter> MakeFilter() {
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 1));
     filter.push_back(refuse);
   }
-  // The C library falls back to clone if clone3 is missing. The filter cannot read the flags of clone3.
+  // The filter cannot read the flags of clone3, so clone3 appears to be missing; the C library then uses clone.
   filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, __NR_clone3, 0, 1));
   filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | ENOSYS));
-  // These calls are refused depending on their flags: the lower half of an argument, which is stored first.
+  // These calls are refused depending on their flags, which are in the lower half of an argument; that half is stored
+  // first.
   const auto refuse_by_flags = [&](std::uint32_t call, unsigned argument, std::uint32_t flags, bool when_set) {
     const auto lower = static_cast<std::uint32_t>(offsetof(seccomp_data, args) + 8 * argument);
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 4));

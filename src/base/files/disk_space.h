@@ -6,7 +6,7 @@
 
 namespace kerf {
 
-/// Returns how many bytes this user may still write at `path`, or the largest number if the system does not report it.
+/// Returns how many bytes this user may still write at `path`, or the largest double if the system does not report it.
 double ReadFreeDiskBytes(const std::string& path);
 
 /// File that will be written, and the minimum size that it will have.

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Resolves a link, so that its target is replaced and not the link.
+/// Resolves a link, so that the link's target is replaced and not the link itself.
 std::string FollowLinks(const std::string& path) {
   std::error_code error;
   if (!fs::is_symlink(path, error)) return path;

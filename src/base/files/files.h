@@ -19,11 +19,11 @@ void CheckReadable(const std::istream& in, const std::string& path);
 /// Returns the file's bytes. Throws kerf::Error if it cannot be read or is larger than `max_bytes`.
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes = std::size_t{256} << 20);
 /// Throws kerf::Error if a file cannot be written at `path`: the folder does not exist, or `path` is a folder, a device
-/// or a pipe. For checks before lengthy work.
+/// or a pipe. Call it before lengthy work.
 void CheckWritable(const std::string& path);
 /// While an object exists, ReadTextFile() returns these contents for the given names, whether or not such files exist.
-/// For inputs that are embedded in another file. At most one may exist at a time. It must not be created or destroyed
-/// while files are read.
+/// Used for inputs that are embedded in another file. At most one may exist at a time. It must not be created or
+/// destroyed while files are read.
 class FileShelf {
  public:
   explicit FileShelf(std::map<std::string, std::string> files);
@@ -34,12 +34,12 @@ class FileShelf {
 /// Writes to a temporary file next to `path`, flushes it and renames it: an existing file stays intact until the new
 /// one is complete. Throws kerf::Error.
 void WriteTextFile(const std::string& path, const std::string& content);
-/// The same for a writer that needs a file name: calls write(temporary) and renames the temporary file to `path`. The
-/// temporary file already exists and is empty; its name has no extension. If `write` throws, it is removed and the
+/// Does the same for a writer that needs a file name: calls write(temporary) and renames the temporary file to `path`.
+/// The temporary file already exists and is empty; its name has no extension. If `write` throws, it is removed and the
 /// exception is propagated.
 void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write);
-/// File that is written over a long time, to a temporary file next to `path` (files/temporary.h), and renamed by
-/// Commit(). If it is destroyed earlier, nothing is left behind and an existing file is unchanged.
+/// File that is written over a long time. It is written to a temporary file next to `path` (files/temporary.h), which
+/// Commit() renames. If it is destroyed earlier, nothing is left behind and an existing file is unchanged.
 class PendingFile {
  public:
   /// Throws kerf::Error as CheckWritable() does.
@@ -58,7 +58,7 @@ class PendingFile {
   std::unique_ptr<State> state_;
 };
 
-/// The same for a file to which bytes are appended.
+/// A PendingFile to which bytes are appended.
 class GrowingFile {
  public:
   /// Throws kerf::Error if the file cannot be created.
@@ -67,9 +67,9 @@ class GrowingFile {
   GrowingFile(const GrowingFile&) = delete;
   GrowingFile& operator=(const GrowingFile&) = delete;
 
-  /// Unbuffered, so pass large blocks. Throws kerf::Error, for instance if the disk is full.
+  /// Appends without buffering, so pass large blocks. Throws kerf::Error, for instance if the disk is full.
   void Append(std::string_view bytes);
-  /// As PendingFile::Commit().
+  /// Does the same as PendingFile::Commit().
   void Commit();
 
  private:
@@ -80,7 +80,7 @@ class GrowingFile {
 /// Returns true if both names refer, or would refer, to the same file. Follows links.
 bool IsSameFile(const std::string& a, const std::string& b);
 /// Throws kerf::Error if one of `outputs` is also one of `inputs` and would be overwritten, by name or through a link.
-/// Ignores empty names. For checks before lengthy work; list every file that may be written.
+/// Ignores empty names. Call it before lengthy work; list every file that may be written.
 void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
 /// Removes the temporary files that are being written. For a signal handler that ends the program: async-signal-safe.
 void RemoveTemporaries();

@@ -5,11 +5,11 @@
 
 namespace kerf {
 
-/// Points and curves placed by users, a few hundred bytes each. In memory, after parsing, they are about thirty times
-/// as large.
+/// Maximum size of a file with points and curves that a user placed, at a few hundred bytes each. After parsing, they
+/// take about thirty times as much memory.
 inline constexpr std::size_t kMaxMarkupBytes = std::size_t{64} << 20;
-/// Nesting depth of lists and objects; a 3D Slicer file has five levels. Recursive processing uses a stack frame per
-/// level.
+/// Maximum nesting depth of lists and objects; a 3D Slicer file has five levels. Recursive processing uses a stack
+/// frame per level.
 inline constexpr int kMaxJsonDepth = 64;
 
 }  // namespace kerf

@@ -37,9 +37,9 @@ struct PlaneMarkup {
   CutPlane plane;  // LPS mm
 };
 
-/// Reads each markup of type Plane in a .mrk.json file, by the rules of ReadPlaneMarkups(); if there is none, the plane
-/// of its points. A plane without a name is called "plane 1" and so on; a repeated name gets a number. Throws
-/// kerf::Error as ReadPlaneMarkups() does, but accepts several planes.
+/// Reads each markup of type Plane in a .mrk.json file, by the rules of ReadPlaneMarkups(); if there is none, returns
+/// the plane through the points of the file. A plane without a name is called "plane 1" and so on; a repeated name gets
+/// a number. Throws kerf::Error as ReadPlaneMarkups() does, but accepts several planes.
 std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path);
 
 /// Writes planes in the format of 3D Slicer 5: point and normal, `size_mm` wide in both directions, all in one file.
@@ -47,7 +47,7 @@ std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path);
 void WritePlaneMarkups(const std::string& path, const std::vector<PlaneMarkup>& planes, double size_mm = 40);
 std::string FormatPlaneMarkups(const std::vector<PlaneMarkup>& planes, double size_mm = 40);
 
-/// The same from a file's text; `path` is the name in messages.
+/// These do the same from a file's text; `path` is its name in messages.
 std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path);
 std::vector<Markup> ParseCurveMarkups(const std::string& text, const std::string& path);
 CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path);

@@ -34,7 +34,7 @@ std::uint64_t PageBytes() {
 struct Pages {
   std::uint64_t all = 0;
   std::uint64_t resident = 0;
-  std::uint64_t data = 0;  // private and writable, including the stack
+  std::uint64_t data = 0;  // private writable memory, including the stack
 };
 
 Pages ReadOwnPages() {

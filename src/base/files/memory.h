@@ -20,11 +20,11 @@ std::uint64_t ReadAvailableBytes();
 /// this program or another. Call at the start of a program. Returns ReadAvailableBytes().
 std::uint64_t LimitMemory();
 /// Throws kerf::Error with a sentence if `bytes` exceeds the available memory: "WHAT needs about 12.3 GB of memory and
-/// 4.2 GB are free; REMEDY". For checks before lengthy work; the estimate may be off by half.
+/// 4.2 GB are free; REMEDY". Call it before lengthy work. `bytes` may be a rough estimate, off by half.
 void CheckMemory(double bytes, const std::string& what, const std::string& remedy);
 
-/// The same for what remains of this program's limits (`ulimit -v`: address space; `ulimit -d`, which LimitMemory()
-/// sets: data), for libraries that crash when an allocation fails.
+/// Does the same for what remains of this program's limits (`ulimit -v`: address space; `ulimit -d`, which
+/// LimitMemory() sets: data), for libraries that crash when an allocation fails.
 void CheckLimits(double address_bytes, double data_bytes, const std::string& what, const std::string& remedy);
 /// Sets the function that ends the program for EndsWithoutMemory; it must not allocate memory. Call at the start of a
 /// program.

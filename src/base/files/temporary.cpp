@@ -47,8 +47,8 @@ namespace fs = std::filesystem;
 std::array<LiveTemporary, 16> live_temporaries;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// Returns nullptr if the table is full. If a signal then kills the program, the file stays until the next program
-/// removes it.
+/// Adds an entry for the file. Returns nullptr if the table is full; if a signal then kills the program, the file stays
+/// until the next program removes it.
 LiveTemporary* AddLive(const std::string& path) {
   if (path.size() >= LiveTemporary{}.path.size()) return nullptr;
   for (LiveTemporary& entry : live_temporaries) {
@@ -66,7 +66,7 @@ void RemoveLive(LiveTemporary* entry) {
   entry->taken = false;
 }
 
-/// Id of this machine: a hash of its machine id, which is the same on a copied disk, and its host name.
+/// Returns an id of this machine: a hash of its machine id, which is the same on a copied disk, and its host name.
 std::string HostId() {
   static const std::string id = [] {
     std::string text;
@@ -88,7 +88,7 @@ std::string RandomName(const fs::path& target) {
     throw Error(fmt::format("no random numbers from the system: {}", FormatErrno(errno)));
   }
   const std::string tail = fmt::format(".kerf-{}-{:016x}{}", HostId(), random, target.extension().string());
-  // Shortens a long stem, so that the temporary name is not too long if the target's is not.
+  // Shorten a long stem, so that the temporary name is valid whenever the target's name is.
   std::string stem = target.stem().string();
   if (target.filename().string().size() <= NAME_MAX && tail.size() < NAME_MAX) {
     stem.resize(std::min(stem.size(), NAME_MAX - 1 - tail.size()));
@@ -110,7 +110,8 @@ bool IsLocal(int file) {
   return false;
 }
 
-/// Returns true if the file is open only through `file`, in this program and in all others. For local file systems.
+/// Returns true if nothing but `file` has the file open, in this program or any other. Valid only on local file
+/// systems.
 bool IsOpenHereOnly(int file) {
   if (fcntl(file, F_SETLEASE, F_WRLCK) != 0) return false;
   fcntl(file, F_SETLEASE, F_UNLCK);
@@ -123,8 +124,8 @@ bool IsRunning(const std::string& process) {
   return errno != 0 || id <= 0 || id > INT_MAX || kill(static_cast<pid_t>(id), 0) == 0 || errno != ESRCH;
 }
 
-/// Removes the file if its owner is dead. `host`: as given in the file's name; empty if the file was created by an
-/// earlier version of kerf, in `process`.
+/// Removes the file if the program that created it is dead. `host`: as given in the file's name; empty if the file was
+/// created by an earlier version of kerf, in `process`.
 void RemoveIfLeft(const std::string& path, const std::string& host, const std::string& process) {
   const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return;
@@ -190,7 +191,7 @@ bool Temporary::Create(mode_t mode) {
     if (code == EEXIST) return false;
     throw Error(FormatErrno(code));
   }
-  // The sweep of another program may have been faster: it then holds the lock or has removed the file.
+  // Another program's sweep may have come first; it then holds the lock or has removed the file.
   const bool locked = flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
   struct stat made {};
   if (locked && fstat(file_, &made) == 0 && made.st_nlink > 0) return true;
@@ -207,7 +208,7 @@ Temporary::Temporary(const std::string& target) {
   const bool replaces = stat(target.c_str(), &earlier) == 0 && S_ISREG(earlier.st_mode);
   constexpr std::string_view kOwnFiles = "/proc/self/fd/";
   path_to_write_.reserve(kOwnFiles.size() + 12);  // so that std::bad_alloc cannot occur after the file has been created
-  // In the target's folder, so that the rename stays within one file system.
+  // Create it in the target's folder, so that the rename stays within one file system.
   constexpr int kTries = 100;
   for (int i = 0; i < kTries && file_ < 0; ++i) {
     path_ = RandomName(target);

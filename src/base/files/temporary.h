@@ -1,4 +1,4 @@
-// File that is written under a temporary name next to its target, and removal of leftovers of killed programs.
+// File that is written under a temporary name next to its target, and removal of the files that killed programs left.
 #pragma once
 
 #include <sys/types.h>
@@ -17,7 +17,8 @@ struct LiveTemporary;  // entry that a signal handler can read
 /// without process ids whether its owner is alive. The destructor removes it unless it was renamed.
 class Temporary {
  public:
-  /// First removes what killed programs left in the folder (SweepLeftovers()). Throws kerf::Error.
+  /// First removes what killed programs left in the folder (SweepLeftovers()). Throws kerf::Error if the file cannot be
+  /// created.
   explicit Temporary(const std::string& target);
   ~Temporary();
   Temporary(const Temporary&) = delete;
@@ -27,8 +28,8 @@ class Temporary {
   /// name. Without /proc it is the file's name.
   const std::string& path_to_write() const { return path_to_write_.empty() ? path_ : path_to_write_; }
   int file() const { return file_; }
-  /// Flushes it to the disk and renames it; keeps the permissions of an existing file. Throws kerf::Error with only the
-  /// reason.
+  /// Flushes the file to the disk, gives it the permissions of an existing target, and renames it. Throws kerf::Error
+  /// that states only the reason.
   void RenameTo(const std::string& target, bool flush = true);
 
  private:
@@ -42,7 +43,7 @@ class Temporary {
 };
 
 /// Removes temporary files of dead programs from the folder of `target`: those named as above, and those of earlier
-/// versions (.NAME.PID-N.EXT) that were meant for `target`. A program searches each folder once.
+/// versions (.NAME.PID-N.EXT) that were meant for `target`. A program searches each folder only once.
 ///
 /// A temporary file is removed only if it is a regular file of this user with a single link and its owner is dead, that
 /// is, its lock is free. If the file system may be shared with other machines, HOST must also be this machine. A file

@@ -1,5 +1,5 @@
 // Heap functions of the C library with the checks of core/heap_guard.h. They replace the C library's own in every
-// program that links this file. operator new and delete call them too.
+// program that links this file. The operators new and delete also call them.
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,7 +22,7 @@ namespace {
 
 [[maybe_unused]] const bool installed = [] { return kerf::heap_guard::installed = true; }();
 
-/// Must not use the heap itself.
+/// Reports a violation. Must not use the heap itself.
 [[gnu::noinline, gnu::cold]] void Report(const char* call) {
   kerf::heap_guard::violations.fetch_add(1);
   if (kerf::heap_guard::count_only.load()) return;

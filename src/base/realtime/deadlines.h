@@ -1,4 +1,4 @@
-// Deadlines of ticks: whole multiples of the period after the start, regardless of delays of earlier ticks.
+// Deadlines of ticks: whole multiples of the period after the start, regardless of whether earlier ticks were late.
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,9 @@ namespace kerf {
 
 /// Times are nanoseconds of any one clock. Tick-safe; uses no clock.
 ///
-/// A tick that has not begun when the next one is due is missed: it is skipped and counted, and never made up for
-/// later. Two ticks begin at least a quarter of a period apart: if less time is left after a late tick, the next
-/// deadline is skipped.
+/// A tick that has not begun when the next one is due is missed: it is skipped and counted, and not made up for later.
+/// Two ticks begin at least a quarter of a period apart: if less time is left after a late tick, the next deadline is
+/// skipped.
 class Deadlines {
  public:
   /// `period_ns` > 0.

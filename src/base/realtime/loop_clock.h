@@ -5,18 +5,18 @@
 
 namespace kerf {
 
-/// Nanoseconds since an arbitrary origin; never decreases. Tick-safe.
+/// Clock that counts nanoseconds from an arbitrary origin and never goes back. Tick-safe.
 class LoopClock {
  public:
   virtual ~LoopClock() = default;
   virtual std::int64_t Now() noexcept = 0;
   /// Returns at `time_ns` or later.
   virtual void SleepUntil(std::int64_t time_ns) noexcept = 0;
-  /// Passes time without sleeping.
+  /// Lets time pass without sleeping.
   virtual void Burn(std::int64_t ns) noexcept = 0;
 };
 
-/// CLOCK_MONOTONIC.
+/// The machine's clock, CLOCK_MONOTONIC.
 class MonotonicClock final : public LoopClock {
  public:
   std::int64_t Now() noexcept override;

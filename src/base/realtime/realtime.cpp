@@ -15,8 +15,8 @@
 namespace kerf {
 namespace {
 
-/// With MCL_FUTURE: returns true if a request beyond the limit is granted, as for a privileged process. Otherwise later
-/// requests beyond the limit fail, such as those for thread stacks and the bone's leaves.
+/// Returns true if, with MCL_FUTURE, requests for memory beyond the limit are granted, as they are to a privileged
+/// process. Otherwise such requests fail later, for example those for thread stacks and the bone's leaves.
 bool IsAboveTheLimit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;

@@ -10,7 +10,7 @@ struct RealtimeGrants {
   int priority = 0;   // of SCHED_FIFO
   bool locked = false;
   bool fine_timer = false;  // timer slack of 1 ns
-  std::string scheduling;   // scheduling and memory: one sentence each for the user
+  std::string scheduling;   // this and `memory`: one sentence each for the user
   std::string memory;
 };
 
@@ -18,7 +18,7 @@ struct RealtimeGrants {
 /// thread.
 void AskForPriority(int priority, RealtimeGrants& grants);
 /// Locks all memory of the process in RAM until UnlockMemory(), including later allocations if the limit (ulimit -l)
-/// allows.
+/// permits.
 void LockMemory(RealtimeGrants& grants);
 void UnlockMemory();
 /// Writes to the next `kStackTouched` bytes of the calling thread's stack, so that no tick causes a page fault there.

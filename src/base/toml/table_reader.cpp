@@ -40,7 +40,7 @@ const char* KindName(Kind kind) {
   return "something else";
 }
 
-/// Returns the valid key that `key` probably means, or "". The most common mistake is a missing unit.
+/// Returns the valid key that `key` probably means, or "". The most common mistake is to leave out the unit.
 std::string FindMeant(const std::string& key, const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     if (word.size() > key.size() && word.compare(0, key.size() + 1, key + "_") == 0) return word;

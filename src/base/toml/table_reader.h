@@ -12,7 +12,8 @@
 
 namespace kerf {
 
-/// Visitor for Describe(). An absent key leaves its field unchanged. A fault also leaves it unchanged and is recorded.
+/// Visitor for Describe() that reads the fields. An absent key leaves its field unchanged. So does a fault, which is
+/// recorded.
 class TableReader {
  public:
   /// `name` is the table as written in the file, e.g. "[tool]". Both references must outlive the reader.

@@ -16,8 +16,8 @@ void SetPosition(TomlNode& node, const toml::source_region& source) {
   node.column = static_cast<int>(source.begin.column);
 }
 
-// Values in a scene are nested about ten deep at most. Each level uses a stack frame here and in every recursion over
-// the tree.
+// Maximum depth of nested values; those of a scene are at most about ten deep. Each level uses a stack frame here and
+// in every recursion over the tree.
 constexpr int kMaxDepth = 64;
 
 TomlNode Convert(const toml::node& source, const std::string& file, int depth = 0) {
@@ -62,8 +62,8 @@ TomlNode Convert(const toml::node& source, const std::string& file, int depth = 
   return node;
 }
 
-// Scene keys have few parts. toml++ allows 256 nested values; with this limit on parts, the depth stays far below that
-// at which its recursion overflows the stack (about 20 000).
+// Maximum number of parts of a dotted key; the keys of a scene have few. toml++ allows 256 nested values, so with this
+// limit the depth stays far below the roughly 20 000 at which its recursion overflows the stack.
 constexpr int kMaxKeyParts = 16;
 
 // Throws kerf::Error if a dotted key has more parts: toml++ creates a table for each and aborts the program if there
@@ -72,7 +72,7 @@ void CheckKeyLengths(const std::string& text, const std::string& file) {
   int line = 1;
   int column = 0;
   int dots = 0;
-  int key_line = 0;  // 0: not in a key
+  int key_line = 0;  // 0: the position is not in a key
   int key_column = 0;
   std::size_t at = 0;
   const auto take = [&](std::size_t count) {
@@ -105,7 +105,7 @@ void CheckKeyLengths(const std::string& text, const std::string& file) {
         take(c == '"' && text[at] == '\\' ? 2 : 1);
       }
       if (at < text.size() && text[at] == c) take(quotes.size());
-      // Up to two quotes that belong to the text.
+      // Up to two quotes before the closing three belong to the text.
       for (int n = 0; many_lines && n < 2 && at < text.size() && text[at] == c; ++n) take(1);
     } else if (c == '#') {
       end_key();

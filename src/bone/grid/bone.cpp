@@ -43,8 +43,8 @@ void ForEachTileBox(const FloatTree& tree, Visit visit) {
   }
 }
 
-/// Calls visit(cell, fraction) for the cells of a bone tile that are not entirely bone. A level set has none, because
-/// its tiles lie far from the surface, but a cut that ran out of memory ends at a tile.
+/// Calls visit(cell, fraction) for the cells of a bone tile that are not entirely bone. A level set has no such cells,
+/// because its tiles lie far from the surface, but a cut that ran out of memory ends at a tile.
 template <typename Accessor, typename Visit>
 void ForEachCutCell(const Accessor& accessor, const openvdb::CoordBBox& tile, Visit visit) {
   CellBlock block;
@@ -261,7 +261,7 @@ std::map<int, double> Bone::CalcRegionVolumes() const {
 }
 
 Box3 Bone::CalcBounds() const {
-  // The crossings on the edges between an inside voxel and an outside neighbour. The outermost ones bound the surface.
+  // The surface crosses the edges between an inside voxel and an outside neighbour. The outermost crossings bound it.
   const std::vector<const FloatLeaf*> leaves = Leaves(grids_->phi->tree());
   const double h = voxel_mm();
   return tbb::parallel_reduce(

@@ -53,8 +53,9 @@ struct Blocks {
   std::vector<Coord> mixed;
 };
 
-// Maximum memory per block while a bone is made: an entry in the lists; a leaf of the level set and of the regions, and
-// another while a distance is computed. Measured with blocks of 60 to 240 mm at 0.2 mm voxels.
+// Maximum memory per block while a bone is made, bytes. An inside block needs an entry in the lists; a mixed block
+// needs a leaf of the level set, one of the regions, and another one while a distance is computed. Measured with blocks
+// of 60 to 240 mm at 0.2 mm voxels.
 constexpr double kBytesOfInside = 100;
 constexpr double kBytesOfMixed = 7000;
 
@@ -127,7 +128,7 @@ class Progress {
   std::thread::id owner_ = std::this_thread::get_id();
 };
 
-/// Evaluates the field at the voxels of the mixed blocks, all active.
+/// Evaluates the field at the voxels of the mixed blocks, all of which are active.
 std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, const std::vector<Coord>& blocks,
                                                        double h, Progress& progress) {
   std::vector<std::unique_ptr<FloatLeaf>> leaves(blocks.size());
@@ -404,7 +405,8 @@ void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doubl
   std::sort(blocks.begin(), blocks.end());
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
 
-  // A block with one region never becomes a leaf. Most blocks are like this, and a leaf for each would use all memory.
+  // A block with one region never becomes a leaf. Most blocks are like this, and a leaf for each would exhaust the
+  // memory.
   std::vector<std::unique_ptr<RegionLeaf>> leaves(blocks.size());
   std::vector<std::uint8_t> uniform(blocks.size(), 0);
   std::atomic<int> bad_id{0};

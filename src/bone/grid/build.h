@@ -29,7 +29,7 @@ struct SolidField {
 /// Returns a classify() function for a field whose value changes by at most 1 per mm.
 std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<double(const Vec3&)> value);
 
-/// Voids that were filled.
+/// Number and total volume of the voids that were filled.
 struct FilledVoids {
   std::size_t count = 0;
   double mm3 = 0;  // sum of their voxels
@@ -38,20 +38,20 @@ struct FilledVoids {
 struct BuildOptions {
   double voxel_mm = 0.2;                 // edge of a voxel, mm, 0.02 to 4
   double region_voxel_mm = 0.2;          // edge of a voxel of the region grid, mm
-  std::function<void(double)> progress;  // optional; called with 0 to 1, from one thread
-  int band_voxels = 3;                   // half width of the level set's band, 2 to 8; files support only 3
+  std::function<void(double)> progress;  // optional; called with the progress, 0 to 1, from one thread
+  int band_voxels = 3;                   // half-width of the level set's band, 2 to 8; files support only 3
   double max_bytes = 1e300;              // available memory; a bone that needs more is refused before allocation
-  FilledVoids* fill_voids = nullptr;     // if set, voids enclosed by the solid are filled and counted here; only if
-                                         // `is_distance` is false
+  FilledVoids* fill_voids = nullptr;     // if set, voids enclosed by the solid are filled and counted here; has an
+                                         // effect only if `is_distance` is false
 };
 
 /// Voxelises a solid within `box`. The solid must not touch the box: leave at least 4 voxels around it. Voxel centres
 /// lie at integer multiples of voxel_mm in world coordinates. Uses all cores; the result does not depend on their
 /// number. Throws kerf::Error if the box needs more than 2^36 voxels, if the bone needs more than `max_bytes` of
-/// memory, or if nothing is inside.
+/// memory, or if the solid contains no voxel.
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials);
 
-/// Makes a bone from closed surfaces; `region` as in SolidField. The first layer encloses the solid, including any
+/// Makes a bone from closed surfaces; `region` is as in SolidField. The first layer encloses the solid, including any
 /// hollows in it. The volume enclosed by the second layer is subtracted, that of the third is added, and so on
 /// alternately. Throws kerf::Error if a layer is not closed.
 Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
@@ -64,7 +64,7 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
 void RoundDistances(Bone& bone, int precision_bits);
 
 /// Replaces the region grid: calls `region`, which must be thread-safe, for every region voxel in or near the bone.
-/// `report` is called with progress 0.75 to 0.98, the last quarter of making a bone.
+/// `report` is called with a progress of 0.75 to 0.98, because this is the last quarter of the construction of a bone.
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
                 const std::function<void(double)>& report = {});
 

@@ -1,5 +1,5 @@
-// Values of the cells whose lowest corner lies in one 8 x 8 x 8 leaf: those of the leaf and one layer of its upper
-// neighbours.
+// Corner values of all cells whose lowest corner lies in one 8 x 8 x 8 leaf: the values of the leaf and of the
+// adjoining layer of its upper neighbours.
 #pragma once
 
 #include <array>
@@ -58,7 +58,8 @@ class CellBlock {
     }
   }
 
-  /// `data`: 512 values; null if all are `uniform`.
+  /// Loads the part that comes from one leaf: the leaf itself, or the upper neighbour at (bx, by, bz). `data`: its 512
+  /// values; null if all are `uniform`.
   void LoadPart(const float* data, float uniform, int bx, int by, int bz) {
     for (int x = 0; x < (bx ? 1 : 8); ++x) {
       for (int y = 0; y < (by ? 1 : 8); ++y) {

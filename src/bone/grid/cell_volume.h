@@ -1,8 +1,8 @@
 // Volume of bone in a cell. A cell is the cube between eight neighbouring voxel centres. Within it phi is linear on
 // each of six tetrahedra (Kuhn's division, the same in every cell, so that neighbouring cells agree on their common
 // face). The volume is therefore exact for plane surfaces, second-order for curved ones, and a function of the eight
-// values alone. The difference of the volumes before and after a cut equals exactly the sum of the losses of the
-// changed cells.
+// values alone. The difference between the volumes before and after a cut is exactly the sum of the volumes that the
+// changed cells have lost.
 #pragma once
 
 #include <array>
@@ -55,9 +55,10 @@ inline double CalcCellFraction(const std::array<float, 8>& v) {
   return sum / 6;
 }
 
-/// Returns phi within a cell, linear on each tetrahedron as in CalcCellFraction(); f: 0 to 1 along x, y, z. Tick-safe.
+/// Returns phi within a cell, linear on each tetrahedron as in CalcCellFraction(). `f`: position in the cell, 0 to 1
+/// along x, y and z. Tick-safe.
 inline double InterpolateInCell(const std::array<float, 8>& v, const double f[3]) {
-  // From corner 0 along the axes in descending order of f: this path defines the tetrahedron that contains the point.
+  // The path from corner 0 along the axes in descending order of f defines the tetrahedron that contains the point.
   int axis[3] = {0, 1, 2};
   const auto swap_if = [&](int i, int j) {
     if (f[axis[i]] >= f[axis[j]]) return;

@@ -18,14 +18,14 @@ class ChangedHash {
   /// ignored; they are the same ones in each run.
   explicit ChangedHash(std::size_t leaves = std::size_t{1} << 18);
 
-  /// Adds or updates a leaf. Tick-safe; 0.1 us.
+  /// Adds or updates a leaf. Tick-safe; takes 0.1 us.
   void Take(const ChangedLeaf& leaf);
   std::uint64_t value() const { return sum_; }
   std::size_t leaves() const { return count_; }
 
  private:
   struct Slot {
-    std::uint64_t key = 0;  // of the leaf; 0: free
+    std::uint64_t key = 0;  // of the leaf; 0: free slot
     std::uint64_t hash = 0;
   };
   std::vector<Slot> slots_;

@@ -16,7 +16,7 @@ namespace {
 
 using openvdb::Coord;
 
-/// Calls visit(CT number, region id) for each CT voxel with its centre in the bone.
+/// Calls visit(CT number, region id) for each CT voxel whose centre lies in the bone.
 template <typename Visit>
 void ForEachHuInBone(const Bone& bone, Visit visit) {
   const Bone::Grids& grids = bone.grids();
@@ -33,7 +33,7 @@ void ForEachHuInBone(const Bone& bone, Visit visit) {
   }
 }
 
-/// Returns the cells of a lattice of edge `hu_h` that hold an inside voxel of the bone.
+/// Returns the cells of a lattice of edge `hu_h` that contain an inside voxel of the bone.
 openvdb::MaskTree FindCells(const openvdb::FloatTree& phi, double h, double hu_h) {
   openvdb::MaskTree cells;
   openvdb::tree::ValueAccessor<openvdb::MaskTree> mark(cells);

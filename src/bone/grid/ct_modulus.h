@@ -13,7 +13,8 @@ namespace kerf {
 /// unless voxel_mm is from 0.05 to 10.
 void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxel_mm);
 
-/// Takes the CT numbers and their lattice from another bone in the same place. Throws kerf::Error if it has none.
+/// Replaces the bone's CT numbers and their lattice with those of another bone in the same place. Throws kerf::Error if
+/// that bone has none.
 void TakeHu(Bone& bone, const Bone& from);
 
 /// Statistics over the CT voxels whose centre lies in the bone and in a region whose E comes from CT numbers.
@@ -21,7 +22,7 @@ struct CtModulusReport {
   std::uint64_t voxels = 0;
   double fraction_below = 0;  // fraction with a density below the law's range, clamped to its lower end
   double fraction_above = 0;
-  double E_min_MPa = 0, E_p5_MPa = 0, E_p50_MPa = 0, E_p95_MPa = 0, E_max_MPa = 0;  // all 0 if there are none
+  double E_min_MPa = 0, E_p5_MPa = 0, E_p50_MPa = 0, E_p95_MPa = 0, E_max_MPa = 0;  // all 0 if there are no such voxels
 };
 
 /// Makes E follow `law`, applied to the CT numbers and interpolated trilinearly between their voxels, in the cancellous

@@ -16,8 +16,8 @@ using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
 constexpr int kOriginLeaves = 1 << 14;      // the origin of frame F is a multiple of this number of leaves
-constexpr std::uint8_t kMarkChanged = 1;    // since ClearChanged()
-constexpr std::uint8_t kMarkUnsettled = 2;  // since Settle()
+constexpr std::uint8_t kMarkChanged = 1;    // changed since ClearChanged()
+constexpr std::uint8_t kMarkUnsettled = 2;  // changed since Settle()
 
 Coord OriginOf(const LeafIndex& leaf) {
   return {kLeafEdge * leaf.x, kLeafEdge * leaf.y, kLeafEdge * leaf.z};
@@ -26,7 +26,7 @@ LeafIndex LeafAt(const Coord& ijk) {
   return {ijk.x() >> 3, ijk.y() >> 3, ijk.z() >> 3};
 }
 
-/// Calls visit(first leaf, last leaf, value) for each tile that does not hold the background.
+/// Calls visit(first leaf, last leaf, value) for each tile whose value is not the background.
 template <typename Tree, typename Visit>
 void ForEachTile(const Tree& tree, Visit visit) {
   auto it = tree.cbeginValueAll();
@@ -54,8 +54,8 @@ LeafIndex operator-(const LeafIndex& a, const LeafIndex& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
-/// Finds the box of the leaves of a tree that are not background: first, last; {0, 0, 0} and {-1, -1, -1} if there are
-/// none.
+/// Returns the first and the last leaf of the box around all leaves of a tree that are not background; {0, 0, 0} and
+/// {-1, -1, -1} if there are none.
 template <typename Tree>
 std::pair<LeafIndex, LeafIndex> FindLeafBox(const Tree& tree) {
   bool any = false;
@@ -301,7 +301,7 @@ float* BoneField::Open(const LeafIndex& leaf) {
   const LeafIndex low = lowest(), high = highest();
   const bool in_box =
       leaf.x >= low.x && leaf.y >= low.y && leaf.z >= low.z && leaf.x <= high.x && leaf.y <= high.y && leaf.z <= high.z;
-  // A node that holds a leaf has room for its neighbours without allocation.
+  // A node that contains a leaf has room for this leaf's neighbours without further allocation.
   if (!in_box || s.spare.empty() ||
       s.tree.probeNode<FloatTree::RootNodeType::ChildNodeType::ChildNodeType>(OriginOf(leaf + s.origin)) == nullptr) {
     return nullptr;
@@ -371,7 +371,8 @@ void BoneField::Refill(int spare_leaves) {
   s.ReserveMarks();
 }
 
-/// Returns whether all of the leaf's own values are outside and no cell whose lowest corner lies in it holds bone.
+/// Returns whether all of the leaf's own values are outside and no cell whose lowest corner lies in the leaf contains
+/// bone.
 bool BoneField::State::IsEmpty(const LeafIndex& leaf) const {
   const float* own = table().at(table().Find(leaf));
   if (std::any_of(own, own + kLeafVoxels, [this](float value) { return value < band; })) return false;

@@ -1,4 +1,5 @@
-// View of the bone for the tick: a table of its leaves with O(1) access, changed without allocating memory.
+// View of the bone for the tick: a table of its leaves with O(1) access, which can be changed without allocating
+// memory.
 #pragma once
 
 #include <array>
@@ -20,17 +21,17 @@ class LeafHistory;
 /// (+band_mm) or kInside (-band_mm). Reading therefore never branches. The first write into a shared inside leaf
 /// replaces it with one of the spare leaves, which are allocated when the field is made.
 ///
-/// Points and leaves are expressed in the field's frame F: the world frame, moved by whole leaves to the bone, so that
-/// a bone far from the world's origin loses no precision. For a bone within 65536 voxels of the origin F is the world
-/// frame.
+/// Points and leaves are expressed in the field's frame F: the world frame, shifted to the bone by a whole number of
+/// leaves, so that a bone far from the world's origin loses no precision. For a bone within 65536 voxels of the origin
+/// F is the world frame.
 class BoneField {
  public:
   static constexpr int kLeafVoxels = 512;
   enum class LeafKind : std::uint8_t { kOutside, kInside, kOwn };
 
   /// The bone must outlive the field, and no other code may change its grids meanwhile. `spare_leaves`: number of
-  /// leaves of pure bone that can be cut into before Refill() (2 kB each; a disc of 22 mm opens about 500 a second at 5
-  /// mm/s and 0.1 mm voxels). Allocates. The bone's values stay unchanged.
+  /// leaves of pure bone that can be cut into before Refill() (2 kB each; a 22 mm disc at 5 mm/s needs about 500 per
+  /// second if the voxels are 0.1 mm). Allocates. The bone's values stay unchanged.
   explicit BoneField(Bone& bone, int spare_leaves = 4096);
   ~BoneField();
   BoneField(BoneField&&) noexcept;
@@ -51,7 +52,7 @@ class BoneField {
   // ---- reading: tick-safe, O(1), any index; outside the bone's box there is air
   LeafKind kind(const LeafIndex& leaf) const;
   const float* Read(const LeafIndex& leaf) const;
-  /// Returns phi, mm, trilinear; `p_vox` = p_F / voxel_mm().
+  /// Returns phi, mm, interpolated trilinearly; `p_vox` = p_F / voxel_mm().
   double Sample(const Vec3& p_vox) const;
   /// Returns the gradient of that interpolation (dimensionless; length about 1 near the surface).
   Vec3 SampleGradient(const Vec3& p_vox) const;
@@ -66,20 +67,20 @@ class BoneField {
   /// ForEachRegionAround() in bone/grid/grids.h does. Fills `fractions` (one per voxel that has a region) and returns
   /// their number. Weights are not normalised. E* and E of the regions come from the caller's tables.
   int FindRegions(const Vec3& p_F, std::array<RegionFraction, 8>& fractions) const;
-  /// Returns E from the CT at a point, MPa; 0 if the bone has none there.
+  /// Returns E from the CT at a point, MPa; 0 if the CT gives no value there.
   double ModulusAt(const Vec3& p_F) const;
-  /// Returns whether E of a region, 0 to 255, comes from the CT wherever the CT gives a value.
+  /// Returns whether the E of a region (id 0 to 255) comes from the CT wherever the CT gives a value.
   bool by_modulus(int region) const;
 
   // ---- writing: tick-safe
   /// Returns the leaf's own values for writing and marks it as changed. Returns null if the leaf is outside, or if it
   /// needs a spare leaf and none is left.
   float* Write(const LeafIndex& leaf);
-  /// Like Write(), but an outside leaf uses a spare one too, so that bone can be restored there. Returns null if none
-  /// is left or the leaf lies beyond the bone's box.
+  /// Like Write(), but also replaces an outside leaf with a spare one, so that bone can be restored there. Returns null
+  /// if no spare leaf is left or the leaf lies beyond the bone's box.
   float* Open(const LeafIndex& leaf);
   /// Returns the leaf's own values; null unless its kind is kOwn. A caller that changes them must also call Write(),
-  /// and must call it before the change if WantsOld().
+  /// and must call it before the change if WantsOld() returns true.
   float* OwnValues(const LeafIndex& leaf);
   /// Returns whether there is a history that has not yet received the leaf's old values. Write() and Open() pass them
   /// to it, so they must be called before the values change.
@@ -103,8 +104,8 @@ class BoneField {
   std::size_t PlaceOf(const LeafIndex& leaf) const;
   /// Allocates spare leaves until there are `spare_leaves`.
   void Refill(int spare_leaves);
-  /// Updates the grids' bookkeeping (active voxels, emptied leaves) after writing; the values are always up to date.
-  /// Emptied leaves become spare again. Invalidates pointers from Read() and Write().
+  /// Updates the grids' bookkeeping (active voxels, emptied leaves) after writing; the values themselves are always up
+  /// to date. Emptied leaves become spare again. Invalidates pointers from Read() and Write().
   void Settle();
   std::size_t CalcMemoryBytes() const;  // of the table and the spare leaves, not of the bone
 

@@ -1,4 +1,4 @@
-// OpenVDB grids of a bone. Includes OpenVDB, so it is for source files that need the grids themselves.
+// OpenVDB grids of a bone. Includes OpenVDB, and is therefore only for source files that need the grids themselves.
 #pragma once
 
 #include "bone/grid/openvdb_templates.h"
@@ -14,13 +14,13 @@ namespace kerf {
 inline constexpr int kHalfBandVoxels = 3;
 inline constexpr int kLeafEdge = openvdb::FloatTree::LeafNodeType::DIM;  // voxels
 
-/// All grids have transforms of uniform scale without offset: a voxel's centre lies at its integer index times its
+/// The transforms of all grids have a uniform scale and no offset: a voxel's centre lies at its integer index times its
 /// edge. All grids except phi are shared between copies: they are replaced, never changed in place.
 struct Bone::Grids {
   openvdb::FloatGrid::Ptr phi;
   openvdb::Int32Grid::Ptr region;
   MaterialTable materials;
-  std::optional<MaterialTable> stored_materials;  // written to files if set: `materials` is then an override
+  std::optional<MaterialTable> stored_materials;  // if set, files get this table, and `materials` overrides it
   std::map<std::string, std::string> notes;
   openvdb::FloatGrid::Ptr hu;          // CT numbers; null if none were kept or read
   openvdb::FloatGrid::Ptr modulus;     // E from the CT numbers, MPa, 0 where unknown; null if not used
@@ -32,11 +32,11 @@ struct Bone::Grids {
 
 openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm, int band_voxels = kHalfBandVoxels);
 openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm);
-/// Clamps to the band, deactivates voxels beyond it, and merges uniform leaves into tiles.
+/// Clamps the values to the band, deactivates the voxels beyond it, and merges uniform leaves into tiles.
 void FinishLevelSet(openvdb::FloatGrid& grid);
-/// Makes a grid of CT numbers; the background is air.
+/// Makes an empty grid for CT numbers; its background value is air.
 openvdb::FloatGrid::Ptr MakeHuGrid(double voxel_mm);
-/// Like ExtractSurface(), for any level set with a right-handed transform.
+/// Like ExtractSurface(), but for any level set with a right-handed transform.
 TriangleMesh ExtractZeroLevel(const openvdb::FloatGrid& grid, double adaptivity);
 
 /// Returns the eight values of a cell. Tick-safe.
@@ -50,15 +50,16 @@ auto GetCorners(const Accessor& accessor, const CellPoint& cell) {
   return v;
 }
 
-/// Returns phi at a point in phi's index space, trilinear. Accessor: openvdb::FloatGrid::ConstAccessor. Tick-safe.
+/// Returns phi, interpolated trilinearly, at a point in phi's index space. Accessor: openvdb::FloatGrid::ConstAccessor.
+/// Tick-safe.
 template <typename Accessor>
 double SampleTrilinear(const Accessor& accessor, const Vec3& p_vox) {
   const CellPoint cell = FindCell(p_vox);
   return Interpolate(GetCorners(accessor, cell), cell.f);
 }
 
-/// Returns E from the CT at a point, MPa: trilinear between those of the eight voxels around it that have a value; 0 if
-/// none has. `p_vox`: in the index space of the grid. Tick-safe.
+/// Returns E from the CT at a point, MPa: interpolated trilinearly between those of the eight voxels around it that
+/// have a value; 0 if none has. `p_vox`: in the index space of the grid. Tick-safe.
 template <typename Accessor>
 double SampleModulus(const Accessor& modulus, const Vec3& p_vox) {
   const CellPoint cell = FindCell(p_vox);

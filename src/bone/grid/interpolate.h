@@ -17,10 +17,11 @@ struct CellPoint {
   Vec3 f;
 };
 
-/// `p_vox`: in the grid's index space; coordinates are clamped to +-2^30. Tick-safe.
+/// Finds the cell that contains `p_vox`, a point in the grid's index space; coordinates are clamped to +-2^30.
+/// Tick-safe.
 inline CellPoint FindCell(const Vec3& p_vox) {
   constexpr double kFar = 1 << 30;
-  // Rounds down through an integer, because without SSE 4.1 floor() is a function call.
+  // Rounds down by converting to an integer, because without SSE 4.1 floor() is a function call.
   const auto down = [](double x) {
     const int towards_0 = static_cast<int>(x);
     return towards_0 - (x < towards_0 ? 1 : 0);
@@ -41,7 +42,7 @@ inline double CalcCornerWeight(std::size_t corner, const Vec3& f) {
   return ((corner & 4) ? f.x : 1 - f.x) * ((corner & 2) ? f.y : 1 - f.y) * ((corner & 1) ? f.z : 1 - f.z);
 }
 
-/// Interpolates trilinearly. Tick-safe.
+/// Interpolates trilinearly at the position `f` in the cell. Tick-safe.
 inline double Interpolate(const CellValues<float>& v, const Vec3& f) {
   double plane[2];
   for (std::size_t x = 0; x < 2; ++x) {
@@ -58,7 +59,7 @@ inline double Interpolate(const CellValues<float>& v, const Vec3& f) {
 
 /// Returns the gradient of Interpolate() with respect to f. Tick-safe.
 inline Vec3 InterpolateGradient(const CellValues<float>& v, const Vec3& f) {
-  // Along each axis: the difference of the two opposite faces, bilinear in the other two axes.
+  // Along each axis, the difference between the two opposite faces, interpolated bilinearly along the other two axes.
   const auto d = [&v](std::size_t upper, std::size_t lower) {
     return static_cast<double>(v[upper]) - static_cast<double>(v[lower]);
   };

@@ -18,13 +18,13 @@ inline constexpr std::uint16_t kNoPart = 0xffff;  // an outside voxel
 /// One leaf-sized block, and for each voxel the number of the connected part of the block that it belongs to.
 struct LabelledBlock {
   openvdb::Coord origin;
-  const openvdb::FloatTree::LeafNodeType* leaf = nullptr;  // null: block of an inside tile, all one part
+  const openvdb::FloatTree::LeafNodeType* leaf = nullptr;  // null: the block lies in an inside tile and is one part
   std::array<std::uint16_t, 512> part{};
   std::uint16_t part_count = 0;
   std::size_t first_node = 0;  // number of its first part among the parts of all blocks
 };
 
-/// All blocks that hold or may hold inside voxels. A node is one part of one block.
+/// All blocks that contain or may contain inside voxels. A node is one part of one block.
 struct Labels {
   std::vector<LabelledBlock> blocks;
   std::size_t node_count = 0;
@@ -43,7 +43,7 @@ template <typename Index = std::size_t>
 class UnionFind {
  public:
   explicit UnionFind(Index n = 0) { Reset(n); }
-  /// Makes each of `n` elements a separate set; keeps the memory.
+  /// Makes each of `n` elements a separate set; keeps the allocated memory.
   void Reset(Index n) {
     parent_.resize(n);
     std::iota(parent_.begin(), parent_.end(), Index{0});

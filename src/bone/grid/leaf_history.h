@@ -18,7 +18,7 @@ struct LeafBefore {
   enum class Kind : std::uint8_t {
     kValues,
     kInside,      // entirely pure bone: the values are not set
-    kCheckpoint,  // a number and figures
+    kCheckpoint,  // a checkpoint: its number and figures
   };
   Kind kind = Kind::kValues;
   std::uint32_t number = 0;       // of a checkpoint
@@ -34,19 +34,21 @@ struct LeafBefore {
 /// or the same one between ticks. All memory is allocated in the constructor: the ring, and four bytes for each leaf of
 /// the field's box.
 ///
-/// If the ring is full, a leaf's old values are lost. last_lost() then returns the epoch: the checkpoint that started
-/// it and all earlier ones can no longer be restored. Wrong values are never restored.
+/// If the ring is full, a leaf's old values are lost. last_lost() then returns the epoch in which this happened: the
+/// checkpoint that started this epoch and all earlier checkpoints can no longer be restored. Wrong values are never
+/// restored.
 class LeafHistory {
  public:
   /// To be passed to BoneField::set_history(). Allocates.
   LeafHistory(const BoneField& field, std::size_t ring_leaves);
-  /// phi in pure bone.
+  /// phi in pure bone, mm.
   float inside_mm() const { return inside_mm_; }
 
   // ---- writer: tick-safe
   /// Returns whether the leaf's old values have not been stored yet in this epoch.
   bool Wants(std::size_t place) const { return epochs_[place] != epoch_; }
-  /// Stores the old values of a leaf; `values`: null for pure bone. Must be called before the leaf changes, if Wants().
+  /// Stores the old values of a leaf; `values`: null for pure bone. If Wants() returns true, must be called before the
+  /// leaf changes.
   void Note(std::size_t place, const LeafIndex& leaf, const float* values);
   /// Starts a new epoch, in which each leaf is stored again. Returns false and does nothing if the ring is full.
   bool Checkpoint(std::uint32_t number, const std::array<double, 256>& figures);

@@ -22,11 +22,12 @@ struct LeafIndex {
   bool operator==(const LeafIndex&) const = default;
 };
 
-/// Limit on the size of a table: the 2^36 voxels of the largest bone, with the layer around them; one pointer per leaf.
+/// Largest number of leaves in a table: those of the largest bone, which has 2^36 voxels, and of the layer around it. A
+/// table stores one pointer per leaf.
 inline constexpr double kMaxTableLeaves = 1.05 * (1 << 27);
 
-/// Pointers to the values of leaves (512, z fastest, y next), which are owned elsewhere. Every leaf outside the box,
-/// and every leaf in it that was not set, reads as the values passed to the constructor.
+/// Pointers to the values of leaves (512 each, z fastest, y next), which are owned elsewhere. Every leaf outside the
+/// box, and every leaf in it that was not set, reads as the values passed to the constructor.
 template <typename T>
 class LeafTable {
  public:
@@ -40,7 +41,8 @@ class LeafTable {
         count_{last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3},
         leaves_(CheckedSize(count_), beyond) {}
 
-  /// Returns the number of leaves. Throws kerf::Error if `count` leaves along each axis are more than kMaxTableLeaves.
+  /// Returns the number of leaves in a box with `count` leaves along each axis. Throws kerf::Error if it exceeds
+  /// kMaxTableLeaves.
   static std::size_t CheckedSize(const LeafIndex& count) {
     const double leaves = double{1} * count.x * count.y * count.z;
     if (!(leaves <= kMaxTableLeaves)) {

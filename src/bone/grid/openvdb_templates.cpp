@@ -1,6 +1,6 @@
 #include "bone/grid/openvdb_templates.h"
 
-// Inlined in Debian's library, and therefore not exported by it.
+// These functions are inlined in Debian's library, and therefore not exported by it.
 template openvdb::Index64 openvdb::tools::countActiveTiles(const openvdb::FloatTree&, bool);
 template openvdb::Index64 openvdb::tools::countActiveTiles(const openvdb::Int32Tree&, bool);
 template openvdb::Index64 openvdb::tools::countActiveTiles(const openvdb::BoolTree&, bool);

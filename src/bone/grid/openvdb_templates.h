@@ -1,7 +1,8 @@
 // OpenVDB with the virtual functions of its trees and grids (reading, writing, printing, counting) declared as extern
-// templates. Otherwise every source file with a grid compiles them again. The definitions are in OpenVDB's library;
-// those that Debian's library lacks are in openvdb_templates.cpp. Precompiled, and only for GCC: clang, which builds
-// the fuzz targets, does not accept the names of members when the class is given by an alias.
+// templates. Otherwise every source file that uses a grid would compile them again. The definitions are in OpenVDB's
+// library; those that Debian's library lacks are in openvdb_templates.cpp. This header is precompiled and is used only
+// with GCC: clang, which builds the fuzz targets, does not accept such declarations of members when the class is named
+// by an alias.
 #pragma once
 
 #include <openvdb/openvdb.h>

@@ -107,7 +107,7 @@ struct Part {
 struct Leaf {
   Index3 index{};
   Part first;               // count 0: no bone left
-  std::vector<Part> more;   // further parts, if the leaf has fallen into several
+  std::vector<Part> more;   // further parts, if the leaf has fallen apart
   std::uint8_t links = 0;   // bit `axis`: this leaf and the next have one part each, and these touch
   std::array<int, 3> next;  // the next leaf along each axis; kNone: none
 };
@@ -402,7 +402,7 @@ const FoundPieces& PieceFinder::Find() {
   if (!std::exchange(s.changed, false)) return s.found;
   s.JoinAll();
   std::vector<Component> components = s.Gather();
-  // The origin of a piece is set when it separates, and is kept.
+  // `from` of a piece is set when the piece separates, and never changes.
   const std::vector<FoundPiece> before = s.found.pieces;
   s.GiveNumbers(components);
   for (FoundPiece& piece : s.found.pieces) {

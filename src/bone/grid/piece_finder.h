@@ -13,7 +13,7 @@
 
 namespace kerf {
 
-/// The voxels of a leaf, one bit each: one word per x, bit 8 y + z in it.
+/// A set of voxels of a leaf, one bit each: voxel (x, y, z) is bit 8 y + z of word x.
 using LeafMask = std::array<std::uint64_t, 8>;
 
 /// A piece at the time of the last Find().
@@ -38,9 +38,10 @@ struct FoundPieces {
 /// SplitPieces().
 ///
 /// The connected parts of each leaf are kept as masks, together with the contacts between parts of neighbouring leaves.
-/// A changed leaf is analysed separately (one microsecond); Find() then joins parts: thousands of them for millions of
-/// voxels. To be used by one thread at a time; not tick-safe. Memory is proportional to the number of leaves that hold
-/// bone at the start, plus the size of their box. It grows only for leaves that fall into several parts.
+/// A changed leaf is analysed on its own, in one microsecond; Find() then only joins parts, thousands of them for
+/// millions of voxels. To be used by one thread at a time; not tick-safe. The memory needed is proportional to the
+/// number of leaves that contain bone at the start, plus the size of their box. It grows only for leaves that fall
+/// apart into several parts.
 class PieceFinder {
  public:
   /// Pieces whose voxels have a volume of less than `dust_mm3` are dust. Allocates; finds the initial pieces.

@@ -20,7 +20,7 @@ using Index3 = std::array<int, 3>;
 constexpr int kReach = 3;  // voxels: the width of the band
 constexpr int kWide = 8 + 2 * kReach;
 
-/// A leaf and its surroundings, one flag per voxel.
+/// One flag for each voxel of a leaf and its surroundings.
 using Around = std::array<bool, kWide * kWide * kWide>;
 
 std::size_t At(int x, int y, int z) {
@@ -28,7 +28,7 @@ std::size_t At(int x, int y, int z) {
   return static_cast<std::size_t>(at);
 }
 
-/// Sets the flags within `by` voxels of a set flag, along each axis.
+/// Returns a copy of the flags in which those within `by` voxels of a set flag, along each axis, are set too.
 Around Grown(Around flags, int by) {
   for (int axis = 0; axis < 3; ++axis) {
     const int stride = axis == 0 ? kWide * kWide : axis == 1 ? kWide : 1;
@@ -72,7 +72,7 @@ PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int i
     const auto found = own.find(index);
     return found == own.end() ? none : found->second;
   };
-  // Leaves that hold remaining bone: only a few of those around a piece.
+  // Whether a leaf contains remaining bone, determined on demand: only a few of the leaves around a piece do.
   std::map<Index3, bool> rest_in;
   const auto has_rest = [&](const Index3& index) {
     const auto [found, is_new] = rest_in.try_emplace(index, false);

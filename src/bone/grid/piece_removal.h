@@ -25,23 +25,23 @@ struct PieceRemoval {
   std::array<double, 256> mm3{};   // volume of the piece by region
 };
 
-inline constexpr int kAllDust = 0;  // used in place of a piece's id: all dust
+inline constexpr int kAllDust = 0;  // used in place of a piece's id for all dust
 
 /// Computes the removal of piece `id`, as the finder found it in this bone or in one that differs only by leaves that
-/// were passed to the finder. Values change in the piece and outside the bone near it. The surface of the remaining
-/// bone stays bit-identical, except where the two touch at an edge or a corner. Throws kerf::Error if there is no such
-/// piece. Not tick-safe: takes two seconds for half a mandible at 0.1 mm.
+/// were passed to the finder. Values change in the piece and, near it, outside the bone. The surface of the remaining
+/// bone stays bit-identical, except where it touches the piece at an edge or a corner. Throws kerf::Error if there is
+/// no such piece. Not tick-safe: takes two seconds for half a mandible at 0.1 mm.
 PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int id);
 
-/// Returns whether a tool of reach `reach_mm` at p_W is so far from the changing box that the lists of leaves near its
-/// edge hold no leaf of the box. These lists look ahead by a leaf or 1 mm, plus the band; this function requires at
-/// least twice that. Tick-safe.
+/// Returns whether a tool of reach `reach_mm` at p_W is so far from the box in which the bone changes that the lists of
+/// leaves near the tool's edge contain no leaf of this box. These lists look ahead by a leaf or 1 mm, plus the band;
+/// this function requires at least twice that. Tick-safe.
 inline bool IsToolClearOf(const Box3& bounds_W, const Vec3& p_W, double reach_mm, double voxel_mm) {
   return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) > reach_mm + 24 * voxel_mm + 2;
 }
 
 /// Replaces the value `from` with `to`. `now` is the current value, which cutting may have raised in between. The
-/// result is the same whether the cut is made before or after.
+/// result is the same whether the bone is cut before or after the replacement.
 inline float ReplaceValue(float now, float from, float to) {
   return now == from ? to : now > to ? now : to;
 }

@@ -15,7 +15,8 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
-// A few voxels can enclose far less than their own volume. A piece whose voxels total more than this is never a crumb.
+// A few voxels can enclose far less than their own volume. A piece whose voxels have a larger total volume than this is
+// never a crumb.
 constexpr double kMaybeCrumb_mm3 = 100 * kSmallestPiece_mm3;
 
 }  // namespace
@@ -53,7 +54,7 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
       result.dust_mm3 += mm3;
       continue;
     }
-    // The leaves and tiles that hold this piece, and the adjacent leaves for the outer side of the band. Voxels of
+    // The leaves and tiles that contain this piece, and the adjacent leaves for the outer side of the band. Voxels of
     // other pieces become outside.
     const auto is_ours = [&, r = root](const LabelledBlock& block, std::uint16_t part) {
       return sets.Find(block.first_node + part) == r;

@@ -15,7 +15,7 @@ namespace {
 using openvdb::Coord;
 using Accessor = openvdb::FloatGrid::ConstAccessor;
 
-/// Returns the origins of the leaves in which the two differ.
+/// Returns the origins of the leaves in which the two grids differ.
 std::set<Coord> FindChangedLeaves(const openvdb::FloatGrid& before, const openvdb::FloatGrid& after) {
   std::set<Coord> changed;
   Accessor of_before = before.getConstAccessor();

@@ -11,17 +11,17 @@ namespace kerf {
 /// A cell (bone/grid/cell_volume.h) whose volume of bone has changed.
 struct RemovedCell {
   Vec3 p_W{0};       // centre of the lost bone
-  double mm3 = 0;    // lost volume; below 0: gained
+  double mm3 = 0;    // lost volume; negative if bone was gained
   int region = 0;    // at p_W, before the cut
   double in_mm = 0;  // depth of p_W below the surface before the cut, at most the band's width
 };
 
 /// Finds the cells in which `after`, a cut copy of `before`, differs from it; the sum of their volumes is the
-/// difference of the bones' volumes. In the order of the grid. Blocks that were entirely bone before and are entirely
-/// empty now (a piece taken out) are not included. Throws kerf::Error if the voxel sizes differ.
+/// difference between the bones' volumes. The cells are in the order of the grid. Blocks that were entirely bone before
+/// and are entirely empty now (a piece taken out) are not included. Throws kerf::Error if the voxel sizes differ.
 std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after);
 
-/// Returns the regions of a tissue, according to the bone's table.
+/// Returns which regions belong to a tissue, according to the bone's material table.
 std::array<bool, 256> FindRegionsOf(const Bone& bone, Tissue tissue);
 
 /// Evaluates phi of a bone at many points near each other: like Bone::SignedDistance(), but faster.

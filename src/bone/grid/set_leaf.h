@@ -12,7 +12,8 @@ namespace kerf {
 /// next. A voxel becomes active if its value lies within the band. Allocates if the bone has no such leaf.
 void SetLeaf(Bone& bone, const std::array<int, 3>& index, std::span<const float, 512> values);
 
-/// Returns the values of a leaf at any index: all +-band where the bone has one value for the whole leaf.
+/// Copies the values of the leaf at any index to `values`: all are +-band where the bone has one value for the whole
+/// leaf.
 void GetLeaf(const Bone& bone, const std::array<int, 3>& index, std::span<float, 512> values);
 
 }  // namespace kerf

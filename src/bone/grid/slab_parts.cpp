@@ -95,7 +95,8 @@ class Cutter {
         h_(bone.voxel_mm()),
         distance_{cut.plane.p_W, cut.plane.normal_W, h_},
         half_(0.5 * cut.thickness_mm),
-        // Beyond this distance the plane is out of the band and every voxel is entirely left or right.
+        // Beyond this distance from the plane, the plane is outside the band, and every voxel is entirely left or
+        // right.
         reach_(half_ + (kHalfBandVoxels + 2) * h_) {
     OpenTiles(phi_->tree(), distance_, reach_);
     labels_ = LabelInside(phi_->constTree(),

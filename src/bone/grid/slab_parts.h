@@ -22,19 +22,19 @@ struct SlabParts {
   Bone left;   // s < -t/2, with s the distance from the plane along its normal and t the thickness
   Bone slice;  // |s| < t/2
   Bone right;  // s > t/2
-  /// The slice's surface on a separate lattice along the plane: closed, outward-oriented, with plane faces for any
-  /// thickness. It has far fewer triangles than ExtractSurface(slice) and is preferred to it.
+  /// The slice's surface on a separate lattice along the plane: closed, outward-oriented, with flat faces for any
+  /// thickness. It has far fewer triangles than ExtractSurface(slice) and should be used instead.
   TriangleMesh slice_surface_W;
   std::size_t places = 0;      // number of places where the plane passes through the bone
   std::size_t cut_places = 0;  // number of places that are cut
-  double distance_mm = 0;      // from the chosen point to the nearest place, to about a voxel
+  double distance_mm = 0;      // from the chosen point to the nearest place, accurate to about a voxel
 };
 
 /// Divides a bone into three parts. They do not overlap and fill the whole bone, except for the effect of the voxels
 /// along the edges of the cut: at each segment's rim a cross-section of less than h^2 / (2 sin a) is lost, where h is
 /// the voxel size and a the angle between the plane and the bone's surface. Bone that the plane crosses but does not
-/// cut stays with the segment that it is joined to. Bone joined to neither segment goes to the side that holds most of
-/// it.
+/// cut stays with the segment that it is joined to. Bone joined to neither segment goes to the side on which most of it
+/// lies.
 ///
 /// The segments have the bone's voxels. The slice has finer ones, which divide the bone's evenly: at most half their
 /// edge and at most a quarter of the slice's thickness, so that its faces are planes to float precision. (Within the

@@ -35,14 +35,14 @@ struct Section {
   std::size_t places = 0;       // number of places where the plane passes through the bone, with bone beyond the
                                 // reach on both sides
   std::size_t cut_places = 0;   // number of them that are cut
-  double distance_mm = 0;       // from the chosen point to the nearest of them, to about a voxel
+  double distance_mm = 0;       // from the chosen point to the nearest of them, accurate to about a voxel
   bool everywhere = false;      // true if the plane touches no bone that is not cut
 };
 
 /// Chooses the place nearest to `near_W`, and further places, nearest first, while other bone still connects the two
-/// sides. Bone that is joined to neither side goes to the side that holds most of it. `labels`: classified by SideOf(),
-/// with `reach_mm` larger than half the thickness and at least one voxel. If there is no place, `places` is 0 and
-/// nothing is cut.
+/// sides. Bone that is joined to neither side goes to the side on which most of it lies. `labels` must have been
+/// classified by SideOf() with `reach_mm`, which must be larger than half the thickness and at least one voxel. If
+/// there is no place, `places` is 0 and nothing is cut.
 Section ChooseSection(const Labels& labels, const PlaneDistance& distance, double reach_mm, double half_thickness_mm,
                       const Vec3& near_W);
 

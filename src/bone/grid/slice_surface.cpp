@@ -44,7 +44,7 @@ int FloorToBlock(double x) {
   return static_cast<int>(std::floor(x / kLeafEdge)) * kLeafEdge;
 }
 
-/// Returns the centre of the box that holds the blocks, mm.
+/// Returns the centre of the box that contains the blocks, mm.
 Vec3 CalcMiddle(const std::vector<Coord>& blocks, double voxel_mm) {
   Box3 box;
   for (const Coord& origin : blocks) box.Include(voxel_mm * Vec3(origin.x(), origin.y(), origin.z()));

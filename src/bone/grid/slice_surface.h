@@ -12,8 +12,8 @@ namespace kerf {
 /// inside must have no tiles there.
 ///
 /// Uses a lattice along the plane. Its spacing is half a voxel within the plane. Across the plane it has an odd number
-/// of steps, chosen by the thickness, so that both faces lie midway between two layers. The faces are planes for any
-/// thickness, and the number of triangles does not grow when the slice gets thinner.
+/// of steps, chosen by the thickness, so that both faces lie midway between two layers. The faces are flat for any
+/// thickness, and the number of triangles does not grow as the slice gets thinner.
 TriangleMesh MakeSliceSurface(const openvdb::FloatTree& phi, double voxel_mm, const std::vector<openvdb::Coord>& blocks,
                               const CutPlane& plane, double thickness_mm);
 

@@ -17,7 +17,7 @@
 namespace kerf {
 namespace {
 
-/// Gaps up to this width are not closed, but detected for the error message.
+/// Gaps up to this width are not closed, but are detected for the error message.
 constexpr double kWideGap_mm = 0.1;
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -72,7 +72,7 @@ std::size_t Weld(TriangleMesh& mesh, double distance_mm) {
   return gone;
 }
 
-/// Keeps one of all triangles with the same three corners. Returns the number removed.
+/// Keeps only one of the triangles that have the same three corners. Returns the number removed.
 std::size_t DropDoubles(TriangleMesh& mesh) {
   std::vector<std::pair<Triangle, std::uint32_t>> all(mesh.triangles.size());
   for (std::size_t n = 0; n < all.size(); ++n) {
@@ -136,7 +136,7 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
   return shells;
 }
 
-/// Triangles keep their order.
+/// Returns one mesh for each layer; the triangles keep their order.
 std::vector<TriangleMesh> Separate(const TriangleMesh& mesh, const std::vector<Shell>& shells,
                                    const std::vector<std::size_t>& layer_of, std::size_t layers) {
   std::vector<TriangleMesh> result(layers);
@@ -179,7 +179,7 @@ ClosedSurface CloseSurface(TriangleMesh mesh, bool hollow_inner_shells, const st
   FindContainers(mesh, shells);
   report.triangles = mesh.triangles.size();
   report.shells = shells.size();
-  // Starts with the largest shell, so that the container of a shell is assigned to a layer before it.
+  // Starts with the largest shell, so that the container of a shell is assigned to a layer before the shell itself.
   std::vector<std::size_t> layer(shells.size(), 0);
   std::size_t layers = 1;
   for (std::size_t n = 0; n < shells.size(); ++n) {

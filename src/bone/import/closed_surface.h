@@ -16,9 +16,9 @@ inline constexpr double kWeld_mm = 0.01;
 struct SurfaceReport {
   std::size_t triangles = 0;
   std::size_t shells = 0;              // connected parts of the surface
-  std::size_t hollow_shells = 0;       // that enclose a hollow
-  std::size_t inner_solid_shells = 0;  // within the solid, without effect
-  double hollow_mm3 = 0;               // of all hollows, minus the solid inside them
+  std::size_t hollow_shells = 0;       // shells that enclose a hollow
+  std::size_t inner_solid_shells = 0;  // solid shells within the solid; no effect
+  double hollow_mm3 = 0;               // volume of all hollows, minus that of the solid inside them
   std::string how;                     // summary of the shells, in words
   std::vector<std::string> repairs;    // one sentence each
 };
@@ -30,12 +30,12 @@ struct ClosedSurface {
   SurfaceReport report;
 };
 
-/// Makes closed layers from a mesh. A shell inside another one is a hollow if they face in opposite directions, or
-/// always if `hollow_inner_shells`. An outermost shell is solid whichever way it faces.
+/// Makes closed layers from a mesh. A shell inside another one is a hollow if they face in opposite directions, or in
+/// any case if `hollow_inner_shells` is true. An outermost shell is solid whichever way it faces.
 ///
-/// Welds points as above, removes duplicates of triangles with the same corners, and flips triangles that face opposite
-/// to most of their shell. Throws kerf::Error, whose message begins with `path`, if the surface is not closed for other
-/// reasons: edges of only one triangle, edges of more than two, one-sided shells.
+/// Welds points as described above, removes all but one of the triangles with the same corners, and flips triangles
+/// that face opposite to most of their shell. Throws kerf::Error, whose message begins with `path`, if the surface is
+/// then still not closed: if it has edges of only one triangle, edges of more than two, or one-sided shells.
 ClosedSurface CloseSurface(TriangleMesh mesh, bool hollow_inner_shells, const std::string& path);
 
 }  // namespace kerf

@@ -26,7 +26,7 @@ struct Components {
   std::vector<Component> list;       // largest first
 };
 
-/// `inside` is called once for each voxel, with its index.
+/// Finds the connected parts of a mask. `inside` is called once for each voxel, with the voxel's index.
 Components FindComponents(const Volume& lattice, const std::function<bool(std::size_t)>& inside);
 
 /// Returns text such as "82.0 cm3, centre (3, -255, 379), box 132 x 104 x 98 mm", for messages.

@@ -20,9 +20,10 @@ constexpr double kBorderSmoothing_mm = 1.2;  // of the border to the dropped bon
 // wanted side, so that no thin remnants of the other bone are left across a narrow joint.
 constexpr double kBorder = 0.62;
 
-// Standard deviation of the blur, in voxels, by axis; 0 along the coarsest. A surface that is not perpendicular to the
-// slices jumps from slice to slice, and interpolation turns the jumps into ripples. Therefore the slices are blurred in
-// their plane as much as a slice blurs across it: a box of thickness h has a standard deviation of 0.29 h.
+// Returns the standard deviation of the blur, in voxels, by axis; 0 along the coarsest. A surface that is not
+// perpendicular to the slices jumps from slice to slice, and interpolation turns the jumps into ripples. Therefore the
+// slices are blurred in their plane as much as a slice blurs across it: a box of thickness h has a standard deviation
+// of 0.29 h.
 Vec3 CalcEvening(const Vec3& spacing_mm) {
   const double coarsest = std::max({spacing_mm.x, spacing_mm.y, spacing_mm.z});
   Vec3 sigma_vox;
@@ -33,18 +34,18 @@ Vec3 CalcEvening(const Vec3& spacing_mm) {
   return sigma_vox;
 }
 
-// Coarseness of the sampling along each axis: 0 where it is as fine as along any other axis and at most kFine_mm,
-// because such a CT resolves its own edges; near 1 where it is much coarser.
+// Returns the coarseness of the sampling along each axis: 0 where it is as fine as along any other axis and at most
+// kFine_mm, because such a CT resolves its own edges; near 1 where it is much coarser.
 Vec3 CalcCoarseness(const Vec3& spacing_mm) {
   constexpr double kFine_mm = 1;
   const double fine = std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z, kFine_mm});
   return 1.0 - fine * fine / (spacing_mm * spacing_mm);
 }
 
-// Half width of the range to which the HU are limited: down to soft tissue where the sampling is coarse, unlimited
-// where it is fine. Iso is low on the edge of bone (300 HU between soft tissue of 50 and cortex of 1600). Blur moves
-// the low levels of an edge outward, and so does interpolation between widely spaced samples. Within the limited range,
-// iso is the half height of the edge, which does not move when the HU are blurred and interpolated.
+// Returns half the width of the range to which the HU are limited: down to soft tissue where the sampling is coarse,
+// unlimited where it is fine. Iso is low on the edge of bone (300 HU between soft tissue of 50 and cortex of 1600).
+// Blur moves the low levels of an edge outward, and so does interpolation between widely spaced samples. Within the
+// limited range, iso is the half height of the edge, which does not move when the HU are blurred and interpolated.
 double CalcRange_HU(double coarsest, double iso_hu) {
   constexpr double kSoftTissue_HU = 50;
   return std::clamp(iso_hu - kSoftTissue_HU, 100.0, 300.0) / std::max(coarsest, 1e-9);

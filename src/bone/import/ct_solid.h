@@ -11,9 +11,9 @@
 
 namespace kerf {
 
-/// Inside is where the HU, interpolated by cubic B-splines, are above iso and the point is on the wanted side of the
-/// smoothed border to the dropped bone. If voxels are coarse or unequally spaced, the HU are first limited to a range
-/// around iso and blurred along the finer axes (docs/import.md). Thread-safe once constructed.
+/// A point is inside if the HU there, interpolated by cubic B-splines, are above iso and the point is on the wanted
+/// side of the smoothed border to the dropped bone. If voxels are coarse or unequally spaced, the HU are first limited
+/// to a range around iso and blurred along the finer axes (docs/import.md). Thread-safe once constructed.
 class CtSolid {
  public:
   /// `cavities` are filled: their voxels are raised to at least `fill_hu`.

@@ -29,17 +29,17 @@ struct CtView {
 struct CtViewOptions {
   Box3 box_W;             // must not be empty
   double pixel_mm = 0.5;  // approximate edge of a pixel: the box is divided evenly
-  double iso_hu = 300;    // HU above this are bone, and tinted
+  double iso_hu = 300;    // voxels above this are bone, and are tinted
 };
 
 /// Draws the plane at `at_mm` on the axis.
 CtView DrawCtSlice(const Volume& ct, CtAxis axis, double at_mm, const CtViewOptions& options);
-/// Draws the bone's surface, shaded: the first point of it on each line of sight.
+/// Draws the bone's surface, shaded: its first point on each line of sight.
 CtView DrawCtSurface(const Volume& ct, CtAxis axis, const CtViewOptions& options);
 
 /// Returns a box around the largest piece of bone above `iso_hu` and all pieces of at least 1 cm3 whose centre lies
-/// within 10 mm of its box (below it: within 60 mm). This excludes the table. The box is enlarged by 5 mm, but limited
-/// to the scan. Throws kerf::Error, whose message begins with `name`, if there is no such bone.
+/// within 10 mm of its box (below it: within 60 mm). This excludes the scanner's table. The box is enlarged by 5 mm,
+/// but limited to the scan. Throws kerf::Error, whose message begins with `name`, if there is no such bone.
 Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name);
 
 }  // namespace kerf

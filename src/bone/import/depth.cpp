@@ -15,8 +15,8 @@ namespace kerf {
 namespace {
 
 /// Selects an ITK threader that reports exceptions. The default, a thread pool, drops the exceptions of all threads
-/// except the first: after a failed allocation the distances would be wrong without notice. This threader passes them
-/// on as text.
+/// except the first: after a failed allocation the distances would be wrong without any notice. This threader passes
+/// them on as text.
 void UseThreadsThatReport() {
   itk::MultiThreaderBase::SetGlobalDefaultThreader(itk::MultiThreaderBase::ThreaderEnum::Platform);
 }

@@ -176,7 +176,7 @@ std::string DescribeStray(const std::vector<const DicomSeries*>& found) {
                      fs::path(last.slices.front().path).filename().string());
 }
 
-// Throws kerf::Error if the files with one series UID are not one CT volume, for any reason.
+// Throws kerf::Error if, for any reason, the files with one series UID do not form one CT volume.
 void CheckSeries(const DicomSeries& series) {
   const auto fail = [&series](const std::string& what) { throw Error(fmt::format("series {}: {}", series.uid, what)); };
   if (series.modality != "CT") {
@@ -242,7 +242,8 @@ std::uint64_t CalcPixelBytes(const DicomSlice& slice) {
   return static_cast<std::uint64_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
 }
 
-// Throws kerf::Error if a file of that length cannot hold the pixels, before memory is allocated for them.
+// Throws kerf::Error if the slice's file is larger than kMaxSliceBytes or too short to contain its pixels. Must be
+// called before memory is allocated for them.
 void CheckFileSize(const DicomSlice& slice) {
   std::error_code failed;
   const std::uint64_t bytes = fs::file_size(slice.path, failed);
@@ -260,8 +261,8 @@ void CheckFileSize(const DicomSlice& slice) {
 }
 
 // Throws kerf::Error unless the file holds the pixels that its header states: GDCM silently fills in missing ones.
-// Searches the bytes for the element of the pixels, tag and length. Compressed pixels have no explicit length; the
-// decoder detects errors there.
+// Searches the bytes for the tag and the length of the pixel data element. Compressed pixels have no explicit length;
+// the decoder detects errors there.
 void CheckLength(const DicomSlice& slice) {
   if (slice.compressed) return;
   std::ifstream in(slice.path, std::ios::binary);
@@ -300,7 +301,7 @@ Overflow ReadSlice(const DicomSlice& s, std::size_t pixels, std::vector<std::int
   const QuietItk quiet;
   const auto io = itk::GDCMImageIO::New();
   io->SetFileName(s.path);
-  // GDCM gives no specific reason: it has one message for all of these.
+  // GDCM gives no specific reason: it has one message for all of these faults.
   const std::string complaint =
       s.compressed ? fmt::format(
                          "the transfer syntax {} can't be unpacked, or the slice's pixels are damaged; convert "
@@ -312,7 +313,7 @@ Overflow ReadSlice(const DicomSlice& s, std::size_t pixels, std::vector<std::int
   } catch (const itk::ExceptionObject&) {
     throw Error(fmt::format("{}: {}", s.path, complaint));
   }
-  // GDCM may have interpreted the header differently, and it allocates memory by its own result.
+  // GDCM may have interpreted the header differently, and it allocates memory according to its own interpretation.
   if (static_cast<double>(io->GetImageSizeInBytes()) > kMaxVoxelBytes * s.size[0] * s.size[1]) {
     throw Error(fmt::format("{}: the header states {} x {} pixels, but the image has a different size", s.path,
                             s.size[0], s.size[1]));

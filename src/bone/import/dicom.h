@@ -29,22 +29,22 @@ struct DicomSlice {
 
 struct DicomSeries {
   std::string uid, description, modality;
-  std::vector<DicomSlice> slices;  // by position along the normal if all have one, otherwise by file name
-  double gap_mm = 0;               // median distance of neighbours along the normal; 0 if unknown
+  std::vector<DicomSlice> slices;  // sorted by position along the normal if all have one, otherwise by file name
+  double gap_mm = 0;               // median distance between neighbours along the normal; 0 if unknown
 };
 
 /// Returns all series in a folder and its subfolders, largest first. No personal names are read. Throws kerf::Error if
-/// the folder cannot be read, holds no DICOM file, or holds a file that is named .dcm, .dicom or .ima but is not a
-/// DICOM file.
+/// the folder cannot be read, contains no DICOM file, or contains a file that is named .dcm, .dicom or .ima but is not
+/// a DICOM file.
 std::vector<DicomSeries> ListDicomSeries(const std::string& folder);
 
-/// Returns the series to import: by UID or an unambiguous suffix of it; if `uid` is empty, the only CT series. Throws
-/// kerf::Error if there is no such series, or more than one.
+/// Returns the series to import, chosen by its UID or an unambiguous suffix of the UID; if `uid` is empty, the only CT
+/// series. Throws kerf::Error if there is no such series, or more than one.
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid, const std::string& folder);
 
-/// Reads the pixels. `progress`, optional, is called with 0 to 1. Throws kerf::Error unless the series is a complete
-/// CT: for another modality, colour, unequal or missing slices, several slices at one position, slices of different
-/// shape, a transfer syntax that GDCM cannot unpack, or a truncated file.
+/// Reads the pixels. `progress`, which is optional, is called with values from 0 to 1. Throws kerf::Error unless the
+/// series is a complete CT: for another modality, colour, unequal or missing slices, several slices at one position,
+/// slices of different shape, a transfer syntax that GDCM cannot unpack, or a truncated file.
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress);
 
 }  // namespace kerf

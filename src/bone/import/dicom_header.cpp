@@ -98,7 +98,7 @@ class Bytes {
     return e;
   }
 
-  // `end`: end of the enclosing element or file.
+  // Checks that the element ends within the enclosing element or file, which ends at `end`.
   void CheckLength(const Element& e, std::uint64_t end) const {
     if (e.end() > end) {
       const std::uint64_t left = end - std::min(end, e.value_at);

@@ -39,7 +39,7 @@ std::vector<std::uint8_t> FindCavities(const Volume& lattice, const std::vector<
       if (voids.list[c].lower[a] == 0 || voids.list[c].upper[a] == n[a] - 1) leads_out[c + 1] = true;
     }
   }
-  // Steps in index space of two thirds of the smallest spacing.
+  // The steps, in index space, have a length of two thirds of the smallest spacing.
   const double step_mm = 0.67 * std::min({lattice.spacing_mm.x, lattice.spacing_mm.y, lattice.spacing_mm.z});
   const int steps = static_cast<int>(options.reach_mm / step_mm);
   std::array<Vec3, kDirections> rays = SpreadDirections();

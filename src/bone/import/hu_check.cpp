@@ -42,7 +42,8 @@ struct Histogram {
   std::size_t total;
 };
 
-// Values below air in such a CT are padding around the scan's circle, all equal.
+// Returns whether the values are those of a CT without its offset. In such a CT, values below air are padding around
+// the scan's circle and are all equal.
 bool LacksOffset(const Histogram& h, int least) {
   const double padding = least < -200 ? h.Fraction(least, least + 1) : 0;
   const double soft = h.Fraction(kSoftFrom, kSoftTo);

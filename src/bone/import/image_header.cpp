@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns an NRRD type; empty if it is not supported.
+// Returns the voxel type for the name of an NRRD type; empty if it is not supported.
 std::optional<VoxelType> FindNrrdType(const std::string& name) {
   using enum VoxelType;
   static const std::map<std::string, VoxelType> kTypes = {{"signed char", kInt8},
@@ -71,7 +71,7 @@ std::optional<VoxelType> FindNrrdType(const std::string& name) {
   return known == kTypes.end() ? std::nullopt : std::optional(known->second);
 }
 
-// MET_LONG has four bytes on every machine.
+// Returns the voxel type for the name of a MetaImage type. MET_LONG has four bytes on every machine.
 std::optional<VoxelType> FindMetaType(const std::string& name) {
   using enum VoxelType;
   static const std::map<std::string, VoxelType> kTypes = {
@@ -97,8 +97,7 @@ void CheckDimensions(const std::string& text, const char* field, const char* siz
                           text.empty() ? "no" : text, field, layout.sizes.size(), sizes_field));
 }
 
-// Returns a count of bytes or lines from the header, -1 (the data are at the end of the file) or more; 0 if it is
-// absent.
+// Returns a count of bytes or lines from the header; 0 if it is absent, -1 if the data are at the end of the file.
 double ParseSkip(const ImageFields& fields, const char* field, const char* name, const std::string& path) {
   if (!fields.Contains(field)) return 0;
   const std::vector<double> number = ParseNumbers(fields.Get(field));
@@ -255,7 +254,7 @@ ImageLayout ParseNifti(const std::string& path) {
   return layout;
 }
 
-// Returns the bytes of voxels that the file holds; for text and unknown packings an upper bound.
+// Returns the number of bytes of voxels that the file holds; for text and unknown packings, an upper bound.
 double CountBytes(const ImageLayout& layout, double file_bytes, double needed, const std::string& path) {
   const double there = file_bytes - static_cast<double>(layout.offset);
   if (layout.packing == VoxelPacking::kRaw) return there;
@@ -290,7 +289,7 @@ bool HasImageExtension(const std::string& path) {
 
 namespace {
 
-// Returns the voxels promised by the header, as a number and as "a x b x c".
+// Returns the number of voxels that the header promises, as a number and as "a x b x c".
 std::pair<double, std::string> CountVoxels(const ImageLayout& layout, const std::string& path) {
   if (layout.sizes.empty()) throw Error(fmt::format("{}: the header gives no size", path));
   double voxels = 1;

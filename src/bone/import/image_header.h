@@ -29,7 +29,7 @@ struct ImageLayout {
 
 struct ImageCheck {
   ImageLayout layout;
-  std::vector<std::string> warnings;  // one sentence each: more slices than the header gives
+  std::vector<std::string> warnings;  // one sentence each, e.g. for more slices than the header gives
 };
 
 /// Checks the NRRD, NIfTI or MetaImage file at `path`, chosen by its extension: .nrrd .nhdr .nii .nii.gz .mha .mhd.
@@ -41,10 +41,10 @@ ImageCheck CheckImageHeader(const std::string& path);
 /// `layout`. Throws kerf::Error if there are fewer than `count`.
 std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::string& path);
 
-/// Returns whether `path` has one of these extensions.
+/// Returns whether `path` has one of the extensions listed at CheckImageHeader().
 bool HasImageExtension(const std::string& path);
 
-/// Returns whether `path` has an extension of NIfTI.
+/// Returns whether `path` has a NIfTI extension.
 bool HasNiftiExtension(const std::string& path);
 
 }  // namespace kerf

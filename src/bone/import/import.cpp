@@ -52,7 +52,7 @@ class Stages {
   Clock::time_point last_ = Clock::now();
 };
 
-// Returns a function that reports part of the total progress.
+// Returns a function that reports the progress of one part as progress of the whole, from `from` to `to`.
 std::function<void(double)> Part(const std::function<void(double)>& progress, double from, double to) {
   if (!progress) return {};
   return [progress, from, to](double fraction) { progress(from + (to - from) * fraction); };
@@ -317,7 +317,7 @@ void CheckMeshOptions(const std::string& path, const ImportOptions& options) {
   if (!options.series.empty()) throw Error(fmt::format("{}: a surface has no series to choose", path));
 }
 
-// Transforms a surface to the frame of its coordinates.
+// Transforms to LPS a surface whose coordinates are those of `frame`.
 void StateFrame(const std::string& frame, TriangleMesh& mesh) {
   const glm::dmat3 turn = LpsFromFrame(frame);
   for (Vec3& p : mesh.points) p = turn * p;
@@ -345,7 +345,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   CheckEnclosed(closed.layers.front(), options.voxel_mm, path);
   if (options.progress) options.progress(0.05);
 
-  // Shape and depth are determined on a lattice of inside and outside.
+  // Shape and depth are determined on a lattice whose voxels are either inside or outside.
   Box3 box;
   for (const Vec3& p : closed.layers.front().points) box.Include(p);
   BuildOptions coarse;

@@ -27,7 +27,7 @@ struct ImportOptions {
   std::string series;      // of a DICOM folder: UID or a suffix of it; if empty, the only CT series
   std::string frame;       // of the file's coordinates, such as "RAS" (patient_frame.h); if empty, that of the header
   double voxel_mm = 0.1;   // 0.05 to 2
-  IsolateOptions isolate;  // with the iso value
+  IsolateOptions isolate;  // includes the iso value
   bool fill = true;  // CT: if true, cavities become bone; surface: if false, all volume enclosed by an inner shell is
                      // hollow
   FillOptions cavities;
@@ -53,25 +53,25 @@ struct ImportReport {
   std::vector<std::string> warnings;  // assumptions and possible faults, one sentence each
   std::string isolation;
   double contact_mm2 = 0;          // contact area of the bone with the bone that was separated from it
-  double iso_mm3 = 0;              // above iso, sum of the CT's voxels
+  double iso_mm3 = 0;              // bone above iso, sum of the CT's voxels
   double filled_mm3 = 0;           // cavities, sum of the CT's voxels
-  FilledVoids voids;               // remaining voids of the level set, also filled
+  FilledVoids voids;               // voids that remained in the level set; also filled
   double tooth_mm3 = 0;            // sum of the CT's voxels
   double solid_mm3 = 0;            // of the level set
   Box3 box;                        // of its surface, LPS mm
   std::size_t pieces = 0;          // separate pieces of the level set
   std::size_t dropped_pieces = 0;  // small ones that were removed, in the CT and in the level set
   double dropped_mm3 = 0;
-  bool mandible = false;        // true if it has the shape of a mandible; then the atlas was used
+  bool mandible = false;        // true if the bone has the shape of a mandible; then the atlas was used
   std::string shape_objection;  // reason if it is not a mandible
   bool cut_by_scan = false;     // true if the bone reaches the edge of the scan
-  SurfaceError surface_error;   // of a CT
+  SurfaceError surface_error;   // for a CT
   std::uint64_t active_voxels = 0;
   std::uint64_t memory_bytes = 0;  // of the bone
   double hu_voxel_mm = 0;          // of the stored CT numbers; 0: none
   HuRange hu;                      // of the stored CT numbers in the bone
   std::map<int, double> region_mm3;
-  SurfaceReport surface;                                // of a closed surface
+  SurfaceReport surface;                                // for a closed surface
   std::vector<std::pair<std::string, double>> seconds;  // duration of each stage
 };
 
@@ -80,11 +80,11 @@ struct ImportResult {
   ImportReport report;
 };
 
-/// Returns whether the extension is that of a surface.
+/// Returns whether the path has the extension of a surface file.
 bool IsSurfacePath(const std::string& path);
 
 /// Imports a bone. `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj
-/// .ply). The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with a
+/// .ply). The bone's coordinates are the patient's (LPS, mm), or those of the surface. Throws kerf::Error with one
 /// sentence if the input cannot be converted to a bone.
 ImportResult Import(const std::string& path, const ImportOptions& options);
 

@@ -23,7 +23,7 @@ constexpr double kMarkerPiece_mm3 = 300;  // other bone of at least this volume 
 constexpr double kCandidate_mm3 = 8000;
 constexpr double kMargin_mm = 10;    // around a candidate
 constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge has a surface there
-constexpr double kPartial_HU = 150;  // this far below iso: certainly soft tissue
+constexpr double kPartial_HU = 150;  // voxels this far below iso are certainly soft tissue
 constexpr double kSeedRadius_mm = 1.5;
 constexpr double kSnap_mm = 4;  // maximum distance of a point from the bone
 constexpr int kRim = 3;         // voxels of soft tissue that are assigned with the bone
@@ -65,7 +65,7 @@ std::string FoundList(const Components& all, double smallest_mm3) {
       why, iso_hu, FoundList(at_iso, 500)));
 }
 
-// Returns the bone voxel nearest to a point. Throws kerf::Error if there is none near.
+// Returns the bone voxel nearest to a point. Throws kerf::Error if there is none nearby.
 std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const char* option) {
   const Vec3 p_V = ct.VoxelFromWorld(p_W);
   const std::array<int, 3> at = {static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),

@@ -30,18 +30,18 @@ struct Isolation {
   std::size_t dropped_pieces = 0;  // small separate pieces on the wanted side that were removed
   double dropped_mm3 = 0;
   std::string how;              // description in words, for the provenance
-  bool mandible = false;        // true if it has the shape of a mandible
+  bool mandible = false;        // true if the bone has the shape of a mandible
   std::string shape_objection;  // reason if it does not, in words
   bool cut_by_scan = false;     // true if bone reaches the edge of the scan
   double marker_hu = 0;         // automatic isolation: threshold above which the mandible is a separate piece;
                                 // otherwise 0
 };
 
-/// Isolates the mandible. Automatically: at the lowest threshold at which exactly one component looks like a mandible,
-/// this component and all other large ones become markers. A marker-controlled watershed grows them back to `iso_hu`.
-/// If both keep and drop points are given, these are the markers. Throws kerf::Error if the mandible cannot be
-/// distinguished from other bone; the message lists the components found (volumes, centres) and how to select.
-/// `progress`, optional, is called with 0 to 1.
+/// Isolates the mandible. The automatic method finds the lowest threshold at which exactly one component looks like a
+/// mandible. This component and all other large ones become markers, and a marker-controlled watershed grows them back
+/// to `iso_hu`. If both keep and drop points are given, these are the markers. Throws kerf::Error if the mandible
+/// cannot be distinguished from other bone; the message lists the components found (volumes, centres) and explains how
+/// to select one. `progress`, which is optional, is called with values from 0 to 1.
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const std::function<void(double)>& progress);
 
 }  // namespace kerf

@@ -28,8 +28,8 @@ class QuietItk {
 };
 
 /// Reads all pixels of `io`, whose ReadImageInformation() must have been called, and appends them to `out` as HU.
-/// Throws kerf::Error, with `name`, for colour, for values that are not numbers, or (with `complaint`) if the file
-/// cannot be read to its end.
+/// Throws kerf::Error, with `name` in the message, for colour, for values that are not numbers, or (with `complaint`)
+/// if the file cannot be read to its end.
 Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
                       const std::string& complaint = "the voxels can't be read");
 

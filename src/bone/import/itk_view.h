@@ -7,8 +7,8 @@
 
 namespace kerf {
 
-/// The image has the lattice's spacing, but is placed at the origin and along the axes. This is sufficient for filters
-/// that work within the lattice.
+/// Makes an image that refers to `data`. It has the lattice's spacing, but is placed at the origin and along the axes.
+/// This is sufficient for filters that work within the lattice.
 template <typename T>
 typename itk::Image<T, 3>::Pointer MakeView(const Volume& lattice, T* data) {
   using Import = itk::ImportImageFilter<T, 3>;

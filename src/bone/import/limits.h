@@ -6,11 +6,12 @@
 
 namespace kerf {
 
-/// Voxels of a volume: 4 GiB of HU. A CT of 512 x 512 x 2000 has a quarter of this.
+/// Voxels of a volume; their HU take 4 GiB. A CT of 512 x 512 x 2000 voxels has a quarter of this number.
 inline constexpr std::uint64_t kMaxVoxels = std::uint64_t{1} << 31;
 /// Bytes of a voxel in a file: one 64-bit number.
 inline constexpr double kMaxVoxelBytes = 8;
-/// Pixels of a DICOM slice, which is unpacked as a whole. CT slices have 512 x 512, micro-CT up to 4096 x 4096.
+/// Pixels of a DICOM slice, which is unpacked as a whole. CT slices have 512 x 512 pixels, micro-CT slices up to 4096 x
+/// 4096.
 inline constexpr std::uint64_t kMaxSlicePixels = std::uint64_t{1} << 26;
 /// Bytes of a DICOM file with one slice, which kerf reads as a whole.
 inline constexpr std::uint64_t kMaxSliceBytes = std::uint64_t{512} << 20;

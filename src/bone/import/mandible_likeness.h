@@ -15,8 +15,8 @@ namespace kerf {
 struct MandibleLikeness {
   bool is_mandible = false;
   std::string objection;  // the first test that failed, in words; empty for a mandible
-  // If it is not a mandible: rotations into the patient's axes after which it would be one. Either the one that only
-  // changes signs, or all that exchange axes (a mandible lying on its back passes the same tests).
+  // If it is not a mandible: rotations into the patient's axes after which it would be one. Either one that only
+  // changes signs, or, if there is none, all that exchange axes (a mandible lying on its back passes the same tests).
   std::vector<glm::dmat3> turns;
   double back_middle =
       0;  // fraction of the volume in the back half, middle third of the width; near 0 if open to the back
@@ -26,14 +26,14 @@ struct MandibleLikeness {
                                                        // condyles
 };
 
-/// Tests the size (adult or adolescent: 80-150 mm wide, 50-130 mm deep, 40-120 mm high, 8-120 cm3), the arch that is
-/// open to the back, the chin in the middle, and the rami that reach the top on both sides. A skull, an upper jaw with
-/// its palate, a vertebra or a hyoid bone fails. `label` as in FindComponents().
+/// Tests the size (adult or adolescent: 80-150 mm wide, 50-130 mm deep, 40-120 mm high, 8-120 cm3), the arch, which
+/// must be open to the back, the chin in the middle, and the rami, which must reach the top on both sides. A skull, an
+/// upper jaw with its palate, a vertebra or a hyoid bone fails. `label` as in FindComponents().
 MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
                                        std::int32_t label, const Component& component);
 
-/// Returns the objection, followed by the rotations that would remove it, if any, as the frame to state for a file
-/// whose coordinates were read as `frame`.
+/// Returns the objection, followed by the rotations that would remove it, if any. Each rotation is given as the frame
+/// to state for a file whose coordinates were read as `frame`.
 std::string Describe(const MandibleLikeness& likeness, const std::string& frame);
 
 /// Returns the part of this text about rotations, such as "it looks like a mandible that is upside down: ..."; empty if

@@ -20,13 +20,13 @@ struct Unit {
 };
 constexpr std::array<Unit, 5> kUnits{{{"mm", 1}, {"cm", 10}, {"m", 1000}, {"in", 25.4}, {"um", 1e-3}}};
 
-/// Range of a surface's largest side in mm that is accepted without a unit: a mandible in cm has up to 15, a skull in
-/// mm 250.
+/// Range of a surface's largest side in mm that is accepted without a unit: a mandible measures up to 15 in cm, and a
+/// skull 250 in mm.
 constexpr double kMinSide_mm = 16;
 constexpr double kMaxSide_mm = 1000;
 
-/// A skull in cm has 15 to 26 along its largest side and at least half of that along its smallest. Few pieces in mm
-/// have these proportions: a whole tooth is three times as long as thick.
+/// A skull in cm measures 15 to 26 along its largest side and at least half of that along its smallest. Few pieces in
+/// mm have these proportions: a whole tooth is three times as long as thick.
 constexpr double kMaxSkull_cm = 26;
 constexpr double kSkullThickness = 0.5;
 

@@ -11,13 +11,13 @@ namespace kerf {
 double CalcMmPerUnit(const std::string& unit);
 
 /// Converts the surface to mm. If `unit` is empty, mm are assumed. If the largest side is then not plausible for a
-/// bone, throws kerf::Error, whose message begins with `path` and lists the units in which it would be. A surface
-/// larger than a metre is rejected in any unit. Returns a warning sentence if the surface may be a skull in cm,
+/// bone, throws kerf::Error, whose message begins with `path` and lists the units in which it would be plausible. A
+/// surface larger than a metre is rejected in any unit. Returns a warning sentence if the surface may be a skull in cm,
 /// otherwise "".
 std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::string& path);
 
-/// Throws kerf::Error, whose message begins with `path`, if the surface encloses more than can be voxelised at that
-/// voxel size within minutes.
+/// Throws kerf::Error, whose message begins with `path`, if the surface encloses more than can be voxelised with voxels
+/// of `voxel_mm` within minutes.
 void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string& path);
 
 }  // namespace kerf

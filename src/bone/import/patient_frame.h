@@ -20,7 +20,7 @@ std::string FrameName(const glm::dmat3& lps_from_frame);
 /// coordinates of volume.frame and in units of `unit_mm`.
 void PlaceLattice(const Vec3& origin, const glm::dmat3& steps, double unit_mm, Volume& volume);
 
-/// Transforms a volume that was read as LPS to the actual frame of its coordinates.
+/// Transforms to LPS a volume whose coordinates were read as LPS but are actually those of `frame`.
 void StateFrame(const std::string& frame, Volume& volume);
 
 /// Returns the same volume with its voxels stored along the patient's axes: i, j and k increase, as nearly as possible,

@@ -10,7 +10,7 @@
 namespace kerf {
 
 std::string Encode(const std::vector<DicomSeries>& all);
-/// Decodes the result of Encode(). Throws kerf::Error for other bytes.
+/// Decodes the result of Encode(). Throws kerf::Error if `bytes` is anything else.
 std::vector<DicomSeries> DecodeSeries(std::string_view bytes);
 
 }  // namespace kerf

@@ -11,10 +11,10 @@
 namespace kerf {
 
 struct EdgeCounts {
-  std::size_t open = 0;     // of only one triangle
-  std::size_t crowded = 0;  // of more than two
+  std::size_t open = 0;     // edges of only one triangle
+  std::size_t crowded = 0;  // edges of more than two
 };
-/// Counts edges, independent of the triangles' orientation.
+/// Counts such edges, regardless of the triangles' orientation.
 EdgeCounts CountEdges(const TriangleMesh& mesh);
 
 /// Triangles that are connected by edges.

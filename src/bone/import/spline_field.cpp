@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kBigBox = 14;  // coefficients along an edge; larger boxes use the bounds of blocks
 
-// Returns the coefficients of the interpolating cubic spline, by ITK's recursive filter (Unser 1999).
+// Returns the coefficients of the interpolating cubic spline, computed by ITK's recursive filter (Unser 1999).
 std::vector<float> Decompose(const std::array<int, 3>& size, std::vector<float>& samples) {
   using Image = itk::Image<float, 3>;
   const auto import = itk::ImportImageFilter<float, 3>::New();

@@ -8,8 +8,9 @@
 
 namespace kerf {
 
-/// Tensor product of cubic B-splines over a lattice, twice continuously differentiable. Coordinates are voxels (index
-/// space of the lattice); constant extrapolation of the samples beyond the lattice. Thread-safe once constructed.
+/// Tensor product of cubic B-splines over a lattice, twice continuously differentiable. Coordinates are in voxels
+/// (index space of the lattice). Beyond the lattice, the outermost samples are assumed to continue unchanged.
+/// Thread-safe once constructed.
 class SplineField {
  public:
   /// `interpolate`: if true, the spline passes through the samples (no smoothing; sharp edges overshoot by a few

@@ -23,7 +23,7 @@ struct SurfaceError {
   double blur_mm = 0;         // standard deviation of the CT's blur, across the most finely sampled edges
   double half_height_hu = 0;  // median: the iso value that would give an offset of 0
 
-  /// Returns the root mean square of offset and scatter together, mm.
+  /// Returns the rms error due to offset and scatter together, mm.
   double CalcExpected() const { return std::hypot(offset_mm, scatter_mm); }
 };
 

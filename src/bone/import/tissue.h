@@ -15,15 +15,15 @@
 
 namespace kerf {
 
-/// Thresholds that distinguish the tissues. They classify voxels; they give no modulus, because in cortex the HU
-/// explain less than a fifth of its variance (docs/materials.md).
+/// Thresholds that distinguish the tissues. They classify voxels; they do not give a modulus, because in cortex the HU
+/// explain less than a fifth of the modulus's variance (docs/materials.md).
 struct TissueOptions {
   double cortical_hu = 850;  // cortical at any depth if at least this
   double shell_mm =
       1.0;  // cortical at any HU if nearer to the surface than this, because soft tissue outside lowers the HU there
   double tooth_hu = 1800;       // enamel if at least this, in a lump of at least 15 mm^3
   double tooth_body_hu = 1200;  // dentin connected to enamel if at least this
-  double tooth_reach_mm = 3;    // and not farther from the enamel than this
+  double tooth_reach_mm = 3;    // and no farther from the enamel than this
 };
 
 /// Region ids by position. Thread-safe once constructed.
@@ -31,8 +31,8 @@ class TissueMap {
  public:
   /// `lattice`: the crop of the CT; its hu may be empty for an imported surface, and then only depth is used. `solid`:
   /// bone and filled cavities. `bone`: bone by HU. `hu`: the CT as a smooth field, or null. `use_atlas`: if true, the
-  /// cortex has the 31 regions, otherwise all cortex is kPlainCortexRegion. Throws kerf::Error if the atlas cannot be
-  /// fitted to the bone.
+  /// cortex is divided into the atlas's 31 regions, otherwise all cortex is kPlainCortexRegion. Throws kerf::Error if
+  /// the atlas cannot be fitted to the bone.
   TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid, const std::vector<std::uint8_t>& bone,
             const SplineField* hu, bool use_atlas, const TissueOptions& options);
   int RegionAt(const Vec3& p_W) const;
@@ -50,7 +50,7 @@ class TissueMap {
   const SplineField* hu_;
   std::vector<std::uint8_t> tooth_voxels_;
   std::unique_ptr<SplineField> depth_mm_;
-  std::unique_ptr<SplineField> tooth_;  // null if there are none
+  std::unique_ptr<SplineField> tooth_;  // null if there are no teeth
   std::unique_ptr<MandibleAtlas> atlas_;
   double tooth_mm3_ = 0;
 };
@@ -58,7 +58,7 @@ class TissueMap {
 /// Returns the table of a bone that is not a mandible: one cortical region, cancellous bone, tooth.
 MaterialTable MakePlainTable();
 
-/// Throws kerf::Error, with `name`, if the table lacks a region that the import uses.
+/// Throws kerf::Error, with `name` in the message, if the table lacks a region that the import uses.
 void CheckTable(const MaterialTable& table, bool use_atlas, const std::string& name);
 
 }  // namespace kerf

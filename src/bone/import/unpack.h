@@ -14,14 +14,14 @@ struct Unpacked {
   bool cut_off = false;  // the file ends before the stream does
 };
 
-/// Opens a file of an image for reading. Throws kerf::Error for a pipe or device, which may never end. If the file does
+/// Opens an image's file for reading. Throws kerf::Error for a pipe or device, which may never end. If the file does
 /// not exist, the stream returned is not good().
 std::ifstream OpenImageFile(const std::string& path);
 
 /// Returns whether the file begins like a gzip file. Throws kerf::Error as OpenImageFile() does.
 bool IsGzip(const std::string& path);
 
-/// Unpacks the gzip or zlib stream that begins at `offset` of a file until it ends or `most` bytes are unpacked. The
+/// Unpacks the gzip or zlib stream that begins at `offset` in a file, until it ends or `most` bytes are unpacked. The
 /// bytes after the first `skip` are appended to `out` unless it is null.
 Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, double skip = 0,
                 std::vector<char>* out = nullptr);

@@ -16,7 +16,7 @@ constexpr std::uint64_t kFnvOffset = 14695981039346656037ULL;
 constexpr std::uint64_t kFnvPrime = 1099511628211ULL;
 constexpr std::int16_t kAirHu = -1024;
 
-// FNV-1a over 64-bit words, because single bytes would be slow for a CT.
+// Adds data to an FNV-1a hash, in 64-bit words, because single bytes would be slow for a CT.
 std::uint64_t Mix(std::uint64_t hash, const void* data, std::size_t bytes) {
   const char* p = static_cast<const char*>(data);
   while (bytes > 0) {

@@ -36,8 +36,8 @@ struct Volume {
 
 /// Returns a 64-bit hash of the values and the lattice (FNV-1a), for provenance.
 std::uint64_t CalcHash(const Volume& volume);
-/// Throws kerf::Error, with `name`, unless the lattice is finite and not degenerate (right- or left-handed) and its
-/// spacing is 0.01 to 20 mm.
+/// Throws kerf::Error, with `name` in the message, unless the lattice is finite and not degenerate (right- or
+/// left-handed) and its spacing is 0.01 to 20 mm.
 void CheckLattice(const Volume& volume, const std::string& name);
 /// Returns the part between two voxels, both included, in the same position. Voxels beyond the scan are air.
 Volume Crop(const Volume& volume, const std::array<int, 3>& lower, const std::array<int, 3>& upper);

@@ -19,14 +19,14 @@ double CalcQuantile(std::vector<double>& values, double q) {
   return values[static_cast<std::size_t>(k)];
 }
 
-/// Eigenvector of the largest eigenvalue of a symmetric 3x3 matrix.
+/// Returns the eigenvector of the largest eigenvalue of a symmetric 3x3 matrix.
 Vec3 CalcMainAxis(const std::array<std::array<double, 3>, 3>& a) {
   const SymmetricEigen eigen = CalcSymmetricEigen(a);
   const auto largest = std::max_element(eigen.values.begin(), eigen.values.end());
   return eigen.vectors[static_cast<std::size_t>(largest - eigen.values.begin())];
 }
 
-/// Fills bins without a value from their neighbours, then smooths.
+/// Fills bins without a value from their neighbours, then smooths all values.
 template <std::size_t n>
 void FillAndSmooth(std::array<std::optional<double>, n>& bins, int passes, std::array<double, n>* out) {
   std::array<double, n>& y = *out;
@@ -49,7 +49,7 @@ void FillAndSmooth(std::array<std::optional<double>, n>& bins, int passes, std::
   }
 }
 
-/// Linear between bin centres, constant beyond.
+/// Interpolates linearly between bin centres; constant beyond the outermost ones.
 template <std::size_t n>
 double Interpolate(const std::array<double, n>& y, double bin) {
   const double t = std::clamp(bin - 0.5, 0.0, static_cast<double>(n - 1));
@@ -80,7 +80,7 @@ Vec3 MandibleAtlas::ToOwn(const Vec3& p_W) const {
 }
 
 void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
-  // Left-right: because of the two rami, this is the direction of by far the largest spread.
+  // The left-right axis: because of the two rami, the spread is by far the largest in this direction.
   Vec3 mean{0};
   for (const Vec3& p : points_W) mean += p;
   mean /= static_cast<double>(points_W.size());
@@ -104,8 +104,9 @@ void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
   const double highest_x = CalcQuantile(x, 0.995);
   origin_W_ = mean + 0.5 * (lowest_x + highest_x) * x_W_;
 
-  // Up: the bone rests with its chin and its angles on the base plane. In the side view this plane is the line through
-  // the lowest point of the front third and that of the back half, iterated until it no longer changes.
+  // The upward axis: the bone rests with its chin and its angles on the base plane. In the side view this plane is the
+  // line through the lowest point of the front third and that of the back half. It is recomputed until it no longer
+  // changes.
   h_W_ = glm::normalize(Vec3{0, 0, 1} - x_W_.z * x_W_);
   double lowest = 0;
   double back = 0;
@@ -194,7 +195,8 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   const double whole = Interpolate(arch.along, back_angle / bin_width);
   for (double& s : arch.along) s /= whole;
 
-  // Crest and lower border. The coronoid overhangs the back of the body: there the crest continues as in front of it.
+  // Crest and lower border. The coronoid overhangs the back of the body: there the crest is assumed to continue as in
+  // front of the coronoid.
   std::vector<double> front_crests;
   std::array<std::optional<double>, kAngles> crest;
   std::array<std::optional<double>, kAngles> base;
@@ -213,8 +215,8 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   FillAndSmooth(crest, 2, &arch.crest);
   FillAndSmooth(base, 2, &arch.base);
 
-  // Middle of the thickness by angle and height; empty cells get it from cells at the same angle, otherwise from the
-  // arch.
+  // Middle of the thickness by angle and height; empty cells get it from cells at the same angle or, if these are empty
+  // too, from the arch.
   for (std::size_t i = 0; i < kAngles; ++i) {
     std::array<std::optional<double>, kHeights> column;
     bool any = false;
@@ -229,7 +231,8 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
 }
 
 void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
-  // Middle between the front and back edges in slices above the body and below the notch, then a line through these.
+  // Finds the middle between the front and back edges in slices above the body and below the notch, then fits a line
+  // through these points.
   constexpr int kSlices = 8;
   std::array<double, kSlices> front{};
   std::array<double, kSlices> back{};
@@ -272,8 +275,8 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
 }
 
 double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
-  // Perpendicular to the arch, not along the ray from the axis, so that a cut across the body stays in its column. Only
-  // near the ray, because the two halves of a horseshoe face each other.
+  // Finds the nearest point of the arch, not the one on the ray from the axis, so that a cut across the body stays in
+  // its column. Searches only near the ray, because the two halves of a horseshoe face each other.
   constexpr int kReach = 9;
   const int at_ray = static_cast<int>(CalcAngle(own) / kMaxAngle * kAngles);
   const double x = std::abs(own.x);
@@ -326,8 +329,8 @@ MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
   return c;
 }
 
-// The condylar process begins at this rise. Its head has this height (7 mm), or is its upper half if that is less. Both
-// constants are fractions of the highest point's height.
+// The condylar process begins at the rise kNeckRise. Its head has the height kHeadHeight (7 mm), or is the upper half
+// of the process if that is less. Both constants are fractions of the highest point's height.
 constexpr double kNeckRise = 0.72;
 constexpr double kHeadHeight = 0.12;
 

@@ -12,7 +12,7 @@ namespace kerf {
 namespace {
 
 constexpr double kMaxRho = 25;           // g/cm3; a larger value means a wrong unit
-constexpr double kMaxHu = 100'000;       // of the absolute value
+constexpr double kMaxHu = 100'000;       // limit on the absolute value
 constexpr double kMaxCoefficient = 1e9;  // MPa
 constexpr double kMaxExponent = 10;
 

@@ -20,12 +20,12 @@ std::string FormatCalibration(const std::vector<CtLaw::Point>& points);
 /// Returns volumes/ct_laws.csv, which is built in.
 const std::vector<CtLaw>& DefaultCtLaws();
 
-/// Throws kerf::Error if there is no law of that name. The message names the most similar one, or all if none is
-/// similar.
+/// Returns the law with the given name. Throws kerf::Error if there is none. The message names the law with the most
+/// similar name, or all laws if none is similar.
 const CtLaw& FindCtLaw(const std::vector<CtLaw>& laws, const std::string& name);
 
-/// Returns the law with its own calibration or, if not empty, with `calibration`. Throws kerf::Error if there is none
-/// or it does not fit the law.
+/// Returns the law with its own calibration or, if not empty, with `calibration`. Throws kerf::Error if there is no
+/// calibration or it does not fit the law.
 CtLaw WithCalibration(CtLaw law, const std::string& calibration);
 
 }  // namespace kerf

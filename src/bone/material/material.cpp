@@ -10,7 +10,7 @@ namespace kerf {
 namespace {
 
 constexpr int kMaxRegion = 255;
-constexpr double kRigidE_MPa = 1e9;  // rigid for any tool; beyond it the sum of the compliances loses precision
+constexpr double kRigidE_MPa = 1e9;  // rigid for any tool; above this, the sum of the compliances loses precision
 
 }  // namespace
 

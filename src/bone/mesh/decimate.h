@@ -1,4 +1,4 @@
-// Reduction of a surface to a number of triangles.
+// Reduction of a surface to a given number of triangles.
 #pragma once
 
 #include "kerf/geometry.h"

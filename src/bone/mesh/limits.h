@@ -5,7 +5,7 @@
 
 namespace kerf {
 
-/// The whole file is held in memory while it is read.
+/// Bytes of a mesh file. The whole file is kept in memory while it is read.
 inline constexpr std::size_t kMaxMeshFileBytes = std::size_t{4} << 30;
 /// Triangles of a mesh: 12 bytes each, and up to three points of 24 bytes. The surface of a mandible at 0.1 mm has 4
 /// million. Two bytes of an OBJ file can define one.

@@ -68,7 +68,7 @@ TriangleMesh Tidy(const TriangleMesh& raw, const std::string& path) {
   return mesh;
 }
 
-// VTK's own writer keeps only six digits.
+// Formats an OBJ. VTK's own writer is not used because it keeps only six digits.
 std::string FormatObj(const TriangleMesh& mesh) {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
@@ -80,7 +80,7 @@ std::string FormatObj(const TriangleMesh& mesh) {
   return fmt::to_string(text);
 }
 
-/// Appends the bytes as in memory: little-endian, as in STL and binary PLY.
+/// Appends the bytes of a number as they are in memory: little-endian, as in STL and binary PLY.
 template <typename Number>
 void Append(std::string& bytes, Number number) {
   static_assert(std::endian::native == std::endian::little);

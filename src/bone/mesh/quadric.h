@@ -38,7 +38,7 @@ struct Quadric {
   /// millionth of its distance from the anchor.
   Vec3 CalcMinimum(const Vec3& anchor) const {
     const double pull = 1e-6 * weight;
-    // Cholesky, with the anchor as origin.
+    // Cholesky factorisation, with the anchor as the origin.
     const Vec3 g{xx * anchor.x + xy * anchor.y + xz * anchor.z + b.x,
                  xy * anchor.x + yy * anchor.y + yz * anchor.z + b.y,
                  xz * anchor.x + yz * anchor.y + zz * anchor.z + b.z};
@@ -60,9 +60,9 @@ struct Quadric {
   }
 };
 
-/// Returns whether a triangle with the normal `before` (any length; 0: no normal to preserve) may have the corners `p`.
-/// The angle between its normals must have a cosine of at least `min_cosine`, and it must not be a sliver: the square
-/// of its longest side must be less than `worst_shape` times twice its area.
+/// Returns whether a triangle with the normal `before` (any length; 0: no normal to preserve) may be given the corners
+/// `p`. The angle between its old and new normals must have a cosine of at least `min_cosine`, and it must not be a
+/// sliver: the square of its longest side must be less than `worst_shape` times twice its area.
 inline bool KeepsTriangleShape(const Vec3& before, const Vec3 (&p)[3], double min_cosine, double worst_shape) {
   const Vec3 after = glm::cross(p[1] - p[0], p[2] - p[0]);
   const double area_before = glm::length(before);

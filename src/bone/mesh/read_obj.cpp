@@ -10,7 +10,8 @@
 namespace kerf {
 namespace {
 
-/// A face is a fan of any length: the number of triangles is checked each time this number has been added.
+/// A face may have any number of corners, so the number of triangles is also checked each time this many have been
+/// added.
 constexpr int kCheckEach = 1 << 20;
 
 template <typename Number>

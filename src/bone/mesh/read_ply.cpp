@@ -256,7 +256,7 @@ TriangleMesh ReadPly(std::string_view bytes, const std::string& path) {
   Body body(bytes, header.format, path);
   TriangleMesh mesh;
   for (const Element& element : header.elements) {
-    // Checked before allocation: a wrong count would need more bytes than there are.
+    // A count that needs more bytes than there are is refused before memory is allocated.
     const std::uint64_t row = body.SmallestRow(element);
     if (row == 0 ? element.count > 0 : element.count > (body.size() + 1) / row) {
       throw Error(fmt::format(

@@ -25,7 +25,7 @@ constexpr double kMinCosine = 0.5;
 constexpr double kWorstShape = 40;
 // Number of blocks along the longest side of the surface's box; each thread processes one at a time.
 constexpr double kBlocks = 8;
-// Each sweep at most halves the points. The number of a sweep, counted over all steps, must fit in a byte.
+// Each sweep at most halves the number of points. The number of a sweep, counted over all steps, must fit in a byte.
 constexpr int kMaxSweeps = 24;
 // Distances at points are limited to this fraction of the error, so that distances between points are within the full
 // error. At edges and in gaps, where distances between points can be several times those at points, the smaller
@@ -73,7 +73,7 @@ Target MakeTarget(const Vec3& a, const Vec3& b, const Vec3& c) {
   return t;
 }
 
-/// Returns the squared distance of a point from a triangle; returns `limit2` if it is at least that.
+/// Returns the squared distance of a point from a triangle, or `limit2` if that is smaller.
 double CalcDistance2(const Vec3& p, const Target& t, double limit2) {
   const double off = glm::dot(p - t.points[0], t.normal);
   double best2 = off * off;
@@ -105,8 +105,8 @@ struct Surface {
   std::vector<Id> full_next_corner;    // by corner of the full surface
   std::vector<Id> within;              // by additional point: the triangle of the full surface that contains it
   double mean_area_mm2 = 0;            // of a triangle of the full surface
-  double rough_cosine = 0;             // between a new triangle and the full surface; below it, not only points are
-                                       // compared
+  double rough_cosine = 0;             // between a new triangle and the full surface; below it, locations between
+                                       // the points are compared too
   std::vector<Quadric> quadrics;       // by point
   std::vector<std::uint8_t> frozen;    // by point
   std::vector<std::uint8_t> moved_in;  // by point: the last sweep that moved it
@@ -327,7 +327,7 @@ class Worker {
   }
 
   /// Returns whether each point of the full surface that was near the old triangles is within the error of a new one,
-  /// and whether the new place is equally near to the plane of the closest such point. Records the nearest new
+  /// and whether the new place is within the error of the plane of the closest such point. Records the nearest new
   /// triangles in `assigned_`.
   bool KeepsNear(const Choice& c) {
     assigned_.clear();
@@ -371,8 +371,8 @@ class Worker {
       rough = rough || glm::dot(target.normal, s_.full_normals[closest]) < s_.rough_cosine;
     }
     if (farthest2 > (rough ? rough_error2_ : error2_)) return false;
-    // Where the surface is flat and points are everywhere, the full surface being near the new triangles implies the
-    // reverse.
+    // Where the surface is flat and there are points everywhere, the new triangles are near the full surface if the
+    // full surface is near them.
     return std::all_of(targets_.begin(), targets_.end(), [&](const Target& target) {
       return (!rough && (target.has_points || target.area_mm2 < 4 * s_.mean_area_mm2)) || IsNearFull(target);
     });

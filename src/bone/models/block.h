@@ -40,7 +40,8 @@ BlockParams MakePlateParams();
 
 /// Returns the signed distance to the block's surface, mm, exact everywhere. Tick-safe.
 double CalcBlockDistance(const BlockParams& params, const Vec3& p_W);
-/// Returns the region of the layer that contains the point or is nearest to it; on a border the lower one. Tick-safe.
+/// Returns the region of the layer that contains the point or is nearest to it; on a border, that of the lower layer.
+/// Tick-safe.
 int CalcBlockRegion(const BlockParams& params, const Vec3& p_W);
 
 /// Throws kerf::Error if a size is out of range, a layer's thickness is not positive, the pose is not valid, or a layer

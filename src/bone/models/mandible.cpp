@@ -21,7 +21,7 @@ Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
   solid.value = [&shape](const Vec3& p_W) { return shape.Value(p_W); };
   solid.classify = [&shape](const Vec3& p_W, double radius_mm) { return shape.Classify(p_W, radius_mm); };
   solid.region = [&shape](const Vec3& p_W) { return shape.RegionAt(p_W); };
-  solid.is_distance = false;  // smooth joints and tapers distort it
+  solid.is_distance = false;  // smooth joints and tapers distort the value
   BuildOptions options;
   options.voxel_mm = params.voxel_mm;
   options.region_voxel_mm = std::max(params.voxel_mm, 0.2);

@@ -93,7 +93,7 @@ void Describe(Params& p, Visitor&& visit) {
   visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
 }
 
-/// Named points of the left half, world frame; the right half mirrors x.
+/// Named points of the left half, world frame; for the right half, x has the opposite sign.
 struct MandibleLandmarks {
   Vec3 menton{0};              // point where the base line touches the chin, midline
   Vec3 gonion{0};              // intersection of base line and back edge of the ramus, side view
@@ -115,8 +115,8 @@ class MandibleShape {
   explicit MandibleShape(const MandibleParams& params);
   ~MandibleShape();
 
-  /// Values for bone and teeth together, or for one of them, mm: zero on the surface, negative inside, close to a
-  /// distance near the surface.
+  /// Values for bone and teeth together, or for one of them, mm: zero on the surface, negative inside, and
+  /// approximately a distance near the surface.
   double Value(const Vec3& p_W) const;
   double BoneValue(const Vec3& p_W) const;   // without crowns
   double ToothValue(const Vec3& p_W) const;  // crowns and roots, including the parts inside the bone
@@ -132,9 +132,9 @@ class MandibleShape {
   std::unique_ptr<const Parts> parts_;
 };
 
-/// Makes the bone. `progress`, optional, is called with 0 to 1 from one thread. The voxels of the region grid have an
-/// edge of voxel_mm, but at least 0.2 mm. Throws kerf::Error if a parameter is out of range or `materials` lacks one of
-/// the regions 1 to 34.
+/// Makes the bone. `progress`, which is optional, is called with values from 0 to 1, from one thread. The voxels of the
+/// region grid have an edge of voxel_mm, but at least 0.2 mm. Throws kerf::Error if a parameter is out of range or
+/// `materials` lacks one of the regions 1 to 34.
 Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
                   const std::function<void(double)>& progress = {});
 

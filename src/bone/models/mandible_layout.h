@@ -25,7 +25,7 @@ struct MandibleLayout {
   Vec2 u_yz{0};  // unit, forward, across the back edge of the ramus
   Vec2 v_yz{0};  // unit, up along it
 
-  /// Returns the height of the base line.
+  /// Returns z of the base line at y.
   double BaseLineZ(double y) const { return menton_yz.y + std::tan(base_slope) * (y - menton_yz.x); }
   /// Returns (u, v) of a point in the side view.
   Vec2 ToRamus(double y, double z) const {

@@ -30,7 +30,7 @@ std::vector<Vec2> MakePolygon(const std::vector<Vec2>& points) {
   const std::size_t n = points.size();
   constexpr int kPieces = 12;
   for (std::size_t i = 0; i < n; ++i) {
-    // Centripetal, so that unequal spacing causes no loops.
+    // Centripetal parametrisation, so that unequal spacing causes no loops.
     const Vec2 p0 = points[(i + n - 1) % n], p1 = points[i], p2 = points[(i + 1) % n], p3 = points[(i + 2) % n];
     const double t1 = std::sqrt(glm::distance(p0, p1));
     const double t2 = t1 + std::sqrt(glm::distance(p1, p2));
@@ -105,7 +105,7 @@ MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout) {
                                glm::dot(Vec3{0, layout.v_yz.x, layout.v_yz.y}, condyle_axis_) * condyle_axis_);
   condyle_front_ = glm::cross(condyle_up_, condyle_axis_);
   condyle_radii_ = {0.5 * p.condyle_width_mm, 0.5 * p.condyle_depth_mm, 5.2};
-  // Centre chosen so that the outer pole and the top have the prescribed positions.
+  // The centre is chosen so that the outer pole and the top have the prescribed positions.
   const auto reach = [&](const Vec3& direction) {
     const Vec3 local{glm::dot(direction, condyle_axis_), glm::dot(direction, condyle_front_),
                      glm::dot(direction, condyle_up_)};
@@ -131,7 +131,7 @@ MandibleRamus::MandibleRamus(const MandibleLayout& layout) : layout_(&layout) {
 }
 
 double MandibleRamus::OutlineDistance(const Vec2& uv) const {
-  // Catmull-Rom in both directions, so that the grid causes no creases.
+  // Catmull-Rom interpolation in both directions, so that the grid causes no creases.
   const Vec2 g = (uv - origin_) / step_;
   const double x = std::clamp(g.x, 1.0, count_u_ - 2.001);
   const double y = std::clamp(g.y, 1.0, count_v_ - 2.001);

@@ -13,7 +13,8 @@ class MandibleRamus {
  public:
   explicit MandibleRamus(const MandibleLayout& layout);
 
-  /// Left half (x >= 0). If the distance exceeds `limit`, any value larger than `limit` may be returned.
+  /// Returns the distance to the ramus of the left half (x >= 0). If the distance exceeds `limit`, any value larger
+  /// than `limit` may be returned.
   double Distance(const Vec3& p_W, double limit) const;
   double HalfThickness(const Vec2& uv) const;
   /// Centre of the condyle, world frame.

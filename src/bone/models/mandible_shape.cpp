@@ -100,7 +100,8 @@ struct MandibleShape::Parts {
         canal(layout, body, ramus),
         ridges(MakeRidges(layout, body, ramus)) {}
 
-  /// Left half. Parts too far away to affect the value are not evaluated.
+  /// Returns the value for the bone of the left half. Parts that are too far away to affect the value are not
+  /// evaluated.
   double Bone(const Vec3& p) const {
     constexpr double kRamusSeam = 5.0, kObliqueSeam = 4.0, kLingulaSeam = 1.5, kOpeningSeam = 1.2;
     double f = 0;
@@ -159,7 +160,7 @@ double MandibleShape::Parts::Cortex(const Vec3& p) const {
   const double s1 = layout.on_base.first_molar;
   const double plate = place.s < s1 ? Mix(at_front, at_molar, place.s / s1)
                                     : Mix(at_molar, m.cortex_back_mm, SmoothStep(s1, layout.base.length(), place.s));
-  // Thickest along the lower border of the body, thin at the crest.
+  // The plate is thickest along the lower border of the body and thin at the crest.
   const double on_body = 1 - SmoothStep(layout.on_base.third_molar, layout.base.length(), place.s);
   return plate * (1 + on_body * (0.35 * (1 - SmoothStep(0.08, 0.28, t)) - 0.25 * SmoothStep(0.7, 1.0, t)));
 }
@@ -174,7 +175,7 @@ int MandibleShape::Parts::Region(const Vec3& p, const Vec3& p_W) const {
     double depth = -bone;
     constexpr double kLowestSlope = 0.7, kHighestSlope = 1.15;
     if (depth > kLowestSlope * cortex && depth < kHighestSlope * cortex) {
-      // Deep inside, the field is no longer a distance: divide by its slope.
+      // Deep inside, the field is no longer a distance, so it is divided by its slope.
       constexpr double h = 0.05;
       const Vec3 slope{Bone(p + Vec3{h, 0, 0}) - Bone(p - Vec3{h, 0, 0}),
                        Bone(p + Vec3{0, h, 0}) - Bone(p - Vec3{0, h, 0}),

@@ -27,7 +27,7 @@ constexpr std::array<Measures, 8> kTeeth = {{
     {3, 10.5, 9.8, 2.9, -4.2, 10.5, -20},
 }};
 
-/// Cone-shaped hill of height 1 with a round top; 0 beyond `reach`.
+/// Returns the height of a cone-shaped hill of height 1 with a round top; 0 beyond `reach`.
 double Cusp(double t, double b, double t0, double b0, double reach) {
   const double r2 = ((t - t0) * (t - t0) + (b - b0) * (b - b0)) / (reach * reach);
   return r2 >= 1 ? 0 : (1 - r2) * (1 - r2);
@@ -189,7 +189,7 @@ double MandibleTeeth::SocketDistance(const Vec3& p_W, double limit) const {
   double best = limit + 1e-3;
   for (const Tooth& tooth : teeth_) {
     if (BoxDistance(tooth.root_box, p_W) > std::max(best, 0.0)) continue;
-    // Only below the rim of the socket.
+    // The layer of bone exists only below the rim of the socket.
     const double rim = glm::dot(p_W - tooth.neck, tooth.up) + 2.8;
     double roots = 1e9;
     for (const auto& root : tooth.roots) roots = SmoothUnion(roots, root.Distance(p_W), 0.8);

@@ -11,10 +11,10 @@ class MandibleTeeth {
  public:
   explicit MandibleTeeth(const MandibleLayout& layout);
 
-  /// Distance to crowns and roots. If it exceeds `limit`, any value larger than `limit` may be returned.
+  /// Returns the distance to crowns and roots. If it exceeds `limit`, any value larger than `limit` may be returned.
   double Distance(const Vec3& p_W, double limit) const;
-  /// Distance to the roots with a thin layer of bone around them, which forms the ridges over them on the alveolar
-  /// process.
+  /// Returns the distance to the roots and the thin layer of bone around them. This layer forms the ridges that cover
+  /// the roots on the alveolar process.
   double SocketDistance(const Vec3& p_W, double limit) const;
   /// Contains all roots with their layer of bone.
   const Box3& root_box() const { return root_box_; }

@@ -11,7 +11,7 @@ constexpr double kMargin_mm = 45;  // of the grid around the curve
 
 CubicSpline::CubicSpline(std::vector<double> x, std::vector<double> y, bool slope_zero_at_start)
     : x_(std::move(x)), y_(std::move(y)), second_(x_.size(), 0.0) {
-  // Thomas's algorithm for the second derivatives.
+  // The second derivatives are computed by Thomas's algorithm.
   const std::size_t n = x_.size();
   std::vector<double> upper(n, 0.0), right(n, 0.0);
   if (slope_zero_at_start) {
@@ -45,7 +45,8 @@ CubicSpline::Terms CubicSpline::Evaluate(double x) const {
 }
 
 PlaneCurve::PlaneCurve(const std::vector<Vec2>& points) {
-  // First parametrised by chord length, then again by the resulting arc length, so that |derivative| is close to 1.
+  // The curve is first parametrised by chord length, then again by the resulting arc length, so that |derivative| is
+  // close to 1.
   std::vector<double> s(points.size(), 0.0), x, y;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (i > 0) s[i] = s[i - 1] + glm::distance(points[i], points[i - 1]);

@@ -45,9 +45,10 @@ class PlaneCurve {
   double length() const { return length_; }
   Vec2 Point(double s) const { return Evaluate(s).point; }  // straight beyond the ends
   Vec2 Tangent(double s) const;                             // unit
-  /// Unit vector to the right of the tangent: outward for an arch that begins at the front.
+  /// Returns the unit vector to the right of the tangent: outward for an arch that begins at the front.
   Vec2 Normal(double s) const;
-  /// Exact to rounding for points within about 25 mm of the curve; farther away accurate to a few tenths of a mm.
+  /// Finds the closest point of the curve. Exact except for rounding for points within about 25 mm of the curve;
+  /// farther away, accurate to a few tenths of a mm.
   CurvePlace FindClosest(const Vec2& p) const;
 
  private:
@@ -58,8 +59,8 @@ class PlaneCurve {
   double Refine(const Vec2& p, double s) const;  // closest point, from the initial guess `s`
 
   double length_ = 0;
-  // One cubic for each stretch of equal arc length (nearly: the knots are placed so that |derivative| is 1 within
-  // 1e-3).
+  // One cubic for each stretch of the curve. The stretches have nearly equal arc lengths: the knots are placed so that
+  // |derivative| is 1 to within 1e-3.
   std::vector<std::array<Vec2, 4>> cubics_;
   double stretch_ = 1;
   // Closest point's s on a grid, used as the initial guess.

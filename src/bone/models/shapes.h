@@ -13,19 +13,19 @@ namespace kerf {
 
 using Vec2 = glm::dvec2;
 
-/// Union with a fillet at its seam; changes the smaller value only where the two differ by less than k mm, and by at
-/// most k/4.
+/// Returns the union, with a fillet at its seam. It differs from the smaller value only where the two differ by less
+/// than k mm, and by at most k/4.
 inline double SmoothUnion(double a, double b, double k) {
   const double h = std::max(k - std::abs(a - b), 0.0) / k;
   return std::min(a, b) - 0.25 * h * h * k;
 }
 
-/// Difference, `a` without `b`, with a fillet as in SmoothUnion().
+/// Returns the difference, `a` without `b`, with a fillet as in SmoothUnion().
 inline double SmoothDifference(double a, double b, double k) {
   return -SmoothUnion(-a, b, k);
 }
 
-/// Intersection with an edge that is a quarter circle of radius r (both negative inside).
+/// Returns the intersection, with its edge rounded to a quarter circle of radius r (both negative inside).
 inline double RoundedIntersection(double a, double b, double r) {
   const double u = std::max(a + r, 0.0);
   const double v = std::max(b + r, 0.0);
@@ -84,12 +84,12 @@ class RoundedCone {
   double inverse_length2_ = 0;
 };
 
-/// Distance from a point to a box; 0 inside.
+/// Returns the distance from a point to a box; 0 inside.
 inline double BoxDistance(const Box3& box, const Vec3& p) {
   return glm::length(glm::max(glm::max(box.lower - p, p - box.upper), Vec3{0}));
 }
 
-/// Union of rounded cones without fillets, with a box around them so that distant points are fast.
+/// Union of rounded cones without fillets, with a box around them so that the evaluation is fast at distant points.
 class RoundedCones {
  public:
   void Add(const Vec3& a, const Vec3& b, double radius_a, double radius_b) {
@@ -112,7 +112,8 @@ class RoundedCones {
   Box3 box_;
 };
 
-/// Approximate distance to an ellipsoid at the origin: exact on the surface, and only slightly too large near it.
+/// Returns the approximate distance to an ellipsoid at the origin: exact on the surface, and only slightly too large
+/// near it.
 inline double EllipsoidDistance(const Vec3& p, const Vec3& radii) {
   const double k0 = glm::length(p / radii);
   const double k1 = glm::length(p / (radii * radii));

@@ -8,7 +8,7 @@
 namespace kerf {
 
 /// Returns the bone with the pieces added where they were cut off. The pieces must have been taken out of it, not cut
-/// away. Pieces without bone are ignored. Throws kerf::Error if the voxel sizes differ.
+/// away. Empty pieces are ignored. Throws kerf::Error if the voxel sizes differ.
 Bone JoinBones(const Bone& bone, const std::vector<const Bone*>& pieces);
 
 }  // namespace kerf

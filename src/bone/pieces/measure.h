@@ -9,7 +9,7 @@ namespace kerf {
 
 /// Returns the distance between two points, mm.
 double CalcDistance(const Vec3& a_W, const Vec3& b_W);
-/// Returns the angle at `corner_W` between the directions to the other two points, degrees, 0 to 180. Empty if one of
+/// Returns the angle at `corner_W` between the directions to the other two points, degrees, 0 to 180; empty if one of
 /// them coincides with the corner.
 std::optional<double> CalcAngle(const Vec3& a_W, const Vec3& corner_W, const Vec3& b_W);
 /// Returns the angle between two planes, degrees, 0 to 90.

@@ -13,10 +13,10 @@ namespace {
 
 constexpr double kSlackVoxels = 0.3;  // distances are accurate to a fifth of a voxel
 constexpr int kBlock = 2;             // voxels, a quarter of a leaf; half its diagonal, 1.7, is within the band
-constexpr int kCells = 2;             // per voxel edge
-constexpr int kFine = 4;              // per cell edge, where both surfaces are in the cell
+constexpr int kCells = 2;             // cells per voxel edge
+constexpr int kFine = 4;              // subdivisions per cell edge, where both surfaces are in the cell
 constexpr double kBend = 0.1;         // fraction of a cell by which a surface may bend
-constexpr double kFaces = 0.7071;     // cosine
+constexpr double kFaces = 0.7071;     // cosine of the greatest angle at which surfaces face each other
 constexpr std::size_t kStrides[] = {4096, 64, 1};  // few points first: a small minimum makes the rest faster
 
 Box3 Transform(const Box3& box, const Pose& X) {
@@ -69,7 +69,7 @@ bool IsFarFrom(openvdb::FloatGrid::ConstAccessor& values, const Vec3& p, double 
   return true;
 }
 
-/// Both distances at the corners of N x N x N cells.
+/// The distances to both surfaces at the corners of N x N x N cells.
 template <int N>
 class Lattice {
  public:
@@ -147,7 +147,7 @@ double CalcInBlock(PairSampler& sample, const Vec3& corner, double cell) {
   return sum * cell * cell * cell;
 }
 
-/// Returns the area that belongs to each point: a third of its triangles.
+/// Returns the area that belongs to each point: a third of the area of its triangles.
 std::vector<double> CalcPointAreas(const TriangleMesh& mesh, std::vector<Vec3>& normals) {
   std::vector<double> areas(mesh.points.size(), 0);
   normals.assign(mesh.points.size(), Vec3(0));
@@ -190,7 +190,7 @@ double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& b
   const Bone& a = *bone_a.bone;
   const Bone& b = *bone_b.bone;
   if (bone_a.bounds.empty() || bone_b.bounds.empty()) return 0;
-  // The finer of the two defines the cells.
+  // The finer of the two bones defines the cells.
   if (b.voxel_mm() < a.voxel_mm()) return CalcOverlap(bone_b, X_WB, bone_a, X_WA);
   const Pose X_AB = Compose(X_WA.Inverse(), X_WB);
   const double h = a.voxel_mm();
@@ -215,7 +215,7 @@ double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& b
   for (at.x() = first(box.lower.x); at.x() * h <= box.upper.x; at.x() += leaf) {
     for (at.y() = first(box.lower.y); at.y() * h <= box.upper.y; at.y() += leaf) {
       for (at.z() = first(box.lower.z); at.z() * h <= box.upper.z; at.z() += leaf) {
-        // Skips leaves without bone of `a` and leaves far from `b`: most of them.
+        // Skips most leaves: those without bone of `a` and those far from `b`.
         if (own_values.probeConstLeaf(at) == nullptr && own_values.getValue(at) >= 0) continue;
         const Vec3 corner = h * Vec3(at.x(), at.y(), at.z());
         if (IsFarFrom(other_values, X_BA.Point(corner + Vec3(0.5 * leaf * h)), 0.5 * std::sqrt(3.0) * leaf * h,

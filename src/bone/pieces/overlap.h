@@ -15,7 +15,7 @@ namespace kerf {
 /// which the larger of the two distances is linear on tetrahedra. The error is that of the bones' surfaces,
 /// second-order in the voxel size: below 2 % for overlaps at least two voxels thick.
 double CalcOverlap(const Bone& a, const Pose& X_WA, const Bone& b, const Pose& X_WB);
-/// Overload for bones with known bounds: computing these takes longer than the overlap.
+/// A bone with its bounds, for the overload below: computing the bounds takes longer than computing the overlap.
 struct BoneInBox {
   const Bone* bone;
   Box3 bounds;  // of its surface, to a voxel; empty if there is none
@@ -38,8 +38,8 @@ struct SurfaceInTree {
 std::optional<Gap> CalcGap(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB,
                            double limit_mm);
 
-/// Statistics of the part of surface a that faces surface b: for its points, the nearest point of b is within
-/// `reach_mm` and in a direction less than 45 degrees off the normal.
+/// Statistics of the part of surface a that faces surface b. A point of a faces b if the nearest point of b is within
+/// `reach_mm` and in a direction less than 45 degrees from the normal.
 struct Facing {
   double area_mm2 = 0;     // of a
   double mean_mm = 0;      // gap

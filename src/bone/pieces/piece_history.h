@@ -36,7 +36,7 @@ class PieceHistory {
     std::vector<PieceState> states;
     int gesture = 0;
   };
-  std::vector<Step> steps_{Step{}};  // the first is the start
+  std::vector<Step> steps_{Step{}};  // the first is the initial state
   std::size_t at_ = 0;
   std::map<std::string, std::vector<PieceState>> checkpoints_;
 };

@@ -16,7 +16,7 @@ namespace kerf {
 /// Constant data of a piece.
 struct Piece {
   std::string name;  // "piece 1" is the largest
-  Bone bone;         // where it was cut off, so that its frame P is the world frame
+  Bone bone;         // in the place where it was cut off, so that its frame P is the world frame
   TriangleMesh mesh;
   double volume_mm3 = 0;
   Box3 bounds_P;
@@ -119,8 +119,8 @@ class PieceSet {
   Facing CalcFacingTo(int i, int other, double reach_mm = 3, double contact_mm = 0.2) const;
 
   // ---- files
-  /// Formats pieces.json: poses as 4 x 4 matrices from where a piece was cut off to where it is, LPS, mm, row by row;
-  /// states, checkpoints and actions.
+  /// Formats pieces.json: states, checkpoints and actions. A pose is a 4 x 4 matrix, row by row (LPS, mm), that moves a
+  /// piece from where it was cut off to where it is.
   std::string FormatJson() const;
   /// Sets pieces, identified by name, and checkpoints to the states in a file, as one step that can be undone. Throws
   /// kerf::Error with one sentence if the text is not such a file, or belongs to other pieces (volumes that differ by

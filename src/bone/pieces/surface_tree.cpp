@@ -37,7 +37,8 @@ bool Visit(RTCPointQueryFunctionArguments* args) {
   const auto& t = (*q.triangles)[args->primID];
   const Vec3 at = FindNearestInTriangle(q.p, (*q.points)[t[0]], (*q.points)[t[1]], (*q.points)[t[2]]);
   const double distance = glm::length(at - q.p);
-  // Of two equally near triangles, the one with the lower index, independent of the tree.
+  // Of two equally near triangles, the one with the lower index is chosen, so that the result does not depend on the
+  // tree.
   if (distance > q.best_mm || (distance == q.best_mm && (!q.found || args->primID > q.triangle))) return false;
   q.best_mm = distance;
   q.triangle = args->primID;
@@ -50,7 +51,8 @@ bool Visit(RTCPointQueryFunctionArguments* args) {
 }  // namespace
 
 Vec3 FindNearestInTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  // Depends on the region of the triangle's plane that p projects to (Ericson, Real-Time Collision Detection, 5.1.5).
+  // The nearest point depends on the region of the triangle's plane that p projects to (Ericson, Real-Time Collision
+  // Detection, 5.1.5).
   const Vec3 ab = b - a;
   const Vec3 ac = c - a;
   const Vec3 ap = p - a;
@@ -140,7 +142,7 @@ std::optional<SurfaceTree::Hit> SurfaceTree::Intersect(const Vec3& origin, const
   const double length = glm::length(direction);
   if (!(length > 0) || s.triangles.empty()) return {};
   const Vec3 d = direction / length;
-  // Starts near the surface, because single precision is not sufficient for a distant camera.
+  // The ray starts near the surface, because single precision is not sufficient for a distant camera.
   const double start = std::max(0.0, glm::dot(s.middle - origin, d) - s.size_mm);
   const Vec3 from = origin + start * d - s.middle;
   RTCRayHit ray{};

@@ -34,7 +34,8 @@ class SurfaceTree {
     Vec3 p{0};
     std::uint32_t triangle = 0;
   };
-  /// Empty if nothing is nearer than `limit_mm`. A smaller limit is faster.
+  /// Returns the point of the surface nearest to `p`; empty if nothing is nearer than `limit_mm`. A smaller limit is
+  /// faster.
   std::optional<Nearest> FindNearest(const Vec3& p, double limit_mm) const;
 
   const Box3& bounds() const;

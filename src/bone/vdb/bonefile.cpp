@@ -28,11 +28,12 @@ namespace kerf {
 namespace {
 
 constexpr int kFormat = 2;
-constexpr int kFormatOfInt32Regions = 1;  // the same, except that grid "region" was of int32
+constexpr int kFormatOfInt32Regions = 1;  // the same, except that the grid "region" was of type int32
 constexpr float kMaxHu = 100'000;
 constexpr char kNotePrefix[] = "note_";
 
-/// OpenVDB's writer, on a stream from kerf: OpenVDB's own stream does not detect a full disk.
+/// OpenVDB's writer, on a stream that kerf opens, because the stream that OpenVDB itself opens does not detect a full
+/// disk.
 class Writer : public openvdb::io::Archive {
  public:
   void Write(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& meta) const {

@@ -13,9 +13,9 @@ inline constexpr std::uint64_t kMaxVdbMemoryBytes = std::uint64_t{8} << 30;
 inline constexpr std::uint64_t kMaxVdbTextBytes = std::uint64_t{16} << 20;
 /// Number of grids, and number of metadata entries of each grid and of the file.
 inline constexpr std::uint32_t kMaxVdbEntries = 1000;
-/// Range of node positions, in voxels from the origin.
+/// Greatest distance of a node from the origin along each axis, voxels.
 inline constexpr std::int32_t kMaxVdbCoordinate_vox = 1 << 22;
-/// Sides of the box that contains all active voxels.
+/// Sides, in voxels, of the box that contains all active voxels.
 inline constexpr std::int32_t kMaxVdbSide_vox = 1 << 14;
 
 }  // namespace kerf

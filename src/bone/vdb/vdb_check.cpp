@@ -171,14 +171,14 @@ class Check {
     for (int n = 0; n < grids; ++n) Descriptor(has_offsets);
   }
 
-  /// Empty for files of earlier versions and of other programs.
+  /// Returns the entry of the checksum; empty for files of earlier versions and of other programs.
   const std::optional<VdbChecksumEntry>& checksum() const { return checksum_; }
   const std::string& identity() const { return identity_; }
 
  private:
   void Descriptor(bool has_offsets) {
     std::string name = source_.Text();
-    name.resize(std::min(name.find('\x1e'), name.size()));  // cuts the suffix that makes it unique
+    name.resize(std::min(name.find('\x1e'), name.size()));  // removes the suffix that makes the name unique
     std::string type = source_.Text();
     constexpr std::string_view kHalf = "_HalfFloat";
     half_ = type.ends_with(kHalf);

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kDigits = 8;
 constexpr std::size_t kChecksumBytes = kDigits + 1 + kVdbIdentityBytes;
 constexpr std::size_t kBlock = std::size_t{1} << 18;
-constexpr std::size_t kSearched = 4096;  // bytes from the file's beginning; the entry is the second
+constexpr std::size_t kSearched = 4096;  // bytes searched from the file's beginning; the entry is the second one
 /// Independently generated identities differ in about 30 of their characters, damaged ones in a few.
 constexpr std::size_t kOtherIdentity = 12;
 

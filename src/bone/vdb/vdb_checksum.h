@@ -19,7 +19,7 @@ inline constexpr std::string_view kVdbChecksumName = "kerf_checksum";
 inline constexpr std::size_t kVdbIdentityBytes = 36;
 inline constexpr std::size_t kVdbIdentityPlace = 21;  // offset in the file
 
-/// Returns the metadata value that is written before StampVdb().
+/// Returns the metadata value that must be in the file before StampVdb() is called.
 std::string MakeBlankVdbChecksum();
 /// Replaces the blank checksum. Throws std::ios_base::failure, and kerf::Error if the file contains no blank checksum.
 void StampVdb(const std::string& file);
@@ -31,7 +31,7 @@ struct VdbChecksumEntry {
 };
 /// Recognises the entry by its name or by the shape of its value, so that one damaged character does not hide it.
 bool IsVdbChecksum(std::string_view name, std::string_view value);
-/// Throws kerf::Error if the bytes of `in`, from the first, are not those that were written. `path` names it in
+/// Throws kerf::Error if the bytes of `in`, from its beginning, are not those that were written. `path` names `in` in
 /// messages. Cost: reads the file once.
 void CheckVdbChecksum(std::istream& in, const std::string& path, const VdbChecksumEntry& entry,
                       std::string_view identity);

@@ -7,7 +7,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kMaxHalvings = 4;  // of an interval in which the engagement changes
+constexpr int kMaxHalvings = 4;  // maximum number of halvings of an interval in which the engagement changes
 constexpr double kChange = 0.1;  // change of engagement above which an interval is halved
 
 /// Returns the fraction of a tooth's look-ahead that is filled with bone.
@@ -88,7 +88,8 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
 
 /// Adds the engaged part of the interval between neighbours a and b to both ends.
 void Edge::FractionInterval(const Probe& probe, std::size_t a, std::size_t b) {
-  // If their distances from the bone add up to at least their distance from each other, there is no bone between them.
+  // If the distances of a and b from the bone add up to at least their distance from each other, there is no bone
+  // between them.
   const double length = spacing_mm_ * stride_;
   const double bound_a = CalcBound(a);
   const double bound_b = CalcBound(b);

@@ -1,5 +1,5 @@
-// The cutting edge against the bone: the part of the edge that has bone in front of it, and the material of that bone.
-// With the spindle stopped, the edge is a solid that rests on the bone.
+// Contact of the cutting edge with the bone: finds the part of the edge that has bone in front of it, and the material
+// of that bone. With the spindle stopped, the edge is a solid that rests on the bone.
 #pragma once
 
 #include <vector>
@@ -16,10 +16,11 @@ namespace kerf {
 /// Distance in front of the edge at which a tooth looks for bone, in voxels. A sample on the edge itself would find
 /// none, because the cut surface lies exactly on the edge. Where the rim crosses the surface at angle alpha from its
 /// lowest point, the engaged arc is too long by about look-ahead * (cos(alpha) - 1/2) / sin(alpha): 0.4 % at a depth of
-/// 1.1 mm and voxels of 0.1 mm.
+/// 1.1 mm with voxels of 0.1 mm.
 inline constexpr double kLookAheadVoxels = 0.2;
-/// Distance in front of the edge at which the material is sampled, in voxels. Further ahead, an arc would reach the
-/// next tissue too early. On the edge itself, rounding would decide the tissue of a tooth that runs along a border.
+/// Distance in front of the edge at which the material is sampled, in voxels. If it were sampled further ahead, an arc
+/// would reach the next tissue too early. If it were sampled on the edge itself, rounding would decide the tissue of a
+/// tooth that runs along a border.
 inline constexpr double kMaterialAheadVoxels = 0.05;
 
 /// Sample points of the cutting edge, tested against the bone in each step.
@@ -28,7 +29,7 @@ class Edge {
   /// `p_TC_mm`: position of the coupling point C, to which the rows of the step refer. Allocates.
   Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_TC_mm);
 
-  /// Point of the edge in contact with bone, parallel to StepProblem::cutting.
+  /// Point of the edge that is in contact with bone. The list of these points is parallel to StepProblem::cutting.
   struct Met {
     int region = 0;
     int point = 0;  // index in ToolShape::edge
@@ -60,8 +61,8 @@ class Edge {
   void Ease(double fraction) { penetration_.Ease(fraction); }
   /// Sets all deflections to zero.
   void Release();
-  /// Release(), and also discards the known distances: for use after the tool was set down elsewhere or bone was
-  /// restored.
+  /// Does what Release() does, and also discards the known distances: for use after the tool has been set down
+  /// elsewhere or bone has been restored.
   void Forget();
 
   /// Uses every `stride`-th point, each with the weight of `stride` points: less accurate, but faster. Tick-safe.
@@ -93,19 +94,19 @@ class Edge {
   Vec3 p_TC_;
   double look_ahead_mm_;
   double material_ahead_mm_;
-  double region_step_mm_;  // additional look-ahead where the region grid is too coarse to have a material
+  double region_step_mm_;  // additional look-ahead where the coarse region grid has no material
   double reach_mm_;        // largest distance of a look-ahead point from the tool's origin
-  double ring_radius_mm_;  // 0: the edge is not a ring
+  double ring_radius_mm_;  // radius of the ring; 0: the edge is not a ring
   double ring_step_rad_;   // angle between neighbouring points of a ring
   int stride_ = 1;
   std::vector<Point> points_;
   double spacing_mm_ = 0;  // spacing of the look-ahead points of a ring, rounded up
   Pose X_looked_;
-  double travelled_mm_ = 0;           // sum of the bounds on travel since Forget()
+  double travelled_mm_ = 0;           // sum of the bounds on travel since the last Forget()
   std::vector<double> distance_;      // distance of each look-ahead point when it was last sampled
   std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
-  std::vector<double> fraction_;      // engaged part of the two intervals next to each point, in intervals
-  std::vector<double> after_;         // part of fraction_ in the interval to the next point
+  std::vector<double> fraction_;      // engaged part of the two intervals next to each point, as a number of intervals
+  std::vector<double> after_;         // part of fraction_ that lies in the interval to the next point
   std::vector<Met> met_;
   PenetrationLimiter penetration_;
   struct Found {

@@ -13,9 +13,10 @@ namespace kerf {
 
 /// Points on both flats, in pairs, one on each side of the disc.
 ///
-/// The gap of a point is the distance sampled a little inside the wall, less that offset. The sample is so far from the
-/// middle of the kerf, where the distance field has a ridge, that no cell of the grid reaches across the ridge. Where
-/// the kerf is locally narrower than the disc, the depths of both points of a pair are reduced by the same amount: the
+/// The gap at a point is computed from a sample of the distance field that is taken a little inside the wall: the gap
+/// is the sampled distance plus the sample's offset from the point. The sample is so far from the middle of the kerf,
+/// where the distance field has a ridge, that no cell of the grid reaches from it across the ridge. Where the kerf is
+/// locally narrower than the disc, the depths of both points of a pair are reduced by the same amount, so that the
 /// walls hold the disc but never squeeze it.
 class Faces {
  public:
@@ -26,8 +27,8 @@ class Faces {
   static double CalcRimMargin(double radius_mm, double voxel_mm) {
     return CalcToothSide(radius_mm, voxel_mm) + 0.25 * voxel_mm;
   }
-  /// Returns the same distance for a stopped spindle, when the rim cuts nothing: the range over which the grid blurs
-  /// the kerf's corner.
+  /// Returns the same distance for a stopped spindle. The rim then cuts nothing, so it is only the range over which the
+  /// grid blurs the kerf's corner.
   static double CalcStoppedMargin(double voxel_mm) { return 1.75 * voxel_mm; }
 
   /// Fills problem.flats with the points that are within `reach_mm` of bone. Tick-safe.
@@ -38,14 +39,15 @@ class Faces {
   std::size_t pair_count() const { return pairs_.size(); }
   /// Position of a pair in the disc's plane, tool frame, mm.
   Vec3 pair_T(std::size_t pair) const { return {pairs_[pair].x, pairs_[pair].y, 0}; }
-  /// As in Edge.
+  /// As for Edge.
   double SetDepths(StepProblem& problem, bool may_rise);
   double Remember(const StepProblem& problem, const Twist& u, double fraction);
   /// Scales the deflection of all springs by `fraction`.
   void Ease(double fraction) { penetration_.Ease(fraction); }
   /// Sets all deflections to zero.
   void Release();
-  /// Release(), and also discards the known distances: for use after the tool was moved elsewhere or bone was restored.
+  /// Does what Release() does, and also discards the known distances: for use after the tool has been set down
+  /// elsewhere or bone has been restored.
   void Forget();
   void set_stride(int stride) {
     if (stride != stride_) Release();  // the springs have changed
@@ -66,9 +68,9 @@ class Faces {
   int stride_ = 1;
   std::vector<Pair> pairs_;
   PenetrationLimiter penetration_;
-  std::vector<double> clear_until_mm_;  // the pair has no bone in reach while travelled_mm_ is less
+  std::vector<double> clear_until_mm_;  // for each pair: it has no bone in reach while travelled_mm_ is below this
   Pose X_looked_;
-  double travelled_mm_ = 0;  // sum of the bounds on travel since Forget()
+  double travelled_mm_ = 0;  // sum of the bounds on travel since the last Forget()
   struct Found {
     int point;
     double depth_mm;

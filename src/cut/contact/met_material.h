@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// Tables by region id, built once, so that the tick needs no search.
+/// Tables of the constants by region id. They are built once, so that the tick needs no search.
 class MaterialLookup {
  public:
   MaterialLookup(const Bone& bone, const Tool& tool);

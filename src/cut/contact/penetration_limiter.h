@@ -6,12 +6,12 @@
 
 namespace kerf {
 
-/// Depth of each contact point of the tool in the bone, as deflection of the spring that holds it.
+/// Depth of each contact point of the tool in the bone, as the deflection of the spring that holds the point.
 ///
-/// A point can be found deeper than the deflection of its spring because the bone is uneven, the tool was set down
+/// A point may be found to lie deeper than its spring was deflected, because the bone is uneven, the tool was set down
 /// inside bone, or the grid blurs a corner. Pushing the point out at once would create energy. At the start of a step,
-/// a spring is therefore deflected at most as far as at the end of the last step, plus the distance at
-/// `kSpeed_mm_per_s` if earlier losses cover the energy for it (the energy balance of the coupled tick).
+/// a spring is therefore deflected at most as far as at the end of the last step. If earlier losses cover the energy
+/// for it (see the energy balance of the coupled tick), the distance covered at `kSpeed_mm_per_s` is added.
 class PenetrationLimiter {
  public:
   static constexpr double kSpeed_mm_per_s = 2;

@@ -8,7 +8,8 @@
 
 namespace kerf {
 
-/// Lipschitz constant of the interpolated distance: a trilinear interpolation changes by at most this, mm per mm.
+/// Lipschitz constant of the interpolated distance, sqrt(3): a trilinear interpolation changes by at most this many mm
+/// per mm.
 inline constexpr double kSteepest = 1.7320508;
 
 /// Distance field of the bone as a function of points of a tool at the pose X_WT; mm.
@@ -27,7 +28,7 @@ class Probe {
   Vec3 World(const Vec3& p_T) const { return h_ * Voxel(p_T); }
   /// Returns the distance from a point of the tool to the bone, mm, negative inside.
   double Distance(const Vec3& p_T) const { return field_.Sample(Voxel(p_T)); }
-  /// Returns the gradient of the distance in the tool frame, 1: it points away from the bone.
+  /// Returns the gradient of the distance in the tool frame, mm per mm. It points away from the bone.
   Vec3 Away(const Vec3& p_T) const { return h_ * (field_.SampleGradient(Voxel(p_T)) * R_); }
 
  private:

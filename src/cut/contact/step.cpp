@@ -11,7 +11,7 @@ using Matrix = std::array<std::array<double, 6>, 6>;  // only the lower triangle
 constexpr double kForceTolerance = 1e-8;  // relative to the forces of the coupling plus 1 N
 constexpr double kSlopeTolerance = 0.1;   // of the line search, relative to the slope at its start
 constexpr int kMaxSearch = 24;
-constexpr double kSecantStep = 1e-6;  // relative, for the slope of a force law: half of a double's digits
+constexpr double kSecantStep = 1e-6;  // relative, for the slope of a force law: half the digits of a double
 
 Vec3 Linear(const Twist& u) {
   return {u[0], u[1], u[2]};
@@ -37,7 +37,7 @@ void AddMixed(Matrix& H, double factor, const Twist& a, const Twist& b) {
 }
 
 /// Solves H x = b for a symmetric positive definite H by Cholesky factorisation. The unknowns are scaled for a unit
-/// diagonal. A pivot that is lost to rounding is raised to kMinPivot.
+/// diagonal. A pivot that has been lost to rounding is raised to kMinPivot.
 Twist SolveSymmetric(Matrix H, const Twist& b) {
   std::array<double, 6> scale;
   for (int i = 0; i < 6; ++i) scale[i] = 1 / std::sqrt(std::max(H[i][i], 1e-300));
@@ -344,7 +344,8 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     const Vec3 e_turn = c.theta_rad - tau * Angular(u);
     const Vec3 rel = c.v_H_mm_per_s - Linear(u);
     const Vec3 rel_turn = c.w_H_rad_per_s - Angular(u);
-    // A saturated spring has zero tangent stiffness along itself; its secant stiffness keeps the step finite.
+    // A saturated spring has zero tangent stiffness along its own direction; its secant stiffness keeps the step
+    // finite.
     const double k = c.spring.Secant(glm::length(e));
     const double k_turn = c.torsion.Secant(glm::length(e_turn));
     const double b = c.damper.Secant(glm::length(rel));
@@ -452,7 +453,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   }
   if (solution.converged) return solution;
 
-  // Scale the last motion to the multiple that minimises J: u . gradient = 0.
+  // Scale the last motion by the factor that minimises J: u . gradient = 0.
   const Twist best = u;
   u = {};
   for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {

@@ -20,8 +20,8 @@ using Twist = std::array<double, 6>;
 inline double Dot(const Twist& a, const Twist& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5];
 }
-/// Returns the row that maps a motion to the speed along `n` of the tool's point at `r` from C. Its transpose maps a
-/// force along n to its wrench about C.
+/// Returns the row that maps a motion of the tool to the speed, along `n`, of its point at position `r` relative to C.
+/// Its transpose maps a force along n to the wrench of that force about C.
 inline Twist MakeRow(const Vec3& n, const Vec3& r) {
   const Vec3 m = glm::cross(r, n);
   return {n.x, n.y, n.z, m.x, m.y, m.z};
@@ -30,7 +30,7 @@ inline void AddTo(Twist& sum, double factor, const Twist& row) {
   for (int k = 0; k < 6; ++k) sum[k] += factor * row[k];
 }
 
-/// Returns the force of a law on a tooth in the limit of zero bite, N; 0 for a continuous law. Tick-safe.
+/// Returns the force of a law on a tooth in the limit of zero bite, N. It is 0 for a continuous law. Tick-safe.
 inline double CalcOnset(const ToothForce& law, double E_star_MPa) {
   return law.law(law.coefficients, 0, E_star_MPa);
 }
@@ -93,11 +93,11 @@ struct FrictionPoint {
 };
 
 /// Resistance with a given force: dissipates force * s at speed s = max(0, row . u). Below the creep speed the force is
-/// ramped, as in the cutting law. Above the rated speed it grows in proportion to the speed.
+/// ramped, as in the cutting law; above the rated speed the force grows in proportion to the speed.
 struct YieldPoint {
   Twist row;
   double force_N = 0;
-  double rated_mm_per_s = std::numeric_limits<double>::infinity();  // at least the ramp's speed
+  double rated_mm_per_s = std::numeric_limits<double>::infinity();  // at least the creep speed
 
   /// Force at a speed above 0, N. Tick-safe.
   double Force(double speed_mm_per_s, double creep_mm_per_s) const {
@@ -111,9 +111,10 @@ struct YieldPoint {
   }
 };
 
+/// The function that a step minimises:
 /// J(u) = [U(x - tau u) + contact(depth + tau row.u)] / tau + damper(u_H - u) + cutting(u) + friction(u), in N mm/s.
-/// Coupling and contact are implicit: evaluated at the end of the step of length tau. All terms are convex, so the
-/// minimum is unique.
+/// Coupling and contact are implicit: they are evaluated at the end of the step, whose length is tau. All terms are
+/// convex, so the minimum is unique.
 struct StepProblem {
   double tau_s = 0.001;
   StepCoupling coupling;
@@ -127,7 +128,7 @@ struct StepProblem {
   double arc_rad = 0;
   double cutting_share = 1;  // factor on the teeth's force, 0 to 1
   double flat_stiffness_N_per_mm = 0;
-  double creep_mm_per_s = 0.02;  // friction sticks below: F = limit v / sqrt(v^2 + creep^2); ramp of the yields
+  double creep_mm_per_s = 0.02;  // friction sticks below: F = limit v / sqrt(v^2 + creep^2); also the yields' ramp
   std::vector<CuttingPoint> cutting;
   std::vector<FlatPoint> flats;
   std::vector<SolidPoint> solids;
@@ -155,14 +156,14 @@ struct StepSolution {
 };
 
 /// Semismooth Newton method with a line search on the slope; J decreases in each iteration. If the iteration does not
-/// converge, its last motion is scaled to the multiple that minimises J. Then J(u) <= J(0), and the work of the
+/// converge, its last motion is scaled by the factor that minimises J. Then J(u) <= J(0), and the work of the
 /// coupling force equals the work of the opposing forces: the step creates no energy, whatever the accuracy.
 class StepSolver {
  public:
   /// `capacity`: maximum number of points of one kind in a problem. Allocates.
   explicit StepSolver(std::size_t capacity);
 
-  /// Tick-safe. `reach_mm`: size of the tool, by which torques are converted to forces in the test for convergence.
+  /// Tick-safe. `reach_mm`: size of the tool, with which the test for convergence converts torques to forces.
   StepSolution Solve(const StepProblem& problem, const Twist& start, double reach_mm, int max_iterations);
 
  private:

@@ -5,7 +5,7 @@
 //
 // A tick only records position, velocity and time of each throw. All chips have the same lifetime, so they are removed
 // in the order in which they were thrown, and a tick does not move them. Positions are computed on request
-// (chips_flight.h), so the flight does not depend on the tick.
+// (chips_flight.h), so the flight does not depend on the length of the tick.
 #include "cut/effects/chips.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// chips: chips that fly off the teeth, for display. Interface for other code.
+// chips: chips that fly off the teeth, for display. This is the interface for other code.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ struct ChipsParams {
   std::uint64_t seed = 1;
 };
 
-/// Chips in the air: position, velocity and time of each throw. Current positions are computed only on request.
+/// Chips in the air: the position, velocity and time at which each was thrown. Current positions are computed only on
+/// request.
 class ChipPool {
  public:
   /// Allocates.
@@ -76,7 +77,7 @@ class ChipsEffect final : public Effect {
   const ChipPool& pool() const { return pool_; }
   Vec3 p_WF_mm() const { return p_WF_mm_; }
   double chip_mm3() const { return chip_mm3_; }
-  /// Removed volume = thrown + dropped + waiting; waiting volume is kept until it suffices for a chip.
+  /// Removed volume = thrown + dropped + waiting; the waiting volume is kept until it is enough for a chip.
   double thrown_mm3() const { return static_cast<double>(thrown_) * chip_mm3_; }
   double dropped_mm3() const { return dropped_mm3_; }
   double waiting_mm3() const { return waiting_mm3_; }
@@ -84,7 +85,7 @@ class ChipsEffect final : public Effect {
  private:
   /// Point of the edge that cut.
   struct Place {
-    double upto;  // cumulative cut of this point and those before it
+    double upto;  // sum of the cut at this point and at those before it
     int point;
     int leaves = 0;  // point of the edge at which its chips fly off
   };

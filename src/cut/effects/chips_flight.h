@@ -10,8 +10,9 @@ struct ChipMotion {
   Vec3 v_mm_per_s{0};
 };
 
-/// Model: dv/dt = g - k(|v|) v, with k from the drag of a ball after Schiller and Naumann (1933): k = (1 + 0.15
-/// Re^0.687) / tau, tau = rho d^2 / (18 mu), Re = |v| d / nu; for Re >= 1000 a drag coefficient of 0.44.
+/// Model: dv/dt = g - k(|v|) v, with k from the drag of a ball according to Schiller and Naumann (1933): k = (1 + 0.15
+/// Re^0.687) / tau, tau = rho d^2 / (18 mu), Re = |v| d / nu; for Re >= 1000, k follows from a drag coefficient of
+/// 0.44.
 class ChipFlight {
  public:
   /// `diameter_mm` > 0. `drag`: factor on the drag of a ball; 0: no drag.

@@ -32,7 +32,7 @@ struct EffectSetup {
   Vec3 p_TC_mm{0};               // coupling point C, to which forces and motions refer, tool frame
   Vec3 p_WF_mm{0};
   std::span<const std::shared_ptr<const EffectFile>> files = {};  // as EffectChoice::files()
-  EffectPlan* plan = nullptr;  // contains the effects before this one, so that it can find those that it needs
+  EffectPlan* plan = nullptr;  // contains the effects before this one, so that this one can find those that it needs
 };
 
 /// Start of a tick.
@@ -48,7 +48,7 @@ struct EffectFlight {
   const Pose& X_FT_to;
 };
 
-/// Step that is set up at the tool's pose.
+/// Step that is being set up at the tool's pose.
 struct EffectStep {
   const Pose& X_FT;
   const Probe& probe;
@@ -94,7 +94,7 @@ struct EffectEnd {
   double engaged_teeth = 0;
   double thrust_sum_N = 0;
   double removed_mm3 = 0;
-  Vec3 f_more_W_N{0};  // added force on the hand, in addition to the coupling force; not in the energy balance
+  Vec3 f_more_W_N{0};  // force on the hand in addition to the coupling force; not in the energy balance
 };
 
 /// Maximum number of points that an effect adds to a step.
@@ -103,24 +103,24 @@ struct EffectCapacity {
   std::size_t frictions = 0;
 };
 
-/// Base class of effects. All functions except the constructor, and those marked below, are called in the tick and must
-/// not allocate, lock, or do I/O.
+/// Base class of effects. Except for the constructor and the functions marked below, all functions are called in the
+/// tick and must not allocate, lock, or do I/O.
 class Effect {
  public:
   virtual ~Effect() = default;
 
-  // Each of these is called only if EffectInfo::hooks lists it.
+  // Each of the following is called only if EffectInfo::hooks lists it.
   virtual void Begin(EffectBegin&) {}
   virtual bool Holds(const EffectFlight&) { return false; }
   virtual void Engage(const EffectStep&, StepProblem&) {}
   virtual void Solved(const EffectSolved&) {}
   virtual void End(EffectEnd&) {}
 
-  /// Resets contact: the tool no longer touches anything, or its contact points have changed.
+  /// Resets contact. Called when the tool no longer touches anything, or its contact points have changed.
   virtual void Release() {}
-  /// Called after the tool was set down elsewhere.
+  /// Called after the tool has been set down elsewhere.
   virtual void Reset() { Release(); }
-  /// Called after bone was restored; Reset() follows.
+  /// Called after bone has been restored; Reset() follows.
   virtual void BoneCameBack() {}
   /// Writes the values of EffectInfo::channels.
   virtual void Report(std::span<double>) const {}

@@ -1,13 +1,14 @@
 // guide: a virtual fixture that keeps the tool on a plan, like a cutting guide screwed to the bone: in the planned
 // plane, above a maximum depth, and between the ends of a kerf.
 //
-//   Points of the disc's rim may be up to `tolerance_mm` off the plane. Beyond that, springs with the force
-//   k (d - tolerance) hold them, with k / 4 at each of four points, so that they also limit the disc's tilt. A stop is
-//   one such spring at the deepest point of the tool.
+//   Points of the disc's rim may be up to `tolerance_mm` off the plane. Beyond that, springs hold them. Each of four
+//   points has a spring of stiffness k / 4, so that the springs also limit the disc's tilt; a ball has one spring of
+//   stiffness k. The depth stop is one such spring at the deepest point of the tool, and an end stop is one at the
+//   tool's centre.
 //
 // The springs are part of the step's convex problem. They are passive. A tool that is set down off the plan is not
 // pulled towards it, but the wall follows each motion towards the plan, so that the progress is kept. A tool that is
-// pushed away with more than `max_force_N` moves the wall.
+// pushed away with more than `max_force_N` moves the wall along.
 #include "cut/effects/guide.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ namespace kerf {
 namespace {
 
 constexpr double kNear_mm = 1;     // a wall nearer than this is in the step's problem
-constexpr double kNearVoxels = 4;  // likewise; more than the motion in a step
+constexpr double kNearVoxels = 4;  // the same in voxels; more than the motion in a step
 constexpr double kInPlane = 0.02;  // sine of the largest angle between a depth direction and the plane
 constexpr int kRimPoints = 4;
 constexpr double kRounding_mm = 1e-9;

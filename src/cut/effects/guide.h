@@ -1,4 +1,4 @@
-// guide: a virtual fixture. Interface for other code.
+// guide: a virtual fixture. This is the interface for other code.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace kerf {
 struct GuideParams {
   Vec3 point_W_mm{0};             // a point of the planned plane
   Vec3 normal_W{0, 1, 0};         // normal of the plane, of any length except 0
-  double stiffness_N_per_mm = 5;  // sum of all its springs across the plane
+  double stiffness_N_per_mm = 5;  // total stiffness of its springs across the plane
   double tolerance_mm = 0.5;
   double max_force_N = 10;  // force at which it yields, across the plane and at each stop
   Vec3 depth_direction_W{0, 0, -1};
@@ -42,7 +42,7 @@ class GuideEffect final : public Effect {
     Vec3 n_W;
     Vec3 p_T;  // the point; a depth stop uses the tool's deepest point instead
     bool deepest = false;
-    double min_mm;  // own position of the wall, along n from the plan's point
+    double min_mm;  // position of the wall in the plan, along n from the plan's point
     double stiffness_N_per_mm;
     double at_mm;           // current position: further out if the tool started, or was pushed, beyond the wall
     bool near = false;      // true if it is in the problem of this step

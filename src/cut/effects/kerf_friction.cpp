@@ -124,7 +124,7 @@ class KerfFrictionEffect final : public Effect {
   void GatherFlats(const Faces& faces, const EffectSolved& solved) {
     const StepProblem& problem = solved.problem;
     // The friction of the next step uses forces that follow these with a lag. Otherwise friction could throw the tool
-    // off the wall and the tool return without friction, alternating every tick.
+    // off the wall in one tick, and the tool would return without friction in the next, again and again.
     const double fresh = 1 - std::exp(-solved.fraction * problem.tau_s / kFrictionLag_s);
     for (Patch& patch : patches_) {
       patch.force_N *= 1 - fresh;
@@ -151,8 +151,8 @@ class KerfFrictionEffect final : public Effect {
   /// Returns the fraction of the walls' pressure that holds the disc against a load, 0 to 1. It includes the resultant,
   /// and the couple as far as a disc can transmit it before it bends out of the way. Without this limit, friction and
   /// couple would increase each other without bound, because the grip is about 80 mm above the disc. The rest of the
-  /// pressure comes from an uneven kerf that squeezes the disc, which is rigid here; a real disc, with about 10 N/mm
-  /// across its rim, yields to it. Only the first part causes friction.
+  /// pressure comes from an uneven kerf that squeezes the disc, which is rigid here; a real disc, whose rim has a
+  /// stiffness of about 10 N/mm sideways, yields to it. Only the first part causes friction.
   double CalcFractionBorne(const StepProblem& problem, const Twist& u) const {
     double gross = 0, x = 0, y = 0;
     for (const FlatPoint& p : problem.flats) {
@@ -182,9 +182,9 @@ class KerfFrictionEffect final : public Effect {
   double half_mm_;
   double max_couple_N_;  // sum of both forces of the couple
   double reach_mm_;
-  bool bears_ = false;  // any value below is not 0
+  bool bears_ = false;  // true if any value below is not 0
   std::array<Patch, kPatches> patches_{};
-  std::vector<int> patch_of_pair_;    // on the lower side
+  std::vector<int> patch_of_pair_;    // for the points on the lower side
   std::vector<double> edge_force_N_;  // normal force on each point of a stopped edge, in the last step
 };
 

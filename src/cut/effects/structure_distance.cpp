@@ -61,8 +61,8 @@ Vec3 StructureDistance::NearestOfTool(const Vec3& p_T) const {
   return {in * p_T.x, in * p_T.y, std::clamp(p_T.z, -half_mm_, half_mm_)};
 }
 
-/// Returns the distance of the patch's centre from the boxes, up to the relevant limit. Lowers `best` if it finds a
-/// smaller distance.
+/// Returns the distance of the patch's centre from the boxes, or the limit of the search if that is less. Lowers `best`
+/// if it finds a smaller distance.
 double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& best) {
   const double limit_mm = best.distance_mm + Reach(patch);
   ++queries_;
@@ -86,7 +86,7 @@ double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& bes
   return found.distance_mm;
 }
 
-/// Searches a patch, whose bound does not exclude it, for a distance below `best`.
+/// Searches a patch that its bound does not exclude for a distance below `best`.
 void StructureDistance::Divide(const Pose& X_FT, const Patch& patch, Nearest& best) {
   const double enough_mm = std::max(kMin_mm, kTolerance * best.distance_mm);
   for (int i = 0; i < 4 && queries_ < max_queries_ && best.distance_mm > 0; ++i) {

@@ -173,7 +173,7 @@ void StructureVoxels::AddCurve(const EffectFile::Curve& curve_W, double radius_m
                                  CrossBall(b, radius_mm, x * voxel_mm_, y * voxel_mm_),
                                  CrossCylinder(a, b, radius_mm, x * voxel_mm_, y * voxel_mm_)}) {
           if (!part) continue;
-          // The union is convex.
+          // Two balls and the cylinder between them form a convex body, so the line crosses it in one interval.
           all = all ? Interval{std::min(all->lower, part->lower), std::max(all->upper, part->upper)} : *part;
         }
         if (all) Add(x, y, all->lower, all->upper);

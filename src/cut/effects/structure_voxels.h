@@ -12,16 +12,18 @@
 
 namespace kerf {
 
-/// Set of voxels, whose centres are their indices times the voxel size. It may extend beyond the bone.
+/// Set of voxels. A voxel's centre is its index times the voxel size. The set may extend beyond the bone.
 class StructureVoxels {
  public:
   explicit StructureVoxels(double voxel_mm) : voxel_mm_(voxel_mm) {}
 
-  // Each of these adds to the set. Finish() must be called after the last one and before any query. All allocate.
+  // Each of the following adds to the set. Finish() must be called after the last one and before any query. All
+  // allocate.
   void AddRegions(const Bone& bone, const std::array<bool, 256>& regions);
-  /// Adds the voxels whose centres are inside: where the winding number of the surface is not 0.
+  /// Adds the voxels whose centres are inside the surface, that is, where its winding number is not 0.
   void AddSurface(const TriangleMesh& closed_W);
-  /// Adds the voxels whose centres are at most `radius_mm` from the polyline through the points, or from a point.
+  /// Adds the voxels whose centres are at most `radius_mm` from the polyline through the points or, if these are
+  /// separate, from any of them.
   void AddCurve(const EffectFile::Curve& curve_W, double radius_mm);
   void Add(const StructureVoxels& other);
   void Finish();
@@ -34,7 +36,7 @@ class StructureVoxels {
 
   /// Returns a box for each run of voxels along z, world frame, mm.
   std::vector<Box3> MakeBoxes() const;
-  /// Returns the voxels that share a face with the set and are not in it.
+  /// Returns boxes of the voxels that share a face with the set and are not in it.
   std::vector<Box3> MakeShell() const;
   /// Returns the faces between the set and that shell.
   TriangleMesh MakeSurface() const;

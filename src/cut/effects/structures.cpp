@@ -8,8 +8,8 @@
 //   several ticks.
 //
 // A breach occurs when a tooth cuts such a voxel. Its volume is the volume that a tick removes, times the fraction of
-// the cut, by number and feed, that is due to such teeth. Its depth is the distance of such a tooth from the nearest
-// voxel of other bone. Its force is the thrust of such teeth.
+// the cut that is due to such teeth, weighted by their number and feed. Its depth is the distance of such a tooth from
+// the nearest voxel of other bone. Its force is the thrust of such teeth.
 #include "cut/effects/structures.h"
 
 #include <fmt/format.h>
@@ -26,14 +26,14 @@
 namespace kerf {
 namespace {
 
-constexpr double kLookAgain = 0.01;          // motion of the tool after which to search again, relative to the distance
+constexpr double kLookAgain = 0.01;          // motion of the tool that triggers a new search, relative to the distance
 constexpr double kLookAgain_mm = 0.01;       // the same near a structure
 constexpr std::size_t kMaxQueries = 48;      // Embree queries in a search
 constexpr std::size_t kFirstQueries = 2000;  // in the first search
 constexpr std::size_t kDepthsAStep = 8;      // teeth in breach whose depth is computed in a step
 constexpr double kDepthGrows_mm = 0.1;       // growth of the depth per query, which limits the range of the search
 constexpr const char* kNone = "none";
-constexpr double kHysteresis = 1.1;  // the tool is away again beyond this multiple of the margin
+constexpr double kHysteresis = 1.1;  // the tool counts as away again beyond this multiple of the margin
 
 /// Throws Error if the content of a file is too far from the bone or too fine for its voxels.
 void AddFile(const EffectFile& file, double radius_mm, const Bone& bone, StructureVoxels& all) {
@@ -124,8 +124,8 @@ void StructuresEffect::Solved(const EffectSolved& solved) {
     }
     cut_fraction_ += cut;
     in_N += tooth.thrust_N;
-    // A few teeth in each step, alternately. The range is limited to the known depth and a little more, so the depth
-    // approaches its true value over several steps.
+    // Only a few teeth are searched in each step, in turn. The range of the search is limited to the known depth and a
+    // little more, so the depth approaches its true value over several steps.
     if (in_breach++ % stride != next_tooth_ % stride || looks == kDepthsAStep) continue;
     ++looks;
     const double limit_mm = breach_depth_mm_ + kDepthGrows_mm;

@@ -14,10 +14,10 @@ namespace kerf {
 
 /// Distance from a tool to fixed boxes.
 ///
-/// Round patches cover the tool. An Embree query gives the box nearest to a patch's centre, and so a lower bound for
-/// the whole patch, for this pose and for later ones. Patches whose bound is below the smallest known distance are
-/// queried and divided into four, down to the tolerance. Starting from each result, the nearest points of tool and
-/// boxes are found alternately.
+/// Round patches cover the tool. An Embree query finds the box nearest to a patch's centre, which gives a lower
+/// bound for the whole patch, for this pose and for later ones. Patches whose bound is below the smallest known
+/// distance are queried and divided into four, down to the tolerance. Starting from each result, the nearest points of
+/// the tool and of the boxes are found alternately.
 class StructureDistance {
  public:
   /// The result is the distance between a point of the tool and a point of a box. Patches smaller than this fraction of
@@ -29,8 +29,8 @@ class StructureDistance {
   StructureDistance(const std::vector<Box3>& boxes_F, const Tool& tool);
 
   struct Nearest {
-    double distance_mm = 0;  // 0: in contact; the limit if no box is as near
-    Vec3 p_F{0};             // point of the boxes; the tool's origin if no box is as near
+    double distance_mm = 0;  // 0: in contact; the limit if no box is within it
+    Vec3 p_F{0};             // point of a box; the tool's origin if no box is within the limit
   };
   /// Searches up to `limit_mm`. After `max_queries` Embree queries, or a few more, it returns the nearest point found
   /// so far, and the next call continues with the patches that were not queried. Tick-safe.
@@ -58,7 +58,7 @@ class StructureDistance {
   double radius_mm_, half_mm_, reach_mm_;
   std::vector<Patch> patches_;
   std::vector<double> bound_mm_;      // distance of each patch's centre from the boxes
-  std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
+  std::vector<double> looked_at_mm_;  // value of travelled_mm_ when that distance was found
   double travelled_mm_ = 0;
   Pose X_looked_;
   std::size_t best_patch_ = 0;
@@ -96,7 +96,7 @@ class StructuresEffect final : public Effect {
   std::size_t CalcMemoryBytes() const override;
 
   // ---- any time
-  /// Distance of the tool from the nearest voxel of a structure, mm; `kLook_mm` if none is as near.
+  /// Distance of the tool from the nearest voxel of a structure, mm; `kLook_mm` if none is nearer than that.
   double distance_mm() const { return distance_mm_; }
   double warn_mm() const { return warn_mm_; }
   const StructureVoxels& voxels() const { return voxels_; }
@@ -123,7 +123,7 @@ class StructuresEffect final : public Effect {
   double time_s_ = 0;
   bool near_ = false, in_breach_ = false;
   double cut_fraction_ = 0, cut_all_ = 0, force_now_N_ = 0;  // in this tick
-  std::size_t next_tooth_ = 0;                               // of the teeth in breach, the next whose depth is computed
+  std::size_t next_tooth_ = 0;                               // next tooth in breach whose depth is computed
   double breach_mm3_ = 0, breach_depth_mm_ = 0, breach_force_N_ = 0;
   std::vector<StructureEvent> events_;
 };

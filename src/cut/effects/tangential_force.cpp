@@ -117,7 +117,7 @@ double TangentialForceEffect::CalcNeeded() const {
   return torque_Nmm;
 }
 
-/// Adds the results of the force in the solved step, consistent with AddUp() of the tick.
+/// Adds the results of the force in the solved step, computed as in CoupledSimulation::State::AddUp().
 void TangentialForceEffect::AddUp(const EffectSolved& solved) {
   const double omega = CalcSlipSpeed(solved.rpm);
   if (omega == 0) return;

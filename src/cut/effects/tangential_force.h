@@ -9,15 +9,17 @@ namespace kerf {
 
 /// Model: F_t = thrust / ratio for each tooth, against its motion: on the tool along -sign(rpm) z x p_T / |z x p_T|.
 ///
-/// In the step it is dissipation at the combined speed of rim and tool, with a given force: the thrust of the previous
-/// steps divided by the ratio, followed with a lag. The convex problem therefore keeps a unique solution. The work of
-/// the force on the tool is done by the spindle or lost as friction, depending on the sign of the motion.
+/// In the step, the force acts as dissipation at the combined speed of the rim and the tool. Its magnitude is given: it
+/// follows, with a lag, the thrust of the previous steps divided by the ratio. The convex problem therefore keeps a
+/// unique solution. The work of the force on the tool is done by the spindle or lost as friction, depending on the sign
+/// of the motion.
 ///
 /// The loop thrust -> tangential force -> motion -> thrust is stable for any ratio and step. Where cutting resists the
 /// motion u with M = sum k e e', the tangential forces add (1/ratio) J M u, with J a rotation by a quarter turn. A
-/// change of the force therefore returns multiplied by a matrix similar to -J/ratio, with eigenvalues +-i/ratio. A lag
-/// that takes up the fraction a in a step leaves |1 - a +- i a/ratio| of it. This is below 1 as long as a < 2 / (1 +
-/// 1/ratio^2), and minimal at half of that, which is the limit of a.
+/// change in the force therefore returns multiplied by a matrix similar to -J/ratio, with eigenvalues +-i/ratio. If
+/// the lag adopts the fraction a of a change in each step, the part |1 - a +- i a/ratio| of an error remains. This is
+/// below 1 as long as a < 2 / (1 + 1/ratio^2), and minimal at half of that value, which is used as the upper limit of
+/// a.
 class TangentialForceEffect final : public Effect {
  public:
   TangentialForceEffect(double ratio, const EffectSetup& setup);
@@ -51,7 +53,7 @@ class TangentialForceEffect final : public Effect {
   double CalcNeeded() const;
 
  private:
-  /// Sums over the teeth in a sector, so that force, torque and power are the same as for each tooth by itself.
+  /// Sums over the teeth in a sector, chosen so that force, torque and power are the same as with each tooth by itself.
   struct Sector {
     double force_N = 0;
     Twist row{};         // force times the row along the tooth's motion
@@ -65,7 +67,7 @@ class TangentialForceEffect final : public Effect {
 
   double ratio_;
   double motor_Nmm_ = 0;  // of the stopped spindle
-  double way_ = 0;        // direction of the last rotation: 1, -1
+  double way_ = 0;        // direction of the last rotation: 1 or -1
   double fraction_ = 1;   // active fraction of the sectors' forces: 1, or less with the spindle stopped
   Vec3 p_TC_;
   bool in_hand_;

@@ -3,8 +3,9 @@
 // The tick's force is a mean over many passages, as if the teeth were continuous along the rim. N single teeth that
 // pass one after the other have the same mean and, in addition, lines at multiples of the spindle frequency:
 //
-//   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N). With f the force of a tooth at a place on
-//                           the rim, its Fourier coefficients are the sums of f over the rim times e^(-i m N alpha).
+//   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N), with f the force of a tooth at a place on
+//                           the rim. The Fourier coefficients of F are the sums of f over the rim times
+//                           e^(-i m N alpha).
 //   runout   order 1        A rim that is off centre by e makes tooth k bite deeper than the previous one by up to
 //                           2 e sin(pi / N), once per turn. The change is limited to the bite: a bite cannot be
 //                           negative, and the next teeth cut the rest.
@@ -58,7 +59,7 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
   awake_ = true;
   const StepProblem& problem = solved.problem;
   const double way = solved.rpm > 0 ? 1 : -1;
-  // Change of the bite by runout, as a speed outwards.
+  // Change of the bite due to runout, as an outward speed.
   const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(std::numbers::pi / teeth_) * problem.passes_per_s;
   for (const ToothLoad& tooth : solved.teeth) {
     if (!(tooth.speed_mm_per_s > 0)) continue;
@@ -77,7 +78,7 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
     };
     add(kRunout, turning_N, direction);
     if (lines_[kSet].order > 0) add(kSet, params_.set_share * tooth.thrust_N, Vec3(0, 0, 1));
-    // Both signs of the order of the Fourier series together.
+    // The factor of 2 combines both signs of the order in the Fourier series.
     if (lines_[kPassing].order > 0) add(kPassing, 2 * tooth.thrust_N, direction);
     add(kPassing2, 2 * tooth.thrust_N, direction);
   }

@@ -1,4 +1,4 @@
-// tooth_vibration: the variation of the force by single teeth. Interface for other code.
+// tooth_vibration: the variation of the force that is due to single teeth. This is the interface for other code.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ class ToothVibrationEffect final : public Effect {
   void Report(std::span<double> channels) const override;
   std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
 
-  /// Spectral line: force on the tool = Re(amplitude e^(i order theta)), theta the spindle's angle. Tool frame, N.
+  /// Spectral line: force on the tool = Re(amplitude e^(i order theta)), with theta the spindle's angle. Tool frame, N.
   struct Line {
     int order = 0;  // multiple of the spindle frequency; 0: none
     std::array<std::complex<double>, 3> amplitude_N{};

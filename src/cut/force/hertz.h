@@ -5,7 +5,7 @@
 
 namespace kerf {
 
-/// Returns Hertz's force of a sphere of radius R on a half space with contact radius a, F = 4/3 E* a^3 / R, N.
+/// Returns Hertz's force between a sphere of radius R and a half space at contact radius a, F = 4/3 E* a^3 / R, N.
 inline double CalcHertzForce(double a_mm, double R_mm, double E_star_MPa) {
   return 4.0 / 3.0 * E_star_MPa * a_mm * a_mm * a_mm / R_mm;
 }

@@ -25,7 +25,8 @@ inline constexpr std::array<MeasuredThrust, 2> kMeasuredThrust{{{0.0025, 6.784},
 /// Width of that tooth: the thickness of a surgical saw blade tested at the same bites (Hage and Hamade), likely the
 /// same blade.
 inline constexpr double kMeasuredToothWidth_mm = 0.64;
-/// Cortical bone that represents the bone of the tests, and its reduced modulus with steel (205 GPa, 0.28).
+/// Elastic constants of the cortical bone that represents the bone of the tests, and its reduced modulus in contact
+/// with steel (205 GPa, 0.28).
 inline constexpr double kMeasuredE_MPa = 19300;
 inline constexpr double kMeasuredPoissonRatio = 0.28;
 inline constexpr double kMeasuredEStar_MPa = 19140;
@@ -57,7 +58,7 @@ struct LawCaveat {
 const LawCaveat& FindCaveat(const ForceLawInfo& law);
 
 /// Returns the law's thrust on a tooth of this tool divided by the measured thrust. The measured thrust at other bites
-/// is on the line through the two measured points.
+/// is taken from the line through the two measured points.
 double CalcThrustFactor(const ForceLaw& law, const Tool& tool, double bite_mm);
 /// Returns the note on accuracy that accompanies every reported force (`kerf check`, summaries, the window,
 /// docs/physics.md), with the factors of this tool and of the law's current parameters.
@@ -65,9 +66,10 @@ std::string DescribeAccuracy(const ForceLaw& law, const Tool& tool);
 /// Returns the note on how the law's force depends on the blade, shown in the same places.
 std::string DescribeBlades(const ForceLaw& law);
 
-/// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which its thrust is
-/// kMaxThrustFactor times the measured thrust, which depends on the tool.
+/// Multiple of the measured thrust up to which hertz_chip counts as valid.
 inline constexpr double kMaxThrustFactor = 2;
+/// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which the law's thrust is
+/// kMaxThrustFactor times the measured thrust; this bite depends on the tool.
 double FindTopValidBite(const ForceLaw& law, const Tool& tool);
 
 /// Returns true if the law is not valid at any bite (to_mm = 0): its force does not depend on the bite, as the text

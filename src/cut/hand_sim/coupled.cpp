@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kFlatStiffness_N_per_mm = 3000;   // of each point of a flat
 constexpr double kSolidStiffness_N_per_mm = 2000;  // for a stopped edge: see CalcSolidStiffness()
-constexpr double kStepVoxels = 0.5;                // maximum motion of the tool in a substep
-constexpr double kAxialFraction = 0.25;            // the same along the spindle, of the thinner of disc and voxel
+constexpr double kStepVoxels = 0.5;                // maximum motion of the tool in a substep, in voxels
+constexpr double kAxialFraction = 0.25;            // along the spindle, in voxels or thicknesses of a thinner disc
 constexpr double kLargestTurn_rad = 0.5;
 constexpr double kMarginVoxels = 1.5;  // bone within this distance is near
 constexpr double kMaxTick_s = 1;
@@ -27,7 +27,8 @@ bool IsFinite(const Vec3& v, double most) {
 }
 
 /// Returns the number of parts into which a motion must be divided so that each is at most `most` long. The straight
-/// part of a motion is inversely proportional to the number of parts, and the bend to its square.
+/// part of a motion is inversely proportional to the number of parts, and the bend is inversely proportional to the
+/// square of that number.
 double CountSteps(double straight, double bent, double most) {
   return (straight + std::sqrt(straight * straight + 4 * bent * most)) / (2 * most);
 }
@@ -102,8 +103,8 @@ void CoupledSimulation::State::Move(const Pose& X_next, double fraction) {
   coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
   if (problem.empty()) return;
   contact_mJ = edge.Remember(problem, u, fraction) + faces.Remember(problem, u, fraction);
-  // For the straight motion of the step. On an arc the guide may be deflected further, which the next Engage()
-  // includes.
+  // These energies are for the straight motion of the step. On an arc the guide may be deflected further; the next
+  // Engage() includes this.
   guide_mJ = CalcSolidsEnergy(first_guide, first_of_effects, fraction);
   effects_mJ = CalcSolidsEnergy(first_of_effects, problem.solids.size(), fraction);
   contact_mJ += guide_mJ + effects_mJ;
@@ -161,7 +162,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   double energy_mJ = drawn_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
   if (energy_mJ - contact_mJ > reserve_mJ) {
     double held_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
-    // Springs that became stiffer in a transition between two fidelities are deflected less.
+    // Springs that have become stiffer in a transition between two fidelities are deflected less.
     const double max_mJ = std::max(0.0, contact_mJ + reserve_mJ - drawn_mJ);
     if (held_mJ > max_mJ) {
       edge.Ease(std::sqrt(max_mJ / held_mJ));
@@ -178,7 +179,8 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
 double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double time_s) const {
   const Vec3 w(motion[3], motion[4], motion[5]);
   const Vec3 v = Vec3(motion[0], motion[1], motion[2]) - glm::cross(w, coupling.p_TC_mm());  // of the tool's origin
-  // Rotation about a distant coupling point moves the tool on an arc, which leaves the straight line by this much.
+  // Rotation about a distant coupling point moves the tool on an arc, which deviates from the straight line by this
+  // much.
   const double bent = 0.5 * glm::length(w) * glm::length(glm::cross(w, coupling.p_TC_mm())) * time_s * time_s;
   double steps = glm::length(w) * time_s / kLargestTurn_rad;
   if (is_disc) {
@@ -192,7 +194,7 @@ double CoupledSimulation::State::CalcStepFraction(const Twist& motion, double ti
   return steps > 1 ? 1 / steps : 1;
 }
 
-/// Adds forces, energies and the material in contact, for a substep with motion `u` over `time_s`.
+/// Adds the forces, the energies and the material in contact, for a substep with motion `u` over `time_s`.
 void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& out) {
   sums.f_damper_W = sums.tau_damper_W = Vec3(0);
   sums.time_s += time_s;
@@ -467,7 +469,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = asked.X_WH;
   if (!sums.touched && reached) out.hand_mJ = sums.drawn_mJ = 0;  // in air handle and tool move as one
   out.stored_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
-  // Only springs lose energy to the step: all other terms are work of the forces at its end.
+  // Only springs lose energy to the finite step: all other terms are the work of forces at its end.
   out.numerical_mJ = sums.drawn_mJ - sums.given_mJ - out.stored_mJ;
   s.last = out;
   enter(TickStage::kEnd);

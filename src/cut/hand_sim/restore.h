@@ -1,4 +1,4 @@
-// Restores the bone to an earlier state, between ticks, a number of leaves at a time.
+// Restores the bone to an earlier state, between ticks, a few leaves at a time.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ struct RestoreJob {
     std::array<int, 3> index{};
     float* values = nullptr;  // 512, exchanged with the bone's
   };
-  /// Progress or reason of refusal.
+  /// Progress, or the reason for a refusal.
   enum class State : std::uint8_t {
     kWaiting,
     kRunning,
@@ -33,12 +33,12 @@ struct RestoreJob {
     kNoLeaves,  // too few spare leaves: CoupledSimulation::Refill()
   };
 
-  std::uint32_t number = 0;   // checkpoint to return to; for redo the one that undo returned to
-  bool redo = false;          // valid only while nothing changes
+  std::uint32_t number = 0;   // checkpoint to return to; for redo, the one that undo returned to
+  bool redo = false;          // true: redo, which is possible only while nothing changes
   std::size_t seen = 0;       // number of history entries read when the job was made
   std::uint32_t lost = 0;     // LeafHistory::last_lost() when the job was made
   std::vector<Leaf> leaves;   // each leaf once
-  std::vector<float*> spare;  // blocks of 512 for leaves that changed since; used from the last one on
+  std::vector<float*> spare;  // blocks of 512 values for leaves that have changed since; the last one is used first
   std::array<double, 256> taken_out_mm3{};
 
   // Set by the simulation before `state` is kDone.
@@ -50,16 +50,16 @@ struct RestoreJob {
 /// Returns the reason for a refusal as a clause; empty if the job was not refused.
 const char* WhyRefused(RestoreJob::State state);
 
-/// The simulation's part of a restore. Tick-safe, unless `may_refill`. It depends only on the tick in which it begins:
-/// the number of steps follows from the number of changed leaves.
+/// The simulation's part of a restore. Tick-safe, unless `may_refill` is true. Its course depends only on the tick in
+/// which it begins, because the number of steps follows from the number of changed leaves.
 class Restore {
  public:
   /// Begins the restore. Returns false and changes nothing if it is not possible; job.state then gives the reason.
   /// `may_refill`: allocate spare leaves when they are needed, which is not tick-safe.
   bool Begin(CoupledSimulation& simulation, RestoreJob& job, bool may_refill = false);
   bool running() const { return job_ != nullptr; }
-  /// Restores at most `leaves` more, 1 or more. Returns true when all are restored; then End() must follow before the
-  /// next tick.
+  /// Restores at most `leaves` further leaves; `leaves` is 1 or more. Returns true when all are restored; then End()
+  /// must follow before the next tick.
   bool Step(CoupledSimulation& simulation, std::size_t leaves);
   /// Sets the tool down at X_WT; null: at its current pose. Returns the job to its owner.
   void End(CoupledSimulation& simulation, const Pose* X_WT);
@@ -73,7 +73,7 @@ class Restore {
   bool may_refill_ = false;
   std::size_t next_ = 0;       // index in the job's leaves
   std::size_t at_begin_ = 0;   // initial number of the job's leaves
-  std::size_t next_seen_ = 0;  // index of the history entry
+  std::size_t next_seen_ = 0;  // index of the next history entry
 };
 
 /// Runs the whole restore at once, allocating spare leaves as needed; for a thread that owns the simulation, not in a

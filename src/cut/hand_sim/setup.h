@@ -17,7 +17,7 @@ Pose MakeStart(const Pose& X_WT);
 double CalcRamp(const ToothForce& force, double creep_mm_per_s);
 
 /// Returns the number of leaves whose old values are kept to compute the removed volume: all leaves of the bone's
-/// initial surface, but at most the spare leaves, or 4096 if these are fewer.
+/// initial surface, but at most as many as the spare leaves, or 4096 if there are fewer of these.
 int CountOldLeaves(const BoneField& field, const CoupledParams& params);
 
 }  // namespace kerf

@@ -12,10 +12,11 @@ namespace kerf {
 
 /// Model: a stiff guide keeps the disc in the plane that it had at the start. Depth is measured along the direction in
 /// which the teeth were cutting at that time. The resistance to going deeper is F(h) = F_0 n(h) / n(h_0), with the
-/// paper's number of teeth n at depth h (cubed in the reading as computed) and the thrust F_0 at the start: it has the
+/// paper's number of teeth n at depth h (cubed in the as_computed reading) and the thrust F_0 at the start: it has the
 /// shape of the law, scaled to the actual force. Along the kerf the resistance is the same; on the way out it is zero.
 /// The law does not depend on the feed. Above kMaxFeed times the feed at the start (at least kMinRated_mm_per_s) the
-/// force therefore grows in proportion to the feed; otherwise a harder push would move the saw at any speed.
+/// force therefore grows in proportion to the feed; otherwise a push harder than the
+/// resistance would move the saw at any speed.
 class SlabGuide {
  public:
   SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading);
@@ -69,7 +70,8 @@ class SlabGuide {
   double stopped_depth_mm_ = 0;
 };
 
-/// Poses that the tool passed without removal, at most kMaxPoses. When the list is full, every other pose is dropped.
+/// Poses that the tool has passed without removing bone, at most kMaxPoses. When the list is full, every other pose is
+/// dropped.
 class PassedPath {
  public:
   PassedPath();
@@ -81,8 +83,8 @@ class PassedPath {
   void Forget();
   /// Records the tool's pose if it is at least `spacing_mm` from the last one. Tick-safe.
   void Record(const Pose& X_WT, double spacing_mm);
-  /// Returns the next segment to remove, no longer than one cut may be. Returns false if there is none, and then
-  /// discards the path. Tick-safe.
+  /// Finds the next segment to remove, no longer than one cut may be. If there is none, discards the path and returns
+  /// false. Tick-safe.
   bool Next(const Tool& tool, double voxel_mm, Pose& from, Pose& to);
   /// Makes the last result of Next() the next one again, because it could not be removed. Tick-safe.
   void PutBack();
@@ -90,8 +92,8 @@ class PassedPath {
  private:
   static constexpr std::size_t kMaxPoses = 4096;
   std::vector<Pose> poses_;
-  std::size_t next_ = 0;  // the segment from here to the next pose is to be removed,
-  double done_ = 0;       // except for this fraction of it
+  std::size_t next_ = 0;  // pose at which the next segment to remove begins
+  double done_ = 0;       // fraction of that segment that has been removed
   double thinning_ = 1;   // factor on the spacing
   std::size_t last_next_ = 0;
   double last_done_ = 0;

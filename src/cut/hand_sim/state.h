@@ -25,7 +25,7 @@ namespace kerf {
 struct CoupledSimulation::State {
   static constexpr double kFaceSpacing_mm = 1.4;
   static constexpr double kCreep_mm_per_s =
-      0.02;  // for friction that sticks, and the ramp of a law with a force at zero bite
+      0.02;  // below this speed, friction sticks; also the range of the ramp of a law with a force at zero bite
   static constexpr double kMaxReserve_mJ = 5;
 
   State(Bone the_bone, const CoupledParams& the_params, const Pose& X_WT_start)
@@ -64,7 +64,7 @@ struct CoupledSimulation::State {
   struct Sums {
     double time_s = 0;    // time covered by the substeps
     double drawn_mJ = 0;  // energy put into the coupling's springs by the handle's motion
-    double given_mJ = 0;  // work of the springs of coupling and contact on the tool: force at a step's end times motion
+    double given_mJ = 0;  // work of the coupling and contact springs on the tool: force at a step's end times motion
     Vec3 f_cut_W{0}, f_face_W{0}, f_friction_W{0};
     double thrust = 0, teeth = 0, E = 0, bite = 0;
     std::array<double, 256> thrust_by_region{};
@@ -98,7 +98,8 @@ struct CoupledSimulation::State {
   void Move(const Pose& X_next, double fraction);
   /// Returns the energy in the springs of the problem's solids from `first` to `end`, after `fraction` of the step, mJ.
   double CalcSolidsEnergy(std::size_t first, std::size_t end, double fraction) const;
-  /// Returns the stored energy less the energy put in. It decreases by the losses to the bone and to the steps.
+  /// Returns the stored energy less the energy put in. It decreases by the energy that is lost to the bone and to the
+  /// finite length of the steps.
   double CalcBalance(const CoupledOutput& out) const {
     return coupling_mJ + contact_mJ - out.hand_mJ - out.spindle_mJ + out.damping_mJ;
   }
@@ -133,9 +134,9 @@ struct CoupledSimulation::State {
   Pose X_WH;                    // last valid handle pose
   Twist u{};                    // motion in the last substep, start of the next solution
   double coupling_mJ = 0;       // energy of the coupling's springs at the end of the last tick
-  double contact_mJ = 0;        // energy of the contact's springs, of which
-  double guide_mJ = 0;          // this part is in the slab's guide,
-  double effects_mJ = 0;        // and this part in springs of effects
+  double contact_mJ = 0;        // energy of the contact's springs
+  double guide_mJ = 0;          // part of contact_mJ in the slab's guide
+  double effects_mJ = 0;        // part of contact_mJ in springs of effects
   std::size_t first_guide = 0;  // index in the problem's solids
   std::size_t first_of_effects = 0;
   CoupledOutput last;  // output of the last tick

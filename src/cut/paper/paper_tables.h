@@ -84,7 +84,7 @@ struct PaperTables {
   PaperDifferences largest;
 };
 
-/// Computes all tables through kerf/paper.h, with the disc that the paper's tables were computed with.
+/// Computes all tables through kerf/paper.h, with the disc for which the paper's tables were computed.
 PaperTables CalcPaperTables();
 
 /// Disagreement between the paper's text and its tables, in words; the numbers in the text are computed.

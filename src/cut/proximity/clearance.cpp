@@ -14,10 +14,10 @@
 namespace kerf {
 namespace {
 
-/// A bound is refreshed early if this number of ticks with the current motion would use it up. This costs one query per
-/// tick and prevents the queries of all plates from becoming due in the same tick.
+/// A bound is refreshed early if this many ticks with the current motion would use it up. This costs one query per tick
+/// and prevents the queries of all plates from becoming due in the same tick.
 constexpr double kTicksAhead = 40;
-constexpr double kTicksApart = 8;
+constexpr double kTicksApart = 8;  // interval of the queries of the ball from behind, in ticks with the current motion
 constexpr double kLongTravel_mm = 1e5;
 constexpr double kFar_mm = 200;  // limit of a query; larger distances are not needed exactly
 
@@ -40,8 +40,8 @@ struct Answer {
 
 /// Three kinds of query find the clearance of the tool, in the order of their cost:
 /// - the tool as one ball;
-/// - for a disc, one large ball without bone that encloses the disc from the side away from the nearest bone:
-///   sufficient where the bone lies on one side, for any tilt of the disc;
+/// - for a disc, one large ball without bone that encloses the disc and whose centre lies on the side away from the
+///   nearest bone: this is sufficient where all bone lies on one side, for any tilt of the disc;
 /// - the plates that cover the disc, one by one.
 /// The clearance of each plate is stored as `until`: the tool's travel at which it is used up.
 struct Clearance::State {
@@ -76,7 +76,7 @@ struct Clearance::State {
     behind = {-kInfinity, travel};
     const double distance = glm::length(to_bone_W);
     if (!(distance > 0)) return;
-    // A ball further behind is closer to a half space, but slower to find.
+    // A ball whose centre is further behind is closer to a half space, but it takes longer to find.
     const double back_mm = 3 * radius_mm;
     const Vec3 away_W = -to_bone_W / distance;
     const double free_mm =
@@ -182,7 +182,7 @@ bool Clearance::IsNear(const Pose& X_WT, double margin_mm) {
   if (!IsValid(X_WT)) return true;  // the position is unknown
   const double motion = CalcMotion(std::exchange(s.X_WT, X_WT), X_WT, s.reach_mm);
   s.travel += motion;
-  // A long sum has lost its last digits.
+  // A sum that has become this large has lost its last digits.
   if (!(s.travel < kLongTravel_mm)) s.Forget();
   s.near = !s.IsClear(margin_mm, motion);
   return s.near;

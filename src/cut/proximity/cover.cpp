@@ -39,7 +39,7 @@ std::vector<CoverPlate> MakeCover(const Tool& tool) {
   if (!disc) return {};
   const double R = disc->radius_mm();
   const double half_thickness = 0.5 * disc->thickness_mm;
-  // About as large as the plates around it.
+  // The middle plate is about as large as the plates around it.
   const double middle = 0.2 * R;
   std::vector<CoverPlate> plates{{Vec3{0}, middle, half_thickness}};
   const double width = (R - middle) / kRings;

@@ -74,7 +74,7 @@ class Disc {
     const V qy = hn::Sub(y, hn::Mul(t, back_y_));
     const V axis_distance = Length(qx, qy);
     const V radial = hn::Sub(axis_distance, radius_);
-    // Half the row's extent along the outward direction.
+    // Half of the row's extent along the outward direction.
     const V extent = hn::Div(hn::Abs(hn::Add(hn::Mul(qx, row_x_), hn::Mul(qy, row_y_))),
                              hn::Max(axis_distance, hn::Mul(half_radius_, Splat(1e-3f))));
     // Lower bound on the row's distance: the distance is convex, so it lies above its tangent.
@@ -87,7 +87,7 @@ class Disc {
     const V outermost = hn::Add(radial, hn::IfThenElse(hn::Ge(axis_distance, half_radius_), bent, row_xy_));
     may = hn::And(may, hn::Ge(outermost, edge_depth_));
     if (new_only_) {
-      // Where the flats are nearer than the rim, the distance to the flats applies, which has not changed.
+      // Where the flats are nearer than the rim, the distance to the flats applies, and it has not changed.
       const V inner = hn::Sub(hn::Min(axial, zero), slack_);
       may = hn::And(may, hn::And(hn::Ge(outermost, inner), hn::Le(along, behind_)));
     }
@@ -139,7 +139,7 @@ class Ball {
         row_z_(Splat(kHalfRow * s.grid[2][2])),
         row_(Splat(kHalfRow * s.voxel)),
         outer_(Splat(s.band + s.rounding)),
-        // Deeper than the band all is air, as it was after the previous step.
+        // Deeper than the band there is only air, as there was after the previous step.
         inner_(Splat(-(s.band + s.length + s.rounding))),
         least_(Splat(1e-3f * s.radius)),
         new_only_(s.new_only) {

@@ -15,7 +15,7 @@ struct CarveStep {
   bool ball = false;          // otherwise a disc, whose `back` has no z component
   bool whole_voxels = false;  // write phi in steps of a voxel
   int precision_bits = 24;    // bits of phi's significand that are kept, 4 to 24 (all bits of a float)
-  bool new_only = false;      // skip what the previous step, which ended where this one starts, has carved as deeply
+  bool new_only = false;      // skip what the previous step, which ended at this one's start, has carved as deeply
   float radius = 0;
   float half_thickness = 0;  // disc only
   float edge_depth = 0;      // disc only: depth inside the rim to which it cuts
@@ -52,8 +52,8 @@ struct LeafCull {
   float origin[3];         // origin of the middles' frame, in the tool frame
   float half_edges[3][3];  // [i]: from a leaf's middle to its outermost voxels along grid axis i, tool frame
   float half_leaf2;        // square of the distance from a leaf's middle to its corner voxel
-  float back[3];           // direction in which leaves behind the step are left out: those whose middle
-  float behind;            // is further along `back` than this
+  float back[3];           // CarveStep::back; zero if no leaf behind the step is to be left out
+  float behind;            // leaves whose middle is further along `back` than this are left out
   float axial;             // leaves whose middle has a larger |z| are left out
   float axial_counts;      // 0: distance to the tool's axis (disc); 1: distance to its centre (ball)
   float inner;             // at least one voxel must have at least this distance

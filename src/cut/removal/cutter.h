@@ -13,14 +13,14 @@ namespace kerf {
 /// Part of the tool that removes bone.
 enum class CutWith {
   kWholeTool,  // for a tool that follows a prescribed path: a disc's flats cut too
-  /// For a tool coupled to a handle. A disc: only its rim cuts, to the depth CalcToothSide(); contact handles the
-  /// flats. A ball: all of it cuts.
+  /// For a tool coupled to a handle. Of a disc, only the rim cuts, to the depth CalcToothSide(); contact handles the
+  /// flats. Of a ball, the whole surface cuts.
   kEdge,
 };
 
 /// Removes the sweep of the tool with sub-voxel precision: phi <- max(phi, -distance to the swept space). The rule is
 /// independent of order and idempotent, bit for bit. It is computed in float relative to each leaf's corner, with an
-/// error of phi of about 4e-7 of the tool's radius.
+/// error in phi of about 4e-7 of the tool's radius.
 ///
 /// The work is proportional to the newly swept shell: only leaves near the edge where it moves outwards are visited,
 /// and in those only the rows of voxels that the step can change. While a disc moves in its own plane its flats change
@@ -36,8 +36,8 @@ class Cutter {
   /// accounted for (Refill(), CalcRemovedByRegion()); 2 kB each. Leaves of pure bone need none.
   /// `whole_voxels`: writes phi in steps of a voxel, as for voxels that are either present or absent. This shows the
   /// effect of whole-voxel removal on the force.
-  /// `precision_bits`: number of bits kept of the significand of written values, 4 to 24, to study storage with fewer.
-  /// Allocates.
+  /// `precision_bits`: number of significand bits that are kept in written values, 4 to 24, to study storage with
+  /// fewer. Allocates.
   Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels = false, int old_leaves = 4096,
          int precision_bits = 24);
   ~Cutter();
@@ -82,7 +82,8 @@ class Cutter {
   /// Returns the volume removed since the start by region, mm3. It equals the loss of bone.CalcVolume() up to rounding.
   /// Not tick-safe: it visits all that has changed since the last call.
   const std::array<double, 256>& CalcRemovedByRegion();
-  /// Frees all room for old values again; the spare leaves of the field are the caller's responsibility. Not tick-safe.
+  /// Makes all room for old values available again; the spare leaves of the field are the caller's responsibility. Not
+  /// tick-safe.
   void Refill();
   std::size_t CalcMemoryBytes() const;
 

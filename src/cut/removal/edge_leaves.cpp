@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kSlackLeaves = 1;           // slack, in edges of a leaf
+constexpr double kSlackLeaves = 1;           // slack, in edge lengths of a leaf
 constexpr double kFractionBeforeNext = 0.7;  // fraction of the slack used up when the next list is begun
 constexpr int kRowsAtOnce = 2;               // rows of the next list that are searched in a step
 constexpr double kMinSlack_mm = 1;           // minimum slack; a tool at 5 mm/s moves 1 mm in 200 ticks

@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-/// List of leaves and their middles, arranged so that several leaves at a time are tested against a zone.
+/// List of leaves and their middles, arranged so that several leaves can be tested against a zone at a time.
 class LeafList {
  public:
   void Reserve(std::size_t leaves);
@@ -79,8 +79,8 @@ class EdgeLeaves {
     bool inner = false;
     bool inner_asked = false;  // requested since the search began
     Pose X_WT;                 // pose for which the list is made
-    int thin = 2;
-    int row = 0;  // next row to search
+    int thin = 2;              // axis along which the tool is thinnest
+    int row = 0;               // next row to search
     LeafList list;
   };
   bool Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double fraction) const;

@@ -7,7 +7,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kMaxWay = 0.25;  // in voxels, or thicknesses of a thinner disc
+constexpr double kMaxWay = 0.25;  // maximum lead of the tool over its cut, in voxels or thicknesses of a thinner disc
 
 double CalcMostWay(const Tool& tool, double voxel_mm) {
   const auto* disc = std::get_if<DiscSaw>(&tool);

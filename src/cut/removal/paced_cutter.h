@@ -7,7 +7,7 @@ namespace kerf {
 
 /// Cuts at once if the interval is one tick. With a longer interval, no point of the tool gets further ahead of the
 /// removal than a quarter of a voxel (for a disc thinner than a voxel, a quarter of its thickness), regardless of
-/// the ticks that remain.
+/// how many ticks remain.
 class PacedCutter {
  public:
   /// `reach_mm`: reach of the tool from its origin. `cutter` must outlive this.

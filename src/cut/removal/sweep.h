@@ -16,7 +16,7 @@ struct EdgeZone {
   bool ball = false;  // otherwise a disc
   double radius_mm = 0;
   double half_thickness_mm = 0;  // disc only
-  double band_mm = 0;            // extent of the zone out of the tool
+  double band_mm = 0;            // extent of the zone outside the tool
   double depth_mm = 0;           // extent inside the edge; infinite if all of the tool cuts
 };
 
@@ -79,7 +79,7 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
 }
 
 /// Sweep from X_from to X_to with the orientation of X_to. For a disc, the component of the motion along its spindle is
-/// ignored; the caller keeps it small by substeps.
+/// ignored; the caller keeps it small by using substeps.
 struct Sweep {
   Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, double the_voxel_mm,
         double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
@@ -116,7 +116,8 @@ struct Sweep {
   LeafCull MakeCull(const Vec3& origin_W) const {
     EdgeZone swept = zone;
     if (step.new_only) {
-      // Further inside, the previous step has carved as far: the flats are nearer, or all is air.
+      // Further inside, the previous step has carved as deeply: the flats are nearer than the rim, or there is only
+      // air.
       const double in_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + flank_slack_mm;
       swept.depth_mm = std::min(zone.depth_mm, in_mm + length_mm);
     }

@@ -36,7 +36,7 @@ struct MonotoneGraph {
 };
 
 /// Returns the v for which a v + sum of graphs(v) = b, for a > 0. It is unique, because the left side is strictly
-/// increasing. If v is at a jump, `fraction` returns the position of the sum in the jump, 0 to 1; otherwise 0.
+/// increasing. If v is at a jump, `fraction` is set to the position of the sum in the jump, 0 to 1; otherwise to 0.
 template <std::size_t n>
 double SolveMonotone(double a, double b, const std::array<MonotoneGraph, n>& graphs, double* fraction) {
   std::array<double, 4 * n> knots;

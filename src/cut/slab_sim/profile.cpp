@@ -107,8 +107,8 @@ SlabProfile MakeBoneProfile(const Bone& bone, const CutPlane& plane, double thic
         if (distance < 0) {
           Add(rows[i], bone, p_W);
         } else if (distance > 2 * step) {
-          // No bone is nearer than the distance. Only 0.7 of it is skipped, because a stored distance has an error of a
-          // fifth of a voxel.
+          // No bone is nearer than this distance. Only 0.7 of it is skipped, because a stored distance has an error of
+          // a fifth of a voxel.
           i += static_cast<std::size_t>(std::max(0.0, std::floor(0.7 * distance / step) - 1));
         }
       }

@@ -67,7 +67,7 @@ struct Body {
   double damping = 0;    // N s / mm
   double rest_mm = 0;    // position without spring force
   bool held = false;
-  double anchor_mm = 0;  // x - hand at which the coupling has no force
+  double anchor_mm = 0;  // value of x - hand at which the coupling exerts no force
 
   double CalcElastic(bool one_sided) const {
     const double e = one_sided ? std::max(0.0, x_mm - rest_mm) : x_mm - rest_mm;
@@ -202,7 +202,8 @@ void SlabSimulation::State::Account(const Body& body, const Body& before, const 
   out.numerical_mJ += 0.5 * body.mass * dv * dv;
   out.damping_mJ += body.damping * v * v * hand.dt_s;
   if (body.stiffness > 0 && !(one_sided && out.free)) {
-    // For a convex spring, the force at the end of a step times the motion is at least the energy that it gained.
+    // For a convex spring, the force at the end of a step times the motion is at least the energy that the spring
+    // gained.
     const double e = one_sided ? std::max(0.0, body.x_mm - body.rest_mm) : body.x_mm - body.rest_mm;
     out.numerical_mJ += body.stiffness * e * dx - (body.CalcElastic(one_sided) - before.CalcElastic(one_sided));
   }

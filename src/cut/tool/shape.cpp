@@ -45,12 +45,13 @@ ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_
 }
 
 /// The teeth are treated as continuous along the flutes. An element of the sphere between two circles of latitude and
-/// two meridians holds flutes / (2 pi) * d(longitude) * r d(latitude) / tooth_width teeth, independent of the latitude.
+/// two meridians represents flutes / (2 pi) * d(longitude) * r d(latitude) / tooth_width teeth, independent of the
+/// latitude.
 ToolShape MakeBallShape(const BallBurr& ball, int samples_per_pitch) {
   ToolShape shape;
   shape.passes_per_turn = ball.flutes;
   const double r = ball.radius_mm();
-  // Spacing along a meridian is about the same as around the equator.
+  // The spacing along a meridian is about the same as around the equator.
   const int meridians = std::max(32, 2 * samples_per_pitch);
   const int parallels = std::max(16, samples_per_pitch);
   for (int j = 0; j < parallels; ++j) {

@@ -27,8 +27,8 @@ struct FacePoint {
 struct ToolShape {
   double reach_mm = 0;         // result of CalcReach()
   double passes_per_turn = 0;  // teeth that pass a point of the edge per turn of the spindle
-  /// Disc: one turn of the rim, at half its thickness; neighbours in the list are neighbours on the rim, including the
-  /// last and the first. Ball: the whole surface.
+  /// Disc: one turn of the rim, in the disc's middle plane; neighbours in the list are neighbours on the rim, including
+  /// the last and the first. Ball: the whole surface.
   std::vector<EdgePoint> edge;
   bool edge_is_ring = false;
   /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Ball: empty.

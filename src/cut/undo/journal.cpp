@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kBlock = 64;  // leaves
+constexpr std::size_t kBlock = 64;  // leaves per block of memory
 
 using Figures = std::array<double, 256>;
 using Sparse = std::vector<std::pair<std::uint8_t, double>>;
@@ -90,7 +90,7 @@ void UndoJournal::Read(std::size_t end) {
           std::find_if(named_.begin(), named_.end(), [&](const auto& n) { return n.first == record.number; });
       if (named != named_.end()) {
         record.name = std::move(named->second);
-        named_.erase(named_.begin(), named + 1);  // numbers are assigned in order, or skipped
+        named_.erase(named_.begin(), named + 1);  // numbers come in ascending order, but some may be skipped
       }
       records_.push_back(std::move(record));
     } else {

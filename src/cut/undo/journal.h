@@ -46,15 +46,16 @@ class UndoJournal {
   /// Names the next checkpoint and returns its number, which must then be passed to CoupledSimulation::Checkpoint().
   /// The checkpoint is listed after its entry in the history has been read.
   std::uint32_t Name(std::string name);
-  /// Reads new entries of the history; to be called before its ring is full. Does nothing while a job is in progress.
+  /// Reads new entries of the history; must be called before its ring is full. Does nothing while a job is in progress.
   void Drain();
 
-  /// Returns the checkpoints, oldest first. If the last one has no leaves, the bone is in that state; otherwise it has
-  /// been cut since.
+  /// Returns the checkpoints, oldest first. If the last one has no leaves, the bone is in that state; otherwise the
+  /// bone has been cut since.
   std::vector<UndoCheckpoint> checkpoints() const;
   /// Returns the number of the newest checkpoint of that name. Throws Error if there is none.
   std::uint32_t Find(std::string_view name) const;
-  /// Returns the checkpoint that is one step back: the last one if bone was cut since. Throws Error if there is none.
+  /// Returns the checkpoint that is one step back: the last one if bone has been cut since, otherwise the one before
+  /// it. Throws Error if there is none.
   std::uint32_t FindOneBack() const;
   bool CanRedo() const { return !redo_.empty(); }
 
@@ -65,8 +66,8 @@ class UndoJournal {
   UndoJob* PrepareRedo();
   /// The job in progress; null: none.
   UndoJob* job() const { return job_.get(); }
-  /// Ends the job: the simulation has finished with it, or will never receive it. Returns false if it was refused (see
-  /// WhyRefused()); then nothing has changed.
+  /// Ends the job after the simulation has finished with it, or if the simulation will never receive it. Returns false
+  /// if it was refused (see WhyRefused()); then nothing has changed.
   bool Finish();
 
   std::size_t CalcMemoryBytes() const;  // the memory that most_MB bounds

@@ -1,5 +1,5 @@
-// Interface of a haptic device: reads the pose of its handle and outputs a force. Poses and forces are in the world
-// frame (the scene's mapping has been applied).
+// Interface to a haptic device, which reports the pose of its handle and outputs a force. Poses and forces are in the
+// world frame: the scene's mapping has already been applied.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace kerf {
 /// Capabilities of a device. A value of 0 means unknown.
 struct DeviceProfile {
   std::string name;
-  int degrees_of_freedom = 3;  // with motors; 3: forces only, 6: also torques
+  int degrees_of_freedom = 3;  // number of degrees of freedom with motors; 3: forces only, 6: also torques
   double peak_force_N = 12;
   double continuous_force_N = 0;
   double peak_torque_Nmm = 0;  // 0: none
@@ -25,7 +25,7 @@ struct DeviceProfile {
   double workspace_radius_mm = 75;
   double friction_N = 0;                // felt by the hand when it moves the handle
   double mass_kg = 0.1;                 // apparent mass of the handle
-  double own_damping_Ns_per_mm = 1e-4;  // of its bearings
+  double own_damping_Ns_per_mm = 1e-4;  // damping of the handle's bearings
   std::string source;                   // source of the values, and how reliable they are
 };
 
@@ -34,16 +34,17 @@ struct DeviceSample {
   std::uint32_t buttons = 0;
 };
 
-/// The loop calls Elapse, Read and Write once per tick in this order. They must return within a fraction of a tick and
-/// must not allocate. They return false if the device has failed.
+/// The loop calls Elapse, Read and Write once per tick, in this order. They must return within a fraction of a tick and
+/// must not allocate. Read and Write return false if the device has failed.
 class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceProfile& profile() const = 0;
   /// Passes the time since the last tick, s. Only simulated devices need it.
   virtual void Elapse(double /*dt_s*/) noexcept {}
+  /// Returns the current pose of the handle and its buttons in `sample`.
   virtual bool Read(DeviceSample& sample) noexcept = 0;
-  /// Sets force and torque on the hand.
+  /// Sets the force and the torque on the hand.
   virtual bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept = 0;
 };
 

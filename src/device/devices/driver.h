@@ -1,8 +1,8 @@
 // Driver of a haptic device: exchanges commands and samples with it, round by round. A driver implements the device's
 // protocol over a transport. It does not depend on the simulation, on threads or on time.
 //
-// Frame D of the device: right-handed, x to the user's right, y up, z towards the user; origin in the middle of the
-// workspace. Units: mm, N, rad.
+// Frame D of the device is right-handed: x points to the user's right, y up and z towards the user. Its origin is in
+// the middle of the workspace. Units: mm, N, rad.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ namespace kerf {
 
 /// Kind of motion that a device reports.
 enum class DriverMotion : std::uint8_t {
-  kPosition,    // of the handle; with DriverTraits::senses_orientation also its orientation
-  kDeflection,  // of a spring-centred cap, from which speeds are computed: no force
+  kPosition,    // position of the handle, and its orientation if DriverTraits::senses_orientation is set
+  kDeflection,  // deflection of a spring-centred cap, from which speeds are computed; no force
 };
 
 struct DriverTraits {
@@ -27,28 +27,30 @@ struct DriverTraits {
   bool makes_force = true;
   bool senses_orientation = false;
   bool homes = false;  // reports no valid position until its handle has been moved as `homing` describes
-  /// Instruction to the user: "pull the grip all the way out, then push it in". For a device that does not home: the
-  /// pose that makes its zero valid, now or at power-on; the device cannot check it.
+  /// Instruction to the user, such as "pull the grip all the way out, then push it in". For a device that does not
+  /// home, it describes the pose that the handle must have now, or must have had at power-on, for the device's zero to
+  /// be valid; the device cannot check this.
   std::string homing;
   double rate_hz = 1000;             // maximum rate of rounds
-  int timeout_ms = 10;               // of a round; after that, the round counts as unanswered
+  int timeout_ms = 10;               // maximum duration of a round; after that, the round counts as unanswered
   std::vector<std::string> buttons;  // names, starting with bit 0
 };
 
-/// Requested output of the device, frame D. Zero is always safe.
+/// Requested output of the device in frame D. Zero is always safe.
 struct DriverCommand {
   Vec3 f_D_N{0};
   Vec3 tau_D_Nmm{0};
-  /// For devices with their own servo loop: near p_D_mm, the force is f_D_N - stiffness (x - p_D_mm), only along f_D_N
-  /// and only as long as it does not change sign, minus damping * velocity. Other devices use f_D_N unchanged.
+  /// The following three fields are for devices with their own servo loop. Near p_D_mm, the force of such a device is
+  /// f_D_N minus stiffness * (x - p_D_mm) minus damping * velocity. The stiffness term acts only along f_D_N and never
+  /// reverses the force. Other devices output f_D_N unchanged.
   Vec3 p_D_mm{0};
   double stiffness_N_per_mm = 0;
   double damping_Ns_per_mm = 0;
-  bool engaged = false;  // the force is enabled: for indicator lamps
+  bool engaged = false;  // true: the force is enabled; used for indicator lamps
 };
 
 struct DriverSample {
-  Pose X_DH;  // handle; orientation of frame D if it is not sensed
+  Pose X_DH;  // pose of the handle; without a sensed orientation, the axes are those of frame D
   bool homed = true;
   std::uint32_t buttons = 0;
   std::array<double, 6> deflection{};  // kDeflection: translation along x, y, z and rotation about x, y, z; -1 to 1
@@ -61,8 +63,8 @@ enum class RoundEnd : std::uint8_t {
   kGone,       // unplugged or closed: the device must be opened again
 };
 
-/// Interface of a driver. Between Start() and Stop() the caller runs one round after another. For one thread at a time,
-/// and not in the tick.
+/// Interface of a driver. Between Start() and Stop(), the caller runs one round after another. A driver is used by one
+/// thread at a time, and not in the tick.
 class DeviceDriver {
  public:
   DeviceDriver() = default;
@@ -72,11 +74,11 @@ class DeviceDriver {
 
   virtual const DeviceProfile& profile() const = 0;
   virtual const DriverTraits& traits() const = 0;
-  /// Prepares the device for rounds: modes, firmware. May take seconds. `show` receives the current step and the
-  /// progress (0 to 1), and cancels by returning false. Throws a kerf::Error that states what the user can do.
+  /// Prepares the device for rounds: sets modes, loads firmware. May take seconds. `show` receives the current step and
+  /// the progress (0 to 1), and cancels by returning false. Throws a kerf::Error that states what the user can do.
   virtual void Start(const std::function<bool(const std::string& doing, double fraction)>& show) = 0;
-  /// Runs one round: sends the command and receives an answer. Waits at most traits().timeout_ms. Does not allocate. A
-  /// command that is not finite is replaced by zero; a command beyond the device's peak is reduced to it, keeping its
+  /// Runs one round: sends the command and receives an answer, waiting at most traits().timeout_ms. Does not allocate.
+  /// A command that is not finite is replaced by zero; a command beyond the device's peak is reduced to it, keeping its
   /// direction. `sample` changes only if the result is kSample.
   virtual RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept = 0;
   /// Commands zero force if the device can still receive it. May be called repeatedly.

@@ -7,15 +7,15 @@
 
 namespace kerf {
 
-/// In simulated newtons unless stated otherwise.
+/// Forces are in simulated newtons unless stated otherwise.
 struct ForceTableRow {
   DeviceProfile profile;
-  double scale = 1;      // device N per simulated N: peak / expected, at most 1
+  double scale = 1;      // device N per simulated N: peak force / expected force, at most 1
   double largest_N = 0;  // largest force that reaches the hand without being limited
   double masked_N = 0;   // smaller forces are hidden by the device's friction; 0 if there is none or it is unknown
   double lasting_N = 0;  // force that the device can output continuously; 0 if unknown
   double lasting_fraction = 0;  // lasting_N / largest_N, 0 to 1; 0 if unknown
-  double range = 0;             // largest_N / masked_N; 0 if nothing is masked
+  double range = 0;             // largest_N / masked_N; 0 if no force is masked
 };
 
 /// Computes one row per profile, in the same order. `expected_N` is the largest simulated force, 0.1 to 1e4.

@@ -7,20 +7,21 @@
 
 namespace kerf {
 
-/// m a = f - b (v - v_wanted) - k (x - x_wanted), the same along each axis. The mass moves with the handle.
+/// Along each axis, m a = f - b (v - v_wanted) - k (x - x_wanted). The mass moves with the handle.
 struct HandModel {
   std::string name;
   double mass_kg = 0;
   double damping_Ns_per_mm = 0;
   double stiffness_N_per_mm = 0;
-  /// Rotation, for devices that output torques; without inertia. 0: the handle's orientation follows the hand
-  /// immediately.
+  /// Rotational spring and damper, without inertia, for devices that output torques. 0: the handle's orientation
+  /// follows the hand immediately.
   double torsion_Nmm_per_rad = 0;
   double torsion_damping_Nmms = 0;
   std::string source;  // source of the values, and how reliable they are
 };
 
-/// H0 (released), H1 (light pinch), H2 (pen grip), H3 (arm holding a posture), H4 (firm power grip).
+/// Returns the built-in models: H0 (released), H1 (light pinch), H2 (pen grip), H3 (arm holding a posture), H4 (firm
+/// power grip).
 const std::vector<HandModel>& HandModels();
 
 /// Returns the model of that name. Throws a kerf::Error that lists the valid names if there is none.

@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-/// Minimum-jerk curve from 0 to 1 with zero velocity and acceleration at both ends.
+/// Minimum-jerk curve from 0 to 1, with zero velocity and acceleration at both ends.
 double CalcMinimumJerk(double u) {
   return u * u * u * (10 + u * (-15 + 6 * u));
 }

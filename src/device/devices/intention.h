@@ -15,12 +15,12 @@ struct Intention {
                          // push stays constant while the tool advances
 };
 
-/// Step of the hand's motion. All quantities change smoothly: a stroke has minimum jerk (a fifth-order polynomial), a
-/// push rises over push_on_s, and a sawing motion rises over the first quarter of the step and falls over the last.
+/// A step of the hand's motion. All quantities change smoothly: a stroke has minimum jerk (a fifth-order polynomial), a
+/// push rises over push_on_s, and a sawing motion grows during the first quarter of the step and fades during the last.
 struct IntentionStep {
   double seconds = 1;      // 1e-3 to 1e6
-  Pose X_WH{};             // at the end of the step; the same as at the end of the previous step: a hold
-  Vec3 push_W_N{0};        // from the start of this step; at most 1000
+  Pose X_WH{};             // pose at the end of the step; the hand holds still if it equals that of the previous step
+  Vec3 push_W_N{0};        // push from the start of this step on; at most 1000
   double yield_s = 0;      // see Intention; 0 to 100
   Vec3 saw_W_mm{0};        // amplitude of an oscillation added to the stroke; at most 100
   double saw_Hz = 0;       // 0 to 10, the limit of human motion
@@ -29,11 +29,11 @@ struct IntentionStep {
 
 class IntentionScript {
  public:
-  /// Throws a kerf::Error that names the step and its first value out of range.
+  /// Throws a kerf::Error that names the step and its first value that is out of range.
   IntentionScript(const Pose& X_WH_start, std::vector<IntentionStep> steps);
 
   double duration_s() const { return duration_s_; }
-  /// Computes the intention at the given time, clamped to the start and the end. Tick-safe; O(steps).
+  /// Computes the intention at the given time, which is clamped to the start and the end. Tick-safe; O(steps).
   Intention Calc(double t_s) const;
 
  private:

@@ -19,7 +19,7 @@ std::optional<LatticePose> FindOnLattice(const Pose& X) {
   if (!IsValid(X) || !IsInWorld(X.p_AB)) return std::nullopt;
   const LatticePose nearest = FindNearestOnLattice(X);
   if (IsSame(MakePose(nearest), X)) return nearest;
-  // If two components are nearly equal, rounding may make the omitted one the smaller one.
+  // If two components are nearly equal, the omitted one may be the smaller of the two after rounding.
   const std::array<double, 4> q{X.R_AB.w, X.R_AB.x, X.R_AB.y, X.R_AB.z};
   for (int largest = 0; largest < 4; ++largest) {
     LatticePose other = nearest;

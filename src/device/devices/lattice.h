@@ -1,5 +1,5 @@
-// Lattice to which the loop rounds a handle's pose: fine enough that the rounding cannot be felt, coarse enough
-// that a bit-exact recording of one minute is smaller than a megabyte.
+// Lattice to which the loop rounds a handle's pose. It is fine enough that the rounding cannot be felt, and coarse
+// enough that a bit-exact recording of one minute is smaller than a megabyte.
 #pragma once
 
 #include <array>
@@ -22,10 +22,10 @@ struct LatticePose {
   std::array<std::int64_t, 3> p{};
   int largest = 0;  // index of the omitted component: 0 to 3 for w, x, y, z
   bool negative = false;
-  std::array<std::int64_t, 3> q{};  // the others, in order
+  std::array<std::int64_t, 3> q{};  // the other three components, in order
 };
 
-/// Bit-identical on every machine, since the square root is correctly rounded. Tick-safe.
+/// Returns the pose. It is bit-identical on every machine, since the square root is correctly rounded. Tick-safe.
 inline Pose MakePose(const LatticePose& lattice) {
   std::array<double, 4> q{};
   double rest = 1;
@@ -42,8 +42,8 @@ inline Pose MakePose(const LatticePose& lattice) {
                                      static_cast<double>(lattice.p[2]))};
 }
 
-/// Returns the lattice pose nearest to a valid pose within the world, except for rounding in the omitted component.
-/// Tick-safe.
+/// Returns the lattice pose nearest to a valid pose within the world; rounding of the omitted component is not
+/// considered. Tick-safe.
 inline LatticePose FindNearestOnLattice(const Pose& X) {
   LatticePose lattice;
   for (int axis = 0; axis < 3; ++axis) {
@@ -63,7 +63,7 @@ inline LatticePose FindNearestOnLattice(const Pose& X) {
   return lattice;
 }
 
-/// Returns the integers of a pose that is bit-exactly on the lattice, otherwise nullopt. Tick-safe.
+/// Returns the integers of a pose that is bit-exactly on the lattice; otherwise, returns nullopt. Tick-safe.
 std::optional<LatticePose> FindOnLattice(const Pose& X);
 
 }  // namespace kerf

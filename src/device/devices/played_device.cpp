@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-// Tolerance for a time that is a sum of many steps.
+// Tolerance for a time that is the sum of many steps.
 constexpr double kSameTime_s = 1e-9;
 
 }  // namespace

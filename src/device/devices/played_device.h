@@ -15,7 +15,7 @@ struct PlayedPose {
   DeviceSample sample;
 };
 
-/// The handle moves linearly and turns uniformly (slerp) between two poses, and stays at the last one. At the times in
+/// Between two poses, the handle moves linearly and turns uniformly (slerp); it stays at the last one. At the times in
 /// the table, the poses are bit-exact. Time advances only in Elapse().
 class PlayedDevice final : public Device {
  public:

@@ -19,7 +19,7 @@ struct Figure {
   const char* name;
   double DeviceProfile::*member;
   Range range;
-  bool needed;  // `none` and `unknown` are not valid
+  bool needed;  // `none` and `unknown` are not permitted
 };
 
 constexpr std::array<Figure, 13> kFigures{{
@@ -48,7 +48,7 @@ std::vector<std::string> MakeColumns() {
   return columns;
 }
 
-/// Returns the value and its reliability letter; ' ' if there is none.
+/// Returns the value and its reliability letter, which is ' ' if there is none.
 std::pair<double, char> ParseFigure(const Figure& figure, std::string_view text, const CsvPlace& place) {
   if (text == "none" || text == "unknown") {
     if (figure.needed) place.Fail(fmt::format("{} = {} is not accepted; give a number", figure.name, text));

@@ -15,14 +15,14 @@ constexpr double kLongestStep_s = 0.1;
 // Fraction of the permitted heat above which the limit decreases from the peak.
 constexpr double kWarm = 0.8;
 
-/// From 0 to 1 with zero slope at both ends; maximum slope 1.5.
+/// Rises from 0 to 1 with zero slope at both ends and a maximum slope of 1.5.
 double CalcSmooth(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3 - 2 * x);
 }
 constexpr double kSteepest = 1.5;
 
-/// Returns `v` shortened to at most `most`, even after rounding.
+/// Returns `v`, shortened to a length of at most `most`, even after rounding.
 Vec3 Shorten(const Vec3& v, double most) {
   constexpr double kBelow = 1 - 1e-15;
   const double length = glm::length(v);
@@ -35,7 +35,7 @@ bool IsStep(double dt_s) {
   return dt_s > 0 && dt_s <= kLongestStep_s;
 }
 
-/// Avoids squaring vectors whose squared length overflows.
+/// Compares the components first, so that the squared length of a long vector cannot overflow.
 bool IsLonger(const Vec3& v, double most) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) > most || glm::length(v) > most;
 }
@@ -141,15 +141,15 @@ GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) no
                (torque_.peak > 0 && IsLonger(command.tau_Nmm, options_.over_limit * torque_.peak))) {
       reason = GateReason::kOverLimit;
     } else {
-      // Always permit the change of one tick, and at most the change over the maximum age of a command, regardless of
-      // the time between the commands.
+      // Whatever the time between the commands, permit at least the change of one tick, and at most the change over the
+      // maximum age of a command.
       const double since_s = std::clamp(command.made_s - made_s_, kTick_s, std::max(options_.stale_s, kTick_s));
       const auto is_steep = [&](const Channel& channel, const Vec3& asked) {
         const double most = channel.peak * options_.max_slew_per_s * since_s;
         return has_command_ && channel.peak > 0 && IsLonger(asked - channel.asked, most * (1 + 1e-9));
       };
       const bool steep = is_steep(force_, command.f_N) || is_steep(torque_, command.tau_Nmm);
-      // The next command is compared with this one, valid or not.
+      // The next command is compared with this one, whether or not this one is valid.
       force_.asked = command.f_N;
       torque_.asked = torque_.peak > 0 ? command.tau_Nmm : Vec3{0};
       if (!is_later || (has_command_ && command.made_s < made_s_) || command.made_s > now_s + options_.stale_s) {
@@ -179,7 +179,7 @@ bool SafetyGate::MoveOpen(Channel& channel, double fraction, double dt_s) const 
   if (allowed > 0) {
     const double warm = std::clamp((channel.heat / allowed - kWarm) / (1 - kWarm), 0.0, 1.0);
     most = channel.peak + warm * (channel.continuous - channel.peak);
-    // Also limit the output so that one step, which may be long, does not exceed the permitted heat.
+    // Also limit the output so that a single step, which may be long, does not exceed the permitted heat.
     const double fraction_of_step = -std::expm1(-dt_s / options_.heat_s);
     const double square = (allowed - (1 - fraction_of_step) * channel.heat) / fraction_of_step;
     most = std::min(most, std::max(channel.continuous, std::sqrt(std::max(square, 0.0))));

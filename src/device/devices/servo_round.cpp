@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-// Allowance for noise and for rounds in quick succession.
+// Allowances for noise and for rounds in quick succession.
 constexpr double kNoLeap_mm = 3;
 constexpr double kNoLeap_rad = 0.1;
 
@@ -32,7 +32,7 @@ ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits,
 }
 
 void ServoRound::Open(double now_s) {
-  gate_.Restart();  // keeps only the motors' heat
+  gate_.Restart();  // keeps the motors' heat and the counts
   const std::uint32_t engagements = sample_.engagements;
   sample_ = {};
   sample_.engagements = engagements;
@@ -55,7 +55,7 @@ ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, con
                             bool agrees) noexcept {
   ++counts_.rounds;
   just_now_ = false;
-  // The serving thread stalled, so the handle was not observed in the meantime.
+  // The thread that runs the rounds stalled, so the handle was not observed in the meantime.
   if (dt_s > params_.silent_s) BeginSilence();
   GateState device;
   device.now_s = now_s;

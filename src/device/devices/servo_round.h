@@ -30,17 +30,18 @@ struct ServoSample {
   DriverSample sample;
   double at_s = -1e300;  // time of arrival
   ServoState state = ServoState::kClosed;
-  std::uint32_t engagements = 0;  // number of times that the handle was coupled to the tool; after each, it may be
-                                  // elsewhere
+  /// Number of times that the handle was coupled to the tool. Each time, it may be at a different place.
+  std::uint32_t engagements = 0;
 };
 
 struct ServoParams {
   SafetyGateOptions gate;
-  double silent_s = 0.05;       // maximum time without an answer before the force stops; 0.002 to 10
-  double agree_s = 0.5;         // after a longer silence the user must agree again; silent_s to 3600
-  double leap_mm_per_s = 5000;  // faster motion is a fault: the handle is coupled to the tool again; 100 to 1e9
-  double leap_rad_per_s = 30;   // same for rotation, if it is sensed; 1 to 1e9
-  /// If true, newly pressing any button counts as the user's agreement.
+  double silent_s = 0.05;  // maximum time without an answer before the force stops; 0.002 to 10
+  double agree_s = 0.5;    // after a longer silence, the user must agree again; silent_s to 3600
+  /// Faster motion is a fault, after which the handle is coupled to the tool again; 100 to 1e9.
+  double leap_mm_per_s = 5000;
+  double leap_rad_per_s = 30;  // the same for rotation, if it is sensed; 1 to 1e9
+  /// If true, pressing any button counts as the user's agreement.
   bool button_agrees = true;
 };
 
@@ -50,7 +51,7 @@ struct ServoCounts {
   std::uint64_t no_answers = 0;
   std::uint64_t bad_answers = 0;
   std::uint64_t silences = 0;  // number of times that kSilent began
-  std::uint64_t leaps = 0;     // number of those caused by jumps
+  std::uint64_t leaps = 0;     // number of those that were caused by jumps
   double largest_N = 0;        // largest force that the safety gate passed
 };
 
@@ -59,7 +60,7 @@ class ServoRound {
   /// Throws kerf::Error if a parameter is out of range.
   ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params);
 
-  /// Starts from the beginning, including homing and agreement. Call after the driver has been started.
+  /// Starts from the beginning, including homing and agreement. Call it after the driver has been started.
   void Open(double now_s);
   /// Gives up the device until it is opened again.
   void Close() noexcept { sample_.state = ServoState::kClosed; }
@@ -87,7 +88,7 @@ class ServoRound {
   ServoSample sample_;
   DriverSample reported_;
   double heard_at_s_ = 0;
-  bool heard_ = false;     // an answer came in the last round
+  bool heard_ = false;     // an answer was received in the last round
   bool just_now_ = false;  // kSilent began in this round
   std::uint32_t buttons_before_ = ~0u;
   Vec3 f_sent_D_N_{0};

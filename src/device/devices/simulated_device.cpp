@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMaxTick_s = 0.1;
 constexpr double kReturn_s = 0.5;    // time constant with which a yielded position returns
-constexpr double kForget_rad = 3.0;  // maximum rotation of the handle in the hand; beyond it the grip slips
+constexpr double kForget_rad = 3.0;  // maximum rotation of the handle in the hand, beyond which the grip slips
 
 Vec3 Shorten(const Vec3& v, double limit, bool& shortened) {
   const double length = std::hypot(v.x, v.y, v.z);
@@ -108,7 +108,7 @@ void SimulatedDevice::Elapse(double dt_s) noexcept {
     Integrate(h);
     time_s_ += h;
   }
-  // Rotation: c w = tau - k turned, solved exactly for a constant torque.
+  // Rotation: c w = tau - k turned, which is solved exactly for a constant torque.
   if (hand_.torsion_Nmm_per_rad > 0 && hand_.torsion_damping_Nmms > 0) {
     const Vec3 before = turned_W_rad_;
     const double stays = std::exp(-dt * hand_.torsion_Nmm_per_rad / hand_.torsion_damping_Nmms);

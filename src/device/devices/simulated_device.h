@@ -1,4 +1,4 @@
-// Simulated haptic device with a hand on it: for tests, and for trying a scene without hardware.
+// Simulated haptic device with a hand on it, for tests and for trying a scene without hardware.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@ namespace kerf {
 struct SimulatedDeviceOptions {
   Vec3 p_TC_mm{0};       // point of the tool frame at the handle: CouplingParams::p_TC_mm
   int substeps = 20;     // integration steps per tick, 20 to 10000
-  int delay_ticks = 0;   // from Write to the force, 0 to 16
-  bool quantise = true;  // to the profile's resolution
+  int delay_ticks = 0;   // delay from Write() to the force, 0 to 16
+  bool quantise = true;  // rounds positions to the profile's resolution
 };
 
 /// Faults of a device. Each persists until it is reset.
@@ -27,29 +27,29 @@ struct DeviceFaults {
   Vec3 jump_mm{0};           // added to the position that Read returns
 };
 
-/// Models handle and hand as a point mass with the device's own damping and Coulomb friction and the hand's spring and
-/// damper. Integrated by the implicit midpoint rule, which changes the energy only through damping and friction. The
-/// commanded force is constant over a tick. Time advances only in Elapse().
+/// Models the handle and the hand as one point mass with the device's own damping and Coulomb friction and the hand's
+/// spring and damper. The motion is integrated by the implicit midpoint rule, which changes the energy only through
+/// damping and friction. The commanded force is constant during a tick. Time advances only in Elapse().
 class SimulatedDevice : public Device {
  public:
   /// Throws kerf::Error if an option is out of range, the start pose is invalid, or the profile has no mass.
   SimulatedDevice(const DeviceProfile& profile, const HandModel& hand, const Pose& X_WH_start,
                   const SimulatedDeviceOptions& options = {});
 
-  /// Sets the hand's motion from now on. The script starts at its own time 0.
+  /// Sets the hand's motion from now on. The script starts at its time 0.
   void SetScript(IntentionScript script);
-  /// Sets the intention for one tick or more, instead of a script. Tick-safe.
+  /// Sets the intention for one tick or more; replaces the script. Tick-safe.
   void SetIntention(const Intention& intention);
   void SetFaults(const DeviceFaults& faults) { faults_ = faults; }
-  /// Changes the grip immediately. Tick-safe except that copying the name may allocate.
+  /// Changes the hand immediately. Tick-safe, except that copying the name may allocate.
   void SetHand(const HandModel& hand) { hand_ = hand; }
 
   const DeviceProfile& profile() const override { return profile_; }
-  /// Advances handle and hand by dt_s (at most 0.1 s; does nothing for 0, negative or NaN). Tick-safe, as are the
-  /// functions below.
+  /// Advances the handle and the hand by dt_s (at most 0.1 s). Does nothing if dt_s is 0, negative or NaN. Tick-safe,
+  /// as are the functions below.
   void Elapse(double dt_s) noexcept override;
   bool Read(DeviceSample& sample) noexcept override;
-  /// Shortens vectors beyond the profile's peak, as a device would. Returns false for values that are not finite.
+  /// Shortens vectors that exceed the profile's peak, as a device would. Returns false for values that are not finite.
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
 
   // ---- quantities that a real device cannot report
@@ -59,7 +59,7 @@ class SimulatedDevice : public Device {
   Vec3 force_N() const { return f_W_N_; }  // current force of the motors
   double time_s() const { return time_s_; }
   double port_mJ() const { return port_mJ_; }  // work done so far by the handle on the motors
-  double lost_mJ() const { return lost_mJ_; }  // lost so far to the device's own damping and friction
+  double lost_mJ() const { return lost_mJ_; }  // energy lost so far to the device's own damping and friction
   std::uint64_t saturated_writes() const { return saturated_writes_; }
 
  private:

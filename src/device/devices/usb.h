@@ -1,5 +1,5 @@
-// USB interfaces for the device protocols: the list of devices, and transfers to one. Implemented by libusb and by
-// device models in this process.
+// USB interfaces for the device protocols: the list of devices, and transfers to and from one of them. They are
+// implemented with libusb and by device models in this process.
 #pragma once
 
 #include <cstdint>
@@ -20,11 +20,12 @@ enum class TransferEnd : std::uint8_t {
 
 struct Transfer {
   TransferEnd end = TransferEnd::kFailed;
-  int bytes = 0;  // number transferred, even if the transfer failed
+  int bytes = 0;  // number of bytes transferred, even if the transfer failed
 };
 
-/// Open interface of a device. For one thread at a time. The destructor closes it and releases the interface. The calls
-/// do not allocate but wait up to `timeout_ms` (1 or more): they are for a device's own thread, not for the tick.
+/// Open interface of a device, used by one thread at a time. The destructor closes it and releases the interface. The
+/// calls do not allocate, but wait up to `timeout_ms` (1 or more): they are for a device's own thread, not for the
+/// tick.
 class UsbTransport {
  public:
   UsbTransport() = default;
@@ -32,7 +33,7 @@ class UsbTransport {
   UsbTransport& operator=(const UsbTransport&) = delete;
   virtual ~UsbTransport() = default;
 
-  /// Control transfer on endpoint 0. Bit 7 of `request_type` is the direction; set: from the device.
+  /// Control transfer on endpoint 0. Bit 7 of `request_type` is the direction; if it is set, data come from the device.
   virtual Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                            std::span<std::uint8_t> data, int timeout_ms) noexcept = 0;
   /// Bulk or interrupt transfer, depending on the endpoint. OUT endpoints have bit 7 clear.
@@ -48,7 +49,7 @@ struct UsbDeviceInfo {
   std::uint16_t product = 0;
   int bus = 0;
   int address = 0;      // on the bus; changes when the device is plugged in again
-  std::string ports{};  // "1-2.3": port that it is plugged into
+  std::string ports{};  // port that it is plugged into, such as "1-2.3"
   bool is_hid = false;  // has an interface of class HID
 };
 
@@ -63,10 +64,10 @@ enum class UsbProblem : std::uint8_t {
 struct UsbOpening {
   std::unique_ptr<UsbTransport> transport;  // nullptr if there is a problem
   UsbProblem problem = UsbProblem::kNone;
-  std::string detail;  // reason given by the system, a phrase
+  std::string detail;  // reason given by the system, as a phrase
 };
 
-/// All devices that are plugged in. Not for the tick.
+/// All devices that are plugged in. Not for use in the tick.
 class UsbBus {
  public:
   UsbBus() = default;

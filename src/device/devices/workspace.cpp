@@ -62,7 +62,7 @@ DeviceProfile ScaleProfile(DeviceProfile profile, double motion_scale) {
 
 Quat MirrorForLeftHand(const Quat& R_WD, const Quat& R_WD_straight) {
   const Quat turn = glm::conjugate(R_WD_straight) * R_WD;
-  // Mirrored in x: the axis keeps its x component, the others change sign.
+  // Mirrored in x: the rotation axis keeps its x component, and its other components change sign.
   return glm::normalize(R_WD_straight * Quat{turn.w, turn.x, -turn.y, -turn.z});
 }
 

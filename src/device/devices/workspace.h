@@ -1,5 +1,5 @@
-// Mapping of a device's handle to the world: motion scale, orientation, and the clutch, which lets a small workspace
-// reach every place.
+// Mapping from a device's handle to the world: motion scale, orientation, and the clutch, which makes every place
+// reachable with a small workspace.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace kerf {
 
-/// Orientation of the device's frame (devices/driver.h) for a user in front of a patient in the frame of a CT (LPS):
-/// the user's right is the patient's left, up is towards the head, towards the user is to the front.
+/// Orientation of the device's frame for a user in front of a patient in the frame of a CT (LPS): the user's right is
+/// the patient's left, up is towards the patient's head, and towards the user is anterior.
 inline const Quat kFacingPatient{0.70710678118654752, 0.70710678118654752, 0, 0};
 
 struct WorkspaceParams {
@@ -21,21 +21,23 @@ struct WorkspaceParams {
   bool senses_orientation = false;
 };
 
-/// Point C of the handle moves point C of the tool: p_WC = a_W + motion_scale R_WD (p_DC - a_D). The anchor a is the
-/// pair of points that coincided when it was last set. If orientation is sensed, the tool rotates with the handle
-/// relative to the anchor. Tick-safe except for the constructor.
+/// Point C of the handle moves point C of the tool: p_WC = a_W + motion_scale R_WD (p_DC - a_D). The anchor is the pair
+/// of points a_D and a_W, which coincided when it was last set. If the orientation is sensed, the tool rotates with the
+/// handle relative to the anchor. Tick-safe except for the constructor.
 class Workspace {
  public:
-  /// Throws a kerf::Error that names a parameter out of range. The initial anchor maps the handle's zero pose to the
-  /// world's.
+  /// Throws a kerf::Error that names a parameter that is out of range. The initial anchor maps the handle's zero pose
+  /// to the world's.
   explicit Workspace(const WorkspaceParams& params);
 
-  /// Sets the anchor: from now on X_DH corresponds to X_WT. `R_WD` also sets the orientation of the device's frame.
+  /// Sets the anchor: from now on, X_DH corresponds to X_WT. With `R_WD`, also sets the orientation of the device's
+  /// frame.
   void Anchor(const Pose& X_DH, const Pose& X_WT);
   void Anchor(const Pose& X_DH, const Pose& X_WT, const Quat& R_WD);
   /// Returns the pose of the tool frame that the handle requests.
   Pose CalcToolPose(const Pose& X_DH) const;
-  /// Returns the handle pose for which CalcToolPose() gives X_WT (only its position if orientation is not sensed).
+  /// Returns the handle pose for which CalcToolPose() returns X_WT (only its position if the orientation is not
+  /// sensed).
   Pose CalcHandlePose(const Pose& X_WT) const;
   Vec3 ToDevice(const Vec3& v_W) const { return glm::conjugate(params_.R_WD) * v_W; }
   Vec3 ToWorld(const Vec3& v_D) const { return params_.R_WD * v_D; }
@@ -50,14 +52,15 @@ class Workspace {
 };
 
 /// Returns the profile as felt through a workspace: values per mm of the handle become values per mm of the tool.
-/// Forces stay unchanged.
+/// Forces are unchanged.
 DeviceProfile ScaleProfile(DeviceProfile profile, double motion_scale);
 
-/// Returns the device's frame for a left-handed user: mirrored in the plane between right and left, keeping the
-/// directions up and towards the user as far as a rotation can: rotations about these two directions change sign.
+/// Returns the device's frame for a left-handed user: R_WD mirrored from right to left. Since a rotation cannot mirror,
+/// the rotation from R_WD_straight to R_WD is mirrored instead: its parts about the directions up and towards the user
+/// change sign.
 Quat MirrorForLeftHand(const Quat& R_WD, const Quat& R_WD_straight = kFacingPatient);
 
-/// Returns the buttons with the right and the left one swapped.
+/// Returns the buttons with the right one and the left one swapped.
 std::uint32_t ExchangeButtons(std::uint32_t buttons, int right_bit, int left_bit);
 
 }  // namespace kerf

@@ -81,7 +81,8 @@ BridgeHeader BridgeDriver::NextHeader() noexcept {
 bool BridgeDriver::IsPrompt(std::uint32_t answer_to) const noexcept {
   const std::uint32_t behind = sequence_ - answer_to;
   if (behind == 0) return true;  // the round waits at most timeout_ms for it
-  // With wrap-around, a sequence number that was never sent is also far behind, or its send time is the clock origin.
+  // After a wrap-around, a sequence number that was never sent is also far behind, or its send time is the clock's
+  // origin.
   if (behind >= sent_at_.size()) return false;
   return Clock::now() - sent_at_[answer_to % sent_at_.size()] <= std::chrono::milliseconds(options_.oldest_ms);
 }
@@ -123,7 +124,7 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
   const std::chrono::milliseconds most(options_.start_timeout_ms);
   int refused = 0;
   std::uint16_t other_version = 0;
-  constexpr int kNoReader = 4;  // number of refusals after which no program is assumed to listen
+  constexpr int kNoReader = 4;  // number of refusals after which it is assumed that no program listens
   while (Clock::now() < begin + most && refused < kNoReader) {
     const double fraction = std::chrono::duration<double>(Clock::now() - begin) / most;
     if (show && !show(fmt::format("connecting to the bridge at {}", where), std::min(fraction, 1.0))) {
@@ -188,14 +189,14 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
     running_ = false;
     return RoundEnd::kGone;
   }
-  // Wait for the answer to this command; a newer state that answers a recent command is also accepted.
+  // Wait for the answer to this command. A newer state that answers a recent command is also accepted.
   bool has_news = false;
   bool has_bad = false;
   for (int left_ms = options_.timeout_ms; left_ms > 0; left_ms = MillisecondsUntil(end)) {
     std::array<std::uint8_t, 2 * kBridgeBytes> bytes;
     std::size_t count = 0;
     const UdpEnd got = link_->Receive(bytes, left_ms, count);
-    if (got == UdpEnd::kTimeout) continue;  // interrupted by a signal, or timeout
+    if (got == UdpEnd::kTimeout) continue;  // timeout, or interrupted by a signal
     if (got == UdpEnd::kRefused) {
       running_ = false;
       return RoundEnd::kGone;
@@ -212,7 +213,7 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
       running_ = false;  // the bridge was restarted or has lost its device
       return RoundEnd::kGone;
     }
-    if (answer->kind == BridgeKind::kDescription) continue;  // second answer to the hello
+    if (answer->kind == BridgeKind::kDescription) continue;  // a second answer to the hello
     const std::optional<BridgeState> state = ReadBridgeState(packet);
     if (!state || !IsAfter(answer->sequence, heard_sequence_)) {
       ++bad_packets_;
@@ -240,8 +241,8 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
 void BridgeDriver::Stop() noexcept {
   if (!running_) return;
   running_ = false;
-  // Sent twice, since packets may be lost. If both are lost, the bridge sets the force to zero when the last command
-  // expires.
+  // The command is sent twice, since packets may be lost. If both are lost, the bridge sets the force to zero when the
+  // last command expires.
   for (int i = 0; i < 2; ++i) {
     link_->Send(WriteBridgeCommand(NextHeader(), BridgeCommand{}));
     link_->Send(WriteBridgeBye(NextHeader()));

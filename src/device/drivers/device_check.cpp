@@ -21,14 +21,13 @@ namespace {
 constexpr double kCommand_s = 0.001;
 constexpr double kCircleTurns = 2;
 constexpr double kRamp_s = 1;       // rise and fall time of the force
-constexpr double kMaxBad = 0.01;    // fraction of rounds without a good answer
-constexpr double kWhole = 0.97;     // fraction of the requested force that must be sent; the rest is due to the
-                                    // gate's limits and ramps
-constexpr double kMinRate_hz = 50;  // of samples
+constexpr double kMaxBad = 0.01;    // maximum fraction of rounds without a good answer
+constexpr double kWhole = 0.97;     // minimum fraction of the requested force; the gate withholds the rest
+constexpr double kMinRate_hz = 50;  // minimum rate of samples
 constexpr int kStillTries = 5;
 constexpr double kTakeHold_s = 3;
 constexpr double kMaxWait_s = 20;
-constexpr double kStill_mm = 2;  // larger motion is caused by a hand
+constexpr double kStill_mm = 2;  // a larger motion is caused by a hand
 
 class Check {
  public:
@@ -88,12 +87,12 @@ class Check {
   void HoldStill() {
     if (servo_.traits().motion != DriverMotion::kPosition) return;
     Say(fmt::format("leave the handle alone for {:g} s", options_.still_s));
-    // Repeat: after homing, the user may still hold the handle.
+    // Measure again if the handle moved: after homing, the user may still hold it.
     for (int i = 0; i < kStillTries && !result_.stopped && !gone_ && Measure() > kStill_mm; ++i) {
     }
   }
 
-  /// Returns the largest range of the handle along an axis, mm.
+  /// Returns the largest range of the handle's position along an axis, mm.
   double Measure() {
     double n = 0;
     Vec3 mean{0};
@@ -130,7 +129,7 @@ class Check {
     return std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z});
   }
 
-  /// Direction of the force: one turn in the x-y plane, then one in the z-x plane.
+  /// Returns the direction of the force: one turn in the x-y plane, then one in the z-x plane.
   static Vec3 CalcWay(double turn) {
     const double angle = 2 * std::numbers::pi * turn;
     return turn < 0.5 * kCircleTurns ? Vec3{std::cos(angle), std::sin(angle), 0}
@@ -163,7 +162,7 @@ class Check {
     for (double t_s = 0; t_s < options_.circle_s && Pass(); t_s = Now_s() - begin_s) {
       const double swell = std::clamp(std::min(t_s, options_.circle_s - t_s) / kRamp_s, 0.0, 1.0);
       const Vec3 way = options_.up ? Vec3{0, 1, 0} : CalcWay(kCircleTurns * t_s / options_.circle_s);
-      // Read the state once: if it changed between two reads, the loss would be reported twice.
+      // Read the state only once: if it changed between two reads, the loss would be reported twice.
       const ServoState state = servo_.state();
       if (state == ServoState::kClosed) {
         gone_ = true;
@@ -244,7 +243,7 @@ std::string NamePressed(const DriverTraits& traits, std::uint32_t buttons) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// Describes position, orientation and buttons according to the kind of motion that the device reports.
+/// Describes the position or deflection, the orientation and the buttons, according to what the device reports.
 std::string DescribeSample(const DriverTraits& traits, const DriverSample& sample) {
   const Vec3& p = sample.X_DH.p_AB;
   const Quat& q = sample.X_DH.R_AB;
@@ -276,11 +275,11 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
   while (goes_on()) {
     for (const std::string& message : servo.TakeMessages()) show(message, false);
     const ServoSample s = servo.TakeSample();
-    // Without a recent answer the last sample is not the current position.
+    // Without a recent answer, the last sample is not the current position.
     const bool answers = 1e-9 * static_cast<double>(clock.Now()) - s.at_s < servo.options().servo.agree_s;
     std::string line = Describe(s.state);
     if (s.state != ServoState::kClosed) line += answers ? "; " + DescribeSample(traits, s.sample) : "; no answer";
-    // Before its first round the state is unknown.
+    // Before the first round, the state is unknown.
     if (s.state != ServoState::kClosed || servo.state() == ServoState::kClosed) show(line, true);
     clock.SleepUntil(clock.Now() + kPeriod_ns);
   }

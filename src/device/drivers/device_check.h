@@ -1,4 +1,4 @@
-// Test of a connected device: position of its handle, force, rate and resolution.
+// Test of a connected device: the position of its handle, its force, rate and resolution.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,13 @@ namespace kerf {
 struct DeviceCheckOptions {
   double homing_s = 60;          // maximum wait for homing
   double still_s = 2;            // duration of the measurement with the handle at rest
-  double circle_s = 8;           // duration of the rotating force, two turns
-  bool up = false;               // true: the force points up instead, for lifting weights
+  double circle_s = 8;           // duration of the rotating force, which makes two turns
+  bool up = false;               // true: the force points up instead of rotating, for lifting weights
   double circle_fraction = 0.2;  // fraction of the device's peak force, 0.01 to 0.2
   double buttons_s = 5;          // maximum wait for all buttons to be pressed
-  /// Called repeatedly; returning false ends the test immediately, without force. Optional.
+  /// Called repeatedly; if it returns false, the test ends immediately and the force is zero. Optional.
   std::function<bool()> goes_on;
-  /// Receives instructions to the user and progress. Optional.
+  /// Receives progress reports and instructions to the user. Optional.
   std::function<void(const std::string&)> say;
 };
 
@@ -31,41 +31,41 @@ struct DeviceCheckTimes {
 };
 
 struct DeviceCheckResult {
-  bool stopped = false;  // stopped by the user: the following values are incomplete
+  bool stopped = false;  // stopped by the user: the values below are incomplete
   bool homed = false;
-  // handle at rest, frame D
+  // The handle at rest, frame D.
   std::uint64_t still_samples = 0;
-  double rate_hz = 0;        // of samples
+  double rate_hz = 0;        // rate of samples
   Vec3 noise_mm{0};          // standard deviation
   Vec3 span_mm{0};           // maximum minus minimum
-  double least_step_mm = 0;  // smallest nonzero difference of consecutive samples along an axis; 0: none
-  // rotating force
+  double least_step_mm = 0;  // smallest nonzero difference between consecutive samples along an axis; 0: none
+  // The rotating force.
   bool made_force = false;  // the device can output force, and it was tested
   double largest_asked_N = 0;
-  double largest_sent_N = 0;  // passed by the safety gate
+  double largest_sent_N = 0;  // largest force that the safety gate passed
   double moved_mm = 0;        // maximum distance of the handle from its start
-  double followed = 0;        // fraction of that motion along the force: 1 all, 0 none, below 0 against it
+  double followed = 0;        // fraction of that motion along the force: 1: all, 0: none, negative: against the force
   std::uint32_t buttons = 0;  // bits of the buttons that were pressed
-  DeviceCheckTimes round;     // duration of a round, in both directions
+  DeviceCheckTimes round;     // duration of a round, sending and receiving
   ServoCounts rounds;
   GateReason closed_by = GateReason::kNone;  // SafetyGate::closed_by()
   std::vector<std::string> faults;           // one sentence each; empty: the device passed
 };
 
-/// Runs the test and blocks until it ends; no other thread may use the servo. The force stays below circle_fraction of
-/// the peak force. Throws kerf::Error if an option is out of range.
+/// Runs the test and returns when it has ended; no other thread may use the servo. The force stays below
+/// circle_fraction of the peak force. Throws kerf::Error if an option is out of range.
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options);
 
-/// Shows position and buttons ten times a second through `show`, without force, until `goes_on` returns false.
+/// Shows the position and the buttons ten times a second through `show`, without force, until `goes_on` returns false.
 /// `passing` marks a line that the next one may replace.
 void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
                  const std::function<void(const std::string& line, bool passing)>& show);
 
-/// "falcon (falcon, up to 8 N)".
+/// Returns a description such as "falcon (falcon, up to 8 N)".
 std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo);
-/// JSON with stable keys that include units.
+/// Returns JSON with stable keys that include units.
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& result);
-/// Text for the user.
+/// Returns the result as text for the user.
 std::string FormatDeviceCheck(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& result);
 
 }  // namespace kerf

@@ -57,13 +57,13 @@ const UsbKind& FindUsbKind(const KnownDevice& known) {
   throw Error(fmt::format("{} is not a USB device", known.name));
 }
 
-/// Kind of device on the network.
+/// A kind of device on the network.
 struct FarKind {
   const char* name;
   std::string (*where)(const DriverOptions& options);
-  /// `hurry`: use a short timeout, only to find out whether the device is present.
+  /// `hurry`: true for a short timeout, used to find out whether the device is present.
   std::unique_ptr<DeviceDriver> (*make)(const DriverOptions& options, bool hurry);
-  /// Texts in the driver's message that show that no program, or a different program, listens at the address.
+  /// Parts of the driver's message which show that no program, or a different program, listens at the address.
   std::array<const char*, 2> absent;
   const char* remedy;
 };
@@ -107,7 +107,7 @@ std::vector<KnownDevice> MakeKnownDevices() {
   return devices;
 }
 
-/// Finds the kind by the USB ID alone.
+/// Returns the kind with this USB ID, without further checks.
 const KnownDevice* FindKind(const UsbDeviceInfo& info) {
   for (const KnownDevice& known : KnownDevices()) {
     for (const UsbNumbers& numbers : known.numbers) {
@@ -121,7 +121,7 @@ std::string DescribeNumbers(const UsbDeviceInfo& info) {
   return fmt::format("{:04x}:{:04x}", info.vendor, info.product);
 }
 
-/// Sets the reason for a failed opening, and the remedy.
+/// Sets the reason why the device could not be opened, and the remedy.
 void Explain(const UsbOpening& opening, FoundDevice& found) {
   found.problem = opening.detail;
   switch (opening.problem) {
@@ -193,7 +193,7 @@ void TryOut(UsbBus& bus, const DriverOptions& options, FoundDevice& found) {
   }
 }
 
-/// Splits "falcon@1-2" into the kind and the port; the port is "" if none is given.
+/// Splits "falcon@1-2" into the kind and the port. The port is "" if none is given.
 std::pair<std::string, std::string> SplitChoice(const std::string& choice) {
   const std::size_t at = choice.find('@');
   if (at == std::string::npos) return {choice, ""};

@@ -32,13 +32,13 @@ struct UsbNumbers {
   std::uint16_t product = 0;
 };
 
-/// Kind of device.
+/// A kind of device.
 struct KnownDevice {
   std::string name;  // for --device
-  std::string what;  // "Novint Falcon"
-  std::string link;  // connection: "USB", "USB HID", "UDP", "WebSocket"
+  std::string what;  // description, such as "Novint Falcon"
+  std::string link;  // connection: "USB", "USB HID", "UDP" or "WebSocket"
   bool makes_force = true;
-  std::vector<UsbNumbers> numbers;  // empty: not on USB
+  std::vector<UsbNumbers> numbers;  // USB IDs; empty: not a USB device
 };
 const std::vector<KnownDevice>& KnownDevices();
 
@@ -52,31 +52,32 @@ enum class DeviceState : std::uint8_t {
 };
 const char* ToString(DeviceState state);  // "ready", "no_permission", ...
 
-/// Device that is connected.
+/// A device that is connected.
 struct FoundDevice {
   const KnownDevice* kind = nullptr;
-  std::string model;   // if a kind has several models: "SpaceNavigator"; otherwise the same as `what`
+  std::string model;   // model, such as "SpaceNavigator", if a kind has several; otherwise the same as `what`
   UsbDeviceInfo usb;   // vendor 0: not on USB
-  std::string where;   // "1-2 (0403:cb48)": port and USB ID; "127.0.0.1:47810"
+  std::string where;   // port and USB ID, or address: "1-2 (0403:cb48)", "127.0.0.1:47810"
   std::string choice;  // for --device: the kind's name, with "@" and the port if there are several of that kind
   DeviceState state = DeviceState::kReady;
-  std::string problem;  // phrase; "" if ready
-  std::string remedy;   // remedy for the user: a sentence with the command
+  std::string problem;  // a phrase; "" if ready
+  std::string remedy;   // what the user can do: a sentence with the command
 };
 
-/// Opens, starts and closes each device without moving it. Takes a second or two per device, and a minute for a Falcon
-/// whose boot loader does not answer, if firmware is supplied. Throws kerf::Error if USB cannot be queried.
+/// Lists the connected devices. Opens, starts and closes each one without moving it. This takes a second or two per
+/// device; if firmware is supplied, it takes a minute for a Falcon whose boot loader does not answer. Throws
+/// kerf::Error if USB cannot be queried.
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options = {});
-/// Devices on USB, and devices that answer on the network at the addresses in the options; each step waits at most
-/// DriverOptions::ask_for_ms.
+/// The first of these functions lists only the devices on USB; the second lists only those that answer on the network
+/// at the addresses in the options, and waits at most DriverOptions::ask_for_ms in each step.
 std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options = {});
 std::vector<FoundDevice> FindFarDevices(const DriverOptions& options = {});
 
 /// Opens a device without starting it. `choice` is a kind's name, optionally with "@" and the port: "falcon@1-2".
-/// Throws kerf::Error with the reason and the remedy if it is not present or cannot be opened.
+/// Throws kerf::Error with the reason and the remedy if the device is not present or cannot be opened.
 std::unique_ptr<DeviceDriver> OpenDriver(UsbBus& bus, const std::string& choice, const DriverOptions& options);
 
-/// Returns the kind that a choice names. Throws a kerf::Error that names the nearest kind if there is none.
+/// Returns the kind that a choice names. If there is none, throws a kerf::Error that suggests the most similar name.
 const KnownDevice& FindKnownDevice(const std::string& choice);
 
 /// Returns a udev rules file that lets users access all devices, with installation instructions in a comment.

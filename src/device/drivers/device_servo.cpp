@@ -19,14 +19,14 @@ namespace kerf {
 namespace {
 
 constexpr double kClutchOut_s = 0.05;     // time in which the clutch removes the force
-constexpr double kClutchIn_s = 0.3;       // time in which it restores the force
-constexpr std::uint64_t kTellEvery = 64;  // rounds
+constexpr double kClutchIn_s = 0.3;       // time in which the clutch restores the force
+constexpr std::uint64_t kTellEvery = 64;  // rounds between updates of the counts
 constexpr int kStopRounds = 5;
 constexpr std::int64_t kRemindFirst_ns = 300'000'000;
 constexpr std::int64_t kRemindAgain_ns = 30'000'000'000;
-constexpr int kRefusals = 3;                  // failed openings before one is reported: permissions may not be set yet
-constexpr std::uint64_t kGivenUpRounds = 20;  // unanswered rounds that show that the device stalled, not this program
-constexpr double kTurning_rad_per_s = 2;      // of a tool turned with keys
+constexpr int kRefusals = 3;  // failed openings before one is reported, since permissions may not be set yet
+constexpr std::uint64_t kGivenUpRounds = 20;  // unanswered rounds that show that the device, not this program, stalled
+constexpr double kTurning_rad_per_s = 2;      // speed of a tool that is turned with keys
 
 // State of LetGoOfAll().
 std::atomic<int> servos{0};
@@ -36,10 +36,10 @@ std::atomic<bool> let_go_for_good{false};
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 constinit thread_local bool is_of_servo = false;
 
-/// Blocks all signals in this thread: a signal handler that waits for this thread must not run on it. A fault in this
-/// thread cannot be handled: it ends the program immediately without a handler, and the device keeps its last force
-/// until its own timeout. abort() in this thread does run the handler here: LetGoOfAll() does not wait for its own
-/// thread.
+/// Blocks all signals in this thread, because a signal handler that waits for this thread must not run on it. A fault
+/// in this thread cannot be handled: it ends the program immediately without a handler, and the device keeps its last
+/// force until its own timeout. abort() in this thread does run the handler here, but LetGoOfAll() does not wait for
+/// its own thread.
 void BlockSignals() {
   sigset_t all;
   sigfillset(&all);
@@ -107,8 +107,8 @@ DeviceServo::~DeviceServo() {
   if (thread_.joinable()) thread_.join();
 }
 
-/// Limits the device's peak values to those in the table for its name, regardless of what it reports. The safety gate
-/// and all users of the profile use these limits.
+/// Returns the device's profile with its peak values limited to those in the table for its name, whatever it reports.
+/// The safety gate and all users of the profile use these limits.
 DeviceProfile DeviceServo::LimitedProfile() const {
   return options_.own_figures ? driver_->profile() : LimitByTable(driver_->profile());
 }
@@ -157,7 +157,8 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
   }
 }
 
-/// A device that is already homed reports this in its first answers, before the first reminder.
+/// Reminds the user to home the device. The first reminder is delayed: a device that is already homed says so in its
+/// first answers.
 void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   if (state != ServoState::kHoming) {
     homing_since_ns_ = -1;
@@ -194,8 +195,8 @@ void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
   ++let_go_done;
 }
 
-/// Returns false if another thread is reading: that thread has no real-time priority, and this one must not wait while
-/// it outputs force.
+/// Copies the counts for other threads. Returns false if another thread is reading them and `waits` is false: that
+/// thread has no real-time priority, and this one must not wait for it while it outputs force.
 bool DeviceServo::TellCounts(bool waits) {
   std::unique_lock lock(mutex_, std::defer_lock);
   if (waits) {
@@ -209,7 +210,7 @@ bool DeviceServo::TellCounts(bool waits) {
   return true;
 }
 
-/// The user's agreement applies only to the same device.
+/// Throws kerf::Error if the device has been replaced by a different one, to which the user has not agreed.
 void DeviceServo::CheckSame() {
   const DeviceProfile profile = ScaleProfile(LimitedProfile(), options_.motion_scale);
   const DriverTraits& traits = driver_->traits();
@@ -228,7 +229,7 @@ bool DeviceServo::StartAgain() {
     CheckSame();
     return true;
   } catch (const std::exception& e) {
-    // The device is present but does not start: report each reason once.
+    // The device is present but does not start. Report each reason once.
     if (!stop_.load() && reported_failure_ != e.what()) Say(reported_failure_ = e.what());
   }
   driver_.reset();
@@ -252,7 +253,8 @@ bool DeviceServo::Reopen() {
   return true;
 }
 
-/// A device that homes reports a lost position after restarting. Other devices must not be restarted without the user.
+/// Returns true if the device must be opened again because it does not answer. This applies only to a device that
+/// homes, which reports a lost position after a restart. Other devices must not be restarted without the user.
 bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
   const std::uint64_t samples = round_->counts().samples;
   if (std::exchange(samples_, samples) != samples) {
@@ -270,10 +272,10 @@ void DeviceServo::MakeNoForce() noexcept {
   for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
 }
 
-/// Handles an unexpected exception (such as lack of memory): sets zero force and treats the device as unplugged.
+/// Handles an unexpected exception, such as lack of memory: sets zero force and treats the device as unplugged.
 void DeviceServo::TakeFault(const char* why) noexcept {
   if (driver_) {
-    if (round_->state() != ServoState::kClosed) MakeNoForce();  // otherwise it was only being started
+    if (round_->state() != ServoState::kClosed) MakeNoForce();  // otherwise, it was only being started
     driver_->Stop();
     driver_.reset();
   }
@@ -288,7 +290,7 @@ void DeviceServo::TakeFault(const char* why) noexcept {
       reported_failure_ = why;
     }
   } catch (const std::exception&) {
-    // No memory for the message either.
+    // There is no memory for the message either.
     reported_failure_.clear();
   }
   state_.store(ServoState::kClosed);
@@ -316,7 +318,7 @@ void DeviceServo::Run() {
   driver_->Stop();
 }
 
-/// Runs rounds until stop_. An exception leaves the device in its last state.
+/// Runs rounds until stop_ is set. An exception leaves the device in its last state.
 void DeviceServo::Serve(std::uint32_t& let_go_seen) {
   MonotonicClock clock;
   const auto period_ns = static_cast<std::int64_t>(1e9 / traits_.rate_hz);
@@ -340,14 +342,14 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
     if (!driver_) {
       clock.SleepUntil(clock.Now() + reopen_ns);
       if (stop_.load() || !Reopen()) continue;
-      agrees_.store(false);  // discard agreement given before it was present
+      agrees_.store(false);  // discard an agreement given before the device was present
       last_ns = begin();
     }
     clock.SleepUntil(deadlines.due_ns());
     const std::int64_t now_ns = clock.Now();
     deadlines.Begin(now_ns);
     commands_.Update();
-    // Agreement in a round without an answer also applies to the next round.
+    // If the user agrees in a round without an answer, the agreement also applies to the next round.
     const bool agrees = round_->state() == ServoState::kWaiting && (agrees_.load() || !traits_.makes_force);
     const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
     ServoState state = round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
@@ -356,16 +358,16 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
       round_->Close();
       state = ServoState::kClosed;
     }
-    // Agreement while engaged or before homing is not kept.
+    // An agreement while the device is engaged or not yet homed is not kept.
     if (state != ServoState::kWaiting) agrees_.store(false);
-    // Agreement while the device does not answer is not kept either.
+    // An agreement while the device does not answer is not kept either.
     if (1e-9 * static_cast<double>(now_ns) - round_->sample().at_s > options_.servo.agree_s) agrees_.store(false);
     last_ns = now_ns;
     const std::int64_t end_ns = clock.Now();
     round_times_.Add(end_ns - now_ns);
     for_loop_.Publish(round_->sample());
     for_others_.Publish(round_->sample());
-    // Before state_, so that a thread that sees the new state also sees these counts.
+    // This comes before state_ is set, so that a thread that sees the new state also sees these counts.
     counts_due = counts_due || state != before || round_->counts().rounds % kTellEvery == 0;
     if (counts_due) counts_due = !TellCounts(state == ServoState::kClosed);
     state_.store(state);

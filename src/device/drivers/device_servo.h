@@ -1,5 +1,5 @@
-// Real device served by a separate thread, which opens, homes and monitors it and reopens it after it was unplugged,
-// and the haptic loop's interface to it, which never blocks.
+// A real device that is served by a separate thread, which opens, homes and monitors it and reopens it after it was
+// unplugged. The haptic loop's interface to the device never blocks.
 #pragma once
 
 #include <array>
@@ -27,71 +27,70 @@ struct DeviceServoOptions {
   ServoParams servo;
   double motion_scale = 1;  // WorkspaceParams
   Quat R_WD = kFacingPatient;
-  bool reported_orientation = false;  // R_WD is set by SetOrientation(), and the handle holds no tool before that;
-                                      // otherwise R_WD as above
-  bool left_handed = false;           // mirrors R_WD, and swaps the buttons named right and left
-  int priority = 79;         // SCHED_FIFO priority of the thread, if the system permits it; 0: request none. Below
-                             // the loop's.
-  std::string profile;       // name of the profile in the table that replaces the device's own; empty: the
-                             // device's own
-  bool own_figures = false;  // true: peak force and torque come from the user's file; false: limited to the
-                             // values in the table for its name
-  double reopen_s = 0.5;     // period of attempts to open it while it is absent
+  /// True: R_WD is set by SetOrientation(), and the handle holds no tool before that. False: R_WD as above.
+  bool reported_orientation = false;
+  bool left_handed = false;  // mirrors R_WD, and swaps the buttons named right and left
+  int priority = 79;  // SCHED_FIFO priority of the thread, below the loop's, if the system permits it; 0: request none
+  std::string profile;       // name of the profile in the table that replaces the device's own; empty: the device's own
+  bool own_figures = false;  // true: peak force and torque come from the user's file; false: they are limited to the
+                             // values in the table for the device's name
+  double reopen_s = 0.5;     // interval between attempts to open the device while it is absent
   double old_s = 0.1;        // maximum age of a sample at which the handle still holds the tool
-  double given_up_s = 2;     // time without an answer after which a device that homes is opened again, as it may
-                             // have lost power
+  /// Time without an answer after which a device that homes is opened again, since it may have lost power.
+  double given_up_s = 2;
 };
 
-/// Thrown by DeviceServo::Open if there is no device to open; no message to the user is needed.
+/// Thrown by DeviceServo::Open if there is no device to open. No message to the user is needed.
 class DeviceNotThere : public Error {
  public:
   using Error::Error;
 };
 
-/// Returns the instruction to the user that makes the device report its position.
+/// Returns the instruction that the user must follow so that the device reports its position.
 std::string DescribeHoming(const DriverTraits& traits);
-/// Returns true if the device's zero is the pose in which the user held the handle; traits.homing describes that pose,
-/// and the device cannot check it.
+/// Returns true if the zero of the device is the pose in which the user held the handle. traits.homing describes that
+/// pose, and the device cannot check it.
 inline bool HasReportedZero(const DriverTraits& traits) {
   return !traits.homes && !traits.homing.empty();
 }
 
-/// Coupling of the tool to the handle (CouplingParams), in newtons at the device.
+/// Coupling of the tool to the handle (CouplingParams), in newtons on the device.
 struct ServedTool {
   Vec3 p_TC_mm{0};
   double stiffness_N_per_mm = 0;
 };
 
-/// Thread safety: Elapse, Read and Write are for the loop's thread; everything else is for one other thread.
+/// Thread safety: Elapse, Read, Write and ReadDeflection are for the loop's thread; everything else is for one other
+/// thread, unless stated otherwise.
 ///
 /// While the button named "clutch" (otherwise "centre", otherwise the first) is pressed, the handle is detached from
-/// the tool: the tool stops and the force goes to zero. On release the force returns slowly at the handle's new
-/// position.
+/// the tool: the tool stops and the force goes to zero. On release, the handle is coupled to the tool at its new
+/// position, and the force returns slowly.
 class DeviceServo final : public Device {
  public:
   /// Opens the device. Throws kerf::Error if that fails: DeviceNotThere, or the reason.
   using Open = std::function<std::unique_ptr<DeviceDriver>()>;
 
-  /// Opens the device in the calling thread and throws what `open` and the driver's Start() throw; `show` is passed to
-  /// Start(). Then starts the thread. `name` is for messages.
+  /// Opens the device in the calling thread and throws whatever `open` and the driver's Start() throw; `show` is passed
+  /// to Start(). Then starts the thread. `name` is used in messages.
   DeviceServo(std::string name, Open open, const DeviceServoOptions& options,
               const std::function<bool(const std::string& doing, double fraction)>& show);
   /// Sets zero force and closes the device.
   ~DeviceServo() override;
 
   /// Sets zero force on all devices of this program immediately; afterwards the user must agree again. For a program
-  /// that is about to be stopped or terminated (`for_good`: no rounds follow). May be called in a signal handler. Waits
-  /// at most `timeout_ms`. Returns false if that was too short, or if called from a device's own thread, which cannot
-  /// wait for itself and releases its device in its next round, if there is one.
+  /// that is about to be stopped, or terminated (`for_good`: no rounds follow). May be called in a signal handler.
+  /// Waits at most `timeout_ms`. Returns false if that was too short. Also returns false if called from a device's own
+  /// thread, which cannot wait for itself and releases its device in its next round, if there is one.
   static bool LetGoOfAll(int timeout_ms, bool for_good) noexcept;
 
-  /// Profile as felt at the tool: ScaleProfile().
+  /// The profile as felt at the tool: ScaleProfile().
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const { return traits_; }
   const std::string& name() const { return name_; }
   const DeviceServoOptions& options() const { return options_; }
-  /// Returns the current state of the button named "spindle" (otherwise "forward", otherwise the second), for switching
-  /// the spindle.
+  /// Returns true while the button named "spindle" (otherwise "forward", otherwise the second) is pressed. This
+  /// button switches the spindle.
   bool IsSpindlePressed(std::uint32_t buttons) const {
     return spindle_bit_ >= 0 && (buttons >> spindle_bit_ & 1u) != 0;
   }
@@ -99,33 +98,34 @@ class DeviceServo final : public Device {
   std::string spindle_button() const { return spindle_bit_ < 0 ? "" : traits_.buttons[Index(spindle_bit_)]; }
   std::string clutch_button() const { return clutch_bit_ < 0 ? "" : traits_.buttons[Index(clutch_bit_)]; }
   ServoState state() const { return state_.load(); }
-  /// Returns the events since the last call, one sentence each.
+  /// Returns the messages about events since the last call, one sentence each.
   std::vector<std::string> TakeMessages();
-  /// Sets the tool's pose; the handle is coupled to it wherever it is when the force starts. Call before the loop runs.
+  /// Sets the tool's pose. When the force starts, the handle is coupled to the tool, wherever the handle is. Call it
+  /// before the loop runs.
   void SetTool(const Pose& X_WT, const ServedTool& tool);
   /// Records that the user agrees to forces.
   void Agree() { agrees_.store(true); }
-  /// Sets the orientation of the tool for a device that does not sense it: the tool turns to it about the handle point,
-  /// no faster than a hand would. May be called at any time.
+  /// Sets the orientation of the tool, for a device that does not sense it: the tool turns to it about the handle
+  /// point, no faster than a hand would. May be called at any time.
   void SetToolOrientation(const Quat& R_WT);
-  /// Sets the device's frame in the world, used from the next time the handle is coupled to the tool. May be called at
-  /// any time; the first call of a session must follow SetTool().
+  /// Sets the device's frame in the world, which is used from the next time that the handle is coupled to the tool. May
+  /// be called at any time; the first call of a session must follow SetTool().
   void SetOrientation(const Quat& R_WD);
 
   // ---- loop thread
   void Elapse(double dt_s) noexcept override;
-  /// Returns false while the handle does not hold the tool; the tool stops meanwhile. Afterwards it continues from
-  /// where it stopped, regardless of the handle's position.
+  /// Returns false while the handle does not hold the tool; meanwhile, the tool is stopped. Afterwards it continues
+  /// from where it stopped, regardless of the handle's position.
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
-  /// For a device without force (DriverMotion::kDeflection), instead of the three functions above. Zero while the
+  /// Replaces the three functions above for a device without force (DriverMotion::kDeflection). Returns zero while the
   /// device is absent.
   std::array<double, 6> ReadDeflection() noexcept;
 
   // ---- latest values, for any thread except the loop's
   /// Latest sample, frame D.
   ServoSample TakeSample();
-  /// Sends a command without a loop, for a test of the device; frame D.
+  /// Sends a command in frame D. For a test of the device, without a loop.
   void Command(const DriverCommand& command);
   const LogHistogram& round_times() const { return round_times_; }
   struct Counts {
@@ -133,8 +133,8 @@ class DeviceServo final : public Device {
     std::array<std::uint64_t, kGateReasons> gate{};  // SafetyGate::counts()
     GateReason closed_by = GateReason::kNone;
   };
-  /// At most 64 rounds old, plus one round for each in which another thread was reading. Updated before each change of
-  /// state(), so complete while the device is absent.
+  /// The counts are at most 64 rounds old, plus one round for each in which another thread was reading them. They are
+  /// updated before each change of state(), and are therefore complete while the device is absent.
   Counts counts() const;
 
  private:
@@ -178,8 +178,8 @@ class DeviceServo final : public Device {
   std::optional<ServoRound> round_;  // used by the thread, as is leaps_
   std::uint64_t leaps_ = 0;          // jumps already reported
   std::int64_t homing_since_ns_ = -1;
-  std::string reported_failure_;  // last reported failure to open it again
-  int refusals_ = 0;              // consecutive failures to open it
+  std::string reported_failure_;  // last reported failure to open the device again
+  int refusals_ = 0;              // number of consecutive failures to open the device
   std::uint64_t samples_ = 0;     // number of samples at the last check
   std::uint64_t unanswered_ = 0;  // rounds since the last sample
   std::int64_t heard_ns_ = 0;     // time of the last sample
@@ -194,7 +194,7 @@ class DeviceServo final : public Device {
   ServedTool tool_;
   Pose X_WT_;
   bool has_orientation_ = true;
-  std::uint32_t engagements_ = 0;  // number of the engagement for which the workspace is anchored
+  std::uint32_t engagements_ = 0;  // engagement for which the workspace is anchored
   bool clutched_ = false;
   bool held_ = false;    // the last Read() returned a pose
   double fraction_ = 0;  // fraction of the force that the clutch passes

@@ -5,8 +5,8 @@
 
 namespace kerf {
 
-/// Needed because the user's hand still moves the handle after homing, and a handle at the edge of the workspace has no
-/// room to move.
+/// This is needed because the user's hand still moves the handle after homing, and because a handle at the edge of the
+/// workspace has no room to move.
 class HandleAtRest {
  public:
   explicit HandleAtRest(const DeviceServo& servo)
@@ -19,8 +19,7 @@ class HandleAtRest {
   static constexpr double kMiddle = 0.5;  // fraction of the workspace's radius
   static constexpr double kStill_mm = 2;
   static constexpr double kStill_s = 0.5;
-  static constexpr double kUnseen_s = 0.1;  // longest gap between samples; after a longer one the position in between
-                                            // is unknown
+  static constexpr double kUnseen_s = 0.1;  // longest gap between samples; during a longer one, the position is unknown
   double reach_mm_;
   Vec3 place_D_mm_{1e9};
   double since_s_ = 0;

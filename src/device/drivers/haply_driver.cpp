@@ -27,7 +27,7 @@ constexpr auto kLate = std::chrono::milliseconds(5);
 constexpr int kSendBytes = 8192;
 constexpr int kMaxMessages = 64;  // per call of Receive()
 
-/// WebSocket with a timeout for each wait: unfinished operations continue in the next call.
+/// WebSocket with a timeout for each wait. Unfinished operations continue in the next call.
 class HaplyDriver::Line {
  public:
   Line() : stream_(context_) {
@@ -45,7 +45,7 @@ class HaplyDriver::Line {
   Line(const Line&) = delete;
   Line& operator=(const Line&) = delete;
 
-  /// Returns the error, or timed_out.
+  /// Returns the error; timed_out if it takes too long.
   beast::error_code Connect(const asio::ip::tcp::endpoint& to, std::chrono::milliseconds most) {
     const auto end = Clock::now() + most;
     std::optional<beast::error_code> error;
@@ -54,7 +54,7 @@ class HaplyDriver::Line {
     if (*error) return *error;
     beast::error_code ignored;
     stream_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
-    // A service that does not read is detected when the send buffer is full, so the buffer is small.
+    // A service that does not read is noticed only when the send buffer is full, so the buffer is small.
     stream_.next_layer().set_option(asio::socket_base::send_buffer_size(kSendBytes), ignored);
     error.reset();
     stream_.async_handshake(fmt::format("localhost:{}", to.port()), "/", [&error](beast::error_code e) { error = e; });
@@ -62,7 +62,7 @@ class HaplyDriver::Line {
     return *error;
   }
 
-  /// Starts sending. Does nothing and returns false if an earlier text is still being sent or the connection is broken.
+  /// Starts sending. Returns false and does nothing if an earlier text is still being sent or the connection is broken.
   bool Send(std::string text) {
     if (sending_ || error_) return false;
     sending_ = true;
@@ -74,7 +74,7 @@ class HaplyDriver::Line {
     return true;
   }
 
-  /// Returns the latest message; nullopt on timeout or if the connection is broken. If `end` has already passed,
+  /// Returns the latest message, or nullopt on timeout or if the connection is broken. If `end` has already passed,
   /// returns what has already arrived.
   std::optional<std::string> Receive(Clock::time_point end) {
     std::optional<std::string> newest;
@@ -109,7 +109,7 @@ class HaplyDriver::Line {
   template <typename Done>
   bool RunUntil(Clock::time_point end, const Done& done) {
     context_.restart();
-    // Take what has already arrived even if no time is left, but stop if the service never stops sending.
+    // Take what has already arrived even if no time is left, but stop if the service does not stop sending.
     const Clock::time_point last = std::max(end, Clock::now()) + kLate;
     while (!done()) {
       if (context_.poll_one() > 0) {
@@ -233,12 +233,13 @@ RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sampl
     const bool begun = line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
     const auto end = Clock::now() + std::chrono::milliseconds(options_.timeout_ms);
     const std::optional<std::string> text = line_->Receive(end);
-    // If the service sends states but does not read, there is no answer: the device still outputs an older force.
+    // If the service sends states but does not read, there is no answer, because the device still outputs an older
+    // force.
     const bool gone_out = begun && !line_->sending();
     if (gone_out && (text || late)) return Take(text ? *text : *late, sample);
     if (!line_->broken()) return RoundEnd::kNoAnswer;
   } catch (const std::exception&) {
-    // Out of memory, or a connection error thrown by Boost: treated as a lost connection.
+    // Lack of memory, or a connection error thrown by Boost, is treated as a lost connection.
   }
   line_.reset();
   return RoundEnd::kGone;

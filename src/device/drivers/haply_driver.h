@@ -1,4 +1,4 @@
-// Driver of Haply's Inverse3 through its maker's Inverse Service: JSON over a WebSocket on this machine. The service
+// Driver of Haply's Inverse3 through its maker's Inverse Service, which sends JSON over a WebSocket on this machine and
 // answers each force with a state.
 #pragma once
 
@@ -15,14 +15,14 @@ struct HaplyOptions {
   std::string address = "127.0.0.1";  // must be this machine
   std::uint16_t port = 10001;
   std::string device_id;  // "": the first device that the service lists
-  /// Middle of the workspace in the service's axes, mm. By default, the cursor position at Start().
+  /// Middle of the workspace in the service's axes, mm. If not set, the cursor position at Start() is used.
   std::optional<Vec3> p_H_middle_mm;
-  int timeout_ms = 20;          // of a round, 1 to 1000
-  int start_timeout_ms = 3000;  // of each step of Start(), 1 to 60000
+  int timeout_ms = 20;          // timeout of a round, 1 to 1000
+  int start_timeout_ms = 3000;  // timeout of each step of Start(), 1 to 60000
 };
 
-/// Exception to the rule of DeviceDriver: JSON and the WebSocket allocate in each Exchange(). It is called from the
-/// device's thread, never from the tick, and messages are short.
+/// This driver is an exception to the rule of DeviceDriver: JSON and the WebSocket allocate in each Exchange(). It is
+/// called from the device's thread, never from the tick, and the messages are short.
 class HaplyDriver final : public DeviceDriver {
  public:
   /// Throws kerf::Error if an option is out of range or the address is that of another machine.
@@ -32,9 +32,9 @@ class HaplyDriver final : public DeviceDriver {
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
-  /// Waits for a message received after the force was sent; if none arrives, uses one received before. A message
-  /// without the device gives kNoAnswer, or kGone after kMaxWithout of them in a row. A message without the grip gives
-  /// kNoAnswer if a grip was present at Start().
+  /// Waits for a message that arrives after the force was sent; if none does, uses one that arrived before. If the
+  /// message does not contain the device, returns kNoAnswer, or kGone after kMaxWithout such messages in a row. If it
+  /// does not contain the grip, returns kNoAnswer if a grip was present at Start().
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 

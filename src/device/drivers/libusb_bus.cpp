@@ -15,8 +15,8 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMaxBytes = 4096;  // of a transfer
-// In addition to a transfer's own timeout: time for the kernel to return the transfer.
+constexpr std::size_t kMaxBytes = 4096;  // maximum size of a transfer
+// Time for the kernel to return a transfer, in addition to the transfer's own timeout.
 constexpr std::chrono::milliseconds kGrace{1000};
 
 struct ContextEnd {
@@ -125,7 +125,7 @@ TransferEnd EndOf(libusb_transfer_status status) {
   return TransferEnd::kFailed;
 }
 
-/// Transport with one reusable transfer; every call waits until it has completed.
+/// Transport with one reusable transfer. Every call waits until the transfer has completed.
 class LibusbTransport final : public UsbTransport {
  public:
   LibusbTransport(Context context, Handle handle, int interface_number, const libusb_config_descriptor* configuration)
@@ -191,7 +191,7 @@ class LibusbTransport final : public UsbTransport {
     static_cast<LibusbTransport*>(transfer->user_data)->done_ = 1;
   }
 
-  /// libusb treats 0 as no timeout.
+  /// Returns the timeout for libusb, which treats 0 as no timeout.
   static unsigned Patience(int timeout_ms) { return static_cast<unsigned>(std::max(timeout_ms, 1)); }
 
   Transfer Move(int endpoint, std::size_t bytes, int timeout_ms) noexcept {
@@ -200,7 +200,7 @@ class LibusbTransport final : public UsbTransport {
     fill(transfer_, handle_.get(), address, buffer_->data(), static_cast<int>(bytes), MarkDone, this,
          Patience(timeout_ms));
     const Transfer end = Send();
-    // Otherwise the endpoint refuses all further transfers.
+    // Without this, the endpoint would refuse all further transfers.
     if (end.end == TransferEnd::kStall) libusb_clear_halt(handle_.get(), address);
     return end;
   }

@@ -9,16 +9,16 @@
 namespace kerf {
 
 /// Each call lists the devices again without a cache, so that new devices are found even without udev. If the system
-/// has no USB, the list is empty. For any thread.
+/// has no USB, the list is empty. May be used by any thread.
 ///
-/// Each transport that it opens is independent, handles its own events and is for one thread at a time. A round
+/// Each transport that it opens is independent, handles its own events and is used by one thread at a time. A round
 /// allocates nothing in kerf; libusb allocates for each transfer that it submits to the kernel.
 class LibusbBus final : public UsbBus {
  public:
-  /// Sorted by bus and address. Throws kerf::Error if libusb cannot be initialised.
+  /// Lists the devices, sorted by bus and address. Throws kerf::Error if libusb cannot be initialised.
   std::vector<UsbDeviceInfo> List() override;
-  /// Takes HID interfaces from usbhid and serial interfaces from ftdi_sio, and returns them when closed; takes none
-  /// from other kernel drivers.
+  /// Detaches the kernel driver of an HID interface (usbhid) or of a serial interface (ftdi_sio), and attaches it again
+  /// when the interface is closed. Does not detach other kernel drivers.
   UsbOpening Open(const UsbDeviceInfo& device, int interface_number) override;
 };
 

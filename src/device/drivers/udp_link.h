@@ -14,25 +14,25 @@ enum class UdpEnd : std::uint8_t {
   kFailed,
 };
 
-/// Socket that receives only from `address` and `port`: the system drops other packets. For one thread at a time.
+/// Socket that receives only from `address` and `port`: the system drops other packets. Used by one thread at a time.
 class UdpLink {
  public:
-  /// `address` is numeric IPv4. Throws kerf::Error if it is not, or if the system cannot create a socket.
+  /// `address` is a numeric IPv4 address. Throws kerf::Error if it is not, or if the system cannot create a socket.
   UdpLink(const std::string& address, std::uint16_t port);
   ~UdpLink();
   UdpLink(const UdpLink&) = delete;
   UdpLink& operator=(const UdpLink&) = delete;
 
-  /// Send never blocks, Receive waits at most `timeout_ms`. Neither allocates.
+  /// Send() never blocks; Receive() waits at most `timeout_ms`. Neither allocates.
   UdpEnd Send(std::span<const std::uint8_t> bytes) noexcept;
-  /// Receives a datagram. `count` is its length, even if it was longer than `bytes` and was truncated.
+  /// Receives a datagram. `count` is its full length, even if it was longer than `bytes` and was truncated.
   UdpEnd Receive(std::span<std::uint8_t> bytes, int timeout_ms, std::size_t& count) noexcept;
 
  private:
   int socket_ = -1;
 };
 
-/// Returns true if an IPv4 address is this machine: 127.x.x.x. Returns false for any other text.
+/// Returns true if the text is an IPv4 address of this machine: 127.x.x.x. Returns false for any other text.
 bool IsLoopbackAddress(const std::string& address);
 
 }  // namespace kerf

@@ -13,7 +13,7 @@ constexpr std::size_t kMinFirmwareBytes = 1024;
 constexpr std::size_t kMaxWaitingBytes = 384;  // size of the FT232's buffer towards the host
 constexpr std::uint8_t kModemStatus = 0x01;
 constexpr std::uint8_t kLineStatus = 0x60;
-// Long before the clock origin, so that no packet is recent at the start.
+// A time long before the clock's origin, so that no packet is recent at the start.
 constexpr double kLongAgo_s = -1;
 
 }  // namespace
@@ -55,7 +55,7 @@ void FalconModel::SwitchOn() {
 }
 
 std::vector<std::uint8_t> FalconModel::descriptors() const {
-  // Device, configuration, interface, endpoints; an FT232BM with the Falcon's product number.
+  // Descriptors of device, configuration, interface and endpoints: an FT232BM with the Falcon's product number.
   return {
       18,   1,    0x10,
       0x01, 0,    0,

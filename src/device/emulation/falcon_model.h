@@ -1,5 +1,5 @@
-// Software model of a Novint Falcon: the serial port on USB, its boot loader, the firmware once it is loaded, encoders,
-// motors and legs. Known facts about the real device: devices/falcon/*.h and docs/falcon.md.
+// Software model of a Novint Falcon: the serial port on USB, its boot loader, the firmware once it is loaded, the
+// encoders, motors and legs. What is known about the real device is described in devices/falcon/*.h and docs/falcon.md.
 #pragma once
 
 #include <array>
@@ -15,28 +15,28 @@
 namespace kerf {
 
 struct FalconModelOptions {
-  bool firmware_is_there = false;           // loaded earlier by another program, and the Falcon stayed powered
-  std::vector<std::uint8_t> firmware;       // the only firmware that runs; empty: any of at least 1 kB
-  bool homed = false;                       // homed from the start; requires firmware_is_there
-  bool keeps_power = false;                 // has a separate power supply, so keeps its state when unplugged from USB
-  int wrong_echoes = 0;                     // number of uploads echoed with one byte changed, before one succeeds
-  bool zero_before_answer = false;          // the boot loader sends a 00 first
-  int short_report_every = 0;               // number of reports after which one has only 14 bytes; 0: none
-  int split_report_every = 0;               // number of reports after which one is split into two USB packets; 0: none
-  double answer_after_s = 0;                // delay from a command to its report
-  FalconCounts zero_offset{317, -208, 95};  // of the encoders before homing, arbitrary
+  bool firmware_is_there = false;      // already loaded by another program, and the Falcon stayed powered
+  std::vector<std::uint8_t> firmware;  // the only firmware that runs; empty: any of at least 1 kB
+  bool homed = false;                  // homed from the start; requires firmware_is_there
+  bool keeps_power = false;            // has its own power supply, so it keeps its state when unplugged from USB
+  int wrong_echoes = 0;                // number of uploads that are echoed with one byte changed, before one succeeds
+  bool zero_before_answer = false;     // the boot loader sends a byte 00 before its answer
+  int short_report_every = 0;          // every n-th report has only 14 bytes; 0: none
+  int split_report_every = 0;          // every n-th report is split into two USB packets; 0: none
+  double answer_after_s = 0;           // delay from a command to its report
+  FalconCounts zero_offset{317, -208, 95};  // arbitrary offset of the encoders before homing
   double motor_counts_per_Nmm = -10;        // as in the driver
 };
 
-/// Homing: with the homing bit set, a leg's encoder finds its zero when its arm has been further out than
-/// kFalconHomingOut counts and then moves further in than kFalconHomingIn. The real positions are unknown. On the axis:
-/// 36 mm towards the user, 31 mm away from the user.
+/// Homing: with the homing bit set, the encoder of a leg finds its zero when the arm has been further out than
+/// kFalconHomingOut counts and then moves further in than kFalconHomingIn. The real positions are unknown. On the axis,
+/// the grip is then 36 mm towards the user and 31 mm away from the user, respectively.
 inline constexpr int kFalconHomingOut = 600;
 inline constexpr int kFalconHomingIn = -900;
 
 class FalconModel final : public UsbModel {
  public:
-  /// The mechanism must outlive the model. If the handle is out of the legs' reach, the encoders keep their counts.
+  /// The mechanism must outlive the model. While the handle is out of the legs' reach, the encoders keep their counts.
   FalconModel(Mechanism& mechanism, FalconModelOptions options);
 
   std::vector<std::uint8_t> descriptors() const override;
@@ -45,13 +45,13 @@ class FalconModel final : public UsbModel {
                    std::span<std::uint8_t> data) override;
   Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data) override;
   Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data) override;
-  /// Resets the serial port, and everything else unless the device keeps its power.
+  /// Resets the serial port. Resets everything else too, unless the device keeps its power.
   void PowerOn() override;
 
   // ---- not visible to a host
   bool runs() const { return state_ == State::kRun; }
   bool homed() const { return homed_ == kFalconAllHomed; }
-  const std::vector<std::uint8_t>& loaded() const { return loaded_; }  // of the current or last upload
+  const std::vector<std::uint8_t>& loaded() const { return loaded_; }  // bytes of the current or last upload
   int uploads() const { return uploads_; }
   const FalconCommand& last_command() const { return command_; }
   std::uint64_t commands() const { return commands_; }

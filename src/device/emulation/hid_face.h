@@ -19,7 +19,7 @@ struct HidFace {
   std::uint8_t interval_ms = 1;
 };
 
-/// Returns device, configuration, interface, HID and endpoint descriptors.
+/// Returns the device, configuration, interface, HID and endpoint descriptors.
 std::vector<std::uint8_t> MakeHidDescriptors(const HidFace& face);
 /// Answers GET_DESCRIPTOR for device, configuration, HID and report, and accepts SET_IDLE and SET_PROTOCOL. Returns
 /// kStall for other requests.

@@ -15,13 +15,13 @@ class Mechanism {
   Mechanism& operator=(const Mechanism&) = delete;
   virtual ~Mechanism() = default;
 
-  /// Advances the motion by dt_s under this force and torque of the motors.
+  /// Advances the motion by dt_s under this force and torque from the motors.
   virtual void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) = 0;
   virtual Pose handle() const = 0;
   virtual std::uint32_t buttons() const { return 0; }
 };
 
-/// Handle whose pose is set directly and does not respond to force.
+/// Handle whose pose is set directly and which does not respond to force.
 class HeldMechanism final : public Mechanism {
  public:
   void Move(double /*dt_s*/, const Vec3& f_D_N, const Vec3& /*tau_D_Nmm*/) override { f_D_N_ = f_D_N; }

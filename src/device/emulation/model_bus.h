@@ -1,4 +1,4 @@
-// USB bus within the process, with device models plugged in and simulated cable faults.
+// USB bus within the process, into which device models are plugged, with simulated cable faults.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace kerf {
 
-/// Faults of the connection. Fractions are probabilities per packet, 0 to 1, drawn from `seed`, so that they are
-/// repeatable.
+/// Faults of the connection. The fractions are probabilities per packet, 0 to 1. They are drawn from `seed`, so the
+/// faults are repeatable.
 struct UsbFaults {
   std::uint64_t seed = 1;
   double drop_out = 0;   // packets to the device that are lost
@@ -23,7 +23,8 @@ struct UsbFaults {
   double delay = 0;      // packets from the device that arrive one read late
   bool stalled = false;  // no data arrives from the device
   bool unplugged = false;
-  /// If set, every packet to the device is lost and its transfer ends with this result; packets from it still arrive.
+  /// If set, every packet to the device is lost and its transfer ends with this result; packets from the device still
+  /// arrive.
   std::optional<Transfer> out_ends{};
 };
 
@@ -34,7 +35,7 @@ class ModelBus final : public UsbBus {
   void PlugIn(UsbModel& model);
   /// Sets the faults of all devices.
   void SetFaults(const UsbFaults& faults);
-  /// Plugs unplugged devices in again and powers them on, with new addresses.
+  /// Plugs unplugged devices in again, with new addresses, and powers them on.
   void PlugInAgain();
   void SetProblem(UsbProblem problem) { problem_ = problem; }
   void Advance(double dt_s);

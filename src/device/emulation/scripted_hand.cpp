@@ -13,7 +13,7 @@ constexpr double kHomeLeg_s = 0.75;  // duration of each phase: out, hold, in, b
 constexpr double kSwell_s = 1;
 constexpr double kLongestStep_s = 0.01;
 
-/// 0 to 1 with minimum jerk.
+/// Rises from 0 to 1 with minimum jerk.
 double Ease(double fraction) {
   const double s = std::clamp(fraction, 0.0, 1.0);
   return s * s * s * (10 - 15 * s + 6 * s * s);
@@ -29,7 +29,7 @@ ScriptedHandOptions Check(const ScriptedHandOptions& options) {
 
 SimulatedDeviceOptions MakeExact() {
   SimulatedDeviceOptions options;
-  options.quantise = false;  // the encoders quantise
+  options.quantise = false;  // the encoders of the device model quantise
   return options;
 }
 
@@ -53,7 +53,7 @@ Vec3 ScriptedHand::CalcWanted() const {
   const double leg = home_s_ / kHomeLeg_s;
   const double z_mm = options_.home_out_mm * Ease(leg) + (options_.home_in_mm - options_.home_out_mm) * Ease(leg - 2) -
                       options_.home_in_mm * Ease(leg - 3);
-  // Moves to the axis on the way out and leaves it on the way back, since there is little room at the far ends.
+  // Moves onto the axis on the way out and leaves it on the way back, since there is little room at the far ends.
   const double off = 1 - Ease(2 * leg) + Ease(2 * leg - 7);
   return off * p_D_mm + Vec3(0, 0, z_mm);
 }

@@ -18,7 +18,7 @@ enum class HandWay : std::uint8_t {
 };
 
 struct HandPress {
-  double from_s = 0;  // in path time
+  double from_s = 0;  // path time at which the press begins
   double to_s = 0;
   std::uint32_t buttons = 0;
 };
@@ -28,8 +28,8 @@ struct ScriptedHandOptions {
   double radius_mm = 15;  // radius of the circle, half length of the line; above 0
   double period_s = 2;    // above 0
   std::vector<HandPress> presses{};
-  double home_out_mm = 42;  // along z, towards the user and away from the user
-  double home_in_mm = -38;
+  double home_out_mm = 42;  // position along z, towards the user, to which the hand moves for homing
+  double home_in_mm = -38;  // the same away from the user
 };
 
 /// Point mass on the hand's spring and damper (devices/simulated_device.h) in frame D. Path time starts at Begin()
@@ -41,7 +41,7 @@ class ScriptedHand final : public Mechanism {
 
   /// Starts moving the handle; the path grows from zero within a second.
   void Begin() { begun_ = true; }
-  /// Moves all the way out, all the way in, and back: 3 s. Does nothing while homing.
+  /// Moves all the way out, all the way in, and back, which takes 3 s. Does nothing if this is already under way.
   void Home();
   bool begun() const { return begun_; }
   bool homing() const { return home_s_ >= 0; }
@@ -59,7 +59,7 @@ class ScriptedHand final : public Mechanism {
   SimulatedDevice device_;
   bool begun_ = false;
   double way_s_ = 0;
-  double home_s_ = -1;  // time since homing began; below 0: not homing
+  double home_s_ = -1;  // time since the homing motion began; below 0: not homing
   Pose X_DH_;
 };
 

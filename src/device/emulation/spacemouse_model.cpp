@@ -17,7 +17,8 @@ HidFace MakeFace(std::uint16_t vendor, std::uint16_t product, bool six_axes) {
   face.out_packet = 0;
   face.interval_ms = 8;
   const std::uint8_t axes = six_axes ? 6 : 3;
-  // Multi-axis controller: reports 1 and 2 of 16-bit axes, 3 of 32 buttons, and output report 4 for the lamp.
+  // Multi-axis controller: reports 1 and 2 with 16-bit axes, report 3 with 32 buttons, and output report 4 for the
+  // lamp.
   face.report_descriptor = {0x05, 0x01, 0x09, 0x08, 0xa1, 0x01, 0x85, 1,    0x16, 0xa2,
                             0xfe, 0x26, 0x5e, 0x01, 0x75, 16,   0x95, axes, 0x81, 0x06};
   const auto add = [&face](std::initializer_list<std::uint8_t> bytes) {
@@ -72,8 +73,8 @@ void SpaceMouseEmulation::Advance(double dt_s) {
       QueueAxes(2, 3, 3);
     }
   }
-  // Axes are repeated while the cap is deflected and again after its return, so the oldest of their reports may be
-  // dropped. A button change is reported only once.
+  // Reports of axes are repeated while the cap is deflected, and again after it has returned, so the oldest of them
+  // may be dropped. A button change is reported only once.
   while (reports_.size() > kMaxWaiting) {
     const auto oldest = std::find_if(reports_.begin(), reports_.end(),
                                      [](const std::vector<std::uint8_t>& report) { return report[0] != kButtons; });

@@ -10,14 +10,14 @@
 
 namespace kerf {
 
-/// Sends reports 1 and 2 every 8 ms while its cap is deflected, each repeated with zeros after its return, and report
-/// 3 when a button changes. Otherwise it sends nothing.
+/// While the cap is deflected, reports 1 and 2 are sent every 8 ms; after it has returned, each is sent again with
+/// zeros. Report 3 is sent when a button changes. Otherwise, nothing is sent.
 class SpaceMouseEmulation final : public UsbModel {
  public:
-  /// `six_axes`: all axes in one report of 13 bytes, as newer devices do.
+  /// `six_axes`: true if all axes are sent in one report of 13 bytes, as newer devices do.
   explicit SpaceMouseEmulation(std::uint16_t vendor = 0x046d, std::uint16_t product = 0xc626, bool six_axes = false);
 
-  /// Raw axes, about -350 to 350: right, towards the user, down, and rotation about these.
+  /// Raw axes, about -350 to 350: right, towards the user and down, and the rotations about these.
   void Push(const std::array<int, 6>& axes) { axes_ = axes; }
   void Press(std::uint32_t buttons) { buttons_ = buttons; }
   bool lamp() const { return lamp_; }

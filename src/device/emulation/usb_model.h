@@ -23,15 +23,15 @@ class UsbModel {
   virtual std::vector<std::uint8_t> descriptors() const = 0;
   virtual int bus_speed_mbit() const { return 12; }
 
-  /// Advances mechanism, firmware and hand by dt_s.
+  /// Advances the mechanism, the firmware and the hand by dt_s.
   virtual void Advance(double dt_s) = 0;
   /// Returns kStall for a request that the device does not support.
   virtual Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                            std::span<std::uint8_t> data) = 0;
   virtual Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data) = 0;
-  /// Returns a packet if one is available, otherwise kTimeout: the host continues to wait.
+  /// Returns a packet if one is available. Otherwise returns kTimeout, and the host continues to wait.
   virtual Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data) = 0;
-  /// Resets the state as after plugging in again.
+  /// Resets the state, as when the device is plugged in again.
   virtual void PowerOn() = 0;
 };
 

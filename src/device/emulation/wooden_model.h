@@ -13,7 +13,7 @@ namespace kerf {
 /// to 3 A.
 class WoodenModel final : public UsbModel {
  public:
-  /// The mechanism must outlive the model. `params` describe the device; the driver's may differ.
+  /// The mechanism must outlive the model. `params` describe the modelled device; the driver's parameters may differ.
   explicit WoodenModel(Mechanism& mechanism, const WoodenParams& params = {});
 
   std::vector<std::uint8_t> descriptors() const override { return MakeHidDescriptors(face_); }
@@ -24,15 +24,15 @@ class WoodenModel final : public UsbModel {
   Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data) override;
   void PowerOn() override;
 
-  Vec3 currents_mA() const { return currents_mA_; }  // current values in the motors
+  Vec3 currents_mA() const { return currents_mA_; }  // the currents that flow in the motors
   bool motors_on() const { return motors_on_; }
-  std::uint64_t packets() const { return packets_; }  // from the host, with the right length
+  std::uint64_t packets() const { return packets_; }  // number of packets of the right length from the host
 
  private:
   Mechanism& mechanism_;
   WoodenParams params_;
   HidFace face_;
-  Vec3 angles_{0};  // of the arm, the last reachable ones
+  Vec3 angles_{0};  // last angles of the arm at which the handle was within reach
   Vec3 currents_mA_{0};
   bool motors_on_ = false;
   double since_packet_s_ = 0;

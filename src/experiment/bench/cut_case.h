@@ -13,14 +13,14 @@
 
 namespace kerf {
 
-/// Baseline with which the tick is compared in the same run.
+/// The baseline with which the tick is compared in the same run.
 enum class BenchBaseline { kNone, kOpenVdb, kDense };
 
 struct BenchOptions {
   int ticks = 5000;  // number of ticks to measure, 1 to 10^7; rounded up to whole cuts if several are needed
   int core = 0;
   bool realtime = false;    // ticks and baselines run with real-time priority
-  int baseline_ticks = 30;  // of the OpenVDB baseline, which is slow
+  int baseline_ticks = 30;  // number of ticks of the OpenVDB baseline, which is slow
   bool without_effects = false;
   std::function<void(const std::string& what, double fraction)> progress;
 };
@@ -34,18 +34,18 @@ struct CutCase {
   double feed_mm_per_s = 5;
   std::function<Bone()> make_bone;
   Pose X_WB;
-  Pose X_BT_start;  // clear of the bone
+  Pose X_BT_start;  // clear of the bone, except in MakeBuriedCut()
   Vec3 direction_B{1, 0, 0};
   double warm_up_mm = 0;   // length of the path until the tool is fully in the bone
   double measured_mm = 0;  // length of the measured path after that
-  bool by_hand = false;    // soft coupling as with a device, and a trembling hand; otherwise the tool follows the path
-                           // with a stiff coupling
+  bool by_hand = false;    // soft coupling as with a device, and a trembling hand; otherwise a stiff coupling, with
+                           // which the tool follows the path
   bool flat_top = true;    // false: the swept volume has no closed form
   BenchBaseline baseline = BenchBaseline::kNone;
-  bool dense_all = false;    // compare the whole bone with the dense reference
-  Vec3 dense_offset_B{0};    // otherwise a cube along the grid's axes: offset of its centre from the tool's centre
-                             // halfway through the measured ticks
-  double dense_edge_mm = 0;  // edge of that cube; 0: nothing is compared
+  bool dense_all = false;    // whether the whole bone is compared with the dense reference
+  Vec3 dense_offset_B{0};    // if not the whole bone, a cube along the grid's axes is compared: offset of its centre
+                             // from the tool's centre halfway through the measured ticks
+  double dense_edge_mm = 0;  // edge of that cube; if 0, no cube is compared
   int spare_leaves = 4096;
 };
 
@@ -55,7 +55,7 @@ struct BenchTarget {
   std::string unit;
   double limit = 0;
   double measured = 0;
-  bool at_least = false;  // else at most
+  bool at_least = false;  // otherwise the limit is an upper one
   bool met() const { return at_least ? measured >= limit : measured <= limit; }
 };
 
@@ -74,9 +74,9 @@ struct BaselineTimes {
 struct BenchResult {
   std::string name;
   std::string title;
-  Percentiles times;                      // of all whole ticks; count 0 if nothing was timed
+  Percentiles times;                      // of all ticks, each timed as a whole; count 0 if nothing was timed
   Percentiles undisturbed;                // of the ticks in which the system did not interrupt the thread
-  std::optional<BaselineTimes> baseline;  // of the same run
+  std::optional<BaselineTimes> baseline;  // measured in the same run
   std::vector<BenchFigure> figures;
   std::vector<BenchTarget> targets;
   std::vector<double> stages_us;  // means, by TickStage; measured in a separate pass
@@ -89,7 +89,7 @@ struct BenchResult {
   double TimesFaster() const { return baseline && times.p50_us > 0 ? baseline->times.p50_us / times.p50_us : 0; }
 };
 
-/// Times ticks, one after the other.
+/// Times ticks one by one.
 class TickTimer {
  public:
   /// Runs `work`, which is one tick, and records its time.
@@ -106,7 +106,7 @@ class TickTimer {
     all_us_.reserve(ticks);
     undisturbed_us_.reserve(ticks);
   }
-  /// Writes the percentiles to `times` and `undisturbed`.
+  /// Writes the percentiles to result.times and result.undisturbed.
   void Finish(BenchResult& result) const {
     result.times = CalcPercentiles(all_us_);
     result.undisturbed = CalcPercentiles(undisturbed_us_);
@@ -117,8 +117,8 @@ class TickTimer {
   std::vector<double> undisturbed_us_;
 };
 
-/// Moves the handle along the cut, with the tool coupled to it stiffly, and times every tick after the warm-up. Repeats
-/// this on a fresh bone until there are enough ticks. Throws Error if two passes differ.
+/// Moves the handle along the cut, with the tool coupled to it, and times every tick after the warm-up. Repeats this on
+/// fresh bones until there are enough ticks. Throws Error if two passes produce different bones.
 BenchResult RunCut(const CutCase& cut, const BenchOptions& options);
 
 }  // namespace kerf

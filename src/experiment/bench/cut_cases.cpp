@@ -17,11 +17,11 @@ namespace {
 
 // ---- poses of tools in the cut's frame B ----------------------------------------------------------------------------
 
-/// A disc with its spindle along y, its centre at p_B.
+/// Returns the pose of a disc with its spindle along y and its centre at p_B.
 Pose HoldDisc(const Vec3& p_B) {
   return {glm::angleAxis(-0.5 * std::numbers::pi, Vec3(1, 0, 0)), p_B};
 }
-/// An upright burr.
+/// Returns the pose of an upright burr.
 Pose HoldBall(const Vec3& p_B) {
   return {Quat(1, 0, 0, 0), p_B};
 }
@@ -43,7 +43,7 @@ CutCase MakeDiscCut(double voxel_mm) {
   cut.warm_up_mm = 14;
   cut.measured_mm = 26;
   cut.baseline = BenchBaseline::kOpenVdb;
-  // Across one wall of the kerf and its floor.
+  // The cube contains parts of one wall of the kerf and of its floor.
   cut.dense_offset_B = {0, 0.1, -10.8};
   cut.dense_edge_mm = 28 * voxel_mm;
   cut.spare_leaves = voxel_mm < 0.08 ? 16384 : 4096;
@@ -54,7 +54,7 @@ CutCase MakeHandCut() {
   CutCase cut = MakeDiscCut(0.1);
   cut.name = "disc-0.1-hand";
   cut.title = "the same with a trembling hand, through a coupling of 4 N/mm";
-  // The tool lags behind the handle, and the thrust lifts it out slightly.
+  // There is no closed form, because the tool lags behind the handle and the thrust lifts it slightly.
   cut.by_hand = true;
   cut.flat_top = false;
   cut.baseline = BenchBaseline::kNone;
@@ -72,7 +72,7 @@ CutCase MakeBuriedCut() {
   block.voxel_mm = 0.1;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
   cut.X_BT_start = HoldDisc({-11.5, 0, -12});
-  cut.flat_top = false;  // its rear rim cuts too, since the disc was placed inside bone
+  cut.flat_top = false;  // the rear of the rim cuts too, since the disc was placed inside the bone
   cut.warm_up_mm = 1;
   cut.measured_mm = 20;
   cut.baseline = BenchBaseline::kNone;
@@ -131,7 +131,7 @@ CutCase MakeMandibleCut(bool whole) {
   cut.title = fmt::format("disc 22 x 0.25 mm up through the body of {}, 5 mm/s, {} mm voxels",
                           whole ? "a whole mandible" : "a mandible cropped to a block", params.voxel_mm);
   cut.tool = DiscSaw{};
-  // x up, y along the body, z outwards.
+  // x points up, y along the body, and z outwards.
   const Vec3 up(0, 0, 1);
   const Vec3 out = glm::normalize(marks.first_molar_out - glm::dot(marks.first_molar_out, up) * up);
   cut.X_WB = {glm::normalize(glm::quat_cast(glm::dmat3(up, glm::cross(out, up), out))), marks.first_molar};

@@ -5,20 +5,22 @@
 
 namespace kerf {
 
-/// The paper's saw 8 mm deep in a block that is rotated relative to the grid, so that disc, feed and faces are all
-/// oblique to the voxels.
+/// Returns a cut with the paper's saw 8 mm deep in a block that is rotated relative to the grid, so that disc, feed and
+/// faces are all oblique to the voxels.
 CutCase MakeDiscCut(double voxel_mm);
-/// The same with 0.1 mm voxels, the coupling of a device and a trembling hand: the flats touch the walls of the kerf.
+/// Returns the same cut with 0.1 mm voxels, the coupling of a device and a trembling hand, which makes the flats touch
+/// the walls of the kerf.
 CutCase MakeHandCut();
-/// The paper's saw, which starts with its whole disc inside the bone: the maximum contact of its rim and flats.
+/// Returns a cut that the paper's saw begins with its whole disc inside the bone, so that as much of the rim and the
+/// flats as possible is in contact.
 CutCase MakeBuriedCut();
-/// The disc with which iMSTK was measured.
+/// Returns a cut with the disc with which iMSTK was measured.
 CutCase MakeThickDiscCut();
-/// The cut used for the other programs: a ball of 3 mm radius, 2 mm deep. `whole`: in their block of 256^3 voxels,
-/// otherwise in a bar cut from it.
+/// Returns the cut with which the other programs were measured: a ball of 3 mm radius, 2 mm deep. If `whole` is true,
+/// it is made in their block of 256^3 voxels, otherwise in a bar of 50 mm x 10 mm x 7 mm.
 CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole);
-/// The saw moves up through the left body of the generic mandible below the first molar. `whole`: with the whole
-/// mandible, otherwise with a block cut from it.
+/// Returns a cut in which the saw moves up through the body of the generic mandible at the first molar. If `whole` is
+/// true, the bone is the whole mandible, otherwise a block cut from it.
 CutCase MakeMandibleCut(bool whole);
 
 }  // namespace kerf

@@ -67,7 +67,8 @@ void DenseBone::Cut(const Tool& tool, const Pose& X_from, const Pose& X_to) {
   Box3 box;
   box.Include(X_from.p_AB);
   box.Include(X_to.p_AB);
-  // Nothing changes beyond the band: phi is never larger than the band.
+  // A voxel further from the tool than the band's half-width does not change, since |phi| never exceeds this
+  // half-width.
   box = box.Grown(reach + band_mm_);
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     Cut(box, [&](const Vec3& p_W) {

@@ -18,10 +18,10 @@ namespace kerf {
 struct DenseDifference {
   double max_phi_mm = 0;     // largest difference of phi at a voxel
   double volume_mm3 = 0;     // difference of the volumes by occupancy, other minus dense
-  std::uint64_t voxels = 0;  // with any difference
+  std::uint64_t voxels = 0;  // number of compared voxels whose phi differs
 };
 
-/// phi in a box, a float for each voxel, z fastest. One thread, no optimisation.
+/// Stores phi in a box as one float for each voxel, with z as the fastest index. Uses one thread and no optimisation.
 class DenseBone {
  public:
   /// Copies the voxels whose centres lie in `box_W`. Throws Error if there are none or more than 2^31.
@@ -30,10 +30,10 @@ class DenseBone {
   double voxel_mm() const { return voxel_mm_; }
   const std::array<int, 3>& lowest() const { return lowest_; }  // index of the first voxel: its centre / voxel_mm
   const std::array<int, 3>& size() const { return size_; }
-  /// phi, mm, by index; the index must be in the box.
+  /// Returns phi, mm, of a voxel; its index must be in the box.
   float at(int x, int y, int z) const { return phi_[Row(x, y) + static_cast<std::size_t>(z - lowest_[2])]; }
 
-  /// phi <- max(phi, -distance) for every voxel in `box_W`. `distance(p_W)` is the signed distance to the removed
+  /// Sets phi to max(phi, -distance) for every voxel in `box_W`. `distance(p_W)` is the signed distance to the removed
   /// shape, mm, negative inside.
   template <typename Distance>
   void Cut(const Box3& box_W, Distance&& distance) {
@@ -61,7 +61,7 @@ class DenseBone {
   /// moves in its own plane; the caller's substeps handle the motion along its spindle, as in Cutter.
   void Cut(const Tool& tool, const Pose& X_from, const Pose& X_to);
 
-  /// Sum of clamp(1/2 - phi/h, 0, 1) h^3 over the box.
+  /// Returns the sum of clamp(1/2 - phi/h, 0, 1) h^3 over the box.
   double CalcOccupancy_mm3() const;
   /// Compares with the same voxels of a bone on the same grid. phi is compared where one of the two is within `near_mm`
   /// of the surface, the volume everywhere.
@@ -82,10 +82,10 @@ class DenseBone {
   std::vector<float> phi_;
 };
 
-/// Distance to the sweep of a ball from `from_W` to `to_W` along a straight line, mm: a capsule.
+/// Returns the distance to the sweep of a ball along a straight line from `from_W` to `to_W`, which is a capsule, mm.
 double CalcBallSweepDistance(const Vec3& p_W, const Vec3& from_W, const Vec3& to_W, double radius_mm);
-/// Distance to the sweep of a disc that moves in its own plane. It starts at the centre of X_from, projected into the
-/// plane of X_to, and ends at X_to.
+/// Returns the distance to the sweep of a disc that moves in its own plane, mm. It starts at the centre of X_from,
+/// projected into the plane of X_to, and ends at X_to.
 double CalcDiscSweepDistance(const Vec3& p_W, const Pose& X_from, const Pose& X_to, double radius_mm,
                              double thickness_mm);
 

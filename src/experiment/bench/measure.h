@@ -18,7 +18,7 @@ std::int64_t ReadClock_ns();
 /// Returns how often the system has interrupted this thread so far.
 long CountInterruptions();
 
-/// Nearest-rank percentiles, microseconds; all 0 if there are no times.
+/// Nearest-rank percentiles of a set of times, us; all 0 if there are no times.
 struct Percentiles {
   std::size_t count = 0;
   double p50_us = 0;
@@ -36,7 +36,7 @@ class StageClock : public TickObserver {
   void Enter(TickStage stage) noexcept override;
   /// Ends the tick; the next tick begins with the next Enter().
   void FinishTick() noexcept;
-  /// Mean over the ticks, by stage, us.
+  /// Returns the mean over the ticks, by stage, us.
   std::array<double, kStages> CalcMeans_us() const;
 
  private:
@@ -52,8 +52,8 @@ const char* NameOfStage(std::size_t stage);
 /// Binds the calling thread to one core for the lifetime of the object.
 class PinnedToCore {
  public:
-  /// `realtime`: requests real-time priority, as the loop does. Throws Error if this program may not use that core, or
-  /// if the system does not permit real-time priority.
+  /// If `realtime` is true, requests real-time priority, as the loop does. Throws Error if this program may not use
+  /// that core, or if the system does not permit real-time priority.
   explicit PinnedToCore(int core, bool realtime = false);
   ~PinnedToCore();
   PinnedToCore(const PinnedToCore&) = delete;
@@ -67,7 +67,7 @@ class PinnedToCore {
 
 struct MachineState {
   std::string cpu;  // model name as reported by the system
-  int cores = 0;    // that this program may use
+  int cores = 0;    // number of cores that this program may use
   double load = 0;  // load average: mean number of programs ready to run in the last minute
 };
 MachineState LookAtMachine();

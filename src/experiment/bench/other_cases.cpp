@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kAbove_mm = 5;
 
-/// Pose of the saw with its nearest point `kAbove_mm` above the plane z = 0, on a circle of 10 mm radius at 40 mm/s.
-/// The saw rotates with the circle.
+/// Returns the pose of the saw on a circle of 10 mm radius, along which it moves at 40 mm/s and with which it rotates.
+/// Its lowest point is `kAbove_mm` above the plane z = 0.
 Pose Hover(const DiscSaw& saw, double tilt, double t_s) {
   const double angle = 4 * t_s;
   const double lowest = saw.radius_mm() * std::sin(tilt) + 0.5 * saw.thickness_mm * std::cos(tilt);

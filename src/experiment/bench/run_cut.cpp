@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kTick_s = 0.001;
 
-/// So stiff that the tool follows the path to within a few hundredths of a millimetre, as in the other programs.
+/// Returns a coupling so stiff that the tool follows the path to within a few hundredths of a millimetre, as tools do
+/// in the other programs.
 CouplingParams MakeStiffCoupling() {
   CouplingParams coupling;
   coupling.stiffness_N_per_mm = 1000;
@@ -27,8 +28,8 @@ CouplingParams MakeStiffCoupling() {
   return coupling;
 }
 
-/// Area of the tool's outline below a plane, perpendicular to the feed, mm^2: the tool's centre is `height_mm` above
-/// the plane.
+/// Returns the area, mm^2, of that part of the tool's cross-section perpendicular to the feed that lies below a plane.
+/// The tool's centre is `height_mm` above the plane.
 double CalcSection(const Tool& tool, double height_mm) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     return disc->thickness_mm * std::clamp(disc->radius_mm() - height_mm, 0.0, 2 * disc->radius_mm());
@@ -38,7 +39,7 @@ double CalcSection(const Tool& tool, double height_mm) {
   return r * r * std::acos(h / r) - h * std::sqrt(r * r - h * h);
 }
 
-/// Coupling as with a large desktop device.
+/// Returns a coupling as for a large desktop device.
 CouplingParams MakeDeviceCoupling() {
   CouplingParams coupling;
   coupling.stiffness_N_per_mm = 4;
@@ -105,7 +106,7 @@ class Pass {
   int tick_ = 0;
 };
 
-/// Results of the first pass for the comparisons.
+/// Results of the first pass, for the comparisons.
 struct Trace {
   std::vector<Pose> X_WT;  // at the start and after each tick
   double swept_mm3 = 0;    // in the measured ticks, by the closed form
@@ -114,7 +115,7 @@ struct Trace {
   double force_N = 0;  // mean
   double substeps = 0;
   int max_iterations = 0;
-  int limited_ticks = 0;  // in which substeps, iterations or leaves were used up, or the force was limited
+  int limited_ticks = 0;  // ticks in which substeps, iterations or leaves were used up, or the force was limited
   std::uint32_t status = 0;
 };
 
@@ -165,7 +166,7 @@ void TimeOpenVdb(const CutCase& cut, const Bone& bone, const Pose& X_WT, const B
   VdbCut vdb(bone);
   const Vec3 step_W = cut.feed_mm_per_s * kTick_s * cut.X_WB.Vector(cut.direction_B);
   std::vector<double> times_us;
-  // The first run is not counted, because its caches are cold.
+  // The first removal is not counted, because the caches are cold.
   for (int i = 0; i <= options.baseline_ticks; ++i) {
     const Pose X{X_WT.R_AB, X_WT.p_AB + static_cast<double>(i) * step_W};
     const std::int64_t start = ReadClock_ns();
@@ -233,7 +234,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   timer.Finish(result);
   if (!same_hash) throw Error(fmt::format("the passes of {} gave different bones; this is a bug in kerf", cut.name));
 
-  // Timing the stages takes time itself, so a separate pass does it.
+  // Timing the stages itself takes time, so it is done in a separate pass.
   {
     show("stages", static_cast<double>(passes) / (passes + 2));
     Pass pass(cut, fresh, options.without_effects);

@@ -26,7 +26,8 @@ BenchTarget AtLeast(const char* what, double limit, const char* unit, double mea
   return {what, unit, limit, measured, true};
 }
 
-/// The limits are for the median (0: no limit) and the 99th percentile, us, and for the ratio to the baseline's time.
+/// Makes the entry of a cut. The limits are those of the median and of the 99th percentile, us, and of the ratio of the
+/// baseline's median to the cut's; 0 means no limit.
 Entry Cut(const CutCase& cut, double p50_us, double p99_us, double times_faster) {
   return {cut.name, [=](const BenchOptions& options) {
             BenchResult r = RunCut(cut, options);
@@ -37,8 +38,8 @@ Entry Cut(const CutCase& cut, double p50_us, double p99_us, double times_faster)
           }};
 }
 
-/// As Cut(). In addition, the volume that the ball removes must equal its sweep to within one layer of voxels along its
-/// outline in the bone.
+/// Does the same as Cut(). In addition, the volume that the ball removes must equal its sweep to within one layer of
+/// voxels along that part of the ball's outline that is in the bone.
 Entry BallCut(double voxel_mm, double feed_mm_per_s, bool whole, double p50_us, double p99_us) {
   const Entry cut = Cut(MakeBallCut(voxel_mm, feed_mm_per_s, whole), p50_us, p99_us, 0);
   return {cut.name, [=](const BenchOptions& options) {
@@ -66,7 +67,8 @@ const std::vector<Entry>& Entries() {
       BallCut(0.1, 10, false, 0, 500),
       BallCut(0.3, 10, false, 0, 0),
       Cut(MakeThickDiscCut(), 0, 300, 0),
-      // Created only when it runs, so that listing the names, as for the help, does not take a tenth of a second.
+      // These cuts are created only when they run, so that merely listing the names, e.g. for the help, does not take a
+      // tenth of a second.
       {"mandible-block", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(false), options); }},
       {"mandible", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(true), options); }},
       {"idle",
@@ -85,7 +87,7 @@ BenchResult* Find(std::vector<BenchResult>& results, const std::string& name) {
   return found == results.end() ? nullptr : &*found;
 }
 
-/// If both ran: the size of the bone must have no effect.
+/// If both mandible cases ran, adds the requirement that the size of the bone has no effect on the time.
 void CompareMandibles(std::vector<BenchResult>& results) {
   const BenchResult* block = Find(results, "mandible-block");
   BenchResult* whole = Find(results, "mandible");
@@ -95,7 +97,7 @@ void CompareMandibles(std::vector<BenchResult>& results) {
       AtMost("ratio of p50 to the p50 of the block, or its inverse", 1.2, "", std::max(ratio, 1 / ratio)));
 }
 
-/// If several ran: the removed volume must not depend on the voxels.
+/// If several of the ball cases ran, adds the requirement that the removed volume does not depend on the voxel size.
 void CompareGrids(std::vector<BenchResult>& results) {
   double least = 1e300;
   double most = 0;

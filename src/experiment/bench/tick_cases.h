@@ -8,14 +8,14 @@
 
 namespace kerf {
 
-/// Names of all cases, in the order in which they run.
+/// Returns the names of all cases, in the order in which they run.
 std::vector<std::string> NamesOfTickCases();
 
 /// Throws Error for a name without a case; the message names the most similar one.
 void CheckTickCases(const std::vector<std::string>& names);
 
 /// Runs the named cases, or all if `names` is empty. Comparisons between cases are computed from those that ran. Throws
-/// Error as above, and if the core does not exist.
+/// Error as CheckTickCases() does, and if the core does not exist.
 std::vector<BenchResult> RunTickCases(const std::vector<std::string>& names, const BenchOptions& options);
 
 }  // namespace kerf

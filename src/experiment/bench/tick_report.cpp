@@ -13,7 +13,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Three digits, no exponent.
+/// Formats with three significant digits, but as a whole number from 100 on, with three decimals below 1, and with two
+/// digits and an exponent below 0.001.
 std::string Show(double value) {
   const double size = std::abs(value);
   if (size >= 100 || value == 0) return fmt::format("{:.0f}", value);
@@ -27,7 +28,7 @@ std::string WithUnit(double value, const std::string& unit) {
   return Show(value) + (unit.empty() ? "" : " " + unit);
 }
 
-/// The errors next to the times.
+/// Formats the errors for the column next to the times.
 std::string ShowErrors(const BenchResult& r) {
   std::vector<std::string> errors;
   if (const BenchFigure* f = r.Find("removed less swept")) {
@@ -44,7 +45,7 @@ bool IsOfTime(const BenchTarget& target) {
   return target.unit == "us";
 }
 
-/// The limits on the tick's time.
+/// Formats the limits on the tick's time.
 std::string ShowTimeLimits(const BenchResult& r) {
   std::vector<std::string> limits;
   for (const BenchTarget& t : r.targets) {
@@ -98,7 +99,7 @@ ordered_json ResultJson(const BenchResult& r) {
   return json;
 }
 
-// Quoted, not remeasured. The machine was a different one, though also a shared AMD EPYC.
+// These figures are quoted, not measured again. They come from a different machine, though also a shared AMD EPYC.
 constexpr const char* kPeers =
     "Peers on the block of 256^3, ball r = 3 mm, 10 mm/s, p50/p99 (measured elsewhere, on 2 shared cores of an AMD "
     "EPYC): CHAI3D 136/279 us, removes 3 % of what it sweeps; AMBF 133/269 us, 32 %; iMSTK 364/591 us, 104 %. At "

@@ -15,11 +15,11 @@ struct TickReport {
   int core = 0;
   bool realtime = false;
   int ticks = 0;             // requested number
-  std::string vector_width;  // instruction set of the removal
+  std::string vector_width;  // instruction set that the removal uses
 };
 
-/// Describes conditions that make the figures doubtful, a sentence each: a busy machine, a tool that did not follow.
-/// Empty if there are none.
+/// Describes conditions that make the figures doubtful, in one sentence each, e.g. a busy machine or a tool that did
+/// not follow the handle. Empty if there are none.
 std::vector<std::string> FindTickWarnings(const TickReport& report);
 
 std::string FormatTickTable(const TickReport& report);     // for a terminal

@@ -7,9 +7,10 @@
 
 namespace kerf {
 
-/// Rounds to six digits, which is more than any measurement is accurate to; null if the value is not finite.
+/// Rounds to six significant digits, which exceeds the accuracy of any measurement. Returns null if the value is not
+/// finite.
 nlohmann::ordered_json RoundedJson(double value);
-/// Number of ticks, and the percentiles in us.
+/// Returns the number of ticks, and the percentiles in us.
 nlohmann::ordered_json TimesJson(const Percentiles& times);
 
 }  // namespace kerf

@@ -21,7 +21,7 @@ constexpr double kApart_mm = 1.4;
 constexpr double kUndoTick_s = 0.001;
 constexpr int kRead = 16;  // ticks between two reads of the journal
 
-/// The k-th cut of a mandible; the cuts are next to each other through its left body.
+/// Returns the k-th cut through the mandible; the cuts lie side by side in its body.
 CutCase MakeCut(int k) {
   CutCase cut = MakeMandibleCut(true);
   cut.X_BT_start.p_AB.y += kApart_mm * (k - 0.5 * (kCuts - 1));
@@ -63,7 +63,7 @@ double Largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
 }
 
-/// Times of one direction, for each round.
+/// Times of undo or of redo: one entry per repetition, and in `tick_us` one per tick.
 struct Rounds {
   std::vector<double> prepare_ms, tick_us, all_ms;
   int ticks = 0;
@@ -150,7 +150,7 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
     }
     for (int tick = 1; tick <= CountTicks(cut); ++tick) {
       const CoupledInput in = Handle(cut, tick);
-      // Alternates, so that each comes first equally often.
+      // The order alternates, so that each simulation goes first equally often.
       for (const bool one : {tick % 2 == 0, tick % 2 != 0}) {
         const std::int64_t start_ns = ReadClock_ns();
         const CoupledOutput out = (one ? simulation : without).Tick(in);

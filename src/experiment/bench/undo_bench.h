@@ -11,7 +11,7 @@
 namespace kerf {
 
 struct UndoBenchOptions {
-  int rounds = 10;  // undo and redo pairs after each number of cuts, 1 to 1000
+  int rounds = 10;  // number of times that all cuts are undone and redone after each number of cuts, 1 to 1000
   int core = 0;
   bool realtime = false;
   double voxel_mm = 0.1;               // of the mandible, 0.1 to 1
@@ -31,22 +31,22 @@ struct UndoTimes {
 struct UndoResult {
   int cuts = 0;
   std::size_t leaves = 0;
-  double kept_MB = 0;  // compressed, by the journal
+  double kept_MB = 0;  // kept by the journal, compressed
   double raw_MB = 0;   // uncompressed size, 2 kB per leaf
   UndoTimes undo, redo;
-  std::uint64_t before = 0, cut = 0, undone = 0, redone = 0;  // hashes of the bone
+  std::uint64_t before = 0, cut = 0, undone = 0, redone = 0;  // hashes of the bone in these states
 };
 
 struct UndoReport {
   std::vector<UndoResult> results;
   Percentiles with_history, without;  // ticks of the same cut, measured alternately
-  double history_MB = 0;              // size of its ring and table
+  double history_MB = 0;              // size of the history's ring and table
   MachineState machine;
   UndoBenchOptions options;
 };
 
-/// Cuts through the body of the default mandible with a disc, 1, 5 and 20 times. Throws Error if a value is out of
-/// range, or if the bone is not restored bit for bit.
+/// Measures undo and redo after 1, 5 and 20 cuts with a disc through the body of the default mandible. Throws Error if
+/// a value is out of range, or if the bone is not restored bit for bit.
 UndoReport RunUndoBench(const UndoBenchOptions& options);
 
 std::string FormatUndoTable(const UndoReport& report);     // for a terminal

@@ -19,7 +19,7 @@ using Leaf = FloatGrid::TreeType::LeafNodeType;
 
 constexpr int kVdbLeafEdge = 8;
 
-/// Distance to the tool at its pose, in single precision; p in the tool frame.
+/// Calculates the distance to the tool in single precision; p is in the tool frame.
 struct ToolDistance {
   explicit ToolDistance(const Tool& tool) : radius(static_cast<float>(CalcReach(tool))) {
     if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
@@ -46,7 +46,7 @@ FloatGrid::Ptr MakeToolGrid(const Tool& tool, const Pose& X_WT, double voxel_mm)
   const double leaf_mm = kVdbLeafEdge * voxel_mm;
   const double reach = CalcReach(tool) + static_cast<double>(band);
   const ToolDistance distance(tool);
-  // From the centre of a leaf's voxels to its furthest voxel.
+  // Distance from the centre of a leaf's voxels to its furthest voxel.
   const auto half_diagonal = static_cast<float>(0.5 * std::sqrt(3.0) * (kVdbLeafEdge - 1) * voxel_mm);
   // A step along the grid's axes, and the vector from a leaf's lowest voxel to its centre, in the tool frame.
   const glm::vec3 dx(voxel_mm * X_WT.InverseVector({1, 0, 0}));

@@ -1,5 +1,5 @@
-// Cutting as one would implement it with OpenVDB alone: a new level set of the tool in every tick, and the library's
-// difference.
+// Cutting as one would implement it with OpenVDB alone: each tick creates a new level set of the tool, which the
+// library's difference operation removes from the bone.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace kerf {
 /// A bone that is cut with OpenVDB, in one thread.
 class VdbCut {
  public:
-  /// Works on a copy.
+  /// The object works on its own copy of the bone.
   explicit VdbCut(Bone bone);
   ~VdbCut();
 

@@ -21,7 +21,7 @@ constexpr std::array<Rgb8, 6> kBandColours{
     {{252, 232, 205}, {219, 234, 245}, {222, 240, 226}, {240, 226, 238}, {250, 244, 205}, {228, 228, 228}}};
 /// Bands shorter than this fraction of the axis are merged with the previous band.
 constexpr double kShortestBandFraction = 0.012;
-/// A logarithmic axis is used if the ratio of the forces is larger.
+/// If the ratio of the forces exceeds this, the axis is logarithmic.
 constexpr double kLinearRatio = 10;
 
 Rgb8 ColourOf(const Comparison& c, std::size_t k) {
@@ -30,7 +30,7 @@ Rgb8 ColourOf(const Comparison& c, std::size_t k) {
   return k == 0 ? kColours[0] : kColours[1 + (k - 1) % 2 * 3];
 }
 
-/// Depth ranges, each in one region, with the region's number and, if there is room, its name.
+/// Returns the depth ranges, each in one region, labelled with the region's number and, if there is room, its name.
 std::vector<PlotBand> MakeBands(const Comparison& c) {
   std::vector<PlotBand> bands;
   std::map<int, std::size_t> order;
@@ -110,7 +110,7 @@ PlotSpec MakeForceDepthPlot(const Comparison& c) {
     plot.y.lower = std::pow(10, std::floor(std::log10(lowest_N / 5)));
     double peak_N = 0;
     for (const CaseResult& result : c.cases) peak_N = std::max(peak_N, result.peak_N);
-    // Room for the regions' names above the curves.
+    // This leaves room for the regions' names above the curves.
     plot.y.upper = *plot.y.lower * std::pow(peak_N / *plot.y.lower, 1.18);
     plot.caption += "; logarithmic";
   } else {
@@ -170,7 +170,7 @@ PlotSpec MakeCostPlot(const Comparison& c) {
   plot.series.push_back(std::move(deadline));
   plot.notes.push_back({1e6 / c.rate_hz, 1.12 * max_N, fmt::format(" {:g} Hz", c.rate_hz), Rgb8{170, 60, 60}});
   // Labels of cases that are close to each other are stacked.
-  std::vector<std::pair<bool, double>> taken_N;  // right half or left, height
+  std::vector<std::pair<bool, double>> taken_N;  // whether a label is in the right half, and its height
   for (std::size_t k = 0; k < c.cases.size(); ++k) {
     const CaseResult& result = c.cases[k];
     PlotSeries line;

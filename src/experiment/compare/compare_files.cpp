@@ -20,7 +20,7 @@ using nlohmann::ordered_json;
 constexpr const char* kFiles[] = {"report.md", "force_depth.png", "difference.png",
                                   "cost.png",  "compare.csv",     "compare.json"};
 
-/// Seven digits: enough for the accuracy of the numbers, without rounding noise.
+/// Rounds to seven significant digits, which is enough for the accuracy of the numbers and hides rounding noise.
 ordered_json Number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return std::stod(fmt::format("{:.7g}", value));

@@ -1,4 +1,4 @@
-// The report of a comparison, Markdown.
+// The report of a comparison, in Markdown.
 #include <fmt/format.h>
 
 #include <iterator>

@@ -23,7 +23,7 @@ namespace {
 
 constexpr Range kStepRange_mm{0.005, 5};
 constexpr int kMaxRepetitions = 100;
-/// With more bins than this, a curve is finer than any tick.
+/// With more bins than this, the depth steps would be smaller than the motion in any tick.
 constexpr double kMaxBins = 200'000;
 constexpr int kFewestBins = 2;
 
@@ -62,7 +62,7 @@ void CheckScene(const Scene& scene) {
     const double length_mm = glm::length(way);
     std::string hint;
     if (length_mm > 0) {
-      const Vec3 d = way / length_mm + Vec3(0.0);  // -0 as 0
+      const Vec3 d = way / length_mm + Vec3(0.0);  // the sum turns -0 into 0
       hint = fmt::format(" = [{:.4g}, {:.4g}, {:.4g}], the direction of its first stroke, or another", d.x, d.y, d.z);
     }
     throw Error(
@@ -99,7 +99,7 @@ void SetMaterial(Comparison& c, Scene scene, const MaterialSummary& material) {
   }
 }
 
-/// Adds quotes if a shell would split the text into words.
+/// Adds quotes if a shell could split the word or interpret characters in it.
 std::string Quote(const std::string& word) {
   const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-,+") ==
                      std::string::npos;
@@ -135,14 +135,15 @@ void FindRegions(Comparison& c, const MaterialTable& materials) {
       c.beyond_bins.push_back(i);
       continue;
     }
-    // A bin in which the slice ends is part cutting, part free travel, and belongs to neither.
+    // In the bin in which the slice ends, the tool partly cuts and partly moves freely, so this bin belongs to neither
+    // list.
     if (to_end_mm < 0.5 * c.grid.step_mm - rounding_mm) continue;
     c.slice_bins.push_back(i);
     c.region_of_bin[i] = layer->region;
     CompareRegion& region = RegionOf(c.regions, layer->region);
     if (region.bins.empty()) region.top_mm = depth_mm - 0.5 * c.grid.step_mm;
     region.bottom_mm = depth_mm + 0.5 * c.grid.step_mm;
-    region.E_MPa += layer->E_MPa;  // divided by the number of bins below
+    region.E_MPa += layer->E_MPa;  // a sum; divided by the number of bins further below
     region.bins.push_back(i);
   }
   if (c.slice_bins.empty()) {
@@ -209,7 +210,7 @@ void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& mater
                      DescribeBlades(as.force), FindCaveat(as.force.info()).good_for)});
   }
   as.simulation.mode = SceneMode::kSlab;
-  as.force = ForceLaw();  // the laws of voxel mode do not apply to a slab; this avoids showing one
+  as.force = ForceLaw();  // the laws of voxel mode do not apply to a slab, so no warning should mention one
   add(FindWarnings(as, c.voxel_mm));
   add({"slab: " + DescribeSlabLaw(scene)});
   add(material.warnings);
@@ -347,7 +348,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   c.repetitions = params.repetitions;
   c.cases.resize(cases.size());
 
-  // The repetitions of all cases alternate, so that a temporarily slow machine slows all of them.
+  // The repetitions of the cases alternate, so that a temporarily slow machine affects all cases.
   std::vector<std::vector<DepthSample>> samples(cases.size());
   const double runs = static_cast<double>(cases.size()) * params.repetitions;
   for (int repetition = 0; repetition < params.repetitions; ++repetition) {

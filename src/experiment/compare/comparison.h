@@ -26,20 +26,20 @@ struct CompareCase {
   PaperReading reading = PaperReading::kAsComputed;  // slab only
 };
 
-/// Result of one case.
+/// The result of one case.
 struct CaseResult {
   CompareCase what;
   DepthCurve curve;
   std::size_t ticks = 0;
   std::size_t ticks_on_curve = 0;  // ticks in which the tool went deeper than before; the others are not compared
-  double peak_N = 0;               // largest bin within the slice
+  double peak_N = 0;               // maximum over the bins of the slice
   double peak_depth_mm = 0;
   double work_mJ = 0;                      // done by the hand over the whole path
   double removed_mm3 = 0;                  // voxel only
   std::uint64_t force_hash = 0;            // of the exact forces of all ticks; equal in all repetitions
   std::optional<std::uint64_t> bone_hash;  // voxel only: of the bone after the cut
   std::uint64_t memory_bytes = 0;          // data that the ticks work on: bone grids, or slab profile, law and state
-  TickTimes times;                         // of the repetition with the lowest p99: a busy machine only adds time
+  TickTimes times;                         // of the repetition with the lowest p99; other load can only add time
   std::vector<double> p50_us;              // of each repetition
   std::vector<double> p99_us;
   Difference slice;                 // from the reference, over the slice
@@ -47,7 +47,7 @@ struct CaseResult {
   Difference beyond;                // beyond the end of the slice
 };
 
-/// Depths with the same material.
+/// The depths that have the same material.
 struct CompareRegion {
   int id = 0;
   std::string name;
@@ -97,12 +97,13 @@ struct CompareParams {
 /// Throws Error for an unknown law or a number out of range.
 void CheckCompareParams(const CompareParams& params);
 
-/// Receives the current stage (for a progress bar) and the fraction done, 0..1.
+/// Receives the current stage (for a progress bar) and the fraction that is done, 0..1.
 using CompareProgress = std::function<void(const std::string& stage, double fraction)>;
 
 /// Returns the force on a tooth in slab mode as a law for voxel mode.
 ForceLaw MakeSlabLaw(const SlabParams& slab);
-/// Returns the voxel case with that law, to which slab cases are compared at equal law; null if there is none.
+/// Returns the voxel case that uses MakeSlabLaw(), with which slab cases are compared so that only the mode differs;
+/// null if there is none.
 const CaseResult* FindEqualLaw(const Comparison& comparison);
 
 /// Returns the cases for a scene: voxel mode with its own law (the reference), with the requested laws and with the
@@ -110,9 +111,10 @@ const CaseResult* FindEqualLaw(const Comparison& comparison);
 std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector<std::string>& laws,
                                           const SlabParams& slab = {});
 
-/// Runs every case `repetitions` times, alternately. Throws Error if the scene has no [slab], its path does not enter
-/// the bone along the cut direction, CheckCompareParams() fails, or the forces of a case differ between repetitions.
-/// The command in the report contains `scene_file` without its folder; if empty, the scene's name with .toml.
+/// Runs every case `repetitions` times; the repetitions of the cases alternate. Throws Error if the scene has no
+/// [slab], its path does not enter the bone along the cut direction, CheckCompareParams() fails, or the forces of a
+/// case differ between repetitions. The command in the report contains `scene_file` without its folder or, if it is
+/// empty, the scene's name with .toml.
 Comparison CompareScene(const Scene& scene, const CompareParams& params, const CompareProgress& progress,
                         const std::string& scene_file = "");
 

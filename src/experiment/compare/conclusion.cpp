@@ -13,26 +13,26 @@ namespace {
 constexpr double kAgree = 0.02;
 /// A spring whose force falls below this fraction counts as released.
 constexpr double kLetGo = 0.01;
-/// A force beyond the slice's end that is below this fraction of the reference's peak is not mentioned.
+/// A force beyond the slice's end is not mentioned if it is below this fraction of the reference's peak.
 constexpr double kStillCutting = 0.01;
-/// Slab mode can replace the reference if it is within this fraction of the reference's peak.
+/// Slab mode can replace the reference if it differs from it by at most this fraction of the reference's peak.
 constexpr double kStandsIn = 0.1;
 /// A tooth's force counts as independent of the number of teeth if it changes by less than this factor.
 constexpr double kSameToothForce = 1.5;
-/// Times within this fraction are reported as equal.
+/// Times and sizes that differ by less than this fraction are reported as equal.
 constexpr double kAlike = 0.1;
 
 bool Alike(double value, double other) {
   return std::abs(value - other) <= kAlike * other;
 }
 
-/// "3.20 times the force of", "31.0 % of the force of".
+/// Formats a ratio of forces: "3.20 times the force of" or "31.0 % of the force of".
 std::string OfTheForce(double ratio, const char* what = "force") {
   return ratio >= 1 ? fmt::format("{} times the {} of", ShowFigure(ratio), what)
                     : fmt::format("{} % of the {} of", ShowFigure(100 * ratio), what);
 }
 
-/// "1/1440", or "80.0 %" for a large fraction.
+/// Formats a fraction as "1/1440" or, if it is at least a tenth, as "80.0 %".
 std::string ShowFraction(double fraction) {
   return fraction < 0.1 ? fmt::format("1/{}", ShowFigure(1 / fraction))
                         : fmt::format("{} %", ShowFigure(100 * fraction));
@@ -47,7 +47,7 @@ std::string Join(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Rounded as in compare.csv, so that statements about equality hold there too.
+/// Rounds a force as in compare.csv, so that statements about equality hold there too.
 double AsInTable(double force_N) {
   return std::stod(fmt::format("{:.6g}", force_N));
 }
@@ -68,7 +68,7 @@ std::string DescribeSides(const CaseResult& result, const Comparison& c) {
   std::size_t equal = 0;
   std::size_t equal_since = 0;  // first equal bin since the last change of sides
   int last_side = 0;
-  double since_mm = 0;  // depth from which the last side holds
+  double since_mm = 0;  // depth from which the case has been on the last side
   for (const std::size_t i : c.slice_bins) {
     if (!std::isfinite(force[i]) || !std::isfinite(reference[i])) continue;
     const double difference = AsInTable(force[i]) - AsInTable(reference[i]);
@@ -97,7 +97,7 @@ std::string DescribeSides(const CaseResult& result, const Comparison& c) {
   return text;
 }
 
-/// Describes where the two differ most, and how many teeth each has engaged there.
+/// Describes where the case and the reference differ most, and how many teeth each has engaged there.
 std::string DescribePeak(const CaseResult& result, const Comparison& c) {
   const auto bin = static_cast<std::size_t>(result.slice.peak_depth_mm / c.grid.step_mm);
   const auto at = [&](const CaseResult& r) {
@@ -156,7 +156,7 @@ std::string DescribeForce(const CaseResult& result, const Comparison& c) {
   return teeth.empty() ? text : text + " " + teeth + ".";
 }
 
-/// RMS over several regions: root of the mean square, each weighted by its bins.
+/// Returns the RMS over several regions, each of which is weighted by its number of bins.
 double CalcRms(const std::vector<Difference>& parts) {
   double squares = 0;
   double bins = 0;
@@ -213,8 +213,8 @@ std::string DescribeRegions(const CaseResult& result, const Comparison& c) {
   return text + ".";
 }
 
-/// Describes a force beyond the slice's end: with a slab it comes from the spring of the hand, with a disc from the
-/// bone next to its rim. Empty if there is none.
+/// Describes the force beyond the slice's end: in slab mode it comes from the spring of the hand, in voxel mode from
+/// the bone next to the disc's rim. Empty if there is none.
 std::string DescribeBeyond(const CaseResult& result, const Comparison& c) {
   const double mean_N = result.beyond.mean_N;
   if (!result.what.slab) {
@@ -277,8 +277,8 @@ std::string DescribeNearest(const Comparison& c) {
       ShowFigure(Percent(c.rms_between_N[first][second], peak_N)), ShowFigure(peak_N));
 }
 
-/// For a slab that differs from the reference: separates the effect of the tooth law from that of the slab. `equal`:
-/// the voxel case with the slab's law.
+/// If a slab case differs from the reference, states how much of this is due to the tooth law and how much to the slab.
+/// `equal` is the voxel case with the slab's law.
 std::string DescribeCause(const CaseResult& slab, const CaseResult& equal, const Comparison& c) {
   const CaseResult& reference = c.reference();
   const double by_law = equal.slice.mean_N / reference.slice.mean_N;
@@ -298,7 +298,8 @@ std::string DescribeCause(const CaseResult& slab, const CaseResult& equal, const
              : fmt::format(" The cause is the slab more than the tooth law: {}; {}.", slab_fraction, law_fraction);
 }
 
-/// States whether a slab can replace the reference. Uses the slab that is nearest at equal law.
+/// States whether a slab can replace the reference. Considers the slab case that is nearest to the voxel case with the
+/// same law.
 std::string DescribeSubstitute(const Comparison& c) {
   const CaseResult& reference = c.reference();
   const CaseResult* equal = FindEqualLaw(c);

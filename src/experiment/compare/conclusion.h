@@ -8,10 +8,10 @@
 
 namespace kerf {
 
-/// One statement in each string, Markdown.
+/// Each string is one statement in Markdown.
 struct Conclusion {
   std::vector<std::string> force;    // first the overall one: whether slab mode can replace voxel mode
-  std::vector<std::string> regions;  // first how the layers are named
+  std::vector<std::string> regions;  // first what the layers' names mean
   std::vector<std::string> beyond;   // the sources of the forces beyond the slice's end
   std::vector<std::string> cost;
 };
@@ -22,11 +22,12 @@ Conclusion WriteConclusion(const Comparison& comparison);
 
 /// Returns 100 part / whole; 0 if `whole` is not positive.
 double Percent(double part, double whole);
-/// "350 us", "0.42 us", "1.2 ms": three digits.
+/// Formats a time as ShowFigure() does, in ms from 10 ms on: "350 us", "0.420 us", "12.0 ms".
 std::string ShowTime(double us);
-/// "13.1 MB", "2.4 kB", "96 bytes": three digits.
+/// Formats a size in memory: "13.1 MB", "2.40 kB", "96 bytes".
 std::string ShowMemory(double bytes);
-/// Three digits, never with an exponent.
+/// Formats with three significant digits, but as a whole number from 100 on and with at most six decimals; never with
+/// an exponent.
 std::string ShowFigure(double value);
 
 }  // namespace kerf

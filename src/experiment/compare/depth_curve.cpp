@@ -5,7 +5,7 @@
 namespace kerf {
 namespace {
 
-/// Smaller differences are rounding in a path that returns to an earlier depth, mm.
+/// Smaller differences of depth, mm, are due to rounding in a path that returns to an earlier depth.
 constexpr double kSameDepth_mm = 1e-9;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 

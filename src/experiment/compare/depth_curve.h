@@ -6,13 +6,13 @@
 
 namespace kerf {
 
-/// A tick, projected on the cut direction.
+/// A tick, projected onto the cut direction.
 struct DepthSample {
   double depth_mm = 0;     // of the leading rim below the first bone, in the middle of the tick
   double force_N = 0;      // component of the force on the tool against the cut direction
   double magnitude_N = 0;  // of the whole force on the tool
   double thrust_N = 0;     // sum of the tooth forces
-  double teeth = 0;        // engaged
+  double teeth = 0;        // number of engaged teeth
 };
 
 /// Bins of equal width, starting at depth 0.
@@ -32,7 +32,8 @@ struct DepthCurve {
   std::size_t reach = 0;         // number of bins up to and including the last one with a tick
 };
 
-/// Returns the samples in which the tool is deeper than ever before: bone that is already cut exerts no force.
+/// Returns the samples in which the tool is deeper than ever before; the others are left out because bone that has
+/// already been cut exerts no force.
 std::vector<DepthSample> TakeAdvance(const std::vector<DepthSample>& samples);
 
 /// Computes the mean of the samples in each bin. A bin without samples that lies between bins with samples is

@@ -16,8 +16,8 @@ struct Difference {
   double peak_depth_mm = 0;  // depth of that bin
 };
 
-/// Compares two curves on the same grid over the bins `bins` (indices, ascending). Bins where either curve is NaN are
-/// left out.
+/// Compares two curves on the same grid over the bins whose indices `bins` lists in ascending order. Bins where either
+/// curve is NaN are left out.
 Difference CalcDifference(const std::vector<double>& curve_N, const std::vector<double>& reference_N,
                           const std::vector<std::size_t>& bins, double step_mm);
 

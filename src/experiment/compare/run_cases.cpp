@@ -15,12 +15,12 @@ namespace {
 
 constexpr double kNoForce_N = 1e-12;
 
-/// Depends on the order of the ticks: the same forces in another order have another hash.
+/// The hash depends on the order of the ticks: the same forces in another order have another hash.
 std::uint64_t HashForces(const std::vector<TickRecord>& ticks) {
   std::uint64_t hash = 0;
   for (const TickRecord& t : ticks) {
     for (const double value : {t.out.f_T_W_N.x, t.out.f_T_W_N.y, t.out.f_T_W_N.z, t.out.thrust_sum_N}) {
-      hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(value + 0.0));  // -0 as 0
+      hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(value + 0.0));  // + 0.0 turns -0 into 0
     }
   }
   return hash;
@@ -33,7 +33,7 @@ DepthSample MakeSample(double depth_mm, const TickOutput& out, const Vec3& direc
           out.engaged_teeth};
 }
 
-/// Distance from the origin to the disc's leading rim along the direction.
+/// Returns the distance along the direction from the origin to the leading point of the disc's rim.
 double CalcReach(const Pose& X_WT, double radius_mm, const Vec3& direction_W) {
   const double along_normal = glm::dot(X_WT.Vector({0, 0, 1}), direction_W);
   return glm::dot(X_WT.p_AB, direction_W) + radius_mm * std::sqrt(std::max(0.0, 1 - along_normal * along_normal));

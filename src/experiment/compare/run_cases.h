@@ -23,8 +23,8 @@ struct CaseRun {
   std::uint64_t memory_bytes = 0;
 };
 
-/// `profile` provides the depths and, for the slab case, its layers. `progress` receives 0..1; may be empty. Throws
-/// Error if the case cannot run.
+/// Runs a case once. `profile` provides the depths and, for a slab case, the layers. `progress` receives 0..1 and may
+/// be empty. Throws Error if the case cannot run.
 CaseRun RunCase(const CompareCase& what, const Scene& scene, const Bone& bone, const SlabProfile& profile,
                 const std::function<void(double)>& progress);
 

@@ -26,7 +26,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kUncounted = 10;  // initial rounds that are not counted: a driver may reject the first samples
+constexpr int kUncounted = 10;  // initial rounds that are not counted, because a driver may reject the first samples
 
 using Clock = std::chrono::steady_clock;
 
@@ -46,7 +46,7 @@ void Mix(std::uint64_t& hash, const DriverSample& sample) {
   Mix(hash, sample.buttons | std::uint64_t{sample.homed} << 32);
 }
 
-/// Exchanges until all rounds are done, `before_round` has returned false, or the device is disconnected.
+/// Exchanges data until all rounds are done, `before_round` returns false, or the device is disconnected.
 void Measure(DeviceDriver& driver, const ExchangeBenchOptions& options,
              const std::function<bool(int round, DriverCommand& command)>& before_round, ExchangeTimes& times) {
   std::vector<double> took_us;
@@ -95,7 +95,7 @@ bool GoOn(const ExchangeBenchOptions& options, const std::string& now, int round
   return options.stop == nullptr || !*options.stop;
 }
 
-/// A rotating force of a tenth of the peak, so that the whole protocol is exercised.
+/// Returns a rotating force of about a tenth of the peak, so that the whole protocol is exercised.
 Vec3 CalcTestForce(const DeviceDriver& driver, int round) {
   if (!driver.traits().makes_force) return Vec3{0};
   const double angle = 2 * std::numbers::pi * round / 1000;

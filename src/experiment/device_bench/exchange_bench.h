@@ -17,7 +17,7 @@ struct ExchangeBenchOptions {
   double rate_hz = 1000;  // rate at which a connected device is polled; 0: as fast as it answers; at most 10,000
   bool realtime = false;  // SCHED_FIFO, as in the loop
   std::function<void(const std::string& now, double fraction)> progress;  // may be empty
-  const std::atomic<bool>* stop = nullptr;                                // ends it early
+  const std::atomic<bool>* stop = nullptr;                                // ends it early if true; may be null
 };
 
 struct ExchangeTimes {
@@ -40,11 +40,11 @@ struct ExchangeTimes {
 /// Measures models of all kinds of USB devices, each held by a hand that moves in circles. Model time advances by 1 ms
 /// per round. Throws Error if an option is out of range.
 std::vector<ExchangeTimes> BenchModels(const ExchangeBenchOptions& options);
-/// Opens and starts the device without commanding a force. If that fails, `failure` of the result holds the reason.
+/// Opens and starts the device without commanding a force. If that fails, `failure` in the result gives the reason.
 ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOptions& driver_options,
                           const ExchangeBenchOptions& options);
 
-/// One table for both kinds of results, as text for the terminal, Markdown and JSON.
+/// These format both kinds of results as one table: text for a terminal, Markdown, and JSON.
 std::string FormatExchangeTable(const std::vector<ExchangeTimes>& results);
 std::string FormatExchangeMarkdown(const std::vector<ExchangeTimes>& results);
 std::string FormatExchangeJson(const std::vector<ExchangeTimes>& results);

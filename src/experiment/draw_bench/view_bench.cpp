@@ -42,7 +42,7 @@ void Check(const ViewBenchOptions& o) {
   if (!(o.cut_mm >= 1 && o.cut_mm <= 40)) throw Error("the cut must be 1 to 40 mm long");
 }
 
-// Panels as full as they can be in a session.
+// Returns panels that are as full as they can be in a session.
 HudState MakeHud(const std::vector<PlotPoint>& force, const Pose& X_WT) {
   HudState hud;
   hud.force = force;

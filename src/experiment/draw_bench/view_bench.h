@@ -24,7 +24,7 @@ struct ViewBenchOptions {
 /// Times of one view.
 struct ViewFrames {
   std::string view;
-  Percentiles times;  // of frames, until the driver has completed them
+  Percentiles times;  // of whole frames, until the driver has completed them
   double p95_us = 0;
   std::size_t triangles = 0;
   std::size_t chunks = 0;
@@ -46,19 +46,19 @@ struct ViewReport {
   Percentiles remesh;
   Percentiles upload;
   Percentiles both;
-  Percentiles undisturbed;  // of both, if the system did not interrupt the thread
+  Percentiles undisturbed;  // as `both`, without the times in which the system interrupted the thread
   std::size_t cut_leaves = 0;
   std::vector<ViewFrames> frames;
   std::size_t chunks = 0;
-  double surface_MB = 0;  // on the graphics card, all steps
+  double surface_MB = 0;  // on the graphics card, for all steps
   double uncut_MB = 0;    // copies of the original leaves, kept to detect cuts
   std::uint64_t bone_hash = 0;
 
   double first_picture_ms() const { return bone_ms + window_ms + meshing_ms + upload_ms + first_frame_ms; }
 };
 
-/// Cuts through the body of the default mandible with a disc and draws it without a display. Throws Error if a value is
-/// out of range or drawing is not possible.
+/// Cuts through the body of the default mandible with a disc and draws the bone without a display. Throws Error if a
+/// value is out of range or drawing is not possible.
 ViewReport RunViewBench(const ViewBenchOptions& options);
 
 std::string FormatViewTable(const ViewReport& report);

@@ -26,14 +26,14 @@
 namespace kerf {
 namespace {
 
-constexpr double kFollowed_s = 6;    // length of the cut that is followed, from the first contact
-constexpr double kPatience_s = 120;  // time limit for finding it
+constexpr double kFollowed_s = 6;    // maximum duration of the cut that is followed, from the first contact
+constexpr double kPatience_s = 120;  // simulated time after which the search for the first contact is given up
 constexpr std::size_t kBlock = 100;  // ticks of one side before switching to the other
-constexpr std::size_t kLift = 8;     // ratio of the speeds out of the cut and into it
+constexpr std::size_t kLift = 8;     // how many times faster the tool leaves the cut than it entered it
 constexpr std::size_t kRefill = 1024;
 constexpr double kHover_mm = 5;
 constexpr double kSwing_mm = 2;
-constexpr double kSwing_Hz = 3;  // 38 mm/s
+constexpr double kSwing_Hz = 3;  // peak speed 38 mm/s
 constexpr double kSwing_s = 1;
 
 struct Step {
@@ -52,13 +52,13 @@ struct Way {
   double dt_s = 0.001;
   double rpm = 0;
   std::vector<Step> steps;
-  std::vector<Step> hover;  // from the start up into the air and back
-  std::size_t begin = 0;    // range of the measured steps
+  std::vector<Step> hover;  // from the start further into the air and back
+  std::size_t begin = 0;    // first measured step; `end` is one past the last
   std::size_t end = 0;
   double mean_teeth = 0;
 };
 
-/// Times of ticks that are repeated in several passes.
+/// Times of ticks, each of which is repeated in several passes.
 class RepeatedTimes {
  public:
   explicit RepeatedTimes(std::size_t ticks) : best_us_(ticks, 1e300) { all_us_.reserve(ticks); }
@@ -101,7 +101,7 @@ class Subject {
     }
   }
 
-  /// The part that is timed.
+  /// Runs a tick, which is the part that is timed.
   void Tick(const Step& step) {
     if (held_) {
       out_ = held_->Tick({step.X_W, step.v_W_mm_per_s, step.w_W_rad_per_s, way_.dt_s, way_.rpm});
@@ -156,7 +156,8 @@ void CheckStop(const EffectCostOptions& options) {
   if (options.stop != nullptr && options.stop->load()) throw Error("ended before the costs were measured");
 }
 
-/// Follows the cut with the scene's own effects, as `kerf loop` or `kerf run` does, until it is long enough.
+/// Follows the cut with the scene's own effects, as `kerf loop` or `kerf run` does, until the followed part is long
+/// enough.
 class Scout {
  public:
   Scout(Way& way, const EffectCostOptions& options) : way_(way), options_(options) {}
@@ -208,7 +209,7 @@ class Scout {
   }
   void FollowPath(const Scene& scene, Subject& subject) {
     const Path path = MakePath(scene);
-    // To the end of the first stroke, including the segments that continue from it.
+    // Goes to the end of the first stroke, including the segments that continue it without a retract.
     for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
       const PathSegment& stretch = path.segments()[segment];
       if (segment > 0 && stretch.retract_before) return;
@@ -243,7 +244,7 @@ class Scout {
     way_.begin = way_.end - count;
     way_.mean_teeth = most / static_cast<double>(count);
     way_.steps.resize(way_.end);
-    // The tool comes to rest beyond the start, where it had no contact.
+    // The tool swings in the air beyond the start, where it has had no contact.
     const Vec3 back = way_.X_WT_start.p_AB - way_.steps[(way_.begin + way_.end) / 2].X_W.p_AB;
     const Vec3 away = glm::length(back) > 1e-6 ? glm::normalize(back) : Vec3(0, 0, 1);
     const auto ticks = static_cast<std::size_t>(std::lround(kSwing_s / way_.dt_s));
@@ -342,11 +343,11 @@ class Pair {
   };
   using Subjects = std::array<std::unique_ptr<Subject>, 2>;
 
-  // Parts of the hover: the ways out and back are not timed.
+  // Numbers of ticks of the hover: the ways out and back (CountEdge) are not timed; the part in between (CountAir) is.
   static std::size_t CountEdge(const Way& way) { return way.hover.size() / 6; }
   static std::size_t CountAir(const Way& way) { return way.hover.size() - 2 * CountEdge(way); }
 
-  /// Alternates between blocks of the two sides; the side that begins alternates too.
+  /// Runs the two sides alternately in blocks of ticks; the side that goes first alternates too.
   template <typename Work>
   void InTurn(std::size_t begin, std::size_t end, const EffectCostOptions& options, Work&& work) {
     std::size_t first = 0;
@@ -413,7 +414,7 @@ struct Asked {
   std::vector<EffectLeftOut> left_out;
 };
 
-/// Returns the effects that it needs, and those that they need, in the order of `choices`.
+/// Returns the effects that an effect needs, directly or indirectly, in the order of `choices`.
 EffectChoices TakeNeeded(const EffectInfo& info, const EffectChoices& choices) {
   std::set<std::string> names(info.needs.begin(), info.needs.end());
   for (auto choice = choices.rbegin(); choice != choices.rend(); ++choice) {

@@ -15,9 +15,9 @@
 namespace kerf {
 
 struct EffectCostOptions {
-  double seconds = 1;          // of the cut, 0.1 to 60
-  int passes = 3;              // through the cut, each with and without, 1 to 100
-  bool all = false;            // all effects; those that the scene does not name use their defaults
+  double seconds = 1;          // length of the measured part of the cut, 0.1 to 60
+  int passes = 3;              // number of passes through the cut, each with and without the effect, 1 to 100
+  bool all = false;            // measure all effects; those that the scene does not name use their defaults
   bool together_only = false;  // do not measure each effect alone
   bool by_hand = true;         // coupled to a handle as in `kerf loop`; otherwise position-controlled as in `kerf run`
   std::optional<int> core;     // core for the ticks; if unset, the system chooses
@@ -28,11 +28,11 @@ struct EffectCostOptions {
 
 /// Ticks of one side of a comparison.
 struct TickCosts {
-  Percentiles cutting;        // each tick with its time in the fastest pass: all passes do the same work
+  Percentiles cutting;        // of the shortest time of each tick in any pass, since all passes do the same work
   Percentiles all;            // of all passes, except for ticks in which the system interrupted the thread
   std::size_t disturbed = 0;  // number of those interrupted ticks
-  Percentiles air;            // tool in the air before the cut; computed as `cutting`
-  Percentiles air_after;      // the same after the cut, including lasting consequences of the cut
+  Percentiles air;            // with the tool in the air before the cut; computed in the same way as `cutting`
+  Percentiles air_after;      // the same after the cut, so that its lasting consequences are included
   std::uint64_t bone_hash = 0;
   std::uint64_t force_hash = 0;  // of the force and the pose of every tick
 };
@@ -40,11 +40,11 @@ struct TickCosts {
 struct EffectCost {
   std::string name;               // name of the effect; "all" for all effects together
   std::string why;                // reason why it is enabled
-  std::vector<std::string> with;  // other effects that it needs, on both sides
+  std::vector<std::string> with;  // other effects that it needs, enabled on both sides of the comparison
   TickCosts with_it;
   TickCosts without_it;
-  double memory_MB = 0;  // held at the end
-  /// True if bone and forces are the same with it and without it.
+  double memory_MB = 0;  // occupied by the effect at the end
+  /// Returns true if the bone and the forces are the same with and without the effect.
   bool only_observes() const {
     return with_it.bone_hash == without_it.bone_hash && with_it.force_hash == without_it.force_hash;
   }
@@ -68,9 +68,9 @@ struct EffectCosts {
   double begin_s = 0;  // start of the measured part
   double seconds = 0;
   int passes = 0;
-  double mean_teeth = 0;            // engaged in that part
-  std::vector<EffectCost> effects;  // each alone, with the effects that it needs
-  EffectCost together;              // all effects versus none
+  double mean_teeth = 0;            // engaged in the measured part
+  std::vector<EffectCost> effects;  // each one alone, except for the effects that it needs
+  EffectCost together;              // all effects compared with none
   double bone_MB = 0;
   double simulation_MB = 0;  // in addition to the bone, with all effects
   std::vector<EffectLeftOut> left_out;
@@ -82,12 +82,13 @@ struct EffectCosts {
 /// for slab mode, for a tool that touches no bone, and for a scene that cannot run.
 EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options);
 
-/// Figures of the last measurement on the default scene, by tools/effects_table; built into the program.
+/// Figures of the last measurement on the default scene, which tools/effects_table makes. They are built into the
+/// program.
 struct KeptCost {
   std::string name;
   double p50_us = 0;  // added to a tick in the cut
   double p99_us = 0;
-  double air_us = 0;  // whole tick in air, p50
+  double air_us = 0;  // median of the whole tick in air, the larger of those before and after the cut
   double memory_MB = 0;
 };
 std::vector<KeptCost> KeptEffectCosts();
@@ -96,7 +97,7 @@ std::string FormatKeptCosts(const EffectCosts& costs);
 std::string FormatEffectCosts(const EffectCosts& costs);          // for a terminal
 std::string FormatEffectCostsMarkdown(const EffectCosts& costs);  // for a README
 std::string FormatEffectCostsJson(const EffectCosts& costs);
-/// All effects, or `only` one of them, for a terminal and as JSON.
+/// These list all effects, or only `only` if it is not null, for a terminal and as JSON.
 std::string FormatEffectList(const EffectInfo* only = nullptr);
 std::string FormatEffectListJson(const EffectInfo* only = nullptr);
 

@@ -30,7 +30,7 @@ double AddedP99(const EffectCost& c) {
   return c.with_it.cutting.p99_us - c.without_it.cutting.p99_us;
 }
 
-/// Formats the time that an effect adds: a difference below `kNoise_us`, or a negative one, is noise.
+/// Formats the time that an effect adds. A difference that is negative or below `kNoise_us` is noise.
 constexpr double kNoise_us = 0.05;
 std::string ShowAdded(double us) {
   return us < kNoise_us ? "0" : fmt::format("+{:.1f}", us);
@@ -84,7 +84,7 @@ std::string DescribeStretch(const EffectCosts& c) {
       c.passes == 1 ? "" : "es");
 }
 
-/// Rows of the table; the last one is "all".
+/// Returns the rows of the table; the last one is "all".
 std::vector<const EffectCost*> Rows(const EffectCosts& c) {
   std::vector<const EffectCost*> rows;
   for (const EffectCost& cost : c.effects) rows.push_back(&cost);
@@ -142,7 +142,7 @@ std::string FormatKeptCosts(const EffectCosts& costs) {
       "after "
       "the cut.\n";
   std::string scene = costs.scene;
-  // These characters would break the table's cells.
+  // These characters would break the file's columns.
   std::replace_if(
       scene.begin(), scene.end(), [](char c) { return c < ' ' || c == ',' || c == '"'; }, ' ');
   csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", scene, DescribeStretch(costs), DescribeMachine(costs),

@@ -34,7 +34,7 @@ class HourWatch final : public LoopWatch {
   void Take(double wall_us, const LoopSample& sample, CoupledSimulation& simulation) override {
     const CoupledOutput& out = sample.report.out;
     if (ticks_ == 0) {
-      // The volume before the first tick is the present volume plus the volume that this tick removed.
+      // This tick is the first one, so the volume before it is the present volume plus the volume that it removed.
       hour_.volume_before_mm3 = simulation.bone().CalcVolume() + CalcRemoved(simulation);
     }
     ++ticks_;
@@ -88,10 +88,10 @@ class HourWatch final : public LoopWatch {
   double teeth_ = 0;
   double gone_J_ = 0;
   std::uint64_t ticks_ = 0;
-  double at_rest_ = 0;  // ticks
+  double at_rest_ = 0;  // number of ticks
 };
 
-/// Maximum less minimum after the warm-up.
+/// Returns the maximum less the minimum after the warm-up.
 template <typename Figure>
 double CalcSpread(const std::vector<HourMinute>& minutes, const Figure& figure) {
   if (minutes.size() <= kHourWarmUp_min) return 0;
@@ -104,7 +104,7 @@ double CalcSpread(const std::vector<HourMinute>& minutes, const Figure& figure) 
   return most - least;
 }
 
-/// Keeps the value further from 0.
+/// Replaces `worst` by the value if that is further from 0.
 void Widen(double value, double& worst) {
   if (std::abs(value) > std::abs(worst)) worst = value;
 }

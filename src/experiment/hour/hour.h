@@ -12,12 +12,13 @@
 
 namespace kerf {
 
-/// Number of minutes at the start and at the end whose tick times are compared; shorter runs are split in half.
+/// The tick times of this many minutes at the start and at the end are compared. In a shorter run, the two halves are
+/// compared.
 inline constexpr int kHourWindow_min = 10;
-/// Time after which memory that is allocated once, at first use, has been allocated.
+/// After this time, all memory that is allocated only once, at its first use, has been allocated.
 inline constexpr int kHourWarmUp_min = 1;
 
-/// Figures at the end of a minute of simulated time, or of HourOptions::each_s.
+/// Figures at the end of a minute of simulated time, or of another interval (HourOptions::each_s).
 struct HourMinute {
   int minute = 0;          // 1, 2, ...
   double resident_MB = 0;  // of the program; memory that is free but cached is not counted
@@ -27,14 +28,14 @@ struct HourMinute {
   double tick_p99_us = 0;
   double cutting_share = 0;  // fraction of the ticks that cut
   double teeth = 0;          // engaged, mean during cutting
-  // Maxima while the tool rests in air without contact, from kHourSettling_s after it left the bone.
+  // Maxima while the tool rests in air without contact, starting kHourSettling_s after it has left the bone.
   std::size_t rest_ticks = 0;
   double rest_hand_N = 0;    // in the simulation
   double rest_device_N = 0;  // on the device
   // Since the start:
   double removed_mm3 = 0;           // exact, of the level set, accumulated by the ticks
   double removed_error_mm3 = 0;     // difference from the bone's actual loss
-  double removed_by_ticks_mm3 = 0;  // sum of the volumes reported by each tick, by occupancy of voxels
+  double removed_by_ticks_mm3 = 0;  // sum of the volumes that the ticks report, by occupancy of voxels
   double energy_J = 0;              // from hand and spindle
   double energy_error_J = 0;        // difference from the sum of all energy sinks
 };
@@ -47,21 +48,24 @@ struct Hour {
   std::vector<HourMinute> minutes;
   LoopSummary loop;
 
-  /// Maximum less minimum after the first kHourWarmUp_min, MB. The first function is for all memory in use. The second
-  /// leaves out the growth of the bone, which occurs in the copy of the bone outside the loop (the simulation's own
-  /// leaves were allocated before).
+  /// These return the maximum less the minimum after the first kHourWarmUp_min, MB: CalcMemoryGrowth_MB() of all memory
+  /// in use, CalcOtherGrowth_MB() without the growth of the bone. That growth occurs in the copy of the bone outside
+  /// the loop, since the simulation's own leaves are allocated in advance.
   double CalcMemoryGrowth_MB() const;
   double CalcOtherGrowth_MB() const;
-  /// The same for the heap without the bone. It does not depend on how the system manages the program's pages.
+  /// Returns the same for the heap without the bone. This figure does not depend on how the system manages the
+  /// program's pages.
   double CalcHeapGrowth_MB() const;
-  /// Median of the p50 of the last minutes divided by that of the first ones; 1 for fewer than 2 minutes.
+  /// Returns the median of the p50 of the last minutes divided by that of the first ones, or 1 for fewer than 2
+  /// minutes.
   double CalcTimeRatio() const;
-  HourMinute CalcWorst() const;  // for each figure the value furthest from 0; `minute` is the number of minutes
+  HourMinute CalcWorst() const;  // of most figures the value furthest from 0, but the sum of rest_ticks and the means
+                                 // of cutting_share and teeth; `minute` is the number of minutes
 };
 
 struct HourOptions {
   double minutes = 60;  // of simulated time, 0.1 to 600
-  double each_s = 60;   // interval between figures, 1 to 60
+  double each_s = 60;   // interval between the figures, 1 to 60
   std::string folder;   // folder for the loop's log, written during the run; if empty, no log
   const std::atomic<bool>* stop = nullptr;
 };
@@ -72,7 +76,7 @@ Hour RunHour(const Scene& scene, const HourOptions& options,
 
 std::string FormatHourCsv(const Hour& hour);
 std::string FormatHourTable(const Hour& hour);
-/// `machine`: a phrase; `figure`: path of the image.
+/// `machine` is a phrase that describes the machine; `figure` is the path of the image.
 std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, const std::string& figure);
 /// Writes hour.csv and hour.png. Throws Error if a file cannot be written.
 void WriteHour(const Hour& hour, const std::string& folder);

@@ -8,7 +8,7 @@
 
 namespace kerf::reference {
 
-/// Throws Error naming the first parameter out of range.
+/// Throws Error naming the first parameter that is out of range.
 void Check(const ReferenceParams& params, const std::vector<Pose>& poses);
 
 /// Returns true if the tool is set down in tick k, which ends at the pose X[k].

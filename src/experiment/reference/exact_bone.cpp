@@ -14,8 +14,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kBits = 3;  // a group has 2^3 members
 constexpr std::size_t kMembers = std::size_t{1} << kBits;
 constexpr int kLevels = 7;
-constexpr double kBent_mm = 1e-10;  // a path counts as straight if it is no further from a line
-constexpr double kTie_mm = 1e-10;   // groups that are at most this much nearer are not visited
+constexpr double kBent_mm = 1e-10;  // a path counts as straight if it is at most this far from a line
+constexpr double kTie_mm = 1e-10;   // groups that are nearer by at most this much are not visited
 
 /// Sweep of a disc that moved straight in its own plane: a stadium of the disc's thickness, with the hole that all
 /// discs along the way have in common.
@@ -34,7 +34,7 @@ struct Group {
   Vec3 n{0, 0, 1};
   double tilt = 0;                                   // maximum sine of the angle between n and a disc's normal
   double z_lower = kInfinity, z_upper = -kInfinity;  // along n
-  double hole_mm = kInfinity;                        // smallest of the members
+  double hole_mm = kInfinity;                        // smallest radius of the members' holes
   Vec3 flat_way{0};                                  // component of the segment across n
   double inverse_way2 = 0;
   double reach_mm = 0;  // across n, from the segment
@@ -51,17 +51,18 @@ double CalcDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return glm::length(p - a - t * way);
 }
 
-/// Distance to a plate, negative inside. The point is `along` beyond its faces and `across` beyond its edge.
+/// Returns the distance to a plate, negative inside. The point is `along` beyond its faces and `across` beyond its
+/// edge.
 double CalcPlateDistance(double across, double along) {
   return across > 0 && along > 0 ? std::sqrt(across * across + along * along) : std::max(across, along);
 }
 
-/// Sine of the angle between two planes' normals.
+/// Returns the sine of the angle between the normals of two planes.
 double CalcSine(const Vec3& n_a, const Vec3& n_b) {
   return glm::length(glm::cross(n_a, n_b));
 }
 
-/// Returns the orientation halfway.
+/// Returns the orientation halfway between a and b.
 Quat CalcMiddle(const Quat& a, const Quat& b) {
   const Quat near_b = glm::dot(a, b) < 0 ? -b : b;
   return glm::normalize(a + near_b);
@@ -82,8 +83,8 @@ struct ExactBone::State {
     return CalcPlateDistance(across, std::abs(z) - half_mm);
   }
 
-  /// Lower bound of the members' signed distances: a plate that contains all members is at least as near, and a point
-  /// is at least as deep in it.
+  /// Returns a lower bound of the members' signed distances: that of a plate that contains all members, to which a
+  /// point is at least as near and in which it is at least as deep.
   double CalcBound(const Group& g, const Vec3& p) const {
     const Vec3 q = p - g.a;
     const double z = glm::dot(q, g.n);
@@ -123,7 +124,8 @@ struct ExactBone::State {
     }
   }
 
-  /// The distance to a segment is largest at an end of the other segment.
+  /// Returns the maximum distance of the members' centres from the group's segment. The distance of a segment from
+  /// another one is largest at one of its ends.
   double CalcOff(int level, std::size_t at, const Group& g) const {
     double off_mm = 0;
     const auto include = [&](const Vec3& a, const Vec3& b, double more_mm) {
@@ -180,7 +182,7 @@ struct ExactBone::State {
     const std::size_t end = std::min(begin + kMembers, groups[level - 1].size());
     std::array<std::pair<double, std::size_t>, kMembers> order;
     std::size_t count = 0;
-    for (std::size_t i = end; i-- > begin;) {  // newest first, since most queries are near those
+    for (std::size_t i = end; i-- > begin;) {  // newest first, since most queries are near the newest sweeps
       const double bound = CalcBound(groups[level - 1][i], p);
       if (bound >= least - kTie_mm) continue;
       std::size_t k = count++;
@@ -206,7 +208,7 @@ struct ExactBone::State {
   double reach_mm = 0;
   std::vector<Swept> swept;
   double bent_mm = 0;                              // of the last sweep
-  std::array<std::vector<Group>, kLevels> groups;  // of 8 sweeps, of 8 groups of those, ...
+  std::array<std::vector<Group>, kLevels> groups;  // groups of 8 sweeps, of 8 such groups, ...
   Box3 bounds;
 };
 
@@ -234,7 +236,7 @@ void ExactBone::Sweep(const Pose& X_a, const Pose& X_b, double edge_mm) {
   swept.hole_mm = edge_mm > 0 ? s.radius_mm - edge_mm : -kInfinity;
   s.Add(swept);
   for (const Vec3& centre : {swept.a, swept.a + swept.way}) {
-    // A disc reaches R sqrt(1 - n_i^2) along axis i, and half its thickness times n_i.
+    // Along axis i, a disc reaches R sqrt(1 - n_i^2) plus half its thickness times |n_i|.
     const Vec3 n2 = swept.n * swept.n;
     const Vec3 reach = s.radius_mm * glm::sqrt(glm::max(Vec3(1) - n2, Vec3(0))) + s.half_mm * glm::abs(swept.n);
     s.bounds.Include(centre - reach);
@@ -259,7 +261,7 @@ double ExactBone::SweptDistance(const Vec3& p_W, double max_mm) const {
 
 namespace {
 
-/// Volume of the part of a cube that was solid and is swept, by recursive halving.
+/// Returns the volume of the part of a cube that was solid and has been swept, found by recursive halving.
 double CalcRemovedOf(const ExactBone& bone, const Vec3& centre, double size_mm, double finest_mm) {
   const double reach_mm = 0.5 * std::sqrt(3.0) * size_mm;
   const double solid = bone.solid().distance_mm(centre);

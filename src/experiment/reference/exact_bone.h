@@ -16,13 +16,14 @@ struct ExactSolid {
     double E_MPa = 0;
     double nu = 0;
   };
-  /// mm, negative inside, zero on the surface; approximately a distance near it (gradient between 0.5 and 2).
+  /// Signed function, mm, negative inside and zero on the surface. Near the surface it is approximately the distance to
+  /// it (gradient between 0.5 and 2).
   std::function<double(const Vec3&)> distance_mm;
-  /// Is also evaluated slightly outside the bone.
+  /// This function is also evaluated slightly outside the bone.
   std::function<Material(const Vec3&)> material;
 };
 
-/// Distances are to the solid minus the whole sweep: max(solid, -distance to the sweep).
+/// The distance to the bone is that to the solid minus the whole sweep: max(solid, -distance to the sweep).
 ///
 /// Each step's sweep is a stadium as thick as the disc, in the plane of the orientation halfway through the step
 /// (docs/physics.md, Removal). The motion along the spindle is replaced by its midpoint, so steps must be small
@@ -39,23 +40,25 @@ class ExactBone {
   ExactBone(ExactBone&&) noexcept;
   ExactBone& operator=(ExactBone&&) noexcept;
 
-  /// Moves the disc from a to b, or only its outermost `edge_mm` (0: the whole disc). Skipped if the disc is certainly
-  /// in air.
+  /// Removes the sweep of the disc from a to b, or only that of its outermost `edge_mm` (0: the whole disc). Does
+  /// nothing if the disc is certainly in air.
   void Sweep(const Pose& X_a, const Pose& X_b, double edge_mm);
 
   double Distance(const Vec3& p_W) const;
-  /// Same as Distance(p_W) < 0 except for rounding, but faster.
+  /// Returns the same as Distance(p_W) < 0, except for rounding, but faster.
   bool IsBone(const Vec3& p_W) const { return solid().distance_mm(p_W) < 0 && !IsSwept(p_W); }
   bool IsSwept(const Vec3& p_W) const;
-  /// Distance to the sweep, negative inside. Returns `max_mm` if the distance is at least that, which makes the query
-  /// faster. The search ends once the distance is below `enough_mm`; the result is then any value below that.
+  /// Returns the distance to the sweep, negative inside, or `max_mm` if the distance is larger, which makes the query
+  /// faster. The search ends as soon as a distance below `enough_mm` is found, which is then returned even if it is not
+  /// the smallest.
   double SweptDistance(const Vec3& p_W, double max_mm, double enough_mm) const;
   double SweptDistance(const Vec3& p_W, double max_mm) const;
-  /// Volume of the solid inside the sweep, mm^3. Cells that may contain a surface are halved down to `finest_mm`; there
-  /// the volume is estimated from the distance. The error is of the order of finest_mm^2 per mm of sharp edge.
+  /// Returns the volume of the solid inside the sweep, mm^3. Cells that may contain a surface are halved down to
+  /// `finest_mm`; there the volume is estimated from the distance. The error is of the order of finest_mm^2 per mm of
+  /// sharp edge.
   double CalcRemoved(double finest_mm) const;
   const ExactSolid& solid() const;
-  /// Bounding box of the sweep; lower > upper if nothing was swept.
+  /// Returns the bounding box of the sweep; lower > upper if nothing was swept.
   Box3 swept_bounds() const;
 
  private:

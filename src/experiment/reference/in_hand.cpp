@@ -17,21 +17,23 @@ using namespace reference;
 // Stiffness of a kerf's walls per area of the flat, the same as in the simulation: 3000 N/mm for a point that
 // represents 1.4 mm x 1.4 mm.
 constexpr double kWall_N_per_mm3 = 3000 / (1.4 * 1.4);
-constexpr double kDeep_mm = 0.1;        // depth in a wall that is never reached by the deflection of a spring
+constexpr double kDeep_mm = 0.1;        // depth in a wall that the deflection of a spring never reaches
 constexpr double kFirstRing = 1.0 / 8;  // width of the outermost ring of points on a flat, as a fraction of the spacing
 constexpr double kWiderRings = 1.5;     // ratio of successive ring widths, up to the spacing
-constexpr double kCreep_mm_per_s = 0.02;  // ramp of a law with a force at the smallest bite
-constexpr double kMaxWay_mm = 0.025;      // maximum motion of any point of the disc before bone and walls are evaluated
-                                          // again
-constexpr double kWayInATick_mm = 0.1;    // maximum motion of the tool's points in a step, times the steps of a tick
+constexpr double kCreep_mm_per_s = 0.02;  // speed up to which the force is ramped in if a law has a force at the
+                                          // smallest bite
+constexpr double kMaxWay_mm = 0.025;      // maximum motion of any point of the disc before the bone and the walls are
+                                          // evaluated again
+constexpr double kWayInATick_mm = 0.1;    // the same maximum, multiplied by the number of steps per tick; the smaller
+                                          // of the two limits applies
 
-/// A point on both flats.
+/// A pair of opposite points on the two flats.
 struct FlatPoint {
   double x = 0, y = 0;
   double area_mm2 = 0;
 };
 
-/// Points in rings, the outermost of which is narrow: in a shallow kerf only that ring holds the tool.
+/// Returns points in rings. The outermost ring is narrow, because in a shallow kerf only that ring holds the tool.
 std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
   std::vector<FlatPoint> points;
   double outer = radius_mm;
@@ -51,7 +53,7 @@ std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
   return points;
 }
 
-/// Distance of the uncut bone from the midpoint of a pair of points, and the tool's travel at that time.
+/// Distance from the midpoint of a pair of points to the uncut bone, and the tool's travel when it was evaluated.
 struct Seen {
   double solid_mm = 0;
   double went_mm = 0;
@@ -78,16 +80,16 @@ class HeldTool {
     problem_.law = MakeToothForce(params.law, params.saw);
     problem_.passes_per_s = params.saw.teeth * std::abs(params.rpm) / 60;
     problem_.ramp_mm_per_s = problem_.law(1e-9, 1e4) > 1e-3 * problem_.law(1e-3, 1e4) ? kCreep_mm_per_s : 0;
-    bone_.Sweep(X_W, X_W, 0);  // space that the tool occupies where it is first set down
+    bone_.Sweep(X_W, X_W, 0);  // removes the space that the tool occupies where it is first set down
   }
 
-  /// Thrust and number of teeth, integrated over time.
+  /// The thrust and the number of teeth, integrated over time.
   struct Sums {
     double thrust_Ns = 0;
     double teeth_s = 0;
   };
 
-  /// Moves the handle to X_H in `step_s`; the tool follows.
+  /// Moves the handle to X_H in `step_s`, and lets the tool follow.
   void Follow(const Pose& X_H, double step_s, Sums& sums) {
     const Vec3& p_TC = params_.coupling.p_TC_mm;
     const Vec3 v_H_W = (X_H.Point(p_TC) - X_H_.Point(p_TC)) / step_s;
@@ -136,7 +138,7 @@ class HeldTool {
  private:
   static constexpr int kMaxParts = 100000;  // maximum number of parts of a step
 
-  /// Sets up the problem from coupling and bone at the tool's current pose.
+  /// Sets up the problem from the coupling and the bone at the tool's current pose.
   void SetUp(const Vec3& v_H_W, const Vec3& w_H_W, double time_s) {
     const Vec3& p_TC = params_.coupling.p_TC_mm;
     problem_.tau_s = time_s;
@@ -205,11 +207,11 @@ class HeldTool {
       for (const int side : {0, 1}) {
         const Vec3 p_W = X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm});
         const double max_mm = place == Place::kInside ? kDeep_mm : std::min(kDeep_mm, -solid.distance_mm(p_W));
-        // A wall at a depth below -max_way_mm_ cannot be reached in this step.
+        // A wall that is further than max_way_mm_ away cannot be reached in this step.
         depth_mm[side] = max_mm <= -max_way_mm_ ? max_mm : bone_.SweptDistance(p_W, max_mm, -max_way_mm_);
       }
-      // In a bent kerf both walls press; their common part has no effect and is subtracted. If there is no kerf nearby,
-      // each wall holds separately.
+      // In a bent kerf both walls press on the disc; the common part of the two depths has no effect and is subtracted.
+      // If there is no kerf nearby, each wall acts separately.
       const double common_mm = std::max(0.0, std::min(depth_mm[0], depth_mm[1]));
       const double squeeze = common_mm < kDeep_mm ? common_mm : 0;
       for (const int side : {0, 1}) {
@@ -233,7 +235,8 @@ class HeldTool {
     return X;
   }
 
-  /// Fraction of the motion until the next evaluation: no point of the disc moves further than max_way_mm_.
+  /// Returns the fraction of the motion until the next evaluation, in which no point of the disc moves further than
+  /// max_way_mm_.
   double CalcFraction(double time_s) const {
     const Pose X = Advanced(time_s);
     const double way_mm = glm::length(X.p_AB - X_T_.p_AB) + glm::length(Lower(u_)) * time_s * reach_mm_;

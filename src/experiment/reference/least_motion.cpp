@@ -23,12 +23,12 @@ Six Step(const Six& u, double alpha, const Six& p) {
   return sum;
 }
 
-/// Slope of the function along p, at u + alpha p.
+/// Returns the slope of the function along p, at u + alpha p.
 double CalcSlope(const MotionProblem& problem, const Six& u, double alpha, const Six& p) {
   return Dot(problem.CalcGradient(Step(u, alpha, p)), p);
 }
 
-/// Second derivatives. For a tie at its limit the secant is used, which is never smaller.
+/// Returns the second derivatives. For a tie at its limit, the secant stiffness is used, which is never smaller.
 Matrix CalcCurvature(const MotionProblem& m, const Six& u) {
   Matrix H{};
   const double k = m.tau_s * m.spring.Fraction(m.x_mm - m.tau_s * Upper(u)) + m.damper.Fraction(m.v_H - Upper(u));

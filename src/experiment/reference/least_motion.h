@@ -23,7 +23,7 @@ inline Six Join(const Vec3& upper, const Vec3& lower) {
   return {upper.x, upper.y, upper.z, lower.x, lower.y, lower.z};
 }
 
-/// Spring or damper with a limited force: K x, but at most `most`.
+/// A spring or damper with a limited force: K x, but at most `most`.
 struct Tie {
   double K = 0;
   double most = 0;
@@ -42,7 +42,7 @@ struct Cut {
   double E_star_MPa = 0;
 };
 
-/// A spring against a point whose displacement along `along` exceeds -`depth_mm`.
+/// A spring that resists a point once its displacement along `along` exceeds -`depth_mm`.
 struct Wall {
   Six along;
   double depth_mm = 0;
@@ -62,7 +62,7 @@ struct MotionProblem {
   std::vector<Wall> walls;
 
   double CalcTooth(double speed_mm_per_s, double E_star_MPa) const;
-  /// Gradient of the function that is minimised; it is 0 at the minimum.
+  /// Returns the gradient of the function that is minimised; it is 0 at the minimum.
   Six CalcGradient(const Six& u) const;
 };
 
@@ -72,9 +72,9 @@ struct Motion {
   int iterations = 0;
 };
 
-/// Newton's method from `start`. The line search along each direction uses bisection until the slope has fallen to a
-/// tenth; it always converges since the function is convex. `reach_mm` is the length that scales torques relative to
-/// forces.
+/// Finds the minimum by Newton's method from `start`. The line search along each direction uses bisection until the
+/// slope has fallen to a tenth; it always converges since the function is convex. `reach_mm` is the length that scales
+/// torques relative to forces.
 Motion FindLeast(const MotionProblem& problem, const Six& start, double reach_mm);
 
 }  // namespace kerf::reference

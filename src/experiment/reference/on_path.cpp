@@ -13,7 +13,7 @@ namespace {
 using reference::Piece;
 
 constexpr double kMaxPathStep_mm = 0.1;    // maximum motion in a step, across the spindle
-constexpr double kMaxAxialFraction = 0.1;  // as a fraction of the thickness, along the spindle
+constexpr double kMaxAxialFraction = 0.1;  // maximum motion in a step along the spindle, as a fraction of the thickness
 
 struct Load {
   Vec3 f_T_N{0};
@@ -21,8 +21,8 @@ struct Load {
   double teeth = 0;
 };
 
-/// Mean force over many tooth passages: the density of teeth is Z / (2 pi) per radian wherever the rim moves outwards
-/// into bone.
+/// Returns the mean force over many tooth passages: wherever the rim moves outwards into bone, there are Z / (2 pi)
+/// teeth per radian.
 Load CalcLoad(const ReferenceParams& params, const ToothForce& law, const ExactBone& bone, const Pose& X_WT,
               const Vec3& v_T_mm_per_s, std::vector<Piece>& pieces) {
   Load load;
@@ -37,7 +37,7 @@ Load CalcLoad(const ReferenceParams& params, const ToothForce& law, const ExactB
   for (const Piece& piece : pieces) {
     const double width = piece.to_rad - piece.from_rad;
     load.teeth += teeth_per_rad * width;
-    // Gauss quadrature with two points.
+    // This is Gauss quadrature with two points.
     for (const double t : {0.5 - 0.5 / std::sqrt(3.0), 0.5 + 0.5 / std::sqrt(3.0)}) {
       const double angle = piece.from_rad + t * width;
       const double bite_mm = speed * std::cos(angle - feed) / passes_per_s;

@@ -5,8 +5,9 @@
 // effects. It shares with the simulation only the force laws and the tool's parameters, which are part of the model and
 // not of its solution (the tests repeat the closed forms of the laws). It does not share the engagement, the sweep or
 // the solver. Lengths that equal a voxel in the simulation are parameters here, which tend to 0: the look-ahead, and,
-// for a tool coupled to a handle, the zone of the rim that cuts. In the simulation and in the reference, the bone that
-// this zone removes sideways (a disc set down in bone, a hand that trembles across the kerf) depends on its width.
+// for a tool coupled to a handle, the zone of the rim that cuts. Both in the simulation and in the reference, the
+// amount of bone that this zone removes sideways (if a disc is set down in bone, or a hand trembles across the kerf)
+// depends on the zone's width.
 #pragma once
 
 #include <atomic>
@@ -20,7 +21,7 @@
 
 namespace kerf {
 
-/// Coupling between hand and tool: the quantities of CouplingParams (kerf/coupled.h), which describes them.
+/// Coupling between hand and tool: the quantities of CouplingParams, which kerf/coupled.h describes.
 struct ReferenceCoupling {
   Vec3 p_TC_mm{0};
   double stiffness_N_per_mm = 1;
@@ -35,8 +36,8 @@ struct ReferenceCoupling {
 /// inverses of the counts.
 struct ReferenceFineness {
   int rim_points = 1536;         // evenly around the rim; the ends of engaged pieces are located between them
-  int steps_per_tick = 4;        // of equal length; more if any point would move further than 0.025 mm in one step
-                                 // (position-controlled: the tool 0.1 mm)
+  int steps_per_tick = 4;        // of equal length; more if any point would move further than 0.025 mm in one step (on
+                                 // a path: if the tool would move further than 0.1 mm)
   double flat_spacing_mm = 0.7;  // of the points on the flats
   double look_ahead_mm = 1e-5;   // bone this far ahead of the rim is engaged; larger than rounding and an arc's sagitta
   double edge_mm = 0.3;          // with a hand: width of the rim that cuts; the walls act on the flats inside it
@@ -60,9 +61,9 @@ struct ReferenceTick {
   Vec3 f_W_N{0};  // on a path: on the tool, mean over the tick; with a hand: on the hand, at the end of the tick
   double thrust_sum_N = 0;
   double engaged_teeth = 0;
-  // Since the start. In the last tick, the volume that the bone has lost, ExactBone::CalcRemoved(). In earlier ticks,
-  // proportional to the flux of uncut bone through the rim and (on a path) the flats, which misses strips narrower than
-  // 0.5 mm that a flat removes.
+  // Volume removed since the start. In the last tick this is the volume that the bone has lost,
+  // ExactBone::CalcRemoved(). In earlier ticks it is proportional to the flux of uncut bone through the rim and (on a
+  // path) the flats, which misses strips narrower than 0.5 mm that a flat removes.
   double removed_mm3 = 0;
 };
 

@@ -10,7 +10,7 @@ namespace {
 constexpr double kMinInterval_rad = 1e-8;
 constexpr int kLevels = 5;  // across the disc's thickness
 
-/// Samples one circle.
+/// Takes samples along one circle and collects its pieces.
 class Walk {
  public:
   Walk(const ExactBone& bone, const DiscSaw& saw, const Pose& X_WT, const Circle& circle, double step_rad,
@@ -124,7 +124,7 @@ double Flux::CalcRim(const ExactBone& bone, const Pose& X_WT, const Vec3& v, con
   double sum = 0;
   for (int level = 0; level < kLevels; ++level) {
     const Circle circle{saw_.radius_mm(), (level + 0.5) * height - 0.5 * saw_.thickness_mm, false};
-    // Rotation about an axis in the plane moves the circle as a whole.
+    // Rotation about an axis in the disc's plane moves the circle sideways as a whole.
     const double x = v.x + w.y * circle.z_mm;
     const double y = v.y - w.x * circle.z_mm;
     const double speed = std::hypot(x, y);
@@ -152,7 +152,8 @@ double Flux::CalcFlats(const ExactBone& bone, const Pose& X_WT, const Vec3& v, c
       const Circle circle{(ring + 0.5) * width, 0.5 * side * saw_.thickness_mm, false};
       const int points =
           std::max(16, static_cast<int>(std::ceil(2 * std::numbers::pi * circle.radius_mm / flat_spacing_mm_)));
-      // Outward speed of a ring's point: side (v_z + r (w_x sin - w_y cos)); above 0 within `half` of `top`.
+      // The outward speed of a point of the ring is side (v_z + r (w_x sin - w_y cos)). It is above 0 within `half` of
+      // `top`.
       const double turning = circle.radius_mm * std::hypot(w.x, w.y);
       double top = 0;
       double half = std::numbers::pi;

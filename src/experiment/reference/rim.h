@@ -11,8 +11,8 @@
 
 namespace kerf::reference {
 
-/// A piece of a circle about the spindle, all of it in front of bone of a single region. Angles from the tool's x axis
-/// towards its y axis; the reduced modulus at both ends.
+/// A piece of a circle about the spindle, all of it in front of bone of a single region. Angles are measured from the
+/// tool's x axis towards its y axis; the reduced modulus is given at both ends.
 struct Piece {
   double from_rad = 0, to_rad = 0;
   double E_star_from_MPa = 0, E_star_to_MPa = 0;
@@ -23,31 +23,31 @@ struct Piece {
   }
 };
 
-/// Reduced modulus of a Hertz contact: the bone at the point and the tool's steel as two compliances in series; 0 if
-/// there is no material.
+/// Returns the reduced modulus of a Hertz contact, in which the bone at the point and the tool's steel are two
+/// compliances in series; 0 if there is no material.
 double CalcEStar(const ExactSolid::Material& bone, const DiscSaw& saw);
 
 /// The circle to search.
 struct Circle {
   double radius_mm = 0;
   double z_mm = 0;
-  bool with_material = false;  // distinguish materials; otherwise all bone is treated alike
+  bool with_material = false;  // whether materials are distinguished; otherwise all bone is treated alike
 };
 
-/// Finds the pieces of the circle between two angles that are in the bone. Samples about every 2 pi / `points` of the
-/// circle and locates the ends between two samples by bisection to 1e-8 rad.
+/// Finds the pieces of the circle between two angles that are in the bone. Takes a sample about every 2 pi / `points`
+/// along the circle, and locates the ends of the pieces between two samples by bisection to 1e-8 rad.
 void FindPieces(const ExactBone& bone, const DiscSaw& saw, const Pose& X_WT, const Circle& circle, double from_rad,
                 double to_rad, int points, std::vector<Piece>& pieces);
 
-/// Divisor of the number of rim points for a flux that only determines proportions.
+/// A flux that only determines proportions uses the number of rim points divided by this.
 inline constexpr int kFluxFraction = 4;
 
-/// Volume per second that the disc removes from the bone, mm^3/s: the integral over the uncut bone at the disc's
-/// surface of the outward speed of that surface. `X_WT`: pose halfway through the step, with the bone at the start of
-/// the step.
+/// The volume per second that the disc removes from the bone, mm^3/s: the integral of the outward speed of the disc's
+/// surface over the part of this surface that is in uncut bone. `X_WT` is the pose halfway through the step; the bone
+/// is that at the start of the step.
 class Flux {
  public:
-  /// `flats`: the flats remove bone too.
+  /// `flats` is true if the flats remove bone too.
   Flux(const DiscSaw& saw, int rim_points, double flat_spacing_mm, bool flats);
   /// Takes the velocity of the tool's origin and the angular velocity, both in the tool frame.
   double Calc(const ExactBone& bone, const Pose& X_WT, const Vec3& v_T_mm_per_s, const Vec3& w_T_rad_per_s) const;
@@ -65,9 +65,9 @@ class Flux {
 // ---- interpolation of poses
 /// Returns the pose at `fraction` of the motion from a to b: straight line, uniform rotation.
 Pose Between(const Pose& X_a, const Pose& X_b, double fraction);
-/// The rotation vector that takes `R_a` to `R_b`, in the frame of a, rad.
+/// Returns the rotation vector that takes `R_a` to `R_b`, in the frame of a, rad.
 Vec3 TurnBetween(const Quat& R_a, const Quat& R_b);
-/// `R` rotated by a rotation vector in its own frame.
+/// Returns `R` rotated by a rotation vector in its own frame.
 Quat Turn(const Quat& R, const Vec3& turn_rad);
 
 }  // namespace kerf::reference

@@ -14,10 +14,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kRampIn_s = 0.15;  // before the motion begins: the push is ramped in
-constexpr double kFade_s = 0.3;     // duration of the fade-out
+constexpr double kRampIn_s = 0.15;  // duration over which the push is ramped in; the motion begins afterwards
+constexpr double kFade_s = 0.3;     // duration over which the motion fades out
 constexpr double kListen_s = 0.7;
-constexpr std::size_t kPieces = 7;  // analysed separately
+constexpr std::size_t kPieces = 7;  // parts of the force that are analysed separately
 constexpr double kMinExchanged_mJ = 0.01;
 constexpr std::size_t kParents = 4;
 constexpr double kFirstStep = 0.25;  // first step of a gene; it shrinks to kLastStep
@@ -27,19 +27,19 @@ double LogBetween(double lower, double upper, double gene) {
   return lower * std::pow(upper / lower, gene);
 }
 
-/// Rises smoothly from 0 to 1.
+/// Returns a function of t that rises smoothly from 0 to 1.
 double Smooth(double t) {
   const double held = std::clamp(t, 0.0, 1.0);
   return held * held * (3 - 2 * held);
 }
 
-/// Two directions perpendicular to `n`.
+/// Returns two directions that are perpendicular to `n` and to each other.
 std::pair<Vec3, Vec3> Across(const Vec3& n) {
   const Vec3 a = glm::normalize(glm::cross(n, std::abs(n.z) < 0.7 ? Vec3(0, 0, 1) : Vec3(1, 0, 0)));
   return {a, glm::cross(n, a)};
 }
 
-/// Random numbers that are the same with every standard library.
+/// Generates random numbers that are the same with every standard library.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : bits_(seed) {}
@@ -60,7 +60,7 @@ double Reflect(double gene) {
   return folded > 1 ? 2 - folded : folded;
 }
 
-/// The hand's intention at a time.
+/// Returns the hand's intention at a time.
 Intention CalcIntention(const StabilitySubject& subject, const Attack& attack, double t_s) {
   const double on = Smooth((t_s - kRampIn_s) / 0.1) * (1 - Smooth((t_s - (kAttack_s - kFade_s)) / kFade_s));
   const double phase = 2 * std::numbers::pi * attack.saw_Hz * (t_s - kRampIn_s);
@@ -181,7 +181,8 @@ Found Search(const std::function<double(const AttackGenes&)>& score, const Adver
     if (n < at_random) {
       for (double& gene : found.genes) gene = random.Unit();
     } else {
-      // A child of one of the best, with some genes from another. Steps become smaller, but every fourth one is large.
+      // A child of one of the best, with some genes from another. The steps become smaller with time, except for a
+      // random quarter of them.
       const AttackGenes& mother = best[random.Below(best.size())].genes;
       const AttackGenes& father = best[random.Below(best.size())].genes;
       const double done = static_cast<double>(n - at_random) / std::max(1, options.tries - at_random);

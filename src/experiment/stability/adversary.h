@@ -18,15 +18,17 @@ using AttackGenes = std::array<double, kAttackGenes>;
 
 /// A hand that holds the handle, and its motion. The hand is passive and no faster than a human hand.
 ///
-/// At first it pushes, saws back and forth, tilts and switches the spindle. After kAttack_s all inputs except the push
-/// are constant, so that any remaining vibration is self-excited.
+/// At first it pushes, saws back and forth, tilts and switches the spindle. After kAttack_s all inputs, including the
+/// push, are constant, so that any remaining vibration is self-excited.
 struct Attack {
   HandModel hand;       // 0.02 to 1 kg, 0.5 to 20 N s/m, 1 to 1000 N/m (or 0): on logarithmic scales
-  double push_N = 0;    // on the handle, 2 % to 100 % of the continuous force of the device
+  double push_N = 0;    // on the handle: the device's friction plus 2 % to 100 % of its continuous force (of its peak
+                        // force if no continuous force is given; of 20 N if that is less)
   Vec3 push_W{0};       // unit length, within 80 degrees of the feed
   Vec3 saw_W_mm{0};     // amplitude, 0.01 to 10 mm, any direction
   double saw_Hz = 0;    // 0.5 to 10
-  double tilt_rad = 0;  // of the tool about the normal to the feed in its plane, up to 10 degrees
+  double tilt_rad = 0;  // of the tool about the perpendicular to the feed that lies in the tool's plane, up to 10
+                        // degrees either way
   double rpm = 0;       // 0 or 100 to 60000, in either direction
   double switch_s = 0;  // interval at which the spindle is switched on and off at first; 0: it is not switched
   bool ends_on = true;
@@ -39,14 +41,15 @@ constexpr double kAfter_s = 1.0;  // the last 0.7 s are analysed
 
 struct AttackResult {
   double noise_N = 0;       // of the device force above 20 Hz, after all inputs have become constant
-  double mean_N = 0;        // mean force in the same time
+  double mean_N = 0;        // magnitude of the mean force in the same time
   double lowest_mJ = 0;     // minimum of the energy from the hand to the handle plus that from the spindle
   double exchanged_mJ = 0;  // sum of the absolute energies in both directions
   double spindle_mJ = 0;
-  /// Minimum of that energy as a fraction of the energy exchanged so far, once at least 0.01 mJ has been exchanged: the
-  /// fraction that was not returned. Below 0, more energy came out than went in.
+  /// Minimum of that energy as a fraction of the energy exchanged so far, i.e. the fraction that was not returned, once
+  /// at least 0.01 mJ has been exchanged. Below 0, more energy came out than went in.
   double min_kept = 1;
-  /// Noise divided by its bound, which is 20 mN or 1 % of the force; above 1 the bound is violated.
+  /// Returns the noise divided by its bound, which is the larger of 20 mN and 1 % of the force. Above 1, the bound is
+  /// violated.
   double NoiseFraction() const;
 };
 AttackResult TryAttack(const StabilitySubject& subject, const Attack& attack);
@@ -56,7 +59,7 @@ enum class AttackGoal { kNoise, kEnergy };
 struct AdversaryOptions {
   int tries = 200;
   std::uint64_t seed = 1;
-  bool random_only = false;  // for comparison: no search
+  bool random_only = false;  // only random tries without a search, for comparison
 };
 
 struct Found {

@@ -123,7 +123,7 @@ double ClosedLoop::State::DrawPeriod() {
 }
 
 bool ClosedLoop::State::DrawLost(double from_s) {
-  // Drawn in any case, so that the losses do not depend on the bursts.
+  // This is drawn in any case, so that the losses do not depend on the bursts.
   const bool lost = timing.lost_share > 0 && Uniform() < timing.lost_share;
   if (!(timing.burst_every_s > 0)) return lost;
   const double begun = std::floor(from_s / timing.burst_every_s) * timing.burst_every_s;
@@ -151,7 +151,7 @@ void ClosedLoop::State::Account() {
 }
 
 void ClosedLoop::State::Tick(double rpm) {
-  // As in HapticLoop: whole periods, at most 10 ms at once.
+  // As in HapticLoop, a tick advances by whole periods, but by at most 10 ms.
   const double periods = std::max(1.0, std::round(since_tick_s / setup.period_s));
   tick.dt_s = std::min(periods * setup.period_s, std::max(kLongestTick_s, setup.period_s));
   HapticStepInput in;
@@ -179,7 +179,7 @@ ClosedLoopTick ClosedLoop::Step(double rpm) {
   const double limit_s = 1e-3 * s.setup.watchdog_ms;
   const double left_s = std::max(limit_s - s.since_tick_s, 0.0);  // until the watchdog trips
   if (s.tripped) {
-    s.device.Write(Vec3{0}, Vec3{0});  // so that the zero passes through the delay
+    s.device.Write(Vec3{0}, Vec3{0});  // again, so that the zero force passes through the delay
     s.Elapse(period_s);
   } else if (period_s > left_s * (1 + 1e-9)) {
     s.Elapse(left_s);

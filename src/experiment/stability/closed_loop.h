@@ -29,8 +29,9 @@ struct ClosedLoopSetup {
 /// tick the force starts again from zero.
 struct TimingFaults {
   double jitter = 0;       // a period lasts (1 - jitter) to (1 + jitter) times as long, uniformly distributed; 0 to 0.9
-  double tail_p999_s = 0;  // above 0: lognormal, the median is one period, 99.9 % are below this
-  double lost_share = 0;   // probability that a tick is lost, independent for each tick; 0 to 0.9
+  double tail_p999_s = 0;  // above 0: the periods are lognormally distributed. Their median is the nominal period, and
+                           // 99.9 % are below this value
+  double lost_share = 0;   // probability that a tick is lost, independently of other ticks; 0 to 0.9
   double burst_every_s = 0;  // above 0: interval between bursts of lost ticks
   double burst_s = 0;        // duration of a burst, in which all ticks are lost
   std::uint64_t seed = 1;
@@ -54,7 +55,7 @@ struct ClosedLoopTick {
   HapticStepOutput out;  // of the last tick that was not lost
   Vec3 p_WC_mm{0};       // true position of the handle at the coupling point
   Vec3 v_WC_mm_per_s{0};
-  Vec3 f_device_N{0};  // force of the motors until this tick
+  Vec3 f_device_N{0};  // force that the motors output until this tick
   PortEnergy energy;
 };
 
@@ -66,7 +67,7 @@ class ClosedLoop {
 
   ClosedLoopTick Step(double rpm = 7500);
 
-  /// device() sets the hand's subsequent motion and its grip, SetTiming() the timing faults.
+  /// Use device() to set the hand's subsequent motion and its grip, and SetTiming() to set the timing faults.
   SimulatedDevice& device();
   void SetTiming(const TimingFaults& timing);
   CoupledSimulation& simulation();

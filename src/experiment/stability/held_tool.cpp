@@ -22,17 +22,17 @@ constexpr double kApproach_mm_per_s = 10;
 constexpr double kTick_s = 0.001;  // of the approach
 constexpr int kMaxTicks = 4000;    // of the approach
 constexpr double kKick_rad = 1e-5;
-constexpr double kLongestWindow_mm = 100;  // encoder step so large that no sample leaves the velocity window
+constexpr double kLongestWindow_mm = 100;  // an encoder step so large that no sample leaves the velocity window
 constexpr double kAslant = 0.985;  // cosine between feed and contact direction; below it the contact is an edge, not a
                                    // face
-constexpr double kAway_mm = 0.3;   // beyond this distance the tool has left its place
-constexpr double kOffBone = 0.1;   // fraction of the push; below it the bone exerts no reaction
+constexpr double kAway_mm = 0.3;   // a tool that has moved further than this has left its place
+constexpr double kOffBone = 0.1;   // fraction of the push; if the force is lower, the tool is off the bone
 
-/// Depth of the tool for a state, mm along the feed from the first contact.
+/// Returns the depth at which the tool is held in a state, mm along the feed from the first contact.
 double CalcDepth(const StabilitySubject& subject, HeldState state) {
   const double voxel_mm = subject.bone.voxel_mm();
   if (state == HeldState::kCutting) return std::max(1.0, 2 * voxel_mm);
-  // The walls of a kerf hold a rotating disc at depths of 3.25 voxels or more.
+  // The walls of a kerf hold a rotating disc only at depths of 3.25 voxels or more.
   return std::max(6 * voxel_mm, 0.5 * CalcReach(subject.setup.coupled.tool));
 }
 
@@ -75,7 +75,8 @@ Sizes CalcSizes(const HeldTool& held, const ClosedLoopSetup& setup) {
   Sizes z;
   z.scale = ForceMap(setup.profile, setup.force_map).force_scale();
   const double K = setup.coupled.coupling.stiffness_N_per_mm;
-  // Friction pulls the tool along a wall with a fraction of the normal force: with a soft spring it would come out.
+  // Friction pulls the tool along a wall with a fraction of the normal force, so with a soft spring the tool would come
+  // out of the kerf.
   const double bears_N = held.slips ? kSideways_mm * K : held.push_N;
   const double push_N = std::min({held.push_N, bears_N, kFractionOfPeak * setup.profile.peak_force_N / z.scale,
                                   kFractionOfPeak * setup.coupled.coupling.max_force_N});
@@ -98,7 +99,7 @@ class Held {
   Held(const HeldTool& held, const ClosedLoopSetup& setup, const Sizes& sizes, Grip grip = Grip::kOwn)
       : held_(held), sizes_(sizes), loop_(held.bone, setup, CalcStart(held, sizes)) {
     loop_.simulation().SetDown(held.X_WT);
-    // A hand damped so strongly that the spring soon comes to rest and no oscillation of the loop remains.
+    // The calm hand is damped so strongly that the spring soon comes to rest and no oscillation of the loop remains.
     const double K = sizes.stiffness_N_per_mm;
     const double lag_s = setup.period_s * (1 + 2 * setup.delay_ticks);
     const double m = 1e-3 * setup.profile.mass_kg;
@@ -114,7 +115,7 @@ class Held {
     const int ticks = static_cast<int>(std::clamp(10 / rate, 20 * setup.period_s, 0.5) / setup.period_s);
     for (int i = 0; i < ticks; ++i) {
       tick_ = loop_.Step(held.rpm);
-      // Friction on the rotating disc, or an oblique edge, would move the tool from its place. The hand compensates
+      // Friction on the rotating disc, or an oblique edge, would move the tool from its place, so the hand compensates
       // these forces.
       const Vec3 across = tick_.f_device_N - glm::dot(tick_.f_device_N, held.push_W) * held.push_W;
       balance_N_ -= 0.2 * (balance_N_ + across);
@@ -139,7 +140,7 @@ class Held {
   double position_mm() const { return glm::dot(tick_.p_WC_mm, held_.push_W); }
   double force_N() const { return -glm::dot(tick_.f_device_N, held_.push_W); }
   const Vec3& tool_mm() const { return tick_.out.coupled.X_WT.p_AB; }
-  /// Travel of the tool along the push since it was first held in place.
+  /// Returns how far the tool has moved along the push since it was first held in place.
   double way_mm() const { return glm::dot(tool_mm() - held_.X_WT.p_AB, held_.push_W); }
   const ClosedLoopTick& tick() const { return tick_; }
 
@@ -171,7 +172,7 @@ class Swings {
  public:
   void Add(double t_s, double value) {
     if (count_ >= 2 && (value - y1_) * (y1_ - y0_) < 0) {
-      // Turning point of a parabola through three samples.
+      // The turning point is that of a parabola through three samples.
       const double curve = y0_ - 2 * y1_ + value;
       Turn(t_s, y1_ - (value - y0_) * (value - y0_) / (8 * curve));
     }
@@ -183,7 +184,7 @@ class Swings {
   std::size_t size() const { return log_swing_.size(); }
   double log_swing(std::size_t i) const { return log_swing_[i]; }
 
-  /// Least squares over all swings starting at `first`, 1/s.
+  /// Returns the growth rate, 1/s, by least squares over all swings from `first` on.
   double CalcGrowth(std::size_t first) const {
     const double n = static_cast<double>(size() - first);
     double t_mean = 0;
@@ -203,8 +204,8 @@ class Swings {
 
  private:
   void Turn(double t_s, double top) {
-    constexpr double kRipple = 1e-3;  // fraction of the previous swing: a dent in a peak, which appears as two turning
-                                      // points
+    constexpr double kRipple = 1e-3;  // fraction of the previous swing; a smaller swing is a dent in a peak, which
+                                      // appears as two turning points
     const double swing = std::abs(top - last_top_);
     if (dented_ || (turns_ > 0 && swing < kRipple * last_swing_)) {
       dented_ = !dented_;
@@ -231,9 +232,9 @@ class Swings {
 
 ClosedLoopSetup MakeLinear(ClosedLoopSetup setup) {
   setup.profile.friction_N = 0;
-  // Positions are then exact. But with an encoder the velocity is an average over a time window, which is longest for
-  // the smallest motions and delays the coupling's damper accordingly. Here the window always has the maximum length,
-  // which keeps the loop linear. If the encoder steps are negligible, there is no window.
+  // Without quantisation, positions are exact. With an encoder, however, the velocity is an average over a time window,
+  // which is longest for the smallest motions and delays the coupling's damper accordingly. Here the window always has
+  // its maximum length, which keeps the loop linear. If the encoder steps are negligible, there is no window.
   setup.profile.resolution_mm = setup.profile.resolution_mm > 1e-4 ? kLongestWindow_mm : 0;
   setup.quantise = false;
   setup.force_map.ramp_in_s = 0;
@@ -245,7 +246,7 @@ double CalcTurn(const Quat& a, const Quat& b) {
   return 2 * std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
 }
 
-/// Maximum distance of `x` in [from, to) from its least-squares line.
+/// Returns the maximum distance of `x` in [from, to) from its least-squares line.
 double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) {
   const double n = static_cast<double>(to - from);
   const double middle = 0.5 * (n - 1);
@@ -266,7 +267,8 @@ double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) 
 /// shape (an edge that the tool slid off, or bone that it cut through), and the result says nothing about the loop.
 bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, double way_mm) {
   constexpr double kLonger = 4;       // an overdamped hand feeds more slowly, and slides off more slowly
-  constexpr double kBeyond_mm = 0.2;  // margin: `way_mm` is where the tool was last pushed, not where it came off
+  constexpr double kBeyond_mm = 0.2;  // margin, since `way_mm` is the furthest place to which the tool was pushed, not
+                                      // the one at which it came off
   constexpr double kGone_s = 0.02;
   setup.force_map.ramp_in_s = 0;
   setup.loop_gain = std::min(setup.loop_gain, 1.0);
@@ -288,7 +290,8 @@ bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, dou
   return true;
 }
 
-/// Observes the result of a kick, with friction and encoder steps, or for a linear loop that is known to be unstable.
+/// Observes the result of a kick, either with friction and encoder steps or, in a linear loop, after it has been found
+/// to be unstable.
 Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double min_sway_mm, double& seconds,
                     double& way_mm) {
   setup.force_map.ramp_in_s = 0;
@@ -317,12 +320,12 @@ Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm,
       max_N = std::max(max_N, run.force_N());
     }
     sway.push_back(CalcSway(x, w * window, (w + 1) * window));
-    // A tool off the bone does not oscillate, but it is not stable either.
+    // A tool that is off the bone does not oscillate, but it is not stable either.
     if (max_N < kOffBone * sizes.push_N) return Behaviour::kUnstable;
     if (sway.back() <= min_sway_mm) return Behaviour::kStable;
     if (w >= 3 && sway[w] < 0.5 * sway[w - 2] && sway[w] < 0.5 * kick_mm) return Behaviour::kStable;
   }
-  // The tool bounces off the bone and back, or reaches the maximum force of the device: nothing else limits the growth.
+  // The tool bounces off the bone and back, or reaches the maximum force of the device. Nothing else limits the growth.
   const bool hammers = min_N < 0.05 * sizes.push_N || max_N > 0.95 * setup.profile.peak_force_N;
   if (hammers && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
   if (sway.back() < 0.9 * sway[kWindows / 2]) return Behaviour::kStable;
@@ -330,7 +333,7 @@ Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm,
   return Behaviour::kLimitCycle;
 }
 
-/// As WatchKick(), but excludes effects of the bone's shape.
+/// Does the same as WatchKick(), but returns kNotHeld if the bone's shape is the cause of the result.
 Behaviour Watch(const HeldTool& held, const ClosedLoopSetup& setup, double kick_mm, double min_sway_mm) {
   double seconds = 0;
   double way_mm = -1e300;
@@ -380,7 +383,7 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
     before_mm = tool_mm;
     way_mm = std::min(way_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
     if (!first || held.rpm != 0) continue;
-    // On an edge the tool is pushed along the contact normal: along the feed it would slide off.
+    // On an edge the tool is pushed along the contact normal, because along the feed it would slide off.
     const Vec3 squarely_W = FindContact(simulation.bone(), params.tool, out.X_WT);
     if (glm::dot(squarely_W, along_W) >= kAslant) continue;
     held.push_W = along_W = squarely_W;
@@ -388,7 +391,8 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
     way_mm = 0;
   }
   if (touched_mm < 0) throw Error("the tool touches no bone along the feed from its start");
-  // At most the force of a slow feed: a fast tool would cut through the bone before the result is known.
+  // The push is at most the force of the slow approach: a faster tool would cut through the bone before the result is
+  // known.
   if (held.feeds) held.push_N = std::clamp(push_N, kMinPush_N, kPush_N);
   held.X_WT = out.X_WT;
   held.bone = std::move(simulation).TakeBone();
@@ -400,7 +404,7 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
   const Sizes sizes = CalcSizes(held, setup);
   Held still(held, setup, sizes);
   Held kicked(held, setup, sizes);
-  // Small enough that only the linear part of the difference is visible, but far larger than rounding.
+  // The kick is so small that only the linear part of the difference is visible, but far larger than rounding errors.
   const double kick_mm = std::min(1e-3 * sizes.compression_mm, 1e-3);
   const double kick_N = sizes.mass * kick_mm * 2 * std::numbers::pi / (sizes.period_s * setup.period_s);
   const bool turns = setup.profile.degrees_of_freedom == 6 && setup.hand.torsion_Nmm_per_rad > 0;
@@ -408,8 +412,8 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
   kicked.Step(kick_N, turns ? kKick_rad : 0);
 
   constexpr double kPeriods = 6;
-  constexpr std::size_t kFirst = 1;  // first swing that counts: the previous one still contains the kick
-  constexpr double kGone = 1e-6;     // fraction of the kick's speed: swings below it are rounding
+  constexpr std::size_t kFirst = 1;  // first swing that counts, since the one before it still contains the kick
+  constexpr double kGone = 1e-6;     // fraction of the kick's speed; smaller swings are rounding
   const int ticks = static_cast<int>(std::max(kPeriods * sizes.period_s, 0.1) / setup.period_s);
   Swings swings;
   double fastest = 0;
@@ -434,11 +438,11 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
     const double v = glm::dot(b.v_WC_mm_per_s - a.v_WC_mm_per_s, held.push_W);
     way_mm = std::max(way_mm, still.way_mm());
     lost = still.force_N() < kOffBone * sizes.push_N;
-    if (lost) break;  // through the bone, or hammering
+    if (lost) break;  // the tool is through the bone, or it hammers
     fastest = std::max(fastest, std::abs(v));
     const std::size_t before = swings.size();
     swings.Add(t_s, v);
-    // With a strong damper it creeps back without a swing.
+    // With a strong damper the handle creeps back without a swing.
     if (swings.size() > before && swings.log_swing(before) < std::log(kGone * fastest)) {
       return std::log(kGone) / std::max(t_s, setup.period_s);
     }
@@ -454,14 +458,15 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
     if (growth < 0 || KeepsPlace(held, setup, length_s, way_mm)) return growth;
     return std::nullopt;
   };
-  // Rotation is not weighted here: it comes to rest within a few ticks, or it grows up to the limit of the torque.
+  // No growth rate is fitted to the rotation: it either comes to rest within a few ticks or grows up to the limit of
+  // the torque.
   const double turned = most(turn, 0, 1);
   if (turned > 30 * kKick_rad) return reported(std::log(turned / kKick_rad) / length_s);
   if (swings.size() >= kFirst + 3) return reported(swings.CalcGrowth(kFirst));
   if (speed.size() < 8) return lost ? reported(0) : 0;
   const double late = std::max(most(speed, 0.75, 1), 1e-300);
   const double growth = std::log(late / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
-  // An unstable loop oscillates. A motion that grows without reversal is sliding.
+  // An unstable loop oscillates; a tool whose motion grows without reversing is sliding.
   if (growth >= 0 && swings.size() < 2 && !lost) return std::nullopt;
   return reported(growth);
 }
@@ -479,8 +484,8 @@ Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linea
   const double step_mm = setup.quantise ? setup.profile.resolution_mm : 0;
   const double compression_mm = CalcSizes(held, setup).compression_mm;
   const double kick_mm = std::min(0.3 * compression_mm, std::max(10 * step_mm, 0.03 * compression_mm));
-  // During the feed the handle passes encoder steps, which can be felt. Without friction nothing holds the handle
-  // within one step.
+  // During the feed the handle passes encoder steps, each of which moves it a little; without friction, nothing holds
+  // the handle within one step. In both cases, motion of up to one encoder step is not an oscillation.
   const bool still = !held.feeds && setup.profile.friction_N > 0;
   const double min_mm = std::max(still ? 0.02 * step_mm : step_mm, 1e-4 * kick_mm);
   return Watch(held, setup, kick_mm, min_mm);
@@ -516,8 +521,8 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
   const CouplingLimits limits = CalcCouplingLimits(setup.profile, setup.hand, setup.coupled.coupling, scale, 0,
                                                    setup.period_s, setup.delay_ticks);
   const double rule = limits.sampled_stiffness_N_per_mm / setup.coupled.coupling.stiffness_N_per_mm / setup.loop_gain;
-  // Largest gain known to be stable and smallest known to be unstable; 0: none. A tool that cannot be held ends the
-  // search.
+  // The largest gain known to be stable and the smallest one known to be unstable; 0 if there is none. The search ends
+  // if the tool cannot be held.
   double low = as_it_is == Verdict::kStable ? 1 : 0;
   double high = as_it_is == Verdict::kStable ? 0 : 1;  // if already unstable, no higher gain is tried
   bool held_still = true;

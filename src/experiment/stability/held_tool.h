@@ -1,4 +1,4 @@
-// A tool in the place where a loop is tested, and the test whether a kick of the handle decays there.
+// A tool in the place where a loop is tested, and a test of whether a kick of the handle decays there.
 #pragma once
 
 #include <optional>
@@ -12,13 +12,13 @@ struct HeldTool {
   Pose X_WT;           // the tool
   Vec3 push_W{0};      // direction in which the hand pushes, unit length
   double rpm = 0;      // of the spindle
-  double push_N = 0;   // simulated newtons; less if the device cannot bear it
+  double push_N = 0;   // simulated newtons; reduced for a device or coupling that cannot bear it
   bool feeds = false;  // the tool advances while it is pushed
   bool slips = false;  // the tool's surface slips across the push
 };
 
 /// Brings the tool into place with a slow, soft pull and then releases it. On an edge a stopped tool is pushed along
-/// the contact normal: along the feed it would slide off. Throws Error if the tool touches no bone.
+/// the contact normal, because along the feed it would slide off. Throws Error if the tool touches no bone.
 HeldTool HoldTool(const StabilitySubject& subject, HeldState state);
 
 /// Computes how a small kick of the handle along the push evolves, without the friction and the encoder steps of the
@@ -30,10 +30,10 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state);
 /// with an overdamped hand too.
 std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& setup);
 
-/// See TryState().
+/// Does what TryState() does, with a tool that is already held.
 Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear);
 
-/// See FindMargins().
+/// Does what FindMargins() does, with a tool that is already held.
 Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double max_gain = 64);
 
 }  // namespace kerf

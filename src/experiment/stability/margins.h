@@ -25,18 +25,19 @@ enum class Behaviour : std::uint8_t {
   kStable,
   kLimitCycle,
   kUnstable,
-  kNotHeld,  // unknown: the tool left its place, through the bone or off an edge, which is not due to the loop
+  kNotHeld,  // unknown, because the tool left its place (through the bone or off an edge), for which the loop is not
+             // the cause
 };
 const char* ToString(Behaviour behaviour);
 
-/// Result of comparing a figure with its bound, or a margin with its required minimum.
+/// The result of comparing a figure with its bound, or a margin with its required minimum.
 enum class Judgement : std::uint8_t {
   kHolds,
   kBroken,
   kNotJudged,  // could not be judged here, at least in part; the part that could be judged holds
   kNotAsked,
 };
-/// "yes", "no", "not judged", "not asked".
+/// Returns "yes", "no", "not judged" or "not asked".
 const char* ToString(Judgement judgement);
 
 /// The states in which a loop is tested.
@@ -53,16 +54,16 @@ inline constexpr std::array kHeldStates = {HeldState::kStoppedOnBone, HeldState:
 Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear);
 
 struct Margins {
-  double gain = 0;            // loop gain at which it ceases to be stable
-  bool gain_beyond = false;   // it was still stable at that gain, the largest that could be tested
-  int delay_ticks = 0;        // additional delay that it tolerates, whole ticks
-  bool delay_beyond = false;  // it tolerated that delay, the largest that could be tested; at most 16
+  double gain = 0;            // loop gain at which the loop ceases to be stable
+  bool gain_beyond = false;   // the loop was still stable at that gain, the largest that could be tested
+  int delay_ticks = 0;        // additional delay that the loop tolerates, whole ticks
+  bool delay_beyond = false;  // that delay, which the loop tolerated, is the largest that could be tested; at most 16
   /// Reason why the margins are unknown here; empty if they are known.
   std::string unjudged;
   /// Compares with the required minimums.
   Judgement Judge(double min_gain, int min_delay_ticks) const;
 };
-/// Uses bisection; finds the gain to within 2 %. `linear` as above.
+/// Finds the margins by bisection, the gain to within 2 %. `linear` as for TryState().
 Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double max_gain = 64);
 
 /// Returns the loop of another device and hand, with the coupling reduced as `kerf loop` would reduce it for the hand
@@ -79,18 +80,18 @@ struct ProfileMargins {
   std::array<Margins, kHeldStates.size()> margins;  // in the order of kHeldStates, linear
 };
 /// Computes the margins of each profile with each hand, and of each profile released with the coupling fitted to H3.
-/// The device and the hand of `subject` are ignored; its coupling is the requested one. Takes about 2 s per row on
-/// a block with 0.2 mm voxels. If `stop` (may be null) becomes true, ends between two margins and returns the complete
-/// rows.
+/// The device and the hand of `subject` are ignored; its coupling is the requested one. Takes about 2 s per row on a
+/// block with 0.2 mm voxels. If `stop` (may be null) becomes true, stops after the current margin and returns the
+/// complete rows.
 std::vector<ProfileMargins> CalcProfileMargins(const StabilitySubject& subject,
                                                const std::vector<DeviceProfile>& profiles,
                                                const std::function<void(double)>& progress = {},
                                                const std::atomic<bool>* stop = nullptr);
 
-/// Behaviour at each point of stiffness by damping (in simulation units), row by row from the lowest damping. Includes
-/// the encoder steps but not the device's friction, which would mask many effects and is known for few devices. In a
-/// limit cycle the handle keeps oscillating by more than an encoder step, but does not leave the bone and return. Takes
-/// about 0.1 s per point.
+/// The behaviour at each pair of stiffness and damping (in simulation units), row by row from the lowest damping.
+/// Includes the encoder steps but not the device's friction, which would mask many effects and is known for few
+/// devices. In a limit cycle the handle keeps oscillating by more than an encoder step, but the tool does not bounce
+/// off the bone. Takes about 0.1 s per point.
 struct StabilityMap {
   std::vector<double> stiffness_N_per_mm;
   std::vector<double> damping_Ns_per_mm;

@@ -39,7 +39,7 @@ std::vector<double> TakeAxis(std::span<const Vec3> f, int axis) {
   return x;
 }
 
-/// Mean square above cutoff_Hz, sum over the three axes.
+/// Returns the mean square above cutoff_Hz, summed over the three axes.
 double CalcHighPassPower(std::span<const Vec3> f, double dt_s, double cutoff_Hz) {
   double sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -49,7 +49,7 @@ double CalcHighPassPower(std::span<const Vec3> f, double dt_s, double cutoff_Hz)
   return sum;
 }
 
-/// The value that the given fraction of all values do not exceed.
+/// Returns the value that the given fraction of all values do not exceed.
 double CalcPercentile(std::vector<double> values, double fraction) {
   const double rank = std::ceil(fraction * static_cast<double>(values.size()) - 1e-9);
   const auto at = static_cast<std::ptrdiff_t>(std::clamp(rank - 1, 0.0, static_cast<double>(values.size() - 1)));
@@ -77,7 +77,7 @@ std::vector<double> Detrend(std::span<const double> f) {
   return x;
 }
 
-/// Value of a Hann window of n samples at sample i.
+/// Returns the value of a Hann window of n samples at sample i.
 double CalcHann(std::size_t i, std::size_t n) {
   return 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
 }
@@ -94,7 +94,7 @@ double MaxAbs(std::span<const double> x) {
   return most;
 }
 
-/// Fourier transform in place; the size must be a power of two.
+/// Calculates the Fourier transform in place; the size must be a power of two.
 void Transform(std::vector<std::complex<double>>& x) {
   const std::size_t n = x.size();
   for (std::size_t i = 1, j = 0; i < n; ++i) {
@@ -125,7 +125,7 @@ std::size_t CalcPowerOfTwo(std::size_t at_least) {
   return n;
 }
 
-/// Sums of x_i x_(i+lag) for lags from 0.
+/// Returns the sums of x_i x_(i+lag) for all lags from 0 on.
 std::vector<double> Correlate(std::span<const double> x) {
   std::vector<std::complex<double>> z(CalcPowerOfTwo(2 * x.size()));
   std::copy(x.begin(), x.end(), z.begin());
@@ -137,7 +137,7 @@ std::vector<double> Correlate(std::span<const double> x) {
   return sums;
 }
 
-/// Power at the frequency, mean over Hann windows of `length` samples.
+/// Returns the power at the frequency, averaged over Hann windows of `length` samples.
 double CalcPowerAt(std::span<const double> f, std::size_t length, double periods_per_sample) {
   const std::complex<double> turn = std::polar(1.0, -2 * std::numbers::pi * periods_per_sample);
   double power = 0;
@@ -156,7 +156,7 @@ double CalcPowerAt(std::span<const double> f, std::size_t length, double periods
   return power / windows;
 }
 
-/// Mean square deviation from the mean.
+/// Returns the mean square deviation from the mean.
 double CalcVariance(std::span<const double> x) {
   double mean = 0;
   for (const double v : x) mean += v / static_cast<double>(x.size());
@@ -165,8 +165,9 @@ double CalcVariance(std::span<const double> x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// Growth rate per sample: slope of a weighted fit to ln RMS of intervals of one period, with larger weights for large
-/// values. Each interval's mean is subtracted, since the line removed from a decaying signal does not fit it locally.
+/// Returns the growth rate per sample: the slope of a weighted fit to ln RMS of intervals of one period, in which
+/// intervals with large values have larger weights. Each interval's mean is subtracted, since the straight line that
+/// Detrend() removed from a decaying signal does not fit it locally.
 double CalcGrowth(std::span<const double> x, std::size_t period) {
   double w = 0, wt = 0, wy = 0, wtt = 0, wty = 0;
   const double scale = MeanSquare(x);
@@ -221,7 +222,7 @@ Toggles CountToggles(std::span<const double> f, double dt_s, double least) {
   int turns = 0;
   int way = 0;  // direction of the signal: 1 up, -1 down, 0 unknown yet
   double low = f[0];
-  double high = f[0];  // extremes since it last reversed
+  double high = f[0];  // like `low`, an extreme since the signal last reversed
   for (std::size_t i = 1; i < f.size(); ++i) {
     if ((f[i] != 0) != (f[i - 1] != 0)) ++contacts;
     low = std::min(low, f[i]);
@@ -244,7 +245,7 @@ double CalcLineProminence_dB(std::span<const double> f, double dt_s, double f_Hz
   CheckTime(dt_s);
   Check(f_Hz > 0 && f_Hz * dt_s <= 0.5, "a frequency of", f_Hz);
   const double at = f_Hz * dt_s;  // periods per sample
-  // Windows of a quarter of the signal, so that there are seven of them, but at least 8 periods long.
+  // Each window is a quarter of the signal, so that there are seven of them, but at least 8 periods long.
   const auto n = static_cast<double>(f.size());
   const double least = 8 / at;
   if (n < 64 || n < least || !IsFinite(f)) return kNaN;
@@ -272,7 +273,7 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
     found.amplitude = 0;
     return found;
   }
-  // Autocorrelation, each lag divided by the maximum possible value for the two overlapping parts.
+  // Autocorrelation, in which the value at each lag is divided by the maximum possible for the two overlapping parts.
   std::vector<double> r = Correlate(x);
   const std::size_t lags = x.size() / 3;
   double head = r[0];
@@ -291,8 +292,8 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
     if (is_peak(i)) highest = std::max(highest, r[i]);
   }
   if (highest == 0) return found;
-  // A periodic signal has peaks of about the same height at all multiples of the period: take the first, at its
-  // maximum.
+  // A periodic signal has peaks of about the same height at all multiples of the period, so the first one counts, at
+  // its maximum.
   std::size_t top = 0;
   for (std::size_t i = first + 1; i < lags; ++i) {
     if (top != 0 && r[i] < 0.9 * highest) break;

@@ -1,9 +1,9 @@
 // Measures that distinguish a steady force from one that chatters, oscillates or changes without a cause. They work on
 // signals sampled every dt_s. C1 to C9 are their names in docs/stability.md.
 //
-// All of them return NaN, which satisfies no bound, for a signal that is too short or has a value that is not finite. A
-// constant has the best possible result. They throw Error if dt_s is not above 0 or a frequency, mass or fraction is
-// out of range.
+// All of them return NaN, which satisfies no bound, for a signal that is too short or has a value that is not finite.
+// For a constant signal they return the best possible value. They throw Error if dt_s is not above 0 or a frequency,
+// mass or fraction is out of range.
 #pragma once
 
 #include <span>
@@ -24,7 +24,7 @@ struct TickSteps {
   double max = 0;
 };
 TickSteps CalcTickSteps(std::span<const Vec3> f_N);
-/// Smallest change of a force that people perceive, N; see above.
+/// Returns the smallest change of a force that people perceive, N, by the rule of C2.
 double CalcJustNoticeable_N(double force_N);
 
 /// C3: total variation divided by range: 1 for a monotonic or constant signal, more for one that wavers. Needs at least
@@ -44,8 +44,8 @@ Toggles CountToggles(std::span<const double> f, double dt_s, double least);
 /// half the sampling rate. Needs at least 8 periods of f_Hz and 64 samples.
 double CalcLineProminence_dB(std::span<const double> f, double dt_s, double f_Hz);
 
-/// C6: an oscillation that does not decay while nothing excites it. Pass the part of the signal after a kick has had
-/// time to decay: a large oscillation that leaves a small one behind would be reported as decaying.
+/// C6: an oscillation that does not decay while nothing excites it. Pass the part of the signal after any kick has had
+/// time to decay: otherwise a large oscillation that leaves a small one behind would be reported as decaying.
 struct Oscillation {
   double correlation = 0;    // highest peak of the detrended signal's autocorrelation beyond its first zero; 0: no peak
   double frequency_Hz = 0;   // of that peak; the signal must hold at least three periods. 0: no peak
@@ -63,16 +63,16 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
 /// CalcVibrationThreshold_um.
 double CalcSensationLevel_dB(std::span<const double> f_N, double dt_s, double mass_kg);
 
-/// Amplitude of the weakest vibration that can be felt through an object in the hand, um, at 10 to 500 Hz; f_Hz is
-/// clamped to this range.
+/// Returns the amplitude, um, of the weakest vibration at f_Hz that can be felt through an object in the hand. f_Hz is
+/// clamped to 10 to 500 Hz.
 double CalcVibrationThreshold_um(double f_Hz);
 
-/// C8: percentile (`fraction` 0 to 1) of the angle between successive forces, degrees, where both are above min_N; 0 if
-/// there are none. Needs at least 2 samples.
+/// C8: percentile (`fraction` 0 to 1) of the angle between successive forces, degrees, over the pairs in which both
+/// forces are above min_N; 0 if there are none. Needs at least 2 samples.
 double CalcTurn_deg(std::span<const Vec3> f_N, double fraction, double min_N = 0.5);
 
-/// C9: root mean square of a motion between 1 and 20 Hz while no motion is intended, mm: the part above 1 Hz less the
-/// part above 20 Hz, both as in C1. Needs at least a second.
+/// C9: root mean square, mm, of a motion between 1 and 20 Hz while no motion is intended: the part above 1 Hz less the
+/// part above 20 Hz, both calculated as in C1. Needs at least a second.
 double CalcAliveness(std::span<const Vec3> p_mm, double dt_s);
 
 }  // namespace kerf

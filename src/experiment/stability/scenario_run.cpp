@@ -16,9 +16,9 @@ namespace kerf {
 namespace {
 
 constexpr double kMinWindow_s = 0.25;  // minimum window in which noise is judged
-constexpr double kMinOfAll_s = 0.1;    // the same for a tool that is through: two periods of 20 Hz
+constexpr double kMinOfAll_s = 0.1;    // the same for a tool that is through; two periods of 20 Hz
 constexpr double kPushOn_s = 0.3;
-constexpr double kSettle_s = 0.05;     // after the first bone was cut
+constexpr double kSettle_s = 0.05;     // settling time after bone is first cut
 constexpr double kLookEvery_s = 0.01;  // interval of the search for bone ahead of the tool
 constexpr double kAhead_mm = 2;        // distance of that search; the hops of a tool that chatters are shorter
 constexpr double kOnLine = 0.5;        // maximum distance from the line of the feed, as a fraction of the tool's reach
@@ -65,7 +65,7 @@ Pose BackOff(const StabilitySubject& subject, double max_mm) {
 }
 
 double CalcThickness(const StabilitySubject& subject, double max_mm) {
-  // The thickness along the path of the edge's leading point.
+  // This is the thickness along the path of the edge's leading point.
   const Tool& tool = subject.setup.coupled.tool;
   Vec3 front(0);
   double most = -std::numeric_limits<double>::infinity();

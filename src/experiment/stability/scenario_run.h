@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-inline constexpr double kYield_s = 0.5;  // HandPush::yield_s of a hand that feeds
+inline constexpr double kYield_s = 0.5;  // Intention::yield_s of a hand that feeds
 
 /// A subject's loop during one scenario. Records the motors' forces and the handle's positions, and checks the
 /// conditions that hold in every scenario: all values finite, no force beyond the device's peak, no step beyond the
@@ -20,7 +20,7 @@ class ScenarioRun {
  public:
   static constexpr double kNoiseFraction = 0.01;  // noise allowed, as a fraction of the force
 
-  /// Starts at X_WT_start, or where the held tool is.
+  /// Starts at subject.X_WT_start, where the held tool is, or at X_WT.
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario);
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, const HeldTool& held);
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, Bone bone, const Pose& X_WT);
@@ -33,9 +33,10 @@ class ScenarioRun {
   double scale() const { return scale_; }  // device N per simulation N
   void set_rpm(double rpm) { rpm_ = rpm; }
 
-  /// Force on the device for a force in simulated newtons: at most the device's continuous force, plus its friction.
+  /// Returns the force on the device for a force in simulated newtons: at most 80 % of what the device and the coupling
+  /// can sustain, plus the device's friction.
   double CalcPush_N(double simulated_N) const;
-  /// Change of a force due to one encoder step, through the coupling, in just-noticeable differences.
+  /// Returns the change of a force that one encoder step causes through the coupling, in just-noticeable differences.
   double CalcGrain(double force_N) const;
   /// The hand pushes the handle; its target position yields along the push.
   void Lean(const Vec3& push_W_N);
@@ -48,11 +49,13 @@ class ScenarioRun {
   /// Processes the loop's tick as Step() does; tests call it with artificial ticks.
   const ClosedLoopTick& Take(const ClosedLoopTick& tick);
   void Run(double seconds);
-  /// As Run(), but ends when the tool leaves the bone. Returns the end (as now()) of the samples whose force may be
-  /// judged: a tenth of a second before the tool cut through, or before the force was absent for a tenth of a second.
+  /// Does the same as Run(), but ends when the tool leaves the bone. Returns the end (as now()) of the samples whose
+  /// force may be judged: a tenth of a second before the tool cut through, or before the force was absent for a tenth
+  /// of a second.
   std::size_t RunInBone(double seconds);
-  /// True if the tool has come out on the far side of the bone: it has cut, has no bone within 2 mm ahead along the
-  /// feed, and is still on its line. A tool that left its line sideways or that hops on the bone has not cut through.
+  /// Returns true if the tool has come out on the far side of the bone: it has cut, has no bone within 2 mm ahead along
+  /// the feed, and is still on its line. A tool that left its line sideways or that hops on the bone has not cut
+  /// through.
   bool is_through() const { return result_.cut_through_s.has_value(); }
   /// Runs in air until the force is fully ramped in.
   void AwaitRamp();
@@ -66,28 +69,30 @@ class ScenarioRun {
   void AtMost(const std::string& name, const std::string& unit, double value, double bound);
   void AtLeast(const std::string& name, const std::string& unit, double value, double bound);
   /// Adds the force above 20 Hz, which must be at most 20 mN or `fraction` of the force, whichever is larger. A window
-  /// shorter than a quarter of a second is not judged.
+  /// shorter than a quarter of a second (a tenth of a second if the tool is through) is not judged.
   void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double fraction = kNoiseFraction);
-  /// The same for a cut without faults, in which the tool may be through before `from`: a shaking tool breaks through
-  /// early. Then the whole cut is examined in parts of a tenth of a second, and the part with the median noise counts
-  /// (of two parts, the louder one). A border between two kinds of bone shakes one part, an unstable loop most of them.
+  /// Does the same for a cut without faults. Since a shaking tool breaks through early, the tool may be through before
+  /// `from` or soon after it. In that case the whole cut is examined in parts of a tenth of a second, and the part with
+  /// the median noise counts (of two parts, the louder one). A border between two kinds of bone shakes the tool in one
+  /// part only, an unstable loop in most of them.
   void AddCutNoise(std::size_t from, std::size_t to = SIZE_MAX);
-  /// Adds the check that the motors never output more energy than was put in.
+  /// Adds the check that the motors never output more energy than was put in, apart from what a held spring force can
+  /// return (PortEnergy::held_mJ) and a small tolerance.
   void AddEnergy();
   void Say(const std::string& more) { result_.what += more; }
   /// Records why something could not be judged.
   void LeaveUnjudged(const std::string& why) { result_.unjudged = why; }
-  /// True if the tool touched no bone during the last `seconds`.
+  /// Returns true if there was no force during the last `seconds`.
   bool IsOff(double seconds) const;
 
   ScenarioResult Finish();
   static ScenarioResult Skip(const Scenario& scenario, const std::string& why);
-  /// Result of a scenario in which nothing could be judged.
+  /// Returns the result of a scenario in which nothing could be judged.
   static ScenarioResult NotJudged(const Scenario& scenario, const std::string& why);
 
  private:
-  /// First sample (as now()) in which the tool cut, plus a settling time. From this sample on, the force of a tool that
-  /// breaks through before a scenario's own window may be judged.
+  /// Returns the first sample (as now()) in which the tool cut, plus a settling time. From this sample on, the force
+  /// may be judged if the tool breaks through before the scenario's own window.
   std::size_t FirstSteady() const;
   void AddNoiseFigure(double noise_N, double mean_N, double fraction);
   const StabilitySubject& subject_;
@@ -101,26 +106,28 @@ class ScenarioRun {
   std::vector<Vec3> f_N_;
   std::vector<Vec3> p_mm_;
   TickWatch watch_;
-  Bone begun_with_;              // initial bone, in which the run looks ahead
-  std::vector<Vec3> leading_T_;  // points of the edge in front, along the feed, tool frame
+  Bone begun_with_;              // the initial bone, in which the run looks for bone ahead
+  std::vector<Vec3> leading_T_;  // points of the edge that face along the feed, tool frame
   bool has_cut_ = false;
   std::size_t first_cut_ = 0;  // as now()
-  bool left_line_ = false;  // sideways off the line of the feed; a tool that moves around the bone also gets behind it
+  bool left_line_ = false;  // sideways; a tool that moves around the bone also gets behind it, but has not cut through
+                            // it
   bool was_released_ = false;
   double furthest_mm_ = 0;  // along the feed
-  std::size_t looked_ = 0;  // last search for bone ahead, as now()
+  std::size_t looked_ = 0;  // sample of the last search for bone ahead, as now()
 
   void LookAhead();
   bool IsBoneAhead() const;
 };
 
-/// Points of the tool's edge, tool frame.
+/// Returns points of the tool's edge, tool frame.
 std::vector<Vec3> SampleEdge(const Tool& tool);
-/// Depth of the tool's edge in the bone, mm; at most the bone's band. Not above 0: no contact.
+/// Returns the depth of the tool's edge in the bone, mm, limited to the bone's band; 0 or less if there is no contact.
 double CalcBuried(const Bone& bone, const Tool& tool, const Pose& X_WT);
-/// Moves back from X_WT_start against the feed until bone is in the way, by at most `max_mm`.
+/// Returns the pose X_WT_start moved back against the feed until bone is in the way, by at most `max_mm`.
 Pose BackOff(const StabilitySubject& subject, double max_mm);
-/// Thickness of the bone that the tool's edge crosses along the feed; infinite if it is more than `max_mm`.
+/// Returns the thickness of the bone that the tool's edge crosses along the feed, mm; infinite if it is more than
+/// `max_mm`.
 double CalcThickness(const StabilitySubject& subject, double max_mm);
 
 /// Appends a scenario to the list; `body` is called with subject, scenario (for its name and sentence) and seed.

@@ -35,7 +35,7 @@ struct ScenarioResult {
   std::vector<double> time_s;
   std::vector<double> force_N;
   bool holds() const;  // no bound is violated
-  /// kNotAsked if skipped.
+  /// Returns kNotAsked if the scenario was skipped.
   Judgement judgement() const;
 };
 
@@ -44,7 +44,7 @@ struct Scenario {
   const char* what;
   std::function<ScenarioResult(const StabilitySubject& subject, std::uint64_t seed)> run;
 };
-/// In the order of the report.
+/// Returns all scenarios, in the order of the report.
 const std::vector<Scenario>& Scenarios();
 
 }  // namespace kerf

@@ -10,7 +10,8 @@
 namespace kerf {
 namespace {
 
-/// Maximum depth of a stopped tool's edge in the bone: the half voxel that a substep moves, and a small tolerance.
+/// Returns the maximum permitted depth of a stopped tool's edge in the bone: half a voxel, which is the motion in a
+/// substep, and a small tolerance.
 double CalcBuriedBound_mm(const StabilitySubject& subject) {
   return 0.5 * subject.bone.voxel_mm() + 0.05;
 }
@@ -20,7 +21,7 @@ ScenarioResult PressAndHold(const StabilitySubject& subject, const Scenario& sce
   run.set_rpm(0);
   run.AwaitRamp();
   const double push_N = run.CalcPush_N(simulated_N);
-  // On an edge the tool is pushed along the contact normal: along the feed it would slide off.
+  // On an edge the tool is pushed along the contact normal, because along the feed it would slide off.
   run.Lean(push_N * HoldTool(subject, HeldState::kStoppedOnBone).push_W);
   run.Run(1.5);
   const std::size_t early = run.now();
@@ -37,8 +38,8 @@ ScenarioResult PressAndHold(const StabilitySubject& subject, const Scenario& sce
   const double bound_N = std::max(0.02, 0.01 * run.MeanForce_N(late));
   const Oscillation swing = FindOscillation(run.ForcesAlong_N(subject.into_W, late), run.T(), bound_N);
   run.AtMost("sustained oscillation", "", swing.is_limit_cycle ? 1 : 0, 0);
-  // With little damping the hand still rings from the onset of the push, in some cases about once a second: the ringing
-  // must then not grow.
+  // A hand with little damping still rings from the onset of the push, in some cases about once a second. This ringing
+  // must not grow.
   const double before_um = 1000 * CalcAliveness(run.positions_mm(early, late), run.T());
   const double step_um = subject.setup.quantise ? 1000 * subject.setup.profile.resolution_mm : 0;
   run.AtMost("motion from 1 to 20 Hz", "um", 1000 * CalcAliveness(run.positions_mm(late), run.T()),
@@ -66,7 +67,7 @@ ScenarioResult Blow(const StabilitySubject& subject, const Scenario& scenario, d
   bool touched = false;
   for (int i = 0; i < static_cast<int>(1 / run.T()); ++i) {
     if (!touched) {
-      // The hand moves with the handle.
+      // The hand moves along with the handle.
       const double way_mm = glm::dot(run.tick().p_WC_mm - p_start, subject.into_W);
       thrown = thrown || way_mm > throw_mm || arrived > speed_mm_per_s;
       Intention intention{.X_WH = start, .v_W_mm_per_s = run.tick().v_WC_mm_per_s};

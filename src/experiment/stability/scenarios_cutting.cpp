@@ -13,7 +13,7 @@ namespace kerf {
 namespace {
 
 constexpr const char* kStandsStill = "the spindle is stopped.";
-constexpr double kThin_mm = 8;  // maximum thickness; breaking through a thicker bone takes too long
+constexpr double kThin_mm = 8;  // maximum thickness of the bone; breaking through a thicker one takes too long
 
 bool Turns(const StabilitySubject& subject) {
   return std::abs(subject.rpm) >= 1;
@@ -30,7 +30,8 @@ ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& sce
   run.AddCutNoise(begun, end);
   if (end > begun + 1) {
     const TickSteps steps = CalcTickSteps(run.forces_N(begun, end));
-    // A stiff coupling turns each encoder step into a force. If it can be felt, the result states the cause.
+    // A stiff coupling turns each encoder step into a force. If this force can be felt, the result says that the
+    // encoder is its cause.
     const double grain = run.CalcGrain(run.MeanForce_N(begun, end));
     if (grain > 1)
       run.Say(fmt::format(" An encoder step changes the force by {:.2g} just-noticeable differences.", grain));
@@ -51,9 +52,9 @@ ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenari
   ScenarioRun run(subject, scenario, held);
   run.AwaitRamp();
   const std::size_t begun = run.now();
-  // At most the force that deflects the coupling by 1 mm: friction would pull the tool out along the wall.
+  // The push deflects the coupling by at most 1 mm, because otherwise friction would pull the tool out along the wall.
   const double push_N = run.CalcPush_N(std::min(2.0, subject.setup.coupled.coupling.stiffness_N_per_mm));
-  // At the edge in the kerf, not at the centre, which tilts with the hand.
+  // The motion is measured at the edge in the kerf, not at the centre, which tilts with the hand.
   const Vec3 front_T = CalcReach(subject.setup.coupled.tool) * held.X_WT.InverseVector(subject.into_W);
   const Vec3 front_W = held.X_WT.Point(front_T);
   double wander_mm = 0;
@@ -63,7 +64,7 @@ ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenari
     const ClosedLoopTick& tick = run.Step();
     wander_mm = std::max(wander_mm, std::abs(glm::dot(tick.out.coupled.X_WT.Point(front_T) - front_W, held.push_W)));
   }
-  // The tool moves from one wall to the other, which may be felt, but not as roughness: half a just-noticeable
+  // The tool moves from one wall to the other. This may be felt, but not as roughness, so half a just-noticeable
   // difference is allowed.
   run.AtMost("noise above 20 Hz", "mN", 1000 * CalcNoise(run.forces_N(begun), run.T()), std::max(20.0, 35 * push_N));
   // Voxels much larger than the disc's thickness cannot represent a kerf.
@@ -132,8 +133,8 @@ ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& sce
     run.LeaveUnjudged("The tool did not break through in 6 s.");
     return run.Finish();
   }
-  // Before the hand holds it again, the tool may hit a surface up to 2 mm behind the bone:
-  // F (1 + sqrt(1 + 2 K d / F)).
+  // Before the hand stops the tool, it may hit a surface up to d = 2 mm behind the bone. The force there is at most F
+  // (1 + sqrt(1 + 2 K d / F)).
   const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
   run.AtMost("force against the feed, after over before", "", after_N / before_N,
              1 + std::sqrt(1 + 2 * K * 2 / std::max(before_N, 1e-3)));
@@ -153,7 +154,7 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
     const std::size_t before = run.now() - 1;
     run.set_rpm(rpm);
     run.Run(0.2);
-    // Only the change, not later contacts.
+    // Only the ticks right after the change count, not later contacts.
     if (run.is_through()) break;
     largest = std::max(largest, CalcTickSteps(run.forces_N(before, before + 20)).max);
     changed = true;
@@ -167,7 +168,7 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
   return run.Finish();
 }
 
-/// Random hands within the range of measured hands; the result names the worst one.
+/// Tries random hands within the range of measured hands; the result names the worst one.
 ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto draw = [&](double lower, double upper) {
@@ -194,7 +195,7 @@ ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario
     const std::size_t end = run.RunInBone(0.5);
     if (static_cast<double>(end - late) * run.T() < 0.25) continue;
     const double noise_mN = 1000 * CalcNoise(run.forces_N(late, end), run.T());
-    // A heavy hand with little damping keeps ringing from the onset of the push; the ringing must then decay.
+    // A heavy hand with little damping keeps ringing from the onset of the push. This ringing must decay.
     const double before_mN = 1000 * CalcNoise(run.forces_N(early, late), run.T());
     const double bound_mN = std::max({20.0, 10 * run.MeanForce_N(late, end), 0.75 * before_mN});
     run.AtMost("noise above 20 Hz", "mN", noise_mN, bound_mN);

@@ -33,21 +33,21 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   }
   run.loop().device().SetFaults({});
   run.Run(0.5);
-  // Moves out of the bone by more than the distance that friction can keep the handle from the hand's target.
+  // The target is out of the bone by more than the distance from it at which friction can hold the handle.
   const double k = subject.setup.hand.stiffness_N_per_mm;
   Pose X_away = run.X_WT_start();
   X_away.p_AB -= (2 + (k > 0 ? subject.setup.profile.friction_N / k : 0)) * subject.into_W;
   run.loop().device().SetIntention({.X_WH = X_away});
-  // Until an oscillation of the hand has decayed to one fiftieth.
+  // The run lasts until an oscillation of the hand has decayed to a fiftieth.
   const double b = subject.setup.profile.own_damping_Ns_per_mm + subject.setup.hand.damping_Ns_per_mm;
   run.Run(std::clamp(4 * 2e-3 * (subject.setup.profile.mass_kg + subject.setup.hand.mass_kg) / b, 1.0, 6.0));
   const Vec3 p_TC = subject.setup.coupled.coupling.p_TC_mm;
   const double off_mm = glm::length(run.tick().out.coupled.X_WT.Point(p_TC) - run.tick().out.sample.X_WH.Point(p_TC));
-  // The depth is at most the half voxel of a substep, whatever the force.
+  // Whatever the force, the depth must be at most half a voxel, which is the motion in a substep.
   if (rpm == 0)
     run.AtMost("depth of the edge in the bone, maximum", "mm", deepest_mm, 0.5 * subject.bone.voxel_mm() + 0.05);
   if (rpm == 0) run.AtMost("distance of the tool from the handle afterwards", "mm", off_mm, 0.2);
-  // At most the sweep, enlarged by half a voxel on all sides.
+  // The bound is the volume of the sweep, enlarged by half a voxel on all sides.
   const double half_mm = 0.5 * subject.bone.voxel_mm();
   const auto* disc = std::get_if<DiscSaw>(&tool);
   const double R = CalcReach(tool) + half_mm;
@@ -82,12 +82,12 @@ ScenarioResult QuarterTurn(const StabilitySubject& subject, const Scenario& scen
 /// Shortens a burst that would exceed the watchdog limit only because it is rounded to whole ticks.
 double FitBurst_s(double burst_s, double period_s, double watchdog_ms) {
   const double limit_s = 1e-3 * watchdog_ms;
-  // Number of lost ticks; the force is one tick older than these.
+  // Number of ticks that may be lost; the force is one tick older than that.
   const double lost = std::floor(limit_s / period_s + 1e-6) - 1;
   return burst_s <= limit_s && lost >= 1 ? std::min(burst_s, (lost - 0.5) * period_s) : burst_s;
 }
 
-/// A push with 5 N while ticks are irregular.
+/// The hand pushes with 5 N while the ticks are irregular.
 ScenarioResult UnevenTime(const StabilitySubject& subject, const Scenario& scenario, TimingFaults timing,
                           std::uint64_t seed) {
   ScenarioRun run(subject, scenario);
@@ -101,7 +101,7 @@ ScenarioResult UnevenTime(const StabilitySubject& subject, const Scenario& scena
   const double oldest_s = (std::ceil(timing.burst_s / run.T() - 1e-6) + 1) * run.T();
   const bool trips = timing.burst_s > 0 && 1000 * oldest_s > subject.setup.watchdog_ms * (1 + 1e-9);
   if (trips) {
-    run.Run(1.5);  // for the full time: a vanishing force does not mean that the tool is through
+    run.Run(1.5);  // not RunInBone(), since here a vanishing force does not mean that the tool is through
     const auto forces = run.forces_N(begun);
     run.AtLeast("ticks without force", "", static_cast<double>(std::count(forces.begin(), forces.end(), Vec3(0))), 1);
   } else {
@@ -134,7 +134,7 @@ ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, 
   const auto p = run.positions_mm(released);
   for (std::size_t i = 1; i < p.size(); ++i) fastest = std::max(fastest, glm::length(p[i] - p[i - 1]) / run.T());
   run.AtMost("rise of the force after the release", "%", 100 * (max_N / std::max(held_N, 1e-3) - 1), 5);
-  // The spring's energy as motion of the handle, plus the handle's earlier motion.
+  // Speed of the handle if it takes up all the energy of the spring in addition to its own kinetic energy.
   const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
   const double bound = std::hypot(held_N / std::sqrt(K * 1e-3 * subject.setup.profile.mass_kg), begun_mm_per_s);
   run.AtMost("speed of the released handle", "mm/s", fastest, 1.1 * bound + 10);
@@ -185,7 +185,7 @@ ScenarioResult Frozen(const StabilitySubject& subject, const Scenario& scenario,
   return run.Finish();
 }
 
-/// The device has the coarsest encoder known.
+/// The device has the coarsest encoder of any known device.
 ScenarioResult CoarseEncoder(const StabilitySubject& asked, const Scenario& scenario, std::uint64_t) {
   StabilitySubject subject = asked;
   subject.setup.quantise = true;

@@ -12,11 +12,11 @@ class TickWatch {
 
   int not_finite() const { return not_finite_; }  // ticks with a value that is not finite
   double largest_N() const { return largest_N_; }
-  /// Largest change between ticks; a step to zero, as after a fault, does not count.
+  /// Returns the largest change between ticks; a step to zero, as after a fault, does not count.
   double largest_step_N() const { return largest_step_N_; }
   double largest_torque_Nmm() const { return largest_torque_Nmm_; }
-  /// Simulated force while nothing is near the tool. The tool then coincides with the handle: whatever their gains, no
-  /// spring is stretched and no damper has a relative velocity.
+  /// Returns the largest simulated force while nothing is near the tool. It must be 0: the tool then coincides with the
+  /// handle, so that, whatever the gains, no spring is stretched and no damper has a relative velocity.
   double largest_in_air_N() const { return largest_in_air_N_; }
 
  private:

@@ -23,7 +23,7 @@ namespace {
 /// in which a hand lets go shows its behaviour.
 constexpr std::string_view kLetGo = "H0";
 
-// Approximate time of each on one core, s; used only for the progress.
+// Approximate time of one scenario, one margin and one point of the map on one core, s; used only to show the progress.
 constexpr double kScenarioCost = 4;
 constexpr double kMarginCost = 1;
 constexpr double kPointCost = 0.05;
@@ -44,7 +44,7 @@ std::vector<double> SpaceOut(double from, double to, int count, bool log) {
 }
 
 MapAxes MakeMapAxes(const CouplingParams& coupling, const MapLimits& limits, bool quick) {
-  constexpr double kMinStiffness = 1e-3;  // this and the next two are the limits of CouplingParams
+  constexpr double kMinStiffness = 1e-3;  // these three are the limits of CouplingParams
   constexpr double kMaxStiffness = 1000;
   constexpr double kMaxDamping = 1;
   const double rule = limits.CalcRule(coupling.damping_Ns_per_mm);
@@ -129,10 +129,10 @@ StabilityStudy::Count StabilityStudy::CountMargins() const {
 double CalcNearness(const StabilityFigure& f) {
   constexpr double kBeyond = std::numeric_limits<double>::infinity();
   if (std::isnan(f.value) || std::isnan(f.bound)) return kBeyond;
-  // A figure limited by the loop, or one whose bound is zero, is not near its bound.
+  // A figure that the loop limits, or one whose bound is zero, is not near its bound.
   if (f.holds() && (f.clamped || (f.at_most ? f.value : f.bound) <= 0)) return 0;
   const double fraction = f.at_most ? f.value / f.bound : f.bound / f.value;
-  // There is no ratio to a bound of 0 or below.
+  // For a bound of 0 or below there is no such ratio.
   if (!(fraction >= 0)) return f.holds() ? 0 : kBeyond;
   return f.holds() ? std::min(fraction, 1.0) : std::max(fraction, std::nextafter(1.0, 2.0));
 }

@@ -30,33 +30,36 @@ struct StabilityOptions {
   const std::atomic<bool>* stop = nullptr;  // ends the examination early; may be null
 };
 
-/// Margins of one hand in one state. The coupling is the one that is used with the scene's own hand.
+/// The margins of one hand in one state, with the coupling that is used with the scene's own hand.
 struct HandMargins {
   std::string hand;
   bool own = false;  // true for the scene's own hand
   HeldState state = HeldState::kStoppedOnBone;
   bool linear = false;  // without the device's friction and the encoder's steps
-  bool done = false;    // false: ended before this was examined
+  bool done = false;    // false: the examination ended before these margins were found
   Margins margins;
-  /// The requirement: the margins above for the scene's hand, stability without margins for any other hand, and nothing
-  /// for a released handle (H0, unless it is the scene's hand).
+  /// Compares with the requirement: kMinGainMargin and kMinDelayMargin_ticks for the scene's own hand, and stability
+  /// without margins for any other hand. Nothing is required of other hands in the linear loop, or of a released handle
+  /// (H0) that is not the scene's hand.
   Judgement judgement() const;
 };
 
-/// Limits according to the device and to the rule for a sampled spring, in the map's units: the simulation's.
+/// Limits according to the device and to the rule for a sampled spring, in the units of the map, which are those of the
+/// simulation.
 struct MapLimits {
-  double max_stiffness_N_per_mm = 0;  // that the device bears; infinite if it states no limit
+  double max_stiffness_N_per_mm = 0;  // that the device can bear; infinite if the profile states no limit
   double max_damping_Ns_per_mm = 0;
   double own_damping_Ns_per_mm = 0;  // of device and hand
   double per_s = 0;                  // 2 / (T + 2 t_d)
-  /// Maximum stable stiffness, N/mm, at a damping B of the coupling, by the rule K = 2 (b + B) / (T + 2 t_d).
+  /// Returns the maximum stable stiffness, N/mm, at a damping B of the coupling. The rule is K = 2 (b + B) / (T + 2
+  /// t_d).
   double CalcRule(double B_Ns_per_mm) const { return (own_damping_Ns_per_mm + B_Ns_per_mm) * per_s; }
 };
 
 struct StabilityStudy {
   std::string scene;  // name of the file, without folder and extension
   std::string title;
-  std::string command;  // command that reproduces this from the resolved scene among the results
+  std::string command;  // command that reproduces this study from the resolved scene, which is one of the result files
   std::string tool;     // for the user
   double rate_hz = 0;
   double rpm = 0;
@@ -85,7 +88,7 @@ struct StabilityStudy {
   };
   Count CountScenarios() const;
   Count CountMargins() const;
-  /// True if something was judged and no check failed.
+  /// Returns true if the study is complete, something was judged and no check failed.
   bool stable() const { return complete && findings.empty() && CountScenarios().judged + CountMargins().judged > 0; }
 };
 
@@ -99,20 +102,20 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
 /// Fills `findings` from the results.
 void JudgeStability(StabilityStudy& study);
 
-/// Ratio of a figure to its bound: above 1 the bound is violated. NaN violates all bounds. A figure that the loop
-/// itself limits to its bound is never near it.
+/// Returns the ratio of a figure to its bound; above 1, the bound is violated. NaN violates all bounds. A figure that
+/// the loop itself limits to its bound is never near it.
 double CalcNearness(const StabilityFigure& figure);
-/// Returns null if the scenario has no figures.
+/// Returns the scenario's figure that is nearest to its bound, or null if the scenario has no figures.
 const StabilityFigure* FindNearest(const ScenarioResult& scenario);
 struct WorstFigure {
   const ScenarioResult* scenario = nullptr;
   const StabilityFigure* figure = nullptr;
 };
-/// The worst figure of each scenario that was run, worst scenario first.
+/// Returns the worst figure of each scenario that was run, worst scenario first.
 std::vector<WorstFigure> RankScenarios(const StabilityStudy& study);
 
-/// Compares with the requirement for a device with the hand that its coupling was fitted to: the margins above, in
-/// every state. Nothing is required of a released handle, as above.
+/// Compares with the requirement for a device with the hand that its coupling was fitted to: kMinGainMargin and
+/// kMinDelayMargin_ticks in every state. Nothing is required of a released handle.
 Judgement Judge(const ProfileMargins& row);
 /// Computes the margins of each device of the built-in table with each hand, for the scene's bone, tool, gains and
 /// rate. The scene's device and hand are ignored. If ended early, returns the results so far and sets `complete` (may

@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-// Okabe and Ito's palette, which colour-blind people can distinguish. Worse results have larger markers.
+// Okabe and Ito's palette, whose colours colour-blind people can distinguish. Worse results have larger markers.
 constexpr Rgb8 kStableColour{86, 180, 233};
 constexpr Rgb8 kFrictionColour{0, 158, 115};
 constexpr Rgb8 kCycleColour{230, 159, 0};
@@ -168,7 +168,8 @@ PlotSpec MakeScenarioPlot(const StabilityStudy& s, const WorstFigure& worst) {
   if (scenario.cut_through_s) plot.caption += "; " + DescribeCutThrough(scenario);
   plot.x.label = "time (s)";
   plot.y.label = "force on the device (N)";
-  // At most as many points as pixels: minimum and maximum of each interval, so that no spike is lost.
+  // There are at most about as many points as pixels: the minimum and the maximum of each interval, so that no spike is
+  // lost.
   PlotSeries force;
   force.width = 1.5;
   const std::size_t count = std::min(scenario.time_s.size(), scenario.force_N.size());

@@ -56,14 +56,14 @@ ordered_json MarginsJson(const Margins& m) {
           {"delay_beyond", m.delay_beyond}};
 }
 
-/// true or false; null if it was not required or could not be judged.
+/// Returns true or false, or null if the figure was not required or could not be judged.
 ordered_json HoldsJson(Judgement judgement) {
   if (judgement == Judgement::kHolds) return true;
   if (judgement == Judgement::kBroken) return false;
   return {};
 }
 
-/// The value in a table: true, false, not_asked, not_judged.
+/// Returns the value for a table: true, false, not_asked or not_judged.
 const char* HoldsCsv(Judgement judgement) {
   switch (judgement) {
     case Judgement::kHolds:

@@ -10,19 +10,20 @@
 
 namespace kerf {
 
-/// Stable keys with units.
+/// Formats the study as JSON. The keys name the units and stay the same from version to version.
 std::string FormatStabilityJson(const StabilityStudy& study);
-/// scenario,figure,unit,value,kind,bound,holds; a row "cut through" (kind "when") where the tool cut through.
+/// Formats the columns scenario,figure,unit,value,kind,bound,holds. A scenario in which the tool cut through has an
+/// additional row "cut through" of the kind "when".
 std::string FormatFiguresCsv(const StabilityStudy& study);
 std::string FormatMarginsCsv(const StabilityStudy& study);
-/// One row for each point of the map, in the simulation's units and in the device's.
+/// Formats one row for each point of the map, in the units of the simulation and in those of the device.
 std::string FormatMapCsv(const StabilityStudy& study);
-/// For the user, Markdown.
+/// Formats the report for the user, in Markdown.
 std::string FormatStabilityReport(const StabilityStudy& study);
 
 /// "Stable" or "Not stable", and the number of checks that this is based on, or that the examination was ended early.
 std::string DescribeVerdict(const StabilityStudy& study);
-/// The worst figure in words; empty if there is none.
+/// Describes the worst figure in words; empty if there is none.
 std::string DescribeWorst(const StabilityStudy& study);
 /// "12.5 mN, at most 20", with a mark if the bound is violated.
 std::string DescribeFigure(const StabilityFigure& figure);
@@ -36,7 +37,7 @@ std::string DescribeMargins(const Margins& margins);
 PlotSpec MakeMapPlot(const StabilityStudy& study);
 enum class MarginKind { kGain, kDelay };
 PlotSpec MakeMarginPlot(const StabilityStudy& study, MarginKind kind);
-/// The force of a scenario over time.
+/// Plots the force of a scenario over time.
 PlotSpec MakeScenarioPlot(const StabilityStudy& study, const WorstFigure& worst);
 
 /// Writes report.md, stability.json, figures.csv, margins.csv, map.csv, map.png, margins.png, delays.png, worst_N.png
@@ -46,9 +47,10 @@ void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::s
 /// Throws Error if one of the files would overwrite one of the scene's own inputs.
 void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
-/// Markdown: one row for each device, one column for each hand, each with the minimum over the states.
+/// Formats a Markdown table with one row for each device and one column for each hand. Each cell contains the minimum
+/// over the states.
 std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows);
-/// `complete`: false if it was ended before all were examined.
+/// `complete` is false if the examination was ended before all devices and hands were examined.
 std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows, bool complete = true);
 
 }  // namespace kerf

@@ -20,18 +20,19 @@ constexpr double kClear_mm = 0.3;
 constexpr double kMaxClear_mm = 0.8;
 /// Bone within this distance of the tool is kept.
 constexpr double kAround_mm = 15;
-/// A disc whose motion along its spindle exceeds this fraction touches the bone with its flat.
+/// If the component of a disc's motion along its spindle exceeds this fraction of the motion, the disc touches the bone
+/// with its flat.
 constexpr double kSideways = 0.7;
 constexpr double kShortest_s = 1e-7;
 
-/// Points on the whole surface of the tool, tool frame.
+/// Returns points on the whole surface of the tool, tool frame.
 std::vector<Vec3> CoverTool(const Tool& tool, double spacing_mm) {
   const double pitch_mm = CalcTooth(tool).pitch_mm;
   const int samples = std::clamp(static_cast<int>(std::ceil(pitch_mm / spacing_mm)), 1, 64);
   const ToolShape shape = MakeToolShape(tool, samples, spacing_mm, 0, 0);
   std::vector<Vec3> points;
   const auto* disc = std::get_if<DiscSaw>(&tool);
-  // The rim of a disc, in layers from one flat to the other: bone may be thinner than the disc.
+  // The rim of a disc is covered in layers from one flat to the other, since bone may be thinner than the disc.
   const double thickness_mm = disc ? disc->thickness_mm : 0;
   const int layers = disc ? std::max(2, static_cast<int>(std::ceil(thickness_mm / spacing_mm)) + 1) : 1;
   for (const EdgePoint& point : shape.edge) {
@@ -52,7 +53,7 @@ class Feeler {
         bounds_(bone.CalcBounds()),
         reach_mm_(CalcReach(tool)) {}
 
-  /// Minimum distance of the tool to the bone, mm; limited to the band.
+  /// Returns the minimum distance of the tool to the bone, mm, limited to the band.
   double Distance(const Pose& X_WT) const {
     const Box3 near = bounds_.Grown(reach_mm_ + bone_.band_mm());
     for (int axis = 0; axis < 3; ++axis) {
@@ -119,7 +120,7 @@ FirstTouch FindFirstTouch(const Scene& scene, const Bone& bone) {
     const PathSegment& span = path.segments()[segment];
     double t_s = span.start_s;
     Pose X_WT = path.CalcPose(segment, t_s);
-    // Contact alone does not count as inside.
+    // A tool that only touches the bone does not count as being inside.
     if (span.retract_before && feeler.Distance(X_WT) < -0.5 * voxel_mm) {
       throw Error(
           fmt::format("{}: the path begins inside the bone, at {:.3f} s; begin it clear of the bone", scene.name, t_s));

@@ -20,7 +20,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kLoop_s = 0.01;  // duration of the loop itself
+constexpr double kLoop_s = 0.01;  // simulated time for which each case runs the loop itself
 constexpr const char* kScenarios[] = {"press_5N", "cut_5N"};
 
 using Clock = std::chrono::steady_clock;
@@ -29,7 +29,7 @@ std::string FirstLine(const std::string& text) {
   return text.substr(0, text.find('\n'));
 }
 
-/// Number of voxels of a generated bone; 0 for one from a file.
+/// Returns the number of voxels of a generated bone, or 0 for a bone from a file.
 double CountVoxels(const SceneBone& bone) {
   const auto count = [](const Vec3& size_mm, double voxel_mm) {
     return size_mm.x * size_mm.y * size_mm.z / (voxel_mm * voxel_mm * voxel_mm);
@@ -109,7 +109,8 @@ void RunCase(const Scene& scene, const CheckedScene& checked, bool begin_only, c
   RunScenarios(subject, row);
 }
 
-/// Marks failed rows with a warning of the check that the first row, the unchanged scene, does not have.
+/// Changes the verdict of failed rows to kWarned if the check gives a warning that the first row, the unchanged scene,
+/// does not have.
 void MarkWarned(std::vector<SweepRow>& rows) {
   const std::vector<std::string> usual = rows.front().warnings;
   for (SweepRow& row : rows) {

@@ -17,7 +17,7 @@ enum class SweepVerdict {
   kWarned,     // not stable, but the check gives a warning that the unchanged scene does not have: no failure
   kRefused,    // by the check, with its reason: no failure
   kNotJudged,  // nothing could be judged: the path does not enter the bone, or the tool cut through at once
-  kNotRun,     // too large for a case, or stopped by its time limit
+  kNotRun,     // the bone is too large for a case, or the time limit ended the case
 };
 const char* ToString(SweepVerdict verdict);
 
@@ -43,7 +43,7 @@ struct SweepOptions {
   int pairs = 100;  // 0 to 100000
   std::uint64_t seed = 1;
   double case_s = 20;                       // time limit of a case
-  double max_voxels = 20e6;                 // of a generated bone; larger ones are not run
+  double max_voxels = 20e6;                 // of a generated bone; cases with larger bones are not run
   std::vector<std::string> only;            // only the keys whose names begin with one of these; empty: all
   bool begin_only = false;                  // only check the scene and start the loop, without the scenarios
   int threads = 0;                          // 0: number of the machine's cores
@@ -74,9 +74,9 @@ SweepStudy SweepScene(const Scene& scene, const SweepOptions& options,
 
 /// "coupling.stiffness_N_per_mm = 1000, loop.rate_hz = 250"; "unchanged" for the unchanged scene.
 std::string DescribeSettings(const std::vector<SweepSetting>& settings);
-/// One line for each row, and the counts.
+/// Formats one line for each row, and the counts.
 std::string FormatSweepTable(const SweepStudy& study);
-/// verdict,key_1,value_1,key_2,value_2,wall_s,reason
+/// Formats the columns verdict,key_1,value_1,key_2,value_2,wall_s,reason.
 std::string FormatSweepCsv(const SweepStudy& study);
 std::string FormatSweepJson(const SweepStudy& study);
 

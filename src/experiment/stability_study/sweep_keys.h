@@ -12,7 +12,7 @@ struct SweepKey {
   std::string name;  // "coupling.stiffness_N_per_mm"
   double least = 0;
   double greatest = 0;
-  double default_value = 0;  // of the schema
+  double default_value = 0;  // default in the schema
   double own = 0;            // the scene's value
 };
 

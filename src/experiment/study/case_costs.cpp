@@ -1,4 +1,4 @@
-// Costs of a case: time of every tick, memory, and the time to create bone and simulation.
+// The costs of a case: the time of every tick, the memory, and the time to create the bone and the simulation.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ Percentiles Summarize(const LogHistogram& times) {
           times.CalcPercentile_us(0.999), times.max_us()};
 }
 
-/// Times only the tick: nothing else is between the clock readings.
+/// Times nothing but the tick, which alone is between the two clock readings.
 class PassTimer {
  public:
   template <typename Work>
@@ -57,7 +57,7 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
   for (int pass = 0; costs.ticks < ticks || pass < 2; ++pass) {
     std::int64_t start_ns = ReadClock_ns();
     const std::unique_ptr<CaseSubject> subject = MakeCaseSubject(path, holding, settings, MakeCaseBone(path, settings));
-    // In the first pass the bone may have to be made; later passes get a copy.
+    // Only the first pass counts, since it may have to make the bone, of which later passes get a copy.
     if (pass == 0) costs.setup_s = Seconds(start_ns);
     std::uint64_t force_hash = 0;
     const bool warm_up = pass == 0;
@@ -76,7 +76,7 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
       force_hash = MixForce(force_hash, f_W_N);
     }
     const double seconds = Seconds(start_ns);
-    // A busy machine only adds time.
+    // The shortest time counts, because a busy machine can only add time.
     if (!warm_up) costs.whole_s = pass == 1 ? seconds : std::min(costs.whole_s, seconds);
     if (warm_up) costs.memory_MB = 1e-6 * static_cast<double>(subject->CalcMemoryBytes());
     const std::optional<Bone> bone = subject->TakeBone();

@@ -1,4 +1,4 @@
-// Errors of a case relative to its reference.
+// The errors of a case relative to its reference.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -14,13 +14,13 @@ constexpr double kFinestHeat_mm = 0.05;
 constexpr double kBody_C = 37;
 constexpr double kMinRise_K = 1;
 
-/// 95th percentile over the probes that are warm in either of the two.
+/// Returns the 95th percentile of the difference over the probes that are warm in either of the two.
 double CalcTemperatureError(const std::vector<double>& a_C, const std::vector<double>& b_C) {
   std::vector<double> errors_K;
   for (std::size_t i = 0; i < a_C.size(); ++i) {
     if (!(std::max(a_C[i], b_C[i]) > kBody_C + kMinRise_K)) continue;
     const double error_K = std::abs(a_C[i] - b_C[i]);
-    if (std::isfinite(error_K)) errors_K.push_back(error_K);  // without bone there is no temperature
+    if (std::isfinite(error_K)) errors_K.push_back(error_K);  // where there is no bone, there is no temperature
   }
   if (errors_K.empty()) return 0;
   const auto p95 = errors_K.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(errors_K.size() - 1));
@@ -46,7 +46,7 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
     CalcCutSurfaceErrors(*pass.bone, *reference.bone, reference.ticks, path.saw, GetReferenceEdge_mm(holding, path.saw),
                          errors);
   } else {
-    // Nothing is removed; the reference may have removed bone.
+    // The case removes nothing, but the reference may have removed bone.
     errors.volume = reference.removed_mm3 > 0 ? 1 : 0;
   }
   if (settings.heat_grid_mm > 0) {
@@ -57,7 +57,8 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
     finest.heat_grid_mm = 2 * kFinestHeat_mm;
     const std::vector<double> coarser_C = RunCasePass(path, holding, finest).beside_C;
     errors.temperature_K = CalcTemperatureError(warm.beside_C, truth_C);
-    // The method is of first order, so the error of the finer grid equals the difference between the two.
+    // The method is of first order, so the error of the finer grid is about as large as the difference between the two
+    // grids.
     errors.temperature_bar_K = CalcTemperatureError(coarser_C, truth_C);
     outcome.force_hash = warm.force_hash;
     outcome.bone_hash = warm.bone_hash;

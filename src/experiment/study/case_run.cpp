@@ -27,7 +27,7 @@ constexpr double kMinRate_hz = 50;
 constexpr double kMaxRate_hz = 20000;
 constexpr std::size_t kTicksBetweenRefills = 1024;
 constexpr double kHeatPool_MB = 256;  // more than the heated volume of any path
-// Maximum deviation of a path from the slab's plane and direction: less than a voxel.
+// Maximum deviation of a path from the slab's plane and direction; it is less than a voxel.
 constexpr double kInPlane_mm = 0.05;
 constexpr double kInPlane_rad = 0.01;
 
@@ -38,7 +38,7 @@ double Sum(const std::array<double, 256>& by_region) {
 }
 
 EffectChoices MakeEffects(const StudySettings& settings) {
-  EffectChoices effects;  // empty or only heat, as in a scene that names no other effects
+  EffectChoices effects;  // empty, or only heat and what it needs, as in a scene that names no other effects
   if (settings.heat_grid_mm > 0) {
     effects.emplace_back("tangential_force");
     effects.emplace_back("heat");
@@ -232,7 +232,7 @@ class SlabSubject final : public CaseSubject {
 
 std::uint64_t MixForce(std::uint64_t hash, const Vec3& f_W_N) {
   for (int axis = 0; axis < 3; ++axis) {
-    hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(f_W_N[axis] + 0.0));  // -0 as 0
+    hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(f_W_N[axis] + 0.0));  // + 0.0 turns -0 into 0
   }
   return hash;
 }
@@ -315,7 +315,8 @@ std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding hold
 }
 
 std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding) {
-  // Diffusion lengths for 2 s and 8 s at a diffusivity of 0.128 mm2/s: at these distances the temperature is smooth.
+  // These are the diffusion lengths for 2 s and 8 s at a diffusivity of 0.128 mm2/s. At these distances the temperature
+  // is smooth.
   constexpr double kBeside_mm[] = {0.5, 1.0};
   constexpr int kTimes = 40, kTurns = 48;
   std::vector<Vec3> probes;

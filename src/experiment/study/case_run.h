@@ -12,7 +12,7 @@
 
 namespace kerf {
 
-// For settings with the material "uniform": the paper's region 24, as in scenes.
+// Elastic constants for the material "uniform": those of the paper's region 24, as in scenes.
 inline constexpr double kUniform_E_MPa = 19300;
 inline constexpr double kUniform_nu = 0.28;
 
@@ -27,12 +27,13 @@ struct CaseInput {
 /// Returns one input for each tick of the path.
 std::vector<CaseInput> MakeCaseInputs(const StudyPath& path, Holding holding, double rate_hz);
 
-/// Times that differ by at most this are equal, so that a stroke that ends with a tick does so despite rounding.
+/// Times that differ by at most this much count as equal, so that rounding does not move the end of a stroke that
+/// coincides with the end of a tick.
 inline constexpr double kSameTime_s = 1e-9;
 /// Returns true if the tool is lifted out and set down within from_s <= t < to_s.
 bool HasLift(const StudyPath& path, double from_s, double to_s);
 
-/// A simulation during its pass.
+/// The simulation of one pass.
 class CaseSubject {
  public:
   virtual ~CaseSubject() = default;
@@ -42,10 +43,10 @@ class CaseSubject {
   virtual bool has_contact() const = 0;
   virtual void SetDown(const Pose& X_W) = 0;
   virtual void BetweenTicks() {}
-  /// Temperature of the bone at a point, C; NaN without bone there or without heat. Throws Error if the heat grid was
-  /// too small.
+  /// Returns the temperature of the bone at a point, C, or NaN if there is no bone at the point or heat is not
+  /// simulated. Throws Error if the heat grid was too small.
   virtual double CalcTemperature_C(const Vec3&) { return std::numeric_limits<double>::quiet_NaN(); }
-  /// Exact volume lost by the bone; call it at the end of the pass.
+  /// Returns the exact volume that the bone has lost. Call it at the end of the pass.
   virtual double CalcRemoved_mm3() { return 0; }
   virtual std::size_t CalcMemoryBytes() = 0;  // bone and simulation
   /// Returns nullopt if nothing is cut.
@@ -58,33 +59,35 @@ class Omission : public Error {
   using Error::Error;
 };
 
-/// Returns the reason why these settings have no meaning on this path; empty if they have one.
+/// Returns the reason why these settings have no meaning on this path; empty if they do have a meaning.
 std::string FindOmission(const StudyPath& path, Holding holding, const StudySettings& settings);
 /// Returns the law selected by the settings, with the path's parameters if it is the path's law. Throws Error for an
 /// unknown law.
 ForceLaw MakeCaseLaw(const StudyPath& path, const StudySettings& settings);
 /// Returns the path's bone with the material selected by the settings. Throws Error if it cannot be made.
 Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings);
-/// Throws Omission, and, as the simulations do, Error for parameters out of range.
+/// Creates the simulation that the settings select. Throws Omission if they have no meaning on this path, and Error if
+/// a parameter is out of range.
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone);
 
-/// Points next to the kerf of a path, W. Directly at the edge the temperature does not converge as cells become finer,
-/// because the heat of a bite goes into the cell in which it is produced.
+/// Returns the points next to the kerf of a path, in the world frame, at which temperatures are compared. Directly at
+/// the edge, the temperature would not converge as the cells become finer, because the heat of a bite goes into the
+/// cell in which it is produced.
 std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding);
 
 /// All results of a pass.
 struct CasePass {
   std::vector<Vec3> f_W_N;       // by tick
-  std::vector<bool> contact;     // by tick: a tooth touched bone
-  std::vector<double> beside_C;  // at the end, at MakeHeatProbes(); empty without heat
+  std::vector<bool> contact;     // by tick: whether a tooth touched bone
+  std::vector<double> beside_C;  // temperatures at the end, at the points of MakeHeatProbes(); empty without heat
   double removed_mm3 = 0;
   std::optional<Bone> bone;
   std::uint64_t force_hash = 0;
   std::uint64_t bone_hash = 0;
 };
 CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings& settings);
-/// As RunForErrors() above, but also stores the result of the pass without heat in `pass`, unless that is null.
+/// As RunForErrors() in case.h, but also stores the result of the pass without heat in `pass`, unless `pass` is null.
 CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySettings& settings,
                          const StudyReference& reference, CasePass* pass);
 

@@ -12,8 +12,8 @@
 namespace kerf {
 namespace {
 
-// Time per unit of PlannedCase's weights and per reference, s; measured on two cores of an AMD EPYC, as a first
-// estimate.
+// Times per unit of PlannedCase's weights and per reference, s, for a first estimate; measured on two cores of an AMD
+// EPYC.
 constexpr double kErrors_s = 0.5;
 constexpr double kCosts_s = 1.0;
 constexpr double kReference_s = 20;

@@ -37,7 +37,7 @@ std::string DescribeFailure() {
   }
 }
 
-/// Returns the last core that this program may use: the system's own work runs on the first ones.
+/// Returns the last core that this program may use, because the system's own work runs on the first ones.
 std::optional<int> FindLastCore() {
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -54,7 +54,7 @@ std::string InputOfReference(const PlannedCase& c) {
   return fmt::format("{} {}{}", all.substr(0, all.find(' ')), c.reference, all.substr(all.rfind(" tolerance=")));
 }
 
-/// The paths of a set of cases, each created once, and the reasons for those that could not be created.
+/// The paths of a set of cases, each created once, and the reasons why some of them could not be created.
 class Paths {
  public:
   Paths(const StudySpec& spec, const StudyWork& work, const std::set<std::string>& wanted) {
@@ -80,7 +80,7 @@ class Paths {
     }
   }
 
-  /// Returns null if there is none; see WhyNot().
+  /// Returns null if there is no such path; see WhyNot().
   const StudyPath* Find(const std::string& name) const {
     const auto found = paths_.find(name);
     return found == paths_.end() ? nullptr : &found->second;
@@ -103,7 +103,7 @@ struct SharedReference {
   std::shared_ptr<const StudyReference> reference;
   std::string why;  // reason if it cannot be made
   std::size_t left = 0;
-  bool needed = false;  // by a case that is not left out
+  bool needed = false;  // whether a case that is not left out needs it
 };
 
 class Runner {
@@ -136,7 +136,7 @@ class Runner {
   }
 
   void LookWhatIsLeft() {
-    std::set<std::string> others;  // programs that made the existing records
+    std::set<std::string> others;  // commits of the other versions of kerf that made existing records
     for (const CaseWork work : {CaseWork::kErrors, CaseWork::kCosts}) {
       if (!(work == CaseWork::kErrors ? options_.errors : options_.costs)) continue;
       for (const PlannedCase* c : own_) {
@@ -176,7 +176,7 @@ class Runner {
       const std::string& key = name;
       SharedReference& one = shared;
       list.Add("references", 1, [this, &key, &one, path] {
-        // Not kept in memory: its cases may be much later in the list.
+        // The reference is not kept in memory, because its cases may come much later in the list.
         if (!IsReferenceThere(key, one)) MakeReference(key, one, *path);
       });
     }
@@ -254,13 +254,13 @@ class Runner {
           record.state = CaseState::kFailed;
           record.why = "it returned no figures";
         }
-        ParseWorkRecord(FormatWorkRecord(record));  // throws for figures that are not finite
+        ParseWorkRecord(FormatWorkRecord(record));  // throws if a figure is not finite
       } catch (...) {
         record.state = CaseState::kFailed;
         record.why = DescribeFailure();
         record.errors.reset();
         record.costs.reset();
-        if (Stopped()) return;  // the stop may be the reason
+        if (Stopped()) return;  // the stop may be the reason for the failure
       }
     }
     record.seconds = SecondsSince(start_ns);

@@ -25,7 +25,7 @@ struct StudyRunOptions {
   std::string command;      // command line, for the report
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string& stage, double fraction)> progress;
-  std::function<void(const std::string&)> warn;  // one call at a time
+  std::function<void(const std::string&)> warn;  // never called by two threads at once
 };
 
 /// Reason for leaving out a case whose path does not support the holding; such cases are not part of the results.
@@ -36,16 +36,16 @@ struct StudyRunOutcome {
   std::size_t made = 0;
   bool stopped = false;
   std::vector<std::pair<std::string, std::string>> failed;   // id and work; reason
-  std::vector<std::pair<std::string, std::string>> omitted;  // the same
+  std::vector<std::pair<std::string, std::string>> omitted;  // likewise
 };
 
-/// Computes references first, then errors, both on many threads, and then costs, one after another. A case that fails
-/// leaves a record with the reason and is retried next time; the study continues. Throws Error if the folder
-/// belongs to another study or cannot be written.
+/// Computes the references first, then the errors, both in several threads, and finally the costs, one after another. A
+/// case that fails leaves a record with the reason and is computed again in the next run; the study continues. Throws
+/// Error if the folder belongs to another study or cannot be written.
 StudyRunOutcome RunStudy(const StudySpec& spec, const StudyWork& work, const StudyRunOptions& options);
 
-/// Returns the results from the folder's records. Cases without a record are kOmitted. Damaged records are ignored with
-/// a warning.
+/// Returns the results that the folder's records contain. Cases without a record count as kOmitted. Damaged records are
+/// ignored with a warning.
 StudyResults CollectResults(const StudyFolder& folder, const VariantFunction& variant_of,
                             const std::function<void(const std::string&)>& warn);
 
@@ -57,7 +57,7 @@ struct StudyEstimate {
   double references_s = 0;
   double errors_s = 0;  // on one core
   double costs_s = 0;
-  bool measured = false;  // based on records in the folder; false: on figures of another machine
+  bool measured = false;  // true if based on records in the folder; false if based on figures from another machine
 };
 StudyEstimate EstimateStudy(const StudyPlan& plan, const StudyRunOptions& options);
 

@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kGivesWay = 0.1;  // fraction of the peak
+constexpr double kGivesWay = 0.1;  // fraction of the peak force, below which the bone has given way
 
 double Mean(const std::vector<double>& values) {
   double sum = 0;
@@ -19,7 +19,7 @@ double Mean(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-/// Accurate for small angles too, unlike an arc cosine.
+/// Returns the angle between a and b. Unlike an arc cosine, this is accurate for small angles too.
 double CalcAngle(const Vec3& a, const Vec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
@@ -38,7 +38,7 @@ std::optional<double> FindBreakthrough(std::span<const Vec3> f_N, double dt_s) {
   for (const Vec3& f : f_N) peak = std::max(peak, glm::length(f));
   const double limit = kGivesWay * peak;
   if (!(peak > 0) || glm::length(f_N.back()) >= limit) return std::nullopt;
-  std::size_t last = f_N.size() - 1;  // last sample not below the limit
+  std::size_t last = f_N.size() - 1;  // will be the last sample that is not below the limit
   while (glm::length(f_N[last]) < limit) --last;
   const double above = glm::length(f_N[last]);
   const double below = glm::length(f_N[last + 1]);
@@ -100,7 +100,8 @@ std::vector<Vec3> SampleReference(const StudyReference& reference, Holding holdi
   const std::vector<ReferenceTick>& ticks = reference.ticks;
   if (ticks.empty()) throw Error("the reference has no ticks");
   std::vector<Vec3> forces(count);
-  // On a path these are sums up to the end of each tick; the mean over any interval is a difference of two of them.
+  // On a path these are sums up to the end of each tick, so the mean over any interval follows from the difference of
+  // two of them.
   std::vector<Vec3> values(ticks.size() + 1, Vec3(0));
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     values[i + 1] = holding == Holding::kPath ? values[i] + ticks[i].f_W_N : ticks[i].f_W_N;

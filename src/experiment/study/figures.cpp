@@ -19,7 +19,7 @@ constexpr Rgb8 kDefaultColour{20, 22, 26};
 constexpr Rgb8 kLineColour{85, 92, 102};
 constexpr double kMarkerSize = 9;
 
-/// Selects the figures of a setting that a diagram shows.
+/// Determines which figures of a setting a diagram shows.
 enum class Kind { kWorst, kTypical };
 
 double TimeOf(const PooledSetting& setting, Kind kind) {
@@ -41,7 +41,7 @@ void AddPoint(PlotSeries& series, const PooledSetting& setting, Kind kind, const
   series.point_labels.push_back(label);
 }
 
-// Axes that contain all points and the lines of time and force.
+// Sets axis ranges that contain all points and the lines of time and force.
 void SetRanges(PlotSpec& plot) {
   double lower_us = 250;
   double upper_us = 1000;
@@ -54,11 +54,11 @@ void SetRanges(PlotSpec& plot) {
     }
   }
   plot.x.lower = lower_us / 1.35, plot.x.upper = upper_us * 1.35;
-  // The labels of the time lines are above all points.
+  // The upper limit leaves room for the labels of the time lines above all points.
   plot.y.lower = lower / 1.5, plot.y.upper = upper * std::pow(upper / lower, 0.12) * 1.3;
 }
 
-// The Pareto front as a staircase, drawn below everything else.
+// Adds the Pareto front as a staircase, which is drawn beneath everything else.
 void AddFront(PlotSpec& plot, const std::vector<PooledSetting>& settings, Kind kind) {
   std::vector<const PooledSetting*> ranked;
   std::vector<CostAndError> points;
@@ -120,8 +120,8 @@ void AddKnobs(PlotSpec& plot, const StudyResults& study, const std::vector<Poole
         std::all_of(curve.begin(), curve.end(), [](const PooledSetting& s) { return s.is_default || s.complete; });
     for (const PooledSetting& setting : curve) {
       if (!IsDrawn(setting, kind)) continue;
-      // A non-numeric knob has no curve from the defaults; nor do settings with results on fewer paths than the
-      // defaults.
+      // The defaults are not joined to the curve of a non-numeric knob, or to a curve with settings that have results
+      // on fewer paths than the defaults.
       if (setting.is_default && !(FindKnob(knob).numeric && on_all_paths)) continue;
       AddPoint(series, setting, kind, LabelOf(setting, defaults != nullptr ? defaults->paths : setting.paths));
       any = any || !setting.is_default;
@@ -154,7 +154,7 @@ std::string DescribeReading(const StudyResults& study, const std::vector<PooledS
   return text;
 }
 
-// A view around the defaults: points far to the left are cut off to give more room to the others.
+// Makes a view of the surroundings of the defaults: points far to the left are cut off to give more room to the others.
 StudyFigure MakeNear(StudyFigure figure, const PooledSetting& defaults, Holding holding) {
   figure.name = fmt::format("near_{}", ToString(holding));
   figure.caption =
@@ -267,7 +267,7 @@ PlotSpec MakeStudyPlot() {
 }
 
 MarkerStyle StyleOfKnob(const std::string& knob) {
-  // Okabe and Ito's colours and a few more, each with a different mark.
+  // Okabe and Ito's colours and a few more, each with a different marker.
   static const std::map<std::string, MarkerStyle> styles = {
       {"voxel_mm", {Marker::kDisc, kMarkerSize, {0, 114, 178}}},
       {"rim_samples_per_pitch", {Marker::kSquare, kMarkerSize, {213, 94, 0}}},

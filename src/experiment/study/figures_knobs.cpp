@@ -15,7 +15,7 @@ namespace {
 constexpr Rgb8 kPathColour{196, 202, 210};
 constexpr Rgb8 kTheoryColour{60, 64, 72};
 
-/// Means of the logarithms over the paths, at each number that all paths have.
+/// Returns the geometric mean over the paths at each number that all paths have.
 SlopePath CalcMeanCurve(const std::vector<SlopePath>& curves) {
   std::map<double, std::pair<double, std::size_t>> sums;
   for (const SlopePath& curve : curves) {
@@ -39,7 +39,7 @@ std::string DescribeSlope(const std::optional<Slope>& slope) {
   return fmt::format("{:.2f} ({:.2f} to {:.2f})", slope->slope, slope->interval->first, slope->interval->second);
 }
 
-/// Minimum error of all curves at a number, interpolated linearly in logarithms.
+/// Returns the minimum error of all curves at a number; the curves are interpolated linearly in logarithms.
 double CalcLeast(const std::vector<SlopePath>& curves, double number) {
   double least = std::numeric_limits<double>::infinity();
   for (const SlopePath& curve : curves) {
@@ -58,7 +58,7 @@ void AddTriangle(PlotSpec& plot, const std::vector<SlopePath>& curves, const Slo
   if (order == 0 || mean.numbers.size() < 2) return;
   const double x0 = mean.numbers.front();
   const double x1 = mean.numbers.back();
-  // At the coarse end, where the order is visible.
+  // The triangle is towards the coarse end, where the order is visible.
   const double middle = x0 * std::pow(x1 / x0, order > 0 ? 0.6 : 0.4);
   const double half = std::pow(x1 / x0, 0.1);
   const double a = middle / half;
@@ -151,7 +151,7 @@ StudyFigure MakeConvergence(const StudyResults& study, const KnobErrors& errors,
   return figure;
 }
 
-/// An error other than that of the force as a function of the voxel edge: worst path and median.
+/// Makes a diagram of an error other than that of the force as a function of the voxel edge: worst path and median.
 std::optional<StudyFigure> MakeVoxelFigure(const StudyResults& study, Holding holding, const std::string& name,
                                            const std::string& what, double scale, double ErrorFigures::*figure_of) {
   KnobErrors errors;

@@ -9,7 +9,8 @@
 namespace kerf {
 namespace {
 
-/// Cubic Hermite interpolation from b to c over a step `dt`, with the mean slopes at both ends.
+/// Interpolates from b to c over a step `dt` with a cubic Hermite polynomial. Its slope at each end is the mean slope
+/// between the two neighbours of that end.
 template <typename T>
 T Cubic(const T& a, const T& b, const T& c, const T& d, double before, double dt, double after, double fraction) {
   const T slope_b = (c - a) * (dt / (before + dt));
@@ -23,7 +24,8 @@ T Cubic(const T& a, const T& b, const T& c, const T& d, double before, double dt
 HandPath::HandPath(const std::string& csv, const std::string& file) : rows_(ParsePathCsv(csv, file)) {
   const double start_s = rows_.front().time_s;
   for (TimedPose& row : rows_) row.time_s -= start_s;
-  // q and -q are the same rotation: choose the nearer sign for neighbours, so that a cubic can connect them.
+  // q and -q are the same rotation. Each row gets the sign that is nearer to the row before it, so that a cubic can
+  // connect them.
   for (std::size_t i = 1; i < rows_.size(); ++i) {
     Quat& q = rows_[i].X_WT.R_AB;
     if (glm::dot(rows_[i - 1].X_WT.R_AB, q) < 0) q = -q;
@@ -37,7 +39,7 @@ Pose HandPath::CalcPose(double t_s) const {
       std::upper_bound(rows_.begin(), rows_.end(), t_s, [](double t, const TimedPose& row) { return t < row.time_s; });
   const auto c = static_cast<std::size_t>(after - rows_.begin());
   const std::size_t b = c - 1;
-  // At the ends the point itself replaces the missing neighbour: the slope there is half of that to the next point.
+  // At the ends, the point itself replaces the missing neighbour.
   const std::size_t a = b > 0 ? b - 1 : b;
   const std::size_t d = std::min(c + 1, rows_.size() - 1);
   const double dt = rows_[c].time_s - rows_[b].time_s;

@@ -15,25 +15,26 @@ struct StudySettings {
   int carve_interval_ticks = 1;  // ticks between two removals of bone
   std::string law = "hertz_chip";
   std::string material = "regions";
-  int precision_bits = 24;       // significand of the distances in the voxels: 24 float, 11 half
+  int precision_bits = 24;       // bits of the significand of the distances in the voxels: 24 as in float, 11 as in
+                                 // half
   std::string method = "voxel";  // voxel, coarse, slab
   double heat_grid_mm = 0;       // 0: heat is not simulated
   int band_voxels = 3;           // half width of the level set's band
 };
 
 struct Knob {
-  std::string name;     // key in the study file: "voxel_mm"
-  std::string label;    // for the user and axes: "voxel edge (mm)"
-  std::string theory;   // theoretical order and its reason, for the user; empty if none is expected
-  double order = 0;     // order of the force error in the knob's number (positive: the error falls with the number); 0:
-                        // none
-  bool numeric = true;  // false: words, no slope
-  bool for_path = true;  // also meaningful for a position-controlled tool
+  std::string name;      // key in the study file: "voxel_mm"
+  std::string label;     // for the user and for axes: "voxel edge (mm)"
+  std::string theory;    // theoretical order and its reason, for the user; empty if none is expected
+  double order = 0;      // theoretical exponent of the knob's number in the force error (above 0, the error grows with
+                         // the number); 0: none is expected
+  bool numeric = true;   // false: the values are words, so there is no slope
+  bool for_path = true;  // whether it is also meaningful for a position-controlled tool
 };
 
-/// All knobs, in the order of docs/accuracy.md.
+/// Returns all knobs, in the order of docs/accuracy.md.
 const std::vector<Knob>& StudyKnobs();
-/// Throws Error, naming the most similar knob, if there is none of that name.
+/// Returns the knob of that name. If there is none, throws Error naming the most similar knob.
 const Knob& FindKnob(const std::string& name);
 
 }  // namespace kerf

@@ -121,7 +121,7 @@ class Merger {
   }
 
   MergeOutcome Merge() {
-    Collect();  // detects all errors before anything is written
+    Collect();  // detects all contradictions before anything is written
     CollectReferences();
     for (const char* name : {"cases", "references"}) {
       MakeFolder((std::filesystem::path(out_.path()) / name).string());
@@ -141,7 +141,7 @@ class Merger {
   struct Found {
     WorkRecord record;
     std::string file;
-    bool in_out = false;  // already up to date
+    bool in_out = false;  // whether the file is already in `out`
   };
 
   bool Asked(CaseWork work) const { return work == CaseWork::kErrors ? whole_.errors : whole_.costs; }
@@ -220,11 +220,11 @@ class Merger {
   }
 
   void FindMissing() {
-    std::map<int, std::set<int>> there;  // number of shards, and those that exist
+    std::map<int, std::set<int>> there;  // total number of shards, and the indices of those that exist
     for (const Source& source : sources_) {
       if (const auto& shard = source.description.shard) there[shard->count].insert(shard->index);
     }
-    if (there.size() != 1) {  // no shards, or several different splits: report only by case
+    if (there.size() != 1) {  // no shards, or shards of different splits: the missing work is reported by case
       std::vector<std::string> ids;
       for (const PlannedCase& c : plan_.cases) {
         if (!IsThere(c)) ids.push_back(c.id);

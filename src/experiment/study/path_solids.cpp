@@ -1,4 +1,4 @@
-// Bones other than blocks as solids for a study.
+// Bones as exact solids for a study.
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <utility>
@@ -21,8 +21,8 @@ std::function<double(const Vec3&)> CutOut(std::function<double(const Vec3&)> who
   };
 }
 
-/// `classify` is for the whole bone. The solid's function is not an exact distance, so the exact one is computed on the
-/// grid.
+/// Returns the bone maker of a path. `classify` classifies parts of the whole bone. The solid's function is not an
+/// exact distance, so the distances are computed on the grid.
 std::function<Bone(double, int)> MakeMaker(const StudyPath& path, const std::optional<BonePart>& part,
                                            std::function<BlockClass(const Vec3&, double)> classify,
                                            std::function<int(const Vec3&)> region) {
@@ -75,7 +75,7 @@ void SetBlock(StudyPath& path, const BlockParams& block, const std::function<dou
   path.bounds_W = all.CalcBounds();
   path.make_bone = RememberLast(
       [distance, region, bounds = path.bounds_W, materials = path.materials](double voxel_mm, int band_voxels) {
-        // As in MakeBlock().
+        // The bone is made as in MakeBlock().
         SolidField field;
         field.value = distance;
         field.classify = ClassifyByDistance(distance);
@@ -104,7 +104,8 @@ void SetImported(StudyPath& path, Bone imported, const std::optional<BonePart>& 
   const auto region = [truth](const Vec3& p_W) { return truth->RegionAt(p_W); };
   path.solid =
       MakeSolid(CutOut([truth](const Vec3& p_W) { return truth->SignedDistance(p_W); }, part), region, path.materials);
-  // Beyond its band the exact solid gives only the sign: a ball is known to be inside or outside only up to the band.
+  // Beyond its band, the imported bone has only the sign of the distance, so a ball is known to be inside or outside
+  // only if its radius is at most that of the band.
   const double band_mm = 0.99 * truth->band_mm();
   path.make_bone = MakeMaker(
       path, part,
@@ -115,7 +116,7 @@ void SetImported(StudyPath& path, Bone imported, const std::optional<BonePart>& 
       },
       region);
   if (!law || !truth->has_hu()) return;
-  // Cancellous bone takes E from the CT. The exact solid must return it at every point, whatever the neighbouring
+  // Cancellous bone takes E from the CT. The exact solid must return this E at every point, whatever the neighbouring
   // tissue.
   auto by_ct = std::make_shared<Bone>(*truth);
   UseCtModulus(*by_ct, *law, true);

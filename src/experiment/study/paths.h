@@ -16,23 +16,25 @@ namespace kerf {
 /// Motion of an upright disc in a frame B, with its spindle along y and its feed in the x-z plane.
 struct UprightMotion {
   Way x_mm;
-  Way depth_mm;  // of the rim's lowest point below z = 0
+  Way depth_mm;  // depth of the rim's lowest point below z = 0
   Way y_mm;      // along the spindle
   Way tilt_rad;  // about x through the disc's centre
 };
 Pose CalcUprightPose(const UprightMotion& motion, const DiscSaw& saw, double t_s);
 
-/// Caches the last bone that `make` returned, since copying it is cheaper than making it again. Thread-safe.
+/// Returns a function that does the same as `make` but keeps a copy of the last bone, since copying a bone is cheaper
+/// than making it again. The returned function is thread-safe.
 std::function<Bone(double, int)> RememberLast(std::function<Bone(double voxel_mm, int band_voxels)> make);
 
-/// Makes a solid from a formula: regions from `region`, constants from `materials`.
+/// Makes a solid from a formula for its distance, with the regions from `region` and their elastic constants from
+/// `materials`.
 ExactSolid MakeSolid(std::function<double(const Vec3&)> distance_mm, std::function<int(const Vec3&)> region,
                      const MaterialTable& materials);
 
 /// Returns a path with name, title, saw, materials and both holdings; the caller sets the rest.
 StudyPath MakePlainPath(const std::string& name, const std::string& title);
 
-/// The part of a bone within a box of frame B, with cut faces on the box.
+/// The part of a bone inside a box in frame B. Its cut faces lie on the box.
 struct BonePart {
   Pose X_WB;
   Box3 box_B;
@@ -41,14 +43,15 @@ struct BonePart {
   Box3 CalcBounds() const;
 };
 
-/// Sets solid, bounds and bone maker of a block. `cavity` is a signed distance that is positive inside a cavity, where
-/// there is no bone; the solid's distance is the maximum of the two.
+/// Sets the solid, the bounds and the bone maker of `path` to those of a block. `cavity` is a signed distance that is
+/// positive inside a cavity, where there is no bone; the solid's distance is the maximum of the two.
 void SetBlock(StudyPath& path, const BlockParams& block, const std::function<double(const Vec3&)>& cavity = nullptr);
-/// Sets solid, bounds and bone maker of the generic mandible, whole or a part of it.
+/// Sets the solid, the bounds and the bone maker of `path` to those of the generic mandible or a part of it.
 void SetMandible(StudyPath& path, const std::shared_ptr<const MandibleShape>& shape,
                  const std::optional<BonePart>& part);
-/// The same for an imported bone, which serves as the exact solid, with trilinear interpolation between its voxels.
-/// Includes its materials and, if it has CT numbers and a law is given, E from the CT in cancellous bone.
+/// Does the same for an imported bone, which itself serves as the exact solid, with trilinear interpolation between its
+/// voxels. Also sets the materials and, if the bone has CT numbers and a law is given, E from the CT in cancellous
+/// bone.
 void SetImported(StudyPath& path, Bone truth, const std::optional<BonePart>& part, const std::optional<CtLaw>& law);
 
 /// Returns the path of that name, or nullopt if there is none.

@@ -1,4 +1,4 @@
-// The built-in paths in blocks and plates, which are exact formulas.
+// The built-in paths in blocks and plates, for which there are exact formulas.
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <map>
@@ -14,12 +14,13 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kCortical = 24;
 
-/// Rotated relative to the grid and offset by a fraction of a voxel at any voxel size, so that no size is favoured.
+/// Returns a pose that is rotated relative to the grid and offset by a fraction of a voxel at any voxel size, so that
+/// no size is favoured.
 Pose StandAskew() {
   return {glm::angleAxis(0.5, glm::normalize(Vec3(1, 2, 0.5))), {0.337, -0.1273, 0.2191}};
 }
 
-/// Distance to a disc, mm; X_BT and p_B in any common frame.
+/// Returns the distance to a disc, mm; B may be any frame.
 double CalcDiscDistance(const DiscSaw& saw, const Pose& X_BT, const Vec3& p_B) {
   const Vec3 p_T = X_BT.InversePoint(p_B);
   const double across = std::hypot(p_T.x, p_T.y) - saw.radius_mm();
@@ -54,14 +55,14 @@ StudyPath MakePath(const std::string& name, const BlockPlan& plan,
   return path;
 }
 
-/// Accelerates from rest at `start` to `speed` within 0.1 s and keeps this speed until shortly before `end_s`, when it
-/// is at rest again.
+/// Returns a motion that accelerates from rest at `start` to `speed` within 0.1 s, keeps this speed until 0.1 s before
+/// `end_s`, and is at rest again at `end_s`.
 Way MoveOff(double start, double speed, double end_s) {
   return {start, {{0, 0}, {0.1, speed}, {end_s - 0.1, speed}, {end_s, 0}}};
 }
 
-// Depths are those of the disc's lowest point. On a prescribed path the tool cuts at 1 to 5 mm/s. With a hand, the
-// handle is ahead of the tool by 1 mm per newton of force, so it moves further and faster than the tool.
+// Depths are those of the disc's lowest point. On a prescribed path the tool cuts at 1 to 5 mm/s. In a hand, the handle
+// is ahead of the tool by 1 mm per newton of force, so it moves further and faster than the tool.
 
 BlockPlan PlanIdle() {
   const Way along(-1.5, {{0, 3}});
@@ -156,7 +157,8 @@ BlockPlan PlanWorst() {
           {MoveOff(-1, 3, 1.2), Way(25), Way(), Way()}};
 }
 
-/// A disc can be inside bone only after it has cut its way there, so the bone at the start pose is already removed.
+/// Makes the path of PlanWorst(). A disc can be inside bone only if it has cut its way there, so the bone at its start
+/// pose has already been removed.
 StudyPath MakeWorstPath(const std::string& name) {
   StudyPath path = MakePath(name, PlanWorst());
   BlockParams block;

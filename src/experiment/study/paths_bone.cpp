@@ -19,7 +19,8 @@
 namespace kerf {
 namespace {
 
-/// Orientation of B with y along `along` and z as close to `out` as possible, then rotated by a few degrees.
+/// Returns the orientation of B with y along `along` and z as close to `out` as possible, rotated by a few more
+/// degrees.
 Quat StandOn(const Vec3& along, const Vec3& out) {
   const Vec3 y = glm::normalize(along);
   const Vec3 z = glm::normalize(out - glm::dot(out, y) * y);
@@ -54,8 +55,8 @@ void SetMotion(StudyPath& path, const Pose& X_WB, double contact_mm, double hand
   };
 }
 
-constexpr double kTruthVoxel_mm = 0.2;  // a fifth of the CT voxel
-constexpr double kHuVoxel_mm = 1;       // the CT voxel itself
+constexpr double kTruthVoxel_mm = 0.2;  // a fifth of a CT voxel
+constexpr double kHuVoxel_mm = 1;       // the size of a CT voxel
 
 CtLaw MakeCtLaw() {
   return WithCalibration(FindCtLaw(DefaultCtLaws(), "mandible_matmap"), "");
@@ -70,7 +71,7 @@ Bone ImportOrRead(const std::string& data_folder, const std::string& cache_folde
       Bone bone = ReadBone(kept, with_hu);
       if (bone.voxel_mm() == kTruthVoxel_mm && bone.has_hu()) return bone;
     } catch (const Error&) {
-      // Made again below.
+      // The cached bone is unusable, so it is made again below.
     }
   }
   const std::string dicom = data_folder + "/visible_human_female/dicom";
@@ -111,8 +112,8 @@ StudyPath MakeMandiblePath() {
 StudyPath MakeCtPath(const std::string& data_folder, const std::string& cache_folder) {
   StudyPath path = MakePlainPath("ct", "down from the crest of the Visible Human Female's mandible (CT)");
   const Bone whole = ImportOrRead(data_folder, cache_folder);
-  // As in scenes/visible_human_osteotomy.toml: behind the last tooth on the left, with the plane of the disc across the
-  // arch.
+  // The cut is as in scenes/visible_human_osteotomy.toml: behind the last tooth on the left, with the plane of the disc
+  // across the arch.
   BonePart part;
   part.X_WB = {StandOn({0.6, 0.8, 0}, {0, 0, 1}), {21.9, -70.05, 47}};
   part.box_B = {{-11, -2.2, -12}, {11, 2.2, 5}};

@@ -21,7 +21,8 @@ std::vector<CutPhase> FindCutPhases(std::span<const ReferenceTick> ticks, double
   const double most = CalcPercentile(engaged, 0.95);
   std::size_t first = ticks.size();             // the first tick with contact
   std::size_t full_from = ticks.size();         // the first tick with full engagement
-  std::size_t full_to = 0, gone = 0, last = 0;  // one past the last tick of each kind
+  std::size_t full_to = 0, gone = 0, last = 0;  // one past the last tick with at least kFull * most, at least kGone *
+                                                // most, and any teeth engaged
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double teeth = ticks[i].engaged_teeth;
     if (!(teeth > 0)) continue;

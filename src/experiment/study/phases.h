@@ -1,4 +1,5 @@
-// The phases of a cut: entry, cut, breakthrough and exit, determined by how much of the rim a reference has engaged.
+// The phases of a cut: entry, cut, breakthrough and exit, determined from the number of teeth that are engaged in a
+// reference.
 #pragma once
 
 #include <span>
@@ -16,10 +17,12 @@ struct CutPhase {
   double to_s = 0;
 };
 
-/// E is the 95th percentile of the engaged teeth over the ticks with any. Entry lasts from the first contact until the
-/// engaged teeth first reach 0.9 E, cut until they last reach 0.9 E, breakthrough until they last reach 0.1 E, and exit
-/// until the last contact. The phases are contiguous. A phase without duration is left out, such as breakthrough and
-/// exit if the path ends in the bone. Ticks end at multiples of `tick_s`. Empty without contact.
+/// Returns the phases of a cut. E is the 95th percentile of the number of engaged teeth over the ticks with contact.
+/// The entry lasts from the first contact until at least 0.9 E teeth are engaged for the first time, the cut until that
+/// is so for the last time, the breakthrough until at least 0.1 E teeth are engaged for the last time, and the exit
+/// until the last contact. The phases are contiguous. A phase without duration is left out, such as the breakthrough
+/// and the exit if the path ends in the bone. Ticks end at multiples of `tick_s`. The result is empty if there is no
+/// contact.
 std::vector<CutPhase> FindCutPhases(std::span<const ReferenceTick> ticks, double tick_s);
 
 }  // namespace kerf

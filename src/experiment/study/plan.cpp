@@ -12,14 +12,15 @@
 namespace kerf {
 namespace {
 
-// Effort for a reference in units of the effort for the errors of a case: an estimate for balancing shards.
+// Estimated effort for a reference, in units of the effort for the errors of a case. It serves to balance shards.
 constexpr double kReferenceWeight = 10;
 
 bool Contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// An estimate: the number of ticks scales with the rate, removal and surface with the voxels.
+/// Estimates the effort: the number of ticks scales with the rate, and the effort of the removal and of the surface
+/// with the voxels.
 double GuessTickWeight(const StudySettings& settings) {
   const double finer = 0.1 / settings.voxel_mm;
   return 0.5 + 0.5 * finer * finer + 0.02 * settings.rim_samples_per_pitch + 0.3 * (settings.substeps - 1);

@@ -22,11 +22,11 @@ struct PlannedCase {
   std::string value;  // empty for the base settings
   StudySettings settings;
   std::string reference;     // its file name without extension: "slot.hand.law-edge_plus_chip"
-  bool costs = true;         // whether they are measured
-  int ticks = 0;             // for the costs
+  bool costs = true;         // whether the costs are measured
+  int ticks = 0;             // number of ticks to time for the costs
   double errors_weight = 1;  // approximate effort, in any unit; for load balancing and estimating the remaining time
   double costs_weight = 1;
-  /// All inputs that the result of the work depends on, except the program.
+  /// Text with all inputs that the result of the work depends on, except for the program.
   std::string errors_input;
   std::string costs_input;
 
@@ -42,21 +42,22 @@ struct StudyPlan {
 
 using VariantFunction = std::function<std::string(const StudySettings&)>;
 
-/// A pure function of the study. The plan contains each path with each holding at the base settings, and then with each
-/// knob at each value that differs from the base settings.
+/// Returns the plan of a study, which depends on nothing but the arguments. The plan contains each path with each
+/// holding at the base settings, and then with each knob at each value that differs from the base settings.
 StudyPlan MakePlan(const StudySpec& spec, const VariantFunction& variant_of);
 
 struct Shard {
   int index = 0;  // zero-based
   int count = 1;
 };
-/// "3/8": the fourth of eight. Throws Error if the text is not a shard or the index is not below the count; the message
-/// says what to set in Slurm.
+/// Parses a shard such as "3/8", the fourth of eight. Throws Error if the text is not a shard or the index is not below
+/// the count; the message says what to set in Slurm.
 Shard ShardFromText(const std::string& text);
 std::string ToString(Shard shard);  // "3/8"
 
-/// Indices into the plan's cases, each in one shard. Cases that share a reference are kept together as far as an even
-/// distribution of the work permits. Some shards are empty if there are more shards than cases.
+/// Distributes the cases over `count` shards. Returns the indices of the plan's cases by shard; each case is in exactly
+/// one shard. Cases that share a reference are kept together as far as an even distribution of the work permits. Some
+/// shards are empty if there are more shards than cases.
 std::vector<std::vector<std::size_t>> SplitPlan(const StudyPlan& plan, int count);
 
 }  // namespace kerf

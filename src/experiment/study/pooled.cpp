@@ -56,7 +56,7 @@ void Finish(const StudyResults& study, const PooledSetting& defaults, PooledSett
     setting.slowest_path = record->path;
   }
   std::sort(errors.begin(), errors.end(), [](const SafeError& a, const SafeError& b) { return a.value < b.value; });
-  // For an even number, the upper one, so that it is the value of an actual path.
+  // For an even number of paths, this is the upper of the two middle values, so that it is the value of an actual path.
   setting.median = errors[errors.size() / 2];
   if (!p50_us.empty()) setting.p50_us = MedianOf(p50_us);
 }

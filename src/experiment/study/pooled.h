@@ -1,4 +1,4 @@
-// The settings of a study pooled over all its paths: the data for diagrams, tables and sentences.
+// The settings of a study, with their results pooled over all its paths: the data for diagrams, tables and sentences.
 #pragma once
 
 #include <optional>
@@ -15,10 +15,10 @@ inline constexpr double kTargetDirection_deg = 9;
 inline constexpr double kTargetVolume = 0.01;
 inline constexpr double kTargetP99_us = 300;
 
-/// An error that may be quoted: at least the error of its reference.
+/// An error that may be quoted because it is never smaller than the error of its reference.
 struct SafeError {
   double value = 0;
-  bool at_most = false;  // it is below the reference's error bar; `value` is that bar
+  bool at_most = false;  // true if the error is not above the reference's error bar; `value` is then that bar
 };
 
 /// A setting's errors and times on several paths. Times are per millisecond of simulated time, i.e. the time of a tick
@@ -27,7 +27,7 @@ struct SafeError {
 struct PooledSetting {
   std::string knob;
   std::string value;
-  double number = 0;  // for the defaults: their number on a knob's curve, otherwise 0
+  double number = 0;  // of the knob; the defaults have one only on a knob's curve, otherwise 0
   bool is_default = false;
   std::size_t paths = 0;  // number of paths with results
   bool complete = false;  // true if it has results on all paths on which the defaults have
@@ -41,27 +41,27 @@ struct PooledSetting {
   std::string slowest_path;
   std::vector<const CaseRecord*> cases;
 
-  /// "voxel_mm = 0.05", "the defaults".
+  /// Returns a name such as "voxel_mm = 0.05" or "the defaults".
   std::string Name() const;
 };
 
 /// Returns true if the knob determines what is simulated rather than how accurately: its settings have their own
 /// references, or no fair one.
 bool ChoosesPhysics(const std::string& knob);
-/// Returns a knob's number in the settings, 0 if it is a word. Throws Error for an unknown knob.
+/// Returns a knob's number in the settings, or 0 if its value is a word. Throws Error for an unknown knob.
 double NumberOf(const StudySettings& settings, const std::string& knob);
 /// Lists the base settings that differ from kerf's defaults: "`voxel_mm = 0.2`, `law = ...`"; empty if there are none.
 std::string DescribeBase(const StudySettings& base);
 /// Returns the base settings with the case's value for its knob. Throws Error for an invalid value.
 StudySettings SettingsOf(const StudyResults& study, const CaseRecord& record);
 
-/// force_p95 of a case that has errors.
+/// Returns force_p95 of a case that has errors.
 SafeError CalcForceError(const StudyResults& study, const CaseRecord& record);
 /// Returns the reference that a case was compared with; null if the study has none.
 const ReferenceRecord* FindReference(const StudyResults& study, const CaseRecord& record);
 
-/// Returns all settings with errors on at least one path: first the defaults, then in the study's order of knobs, by
-/// number. `paths`: empty for all.
+/// Returns all settings that have errors on at least one path: first the defaults, then the others in the study's order
+/// of knobs, sorted by number. If `paths` is empty, all paths are used.
 std::vector<PooledSetting> PoolSettings(const StudyResults& study, Holding holding,
                                         const std::vector<std::string>& paths = {});
 /// Returns the settings of a knob in ascending order of its number, including the defaults, which are `base`. Empty if
@@ -79,13 +79,13 @@ std::vector<Holding> HoldingsOf(const StudyResults& study);
 struct KnobErrors {
   std::string knob;
   std::vector<std::string> paths;  // in the order of `curves`
-  std::vector<SlopePath> curves;   // all numbers, including that of the defaults; errors are at least the error bar
+  std::vector<SlopePath> curves;   // all numbers, including that of the defaults; no error is below its error bar
   std::vector<SlopePath> above;    // only the errors above the bar; for the slope
   std::optional<Slope> slope;      // over all numbers
-  std::optional<Slope> coarse;     // over the coarser half of them
+  std::optional<Slope> coarse;     // over the coarser half of the numbers
   double order = 0;                // theoretical order; 0: none
 };
-/// Returns nullopt for a knob of words, or if there are fewer than two numbers.
+/// Returns nullopt if the knob's values are words, or if there are fewer than two numbers.
 std::optional<KnobErrors> MakeKnobErrors(const StudyResults& study, Holding holding, const std::string& knob);
 
 }  // namespace kerf

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON has neither infinity nor NaN: null, which is read as NaN.
+/// Reads a number, or NaN from null, since JSON has neither infinity nor NaN.
 double NumberFrom(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
 }
@@ -27,7 +27,7 @@ double FigureFrom(const Json& json, const char* key) {
   return value;
 }
 
-// A single list of names for reading and writing.
+// The only list of these names, for both reading and writing.
 template <typename Figures, typename Visit>
 void DescribeErrors(Figures& f, Visit&& visit) {
   visit("force_l2", f.force_l2);

@@ -1,4 +1,4 @@
-// Records as JSON. Numbers survive writing and reading bit for bit; hashes are 16 hexadecimal digits.
+// Records as JSON. Numbers are the same bit for bit after writing and reading; hashes have 16 hexadecimal digits.
 #pragma once
 
 #include <cstdint>

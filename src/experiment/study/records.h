@@ -24,10 +24,10 @@ std::string_view ToString(Holding holding);  // "hand", "path"
 /// the reference's. A just-noticeable difference (JND) is 7 % of the force, where forces below 0.5 N count as 0.5 N;
 /// that of the direction is 18.4 deg.
 struct ErrorFigures {
-  double force_l2 = 0;           // |F - R| / |R|, root mean squares
+  double force_l2 = 0;           // root mean square of |F - R| divided by that of |R|
   double force_worst_N = 0;      // largest |F - R|
   double force_p95 = 0;          // 95th percentile of |F - R| / max(|R|, 0.5 N)
-  double force_worst = 0;        // maximum of that
+  double force_worst = 0;        // maximum of the same ratio
   double direction_p95_deg = 0;  // between F and R where |R| > 0.5 N; 0 if there is no such tick
   double direction_worst_deg = 0;
   double impulse = 0;          // |integral of F - R| / integral of |R|
@@ -42,22 +42,23 @@ struct ErrorFigures {
   // small. Unset in records of versions that did not measure it.
   std::optional<double> impulse_signed;
   // Only with a heat grid: 95th percentile of the temperature error at the end of the path, 0.5 and 1 mm from the kerf,
-  // where it is at least a kelvin warmer than the body; and the part of it that may be due to the reference itself.
+  // where the bone is at least 1 K warmer than the body; and the part of this error that may be due to the reference
+  // itself.
   std::optional<double> temperature_K;
   std::optional<double> temperature_bar_K;
 };
 inline constexpr double kForceJnd = 0.07;
 inline constexpr double kDirectionJnd_deg = 18.4;
-inline constexpr double kMinForce_N = 0.5;  // smaller forces are judged as this value
+inline constexpr double kMinForce_N = 0.5;  // smaller forces count as this force
 
 struct CostFigures {
   std::uint64_t ticks = 0;
-  Percentiles tick;               // of all ticks; percentiles are too high by at most 3.2 %
+  Percentiles tick;               // of all ticks; the percentiles may be too high by up to 3.2 %
   Percentiles undisturbed;        // of the ticks in which the system did not interrupt the thread
   double misses_per_million = 0;  // ticks longer than their period
   double memory_MB = 0;           // bone and simulation
   double setup_s = 0;             // time to create both
-  double whole_s = 0;             // one pass of the path, without setup
+  double whole_s = 0;             // fastest pass along the path, without setup
   std::vector<std::pair<int, std::uint64_t>> histogram;  // non-empty buckets of LogHistogram and their counts
 };
 
@@ -66,8 +67,8 @@ enum class CaseState { kDone, kFailed, kOmitted };
 struct CaseRecord {
   std::string id;  // unique in the study; letters, digits, '-', '_' and '.'
   Holding holding = Holding::kHand;
-  std::string path;   // its name
-  std::string knob;   // its name (knobs.h); "default" for the base settings
+  std::string path;   // name of the path
+  std::string knob;   // name of the knob (knobs.h); "default" for the base settings
   std::string value;  // value of the knob as in the study file; empty for the base settings
   double number = 0;  // the value if it is a number; for the slopes
   CaseState state = CaseState::kDone;
@@ -90,7 +91,7 @@ struct ReferenceRecord {
   double error_bar_l2 = 0;
   double volume_bar = 0;
   double seconds = 0;  // time of the computation
-  std::string note;    // such as: not converged, compared with a closed form
+  std::string note;    // e.g. that it did not converge, or how it compares with a closed form
 };
 
 struct StudyResults {
@@ -100,8 +101,8 @@ struct StudyResults {
   std::string commit;
   std::string build;  // compiler and flags
   MachineState machine;
-  StudySettings base;              // settings that the knobs vary: "default" in the records
-  double seconds = 0;              // total work, over all sessions and shards
+  StudySettings base;              // base settings, which the knobs vary; "default" in the records
+  double seconds = 0;              // total time of the work, over all runs and shards
   std::vector<std::string> paths;  // names, in the study's order; titles below
   std::map<std::string, std::string> path_titles;
   std::vector<std::string> knobs;  // names, in the study's order

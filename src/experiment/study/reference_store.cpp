@@ -15,7 +15,7 @@ namespace kerf {
 namespace {
 
 // Contents of a file: mark, version, hash of the input, figures, note, ticks; then a checksum of everything before it.
-// Numbers are in the format of this machine, because another machine computes its own references.
+// Numbers are stored in the format of this machine, because every machine computes its own references.
 constexpr std::string_view kMark = "kerfref\n";
 constexpr std::uint64_t kVersion = 2;
 constexpr std::uint64_t kMaxTicks = 10'000'000;

@@ -27,19 +27,20 @@ void Describe(StudySettings& p, V&& visit) {
   visit("band_voxels", p.band_voxels, Range{2, 8}, "half width of the level set's band");
 }
 
-/// Shortest form of a number that reads back as the same value: "0.1", "1000".
+/// Formats a number in the shortest form that reads back as the same value: "0.1", "1000".
 std::string ShowNumber(double number);
 /// Returns the value of a setting as text. Throws Error for an unknown knob.
 std::string ValueOf(const StudySettings& settings, const std::string& knob);
-/// Sets the value from such a text. Throws Error if the text is not a valid value; ranges are checked when the study
-/// file is read.
+/// Sets a value from a text such as ValueOf() returns. Throws Error if the text is not a valid value; ranges are
+/// checked when the study file is read.
 void SetValue(StudySettings& settings, const std::string& knob, const std::string& value);
-/// "voxel_mm=0.1 rim_samples_per_pitch=16 ...": all settings.
+/// Lists all settings: "voxel_mm=0.1 rim_samples_per_pitch=16 ...".
 std::string ShowSettings(const StudySettings& settings);
 
-/// FNV-1a hash: the same on every machine. It distinguishes texts; it is not for security.
+/// Returns the FNV-1a hash of a text, which is the same on every machine. It serves to tell texts apart and is not
+/// suitable for security.
 std::uint64_t HashText(std::string_view text);
-/// 16 hexadecimal digits.
+/// Formats a hash as 16 hexadecimal digits.
 std::string ShowHash(std::uint64_t hash);
 
 }  // namespace kerf

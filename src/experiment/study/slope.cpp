@@ -11,7 +11,7 @@ namespace {
 constexpr int kDraws = 2000;
 constexpr std::size_t kMinPaths = 3;  // with fewer, nothing can be inferred about other paths
 
-/// Contribution of a path to the least squares.
+/// Contribution of a path to the sums of the least-squares fit.
 struct Sums {
   double xx = 0;
   double xy = 0;

@@ -1,4 +1,4 @@
-// Measured order at which an error falls with a knob's number.
+// The measured order of an error: the exponent of the knob's number.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// The numbers and the errors of one path, equally many, all positive.
+/// A knob's numbers and the errors at these numbers on one path; all are positive.
 struct SlopePath {
   std::vector<double> numbers;
   std::vector<double> errors;
@@ -16,15 +16,15 @@ struct SlopePath {
 
 struct Slope {
   double slope = 0;
-  /// 95 % confidence interval over other paths: percentile bootstrap over the paths (Efron and Tibshirani 1993, chapter
-  /// 13), 2000 draws, deterministic. Unset with fewer than three paths.
+  /// 95 % confidence interval for other paths, from a percentile bootstrap over the paths (Efron and Tibshirani 1993,
+  /// chapter 13) with 2000 draws. Deterministic. Unset if there are fewer than three paths.
   std::optional<std::pair<double, double>> interval;
   std::size_t paths = 0;   // number of paths with at least two different numbers
   std::size_t points = 0;  // number of points on these paths
 };
 
-/// Least squares of log error = a_path + slope * log number: each path has its own offset, all have one slope. Returns
-/// nullopt if no path has two different numbers.
+/// Fits log error = a_path + slope * log number by least squares: each path has its own offset, and all paths share one
+/// slope. Returns nullopt if no path has two different numbers.
 std::optional<Slope> FitSlope(const std::vector<SlopePath>& paths);
 
 }  // namespace kerf

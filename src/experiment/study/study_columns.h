@@ -8,8 +8,8 @@
 
 namespace kerf {
 
-/// `jnd_name` and `per_jnd`: name of an additional column in just-noticeable differences, and the size of one; null: no
-/// such column.
+/// `jnd_name` is the name of an additional column in just-noticeable differences, or null if there is none; `per_jnd`
+/// is the size of one such difference.
 struct ErrorColumn {
   const char* name;
   double ErrorFigures::*value;
@@ -31,7 +31,7 @@ inline constexpr std::array<ErrorColumn, 12> kErrorColumns{{
     {"surface_max_mm", &ErrorFigures::surface_max_mm, nullptr, 0},
 }};
 
-/// A figure that some cases lack.
+/// The column of a figure that some cases lack.
 struct OptionalErrorColumn {
   const char* name;
   std::optional<double> ErrorFigures::*value;
@@ -55,7 +55,7 @@ inline constexpr std::array<CostColumn, 4> kCostColumns{{
     {"whole_s", &CostFigures::whole_s},
 }};
 
-/// `prefix` + "count", "p50_us", ... are separate columns.
+/// Percentiles as separate columns, named `prefix` + "count", "p50_us", ...
 struct PercentilesColumns {
   const char* prefix;
   Percentiles CostFigures::*value;

@@ -22,7 +22,7 @@ std::string Words(std::string text) {
   return FormatCsvField(text);
 }
 
-// The shortest text that reads back as the same double.
+// Adds the shortest text that reads back as the same double.
 void AddNumber(std::string& csv, double value) {
   fmt::format_to(std::back_inserter(csv), ",{}", value);
 }
@@ -126,7 +126,7 @@ std::string FormatStudyJson(const StudyResults& study, const std::vector<std::st
   json["paths"] = study.paths;
   json["path_titles"] = study.path_titles;
   json["knobs"] = study.knobs;
-  json["left_out"] = ordered_json::array();  // for the user; cases.csv has it too
+  json["left_out"] = ordered_json::array();  // for the user; cases.csv contains the same
   for (const CaseRecord& record : study.cases) {
     if (record.state == CaseState::kDone) continue;
     json["left_out"].push_back({{"id", record.id}, {"state", ToString(record.state)}, {"why", record.why}});

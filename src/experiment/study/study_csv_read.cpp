@@ -22,10 +22,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A derived column is damaged if it deviates by more than this fraction.
+/// A column that is derived from another one counts as damaged if it deviates by more than this fraction.
 constexpr double kSame = 1e-9;
 
-/// Reads the fields of a row one after the other, with the names of their columns.
+/// Reads the fields of a row one after another, and knows the names of their columns.
 class Row {
  public:
   Row(const std::vector<std::string>& names, const std::vector<std::string>& fields, const CsvPlace& place)
@@ -133,7 +133,7 @@ std::optional<CostFigures> ReadCosts(Row& row) {
   return costs;
 }
 
-/// Returns the header of a text written by kerf: names without quotes.
+/// Returns the column names in the header of a text written by kerf; they are not quoted.
 std::vector<std::string> HeaderOf(const std::string& csv) {
   std::vector<std::string> names;
   std::string name;
@@ -228,7 +228,8 @@ void ReadReferences(const std::string& folder, StudyResults& study) {
   });
 }
 
-/// Throws Error with context that the nlohmann exception lacks.
+/// Returns the value of a key. If it is invalid, throws Error with the context that the exception of the JSON library
+/// lacks.
 template <typename Value>
 Value Get(const Json& object, const char* key, const std::string& file) {
   const auto found = object.find(key);
@@ -236,7 +237,7 @@ Value Get(const Json& object, const char* key, const std::string& file) {
   try {
     if constexpr (std::is_same_v<Value, int>) return GetInt(*found);
     return found->get<Value>();
-  } catch (const std::exception&) {  // from the JSON library, or Error
+  } catch (const std::exception&) {  // an exception of the JSON library, or Error
     throw Error(fmt::format("{}: \"{}\" = {} is not a valid value in a study", file, key, Quote(found->dump())));
   }
 }

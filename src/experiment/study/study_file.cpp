@@ -21,12 +21,12 @@ using NodeKind = TomlNode::Kind;
 
 constexpr std::size_t kMaxScenes = 100'000;
 constexpr std::size_t kMaxValues = 1000;
-constexpr std::size_t kMaxNameLength = 60;  // file names contain them
+constexpr std::size_t kMaxNameLength = 60;  // the names become parts of file names
 
 std::string NearestOf(const std::string& name, const std::vector<std::string>& names) {
   std::string nearest = FindNearestName(name.substr(0, 100), names);
   for (const std::string& one : names) {
-    if (one.starts_with(name + "_")) nearest = one;  // the unit is missing
+    if (one.starts_with(name + "_")) nearest = one;  // only the unit is missing
   }
   return nearest.empty() ? fmt::format("there are {}", fmt::join(names, ", "))
                          : fmt::format("the nearest is \"{}\"", nearest);
@@ -91,7 +91,7 @@ void ReadKnob(const TomlNode& table, const std::vector<std::string>& paths, Stud
     return reader.Fault("values", fmt::format("values must be a list of 1 to {} values of {}", kMaxValues, sweep.knob));
   }
   for (const TomlNode& item : values->children) {
-    TomlNode one;  // as if the table contained knob = value
+    TomlNode one;  // read as if the table contained knob = value
     one.children.push_back(item);
     one.children.back().key = sweep.knob;
     StudySettings settings = spec.base;
@@ -100,7 +100,7 @@ void ReadKnob(const TomlNode& table, const std::vector<std::string>& paths, Stud
     const std::string text = ValueOf(settings, sweep.knob);
     if (std::find(sweep.values.begin(), sweep.values.end(), text) == sweep.values.end()) {
       sweep.values.push_back(text);
-    } else if (faults.empty()) {  // an invalid value stays at the base setting
+    } else if (faults.empty()) {  // not for an invalid value, which has left the base setting unchanged
       faults.Add(item.line, item.column, fmt::format("{} is listed twice in values", item.Show()));
     }
   }
@@ -144,7 +144,7 @@ void ReadScenes(TableReader& root, const std::string& file, const std::vector<st
 
 void ReadStudyTable(TableReader& root, const std::vector<std::string>& built_in,
                     const std::vector<std::string>& all_paths, StudySpec& spec, Faults& faults) {
-  // A file that lists scenes uses only these, unless it also lists paths.
+  // A study file that lists scenes uses no built-in paths unless it lists them.
   if (spec.scenes.empty()) spec.paths = built_in;
   const TomlNode* table = root.Table("study");
   if (table == nullptr) return;

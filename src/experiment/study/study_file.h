@@ -1,4 +1,5 @@
-// The study file (TOML): the paths, ways of holding and settings that a study compares, and their resolution.
+// The study file (TOML), which lists the paths, ways of holding the tool and settings that a study compares, and the
+// specification that is read from it.
 #pragma once
 
 #include <cstdint>
@@ -31,11 +32,11 @@ struct StudySpec {
   std::vector<std::string> paths;  // built-in ones, by name
   std::vector<StudyScene> scenes;
   std::vector<Holding> holdings{Holding::kHand, Holding::kPath};
-  std::vector<std::string> cost_paths;  // the knobs' costs are measured only on these; empty: on all; the costs of the
-                                        // base settings are always measured on all
+  std::vector<std::string> cost_paths;  // the knobs' costs are measured on these paths only (if empty, on all paths);
+                                        // the costs of the base settings are always measured on all paths
   int ticks_per_case = 20'000;          // timed ticks of each case for costs
   int ticks_of_defaults = 100'000;      // the same for the base settings
-  double reference_tolerance = 1e-3;    // between two refinements, a fraction of the force
+  double reference_tolerance = 1e-3;    // permitted change between two refinements, as a fraction of the force
   StudySettings base;
   std::vector<KnobSweep> knobs;
 };
@@ -45,14 +46,15 @@ struct StudySpec {
 StudySpec ParseStudy(const std::string& text, const std::string& file, const std::vector<std::string>& built_in);
 /// Also reads the scenes, for their content_hash; reports their faults as `kerf check` does.
 StudySpec ReadStudyFile(const std::string& file, const std::vector<std::string>& built_in);
-/// The default study as a commented file.
+/// Returns the default study as a file with comments.
 std::string DefaultStudyToml();
 
-/// The complete specification as JSON, for a study folder. SpecFromJson() throws Error for anything that SpecToJson()
-/// does not write.
+/// Formats the complete specification as JSON, for a study folder. SpecFromJson() throws Error for anything that
+/// SpecToJson() does not write.
 std::string SpecToJson(const StudySpec& spec);
 StudySpec SpecFromJson(const std::string& text);
-/// Hash of all inputs that results depend on, i.e. without name, title and the locations of the scene files.
+/// Returns a hash of all inputs that the results depend on; the name, the title and the locations of the scene files
+/// are not among them.
 std::uint64_t HashOf(const StudySpec& spec);
 
 }  // namespace kerf

@@ -36,7 +36,7 @@ std::string Join(const std::vector<std::string>& words) {
   return text;
 }
 
-/// A requirement on the defaults, path by path.
+/// States whether the defaults meet a requirement, path by path.
 void SayCriterion(std::string& text, const PooledSetting& defaults, const std::string& demand, double limit, bool below,
                   const std::function<double(const CaseRecord&)>& read,
                   const std::function<std::string(double)>& show) {
@@ -83,7 +83,7 @@ void SayCriteria(std::string& text, const StudyResults& study, const PooledSetti
       [](double value) { return ShowThree(value) + " us"; });
 }
 
-/// By how much the overall force is too large or too small: minimum and maximum.
+/// States by how much the overall force is too large or too small: the minimum and the maximum over the paths.
 void SayImpulse(std::string& text, const PooledSetting& defaults) {
   const CaseRecord* least = nullptr;
   const CaseRecord* most = nullptr;
@@ -137,7 +137,7 @@ void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, co
     const bool better = s.worst.value < (1 - kAlikeErrors) * d.worst.value;
     const bool worse = s.worst.value > (1 + kAlikeErrors) * d.worst.value;
     const double rate = 100 * 100 * std::abs((d.worst.value - s.worst.value) / (s.p99_us - d.p99_us));
-    const bool counts = s.knob != "heat_grid_mm";  // it affects the heat, not the force
+    const bool counts = s.knob != "heat_grid_mm";  // this knob affects the heat, not the force
     if (better && slower) gains.push_back({&s, rate});
     if (better && !slower)
       free.push_back(fmt::format("{} ({} in {} us)", s.Name(), ShowError(s.worst), ShowThree(s.p99_us)));
@@ -253,7 +253,7 @@ void SayOrders(std::string& text, const StudyResults& study, Holding holding) {
     if (!errors || errors->order == 0 || !errors->coarse) continue;
     const Slope& slope = *errors->coarse;
     const std::string words = fmt::format("`{}` ({:.2f}, theory {:g})", name, slope.slope, errors->order);
-    // A few numbers determine an order only to about a tenth.
+    // With only a few numbers, an order is accurate to only about a tenth.
     constexpr double kNear = 0.1;
     const double lower = slope.interval ? slope.interval->first - kNear : slope.slope - kNear;
     const double upper = slope.interval ? slope.interval->second + kNear : slope.slope + kNear;

@@ -24,7 +24,7 @@ constexpr int kSchema = 1;
 constexpr std::size_t kMaxRecordBytes = std::size_t{16} << 20;
 constexpr std::size_t kMaxDescriptionBytes = std::size_t{256} << 20;
 
-/// Calls `read` with the file's JSON; errors include the file name.
+/// Calls `read` with the file's JSON; the messages of errors include the file name.
 template <typename Read>
 auto ReadJson(const std::string& file, std::size_t max_bytes, Read&& read) {
   const std::string text = ReadTextFile(file, max_bytes);
@@ -40,7 +40,7 @@ void CheckSchema(const Json& json) {
   if (schema != kSchema) throw Error(fmt::format("its schema is {}; this program supports {}", schema, kSchema));
 }
 
-/// The stored record without times and related data.
+/// Returns the stored record without times and related data.
 Json WithoutTimes(const WorkRecord& record) {
   Json json = Json::parse(FormatWorkRecord(record));
   for (const char* key : {"seconds", "commit", "cpu", "costs"}) json.erase(key);
@@ -102,7 +102,7 @@ WorkRecord ParseWorkRecord(const std::string& text) {
 bool AgreeInAllButTimes(const WorkRecord& a, const WorkRecord& b) {
   WorkRecord x = a;
   WorkRecord y = b;
-  // A record of an earlier version lacks this figure; that is not a contradiction.
+  // A record of an earlier version lacks this figure, which is not a contradiction.
   if (x.errors && y.errors && x.errors->impulse_signed.has_value() != y.errors->impulse_signed.has_value()) {
     x.errors->impulse_signed.reset();
     y.errors->impulse_signed.reset();

@@ -29,7 +29,7 @@ struct WorkRecord {
   std::optional<CostFigures> costs;
   std::uint64_t force_hash = 0;
   std::uint64_t bone_hash = 0;
-  double seconds = 0;  // time of the work
+  double seconds = 0;  // duration of the work
   std::string commit;  // of the program
   std::string cpu;     // of the machine
 };
@@ -73,7 +73,7 @@ class StudyFolder {
   std::string FileOf(const std::string& id, CaseWork work) const;
   /// Returns nullopt if there is no such file. Throws Error with the file name if it is damaged.
   std::optional<WorkRecord> Read(const std::string& id, CaseWork work) const;
-  /// `copy`: does not wait until the data are on the disk, since the record can be copied again.
+  /// If `copy` is true, does not wait until the data are on the disk, since the record can be copied again.
   void Write(const WorkRecord& record, bool copy = false) const;
 
   /// Returns the file of the reference itself.
@@ -81,14 +81,14 @@ class StudyFolder {
   std::optional<KeptReference> ReadReference(const std::string& name) const;
   void WriteReference(const KeptReference& reference) const;
 
-  /// Returns the folders of shards in it, sorted.
+  /// Returns the folders of the shards in this folder, sorted.
   std::vector<std::string> ListShards() const;
 
  private:
   std::string path_;
 };
 
-/// "OUT/shard-3-of-8".
+/// Returns the path of the folder of a shard: "OUT/shard-3-of-8".
 std::string FolderOfShard(const std::string& folder, Shard shard);
 
 }  // namespace kerf

@@ -26,7 +26,7 @@ std::vector<Holding> HoldingsFrom(const Json& words) {
   return holdings;
 }
 
-/// The part that results depend on.
+/// Returns the part of a specification that the results depend on.
 Json CoreOf(const StudySpec& spec) {
   Json json;
   json["paths"] = spec.paths;

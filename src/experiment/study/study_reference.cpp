@@ -23,8 +23,8 @@ constexpr double kTick_s = 0.00025;
 constexpr int kMaxRefinements = 5;
 constexpr int kFirstSteps = 1;
 constexpr int kFirstRimPoints = 768;
-constexpr double kVolumeByCells = 5e-4;  // error of the removed volume with the finest cells of the reference
-constexpr std::uint64_t kMethod = 3;     // to be increased whenever references are computed differently
+constexpr double kVolumeByCells = 5e-4;  // error of the removed volume that is due to the finest cells of the reference
+constexpr std::uint64_t kMethod = 3;     // must be increased whenever the computation of references changes
 
 ExactSolid MakeVariantSolid(const StudyPath& path, const StudySettings& settings) {
   if (settings.material == "ct") {
@@ -67,7 +67,7 @@ class InputHash {
   std::uint64_t hash_ = MixHash(kMethod);
 };
 
-/// Hash of all inputs of a reference. The solid is a function, so it is sampled on a lattice.
+/// Returns a hash of all inputs of a reference. The solid, which is a function, is sampled on a lattice.
 std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceParams& params, const ExactSolid& solid,
                         const std::vector<Pose>& poses) {
   InputHash hash;
@@ -110,7 +110,8 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
   return hash.value();
 }
 
-/// Returns the exact bone after the motion of the ticks; it is the same whether they were computed or read.
+/// Returns the exact bone after the motion of the ticks. It is the same whether the ticks were computed or read from a
+/// file.
 std::shared_ptr<const ExactBone> SweepBone(ExactSolid solid, const ReferenceParams& params, Holding holding,
                                            const Pose& X_start, const std::vector<ReferenceTick>& ticks) {
   auto bone = std::make_shared<ExactBone>(std::move(solid), params.saw);
@@ -142,7 +143,7 @@ std::vector<ReferenceTick> WorkOut(Holding holding, const ReferenceParams& param
 }  // namespace
 
 double GetReferenceEdge_mm(Holding holding, const DiscSaw& saw) {
-  // The value in the simulation for vanishing voxels.
+  // This is the value in the simulation in the limit of vanishing voxels.
   return holding == Holding::kHand ? CalcToothSide(saw.radius_mm(), 0) : 0;
 }
 
@@ -187,7 +188,7 @@ StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const 
   if (!file.empty()) {
     try {
       std::optional<StudyReference> stored = ReadStudyReference(file, input_hash);
-      // A stored reference that did not converge already had the maximum refinement.
+      // A stored reference with a note did not converge, although it had the maximum refinement.
       if (stored && (stored->record.error_bar <= tolerance || !stored->record.note.empty())) {
         reference = *std::move(stored);
         return finish();

@@ -19,7 +19,7 @@ void AddPart(std::string& text, const char* heading, const std::string& words, c
   AppendFormat(text, "### {}\n\n{}{}{}", heading, words, words.empty() ? "" : "\n\n", table);
 }
 
-/// Text below the heading of each table of force errors.
+/// Returns the text below the heading of each table of force errors.
 std::string ForceNote() {
   return fmt::format(
       "Force, p95: 95th percentile of |F - R| / max(|R|, {0:g} N); smaller reference forces count as {0:g} N.",
@@ -121,7 +121,7 @@ void WriteStudyReport(const StudyResults& study, const std::string& folder,
     files.push_back(figure.name + ".png");
   }
   write("report.md", FormatReport(study, figures));
-  // Written last, since it lists the contents of the folder.
+  // This file is written last, since it lists the contents of the folder.
   WriteTextFile(folder + "/study.json", FormatStudyJson(study, files));
   RemoveStaleResults(folder, earlier, files);
 }

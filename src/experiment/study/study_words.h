@@ -7,12 +7,13 @@
 
 namespace kerf {
 
-/// Three significant digits: "2.98", "0.0312", "1230".
+/// Formats a number with three significant digits, or as a whole number from 100 on: "2.98", "0.0312", "1234". Uses an
+/// exponent only below 1e-6.
 std::string ShowThree(double value);
-/// A fraction in per cent: "2.98 %", "at most 0.12 %".
+/// Formats a fraction as a percentage: "2.98 %", "at most 0.120 %".
 std::string ShowError(const SafeError& error);
 std::string ShowFraction(double fraction);
-/// "+2.98 %", "-14.1 %", "0 %".
+/// Formats a fraction as a percentage with its sign: "+2.98 %", "-14.1 %", "0 %".
 std::string ShowSignedFraction(double fraction);
 
 /// Each table ends with an empty line; the text is empty if there is nothing to report.
@@ -25,7 +26,7 @@ std::string SlabTable(const StudyResults& study, Holding holding);
 std::string LeftOutTable(const StudyResults& study);
 std::string ReferencesTable(const StudyResults& study);
 
-/// Findings for one way of holding the tool, one bullet each.
+/// Describes the findings for one way of holding the tool, each as a bullet.
 std::string DescribeFindings(const StudyResults& study, Holding holding);
 
 /// Returns the paths on which slab mode was run.

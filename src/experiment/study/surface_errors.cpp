@@ -14,14 +14,16 @@
 namespace kerf {
 namespace {
 
-constexpr double kApart_mm = 0.15;      // one point is kept per cell of this edge, so that none has a large weight
-constexpr double kInside_mm = 0.1;      // points at least this far inside the uncut solid exclude the edges of the kerf
+constexpr double kApart_mm = 0.15;      // one point is kept in each cell with this edge, so that no place has a large
+                                        // weight
+constexpr double kInside_mm = 0.1;      // only points at least this far inside the uncut solid are used, which excludes
+                                        // the edges of the kerf
 constexpr double kOnSurface_mm = 1e-4;  // tolerance for a point projected onto the exact surface
 constexpr std::size_t kMaxPoses = 400;
 constexpr int kRimPoints = 120;
 constexpr int kFlatRings = 8;
 
-/// Tests whether a point is the first one in its cell.
+/// Determines whether a point is the first one in its cell.
 class Thinner {
  public:
   bool IsFirst(const Vec3& p_W) {
@@ -42,10 +44,10 @@ bool IsWithin(const Box3& box, const Vec3& p) {
          p.z <= box.upper.z;
 }
 
-/// From the bone's cut surface to the exact one.
+/// Returns the distances from the bone's cut surface to the exact one.
 std::vector<double> MeasureBone(const Bone& bone, const ExactBone& exact) {
   std::vector<double> distances;
-  // Cropping creates artificial faces; the box is large enough to keep them away from the cut.
+  // Cropping creates artificial faces, so the box is large enough to keep them away from the cut.
   const Box3 box_W = exact.swept_bounds().Grown(2 * bone.band_mm());
   const TriangleMesh mesh = ExtractSurface(CropBone(bone, box_W));
   const Box3 near_W = exact.swept_bounds().Grown(bone.voxel_mm());
@@ -67,8 +69,8 @@ void CalcCutSurfaceErrors(const Bone& bone, const ExactBone& exact, std::span<co
   Thinner thinner;
   const double inner_mm = edge_mm > 0 ? std::max(0.0, saw.radius_mm() - edge_mm) : 0;
   const double half_mm = 0.5 * saw.thickness_mm;
-  // p_T is on the disc with the outward normal n_T. If a later pose swept the point, it is in air and is moved from
-  // there to the surface.
+  // p_T is on the disc with the outward normal n_T. If the disc passed over the point at another pose, the point is in
+  // air and is moved along the normal to the surface.
   const auto look = [&](const Pose& X_WT, const Vec3& p_T, const Vec3& n_T) {
     Vec3 p_W = X_WT.Point(p_T);
     if (exact.solid().distance_mm(p_W) > -kInside_mm) return;
@@ -84,7 +86,7 @@ void CalcCutSurfaceErrors(const Bone& bone, const ExactBone& exact, std::span<co
   const std::size_t step = std::max<std::size_t>(1, ticks.size() / kMaxPoses);
   for (std::size_t k = ticks.size() - 1;; k -= step) {
     const Pose& X_WT = ticks[k].X_WT;
-    // Rotated slightly from pose to pose, so that points are not aligned.
+    // The points are rotated from pose to pose, so that they are not aligned.
     const double turn = 2.399963 * static_cast<double>(k);
     for (int i = 0; i < kRimPoints; ++i) {
       const double angle = 2 * std::numbers::pi * i / kRimPoints + turn;
@@ -92,7 +94,7 @@ void CalcCutSurfaceErrors(const Bone& bone, const ExactBone& exact, std::span<co
       const double across = half_mm * (0.8 * std::fmod(0.618034 * i, 1.0) - 0.4) * 2;
       look(X_WT, saw.radius_mm() * e_T + Vec3(0, 0, across), e_T);
       const double fraction = (i % kFlatRings + 0.5) / kFlatRings;
-      // Uniform by area.
+      // The radii are distributed uniformly by area.
       const double r2 = inner_mm * inner_mm + fraction * (saw.radius_mm() * saw.radius_mm() - inner_mm * inner_mm);
       const double side = i % 2 == 0 ? 1 : -1;
       look(X_WT, std::sqrt(r2) * e_T + Vec3(0, 0, side * half_mm), Vec3(0, 0, side));

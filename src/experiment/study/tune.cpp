@@ -24,15 +24,16 @@ namespace {
 
 constexpr std::array<double, 9> kVoxels_mm = {0.4, 0.3, 0.2, 0.15, 0.125, 0.1, 0.08, 0.0667, 0.05};
 constexpr double kMinVoxelOfMandible_mm = 0.1;  // a whole mandible with finer voxels takes gigabytes
-constexpr double kHopeless = 2;                 // times the budget; finer voxels would only be slower
+constexpr double kHopeless = 2;                 // if a candidate takes this many times the budget, finer voxels are not
+                                                // tried, since they would only be slower
 constexpr double kReferenceTolerance = 0.005;
 constexpr double kBeforeContact_s = 0.05;
 constexpr double kLongest_s = 120;  // maximum duration of a path whose errors are measured over its whole length
-constexpr double kHandLag_s = 3;    // a tool follows a handle that has left the bone within this time
+constexpr double kHandLag_s = 3;    // time within which a tool follows a handle that has left the bone
 constexpr int kMaxAgain = 3;
 
-/// Returns true if the tool, exactly on the path, touches the uncut bone. Tests points on circles about its axis, so
-/// close together that no wall fits between them.
+/// Returns true if the tool, exactly on the path, touches the uncut bone. Tests points on circles about its axis that
+/// are so close together that no wall of bone fits between them.
 bool IsInContact(const StudyPath& path, Holding holding, double t_s) {
   constexpr int kPoints = 48, kCircles = 10;
   const Pose X_WT = path.pose(holding, t_s);
@@ -69,7 +70,7 @@ double FindLastContact(const StudyPath& path, Holding holding, double from_s) {
 StudyPath CutOut(const StudyPath& path, double from_s, double to_s) {
   StudyPath part = path;
   part.duration_s = to_s - from_s;
-  // Ticks may end slightly after this part, when the next stroke may already have begun elsewhere.
+  // The last tick may end slightly after this part, at a time when the path's next stroke has already begun elsewhere.
   part.pose = [pose = path.pose, from_s, to_s](Holding holding, double t_s) {
     return pose(holding, std::min(from_s + t_s, to_s));
   };
@@ -87,7 +88,7 @@ void SetExtent(const StudyPath& path, const TuneOptions& options, TuneResult& re
   result.path_s = path.duration_s;
   result.from_s = std::max(0.0, contact_s - kBeforeContact_s);
   const double lag_s = options.holding == Holding::kHand ? kHandLag_s : kBeforeContact_s;
-  // Air after the cut would only make errors and times appear smaller.
+  // A long time in air after the cut would only make errors and times appear smaller.
   result.to_s = std::min(path.duration_s, FindLastContact(path, options.holding, contact_s) + lag_s);
   if (options.seconds) {
     const double whole_s = result.to_s;
@@ -105,7 +106,7 @@ void SetExtent(const StudyPath& path, const TuneOptions& options, TuneResult& re
   result.measured = static_cast<std::size_t>(lifted - path.lifts_s.begin()) + 1;
 }
 
-/// For each tick of `rate_hz`: true if the reference has a tooth in bone at any moment of the tick.
+/// Returns for each tick of 1 / rate_hz whether the reference has a tooth in bone at any time during the tick.
 std::vector<bool> FindReferenceContact(const StudyReference& reference, double rate_hz, std::size_t count) {
   std::vector<bool> contact(count, false);
   for (std::size_t i = 0; i < reference.ticks.size(); ++i) {
@@ -186,7 +187,7 @@ class Measuring {
     candidate.outcome.costs = std::move(costs.costs);
     return candidate;
   }
-  /// Returns its index among the candidates.
+  /// Measures the settings unless they have been measured already. Returns their index among the candidates.
   std::size_t Try(const StudySettings& settings) {
     for (std::size_t i = 0; i < result_.candidates.size(); ++i) {
       if (ShowSettings(result_.candidates[i].settings) == ShowSettings(settings)) return i;
@@ -209,7 +210,7 @@ class Measuring {
 };
 
 std::vector<double> VoxelsToTry(const Scene& scene, const TuneOptions& options) {
-  if (scene.bone.source == BoneSource::kFile) return {};  // the voxels of the file
+  if (scene.bone.source == BoneSource::kFile) return {};  // the voxel size of the file is fixed
   std::vector<double> voxels(options.voxels_mm);
   if (voxels.empty()) voxels.assign(kVoxels_mm.begin(), kVoxels_mm.end());
   if (scene.bone.source == BoneSource::kMandible) {
@@ -251,7 +252,7 @@ void AddNotes(const Scene& scene, const TuneOptions& options, TuneResult& result
 
 constexpr double kAsGood = 1.05;  // times the smallest error
 
-/// Returns settings that differ from a good one in a single value.
+/// Returns settings that differ from the given ones in at most one value.
 std::vector<StudySettings> Neighbours(const StudySettings& settings) {
   std::vector<StudySettings> all;
   for (const int samples : {2, 4, 8, 16, 32}) {
@@ -269,7 +270,7 @@ std::vector<StudySettings> Neighbours(const StudySettings& settings) {
   return all;
 }
 
-/// Measures the scene's own settings, other voxels, and the neighbours of the best settings so far.
+/// Measures the scene's own settings, other voxel sizes, and the neighbours of the best settings so far.
 void TryAll(const Scene& scene, const StudySettings& own, const TuneOptions& options, Measuring& measuring,
             TuneResult& result) {
   const std::vector<double> voxels = VoxelsToTry(scene, options);
@@ -281,7 +282,8 @@ void TryAll(const Scene& scene, const StudySettings& own, const TuneOptions& opt
     const TuneCandidate& candidate = result.candidates[measuring.Try(settings)];
     if (options.budget_us && candidate.p99_us() > kHopeless * *options.budget_us) break;
   }
-  // First the neighbours of the best voxel size, then those of the best settings found.
+  // The first round tries the neighbours of the settings with the best voxel size, the second one those of the best
+  // settings found so far.
   for (int round = 0; round < 2; ++round) {
     const std::optional<std::size_t> best = ChooseCandidate(result.candidates, options, result.reference.error_bar);
     const StudySettings about = best ? result.candidates[*best].settings : own;
@@ -334,7 +336,7 @@ std::optional<std::size_t> ChooseCandidate(const std::vector<TuneCandidate>& can
   for (const std::size_t i : fit) {
     const TuneCandidate& c = candidates[i];
     // If an error limit is given, no further accuracy is needed. Otherwise errors close to the smallest are equivalent:
-    // their order is random, and a finer rim and more frequent removal are safer elsewhere on the path.
+    // their order is random, while a finer rim and more frequent removals are safer elsewhere on the path.
     if (!options.error && c.CalcError(reference_bar) > kAsGood * least) continue;
     const auto rank = [&](const TuneCandidate& t) {
       return options.error ? std::tuple(0, 0, t.p99_us())
@@ -368,7 +370,7 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
   SetExtent(path, options, result);
   AddNotes(scene, options, result);
   const StudyPath stretch = CutOut(path, result.from_s, result.to_s);
-  // Times are for the part in which errors are measured, or for the whole path if `seconds` restricted that part.
+  // Ticks are timed on the part in which errors are measured, or on the whole path if `seconds` restricts that part.
   const StudyPath timed = result.extent == TuneExtent::kSeconds ? path : stretch;
   show("computing the reference", 0);
   const StudyReference reference =
@@ -377,7 +379,8 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
 
   Measuring measuring(timed, stretch, reference, options, result);
   TryAll(scene, own, options, measuring, result);
-  // The first measurement may have been lucky. A second one must confirm it, or else the next best candidate is used.
+  // The first measurement may have been lucky, so a second one must confirm it. If it does not, the next best candidate
+  // is measured again.
   std::vector<TuneCandidate> left = result.candidates;
   for (int attempt = 0; attempt < kMaxAgain && !result.keeps; ++attempt) {
     const std::optional<std::size_t> best = ChooseCandidate(left, options, reference.record.error_bar);

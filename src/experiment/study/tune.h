@@ -1,5 +1,5 @@
-// `kerf tune`: the settings for a scene on this machine, either the most accurate ones within a time budget or the
-// cheapest ones within an error.
+// `kerf tune`: finds the settings for a scene on this machine, either the most accurate ones within a time budget or
+// the cheapest ones within an error limit.
 #pragma once
 
 #include <atomic>
@@ -19,12 +19,12 @@ namespace kerf {
 struct TuneOptions {
   Holding holding = Holding::kHand;
   std::optional<double> budget_us;  // limit for a tick's p99
-  std::optional<double> error;      // limit for TuneCandidate::force_p95: 0.035
+  std::optional<double> error;      // limit for TuneCandidate::force_p95, e.g. 0.035
   std::optional<double> seconds;    // length of the path, from the first contact, in which errors are measured, 0.2 to
                                     // 3600; if unset, see TuneExtent
   std::uint64_t ticks = 20000;      // minimum number of timed ticks per candidate
   std::optional<int> core;          // core for the timed ticks
-  std::vector<double> voxels_mm;    // to try; if empty, values that suit the tool
+  std::vector<double> voxels_mm;    // voxel sizes to try; if empty, 0.4 to 0.05 mm
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string& stage, double fraction)> progress;
 };
@@ -33,7 +33,7 @@ struct TuneCandidate {
   StudySettings settings;
   CaseOutcome outcome;   // errors and costs
   double force_p95 = 0;  // as ErrorFigures::force_p95, over the ticks with contact (CalcContactError)
-  /// Errors below the error of the reference itself are treated as equal.
+  /// Returns the error, but at least that of the reference: smaller errors are treated as equal.
   double CalcError(double reference_bar) const;
   double p99_us() const { return outcome.costs ? outcome.costs->tick.p99_us : 0; }
   bool done() const { return outcome.errors && outcome.costs; }
@@ -73,16 +73,17 @@ struct TuneResult {
   std::vector<std::string> notes;
 };
 
-/// 95th percentile of |F - R| / max(|R|, kMinForce_N) over the ticks in which a tooth touches bone in either run. Air
-/// between strokes, where both forces are 0, does not make it smaller. 0 if there is no such tick.
+/// Returns the 95th percentile of |F - R| / max(|R|, kMinForce_N) over the ticks in which a tooth touches bone in
+/// either run, or 0 if there is no such tick. Ticks in air between strokes, where both forces are 0, therefore do not
+/// lower it.
 double CalcContactError(std::span<const Vec3> f_N, std::span<const Vec3> reference_N, const std::vector<bool>& contact,
                         const std::vector<bool>& reference_contact);
 
 /// Returns the scene's present settings.
 StudySettings SettingsOf(const Scene& scene, Holding holding);
-/// Returns the candidate that best meets the request. Within a budget, of those with at most 1.05 times the smallest
-/// error, the one with the finest rim, then the shortest interval between removals, then the lowest time. Within an
-/// error, the cheapest one. Returns nullopt if there is none.
+/// Returns the candidate that best meets the request. With an error limit, this is the cheapest one. Otherwise, among
+/// the candidates with at most 1.05 times the smallest error, it is the one with the finest rim, then the shortest
+/// interval between removals, then the lowest time. Returns nullopt if there is none.
 std::optional<std::size_t> ChooseCandidate(const std::vector<TuneCandidate>& candidates, const TuneOptions& options,
                                            double reference_bar);
 /// Throws Error for a scene that is not supported (slab mode, a ball) and for options out of range.
@@ -92,11 +93,11 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options);
 std::vector<SceneEdit> EditsFor(const Scene& scene, Holding holding, const StudySettings& settings);
 /// Describes the part of the path in which errors were measured: "the whole path (0.95 to 16.20 s)".
 std::string DescribeExtent(const TuneResult& result);
-/// One line for the note above the edit: the request, the measurement, and the part of the path.
+/// Returns one line for the note above the edit: the request, the measurement, and the part of the path.
 std::string DescribeEvidence(const TuneResult& result, const TuneOptions& options);
-/// All candidates with their figures.
+/// Formats all candidates and their figures as a table.
 std::string FormatTuneTable(const TuneResult& result);
-/// `edits`: changes of the scene for the chosen settings.
+/// `edits`: the changes to the scene that apply the chosen settings.
 std::string FormatTuneJson(const TuneResult& result, const TuneOptions& options, const std::vector<SceneEdit>& edits);
 
 }  // namespace kerf

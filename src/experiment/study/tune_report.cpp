@@ -1,4 +1,4 @@
-// Results of `kerf tune` for the user and for programs.
+// Formats the results of `kerf tune` for the user and for programs.
 #include <fmt/format.h>
 
 #include <iterator>

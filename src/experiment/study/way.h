@@ -6,15 +6,15 @@
 
 namespace kerf {
 
-/// A coordinate over time. Its speed is given at some times and linear between them; it is constant before the first
-/// and after the last, so the motion has no kinks.
+/// A coordinate over time. Its speed is given at some times, the knots, and is linear between them, so the motion has
+/// no kinks. After the last knot the speed is constant; before the first one the coordinate is.
 class Way {
  public:
   struct Knot {
     double t_s;
     double speed;  // units of the coordinate per second
   };
-  /// Stays at `start`, by default 0.
+  /// Makes a coordinate that stays at `start`, by default 0.
   Way() = default;
   explicit Way(double start) : start_(start) {}
   /// `knots`: at least one, times ascending from 0.

@@ -12,15 +12,15 @@
 namespace kerf {
 
 /// Copy of the loop's bone, updated from a stream of leaves. Used by a single thread other than the loop thread. It
-/// lags the loop's bone by the leaves still waiting in the stream. It is bit-identical once the tool is at rest and all
-/// leaves have been sent and read.
+/// lags behind the loop's bone by the leaves that are still waiting in the stream. The two are bit-identical once the
+/// tool is at rest and all leaves have been sent and read.
 class BoneMirror {
  public:
   /// `bone`: a copy of the loop's bone, made before the loop started.
   BoneMirror(Bone bone, SpscRing<LeafMessage>& stream) : bone_(std::move(bone)), stream_(stream) {}
 
-  /// Applies at most `at_most` of the leaves that have arrived and returns how many were applied. The limit prevents
-  /// frame delays.
+  /// Applies at most `at_most` of the leaves that have arrived and returns how many were applied. The limit keeps a
+  /// reader from delaying its frames.
   std::size_t Update(std::size_t at_most = static_cast<std::size_t>(-1));
   const Bone& bone() const { return bone_; }
   /// Sets the callback that Update() calls for each leaf that it applies.

@@ -6,12 +6,13 @@
 namespace kerf {
 namespace {
 
-/// Delay of the coupling's damper force, ticks: the middle of the velocity estimator's longest window (16 samples,
-/// AdaptiveVelocity) with an encoder, or of two samples without one, plus half a tick, the average age of a held force.
+/// Delay of the coupling's damper force, ticks: half the length of the velocity estimator's longest window (16 samples,
+/// AdaptiveVelocity) with an encoder, or of a window of two samples without one, plus half a tick, which is the average
+/// age of a held force.
 constexpr double kWindowLate_ticks = 8;
 constexpr double kLate_ticks = 1;
-/// Factor of `sampled_damping_Ns_per_mm` (coupling_limits.h): with it, the loop tolerates twice the gain. The margin
-/// covers the compliance of bone and teeth.
+/// Factor in the formula of `sampled_damping_Ns_per_mm` (coupling_limits.h). With this value, the loop tolerates twice
+/// the gain. The margin covers the compliance of bone and teeth.
 constexpr double kLateFraction = 0.8;
 
 }  // namespace

@@ -12,10 +12,10 @@ namespace kerf {
 namespace {
 
 constexpr double kMaxTick_s = 0.1;
-constexpr double kPeakIn_s = 0.005;   // from zero to the peak, if no slew rate is set
+constexpr double kPeakIn_s = 0.005;   // time from zero to the peak, if no slew rate is set
 constexpr double kThermalKnee = 0.7;  // thermal load above which the peak is lowered
 
-/// Returns the length of a finite vector without overflow or underflow of its square. Infinite only if the length
+/// Returns the length of a finite vector, without overflow or underflow of its square. Infinite only if the length
 /// exceeds the largest double.
 double CalcLength(const Vec3& v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -25,7 +25,7 @@ double CalcLength(const Vec3& v) {
   return largest * std::sqrt(glm::dot(u, u));
 }
 
-/// 3t^2 - 2t^3 on 0 to 1.
+/// Returns 3t^2 - 2t^3, with t clamped to 0 to 1.
 double SmoothStep(double t) {
   const double held = std::clamp(t, 0.0, 1.0);
   return held * held * (3 - 2 * held);
@@ -65,9 +65,9 @@ double ForceMap::Channel::CalcThermalPeak(double warming, double& load) const {
   load = 0;
   if (!(continuous > 0) || !(continuous < peak)) return peak;
   load = heat / (continuous * continuous);
-  // At a load of 1 at most the continuous force is output, which keeps the load constant.
+  // At a load of 1, at most the continuous force is output, which keeps the load constant.
   const double allowed = peak - SmoothStep((load - kThermalKnee) / (1 - kThermalKnee)) * (peak - continuous);
-  // A long tick must not overshoot either.
+  // A long tick must not exceed a load of 1 either.
   const double room = std::max(0.0, continuous * continuous - heat);
   return std::min(allowed, std::sqrt(heat + room / warming));
 }
@@ -86,7 +86,7 @@ bool ForceMap::Channel::Calc(const Vec3& wanted, double gain, double knee, doubl
   const double bend = knee * allowed;
   if (length > bend) {
     out.status |= limited_bit;
-    // Slope 1 at the knee, asymptote at the allowed force.
+    // The slope is 1 at the knee, and the asymptote is the allowed force.
     const double beyond = (length - bend) / std::max(allowed - bend, std::numeric_limits<double>::min());
     const double bent = std::isfinite(beyond) ? bend + (allowed - bend) * (beyond / (1 + beyond)) : allowed;
     target = LimitLength(target, bent);

@@ -22,13 +22,13 @@ struct ForceMapParams {
 /// Bits of ForceMapOutput::status.
 enum ForceMapStatus : std::uint32_t {
   kForceMapOk = 0,
-  kForceMapNotFinite = 1u << 0,     // NaN or infinite force, or a dt that is negative or not finite: no force
+  kForceMapNotFinite = 1u << 0,     // force is NaN or infinite, or dt is negative or not finite: no force
   kForceMapFault = 1u << 1,         // reported by the caller (watchdog, device failure, stale state): no force
   kForceMapRampIn = 1u << 2,        // reduced force after the start or a fault
   kForceMapForceLimited = 1u << 3,  // above the knee; the direction is kept
   kForceMapTorqueLimited = 1u << 4,
   kForceMapSlewLimited = 1u << 5,     // the force has not reached its target yet
-  kForceMapThermalLimited = 1u << 6,  // limit below the peak because the motors are warm
+  kForceMapThermalLimited = 1u << 6,  // the limit is below the peak because the motors are warm
 };
 
 /// Force and torque on the device, world frame.
@@ -47,22 +47,22 @@ struct ForceMapOutput {
 /// zero at once, regardless of the slew rate.
 ///
 /// For any input, including NaN and the largest doubles, the force is finite and never exceeds the device's peak, not
-/// even by a rounding error. The same holds for the torque, which is zero for a device without torque output. The
-/// thermal load is the exponentially weighted mean square with time constant thermal_s, as a motor's temperature
-/// follows its current. It never exceeds 1.
+/// even by a rounding error. The same is true of the torque, which is zero for a device without torque output. The
+/// thermal load is the exponentially weighted mean square with time constant thermal_s, since a motor's temperature
+/// follows its current in this way. The load never exceeds 1.
 class ForceMap {
  public:
-  /// Throws kerf::Error naming the first value that is out of range.
+  /// Throws a kerf::Error that names the first value that is out of range.
   ForceMap(const DeviceProfile& profile, const ForceMapParams& params = {});
 
   /// Computes the output for one tick of `dt_s` (limited to 0.1 s). The slew limit uses `slew_dt_s` if that is shorter,
-  /// so the force changes by no more than in one tick even after missed ticks. With a dt of 0 the force does not
+  /// so that even after missed ticks the force changes by no more than in one tick. With a dt of 0, the force does not
   /// change. Tick-safe.
   ForceMapOutput Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, double dt_s, bool fault = false,
                       double slew_dt_s = std::numeric_limits<double>::infinity());
-  /// Restores the state after the start. Tick-safe.
+  /// Restores the initial state. Tick-safe.
   void Reset();
-  /// Starts a new ramp: the force falls to zero at the slew rate and returns with the ramp. Tick-safe.
+  /// Starts a new ramp: the force falls to zero at the slew rate and is then ramped in. Tick-safe.
   void BeginRamp() { ramp_s_done_ = 0; }
 
   double force_scale() const { return force_scale_; }  // device N per simulated N
@@ -71,7 +71,7 @@ class ForceMap {
   const ForceMapParams& params() const { return params_; }
   struct Counts {
     std::uint64_t ticks = 0;
-    std::uint64_t faults = 0;  // ticks without force: input not finite, or fault reported by the caller
+    std::uint64_t faults = 0;  // ticks without force: the input was not finite, or the caller reported a fault
     std::uint64_t limited = 0;
     std::uint64_t slew_limited = 0;
     std::uint64_t thermal_limited = 0;

@@ -5,7 +5,7 @@
 namespace kerf {
 namespace {
 
-/// A window with fewer ticks is extended instead of evaluated.
+/// A window with fewer ticks than this is extended instead of evaluated.
 constexpr long kFewestTicks = 4;
 constexpr double kCalmTicks = 0.01;
 
@@ -40,7 +40,7 @@ std::optional<Fidelity> Governor::Observe(double time_s, double tick_us) {
   const bool calm = static_cast<double>(not_calm_) <= kCalmTicks * n;
   if (!calm) calm_since_s_ = time_s;
   if (static_cast<double>(over_) > params_.overrun_share * n && fidelity_ != Fidelity::kSlab) {
-    // If a raise had to be reverted, it came too early: wait longer before the next one.
+    // If the last raise has to be reverted, it came too early: wait longer before the next one.
     const bool taken_back = time_s - last_up_s_ < params_.calm_s;
     wait_s_ = taken_back ? std::min(2 * wait_s_, std::max(params_.longest_calm_s, params_.calm_s)) : params_.calm_s;
     Step(time_s, Below(fidelity_), FidelityReason::kOverrun);

@@ -18,7 +18,7 @@ struct GovernorParams {
   double window_s = 0.1;       // duration of a window in which ticks are counted
   double calm_fraction = 0.5;  // fraction of the budget: a window is calm if at most 1 % of its ticks take longer
   double calm_s = 2;           // duration of calm that is required before the fidelity is raised
-  double longest_calm_s = 32;  // each reverted raise doubles the required calm, up to this
+  double longest_calm_s = 32;  // each raise that has to be reverted doubles the required calm, up to this value
 };
 
 enum class FidelityReason : std::uint8_t { kOverrun, kCalm };
@@ -39,12 +39,12 @@ class Governor {
  public:
   explicit Governor(const GovernorParams& params) : params_(params), wait_s_(params.calm_s) {}
 
-  /// Records a tick that ended at `time_s` (not decreasing) and took `tick_us`. Returns the new fidelity, or none if it
-  /// does not change.
+  /// Records a tick that ended at `time_s` (which must not decrease) and took `tick_us`. Returns the new fidelity, or
+  /// none if it does not change.
   std::optional<Fidelity> Observe(double time_s, double tick_us);
 
   Fidelity fidelity() const { return fidelity_; }
-  /// The first kKeptSteps changes; step_count() is their total number.
+  /// The first kKeptSteps changes; step_count() is the total number of changes.
   std::span<const FidelityStep> steps() const {
     return {steps_.data(), static_cast<std::size_t>(step_count_ < kKeptSteps ? step_count_ : kKeptSteps)};
   }
@@ -57,14 +57,14 @@ class Governor {
 
   GovernorParams params_;
   Fidelity fidelity_ = Fidelity::kFull;
-  // the window
+  // The current window.
   bool begun_ = false;
   double window_start_s_ = 0;
   long ticks_ = 0;
   long over_ = 0;
   long not_calm_ = 0;
   double longest_us_ = 0;
-  // hysteresis
+  // Hysteresis.
   double calm_since_s_ = 0;
   double wait_s_;
   double last_up_s_ = -1e300;

@@ -37,7 +37,8 @@ bool GuardedDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept
   }
   if (!TryEnter()) {
     ++counts_.passed_over;
-    // A trip is under way. This tick may have called TakeTripped() before it, so the next tick must do so.
+    // The watchdog is tripping the device. This tick may have called TakeTripped() before that, so the next tick must
+    // call it.
     tripped_.store(true);
     return true;
   }

@@ -15,7 +15,7 @@ struct ForceCounts {
   double largest_N = 0;
   double largest_step_N = 0;  // between consecutive writes of the loop; zeroing by Trip() or Close() does not count
   std::uint64_t writes = 0;
-  std::uint64_t passed_over = 0;  // number of writes or reads skipped because the watchdog was using the device
+  std::uint64_t passed_over = 0;  // reads and writes skipped while the watchdog used the device
   std::uint64_t not_finite = 0;   // number of forces that were not finite and were replaced by zero
   std::uint64_t bad_poses = 0;    // number of samples with an invalid pose
 };
@@ -34,14 +34,14 @@ class GuardedDevice final : public Device {
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
   /// Returns true if the device was tripped since the last call.
   bool TakeTripped() noexcept;
-  /// Sets the force to zero; every later Write() writes zero. Any thread; waits for the other thread, so it is not
-  /// tick-safe.
+  /// Sets the force to zero; every later Write() writes zero. May be called by any thread. Waits for the other thread,
+  /// so it is not tick-safe.
   void Close() noexcept;
   /// Call in the loop thread, or after the loop has ended.
   const ForceCounts& counts() const { return counts_; }
 
-  /// Sets the force to zero. Returns false if the loop is in a call to the device; the caller must try again. Any
-  /// thread.
+  /// Sets the force to zero. Returns false if the loop is calling the device; the caller must then try again. May be
+  /// called by any thread.
   bool Trip() noexcept;
 
  private:

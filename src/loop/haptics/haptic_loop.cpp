@@ -40,14 +40,14 @@ float Microseconds(std::int64_t ns) {
   return static_cast<float>(1e-3 * static_cast<double>(ns));
 }
 
-/// Fraction of `burn_us` that is spent at a fidelity.
+/// Returns the fraction of `burn_us` that is wasted at this fidelity.
 double BurnFraction(Fidelity fidelity) {
   return fidelity == Fidelity::kFull ? 1 : fidelity == Fidelity::kCoarse ? 0.5 : 0.1;
 }
 
-constexpr int kCatchUpLeaves = 64;  // number of leaves sent per tick while restored bone waits
+constexpr int kCatchUpLeaves = 64;  // number of leaves sent per tick while restored bone waits in the queue
 
-/// Status bits that also occur in ticks that did everything as requested.
+/// Status bits that can also be set if the tick did everything as requested.
 constexpr std::uint32_t kHarmless = kCoupledAsleep | kCoupledSpindleStopped | kCoupledBlending;
 
 }  // namespace
@@ -143,7 +143,7 @@ void HapticLoop::GoThrough(const std::function<bool()>& more) {
   const Deadlines::Tick on_time{};
   while (more()) {
     const HeapGuard guard;
-    // Time before the tick: its duration is not known before DoTick().
+    // During DoTick(), the sample has the time before the tick, because the tick's duration is not known yet.
     if (!DoTick(on_time)) break;
     const LoopGiven& given = sample_.report.given;
     gone_through_s_ += given.skipped == 0 ? given.dt_s : (1.0 + given.skipped) / params_.rate_hz;
@@ -168,7 +168,8 @@ void HapticLoop::TickOnce() {
   bool device_works = true;
   try {
     const HeapGuard guard;
-    // A stall longer than the watchdog limit; the watchdog thread may have stalled too.
+    // The loop stalled for longer than the watchdog's limit. Trip the device here, since the watchdog thread may have
+    // stalled too.
     const bool stale = static_cast<double>(now_ns - before_ns) > 1e6 * params_.watchdog_ms;
     if (stale) device_.Trip();
     if (device_.TakeTripped()) {
@@ -205,7 +206,7 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
   const double time_s = 1e-9 * static_cast<double>(when.due_ns - start_ns_);
   sample_.time_s = gone_through_s_ + time_s;
   sample_.skipped = static_cast<int>(std::min<std::int64_t>(when.skipped, INT32_MAX));
-  // In GoThrough() the body reports it.
+  // In GoThrough(), the body reports this number.
   if (when.due_ns != 0) sample_.report.given.skipped = static_cast<std::uint32_t>(sample_.skipped);
   if (params_.burn_us > 0 && time_s >= params_.burn_from_s && time_s < params_.burn_to_s) {
     clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnFraction(governor_.fidelity())));

@@ -30,24 +30,24 @@ namespace kerf {
 struct LoopParams {
   double rate_hz = 1000;             // 250 to 4000
   double watchdog_ms = 50;           // 2 to 10000: if a tick lasts longer, the watchdog sets the force to zero
-  int leaves_per_tick = 4;           // number sent to readers per tick, 0 to 1000
-  int max_leaves_waiting = 1 << 15;  // maximum number waiting to be sent, 1 to 2^24; others wait in the simulation
-  int leaf_ring = 512;               // capacity for leaves sent and not read yet, 1 to 65536; 2 kB each
-  int sample_ring = 8192;            // capacity for samples logged and not read yet, 1 to 2^20
+  int leaves_per_tick = 4;           // number of leaves sent to readers per tick, 0 to 1000
+  int max_leaves_waiting = 1 << 15;  // maximum number of leaves in the queue, 1 to 2^24; others wait in the simulation
+  int leaf_ring = 512;               // capacity for leaves sent but not read yet, 1 to 65536; 2 kB each
+  int sample_ring = 8192;            // capacity for samples logged but not read yet, 1 to 2^20
   int priority = 80;                 // SCHED_FIFO, 1 to 98, if the system permits it; 0: request no real-time priority
-  bool lock_memory = true;           // if the system permits it
+  bool lock_memory = true;           // locks memory in RAM, if the system permits it
   GovernorParams governor;           // its period is set to the loop's
-  // Fault injection to demonstrate the governor: CPU time wasted in each tick between these times at full fidelity;
-  // half of it at coarse fidelity, a tenth at slab.
+  // Fault injection to demonstrate the governor: CPU time that each tick between these times wastes at full fidelity.
+  // At coarse fidelity, half of it is wasted; at slab fidelity, a tenth.
   double burn_us = 0;  // 0 to 1e6
   double burn_from_s = 0;
   double burn_to_s = 1e300;
 };
 
-/// A tick as logged.
+/// A tick, as logged.
 struct LoopSample {
   std::uint64_t tick = 0;  // tick number, starting at 1; a gap means lost samples
-  double time_s = 0;       // deadline, seconds since the start of the loop
+  double time_s = 0;       // deadline of the tick, seconds since the start of the loop
   int skipped = 0;         // number of deadlines missed before this tick
   LoopTick report;
   float tick_us = 0;
@@ -58,13 +58,13 @@ struct LoopSample {
 struct LoopState {
   LoopSample last;
   std::uint64_t ticks = 0;
-  std::uint64_t missed = 0;  // number of deadlines without a tick
+  std::uint64_t missed = 0;  // number of missed deadlines
   double removed_mm3 = 0;
   std::size_t leaves_waiting = 0;
   double sent_until_s = 0;  // all changes up to this time have been sent
 };
 
-/// Reason for the end of the loop.
+/// Reason why the loop ended.
 enum class LoopEnd : std::uint8_t { kNotYet, kAsked, kDeviceFailed, kFailed };
 
 /// Totals of a run, read after it ends.
@@ -94,8 +94,9 @@ class HapticLoop {
   void Watch(EffectPlan& plan) { stages_.Watch(plan); }
 
   /// Runs ticks in the calling thread, without a clock, while `more` returns true. Call before the loop starts. `more`
-  /// is called before each tick, outside the heap guard, and must read the queues. Each tick lasts as long as the body
-  /// reports (LoopGiven::dt_s), and the loop time continues where they end. Rethrows exceptions of the body.
+  /// is called before each tick, outside the heap guard, and must empty the queues. Each tick lasts as long as the body
+  /// reports (LoopGiven::dt_s); the loop's time then continues from the end of these ticks. Rethrows exceptions of the
+  /// body.
   void GoThrough(const std::function<bool()>& more);
   /// Starts the loop thread and the watchdog thread. Returns once it is known which real-time privileges the system
   /// grants. Call at most once.
@@ -103,34 +104,35 @@ class HapticLoop {
   /// Waits for the current tick, sets the force to zero and ends the threads. May be called any number of times.
   void Stop();
   /// Runs `ticks` ticks in the calling thread, without priority, locked memory or watchdog, and then ends as Stop()
-  /// does. For a VirtualClock. `between` (optional) is called after each tick, outside the heap guard; the run ends if
-  /// it returns false.
+  /// does. For use with a VirtualClock. `between` (optional) is called after each tick, outside the heap guard; the run
+  /// ends if it returns false.
   void RunHere(std::int64_t ticks, const std::function<bool()>& between = {});
-  /// Sends remaining changed leaves, as far as the ring has room. Call after the end. Returns false if none remained.
+  /// Sends the remaining changed leaves, as far as the ring has room. Call after the loop has ended. Returns false if
+  /// none remained.
   bool SendRest();
-  /// Time since the loop started. Any thread, after Start().
+  /// Time since the loop started. May be called by any thread after Start().
   std::chrono::nanoseconds CalcElapsed() const { return std::chrono::nanoseconds(clock_.Now() - start_ns_); }
   /// False once the loop has ended.
   bool running() const { return end_.load() == LoopEnd::kNotYet; }
 
-  // ---- While the loop runs: one reader each, in any thread.
+  // ---- For use while the loop runs. Each of these has one reader, in any thread.
   TripleBuffer<LoopState>& state() { return state_; }
   SpscRing<LoopSample>& samples() { return samples_; }
-  /// The body's channels of the current sample, for the reader of samples(). `popped`: number of samples that the
-  /// reader has popped before. Valid until the sample is popped.
+  /// The body's channels for the current sample, for the reader of samples(). `popped`: number of samples that the
+  /// reader has popped so far. Valid until the current sample is popped.
   std::span<const double> channels(std::uint64_t popped) const {
     return {channels_.data() + popped % (samples_.capacity() + 1) * channel_count_, channel_count_};
   }
   SpscRing<LeafMessage>& leaves() { return leaves_; }
-  // Any thread.
+  // For any thread.
   const LogHistogram& tick_times() const { return tick_times_; }
   const LogHistogram& lateness() const { return lateness_; }
-  const LogHistogram& exchange_times() const { return exchange_times_; }  // logging and sending, part of the tick
+  const LogHistogram& exchange_times() const { return exchange_times_; }  // of logging and sending, part of the tick
   const LogHistogram& stage_times(TickStage stage) const { return stages_.times(stage); }
   const StageTimer& stages() const { return stages_; }
   long watchdog_trips() const { return watchdog_ ? watchdog_->trips() : watchdog_trips_; }
 
-  // ---- After the end (grants also after Start()).
+  // ---- For use after the loop has ended; grants() also after Start().
   const RealtimeGrants& grants() const { return grants_; }
   const LoopCounts& counts() const { return counts_; }
   const Governor& governor() const { return governor_; }
@@ -158,7 +160,7 @@ class HapticLoop {
   LogHistogram exchange_times_;
   SpscRing<LeafMessage> leaves_;
   SpscRing<LoopSample> samples_;
-  // One slot more than the ring capacity, so that the slot being written is never one being read.
+  // One slot more than the ring's capacity, so that the slot being written is never one that is being read.
   std::size_t channel_count_;
   std::vector<double> channels_;
   std::uint64_t samples_sent_ = 0;
@@ -183,8 +185,8 @@ class HapticLoop {
   std::thread thread_;
 };
 
-/// Maximum dt of a tick, unless the period is longer. dt is the real time since the last tick, so a hand that moves at
-/// 5 mm/s is not taken for one at 50 mm/s after 9 missed ticks, which would also distort the cutting law.
+/// Maximum dt of a tick, unless the period is longer. dt is the real time since the last tick, so that after 9 missed
+/// ticks, a hand that moves at 5 mm/s is not taken for one at 50 mm/s, which would also distort the cutting law.
 inline constexpr double kLongestTick_s = 0.010;
 
 }  // namespace kerf

@@ -6,7 +6,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kTurningQuantum_rad = 1e-4;  // of a sensed orientation: 0.006 degrees, finer than any gimbal
+constexpr double kTurningQuantum_rad = 1e-4;  // quantum of a sensed orientation: 0.006 degrees, finer than any gimbal
 constexpr double kTurningReach_mm = 100;      // distance from the wrist to the tool
 
 /// Returns the rotation vector from a to b in the world frame, rad.
@@ -31,7 +31,7 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   HapticStepOutput out;
   device.Elapse(in.dt_s);
   if (in.force_off) out.faults |= kHapticForceOff;
-  // From the last tick, so that the force is ramped in again.
+  // A failed write in the last tick is a fault of this tick, so that the force is ramped in again.
   if (write_failed_) out.faults |= kHapticWriteFailed;
 
   DeviceSample sample;
@@ -56,13 +56,13 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
     sample_ = sample;
     has_sample_ = true;
   } else {
-    // After a gap the next sample would look like a jump at high speed.
+    // After a gap, the next sample would look like a jump at high speed.
     velocity_.Reset();
     turning_.Reset();
   }
   out.sample = sample_;
   out.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
-  out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad/s
+  out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // rad/s, despite its name
 
   if (good && !in.stand) {
     CoupledInput tick;

@@ -1,4 +1,5 @@
-// One tick from the device's handle to the device's motors. It has no clock and no thread; the loop passes in the time.
+// One tick, from the device's handle to the device's motors. It has no clock and no thread; the loop passes in the
+// time.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@ namespace kerf {
 struct HapticStepInput {
   double dt_s = 0.001;  // time since the last step, by which the simulation advances
   double rpm = 7500;    // spindle speed
-  // The watchdog has tripped or the operator disabled the force: it is zero at once and ramped in afterwards.
+  // The watchdog has tripped or the operator disabled the force: the force is zero at once and ramped in afterwards.
   bool force_off = false;
   // The simulation does not advance in this tick. The force falls to zero at the slew rate and is ramped in afterwards.
   bool stand = false;
@@ -31,7 +32,7 @@ enum HapticFault : std::uint32_t {
   kHapticBadForce = 1u << 4,     // the simulation returned an invalid force
 };
 
-/// Device data of a step. Together with HapticStepInput it determines the step completely.
+/// Data from the device in a step. Together with HapticStepInput, they determine the step completely.
 struct HapticGiven {
   DeviceSample sample;  // on the lattice of device/devices/lattice.h, unless it is invalid
   bool read = true;     // false: the device returned no pose
@@ -49,17 +50,17 @@ struct HapticStepOutput {
 };
 
 /// Reads the device, rounds its pose to the lattice of device/devices/lattice.h (steps of 4e-9 mm), estimates the
-/// handle's velocity, steps the simulation, maps the force and writes it. Any fault sets the force to zero in the same
-/// tick; it is ramped in afterwards.
+/// handle's velocity, advances the simulation, maps the force and writes it. Any fault sets the force to zero in the
+/// same tick; the force is ramped in afterwards.
 class HapticStep {
  public:
-  /// `simulation` must outlive this object. Throws kerf::Error naming the first value that is out of range.
+  /// `simulation` must outlive this object. Throws a kerf::Error that names the first value that is out of range.
   HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map = {});
 
   /// Tick-safe.
   HapticStepOutput Step(Device& device, const HapticStepInput& in, TickObserver* observer = nullptr);
 
-  /// Called after the device has had zero force: ramps the force in from now on. Tick-safe.
+  /// Call this after the device has had zero force: the force is ramped in from now on. Tick-safe.
   void RampIn() { force_map_.Reset(); }
 
   const ForceMap& force_map() const { return force_map_; }

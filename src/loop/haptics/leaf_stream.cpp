@@ -39,7 +39,7 @@ void LeafPublisher::Forget(const std::array<int, 3>& index) {
   const std::size_t mask = table_.size() - 1;
   std::size_t hole = FindSlot(index);
   table_[hole] = kFree;
-  // Move up later entries that the hole would make unreachable (Knuth, algorithm 6.4 R).
+  // Move later entries up that the hole would make unreachable (Knuth, algorithm 6.4 R).
   for (std::size_t slot = (hole + 1) & mask; table_[slot] != kFree; slot = (slot + 1) & mask) {
     const std::size_t home = HomeOf(line_[table_[slot]].index);
     if (((slot - home) & mask) >= ((slot - hole) & mask)) {

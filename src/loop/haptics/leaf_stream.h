@@ -10,18 +10,18 @@
 
 namespace kerf {
 
-/// A leaf as it was at some tick, with its values in the layout of src/bone/grid/set_leaf.h.
+/// A leaf as it was in some tick, with its values in the layout of src/bone/grid/set_leaf.h.
 struct LeafMessage {
   std::array<int, 3> index{};
   std::array<float, 512> values{};
 };
 
-/// The loop's end of the stream. Changed leaves wait in a queue, each at most once. A few are sent each tick, oldest
-/// first, with their values at that time. Every leaf is sent eventually, and once the bone no longer changes, the
-/// reader has received its final state.
+/// The loop's end of the stream. Changed leaves wait in a queue, each at most once. A few are sent in each tick, oldest
+/// first, with the values that they have then. Every leaf is sent eventually, so that after the bone has stopped
+/// changing, the reader receives its final state.
 class LeafPublisher {
  public:
-  /// At most `max_waiting` >= 1 leaves wait. Allocates.
+  /// The queue holds at most `max_waiting` leaves (1 or more). Allocates.
   LeafPublisher(SpscRing<LeafMessage>& ring, std::size_t max_waiting);
 
   /// Queues a changed leaf; if it is queued already, only updates `values`. `values` (512) are read when the leaf is
@@ -30,7 +30,7 @@ class LeafPublisher {
   /// Sends up to `at_most` leaves, as far as the ring has room, and returns their number. Tick-safe.
   int Send(int at_most);
   std::size_t waiting() const { return count_; }
-  /// Time at which the oldest waiting leaf was marked. Undefined if none waits.
+  /// Time at which the leaf at the head of the queue was first marked. Undefined if the queue is empty.
   double oldest_s() const { return line_[first_].marked_s; }
 
  private:
@@ -47,7 +47,7 @@ class LeafPublisher {
   std::vector<Waiting> line_;  // circular buffer
   std::size_t first_ = 0;
   std::size_t count_ = 0;
-  // Position of a waiting leaf in line_, by its index: open addressing with linear probing. kFree: no entry.
+  // Hash table (open addressing, linear probing) from a leaf's index to its position in line_. kFree: no entry.
   static constexpr std::uint32_t kFree = 0xffffffff;
   std::vector<std::uint32_t> table_;
 };

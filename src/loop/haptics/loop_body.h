@@ -22,8 +22,8 @@ struct LoopGiven {
   double rpm = 0;
   Fidelity fidelity = Fidelity::kFull;  // requested fidelity
   std::uint32_t piece = 0;              // number of the piece that began to leave the bone after this tick; 0: none
-  bool taken_up = false;                // first tick after those of another body
-  RestoreEvent restore;                 // checkpoint made, or restore begun, before this tick
+  bool taken_up = false;  // this body continues a session that another body began, and this is its first tick
+  RestoreEvent restore;   // checkpoint made, or restore begun, before this tick
 };
 
 /// Result of a tick.
@@ -33,7 +33,7 @@ struct LoopTick {
   Pose X_WH;                     // handle, as read
   Vec3 f_device_N{0};            // force that was written to the device
   CoupledOutput out;
-  bool stands = false;  // bone is being restored: the simulation did not advance
+  bool stands = false;  // bone is being restored, so the simulation did not advance
 };
 
 /// Body of the loop. All functions except the constructor are called in the loop thread and must be tick-safe.
@@ -41,19 +41,19 @@ class LoopBody {
  public:
   virtual ~LoopBody() = default;
 
-  /// Reads the device, advances the simulation by `dt_s` and writes the device. Returns false if the device has failed;
-  /// the loop then ends.
+  /// Reads the device, advances the simulation by `dt_s` and writes to the device. Returns false if the device has
+  /// failed; the loop then ends.
   virtual bool Tick(double dt_s, TickObserver& observer, LoopTick& report) = 0;
-  /// Values of a tick in addition to its report. Their number is constant; ReportChannels() writes those of the last
+  /// Values of a tick in addition to its report. Their number is constant; ReportChannels() outputs those of the last
   /// tick.
   virtual std::size_t channel_count() const { return 0; }
   virtual void ReportChannels(std::span<double>) const {}
-  /// Called after the device's force has been zero: ramps it in from now on.
+  /// Called after the device's force has been zero: the force is ramped in from now on.
   virtual void RampIn() = 0;
-  /// Takes effect gradually over the next ticks, so that the force does not jump.
+  /// Sets the fidelity. The change takes effect gradually over the next ticks, so that the force does not jump.
   virtual void SetFidelity(Fidelity fidelity) = 0;
 
-  /// As in CoupledSimulation.
+  /// These functions are as in CoupledSimulation.
   virtual int changed_count() const = 0;
   virtual ChangedLeaf changed(int i) const = 0;
   virtual void ClearChanged() = 0;

@@ -1,4 +1,4 @@
-// A device that replaces the simulated device and hand.
+// A real device, which replaces the simulated device and hand.
 #pragma once
 
 #include <functional>
@@ -11,14 +11,15 @@
 
 namespace kerf {
 
-/// Real device for a loop. The scene's [device] section describes its capabilities.
+/// Real device for a loop. Its capabilities are those in the scene's [device] section.
 struct LoopDevice {
-  /// Called after the bone is made and before the first tick, with the tool's pose and the coupling between device and
-  /// tool. `force_scale`: device N per simulated N. May wait for the user. Throws kerf::Error. Empty: no device.
+  /// Called after the bone has been made and before the first tick, with the tool's pose and the coupling between the
+  /// device and the tool. `force_scale`: device N per simulated N. May wait for the user. May throw kerf::Error. Empty:
+  /// no device.
   std::function<Device&(const Pose& X_WT, const CouplingParams& coupling, double force_scale)> begin;
-  /// Returns statistics of the device after the loop: names with units, and values. Optional.
+  /// Returns statistics of the device after the loop has ended: names with units, and values. Optional.
   std::function<std::vector<std::pair<std::string, double>>()> figures;
-  bool in_real_time = true;  // false: its time advances by Elapse(), so it can also be used in a run without a clock
+  bool in_real_time = true;  // false: its time advances in Elapse(), so it can also be used without a clock
   bool is_there() const { return static_cast<bool>(begin); }
 };
 

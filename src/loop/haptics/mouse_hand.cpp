@@ -21,7 +21,7 @@ void MouseHand::Advance(double dt_s) noexcept {
   dt_s = std::min(dt_s, 0.1);
   if (target_.Update() && IsValid(target_.front())) X_wanted_ = target_.front();
 
-  // Rotation: towards the target, no faster than a hand.
+  // Rotation: turn towards the target, no faster than a hand.
   Quat R_wanted = X_wanted_.R_AB;
   if (glm::dot(X_aim_.R_AB, R_wanted) < 0) R_wanted = -R_wanted;
   const double angle = 2 * std::acos(std::clamp(glm::dot(X_aim_.R_AB, R_wanted), -1.0, 1.0));
@@ -39,7 +39,7 @@ void MouseHand::Advance(double dt_s) noexcept {
   X_aim_.p_AB += dt_s * v_mm_per_s_;
 
   // If bone holds the handle back, the pull is limited: the aimed position stays within reach_mm of the handle, so that
-  // it does not run far ahead and have to return later.
+  // it does not run far ahead and have to come back later.
   const Vec3 ahead = X_aim_.Point(p_TC_mm_) - device_.p_WC_mm();
   const double distance = glm::length(ahead);
   if (distance > params_.reach_mm) {

@@ -1,5 +1,5 @@
 // Hand that is controlled by a mouse. It pulls the handle of a simulated device towards the pose that the mouse sets,
-// so bone resists it as it would resist a hand.
+// so that bone resists it as it would resist a real hand.
 #pragma once
 
 #include "base/core/triple_buffer.h"
@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// Desired pose of the tool frame, from the window thread to the loop thread.
+/// Desired pose of the tool frame, passed from the window thread to the loop thread.
 using HandTarget = TripleBuffer<Pose>;
 
 struct MouseHandParams {
@@ -18,8 +18,8 @@ struct MouseHandParams {
   double mass_kg = 0.2;
   double reach_mm = 14;            // maximum distance between target and handle; limits the pull
   double smooth_s = 0.04;          // time constant with which the hand follows the mouse
-  double speed_mm_per_s = 120;     // maximum
-  double turning_rad_per_s = 2.0;  // maximum
+  double speed_mm_per_s = 120;     // maximum speed
+  double turning_rad_per_s = 2.0;  // maximum angular speed
 };
 
 class MouseHand final : public HandDriver {

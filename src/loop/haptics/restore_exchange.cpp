@@ -13,7 +13,7 @@ RestoreEvent RestoreExchange::Begin(CoupledSimulation& simulation, bool wait) {
     return {RestoreEvent::Kind::kCheckpoint, request.checkpoint};
   }
   ring_.Pop();
-  // Copied first: the job may be destroyed as soon as its refusal is reported.
+  // The event is copied first, since the job may be destroyed as soon as its refusal is reported.
   const RestoreEvent event{request.job->redo ? RestoreEvent::Kind::kRedo : RestoreEvent::Kind::kUndo,
                            request.job->number};
   return restore_.Begin(simulation, *request.job) ? event : RestoreEvent{};

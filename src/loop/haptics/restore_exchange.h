@@ -1,5 +1,5 @@
-// Checkpoints and restores that a reader requests from the loop: between ticks, one at a time, in the order of the
-// requests.
+// Checkpoints and restores that a reader requests from the loop. They are carried out between ticks, one at a time, in
+// the order of the requests.
 #pragma once
 
 #include <cstddef>
@@ -10,34 +10,34 @@
 
 namespace kerf {
 
-/// A request that was carried out in a tick. A replay can repeat it in the same tick with a job that the same journal
+/// A request that was carried out in a tick. A replay can repeat it in the same tick, with a job that the same journal
 /// creates again (src/cut/undo).
 struct RestoreEvent {
   enum class Kind : std::uint8_t { kNone, kCheckpoint, kUndo, kRedo };
   Kind kind = Kind::kNone;
-  std::uint32_t number = 0;  // number of the checkpoint that is made or restored (RestoreJob)
+  std::uint32_t number = 0;  // number of the checkpoint that was made or restored (RestoreJob)
 };
 
 /// The loop's end of the exchange. While a restore runs, the simulation is stopped and the device's force falls to zero
-/// at the slew rate. Then the tool is placed at the handle and the force is ramped in.
+/// at the slew rate. Afterwards, the tool is placed at the handle and the force is ramped in.
 class RestoreExchange {
  public:
   /// `leaves_per_tick`: number of leaves restored per tick, at least 1.
   explicit RestoreExchange(std::size_t leaves_per_tick = 1500) : leaves_per_tick_(leaves_per_tick) {}
 
   // ---- Called by the reader.
-  /// Requests that the bone after the current tick become this checkpoint (CoupledSimulation::Checkpoint()). Returns
-  /// false if too many requests are waiting.
+  /// Requests that the bone as it is after the current tick become this checkpoint (CoupledSimulation::Checkpoint()).
+  /// Returns false if too many requests are waiting.
   bool AskCheckpoint(std::uint32_t number) { return ring_.TryPush({number, nullptr}); }
-  /// Requests the restore. The job's state reports whether it was accepted or refused. Returns false as above.
+  /// Requests a restore. The state of the job reports whether it was accepted or refused. Returns false as above.
   bool Send(RestoreJob& job) { return ring_.TryPush({0, &job}); }
 
   // ---- Called by the loop; tick-safe.
-  /// Starts the next request before a tick. Does nothing if `wait` is true or while a restore runs. A checkpoint for
-  /// which the history has no room waits.
+  /// Starts the next request before a tick. Does nothing if `wait` is true or while a restore runs. A checkpoint waits
+  /// while the history has no room for it.
   RestoreEvent Begin(CoupledSimulation& simulation, bool wait);
-  /// Replaces the simulation's tick while a restore runs. Returns true when the restore is complete and End() must be
-  /// called.
+  /// Called instead of the simulation's tick while a restore runs. Returns true when the restore is complete and End()
+  /// must be called.
   bool Step(CoupledSimulation& simulation) { return restore_.Step(simulation, leaves_per_tick_); }
   void End(CoupledSimulation& simulation, const Pose* X_WT) { restore_.End(simulation, X_WT); }
   bool running() const { return restore_.running(); }

@@ -17,8 +17,8 @@ namespace kerf {
 inline constexpr std::size_t kTickStages = static_cast<std::size_t>(TickStage::kEnd);
 const char* ToString(TickStage stage);
 
-/// Sums the time in each stage over a tick, even if a stage is entered several times. A tick that does not enter a
-/// stage adds no value to its histogram. Tick-safe; used by one thread, but any thread may read the histograms.
+/// Adds up the time spent in each stage over a tick, even if a stage is entered several times. A tick that does not
+/// enter a stage adds no value to its histogram. Tick-safe. Used by one thread, but any thread may read the histograms.
 class StageTimer final : public TickObserver {
  public:
   explicit StageTimer(LoopClock& clock) : clock_(clock) {}
@@ -51,8 +51,8 @@ class StageTimer final : public TickObserver {
     for (EffectTime& effect : effects_) effect.times.Add(std::exchange(effect.spent_ns, 0));
   }
   const LogHistogram& times(TickStage stage) const { return times_[static_cast<std::size_t>(stage)]; }
-  /// Watched effects of the plan; their times are also part of the stages' times. A tick in which an effect does
-  /// nothing also counts.
+  /// Number of watched effects of the plan. The times of the effects are also part of the stages' times. A tick in
+  /// which an effect does nothing is counted too.
   std::size_t effect_count() const { return effects_.size(); }
   const LogHistogram& effect_times(std::size_t effect) const { return effects_[effect].times; }
 

@@ -55,7 +55,7 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   }
   if (hash_ != nullptr) {
     for (int i = 0; i < simulation_.changed_count(); ++i) hash_->Take(simulation_.changed(i));
-    // The order in which voxels are restored depends on when the request was made.
+    // No hash while bone is restored: the order in which voxels are restored depends on when the request was made.
     if (!in.stand) report.voxel_hash = hash_->value();
   }
   report.X_WH = out.sample.X_WH;

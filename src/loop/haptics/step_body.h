@@ -1,4 +1,4 @@
-// The haptic step as the body of the loop.
+// Body of the loop that runs the haptic step.
 #pragma once
 
 #include <atomic>
@@ -13,8 +13,8 @@
 
 namespace kerf {
 
-/// Callback before each tick, in the loop thread, for something that moves with the loop but is not part of it, such as
-/// a simulated hand.
+/// Called before each tick, in the loop thread, for something that moves with the loop but is not part of it, such as a
+/// simulated hand.
 class HandDriver {
  public:
   virtual ~HandDriver() = default;
@@ -25,8 +25,8 @@ class HandDriver {
 struct StepBodyParams {
   ForceMapParams force_map;
   double rpm = 7500;
-  double period_s = 0.001;  // period of the loop: time for the slew limit, regardless of missed ticks
-  double give_up_s = 1;     // the loop ends if the device fails for longer than this
+  double period_s = 0.001;  // period of the loop: the time used for the slew limit, even after missed ticks
+  double give_up_s = 1;     // if the device fails for longer than this, the loop ends
 };
 
 class StepBody final : public LoopBody {
@@ -35,15 +35,15 @@ class StepBody final : public LoopBody {
   /// is out of range.
   StepBody(CoupledSimulation& simulation, GuardedDevice& device, const StepBodyParams& params,
            HandDriver* before = nullptr);
-  /// Sets the exchange for pieces that leave the bone between ticks; null: none. Call before the loop starts.
+  /// Sets the exchange for pieces, which leave the bone between ticks; null: none. Call before the loop starts.
   void set_pieces(PieceExchange* pieces) { pieces_ = pieces; }
 
-  /// Sets the exchange for checkpoints, undo and redo between ticks; null: none. Call before the loop starts. The
-  /// simulation must keep a history.
+  /// Sets the exchange for checkpoints, undo and redo, which happen between ticks; null: none. Call before the loop
+  /// starts. The simulation must keep a history.
   void set_restores(RestoreExchange* restores) { restores_ = restores; }
-  /// Sets a hash that is updated with the changed voxels in each tick; null: none. Call before the loop starts.
+  /// Sets a hash that is updated with the changed voxels of each tick; null: none. Call before the loop starts.
   void set_hash(ChangedHash* hash) { hash_ = hash; }
-  /// Takes effect from the next tick. Tick-safe; any thread.
+  /// Takes effect from the next tick on. Tick-safe. May be called by any thread.
   void set_rpm(double rpm) { rpm_.store(rpm, std::memory_order_relaxed); }
 
   bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override;

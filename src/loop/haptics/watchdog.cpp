@@ -8,7 +8,7 @@ namespace kerf {
 
 bool Watchdog::Look(std::int64_t now_ns, std::int64_t beat_ns) noexcept {
   if (now_ns - beat_ns <= limit_ns_ || beat_ns == tripped_at_beat_ns_) return false;
-  // If Trip() fails, the loop is using the device and so is not stalled; the next Look() tries again.
+  // If Trip() fails, the loop is using the device and is therefore not stalled; the next Look() tries again.
   if (!device_.Trip()) return false;
   tripped_at_beat_ns_ = beat_ns;
   return true;

@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// Decision logic of the watchdog, without thread and clock.
+/// Decision logic of the watchdog, without a thread or a clock.
 class Watchdog {
  public:
   Watchdog(GuardedDevice& device, std::int64_t limit_ns) : device_(device), limit_ns_(limit_ns) {}
@@ -25,10 +25,10 @@ class Watchdog {
   std::int64_t tripped_at_beat_ns_ = INT64_MIN;
 };
 
-/// Thread that checks five times per limit, at a higher priority than the loop's if the system permits it.
+/// Thread that calls Look() five times per limit, at a higher priority than the loop's if the system permits it.
 class WatchdogThread {
  public:
-  /// `priority`: SCHED_FIFO; 0: normal scheduling. All references must outlive this object.
+  /// `priority`: SCHED_FIFO priority; 0: normal scheduling. All references must outlive this object.
   WatchdogThread(GuardedDevice& device, LoopClock& clock, const std::atomic<std::int64_t>& beat_ns,
                  std::int64_t limit_ns, int priority);
   ~WatchdogThread();

@@ -18,7 +18,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kSearchBytes = 65536;  // number of bytes searched at a time
-constexpr std::uint64_t kMaxInVain = 8;      // multiple of the file size
+constexpr std::uint64_t kMaxInVain = 8;      // search limit, as a multiple of the file size
 
 }  // namespace
 
@@ -40,7 +40,7 @@ BlockReader::BlockReader(const std::string& path) : path_(path) {
   in_.clear();
 }
 
-/// Adds the last block examined. `good`: end of the block before it.
+/// Adds the last block examined to places_. `good`: end of the block before it.
 void BlockReader::Take(const BlockPlace& place, std::uint64_t good) {
   const std::uint64_t skipped = place.offset - head_bytes() - good;
   const bool follows = place.number == next_number_;
@@ -119,7 +119,7 @@ std::optional<BlockPlace> BlockReader::TryBlock(std::uint64_t at) {
 }
 
 /// Returns the next whole block at or after `from`. A file full of block headers without valid blocks must not take
-/// quadratic time: the search ends after checksumming kMaxInVain times the file size without finding a block.
+/// quadratic time: the search ends when kMaxInVain times the file size has been checksummed without finding a block.
 std::optional<BlockPlace> BlockReader::FindBlock(std::uint64_t from) {
   std::string bytes;
   for (std::uint64_t at = from; at + head_bytes() <= size_;) {
@@ -135,7 +135,7 @@ std::optional<BlockPlace> BlockReader::FindBlock(std::uint64_t from) {
   return std::nullopt;
 }
 
-/// True if the rest of the file, which has no whole block, looks like an interrupted write.
+/// Returns true if the rest of the file, which has no whole block, looks like an interrupted write.
 bool BlockReader::LooksTorn(std::uint64_t at) {
   std::string raw(static_cast<std::size_t>(std::min<std::uint64_t>(head_bytes(), size_ - at)), '\0');
   if (!ReadAt(at, raw.data(), raw.size())) return false;

@@ -16,40 +16,40 @@ namespace kerf {
 struct BlockPlace {
   BlockKind kind = BlockKind::kMeta;
   std::uint32_t number = 0;
-  std::uint64_t offset = 0;  // of its packed bytes
+  std::uint64_t offset = 0;  // offset of its packed bytes
   std::uint32_t packed_bytes = 0;
   std::uint32_t bytes = 0;
 };
 
 /// Bytes of a file that could not be read as blocks.
 struct BlockGap {
-  std::size_t before_place = 0;  // index of the following entry of places(); places().size() if none follows
+  std::size_t before_place = 0;  // index in places() of the block after the gap; places().size() if there is none
   std::uint64_t bytes = 0;
-  std::uint32_t lost_blocks = 0;       // from the number of the following block; 0 if none follows
-  std::optional<BlockKind> last_kind;  // kind of the last lost block, if the following block records it
-  bool torn = false;                   // at the end of the file: the start of a block whose writing was interrupted
+  std::uint32_t lost_blocks = 0;       // derived from the number of the following block; 0 if none follows
+  std::optional<BlockKind> last_kind;  // kind of the last lost block, if the following block states it
+  bool torn = false;                   // at the end of the file: the beginning of a block whose writing was interrupted
 };
 
-/// Reads a recording file block by block. Memory: one block, and 24 bytes per block of the file.
+/// Reads a recording file block by block. Needs memory for one block, and 24 bytes for each block of the file.
 class BlockReader {
  public:
   /// Scans the whole file. Throws kerf::Error if it is not a recording or cannot be read. A truncated or damaged file
-  /// is not an error: after a damaged block, reading continues at the next block with a correct checksum and a number
-  /// higher than all before.
+  /// is not an error: after a damaged block, reading continues at the next block that has a correct checksum and a
+  /// number higher than all before.
   explicit BlockReader(const std::string& path);
 
   const std::vector<BlockPlace>& places() const { return places_; }
   const std::vector<BlockGap>& gaps() const { return gaps_; }
-  /// Format version: 2, or 1 for a file without a chain.
+  /// Version of the format: 2, or 1 for a file without a chain.
   int version() const { return version_; }
   /// True if the file's first line is damaged.
   bool first_line_is_bad() const { return first_line_is_bad_; }
-  /// Number of the first block whose link does not match the block before it. None in version 1. Not detectable across
-  /// a gap.
+  /// Number of the first block whose link does not match the block before it. None in version 1. A wrong link after a
+  /// gap cannot be detected.
   const std::optional<std::uint32_t>& broken_link() const { return broken_link_; }
-  /// Link in the last block to the block before it.
+  /// The link in the last block to the block before it.
   const BlockLink& last_link() const { return last_link_; }
-  /// Reads and unpacks a block. Throws kerf::Error.
+  /// Reads and unpacks a block. Throws kerf::Error if that fails.
   std::string Read(const BlockPlace& place);
   std::uint64_t size() const { return size_; }
   const std::string& path() const { return path_; }
@@ -70,9 +70,9 @@ class BlockReader {
   int version_ = 2;
   bool first_line_is_bad_ = false;
   std::uint32_t next_number_ = 0;
-  BlockHead head_;                // of the last block examined
+  BlockHead head_;                // header of the last block examined
   BlockLink link_ = FirstLink();  // link that the next block must contain
-  BlockLink next_link_;           // the same after the last block examined
+  BlockLink next_link_;           // link that the block after the last one examined must contain
   BlockLink last_link_;
   std::optional<std::uint32_t> broken_link_;
   std::uint64_t search_bytes_ = 0;  // number of bytes that may still be checksummed without finding a block

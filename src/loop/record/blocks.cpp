@@ -25,8 +25,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kBetweenFlushes(250);
 
-/// Flushes the folder, so that the file name is on disk as soon as the blocks are. Some file systems neither support
-/// nor need this.
+/// Flushes the folder to disk, so that the file's name is on disk as soon as its blocks are. Some file systems neither
+/// support nor need this.
 void SyncFolder(const std::string& path) {
   const std::string parent = std::filesystem::path(path).parent_path().string();
   const int folder = open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -129,7 +129,7 @@ std::size_t MostBytes(BlockKind kind) {
   return kMaxMetaBytes;
 }
 
-/// Flushes written blocks to disk in a separate thread, so that the writing thread does not wait.
+/// Flushes written blocks to disk in a separate thread, so that the thread that writes them does not wait.
 struct BlockFile::Flusher {
   explicit Flusher(int file) : thread([this, file] { Run(file); }) {}
   ~Flusher() {
@@ -193,7 +193,7 @@ void BlockFile::Write(std::string_view bytes) {
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int code = written < 0 ? errno : ENOSPC;
-      // Truncates the file to whole blocks. If that fails too, a reader skips the rest.
+      // Truncate the file to whole blocks. If that fails too, a reader skips the rest.
       if (ftruncate(file_, static_cast<off_t>(before)) == 0) bytes_ = before;
       throw Error(fmt::format("{}: can't be written any further: {}", path_, FormatErrno(code)));
     }
@@ -227,7 +227,7 @@ void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
     throw Error(fmt::format("{}: can't be written any further: a recording holds {} GiB at most", path_,
                             kMaxRecordingBytes >> 30));
   }
-  // One write, so that killing the program damages at most the last block.
+  // The block is written in one call, so that killing the program damages at most the last block.
   Write(block);
   ++number_;
   link_ = LinkAfter(kind, block, {});

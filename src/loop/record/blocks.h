@@ -19,9 +19,9 @@ enum class BlockKind : std::uint8_t {
   kMeta = 1,   // JSON: what was recorded, where and by which program; the first block
   kFile = 2,   // an input of the scene: its name and its bytes
   kSteps = 3,  // RecordedBlock
-  kPiece = 4,  // a piece of bone that may leave
+  kPiece = 4,  // a piece of bone that may leave; see recording.h
   kEvent = 5,  // JSON: an event, for users and tools
-  kEnd = 6,    // JSON: reason and results of the end
+  kEnd = 6,    // JSON: the reason for the end, and the results
   kSeal = 7,   // JSON: SealBlock; the last block. Not in version 1
 };
 const char* ToString(BlockKind kind);
@@ -48,9 +48,9 @@ struct BlockLink {
   BlockKind kind = BlockKind::kMeta;
   Digest digest{};  // of all bytes of that block, including its own link
 };
-/// Link in the first block: the digest of the first line.
+/// Returns the link in the first block: the digest of the first line.
 BlockLink FirstLink();
-/// Link to a block, for the block after it. `head` and `packed` are its bytes as in the file.
+/// Returns the link to a block, for the block after it. `head` and `packed` are the bytes of the block as in the file.
 BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed);
 
 /// Header of a block, before its packed bytes.
@@ -82,8 +82,8 @@ class BlockFile {
   BlockFile(const BlockFile&) = delete;
   BlockFile& operator=(const BlockFile&) = delete;
 
-  /// Throws kerf::Error with the reason if writing has failed, in this call or since the last one (disk full, file
-  /// removed). Blocks written earlier remain intact.
+  /// Appends a block. Throws kerf::Error with the reason if writing has failed, in this call or since the last one
+  /// (disk full, file removed). Blocks written earlier remain intact.
   void Append(BlockKind kind, std::string_view bytes, int level = 3);
   /// Digest of the chain of all appended blocks.
   const Digest& digest() const { return link_.digest; }
@@ -105,6 +105,7 @@ class BlockFile {
   std::unique_ptr<Flusher> flusher_;
 };
 
+/// Returns the maximum unpacked size of a block of this kind, bytes.
 std::size_t MostBytes(BlockKind kind);
 
 }  // namespace kerf

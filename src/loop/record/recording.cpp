@@ -29,7 +29,7 @@ std::string Hex(std::uint64_t hash) {
   return fmt::format("{:016x}", hash);
 }
 
-/// Reads the expected keys of a JSON object and ignores others, which later versions may add.
+/// Reads the expected keys of a JSON object and ignores all others, which later versions may add.
 class JsonReader {
  public:
   JsonReader(const std::string& text, const char* what) : what_(what) {
@@ -209,7 +209,7 @@ RecordingWriter::RecordingWriter(const std::string& path, const RecordingHead& h
       key_(key),
       steps_in_block_(static_cast<std::size_t>(
           std::clamp(std::floor(kBlock_s * head.rate_hz), 1.0, static_cast<double>(kMaxStepsInBlock)))) {
-  // Written twice, because a recording cannot be read without its head.
+  // The head is written twice, because a recording cannot be read without it.
   for (int i = 0; i < 2; ++i) file_.Append(BlockKind::kMeta, FormatHead(head));
   for (const auto& [name, bytes] : files) {
     ByteWriter out;
@@ -341,7 +341,7 @@ void RecordingReader::TakeSteps(const BlockPlace& place) {
   steps_places_.push_back(place);
 }
 
-/// Adds steps whose blocks are missing.
+/// Adds a gap for the steps whose blocks are missing.
 void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
   if (until_step > kMaxSteps || !(until_s >= duration_s_ - kSameTime_s && until_s <= kLongest_s)) {
     throw Error("has steps after a gap at an impossible time");
@@ -353,7 +353,7 @@ void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
   KeepLost(true);
 }
 
-/// Keeps the missing blocks that did not contain steps. `with_steps`: some of the missing blocks contained steps.
+/// Reports missing blocks that contained no steps as faults. `with_steps`: some of the missing blocks contained steps.
 void RecordingReader::KeepLost(bool with_steps) {
   for (const LostBlocks& lost : lost_) {
     const bool is_other = lost.count == 1 && lost.last_kind && *lost.last_kind != BlockKind::kSteps;
@@ -419,7 +419,7 @@ void RecordingReader::FindDamage() {
   damage_.sentence = Describe(damage_, faults_, duration_s_);
 }
 
-/// Limits the replayable steps: a step in which a missing piece leaves cannot be replayed.
+/// Reduces the number of replayable steps: a step in which a piece leaves cannot be replayed if the piece is missing.
 void RecordingReader::LimitToPieces() {
   std::set<std::uint64_t> there;
   for (const BlockPlace& place : blocks_.places()) {

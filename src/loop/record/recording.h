@@ -23,8 +23,8 @@ const char* ToString(RecordedKind kind);
 struct RecordingHead {
   RecordedKind kind = RecordedKind::kLoop;
   std::string scene_name;
-  std::string scene_file;           // path of the scene file, to which relative names in the scene refer
-  std::string scene_toml;           // resolved
+  std::string scene_file;           // path of the scene file, which relative names in the scene refer to
+  std::string scene_toml;           // the scene with all its settings, as TOML
   std::uint64_t bone_hash = 0;      // Bone::CalcHash()
   std::uint64_t material_hash = 0;  // Bone::CalcMaterialHash()
   double voxel_mm = 0;
@@ -39,7 +39,7 @@ struct RecordingHead {
   std::string compiler;
   std::string machine;
   std::string created;        // UTC
-  std::string taken_up_from;  // another recording from which it was continued, with the time; otherwise empty
+  std::string taken_up_from;  // path of the recording that this one continues; empty: none
 };
 
 /// End of a recording.
@@ -47,12 +47,12 @@ struct RecordingEnd {
   std::uint64_t steps = 0;
   double time_s = 0;
   std::uint64_t force_hash = 0;
-  std::uint64_t voxel_hash = 0;            // as RecordedHash::bone
+  std::uint64_t voxel_hash = 0;            // the same hash as RecordedHash::bone
   std::optional<std::uint64_t> bone_hash;  // Bone::CalcHash()
   std::string why;                         // reason in a few words: "asked", "the device failed"
 };
 
-/// An event, for display and lists: "checkpoint" "before the second cut".
+/// An event, for display and lists, such as a "checkpoint" named "before the second cut".
 struct RecordedEvent {
   std::uint64_t step = 0;  // step that follows the event
   double time_s = 0;
@@ -61,22 +61,22 @@ struct RecordedEvent {
   std::uint32_t number = 0;  // RecordedStep::checkpoint
 };
 
-/// Checks, before lengthy work begins, that a recording can be created. Throws kerf::Error if it cannot, or if it would
-/// replace a file.
+/// Checks, before lengthy work begins, that a recording can be created at `path`. Throws kerf::Error if it cannot, or
+/// if it would replace a file.
 void CheckNewRecording(const std::string& path);
 
-/// Writes a recording during the session: one block per quarter of a second.
+/// Writes a recording during the session, in blocks of a quarter of a second.
 class RecordingWriter {
  public:
-  /// `files`: inputs of the scene by full name, with their bytes. `key`: signs the recording at its end. Throws
-  /// kerf::Error.
+  /// `files`: inputs of the scene by full name, with their bytes. `key`: signs the recording when it ends. Throws
+  /// kerf::Error if the file cannot be created.
   RecordingWriter(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files,
                   const std::optional<SealKey>& key = std::nullopt);
 
   /// Adds a step. `time_s`: time at the end of the step. All functions throw kerf::Error if the file can no longer be
   /// written.
   void Add(const RecordedStep& step, double time_s);
-  /// These refer to the last added step.
+  /// States and hashes belong to the last step added; an event happens after that step.
   void AddState(RecordedState state);
   void AddHash(std::uint64_t force, std::uint64_t bone);
   void AddEvent(RecordedEvent event);
@@ -88,7 +88,7 @@ class RecordingWriter {
   std::uint64_t steps() const { return steps_; }
   std::uint64_t bytes() const { return file_.bytes(); }
   const std::string& path() const { return file_.path(); }
-  // Steps written to the file, and their end time.
+  // Number of steps written to the file, and their end time.
   std::uint64_t written_steps() const { return written_steps_; }
   double written_s() const { return written_s_; }
 
@@ -103,11 +103,11 @@ class RecordingWriter {
   double time_s_ = 0;
 };
 
-/// Reads a recording. Memory: one block of steps and an index of the file.
+/// Reads a recording. Needs memory for one block of steps and an index of the file.
 class RecordingReader {
  public:
-  /// Throws kerf::Error if the file is not a recording or its head is invalid. A truncated or damaged recording is read
-  /// except for its missing parts; see damage().
+  /// Throws kerf::Error if the file is not a recording or its head is invalid. Of a truncated or damaged recording, all
+  /// parts that are present are read; see damage().
   explicit RecordingReader(const std::string& path);
 
   const std::string& path() const { return blocks_.path(); }
@@ -116,19 +116,19 @@ class RecordingReader {
   std::map<std::string, std::string> ReadFiles();
   const std::optional<RecordingEnd>& end() const { return end_; }
   const std::vector<RecordedEvent>& events() const { return events_; }
-  /// Number of steps read. damage().whole_steps of them can be replayed.
+  /// Number of steps read. The first damage().whole_steps of them can be replayed.
   std::uint64_t steps() const { return steps_; }
   /// Time at the end of the last step read.
   double duration_s() const { return duration_s_; }
-  /// Missing parts.
+  /// The missing parts.
   const RecordingDamage& damage() const { return damage_; }
   /// damage().sentence: empty if the recording is whole, including its end.
   const std::string& DescribeDamage() const { return damage_.sentence; }
-  /// Result of checking the chain and the signature.
+  /// Result of the checks of the chain and the signature.
   const RecordingSeal& seal() const { return seal_; }
 
   /// Reads the i-th readable block of steps, in order; a jump in RecordedBlock::first_step shows that a block before it
-  /// is missing. Returns false if there are fewer blocks. Throws kerf::Error.
+  /// is missing. Returns false if there are fewer blocks. Throws kerf::Error if the block is invalid.
   bool ReadBlock(std::size_t i, RecordedBlock& block);
   /// Reads a piece that was about to leave. Throws kerf::Error if no piece has this number.
   std::string ReadPiece(std::uint32_t number);
@@ -154,9 +154,9 @@ class RecordingReader {
   RecordingDamage damage_;
   RecordingSeal seal_;
   std::vector<LostBlocks> lost_;     // since the last block of steps
-  std::vector<std::string> faults_;  // in addition to the missing steps
+  std::vector<std::string> faults_;  // faults in addition to the missing steps
   bool has_last_block_ = false;
-  std::map<std::uint32_t, LostSteps> pieces_;  // pieces that steps refer to: step, and time before it
+  std::map<std::uint32_t, LostSteps> pieces_;  // pieces that steps refer to, with that step and the time before it
 };
 
 }  // namespace kerf

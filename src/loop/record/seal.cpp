@@ -20,15 +20,15 @@ namespace {
 
 constexpr std::string_view kSecretWords = "kerf secret key ";
 constexpr std::string_view kPublicWords = "kerf public key ";
-constexpr std::string_view kSigned = "kerf recording seal 1\n";  // precedes the digest, so that signatures of other
-                                                                 // data are invalid
+// Precedes the digest, so that a signature of other data is not valid here.
+constexpr std::string_view kSigned = "kerf recording seal 1\n";
 constexpr std::size_t kMaxKeyBytes = std::size_t{1} << 20;
 constexpr mode_t kOthers = S_IRWXG | S_IRWXO;
 
 using Signature = std::array<unsigned char, crypto_sign_BYTES>;
 using Secret = std::array<unsigned char, crypto_sign_SECRETKEYBYTES>;
 
-/// libsodium must be initialised before use.
+/// Initialises libsodium, which is necessary before it is used.
 void Begin() {
   static const int begun = sodium_init();
   if (begun < 0) throw Error("libsodium can't be used here: the system provides no random numbers");
@@ -213,7 +213,8 @@ std::optional<SealKey> ReadKeyFile() {
   const std::string path = FindKeyFile();
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) {
-    // EACCES: the home directory belongs to another user, as may happen in a service, and contains no key of this user.
+    // EACCES: the home directory belongs to another user, as may happen in a service, and thus contains no key of this
+    // user.
     if (errno == ENOENT || errno == ENOTDIR || errno == EACCES) return std::nullopt;
     throw Error(fmt::format("{}: can't be read: {}", path, FormatErrno(errno)));
   }
@@ -233,7 +234,7 @@ std::vector<KnownKey> ListOwnKeys() {
     const std::optional<SealKey> key = ReadKeyFile();
     if (key) return {{key->public_key(), "this installation's"}};
   } catch (const Error&) {
-    // An unusable key is an error when recording, not here.
+    // An unusable key is an error only when recording.
   }
   return {};
 }

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kComponents = 7;
 enum PoseMode : std::uint8_t { kLattice = 0, kRaw = 1 };
 
-// ---- columns
+// ---- Columns.
 
 /// Run-length encoding: pairs of a value and its number of repetitions.
 template <typename Get>
@@ -41,7 +41,7 @@ void GetRuns(ByteReader& in, std::vector<RecordedStep>& steps, Set&& set) {
   }
 }
 
-/// Stores integers as differences from the linear extrapolation of the two previous ones.
+/// Stores each integer as its difference from the linear extrapolation of the two previous ones.
 void PutSecondDifferences(ByteWriter& out, const std::vector<std::int64_t>& values) {
   std::uint64_t before = 0;
   std::uint64_t before_that = 0;
@@ -170,7 +170,7 @@ void GetLatticePoses(ByteReader& in, std::vector<RecordedStep>& steps) {
   }
 }
 
-// ---- states and hashes
+// ---- States and hashes.
 
 struct StateColumn {
   const char* name;  // column name in `kerf log --csv`
@@ -198,7 +198,7 @@ const std::array<StateColumn, 9> kStateColumns{{
      [](RecordedState& s, double x) { s.engaged_teeth = x; }, 1e-3},
 }};
 
-// Numbers of units up to this survive the conversion to double and back.
+// Whole numbers of units up to this one survive the conversion to double and back.
 constexpr std::int64_t kLargestUnits = std::int64_t{1} << 48;
 
 std::int64_t Round(double x, double unit) {
@@ -272,7 +272,7 @@ std::string EncodeBlock(const RecordedBlock& block) {
   PutRuns(out, steps, [](const RecordedStep& s) { return std::bit_cast<std::uint64_t>(s.dt_s); });
   PutRuns(out, steps, [](const RecordedStep& s) { return std::uint64_t{s.skipped}; });
   PutRuns(out, steps, [](const RecordedStep& s) { return std::bit_cast<std::uint64_t>(s.rpm); });
-  // Low bytes and high bytes are stored separately: if only the low bytes are used, the high bytes compress to almost
+  // Low and high bytes are stored separately: if only the low bytes are used, the high bytes compress to almost
   // nothing.
   for (const int shift : {0, 8}) {
     for (const RecordedStep& s : steps) out.Put(static_cast<std::uint8_t>(s.force_check >> shift));

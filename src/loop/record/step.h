@@ -15,27 +15,27 @@ enum RecordedFlag : std::uint32_t {
   kRecordedReadFailed = 1u << 0,   // the device returned no pose
   kRecordedWriteFailed = 1u << 1,  // the device did not accept the force
   kRecordedForceOff = 1u << 2,     // no force in this tick, and a ramp after it
-  kRecordedSetDown = 1u << 3,      // no tick: the tool was lifted and placed at X
-  kRecordedPieceLeaves = 1u << 4,  // after this tick `piece` began to leave the bone
-  kRecordedCheckpoint = 1u << 5,   // before this tick `checkpoint` was made
-  kRecordedUndo = 1u << 6,         // before this tick an undo to `checkpoint` began
-  kRecordedRedo = 1u << 7,         // before this tick a redo to `checkpoint` began
-  kRecordedTakenUp = 1u << 8,      // from this tick on the session was continued by another user or at another time
+  kRecordedSetDown = 1u << 3,      // no tick: the tool was retracted and set down at X
+  kRecordedPieceLeaves = 1u << 4,  // after this tick, `piece` began to leave the bone
+  kRecordedCheckpoint = 1u << 5,   // before this tick, `checkpoint` was made
+  kRecordedUndo = 1u << 6,         // before this tick, an undo to `checkpoint` began
+  kRecordedRedo = 1u << 7,         // before this tick, a redo to `checkpoint` began
+  kRecordedTakenUp = 1u << 8,      // from this tick on, the session was continued by another user or at another time
 };
 inline constexpr std::uint32_t kRecordedFlags = (1u << 9) - 1;
 
 struct RecordedStep {
-  Pose X;  // coupled: handle as reported by the device; on a path: tool at the end of the tick
+  Pose X;  // coupled: handle pose as reported by the device; on a path: tool pose at the end of the tick
   std::uint32_t buttons = 0;
   double dt_s = 0.001;        // time step of the simulation
-  std::uint32_t skipped = 0;  // deadlines of a loop that were missed before it
+  std::uint32_t skipped = 0;  // number of deadlines that the loop missed before this step
   double rpm = 0;
   std::uint32_t flags = 0;
   std::uint8_t fidelity = 0;  // requested fidelity
-  std::uint32_t piece = 0;    // valid if a flag refers to it; likewise `checkpoint`
+  std::uint32_t piece = 0;    // valid only if a flag refers to it; the same applies to `checkpoint`
   std::uint32_t checkpoint = 0;
-  // Hashes truncated to 16 bits, or 8 (RecordingHead::check_bits): of the forces and the tool's pose, and of all
-  // changed voxels.
+  // Hashes truncated to 16 bits, or to 8 (RecordingHead::check_bits): one of the forces and the tool's pose, and one of
+  // all changed voxels.
   std::uint16_t force_check = 0;
   std::uint16_t bone_check = 0;
 };
@@ -46,27 +46,27 @@ inline double CalcElapsed(const RecordedStep& step, double rate_hz) {
   return step.skipped == 0 ? step.dt_s : (1.0 + step.skipped) / rate_hz;
 }
 
-/// Rounded state after a tick, for display only, not for replay.
+/// Rounded state after a tick, for display only; a replay does not use it.
 struct RecordedState {
   std::uint64_t step = 0;    // zero-based index
   double time_s = 0;         // to 1 us
-  Vec3 p_WT_mm{0};           // tool, to 1 um
+  Vec3 p_WT_mm{0};           // position of the tool, to 1 um
   Vec3 f_N{0};               // on the hand, or on the tool for a path, before scaling for a device; to 1 mN
-  double removed_mm3 = 0;    // total so far, by occupancy, to 1e-3
+  double removed_mm3 = 0;    // total so far, by occupancy, to 1e-3 mm3
   double engaged_teeth = 0;  // to 1e-3
 };
 
-/// Describes the first column whose rounded values differ, with both values. Returns "" if none differs.
+/// Describes the first column in which the rounded values differ, with both values. Returns "" if none differs.
 std::string DescribeDifference(const RecordedState& recorded, const RecordedState& now);
 
-/// Hashes after a tick: of all forces and poses so far, and of all voxels that have changed so far.
+/// Hashes after a tick: one of all forces and poses so far, and one of all voxels that have changed so far.
 struct RecordedHash {
   std::uint64_t step = 0;
   std::uint64_t force = 0;
   std::uint64_t bone = 0;
 };
 
-/// Consecutive steps, with the states and hashes recorded among them.
+/// Consecutive steps, with the states and hashes that were recorded among them.
 struct RecordedBlock {
   std::uint64_t first_step = 0;
   double first_time_s = 0;  // time before the first step
@@ -77,9 +77,9 @@ struct RecordedBlock {
 
 inline constexpr std::size_t kMaxStepsInBlock = 8192;
 
-/// Lossless for steps with any values, including NaN. At most kMaxStepsInBlock steps.
+/// Encodes at most kMaxStepsInBlock steps without loss, whatever their values, including NaN.
 std::string EncodeBlock(const RecordedBlock& block);
-/// Throws kerf::Error if `bytes` is not a block.
+/// Throws kerf::Error if `bytes` are not a block.
 RecordedBlock DecodeBlock(std::string_view bytes);
 
 }  // namespace kerf

@@ -12,12 +12,12 @@ struct PairRow {
   std::string a;
   std::string b;
   double overlap_mm3 = 0;
-  std::optional<double> gap_mm;  // none beyond the limit
-  std::optional<Facing> facing;  // of a's surface; none if no surfaces face each other
+  std::optional<double> gap_mm;  // none if it is larger than the limit
+  std::optional<Facing> facing;  // from the side of `a`; none if no surfaces face each other
 };
 /// Precomputed data for all files of an export.
 struct Prepared {
-  std::vector<int> pieces;  // not deleted
+  std::vector<int> pieces;  // indices of the pieces that are not deleted
   std::vector<PairRow> pairs;
 };
 Prepared Prepare(const ExportInput& taken, const ExportOptions& options);

@@ -7,7 +7,8 @@
 
 namespace kerf::takeaway {
 
-/// With axes, round tick values, labels and a title for screen readers. Peaks are preserved for any number of points.
+/// The curve has axes, round tick values, labels and a title for screen readers. Peaks are preserved however many
+/// points there are.
 std::string FormatCurveSvg(const TakenCurve& curve);
 
 }  // namespace kerf::takeaway

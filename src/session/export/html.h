@@ -9,14 +9,14 @@ namespace kerf::takeaway {
 
 /// Escapes text for an element or a quoted attribute; removes characters that XML does not permit.
 std::string Escape(std::string_view text);
-/// RFC 4648.
+/// Encodes the bytes as in RFC 4648.
 std::string Base64(std::string_view bytes);
 
-/// Returns a table and escapes its text. The first column is left-aligned, the others right-aligned unless `text` is
-/// true.
+/// Returns an HTML table, with its text escaped. The first column is left-aligned, the others right-aligned unless
+/// `text` is true.
 std::string Table(const std::vector<std::string>& heads, const std::vector<std::vector<std::string>>& rows,
                   bool text = false);
-/// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never "-0.00".
+/// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never returns "-0.00".
 std::string Show(double value, int decimals);
 
 }  // namespace kerf::takeaway

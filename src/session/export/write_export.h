@@ -17,7 +17,7 @@ struct TakenFact {
   std::string name;
   std::string value;
 };
-/// A value of the session: mean force, time.
+/// A value of the session, such as the mean force or the time.
 struct TakenFigure {
   std::string name;
   std::string unit;
@@ -69,11 +69,11 @@ struct ExportInput {
 struct ExportOptions {
   bool obj = false;           // pieces as OBJ, otherwise as STL
   double gap_limit_mm = 50;   // larger gaps are not searched for
-  std::size_t triangles = 0;  // maximum per piece's file (4 or more; Decimate()); 0: unlimited
+  std::size_t triangles = 0;  // maximum per piece (4 or more; see Decimate()); 0: unlimited
 };
 
-/// Writes into the folder, which is created if missing, each file through a temporary file. Files of the same names are
-/// replaced:
+/// Writes the following files into the folder, which is created if missing, each through a temporary file. Existing
+/// files with these names are replaced:
 ///   report.html      everything, in one self-contained file
 ///   measures.csv     subject, measure, unit, value
 ///   assessment.json  comparison of plan and cut
@@ -84,18 +84,19 @@ struct ExportOptions {
 ///   transforms.json  the same motions as 4 x 4 matrices, LPS mm, with volume and centre of each piece
 ///   pieces.json      input of PieceSet::Restore()
 ///   PICTURE.png
-/// Returns their names. Throws kerf::Error. `progress` is called with 0..1.
+/// Returns the names of the files. Throws kerf::Error. `progress` is called with values from 0 to 1.
 std::vector<std::string> WriteExport(const ExportInput& taken, const std::string& folder,
                                      const ExportOptions& options = {},
                                      const std::function<void(double)>& progress = {});
 
-/// The individual parts.
+/// These return the text of individual files.
 std::string FormatReportHtml(const ExportInput& taken, const ExportOptions& options = {});
 std::string FormatMeasuresCsv(const ExportInput& taken, const ExportOptions& options = {});
-/// Stable keys with units; ends with a newline. For a recording, also its state and its faults.
+/// Returns JSON with stable keys that include the units; ends with a newline. If there is a recording, its state and
+/// its faults are included.
 std::string FormatAssessmentJson(const Assessment& assessment, const TakenRecording& recording = {});
-/// Returns a motion X_WP as ITK text: LPS, from the current to the original position, as resampling requires and
-/// 3D Slicer reads it.
+/// Returns a motion X_WP as ITK text: in LPS, and from the current to the original position, as resampling requires and
+/// as 3D Slicer expects.
 std::string FormatTransformFile(const Pose& X_WP);
 
 }  // namespace kerf

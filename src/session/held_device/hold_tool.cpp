@@ -17,13 +17,13 @@ namespace kerf {
 namespace {
 
 constexpr int kMaxDelay_ticks = 16;     // maximum delay for which a coupling is computed
-constexpr double kSamePeak = 1 + 1e-6;  // a bridge reports it as a float
+constexpr double kSamePeak = 1 + 1e-6;  // allows for the rounding of a peak that a bridge reports as a float
 constexpr double kOfGateSlew = 0.9;
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
 
 /// Returns the peak force of the scene's profile. Returns 0 if the table cannot be read; the loop reports that error
-/// with its place.
+/// with its place in the scene.
 double FindPeak(const SceneDevice& device) {
   if (device.file.empty()) {
     try {
@@ -92,7 +92,7 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
                     "scene to a table with the device's figures",
                     there.peak_force_N, scene.device.profile, peak_N));
   }
-  // The device's cycle and the loop's tick are not synchronised: the delay is at most one of each.
+  // The device's cycle and the loop's tick are not synchronised, so the delay is at most one cycle plus one tick.
   const double round_ticks = std::ceil(scene.loop.rate_hz / servo.traits().rate_hz - 1e-9);
   if (1 + round_ticks > kMaxDelay_ticks) {
     throw Error(fmt::format(
@@ -130,7 +130,7 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
     const LogHistogram& times = servo.round_times();
     const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
     const auto gate = [&counts](GateReason reason) { return counts.gate[static_cast<std::size_t>(reason)]; };
-    // The one stale event before the loop's first command is not counted.
+    // The single stale event before the loop's first command is not counted.
     const std::uint64_t stale = std::max<std::uint64_t>(gate(GateReason::kStale), 1) - 1;
     return std::vector<std::pair<std::string, double>>{{"rounds", number(rounds.rounds)},
                                                        {"without_an_answer", number(rounds.no_answers)},

@@ -17,14 +17,15 @@ namespace kerf {
 /// Returns the options from the scene's [device]: scale, orientation, left hand.
 DeviceServoOptions MakeServoOptions(const Scene& scene);
 
-/// Sets the scene's [device] from this device: its profile (DeviceServoOptions::profile, otherwise the profile with
-/// the device's name, otherwise the scene's), and scale and delay of its force. Limits its slew rate to the safety
-/// gate's limit. A table of profiles that the scene names is kept, with the scene's choice from it. Throws kerf::Error
-/// if the profile has a higher peak force than the device can output.
+/// Sets the scene's [device] from this device: its profile (DeviceServoOptions::profile, otherwise the profile with the
+/// device's name, otherwise the scene's), and the scale and delay of its force. Limits the slew rate to what the safety
+/// gate accepts. If the scene names a table of profiles, the table and the scene's choice from it are kept, unless
+/// DeviceServoOptions::profile is set. Throws kerf::Error if the profile has a higher peak force than the device can
+/// output.
 void SetDevice(Scene& scene, const DeviceServo& servo);
 
-/// `stop` (optional) ends waiting for the handle. `say` is called with instructions for the user. `servo` must outlive
-/// the loop.
+/// Returns a loop device through which the user holds the tool. `stop` (optional) ends the wait for the handle. `say`
+/// is called with instructions for the user. `servo` must outlive the loop.
 LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
                   const std::function<void(const std::string&)>& say);
 
@@ -33,8 +34,8 @@ struct DeflectionSpeeds {
   double rad_per_s = 0.8;
 };
 
-/// Hand that is controlled by the deflection of a device's cap. It moves a simulated hand, as a mouse does, so the
-/// bone resists it.
+/// Hand that is controlled by the deflection of a device's cap. It moves a simulated hand, as a mouse does, so the bone
+/// resists it.
 class DeflectionHand final : public HandDriver {
  public:
   /// All references must outlive this object.
@@ -52,8 +53,8 @@ class DeflectionHand final : public HandDriver {
   MouseHand hand_;
 };
 
-/// Returns the pose moved by a deflection for `dt_s`: along and about the device's axes; the point `p_TC_mm` is fixed
-/// in rotation.
+/// Returns the pose moved by a deflection for `dt_s`: translated along and rotated about the device's axes. The
+/// rotation leaves the point `p_TC_mm` in place.
 Pose MoveByDeflection(const Pose& X_WH, const std::array<double, 6>& deflection, const Quat& R_WD, const Vec3& p_TC_mm,
                       const DeflectionSpeeds& speeds, double dt_s);
 

@@ -130,7 +130,7 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
     }
     if (too_deep) *out.too_deep_mm3 += cell.mm3;
   }
-  // From the deepest cells to the start of the remaining bone.
+  // Measure from the deepest cells on to the point where the remaining bone begins.
   for (std::size_t i = 0; i < plan.stops.size(); ++i) {
     if (!(deepest[i] > 0)) continue;
     StopResult& stop = out.stops[i];

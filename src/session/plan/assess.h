@@ -16,7 +16,7 @@ struct PlaneResult {
   PlannedPlane planned;
   std::optional<FittedPlane> cut;  // none: no kerf was found near it
   double offset_mm = 0;            // of the kerf's centre from the planned plane, positive on the side of the normal
-  double furthest_mm = 0;          // largest distance of a corner of the kerf's rectangle, signed
+  double furthest_mm = 0;          // signed distance of the kerf rectangle's furthest corner from that plane
   PlaneAngles angles;              // angles of the kerf; depth direction: of a stop in the plane, otherwise of the kerf
   bool within_margin = false;      // true if |furthest_mm| is at most the margin
 };
@@ -34,23 +34,23 @@ struct Assessment {
   double before_mm3 = 0;
   double after_mm3 = 0;
   double removed_mm3 = 0;              // before minus after
-  std::optional<double> outside_mm3;   // part further from every plane than margin + half the blade; none: no planes
+  std::optional<double> outside_mm3;   // part further from every plane than its margin + half the blade's width
   std::optional<double> too_deep_mm3;  // part beyond a stop of its nearest plane; none: no stops
 };
 
 struct AssessOptions {
-  double reach_mm = 5;       // distance from a plane within which its kerf is searched
-  double max_tilt_deg = 30;  // maximum angle between kerf and plane
+  double reach_mm = 5;       // distance from a plane within which its kerf is searched for
+  double max_tilt_deg = 30;  // maximum angle between a plane and its kerf
 };
 
-/// `blade_mm`: thickness of the blade, or diameter of a ball. Throws kerf::Error for an invalid plan or for bones with
-/// different voxel sizes.
+/// Compares the bone before and after the cut with the plan. `blade_mm`: thickness of the blade, or diameter of a ball.
+/// Throws kerf::Error for an invalid plan or for bones with different voxel sizes.
 Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, double blade_mm,
                      const AssessOptions& options = {});
 /// Returns the thickness of a disc or the diameter of a ball.
 double CalcBladeWidth(const Tool& tool);
 
-/// Returns the fitted planes for WritePlaneMarkups(): "NAME, as cut".
+/// Returns the fitted planes, each named "NAME, as cut", for WritePlaneMarkups().
 std::vector<PlaneMarkup> MakeCutMarkups(const Assessment& assessment);
 
 }  // namespace kerf

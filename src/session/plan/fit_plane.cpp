@@ -14,14 +14,14 @@
 namespace kerf {
 namespace {
 
-constexpr double kLevelVoxels = 1.25;  // depth inside the bone at which the kerf's sides are searched
+constexpr double kLevelVoxels = 1.25;  // depth inside the bone at which the kerf's sides are located
 constexpr int kTries = 400;            // number of planes tried, each through three changed voxels
-constexpr std::size_t kTried = 2000;   // maximum number of changed voxels used for this
+constexpr std::size_t kTried = 2000;   // maximum number of changed voxels used for these tries
 constexpr int kLinesAcross = 120;      // maximum number of lines along each side of the kerf
 constexpr int kMinMiddles = 12;
 constexpr double kKept = 0.9;       // fraction of the midpoints that are kept, those closest to the plane
 constexpr double kSameWidth = 0.6;  // minimum fraction of the midpoints that have the kerf's median width
-constexpr double kFlatLoss = 3;     // minimum ratio of width to thickness for removed volume to have a plane
+constexpr double kFlatLoss = 3;     // minimum ratio of width to thickness of removed bone that has a plane
 constexpr int kRounds = 4;
 constexpr double kMinDepth = 1.5;  // minimum depth of a kerf, in widths
 
@@ -69,7 +69,7 @@ std::optional<Fit> FitMoments(const std::vector<Weighted>& points) {
              .widest = spread(2)};
 }
 
-/// Returns the plane with the most points within `near_mm`, among planes through three of them.
+/// Among planes through three of the points, finds the one with the most points within `near_mm`, and fits it to these.
 std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm, const KerfSearch& search) {
   std::vector<Weighted> some;
   const std::size_t stride = points.size() / kTried + 1;
@@ -186,7 +186,7 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
-/// Least-squares fit to the midpoints except the tenth furthest from the plane.
+/// Computes the least-squares fit to the midpoints, without the 10 % that are furthest from the plane.
 std::optional<Fit> FitMiddles(const std::vector<Middle>& middles, const Fit& start) {
   std::optional<Fit> fit = start;
   for (int round = 0; round < kRounds; ++round) {
@@ -252,7 +252,7 @@ std::vector<Middle> FindMiddles(const Bone& before, const Bone& after, const Fit
   const double width = Median(widths);
   const std::size_t found = middles.size();
   std::erase_if(middles, [&](const Middle& m) { return std::abs(m.width - width) > std::max(h, 0.25 * width); });
-  // In a hole the widths vary strongly.
+  // If the widths vary widely, this is a hole and not a kerf.
   if (static_cast<double>(middles.size()) < kSameWidth * static_cast<double>(found)) middles.clear();
   return middles;
 }

@@ -1,4 +1,4 @@
-// Plane of a cut: the position of the kerf, from the bone before and after.
+// Finds the plane of a cut from the bone before and after it.
 #pragma once
 
 #include <optional>
@@ -19,10 +19,10 @@ struct FittedPlane {
   double depth_mm = 0;     // shorter extent
   Vec3 depth_W{0, 0, -1};  // direction of the shorter extent, unit length: to the side where the kerf ends in bone;
                            // downwards if the cut goes through
-  int middles = 0;         // number of places with both sides of the kerf; 0: fitted to the removed volume only
+  int middles = 0;         // number of midpoints between the kerf's sides; 0: fitted to the removed volume only
 };
 
-/// Search region for a kerf. By default the whole bone.
+/// Search region for a kerf; by default, the whole bone.
 struct KerfSearch {
   std::optional<Box3> within;    // world frame
   std::optional<CutPlane> near;  // use only bone removed near this plane:
@@ -30,14 +30,15 @@ struct KerfSearch {
   double max_tilt_deg = 30;      // maximum angle to it
 };
 
-/// Fits the mid-plane of the kerf. Returns none if no bone was removed or if the removed bone has no plane: fewer than
-/// three places, or a shape as thick as wide. If there are several kerfs, returns the one near most of the removed
-/// bone.
+/// Fits the mid-plane of the kerf. Returns none if no bone was removed or if no plane can be fitted to the removed bone
+/// because it has fewer than three places or is hardly wider than it is thick. If there are several kerfs, returns the
+/// plane of the one with the most removed bone.
 ///
-/// The fit starts from the plane near most of the changed voxels. On lines across it, the midpoints between the two
-/// sides of the kerf are found; the result is the least-squares plane through them, except the tenth furthest from it.
-/// The sides are searched 1.25 voxels inside the bone, so that kerfs thinner than a voxel are also found. If there
-/// are no places with bone on both sides, as for a shaving, the result is the plane of the removed volume's moments.
+/// The fit starts from the plane with the most changed voxels near it. On lines across it, the midpoints between the
+/// two sides of the kerf are found; the result is the least-squares plane through them, without the 10 % that are
+/// furthest from it. The sides are located 1.25 voxels inside the bone, so that kerfs thinner than a voxel are also
+/// found. If there is no place with bone on both sides, as when the bone was only shaved, the plane is computed from
+/// the moments of the removed volume.
 std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const KerfSearch& search);
 std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, std::optional<Box3> within = {});
 

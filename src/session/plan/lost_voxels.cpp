@@ -17,13 +17,14 @@ namespace {
 constexpr int kLeaf = 8;
 constexpr double kMinRise = 0.25;  // in voxels
 
-/// Returns the origins of the leaves where the two grids may differ: leaves of either grid, and of tiles.
+/// Returns the origins of the leaves where the two grids may differ: the leaves of either grid, and those in tiles of
+/// bone from which bone was removed.
 std::set<openvdb::Coord> FindLeaves(const openvdb::FloatGrid& before, const openvdb::FloatGrid& after) {
   std::set<openvdb::Coord> origins;
   for (const openvdb::FloatGrid* grid : {&before, &after}) {
     for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) origins.insert(leaf->origin());
   }
-  // Tiles of bone that were removed completely.
+  // Tiles are bone throughout. Add the leaves where such bone has been removed.
   for (auto tile = before.tree().cbeginValueAll(); tile; ++tile) {
     if (tile.isVoxelValue() || *tile >= 0) continue;
     const openvdb::CoordBBox box = tile.getBoundingBox();

@@ -23,9 +23,9 @@ struct Loss {
   std::vector<LostCell> cells;
 };
 
-/// Returns voxels whose phi increased by more than a quarter of a voxel, and cells that lost bone. `within`: box for
-/// their centres. `keep`: filter for their centres; null: all. Throws kerf::Error if the bones have different voxel
-/// sizes.
+/// Returns voxels whose phi increased by more than a quarter of a voxel, and cells that lost bone. `within`: box that
+/// must contain their centres. `keep`: returns true for the centres to include; null: all. Throws kerf::Error if the
+/// bones have different voxel sizes.
 Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& within,
               const std::function<bool(const Vec3& p_W)>& keep);
 

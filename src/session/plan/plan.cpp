@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kUnitTolerance = 1e-6;
 constexpr double kMaxTurn_deg = 20;  // maximum angle between a stop's direction and the plane of a guide
-constexpr double kFree_mm = 100;     // maximum of the guide's tolerance, within which the tool is free
+constexpr double kFree_mm = 100;     // maximum of the guide's tolerance, within which the tool moves freely
 
 template <typename Item>
 void CheckNames(const std::vector<Item>& items, const char* what) {
@@ -126,7 +126,7 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
     const double R = RadiusOf(tool);
     out.p_W_mm = X_WT.p_AB + (way > R ? R / way : 1.0) * across;
     Vec3 depth = way > 1e-9 ? across : X_WT.Vector({1, 0, 0});
-    // The blade is perpendicular to the planned plane: any depth direction in the plane is valid.
+    // If the blade is perpendicular to the planned plane, any depth direction in the plane is valid.
     const auto is_across = [&](const Vec3& v) {
       return !(glm::length(glm::cross(v, plane.normal_W)) > 1e-9 * glm::length(v));
     };
@@ -181,7 +181,7 @@ EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop) {
       normal_W = glm::normalize(glm::cross(depth_W, other));
       guide.Set("tolerance_mm", kFree_mm);
     }
-    // 0 would mean no stop.
+    // A depth of 0 would mean that there is no stop.
     guide.Set("depth_mm", std::max(stop->depth_mm, 1e-6));
   }
   guide.Set("point_mm", p_W_mm);

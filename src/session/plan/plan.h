@@ -12,7 +12,7 @@
 
 namespace kerf {
 
-/// A plane to cut along, for the disc's mid-plane.
+/// A plane along which the disc's mid-plane should cut.
 struct PlannedPlane {
   std::string name;
   CutPlane plane;        // its point: centre of the intended cut
@@ -34,7 +34,7 @@ struct Plan {
   bool empty() const { return planes.empty() && stops.empty(); }
 };
 
-/// Maximum number of planes, and of stops.
+/// Maximum number of planes, and also of stops.
 inline constexpr std::size_t kMaxPlanned = 100;
 
 /// Throws kerf::Error naming the first item without a name, with a duplicate name, with a direction that is not of unit
@@ -44,12 +44,12 @@ void CheckPlan(const Plan& plan);
 std::string MakePlaneName(const Plan& plan);
 std::string MakeStopName(const Plan& plan);
 
-/// Returns the plane through three points, at their mean. Seen from the side to which the normal points, they are in
-/// counter-clockwise order. Throws kerf::Error if they are collinear.
+/// Returns the plane through three points, with their mean as its point. Seen from the side to which the normal points,
+/// the three are in counter-clockwise order. Throws kerf::Error if they are collinear.
 PlannedPlane PlacePlane(const std::string& name, const Vec3& a_W, const Vec3& b_W, const Vec3& c_W);
 /// Returns the disc's plane at the pose.
 PlannedPlane PlacePlane(const std::string& name, const Pose& X_WT);
-/// Reads each plane of a .mrk.json file of 3D Slicer, with its name. Throws kerf::Error like ReadPlaneMarkupList().
+/// Reads all planes of a .mrk.json file of 3D Slicer, with their names. Throws kerf::Error like ReadPlaneMarkupList().
 std::vector<PlannedPlane> ReadPlannedPlanes(const std::string& path);
 /// Returns markups for WritePlaneMarkups().
 std::vector<PlaneMarkup> MakeMarkups(const Plan& plan);
@@ -60,18 +60,18 @@ struct PlaneDeviation {
   Vec3 p_W_mm{0};                   // that point
   double offset_mm = 0;             // its distance from the plane, positive on the side of the normal
   std::optional<double> angle_deg;  // between the planes, 0 to 90; all angles are unset for a ball
-  /// The two components of the angle, each -90 to 90: tan^2 angle = tan^2 pitch + tan^2 roll. The depth direction is
-  /// from the disc's centre to that point, in the planned plane. Roll: inclination; positive if the offset grows with
-  /// depth. Pitch: rotation about the depth direction; positive if the offset grows along normal x depth.
+  /// The two components of the angle, each -90 to 90: tan^2 angle = tan^2 pitch + tan^2 roll. The depth direction
+  /// points from the disc's centre to that point, within the planned plane. Roll: inclination; positive if the offset
+  /// grows with depth. Pitch: rotation about the depth direction; positive if the offset grows along normal x depth.
   std::optional<double> pitch_deg;
   std::optional<double> roll_deg;
   bool within_margin = false;  // true if |offset_mm| is at most the margin
 };
-/// No side effects; takes about a microsecond.
+/// Has no side effects and takes about a microsecond.
 PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, const Pose& X_WT);
 
-/// Angles between two planes by the same definition. Both normals have unit length; `depth_W` is any direction that is
-/// not parallel to the first.
+/// Angles between two planes, defined as in PlaneDeviation. Both normals have unit length; `depth_W` is any direction
+/// that is not parallel to the planned normal.
 struct PlaneAngles {
   double angle_deg = 0;
   double pitch_deg = 0;
@@ -81,12 +81,13 @@ PlaneAngles CalcPlaneAngles(const Vec3& planned_normal_W, const Vec3& normal_W, 
 
 struct StopDeviation {
   double depth_mm = 0;  // of the tool's deepest point (for a disc: of its mid-plane) beyond the stop's point
-  double left_mm = 0;   // remaining distance to the stop; negative: beyond it
+  double left_mm = 0;   // remaining distance to the stop; negative if the tool is beyond it
 };
 StopDeviation CalcDeviation(const DepthStop& stop, const Tool& tool, const Pose& X_WT);
 
 /// Returns the effect "guide" that keeps the tool on the plane, at the stop, or both. Throws kerf::Error if both are
-/// null, or if the stop's direction is more than 20 degrees off the plane (a smaller angle is rotated into it).
+/// null, or if the stop's direction is more than 20 degrees off the plane (if the angle is smaller, the direction is
+/// rotated into the plane).
 EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop);
 
 }  // namespace kerf

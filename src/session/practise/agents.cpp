@@ -16,13 +16,13 @@ namespace kerf {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-/// Height above the surface, before and after the cut.
+/// Height of the tool above the surface before and after the cut.
 constexpr double kClear_mm = 3;
 /// Speed in free air.
 constexpr double kFree_mm_per_s = 12;
-/// Time to rotate to the cut's direction.
+/// Time that the hand takes to turn the tool into the cut's direction.
 constexpr double kTurn_s = 0.6;
-/// Fraction of the feed rate at the goal. The force decreases in the same way, to no less than 0.3.
+/// Fraction of the feed rate at the goal. The force decreases in the same way, but not below a fraction of 0.3.
 constexpr double kSlowest = 0.12;
 /// Time after which the agent stops waiting at the end of a step.
 constexpr double kPatience_s = 25;
@@ -55,7 +55,7 @@ void Check(const AgentParams& p) {
   Check("correction_Hz", p.correction_Hz, 0, 5);
 }
 
-/// Tremor of 8 to 12 Hz along each axis, as the force that moves the hand's mass by this amplitude.
+/// Tremor of 8 to 12 Hz along each axis, output as the force that moves the hand's mass with this amplitude.
 class Tremor {
  public:
   Tremor(double rms_mm, std::uint64_t seed) : amplitude_mm_(rms_mm * std::sqrt(2.0) / kTones) {
@@ -147,7 +147,8 @@ class Agent final : public HandDriver {
     turned_ = std::min(turned_ + dt_s / kTurn_s, 1.0);
     const Quat R_WT = glm::slerp(X_start_.R_AB, X_cut_.R_AB, turned_);
     const Vec3 now = ToAim(device_.p_WC_mm(), R_WT);
-    // The agent sees the tool, which the bone displaces from the handle against the coupling's spring.
+    // The agent sees the tool, not the handle; the bone displaces the tool from the handle against the coupling's
+    // spring.
     memory_.Put(ToAim(device_.p_WC_mm() + device_.force_N() / felt_stiffness_N_per_mm_, R_WT), dt_s);
     const Vec3 seen = memory_.Get();
     const Vec3 before = aim_ + correction_;
@@ -184,16 +185,16 @@ class Agent final : public HandDriver {
     if (length_mm < 1e-9) return Next();
     const Vec3 u = way / length_mm;
     const double left_mm = glm::dot(to - seen, u);
-    // Before the goal it slows down and reduces its force.
+    // Near the goal the agent slows down and reduces its force.
     double fraction = 1;
     if (step.cuts && params_.lookahead_mm > 0) fraction = std::clamp(left_mm / params_.lookahead_mm, kSlowest, 1.0);
     const double speed_mm_per_s = step.cuts ? feed_mm_per_s_ * fraction : kFree_mm_per_s;
     const double stiffness_N_per_mm = std::max(device_.hand().stiffness_N_per_mm, 0.05);
     const double lead_mm = std::max(fraction, 0.3) * params_.push_N / stiffness_N_per_mm;
-    // It moves on until it sees the tool at the goal, and waits while the tool lags behind.
+    // The agent keeps moving until it sees the tool at the goal, and waits while the tool lags behind.
     const double ahead_mm = glm::dot(aim_ + correction_ - now, u);
     if (!step.cuts || ahead_mm < lead_mm) aim_ += u * speed_mm_per_s * dt_s;
-    // Perceived error across its direction of motion.
+    // Perceived error perpendicular to the direction of motion.
     const Vec3 off = (to - seen) - glm::dot(to - seen, u) * u;
     Correct(off, dt_s);
     const bool far = !step.cuts && glm::dot(to - aim_, u) <= 0;
@@ -207,7 +208,7 @@ class Agent final : public HandDriver {
 
   void Next() noexcept {
     const Step& step = steps_[step_];
-    // Return to the goal if it overshot; the correction across the direction of motion is kept.
+    // If the hand overshot, return to the goal; keep the correction perpendicular to the direction of motion.
     const bool goes_along = step_ + 1 < steps_.size() && steps_[step_ + 1].cuts && step.cuts;
     aim_ = from_ = Vec3(step.s_mm, step.t_mm, 0);
     if (!goes_along) correction_ = Vec3(0);

@@ -35,13 +35,13 @@ struct EndStatement {
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 using Statement = std::unique_ptr<sqlite3_stmt, EndStatement>;
 
-/// True if a failed call ran out of disk space, as far as SQLite or the system report it.
+/// Returns true if a call failed because the disk is full, as far as SQLite or the system reports this.
 bool IsDiskFull(const std::string& file, sqlite3* db, int code) {
   if ((code & 0xff) == SQLITE_FULL) return true;
   if ((code & 0xff) != SQLITE_IOERR && (code & 0xff) != SQLITE_CANTOPEN) return false;
   const int reason = db != nullptr ? sqlite3_system_errno(db) : 0;
   if (reason == ENOSPC || reason == EDQUOT) return true;
-  // SQLite does not store the system's error for the log's index, a file of 32 kB that is mapped as shared memory.
+  // For the log's index, a file of 32 kB that is mapped as shared memory, SQLite does not store the system's error.
   constexpr double kIndexBytes = 32768;
   const int detail = db != nullptr ? sqlite3_extended_errcode(db) : code;
   const bool writes = detail == SQLITE_IOERR_WRITE || detail == SQLITE_IOERR_SHMSIZE || detail == SQLITE_IOERR_SHMMAP ||
@@ -81,8 +81,9 @@ Statement Prepare(const std::string& file, sqlite3* db, const char* sql) {
   return Statement(statement);
 }
 
-/// Retries explicitly: SQLite ignores its busy timeout for this statement, because two waiting programs might deadlock.
-/// The program that holds the lock may set the mode instead. Until the mode is set, writes are just as safe.
+/// Sets the write-ahead-log mode. Retries explicitly, because SQLite ignores its busy timeout for this statement, so
+/// that two waiting programs cannot deadlock. The program that holds the lock may set the mode instead. Writes are just
+/// as safe before the mode is set.
 void BeginLog(const std::string& file, sqlite3* db) {
   constexpr int kStep_ms = 10;
   int code = SQLITE_BUSY;
@@ -148,7 +149,7 @@ void MakeShowable(Attempt& a) {
   if (a.damaged) a.measures_json.clear();
 }
 
-/// Writes the row's checksum and that of the chain up to it.
+/// Writes the row's checksum and the checksum of the chain up to this row.
 void WriteSums(const std::string& file, sqlite3* db, std::int64_t number, const RowSums& sums) {
   const Statement statement = Prepare(file, db, "UPDATE attempts SET sum = ?1, chain = ?2 WHERE number = ?3");
   Bind(statement, 1, sums.own);
@@ -158,7 +159,7 @@ void WriteSums(const std::string& file, sqlite3* db, std::int64_t number, const 
   if (code != SQLITE_DONE) Fail(file, db, code);
 }
 
-/// Table of version 1.
+/// Makes the table of version 1.
 void MakeTable(const std::string& file, sqlite3* db) {
   Do(file, db,
      "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
@@ -166,15 +167,15 @@ void MakeTable(const std::string& file, sqlite3* db) {
      "measures TEXT NOT NULL, UNIQUE (student, hash))");
 }
 
-/// Columns added in version 2.
+/// Adds the columns that are new in version 2.
 void AddColumns(const std::string& file, sqlite3* db) {
   for (const char* column : {"state", "incomplete", "steps", "beginning", "seal", "signer", "sum", "chain"}) {
     Do(file, db, fmt::format("ALTER TABLE attempts ADD COLUMN {} TEXT NOT NULL DEFAULT ''", column).c_str());
   }
 }
 
-/// Returns the contents of sqlite_master for tables, indices, views and triggers, without spaces and SQLite's own
-/// statistics.
+/// Returns the contents of sqlite_master for tables, indices, views and triggers, without spaces and without SQLite's
+/// own statistics.
 std::string DescribeSchema(const std::string& file, sqlite3* db) {
   const Statement statement =
       Prepare(file, db,
@@ -188,8 +189,8 @@ std::string DescribeSchema(const std::string& file, sqlite3* db) {
   return schema;
 }
 
-/// Compares the schema with that of a new history. A view in place of the table could run forever, and a trigger
-/// could write arbitrary data.
+/// Compares the schema with that of a new history. A view in place of the table could run forever, and a trigger could
+/// write arbitrary data.
 void CheckSchema(const std::string& file, sqlite3* db, int version) {
   sqlite3* made = nullptr;
   const int code = sqlite3_open(":memory:", &made);
@@ -202,7 +203,7 @@ void CheckSchema(const std::string& file, sqlite3* db, int version) {
       fmt::format("{}: has tables, views or triggers that a history of kerf does not have; it is not used", file));
 }
 
-/// Converts version 1 to 2: rows get checksums of their current values; the new columns are empty.
+/// Converts version 1 to 2: the rows get checksums of their current values, and the new columns stay empty.
 void BringUpToDate(const std::string& file, sqlite3* db) {
   AddColumns(file, db);
   std::vector<Attempt> rows;
@@ -221,7 +222,7 @@ void BringUpToDate(const std::string& file, sqlite3* db) {
   }
 }
 
-/// Checks the structure of the file; the contents of rows are checked by their sums.
+/// Checks the structure of the file; the contents of the rows are checked by means of their checksums.
 void CheckStructure(const std::string& file, sqlite3* db) {
   const Statement statement = Prepare(file, db, "PRAGMA quick_check(1)");
   const int code = sqlite3_step(statement.get());

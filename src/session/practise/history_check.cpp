@@ -16,9 +16,9 @@
 namespace kerf {
 namespace {
 
-/// Maximum number that a mark lists.
+/// Maximum number of duplicates that are listed for an attempt.
 constexpr std::size_t kMaxDoubles = 5;
-/// A sheet takes about 10 kB.
+/// Maximum size of a sheet; a typical one takes about 10 kB.
 constexpr std::size_t kMaxMeasuresBytes = std::size_t{1} << 20;
 
 std::string Sum(const std::string& text) {
@@ -41,7 +41,7 @@ RowSums CalcRowSums(const Attempt& row, const std::string& chain_before) {
 }
 
 void FindDoubles(std::vector<Attempt>& attempts) {
-  // Union-find: each points to an earlier one of its group, the first one to itself.
+  // Union-find: each attempt points to an earlier one of its group, and the first one to itself.
   std::vector<std::size_t> parents(attempts.size());
   std::iota(parents.begin(), parents.end(), std::size_t{0});
   const auto find_first = [&](std::size_t i) {

@@ -10,15 +10,16 @@
 
 namespace kerf {
 
-/// SHA-256 as hexadecimal digits. Detects accidents and manual changes, but not a complete recomputation.
+/// Checksums of a row: SHA-256 in hexadecimal digits. They reveal accidental and manual changes, but not changes after
+/// which all checksums were recomputed.
 struct RowSums {
   std::string own;    // of the row's contents
   std::string chain;  // of `own` and of the chain up to the previous row
 };
 RowSums CalcRowSums(const Attempt& row, const std::string& chain_before);
 
-/// Sets Attempt::doubles and more_doubles. Attempts with the same file, steps or beginning belong to one group, also
-/// transitively.
+/// Sets Attempt::doubles and more_doubles. Attempts with the same file, steps or beginning form a group, and groups
+/// with a common attempt are merged.
 void FindDoubles(std::vector<Attempt>& attempts);
 
 /// Returns the measures of the attempt's sheet, an object of objects; empty if the text is not such a sheet, or is too

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// A damaged row has no total.
+/// Formats the total; "-" for an attempt without a valid one, such as a damaged row.
 std::string Total(const Attempt& a) {
   return a.graded() ? fmt::format("{:.1f}", *a.total) : std::string("-");
 }
@@ -26,11 +26,11 @@ std::string Marks(const Attempt& a) {
   return fmt::format("{}", fmt::join(FindMarks(a), "; "));
 }
 
-/// Distinguishable with colour blindness (Okabe and Ito), and by dashes.
+/// Colours of the curves, distinguishable with colour blindness (Okabe and Ito) and also by their dashes.
 constexpr std::array<const char*, 6> kColours{"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#E69F00"};
 constexpr std::array<const char*, 6> kDashes{"", "6 3", "2 3", "8 3 2 3", "10 4", "4 2"};
 
-/// Draws the totals of one student over the attempts, one curve per exercise.
+/// Draws one student's totals against the number of the attempt, one curve per exercise.
 std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>& by_exercise) {
   constexpr double kWidth = 620, kLeft = 50, kTop = 14, kRight = 250, kBottom = 44, kLegend = 18;
   const double height = std::max(260.0, kTop + kLegend * static_cast<double>(by_exercise.size()) + 10);

@@ -20,7 +20,7 @@ struct BoneChecked {
   MaterialSummary material;
 };
 
-/// Opens the bone's files. Throws kerf::Error if that fails.
+/// Opens the bone's files and checks its parameters. Throws kerf::Error if either fails.
 BoneChecked CheckSceneBone(const Scene& scene) {
   MaterialTable table = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) table = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);

@@ -12,7 +12,7 @@
 namespace kerf {
 
 struct CheckedScene {
-  std::string bone;  // readable description: source, size and voxels
+  std::string bone;  // readable description: source, size and voxel size
   double voxel_mm = 0;
   MaterialSummary material;
   std::optional<LoopSetup> loop;      // if the scene has any of [device], [hand], [coupling] and [loop]

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Rgb8 kYoung{213, 94, 0};
 constexpr Rgb8 kOld{0, 70, 160};
-constexpr double kDrawnPixels = 3.5;      // diameter; chips at true scale would be invisible
+constexpr double kDrawnPixels = 3.5;      // diameter of a drawn chip; at true scale, chips would be invisible
 constexpr double kHeightFraction = 0.84;  // fraction of the picture's height below the caption
 constexpr double kMargin = 1.06;
 
@@ -87,8 +87,8 @@ bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& to
   eye = glm::normalize(eye - 0.3 * down + 0.25 * glm::cross(down, eye));
   const Vec3 right = glm::normalize(glm::cross(eye, down));
   const Vec3 up = glm::cross(eye, right);
-  // Fit bone, tool and all chips into the picture, below the caption.
-  Box3 box;  // along right, up and eye
+  // Fit the bone, the tool and all chips into the picture, below the caption.
+  Box3 box;  // in the view's axes: right, up and towards the eye
   const auto include = [&](const Vec3& p_W) { box.Include({glm::dot(p_W, right), glm::dot(p_W, up), 0}); };
   for (const Vec3& p_W : spec.shapes[0].mesh_W.points) include(p_W);
   for (const Vec3& p_W : chips_W) include(p_W);

@@ -28,7 +28,7 @@ class ChipsTrack {
     ChipPool pool;
     double emitted_mm3 = 0, dropped_mm3 = 0;  // total so far
   };
-  /// None if no chip was ever in the air.
+  /// Returns the tick with the most chips; none if no chip was ever in the air.
   const std::optional<Moment>& most() const { return most_; }
   const ChipsParams& params() const { return params_; }
   const Vec3& p_WF_mm() const { return p_WF_mm_; }
@@ -40,7 +40,7 @@ class ChipsTrack {
   std::optional<Moment> most_;
 };
 
-/// Draws bone, tool and chips in that tick. Returns false if there was nothing to draw.
+/// Draws the bone, the tool and the chips in that tick. Returns false if there was nothing to draw.
 bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& tool, bool patient,
                        const std::string& name, const std::string& path);
 

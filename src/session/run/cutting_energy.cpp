@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kHardlyAnything_mm3 = 1e-3;
 
-/// Returns the mean over the run's ticks of a channel of the effect tangential_force; none if the effect is off.
+/// Returns the cutting power of the effect tangential_force, averaged over the run's ticks; none if the effect is off.
 std::optional<double> FindMeanPower(const EffectRecord& effects) {
   for (const EffectFigure& figure : effects.figures) {
     if (figure.effect == "tangential_force" && figure.name == "cutting_W" && effects.ticks > 0) {
@@ -42,7 +42,7 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
     if (disc) energy.work_J = 1e-3 * sums.thrust_turns_N / energy.ratio * rim_mm;
   }
   if (!energy.work_J) return energy;
-  // Removing bone only by placing the tool inside it takes no work.
+  // If bone was removed only because the tool was placed inside it, no work was done.
   const bool cuts = *energy.work_J > 0 || sums.cutting_turns > 0;
   if (cuts && sums.removed_mm3 > kHardlyAnything_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
   const double passes = (disc ? scene.tool.teeth : scene.tool.flutes) * sums.cutting_turns;

@@ -1,5 +1,5 @@
 // Energy of cutting: specific energy (per volume of removed bone) and energy per tooth passage, for comparison with
-// published tests. Also the caveats of a force law, which are reported next to its forces.
+// published tests. Also describes the caveats of a force law, which are reported next to its forces.
 #pragma once
 
 #include <optional>
@@ -19,19 +19,19 @@ struct CuttingSums {
   double removed_mm3 = 0;
 };
 
-/// Work of the teeth's cutting force along their motion: the sum over the teeth times the speed of the rim. A force law
-/// gives the thrust, and the cutting force is the thrust divided by `ratio`. If the effect tangential_force is on, its
-/// ratio and its power are used; otherwise the ratio is kThrustPerCuttingForce, at the commanded spindle speed. The
-/// work of the feed is left out, because the rim is about a thousand times faster.
+/// Work of the teeth's cutting force along their motion: the sum of the teeth's cutting forces times the speed of the
+/// rim, over time. A force law yields the thrust, and the cutting force is the thrust divided by `ratio`. If the effect
+/// tangential_force is on, its ratio and its power are used; otherwise the ratio is kThrustPerCuttingForce, at the
+/// commanded spindle speed. The work of the feed is left out, because the rim moves about a thousand times faster.
 struct CuttingEnergy {
   double ratio = 0;
   bool from_effect = false;
-  /// None for a ball without the effect, because its teeth differ in speed.
+  /// None for a ball without the effect, because its teeth move at different speeds.
   std::optional<double> work_J;
   std::optional<double> specific_J_per_mm3;  // none if almost nothing was cut
-  std::optional<double> pass_mJ;             // mean over the passages of teeth while any tooth is engaged
+  std::optional<double> pass_mJ;             // mean per tooth passage while any tooth is engaged
 
-  /// True if the energy is within the range of published tests (src/cut/force/measured.h), or if it is unknown.
+  /// Returns true if the specific energy is within the range of published tests (src/cut/force/measured.h), or unknown.
   bool IsAsMeasured() const;
 };
 

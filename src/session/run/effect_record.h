@@ -28,7 +28,7 @@ struct EffectRecord {
 
   /// Adds a tick's channels, in the order of `figures`.
   void Take(std::span<const double> channels);
-  /// The same, and also adds a row to the log.
+  /// Does the same, and also adds a row to the log.
   void TakeRow(std::span<const double> channels);
 
   bool empty() const { return on.empty() && left_out.empty(); }
@@ -38,7 +38,7 @@ struct EffectRecord {
   std::string Row(std::size_t row) const;
 
   std::vector<std::string> on;        // enabled effects
-  std::vector<std::string> left_out;  // effects that need a hand and were left out
+  std::vector<std::string> left_out;  // effects that were left out because they need a hand
   std::vector<EffectFigure> figures;
   std::vector<double> rows;  // figures.size() values per row
   std::size_t ticks = 0;
@@ -47,7 +47,7 @@ struct EffectRecord {
 /// Returns a row of the log: values, each preceded by a comma.
 std::string FormatEffectRow(std::span<const double> channels);
 
-/// Returns a readable phrase per effect, such as "spindle: rpm 7312 (6840 to 7500)": the last value, and the range.
+/// Returns a readable phrase per effect, such as "spindle: rpm 7312 (6840 to 7500)": with the last value and the range.
 std::vector<std::string> DescribeEffects(const EffectRecord& record);
 
 }  // namespace kerf

@@ -40,7 +40,7 @@ std::string EventCheck::Announce(const RecordedEvent& event, std::uint64_t numbe
     return fmt::format("{} has an unknown kind", Name(event));
   }
   if (event.step != number) return fmt::format("{} is out of order", Name(event));
-  // Exact: both are sums of the same numbers in the same order.
+  // Compare exactly: both times are sums of the same numbers in the same order.
   if (event.time_s != time_s) return fmt::format("{} belongs to {:.6f} s according to its step", Name(event), time_s);
   if (event.what == "checkpoint") names_[event.number] = event.name;
   if (event.what == "undo" && !event.name.empty() && !may_lack_some_) {

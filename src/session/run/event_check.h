@@ -36,7 +36,7 @@ class EventCheck {
   std::string Match(const char* what, const RecordedStep& step);
 
   const std::vector<RecordedEvent>& events_;
-  bool may_lack_some_;  // blocks are missing
+  bool may_lack_some_;  // true if blocks are missing
   std::size_t next_ = 0;
   std::vector<const RecordedEvent*> announced_;  // not yet found among the steps
   std::map<std::uint32_t, std::string> names_;   // names of checkpoints, by number

@@ -1,5 +1,5 @@
-// forces.csv of `kerf loop`, one row per tick: formatted as text, written to a file during the loop, and as a curve for
-// a plot.
+// forces.csv of `kerf loop`, with one row per tick: formats the rows, writes them during the loop, and reduces them to
+// a curve for a plot.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,7 @@ struct LoopRow {
   Vec3 p_WT_mm{0};  // tool
   Vec3 f_hand_N{0};
   Vec3 f_device_N{0};
-  float cut_N = 0;  // magnitude of the force on the tool; likewise the next two
+  float cut_N = 0;  // magnitude of the cutting force on the tool; likewise the next two
   float face_N = 0;
   float friction_N = 0;
   float thrust_N = 0;
@@ -35,7 +35,7 @@ struct LoopRow {
   std::uint32_t status = 0;
 };
 
-/// Returns the first line. `effects`: columns of the effects, each preceded by a comma.
+/// Returns the header line. `effects`: columns of the effects, each preceded by a comma.
 std::string FormatForceHeader(const std::string& effects);
 /// Appends a line to `csv`; `effects` as above.
 void AppendForceRow(const LoopRow& row, const std::string& effects, std::string& csv);
@@ -47,22 +47,22 @@ struct ForcePoint {
   double hand_N = 0;
   static ForcePoint Merge(const ForcePoint& a, const ForcePoint& b);
 };
-/// Maximum length of the curve, for a loop of any length. No spike is lost. Up to this many rows, each has its own
-/// point.
+/// Maximum number of points of the curve, however long the loop. No spike is lost. If there are at most this many rows,
+/// each has its own point.
 inline constexpr std::size_t kMaxForcePoints = 20'000;
 using ForceCurve = Thinned<ForcePoint, kMaxForcePoints>;
 ForcePoint MakeForcePoint(const LoopRow& row);
 
-/// forces.csv, written during the loop, so that memory does not grow with the run. Used by one thread. A full disk does
-/// not stop the loop: the partial file is deleted, which leaves its space to the recording, and Commit() reports the
-/// error.
+/// Writes forces.csv during the loop, so that memory does not grow with the run. For one thread. A full disk does not
+/// stop the loop: the partial file is deleted, which leaves its space to the recording, and Commit() reports the error.
 class ForceLog {
  public:
   /// The temporary file is in the folder of `path`. `keep_free_bytes`: disk space to leave free. Throws kerf::Error if
   /// the file cannot be created.
   ForceLog(const std::string& path, const std::string& effects, double keep_free_bytes = 0);
   void Take(const LoopRow& row, std::span<const double> channels);
-  /// Completes the file and renames it to its final name. Throws kerf::Error, also for earlier failures. Call once.
+  /// Completes the file and renames it to its final name. Throws kerf::Error if this or an earlier step failed. Call
+  /// once.
   void Commit();
   const std::string& path() const { return path_; }
 

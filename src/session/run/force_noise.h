@@ -11,20 +11,20 @@
 
 namespace kerf {
 
-/// Root mean square above 20 Hz, of the whole run and of the full seconds in which the tool cut throughout. Keeps one
-/// second in memory, not the run. Not tick-safe.
+/// Computes the root mean square of the force above 20 Hz, over the whole run and over each full second in which the
+/// tool cut throughout. Keeps only one second in memory. Not tick-safe.
 class ForceNoise {
  public:
   /// Throws kerf::Error if `dt_s` is too long for 20 Hz.
   explicit ForceNoise(double dt_s);
   /// Adds the force at the next deadline, N. `cuts`: true if the tool cut.
   void Take(const Vec3& f_N, bool cuts);
-  /// The next deadline was missed: the force is held.
+  /// Call if the next deadline was missed, so that the device held the force.
   void Hold() { Take(last_N_, cut_); }
 
   /// Returns the noise of all axes combined, mN. Call once, at the end.
   double Finish_mN();
-  /// Maximum over the full seconds in which the tool cut throughout; none if there was no such second.
+  /// Returns the maximum noise of the full seconds in which the tool cut throughout; none if there was no such second.
   std::optional<double> cutting_mN() const { return cutting_mN_; }
 
  private:
@@ -32,7 +32,7 @@ class ForceNoise {
   std::size_t window_;
   std::array<HighPassRms, 3> whole_;
   std::array<std::vector<double>, 3> second_;
-  bool all_cut_ = true;  // so far in this second
+  bool all_cut_ = true;  // the tool has cut throughout this second so far
   Vec3 last_N_{0};
   bool cut_ = false;
   std::optional<double> cutting_mN_;

@@ -17,7 +17,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Distinguishable with red-green colour blindness (after Okabe and Ito, 2008); the largest is pale, like bone.
+/// Colours of the pieces, distinguishable with red-green colour blindness (after Okabe and Ito, 2008); the largest
+/// piece is pale, like bone.
 constexpr Rgb8 kColours[] = {{232, 220, 196}, {230, 120, 30}, {0, 114, 178},  {0, 158, 115},
                              {204, 121, 167}, {240, 200, 60}, {86, 180, 233}, {130, 90, 60}};
 constexpr std::size_t kMaxInLegend = 10;
@@ -73,8 +74,8 @@ Vec3 Middle(const TriangleMesh& mesh) {
   return mesh.points.empty() ? sum : sum / static_cast<double>(mesh.points.size());
 }
 
-/// Adds the pieces that were taken out: drawn if set aside, otherwise listed in the legend. `apart`:
-/// direction in which the first was moved.
+/// Adds the pieces that were taken out to the legend, and draws those that were set aside. `apart`: set to the
+/// direction in which the first of these was moved, unless it is set already.
 void AddOut(const FragmentsReport& fragments, std::size_t drawn, PictureSpec& spec, Vec3& apart) {
   constexpr Rgb8 kNotDrawn{150, 150, 150};
   for (const PieceOut& piece : fragments.out) {
@@ -119,7 +120,7 @@ void FragmentsDriver::Look(double time_s, const std::function<double()>& now) {
   const std::size_t came_off = effect_->Look(time_s);
   if (changed) times_ms_.push_back(changes_ms_ + Since_ms(begin));
   if (changed) changes_ms_ = 0;
-  // The piece had not separated at the last search.
+  // The delay is at most the time since the last search, when the piece had not separated yet.
   if (came_off > 0 && now) max_late_ms_ = std::max(max_late_ms_.value_or(0), 1e3 * (now() - looked_s_));
   looked_s_ = time_s;
 }
@@ -293,8 +294,8 @@ bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<B
   if (!fragments.out.empty()) spec.caption += (pieces.size() < 2 ? "; " : "\n") + DescribeOut(fragments);
   if (pieces.size() > kMaxInLegend) spec.caption += fmt::format("; the legend names the {} largest", kMaxInLegend);
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
-  // View across the direction in which the second piece was moved, so that the gap shows; slightly from above and from
-  // the front.
+  // View across the direction in which the second piece was moved, so that the gap is visible, and slightly from above
+  // and from the front.
   Vec3 eye = Vec3(0, -1, 0) - glm::dot(Vec3(0, -1, 0), apart) * apart;
   if (glm::length(eye) < 0.3) eye = Vec3(1, 0, 0) - glm::dot(Vec3(1, 0, 0), apart) * apart;
   eye = glm::normalize(eye) + 0.45 * apart + Vec3(0, 0, 0.45);

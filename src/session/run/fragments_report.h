@@ -22,7 +22,7 @@ struct FragmentsReport {
   std::vector<std::string> regions;  // per event: name of the region with the largest fraction of the piece
   std::size_t event_count = 0;       // including events beyond the limit of stored ones
   FoundPieces found;                 // in the bone at the end
-  std::vector<PieceOut> out;         // taken out of the bone, in order
+  std::vector<PieceOut> out;         // taken out of the bone, in order of removal
   // Duration of the searches for pieces, outside the haptic thread, ms.
   std::size_t looks = 0;  // searches after a change
   double p50_ms = 0;
@@ -30,7 +30,8 @@ struct FragmentsReport {
   std::optional<double> most_late_ms;  // live: maximum delay from separation to detection of a piece
   double memory_MB = 0;
 
-  /// Volumes that were set aside or hidden; deleted, without dust; dust.
+  /// These return the volume that was set aside or hidden, the volume that was deleted, without dust, and that of the
+  /// dust.
   double CalcAside_mm3() const;
   double CalcDeleted_mm3() const;
   double CalcDustOut_mm3() const;
@@ -46,10 +47,10 @@ class FragmentsDriver {
   void Change(const std::array<int, 3>& index, std::span<const float, 512> values);
   /// Searches for pieces. `time_s`: simulation time up to which all changes have been passed to the watch.
   void Look(double time_s);
-  /// Live: as Look(), where `now` returns the loop's time after the search.
+  /// For a live loop: does the same; `now` must return the loop's time and is called after the search.
   void Look(double time_s, const std::function<double()>& now);
-  /// Prepare() returns the next piece to take out (PreparePiece()). Finish() reports that it has left by `time_s`;
-  /// before that, pass its leaves and call Look().
+  /// Prepare() returns the next piece to take out (PreparePiece()). Finish() records that the piece has left by
+  /// `time_s`; before calling it, pass the piece's changed leaves and call Look().
   bool takes_out() const { return effect_ != nullptr && effect_->watch().params().TakesOut(); }
   std::optional<PieceJob> Prepare(const Bone& bone, const std::function<bool(const Box3&)>& is_clear) const;
   void Finish(PieceJob&& job, double time_s);
@@ -65,9 +66,9 @@ class FragmentsDriver {
   std::set<int> gone_;
 };
 
-/// Returns a readable line.
+/// Describes the pieces in one readable line.
 std::string DescribeFragments(const FragmentsReport& fragments);
-/// Stable keys with units. `times`: include the durations.
+/// Returns an object with stable keys that include the units. `times`: include the durations.
 nlohmann::ordered_json FragmentsJson(const FragmentsReport& fragments, bool times);
 /// Draws `pieces` of the bone in colours, moved away from the largest along the line between their centres. Pieces that
 /// are set aside are drawn where they are. Returns false, without writing, if there was never more than one piece.

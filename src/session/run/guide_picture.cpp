@@ -20,7 +20,7 @@ constexpr double kWayHalf_mm = 0.25;
 constexpr double kStopHalf_mm = 0.3;
 constexpr std::size_t kMaxPoints = 1200;
 
-/// Adds a box about `middle` with half edges along three directions.
+/// Adds a box with the centre `middle`; `a`, `b` and `c` are its half edges.
 void AddBox(TriangleMesh& mesh, const Vec3& middle, const Vec3& a, const Vec3& b, const Vec3& c) {
   const auto first = static_cast<std::uint32_t>(mesh.points.size());
   for (int i = 0; i < 8; ++i) {
@@ -66,7 +66,7 @@ void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& to
   const Vec3 along = glm::cross(n, deep);
   const double reach_mm = CalcReach(tool);
 
-  // The part of the plane within the tool's reach along its path, and the stops.
+  // Draw the part of the plane within the tool's reach along its path, and the stops.
   double a0 = -reach_mm, a1 = reach_mm, d0 = -reach_mm, d1 = guide.depth_mm;
   for (const GuideTrack::Moment& moment : track.moments()) {
     const Vec3 p = moment.p_WT_mm - guide.point_W_mm;
@@ -163,7 +163,7 @@ void WriteDeviationPlot(const GuideTrack& track, const std::string& name, const 
   force.label = "force of the guide";
   force.right_axis = true;
   force.width = 1;
-  // At most one point per pixel, with the maximum of each interval, so that no short event is lost.
+  // Plot at most one point per pixel, the maximum of each interval, so that no short event is lost.
   const std::size_t stretch = track.moments().size() / kMaxPoints + 1;
   for (std::size_t i = 0; i < track.moments().size(); i += stretch) {
     float mm = 0, N = 0;

@@ -28,18 +28,18 @@ class GuideTrack {
   struct Moment {
     float time_s, deviation_mm, force_N;
     Vec3 p_WT_mm;
-    /// Combines two points: the first's time and position, and the larger of the values.
+    /// Combines two points: keeps the first's time and position and the larger of each value.
     static Moment Merge(const Moment& a, const Moment& b) {
       return {a.time_s, std::max(a.deviation_mm, b.deviation_mm), std::max(a.force_N, b.force_N), a.p_WT_mm};
     }
   };
-  static constexpr std::size_t kMaxMoments = std::size_t{1} << 17;  // one per tick, or several ticks in a longer run
+  static constexpr std::size_t kMaxMoments = std::size_t{1} << 17;  // one per tick, or per several ticks in a long run
   const std::optional<GuideParams>& guide() const { return guide_; }
   const std::vector<Moment>& moments() const { return moments_.points(); }
 
  private:
   std::optional<GuideParams> guide_;
-  std::size_t deviation_ = 0, force_ = 0;  // channels
+  std::size_t deviation_ = 0, force_ = 0;  // indices of the channels
   Thinned<Moment, kMaxMoments> moments_;
 };
 

@@ -9,16 +9,16 @@ namespace {
 
 /// Time constant with which a hand starts, stops and changes its force.
 constexpr double kGentle_s = 0.1;
-/// Force with which the hand presses against a felt resistance, as a fraction of it. Must be below 1; otherwise the
-/// force against a wall would grow without limit.
+/// Force with which the hand presses against a resistance that it feels, as a fraction of that resistance. It must be
+/// below 1, because the force against a wall would otherwise grow without limit.
 constexpr double kLean = 0.8;
 constexpr double kLean_s = 0.3;
 /// At the end of a stroke the hand waits for the tool to arrive within this fraction of `lead_mm`, for a limited time.
 constexpr double kThere = 0.03;
 constexpr double kPatience_s = 5;
 /// Within kFade times `lead_mm` (0.2 to 2 mm) of a stroke's end the hand's force fades out, and it stops there. It
-/// approaches the end at most at a speed that would cover the remaining distance in kStop_s; above that speed it brakes
-/// with a damper of kStopDamping times the mass per kStop_s.
+/// approaches the end at most at a speed that would cover the remaining distance in kStop_s; above that speed it is
+/// braked by a damper of kStopDamping * mass / kStop_s.
 constexpr double kStop_s = 0.15;
 constexpr double kStopDamping = 8;
 constexpr double kFade = 0.1;
@@ -40,7 +40,7 @@ HandMotion::HandMotion(SimulatedDevice& device, Path path, const SceneHand& hand
   device_.SetIntention({.X_WH = X_aim_});
 }
 
-/// Speed of the tool along a segment of the path, mm/s; never 0.
+/// Returns the speed of the tool along a segment of the path, mm/s; never 0.
 double HandMotion::CalcSpeed(std::size_t segment) const {
   const PathSegment& s = path_.segments()[segment];
   const double way_mm = glm::distance(path_.CalcPose(segment, s.start_s).p_AB, path_.CalcPose(segment, s.end_s).p_AB);
@@ -51,8 +51,8 @@ bool HandMotion::IsLastOfChain() const noexcept {
   return segment_ + 1 >= path_.segments().size() || path_.segments()[segment_ + 1].retract_before;
 }
 
-/// Distance along the stroke to its end, mm, from the handle or the tool, whichever is farther ahead; negative beyond
-/// the end.
+/// Returns the distance along the stroke to its end, mm, from the handle or the tool, whichever is farther ahead.
+/// Negative beyond the end.
 double HandMotion::CalcWayLeft() const noexcept {
   const Vec3 p_end = path_.CalcPose(segment_, path_.segments()[segment_].end_s).Point(p_TC_mm_);
   // On the way back the stroke's last direction is used, otherwise the current one.
@@ -62,7 +62,7 @@ double HandMotion::CalcWayLeft() const noexcept {
   return glm::dot(p_from - device_.p_WC_mm(), way_W_) + glm::distance(p_from, p_end) - tool_ahead_mm;
 }
 
-/// Braking force near a stroke's end, N along the stroke.
+/// Returns the braking force near a stroke's end, N along the stroke.
 double HandMotion::CalcStop(double left_mm) const noexcept {
   const double mass = 1e-3 * (device_.profile().mass_kg + device_.hand().mass_kg);  // N s^2 / mm
   const double speed = glm::dot(device_.v_WC_mm_per_s(), way_W_);
@@ -86,7 +86,7 @@ void HandMotion::EnterNextChain() noexcept {
 }
 
 void HandMotion::Advance(double dt_s) noexcept {
-  // The farther the handle lags behind the target, the slower the hand; at `lead_mm` it waits.
+  // The farther the handle lags behind the target, the slower the hand moves; at `lead_mm` it waits.
   const double lag_mm = glm::distance(X_aim_.Point(p_TC_mm_), device_.p_WC_mm());
   const double wanted = std::clamp(2 * (1 - lag_mm / hand_.lead_mm), 0.0, 1.0);
   const double gentle = -std::expm1(-dt_s / kGentle_s);

@@ -12,10 +12,10 @@
 
 namespace kerf {
 
-/// Simulated hand that follows a path. Consecutive strokes form one stroke. The hand returns the way it came before it
-/// is placed elsewhere. It waits if the handle lags, also at the end of a stroke, and presses against the resistance
-/// along a stroke. Near the end of a stroke it presses less and stops there: neither handle nor tool passes the end.
-/// Deterministic.
+/// Simulated hand that follows a path. Strokes that follow one another without a retract are treated as one stroke (a
+/// chain). After a stroke, the hand goes back the way it came before it moves to the next one. It waits if the handle
+/// lags, also at the end of a stroke, and presses against the resistance along a stroke. Near the end of a stroke it
+/// presses less and stops there: neither the handle nor the tool passes the end. Deterministic.
 class HandMotion final : public HandDriver {
  public:
   /// `device` must outlive this object. `p_TC_mm`: the coupling's point, where the device holds the tool.
@@ -27,8 +27,8 @@ class HandMotion final : public HandDriver {
   void Advance(double dt_s) noexcept override;
   /// Initial pose.
   Pose start() const { return path_.CalcPose(0, 0); }
-  /// Number of completed passes through the path; number of strokes begun. Call in the loop's thread, or after the loop
-  /// has ended.
+  /// These return the number of completed passes through the path, and the number of strokes begun. Call in the loop's
+  /// thread, or after the loop has ended.
   long rounds() const { return rounds_; }
   long strokes() const { return strokes_; }
 

@@ -12,7 +12,7 @@ namespace kerf {
 namespace {
 
 constexpr double kStep_mm = 0.1;
-constexpr double kWarm_K = 1;  // the section includes regions that deviate from body temperature by this much
+constexpr double kWarm_K = 1;  // the section includes bone that differs from body temperature by at least this much
 constexpr double kMargin_mm = 2;
 constexpr double kMin_mm = 6;  // minimum side length of the picture
 constexpr int kMaxHeatPoints = 1200;
@@ -47,7 +47,7 @@ HeatSection MakeSection(const HeatEffect& heat, const Pose& X_WT) {
   });
   const double angle = 0.5 * std::atan2(2 * ab, aa - bb);
   Vec3 along = std::cos(angle) * a + std::sin(angle) * b;
-  if (along.z > 0 || (along.z == 0 && along.x < 0)) along = -along;  // downwards, like most cuts
+  if (along.z > 0 || (along.z == 0 && along.x < 0)) along = -along;  // pointing downwards, as most cuts do
   Vec3 lower(0), upper(0);
   each([&](const Vec3& p_W, double) {
     const Vec3 at(glm::dot(p_W - middle, along), glm::dot(p_W - middle, across), 0);

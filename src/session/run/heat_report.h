@@ -22,9 +22,9 @@ struct HeatReport {
 /// Returns none if the plan has no heat. `X_WT`: a pose of the tool in its kerf. Allocates; call between ticks only.
 std::optional<HeatReport> MakeHeatReport(const EffectPlan& effects, const Pose& X_WT);
 
-/// Returns a readable line.
+/// Describes the heat in one readable line.
 std::string DescribeHeat(const HeatReport& heat);
-/// Stable keys with units.
+/// Returns an object with stable keys that include the units.
 nlohmann::ordered_json HeatJson(const HeatReport& heat);
 /// Draws the temperatures at the end of the run, with isolines at 47 C and at a dose of 16 min.
 void WriteHeatPicture(const HeatReport& heat, const std::string& name, const std::string& path);

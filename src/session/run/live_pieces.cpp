@@ -14,7 +14,7 @@ void LivePieces::Take(const LeafMessage& leaf) {
   was_cut_ = was_cut_ || (own != leaves_.end() && leaf.values != own->second->with);
 }
 
-/// True if all changes up to the end of `tick` have been read.
+/// Returns true if all changes up to the end of `tick` have been read.
 bool LivePieces::HasReadAllOf(std::int64_t tick) {
   const LoopState& state = loop_.state().front();
   if (asked_tick_ != tick) asked_s_.reset();
@@ -50,7 +50,7 @@ void LivePieces::Poll() {
   } else if (const std::int64_t out_at = piece.out_at.load(std::memory_order_acquire); out_at != 0) {
     if (HasReadAllOf(out_at)) Done(*asked_s_);
   } else if (piece.leaving.load(std::memory_order_acquire)) {
-    // Removal continues in the loop.
+    // The loop is still removing the piece.
   } else if (was_cut_) {
     piece.drop.store(true, std::memory_order_release);
   } else {
@@ -83,7 +83,7 @@ void LivePieces::Repeat(std::uint32_t number, const std::string& bytes, double t
   number_ = number;
   if (listener_) listener_(number, bytes);
   job_ = DecodePiece(bytes, mirror_.bone());
-  // Searching again restores the piece as a separate bone; the changes of the bone are the recorded ones.
+  // A new search supplies the piece as a separate bone; the changes to the bone are those recorded.
   const auto find = [&] {
     std::optional<PieceJob> found = fragments_.Prepare(mirror_.bone(), [](const Box3&) { return true; });
     const bool same = found && found->removal.leaves.size() == job_->removal.leaves.size() && found->id == job_->id;

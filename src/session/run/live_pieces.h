@@ -1,4 +1,4 @@
-// Reader side of taking pieces out of the bone while a loop cuts it.
+// Takes pieces out of the bone while a loop cuts it: the reader's side.
 #pragma once
 
 #include <array>
@@ -16,9 +16,9 @@
 
 namespace kerf {
 
-/// Takes out one piece after another. A piece is found in the mirror and sent to the loop. It is released if it has not
-/// been cut meanwhile (PieceTransfer), otherwise it is found again. Does nothing if the scene takes nothing out. Call
-/// in the reader's thread.
+/// Takes out one piece after another. A piece is found in the mirror and sent to the loop. If it has not been cut in
+/// the meantime, it is released (PieceTransfer); otherwise it is searched for again. Does nothing if the scene takes
+/// nothing out. Call in the reader's thread.
 class LivePieces {
  public:
   /// All references must outlive this object.
@@ -26,12 +26,12 @@ class LivePieces {
              double reach_mm)
       : fragments_(fragments), loop_(loop), exchange_(exchange), mirror_(mirror), reach_mm_(reach_mm) {}
 
-  /// Sets the callback for each piece, with its number and bytes (recorded_piece.h), called before the piece is sent to
-  /// the loop. Set it before the first piece.
+  /// Sets the callback that is called with the number and bytes (recorded_piece.h) of each piece before the piece is
+  /// sent to the loop. Set it before the first piece.
   void set_listener(std::function<void(std::uint32_t, const std::string&)> listener) {
     listener_ = std::move(listener);
   }
-  /// For a replay, between ticks and with an up-to-date mirror: a recorded piece begins to leave in the next tick.
+  /// For a replay, between ticks and with an up-to-date mirror: makes a recorded piece begin to leave in the next tick.
   /// Throws kerf::Error for invalid bytes.
   void Repeat(std::uint32_t number, const std::string& bytes, double time_s);
 
@@ -39,11 +39,11 @@ class LivePieces {
   void Take(const LeafMessage& leaf);
   /// Call periodically, after reading the loop's latest state and then updating the mirror.
   void Poll();
-  /// True while a piece is partly removed; do not search for pieces then.
+  /// Returns true while a piece is partly removed; do not search for pieces then.
   bool is_leaving() const;
   /// Finds the next piece. Call after a search.
   void Prepare();
-  /// Call after the loop's end: the tool is absent, and the remaining pieces are taken out. `send_rest` updates the
+  /// Call after the end of the loop: takes out the remaining pieces, wherever the tool is. `send_rest` updates the
   /// mirror.
   void Finish(CoupledSimulation& simulation, double time_s, const std::function<void()>& send_rest);
 

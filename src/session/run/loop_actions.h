@@ -23,10 +23,10 @@ class LoopActions {
               LoopUndo::Tell tell)
       : planned_(planned), body_(body), undo_(undo), peer_(peer), tell_(std::move(tell)) {}
 
-  /// Starts the actions that are due at `now_s`, one at a time. Failures are reported to the peer for its own requests,
-  /// otherwise added to `warnings`.
+  /// Starts the actions that are due at `now_s`, one at a time. A failure is reported to the peer if the action was its
+  /// request; otherwise it is added to `warnings`.
   void Act(double now_s, std::vector<std::string>& warnings);
-  /// Drops planned actions before `begun_s`, which the replay has passed, with a warning each.
+  /// Drops the planned actions before `begun_s`, which the replay has already passed, and adds a warning for each.
   void SkipTo(double begun_s, std::vector<std::string>& warnings);
 
   std::size_t left() const { return planned_.size() - next_; }

@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// Does nothing if there is no recording.
+/// Replays a recording before the loop goes on. Does nothing if there is no recording.
 class LoopReplay {
  public:
   /// All references must outlive this object.
@@ -18,13 +18,14 @@ class LoopReplay {
   /// Sets the callback for actions between ticks (ReplayBody). Call before GoThrough().
   void set_beside(std::function<void(const RecordedStep&)> beside) { beside_ = std::move(beside); }
 
-  /// Body between the loop and its own body: it replays the recording and afterwards passes on the loop's calls.
+  /// Returns the body between the loop and the loop's own body. It replays the recording and afterwards passes the
+  /// loop's calls on.
   LoopBody& body() { return *body_; }
   /// Runs the recorded ticks. `read` is called before each tick, every 64th time with the progress 0..1 and otherwise
   /// with -1; the replay ends if it returns false. Throws kerf::Error for a recording that cannot be replayed.
   void GoThrough(HapticLoop& loop, const std::function<bool(double)>& read);
   Replayed MakeReport() const;
-  /// Time before the next step, and the number of that step.
+  /// These return the time before the next step, and the number of that step.
   double time_s() const { return body_->time_s(); }
   std::uint64_t step() const { return body_->step(); }
 

@@ -35,7 +35,8 @@ constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "la
                                   "scene.toml", "bone.vdb",  "before.png",   "after.png",    "cut.png",
                                   "apart.png",  "heat.png",  "fragments.png"};
 
-/// Removed volume by level set and by occupancy: both are reported if they differ by more than this fraction.
+/// The removed volume is computed from the level set and from the occupancy; both values are reported if they differ by
+/// more than this fraction.
 constexpr double kSameVolume = 0.02;
 
 ordered_json TimesJson(const LoopTimeSummary& t) {
@@ -113,7 +114,7 @@ PlotSpec MakeForcePlot(const LoopSummary& s) {
   device.label = "on the device, largest in each interval";
   PlotSeries hand;
   hand.label = "in the simulation, largest in each interval";
-  // At most one point per pixel, with the maximum of each interval, so that no spike is lost.
+  // Plot at most one point per pixel, the maximum of each interval, so that no spike is lost.
   const std::vector<ForcePoint>& points = s.force_curve.points();
   const std::size_t stretch = std::max<std::size_t>(points.size() / 1200, 1);
   for (std::size_t i = 0; i < points.size(); i += stretch) {
@@ -273,7 +274,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
                      {"share_over_budget", step.fraction_over},
                      {"longest_us", step.longest_us}});
   }
-  // A run in virtual time has no durations.
+  // In virtual time, durations are meaningless and left out.
   const auto times = [&s](const LoopTimeSummary& t) { return s.virtual_time ? ordered_json() : TimesJson(t); };
   const auto finite = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
   const FittedCoupling& fitted = s.setup.fitted;
@@ -543,7 +544,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
       files.push_back(name);
     });
   };
-  // First the data collected while the loop ran.
+  // First write the data that were collected while the loop ran.
   WriteLogs(summary, folder, results);
   write_one("scene.toml", [&](const std::string& path) { WriteTextFile(path, ResolvedToml(scene)); });
   if (kPicturesBuilt && !summary.virtual_time && !summary.lateness_bars.empty()) {
@@ -552,7 +553,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   if (kPicturesBuilt && !summary.force_curve.points().empty()) {
     write_one("force.png", [&](const std::string& path) { WritePlot(MakeForcePlot(summary), path); });
   }
-  // True if the bones were kept; the bone after the cut may be empty.
+  // This shows whether the bones were kept; the bone after the cut may be empty even then.
   if (!summary.before.empty()) WriteBoneResults(scene, summary, folder, progress, surface_error_mm, results);
   results.Write("report.md", [&] { WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true)); });
   results.Write("loop.json", [&] { WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary)); });
@@ -567,7 +568,7 @@ void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, cons
   for (const std::string& name : ReadEarlierResults(folder, "loop.json")) {
     outputs.push_back(fmt::format("{}/{}", folder, name));
   }
-  // The number of pieces is not known yet.
+  // The number of pieces is not known yet, so all piece files are listed.
   std::error_code none;
   for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
     const std::string name = file.path().filename().string();

@@ -27,13 +27,13 @@ DeviceProfile ReadProfile(const SceneDevice& device) {
   }
 }
 
-/// Returns a stiffness of the simulation and the stiffness rendered on the device.
+/// Formats a stiffness as simulated and as rendered on the device.
 std::string Both(double simulated_N_per_mm, double scale) {
   if (!std::isfinite(simulated_N_per_mm)) return "any";
   return fmt::format("{:.4g} N/mm ({:.4g} N/mm on the device)", simulated_N_per_mm, simulated_N_per_mm * scale);
 }
 
-/// Describes the lateral pull of the teeth if it is larger than measured for any saw; otherwise returns "".
+/// Describes the lateral pull of the teeth if it is larger than has been measured for any saw; otherwise returns "".
 std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
   constexpr double kMinMeasuredRatio = 1.4;
   const auto effect = std::find_if(scene.effects.begin(), scene.effects.end(),
@@ -41,7 +41,7 @@ std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
   if (effect == scene.effects.end()) return "";
   const double ratio = std::get<double>(effect->values().front());
   if (ratio >= kMinMeasuredRatio) return "";
-  // Hand and coupling in series hold the tool against the pull, in simulated newtons.
+  // The hand and the coupling, in series, hold the tool against the pull. Values are in simulated newtons.
   const double hand_N_per_mm = setup.hand.stiffness_N_per_mm / setup.force_scale;
   const double K = setup.fitted.coupling.stiffness_N_per_mm;
   const std::string aside =
@@ -57,7 +57,7 @@ std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
 
 LoopSetup MakeLoopSetup(const Scene& scene) {
   LoopSetup setup;
-  // Values at the tool.
+  // Profile and hand in terms of the tool's motion.
   const double scale = scene.device.motion_scale;
   setup.profile = ScaleProfile(ReadProfile(scene.device), scale);
   setup.hand = FindHandModel(scene.hand.model);

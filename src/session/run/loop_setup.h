@@ -24,13 +24,13 @@ struct LoopSetup {
 /// Throws kerf::Error, with the place in the scene, for an unknown device or hand or an unreadable table of devices.
 LoopSetup MakeLoopSetup(const Scene& scene);
 
-/// Returns the number of leaves to reserve for cutting into solid bone: as many as the bone can use, within a limit.
+/// Returns the number of leaves to reserve for cutting into solid bone: as many as the bone can use, up to a limit.
 int CountSpareLeaves(const Bone& bone);
 
-/// Returns a short description of the coupling: the values that were reduced and the reasons, "1 N/mm (0.43 N/mm on the
-/// device)".
+/// Returns a short description of the coupling, such as "1 N/mm (0.43 N/mm on the device)", with the values that were
+/// lowered and the reasons.
 std::string DescribeCoupling(const LoopSetup& setup);
-/// Returns the limits of device, loop and encoder, in simulated units and as rendered on the device.
+/// Describes the limits set by the device, the loop and the encoder, in simulated units and as rendered on the device.
 std::string DescribeLimits(const LoopSetup& setup);
 /// Returns warnings about running the scene with a hand, in addition to those about bone and tool.
 std::vector<std::string> FindHandWarnings(const Scene& scene, const LoopSetup& setup);

@@ -38,16 +38,16 @@ class LoopUndo {
   /// Requests an action. `tell` is called with each request before it is made. Throws kerf::Error for an impossible
   /// action, such as an undo without history. Returns false if another action is in progress.
   bool Do(const LoopAction& action, const Tell& tell);
-  /// Call periodically. Retries a refused restore. Returns true if a restore has just been completed.
+  /// Call periodically. Retries a restore that was refused. Returns true if a restore has just been completed.
   bool Poll();
-  /// True if no action is in progress; an action waits for the one before.
+  /// Returns true if no action is in progress; an action must wait for the previous one.
   bool is_idle() const { return journal_.job() == nullptr && asked_checkpoint_ == 0; }
 
   /// For a replay, between ticks: repeats the action recorded before `step`. `names`: events with the names of
   /// checkpoints, by number. Throws kerf::Error if it cannot be repeated.
   void Repeat(const RecordedStep& step, const std::vector<RecordedEvent>& names);
 
-  /// Number of completed restores. The caller measures their duration.
+  /// Returns the number of completed restores. The caller measures their duration.
   std::size_t restores() const { return restores_; }
 
  private:

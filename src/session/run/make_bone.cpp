@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-/// Makes the bone, with the scene's region table if there is one, otherwise with its own.
+/// Makes the bone, with the scene's region table if there is one, otherwise with the bone's own.
 Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progress) {
   MaterialTable materials = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) {

@@ -10,7 +10,7 @@
 namespace kerf {
 
 /// Makes the bone with the scene's material. `material` (optional) receives a summary of it. `progress` (optional) is
-/// called with 0..1. Throws kerf::Error.
+/// called with values from 0 to 1. Throws kerf::Error.
 Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress,
                    MaterialSummary* material = nullptr);
 

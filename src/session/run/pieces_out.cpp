@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-/// Returns the box of all leaves whose values may change.
+/// Returns the box around all leaves whose values may change when the piece is removed.
 Box3 CalcReachedBox(const PieceFinder& finder, int id, double voxel_mm) {
   std::array<int, 3> lowest{1 << 30, 1 << 30, 1 << 30}, highest{-(1 << 30), -(1 << 30), -(1 << 30)};
   finder.ForEachLeaf(id, [&](const std::array<int, 3>& index, const LeafMask&) {
@@ -22,7 +22,7 @@ Box3 CalcReachedBox(const PieceFinder& finder, int id, double voxel_mm) {
   return {leaf_mm * Vec3(lowest[0], lowest[1], lowest[2]), leaf_mm * Vec3(highest[0], highest[1], highest[2])};
 }
 
-/// Returns the mean position of its voxels.
+/// Returns the mean position of the piece's voxels.
 Vec3 CalcMiddle(const PieceFinder& finder, int id, double voxel_mm) {
   Vec3 sum(0);
   double count = 0;

@@ -14,7 +14,7 @@
 
 namespace kerf {
 
-/// A piece that was taken out, or all dust at that time (which is deleted).
+/// A piece that was taken out, or all the dust at that time, which is always deleted.
 struct PieceOut {
   int id = 0;  // kAllDust: dust
   PieceFate fate = PieceFate::kDeleted;
@@ -33,9 +33,9 @@ struct PieceJob {
   PieceRemoval removal;
 };
 
-/// Returns the next piece to take out: pieces that the cut separated, except the largest of all, then dust. Only those
-/// that the watch's parameters request and whose box `is_clear` reports as clear of the tool. Returns none if no piece
-/// is ready. `bone`: the bone that the watch follows. Not tick-safe.
+/// Returns the next piece to take out: first the pieces that the cut separated, except the largest of all, then dust.
+/// Considers only those that the watch's parameters request and whose box `is_clear` reports as clear of the tool.
+/// Returns none if no piece is ready. `bone`: the bone that the watch follows. Not tick-safe.
 std::optional<PieceJob> PreparePiece(const FragmentWatch& watch, const Bone& bone, const std::set<int>& not_these,
                                      const std::function<bool(const Box3&)>& is_clear);
 /// Takes out a whole piece at once, between two ticks; leaves that are already taken out remain so. `Sim`: Simulation
@@ -63,7 +63,7 @@ struct ResultPiece {
 /// Returns `in_bone` and the pieces that are set aside or hidden, largest first.
 std::vector<ResultPiece> ListPieces(std::span<const Bone> in_bone, std::span<const PieceOut> out);
 
-/// Returns the surface of a piece, at the place where it was set aside, if it was.
+/// Returns the surface of a piece: where it was set aside or, if it was not, where it was cut off.
 TriangleMesh MakeSurfaceOut(const PieceOut& piece);
 
 }  // namespace kerf

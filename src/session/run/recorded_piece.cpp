@@ -9,7 +9,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kLeafBytes = 3 + 64;    // minimum: index and mask
-constexpr std::size_t kMaxLeaves = 1u << 17;  // 4 kB of memory each: 0.5 GB
+constexpr std::size_t kMaxLeaves = 1u << 17;  // they use 4 kB of memory each, 0.5 GB in total
 
 void Put(ByteWriter& out, const Vec3& v) {
   for (int axis = 0; axis < 3; ++axis) out.Put(v[axis]);
@@ -62,7 +62,7 @@ PieceJob DecodePiece(std::string_view bytes, const Bone& bone) {
   for (LeafChange& leaf : removal.leaves) {
     for (int& i : leaf.index) {
       const std::int64_t index = in.GetSigned();
-      // Beyond the limit of a bone, and small enough that eight times the index fits an int.
+      // This limit is larger than any bone, and eight times an index within it still fits into an int.
       if (index < -(1 << 24) || index > 1 << 24) throw Error("has a leaf outside the bone's limits");
       i = static_cast<int>(index);
     }

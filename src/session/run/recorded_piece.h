@@ -9,10 +9,10 @@
 
 namespace kerf {
 
-/// The old values are not stored, because they are known from an identical bone.
+/// Encodes a piece. The old values are not stored, because the bone of a replay contains them too.
 std::string EncodePiece(const PieceJob& job);
-/// `bone`: bone when the piece was about to leave. The result lacks the piece as a separate bone. Throws kerf::Error
-/// for invalid bytes.
+/// `bone`: the bone at the time when the piece was about to leave. The result does not contain the piece as a separate
+/// bone. Throws kerf::Error for invalid bytes.
 PieceJob DecodePiece(std::string_view bytes, const Bone& bone);
 
 }  // namespace kerf

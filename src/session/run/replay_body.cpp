@@ -58,7 +58,7 @@ void RecordedSteps::Pop() {
 
 namespace {
 
-/// `noted`: in the order of their steps.
+/// Returns the item that was noted for `step`; null if there is none. `noted`: in the order of the steps.
 template <typename T>
 const T* FindAt(const std::vector<T>& noted, std::uint64_t step) {
   const auto it =

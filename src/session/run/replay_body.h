@@ -1,4 +1,4 @@
-// Replays a recorded session in place of a device: the loop's ticks get their recorded inputs.
+// Replays a recorded session in place of a device: the loop's ticks receive the recorded inputs.
 #pragma once
 
 #include <cstdint>
@@ -68,18 +68,19 @@ class DeviceSlot final : public Device {
   Device* device_ = nullptr;
 };
 
-/// Iterates over the steps of a recording, with one block of them in memory.
+/// Iterates over the steps of a recording, with only one block of them in memory.
 class RecordedSteps {
  public:
   const RecordingReader& recording() const { return reader_; }
-  /// Steps that end by `until_s`, or before the first missing step. `reader` must outlive this object.
+  /// Iterates over the steps that end by `until_s`, but not beyond the first missing step. `reader` must outlive this
+  /// object.
   RecordedSteps(RecordingReader& reader, double until_s);
   /// Returns the next step, null if there is none. Not tick-safe. Throws kerf::Error.
   const RecordedStep* Peek();
   void Pop();
   std::uint64_t step() const { return step_; }  // number of the next step
   double time_s() const { return time_s_; }     // time before it
-  /// State and hash recorded after the next step; null if none.
+  /// These return the state and the hash that were recorded after the next step; null if there is none.
   const RecordedState* FindState() const;
   const RecordedHash* FindHash() const;
 
@@ -95,7 +96,7 @@ class RecordedSteps {
 
 /// Throws kerf::Error if the recording was made with a different bone.
 void CheckBone(const RecordingHead& head, const Bone& bone);
-/// Checks that a complete replay ends like the recording; otherwise reports a divergence.
+/// Checks that a complete replay ends like the recording. If not, sets the divergence.
 void CheckEnd(const RecordingReader& recording, Replayed& replayed);
 
 /// Compares the results of consecutive ticks with the recording: the checks and hashes of forces and voxels, the rows
@@ -136,9 +137,9 @@ class ReplayBody final : public LoopBody {
   ReplayBody(StepBody& body, CoupledSimulation& simulation, ReplayDevice& device, RecordedSteps& steps,
              std::function<void(const RecordedStep&)> beside);
 
-  /// Call between ticks, before each: takes the next step. Returns false if there is none.
+  /// Call before each tick: takes the next step. Returns false if there is none.
   bool Prepare();
-  /// From now on, calls of the loop are passed on.
+  /// From now on, the loop's calls are passed on.
   void HandOver() { handed_over_ = true; }
   const ReplayCheck& check() const { return check_; }
   double time_s() const { return steps_.time_s(); }

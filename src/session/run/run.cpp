@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kTicksBetweenRefills = 1024;
 constexpr std::size_t kLogBlockBytes = std::size_t{1} << 18;
-/// Record, duration, and the effects' channels, sound and lines.
+/// Memory per tick: its record, its duration, and the effects' channels, sound and spectral lines.
 constexpr double kBytesOfTick = sizeof(TickRecord) + sizeof(double) + 200;
 constexpr std::chrono::milliseconds kBetweenLines(250);
 
@@ -84,8 +84,8 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
     simulation.ClearChanged();
     fragments.Look(time_s);
   };
-  // At fixed ticks, and a whole piece at once, so that runs are reproducible. `lifted`: there is no force before the
-  // tool is placed.
+  // Pieces are taken out at fixed ticks, and each as a whole, so that runs are reproducible. `lifted`: the tool has not
+  // been placed yet, so every piece is clear of it.
   const auto take_out = [&](double time_s, bool lifted) {
     while (std::optional<PieceJob> job = fragments.Prepare(
                simulation.bone(), [&](const Box3& box_W) { return lifted || simulation.IsClearOf(box_W); })) {
@@ -187,7 +187,7 @@ TickTimes CalcTickTimes(std::vector<double> microseconds) {
 
 namespace {
 
-/// Calls write() after each row; it may clear `csv`.
+/// Calls write() after each row; write() may clear `csv`.
 template <typename Write>
 void FormatRows(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects, std::string& csv,
                 const Write& write) {

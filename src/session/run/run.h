@@ -19,7 +19,8 @@ namespace kerf {
 
 class TickInterceptor;
 
-/// Limit per run: five and a half hours at 1 kHz. All ticks are kept in memory until the pictures are drawn.
+/// Maximum number of ticks per run: five and a half hours at 1 kHz. All ticks are kept in memory until the pictures are
+/// drawn.
 inline constexpr double kMaxRunTicks = 20'000'000;
 
 /// A tick as logged.
@@ -28,7 +29,7 @@ struct TickRecord {
   std::size_t segment = 0;
   Pose X_WT;             // at the end of the tick
   double travel_mm = 0;  // path length of the disc's centre since this segment's first contact; 0 before
-  bool touched = false;  // this segment has touched bone
+  bool touched = false;  // the tool has touched bone in this segment
   TickOutput out;
 };
 
@@ -54,23 +55,23 @@ struct RunResult {
   EffectFiles files;
 };
 
-/// Throws kerf::Error if a run has more ticks than kMaxRunTicks or than fit in memory; the message states their size
-/// in bytes. For checks before long work; RunPath() also calls it.
+/// Throws kerf::Error if a run has more ticks than kMaxRunTicks or than fit in memory; the message states their size in
+/// bytes. Call it before long work; RunPath() also calls it.
 void CheckRunTicks(const Path& path, double rate_hz);
 
 /// Runs all ticks of `path`, or as many as `tap` (tick_interceptor.h; optional) permits. `progress` (optional) is
-/// called with 0..1. Throws kerf::Error if a parameter is out of range.
+/// called with values from 0 to 1. Throws kerf::Error if a parameter is out of range.
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
                   const std::function<void(double)>& progress, const CostOptions& costs = {},
                   TickInterceptor* tap = nullptr);
 
-/// Nearest-rank percentiles; all 0 if there are no values.
+/// Returns nearest-rank percentiles; all are 0 if there are no values.
 TickTimes CalcTickTimes(std::vector<double> microseconds);
 
-/// Returns one row per tick (or per `every` ticks); units in the header. docs/formats.md describes the columns.
-/// `effects` (optional) has one row per tick and adds its columns.
+/// Returns one row per tick (or per `every` ticks), with the units in the header. docs/formats.md describes the
+/// columns. `effects` (optional) has one row per tick and adds its columns.
 std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects = nullptr);
-/// The same, written to a file with only some rows in memory. Throws kerf::Error.
+/// Writes the same text to a file, with only a few rows in memory at a time. Throws kerf::Error.
 void WriteForceLog(const std::string& path, const std::vector<TickRecord>& ticks, int every,
                    const EffectRecord* effects = nullptr);
 

@@ -28,13 +28,13 @@
 namespace kerf {
 namespace {
 
-/// True if bone is inside the tool at its initial pose; tests points of the tool's middle plane.
+/// Returns true if there is bone inside the tool at its initial pose. Tests points of the tool's mid-plane.
 bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   const double reach_mm = CalcReach(tool);
   const double step_mm = std::max(bone.voxel_mm(), reach_mm / 50);
   for (double x = -reach_mm; x <= reach_mm; x += step_mm) {
     for (double y = -reach_mm; y <= reach_mm; y += step_mm) {
-      // At least half a voxel deep, because contact alone does not count.
+      // The point must be at least half a voxel deep, because contact alone does not count.
       if (x * x + y * y < reach_mm * reach_mm && bone.SignedDistance(X_WT.Point({x, y, 0})) < -0.5 * bone.voxel_mm()) {
         return true;
       }
@@ -53,7 +53,7 @@ LoopTimeSummary Summarize(const std::string& name, const LogHistogram& times) {
           times.CalcMean_us()};
 }
 
-/// Returns eight bars per octave, from the first to the last that is not empty.
+/// Returns a histogram with eight bars per octave, from the first bar to the last one that is not empty.
 std::vector<LoopBar> MakeBars(const LogHistogram& times) {
   constexpr std::size_t kBuckets = 4;
   std::vector<LoopBar> bars;
@@ -80,14 +80,14 @@ class Recorder {
     const std::size_t rows = (static_cast<std::size_t>(ticks) + 64) / every_ + 1;
     summary_.force_curve.Reserve(rows);
     if (!keeps_rows_) return;
-    // Reserved at once: in locked memory each page is costly.
+    // All memory is reserved at once, because each page is costly in locked memory.
     summary_.rows.reserve(rows);
     summary_.effects.rows.reserve(rows * summary_.effects.figures.size());
   }
 
   void set_recording(SessionRecorder* recording) { recording_ = recording; }
   void set_take_tick(const TakeTick& take_tick) { take_tick_ = take_tick; }
-  /// Last pose of the tool; none before the first tick.
+  /// Returns the last pose of the tool; none before the first tick.
   const std::optional<Pose>& X_WT() const { return X_WT_; }
 
   void Drain(HapticLoop& loop) {
@@ -260,7 +260,7 @@ void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
   s.piece_bones = std::move(split.pieces);
 }
 
-/// A history of the bone is kept only if undo is possible.
+/// Returns true if undo is possible; a history of the bone is kept only then.
 bool WantsUndo(const LoopOptions& options) {
   if (options.peer != nullptr) return true;
   const auto goes_back = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
@@ -447,7 +447,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
 
   const std::int64_t between_looks =
       fragments.is_on() ? std::max<std::int64_t>(1, std::llround(fragments.every_s() * scene.loop.rate_hz)) : 0;
-  // After fixed numbers of ticks, so that the result is reproducible.
+  // Pieces are searched for after fixed numbers of ticks, so that the result is reproducible.
   const auto look = [&](std::int64_t ticks, double time_s) {
     if (ticks % between_looks != 0) return false;
     loop.state().Update();
@@ -503,7 +503,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   } else if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
     std::int64_t done = 0;
-    // Wasted time causes missed ticks, so the end is a time, not a number of ticks.
+    // Time wasted on purpose makes the loop miss ticks, so the end is given as a time, not as a number of ticks.
     const std::int64_t end_ns = std::llround(1e9 * options.seconds);
     using Clock = std::chrono::steady_clock;
     Clock::time_point tick_began = Clock::now();
@@ -526,7 +526,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   } else {
     loop.Start();
     double look_at_s = 0;
-    began = std::chrono::steady_clock::now() - loop.CalcElapsed();  // locking the memory takes time
+    began = std::chrono::steady_clock::now() - loop.CalcElapsed();  // not counting the time for locking the memory
     while (loop.running() && !stopped() && elapsed_s() < options.seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       if (fragments.is_on()) loop.state().Update();  // everything sent up to now is read below

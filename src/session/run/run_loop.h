@@ -35,14 +35,14 @@ namespace kerf {
 
 /// Destination of the rows of forces.csv and of the sound during the loop.
 enum class LoopLog : std::uint8_t {
-  kMemory,  // the summary, for at most kMaxTicksInMemory ticks
-  kFolder,  // files in LoopOptions::folder: memory does not grow with the run
+  kMemory,  // in the summary, for at most kMaxTicksInMemory ticks
+  kFolder,  // in files in LoopOptions::folder, so that memory does not grow with the run
   kNowhere,
 };
 
-/// Limit per loop: ten hours. For longer work, save and start again.
+/// Maximum duration of a loop: ten hours. For longer work, save the bone and start a new loop.
 inline constexpr double kMaxLoop_s = 36'000;
-/// Limit with LoopLog::kMemory: 200 bytes per tick, plus the effects' channels.
+/// Maximum number of ticks with LoopLog::kMemory. Each takes 200 bytes, plus the effects' channels.
 inline constexpr double kMaxTicksInMemory = 10'000'000;
 
 /// A recorded session to replay, alone or before a new one continues it.
@@ -54,12 +54,12 @@ struct LoopReplayOptions {
   double speed = 0;      // multiple of real time; 0: as fast as possible
 };
 
-/// Checkpoints, undo and redo that were requested.
+/// Results of the requested checkpoints, undo and redo.
 struct LoopUndone {
   std::size_t restores = 0;
   std::size_t checkpoints = 0;  // available for undo
   double kept_MB = 0;
-  double longest_ms = 0;  // live: from request to completion
+  double longest_ms = 0;  // live: longest restore, from request to completion
 };
 
 /// Result of recording a session.
@@ -83,10 +83,10 @@ using TakeTick = std::function<void(const LoopSample& sample, std::span<const do
 struct LoopOptions {
   double seconds = 10;  // 0.01 to kMaxLoop_s
   LoopLog log = LoopLog::kMemory;
-  std::string folder;                       // with kFolder: exists already and is also passed to WriteLoopReport
-  bool virtual_time = false;                // without threads: bit-identical in each run
+  std::string folder;                       // with kFolder: must exist; pass it to WriteLoopReport too
+  bool virtual_time = false;                // without threads; each run gives bit-identical results
   double burn_us = 0;                       // fault injection: time wasted in each tick of the middle third, 0 to 1e5
-  bool keep_bones = false;                  // in the summary, for WriteLoopReport
+  bool keep_bones = false;                  // keep the bones in the summary, for WriteLoopReport
   const std::atomic<bool>* stop = nullptr;  // ends the run early; optional
   CostOptions costs;                        // not in virtual time
   std::string record;                       // a new file; empty: none
@@ -111,7 +111,7 @@ struct LoopTimeSummary {
   double mean_us = 0;
 };
 
-/// Bar of a histogram: number of times from `lower_us` to `upper_us`.
+/// Bar of a histogram: `count` durations were between `lower_us` and `upper_us`.
 struct LoopBar {
   double lower_us = 0;
   double upper_us = 0;
@@ -199,22 +199,24 @@ struct LoopSummary {
   std::vector<Bone> piece_bones;
   std::vector<TickRecord> moments;  // first contact, largest force, last contact, each with the tick before it
   std::vector<std::string> files;   // written by WriteLoopReport
-  double surface_error_mm = 0;      // maximum error of the pieces' files; 0: not reduced
+  double surface_error_mm = 0;      // maximum error of the surfaces in the pieces' files; 0: not reduced
 };
 
 /// Makes the scene's bone and runs its tool, coupled to its hand, for `options.seconds`. `progress` is called with the
-/// name of a stage and 0..1. Throws kerf::Error for slab mode, an unknown device or hand, or parameters out of range.
+/// name of a stage and its completed fraction, 0 to 1. Throws kerf::Error for slab mode, an unknown device or hand, or
+/// parameters out of range.
 LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
                     const std::function<void(const std::string&, double)>& progress);
 
-/// Returns the fraction of the input energy of hand and spindle that finite time steps lost; 0 without input energy.
+/// Returns the fraction of the energy supplied by the hand and the spindle that was lost to the finite time step; 0 if
+/// no energy was supplied.
 double CalcNumericalFraction(const LoopSummary& s);
-/// Adds warnings about the session as a whole: no bone touched, more than a tenth of the energy lost to the time step,
-/// all `spare_leaves` blocks for cutting used, started inside the bone.
+/// Adds warnings about the session as a whole: the tool touched no bone or started inside it, more than a tenth of the
+/// energy was lost to the time step, or all `spare_leaves` blocks for cutting were used up.
 void AddLoopWarnings(LoopSummary& s, int spare_leaves);
 
-/// Readable phrases.
-/// "omega_6 in the hand H3", "falcon".
+/// The following functions return readable phrases, such as
+/// "omega_6 in the hand H3" or "falcon".
 std::string DescribeHeld(const LoopSummary& summary);
 std::string DescribeServed(const LoopSummary& summary);
 std::string DescribeRemoved(const LoopSummary& summary);
@@ -223,9 +225,9 @@ std::string DescribePieces(const LoopSummary& summary);
 std::string DescribeEnergy(const LoopSummary& summary);
 std::string DescribeNoise(const LoopSummary& summary);
 
-/// Stable keys with units.
+/// Returns JSON with stable keys that include the units.
 std::string FormatLoopJson(const Scene& scene, const LoopSummary& summary);
-/// Returns one row per tick, or per n ticks; units in the header.
+/// Returns one row per logged tick, with the units in the header.
 std::string FormatLoopCsv(const LoopSummary& summary);
 /// Returns a readable report in Markdown. `pictures`: include the pictures that WriteLoopReport makes.
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);

@@ -115,7 +115,7 @@ Vec3 Centroid(const TriangleMesh& mesh) {
   return mesh.points.empty() ? sum : sum / static_cast<double>(mesh.points.size());
 }
 
-/// View of the bone from the side of the cut, slightly from above and in front.
+/// Returns a view of the bone from the side of the cut, slightly from above and in front.
 Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
   const double side = cut_W.x - bone.CalcBounds().centre().x;
   return {Vec3(side >= 0 ? 0.75 : -0.75, -1, 0.55), Vec3(0, 0, 1), {}, 0};
@@ -227,7 +227,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   after.fit_to_tool = false;
   write(after, "after.png");
 
-  // The kerf's opening on the outer side of the bone, seen slightly from above and from one side of the disc's plane.
+  // Show the kerf's opening on the outer side of the bone, slightly from above and from one side of the disc's plane.
   PictureSpec cut = base(name + ": the cut in close-up");
   cut.shapes = after.shapes;
   cut.legend = after.legend;
@@ -316,7 +316,7 @@ std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_
   return merged;
 }
 
-/// Pale and distinguishable; assigned in order of appearance, so that neighbours always differ.
+/// Colours of the bands: pale, distinguishable, and assigned in order of appearance, so that neighbours always differ.
 constexpr Rgb8 kBandColours[] = {{252, 232, 205}, {219, 234, 245}, {222, 240, 226},
                                  {240, 226, 238}, {250, 244, 205}, {228, 228, 228}};
 
@@ -367,7 +367,7 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable
   std::map<int, std::size_t> order;  // order in which the regions appear
   for (const Run& run : FindRegionRuns(ticks, longest)) {
     const std::size_t colour = order.emplace(run.region, order.size()).first->second % std::size(kBandColours);
-    // The name if it fits, otherwise the number if that fits.
+    // Label the band with the region's name if it fits, otherwise with its number if that fits.
     const double fraction = (run.x1 - run.x0) / longest_mm;
     std::string label = fraction > 0.025 ? fmt::format("{}", run.region) : std::string();
     if (materials.Contains(run.region)) {

@@ -22,7 +22,8 @@ struct PieceSurface {
   std::size_t full_triangles = 0;
 };
 
-/// Reduces the surface to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that; 0: not reduced.
+/// Makes the surface, reduced with an error of at most `error_mm` (mesh/reduce.h) for the file and a quarter of that
+/// for the pictures; 0: not reduced.
 PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
 
 /// Called with the name of each result and the function that writes it; may catch its exceptions.
@@ -39,28 +40,28 @@ struct RunPictures {
   const Bone& after;
   const std::vector<Bone>& pieces;
   std::string folder;
-  bool force_plot = true;                       // of force against depth
+  bool force_plot = true;                       // plot of force against depth
   bool apart = true;                            // the separated pieces
   std::span<const PieceOut> out = {};           // taken out; pieces that are set aside are drawn where they are
   std::span<const PieceSurface> surfaces = {};  // of `pieces`, in their order
   ResultSink sink = JustWrite;                  // each picture is written through it
 };
 
-/// Writes before.png and after.png; cut.png and, if requested, force.png if the saw touched bone; apart.png if there is
-/// more than one piece. Returns their names. A picture that would show no bone is not written, and a sentence is added
-/// to `warnings`.
+/// Writes before.png and after.png; if the saw touched bone, cut.png and, if requested, force.png; if there is more
+/// than one piece, apart.png. Returns the names of the files. A picture that would show no bone is not written, and a
+/// sentence is added to `warnings`.
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
                                           std::vector<std::string>& warnings);
 
-/// Returns true if the scene requests pictures and this build can draw them. Adds a sentence to `warnings` if it
-/// cannot.
+/// Returns true if the scene requests pictures and this build can draw them. If the build cannot, adds a sentence to
+/// `warnings`.
 bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings);
 
 /// Returns true if the scene's bone is in the patient's frame, which determines orientation and captions.
 bool IsOfPatient(const Scene& scene);
 
-/// Plots the magnitude of the force against depth, one curve per stroke, over bands of the region that carries most of
-/// it.
+/// Plots the magnitude of the force against depth, one curve per stroke, with bands in the background that show which
+/// region carries most of it.
 PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name);
 
 }  // namespace kerf

@@ -34,7 +34,8 @@ double PeakMemoryMB() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-/// A disc that is placed clear of the bone removes at most a thin shaving in its first tick.
+/// Volume removed in the first tick from which the tool counts as placed inside the bone. A disc that is placed clear
+/// of the bone removes at most a thin shaving.
 constexpr double kInBoneMm3 = 0.1;
 
 }  // namespace
@@ -96,7 +97,7 @@ std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene
 
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
-  // All results regardless of the scene: an earlier run may have left others, which are removed.
+  // List all results, whatever the scene requests: an earlier run may have left others, which are removed.
   for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
                            "apart.png", "force.png", "heat.png", "fragments.png", "slab.csv", "slab.png", "left.vdb",
                            "slice.vdb", "right.vdb", "left.stl", "slice.stl", "right.stl"}) {
@@ -104,7 +105,7 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
   }
   for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
   for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));
-  // The number of pieces is not known yet.
+  // The number of pieces is not known yet, so all piece files are listed.
   std::error_code none;
   for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
     const std::string name = file.path().filename().string();

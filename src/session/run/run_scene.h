@@ -55,7 +55,7 @@ struct RunSummary {
   bool starts_in_bone = false;  // teeth were engaged in the first tick after the tool was placed
   bool touched = false;         // a tooth was engaged at least once
   std::size_t ticks = 0;
-  std::size_t ticks_with_status = 0;  // any bit of TickOutput::status
+  std::size_t ticks_with_status = 0;  // ticks with any bit of TickOutput::status set
   double simulated_s = 0;
   double ticks_wall_s = 0;
   TickTimes times;
@@ -69,10 +69,10 @@ struct RunSummary {
   double surface_error_mm = 0;        // maximum error of the pieces' files; 0: not reduced
   std::vector<std::string> warnings;  // one sentence each
 
-  double CalcOut_mm3() const;  // taken out of the bone, not cut: set aside, hidden and deleted pieces, dust
+  double CalcOut_mm3() const;  // taken out but not cut: set aside, hidden and deleted pieces, and dust
 };
 
-/// Name of the current stage (for a progress bar) and its completed fraction, 0..1.
+/// Called with the name of the current stage (for a progress bar) and its completed fraction, 0..1.
 using RunProgress = std::function<void(const std::string& stage, double fraction)>;
 
 /// Runs `scene` and writes into `folder`, which is created if missing: forces.csv, scene.toml (resolved) and, as the

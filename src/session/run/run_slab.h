@@ -25,11 +25,11 @@ struct SlabRun {
 /// the disc's plane and the cut direction do not match, or if there is no bone in the cut.
 SlabProfile MakeSlabProfile(const Scene& scene, const Bone& bone);
 
-/// Returns the depth of the blade's edge below the first bone if the disc's centre is at `p_W`, mm.
+/// Returns the depth of the blade's edge below the first bone, mm, when the disc's centre is at `p_W`.
 double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, const Vec3& p_W);
 
-/// Runs all ticks of the scene's path. `progress` (optional) is called with 0..1. Throws kerf::Error if a parameter is
-/// out of range. `tap` is optional.
+/// Runs all ticks of the scene's path. `progress` (optional) is called with values from 0 to 1. Throws kerf::Error if a
+/// parameter is out of range. `tap` (optional): see tick_interceptor.h.
 SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
                 TickInterceptor* tap = nullptr);
 

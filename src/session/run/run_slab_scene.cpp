@@ -27,10 +27,11 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// The entry is accurate to a quarter of a voxel, and a path may begin at the surface.
+/// Depth from which the blade counts as placed inside the bone. The entry is known to a quarter of a voxel, and a path
+/// may begin at the surface.
 constexpr double kInBone_mm = 0.1;
 
-/// Displacement of the slice along the direction at the end of the run.
+/// Returns the displacement of the slice along the direction at the end of the run.
 double SliceTravel(const SlabSummary& summary) {
   return std::max(0.0, summary.end.depth_mm + 0.5 * (summary.end.left_mm + summary.end.right_mm));
 }
@@ -131,7 +132,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   write_text("slab.csv", FormatSlabLog(run, scene.output.forces_every_ticks));
   if (NeedsParts(scene)) {
     stage("cutting the bone into its three parts")(0);
-    // Point of the path inside the bone, in case the plane intersects the bone elsewhere too.
+    // Pass a point of the path inside the bone, in case the plane intersects the bone elsewhere too.
     const double middle_mm = run.profile.entry_mm + 0.5 * run.profile.end_mm - glm::dot(plane.p_W, params.direction_W);
     const SlabParts parts =
         MakeSlabParts(bone, {plane, params.saw.thickness_mm, false, plane.p_W + middle_mm * params.direction_W});

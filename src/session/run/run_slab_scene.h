@@ -42,14 +42,14 @@ struct SlabSummary {
 };
 
 /// Runs `scene`, whose mode is slab, and writes into `folder`: scene.toml (resolved), forces.csv, slab.csv and, as the
-/// scene requests, force.png, slab.png, left.stl, slice.stl, right.stl and the same as .vdb; summary.json last. The STL
-/// files are reduced to `surface_error_mm`; 0: not reduced. Results of an earlier run in the folder are replaced or
-/// removed. Throws kerf::Error.
+/// scene requests, force.png, slab.png, left.stl, slice.stl, right.stl and the same parts as .vdb; summary.json last.
+/// The STL files are reduced to `surface_error_mm`; 0: not reduced. Results of an earlier run in the folder are
+/// replaced or removed. Throws kerf::Error.
 SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
                          const RunSession& session = {}, double surface_error_mm = kSurfaceErrorMm);
 
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& summary);
-/// Describes how close the force on one tooth, in both readings of the paper, is to measured values.
+/// Describes how the force on one tooth, in both readings of the paper, compares with measured values.
 std::string DescribeSlabLaw(const Scene& scene);
 
 }  // namespace kerf

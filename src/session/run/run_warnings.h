@@ -9,7 +9,7 @@
 
 namespace kerf {
 
-/// One sentence each.
+/// These return the warnings, one sentence each.
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary);
 std::vector<std::string> FindSlabRunWarnings(const Scene& scene, const SlabSummary& summary);
 

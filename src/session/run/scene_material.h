@@ -10,10 +10,10 @@
 
 namespace kerf {
 
-/// For the report of a run.
+/// Summary of the material, for the report of a run.
 struct MaterialSummary {
   MaterialKind kind = MaterialKind::kRegions;
-  CtLaw law;  // with the calibration used; the other members only for kCt
+  CtLaw law;  // with the calibration used; this and the members below: only for kCt
   bool own_calibration = true;
   CtModulusReport ct;
   std::vector<int> ct_regions;        // regions that take E from the CT
@@ -23,7 +23,7 @@ struct MaterialSummary {
 /// Throws kerf::Error if the law is unknown or does not fit its calibration, or if the bone has no CT numbers.
 MaterialSummary ApplySceneMaterial(const Scene& scene, Bone& bone);
 
-/// Returns a readable line, without the key.
+/// Describes the material in one readable line.
 std::string DescribeMaterial(const Scene& scene, const MaterialSummary& summary);
 /// Returns the object "material" of summary.json as JSON text.
 std::string FormatMaterialJson(const Scene& scene, const MaterialSummary& summary);

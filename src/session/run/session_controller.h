@@ -32,7 +32,8 @@ class SessionController {
   virtual void Begin(const LoopBeginning& beginning) = 0;
   /// Called with a leaf of the bone in its current state.
   virtual void TakeLeaf(const LeafMessage& leaf) = 0;
-  /// Returns the next action to carry out now, one at a time; LoopAction::at_s is ignored. None: no action.
+  /// Returns the next action to carry out now, one at a time; LoopAction::at_s is ignored. Returns none if there is no
+  /// action.
   virtual std::optional<LoopAction> NextAction() = 0;
   /// Called when the requested undo, redo or checkpoint is done, or has failed for the reason in `failure`.
   virtual void Done(const LoopAction& action, const std::string& failure) = 0;

@@ -29,7 +29,7 @@ std::string DescribeMachine() {
     const std::size_t from = at == std::string::npos ? at : info.find(": ", at);
     if (from != std::string::npos) processor = info.substr(from + 2, info.find('\n', from) - from - 2);
   } catch (const Error&) {
-    // The processor's name is only informational.
+    // The processor's name is only for information, so failing to read it is no error.
   }
   utsname system{};
   if (uname(&system) != 0) return processor;
@@ -80,8 +80,8 @@ RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_fil
   head.voxel_mm = bone.voxel_mm();
   head.rate_hz = kind == RecordedKind::kLoop ? scene.loop.rate_hz : scene.simulation.rate_hz;
   head.X_WT_start = X_WT_start;
-  // At 4 kHz the checks alone would take a megabyte per minute. With 8 bits one difference in 256 is missed, and the
-  // next check finds it.
+  // At 4 kHz the checks alone would take a megabyte per minute. With 8 bits, one difference in 256 is missed, but the
+  // next check is likely to find it.
   head.check_bits = head.rate_hz > 1500 ? 8 : 16;
   head.state_every_steps = std::max(1, static_cast<int>(std::lround(head.rate_hz / 100)));
   head.version = VersionString();

@@ -1,5 +1,5 @@
-// `--record`: records the inputs of a run or a live session in a file. For a loop, in the thread that reads its
-// samples.
+// `--record`: records the inputs of a run or a live session in a file. In a loop, this is done in the thread that reads
+// the samples.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ namespace kerf {
 /// Returns the head of a recording of the scene by this program on this machine, without the data that the run adds.
 RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_file, RecordedKind kind, const Bone& bone,
                                 const Pose& X_WT_start);
-/// Returns the scene's inputs with their bytes, except the bone's file, which may be large, and the scene itself, which
-/// is in the head.
+/// Returns the scene's input files with their contents, except the bone's file, which may be large, and the scene
+/// itself, which is in the head.
 std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file);
 
 /// Scene of a recording, for a replay.
@@ -28,11 +28,12 @@ struct RecordedScene {
   Scene scene;
   std::unique_ptr<FileShelf> files;  // recorded inputs, read in place of those on disk while it exists
 };
-/// `bone_file`: a .vdb that replaces the file named in the recording; empty: that file, or the model. Throws
-/// kerf::Error.
+/// `bone_file`: a .vdb that replaces the file named in the recording; empty: the named file, or the model, is used.
+/// Throws kerf::Error.
 RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& bone_file);
 
-/// For a damaged or truncated recording, returns the damage and the end of its replay; otherwise nothing.
+/// For a damaged or truncated recording, returns sentences that describe the damage and state where a replay ends;
+/// otherwise nothing.
 std::vector<std::string> FindDamageWarnings(const RecordingReader& recording);
 
 /// Data of a tick for a recording.
@@ -40,7 +41,7 @@ struct TickToRecord {
   RecordedStep step;
   std::uint64_t hash = 0;        // of all results: forces, poses, removed volume
   std::uint64_t voxel_hash = 0;  // bone/changed_hash.h
-  // State at its end, without the time.
+  // State at the end of the tick, without the time.
   RecordedState state;  // removed_mm3: in this tick only
 };
 TickToRecord MakeTickToRecord(const LoopTick& tick);
@@ -64,12 +65,13 @@ class SessionRecorder {
 
   /// Call for every tick, in order. Does nothing after a write failure; see failure().
   void Take(const TickToRecord& tick);
-  /// The tool was lifted and placed.
+  /// Call when the tool has been lifted and placed at `X`.
   void TakeSetDown(const Pose& X);
-  /// Ticks were lost before they were recorded; the following ones could not be replayed, so the recording ends.
+  /// Call when ticks were lost before they were recorded. The recording ends, because later ticks could not be
+  /// replayed.
   void Lose(std::uint64_t ticks);
   void AddEvent(const std::string& what, const std::string& name, std::uint32_t number);
-  /// Call before the loop may let the piece leave.
+  /// Call before the loop is allowed to release the piece.
   void AddPiece(std::uint32_t number, const std::string& bytes);
   /// Call periodically with the caller's clock: flushes pending data if nothing was written for 0.35 s.
   void FlushAt(double now_s);

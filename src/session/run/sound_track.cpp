@@ -9,7 +9,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kFramesAtOnce = 256;
-constexpr float kFade_s = 0.01F;  // at the end, because an abrupt stop is audible as a click
+constexpr float kFade_s = 0.01F;  // fade-out at the end, because an abrupt stop is audible as a click
 
 }  // namespace
 

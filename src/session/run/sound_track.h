@@ -1,4 +1,4 @@
-// Sound of a run with the effect "sound": kept as parameters, or written during the run.
+// Sound of a run with the effect "sound": its parameters are kept in memory, or it is written during the run.
 #pragma once
 
 #include <cstddef>
@@ -20,9 +20,10 @@ class SoundTrack {
   /// ticks. Throws kerf::Error if the file cannot be created.
   SoundTrack(const EffectPlan& plan, std::size_t ticks, const std::string& path);
 
-  /// Call after each tick; `channels` of all effects. A full disk does not stop the run: Write() reports it.
+  /// Call after each tick. `channels`: those of all effects. A full disk does not stop the run: Write() reports it.
   void Take(double dt_s, std::span<const double> channels);
-  /// Returns false if there was no sound. `path`: the constructor's, if that was set. Throws kerf::Error. Call once.
+  /// Returns false if there was no sound. `path`: must be the constructor's, if that was set. Throws kerf::Error. Call
+  /// once.
   bool Write(const std::string& path);
 
  private:

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kLongest_s = 1;
 constexpr double kShortest_s = 1.0 / 64;
-constexpr double kSamplesAPeriod = 2.6;  // at the highest line
-constexpr double kCarried = 0.4;         // fraction of the tick rate, as in tooth_vibration
+constexpr double kSamplesAPeriod = 2.6;  // samples per period of the highest line
+constexpr double kCarried = 0.4;         // lines up to this fraction of the tick rate are in the force
 
 }  // namespace
 

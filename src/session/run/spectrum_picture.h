@@ -24,7 +24,7 @@ class SpectrumTrack {
 
   struct Spectrum {
     double begin_s = 0;  // start of the interval
-    double seconds = 0;  // its length: bins are 1 / seconds apart
+    double seconds = 0;  // its length; the bins are 1 / seconds apart
     double spindle_Hz = 0;
     int teeth = 0;
     double carried_Hz = 0;   // lines up to this frequency are part of the tick's force
@@ -45,7 +45,7 @@ class SpectrumTrack {
   std::vector<Moment> moments_;
 };
 
-/// Returns false if there was nothing to draw.
+/// Draws the spectrum. Returns false if there was nothing to draw.
 bool WriteSpectrumPicture(const SpectrumTrack::Spectrum& spectrum, const std::string& name, const std::string& path);
 
 }  // namespace kerf

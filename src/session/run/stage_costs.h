@@ -10,7 +10,7 @@
 
 namespace kerf {
 
-/// A stage of the tick, or an effect. An effect's time is part of the stages' times.
+/// A stage of the tick, or an effect. An effect's time is included in the stages' times.
 struct PartCost {
   std::string name;
   std::uint64_t ticks = 0;  // number of ticks in which it ran
@@ -35,13 +35,13 @@ struct CostOptions {
   std::function<void(const std::string& line)> live;
 };
 
-/// Call during or after the ticks; any thread.
+/// May be called during or after the ticks, in any thread.
 StageCosts MakeStageCosts(const LogHistogram& ticks, const StageTimer& stages, const EffectPlan& plan,
                           double budget_us);
 
 /// Returns one line for a terminal.
 std::string FormatCostLine(const StageCosts& costs);
-/// Returns a table, lines indented by two.
+/// Returns a table, with its lines indented by two spaces.
 std::string FormatCostTable(const StageCosts& costs);
 
 /// Times the ticks of a run along a path.

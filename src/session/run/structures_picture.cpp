@@ -113,7 +113,7 @@ Image RenderDistance(const StructuresTrack& track) {
   volume.label = "volume cut so far";
   volume.colour = kStructureColour;
   volume.right_axis = true;
-  // At most one point per pixel, with the minimum distance of each interval, so that no short event is lost.
+  // Plot at most one point per pixel, the minimum distance of each interval, so that no short event is lost.
   const std::size_t stretch = moments.size() / kMaxHistoryPoints + 1;
   double before_mm3 = 0;
   for (std::size_t i = 0; i < moments.size(); i += stretch) {
@@ -127,7 +127,7 @@ Image RenderDistance(const StructuresTrack& track) {
     volume.x.push_back(t), volume.y.push_back(mm3);
     if (mm3 > before_mm3) {
       const auto until = static_cast<double>(moments[std::min(end, moments.size() - 1)].time_s);
-      // Small gaps between bites belong to the same breach.
+      // Bites with only a short gap between them belong to the same breach.
       if (!plot.bands.empty() && t - plot.bands.back().x1 < 0.1) {
         plot.bands.back().x1 = until;
       } else {

@@ -32,7 +32,7 @@ class StructuresTrack {
       return {a.time_s, std::min(a.distance_mm, b.distance_mm), b.breach_mm3};
     }
   };
-  static constexpr std::size_t kMaxMoments = std::size_t{1} << 17;  // one per tick, or several ticks in a longer run
+  static constexpr std::size_t kMaxMoments = std::size_t{1} << 17;  // one per tick, or per several ticks in a long run
   const std::vector<Moment>& moments() const { return moments_.points(); }
   const TriangleMesh& surface_W() const { return surface_W_; }
   double warn_mm() const { return warn_mm_; }
@@ -51,7 +51,8 @@ class StructuresTrack {
   std::optional<Closest> closest_;
 };
 
-/// Draws the structures in the translucent bone with the blade at its closest; below, the distance over time.
+/// Draws the structures in the translucent bone with the blade where it was closest to them and, below, the distance
+/// over time.
 void WriteStructuresPicture(const StructuresTrack& track, const Bone& bone, const Tool& tool, bool patient,
                             const std::string& name, const std::string& path);
 

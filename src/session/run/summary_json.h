@@ -43,7 +43,7 @@ inline nlohmann::ordered_json ForceJson(const std::string& law, const ForceSumma
           {"cutting_time_s", force.cutting_time_s}};
 }
 
-/// Values by enabled effect and channel.
+/// Returns the values of the channels, grouped by enabled effect.
 inline nlohmann::ordered_json EffectsJson(const EffectRecord& record) {
   const auto number = [](double value) {
     return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();

@@ -38,7 +38,7 @@ class RunRecorder final : public TickInterceptor {
   SessionRecorder recorder_;
 };
 
-/// Supplies the recorded inputs.
+/// Supplies the recorded inputs and compares the results with the recording.
 class RunReplay final : public TickInterceptor {
  public:
   /// `recording` must outlive this object. `verify`: the run ends at the first divergence.
@@ -67,12 +67,12 @@ class RunReplay final : public TickInterceptor {
 struct RunSession {
   std::string record;           // a new file; empty: none
   std::string scene_file;       // path of the scene, stored in a recording
-  RunReplay* replay = nullptr;  // replays instead; optional
+  RunReplay* replay = nullptr;  // if set, the run replays this recording
   /// Receives a sentence if the recording could not be completed; the results are written anyway.
   std::string* lost = nullptr;
 };
 
-/// Interceptor of such a run. If recording fails, the run continues without it.
+/// Interceptor of a run with these options. If recording fails, the run continues without it.
 class SessionInterceptor {
  public:
   /// Throws kerf::Error if the recording cannot be created, or if the bone is not the recorded one.

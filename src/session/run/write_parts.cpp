@@ -32,7 +32,7 @@ double CalcMedian(std::vector<std::pair<double, double>>& mm_and_mm2, double are
   return 0;
 }
 
-/// Before any work: checks that no file replaces the bone's or the plane's file.
+/// Checks, before any work is done, that no file would replace the bone's or the plane's file.
 void CheckPartsInputsStay(const PartsOptions& options) {
   std::vector<std::string> outputs{options.folder + "/parts.json"};
   if (options.picture && kPicturesBuilt) outputs.push_back(options.folder + "/parts.png");
@@ -60,7 +60,7 @@ std::vector<TriangleMesh> MakeSurfaces(const SlabParts& parts, std::size_t trian
   return surfaces;
 }
 
-/// `surface`: in: the surface to write; out: the surface written.
+/// Writes the files of a part. `surface`: on entry, the surface to write; on return, the surface as read back.
 PartFile WritePart(const Bone& part, const char* name, const PartsOptions& options, TriangleMesh& surface) {
   PartFile file;
   file.name = name;
@@ -93,7 +93,8 @@ Vec3 Across(const Vec3& v, const Vec3& normal) {
   return v - glm::dot(v, normal) * normal;
 }
 
-/// View from outside the bone, next to the slice, so that one of its faces is visible and the parts appear separate.
+/// Returns a view from outside the bone, next to the slice, so that one of its faces is visible and the parts appear
+/// separate.
 Camera MakePartsCamera(const Bone& bone, const PartsReport& report) {
   const Vec3& normal = report.plane.normal_W;
   const Box3 slice = report.parts[1].bounds_W;

@@ -11,8 +11,8 @@
 namespace kerf {
 
 inline constexpr double kCrumbFraction = 0.001;
-/// left, slice, right. The segments are pale, so that their shape shows; distinguishable with red-green colour
-/// blindness.
+/// Colours of left, slice and right. The segments are pale, so that their shape is visible. The colours are
+/// distinguishable with red-green colour blindness.
 inline constexpr Rgb8 kPartColours[] = {{158, 196, 224}, {230, 120, 30}, {238, 214, 150}};
 
 struct PartFile {
@@ -23,7 +23,7 @@ struct PartFile {
   std::size_t crumbs = 0;  // smaller ones
   double crumbs_mm3 = 0;   // total
   double voxel_mm = 0;
-  // Of the surface, as read back from the file if one was written.
+  // Properties of the surface, as read back from the file if one was written.
   std::size_t triangles = 0;
   double surface_volume_mm3 = 0;
   std::size_t open_edges = 0;
@@ -66,7 +66,7 @@ struct PartsOptions {
 /// the last case nothing has been written.
 PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOptions& options);
 
-/// Stable keys with units (docs/slab.md).
+/// Returns JSON with stable keys that include the units (docs/slab.md).
 std::string FormatPartsJson(const PartsReport& report);
 
 /// Flat faces of a slice's surface: the triangles within a degree of the plane.

@@ -90,7 +90,7 @@ void ListValues(const TomlNode& node, const std::string& path, std::map<std::str
   }
 }
 
-/// Returns all values by their full key: "bone.block.voxel_mm".
+/// Returns all values by their full key, such as "bone.block.voxel_mm".
 std::map<std::string, std::string> ListValues(const TomlNode& root) {
   std::map<std::string, std::string> values;
   ListValues(root, "", values);

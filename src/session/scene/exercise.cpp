@@ -39,7 +39,7 @@ Pose WantedCut::CalcToolPose(double s_mm, double t_mm) const {
 double WantedCut::CalcDistance(const Vec3& p_W) const {
   const Vec3 p = ToCut(p_W);
   const double s = p.x - std::clamp(p.x, 0.0, length_mm);
-  // The tool has also passed everything above the path of its centre.
+  // The tool has also passed through everything above the path of its centre.
   const double t = std::max(p.y - (depth_mm - radius_mm), 0.0);
   if (!is_disc) return std::sqrt(s * s + t * t + p.z * p.z) - radius_mm;
   const double in_plane = std::hypot(s, t) - radius_mm;

@@ -21,7 +21,7 @@ struct SceneExercise {
   bool given = false;  // the file has the section; not a key
   ExerciseKind kind = ExerciseKind::kGroove;
   int level = 1;
-  // The cut: along the line, which lies on the surface, and to this depth below it.
+  // The wanted cut follows the line, which lies on the surface, to this depth below the surface.
   Vec3 start_mm{0};
   Vec3 end_mm{10, 0, 0};
   Vec3 into{0, 0, -1};

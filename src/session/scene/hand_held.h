@@ -16,7 +16,7 @@ namespace kerf {
 enum class CouplingPoint { kTool, kGrip };
 
 struct SceneCoupling {
-  bool given = false;  // the file has the section; not a key. The same below.
+  bool given = false;  // the file has the section; not a key. Likewise below.
   CouplingPoint at = CouplingPoint::kTool;
   CouplingParams params;  // all but its point
 };
@@ -75,7 +75,7 @@ void Describe(SceneCoupling& p, V&& visit) {
         "maximum torque of the torsional spring, however far the handle turns");
 }
 
-/// All keys but the texts.
+/// Visits all keys except the texts.
 template <typename V>
 void Describe(SceneDevice& p, V&& visit) {
   visit("expected_peak_N", p.expected_peak_N, Range{0.1, 1e4},

@@ -57,7 +57,7 @@ Pose Path::CalcPose(std::size_t segment, double t_s) const {
 
 std::size_t Path::CountTicks(std::size_t segment, double rate_hz) const {
   const double ticks = (segments_.at(segment).end_s - segments_.at(segment).start_s) * rate_hz;
-  // Rounding must not add a tick to a segment of a whole number of ticks.
+  // Rounding must not add a tick to a segment that is a whole number of ticks long.
   return static_cast<std::size_t>(std::max(1.0, std::ceil(ticks - 1e-6)));
 }
 

@@ -20,7 +20,8 @@ constexpr std::size_t kColumns = 8;
 constexpr std::array<std::string_view, kColumns> kHeader{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
 constexpr std::string_view kHeaderLine = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz";
 constexpr double kUnitTolerance = 1e-3;
-/// Rows that are closer in time are a fault of the recording. Far above the rounding of times within kMaxDuration_s.
+/// Minimum time between two rows; rows that are closer indicate a fault of the recording. Far above the rounding errors
+/// of times within kMaxDuration_s.
 constexpr double kMinStep_s = 1e-6;
 
 struct Field {
@@ -38,7 +39,8 @@ Field Trim(std::string_view line, std::size_t begin, std::size_t end) {
   return {line.substr(begin, end - begin), static_cast<int>(begin) + 1};
 }
 
-/// Returns the fields of a line, at most one more than a row has, so that a line with many commas is split quickly.
+/// Returns the fields of a line, at most one more than a valid row has, so that a line with very many commas does not
+/// take long.
 std::vector<Field> Split(std::string_view line) {
   std::vector<Field> fields;
   std::size_t begin = 0;

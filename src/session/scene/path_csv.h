@@ -15,7 +15,7 @@ namespace kerf {
 /// `file:line:column: ...` for each fault.
 std::vector<TimedPose> ParsePathCsv(const std::string& text, const std::string& file);
 
-/// Formats poses as text that can be parsed again: quaternions to within their last bits, all else exactly.
+/// Formats poses as text that can be parsed again: quaternions to within their last bits, everything else exactly.
 std::string FormatPathCsv(const std::vector<TimedPose>& poses);
 
 }  // namespace kerf

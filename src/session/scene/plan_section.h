@@ -39,7 +39,7 @@ struct PlanFile {
   std::string place;  // prefix of messages about it: "scene.toml:12:1: "
 };
 
-/// Reads [plan]; planes from files are left for ReadPlanFiles().
+/// Reads [plan]. Planes from files are returned, to be read by ReadPlanFiles().
 std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string& scene_file, Faults& faults);
 /// Sets the planes from the files. Throws kerf::Error with the place of the key.
 void ReadPlanFiles(const std::vector<PlanFile>& files, Plan& plan);

@@ -21,7 +21,7 @@
 namespace kerf {
 namespace {
 
-// A scene has at most a thousand strokes of a few hundred bytes each.
+// Maximum size of a scene, which has at most a thousand strokes of a few hundred bytes each.
 constexpr std::size_t kMaxSceneBytes = std::size_t{4} << 20;
 constexpr std::size_t kMaxPathFileBytes = std::size_t{256} << 20;
 constexpr TextLimit kTitleLimit{200};
@@ -374,7 +374,7 @@ void ReadEffectFiles(EffectChoices& effects, const TomlNode& document, const std
   }
 }
 
-/// Rejects a key of older scenes.
+/// Rejects a key that older scenes had in another section.
 void RefuseMovedKeys(TableReader& root) {
   const TomlNode* coupling = root.Has("coupling") ? root.Table("coupling") : nullptr;
   if (coupling == nullptr || coupling->Find("friction_coefficient") == nullptr) return;
@@ -387,7 +387,7 @@ void ReadForce(TableReader& root, ForceLaw& law, Faults& faults) {
   TableReader reader(*table, "[force]", faults);
   Describe(law, reader);
   const TomlNode* word = table->Find("law");
-  if (word != nullptr && word->text != law.name()) return;  // unknown law, so the owner of the keys is unknown
+  if (word != nullptr && word->text != law.name()) return;  // the law is unknown, so its keys are unknown too
   // A key of another law would have no effect, so it is rejected.
   for (const ForceLawInfo* other : ForceLaws()) {
     for (const LawParameter& parameter : other->parameters) {
@@ -516,7 +516,8 @@ constexpr double kSlabOff_mm = 2;
 constexpr double kSlabTurn = 0.1737;
 
 CutPlane MakeSlabPlane(const Scene& scene) {
-  // A direction further out of the plane (sine of the angle) is not meant to be in it.
+  // Maximum sine of the angle between the direction and the plane. A direction with a larger angle was not meant to lie
+  // in the plane.
   constexpr double kOutOfPlane = 0.02;
   const Pose X_WT = MakePath(scene).CalcPose(0, 0);
   CutPlane plane{X_WT.p_AB, X_WT.Vector({0, 0, 1})};
@@ -532,7 +533,7 @@ CutPlane MakeSlabPlane(const Scene& scene) {
   }
   plane.normal_W = glm::normalize(plane.normal_W - glm::dot(plane.normal_W, d) * d);
 
-  // The rest of the path must concern the same slice.
+  // The rest of the path must cut the same slice.
   const auto check = [&](const std::string& what, const Vec3& p_W, const Vec3& normal_W) {
     const Vec3 from = p_W - plane.p_W;
     const double off_mm = std::abs(glm::dot(from, plane.normal_W));

@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMaxSaws = 9;  // one key each
+constexpr std::size_t kMaxSaws = 9;  // each is selected with one key
 constexpr std::size_t kLongestName = 30;
 
 const std::vector<std::string> kSawColumns{"name",  "shape",  "diameter_mm", "thickness_mm",

@@ -1,4 +1,4 @@
-// Table of saws, one of which can replace a scene's tool.
+// Table of saws, any of which can replace a scene's tool.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ std::vector<Saw> ParseSaws(const std::string& text, const std::string& file);
 /// Returns the saws that are built into kerf.
 const std::vector<Saw>& BuiltInSaws();
 
-/// Replaces the scene's tool by this saw, with the same grip. For a ball, removes [slab], which requires a disc.
+/// Replaces the scene's tool with this saw, but keeps the grip. For a ball, removes [slab], which requires a disc.
 void TakeUpSaw(Scene& scene, const Saw& saw);
 
 }  // namespace kerf

@@ -78,7 +78,7 @@ struct TimedPose {
   Pose X_WT;
 };
 
-/// Either strokes or a file.
+/// Path of the tool: either strokes or a file.
 struct ScenePath {
   std::vector<SceneStroke> strokes;
   std::string file;              // CSV, absolute path; empty: strokes
@@ -130,7 +130,7 @@ struct Scene {
   SceneSlab slab;
   SceneOutput output;
   EffectChoices effects;  // effects that the file names, in its order
-  Plan plan;              // planned cuts; planes from other files are stored here
+  Plan plan;              // planned cuts, including planes read from other files
   SceneCoupling coupling;
   SceneDevice device;
   SceneHand hand;
@@ -142,7 +142,7 @@ struct Scene {
 /// names every fault, one line each: `scenes/x.toml:14:1: thickness_mm = -0.1 is below 0.02; ...`. Does not open the
 /// bone, the region table or the table of CT laws.
 Scene ReadScene(const std::string& file);
-/// The same from text. `file` is used in messages and as the base of relative file names.
+/// Parses a scene from text, with the same errors. `file` is used in messages and as the base of relative file names.
 Scene ParseScene(const std::string& text, const std::string& file);
 
 /// Returns the scene as commented TOML with all its values, each with unit, range and meaning. ParseScene() of it gives
@@ -151,11 +151,11 @@ std::string ResolvedToml(const Scene& scene);
 /// Returns a commented, complete scene that can be run; alternatives to its settings are given as comments.
 std::string DefaultSceneToml();
 
-/// These convert the scene's values to the library's units.
+/// The following functions convert the scene's values to the library's units.
 Tool MakeTool(const Scene& scene);
 /// Returns a description: "disc 22 x 0.25 mm, 24 teeth", "ball burr 6 mm, 8 flutes".
 std::string DescribeTool(const SceneTool& tool);
-/// For functions that require a disc. Throws kerf::Error for another tool.
+/// Returns the disc, for functions that require one. Throws kerf::Error for another tool.
 DiscSaw MakeDiscSaw(const Scene& scene);
 SimulationParams MakeSimulationParams(const Scene& scene);
 CoupledParams MakeCoupledParams(const Scene& scene);

@@ -25,7 +25,7 @@ inline constexpr double kMaxDuration_s = 36'000;
 /// Values of `kind` in [material].
 inline constexpr std::array<std::string_view, 3> kMaterialKindWords{"regions", "uniform", "ct"};
 
-/// The key that determines which other keys are used.
+/// Visits the key that determines which other keys are used.
 template <typename V>
 void DescribeMaterialKind(SceneMaterial& p, V&& visit) {
   std::string kind(kMaterialKindWords[static_cast<std::size_t>(p.kind)]);
@@ -125,7 +125,7 @@ void Describe(ForceLaw& p, V&& visit) {
   DescribeLawParameters(p, visit);
 }
 
-/// Except texts that name files.
+/// Visits all parameters except texts that name files.
 template <typename V>
 void Describe(EffectChoice& p, V&& visit) {
   for (std::size_t i = 0; i < p.values().size(); ++i) {
@@ -224,9 +224,9 @@ void DescribeBlock(BlockParams& p, V&& visit) {
 
 /// Values of `model` in [bone]; each is also the name of its table of parameters.
 const std::vector<std::string_view>& BoneModelWords();
-/// Returns kBlock for any other word.
+/// Returns the source that the word names; kBlock for any other word.
 BoneSource BoneSourceFromModel(std::string_view word);
-/// Returns the word, or "" for kFile.
+/// Returns the word for the source, or "" for kFile.
 std::string_view ToString(BoneSource source);
 
 }  // namespace kerf

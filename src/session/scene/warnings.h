@@ -8,13 +8,13 @@
 
 namespace kerf {
 
-/// Returns the chip bite at the path's maximum speed straight into the bone, mm: v / (teeth rpm / 60). Infinite for a
-/// stopped spindle.
+/// Returns the bite if the tool moves straight into the bone at the path's maximum speed, mm: v / (teeth rpm / 60).
+/// Infinite for a stopped spindle.
 double CalcTopBite(const Scene& scene);
 
 /// Returns the warnings, one sentence each. `voxel_mm`: of the bone; 0 if unknown.
 std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm);
-/// Returns those that apply to a coupled simulation, in which the tool follows the hand and not the path.
+/// Returns the warnings that apply to a coupled simulation, in which the tool follows the hand and not the path.
 std::vector<std::string> FindToolWarnings(const Scene& scene, double voxel_mm);
 
 }  // namespace kerf

@@ -233,7 +233,7 @@ std::string CommentedOut(const std::string& text) {
   return commented;
 }
 
-/// The main example, equal to scenes/body_osteotomy.toml.
+/// Returns the main example, which equals scenes/body_osteotomy.toml.
 Scene DefaultScene() {
   Scene scene;
   scene.title = "Osteotomy of the left body, generic mandible";

@@ -8,7 +8,7 @@ namespace kerf {
 namespace {
 
 constexpr int kRimPoints = 120;
-/// A tool further than this from the wanted plane is not in the wanted cut.
+/// A point of the tool further than this from the wanted plane is not in the wanted cut.
 constexpr double kBeside_mm = 8;
 
 /// Returns the zero of phi between two points of a line, by linear interpolation.
@@ -72,8 +72,8 @@ const CutColumn* DepthGauge::Find(double s_mm) const {
   return i < 0 ? nullptr : &columns_[static_cast<std::size_t>(i)];
 }
 
-/// Calls visit(column, p) for each point of the tool's rim that is not beside the cut, in the cut's frame, with its
-/// column.
+/// Calls visit(column, p) for each point p of the tool's rim, in the cut's frame, that is not beside the cut. `column`:
+/// the column at that point.
 template <typename Visit>
 void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
   const Vec3 centre = cut_.ToCut(X_WT.p_AB);
@@ -96,7 +96,7 @@ std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
     if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm};
     reading->depth_mm = std::max(reading->depth_mm, depth_mm);
     reading->to_goal_mm = std::min(reading->to_goal_mm, cut_.depth_mm - depth_mm);
-    // Outside the line the bone may end anywhere, for example at a rounded border.
+    // Beyond the ends of the line the bone may end anywhere, for example at a rounded border.
     const bool on_line = column.s_mm > -0.5 * step_mm_ && column.s_mm < cut_.length_mm + 0.5 * step_mm_;
     if (on_line) reading->beyond_mm = std::max(reading->beyond_mm, beyond_mm);
   });

@@ -17,7 +17,8 @@ struct CutColumn {
   double far_mm = 0;   // depth of the end of the bone; gaps of up to kGap_mm are ignored
 };
 
-/// Limits of the search: for the surface above the line, and for the far side below it.
+/// Limits of the search: height above the line for the surface, depth below it for the far side, and length of a gap
+/// that is ignored.
 inline constexpr double kAbove_mm = 5;
 inline constexpr double kBelow_mm = 80;
 inline constexpr double kGap_mm = 5;
@@ -33,10 +34,10 @@ std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cu
 struct DepthReading {
   double depth_mm = 0;            // of the tool's lowest point below the original surface; negative: above it
   double to_goal_mm = 0;          // remaining distance to the wanted depth at that point
-  double beyond_mm = -kBelow_mm;  // beyond the far side, along the line itself; negative: before it
+  double beyond_mm = -kBelow_mm;  // distance beyond the far side, within the line's length; negative: before it
 };
 
-/// Depth gauge for display while cutting: 10 us per call.
+/// Depth gauge for display while cutting. A call takes 10 us.
 class DepthGauge {
  public:
   DepthGauge(const Bone& before, const WantedCut& cut);
@@ -60,8 +61,8 @@ class DepthGauge {
   double first_mm_ = 0;
 };
 
-/// Depth without a plan: the longest distance along a radius of the tool from its rim in the bone to the original
-/// surface; 0 if no part of the rim is in the bone. 0.3 ms per call.
+/// Returns the depth of a cut without a plan: the longest distance along a radius of the tool from its rim in the bone
+/// to the original surface; 0 if no part of the rim is in the bone. A call takes 0.3 ms.
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT);
 
 }  // namespace kerf

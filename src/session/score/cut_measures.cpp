@@ -9,7 +9,7 @@ namespace {
 /// Minimum fraction of a cell's volume that must be removed for the place to count as cut.
 constexpr double kCutFraction = 0.02;
 
-/// Plane of the wanted cut divided into squares: squares with bone, and squares that were cut.
+/// The plane of the wanted cut, divided into squares; counts the squares with bone and those that were cut.
 class CutArea {
  public:
   CutArea(const PhiSampler& before, const WantedCut& cut)
@@ -108,7 +108,7 @@ std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const W
   const double h = before.voxel_mm();
   const PhiSampler phi_before(before);
   const PhiSampler phi_after(after);
-  // Negative where bone was removed.
+  // This is negative where bone was removed.
   const auto lost = [&](const Vec3& stw) {
     const Vec3 p_W = cut.ToWorld(stw);
     return std::max(phi_before.Calc(p_W), -phi_after.Calc(p_W));
@@ -187,7 +187,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
   SetValue(sheet, "dice", 2 * fraction * planned_mm3 / (planned_mm3 + removed_mm3));
   if (area.CalcCutArea() > 0) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / area.CalcCutArea());
   for (MeasureRow& row : sheet.rows) {
-    // A quarter of the volume of the wanted cut.
+    // Half of the points are lost at a quarter of the volume of the wanted cut.
     if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
   }
   if (const std::optional<MiddlePlane> fitted = FitMiddlePlane(before, after, cells)) {
@@ -197,7 +197,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     SetValue(sheet, "plane_yaw_deg", error.yaw_deg);
     SetValue(sheet, "plane_angle_deg", error.angle_deg);
   }
-  // If the bone is not to be cut through, the depth is the goal.
+  // Depth errors are measured only if the goal is a depth, that is, if the bone is not to be cut through.
   if (sheet.kind == ExerciseKind::kBicortical || sheet.kind == ExerciseKind::kOsteotomy) return;
   const std::vector<CutColumn> columns = FindColumns(phi, *cut, 0);
   MeasureDepthErrors(*cut, columns, MeasureDepths(before, after, *cut, columns, cells), sheet);

@@ -15,13 +15,13 @@ namespace {
 
 /// Removed volume has a plane if its shorter extent in the plane is at least this multiple of the extent across it.
 constexpr double kFlat = 1.5;
-/// Distance from the surface, in voxels, within which no walls are searched for because the edge is rounded.
+/// Distance from the surface, in voxels, within which walls are not searched for because the kerf's edge is rounded.
 constexpr double kSkin = 1.25;
 /// Maximum distance of a wall from the middle.
 constexpr double kWall_mm = 5;
 /// Places where the kerf is narrower than this fraction of the median width, such as its bottom, are left out.
 constexpr double kNarrow = 0.75;
-/// With fewer places, or a smaller extent of them (in voxels), the fit by volume is used.
+/// With fewer places than kMinPlaces, or if they extend less than kMinExtent (in voxels), the fit by volume is used.
 constexpr std::size_t kMinPlaces = 12;
 constexpr double kMinExtent = 0.8;
 constexpr int kTurns = 2;
@@ -94,7 +94,7 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
   const Vec3 eu = glm::normalize(glm::cross(n, least));
   const Vec3 ev = glm::cross(n, eu);
   const double h = before.voxel_mm();
-  // One place per square of a voxel's size, where the most bone was removed.
+  // Use one place per square of a voxel's size: the one where the most bone was removed.
   struct Start {
     double mm3 = 0;
     Vec3 uvw{0};

@@ -19,7 +19,7 @@ std::string Value(const MeasureRow& row) {
   return row.value ? Number(*row.value) : std::string("-");
 }
 
-/// An unescaped bar would end the cell of a table.
+/// Escapes bars, which would otherwise end a cell of a table.
 std::string ForTable(const std::string& text) {
   std::string escaped;
   for (const char c : text) {

@@ -1,4 +1,4 @@
-// The measures of a score: key, name, unit, formula, and whether a measure is scored.
+// The measures of a score: key, name, unit and formula of each, and whether it is scored.
 #pragma once
 
 #include <optional>
@@ -19,13 +19,13 @@ struct MeasureInfo {
   const char* unit;      // empty: dimensionless
   const char* formula;   // in words
   const char* evidence;  // publication showing that it distinguishes novices from experts; empty: for information only
-  /// Value at which half of the points remain: 2^(-|value| / half). 0 if the measure is not scored, or if the exercise
-  /// defines it (MeasureRow::half).
+  /// Value at which half of the points remain; the points are 2^(-|value| / half). 0 if the measure is not scored, or
+  /// if the exercise defines it (MeasureRow::half).
   double half = 0;
   bool scored() const { return evidence[0] != '\0'; }
 };
 
-/// All measures in the order of tables.
+/// Returns all measures, in the order in which tables list them.
 std::span<const MeasureInfo> Measures();
 /// Throws kerf::Error for an unknown key.
 const MeasureInfo& FindMeasure(std::string_view key);
@@ -61,9 +61,9 @@ struct ScoreSheet {
   /// 0 to 100: 100 x cut_share x the weighted mean of the points of the exercise's goals. None if there was no exercise
   /// or the attempt is incomplete.
   std::optional<double> total;
-  /// Reasons why the attempt is not graded, a phrase each: the recording is cut short or damaged, it continues another
-  /// one, the session ended with a failure, the exercise is not finished. The available measures are set, but
-  /// there are no points and no total.
+  /// Reasons why the attempt is not graded, one phrase for each: the recording is cut short or damaged, it continues
+  /// another one, the session ended with a failure, or the exercise is not finished. The available measures are set,
+  /// but there are no points and no total.
   std::vector<std::string> incomplete;
   RecordingState state = RecordingState::kWhole;
   std::string steps_digest;      // of the inputs of the ticks: CalcStepsDigests()
@@ -87,11 +87,11 @@ const char* DescribeChain(const RecordingSeal& seal);
 
 /// Returns a readable table.
 std::string FormatSheet(const ScoreSheet& sheet);
-/// Stable keys with units.
+/// Returns JSON with stable keys that include the units.
 std::string FormatSheetJson(const ScoreSheet& sheet);
-/// key,name,unit,value,scored,weight,points
+/// Returns CSV with the columns key,name,unit,value,scored,weight,points.
 std::string FormatSheetCsv(const ScoreSheet& sheet);
-/// A self-contained page.
+/// Returns a self-contained HTML page.
 std::string FormatSheetHtml(const ScoreSheet& sheet);
 /// Returns the table for docs/practise.md: each measure with unit, formula and evidence.
 std::string FormatMeasuresMarkdown();

@@ -16,9 +16,9 @@ constexpr double kApart_s = 0.3;
 /// Averaging time for path length and speed, which smooths the encoders' steps.
 constexpr double kBlock_s = 0.02;
 constexpr double kSmooth_s = 0.2;
-/// A period of tremor, over which its mean is 0.
+/// Period of the tremor, over which its mean is 0.
 constexpr double kJitter_s = 0.1;
-/// A pass beyond the far side begins at this distance and ends at half of it.
+/// A pass beyond the far side begins at this distance beyond it and ends at half that distance.
 constexpr double kPass_mm = 0.1;
 constexpr double kNear_mm = 2;
 /// The distance to the nerve is computed once per this number of rows.
@@ -142,7 +142,7 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
 
   for (const Row& row : rows_) places.push_back(row.X_WT.p_AB);
   const std::vector<Vec3> sums = SumPlaces(places);
-  // The number of rows in kJitter_s, with one of them in the middle.
+  // Number of rows on either side of the middle one, so that together they span kJitter_s.
   const auto side = static_cast<std::size_t>(0.5 * kJitter_s / kRow_s);
   std::vector<double> jitter_mm;
   for (std::size_t i = side; i + side < rows_.size(); ++i) {

@@ -24,14 +24,15 @@ struct MotionTick {
   std::array<std::uint64_t, 4> regions_cut{};  // as in CoupledOutput
 };
 
-/// Processes ticks one by one and keeps one per 4 ms.
+/// Processes ticks one by one and keeps one for every 4 ms.
 class MotionMeter {
  public:
   explicit MotionMeter(double force_limit_N) : force_limit_N_(force_limit_N) {}
 
   void Take(const MotionTick& tick);
-  /// Sets the sheet's measures of force, time and motion. `gauge` (optional): for the plunge. `nerve` (may be null or
-  /// empty): for its distance and breaches. `nerve_regions`: its regions.
+  /// Sets the sheet's measures of force, time and motion. `gauge` (optional): for the measures along the line and of
+  /// the plunge. `nerve` (may be null or empty): for the distance to the nerve and the breaches. `nerve_regions`: the
+  /// regions of the nerve.
   void Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
               const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const;
 

@@ -37,7 +37,7 @@ std::vector<Vec3> ListVoxels(const std::vector<Box3>& boxes, double h) {
   return points;
 }
 
-/// Distance to the nearest of many points, using a grid of cells.
+/// Computes the distance to the nearest of many points, using a grid of cells.
 class NearestPoint {
  public:
   explicit NearestPoint(const std::vector<Vec3>& points) {

@@ -9,19 +9,19 @@
 
 namespace kerf {
 
-/// The tissue as balls centred at the voxels of the region grid, each as large as fits into the tissue. Their union is
-/// the tissue to within half a voxel.
+/// Represents the tissue by balls centred at the voxels of the region grid, each as large as fits into the tissue.
+/// Their union equals the tissue to within half a voxel.
 class RegionDistance {
  public:
   RegionDistance(const Bone& bone, Tissue tissue);
   /// `regions`: flags by region id.
   RegionDistance(const Bone& bone, const std::array<bool, 256>& regions);
 
-  /// True if the bone has no such tissue.
+  /// Returns true if the bone has no such tissue.
   bool empty() const { return balls_.empty(); }
-  /// Returns the distance from the tool's body to the tissue, mm. Negative: the tool is in the tissue, with this
-  /// maximum depth. 1e9 if there is no tissue. Error: half a region voxel. Takes less than 0.1 ms. Not thread-safe: use
-  /// in one thread at a time.
+  /// Returns the distance from the tool's body to the tissue, mm. Negative if the tool is in the tissue: minus its
+  /// maximum depth there. Returns 1e9 if there is no tissue. Error: half a region voxel. Takes less than 0.1 ms. Not
+  /// thread-safe: use in one thread at a time.
   double Calc(const Tool& tool, const Pose& X_WT) const;
   std::size_t ball_count() const { return balls_.size(); }
 

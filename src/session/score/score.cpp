@@ -21,7 +21,7 @@
 namespace kerf {
 namespace {
 
-/// Time and distance added to the minimum for an exercise; half of the points remain at twice the sum.
+/// Time and distance that are added to the minimum for an exercise; at twice the sum, half of the points remain.
 constexpr double kReady_s = 5;
 constexpr double kReady_mm = 20;
 
@@ -106,7 +106,7 @@ void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& 
   }
 }
 
-/// Regular ends of a loop and of a path.
+/// Reasons for the end of a recording that count as regular, for a loop and for a path.
 constexpr std::array<std::string_view, 3> kGoodEnds{"asked", "stopped", "the path's end"};
 /// Minimum of the measure line_share; a smaller value means that the exercise was abandoned or interrupted.
 constexpr double kFinished = 0.8;

@@ -23,13 +23,15 @@ struct StepsDigests {
   /// or continues differently. If the pose has changed less often, the digest of all ticks.
   std::string beginning;
 };
-/// 2 s of motion at 1 kHz. Ticks without motion are not counted, because two sessions may begin with the same wait.
+/// Number of moves in a recording's beginning: 2 s of motion at 1 kHz. Ticks without motion are not counted, because
+/// two sessions may begin with the same wait.
 inline constexpr std::size_t kBeginningMoves = 2000;
 StepsDigests CalcStepsDigests(RecordingReader& recording);
 
 /// Replays the recording in virtual time, as `kerf replay` does, and measures the motion and the cut. The same
-/// recording gives the same sheet on every machine. `progress` (optional) is called with the name of a stage and 0..1.
-/// Throws kerf::Error for a recording that cannot be replayed, or of slab mode, which removes no bone.
+/// recording gives the same sheet on every machine. `progress` (optional) is called with the name of a stage and its
+/// completed fraction, 0 to 1. Throws kerf::Error for a recording that cannot be replayed, and for one in slab mode,
+/// which removes no bone.
 ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
                           const std::function<void(const std::string&, double)>& progress);
 

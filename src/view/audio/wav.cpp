@@ -35,8 +35,8 @@ struct WavFile::State {
 
 namespace {
 
-/// Checks the written file. libsndfile does not report every failed write, not even that of the final header, and it
-/// reads a file whose header lacks sizes as if it contained them.
+/// Returns whether the written file is complete. libsndfile does not report every failed write, not even that of the
+/// final header, and it reads a file whose header lacks sizes as if it contained them.
 bool IsWhole(const std::string& file, std::uint32_t samples) {
   constexpr std::uint32_t kHeaderBytes = 44;
   const std::uint32_t bytes = sizeof(std::int16_t) * samples;

@@ -21,7 +21,7 @@ class WavFile {
 
   /// Throws Error if the file cannot be written or a sample is outside -1 to 1.
   void Append(std::span<const float> samples);
-  /// Finishes the file and renames it. Call at most once. Throws Error on failure.
+  /// Finishes the file and renames it. Must be called at most once. Throws Error on failure.
   void Commit();
 
  private:
@@ -29,8 +29,8 @@ class WavFile {
   std::unique_ptr<State> state_;
 };
 
-/// Writes a whole WAV file. `next` fills the empty vector passed to it with samples in -1 to 1 and returns true if more
-/// follow. Throws Error.
+/// Writes a whole WAV file. `next` fills the empty vector passed to it with samples from -1 to 1 and returns true if
+/// more follow. Throws Error as WavFile does.
 void WriteWav(const std::string& path, int rate_Hz, const std::function<bool(std::vector<float>&)>& next);
 
 }  // namespace kerf

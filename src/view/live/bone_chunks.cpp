@@ -33,7 +33,7 @@ struct IndexHash {
   }
 };
 
-// Leaves that contain the samples of a chunk: its own, and those within two samples of it on each side.
+// Leaves that contain the samples of a chunk: its own leaves, and those within two samples of it on each side.
 struct LeafValues {
   const float* values;  // null: `uniform` throughout
   float uniform;
@@ -303,7 +303,7 @@ bool FindSurface(const Bone& bone, const Vec3& origin_W, const Vec3& direction_W
   const double voxel_mm = grids.voxel_mm();
   const openvdb::CoordBBox voxels = grids.phi->evalActiveVoxelBoundingBox();
   if (voxels.empty()) return false;
-  // Only within the box of the narrow band.
+  // The ray is followed only within the box of the narrow band.
   double from = 0;
   double to = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {

@@ -29,8 +29,9 @@ struct ChunkMesh {
   bool cut = false;  // at least one of its leaves has changed since the beginning
   std::vector<ChunkVertex> vertices;
   std::vector<std::uint32_t> triangles;  // three indices each, counter-clockwise seen from outside
-  std::vector<std::uint32_t> skirt;  // triangles into the next chunks up; drawn where those are finer; empty for step 1
-  Vec3 lower_W{0}, upper_W{0};       // bounding box of the vertices; both 0 if there are none
+  std::vector<std::uint32_t> skirt;      // triangles that reach into the next chunks up; drawn where those are finer;
+                                         // empty for step 1
+  Vec3 lower_W{0}, upper_W{0};           // bounding box of the vertices; both 0 if there are none
 
   std::size_t CountBytes() const {
     return vertices.size() * sizeof(ChunkVertex) + (triangles.size() + skirt.size()) * 4;
@@ -45,7 +46,7 @@ class BoneChunks {
   static constexpr int kVoxels = 32;  // edge length of a chunk
   static constexpr std::array<int, 4> kSteps{8, 4, 2, 1};
 
-  /// `bone`: the bone before the cutting. Its current surface counts as uncut from then on.
+  /// `bone`: the bone before any cutting. Its current surface counts as uncut from then on.
   explicit BoneChunks(Bone bone);
   ~BoneChunks();
   BoneChunks(BoneChunks&&) noexcept;
@@ -64,8 +65,8 @@ class BoneChunks {
   std::vector<std::array<int, 3>> TakeDirty(std::size_t at_most);
   /// Meshes one dirty chunk at step 1. Returns false if no chunk is dirty.
   bool Next(ChunkMesh& mesh);
-  /// Meshes any chunk, empty or not. `step`: one of kSteps; Error otherwise. Several threads may call it at once while
-  /// no thread calls Take().
+  /// Meshes any chunk, empty or not. `step`: one of kSteps; throws Error for any other. Several threads may call it at
+  /// once while no thread calls Take().
   void Mesh(const std::array<int, 3>& index, int step, ChunkMesh& mesh) const;
 
   std::size_t CalcMemoryBytes() const;  // of the bone and of the stored original values
@@ -76,7 +77,7 @@ class BoneChunks {
 };
 
 /// Finds the first intersection of a ray with the bone, stepping by the distances in the level set. Returns false if
-/// there is none. Error: below a thousandth of a voxel for a flat surface.
+/// there is none. For a flat surface, the position found is wrong by less than a thousandth of a voxel.
 bool FindSurface(const Bone& bone, const Vec3& origin_W, const Vec3& direction_W, Vec3& p_W);
 
 }  // namespace kerf

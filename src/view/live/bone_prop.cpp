@@ -392,7 +392,7 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   };
   state.vtkglEnable(GL_DEPTH_TEST);
   if (s.translucent) {
-    // Far sides first; with depth writes off, neither hides the structures inside.
+    // Far sides are drawn first; with depth writes off, neither side hides the structures inside.
     state.vtkglEnable(GL_BLEND);
     state.vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     state.vtkglDepthMask(GL_FALSE);

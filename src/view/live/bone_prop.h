@@ -21,7 +21,8 @@ class BoneProp : public vtkProp {
 
   void Begin(const Vec3& origin_W);  // removes all chunks
   void SetChunk(const ChunkMesh& mesh);
-  /// Colours indexed by region; entries from 256 on are for cut faces. Alpha is 255 for tissue drawn with pores.
+  /// Sets the colours, indexed by region; entries from 256 on are for cut faces. Alpha is 255 for tissue drawn with
+  /// pores.
   void SetPalette(const std::array<std::array<std::uint8_t, 4>, 512>& palette);
   void SetTranslucent(bool translucent);
   void SetHidden(bool hidden);
@@ -31,7 +32,7 @@ class BoneProp : public vtkProp {
   struct Fineness {
     double cell_points = 1.5;           // minimum cell size, points
     double coarsest_cell_points = 3;    // maximum cell size, points
-    std::size_t triangles = 6'000'000;  // between these sizes, the maximum number of triangles in total
+    std::size_t triangles = 6'000'000;  // maximum total number of triangles; decides between these sizes
   };
   void SetFineness(const Fineness& fineness);
 

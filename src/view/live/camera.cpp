@@ -62,7 +62,7 @@ void ViewCamera::Zoom(double factor, const ScreenPoint& at) {
 
 void ViewCamera::Fit(const std::vector<Vec3>& points_W, double margin) {
   if (points_W.empty()) return;
-  // In components along the image's right and up directions and towards the eye.
+  // Converts to components along the image's right and up directions and towards the eye.
   const auto in_view = [&](const Vec3& p) {
     return Vec3{glm::dot(p, right_W_), glm::dot(p, up_W_), glm::dot(p, toward_eye_W_)};
   };

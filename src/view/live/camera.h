@@ -38,7 +38,7 @@ class ViewCamera {
   void set_target_W(const Vec3& p_W) { target_W_ = p_W; }
   double height_mm() const { return height_mm_; }
   void set_height_mm(double height_mm);  // clamped to 1 to 2000
-  /// Sets the direction from target to eye and the up direction. `up_W` must not be parallel to it.
+  /// Sets the direction from target to eye and the up direction. `up_W` must not be parallel to `toward_eye_W`.
   void Look(const Vec3& toward_eye_W, const Vec3& up_W);
   void Look(View view);
 
@@ -59,7 +59,7 @@ class ViewCamera {
 
   /// Returns the size of a pixel at the depth of a point, mm.
   double WorldPerPixel(const Vec3& p_W) const;
-  /// Returns nullopt for a point behind the eye.
+  /// Returns the pixel position of a point; nullopt if the point is behind the eye.
   std::optional<ScreenPoint> Project(const Vec3& p_W) const;
   Ray CalcRay(const ScreenPoint& at) const;
   /// Returns the point under a pixel in the plane through `p_W` parallel to the image.

@@ -68,7 +68,7 @@ class Mesher {
 
   std::size_t SampleAt(int x, int y, int z) const { return (At(x) * At(n_) + At(y)) * At(n_) + At(z); }
 
-  // Gradient over two cells; it looks smoother than that of a single cell.
+  // Returns the gradient over two cells; shading with it looks smoother than with that of a single cell.
   std::array<float, 3> WideGradient(const std::vector<float>& values, int x, int y, int z,
                                     const std::array<float, 3>& f) const {
     return {Trilinear(CornersOf(values, x + 1, y, z), f) - Trilinear(CornersOf(values, x - 1, y, z), f),
@@ -158,7 +158,8 @@ class Mesher {
       changed = before != v;
       vertex.cut = changed && Trilinear(before, vertex.within) < -cut_depth_;
     }
-    // The walls of a kerf are closer to each other than two cells. Next to the kerf the surface is the original one.
+    // The walls of a kerf may be less than two cells apart, so the gradient there is that of one cell. Next to the
+    // kerf, the gradient is that of the original surface.
     const std::array<float, 3> g =
         changed ? Gradient(v, vertex.within)
                 : WideGradient(block_.uncut.empty() ? block_.phi : block_.uncut, x, y, z, vertex.within);
@@ -178,7 +179,7 @@ class Mesher {
       id[i] = axis == 0 ? VertexOf(x, y - u, z - v) : axis == 1 ? VertexOf(x - v, y, z - u) : VertexOf(x - u, y - v, z);
     }
     if (!inside_first) std::swap(id[1], id[3]);
-    // Split along the shorter diagonal.
+    // Splits the face along the shorter diagonal.
     if (Distance2(id[0], id[2]) <= Distance2(id[1], id[3])) {
       t.insert(t.end(), {id[0], id[1], id[2], id[0], id[2], id[3]});
     } else {

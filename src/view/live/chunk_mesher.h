@@ -26,7 +26,7 @@ struct CellVertex {
   std::array<int, 3> cell;      // -1 to cells - 1
   std::array<float, 3> within;  // position within the cell, 0 to 1
   std::array<float, 3> normal;  // unit, outward
-  bool cut;                     // not on the original surface
+  bool cut;                     // true if not on the original surface
 };
 
 struct CellSurface {
@@ -42,7 +42,7 @@ struct CellSurface {
 /// Meshes a block with dual cells. A face belongs to the block that owns the lower end of the cell edge that the
 /// surface crosses. A vertex is bit-identical in each block that contains its cell. `cut_depth`: a vertex deeper than
 /// this below the uncut surface counts as cut; in units of phi. `skirt`: also adds the faces that reach half a cell
-/// into the next blocks up; they close the gap where those are drawn with smaller cells.
+/// into the next blocks up; they close the gap where those blocks are drawn with smaller cells.
 void MakeCellSurface(const SampleBlock& block, float cut_depth, bool skirt, CellSurface& surface);
 
 }  // namespace kerf

@@ -22,7 +22,7 @@ std::string LetterOf(const Vec3& direction) {
   return kLetters[axis][direction[axis] > 0 ? 1 : 0];
 }
 
-// Signed distance to the tool, negative inside; for a disc, without its teeth.
+// Returns the signed distance to the tool, negative inside; for a disc, without its teeth.
 double ToolDistance(const Tool& tool, const Vec3& p_T) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     return std::max(std::hypot(p_T.x, p_T.y) - disc->radius_mm(), std::abs(p_T.z) - 0.5 * disc->thickness_mm);

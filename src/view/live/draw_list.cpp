@@ -8,7 +8,7 @@
 namespace kerf {
 namespace {
 
-// Letter widths of VTK's sans serif, from space to tilde, in thousandths of the letter size.
+// Letter widths of VTK's sans-serif font, from space to tilde, in thousandths of the letter size.
 constexpr std::array<int, 95> kWidths{277, 295, 309, 554, 554, 775, 757, 198, 369, 369, 425, 606, 277, 332, 277, 437,
                                       554, 554, 554, 554, 554, 554, 554, 554, 554, 554, 277, 277, 606, 606, 606, 591,
                                       867, 740, 574, 813, 744, 536, 485, 872, 683, 226, 482, 591, 462, 919, 740, 869,
@@ -119,7 +119,7 @@ std::string CutText(const std::string& text, double size, bool bold, double widt
   if (CalcTextWidth(text, size, bold) <= width) return text;
   std::string cut = text;
   while (!cut.empty() && CalcTextWidth(cut + "...", size, bold) > width) {
-    // Remove whole characters, not single bytes.
+    // Removes whole characters, not single bytes.
     while (cut.size() > 1 && (static_cast<unsigned char>(cut.back()) & 0xc0u) == 0x80u) cut.pop_back();
     cut.pop_back();
   }

@@ -40,13 +40,13 @@ struct FlatText {
   double y = 0;  // top of the line
   int size = 14;
   bool bold = false;
-  bool upward = false;  // rotated, reads upward; then x is its left edge and y the middle
+  bool upward = false;  // rotated to read upward; x is then its left edge and y its middle
   Align align = Align::kLeft;
   FlatColour colour;
 };
 struct FlatPicture {
   FlatBox box;
-  const Image* image = nullptr;  // must live until it has been drawn
+  const Image* image = nullptr;  // must exist until it has been drawn
   std::uint64_t version = 0;     // changes if the pixels have changed
 };
 
@@ -85,8 +85,8 @@ class DrawList {
   std::vector<FlatPicture> pictures_;
 };
 
-/// Returns the width of a text, computed from the letter widths of VTK's sans serif; within 5 % of the drawn width.
-/// Non-ASCII letters count as wide ones.
+/// Returns the width of a text, computed from the letter widths of VTK's sans-serif font; within 5 % of the drawn
+/// width. Non-ASCII letters count as wide ones.
 double CalcTextWidth(const std::string& text, double size, bool bold);
 /// Returns the part of the text that fits into `width`, with "..." appended if text is left out.
 std::string CutText(const std::string& text, double size, bool bold, double width);

@@ -14,11 +14,11 @@ class GlProgram {
   GlProgram& operator=(const GlProgram&) = delete;
 
   bool made() const { return id_ != 0; }
-  /// Throws Error with the driver's message if it does not compile.
+  /// Throws Error with the driver's message if the program does not compile.
   void Make(const char* name, const char* vertex, const char* fragment);
   void Release();
   void Use() const;
-  /// Returns -1 if the driver has optimised the uniform away; setting -1 has no effect.
+  /// Returns -1 if the driver has optimised the uniform away; setting the uniform -1 has no effect.
   int Uniform(const char* name) const;
   std::uint32_t id() const { return id_; }
 

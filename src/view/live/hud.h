@@ -16,7 +16,7 @@ struct HudValues {
   std::optional<double> feed_mm_per_s;      // of the tool
   std::optional<double> rpm;                // of the spindle
   std::optional<double> force_N;            // on the hand
-  std::optional<double> nerve_mm;           // distance from blade to nerve canal; not above 0: the canal is cut
+  std::optional<double> nerve_mm;           // distance from blade to nerve canal; 0 or less: the canal is cut
   std::optional<double> plan_angle_deg;     // angle between the blade and the plane of the plan
   std::optional<double> plan_offset_mm;     // distance of the blade from that plane
   std::optional<double> nerve_warn_mm = 2;  // smaller distances are highlighted
@@ -29,7 +29,7 @@ struct PlotPoint {
 
 enum class HudLevel : std::uint8_t { kPlain, kGood, kWarn, kBad };
 
-/// Gauge of a quantity with a goal. Colour, shape and word show the same level.
+/// Gauge of a quantity with a goal. Its colour, shape and word all show the same level.
 struct HudGauge {
   std::string title;  // "Depth"
   std::string unit = "mm";
@@ -54,7 +54,7 @@ struct HudStatus {
 
 struct HudPiece {
   std::string name;
-  std::string detail;  // volume; or overlap with or gap to the selected piece
+  std::string detail;  // volume; or overlap with, or gap to, the selected piece
   Rgb8 colour = kBoneColour;
   bool selected = false;
   bool hidden = false;

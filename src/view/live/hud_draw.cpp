@@ -116,7 +116,7 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
   }
   list.Text({"10 s ago", plot.left, plot.bottom() + 4, S::kSmall - 1, false, false, Align::kLeft, ink::kFaint});
   list.Text({"now", plot.right(), plot.bottom() + 4, S::kSmall - 1, false, false, Align::kRight, ink::kFaint});
-  // Reduce many points to the largest and the smallest value for each half point of the screen.
+  // Reduces many points to the largest and the smallest value for each half point of the screen.
   std::vector<OverlayPoint> line;
   long column = -1;
   double low = 0;
@@ -275,7 +275,7 @@ void DrawStatus(const HudStatus& status, const FlatBox& box, DrawList& list) {
   }
   double x = box.left + S::kInset;
   bool first = true;
-  // From left to right while there is space; `before`: space to the left of the text.
+  // Writes texts from left to right while there is space; `before`: space to the left of the text.
   const auto write = [&](const std::string& text, bool bold, double before, double most) {
     const double room = std::min(most, right - x - before);
     if (text.empty() || room < 40) return false;
@@ -286,7 +286,7 @@ void DrawStatus(const HudStatus& status, const FlatBox& box, DrawList& list) {
     x += before + 1.05 * CalcTextWidth(shown, S::kText, bold) + 18;
     return true;
   };
-  // On: a prominent filled disc; off: a ring.
+  // A prominent filled disc if the spindle is on, a ring if it is off.
   const OverlayPoint lamp{x + 7, box.top + 14};
   list.Disc(lamp, 14, status.spindle_on ? FlatColour{LevelColour(HudLevel::kBad), 1} : ink::kFaint);
   if (!status.spindle_on) list.Disc(lamp, 9, {{236, 239, 243}, 1});
@@ -340,7 +340,7 @@ void DrawLabels(const std::vector<SceneLabel>& labels, const HudLayout& layout, 
   std::vector<FlatBox> taken = layout.Panels();
   for (const SceneLabel& label : labels) {
     const double width = 1.05 * CalcTextWidth(label.text, S::kText, true) + 10;
-    // Next to the spot, at the first place that is free.
+    // The label is placed next to the spot, at the first place that is free.
     const FlatBox places[] = {
         {label.x + 8, label.y - 24, width, 20},         {label.x + 8, label.y + 6, width, 20},
         {label.x - 8 - width, label.y - 24, width, 20}, {label.x - 8 - width, label.y + 6, width, 20},

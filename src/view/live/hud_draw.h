@@ -24,7 +24,7 @@ struct ScaleBar {
   double mm = 10;
   double points = 100;
 };
-/// Returns the longest bar of 1, 2 or 5 times a power of ten mm that is at most `max_points` long.
+/// Returns the longest bar that is at most `max_points` long and represents 1, 2 or 5 times a power of ten mm.
 ScaleBar CalcScaleBar(double mm_per_point, double max_points);
 
 struct HudPictures {

@@ -8,7 +8,7 @@
 
 namespace kerf {
 
-/// Sizes of letters and lines, points.
+/// Sizes of text, lines and panels, points.
 struct HudSizes {
   static constexpr double kEdge = 8;      // between panels, and between panels and the window's edge
   static constexpr double kInset = 10;    // between a panel's edge and its text
@@ -31,8 +31,8 @@ struct HudExtras {
   bool scale_bar = true;
 };
 
-/// Positions of all panels. A box is empty if its panel is not shown: no contents or no space. Less important panels
-/// are dropped first.
+/// Positions of all panels. A box is empty if its panel is not shown, because it has no contents or there is no space
+/// for it. Less important panels are dropped first.
 struct HudLayout {
   double width = 0;  // width of the window, points
   double height = 0;
@@ -51,7 +51,7 @@ struct HudLayout {
   std::vector<FlatBox> Panels() const;
 };
 
-/// `width`, `height`: size of the window in points (pixels divided by scale).
+/// Computes the layout. `width`, `height`: size of the window in points (pixels divided by scale).
 HudLayout CalcHudLayout(double width, double height, const HudState& state, const HudExtras& extras);
 
 /// Height of the force plot without its note, and of a line of the note; points.
@@ -60,7 +60,7 @@ inline constexpr double kNoteLine = 15;
 /// Splits the note below the plot into lines that fit.
 std::vector<std::string> WrapForceNote(const HudState& state);
 
-/// Position of a group of the help. Groups are placed in order, each in the column that is least full.
+/// Position of one group of the help's entries. Groups are placed in order, each in the column that is least full.
 struct HelpPlace {
   std::size_t group = 0;
   double x = 0;
@@ -78,7 +78,7 @@ struct MenuRows {
   std::vector<FlatBox> rows;
 };
 MenuRows PlaceMenuRows(const HudMenu& menu, const FlatBox& modal);
-/// The same for the pieces panel.
+/// Returns the boxes of the visible rows of the pieces panel.
 MenuRows PlacePieceRows(const std::vector<HudPiece>& pieces, const HudLayout& layout);
 
 }  // namespace kerf

@@ -9,7 +9,8 @@
 namespace kerf {
 namespace {
 
-// Meshes a smooth field of the tissue: its fraction among a voxel and its 26 neighbours, negative inside.
+// Meshes a smooth field of the tissue: the tissue's fraction among a voxel and its 26 neighbours, shifted to be
+// negative inside.
 TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
   const Bone::Grids& grids = bone.grids();
   const openvdb::FloatGrid::Ptr fraction = openvdb::FloatGrid::create(1.0F);
@@ -49,7 +50,8 @@ TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
   return ExtractZeroLevel(*fraction, 0);
 }
 
-// Taubin smoothing: towards the mean of the neighbours and nearly as far back, which removes steps but keeps the size.
+// Taubin smoothing: moves each point towards the mean of its neighbours and nearly as far back, which removes steps but
+// keeps the size.
 void Smooth(TriangleMesh& mesh) {
   constexpr int kRounds = 10;
   std::vector<Vec3> sum(mesh.points.size());

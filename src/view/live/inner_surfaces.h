@@ -11,8 +11,8 @@ struct InnerSurfaces {
   TriangleMesh teeth_W;
 };
 
-/// Extracts the surfaces from the region grid with its steps smoothed; accurate to a voxel. A mesh is empty if the bone
-/// has no such region.
+/// Extracts the surfaces from the region grid and smooths the grid's steps; accurate to a voxel. A mesh is empty if the
+/// bone has no such region.
 InnerSurfaces MakeInnerSurfaces(const Bone& bone);
 
 }  // namespace kerf

@@ -14,10 +14,10 @@ namespace kerf {
 /// Colours by region; entries from 256 on are for cut faces. The fourth component is 255 for tissue drawn with pores.
 using BonePalette = std::array<std::array<std::uint8_t, 4>, 512>;
 
-/// Plain: uncut bone has the colour of bone, cut faces show their tissue. By tissue or by region: the colours apply
-/// everywhere.
+/// In plain mode, uncut bone has the colour of bone, and cut faces show their tissue. By tissue or by region, the
+/// colours apply everywhere.
 BonePalette MakePalette(const MaterialTable& materials, ColourBy by);
-/// Colour of a cut face, in modes plain and by tissue.
+/// Returns the colour of a cut face in the modes plain and by tissue.
 Rgb8 CutColour(Tissue tissue);
 
 /// Number of vertices for each entry of the palette.

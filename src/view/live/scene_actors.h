@@ -28,7 +28,7 @@ class SceneActors {
   void SetToolPose(const Pose& X_WT, double rpm, double angle_rad);
   void SetToolColour(const Rgb8& colour);
   void SetGhost(const std::optional<Pose>& X_WH);
-  /// `mm_per_point`: at the arrow; keeps its thickness constant at every zoom.
+  /// `mm_per_point`, at the arrow, is used to draw the arrow equally thick at every zoom.
   void SetForce(const std::optional<ForceArrow>& force, double mm_per_point);
   void SetPlanes(const std::vector<PlaneOverlay>& planes);
   void SetDepthStops(const std::vector<DepthStopOverlay>& stops);
@@ -39,7 +39,7 @@ class SceneActors {
 
   /// Returns a box that contains everything shown.
   Box3 CalcBounds() const;
-  /// Returns the labels of the objects, positions in points.
+  /// Returns the labels of the objects, with positions in points.
   std::vector<SceneLabel> MakeLabels(const ViewCamera& camera) const;
 
  private:

@@ -23,7 +23,7 @@
 namespace kerf {
 namespace {
 
-// Depth of the gullets that MakeToolMesh() cuts.
+// Returns the depth of the gullets that MakeToolMesh() cuts.
 double GulletDepth(const DiscSaw& saw) {
   return std::min(0.45 * saw.pitch_mm(), 0.1 * saw.radius_mm());
 }

@@ -16,17 +16,18 @@ namespace kerf {
 
 enum class Finish { kMatt, kMetal, kFlat };  // flat: unlit
 
-/// Makes an actor with smooth shading, and creases where the surface bends by more than 40 degrees. With opacity 1 it
-/// is drawn in VTK's opaque pass, otherwise in the translucent pass after it. `point_colours`: one for each point, or
-/// null.
+/// Makes an actor with smooth shading, but with creases where the surface bends by more than 40 degrees. With opacity 1
+/// it is drawn in VTK's opaque pass, otherwise in the translucent pass after it. `point_colours`: one for each point,
+/// or null.
 vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish,
                                         const std::vector<Rgb8>* point_colours = nullptr);
 /// Returns the twelve edges of a box.
 std::vector<std::vector<Vec3>> MakeBoxEdges(const Box3& box);
-/// `width_px`: in pixels of the window.
+/// Makes an actor for lines of `width_px` pixels of the window.
 vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& lines, const Rgb8& colour,
                                         double width_px);
-/// Makes the motion blur of turning teeth: a ring between gullets and tips, less opaque outwards, in the tool's frame.
+/// Makes the motion blur of turning teeth: a ring between the gullets and the tips, which becomes less opaque outwards;
+/// in the tool's frame.
 vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw);
 /// Makes a disc without teeth, with the radius up to which the blade is solid at every angle.
 TriangleMesh MakeTurningMesh(const DiscSaw& saw);

@@ -43,7 +43,7 @@ struct SurfaceWorker::State {
     std::size_t next;  // index in `all`
   };
   // Cells of up to 0.85 mm show a bone well enough to begin with. Finer cells follow. Coarser ones up to 1.25 mm come
-  // last: only a slow machine draws them, from a distance.
+  // last: only a slow machine draws them, and only from a distance.
   static std::vector<Pass> MakePasses(double voxel_mm) {
     std::vector<Pass> first, last;
     for (const int step : BoneChunks::kSteps) {
@@ -122,7 +122,7 @@ struct SurfaceWorker::State {
         });
       }
     }
-    // Drop meshes of chunks that were and are empty.
+    // Drops the meshes of chunks that have always been empty.
     meshes.erase(std::remove_if(meshes.begin(), meshes.end(),
                                 [](const ChunkMesh& mesh) { return mesh.vertices.empty() && !mesh.cut; }),
                  meshes.end());

@@ -19,9 +19,9 @@ struct SurfaceCounts {
   std::size_t dirty = 0;           // chunks to be remeshed
 };
 
-/// Meshes the bone in its own thread. The thread that reads the loop's leaves calls Offer(); the drawing thread calls
-/// Fetch(). Neither waits for meshing: both hold a lock only while copying. Waiting leaves are merged by position, so
-/// their number is bounded by the size of the bone.
+/// Meshes the bone in a thread of its own. The thread that reads the loop's leaves calls Offer(); the drawing thread
+/// calls Fetch(). Neither waits for meshing: both hold a lock only while copying. Waiting leaves are merged by
+/// position, so their number is bounded by the size of the bone.
 class SurfaceWorker {
  public:
   /// `bone`: a copy from before the loop begins. `threads`: for the first meshing; 0: one per core.
@@ -54,7 +54,8 @@ class SurfaceWorker {
   void AskSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window = {});
   /// Returns the latest finished slices unless they have already been fetched.
   std::optional<CtSlices> FetchSlices();
-  /// Returns the intersection of a ray with the bone. May wait for the chunk that is being meshed, about a millisecond.
+  /// Returns the first intersection of a ray with the bone. May wait about a millisecond for the chunk that is being
+  /// meshed.
   std::optional<Vec3> Pick(const Ray& ray) const;
   /// Returns a copy of the bone in its drawn state.
   Bone CopyBone() const;

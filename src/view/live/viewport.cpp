@@ -27,8 +27,8 @@
 namespace kerf {
 namespace {
 
-// Key light from the upper left, fill light from the right, rim light from below, fixed to the camera; as in
-// shaders/bone.frag.
+// Adds a key light from the upper left, a fill light from the right and a rim light from below, fixed to the camera; as
+// in shaders/bone.frag.
 void AddLights(vtkRenderer& renderer) {
   struct Lamp {
     double x, y, z, intensity;
@@ -71,7 +71,7 @@ vtkSmartPointer<vtkAnnotatedCubeActor> MakeCube() {
   return cube;
 }
 
-// Returns the first intersection of a ray with a triangle, as a multiple of its direction.
+// Returns the first intersection of a ray with a triangle, as a multiple of the ray's direction.
 std::optional<double> MeetTriangle(const Vec3& origin, const Vec3& direction, const Vec3& a, const Vec3& b,
                                    const Vec3& c) {
   const Vec3 u = b - a;
@@ -363,7 +363,7 @@ void Viewport::FitAll() {
                         (i & 4) != 0 ? s.bounds_W.upper.z : s.bounds_W.lower.z);
   }
   s.Place();
-  // Fit into a window of the size of the free area, then shift to its position.
+  // Fits the view into a window of the size of the free area, then shifts it to that area's position.
   const FlatBox& free = s.layout.scene;
   if (free.empty()) {
     s.camera.Fit(points);

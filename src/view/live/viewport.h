@@ -62,7 +62,7 @@ struct MeasureOverlay {
   bool operator==(const MeasureOverlay&) const = default;
 };
 
-/// Separated piece, drawn separately. Its mesh stays at the place where it was cut; `X_WP` moves it.
+/// Separated piece, drawn as an object of its own. Its mesh stays where the piece was cut; `X_WP` moves it.
 struct PieceShape {
   int id = 0;
   std::shared_ptr<const TriangleMesh> mesh_W;
@@ -75,7 +75,7 @@ struct PieceShape {
 
 struct ForceArrow {
   Vec3 p_W{0};    // point of application
-  Vec3 f_W_N{0};  // drawn 8 mm long per newton, at most 60 mm but at least as long as its head
+  Vec3 f_W_N{0};  // drawn 8 mm long per newton, but at most 60 mm and at least as long as its head
 };
 
 /// Cost of the last picture.
@@ -96,8 +96,8 @@ class Viewport {
   Viewport(const Viewport&) = delete;
   Viewport& operator=(const Viewport&) = delete;
 
-  /// Sets the size in framebuffer pixels. An empty size, as of a minimised window, is ignored. `scale`: of text and
-  /// lines, 1 to 4; 2 on a display with twice the usual density. Throws Error for another scale.
+  /// Sets the size in framebuffer pixels. An empty size, such as that of a minimised window, is ignored. `scale`: of
+  /// text and lines, 1 to 4; 2 on a display with twice the usual density. Throws Error for another scale.
   void Resize(int width, int height, double scale);
   int width() const;
   int height() const;
@@ -134,7 +134,7 @@ class Viewport {
   void SetGuides(const std::vector<GuideOverlay>& guides);
   void SetMeasures(const std::vector<MeasureOverlay>& measures);
   void SetPieces(const std::vector<PieceShape>& pieces);
-  /// Unset: not shown.
+  /// If unset, no slices are shown.
   void SetSlices(const std::optional<CtSlices>& slices);
 
   // ---- panels
@@ -166,7 +166,7 @@ class Viewport {
   Image Grab();
   const ViewStats& stats() const;
   std::string renderer_name() const;  // as reported by the driver: "llvmpipe (...)"
-  /// Enables antialiasing; by default only with a graphics card.
+  /// Enables or disables antialiasing; by default it is enabled only with a graphics card.
   void set_smooth_edges(bool smooth);
   /// Sets the resolution of uncut bone: minimum and maximum cell size in points of the screen, and between these the
   /// maximum number of triangles in total. Defaults: 1.5 to 3 and six million with a graphics card, 1.5 to 14 and

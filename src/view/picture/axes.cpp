@@ -128,7 +128,7 @@ void PatientAxes::AddNumbersOf(int axis, Overlay& overlay) const {
     if (score > best) best = score, best_W = p_W;
   }
   const ViewFrame::Pixel middle = frame_.Project(best_W);
-  // Outwards, perpendicular to the edge.
+  // The outward direction, perpendicular to the edge.
   const ViewFrame::Pixel ahead = frame_.Project(best_W + AxisVector(axis));
   double out_column = -(ahead.row - middle.row);
   double out_row = ahead.column - middle.column;

@@ -28,7 +28,7 @@ class PatientAxes {
     bool strong;
   };
   std::vector<Line> ListLines() const;
-  bool IsSeenAlong(int axis) const;  // its lines appear as points
+  bool IsSeenAlong(int axis) const;  // lines along the axis appear as points
   void AddNumbersOf(int axis, Overlay& overlay) const;
 
   const Box3 box_W_;

@@ -21,16 +21,16 @@ inline constexpr Rgb8 kSteelColour{168, 178, 190};
 inline constexpr Rgb8 kForceColour{0, 114, 178};
 
 Rgb8 TissueColour(Tissue tissue);
-/// Colour of a cortical region: distinct for neighbouring ids, although not all of 31 regions can be distinguished.
-/// Other tissues keep TissueColour().
+/// Returns the colour of a cortical region. Neighbouring ids have distinct colours, although not all 31 regions can be
+/// distinguished. Other tissues keep TissueColour().
 Rgb8 RegionColour(int region_id);
 Rgb8 RegionColour(const Region& region);
 
 enum class ColourBy { kPlain, kTissue, kRegion };
 
 /// Colours of the points of a surface of `bone`, and the legend of the entries that occur in at least 0.1 % of the
-/// points, most frequent first (regions sorted by id). Each point takes the region just below it (along the surface's
-/// normal), so the faces of a cut show the layers they expose.
+/// points, most frequent first (regions sorted by id). Each point has the colour of the region just below it (along the
+/// surface's normal), so the faces of a cut show the layers they expose.
 struct SurfaceColours {
   std::vector<Rgb8> points;
   std::vector<LegendEntry> legend;

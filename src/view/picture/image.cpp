@@ -30,7 +30,7 @@ void WritePng(const Image& image, const std::string& path) {
     std::memcpy(data->GetScalarPointer(0, image.height - 1 - row, 0),
                 image.pixels.data() + static_cast<std::size_t>(row) * row_size, 3 * row_size);
   }
-  // Encode in memory: libpng would print messages if the disk were full.
+  // The picture is encoded in memory, because libpng would print messages if the disk were full.
   const vtkNew<vtkPNGWriter> writer;
   writer->SetInputData(data);
   writer->SetWriteToMemory(1);

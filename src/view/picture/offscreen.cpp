@@ -20,8 +20,9 @@
 namespace kerf {
 namespace {
 
-/// Mesa's software driver and its compiler crash with less memory. They retain it, so later pictures need little more.
-/// Found by trial with `ulimit` in steps of 40 to 60 MB: 0.95 and 0.75 GB are enough.
+/// Throws Error if there is too little memory for Mesa's software driver and its compiler, which would then crash. They
+/// keep this memory, so later pictures need little more. Trials with `ulimit` in steps of 40 to 60 MB showed that 0.95
+/// and 0.75 GB are enough.
 void CheckDriverMemory() {
   static std::atomic<bool> is_started{false};
   if (is_started.load()) return;

@@ -133,7 +133,7 @@ void Overlay::AddImage(const Image& image, double left, double top, double width
   const vtkNew<vtkImageData> data;
   data->SetDimensions(columns, rows, 1);
   data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  // Interpolate between the centres of the four surrounding pixels.
+  // Interpolates between the centres of the four surrounding pixels.
   const auto place = [](int i, int count, int pixels, int& low, int& high) {
     const double at = std::clamp((i + 0.5) / count * pixels - 0.5, 0.0, pixels - 1.0);
     low = static_cast<int>(at);
@@ -171,7 +171,7 @@ void Overlay::AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& c
     middle.column += corner.column / static_cast<double>(corners.size());
     middle.row += corner.row / static_cast<double>(corners.size());
   }
-  // As triangles: VTK does not fill non-convex polygons correctly.
+  // The polygon is drawn as triangles, because VTK does not fill non-convex polygons correctly.
   Polygons polygons(height_, supersampling_, padding_);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     polygons.Add({middle, corners[(i + 1) % corners.size()], corners[i]});

@@ -45,12 +45,12 @@ class Overlay {
   /// `row`: top of the text.
   void AddText(const std::string& text, double column, double row, const TextStyle& style);
   void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);
-  /// A line of `width` pixels with round joins.
+  /// Draws a line of `width` pixels with round joins.
   void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double opacity = 1);
   /// Draws an image stretched over the rectangle, with interpolation.
   void AddImage(const Image& image, double left, double top, double width, double height);
   void AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour);
-  /// Draws a filled polygon. Corners in order, star-shaped about their mean.
+  /// Draws a filled polygon. The corners must be in order, and the polygon star-shaped about their mean.
   void AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& colour);
 
  private:

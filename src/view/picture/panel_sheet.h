@@ -24,7 +24,7 @@ struct Panel {
   double left_mm = 0, right_mm = 0, top_mm = 0, bottom_mm = 0;  // coordinates at the image's edges
   std::string across_name, down_name;                           // names of the axes, with unit
   std::string left_letter, right_letter;                        // labels at the edges: "R" and "L"; optional
-  std::vector<double> levels_mm;  // horizontal lines, at these positions on the other axis
+  std::vector<double> levels_mm;  // positions of horizontal lines, on the axis that runs down
   std::vector<PanelMark> marks;
 };
 
@@ -44,7 +44,7 @@ struct PanelPlace {
 /// Draws all panels in rows from the top left, at the largest common scale at which they fit. Throws Error if there is
 /// no panel, no space, or this machine cannot draw.
 Image RenderSheet(const SheetSpec& spec, std::vector<PanelPlace>* places = nullptr);
-/// RenderSheet as a PNG.
+/// Writes RenderSheet() as a PNG.
 void WriteSheet(const SheetSpec& spec, const std::string& path);
 
 }  // namespace kerf

@@ -120,8 +120,8 @@ Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
   return shape;
 }
 
-// Key light from the upper left, fill light from the right, rim light from behind, fixed to the camera, so that all
-// views are lit equally.
+// Adds a key light from the upper left, a fill light from the right and a rim light from behind, fixed to the camera,
+// so that all views are lit equally.
 void AddLights(vtkRenderer& renderer) {
   struct Lamp {
     double x, y, z;
@@ -143,7 +143,7 @@ void AddLights(vtkRenderer& renderer) {
 }
 
 void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer& renderer) {
-  // Set the clipping planes around everything.
+  // Sets the clipping planes around everything.
   double nearest = -1;
   double farthest = 1;
   for (int corner = 0; corner < 8; ++corner) {
@@ -162,8 +162,8 @@ void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer
   camera.SetClippingRange(margin, nearest - farthest + 3 * margin);
 }
 
-// Adds a cube in the corner that turns with the view: L R left and right of the patient, A P front and back, S I up and
-// down.
+// Adds a cube in the corner that turns with the view: L and R are the patient's left and right, A and P front and back,
+// S and I up and down.
 void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding, const Layout& layout,
                     vtkRenderer& renderer) {
   const vtkNew<vtkAnnotatedCubeActor> cube;
@@ -275,7 +275,7 @@ void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
   for (const Arrow& arrow : spec.arrows) {
     const ViewFrame::Pixel tail = frame.Project(arrow.tail_W);
     const ViewFrame::Pixel tip = frame.Project(arrow.tip_W);
-    // Beyond the tail, on the side away from the tip.
+    // The label is placed beyond the tail, on the side away from the tip.
     const bool to_right = tail.column >= tip.column;
     const double gap = 0.6 * layout.text_size;
     overlay.AddText(

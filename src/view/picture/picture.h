@@ -26,7 +26,7 @@ struct Camera {
   double height_mm = 0;          // height of the visible region, > 0 if target_W is set
 };
 Camera MakeCamera(View view);
-/// Camera aimed at `target_W`.
+/// Returns a camera aimed at `target_W`.
 Camera MakeCamera(const Vec3& toward_eye_W, const Vec3& up_W, const Vec3& target_W, double height_mm);
 
 /// Surface to draw.
@@ -68,8 +68,8 @@ struct PictureSpec {
   std::vector<LegendEntry> legend;
   bool scale_bar = true;
   Orientation orientation = Orientation::kPatient;
-  bool fit_to_tool = true;  // a camera without target includes the tool and the arrows
-  bool axes = false;        // patient coordinates in mm around the shapes, and a grid; for a camera without target
+  bool fit_to_tool = true;  // a camera without a target includes the tool and the arrows
+  bool axes = false;        // patient coordinates in mm around the shapes, and a grid; for a camera without a target
 };
 
 /// Mapping from world points to the picture.
@@ -95,7 +95,7 @@ ViewFrame CalcViewFrame(const PictureSpec& spec);
 
 /// Throws Error if the spec is out of range or this machine cannot draw (no EGL).
 Image RenderPicture(const PictureSpec& spec);
-/// True if this build can draw: KERF_WITH_PICTURES.
+/// True if this build can draw, i.e. was built with KERF_WITH_PICTURES.
 extern const bool kPicturesBuilt;
 /// Writes RenderPicture() as a PNG.
 void WritePicture(const PictureSpec& spec, const std::string& path);

@@ -139,14 +139,14 @@ ViewFrame CalcViewFrame(const PictureSpec& spec) {
   Span span(frame.right_W, frame.up_W);
   IncludeEverything(spec, span);
   if (span.box().empty()) throw Error("there is nothing to draw: the picture has no surface");
-  // Fitted below the title and above the scale bar, with a margin.
+  // The contents are fitted below the title and above the scale bar, with a margin.
   const Layout layout(spec);
   const double free_width = spec.width - layout.left_margin - layout.right_margin;
   const double free_height = spec.height - layout.top_margin - layout.bottom_margin;
   const Vec3 size = glm::max(span.box().size(), Vec3{1e-6});
   frame.pixels_per_mm = std::min(free_width / size.x, free_height / size.y);
   const Vec3 middle = span.box().centre();
-  // Centre the contents in the free area.
+  // Centres the contents in the free area.
   const double shift_right = 0.5 * (layout.right_margin - layout.left_margin) / frame.pixels_per_mm;
   const double shift_up = 0.5 * (layout.top_margin - layout.bottom_margin) / frame.pixels_per_mm;
   Box3 depth;

@@ -11,8 +11,8 @@ namespace kerf {
 
 /// Converts a mesh, with points in double precision. Point ids keep their order.
 vtkSmartPointer<vtkPolyData> MakePolyData(const TriangleMesh& mesh);
-/// Stops VTK from writing to stderr; failures are detected from return values. May be called by any thread, any number
-/// of times.
+/// Stops VTK from writing to stderr; kerf detects failures from return values instead. May be called by any thread, any
+/// number of times.
 void QuietVtk();
 
 }  // namespace kerf

@@ -71,7 +71,7 @@ PlotSeries MakeContour(const PlotContour& contour) {
   };
   for (int k = 0; k + 1 < field.rows; ++k) {
     for (int i = 0; i + 1 < field.columns; ++i) {
-      // Around the cell; if the level lies between two corners, the line crosses the edge between them.
+      // Goes around the cell; if the level lies between two corners, the line crosses the edge between them.
       constexpr int kAlong[] = {0, 1, 1, 0, 0}, kUp[] = {0, 0, 1, 1, 0};
       std::array<std::array<double, 2>, 4> crossings;
       std::size_t count = 0;
@@ -133,7 +133,7 @@ Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame) {
   left.right_axis = false;
   left.y = {field.y0, y1};
   plot.series.push_back(left);
-  // Choose the height at which both axes have equal scale.
+  // Chooses the height at which both axes have equal scale.
   PlotFrame box;
   for (int round = 0; round < 2; ++round) {
     RenderPlot(plot, &box);

@@ -17,7 +17,8 @@ struct PlotField {
   int rows = 0;
   std::vector<float> values;  // by row, upwards; values that are not finite are left white
 
-  /// Interpolates bilinearly. Returns the nearest value if one of the four is not finite, and NaN outside the grid.
+  /// Interpolates bilinearly. Returns the nearest value if one of the four values around the point is not finite, and
+  /// NaN outside the grid.
   double Sample(double x, double y) const;
 };
 
@@ -47,12 +48,12 @@ struct FieldPlotSpec {
 /// readable in greyscale.
 Rgb8 BarColour(double fraction);
 
-/// Returns the segments of the line where `field` = level. Each goes from one edge of a cell to another, followed by a
-/// NaN.
+/// Returns the segments of the line where `field` = level. Each segment goes from one edge of a cell to another and is
+/// followed by a NaN.
 PlotSeries MakeContour(const PlotContour& contour);
 
-/// Throws Error if the field has fewer than 2 x 2 values or no finite value, or this machine cannot draw. `frame`: as
-/// for RenderPlot(); includes the colour bar at its right end.
+/// Draws a plot. Throws Error if the field has fewer than 2 x 2 values or no finite value, or this machine cannot draw.
+/// `frame`: as for RenderPlot(); includes the colour bar at its right end.
 Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame = nullptr);
 void WriteFieldPlot(const FieldPlotSpec& spec, const std::string& path);
 

@@ -25,7 +25,7 @@ struct LabelObstacles {
 };
 
 /// Returns a position for each label, in the order of `wishes` (greedy: eight directions around the mark, from near to
-/// far; Christensen, Marks and Shieber 1995 describe this method and find it good enough for few labels).
+/// far; Christensen, Marks and Shieber 1995 describe this method and find it good enough for a small number of labels).
 std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const LabelObstacles& obstacles);
 
 }  // namespace kerf

@@ -287,7 +287,7 @@ class PlotDrawing {
         if (series.marker > 0) TakeMark(p, series, i, colour);
       }
       if (has_last && series.width > 0) {
-        // Skip steps too small to be visible; long logs have many.
+        // Skips steps too small to be visible; long logs have many of them.
         const bool is_end = i + 1 == series.x.size();
         if (std::hypot(p.column - last.column, p.row - last.row) < 0.2 && !is_end) continue;
         OverlayPoint a = last;
@@ -379,7 +379,7 @@ class PlotDrawing {
     const std::vector<LabelBox> places = PlaceLabels(wishes_, obstacles);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const LabelBox& box = places[i];
-      // Leader line from the mark to the nearest point of a label that is not next to it.
+      // Draws a leader line from the mark to the nearest point of a label that is not next to it.
       const OverlayPoint& at = wishes_[i].at;
       const OverlayPoint near{std::clamp(at.column, box.left, box.left + box.width),
                               std::clamp(at.row, box.top, box.top + box.height)};

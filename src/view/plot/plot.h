@@ -59,7 +59,7 @@ struct PlotNote {
   double y = 0;
   std::string text;            // lines are separated by '\n'
   std::optional<Rgb8> colour;  // unset: the plot's text colour
-  Align align = Align::kLeft;  // edge that is placed at x; its vertical centre is at y
+  Align align = Align::kLeft;  // edge of the text that is placed at x; its vertical centre is at y
   bool bold = false;
 };
 

@@ -29,7 +29,7 @@ class PlotCanvas {
   Overlay::Size MeasureText(const std::string& text, const TextStyle& style) const {
     return measure_.MeasureText(text, style);
   }
-  /// Same as Overlay::AddText.
+  /// See Overlay::AddText().
   virtual void AddText(const std::string& text, double column, double row, const TextStyle& style) = 0;
   virtual void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity) = 0;
   /// `dash`: length of a dash and of the gap after it, pixels; 0: solid.

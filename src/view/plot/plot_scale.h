@@ -43,7 +43,7 @@ struct PlotExtent {
 };
 
 /// `tight`: the axis ends where the data end. `headroom`: fraction of the range that stays free above the data. Throws
-/// Error with the axis' `name` if there is no range.
+/// Error, with the axis's `name` in the message, if there is no range.
 PlotScale MakePlotScale(const PlotAxis& axis, const PlotExtent& data, bool tight, double headroom, const char* name);
 
 }  // namespace kerf

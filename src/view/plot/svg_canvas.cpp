@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-/// As a fraction of the letter size, for VTK's own font.
+/// Ascent and line height of VTK's own font, as fractions of the letter size.
 constexpr double kAscent = 0.93;
 constexpr double kLineHeight = 1.15;
 

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-// A value outside the range because of rounding counts as inside.
+// A value that is outside the range only because of rounding counts as inside; this is the relative tolerance.
 constexpr double kHair = 1e-9;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// kerf assess as a user runs it.
+// Tests of kerf assess as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 
-/// A bar that is cut in two, 0.1 mm off the plan and inclined to it by 1.1458 degrees (a slope of 0.02).
+/// A bar is cut in two, 0.1 mm off the plan and inclined to it by 1.1458 degrees (a slope of 0.02).
 constexpr char kScene[] = R"(title = "bar"
 [bone]
 model = "block"
@@ -78,7 +78,7 @@ TEST_F(AssessCommand, ComparesABoneWithTheScenesPlan) {
                            "piece_2.stl", "transforms.json", "pieces.json", "overview.png", "cut.png"}) {
     EXPECT_TRUE(Exists(std::string("out/") + file)) << file;
   }
-  // The achieved planes used as the plan: the cut has no error relative to them.
+  // The achieved planes are used as the plan: the cut has no error relative to them.
   const ProgramResult again = Kerf("assess out/achieved.mrk.json --before run/bone.vdb --after run/bone.vdb --json");
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_TRUE(nlohmann::json::parse(again.out)["planes"][0]["cut"].is_null());  // nothing was cut between these two

@@ -1,4 +1,4 @@
-// kerf bench as a user runs it.
+// Tests of kerf bench as a user runs it.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

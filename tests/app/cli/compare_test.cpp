@@ -1,4 +1,4 @@
-// kerf compare as a user runs it.
+// Tests of kerf compare as a user runs it.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// kerf run --costs and kerf loop --costs, run as programs.
+// Tests of kerf run --costs and kerf loop --costs, run as programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Messages and exit codes of the commands for recordings that are damaged, truncated, forged or signed.
+// Tests of the commands' messages and exit codes for recordings that are damaged, truncated, forged or signed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ TEST_F(DamagedRecordingCommands, GapIsNamedAndEverythingElseIsShown) {
   Record();
   Damage(850);
   const std::string sentence = "the steps from 0.850 to 1.100 s are damaged: 250 of 2000 ticks";
-  // Replayed as recorded up to the gap, and the results are written.
+  // The recording is replayed up to the gap, and the results are written.
   const ProgramResult replayed = Run("replay bad.kerf --verify --json -o out");
   EXPECT_EQ(replayed.code, 3);
   EXPECT_THAT(replayed.err, HasSubstr("bad.kerf: " + sentence));
@@ -104,7 +104,7 @@ TEST_F(DamagedRecordingCommands, GapIsNamedAndEverythingElseIsShown) {
   EXPECT_EQ(scored.code, 3);
   EXPECT_TRUE(nlohmann::json::accept(scored.out));
 
-  // Continues only from before the gap, and only if --at requests it.
+  // A session continues only from before the gap, and only if --at requests it.
   const ProgramResult from_end = Run("loop --from bad.kerf --virtual --seconds 0.2");
   EXPECT_EQ(from_end.code, 1);
   EXPECT_THAT(from_end.err, HasSubstr("up to 0.850 s, with --at"));
@@ -112,7 +112,7 @@ TEST_F(DamagedRecordingCommands, GapIsNamedAndEverythingElseIsShown) {
   EXPECT_EQ(Run("replay on.kerf --verify").code, 0);
 }
 
-// Warnings about a damaged recording on stderr are also in every file and page made from it.
+// Warnings about a damaged recording that are printed on stderr are also in every file and page made from it.
 TEST_F(DamagedRecordingCommands, PagesFromADamagedRecordingStateTheDamage) {
   Record();
   Damage(850);
@@ -165,7 +165,7 @@ TEST_F(DamagedRecordingCommands, RunAlongAPathReportsTheDamageInItsSummary) {
 }
 
 TEST_F(DamagedRecordingCommands, AKilledSessionIsCutShort) {
-  // Kill it as soon as some blocks are written, however slow the machine is.
+  // The program is killed as soon as some blocks are written, however slow the machine is.
   const std::string script = "cd '" + folder_.string() +
                              "' && { '" KERF_PROGRAM
                              "' loop s.toml --seconds 600 --record a.kerf >live.txt 2>&1 & "
@@ -181,7 +181,7 @@ TEST_F(DamagedRecordingCommands, AKilledSessionIsCutShort) {
   EXPECT_THAT(shown.out, HasSubstr("cut short at "));
   EXPECT_EQ(Run("log a.kerf --csv").code, 3);
   EXPECT_EQ(Run("score a.kerf").code, 3);
-  // A recording continued from it is complete.
+  // A recording that continues the damaged one is complete.
   EXPECT_EQ(Run("loop --from a.kerf --virtual --seconds 0.2 --record on.kerf").code, 0);
   EXPECT_EQ(Run("replay on.kerf --verify").code, 0);
 }
@@ -207,7 +207,7 @@ TEST_F(DamagedRecordingCommands, AnAlteredRowOrEventFailsTheVerification) {
   const ProgramResult event = Run("replay event.kerf --verify");
   EXPECT_EQ(event.code, 1);
   EXPECT_THAT(event.err, HasSubstr("the event \"undo first\" at 1.600 s"));
-  // Damaged and different from the recorded run: the difference determines the exit code.
+  // The recording is damaged, and the replay differs from the recorded run. The difference determines the exit code.
   std::string bytes = Slurp(folder_ / "row.kerf");
   Write("both.kerf", bytes.substr(0, bytes.size() - 40));
   EXPECT_EQ(Run("replay both.kerf --verify").code, 1);
@@ -247,7 +247,7 @@ TEST_F(DamagedRecordingCommands, KeySignsLaterRecordings) {
   EXPECT_EQ(Run("log").code, 2);
 }
 
-// A block of steps is replaced, with a correct checksum: the chain breaks, and the readable part is still shown.
+// A block of steps is replaced, with a correct checksum. This breaks the chain, but the readable part is still shown.
 TEST_F(DamagedRecordingCommands, ABrokenChainIsDamage) {
   Record();
   std::string bytes = Slurp(folder_ / "a.kerf");

@@ -1,4 +1,4 @@
-// kerf devices and kerf bench devices, run as programs, whatever is connected to this machine.
+// Tests of kerf devices and kerf bench devices, run as programs, whatever is connected to this machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

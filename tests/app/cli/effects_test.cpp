@@ -1,4 +1,4 @@
-// kerf effects as a user runs it.
+// Tests of kerf effects as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

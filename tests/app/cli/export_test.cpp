@@ -1,4 +1,4 @@
-// kerf export and kerf picture, run as programs.
+// Tests of kerf export and kerf picture, run as programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,8 +26,8 @@ TEST_F(Export, WholeSurfaceIsClosedAndHasTheBlocksVolume) {
     ASSERT_EQ(result.code, 0) << result.err;
     const auto surface = nlohmann::json::parse(result.out)["surfaces"].at(0);
     EXPECT_TRUE(surface["closed"].get<bool>());
-    // The surface's points are means over a voxel, which bevels sharp edges by less than one: below 0.2^2 mm2 along 104
-    // mm.
+    // The surface's points are means over a voxel, which bevels sharp edges by less than a voxel: by less than 0.2^2
+    // mm2 along 104 mm.
     EXPECT_LT(surface["volume_mm3"].get<double>(), 576);
     EXPECT_GT(surface["volume_mm3"].get<double>(), 576 - 0.04 * 104);
     EXPECT_EQ(surface["triangles"], surface["triangles_before_reduction"]);

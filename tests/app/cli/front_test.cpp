@@ -1,4 +1,5 @@
-// The started program is small: --version and --help work without the libraries of the whole program.
+// Tests that the program that users start is small: --version and --help work without the libraries of the whole
+// program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,7 +36,8 @@ TEST_F(Front, PrintsTheSameAsTheWholeProgram) {
 
 TEST_F(Front, LoadsNoneOfTheLibraries) {
   if (!KERF_WITH_PICTURES || !KERF_WITH_IMPORT) GTEST_SKIP() << "this build has not all of the libraries";
-  // Prints the loader's list instead of running. Loading takes nearly all of the 0.1 s.
+  // With this variable the loader prints its list instead of running the program. Loading takes nearly all of the 0.1
+  // s.
   const std::string loaded = Shell("LD_TRACE_LOADED_OBJECTS=1 '" KERF_PROGRAM "'");
   EXPECT_THAT(loaded, HasSubstr("libc.so"));
   for (const char* library : {"libvtk", "libITK", "libopenvdb", "libgdcm"}) {

@@ -1,5 +1,5 @@
-// Every writer on a disk that is full or read-only, or with a file size limit: one message, no earlier file damaged, no
-// incomplete file left.
+// Tests every command that writes, on a disk that is full or read-only, or with a file size limit. Each prints one
+// message, damages no earlier file and leaves no incomplete file.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,8 +41,8 @@ name = "rim_samples_per_pitch"
 values = [1, 2]
 )";
 
-/// `arguments`: IN stands for the folder of inputs; results go to the current folder. `earlier`: results of an earlier
-/// run may be there.
+/// `arguments`: IN stands for the folder of inputs; results go to the current folder. `earlier`: true if results of an
+/// earlier run may be there.
 struct Command {
   const char* name;
   std::string arguments;
@@ -103,7 +103,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     return result;
   }
 
-  /// Same in a separate mount namespace: its mounts disappear with it.
+  /// Does the same in a separate mount namespace, whose mounts disappear with it.
   ProgramResult InNamespace(const std::string& commands) const { return Shell(commands, "unshare -m "); }
 
   /// Returns commands that put an earlier run's results into the current folder.
@@ -140,7 +140,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
       if (now == kOld || (name == "s.toml" && now == kFullDiskScene)) continue;
       ExpectWhole(name, now);
     }
-    // Earlier files are still there.
+    // The earlier files are still there.
     for (const std::string& file : files_) {
       if (GetParam().earlier) {
         EXPECT_TRUE(fs::exists(folder_ / place / file)) << file;
@@ -182,7 +182,7 @@ TEST_P(FullDisk, LeavesEveryEarlierFileWhole) {
     SCOPED_TRACE(fmt::format("room for {} kB", room_kB));
     fs::remove_all(folder_ / "after");
     fs::create_directories(folder_ / "after");
-    // Pages of 4 kB: at least one for each file, and for folders.
+    // Pages are 4 kB, and each file and folder takes at least one.
     const auto size_kB = 4 * (GetParam().earlier ? files_.size() : 1) + 4 + static_cast<std::size_t>(room_kB);
     const std::string inside = fmt::format(
         "mount -t tmpfs -o size={}k none small && cd small || exit 99\n{}\nPROGRAM\ncode=$?\ncp -a . ../after || exit "
@@ -223,7 +223,7 @@ TEST_P(FullDisk, FileSizeLimitIsReported) {
     ASSERT_NE(result.code, 99);
     if (result.code == 0) break;
     ++limited;
-    // The message itself also goes to a file.
+    // The message is also written to a file.
     ExpectOneSentenceAndWholeFiles(result, "after");
   }
   EXPECT_GE(limited, 1);

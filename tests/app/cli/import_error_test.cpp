@@ -1,4 +1,4 @@
-// Report of `kerf import` on the expected error of the surface.
+// Tests what `kerf import` reports about the expected error of the surface.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -17,7 +17,8 @@ using testing::Not;
 
 class ImportError : public test::ProgramTest {
  protected:
-  // Writes a ball of 1600 HU and 11 mm in soft tissue of 50 HU, blurred by 0.5 mm, in slices of `slice_mm`.
+  // Writes a ball of 1600 HU with a radius of 11 mm in soft tissue of 50 HU, blurred by 0.5 mm, in slices of
+  // `slice_mm`.
   void WriteBall(const std::string& name, double slice_mm) const {
     constexpr int kSide = 32;
     const int slices = static_cast<int>(kSide / slice_mm);
@@ -55,7 +56,7 @@ TEST_F(ImportError, IsInSummaryJsonAndProvenanceAndWarnsAbove300Micrometres) {
   EXPECT_THAT(thick.err, HasSubstr("the spacing of 1 x 1 x 3 mm scatters it by"));
   EXPECT_THAT(Kerf("info thick.vdb").out, HasSubstr("import_surface_error_mm"));
 
-  // At half height and with fine sampling there is no warning.
+  // With a threshold at half height and with fine sampling, there is no warning.
   WriteBall("fine.nrrd", 1);
   const ProgramResult fine = Kerf("import fine.nrrd --no-isolate --voxel 0.6 --iso 825 -o fine.vdb");
   ASSERT_EQ(fine.code, 0) << fine.err;

@@ -1,4 +1,4 @@
-// kerf import of surfaces, run as a program.
+// Tests of kerf import of surfaces, run as a program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Information about a force law besides its forces, from kerf check and from a run's summary.
+// Tests what kerf check and a run's summary report about a force law besides its forces.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 using testing::Not;
 using Json = nlohmann::json;
 
-/// Returns a scene with a kerf 2 mm deep through a block, at a bite of 1 um for each 3 mm/s.
+/// Returns a scene with a kerf 2 mm deep through a block, with a bite of 1 um for every 3 mm/s of feed.
 std::string Slot(double feed_mm_per_s, const std::string& law) {
   return "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 4.0\nsize_y_mm = 2.0\nsize_z_mm = 4.0\nvoxel_mm = 0.1\n"
          "[[path.stroke]]\nstart_mm = [-9.0, 0.0, 9.0]\nend_mm = [9.0, 0.0, 9.0]\nfeed_mm_per_s = " +
@@ -49,7 +49,7 @@ TEST_F(Law, CheckStatesTheLawsRangeAndWarnsOutside) {
     EXPECT_EQ(json["force"]["blades"], DescribeBlades(by_default));
     EXPECT_EQ(json["force"]["good_for"], FindCaveat(*law).good_for);
   }
-  // Bite of 10 um: calculated by hand, 84.6 N and, with the factor 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
+  // The bite is 10 um. Calculated by hand: 84.6 N and, with the factor 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
   Write("s.toml", Slot(30, "hertz_chip"));
   const ProgramResult deep = Kerf("check s.toml");
   EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; outside "
@@ -65,7 +65,8 @@ TEST_F(Law, CheckStatesTheLawsRangeAndWarnsOutside) {
 }
 
 TEST_F(Law, FactorsAreForTheScenesTool) {
-  // The thrust grows with the root of the radius: four times the radius gives twice the thrust of the 22 mm disc.
+  // The thrust grows with the square root of the radius: four times the radius gives twice the thrust of the 22 mm
+  // disc.
   Write("s.toml", Slot(9, "hertz_chip") + "[tool]\ndiameter_mm = 88.0\nteeth = 24\n");
   const ProgramResult text = Kerf("check s.toml");
   EXPECT_THAT(text.out,
@@ -103,7 +104,7 @@ TEST_F(Law, LoopUsesTheActualSpindleSpeed) {
   Write("s.toml", Slot(6, "hertz_chip"));
   const ProgramResult loop = Kerf("loop s.toml --seconds 1 --virtual --hand H3 --do 0.001:rpm=3750 -o out --json");
   ASSERT_EQ(loop.code, 0) << loop.err;
-  // Thrust / 1.6 times the speed of the rim, summed over the rows, one per tick.
+  // The work is thrust / 1.6 times the speed of the rim, summed over the rows, one per tick.
   std::istringstream rows(test::Slurp(folder_ / "out/forces.csv"));
   std::string row;
   std::getline(rows, row);

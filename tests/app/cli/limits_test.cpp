@@ -1,4 +1,4 @@
-// Inputs that are too large are refused with one sentence, before the work begins.
+// Tests that inputs that are too large are refused with one sentence, before the work begins.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ constexpr char kBlock[] =
 class Limits : public test::ProgramTest {};
 
 TEST_F(Limits, BoneLargerThanMemoryIsRefused) {
-  // The limit of `ulimit -v` counts as the free memory. The sanitizers' own memory does not fit into it.
+  // The limit of `ulimit -v` counts as the free memory. The sanitizers' own memory would exceed it.
   const char* few = "ulimit -v 4000000;";
   if (KerfWithin(few, "model block --size 4,4,4 -o small.vdb").code != 0) GTEST_SKIP() << "4 GB are too few here";
   const ProgramResult result = KerfWithin(few, "model block --size 800,800,800 --voxel 0.2 -o b.vdb");
@@ -41,7 +41,7 @@ TEST_F(Limits, RunWithTooManyTicksIsRefusedWithItsSize) {
                                        "a run has at most 20000000 ticks: lower .simulation. rate_hz or make several "
                                        "runs of it\n"));
   EXPECT_FALSE(Exists("o/scene.toml"));
-  // The same for input that does not fit into memory.
+  // The same applies to input that does not fit into memory.
   Write("s.toml", std::string(kBlock) + "[path]\nfile = \"p.csv\"\n[simulation]\nrate_hz = 500\n");
   const char* few = "ulimit -v 4000000;";
   if (KerfWithin(few, "model block --size 4,4,4 -o small.vdb").code != 0) GTEST_SKIP() << "4 GB are too few here";

@@ -1,4 +1,4 @@
-// Only one program at a time uses a folder of results; the leftovers of a killed one are removed.
+// Tests that only one program at a time uses a folder of results, and that the leftovers of a killed one are removed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -78,7 +78,7 @@ TEST_F(Litter, LockDoesNotExcludeReaders) {
   EXPECT_EQ(Kerf("run out/scene.toml -o elsewhere").code, 0);
 }
 
-// A second program, a kill, and a third program afterwards.
+// A second program runs, the first is killed, and a third program runs afterwards.
 TEST_F(Litter, OfAKilledLoopIsRemovedByTheNextRunWithItsLock) {
   {
     test::Running loop(folder_, test::At::kNowhere, "'" KERF_PROGRAM "' loop s.toml --seconds 60 -o out");
@@ -97,7 +97,7 @@ TEST_F(Litter, OfAKilledLoopIsRemovedByTheNextRunWithItsLock) {
 
 TEST_F(Litter, OfEarlierVersionsIsRemovedAndForeignFilesAreKept) {
   fs::create_directory(folder_ / "out");
-  // Process ids above the maximum.
+  // The names contain process ids above the maximum.
   for (const char* name :
        {".forces.4194305-0.csv", ".bone.4194305-3.vdb", ".forces.1-0.csv", ".diary.4194305-11.csv"}) {
     Write(std::string("out/") + name, "x");

@@ -1,4 +1,5 @@
-// A disk with little space: checks before the work, the results kept when the disk is full, and the order of messages.
+// Tests of a disk with little space: the checks before the work, the results kept when the disk is full, and the order
+// of messages.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,7 +25,7 @@ class LittleSpace : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    // 0.8 s and 400 s.
+    // The scenes take 0.8 s and 400 s.
     Write("short.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 5}, kLittleSpaceMore));
     Write("long.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 0.01}, kLittleSpaceMore));
     if (Within("mount -t tmpfs none m", "true").code != 0) GTEST_SKIP() << "no file system may be mounted here";
@@ -45,7 +46,7 @@ class LittleSpace : public test::ProgramTest {
   static std::string Mount(const char* name, int kB) {
     return fmt::format("mount -t tmpfs -o size={}k none {}", kB, name);
   }
-  /// Returns the messages except warnings.
+  /// Returns the messages without the warnings.
   static std::vector<std::string> Sentences(const ProgramResult& result) {
     std::vector<std::string> sentences;
     std::istringstream lines(result.err);
@@ -63,7 +64,7 @@ class LittleSpace : public test::ProgramTest {
   }
 };
 
-// 400,000 ticks: rows of at least 100 bytes, and 2 bytes of the recording.
+// Each of the 400,000 ticks needs a row of at least 100 bytes, and 2 bytes in the recording.
 TEST_F(LittleSpace, RunThatCannotFitIsRefusedBeforeItStarts) {
   const ProgramResult refused =
       Within(Mount("m", 2048), "'" KERF_PROGRAM "' run long.toml -o m/out --record m/session.kerf");
@@ -72,14 +73,14 @@ TEST_F(LittleSpace, RunThatCannotFitIsRefusedBeforeItStarts) {
               testing::ElementsAre("kerf: m/session.kerf and m/out/forces.csv: can't be written: at least 40.8 MB are "
                                    "needed and 2.1 MB are free on the disk"));
   EXPECT_FALSE(Exists("m_after/session.kerf"));
-  // On separate disks: the recording alone would fit.
+  // The results are on separate disks: the recording alone would fit.
   const ProgramResult apart = Within(Mount("m", 2048) + " && " + Mount("n", 1024),
                                      "'" KERF_PROGRAM "' run long.toml -o m/out --record n/session.kerf");
   EXPECT_THAT(
       Sentences(apart),
       testing::ElementsAre("kerf: m/out/forces.csv: can't be written: at least 40.0 MB are needed and 2.1 MB are "
                            "free on the disk"));
-  // With fewer rows it fits.
+  // With fewer rows, the results fit.
   Write("fewer.toml", Slurp(folder_ / "short.toml") + "forces_every_ticks = 10\n");
   EXPECT_EQ(Within(Mount("m", 512), "'" KERF_PROGRAM "' run fewer.toml -o m/out").code, 0);
 }
@@ -111,8 +112,8 @@ TEST_F(LittleSpace, RecordingHasPriorityOverTheRowsOfALoop) {
   EXPECT_FALSE(Exists("m_after/out/forces.csv"));
 }
 
-// 20,000 rows of at least 100 bytes, 1.24 MB reserved for the recording, which needs 40 kB: it is known that the rows
-// do not fit and that the recording does.
+// The loop has 20,000 rows of at least 100 bytes, and 1.24 MB are reserved for the recording, which needs 40 kB. It is
+// known beforehand that the rows do not fit and that the recording does.
 TEST_F(LittleSpace, WarningBeforeALoopNamesTheFilesAtRisk) {
   const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 20 -o m/out --record m/session.kerf";
   const ProgramResult rows = Within(Mount("m", 2500), loop);
@@ -132,7 +133,7 @@ TEST_F(LittleSpace, WarningBeforeALoopNamesTheFilesAtRisk) {
   EXPECT_LT(Seconds("m_after/session.kerf"), 20);
 }
 
-// 10,000 rows of at least 100 bytes do not fit, nor does the picture of the force.
+// Neither the 10,000 rows of at least 100 bytes nor the picture of the force fit.
 TEST_F(LittleSpace, LossOfTheRowsIsAlwaysReported) {
   if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 10 -o m/out --record n/session.kerf";
@@ -145,7 +146,7 @@ TEST_F(LittleSpace, LossOfTheRowsIsAlwaysReported) {
   EXPECT_FALSE(Exists("m_after/out/force.png"));
   EXPECT_TRUE(Exists("m_after/out/loop.json")) << "what is small enough is written";
   EXPECT_NEAR(Seconds("n_after/session.kerf"), 10, 1e-6);
-  // Rows of an earlier loop do not remain next to results of this one.
+  // Rows of an earlier loop must not remain next to results of this one.
   std::filesystem::remove_all(folder_ / "m_after");
   std::filesystem::remove_all(folder_ / "n_after");
   const std::string earlier = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 0.1 -o m/out >/dev/null 2>&1";

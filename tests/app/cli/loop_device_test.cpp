@@ -1,4 +1,4 @@
-// kerf loop --device without a real device: played devices and refusals.
+// Tests of kerf loop --device without a real device: simulated devices and refusals.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 
-/// Straight down onto the block and into it; the disc's axis along x.
+/// The disc moves straight down onto the block and into it, with its axis along x.
 constexpr char kScript[] =
     "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
     "0,0,0,7.8,0.70710678118654757,0,0.70710678118654757,0\n"
@@ -117,7 +117,7 @@ TEST_F(LoopDevices, DeviceNoneDoesNotMoveAndRemovesNothing) {
   const auto rows = ReadColumns<3>(Slurp(folder_ / "out/forces.csv"), {"handle_x_mm", "handle_y_mm", "handle_z_mm"});
   ASSERT_EQ(rows.size(), 500U);
   for (const auto& row : rows) ASSERT_EQ(row, (std::array<double, 3>{0, 0, 7.8}));
-  // In real time too.
+  // This also works in real time.
   EXPECT_EQ(Kerf("loop s.toml --seconds 0.1 --device none").code, 0);
 }
 

@@ -1,4 +1,4 @@
-// kerf loop, run as a program.
+// Tests of kerf loop, run as a program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ TEST_F(Loop, RefusesInvalidInput) {
 }
 
 TEST_F(Loop, ControlCEndsItWithAReport) {
-  // On a busy machine the signal may come before the loop begins. Then the program just ends, and a later signal is
+  // On a busy machine the signal may arrive before the loop begins. Then the program just ends, and a later signal is
   // tried.
   ProgramResult result;
   for (const char* seconds : {"2", "8", "30"}) {

@@ -1,4 +1,5 @@
-// A result that cannot be written does not prevent the others, and no picture is made of incomplete data.
+// Tests that a result that cannot be written does not prevent the others, and that no picture is made of incomplete
+// data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,8 +53,8 @@ TEST_F(LostResult, PictureThatCannotBeWrittenDoesNotPreventTheOthers) {
   EXPECT_THAT(Slurp(folder_ / "out/report.md"), Not(HasSubstr("after.png")));
 }
 
-/// One core, because each thread takes address space. Without memory Mesa's driver ends the program or crashes, so
-/// drawing requires some free memory.
+/// The test uses one core, because each thread takes address space. Without memory, Mesa's driver ends the program or
+/// crashes, so drawing requires some free memory.
 TEST_F(LostResult, LackOfMemoryForDrawingIsReported) {
   ASSERT_EQ(Kerf("model block --size 6,4,3 --voxel 0.25 -o b.vdb").code, 0);
   for (const int kB : {200000, 300000, 450000, 600000, 700000, 800000, 900000, 1000000}) {

@@ -1,4 +1,4 @@
-// `kerf materials`, and the kinds of material from the CT to the result.
+// Tests of `kerf materials`, and of the kinds of material from the CT to the result.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ TEST_F(Materials, CutsVisibleHumanWithRegionUniformAndCtMaterials) {
   EXPECT_EQ(nlohmann::json::parse(import.out)["hu"]["voxel_mm"], 1.0);
   EXPECT_THAT(Kerf("info hu.vdb").out, HasSubstr(" HU in the bone, mean "));
 
-  // 9 mm down into the left body, so that the disc cuts cortex and marrow.
+  // The disc moves 9 mm down into the left body, so that it cuts cortex and marrow.
   const std::string rest =
       "[[path.stroke]]\nstart_mm = [21.9, -70.05, 60]\nend_mm = [21.9, -70.05, 51]\nfeed_mm_per_s = 6\n"
       "disc_normal = [0.6, 0.8, 0]\n[simulation]\nrate_hz = 500\n[output]\npictures = false\npieces = false\nbone = "
@@ -74,19 +74,20 @@ TEST_F(Materials, CutsVisibleHumanWithRegionUniformAndCtMaterials) {
   const auto cancellous = run("hu.vdb", by_ct);
   const auto all = run("hu.vdb", by_ct + "ct_applies_to = \"all\"\n");
 
-  // Naming the default explicitly has no cost and changes nothing.
+  // Naming the default explicitly costs nothing and changes nothing.
   EXPECT_EQ(regions["force"], also_regions["force"]);
   EXPECT_EQ(regions["bone"], also_regions["bone"]);
   for (const auto& other : {uniform, cancellous, all}) {
     EXPECT_EQ(other["bone"]["hash_after"], regions["bone"]["hash_after"]);
     EXPECT_NE(other["force"]["impulse_Ns"], regions["force"]["impulse_Ns"]);
   }
-  // The E of cortex everywhere makes the marrow too hard.
+  // With the E of cortex everywhere, the marrow is too hard.
   EXPECT_GT(uniform["force"]["impulse_Ns"], regions["force"]["impulse_Ns"]);
   // The marrow contributes little to the force, and the law's E in it (0.78 to 3.3 GPa) is near the table's 1.37.
   const double impulse = regions["force"]["impulse_Ns"];
   EXPECT_NEAR(cancellous["force"]["impulse_Ns"].get<double>() / impulse, 1, 0.1);
-  // From the CT the cortex is far too soft: partial volume effect, and a law that does not apply to cortex.
+  // With E from the CT, the cortex is far too soft, because of the partial volume effect and a law that does not apply
+  // to cortex.
   EXPECT_LT(all["force"]["impulse_Ns"].get<double>(), 0.6 * impulse);
   EXPECT_GE(cancellous["material"]["E_GPa"]["min"].get<double>(), 0.777);
   EXPECT_LE(cancellous["material"]["E_GPa"]["max"].get<double>(), 3.3);
@@ -102,7 +103,7 @@ TEST_F(Materials, CutsVisibleHumanWithRegionUniformAndCtMaterials) {
   Write("s.toml", "[bone]\nfile = \"hu.vdb\"\n" + by_ct + "ct_applies_to = \"all\"\n" + rest);
   const char* warning = "in cortical bone the CT number explains less than a fifth";
   EXPECT_THAT(Kerf("check s.toml").err, HasSubstr(warning));
-  // In slab mode too, and in the summary.
+  // The same holds in slab mode and in the summary.
   std::string slab_rest = rest;
   slab_rest.replace(slab_rest.find("rate_hz"), 0, "mode = \"slab\"\n");
   Write("slab.toml", "[bone]\nfile = \"hu.vdb\"\n" + by_ct + "ct_applies_to = \"all\"\n" + slab_rest +

@@ -1,4 +1,4 @@
-// Messages of the program besides its results, and hints on usage.
+// Tests of the program's messages besides its results, and of its hints on usage.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST_F(Messages, OfOneKindAreCountedAfterTheFirstTen) {
   int lines = 0;
   std::istringstream err(result.err);
   for (std::string line; std::getline(err, line);) lines += line.find("feed_mm_per_s = -") != std::string::npos ? 1 : 0;
-  EXPECT_EQ(lines, 12) << result.err;  // ten, one stating that further ones are only counted, and the count
+  EXPECT_EQ(lines, 12) << result.err;  // ten messages, one stating that further ones are only counted, and the count
   EXPECT_THAT(result.err, HasSubstr("feed_mm_per_s = -10.5"));
   EXPECT_THAT(result.err, testing::Not(HasSubstr("feed_mm_per_s = -12.5")));
   EXPECT_THAT(result.err,
@@ -74,7 +74,7 @@ TEST_F(Messages, OfOneKindAreCountedAfterTheFirstTen) {
   EXPECT_THAT(result.err, HasSubstr("nonsense"));
 }
 
-// Messages quote file contents; bytes that are not text must not reach the terminal.
+// Messages quote file contents, but bytes that are not text must not reach the terminal.
 TEST_F(Messages, QuoteNoControlCharactersAndNoInvalidUtf8) {
   const auto quoted = [this](const std::string& name) {
     std::string err = Kerf("info '" + name + "'").err;
@@ -89,7 +89,7 @@ TEST_F(Messages, QuoteNoControlCharactersAndNoInvalidUtf8) {
   EXPECT_EQ(quoted("a\xe2\x82"), "kerf: a??");                             // truncated
 }
 
-// Filtering stderr by the prefix finds every message.
+// Filtering stderr by the prefix must find every message.
 TEST_F(Messages, EachBeginsWithTheProgramsName) {
   Write("faults.toml", "[bone]\nmodel = \"block\"\nsise = 1\n[tool]\nteeht = 3\n[nonsense]\n");
   Write("not.stl", "solid\n");

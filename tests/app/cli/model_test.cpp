@@ -1,4 +1,4 @@
-// `kerf model` as a user runs it.
+// Tests of `kerf model` as a user runs it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ TEST_F(ModelCommand, BlockHasItsVolumeAndLayers) {
   const auto json = nlohmann::json::parse(r.out);
   EXPECT_NEAR(json["volume_mm3"].get<double>(), 12 * 10 * 8, 0.01 * 12 * 10 * 8);
   ASSERT_EQ(json["regions"].size(), 2u);
-  // The volume is true to half a voxel at the border of the regions.
+  // The volume is accurate to half a voxel at the border of the regions.
   EXPECT_NEAR(json["regions"][0]["volume_mm3"].get<double>(), 12 * 10 * 2, 12 * 10 * 0.25);
   EXPECT_TRUE(std::filesystem::exists(folder_ / "b.vdb"));
   EXPECT_EQ(Kerf("info b.vdb").code, 0);

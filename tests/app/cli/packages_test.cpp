@@ -1,4 +1,4 @@
-// The two lists of packages: those for building and running, and the additional ones for tests.
+// Tests of the two lists of packages: those for building and running kerf, and the additional ones for tests.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ TEST_F(Packages, EachScriptInstallsItsOwnList) {
   EXPECT_THAT(script("/tools/run"), testing::HasSubstr("\ntools/setup\n"));
   for (const char* name : {"/tools/test", "/.ci/run"}) {
     EXPECT_THAT(script(name), testing::HasSubstr("\ntools/setup --tests\n"));
-    // A missing package is an error there; it does not reduce the number of tests.
+    // In these scripts a missing package is an error; it must not reduce the number of tests.
     EXPECT_THAT(script(name), testing::HasSubstr("cmake --preset release -DKERF_BUILD_TESTS=ON"));
   }
 }

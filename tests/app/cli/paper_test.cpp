@@ -1,4 +1,4 @@
-// kerf paper, run as a program.
+// Tests of kerf paper, run as a program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

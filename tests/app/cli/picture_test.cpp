@@ -1,4 +1,4 @@
-// kerf picture as a user runs it, for a CT that was not imported and for a bone.
+// Tests of kerf picture as a user runs it, for a CT that was not imported and for a bone.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

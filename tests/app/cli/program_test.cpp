@@ -1,4 +1,5 @@
-// Exit codes and output on stdout and stderr of the program; wrong input gives one clear sentence.
+// Tests of the program's exit codes and of its output on stdout and stderr. Wrong input is answered with one clear
+// sentence.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -116,7 +117,7 @@ TEST_F(Program, RunRefusesToOverwriteItsInput) {
 }
 
 TEST_F(Program, FullDiskKeepsTheEarlierBone) {
-  // A file size limit simulates a full disk: writes beyond it fail.
+  // A file size limit simulates a full disk: writes beyond the limit fail.
   ASSERT_EQ(Kerf("model block --size 4,4,4 -o b.vdb").code, 0);
   const std::string before = test::Slurp(folder_ / "b.vdb");
   const ProgramResult result = KerfWithin("ulimit -f 64;", "model block --size 30,30,30 -o b.vdb");
@@ -173,7 +174,7 @@ TEST_F(Program, RunOmitsPicturesAndWritesFullPiecesOnRequest) {
   }
   EXPECT_LT(std::filesystem::file_size(folder_ / "reduced/piece_1.stl"),
             std::filesystem::file_size(folder_ / "full/piece_1.stl"));
-  // Only the surfaces depend on it.
+  // Only the surfaces depend on the setting.
   EXPECT_EQ(test::Slurp(folder_ / "reduced/forces.csv"), test::Slurp(folder_ / "full/forces.csv"));
 }
 
@@ -270,7 +271,7 @@ TEST_F(Program, OutputThatCannotBeWrittenIsRefused) {
 }
 
 TEST_F(Program, NoCommandOverwritesAnInput) {
-  // Under different names or through a link.
+  // The same file is given under different names or through a link.
   std::filesystem::create_directory(folder_ / "out");
   const std::string scene = std::string(kBlock) + kStroke + kNoPictures;
   Write("s.toml", scene);

@@ -1,4 +1,5 @@
-// Help, topics, reference, manual pages and shell completions: all are printed from the parser of the command line.
+// Tests of help, topics, reference, manual pages and shell completions, which are all printed from the parser of the
+// command line.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +36,7 @@ class Reference : public test::ProgramTest {
     walk(Json::parse(result.out));
   }
 
-  /// Output of a command of another program; -1 in `code` if the shell can't run it.
+  /// Returns the output of a command of another program, with -1 in `code` if the shell cannot run it.
   ProgramResult Shell(const std::string& command) const {
     const int status =
         std::system(("cd '" + folder_.string() + "' && " + command + " >o.txt 2>e.txt </dev/null").c_str());
@@ -60,7 +61,7 @@ TEST_F(Reference, EveryCommandHasGroupHelpAndAValidExample) {
     }
     const std::string example = command["example"];
     if (example.empty()) lacking.push_back(name);
-    // Begins with the command's own name, and each of its options exists.
+    // An example begins with the command's own name, and each of its options exists.
     EXPECT_TRUE(example.starts_with(name)) << name << ": " << example;
     std::set<std::string> options;
     const std::function<void(const Json&)> add = [&](const Json& at) {
@@ -140,7 +141,7 @@ TEST_F(Reference, BashCompletesCommandsOptionsAndChoices) {
   ASSERT_EQ(script.code, 0) << script.err;
   Write("kerf.bash", script.out);
   const auto complete = [&](const std::string& line) {
-    // The words of the line, the last one being completed.
+    // These are the words of the line, of which the last one is being completed.
     Write("ask.bash",
           fmt::format("source ./kerf.bash\nCOMP_WORDS=({})\nCOMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))\n_kerf\n"
                       "printf '%s\\n' \"${{COMPREPLY[@]}}\"\n",
@@ -154,7 +155,7 @@ TEST_F(Reference, BashCompletesCommandsOptionsAndChoices) {
   EXPECT_THAT(complete("kerf device ''"), HasSubstr("test\n"));
   EXPECT_EQ(complete("kerf completion z"), "zsh\n");
   EXPECT_EQ(complete("kerf loop --hand H"), "H0\nH1\nH2\nH3\nH4\n");
-  // After an option that takes a file: files, no options.
+  // After an option that takes a file, the completions are files and not options.
   EXPECT_THAT(complete("kerf run -o ''"), HasSubstr("kerf.bash"));
   EXPECT_THAT(complete("kerf run -o ''"), Not(HasSubstr("--")));
 }

@@ -1,4 +1,4 @@
-// kerf loop and run --record, kerf replay and kerf log as a user runs them.
+// Tests of kerf loop and run --record, kerf replay and kerf log as a user runs them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,7 +48,7 @@ TEST_F(ReplayCommand, VerifiesAndWritesTheSameResultsAsTheRun) {
   EXPECT_EQ(first.at("bone_hash"), second.at("bone_hash"));
   EXPECT_EQ(first.at("force_hash"), second.at("force_hash"));
   EXPECT_EQ(first.at("recording").at("ticks"), 3000);
-  // All rows are equal: without the clock, ticks have no duration in either run.
+  // All rows are equal, because without the clock the ticks have no duration in either run.
   EXPECT_EQ(Slurp(folder_ / "out/forces.csv"), Slurp(folder_ / "again/forces.csv"));
 
   const ProgramResult part = Kerf("replay a.kerf --until 1.5 --json");
@@ -138,7 +138,7 @@ TEST_F(ReplayCommand, AnotherBoneIsRefused) {
   EXPECT_EQ(Kerf("replay a.kerf --verify --bone moved.vdb").code, 0);
 }
 
-// A file size limit simulates a full disk: 8 blocks of 512 or 1024 bytes.
+// A file size limit of 8 blocks of 512 or 1024 bytes simulates a full disk.
 TEST_F(ReplayCommand, FullDiskLosesOnlyTheRecording) {
   const ProgramResult made = KerfWithin("ulimit -f 12;", "loop s.toml --virtual --seconds 20 --record a.kerf");
   EXPECT_EQ(made.code, 1);

@@ -1,4 +1,4 @@
-// kerf score and the part of kerf practise without a window, run as programs.
+// Tests of kerf score and of the part of kerf practise without a window, run as programs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -132,7 +132,7 @@ TEST_F(Score, IncompleteAndDuplicateSubmissionsAreMarkedEverywhere) {
   EXPECT_THAT(page, HasSubstr("not graded: the recording is cut short"));
 }
 
-// Otherwise a student could repeat the last part until the total is good.
+// If it were graded, a student could repeat the last part until the total is good.
 TEST_F(Score, ContinuedRecordingIsNotGraded) {
   ASSERT_EQ(Practise("--agent novice --exercise groove --seconds 4 --record a.kerf").code, 0);
   ASSERT_EQ(Kerf("loop --from a.kerf --at 3.5 --seconds 0.01 --virtual --record b.kerf").code, 0);
@@ -161,7 +161,8 @@ TEST_F(Score, ATitleDoesNotControlTheTerminal) {
 }
 
 TEST_F(Score, AStudentsNameIsUtf8) {
-  // A byte that is never valid; an overlong form of "/"; half of a surrogate pair; a truncated character.
+  // The names contain a byte that is never valid, an overlong form of "/", half of a surrogate pair, and a truncated
+  // character.
   for (const char* name : {"'\xff'", "'\xc0\xaf'", "'\xed\xa0\x80'", "'Ja\xc3'"}) {
     for (const char* more : {"--hand-in groove.toml", "--history --csv"}) {
       const ProgramResult refused = Practise(std::string(more) + " --student " + name);

@@ -1,4 +1,4 @@
-// Reactions of the program to signals, as implemented in src/app/cli/signals.cpp.
+// Tests of the program's reactions to signals, which are implemented in src/app/cli/signals.cpp.
 #include "app/cli/signals.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(Signals, TheFirstIsNoted) {
 
 // timeout(1) sends the signal to its child, and then to the whole process group of the child.
 TEST(Signals, ImmediateRepetitionCountsAsTheFirstSignal) {
-  // If the machine stalls for a quarter of a second between the two, they count as two signals; the test is then
+  // If the machine stalls for a quarter of a second between the two signals, they count as separate, and the test is
   // repeated.
   bool was_noted = false;
   for (int tries = 0; tries < 3 && !was_noted; ++tries) {

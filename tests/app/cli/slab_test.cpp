@@ -1,4 +1,4 @@
-// kerf slab, run as a program.
+// Tests of kerf slab, run as a program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ TriangleMesh ReadObj(const std::filesystem::path& path) {
   return mesh;
 }
 
-/// Reads a binary STL; points with equal coordinates are merged.
+/// Reads a binary STL and merges points with equal coordinates.
 TriangleMesh ReadStl(const std::filesystem::path& path) {
   const std::string bytes = test::Slurp(path);
   TriangleMesh mesh;
@@ -70,7 +70,7 @@ class Slab : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    // From z = 0 down to -10; four long edges along x.
+    // The block extends from z = 0 down to -10 and has four long edges along x.
     ASSERT_EQ(Kerf("model block --size 30,12,10 --layer 2:24 --layer 8:32 -o block.vdb").code, 0);
   }
   Json Report(const std::string& arguments) {
@@ -97,8 +97,8 @@ TEST_F(Slab, FilesAreClosedOrientedOutwardAndOfTheRequestedThickness) {
           Report(fmt::format("--plane {},{},{},{},{},{} --thickness {}", p.x, p.y, p.z, n.x, n.y, n.z, t));
       EXPECT_NEAR(report["difference_percent"].get<double>(), 0, 0.1);
       EXPECT_NEAR(report["measured_thickness_mm"].get<double>(), t, 1e-4);
-      // A prism along x without its bevelled rim. The volume is true to 0.1 %; the flat part of a face lacks a rim of
-      // about a voxel.
+      // The solid is a prism along x without its bevelled rim. The volume is accurate to 0.1 %; the flat part of a face
+      // lacks a rim of about a voxel.
       EXPECT_NEAR(report["section_mm2"].get<double>(), 120 / normal.x, 0.01 * 120 / normal.x);
       EXPECT_NEAR(report["flat_face_mm2"]["left"].get<double>(), 120 / normal.x, 0.1 * 120 / normal.x);
       double sum = 0;
@@ -115,7 +115,7 @@ TEST_F(Slab, FilesAreClosedOrientedOutwardAndOfTheRequestedThickness) {
           // Edges are bevelled by up to a voxel.
           EXPECT_NEAR(CalcEnclosedVolume(mesh) / part["volume_mm3"].get<double>(), 1, 0.03) << name;
           if (name != "slice") continue;
-          // The outermost points are those of the faces: floats of up to 15 mm have rounding errors of 1e-6 mm.
+          // The outermost points are those of the faces. Floats of up to 15 mm have rounding errors of 1e-6 mm.
           double lower = 1e9;
           double upper = -1e9;
           for (const Vec3& q : mesh.points) {

@@ -1,4 +1,4 @@
-// kerf stability, run as a program.
+// Tests of kerf stability, run as a program.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,8 +27,8 @@ constexpr char kStroke[] =
 class StabilityCommand : public test::ProgramTest {
  protected:
 #ifdef KERF_IO_FAULTS
-  /// A preloaded library raises SIGINT as soon as the command is ready for it: after the second handler that the
-  /// program sets, the first being that of every command.
+  /// Runs the command with a preloaded library that raises SIGINT as soon as the command is ready for it: after the
+  /// second handler that the program sets, the first being that of every command.
   ProgramResult Interrupted() const {
     return KerfWithin(fmt::format("LD_PRELOAD='{}' KERF_FAULT_CALL=sigaction KERF_FAULT_AT=2 KERF_FAULT_SIGNAL={}",
                                   KERF_IO_FAULTS, SIGINT),
@@ -81,7 +81,7 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   EXPECT_TRUE(json["findings"].empty());
   EXPECT_EQ(json["device"], "omega_6");
   EXPECT_EQ(json["hand"], "H3");
-  // The rim moves down onto the block's top, z = 0, from 1 mm above.
+  // The rim moves down from 1 mm above the block's top, which is at z = 0.
   EXPECT_NEAR(json["first_touch"]["time_s"].get<double>(), 1.0 / 3, 0.15);
   EXPECT_GT(json["first_touch"]["start_mm"][2].get<double>(), 11.0);
   EXPECT_LT(json["first_touch"]["start_mm"][2].get<double>(), 12.0);
@@ -98,7 +98,7 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
       EXPECT_EQ(figure["holds"].get<bool>(), figure["kind"] == "at_most" ? below : above) << figure;
     }
   }
-  // --quick: the scene's hand and a released one, in three states, nonlinear and linearised.
+  // With --quick, the scene's hand and a released one are examined in three states, nonlinear and linearised.
   EXPECT_EQ(json["margins"].size(), 2U * 3 * 2);
   std::set<std::string> hands;
   for (const Json& row : json["margins"]) {
@@ -147,9 +147,9 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   EXPECT_EQ(first, second);
 }
 
-// A user-defined device with unlimited claims and an encoder so coarse (0.4 mm: steps of 0.24 N, ten times the
-// perceptible noise) that cutting cannot be smooth, light and nearly without damping or friction, in the lightest grip
-// that exists.
+// The device is user-defined, with exaggerated rated values. It is light, almost without damping or friction, and held
+// in the lightest grip that exists. Its encoder is so coarse (steps of 0.4 mm, or 0.24 N, ten times the perceptible
+// noise) that cutting cannot be smooth.
 TEST_F(StabilityCommand, UnstableSceneIsReportedWithExitCode1AndAllResults) {
   Write("mine.csv",
         "name,degrees_of_freedom,peak_force_N,continuous_force_N,peak_torque_Nmm,continuous_torque_Nmm,"
@@ -212,7 +212,7 @@ TEST_F(StabilityCommand, RefusesBadUsageInOneSentence) {
   EXPECT_THAT(none.err, HasSubstr("\"touch\""));
 }
 
-// 10 N/mm at 250 Hz in a light hand: the loop allows 1 N/mm on the device, and by default 0.3 is used.
+// 10 N/mm are requested at 250 Hz in a light hand. The loop allows 1 N/mm on the device, and by default 0.3 is used.
 TEST_F(StabilityCommand, ExaminesTheRequestedCoupling) {
   Write("s.toml",
         std::string(kStabilityBlock) + "[coupling]\nstiffness_N_per_mm = 10.0\n[loop]\nrate_hz = 250.0\n" + kStroke);

@@ -1,4 +1,4 @@
-// kerf study as a user runs it.
+// Tests of kerf study as a user runs it.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Coarse, so that a case takes 0.1 s.
+// The study is coarse, so that a case takes 0.1 s.
 constexpr char kStudyToml[] = R"(
 title = "Small"
 [study]
@@ -40,7 +40,7 @@ constexpr std::size_t kRecords = 12;
 
 class Study : public test::ProgramTest {
  protected:
-  /// Returns the contents of every record, without times.
+  /// Returns the contents of every record, without the times.
   std::map<std::string, std::string> ReadRecords(const std::string& folder) const {
     std::map<std::string, std::string> records;
     if (!fs::exists(folder_ / folder / "cases")) return records;
@@ -152,7 +152,7 @@ TEST_F(Study, DefaultsAreAStudy) {
   EXPECT_EQ(defaults.code, 0);
   Write("defaults.toml", defaults.out);
   EXPECT_EQ(Kerf("study defaults.toml --dry-run").code, 0);
-  // The same plan without the file, also as JSON.
+  // The same plan results without the file, also as JSON.
   const auto planned = Kerf("study defaults.toml --dry-run --json");
   const auto json = nlohmann::json::parse(planned.out, nullptr, false);
   EXPECT_GT(json["cases"].size(), 100u);

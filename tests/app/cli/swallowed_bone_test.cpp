@@ -1,4 +1,4 @@
-// A disc that is set down over the whole bone, so that no bone is left to draw.
+// Tests of a disc that is set down over the whole bone, so that no bone is left to draw.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A block of 6 x 1 x 6 mm below the origin, inside a disc of 22 mm that is 3 mm thick.
+/// A block of 6 x 1 x 6 mm below the origin is inside a disc that has a diameter of 22 mm and is 3 mm thick.
 constexpr char kSwallowedBoneScene[] = R"([bone]
 model = "block"
 [bone.block]
@@ -63,7 +63,7 @@ TEST_F(SwallowedBone, RunAndReplayWriteAllOtherResults) {
   const ProgramResult run = Kerf("run s.toml -o o --record a.kerf");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr(std::string("kerf: warning: ") + kNotDrawn));
-  // 6 x 1 x 6 mm; the edges, 52 mm long, are rounded by some tenths of a square voxel.
+  // The volume is 6 x 1 x 6 mm3, less the edges: 52 mm, rounded by some tenths of h^2.
   const auto json = nlohmann::json::parse(test::Slurp(folder_ / "o/summary.json"));
   EXPECT_NEAR(json.at("removed").at("total_mm3").get<double>(), 36, 52 * 0.3 * 0.1 * 0.1);
   EXPECT_EQ(json.at("bone").at("volume_after_mm3"), 0);
@@ -85,7 +85,7 @@ TEST_F(SwallowedBone, LoopAndReplayWriteAllOtherResults) {
   EXPECT_THAT(test::Slurp(folder_ / "again/report.md"), HasSubstr(kNotDrawn));
 }
 
-// A picture of an earlier run is not taken for one of this run.
+// A picture of an earlier run must not be mistaken for one of this run.
 TEST_F(SwallowedBone, PictureOfAnEarlierRunIsRemoved) {
   std::string other = kSwallowedBoneScene;
   other.replace(other.find("diameter_mm = 22.0"), 18, "diameter_mm = 2.0");

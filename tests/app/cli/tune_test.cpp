@@ -1,5 +1,5 @@
-// kerf tune as a user runs it: its refusals, that it writes only settings that were shown to satisfy the request, and
-// that it changes its input only on request.
+// Tests of kerf tune as a user runs it: it refuses faulty requests, writes only settings that were shown to satisfy the
+// request, and changes its input only on request.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// A small block and coarse voxels: a second of work.
+// The block is small and the voxels are coarse, so that the work takes a second.
 constexpr char kTuneScene[] =
     "# mine\n[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\n"
     "voxel_mm = 0.4  # coarse\n"
@@ -74,14 +74,14 @@ TEST_F(Tune, DryRunDoesNotChangeTheScene) {
   EXPECT_THAT(Files(), ElementsAre("s.toml"));
 }
 
-// Without -o and --in-place only the scene goes to stdout, and no file is written.
+// Without -o and --in-place, only the scene goes to stdout, and no file is written.
 TEST_F(Tune, PrintsTheSceneAndWritesNoFile) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("  chosen    requested p99 at most 1e+06 us"));
   EXPECT_THAT(result.out, StartsWith("# mine\n"));
   EXPECT_THAT(result.out, HasSubstr("# kerf tune: requested p99"));
-  // Range of the figure: the block is as long as the path, 0.25 s.
+  // The figure states its range. The block is as long as the path, 0.25 s.
   EXPECT_THAT(result.out, HasSubstr("over the whole path from the first contact onward (0.03 to 0.25 s)"));
   EXPECT_EQ(Scene(), kTuneScene);
   EXPECT_THAT(Files(), ElementsAre("s.toml"));

@@ -1,4 +1,4 @@
-// kerf device test with and without a terminal; the test implements the far side of a bridge.
+// Tests of kerf device test with and without a terminal. The test itself implements the far side of a bridge.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,13 +21,13 @@ using test::Running;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A fifth of the far side's peak force: the force of the circle.
+/// Force of the circle: a fifth of the far side's peak force.
 constexpr double kCircle_N = 0.2 * FarSide::kPeak_N;
 constexpr int kDeviceTestTries = 5;
 
 class DeviceTest : public test::ProgramTest {
  protected:
-  /// Returns true if a device failed because the machine stalled, which is a correct result; the run is then repeated.
+  /// Returns true if a device failed because the machine stalled. That result is correct, and the run is then repeated.
   static bool FailedByStandingStill(Running& kerf) {
     return kerf.WaitForEnd() == 1 && (kerf.Said("was lost during the force test") ||
                                       kerf.Said("rounds had no valid answer") || kerf.Said("samples arrived in"));
@@ -111,7 +111,7 @@ TEST_F(DeviceTest, JsonReportsTheHandlesMotion) {
   EXPECT_EQ(json["peak_force_N"], FarSide::kPeak_N);
   EXPECT_EQ(json["buttons"], "button 1, button 2");
   EXPECT_EQ(json["faults"], Json::array());
-  // About half of the samples are on either side: with n samples the standard deviation is lower by a fraction 1/(2n),
+  // About half of the samples are on either side. With n samples the standard deviation is lower by a fraction 1/(2n),
   // and positions are floats.
   const Json& still = json["still"];
   EXPECT_GT(still["samples"], 100) << still;
@@ -122,7 +122,7 @@ TEST_F(DeviceTest, JsonReportsTheHandlesMotion) {
     EXPECT_EQ(still["noise_mm"][axis], 0.0);
     EXPECT_EQ(still["span_mm"][axis], 0.0);
   }
-  // The force that was felt is the one reported as sent; the handle did not move under it.
+  // The force that was felt is the one that is reported as sent. The handle did not move under it.
   const Json& force = json["force"];
   EXPECT_EQ(force["tried"], true);
   EXPECT_NEAR(force["asked_N"].get<double>(), kCircle_N, 1e-3 * kCircle_N);
@@ -135,7 +135,7 @@ TEST_F(DeviceTest, JsonReportsTheHandlesMotion) {
   EXPECT_EQ(far->FeltByNow().now_N, 0.0);
 }
 
-// The example program that users copy, unchanged: its handle moves under the force.
+// This is the example program that users copy, unchanged. Its handle moves under the force.
 TEST_F(DeviceTest, TableReportsTheMotionOfTheExamplesHandle) {
   constexpr double kSpring_N_per_mm = 0.2;  // stiffness of the example's hand
   constexpr double kExample_N = 0.2 * 3.3;
@@ -143,7 +143,7 @@ TEST_F(DeviceTest, TableReportsTheMotionOfTheExamplesHandle) {
   std::optional<Running> kerf;
   for (int tries = 0; tries < kDeviceTestTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
     kerf.reset();
-    // A new one, because the handle of the last one still swings after its force ended.
+    // A new example is started, because the handle of the last one still swings after its force has ended.
     example.reset();
     Write("port.txt", "");
     example.emplace(folder_, At::kNowhere, "'" KERF_BRIDGE_EXAMPLE "' 0 >port.txt 2>example.txt");
@@ -174,9 +174,9 @@ TEST_F(DeviceTest, TableReportsTheMotionOfTheExamplesHandle) {
       4)
       << table;
   EXPECT_EQ(asked_N, 0.66);
-  // The force rotates in 2 s, far slower than the hand oscillates: 0.2 N/mm and 0.15 kg give 5.8 Hz, so the motion is
-  // quasi-static to (0.5 Hz / 5.8 Hz)^2 = 0.7 %, plus the oscillation from the start. The rest of the tolerance is for
-  // rounds that the machine misses.
+  // The force completes a rotation in 2 s, far slower than the hand oscillates: 0.2 N/mm and 0.15 kg give 5.8 Hz. So
+  // the motion is quasi-static to (0.5 Hz / 5.8 Hz)^2 = 0.7 %, plus the oscillation from the start. The rest of the
+  // tolerance is for rounds that the machine misses.
   EXPECT_NEAR(moved_mm, kExample_N / kSpring_N_per_mm, 0.15 * kExample_N / kSpring_N_per_mm);
   EXPECT_GT(followed_percent, 90);
 }
@@ -189,8 +189,8 @@ double FindUp_mm(const std::string& text) {
   return up_mm;
 }
 
-/// Presses the button again while waiting for a handle that moves down in the hand. After a stall of half a second the
-/// program no longer has the handle in the hand, and waits for a button that was not pressed before.
+/// Presses the button again while the program waits for a handle that moves down in the hand. After a stall of half a
+/// second the program no longer regards the handle as held, and waits for a button that was not pressed before.
 void PressAgainIfAsked(FarSide& far, std::uint32_t button, const std::string& shown) {
   const std::size_t ready = shown.rfind("ready, ");
   if (far.felt().engaged == 0 || ready == std::string::npos) return;

@@ -1,5 +1,5 @@
-// Far side of a bridge, built on the client in C: a handle in a hand that does not move, and a record of the force on
-// it.
+// The far side of a bridge, built on the client in C: a handle in a hand that does not move, and a record of the force
+// on it.
 #pragma once
 
 #include <arpa/inet.h>
@@ -23,7 +23,7 @@
 
 namespace kerf::test {
 
-/// Reports itself as an omega_3. Its behaviour depends only on the received commands, not on the clock.
+/// A device that reports itself as an omega_3. Its behaviour depends only on the received commands, not on the clock.
 class FarSide {
  public:
   static constexpr double kPeak_N = 12;
@@ -37,7 +37,7 @@ class FarSide {
     double lowered_mm = 0;
   };
 
-  /// The handle trembles along x: at each command it is noise_mm to the right or to the left.
+  /// The handle trembles along x: after each command it is at noise_mm to the right or to the left.
   explicit FarSide(double noise_mm = 0) : noise_mm_(noise_mm) {
     socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     sockaddr_in at{};
@@ -92,7 +92,7 @@ class FarSide {
     wanted_mm_ = felt_.lowered_mm + way_mm;
   }
   void Press(std::uint32_t buttons) { buttons_ = buttons; }
-  /// If mute, it executes commands but does not answer, and the handle stops.
+  /// If mute, the device executes commands but does not answer, and the handle stops.
   void SetMute(bool mute) {
     const std::lock_guard lock(mutex_);
     mute_ = mute;

@@ -1,4 +1,4 @@
-// kerf loop with a device in the hand: through the bridge, and through Haply's service.
+// Tests of kerf loop with a device in the hand: through the bridge, and through Haply's service.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,8 +34,7 @@ constexpr double kFelt_N = 0.05;
 constexpr double kStart_mm = 6.5;
 constexpr double kGap_mm = 0.5;
 constexpr double kCut_mm = 1;
-constexpr const char* kAsked =
-    "is connected again";  // question whether force may return, after a silence of half a second
+constexpr const char* kAsked = "is connected again";  // asks whether force may return, after a silence of half a second
 
 class LoopInAHand : public test::ProgramTest {
  protected:
@@ -52,7 +51,8 @@ class LoopInAHand : public test::ProgramTest {
     for (std::size_t at = 0; (at = err.find(kAsked, at)) != std::string::npos; ++at) ++asked;
     return asked;
   }
-  /// Waits until `holds` returns true. If the machine stalls, the program asks for confirmation, which is given.
+  /// Waits until `holds` returns true. If the machine stalls, the program asks for confirmation, and this function
+  /// gives it.
   bool Until(Running& kerf, const std::function<bool()>& holds) {
     return kerf.Until([&] {
       if (const int asked = CountAsked(kerf); asked > agreed_) {
@@ -62,8 +62,8 @@ class LoopInAHand : public test::ProgramTest {
       return holds();
     });
   }
-  /// Ends the program as Ctrl-C does. Expects that the tool followed the handle, `lowered_mm` straight down, through
-  /// the bone, and that the recording replays identically.
+  /// Ends the program as Ctrl-C does. Expects that the tool followed the handle `lowered_mm` straight down through the
+  /// bone, and that the recording replays identically.
   void ExpectCut(Running& kerf, double lowered_mm, double error_mm = 0) const {
     ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
     kerf.Signal(SIGINT);
@@ -76,7 +76,7 @@ class LoopInAHand : public test::ProgramTest {
     ASSERT_NE(read, rows.end()) << kerf.err();
     // Positions are floats or decimals, and are written with five decimals.
     EXPECT_NEAR(read->at("handle_z_mm"), kStart_mm, 1e-4);
-    // Motion of the handle while the machine is stalled is not read, and the tool does not follow it.
+    // Motion of the handle while the machine is stalled is not read, and the tool does not follow that motion.
     const bool seen =
         !kerf.Said("bridge: answers again") && !kerf.Said("inverse3: answers again") && CountAsked(kerf) == meant_;
     const double end_mm = kStart_mm - lowered_mm;
@@ -132,8 +132,8 @@ TEST_F(LoopInAHand, CutsWithAnInverse3) {
   double felt_N = 0;
   ASSERT_TRUE(Until(kerf,
                     [&] {
-                      // One step per received message, no larger than a hand's, however late the test is; no motion
-                      // while the program waits for confirmation.
+                      // The hand moves one step per received message, no faster than a real hand, however late the test
+                      // is. It does not move while the program waits for confirmation.
                       const int now = service->forces();
                       const double step_mm = std::fmin(0.1, 0.002 * (now - std::exchange(before, now)));
                       const std::string err = kerf.err();
@@ -150,7 +150,8 @@ TEST_F(LoopInAHand, CutsWithAnInverse3) {
   EXPECT_EQ(service->force_N(), Vec3{0});
 }
 
-// Messages of the driver's thread at a stall; force returns only after the user, when asked, confirms with Enter.
+// Checks the messages of the driver's thread at a stall. Force returns only after the user, when asked, confirms with
+// Enter.
 TEST_F(LoopInAHand, ForceReturnsAfterEnterWhenTheDeviceAnswersAgain) {
   constexpr int kMaxTries = 5;
   std::optional<FarSide> its;
@@ -158,7 +159,7 @@ TEST_F(LoopInAHand, ForceReturnsAfterEnterWhenTheDeviceAnswersAgain) {
   std::chrono::steady_clock::time_point mute_since;
   const auto mute_for = [&] { return std::chrono::steady_clock::now() - mute_since; };
   const auto asked_already = [&] { return session->Said(kAsked); };
-  // If the machine stalled for half a second before the device was mute, the program has already asked; the test is
+  // If the machine stalled for half a second before the device was mute, the program has already asked. The test is
   // then repeated.
   for (int tries = 0; tries < kMaxTries && (!session || asked_already()); ++tries) {
     session.reset();
@@ -180,7 +181,7 @@ TEST_F(LoopInAHand, ForceReturnsAfterEnterWhenTheDeviceAnswersAgain) {
   Running& kerf = *session;
   ASSERT_FALSE(kerf.Said(kAsked)) << kerf.err();
   far.ForgetLargest();
-  kerf.Type("\n");  // before any question
+  kerf.Type("\n");  // before the program asks
   // The program allows a silence of half a second without asking.
   kerf.Until([&] { return mute_for() > std::chrono::seconds(1); });
   EXPECT_FALSE(kerf.Said(kAsked));

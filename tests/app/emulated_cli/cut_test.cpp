@@ -1,4 +1,5 @@
-// Cuts a bar through with an emulated Falcon and the unmodified program: hand, USB, homing, force and bone together.
+// Cuts through a bar with an emulated Falcon and the unmodified program. This tests hand, USB, homing, force and bone
+// together.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,30 +16,31 @@ using test::ProgramResult;
 using testing::HasSubstr;
 using testing::Not;
 
-// Device settings for the simulated hand only; kerf determines them itself.
+// Settings of the device that are only for the simulated hand; kerf determines them itself.
 constexpr char kDevice[] = R"(
 [device]
 profile = "falcon"
 delay_ticks = 2
 )";
-// The blade's 0.5 mm through 3 x 4 mm. The hand yields sideways as far as its spring allows, and the walls are resolved
-// by voxels of 0.2 mm: at most one more on either side.
+// The blade of 0.5 mm cuts through 3 x 4 mm. The hand yields sideways as far as its spring allows, and voxels of 0.2 mm
+// resolve the walls, so at most one more voxel on either side is removed.
 constexpr double kKerf_mm3 = 0.5 * 3 * 4;
 constexpr double kMaxKerf_mm3 = (0.5 + 2 * 0.2) * 3 * 4;
 constexpr int kMaxTries = 5;
 
 class CutWithAFalcon : public test::EmulatedProgram {
  protected:
-  /// Runs until Ctrl-C after 9 s of the hand's motion, however long the machine takes for it.
+  /// Runs until Ctrl-C after 9 s of the hand's motion, however long the machine takes for that.
   ProgramResult Cut(const std::string& options) {
     WriteFirmware();
     const std::string bar = test::Slurp(KERF_SOURCE_DIR "/tests/support/cut_bar.toml");
     Write("bar.toml", bar);
-    // Deeper than necessary: motion of the hand while the program is stalled does not move the tool.
+    // The path is deeper than necessary, because motion of the hand while the program is stalled does not move the
+    // tool.
     constexpr char kEnd[] = "end_mm = [0.0, 0.0, 0.5]";
     std::string deeper = bar;
     Write("hand.toml", deeper.replace(bar.find(kEnd), sizeof(kEnd) - 1, "end_mm = [0.0, 0.0, -1.5]") + kDevice);
-    // After each stall the device outputs no force for a moment, perhaps just when the force is largest; the run is
+    // After each stall the device outputs no force for a moment, perhaps just when the force is largest. The run is
     // then repeated.
     ProgramResult result;
     for (int tries = 0; tries < kMaxTries; ++tries) {
@@ -72,7 +74,7 @@ class CutWithAFalcon : public test::EmulatedProgram {
     EXPECT_FALSE(report["homing_bit_was_off"]);
     EXPECT_EQ(report["unknown_calls"], 0);
     EXPECT_EQ(report["motors_at_end"], Json({0, 0, 0}));
-    // The force of the motors is the one that the loop requested and the gate passed, except for a motor count (5 mN)
+    // The force of the motors is the one that the loop requested and the gate passed, except for one motor count (5 mN)
     // and the change of leverage while the handle moves for a round or two.
     EXPECT_EQ(json["served"]["leaps"], 0) << json["served"];
     EXPECT_GT(json["served"]["rounds"], 1000);
@@ -96,8 +98,8 @@ TEST_F(CutWithAFalcon, CutsThroughTheBar) {
   EXPECT_THAT(result.err, Not(HasSubstr("is gone")));
 }
 
-// From 0.5 mm above it the hand needs 0.3 s to the bar and at least 2 s more to cut through. Of the bar's 3 mm it has
-// cut 1.45 mm when it waits to be unplugged; the rest is cut afterwards.
+// From 0.5 mm above the bar, the hand needs 0.3 s to reach it and at least 2 s more to cut through. It has cut 1.45 mm
+// of the bar's 3 mm when it waits for the device to be unplugged; it cuts the rest afterwards.
 TEST_F(CutWithAFalcon, ContinuesAfterUnpluggingWhenTheUserConfirms) {
   const ProgramResult result = Cut("--unplug-on-way 1.3 --plug-in-later 1.5");
   ExpectCutThrough(result);
@@ -109,7 +111,7 @@ TEST_F(CutWithAFalcon, ContinuesAfterUnpluggingWhenTheUserConfirms) {
   EXPECT_THAT(result.err, HasSubstr("is connected again; press a button"));
 }
 
-/// A Falcon that pushes upwards while the program receives signals.
+/// A Falcon pushes upwards while the program receives signals.
 class ForceOfAFalcon : public test::EmulatedProgram {
  protected:
   ProgramResult Signal(const std::string& signals) const {
@@ -133,7 +135,7 @@ TEST_F(ForceOfAFalcon, EndsHoweverTheProgramEnds) {
     for (int tries = 0; tries < kMaxTries; ++tries) {
       result = Signal(signals);
       report = Report();
-      // If the machine stalled before the force was large, the program has correctly ended by itself.
+      // If the machine stalled before the force was large, the program has ended by itself, which is correct.
       if (report["peak_force_N"] > 0.5 || !IsLost()) break;
     }
     EXPECT_NE(result.code, 0) << signals;

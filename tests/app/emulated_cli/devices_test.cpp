@@ -63,7 +63,7 @@ TEST_F(EmulatedDevices, EachProblemHasARemedy) {
 // The bench uploads the firmware; only the answers are checked.
 TEST_F(EmulatedDevices, BenchExchangesThroughLibusb) {
   WriteFirmware();
-  // A hand at rest, and a timeout of a second per exchange: even if the machine stalls, no exchange fails.
+  // The hand is at rest, and the timeout is a second per exchange, so no exchange fails even if the machine stalls.
   const ProgramResult result =
       KerfWith("--firmware firmware.bin --hand still --no-homing",
                "bench devices --rounds 1000 --timeout-ms 1000 --falcon-firmware firmware.bin --json");

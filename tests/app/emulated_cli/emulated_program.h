@@ -13,7 +13,7 @@ namespace kerf::test {
 
 class EmulatedProgram : public ProgramTest {
  protected:
-  /// Runs `kerf` under emulate_usb with these options, which writes a report of the device.
+  /// Runs `kerf` with these options under emulate_usb, which writes a report of the device.
   ProgramResult KerfWith(const std::string& options, const std::string& arguments) const {
     return KerfWithin("'" KERF_EMULATE_USB "' --report report.json " + options + " -- ", arguments);
   }

@@ -1,5 +1,5 @@
-// kerf loop, unmodified, with emulated devices other than the Falcon, and with a Falcon that stops answering during a
-// cut.
+// Tests of kerf loop, unmodified, with emulated devices other than the Falcon, and with a Falcon that stops answering
+// during a cut.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using test::Running;
 using testing::HasSubstr;
 using testing::Not;
 
-// A block on the right, which the disc cuts sideways.
+// A block on the right, into which the disc cuts sideways.
 constexpr char kBlockToTheRight[] = R"([bone]
 model = "block"
 [bone.block]
@@ -53,7 +53,8 @@ class SessionWithADevice : public test::EmulatedProgram {
   std::string Command(const std::string& options, const std::string& arguments) const {
     return "'" KERF_EMULATE_USB "' --report report.json " + options + " -- '" KERF_PROGRAM "' " + arguments;
   }
-  /// Expects that the tool followed the handle into the block, no farther, and that the recording replays identically.
+  /// Expects that the tool followed the handle into the block and no farther, and that the recording replays
+  /// identically.
   void ExpectCutToTheRight(Running& kerf) const {
     ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
     const std::vector<ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
@@ -80,7 +81,7 @@ class SessionWithADevice : public test::EmulatedProgram {
 TEST_F(SessionWithADevice, WoodenHapticsCutsAndOutputsForce) {
   Write("block.toml", kBlockToTheRight);
   // The hand moves to the right for seconds, so slowly at first that the handle counts as at rest. If the machine
-  // stalls repeatedly, the force never becomes large; the run is then repeated.
+  // stalls repeatedly, the force never becomes large, and the run is repeated.
   std::optional<Running> kerf;
   for (int tries = 0; tries < 5 && !Exists("felt"); ++tries) {
     kerf.reset();
@@ -103,7 +104,7 @@ TEST_F(SessionWithADevice, WoodenHapticsCutsAndOutputsForce) {
 
 TEST_F(SessionWithADevice, ASpaceMouseCuts) {
   Write("block.toml", kBlockToTheRight);
-  // Half of the cap's range, to the right for ten seconds.
+  // The hand moves half of the cap's range to the right in ten seconds.
   Running kerf(folder_, At::kNowhere,
                Command("--device spacemouse --hand line --radius 10 --period 20",
                        "loop block.toml --device spacemouse --seconds 2.5 --json -o out --record cut.kerf"));
@@ -114,7 +115,7 @@ class StallOfAFalcon : public SessionWithADevice {
  protected:
   void SetUp() override {
     SessionWithADevice::SetUp();
-    // A bone large enough for eight seconds of cutting, and a device that outputs the whole force.
+    // The bone is large enough for eight seconds of cutting, and the device outputs the whole force.
     const std::string block = R"([bone]
 model = "block"
 [bone.block]
@@ -150,7 +151,7 @@ expected_peak_N = 5.0
 };
 
 TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserConfirms) {
-  // The tool must be in the bone by then: on a slow machine this takes longer.
+  // The tool must be in the bone before the device stops answering; on a slow machine this takes longer.
   std::optional<Running> kerf;
   for (int at_s = 4; at_s < 16; at_s = at_s * 3 / 2) {
     kerf.reset();
@@ -162,7 +163,7 @@ TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserConfirms) {
   }
   ASSERT_TRUE(kerf->UntilSaid("is connected again; press a button on it, or agree here to enable the force again"))
       << kerf->err();
-  // The hand presses no button. Enter is accepted as the answer.
+  // The hand presses no button, so Enter is accepted as the answer.
   EXPECT_THAT(kerf->err(), testing::EndsWith("to enable the force again\n"));
   kerf->Type("\n");
   ASSERT_TRUE(kerf->Until([&] {
@@ -175,7 +176,8 @@ TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserConfirms) {
   EXPECT_THAT(kerf->err(), HasSubstr("falcon: does not answer: no force"));
   EXPECT_THAT(kerf->err(), Not(HasSubstr("is gone")));
 
-  // Force, none while the device was silent (by the machine's clock) and until the confirmation, and force again.
+  // There is force, then none while the device was silent (by the machine's clock) and until the confirmation, and then
+  // force again.
   double since_s = -1;
   double longest_s = 0;
   for (const ForceRow& row : test::ReadForces(folder_ / "out/forces.csv")) {

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""A cut in the window with a Novint Falcon that is emulated below libusb: unplugged and plugged in again during the cut,
-with undo and redo; loss of the display during a cut; and an exercise with the device.
+"""Tests the window with a Novint Falcon that is emulated below libusb: a cut during which it is unplugged and plugged
+in again, with undo and redo; loss of the display during a cut; and an exercise with the device.
 
     device_test.py KERF EMULATE_USB [PICTURE]
 
-PICTURE: file for a PNG of the window after unplugging, which docs/devices.md shows. Exit code 77: skipped, with the reason."""
+PICTURE: file for a PNG of the window after unplugging, which docs/devices.md shows. Exit code 77: the test was
+skipped; it prints the reason."""
 
 import json
 import math
@@ -16,12 +17,12 @@ import sys
 from drive import Display, Window, skip_without_display_programs, workspace
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
-# Initial views of the window, as directions towards the eye in the world: three-quarter (src/view/picture/view_frame.cpp), and the view
-# of an exercise (src/app/window/practice.cpp).
+# Initial views of the window, as directions towards the eye in world coordinates: three-quarter
+# (src/view/picture/view_frame.cpp), and the view of an exercise (src/app/window/practice.cpp).
 TOWARDS_EYE = (0.75, -1.0, 0.55)
 TOWARDS_EYE_AT_EXERCISE = (0.0, -1.0, 0.6)
 
-# Settings of the hand only.
+# Settings that only the simulated hand has.
 DEVICE = """
 [device]
 profile = "falcon"
@@ -59,7 +60,7 @@ def make_folder(scene, towards_eye):
 
 
 def check_end(kerf, folder):
-    # The peak force of the Falcon's profile is 8.9 N.
+    # The peak force in the Falcon's profile is 8.9 N.
     report = json.loads((folder / "report.json").read_text())
     assert report["motors_at_end"] == [0, 0, 0] and 0 < report["peak_force_N"] < 9, report
     done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
@@ -69,7 +70,7 @@ def check_end(kerf, folder):
 
 def rehearse(kerf, emulate, picture):
     scene = (SOURCE / "tests/support/cut_bar.toml").read_text()
-    # Deeper than necessary: motion of the hand while the program stalls does not move the saw.
+    # The path is deeper than necessary, because motion of the hand while the program stalls does not move the saw.
     folder = make_folder(scene.replace("end_mm = [0.0, 0.0, 0.5]", "end_mm = [0.0, 0.0, -2.5]"), TOWARDS_EYE)
     (folder / "bar.toml").write_text(scene)
     with Display() as display:
@@ -96,7 +97,7 @@ def rehearse(kerf, emulate, picture):
         w.wait_message("the handle sets its position", after=before)
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
-        # A saw that a device holds can also be stopped while the help is shown.
+        # A saw that a device holds can be stopped even while the help is shown.
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w.key("F1")
@@ -110,7 +111,7 @@ def rehearse(kerf, emulate, picture):
 
 
 def lose_display(kerf, emulate):
-    """Xlib ends a program that loses its server."""
+    """Tests the loss of the display during a cut: Xlib ends a program that loses its server."""
     scene = (SOURCE / "tests/support/cut_bar.toml").read_text()
     folder = make_folder(scene, TOWARDS_EYE)
     (folder / "bar.toml").write_text(scene)
@@ -126,14 +127,14 @@ def lose_display(kerf, emulate):
         assert code != 0, (code, text)
     report = json.loads((folder / "report.json").read_text())
     assert report["motors_at_end"] == [0, 0, 0] and report["peak_force_N"] > 0, report
-    # The recording until then exists but is cut short: exit code 3.
+    # The recording exists up to that point but is cut short: exit code 3.
     done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 3 and "bit-identical to the recording" in done.stdout, (done.stdout, done.stderr)
     shutil.rmtree(folder)
 
 
 def practise(kerf, emulate):
-    # The exercise's own path, by a hand that yields: the groove becomes shallower than wanted, never too deep.
+    # A hand that yields follows the exercise's own path. The groove becomes shallower than wanted, but never too deep.
     scene = (SOURCE / "scenes/practise/01_groove.toml").read_text().replace('[device]\nprofile = "omega_6"\n', "")
     folder = make_folder(scene, TOWARDS_EYE_AT_EXERCISE)
     with Display() as display:
@@ -150,7 +151,7 @@ def practise(kerf, emulate):
         score = w.wait_event("score", seconds=120)
         measures = {name: m["value"] for name, m in score["sheet"]["measures"].items()}
         assert measures["too_deep_mm"] == 0 and measures["cut_share"] > 0.3, measures
-        # A voxel is 0.2 mm.
+        # The tolerance is one voxel, 0.2 mm.
         assert abs(measures["plane_offset_mm"]) < 0.2, measures
         w.key("ctrl+q")
         code, text = w.wait_end()

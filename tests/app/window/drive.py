@@ -43,7 +43,7 @@ class Display:
         self.server.wait()
 
 
-# A client message WM_DELETE_WINDOW to the window in argv[1].
+# Sends a client message WM_DELETE_WINDOW to the window in argv[1].
 ASK_TO_CLOSE = """
 import ctypes, sys
 x = ctypes.CDLL("libX11.so.6")
@@ -63,7 +63,8 @@ x.XSync(d, 0)
 
 
 class Window:
-    """`kerf` with a window, its log read as it grows. Positions are pixels from the window's top left."""
+    """Runs `kerf` with a window and reads its log as it grows. Positions are in pixels from the window's top left
+    corner."""
 
     def __init__(self, display, kerf, arguments, folder, environment=None, title="kerf"):
         self.folder = pathlib.Path(folder)
@@ -81,7 +82,7 @@ class Window:
         deadline = time.monotonic() + 60
         while self.id is None:
             self._check(deadline, "no window appeared")
-            # Only a visible window can have the focus.
+            # Only a visible window can receive the focus.
             found = self._xdotool("search", "--onlyvisible", "--name", title, check=False).split()
             self.id = found[0] if found else None
             time.sleep(0.1)

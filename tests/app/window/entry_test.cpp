@@ -1,4 +1,4 @@
-// Text input and menus.
+// Tests of text input and of menus.
 #include <gtest/gtest.h>
 
 #include <string>

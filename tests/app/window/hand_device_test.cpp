@@ -1,4 +1,4 @@
-// Use of a device by the window: the effect of button presses, and the wanted pose of the saw.
+// Tests of how the window uses a device: the effect of button presses, and the wanted pose of the saw.
 #include "app/window/hand_device.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@ using test::ReportedDevice;
 using test::WaitFor;
 
 constexpr std::uint32_t kSpindle = 2;
-// Right is the world's y, up is z: towards the user is x.
+// Right is the world's y, up is z, and towards the user is x.
 const ViewBasis kView{.right_W = {0, 1, 0}, .up_W = {0, 0, 1}, .forward_W = {-1, 0, 0}, .mm_per_pixel = 0.1};
 
 class HandDeviceTest : public testing::Test {

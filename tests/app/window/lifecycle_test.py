@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Events of a window: resized, minimised, without the focus during a cut, closed during a cut, killed, no display.
+"""Tests what may happen to a window: it is resized or minimised, loses the focus during a cut, is closed during a cut,
+is killed, or has no display.
 
     lifecycle_test.py KERF
 
-Exit code 77: skipped, with the reason."""
+Exit code 77: the test was skipped; it prints the reason."""
 
 import os
 import shutil
@@ -27,7 +28,7 @@ def begin_cut(w):
 
 
 def check_recording(kerf, folder, whole=True, recording="out/session.kerf"):
-    """Checks that the replay is identical. A recording without an end (whole=False) is cut short: exit code 3."""
+    """Checks that the replay is identical. For a recording without an end (whole=False), the exit code must be 3."""
     done = subprocess.run([kerf, "replay", recording, "--verify"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == (0 if whole else 3), (done.stdout, done.stderr)
     assert "bit-identical to the recording" in done.stdout, done.stdout
@@ -43,7 +44,7 @@ def main():
     kerf = sys.argv[1]
     skip_without_display_programs()
 
-    # No display: one clear sentence, and no files left behind.
+    # Without a display there is one clear sentence, and no files are left behind.
     folder = workspace()
     env = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     for command in ("rehearse", "practise"):
@@ -55,7 +56,7 @@ def main():
     shutil.rmtree(folder)
 
     with Display() as display:
-        # A bone without a scene: cut, recorded and replayed.
+        # A bone without a scene is cut, recorded and replayed.
         folder = workspace()
         subprocess.run([kerf, "model", "block", "-o", "bone.vdb", "--voxel", "0.5"], cwd=folder, check=True, capture_output=True)
         w = Window(display, kerf, ["rehearse", "bone.vdb", "-o", "out"], folder, title="kerf rehearse")
@@ -70,7 +71,8 @@ def main():
         check_recording(kerf, folder)
         shutil.rmtree(folder)
 
-        # Resized, minimised and back, then the focus lost during a cut: the spindle and the saw stop.
+        # The window is resized, minimised and restored. When it loses the focus during a cut, the spindle and the saw
+        # stop.
         w, folder = start(display, kerf)
         begin_cut(w)
         w.resize(900, 600)
@@ -98,7 +100,7 @@ def main():
         w._xdotool("keyup", "Down")
         w.focus()
 
-        # Closed by its frame during a cut: the recording is complete and verifies.
+        # The window is closed by its frame during a cut: the recording is complete and verifies.
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
@@ -110,7 +112,7 @@ def main():
         w._xdotool("keyup", "Down")
         shutil.rmtree(folder)
 
-        # Ended by the system during a cut: the same.
+        # The program is ended by the system during a cut: the recording is also complete and verifies.
         w, folder = start(display, kerf)
         begin_cut(w)
         w.process.send_signal(signal.SIGTERM)
@@ -120,7 +122,7 @@ def main():
         w._xdotool("keyup", "Down")
         shutil.rmtree(folder)
 
-        # Killed: the part written until then opens and replays identically.
+        # The program is killed: the part written until then opens and replays identically.
         w, folder = start(display, kerf)
         begin_cut(w)
         time.sleep(1)

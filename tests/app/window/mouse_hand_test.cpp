@@ -1,4 +1,4 @@
-// Hand that follows the mouse.
+// Tests of the hand that follows the mouse.
 #include "loop/haptics/mouse_hand.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ struct Rig {
   }
 };
 
-// The device's friction may hold the handle slightly off the target: friction / stiffness of the hand.
+// The device's friction may hold the handle slightly off the target, by friction / stiffness of the hand.
 TEST(MouseHand, HandleReachesTheTargetAtALimitedSpeed) {
   Rig rig;
   rig.target.Publish({Quat{1, 0, 0, 0}, {40, 0, 0}});
@@ -37,23 +37,23 @@ TEST(MouseHand, HandleReachesTheTargetAtALimitedSpeed) {
   }
   const double short_mm = rig.device.profile().friction_N / MouseHandParams{}.stiffness_N_per_mm;
   EXPECT_NEAR(glm::length(rig.device.p_WC_mm() - Vec3(40, 0, 0)), 0, short_mm + 0.05);
-  // The handle follows a target that moves at that speed, on a spring: it never reaches twice the speed.
+  // The handle follows, on a spring, a target that moves at that speed, so it never reaches twice the speed.
   EXPECT_LT(fastest, 2 * MouseHandParams{}.speed_mm_per_s);
 }
 
-// The spring's extension is limited to its reach: it pulls with at most k x reach, however far the mouse moved, and the
+// The spring's extension is limited to its reach. It pulls with at most k x reach, however far the mouse moved, and the
 // released handle does not fly to the target.
 TEST(MouseHand, ForceOnAHeldHandleIsLimited) {
   Rig rig;
   const MouseHandParams params;
   const double max_N = params.stiffness_N_per_mm * params.reach_mm;
   rig.target.Publish({Quat{1, 0, 0, 0}, {500, 0, 0}});
-  // A wall that pushes back with slightly more than that: the handle moves back.
+  // If a wall pushes back with slightly more than that force, the handle moves back.
   rig.Run(3, {-(max_N + 1), 0, 0});
   const double at_mm = rig.device.p_WC_mm().x;
   rig.Run(0.5, {-(max_N + 1), 0, 0});
   EXPECT_LT(rig.device.p_WC_mm().x, at_mm);
-  // With slightly less it moves forward.
+  // With slightly less than that force, the handle moves forward.
   const double then_mm = rig.device.p_WC_mm().x;
   rig.Run(0.5, {-(max_N - 1), 0, 0});
   EXPECT_GT(rig.device.p_WC_mm().x, then_mm);

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""A whole exercise in the real window, with real keys: selected, cut, scored, saved; and the same score without a window.
+"""Tests a whole exercise in the real window, with real keys: it is selected, cut, scored and saved. The recording must
+have the same score without a window.
 
     practise_test.py KERF [--pictures FOLDER] [--scale 2]
 
-Exit code 77: skipped, with the reason."""
+Exit code 77: the test was skipped; it prints the reason."""
 
 import argparse
 import json
@@ -36,14 +37,15 @@ def main():
         w.wait_state("the list of exercises", lambda s: s["mode"] == "choosing")
         time.sleep(0.3)
         picture("exercises")
-        w.key("Down", "Up", "Return")  # the first: the groove
+        w.key("Down", "Up", "Return")  # the first exercise: the groove
         w.wait_state("its levels", lambda s: s.get("menu", "").startswith("Groove"))
         w.key("Return")
         w.wait_event("running")
         w.wait_event("first_picture")
         assert w.state["exercise"] == "groove"
 
-        # Down to the depth, where the stop of level 1 holds the saw; along the line of 16 mm; up and out.
+        # The saw moves down to the depth at which the stop of level 1 holds it, along the line of 16 mm, and up and
+        # out.
         w.key("bracketleft", "bracketleft")
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
@@ -90,7 +92,7 @@ def main():
         assert done.returncode == 0, (arguments, done.stdout, done.stderr)
         return done.stdout
 
-    # The same numbers from the recording alone.
+    # The recording alone gives the same numbers.
     assert json.loads(kerf("score", "out/session.kerf", "--json")) == score["sheet"]
     history = json.loads(kerf("practise", "--history", "--student", "Ann", "--json"))
     assert len(history) == 1 and abs(history[0]["total"] - score["total"]) < 1e-9, history

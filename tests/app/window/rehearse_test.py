@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""A whole rehearsal in the real window, with real keys and mouse: plan, cut through, undo, pieces, measurements, another saw, export.
+"""Tests a whole rehearsal in the real window, with real keys and mouse: planning, cutting through, undo, pieces,
+measurements, another saw and export.
 
     rehearse_test.py KERF [--pictures FOLDER] [--scale 2]
 
---pictures: keeps the test's pictures. Exit code 77: skipped, with the reason."""
+--pictures: keeps the test's pictures. Exit code 77: the test was skipped; it prints the reason."""
 
 import argparse
 import json
@@ -13,7 +14,7 @@ import time
 
 from drive import Display, Window, skip_without_display_programs, workspace
 
-# A bar across the patient, cut in two by a stroke of some seconds; the disc is above its middle.
+# A bar lies across the patient and is cut in two by a stroke of some seconds; the disc is above its middle.
 SCENE = """title = "Bar of cortical and cancellous bone"
 [bone]
 model = "block"
@@ -86,7 +87,8 @@ def main():
         w.scroll(*centre, 2)
         picture("begin")
 
-        # Cuts half through with the keys against the bone's resistance: the saw moves down in the blade's plane and a force is shown.
+        # Cuts half through with the keys, against the bone's resistance. The saw moves down in the blade's plane, and a
+        # force is shown.
         w.key("v")  # from the front: down in the picture is down in the bone
         w.key("l")
         w.key("bracketleft", "bracketleft", "bracketleft")  # 2 mm/s
@@ -105,7 +107,8 @@ def main():
         picture("regions")
         w.key("m")
 
-        # Out of the cut, undo, redo. The spindle stops by itself, so that the restored bone is not cut at once.
+        # Moves out of the cut, then undoes and redoes. The spindle stops by itself, so that the restored bone is not
+        # cut at once.
         w._xdotool("keydown", "Up")
         w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12, 60)
         w._xdotool("keyup", "Up")
@@ -115,7 +118,7 @@ def main():
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
 
-        # A named checkpoint.
+        # Makes a named checkpoint.
         w.key("c")
         w.wait_state("it asks for a name", lambda s: s["entry"])
         w.type(" of mine")
@@ -135,7 +138,7 @@ def main():
         w._xdotool("keyup", "Up", "keyup", "shift")
         assert w.state["removed_mm3"] > removed
 
-        # A plane and a depth stop placed by the mouse.
+        # Places a plane and a depth stop with the mouse.
         w.key("Home", "n")
         w.wait_state("the plan's menu", lambda s: s.get("menu") == "Plan")
         picture("plan menu")
@@ -156,7 +159,7 @@ def main():
         w.wait_state("a stop", lambda s: s["stops"] == 1)
         picture("plan")
 
-        # Pieces: picked, moved along an axis, turned, measured.
+        # Pieces are picked, moved along an axis, rotated and measured.
         w.key("p")
         pieces = w.wait_event("pieces", seconds=120)
         assert pieces["count"] == 2, pieces
@@ -167,8 +170,8 @@ def main():
             w.key("Right")
         w.wait_state("a piece is moved", lambda s: any(p["moved_mm"] == 3 for p in s["pieces"]))
 
-        # Moved towards the other piece, it overlaps it by 3 mm minus the kerf of 0.5 mm, over 10 x 10 mm; moved away, the gap is
-        # 3 mm plus the kerf. The kerf may be a tenth wider than the disc.
+        # When the piece is moved towards the other one, they overlap by 3 mm minus the kerf of 0.5 mm, over 10 x 10 mm.
+        # When it is moved away, the gap is 3 mm plus the kerf. The kerf may be a tenth wider than the disc.
         def as_moved():
             w.read()
             return any(235 < e["overlap_mm3"] < 252 or 3.45 < (e["gap_mm"] or 0) < 3.7
@@ -194,7 +197,7 @@ def main():
         w.wait_state("hidden", lambda s: any(p["hidden"] for p in s["pieces"]))
         w.key("h")
 
-        # The export.
+        # Exports the results.
         w.key("F9")
         taken = w.wait_event("taken_away", seconds=120)
         assert "failure" not in taken, taken

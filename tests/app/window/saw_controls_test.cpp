@@ -1,4 +1,4 @@
-// Keys and mouse to the wanted pose of the saw.
+// Tests of how keys and mouse set the wanted pose of the saw.
 #include "app/window/saw_controls.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace kerf {
 namespace {
 
-// Front view: x is right, z is up, y points into the picture. A pixel is 0.2 mm.
+// In the front view, x is right, z is up, and y points into the picture. A pixel is 0.2 mm.
 const ViewBasis kFront{.right_W = {1, 0, 0}, .up_W = {0, 0, 1}, .forward_W = {0, 1, 0}, .mm_per_pixel = 0.2};
 
 WindowEvent KeyEvent(Key key, bool down = true, bool shift = false) {
@@ -58,7 +58,7 @@ TEST(SawControls, MouseDragsTheSawByItsMotion) {
 }
 
 TEST(SawControls, RestrictedMotionStaysInTheBladesPlane) {
-  // Spindle along (1, 1, 0): the blade's plane contains z and (1, -1, 0).
+  // The spindle is along (1, 1, 0), so the blade's plane contains z and (1, -1, 0).
   const Vec3 spindle = glm::normalize(Vec3(1, 1, 0));
   const Pose X{glm::angleAxis(std::acos(-1.0) / 2, glm::normalize(glm::cross(Vec3(0, 0, 1), spindle))), {0, 0, 0}};
   ASSERT_NEAR(glm::length(X.Vector({0, 0, 1}) - spindle), 0, 1e-12);

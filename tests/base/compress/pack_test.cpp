@@ -25,7 +25,7 @@ TEST(Pack, RoundTripKeepsEveryByte) {
 TEST(Pack, UnpackAllocatesAtMostTheLimit) {
   const std::string packed = Pack(std::string(1 << 20, 'a'));
   EXPECT_THROW(Unpack(packed, (1 << 20) - 1), Error);
-  // A frame of 20 bytes whose header claims a content size of 2^62.
+  // A frame of 20 bytes whose header declares a content size of 2^62.
   std::string lie = packed.substr(0, 20);
   lie[4] = static_cast<char>(0xe0);
   for (int i = 5; i < 13; ++i) lie[static_cast<std::size_t>(i)] = i == 12 ? 0x40 : 0;
@@ -42,7 +42,7 @@ TEST(Pack, DamageIsDetected) {
   EXPECT_THROW(Unpack("", 10), Error);
 }
 
-// Check values of RFC 3720, B.4.
+// The check values are those of RFC 3720, B.4.
 TEST(Crc32c, KnownValues) {
   EXPECT_EQ(CalcCrc32c("123456789"), 0xe3069283u);
   EXPECT_EQ(CalcCrc32c(std::string(32, '\0')), 0x8a9136aau);

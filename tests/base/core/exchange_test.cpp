@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-/// Large enough that a half-written record would be seen.
+/// Large enough that a half-written record would be noticed.
 struct Record {
   std::array<std::uint64_t, 64> values{};
   void Fill(std::uint64_t n) { values.fill(n); }
@@ -82,7 +82,7 @@ int Take(SpscRing<int>& ring) {
 TEST(SpscRing, HoldsAtMostItsCapacity) {
   SpscRing<int> ring(5);
   EXPECT_EQ(ring.capacity(), 8U);
-  for (int round = 0; round < 3; ++round) {  // wraps around the end of the ring's memory
+  for (int round = 0; round < 3; ++round) {  // the indices wrap around the end of the ring's memory
     EXPECT_EQ(ring.Peek(), nullptr);
     for (int i = 0; i < 8; ++i) EXPECT_TRUE(ring.TryPush(i));
     EXPECT_FALSE(ring.TryPush(8));

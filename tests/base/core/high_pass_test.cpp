@@ -1,4 +1,4 @@
-// High-pass RMS against sines, whose RMS is known.
+// High-pass RMS of sines, whose RMS is known.
 #include "base/core/high_pass.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,8 @@ std::vector<double> MakeSine(double f_Hz, double amplitude, int n = 5000) {
   return x;
 }
 
-/// Gain of the filter applied forwards and backwards: |H|^2 = r^4 / (1 + r^4), r the ratio of the bilinear frequencies.
+/// Returns the gain of the filter applied forwards and backwards: |H|^2 = r^4 / (1 + r^4), where r is the ratio of the
+/// bilinear frequencies.
 double CalcGain(double f_Hz, double cutoff_Hz) {
   const double r = std::tan(std::numbers::pi * f_Hz * kDt_s) / std::tan(std::numbers::pi * cutoff_Hz * kDt_s);
   return std::pow(r, 4) / (1 + std::pow(r, 4));
@@ -29,7 +30,7 @@ double CalcGain(double f_Hz, double cutoff_Hz) {
 
 TEST(HighPass, GainIsThatOfTwoButterworthPasses) {
   for (const double f : {10.0, 20.0, 40.0, 150.0, 400.0}) {
-    // Whole periods; end effects at low frequencies are below 2 %.
+    // The sines have whole periods; end effects at low frequencies are below 2 %.
     EXPECT_NEAR(CalcHighPassRms(MakeSine(f, 3), kDt_s, 20) / (3 / std::numbers::sqrt2), CalcGain(f, 20), 0.02) << f;
   }
   EXPECT_NEAR(CalcHighPassRms(MakeSine(20, 1), kDt_s, 20), 0.5 / std::numbers::sqrt2, 0.005);
@@ -54,8 +55,8 @@ TEST(HighPass, TimeReversalHasNoEffect) {
 }
 
 TEST(HighPass, SampleBySampleResultIsTheSame) {
-  // The truncation of the backward pass is exp(-44) relative, and the sums have up to 1e5 terms, so 1e-12 covers
-  // rounding with a margin.
+  // Truncating the backward pass causes a relative error of exp(-44), and the sums have up to 1e5 terms, so 1e-12
+  // covers rounding with a margin.
   for (const double dt_s : {0.001, 0.00025, 0.004}) {
     for (const int n : {0, 1, 2, 3, 4, 50, 251, 252, 253, 1001, 4096, 4700, 5000, 10'000, 100'000}) {
       std::vector<double> x;

@@ -48,7 +48,7 @@ TEST(LogHistogram, PercentilesAreAtMostABucketAboveTheSortedOnes) {
     const double n = static_cast<double>(us.size());
     const double exact = us[static_cast<std::size_t>(std::max(0.0, std::ceil(fraction * n) - 1))];
     EXPECT_GE(histogram->CalcPercentile_us(fraction), exact * (1 - 1e-12)) << fraction;
-    EXPECT_LE(histogram->CalcPercentile_us(fraction), exact * (1 + 1.0 / 32) + 1e-3) << fraction;  // width of a bucket
+    EXPECT_LE(histogram->CalcPercentile_us(fraction), exact * (1 + 1.0 / 32) + 1e-3) << fraction;  // a bucket's width
   }
   EXPECT_EQ(histogram->CalcPercentile_us(1), us.back());
   double sum = 0;

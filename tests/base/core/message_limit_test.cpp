@@ -24,7 +24,7 @@ TEST(MessageLimit, ShowsTheFirstMessagesOfAKindAndCountsTheRest) {
     } else if (i == 10) {
       EXPECT_THAT(text.value_or(""), AllOf(HasSubstr("at 0.010 s"), HasSubstr("only counted")));
     }
-    // Messages of another kind are counted separately.
+    // Messages of a different kind are counted separately.
     if (i % 100 == 0) {
       EXPECT_EQ(limit.Take(fmt::format("row {} is missing", i)), fmt::format("row {} is missing", i));
     }

@@ -12,7 +12,7 @@ TEST(PrintableText, ContainsNoTerminalCommands) {
   EXPECT_EQ(Printable(std::string("a\0b\x1b[2J\a\n\t\x7f", 11)), "a?b?[2J????");
   EXPECT_EQ(Printable("\xc2\x9b"
                       "2J\xc2\xa0"),
-            "?2J\xc2\xa0");  // U+009B, and a no-break space, which stays
+            "?2J\xc2\xa0");  // U+009B, and a no-break space, which is kept
   EXPECT_EQ(Printable("a\xe2\x80\xae"
                       "b\xe2\x81\xa6"
                       "c"),

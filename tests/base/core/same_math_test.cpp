@@ -1,5 +1,5 @@
-// Compares the functions with those for long double, of which the C library has only one version. Special values are
-// exact.
+// Compares the functions with those for long double, of which the C library has only one version. Special values must
+// be exact.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -14,7 +14,7 @@
 namespace kerf {
 namespace {
 
-// Hides a value from the compiler, so that it does not evaluate functions at compile time.
+// Hides a value from the compiler, so that functions of it are not evaluated at compile time.
 double Hide(double x) {
   volatile double hidden = x;
   return hidden;
@@ -95,8 +95,9 @@ TEST(SameMath, SpecialValuesAreExact) {
   EXPECT_EQ(std::atan2(Hide(0.0), Hide(-1.0)), std::acos(-1.0));
 }
 
-// A hash of many values that is the same on all machines. It was verified on x86-64 with the C library's variants for
-// old and new processors; the C library's own functions give two different hashes, depending on the processor.
+// A hash of many values must be the same on all machines. It has been verified on x86-64 with the C library's variants
+// for old and new processors; with the C library's own functions there would be two different hashes, depending on the
+// processor.
 TEST(SameMath, ResultsAreTheSameOnAllMachines) {
   std::uint64_t hash = 0;
   for (int i = 1; i < 20'000; ++i) {

@@ -23,7 +23,7 @@ TEST(SymmetricEigen, VectorsAreOrthonormalAndScaledByTheirValues) {
       const Vec3& v = eigen.vectors[k];
       const Vec3 av(a[0][0] * v.x + a[0][1] * v.y + a[0][2] * v.z, a[1][0] * v.x + a[1][1] * v.y + a[1][2] * v.z,
                     a[2][0] * v.x + a[2][1] * v.y + a[2][2] * v.z);
-      // Values up to 30 and some dozens of rotations, each rounded to 1e-16.
+      // Values are up to 30, and there are some dozens of rotations, each rounded to 1e-16.
       EXPECT_NEAR(glm::length(av - eigen.values[k] * v), 0, 1e-12);
       EXPECT_NEAR(glm::length(v), 1, 1e-13);
       EXPECT_NEAR(glm::dot(v, eigen.vectors[(k + 1) % 3]), 0, 1e-13);

@@ -30,7 +30,7 @@ TEST(Thinned, KeepsAllPointsUntilFullAndThenTheExtremes) {
     if (n < 8) {
       ASSERT_EQ(points.size(), static_cast<std::size_t>(n));
     }
-    // Points follow each other without a gap, and each holds the largest value of its own range.
+    // The points' ranges follow each other without a gap, and each point has the largest value of its range.
     int next = 0;
     for (const Point& point : points) {
       ASSERT_EQ(point.first, next) << n;

@@ -127,7 +127,7 @@ TEST_F(Files, GrowingFileAppearsOnlyWhenComplete) {
   }
   EXPECT_EQ(ReadTextFile(Path("a.csv")), "one,two");
   EXPECT_EQ(CountFiles(), 1u);
-  // The folder is removed while the file grows.
+  // The folder is removed while the file is being written.
   MakeFolder(Path("gone"));
   GrowingFile file(Path("gone/a.csv"));
   file.Append("x");

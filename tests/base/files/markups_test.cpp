@@ -95,7 +95,7 @@ struct PlaneText {
     return fmt::format("\"baseToNode\": [{}, {}, {}, 0, {}, {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1]", 3 * s, 6 * s, 2 * s,
                        -6 * s, 2 * s, 3 * s, 2.0 / 7, -3.0 / 7, 6.0 / 7);
   }
-  /// An identity as Slicer writes it: in LPS the upper two rows are negated.
+  /// The identity as Slicer writes it: in LPS, the first two rows are negated.
   std::string Object() const {
     return fmt::format("\"objectToBase\": [{0}, 0, 0, 0, 0, {0}, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]", -sign);
   }
@@ -135,7 +135,7 @@ TEST(PlaneMarkups, SlicerPlaneIsTheSameInLpsAndRasAndFromAnyEntry) {
 TEST(PlaneMarkups, RotationWithinTheBaseRotatesThePlane) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
-    // A quarter turn about the base's x axis, which maps z to -y: rows (1, 0, 0), (0, 0, -1), (0, 1, 0).
+    // A quarter turn about the base's x axis, which maps z to -y. Its rows are (1, 0, 0), (0, 0, -1), (0, 1, 0).
     const std::string object =
         fmt::format("\"objectToBase\": [{0}, 0, 0, 0, 0, 0, {1}, 0, 0, 1, 0, 0, 0, 0, 0, 1]", -sign, sign);
     const CutPlane plane = ReadPlaneText(t.File(t.Base() + ", " + object + ", " + t.Points(t.Point(10, -20, 30))));
@@ -146,7 +146,7 @@ TEST(PlaneMarkups, RotationWithinTheBaseRotatesThePlane) {
 TEST(PlaneMarkups, OrderOfThreePointsDefinesThePlaneAndItsSide) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
-    // p, p + 7 u, p + 14 v, where u and v are columns of the matrix above; u x v is the normal.
+    // The points are p, p + 7 u and p + 14 v, where u and v are columns of the matrix above and u x v is the normal.
     const std::string a = t.Point(10, -20, 30);
     const std::string b = t.Point(13, -26, 32);
     const std::string c = t.Point(22, -16, 24);
@@ -160,7 +160,8 @@ TEST(PlaneMarkups, OrderOfThreePointsDefinesThePlaneAndItsSide) {
 
 TEST(PlaneMarkups, ManyPointsAreFittedByLeastSquares) {
   const PlaneText t{1};
-  // A rectangle of 7 x 14 mm in the plane, its corners alternately 0.07 mm above and below: it fits that plane.
+  // A rectangle of 7 x 14 mm whose corners are alternately 0.07 mm above and below the plane, which the fit must
+  // find.
   std::string points;
   const Vec3 u(3, -6, 2), v(12, 4, -6), n(0.02, 0.03, 0.06);
   const Vec3 corners[] = {Vec3(0), u, u + v, v};

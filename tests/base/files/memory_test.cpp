@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// More than any machine has; volatile, so that the compiler cannot use the value.
+// More memory than any machine has; volatile, so that the compiler cannot use the value.
 volatile std::size_t too_many_bytes = std::size_t{1} << 62;
 
 void AskForTooMuch() {

@@ -36,9 +36,9 @@ class Temporaries : public ::testing::Test {
     for (const auto& entry : fs::directory_iterator(own_.file(folder))) names.push_back(entry.path().filename());
     return names;
   }
-  /// The name of the only file in the folder.
+  /// Returns the name of the only file in the folder.
   std::string Name() const { return Names().at(0); }
-  /// A process that has ended and has been waited for.
+  /// Returns the id of a process that has ended and has been waited for.
   static pid_t DeadProcess() {
     const pid_t child = fork();
     if (child == 0) _exit(0);
@@ -96,8 +96,8 @@ TEST_F(Temporaries, NamesForLongTargetsAreShortened) {
               HasSubstr("can't be written: File name too long"));
 }
 
-// The writer gets a path that leads to the open file itself; a link that another program puts in the place of its name
-// receives no data.
+// The writer gets a path that leads to the open file itself; a link that another program puts in the place of the
+// file's name receives no data.
 TEST_F(Temporaries, LinkUnderTheirNameRedirectsNothing) {
   test::WriteBytes(own_.file("victim"), "untouched");
   fs::create_directory(own_.file("out"));
@@ -114,7 +114,7 @@ TEST_F(Temporaries, LinkUnderTheirNameRedirectsNothing) {
   EXPECT_THAT(Names("out"), IsEmpty());
 }
 
-// The names that an earlier version would have opened, which contained the process id.
+// These are the names that an earlier version would have opened; they contained the process id.
 TEST_F(Temporaries, PlantedLinksOfPredictableNamesAreNotFollowed) {
   test::WriteBytes(own_.file("victim"), "untouched");
   fs::create_directory(own_.file("out"));
@@ -154,12 +154,12 @@ TEST_F(Temporaries, LeftoversOfAKilledProgramAreRemovedByTheNextWrite) {
 
 TEST_F(Temporaries, SweepKeepsForeignFiles) {
   const std::string name = ".a\nb.kerf-0123abcd-0123456789abcdef.csv";  // a name may contain a line break
-  // Names of another form: too short, not hexadecimal, not hidden.
+  // These names have a different form: too short, not hexadecimal, or not hidden.
   const std::vector<std::string> foreign = {".a.kerf-0123abcd-0123456789abcde.csv",
                                             ".a.kerf-0123abcd-0123456789abcdeg.csv",
                                             "a.kerf-0123abcd-0123456789abcdef.csv", ".a.csv"};
   for (const std::string& file : foreign) test::WriteBytes(own_.file(file), "x");
-  // Names of this form, but of a folder, a link, and a file with a second hard link.
+  // These names have the right form, but are those of a folder, a link, and a file with a second hard link.
   fs::create_directory(own_.file(".f.kerf-0123abcd-0123456789abcdef.csv"));
   fs::create_symlink("a.csv", own_.file(".l.kerf-0123abcd-0123456789abcdef.csv"));
   test::WriteBytes(own_.file("two"), "x");
@@ -177,11 +177,11 @@ TEST_F(Temporaries, OldStyleLeftoversAreRemovedIfTheirProcessIsDead) {
   const std::string open_elsewhere = fmt::format(".forces.{}-1.csv", dead);
   const std::string living = fmt::format(".forces.{}-0.csv", getpid());
   const std::string other_target = fmt::format(".bone.{}-0.vdb", dead);
-  const std::string diary = fmt::format(".diary.{}-11.csv", dead);  // its target is not swept
+  const std::string diary = fmt::format(".diary.{}-11.csv", dead);  // nothing sweeps diary.csv here
   for (const std::string& name : {left, open_elsewhere, living, other_target, diary}) {
     test::WriteBytes(own_.file(name), "half");
   }
-  // A process in another container has no id here, but it holds the file open.
+  // A process in another container has no id here, but it keeps the file open.
   const int held = open(own_.file(open_elsewhere).c_str(), O_WRONLY | O_CLOEXEC);
   SweepLeftovers(own_.file("forces.csv"));
   EXPECT_THAT(Names(), testing::UnorderedElementsAre(open_elsewhere, living, other_target, diary));

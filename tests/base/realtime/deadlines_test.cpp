@@ -47,7 +47,7 @@ TEST(Deadlines, LateWakeUpSkipsMissedDeadlines) {
 TEST(Deadlines, NoBurstsAndEveryDeadlineIsRunOrCountedAsSkipped) {
   std::mt19937_64 random(2);
   for (int run = 0; run < 50; ++run) {
-    // Times from far below to far above the period.
+    // The times range from far below to far above the period.
     std::lognormal_distribution<double> late(8 + 0.1 * run, 1.5);
     std::lognormal_distribution<double> work(10 + 0.1 * run, 1.5);
     Deadlines deadlines(kPeriod);

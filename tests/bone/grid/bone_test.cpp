@@ -38,19 +38,19 @@ TEST(CellVolume, NegativeFractionOfATetrahedronMatchesMonteCarlo) {
       for (int k = 0; k < 4; ++k) value += w[k] / sum * f[k];
       inside += value < 0 ? 1 : 0;
     }
-    // Four standard deviations of the estimate: 4 * sqrt(1/4 / 40000) = 0.01.
+    // The tolerance is four standard deviations of the estimate: 4 * sqrt(1/4 / 40000) = 0.01.
     EXPECT_NEAR(CalcNegativeFraction(f[0], f[1], f[2], f[3]), static_cast<double>(inside) / kSamples, 0.01);
   }
 }
 
 TEST(CellVolume, PlaneThroughACellIsExact) {
-  // Plane z = c through the unit cell: the fraction below it is c.
+  // The plane z = c through the unit cell has the fraction c below it.
   for (const double c : {0.1, 0.25, 0.5, 0.9}) {
     std::array<float, 8> v{};
     for (int i = 0; i < 8; ++i) v[i] = static_cast<float>((i & 1) - c);
     EXPECT_NEAR(CalcCellFraction(v), c, 1e-7);
   }
-  // Plane x + y + z = 1 cuts off a corner of volume 1/6.
+  // The plane x + y + z = 1 cuts off a corner of volume 1/6.
   std::array<float, 8> v{};
   for (int i = 0; i < 8; ++i) v[i] = static_cast<float>(((i >> 2) & 1) + ((i >> 1) & 1) + (i & 1) - 1);
   EXPECT_NEAR(CalcCellFraction(v), 1.0 / 6, 1e-7);
@@ -76,7 +76,7 @@ TEST(Bone, BoxVolumeIsExactInAnyPoseUpToItsEdges) {
     if (n > 0) X_WB.R_AB = glm::normalize(Quat(normal(random), normal(random), normal(random), normal(random)));
     X_WB.p_AB = Vec3(normal(random), normal(random), normal(random));
     const Bone bone = MakeBox(X_WB, {10, 8, 6}, 0.2);
-    // Faces are exact; each edge (96 mm in all) loses at most about h^2 / 4 of its cross-section: 0.96 of 480 mm^3.
+    // Faces are exact; each edge (96 mm in all) loses at most about h^2 / 4 of its cross-section: 0.96 mm^3 of 480.
     EXPECT_NEAR(bone.CalcVolume(), 480, 0.96);
   }
 }
@@ -93,7 +93,8 @@ TEST(Bone, NonDistanceFieldGivesTheSameSurfaceAndADistance) {
   for (int n = 0; n < 500; ++n) {
     const Vec3 direction = glm::normalize(Vec3(normal(random), normal(random), normal(random)));
     for (const double d : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
-      // First-order fast sweeping: error up to a fifth of a voxel at two voxels from the surface, a tenth on it.
+      // First-order fast sweeping has an error of up to a fifth of a voxel two voxels from the surface, and of a tenth
+      // on it.
       EXPECT_NEAR(bone.SignedDistance((5 + d) * direction), d, d == 0 ? 0.02 : 0.05);
     }
   }
@@ -102,7 +103,8 @@ TEST(Bone, NonDistanceFieldGivesTheSameSurfaceAndADistance) {
 TEST(Bone, BoundsAreSubVoxel) {
   const Bone bone = MakeSphere({0.03, -0.07, 0.11}, 5, 0.4);
   const Box3 box = bone.CalcBounds();
-  // A line of voxels misses the pole by up to h / sqrt(2), so its crossing lies up to h^2 / (4 R) = 0.008 mm inside.
+  // The nearest line of voxels misses the sphere's pole by up to h / sqrt(2), so it crosses the surface up to h^2 / (4
+  // R) = 0.008 mm short of the pole.
   for (int axis = 0; axis < 3; ++axis) {
     EXPECT_NEAR(box.lower[axis], Vec3(0.03, -0.07, 0.11)[axis] - 5, 0.01);
     EXPECT_NEAR(box.upper[axis], Vec3(0.03, -0.07, 0.11)[axis] + 5, 0.01);
@@ -119,7 +121,7 @@ TEST(Bone, RegionVolumesSumToTheTotalVolume) {
     const auto volumes = bone.CalcRegionVolumes();
     EXPECT_EQ(volumes.count(0), 0u) << region_voxel;  // every part of the bone has material
     EXPECT_NEAR(volumes.at(1) + volumes.at(2), bone.CalcVolume(), 1e-9 * bone.CalcVolume());
-    // The border is off by at most half a region voxel and half a cell, over the great circle.
+    // Over the area of the great circle, the border is off by at most half a region voxel plus half a cell.
     const double above = SphereVolume(5) / 2 - std::numbers::pi * 25 * 0.1;
     EXPECT_NEAR(volumes.at(1), above, std::numbers::pi * 25 * (0.5 * region_voxel + 0.5 * 0.2));
   }
@@ -206,7 +208,7 @@ TEST(Pieces, ThreeSpheresAreThreePiecesWithTheirVolumes) {
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(split.pieces[i].CalcVolume() / SphereVolume(radii[i]), 1,
-                0.03);  // chord error: about (h / R)^2 / 2 = 0.02 for the smallest
+                0.03);  // chord error, about (h / R)^2 / 2 = 0.02 for the smallest sphere
     EXPECT_EQ(CountOpenEdges(ExtractSurface(split.pieces[i])), 0u);
     sum += split.pieces[i].CalcVolume();
   }
@@ -236,7 +238,7 @@ TEST(Pieces, SlotOneVoxelWideSeparatesInAnyOrientation) {
 }
 
 TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxels) {
-  // Two halves that meet at x = 0.05, midway between two layers of region voxels 0.1 mm apart.
+  // Two regions that meet at x = 0.05, midway between two layers of region voxels 0.1 mm apart.
   SolidField field;
   field.value = [](const Vec3& p) { return test::BoxDistance(p, Vec3(3, 2, 2)); };
   field.classify = ClassifyByDistance(field.value);
@@ -247,7 +249,8 @@ TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxels) {
   EXPECT_DOUBLE_EQ(bone.ModulusAt({-1, 0.03, 0.02}), 20000);
   EXPECT_DOUBLE_EQ(bone.PoissonRatioAt({-1, 0.03, 0.02}), 0.2);
   EXPECT_DOUBLE_EQ(bone.ModulusAt({1, 0.03, 0.02}), 1000);
-  // Linear from 20000 at x = 0 to 1000 at x = 0.1, and likewise for nu. The tolerances are rounding.
+  // E is linear from 20000 at x = 0 to 1000 at x = 0.1, and so is nu between its values. The tolerances allow for
+  // rounding.
   for (const double t : {0.0, 0.25, 0.5, 0.9, 1.0}) {
     EXPECT_NEAR(bone.ModulusAt({0.1 * t, 0.03, 0.02}), 20000 - 19000 * t, 1e-8);
     EXPECT_NEAR(bone.PoissonRatioAt({0.1 * t, 0.03, 0.02}), 0.2 + 0.2 * t, 1e-12);

@@ -16,13 +16,13 @@ TEST(CropBone, IsBitIdenticalInTheBoxAndAirBeyond) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> fraction(0, 1);
   for (int i = 0; i < 2000; ++i) {
-    // Points at least a voxel inside the box, so that all neighbours used by the interpolation are in it too.
+    // The point is at least a voxel inside the box, so that all neighbours used by the interpolation are also inside.
     const Vec3 in =
         box.lower + Vec3(0.2) + Vec3(fraction(random), fraction(random), fraction(random)) * (box.size() - Vec3(0.4));
     EXPECT_EQ(part.SignedDistance(in), bone.SignedDistance(in));
     EXPECT_EQ(part.ModulusAt(in), bone.ModulusAt(in));
   }
-  // A point more than a leaf (8 voxels) away from the box.
+  // This point is more than a leaf (8 voxels) away from the box.
   EXPECT_GT(bone.band_mm(), 0);
   EXPECT_LT(bone.SignedDistance({-4, 0, 4}), 0);
   EXPECT_NEAR(part.SignedDistance({-4, 0, 4}), part.band_mm(), 1e-6);

@@ -1,4 +1,4 @@
-// CT numbers in a bone and the modulus computed from them, against closed forms.
+// CT numbers in a bone and the modulus computed from them, compared with closed forms.
 #include "bone/grid/ct_modulus.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,8 @@
 namespace kerf {
 namespace {
 
-/// rho = HU / 1000 from 100 to 3000 HU; E = 1000 rho MPa from 0.1 to 2 g/cm3: so E = HU, clamped to 100 to 2000 MPa.
+/// With rho = HU / 1000 from 100 to 3000 HU, and E = 1000 rho MPa from 0.1 to 2 g/cm3, E = HU, clamped to 100 to 2000
+/// MPa.
 CtLaw LinearLaw() {
   CtLaw law;
   law.name = "linear";
@@ -24,7 +25,7 @@ CtLaw LinearLaw() {
   return law;
 }
 
-/// A box of 12 x 8 x 6 mm: cancellous (32, nu 0.4) below z = 0.05, cortical (24) above.
+/// Makes a box of 12 x 8 x 6 mm: cancellous bone (32, nu 0.4) below z = 0.05, cortical bone (24) above.
 Bone MakeTwoTissues(double voxel_mm = 0.2) {
   SolidField field;
   field.value = [](const Vec3& p) { return test::BoxDistance(p, Vec3(6, 4, 3)); };
@@ -55,7 +56,7 @@ TEST(CtModulus, FollowsALinearRampInCancellousBoneAndTheTableInCortex) {
     EXPECT_NEAR(bone.ModulusAt(in_cortex), 19300, 1e-6);
   }
   EXPECT_EQ(report.fraction_below + report.fraction_above, 0);
-  // About 840 of the 0.343 mm3 voxels have their centre inside the 12 x 8 x 3 mm.
+  // About 840 of the 0.343 mm3 voxels have their centre inside the cancellous 12 x 8 x 3 mm.
   EXPECT_NEAR(static_cast<double>(report.voxels), 12 * 8 * 3 / 0.343, 100);
   EXPECT_NEAR(report.E_p50_MPa, 1000 - 30, 40);  // at the middle, z = -1.5
   EXPECT_GE(report.E_min_MPa, 1000 - 480 - 120 - 60);
@@ -72,13 +73,13 @@ TEST(CtModulus, AllRegionsIncludeTheCortex) {
 
 TEST(CtModulus, ValuesOutsideTheLawsRangeAreClampedAndCounted) {
   Bone bone = MakeTwoTissues();
-  // Along x, a quarter of the box is below the law's 100 HU and a quarter above its 2000.
+  // Along x, a quarter of the box is below the law's 100 HU and a quarter above its 2000 HU.
   SetHu(
       bone, [](const Vec3& p) { return p.x < -3  ? -50
                                        : p.x > 3 ? 2500
                                                  : 1000; }, 0.25);
   const CtModulusReport report = UseCtModulus(bone, LinearLaw(), false);
-  // One layer of 0.25 mm voxels in 12 mm is 2 %.
+  // The tolerance is one layer of 0.25 mm voxels in 12 mm, 2 %.
   EXPECT_NEAR(report.fraction_below, 0.25, 0.021);
   EXPECT_NEAR(report.fraction_above, 0.25, 0.021);
   EXPECT_NEAR(bone.ModulusAt({-5, 0, -1}), 100, 1e-4);
@@ -124,7 +125,7 @@ TEST(CtModulus, WithoutCtNumbersThereIsNoGridAndNoMemory) {
 
 TEST(CtModulus, HuRangeIncludesOnlyVoxelsInTheBone) {
   Bone bone = MakeTwoTissues();
-  // Only voxels inside the bone count: those outside have absurd values.
+  // Only voxels inside the bone count; those outside have absurd values.
   SetHu(
       bone, [](const Vec3& p) { return test::BoxDistance(p, Vec3(6, 4, 3)) < 0 ? 500 + 10 * p.x : 9999; }, 0.5);
   const HuRange range = CalcHuRange(bone);

@@ -14,8 +14,8 @@
 namespace kerf {
 namespace {
 
-/// A box with two tissues and CT numbers, whose interior contains an entire upper node of the tree (128 voxels along
-/// each edge).
+/// Makes a box with two tissues and CT numbers, whose interior contains an entire upper node of the tree (128 voxels
+/// along each edge).
 Bone MakeLargeBox() {
   const Vec3 half(75, 45, 40);
   SolidField field;
@@ -60,7 +60,7 @@ TEST(BoneField, ReadsTheValuesOfTheGridsAtEveryPoint) {
   std::mt19937 random(1);
   std::array<BoneField::RegionFraction, 8> fractions;
   for (int i = 0; i < 20000; ++i) {
-    // Inside, on and well outside the table's box; every other point near the surface.
+    // Points inside, on and well outside the table's box; every other point is near the surface.
     Vec3 p = Draw(random, -80, 160);
     if (i % 2 == 0) p.z = 72 + 0.05 * (p.z - 40);
     EXPECT_EQ(field.Sample(p / 0.5), untouched.SignedDistance(p));
@@ -149,7 +149,7 @@ TEST(BoneField, EveryBoneLeafCanBeWrittenWithoutAllocation) {
   EXPECT_TRUE(right);
   EXPECT_NE(sum, 0);
   EXPECT_EQ(heap_uses.count(), 0);
-  EXPECT_GT(taken, 16 * 16 * 16);  // includes all leaves of an upper node
+  EXPECT_GT(taken, 16 * 16 * 16);  // these include all leaves of an upper node
   EXPECT_EQ(field.spare_leaves(), 30000 - taken);
 }
 
@@ -161,7 +161,7 @@ TEST(BoneField, ListsEachChangedLeafOnceInTheOrderOfTheFirstWrite) {
   const LeafIndex c = LeafOf({-8, 0, 0});
   const LeafIndex d = LeafOf({0, -8, 0});
   for (const LeafIndex& leaf : {b, a, b, c, a}) EXPECT_NE(field.Write(leaf), nullptr);
-  EXPECT_EQ(field.Write(d), nullptr);  // no spare leaf left
+  EXPECT_EQ(field.Write(d), nullptr);  // no spare leaf is left
   EXPECT_EQ(field.kind(d), BoneField::LeafKind::kInside);
   EXPECT_EQ(field.Write({1000, 0, 0}), nullptr);  // air
   const auto changed = field.changed();
@@ -214,7 +214,7 @@ TEST(BoneField, SettleActivatesTheBandAndFreesEmptiedLeaves) {
 TEST(BoneField, TooLargeBoxIsRefusedBeforeAllocation) {
   // The largest box in which a bone may be made is accepted: 2^36 voxels, 512 per leaf, plus the layer around it.
   EXPECT_EQ(LeafTable<float>::CheckedSize({514, 514, 514}), std::size_t{514} * 514 * 514);
-  // The box of a bone with crumbs at opposite corners of a large space.
+  // This is the box of a bone with crumbs at opposite corners of a large space.
   const float air = 1;
   for (const int far : {1 << 10, 1 << 27}) {
     try {

@@ -68,7 +68,7 @@ TEST(LeafHistory, StoresOldValuesOfEachLeafOncePerEpoch) {
   EXPECT_EQ(reported[2].number, 5u);
   EXPECT_EQ(reported[2].figures(), figures);
   EXPECT_EQ(reported[3].values[511], 0.2F);
-  EXPECT_EQ(reported[4].kind, LeafBefore::Kind::kValues);  // values, because this leaf has been cut before
+  EXPECT_EQ(reported[4].kind, LeafBefore::Kind::kValues);  // kValues, because this leaf has been cut before
   EXPECT_EQ(reported[4].values[0], 0.3F);
   EXPECT_EQ(reported[4].epoch, reported[1].epoch + 1);
   // Entries remain accessible after they have been read.

@@ -1,4 +1,4 @@
-// The pieces of a bone that is cut leaf by leaf, against a flood fill of all voxels.
+// The pieces of a bone that is cut leaf by leaf, compared with a flood fill of all voxels.
 #include "bone/grid/piece_finder.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kLeaves = 4;  // along each axis, starting at leaf -2
+constexpr int kLeaves = 4;  // number of leaves along each axis, starting at leaf -2
 constexpr int kEdge = 8 * kLeaves;
 constexpr int kFirst = -2;
 constexpr double kVoxel_mm = 0.5;
@@ -67,7 +67,7 @@ struct Piece {
   bool operator==(const Piece& other) const { return voxels == other.voxels && low == other.low && high == other.high; }
 };
 
-/// Pieces found by a flood fill, largest first.
+/// Returns the pieces found by a flood fill, largest first.
 std::vector<Piece> BruteForce(const Voxels& voxels) {
   std::vector<bool> seen(voxels.phi.size());
   std::vector<Piece> pieces;
@@ -117,7 +117,7 @@ std::vector<Piece> Found(const FoundPieces& found) {
   return pieces;
 }
 
-/// Random voxels of some density, or a solid block.
+/// Returns random voxels of some density, or a solid block.
 Voxels Draw(std::mt19937_64& random) {
   Voxels voxels;
   const double density = std::array{0.25, 0.32, 0.5, 0.85, 1.0}[random() % 5];
@@ -185,7 +185,7 @@ TEST(PieceFinder, LosesNoVolumeToDustOrPieces) {
       for (const FoundPiece& piece : found.pieces) {
         RC_ASSERT(piece.volume_mm3 >= dust_mm3);
         sum_mm3 += piece.volume_mm3;
-        // The leaves of a piece hold its voxels and no others.
+        // The leaves of a piece contain its voxels and no others.
         std::size_t held = 0;
         finder.ForEachLeaf(piece.id, [&](const auto&, const LeafMask& mask) {
           for (const std::uint64_t word : mask) held += static_cast<std::size_t>(std::popcount(word));
@@ -193,14 +193,14 @@ TEST(PieceFinder, LosesNoVolumeToDustOrPieces) {
         RC_ASSERT(held == piece.voxels);
       }
       const auto inside = std::count_if(voxels.phi.begin(), voxels.phi.end(), [](float phi) { return phi < 0; });
-      // Integers times an eighth: exact.
+      // The volumes are integers times an eighth, so the sum is exact.
       RC_ASSERT(sum_mm3 == static_cast<double>(inside) * voxel_mm3);
       const std::vector<Piece> all = BruteForce(voxels);
       const auto dust = static_cast<std::size_t>(
           std::count_if(all.begin(), all.end(), [](const Piece& piece) { return piece.voxels < 27; }));
       RC_ASSERT(found.dust_count == dust);
       RC_ASSERT(found.pieces.size() == all.size() - dust);
-      // The same pieces as those computed at the end of a run.
+      // These are the same pieces as those computed at the end of a run.
       const Pieces split = SplitPieces(MakeOf(voxels), dust_mm3);
       RC_ASSERT(split.pieces.size() == found.pieces.size());
       RC_ASSERT(split.dust_count == found.dust_count);
@@ -256,7 +256,7 @@ TEST(PieceFinder, LargerPartKeepsTheId) {
   EXPECT_EQ(finder.FindMainRegion(3), 0);
 }
 
-// A bridge of one voxel's face connects; edges and corners do not.
+// Two voxels are connected if they share a face, but not if they share only an edge or a corner.
 TEST(PieceFinder, FacesConnectAndEdgesDoNot) {
   for (const bool across_leaves : {false, true}) {
     Voxels voxels;

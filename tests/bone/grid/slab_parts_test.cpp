@@ -35,7 +35,7 @@ double SumOfVolumes(const SlabParts& parts) {
   return parts.left.CalcVolume() + parts.slice.CalcVolume() + parts.right.CalcVolume();
 }
 
-/// The flat face of a surface with the given normal: its triangles within one degree of `normal`, except near the rim.
+/// The flat face of a surface: its triangles whose normal is within one degree of `normal`, except near the rim.
 struct Face {
   double area_mm2 = 0;
   double mean_mm = 0;  // distance from the plane along its normal, weighted by area
@@ -74,7 +74,8 @@ void ExpectClosedAndOutward(const Bone& part, const TriangleMesh& mesh, const ch
   EXPECT_LT(CalcEnclosedVolume(mesh), 1.001 * volume) << name;
 }
 
-// Planes that cut only the four long faces of a 30 x 12 x 10 mm block: the slice is a prism of volume t * 120 / |n_x|.
+// These planes cut only the four long faces of a 30 x 12 x 10 mm block, so the slice is a prism of volume t * 120 /
+// |n_x|.
 const Vec3 kNormals[] = {{1, 0, 0}, {1, 0.2, 0.1}, {1, 1, 1}, {-1, 0.5, 0.8}, {-1, 0, 1}};
 const Vec3 kPoint{0.317, 0.211, -0.093};
 
@@ -97,9 +98,9 @@ TEST_P(SlabPartsOfABlock, VolumesSumToTheWholeAndSliceVolumeIsAreaTimesThickness
       const CutPlane plane = PlaneOf(kPoint, normal);
       const SlabParts parts = MakeSlabParts(block, {plane, t, false, {}});
       EXPECT_NEAR(SumOfVolumes(parts) / whole, 1, 1e-3);
-      // An edge loses up to about half the square of a voxel of its cross-section where the angle is sharp (55 degrees
-      // here). The slice has two rims, each at most twice the block's girth of 44 mm, and a length t / |n_x| of each of
-      // the block's four edges.
+      // Where the angle is sharp (55 degrees here), an edge loses up to about h^2 / 2 of its cross-section, with h the
+      // voxel size. The slice has two rims, each at most twice the block's girth of 44 mm, and a length t / |n_x| of
+      // each of the block's four edges.
       const double f = parts.slice.voxel_mm();
       const double stretch = 1 / std::abs(plane.normal_W.x);
       const double lost = 0.5 * f * f * 2 * 44 * stretch + 0.5 * h() * h() * 4 * t * stretch;
@@ -127,7 +128,7 @@ TEST_P(SlabPartsOfABlock, FacesLieAtHalfTheThicknessAndPartsAreClosed) {
           MeasureFace(fine, plane, plane.normal_W, block),  MeasureFace(fine, plane, -plane.normal_W, block)};
       const double at[] = {0.5 * t, -0.5 * t, -0.5 * t, 0.5 * t, 0.5 * t, -0.5 * t};
       for (int i = 0; i < 6; ++i) {
-        // Far below the required 0.01 mm: rounding of floats.
+        // Only float rounding, far below the required 0.01 mm.
         EXPECT_NEAR(faces[i].mean_mm, at[i], 2e-6) << i;
         EXPECT_NEAR(faces[i].lower_mm, at[i], 5e-6) << i;
         EXPECT_NEAR(faces[i].upper_mm, at[i], 5e-6) << i;
@@ -147,12 +148,13 @@ TEST(SlabParts, ThinnestSliceHasTheRequestedThickness) {
   const CutPlane plane = PlaneOf({0.1, 0, 0.03}, {1, 0.4, -0.3});
   const SlabParts parts = MakeSlabParts(block, {plane, 0.02, false, {}});
   const TriangleMesh& mesh = parts.slice_surface_W;
-  // Points are averages over half a voxel, 0.1 mm: the 8 mm rim of a section of about 4 mm2 shrinks by up to 0.04 mm.
+  // The mesh's points are averages over half a voxel, 0.1 mm, so the 8 mm rim of a section of about 4 mm2 shrinks by up
+  // to 0.04 mm.
   EXPECT_NEAR(CalcEnclosedVolume(mesh) / parts.slice.CalcVolume(), 1, 0.08);
-  EXPECT_LT(mesh.triangles.size(), 4000u);  // independent of the thickness
+  EXPECT_LT(mesh.triangles.size(), 4000u);  // does not depend on the thickness
   EXPECT_NEAR(MeasureFace(mesh, plane, plane.normal_W, block).mean_mm, 0.01, 1e-5);
   EXPECT_NEAR(MeasureFace(mesh, plane, -plane.normal_W, block).mean_mm, -0.01, 1e-5);
-  // The block's own four edges have lost up to half the square of a voxel each.
+  // The block's own four edges have lost up to h^2 / 2 each, with h the voxel size.
   EXPECT_NEAR(parts.slice.CalcVolume(), 0.02 * 4 / plane.normal_W.x, 0.02 * 4 * 0.02 / plane.normal_W.x);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
 }
@@ -187,8 +189,8 @@ TEST(SlabParts, PartsAreDisjointAndInsideTheWhole) {
     const double whole = block.SignedDistance(p);
     const bool is[3] = {parts.left.SignedDistance(p) < 0, parts.slice.SignedDistance(p) < 0,
                         parts.right.SignedDistance(p) < 0};
-    // Between voxels the interpolated max() is at least each of its terms, so a part never extends beyond its planes:
-    // 1e-6 for floats.
+    // Between voxels the interpolated max() is at least each of its terms, so a part never extends beyond its planes.
+    // 1e-6 allows for float rounding.
     if (is[0]) {
       EXPECT_LT(s, -0.5 * t + 1e-6);
     }
@@ -257,7 +259,7 @@ TEST_F(SlabPartsOfAMandible, OnlyTheSideNearThePlanesPointIsCut) {
   // The chin keeps the patient's right side, back to its condyle; the other segment is only the patient's left ramus.
   const Box3 whole = Mandible().CalcBounds();
   EXPECT_NEAR(parts.left.CalcBounds().lower.x, whole.lower.x, 1e-9);
-  EXPECT_NEAR(parts.left.CalcBounds().upper.y, whole.upper.y, 1e-3);  // the model is symmetric
+  EXPECT_NEAR(parts.left.CalcBounds().upper.y, whole.upper.y, 1e-3);  // because the model is symmetric
   EXPECT_GT(parts.right.CalcBounds().lower.x, 5);
   EXPECT_GT(parts.right.CalcBounds().lower.y, 30.25 - 1e-6);
   // Away from the cut, the part is bit-identical to the bone.
@@ -281,7 +283,7 @@ TEST_F(SlabPartsOfAMandible, EverywhereCutsBothSides) {
   EXPECT_EQ(both.cut_places, 2u);
   EXPECT_NEAR(SumOfVolumes(both) / Mandible().CalcVolume(), 1, 1e-3);
   EXPECT_EQ(SplitPieces(both.right, 100).pieces.size(), 2u);
-  // The model is mirror-symmetric; its voxels are not quite.
+  // The model is mirror-symmetric, but its voxels are not quite.
   EXPECT_NEAR(both.slice.CalcVolume(), 2 * near.slice.CalcVolume(), 0.01 * near.slice.CalcVolume());
   EXPECT_NEAR(near.left.CalcVolume(), both.left.CalcVolume() + both.slice.CalcVolume() / 2 + near.right.CalcVolume(),
               1e-3 * near.left.CalcVolume());
@@ -304,7 +306,7 @@ TEST_F(SlabPartsOfAMandible, EverywhereHasNoEffectIfThePlaneCrossesOneSideOnly) 
   EXPECT_EQ(near.right.CalcHash(), all.right.CalcHash());
 }
 
-/// A ring in the xy plane with a separate ball next to it.
+/// Makes a ring in the xy plane with a separate ball next to it.
 Bone MakeRingAndBall() {
   SolidField field;
   field.value = [](const Vec3& p) {
@@ -333,7 +335,7 @@ TEST(SlabParts, RingIsCutInBothPlacesBecauseOneDoesNotPartIt) {
 
 TEST(SlabParts, BallBesideTheRingIsCutAloneAndTheRingStaysWhole) {
   const Bone bone = MakeRingAndBall();
-  // A thick part of the ball, and one of 0.35 mm.
+  // The slice passes through the middle of the ball, or leaves a cap of 0.35 mm on one side.
   for (const double x : {1.0, -1.4}) {
     const SlabParts ball = MakeSlabParts(bone, {PlaneOf({x, 14, 0}, {1, 0, 0}), 0.5, false, {}});
     EXPECT_EQ(ball.cut_places, 1u);
@@ -349,7 +351,7 @@ TEST(SlabParts, SurfaceRoughnessIsNotChosenAsThePlace) {
   field.value = [](const Vec3& p) {
     const double bar = test::BoxDistance(p, {10, 3, 3});
     const double arm = test::BoxDistance(p - Vec3(-4, 6, 0), {1, 4, 1});
-    const double finger = test::BoxDistance(p - Vec3(-2.3, 9, 0), {2.8, 1, 1});  // to x = 0.5
+    const double finger = test::BoxDistance(p - Vec3(-2.3, 9, 0), {2.8, 1, 1});  // extends to x = 0.5
     return std::min({bar, arm, finger});
   };
   field.classify = ClassifyByDistance(field.value);
@@ -439,12 +441,12 @@ TEST(SlabParts, PlaneThatGrazesAFaceIsReported) {
 TEST(SlabParts, PlanesPointMayBeFarFromTheBone) {
   const Bone block = MakeBox(Pose{}, {10, 6, 6}, 0.2);
   const CutPlane near = PlaneOf({0.3, 0, 0}, {1, 0.2, 0.1});
-  // A point far away on the same plane.
+  // The same plane, given by a point far away.
   const Vec3 along = glm::normalize(glm::cross(near.normal_W, Vec3(0, 0, 1)));
   const CutPlane far{near.p_W + 4900.0 * along, near.normal_W};
   const TriangleMesh a = MakeSlabParts(block, {near, 0.25, false, {}}).slice_surface_W;
   const TriangleMesh b = MakeSlabParts(block, {far, 0.25, false, {}}).slice_surface_W;
-  // The lattice is fixed to the bone, so it is the same up to the rounding of 4900 mm.
+  // The lattice is fixed to the bone, so it is the same except for the rounding of coordinates of 4900 mm.
   ASSERT_EQ(a.triangles.size(), b.triangles.size());
   ASSERT_EQ(a.points.size(), b.points.size());
   for (std::size_t i = 0; i < a.points.size(); ++i) EXPECT_LT(glm::length(a.points[i] - b.points[i]), 1e-5);
@@ -474,7 +476,7 @@ TEST(SlabParts, VolumeLostAtRimsIsWithinTheBound) {
   X_WB.p_AB = {0.013, -0.021, 0.057};
   const Bone block = MakeBox(X_WB, {40, 12, 6}, h);
   for (const double degrees : {90.0, 60.0, 30.0, 20.0}) {
-    // Rotation about y: the plane meets the top and bottom at this angle, and the sides at a right angle.
+    // The plane is rotated about y, so it meets the top and bottom at this angle and the sides at a right angle.
     const double angle = degrees * std::numbers::pi / 180;
     const CutPlane plane = PlaneOf({0.1, 0, 0}, {std::sin(angle), 0, std::cos(angle)});
     const SlabParts parts = MakeSlabParts(block, {plane, 0.5, false, {}});

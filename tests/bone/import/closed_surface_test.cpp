@@ -43,7 +43,7 @@ void AddBox(TriangleMesh& mesh, double edge_mm, bool inward, const Vec3& centre 
   }
 }
 
-// Concentric boxes, each with its edge length and whether it faces inward.
+// Makes concentric boxes; each is given by its edge length and whether it faces inward.
 TriangleMesh Boxes(const std::vector<std::pair<double, bool>>& boxes) {
   TriangleMesh mesh;
   for (const auto& [edge_mm, inward] : boxes) AddBox(mesh, edge_mm, inward);
@@ -73,7 +73,7 @@ TEST(HollowSurface, InnerShellWithOppositeOrientationIsAHollow) {
   EXPECT_NEAR(report.surface.hollow_mm3, 1000, 1e-6);
   EXPECT_EQ(report.surface.how, "2 shells; 1 inner shell left hollow (1.00 cm3 in all), because it faces inward");
   EXPECT_THAT(report.surface.repairs, IsEmpty());
-  // The same with all triangles inside out.
+  // The same surface with all triangles inside out.
   EXPECT_NEAR(ImportVolume(Boxes({{30, true}, {10, false}}), Coarse()), 26000, 26);
   // A solid shell within the hollow is bone.
   EXPECT_NEAR(ImportVolume(Boxes({{30, false}, {20, true}, {10, false}}), Coarse()), 20000, 20);
@@ -103,13 +103,13 @@ TEST(HollowSurface, NotesAndRegionsReflectTheHollow) {
   EXPECT_EQ(result.bone.RegionAt({0, 0, 10}), 32);
 }
 
-// Chains of nested boxes, one chain next to another, each box with a random orientation. A box with the same
+// Chains of nested boxes, side by side; each box is oriented inward or outward at random. A box with the same
 // orientation as the one around it changes nothing.
 TEST(HollowSurface, LayersMatchRandomChainsOfNestedShells) {
   std::mt19937 random(21);
   for (int trial = 0; trial < 20; ++trial) {
     TriangleMesh mesh;
-    std::vector<std::size_t> shells_of(5, 0);  // by layer
+    std::vector<std::size_t> shells_of(5, 0);  // number of shells in each layer
     double hollow_mm3 = 0;
     for (int cell = 0; cell < 8; ++cell) {
       const Vec3 centre(40 * (cell & 1), 40 * (cell >> 1 & 1), 40 * (cell >> 2));
@@ -198,7 +198,7 @@ TEST(FaultySurface, FaultsThatCannotBeRepairedAreNamed) {
   AddBox(touching, 30, false, {30, 30, 0});
   EXPECT_THAT(MessageOf([&] { ImportVolume(touching, Coarse()); }),
               HasSubstr("1 edge of the surface belongs to more than two triangles: parts touch along edges"));
-  // The projective plane of six points and ten triangles: closed, but one-sided.
+  // The projective plane made of six points and ten triangles is closed, but one-sided.
   TriangleMesh one_sided;
   one_sided.points = {{0, 0, 0}, {30, 0, 0}, {0, 30, 0}, {0, 0, 30}, {30, 30, 9}, {9, 30, 30}};
   one_sided.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 1},
@@ -273,8 +273,8 @@ TEST(SurfaceOptions, CtOptionsAreRefused) {
               HasSubstr("points to keep or to drop select bone in a CT; a surface is imported whole"));
 }
 
-// Two voxels just above the iso value within dense bone: a cubic spline through them falls below it between them, so
-// the level set has a void where no voxel of the CT is below iso.
+// There are two voxels just above the iso value within dense bone. A cubic spline through them falls below that value
+// between them, so the level set has a void where no voxel of the CT is below iso.
 TEST(ImportedVoids, VoidsSmallerThanCtVoxelsAreFilledAndCounted) {
   Volume ct = test::MakeCt({30, 28, 26}, {1, 1, 1}, {-15, -14, -13}, glm::dmat3(1), test::Ball({0, 0, 0}, 11), 1500);
   const std::vector<std::array<int, 3>> places = {{12, 13, 12}, {17, 13, 12}, {12, 17, 15}};
@@ -297,7 +297,7 @@ TEST(ImportedVoids, VoidsSmallerThanCtVoxelsAreFilledAndCounted) {
   EXPECT_EQ(hollow.report.voids.count, 0u);
   const SurfaceReport shells = CloseSurface(ExtractSurface(hollow.bone), false, "surface").report;
   EXPECT_EQ(shells.hollow_shells, places.size());
-  // The voids are two or three voxels wide, so counting voxels is accurate only to a factor of 2.5.
+  // The voids are two or three voxels wide, so counting voxels gives their volume only to within a factor of 2.5.
   EXPECT_GT(filled.report.voids.mm3, shells.hollow_mm3 / 2.5);
   EXPECT_LT(filled.report.voids.mm3, shells.hollow_mm3 * 2.5);
   EXPECT_NEAR(filled.report.solid_mm3 - hollow.report.solid_mm3, shells.hollow_mm3, 0.35 * shells.hollow_mm3);

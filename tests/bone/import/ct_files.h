@@ -1,4 +1,4 @@
-// Synthetic CTs and files of them, written byte by byte, without the libraries that the program reads with.
+// Synthetic CTs and CT files, which are written byte by byte, without the libraries that the program uses to read them.
 #pragma once
 
 #include <algorithm>
@@ -62,7 +62,7 @@ inline std::string Bytes(const std::vector<std::int16_t>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof values[0]};
 }
 
-/// Header text of an NRRD file for the volume, without the empty line at its end.
+/// Returns the header text of an NRRD file for the volume, without the empty line at its end.
 inline std::string NrrdHeader(const Volume& ct, const std::string& type = "short") {
   std::string text = fmt::format(
       "NRRD0004\ntype: {}\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\nspace directions:", type,
@@ -87,7 +87,7 @@ void Put(std::string& bytes, std::size_t at, T value) {
   bytes.replace(at, sizeof value, reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-/// Header of NIfTI-1 with an sform. Its frame is RAS: x and y have the opposite sign to LPS.
+/// Returns a NIfTI-1 header with an sform. Its frame is RAS: x and y have the opposite sign to LPS.
 inline std::string NiftiHeader(const Volume& ct) {
   std::string h(352, '\0');
   Put(h, 0, std::int32_t{348});
@@ -130,7 +130,7 @@ inline void WriteMeta(const Volume& ct, const std::string& path) {
   WriteBytes(path, text + Bytes(ct.hu));
 }
 
-/// Contents of a DICOM slice, and how it is damaged.
+/// Contents of a DICOM slice, and how the slice is damaged.
 struct SliceSpec {
   std::string series_uid = "1.2.3.4.5";
   std::string modality = "CT";
@@ -140,7 +140,7 @@ struct SliceSpec {
   double intercept = -1024;
   int samples = 1;
   std::string photometric = "MONOCHROME2";  // one sample per pixel
-  std::string pixels;                       // replaces the slice's own pixels; for compressed ones
+  std::string pixels;                       // replaces the slice's own pixels; for compressed pixels
   bool encapsulated = false;
 };
 
@@ -203,7 +203,7 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
     const auto put32 = [](std::uint32_t v) { return std::string(reinterpret_cast<const char*>(&v), 4); };
     if (pixels.size() % 2 != 0) pixels += '\0';
     data += std::string("\xe0\x7f\x10\x00OB\0\0\xff\xff\xff\xff", 12);
-    data += std::string("\xfe\xff\x00\xe0\0\0\0\0", 8);  // empty offset table
+    data += std::string("\xfe\xff\x00\xe0\0\0\0\0", 8);  // an empty offset table
     data += std::string("\xfe\xff\x00\xe0", 4) + put32(static_cast<std::uint32_t>(pixels.size())) + pixels;
     data += std::string("\xfe\xff\xdd\xe0\0\0\0\0", 8);
   } else {

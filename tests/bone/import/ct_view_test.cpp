@@ -1,4 +1,4 @@
-// Views of a CT: each pixel is a known point of the patient.
+// Views of a CT, in which each pixel is a known point of the patient.
 #include "bone/import/ct_view.h"
 
 #include <gmock/gmock.h>
@@ -81,7 +81,7 @@ TEST(CtView, BallIsAtItsPositionInEachSlice) {
   }
 }
 
-// The head is up, and in axial slices the back is down, as in a scanner's pictures.
+// The head is at the top, and in axial slices the patient's back is at the bottom, as in a scanner's pictures.
 TEST(CtView, AxesFollowTheRadiologicalConvention) {
   const CtViewOptions options = Around(kBall_W);
   const Volume ct = ObliqueBall();
@@ -121,7 +121,7 @@ TEST(CtView, SurfaceViewShowsTheNearestSurface) {
     const int row = static_cast<int>((z - view.top_mm) / (view.bottom_mm - view.top_mm) * view.rows);
     return view.pixels[static_cast<std::size_t>(row * view.columns + column)][1];
   };
-  EXPECT_GT(brightness(0, 0), brightness(3.3, 0) + 5);  // middle of the near ball; the far ball next to it
+  EXPECT_GT(brightness(0, 0), brightness(3.3, 0) + 5);  // on the near ball, and on the far ball
   EXPECT_GT(brightness(3.3, 0), brightness(5.5, 0) + 5);
 }
 
@@ -131,10 +131,11 @@ TEST(CtView, BoxContainsTheBoneAndStaysWithinTheScan) {
   for (int a = 0; a < 3; ++a) {
     EXPECT_LE(box.lower[a], kBall_W[a] - kRadius_mm);
     EXPECT_GE(box.upper[a], kBall_W[a] + kRadius_mm);
-    // 5 mm, plus the distance that the corners of an oblique box of voxels stick out: up to sqrt(3) - 1 of the radius.
+    // The box extends beyond the ball by 5 mm, plus the distance that the corners of an oblique box of voxels stick
+    // out, up to sqrt(3) - 1 of the radius.
     EXPECT_GE(box.lower[a], kBall_W[a] - 1.8 * kRadius_mm - 5);
   }
-  // A table 2 cm behind the ball: its middle is more than 10 mm from the ball's box.
+  // A table is 2 cm behind the ball; its middle is more than 10 mm from the ball's box.
   const auto table = [](const Vec3& p) {
     return std::max({std::abs(p.x) - 30, std::abs(p.y - 48) - 4, std::abs(p.z) - 10});
   };

@@ -1,4 +1,5 @@
-// Scans with a few changed bytes: whatever the libraries do with them, kerf reads them or refuses them with a sentence.
+// Scans with a few changed bytes: whatever the libraries do with them, kerf either reads them or refuses them with a
+// one-sentence message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -27,7 +28,7 @@ Volume SmallCt() {
   return test::MakeCt({6, 5, 4}, Vec3(0.5, 0.5, 1), Vec3(0), glm::dmat3(1), test::Ball(Vec3(1.5), 1));
 }
 
-/// Changes 1 to 4 bytes, cuts off the end, or doubles a part.
+/// Changes 1 to 4 bytes, cuts off the end, or repeats a part.
 std::string Damage(std::string bytes, std::mt19937_64& random) {
   const auto at = [&] { return random() % bytes.size(); };
   const auto kind = random() % 16;
@@ -55,7 +56,7 @@ void Try(Read&& read, Counts& counts) {
   }
 }
 
-// Reading them could continue forever, or wait forever for a writer.
+// Reading pipes and devices could continue forever, or wait forever for a writer.
 TEST(DamagedFiles, PipesAndDevicesAreRefused) {
   const test::Folder folder;
   const auto message = [](const std::string& path) { return test::MessageOf([&] { ReadImageFile(path); }); };
@@ -76,7 +77,7 @@ TEST(DamagedFiles, PipesAndDevicesAreRefused) {
   }
 }
 
-/// Number of files of each format: KERF_DAMAGED_FILES, or 200 by default.
+/// Returns the number of files of each format: KERF_DAMAGED_FILES, or 200 by default.
 int CountFiles() {
   const char* wanted = std::getenv("KERF_DAMAGED_FILES");
   return wanted == nullptr ? 200 : std::atoi(wanted);
@@ -107,7 +108,7 @@ TEST(DamagedFiles, ImagesAreReadOrRefused) {
   }
 }
 
-/// Folders "0", "1", ...: each holds a series of three slices, of which the second is damaged.
+/// Folders "0", "1" and so on; each contains a series of three slices, of which the second is damaged.
 class DamagedSeries {
  public:
   explicit DamagedSeries(const std::vector<std::string>& slices) : slices_(slices) {
@@ -126,7 +127,7 @@ class DamagedSeries {
     }
   }
   std::string Folder(int n) const { return fmt::format("{}/{}", all_.path(), n); }
-  /// Index of the folder that a message names at its beginning; -1 if it names none.
+  /// Returns the index of the folder that a message names at its beginning, or -1 if it names none.
   int Find(const std::string& message) const {
     const std::string start = all_.path() + "/";
     return message.rfind(start, 0) == 0 ? std::atoi(message.c_str() + start.size()) : -1;
@@ -193,7 +194,7 @@ TEST(DamagedFiles, AbsurdNumbersOfAnNrrdAreRefused) {
   }
 }
 
-// GDCM reads past the pixels, and one of its assertions ends its process.
+// GDCM reads past the pixels, and one of its assertions ends the child process.
 TEST(DamagedFiles, ASliceThatMakesGdcmAbortIsRefused) {
   const Volume ct = SmallCt();
   const test::Folder folder;

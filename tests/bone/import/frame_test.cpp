@@ -1,5 +1,5 @@
-// The placement of voxels in the patient by a file's header: used where the format defines it; otherwise the file is
-// refused, or read with a warning that also appears in the bone's provenance.
+// Tests how a file's header places the voxels in the patient. The placement is used where the format defines it;
+// otherwise the file is refused, or read with a warning that also appears in the bone's provenance.
 #include "bone/import/patient_frame.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Different along each axis and without symmetry. All its numbers are exact in single precision.
+// Returns a CT that is different along each axis and without symmetry. All its numbers are exact in single precision.
 Volume StraightCt() {
   Volume ct;
   ct.size = {7, 6, 5};
@@ -45,8 +45,8 @@ void ExpectSame(const Volume& a, const Volume& b) {
   }
 }
 
-// The same scan stored in another order: axis a of the file is axis order[a] of `ct`, reversed where bit a of
-// `backwards` is set.
+// Returns the same scan stored in a different order: axis a of the file is axis order[a] of `ct`, reversed where bit a
+// of `backwards` is set.
 Volume StoredOtherwise(const Volume& ct, const std::array<int, 3>& order, int backwards) {
   Volume file;
   Vec3 first(0);
@@ -90,7 +90,8 @@ TEST(PatientFrame, AnyStorageOrderGivesABitIdenticalVolume) {
 }
 
 TEST(PatientFrame, NiftiInTheOrderOfDcm2niixIsBitIdenticalToDicom) {
-  // Rows are reversed (front to back becomes back to front); values are int16 with slope 1 and intercept -1024.
+  // In the file, rows are reversed (front to back becomes back to front), and values are int16 with slope 1 and
+  // intercept -1024.
   const Volume ct = StraightCt();
   const Folder folder;
   test::WriteDicom(ct, folder.path());
@@ -222,7 +223,7 @@ TEST(NiftiValues, InconsistentBitsAndNonFiniteValuesAreRefused) {
               HasSubstr("1 of 210 voxels are not finite numbers"));
 }
 
-// Reads a NIfTI file whose header was changed.
+// Reads a NIfTI file whose header has been changed.
 class NiftiForms : public ::testing::Test {
  protected:
   Volume Read(const std::function<void(std::string&)>& change, const std::string& frame = "") {
@@ -231,7 +232,7 @@ class NiftiForms : public ::testing::Test {
     WriteBytes(folder_.file("a.nii"), header + test::Bytes(ct_.hu));
     return ReadImageFile(folder_.file("a.nii"), frame);
   }
-  // Qform of the axes of ct_: half a turn about z, from RAS to LPS.
+  // Writes the qform of the axes of ct_: half a turn about z, from RAS to LPS.
   static void PutQForm(std::string& header, const Vec3& origin_lps) {
     Put(header, 252, std::int16_t{1});
     Put(header, 264, 1.0f);
@@ -277,7 +278,7 @@ TEST_F(NiftiForms, WithoutAFormRasIsAssumedWithAWarning) {
 
 TEST_F(NiftiForms, DifferentSFormAndQFormCauseAWarning) {
   const Volume read = Read([&](std::string& h) { PutQForm(h, ct_.origin_W + Vec3(30, 0, 40)); });
-  ExpectSame(read, ct_);  // placed by the sform
+  ExpectSame(read, ct_);  // the sform places it
   EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("places the scan twice, up to 50.0 mm apart; its sform was used")));
 }
 
@@ -295,7 +296,7 @@ TEST_F(NiftiForms, ScannerSpaceIsPreferredToAStandardSpace) {
 TEST_F(NiftiForms, MetresAndMicrometresAreReadAndUnknownUnitsCauseAWarning) {
   for (const auto& [code, per_mm] : {std::pair(1, 1e-3f), std::pair(3, 1e3f)}) {
     const Volume read = Read([&, unit = code, f = per_mm](std::string& h) {
-      h[123] = static_cast<char>(unit + 8);  // unit of length, plus 8 for seconds
+      h[123] = static_cast<char>(unit + 8);  // the unit of length, plus 8 for seconds
       for (std::size_t at = 80; at < 92; at += 4) {
         float v = 0;
         std::memcpy(&v, &h[at], 4);
@@ -343,7 +344,7 @@ TEST_F(NiftiForms, ContradictorySpacingsCauseAWarning) {
   EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("along axis 3, 2 mm by its sform and 3 mm by its pixdim")));
 }
 
-// Reads an NRRD file in which a line was replaced by `by`, or removed if `by` is empty.
+// Reads an NRRD file in which a line has been replaced by `by`, or removed if `by` is empty.
 class NrrdFrames : public ::testing::Test {
  protected:
   std::string Header(const std::string& line, const std::string& by, const std::string& frame = "LPS") const {
@@ -490,7 +491,8 @@ TEST(Provenance, AssumptionsAreStatedInTheReportAndInTheBone) {
   const ImportResult stated = Import(folder.file("a.nrrd"), options);
   EXPECT_THAT(stated.report.warnings, IsEmpty());
   EXPECT_EQ(stated.bone.notes().at("import_frame"), "RAS, as stated by --frame");
-  // Rotated by half a turn about z. The surface's position is known to a fraction of the 1 mm voxel.
+  // The stated frame rotates the bone by half a turn about z. The surface's position is known to a fraction of the 1 mm
+  // voxel.
   EXPECT_LT(glm::length(result.report.box.centre() - Vec3(3.2, 4.3, -0.1)), 0.3);
   EXPECT_LT(glm::length(stated.report.box.centre() - Vec3(-3.2, -4.3, -0.1)), 0.3);
 }
@@ -511,7 +513,7 @@ TEST(MeshFrames, SurfaceIsRotatedOrMirroredToTheStatedFrame) {
     options.frame = frame;
     const ImportReport report = Import(folder.file("a.obj"), options).report;
     EXPECT_LT(glm::length(report.box.upper - upper), 0.01) << frame;
-    // A level set with 1 mm voxels loses less than half the square of a voxel along the 240 mm of edges.
+    // A level set with 1 mm voxels loses less than 0.5 mm2 of cross-section along the 240 mm of edges.
     EXPECT_NEAR(report.solid_mm3, 6000, 120) << frame;
   }
 }

@@ -74,13 +74,14 @@ TEST(KeptHu, MatchTheCtForAnyLattice) {
     UseCtModulus(result.bone, Identity(), true);
     std::mt19937 random(2);
     std::uniform_real_distribution<double> unit(-1, 1);
-    // All voxels of both lattices around the point must lie in the ball: a voxel diagonal of each inside its surface.
+    // All voxels of both lattices around the point must lie in the ball, so the point is deeper than the sum of both
+    // voxel diagonals.
     const double inner = kRadius - glm::length(spacing) - std::sqrt(3.0) * result.report.hu_voxel_mm;
     int checked = 0;
     while (checked < 300) {
       const Vec3 offset = inner * Vec3(unit(random), unit(random), unit(random));
       if (glm::length(offset) > inner) continue;
-      // A linear function, except for rounding to integers in the CT.
+      // The function is linear, except for rounding to integers in the CT.
       EXPECT_NEAR(result.bone.ModulusAt(kCentre + offset), Ramp(kCentre + offset), 0.51);
       ++checked;
     }

@@ -19,7 +19,7 @@ using test::Folder;
 using test::MessageOf;
 using ::testing::HasSubstr;
 
-// Two balls of 10 and 13 mm radius that overlap in a neck of about 4 mm radius, along a skew line.
+// Two balls of 10 and 13 mm radius, next to each other along a skew line, that overlap in a neck of about 4 mm radius.
 const Vec3 kSmall(-9, -3, 4);
 const Vec3 kLarge = kSmall + 21.4 * glm::normalize(Vec3(2, 1, -0.5));
 
@@ -43,7 +43,7 @@ IsolateOptions Steered() {
 TEST(Isolate, KeepAndDropPointsSeparateTouchingBallsAtTheirNeck) {
   const double ball_mm3 = 4.0 / 3.0 * std::numbers::pi * 1000;
   const Isolation isolation = Isolate(TouchingBalls(), Steered(), {});
-  // The overlap is a lens of 28 mm3, and the border is known to one voxel: 50 mm2 of neck times 1 mm.
+  // The overlap is a lens of 28 mm3, and the border is known to one voxel, which makes 50 mm2 of neck times 1 mm.
   EXPECT_NEAR(isolation.iso_volume_mm3, ball_mm3, 80);
   EXPECT_GT(isolation.contact_mm2, 20);
   EXPECT_LT(isolation.contact_mm2, 150);
@@ -109,8 +109,8 @@ TEST(Isolate, AVolumeWithoutBoneIsRefused) {
       HasSubstr("the scan holds no bone: nothing above 300 HU is larger than 1 cm3 (the brightest voxel has 120 HU)"));
 }
 
-// A tube along a horseshoe with two uprights: the features of a mandible that the shape test checks. `up` gives the
-// uprights' height, `bridge` closes the back, `roof` the top.
+// Returns a tube along a horseshoe with two uprights, which has the features of a mandible that the shape test checks.
+// `up_left` and `up_right` are the uprights' heights; `bridge` closes the back, and `roof` closes the top.
 std::function<double(const Vec3&)> Horseshoe(double up_left, double up_right, bool bridge, bool roof) {
   const auto segment = [](const Vec3& p, const Vec3& a, const Vec3& b, double r) {
     const double t = std::clamp(glm::dot(p - a, b - a) / glm::dot(b - a, b - a), 0.0, 1.0);
@@ -152,10 +152,10 @@ TEST(MandibleLikeness, UpsideDownOrBackToFrontFails) {
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, -8 - p.y, p.z}); })).is_mandible);
 }
 
-// A scan of the arch whose coordinates are in `frame`, although its header states LPS.
+// Returns a scan of the arch whose coordinates are in `frame`, although its header states LPS.
 Volume HorseshoeIn(const std::string& frame) {
   Volume ct = HorseshoeCt(Horseshoe(60, 60, false, false));
-  StateFrame(frame, ct);  // used instead of its inverse, since each of the frames below is its own inverse
+  StateFrame(frame, ct);  // its inverse is meant, but each of the frames below is its own inverse
   ct.frame = "LPS";
   return ct;
 }
@@ -180,7 +180,7 @@ TEST(MandibleLikeness, NamesTheRotationThatWouldGiveAMandible) {
   EXPECT_THAT(Describe(backwards, "LPS"), HasSubstr("are likely RAS, or LAS if mirrored, and not LPS"));
   // For a file read as RAS, the suggested frame is that of the file's own coordinates.
   EXPECT_THAT(Describe(backwards, "RAS"), HasSubstr("are likely LPS, or RPS if mirrored, and not RAS"));
-  // The arch also passes when it lies on its back, so another order of axes leaves two possible frames.
+  // The arch also passes when it lies on its back, so a different order of axes leaves two possible frames.
   EXPECT_THAT(Describe(ShapeOf(HorseshoeIn("SAL")), "LPS"),
               HasSubstr("are likely PIR or SAL, or PIL or SAR if mirrored"));
   EXPECT_EQ(DescribeTurns(ShapeOf(HorseshoeIn("LPS")), "LPS"), "");

@@ -1,5 +1,5 @@
-// Scans whose headers declare more data than the files contain: refused with a sentence, without allocating the
-// memory.
+// Scans whose headers declare more data than the files contain are refused with a one-sentence message, without
+// allocating the memory.
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -20,7 +20,7 @@ using test::SliceSpec;
 
 struct Lie {
   std::string name;                   // file name
-  std::vector<std::string> contents;  // of the file, or of each slice
+  std::vector<std::string> contents;  // contents of the file, or of each slice
   std::string said;
 };
 
@@ -37,7 +37,7 @@ std::string Nrrd(int side, const std::string& encoding) {
   return header + "\n" + std::string(30, 'x');
 }
 
-/// A slice with a sequence of 20 bytes whose item declares a value of 4 GB.
+/// Returns a slice with a sequence of 20 bytes whose item declares a value of 4 GB.
 std::string NestedLie() {
   const std::string lie = std::string("\x08\x00\x40\x11SQ\0\0\x14\0\0\0", 12) +
                           std::string("\xfe\xff\x00\xe0\x0c\0\0\0", 8) +
@@ -48,7 +48,7 @@ std::string NestedLie() {
   return slice.insert(at, lie);
 }
 
-/// Nested items, deeper than GDCM's stack allows.
+/// Returns a slice with items nested deeper than GDCM's stack allows.
 std::string DeepLie() {
   std::string lie;
   for (int n = 0; n < 500'000; ++n) {

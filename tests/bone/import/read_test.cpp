@@ -9,9 +9,8 @@
 #include "bone/import/import.h"
 #include "ct_files.h"
 
-// GDCM 3.0 itself leaks its decoder when a JPEG is broken. The leak sanitizer calls this function, which is
-// otherwise unused.
-// NOLINTBEGIN(bugprone-reserved-identifier): the sanitizer's name
+// GDCM 3.0 itself leaks its decoder if a JPEG is broken. The leak sanitizer calls this function, which is otherwise
+// unused. NOLINTBEGIN(bugprone-reserved-identifier): the sanitizer's name
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:gdcm::ImageChangeTransferSyntax::Change";
@@ -28,7 +27,8 @@ using test::SliceSpec;
 using test::WriteBytes;
 using ::testing::HasSubstr;
 
-// Rotated about a skew axis, with three different spacings, so that any swapped axis or sign is seen.
+// Returns a CT that is rotated about a skew axis and has three different spacings, so that any swapped axis or sign is
+// noticed.
 Volume SkewCt(const std::array<int, 3>& size = {9, 8, 7}) {
   const glm::dmat3 axes = glm::mat3_cast(glm::angleAxis(0.4, glm::normalize(Vec3(1, 2, -0.5))));
   Volume ct = test::MakeCt(size, {0.75, 0.5, 1.25}, {-31.5, 12.25, 140}, axes, test::Ball({0, 0, 0}, 1));
@@ -53,7 +53,7 @@ TEST(ReadDicom, SlicesAreOrderedByPositionAndLieWhereTheHeaderSays) {
   const Folder folder;
   const Volume ct = SkewCt();
   test::WriteDicom(ct, folder.path());
-  // 1e-6 mm: positions are written with eight decimals.
+  // 1e-6 mm is sufficient, because positions are written with eight decimals.
   ExpectSame(ReadFolder(folder.path()), ct, 1e-6);
 }
 
@@ -97,7 +97,7 @@ TEST(ReadDicom, ListNamesEverySeriesAndChoosesTheOnlyCt) {
   test::WriteDicom(SkewCt({9, 8, 12}), folder.path(), mr);
   const auto all = ListDicomSeries(folder.path());
   ASSERT_EQ(all.size(), 2u);
-  EXPECT_EQ(all[0].uid, "1.2.99.7");  // the largest first
+  EXPECT_EQ(all[0].uid, "1.2.99.7");  // the largest series first
   EXPECT_EQ(all[0].modality, "MR");
   EXPECT_EQ(all[0].description, "T1");
   EXPECT_EQ(all[1].slices.size(), 7u);
@@ -205,7 +205,7 @@ TEST_F(SpoiltSeries, HeaderCutOffAnywhereIsRefusedAndNamesTheFile) {
 }
 
 TEST_F(SpoiltSeries, SliceCutOffBetweenElementsIsRefusedAndNotSkipped) {
-  const std::string whole = test::DicomSlice(ct_, 6, {});  // the last slice: its absence would leave no gap
+  const std::string whole = test::DicomSlice(ct_, 6, {});  // the last slice, whose absence would leave no gap
   const std::string modality("\x08\x00\x60\x00", 4);
   EXPECT_THAT(Message(6, whole.substr(0, whole.find(modality))),
               HasSubstr("spoilt.dcm: a CT slice without rows and columns; the file is damaged or cut off"));
@@ -223,7 +223,7 @@ TEST_F(SpoiltSeries, ElementLongerThanTheFileIsRefused) {
   EXPECT_THAT(
       Message(3, spoil(modality, 6, "\xff\x7f")),
       HasSubstr("spoilt.dcm: the DICOM header can't be read: element (0008,0060) is 32767 bytes long but only "));
-  // A text of 4 GB, as a damaged type and length would declare; none of it is allocated.
+  // A damaged type and length can declare a text of 4 GB; none of it is allocated.
   EXPECT_THAT(Message(3, spoil(modality, 4, std::string("UT\0\0\xf0\xff\xff\xff", 8))),
               HasSubstr("element (0008,0060) is 4294967280 bytes long but only "));
   EXPECT_THAT(Message(3, spoil(meta_uid, 6, "\xff\x7f")), HasSubstr("element (0002,0003) is 32767 bytes"));
@@ -231,7 +231,7 @@ TEST_F(SpoiltSeries, ElementLongerThanTheFileIsRefused) {
               HasSubstr("the meta information is 2147483647 bytes long but only "));
   EXPECT_THAT(Message(3, spoil(meta_uid, 4, "??")),
               HasSubstr("element (0002,0003) of the meta information has no valid type"));
-  // Inside a sequence and an item that end with delimiters.
+  // The damaged element is inside a sequence and an item that end with delimiters.
   const std::string within(
       "\x08\x00\x32\x10SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff\x08\x00\x04\x01LO\x00\x70", 28);
   std::string nested = whole;
@@ -315,7 +315,7 @@ TEST(ReadImage, NrrdNiftiAndMetaImageGiveTheSameVolume) {
   test::WriteMeta(ct, folder.file("a.mha"));
   ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct, 1e-9);
   ExpectSame(ReadImageFile(folder.file("a.mha")), ct, 1e-9);
-  // NIfTI stores the lattice in single precision: 140 mm to 1e-5.
+  // NIfTI stores the lattice in single precision, which is 1e-5 mm at 140 mm.
   ExpectSame(ReadImageFile(folder.file("a.nii")), ct, 1e-4);
 }
 
@@ -343,7 +343,7 @@ TEST(ReadImage, NrrdShorterThanItsHeaderStatesIsRefused) {
   EXPECT_THAT(
       MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
       HasSubstr("the header states 90 x 80 x 70 voxels (1008000 bytes), but the file holds 1008 bytes of them"));
-  // The memory is never allocated: 10^15 voxels would need 2 PB.
+  // The memory is never allocated; 10^15 voxels would need 2 PB.
   lying.size = {100000, 100000, 100000};
   WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
   EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
@@ -426,7 +426,7 @@ TEST(ReadImage, DamagedFilesPrintNothing) {
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
 }
 
-// A zlib stream with one stored (uncompressed) block, which needs no library to write.
+// Returns a zlib stream with one stored (uncompressed) block, which needs no library to write.
 std::string Zlib(const std::string& bytes) {
   std::uint32_t a = 1, b = 0;
   for (const char c : bytes) {

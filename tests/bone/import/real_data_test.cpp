@@ -29,7 +29,7 @@ bool Missing(const std::string& path) {
   return !std::filesystem::exists(path);
 }
 
-// Counts the surface's points in the top 8 mm on one side: the condyle.
+// Counts the surface's points in the top 8 mm on one side, where the condyle is.
 int CountTopPoints(const TriangleMesh& surface, const Box3& box, double side) {
   int count = 0;
   for (const Vec3& p : surface.points) {
@@ -48,13 +48,13 @@ TEST(VisibleHuman, MandibleIsFoundUnaidedAsOnePieceWithBothCondyles) {
   EXPECT_TRUE(r.mandible);
   EXPECT_FALSE(r.cut_by_scan);
   EXPECT_EQ(r.pieces, 1u);
-  // Reference: 42.1 cm3 above 300 HU, box about 120 x 88 x 82 mm.
+  // The reference has 42.1 cm3 above 300 HU and a box of about 120 x 88 x 82 mm.
   EXPECT_NEAR(r.iso_mm3, 42100, 500);
   EXPECT_NEAR(r.box.size().x, 120, 2.5);
   EXPECT_NEAR(r.box.size().y, 88, 2.5);
   EXPECT_NEAR(r.box.size().z, 82, 2.5);
-  // The level set holds the voxels above iso and the filled marrow; blurred edges and thin plates cause differences in
-  // the count of voxels.
+  // The level set encloses the voxels above the iso value and the filled marrow; blurred edges and thin plates make its
+  // volume differ from that of the counted voxels.
   EXPECT_NEAR(r.solid_mm3, r.iso_mm3 + r.filled_mm3, 0.02 * r.solid_mm3);
   EXPECT_GT(r.filled_mm3, 4000);
   EXPECT_LT(r.filled_mm3, 8000);
@@ -84,7 +84,7 @@ TEST(VisibleHuman, PointsFindTheSameMandible) {
   if (Missing(kFemaleNrrd)) GTEST_SKIP() << "no " << kFemaleNrrd;
   const Volume ct = ReadImageFile(kFemaleNrrd);
   const Isolation by_itself = Isolate(ct, IsolateOptions{}, {});
-  // A keep point alone selects the bone; all else is as without points.
+  // A keep point alone selects the bone; everything else is the same as without points.
   IsolateOptions options;
   options.keep_W = {by_itself.ct.WorldFromVoxel({0, 0, 0})};
   for (std::size_t v = 0; v < by_itself.bone.size(); ++v) {
@@ -141,14 +141,15 @@ TEST(VisibleHuman, ThickSlicesGiveTheBoneOfThinOnes) {
     return Import(folder.file("ct.nrrd"), options);
   };
   const ImportResult all = import(ct);
-  EXPECT_NEAR(all.report.surface_error.offset_mm, 0.48, 0.05);  // by a separate script, on all surface points
+  EXPECT_NEAR(all.report.surface_error.offset_mm, 0.48, 0.05);  // computed by a separate script on all surface points
   struct Case {
     std::array<int, 3> n;
     bool mean;
     double volume, median_mm;  // maximum differences, as a fraction and in mm
   };
-  // Measured: -1.4 % and +3.5 %, -0.02 and +0.12 mm. If the HU are blurred in the plane of the slices without being
-  // limited first: +12.6 % and +8.3 %, +0.39 and +0.28 mm. The blur of a mean over 2 x 2 mm can't be fully undone.
+  // The measured differences are -1.4 % and +3.5 %, and -0.02 and +0.12 mm. If the HU were blurred in the plane of the
+  // slices without being limited first, they would be +12.6 % and +8.3 %, and +0.39 and +0.28 mm. The blur of a mean
+  // over 2 x 2 mm cannot be fully undone.
   for (const Case& c : {Case{{1, 1, 3}, false, 0.02, 0.05}, Case{{2, 2, 1}, true, 0.045, 0.15}}) {
     const ImportResult coarse = import(Coarsen(ct, c.n, c.mean));
     std::vector<double> d;
@@ -178,7 +179,7 @@ TEST(Phantom, SceneMarkupsSeparateItFromUpperTeethAndSkull) {
   const TriangleMesh surface = ExtractSurface(result.bone);
   EXPECT_GT(CountTopPoints(surface, r.box, -1), 50);
   EXPECT_GT(CountTopPoints(surface, r.box, +1), 50);
-  // No part of the palate or the upper front teeth: the middle of the arch ends at the biting edge.
+  // The surface has no part of the palate or the upper front teeth: the middle of the arch ends at the biting edge.
   for (const Vec3& p : surface.points) {
     if (std::abs(p.x) < 30) {
       EXPECT_LT(p.z, 382);
@@ -191,7 +192,7 @@ TEST(DynJaw, SurfaceOfAMandibleGetsTheAtlas) {
   ImportOptions options;
   options.voxel_mm = 0.5;
   const ImportResult result = Import(kJaw, options);
-  EXPECT_NEAR(result.report.solid_mm3, 57600, 150);  // README of the data: 57.6 cm3
+  EXPECT_NEAR(result.report.solid_mm3, 57600, 150);  // the README of the data states 57.6 cm3
   EXPECT_TRUE(result.report.mandible) << result.report.shape_objection;
   EXPECT_GT(result.report.region_mm3.size(), 25u);
 }

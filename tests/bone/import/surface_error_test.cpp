@@ -1,4 +1,4 @@
-// The estimate of the surface's error against the actual error on solids of known shape.
+// The estimate of the surface's error, compared with the actual error on solids of known shape.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -17,15 +17,15 @@ using test::Folder;
 constexpr double kSoft_HU = 50;
 constexpr double kCortex_HU = 1600;
 
-double Normal(double x) {  // cumulative normal distribution
+double Normal(double x) {  // the cumulative normal distribution
   return 0.5 * std::erfc(-x / std::sqrt(2.0));
 }
 
-/// A solid in the scanner: HU of its image blurred by `sigma_mm`, and the distance to its outer surface.
+/// A solid in the scanner: the HU of its image, blurred by `sigma_mm`, and the distance to its outer surface.
 struct Solid {
   const char* name;
   std::function<double(const Vec3&)> distance;
-  double marrow_HU = kCortex_HU;  // HU deeper than the cortex
+  double marrow_HU = kCortex_HU;  // HU of the marrow, which the cortex surrounds
   double cortex_mm = 0;
 
   double Hu(const Vec3& p, double sigma_mm) const {
@@ -109,7 +109,8 @@ Measured Measure(const Bone& bone, const Solid& solid) {
   return {d[d.size() / 2], std::sqrt(sum / static_cast<double>(d.size()))};
 }
 
-// Distance by which the level `iso_hu` lies outside a flat edge, after a Gaussian blur and the scanner's box.
+// Returns the distance by which the level `iso_hu` lies outside a flat edge, after a Gaussian blur and the scanner's
+// box.
 double FlatOffset(const Scan& scan, double iso_hu) {
   const double sigma = std::hypot(scan.sigma_mm, scan.box ? scan.spacing_mm.x / std::sqrt(12.0) : 0);
   const double fraction = (kCortex_HU - iso_hu) / (kCortex_HU - kSoft_HU);
@@ -120,7 +121,7 @@ double FlatOffset(const Scan& scan, double iso_hu) {
 
 TEST(SurfaceErrorEstimate, OffsetMatchesABlurredFlatEdge) {
   const Solid ball = Solids()[0];
-  // Resolved edges, with at least 0.6 spacings of blur, so that interpolation adds no error.
+  // The edges are resolved, with a blur of at least 0.6 spacings, so that interpolation adds no error.
   for (const Scan& scan : {Scan{Vec3(0.5), 0.3, false}, Scan{Vec3(1), 0.6, true}}) {
     for (const double iso_hu : {300.0, 825.0}) {
       const SurfaceError e = ImportScan(MakeScan(ball, scan), iso_hu).report.surface_error;
@@ -148,8 +149,9 @@ TEST(SurfaceErrorEstimate, MatchesTheErrorOnKnownSolids) {
     const SurfaceError& e = result.report.surface_error;
     const Measured m = Measure(result.bone, solid);
     const std::string which = fmt::format("{} {} {} {}", solid.name, scan.spacing_mm.x, scan.spacing_mm.z, scan.box);
-    // Over 72 combinations of solid, spacing, blur and sampling the ratio is 0.69 to 1.38 (docs/import.md). Of these
-    // six it is smallest for the tube, whose cortex of 2 mm appears fainter than it is in slices of 3 mm.
+    // Over 72 combinations of solid, spacing, blur and sampling, the ratio of the estimated to the actual error is 0.69
+    // to 1.38 (docs/import.md). Of these six it is smallest for the tube, whose cortex of 2 mm appears fainter in
+    // slices of 3 mm than it is.
     EXPECT_GT(e.CalcExpected(), (solid.cortex_mm > 0 ? 0.72 : 0.85) * m.rms_mm) << which;
     EXPECT_LT(e.CalcExpected(), 1.45 * m.rms_mm) << which;
     EXPECT_NEAR(e.offset_mm, m.median_mm, 0.2 * m.median_mm + 0.01) << which;
@@ -180,7 +182,8 @@ TEST(ThickSlices, GiveTheSurfaceOfThinSlices) {
 }
 
 TEST(ThickSlices, CorrectionVanishesForEquallySpacedScans) {
-  // Limits and blur depend on the ratio of the spacings and vanish when they are equal: 0.1 % makes no difference.
+  // Limits and blur depend on the ratio of the spacings and vanish when the spacings are equal; a difference of 0.1 %
+  // has no effect.
   const Solid tube = Solids()[2];
   Volume ct = MakeScan(tube, {Vec3(1), 0.5, false});
   const double before_mm3 = ImportScan(ct).report.solid_mm3;

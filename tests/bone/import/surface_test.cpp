@@ -1,4 +1,4 @@
-// The imported surface matches the scanned body's to a fraction of a voxel, for any lattice.
+// The imported surface matches that of the scanned body to a fraction of a voxel, for any lattice.
 #include <gmock/gmock.h>
 
 #include <glm/gtc/quaternion.hpp>
@@ -73,7 +73,8 @@ TEST(ImportedSurface, BallHasItsVolumeAndPosition) {
       sum += p;
       worst = std::max(worst, std::abs(glm::length(p - centre) - kBallRadius));
     }
-    // A tenth of the finest spacing for the centre; a quarter of the coarsest for the whole surface.
+    // The tolerance is a tenth of the finest spacing for the centre, and a quarter of the coarsest for the whole
+    // surface.
     EXPECT_LT(glm::length(sum / static_cast<double>(surface.points.size()) - centre), 0.05) << lattice.name;
     EXPECT_LT(worst, 0.25 * std::max({lattice.spacing_mm.x, lattice.spacing_mm.y, lattice.spacing_mm.z}))
         << lattice.name;
@@ -109,7 +110,8 @@ TEST(ImportedSurface, CavityIsFilledOrLeftHollow) {
   options.fill = false;
   const ImportResult hollow = Import(folder.file("a.nrrd"), options);
   const double canal_mm3 = std::numbers::pi * 1.5 * 1.5 * 4;
-  // The mouth of the canal may or may not count as cavity, which gives the tolerance. Blurred corners add a little.
+  // The mouth of the canal may or may not count as cavity, so the tolerance includes its volume. Blurred corners add a
+  // little.
   EXPECT_NEAR(filled.report.solid_mm3, BallVolume(10), canal_mm3 + 0.01 * BallVolume(10));
   EXPECT_NEAR(hollow.report.solid_mm3, BallVolume(10) - BallVolume(6) - canal_mm3, 0.015 * BallVolume(10));
   EXPECT_NEAR(filled.report.filled_mm3, BallVolume(6), 0.5 * canal_mm3 + 0.05 * BallVolume(6));
@@ -123,7 +125,7 @@ TEST(ImportedSurface, BoneCutByTheScanIsClosedAndReported) {
   const ImportResult result = Import(folder.file("a.nrrd"), AllBone(0.5));
   EXPECT_TRUE(result.report.cut_by_scan);
   EXPECT_EQ(CountOpenEdges(ExtractSurface(result.bone)), 0u);
-  // Half a ball plus half a voxel, which the first slice extends outward.
+  // The bone is half a ball plus half a voxel, by which the first slice extends outward.
   EXPECT_NEAR(result.report.solid_mm3, 0.5 * BallVolume(10) + 0.5 * std::numbers::pi * 100, 0.03 * BallVolume(10));
 }
 
@@ -145,15 +147,15 @@ TEST(ImportedTissues, DependOnHuDepthAndEnamel) {
   EXPECT_EQ(bone.RegionAt({0, 0, 0}), 32);
   EXPECT_EQ(bone.RegionAt({0, 9, 0}), 32);
   EXPECT_EQ(bone.RegionAt({0, 13.5, 0}), 1);
-  EXPECT_EQ(bone.RegionAt({0, 14.9, 0}), 1);  // blurred with soft tissue, but near the surface
+  EXPECT_EQ(bone.RegionAt({0, 14.9, 0}), 1);  // blurred with soft tissue, but near the surface, so cortical
   EXPECT_EQ(bone.RegionAt({0, 0, 18}), 33);
-  EXPECT_EQ(bone.RegionAt({0, 0, 21.9}), 33);  // surface of the tooth itself
+  EXPECT_EQ(bone.RegionAt({0, 0, 21.9}), 33);  // on the surface of the tooth itself
   EXPECT_EQ(bone.RegionAt({0, 0, -40}), 0);
   EXPECT_EQ(bone.materials().At(33).tissue, Tissue::kTooth);
   double sum = 0;
   for (const auto& [id, mm3] : result.report.region_mm3) sum += mm3;
   EXPECT_NEAR(sum, result.report.solid_mm3, 1e-6 * result.report.solid_mm3);
-  // The user sets the threshold: if marrow is above it, there is no cancellous bone.
+  // The user sets the threshold; if marrow is above it, there is no cancellous bone.
   options.tissue.cortical_hu = 350;
   EXPECT_EQ(Import(folder.file("a.nrrd"), options).bone.RegionAt({0, 0, 0}), 1);
 }
@@ -205,7 +207,7 @@ TEST(ImportOptionsRange, IsCheckedBeforeAnythingIsRead) {
   EXPECT_THAT(MessageOf([&] { Import(folder.file("scan.tiff"), ImportOptions{}); }), HasSubstr("unknown kind of file"));
 }
 
-// A box with the given edge lengths about the origin.
+// Returns a box with the given edge lengths, centred at the origin.
 TriangleMesh Box(const Vec3& size) {
   TriangleMesh mesh;
   for (int c = 0; c < 8; ++c)
@@ -225,8 +227,9 @@ TEST(ImportedMesh, HasItsVolumeAndAShellOfCortex) {
   EXPECT_FALSE(result.report.mandible);
   EXPECT_EQ(result.bone.RegionAt({0, 0, 0}), 32);
   EXPECT_EQ(result.bone.RegionAt({0, 0, 5.5}), 1);
-  EXPECT_EQ(result.report.surface_error.points, 0);  // only a CT has an estimate
-  // The region deeper than the shell; depth is known to a third of the 0.7 mm lattice, which rounds the inner edges.
+  EXPECT_EQ(result.report.surface_error.points, 0);  // only for a CT is there an estimate
+  // The core is the region deeper than the shell. Depth is known to a third of the 0.7 mm lattice, which rounds the
+  // inner edges.
   const double core = 16.0 * 12 * 8;
   EXPECT_NEAR(result.report.region_mm3.at(32), core, 0.25 * 2 * (16 * 12 + 16 * 8 + 12 * 8));
 }

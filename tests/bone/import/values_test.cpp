@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 
 constexpr double kIso = 300;
 
-// Concentric balls: soft tissue, bone and enamel in air, with a few values each.
+// Makes concentric balls of soft tissue, bone and enamel in air, with a few values each.
 Volume Head() {
   Volume ct = test::MakeCt({40, 40, 40}, {2, 2, 2}, {-39, -39, -39}, glm::dmat3(1), test::Ball(Vec3(0), 30));
   for (int k = 0; k < 40; ++k) {
@@ -57,13 +57,13 @@ TEST(HuCheck, LabelMapIsRecognised) {
         HasSubstr(fmt::format("a.nrrd: this is a label map, not a CT: its voxels have {} different values from 0 "
                               "to {}",
                               labels, labels - 1)));
-    EXPECT_THAT(CheckHu(map, 0.5, "a.nrrd"), HasSubstr("this is a label map"));  // chosen by the user: only a warning
+    EXPECT_THAT(CheckHu(map, 0.5, "a.nrrd"), HasSubstr("this is a label map"));  // only a warning: the user set 0.5
   }
 }
 
 TEST(HuCheck, HuAreNotTakenForLabels) {
   EXPECT_EQ(CheckHu(Head(), kIso, ""), "");
-  // A body with one value in air with one value, as in phantoms.
+  // In scans of phantoms, the body has one value and the air another.
   EXPECT_EQ(CheckHu(test::MakeCt({9, 9, 9}, Vec3(1), Vec3(0), glm::dmat3(1), test::Ball(Vec3(4), 3)), kIso, ""), "");
 }
 
@@ -71,7 +71,7 @@ TEST(HuCheck, CtWithoutItsOffsetIsRecognised) {
   const Volume raw = Shifted(Head(), 1024);
   EXPECT_THAT(MessageOf([&] { CheckHu(raw, kIso, "a.nrrd"); }),
               HasSubstr("a.nrrd: this is a CT without its offset: air lies near 0 and soft tissue near 1024"));
-  EXPECT_THAT(CheckHu(raw, 1324, "a.nrrd"), HasSubstr("a CT without its offset"));  // chosen by the user: a warning
+  EXPECT_THAT(CheckHu(raw, 1324, "a.nrrd"), HasSubstr("a CT without its offset"));  // only a warning: the user set 1324
   // Scanners fill the area outside their field of view with a special value.
   Volume padded = raw;
   for (std::size_t v = 0; v < padded.hu.size(); v += 9) padded.hu[v] = -2000;

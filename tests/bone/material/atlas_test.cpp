@@ -19,8 +19,8 @@ namespace {
 constexpr double kBodyHeight_mm = 30;
 constexpr double kRamusHeight_mm = 62;
 
-/// A mandible of simple shapes at known places: a U of constant thickness with its base at z = 0, and upright rami.
-/// LPS: the chin is at y = 0, the back at y = 80; exactly mirror-symmetric.
+/// Returns points of a mandible made of simple shapes at known places: a U of constant thickness with its base at z =
+/// 0, and upright rami. In LPS, the chin is at y = 0 and the back at y = 80; the shape is exactly mirror-symmetric.
 std::vector<Vec3> MakePlainMandible() {
   std::vector<Vec3> points;
   const auto add = [&](double x, double y, double z) {
@@ -38,7 +38,7 @@ std::vector<Vec3> MakePlainMandible() {
       for (const double side : {-0.5, 0.5}) add(x + side * thickness * outward.x, y + side * thickness * outward.y, z);
     }
     if (y < 50) continue;
-    // Coronoid in front, condyle behind, and the notch between them.
+    // The coronoid is in front, the condyle behind, and the notch between them.
     const double process = y < 60 ? 57 : y > 70 ? kRamusHeight_mm : 46;
     for (double z = 45; z <= process; z += 0.5) {
       for (const double side : {-0.5, 0.5}) add(x + side * thickness, y, z);
@@ -53,7 +53,7 @@ std::vector<Vec3> Turned(const std::vector<Vec3>& points, const Pose& X) {
   return out;
 }
 
-/// Fraction of the points that keep their region when the head is rotated and moved.
+/// Returns the fraction of the points that keep their region when the head is rotated and moved.
 double CalcKeptFraction(const std::vector<Vec3>& points, const Pose& X) {
   const MandibleAtlas straight(points);
   const std::vector<Vec3> turned_points = Turned(points, X);
@@ -114,15 +114,15 @@ TEST(Atlas, APlainMandibleHasAll31Regions) {
 TEST(Atlas, CutThroughTheMolarBodyPassesThePapersRegionsInTheirBands) {
   const MandibleAtlas atlas(MakePlainMandible());
   for (const double side : {-1.0, 1.0}) {
-    // The arch is 94 mm long from the chin to the back; y = 30 is at 42 mm.
-    for (const double offset : {-5.0, 0.0, 5.0}) {  // lingual to facial: the bands extend through the full width
+    // The arch is 94 mm long from the chin to the back; y = 30 is 42 mm along it.
+    for (const double offset : {-5.0, 0.0, 5.0}) {  // from lingual to facial: the bands extend through the full width
       const double x = 45 * std::sqrt(30.0 / 80) + offset;
       const auto bands = WalkDown(atlas, {side * x, 30, kBodyHeight_mm}, kBodyHeight_mm);
       ASSERT_EQ(bands.size(), 4u);
       const int order[] = {24, 21, 13, 6};
       for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_EQ(bands[i].first, order[i]);
-        // Twice the walk's step of 0.05 mm, relative to 30 mm.
+        // The tolerance is twice the walk's step of 0.05 mm, relative to 30 mm.
         EXPECT_NEAR(bands[i].second, MandibleAtlas::kBodyBands[i], 0.004);
       }
     }
@@ -131,12 +131,12 @@ TEST(Atlas, CutThroughTheMolarBodyPassesThePapersRegionsInTheirBands) {
 
 TEST(Atlas, BordersAlongTheArchLieAtTheStatedFractionOfItsLength) {
   const MandibleAtlas atlas(MakePlainMandible());
-  // Length of x = 45 sqrt(y / 80), by small steps.
+  // Returns the length of x = 45 sqrt(y / 80), summed in small steps.
   const auto length_to = [](double y_end) {
     double length = 0;
     Vec3 last{0};
     for (int i = 1; i <= 20000; ++i) {
-      const double y = y_end * i * i / 4e8;  // small near the chin, where the curve is steep
+      const double y = y_end * i * i / 4e8;  // steps are small near the chin, where the curve is steep
       const Vec3 p{45 * std::sqrt(y / 80), y, 0};
       length += glm::distance(last, p);
       last = p;
@@ -175,7 +175,8 @@ TEST(Atlas, LeftAndRightAreTheSame) {
 }
 
 TEST(Atlas, ATurnedHeadKeepsItsRegions) {
-  // A simple mandible rests exactly on the base plane, so only points at the borders of regions may change.
+  // The simple mandible rests exactly on the base plane, so only points at the borders of regions may change their
+  // region.
   for (const Pose& X : MakeHeadTurns()) EXPECT_GT(CalcKeptFraction(MakePlainMandible(), X), 0.98);
 }
 

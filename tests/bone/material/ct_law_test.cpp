@@ -1,4 +1,5 @@
-// CT number to density to modulus: values computed by hand, borders, ranges; laws as text; damaged files.
+// Laws from CT number to density to modulus: values computed by hand, borders and ranges, laws as text, and damaged
+// files.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,7 +27,7 @@ const CtLaw& Law(const char* name) {
 }
 
 TEST(CtLaw, ModulusFollowsThePowerLawOfItsBand) {
-  // Computed by hand, to the digits given here.
+  // The expected values were computed by hand, to the digits given here.
   const CtLaw& matmap = Law("mandible_matmap");
   EXPECT_NEAR(CalcModulus(matmap, 1.0), 1157.1, 1e-9);
   EXPECT_NEAR(CalcModulus(matmap, 0.8), 777.8056, 1e-4);   // 1157.1 * exp(1.78 * ln 0.8) = 1157.1 * 0.672203
@@ -40,10 +41,10 @@ TEST(CtLaw, ModulusFollowsThePowerLawOfItsBand) {
 TEST(CtLaw, DensityOnABorderBelongsToTheUpperBand) {
   const CtLaw& matmap = Law("mandible_matmap");
   const double below = std::nextafter(1.8, 0.0);
-  // 1157.1 * 1.8^1.78 and 2017.3 * 1.8^2.5: the known jump of this law from 3.29 to 8.77 GPa.
+  // 1157.1 * 1.8^1.78 and 2017.3 * 1.8^2.5 are the two ends of this law's known jump from 3.29 to 8.77 GPa.
   EXPECT_NEAR(CalcModulus(matmap, below), 3294.245, 1e-3);
   EXPECT_NEAR(CalcModulus(matmap, 1.8), 8769.034, 1e-3);
-  // Constant beyond both ends.
+  // E is constant beyond both ends.
   EXPECT_EQ(CalcModulus(matmap, 0.1), CalcModulus(matmap, 0.8));
   EXPECT_EQ(CalcModulus(matmap, -3), CalcModulus(matmap, 0.8));
   EXPECT_EQ(CalcModulus(matmap, 7), CalcModulus(matmap, 2.8));
@@ -239,7 +240,7 @@ TEST(CtLaws, DamagedFilesLoadOrAreReportedInOneSentence) {
   const auto check = [](const std::string& text) {
     try {
       for (const CtLaw& law : ParseCtLaws(text, "t.csv")) {
-        // An accepted law is usable: a finite modulus above 0 at any density.
+        // A law that is accepted is usable: its modulus is finite and above 0 at any density.
         for (const double rho : {-1.0, 0.0, 0.5, 1.8, 30.0, std::numeric_limits<double>::infinity()}) {
           const double E = CalcModulus(law, rho);
           RC_ASSERT(E > 0 && E <= 1e7);

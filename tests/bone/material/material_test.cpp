@@ -55,7 +55,8 @@ TEST(Material, TissueNamesRoundTrip) {
 }
 
 TEST(Material, ReducedModulusHasItsClosedForms) {
-  // Equal bodies: E / (2 (1 - nu^2)). Against a rigid body: E / (1 - nu^2). Symmetric in the two bodies.
+  // For equal bodies, E* is E / (2 (1 - nu^2)); against a rigid body, E / (1 - nu^2). It is symmetric in the two
+  // bodies.
   EXPECT_DOUBLE_EQ(CalcReducedModulus(18000, 0.3, 18000, 0.3), 18000 / (2 * (1 - 0.09)));
   EXPECT_NEAR(CalcReducedModulus(18000, 0.3, 1e20, 0.3), 18000 / (1 - 0.09), 1e-6);
   EXPECT_DOUBLE_EQ(CalcReducedModulus(18000, 0.3, 205000, 0.28), CalcReducedModulus(205000, 0.28, 18000, 0.3));

@@ -146,7 +146,7 @@ TEST(RegionTable, OnlyThePapersFourRowsAreExactAndNotEstimates) {
     EXPECT_EQ(region.estimate, !printed) << id;
     EXPECT_EQ(region.source.starts_with("Estimate"), !printed) << id;
     EXPECT_EQ(region.tissue == Tissue::kCortical, id <= 31) << id;
-    // Range of Schwartz-Dabney and Dechow over all sites and directions: 10 to 30 GPa.
+    // Over all sites and directions, Schwartz-Dabney and Dechow measured 10 to 30 GPa.
     if (id <= 31) {
       EXPECT_GE(region.E_MPa, 10000) << id;
       EXPECT_LE(region.E_MPa, 30000) << id;

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 
-// A closed sphere of triangles by longitude and latitude, facing outward.
+// Returns a closed sphere of triangles by longitude and latitude, facing outward.
 TriangleMesh MakeSphere(double radius_mm, int rings, const Vec3& centre) {
   TriangleMesh mesh;
   const int sectors = 2 * rings;
@@ -76,11 +76,11 @@ class MeshFile : public ::testing::Test {
 };
 
 TEST_F(MeshFile, EveryFormatGivesBackTheSameClosedSurface) {
-  // Far from the origin, so that coordinates need all digits of a float.
+  // The sphere is far from the origin, so that coordinates need all digits of a float.
   const TriangleMesh sphere = MakeSphere(30, 40, {-123.456789, 456.789123, 78.9});
   ASSERT_EQ(CountOpenEdges(sphere), 0u);
   const double volume = CalcEnclosedVolume(sphere);
-  ASSERT_NEAR(volume, 4.0 / 3 * M_PI * 27000, 0.01 * volume);  // 40 rings: an inscribed polyhedron
+  ASSERT_NEAR(volume, 4.0 / 3 * M_PI * 27000, 0.01 * volume);  // 40 rings make an inscribed polyhedron
   for (const char* name : {"a.stl", "a.obj", "a.ply", "A.STL"}) {
     SCOPED_TRACE(name);
     WriteMesh(sphere, Path(name));
@@ -132,7 +132,7 @@ TEST_F(MeshFile, BinaryStlWhoseHeaderSaysSolidIsStillBinary) {
 }
 
 TEST_F(MeshFile, ObjPolygonsNegativeIndicesAndTexturesAreUnderstood) {
-  // A cube with edge 2 made of quads; the last face has negative indices, counted from the end.
+  // A cube with edge length 2 made of quads; the last face has negative indices, which count from the end.
   WriteTextFile(
       Path("cube.obj"),
       "# cube\r\nmtllib x.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n"
@@ -262,8 +262,8 @@ TEST(Decimate, SphereStaysClosedRoundAndKeepsItsVolume) {
     EXPECT_GE(reduced.triangles.size(), target - target / 20);
     EXPECT_EQ(CountOpenEdges(reduced), 0u);
     // n equal triangles of edge a cover the sphere if n sqrt(3)/4 a^2 = 4 pi R^2; their sagitta is a^2 / (6 R). Twice
-    // the sagitta is a sufficient bound for uneven triangles. An inscribed polyhedron would lose about half the sagitta
-    // everywhere, which is a fraction 3 (sagitta / 2) / R of the volume; the quadrics must not do worse.
+    // this sagitta is a sufficient bound for uneven triangles. An inscribed polyhedron would lose about half the
+    // sagitta everywhere, which is a fraction 3 (sagitta / 2) / R of the volume; the quadrics must not do worse.
     const double sagitta_mm = 16 * M_PI * 900 / (std::sqrt(3.0) * static_cast<double>(target)) / 180;
     EXPECT_LT(LargestDistanceFromSphere(reduced, 30), 2 * sagitta_mm);
     EXPECT_NEAR(CalcEnclosedVolume(reduced), volume, 1.5 * sagitta_mm / 30 * volume);
@@ -278,19 +278,20 @@ TEST(Decimate, MandibleStaysClosedAndKeepsItsVolume) {
   const TriangleMesh jaw = ReadMesh(path);
   ASSERT_EQ(CountOpenEdges(jaw), 0u);
   const double volume = CalcEnclosedVolume(jaw);
-  EXPECT_NEAR(volume, 57600, 50);  // README of the data: 57.6 cm3
+  EXPECT_NEAR(volume, 57600, 50);  // the README of the data states 57.6 cm3
   for (const std::size_t target : {20000u, 10000u, 3000u}) {
     const TriangleMesh reduced = Decimate(jaw, target);
     EXPECT_LE(reduced.triangles.size(), target);
     EXPECT_EQ(CountOpenEdges(reduced), 0u);
-    // Measured: -0.02 %, -0.08 %, -0.35 %.
+    // The measured differences are -0.02 %, -0.08 % and -0.35 %.
     EXPECT_NEAR(CalcEnclosedVolume(reduced), volume, (target >= 10000 ? 1e-3 : 5e-3) * volume);
     std::printf("mandible %zu -> %zu triangles: volume %+.4f %%\n", jaw.triangles.size(), reduced.triangles.size(),
                 100 * (CalcEnclosedVolume(reduced) / volume - 1));
   }
 }
 
-// One face of a box: a grid of n x n squares between `origin` and the two edges, facing edge_u x edge_v.
+// Adds one face of a box: a grid of n x n squares that `edge_u` and `edge_v` span from `origin`, facing edge_u x
+// edge_v.
 void AddGrid(const Vec3& origin, const Vec3& edge_u, const Vec3& edge_v, int n, TriangleMesh& mesh) {
   const auto first = static_cast<std::uint32_t>(mesh.points.size());
   for (int i = 0; i <= n; ++i) {
@@ -306,7 +307,7 @@ void AddGrid(const Vec3& origin, const Vec3& edge_u, const Vec3& edge_v, int n, 
 }
 
 TEST_F(MeshFile, FlatFacesAndTheirEdgesAreKeptExactlyByDecimation) {
-  // All errors are equal on the faces of a block, a case in which a decimation can fail.
+  // On the flat faces of a block all errors are equal, a case in which a decimation can fail.
   TriangleMesh block;
   const Vec3 x{16, 0, 0}, y{0, 8, 0}, z{0, 0, 4},
       o{0, 0, 0};  // binary fractions, so that edges of faces coincide exactly
@@ -363,7 +364,8 @@ TEST(Decimate, TorusKeepsItsHole) {
     const TriangleMesh reduced = Decimate(torus, target);
     EXPECT_LE(reduced.triangles.size(), std::max(target, std::size_t{80}));
     EXPECT_EQ(CountOpenEdges(reduced), 0u);
-    // Euler: points - edges + triangles = 0 on a torus, 2 on a sphere; a closed mesh has 3/2 edges per triangle.
+    // By Euler's formula, points - edges + triangles is 0 on a torus and 2 on a sphere; a closed mesh has 3/2 edges per
+    // triangle.
     EXPECT_EQ(2 * reduced.points.size(), reduced.triangles.size());
   }
 }

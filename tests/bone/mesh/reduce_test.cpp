@@ -1,4 +1,4 @@
-// Surfaces reduced within a stated error, measured in both directions against the full ones.
+// Surfaces reduced within a stated error, measured in both directions between the reduced and the full surface.
 #include "bone/mesh/reduce.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 using test::CalcLargestDistance;
 
-/// A torus, a closed surface with convex and saddle-shaped parts and a hole.
+/// Makes a torus, a closed surface with convex and saddle-shaped parts and a hole.
 TriangleMesh MakeTorus(double ring_mm, double tube_mm, std::uint32_t around, std::uint32_t across) {
   TriangleMesh mesh;
   for (std::uint32_t i = 0; i < around; ++i) {
@@ -42,8 +42,8 @@ TriangleMesh MakeTorus(double ring_mm, double tube_mm, std::uint32_t around, std
 
 void ExpectWithin(const TriangleMesh& full, const TriangleMesh& reduced, double error_mm) {
   EXPECT_EQ(CountOpenEdges(reduced), 0u);
-  // Measured at points at most 0.15 mm apart. Between them, the distance between surfaces of triangles exceeds that at
-  // the points by less than the sagitta of the other surface over 0.08 mm.
+  // The distance is measured at points at most 0.15 mm apart. Between them, the distance between surfaces of triangles
+  // exceeds that at the points by less than the sagitta of the other surface over 0.08 mm.
   EXPECT_LE(CalcLargestDistance(full, reduced, 0.15), error_mm);
   EXPECT_LE(CalcLargestDistance(reduced, full, 0.15), error_mm);
 }
@@ -64,8 +64,9 @@ TEST(Reduce, TorusStaysWithinTheErrorAndKeepsItsHole) {
   }
 }
 
-// The error that `kerf run` states for its pieces, on the shape it is meant for: thin walls, teeth and foramina.
-// Between points of the full surface the bound is a measured one, not one by construction.
+// Checks the error that `kerf run` states for its pieces on the kind of shape that it is meant for, with thin walls,
+// teeth and foramina. Between points of the full surface, the bound does not follow from the construction; it has only
+// been measured.
 TEST(Reduce, MandibleStaysWithinTheStatedError) {
   MandibleParams params;
   params.voxel_mm = 0.4;
@@ -73,8 +74,8 @@ TEST(Reduce, MandibleStaysWithinTheStatedError) {
   const TriangleMesh reduced = Reduce(full, kSurfaceErrorMm).mesh;
   EXPECT_EQ(CountOpenEdges(reduced), 0u);
   EXPECT_LT(reduced.triangles.size(), full.triangles.size() / 2);
-  // Corners of the full surface, and points all over the reduced one. Between points of the full surface 0.0193 mm was
-  // measured; at these points the bound holds by construction.
+  // Measured at the corners of the full surface and at points all over the reduced one. At the corners of the full
+  // surface the bound holds by construction; between them, 0.0193 mm was measured.
   const double limit_mm = 5 * kSurfaceErrorMm;
   const double of_full_mm = CalcLargestDistance(full, reduced, 1, limit_mm);
   const double of_reduced_mm = CalcLargestDistance(reduced, full, 0.15, limit_mm);

@@ -36,7 +36,7 @@ TEST(Block, VolumeIsThatOfTheBoxInAnyPose) {
     params.X_WB = {n == 0 ? Quat{1, 0, 0, 0} : RandomRotation(random),
                    {offset(random), offset(random), offset(random)}};
     const Bone bone = MakeBlock(params, DefaultMandibleTable());
-    // Faces are exact; along the 85 mm of edges, the piecewise-linear corner loses less than half of a voxel's
+    // Faces are exact; along the 85 mm of edges, the piecewise-linear corner loses less than half a voxel's
     // cross-section.
     EXPECT_NEAR(bone.CalcVolume(), volume, 85.2 * 0.5 * 0.2 * 0.2) << n;
   }
@@ -52,15 +52,15 @@ TEST(Block, DistanceIsExactInsideAndOut) {
   EXPECT_NEAR(at(0, 0, 1.5), 1.5, 1e-12);      // above it
   EXPECT_NEAR(at(0, 0, -2), -2, 1e-12);        // the centre
   EXPECT_NEAR(at(3.5, 0, -2), -0.5, 1e-12);    // near a side
-  EXPECT_NEAR(at(7, 7, -2), 5, 1e-12);         // off an edge: 3-4-5
-  EXPECT_NEAR(at(4 + 2, 3 + 3, 6), 7, 1e-12);  // off a corner: 2-3-6-7
+  EXPECT_NEAR(at(7, 7, -2), 5, 1e-12);         // off an edge: a 3-4-5 triangle
+  EXPECT_NEAR(at(4 + 2, 3 + 3, 6), 7, 1e-12);  // off a corner: sqrt(2^2 + 3^2 + 6^2) = 7
 }
 
 TEST(Block, LayersBeginAtTheirDepthInAnyPose) {
   std::mt19937 random(8);
   BlockParams params;
   params.size_mm = {10, 8, 9};
-  params.layers = {{1.7, 24}, {3.1, kCancellousRegion}, {0.9, 13}, {1, 6}};  // the last one fills 3.3 mm
+  params.layers = {{1.7, 24}, {3.1, kCancellousRegion}, {0.9, 13}, {1, 6}};  // the last layer fills 3.3 mm
   const double borders[] = {1.7, 4.8, 5.7};
   const int regions[] = {24, kCancellousRegion, 13, 6};
   const double thickness[] = {1.7, 3.1, 0.9, 3.3};

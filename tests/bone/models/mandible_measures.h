@@ -1,4 +1,4 @@
-// Measures a mandible as a surgeon would, given only functions for bone and teeth. Left half.
+// Measures the left half of a mandible as a surgeon would, given only functions for bone and teeth.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using Vec2 = glm::dvec2;
 /// Signed value of the bone without crowns: positive outside, negative inside.
 using Field = std::function<double(const Vec3&)>;
 
-/// Returns the point between an inside and an outside point at which the field changes sign.
+/// Returns the point at which the field changes sign, between an inside and an outside point.
 inline Vec3 FindCrossing(const Field& bone, Vec3 inside, Vec3 outside) {
   for (int i = 0; i < 40; ++i) {
     const Vec3 middle = 0.5 * (inside + outside);
@@ -26,7 +26,7 @@ inline Vec3 FindCrossing(const Field& bone, Vec3 inside, Vec3 outside) {
   return 0.5 * (inside + outside);
 }
 
-/// Distance from an inside point to the last point of the bone along `direction`, mm; at most `limit`.
+/// Returns the distance from an inside point to the last point of the bone along `direction`, mm; at most `limit`.
 inline double WalkOut(const Field& bone, const Vec3& from, const Vec3& direction, double limit = 40) {
   constexpr double kStep = 0.25;
   double s = 0;
@@ -62,13 +62,13 @@ class SideView {
 struct MandibleMeasures {
   double base_slope_deg = 0;
   double gonial_angle_deg = 0;
-  double ramus_height = 0, coronoid_height = 0, condyle_height = 0;  // above the base line
+  double ramus_height = 0, coronoid_height = 0, condyle_height = 0;  // heights above the base line
   double ramus_width = 0;
 };
 
 /// Measures the side view; the width is measured at `lingula_height` above the base line.
 inline MandibleMeasures MeasureSide(const SideView& view, double lingula_height) {
-  // Base line: the line that touches the chin and the angle from below.
+  // The base line touches the chin and the angle from below.
   Vec2 chin{0}, angle{0};
   double slope = 0;
   for (int round = 0; round < 10; ++round) {
@@ -84,7 +84,7 @@ inline MandibleMeasures MeasureSide(const SideView& view, double lingula_height)
   const Vec2 up{-along.y, along.x};
   const auto height = [&](const Vec2& p) { return glm::dot(p - chin, up) + 0.5 * view.step(); };
 
-  // Back edge: the line that touches the ramus from behind, below the neck.
+  // The back edge is the line that touches the ramus from behind, below the neck.
   Vec2 lower{0}, upper{0};
   Vec2 edge = up;
   for (int round = 0; round < 10; ++round) {
@@ -130,8 +130,8 @@ inline MandibleMeasures MeasureSide(const SideView& view, double lingula_height)
   return m;
 }
 
-/// Height of the bone in a vertical section: from its lowest to its highest point in the plane that contains `at`,
-/// `out` and z.
+/// Returns the height of the bone in a vertical section: from its lowest to its highest point in the plane that
+/// contains `at`, `out` and z.
 inline double MeasureHeight(const Field& bone, const Vec3& at, const Vec3& out) {
   double low = 1e9, high = -1e9;
   for (double n = -11; n <= 11; n += 0.25) {
@@ -145,7 +145,7 @@ inline double MeasureHeight(const Field& bone, const Vec3& at, const Vec3& out) 
   return high - low + 0.1;
 }
 
-/// Largest x of the bone at points for which `where` returns true.
+/// Returns the largest x of the bone at points for which `where` returns true.
 inline double MeasureReach(const Field& bone, const std::function<bool(const Vec3&)>& where) {
   double reach = 0;
   for (double y = 30; y < 105; y += 0.5) {
@@ -162,7 +162,8 @@ inline double MeasureReach(const Field& bone, const std::function<bool(const Vec
   return reach;
 }
 
-/// Thickness of regions 1 to 31, inward from the surface that is found along `outward` from an inside point.
+/// Returns the thickness of regions 1 to 31, inward from the surface that is found along `outward` from an inside
+/// point.
 inline double MeasureCortex(const Field& bone, const std::function<int(const Vec3&)>& region, const Vec3& inside,
                             const Vec3& outward) {
   const double to_surface = WalkOut(bone, inside, outward);

@@ -35,7 +35,7 @@ const MandibleShape& DefaultShape() {
   return shape;
 }
 
-/// The bone of the voxel grid without the crowns; roots count as bone, because they fill it.
+/// Returns the bone of the voxel grid without the crowns; roots count as bone, because they fill it.
 Field BoneOfGrid() {
   return [](const Vec3& p) {
     const double f = DefaultBone().SignedDistance(p);
@@ -52,11 +52,11 @@ TEST(Mandible, DefaultBoneHasAnatomicalDimensions) {
   const MandibleParams params;
   const MandibleLandmarks& l = DefaultShape().landmarks();
   const Field bone = BoneOfGrid();
-  // Lengths on the grid are accurate to half a voxel at each end, the side view to its step of 0.4 mm: 0.8 mm unless
-  // stated otherwise.
+  // Lengths on the grid are accurate to half a voxel at each end, and the side view to its step of 0.4 mm; the
+  // tolerance is 0.8 mm unless stated otherwise.
   const double lingula_height = params.lingula_from_below * params.ramus_height_mm;
   const MandibleMeasures m = MeasureSide(SideView(bone), lingula_height);
-  EXPECT_NEAR(m.gonial_angle_deg, 124.8, 2.0);  // two points of a curved edge, 25 mm apart, each to half a step
+  EXPECT_NEAR(m.gonial_angle_deg, 124.8, 2.0);  // from two points of a curved edge, 25 mm apart, each to half a step
   EXPECT_NEAR(m.ramus_height, 44.8, 1.0);
   EXPECT_NEAR(m.ramus_width, 31.3, 1.0);
   EXPECT_NEAR(m.coronoid_height, 59, 1.0);
@@ -74,7 +74,7 @@ TEST(Mandible, DefaultBoneHasAnatomicalDimensions) {
 
   EXPECT_NEAR(2 * MeasureReach(bone, [](const Vec3& p) { return p.z < -12 && p.y > 50; }), 97, 1.0);
   EXPECT_NEAR(2 * MeasureReach(bone, [](const Vec3& p) { return p.z > 20; }), 118, 1.0);
-  // Mental foramen: 25.2-25.9 mm from the midline.
+  // The mental foramen is 25.2 to 25.9 mm from the midline.
   EXPECT_NEAR(l.mental_foramen.x, 25.5, 1.5);
 }
 
@@ -82,8 +82,8 @@ TEST(Mandible, LingulaIsWhereTheParametersPlaceIt) {
   const MandibleShape& shape = DefaultShape();
   const MandibleParams params;
   const MandibleLandmarks& l = shape.landmarks();
-  // The inner face of the ramus as a height field over (u from the back edge, height); a plane is fitted to it, and the
-  // lingula is the point that protrudes most.
+  // The inner face of the ramus is sampled as a height field over (u from the back edge, height). A plane is fitted to
+  // it, and the lingula is the point that protrudes most from this plane.
   const Vec3 up{0, l.base_line.z, -l.base_line.y};
   const Vec3 forward{0, -l.back_edge.z, l.back_edge.y};
   struct Sample {
@@ -92,7 +92,7 @@ TEST(Mandible, LingulaIsWhereTheParametersPlaceIt) {
   std::vector<Sample> samples;
   for (double u = 9; u <= 25; u += 0.25) {
     for (double h = 22; h <= 36; h += 0.25) {
-      // A point in the side view with this u and height.
+      // The point in the side view with this u and height.
       const double along_edge = (h - u * glm::dot(forward, up)) / glm::dot(l.back_edge, up);
       Vec3 p = l.gonion + u * forward + along_edge * l.back_edge;
       double x = 25;
@@ -116,7 +116,7 @@ TEST(Mandible, LingulaIsWhereTheParametersPlaceIt) {
     const double out = mean.z + a * (s.u - mean.x) + b * (s.h - mean.y) - s.x;
     if (out > best) best = out, tip = s;
   }
-  EXPECT_GT(best, 1.0);  // a tongue, not just a ripple
+  EXPECT_GT(best, 1.0);  // this is a tongue, not just a ripple
   // The tongue is 4 mm long and rounded.
   EXPECT_NEAR(tip.u / params.ramus_width_mm, 0.53, 0.05);
   EXPECT_NEAR(tip.h / params.ramus_height_mm, 0.65, 0.05);
@@ -204,11 +204,11 @@ TEST(Mandible, IsOnePieceWithAnyNumberOfTeeth) {
 }
 
 TEST(Mandible, HasThePlausibleVolumeAndBox) {
-  // Whole mandibles: 42 cm3 (Visible Human, 7 teeth), 57.6 cm3 (dynjaw); larger ones reach about 80 cm3.
+  // Whole mandibles have 42 cm3 (Visible Human, 7 teeth) or 57.6 cm3 (dynjaw); larger ones reach about 80 cm3.
   EXPECT_GT(DefaultBone().CalcVolume(), 45e3);
   EXPECT_LT(DefaultBone().CalcVolume(), 80e3);
   const Vec3 size = DefaultBone().CalcBounds().size();
-  // Visible Human 120 x 88 x 82 mm, dynjaw 118 x 87 x 77 mm.
+  // The Visible Human's mandible measures 120 x 88 x 82 mm, and dynjaw's 118 x 87 x 77 mm.
   EXPECT_NEAR(size.x, 119, 3);
   EXPECT_NEAR(size.y, 88, 5);
   EXPECT_NEAR(size.z, 79, 5);
@@ -222,7 +222,7 @@ TEST(Mandible, EveryRegionOccursAndTheirVolumesAddUp) {
   for (int id = 1; id <= kCanalRegion; ++id)
     EXPECT_GT(volumes.count(id) ? volumes.at(id) : 0, 10) << "region " << id << " in mm3";
   EXPECT_LT(volumes.count(0) ? volumes.at(0) : 0, 1) << "mm3 of bone without a material";
-  // About half of the bone is cancellous: thick walls.
+  // Only about half of the bone is cancellous, because the walls are thick.
   EXPECT_GT(volumes.at(kCancellousRegion), 0.2 * sum);
   EXPECT_LT(volumes.at(kCancellousRegion), 0.6 * sum);
 }
@@ -251,7 +251,7 @@ TEST(Mandible, BuccalCortexAtTheFirstMolarPassesThePapersRegionsInTheirBands) {
       for (const auto& [region, z] : bands) order.push_back(region);
       ASSERT_EQ(order, (std::vector<int>{24, 21, 13, 6})) << side << " " << face;
       for (std::size_t i = 1; i < 4; ++i) {
-        // The atlas computes crest and base from points 2 mm apart, so 1 mm of about 28 mm.
+        // The atlas computes the crest and the base from points 2 mm apart, so they may be off by 1 mm of about 28 mm.
         EXPECT_NEAR((crest - bands[i].second) / (crest - base), MandibleAtlas::kBodyBands[i], 0.06) << i;
       }
     }
@@ -267,7 +267,7 @@ TEST(Mandible, CortexIsAsThickAsStated) {
     return MeasureCortex(bone, region, inside, outward);
   };
   const Vec3 at = l.first_molar;
-  // Along a ray that meets the surface slightly obliquely; the field is a distance to a few percent.
+  // Measured along a ray that meets the surface slightly obliquely; the field is a distance to within a few percent.
   EXPECT_NEAR(cortex(at, l.first_molar_out), 2.2, 0.25);
   EXPECT_NEAR(cortex(at, -l.first_molar_out), 2.0, 0.25);
   EXPECT_NEAR(cortex({0, 7, -24}, {0, -1, 0}), 3.7, 0.4);
@@ -286,7 +286,7 @@ TEST(Mandible, CortexIsAsThickAsStated) {
 TEST(Mandible, TheCanalIsATubeOfItsDiameterInsideTheBone) {
   const MandibleShape& shape = DefaultShape();
   const MandibleLandmarks& l = shape.landmarks();
-  // Its cross-section, measured by regions; horizontally it is cut at a right angle.
+  // The canal's cross-section is measured by regions; horizontally, the canal is cut at a right angle.
   double width = 0, height = 0;
   for (double s = -3; s <= 3; s += 0.01) {
     width += shape.RegionAt(l.first_molar + s * l.first_molar_out) == kCanalRegion ? 0.01 : 0;
@@ -294,7 +294,7 @@ TEST(Mandible, TheCanalIsATubeOfItsDiameterInsideTheBone) {
   }
   EXPECT_NEAR(width, 2.8, 0.15);
   EXPECT_NEAR(height, 2.8, 0.15);
-  // Inside the bone everywhere, except at its two openings.
+  // The canal is inside the bone everywhere except at its two openings.
   std::mt19937 random(2);
   std::uniform_real_distribution<double> x(10, 60), y(5, 80), z(-40, 20);
   int inside = 0;
@@ -306,7 +306,7 @@ TEST(Mandible, TheCanalIsATubeOfItsDiameterInsideTheBone) {
     EXPECT_LT(shape.BoneValue(p), -0.4) << p.x << " " << p.y << " " << p.z;
     EXPECT_GT(shape.ToothValue(p), 0) << p.x << " " << p.y << " " << p.z;
   }
-  // Its volume: a tube about 65 mm long.
+  // The canal's volume is that of a tube about 65 mm long.
   const double volume = inside / 400000.0 * 50 * 75 * 60;
   EXPECT_NEAR(volume, std::numbers::pi * 1.4 * 1.4 * 65, 0.2 * std::numbers::pi * 1.4 * 1.4 * 65);
 }
@@ -318,7 +318,7 @@ TEST(Mandible, LeftAndRightMirrorEachOther) {
     const Vec3 p{x(random), y(random), z(random)};
     const Vec3 q{-p.x, p.y, p.z};
     EXPECT_EQ(DefaultShape().Value(p), DefaultShape().Value(q));
-    // The distance is computed by sweeps, which are not symmetric in direction.
+    // The distance is computed by sweeps in an order that is not mirror-symmetric.
     EXPECT_NEAR(DefaultBone().SignedDistance(p), DefaultBone().SignedDistance(q), 0.05 * kVoxel_mm);
   }
   const double left = DefaultBone().CalcBounds().upper.x;
@@ -333,7 +333,7 @@ void ExpectBallsReported(const MandibleShape& shape) {
   for (int n = 0; n < 25000; ++n) {
     const Vec3 centre{x(random), y(random), z(random)};
     const double f = shape.Value(centre);
-    // Every other radius is the largest that can be classified, where an error is most likely.
+    // Every other radius is the largest with which the block can be classified; there an error is most likely.
     const double radius = n % 2 ? size(random) : std::max(0.2, (std::abs(f) - 0.16) / 1.21);
     const BlockClass said = shape.Classify(centre, radius);
     if (said == BlockClass::kMixed || radius > 25) continue;
@@ -353,7 +353,7 @@ void ExpectBallsReported(const MandibleShape& shape) {
 
 TEST(Mandible, ClassificationOfBallsIsCorrect) {
   ExpectBallsReported(DefaultShape());
-  // Neighbouring sections as different as possible.
+  // Neighbouring sections are as different as possible.
   MandibleParams uneven;
   uneven.symphysis_height_mm = 36;
   uneven.mental_foramen_height_mm = 22;
@@ -378,7 +378,7 @@ TEST(Mandible, EachParameterAcceptsTheEndsOfItsRangeAndRefusesValuesBeyond) {
   const auto message = [](const MandibleParams& p) -> std::string {
     try {
       MandibleShape shape(p);
-      // For all parameters, there is bone around the canal.
+      // There is bone around the canal for all parameters.
       EXPECT_LT(shape.BoneValue(shape.landmarks().first_molar), 0);
       return "accepted";
     } catch (const Error& e) {
@@ -406,7 +406,7 @@ TEST(Mandible, EachParameterAcceptsTheEndsOfItsRangeAndRefusesValuesBeyond) {
         EXPECT_THAT(said, testing::HasSubstr("mandible: " + key)) << key;
         EXPECT_THAT(said, testing::HasSubstr("is outside the range")) << key;
       } else if (said != "accepted") {
-        // Two parameters that contradict each other, reported as such.
+        // The two parameters contradict each other, which is reported.
         EXPECT_THAT(said, testing::AnyOf(testing::HasSubstr("the notch"), testing::HasSubstr("lingual side"))) << key;
       }
     }

@@ -32,15 +32,15 @@ Pose Compose(const Pose& a, const Pose& b) {
   return {a.R_AB * b.R_AB, a.Point(b.p_AB)};
 }
 
-/// Volume common to two balls of radius R and r whose centres are d apart.
+/// Returns the volume common to two balls of radius R and r whose centres are d apart.
 double LensVolume(double R, double r, double d) {
   if (d >= R + r) return 0;
   if (d <= std::abs(R - r)) return 4.0 / 3 * std::numbers::pi * std::pow(std::min(R, r), 3);
   return std::numbers::pi * std::pow(R + r - d, 2) * (d * d + 2 * d * (r + R) - 3 * (r - R) * (r - R)) / (12 * d);
 }
 
-// Between voxels the surface of a ball lies up to h^2 / (4 R) too deep, here 0.0006 and 0.0008 mm. Of a lens of
-// thickness t this is 2 (0.0006 + 0.0008) / t of its volume: 1.4 % for a lens two voxels thick.
+// Between voxels the surface of a ball lies up to h^2 / (4 R) too deep, here 0.0006 and 0.0008 mm. A lens of thickness
+// t loses the fraction 2 (0.0006 + 0.0008) / t of its volume, 1.4 % if it is two voxels thick.
 TEST(Overlap, OfTwoBallsIsTheLens) {
   Draw draw(1);
   const double h = 0.1;
@@ -69,13 +69,14 @@ TEST(Overlap, OfTwoCubesIsTheBoxBetweenThem) {
   const Bone b = test::MakeBox(X_PB, size, h);
   for (int i = 0; i < 12; ++i) {
     const Pose X_WA = draw.AnyPose();
-    // Shifted along its own axes, so that the faces of the boxes stay parallel.
+    // The cube is shifted along its own axes, so that the faces of the boxes stay parallel.
     const Vec3 shift(draw.In(-5, 5), draw.In(-4, 4), draw.In(-3, 3));
     const Pose X_WC = {X_WA.R_AB, X_WA.Point(shift)};  // of the other cube
     const Pose X_WB = Compose(X_WC, Inverse(X_PB));
     const Vec3 left = size - glm::abs(shift);
     const double mm3 = left.x * left.y * left.z;
-    // Edges of a level set are rounded, by a tenth of a voxel squared along their length: 1.2 % of a cube of 1 mm.
+    // The edges of a level set are rounded and lose about h^2 / 10 of cross-section along their length, with h the
+    // voxel size: 1.2 % of a cube of 1 mm.
     EXPECT_NEAR(CalcOverlap(a, X_WA, b, X_WB), mm3, 0.02 * mm3) << shift.x << " " << shift.y << " " << shift.z;
   }
 }
@@ -84,7 +85,7 @@ TEST(Overlap, OfTwoCutHalvesIsZero) {
   const Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.2);
   EXPECT_EQ(CalcOverlap(bone, {}, test::MakeSphere({0, 0, 0}, 2, 0.2), Pose{{1, 0, 0, 0}, {30, 0, 0}}), 0);
   EXPECT_EQ(CalcOverlap(bone, {}, Bone(), {}), 0);
-  // A bone with itself.
+  // A bone overlaps completely with itself.
   EXPECT_NEAR(CalcOverlap(bone, {}, bone, {}), bone.CalcVolume(), 1e-3 * bone.CalcVolume());
 }
 
@@ -151,7 +152,7 @@ TEST(Facing, OfTwoPlatesIsTheirDistance) {
   const Surface a(test::MakeBox({}, {10, 8, 2}, 0.2));
   const Surface b(test::MakeBox({}, {10, 8, 2}, 0.2));
   const Facing facing = CalcFacing(a.in_tree(), {}, b.in_tree(), Pose{{1, 0, 0, 0}, {0, 0, 2.6}}, 3, 0.7);
-  // The upper face of the first plate, except its rounded edge: less than a voxel all around.
+  // The area is the upper face of the first plate without its rounded edge, which is less than a voxel wide all around.
   EXPECT_NEAR(facing.area_mm2, 80, 0.2 * 36);
   EXPECT_NEAR(facing.mean_mm, 0.6, 0.02);
   EXPECT_NEAR(facing.p95_mm, 0.6, 0.1);

@@ -21,7 +21,8 @@ using test::MessageOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A bar along x, 12 x 4 x 4 mm, without the bone within 0.3 mm of x = -2 and of x = 3: pieces of 3.7, 4.4 and 2.7 mm.
+/// Makes a bar along x, 12 x 4 x 4 mm, without the bone within 0.3 mm of x = -2 and of x = 3, which leaves pieces of
+/// 3.7, 4.4 and 2.7 mm.
 Bone MakeCutBar() {
   Bone bar = test::MakeBox({}, {12, 4, 4}, 0.2);
   openvdb::FloatGrid& grid = *bar.grids().phi;
@@ -31,7 +32,7 @@ Bone MakeCutBar() {
       for (int z = -15; z <= 15; ++z) {
         const double off = std::min(std::abs(0.2 * x + 2), std::abs(0.2 * x - 3)) - 0.3;
         const openvdb::Coord at(x, y, z);
-        // A copy: setting a value replaces the tile to which a reference would point.
+        // The value is copied, because setting a value replaces the tile to which a reference would point.
         const float cut = std::max(float{values.getValue(at)}, static_cast<float>(std::min(-off, bar.band_mm())));
         values.setValue(at, cut);
       }
@@ -82,7 +83,7 @@ TEST(PieceSet, PiecesArePickedAtTheirCurrentPose) {
   EXPECT_EQ(set.Pick({0.5, 0, 20}, {0, 0, -1})->piece, 0);
   set.Delete(0);
   EXPECT_FALSE(set.Pick({0.5, 0, 20}, {0, 0, -1}));
-  // Rotated by a quarter turn about its middle, the bar's first piece stands upright.
+  // After a quarter turn about its middle, the bar's first piece stands upright.
   set.Undo();
   set.Rotate(0, {0.5, 0, 0}, glm::angleAxis(1.5707963267948966, Vec3(0, 1, 0)));
   EXPECT_NEAR(set.Pick({0.5, 0, 20}, {0, 0, -1})->p_W_mm.z, 2.2, 0.03);
@@ -111,7 +112,7 @@ TEST(PieceSet, MotionsHaveTheStatedEffect) {
   EXPECT_THAT(MessageOf([&] { set.Move(1, {0, 0, 1}); }), HasSubstr("piece 2 is deleted"));
 }
 
-/// All actions can be undone and redone, bit for bit.
+/// All actions can be undone and redone bit for bit.
 TEST(PieceSet, EverythingIsUndoneAndDoneAgain) {
   PieceSet set(MakeCutBar());
   PieceDraw draw(1);
@@ -173,7 +174,7 @@ TEST(PieceSet, EverythingIsUndoneAndDoneAgain) {
   }
   EXPECT_FALSE(set.Redo());
   set.Undo();
-  set.SetHidden(0, !set.state(0).hidden);  // a new action: the undone one can no longer be redone
+  set.SetHidden(0, !set.state(0).hidden);  // after a new action, the undone one can no longer be redone
   EXPECT_FALSE(set.can_redo());
 }
 
@@ -201,8 +202,8 @@ TEST(PieceSet, OverlapAndGapFollowTheMotion) {
   EXPECT_EQ(contacts[0].other, 1);
   EXPECT_EQ(contacts[0].overlap_mm3, 0);
   EXPECT_NEAR(contacts[0].gap->gap_mm, 0.6, 0.02);
-  // The neighbour moves along the bar by 1 mm: it overlaps by 0.4 mm over 4 x 4 mm, less a tenth of the square of a
-  // voxel along its 33.6 mm of edges.
+  // The neighbour moves along the bar by 1 mm: it overlaps by 0.4 mm over 4 x 4 mm, less h^2 / 10 along its 33.6 mm of
+  // edges, with h the voxel size.
   set.MoveAlong(1, {1, 0, 0}, 1);
   contacts = set.CalcContacts(0);
   EXPECT_NEAR(contacts[0].overlap_mm3, 0.4 * 16, 0.02 * 0.4 * 16 + 0.14);
@@ -226,7 +227,7 @@ TEST(PieceSet, PieceThatIsCutFurtherKeepsItsPose) {
   EXPECT_NEAR(set.piece(0).volume_mm3, 4.4 * 16, 1);
   for (const int i : parts) ExpectSame(set.state(i).X_WP, {Quat(1, 0, 0, 0), {0, 10, 0}});
   EXPECT_EQ(set.Pick({0.5, 10, 20}, {0, 0, -1})->piece, 0);
-  EXPECT_FALSE(set.Pick({-2, 10, 20}, {0, 0, -1}));  // in the kerf
+  EXPECT_FALSE(set.Pick({-2, 10, 20}, {0, 0, -1}));  // the ray passes through the kerf
   set.Undo();
   for (const int i : parts) ExpectSame(set.state(i).X_WP, {});
   EXPECT_EQ(set.Add(test::MakeSphere({0, 0, 20}, 2, 0.2)), 3);
@@ -299,7 +300,7 @@ TEST(ConstrainToAxis, MotionStaysOnTheAxis) {
     const Vec3 way = held.Point(p) - p;
     EXPECT_LT(glm::length(way - glm::dot(n, free.Point(p) - p) * n), 1e-9);
     EXPECT_LT(glm::length(held.Vector(n) - n), 1e-9);
-    // A motion that already satisfies the constraint is unchanged.
+    // A motion that already satisfies the constraint is left unchanged.
     ExpectSame(ConstrainToAxis(held, p, axis), held);
   }
 }

@@ -30,8 +30,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Writes the file again as a program would that supports OpenVDB but not kerf: it copies the metadata. Damage to the
-/// new file is not found by kerf's checksum.
+/// Writes the file again as a program would that knows OpenVDB but not kerf; such a program copies the metadata. kerf's
+/// checksum does not detect damage to the new file.
 void WriteAgainByOpenVdb(const std::string& from, const std::string& to, bool with_checksum = true) {
   openvdb::io::File file(from);
   file.open(false);
@@ -110,7 +110,7 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
       for (int k = 0; k < 4; ++k) content[random() % content.size()] = static_cast<char>(random());
     }
     std::ofstream(Path("b.vdb"), std::ios::binary) << content;
-    // The file is either refused with a sentence, or the change had no effect; nothing else may happen.
+    // Either the file is refused with a one-sentence message, or the change had no effect; nothing else may happen.
     const std::string message = MessageOf(Path("b.vdb"), {.hu = true});
     EXPECT_EQ(MessageOf(Path("b.vdb")).find('\n'), std::string::npos);
     if (n % 2 == 0) {
@@ -120,8 +120,8 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
   }
 }
 
-/// Treats every position in a file as a possible length. Ends the process: with 0 if no absurd value at any position
-/// causes a large allocation.
+/// Treats every position in a file as a possible length. Ends the process, with exit status 0 if no absurd value at any
+/// position causes a large allocation.
 [[noreturn]] void ReadLyingFiles(const std::string& path) {
   test::UseOneCore();
   Bone bone = test::MakeSphere({10, 10, 10}, 1, 0.4);
@@ -133,7 +133,7 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
   fs::remove(path);
   fs::remove(path + ".again");
   std::istringstream first(whole);
-  ReadBone(first, "whole", {.hu = true});  // allocates the permanent memory of OpenVDB and TBB
+  ReadBone(first, "whole", {.hu = true});  // makes OpenVDB and TBB allocate the memory that they keep
   test::LimitMemory(std::uint64_t{256} << 20);
   constexpr std::size_t kStep = 3;  // a length has 4 or 8 bytes
   for (std::size_t at = 0; at + 8 <= whole.size(); at += kStep) {
@@ -161,8 +161,8 @@ TEST_F(BoneFile, FalseLengthsNeverCauseLargeAllocations) {
 TEST_F(BoneFile, FalseLengthsAreRefusedInOneSentence) {
   WriteBone(test::MakeSphere({10, 10, 10}, 1, 0.4), Path("a.vdb"));
   const std::string whole = ReadTextFile(Path("a.vdb"));
-  // 8 bytes of magic, 12 of versions, 1 of offsets, 36 of identity; then the number of metadata entries and the length
-  // of the first name.
+  // The file begins with 8 bytes of magic number, 12 of versions, 1 of offsets and 36 of identity; then follow the
+  // number of metadata entries and the length of the first name.
   const auto with = [&](std::size_t at, std::uint32_t value) {
     std::string content = whole;
     std::memcpy(content.data() + at, &value, sizeof value);
@@ -245,7 +245,8 @@ TEST_F(BoneFile, CtNumbersAreReadOnlyOnRequest) {
   EXPECT_EQ(without.CalcHash(), bone.CalcHash());
   EXPECT_EQ(without.CalcMemoryBytes(), ReadBone(Path("plain.vdb")).CalcMemoryBytes());
   EXPECT_FALSE(ReadBone(Path("plain.vdb"), {.hu = true}).has_hu());
-  // Without a checksum the HU are not even read: a file cut off within them (the last grid) still gives the bone.
+  // Without a checksum, the HU are not even read: a file that is cut off within them (the last grid) still yields the
+  // bone.
   const std::string own = ReadTextFile(Path("hu.vdb"));
   std::ofstream(Path("cut.vdb"), std::ios::binary) << own.substr(0, own.size() - 100);
   EXPECT_NE(MessageOf(Path("cut.vdb")).find("is damaged"), std::string::npos);
@@ -278,7 +279,7 @@ TEST_F(BoneFile, OverriddenConstantsAreNotWritten) {
   EXPECT_EQ(ReadBone(Path("a.vdb")).materials().At(24).source, "test");
 }
 
-/// A bone with two regions, so that the region grid has more than one value.
+/// Makes a bone with two regions, so that the region grid has more than one value.
 Bone MakeTwoRegions() {
   SolidField field = test::SphereField({1, -2, 3}, 4);
   field.region = [](const Vec3& p) { return p.x < 1 ? 24 : 255; };
@@ -289,7 +290,7 @@ Bone MakeTwoRegions() {
   return MakeBone(field, Box3{Vec3(-6), Vec3(9)}, {0.2, 0.3, {}}, table);
 }
 
-/// Script that prints a file's metadata, then each grid's name, type, active voxels and values at the coordinates.
+/// A script that prints a file's metadata, then each grid's name, type, active voxels and values at the coordinates.
 constexpr char kReadWithPython[] = R"(
 import sys, pyopenvdb
 grids, metadata = pyopenvdb.readAll(sys.argv[1])

@@ -14,7 +14,7 @@ using test::BlockPoses;
 using test::DiscPose;
 
 TEST(Faces, DiscFitsItsOwnKerfWithTheExpectedPlay) {
-  // For any position of the kerf among the voxels, and also where a voxel is as wide as the kerf.
+  // Holds for any position of the kerf among the voxels, also where a voxel is as wide as the kerf.
   for (const double h : {0.1, 0.15, 0.2, 0.25}) {
     for (const Pose& X_WB : BlockPoses(h)) {
       Bone bone = test::MakeBox(X_WB, {30, 3, 8}, h);
@@ -33,8 +33,9 @@ TEST(Faces, DiscFitsItsOwnKerfWithTheExpectedPlay) {
       problem.tau_s = 0.001;
       faces.Find(Probe(field, X), 0.025, false, problem);
       EXPECT_GT(problem.flats.size(), 20u);
-      // The play is 0.2 % of a voxel plus half of the kerf's excess width over the disc. The corner of the kerf's floor
-      // reduces the former by up to half. Near the wall's free edge there is less bone; the gap there is not compared.
+      // The play is 0.2 % of a voxel plus half of the amount by which the kerf is wider than the disc. The corner of
+      // the kerf's floor reduces the former by up to half. Near the wall's free edge there is less bone; the gap there
+      // is not compared.
       const double play_mm = 0.002 * h + 0.5 * (CalcKerfWidth(kSaw, h) - kSaw.thickness_mm);
       int deep = 0;
       for (const FlatPoint& p : problem.flats) {
@@ -55,7 +56,7 @@ TEST(Faces, FlatsWithinReachAreFoundBeforeContact) {
   const ToolShape shape =
       MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), 0.2), Faces::CalcStoppedMargin(0.2));
   Faces faces(field, shape, kSaw, Vec3(0));
-  // Flat on a face, lowered in small steps: pairs that were far away are tested again in time.
+  // The disc is lowered flat onto a face in small steps; pairs that were far apart must be tested again in time.
   for (double height = 3; height > 0.01; height -= 0.013) {
     Pose X;
     X.p_AB = {0.3, 0.1, 2 + 0.125 + height};

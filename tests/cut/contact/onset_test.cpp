@@ -1,5 +1,5 @@
-// A law with a force at the smallest bite, averaged over the arc that an edge point represents: compared with the
-// integral over that arc, and tested as the gradient of a convex function.
+// A force law that is nonzero at the smallest bite is averaged over the arc that an edge point represents. The average
+// is compared with the integral over that arc, and tested as the gradient of a convex function.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,8 +26,8 @@ StepProblem MakeProblem(const char* law, double arc_rad, double ramp_mm_per_s) {
   return problem;
 }
 
-/// Radial force and force along the edge by the midpoint rule over the arc: the constant law, ramped, at the speed s +
-/// t phi; the teeth behind and ahead of the point are weighted by their fractions.
+/// Computes the radial force and the force along the edge with the midpoint rule over the arc, for the constant law
+/// with its ramp, at the speed s + t phi; the teeth behind and ahead of the point are weighted by their fractions.
 ToothMean Integrate(const StepProblem& problem, const CuttingPoint& point, double s, double t) {
   constexpr int kIntervals = 20000;
   ToothMean mean;
@@ -54,7 +54,8 @@ TEST(Onset, MeanForceEqualsTheIntegralOverTheArc) {
     const double s = uniform(-1.2, 1.5) * (0.5 * problem.arc_rad * std::abs(t) + ramp);
     const ToothMean expected = Integrate(problem, point, s, t);
     const ToothMean mean = problem.MeanToothForce(point, s, t);
-    // The midpoint rule misses the jump by at most half an interval: 1e-4 of the force and of its lever arm.
+    // The midpoint rule locates the jump to within half an interval, an error of 1e-4 of the force and of its lever
+    // arm.
     const double onset = CalcOnset(problem.law, point.E_star_MPa);
     EXPECT_NEAR(mean.radial_N, expected.radial_N, 2e-4 * onset) << "s " << s << ", t " << t;
     EXPECT_NEAR(mean.along_N, expected.along_N, 2e-4 * onset * problem.arc_rad) << "s " << s << ", t " << t;
@@ -71,7 +72,8 @@ TEST(Onset, SmoothLawIsUnchanged) {
 }
 
 TEST(Onset, ForceNeverDrivesTheToolAndIsMonotone) {
-  // The gradient of a convex function that is 0 at rest: (g(u) - g(v)) . (u - v) >= 0, and therefore g(u) . u >= 0.
+  // For the gradient g of a convex function that is 0 at rest, (g(u) - g(v)) . (u - v) >= 0, and therefore g(u) . u >=
+  // 0.
   std::mt19937_64 random(20261122);
   std::normal_distribution<double> normal;
   for (int n = 0; n < 2000; ++n) {
@@ -81,7 +83,7 @@ TEST(Onset, ForceNeverDrivesTheToolAndIsMonotone) {
       Twist u{};
       for (int k = 0; k < 3; ++k) u[k] = normal(random);
       for (int k = 3; k < 6; ++k) u[k] = normal(random) / kArm_mm;
-      // Close to the motion at which the point stops moving outwards.
+      // This motion is close to the one at which the point stops moving outwards.
       AddTo(u, -Dot(problem.cutting[0].row, u) * (1 + 0.05 * normal(random)) / 2, problem.cutting[0].row);
       return u;
     };

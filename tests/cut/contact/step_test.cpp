@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kReach_mm = 11;
 
-/// Problems over the whole range that scenes allow; magnitudes are log-uniform.
+/// Makes problems over the whole range that scenes allow; magnitudes are log-uniform.
 class ProblemMaker {
  public:
   explicit ProblemMaker(std::uint64_t seed) : random_(seed) {}
@@ -62,7 +62,7 @@ class ProblemMaker {
       problem.cutting.push_back({MakeRow(e, kReach_mm * e), teeth_here, E_star * Uniform(0.5, 1),
                                  MakeRow({-e.y, e.x, 0}, kReach_mm * e), std::fmod(10 * teeth_here, 1)});
     }
-    // In every other problem, a law with a jump is averaged over arcs, from tiny ones to a tenth of a turn.
+    // In every other problem, a law with a jump is averaged over an arc of between a tiny angle and a tenth of a turn.
     if (law != 0 && teeth % 2 == 0) problem.arc_rad = std::pow(10.0, -0.2 - 0.1 * teeth);
     const int flats = static_cast<int>(Uniform(0, 80));
     for (int i = 0; i < flats; ++i) {
@@ -87,11 +87,12 @@ class ProblemMaker {
   std::mt19937_64 random_;
 };
 
-/// J along a straight line from 0, by Gauss-Legendre integration of its slope, which needs only the gradient.
+/// Returns the rise of J from 0 to u along a straight line, by Gauss-Legendre integration of its slope, which needs
+/// only the gradient.
 double CalcRise(const StepProblem& problem, const Twist& u, int pieces = 1000) {
   double sum = 0;
   for (int i = 0; i < pieces; ++i) {
-    // Finer near 0, where the laws and friction are curved.
+    // Intervals are finer near 0, where the laws and friction are curved.
     const double t0 = std::pow(static_cast<double>(i) / pieces, 3);
     const double t1 = std::pow(static_cast<double>(i + 1) / pieces, 3);
     for (const double g : {-0.577350269189626, 0.577350269189626}) {
@@ -132,7 +133,8 @@ TEST(StepSolver, SolutionIsTheMinimum) {
     StepSolver solver(128);
     const Twist u = solver.Solve(problem, {}, kReach_mm, 1000).u;
     for (int n = 0; n < 40; ++n) {
-      // Convexity: J(v) - J(u) is at least the slope at u towards v, and the slope at v towards u is not positive.
+      // By convexity, J(v) - J(u) is at least the slope at u towards v, and because u is the minimum, the slope at v
+      // towards u is not positive.
       const Twist step = maker.Motion(maker.LogUniform(1e-4, 1e3));
       Twist v = u;
       AddTo(v, 1, step);
@@ -150,8 +152,8 @@ TEST(StepSolver, SolutionDoesNotDependOnTheStart) {
     const StepSolution a = solver.Solve(problem, {}, kReach_mm, 1000);
     const StepSolution b = solver.Solve(problem, maker.Motion(maker.LogUniform(1e-3, 1e4)), kReach_mm, 1000);
     RC_ASSERT(b.converged);
-    // Along every line, the curvature of J is at least that of the unsaturated coupling. If the coupling is saturated,
-    // only the forces are unique, not the motion.
+    // Along every line, J is curved at least as much as the energy of the unsaturated coupling. If the coupling is
+    // saturated, only the forces are unique, not the motion.
     const StepCoupling& c = problem.coupling;
     const double tau = problem.tau_s;
     const Vec3 v(a.u[0], a.u[1], a.u[2]);
@@ -183,7 +185,7 @@ TEST(StepSolver, CreatesNoEnergyWhenStoppedEarly) {
 }
 
 TEST(StepSolver, OneToothAgainstASpringMatchesTheClosedForm) {
-  // K (x - tau v) = n F(v / f) with Hertz's law for the chip; the root is found by bisection.
+  // The closed form is K (x - tau v) = n F(v / f), with Hertz's law for the chip; its root is found by bisection.
   StepProblem problem;
   problem.law = MakeToothForce(ForceLaw("hertz_chip"), Tool(DiscSaw{}));
   problem.passes_per_s = 3000;

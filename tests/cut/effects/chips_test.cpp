@@ -26,7 +26,7 @@ bool IsFinite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Reference solution by small steps of the fourth-order Runge-Kutta method.
+/// Returns a reference solution, computed in small steps with the fourth-order Runge-Kutta method.
 ChipMotion Reference(const ChipFlight& flight, ChipMotion m, const Vec3& g, double age_s) {
   const int steps = 20000;
   const double h = age_s / steps;
@@ -56,7 +56,7 @@ TEST(ChipFlight, WithoutDragIsAParabola) {
 
 TEST(ChipFlight, TerminalSpeedBalancesDragAndWeight) {
   for (const double size_mm : {0.02, 0.15, 0.5, 2.0}) {
-    // Weight pi/6 d^3 rho g = drag Cd pi/8 d^2 rho_air v^2, solved by bisection, in m, kg and s.
+    // The weight pi/6 d^3 rho g equals the drag Cd pi/8 d^2 rho_air v^2; this is solved by bisection, in m, kg and s.
     const double d = 1e-3 * size_mm;
     const auto drag_N = [&](double v) {
       const double re = 1.2 * v * d / 1.81e-5;
@@ -69,7 +69,7 @@ TEST(ChipFlight, TerminalSpeedBalancesDragAndWeight) {
     const ChipFlight flight(size_mm, 1, {0, 0, -kG_mm_per_s2});
     ChipMotion m{{0, 0, 0}, {8000, 0, 0}};
     for (int i = 0; i < 80; ++i) m = flight.CalcMotion(m, 0.5);
-    // After 40 s the only difference left is the rounding of both.
+    // After 40 s the two differ only by rounding.
     EXPECT_NEAR(-m.v_mm_per_s.z, 1000 * low, 1e-9 * 1000 * low) << size_mm;
     EXPECT_NEAR(m.v_mm_per_s.x, 0, 1e-6) << size_mm;
   }
@@ -83,7 +83,7 @@ TEST(ChipFlight, FollowsTheEquationToAPercent) {
     for (const double t : {0.003, 0.05, 0.4}) {
       const ChipMotion m = flight.CalcMotion(start, t);
       const ChipMotion exact = Reference(flight, start, g, t);
-      // At worst 0.5 %, for the smallest chip after the longest time: 32 steps of second order.
+      // The error of the 32 second-order steps is at most 0.5 %, for the smallest chip after the longest time.
       EXPECT_LE(glm::length(m.p_mm - exact.p_mm), 1e-2 * glm::length(exact.p_mm)) << size_mm << " " << t;
       EXPECT_LE(glm::length(m.v_mm_per_s - exact.v_mm_per_s), 1e-3 * glm::length(start.v_mm_per_s)) << size_mm;
     }
@@ -114,7 +114,7 @@ TEST(ChipPool, FlightDoesNotDependOnTheTick) {
   for (ChipPool* pool : {&coarse, &fine}) pool->Throw({{1, 2, 3}, {3000, 100, 4000}}, 0);
   coarse.Advance(0.3);
   for (int i = 0; i < 3000; ++i) fine.Advance(1e-4);
-  // The clock of the fine pool has accumulated 3000 rounding errors.
+  // The clock of the pool with the shorter ticks has accumulated 3000 rounding errors.
   EXPECT_LE(glm::length(coarse.CalcChip(0).p_F_mm - fine.CalcChip(0).p_F_mm), 1e-7);
   coarse.Advance(0.1001);
   EXPECT_TRUE(coarse.empty());
@@ -191,8 +191,8 @@ TEST(Chips, ThrownVolumeEqualsRemovedVolume) {
     }
     EXPECT_GT(cut.removed_mm3(), 2);
     EXPECT_EQ(cut.effect().dropped_mm3(), 0);
-    // All volume is thrown except a part that does not yet fill a chip; on a path the last tick may remove more bone
-    // than its engaged teeth have cut.
+    // The whole volume is thrown except for a remainder that does not yet fill a chip; on a path, the last tick may
+    // remove more bone than its engaged teeth have cut.
     EXPECT_LT(cut.effect().waiting_mm3(), cut.effect().chip_mm3());
     EXPECT_GT(cut.effect().pool().size(), 100u);
   }
@@ -211,13 +211,13 @@ TEST(Chips, AreBoundedAndCountedUnderLoad) {
   const ChipsEffect& e = cut.effect();
   EXPECT_GT(e.dropped_mm3(), 0.1 * cut.removed_mm3());
   EXPECT_GT(e.pool().cut_short(), 100u);
-  // No chip reaches its life of 0.4 s: all chips that are gone were cut short.
+  // No chip reaches its life of 0.4 s: all chips that are gone were removed early.
   EXPECT_NEAR(e.thrown_mm3() / e.chip_mm3(), static_cast<double>(e.pool().cut_short() + e.pool().size()), 1e-6);
   EXPECT_GT(e.CalcMemoryBytes(), sizeof(ChipsEffect));
 }
 
-// Without spread, weight and air drag, a chip moves straight, at the rim's speed and tangentially to the rim, from
-// where the rim leaves the block: on one side or the other, depending on the direction of rotation.
+// Without spread, weight or air drag, a chip moves straight, at the rim's speed and tangentially to the rim, from where
+// the rim leaves the block: on one side or the other, depending on the direction of rotation.
 TEST(Chips, FlyOffWhereTheRimLeavesTheBone) {
   for (const double rpm : {7500.0, -7500.0, 600.0}) {
     Plunge cut({.spread = 0, .life_s = 0.01, .drag = 0, .gravity_W_m_per_s2 = Vec3(0)}, rpm);
@@ -234,7 +234,8 @@ TEST(Chips, FlyOffWhereTheRimLeavesTheBone) {
       // The tool has moved by 0.05 mm since then.
       EXPECT_NEAR(std::hypot(from_T.x, from_T.y), 11, 0.051);
       EXPECT_LE(std::abs(from_T.z), 0.125 + 1e-4);
-      // Where the rim crosses the block's top, to the spacing of the edge points (0.36 mm) and a quarter of a voxel.
+      // The chip starts where the rim crosses the block's top, to within the spacing of the edge points (0.36 mm) and a
+      // quarter of a voxel.
       EXPECT_NEAR(from_W.z, kTop_mm, 0.3);
       const Vec3 v_T = X_WT.InverseVector(chip.v_F_mm_per_s);
       EXPECT_GT(glm::dot(v_T, rpm * Vec3(-from_T.y, from_T.x, 0)), 0);
@@ -257,7 +258,7 @@ TEST(Chips, VelocitySpreadStaysWithinItsLimit) {
   EXPECT_GE(least, 0.7 * rim - 1);
   EXPECT_LE(most, 1.3 * rim + 1);
   EXPECT_LE(across, 0.3 * rim + 1);
-  // A few hundred chips fill most of the ball of velocities.
+  // The velocities of a few hundred chips fill most of the allowed ball.
   EXPECT_LT(least, 0.8 * rim);
   EXPECT_GT(most, 1.2 * rim);
   EXPECT_GT(across, 0.2 * rim);

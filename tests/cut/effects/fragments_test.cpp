@@ -25,7 +25,8 @@ const Bone& Bar() {
   return kBar;
 }
 
-/// Spindle along x: the disc cuts the bar at x = 1 from above; its rim passes the lower side after kThrough ticks.
+/// The spindle is along x. The disc cuts the bar at x = 1 from above; its rim passes the bar's lower side after
+/// kThrough ticks.
 constexpr int kTicks = 700;
 constexpr double kStep_mm = 0.01;
 Pose PoseAt(int tick) {
@@ -77,8 +78,8 @@ TEST(Fragments, ReportsThePieceInTheTickThatCutsTheLastBridge) {
   EXPECT_EQ(event.region, 24);
   EXPECT_EQ(event.piece.id, 2);
   EXPECT_EQ(event.piece.from, 1);
-  // The smaller part extends from half a kerf beyond 1.03 mm to the end at 3 mm. It has whole voxels: each face may be
-  // off by half a voxel.
+  // The smaller part extends from half a kerf beyond 1.03 mm to the end at 3 mm. It consists of whole voxels, so each
+  // face may be off by half a voxel.
   const double h = 0.5 * kVoxel_mm;
   const double length_mm = 3 - 1.03 - 0.5 * 0.25;
   EXPECT_NEAR(event.piece.bounds_W.lower.x, 3 - length_mm, h + 1e-9);
@@ -91,7 +92,7 @@ TEST(Fragments, ReportsThePieceInTheTickThatCutsTheLastBridge) {
               h * (faces_mm2 + 100));
 }
 
-/// A hand that lowers the saw through the bar: its force in each tick, and the bone at the end.
+/// What a hand feels while it lowers the saw through the bar: the force in each tick, and the bone at the end.
 struct Felt {
   std::vector<Vec3> force_N;
   std::vector<double> teeth;

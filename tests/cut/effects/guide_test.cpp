@@ -74,7 +74,7 @@ TEST(Guide, HoldsAcrossThePlaneWithItsStiffness) {
       // Within the tolerance the force is exactly zero.
       EXPECT_EQ(tool.Hold(At({0, 0, side * 0.49})).f_H_W_N, Vec3(0));
       const CoupledOutput out = tool.Hold(At({3, 2, side * 4}));
-      // Two springs in series. The solver stops at 1e-8 of the forces.
+      // The coupling and the wall are two springs in series. The solver stops at a residual of 1e-8 of the forces.
       const double force_N = K * k / (K + k) * 3.5;
       EXPECT_NEAR(out.f_H_W_N.z, -side * force_N, 1e-6 * force_N) << k;
       EXPECT_NEAR(glm::length(Vec3(out.f_H_W_N.x, out.f_H_W_N.y, 0)), 0, 1e-6) << k;
@@ -90,7 +90,7 @@ TEST(Guide, LimitsTheDiscsTilt) {
   Guided tool(params);
   const double turned = 0.3;
   const CoupledOutput out = tool.Hold(At({}, turned), 400);
-  // Two of the rim's four points, those on the y axis, are off the plane; k / 4 each.
+  // Two of the rim's four points, those on the y axis, are off the plane; each has the stiffness k / 4.
   const double phi = 2 * std::asin(out.X_WT.R_AB.x);
   const double away_mm = kRadius_mm * std::sin(phi) - 0.5;
   const double held_Nmm = 2 * (5.0 / 4) * away_mm * kRadius_mm * std::cos(phi);
@@ -134,10 +134,11 @@ TEST(Guide, IsNeverCrossedHoweverTheHandJumps) {
     ASSERT_LE(glm::length(out.f_H_W_N), 40 * (1 + 1e-9));
   }
   EXPECT_GT(jumped_mm, 90);
-  // The coupling gives 40 N and 4000 N mm. If all of it acts on one point of the rim, with k / 4: 40 + 4000 / 11 N.
+  // The coupling exerts at most 40 N and 4000 N mm. If both act on one point of the rim, of stiffness k / 4, the force
+  // there is 40 + 4000 / 11 N.
   EXPECT_LT(furthest_mm, 0.5 + (40 + 4000 / kRadius_mm) / (k / 4));
   EXPECT_GT(furthest_mm, 0.5 + 40 / k);
-  // The same for the stop, with k.
+  // The same applies to the stop, with k.
   EXPECT_LT(deepest_mm, 15 + (40 + 4000 / kRadius_mm) / k);
 }
 
@@ -184,7 +185,8 @@ TEST(Guide, ReturnsNoMoreEnergyThanWasPutIn) {
     }
   }
   EXPECT_GT(put_in_mJ, 100);
-  // Steps are linear, but the points of the disc move on arcs: an error of the order of 1e-6 of the exchanged energy.
+  // Steps are linear, but the points of the disc move on arcs, which causes an error of about 1e-6 of the exchanged
+  // energy.
   EXPECT_GT(min_mJ, -1e-6 * put_in_mJ);
 }
 

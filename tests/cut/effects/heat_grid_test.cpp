@@ -49,7 +49,7 @@ double CalcAlpha(const HeatGridParams& p) {  // mm2 / s
   return p.conductivity_W_per_mK / CalcCapacity(p);
 }
 
-/// Relative error over all points together.
+/// Returns the relative error over all points together.
 double CalcError(const Heated& heated, const std::vector<Vec3>& points,
                  const std::function<double(const Vec3&)>& exact) {
   double error = 0, size = 0;
@@ -76,7 +76,7 @@ TEST(HeatGrid, HeatOfAPointMatchesTheClosedFormToSecondOrder) {
     Heated heated(test::MakeBox(Pose{}, Vec3(15), 0.5), params);
     const double E = 1e5;  // enough to open all blocks that matter
     ASSERT_TRUE(heated.Put(source, E));
-    // 256 frames at 0.15 mm; the same total time for each spacing.
+    // 256 frames at a spacing of 0.15 mm; the total time is the same for each spacing.
     const int frames = static_cast<int>(std::lround(256 * std::pow(0.15 / spacing, 2)));
     heated.AdvanceFrames(frames);
     const double t = frames * heated.grid.frame_s();
@@ -125,7 +125,7 @@ TEST(HeatGrid, SteadyPointSourceMatchesTheClosedFormToSecondOrder) {
 TEST(HeatGrid, LineSourceThroughAPlateMatchesTheClosedForm) {
   const double spacing = 0.2;
   const HeatGridParams params = OnlyConduction(spacing);
-  // From -5.5 to 5.5 cells: the faces are between nodes.
+  // The plate extends from -5.5 to 5.5 cells, so its faces are midway between nodes.
   Heated heated(test::MakeBox(Pose{}, {18, 18, 11 * spacing}, 0.1), params);
   const double q_per_mm = 50;  // mW / mm
   const double frame_s = heated.grid.frame_s();
@@ -152,7 +152,7 @@ TEST(HeatGrid, BloodCarriesHeatOffExponentially) {
   params.perfusion_mL_per_min_kg = 500;
   Heated heated(test::MakeBox(Pose{}, Vec3(12), 0.5), params);
   ASSERT_TRUE(heated.Put(Vec3(0), 2e5));  // enough to open all blocks that matter
-  // 500e-6 m3 / 60 s / kg at 1908 kg/m3, blood with 3.8e6 J/(m3 K).
+  // 500e-6 m3 of blood per minute and kilogram of bone, with 1908 kg/m3 for bone and 3.8e6 J/(m3 K) for blood.
   const double rate_per_s = 500e-6 / 60 * 1908 * 3.8e6 / (1908 * 1313);
   heated.AdvanceFrames(200);
   const double t = 200 * heated.grid.frame_s();
@@ -162,7 +162,7 @@ TEST(HeatGrid, BloodCarriesHeatOffExponentially) {
   ExpectBalance(heated.grid, 1e-6);
 }
 
-// A single cell of bone keeps its temperature: 1 min at 47 C is a dose of 16 min, and so on.
+// A single cell of bone keeps its temperature; 1 min at 47 C, for example, is a dose of 16 min.
 TEST(HeatGrid, DoseAtConstantTemperatureMatchesTheClosedForm) {
   struct Held {
     double C, seconds, cem43_min;
@@ -186,8 +186,8 @@ TEST(HeatGrid, DoseAtConstantTemperatureMatchesTheClosedForm) {
   }
 }
 
-// For any heat input and any length of ticks: afterwards, nothing is hotter than the hottest node was, and nothing is
-// colder than coolant and body.
+// For any heat input and any tick lengths: once heating has ended, nothing becomes hotter than the hottest node was,
+// and nothing becomes colder than both the coolant and the body.
 TEST(HeatGrid, NoNewExtremesForAnyTick) {
   for (const double dt_s : {0.001, 0.004, 0.03, 0.1, 0.333, 1.0}) {
     for (const double conductivity : {0.1, 0.32, 5.0}) {
@@ -198,7 +198,7 @@ TEST(HeatGrid, NoNewExtremesForAnyTick) {
       params.conductivity_W_per_mK = conductivity;
       params.irrigation_W_per_m2K = 1e5;
       params.air_W_per_m2K = 100;
-      // Skewed, so that cells are cut in all ways.
+      // The block is skewed, so that its surface cuts the cells in all ways.
       Heated heated(
           test::MakeBox(Pose{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), Vec3(0.1)}, Vec3(7, 7, 3), 0.2),
           params);
@@ -214,7 +214,7 @@ TEST(HeatGrid, NoNewExtremesForAnyTick) {
           high = std::max(high, node.C);
           low = std::min(low, node.C);
         });
-        // Checked from the frame after the one that received the last heat.
+        // The upper limit is checked from the frame after the one that received the last heat.
         EXPECT_LE(high, settled ? hottest_C + 1e-4 : 1e6);
         EXPECT_GE(low, params.coolant_C - 1e-4);
         settled = heated.grid.frames() > 0 && heated.grid.CalcBalance().waiting == 0;
@@ -227,16 +227,16 @@ TEST(HeatGrid, NoNewExtremesForAnyTick) {
   }
 }
 
-// Heat flows from a bare face through h and half a cell in series.
+// Heat leaves through a bare face against the resistances of the coolant film (1 / h) and of half a cell in series.
 TEST(HeatGrid, CoolantRemovesHeatByNewtonsLaw) {
   HeatGridParams params = OnlyConduction(0.4);
   params.longest_frame_s = 0.002;
   params.irrigation_W_per_m2K = 2000;
   Heated heated(test::MakeBox(Pose{}, {12.4, 12.4, 12.4}, 0.2), params);
-  // Heats an entire layer at the lower face uniformly: one-dimensional until the edges have an influence.
+  // A whole layer at the lower face is heated uniformly: the flow is one-dimensional until the edges have an influence.
   const double U = 1e-3 / (1 / 2000.0 + 0.0002 / 0.32);
   const HeatWet wet{Vec3(0, 0, -6) - heated.field.p_WF_mm(), {0, 0, 1}, 0.61, 1};
-  // Nodes are at multiples of 0.4 mm: for the lowest ones, at -6 mm, the whole lower face is bare.
+  // Nodes are at multiples of 0.4 mm: the lowest ones, at -6 mm, have their whole lower face bare.
   for (int i = -8; i <= 8; ++i) {
     for (int k = -8; k <= 8; ++k) {
       for (int z = -15; z <= -8; ++z) ASSERT_TRUE(heated.Put({0.4 * i, 0.4 * k, 0.4 * z}, 4));
@@ -247,12 +247,13 @@ TEST(HeatGrid, CoolantRemovesHeatByNewtonsLaw) {
   const double before = heated.grid.CalcBalance().irrigation;
   const double rise = heated.Rise({0, 0, -6});
   heated.grid.Advance(heated.grid.frame_s(), wet);
-  // Nine nodes within 0.61 mm are in the wet cylinder, each with 0.16 mm2 of face.
+  // The nine nodes within 0.61 mm of the axis are in the wet cylinder, each with 0.16 mm2 of face.
   const double expected_mW = 9 * 0.16 * U * (rise + 37 - params.coolant_C);
   EXPECT_NEAR((heated.grid.CalcBalance().irrigation - before) / heated.grid.frame_s() / expected_mW, 1, 0.02);
 }
 
-// A single cell: heat up to 100 C, then boiling water, then more heat; no more water boils off than there is.
+// A single cell is heated to 100 C, its water boils off, and the bone is heated further; no more water boils off than
+// there is.
 TEST(HeatGrid, WaterBoilsOffAt100CUntilItIsGone) {
   HeatGridParams params = OnlyConduction(0.4);
   params.water_mg_per_mm3 = 0.1;
@@ -300,7 +301,8 @@ TEST(HeatGrid, ChilledBoneIsCountedSeparatelyAndOpensNoBlocks) {
   EXPECT_LE(heated.grid.block_count(), dry.grid.block_count());
 }
 
-// Tilted, half under coolant, and hot enough for steam and dose, so that every kernel is used.
+// The bone is tilted, half of it is under coolant, and it is hot enough for steam and dose, so that every kernel is
+// used.
 TEST(HeatGrid, IsTheSameBitForBitAtEveryVectorWidth) {
   ASSERT_GE(VectorTargets().size(), 2U);
   const auto run = [] {

@@ -1,4 +1,5 @@
-// Heat: a fraction of the cutting power enters the remaining bone, all of it is accounted for, nothing else changes.
+// Heat: a fraction of the cutting power enters the remaining bone, all of it is accounted for, and nothing else
+// changes.
 #include "cut/effects/heat/heat.h"
 
 #include <gtest/gtest.h>
@@ -19,8 +20,8 @@ namespace {
 constexpr double kRpm = 7500;
 constexpr double kRimSpeed = 2 * std::numbers::pi * kRpm / 60 * 11;  // mm/s
 
-/// A disc that moves down through a block, with a given force along the motion of each tooth: the work of a tick, but
-/// with prescribed tangential forces.
+/// A disc that moves down through a block, with a prescribed force along the motion of each tooth. Does what a tick
+/// does, except that the tangential forces are prescribed.
 class HeatedCut {
  public:
   explicit HeatedCut(const HeatParams& params, double feed_mm_per_s = 3)
@@ -37,7 +38,7 @@ class HeatedCut {
     teeth_.reserve(shape_.edge.size());
   }
 
-  /// Moves down by the feed, with 2 N along the motion of each tooth. Deterministic, no allocation.
+  /// Moves down by the feed, with 2 N along the motion of each tooth. Deterministic and free of allocation.
   void Tick(double dt_s) {
     const Pose X_a = At(time_s_);
     time_s_ += dt_s;
@@ -68,7 +69,7 @@ class HeatedCut {
     const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
     for (int i = 0; i < ticks; ++i) Tick(1 / rate_hz);
   }
-  /// Ticks without cutting.
+  /// Runs ticks without cutting.
   void Rest(double seconds, double rate_hz, double rpm = 0) {
     const Pose X = At(time_s_);
     const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
@@ -108,13 +109,13 @@ TEST(Heat, ReceivesItsFractionOfThePowerWithoutLoss) {
     const HeatBalance b = cut.heat.CalcBalance();
     ASSERT_GT(cut.work_mJ, 1000);
     EXPECT_NEAR(b.put_in, 0.2 * cut.work_mJ, 1e-9 * cut.work_mJ);
-    // Nodes are floats, rounded in about 15 frames.
+    // The nodes' values are floats, which are rounded in each of about 15 frames.
     EXPECT_NEAR(b.CalcRest(), 0, 1e-6 * b.put_in);
     EXPECT_EQ(b.no_room, 0);
     EXPECT_GT(b.chips, 0);
     EXPECT_GT(b.air, 0);
     EXPECT_GT(b.perfusion, 0);
-    // Nearly all of the heat that is put in stays in the walls.
+    // Most of the heat that is put in stays in the walls.
     EXPECT_LT(b.chips, 0.2 * b.put_in);
     if (irrigation > 0) {
       EXPECT_GT(b.irrigation, 0.01 * b.put_in);
@@ -140,8 +141,8 @@ TEST(Heat, CoolantKeepsTheBoneCooler) {
   EXPECT_LT(wet.heat.figures().cem43_min, dry.heat.figures().cem43_min);
 }
 
-// Frames have a fixed length of 0.1 s. The tick rate affects in which of two frames the heat of a tick is added (a tick
-// at 250 Hz has 4 % of a frame's heat), and in which frame removed bone is first missing. The tolerances allow for one
+// Frames have a fixed length of 0.1 s. The tick rate affects which of two frames the heat of a tick is added to (a tick
+// at 250 Hz has 4 % of a frame's heat), and from which frame on removed bone is missing. The tolerances allow for one
 // frame in 60 s of cooling, and for two frames in the time above 47 C.
 TEST(Heat, DoesNotDependOnTheTickRate) {
   std::vector<HeatFigures> figures;
@@ -178,7 +179,7 @@ TEST(Heat, DoesNotAllocateAndIsReproducible) {
   }
 }
 
-// A long motion in one tick, as after a tool was set down far away.
+// The tool makes a long motion in one tick, as after it was set down far away.
 TEST(Heat, BalanceClosesForLongTicks) {
   HeatedCut cut(HeatParams{}, 0.5);
   cut.Run(10, 1);

@@ -1,4 +1,4 @@
-// The information that every effect must provide, and the refusal of invalid choices of effects.
+// Tests that every effect provides the required information and that invalid choices of effects are refused.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -39,7 +39,7 @@ bool IsFelt(const EffectInfo& info) {
   return Moves(info) || (info.hooks & kEffectPush) != 0;
 }
 
-/// A block with a canal slightly below the end of the cut, for the effects that need one.
+/// Makes a block with a canal slightly below the end of the cut, for the effects that need a canal.
 const Bone& MakeSetsBlock() {
   static const Bone kBlock = [] {
     SolidField field;
@@ -55,7 +55,8 @@ const Bone& MakeSetsBlock() {
   return kBlock;
 }
 
-/// Down into the block at 10 mm/s, along it with the handle offset sideways, and out: air, teeth, flats and air again.
+/// Pose of a handle that moves down into the block at 10 mm/s, along it with a sideways offset, and out again: through
+/// air, on the teeth, on the flats, and through air again.
 Pose HandlePose(int tick) {
   const double t = static_cast<double>(tick) / kSetsTicks;
   const double deep_mm = 4 * std::clamp(std::min(t, 1 - t) * 4, 0.0, 1.0);
@@ -118,7 +119,7 @@ Outcome RunWith(const EffectChoices& choices) {
   return run;
 }
 
-/// The named effects and all that they need, directly or indirectly, in the registry's order.
+/// Returns the named effects and all that they need, directly or indirectly, in the registry's order.
 EffectChoices ChooseWithNeeded(std::set<std::string> names) {
   EffectChoices choices;
   for (auto info = Effects().rbegin(); info != Effects().rend(); ++info) {
@@ -129,7 +130,7 @@ EffectChoices ChooseWithNeeded(std::set<std::string> names) {
   return choices;
 }
 
-/// Effects that can be made with their default parameters on this block.
+/// Returns the effects that can be made with their default parameters on this block.
 const std::vector<const EffectInfo*>& Usable() {
   static const std::vector<const EffectInfo*> kUsable = [] {
     std::vector<const EffectInfo*> usable;
@@ -162,9 +163,9 @@ const Outcome& Recall(const EffectChoices& choices) {
   return runs.emplace(NameSet(choices), RunWith(choices)).first->second;
 }
 
-/// Expects the same bone and motion as with only the members that move the tool, and the same force on the hand as with
-/// only the members that the hand can feel. Each effect's channels must be the same as with only the moving members and
-/// the effects that it needs.
+/// Expects the same bone and motion as with only those effects of the set that move the tool, and the same force on the
+/// hand as with only those that the hand can feel. Each effect's channels must be the same as with only the effects
+/// that move the tool and those that it needs.
 void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
   SCOPED_TRACE(NameSet(choices));
   const Outcome& all = Recall(choices);
@@ -193,7 +194,7 @@ TEST(EffectSets, TheRunCoversAirTeethAndFlats) {
   const Outcome& plain = Recall({});
   EXPECT_GT(plain.removed_mm3, 1);
   EXPECT_NE(plain.bone, MakeSetsBlock().CalcHash());
-  // Offset sideways in its kerf, the disc rubs; otherwise friction would not be an example of an effect that acts.
+  // The disc is offset sideways in its kerf, so it rubs; otherwise friction would have no effect on this motion.
   EXPECT_NE(Recall(ChooseWithNeeded({"kerf_friction"})).motion, plain.motion);
 }
 

@@ -22,7 +22,7 @@
 namespace kerf {
 namespace {
 
-/// Amplitude of a signal's line at a frequency, with Hann's window.
+/// Returns the amplitude of a signal's line at a frequency, with a Hann window.
 double LineOf(const std::vector<float>& x, double hz, double rate_Hz) {
   std::complex<double> sum = 0;
   double weights = 0;
@@ -64,14 +64,15 @@ TEST(Tone, HasLinesAtMotorAndToothFrequencies) {
   Tone tone(WithoutNoise(), 24);
   const std::vector<float> x = Hold(tone, kCutting, 1000);
   ASSERT_EQ(x.size(), 48000u);  // one second: bins of 1 Hz
-  // Motor and runout have a line of the same order: they are added with the same phase.
+  // Motor and runout both have a line at the spindle's frequency; these are added with the same phase.
   const auto amplitudes = tone.CalcAmplitudes(kCutting);
   EXPECT_NEAR(LineOf(x, 125, 48000), amplitudes[Tone::kMotor1] + amplitudes[Tone::kRunout], 1e-6);
   EXPECT_NEAR(LineOf(x, 3000, 48000), amplitudes[Tone::kPassing], 1e-6);
   EXPECT_NEAR(LineOf(x, 1500, 48000), amplitudes[Tone::kSet], 1e-6);
   EXPECT_NEAR(LineOf(x, 875, 48000), amplitudes[Tone::kWhine], 1e-6);
   EXPECT_GT(amplitudes[Tone::kPassing], 0.02);
-  // The line lies in its bin: with Hann's window the neighbouring bins have half of it, all others nothing.
+  // The line is at the centre of its bin: with a Hann window, the two neighbouring bins contain half of its amplitude
+  // and all others nothing.
   for (const double line_Hz : {125.0, 3000.0}) {
     const double line = LineOf(x, line_Hz, 48000);
     for (const double off_Hz : {-1.0, 1.0}) EXPECT_NEAR(LineOf(x, line_Hz + off_Hz, 48000), 0.5 * line, 1e-6);
@@ -80,7 +81,8 @@ TEST(Tone, HasLinesAtMotorAndToothFrequencies) {
 }
 
 TEST(Tone, ContainsOnlyItsLines) {
-  // Parseval: half the sum of the squares of all amplitudes, where amplitudes at the same frequency are added first.
+  // By Parseval's theorem, the mean square is half the sum of the squares of all amplitudes, where amplitudes at the
+  // same frequency are added first.
   Tone tone(WithoutNoise(), 24);
   const std::vector<float> x = Hold(tone, kCutting, 1000);
   auto a = tone.CalcAmplitudes(kCutting);
@@ -105,7 +107,7 @@ TEST(Tone, NoiseIsBroadAndWithinItsBand) {
   params.motor_level = params.teeth_level = 0;
   Tone tone(params, 24);
   const std::vector<float> x = Hold(tone, {0.001F, 125, 1000, 0, 0, 0}, 2000);
-  // Mean square of a hundred bins around a frequency: broad within the band, at least 10 dB lower far outside of it.
+  // Power in a hundred bins from a frequency on: similar throughout the band, and at least 10 dB lower far outside it.
   const auto density = [&](double hz) {
     double sum = 0;
     for (int i = 0; i < 100; ++i) sum += std::pow(LineOf(x, hz + 2 * i, 48000), 2);
@@ -125,7 +127,7 @@ TEST(Tone, IsSilentWithTheSpindleStopped) {
   Hold(tone, kCutting, 20);
   ToneFrame stopped = kCutting;
   stopped.spindle_Hz = 0;
-  std::vector<float> x = Hold(tone, stopped, 100, 1);  // without the tick in which the sound fades out
+  std::vector<float> x = Hold(tone, stopped, 100, 1);  // the tick in which the sound fades out is left out
   for (const float v : x) ASSERT_EQ(v, 0);
 }
 
@@ -137,7 +139,7 @@ TEST(Tone, NeverClicks) {
     std::vector<float> x{0};
     ToneFrame before{};
     for (int i = 0; i < 800; ++i) {
-      // A ramp, a load that is switched on and off, a stall, a start.
+      // The frames contain a ramp, a load that is switched on and off, a stall and a start.
       ToneFrame frame{static_cast<float>(tick_s), static_cast<float>(std::min(i, 400)) / 2, 0, 0, 0, 0};
       if (i % 50 > 25) frame.load_W = 100, frame.passing_N = 2, frame.set_N = 1;
       if (i > 600 && i < 650) frame.spindle_Hz = 0;
@@ -176,7 +178,8 @@ TEST(Tone, TickBoundariesAreInaudible) {
 }
 
 TEST(Tone, NothingIsAliased) {
-  // 64 teeth: from 20 250 rpm their first line is above 0.45 of the rate, 21.6 kHz, and would be partly aliased.
+  // With 64 teeth, from 20 250 rpm on, the first line of tooth passing is above 0.45 of the rate, 21.6 kHz, and would
+  // be partly aliased.
   for (const float spindle_Hz : {338.0F, 347.0F, 359.0F, 410.0F, 733.0F}) {
     Tone tone(WithoutNoise(), 64);
     const ToneFrame frame{0.001F, spindle_Hz, 30, 0, 0, 0.4F};
@@ -242,7 +245,7 @@ TEST(Sound, ReportsSpeedAndPowerOfTheCut) {
   EXPECT_NEAR(TellOf(plan).load_W, 0.5 * out.thrust_sum_N * 2 * std::numbers::pi * 100 * 0.011,
               1e-5 * TellOf(plan).load_W);
   EXPECT_NEAR(TellOf(plan).passing_N, 0.1 * out.thrust_sum_N / std::max(1.0, out.engaged_teeth), 1e-6);
-  // Out of the bone, and then with the spindle stopped.
+  // The tool leaves the bone, and then the spindle is stopped.
   for (int i = 0; i < 500; ++i) out = simulation.Tick({At(z += 0.01), 0.001, 6000});
   EXPECT_EQ(TellOf(plan).load_W, 0);
   EXPECT_EQ(TellOf(plan).passing_N, 0);

@@ -19,7 +19,7 @@ Motor HandMotor() {
   return m;
 }
 
-/// Runs the motor for the same time in several pieces.
+/// Runs the motor for the given time in several intervals.
 MotorRun RunInPieces(const Motor& m, double set, double load, double hold, double w, double time_s, int pieces) {
   MotorRun sum;
   sum.w_rad_per_s = w;
@@ -58,7 +58,7 @@ TEST(SpindleMotor, RunUpFollowsTheAnalyticCurveForAnyTick) {
       w = run.w_rad_per_s;
       angle += run.angle_rad;
       t_s += dt_s;
-      // 1e-11: two thousand rounding errors.
+      // 1e-11 allows for two thousand rounding errors.
       ASSERT_NEAR(w, steady * -std::expm1(-t_s / tau_s), 1e-11 * steady) << dt_s;
       ASSERT_NEAR(angle, steady * (t_s + tau_s * std::expm1(-t_s / tau_s)), 1e-11 * (1 + steady * t_s)) << dt_s;
     }
@@ -68,7 +68,7 @@ TEST(SpindleMotor, RunUpFollowsTheAnalyticCurveForAnyTick) {
 TEST(SpindleMotor, RunDownFollowsTheAnalyticCurveAndEndsAtRest) {
   Motor m = HandMotor();
   m.brakes = false;
-  // w = (w0 + f/b) exp(-b t / J) - f/b, and rest after J/b ln(1 + w0 b / f).
+  // w = (w0 + f/b) exp(-b t / J) - f/b, and it is at rest after J/b ln(1 + w0 b / f).
   const double w0 = 785, f_b = m.friction_Nmm / m.viscous_Nmms, tau_s = m.CalcInertia() / m.viscous_Nmms;
   const double rest_s = tau_s * std::log1p(w0 / f_b);
   const double angle = tau_s * (w0 - f_b * std::log1p(w0 / f_b));
@@ -159,10 +159,10 @@ TEST(SpindleMotor, RandomRunsBalanceEnergyAndDoNotDependOnTheTick) {
     const double most =
         std::abs(run.motor_mJ) + run.load_mJ + run.friction_mJ + run.viscous_mJ + 0.5 * m.CalcInertia() * w0 * w0;
     ASSERT_NEAR(run.motor_mJ - run.load_mJ - run.friction_mJ - run.viscous_mJ, gained, 1e-9 * most);
-    // A motor that is slowed only by viscous loss never stops, or only by rounding.
+    // A motor that is slowed only by viscous loss never stops, except through rounding.
     const bool creeps = !m.brakes && m.friction_Nmm + load == 0 && set * w0 <= 0;
     if (!creeps) ExpectNear(RunInPieces(m, set, load, 0, w0, time_s, 37), run, 1e-9);
-    // The mirrored run.
+    // The run with all signs reversed must be the exact mirror image.
     const MotorRun mirrored = RunMotor(m, -set, load, 0, -w0, time_s);
     ASSERT_EQ(mirrored.w_rad_per_s, -run.w_rad_per_s);
     ASSERT_EQ(mirrored.angle_rad, -run.angle_rad);
@@ -176,8 +176,8 @@ TEST(SpindleMotor, RandomRunsBalanceEnergyAndDoNotDependOnTheTick) {
 }
 
 TEST(SpindleMotor, AgreesWithAFineIntegrationOfItsEquation) {
-  // Independent method: the midpoint rule on J w' = T(w) - (f + load) sign w - b w, in steps of 1e-7 s, with a
-  // reversal.
+  // An independent method for comparison: the midpoint rule on J w' = T(w) - (f + load) sign w - b w, in steps of 1e-7
+  // s, with a reversal.
   for (const bool brakes : {true, false}) {
     Motor m = HandMotor();
     m.brakes = brakes;
@@ -190,7 +190,7 @@ TEST(SpindleMotor, AgreesWithAFineIntegrationOfItsEquation) {
     for (int i = 0; i < 100000; ++i) {
       w += h * rate(w + 0.5 * h * rate(w));
       if (i % 20000 == 19999) {
-        // The time of each corner has an error of up to 1e-7 s, at up to 2e6 rad/s^2.
+        // The time of each corner of the curve has an error of up to 1e-7 s, at an acceleration of up to 2e6 rad/s^2.
         EXPECT_NEAR(RunMotor(m, set, load, 0, w0, (i + 1) * h).w_rad_per_s, w, 0.3) << i;
       }
     }

@@ -42,7 +42,8 @@ const SpindleEffect& SpindleOf(const EffectPlan& plan) {
   return SpindleEffect::In(plan);
 }
 
-/// Sum of thrusts at which a motor stalls: thrust / ratio times the radius equals the motor's remaining torque.
+/// Returns the sum of thrusts at which a motor stalls: thrust / ratio times the radius equals the motor's remaining
+/// torque.
 double StallThrust(double stall_torque_Nmm) {
   return 1.6 * (stall_torque_Nmm - 5) / kR;
 }
@@ -91,7 +92,7 @@ TEST(Spindle, RunsUpAndDownInTheAirForAnyTick) {
   }
 }
 
-/// A path that cuts a kerf 3 mm deep.
+/// A tool on a path that cuts a kerf 3 mm deep.
 struct Slot {
   explicit Slot(double stall_torque_Nmm, double voxel_mm = 0.4)
       : simulation(test::MakeBox(Pose{}, {60, 3, 10}, voxel_mm), MakeParams(stall_torque_Nmm), At(-42)) {}
@@ -123,7 +124,7 @@ TEST(Spindle, SlowsDownUnderLoadAlongItsCharacteristic) {
     }
     const double torque = kR * out.thrust_sum_N / 1.6;
     EXPECT_GT(torque, 20);
-    // 0.5 %: variation of the engaged arc from tick to tick, due to the voxels.
+    // 0.5 % allows for the variation of the engaged arc from tick to tick due to the voxels.
     EXPECT_NEAR(spindle.load_Nmm(), torque, 0.005 * torque);
     const double w = std::abs(spindle.rpm()) * std::numbers::pi / 30;
     const Motor& m = spindle.motor();
@@ -161,13 +162,13 @@ TEST(Spindle, StalledOnAPathCutsNothingUntilSwitchedOff) {
   for (int i = 0; i < 10; ++i) slot.Feed(0, 0);
   EXPECT_FALSE(spindle.stalled());
   for (int i = 0; i < 200; ++i) slot.Feed(0, 7500);
-  EXPECT_GT(spindle.rpm(), 4000);  // at most 4700: its 20 N mm against losses of at least 5 N mm
+  EXPECT_GT(spindle.rpm(), 4000);  // 4700 at most: the motor's 20 N mm act against losses of at least 5 N mm
 }
 
 // ---- in a hand
 
-/// A saw over a long block, pushed straight down. The handle keeps its orientation and its x and y, so that the
-/// sideways pull is resisted.
+/// A saw that is pushed straight down into a long block. The handle keeps its orientation and its x and y, which
+/// resists the sideways pull.
 struct Pushed {
   explicit Pushed(const CoupledParams& params, double voxel_mm = 0.4)
       : simulation(test::MakeBox(Pose{}, {60, 3, 60}, voxel_mm), params, Start()),
@@ -205,14 +206,14 @@ TEST(Spindle, StallsUnderARisingPushAndRestartsWhenReleased) {
     for (int i = 0; i < 3000 && !saw.spindle.stalled(); ++i) {
       push_N = 0.01 * i;
       saw.Push(push_N, rpm);
-      // Once it has reached its speed, it only slows down.
+      // Once the spindle has reached its speed, it only slows down.
       if (i > 100 && std::abs(saw.spindle.rpm()) > last_rpm + 1) ++rises;
       last_rpm = std::abs(saw.spindle.rpm());
       if (saw.out.thrust_sum_N > 0) thrust_at_stall_N = saw.out.thrust_sum_N;
     }
     ASSERT_TRUE(saw.spindle.stalled());
     EXPECT_EQ(rises, 0);
-    // 2 %: the lag of 4 ms, in which the push grows by 0.04 N, and a few more ms at the steep end of the
+    // 2 % allows for the lag of 4 ms, in which the push grows by 0.04 N, and for a few more ms at the steep end of the
     // characteristic.
     EXPECT_NEAR(thrust_at_stall_N, StallThrust(100), 0.02 * StallThrust(100));
     // A stalled tool acts as a solid: it cuts nothing, does not move, and bears the push.
@@ -244,8 +245,8 @@ TEST(Spindle, StallsUnderARisingPushAndRestartsWhenReleased) {
 }
 
 TEST(Spindle, DoesNotFlutterBetweenTurningAndStall) {
-  // Constant pushes close to the stall, with variations within the hysteresis; straight and tilted, with and without
-  // the flats' friction, which adds to the load.
+  // Constant pushes close to the stalling push, with variations within the hysteresis; straight and tilted, with and
+  // without the flats' friction, which adds to the load.
   std::string table = "push / stall, tilt mrad: stalls, starts\n";
   for (const bool friction : {true, false}) {
     for (const double tilt : {0.0, 0.01}) {
@@ -281,7 +282,8 @@ TEST(Spindle, SpeedAndStallsStayBoundedForAnyTick) {
 }
 
 TEST(Spindle, RandomHandsAndSwitchingCreateNoEnergy) {
-  // No energy is created, no heap is used and all values are finite, for any hand, motor and switching.
+  // For any hand and motor, and however the spindle is switched, no energy is created, the heap is not used and all
+  // values are finite.
   for (int seed = 0; seed < 16; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 131 + 7);
     const auto log_uniform = [&](double lower, double upper) {
@@ -315,7 +317,7 @@ TEST(Spindle, RandomHandsAndSwitchingCreateNoEnergy) {
 }
 
 TEST(Spindle, HandOnADeviceCanStallItAndContinue) {
-  // The hand pushes harder and harder, keeps pushing while the spindle is stalled, and lets go.
+  // The hand pushes harder and harder, keeps pushing while the spindle is stalled, and then lets go.
   std::string table = "device hand: stalls, starts, force above 20 Hz while stalled mN, largest step N\n";
   for (const char* device : {"omega_6", "omega_3"}) {
     for (const char* hand : {"H1", "H2", "H3", "H4"}) {
@@ -354,7 +356,8 @@ TEST(Spindle, HandOnADeviceCanStallItAndContinue) {
       table += fmt::format("{} {}: {} {} {:.2f} {:.3f}\n", device, hand, stalls, starts, noise_mN, max_step_N);
       EXPECT_EQ(stalls, 1) << device << " " << hand;
       EXPECT_EQ(starts, 1) << device << " " << hand;
-      // At a stall and at a start the motor keeps pushing: the sideways pull remains, only the edge's friction changes.
+      // At a stall and at a start the motor keeps pushing: the sideways pull remains, and only the edge's friction
+      // changes.
       EXPECT_LE(max_step_N, 0.06 * max_N + 0.1) << device << " " << hand;
       EXPECT_LE(noise_mN, 20) << device << " " << hand;
       EXPECT_GT(removed_after, 0);

@@ -24,7 +24,8 @@ Quat Turned(std::mt19937_64& random) {
   return glm::normalize(Quat(n(random), n(random), n(random), n(random)));
 }
 
-/// Compares every box with a fine grid of points of the disc's surface; the box's nearest point is found by clamping.
+/// Returns the smallest distance between any box and a fine grid of points on the disc's surface; a box's nearest point
+/// is found by clamping.
 double BruteForce(const std::vector<Box3>& boxes, const DiscSaw& saw, const Pose& X) {
   std::vector<Vec3> points;
   constexpr double kStep = 0.2;
@@ -53,7 +54,7 @@ TEST(StructureDistance, MatchesBruteForceFromAnyPose) {
   std::uniform_real_distribution<double> at(-12, 12);
   double largest = 0;
   for (int world = 0; world < 6; ++world) {
-    // As many voxels as a canal has: in a curved row, or scattered.
+    // As many voxels as a canal has, either in a curved row or scattered.
     std::vector<Box3> boxes;
     for (int i = 0; i < 60; ++i) {
       const double t = 0.1 * i;
@@ -66,12 +67,12 @@ TEST(StructureDistance, MatchesBruteForceFromAnyPose) {
       const Pose X{Turned(random), {at(random), at(random), at(random)}};
       const double found = distance.Find(X, 30).distance_mm;
       const double expected = BruteForce(boxes, saw, X);
-      // The grid of points, 0.2 mm apart, overestimates small distances by up to 0.14 mm. The required accuracy of the
-      // search is 0.02 mm or a tenth; it is much better.
+      // The grid of points, 0.2 mm apart, overestimates small distances by up to 0.14 mm. The search must be accurate
+      // to 0.02 mm or a tenth; it is much better than that.
       EXPECT_LE(found, expected + 0.02) << world << " " << i;
       EXPECT_GE(found, expected - 0.15) << world << " " << i;
       largest = std::max(largest, found - expected);
-      // A new search without earlier results gives the same within the required accuracy.
+      // A new search, without earlier results, finds the same distance within the required accuracy.
       EXPECT_NEAR(StructureDistance(boxes, saw).Find(X, 30).distance_mm, found, 0.02);
     }
   }
@@ -98,8 +99,8 @@ TEST(StructureDistance, SearchForAMovingToolMatchesAFreshSearch) {
   EXPECT_LT(max_queries, 400);
 }
 
-// A tool of realistic thickness moves down onto a rough sheet and into it: many patches are near many boxes. With few
-// queries per call the distance is accurate to 0.1 mm, including contact.
+// A tool of realistic thickness moves down onto and into a rough sheet, so that many patches are near many boxes. With
+// few queries per call the distance is accurate to 0.1 mm, including contact.
 TEST(StructureDistance, FollowsAToolWithFewQueries) {
   constexpr std::size_t kMax = 48;
   std::vector<Box3> boxes;
@@ -117,7 +118,7 @@ TEST(StructureDistance, FollowsAToolWithFewQueries) {
     for (int i = 0; i < 400; ++i) {
       const Pose X{upright, {0.001 * i, 0, 3 - 0.01 * i}};
       const double found = moving.Find(X, 20, kMax).distance_mm;
-      EXPECT_LE(moving.queries(), kMax + 13);  // one patch more than the limit
+      EXPECT_LE(moving.queries(), kMax + 13);  // the limit may be exceeded by the queries of one patch
       if (i % 40 != 0) continue;
       EXPECT_NEAR(found, StructureDistance(boxes, saw).Find(X, 20).distance_mm, 0.1) << i;
     }
@@ -167,14 +168,14 @@ TEST(Structures, WarnsAtItsMarginAndReportsTheBreach) {
     simulation.Tick({at(z)});
     simulation.effects().Report(figures);
     const double gap_mm = z - 11 - 1;  // between the rim and the canal's top
-    // The distance may be too large by the offset of the voxels (their faces are at half voxels) plus the search's
-    // error, and too small by as much plus the tool's motion since the last search.
+    // The distance may be too large by the offset of the voxels' faces (half a voxel) plus the search's error, and too
+    // small by the same amount plus the tool's motion since the last search.
     EXPECT_NEAR(figures[0], std::max(0.0, gap_mm), 0.51 * h + 0.02 + 0.01 * std::max(0.0, gap_mm)) << z;
     if (figures[1] > 0 && warned_mm < 0) warned_mm = gap_mm;
     if (figures[2] > 0 && breached_mm == -100) breached_mm = gap_mm;
   }
   EXPECT_NEAR(warned_mm, 2, 0.51 * h + 0.05);
-  // Teeth are tested a twentieth of a voxel ahead, and the label is that of the nearest voxel.
+  // Teeth are tested a twentieth of a voxel ahead, and a point has the label of the nearest voxel.
   EXPECT_NEAR(breached_mm, 0, h);
   ASSERT_GE(effect.events().size(), 2u);
   EXPECT_EQ(effect.events()[0].kind, StructureEvent::Kind::kNear);
@@ -186,7 +187,7 @@ TEST(Structures, WarnsAtItsMarginAndReportsTheBreach) {
   // loss because the rim's arc in the canal lies slightly to the side of the deepest point, at which the tick removes
   // most.
   EXPECT_NEAR(figures[2], cut_mm3, 0.1 * cut_mm3);
-  // Through 2 mm of canal: no tooth in it is further than half its width from other bone.
+  // The cut passes through a canal 2 mm wide: no tooth in it is further from other bone than half that width.
   EXPECT_NEAR(figures[3], 1, h);
   EXPECT_GT(figures[4], 0);
 }
@@ -261,15 +262,15 @@ TEST(Structures, TubeDistanceIsThatOfItsAxisMinusItsRadius) {
   const Pose flat{Quat(1, 0, 0, 0), {0, 0, 13}};
   const Pose upright{kStructuresAcross.R_AB, {0, 0, 19}};
   const std::vector<Case> cases{
-      // The flat over a tube parallel to it, and over a tube that leaves the bone.
+      // The flat above a tube parallel to it, and above a tube that leaves the bone.
       {{-6, 0, 2}, {6, 0, 2}, flat, 13 - half_mm - 2},
       {{-30, 1, 2}, {30, 1, 2}, flat, 13 - half_mm - 2},
-      // The rim over a tube across the disc, and over one along it.
+      // The rim above a tube that runs across the disc, and above one that runs along it.
       {{-7, 0, 1}, {7, 0, 1}, upright, 19 - rim_mm - 1},
       {{0, -3, 1}, {0, 3, 1}, upright, 19 - rim_mm - 1},
       // The rim next to a tube's round end: distance from the disc's nearest corner.
       {{3, 0, -7}, {3, 0, 3}, upright, std::hypot(3 - half_mm, 19 - rim_mm - 3)},
-      // A slanted tube under the flat: its upper end.
+      // A slanted tube under the flat: its upper end is nearest.
       {{-3, -2, -5}, {3, 2, 4}, flat, 13 - half_mm - 4},
   };
   for (const Case& c : cases) {
@@ -280,16 +281,18 @@ TEST(Structures, TubeDistanceIsThatOfItsAxisMinusItsRadius) {
     simulation.Tick({c.X});
     const auto& effect = dynamic_cast<const StructuresEffect&>(*simulation.effects().Find("structures"));
     // A voxel whose centre is just inside the tube extends at most half its diagonal out of it, and a voxel whose
-    // centre is just outside leaves as much of the tube uncovered: 0.87 voxels, plus the error of the search.
+    // centre is just outside leaves as much of the tube uncovered. The tolerance is therefore 0.87 voxels plus the
+    // error of the search.
     EXPECT_NEAR(effect.distance_mm(), c.axis_mm - radius_mm, 0.87 * h + 0.02) << c.a.x << " " << c.a.y << " " << c.a.z;
-    // pi r^2 l + 4/3 pi r^3. A circle of 6.5 voxels radius about a voxel's centre contains 137 centres: 3.2 % too many.
+    // The tube's volume is pi r^2 l + 4/3 pi r^3. A circle of 6.5 voxels radius about a voxel's centre contains 137
+    // centres: 3.2 % too many.
     const double length_mm = glm::length(c.b - c.a);
     const double volume_mm3 = std::numbers::pi * radius_mm * radius_mm * (length_mm + 4 * radius_mm / 3);
     EXPECT_NEAR(effect.voxels().CalcVolume(), volume_mm3, 0.04 * volume_mm3);
   }
 }
 
-/// Report on a cut down through the block's canal, and the loss of the canal's region.
+/// What the effect reports on a cut down through the block's canal, and the volume that the canal's region has lost.
 struct CanalCut {
   std::vector<double> distance_mm;
   std::array<double, 5> figures{};
@@ -324,7 +327,7 @@ TEST(Structures, CanalByRegionAndBySurfaceGivesTheSameReport) {
   }
   EXPECT_GT(by_region.lost_mm3, 0.8);
   EXPECT_EQ(by_region.lost_mm3, by_surface.lost_mm3);
-  // Accuracy of the breach's volume as stated in docs/effects.md.
+  // This is the accuracy of the breach's volume that docs/effects.md states.
   EXPECT_NEAR(by_surface.figures[2], by_surface.lost_mm3, 0.1 * by_surface.lost_mm3);
   EXPECT_NEAR(by_surface.figures[2], by_region.figures[2], 0.1 * by_region.figures[2]);
   EXPECT_NEAR(by_surface.figures[3], by_region.figures[3], h);
@@ -332,7 +335,7 @@ TEST(Structures, CanalByRegionAndBySurfaceGivesTheSameReport) {
 }
 
 TEST(StructureVoxels, FillAClosedSurfaceInAnyOrientation) {
-  // A torus: lines along z cross its surface up to four times.
+  // Lines along z cross a torus's surface up to four times.
   const double major = 6, minor = 2, h = 0.13;
   const Vec3 middle(0.031, -0.017, 0.4);
   EffectFile file;
@@ -369,7 +372,7 @@ TEST(StructureVoxels, FillAClosedSurfaceInAnyOrientation) {
     const Vec3 p(at(random), at(random), at(random));
     const Vec3 q = glm::conjugate(tilt) * (p - middle);
     const double distance = std::hypot(std::hypot(q.x, q.y) - major, q.z) - minor;
-    // Half a voxel's diagonal, plus the depth of the facets below the torus.
+    // 0.87 voxels is half a voxel's diagonal; 0.02 mm is the depth of the facets below the torus.
     if (std::abs(distance) < 0.87 * h + 0.02) continue;
     EXPECT_EQ(voxels.Contains(p), distance < 0) << p.x << " " << p.y << " " << p.z;
     EXPECT_EQ(voxels.Contains(p), turned.Contains(p));
@@ -443,7 +446,7 @@ TEST(StructureVoxels, AreThoseOfTheRegionAndTheShellIsTheirNeighbours) {
   EXPECT_GT(count, 100);
   EXPECT_NEAR(volume_mm3, static_cast<double>(count) * h * h * h, 1e-6);
   for (Box3 box : voxels.MakeShell()) {
-    // The first voxel represents the run.
+    // The first voxel represents the whole run of voxels.
     box.upper.z = box.lower.z + h;
     EXPECT_FALSE(is_canal(box.centre()));
     bool beside = false;

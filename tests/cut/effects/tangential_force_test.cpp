@@ -1,4 +1,4 @@
-// The force along the motion of the teeth against closed forms; its stability; and the force that a hand feels.
+// The force along the motion of the teeth, compared with closed forms; its stability; and the force that a hand feels.
 #include "cut/effects/tangential_force.h"
 
 #include <fmt/format.h>
@@ -76,7 +76,8 @@ TEST(TangentialForce, IsTheThrustRotatedByAQuarterTurnOverTheRatio) {
                     std::atan(1 / ratio), 1e-7);
         // With the spindle reversed, the force is opposite.
         EXPECT_LT(glm::length(backwards.out.f_T_W_N - alone.out.f_T_W_N + turned), 1e-9 * glm::length(turned));
-        // Torque about the spindle: the radius times the sum, against the rotation; the power is torque times speed.
+        // The torque about the spindle is the radius times the sum and acts against the rotation; the power is torque
+        // times speed.
         const double torque = kR * thrust.thrust_sum_N / ratio;
         EXPECT_NEAR(glm::dot(forwards.out.tau_TG_W_Nmm, Vec3(0, 1, 0)), -torque, 1e-9 * torque);
         EXPECT_NEAR(glm::dot(backwards.out.tau_TG_W_Nmm, Vec3(0, 1, 0)), torque, 1e-9 * torque);
@@ -92,11 +93,11 @@ TEST(TangentialForce, IsTheThrustRotatedByAQuarterTurnOverTheRatio) {
 }
 
 TEST(TangentialForce, MatchesTheClosedFormForAConstantToothForce) {
-  // A tooth force F that does not depend on the bite, over half the rim: n/2 teeth. The resultant of the thrusts is n F
-  // / pi against the feed, that of the tangential forces n F / (pi ratio) across it.
+  // The tooth force F does not depend on the bite, and half of the rim, n/2 teeth, is engaged. The resultant of the
+  // thrusts is n F / pi against the feed, that of the tangential forces n F / (pi ratio) across it.
   const PathStroke stroke(kSaw, "hertz_constant_bite", 0, 7500, With(1.6), 13);
   const double tooth_N = stroke.out.thrust_sum_N / stroke.out.engaged_teeth;
-  // 2 %: the onset error of the engagement at the ends of the arc (docs/physics.md), with voxels of 0.4 mm.
+  // 2 % allows for the onset error of the engagement at the ends of the arc (docs/physics.md), with voxels of 0.4 mm.
   EXPECT_NEAR(stroke.out.engaged_teeth, 12, 0.24);
   EXPECT_NEAR(stroke.out.f_T_W_N.x, -24 * tooth_N / std::numbers::pi, 0.02 * 24 * tooth_N / std::numbers::pi);
   const auto& figures = TangentialForceEffect::In(stroke.simulation.effects()).figures();
@@ -120,7 +121,7 @@ TEST(TangentialForce, LeavesBoneAndMotionOnAPathUnchanged) {
   EXPECT_EQ(with.simulation.bone().CalcHash(), without.simulation.bone().CalcHash());
 }
 
-/// The objects that a step needs, without a simulation.
+/// The objects that a step needs, so that it can be tested without a simulation.
 struct Parts {
   explicit Parts(const Tool& the_tool, const Vec3& p_TC_mm)
       : tool(the_tool),
@@ -140,8 +141,8 @@ struct Parts {
 };
 
 TEST(TangentialForce, SumOverSectorsEqualsSumOverTeeth) {
-  // Brute force: at each tooth, a force perpendicular to its radius and against its motion. Also for a ball, whose
-  // teeth are not in one plane.
+  // Compared with brute force: at each tooth, a force perpendicular to its radius and against its motion. Also tested
+  // for a ball, whose teeth are not in one plane.
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const Tool& tool : {Tool(DiscSaw{}), Tool(BallBurr{})}) {
@@ -203,7 +204,8 @@ CoupledParams MakeTangentialParams(double ratio) {
 }
 
 TEST(TangentialForce, OfAPushedSawIsProportionalToItsThrust) {
-  // Moved down into the block by a stiff coupling: the tool cannot move sideways, so the hand feels the full force.
+  // A stiff coupling moves the tool down into the block. The tool cannot move sideways, so the hand feels the full
+  // force.
   CoupledParams params = MakeTangentialParams(1.6);
   params.coupling.stiffness_N_per_mm = 50;
   params.coupling.torsion_Nmm_per_rad = 1e6;
@@ -212,7 +214,8 @@ TEST(TangentialForce, OfAPushedSawIsProportionalToItsThrust) {
     CoupledOutput out;
     for (int i = 1; i <= 2000; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR - 0.001 * i}), rpm));
     const auto& f = TangentialForceEffect::In(simulation.effects()).figures();
-    // Steady except that the arc grows: in the lag of 4 ms, by 4 of 2000 um of depth, 0.1 % of its length.
+    // The force is steady except that the arc grows: during the lag of 4 ms the depth increases by 4 of 2000 um, and
+    // the arc by 0.1 % of its length.
     EXPECT_NEAR(f.sum_N, out.thrust_sum_N / 1.6, 0.003 * f.sum_N);
     EXPECT_NEAR(f.torque_Nmm, kR * f.sum_N, 1e-9 * f.torque_Nmm);
     // The teeth at the bottom move along -x for rpm > 0, so the tool is pulled along +x.
@@ -222,7 +225,7 @@ TEST(TangentialForce, OfAPushedSawIsProportionalToItsThrust) {
 }
 
 TEST(TangentialForce, ReturnsNoMoreEnergyThanTheSpindlePutIn) {
-  // Hands that drift, jump and tilt; random stiffnesses, ratios, laws, ticks and speeds.
+  // Hands that drift, jump and tilt, with random stiffnesses, ratios, laws, tick lengths and speeds.
   for (int seed = 0; seed < 16; ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed) * 977 + 5);
     const auto log_uniform = [&](double lower, double upper) {
@@ -267,7 +270,7 @@ TEST(TangentialForce, ReturnsNoMoreEnergyThanTheSpindlePutIn) {
       work_mJ += 1e3 * f.power_W * dt_s;
       max_N = std::max(max_N, f.sum_N);
       max_mJ = std::max(max_mJ, std::abs(hand_mJ) + spindle_mJ);
-      // 1e-7: the solver's residual force over the whole motion.
+      // 1e-7 allows for the work of the solver's residual force over the whole motion.
       ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + max_mJ)) << seed << " " << i;
       ASSERT_GE(lost_mJ, -1e-7 * (1 + max_mJ)) << seed << " " << i;
     }
@@ -282,7 +285,8 @@ TEST(TangentialForce, ReturnsNoMoreEnergyThanTheSpindlePutIn) {
 }
 
 TEST(TangentialForce, DoesNotPushARestingHandWithoutBound) {
-  // The handle jumps 3 mm into the bone, and sideways, and then rests: the tool reaches it and the force ends.
+  // The handle jumps 3 mm down into the bone and 0.5 mm sideways, and then rests. The tool catches up with it and the
+  // force vanishes.
   for (const double ratio : {0.6, 1.6}) {
     for (const double rpm : {7500.0, -7500.0}) {
       for (const double stiffness : {2.0, 20.0}) {
@@ -303,7 +307,7 @@ TEST(TangentialForce, DoesNotPushARestingHandWithoutBound) {
         }
         EXPECT_LT(glm::length(out.X_WT.p_AB - X_WH.p_AB), 0.1 * first_mm) << ratio << " " << stiffness;
         // If teeth engage only at the bottom, only the spring resists their sideways force: the tool yields sideways by
-        // 1 / ratio of the deflection that presses it.
+        // 1 / ratio times the deflection that presses it down.
         EXPECT_LT(max_mm, 1.02 * first_mm * std::sqrt(1 + 1 / (ratio * ratio))) << ratio << " " << stiffness;
         EXPECT_LT(TangentialForceEffect::In(simulation.effects()).figures().sum_N, 0.1 * stiffness * first_mm);
       }
@@ -314,7 +318,7 @@ TEST(TangentialForce, DoesNotPushARestingHandWithoutBound) {
 // ---- on a device: stability of the closed loop
 
 struct Listened {
-  double noise_mN = 0;  // of the force on the device, above 20 Hz
+  double noise_mN = 0;  // noise of the force on the device, above 20 Hz
   double mean_N = 0;
   double line_aside_N = 0;  // mean force across the push, in the disc's plane
   bool limit_cycle = false;
@@ -324,7 +328,7 @@ struct Listened {
 /// A hand pushes the saw down into a block for 2.5 s; the last second is analysed.
 Listened Listen(const ClosedLoopSetup& setup, double push_N, double rpm) {
   const Pose start = test::OverBlock(0.05);
-  ClosedLoop loop(test::BlockOfBone(0.4, {80, 4, 26}), setup, start);  // with room for the sideways pull
+  ClosedLoop loop(test::BlockOfBone(0.4, {80, 4, 26}), setup, start);  // long enough for the sideways pull
   IntentionStep push;
   push.seconds = 2.5;
   push.X_WH = start;
@@ -365,9 +369,10 @@ TEST(TangentialForce, HeldCutDoesNotChatter) {
                              with.noise_mN, without.noise_mN, with.mean_N, with.line_aside_N);
         EXPECT_LE(with.noise_mN, 20) << device << " " << hand << " " << ratio;
         EXPECT_FALSE(with.limit_cycle) << device << " " << hand << " " << ratio;
-        EXPECT_GT(with.mean_N, 0.08 * push_N);  // the hand's spring bears the rest: its intended position yields
+        EXPECT_GT(with.mean_N, 0.08 * push_N);  // as its intended position yields, the hand's spring bears the rest
         EXPECT_GT(with.line_aside_N * (rpm > 0 ? 1 : -1), 0);
-        // Energy at the port: apart from the spindle's energy, at most that of a force held over a tick is returned.
+        // Energy at the device: apart from the spindle's energy, no more is returned than what is due to holding the
+        // force constant over a tick.
         EXPECT_GE(with.energy.lowest_mJ, -1e-3 - 1e-3 * with.energy.exchanged_mJ);
       }
     }

@@ -1,5 +1,5 @@
-// Tooth vibration: the lines of its spectrum have the frequencies and amplitudes that single teeth produce, and nothing
-// beats with the tick.
+// Tooth vibration: the lines of its spectrum have the frequencies and amplitudes that single teeth produce, and no line
+// beats with the tick rate.
 #include "cut/effects/tooth_vibration.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using Complex = std::complex<double>;
 
 const Pose kToothVibrationAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
 
-/// Amplitude of a real signal's line, computed over whole periods.
+/// Returns the amplitude of a real signal's line, computed over whole periods.
 double LineOf(const std::vector<double>& x, double dt_s, double hz) {
   Complex sum = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
@@ -87,8 +87,8 @@ class Cut {
 };
 
 TEST(ToothVibration, LinesAreOnlyAtMultiplesOfTheSpindleFrequency) {
-  // 1500 rpm: the spindle's line is at 25 Hz and the set teeth's at 300 Hz; 24 teeth give 600 Hz, which a tick of 1 ms
-  // can't represent.
+  // 1500 rpm: the spindle's line is at 25 Hz and the set teeth's at 300 Hz; the 24 teeth pass at 600 Hz, which ticks of
+  // 1 ms cannot represent.
   Cut cut(1500, 5, 0.2);
   cut.GoAlong();
   std::vector<double> x, y, z;
@@ -103,7 +103,7 @@ TEST(ToothVibration, LinesAreOnlyAtMultiplesOfTheSpindleFrequency) {
     return std::abs(lines[static_cast<std::size_t>(line)].amplitude_N[static_cast<std::size_t>(axis)]);
   };
   ASSERT_GT(magnitude(ToothVibrationEffect::kRunout, 0), 0.01);
-  // The arc is constant except for the grid's ripple: a few percent of a line of high order.
+  // The arc is constant except for the grid's ripple, which changes a line of high order by a few percent.
   EXPECT_NEAR(LineOf(x, 0.001, 25), magnitude(ToothVibrationEffect::kRunout, 0), 0.02 * lines[0].Magnitude());
   EXPECT_NEAR(LineOf(y, 0.001, 25), magnitude(ToothVibrationEffect::kRunout, 1), 0.02 * lines[0].Magnitude());
   EXPECT_NEAR(LineOf(z, 0.001, 300), magnitude(ToothVibrationEffect::kSet, 2),
@@ -114,12 +114,12 @@ TEST(ToothVibration, LinesAreOnlyAtMultiplesOfTheSpindleFrequency) {
       elsewhere = std::max({elsewhere, LineOf(x, 0.001, hz), LineOf(y, 0.001, hz), LineOf(z, 0.001, hz)});
     }
   }
-  // Side lines due to the ripple.
+  // The ripple causes small side lines.
   EXPECT_LT(elsewhere, 0.01 * (lines[0].Magnitude() + lines[1].Magnitude()));
 }
 
 TEST(ToothVibration, NoLineAliasesWithTheTickAtAnySpeed) {
-  // Tooth passing is at 0.8 to 8 times the tick rate. An alias would appear somewhere below 500 Hz.
+  // The tooth passing frequency is 0.8 to 8 times the tick rate. An alias would appear somewhere below 500 Hz.
   for (const double rpm : {2000.0, 2490.0, 2510.0, 4999.0, 7500.0, 9970.0, 20000.0}) {
     Cut cut(rpm, 0, 0);
     double largest = 0;
@@ -135,12 +135,13 @@ TEST(ToothVibration, PassingLineMatchesSimulatedSingleTeeth) {
   for (const auto& [teeth, h] : {std::pair(8, 0.4), std::pair(24, 0.4), std::pair(24, 0.1)}) {
     Cut cut(3000, 0, 0, teeth, 0.1, 32, h);
     const auto& effect = cut.effect();
-    // The engaged arc about the direction of feed, from the depth of the cut: -z of the world is +x or -x of the tool.
+    // The engaged arc about the direction of feed follows from the depth of the cut. -z of the world is +x or -x of the
+    // tool.
     const double depth_mm = 2500 * 0.002 - 0.2;  // depth of the rim in the block
     const double half_rad = std::acos(1 - depth_mm / 11);
     const double feed_alpha = std::atan2(kToothVibrationAcross.InverseVector({0, 0, -1}).y,
                                          kToothVibrationAcross.InverseVector({0, 0, -1}).x);
-    // The largest force on it, from the mean over all teeth: thrust_sum = N / (2 pi) integral of f.
+    // The largest force on a tooth follows from the mean over all teeth: thrust_sum = N / (2 pi) integral of f.
     double integral = 0;
     const int kSteps = 4000;
     for (int i = 0; i < kSteps; ++i) {
@@ -165,13 +166,13 @@ TEST(ToothVibration, PassingLineMatchesSimulatedSingleTeeth) {
       x.push_back(f.x);
       y.push_back(f.y);
     }
-    // Time is in turns instead of seconds.
+    // Time is measured in turns instead of seconds.
     const double expected_x = LineOf(x, 1.0 / samples, teeth);
     const double expected_y = LineOf(y, 1.0 / samples, teeth);
     const auto& line = effect.lines()[ToothVibrationEffect::kPassing];
     EXPECT_EQ(line.order, teeth);
     // The grid finds the ends of the arc to a quarter of a voxel, and terms of high order depend mostly on the force
-    // near them: an error of 22 % of the line at 0.4 mm, 4 % at 0.1 mm.
+    // near them. This causes an error of 22 % of the line at 0.4 mm and 4 % at 0.1 mm.
     const double both = std::hypot(expected_x, expected_y);
     EXPECT_GT(both, 0.01);
     EXPECT_NEAR(std::abs(line.amplitude_N[0]), expected_x, (h > 0.1 ? 0.25 : 0.05) * both) << teeth;
@@ -180,24 +181,27 @@ TEST(ToothVibration, PassingLineMatchesSimulatedSingleTeeth) {
 }
 
 TEST(ToothVibration, RunoutIsProportionalToEccentricityAndTheLawsSlope) {
-  // For small runout, a tooth's force changes by 1.5 / bite times 2 e sin(pi / N): proportional to the runout.
+  // For small runout, a tooth's force changes by a fraction 1.5 / bite times 2 e sin(pi / N), which is proportional to
+  // the runout e.
   Cut small(3000, 0.01, 0), twice(3000, 0.02, 0);
   const double a = small.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
   const double b = twice.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
   EXPECT_NEAR(b / a, 2, 1e-3);
-  // The rim's resultant weighted with e^(-i alpha): for an arc about the feed, nearly the full thrust.
+  // The line is the rim's resultant weighted with e^(-i alpha); for an arc around the feed direction, it is nearly the
+  // full thrust.
   const double bite_um = 1000 * 2.0 / (24 * 3000 / 60.0);
   const double relative = 1.5 * 2 * 0.01 * std::sin(std::numbers::pi / 24) / bite_um;
   EXPECT_NEAR(a, relative * small.last().thrust_sum_N * std::hypot(1, 0.625), 0.35 * a);
 }
 
 TEST(ToothVibration, RunoutIsLimitedToTheBite) {
-  // The bite is between zero and twice the mean: the force of hertz_chip between zero and 2^1.5 times the mean.
+  // The bite is between zero and twice its mean, so the force of hertz_chip is between zero and 2^1.5 times its value
+  // at the mean bite.
   Cut large(3000, 50, 0), larger(3000, 500, 0);
   const double a = large.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
   EXPECT_NEAR(larger.effect().lines()[ToothVibrationEffect::kRunout].Magnitude(), a, 1e-9 * a);
   const double max_N = 0.5 * std::pow(2, 1.5) * large.last().thrust_sum_N * std::hypot(1, 0.625);
-  EXPECT_LT(a, 1.02 * max_N);  // ripple of the grid from tick to tick
+  EXPECT_LT(a, 1.02 * max_N);  // 2 % for the grid's ripple from tick to tick
   EXPECT_GT(a, 0.5 * max_N);
 }
 
@@ -213,7 +217,7 @@ TEST(ToothVibration, SamplesContainTheLinesAboveTheTickRate) {
   const auto at = [&](int line, std::size_t axis) {
     return std::abs(effect.lines()[static_cast<std::size_t>(line)].amplitude_N[axis]);
   };
-  // 0.2 s contain whole periods of all lines.
+  // 0.2 s is a whole number of periods of every line.
   EXPECT_NEAR(LineOf(x, dt_s, 3000), at(ToothVibrationEffect::kPassing, 0), 1e-9);
   EXPECT_NEAR(LineOf(x, dt_s, 6000), at(ToothVibrationEffect::kPassing2, 0), 1e-9);
   EXPECT_NEAR(LineOf(z, dt_s, 1500), at(ToothVibrationEffect::kSet, 2), 1e-9);

@@ -14,7 +14,8 @@ namespace {
 const double kEStar24 = CalcReducedModulus(205000, 0.28, 19300, 0.28);
 
 TEST(Force, ConstantBiteIsThePapersForceOnOneTooth) {
-  // Tables 3 to 6 at 1.1 mm: one tooth. Region 24 and the others, printed to five digits.
+  // Tables 3 to 6 of the paper at 1.1 mm, where one tooth cuts: region 24 and the other three, as printed, to five
+  // decimals.
   const ToothForce force = MakeToothForce(ForceLaw("hertz_constant_bite"), kSaw);
   const auto newton = [&](double E, double nu) { return force(1e-3, CalcReducedModulus(205000, 0.28, E, nu)); };
   EXPECT_NEAR(newton(19300, 0.28), 0.05541, 1e-5);
@@ -24,14 +25,14 @@ TEST(Force, ConstantBiteIsThePapersForceOnOneTooth) {
 }
 
 TEST(Force, ChipLawMatchesTheReferenceForce) {
-  // docs/physics.md: R = 11 mm, region 24, 2.5 um: 10.6 N per tooth, and 84 N at 10 um.
+  // As in docs/physics.md: with R = 11 mm in region 24, 10.6 N per tooth at 2.5 um and 84 N at 10 um.
   const ToothForce force = MakeToothForce(ForceLaw("hertz_chip"), kSaw);
   EXPECT_NEAR(force(2.5e-3, kEStar24), 10.6, 0.05);
   EXPECT_NEAR(force(10e-3, kEStar24), 84.6, 0.5);
 }
 
 TEST(Force, ConstantBiteEqualsTheChipLawAtItsOwnDepth) {
-  // a^2 = R delta: the paper's contact radius is a bite of 0.0754 um.
+  // Since a^2 = R delta, the paper's contact radius corresponds to a bite of 0.0754 um.
   const double a = 0.01 * kSaw.pitch_mm();
   const double bite = a * a / kSaw.radius_mm();
   EXPECT_NEAR(bite, 7.54e-5, 1e-7);
@@ -55,7 +56,7 @@ TEST(Force, ScalesExactlyWithModulusBiteAndRadius) {
 
 TEST(Force, EdgePlusChipIsTheLineThroughTheMeasuredThrust) {
   // Resultants of 8 and 11 N at 2.5 and 10 um, of which 0.848 is thrust at a thrust / cutting ratio of 1.6, for a tooth
-  // of 0.64 mm: 6.784 and 9.328 N. The defaults are rounded to three digits: 0.2 %.
+  // of 0.64 mm: 6.784 and 9.328 N. The defaults are rounded to three digits, hence 0.2 %.
   DiscSaw tested;
   tested.thickness_mm = 0.64;
   const ToothForce force = MakeToothForce(ForceLaw("edge_plus_chip"), tested);
@@ -64,9 +65,9 @@ TEST(Force, EdgePlusChipIsTheLineThroughTheMeasuredThrust) {
   EXPECT_NEAR(force(10e-3, kEStar24) / (11 * fraction), 1, 2e-3);
   // Computed by hand for the saw's own 0.25 mm at 1 um: 0.25 (9.28 + 530 * 0.001) = 2.4525 N, at E* = 19140 MPa.
   EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-3, 19140), 2.4525, 1e-12);
-  // The reference is steel on region 24, to the digits given.
+  // The reference E* is that of steel on region 24, to the digits given.
   EXPECT_NEAR(kEStar24, 19140, 0.5);
-  // The smallest bite has the full edge force.
+  // Even the smallest bite has the full edge force.
   EXPECT_NEAR(MakeToothForce(ForceLaw("edge_plus_chip"), kSaw)(1e-12, 19140), 0.25 * 9.28, 1e-9);
 }
 

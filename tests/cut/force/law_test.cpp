@@ -1,5 +1,5 @@
 // Properties of every law in the list, so that a new law is tested from the start: exact factors when an input is
-// doubled, the same force in other units, no force without a bite.
+// doubled, the same force in other units, and no force without a bite.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,14 +20,14 @@ namespace {
 
 constexpr double kBites_mm[] = {1e-6, 1e-4, 1e-3, 2.5e-3, 2e-2};
 constexpr double kEStar[] = {10, 500, 19140};
-/// A force is a few products and one or two roots of exact factors: ten roundings.
+/// A force consists of a few products and one or two roots; exact factors change it by at most ten rounding errors.
 constexpr double kRounding = 10 * 2.3e-16;
 
 /// Expected factors of each law as functions of the bite, written independently of the library's formulas.
 struct Factors {
   std::function<double(double h_mm)> bite_doubled;
-  std::function<double(double h_mm)> teeth_doubled;  // sum over the teeth at the same feed: twice as many, each with
-                                                     // half the bite
+  std::function<double(double h_mm)> teeth_doubled;  // factor of the sum over twice as many teeth at the same feed,
+                                                     // each with half the bite
 };
 const std::map<std::string, Factors> kFactors{
     // h^(3/2)

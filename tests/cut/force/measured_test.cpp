@@ -1,4 +1,5 @@
-// The laws against thrusts measured on a saw's tooth: the source of the factors in the program and docs/physics.md.
+// The laws compared with thrusts measured on a saw's tooth, from which the factors in the program and in
+// docs/physics.md are calculated.
 #include "cut/force/measured.h"
 
 #include <gmock/gmock.h>
@@ -37,11 +38,11 @@ TEST(Measured, FactorsMatchWhatTheLawsState) {
     const double thrust = 8 * ratio / std::hypot(ratio, 1.0);
     EXPECT_NEAR(Thrust("hertz_chip", 0.0025) / thrust, 1.56, 0.07);
   }
-  // The end of hertz_chip's range: twice the line through the measured thrusts.
+  // At the end of hertz_chip's range, the law gives twice the thrust on the line through the measured thrusts.
   const double slope = (kMeasuredThrust[1].thrust_N - kMeasuredThrust[0].thrust_N) / 0.0075;
   const double end = ForceLaw("hertz_chip").info().validity.to_mm;
   EXPECT_NEAR(Thrust("hertz_chip", end) / (kMeasuredThrust[0].thrust_N + slope * (end - 0.0025)), 2, 0.05);
-  // edge_plus_chip is that line, for a tooth as wide as the tested one.
+  // For a tooth as wide as the tested one, edge_plus_chip is that line.
   DiscSaw tested;
   tested.thickness_mm = kMeasuredToothWidth_mm;
   for (const MeasuredThrust& m : kMeasuredThrust) {
@@ -56,7 +57,8 @@ TEST(Measured, SpecificEnergyOfEachLaw) {
   EXPECT_NEAR(energy("hertz_chip", 0.001), 6.7, 0.05);
   EXPECT_NEAR(energy("hertz_chip", 0.0025), 10.6, 0.05);
   EXPECT_NEAR(energy("hertz_chip", 0.010), 21.2, 0.1);
-  // Ke = 9.28 N/mm and Kc = 530 N/mm2, divided by 1.6: independent tests give 2.4 to 2.9 and 0.83 to 1.0.
+  // With Ke = 9.28 N/mm and Kc = 530 N/mm2, divided by 1.6, the results lie within the 2.4 to 2.9 and 0.83 to 1.0 of
+  // independent tests.
   EXPECT_NEAR(energy("edge_plus_chip", 0.0025), 2.65, 0.01);
   EXPECT_NEAR(energy("edge_plus_chip", 0.010), 0.911, 0.001);
   EXPECT_LT(energy("hertz_constant_bite", 0.0025), kMinSpecificEnergy_J_per_mm3);
@@ -74,15 +76,15 @@ TEST(Measured, DependenceOfEachLawOnTheBlade) {
   EXPECT_EQ(factor("hertz_chip", thick), 1);
   EXPECT_EQ(factor("hertz_constant_bite", thick), 1);
   EXPECT_NEAR(factor("edge_plus_chip", thick), 4, 1e-12);
-  EXPECT_NEAR(factor("hertz_chip", large), 2, 1e-12);  // square root
+  EXPECT_NEAR(factor("hertz_chip", large), 2, 1e-12);  // the square root of four
   EXPECT_NEAR(factor("hertz_constant_bite", large), 0.25, 1e-12);
   EXPECT_EQ(factor("edge_plus_chip", large), 1);
   large.teeth = kSaw.teeth;  // four times the pitch as well: 4^3 / 4
   EXPECT_NEAR(factor("hertz_constant_bite", large), 16, 1e-12);
 }
 
-// The factors depend on the tool and the parameters. For the default 22 mm disc: 1.56 and 9.07 times, 1/122.4 and
-// 1/168.
+// The factors depend on the tool and the parameters. For the default 22 mm disc they are 1.56 and 9.07 (hertz_chip),
+// and 1/122.4 and 1/168 (hertz_constant_bite).
 TEST(Measured, FactorsFollowToolAndParameters) {
   DiscSaw large;  // four times the radius, the same pitch
   large.diameter_mm = 88;
@@ -107,8 +109,8 @@ TEST(Measured, FactorsFollowToolAndParameters) {
   EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width: 2 times that"));
 }
 
-// Twice the measured force: at 3.0 um with the 22 mm disc; with four times the radius, computed by hand, 4/3 19140
-// sqrt(44) h^1.5 = 2 (5.936 + 339.2 h) at h = 1.82 um.
+// The bite at which the law gives twice the measured force: 3.0 um with the 22 mm disc; with four times the radius,
+// computed by hand, 4/3 19140 sqrt(44) h^1.5 = 2 (5.936 + 339.2 h) is solved by h = 1.82 um.
 TEST(Measured, LargestValidBiteOfHertzChipDependsOnTheTool) {
   DiscSaw large;
   large.diameter_mm = 88;

@@ -1,4 +1,4 @@
-// Options of the coupled tick that trade accuracy for time: substeps, deferred removal, fewer bits.
+// Options of the coupled tick that trade accuracy for time: substeps, deferred removal and fewer bits.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -23,7 +23,7 @@ struct Cut {
   double loss_mm3 = 0;
 };
 
-/// The handle moves down at 20 mm/s and back up: fast, so that the motion in a tick is long.
+/// Moves the handle down at 20 mm/s and back up, so fast that the tool moves far in a tick.
 Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given = nullptr, double above_mm = 0.3) {
   const Bone bone = given ? *given : test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   const double start = kTop + kSaw.radius_mm() + above_mm;
@@ -42,7 +42,7 @@ Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given
   return cut;
 }
 
-/// Largest difference in force, at the ends of the ticks of `a`.
+/// Returns the largest difference in force, at the ends of the ticks of `a`.
 double CalcWorst(const Cut& a, const Cut& b) {
   const std::size_t stride = b.ticks.size() / a.ticks.size();
   double worst = 0;
@@ -53,8 +53,8 @@ double CalcWorst(const Cut& a, const Cut& b) {
 }
 
 TEST(CoupledSubsteps, MatchShorterTicksExceptForRounding) {
-  // The handle moves uniformly within a tick, so n substeps are n ticks of 1/n ms; here it reverses at the end of a
-  // tick, so that both runs have the same motion. They differ only in how time is summed, by rounding.
+  // The handle moves uniformly within a tick, so n substeps are the same as n ticks of 1/n ms. Here it reverses at the
+  // end of a tick, so that the motion is the same in both runs. They differ only in how time is summed, by rounding.
   CoupledParams params = DiscParams();
   const Cut fine = Plunge(params, 0.00025);
   params.substeps = 4;
@@ -64,9 +64,9 @@ TEST(CoupledSubsteps, MatchShorterTicksExceptForRounding) {
 }
 
 TEST(CoupledSubsteps, DoublingTheirNumberHalvesTheError) {
-  // Implicit Euler is of first order. Compared with 32 substeps, exact first order gives (1/n - 1/32): ratios of 31/15
-  // and 15/7. Ticks are long and the coupling is stiff, so that the error is due to the tool's lag of a tick, not to
-  // the grid's ripple.
+  // Implicit Euler is of first order. If the error is exactly proportional to the step, the difference from 32 substeps
+  // is proportional to 1/n - 1/32, and the ratios are 31/15 and 15/7. Ticks are long and the coupling is stiff, so that
+  // the error is due to the tool's lag within a tick, not to the grid's ripple.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 20;
   params.substeps = 32;
@@ -112,7 +112,7 @@ TEST(CarveInterval, RemovesTheSameBoneAlongTheSameMotion) {
     const Cut rare = Plunge(params);
     EXPECT_NEAR(rare.loss_mm3, each.loss_mm3, 0.002 * each.loss_mm3) << interval;
     EXPECT_NEAR(rare.removed_mm3, each.removed_mm3, 0.002 * each.removed_mm3) << interval;
-    // Removal is deferred: this many ticks remove nothing while the tool moves down.
+    // Removal is deferred, which leaves many ticks that remove nothing while the tool moves down.
     const auto idle = std::count_if(rare.ticks.begin() + 50, rare.ticks.begin() + 150,
                                     [](const CoupledOutput& out) { return out.removed_mm3 == 0; });
     EXPECT_GE(idle, 20) << interval;  // at 20 mm/s a quarter of a voxel is 1.25 ms
@@ -141,8 +141,8 @@ TEST(CarveInterval, PendingRemovalIsDoneWhenTheToolIsLiftedOrStopped) {
 }
 
 TEST(PrecisionBits, EachBitHalvesTheRoundingErrorOfTheBone) {
-  // Distances of up to 0.3 mm, rounded to n bits, have a relative error of 2^-n. All bits of a float give the result
-  // without the option.
+  // Distances of up to 0.3 mm, rounded to n bits, have a relative error of 2^-n. With all bits of a float, the result
+  // is the same as without the option.
   const Bone bone = test::MakeBox(Pose{}, {20, 3, 6}, 0.1);
   CoupledParams params = DiscParams();
   const Cut whole = Plunge(params, 0.001, &bone);
@@ -161,7 +161,7 @@ TEST(PrecisionBits, EachBitHalvesTheRoundingErrorOfTheBone) {
 }
 
 TEST(BandWidth, AWiderBandCutsTheSame) {
-  // The tool looks at most three voxels ahead, so values beyond do not matter.
+  // The tool looks at most three voxels ahead, so values further away do not matter.
   const auto make = [](int band_voxels) {
     SolidField solid;
     solid.value = [](const Vec3& p) { return test::BoxDistance(p, {10, 1.5, 3}); };

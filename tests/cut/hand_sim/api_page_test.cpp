@@ -1,4 +1,4 @@
-// The C++ snippet of docs/api.md: it compiles, runs and is the same as on the page.
+// Tests that the C++ snippet of docs/api.md compiles and runs, and that it is the same as on the page.
 #include <gtest/gtest.h>
 
 #include <fstream>

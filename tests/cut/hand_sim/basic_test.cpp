@@ -62,7 +62,7 @@ TEST(CoupledInput, InvalidInputKeepsTheLastValidPoseWithoutForce) {
 
 TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
   // A disc that is lowered straight down: each point of the arc has the bite v cos(phi) / f, and the sum of the tooth
-  // forces along the feed equals the push. Integrated over the engaged arc at the tool's depth.
+  // forces along the feed equals the push. The sum is integrated over the engaged arc at the tool's depth.
   for (const double push_N : {1.0, 5.0, 20.0}) {
     const Bone bone = test::MakeBox(Pose{}, {30, 2, 8}, 0.1);
     const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR + 0.05});
@@ -88,7 +88,7 @@ TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
       // The engaged arc is known to a sixteenth of the spacing of the samples at each end, 0.02 mm of 9.5 mm, and the
       // look-ahead lengthens it by 0.5 % at 1 mm depth.
       EXPECT_NEAR(along_N / out.f_H_W_N.z, 1, 0.01);
-      // The coupling's stretch is set by the hand, except for the tool's feed in this tick.
+      // The hand sets the coupling's stretch; only the tool's feed in this tick reduces it.
       EXPECT_NEAR(out.f_H_W_N.z, push_N - feed * 0.001, 1e-6 * push_N);
       EXPECT_EQ(out.substeps, 1);
       EXPECT_EQ(out.status, kCoupledOk);
@@ -106,7 +106,7 @@ TEST(CoupledSpindle, StoppedToolRestsOnTheBoneAgainstTheCoupling) {
     out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR + 0.3 - 0.01 * i}), 0));
     EXPECT_EQ(out.removed_mm3, 0);
   }
-  // 4.7 mm below the surface at 1 N/mm; the contact yields by less than 10 um.
+  // 4.7 mm below the surface at 1 N/mm; the contact yields less than 10 um.
   EXPECT_NEAR(out.X_WT.p_AB.z, 4 + kR, 0.01);
   EXPECT_NEAR(out.f_H_W_N.z, 1 * (out.X_WT.p_AB.z - (4 + kR - 4.7)), 1e-6);
   EXPECT_NEAR(out.f_H_W_N.z, 4.7, 0.02);

@@ -54,7 +54,7 @@ class WanderingHand {
     for (double* v : {&v_.x, &v_.y, &v_.z}) *v += -*v * 5 * dt_s + 60 * std::sqrt(dt_s) * normal(random_);
     for (double* w : {&w_.x, &w_.y, &w_.z}) *w += -*w * 5 * dt_s + 1.5 * std::sqrt(dt_s) * normal(random_);
     p_ += v_ * dt_s;
-    p_ -= 8 * dt_s * (p_ - Vec3(0, 0, 2 + kR - 1));  // attracted to a pose slightly inside the bone
+    p_ -= 8 * dt_s * (p_ - Vec3(0, 0, 2 + kR - 1));  // the hand is attracted to a pose slightly inside the bone
     theta_ += w_ * dt_s;
     theta_ *= 1 - 2 * dt_s;
     if (random_() % 400 == 0) p_ += Vec3(normal(random_), normal(random_), normal(random_)) * 10.0;
@@ -108,7 +108,7 @@ TEST_P(EnergyOverHands, IsNeverCreated) {
     lost_mJ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
     max_mJ = std::max(max_mJ, std::abs(hand_mJ) + std::abs(spindle_mJ));
     touched += glm::length(out.f_H_W_N) > 0;
-    // 1e-7: the solver's residual force over the whole motion.
+    // 1e-7 allows for the work of the solver's residual force over the whole motion.
     ASSERT_GE(stored_mJ, -1e-9);
     ASSERT_GE(lost_mJ, -1e-7 * (1 + max_mJ)) << i;
     ASSERT_GE(hand_mJ + spindle_mJ, -1e-7 * (1 + max_mJ)) << i;
@@ -117,7 +117,7 @@ TEST_P(EnergyOverHands, IsNeverCreated) {
       ASSERT_EQ(out.removed_mm3, 0);
     }
   }
-  EXPECT_EQ(heap.count(), 0);  // always 0 without the heap guard: HeapGuardIsInstalled()
+  EXPECT_EQ(heap.count(), 0);  // always 0 if HeapGuardIsInstalled() returns false
   EXPECT_GT(touched, 20);
   if (!turning) {
     EXPECT_EQ(simulation.bone().CalcHash(), hash);

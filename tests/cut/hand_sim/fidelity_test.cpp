@@ -1,4 +1,4 @@
-// Lower fidelity for less time: no step in the force on the way down and up, and all bone is removed in the end.
+// Lowering the fidelity and raising it again to save time: the force has no step, and all bone is removed in the end.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,15 +13,15 @@ using test::DiscPose;
 using test::Handle;
 
 struct Record {
-  double largest_step_N = 0;  // from tick to tick, while cutting
+  double largest_step_N = 0;  // largest change of the force from tick to tick while cutting
   double removed_mm3 = 0;
-  double slab_removed_mm3 = 0;  // while the slab's law is in use
+  double slab_removed_mm3 = 0;  // removed while the slab's law is in use
   int slab_ticks = 0;
   int blending_ticks = 0;
   double last_z = 0;
 };
 
-/// A handle that moves down at 3 mm/s for 1.5 s, with the fidelity requested for each tick.
+/// Moves a handle down at 3 mm/s for 1.5 s, with the fidelity that is requested for each tick.
 template <typename Ask>
 Record Plunge(const CoupledParams& params, Ask ask) {
   Bone bone = test::MakeBox(Pose{}, {26, 2, 10}, 0.1);
@@ -58,7 +58,7 @@ TEST(CoupledFidelity, ChangesCauseNoStepInTheForce) {
   EXPECT_NEAR(slab.slab_ticks, 500, 2);  // 200 of the 700 ticks are transitions
   EXPECT_GE(slab.blending_ticks, 400);   // transitions down and up
   EXPECT_EQ(slab.slab_removed_mm3, 0);
-  // The handle stretches the coupling by 3 um per tick, 3 mN: no tick changes the force by much more.
+  // The handle stretches the coupling by 3 um, or 3 mN, per tick; no tick changes the force by much more than that.
   EXPECT_LT(full.largest_step_N, 0.0035);
   EXPECT_LT(coarse.largest_step_N, 0.0035);
   EXPECT_LT(slab.largest_step_N, 0.007);
@@ -103,7 +103,8 @@ TEST(CoupledFidelity, SlabFollowsThePapersLawWithDepth) {
         first_n = shape;
         continue;
       }
-      // The depth at the start is known from the engaged arc, to 1 %: this matters only where a tooth is just added.
+      // The depth at the start is known from the engaged arc to 1 %. This matters only near depths at which a tooth is
+      // added; they are left out.
       const bool at_step = reading == PaperReading::kAsComputed &&
                            (CalcPaperTeeth(kSaw, depth - 0.1, reading) != CalcPaperTeeth(kSaw, depth + 0.1, reading));
       if (at_step || out.thrust_sum_N < 0.1) continue;
@@ -126,14 +127,14 @@ TEST(CoupledFidelity, SlabLawHoldsTheDiscInItsPlaneAndLetsItOut) {
   ASSERT_EQ(out.fidelity, Fidelity::kSlab);
   for (int i = 0; i < 100; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 4, z})));
   EXPECT_EQ(out.fidelity, Fidelity::kSlab);
-  EXPECT_NEAR(out.X_WT.p_AB.y, 0, 0.001);  // 4 N on three points with 3000 N/mm each
+  EXPECT_NEAR(out.X_WT.p_AB.y, 0, 0.001);  // 4 N act on three points with 3000 N/mm each
   EXPECT_NEAR(out.f_H_W_N.y, -4, 0.01);
   double max_N = 0;
   for (int i = 0; i < 8000; ++i) {
     out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, z += 0.003})));
     if (z > out.X_WT.p_AB.z + 0.01) max_N = std::max(max_N, -out.f_H_W_N.z);
   }
-  EXPECT_LT(max_N, 0.5);  // on the way out only creep resists
+  EXPECT_LT(max_N, 0.5);  // on the way out, only the friction at creep speed resists
   EXPECT_EQ(out.f_H_W_N, Vec3(0));
   EXPECT_NE(out.fidelity, Fidelity::kSlab);  // outside the bone there is no time to save
 }

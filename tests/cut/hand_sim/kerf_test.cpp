@@ -1,5 +1,5 @@
-// The disc in its kerf: the walls hold it, let it slide, bind it when it is tilted, and release it; and it never passes
-// through bone, for any motion of the handle.
+// The disc in its kerf: the walls hold it, let it slide, make it bind when it is tilted, and release it. It never
+// passes through bone, however the handle moves.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -15,7 +15,8 @@ using test::DiscParams;
 using test::DiscPose;
 using test::Handle;
 
-/// A saw lowered by `depth` into a block whose top is at z = 4 in the block's frame; the handle then rests.
+/// A saw that has been lowered by `depth` into a block whose top is at z = 4 in the block's frame; afterwards the
+/// handle rests.
 struct InKerf {
   InKerf(const Pose& the_X_WB, double voxel_mm, double depth, const CoupledParams& params = DiscParams())
       : X_WB(the_X_WB),
@@ -33,7 +34,7 @@ struct InKerf {
   CoupledOutput Hold(int ticks, const Vec3& offset_B = Vec3(0), double tilt_rad = 0, double rpm = 7500) {
     for (int i = 0; i < ticks; ++i) {
       Pose X_WH = DiscPose(X_WB, p_B + offset_B);
-      X_WH.R_AB = X_WH.R_AB * glm::angleAxis(tilt_rad, Vec3(1, 0, 0));  // about the length of the kerf
+      X_WH.R_AB = X_WH.R_AB * glm::angleAxis(tilt_rad, Vec3(1, 0, 0));  // rotation about the length of the kerf
       out = simulation.Tick(Handle(X_WH, rpm));
     }
     return out;
@@ -51,7 +52,7 @@ TEST(CoupledKerf, WallsDoNotResistAStraightFeed) {
   for (const double h : {0.05, 0.1, 0.2, 0.25}) {
     const std::vector<Pose> poses = BlockPoses(h);
     for (const std::size_t n : {0u, 1u, 3u, 4u, 5u, 6u, 7u}) {
-      if (h < 0.1 && n != 5 && n != 0) continue;  // the bones are large
+      if (h < 0.1 && n != 5 && n != 0) continue;  // with small voxels the bones are large
       CoupledSimulation simulation(test::MakeBox(poses[n], {22, 2, 8}, h), DiscParams(),
                                    DiscPose(poses[n], {-22.5, 0, 4 + kR - 3}));
       double max_N = 0;
@@ -78,7 +79,7 @@ TEST(CoupledKerf, WallsHoldASidewaysPush) {
       kerf.Hold(300, {0, 5 * side, 0});
       const double push_N = side * glm::dot(kerf.out.f_H_W_N, kerf.X_WB.Vector({0, -1, 0}));
       EXPECT_NEAR(push_N, 5, 0.01);
-      // 0.2 % of a voxel of play, plus 5 N on about 20 points with 3000 N/mm each.
+      // The play is 0.2 % of a voxel; in addition, 5 N act on about 20 points with 3000 N/mm each.
       EXPECT_NEAR(kerf.Place().y, before.y, 0.002 * h + 0.0005);
       EXPECT_NEAR(glm::dot(kerf.out.f_face_W_N, kerf.X_WB.Vector({0, -side, 0})), push_N, 0.05);
     }
@@ -93,8 +94,8 @@ TEST(CoupledKerf, WallTorqueGrowsAndVanishesWithTheTilt) {
   for (const double tilt : {0.001, 0.002, 0.004, 0.006}) {
     for (const double sign : {1.0, -1.0}) {
       kerf.Hold(200, Vec3(0), sign * tilt);
-      // The torque on the hand opposes the tilt: about -x of the block for a rotation about the tool's +x, the same
-      // axis.
+      // The torque on the hand opposes the tilt: it is about -x of the block for a rotation about the tool's +x, which
+      // is the same axis.
       const double torque = -sign * glm::dot(kerf.out.tau_H_W_Nmm, kerf.X_WB.Vector({1, 0, 0}));
       EXPECT_GT(torque, sign > 0 ? last : 0.9 * last);
       EXPECT_GT(torque, 0.5 * params.coupling.torsion_Nmm_per_rad * tilt);  // the walls take more than half of it
@@ -107,12 +108,13 @@ TEST(CoupledKerf, WallTorqueGrowsAndVanishesWithTheTilt) {
 }
 
 TEST(CoupledKerf, SlidesAlongAWallWithCoulombFriction) {
-  // Spindle stopped, pushed sideways with 5 N and pulled along the kerf: it sticks up to mu N and slides at mu N.
+  // The spindle is stopped, and the disc is pushed sideways with 5 N and pulled along the kerf. It sticks up to a pull
+  // of mu N and slides at mu N.
   for (const double mu : {0.1, 0.3}) {
     CoupledParams params = DiscParams();
     SetEffect(params.effects, "kerf_friction", "coefficient", mu);
     params.coupling.p_TC_mm = {0, kR - 1.5, 0};
-    params.coupling.torsion_Nmm_per_rad = 1e6;  // no rotation by the wall's friction
+    params.coupling.torsion_Nmm_per_rad = 1e6;  // prevents rotation by the wall's friction
     params.coupling.max_torque_Nmm = 1e5;
     InKerf kerf(Pose{}, 0.1, 3, params);
     for (int i = 1; i <= 3000; ++i) kerf.Hold(1, {0.0017 * i, 0, -0.5});  // makes the kerf longer
@@ -122,7 +124,7 @@ TEST(CoupledKerf, SlidesAlongAWallWithCoulombFriction) {
     kerf.Hold(200, {0, 5, 0.5}, 0, 0);
     for (int i = 1; i <= 500; ++i) kerf.Hold(1, {-0.002 * i, 5, 0.5}, 0, 0);
     // If pulled with less than mu N it does not move, except for creep: at 0.8 of the limit, v / sqrt(v^2 + c^2) = 0.8,
-    // so v is 4/3 of 0.02 mm/s, for 0.3 s.
+    // so it creeps at v = 4/3 of 0.02 mm/s for 0.3 s.
     const double offset = kerf.Place().x - kerf.p_B.x - 0.8 * mu * 5;
     kerf.Hold(50, {offset, 5, 0.5}, 0, 0);
     const double x = kerf.Place().x;
@@ -152,7 +154,7 @@ TEST_P(CoupledJump, StoppedDiscPassesThroughNoBone) {
     for (int i = 0; i < 1000; ++i) {
       const CoupledOutput out = simulation.Tick(Handle(X_WH, 0));
       ASSERT_LE(glm::length(out.f_H_W_N), 40 * (1 + 1e-12));
-      // Up to 40 N on one edge point with 2000 N/mm, plus the resolution of a sub-step of half a voxel.
+      // Up to 40 N press on one edge point with 2000 N/mm; the resolution of a substep of half a voxel is added.
       ASSERT_GT(out.X_WT.p_AB.z, 0.5 + reach - 0.06) << i;
     }
     const CoupledOutput out = simulation.Tick(Handle(X_WH, 0));
@@ -178,7 +180,7 @@ TEST_P(CoupledJump, TurningDiscSkipsNoBone) {
   int checked = 0;
   for (double x = -9; x <= 9; x += 0.37) {
     for (double z = -0.45; z <= 0.45; z += 0.1) {
-      if (z < low - std::sqrt(kR * kR - x * x) + 0.2) continue;  // not reached yet
+      if (z < low - std::sqrt(kR * kR - x * x) + 0.2) continue;  // the disc has not reached this voxel
       if (z > 0.3) continue;                                     // the plate's edge is rounded
       EXPECT_GT(after.SignedDistance({x, 0, z}), 0.05) << x << " " << z << " " << low;
       ++checked;

@@ -8,7 +8,8 @@ namespace kerf {
 namespace {
 
 TEST(CoupledLeaves, ToolWaitsBeforeUncutBoneAndGoesOnAfterRefill) {
-  // Lowered edge on into a block that is pure bone inside; the leaves at its surface have their own voxels.
+  // The disc is lowered edge on into a block that is pure bone inside; the leaves at the block's surface have their own
+  // voxels.
   const Quat R = glm::angleAxis(1.5707963267948966, Vec3(1, 0, 0));
   const auto handle = [&](int tick) { return Pose{R, Vec3(0, 0, 12 - std::min(0.004 * tick, 7.0))}; };
   CoupledParams params;
@@ -26,8 +27,8 @@ TEST(CoupledLeaves, ToolWaitsBeforeUncutBoneAndGoesOnAfterRefill) {
     removed += out.removed_mm3;
   }
   EXPECT_GT(waited, 100);
-  // It stops where the leaves of the surface end, at most two leaves plus the rim's motion below the top. All bone that
-  // its disc has swept is removed: the rim has not passed through bone.
+  // The disc stops where the leaves of the surface end, at a depth of at most two leaves plus the rim's motion. All
+  // bone that its disc has swept is removed: the rim has not passed through bone.
   const double depth = 11 - out.X_WT.p_AB.z;
   EXPECT_LT(depth, 2 * 0.8 + 0.1);
   const Bone& bone = simulation.bone();

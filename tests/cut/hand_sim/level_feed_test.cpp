@@ -1,5 +1,5 @@
-// A hand-held saw moved level through a kerf, with laws that have a force at the smallest bite: the teeth's thrust
-// against the integral over the arc that moves outwards, for any position of the rim's samples.
+// A hand-held saw is moved level through a kerf, with laws that are nonzero at the smallest bite. The teeth's thrust is
+// compared with the integral over the arc that moves outwards, for any position of the rim's samples.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -16,9 +16,10 @@ using test::DiscPose;
 
 constexpr double kTop_mm = 4;
 constexpr double kPasses_per_s = 24 * 125;
-constexpr double kRamp_mm_per_s = 0.02;  // the step's ramp up to the force at the smallest bite (docs/tick.md)
+constexpr double kRamp_mm_per_s = 0.02;  // speed at which a step's ramp reaches its full force (docs/tick.md)
 
-/// Thrust of Z / (2 pi) teeth per radian, from where the rim stops moving outwards to where it leaves the surface.
+/// Returns the thrust of Z / (2 pi) teeth per radian, from where the rim stops moving outwards to where it leaves the
+/// surface.
 double CalcThrust(const ToothForce& force, double E_star_MPa, const Vec3& centre, const Vec3& v) {
   const double alpha = std::acos((centre.z - kTop_mm) / kR);
   const double lowest = std::atan2(v.z, v.x);  // angle from straight down, where e = (sin, 0, -cos), at which v . e = 0
@@ -91,8 +92,9 @@ TEST(CoupledLevelFeed, ThrustMatchesTheIntegralForAnySamplePositions) {
             MeasureLevel(bone, ForceLaw(name), samples, fraction * 2 * std::numbers::pi / (kSaw.teeth * samples));
         std::printf("%s, %d samples a pitch, turned %.2f: mean %+.2f %%, largest step %.2f %%\n", name, samples,
                     fraction, 100 * (level.mean - 1), 100 * level.largest);
-        // With the force at each sample alone, means are off by up to 1.3 % at 16 samples and 6.8 % at 4. The
-        // tolerances are those for a tool on a path (tests/cut/path_sim/level_feed_test.cpp).
+        // If the force is taken at each sample alone, the means are off by up to 1.3 % with 16 samples and by up to
+        // 6.8 % with 4 samples. The tolerances are those of a tool on a path
+        // (tests/cut/path_sim/level_feed_test.cpp).
         EXPECT_NEAR(level.mean, 1, samples == 16 ? 0.001 : 0.006) << name << ", " << samples << ", turned " << fraction;
         EXPECT_LT(level.largest, 0.004) << name << ", " << samples << " samples, turned " << fraction;
       }

@@ -1,4 +1,4 @@
-// The numerical loss that a tick reports, against the known loss of an implicit Euler step of a spring.
+// The numerical loss that a tick reports, compared with the known loss of an implicit Euler step of a spring.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ struct Losses {
   double hand_mJ = 0;
 };
 
-/// A handle that moves down at 20 mm/s presses the disc straight down into bone; no friction, no damper.
+/// Presses the disc straight down into bone with a handle that moves at 20 mm/s, without friction or damper.
 Losses Plunge(double E_MPa, double tick_s) {
   CoupledParams params = test::DiscParams();
   params.effects = {};
@@ -38,7 +38,8 @@ Losses Plunge(double E_MPa, double tick_s) {
     losses.numerical_mJ += out.numerical_mJ;
     losses.hand_mJ += out.hand_mJ;
     const Vec3 moved = out.X_WT.p_AB - std::exchange(p_W, out.X_WT.p_AB);
-    // Only the spring stores energy, and one step was made: 1/2 K e0^2 - 1/2 K e1^2 - K e1 (e0 - e1).
+    // If only the spring stores energy and a single step was made, the loss is 1/2 K e0^2 - 1/2 K e1^2 - K e1 (e0 -
+    // e1).
     const bool alone = out.substeps == 1 && out.cut_mJ > 0 && out.f_face_W_N == Vec3(0);
     if (!alone) continue;
     ++losses.ticks;
@@ -49,8 +50,8 @@ Losses Plunge(double E_MPa, double tick_s) {
 }
 
 // An implicit step of a spring K with a stretch e0 before and e1 after it does the work K e1 (e0 - e1) and loses 1/2 K
-// (e0 - e1)^2, half the stiffness times the square of the motion. 1e-6 mJ: the solver's residual, 1e-7 of forces of a
-// few newtons, over motions below a millimetre; ticks lose 1e-3 mJ and more.
+// (e0 - e1)^2, half the stiffness times the square of the motion. 1e-6 mJ allows for the solver's residual, 1e-7 of
+// forces of a few newtons, over motions below a millimetre; a tick loses 1e-3 mJ or more.
 TEST(NumericalLoss, EqualsThatOfAnImplicitSpringStep) {
   for (const double E_MPa : {2000.0, 19300.0, 200000.0}) {
     const Losses losses = Plunge(E_MPa, 0.001);
@@ -60,8 +61,8 @@ TEST(NumericalLoss, EqualsThatOfAnImplicitSpringStep) {
   }
 }
 
-// First order: the loss per tick is proportional to the square of its length, and the loss over the same motion to
-// the length.
+// The method is of first order: the loss per tick is proportional to the square of the tick's length, and the loss over
+// the same motion to the length.
 TEST(NumericalLoss, HalvesWithTheTick) {
   double before_mJ = 0;
   for (const double tick_s : {0.002, 0.001, 0.0005, 0.00025}) {

@@ -1,5 +1,5 @@
-// Special cases of the slab's law: tool lifted away, spindle stopped, a very short use; and the direction of the
-// spinning disc's friction.
+// Special cases of the slab's law: the tool is lifted away, the spindle is stopped, or the law is used very briefly.
+// Also the direction of the spinning disc's friction.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using test::Handle;
 
 const double kClear = 5 + kR + 0.2;  // height of the disc's centre at which the rim is just above the block
 
-/// Simulation over a block of 40 x 2 x 10 mm with its top at z = 5.
+/// Returns a simulation with the disc above a block of 40 x 2 x 10 mm with its top at z = 5.
 CoupledSimulation Start(double x, const CoupledParams& params = test::DiscParams()) {
   return CoupledSimulation(test::MakeBox(Pose{}, {40, 2, 10}, 0.1), params, DiscPose(Pose{}, {x, 0, kClear}));
 }
@@ -49,7 +49,7 @@ TEST(CoupledSlabSwitch, ShortUseLeavesNoPendingCut) {
   CoupledSimulation simulation = Start(-15);
   Plunge(simulation, -15, 0, 2);
   simulation.SetFidelity(Fidelity::kSlab);
-  Plunge(simulation, -15, 2, 2.75);  // just longer than the transition takes
+  Plunge(simulation, -15, 2, 2.75);  // slightly longer than the transition takes
   simulation.SetFidelity(Fidelity::kFull);
   Plunge(simulation, -15, 2.75, -1);
   for (int i = 0; i <= 3000; ++i) simulation.Tick(Handle(DiscPose(Pose{}, {-15 + 0.01 * i, 0, kClear + 1})));
@@ -67,15 +67,15 @@ TEST(CoupledSlabSwitch, AStoppedSpindleCutsNothingMoreAndGoesNoDeeper) {
   simulation.SetFidelity(Fidelity::kSlab);
   const CoupledOutput before = Plunge(simulation, 0, 2, 4);
   ASSERT_EQ(before.fidelity, Fidelity::kSlab);
-  // The space that the disc had passed is removed: a segment down to where it stopped.
+  // The space that the disc has passed through is removed: a segment of the disc, down to where it stopped.
   CoupledOutput out;
   for (int i = 0; i < 1500; ++i) {
-    const double depth = 4 + std::min(0.01 * i, 8.0);  // the hand continues by 8 mm
+    const double depth = 4 + std::min(0.01 * i, 8.0);  // the hand continues for 8 mm
     out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, kClear - depth}), 0));
     ASSERT_LE(glm::length(out.f_H_W_N), simulation.params().coupling.max_force_N * (1 + 1e-9));
   }
-  // The edge's springs, many of 2000 N/mm each, yield by less than 0.01 mm under 10 N; the guide's springs yield by 3
-  // um before the edge's take over.
+  // The edge's springs, many of 2000 N/mm each, yield less than 0.01 mm under 10 N; before that, the guide's springs
+  // yield 3 um until those of the edge take over.
   EXPECT_NEAR(out.X_WT.p_AB.z, before.X_WT.p_AB.z, 0.02);
   const double depth = 5 + kR - before.X_WT.p_AB.z;
   double removed = 0;
@@ -109,8 +109,8 @@ TEST(CoupledInput, NearlyStoppedSpindleCountsAsStopped) {
 }
 
 TEST(CoupledFriction, OpposesTheMotionOfTheFlats) {
-  // The disc is pushed sideways against a wall of its kerf: its lowest part touches. There the flats of a disc that
-  // turns about +z of the tool move along z x r. Friction opposes this motion, so it reverses with the spindle.
+  // The disc is pushed sideways against a wall of its kerf: its lowest part touches. If the disc turns about +z of the
+  // tool, its flats move along z x r there. Friction opposes this motion, so it reverses with the spindle.
   double along[2];
   for (const int side : {0, 1}) {
     CoupledSimulation simulation = Start(0);
@@ -130,8 +130,9 @@ TEST(CoupledFriction, OpposesTheMotionOfTheFlats) {
 }
 
 TEST(CoupledGrip, FrictionDoesNotRunAwayWithAGripFarFromTheDisc) {
-  // Held 80 mm above the disc: if the hand tilts, the flats press on both walls, friction pulls the disc along, and
-  // that tilts it more. A thin disc bends before this becomes unstable: no kicks, and little work by the spindle.
+  // The handle is 80 mm above the disc: if the hand tilts it, the flats press on both walls, friction pulls the disc
+  // along, and this tilts it further. A thin disc bends before this becomes unstable: it does not kick, and the spindle
+  // does little work.
   CoupledParams params = test::DiscParams();
   params.coupling.p_TC_mm = {0, 0, 80};
   CoupledSimulation simulation = Start(0, params);

@@ -28,7 +28,7 @@ After Look(Simulation& simulation) {
           simulation.bone().CalcHash()};
 }
 
-/// State after one tick at rest at X_WT.
+/// Returns the state after one tick at rest at X_WT.
 After Hold(Bone bone, const Tool& tool, const Pose& X_WT, double rpm = 7500) {
   CoupledParams params;
   params.tool = tool;
@@ -58,7 +58,8 @@ Pose Tilted() {
 }
 
 TEST(StartInside, BlockWithinTheDiscIsRemoved) {
-  // 6 x 6 x 1 mm fit within a disc of 22 x 3 mm in its own plane, 1 mm from its flats and 6 mm from its rim.
+  // A block of 6 x 6 x 1 mm fits inside a disc of 22 x 3 mm in the same plane, 1 mm from its flats and 6 mm from its
+  // rim.
   const Bone block = test::MakeBox({}, {6, 6, 1}, kVoxel_mm);
   const After after = Hold(block, kThickDisc, {});
   EXPECT_EQ(after.left_mm3, 0);
@@ -71,7 +72,8 @@ TEST(StartInside, RemovesTheSameBoneAsAToolOnAPath) {
     const After held = Hold(block, tool, Tilted());
     const After followed = Follow(block, tool, Tilted());
     EXPECT_GT(held.removed_mm3, 200);
-    // The tick also moves a hand-held tool, by less than a nanometre: this times its surface of less than 1000 mm2.
+    // The tick also moves a hand-held tool by less than a nanometre; multiplied by the tool's surface of less than 1000
+    // mm2, this is the tolerance.
     EXPECT_NEAR(held.removed_mm3, followed.removed_mm3, 1e-6 * 1000);
   }
 }

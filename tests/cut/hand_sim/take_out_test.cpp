@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kTakeOutVoxel_mm = 0.2;
 
-/// The disc's centre above a bar of 12 x 5 x 4 mm, at x_mm and height z_mm, its spindle along x.
+/// Returns a pose above a bar of 12 x 5 x 4 mm, with the disc's centre at x_mm and height z_mm and the spindle along x.
 Pose PoseAt(double x_mm, double z_mm) {
   Pose X;
   X.R_AB = glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0));
@@ -56,7 +56,7 @@ class TakeOutTest : public testing::Test {
     simulation_->ClearChanged();
     finder_->Find();
   }
-  /// Steps until done; returns the number of steps.
+  /// Calls Step() until it is done; returns the number of steps.
   int Run(TakeOut& out) {
     int steps = 0;
     for (bool done = false; !done && steps < 10'000; ++steps) {
@@ -81,7 +81,7 @@ TEST_F(TakeOutTest, LeavesTheRestUnchangedAndIsRestoredBitForBit) {
   const double removed_mm3 = Removed();
   const Pieces split = SplitPieces(whole, 0.5);
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
-  // The separate piece equals the piece that would be written at the end of a run, except for rounding.
+  // Except for rounding, the piece taken out equals the piece that would be written at the end of a run.
   EXPECT_NEAR(removal.piece.CalcVolume(), split.pieces[1].CalcVolume(), 1e-9);
   EXPECT_EQ(SplitPieces(removal.piece).pieces.size(), 1u);
 
@@ -91,7 +91,7 @@ TEST_F(TakeOutTest, LeavesTheRestUnchangedAndIsRestoredBitForBit) {
     out.Leave();
     EXPECT_GE(Run(out), static_cast<int>(removal.leaves.size() / 4));
     EXPECT_EQ(out.place(), PiecePlace::kOut);
-    // Taking out does not change the volume counted as cut, except for rounding of the sums.
+    // Taking the piece out does not change the volume counted as cut, except for rounding of the sums.
     EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
     if (settled) {
       EXPECT_NEAR(simulation_->bone().CalcVolume(), split.pieces[0].CalcVolume() + split.dust_mm3, 1e-9);
@@ -128,7 +128,8 @@ TEST_F(TakeOutTest, WaitsWhileTheToolIsNear) {
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
   TakeOut out(removal);
   out.Leave();
-  // Set down in its kerf and pushed against the wall: the force does not depend on a request to take the piece out.
+  // The tool is set down in its kerf and pushed against the wall. The force does not depend on whether taking out the
+  // piece was requested.
   CoupledSimulation other(whole, simulation_->params(), PoseAt(1.03, kAway_mm));
   CoupledSimulation plain(whole, simulation_->params(), PoseAt(1.03, kAway_mm));
   double largest_N = 0;
@@ -157,7 +158,7 @@ TEST_F(TakeOutTest, NoForceWhereThePieceWas) {
   out.Leave();
   Run(out);
   const double removed_mm3 = Removed();
-  // Down through the middle of the piece's former place, and back up.
+  // The tool moves down through the middle of the piece's former place and back up.
   for (double z = 14; z > 8; z -= 0.02) {
     const CoupledOutput felt = Tick(PoseAt(3.5, z));
     EXPECT_EQ(felt.f_H_W_N, Vec3(0)) << z;
@@ -167,7 +168,7 @@ TEST_F(TakeOutTest, NoForceWhereThePieceWas) {
     for (int tick = 0; tick < 200; ++tick) Tick(PoseAt(x, kAway_mm));
   }
   EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
-  // The remaining bone is unchanged: cutting it is bit-identical to cutting the bone with the piece.
+  // The remaining bone is unchanged: cutting it gives bit-identical results to cutting the bone with the piece.
   CoupledSimulation with_piece(whole, simulation_->params(), PoseAt(-2, kAway_mm));
   for (double z = 14; z > 8; z -= 0.01) {
     const CoupledOutput felt = Tick(PoseAt(-2, z));
@@ -184,7 +185,7 @@ TEST_F(TakeOutTest, NoForceWhereThePieceWas) {
 
 TEST_F(TakeOutTest, AllDustIsTakenOutTogether) {
   const Bone whole = simulation_->bone();
-  const Pieces split = SplitPieces(whole, 110);  // the smaller part is 4.8 x 5 x 4 mm, the larger one 6.9 x 5 x 4 mm
+  const Pieces split = SplitPieces(whole, 110);  // the smaller piece is 4.8 x 5 x 4 mm, the larger one 6.9 x 5 x 4 mm
   ASSERT_EQ(split.pieces.size(), 1u);
   finder_.emplace(whole, 110);
   ASSERT_GE(finder_->found().dust_count, 1u);

@@ -1,5 +1,5 @@
-// Ticks without effects, counted by tools/off_is_free: a tool on a path and a hand-held tool, in bone and in air. Each
-// kind has its own function, so that callgrind distinguishes them. Prints the heap use as JSON.
+// Ticks without effects, whose instructions tools/off_is_free counts: a tool on a path and a hand-held tool, in bone
+// and in air. Each kind has its own function, so that callgrind distinguishes them. Prints the heap use as JSON.
 #include <fmt/format.h>
 
 #include <atomic>
@@ -64,7 +64,7 @@ Bone MakeBone() {
   return MakeBlock(block, DefaultMandibleTable());
 }
 
-/// A disc upright in the plane y = 0, its rim `below_mm` below the block's upper face.
+/// Returns the pose of an upright disc in the plane y = 0, with its rim `below_mm` below the block's upper face.
 Pose DiscPose(double below_mm) {
   return {glm::angleAxis(-glm::half_pi<double>(), Vec3{1, 0, 0}), {0, 0, 0.5 * DiscSaw{}.diameter_mm - below_mm}};
 }

@@ -1,4 +1,4 @@
-// The paper's law: closed forms, and changes of its inputs with exactly known effects.
+// The paper's law: compared with closed forms, and with its inputs changed in ways whose effect is known exactly.
 #include "kerf/paper.h"
 
 #include <gtest/gtest.h>
@@ -53,14 +53,14 @@ void ForManyInputs(const std::function<void(const Input&)>& check) {
   }
 }
 
-// Expects a / b = factor except for the rounding of a dozen operations.
+// Expects a / b = factor except for the rounding errors of a dozen operations.
 void ExpectFactor(double a, double b, double factor) {
   ASSERT_TRUE(std::isfinite(a) && std::isfinite(b));
   EXPECT_NEAR(a, factor * b, 1e-13 * std::abs(factor * b));
 }
 
-// Length of the lower right part of the circle up to depth h by n chords, which are denser near the lowest point, where
-// the depth changes slowly along the rim.
+// Returns the length of the lower right part of the circle up to depth h as the sum of n chords, which are denser near
+// the lowest point, where the depth changes slowly along the rim.
 double SumChords(double h, double diameter, int n) {
   double sum = 0;
   double x0 = 0;
@@ -80,7 +80,7 @@ TEST(PaperArc, TrueArcIsTheLengthOfTheCircleBelowTheSurface) {
     for (const double fraction : {0.001, 0.05, 0.25, 0.3, 0.5, 0.7}) {
       const double h = fraction * diameter;
       const double arc = CalcTrueArc(h, diameter);
-      // The error of chords is proportional to the square of their length.
+      // The chords' error is proportional to the square of their length.
       const double coarse = arc - SumChords(h, diameter, 50);
       const double fine = arc - SumChords(h, diameter, 100);
       EXPECT_GT(fine, 0);
@@ -95,8 +95,9 @@ TEST(PaperArc, TrueArcHasTheKnownValues) {
               1e-13);  // a sixth of the rim at a quarter of the diameter
   EXPECT_NEAR(CalcTrueArc(11, 22), std::numbers::pi * 22 / 4, 1e-13);
   EXPECT_NEAR(CalcTrueArc(22, 22), std::numbers::pi * 22 / 2,
-              1e-13);  // half of the rim: what a level feed engages of a buried disc
-  // Shallow depth: sqrt(d h) (1 + h / (6 d) + ...), where the next term is 3/40 (h/d)^2. acos near 1 loses digits.
+              1e-13);  // half of the rim, which is what a level feed engages of a buried disc
+  // At shallow depths the arc is sqrt(d h) (1 + h / (6 d) + ...), where the next term is 3/40 (h/d)^2. acos loses
+  // digits near 1.
   for (const double h : {1e-3, 1e-2, 1e-1}) {
     EXPECT_NEAR(CalcTrueArc(h, 22) / (std::sqrt(22 * h) * (1 + h / 132)), 1, 0.08 * (h / 22) * (h / 22) + 1e-11) << h;
   }
@@ -127,7 +128,7 @@ TEST(PaperTeeth, EachToothEngagesWhereTheArcReachesItsPitch) {
   const DiscSaw saw;
   const double d = saw.diameter_mm;
   for (int n = 1; n <= 8; ++n) {
-    // arc = n pitch, solved for the depth.
+    // The depths follow from arc = n pitch.
     const double paper = 2 * d * (1 - std::cos(n * saw.pitch_mm() / d));
     EXPECT_EQ(CalcPaperTeeth(saw, paper - 1e-6, PaperReading::kAsComputed), n - 1);
     EXPECT_EQ(CalcPaperTeeth(saw, paper, PaperReading::kAsComputed), n);
@@ -188,8 +189,8 @@ TEST(PaperForce, DoubledFractionOfThePitchMakesItEightTimesAsLarge) {
 }
 
 TEST(PaperForce, DoubledTeethQuarterTheCorrectedForce) {
-  // Half the pitch: an eighth of the force on each of twice as many teeth. As computed, n whole teeth become n' and the
-  // force changes by (n'/n)^3 / 8: not at all where n' = 2 n.
+  // Half the pitch means an eighth of the force on each of twice as many teeth. With the paper's law as computed, n
+  // whole teeth become n' and the force changes by (n'/n)^3 / 8: not at all where n' = 2 n.
   int unchanged = 0;
   ForManyInputs([&](const Input& in) {
     Input finer = in;
@@ -209,7 +210,7 @@ TEST(PaperForce, DoubledTeethQuarterTheCorrectedForce) {
 
 TEST(PaperForce, IsTheSameInMetresAndPascals) {
   ForManyInputs([](const Input& in) {
-    Input si = in;  // metres in fields named mm, Pa in fields named MPa
+    Input si = in;  // contains metres in the fields named mm and Pa in those named MPa
     si.saw.diameter_mm *= 1e-3;
     si.depth_mm *= 1e-3;
     si.saw.E_MPa *= 1e6;

@@ -1,5 +1,5 @@
-// The paper's Tables 1 to 6 against computed values. The printed values are repeated here, as read from the tables, so
-// that an error in the program's copy is found.
+// The paper's Tables 1 to 6 compared with computed values. The printed values are repeated here, as read from the
+// tables, so that an error in the program's copy is found.
 #include "cut/paper/paper_tables.h"
 
 #include <gmock/gmock.h>
@@ -37,8 +37,8 @@ constexpr PrintedDepth kPrinted[6] = {
 
 TEST(PaperTables, The24ForcesMatchWithinTwoInTenThousand) {
   // Half a unit of the fifth decimal is 9.3e-5 of the smallest force. In addition, all printed forces are about 3.5e-5
-  // smaller (the paper rounded a constant); 2e-4 allows for both and for nothing else: 23 teeth or (1 - nu) would
-  // be off by more than a tenth.
+  // smaller (the paper rounded a constant); 2e-4 allows for both and for nothing else: with 23 teeth or with (1 - nu),
+  // forces would be off by more than a tenth.
   const DiscSaw saw;
   double largest = 0;
   for (const PrintedDepth& row : kPrinted) {
@@ -65,7 +65,8 @@ TEST(PaperTables, TheSixArcsAndToothCountsMatchToTheirLastPrintedDigit) {
 
 TEST(PaperTables, KOfRegion24MatchesThePrintedValueToItsLastDigit) {
   const DiscSaw saw;
-  // In m N^(-1/3); the tables print 7.55e-5 in every row. The other three regions are given to five digits.
+  // In m N^(-1/3). The tables print 7.55e-5 in every row; the values of the other three regions are given here to five
+  // digits.
   const double computed[4] = {7.5539e-5, 7.4553e-5, 7.5934e-5, 7.6352e-5};
   for (int i = 0; i < 4; ++i) {
     const double K = 1e-3 * CalcHertzK(saw, kE_MPa[i], kNu[i]);
@@ -129,7 +130,7 @@ TEST(PaperTables, EightTeethInRegion24GiveThePapers28N) {
   EXPECT_EQ(device.region, 24);
   EXPECT_EQ(device.teeth, 8);
   EXPECT_NEAR(device.from_printed_force_N, 0.05541 * 512, 1e-12);
-  EXPECT_NEAR(device.computed_N, 28.4, 0.05);  // to the three digits of the reference
+  EXPECT_NEAR(device.computed_N, 28.4, 0.05);  // equal to the three digits of the reference
   EXPECT_GE(device.computed_N, device.printed_at_least_N);
   EXPECT_LT(device.computed_N, device.printed_at_least_N + 0.5);  // rounds to the 28 of the paper's text
   EXPECT_NEAR(device.corrected_N, 12 * 0.0554076, 1e-5);
@@ -137,7 +138,7 @@ TEST(PaperTables, EightTeethInRegion24GiveThePapers28N) {
 
 TEST(PaperTables, CorrectedReadingSumsTheForcesOverTheTrueArc) {
   const PaperTables tables = CalcPaperTables();
-  // The reference's true arcs, to four decimals.
+  // True arcs of the reference, to four decimals.
   const double arcs[6] = {4.9613, 7.0785, 8.7494, 10.2002, 11.5192, 12.7521};
   for (std::size_t k = 0; k < kPaperDepthCount; ++k) {
     const PaperDepthRow& row = tables.depths[k];
@@ -153,7 +154,7 @@ TEST(PaperTables, CorrectedReadingSumsTheForcesOverTheTrueArc) {
   }
   // At 5.5 mm the true arc is a sixth of the rim: 4 teeth, which rounding must not turn into 3.
   EXPECT_EQ(tables.depths[4].true_whole_teeth, 4);
-  // 4 teeth: 0.222 N instead of the paper's 3.546.
+  // With 4 whole teeth, the force is 0.222 N instead of the paper's 3.546 N.
   EXPECT_NEAR(tables.depths[5].corrected_whole_teeth_N[0], 0.222, 5e-4);
   EXPECT_NEAR(tables.depths[5].force_N[0].computed / tables.depths[5].corrected_whole_teeth_N[0], 16, 1e-12);
 }
@@ -167,8 +168,9 @@ TEST(PaperDiscrepancies, FiveAreListedEachWithItsEvidence) {
     for (const std::string& words : {one.title, one.text, one.tables, one.how}) EXPECT_NE(words, "") << one.id;
   }
   EXPECT_EQ(ids, (std::set<std::string>{"arc", "cubed_sum", "disc_diameter", "poisson_ratio", "tooth_count"}));
-  // The values in the evidence, computed by hand: 30 acos(1 - 1.1/60); 69.115 mm of rim over pitches of 2.858 to 3.0515
-  // mm; (24/23)^3; the cube root of 3 * 22/8 * 0.72 (1/205000 + 1/19300), and the cube of 0.0287979 over it.
+  // The values quoted as evidence, computed by hand: 30 acos(1 - 1.1/60); 69.115 mm of rim over pitches of 2.858 to
+  // 3.0515 mm; (24/23)^3; the cube root of 3 * 22/8 * 0.72 (1/205000 + 1/19300), and the cube of the quotient of
+  // 0.0287979 and that root.
   EXPECT_THAT(all[0].how, HasSubstr("5.7534"));
   EXPECT_THAT(all[1].how, HasSubstr("only 23 or 24 teeth"));
   EXPECT_THAT(all[1].how, HasSubstr("14 % larger"));

@@ -43,9 +43,10 @@ TEST(SimulationAccuracy, DeferredRemovalTakesTheSameBoneAndHardlyChangesTheForce
     SimulationParams params;
     params.carve_interval_ticks = interval;
     const Slot rare = CutSlot(params);
-    // The removal rule does not depend on order; a longer step is one stadium instead of several in a row.
+    // The removal rule does not depend on the order of steps; a longer step sweeps one stadium instead of several in a
+    // row.
     EXPECT_NEAR(rare.loss_mm3, each.loss_mm3, 1e-5 * each.loss_mm3) << interval;
-    // The tool is up to a quarter of a voxel ahead of its cut, at the ends of arcs 6.6 mm long.
+    // The tool is up to a quarter of a voxel ahead of its cut, which matters at the ends of the arc, 6.6 mm long.
     EXPECT_NEAR(rare.mean_thrust_N, each.mean_thrust_N, 0.02 * each.mean_thrust_N) << interval;
   }
 }
@@ -55,7 +56,7 @@ TEST(SimulationAccuracy, MoreStepsInATickCutTheSame) {
   SimulationParams params;
   params.substeps = 8;
   const Slot eight = CutSlot(params);
-  // The force of a step is the force at its start: 8 um of motion per step against 1 um.
+  // The force of a step is the force at its start; the tool moves 8 um in one step, or 1 um in each of eight.
   EXPECT_NEAR(eight.mean_thrust_N, one.mean_thrust_N, 0.01 * one.mean_thrust_N);
   EXPECT_NEAR(eight.loss_mm3, one.loss_mm3, 1e-5 * one.loss_mm3);
 }

@@ -1,4 +1,4 @@
-// A ball burr on a path, against closed forms: the removed volume and the force.
+// The volume that a ball burr on a path removes, and its force, compared with closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ SimulationParams BallParams() {
   return params;
 }
 
-/// A block of 12 x 7 x 4 mm whose top face is z = 0; uniform bone.
+/// Makes a block of 12 x 7 x 4 mm of uniform bone whose top face is z = 0.
 Bone Block(double voxel_mm, const Quat& R_WB) {
   return test::MakeBox({R_WB, R_WB * Vec3(0, 0, -2)}, {12, 7, 4}, voxel_mm);
 }
@@ -31,7 +31,7 @@ struct BallSlot {
   double end_mm3 = 0;  // volume that the bone has lost at the end
 };
 
-/// Along x through the entire block, with the ball's lower half in it; its spindle is along the block's z.
+/// Cuts along x through the entire block, with the lower half of the ball in it; the spindle is along the block's z.
 BallSlot CutSlot(double voxel_mm, const Quat& R_WB) {
   Bone bone = Block(voxel_mm, R_WB);
   const double before = bone.CalcVolume();
@@ -53,7 +53,7 @@ BallSlot CutSlot(double voxel_mm, const Quat& R_WB) {
 }
 
 TEST(BallClosedForm, SlotOfHalfABallHasItsVolumeOnEveryGrid) {
-  // Half a disc of radius 2 mm along 12 mm. The required bound on differences between grids is 2 %.
+  // The kerf is half a disc of radius 2 mm, 12 mm long. Between grids, the results may differ by at most 2 %.
   const double exact = 0.5 * std::numbers::pi * 4 * 12;
   for (const double voxel : {0.1, 0.2, 0.3}) {
     for (const Quat& R : {Quat(1, 0, 0, 0), glm::angleAxis(0.5, glm::normalize(Vec3(1, 2, 3)))}) {
@@ -65,9 +65,9 @@ TEST(BallClosedForm, SlotOfHalfABallHasItsVolumeOnEveryGrid) {
 }
 
 TEST(BallClosedForm, ForceInASlotIsTheIntegralOverTheQuarterThatMovesIntoBone) {
-  // Teeth at colatitude theta and longitude phi: flutes r / (2 pi w) dtheta dphi, each with C (v / f)^(3/2) (sin theta
-  // cos phi)^(3/2) along -e. The integrand along the feed is (sin theta cos phi)^(5/2); downwards it is (sin theta cos
-  // phi)^(3/2) cos theta.
+  // At colatitude theta and longitude phi there are flutes r / (2 pi w) dtheta dphi teeth, each with the force C (v /
+  // f)^(3/2) (sin theta cos phi)^(3/2) along -e. The integrand along the feed is (sin theta cos phi)^(5/2); downwards
+  // it is (sin theta cos phi)^(3/2) cos theta.
   const BallBurr ball = std::get<BallBurr>(BallParams().tool);
   const auto power = [](double p) { return std::beta(0.5 * (p + 1), 0.5); };  // integral of cos^p from -pi/2 to pi/2
   const double E_star = CalcReducedModulus(ball.E_MPa, ball.nu, 19300, 0.28);
@@ -77,7 +77,8 @@ TEST(BallClosedForm, ForceInASlotIsTheIntegralOverTheQuarterThatMovesIntoBone) {
   const double along = density * tooth * 0.5 * power(2.5) * power(2.5);
   const double up = density * tooth * power(1.5) / 2.5;
   const BallSlot slot = CutSlot(0.1, Quat(1, 0, 0, 0));
-  // A look-ahead of a quarter voxel and 32 points around: within 2 % of the total force.
+  // With a look-ahead of a quarter of a voxel and 32 points around the ball, both components are accurate to 2 % of the
+  // total force.
   const double whole = std::hypot(along, up);
   EXPECT_NEAR(slot.force_B_N.x, -along, 0.02 * whole);
   EXPECT_NEAR(slot.force_B_N.y, 0, 0.005 * whole);

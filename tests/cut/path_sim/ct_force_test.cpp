@@ -1,4 +1,5 @@
-// The force where the modulus is uniform or from CT numbers, against the same constants in the region table.
+// The force with a modulus that is uniform or derived from CT numbers, compared with the force with the same constants
+// in the region table.
 #include <gtest/gtest.h>
 
 #include "bone/grid/ct_modulus.h"
@@ -12,7 +13,7 @@ namespace {
 using test::DiscPose;
 using test::Stroke;
 
-/// A plate of 12 x 1.5 x 6 mm: cortical (24) above z = 0, cancellous (32) below.
+/// Makes a plate of 12 x 1.5 x 6 mm: cortical bone (24) above z = 0, cancellous bone (32) below.
 Bone MakePlate(double E_24_MPa, double E_32_MPa, double nu_24 = 0.28, double nu_32 = 0.30) {
   SolidField field;
   field.value = [](const Vec3& p) { return test::BoxDistance(p, Vec3(6, 0.75, 3)); };
@@ -29,7 +30,7 @@ std::vector<TickOutput> Plunge(const Bone& bone) {
   return Stroke(simulation, Pose{}, {0, 0, 3.1 + R}, {0, 0, -2.5 + R}, 20);
 }
 
-/// E = a HU MPa by way of rho = HU / 1200, for 12 to 30000 HU.
+/// Returns the law E = a HU MPa, expressed by means of rho = HU / 1200, for 12 to 30000 HU.
 CtLaw LinearLaw(double a = 1) {
   CtLaw law;
   law.name = "linear";
@@ -103,7 +104,7 @@ TEST(CtForce, DoubledCoefficientScalesItWithTheReducedModulus) {
 
 TEST(CtForce, RampGivesTheForceOfTheModulusAtTheTeeth) {
   // E falls from 3000 MPa at the top to 1000 MPa at the bottom. A large disc cuts the plate's whole length at nearly
-  // one depth, so the mean E over the teeth is the ramp's value there.
+  // the same depth, so the mean E over the teeth is the ramp's value at that depth.
   Bone bone = MakePlate(5, 5, 0.3, 0.3);
   SetHu(
       bone, [](const Vec3& p) { return 2000 + 1000 * p.z / 3; }, 0.5);
@@ -121,7 +122,8 @@ TEST(CtForce, RampGivesTheForceOfTheModulusAtTheTeeth) {
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double z = 3.5 - 0.01 * static_cast<double>(i) + sag;
     if (z > 2.5 || z < -2) continue;
-    // The look-ahead is 0.025 mm deeper, a tick moves 0.01 mm: 12 MPa; the kerf's rounded ends have little weight.
+    // The look-ahead is 0.025 mm deeper and the tool moves 0.01 mm in a tick, which makes 12 MPa; the kerf's rounded
+    // ends have little weight.
     EXPECT_NEAR(ticks[i].mean_E_MPa, 2000 + 1000 * z / 3, 20);
     ++checked;
   }

@@ -1,4 +1,4 @@
-// Engaged teeth and force on homogeneous and layered blocks against closed forms.
+// Engaged teeth and force on homogeneous and layered blocks, compared with closed forms.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -38,7 +38,7 @@ struct SlotForm {
   double up_N;      // out of the bone
 };
 
-/// Integrals over the engaged arc by the midpoint rule with 1e5 intervals: accurate to 1e-9.
+/// Integrates over the engaged arc by the midpoint rule with 1e5 intervals, accurate to 1e-9.
 SlotForm CalcSlotForm(const ForceLaw& law, double E_star_MPa, double depth_mm, double feed_mm_per_s, double rpm) {
   const ToothForce force = MakeToothForce(law, kSaw);
   const double alpha = std::acos(1 - depth_mm / kR);
@@ -55,7 +55,7 @@ SlotForm CalcSlotForm(const ForceLaw& law, double E_star_MPa, double depth_mm, d
   return form;
 }
 
-/// A tooth force written independently of the library: Hertz, in mm, N and MPa.
+/// Returns a tooth force, computed independently of the library with Hertz's formula, in mm, N and MPa.
 double HertzByHand(const ForceLaw& law, double E_star, double bite) {
   const double R = 11;
   if (std::string_view(law.name()) == "hertz_chip") return 4.0 / 3.0 * E_star * std::sqrt(R) * std::pow(bite, 1.5);
@@ -64,7 +64,7 @@ double HertzByHand(const ForceLaw& law, double E_star, double bite) {
   return std::pow(a, 3) / (3 * 22 / (8 * E_star));
 }
 
-/// Means over the middle of a kerf, where depth and bite are constant.
+/// Returns means over the middle of a kerf, where depth and bite are constant.
 SlotForm MeasureSlot(const Bone& block, const Pose& X_WB, const ForceLaw& law, double top, double depth, double feed) {
   SimulationParams params;
   params.law = law;
@@ -131,7 +131,7 @@ TEST(ForceClosedForm, PlungeEngagesTheWholeBuriedArc) {
   const TickOutput& out = ticks.back();
   const double alpha = std::acos(1 - 3.02 / kR);
   EXPECT_NEAR(out.engaged_teeth, 2 * alpha * kR / kSaw.pitch_mm(), 0.01 * out.engaged_teeth);
-  // Mirror symmetry: no force along x; and never a force along the spindle's axis.
+  // By mirror symmetry there is no force along x; along the spindle's axis there is never a force.
   EXPECT_NEAR(out.f_T_W_N.x, 0, 1e-3 * out.f_T_W_N.z);
   EXPECT_NEAR(out.f_T_W_N.y, 0, 1e-9);
   EXPECT_GT(out.f_T_W_N.z, 0);
@@ -149,7 +149,7 @@ TEST(ForceClosedForm, ToothForceIsHertz) {
 }
 
 TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
-  // The saw is much wider than the plate is long: the whole length of the plate is cut at nearly one depth.
+  // The saw is much larger than the plate is long, so the whole length of the plate is cut at nearly the same depth.
   const Vec3 size(10, 1, 6);
   SolidField field;
   field.value = [=](const Vec3& p) { return test::BoxDistance(p, 0.5 * size); };
@@ -176,7 +176,7 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
   int checked = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double lowest =
-        3.5 - feed * 0.001 * static_cast<double>(i);  // of the rim, in the plate's frame, at the tick's start
+        3.5 - feed * 0.001 * static_cast<double>(i);  // height of the rim in the plate's frame at the tick's start
     const double highest = lowest + sag;
     for (const auto& [id, top, bottom] :
          {std::tuple{24, 3.0, 1.0}, std::tuple{32, 1.0, -1.0}, std::tuple{6, -1.0, -3.0}}) {
@@ -185,14 +185,15 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
       const Region& region = table.At(id);
       const double E_star = CalcReducedModulus(kSaw.E_MPa, kSaw.nu, region.E_MPa, region.nu);
       EXPECT_NEAR(ticks[i].mean_E_MPa, region.E_MPa, 1e-6 * region.E_MPa);
-      // At each end of the plate, the rounding of its edge at this voxel size reduces the kerf's floor by up to 0.07
-      // mm: 1.4 %, plus a little by the look-ahead along it.
+      // At each end of the plate, its edge is rounded at this voxel size, which shortens the kerf's floor by up to 0.07
+      // mm: 1.4 % for both ends, plus a little due to the look-ahead along the floor.
       EXPECT_NEAR(ticks[i].thrust_sum_N / (arc_teeth * HertzByHand({}, E_star, bite)), 1, 0.016);
       ++checked;
     }
   }
   EXPECT_GT(checked, 800);
-  // The step occurs at the right place: half of the arc is past a border when the rim's mean height is at it.
+  // The step of E occurs at the right place: half of the arc is past a border when the rim's mean height equals the
+  // border's.
   const double mean_sag = sag / 3;
   for (const auto& [border, E_above, E_below] : {std::tuple{1.0, 19300.0, 500.0}, std::tuple{-1.0, 500.0, 17300.0}}) {
     const auto middle = [&, up = E_above, down = E_below](const TickOutput& t) {
@@ -208,7 +209,8 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
 }
 
 TEST(ForceClosedForm, ForceIsContinuousOnEntryAndBetweenTicks) {
-  // No jumps: on entering a face at 1 mm/s, no tick changes the force by more than 5 % of the final force.
+  // The force does not jump: when the disc enters a face at 1 mm/s, no tick changes the force by more than 5 % of the
+  // final force.
   const Bone bone = test::MakeBox(Pose{}, {10, 1.5, 4}, 0.1);
   Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 2 + kR + 0.1}));
   const auto ticks = Stroke(simulation, Pose{}, {0, 0, 2 + kR + 0.1}, {0, 0, 2 + kR - 0.5}, 1);
@@ -222,7 +224,7 @@ TEST(ForceClosedForm, ForceIsContinuousOnEntryAndBetweenTicks) {
 
 TEST(ForceClosedForm, RimFindsAPlateBetweenTwoOfItsSamples) {
   // With 8 samples per pitch the rim is sampled every 0.36 mm, with one sample at its lowest point: a plate 0.2 mm wide
-  // is between two of them.
+  // is placed between two of them.
   Pose X_WB;
   X_WB.p_AB = {0.18, 0, 0};
   const Bone bone = test::MakeBox(X_WB, {0.2, 1.5, 4}, 0.05);

@@ -1,4 +1,4 @@
-// The exact factors of every law in the complete simulation: a block of one region, a plunge, every tick.
+// The exact factors of every law in the complete simulation, for every tick of a plunge into a block of one region.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -46,11 +46,12 @@ std::vector<TickOutput> Plunge(const Setting& setting) {
   return ticks;
 }
 
-/// Expects that each tick's force and thrust are `factor` times those of `base`, with the same bone and teeth.
+/// Expects that each tick's force and thrust are `factor` times those of `base`, and that the bone and the teeth are
+/// the same.
 void ExpectFactor(const std::vector<TickOutput>& changed, const std::vector<TickOutput>& base, double factor,
                   const std::string& what) {
   ASSERT_EQ(changed.size(), base.size());
-  // A sum over some hundred samples of the rim, each rounded once or twice.
+  // The force is a sum over some hundred samples of the rim, each rounded once or twice.
   const double tolerance = 1e-13;
   int loaded = 0;
   for (std::size_t i = 0; i < base.size(); ++i) {
@@ -75,7 +76,7 @@ std::vector<TickOutput> Combine(double p, const std::vector<TickOutput>& a, doub
   return sum;
 }
 
-/// Factors of a power law; laws of another form have their own test below.
+/// Factors of a power law; laws of a different form have their own test below.
 struct Power {
   double bite_doubled;
   double teeth_doubled;
@@ -122,7 +123,7 @@ TEST(LawMetamorphic, EdgePlusChipIsTheSumOfItsTwoTerms) {
   Setting faster = whole;
   faster.dt_s /= 2;
   ExpectFactor(Plunge(faster), Combine(1, edge_part, 2, chip_part), 1, "bite doubled");
-  // Twice the teeth with half the bite: twice the edges, the same chip.
+  // Twice as many teeth with half the bite have twice the edge force and the same chip force in total.
   Setting finer = whole;
   finer.teeth *= 2;
   finer.rim_samples_per_pitch /= 2;

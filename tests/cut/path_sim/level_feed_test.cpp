@@ -1,5 +1,5 @@
 // A level feed: the arc of engaged teeth ends at the rim's lowest point, where v . e = 0 except for rounding. A law
-// with a force at the smallest bite must not switch a whole sample of the rim on or off there.
+// that is nonzero at the smallest bite must not switch a whole sample of the rim on or off there.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -18,7 +18,8 @@ using test::DiscPose;
 constexpr double kDepth_mm = 1.1;
 constexpr double kFeed_mm_per_s = 4;
 
-/// Mean thrust in a kerf: Z / (2 pi) teeth per radian from the lowest point to where the rim leaves the surface.
+/// Returns the mean thrust in a kerf: Z / (2 pi) teeth per radian from the lowest point to where the rim leaves the
+/// surface.
 double CalcThrust(const ForceLaw& law, double E_star_MPa) {
   const ToothForce force = MakeToothForce(law, kSaw);
   const double alpha = std::acos(1 - kDepth_mm / kR);
@@ -36,7 +37,7 @@ struct Level {
   double largest = 0;  // largest step from tick to tick, relative to the closed form
 };
 
-/// `turn_rad`: rotation of the disc about its spindle, which moves the rim's samples.
+/// `turn_rad` is a rotation of the disc about its spindle, which moves the rim's samples.
 Level MeasureLevel(const Bone& block, const Pose& X_WB, const ForceLaw& law, int samples_per_pitch, double turn_rad) {
   SimulationParams params;
   params.law = law;
@@ -70,15 +71,16 @@ TEST(LevelFeed, LawsWithAJumpDoNotFlickerAndMatchTheClosedForm) {
     bone.set_materials(test::OneRegionTable(24, 19300, 0.28));
     for (const char* name : {"hertz_constant_bite", "edge_plus_chip"}) {
       for (const int samples : {16, 4}) {
-        // A sample at the lowest point, or a quarter or half a sample away from it.
+        // A sample is at the lowest point, or a quarter or half of the samples' spacing away from it.
         for (const double fraction : {0.0, 0.25, 0.5}) {
           const Level level = MeasureLevel(bone, X_WB, ForceLaw(name), samples,
                                            fraction * 2 * std::numbers::pi / (kSaw.teeth * samples));
           std::printf("pose %d %s, %d samples a pitch, turned %.2f: mean %+.2f %%, largest step %.2f %%\n", pose, name,
                       samples, fraction, 100 * (level.mean - 1), 100 * level.largest);
-          // Without the mean over a sample's arc, in the skewed pose: steps of 3.7 % at 16 samples and 13 % at 4, and
-          // means off by up to 1.8 % and 5.7 %. The remaining error at 4 samples is the engagement that fades out
-          // behind the lowest point, over three quarters of a sample; the remaining steps are due to the voxels.
+          // Without the mean over a sample's arc, in the skewed pose, steps would be 3.7 % with 16 samples and 13 %
+          // with 4, and means would be off by up to 1.8 % and 5.7 %. The remaining error with 4 samples is the
+          // engagement that fades out behind the lowest point, over three quarters of a sample; the remaining steps are
+          // due to the voxels.
           EXPECT_NEAR(level.mean, 1, samples == 16 ? 0.001 : 0.006)
               << name << ", " << samples << ", turned " << fraction;
           EXPECT_LT(level.largest, 0.004) << name << ", " << samples << " samples, turned " << fraction;

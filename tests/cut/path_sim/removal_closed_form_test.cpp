@@ -1,4 +1,5 @@
-// Removed volume and kerf width, and their convergence, against closed forms, for many poses of the block in the grid.
+// Removed volume and kerf width, and their convergence, compared with closed forms, for many poses of the block in the
+// grid.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -18,31 +19,31 @@ using test::SegmentArea;
 using test::Stroke;
 
 constexpr double kDepth = 3;     // mm
-const Vec3 kBlockSize(6, 3, 5);  // mm; the top face is at z = 2.5 of its frame
+const Vec3 kBlockSize(6, 3, 5);  // mm; the top face is at z = 2.5 in the block's frame
 const double kTop = 0.5 * kBlockSize.z;
 
 Bone Block(const Pose& X_WB, double voxel_mm) {
   return test::MakeBox(X_WB, kBlockSize, voxel_mm);
 }
 
-/// Exact volume removed so far.
+/// Returns the exact volume removed so far.
 double Removed(Simulation& simulation) {
   const auto& by_region = simulation.CalcRemovedByRegion();
   return std::accumulate(by_region.begin(), by_region.end(), 0.0);
 }
 
-/// Removed volume by occupancy, summed over the ticks.
+/// Returns the removed volume by occupancy, summed over the ticks.
 double RemovedIn(const std::vector<TickOutput>& ticks) {
   return std::accumulate(ticks.begin(), ticks.end(), 0.0,
                          [](double sum, const TickOutput& t) { return sum + t.removed_mm3; });
 }
 
-/// Height of the centre for which the lowest point of the rim is `depth` below the top face.
+/// Returns the height of the centre for which the lowest point of the rim is `depth` below the top face.
 double CentreHeight(double depth) {
   return kTop - depth + kSaw.radius_mm();
 }
 
-/// Volume of a kerf along x through the whole block: a cuboid.
+/// Returns the volume of a kerf along x through the whole block: a cuboid.
 double SlotVolume() {
   return kSaw.thickness_mm * kDepth * kBlockSize.x;
 }
@@ -65,7 +66,7 @@ TEST(RemovalClosedForm, SlotVolumeIsWithinOnePercentInEveryPose) {
 }
 
 TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentInEveryPose) {
-  // A longer block, so that the chord (15 mm at this depth) stays inside its ends.
+  // The block is longer here, so that the chord (15 mm at this depth) stays inside its ends.
   const Vec3 size(17, 1.6, 4);
   for (const Pose& X_WB : BlockPoses(0.1)) {
     const double top = 0.5 * size.z;
@@ -84,8 +85,8 @@ TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentInEveryPose) {
 }
 
 // Each of the two edges of the kerf's floor has an error of about 0.15 h^2 of cross-section at any depth, so a shallow
-// plunge has the larger relative error. Its sign depends on the pose: 1.3 % too little midway between two layers of
-// voxel centres, 0.8 % too much on one.
+// plunge has the larger relative error. Its sign depends on the pose: 1.3 % too little with the disc's plane midway
+// between two layers of voxel centres, 0.8 % too much with the plane on a layer.
 TEST(RemovalClosedForm, SignOfTheShallowPlungeErrorDependsOnThePose) {
   const Vec3 size(12, 1.6, 3);
   const double depth = 1.2;
@@ -131,7 +132,8 @@ TEST(RemovalClosedForm, KerfWidthIsWithinAHundredthOfAMillimetre) {
     Simulation simulation = MakeSlotSimulation(X_WB, 0.1);
     CutSlot(simulation, X_WB);
     const Bone& bone = simulation.bone();
-    // Across the kerf at many places away from its floor and mouth: from the middle to each wall by bisection.
+    // The width is measured at many places away from the kerf's floor and mouth, by bisection from the middle to each
+    // wall.
     for (double x = -2.5; x <= 2.5; x += 0.37) {
       for (double z = kTop - kDepth + 0.3; z <= kTop - 0.3; z += 0.29) {
         double width = 0;
@@ -158,7 +160,7 @@ TEST(RemovalClosedForm, RemovedPlusRemainingIsInitial) {
       Simulation simulation = MakeSlotSimulation(X_WB, voxel);
       const double initial = simulation.bone().CalcVolume();
       const double removed = CutSlot(simulation, X_WB);
-      // The same cells are summed in another order: only rounding differs.
+      // The same cells are summed in a different order, so only rounding differs.
       EXPECT_NEAR(removed + simulation.bone().CalcVolume(), initial, 1e-9 * initial);
     }
   }
@@ -192,7 +194,7 @@ TEST(RemovalClosedForm, OrderOfTwoCutsDoesNotMatter) {
 }
 
 TEST(RemovalClosedForm, FastPathEqualsEveryVoxelCarvedByEveryStep) {
-  // Brute force: the same sweeps applied to every voxel of the grid by the definition of the rule.
+  // Compared with brute force: the same sweeps are applied to every voxel of the grid by the definition of the rule.
   const Pose X_WB = BlockPoses(0.2)[5];
   const Bone initial = test::MakeBox(X_WB, {4, 2, 3}, 0.2);
   Pose X_a = DiscPose(X_WB, {-3, 0, 11});
@@ -200,7 +202,7 @@ TEST(RemovalClosedForm, FastPathEqualsEveryVoxelCarvedByEveryStep) {
   std::vector<Pose> poses;
   for (int i = 1; i <= 60; ++i) {
     // Forwards and down with a slowly turning and sliding disc: at most half a voxel per step, and a tilt well below
-    // the limit of the sub-step rule.
+    // the limit of the substep rule.
     Pose X = DiscPose(X_WB, {-3 + 0.08 * i, 0.0005 * i, 11 - 0.02 * i});
     X.R_AB = glm::normalize(X.R_AB * glm::angleAxis(1e-5 * i, Vec3(1, 0, 0)));
     poses.push_back(X);

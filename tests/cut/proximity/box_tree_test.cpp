@@ -1,4 +1,5 @@
-// The nearest box found by Embree against a search of all boxes, and the bound for a plate against points of the plate.
+// The nearest box that Embree finds, compared with a search of all boxes, and the bound for a plate, compared with
+// points of the plate.
 #include "cut/proximity/box_tree.h"
 
 #include <gtest/gtest.h>
@@ -112,7 +113,7 @@ TEST(BoxTree, PlateBoundNeverExceedsTheDistanceOfThePlatesPoints) {
 }
 
 TEST(BoxTree, PlateBoundIsExactBesideALargeFace) {
-  // A box so large that for every plate above it the nearest point is straight below.
+  // The box is so large that, for every plate above it, the nearest point is straight below.
   const BoxTree tree({Box3{{-500, -500, -10}, {500, 500, 0}}});
   for (const double degrees : {0.0, 10.0, 45.0, 80.0, 90.0}) {
     const double angle = degrees * std::numbers::pi / 180;

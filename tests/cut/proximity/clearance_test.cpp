@@ -1,4 +1,4 @@
-// Properties of the tool's clearance: it is never too large, and IsNear() is true only near the bone.
+// Properties of the tool's clearance: the clearance is never too large, and IsNear() is true only near the bone.
 #include "cut/proximity/clearance.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 namespace kerf {
 namespace {
 
-// The same cases in every run; RapidCheck reads this variable at its first check.
+// Makes the cases the same in every run; RapidCheck reads this variable at its first check.
 const int kFixedSeed = setenv("RC_PARAMS", "seed=20261120", 0);
 
 Vec3 RandomDirection(std::mt19937& random) {
@@ -30,7 +30,7 @@ Quat RandomTurn(std::mt19937& random, double max_rad) {
   return glm::angleAxis(std::uniform_real_distribution<double>(0, max_rad)(random), RandomDirection(random));
 }
 
-/// Points of the tool's surface: for a disc on the rim of both flats and inside it, for a ball everywhere.
+/// Returns points of the tool's surface: for a disc, on both flats, at their rims and inside; for a ball, everywhere.
 std::vector<Vec3> ToolPoints(const Tool& tool) {
   std::vector<Vec3> points;
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
@@ -50,8 +50,8 @@ std::vector<Vec3> ToolPoints(const Tool& tool) {
   return points;
 }
 
-/// Distance of a tool to a ball-shaped bone about the origin, computed from points of the tool, which makes it slightly
-/// too large.
+/// Returns the distance of a tool to a ball-shaped bone about the origin, computed from points of the tool, which makes
+/// it slightly too large.
 double SampledDistance(const std::vector<Vec3>& points, const Pose& X_WT, double bone_radius) {
   double least = 1e300;
   for (const Vec3& p_T : points) least = std::min(least, glm::length(X_WT.Point(p_T)) - bone_radius);
@@ -131,7 +131,7 @@ void ExpectBoundHoldsOnWalk(const Tool& tool, unsigned seed) {
   constexpr double kSurface_mm = 0.01;
   for (int i = 0; i < 1500; ++i) {
     if (i % 100 == 0) {
-      // From time to time the tool gets a new place and another velocity, towards a point around the bone.
+      // From time to time the tool is set to a new place with a new velocity, towards a point around the bone.
       if (i % 300 == 0)
         X_WT = {RandomTurn(random, std::numbers::pi), (5 + 25 * unit(random)) * RandomDirection(random)};
       velocity = 0.01 * std::pow(10, 1.5 * unit(random)) * glm::normalize(12.0 * RandomDirection(random) - X_WT.p_AB);
@@ -181,7 +181,7 @@ TEST(Clearance, BoundIsValidAtAnyPose) {
 
 TEST(Clearance, FiveMillimetresAwayIsNotNearInAnyOrientation) {
   const double half = 20;
-  // Voxels up to those of a coarse scene; the block aligned with the grid and skewed.
+  // Voxel sizes up to those of a coarse scene, with the block aligned with the grid or skewed.
   for (const double h : {0.1, 0.2, 0.4}) {
     for (const double askew : {0.0, 0.5}) {
       const Pose X_WB{glm::angleAxis(askew, glm::normalize(Vec3(1, 2, 0.5))), {0.3, -0.1, 0.2}};
@@ -265,7 +265,7 @@ TEST(Clearance, StaysValidWhileBoneIsCutAway) {
     }
     for (int i = 0; i < 100; ++i) {
       X_WT.p_AB.z += top % 2 ? -0.15 : 0.13;
-      const double distance = SampledDistance(points, X_WT, 8);  // to the initial bone, at most that to the rest
+      const double distance = SampledDistance(points, X_WT, 8);  // to the initial bone; that to the rest is no smaller
       const bool near = clearance.IsNear(X_WT, 0.5);
       ASSERT_LE(clearance.bound_mm(), std::max(0.0, distance + 0.01));
       ASSERT_TRUE(near || distance + 0.01 > 0.5);
@@ -303,7 +303,7 @@ TEST(Clearance, BadPosesCountAsNearAndChangeNothing) {
   EXPECT_TRUE(clearance.IsNear(bad, 1));
   EXPECT_FALSE(clearance.IsNear(far, 1));
   EXPECT_EQ(clearance.bound_mm(), bound);
-  // From an extremely distant place and back.
+  // The tool is moved to an extremely distant place and back.
   far.p_AB = {1e300, -1e300, 1e300};
   EXPECT_FALSE(clearance.IsNear(far, 1));
   EXPECT_TRUE(clearance.IsNear(Pose{}, 1));

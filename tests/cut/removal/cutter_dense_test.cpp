@@ -1,4 +1,5 @@
-// The cutter against brute force: every step is applied to every voxel of a plain array, in double precision.
+// The cutter compared with brute force, in which every step is applied to every voxel of a plain array, in double
+// precision.
 #include <gtest/gtest.h>
 
 #include "experiment/bench/dense_bone.h"
@@ -12,8 +13,8 @@ using test::CheckSeeded;
 using test::Step;
 using test::Way;
 
-/// Error of float arithmetic for a tool of this radius: a coordinate is off by up to 2^-24 of it in each of about six
-/// operations, and phi is stored to 2^-24 of the band.
+/// Returns the error of float arithmetic for a tool of this radius: a coordinate is off by up to 2^-24 of it in each of
+/// about six operations, and phi is stored to 2^-24 of the band.
 double Rounding(const Tool& tool) {
   return 6 * 6e-8 * (CalcReach(tool) + 2) + 1e-7;
 }
@@ -47,7 +48,7 @@ TEST(CutterAgainstBruteForce, MatchesToRoundingForBallsAndForDiscsInTheirPlane) 
     const auto steps = test::DrawSteps(random, tool, Way::kInPlane, h, 3, h < 0.15 ? 15 : 30);
     const Difference d = Compare(X_WB, h, tool, steps);
     RC_ASSERT(d.phi.max_phi_mm <= Rounding(tool));
-    // The fraction of a voxel is off by at most rounding / h, for as many voxels as differ.
+    // In each voxel that differs, the removed fraction is off by at most rounding / h.
     const double rounding_mm3 = static_cast<double>(d.phi.voxels) * h * h * Rounding(tool);
     RC_ASSERT(std::abs(d.removed_mm3 - d.dense_removed_mm3) <= rounding_mm3 + 1e-6 * d.dense_removed_mm3);
     RC_CLASSIFY(d.dense_removed_mm3 > 1);
@@ -68,7 +69,7 @@ TEST(CutterAgainstBruteForce, MatchesToTheFlankToleranceWhenADiscTiltsAndSlides)
 }
 
 TEST(CutterAgainstBruteForce, ALongStrokeThroughTheBlockMissesNothing) {
-  // Far beyond the slack of the leaf lists, with a rotated thick disc.
+  // The tool moves far beyond the slack of the leaf lists, with a rotated thick disc.
   DiscSaw disc;
   disc.thickness_mm = 0.5;
   const Pose X_WB = test::BlockPoses(0.2)[5];

@@ -1,4 +1,4 @@
-// Properties of the cutter: the removal rule, exact volumes, no heap use, bit-identical results everywhere.
+// Properties of the cutter: the removal rule, exact volumes, no heap use, and bit-identical results everywhere.
 #include "cut/removal/cutter.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ using test::Way;
 
 constexpr double kVoxel = 0.2;
 
-/// A block of two materials in a skewed pose.
+/// Makes a block of two materials in a skewed pose.
 Bone MakeLayeredBlock() {
   const Pose X_WB = test::BlockPoses(kVoxel)[5];
   const Vec3 size(7, 6, 6);
@@ -183,7 +183,8 @@ TEST(Cutter, RemovedByRegionIsExactlyWhatTheBoneHasLost) {
     BoneField field(bone, 4096);
     Cutter cutter(field, what.tool, what.with, what.whole_voxels);
     const auto steps = StepsOf(what, 8);
-    // Queried in between, with the bookkeeping settled there, so that leaves are registered more than once.
+    // The removed volume is queried halfway and the bookkeeping is settled there, so that leaves are registered more
+    // than once.
     const std::vector<Step> head(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
     const std::vector<Step> tail(steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
     CutAll(cutter, head);
@@ -195,7 +196,7 @@ TEST(Cutter, RemovedByRegionIsExactlyWhatTheBoneHasLost) {
     const auto after = bone.CalcRegionVolumes();
     for (const int region : {24, 32}) {
       const auto left = after.find(region);
-      // The same cells are summed in another order: only rounding differs.
+      // The same cells are summed in a different order, so only rounding differs.
       EXPECT_NEAR(removed[static_cast<std::size_t>(region)] + (left == after.end() ? 0 : left->second),
                   before.at(region), 1e-9 * before.at(region))
           << what.name;
@@ -236,14 +237,14 @@ TEST(Cutter, BoneLeftForLackOfLeavesIsRemovedAfterARefill) {
                   1e-9 * initial.CalcVolume());
       // If a rim starts inside solid bone, a repeated step removes other parts of the bone around its flats.
       if (what.with == CutWith::kEdge && std::holds_alternative<DiscSaw>(what.tool)) continue;
-      // In a repeated step all cutting parts of the tool are tested, so that the flats have moved less far since they
-      // last cut.
+      // In a repeated step all cutting parts of the tool are tested, which means that the flats have moved less far
+      // since they last cut.
       double worst = 0;
       for (int i = 0; i < 60 * 60 * 60; ++i) {
         const Vec3 p_vox = Vec3(i / 3600, i / 60 % 60, i % 60) - 30.0;
         worst = std::max(worst, std::abs(field.Sample(p_vox) - plenty.Sample(p_vox)));
       }
-      // The smallest difference may decide whether a voxel is removed.
+      // Even the smallest difference may decide whether a whole voxel is removed.
       EXPECT_LE(worst, what.whole_voxels ? kVoxel + 1e-6 : Cutter::kFlankTolerance * kVoxel + 1e-6) << what.name;
       EXPECT_NEAR(removed, plenty_removed, 0.01 * plenty_removed) << what.name;
     }
@@ -273,7 +274,8 @@ TEST(Cutter, CuttingUsesNoHeap) {
 }
 
 TEST(Cutter, PhiInBoneIsTheDistanceToTheSweptSpace) {
-  // Around three corners in one plane, in pure bone: the distance to the union is the minimum over its parts.
+  // The tool moves around three corners in one plane, in pure bone: the distance to the union is the minimum over its
+  // parts.
   Bone bone = test::MakeBox(Pose{}, {16, 16, 8}, kVoxel);
   BoneField field(bone, 4096);
   DiscSaw disc;
@@ -302,7 +304,7 @@ TEST(Cutter, PhiInBoneIsTheDistanceToTheSweptSpace) {
     if (distance == 0 || distance > bone.band_mm()) continue;
     const double to_block = -test::BoxDistance(p_W, {8, 8, 4});
     if (to_block < bone.band_mm()) continue;
-    // Float arithmetic for a radius of 3 mm, with the polygon's poses rotated back and forth.
+    // 3e-6 allows for float arithmetic at a radius of 3 mm, with the polygon's poses rotated back and forth.
     EXPECT_NEAR(field.Sample(p_vox), -distance, 3e-6);
     ++checked;
   }
@@ -316,7 +318,7 @@ TEST(Cutter, OnlyTheRimOfADiscCutsWithCutWithEdge) {
   disc.diameter_mm = 8;
   disc.thickness_mm = 0.4;
   Cutter cutter(field, disc, CutWith::kEdge);
-  // Pushed along its spindle into solid bone: only a ring is removed.
+  // The disc is pushed along its spindle into solid bone, so only a ring is removed.
   std::vector<Pose> poses;
   for (int i = 0; i <= 20; ++i) poses.push_back({Quat(1, 0, 0, 0), Vec3(0.03, 0.05, 0.04 * i)});
   CutAll(cutter, test::MakeSteps(poses, disc, kVoxel));
@@ -386,12 +388,12 @@ TEST(Cutter, ABallRemovesItsCapsuleAtEverySpeedAndVoxelSize) {
       const double by_occupancy = CutAll(cutter, test::MakeSteps(poses, ball, h));
       const auto& by_region = cutter.CalcRemovedByRegion();
       const double exact = std::accumulate(by_region.begin(), by_region.end(), 0.0);
-      // Within 2 % for any voxels; by occupancy within 1 %.
+      // The volume is within 2 % for any voxel size; by occupancy, it is within 1 %.
       EXPECT_NEAR(exact / capsule, 1, 0.02) << h;
       EXPECT_NEAR(by_occupancy / capsule, 1, 0.01) << h;
       all.push_back(exact);
     }
-    // The speed changes only rounding: the capsule is cut in more or fewer parts.
+    // The speed affects only rounding, because the capsule is cut in more or fewer parts.
     EXPECT_NEAR(all[all.size() - 1], all[all.size() - 2], 1e-5 * capsule);
     EXPECT_NEAR(all[all.size() - 1], all[all.size() - 3], 1e-5 * capsule);
   }

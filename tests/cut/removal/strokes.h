@@ -11,7 +11,7 @@
 
 namespace kerf::test {
 
-/// One step of a tool; `lifted`: the tool was set down at its start.
+/// One step of a tool; `lifted` means that the tool was set down at the step's start.
 struct Step {
   Pose X_from;
   Pose X_to;
@@ -33,7 +33,7 @@ inline std::vector<Step> MakeSteps(const std::vector<Pose>& poses, const Tool& t
   return steps;
 }
 
-/// Sum of the results; not valid if leaves may run out.
+/// Makes all cuts and returns the sum of their results; not valid if leaves may run out.
 inline double CutAll(Cutter& cutter, const std::vector<Step>& steps) {
   double removed_mm3 = 0;
   for (const Step& step : steps) {
@@ -60,11 +60,11 @@ inline Quat DrawRotation(std::mt19937& random) {
 /// Kind of motion of a random stroke.
 enum class Way {
   kInPlane,  // a disc stays in its plane; same as kFree for a ball
-  kFree,     // also slides along the spindle and tilts
+  kFree,     // the tool also slides along the spindle and tilts
 };
 
-/// Makes `ways` random strokes of a tool about the origin, `ticks` each: started inside or outside of bone, with turns,
-/// stops and reversals.
+/// Makes `ways` random strokes of a tool about the origin, of `ticks` ticks each: started inside or outside of bone,
+/// with turns, stops and reversals.
 inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Way way, double voxel_mm, int ways,
                                    int ticks) {
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -94,7 +94,7 @@ inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Way w
   return steps;
 }
 
-/// Random discs and balls, from thinner than a voxel to thick.
+/// Returns a random disc or ball; discs are from thinner than a voxel to thick.
 inline Tool DrawTool(std::mt19937& random) {
   std::uniform_real_distribution<double> uniform(0, 1);
   if (uniform(random) < 0.4) {

@@ -1,4 +1,4 @@
-// The slice against closed forms: equilibrium at depth, friction with stick and slip, oscillation, separation.
+// The slice compared with closed forms: equilibrium at depth, friction with stick and slip, oscillation, separation.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,8 +42,9 @@ TEST(SlabBalance, ForceOfASlowPushIsLawPlusSpringPlusFriction) {
       ++compared;
     });
     EXPECT_GT(compared, 10000);
-    // The mean over a tick against the value at its end: half a tick's increase, 0.001 mm x (0.3 + dF/dh up to 2) N/mm.
-    // Corrected: plus the table's error, below 1e-4 N. as_computed: the oscillation has decayed to less than that.
+    // The mean over a tick differs from the value at its end by half a tick's increase, 0.001 mm x (0.3 + dF/dh up to
+    // 2) N/mm. With `corrected` the table's error is added, below 1e-4 N; with `as_computed` the oscillation has
+    // decayed to less than that.
     EXPECT_LT(worst_N, 0.002) << ToString(reading);
   }
 }
@@ -55,7 +56,7 @@ TEST(SlabBalance, WithoutFrictionTheCouplingBalancesTheSlicesSpringAtRest) {
   for (const double hand_mm : {4.0, 9.0, 2.0}) {
     double force_N = 0;
     for (int i = 0; i < 500; ++i) force_N = Against(simulation.Tick({HandAt(hand_mm, params), kTick_s, kRpm}), params);
-    // k h = K (hand - h); the coupling's damper has stopped all motion by then.
+    // At rest, k h = K (hand - h); the coupling's damper has stopped all motion by then.
     const double depth = params.coupling_N_per_mm * hand_mm / (params.coupling_N_per_mm + 0.5);
     EXPECT_NEAR(simulation.state().depth_mm, depth, 1e-9);
     EXPECT_NEAR(force_N, 0.5 * depth, 1e-7);
@@ -66,14 +67,15 @@ TEST(SlabBalance, FrictionHoldsTheSpringUpToItsLimitWithoutCreep) {
   SlabParams params;
   params.stiffness_N_per_mm = 0.5;
   params.friction_coefficient = 0.5;
-  params.normal_force_N = 0.6;  // 0.6 N of friction on both faces together
+  params.normal_force_N = 0.6;  // friction is 0.6 N on both faces together
   for (const auto& [depth_mm, holds] : {std::pair(1.18, true), std::pair(1.22, false)}) {
     SlabSimulation simulation(test::UniformProfile(0, 0, 40), params, HandAt(-0.1, params));
-    // Pushed from above against spring and friction, 0.6 N + 0.5 N/mm h, which stretches the coupling accordingly.
+    // The slice is pushed from above against spring and friction, 0.6 N + 0.5 N/mm h, which stretches the coupling
+    // accordingly.
     const double hand_mm = depth_mm + (0.6 + 0.5 * depth_mm) / params.coupling_N_per_mm;
     test::Move(simulation, params, -0.1, std::round(1000 * hand_mm) / 1000, 0.5, [](const TickOutput&) {});
     simulation.Hold(SlabBody::kNone);
-    // Released: 0.5 N/mm x 1.2 mm is the limit of friction.
+    // When the slice is released, friction holds it up to 1.2 mm: 0.5 N/mm x 1.2 mm = 0.6 N.
     for (int i = 0; i < 10; ++i) simulation.Tick({HandAt(0, params), kTick_s, kRpm});
     const double start_mm = simulation.state().depth_mm;
     for (int i = 0; i < 2000; ++i) {
@@ -85,7 +87,8 @@ TEST(SlabBalance, FrictionHoldsTheSpringUpToItsLimitWithoutCreep) {
     if (holds) {
       EXPECT_NEAR(start_mm, depth_mm, 0.005);
     } else {
-      // It slid up and, because it had gained speed, past the limit, by as much as it had started short of it.
+      // The slice slid up and, because it had gained speed, overshot the limit by about as much as it had started
+      // beyond it.
       EXPECT_LT(start_mm, 1.2);
       EXPECT_GT(start_mm, 1.17);
     }
@@ -139,13 +142,13 @@ TEST(SlabBalance, MovingSegmentsChangeTheDepthButNotTheForce) {
   test::Move(simulation, params, -1, 6, 0.5, [&](const TickOutput& out) { force_N = Against(out, params); });
   const SlabState& s = simulation.state();
   const double law_N = CalcPaperForce(params.saw, 0.01, s.depth_mm, kE24_MPa, kNu24, params.reading);
-  // Half a tick's increase and the table's error, as above.
+  // The tolerance is half a tick's increase and the table's error, as above.
   EXPECT_NEAR(force_N, law_N, 1e-3);
   EXPECT_NEAR(s.left_mm, 0.5 * law_N / 2, 1e-3);
   EXPECT_EQ(s.left_mm, s.right_mm);
   EXPECT_NEAR(s.depth_mm, s.blade_mm - 1 - 0.5 * (s.left_mm + s.right_mm), 1e-12);
 
-  // A segment that is moved alone by the hand counts half.
+  // If the hand moves one segment alone, only half of its motion counts.
   SlabSimulation still(test::UniformProfile(0, 0, 30), params, HandAt(5, params));
   still.Hold(SlabBody::kRight);
   test::Move(still, params, 5, 7, 1, [](const TickOutput&) {});
@@ -161,7 +164,8 @@ TEST(SlabFriction, SticksUpToTheLimitOfBothFacesThenSlidesAtThatForce) {
   params.coupling_N_per_mm = 2;
   const double limit_N = 2 * 0.3 * 2;
   SlabSimulation simulation(test::UniformProfile(0, 0, 100), params, HandAt(10, params));
-  // Set down in the bone at rest, so no spring is stretched: the hand moves by limit / K before the slice moves.
+  // The blade is set down in the bone at rest, so no spring is stretched; the hand moves by limit / K before the slice
+  // moves.
   double last_stuck_mm = 10;
   double hand_mm = 10;
   int slips = 0;
@@ -212,7 +216,7 @@ TEST(SlabFriction, ReversalChangesTheSignOfTheVelocityOnce) {
   EXPECT_EQ(sign, -1);
 }
 
-/// Largest error of a damped oscillation against the analytic one, for ticks of dt_s.
+/// Returns the largest difference between a simulated damped oscillation and the analytic one, for ticks of dt_s.
 double OscillationError(double dt_s) {
   SlabParams params;
   params.mass_g = 50;
@@ -224,7 +228,7 @@ double OscillationError(double dt_s) {
   SlabSimulation simulation(test::UniformProfile(0, 0, 500), params, HandAt(kDepth_mm, params));
   // The blade is set down 5 mm deep, where the slice's spring is slack, and the hand then moves at V: m x'' = -k x - c
   // x' + K (V t - x) + C (V - x'), x(0) = x'(0) = 0. The solution is a straight line plus a damped oscillation.
-  const double V = 100;  // 0.1 mm per tick: eight sub-steps for each tick length tested
+  const double V = 100;  // 0.1 mm per tick: eight substeps for each tick length tested
   const double m = 50e-6;
   const double k = 0.2 + 0.3;
   const double c = 3e-4;
@@ -249,8 +253,8 @@ TEST(SlabOscillation, FollowsTheDampedMassSpringAndConvergesInFirstOrder) {
   const double coarse = OscillationError(0.001);
   const double middle = OscillationError(0.0005);
   const double fine = OscillationError(0.00025);
-  // Amplitude 2 mm at omega = 100/s: the error of implicit Euler is at most about omega^2 h t / 2 of the amplitude,
-  // with h an eighth of a tick. With the decay of 3/s this is below 0.15 mm.
+  // The amplitude is 2 mm at omega = 100/s. The error of implicit Euler is at most about omega^2 h t / 2 of the
+  // amplitude, with h an eighth of a tick. With the decay of 3/s this is below 0.15 mm.
   EXPECT_LT(coarse, 0.15);
   EXPECT_NEAR(coarse / middle, 2, 0.3);
   EXPECT_NEAR(middle / fine, 2, 0.15);
@@ -270,17 +274,18 @@ TEST(SlabSeparation, SlicePastItsEndIsFreeAndCoastsWhenReleased) {
     after_N = Against(out, params);
     if (simulation.state().free && !freed) {
       freed = true;
-      // One sub-step of the hand is 0.0005 mm; the slice may move ahead by the coupling's stretch, below 0.05 mm.
+      // The hand moves 0.0005 mm in a substep; the slice may move ahead by the coupling's stretch, below 0.05 mm.
       EXPECT_NEAR(simulation.state().depth_mm, 8, 0.1);
     }
   });
   ASSERT_TRUE(freed);
   EXPECT_GT(before_N, 1);
-  // After another millimetre nothing holds it: the coupling's oscillation (damped by 0.01 N s/mm on 1 g) has decayed.
+  // After another millimetre nothing holds the slice, and the coupling's oscillation (damped by 0.01 N s/mm on 1 g) has
+  // decayed.
   EXPECT_NEAR(after_N, 0, 1e-9);
   EXPECT_EQ(simulation.Tick({HandAt(9, params), kTick_s, kRpm}).engaged_teeth, 0);
 
-  // Released while it moves: it keeps its velocity exactly, whatever the hand does.
+  // If the slice is released while it moves, it keeps its velocity exactly, whatever the hand does.
   test::Move(simulation, params, 9, 10, 4, [](const TickOutput&) {});
   simulation.Hold(SlabBody::kNone);
   const double start = simulation.state().blade_mm;
@@ -299,7 +304,7 @@ TEST(SlabSeparation, HeldFreeSliceFollowsTheHandInAllDirections) {
   SlabSimulation simulation(test::UniformProfile(kE24_MPa, kNu24, 3), params, HandAt(-1, params));
   test::Move(simulation, params, -1, 4, 4, [](const TickOutput&) {});
   ASSERT_TRUE(simulation.state().free);
-  // Across the rail with a constant acceleration a: once the coupling has settled, the force is -m a.
+  // The hand moves across the rail with a constant acceleration a; once the coupling has settled, the force is -m a.
   double force_N = 0;
   const double a = 20;
   for (int i = 1; i <= 1000; ++i) {
@@ -310,7 +315,7 @@ TEST(SlabSeparation, HeldFreeSliceFollowsTheHandInAllDirections) {
   }
   EXPECT_NEAR(force_N, -1e-6 * a, 1e-9);
 
-  // Released and grasped again elsewhere: no jolt in any direction.
+  // The slice is released and grasped again elsewhere, without a jolt in any direction.
   simulation.Hold(SlabBody::kNone);
   Pose X = HandAt(9, params);
   X.p_AB += Vec3(3, 0, -2);
@@ -366,7 +371,8 @@ TEST(SlabSegments, AHeldSegmentMovesAgainstItsSpringAndDragsTheSliceAlong) {
   for (int i = 0; i < 1000; ++i) force_N = Against(simulation.Tick({HandAt(6.5, params), kTick_s, kRpm}), params);
   const SlabState& s = simulation.state();
   // The right segment (spring 0.5 N/mm) is dragged until its spring balances the friction of 0.5 N on its face: 1 mm.
-  // When the hand stops, its damper (0.01 N s/mm at 0.05 mm/s) and the inertia move it back by less than 1e-4 mm.
+  // When the hand stops, the coupling's damper (0.01 N s/mm at 0.05 mm/s) and the inertia move the segment back by less
+  // than 1e-4 mm.
   EXPECT_NEAR(s.right_mm, 1, 1e-4);
   EXPECT_NEAR(s.left_mm, 1.5 - force_N / params.coupling_N_per_mm, 1e-6);
   EXPECT_NEAR(force_N, 0.5 * s.left_mm + 0.5, 1e-3);
@@ -382,7 +388,7 @@ TEST(SlabSpindle, AStoppedBladeGoesNoDeeperAndComesBackFreely) {
   test::Move(
       simulation, params, 5, 5.5, 5, [&](const TickOutput& o) { out = o; }, 0);
   EXPECT_NEAR(simulation.state().deepest_mm, deepest, 1e-9);
-  // Wedged: the hand feels the full stretch of the coupling.
+  // The slice is wedged, so the hand feels the full stretch of the coupling.
   EXPECT_NEAR(Against(out, params), params.coupling_N_per_mm * (5.5 - deepest) + 0.01 * 5, 0.3);
   EXPECT_TRUE(out.status & kTickSpindleStopped);
   test::Move(
@@ -400,7 +406,7 @@ TEST(SlabCut, BoneIsNotCutTwice) {
   test::Move(simulation, params, 0, 5.9, 5,
              [&](const TickOutput& out) { worst_N = std::max(worst_N, std::abs(Against(out, params))); });
   EXPECT_EQ(simulation.state().cutting_mJ, cutting_mJ);
-  // Only inertia and the coupling's damper, with a hand that reverses abruptly: at most m v / dt.
+  // Only inertia and the coupling's damper act. When the hand reverses abruptly, the force is at most m v / dt.
   EXPECT_LT(worst_N, 0.2);
 }
 

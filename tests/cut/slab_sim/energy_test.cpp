@@ -50,7 +50,7 @@ TEST(SlabEnergy, BalancesToRoundingAndLossesOnlyGrowForAnyHand) {
     const SlabParams params = RandomParams(random);
     SlabProfile profile = test::UniformProfile(Draw(random, 300, 20000), 0.3, Draw(random, 2, 30));
     profile.layers.push_back({Draw(random, 0.5, 1.9), 0, 0, 0});
-    double hand = random() % 2 ? -1 : 1.95;  // outside the bone, or set down inside it
+    double hand = random() % 2 ? -1 : 1.95;  // the hand starts outside the bone or is set down inside it
     SlabSimulation simulation(profile, params, HandAt(hand, params));
     SlabState before = simulation.state();
     double v = 0;
@@ -67,7 +67,7 @@ TEST(SlabEnergy, BalancesToRoundingAndLossesOnlyGrowForAnyHand) {
       const SlabState& s = simulation.state();
       ASSERT_TRUE(std::isfinite(out.f_T_W_N.x + s.kinetic_mJ + s.elastic_mJ)) << "seed " << seed << " tick " << i;
       largest = std::max({largest, s.kinetic_mJ + s.elastic_mJ, std::abs(s.hand_work_mJ), s.numerical_mJ});
-      // Sums of up to 1e6 terms of that size, each rounded to 1e-16.
+      // The sums have up to 1e6 terms of that size, each rounded to 1e-16.
       ASSERT_NEAR(test::CalcImbalance(s), 0, 1e-9 * largest + 1e-12) << "seed " << seed << " tick " << i;
       ASSERT_GE(s.friction_mJ, before.friction_mJ);
       ASSERT_GE(s.cutting_mJ, before.cutting_mJ);
@@ -79,7 +79,7 @@ TEST(SlabEnergy, BalancesToRoundingAndLossesOnlyGrowForAnyHand) {
     }
     freed += before.free;
   }
-  // The random motion included separation and stick.
+  // The random motions must have included separation and sticking.
   EXPECT_GT(freed, 20);
   EXPECT_GT(stuck, 1000);
 }
@@ -136,7 +136,7 @@ TEST(SlabEnergy, CuttingThroughCostsTheIntegralOfTheLawAlsoInOneJump) {
   params.reading = PaperReading::kCorrected;
   params.mass_g = 0.01;
   const double depth = 9;
-  // Integral of n(h) F_1 over the depth, by the midpoint rule with 1e5 steps.
+  // The integral of n(h) F_1 over the depth, by the midpoint rule with 1e5 steps.
   double expected = 0;
   for (int i = 0; i < 100000; ++i) {
     expected +=
@@ -150,7 +150,7 @@ TEST(SlabEnergy, CuttingThroughCostsTheIntegralOfTheLawAlsoInOneJump) {
       test::Move(simulation, params, -1, 12, 10, [](const TickOutput&) {});
     }
     ASSERT_TRUE(simulation.state().free);
-    // Slow motion: an error of 1e-3. A jump is split into sub-steps of 0.02 mm, each with the law at its start.
+    // With slow motion the error is 1e-3. A jump is split into substeps of 0.02 mm, each with the law at its start.
     EXPECT_NEAR(simulation.state().cutting_mJ, expected, (jump ? 0.02 : 0.002) * expected) << jump;
   }
 }

@@ -46,8 +46,8 @@ TEST(BoneProfile, LayeredBlockHasItsLayersAtTheirDepthsInAnyPose) {
     const CutPlane plane{block.X_WB.Point({0, 0, 8}), block.X_WB.Vector({0, 1, 0})};
     const Vec3 down_W = block.X_WB.Vector({0, 0, -1});
     const SlabProfile profile = MakeBoneProfile(bone, plane, 0.25, down_W, 11);
-    // Steps of a quarter of a voxel; the surface is more accurate than that, and borders of regions are known to half a
-    // voxel's diagonal.
+    // The profile is sampled every quarter of a voxel; the surface is more accurate than that, and borders of regions
+    // are known to half a voxel's diagonal.
     EXPECT_NEAR(profile.entry_mm, glm::dot(block.X_WB.p_AB, down_W), 0.1);
     EXPECT_NEAR(profile.end_mm, 10, 0.15);
     // Samples are on columns one voxel apart: the area is accurate to one voxel of width and two of height.
@@ -87,7 +87,8 @@ TEST(BoneProfile, SamplesAcrossTheSlicesThickness) {
   block.voxel_mm = 0.2;
   const Bone bone = MakeBlock(block, DefaultMandibleTable());
   const SlabProfile whole = MakeBoneProfile(bone, {{0, 0, 20}, {0, 1, 0}}, 0.9, {0, 0, -1}, 11);
-  // 0.9 mm about y = 3.9: one of its three layers of samples (3.6, 3.9, 4.2) is outside the block, which ends at 4.
+  // The slice is 0.9 mm thick about y = 3.9. One of its three layers of samples (3.6, 3.9, 4.2) is outside the block,
+  // which ends at 4.
   const SlabProfile edge = MakeBoneProfile(bone, {{0, 3.9, 20}, {0, 1, 0}}, 0.9, {0, 0, -1}, 11);
   EXPECT_NEAR(edge.slice_mm3, 2.0 / 3 * whole.slice_mm3, 0.01 * whole.slice_mm3);
 }
@@ -113,7 +114,7 @@ TEST(SlabResistance, CorrectedIsTheSumOverTheArcToothByTooth) {
   const SlabResistance law(profile, params);
   const double R = params.saw.radius_mm();
   for (const double depth : {0.5, 1.1, 6.6, 9.0, 18.0, 21.9, 25.0, 32.0, 32.5}) {
-    // Brute force: 200,000 points of half of the rim, from its lowest point up.
+    // Compared with brute force: 200,000 points on half of the rim, from its lowest point up.
     double force = 0;
     constexpr int kPoints = 200000;
     for (int i = 0; i < kPoints; ++i) {

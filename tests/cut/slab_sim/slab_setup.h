@@ -10,7 +10,8 @@ namespace kerf::test {
 inline constexpr double kTick_s = 0.001;
 inline constexpr double kRpm = 7500;
 
-/// One layer, `end_mm` deep, whose top is reached with the disc's centre one radius above y = 0. E = 0: nothing to cut.
+/// Makes a profile of one layer, `end_mm` deep, whose top is reached with the disc's centre one radius above y = 0.
+/// With E = 0 there is nothing to cut.
 inline SlabProfile UniformProfile(double E_MPa, double nu, double end_mm) {
   SlabProfile profile;
   profile.layers.push_back({0, E_MPa > 0 ? 24 : 0, E_MPa, nu});
@@ -19,7 +20,7 @@ inline SlabProfile UniformProfile(double E_MPa, double nu, double end_mm) {
   return profile;
 }
 
-/// Pose of the hand for which the blade's edge, coupled without stretch, is `depth_mm` deep.
+/// Returns the pose of the hand for which the blade's edge, coupled without stretch, is `depth_mm` deep.
 inline Pose HandAt(double depth_mm, const SlabParams& params) {
   return {Quat(1, 0, 0, 0), (depth_mm - params.saw.radius_mm()) * params.direction_W};
 }
@@ -35,13 +36,13 @@ void Move(SlabSimulation& simulation, const SlabParams& params, double from_mm, 
   }
 }
 
-/// Energy that is not accounted for, mJ, since a state of rest with slack springs.
+/// Returns the energy that is not accounted for, mJ, since a state of rest with slack springs.
 inline double CalcImbalance(const SlabState& s) {
   return s.kinetic_mJ + s.elastic_mJ -
          (s.hand_work_mJ - s.friction_mJ - s.cutting_mJ - s.damping_mJ - s.released_mJ - s.numerical_mJ);
 }
 
-/// Force on the hand against the cut, N.
+/// Returns the force on the hand that opposes the cut, N.
 inline double Against(const TickOutput& out, const SlabParams& params) {
   return -glm::dot(out.f_T_W_N, params.direction_W);
 }

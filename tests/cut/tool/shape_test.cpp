@@ -50,7 +50,8 @@ TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndTheRequestedSpacin
     for (const FacePoint& q : shape.faces) {
       if (&q != &p && q.n_T.z == p.n_T.z) nearest = std::min(nearest, glm::length(q.p_T - p.p_T));
     }
-    // Half a spacing to the next ring and at most a full spacing along it; rings near the spindle are short.
+    // The next ring is half a spacing away, and a point on it at most a full spacing along it; rings near the spindle
+    // are short.
     EXPECT_LE(nearest, 1.2 * spacing);
   }
   EXPECT_NEAR(outermost, 10.7, 1e-9);
@@ -81,8 +82,8 @@ TEST(ToolShape, BallHasFlutesTimesTheirLengthOfEdge) {
 }
 
 TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
-  // Teeth times max(0, cos) for a feed along x: flutes r / (2 pi w) * int dtheta dphi max(0, sin theta cos phi)
-  // = flutes r / (2 pi w) * 2 * 2 = 2 flutes r / (pi w).
+  // The sum of the teeth times max(0, cos) for a feed along x is flutes r / (2 pi w) * int dtheta dphi max(0, sin theta
+  // cos phi) = flutes r / (2 pi w) * 2 * 2 = 2 flutes r / (pi w).
   const BallBurr ball;
   const double exact = 2 * ball.flutes * ball.radius_mm() / (M_PI * ball.tooth_width_mm);
   double error[2];
@@ -93,7 +94,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
     error[i] = std::abs(sum / exact - 1);
   }
   EXPECT_LT(error[0], 0.005);         // midpoint rule, 16 x 32 points
-  EXPECT_LT(error[1], error[0] / 8);  // second order would give 1/16
+  EXPECT_LT(error[1], error[0] / 8);  // exact second order would give 1/16
 }
 
 TEST(Tool, ValuesOutOfRangeAreNamed) {

@@ -54,7 +54,7 @@ std::string Refusal(Call&& call) {
   return "";
 }
 
-TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {  // I20
+TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {
   Session s;
   Plunge(1).Run(s.simulation);
   const std::uint32_t saved = s.Checkpoint("saved");
@@ -68,7 +68,7 @@ TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {  // I20
   UndoTo(s.simulation, s.journal, saved, &kAway);
   EXPECT_EQ(CountOtherVoxels(before, s.simulation.bone()), 0u);
   EXPECT_EQ(s.simulation.bone().CalcHash(), before.CalcHash());
-  // Except for rounding: 1e-9 of the bone.
+  // Equal except for rounding, 1e-9 of the bone.
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
   Redo(s.simulation, s.journal, &kAway);
   EXPECT_EQ(CountOtherVoxels(after, s.simulation.bone()), 0u);
@@ -85,7 +85,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
     struct Copy {
       std::uint32_t number;
       Bone bone;
-      std::optional<double> removed_mm3;  // reading it settles the account, which must have no effect
+      std::optional<double> removed_mm3;  // reading it settles the account, which must not affect the restored bone
     };
     std::vector<Copy> kept{{0, s.simulation.bone(), 0}};
     struct Redone {
@@ -143,7 +143,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
           break;
       }
     }
-    // And back to the start.
+    // And now back to the start.
     UndoTo(s.simulation, s.journal, 0, &kAway);
     RC_ASSERT(CountOtherVoxels(kept[0].bone, s.simulation.bone()) == 0u);
   }));
@@ -181,7 +181,7 @@ TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
   params.tool = BallBurr{.diameter_mm = 6};
   params.coupling.max_force_N = 1000;
   Session s({}, params);
-  // Back and forth until leaves are empty; settling turns those into air.
+  // The saw moves back and forth until leaves are empty; settling turns those into air.
   s.simulation.SetDown(OverBar(-6, 0, 7));
   for (int i = 1; i <= 3000; ++i) {
     s.simulation.Tick({.X_WH = OverBar(-6 + 12 * std::abs(std::sin(0.004 * i)), 0, 7 - 0.0018 * i), .rpm = 30000});
@@ -256,13 +256,13 @@ TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
   EXPECT_EQ(s.journal.job(), nullptr);
   const std::uint32_t later = s.Checkpoint("later");
   const Bone bone = s.simulation.bone();
-  // Drained in small amounts.
+  // The ring is drained in small amounts.
   Plunge(2).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoTo(s.simulation, s.journal, later);
   EXPECT_EQ(CountOtherVoxels(bone, s.simulation.bone()), 0u);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
             "that checkpoint is no longer kept: undo can go back to 'later' at the earliest");
-  // A job prepared before data are lost is refused.
+  // A job that was prepared before data were lost is refused.
   Plunge(3).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoJob* job = s.journal.PrepareUndo(later);
   const std::uint64_t hash = s.simulation.bone().CalcHash();
@@ -277,7 +277,7 @@ TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
 
 TEST(UndoJournal, TakenOutPieceIsRestoredAndCountedAsBefore) {
   Session s;
-  // Cuts through the bar: the disc is 8 mm wide, the bar 6 mm thick.
+  // The saw cuts through the bar: the disc is 8 mm wide, and the bar is 6 mm thick.
   s.simulation.SetDown(OverBar(2, 0, 9));
   for (int i = 1; i <= 1500; ++i) {
     s.simulation.Tick({.X_WH = OverBar(2, 0, 9 - 0.0065 * i)});

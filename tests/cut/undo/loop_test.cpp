@@ -1,4 +1,5 @@
-// Undo in a running loop: while the saw cuts, bit for bit, without a jump in the force, and repeatable from its events.
+// Undo in a running loop, while the saw cuts: it is exact bit for bit, causes no jump in the force, and can be repeated
+// from its events.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -96,7 +97,7 @@ LoopParams QuietParams() {
   return params;
 }
 
-/// The bone after `ticks` ticks of the stage without undo.
+/// Returns the bone after `ticks` ticks of the stage without undo.
 Bone BoneAfter(std::int64_t ticks) {
   Stage s;
   VirtualClock clock;
@@ -181,7 +182,7 @@ TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
     });
     hash = s.simulation.bone().CalcHash();
   };
-  // A slow reader that requests several checkpoints and undos, and prepares jobs some ticks before they begin.
+  // The reader is slow: it requests several checkpoints and undos, and prepares jobs some ticks before they begin.
   run(
       [&](Stage& s, std::size_t tick) {
         if (tick % 37 == 0) s.journal.Drain();
@@ -231,7 +232,7 @@ TEST(UndoInTheLoop, RedoIsRefusedAfterACut) {
     if (tick == 800) s.restores.Send(*s.journal.PrepareUndo(0));
     if (job != nullptr && job->state == RestoreJob::State::kDone && s.journal.Finish() && !tried) {
       tried = true;
-      // Prepared at once, but sent when the saw is in the bone again.
+      // The job is prepared at once, but sent when the saw is in the bone again.
       s.journal.PrepareRedo();
     }
     if (tick == 1200) s.restores.Send(*s.journal.job());
@@ -269,8 +270,8 @@ TEST(UndoInTheLoop, MirrorReadOnAnotherThreadMatchesTheLoopsBone) {
   for (int round = 0; round < 6; ++round) {
     s.restores.AskCheckpoint(s.journal.Name(std::to_string(round)));
     for (int i = 0; i < 40; ++i) read();
-    // The saw keeps cutting while an undo is prepared, so it may be refused, more often on a busy machine, and is then
-    // repeated.
+    // The saw keeps cutting while an undo is prepared, so the undo may be refused, more often on a busy machine; it is
+    // then repeated.
     bool done = false;
     for (int tries = 0; !done && tries < 100; ++tries) {
       const auto kept = s.journal.checkpoints();
@@ -282,7 +283,7 @@ TEST(UndoInTheLoop, MirrorReadOnAnotherThreadMatchesTheLoopsBone) {
     try {
       s.restores.Send(*s.journal.PrepareRedo());
       finish();
-    } catch (const Error&) {  // the bone was cut in between
+    } catch (const Error&) {  // the bone was cut in the meantime
     }
   }
   loop.Stop();

@@ -17,7 +17,7 @@
 
 namespace kerf::test {
 
-/// Number of voxels in the leaves of either bone whose bits differ, including voxels outside the band.
+/// Returns the number of voxels in the leaves of either bone whose bits differ, including voxels outside the band.
 inline std::size_t CountOtherVoxels(const Bone& a, const Bone& b) {
   std::set<openvdb::Coord> origins;
   for (const Bone* bone : {&a, &b}) {
@@ -67,7 +67,7 @@ struct Plunge {
     tilt = draw(-0.6, 0.6);
     depth_mm = draw(0.5, 4.5);
   }
-  /// Calls each(out) after each tick.
+  /// Runs the plunge and calls each(out) after each tick.
   template <typename Each>
   void Run(CoupledSimulation& simulation, Each&& each) const {
     const double top_mm = 3 + 4 + 1.5;

@@ -1,5 +1,5 @@
-// The bridge's packets: C++ and C write the same bytes and read each other's, damage is detected, and the field matches
-// its closed form.
+// The bridge's packets: the C++ and C code write the same bytes and read each other's packets, damage is detected, and
+// the force field matches its closed form.
 #include "device/devices/bridge/bridge_packet.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
   double Real(double most) { return std::uniform_real_distribution<double>(-most, most)(random_); }
-  /// A vector with the precision of a packet.
+  /// Returns a vector with the precision of a packet.
   Vec3 Vector(double most) { return {Single(most), Single(most), Single(most)}; }
   double Positive(double most) { return std::abs(Single(most)); }
   std::uint32_t Word() { return static_cast<std::uint32_t>(random_()); }
@@ -30,7 +30,7 @@ class Draw {
   }
 
  private:
-  /// A value with few enough bits to be exact in single precision, up to 500.
+  /// Returns a value of at most 500 with few enough bits to be exact in single precision.
   double Single(double most) { return std::round(32768 * Real(most)) / 32768; }
 
   std::mt19937_64 random_;
@@ -184,7 +184,7 @@ TEST(BridgePacket, DescriptionsAndRefusalsAreTheSameBytesInBothLanguages) {
   EXPECT_EQ(refusal->text, "another client");
   EXPECT_EQ(WriteBridgeRefusal(header, *refusal), theirs);
 
-  // A text that is too long is truncated.
+  // A refusal whose text is too long is truncated.
   kerf_bridge_write_refusal(theirs.data(), &c_header, KERF_BRIDGE_BUSY, std::string(500, 'x').c_str());
   EXPECT_EQ(ReadBridgeRefusal(theirs).value_or(BridgeRefusal{}).text, std::string(79, 'x'));
 }
@@ -219,7 +219,7 @@ TEST(BridgePacket, CAndCppAcceptTheSameOfAMillionRandomPackets) {
         bytes[draw.Word() % 124] = static_cast<std::uint8_t>(draw.Word());
       }
     }
-    // Usually with a correct checksum; otherwise no packet would reach the checks of the fields.
+    // The checksum is usually correct; otherwise hardly any packet would reach the checks of the fields.
     if (draw.Word() % 8 != 0) {
       const std::uint32_t sum = CalcCrc32(std::span(bytes).first(124));
       std::memcpy(&bytes[124], &sum, 4);
@@ -262,7 +262,7 @@ TEST(BridgeField, IsTheClosedForm) {
   command.damping_Ns_per_mm = 0.01;
   const Vec3 rest{0};
   EXPECT_EQ(CalcFieldForce(command, {7, 9, 10}, rest, 0), Vec3(0, 0, 2));   // sideways motion has no effect
-  EXPECT_EQ(CalcFieldForce(command, {0, 0, 8}, rest, 0), Vec3(0, 0, 3));    // deeper in the wall
+  EXPECT_EQ(CalcFieldForce(command, {0, 0, 8}, rest, 0), Vec3(0, 0, 3));    // deeper inside the wall
   EXPECT_EQ(CalcFieldForce(command, {0, 0, 12}, rest, 0), Vec3(0, 0, 1));   // outwards
   EXPECT_EQ(CalcFieldForce(command, {0, 0, 15}, rest, 0), rest);            // the wall does not pull
   EXPECT_EQ(CalcFieldForce(command, {0, 0, -90}, rest, 8), Vec3(0, 0, 8));  // limited to the device's peak
@@ -284,7 +284,7 @@ TEST(BridgeField, IsTheSameInC) {
     ToC(v, v_c);
     kerf_bridge_field(&c, x_c, v_c, static_cast<float>(peak_N), f_c);
     const Vec3 f = CalcFieldForce(command, x, v, peak_N);
-    ASSERT_LT(glm::length(FromC(f_c) - f), 1e-6 * (1 + glm::length(f)));  // the C version is in single precision
+    ASSERT_LT(glm::length(FromC(f_c) - f), 1e-6 * (1 + glm::length(f)));  // the C version uses single precision
     ASSERT_TRUE(peak_N == 0 || glm::length(f) <= peak_N * (1 + 1e-12));
   }
 }
@@ -446,7 +446,7 @@ TEST(BridgeClient, StaleStateIsNotReady) {
     EXPECT_TRUE(ask(kMeasured_ns - before_ns).ready) << before_ns;
   for (const std::uint64_t age_ns : {0u, 1'000'000u, 50'000'000u})
     EXPECT_TRUE(ask(kMeasured_ns + age_ns).ready) << age_ns;
-  // A frozen state, or one from another clock: the pose is reported unchanged, with its own time.
+  // If the state is frozen or has a time from another clock, the pose is reported unchanged, with its own time.
   for (const std::uint64_t now_ns :
        {kMeasured_ns + 50'000'001, kMeasured_ns + 3'600'000'000'000, kMeasured_ns - 1'000'000'000, std::uint64_t{0}}) {
     const BridgeState reported = ask(now_ns);
@@ -480,7 +480,7 @@ TEST(BridgeClient, PeakOfZeroGivesNoForce) {
   // Even a very small peak is a limit.
   Client weak(1e-3f, 1e-3f);
   push(weak);
-  EXPECT_NEAR(glm::length(weak.Force()), 1e-3, 1e-9);  // single precision
+  EXPECT_NEAR(glm::length(weak.Force()), 1e-3, 1e-9);  // rounding of single precision
   EXPECT_NEAR(glm::length(weak.torque), 1e-3, 1e-9);
 }
 

@@ -1,4 +1,5 @@
-// The Falcon's legs: inverse and forward kinematics, finite differences, and conservation of power.
+// The Falcon's legs: inverse and forward kinematics, the Jacobian against finite differences, and conservation of
+// power.
 #include "device/devices/falcon/falcon_kinematics.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +33,7 @@ class FalconDraw {
 };
 
 TEST(FalconKinematics, AgreesWithTheFiguresOfTheReference) {
-  // Computed from libnifalcon's geometry by a separate program: counts of the legs at positions on the axes.
+  // Counts of the legs at positions on the axes, computed by a separate program from libnifalcon's geometry.
   struct Case {
     Vec3 p_D_mm;
     FalconCounts counts;
@@ -69,7 +70,8 @@ TEST(FalconKinematics, ForwardUndoesInverseOverTheWorkspace) {
 }
 
 TEST(FalconKinematics, InverseUndoesForwardOverTheCounts) {
-  // Counts from -1400 to 1000 that belong to a position within reach, found by rounding the counts of random positions.
+  // The counts are from -1400 to 1000 and belong to a position within reach; they are found by rounding the counts of
+  // random positions.
   FalconDraw draw(2);
   FalconForward forward;
   int inside = 0;
@@ -101,12 +103,12 @@ TEST(FalconKinematics, InverseUndoesForwardOverTheCounts) {
   EXPECT_GT(inside, 50000);
   EXPECT_LT(lowest, -1390);
   EXPECT_GT(highest, 990);
-  // 1e-9 m at the end of an arm of 60 mm.
+  // This angle is 1e-9 m at the end of an arm of 60 mm.
   EXPECT_LT(worst_rad, kSame_mm / 60);
 }
 
 TEST(FalconKinematics, JacobianIsTheDerivative) {
-  // Central differences with h = 0.01 mm: the error is h^2 times a third derivative, about 1e-4 / 60^3 rad/mm.
+  // The error of central differences with h = 0.01 mm is h^2 times a third derivative, about 1e-4 / 60^3 rad/mm.
   FalconDraw draw(3);
   constexpr double h = 0.01;
   for (int i = 0; i < 20000; ++i) {
@@ -181,7 +183,7 @@ TEST(FalconKinematics, KeepsTheLastPositionIfThereIsNoSolution) {
     EXPECT_FALSE(forward.Solve(impossible));
     EXPECT_LT(glm::length(forward.p_D_mm() - p), kSame_mm);
   }
-  // It also follows a jump to the far side.
+  // The solver also follows a jump to the far side.
   const Vec3 far(-20, 15, -30);
   ASSERT_TRUE(forward.Solve(*CalcFalconAnglesAt(far)));
   EXPECT_LT(glm::length(forward.p_D_mm() - far), kSame_mm);

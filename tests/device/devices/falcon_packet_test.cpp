@@ -1,4 +1,4 @@
-// The Falcon's packets: packed and unpacked, and a million damaged ones.
+// The Falcon's packets: packing and unpacking, and a million damaged packets.
 #include "device/devices/falcon/falcon_packet.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,8 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 TEST(FalconPacket, HasTheDocumentedBytes) {
-  // 0x1234, -1 and 0, homing on, green: nibbles from the lowest up, each + 0x41.
+  // The motor values are 0x1234, -1 and 0, with homing on and the green lamp: nibbles from the lowest up, each plus
+  // 0x41.
   const FalconPacket packet = Pack(FalconCommand{.motors = {0x1234, -1, 0}, .homing = true, .lamps = kFalconGreen});
   const FalconPacket expected = {'<',  0x45, 0x44, 0x43, 0x42, 0x50, 0x50, 0x50,
                                  0x50, 0x41, 0x41, 0x41, 0x41, 0x44, 0x41, '>'};
@@ -139,9 +140,10 @@ TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
 }
 
 TEST(FalconPacket, AMillionPacketsDamagedInAnyWay) {
-  // Any number of faults: bytes changed to any value, packets cut or merged. An accepted packet then has the right
-  // form, but may never have been sent, because a nibble that became another valid one can't be detected. The stream
-  // resynchronises at once: of two good packets in a row both are accepted, whatever preceded them.
+  // There may be any number of faults: bytes changed to any value, packets cut or merged. An accepted packet then has
+  // the right form, but may never have been sent, because a nibble that was changed to another valid one cannot be
+  // detected. The stream resynchronises at once: of two good packets in a row, both are accepted, whatever preceded
+  // them.
   std::mt19937_64 random(12);
   FalconPacketStream stream;
   std::int64_t forged = 0;

@@ -83,7 +83,7 @@ TEST(HaplyMessage, AMillionDamagedOnesAreReadOrRefused) {
     ASSERT_LE(glm::length(state.p_H_mm), 2e4);
     ASSERT_TRUE(!state.R_H_grip || std::abs(glm::length(*state.R_H_grip) - 1) < 1e-9);
   }
-  EXPECT_GT(read, 10'000);  // not all damaged messages are refused
+  EXPECT_GT(read, 10'000);  // not every damaged message is refused
 }
 
 TEST(HaplyMessage, ForceIsWritten) {

@@ -17,7 +17,7 @@ TEST(PlayedDevice, ReturnsTheTablesPosesBitExactlyAtTheirTimes) {
   std::vector<PlayedPose> poses;
   for (int i = 0; i < 1000; ++i) poses.push_back({0.001 * i, {At(0.1 * i, 0.001 * i), 0}});
   PlayedDevice device({}, poses);
-  // A sum of steps of 0.001 differs from 0.001 i by rounding.
+  // A sum of i steps of 0.001 differs from 0.001 i by rounding.
   for (int i = 0; i < 1000; ++i) {
     DeviceSample sample;
     ASSERT_TRUE(device.Read(sample));

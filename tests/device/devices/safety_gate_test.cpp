@@ -49,7 +49,7 @@ struct Bench {
     command.made_s = state.now_s;
     return out = gate.Step(command, state);
   }
-  /// A tick without a new command from the simulation.
+  /// Runs a tick without a new command from the simulation.
   GateOutput Silence() {
     Advance();
     return out = gate.Step(command, state);
@@ -80,7 +80,7 @@ TEST(SafetyGate, EachReasonHasItsSentence) {
 }
 
 TEST(SafetyGate, RampsInAsDocumented) {
-  // 100 ms of valid commands, then 3x^2 - 2x^3 over half a second.
+  // After 100 ms of valid commands, the force rises as 3x^2 - 2x^3 over half a second.
   Bench bench;
   for (int i = 1; i <= 1000; ++i) {
     const GateOutput out = bench.Tick();
@@ -155,8 +155,8 @@ TEST(SafetyGate, EveryFaultCausesASmoothRampToZero) {
     EXPECT_EQ(bench.gate.closed_by(), cases[n].reason) << n;
     EXPECT_EQ(bench.gate.count(cases[n].reason), before + 1) << n;
     EXPECT_FALSE(bench.out.open);
-    // The output falls from 2 N and 30 N mm to zero over 20 ms; the command is valid again, which does not reverse the
-    // ramp.
+    // The output falls from 2 N and 30 N mm to zero over 20 ms; in the meantime the command is valid again, which does
+    // not reverse the ramp.
     for (int i = 1; i <= 110; ++i) {
       const double x = std::min(i / 20.0, 1.0);
       const double left = 1 - x * x * (3 - 2 * x);
@@ -203,7 +203,7 @@ TEST(SafetyGate, GoodCommandsDoNotCutTheRampShort) {
 TEST(SafetyGate, SilenceIsAllowedForFiftyMilliseconds) {
   Bench bench;
   bench.Open();
-  // The clock is a sum of milliseconds, so the 50th tick may be early or late by rounding.
+  // The clock is a sum of milliseconds, so the 50th tick may be early or late because of rounding.
   for (int i = 0; i < 49; ++i) ASSERT_TRUE(bench.Silence().open) << i;
   bench.Silence();
   EXPECT_FALSE(bench.Silence().open);
@@ -226,7 +226,7 @@ TEST(SafetyGate, ADeviceMayBeSilentForFiftyMilliseconds) {
 }
 
 TEST(SafetyGate, LargerChangeIsPermittedAfterMissedTicks) {
-  // 8 N and 200 peaks per second: 1.6 N per tick.
+  // A slew rate of 200 times the peak of 8 N per second is 1.6 N per tick.
   for (const int missed : {0, 1, 3}) {
     for (const bool more : {false, true}) {
       Bench bench;
@@ -291,7 +291,7 @@ TEST(SafetyGate, PeakForceFallsToTheContinuousForce) {
     if (out.f_N.z > 0.9999 * peak) last_full_s = i * kDt_s - 0.1;
     hottest = std::max(hottest, bench.gate.heat());
   }
-  // The ramp adds a part of its half second.
+  // The ramp adds part of its half second.
   EXPECT_GT(last_full_s, full_s);
   EXPECT_LT(last_full_s, full_s + 0.5);
   EXPECT_NEAR(bench.out.f_N.z, continuous, 0.02 * continuous);
@@ -299,7 +299,7 @@ TEST(SafetyGate, PeakForceFallsToTheContinuousForce) {
   EXPECT_TRUE(bench.out.open);
   EXPECT_LE(hottest, 1 + 1e-3);
   EXPECT_EQ(bench.gate.count(GateReason::kHeat), 1U);
-  // At rest it cools: by a factor of e in 10 s.
+  // At rest the motors cool by a factor of e in 10 s.
   const double hot = bench.gate.heat();
   bench.command.f_N = Vec3(0);
   for (int i = 0; i < 10000; ++i) bench.Tick();
@@ -312,7 +312,7 @@ TEST(SafetyGate, RestartSetsZeroOutputButKeepsTheHeat) {
   bench.Open();
   const double heat = bench.gate.heat();
   bench.gate.Restart();
-  // Clock and sequence numbers both start again with other values.
+  // The clock and the sequence numbers both start again with other values.
   bench.state.now_s = -100;
   bench.command.number = 0;
   EXPECT_EQ(bench.Tick().f_N, Vec3(0));
@@ -349,7 +349,7 @@ TEST(SafetyGate, RefusesImpossibleOptions) {
   EXPECT_THROW(SafetyGate(MakeProfile(kNan)), Error);
 }
 
-/// Compares all output with the guarantees.
+/// Checks every output against the gate's guarantees.
 class Judge {
  public:
   Judge(const SafetyGate& gate, const DeviceProfile& profile) : gate_(gate), profile_(profile) {}
@@ -396,7 +396,7 @@ TEST(SafetyGate, KeepsItsGuaranteesOverAMillionRandomSteps) {
   GateState state;
   int open = 0;
   double angle = 0;
-  std::uint64_t mischief = 0;  // one of `mischief` steps is faulty, so that the gate can open in between
+  std::uint64_t mischief = 0;  // one in `mischief` steps is faulty, so that the gate can open in between
   for (int i = 0; i < 1000000; ++i) {
     if (i % 5000 == 0) mischief = i / 5000 % 4 == 0 ? 5 : (i / 5000 % 4 == 1 ? 100 : 3000);
     const auto is_odd = [&] { return random() % mischief == 0; };

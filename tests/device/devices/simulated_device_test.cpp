@@ -1,4 +1,4 @@
-// The simulated device and its hand against closed forms, and faults of a device.
+// The simulated device and its hand, compared with closed forms, and faults of a device.
 #include "device/devices/simulated_device.h"
 
 #include <gmock/gmock.h>
@@ -72,12 +72,13 @@ TEST(SimulatedDevice, KeepsItsEnergyWithoutDampingAndFriction) {
   };
   const double start = energy();
   for (int i = 0; i < 20000; ++i) device.Elapse(kSimulatedDeviceDt_s);
-  EXPECT_NEAR(energy(), start, 1e-9 * start);  // 400000 rounding errors
+  EXPECT_NEAR(energy(), start, 1e-9 * start);  // allows for 400,000 rounding errors
 }
 
 TEST(SimulatedDevice, PortWorkIsTheWorkOnTheMotors) {
-  // A damper of 0.01 N s/mm on the motors and a hand with a sawing motion: input energy = loss in the hand's own damper
-  // + port + stored energy. Only the motors' side is checked: the held force times the motion in each tick.
+  // The motors simulate a damper of 0.01 N s/mm, and the hand makes a sawing motion. The energy put in equals the loss
+  // in the hand's own damper plus the energy at the motors plus the stored energy. Only the motors' side is checked:
+  // the held force times the motion in each tick.
   SimulatedDevice device(FindDeviceProfile("omega_3"), FindHandModel("H2"), PoseAt(0), Fine());
   device.SetScript(
       IntentionScript(PoseAt(0), {{.seconds = 2, .X_WH = PoseAt(5), .saw_W_mm = Vec3(0, 3, 0), .saw_Hz = 3}}));
@@ -185,7 +186,8 @@ TEST(SimulatedDevice, InvalidTimeStepsMoveNothing) {
 }
 
 TEST(SimulatedDevice, HandYieldsToTorqueByItsTorsionalStiffness) {
-  // 6 degrees of freedom: a held torque of 100 N mm on 2000 N mm/rad gives 0.05 rad, approached as 1 - e^(-t/10 ms).
+  // With 6 degrees of freedom, a held torque of 100 N mm on 2000 N mm/rad gives 0.05 rad, approached as 1 - e^(-t/10
+  // ms).
   SimulatedDevice device(FindDeviceProfile("ideal"), FindHandModel("H3"), PoseAt(0));
   device.SetIntention({.X_WH = PoseAt(0)});
   ASSERT_TRUE(device.Write(Vec3{0}, Vec3(0, 0, 100)));
@@ -202,8 +204,9 @@ TEST(SimulatedDevice, HandYieldsToTorqueByItsTorsionalStiffness) {
 }
 
 TEST(SimulatedDevice, YieldingPushStaysConstantWhileTheToolAdvances) {
-  // Against a damper of 0.1 N s/mm, a held push of 5 N would move at 50 mm/s. If the hand's spring were anchored (k =
-  // 0.2 N/mm), it would stop at 25 mm. A spring that yields with a time constant of 0.5 s pulls with only k v 0.5 s.
+  // Against a damper of 0.1 N s/mm, a constant push of 5 N would move the handle at 50 mm/s. If the hand's spring were
+  // anchored (k = 0.2 N/mm), it would stop at 25 mm. A spring that yields with a time constant of 0.5 s pulls only with
+  // k v 0.5 s.
   SimulatedDevice device(MakePlain(), FindHandModel("H2"), PoseAt(0), Fine());
   device.SetIntention({.X_WH = PoseAt(0), .push_W_N = Vec3(5, 0, 0), .yield_s = 0.5});
   double v = 0;
@@ -241,7 +244,8 @@ TEST(IntentionScript, StrokesHaveMinimumJerkAndConsistentVelocity) {
     const Intention wanted = script.Calc(t);
     const double h = 1e-5;
     const Vec3 slope = (script.Calc(t + h).X_WH.p_AB - script.Calc(t - h).X_WH.p_AB) / (2 * h);
-    // Central difference: h^2/6 times the third derivative (60 L/T^3 and A w^3), rounding 1e-10.
+    // The error of the central difference is h^2/6 times the third derivative (60 L/T^3 and A w^3), plus rounding of
+    // 1e-10.
     EXPECT_LT(glm::length(slope - wanted.v_W_mm_per_s), 1e-4) << t;
     fastest = std::max(fastest, wanted.v_W_mm_per_s.x);
   }

@@ -27,7 +27,7 @@ TEST(AdaptiveVelocity, IsExactForALineThatNeedsNoRounding) {
 }
 
 TEST(AdaptiveVelocity, ErrorFallsWithTheWindow) {
-  // Constant speed: the slope between the ends of a window of n steps is off by at most one quantum divided by the
+  // At constant speed, the slope between the ends of a window of n steps is off by at most one quantum divided by the
   // window's time, since each end is off by half a quantum. The window is shortened only if rounding exceeds a quantum,
   // which never happens on a line.
   for (const int samples : {4, 16, 32}) {
@@ -43,7 +43,7 @@ TEST(AdaptiveVelocity, ErrorFallsWithTheWindow) {
 }
 
 TEST(AdaptiveVelocity, WindowShortensWhenMotionReverses) {
-  // From 100 mm/s to -100 mm/s abruptly: a fixed window of 15 steps would still give 0 after 7 ms.
+  // The speed changes abruptly from 100 mm/s to -100 mm/s; a fixed window of 15 steps would still give 0 after 7 ms.
   AdaptiveVelocity velocity(0.001);
   double x = 0;
   for (int i = 0; i < 100; ++i) velocity.Update(Vec3(x += 0.1, 0, 0), kVelocityDt_s);
@@ -85,8 +85,8 @@ TEST(AdaptiveVelocity, HoldsTheVelocityOverRepeatedSamplesOnlyForAWhile) {
 }
 
 TEST(AdaptiveVelocity, RepeatedSamplesOfASlowHandleAreNotAFault) {
-  // 4 mm/s in steps of 0.01 mm: two of three samples are repeated, which is not a fault. The window of 16 ms gives 4
-  // mm/s to within one step per window.
+  // At 4 mm/s in steps of 0.01 mm, three of five samples repeat the previous one, which is not a fault. The window of
+  // 16 ms gives 4 mm/s to within one step per window.
   AdaptiveVelocity velocity(0.01);
   Vec3 v{0};
   for (int i = 0; i < 200; ++i) {

@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// Positions up to 200 mm and a few consecutive rotations: 1e-12 mm is a few roundings of 2^-52 * 200.
+// For positions up to 200 mm and a few consecutive rotations; 1e-12 mm is a few rounding errors of 2^-52 * 200.
 constexpr double kRounding_mm = 1e-12;
 
 class WorkspaceDraw {
@@ -33,9 +33,9 @@ double CalcAngle(const Quat& a, const Quat& b) {
 
 TEST(Workspace, DefaultOrientationFacesThePatient) {
   const Workspace workspace({});
-  EXPECT_LT(glm::length(workspace.ToWorld({1, 0, 0}) - Vec3(1, 0, 0)), 1e-15);   // right: the patient's left
-  EXPECT_LT(glm::length(workspace.ToWorld({0, 1, 0}) - Vec3(0, 0, 1)), 1e-15);   // up: towards the head
-  EXPECT_LT(glm::length(workspace.ToWorld({0, 0, 1}) - Vec3(0, -1, 0)), 1e-15);  // towards the user: towards the front
+  EXPECT_LT(glm::length(workspace.ToWorld({1, 0, 0}) - Vec3(1, 0, 0)), 1e-15);   // right is the patient's left
+  EXPECT_LT(glm::length(workspace.ToWorld({0, 1, 0}) - Vec3(0, 0, 1)), 1e-15);   // up is towards the head
+  EXPECT_LT(glm::length(workspace.ToWorld({0, 0, 1}) - Vec3(0, -1, 0)), 1e-15);  // towards the user is to the front
 }
 
 RC_GTEST_PROP(Workspace, SettingTheAnchorMovesNothing, (std::uint64_t seed)) {
@@ -55,12 +55,12 @@ RC_GTEST_PROP(Workspace, RoundTripIsExact, (std::uint64_t seed)) {
   workspace.Anchor(draw.Pose_(), draw.Pose_());
   const Pose X_DH = draw.Pose_();
   const Pose back = workspace.CalcHandlePose(workspace.CalcToolPose(X_DH));
-  RC_ASSERT(glm::length(back.p_AB - X_DH.p_AB) < 1e2 * kRounding_mm);  // divided by a scale of 0.1
+  RC_ASSERT(glm::length(back.p_AB - X_DH.p_AB) < 1e2 * kRounding_mm);  // the error is divided by a scale of 0.1
   RC_ASSERT(CalcAngle(back.R_AB, X_DH.R_AB) < 1e-13);
 }
 
-/// Work at the handle and at the tool: with a scale s the tool's point moves s times as far, so the same force does s
-/// times the work. With s = 1 the mapping neither creates nor dissipates energy.
+/// Compares the work at the handle and at the tool. With a scale s, the tool's point moves s times as far, so the same
+/// force does s times the work. With s = 1 the mapping neither creates nor dissipates energy.
 RC_GTEST_PROP(Workspace, WorkScalesWithTheMotionScale, (std::uint64_t seed)) {
   WorkspaceDraw draw(seed);
   const double scale = draw.Number(0.1, 5);
@@ -74,7 +74,7 @@ RC_GTEST_PROP(Workspace, WorkScalesWithTheMotionScale, (std::uint64_t seed)) {
   const Vec3 way_W = workspace.CalcToolPose(X_DH_later).Point(p_TC) - workspace.CalcToolPose(X_DH).Point(p_TC);
   const double at_tool = glm::dot(f_W, way_W);
   const double at_handle = glm::dot(workspace.ToDevice(f_W), X_DH_later.p_AB - X_DH.p_AB);
-  RC_ASSERT(std::abs(at_tool - scale * at_handle) < 1e-9);  // rounding: a few times 100 N times 1000 mm times 2^-52
+  RC_ASSERT(std::abs(at_tool - scale * at_handle) < 1e-9);  // rounding errors: a few times 100 N * 1000 mm * 2^-52
 }
 
 TEST(Workspace, RotatesTheToolOnlyIfOrientationIsSensed) {
@@ -96,7 +96,7 @@ TEST(Workspace, ScaledProfileKeepsTheStiffnessAtTheHandle) {
   profile.max_stiffness_N_per_mm = 3;
   profile.resolution_mm = 0.04;
   profile.workspace_radius_mm = 40;
-  // The tool moves 2 mm per 1 mm of the handle: a spring of 1.5 N/mm at the tool is one of 3 N/mm in the hand.
+  // The tool moves 2 mm for each 1 mm of the handle, so a spring of 1.5 N/mm at the tool is one of 3 N/mm in the hand.
   const DeviceProfile scaled = ScaleProfile(profile, 2);
   EXPECT_DOUBLE_EQ(scaled.max_stiffness_N_per_mm, 1.5);
   EXPECT_DOUBLE_EQ(scaled.resolution_mm, 0.08);

@@ -1,4 +1,4 @@
-// The bridge's driver against the example client in a separate process, and against faulty bridges.
+// The bridge's driver, tested with the example client in a separate process and with faulty bridges.
 #include "device/drivers/bridge_driver.h"
 
 #include <arpa/inet.h>
@@ -42,7 +42,7 @@ std::uint16_t PortOf(ChildProcess& example) {
   return static_cast<std::uint16_t>(std::stoi(line.substr(line.rfind(':') + 1)));
 }
 
-/// Options with long waits, so that a busy machine does not count as a fault.
+/// Returns options with long waits, so that a busy machine does not count as a fault.
 BridgeOptions MakeOptions(std::uint16_t port) {
   BridgeOptions options;
   options.port = port;
@@ -59,7 +59,8 @@ std::string MessageOfStart(BridgeDriver& driver) {
   return "nothing thrown";
 }
 
-/// Repeats until there is an answer: answers delayed by a busy machine are ignored by the tests.
+/// Repeats the exchange until there is an answer, so that the tests ignore the rounds whose answers a busy machine has
+/// delayed.
 RoundEnd ExchangeUntilAnswered(BridgeDriver& driver, const DriverCommand& command, DriverSample& sample) {
   RoundEnd end = RoundEnd::kNoAnswer;
   for (int i = 0; i < 100 && end == RoundEnd::kNoAnswer; ++i) {
@@ -122,7 +123,7 @@ std::vector<std::uint8_t> ToVector(const BridgeBytes& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// The answers of a good bridge, in C++.
+/// Answers as a good bridge would; written in C++.
 class GoodBridge {
  public:
   std::vector<std::uint8_t> Answer(std::span<const std::uint8_t> bytes) {
@@ -157,7 +158,7 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   EXPECT_EQ(driver.traits().buttons.size(), 2u);
   DriverSample sample;
   DriverCommand command;
-  // The hand's spring of 0.2 N/mm yields by 5 mm to 1 N, along z; the hand's intended position is 0.
+  // The hand's spring of 0.2 N/mm yields 5 mm to a force of 1 N along z; the hand's intended position is 0.
   command.f_D_N = {0, 0, 1};
   double z_mm = 0;
   // If the machine stalls between two rounds, the bridge outputs no force for a moment. If it stalls within a round,
@@ -176,7 +177,7 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   for (int i = 0; i < 1000 && driver.made_f_D_N().z < 3.2; ++i) driver.Exchange(command, sample);
   EXPECT_NEAR(glm::length(driver.made_f_D_N()), 3.3, 1e-5);
   EXPECT_EQ(driver.bad_packets(), 0u);
-  // The same program can begin a second session after a regular end.
+  // After a regular end, the same program can begin a second session.
   driver.Stop();
   EXPECT_EQ(driver.Exchange(command, sample), RoundEnd::kGone);
   driver.Start(nullptr);
@@ -189,8 +190,8 @@ TEST(BridgeDriver, BridgeComputesTheForceField) {
   options.valid_ms = 1000;
   BridgeDriver driver(options);
   driver.Start(nullptr);
-  // A wall at z = 2 that pushes with 1 N there, 0.3 N/mm; the hand's spring of 0.2 N/mm pulls to 0. At rest 1 - 0.3 (z
-  // - 2) = 0.2 z, z = 3.2 mm, a position that no command contains.
+  // A wall at z = 2 mm pushes with 1 N there and has 0.3 N/mm; the hand's spring of 0.2 N/mm pulls to 0. At rest,
+  // 1 - 0.3 (z - 2) = 0.2 z, so z = 3.2 mm, a position that no command contains.
   DriverCommand command;
   command.f_D_N = {0, 0, 1};
   command.p_D_mm = {0, 0, 2};
@@ -248,7 +249,7 @@ TEST(BridgeDriver, ABridgeThatIsStoppedGivesNoAnswerAndGoesOn) {
 }
 
 TEST(BridgeDriver, IsRefusedWhileAnotherProgramUsesTheDevice) {
-  // A program that is silent for two seconds loses the device.
+  // A program that sends nothing for two seconds loses the device.
   test::JudgeAwake(std::chrono::milliseconds(1000), [](test::LongestGap& /*own*/) {
     ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
     const std::uint16_t port = PortOf(example);
@@ -345,7 +346,8 @@ TEST(BridgeDriver, OldDuplicateAndDamagedAnswersAreIgnored) {
   BridgeDriver driver(options);
   driver.Start(nullptr);
   DriverSample sample;
-  // Some answers may be late on a busy machine. Returns the ends of all rounds until 15 of them are as wanted.
+  // On a busy machine, some answers may be late. Runs rounds until 15 of them have ended with `wanted`; returns how
+  // each round ended.
   const auto rounds_until = [&](RoundEnd wanted) {
     std::vector<RoundEnd> ends;
     for (int count = 0; ends.size() < 400 && count < 15;) {
@@ -359,12 +361,12 @@ TEST(BridgeDriver, OldDuplicateAndDamagedAnswersAreIgnored) {
   EXPECT_EQ(sample.X_DH.p_AB, Vec3(1, 2, 3));
   what = 1;
   std::vector<RoundEnd> ends = rounds_until(RoundEnd::kBadAnswer);
-  // Answers arrive in order: before the first bad one there may be good ones from earlier.
+  // Answers arrive in order, so earlier good ones may precede the first bad one.
   ends.erase(ends.begin(), std::find(ends.begin(), ends.end(), RoundEnd::kBadAnswer));
   EXPECT_THAT(ends, Not(Contains(RoundEnd::kSample)));
   what = 2;
   ends = rounds_until(RoundEnd::kBadAnswer);
-  EXPECT_LE(std::count(ends.begin(), ends.end(), RoundEnd::kSample), 1);  // the first one with that number
+  EXPECT_LE(std::count(ends.begin(), ends.end(), RoundEnd::kSample), 1);  // the first answer with that number
   what = 3;
   rounds_until(RoundEnd::kSample);
 }
@@ -409,7 +411,7 @@ TEST(BridgeDriver, BadCommandsGoOutAsZero) {
   EXPECT_TRUE(all_good);
 }
 
-/// A good bridge with a long delay: the answer to each command comes `late` commands later.
+/// A good bridge with a long delay: it answers each command `late` commands later.
 class FarBridge {
  public:
   FarBridge() : answerer_([this](std::span<const std::uint8_t> bytes) { return Answer(bytes); }) {}
@@ -473,7 +475,7 @@ TEST(BridgeDriver, ContinuousButOldAnswersEndTheForce) {
   EXPECT_EQ(servo.counts().samples, samples);
   EXPECT_GE(servo.counts().no_answers, 25u);
   EXPECT_GT(impatient.late_states(), 0u);
-  // Without the delay again.
+  // Now without the delay again.
   far.late = 0;
   DriverSample sample;
   RoundEnd end = RoundEnd::kNoAnswer;
@@ -482,8 +484,8 @@ TEST(BridgeDriver, ContinuousButOldAnswersEndTheForce) {
   EXPECT_EQ(sample.X_DH.p_AB, Vec3(1, 2, 3));
 }
 
-/// The client in C. While its servo loop hangs, only its answering thread runs. Its clock advances by 10 ms with each
-/// command.
+/// A bridge that uses the client in C. While its servo loop hangs, only its answering thread runs. The clock of the
+/// bridge advances by 10 ms with each command.
 class HangingBridge {
  public:
   HangingBridge() : answerer_([this](std::span<const std::uint8_t> bytes) { return Answer(bytes); }) {}
@@ -544,10 +546,10 @@ TEST(BridgeDriver, APromptAnswerWithAFrozenPoseEndsTheForce) {
   ASSERT_EQ(run(200), ServoState::kEngaged);
   EXPECT_TRUE(far.was_pushed);
   far.hangs = true;
-  run(10);  // 50 ms of the bridge's clock are five answers; then the gate closes within 20 ms
+  run(10);  // five answers take 50 ms on the bridge's clock; then the gate closes within 20 ms
   EXPECT_EQ(servo.state(), ServoState::kHoming);
   EXPECT_EQ(servo.sent_force_N(), Vec3{0});
-  // This is the case after any number of answers, although the user agrees all the time.
+  // The gate stays closed after any number of answers, although the user agrees all the time.
   far.was_pushed = false;
   EXPECT_EQ(run(100), ServoState::kHoming);
   EXPECT_EQ(servo.sent_force_N(), Vec3{0});
@@ -559,7 +561,7 @@ TEST(BridgeDriver, APromptAnswerWithAFrozenPoseEndsTheForce) {
 }
 
 TEST(BridgeDriver, OccasionallyLateAnswersAreAccepted) {
-  // Limits of 1 s for the age of answers and of 0.1 s for the wait in a round, so that late answers are still valid.
+  // Answers may be 1 s old and a round waits 0.1 s, so that late answers are still valid.
   test::JudgeAwake(std::chrono::milliseconds(80), [](test::LongestGap& /*own*/) {
     FarBridge far;
     BridgeOptions options = MakeOptions(far.port());
@@ -572,8 +574,8 @@ TEST(BridgeDriver, OccasionallyLateAnswersAreAccepted) {
     far.late_now_and_then = true;
     int samples = 0;
     for (int i = 0; i < 20; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
-    EXPECT_GE(samples, 12);  // 16, unless the machine stalls
-    // Every answer belongs to the previous command: old, but not too old.
+    EXPECT_GE(samples, 12);  // there are 16, unless the machine stalls
+    // From here on, every answer belongs to the previous command; it is old, but not too old.
     far.late_now_and_then = false;
     far.late = 1;
     driver.Exchange({}, sample);

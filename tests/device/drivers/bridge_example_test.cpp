@@ -1,4 +1,4 @@
-// The example bridge with more packets than it should handle in one turn.
+// The example bridge when more packets arrive than it should handle in one turn of its loop.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -56,7 +56,7 @@ TEST(BridgeExample, UpdatesItsDeviceEvenWithManyPackets) {
   BridgeBytes bytes{};
   asker.Send(WriteBridgeHello(header));
   ASSERT_TRUE(asker.Receive(bytes, 10'000));
-  // All packets are queued before it can read the first; each answer states when its state was measured.
+  // All packets are queued before the example can read the first; each answer states when its state was measured.
   example.Signal(SIGSTOP);
   for (int i = 0; i < 150; ++i) {
     ++header.sequence;
@@ -69,7 +69,7 @@ TEST(BridgeExample, UpdatesItsDeviceEvenWithManyPackets) {
     ++answers;
     ++answers_of_one_look[ReadBridgeHeader(bytes).value_or(BridgeHeader{}).time_ns];
   }
-  EXPECT_GT(answers, 64);  // all, except those that the socket's buffer dropped
+  EXPECT_GT(answers, 64);  // one for each packet, except those that the socket's buffer dropped
   for (const auto& [time_ns, count] : answers_of_one_look) EXPECT_LE(count, 64) << time_ns;
 }
 

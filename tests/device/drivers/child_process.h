@@ -10,7 +10,8 @@ namespace kerf::test {
 
 class ChildProcess {
  public:
-  /// Starts the program; its stdout can be read line by line. Throws std::runtime_error if it can't be started.
+  /// Starts the program; its stdout can be read line by line. Throws std::runtime_error if the program cannot be
+  /// started.
   explicit ChildProcess(const std::vector<std::string>& command);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;

@@ -1,4 +1,4 @@
-// The device check: its results for a known device, and that it never exceeds its limits.
+// The device check: it gets the right results for a known device and never exceeds its limits.
 #include "device/drivers/device_check.h"
 
 #include <gmock/gmock.h>
@@ -29,7 +29,8 @@ using testing::IsEmpty;
 constexpr double kQuantum_mm = 0.04;
 constexpr double kSpring_N_per_mm = 0.5;
 
-/// A handle on a spring, with a quantised position; at rest it alternates by one step.
+/// Moves a handle on a spring, with a quantised position; at rest, the position alternates between two neighbouring
+/// steps.
 void FeelSpring(ReportedDevice::State& state) {
   Vec3 p_mm = state.reported.f_D_N / kSpring_N_per_mm;
   p_mm.y += state.rounds / 3 % 2 == 0 ? kQuantum_mm : 0;
@@ -39,9 +40,9 @@ void FeelSpring(ReportedDevice::State& state) {
 DeviceCheckOptions ShortOptions() {
   DeviceCheckOptions options;
   options.homing_s = 60;
-  options.still_s = 2;     // 100 samples are required in it, from a device with up to 2000
+  options.still_s = 2;     // at least 100 samples are required in this time, of which the device makes up to 2000
   options.circle_s = 4;    // includes two seconds at full force: enough for the gate to reopen after a stall
-  options.buttons_s = 20;  // ends when all buttons were pressed
+  options.buttons_s = 20;  // at most; it ends when all buttons have been pressed
   return options;
 }
 
@@ -50,7 +51,8 @@ double FalconsPeak() {
 }
 
 TEST(DeviceCheck, MeasuresAKnownDevice) {
-  // Two seconds at rest and two at full force: if the machine stalls for half of them, there is no result.
+  // The check needs two seconds at rest and two at full force; if the machine stalls for half of either, there is no
+  // result.
   JudgeAwake(std::chrono::milliseconds(1000), [](LongestGap& own) {
     Served served(PatientOptions(), [](ReportedDevice::State& state) { state.feels = FeelSpring; });
     DeviceCheckOptions options = ShortOptions();
@@ -75,7 +77,7 @@ TEST(DeviceCheck, MeasuresAKnownDevice) {
     EXPECT_NEAR(r.least_step_mm, kQuantum_mm, 1e-9);
     EXPECT_NEAR(r.span_mm.y, kQuantum_mm, 1e-9);
     EXPECT_EQ(r.span_mm.x, 0);
-    // The two values alternate equally; samples that are skipped by chance make the ratio less even.
+    // Both values occur equally often; samples that are skipped by chance make the ratio less even.
     EXPECT_GT(r.noise_mm.y, 0.2 * kQuantum_mm);
     EXPECT_LE(r.noise_mm.y, 0.5 * kQuantum_mm + 1e-9);
     EXPECT_TRUE(r.made_force);
@@ -97,7 +99,7 @@ TEST(DeviceCheck, MeasuresAKnownDevice) {
 }
 
 TEST(DeviceCheck, EndsAtOnceWithoutForce) {
-  // The force rises within a second: a late check would find the full force.
+  // The force rises within a second, so a late check would find the full force.
   JudgeAwake(std::chrono::milliseconds(200), [](LongestGap& own) {
     Served served(PatientOptions(), [](ReportedDevice::State& state) { state.feels = FeelSpring; });
     DeviceCheckOptions options = ShortOptions();
@@ -139,12 +141,13 @@ TEST(DeviceCheck, ReportsEachFault) {
     EXPECT_THAT(r.faults, ElementsAre("the handle was not homed within 0.1 s: pull it out"));
     EXPECT_EQ(served.device->Look().largest_N, 0);
   }
-  // The last second at rest is evaluated.
+  // Only the last second at rest is evaluated.
   JudgeAwake(std::chrono::milliseconds(500), [](LongestGap& /*own*/) {
     DeviceCheckOptions options = ShortOptions();
     options.buttons_s = 0;
-    options.still_s = 1;  // measured five times
-    // One round in ten has no good answer, and the handle is never at rest: nothing holds it, and no force is made.
+    options.still_s = 1;  // the check measures up to five times
+    // One round in ten has no good answer, and the handle is never at rest, because nothing holds it; so no force is
+    // made.
     Served served(PatientOptions(), [](ReportedDevice::State& state) {
       state.feels = [](ReportedDevice::State& s) {
         s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
@@ -161,7 +164,7 @@ TEST(DeviceCheck, ReportsEachFault) {
 }
 
 TEST(DeviceCheck, ReportsWhyLessForceWasSentThanRequested) {
-  // A round that is 100 ms late also closes the gate, but for another reason.
+  // A round that is 100 ms late also closes the gate, but for a different reason.
   JudgeAwake(std::chrono::milliseconds(50), [](LongestGap& own) {
     DeviceServoOptions servo = PatientOptions();
     servo.servo.gate.lost_s = 0.05;
@@ -252,7 +255,7 @@ class LiveFalcon {
   ModelBus bus_;
 };
 
-/// Advances the model by at most 20 ms per round, however late the machine is; the hand continues from there.
+/// Advances the model by at most 20 ms per round, however late the round is; the hand continues from there.
 class LiveFalcon::Driver final : public DeviceDriver {
  public:
   Driver(LiveFalcon& falcon, std::unique_ptr<FalconDriver> driver)
@@ -360,7 +363,7 @@ TEST(WatchDevice, ShowsThePositionOnlyWhileTheDeviceAnswers) {
     state.sample.buttons = 0b0100;
   });
   const char* const reported = "right    +1.25  up    -2.50  towards you   +30.00 mm; buttons right";
-  // The text that must be shown next, and the change of the device that follows.
+  // Each text that must be shown next, with the change to the device that follows it.
   const std::vector<std::pair<std::string, std::function<void(ReportedDevice::State&)>>> sights = {
       {reported, [](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; }},
       {"; no answer", [](ReportedDevice::State& state) { state.end = RoundEnd::kSample; }},

@@ -1,4 +1,4 @@
-// The list of available devices, over a bus within the process.
+// The list of available devices, tested with a USB bus that is simulated within the process.
 #include "device/drivers/device_list.h"
 
 #include <gmock/gmock.h>
@@ -80,7 +80,7 @@ TEST(DeviceList, DistinguishesDevicesOfOneKindByTheirPorts) {
             "no Novint Falcon is plugged in at 1-7; 'kerf devices' lists the connected devices");
 }
 
-/// A gadget with the ids of WoodenHaptics and reports of another size, as other mbed boards may have.
+/// A gadget with the ids of WoodenHaptics but reports of a different size, as other mbed boards may have.
 class Gadget : public UsbModel {
  public:
   explicit Gadget(bool hid) : echo_({.vendor = 0x1234, .product = 6, .hid = hid}) {}
@@ -160,14 +160,14 @@ TEST(DeviceList, SilentDevicesAreReportedAsFailed) {
   bus.SetFaults(faults);
   const std::vector<FoundDevice> found = FindUsbDevices(bus);
   ASSERT_EQ(found.size(), 2U);
-  // It looks like a device without firmware, and loading the firmware may fix it.
+  // The device looks like one without firmware, and loading the firmware may fix it.
   EXPECT_EQ(found[0].state, DeviceState::kNoFirmware);
   EXPECT_EQ(found[1].state, DeviceState::kFailed);
   EXPECT_THAT(found[1].problem, HasSubstr("no reports"));
 }
 
-/// Options with long waits, for a busy machine. A failed start of Haply's service, which answers at once or never,
-/// takes the full timeout.
+/// Options with long waits, for a busy machine. Haply's service answers at once or never, so that a failed start takes
+/// the full timeout.
 DriverOptions MakePatientOptions() {
   DriverOptions options;
   options.ask_for_ms = 10'000;

@@ -70,7 +70,7 @@ TEST(DeviceServoAgain, HomingDeviceIsRestartedAfterALongSilence) {
   Served served(options);
   served.Engage({}, {});
   ASSERT_TRUE(served.AwaitForce(kForce_W_N, kForce_D_N));
-  // The device has lost its power and gets it back: it must be homed again.
+  // The device has lost power and gets it back, so it must be homed again.
   served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
   std::string said;
   ASSERT_TRUE(AwaitMessage(served, "being restarted", said));
@@ -113,7 +113,7 @@ TEST(DeviceServoAgain, DeviceThatDoesNotHomeIsNotRestarted) {
   served.Engage({}, {});
   served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
   ASSERT_TRUE(served.Await(ServoState::kSilent));
-  served.device->PassRounds(300);  // at least a millisecond each
+  served.device->PassRounds(300);  // each round takes at least a millisecond
   EXPECT_EQ(served.servo->state(), ServoState::kSilent);
   EXPECT_EQ(served.device->Look().opened, 1);
 }
@@ -152,10 +152,10 @@ TEST(DeviceServoAgain, CountsAreCompleteAtEachChangeOfStateAndAfterUnplugging) {
   Served served(options);
   served.Engage({}, {});
   for (int i = 1; i <= 3; ++i) {
-    // Only this thread reads the counts, and it waits: they must be complete when the state changes.
+    // Only this thread reads the counts, and it waits; the counts must be complete when the state changes.
     served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
     ASSERT_TRUE(served.Await(ServoState::kSilent));
-    // More if the machine stalls.
+    // There are more if the machine stalls.
     EXPECT_GE(served.servo->counts().rounds.silences, static_cast<std::uint64_t>(i));
     served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kSample; });
     ASSERT_TRUE(served.Await(ServoState::kEngaged));
@@ -187,7 +187,7 @@ TEST(DeviceServoAgain, UnexpectedExceptionIsTreatedAsUnplugging) {
   for (const std::string& message : servo.TakeMessages()) said += message + "\n";
   EXPECT_EQ(Count(said, "has failed"), 1u) << said;
   EXPECT_EQ(servo.state(), ServoState::kClosed);
-  servo.Agree();  // no device is open: without effect
+  servo.Agree();  // has no effect, because no device is open
   device->With([](ReportedDevice::State& state) { state.is_there = true; });
   throws.store(false);
   ASSERT_TRUE(WaitFor([&] { return servo.state() == ServoState::kWaiting; }));
@@ -206,7 +206,7 @@ TEST(DeviceServoAgain, ItsOwnThreadReleasesWithoutWaitingForItself) {
       if (answer.load() < 0) answer = DeviceServo::LetGoOfAll(60'000, false) ? 1 : 0;
     };
   });
-  ASSERT_TRUE(WaitFor([&] { return answer.load() >= 0; }));  // waits half as long
+  ASSERT_TRUE(WaitFor([&] { return answer.load() >= 0; }));  // waits only half as long
   EXPECT_EQ(answer.load(), 0);                               // the force is not off yet
   ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return served.servo->state() == ServoState::kWaiting; }));
   EXPECT_EQ(served.device->Look().reported.f_D_N, Vec3(0));
@@ -227,7 +227,7 @@ TEST(DeviceServoAgain, CapMovesNothingWhileTheDeviceDoesNotAnswer) {
     state.sample.deflection = {0.5, 0, 0, 0, 0, 0};
   });
   ASSERT_TRUE(WaitFor([&] { return served.servo->ReadDeflection()[0] == 0.5; }));
-  // The device's round does not return.
+  // From here on, the device's round does not return.
   served.device->With(
       [&](ReportedDevice::State&) { EXPECT_TRUE(WaitFor([&] { return served.servo->ReadDeflection()[0] == 0; })); });
   EXPECT_TRUE(WaitFor([&] { return served.servo->ReadDeflection()[0] == 0.5; }));

@@ -44,7 +44,7 @@ void ExpectPose(const Pose& X, const Pose& expected) {
   EXPECT_LE(CalcAngle(X.R_AB, expected.R_AB), 1e-9);
 }
 
-/// The device starts away from its middle.
+/// Puts the device away from its middle at the start.
 void PutAside(ReportedDevice::State& state) {
   state.sample.X_DH.p_AB = kHandle_mm;
 }
@@ -116,8 +116,8 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   Served served(options, PutAside);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(options.R_WD) * kDeviceServoForce_W_N;
-  // When the force has risen to within 1e-12 of its 1.9 N, the stiffness has risen by the same fraction. The command is
-  // copied in the same check, because the next command may differ.
+  // When the force has risen to its 1.9 N within 1e-12, the stiffness has risen to the same fraction of its full value.
+  // The command is copied in the same check, because the next command may differ.
   DriverCommand reported;
   ASSERT_TRUE(served.TickUntil(kDeviceServoForce_W_N, [&] {
     reported = served.device->Look().reported;
@@ -125,7 +125,7 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   }));
   EXPECT_TRUE(reported.engaged);
   EXPECT_LE(glm::length(reported.p_D_mm - kHandle_mm), kExact_mm);
-  // 1 mm of the handle is 3 mm of the tool.
+  // 1 mm of motion at the handle is 3 mm at the tool.
   EXPECT_NEAR(reported.stiffness_N_per_mm, 3 * 2, 1e-9);
   EXPECT_EQ(reported.damping_Ns_per_mm, 0);  // the force already includes the coupling's damping
 }
@@ -153,7 +153,8 @@ TEST(DeviceServo, ClutchDetachesTheHandleFromTheTool) {
   Pose expected = MakePlace();
   expected.p_AB += kFacingPatient * Vec3{0, 1, 0};
   ExpectPose(served.sample.X_WH, expected);
-  // The force returns over 0.3 s of ticks: within 100 ticks to at most a third plus one tick.
+  // The force returns over 0.3 s of ticks; after 100 ticks it is at most a third of its full value plus one tick's
+  // rise.
   served.device->With([](ReportedDevice::State& state) { state.largest_N = 0; });
   for (int tick = 0; tick < 97; ++tick) ASSERT_TRUE(served.Tick(kDeviceServoForce_W_N));
   EXPECT_LE(served.device->Look().largest_N, glm::length(kDeviceServoForce_W_N) * 100 / 300);
@@ -176,7 +177,7 @@ TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
     R_before = served.sample.X_WH.R_AB;
   }
   EXPECT_NEAR(ticks, 250, 1);
-  // The handle still moves the tool from there.
+  // From there, the handle still moves the tool.
   served.MoveHandle(kHandle_mm + Vec3{0, 0, 5});
   ASSERT_TRUE(served.Tick());
   EXPECT_LE(glm::length(served.sample.X_WH.Point(MakeTool().p_TC_mm) - p_WC_mm - kFacingPatient * Vec3{0, 0, 5}),
@@ -239,7 +240,7 @@ TEST(DeviceServo, AfterUnpluggingUnderForceTheToolContinuesFromItsPose) {
   ExpectPose(served.sample.X_WH, X_WT);
   EXPECT_TRUE(served.AwaitMessage("reported: is gone: no force, and the tool is stopped"));
 
-  served.servo->Agree();  // no device is open: without effect
+  served.servo->Agree();  // has no effect, because no device is open
   served.device->With([](ReportedDevice::State& state) { state.is_there = true; });
   ASSERT_TRUE(served.TickUntil(kDeviceServoForce_W_N, [&] { return served.servo->state() == ServoState::kWaiting; }));
   for (int i = 0; i < 300; ++i) {
@@ -302,7 +303,7 @@ TEST(DeviceServo, ReopeningIsRetriedUntilItSucceeds) {
     state.fails_to_start = "its firmware is not the right one";
   });
   ASSERT_TRUE(WaitFor([&] { return served.device->Look().opened > 4; }));
-  EXPECT_EQ(served.Messages(), "reported: its firmware is not the right one\n");  // once
+  EXPECT_EQ(served.Messages(), "reported: its firmware is not the right one\n");  // the message is reported once
   EXPECT_EQ(served.servo->state(), ServoState::kClosed);
   served.device->With([](ReportedDevice::State& state) { state.fails_to_start.clear(); });
   EXPECT_TRUE(served.Await(ServoState::kWaiting));
@@ -458,8 +459,8 @@ TEST(DeviceServo, TableDoesNotLimitAnArmWithItsOwnFile) {
   });
   EXPECT_EQ(served.servo->profile().peak_force_N, 2 * FindDeviceProfile("wooden").peak_force_N);
   served.Engage(MakePlace());
-  // More than the gate would allow with the table's peak. With the file's peak it is allowed, and low enough that the
-  // motors' heat, assumed for half of that peak, does not limit it for several seconds.
+  // This force is more than the gate would allow with the table's peak. With the file's peak it is allowed, and it is
+  // low enough that the motors' heat, assumed for half of that peak, does not limit it for several seconds.
   const Vec3 f_W_N{0, 0, 1.2 * FindDeviceProfile("wooden").peak_force_N};
   EXPECT_TRUE(served.AwaitForce(f_W_N, glm::conjugate(kFacingPatient) * f_W_N));
 }

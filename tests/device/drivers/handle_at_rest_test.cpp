@@ -18,7 +18,7 @@ TEST(HandleAtRest, RequiresAHandleObservedAtRest) {
     return at_rest.Take(sample);
   };
   EXPECT_FALSE(take(10));
-  EXPECT_FALSE(take(10.6));  // its motion in the gap is unknown
+  EXPECT_FALSE(take(10.6));  // the handle's motion during the gap is unknown
   for (int i = 1; i <= 10; ++i) EXPECT_FALSE(take(10.6 + 0.05 * i - 1e-9)) << i;
   EXPECT_TRUE(take(11.15));
   sample.sample.X_DH.p_AB.x += 3;

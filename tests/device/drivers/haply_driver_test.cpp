@@ -1,4 +1,4 @@
-// The driver of the Inverse3 against a service that speaks Haply's JSON, and against faulty services.
+// The driver of the Inverse3, tested with a service that speaks Haply's JSON and with faulty services.
 #include "device/drivers/haply_driver.h"
 
 #include <gmock/gmock.h>
@@ -39,8 +39,8 @@ std::string MessageOfStart(HaplyDriver& driver) {
   return "nothing thrown";
 }
 
-/// Repeats until there is an answer: answers delayed by a busy machine are ignored by the tests. Adds the rounds
-/// without an answer to `late`.
+/// Repeats the exchange until there is an answer, so that the tests ignore the rounds whose answers a busy machine has
+/// delayed. Adds the rounds without an answer to `late`.
 RoundEnd ExchangeUntilAnswered(HaplyDriver& driver, const DriverCommand& command, DriverSample& sample, int& late) {
   RoundEnd end = driver.Exchange(command, sample);
   for (int i = 0; i < 5 && end == RoundEnd::kNoAnswer; ++i) {
@@ -90,7 +90,7 @@ TEST(HaplyDriver, ReportsTheCursorPositionAndSendsTheForce) {
 }
 
 TEST(HaplyDriver, EachOfAThousandRoundsHasItsOwnAnswer) {
-  // A round waits at most one second: a run in which the machine stalled that long is repeated.
+  // A round waits at most one second; a run in which the machine stalled that long is repeated.
   for (int tries = 1;; ++tries) {
     HaplyService service;
     HaplyDriver driver(MakeHaplyOptions(service.port()));
@@ -125,7 +125,7 @@ TEST(HaplyDriver, AfterALateAnswerEachRoundReceivesItsOwnAgain) {
   const int reported = service.reported();
   service.SetMood(Mood::kGood);
   WaitFor([&] { return service.reported() > reported; });
-  // Each force moves the cursor to another place. The machine may make some answers late, but not all.
+  // Each force moves the cursor to a different place. The machine may make some answers late, but not all.
   bool own = false;
   for (int i = 1; i <= 50 && !own; ++i) {
     DriverCommand command;
@@ -184,7 +184,7 @@ TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerUntilTheyRespond) {
   service.SetMood(Mood::kSlow);
   int none = 0;
   int samples = 0;
-  // An answer takes six times as long as a round waits; if the machine stalls, it is available at once.
+  // An answer takes six times as long as a round waits; if the machine stalls, it may be available at once.
   for (int i = 0; i < 3000 && (none <= 10 || samples == 0); ++i) {
     const RoundEnd end = driver.Exchange({}, sample);
     ASSERT_NE(end, RoundEnd::kGone);
@@ -195,7 +195,7 @@ TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerUntilTheyRespond) {
   EXPECT_GT(samples, 0);
 }
 
-// Runs until the sockets' buffers are full: then a force has not been sent, whatever the service reports.
+// Runs until the sockets' buffers are full; from then on forces cannot be sent, whatever the service reports.
 TEST(HaplyDriver, ServiceThatSendsButDoesNotReadGivesNoAnswer) {
   HaplyService service;
   HaplyDriver driver(MakeHaplyOptions(service.port()));
@@ -249,7 +249,7 @@ TEST(HaplyDriver, StartReportsWhatIsWrong) {
   }
   HaplyDriver no_reader(MakeHaplyOptions(free_port));
   EXPECT_THAT(MessageOfStart(no_reader), HasSubstr("no Haply service is listening at ws://127.0.0.1:"));
-  // These failures mostly take the full timeout; after a stall of the machine a longer timeout is tried.
+  // Most of these failures take the full timeout; after a stall of the machine, a longer timeout is tried.
   const auto message_in = [](Mood mood, const std::string& wanted, const std::string& id = "") {
     std::string message;
     for (const int timeout_ms : {200, 2000, 20'000}) {

@@ -23,7 +23,7 @@ namespace beast = boost::beast;
 
 HaplyService::HaplyService(Mood mood, bool with_grip, std::uint16_t port) : mood_(mood), with_grip_(with_grip) {
   listening_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const int again = 1;  // allows the port of an earlier service
+  const int again = 1;  // allows the port of an earlier service to be used again
   setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &again, sizeof again);
   const int little = 4096;  // bytes that are buffered before the service reads them
   setsockopt(listening_, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);

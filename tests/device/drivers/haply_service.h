@@ -16,18 +16,18 @@ class HaplyService {
   enum class Mood {
     kGood,      // one state per force
     kGarbage,   // invalid JSON
-    kStrange,   // JSON of another form
+    kStrange,   // valid JSON of a different form
     kNoDevice,  // empty lists
     kSlow,      // each state is 60 ms late
     kSilent,
     kClosing,     // ends the connection at the next force
-    kShortHello,  // one meaningless text, then as kGood
-    kNoGrip,      // as kGood, but the list of grips is empty
+    kShortHello,  // one meaningless text, then the same as kGood
+    kNoGrip,      // the same as kGood, but the list of grips is empty
     kDeaf,        // sends states continuously and reads nothing
-    kWithheld     // sends its state only when the mood changes
+    kWithheld     // does not send its state until the mood changes
   };
 
-  /// `port`: 0 uses any free port. Throws std::runtime_error if it can't listen there.
+  /// A `port` of 0 means any free port. Throws std::runtime_error if the service cannot listen there.
   explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true, std::uint16_t port = 0);
   ~HaplyService();
   HaplyService(const HaplyService&) = delete;

@@ -1,4 +1,4 @@
-// libusb on this machine, with or without devices.
+// Tests libusb on this machine, with or without devices.
 #include "device/drivers/libusb_bus.h"
 
 #include <gtest/gtest.h>

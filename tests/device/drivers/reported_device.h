@@ -1,4 +1,4 @@
-// A device whose behaviour a test defines, for tests of the servo that serves it and of code based on the servo.
+// A device whose behaviour a test defines, for tests of the device servo and of code that uses the servo.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ class ReportedDevice {
     DriverSample sample;
     RoundEnd end = RoundEnd::kSample;
     bool is_there = true;
-    std::string fails_to_open;     // opening throws Error with this text; empty: it succeeds
+    std::string fails_to_open;     // opening throws Error with this text; if empty, opening succeeds
     std::string fails_to_start;    // the same for starting
     bool fails_otherwise = false;  // opening throws an exception other than Error
     // values received and counts
@@ -72,7 +72,7 @@ class ReportedDevice {
   State Look() {
     return With([](const State& state) { return state; });
   }
-  /// Waits until the loop has received all earlier changes: one full round and the start of the next.
+  /// Waits until the servo has seen all earlier changes: for one full round and the start of the next.
   bool PassRounds(std::uint64_t rounds = 2) {
     const std::uint64_t now = Look().rounds;
     return WaitFor([&] { return Look().rounds >= now + rounds; });
@@ -143,8 +143,8 @@ inline DeviceServoOptions PatientOptions() {
   options.servo.agree_s = 20;
   options.servo.gate.stale_s = 20;
   options.servo.gate.lost_s = 20;
-  options.servo.leap_mm_per_s = 1e9;   // tests move it by jumps
-  options.servo.leap_rad_per_s = 1e9;  // and rotate it by jumps
+  options.servo.leap_mm_per_s = 1e9;   // tests move the handle in jumps
+  options.servo.leap_rad_per_s = 1e9;  // and rotate it in jumps
   return options;
 }
 
@@ -168,7 +168,7 @@ class Served {
     ASSERT_TRUE(Await(ServoState::kEngaged));
     ASSERT_TRUE(device->PassRounds());
   }
-  /// One tick of the loop, during which no memory may be allocated.
+  /// Runs one tick of the loop, during which no memory may be allocated.
   bool Tick(const Vec3& f_W_N = Vec3{0}, const Vec3& tau_W_Nmm = Vec3{0}) {
     const HeapGuard guard;
     servo->Elapse(0.001);
@@ -176,14 +176,14 @@ class Served {
     servo->Write(f_W_N, tau_W_Nmm);
     return read;
   }
-  /// Ticks with a constant requested force until the condition is true.
+  /// Runs ticks with a constant requested force until the condition is true.
   bool TickUntil(const Vec3& f_W_N, const std::function<bool()>& condition) {
     return WaitFor([&] {
       Tick(f_W_N);
       return condition();
     });
   }
-  /// Ticks until the force that is sent is `f_D_N`.
+  /// Runs ticks until the force that is sent is `f_D_N`.
   bool AwaitForce(const Vec3& f_W_N, const Vec3& f_D_N, double tolerance_N = 1e-9) {
     return TickUntil(f_W_N, [&] { return glm::length(device->Look().reported.f_D_N - f_D_N) <= tolerance_N; });
   }
@@ -195,7 +195,7 @@ class Served {
     device->With([&](ReportedDevice::State& state) { state.sample.buttons = buttons; });
     ASSERT_TRUE(device->PassRounds());
   }
-  /// All messages since the last call, in one text.
+  /// Returns all messages since the last call as one text.
   std::string Messages() const {
     std::string text;
     for (const std::string& message : servo->TakeMessages()) text += message + "\n";

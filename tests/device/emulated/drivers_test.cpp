@@ -1,4 +1,4 @@
-// The drivers with the real libusb, and models of the devices behind an emulated kernel.
+// The drivers with the real libusb and with models of the devices behind an emulated kernel.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 using test::EmulatedKernel;
 using testing::HasSubstr;
 
-/// Made-up firmware with the size of a real one.
+/// Returns made-up firmware with the size of real firmware.
 std::vector<std::uint8_t> MakeFirmware() {
   std::vector<std::uint8_t> bytes(7324);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * 31 + (i >> 7));
@@ -36,7 +36,7 @@ struct Count {
   int gone = 0;
 };
 
-/// Exchanges at about 1 kHz; the timing is not tested.
+/// Makes exchanges at about 1 kHz; the timing is not tested.
 Count ExchangeFor(DeviceDriver& driver, int rounds, const std::function<void(const DriverSample&)>& look = {},
                   const DriverCommand& command = {}) {
   Count count;
@@ -142,7 +142,7 @@ TEST_F(EmulatedDrivers, FalconExchangesAtAThousandHertzWithoutBadAnswers) {
   EXPECT_EQ(count.bad, 0);
   EXPECT_EQ(count.no_answer, 0);
   kernel.Look([&] {
-    // Half a count of each motor: 0.05 N mm on legs of 60 mm.
+    // The error is half a count of each motor, 0.05 N mm on legs of 60 mm.
     EXPECT_LT(glm::length(held_.f_D_N() - command.f_D_N), 0.01);
     EXPECT_FALSE(model.saw_homing_off());
     EXPECT_GE(model.commands(), 3000U);
@@ -176,7 +176,7 @@ TEST_F(EmulatedDrivers, FalconIsUnpluggedInMidExchangeAndPluggedInAgain) {
     puller.join();
     EXPECT_GE(count.samples, kInTheMiddle);
     EXPECT_EQ(count.gone, 1);
-    driver->Stop();  // without a device: no harm
+    driver->Stop();  // does no harm without a device
     EXPECT_THROW(OpenDriver(bus_, "falcon", options_), Error);
     kernel.PlugInAgain(socket);
   }
@@ -214,8 +214,8 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   DriverSample last;
   DriverCommand command;
   command.f_D_N = Vec3(0.5, 1, -0.5);
-  // The driver waits at most a millisecond or two. This machine may be slower, but no report is bad except for one,
-  // when the handle jumps.
+  // The driver waits at most a millisecond or two. This machine may be slower, but only one report is bad, the one in
+  // which the handle jumps.
   const auto look = [&](const DriverSample& sample) { last = sample; };
   Count all;
   for (int part = 0; part < 20 && (part == 0 || all.samples <= 200); ++part) {
@@ -227,15 +227,16 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   EXPECT_EQ(all.gone, 0);
   EXPECT_LE(all.bad, 1);
   EXPECT_GT(all.samples, 200);
-  // One count is 2 pi / 32000: 0.1 mm at the handle.
+  // One count is 2 pi / 32000, which is 0.1 mm at the handle.
   EXPECT_LT(glm::length(last.X_DH.p_AB - wanted), 0.2);
-  // If the machine stalls before the check, the board switches its motors off: then the check is repeated.
+  // If the machine stalls before the check, the board switches its motors off, and the check is repeated.
   bool on = false;
   for (int tries = 0; tries < 100 && !on; ++tries) {
     ExchangeFor(*driver, 20, look, command);
     kernel.Look([&] {
       on = model.motors_on();
-      // Currents are integers in mA: 26 N mm / A, gears of 12: 0.3 N mm on arms of 200 mm.
+      // Currents are integers in mA; with 26 N mm / A and a gear ratio of 12, 1 mA is 0.3 N mm, which acts on arms of
+      // 200 mm.
       if (on) {
         EXPECT_LT(glm::length(held_.f_D_N() - command.f_D_N), 0.05);
       }

@@ -51,7 +51,7 @@ class EchoModel final : public UsbModel {
     return bytes;
   }
   void Advance(double dt_s) override { time_s += dt_s; }
-  /// Request 1 sets a word, and request 2 reads it back.
+  /// Request 1 sets a word; request 2 reads it back.
   Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t /*index*/,
                    std::span<std::uint8_t> data) override {
     if (request_type == 0x40 && request == 1) {

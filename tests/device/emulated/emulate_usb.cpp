@@ -59,7 +59,7 @@ struct Options {
   bool no_homing = false;
 };
 
-/// The same hand, recording the largest force on it.
+/// Passes everything on to a hand and records the largest force on it.
 class FeltHand final : public Mechanism {
  public:
   explicit FeltHand(Mechanism& hand) : hand_(hand) {}
@@ -94,7 +94,7 @@ HandPress ReadPress(const std::string& text) {
   return press;
 }
 
-/// The last part of `argv` is the program to run.
+/// Reads the options; returns the last part of `argv`, which is the program to run.
 std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   CLI::App app{"Runs a program with an emulated haptic device (umockdev)", "emulate_usb"};
   app.add_option("--device", options.device, "Emulated device")->check(CLI::IsMember(NamesOfEmulatedDevices()));
@@ -180,7 +180,7 @@ int Run(int argc, char** argv) {
   FeltHand handle(cutting ? static_cast<Mechanism&>(*cutting) : hand);
   const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
   if (cutting) cutting->SetHears([&] { return device->packets(); });
-  // At this point of its path the hand waits until the device is unplugged, however late that is.
+  // At this point of its path, the hand waits until the device is unplugged, however late that is.
   if (cutting && options.unplug_on_way_s >= 0) cutting->StopAt(options.unplug_on_way_s);
   EmulatedKernel kernel;
   const int socket = kernel.PlugIn(device->model(), options.socket);

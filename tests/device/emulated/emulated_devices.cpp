@@ -67,7 +67,7 @@ class EmulatedWooden final : public EmulatedDevice {
   WoodenModel model_;
 };
 
-/// A SpaceMouse whose cap is pushed in proportion to the hand's distance from the middle: fully at 20 mm.
+/// A SpaceMouse whose cap is deflected in proportion to the hand's distance from the middle, fully at 20 mm.
 class EmulatedSpaceMouse final : public EmulatedDevice {
  public:
   UsbModel& model() override { return model_; }

@@ -13,9 +13,9 @@
 namespace kerf::test {
 
 struct EmulatedDeviceOptions {
-  std::vector<std::uint8_t> firmware;  // the only firmware that a Falcon accepts; empty: any
+  std::vector<std::uint8_t> firmware;  // the only firmware that a Falcon accepts; if empty, it accepts any
   bool firmware_is_there = false;      // the firmware is loaded at the start
-  bool homed = false;                  // and the device is homed at the start
+  bool homed = false;                  // the device is also homed at the start
   int wrong_echoes = 0;                // number of uploads that fail
 };
 
@@ -29,22 +29,23 @@ class EmulatedDevice {
   virtual ~EmulatedDevice() = default;
 
   virtual UsbModel& model() = 0;
-  /// True while a program exchanges data with it: the hand may begin.
+  /// True while a program exchanges data with the device, so that the hand may begin.
   virtual bool driven() const = 0;
-  /// Number of packets that the program has sent to it so far, without the firmware.
+  /// Number of packets that the program has sent to the device so far, not counting the firmware.
   virtual std::uint64_t packets() const { return 0; }
   virtual bool wants_homing() const { return false; }
-  /// engaged(): its lamps show that the hand has the tool. waits(): it is ready and waits for the user to agree.
+  /// engaged(): the device's lamps show that the hand has the tool. waits(): the device is ready and waits for the user
+  /// to agree.
   virtual bool engaged() const { return false; }
   virtual bool waits() const { return false; }
   /// Moves a device that has no mechanism according to the hand, for the next `dt_s`.
   virtual void Follow(Mechanism& /*hand*/, double /*dt_s*/) {}
-  /// Summary of a run.
+  /// Returns a summary of a run.
   virtual nlohmann::ordered_json Report() const = 0;
 };
 
-/// `name`: falcon, wooden or spacemouse; the mechanism must outlive the device. Throws Error, which lists the names,
-/// for any other name.
+/// `name` is falcon, wooden or spacemouse; for any other name, throws Error with a list of these. The mechanism must
+/// outlive the device.
 std::unique_ptr<EmulatedDevice> MakeEmulatedDevice(const std::string& name, Mechanism& mechanism,
                                                    const EmulatedDeviceOptions& options);
 const std::vector<std::string>& NamesOfEmulatedDevices();

@@ -25,9 +25,9 @@
 
 #include "kerf/error.h"
 
-// These two functions override the system's functions only because of umockdev 0.17. It ends the program if a listener
-// for plug events closes just as it is notified, which sooner or later happens with libusb's contexts, or if a listener
-// has not read for long. Neither is an error. Only umockdev's messages have an address.
+// These two functions override the system's functions only because of umockdev 0.17. umockdev ends the program if a
+// listener for plug events closes just as it is notified, which sooner or later happens with libusb's contexts, or if a
+// listener has not read for a long time. Neither is an error. Only umockdev's messages are sent with an address.
 
 extern "C" int connect(int fd, const sockaddr* address, socklen_t bytes) {
   static const auto system = reinterpret_cast<int (*)(int, const sockaddr*, socklen_t)>(dlsym(RTLD_NEXT, "connect"));
@@ -92,7 +92,7 @@ std::string RunUnderUmockdev(char** argv) {
   for (std::string line; std::getline(maps, line);) {
     const std::size_t path = line.find('/');
     if (path != std::string::npos && line.find("libasan.so") != std::string::npos) {
-      preload = fmt::format("{}:{}", line.substr(path), preload);  // it must be loaded first
+      preload = fmt::format("{}:{}", line.substr(path), preload);  // libasan must be loaded first
       break;
     }
   }
@@ -136,7 +136,7 @@ struct EmulatedKernel::Socket {
 
 struct EmulatedKernel::Umockdev {
   UMockdevTestbed* testbed = nullptr;
-  // One for each time that a device was plugged in; they live as long as the testbed.
+  // One handler for each time that a device was plugged in; the handlers live as long as the testbed.
   std::vector<UMockdevIoctlBase*> handlers;
 
   std::string Root() const {
@@ -231,7 +231,7 @@ bool EmulatedKernel::Socket::Answer(UMockdevIoctlClient* client) {
       return true;
     }
     case USBDEVFS_IOCTL: {
-      // DISCONNECT or CONNECT of the kernel's driver.
+      // A DISCONNECT or CONNECT of the kernel's driver.
       const Data call = Resolve(argument, 0, sizeof(usbdevfs_ioctl));
       const auto* fields = reinterpret_cast<const usbdevfs_ioctl*>(call->data);
       Bind(static_cast<gulong>(fields->ioctl_code) == USBDEVFS_CONNECT);
@@ -354,7 +354,7 @@ EmulatedKernel::EmulatedKernel() : umockdev_(std::make_unique<Umockdev>()), now_
     g_object_unref(umockdev_->testbed);
     throw Error(fmt::format("{} is not loaded", kPreload));
   }
-  // Each emulated call sleeps for a zero time, which would otherwise take 50 us.
+  // Each emulated call sleeps for zero time, which would otherwise take 50 us.
   prctl(PR_SET_TIMERSLACK, 1);
   ticking_ = std::thread([this] {
     while (!end_) {
@@ -442,7 +442,7 @@ void EmulatedKernel::Unplug(int number) {
 }
 
 void EmulatedKernel::PlugInAgain(int number) {
-  // A new socket: programs that still have the old file open get "no device" from now on.
+  // The device gets a new socket; programs that still have the old file open get "no device" from now on.
   auto socket = std::make_unique<Socket>();
   {
     const std::lock_guard lock(mutex_);

@@ -1,5 +1,5 @@
-// An emulated USB of the kernel: models of devices behind the files and system calls that libusb uses, for this program
-// and for programs that it starts.
+// Emulates the kernel's USB: models of devices behind the files and system calls that libusb uses, for this program and
+// for programs that it starts.
 #pragma once
 
 #include <atomic>
@@ -15,17 +15,19 @@
 
 namespace kerf::test {
 
-/// Restarts this program with umockdev's library preloaded (and the address sanitizer's before it), unless it already
-/// is. To be called first in main(). Returns "" if the library is loaded, otherwise the reason why it can't be.
+/// Restarts this program with umockdev's library preloaded (and the address sanitizer's before it), unless that library
+/// is loaded already. To be called first in main(). Returns "" if the library is loaded, otherwise the reason why it
+/// cannot be.
 std::string RunUnderUmockdev(char** argv);
 
 struct EmulatedSocket {
   bool no_permission = false;  // the device's file can't be opened
-  std::string driver{};        // kernel driver that is bound to interface 0 at the start; empty: none
+  std::string driver{};        // kernel driver that is bound to interface 0 at the start; none if empty
   bool driver_holds = false;   // the kernel driver can't be detached
 };
 
-/// Emulated kernel in real time: models advance by the time since the last system call, at least every 5 ms.
+/// An emulated kernel that runs in real time: models advance by the time since the last system call, and at least every
+/// 5 ms.
 class EmulatedKernel {
  public:
   /// Throws Error if umockdev is not loaded (RunUnderUmockdev).
@@ -37,9 +39,9 @@ class EmulatedKernel {
   /// Plugs in a device and returns its socket, a zero-based index. The model must outlive the kernel.
   int PlugIn(UsbModel& model, const EmulatedSocket& socket = {});
   void Unplug(int socket);
-  /// Plugs the device in again, with power lost in between and with another address.
+  /// Plugs the device in again, after a loss of power and with a new address.
   void PlugInAgain(int socket);
-  /// While silent, no data come from the device.
+  /// While a device is silent, no data come from it.
   void SetSilent(int socket, bool silent);
   /// Calls `what` while no model is moving, to inspect the models.
   void Look(const std::function<void()>& what);
@@ -51,7 +53,7 @@ class EmulatedKernel {
   struct Socket;
   struct Umockdev;
   void Attach(Socket& socket);
-  void AdvanceAll();  // requires the lock
+  void AdvanceAll();  // the caller holds the lock
 
   std::unique_ptr<Umockdev> umockdev_;
   std::vector<std::unique_ptr<Socket>> sockets_;

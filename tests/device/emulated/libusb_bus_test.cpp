@@ -1,4 +1,4 @@
-// The real libusb with emulated devices.
+// Tests the real libusb with emulated devices.
 #include "device/drivers/libusb_bus.h"
 
 #include <gtest/gtest.h>
@@ -110,7 +110,7 @@ TEST_F(LibusbBusTest, RefusedTransferDoesNotBlockTheNextAndTooLongOnesFail) {
   kernel_.Look([&] { model.refuses = false; });
   EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kOk);
   EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kFailed);
-  // An endpoint that does not exist fails too.
+  // Writing to an endpoint that does not exist fails too.
   EXPECT_EQ(opening.transport->Write(0x05, packet, kPatience_ms).end, TransferEnd::kFailed);
   const Transfer in = opening.transport->Read(EchoModel::kIn, packet, kPatience_ms);
   EXPECT_EQ(in.end, TransferEnd::kOk);
@@ -135,7 +135,7 @@ TEST_F(LibusbBusTest, UnpluggedDeviceIsGoneAndIsFoundWhenPluggedInAgain) {
   UsbOpening opening = bus_.Open(Only(), 0);
   ASSERT_TRUE(opening.transport) << opening.detail;
   std::array<std::uint8_t, 64> bytes{};
-  // Unplugged while a read waits.
+  // The device is unplugged while a read waits.
   std::thread puller([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     kernel_.Unplug(socket);
@@ -197,12 +197,12 @@ TEST_F(LibusbBusTest, ReportsWhyADeviceCannotBeOpened) {
   {
     const UsbOpening opening = bus_.Open(devices[1], 0);
     EXPECT_TRUE(opening.transport) << opening.detail;
-    // This acts like a second program.
+    // This handle acts like a second program.
     const UsbOpening second = bus_.Open(devices[1], 0);
     EXPECT_EQ(second.problem, UsbProblem::kBusy);
     EXPECT_EQ(second.detail, "another program uses it");
   }
-  // The device was released.
+  // The device has been released.
   EXPECT_TRUE(bus_.Open(devices[1], 0).transport);
   const UsbOpening serial_opening = bus_.Open(devices[2], 0);
   EXPECT_EQ(serial_opening.problem, UsbProblem::kBusy);

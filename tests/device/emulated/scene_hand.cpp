@@ -12,7 +12,7 @@ constexpr double kLongestStep_s = 0.01;
 constexpr double kGrasp_s = 0.5;  // from getting the tool to moving it
 constexpr double kPress_s = 1;    // until a button is pressed
 constexpr double kPressed_s = 0.3;
-constexpr double kStandsStill_s = 0.005;  // since the last command; well below the time after which a device is silent
+constexpr double kStandsStill_s = 0.005;  // without a command; well below the time after which a device is silent
 
 WorkspaceParams MakeParams(const Scene& scene, const LoopSetup& setup) {
   const SceneDevice& device = scene.device;
@@ -49,7 +49,7 @@ void SceneHand::SetEngaged(bool engaged) {
   if (engaged && !engaged_) {
     DeviceSample sample;
     device_.Read(sample);
-    workspace_.Anchor(X_DH_, sample.X_WH);  // as kerf does it
+    workspace_.Anchor(X_DH_, sample.X_WH);  // as kerf does
   }
   engaged_ = engaged;
 }
@@ -85,7 +85,7 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
 }
 
 std::uint32_t SceneHand::buttons() const {
-  // Repeatedly, because a program that stalls at that moment misses it.
+  // The button is pressed repeatedly, because a program that stalls at that moment misses it.
   return std::fmod(waiting_s_, kPress_s + kPressed_s) > kPress_s ? 1u : 0u;
 }
 

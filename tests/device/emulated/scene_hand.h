@@ -19,18 +19,18 @@ namespace kerf::test {
 
 class SceneHand final : public Mechanism {
  public:
-  /// `profile`: that of the emulated device, whose mass and friction the hand feels. Throws Error.
+  /// `profile` is that of the emulated device, whose mass and friction the hand feels. Throws Error.
   SceneHand(const Scene& scene, const DeviceProfile& profile);
 
   void Home();
   /// `commands` returns the number of commands that the device has received. While the program stalls, the hand stops
-  /// too: the tool does not follow a handle that moves meanwhile, so the path would be shortened.
+  /// too; the tool would not follow a handle that moves in the meantime, and the path would be shortened.
   void SetHears(std::function<std::uint64_t()> commands) { commands_ = std::move(commands); }
-  /// Stops on the path at the time `way_s`, until a later time is set.
+  /// Makes the hand stop at the time `way_s` of its path, until a later time is set.
   void StopAt(double way_s) { stop_at_s_ = way_s; }
   /// Sets whether the device's lamp shows that the hand has the tool.
   void SetEngaged(bool engaged);
-  /// Sets whether a homed device waits for the user: then a button is pressed briefly and repeatedly.
+  /// Sets whether a homed device waits for the user. While it does, the hand presses a button briefly and repeatedly.
   void SetWaiting(bool waiting) { waiting_ = waiting; }
 
   void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) override;
@@ -47,12 +47,12 @@ class SceneHand final : public Mechanism {
   Workspace workspace_;
   SimulatedDevice device_;  // in the world frame
   HandMotion motion_;
-  ScriptedHand at_rest_;  // in frame D: for homing and waiting
+  ScriptedHand at_rest_;  // in frame D; for homing and waiting
   std::function<std::uint64_t()> commands_;
   std::uint64_t heard_ = 0;
   double since_heard_s_ = 0;
   bool engaged_ = false;
-  bool at_way_ = false;  // on the path: neither homing nor waiting for the tool
+  bool at_way_ = false;  // the hand is on its path: neither homing nor waiting for the tool
   bool waiting_ = false;
   double engaged_s_ = 0;
   double waiting_s_ = 0;

@@ -1,4 +1,4 @@
-// A transport directly to a device's model: no faults, and no heap use of its own.
+// A transport directly to a device's model, without faults and without heap use of its own.
 #pragma once
 
 #include "device/devices/usb.h"

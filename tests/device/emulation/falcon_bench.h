@@ -1,4 +1,4 @@
-// A Falcon in a socket, and a driver that has opened it: for the tests of the Falcon.
+// A plugged-in Falcon and a driver that has opened it, for the tests of the Falcon.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace kerf {
 
 inline constexpr double kFalconDt_s = 0.001;
 
-/// Made-up firmware.
+/// Returns made-up firmware.
 inline std::vector<std::uint8_t> MakeFalconFirmware(std::size_t bytes = 7324) {
   std::mt19937 random(3);
   std::vector<std::uint8_t> firmware(bytes);
@@ -38,7 +38,7 @@ inline FalconModelOptions EmptyFalcon() {
   return options;
 }
 
-/// A Falcon in a socket, and a driver that has opened it.
+/// A plugged-in Falcon and a driver that has opened it.
 struct FalconBench {
   explicit FalconBench(FalconModelOptions model_options = RunningFalcon(), FalconOptions driver_options = {})
       : model(handle, std::move(model_options)) {
@@ -66,7 +66,7 @@ struct FalconBench {
     return driver->Exchange(command, sample);
   }
 
-  /// Exchanges until the driver has a position.
+  /// Runs rounds until the driver has a position.
   void Settle() {
     for (int i = 0; i < 10 && Round() != RoundEnd::kSample; ++i) {
     }

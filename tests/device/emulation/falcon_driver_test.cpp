@@ -1,4 +1,4 @@
-// The Falcon's model, and its driver with it: firmware, homing, forces.
+// The Falcon's model, and its driver with this model: firmware, homing and forces.
 #include "device/devices/falcon/falcon_driver.h"
 
 #include <gmock/gmock.h>
@@ -211,7 +211,7 @@ TEST(FalconDriver, RequiresBothHomingPositions) {
     bench.MoveTo(p);
     for (int i = 0; i < 5; ++i) bench.Round({0, 0, 5});
   };
-  // Neither the outer nor the inner position alone is enough, and no motor is driven before both.
+  // Neither the outer nor the inner position alone is enough, and no motor is driven before both have been reached.
   for (const Vec3& p : {Vec3(0, 0, 0), Vec3(0, 0, -35), Vec3(0, 0, 38), Vec3(0, 0, 0)}) {
     stay(p);
     EXPECT_EQ(bench.Round({0, 0, 5}), RoundEnd::kSample);
@@ -258,8 +258,8 @@ TEST(FalconDriver, FollowsTheHandleForAThousandRounds) {
 }
 
 TEST(FalconDriver, ForceAtTheGripIsTheOneCommanded) {
-  // Rounding to a motor count is an error of up to half a count, 0.05 N mm on each arm; with arms of 60 mm and the
-  // shins this gives at most the force of one count on each leg.
+  // Rounding to a motor count causes an error of up to half a count, 0.05 N mm on each arm; with arms of 60 mm and the
+  // shins, this is at most the force of one count on each leg.
   FalconBench bench;
   bench.Start();
   bench.Settle();
@@ -273,7 +273,7 @@ TEST(FalconDriver, ForceAtTheGripIsTheOneCommanded) {
     ASSERT_EQ(bench.Round(f), RoundEnd::kSample);
     const std::optional<glm::dmat3> J = CalcFalconJacobian(bench.handle.X_DH.p_AB);
     ASSERT_TRUE(J);
-    // Half a count of torque, and half a count of position.
+    // Rounding by half a count of torque and half a count of position.
     const double rounding = 0.05 * (glm::length((*J)[0]) + glm::length((*J)[1]) + glm::length((*J)[2]));
     ASSERT_LT(glm::length(bench.model.f_D_N() - f), rounding + 0.01 * glm::length(f)) << i;
   }
@@ -292,13 +292,13 @@ TEST(FalconDriver, LimitedForceKeepsItsDirection) {
     ASSERT_EQ(bench.Round(f), RoundEnd::kSample);
     for (const int motor : bench.driver->motors()) ASSERT_LE(std::abs(motor), 4096);
     const Vec3 made = bench.model.f_D_N();
-    // Limited by the profile's 8 N or by the motors.
+    // The force is limited by the profile's 8 N or by the motors.
     ASSERT_LE(glm::length(made), 8.01);
     ASSERT_GT(glm::dot(glm::normalize(made), *CalcDirection(f)), 1 - 2e-6) << i;  // 0.1 degrees
     smallest = std::min(smallest, glm::length(made));
     largest = std::max(largest, glm::length(made));
   }
-  EXPECT_GT(smallest, 6);  // the worst direction, see devices.md
+  EXPECT_GT(smallest, 6);  // in the worst direction, see devices.md
   EXPECT_GT(largest, 7.9);
 }
 
@@ -373,7 +373,7 @@ class BentLine final : public UsbTransport {
   std::unique_ptr<UsbTransport> line_;
 };
 
-/// Returns a position, and changes of its counts that a hand can cause in a millisecond but for which no position
+/// Returns a position, and changes to its counts that a hand can cause in a millisecond but for which no position
 /// exists.
 std::pair<Vec3, FalconCounts> FindEdge() {
   constexpr int kAdded = 90;  // of the 100 that are accepted

@@ -1,4 +1,4 @@
-// The Falcon's driver with faults of the connection: lost, late and damaged packets, unplugged cables.
+// The Falcon's driver with faults of the connection: lost, late and damaged packets, and unplugged cables.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -112,8 +112,8 @@ TEST(FalconDriver, ReportsInTwoPacketsAreReassembled) {
 }
 
 TEST(FalconDriver, ChangedBytesAreDetectedOrCauseASmallError) {
-  // The format can't reveal a nibble that became another valid one: the error is at most the largest accepted jump, on
-  // one leg. 100 counts are 200 times half a count.
+  // The format cannot reveal a nibble that was changed to another valid one; the error is at most the largest accepted
+  // jump on one leg, 100 counts, which is 200 times half a count.
   UsbFaults faults;
   faults.corrupt = 0.05;
   const Tally tally = RunWith(faults, 0);
@@ -219,7 +219,7 @@ TEST(FalconDriver, UnpluggedAndPluggedInAgain) {
   bench.driver->Stop();
   EXPECT_THROW(bench.Start(), Error);
   bench.bus.PlugInAgain();
-  ASSERT_EQ(bench.Round(), RoundEnd::kGone);  // the old driver stays without a device
+  ASSERT_EQ(bench.Round(), RoundEnd::kGone);  // the old driver remains without a device
   bench.driver = bench.Open(WithFalconFirmware());
   bench.Start();
   EXPECT_EQ(bench.model.uploads(), 2);
@@ -242,7 +242,7 @@ TEST(FalconDriver, UnpluggedWithItsPowerOnIsStillHomed) {
   bench.driver = bench.Open({});
   bench.Start();
   EXPECT_EQ(bench.model.uploads(), 0);
-  // No force before its position is known.
+  // There is no force before the device's position is known.
   bench.Round({1, 1, 1});
   EXPECT_EQ(bench.model.last_command().motors, (std::array<int, 3>{}));
   bench.Settle();
@@ -260,7 +260,7 @@ TEST(FalconDriver, StartsAgainAfterStop) {
 }
 
 TEST(FalconDriver, StartsDespiteFaults) {
-  // Firmware upload over a line that loses and damages packets: either one of the attempts succeeds, or the error
+  // Firmware is uploaded over a line that loses and damages packets. Either one of the attempts succeeds, or the error
   // states what to do. If it succeeds, the loaded firmware is correct byte for byte.
   int started = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -301,7 +301,7 @@ TEST(FalconDriver, AMillionRoundsWithAllFaultsAtOnce) {
     const RoundEnd end = bench.driver->Exchange(command, bench.sample);
     ASSERT_NE(end, RoundEnd::kGone);
     if (i % 8 == 0) bench.bus.Advance(kFalconDt_s);
-    // The force of the motors; these faults do not include changed nibbles in commands.
+    // This is the force of the motors; the faults here do not include changed nibbles in commands.
     largest_N = std::max(largest_N, glm::length(bench.model.f_D_N()));
     if (end != RoundEnd::kSample) continue;
     ++samples;

@@ -1,4 +1,4 @@
-// The hand on an emulated handle, against its spring's law and its path.
+// The hand on an emulated handle, compared with its spring's law and its path.
 #include "device/emulation/scripted_hand.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,8 @@ TEST(ScriptedHand, YieldsToTheForceByItsStiffness) {
   EXPECT_EQ(hand.f_D_N(), f_D_N);
 }
 
-// The lag behind the intended position is friction / stiffness, plus mass and damping at half a turn per second: 2 mm.
+// The lag behind the intended position, due to friction / stiffness and to mass and damping at half a turn per second,
+// is 2 mm.
 TEST(ScriptedHand, FollowsTheRequestedCircle) {
   ScriptedHand hand(Falcon(), FindHandModel("H3"), {.way = HandWay::kCircle, .radius_mm = 15});
   hand.Begin();

@@ -23,7 +23,7 @@ namespace {
 constexpr double kRound_s = 0.001;
 constexpr double kForce_N = 2;
 // A motor count is 0.1 N mm at a joint, and 1 N at the grip is about 40 to 60 N mm: one count is at most 3 mN there,
-// and three motors at most 5 mN.
+// and one count of each of the three motors together is at most 5 mN.
 constexpr double kMotorCount_N = 0.005;
 
 /// A device whose behaviour the test defines.
@@ -51,7 +51,7 @@ class ReportedDriver final : public DeviceDriver {
   DriverTraits traits_;
 };
 
-/// Rounds at 1 kHz, with a force requested by a simulation that runs at the same rate.
+/// Runs rounds at 1 kHz with a force requested by a simulation that runs at the same rate.
 class Rounds {
  public:
   explicit Rounds(const DriverTraits& traits) : round(FindDeviceProfile("falcon"), traits, {}) { round.Open(now_s); }
@@ -137,7 +137,7 @@ TEST(ServoRound, LongSilenceRequiresNewAgreementAndAShortOneDoesNot) {
   driver.end = RoundEnd::kSample;
   rounds.Run(driver, 2);
   EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
-  EXPECT_EQ(rounds.round.sample().engagements, 2u);  // the handle may be at another place
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);  // the handle may be at a different place
   EXPECT_DOUBLE_EQ(glm::length(driver.reported.f_D_N), kForce_N);
   driver.end = RoundEnd::kBadAnswer;
   rounds.Run(driver, 1);
@@ -153,7 +153,7 @@ TEST(ServoRound, LongPauseBetweenRoundsRequiresNewAgreement) {
   rounds.Run(driver, 0.1);
   rounds.Run(driver, 2, true);
   ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
-  // 0.3 s without a round: silent for one round, then the handle takes the tool again.
+  // After 0.3 s without a round, the device counts as silent for one round; then the handle takes the tool again.
   rounds.now_s += 0.3;
   rounds.command.made_at_s = rounds.now_s;
   ++rounds.command.sequence;
@@ -161,7 +161,7 @@ TEST(ServoRound, LongPauseBetweenRoundsRequiresNewAgreement) {
   rounds.Run(driver, 0.01);
   EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
   EXPECT_EQ(rounds.round.sample().engagements, 2u);
-  // After a minute the user must agree again.
+  // After a minute, the user must agree again.
   rounds.now_s += 60;
   rounds.command.made_at_s = rounds.now_s;
   ++rounds.command.sequence;
@@ -328,7 +328,7 @@ TEST(ServoRound, ForceStaysWithinBoundsUnderCableFaults) {
   // Packets to the device are lost as a whole: the motors' force was requested for the position known at that time.
   // Since then the hand has moved by a millimetre or two, which changes the legs' leverage by about as many percent.
   EXPECT_LE(largest_N, 1.03 * kForce_N);
-  EXPECT_GT(largest_N, 0.5 * kForce_N);  // it was not zero all the time
+  EXPECT_GT(largest_N, 0.5 * kForce_N);  // the force was not zero all the time
 }
 
 /// A WoodenHaptics device within the process; each round advances time.
@@ -369,7 +369,7 @@ TEST(ServoRound, DeviceThatSendsButDoesNotReceiveIsSilent) {
     rounds.Run(device, 0.1);
     rounds.Run(device, 2, true);
     ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
-    // Currents are integers in mA and computed for the lever arm of a few counts ago.
+    // Currents are integers in mA and are computed for the lever arm of a few counts ago.
     ASSERT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
     const std::uint64_t samples = rounds.round.counts().samples;
     UsbFaults faults;
@@ -379,7 +379,7 @@ TEST(ServoRound, DeviceThatSendsButDoesNotReceiveIsSilent) {
     EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
     EXPECT_EQ(rounds.round.counts().samples, samples);
     EXPECT_EQ(glm::length(rounds.round.sent_force_N()), 0);
-    // It receives commands again while its motors still make the last force.
+    // The device receives commands again while its motors still make the last force.
     device.bus.SetFaults({});
     rounds.Run(device, 0.003);
     EXPECT_EQ(device.hand.f_D_N(), Vec3{0});
@@ -393,7 +393,8 @@ TEST(ServoRound, DeviceThatSendsButDoesNotReceiveIsSilent) {
     EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
     EXPECT_EQ(rounds.round.counts().silences, 1u);
     EXPECT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
-    // The steepest slope of a smooth ramp of 0.5 s is 1.5 times its mean slope; 1 mA of three motors is a few mN.
+    // The steepest slope of a smooth ramp of 0.5 s is 1.5 times its mean slope; 1 mA in each of three motors is a few
+    // mN.
     EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
     EXPECT_LE(largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 0.01);
   }
@@ -456,7 +457,8 @@ TEST(ServoRound, RotationJumpIsNotAcceptedIfOrientationIsSensed) {
     Rounds rounds(driver.traits());
     rounds.Run(driver, 0.1);
     rounds.Run(driver, 2, true);
-    // 25 rad/s is a fast hand, also over more than one full turn; both signs of the quaternion are the same rotation.
+    // 25 rad/s is a fast hand, which is also accepted over more than one full turn; both signs of the quaternion are
+    // the same rotation.
     double angle_rad = 0;
     for (int i = 0; i < 600; ++i) {
       angle_rad += 0.025;
@@ -465,7 +467,8 @@ TEST(ServoRound, RotationJumpIsNotAcceptedIfOrientationIsSensed) {
     }
     EXPECT_EQ(rounds.round.counts().leaps, 0u);
     EXPECT_EQ(rounds.round.sample().engagements, 1u);
-    // A jump as from a grip that drops out and is reported as unrotated: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
+    // A jump, as when a grip drops out and is reported as unrotated. The limit is 0.1 rad plus 30 rad/s over 1 ms, 0.13
+    // rad.
     driver.next.X_DH.R_AB = turned(angle_rad + 0.14, axis);
     rounds.Run(driver, 0.5 * kRound_s);
     if (!senses) {

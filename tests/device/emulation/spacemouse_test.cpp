@@ -1,4 +1,4 @@
-// The SpaceMouse driver against a model of the device, and its reports.
+// The SpaceMouse driver with a model of the device, and the device's reports.
 #include "device/devices/hid/spacemouse_driver.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ TEST(SpaceMouse, ButtonIsReportedAfterALongPauseOfTheHost) {
     EXPECT_EQ(sample.buttons, 0b10u);
     EXPECT_EQ(sample.deflection[0], 1);
   }
-  // Alternating buttons, more often than the queue can hold: the final state counts.
+  // The buttons change more often than the queue can store; the final state counts.
   Rig setup;
   for (std::uint32_t i = 0; i < 100; ++i) {
     setup.model.Press(i % 2 == 0 ? 0b100 : 0b1000);
@@ -109,7 +109,7 @@ TEST(SpaceMouse, CapIsReleasedIfItsLastReportWasLost) {
   EXPECT_EQ(setup.Run(60).deflection[0], 0);
 }
 
-/// Transport that reports once that the cap is pushed to the right; time advances only by waiting.
+/// Transport that reports once that the cap is pushed to the right; time advances only while the driver waits.
 class OneWord final : public UsbTransport {
  public:
   explicit OneWord(double& now_s) : now_s_(now_s) {}
@@ -143,7 +143,8 @@ TEST(SpaceMouse, SilentCapIsReleasedAfterTheDocumentedTime) {
   DriverSample sample;
   ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
   ASSERT_EQ(sample.deflection[0], 1);
-  // Rounds begin at multiples of the period; a round that takes longer skips those that it covers.
+  // Rounds begin at multiples of the period; a round that takes longer skips the rounds that should have begun in the
+  // meantime.
   const double period_s = 1 / driver.traits().rate_hz;
   while (sample.deflection[0] != 0 && now_s < 10) {
     now_s = period_s * (std::floor(now_s / period_s + 1e-9) + 1);

@@ -1,5 +1,5 @@
-// The WoodenHaptics driver against closed forms of its kinematics, against a model of the device, and with faulty
-// cables.
+// The WoodenHaptics driver: its kinematics compared with closed forms, and the driver with a model of the device and
+// with faulty cables.
 #include "device/devices/hid/wooden_driver.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The aluminium version of 2017: at zero its upper arm is level and its forearm hangs down.
+/// Returns the aluminium version of 2017; at zero, its upper arm is level and its forearm hangs down.
 WoodenParams MakeAluminium() {
   WoodenParams params;
   params.base_mm = 111;
@@ -38,7 +38,7 @@ WoodenParams MakeAluminium() {
   return params;
 }
 
-/// The chain as rigid transforms, joint by joint, in the makers' axes; then converted to frame D.
+/// Computes the position with rigid transforms, joint by joint, in the makers' axes, and converts it to frame D.
 Vec3 CalcByTransforms(const WoodenParams& params, const Vec3& angles) {
   glm::dmat4 X(1.0);
   X = glm::rotate(X, angles.x, glm::dvec3(0, 0, 1));
@@ -62,10 +62,11 @@ double CalcDistance(const Vec3& a, const Vec3& b) {
 }
 
 TEST(WoodenKinematics, ZeroPosesAreThoseOfTheMakers) {
-  // Wood: upper arm upright, forearm level towards the user: 245 mm out and 80 + 205 mm up, minus the middle.
+  // The wooden version has its upper arm upright and its forearm level towards the user: 245 mm out and 80 + 205 mm up,
+  // minus the middle.
   const WoodenParams wood;
   EXPECT_LT(CalcDistance(CalcWoodenPosition(wood, CalcWoodenAngles(wood, {})), {0, 205, 25}), 1e-9);
-  // Aluminium: its zero pose is exactly the middle of its workspace.
+  // The zero pose of the aluminium version is exactly the middle of its workspace.
   const WoodenParams aluminium = MakeAluminium();
   EXPECT_LT(CalcDistance(CalcWoodenPosition(aluminium, CalcWoodenAngles(aluminium, {})), Vec3{0}), 1e-9);
 }
@@ -75,7 +76,7 @@ TEST(WoodenKinematics, PositionEqualsAChainOfTransforms) {
   for (const WoodenParams& params : {WoodenParams{}, MakeAluminium()}) {
     for (int i = 0; i < 10'000; ++i) {
       const Vec3 angles = DrawAngles(random);
-      // Lengths of 1e3 mm with a relative error of 1e-16.
+      // Lengths are up to 1e3 mm, with a relative error of 1e-16.
       ASSERT_LT(CalcDistance(CalcWoodenPosition(params, angles), CalcByTransforms(params, angles)), 1e-10);
     }
   }
@@ -184,7 +185,7 @@ TEST(WoodenReports, FewDamagedReportsOfAMillionAreAccepted) {
   for (int i = 0; i < 1'000'000; ++i) {
     ++truth.counter;
     for (std::int16_t& count : truth.counts) count = static_cast<std::int16_t>(count + random() % 41 - 20);
-    if (random() % 50 == 0) continue;  // lost
+    if (random() % 50 == 0) continue;  // the report is lost
     WoodenReport seen = truth;
     const bool flipped = random() % 100 == 0;
     const int bit = static_cast<int>(random() % 16);
@@ -196,13 +197,14 @@ TEST(WoodenReports, FewDamagedReportsOfAMillionAreAccepted) {
     // A flip of one of the 8 upper bits is 256 counts or more: impossible for a hand, unless earlier reports were lost.
     wrong += taken && flipped && bit >= 8 ? 1 : 0;
   }
-  // Each damaged report may also cost the next one: 2 of 100 are damaged.
+  // 2 of 100 reports are damaged, and each of these may also cost the next one.
   EXPECT_GT(good, 0.95 * sent);
-  // 5,000 were sent. After one loss 320 counts are accepted, after a flipped counter more: a few percent.
+  // 5,000 were sent. After one loss, a jump of 320 counts is accepted, and after a flipped counter more, so a few
+  // percent are wrong.
   EXPECT_LT(wrong, 250);
 }
 
-// 31 rad/s for any encoder: a larger motion in one millisecond is rejected at first.
+// The limit is 31 rad/s for any encoder; a larger motion in one millisecond is rejected at first.
 TEST(WoodenReports, SpeedLimitIsTheSameForAnyEncoder) {
   using Verdict = WoodenReportFilter::Verdict;
   const Vec3 counts_per_turn{32000, 1000, -65534};
@@ -239,8 +241,8 @@ TEST(WoodenReports, DuplicateAndOldReportsAreIgnored) {
   EXPECT_EQ(filter.Judge({{0, 0, 0}, 65534}), Verdict::kNew);
   EXPECT_EQ(filter.Judge({{1, 0, 0}, 65534}), Verdict::kOld);
   EXPECT_EQ(filter.Judge({{1, 0, 0}, 65535}), Verdict::kNew);
-  EXPECT_EQ(filter.Judge({{2, 0, 0}, 3}), Verdict::kNew);     // wrapped around, with 0, 1 and 2 lost
-  EXPECT_EQ(filter.Judge({{2, 0, 0}, 1}), Verdict::kBad);     // an earlier one
+  EXPECT_EQ(filter.Judge({{2, 0, 0}, 3}), Verdict::kNew);     // wrapped around; 0, 1 and 2 were lost
+  EXPECT_EQ(filter.Judge({{2, 0, 0}, 1}), Verdict::kBad);     // an earlier report
   EXPECT_EQ(filter.Judge({{9000, 0, 0}, 4}), Verdict::kBad);  // a jump
   EXPECT_EQ(filter.Judge({{3, 0, 0}, 4}), Verdict::kNew);     // the jump was damage
   EXPECT_EQ(filter.Judge({{9000, 0, 0}, 5}), Verdict::kBad);  // a jump again
@@ -279,10 +281,10 @@ TEST(WoodenDriver, ReportsTheHandlePositionAndOutputsTheForce) {
     command.f_D_N = 2.0 * Vec3(std::sin(0.01 * i), std::cos(0.013 * i), std::sin(0.007 * i));
     DriverSample sample;
     ASSERT_EQ(driver->Exchange(command, sample), RoundEnd::kSample) << i;
-    // Half a count on each joint, at an arm of at most 245 mm: 0.5 * 245 * 2 pi / 24000 mm or less, summed.
+    // Half a count on each joint, with an arm of at most 245 mm: each contributes at most 0.5 * 245 * 2 pi / 24000 mm.
     ASSERT_LT(CalcDistance(sample.X_DH.p_AB, p), 0.1) << i;
-    // The lever arm of a few rounds ago: 0.6 mm of 100 mm of 3.5 N is 0.02 N. Currents are integers in mA: 0.5 mA *
-    // 25.9 N mm/A * 16 / 100 mm is 2e-3 N.
+    // The lever arm is that of a few rounds ago: 0.6 mm / 100 mm * 3.5 N = 0.02 N. Currents are integers in mA:
+    // 0.5 mA * 25.9 N mm/A * 16 / 100 mm = 2e-3 N.
     ASSERT_LT(CalcDistance(setup.hand.f_D_N(), command.f_D_N), 0.05) << i;
   }
   driver->Stop();
@@ -363,7 +365,7 @@ TEST(WoodenDriver, ToleratesAllCableFaults) {
       if (end != RoundEnd::kSample) continue;
       ++samples;
       ASSERT_TRUE(IsValid(sample.X_DH));
-      // A damaged byte may look like a fast hand: the error is at most the motion of a hand since the last report.
+      // A damaged byte may look like a fast hand, so the error is at most the motion of a hand since the last report.
       ASSERT_LT(glm::length(sample.X_DH.p_AB), 250) << "seed " << seed << " round " << i;
       for (int j = 0; j < 3; ++j) ASSERT_LE(std::abs(setup.model.currents_mA()[j]), 3000);
     }
@@ -468,7 +470,7 @@ TEST(WoodenDriver, RefusesImpossibleArms) {
 }
 
 TEST(WoodenDriver, UsesThePoseAtTheStartAsZeroIfRequested) {
-  // The device was plugged in in any pose: the model's own zero is off by 10 degrees on each joint.
+  // The device was plugged in while in an arbitrary pose, so the model's own zero is off by 10 degrees on each joint.
   WoodenParams device;
   device.zero_deg += Vec3(10, -10, 10);
   WoodenRig setup(device);

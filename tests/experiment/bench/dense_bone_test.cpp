@@ -1,5 +1,4 @@
-// Tests of the brute-force reference against solids with known volumes, independently of the code that is compared with
-// it.
+// Tests of the brute-force reference on solids with known volumes, independent of the code that is compared with it.
 #include "experiment/bench/dense_bone.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +22,7 @@ TEST(DenseBone, ContainsTheValuesOfTheBone) {
   const DenseBone dense(block, Box3{Vec3(-4), Vec3(4)});
   EXPECT_EQ(dense.size(), (std::array<int, 3>{33, 33, 33}));
   EXPECT_EQ(dense.Compare(block).voxels, 0u);
-  // The occupancy of a half space is linear in the position of its face. Only the block's edges have an error, a
+  // The occupancy of a half space is linear in the position of its face. The only error is at the block's edges: a
   // fraction of h^2 times their length of 60 mm.
   EXPECT_NEAR(dense.CalcOccupancy_mm3(), 120, 60 * 0.25 * 0.25 / 4);
 }
@@ -40,8 +39,9 @@ TEST(DenseBone, BallOnAStraightPathRemovesACapsule) {
     dense.Cut(ball, from, to);
     const double length = glm::length(to.p_AB - from.p_AB);
     const double capsule = std::numbers::pi * 27 * 4 / 3 + std::numbers::pi * 9 * length;
-    // At a curved face the error of the occupancy is h^2/24 times the integral of the mean curvature sum (2/r over the
-    // ball, 1/r along the tube): 8 pi r + 2 pi length. The tolerance includes the sampling of the face by the grid.
+    // At a curved face the error of the occupancy is h^2/24 times the integral of the sum of the principal curvatures
+    // (2/r on the ball, 1/r along the tube): 8 pi r + 2 pi length. The tolerance includes the sampling of the face by
+    // the grid.
     EXPECT_NEAR(before - dense.CalcOccupancy_mm3(), capsule,
                 h * h / 12 * (8 * std::numbers::pi * 3 + 2 * std::numbers::pi * length))
         << h;
@@ -63,7 +63,7 @@ TEST(DenseBone, DiscMovingInItsPlaneRemovesAStadium) {
   const double length = glm::length(to.p_AB);
   const double stadium = (std::numbers::pi * 16 + 8 * length) * 1;
   const double edges = 2 * (2 * std::numbers::pi * 4 + 2 * length);
-  // The flats are exact; at the two edges of the rim the error is up to a quarter of a voxel's square.
+  // The flats are exact; at the two edges of the rim the error is up to h^2 / 4 per unit of length.
   EXPECT_NEAR(before - dense.CalcOccupancy_mm3(), stadium, edges * h * h / 4);
 }
 

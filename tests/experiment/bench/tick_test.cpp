@@ -1,5 +1,5 @@
-// Tests of the cases of `kerf bench tick` with few ticks: errors, hashes and the format of the reports. Times are not
-// checked because they depend on the machine.
+// Tests of the cases of `kerf bench tick` with few ticks: errors, hashes and the format of the reports. The times are
+// not checked because they depend on the machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ double Figure(const BenchResult& r, const char* what) {
   return figure ? figure->value : std::nan("");
 }
 
-/// Checks the properties of every cut.
+/// Checks what must hold for every cut.
 void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
   EXPECT_EQ(r.times.count, static_cast<std::size_t>(ticks));
   EXPECT_LE(r.undisturbed.count, r.times.count);
@@ -40,8 +40,8 @@ void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
   EXPECT_EQ(r.note, "");
   EXPECT_NEAR(Figure(r, "feed of the tool"), feed_mm_per_s, 0.01 * feed_mm_per_s);
   EXPECT_EQ(Figure(r, "ticks at a limit"), 0);
-  // Occupancy is exact for plane walls. For the ball's floor its error is h^2 / (24 r) of depth, or 0.05 mm in 2 mm at
-  // 0.3 mm.
+  // Occupancy is exact for plane walls. At the floor of the ball's cut its error corresponds to a depth of h^2 / (24
+  // r), 0.05 mm in a depth of 2 mm with voxels of 0.3 mm.
   if (r.Find("removed by occupancy minus swept")) {
     EXPECT_NEAR(Figure(r, "removed by occupancy minus swept"), 0, 0.5);
   }
@@ -54,7 +54,7 @@ void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
 }
 
 TEST(BenchTick, DiscsRemoveTheirSweepAndAgreeWithTheDenseReference) {
-  // Long enough for the rim to pass the window of the dense reference.
+  // There are enough ticks for the rim to pass the window of the dense reference.
   ExpectGoodCut(RunCut(MakeDiscCut(0.2), FewTicks(400)), 400, 5);
   ExpectGoodCut(RunCut(MakeThickDiscCut(), FewTicks(300)), 300, 10);
 }
@@ -62,7 +62,7 @@ TEST(BenchTick, DiscsRemoveTheirSweepAndAgreeWithTheDenseReference) {
 TEST(BenchTick, BuriedDiscCutsAtThePrescribedFeed) {
   const BenchResult r = RunCut(MakeBuriedCut(), FewTicks(150));
   ExpectGoodCut(r, 150, 5);
-  // Half of the teeth, in front; the flats are inside bone that they do not cut.
+  // Half of the teeth, those in front, are engaged. The flats are inside bone that they do not cut.
   EXPECT_GT(Figure(r, "removed"), 0);
 }
 
@@ -130,7 +130,7 @@ TEST(BenchTick, TicksSleepFiveMillimetresFromTheBone) {
 
 TEST(BenchTick, ToolThatDoesNotFollowIsReported) {
   CutCase cut = MakeDiscCut(0.2);
-  cut.rpm = 0;           // it does not cut, and the bone stops it
+  cut.rpm = 0;           // a stopped disc does not cut, and the bone stops it
   cut.warm_up_mm = 1.2;  // shortly after first contact
   const BenchResult r = RunCut(cut, FewTicks(50));
   EXPECT_THAT(r.note, testing::StartsWith("the tool fed at "));

@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Block of two materials on one side of the disc's centre (x from 0 to 12 mm), cut straight down.
+/// A block of two materials on one side of the disc's centre (x from 0 to 12 mm), which is cut straight down.
 constexpr char kScene[] = R"(
 [bone]
 model = "block"
@@ -71,11 +71,11 @@ std::string MessageOf(const Scene& scene, const CompareParams& params) {
 }
 
 TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
-  // hertz_constant_bite is the law of the slab's corrected reading. Down to 11 mm the block's half arc is the arc over
-  // which the slab counts teeth, so the sums of the tooth forces agree. The first 0.5 mm and the border between the
-  // layers are excluded, because the grid has an edge there and the slab's layer border is sharp. At 0.2 mm voxels the
-  // free edge in the disc's centre is rounded by up to 0.14 mm, on an arc of at least 3.4 mm. The kerf is 1.25 voxels
-  // wide, and its corners extend into the region that the teeth sample: 1 % more.
+  // The slab's corrected reading uses the law hertz_constant_bite. Down to a depth of 11 mm, the rim's arc in the block
+  // is the arc over which the slab counts teeth, so the sums of the tooth forces agree. The first 0.5 mm and the border
+  // between the layers are excluded, because there the grid has an edge while the slab's border is sharp. With voxels
+  // of 0.2 mm the free edge at the disc's centre is rounded by up to 0.14 mm, on an arc of at least 3.4 mm. The kerf is
+  // 1.25 voxels wide, and its corners extend into the region that the teeth sample, which adds up to 1 %.
   const Comparison c = CompareScene(Parse(kSlab + "[force]\nlaw = \"hertz_constant_bite\"\n"), {{}, 0.1, 1}, {});
   ASSERT_EQ(c.cases.size(), 3u);
   const CaseResult& voxel = c.cases[0];
@@ -89,16 +89,16 @@ TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
     ++checked;
   }
   EXPECT_GT(checked, 30);
-  // The component along the cut: teeth spread evenly over the arc alpha = acos(1 - h/R) give sin(alpha) / alpha of
-  // their sum. Tested in one material, down to 3 mm.
+  // Checks the component along the cut. For teeth spread evenly over the arc alpha = acos(1 - h/R), it is sin(alpha) /
+  // alpha of the sum of their forces. This is checked in one material, down to 3 mm.
   for (const std::size_t i : c.slice_bins) {
     const double h = c.grid.Centre(i);
     if (h < 0.5 || h > 2.6) continue;
     const double alpha = std::acos(1 - h / 11);
     EXPECT_NEAR(voxel.curve.force_N[i] / voxel.curve.thrust_N[i], std::sin(alpha) / alpha, 0.01) << "at " << h;
   }
-  // In both modes, work is the integral of the force over the depth. Compares the sums over the ticks with the curves.
-  // Tolerance 2 %, from bins of 0.1 mm at the onset and from the part beyond the last bin.
+  // In both modes the work is the integral of the force over the depth. Compares the curve's integral with the sum over
+  // the ticks. The tolerance of 2 % covers the bins of 0.1 mm at the onset and the part beyond the last bin.
   double integral_mJ = 0;
   for (const double force : voxel.curve.force_N) integral_mJ += force * c.grid.step_mm;
   EXPECT_NEAR(integral_mJ / voxel.work_mJ, 1, 0.02);
@@ -152,7 +152,7 @@ TEST(Compare, ReferenceDoesNotDifferFromItselfAndRepetitionsAgree) {
 }
 
 TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
-  // Down, up again through the kerf, and down a second time: the curve uses only the first way down.
+  // The path goes down, up again through the kerf, and down a second time. The curve uses only the first way down.
   const std::string more =
       "[[path.stroke]]\nend_mm = [0.0, 0.0, 10.0]\nfeed_mm_per_s = 12.0\nretract = false\n"
       "[[path.stroke]]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 12.0\nretract = false\n";
@@ -165,7 +165,8 @@ TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
 }
 
 TEST(Compare, BinInWhichTheSliceEndsIsNotCounted) {
-  // A cut of 6 mm in bins of 4 mm: the first bin lies within the slice, and the slice ends inside the second one.
+  // The cut is 6 mm deep, in bins of 4 mm: the first bin lies within the slice, and the slice ends inside the second
+  // one.
   std::string deep = kScene;
   const std::string end = "end_mm = [0.0, 0.0, 4.0]";
   deep.replace(deep.find(end), end.size(), "end_mm = [0.0, 0.0, -2.0]");
@@ -196,7 +197,8 @@ TEST(Compare, ForceBelongsToTheMiddleOfTheTickInBothModes) {
   const CaseRun voxel = RunCase(cases[0], scene, bone, profile, {});
   const CaseRun slab = RunCase(cases[1], scene, bone, profile, {});
   ASSERT_EQ(voxel.samples.size(), slab.samples.size());
-  // Above the bone the slab's blade follows the hand, 12 um a tick. The first oscillation of the spring has decayed.
+  // Above the bone the slab's blade follows the hand, which moves 12 um per tick. The first oscillation of the spring
+  // has decayed.
   int checked = 0;
   for (std::size_t i = 0; i < slab.samples.size(); ++i) {
     const double depth_mm = -0.5 + 0.012 * (static_cast<double>(i) + 0.5);
@@ -209,7 +211,8 @@ TEST(Compare, ForceBelongsToTheMiddleOfTheTickInBothModes) {
 }
 
 TEST(Compare, MemoryIsTheLargerOfTheBoneBeforeAndAfter) {
-  // Wide enough to have an interior. Only voxels of the interior that are cut are stored individually.
+  // The grid is wide enough to have an interior. Of the interior's voxels, only those that are cut are stored
+  // individually.
   std::string wide = kScene;
   wide.replace(wide.find("size_y_mm = 2.0"), 15, "size_y_mm = 12.0");
   const Scene scene = ParseScene(wide + kSlab, "scene.toml");
@@ -243,7 +246,7 @@ TEST(Compare, ScenesThatCannotBeComparedAreRefused) {
             "there is no force law \"herz\"; available: hertz_chip, hertz_constant_bite, edge_plus_chip");
   EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw makes no cut to compare");
   EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 1, 0]\n"), {}), HasSubstr("degrees out of the disc's plane"));
-  // Cutting upwards: the path starts behind the bone to be cut.
+  // The direction is upwards, so the path starts behind the bone to be cut.
   EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 0, 1]\n"), {{}, 0.05, 1}),
               HasSubstr("start it before the bone along the cut direction"));
   // The cut is 0.05 mm deep.
@@ -263,7 +266,7 @@ TEST(Compare, SuggestedDirectionHasUnitLength) {
 }
 
 TEST(Compare, PathThatEndsInsideTheSliceIsComparedToItsEndWithAWarning) {
-  // The path goes to 2 mm of the 6 mm.
+  // The path goes down only 2 mm into the slice of 6 mm.
   const Comparison c = CompareScene(
       ParseScene(std::string(kScene).replace(std::string(kScene).find("0.0, 4.0]"), 9, "0.0, 9.0]") + kSlab,
                  "scene.toml"),
@@ -328,7 +331,7 @@ TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
   }
   EXPECT_EQ(row, c.grid.count);
   for (std::size_t k = 0; k < c.cases.size(); ++k) {
-    // Computes the rms again from the table, which has six significant figures.
+    // Recomputes the rms from the table, which has six significant figures.
     const double rms = std::sqrt(squares[k] / static_cast<double>(c.slice_bins.size()));
     EXPECT_NEAR(json["cases"][k]["slice"]["rms_difference_N"].get<double>(), rms, 1e-4);
     EXPECT_EQ(json["cases"][k]["memory_bytes"].get<std::uint64_t>(), c.cases[k].memory_bytes);
@@ -341,7 +344,8 @@ TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
 }
 
 TEST_F(CompareFiles, NameTheCtLawItsRangeAndAllItsWarnings) {
-  // Block with CT numbers: in the lowest 1.2 mm of the 5 mm of cancellous bone they are below the law's 100 HU.
+  // A block with CT numbers. In the lowest 1.2 mm of the 5 mm of cancellous bone they are below the law's minimum of
+  // 100 HU.
   fs::create_directories(folder_);
   BlockParams block;
   block.size_mm = {8, 2, 6};

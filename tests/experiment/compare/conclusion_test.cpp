@@ -1,4 +1,4 @@
-// Tests that the text of a report agrees with its numbers, on made-up results with known conclusions.
+// Tests that the text of a report agrees with its numbers, with made-up results whose conclusions are known.
 #include "experiment/compare/conclusion.h"
 
 #include <gmock/gmock.h>
@@ -58,7 +58,7 @@ TEST(Conclusion, LargerAndSmallerForcesAreReported) {
 }
 
 TEST(Conclusion, DepthOfTheLastCrossingIsThatOfTheCurves) {
-  // 0 to 10 N over 10 mm against 4 N: the curves cross at 4 mm.
+  // The force rises from 0 to 10 N over 10 mm and is compared with 4 N, so the curves cross at 4 mm.
   const std::string up = ForceWords(Slab([](double h) { return h; }));
   EXPECT_THAT(up, HasSubstr("The force is larger over 60 % of the depth and smaller over 40 %; beyond 4.00 mm it stays "
                             "larger"));
@@ -67,7 +67,8 @@ TEST(Conclusion, DepthOfTheLastCrossingIsThatOfTheCurves) {
 }
 
 TEST(Conclusion, EqualDepthsCountAsNeitherLargerNorSmaller) {
-  // Both forces are zero over the first and the last mm of 10: 80 of 100 depths differ, all with the same sign.
+  // Both forces are zero over the first and the last millimetre of 10. The other 80 of 100 depths differ, all with the
+  // same sign.
   const auto ends = [](double force_N) { return [force_N](double h) { return h < 1 || h > 9 ? 0.0 : force_N; }; };
   MadeUpCase reference = Reference();
   reference.force_N = ends(4);
@@ -77,7 +78,7 @@ TEST(Conclusion, EqualDepthsCountAsNeitherLargerNorSmaller) {
   EXPECT_THAT(words(ends(1)), HasSubstr("The force is smaller wherever the two differ, at 80 of the 100 depths."));
   EXPECT_THAT(words(ends(9)), HasSubstr("The force is larger wherever the two differ, at 80 of the 100 depths."));
   EXPECT_THAT(words(ends(9)), Not(HasSubstr("every depth")));
-  // Smaller over 1 to 3 mm, then larger up to 9 mm.
+  // The force is smaller over 1 to 3 mm, then larger up to 9 mm.
   EXPECT_THAT(words([](double h) { return h < 1 || h > 9 ? 0.0
                                           : h < 3        ? 1.0
                                                          : 9.0; }),
@@ -93,7 +94,8 @@ TEST(Conclusion, EqualDepthsCountAsNeitherLargerNorSmaller) {
 }
 
 TEST(Conclusion, SlabsForceBeyondTheSliceIsAttributedToItsSpring) {
-  // 27.5 N at the end of the slice, less every 0.1 mm, zero from 10.3 mm on. The spring's stiffness is 100 N/mm.
+  // The force is 27.5 N at the end of the slice, falls with every 0.1 mm and is zero from 10.3 mm on. The spring's
+  // stiffness is 100 N/mm.
   MadeUpCase slab = Slab([](double) { return 27.5; });
   slab.beyond_N = [](double h) { return h < 10.1 ? 18.0 : h < 10.2 ? 9.0 : h < 10.3 ? 0.6 : 0.0; };
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).beyond); };
@@ -125,7 +127,7 @@ TEST(Conclusion, LargestDifferenceNamesDepthForcesAndTeeth) {
 TEST(Conclusion, AgreementIsReportedOnlyWithinTwoPercent) {
   EXPECT_THAT(ForceWords(Slab([](double) { return 4.06; })), HasSubstr("**slab B** agrees with voxel A"));
   EXPECT_THAT(ForceWords(Slab([](double) { return 4.1; })), Not(HasSubstr("agrees")));
-  // The same mean, with large differences at each depth.
+  // The mean is the same, but there are large differences at each depth.
   EXPECT_THAT(ForceWords(Slab([](double h) { return h < 5 ? 2.0 : 6.0; })), Not(HasSubstr("agrees")));
 }
 
@@ -139,7 +141,7 @@ TEST(Conclusion, SlabIsASubstituteOnlyWithinTenPercent) {
                              "mean force of voxel A (6.00 N against 4.00 N; rms difference 2.00 N)"));
   // The report names no cause that was not measured.
   EXPECT_THAT(off, Not(HasSubstr("The cause")));
-  // The nearest of two slabs is reported, whatever their order.
+  // The nearest of several slabs is reported, whatever their order.
   MadeUpCase other = Slab([](double) { return 4.2; });
   other.label = "slab C";
   EXPECT_THAT(AllOf(WriteConclusion(MakeUp({Reference(), Slab([](double) { return 9.0; }), other})).force),
@@ -150,7 +152,7 @@ TEST(Conclusion, SlabIsASubstituteOnlyWithinTenPercent) {
   EXPECT_THAT(ForceWords(slow), HasSubstr("in 2.50 times the time per tick"));
 }
 
-// A slab with 1.2 % of the force. With the slab's law, voxel mode gives 1 %, so the slab itself adds a fifth.
+// A slab has 1.2 % of the force. With the slab's law, voxel mode has 1 %, so the slab itself adds a fifth.
 TEST(Conclusion, EffectOfTheToothLawIsSeparatedFromThatOfTheSlab) {
   MadeUpCase equal = Reference();
   equal.label = "voxel hertz_constant_bite";
@@ -179,8 +181,8 @@ TEST(Conclusion, EffectOfTheToothLawIsSeparatedFromThatOfTheSlab) {
               HasSubstr("The cause is the slab: at equal law, slab B gives 3.00 times the mean force of voxel A"));
 }
 
-// Of two slabs, the report chooses the one that is nearest at equal law. It does not choose the one whose errors happen
-// to cancel those of the law.
+// Of two slabs, the report names the one that is nearer at equal law, not the one whose errors happen to cancel those
+// of the law.
 TEST(Conclusion, NearestSlabIsChosenAtEqualLaw) {
   MadeUpCase equal = Reference();
   equal.label = "voxel hertz_constant_bite";
@@ -193,7 +195,7 @@ TEST(Conclusion, NearestSlabIsChosenAtEqualLaw) {
 }
 
 TEST(Conclusion, TeethThatReinforceEachOtherAreReported) {
-  // n^3 F_1 with n growing from 1 to 3: a tooth bears 1 N at first and 9 N at the end.
+  // The force is n^3 F_1 with n growing from 1 to 3, so a tooth bears 1 N at first and 9 N at the end.
   MadeUpCase cubed = Slab([](double h) { return h < 3 ? 1.0 : h < 6 ? 8.0 : 27.0; });
   cubed.teeth = [](double h) { return h < 3 ? 1.0 : h < 6 ? 2.0 : 3.0; };
   EXPECT_THAT(

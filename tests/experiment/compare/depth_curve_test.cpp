@@ -1,4 +1,4 @@
-// Tests of resampling and of differences against closed forms.
+// Tests of resampling and of differences, compared with closed forms.
 #include "experiment/compare/depth_curve.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(DepthCurve, BinOfALinearForceHasTheValueAtItsMiddle) {
   ASSERT_EQ(curve.reach, 50u);
   EXPECT_EQ(curve.interpolated, 0u);
   for (std::size_t i = 0; i < grid.count; ++i) {
-    // 20 samples placed evenly about the middle: exact except for rounding.
+    // The 20 samples lie symmetrically about the middle, so their mean is exact except for rounding.
     EXPECT_NEAR(curve.force_N[i], 3 * grid.Centre(i) + 1, 1e-12);
     EXPECT_NEAR(curve.magnitude_N[i], 2 * curve.force_N[i], 1e-12);
     EXPECT_NEAR(curve.thrust_N[i], 3 * curve.force_N[i], 1e-12);
@@ -46,8 +46,8 @@ TEST(DepthCurve, BinOfALinearForceHasTheValueAtItsMiddle) {
 }
 
 TEST(DepthCurve, MeanOfABinIsTheIntegralOverIt) {
-  // Mean of sin over a bin [a, b]: (cos a - cos b) / (b - a). Midpoint rule with 100 samples a bin: error (0.1/100)^2 /
-  // 24.
+  // The mean of sin over a bin [a, b] is (cos a - cos b) / (b - a). With 100 samples per bin, the midpoint rule has an
+  // error of (0.1/100)^2 / 24.
   const DepthGrid grid{0.1, 60};
   const DepthCurve curve = CalcDepthCurve(Sample([](double h) { return std::sin(h); }, 0, 6, 1000), grid);
   for (std::size_t i = 0; i < grid.count; ++i) {
@@ -57,7 +57,8 @@ TEST(DepthCurve, MeanOfABinIsTheIntegralOverIt) {
 }
 
 TEST(DepthCurve, BinsPassedBetweenTwoTicksAreInterpolatedAndCounted) {
-  // One tick per 0.5 mm on bins of 0.1 mm: four of five bins contain no tick. A linear force is interpolated exactly.
+  // With one tick per 0.5 mm and bins of 0.1 mm, four of five bins contain no tick. A linear force is interpolated
+  // exactly.
   const DepthGrid grid{0.1, 30};
   std::vector<DepthSample> samples;
   for (int i = 0; i < 6; ++i) {
@@ -79,7 +80,7 @@ TEST(DepthCurve, SamplesOutsideTheGridAreLeftOut) {
 }
 
 TEST(DepthCurve, OnlySamplesDeeperThanAllBeforeCount) {
-  // Down to 3, back to 1, down to 4: the second pass from 1 to 3 runs through the kerf.
+  // The path goes down to 3, back to 1 and down to 4. The second pass from 1 to 3 runs through the kerf.
   std::vector<DepthSample> samples;
   for (const double depth : {1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0, 4.0}) samples.push_back({depth, depth, 0, 0, 0});
   const std::vector<DepthSample> advance = TakeAdvance(samples);
@@ -89,8 +90,8 @@ TEST(DepthCurve, OnlySamplesDeeperThanAllBeforeCount) {
 }
 
 TEST(Difference, OfASineFromZeroIsItsRootMeanSquareAndAmplitude) {
-  // Whole periods: rms A / sqrt(2), peak A at a quarter period. With bins of 1/1000 of the period both agree to 1e-5 of
-  // A.
+  // Over whole periods the rms is A / sqrt(2), and the peak A is at a quarter of a period. With bins of 1/1000 of the
+  // period both agree to within 1e-5 of A.
   const DepthGrid grid{0.002, 3000};
   std::vector<double> sine, zero(grid.count, 0);
   for (std::size_t i = 0; i < grid.count; ++i) sine.push_back(5 * std::sin(std::numbers::pi * grid.Centre(i)));
@@ -103,9 +104,9 @@ TEST(Difference, OfASineFromZeroIsItsRootMeanSquareAndAmplitude) {
 }
 
 TEST(Difference, OfTwoParabolasMatchesTheClosedForm) {
-  // h^2 and 2 h^2 - 3 over 0..3: difference 3 - h^2; mean square = integral (3 - h^2)^2 / 3 = 9 - 18 + 81/5 = 7.2. The
-  // largest difference is at the end: -6. With bins of 0.001 mm the midpoint rule is within 1e-6, and the value at the
-  // end is within the slope times half a bin, 0.003.
+  // For h^2 and 2 h^2 - 3 over 0..3 the difference is 3 - h^2. Its mean square is integral (3 - h^2)^2 / 3 = 9 - 18 +
+  // 81/5 = 7.2. The largest difference, -6, is at the end. With bins of 0.001 mm the midpoint rule is accurate to 1e-6,
+  // and the value at the end to the slope times half a bin, 0.003.
   const DepthGrid grid{0.001, 3000};
   std::vector<double> a, b;
   for (std::size_t i = 0; i < grid.count; ++i) {

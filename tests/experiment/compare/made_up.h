@@ -22,8 +22,8 @@ struct MadeUpCase {
   double work_mJ = 50;
 };
 
-/// Returns a comparison over a slice of 10 mm in steps of 0.1 mm: region 24 (cortical) down to 4 mm, 32 (cancellous)
-/// below it, and 2 mm beyond the slice. 1000 ticks per second, two repetitions.
+/// Returns a comparison over a slice of 10 mm in steps of 0.1 mm: region 24 (cortical) down to 4 mm, region 32
+/// (cancellous) below that, and 2 mm beyond the slice. It has 1000 ticks per second and two repetitions.
 inline Comparison MakeUp(const std::vector<MadeUpCase>& cases) {
   Comparison c;
   c.scene = "made_up";

@@ -1,4 +1,5 @@
-// Short form of the one-hour test: constant memory, zero force at rest, exact sums. `kerf bench hour` is the long form.
+// Short form of the one-hour test: constant memory, zero force at rest, exact sums. `kerf bench hour` runs the long
+// form.
 #include "experiment/hour/hour.h"
 
 #include <gmock/gmock.h>
@@ -32,7 +33,7 @@ TEST_F(HourTest, AMinuteOfSawingCausesNoDrift) {
   EXPECT_EQ(hour.loop.end, LoopEnd::kAsked);
   EXPECT_EQ(hour.loop.counts.ticks, 75'000U);
   const HourMinute worst = hour.CalcWorst();
-  // The session works: most ticks cut, and there are pauses.
+  // The session is a realistic one: most ticks cut, and there are pauses.
   EXPECT_GT(worst.cutting_share, 0.7);
   EXPECT_GT(worst.teeth, 1);
   EXPECT_GT(worst.rest_ticks, 2000U);
@@ -46,15 +47,16 @@ TEST_F(HourTest, AMinuteOfSawingCausesNoDrift) {
   // The heap also grows by the leaves that are cut into, 2 kB each: fewer than the 64 x 22 x 6 leaves of the block.
   EXPECT_GT(hour.minutes[1].heap_MB, hour.minutes[1].bone_MB);
   EXPECT_LT(hour.minutes.back().heap_MB - hour.minutes[1].heap_MB, 1);
-  // Sums of about 1e5 parts of a bone of 27,200 mm3, each with a rounding error of 1e-16 of that volume.
+  // These are sums of about 1e5 terms for a bone of 27,200 mm3, each with a rounding error of 1e-16 of that volume.
   EXPECT_LT(std::abs(worst.removed_error_mm3), 1e-16 * 75'000 * hour.volume_before_mm3);
-  // The block's edges and corners are chamfered within their voxels: up to half a voxel squared along 576 mm.
+  // The block's edges and corners are chamfered within their voxels, by up to h^2 / 2 along their 576 mm.
   EXPECT_NEAR(hour.volume_before_mm3, 100 * 34 * 8, 576 * 0.5 * 0.2 * 0.2);
-  // The volume by occupancy of a kerf two voxels wide is a few percent off, and more in its first corners.
+  // The volume by occupancy of a kerf two voxels wide is a few percent off, and more at the start of the kerf.
   const HourMinute& last = hour.minutes.back();
   EXPECT_NEAR(last.removed_by_ticks_mm3 / last.removed_mm3, 1, 0.05);
   EXPECT_GT(worst.energy_J, 1e-3);
-  // The solver leaves an imbalance of 1e-8 of the forces involved. These may be many times the forces that do work.
+  // The solver leaves an imbalance of 1e-8 of the forces involved, which may be many times larger than the forces that
+  // do work.
   EXPECT_LT(std::abs(worst.energy_error_J), 1e-6 * worst.energy_J);
   EXPECT_TRUE(hour.loop.mirror_identical);
   // Observing the run does not change it.
@@ -81,7 +83,7 @@ TEST_F(HourTest, ReportsTheMeasuredFigures) {
     m.removed_error_mm3 = i == 9 ? -3e-9 : 1e-10;
     hour.minutes.push_back(m);
   }
-  // The warm-up and the middle are not counted.
+  // The memory of the first minute (the warm-up) is not counted, nor are the times of the middle ten minutes.
   EXPECT_DOUBLE_EQ(hour.CalcMemoryGrowth_MB(), 14);
   EXPECT_DOUBLE_EQ(hour.CalcOtherGrowth_MB(), 0);
   EXPECT_DOUBLE_EQ(hour.CalcHeapGrowth_MB(), 7);

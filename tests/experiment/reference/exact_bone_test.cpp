@@ -1,4 +1,4 @@
-// Tests of swept volumes against closed forms and brute force.
+// Tests that compare swept volumes with closed forms and with brute force.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -31,8 +31,8 @@ TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
     if (d > 0) {
       EXPECT_NEAR(bone.Distance(p), std::max(solid, -d), 1e-9);
     } else {
-      // Each step is a stadium itself, so the arc between two centres causes no error. Along the path, a point is less
-      // deep in any single step than in the union of all steps.
+      // Each step is itself a stadium, so the arc between two centres causes no error. On the path, a point is less
+      // deep inside any single step than inside the union of all steps.
       EXPECT_GT(bone.Distance(p), -1e-9);
       EXPECT_LE(bone.Distance(p), -d + 1e-9);
     }
@@ -44,8 +44,8 @@ TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
 }
 
 TEST(ExactBone, GroupsAgreeWithSingleSweeps) {
-  // A random path, swept with the whole disc, with the rim, and alternately. Expected: the union of the sweeps, from
-  // bones with one sweep each.
+  // A random path is swept with the whole disc, with the rim, and alternately with both. The expected result is the
+  // union of the sweeps, computed from bones with one sweep each.
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto solid = [] { return Block({}, {200, 200, 200}); };
@@ -73,7 +73,7 @@ TEST(ExactBone, GroupsAgreeWithSingleSweeps) {
 }
 
 TEST(ExactBone, StraightPathInPartsIsOneStadium) {
-  // Whole disc and rim, rotated; followed by a bend, which does not belong to the straight path.
+  // Sweeps the whole disc and the rim, rotated; then a bend, which does not belong to the straight path.
   const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
   const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };
   std::mt19937_64 random(5);
@@ -97,7 +97,7 @@ TEST(ExactBone, SlightlyBentPathIsNotStraightened) {
     const auto at = [](double turn) { return Upright({10 * std::sin(turn), 0, 10 * std::cos(turn)}); };
     bone.Sweep(at(0.005 * i), at(0.005 * (i + 1)), 0);
   }
-  // Outside the bend: chords of 0.05 mm, which are lower than the arc by 3e-5 mm.
+  // Outside the bend, the chords of 0.05 mm lie 3e-5 mm inside the arc.
   EXPECT_NEAR(bone.Distance({21.5 * std::sin(0.5), 0, 21.5 * std::cos(0.5)}), -(21.5 - 10 - kR), 4e-5);
 }
 
@@ -123,7 +123,7 @@ TEST(ExactBone, BoundsContainTheSweepAndAirIsSkipped) {
   EXPECT_NEAR(glm::length(box.upper - Vec3(kR + 1, 0.125, kR)), 0, 1e-9);
 }
 
-/// Area of the part of the segment (1 mm high, 9.17 mm long) that lies within the block's 8 mm.
+/// Returns the area of the part of the segment (1 mm high, 9.17 mm long) that lies within the block's 8 mm.
 double SegmentArea8() {
   constexpr int kIntervals = 10000;
   double area = 0;
@@ -135,7 +135,8 @@ double SegmentArea8() {
 }
 
 TEST(ExactBone, RemovedVolumesMatchTheClosedForms) {
-  // Rotated, so that no cell is aligned with a wall. A kerf through the whole block, a plunge, and both together.
+  // The block is rotated, so that no cell is aligned with a wall. Tests a kerf through the whole block, a plunge, and
+  // both together.
   const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
   const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };
   ExactBone slot(Block(X_WB, {8, 4, 12}), kSaw);

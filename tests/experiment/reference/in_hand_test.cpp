@@ -1,4 +1,5 @@
-// Tests of the tool coupled to a handle against an ordinary differential equation, statics, and finer steps.
+// Tests that compare the tool coupled to a handle with an ordinary differential equation, with statics, and with finer
+// steps.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -20,8 +21,8 @@ ReferenceParams Params(const char* law, int steps_per_tick) {
   return params;
 }
 
-/// Returns the upward force on a disc that moves down at `speed`, `depth` deep in a half space: integral over the arc
-/// by the midpoint rule, error 1e-5.
+/// Returns the upward force on a disc that moves down at `speed`, `depth` deep in a half space. It is an integral over
+/// the arc by the midpoint rule, with an error of 1e-5.
 double CalcUp(const ToothForce& law, double depth, double speed) {
   if (!(depth > 0 && speed > 0)) return 0;
   const double alpha = std::acos(1 - depth / kR);
@@ -58,7 +59,7 @@ std::vector<double> SolveDepths(const ToothForce& law, double K, double handle_m
 }
 
 TEST(ReferenceInHand, PlungeFollowsTheDifferentialEquation) {
-  // The handle goes down at 10 mm/s, and the arc and the stretch of the spring grow.
+  // The handle goes down at 10 mm/s, while the arc and the stretch of the spring grow.
   constexpr int kTicks = 300;
   const std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 3}, 10);
   const ToothForce law = MakeToothForce(ForceLaw("hertz_chip"), kSaw);
@@ -73,32 +74,33 @@ TEST(ReferenceInHand, PlungeFollowsTheDifferentialEquation) {
     for (int k = 0; k < kTicks; ++k) {
       const double depth = kR - run.ticks[k].X_WT.p_AB.z;
       worst = std::max(worst, std::abs(depth - depths[k]));
-      // The tool is massless: the hand's force is the stretch times the stiffness.
+      // The tool is massless, so the force on the hand is the stretch times the stiffness.
       EXPECT_NEAR(run.ticks[k].f_W_N.z, 2 * (10 * 0.001 * (k + 1) - depth), 1e-9);
     }
     errors[n] = worst;
     const double up = run.ticks.back().f_W_N.z;
     EXPECT_GT(up, 0.5);
     EXPECT_NEAR(run.ticks.back().f_W_N.x, 0, 1e-6);
-    // Removed volume: the segment.
+    // The removed volume is that of the segment.
     const double volume = SegmentArea(kR, kR - run.ticks.back().X_WT.p_AB.z) * kSaw.thickness_mm;
     EXPECT_NEAR(run.ticks.back().removed_mm3 / volume, 1, 2e-4);
     std::printf("plunge: depth off by %.2e mm, force at the end %.4f (%.4f) N, volume %.1e\n", worst, up,
                 2 * (3 - depths.back()), run.ticks.back().removed_mm3 / volume - 1);
   }
-  // First order: the error is within the handle's motion in one step.
+  // The method is of first order: the error is within the handle's motion in one step.
   EXPECT_LT(errors[0], 2.5e-3);
   EXPECT_NEAR(errors[0] / errors[1], 2, 0.4);
 }
 
-/// Down 3 mm, then along x, with the handle ahead of the tool.
+/// Returns poses 3 mm down, then along x, with the handle ahead of the tool.
 std::vector<Pose> DownAndAlong(double along_mm) {
   std::vector<Pose> poses = Stroke({-8, 0, kR + 0.1}, {-8, 0, kR - 3}, 20);
   Append(poses, Stroke({-8, 0, kR - 3}, {-8 + along_mm, 0, kR - 3}, 10));
   return poses;
 }
 
-/// Parameters of a device that also turns: held at a grip 80 mm above the disc, which tilts under the force.
+/// Returns parameters for a device that also rotates: the tool is held at a grip 80 mm above the disc, which tilts
+/// under the force.
 ReferenceParams HeldAtTheGrip(const char* law, int steps_per_tick) {
   ReferenceParams params = Params(law, steps_per_tick);
   params.coupling.stiffness_N_per_mm = 2;
@@ -152,12 +154,12 @@ TEST(ReferenceInHand, ConvergesWithTheNumberOfRimPoints) {
   }
   std::printf("rim_points: apart %.2e, %.2e N rms of %.2f N\n", apart[0], apart[1],
               glm::length(runs[2].ticks.back().f_W_N));
-  // At least first order.
+  // Convergence is at least of first order.
   EXPECT_LT(apart[1], 0.6 * apart[0]);
 }
 
 TEST(ReferenceInHand, WallsHoldTheToolAgainstTheCoupling) {
-  // Down 5 mm, then the handle moves 0.8 mm sideways, along the spindle.
+  // The handle moves 5 mm down, then 0.8 mm sideways, along the spindle.
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 5}, 25);
   Append(poses, Stroke({0, 0, kR - 5}, {0, 0.8, kR - 5}, 20));
   ReferenceParams params = Params("hertz_chip", 4);
@@ -165,8 +167,8 @@ TEST(ReferenceInHand, WallsHoldTheToolAgainstTheCoupling) {
   const ReferenceRun run = RunReferenceInHand(HalfSpace(), params, poses);
   const ReferenceTick& out = run.ticks.back();
   // The force on the hand points towards the tool. It acts at the disc's centre above the kerf, with a lever arm of
-  // about 9 mm, and tilts the disc a little about the kerf. Walls of 1500 N/mm3 over some 80 mm2, with a lever arm of 1
-  // to 2 mm, resist it. The rim continues down in its new plane: some hundredths of a millimetre.
+  // about 9 mm, and tilts the disc a little about the kerf. This is resisted by walls of 1500 N/mm3 over some 80 mm2,
+  // with a lever arm of 1 to 2 mm. The rim continues down in its new plane by some hundredths of a millimetre.
   EXPECT_NEAR(out.f_W_N.y, -1.5 * (0.8 - out.X_WT.p_AB.y), 1e-9);
   EXPECT_NEAR(out.X_WT.p_AB.y, 0, 0.03);
   EXPECT_GE(out.X_WT.p_AB.y, 0);
@@ -185,8 +187,8 @@ TEST(ReferenceInHand, ToolInAirMovesWithTheHandle) {
 }
 
 TEST(ReferenceInHand, ReturnsNoMoreEnergyThanWasPutIn) {
-  // Into the bone, shaken there in all directions, and out again to the start. The hand's work does not end below 0,
-  // and at no time is it below the energy that the spring can still return.
+  // The handle moves into the bone, is shaken there in all directions, and moves out again to the start. The hand's
+  // work is not negative at the end, and at no time is it below the energy that the spring can still return.
   std::vector<Pose> poses;
   for (int i = 0; i <= 600; ++i) {
     const double t = i / 600.0;
@@ -204,7 +206,7 @@ TEST(ReferenceInHand, ReturnsNoMoreEnergyThanWasPutIn) {
       least = std::min(least, work_mJ);
       most = std::max(most, work_mJ);
     }
-    // Error of the trapezoidal rule where the force changes within a tick.
+    // The tolerance is the error of the trapezoidal rule where the force changes within a tick.
     EXPECT_GE(least, -2e-3) << law;
     EXPECT_GT(work_mJ, 0.2 * most) << law;  // the spring returned less than this
     EXPECT_NEAR(glm::length(run.ticks.back().f_W_N), 0, 1e-6);
@@ -213,7 +215,7 @@ TEST(ReferenceInHand, ReturnsNoMoreEnergyThanWasPutIn) {
 }
 
 TEST(ReferenceInHand, ToolHeldByAConstantForceCreeps) {
-  // Pushed by 0.05 mm, 0.1 N: less than the resistance of one engaged tooth of the edge.
+  // The push of 0.05 mm gives 0.1 N, less than the resistance of one engaged tooth of the edge.
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 0.05}, 5);
   for (int i = 0; i < 200; ++i) poses.push_back(poses.back());
   ReferenceParams params = Params("edge_plus_chip", 4);
@@ -235,18 +237,20 @@ TEST(ReferenceInHand, DoesNotDependOnTheFrame) {
   for (Pose& X : poses) X = Times(X_WB, X);
   const ReferenceRun moved = RunReferenceInHand(Block(Times(X_WB, kBelow), {60, 10, 30}), params, poses);
   for (std::size_t k = 0; k < at_home.ticks.size(); ++k) {
-    // Rounding of 3e-14 mm corresponds to 3e-9 N at the walls and, at the end of a bisection, to 1e-8 rad of the rim.
+    // A rounding error of 3e-14 mm corresponds to 3e-9 N at the walls and, at the end of a bisection, to 1e-8 rad of
+    // the rim.
     EXPECT_NEAR(glm::length(X_WB.Vector(at_home.ticks[k].f_W_N) - moved.ticks[k].f_W_N), 0, 1e-5);
   }
 }
 
 TEST(ReferenceInHand, ToolSetDownInBoneIsHeldAndNotPushedOut) {
-  // Entirely buried at the start, nearer to one face than to the other. The handle rests, then pulls along the spindle.
+  // The disc is entirely buried at the start, nearer to one face than to the other. The handle rests, then pulls along
+  // the spindle.
   std::vector<Pose> poses(60, Upright({0, 0.4, -15}));
   for (int i = 0; i < 60; ++i) poses.push_back(Upright({0, 0.4 + 0.01 * i, -15}));
   const ReferenceRun run = RunReferenceInHand(Block(kBelow, {60, 3, 30}), Params("hertz_chip", 2), poses);
   for (std::size_t k = 0; k < run.ticks.size(); ++k) {
-    // 1 N on 380 mm2 of wall of 1500 N/mm3: 2e-6 mm.
+    // A force of 1 N on 380 mm2 of wall of 1500 N/mm3 gives 2e-6 mm.
     EXPECT_NEAR(run.ticks[k].X_WT.p_AB.y, 0.4, 1e-5);
     EXPECT_NEAR(run.ticks[k].f_W_N.y, -(poses[k + 1].p_AB.y - 0.4), 1e-4);
   }

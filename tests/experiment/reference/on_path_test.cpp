@@ -1,4 +1,4 @@
-// Tests of the tool on a path against closed forms, in a block with a known cut.
+// Tests that compare the tool on a path with closed forms, in a block with a known cut.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -21,7 +21,7 @@ ReferenceParams Params(const char* law) {
   return params;
 }
 
-/// Force laws written out independently, in mm, N and MPa.
+/// Computes the force laws independently of the code under test, in mm, N and MPa.
 double ToothForceByHand(std::string_view law, double bite, double E_star) {
   if (law == "hertz_chip") return 4.0 / 3 * E_star * std::sqrt(kR) * std::pow(bite, 1.5);
   if (law == "hertz_constant_bite") return 4.0 / 3 * E_star * std::pow(0.01 * kSaw.pitch_mm(), 3) / kR;
@@ -31,8 +31,8 @@ double ToothForceByHand(std::string_view law, double bite, double E_star) {
 struct Form {
   double teeth, thrust, along, up;
 };
-/// Integrates over the rim from its lowest point, or for a plunge from its other side, to the point where it leaves the
-/// surface.
+/// Integrates over the rim from its lowest point (for a plunge, from the bone's surface on the other side) to the point
+/// where it leaves the bone's surface.
 Form CalcForm(std::string_view law, double depth, double feed, double E_star, bool plunge) {
   const double alpha = std::acos(1 - depth / kR);
   Form form{(plunge ? 2 : 1) * alpha * kR / kSaw.pitch_mm(), 0, 0, 0};
@@ -52,7 +52,7 @@ Form CalcForm(std::string_view law, double depth, double feed, double E_star, bo
 TEST(ReferenceOnPath, SlotMatchesTheClosedFormForEachLaw) {
   const double depth = 3;
   const double feed = 4;
-  // Fast from outside the block to its middle, then at the feed rate.
+  // The tool moves fast from outside the block to its middle, then at the feed rate.
   std::vector<Pose> poses = Stroke({-30, 0, 4 - depth + kR}, {-2, 0, 4 - depth + kR}, 50);
   Append(poses, Stroke({-2, 0, 4 - depth + kR}, {-1.9, 0, 4 - depth + kR}, feed));
   for (const char* law : {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}) {
@@ -60,8 +60,8 @@ TEST(ReferenceOnPath, SlotMatchesTheClosedFormForEachLaw) {
     ASSERT_EQ(run.ticks.size(), poses.size() - 1);
     const Form form = CalcForm(law, depth, feed, EStar(kE_MPa, kNu, kSaw), false);
     const ReferenceTick& out = run.ticks.back();
-    // The look-ahead of 1e-5 mm adds at most an arc of sqrt(2 R 1e-5) = 0.015 mm of 8.2 mm at the rim's lowest point.
-    // The start of the side that faces the feed is exact, so the error is smaller.
+    // The look-ahead of 1e-5 mm adds at most an arc of sqrt(2 R 1e-5) = 0.015 mm to the 8.2 mm, at the rim's lowest
+    // point. The start of the side that faces the feed is exact, so the error is smaller.
     EXPECT_NEAR(out.engaged_teeth / form.teeth, 1, 1e-5) << law;
     EXPECT_NEAR(out.thrust_sum_N / form.thrust, 1, 1e-5) << law;
     EXPECT_NEAR(-out.f_W_N.x / form.along, 1, 1e-5) << law;
@@ -87,14 +87,14 @@ TEST(ReferenceOnPath, PlungeMatchesTheClosedFormAndRemovesTheSegment) {
     EXPECT_NEAR(run.ticks.back().f_W_N.z / form.up, 1, 1e-5);
     EXPECT_NEAR(run.ticks.back().f_W_N.x, 0, 1e-5 * form.up);
     const double volume = SegmentArea(kR, 2.9) * kSaw.thickness_mm;
-    // Near the surface the arc grows as a square root: the midpoint rule's error there is about (feed step)^1.5.
+    // Near the surface the arc grows as a square root, so the midpoint rule's error there is about (feed step)^1.5.
     EXPECT_NEAR(run.ticks.back().removed_mm3 / volume, 1, 1e-5);
     std::printf("plunge: volume %.1e\n", run.ticks.back().removed_mm3 / volume - 1);
   }
 }
 
 TEST(ReferenceOnPath, SlotsVolumeIsThatOfACuboid) {
-  // Through the whole block.
+  // The slot goes through the whole block.
   const ReferenceRun run =
       RunReferenceOnPath(Block({}, {10, 4, 8}), Params("hertz_chip"), Stroke({-20, 0, 1 + kR}, {20, 0, 1 + kR}, 40));
   EXPECT_NEAR(run.ticks.back().removed_mm3 / (10 * 3 * kSaw.thickness_mm), 1, 2e-5);
@@ -102,21 +102,21 @@ TEST(ReferenceOnPath, SlotsVolumeIsThatOfACuboid) {
 }
 
 TEST(ReferenceOnPath, NothingIsCutTwice) {
-  // Back through its own kerf and forward again.
+  // The tool moves back through its own kerf and forward again.
   std::vector<Pose> poses = Stroke({-20, 0, 2 + kR}, {0, 0, 2 + kR}, 40);
   const std::size_t cut = poses.size() - 1;
   Append(poses, Stroke({0, 0, 2 + kR}, {-15, 0, 2 + kR}, 40));
   Append(poses, Stroke({-15, 0, 2 + kR}, {0, 0, 2 + kR}, 40));
   const ReferenceRun run = RunReferenceOnPath(Block({}, {20, 4, 8}), Params("edge_plus_chip"), poses);
   EXPECT_GT(run.ticks[cut - 1].engaged_teeth, 1);
-  // The rim touches the floor of the kerf within the look-ahead, over an arc of sqrt(2 R 1e-5 mm) = 0.015 mm. Where it
-  // comes close to the end of the kerf, half a step of 5 um away, it does so over R 1e-5 / 5e-3 = 0.022 mm.
+  // The rim is within the look-ahead of the kerf's floor over an arc of sqrt(2 R 1e-5 mm) = 0.015 mm. Near the end of
+  // the kerf, half a step of 5 um away, it is within it over R 1e-5 / 5e-3 = 0.022 mm.
   for (std::size_t k = cut; k < run.ticks.size(); ++k) EXPECT_LT(run.ticks[k].engaged_teeth, 0.023 / kSaw.pitch_mm());
   EXPECT_NEAR(run.ticks.back().removed_mm3, run.ticks[cut - 1].removed_mm3, 1e-4);
 }
 
 TEST(ReferenceOnPath, EachLayerGivesItsForceWithASharpBorder) {
-  // Plunges a saw much wider than the plate: the plate's whole length is cut at nearly one depth.
+  // Plunges a saw much wider than the plate, so that the plate's whole length is cut at nearly one depth.
   DiscSaw saw;
   saw.diameter_mm = 200;
   saw.teeth = 200;
@@ -134,14 +134,14 @@ TEST(ReferenceOnPath, EachLayerGivesItsForceWithASharpBorder) {
   const double tooth = 4.0 / 3 * std::sqrt(11) * std::pow(feed / (200 * 125.0), 1.5);
   for (std::size_t k = 0; k < run.ticks.size(); ++k) {
     const double lowest = 3.2 - feed * 0.001 * (static_cast<double>(k) + 0.5);  // of the rim, at the middle of the tick
-    // Part of the rim within the length of 10 mm at height z: |phi| up to acos(1 - (z - lowest) / R).
+    // Length of the rim that lies within the plate's 10 mm at height z: |phi| up to acos(1 - (z - lowest) / R).
     const auto arc = [&](double z) {
       return z <= lowest ? 0 : std::min(half_arc, std::acos(std::max(-1.0, 1 - (z - lowest) / R)));
     };
     const double soft = 2 * arc(1) * R / saw.pitch_mm();
     const double all = 2 * arc(3) * R / saw.pitch_mm();
-    // Neglected: cos^1.5 of at most 2.9 deg, 0.2 % at the ends. Skipped: ticks at the border and at the surface, where
-    // the arc grows as a square root within a tick.
+    // This neglects cos^1.5 of at most 2.9 deg, 0.2 % at the ends. Ticks at the border and at the surface are skipped,
+    // because there the arc grows as a square root within a tick.
     if (std::abs(lowest - 1) < 0.02 || std::abs(lowest - 3) < 0.02) continue;
     const double expected = tooth * ((all - soft) * EStar(19300, 0.28, saw) + soft * EStar(500, 0.3, saw));
     EXPECT_NEAR(run.ticks[k].thrust_sum_N, expected, 0.002 * expected + 1e-9) << lowest;
@@ -149,7 +149,7 @@ TEST(ReferenceOnPath, EachLayerGivesItsForceWithASharpBorder) {
 }
 
 TEST(ReferenceOnPath, VolumeAgreesWithAGridOfPoints) {
-  // Down, along and tilting: the rim and the flats remove bone.
+  // The tool moves down, along and tilts, so both the rim and the flats remove bone.
   std::vector<Pose> poses;
   const int ticks = 400;
   for (int i = 0; i <= ticks; ++i) {
@@ -159,7 +159,8 @@ TEST(ReferenceOnPath, VolumeAgreesWithAGridOfPoints) {
     poses.push_back(X);
   }
   const ReferenceRun run = RunReferenceOnPath(Block({}, {30, 12, 10}), Params("hertz_chip"), poses);
-  // One random point in each cell of a grid. The error is smaller than with the same number of points without a grid.
+  // Takes one random point in each cell of a grid. The error is smaller than with the same number of points without a
+  // grid.
   Box3 box = run.bone.swept_bounds();
   box.upper.z = 5;
   const int cells[3] = {150, 30, 100};
@@ -196,7 +197,7 @@ TEST(ReferenceOnPath, DoesNotDependOnTheFrame) {
     // Coordinates of 120 mm are rounded to 3e-14 mm. This may shift the end of an arc, found by bisection, by 1e-8 rad.
     EXPECT_NEAR(glm::length(X_WB.Vector(at_home.ticks[k].f_W_N) - moved.ticks[k].f_W_N), 0, 1e-6);
   }
-  // The cells of the volume stay aligned with the world: 5e-4 is their error for a rotated plunge.
+  // The cells used for the volume stay aligned with the world. Their error for a rotated plunge is 5e-4.
   EXPECT_NEAR(moved.ticks.back().removed_mm3 / at_home.ticks.back().removed_mm3, 1, 5e-4);
 }
 

@@ -13,7 +13,7 @@
 namespace kerf::test {
 namespace {
 
-constexpr double kPieceVoxels = 0.25;  // maximum spacing of the poses kept of a motion
+constexpr double kPieceVoxels = 0.25;  // maximum spacing of the recorded poses of a motion
 constexpr double kTilt = 1e-12;
 constexpr double kAll = std::numeric_limits<double>::infinity();
 
@@ -21,7 +21,7 @@ double CalcHeight(const Tool& tool) {
   return std::holds_alternative<DiscSaw>(tool) ? CalcThickness(tool) : 2 * CalcReach(tool);
 }
 
-/// A kerf is at least slightly wider than a voxel: docs/physics.md.
+/// Returns the width of the kerf, which is at least slightly more than a voxel (docs/physics.md).
 double CalcKerf(const DiscSaw& disc, double h) {
   return std::max(disc.thickness_mm, 1.005 * h);
 }
@@ -67,7 +67,7 @@ bool BoneWatch::MayTouch(const Pose& X_from, const Pose& X_to, double margin_mm)
 
 void BoneWatch::Move(const Pose& X_from, const Pose& X_to, double stray_mm, bool cut) {
   if (!MayTouch(X_from, X_to, before_.band_mm() + stray_mm)) return;
-  // A step sweeps the motion with the orientation and the position along the spindle of its end.
+  // A step sweeps its motion with the orientation, and the position along the spindle, that the tool has at its end.
   const Vec3 axis = X_to.Vector({0, 0, 1});
   const double tilt = glm::length(glm::cross(axis, X_from.Vector({0, 0, 1})));
   const double way_mm = glm::length(X_to.p_AB - X_from.p_AB);
@@ -79,7 +79,7 @@ void BoneWatch::Move(const Pose& X_from, const Pose& X_to, double stray_mm, bool
   for (double i = 0; i < pieces; ++i) {
     const Pose X = i == 0 ? X_from : Interpolate(X_from, X_to, i / pieces);
     if (i == 0 && !passed_.empty()) {
-      // The end of the last motion.
+      // The last motion ended at this pose.
       Passed& last = passed_.back();
       if (last.X_WT.p_AB == X.p_AB && last.X_WT.R_AB == X.R_AB) {
         last.stray_mm = std::max(last.stray_mm, stray);
@@ -99,7 +99,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
     const BoneField new_field(now, 0);
     const LeafIndex low = old_field.lowest();
     const LeafIndex high = old_field.highest();
-    // Each field has its own frame: with less bone the origin may differ.
+    // Each field has its own frame: if there is less bone, the origin may differ.
     const LeafIndex a = old_field.origin_leaf();
     const LeafIndex b = new_field.origin_leaf();
     bool fell = false;
@@ -126,7 +126,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
               continue;
             }
             if (strayed) continue;
-            // Finds the pose that explains the value, starting at the last one found.
+            // Finds the pose that explains the value, beginning with the one that explained the previous value.
             const double slack_mm = 0.005 * h_ + 4e-6 * reach_mm_;
             double min_mm = kAll;
             const auto explains = [&](std::size_t n) {
@@ -155,7 +155,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
     }
     CheckEdges(new_field, found);
     const double lost_mm3 = lost_voxels * h_ * h_ * h_;
-    // Sums of 512 floats per leaf.
+    // Each leaf is a sum of 512 floats.
     if (removed.by_ticks_mm3 >= 0 && std::abs(removed.by_ticks_mm3 - lost_mm3) > 1e-4 * lost_mm3 + 1e-6) {
       found.push_back(fmt::format("I4: the ticks removed {} mm^3, but voxels lost {} mm^3 of occupancy",
                                   removed.by_ticks_mm3, lost_mm3));
@@ -165,7 +165,7 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
     const double was = before_.CalcVolume();
     const double is = now.CalcVolume();
     const double gone = removed.exact_mm3 - removed_mm3_;
-    // The same cells are added in a different order: only rounding errors.
+    // The same cells are added in a different order, so only rounding errors may differ.
     if (!(std::abs(gone + is - was) <= 1e-9 * was)) {
       found.push_back(fmt::format("I4: removed {} + remaining {} mm^3 is not the initial {}", gone, is, was));
     }
@@ -187,11 +187,11 @@ void BoneWatch::CheckEdges(const BoneField& field, std::vector<std::string>& fou
     if (!passed_[n].cut) continue;
     const Pose& X = passed_[n].X_WT;
     for (int i = 0; i < kPoints; ++i) {
-      // Different points of the edge each time.
+      // Checks different points of the edge each time.
       const double angle = 2 * std::numbers::pi * (i + 0.618034 * static_cast<double>(n)) / kPoints;
       const double r = disc->radius_mm() + h_ * (1 - 0.5 * static_cast<double>(n % 5));
       if (r <= 0) continue;
-      // In the disc's plane and one voxel to either side: the walls of its kerf.
+      // Checks the disc's plane and one voxel to either side, which are the walls of its kerf.
       const double z = h_ * ((i + static_cast<int>(n % 3)) % 3 - 1);
       const Vec3 p_W = X.Point({r * std::cos(angle), r * std::sin(angle), z});
       const Vec3 v = glm::round((p_W - field.p_WF_mm()) / h_);

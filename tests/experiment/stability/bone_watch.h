@@ -15,11 +15,11 @@ namespace kerf::test {
 ///
 ///   I4 volume is conserved: removed + remaining = before
 ///   I5 phi only rises
-///   I6 nothing changes further than the band from the tool's positions; within the band no voxel rises above
-///      -(distance to the swept space), so that only voxels within half a voxel of it lose occupancy. (The
+///   I6 nothing changes that is further from the tool's positions than the band; within the band no voxel rises above
+///      -(distance to the swept space), so that only voxels within half a voxel of that space lose occupancy. (The
 ///      catalogue's "unchanged outside the swept space dilated by one voxel" is about voxels that are present or
-///      absent. A level set represents the kerf's walls in its values for three voxels around.)
-///   I7 everything that the edge passed is removed: no voxel there lies below -(distance to the tool)
+///      absent. A level set represents the kerf's walls by its values within three voxels of them.)
+///   I7 everything that the edge passed is removed: no voxel there is below -(distance to the tool)
 class BoneWatch {
  public:
   BoneWatch(const Bone& before, const Tool& tool, CutWith with);
@@ -28,13 +28,14 @@ class BoneWatch {
   /// `cut`: true if the edge certainly cut at X_to.
   void Move(const Pose& X_from, const Pose& X_to, double stray_mm, bool cut);
 
-  /// Sum of the occupancy removed by the ticks, and exact removed volume since construction. Negative: unknown, not
-  /// checked.
+  /// Sum of the occupancy removed by the ticks, and exact removed volume since construction. A negative value is
+  /// unknown and is not checked.
   struct Removed {
     double by_ticks_mm3 = -1;
     double exact_mm3 = -1;
   };
-  /// Returns every violation with its figure, at most one of a kind. The next check compares with the bone of this one.
+  /// Returns every violation with its figure, at most one of each kind. The next check compares with the bone of this
+  /// one.
   std::vector<std::string> Check(const Bone& after, const Removed& removed);
 
   const Bone& before() const { return before_; }

@@ -1,4 +1,4 @@
-// Hard cases 1 and 2: the rim grazes a flat face, from just above it to one voxel deep; and touches it exactly.
+// Hard cases 1 and 2: the rim grazes a flat face, from just above it to one voxel deep, and touches it exactly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,8 +61,9 @@ Sweep Graze(const Pose& X_WB, double voxel_mm, double depth_mm, double rpm) {
 
 TEST(HardCase01, GrazingForceFallsToZeroWithTheDepth) {
   // The catalogue's depth^1.5 is Hertz's law against a fixed wall. Here the coupling's spring is in series, so the
-  // force is at most stiffness times the handle's depth. A tooth detects the face a fifth of a voxel before it
-  // (kLookAheadVoxels; a quarter is allowed here). From there the force falls to zero continuously.
+  // force is at most the spring's stiffness times the handle's depth. A tooth detects the face a fifth of a voxel
+  // before it reaches it (kLookAheadVoxels; this test allows a quarter). At greater distances the force is zero, and it
+  // rises from there continuously.
   Verdict verdict(
       "holds, but contact begins a fifth of a voxel before the surface, and the force follows the spring, not "
       "depth^1.5");
@@ -82,7 +83,7 @@ TEST(HardCase01, GrazingForceFallsToZeroWithTheDepth) {
           }
           if (seen_mm > 0) over_fraction = std::max(over_fraction, s.max_N / seen_mm);  // 1 N/mm
           if (depth <= 0) before_N = std::max(before_N, s.max_N);
-          // Lipschitz in the depth: at most the coupling's stiffness.
+          // The force is Lipschitz in the depth, with at most the coupling's stiffness.
           if (last_depth > -1 && depth - last_depth > 1e-4) {
             slope = std::max(slope, (s.max_N - last_N) / (depth - last_depth));
           }
@@ -91,7 +92,7 @@ TEST(HardCase01, GrazingForceFallsToZeroWithTheDepth) {
           }
           last_N = s.max_N;
           last_depth = depth;
-          // Contact begins once and ends once.
+          // Contact must begin once and end once.
           const double time_s = kGrazingDt_s * static_cast<double>(s.up.size() - 1);
           toggles = std::max(toggles, CountToggles(s.up, kGrazingDt_s, 0).contact_per_s * time_s);
           turns = std::max(turns, CountToggles(s.up, kGrazingDt_s, 0.035).turns_per_s * time_s);
@@ -113,8 +114,8 @@ TEST(HardCase01, GrazingForceFallsToZeroWithTheDepth) {
 }
 
 TEST(HardCase01, GrazingCutConvergesWithTheVoxelSize) {
-  // A graze of 0.2 mm with voxels of 0.4, 0.2 and 0.1 mm. The surface is detected a fifth of a voxel early, so the
-  // force and the depth converge with the voxel size, about in proportion to it.
+  // Grazes the face by 0.2 mm with voxels of 0.4, 0.2 and 0.1 mm. The surface is detected a fifth of a voxel early, so
+  // the errors of force and depth decrease about in proportion to the voxel size.
   Verdict verdict("holds");
   std::vector<double> mean_N;
   for (const double h : {0.4, 0.2, 0.1}) {
@@ -141,12 +142,12 @@ double Step(double x, int ulps) {
 
 TEST(HardCase02, ExactTangencyDoesNotDifferFromAnUlpBesideIt) {
   // The rim touches the face in one point, or lies a few ulps above or below it; the disc's flat lies in the plane of
-  // the block's side; the spindle is along an axis; or all of this turned by an ulp.
+  // the block's side; the spindle is along an axis, or turned from it by an ulp.
   Verdict verdict("holds");
   double max_N = 0, spread_N = 0, moved_mm = 0;
   for (const double h : {0.2, 0.4}) {
     for (const double rpm : {7500.0, 0.0}) {
-      for (const double side_y : {0.0, 2.125}) {  // the block ends at y = 2: a flat in the plane of its side
+      for (const double side_y : {0.0, 2.125}) {  // at 2.125 a flat is in the plane of the block's side
         double min_N = 1e9, largest_N = 0;
         for (const int ulps : {0, -1, 1, 7}) {
           for (const int turn_ulps : {0, 1}) {
@@ -169,14 +170,14 @@ TEST(HardCase02, ExactTangencyDoesNotDifferFromAnUlpBesideIt) {
       }
     }
   }
-  // The tool is held at most a fifth of a voxel above the face: the look-ahead of the edge (case 1).
+  // The tool is held at most a fifth of a voxel above the face, which is the look-ahead of the edge (case 1).
   verdict.AtMost("force at exact contact, 0.4 mm voxels", 1000 * max_N, 1, "mN");
   verdict.AtMost("force spread over -1 to +7 ulps", spread_N, 1e-6, "N");
   verdict.AtMost("distance of the tool from the handle", 1000 * moved_mm, 1, "um");
 }
 
 TEST(HardCase02, OutputsAreFiniteAtEveryUlpAroundTangency) {
-  // Poses in which the rim just touches the face, with each of their seven numbers varied by ulps.
+  // The poses are those in which the rim just touches the face, with each of their seven numbers varied by ulps.
   Verdict verdict("holds");
   std::uint64_t state = 20261120;
   const auto roll = [&state](int sides) {
@@ -188,7 +189,7 @@ TEST(HardCase02, OutputsAreFiniteAtEveryUlpAroundTangency) {
   for (std::size_t n = 0; n < 8; ++n) {
     const Pose X_WB = BlockPoses(0.4)[n];
     WatchedTool watched = MakeOver(X_WB, 0.4, 0, 1);
-    CoupledSimulation& simulation = watched.simulation;  // set down so often that energy cannot be accounted for
+    CoupledSimulation& simulation = watched.simulation;  // it is set down so often that energy cannot be accounted for
     const int rounds = static_cast<int>(100 * test::Effort());
     for (int round = 0; round < rounds; ++round) {
       Pose X = DiscPose(X_WB, {0.001 * (roll(2001) - 1000), 0, kR});

@@ -19,7 +19,7 @@ using test::DiscPose;
 using test::Verdict;
 using test::WatchedTool;
 
-/// A plate across y of the block's frame. The disc is laid flat on it from +y and pushed with 10 N. Gap at the end, mm.
+/// Lays the disc flat from +y on a plate across y of the block's frame and pushes it with 10 N.
 struct LaidOn {
   LaidOn(const Pose& X_WB, double voxel_mm, double thickness_mm, double rpm) {
     CoupledParams params = test::DiscParams();
@@ -45,10 +45,11 @@ TEST(HardCase03, LamellaHoldsTheFlatDiscLikeThickBone) {
   for (const double h : {0.2, 0.4}) {
     for (const double layers : {1.0, 1.5, 2.0}) {
       for (const std::size_t n : {0u, 1u, 5u}) {
-        if (n == 1 && layers == 1) continue;  // its faces on two layers of voxels: no interior, MakeBone() refuses
+        if (n == 1 && layers == 1) continue;  // there is no interior, so MakeBone() refuses
         for (const double rpm : {0.0, 7500.0}) {
           const LaidOn thin(BlockPoses(h)[n], h, layers * h, rpm);
-          // 10 N over the coupling's 1 N/mm, on about a hundred points of 3000 N/mm, and 0.002 voxels of play.
+          // The coupling's 10 N (at 1 N/mm) act on about a hundred points of 3000 N/mm. There are also 0.002 voxels of
+          // play.
           EXPECT_NEAR(thin.gap_mm, 0, 0.003) << h << " " << layers << " " << n << " " << rpm;
           EXPECT_NEAR(thin.force_N, 10, 0.01) << h << " " << layers << " " << n << " " << rpm;
           EXPECT_LE(thin.max_N, 10.002);  // force of one face; both faces would give 20
@@ -67,7 +68,7 @@ std::vector<Vec3> Plunge(const Pose& X_WB, double voxel_mm, double top_mm, doubl
                          double feed_mm_per_s) {
   CoupledParams params = test::DiscParams();
   params.law = ForceLaw(law);
-  // A strip 2 mm wide: the rim passes through all of it within 0.05 mm.
+  // The strip is 2 mm wide, so the rim passes through all of it within 0.05 mm.
   Pose X_WS = X_WB;
   X_WS.p_AB = X_WB.Point({0, 0, top_mm - 0.5 * thickness_mm});
   WatchedTool tool(test::MakeBox(X_WS, {2, 5, thickness_mm}, voxel_mm), params, DiscPose(X_WB, {0, 0, kR + 0.6}));
@@ -84,7 +85,7 @@ TEST(HardCase03, LamellaResistsTheEdgeNoMoreThanThickBoneAndReleasesItAtOnce) {
   Verdict verdict("holds");
   double over_N = 0, slow_fraction = 0, pull_N = 0, rise_N = 0, side_fraction = 0, min_peak_N = 1e9;
   for (const double h : {0.2, 0.4}) {
-    for (const std::size_t n : {0u, 5u}) {  // the middle of the plate on a layer of voxels; oblique to them
+    for (const std::size_t n : {0u, 5u}) {  // the plate's middle on a layer of voxels; oblique to them
       for (const char* law : {"hertz_chip", "edge_plus_chip"}) {
         for (const double feed : {5.0, 20.0}) {
           const Pose X_WB = BlockPoses(h)[n];
@@ -103,7 +104,7 @@ TEST(HardCase03, LamellaResistsTheEdgeNoMoreThanThickBoneAndReleasesItAtOnce) {
             }
             side_fraction = std::max(side_fraction, side_N / f[peak].z);
             min_peak_N = std::min(min_peak_N, f[peak].z);
-            // Breakthrough: the force falls from its peak to zero within the time in which the tool passes a voxel.
+            // At breakthrough the force falls from its peak to zero within the time in which the tool passes a voxel.
             std::size_t gone = peak;
             while (gone < f.size() && f[gone].z > 0.05 * f[peak].z) {
               if (gone > peak) rise_N = std::max(rise_N, f[gone].z - f[gone - 1].z);
@@ -127,7 +128,7 @@ TEST(HardCase03, LamellaResistsTheEdgeNoMoreThanThickBoneAndReleasesItAtOnce) {
 }
 
 TEST(HardCase03, HandIsNotKickedWhenALamellaBreaks) {
-  // The complete loop: a hand pushes on a strip with 5 N and falls through it.
+  // This is the complete loop: a hand pushes on a strip with 5 N and falls through it.
   Verdict verdict("holds");
   double kick_N = 0, back_mm = 0, slow_ms = 0, step_fraction = 0;
   for (const char* hand : {"H2", "H3", "H4"}) {
@@ -159,8 +160,8 @@ TEST(HardCase03, HandIsNotKickedWhenALamellaBreaks) {
         if (broke < 0) max_N = std::max(max_N, f_N.z);
         if (broke < 0 && out.coupled.X_WT.p_AB.z < kR - 2 * h - 0.1) broke = i;
         if (broke < 0) continue;
-        // Within the slew limit the motors still push in the same direction; never with more force, and never in
-        // reverse.
+        // While the slew rate limits the force, the motors still push in the same direction, but never with more force
+        // and never in reverse.
         EXPECT_LE(f_N.z, max_N);
         kick_N = std::max(kick_N, -f_N.z);
         if (gone < 0 && f_N.z <= 0.05 * max_N) gone = i;
@@ -175,7 +176,7 @@ TEST(HardCase03, HandIsNotKickedWhenALamellaBreaks) {
   }
   verdict.AtMost("pull on the hand after breakthrough", 1000 * kick_N, 1, "mN");
   verdict.AtMost("rebound of the handle", 1000 * back_mm, 10, "um");
-  // At the slew rate the device's force falls from its peak to zero in 5 ms.
+  // At the slew rate, the device's force falls from its peak to zero in 5 ms.
   verdict.AtMost("time until the force is gone", slow_ms, 6, "ms");
   verdict.AtMost("force step relative to the slew limit", step_fraction, 1 + 1e-9);
 }

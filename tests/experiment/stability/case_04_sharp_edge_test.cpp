@@ -1,4 +1,4 @@
-// Hard case 4: sharp edges and corners of 90 and 30 degrees: cut into, rested on and moved across.
+// Hard case 4: sharp edges and corners of 90 and 30 degrees, which the saw cuts into, rests on and moves across.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ Bone MakeRidge(const Pose& X_WB, double degrees, double voxel_mm, bool corner) {
   return MakeBone(field, box, {voxel_mm, voxel_mm, {}}, test::OneRegionTable());
 }
 
-/// Turns the disc across the ridge, or along it.
+/// Turns the disc's plane across the ridge, or along it.
 Pose TurnDisc(const Pose& X_WB, bool along) {
   return {along ? X_WB.R_AB * glm::angleAxis(std::numbers::pi / 2, Vec3(0, 0, 1)) : X_WB.R_AB, X_WB.p_AB};
 }
@@ -112,9 +112,9 @@ TEST(HardCase04, ForceBeginsWithoutAJumpAndKeepsItsDirection) {
 }
 
 TEST(HardCase04, ForceIsAtMostAsSteepAsTheCoupling) {
-  // I19 on the force itself: two runs that differ only in the handle's position in the last tick. The coupling is the
-  // only spring in the force, whatever the bone: |dF| <= K |dx|, cutting or stopped, on edges where normals change
-  // abruptly.
+  // I19 on the force itself, from two runs that differ only in the handle's position in the last tick. The coupling is
+  // the only spring between bone and hand. So |dF| <= K |dx| for any bone, cutting or stopped, also on edges, where
+  // normals change abruptly.
   Verdict verdict("holds");
   std::mt19937_64 random(4);
   const auto roll = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
@@ -128,7 +128,7 @@ TEST(HardCase04, ForceIsAtMostAsSteepAsTheCoupling) {
         const Pose X_WD = TurnDisc(X_WB, along);
         double largest = 0;
         const int probes =
-            std::max(10, static_cast<int>(10 * test::Effort()));  // with fewer, possibly no contact occurs
+            std::max(10, static_cast<int>(10 * test::Effort()));  // with fewer, there might be no contact
         for (int probe = 0; probe < probes; ++probe) {
           CoupledParams params = test::DiscParams();
           params.coupling.stiffness_N_per_mm = probe % 2 == 0 ? 1 : 5;
@@ -158,8 +158,8 @@ TEST(HardCase04, ForceIsAtMostAsSteepAsTheCoupling) {
 
 TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAgainstFrictionAlone) {
   // The stopped disc is moved over a face from outside it at 20 mm/s, with the handle `depth` below the face. The rim
-  // touches the block's edge at an angle of acos(1 - depth / R) and rides up on it. The only forces are the spring's
-  // and Coulomb friction: along the face at most N tan(angle + atan(mu)), N = K depth.
+  // touches the block's edge at an angle of acos(1 - depth / R) and rides up on it. The only forces are those of the
+  // spring and of Coulomb friction. Along the face they are at most N tan(angle + atan(mu)), with N = K depth.
   Verdict verdict("holds");
   double over = 0, lift_off = 0, step_N = 0;
   for (const double h : {0.2, 0.4}) {
@@ -192,7 +192,7 @@ TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAgainstFrictionAlone) {
     }
   }
   verdict.AtMost("force along the face in excess of friction and slope relative to the force on it", over, 0.1);
-  // 1000 N/mm of one point of the rim against the coupling's 1 N/mm.
+  // One point of the rim has 1000 N/mm, the coupling 1 N/mm.
   verdict.AtMost("relative difference of the force on the face from the spring force", lift_off, 0.0015);
   verdict.AtMost("largest force step", step_N, 0.1, "N");
 }

@@ -1,4 +1,5 @@
-// Hard case 5: the tool starts inside the bone: constructed there, set down there (undo, load), and with a device.
+// Hard case 5: the tool starts inside the bone. It is constructed there, set down there (undo, load), or held by a
+// device.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -45,7 +46,7 @@ TEST(HardCase05, ToolCreatedOrSetDownInBoneRestsWithoutForce) {
   double force_N = 0, moved_mm = 0, later_mm3 = 0;
   for (const double h : {0.2, 0.4}) {
     const Bone bone = test::MakeBox(Pose{}, kStartInsideSize, h);
-    for (const double depth : {0.5, 3.0, 11.0, 23.5}) {  // the last one: entirely buried
+    for (const double depth : {0.5, 3.0, 11.0, 23.5}) {  // in the last one, the disc is entirely buried
       for (const bool askew : {false, true}) {
         for (const bool set_down : {false, true}) {
           SCOPED_TRACE(testing::Message() << h << " " << depth << " " << askew << set_down);
@@ -54,7 +55,7 @@ TEST(HardCase05, ToolCreatedOrSetDownInBoneRestsWithoutForce) {
           CoupledSimulation simulation(bone, MakeParams(), set_down ? X_away : X);
           if (set_down) {
             for (int i = 0; i < 50; ++i)
-              simulation.Tick(Handle(X, 0));  // the handle is there, the tool is held outside
+              simulation.Tick(Handle(X, 0));  // the handle is there, but the tool is held outside
             ASSERT_TRUE(simulation.SetDown(X));
           }
           test::Invariants invariants(simulation, X, kQuiet);
@@ -65,7 +66,8 @@ TEST(HardCase05, ToolCreatedOrSetDownInBoneRestsWithoutForce) {
               invariants.Tick(in, out);
               force_N = std::max(force_N, glm::length(out.f_H_W_N) + 0.01 * glm::length(out.tau_H_W_Nmm));
               moved_mm = std::max(moved_mm, glm::length(out.X_WT.p_AB - X.p_AB));
-              // The bone that overlaps the tool is removed in the first tick with a turning spindle, and no more later.
+              // The bone that overlaps the tool is removed in the first tick in which the spindle turns, and none after
+              // that.
               if (i > 0 || rpm == 0) later_mm3 += out.removed_mm3;
             }
           }
@@ -81,8 +83,8 @@ TEST(HardCase05, ToolCreatedOrSetDownInBoneRestsWithoutForce) {
 }
 
 TEST(HardCase05, ToolSetDownFarFromTheHandNeverExceedsTheCouplingAndComesOut) {
-  // Undo with the hand elsewhere: the tool is in the bone, the handle above it. The force is at most the coupling's
-  // maximum and never points away from the tool. The handle draws the tool out along its kerf.
+  // This is an undo with the hand elsewhere: the tool is in the bone, the handle above it. The force is at most the
+  // coupling's maximum and never points away from the tool. The handle draws the tool out along its kerf.
   Verdict verdict("holds");
   double over_N = 0, away_N = 0, left_mm = 0, ticks = 0, stuck = 0;
   for (const double h : {0.2, 0.4}) {
@@ -93,7 +95,7 @@ TEST(HardCase05, ToolSetDownFarFromTheHandNeverExceedsTheCouplingAndComesOut) {
           SCOPED_TRACE(testing::Message() << h << " " << depth << " " << askew << " " << rpm);
           const Pose X = Inside(depth, askew);
           Pose X_WH = X;
-          X_WH.p_AB += X.Vector({0, -1, 0}) * 60.0;  // out along its own plane
+          X_WH.p_AB += X.Vector({0, -1, 0}) * 60.0;  // out along the disc's own plane
           CoupledParams params = MakeParams();
           params.coupling.max_force_N = 20;
           WatchedTool tool(bone, params, X_WH);
@@ -102,7 +104,7 @@ TEST(HardCase05, ToolSetDownFarFromTheHandNeverExceedsTheCouplingAndComesOut) {
           int out_at = -1;
           CoupledOutput out;
           for (int i = 0; i < 600 && out_at < 0; ++i) {
-            // A tool stuck with the spindle stopped comes free when the spindle turns.
+            // A tool that is stuck while the spindle is stopped comes free when the spindle turns.
             out = tool.Tick(X_WH, i < 300 ? rpm : 7500);
             over_N = std::max(over_N, glm::length(out.f_H_W_N) - 20);
             // The force on the hand points towards the tool.
@@ -128,8 +130,8 @@ TEST(HardCase05, ToolSetDownFarFromTheHandNeverExceedsTheCouplingAndComesOut) {
 }
 
 TEST(HardCase05, BuriedToolIsHeldByTheSurroundingBone) {
-  // Pushed with 5 N for 0.2 s along each axis: pushes on the flats do not move the tool. In its plane a stopped rim
-  // does not move either, and a turning rim continues to cut with at most 5 N of feed force.
+  // The tool is pushed with 5 N for 0.2 s along each axis. Pushes on the flats do not move it. In its plane, a stopped
+  // rim does not move either, and a turning rim continues to cut with at most 5 N of feed force.
   Verdict verdict("holds");
   double sideways_mm = 0, stopped_mm = 0, cut_mm = 0, max_N = 0;
   for (const double h : {0.2, 0.4}) {
@@ -162,14 +164,14 @@ TEST(HardCase05, BuriedToolIsHeldByTheSurroundingBone) {
   verdict.AtMost("displacement along the spindle in a kerf as wide as the disc", 1000 * sideways_mm, 50, "um");
   verdict.AtMost("displacement in the disc's plane, spindle stopped", 1000 * stopped_mm, 10, "um");
   verdict.AtMost("further cut in the disc's plane, spindle turning", cut_mm, 2, "mm");
-  // If a wall is nearer than the state of its spring, it pushes the tool out at 2 mm/s at most (PenetrationLimiter):
-  // 2 um a tick, plus rotation.
+  // If a wall is nearer than the state of its spring implies, it pushes the tool out at 2 mm/s at most
+  // (PenetrationLimiter): 2 um per tick, plus rotation.
   verdict.AtMost("force on the hand", max_N, 5.02, "N");
 }
 
 TEST(HardCase05, DeviceForceStartsAtZeroAndRampsIn) {
-  // The complete step, with the default ramp and slew rate: the tool is set down in the bone 5 mm from the handle's
-  // position, which without them would give 5 N at once.
+  // This is the complete step, with the default ramp and slew rate. The tool is set down in the bone 5 mm from the
+  // handle, which would give 5 N at once without ramp and slew rate.
   Verdict verdict("holds");
   double first_N = 0, step_fraction = 0, ramp_fraction = 0, peak_fraction = 0, over_fraction = 0;
   for (const char* profile : {"omega_6", "touch"}) {
@@ -202,7 +204,7 @@ TEST(HardCase05, DeviceForceStartsAtZeroAndRampsIn) {
             if (i == 0) first_N = std::max(first_N, glm::length(f_N) / (scale * 5));
             step_fraction =
                 std::max(step_fraction, glm::length(f_N - last_N) / (0.001 * options.profile.peak_force_N / 0.005));
-            // At most the fraction of the force that the ramp allows.
+            // The force is at most the fraction that the ramp allows.
             const double asked_N = scale * glm::length(out.coupled.f_H_W_N);
             const double t = std::min(1.0, 0.001 * (i + 1) / map.ramp_in_s);
             const double ramp = t * t * (3 - 2 * t);
@@ -211,7 +213,7 @@ TEST(HardCase05, DeviceForceStartsAtZeroAndRampsIn) {
             max_N = std::max(max_N, glm::length(f_N));
             last_N = f_N;
           }
-          // The force was felt, except where the disc turns in a kerf that is open above and comes out of it.
+          // The hand feels a force, except where the disc turns in a kerf that is open above and comes out of it.
           if (depth > 2 * kR || rpm == 0) {
             EXPECT_GT(max_N, 0);
           }
@@ -229,8 +231,8 @@ TEST(HardCase05, DeviceForceStartsAtZeroAndRampsIn) {
 }
 
 TEST(HardCase05, NoDeviceForceIsLeftOncePulledOutOfBone) {
-  // Started buried with the hand pushing on it, then pulled out and free: no force is left, and the force never
-  // exceeded the hand's.
+  // The tool starts buried with the hand pushing on it, and is then pulled out and free. No force is left, and the
+  // force never exceeded the hand's.
   Verdict verdict("holds");
   double idle_N = 0, over = 0, noise_N = 0;
   for (const double rpm : {0.0, 7500.0}) {

@@ -1,4 +1,4 @@
-// Hard cases 6 and 7: the hand jumps, and turns, within one tick.
+// Hard cases 6 and 7: the hand jumps, and rotates, within one tick.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -25,7 +25,7 @@ Vec3 DrawDirection(std::mt19937_64& random) {
 
 // ---- 6: on a path the tool removes everything that it sweeps, whatever the distance in a tick
 
-/// A disc 3 mm deep in the block moves from -d/2 to d/2. Returns the area swept below the block's top, by columns.
+/// Moves a disc 3 mm deep in the block from -d/2 to d/2. Returns the area swept below the block's top, by columns.
 double CalcSweptArea(double jump_mm, const Vec3& size) {
   const double z = 0.5 * size.z - 3 + kR;
   constexpr int kColumns = 20000;
@@ -59,8 +59,8 @@ TEST(HardCase06, JumpOnAPathRemovesItsSweepWhateverTheNumberOfTicks) {
       worst_split = std::max(worst_split, std::abs(removed / first - 1));
     }
   }
-  // The same as for any kerf at this voxel size (RemovalClosedForm). The stadiums of the parts add up to that of the
-  // whole.
+  // The bound is the same as for any kerf at this voxel size (RemovalClosedForm). The stadiums of the parts add up to
+  // the stadium of the whole motion.
   verdict.AtMost("error of the swept volume in a jump of 1 to 100 mm", 100 * worst, 1, "%");
   verdict.AtMost("difference between 1, 3 and 16 ticks", 100 * worst_split, 0.001, "%");
 }
@@ -78,7 +78,7 @@ TEST(HardCase06, JumpOnAPathAlongTheSpindleLeavesNoLayer) {
     worst = std::max(worst, std::abs(path.CalcRemoved() / expected - 1));
   }
   verdict.AtMost("error of the swept volume", 100 * worst, 1, "%");
-  // Further than 4096 substeps resolve: a status bit is set, and still no layer is skipped.
+  // The motion is longer than 4096 substeps can resolve. A status bit is set, and still no layer is skipped.
   WatchedPath path(MakeBox({}, size, 0.05), {}, DiscPose({}, {0, -50, kR}));
   EXPECT_EQ(path.Tick(DiscPose({}, {0, 50, kR})).status, kTickSubstepsLimited);
   path.invariants.CheckBone();
@@ -90,10 +90,10 @@ TEST(HardCase06, JumpOnAPathAlongTheSpindleLeavesNoLayer) {
 
 enum class Way { kFlat, kEdge, kTip };
 
-/// A plate of two voxels, normal y; the disc in front of it, with its flat, its edge or its tip towards the plate.
+/// Returns a pose in front of a plate of two voxels with normal y. The disc's flat, edge or tip faces the plate.
 Pose InFrontOfPlate(Way way, double y) {
   if (way == Way::kFlat) return DiscPose({}, {0.3, y, 0.2});
-  // The disc's edge faces the plate: spindle along x or along z.
+  // The disc's edge faces the plate, with the spindle along x or along z.
   const Vec3 axis = way == Way::kEdge ? Vec3(0, 1, 0) : Vec3(1, 0, 0);
   return {glm::angleAxis(way == Way::kEdge ? std::numbers::pi / 2 : 0.0, axis), {0.3, y - kR, 0.2}};
 }
@@ -115,14 +115,14 @@ TEST(HardCase06, StoppedSawDoesNotPassThroughAPlateOfTwoVoxels) {
         furthest_mm = std::max(furthest_mm, at - touching);
       }
       EXPECT_NEAR(glm::length(out.f_H_W_N), std::min(40.0, jump - 0.6), 0.1) << jump;
-      // Back again: no force in free air.
+      // Back in free air there is no force.
       for (int i = 0; i < 60; ++i) out = tool.Tick(InFrontOfPlate(way, y - 0.5), 0);
       EXPECT_EQ(out.f_H_W_N, Vec3(0));
       tool.invariants.CheckBone();
       EXPECT_EQ(tool.simulation.bone().CalcHash(), hash);
     }
   }
-  // 40 N on a few points of 2000 N/mm. The grid represents a plate of two voxels without rounding.
+  // A few points of 2000 N/mm bear the 40 N. The grid represents a plate of two voxels without rounding.
   verdict.AtMost("maximum penetration of the plate", furthest_mm, 0.03, "mm");
 }
 
@@ -160,13 +160,14 @@ TEST(HardCase06, TurningSawPassesOnlyWhereItHasCut) {
       for (int i = 0; i < 400; ++i) {
         const Pose X = tool.X_WT;
         const CoupledOutput out = tool.Tick(InFrontOfPlate(way, -0.8 + jump));
-        // While the edge is between the faces a substep is at most half a voxel long; through air it may be longer.
+        // While the edge is between the faces, a substep is at most half a voxel long; through air it may be longer.
         if (X.p_AB.y + kR > -0.2 && out.X_WT.p_AB.y + kR < 0.2) {
           max_mm = std::max(max_mm, glm::length(out.X_WT.p_AB - X.p_AB) / out.substeps);
         }
         lagging += (out.status & kCoupledSubstepsUsedUp) != 0;
       }
-      // The look-ups of the bone along the motion leave no gaps: wherever a point of the rim was, the bone is removed.
+      // The look-ups of the bone along the motion leave no gaps: the bone is removed wherever a point of the rim has
+      // been.
       tool.invariants.CheckBone();
       const double through = std::min(jump - 0.6, 0.4);
       EXPECT_GT(tool.CalcRemoved(), through * 0.5 * kSaw.thickness_mm);
@@ -196,7 +197,8 @@ TEST(HardCase06, RestingPositionDoesNotDependOnTheSubsteps) {
     max_removed = std::max(max_removed, std::abs(removed[n] / removed[2] - 1));
   }
   EXPECT_GT(depth[2], 3.5);
-  // A tenth of a voxel: at this time the tool still moves slowly, and its position depends on how long it lagged.
+  // The bound is a tenth of a voxel. At this time the tool still moves slowly, and its position depends on how long it
+  // lagged.
   verdict.AtMost("difference in depth, 1 to 400 substeps", max_depth, 0.02, "mm");
   verdict.AtMost("difference in volume", 100 * max_removed, 1, "%");
 }
@@ -224,7 +226,7 @@ TEST(HardCase06, SolverThatRunsOutOfIterationsCreatesNoEnergy) {
     }
     tool.invariants.CheckBone();
   }
-  // On a plane no unevenness pushes the tool out: no single tick may return energy.
+  // On a plane there are no bumps that could push the tool out, so no single tick may return energy.
   double min_tick_mJ = 0;
   for (const int iterations : {1, 2, 4}) {
     std::mt19937_64 random(static_cast<std::uint64_t>(iterations));
@@ -241,7 +243,7 @@ TEST(HardCase06, SolverThatRunsOutOfIterationsCreatesNoEnergy) {
       min_tick_mJ = std::min(min_tick_mJ, lost / (1e-3 + std::abs(out.hand_mJ)));
     }
   }
-  // A step's rotation is treated as small: this fraction of the energy that it stores may be returned.
+  // A step treats its rotation as small, so this fraction of the energy that it stores may be returned.
   verdict.AtLeast("minimum energy lost in a tick on a plane relative to the hand's work", min_tick_mJ, -1e-3);
   verdict.AtLeast("ticks in which 1 to 3 iterations were not enough", ran_out, 100);
   verdict.AtLeast("minimum energy dissipated since the start", min_mJ, -1e-6, "mJ");
@@ -281,8 +283,9 @@ TEST(HardCase07, DiscThatTurnsOnAPathSweepsHalfABall) {
   params.tool = small;
   const double R = 3;
   const double t = small.thickness_mm;
-  // Two opposite quarters of the ball; half the disc's thickness in front of the first position and behind the last,
-  // but not counted twice where the two join at the axis; and the corners of the thick disc extend beyond the ball.
+  // The volume is two opposite quarters of the ball, plus half the disc's thickness in front of the first position and
+  // behind the last. Where these two join at the axis they are not counted twice. The corners of the thick disc extend
+  // beyond the ball.
   const double expected = 2.0 / 3 * std::numbers::pi * R * R * R + std::numbers::pi * R * R * t - t * t * R +
                           std::numbers::pi * t * t * R / 4;
   double worst = 0;
@@ -294,8 +297,8 @@ TEST(HardCase07, DiscThatTurnsOnAPathSweepsHalfABall) {
       worst = std::max(worst, std::abs(path.CalcRemoved() / expected - 1));
     }
   }
-  // A disc that shrinks during the motion, as with interpolated matrices, would sweep a third less. The rest is the
-  // grid's error.
+  // A disc that shrinks during the motion, as it would with interpolated matrices, would sweep a third less. The
+  // remaining error is that of the grid.
   verdict.AtMost("error of the swept volume in a quarter turn", 100 * worst, 1, "%");
 }
 
@@ -318,7 +321,7 @@ TEST(HardCase07, TurnDoesNotDependOnTheSignOfItsQuaternion) {
     }
     EXPECT_GT(plain.invariants.largest_force_N(), 1);
   }
-  // Rounding, and the solver's residual of 1e-8.
+  // The bound covers rounding and the solver's residual of 1e-8.
   verdict.AtMost("force difference", max_N, 1e-6, "N");
   verdict.AtMost("torque difference", max_Nmm, 1e-5, "N mm");
 }
@@ -346,8 +349,8 @@ TEST(HardCase07, JumpWithATurnSatisfiesTheInvariants) {
         const Pose X = tool.X_WT;
         const CoupledOutput out = tool.Tick(X_WH, rpm);
         if (out.engaged_teeth == 0 && out.f_face_W_N == Vec3(0)) continue;
-        // In contact, no point of the edge may move further than a substep looks ahead. A turn about the spindle does
-        // not move the disc.
+        // In contact, no point of the edge may move further than a substep looks ahead. A rotation about the spindle
+        // does not displace the disc.
         const double tilt = std::acos(std::clamp(glm::dot(X.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})), -1.0, 1.0));
         const double way = std::max(glm::length(out.X_WT.p_AB - X.p_AB), tilt * kR);
         if (out.substeps <= 2) max_voxels = std::max(max_voxels, way / (0.2 * out.substeps));
@@ -357,7 +360,7 @@ TEST(HardCase07, JumpWithATurnSatisfiesTheInvariants) {
     if (rpm == 0) {
       EXPECT_EQ(tool.simulation.bone().CalcHash(), bone.CalcHash());
     }
-    // Out of the bone: free again at once.
+    // Out of the bone the tool is free again at once.
     X_WH.p_AB = {0, 0, 60};
     CoupledOutput out;
     for (int i = 0; i < 200; ++i) out = tool.Tick(X_WH, rpm);

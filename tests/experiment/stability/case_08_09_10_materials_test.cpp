@@ -33,7 +33,8 @@ double CalcEStar(double E_MPa, double nu = 0.28) {
   return CalcReducedModulus(kSaw.E_MPa, kSaw.nu, E_MPa, nu);
 }
 
-/// Returns the largest step between two ticks, in just-noticeable differences: 7 % of the force or of 0.5 N.
+/// Returns the largest step between two ticks, in just-noticeable differences (7 % of the larger force, or of 0.5 N if
+/// both are smaller).
 double CalcLargestStep(const std::vector<Vec3>& f_N) {
   double largest = 0;
   for (std::size_t i = 1; i < f_N.size(); ++i) {
@@ -45,7 +46,8 @@ double CalcLargestStep(const std::vector<Vec3>& f_N) {
 
 // ---- 8: a step of material
 
-/// Sum of the thrusts along a kerf, with the border of the materials at x = 0 and the disc's centre at `x_mm`.
+/// Returns the sum of the thrusts along a kerf, with the border of the materials at x = 0 and the disc's centre at
+/// `x_mm`.
 double CalcSlotThrust(const ToothForce& force, double x_mm, double depth_mm, double bite_mm, double E_1, double E_2) {
   const double alpha = std::acos(1 - depth_mm / kR);
   constexpr int kIntervals = 4000;
@@ -96,13 +98,13 @@ TEST(HardCase08, ForceAcrossAMaterialStepFollowsTheArcInEachMaterial) {
       }
       path.invariants.CheckBone();
     }
-  // Each point of the rim represents its part of the arc, 0.36 mm of 7.5 mm, in one material or the other (over the
-  // width of a region's voxel). Where the rim leaves the bone that part counts 1.5 times. Four times as many points
-  // give a smaller error.
+  // Each point of the rim represents its part of the arc, 0.36 mm of 7.5 mm, which lies in one material or the other
+  // (over the width of a region's voxel). Where the rim leaves the bone, that part counts 1.5 times. Four times as many
+  // points give a smaller error.
   verdict.AtMost("error of the force across the border", 100 * worst[0], 5, "% of the force before it");
   verdict.AtMost("error of the force across the border, 32 points per pitch", 100 * worst[1], 3, "%");
   verdict.AtMost("force step in a tick in excess of the analytic step", 100 * worst_step, 1, "%");
-  // The look-ahead is 0.04 mm, and a point of the rim approaches the border by at most 0.01 mm a tick.
+  // The look-ahead is 0.04 mm, and a point of the rim approaches the border by at most 0.01 mm per tick.
   verdict.AtMost("rise of the force in a tick where it should fall", 100 * worst_rise, 0.35, "%");
 }
 
@@ -111,14 +113,14 @@ TEST(HardCase08, HandHeldSawPassesFromCortexToCancellousBoneWithoutAStep) {
   double largest = 0;
   double ratio_off = 0;
   for (const double ratio : {10.0, 100.0}) {
-    // A plate of 2 mm over softer bone; the hand moves down at 5 mm/s.
+    // A plate of 2 mm lies on softer bone, and the hand moves down at 5 mm/s.
     const Bone bone = MakeTwoRegions({22, 2, 10}, 0.2, 19300, 19300 / ratio, [](const Vec3& p) { return p.z < 3; });
     WatchedTool tool(bone, DiscParams(), DiscPose({}, {0, 0, 5 + kR + 0.2}));
     std::vector<Vec3> f;
     for (int i = 0; i < 900; ++i) f.push_back(tool.Tick(DiscPose({}, {0, 0, 5 + kR + 0.2 - 0.005 * i})).f_H_W_N);
     largest = std::max(largest, CalcLargestStep(f));
     tool.invariants.CheckBone();
-    // Feed with a constant 5 N: deep in the softer bone only the lower part of the arc contributes much.
+    // The saw is fed with a constant 5 N. Deep in the softer bone only the lower part of the arc contributes much.
     WatchedTool pushed(bone, DiscParams(), DiscPose({}, {0, 0, 5 + kR + 0.2}));
     double slow = 0, fast = 0;
     for (int i = 0; i < 6000 && pushed.X_WT.p_AB.z > 5 + kR - 4; ++i) {
@@ -156,7 +158,7 @@ TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
   std::vector<double> plain_N;
   const int sizes[4] = {0, 1, 3, 5};  // voxels along an edge
   for (int n = 0; n < 4; ++n) {
-    // Below the disc's lowest point, in its plane: a cube of `sizes[n]` voxels.
+    // The grain is a cube of `sizes[n]` voxels below the disc's lowest point, in its plane.
     const double half = 0.5 * h * (sizes[n] - 0.5);
     const Vec3 middle(0, 0, 2);
     const auto grain = [&](const Vec3& p) {
@@ -174,7 +176,8 @@ TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
     path.invariants.CheckBone();
     bump_N[n] = most;
   }
-  // The grain's part of the arc, at most a voxel and its half neighbours, times the increase of a tooth's force by E*.
+  // The bound is the grain's part of the arc (its length plus half a voxel on either side) times the increase of a
+  // tooth's force with E*.
   const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
   const double bite = 10.0 / (kSaw.teeth * 125);
   const double tooth = force(bite, CalcEStar(200000)) - force(bite, CalcEStar(19300));
@@ -197,7 +200,7 @@ TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
   for (int i = 0; i < 1000; ++i) f.push_back(tool.Tick(DiscPose({}, {0, 0, 4 + kR + 0.2 - 0.005 * i})).f_H_W_N);
   tool.invariants.CheckBone();
   verdict.AtMost("largest force step in a hand", CalcLargestStep(f), 1, "JND (7 %)");
-  EXPECT_LT(tool.X_WT.p_AB.z - kR, 2);  // through
+  EXPECT_LT(tool.X_WT.p_AB.z - kR, 2);  // the tool is through
 }
 
 // ---- 9: extremes of E and nu
@@ -225,7 +228,7 @@ TEST(HardCase09, InvalidMaterialIsRefusedWithAMessage) {
   for (const double E : {0.0, -0.0, -1.0, nan, inf, -inf, 1.0001e9, 1e12}) expect_refused(E, 0.3, "region 24: E = ");
   for (const double nu : {-1e-12, 0.5 + 1e-12, 0.75, -1.0, nan, inf}) expect_refused(19300, nu, "region 24: nu = ");
   verdict.Equal("materials refused", refused, 14);
-  // The same for the tool's own material.
+  // The same values are refused for the tool's own material.
   for (const double E : {0.0, -1.0, nan, inf}) {
     DiscSaw saw;
     saw.E_MPa = E;
@@ -258,17 +261,17 @@ TEST(HardCase09, ForceFollowsTheReducedModulusFromOneMegapascalUp) {
   const double reference = PlungeThrust(19300, 0.28);
   const ToothForce force = MakeToothForce(ForceLaw(), Tool(kSaw));
   const double bite = 4.0 / (kSaw.teeth * 125);
-  // 1e-3 to 1e6 GPa.
+  // The moduli range from 1e-3 to 1e6 GPa.
   for (const double E : {1.0, 10.0, 1e3, 19300.0, 2e5, 1e6, 1e7, 1e9}) {
     const double thrust = PlungeThrust(E, 0.28);
     EXPECT_GT(thrust, last);
     last = thrust;
-    // The same law at another modulus; the ratio is the same for all teeth.
+    // The law is the same at another modulus, so the ratio is the same for all teeth.
     const double expected = force(bite, CalcEStar(E)) / force(bite, CalcEStar(19300));
     worst = std::max(worst, std::abs(thrust / reference / expected - 1));
   }
   verdict.AtMost("error of the force ratio", worst, 1e-9);
-  // Against rigid bone only the steel's own E* is left, and at 1e6 GPa the force is no larger than that.
+  // Against rigid bone only the steel's own E* is left, so even at 1e6 GPa the force is no larger than that allows.
   EXPECT_NEAR(CalcEStar(1e9) / (kSaw.E_MPa / (1 - kSaw.nu * kSaw.nu)), 1, 1e-3);
   for (const ForceLawInfo* law : ForceLaws()) {
     const ToothForce f = MakeToothForce(ForceLaw(law->name), Tool(kSaw));
@@ -295,7 +298,7 @@ TEST(HardCase09, ForceIsContinuousInPoissonsRatioUpToOneHalf) {
     worst = std::max(
         worst, std::abs(thrust / first / (force(bite, CalcEStar(19300, nu)) / force(bite, CalcEStar(19300, 0))) - 1));
   }
-  // There 1 / (1 - nu^2) rises by 1.3e-6 per millionth of nu.
+  // Near nu = 0.5, 1 / (1 - nu^2) rises by 1.3e-6 per millionth of nu.
   verdict.AtMost("change of the force from nu = 0.499999 to 0.5", largest, 2e-6);
   verdict.AtMost("error of the force ratio to nu = 0", worst, 1e-9);
 }
@@ -310,7 +313,7 @@ TEST(HardCase09, AHandCutsAnyMaterialSteadily) {
       bone.set_materials(OneRegionTable(24, E, nu));
       WatchedTool tool(bone, DiscParams(), DiscPose({}, {0, 0, 4 + kR + 0.05}));
       std::vector<Vec3> f;
-      // Down by 3 mm at 10 mm/s, and held.
+      // The handle moves down by 3 mm at 10 mm/s and stays there.
       for (int i = 0; i < 600; ++i) {
         f.push_back(tool.Tick(DiscPose({}, {0, 0, 4 + kR + 0.05 - 0.01 * std::min(i, 300)})).f_H_W_N);
       }
@@ -328,10 +331,10 @@ TEST(HardCase09, AHandCutsAnyMaterialSteadily) {
 
 // ---- 10: extremes of friction
 
-/// A stopped saw pressed on a plane with 10 N, then pulled along it (along its spindle): friction force at each tick.
+/// A stopped saw pressed on a plane with 10 N, then pulled along its spindle.
 struct Pull {
   std::vector<double> along_N;  // friction on the tool
-  std::vector<double> way_mm;   // of the tool at its contact
+  std::vector<double> way_mm;   // distance that the tool has moved at its contact
 };
 Pull PullAside(double mu, const std::vector<double>& handle_mm) {
   CoupledParams params = DiscParams();
@@ -344,7 +347,7 @@ Pull PullAside(double mu, const std::vector<double>& handle_mm) {
   for (const double y : handle_mm) {
     const CoupledOutput out = tool.Tick(down(y), 0);
     pull.along_N.push_back(out.f_friction_W_N.y);
-    // At the lowest point of the edge: above it the disc tilts towards the pull.
+    // Measured at the lowest point of the edge, because above it the disc tilts towards the pull.
     pull.way_mm.push_back(out.X_WT.Point({0, kR, 0}).y);
   }
   tool.invariants.CheckBone();
@@ -364,14 +367,14 @@ TEST(HardCase10, StoppedSawSticksUpToTheFrictionLimitAndNoFurther) {
     const double limit = mu * 10;
     if (mu == 0) {
       EXPECT_EQ(most, 0);
-      // Free: the tool is at the handle.
+      // Without friction the tool is at the handle.
       EXPECT_NEAR(pull.way_mm[999], out_and_back[999], 0.02);
     } else if (limit < 3) {
       worst = std::max(worst, std::abs(most / limit - 1));
       EXPECT_LT(pull.along_N[990], 0);  // against the motion, also on the way back
       EXPECT_GT(pull.along_N[1990], 0);
     } else {
-      // It sticks, except for a creep of less than 0.02 mm/s.
+      // The tool sticks, except for a creep of less than 0.02 mm/s.
       stuck_mm = std::max(stuck_mm, std::abs(pull.way_mm[999]));
     }
   }
@@ -384,7 +387,7 @@ TEST(HardCase10, FrictionDoesNotChatterAtRestOrThroughZeroSpeed) {
   double max_step = 0;
   double rest_N = 0;
   for (const double mu : {0.2, 1.0, 2.0}) {
-    // Back and forth by 0.5 mm at up to 3 mm/s, then at rest.
+    // The handle moves back and forth by 0.5 mm at up to 3 mm/s, then rests.
     std::vector<double> way;
     for (int i = 0; i < 2000; ++i) way.push_back(0.5 * std::sin(0.006 * i));
     way.resize(2600, way.back());
@@ -396,16 +399,16 @@ TEST(HardCase10, FrictionDoesNotChatterAtRestOrThroughZeroSpeed) {
       if (i > 2300) rest_N = std::max(rest_N, step);
     }
   }
-  // The coupling's stiffness limits friction: within a tick the force changes by at most K dx.
+  // The coupling's stiffness limits the change of friction: within a tick the force changes by at most K dx.
   verdict.AtMost("change of friction in a tick relative to the change of the spring force", max_step, 1.5);
   verdict.AtMost("change of friction in a tick at rest", 1000 * rest_N, 0.1, "mN");
 }
 
 TEST(HardCase10, BuriedSawRisesOnlyByTheEnergyLostToFriction) {
   Verdict verdict("holds");
-  // Created 0.3 mm deep in the bone, with the spindle stopped, and pressed down with 4 N: it does not rise, because
-  // that would create energy. When it is dragged sideways, friction dissipates energy, and the same amount may lift the
-  // tool, at 2 mm/s.
+  // The tool is created 0.3 mm deep in the bone, with the spindle stopped, and is pressed down with 4 N. It does not
+  // rise, because that would create energy. When it is dragged sideways, friction dissipates energy, and the same
+  // amount may lift the tool, at 2 mm/s.
   const Pose X_start = DiscPose({}, {0, 0, 2 + kR - 0.3});
   WatchedTool tool(MakeBox({}, {24, 8, 4}, 0.2), DiscParams(), X_start);
   const auto to = [&](double y) { return tool.Tick(DiscPose({}, {0, y, 2 + kR - 4.3}), 0); };
@@ -437,11 +440,11 @@ TEST(HardCase10, FrictionOfATurningSawInItsKerfIsBoundedAndOpposesTheSlip) {
     SetEffect(params.effects, "kerf_friction", "coefficient", mus[n]);
     WatchedTool tool(bone, params, DiscPose({}, {0, 0, 5 + kR + 0.1}));
     for (int i = 0; i < 1500; ++i) tool.Tick(DiscPose({}, {0, 0, 5 + kR + 0.1 - 0.006 * std::min(i, 1000)}));
-    // Against a wall of the kerf with 3 N.
+    // The tool is pushed against a wall of the kerf with 3 N.
     CoupledOutput out;
     for (int i = 0; i < 1000; ++i) {
       out = tool.Tick(DiscPose({}, {0, 0.003 * std::min(i, 500), 5 + kR - 5.9}));
-      // At most the friction coefficient times the force of the walls.
+      // Friction is at most its coefficient times the force of the walls.
       EXPECT_LE(glm::length(out.f_friction_W_N), mus[n] * 8 + 1e-9);
     }
     drag_N[n] = out.f_friction_W_N.x;
@@ -449,7 +452,7 @@ TEST(HardCase10, FrictionOfATurningSawInItsKerfIsBoundedAndOpposesTheSlip) {
       EXPECT_EQ(out.f_friction_W_N, Vec3(0));
       EXPECT_EQ(tool.invariants.spindle_mJ(), 0);
     }
-    // Against the other wall, which pushes in the opposite direction.
+    // The tool is pushed against the other wall, which pushes in the opposite direction.
     const double wall_N = out.f_face_W_N.y;
     EXPECT_LT(wall_N, -1);
     for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, 1.5 - 0.003 * i, 5 + kR - 5.9}));
@@ -463,7 +466,7 @@ TEST(HardCase10, FrictionOfATurningSawInItsKerfIsBoundedAndOpposesTheSlip) {
     largest_N = std::max(largest_N, tool.invariants.largest_force_N());
     tool.invariants.CheckBone();
   }
-  // Spindle along +y: below its centre, at the walls, the disc's rim moves towards -x. Friction pulls the tool in the
+  // The spindle is along +y: below its centre, at the walls, the disc moves towards -x. Friction pulls the tool in the
   // opposite direction, more strongly with a higher coefficient.
   for (int n = 1; n < 4; ++n) EXPECT_GT(drag_N[n], drag_N[n - 1]);
   verdict.Note("drag at mu = 0.2", std::abs(drag_N[1]), "N");

@@ -1,5 +1,5 @@
-// Hard cases 11 to 14: properties of the grid that must not show: voxel size, layers, a disc thinner than a voxel, and
-// directions.
+// Hard cases 11 to 14: properties of the grid that must not affect the results. These are the voxel size, the layers, a
+// disc thinner than a voxel, and directions.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -21,7 +21,7 @@ double Spread(const std::vector<double>& values) {
   return (*most - *least) / (sum / static_cast<double>(values.size()));
 }
 
-/// Mean force of a kerf 3 mm deep along the block's x, at 10 mm/s, in the block's frame.
+/// Returns the mean force in a kerf 3 mm deep along the block's x, at 10 mm/s, in the block's frame.
 Vec3 MeasureSlotForce(const Bone& bone, const Pose& X_WB, double top_mm, double* removed_mm3 = nullptr) {
   const double z = top_mm - 3 + kR;
   WatchedPath path(bone, {}, DiscPose(X_WB, {-12, 0, z}));
@@ -96,7 +96,7 @@ TEST(HardCase11, TeethTouchTheBoneAFifthOfAVoxelAhead) {
 
 TEST(HardCase11, InvariantsHoldForVoxelsFromAFiftiethOfAMillimetreToTwoMillimetres) {
   Verdict verdict("holds");
-  // The smallest voxels, with a small saw in a small block: the force agrees with that at larger voxels.
+  // The smallest voxels are tested with a small saw in a small block. The force agrees with that at larger voxels.
   DiscSaw small;
   small.diameter_mm = 3;
   small.thickness_mm = 0.1;
@@ -115,7 +115,7 @@ TEST(HardCase11, InvariantsHoldForVoxelsFromAFiftiethOfAMillimetreToTwoMillimetr
   }
   verdict.AtMost("force, change from 0.04 to 0.02 mm", 100 * std::abs(f_N[0] / f_N[1] - 1), 1.5, "%");
   verdict.AtMost("force, change from 0.08 to 0.04 mm", 100 * std::abs(f_N[1] / f_N[2] - 1), 3, "%");
-  // The largest voxels, with a saw as thick as a voxel.
+  // The largest voxels are tested with a saw as thick as a voxel.
   DiscSaw thick;
   thick.thickness_mm = 2;
   std::vector<double> g_N;
@@ -134,11 +134,12 @@ TEST(HardCase11, ForceInACtWithLongVoxelsDoesNotDependOnTheDirection) {
   Verdict verdict(
       "applies in part: kerf's voxels are cubes, and the import resamples; tested with a ball sampled at 0.3 x 0.3 x "
       "1 mm");
-  // Densities as from a scanner, averaged over each long voxel; the surface lies where they pass one half.
+  // The densities are like those from a scanner, averaged over each long voxel. The surface lies where they pass one
+  // half.
   const double R = 9;
   const Vec3 step(0.3, 0.3, 1.0);
   const auto at = [&](const Vec3& p) {
-    // Mean over the voxel's length of the ball's occupancy, blurred by its width.
+    // Calculates the mean over the voxel's length of the ball's occupancy, blurred by the voxel's width.
     double sum = 0;
     for (int k = 0; k < 8; ++k) {
       const Vec3 q = p + Vec3(0, 0, step.z * ((k + 0.5) / 8 - 0.5));
@@ -169,7 +170,7 @@ TEST(HardCase11, ForceInACtWithLongVoxelsDoesNotDependOnTheDirection) {
                              {.voxel_mm = 0.2, .region_voxel_mm = 0.2, .progress = {}}, OneRegionTable());
   std::vector<double> f_N;
   for (int n = 0; n < 6; ++n) {
-    // Down along z, then at increasing angles towards x, with the disc's plane across the slices.
+    // The saw moves down along z, then at increasing angles towards x, with the disc's plane across the slices.
     Pose X_WB;
     X_WB.R_AB = glm::angleAxis(n % 3 * std::numbers::pi / 4, Vec3(0, 1, 0)) *
                 glm::angleAxis(n / 3 * std::numbers::pi / 2, Vec3(0, 0, 1));
@@ -197,11 +198,12 @@ double MeasureKerfWidth(const Bone& bone, double x, double y, double z) {
 
 TEST(HardCase12, PositionBetweenLayersAffectsNeitherKerfNorForce) {
   Verdict verdict("holds for kerfs at least two voxels wide; narrower ones are under-resolved (case 13)");
-  // 0.125 mm: the kerf is two voxels wide, as the README recommends.
+  // With voxels of 0.125 mm the kerf is two voxels wide, as the README recommends.
   const double h = 0.125;
   std::vector<double> path_N, hand_N, depth;
   double worst_width = 0;
-  // On a layer of voxel centres, on the faces between them (half a voxel), in between, and 1e-12 away from each.
+  // The disc is on a layer of voxel centres, on the faces between them (half a voxel), in between, and 1e-12 away from
+  // each.
   std::vector<double> offsets;
   for (int k = 0; k < 8; ++k) offsets.push_back(k * h / 8);
   for (const double off : {1e-12, -1e-12, 0.5 * h + 1e-12, 0.5 * h - 1e-12}) offsets.push_back(off);
@@ -261,13 +263,14 @@ TEST(HardCase12, TinyTiltAgainstALayerChangesAlmostNothing) {
       }
     }
   }
-  // Only the last bits of the float phi differ. Nothing depends on which side of a layer a point lies.
+  // Only the last bits of the float phi differ. Nothing depends on which side of a layer a point lies on.
   verdict.AtMost("change of force and volume due to a tilt of 1e-12 to 1e-9", 1e6 * worst, 1, "ppm");
 }
 
 // ---- 13: a disc thinner than a voxel
 
-/// Returns the volume removed when a thin disc cuts through a square block of this size. Expects two pieces.
+/// Returns the volume removed when a thin disc cuts through a square block of this size. Checks that there are two
+/// pieces.
 double CutThrough(const DiscSaw& saw, double size_mm, double y, double h) {
   SimulationParams params;
   params.tool = saw;
@@ -291,8 +294,8 @@ TEST(HardCase13, ADiscThinnerThanAVoxelCutsAndSeparates) {
     saw.thickness_mm = thicknesses_mm[n];
     constexpr int kOffsets = 8;
     for (int k = 0; k < kOffsets; ++k) {
-      // From one layer of voxel centres to the next. The difference of two blocks excludes the rims, which are bevelled
-      // by about half a voxel: V = width A + rims, four edges each.
+      // The disc moves from one layer of voxel centres to the next. The difference of two blocks excludes the rims,
+      // which are bevelled by about half a voxel: V = width A + rims, with four edges each.
       const double y = h * (k + 0.5) / kOffsets;
       widths_mm[n] += (CutThrough(saw, 12, y, h) - 2 * CutThrough(saw, 6, y, h)) / 72 / kOffsets;
     }
@@ -328,7 +331,7 @@ TEST(HardCase13, HandHeldThinDiscCutsThroughAndMovesFreelyInItsKerf) {
       for (int i = 1; i <= 360; ++i) {
         back_N = std::max(back_N, glm::length(to(2 + kR + 0.2 - 7.2 + 0.02 * i).f_H_W_N));
       }
-      // In again: the bone in the kerf is removed.
+      // When the saw enters again, the bone in the kerf is removed.
       for (int i = 1; i <= 300; ++i) {
         again_N = std::max(again_N, glm::length(to(2 + kR + 0.2 - 0.02 * i).f_H_W_N));
       }
@@ -349,7 +352,7 @@ TEST(HardCase14, ForceDoesNotDependOnTheOrientationOfTheGrid) {
   const Vec3 straight = MeasureSlotForce(MakeBox({}, {14, 3, 8}, 0.2), {}, 4);
   const Plunge down = MeasurePlunge(MakeBox({}, {20, 3, 8}, 0.2), {}, 4);
   for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)}) {
-    // All around, including quarter turns, which a lattice cannot distinguish.
+    // The angles go all the way round and include quarter turns, which a lattice cannot distinguish.
     for (const double degrees : {0.0, 11.0, 26.565, 45.0, 58.0, 77.0, 90.0, 137.0, 180.0, 211.0, 270.0, 329.0}) {
       Pose X_WB;
       X_WB.R_AB = glm::angleAxis(degrees * std::numbers::pi / 180, axis);

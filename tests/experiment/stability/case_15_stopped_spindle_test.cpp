@@ -1,4 +1,4 @@
-// Hard case 15: the spindle is stopped. Nothing is cut, and a solid with only compliance and friction returns no
+// Hard case 15: the spindle is stopped. Nothing is cut, and a solid that has only compliance and friction returns no
 // energy.
 #include <random>
 
@@ -17,7 +17,7 @@ using test::Sawing;
 TEST(HardCase15, StoppedSawRestsOnTheBoneWithTheCouplingsForceAlone) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.2);
-  // The spindle is stopped below 1 rpm, in both directions.
+  // The spindle counts as stopped below 1 rpm, in both directions.
   double max_in_mm = 0;
   for (const double rpm : {0.0, -0.0, 0.99, -0.99}) {
     Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.3}));
@@ -25,7 +25,7 @@ TEST(HardCase15, StoppedSawRestsOnTheBoneWithTheCouplingsForceAlone) {
     EXPECT_TRUE(saw.out.status & kCoupledSpindleStopped);
     EXPECT_EQ(saw.out.f_cut_W_N, Vec3(0));
     EXPECT_EQ(saw.out.engaged_teeth, 0);
-    // 5 mm of spring at 1 N/mm, minus the deflection of the contact points of 2000 N/mm each.
+    // The spring is stretched by 5 mm at 1 N/mm, minus the deflection of the contact points of 2000 N/mm each.
     EXPECT_NEAR(saw.out.f_H_W_N.z, 5, 0.01);
     max_in_mm = std::max(max_in_mm, 4 + kR - saw.out.X_WT.p_AB.z);
     EXPECT_EQ(saw.simulation.bone().CalcHash(), bone.CalcHash());
@@ -48,19 +48,19 @@ TEST(HardCase15, DraggedSawFeelsOnlyCoulombFriction) {
     const double ratio = -out.f_H_W_N.x / out.f_H_W_N.z;
     most = std::max(most, ratio);
     if (saw.X_WH.p_AB.x > -2) least = std::min(least, ratio);
-    // It sticks, except for creep, until the hand pulls with mu N = 1.5 N: 1.5 mm of spring.
+    // The saw sticks, except for creep, until the hand pulls with mu N = 1.5 N, which is 1.5 mm of spring.
     if (saw.X_WH.p_AB.x < -3.6) {
       ASSERT_LT(out.X_WT.p_AB.x - x_from, 0.02 * 0.2 * 10);
     }
   });
-  // On the voxels of a plane, the normal force is that of all points together, within the unevenness of distances
+  // On a plane of voxels the normal force is the sum over all points, except for the unevenness of distances that are
   // stored as floats.
   verdict.AtMost("maximum sliding friction / normal force", most, 0.3 * 1.02);
   verdict.AtLeast("minimum sliding friction / normal force", least, 0.3 * 0.98);
   EXPECT_EQ(saw.invariants.removed_mm3(), 0);
 }
 
-/// Handle on a closed path through random places near the bone's surface, with the tool slightly turned.
+/// The handle follows a closed path through random places near the bone's surface, with the tool slightly rotated.
 TEST(HardCase15, ClosedPathsInAndOutOfTheBoneReturnNoEnergy) {
   test::Verdict verdict("holds");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.4);
@@ -93,7 +93,8 @@ TEST(HardCase15, ClosedPathsInAndOutOfTheBoneReturnNoEnergy) {
       }
       saw.Move(X, 100 + static_cast<int>(random() % 200), 0, account);
     }
-    // Back in free air no energy is stored: all of the hand's work is dissipated. Each tick's energy balance is exact.
+    // Back in free air no energy is stored, so all of the hand's work is dissipated. Each tick's energy balance is
+    // exact.
     EXPECT_EQ(saw.out.f_H_W_N, Vec3(0)) << n;
     EXPECT_NEAR(saw.invariants.stored_mJ(), 0, 1e-9) << n;
     EXPECT_EQ(saw.invariants.spindle_mJ(), 0) << n;

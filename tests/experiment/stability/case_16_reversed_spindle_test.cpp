@@ -1,4 +1,4 @@
-// Hard case 16: the spindle reversed, stopped and started within a tick, in the cut, and at any speed.
+// Hard case 16: the spindle is reversed, stopped and started within a tick, in the cut, at any speed.
 #include <random>
 
 #include "base/core/high_pass.h"
@@ -15,7 +15,7 @@ using test::DiscPose;
 using test::InKerf;
 using test::kDt_s;
 
-/// Pushed sideways at the middle of the buried part: the largest possible friction.
+/// Returns parameters with the push at the middle of the buried part, where it causes the largest possible friction.
 CoupledParams Pushed() {
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", 0.3);
@@ -76,8 +76,8 @@ TEST(HardCase16, SenseOfRotationOnAPathDoesNotChangeASingleBit) {
   EXPECT_GT(was.back().thrust_sum_N, 0.5);
 }
 
-/// Applies spindle speeds in successive ticks while the hand pushes into the floor and against a wall. Returns the
-/// largest force, divided by the initial force of the hand, and the largest step of the force in a tick.
+/// Largest force, divided by the hand's initial force, and largest step of the force in a tick, while TurnThrough()
+/// applies spindle speeds in successive ticks and the hand pushes into the floor and against a wall.
 struct Turned {
   double force = 0;
   double step_N = 0;
@@ -109,8 +109,8 @@ TEST(HardCase16, ReversingStoppingAndStartingInTheCutCausesNoKick) {
   }
   TurnThrough(speeds, turned);
   verdict.AtMost("force relative to the hand's push", turned.force, 1.02);
-  // In a tick the tool moves at most 24 steps of half a voxel, on a spring of 1 N/mm. The motors' slew rate is tested
-  // separately.
+  // In a tick the tool moves at most 24 steps of half a voxel, against a spring of 1 N/mm. The motors' slew rate is
+  // tested separately.
   verdict.AtMost("largest force step in a tick", turned.step_N, 24 * 0.5 * 0.2 * 1.05, "N");
 }
 
@@ -136,13 +136,13 @@ TEST(HardCase16, DeviceForceKeepsItsSlewRateWhenTheSpindleStartsInATick) {
   }
   watch.CheckBone();
   EXPECT_GT(watch.removed_mm3(), 1);
-  // 40 N in 5 ms.
+  // The slew rate is 40 N in 5 ms.
   verdict.AtMost("largest step of the device force", largest_N, 40 * kDt_s / 0.005, "N");
 }
 
 TEST(HardCase16, PassesOfTheTeethCauseNoBeatInTheForce) {
-  // The model averages over the passes of the teeth. 24 teeth at 2500 rpm pass exactly once a tick of 1 ms; at 2499 rpm
-  // they would beat at 0.4 Hz; at 1e6 rpm 400 pass in a tick.
+  // The model averages over the passes of the teeth. At 2500 rpm, exactly one of the 24 teeth passes per tick of 1 ms.
+  // At 2499 rpm the teeth would beat at 0.4 Hz with the ticks; at 1e6 rpm 400 teeth pass in a tick.
   test::Verdict verdict("holds: a tooth's force is the mean over its passes, so no speed causes a beat");
   double max_mN = 0;
   for (const double rpm : {2499.0, 2500.0, 2501.0, 1e5, 1e5 + 1, 1e6}) {
@@ -150,7 +150,7 @@ TEST(HardCase16, PassesOfTheTeethCauseNoBeatInTheForce) {
     CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 2, 8}, 0.2), DiscParams(), start);
     std::vector<double> f;
     for (int i = 1; i <= 1500; ++i) {
-      // At a steady feed the tool follows the handle: the force is that of the teeth.
+      // At a steady feed the tool follows the handle, so the force is that of the teeth.
       const CoupledOutput out = simulation.Tick(test::Handle(DiscPose(Pose{}, {0, 0, 4 + kR - 0.05 - 0.002 * i}), rpm));
       ASSERT_TRUE(std::isfinite(out.f_H_W_N.z));
       if (i > 500) f.push_back(out.f_H_W_N.z);

@@ -1,4 +1,4 @@
-// Hard case 17: no tooth, one tooth, many teeth; and a disc with all teeth in the air while its flats touch bone.
+// Hard case 17: no tooth, one tooth, many teeth, and a disc whose teeth are all in the air while its flats touch bone.
 #include <numbers>
 
 #include "cut/force/laws.h"
@@ -53,7 +53,7 @@ TEST(HardCase17, ThrustDependsOnTheNumberOfTeethByTheForceLaw) {
     const double feed = (z - saw.out.X_WT.p_AB.z) / 0.001;
     EXPECT_NEAR(feed, 5, 0.5) << teeth;
     const ToothForce force = MakeToothForce(params.law, params.tool);
-    // Over the arc of half angle alpha at the start of the tick, a tooth has a bite of v cos(phi) / f.
+    // Over the arc of half angle alpha that is engaged at the start of the tick, a tooth has a bite of v cos(phi) / f.
     const double alpha = std::acos(1 - (4 + kR - z) / kR);
     double thrust_N = 0;
     for (int k = 0; k < 2000; ++k) {
@@ -70,8 +70,8 @@ TEST(HardCase17, ThrustDependsOnTheNumberOfTeethByTheForceLaw) {
   verdict.AtMost("deviation from the closed form, 1 to 1000 teeth", max_off, 0.02);
 }
 
-/// A plate across z, thinner than the disc's depth, with a slot longer than the chord and as wide as the disc: all of
-/// the rim is in the air, above, below or in the slot.
+/// Returns a plate across z, thinner than the disc's depth, with a slot as wide as the disc and longer than its chord.
+/// The whole rim is in the air: above, below or in the slot.
 Bone SlottedPlate(double voxel_mm) {
   const auto slot = [](const Vec3& p) {
     const double wide = test::BoxDistance(p - Vec3(p.x > 0 ? 11 : -11, 0, 0), {3, 2, 10});  // around the rim
@@ -93,14 +93,14 @@ TEST(HardCase17, WithAllTeethInTheAirTheFlatsStillRub) {
   for (const double side : {1.0, -1.0}) {
     for (const double rpm : {7500.0, -7500.0, 0.0}) {
       CoupledParams params = DiscParams();
-      params.coupling.p_TC_mm = {0, 5, 0};  // the plate's position relative to the disc's centre: 5 mm below it
+      params.coupling.p_TC_mm = {0, 5, 0};  // the plate is 5 mm below the disc's centre
       SetEffect(params.effects, "kerf_friction", "coefficient", 0.2);
       const Pose start = DiscPose(Pose{}, {0, 0, 5});
       Sawing saw(bone, params, start);
       Pose X = start;
       X.p_AB.y += 5 * side;
       saw.Move(X, 200, rpm);
-      // With the spindle stopped there is friction only while the saw is moved along.
+      // With the spindle stopped there is friction only while the saw moves along.
       if (rpm == 0) X.p_AB.x += 2;
       saw.Move(X, 400, rpm);
       const double N = glm::length(saw.out.f_face_W_N);

@@ -1,4 +1,4 @@
-// Hard case 18: a time step that is zero, tiny, too long, negative or not a number, in every part that takes one.
+// Hard case 18: a time step that is zero, tiny, too long, negative or not a number, in every part that has a time step.
 #include <limits>
 
 #include "experiment/stability/in_kerf.h"
@@ -67,7 +67,7 @@ TEST(HardCase18, ZeroTimeStepRepeatsTheForceAndDoesNothingElse) {
       EXPECT_EQ(simulation.changed_count(), 0);
       ++checked;
     }
-    // Invalid times: no force, and the state is unchanged.
+    // An invalid time step gives no force and leaves the state unchanged.
     for (const double dt_s : kNotATime) {
       CoupledInput none = in;
       none.dt_s = dt_s;
@@ -121,7 +121,8 @@ TEST(HardCase18, TickOfAWholeSecondStaysBounded) {
   }
   const int most_substeps = DiscParams().max_substeps;
   verdict.AtMost("motion of the tool in a tick", max_way_mm, most_substeps * 0.5 * 0.2 * (1 + 1e-9), "mm");
-  // The disc's projection along the motion: its diameter times its thickness, plus the margin of a voxel's occupancy.
+  // The bound uses the disc's projection along the motion: its diameter times its thickness, plus a margin for the
+  // occupancy of a voxel.
   verdict.AtMost("volume removed in a tick", max_mm3, most_substeps * 0.5 * 0.2 * 22 * (0.25 + 0.2), "mm^3");
 }
 

@@ -1,5 +1,5 @@
-// Hard case 19: ticks are lost and the force on the device becomes stale. (Late results of a graphics card do not
-// apply: no tick uses one.)
+// Hard case 19: ticks are lost, and the force on the device becomes stale. (Late results of a graphics card do not
+// apply, because no tick uses one.)
 #include "experiment/stability/held_block.h"
 #include "experiment/stability/invariants.h"
 #include "experiment/stability/verdict.h"
@@ -18,8 +18,8 @@ struct Seen {
   double max_step_N = 0;  // of the device's force, between writes
   double max_N = 0;
   double stale_change_N = 0;  // of the force while no tick computes it
-  double late_N = 0;          // left after the watchdog should have tripped
-  double max_ramp = 0;        // force over the requested force, in the first 50 ms after the trip
+  double late_N = 0;          // force left after the watchdog should have tripped
+  double max_ramp = 0;        // ratio of the force to the requested force, in the first 50 ms after the trip
   double removed_mm3 = 0;
   int lost = 0;
 };
@@ -53,7 +53,7 @@ PortEnergy Saw(const std::string& hand, const Lost& lost, Seen& seen) {
     if (tick.dt_s == 0) {
       ++seen.lost;
       silent_s += setup.period_s;
-      // The motors hold their force until the watchdog trips, in the period in which 50 ms elapse.
+      // The motors keep their force until the watchdog trips, in the period in which the 50 ms elapse.
       const Vec3 now_N = loop.device().force_N();
       if (silent_s < 0.0495) seen.stale_change_N = std::max(seen.stale_change_N, glm::length(now_N - written_N));
       if (silent_s > 0.0505) seen.late_N = std::max(seen.late_N, glm::length(now_N));

@@ -20,7 +20,7 @@ double SumOfVolumes(const Pieces& pieces) {
                          [](double sum, const Bone& piece) { return sum + piece.CalcVolume(); });
 }
 
-/// Two blocks joined by `bridges` bars, each a single voxel thick, across the plane y = 0 at height z = 0.
+/// Returns two blocks joined by `bridges` bars, each a single voxel thick, across the plane y = 0 at height z = 0.
 Bone Bridged(double h, int bridges) {
   const auto value = [h, bridges](const Vec3& p) {
     const auto index = [h](double x) { return static_cast<int>(std::floor(x / h + 0.5)); };
@@ -45,7 +45,7 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
   const Bone bone = Bridged(h, 3);
   ASSERT_EQ(SplitPieces(bone).pieces.size(), 1u);
   const double before_mm3 = bone.CalcVolume();
-  // A stroke along x; the rim passes the bridges one after another.
+  // In a stroke along x, the rim passes the bridges one after another.
   const double z = kR - 0.5;
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 100;
@@ -77,7 +77,7 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
                  std::abs(SumOfVolumes(SplitPieces(after)) / after.CalcVolume() - 1), 1e-6);
 }
 
-/// Force on a hand at a steady feed while a bar 4 mm high is cut through.
+/// Forces on a hand at a steady feed while a bar 4 mm high is cut through.
 struct Through {
   double max_N = 0;
   double max_step_N = 0;  // between ticks, while the bar separates
@@ -105,7 +105,7 @@ Through CutThrough(double feed_mm_per_s, double stiffness_N_per_mm) {
   }
   for (int i = 0; i < 20; ++i) saw.To(saw.X_WH);
   saw.invariants.CheckBone();
-  // Through: no force is left, and there are two pieces, each with half of the remaining volume.
+  // The bar is cut through: no force is left, and there are two pieces, each with half of the remaining volume.
   EXPECT_LT(glm::length(saw.out.f_H_W_N), 1e-6) << feed_mm_per_s;
   const Pieces pieces = SplitPieces(saw.simulation.bone());
   EXPECT_EQ(pieces.pieces.size(), 2u) << feed_mm_per_s;
@@ -122,7 +122,7 @@ TEST(HardCase20, ABarCutThroughGivesTwoPiecesAndNoBlow) {
   double max_back_N = 0;
   double soft_N = 0;
   for (const double feed : {2.0, 5.0, 20.0}) {
-    // With a stiff coupling: the bone's own force. With a spring of 1 N/mm: the last sliver releases the stored energy.
+    // A stiff coupling shows the bone's own force. With a spring of 1 N/mm, the last sliver releases the stored energy.
     const Through firm = CutThrough(feed, 1000);
     const Through soft = CutThrough(feed, 1);
     EXPECT_GT(firm.max_N, 0.3) << feed;
@@ -132,7 +132,7 @@ TEST(HardCase20, ABarCutThroughGivesTwoPiecesAndNoBlow) {
   }
   verdict.AtMost("stiff coupling: largest force step in a tick during separation relative to the cutting force",
                  max_fraction, 0.1);
-  // Distance of the tool in a tick, times the spring's stiffness.
+  // The bound is the distance of the tool in a tick times the spring's stiffness.
   verdict.AtMost("spring of 1 N/mm: largest force step in a tick during separation", soft_N, 24 * 0.5 * 0.2 * 1.05,
                  "N");
   verdict.AtMost("force that pulls the hand further into the cut", max_back_N, 1e-6, "N");

@@ -1,5 +1,5 @@
 // Hard cases 21 to 23: the disc in its own kerf. It returns into the kerf without force, binds when it is tilted and
-// comes free again. Pushed sideways, its flats remove nothing.
+// comes free again. When it is pushed sideways, its flats remove nothing.
 #include <numbers>
 
 #include "bone/grid/grids.h"
@@ -27,7 +27,7 @@ TEST(HardCase21, SawBackInItsKerfCutsNothingAndFeelsNoForce) {
     for (const std::size_t n : {0u, 1u, 3u, 5u}) {
       if (h < 0.15 && n != 5) continue;
       InKerf kerf(poses[n], {22, 2, 8}, h, 3, DiscParams());
-      // The force of cutting the kerf: at 2 mm/s, 0.2 mm deeper.
+      // For comparison: the force of cutting the kerf 0.2 mm deeper, at 2 mm/s.
       double cutting_N = 0;
       kerf.Move(kerf.Aside({0, 0, -0.2}), 100, 7500,
                 [&](const CoupledOutput& out) { cutting_N = std::max(cutting_N, glm::length(out.f_H_W_N)); });
@@ -36,8 +36,8 @@ TEST(HardCase21, SawBackInItsKerfCutsNothingAndFeelsNoForce) {
       kerf.Hold(20);
       ASSERT_GT(cutting_N, 0.15);
       const double before_mm3 = kerf.invariants.removed_mm3();
-      // Out, and in again to a voxel above the floor, twice. (Closer to the floor, the grid's blur of it causes a
-      // force.)
+      // The disc moves out, and in again to a voxel above the floor, twice. (Closer to the floor, the blur of the grid
+      // causes a force.)
       for (int times = 0; times < 2; ++times) {
         for (const double up : {6.0, h}) {
           kerf.Move(kerf.Aside({0, 0, up}), 1000, 7500, [&](const CoupledOutput&) {
@@ -66,7 +66,7 @@ TEST(HardCase21, WallsCentreASawDisplacedByAFifthOfTheKerf) {
   for (const double side : {-1.0, 1.0}) {
     InKerf kerf(BlockPoses(0.1)[5], {22, 2, 8}, 0.1, 3, params);
     kerf.Hold(200, {0, 0.05 * side, 0.02});
-    // 50 um of the spring's 1 N/mm: the walls support all of it.
+    // The spring is stretched by 50 um at 1 N/mm, and the walls bear all of its force.
     min_centring = std::min(min_centring, -side * kerf.ForceInBlock().y);
     max_feed_N = std::max(max_feed_N, std::abs(kerf.ForceInBlock().z));
   }
@@ -101,7 +101,7 @@ TEST(HardCase22, TiltedSawBindsInADeepKerfAndComesFreeAgain) {
       max_left_Nmm = std::max(max_left_Nmm, glm::length(kerf.out.tau_H_W_Nmm));
     }
     kerf.invariants.CheckBone();
-    // Drawn out while tilted by 3 degrees, it comes free.
+    // When it is drawn out while tilted by 3 degrees, it comes free.
     kerf.Hold(100, {0, 0, up}, 3 * kDegree, rpm);
     Pose X_out = kerf.Aside({0, 0, 12}, 3 * kDegree);
     kerf.Move(X_out, 3000, rpm);
@@ -114,7 +114,8 @@ TEST(HardCase22, TiltedSawBindsInADeepKerfAndComesFreeAgain) {
   verdict.AtMost("torque left after straightening", max_left_Nmm, 0.1, "N mm");
 }
 
-/// Smallest distance from the spindle at which phi differs, mm; a large number if phi is the same everywhere.
+/// Returns the smallest distance from the spindle at which phi differs, mm; a large number if phi is the same
+/// everywhere.
 double FindInnermostChange(const Bone& before, const Bone& after, const Pose& X_WT) {
   double innermost = 1e9;
   const auto& old_tree = before.grids().phi->constTree();
@@ -168,11 +169,11 @@ TEST(HardCase23, FlatsPushedAsideAndPivotedRemoveNothing) {
   verdict.AtMost("volume removed from the walls by the rim in 16 pushes", max_rate, 0.5, "mm^3");
 }
 
-/// Distance that a turning disc moves with a handle that moves 0.5 mm sideways in half a second and stays there for as
-/// long, in a kerf `depth_mm` deep. Divided by the handle's distance.
+/// Returns the distance that a turning disc moves sideways in a kerf `depth_mm` deep, divided by the handle's distance.
+/// The handle moves 0.5 mm sideways in half a second and stays there for as long.
 double CalcSkating(double h, double depth_mm, double rpm) {
   CoupledParams params = DiscParams();
-  params.coupling.p_TC_mm = {0, kR, 0};  // at the rim: it cannot roll out
+  params.coupling.p_TC_mm = {0, kR, 0};  // at the rim, so that it cannot roll out
   InKerf kerf(BlockPoses(h)[0], {22, 4, 8}, h, depth_mm, params);
   const Vec3 was = kerf.Place();
   kerf.Move(kerf.Aside({0, 0.5, 0}), 500, rpm);

@@ -1,5 +1,5 @@
-// Hard case 24: single voxels, dust, a checkerboard. Many tiny contacts need no more force than the same bone in one
-// piece.
+// Hard case 24: single voxels, dust, and a checkerboard. Many tiny contacts cause no more force than the same bone in
+// one piece.
 #include <random>
 
 #include "base/core/high_pass.h"
@@ -18,8 +18,8 @@ using test::InKerf;
 constexpr double kVoxel_mm = 0.2;
 const Vec3 kHalf(6, 1, 2);
 
-/// Block in which `is_bone` of a voxel's index decides whether it is bone. Distances are half a voxel, positive or
-/// negative, because nothing else is known.
+/// Returns a block in which `is_bone` decides from a voxel's index whether it is bone. All distances are half a voxel,
+/// positive or negative, because nothing else is known.
 template <typename IsBone>
 Bone Speckled(IsBone is_bone) {
   SolidField field;
@@ -103,7 +103,7 @@ TEST(HardCase24, IslandsNeedNoMoreForceThanOnePiece) {
   }
   verdict.AtMost("largest force relative to that in a solid block", max_force, 1);
   verdict.AtMost("work per volume relative to that in a solid block", max_work, 1);
-  // A grain that breaks off is an event: its force disappears at once.
+  // When a grain breaks off, its force disappears at once.
   verdict.AtMost("largest force step in a tick in JND", max_step, 3);
   verdict.AtMost("force above 20 Hz", max_noise_mN, 20, "mN");
 }

@@ -1,4 +1,5 @@
-// Hard case 25: the end of the grid, tools partly or entirely outside it, and an empty bone. Outside the grid is air.
+// Hard case 25: the end of the grid, tools partly or entirely outside it, and an empty bone. Outside the grid there is
+// air.
 #include "bone/grid/grids.h"
 #include "experiment/stability/in_kerf.h"
 #include "experiment/stability/verdict.h"
@@ -14,7 +15,7 @@ using test::Handle;
 using test::InKerf;
 using test::Sawing;
 
-/// Block that the end of the grid truncates at x = 0: from solid bone to air within a voxel.
+/// Returns a block that is truncated at x = 0 by the end of the grid: solid bone becomes air within a voxel.
 Bone CutOff(double h) {
   Bone bone = test::MakeBox(Pose{}, {24, 2, 8}, h);
   auto& tree = bone.grids().phi->tree();
@@ -49,7 +50,7 @@ TEST(HardCase25, ForceIsContinuousOutOfTheBlockAndBack) {
                    DiscPose(Pose{}, rpm == 0 ? Vec3(0, 0, 4 + kR + 0.2) : Vec3(-x, 0, z)));
         if (rpm == 0) saw.Move(DiscPose(Pose{}, {0, 0, z}), 300, rpm);
         Vec3 f_before = saw.out.f_H_W_N;
-        // Entirely outside, partly, entirely inside, and out at the other end.
+        // The disc is first entirely outside, then partly, then entirely inside, and leaves at the other end.
         saw.Move(DiscPose(Pose{}, {x, 0, z}), static_cast<int>(2 * x / 0.005), rpm, [&](const CoupledOutput& out) {
           const double f = glm::length(out.f_H_W_N);
           double& step = rpm == 0 ? stopped_step : max_step;
@@ -78,7 +79,8 @@ TEST(HardCase25, BeyondTheEndOfTheGridIsAir) {
   EXPECT_GT(bone.SignedDistance({0.5, 0, 0}), 0);
   double max_N = 0;
   for (const double rpm : {7500.0, 0.0}) {
-    // Along the floor of the cut from the bone across the end and back, and lowered at the end.
+    // The disc moves along the floor of the cut from the bone across the grid's end and back, and is lowered at the
+    // grid's end.
     Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {-6, 0, 4 + kR + 0.1}));
     const auto look = [&](const CoupledOutput& out) { max_N = std::max(max_N, glm::length(out.f_H_W_N)); };
     const double down = rpm == 0 ? -0.5 : 0.5;
@@ -88,7 +90,7 @@ TEST(HardCase25, BeyondTheEndOfTheGridIsAir) {
     saw.Move(DiscPose(Pose{}, {0, 0, 4 + kR - 2}), 1000, rpm, look);
     saw.invariants.CheckBone();
   }
-  // The hand's motion times the spring's stiffness, the largest stiffness in the system.
+  // The bound is the hand's motion times the spring's stiffness, which is the largest stiffness in the system.
   verdict.AtMost("largest force", max_N, 2.5, "N");
 }
 
@@ -116,7 +118,7 @@ TEST(HardCase25, EmptyBoneIsAir) {
 
 TEST(HardCase25, CompletelyRemovedBoneIsAir) {
   test::Verdict verdict("holds");
-  // A crumb smaller than the disc's rim: all of it is removed.
+  // A crumb smaller than the disc's rim is removed completely.
   const Bone bone = test::MakeSphere(Vec3(0.02, 0.01, 0.03), 0.1, 0.1);
   const double before_mm3 = bone.CalcVolume();
   CoupledParams params = DiscParams();

@@ -1,4 +1,4 @@
-// Hard case 26: a bone and a saw a kilometre or more from the origin; and denormal numbers.
+// Hard case 26: a bone and a saw a kilometre or more from the origin, and denormal numbers.
 #include <limits>
 
 #include "bone/grid/grids.h"
@@ -18,7 +18,7 @@ using test::InKerf;
 
 const Vec3 kFarAwaySize(22, 2, 8);
 
-/// The same block, voxel for voxel, moved by `shift_vox` voxels.
+/// Returns the same block, voxel for voxel, moved by `shift_vox` voxels.
 Bone BlockAt(const Vec3& shift_vox, double h) {
   SolidField field;
   // Finds the index first, so that rounding is the same everywhere.
@@ -35,8 +35,8 @@ Bone BlockAt(const Vec3& shift_vox, double h) {
                   test::OneRegionTable());
 }
 
-/// Motion of the handle: down into the block, sideways against the kerf's walls, tilted, along, stopped, and out. Its
-/// positions lie on a lattice that a double represents exactly up to 10^6.
+/// Returns the motion of the handle: down into the block, sideways against the kerf's walls, tilted, along, stopped,
+/// and out. Its positions lie on a lattice that a double represents exactly up to 10^6.
 CoupledInput Script(int i, const Vec3& shift_mm) {
   const double t = 0.001 * i;
   Vec3 p(0, 0, 4 + kR + 0.2 - 3 * std::min(t, 1.2));
@@ -98,7 +98,7 @@ TEST(HardCase26, EverythingIsBitIdenticalAKilometreAway) {
   ASSERT_GT(max_N, 0.5);
   int forces = 0;
   int voxels = 0;
-  // Multiples of 2^17 voxels; some axes are unchanged.
+  // The shifts are multiples of 2^17 voxels; on some axes there is none.
   for (const Vec3& shift_vox : {131072.0 * Vec3(30, -30, 17), 131072.0 * Vec3(0, 1, -30)}) {
     ASSERT_LT(glm::length(shift_vox) * h, 1.8e6);
     const Ran there = RunAt(shift_vox, h);
@@ -115,7 +115,7 @@ TEST(HardCase26, EverythingIsBitIdenticalAKilometreAway) {
       max_off_mm = std::max(max_off_mm, glm::length(b.X_WT.p_AB - h * shift_vox - a.X_WT.p_AB));
     }
     CalcLargestDifference(here.bone, there.bone, shift_vox, voxels);
-    // Half a unit in the last place of 10^6 along each axis.
+    // The tolerance is half a unit in the last place of 10^6 along each axis.
     EXPECT_LE(max_off_mm, 2e-10);
   }
   verdict.Equal("ticks in which any force or energy differs", forces, 0);
@@ -124,12 +124,13 @@ TEST(HardCase26, EverythingIsBitIdenticalAKilometreAway) {
 
 TEST(HardCase26, UnavoidableRoundingIsThatOfTheInput) {
   test::Verdict verdict("holds");
-  // 0.2 is not a binary fraction: the positions of the handle and of the block are rounded to 1e-10 mm.
+  // Because 0.2 is not a binary fraction, the positions of the handle and of the block are rounded to 1e-10 mm.
   constexpr double h = 0.2;
   const Ran here = RunAt(Vec3(0), h);
   double max_off_N[2] = {0, 0};
   double max_off_mm[2] = {0, 0};
-  // Moved by whole leaves, and by voxels. With voxels, each distance is rounded to a float from another leaf's corner.
+  // The bone is moved by whole leaves, and by voxels. If it is moved by voxels, each distance is rounded to a float
+  // relative to another leaf's corner.
   for (const bool leaves : {true, false}) {
     for (const Vec3& shift_vox : {Vec3(4999800, -4999800, 4999800), Vec3(8, 65536 * 8, 1234568)}) {
       const Vec3 shift = leaves ? shift_vox : shift_vox + Vec3(3, -1, 2);
@@ -143,8 +144,8 @@ TEST(HardCase26, UnavoidableRoundingIsThatOfTheInput) {
           std::max(max_off_mm[leaves ? 0 : 1], CalcLargestDifference(here.bone, there.bone, shift, differing));
     }
   }
-  // A spring of 1 N/mm, the lever arm of the torsion spring, walls of 3000 N/mm per point: 1e-10 mm of rounding grows
-  // to about 1e-9 N.
+  // Because of the spring of 1 N/mm, the lever arm of the torsion spring and the walls of 3000 N/mm per point, 1e-10 mm
+  // of rounding grows to about 1e-9 N.
   verdict.AtMost("force deviation, bone moved by whole leaves", max_off_N[0], 1e-7, "N");
   verdict.AtMost("deviation of the bone, moved by whole leaves", max_off_mm[0], 1e-6, "mm");
   // Distances are accurate to 4e-7 of the disc's radius. At a stiff wall that is 0.01 N per point, wherever the bone
@@ -218,7 +219,7 @@ TEST(HardCase26, JumpsAcrossTheWorldInATickDoNoHarm) {
     to(X, i % 4 == 0 ? 0 : 7500);
     max_N = std::max(max_N, glm::length(out.f_H_W_N));
   }
-  // Back at the bone it cuts as before.
+  // Back at the bone, the saw cuts as before.
   for (int i = 0; i < 4000; ++i) to(start, 7500);
   EXPECT_EQ(out.X_WT.p_AB, start.p_AB);
   for (int i = 1; i <= 400; ++i) to(DiscPose(Pose{}, {0, 0.6, 2 + kR + 0.1 - 0.003 * i}), 7500);

@@ -134,7 +134,8 @@ TEST(HardCase27, BadSampleGivesZeroForceAndTheNextGoodOneContinues) {
   }
   cut.watch.CheckBone();
   verdict.Note("bad samples", refused);
-  // 3 (t / 0.5 s)^2 of the coupling's maximum force after 1 ms: in the meantime no force has held the hand.
+  // After 1 ms the ramp allows 3 (t / 0.5 s)^2 of the coupling's maximum force, which may be reached because no force
+  // has held the hand in the meantime.
   verdict.AtMost("force in the first good tick", max_first_N, 3 * 0.002 * 0.002 * 40, "N");
   verdict.AtMost("motion of the tool over a gap of up to 4 ticks", max_gap_mm, 0.2, "mm");
   verdict.Equal("velocity computed from the jump", max_speed, 0, "mm/s");
@@ -158,7 +159,8 @@ TEST(HardCase27, ForceReturnsOverTheRamp) {
 }
 
 TEST(HardCase27, UnusualButValidPosesAreAccepted) {
-  // Unit length within a float's rounding; a quaternion of the opposite sign; a denormal component.
+  // The following samples are valid: a length that is 1 within the rounding of a float, a quaternion of the opposite
+  // sign, and a denormal component.
   Cutting cut;
   const std::function<void(Pose&)> hows[] = {[](Pose& X) { X.R_AB *= 1 + 5e-7; }, [](Pose& X) { X.R_AB *= 1 - 5e-7; },
                                              [](Pose& X) { X.R_AB = -X.R_AB; }, [](Pose& X) { X.R_AB.y += kTiny; },

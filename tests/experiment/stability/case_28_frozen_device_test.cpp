@@ -52,7 +52,7 @@ struct FastStroke {
     return options;
   }
   FastStroke() : saw(MakeOptions()), device(saw.device.profile()) {
-    // From outside the block, then into it from the side; 2 mm deep.
+    // The saw moves from outside the block into it from the side, 2 mm deep.
     for (int i = 0; i < 1200; ++i) Step(kDt_s, true);
   }
   HapticStepOutput Step(double dt_s, bool fresh_sample) {
@@ -91,8 +91,8 @@ TEST(HardCase28, FrozenHandleThatResumesElsewhereCausesNoKick) {
     }
     worst_slew = std::max(worst_slew, stroke.device.largest_step_N / slew_N);
   }
-  // Nothing moved faster than the stroke. For an exact line the window is exact except for the encoder's rounding,
-  // which does not occur here.
+  // Nothing moved faster than the stroke. On an exact line the velocity window is exact, except for the encoder's
+  // rounding, which does not occur here.
   verdict.AtMost("estimated handle speed at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
   // The damper releases 0.01 N s/mm * 20 mm/s once, when the hold ends. Unfiltered, the leap would give 60 N.
   verdict.AtMost("force step in excess of the spring's", worst_step_N, 1.25 * FastStroke::kDamping * FastStroke::kFeed,
@@ -120,7 +120,7 @@ TEST(HardCase28, DeviceSlowerThanTheLoopMovesJustAsSmoothly) {
 
 TEST(HardCase28, LeapOfTheHandleGivesNoVelocity) {
   Verdict verdict("holds");
-  // Without a preceding freeze: 5 mm between two samples would be 5 m/s, and 50 N through the damper.
+  // There is no preceding freeze: 5 mm between two samples would be 5 m/s, and 50 N through the damper.
   FastStroke stroke;
   stroke.x += 5;
   double worst_speed = 0;

@@ -26,9 +26,9 @@ double Quantise(double x, double quantum) {
 
 TEST(HardCase29, PushedSawIsQuietWithACoarseEncoder) {
   Verdict verdict("holds, corrected: the velocity is the slope of a least-squares line");
-  // The largest stiffness and damping that the profile of such a device allows (Touch: 0.4 N/mm; Omni: 0.7 N/mm, 0.005
-  // N s/mm). At 0.064 mm one encoder step is 45 mN at that stiffness: C1 is not "good" there (20 mN), but it passes
-  // (half of the just-noticeable difference).
+  // These are the largest stiffness and damping that the profile of such a device allows (Touch: 0.4 N/mm; Omni: 0.7
+  // N/mm, 0.005 N s/mm). At 0.064 mm one encoder step is 45 mN at that stiffness. So C1 is not "good" there (20 mN),
+  // but it passes (half of the just-noticeable difference).
   double worst_fraction = 0, worst_coarse = 0;
   double worst_mN = 0;
   for (const double quantum_mm : {0.055, 0.064}) {
@@ -73,8 +73,8 @@ TEST(HardCase29, PushedSawIsQuietWithACoarseEncoder) {
 
 TEST(HardCase29, VelocityWindowKeepsEncoderStepsOutOfTheDamper) {
   Verdict verdict("holds: filtered");
-  // A raw difference is Delta / T per count: 55 mm/s, and 0.28 N through 0.005 N s/mm. The hand moves up and down at up
-  // to 8 mm/s, twice a second.
+  // A raw difference is Delta / T per count: 55 mm/s, and 0.28 N through 0.005 N s/mm. The hand moves up and down twice
+  // a second, at up to 8 mm/s.
   constexpr double kDamping = 0.005;
   double worst_N = 0;
   double raw_N = 0;
@@ -94,7 +94,7 @@ TEST(HardCase29, VelocityWindowKeepsEncoderStepsOutOfTheDamper) {
       error.push_back(kDamping * (v - truth));
       raw.push_back(kDamping * (x - last) / kDt_s);
       last = x;
-      // v(t) = v_true(t - lag): the part of v that is proportional to the acceleration.
+      // With v(t) = v_true(t - lag), the lag shows in the part of v that is proportional to the acceleration.
       late += v * 8 * std::sin(phase);
       driven += 64 * std::sin(phase) * std::sin(phase) * 12.566;
     }
@@ -109,7 +109,7 @@ TEST(HardCase29, VelocityWindowKeepsEncoderStepsOutOfTheDamper) {
 
 TEST(HardCase29, LoopAddsNoNoiseToAFlickeringCount) {
   Verdict verdict("holds");
-  // A hand that holds still on the border between two counts gives one or the other. The tool removes the bone that it
+  // A hand that holds still on the border between two counts yields one or the other. The tool removes the bone that it
   // reaches and then stays.
   HeldSawOptions options;
   options.profile = test::MakeDevice(0.055, 0.7);
@@ -139,7 +139,8 @@ TEST(HardCase29, LoopAddsNoNoiseToAFlickeringCount) {
     saw.step.Step(device, {kDt_s, 7500, false});
     if (i >= 4000) f.push_back(device.f_N);
   }
-  // One count is 0.7 N/mm * 55 um = 38.5 mN peak to peak, 3 ticks of 7: 19 mN RMS. The loop must not add to that.
+  // One count is 0.7 N/mm * 55 um = 38.5 mN peak to peak. It is present in 3 of 7 ticks, which is 19 mN RMS. The loop
+  // must not add to that.
   verdict.AtMost("RMS force above 20 Hz relative to one flickering count", CalcNoise(f, kDt_s) / (0.7 * 0.055), 0.55);
 }
 

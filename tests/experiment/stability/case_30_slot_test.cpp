@@ -17,8 +17,8 @@ using test::DiscPose;
 using test::Handle;
 using test::Verdict;
 
-/// Block of 30 x 6 x 24 mm with its top at z = 12 and a slot in the plane y = 0 from the top down to z = -1. The disc
-/// is upright in the slot, with its centre at z = 11.
+/// Returns a block of 30 x 6 x 24 mm with its top at z = 12 and a slot in the plane y = 0 from the top down to z = -1.
+/// The disc is upright in the slot, with its centre at z = 11.
 Bone MakeSlottedBlock(double width_mm, double voxel_mm) {
   SolidField field;
   field.value = [width_mm](const Vec3& p) {
@@ -36,7 +36,7 @@ TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
   double worst_N = 0;
   double worst_moment_Nmm = 0;
   double min_touching_N = 1e9;
-  // Wider than the disc, as wide, and narrower by a fifth (as the grid may represent it).
+  // The slot is wider than the disc, as wide, and narrower by a fifth (as the grid may represent it).
   for (const double width_mm : {0.4, 0.25, 0.2}) {
     const Bone bone = MakeSlottedBlock(width_mm, 0.1);
     for (const double rpm : {7500.0, 0.0}) {
@@ -44,7 +44,7 @@ TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
       CoupledSimulation simulation(bone, test::DiscParams(), X);
       CoupledOutput out;
       for (int i = 0; i < 300; ++i) {
-        // Straight up and down: any friction acts along z.
+        // The motion is straight up and down, so any friction acts along z.
         out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 11 + 0.2 * std::sin(0.05 * i)}), rpm));
         worst_N = std::max(worst_N, std::abs(out.f_H_W_N.y));
         worst_moment_Nmm = std::max(worst_moment_Nmm, std::abs(out.tau_H_W_Nmm.x) + std::abs(out.tau_H_W_Nmm.z));
@@ -63,7 +63,7 @@ TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
 
 TEST(HardCase30, ForceDoesNotDependOnTheSideThatTheHandCameFrom) {
   Verdict verdict("holds");
-  // Pushed against one wall with 2 N, then back to the middle; the same from the other side.
+  // The disc is pushed against one wall with 2 N and returns to the middle; the same is done from the other side.
   double unlike_N = 0;
   double left_N = 0;
   for (const double width_mm : {0.4, 0.25}) {
@@ -87,7 +87,7 @@ TEST(HardCase30, ForceDoesNotDependOnTheSideThatTheHandCameFrom) {
 
 TEST(HardCase30, TheStepHasOneSolutionWhereverTheSearchBegins) {
   Verdict verdict("holds");
-  // Flats supported from both sides at points that are already inside the bone, at different depths.
+  // The flats are supported from both sides at points that are already inside the bone, at different depths.
   StepProblem problem;
   problem.tau_s = 0.001;
   problem.coupling.spring = {1, 40};
@@ -117,7 +117,8 @@ TEST(HardCase30, TheStepHasOneSolutionWhereverTheSearchBegins) {
       for (int k = 0; k < 6; ++k) worst = std::max(worst, std::abs(found.u[k] - first[k]) * (k < 3 ? 1 : kR));
     }
   }
-  // Forces balance within a relative error of 1e-8, times 1 mm/s per newton of the softest term, which is friction.
+  // Forces balance within a relative error of 1e-8. This is multiplied by 1 mm/s per newton of the softest term, which
+  // is friction.
   verdict.AtMost("difference between the motions found from 24 starting points", worst, 1e-5, "mm/s");
 }
 

@@ -1,4 +1,4 @@
-// Hard cases 31 and 32: the disc entirely buried, and teeth that all engage in one tick.
+// Hard cases 31 and 32: the disc is entirely buried, and all teeth engage in one tick.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +29,8 @@ TEST(HardCase31, ForceAndComputationOfABuriedDiscAreBounded) {
   double teeth = 1e9;
   for (const double rpm : {7500.0, 0.0}) {
     for (int direction = 0; direction < 14; ++direction) {
-      // Places the handle 80 mm away along the axes and diagonals: twice the coupling's maximum force.
+      // Places the handle 80 mm away along the axes and diagonals, which is twice the distance at which the coupling
+      // reaches its maximum force.
       Vec3 way(0);
       if (direction < 6) {
         way[direction / 2] = direction % 2 == 0 ? 1 : -1;
@@ -86,7 +87,7 @@ TEST(HardCase31, TheDevicesClampKeepsTheDirection) {
   verdict.AtMost("force relative to the device's peak", most, 1);
 }
 
-/// Plate of 28 x 28 x 3 mm with its top at z = 0 and a hole with a radius 0.01 mm larger than the disc's.
+/// Returns a plate of 28 x 28 x 3 mm with its top at z = 0 and a hole with a radius 0.01 mm larger than the disc's.
 Bone MakeBoredPlate() {
   SolidField field;
   field.value = [](const Vec3& p) {
@@ -99,8 +100,8 @@ Bone MakeBoredPlate() {
 
 TEST(HardCase32, AllTeethEngagingAtOnceCauseNoJump) {
   Verdict verdict("holds");
-  // The disc falls flat into a hole of its size, and the hand then moves sideways. No tooth is engaged, and in the next
-  // tick a third of them are.
+  // The disc falls flat into a hole of its size, and the hand then moves sideways. At first no tooth is engaged; in the
+  // next tick a third of them are.
   const Bone bone = MakeBoredPlate();
   double worst = 0;
   double teeth_step = 0;
@@ -113,7 +114,8 @@ TEST(HardCase32, AllTeethEngagingAtOnceCauseNoJump) {
       const double down = way_mm * i;
       const Vec3 p(std::max(0.0, down - 0.9), 0, std::max(-1.5, 1 - down));
       const CoupledOutput out = simulation.Tick(Handle({Quat(1, 0, 0, 0), p}));
-      // A tool that stopped at once would stretch the coupling by the handle's motion. Nothing pushes it back further.
+      // A tool that stopped at once would stretch the coupling by the handle's motion. Nothing pushes the tool back
+      // further.
       worst = std::max(worst, glm::length(out.f_H_W_N - last.f_H_W_N) /
                                   (params.coupling.stiffness_N_per_mm * std::sqrt(2) * way_mm));
       teeth_step = std::max(teeth_step, out.engaged_teeth - last.engaged_teeth);
@@ -127,7 +129,7 @@ TEST(HardCase32, AllTeethEngagingAtOnceCauseNoJump) {
 
 TEST(HardCase32, StartingTheSpindleInTheBoneCausesNoJump) {
   Verdict verdict("holds");
-  // Entirely buried and pulled with 5 N; then the spindle starts and all teeth engage.
+  // The disc is entirely buried and is pulled with 5 N. Then the spindle starts, and all teeth engage.
   CoupledSimulation simulation(test::MakeBox(Pose{}, {28, 6, 28}, 0.2), test::DiscParams(),
                                DiscPose(Pose{}, {0, 0, 0}));
   Vec3 last(0);
@@ -141,8 +143,8 @@ TEST(HardCase32, StartingTheSpindleInTheBoneCausesNoJump) {
     last = out.f_H_W_N;
   }
   verdict.AtLeast("teeth that engage in one tick", teeth, 11);
-  // The handle's 0.05 mm a tick correspond to 0.05 N. Once free, the tool moves at the feed that the teeth allow at 5
-  // N.
+  // The handle's 0.05 mm per tick correspond to 0.05 N. Once it is free, the tool moves at the feed that the teeth
+  // allow at 5 N.
   verdict.AtMost("largest force step at a pull of 5 N", worst_N, 0.2, "N");
 }
 

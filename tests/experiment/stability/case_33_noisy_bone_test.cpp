@@ -52,8 +52,8 @@ double CalcMeanModulus() {
   return low;
 }
 
-/// Block of 26 x 3 x 10 mm with its top at z = 5. Each voxel has a random region, or all have one region with the mean
-/// stiffness.
+/// Returns a block of 26 x 3 x 10 mm with its top at z = 5. Each voxel has a random region, or all have one region with
+/// the mean stiffness.
 Bone MakeNoisyBlock(bool noisy, double surface_mm = 0) {
   SolidField field;
   field.value = [surface_mm](const Vec3& p) {
@@ -79,7 +79,7 @@ struct NoisyCut {
   double feed_mm_per_s = 0;
 };
 
-/// Cuts 3 mm deep along the block at 5 mm/s, or, if `pushed`, down into it with a push of 5 N.
+/// Cuts 3 mm deep along the block at 5 mm/s or, if `pushed`, down into it with a push of 5 N.
 NoisyCut CutNoisy(const Bone& bone, bool pushed) {
   const Pose start = DiscPose(Pose{}, pushed ? Vec3(0, 0, 5 + kR + 0.1) : Vec3(-23, 0, 5 + kR - 3));
   CoupledSimulation simulation(bone, test::DiscParams(), start);
@@ -122,14 +122,14 @@ TEST(HardCase33, NoisyStiffnessAddsLittleNoiseAndKeepsTheMean) {
       verdict.AtMost("force error at 5 mm/s", 100 * std::abs(rough.mean_N / smooth.mean_N - 1), 3, "%");
     }
   }
-  // A voxel with a different stiffness in each of about fifty places along the arc.
+  // At each of about fifty places along the arc there is a voxel with a different stiffness.
   verdict.AtMost("C1 in excess of that of uniform bone", worst_noise, 2, "% of the mean");
 }
 
 TEST(HardCase33, RaggedThresholdSurfaceAddsLittleNoise) {
   Verdict verdict("holds");
-  // The surface deviates at random by up to half a voxel, as a CT threshold leaves it. The saw cuts along the block,
-  // 3 mm deep.
+  // The surface deviates at random by up to half a voxel, like one from a CT threshold. The saw cuts along the block, 3
+  // mm deep.
   const NoisyCut rough = CutNoisy(MakeNoisyBlock(false, 0.5 * kVoxel), false);
   const NoisyCut smooth = CutNoisy(MakeNoisyBlock(false), false);
   verdict.AtMost("C1 in excess of that of uniform bone",
@@ -137,8 +137,9 @@ TEST(HardCase33, RaggedThresholdSurfaceAddsLittleNoise) {
   verdict.AtMost("force error", 100 * std::abs(rough.mean_N / smooth.mean_N - 1), 5, "%");
 }
 
-/// Block of 26 x 3 x 10 mm with its top at z = 5, of region 24 with a layer of region 7 (as soft as a nerve). The layer
-/// is one voxel thick, and its middle is at z = `z_mm`. If `cell`, only one voxel of the layer has region 7.
+/// Returns a block of 26 x 3 x 10 mm with its top at z = 5, of region 24 with a layer of region 7 (as soft as a nerve).
+/// The layer is one voxel thick, and its middle is at z = `z_mm`. If `cell` is true, only one voxel of the layer has
+/// region 7.
 Bone MakeLayeredBlock(double z_mm, bool cell = false) {
   SolidField field;
   field.value = [](const Vec3& p) { return test::BoxDistance(p, {13, 1.5, 5}); };
@@ -209,12 +210,12 @@ TEST(HardCase34, RemovedVolumeOfALabelIsCountedExactly) {
     EXPECT_NEAR(removed[7] + removed[24], total, 1e-12);
     if (cell) {
       // The voxel is 0.2 mm wide and the kerf 0.25 mm, so all of the voxel is removed. But a cell between voxel centres
-      // that is partly cut is attributed to each of its labels in the same proportion: 0.625 for cells at the kerf's
-      // walls.
+      // that is partly cut is attributed to each of its labels in the same proportion, which is 0.625 for cells at the
+      // kerf's walls.
       verdict.AtMost("count error, single voxel", worst, 1e-9, "mm3");
       verdict.AtLeast("counted fraction of a single removed voxel", removed[7] / before[7], 0.6);
     } else {
-      // The length of the layer below the rim, one voxel high.
+      // The count is that of the length of the layer below the rim, one voxel high.
       verdict.AtMost("count error, layer", worst, 1e-9, "mm3");
       const auto half_chord = [&](double height) { return std::sqrt(kR * kR - (z - height) * (z - height)); };
       const double expected = 2 * half_chord(3.0) * kVoxel * kSaw.thickness_mm;

@@ -1,4 +1,5 @@
-// Hard cases 35 and 36: the bone restored or replaced while the tool is in contact, and readers during a cut.
+// Hard cases 35 and 36: the bone is restored or replaced while the tool is in contact, and readers read it during a
+// cut.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -53,8 +54,8 @@ struct HeldStill : Device {
 
 TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
   Verdict verdict("holds");
-  // Pressed on the bone with the spindle off; then the tool is set down at a previous pose 3 mm away, as an undo would
-  // do, with and without requesting the ramp.
+  // The tool is pressed on the bone with the spindle off. Then it is set down at a previous pose 3 mm away, as an undo
+  // would do, with and without requesting the ramp.
   double worst_slew = 0;
   double first_N = 0;
   for (const bool ramp : {false, true}) {
@@ -71,7 +72,7 @@ TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
     ASSERT_TRUE(saw.simulation.SetDown(Upright(Vec3(0, 0, 14))));
     if (ramp) {
       saw.step.RampIn();
-      device.f_N = Vec3(0);  // it had no force before
+      device.f_N = Vec3(0);  // the device exerted no force before
     }
     for (int i = 0; i < 600; ++i) {
       const HapticStepOutput out = saw.step.Step(device, {kDt_s, 0, false});
@@ -80,7 +81,7 @@ TEST(HardCase35, SettingTheToolDownInContactRampsTheForce) {
       ASSERT_TRUE(std::isfinite(glm::length(out.coupled.f_H_W_N)));
     }
     worst_slew = std::max(worst_slew, device.worst_step_N / 0.5);
-    EXPECT_GT(device.f_N.z, 2);  // it is back on the bone
+    EXPECT_GT(device.f_N.z, 2);  // the tool is back on the bone
   }
   verdict.AtMost("largest step of the device force relative to the slew limit", worst_slew, 1 + 1e-9);
   verdict.AtMost("force in the first tick of the ramp", first_N, 0.01, "N");
@@ -112,7 +113,7 @@ struct Trace {
   bool operator==(const Trace&) const = default;
 };
 
-/// Cuts for 600 ticks, with all stateful elements in the loop: friction, encoder, ramp, slew.
+/// Cuts for 600 ticks with all stateful elements in the loop: friction, encoder, ramp and slew rate.
 Trace CutInto(Bone bone, double x_mm) {
   HeldSawOptions options;
   options.damping_Ns_per_mm = 0.005;
@@ -140,7 +141,7 @@ Trace CutInto(Bone bone, double x_mm) {
 TEST(HardCase35, CopyOfTheBoneRestoresEverythingBitForBit) {
   Verdict verdict("holds: a copy of the bone is the complete state");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 22}, 0.2);
-  // Saves after a cut, continues cutting, restores: the bone is the saved one and is cut as before.
+  // Saves after a cut, continues to cut, and restores. The bone is then the saved one and is cut as before.
   CoupledSimulation simulation(bone, test::DiscParams(), DiscPose(Pose{}, {-5, 0, 11.2 + kR}));
   for (int i = 0; i < 1500; ++i) simulation.Tick(Handle(DiscPose(Pose{}, {-5, 0, 11.2 + kR - 0.004 * i})));
   const Bone saved = simulation.bone();
@@ -189,7 +190,7 @@ TEST(HardCase35, UndoAndRedoInContactRampTheForceAndRestoreTheBone) {
         ASSERT_TRUE(std::isfinite(glm::length(device.f_N)));
       }
     };
-    // Four millimetres deep, with a pushing hand.
+    // The saw is four millimetres deep, with a pushing hand.
     for (int i = 0; i < 1500; ++i) {
       device.height = 11.2 - 0.003 * i;
       run(1);
@@ -225,7 +226,7 @@ TEST(HardCase35, UndoAndRedoInContactRampTheForceAndRestoreTheBone) {
   EXPECT_GT(max_N, 0.2);
   verdict.Equal("restored bones that differ", static_cast<double>(other_bits), 0);
   verdict.AtMost("largest step of the device force relative to the slew limit", worst_slew, 1 + 1e-9);
-  // After 60 of 500 ticks the ramp allows 4 % of the simulation's force at that time.
+  // After 60 of 500 ticks the ramp allows 4 % of the force that is simulated at that time.
   verdict.AtMost("force left before the ramp", left_N, 0.5, "N");
   verdict.AtMost("largest simulated force afterwards", max_N, 40, "N");
 }
@@ -257,7 +258,7 @@ TEST(HardCase35, RefillingInContactChangesNothing) {
 
 TEST(HardCase36, ReaderNeverReadsATornLeafOrState) {
   Verdict verdict("holds");
-  // All values of a leaf, and of a state, contain the same number.
+  // All values of a leaf are the same number, and so are all values of a state.
   struct Reported {
     std::array<std::uint64_t, 64> words{};
   };

@@ -39,7 +39,7 @@ TEST(HardCase37, AMillionIdleTicksCauseNoDrift) {
   double max_N = 0;
   double off_mm = 0;
   for (int i = 1; i <= idle; ++i) {
-    // In circles, 2 to 8 mm above the bone, with rotation.
+    // The handle moves in circles, 2 to 8 mm above the bone, and rotates.
     const double angle = 0.01 * i;
     Pose X = DiscPose(Pose{}, {3 * std::sin(angle), 2 * std::cos(angle), kClear + 5 + 3 * std::sin(0.37 * angle)});
     X.R_AB = glm::angleAxis(angle, Vec3(0, 1, 0)) * X.R_AB;
@@ -66,8 +66,8 @@ TEST(HardCase37, AMillionIdleTicksCauseNoDrift) {
 
 TEST(HardCase37, SumsOfMillionsOfPartsEqualTheWhole) {
   Verdict verdict("holds");
-  // The same stroke in few and in very many ticks. Each of the many ticks removes some millionths of a voxel from
-  // hundreds of voxels, and the sum is the same volume.
+  // The same stroke is made in few and in very many ticks. Each of the many ticks removes some millionths of a voxel
+  // from hundreds of voxels, and the sum is the same volume.
   CoupledParams params = test::DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
@@ -85,7 +85,8 @@ TEST(HardCase37, SumsOfMillionsOfPartsEqualTheWhole) {
       in.dt_s = 0.6 / ticks;
       sum += simulation.Tick(in).removed_mm3;
     }
-    // The tool lags by the stretch of the coupling under the force. At rest it creeps to the same position.
+    // The tool lags by the stretch of the coupling under the force. When the handle rests, the tool creeps to the same
+    // position.
     for (int i = 0; i < 2000; ++i) {
       sum += simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, kClear - 3}))).removed_mm3;
     }
@@ -106,7 +107,8 @@ TEST(HardCase37, SumsOfMillionsOfPartsEqualTheWhole) {
 
 TEST(HardCase37, ManyStrokesInTheKerfStayTheSame) {
   Verdict verdict("holds");
-  // In its own kerf, 250 ticks a stroke. Once the bone in the way is cut, each stroke equals the one before.
+  // The saw moves in its own kerf, with 250 ticks per stroke. Once the bone in the way is cut, each stroke equals the
+  // one before.
   CoupledSimulation simulation(MakeLongSessionBlock(), test::DiscParams(), DiscPose(Pose{}, {0, 0, kClear}));
   const int strokes = static_cast<int>(std::max(120.0, 120 * Effort()));  // with fewer strokes it still cuts
   std::vector<Vec3> early;
@@ -136,7 +138,7 @@ TEST(HardCase37, ManyStrokesInTheKerfStayTheSame) {
 
 TEST(HardCase37, SumsOfTimeAndDistanceStayExact) {
   Verdict verdict("holds");
-  // A handle after a very long rotation or motion: 1e7 ticks at 1 mm/s, and 10 km from its start.
+  // The handle has made a very long rotation or motion: 1e7 ticks at 1 mm/s, and 10 km from its start.
   AdaptiveVelocity velocity(0.001);
   double worst = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -144,7 +146,7 @@ TEST(HardCase37, SumsOfTimeAndDistanceStayExact) {
     if (i > 40) worst = std::max(worst, std::abs(v - 1));
   }
   verdict.AtMost("error of a velocity of 1 mm/s after 10 km", worst, 1e-4, "mm/s");
-  // A month of deadlines at 4 kHz: whole nanoseconds, and no deadline is lost.
+  // Over a month at 4 kHz, the deadlines are whole nanoseconds, and no deadline is lost.
   constexpr std::int64_t kPeriod = 250'000;
   constexpr std::int64_t kMonth = std::int64_t{30} * 86400 * 1'000'000'000;
   Deadlines deadlines(kPeriod);
@@ -154,7 +156,7 @@ TEST(HardCase37, SumsOfTimeAndDistanceStayExact) {
   deadlines.End(17 + kMonth + 100'000);
   verdict.Equal("deadline error after a month", static_cast<double>(deadlines.due_ns() - (17 + kMonth + kPeriod)), 0,
                 "ns");
-  // Motors at a constant force.
+  // The motors exert a constant force.
   const DeviceProfile profile = FindDeviceProfile("omega_3");
   ForceMap map(profile);
   Vec3 half_way(0);

@@ -1,4 +1,4 @@
-// Hard case 38: cuts with a wall of one voxel between them, and single voxels in the saw's way.
+// Hard case 38: two cuts with a wall of one voxel between them, and single voxels in the saw's way.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using test::Verdict;
 constexpr double kThinWallVoxel = 0.2;
 constexpr double kBeside = 0.25 + kThinWallVoxel;  // distance between the centres of the kerfs
 
-/// Block of 26 x 6 x 10 mm with its top at z = 5.
+/// Returns a block of 26 x 6 x 10 mm with its top at z = 5.
 Bone MakeThinWallBlock() {
   return test::MakeBox(Pose{}, {26, 6, 10}, kThinWallVoxel);
 }
@@ -53,7 +53,8 @@ TEST(HardCase38, CutBesideACutIsAsInSolidBone) {
   verdict.AtMost("force difference next to the wall relative to solid bone", 100 * unlike / max_N, 7, "%");
   const std::vector<Vec3> steady(beside.begin() + 700, beside.end());
   verdict.AtMost("C1", 1000 * CalcNoise(steady, 0.001), 20, "mN");
-  // The wall extends from slightly below the top to the end of the second cut. It is a voxel thick, within a quarter.
+  // The wall extends from slightly below the top to the end of the second cut. It is one voxel thick, to within a
+  // quarter of that.
   const Bone& bone = simulation.bone();
   double thinnest = 1e9;
   for (double z = 4.6; z > 2.5; z -= 0.1) {
@@ -72,7 +73,7 @@ TEST(HardCase38, ThinWallHoldsAPushedSaw) {
     Plunge(simulation, 0);
     Plunge(simulation, kBeside);
     const Pose X_start = simulation.Tick(Handle(DiscPose(Pose{}, {0, kBeside, 5 + kR - 3}), stopped ? 0 : 7500)).X_WT;
-    // The handle moves 3 mm towards the first kerf, 3 N, and half-way the spindle stops or starts.
+    // The handle moves 3 mm towards the first kerf, which gives 3 N, and half-way the spindle stops or starts.
     std::vector<Vec3> f;
     std::vector<double> across;
     CoupledOutput out;
@@ -87,7 +88,8 @@ TEST(HardCase38, ThinWallHoldsAPushedSaw) {
     }
     EXPECT_NEAR(out.f_H_W_N.y, 3, 0.15);
     const char* first = stopped ? "spindle starts" : "spindle stops";
-    // Half of it is tilt: 3 N with a lever arm of about 9 mm on the coupling's 5000 N mm/rad. The wall is 0.2 mm thick.
+    // Half of the displacement is tilt: 3 N with a lever arm of about 9 mm on the coupling's 5000 N mm/rad. The wall is
+    // 0.2 mm thick.
     verdict.AtMost(std::string(first) + ": tool displacement", std::abs(out.X_WT.p_AB.y - X_start.p_AB.y), 0.1, "mm");
     verdict.AtMost(std::string(first) + ": largest force step", worst_N, 0.2, "N");
     const std::vector<Vec3> rest(f.end() - 1000, f.end());
@@ -112,7 +114,7 @@ TEST(HardCase38, WebOfOneVoxelHoldsAStoppedSawAndIsCutWithoutAKick) {
     }
   }
   EXPECT_LT(cutting.bone().SignedDistance({0, 0, 0}), 0);
-  // Again from above, with a soft hand.
+  // Cuts again from above, with a soft coupling.
   const double start_z = kR + 0.5 * kThinWallVoxel + 0.3;
   CoupledSimulation simulation(cutting.bone(), test::DiscParams(), DiscPose(Pose{}, {0, 0, start_z}));
   PushingHand hand(simulation, DiscPose(Pose{}, {0, 0, start_z}));
@@ -127,7 +129,7 @@ TEST(HardCase38, WebOfOneVoxelHoldsAStoppedSawAndIsCutWithoutAKick) {
   verdict.AtMost("resting with 5 N: further motion", z_from - out.X_WT.p_AB.z, 1e-3, "mm");
   verdict.AtMost("resting: C1", 1000 * CalcNoise(f, 0.001), 1, "mN");
   EXPECT_NEAR(out.X_WT.p_AB.z, kR + 0.5 * kThinWallVoxel, 0.1);
-  // With the spindle on, moved down by a handle at 2 mm/s: it breaks through, and no force pushes it forward.
+  // With the spindle on, a handle moves the saw down at 2 mm/s. It breaks through, and no force pushes it forward.
   double max_N = 0;
   double kick_N = 0;
   double before_N = 0;
@@ -148,7 +150,7 @@ TEST(HardCase38, WebOfOneVoxelHoldsAStoppedSawAndIsCutWithoutAKick) {
 }
 
 TEST(Extremes, SingleVoxelsInTheWayOfAPlungeAreHardlyFelt) {
-  // Dust above the block: balls of a voxel's volume, one millimetre apart.
+  // The dust above the block consists of balls of a voxel's volume, one millimetre apart.
   const auto dust = [](const Vec3& p) {
     const Vec3 q(std::clamp(std::round(p.x), -10.0, 10.0), std::clamp(std::round(p.y), -2.0, 2.0),
                  std::clamp(std::round(p.z), 7.0, 11.0));
@@ -178,13 +180,14 @@ TEST(Extremes, SingleVoxelsInTheWayOfAPlungeAreHardlyFelt) {
     }
   }
   EXPECT_GT(removed[1], removed[0] + 0.1);  // there was dust
-  // One voxel of bone under the rim engages at most one tooth: a tenth of the feed force on an arc of ten.
+  // One voxel of bone under the rim engages at most one tooth, which is a tenth of the feed force on an arc of ten
+  // teeth.
   const double in_bone_N = f[0].back().z;
   EXPECT_GT(in_bone_N, 0.5);
   EXPECT_LT(max_in_dust_N, 0.5 * in_bone_N);
   // In the bone the dust has no effect.
   EXPECT_NEAR(f[1].back().z / f[0].back().z, 1, 0.02);
-  // Each grain lasts less than a tenth of a second: steps of at most a tenth of the force in bone.
+  // Each grain is in contact for less than a tenth of a second, with steps of at most a tenth of the force in bone.
   double worst_N = 0;
   for (std::size_t i = 1; i < f[1].size(); ++i) worst_N = std::max(worst_N, glm::length(f[1][i] - f[1][i - 1]));
   EXPECT_LT(worst_N, 0.1 * in_bone_N);

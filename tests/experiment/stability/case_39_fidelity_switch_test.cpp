@@ -26,7 +26,7 @@ CoupledSimulation Start(double y_mm = 4) {
 TEST(HardCase39, SwitchingTheLawInContactIsNotFelt) {
   Verdict verdict("holds");
   // The handle moves down at 3 mm/s and across at 0.3 mm/s, like a slightly unsteady hand. The fidelity changes every
-  // 50 to 450 ms, also before the previous change is complete.
+  // 50 to 450 ms, sometimes before the previous change is complete.
   CoupledSimulation simulation = Start();
   std::vector<Vec3> f;
   std::uint64_t seed = 1;
@@ -87,7 +87,7 @@ TEST(HardCase39, ForceRisesOverTheBlendOnReturnToTheBonesLaw) {
   verdict.Note("force before, slab law", in_slab_N, "N");
   verdict.Note("force after, bone law", in_bone_N, "N");
   ASSERT_GT(std::abs(in_bone_N - in_slab_N), 2);
-  // The blend is 3 s^2 - 2 s^3 over 200 ticks: at most 1.5 / 200 of the change a tick.
+  // The blend is 3 s^2 - 2 s^3 over 200 ticks, so it changes by at most 1.5 / 200 of the difference per tick.
   verdict.AtMost("largest force step in a tick relative to the change", largest_N / std::abs(in_bone_N - in_slab_N),
                  0.015);
 }
@@ -96,7 +96,7 @@ TEST(HardCase39, TheSlabsFeedIsBounded) {
   Verdict verdict(
       "holds, corrected: the slab law does not depend on the feed, so its force now grows with the feed above 5 mm/s "
       "or twice the initial feed");
-  // Cutting with 2 N until slab mode starts, then pushed with 3, 6 and 12 times that force.
+  // The saw cuts with 2 N until slab mode starts, and is then pushed with 3, 6 and 12 times that force.
   double worst = 0;
   for (const double push_N : {6.0, 12.0, 24.0}) {
     CoupledSimulation simulation = Start();
@@ -123,8 +123,8 @@ TEST(HardCase39, TheSlabsFeedIsBounded) {
       fastest = std::max(fastest, (z - out.X_WT.p_AB.z) * 1000);
       z = out.X_WT.p_AB.z;
     }
-    // The resistance is at least 2 N, because the tool has moved deeper. At twice the initial feed times push / 2 N it
-    // always balances the push.
+    // The resistance is at least 2 N, because the tool has moved deeper. At twice the initial feed, times push / 2 N,
+    // it always balances the push.
     const double rated = std::max(5.0, 2 * feed);
     worst = std::max(worst, fastest / (rated * push_N / 2));
     EXPECT_GT(fastest, 0.5 * feed);

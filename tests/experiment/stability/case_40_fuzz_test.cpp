@@ -14,7 +14,7 @@ using test::FuzzResult;
 
 constexpr int kCalls = 1000;  // per sequence
 
-/// Runs ticks of a saw coupled to a handle, in sequences of a thousand.
+/// Runs ticks of a saw that is coupled to a handle, in sequences of a thousand calls.
 void FuzzSaw(std::uint64_t first_seed, double ticks) {
   test::Verdict verdict("holds");
   FuzzedSaw::Counts sum;

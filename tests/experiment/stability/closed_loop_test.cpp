@@ -34,8 +34,8 @@ TEST(ClosedLoop, TheHandlesEnergyIsTheWorkOfThePush) {
   EXPECT_GT(tick.energy.exchanged_mJ, std::abs(tick.energy.motor_mJ));
 }
 
-// Energy that the spindle supplies through the friction of the flats reaches the device like its forces: scaled, and
-// multiplied by the gain under test.
+// Energy that the spindle supplies through the friction of the flats reaches the device in the same way as its forces:
+// scaled, and multiplied by the gain under test.
 TEST(ClosedLoop, SpindleEnergyIsScaledLikeTheDeviceForce) {
   for (const double gain : {1.0, 2.0}) {
     ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
@@ -44,7 +44,7 @@ TEST(ClosedLoop, SpindleEnergyIsScaledLikeTheDeviceForce) {
     double given_mJ = 0;
     ClosedLoopTick tick;
     for (int i = 0; i < 3000; ++i) {
-      // Down, and then alternately to both sides against the walls of the kerf.
+      // The handle moves down, and then alternately to both sides against the walls of the kerf.
       Pose X = test::OverBlock(std::max(0.2 - 0.004 * i, -4.0));
       X.p_AB.x += i > 1500 ? 2 * std::sin(0.004 * (i - 1500)) : 0;
       X.p_AB.y += i > 1500 ? 4 * std::sin(0.01 * (i - 1500)) : 0;
@@ -58,9 +58,10 @@ TEST(ClosedLoop, SpindleEnergyIsScaledLikeTheDeviceForce) {
   }
 }
 
-// A spring whose force is held over a tick returns 1/2 K dx^2 more in each tick than it stored: after n steps of dx in
-// and out it has supplied n K dx^2. A heavy hand moves in and out of a stopped saw's wall at a steady 50 mm/s, without
-// the damper that dissipates this energy. Tolerance 15 %: the reversal is a curve, and the bone yields a little.
+// A spring whose force is held over a tick returns 1/2 K dx^2 more in each tick than it stored, so after n steps of dx
+// in and out it has supplied n K dx^2. A heavy hand moves in and out of the wall of a stopped saw at a steady 50 mm/s,
+// without the damper that would dissipate this energy. The tolerance is 15 %, because the reversal is a curve and the
+// bone yields a little.
 TEST(ClosedLoop, HeldEnergyIsThatOfASpringHeldOverATick) {
   ClosedLoopSetup setup = HeldBlock("omega_6", "H4");
   setup.profile.friction_N = 0;
@@ -74,7 +75,7 @@ TEST(ClosedLoop, HeldEnergyIsThatOfASpringHeldOverATick) {
   ClosedLoop loop(test::BlockOfBone(0.2, Vec3(26, 6, 12)), setup, start);
   ClosedLoopTick tick;
   for (int i = 0; i < 600; ++i) tick = loop.Step(0);  // until the force has ramped in
-  // Steady motion in and out: the hand's damper drives it.
+  // The hand's damper drives a steady motion in and out.
   for (int i = 0; i < 1200; ++i) {
     const double v = i < 100 ? -50.0 * i / 100 : i < 120 ? -50 : i < 320 ? -50 + 100 * (i - 120) / 200.0 : 50;
     Intention intention{.X_WH = start, .v_W_mm_per_s = Vec3(0, 0, v)};
@@ -143,7 +144,7 @@ TEST(ClosedLoop, SimulationReceivesTheTimeInWholePeriods) {
       lost += tick.dt_s == 0 ? 1 : 0;
       EXPECT_NEAR(1000 * tick.dt_s, std::round(1000 * tick.dt_s), 1e-9);
     }
-    // Periods shorter than half of one count as a whole one: with the tail there are many.
+    // Intervals shorter than half a period are counted as a whole period. With the tail there are many of them.
     EXPECT_NEAR(reported_s, tick.time_s - from_s, (tail ? 0.13 : 0.02) * reported_s);
     EXPECT_NEAR(lost, 1000, 150);
   }
@@ -165,9 +166,9 @@ TEST(ClosedLoop, GainScalesTheForceOfTheMotors) {
   }
 }
 
-// Omni: peak 3.3 N, 0.88 N continuous; heat is the mean of force squared over 10 s. The hand pushes on the wall with 3
-// N, and the force that holds it decreases. By the test's own heat balance, the heat never exceeds the continuous limit
-// of the motors.
+// Omni: the peak is 3.3 N and the continuous force 0.88 N; heat is the mean of the squared force over 10 s. The hand
+// pushes on the wall with 3 N, and the force that holds it decreases. By the test's own heat balance, the heat never
+// exceeds the continuous limit of the motors.
 TEST(ClosedLoop, LongPushIsHeldWithTheContinuousForceOfTheMotors) {
   ClosedLoopSetup setup = HeldBlock("omni", "H4");
   ClosedLoop loop(test::BlockOfBone(), setup, test::OverBlock());
@@ -184,8 +185,8 @@ TEST(ClosedLoop, LongPushIsHeldWithTheContinuousForceOfTheMotors) {
   EXPECT_NEAR(glm::length(loop.device().force_N()), 0.88, 0.02);
 }
 
-// The same for rotation: a stopped disc in its kerf, and a hand that from one tick to the next holds the tool turned by
-// a quarter. The torque takes at least 5 ms from zero to the device's peak.
+// The slew rate also applies to rotation: a stopped disc is in its kerf, and from one tick to the next the hand holds
+// the tool rotated by a quarter turn. The torque takes at least 5 ms from zero to the device's peak.
 TEST(ClosedLoop, TorqueRisesAtTheSlewRate) {
   const ClosedLoopSetup setup = HeldBlock("virtuose_6d", "H4");
   ClosedLoop loop(test::BlockOfBone(0.2, Vec3(26, 6, 12)), setup, test::OverBlock());

@@ -1,4 +1,4 @@
-// Random numbers that are the same with every standard library, unlike the distributions of the standard library.
+// Random numbers that are the same with every standard library. (The standard distributions differ between libraries.)
 #pragma once
 
 #include <cmath>
@@ -16,25 +16,25 @@ class Dice {
   explicit Dice(std::uint64_t seed) : random_(seed) {}
 
   std::uint64_t Bits() { return random_(); }
-  /// Uniform in [0, 1).
+  /// Returns a number uniform in [0, 1).
   double Unit() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
   double Uniform(double lower, double upper) { return lower + (upper - lower) * Unit(); }
-  /// Each order of magnitude is equally likely.
+  /// Returns a number from `lower` to `upper`; each order of magnitude is equally likely.
   double LogUniform(double lower, double upper) { return lower * std::pow(upper / lower, Unit()); }
-  /// Integer from 0 to `count` - 1.
+  /// Returns an integer from 0 to `count` - 1.
   int Below(int count) { return static_cast<int>(Unit() * count); }
   bool OneIn(int count) { return Below(count) == 0; }
   template <typename T>
   T One(std::initializer_list<T> of) {
     return of.begin()[Below(static_cast<int>(of.size()))];
   }
-  /// Uniform in a cube from -1 to 1.
+  /// Returns a point uniform in the cube from -1 to 1.
   Vec3 InCube() {
     const double x = Uniform(-1, 1);
     const double y = Uniform(-1, 1);
     return {x, y, Uniform(-1, 1)};
   }
-  /// Unit vector, uniform over all directions.
+  /// Returns a unit vector, uniform over all directions.
   Vec3 Direction() {
     for (;;) {
       const Vec3 v = InCube();

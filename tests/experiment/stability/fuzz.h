@@ -38,7 +38,8 @@ struct FuzzCall {
 };
 std::string ToText(const FuzzCall& call);
 
-/// Random hand: feeds, presses, rubs, leaps, turns and releases, with failures of the device and the host program.
+/// A random hand that feeds, presses, rubs, leaps, rotates and releases, with failures of the device and of the host
+/// program.
 class FuzzHand {
  public:
   /// `max_leap_mm`: maximum leap in a tick.
@@ -90,7 +91,7 @@ class BoneWitness {
 /// Returns a box around everything that a tool can cut or blur in `substeps` steps from one pose to the other.
 Box3 CalcCutBox(const Tool& tool, const Pose& from, const Pose& to, int substeps, double voxel_mm);
 
-/// CoupledSimulation whose invariants are checked after each call.
+/// A CoupledSimulation whose invariants are checked after each call.
 class FuzzedSaw {
  public:
   explicit FuzzedSaw(const FuzzScene& scene);
@@ -99,7 +100,7 @@ class FuzzedSaw {
   std::string Do(const FuzzCall& call);
   const Pose& X_WT() const;
   const CoupledOutput& last() const;
-  /// Checks volume, monotone phi and locality. Returns as Do().
+  /// Checks the volume, that phi only rises, and that changes are local. Returns a message as Do() does.
   std::string Account();
   std::uint64_t hash() const;  // of all outputs so far
   struct Counts {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kTicksInBox = 16;
 
-/// Returns true if a tick must accept the input. Written independently from coupled.h.
+/// Returns true if a tick must accept the input. Written independently of coupled.h.
 bool IsGood(const CoupledInput& in) {
   const auto within = [](const Vec3& v, double most) {
     return IsFinite(v) && std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) <= most;
@@ -62,8 +62,8 @@ Box3 CalcCutBox(const Tool& tool, const Pose& from, const Pose& to, int substeps
     box.Include(to.p_AB - reach);
     box.Include(to.p_AB + reach);
   }
-  // The band, and the sideways distance that substeps of half a voxel, and a quarter along the spindle, may have moved
-  // the tool.
+  // The margin is the band plus the sideways distance that the substeps may have moved the tool: half a voxel each, and
+  // a quarter along the spindle.
   return box.Grown((3.01 + 0.75 * substeps) * voxel_mm + 1e-3 * CalcReach(tool));
 }
 
@@ -196,7 +196,7 @@ std::string FuzzedSaw::State::CheckStatus(const CoupledInput& in, const CoupledO
 
 void FuzzedSaw::State::Watch(const Pose& X_before, const CoupledInput& in, const CoupledOutput& out) {
   if (std::abs(in.rpm) >= 1 || slab_asked) Include(box, CalcCutBox(params.tool, X_before, out.X_WT, out.substeps, h));
-  // Bone that the slab passed is removed later, along a path with fewer poses: one box for all of it.
+  // Bone that the slab passed is removed later, along a path with fewer poses, so a single box covers all of it.
   if (++ticks_in_box < kTicksInBox || slab_asked) return;
   if (!box.empty()) witness.Allow(box);
   box = {};

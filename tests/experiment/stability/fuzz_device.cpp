@@ -59,8 +59,8 @@ class MotorWatch {
     if (!faulty && !(in.dt_s >= 0 && in.dt_s <= 1)) return "no fault despite a bad dt";
     if (!IsValid(out.sample.X_WH) || !IsInWorld(out.sample.X_WH.p_AB)) return "I1: a bad sample is kept";
     if (!IsFinite(out.v_H_W_mm_per_s)) return "I1: the handle's velocity is not finite";
-    // After zero force the force rises slowly, otherwise at most at the slew rate. A falling thermal limit may reduce
-    // it faster.
+    // After zero force, the force rises slowly; otherwise it changes at most at the slew rate. A falling thermal limit
+    // may reduce it faster.
     const double dt = std::min({in.dt_s, in.slew_dt_s, 0.1});
     const double step = glm::length(f - last_f_N_);
     if (!faulty && glm::length(f) > glm::length(last_f_N_) && step > slew_N_per_s_ * dt * (1 + 1e-9)) {

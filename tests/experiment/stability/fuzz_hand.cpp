@@ -54,7 +54,7 @@ FuzzHand::FuzzHand(Dice& dice, const FuzzScene& scene, double max_leap_mm)
       X_mode_(scene.start) {}
 
 void FuzzHand::Choose(const Pose& X_WT) {
-  // Most of the time it works on the bone.
+  // Most of the time the hand works on the bone.
   mode_ = dice_.OneIn(2) ? dice_.One({Mode::kFeed, Mode::kFeed, Mode::kPress, Mode::kPress, Mode::kRub, Mode::kTilt})
                          : static_cast<Mode>(dice_.Below(static_cast<int>(Mode::kCount)));
   const bool short_one = mode_ == Mode::kLeap || mode_ == Mode::kTurn || mode_ == Mode::kFar;
@@ -67,7 +67,7 @@ void FuzzHand::Choose(const Pose& X_WT) {
   const double away = glm::length(to_bone);
   switch (mode_) {
     case Mode::kFeed:
-      // Towards the bone, or along the disc's plane; slowly, or by whole voxels in a tick.
+      // The motion is towards the bone or along the disc's plane; it is slow, or whole voxels per tick.
       v_mm_per_s_ = away > 0 ? to_bone / away : Vec3(0, 0, -1);
       if (dice_.OneIn(2)) v_mm_per_s_ -= X_WH_.Vector({0, 0, 1}) * X_WH_.InverseVector(v_mm_per_s_).z;
       v_mm_per_s_ *= dice_.LogUniform(0.1, 200) * std::max(voxel_mm_, 0.2) / 0.2;

@@ -38,7 +38,7 @@ std::string CheckRefused(const TickOutput& out) {
 FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
   Dice dice(seed);
   const FuzzScene scene = MakeFuzzScene(dice);
-  // A path is followed to its end in one tick, whatever the number of steps.
+  // A path is followed to its end in one tick, however many steps that takes, so the leaps are limited.
   FuzzHand hand(dice, scene, 15 * scene.voxel_mm);
   Simulation simulation(scene.bone, {scene.params.tool, scene.params.law, scene.params.edge_samples_per_pitch, {}},
                         scene.start);
@@ -75,7 +75,7 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
     const FuzzCall call = hand.Next(X_WT);
     switch (call.kind) {
       case FuzzCall::Kind::kTick:
-        // A path is followed to its end, whatever the number of steps: long motions are rare.
+        // A path is followed to its end, however many steps that takes, so long motions are rare.
         if (IsGood({call.in.X_WH, 1, 0}) &&
             CountSubsteps(X_WT, call.in.X_WH, scene.params.tool, scene.voxel_mm) > kMaxSteps && !dice.OneIn(200)) {
           if (simulation.SetDown(call.in.X_WH)) X_WT = call.in.X_WH;
@@ -160,7 +160,7 @@ FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks) {
     for (const double x : {s.blade_mm, s.left_mm, s.right_mm, s.depth_mm, s.deepest_mm, s.hand_work_mJ}) {
       if (!std::isfinite(x)) return "I1: the state is not finite";
     }
-    // Each loss only grows, except for rounding of the numerical loss, which is a difference of large numbers.
+    // Each loss only grows, except for rounding in the numerical loss, which is a difference of large numbers.
     const double moved = std::abs(s.hand_work_mJ) + s.kinetic_mJ + s.elastic_mJ + s.friction_mJ + s.cutting_mJ +
                          s.damping_mJ + s.released_mJ + std::abs(s.numerical_mJ);
     if (s.friction_mJ < before.friction_mJ || s.cutting_mJ < before.cutting_mJ || s.damping_mJ < before.damping_mJ) {
@@ -171,8 +171,8 @@ FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks) {
     }
     const double open = s.kinetic_mJ + s.elastic_mJ - s.hand_work_mJ + s.friction_mJ + s.cutting_mJ + s.damping_mJ +
                         s.released_mJ + s.numerical_mJ;
-    // Relative errors of positions and velocities are 1e-16. Multiplied by the force of a stiff coupling along the
-    // motion.
+    // Relative errors of positions and velocities are 1e-16. They are multiplied by the force of a stiff coupling along
+    // the motion.
     const double way_mm = glm::length(in.X_WT.p_AB - X_WT.p_AB);
     rounding_mJ +=
         1e-13 * way_mm *

@@ -1,4 +1,4 @@
-// Failures found by the random sequences of hard case 40, each reduced to the shortest form. The seed is the one that
+// Failures found by the random sequences of hard case 40, each reduced to its shortest form. The seed is the one that
 // found the failure with the generator of that time.
 #include <gtest/gtest.h>
 
@@ -14,7 +14,8 @@
 namespace kerf {
 namespace {
 
-/// Seed 1000032: where a cut ended because no spare leaves were left, adjacent cells of solid bone counted as whole.
+/// Seed 1000032: where a cut ended because no spare leaves were left, adjacent cells of solid bone were counted as
+/// whole.
 TEST(FuzzRegression, VolumeAddsUpWhereTheSpareLeavesRanOut) {
   test::Verdict verdict("holds");
   BlockParams block;
@@ -37,7 +38,7 @@ TEST(FuzzRegression, VolumeAddsUpWhereTheSpareLeavesRanOut) {
   EXPECT_NEAR(by_region_mm3, after_mm3, 1e-9 * before_mm3);
 }
 
-/// Seed 20000006: a step in a zero time gave an infinite velocity.
+/// Seed 20000006: a step in zero time gave an infinite velocity.
 TEST(FuzzRegression, VelocityStaysFiniteHoweverShortTheTick) {
   AdaptiveVelocity velocity(0.01);
   velocity.Update({0, 0, 0}, 0.001);
@@ -46,8 +47,8 @@ TEST(FuzzRegression, VelocityStaysFiniteHoweverShortTheTick) {
   }
 }
 
-/// Seed 1000046: turning about a distant coupling point, the tool moved along an arc that was not measured: several
-/// voxels with a single look-up of the bone.
+/// Seed 1000046: when the tool rotated about a distant coupling point, it moved along an arc whose length was not
+/// measured: several voxels with a single look-up of the bone.
 TEST(FuzzRegression, BoneIsLookedUpAllAlongATurnAboutADistantCouplingPoint) {
   test::Verdict verdict("holds");
   constexpr double kFuzzVoxel_mm = 0.2;
@@ -73,7 +74,8 @@ TEST(FuzzRegression, BoneIsLookedUpAllAlongATurnAboutADistantCouplingPoint) {
   verdict.AtMost("longest motion of the disc in one look-up", longest_mm, 0.5 * kFuzzVoxel_mm * (1 + 1e-6), "mm");
 }
 
-/// Seed 1000016: after setting down far from the origin, the coupling's energy was computed between two frames.
+/// Seed 1000016: after setting down far from the origin, the coupling's energy was computed from poses in two different
+/// frames.
 TEST(FuzzRegression, SettingDownFarFromTheOriginStoresTheRightSpringEnergy) {
   test::Verdict verdict("holds");
   const Vec3 there(0.9 * kWorldReach_mm, -0.8 * kWorldReach_mm, 0);
@@ -83,19 +85,19 @@ TEST(FuzzRegression, SettingDownFarFromTheOriginStoresTheRightSpringEnergy) {
   simulation.Tick(test::Handle(start, 0));
   ASSERT_TRUE(simulation.SetDown(test::DiscPose(X_WB, {0.1, 0, 3 + 11 - 0.5})));
   const CoupledOutput out = simulation.Tick(test::Handle(start, 0));
-  // 1 N/mm stretched by 0.1 mm.
+  // A spring of 1 N/mm is stretched by 0.1 mm.
   verdict.AtMost("energy of the next tick", std::abs(out.stored_mJ) + std::abs(out.hand_mJ), 0.0051, "mJ");
 }
 
-/// Seeds 2000029 and 4000009: the slab's guide is stiff, and a turn about a distant coupling point stretched it further
-/// than the step had assumed. This created energy, several joules in a long tick.
+/// Seeds 2000029 and 4000009: the slab's guide is stiff, and a rotation about a distant coupling point stretched it
+/// further than the step had assumed. This created energy, several joules in a long tick.
 TEST(FuzzRegression, TurnAgainstTheSlabsGuideCreatesNoEnergy) {
   test::Verdict verdict("holds");
   double lowest_mJ = 0, moved_mJ = 0;
   int in_slab = 0;
   for (const double arm_mm : {0.0, 80.0, 1000.0}) {
     for (const int max_substeps : {1, 24}) {
-      // Small, so that the hand can tilt it against the guide.
+      // The tool is small, so that the hand can tilt it against the guide.
       CoupledParams params;
       params.tool = DiscSaw{.diameter_mm = 2, .teeth = 100};
       params.coupling.p_TC_mm = {arm_mm, 0, 0};

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kMaxFailures = 5;
 
-/// Calls of a failed sequence. Tests whether they break the same rule again on a new saw.
+/// Calls of a failed sequence. Tests whether some of them break the same rule again on a new saw.
 class Recording {
  public:
   Recording(std::uint64_t seed, std::vector<FuzzCall> calls, const std::string& wrong)

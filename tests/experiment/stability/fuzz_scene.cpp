@@ -91,7 +91,7 @@ Tool MakeTool(Dice& dice, double voxel_mm) {
   }
   DiscSaw disc;
   disc.diameter_mm = std::clamp(voxel_mm * dice.LogUniform(4, 200), 1.0, 60.0);
-  // Much thinner than a voxel, the default thickness, thick.
+  // The disc is much thinner than a voxel, of the default thickness, or thick.
   disc.thickness_mm = dice.One({0.02, 0.25, 0.25, 0.25, 1.0, 3.0});
   disc.teeth = dice.One({1, 8, 24, 24, 100});
   disc.E_MPa = E_MPa;
@@ -102,7 +102,7 @@ Tool MakeTool(Dice& dice, double voxel_mm) {
 }  // namespace
 
 Bone MakeFuzzBone(Dice& dice, double& voxel_mm) {
-  // The mandible is large and slow to construct: one scene in a hundred.
+  // The mandible is large and slow to construct, so it is used in one scene in a hundred.
   const auto kind =
       dice.OneIn(100) ? BoneKind::kMandible : static_cast<BoneKind>(dice.Below(static_cast<int>(BoneKind::kMandible)));
   voxel_mm = kind == BoneKind::kMandible ? 1 : dice.One({0.1, 0.2, 0.2, 0.4, 1.0, 2.0});
@@ -143,7 +143,7 @@ FuzzScene MakeFuzzScene(Dice& dice) {
   p.whole_voxel_removal = dice.OneIn(8);
   p.spare_leaves = dice.One({0, 1, 10, 200, 4096});
   p.slab_reading = dice.One({PaperReading::kCorrected, PaperReading::kAsComputed});
-  // Next to the bone, half inside it, or anywhere around it.
+  // The tool starts next to the bone, half inside it, or anywhere around it.
   const double reach_mm = CalcReach(p.tool);
   const Vec3 way = dice.Direction();
   scene.start.R_AB = dice.OneIn(2) ? Quat(1, 0, 0, 0) : dice.Rotation();

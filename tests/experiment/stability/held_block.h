@@ -1,4 +1,5 @@
-// Setup of the closed loop's tests: the paper's saw above a block of bone, on a device of the table with its defaults.
+// Setup for the tests of the closed loop: the paper's saw above a block of bone, on a device of the table with its
+// defaults.
 #pragma once
 
 #include <string>

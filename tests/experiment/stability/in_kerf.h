@@ -1,4 +1,4 @@
-// A disc in a block of bone, coupled to a handle with a prescribed path. Checks the invariants in every tick.
+// A disc in a block of bone, coupled to a handle with a prescribed path. The invariants are checked in every tick.
 #pragma once
 
 #include <utility>
@@ -33,8 +33,8 @@ struct Sawing : WatchedTool {
   CoupledOutput out;
 };
 
-/// Saw that plunges into the middle of a block at 4 mm/s to a depth of `depth_mm`. The handle then stays at the tool's
-/// position, so that no feed force is left.
+/// A saw that plunges into the middle of a block at 4 mm/s to a depth of `depth_mm`. The handle then stays at the
+/// tool's position, so that no feed force is left.
 struct InKerf : Sawing {
   InKerf(const Pose& the_X_WB, const Vec3& size_mm, double voxel_mm, double the_depth_mm, const CoupledParams& params,
          double rpm = 7500)

@@ -122,7 +122,7 @@ void Invariants::CheckAir(const CoupledInput& in, const CoupledOutput& out) {
     if (out.removed_mm3 != 0 && !slab_) Fail("I3", fmt::format("in the air {} mm^3 were removed", out.removed_mm3));
     return;
   }
-  // Bone was near, but nothing held the tool. The rest is the solver's residual, 1e-8 of 1 N.
+  // If bone was near but nothing held the tool, the remaining force is the solver's residual, 1e-8 of 1 N.
   const bool held = out.engaged_teeth > 0 || out.f_cut_W_N != Vec3(0) || out.f_face_W_N != Vec3(0) ||
                     out.f_friction_W_N != Vec3(0) || out.thrust_sum_N != 0 || lags || out.fidelity == Fidelity::kSlab ||
                     (out.status & (kCoupledBlending | kCoupledIterationsUsedUp)) != 0;
@@ -137,7 +137,8 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   const SaturatingSpring torsion{c.torsion_Nmm_per_rad, c.max_torque_Nmm};
   const Vec3 f = spring.Force(out.X_WT.Point(c.p_TC_mm) - in.X_WH.Point(c.p_TC_mm));
   const Vec3 tau = torsion.Force(-out.X_WT.Vector(LogRotation(glm::conjugate(out.X_WT.R_AB) * in.X_WH.R_AB)));
-  // Errors of positions are 2e-16 (relative), of angles 1e-15: multiplied by a stiff spring, and speeds by a damper.
+  // Relative errors of positions are 2e-16, and of angles 1e-15. They are multiplied by a stiff spring; errors of
+  // speeds are multiplied by a damper.
   const double far_mm = glm::length(in.X_WH.p_AB) + glm::length(c.p_TC_mm);
   const double dt_s = in.dt_s;
   const double min_f = (1e-12 + 1e-15 * far_mm) * (c.stiffness_N_per_mm + c.damping_Ns_per_mm / dt_s) +
@@ -148,14 +149,14 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   const Vec3 tau_rest = out.tau_H_W_Nmm - tau;
   const SaturatingSpring damper{c.damping_Ns_per_mm, c.max_force_N};
   const SaturatingSpring torsion_damper{c.torsion_damping_Nmms, c.max_torque_Nmm};
-  // The damper's force depends on the speed of the handle relative to the tool. In a step over the whole tick the
-  // tool's speed is its motion in the step. Without contact the damper has no effect.
+  // The damper's force depends on the speed of the handle relative to the tool. In a step over the whole tick, the
+  // tool's speed is its motion divided by the tick. Without contact the damper has no effect.
   const Vec3 v_T = (out.X_WT.Point(c.p_TC_mm) - X_WT_.Point(c.p_TC_mm)) / dt_s;
   const Vec3 w_T = X_WT_.Vector(LogRotation(glm::conjugate(X_WT_.R_AB) * out.X_WT.R_AB)) / dt_s;
   const Vec3 f_damper = -damper.Force(in.v_H_W_mm_per_s - v_T);
   const Vec3 tau_damper = -torsion_damper.Force(in.w_H_W_rad_per_s - w_T);
   const bool whole = out.substeps == 1 && (out.status & kLagging) == 0;
-  // With several substeps the speed of the last one is not known: the bound is the damper's maximum force.
+  // With several substeps the speed of the last one is not known, so the bound is the damper's maximum force.
   const bool parts = out.substeps > 0 && !whole;
   const double max_f = c.damping_Ns_per_mm > 0 && parts ? c.max_force_N : 0;
   const double max_tau = c.torsion_damping_Nmms > 0 && (parts || !turning_reported_) ? c.max_torque_Nmm : 0;
@@ -174,8 +175,8 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
                      "damper {}",
                      Text(out.tau_H_W_Nmm), Text(tau), whole ? Text(tau_damper) : fmt::format("at most {}", max_tau)));
   }
-  // In a step over the whole tick the forces are those at its end, and the tool has no mass. They were computed in the
-  // frame of its start, for small rotations.
+  // In a step over the whole tick, the forces are those at its end, and the tool has no mass. They were computed in the
+  // frame at its start, for small rotations.
   const bool one_step = out.substeps == 1 && (out.status & (kLagging | kCoupledIterationsUsedUp)) == 0 &&
                         out.fidelity != Fidelity::kSlab && (out.status & kCoupledBlending) == 0 &&
                         out.X_WT.p_AB != in.X_WH.p_AB;
@@ -183,10 +184,12 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   const double turned = CalcTurnAngle(X_WT_.R_AB, out.X_WT.R_AB);
   const double in_play = glm::length(out.f_H_W_N) + out.thrust_sum_N + glm::length(out.f_face_W_N) +
                          glm::length(out.f_friction_W_N) + glm::length(out.tau_H_W_Nmm) / CalcReach(params_.tool);
-  // Lever arm of a rotated spring: its attachment moves on a circle instead of along its tangent.
+  // The spring of a rotated tool has a different lever arm: its attachment moves on a circle instead of along the
+  // tangent.
   const double bent_mm = 0.5 * turned * turned * (glm::length(c.p_TC_mm) + CalcReach(params_.tool));
   const Vec3 left = out.f_cut_W_N + out.f_face_W_N + out.f_friction_W_N - out.f_H_W_N;
-  // Bone stiffer than steel makes the cutting force so steep that rounding of a speed shows; the slope scales with E.
+  // Bone stiffer than steel makes the cutting force so steep that the rounding of a speed shows. The slope scales with
+  // E.
   const double residual = out.mean_E_MPa > 1e6 ? 1e-4 * std::max(1.0, out.mean_E_MPa / 1e7) : 1e-6;
   const double most = residual * (1 + in_play) + 2 * turned * in_play + c.stiffness_N_per_mm * bent_mm;
   if (!(glm::length(left) <= most)) {
@@ -201,7 +204,7 @@ void Invariants::CheckStep(const CoupledInput& in, const CoupledOutput& out) {
   const bool held =
       out.engaged_teeth > 0 || out.f_face_W_N != Vec3(0) || out.f_friction_W_N != Vec3(0) || out.thrust_sum_N != 0;
   if (out.substeps != 1 || !held || out.X_WT.p_AB == in.X_WH.p_AB) return;
-  // As in docs/tick.md. The origin's motion is slightly curved if the tool rotates.
+  // These are the bounds of docs/tick.md. The path of the tool's origin is slightly curved if the tool rotates.
   constexpr double kBent = 1.02;
   const Vec3 way = X_WT_.InverseVector(out.X_WT.p_AB - X_WT_.p_AB);
   const auto* disc = std::get_if<DiscSaw>(&params_.tool);
@@ -232,7 +235,7 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
   const double open =
       out.hand_mJ + out.spindle_mJ - out.stored_mJ - out.cut_mJ - out.friction_mJ - out.damping_mJ - out.numerical_mJ;
   // Each energy is summed independently. The imbalance is the work of the forces that the solver leaves unbalanced:
-  // 1e-8 of all forces, which may be a thousand times those that do work; more if it ran out of iterations.
+  // 1e-8 of all forces, which may be a thousand times those that do work, or more if it ran out of iterations.
   const double fraction = (out.status & kCoupledIterationsUsedUp) != 0 ? 1e-3 : 1e-5;
   if (!(std::abs(open) <= fraction * in_play + 1e-8)) {
     Fail("I15", fmt::format("the energy balance of the tick is off by {} mJ of {}", open, in_play));
@@ -244,7 +247,7 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
   if (std::abs(in.rpm) < kMinRpm && (out.spindle_mJ != 0 || (out.cut_mJ != 0 && !slab_))) {
     Fail("I15", fmt::format("the spindle is stopped, but gave {} mJ; cutting took {}", out.spindle_mJ, out.cut_mJ));
   }
-  // Work of the hand: the handle moved first, with the tool held. In free air both move together.
+  // The hand does its work first: the handle moves while the tool is held. In free air both move together.
   const double was = CalcCouplingEnergy(X_WT_, X_WH_);
   const double drawn = CalcCouplingEnergy(X_WT_, in.X_WH);
   // Far from the origin, poses lose their last digits.
@@ -308,7 +311,7 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
   removed_mm3_ += out.removed_mm3;
   removed_since_check_mm3_ += out.removed_mm3;
   if (options_.watch_bone) {
-    // Substeps within a tick may deviate from a line, but each is at most three quarters of a voxel long.
+    // Substeps within a tick may deviate from a straight line, but each is at most three quarters of a voxel long.
     const double way_mm = glm::length(out.X_WT.p_AB - X_WT_.p_AB);
     const double steps_mm = 0.75 * h_ * out.substeps;
     double stray_mm = 0;
@@ -318,7 +321,7 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
     }
     const bool cut =
         out.substeps > 0 && std::abs(in.rpm) >= kMinRpm && !slab_ && (out.status & (kLagging | kCoupledAsleep)) == 0;
-    // In free air it moves towards the handle.
+    // In free air the tool moves towards the handle.
     if (out.substeps > 1 && way_mm > steps_mm) watch_->Move(X_WT_, in.X_WH, stray_mm, false);
     watch_->Move(X_WT_, out.X_WT, stray_mm, cut);
   }
@@ -396,7 +399,7 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
 void Invariants::SetDown(const Pose& X_WT) {
   X_WT_ = X_WT;
   f_H_W_N_ = tau_H_W_Nmm_ = Vec3(0);
-  // The springs start again, without work by the hand.
+  // The springs' energy is that of the new pose, without work by the hand.
   const double stored_mJ = CalcCouplingEnergy(X_WT_, X_WH_);
   set_down_mJ_ += stored_mJ - stored_mJ_;
   stored_mJ_ = stored_mJ;
@@ -450,7 +453,7 @@ void PathInvariants::Tick(const TickInput& in, const TickOutput& out) {
   if (!watch_.MayTouch(X_WT_, in.X_WT, 2 * h) && !nothing) {
     Fail("I3", fmt::format("in the air the force is {} N, {} mm^3 are removed", Text(out.f_T_W_N), out.removed_mm3));
   }
-  // Straight motion at constant rotational speed, against the feed.
+  // In a straight motion at constant rotational speed, the force must act against the feed.
   if (in.X_WT.R_AB == X_WT_.R_AB && glm::dot(out.f_T_W_N, in.X_WT.p_AB - X_WT_.p_AB) > 1e-9 * out.thrust_sum_N) {
     Fail("I15", fmt::format("the force {} N pulls along the feed", Text(out.f_T_W_N)));
   }

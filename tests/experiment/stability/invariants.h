@@ -20,24 +20,24 @@ namespace kerf::test {
 ///   ... invariants.Tick(in, out);             // after each tick; or Step() after each HapticStep
 ///   ... invariants.CheckBone();               // at the end, or at intervals
 ///
-/// A violation is a failure of the test. It is reported once per invariant, with the tick and the figure.
+/// A violation makes the test fail. It is reported once per invariant, with the tick and the figure.
 ///
 ///   I1 all values are finite
 ///   I2 spring and damper stay within their limits; the device's force never exceeds its peak, to the last bit, nor
-///      its slew
-///   I3 without contact: no force, and the tool is at the handle
+///      its slew rate
+///   I3 without contact there is no force, and the tool is at the handle
 ///   I4 to I7: see BoneWatch
-///   I15 the energy of the tick balances; dissipated energy is never negative; the sums since the start never fall
+///   I15 the energies of the tick balance; dissipated energy is never negative; the sums since the start never fall
 ///      below the limits that coupled.h states
 ///   I7 between two look-ups of the bone the tool moves at most half a voxel, or a quarter of the disc's thickness or
 ///      of a voxel along the spindle
-///   I17 the force on the hand is the sum of the spring's between the output poses and the damper's at the speeds of
-///      handle and tool; the forces on the other side of the tool are as large
+///   I17 the force on the hand is the sum of the spring's force between the output poses and the damper's force at the
+///      speeds of handle and tool; the forces on the other side of the tool are equally large
 class Invariants {
  public:
   struct Options {
-    bool watch_bone = true;  // otherwise CheckBone() does nothing: for very long runs
-    bool report = true;      // violations fail the test; otherwise only in violations()
+    bool watch_bone = true;  // if false, CheckBone() does nothing: for very long runs
+    bool report = true;      // violations fail the test; if false, they are only in violations()
   };
   Invariants(CoupledSimulation& simulation, const Pose& X_WT_start, const Options& options);
   Invariants(CoupledSimulation& simulation, const Pose& X_WT_start)
@@ -48,13 +48,13 @@ class Invariants {
 
   void Tick(const CoupledInput& in, const CoupledOutput& out);
   void Step(const HapticStepInput& in, const HapticStepOutput& out);
-  /// Must be called after SetDown() of the simulation.
+  /// Must be called after the simulation's SetDown().
   void SetDown(const Pose& X_WT);
-  /// Checks the simulation's bone, I4 to I7. The simulation passed to the constructor must be the one that ran the
+  /// Checks the simulation's bone (I4 to I7). The simulation passed to the constructor must be the one that ran the
   /// ticks.
   void CheckBone();
 
-  /// First violation of each invariant.
+  /// The first violation of each invariant.
   const std::map<std::string, std::string>& violations() const { return violations_; }
   bool ok() const { return violations_.empty(); }
 
@@ -64,7 +64,7 @@ class Invariants {
   double hand_mJ() const { return hand_mJ_; }
   double spindle_mJ() const { return spindle_mJ_; }
   double stored_mJ() const { return stored_mJ_; }
-  double lost_mJ() const { return lost_mJ_; }  // cut + friction + numerical
+  double lost_mJ() const { return lost_mJ_; }  // cutting + friction + numerical loss
 
  private:
   void Fail(const std::string& invariant, const std::string& what);
@@ -104,7 +104,7 @@ class Invariants {
   std::map<std::string, std::string> violations_;
 };
 
-/// The same for a tool on a path: I1, I3 to I7, and forces that resist the motion.
+/// Checks a tool on a path in the same way: I1, I3 to I7, and that forces resist the motion.
 class PathInvariants {
  public:
   PathInvariants(Simulation& simulation, const SimulationParams& params, const Pose& X_WT_start, bool report = true);

@@ -68,7 +68,7 @@ TEST(Invariants, EachDetectsItsFault) {
       {"I15", [](auto& o) { o[250].numerical_mJ += 1e-5; }},
       {"I15", [](auto& o) { o[250].cut_mJ *= -1; }},
       {"I15", [](auto& o) { o[250].hand_mJ *= 1.01; }},
-      // All dissipated energy of the ticks, returned.
+      // All dissipated energy of the ticks is returned.
       {"I15",
        [](auto& o) {
          o[250].numerical_mJ -= 10;
@@ -91,8 +91,8 @@ TEST(Invariants, EachDetectsItsFault) {
   }
 }
 
-// A coupling with a damper, as for every device: the only valid force is the sum of the spring's and the damper's at
-// the given speed.
+// The coupling has a damper, as for every device. The only valid force is the sum of the spring's and of the damper's
+// at the given speed.
 TEST(Invariants, DampersForceMustMatchItsSpeed) {
   CoupledParams params = DiscParams();
   params.coupling.damping_Ns_per_mm = 0.002;
@@ -196,12 +196,12 @@ void AddAt(Bone& bone, const LeafIndex& leaf, float value) {
 
 TEST(BoneWatch, DetectsEachKindOfFault) {
   EXPECT_TRUE(WatchWith([](Bone&) {}).empty());
-  // A voxel at (-1.6, 0, 0), at least 0.3 mm below the kerf's floor; another one far from the tool.
+  // The first voxel is at (-1.6, 0, 0), at least 0.3 mm below the kerf's floor; the other one is far from the tool.
   EXPECT_TRUE(Contains(WatchWith([](Bone& b) { AddAt(b, {-1, 0, 0}, -0.01f); }), "I5"));
   EXPECT_TRUE(Contains(WatchWith([](Bone& b) { AddAt(b, {-3, 0, 0}, 0.01f); }), "I6"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1.001), "I4"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 0.999), "I4"));
-  // The tool's real position differed by a tenth of a voxel.
+  // The tool's real position differed by a tenth of a voxel from the reported one.
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1, {0, 0.02, 0}), "I6"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1, {0, 0.02, 0}), "I7"));
   EXPECT_TRUE(Contains(WatchWith([](Bone&) {}, 1, {0, 0, -0.02}), "I7"));

@@ -25,7 +25,7 @@ StabilitySubject MakeSubject(const std::string& profile = "omega_6", const std::
   return subject;
 }
 
-/// Returns the rule's stiffness for a loop as set up, divided by the loop's own: the gain at the limit.
+/// Returns the rule's stiffness for the loop divided by the loop's own, which is the gain at the limit.
 double CalcRuleGain(const ClosedLoopSetup& setup) {
   const double scale = ForceMap(setup.profile, setup.force_map).force_scale();
   return CalcCouplingLimits(setup.profile, setup.hand, setup.coupled.coupling, scale, 0, setup.period_s,
@@ -58,8 +58,8 @@ TEST(Margins, GainMarginOnSolidBoneMatchesTheRuleForASampledSpring) {
   verdict.AtMost("deviation of the gain margin from the rule", 100 * worst, 3, "%");
 }
 
-// K < 2 b / (T (1 + 2 d)): at K = 1/(2n) of the limit without delay, the loop tolerates n - 1 ticks of delay, but not
-// n.
+// The rule is K < 2 b / (T (1 + 2 d)). At K = 1/(2n) of the limit without delay, the loop tolerates n - 1 ticks of
+// delay, but not n.
 TEST(Margins, DelayMarginOnSolidBoneMatchesTheRule) {
   const StabilitySubject subject = MakeSubject();
   const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
@@ -73,10 +73,10 @@ TEST(Margins, DelayMarginOnSolidBoneMatchesTheRule) {
   }
 }
 
-// Without damping of the coupling, the border of the map agrees with the rule: points 15 % to either side are
+// Without damping of the coupling, the border of the map agrees with the rule: points 15 % to either side of it are
 // classified correctly. omega_6 and H1: 4 N/mm on the device. The coupling's damping B would add 2 B / T if the
-// handle's velocity were known at once. From an encoder it is delayed and most of the effect is lost, so FitCoupling()
-// neglects it.
+// handle's velocity were known at once. From an encoder the velocity is late, and most of the effect is lost, so
+// FitCoupling() neglects it.
 TEST(Map, BorderMatchesTheRule) {
   Verdict verdict("holds, but the damping of the coupling moves the border by less than the rule predicts");
   const StabilitySubject subject = MakeSubject("omega_6", "H1");
@@ -106,15 +106,15 @@ TEST(Margins, LowerBoundsAreJudgedOnlyIfSufficient) {
   EXPECT_EQ(judge(2, false, 1, false), Judgement::kHolds);
   EXPECT_EQ(judge(1.9, false, 1, false), Judgement::kBroken);
   EXPECT_EQ(judge(3, false, 0, false), Judgement::kBroken);
-  // The value is a lower bound, and larger ones could not be tried.
+  // The value is a lower bound, and larger values could not be tried.
   EXPECT_EQ(judge(1.9, true, 1, false), Judgement::kNotJudged);
   EXPECT_EQ(judge(3, false, 0, true), Judgement::kNotJudged);
   EXPECT_EQ(judge(1.9, true, 0, false), Judgement::kBroken);
   EXPECT_EQ((Margins{0, false, 0, false, "off the bone"}.Judge(2, 1)), Judgement::kNotJudged);
 }
 
-// A ledge so thin that the tool is through before a kick could decay: the loop is not judged. In bone that is thick
-// enough, and with ten times the stable gain, the same search reports that it is unstable.
+// The ledge is so thin that the tool is through before a kick could decay, so the loop is not judged. In bone that is
+// thick enough, with ten times the stable gain, the same search reports that the loop is unstable.
 TEST(Margins, AreNotJudgedOnceTheToolIsThroughTheBone) {
   StabilitySubject subject = MakeSubject("ideal", "H4");
   subject.setup.hand.stiffness_N_per_mm = 0;
@@ -129,7 +129,8 @@ TEST(Margins, AreNotJudgedOnceTheToolIsThroughTheBone) {
   }
 }
 
-// The disc touches the edge of a block 27 degrees below its centre. Pushed along the edge's normal it stays there.
+// The disc touches the edge of a block 27 degrees below the disc's centre. Pushed along the edge's normal, it stays
+// there.
 TEST(Margins, MatchTheRuleOnAnEdgeTouchedObliquely) {
   StabilitySubject subject = MakeSubject();
   subject.into_W = Vec3(1, 0, 0);
@@ -142,8 +143,8 @@ TEST(Margins, MatchTheRuleOnAnEdgeTouchedObliquely) {
   EXPECT_GE(found.delay_ticks, 1);
 }
 
-// With a damper above the critical value a kick decays without oscillation. Remaining reversals are rounding errors,
-// not a growing oscillation. The decay rate is at least k / b.
+// With a damper above the critical value, a kick decays without oscillation. The reversals that remain are rounding
+// errors, not a growing oscillation. The decay rate is at least k / b.
 TEST(Margins, ALoopThatCreepsBackIsStable) {
   const StabilitySubject subject = MakeSubject();
   const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
@@ -157,8 +158,8 @@ TEST(Margins, ALoopThatCreepsBackIsStable) {
   }
 }
 
-// A slow oscillation is flat at its maxima, and a dent there due to rounding is not an oscillation. Tested with a touch
-// in H3, at 2 Hz.
+// A slow oscillation is flat at its maxima, and a dent there due to rounding is not an oscillation. This was observed
+// with a touch in H3, at 2 Hz.
 TEST(Margins, DentAtAMaximumIsNotAnOscillation) {
   StabilitySubject subject = MakeSubject();
   subject.setup = FitSetup(subject.setup, FindDeviceProfile("touch"), FindHandModel("H3"), FindHandModel("H3"));
@@ -172,8 +173,8 @@ TEST(Margins, DentAtAMaximumIsNotAnOscillation) {
   }
 }
 
-// A device without friction and encoder steps is linear: the gain margin of the device as it is equals that with both
-// disabled. Up to 15 % less: a kick that does not decay within eight oscillations is not judged.
+// A device without friction and encoder steps is linear, so the gain margin of the device as it is equals that with
+// both disabled. It may be up to 15 % less, because a kick that does not decay within eight oscillations is not judged.
 TEST(Margins, WithAndWithoutFrictionAgreeForALinearDevice) {
   StabilitySubject subject;
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 12));

@@ -28,7 +28,7 @@ double Wave(double t_s, double f_Hz, double phase = 0.3) {
   return std::sin(2 * std::numbers::pi * f_Hz * t_s + phase);
 }
 
-/// Uniform noise with mean 0 and variance 1; the same bits on every machine.
+/// Uniform noise with mean 0 and variance 1, with the same bits on every machine.
 class Noise {
  public:
   explicit Noise(std::uint64_t seed = 1) : engine_(seed) {}
@@ -47,22 +47,22 @@ std::vector<Vec3> Along(const Vec3& direction, const std::vector<double>& x) {
 // ---- C1
 
 TEST(Noise, IsTheRmsOfAllAxesAbove20Hz) {
-  // 0.03 and 0.04 N at 100 Hz on two axes, slow motion and a load on the third. The gain of the filter at 100 Hz is
-  // 0.998 (tests/base/core/high_pass_test.cpp).
+  // There are 0.03 and 0.04 N at 100 Hz on two axes, and slow motion and a load on the third. The gain of the filter at
+  // 100 Hz is 0.998 (tests/base/core/high_pass_test.cpp).
   std::vector<Vec3> f;
   for (int i = 0; i < 5000; ++i) {
     const double t = i * kMeasuresDt_s;
     f.emplace_back(0.03 * Wave(t, 100), 0.04 * Wave(t, 100, 1), 5 + 2 * Wave(t, 0.5));
   }
   EXPECT_NEAR(CalcNoise(f, kMeasuresDt_s), 0.05 / std::numbers::sqrt2, 0.01 * 0.05);
-  // At 40 Hz a filter from 200 Hz has the gain r^4 / (1 + r^4), r about 0.2.
+  // At 40 Hz, a high-pass filter for 200 Hz has the gain r^4 / (1 + r^4), with r about 0.2.
   const std::vector<Vec3> slow = Along({0, 1, 0}, Make(5000, [](double t) { return Wave(t, 40); }));
   EXPECT_LT(CalcNoise(slow, kMeasuresDt_s, 200), 0.01);
   EXPECT_GT(CalcNoise(slow, kMeasuresDt_s, 20), 0.6);
 }
 
 TEST(Noise, OfWhiteNoiseIsTheFractionOfTheBandAbove) {
-  // Power of the filter |H|^4 over 20 to 500 Hz: 0.955 of the whole band (integrated numerically here).
+  // The filter's power |H|^4 over 20 to 500 Hz is 0.955 of the whole band (integrated numerically here).
   double fraction = 0;
   for (int k = 0; k < 100000; ++k) {
     const double r = std::tan(std::numbers::pi * (k + 0.5) / 100000 * 0.5) / std::tan(std::numbers::pi * 0.02);
@@ -75,7 +75,7 @@ TEST(Noise, OfWhiteNoiseIsTheFractionOfTheBandAbove) {
     const double y = 0.1 * noise();
     f.emplace_back(x, y, 0.1 * noise());
   }
-  // 60,000 values: 0.5 %; three standard deviations are 1 %.
+  // With 60,000 values the standard deviation is about 0.3 %, so the tolerance of 1 % is three standard deviations.
   EXPECT_NEAR(CalcNoise(f, kMeasuresDt_s), 0.1 * std::sqrt(3 * fraction), 0.01 * 0.1 * std::sqrt(3.0));
 }
 
@@ -105,7 +105,7 @@ TEST(TickSteps, AreRelativeToSevenPercentOfTheForceBefore) {
 }
 
 TEST(TickSteps, PercentileLeavesAThousandthAbove) {
-  // Steps of 1, 2 ... 2000 units: 99.9 % are at most 1998.
+  // The steps are 1, 2 ... 2000 units, so 99.9 % of them are at most 1998.
   std::vector<Vec3> f(1, Vec3(0, 0, 0));
   for (int i = 1; i <= 2000; ++i) f.emplace_back(0, 0, f.back().z + (i % 2 == 0 ? -1e-6 : 1e-6) * i);
   EXPECT_NEAR(CalcTickSteps(f).p999, 1998e-6 / 0.035, 1e-9);
@@ -113,7 +113,8 @@ TEST(TickSteps, PercentileLeavesAThousandthAbove) {
 }
 
 TEST(TickSteps, OfWholeVoxelsRemovedAreStiffnessTimesVoxelSize) {
-  // 2 N/mm against steps of 0.4 mm at 5 mm/s, about 5 N: a drop of 0.8 N in one tick, a slow rise in between.
+  // A spring of 2 N/mm moves over steps of 0.4 mm at 5 mm/s, with a force of about 5 N. The force drops by 0.8 N in one
+  // tick and rises slowly in between.
   std::vector<Vec3> f;
   for (int i = 0; i < 4000; ++i) f.emplace_back(0, 0, 5 + 2 * (0.4 * (i % 80) / 80.0));
   EXPECT_NEAR(CalcTickSteps(f).max, 2 * (0.4 * 79 / 80) / (0.07 * 5.79), 1e-9);
@@ -126,7 +127,7 @@ TEST(TotalVariation, IsOneForARampAndTwoForARiseAndFall) {
   EXPECT_NEAR(CalcTotalVariation(Make(1000, [](double t) { return 3 * t; })), 1, 1e-12);
   EXPECT_NEAR(CalcTotalVariation(Make(1000, [](double t) { return -3 * t * t; })), 1, 1e-12);
   EXPECT_NEAR(CalcTotalVariation(Make(1001, [](double t) { return std::sin(std::numbers::pi * t); })), 2, 1e-9);
-  // Ten periods: up and down 2 each, range 2.
+  // In ten periods the signal moves up and down by 2 each, and its range is 2.
   EXPECT_NEAR(CalcTotalVariation(Make(10001, [](double t) { return std::cos(2 * std::numbers::pi * t); })), 20, 1e-9);
   // A staircase only rises.
   EXPECT_NEAR(CalcTotalVariation(Make(1000, [](double t) { return std::floor(20 * t); })), 1, 1e-12);
@@ -136,18 +137,19 @@ TEST(TotalVariation, IsOneForARampAndTwoForARiseAndFall) {
 // ---- C4
 
 TEST(Toggles, CountContactsThatBeginAndEnd) {
-  // On for 50 of every 100 ms: twenty pulses in 2 s, each begins and ends; the first was on at the start.
+  // The force is on for 50 of every 100 ms, so in 2 s there are twenty pulses, each of which begins and ends. The first
+  // one was on at the start.
   const std::vector<double> f = Make(2001, [](double t) { return std::fmod(t + 1e-9, 0.1) < 0.05 ? 1.0 : 0.0; });
   EXPECT_NEAR(CountToggles(f, kMeasuresDt_s, 0.5).contact_per_s, 20, 1e-9);
   EXPECT_NEAR(CountToggles(f, kMeasuresDt_s, 0.5).turns_per_s, 19.5, 1e-9);
-  // Passes through 0 without staying there: contact never ends.
+  // The signal passes through 0 without staying there, so contact never ends.
   const std::vector<double> wave = Make(1001, [](double t) { return Wave(t, 7.3, 0.1); });
   EXPECT_EQ(CountToggles(wave, kMeasuresDt_s, 0.5).contact_per_s, 0);
 }
 
 TEST(Toggles, CountOnlyReversalsBeyondTheHysteresis) {
   const std::vector<double> wave = Make(2001, [](double t) { return 5 + 0.1 * Wave(t, 10, 0); });
-  // Two reversals a period, the first after a quarter of a period.
+  // There are two reversals per period, the first after a quarter of a period.
   EXPECT_NEAR(CountToggles(wave, kMeasuresDt_s, 0.05).turns_per_s, 20, 0.5);
   EXPECT_EQ(CountToggles(wave, kMeasuresDt_s, 0.201).turns_per_s, 0);  // 0.2 from maximum to minimum
   EXPECT_EQ(CountToggles(Make(1000, [](double t) { return t; }), kMeasuresDt_s, 0).turns_per_s, 0);
@@ -167,8 +169,8 @@ TEST(Toggles, FirstDirectionMayBeDown) {
 // ---- C5
 
 TEST(LineProminence, FindsTheHeightOfALineInNoise) {
-  // A line of amplitude a in white noise of variance s^2: in a Hann window of L samples its power is (a L / 4)^2, and
-  // that of the noise s^2 3 L / 8. 8000 samples give windows of 2000. Over seven windows, 3 dB are two standard
+  // For a line of amplitude a in white noise of variance s^2, a Hann window of L samples has a line power of (a L /
+  // 4)^2 and a noise power of s^2 3 L / 8. 8000 samples give windows of 2000. Over seven windows, 3 dB are two standard
   // deviations.
   Noise noise;
   const double a = 0.3;
@@ -176,7 +178,7 @@ TEST(LineProminence, FindsTheHeightOfALineInNoise) {
   const double expected_dB = 10 * std::log10(1 + a * a * 2000 * 2000 / 16.0 / (3 * 2000 / 8.0));
   EXPECT_NEAR(CalcLineProminence_dB(f, kMeasuresDt_s, 150.3), expected_dB, 3);
   EXPECT_GT(expected_dB, 10);
-  // No line at other frequencies: low, high and at half the sampling rate.
+  // There is no line at other frequencies: low ones, high ones, and half the sampling rate.
   for (const double other : {3.0, 12.5, 50.0, 140.0, 161.0, 300.0, 499.0, 500.0}) {
     EXPECT_LT(CalcLineProminence_dB(f, kMeasuresDt_s, other), 6) << other;
     EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, other), -12) << other;
@@ -201,7 +203,7 @@ TEST(LineProminence, OfAPureToneIsLargeAndOfASmoothSignalSmall) {
 }
 
 TEST(LineProminence, OfVoxelsRemovedOneByOneIsAtFeedOverVoxelSize) {
-  // 2 mm/s through voxels of 0.2 mm: 10 Hz and its harmonics; nothing between them.
+  // Motion at 2 mm/s through voxels of 0.2 mm has a line at 10 Hz and harmonics, but nothing between them.
   Noise noise;
   const std::vector<double> f = Make(8000, [&](double t) { return 5 + 0.4 * std::fmod(10 * t, 1.0) + 0.02 * noise(); });
   EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, 10), 20);
@@ -224,7 +226,7 @@ TEST(Oscillation, ThatDoesNotDecayIsALimitCycle) {
   const Oscillation found = FindOscillation(f, kMeasuresDt_s, 0.02);
   EXPECT_TRUE(found.is_limit_cycle);
   EXPECT_NEAR(found.frequency_Hz, 23.7, 0.3);
-  // Power: 0.02 from the wave and 0.0025 from the noise.
+  // The power is 0.02 from the wave and 0.0025 from the noise.
   EXPECT_NEAR(found.correlation, 0.02 / 0.0225, 0.03);
   EXPECT_NEAR(found.amplitude, std::sqrt(2 * 0.0225), 0.005);
   EXPECT_NEAR(found.log_decrement, 0, 0.002);
@@ -252,7 +254,7 @@ TEST(Oscillation, ThatGrowsIsALimitCycle) {
 }
 
 TEST(Oscillation, WithSlowDecayIsDistinguishedFromOneWithoutDecay) {
-  // Over three seconds it loses a fifth, or a twentieth: the limit is a tenth.
+  // Over three seconds the oscillation loses a fifth or a twentieth of its amplitude; the limit is a tenth.
   for (const double left : {0.8, 0.95}) {
     const std::vector<double> f = Make(3000, [&](double t) { return std::pow(left, t / 3) * Wave(t, 12); });
     EXPECT_EQ(FindOscillation(f, kMeasuresDt_s, 1e-3).is_limit_cycle, left > 0.9);
@@ -263,7 +265,7 @@ TEST(Oscillation, OfASquareWaveHasItsPeriodNotThatOfAHarmonic) {
   const std::vector<double> f = Make(4000, [](double t) { return std::fmod(t, 0.0625) < 0.02 ? 1.0 : 0.0; });
   EXPECT_NEAR(FindOscillation(f, kMeasuresDt_s, 0.01).frequency_Hz, 16, 0.3);
   EXPECT_TRUE(FindOscillation(f, kMeasuresDt_s, 0.01).is_limit_cycle);
-  // Two waves: the detected period is their common one.
+  // With two waves, the detected period is their common one.
   const std::vector<double> two = Make(4000, [](double t) { return Wave(t, 30) + 0.7 * Wave(t, 20); });
   EXPECT_NEAR(FindOscillation(two, kMeasuresDt_s, 0.01).frequency_Hz, 10, 0.1);
 }
@@ -290,7 +292,7 @@ TEST(Oscillation, IsNotFoundInNoiseRampsOrConstants) {
     EXPECT_EQ(found.amplitude, 0);
     EXPECT_EQ(found.correlation, 0);
   }
-  // A single rise and a single decay, neither of which repeats.
+  // A single rise and a single decay do not repeat.
   EXPECT_FALSE(
       FindOscillation(Make(2000, [](double t) { return std::exp(-3 * t); }), kMeasuresDt_s, 1e-3).is_limit_cycle);
   EXPECT_FALSE(
@@ -300,17 +302,18 @@ TEST(Oscillation, IsNotFoundInNoiseRampsOrConstants) {
 // ---- C7
 
 TEST(SensationLevel, IsTheMotionOfTheMassRelativeToTheThreshold) {
-  // F = m w^2 x: force that moves 0.145 kg by exactly the threshold (scale of the reference: 0.1 um at 200 Hz is 23
-  // mN).
+  // F = m w^2 x is the force that moves 0.145 kg by exactly the threshold. As in the reference, 0.1 um at 200 Hz
+  // correspond to 23 mN.
   EXPECT_NEAR(0.145 * std::pow(2 * std::numbers::pi * 200, 2) * 0.1e-6, 0.0229, 1e-4);
   for (const double f_Hz : {10.0, 20.0, 50.0, 100.0, 200.0, 400.0}) {
     const double x_m = 1e-6 * CalcVibrationThreshold_um(f_Hz);
     const double force_N = 0.145 * std::pow(2 * std::numbers::pi * f_Hz, 2) * x_m;
     const std::vector<double> f = Make(20000, [&](double t) { return 5 + t + force_N * Wave(t, f_Hz); });
-    // Centre of the nearest third octave instead of f_Hz: within 0.5 %, so 0.4 dB for the steepest threshold.
+    // The centre of the nearest third octave is used instead of f_Hz. It is within 0.5 %, so the error is 0.4 dB for
+    // the steepest threshold.
     EXPECT_NEAR(CalcSensationLevel_dB(f, kMeasuresDt_s, 0.145), 0, 0.6) << f_Hz;
   }
-  // Ten times the force is 20 dB more, twice the mass 6 dB less.
+  // Ten times the force is 20 dB more, and twice the mass is 6 dB less.
   const auto level = [](double force_N, double mass_kg) {
     return CalcSensationLevel_dB(Make(4000, [&](double t) { return force_N * Wave(t, 160); }), kMeasuresDt_s, mass_kg);
   };
@@ -332,7 +335,7 @@ TEST(SensationLevel, DependsOnTheLoudestBandAndNotOnSlowMotion) {
 }
 
 TEST(SensationLevel, ThresholdIsLowestBetween150And200Hz) {
-  // Lowest between 150 and 200 Hz, falling from 40 Hz by at least 12 dB an octave.
+  // The threshold is lowest between 150 and 200 Hz, and from 40 Hz it falls by at least 12 dB per octave.
   EXPECT_EQ(CalcVibrationThreshold_um(175), CalcVibrationThreshold_um(150));
   for (const double f_Hz : {10.0, 30.0, 60.0, 120.0, 250.0, 400.0, 500.0}) {
     EXPECT_GT(CalcVibrationThreshold_um(f_Hz), CalcVibrationThreshold_um(175)) << f_Hz;
@@ -347,7 +350,8 @@ TEST(SensationLevel, ThresholdIsLowestBetween150And200Hz) {
 // ---- C8
 
 TEST(Turn, IsTheAngleFromTickToTick) {
-  // A force that rotates once in 90 ticks turns by 4 degrees a tick; every tenth tick by another right angle.
+  // A force that rotates once in 90 ticks turns by 4 degrees per tick; in every tenth tick it turns by a further right
+  // angle.
   std::vector<Vec3> f;
   double angle = 0;
   for (int i = 0; i < 1001; ++i) {
@@ -359,7 +363,7 @@ TEST(Turn, IsTheAngleFromTickToTick) {
   EXPECT_NEAR(CalcTurn_deg(f, 0.901), 94, 1e-9);
   EXPECT_NEAR(CalcTurn_deg(f, 1), 94, 1e-9);
   EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{1, 0, 0}, {-1, 0, 0}}, 1), 180, 1e-9);
-  // Very small angles too: without an arc cosine.
+  // Very small angles are also exact, because no arc cosine is used.
   EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{1, 0, 0}, {1, 1e-9, 0}}, 1), 1e-9 * 180 / std::numbers::pi, 1e-15);
 }
 

@@ -1,5 +1,5 @@
-// Tests of constants of the tick that no other test would detect if they were four times as large or as small. The
-// effect of each constant is measured from outside.
+// Tests of constants of the tick for which no other test would detect a change by a factor of four. The effect of each
+// constant is measured from outside.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,15 +23,15 @@ using test::PushingHand;
 
 constexpr double kMutantsVoxel = 0.2;
 
-/// Block of 30 x 4 x 8 mm with its top at z = 4.
+/// Returns a block of 30 x 4 x 8 mm with its top at z = 4.
 Bone MakeBlockOfBone(double E_MPa = 19300) {
   Bone bone = test::MakeBox(Pose{}, {30, 4, 8}, kMutantsVoxel);
   bone.set_materials(test::OneRegionTable(24, E_MPa, 0.28));
   return bone;
 }
 
-/// Stopped saw set down in the bone, too deep by `depth_mm`. Pressed down and turned about its spindle, it does not
-/// move, and friction dissipates more energy than the reserve holds.
+/// A stopped saw, set down too deep in the bone by `depth_mm`. While it is pressed down and rotated about its spindle,
+/// it stays in place, and friction dissipates more energy than the reserve can store.
 struct RubbedSaw {
   explicit RubbedSaw(double depth_mm)
       : X(DiscPose(Pose{}, {0, 0, 4 + kR - depth_mm})),
@@ -53,7 +53,7 @@ struct RubbedSaw {
 TEST(Mutants, PushOutHasItsDocumentedSpeed) {
   RubbedSaw saw(1);
   ASSERT_GT(saw.lost_mJ, 10);
-  // Released. It comes out at the allowed speed.
+  // When the tool is released, it comes out at the allowed speed.
   double z[61];
   for (double& height : z) height = saw.hand.Push({0, 0, -1e-3}, 0).X_WT.p_AB.z;
   ASSERT_LT(z[60], 4 + kR - 0.1);
@@ -63,7 +63,7 @@ TEST(Mutants, PushOutHasItsDocumentedSpeed) {
 }
 
 TEST(Mutants, PushOutUsesNoMoreEnergyThanWasDissipated) {
-  // Nothing was dissipated: no energy is available.
+  // Nothing was dissipated, so no energy is available.
   CoupledSimulation fresh(MakeBlockOfBone(), DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
   const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR - 0.2});
   ASSERT_TRUE(fresh.SetDown(X));
@@ -74,7 +74,7 @@ TEST(Mutants, PushOutUsesNoMoreEnergyThanWasDissipated) {
 }
 
 TEST(Mutants, PushOutUsesNoMoreEnergyThanTheReserve) {
-  // Much was dissipated, but the reserve is limited: 5 mJ lift a tool that is pressed down with 10 N by 0.5 mm.
+  // Much energy was dissipated, but the reserve is limited: 5 mJ lift a tool that is pressed down with 10 N by 0.5 mm.
   RubbedSaw saw(3);
   ASSERT_GT(saw.lost_mJ, 20);
   const double z = saw.hand.X_WT().p_AB.z;
@@ -91,7 +91,7 @@ TEST(Mutants, StoppedEdgeYieldsByItsStiffness) {
   CoupledOutput out;
   const double push_N = 20;
   for (int i = 0; i < 400; ++i) out = hand.Push({0, 0, -push_N}, 0);
-  // One of the points is the lowest. Each is a spring of 2000 N/mm per eighth of a pitch.
+  // One of the points is the lowest. Each point is a spring of 2000 N/mm per eighth of a pitch.
   const int samples = DiscParams().edge_samples_per_pitch;
   const double depth = 4 + kR - out.X_WT.p_AB.z;
   double force_N = 0;
@@ -103,7 +103,7 @@ TEST(Mutants, StoppedEdgeYieldsByItsStiffness) {
 }
 
 TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
-  // Through bone with hardly any resistance; a stiff coupling moves the tool by 0.45 mm a tick.
+  // The bone has hardly any resistance, and a stiff coupling moves the tool by 0.45 mm per tick.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
@@ -128,8 +128,8 @@ TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
 }
 
 TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
-  // Too shallow for contact of the flats, and moved along the spindle by 0.19 mm a tick: quarters of the voxel's 0.2
-  // mm, because the disc is 0.25 mm thick.
+  // The disc is too shallow for its flats to touch and moves along the spindle by 0.19 mm per tick. The substeps are
+  // quarters of the voxel's 0.2 mm, because the disc is 0.25 mm thick.
   CoupledParams params = DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.max_force_N = 1e4;
@@ -149,7 +149,7 @@ TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
 }
 
 TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
-  // A rim set down above flat bone engages teeth if it is closer than the look-ahead, and none otherwise.
+  // A rim that is set down above flat bone engages teeth if it is closer than the look-ahead, and none otherwise.
   for (const double gap_voxels : {0.15, 0.3}) {
     const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR + gap_voxels * kMutantsVoxel});
     CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), X);
@@ -157,7 +157,7 @@ TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
     if (gap_voxels > 0.2) {
       EXPECT_EQ(out.engaged_teeth, 0);
     } else {
-      // Arc in which the gap is below a fifth of a voxel, each point weighted by its fraction of that.
+      // This is the arc in which the gap is below a fifth of a voxel, with each point weighted by its fraction of that.
       const double ahead = 0.2 * kMutantsVoxel;
       double teeth = 0;
       for (int k = -10000; k <= 10000; ++k) {
@@ -171,8 +171,8 @@ TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
 }
 
 TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {
-  // A list made about one place is valid within its slack. A long cut that begins outside and ends inside must not use
-  // it: the bone must be the one that a cutter without a list leaves.
+  // A list made near one place is valid within its slack. A long cut that begins outside that range and ends inside it
+  // must not use the list: the bone must be the one that a cutter without a list would leave.
   constexpr double h = 0.1;
   const Bone bone = test::MakeBox(Pose{}, {40, 3, 20}, h);
   const auto cut_anew = [&](const Pose& a, const Pose& b, const Pose& c) {
@@ -186,7 +186,7 @@ TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {
   for (int n = 0; n < 9; ++n) {
     const double x = -4 + 0.1 * n;
     const Pose first = DiscPose(Pose{}, {x, 0, 14});
-    // The slack is 1 mm, and the motion a quarter of that.
+    // The slack is 1 mm, and the motion is a quarter of that.
     const Pose from = DiscPose(Pose{}, {x + 1.19, 0, 14});
     const Pose to = DiscPose(Pose{}, {x + 0.94, 0, 14});
     Bone copy = bone;

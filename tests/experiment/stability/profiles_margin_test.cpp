@@ -26,7 +26,7 @@ StabilitySubject MakeMarginSubject() {
 
 class ProfileMargin : public testing::TestWithParam<HeldState> {};
 
-// Without friction and encoder steps, which only damp: the strict interpretation.
+// Friction and encoder steps, which can only damp, are left out. This is the strict interpretation of the requirement.
 TEST_P(ProfileMargin, IsAtLeastAGainOfTwoAndATickOfDelayForEveryHand) {
   Verdict verdict("holds");
   const StabilitySubject subject = MakeMarginSubject();
@@ -62,8 +62,8 @@ INSTANTIATE_TEST_SUITE_P(States, ProfileMargin, testing::ValuesIn(kHeldStates), 
   return name;
 });
 
-// Light devices and stiff hands at the lowest and the highest rate: the damper, with a velocity eight ticks late, must
-// not use up the stiffness's margin. At 250 Hz also with the largest damping that a scene allows.
+// Tests light devices and stiff hands at the lowest and the highest rate. The damper, whose velocity is eight ticks
+// late, must not use up the stiffness's margin. At 250 Hz the largest damping that a scene allows is also tested.
 TEST(RateMargin, IsAtLeastAGainOfTwoAndATickOfDelayFrom250To4000Hz) {
   Verdict verdict("holds");
   double worst = -1e300;
@@ -73,7 +73,8 @@ TEST(RateMargin, IsAtLeastAGainOfTwoAndATickOfDelayFrom250To4000Hz) {
     const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
     for (const char* profile : {"ideal", "touch", "omega_6", "maglev_200"}) {
       for (const char* hand : {"H1", "H3", "H4"}) {
-        // Not at 4000 Hz: a maglev_200 in H1 accepts 0.1 N s/mm there, but is unstable at twice the gain.
+        // The damping is not tested at 4000 Hz: a maglev_200 in H1 accepts 0.1 N s/mm there, but is unstable at twice
+        // the gain.
         for (const double damping : {0.0, rate_hz < 1000 ? 1.0 : 0.0}) {
           subject.setup.coupled.coupling.stiffness_N_per_mm = 100;
           subject.setup.coupled.coupling.damping_Ns_per_mm = damping;
@@ -94,10 +95,10 @@ TEST(RateMargin, IsAtLeastAGainOfTwoAndATickOfDelayFrom250To4000Hz) {
   verdict.AtMost("growth rate at twice the gain or with a tick of delay, worst", worst, 0, "1/s");
 }
 
-// The coupling is fitted to the hand of the scene, and then the device is released. For a hand that leans on the device
-// without holding it, half of the profiles, with almost no damping of their own, would have a delay margin below one
-// tick; that is not a realistic case. The spring's energy pushes the handle off the bone once, no harder than it was
-// held, and friction and damping dissipate it.
+// The coupling is fitted to the hand of the scene, and then the device is released. (With a hand that leans on the
+// device without holding it, half of the profiles, which have almost no damping of their own, would have a delay margin
+// below one tick. That is not a realistic case.) The spring's energy pushes the handle off the bone once, no harder
+// than it was held, and friction and damping dissipate it.
 TEST(ReleasedDevice, IsPushedOffTheBoneOnceAndNoHarderThanItWasHeld) {
   Verdict verdict("holds; pushed without being held, half of the devices would tolerate no further tick of delay");
   const auto& all = Scenarios();
@@ -123,10 +124,10 @@ TEST(ReleasedDevice, IsPushedOffTheBoneOnceAndNoHarderThanItWasHeld) {
   verdict.AtMost("speed relative to that from the spring's energy, worst", max_speed, 1);
 }
 
-// In a kerf the walls hold the tool against rotation too, and the loop is a sampled torsion spring on a hand without
-// inertia. The limit is exactly k (1 + a) / (1 - a) with a = exp(-k T / c), which is 2 c / T within a thousandth. H1's
-// 5 N mm s allow 10000 N mm/rad at 1 kHz. The 5000 that a scene requests would leave a gain margin of exactly 2; the
-// device gets 3000.
+// In a kerf the walls also hold the tool against rotation, and the loop is a sampled torsion spring on a hand without
+// inertia. The limit is exactly k (1 + a) / (1 - a) with a = exp(-k T / c), which is 2 c / T to within a thousandth.
+// H1's 5 N mm s allow 10000 N mm/rad at 1 kHz. The 5000 that a scene requests would leave a gain margin of exactly 2;
+// the device gets 3000.
 TEST(TorsionMargin, MatchesTheRuleForASampledSpring) {
   Verdict verdict("holds");
   const StabilitySubject subject = MakeMarginSubject();

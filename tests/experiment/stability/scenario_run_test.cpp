@@ -1,4 +1,4 @@
-// Tests of a scenario's checks and measurements, and of the faults that its name announces.
+// Tests of a scenario's checks and measurements, and that it contains the faults that its name announces.
 #include "experiment/stability/scenario_run.h"
 
 #include <fmt/format.h>
@@ -42,11 +42,11 @@ StabilityFigure Figure(const ScenarioResult& result, const std::string& name) {
   return {};
 }
 
-/// Runs a scenario of ten ticks high above the block, and changes the last tick.
+/// Runs a scenario of ten ticks high above the block, with the last tick changed.
 ScenarioResult RunWith(const std::function<void(ClosedLoopTick&)>& change) {
   StabilitySubject subject = MakeRunSubject();
   subject.X_WT_start = test::OverBlock(1);  // no bone is near
-  // The coupling has damping, as every coupling fitted to a device: it must not hide a force.
+  // The coupling has damping, like every coupling fitted to a device. The damping must not hide a force.
   EXPECT_GT(subject.setup.coupled.coupling.damping_Ns_per_mm, 0);
   ScenarioRun run(subject, kTried);
   for (int i = 0; i < 9; ++i) run.Step();
@@ -81,13 +81,13 @@ TEST(ScenarioRun, CountsTicksWithValuesThatAreNotFinite) {
 
 TEST(ScenarioRun, CountsForcesStepsAndTorquesBeyondTheDevice) {
   EXPECT_FALSE(Figure(RunWith([](auto& t) { t.f_device_N.x = 12.001; }), "largest force").holds());
-  // 12 N in 5 ms.
+  // The slew rate is 12 N in 5 ms.
   EXPECT_FALSE(Figure(RunWith([](auto& t) { t.f_device_N.x = 2.401; }), "largest force step in a tick").holds());
   EXPECT_TRUE(Figure(RunWith([](auto& t) { t.f_device_N.x = 2.399; }), "largest force step in a tick").holds());
   EXPECT_FALSE(Figure(RunWith([](auto& t) { t.out.force.tau_H_W_Nmm.x = 1; }), "largest torque").holds());
 }
 
-// The allowed return of energy is the energy of a held force plus a thousandth of the exchanged energy.
+// The energy that may be returned is that of a held force plus a thousandth of the exchanged energy.
 TEST(ScenarioRun, AllowsTheEnergyOfAHeldForce) {
   const StabilitySubject subject = MakeRunSubject();
   ScenarioRun run(subject, kTried);
@@ -108,8 +108,8 @@ TEST(ScenarioRun, AllowsTheEnergyOfAHeldForce) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(result.figures[i].holds(), i % 2 == 1) << i;
 }
 
-// The disc's radius is 11 mm, and the block's top is at 0. Tolerance: 180 points around the rim, 2 um; the grid's
-// interpolation of a plane is exact.
+// The disc's radius is 11 mm, and the block's top is at 0. The tolerance covers the 180 points around the rim, 2 um;
+// the grid's interpolation of a plane is exact.
 TEST(CalcBuried, IsTheDepthOfTheEdge) {
   const Bone bone = test::BlockOfBone(0.2);
   for (const double depth_mm : {-0.4, -0.1, 0.05, 0.2, 0.5}) {
@@ -118,7 +118,8 @@ TEST(CalcBuried, IsTheDepthOfTheEdge) {
   }
 }
 
-// A plate of 3 mm under a push of 5 N: the tool breaks through in the available time, and both sides are measured.
+// A push of 5 N on a plate of 3 mm: the tool breaks through in the available time, and the intervals before and after
+// are measured.
 TEST(ScenarioFaults, BreakThroughCutsThroughAThinPlate) {
   StabilitySubject subject = MakeRunSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 3));
@@ -129,10 +130,10 @@ TEST(ScenarioFaults, BreakThroughCutsThroughAThinPlate) {
   EXPECT_EQ(result.what.find("did not break through"), std::string::npos);
 }
 
-/// Ticks until the force has ramped in, plus ticks until the fault begins.
+/// Number of ticks until the force has ramped in, plus ticks until the fault begins.
 constexpr std::size_t kBegun = 502 + 800;
 
-/// Longest run of ticks from kBegun on with a constant force above zero.
+/// Returns the longest run of ticks from kBegun on with a constant force above zero.
 std::size_t FindLongestHold(const ScenarioResult& result) {
   std::size_t longest = 0;
   std::size_t now = 0;
@@ -174,7 +175,8 @@ TEST(ScenarioFaults, TimingFaultsMatchTheirNames) {
   // One period in a thousand is above 5 ms, so some of 1500 are above 3.5 ms.
   EXPECT_GT(FindPeriods(run("late_ticks")).longest_ms, 3.5);
 
-  // One tick in five is lost, independently: 300 of 1500 (standard deviation 15.5; four of them allowed).
+  // One tick in five is lost, independently of the others: 300 of 1500. The standard deviation is 15.5, and four of
+  // them are allowed.
   const ScenarioResult lost = run("lost_ticks");
   int held = 0;
   for (std::size_t i = kBegun + 1; i < lost.force_N.size(); ++i) held += lost.force_N[i] == lost.force_N[i - 1] ? 1 : 0;
@@ -189,9 +191,9 @@ TEST(ScenarioFaults, TimingFaultsMatchTheirNames) {
   EXPECT_NEAR(static_cast<double>(zeros), 3 * 150, 20);
 }
 
-// The same push and bone give the same force until the fault begins, and then a different one. While the sample is
-// frozen the tool continues to cut up to the handle's last position, so that the spring slackens; then it stretches
-// again.
+// The same push on the same bone gives the same force until the fault begins, and then a different one. While the
+// sample is frozen, the tool continues to cut up to the handle's last position, so the spring slackens; then it
+// stretches again.
 TEST(ScenarioFaults, FrozenSampleSlackensTheSpring) {
   const StabilitySubject subject = MakeRunSubject();
   const ScenarioResult even = FindScenario("cut_5N").run(subject, 1);
@@ -205,7 +207,7 @@ TEST(ScenarioFaults, FrozenSampleSlackensTheSpring) {
   EXPECT_GT(even.force_N[kBegun + 99], frozen.force_N[kBegun + 99] + 0.05);
 }
 
-// As coarse as any known encoder, and reported.
+// The encoder is as coarse as the coarsest known one, and this is reported.
 TEST(ScenarioFaults, CoarseEncoderIsSimulatedAndReported) {
   StabilitySubject subject = MakeRunSubject();
   EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).what.find("Tested: 64 um; the device has 10 um."),

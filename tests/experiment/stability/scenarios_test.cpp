@@ -53,7 +53,7 @@ TEST(Scenarios, AllHoldOnTheDefaultBlockWithTheDefaultDevice) {
       ++run;
     }
   }
-  // All except break_through, for which the block is too thick.
+  // All scenarios run except break_through, for which the block is too thick.
   EXPECT_EQ(run + 1, static_cast<int>(Scenarios().size()));
   verdict.Note("scenarios run", run);
 }
@@ -88,8 +88,9 @@ const StabilityFigure* FindFigure(const ScenarioResult& result, const std::strin
   return found == result.figures.end() ? nullptr : &*found;
 }
 
-// Where a path touches an edge obliquely, the hand pushes along the edge's normal. Along the feed the disc would slide
-// up the edge and over it: the normal is at 27 degrees to the feed, and friction of 0.3 holds up to 17.
+// Where a path touches an edge obliquely, the hand pushes along the edge's normal. If it pushed along the feed, the
+// disc would slide up the edge and over it, because the normal is at 27 degrees to the feed, and friction of 0.3 holds
+// only up to 17.
 TEST(Scenarios, PressOnAnEdgeAlongItsNormal) {
   StabilitySubject subject = MakeListedSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 12));
@@ -101,7 +102,7 @@ TEST(Scenarios, PressOnAnEdgeAlongItsNormal) {
   }
 }
 
-// A hand that releases a tool that is through the bone is not judged: the handle just continues with its feed.
+// Releasing a tool that is through the bone is not judged, because the handle just continues with its feed.
 TEST(Scenarios, LetGoIsNotJudgedOffTheBone) {
   StabilitySubject subject = MakeListedSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(3, 6, 0.8));
@@ -110,8 +111,8 @@ TEST(Scenarios, LetGoIsNotJudgedOffTheBone) {
   EXPECT_EQ(FindFigure(result, "speed of the released handle"), nullptr);
 }
 
-// The watchdog tolerates 50 ms, which is not a whole number of ticks at every rate. The burst is the longest that it
-// tolerates.
+// The watchdog tolerates 50 ms, which is not a whole number of ticks at every rate. The burst is the longest one that
+// it tolerates.
 TEST(Scenarios, ToleratedBurstDoesNotTripTheWatchdogAtAnyRate) {
   for (const double rate_hz : {250.0, 500.0}) {
     StabilitySubject subject = MakeListedSubject();
@@ -136,7 +137,7 @@ TEST(Scenarios, TheSameSeedGivesTheSameFigures) {
   }
 }
 
-// kerf lowers the stiffness of a coupling that is requested much too stiff; the scenarios then hold.
+// If the requested coupling is much too stiff, kerf lowers its stiffness, and the scenarios then hold.
 TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceGets) {
   StabilitySubject subject = MakeListedSubject();
   CouplingParams asked;
@@ -151,7 +152,7 @@ TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceGets) {
 }
 
 // With such a coupling an encoder step of 10 um is 45 mN on the device, and a hand notices 35 mN. The fit does not
-// check that; the scenarios do, and report the cause.
+// check that, but the scenarios do, and they report the cause.
 TEST(Scenarios, ReportThatEncoderStepsAreFeltThroughAStiffCoupling) {
   StabilitySubject subject = MakeListedSubject();
   CouplingParams asked;
@@ -168,7 +169,7 @@ TEST(Scenarios, ReportThatEncoderStepsAreFeltThroughAStiffCoupling) {
   EXPECT_FALSE(coarse.holds()) << Describe(coarse);
 }
 
-/// Fault injected into a good subject, and the figure that must detect it.
+/// A fault injected into a good subject, and the figure that must detect it.
 struct Spoilt {
   const char* scenario;
   const char* figure;
@@ -176,7 +177,7 @@ struct Spoilt {
 };
 
 void TooStiff(StabilitySubject& subject) {
-  // A light hand, no friction, and forty times the force: four times the limit of the sampled loop.
+  // A light hand, no friction and forty times the force are four times the limit of the sampled loop.
   subject.setup.hand = FindHandModel("H1");
   subject.setup.profile.friction_N = 0;
   subject.setup.loop_gain = 40;
@@ -249,7 +250,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& tested) { return std::string(tested.param.scenario); });
 
 TEST(Scenarios, EachHasATestWithAFault) {
-  // As many as in the list above.
+  // There are as many scenarios as in the list above.
   EXPECT_EQ(Scenarios().size(), 33U);
 }
 

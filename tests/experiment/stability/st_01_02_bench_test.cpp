@@ -1,5 +1,5 @@
-// Tests of the test bench: the limits at which a stiff wall on a simulated device begins to oscillate, due to sampling
-// and due to an encoder's steps, against the known rules.
+// Tests of the test bench. They compare the limits at which a stiff wall on a simulated device begins to oscillate, due
+// to sampling and due to an encoder's steps, with the known rules.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,11 +24,12 @@ struct Wall {
   int delay_ticks = 0;
 };
 
-/// Growth rate of a small oscillation about the equilibrium of a push of 5 N, 1/s: negative if it decays.
+/// Returns the growth rate of a small oscillation about the equilibrium of a push of 5 N, 1/s. It is negative if the
+/// oscillation decays.
 double CalcGrowth(const HandModel& hand, const Wall& wall, double K) {
   DeviceProfile profile = FindDeviceProfile("ideal");
   profile.mass_kg = 1;
-  profile.peak_force_N = 1e9;  // stays linear
+  profile.peak_force_N = 1e9;  // high, so that the device stays linear
   profile.own_damping_Ns_per_mm = kOwnDamping_Ns_per_mm;
   SimulatedDeviceOptions options;
   options.delay_ticks = wall.delay_ticks;
@@ -37,8 +38,8 @@ double CalcGrowth(const HandModel& hand, const Wall& wall, double K) {
   SimulatedDevice device(profile, hand, {Quat{1, 0, 0, 0}, Vec3(x_eq, 0, 0)}, options);
   for (int i = 0; i <= wall.delay_ticks; ++i) device.Write(Vec3(-5, 0, 0), Vec3{0});
   device.SetIntention({.X_WH = {Quat{1, 0, 0, 0}, Vec3(x_eq, 0, 0)}, .push_W_N = Vec3(5, 0, 0)});
-  // Linear about the equilibrium, so that a hundredth of a second or of a cycle makes no difference. Compares its
-  // energy, which is smoother than the oscillation, at a tenth of the time and at the end.
+  // The loop is linear about the equilibrium, so a hundredth of a second or of a cycle is enough. Compares the energy
+  // of the oscillation, which is smoother than the oscillation itself, at a tenth of the time and at the end.
   const double cycle_s = 4 * std::acos(0.0) * std::sqrt(1e-3 * (1 + hand.mass_kg) / K);
   const int ticks = static_cast<int>(std::max(1.5, 12 * cycle_s) / wall.dt_s);
   double before = x_eq;
@@ -64,7 +65,7 @@ double CalcGrowth(const HandModel& hand, const Wall& wall, double K) {
   return 0.5 * std::log(late / early) / (wall.dt_s * (ticks - 2 * window));
 }
 
-/// Finds the stiffness at which it neither grows nor decays, by regula falsi.
+/// Finds the stiffness at which the oscillation neither grows nor decays, by regula falsi.
 double FindCriticalStiffness(const HandModel& hand, const Wall& wall, double guess) {
   double lower = 0.8 * guess;
   double upper = 1.2 * guess;
@@ -81,14 +82,14 @@ double FindCriticalStiffness(const HandModel& hand, const Wall& wall, double gue
   return lower - at_lower * (upper - lower) / (at_upper - at_lower);
 }
 
-/// K < 2 (b + B) / (T + 2 t_d): Gil, Hulin and others, for small B.
+/// Returns the K of the rule K < 2 (b + B) / (T + 2 t_d) by Gil, Hulin and others, for small B.
 double CalcRule(const HandModel& hand, const Wall& wall) {
   const double b = kOwnDamping_Ns_per_mm + hand.damping_Ns_per_mm;
   return 2 * (b + wall.damping_Ns_per_mm) / (wall.dt_s * (1 + 2 * wall.delay_ticks));
 }
 
-// The rule neglects terms of the order of K T^2 / m and b T / m. The bench agrees with it within 0.2 %, so a deviation
-// of 1 % indicates a fault of the bench.
+// The rule neglects terms of the order of K T^2 / m and b T / m. The bench agrees with it to within 0.2 %, so a
+// deviation of 1 % would indicate a fault of the bench.
 TEST(ClosedLoopST1, CriticalStiffnessOfAWallMatchesTheRule) {
   Verdict verdict("holds; the requirement is 5 % with a hand and 15 % without");
   std::string table = "critical stiffness, N/m, bench / rule\n";
@@ -118,8 +119,8 @@ TEST(ClosedLoopST1, CriticalStiffnessOfAWallMatchesTheRule) {
   verdict.AtMost("deviation from the rule with a damper in the wall, 0.3 times the hand's", worst_damped, 1, "%");
 }
 
-/// Peak-to-peak motion of the handle, in encoder steps, in the last half of `ticks` against a wall of stiffness K. The
-/// push is midway between two forces that the wall can exert.
+/// Returns the peak-to-peak motion of the handle, in encoder steps, in the last half of `ticks` against a wall of
+/// stiffness K. The push is midway between two forces that the wall can exert.
 double CalcLimitCycle(const HandModel& hand, double friction_N, double step_mm, double K, int ticks) {
   DeviceProfile profile = FindDeviceProfile("ideal");
   profile.friction_N = friction_N;
@@ -144,9 +145,9 @@ double CalcLimitCycle(const HandModel& hand, double friction_N, double step_mm, 
   return (highest - lowest) / step_mm;
 }
 
-// The second, independent limit: with friction f_c and encoder steps Delta, the wall's force is off by at most K Delta
-// / 2. Below K = 2 f_c / Delta friction keeps the handle exactly at rest; just above, it does not, whatever the tick
-// rate (Abbott and Okamura 2005).
+// This is the second, independent limit: with friction f_c and encoder steps Delta, the wall's force is off by at most
+// K Delta / 2. Below K = 2 f_c / Delta, friction keeps the handle exactly at rest; just above, it does not, whatever
+// the tick rate (Abbott and Okamura 2005).
 TEST(ClosedLoopST2, HandleRestsBelowTwiceTheFrictionOverTheEncoderStepAndNotAbove) {
   Verdict verdict("holds");
   double largest_below = 0;

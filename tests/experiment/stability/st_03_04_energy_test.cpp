@@ -1,4 +1,4 @@
-// Tests of the energy that the hand supplies to the motors and of the energy returned.
+// Tests of the energy that the hand supplies to the motors and of the energy that is returned.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ using test::WatchedLoop;
 constexpr const char* kProfiles[] = {"omega_6", "omni", "falcon", "premium_1_5_hf", "virtuose_6d", "maglev_200"};
 constexpr const char* kHands[] = {"H1", "H2", "H3", "H4"};
 
-/// Returns device, hand and coupling of round i: the default, or the stiffest that the device accepts.
+/// Returns device, hand and coupling of round i. The coupling is the default, or the stiffest that the device accepts.
 ClosedLoopSetup MakeRound(int i, bool stiff) {
   CouplingParams asked;
   if (stiff) asked.stiffness_N_per_mm = 1000;
@@ -70,10 +70,10 @@ Rounds GoRounds(int rounds, double rpm, bool stiff, double damping_fraction, std
   return all;
 }
 
-// A hundred closed orbits of the hand, in and out of the bone and along it, with frequencies up to 10 Hz; six devices
-// with four hands, including encoder steps. At no tick do the motors return more energy than they received, within 1e-6
-// J or a thousandth of the exchanged energy: the remainder of the half tick of a force held over a tick, after the
-// damper. At the handle, behind the device's own friction and damping, no energy is returned at all.
+// A hand moves along a hundred closed orbits, in and out of the bone and along it, with frequencies up to 10 Hz. There
+// are six devices with four hands, including encoder steps. At no tick have the motors returned more energy than they
+// received, within 1e-6 J or a thousandth of the exchanged energy: what is left of the half tick of a force held over a
+// tick, after the damper. At the handle, behind the device's own friction and damping, no energy is returned at all.
 TEST(ClosedLoopST3, StoppedSawReturnsNoEnergyAtAnyTick) {
   Verdict verdict(
       "holds after the half second in which the force ramps in: during the ramp more energy returns than was put in "
@@ -91,7 +91,7 @@ TEST(ClosedLoopST3, StoppedSawReturnsNoEnergyAtAnyTick) {
   }
 }
 
-// Shows that the test above can detect a fault: the same orbits without the damper that the coupling now has.
+// Shows that the test above can detect a fault: the orbits are the same, without the damper that the coupling now has.
 TEST(ClosedLoopST3, HeldForceReturnsEnergyWithoutItsDamper) {
   Verdict verdict("without the damper the test fails, as it should");
   const Rounds all = GoRounds(24, 0.0, true, 0.0, 2);
@@ -99,9 +99,9 @@ TEST(ClosedLoopST3, HeldForceReturnsEnergyWithoutItsDamper) {
   verdict.AtMost("minimum energy at the motors", all.lowest_mJ, -0.02, "mJ");
 }
 
-// With a running saw the returned energy is at most the spindle's. Hertz's law has no minimum work for a volume of bone
-// (the force is proportional to the bite to the power of 1.5, so the work goes to zero with the bite). Bone must not be
-// removed without work. The invariants check the energy balance of each tick.
+// With a running saw, the returned energy is at most the spindle's. Hertz's law has no minimum work for a volume of
+// bone (the force is proportional to the bite to the power of 1.5, so the work goes to zero with the bite), but bone
+// must not be removed without work. The invariants check the energy balance of each tick.
 TEST(ClosedLoopST4, RunningSawReturnsNoMoreThanItsSpindlePutInAtAnyTick) {
   Verdict verdict(
       "holds; this cutting law has no minimum work per volume of bone (it falls with the bite), so the actual work "

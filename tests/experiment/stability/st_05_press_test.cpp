@@ -1,4 +1,4 @@
-// Tests of a tool pressed on the bone and held, with devices without friction.
+// Tests of a tool that is pressed on the bone and held there, with devices without friction.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ struct Place {
   Vec3 over_mm;  // the disc's lowest point, relative to the top
   bool layered;
 };
-// The disc lies in the plane y = 0 of the place.
+// In each place, the disc lies in the plane y = 0.
 const Place kPlaces[] = {
     {"face", Vec3(26, 6, 26), Vec3(0, 0, 0), false},        {"edge", Vec3(26, 6, 26), Vec3(12.8, 0, 0), false},
     {"corner", Vec3(26, 6, 26), Vec3(12.8, 2.6, 0), false}, {"lamella", Vec3(26, 0.4, 26), Vec3(0, 0, 0), false},
@@ -44,9 +44,9 @@ Bone MakePlace(const Place& place) {
 }
 
 struct Held {
-  double noise_mN = 0;  // in the simulation's newtons, like mean_N
+  double noise_mN = 0;  // of the simulation's force, like mean_N
   double mean_N = 0;
-  double late_over_early = 0;  // of the noise
+  double late_over_early = 0;  // ratio of the noise late in the push to that early in it
   bool limit_cycle = false;
   std::uint32_t faults = 0;
 };
@@ -94,12 +94,13 @@ ClosedLoopSetup WithoutFriction(const char* profile, const char* hand) {
   return setup;
 }
 
-/// The catalogue's bound: 20 mN or 1 % of the force.
+/// Returns the catalogue's bound: 20 mN or 1 % of the force.
 double CalcBound_mN(const Held& held) {
   return std::max(20.0, 10 * std::abs(held.mean_N));
 }
 
-// 20 s on a stopped saw, the stiffest possible wall. Friction is disabled because it would hold the handle.
+// The tool is pressed for 20 s with the saw stopped, which is the stiffest possible wall. Friction is disabled because
+// it would hold the handle.
 TEST(ClosedLoopST5, StoppedSawPressedAndHeldDoesNotTremble) {
   Verdict verdict("holds");
   double noise = 0;
@@ -126,7 +127,7 @@ TEST(ClosedLoopST5, StoppedSawPressedAndHeldDoesNotTremble) {
   verdict.Equal("limit cycles", cycles, 0);
 }
 
-// The spindle turns: the saw cuts steadily.
+// The spindle turns, so the saw cuts steadily.
 TEST(ClosedLoopST5, RunningSawPressedAndHeldCutsWithoutNoise) {
   Verdict verdict("holds");
   double noise = 0;

@@ -32,7 +32,7 @@ Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
   free.X_WH = test::OverBlock(kAbove_mm);
   saw.loop.device().SetIntention(free);
   for (int i = 0; i < 600; ++i) saw.Step(0);
-  // Half of the distance with the force that this speed requires.
+  // The push acts over half of the distance, with the force that this speed requires.
   const double force_N =
       setup.profile.friction_N + 1e-3 * setup.profile.mass_kg * speed_mm_per_s * speed_mm_per_s / (2 * 0.5 * kAbove_mm);
   Impact impact;
@@ -40,7 +40,7 @@ Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
   for (int i = 0; i < 4000; ++i) {
     Intention intention = free;
     const bool pushes = !touched && saw.loop.device().p_WC_mm().z > 11 + 0.5 * kAbove_mm;
-    // Compensates friction on the way there.
+    // On the way to the bone, the push compensates friction.
     if (!touched) intention.push_W_N = Vec3(0, 0, pushes ? -force_N : -setup.profile.friction_N);
     saw.loop.device().SetIntention(intention);
     const double before = -saw.loop.device().v_WC_mm_per_s().z;
@@ -58,8 +58,8 @@ Impact Throw(const ClosedLoopSetup& setup, double speed_mm_per_s) {
   return impact;
 }
 
-// The device alone is the hardest case, because a hand would reduce the speed. With the stiffest coupling, and with the
-// default.
+// The device alone is the hardest case, because a hand would reduce the speed. It is tested with the stiffest coupling
+// and with the default.
 TEST(ClosedLoopST6, ThrownHandleReboundsNoFasterThanItArrived) {
   Verdict verdict("holds");
   double restitution = 0;
@@ -70,7 +70,7 @@ TEST(ClosedLoopST6, ThrownHandleReboundsNoFasterThanItArrived) {
     for (const bool stiff : {false, true}) {
       CouplingParams asked;
       if (stiff) asked.stiffness_N_per_mm = 1000;
-      // Fitted for a firm grip, and then released.
+      // The coupling is fitted for a firm grip, and then the handle is released.
       ClosedLoopSetup setup = HeldBlock(profile, "H4", asked);
       setup.hand = FindHandModel("H0");
       for (const double speed : {50.0, 200.0, 500.0, 1000.0}) {

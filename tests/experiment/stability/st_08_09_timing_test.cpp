@@ -43,7 +43,7 @@ struct TimingHeld {
   bool limit_cycle = false;
 };
 
-/// 5 N on a stopped or a running saw, without the device's friction.
+/// Holds a stopped or a running saw with 5 N, without the device's friction.
 TimingHeld Hold(const TimingFaults& timing, const char* hand, double rpm) {
   ClosedLoopSetup setup = HeldBlock("omega_6", hand);
   setup.profile.friction_N = 0;
@@ -76,13 +76,13 @@ struct TimingRounds {
   double overdrawn = 0;  // as in WatchedLoop
   double lowest_mJ = 0;
   double lowest_handle_mJ = 0;
-  double of_held = 0;  // energy returned, relative to the energy of held forces: sum 1/2 K dx^2
+  double of_held = 0;  // energy returned, as a fraction of the energy of held forces: sum 1/2 K dx^2
   double exchanged_mJ = 0;
   double peak_fraction = 0;  // largest force over the device's peak
   double unexplained = 0;    // as `overdrawn`, minus the energy that gaps can return (see Gaps)
 };
 
-/// Energy returned without ticks or during the ramp, and the energy that this can return later. A force that stays
+/// Energy returned without ticks or during the ramp, and the energy that this may return later. A force that stays
 /// constant while the hand moves is not that of a spring, and during the ramp the hand works against less than the full
 /// force.
 struct Gaps {
@@ -222,7 +222,8 @@ TEST(ClosedLoopST9, LostTicksLeaveTheLoopBounded) {
                  "times the tolerance");
 }
 
-// Longer than the watchdog's 50 ms: zero at once, then the ramp. Shorter: the force is unchanged.
+// A gap longer than the watchdog's 50 ms sets the force to zero at once, and the ramp follows. A shorter gap leaves the
+// force unchanged.
 TEST(ClosedLoopST9, ForceReturnsOverTheRampAfterTheWatchdogTrips) {
   Verdict verdict("holds");
   for (const double gap_s : {0.01, 0.2}) {
@@ -261,7 +262,8 @@ TEST(ClosedLoopST9, ForceReturnsOverTheRampAfterTheWatchdogTrips) {
 }
 
 // The hand moves 8 mm into the block during a gap without ticks. The stretched spring would give 40 N. The force rises
-// at the slew rate, from zero to the peak in 5 ms, by one period's worth a tick whatever the length of the gap.
+// at the slew rate, from zero to the peak in 5 ms, and in each tick by one period's worth, whatever the length of the
+// gap.
 TEST(ClosedLoopST9, ForceAfterAGapRisesAtTheSlewRate) {
   Verdict verdict("holds");
   CouplingParams asked;

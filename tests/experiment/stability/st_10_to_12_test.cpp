@@ -1,4 +1,4 @@
-// Tests of extreme parameters, of changing hands, and of a long time.
+// Tests of extreme parameters, of changing hands, and of a long session.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -22,8 +22,9 @@ using test::Upright;
 using test::Verdict;
 using test::WatchedLoop;
 
-// Requested coupling from a tenth to a hundred times the usual one, bone from foam of 1 kPa to 1000 GPa, friction from
-// 0 to 2: pressed on with 5 N and rubbed along, with the spindle stopped and turning.
+// The requested coupling is from a tenth to a hundred times the usual one, the bone ranges from foam of 1 kPa to 1000
+// GPa, and friction from 0 to 2. The tool is pressed on with 5 N and rubbed along, with the spindle stopped and
+// turning.
 TEST(ClosedLoopST10, CornersOfTheParameterRangesHaveNoNoise) {
   Verdict verdict("holds");
   double noise = 0;
@@ -62,7 +63,7 @@ TEST(ClosedLoopST10, CornersOfTheParameterRangesHaveNoNoise) {
             f_z.push_back(f.back().z);
           }
           const double noise_mN = 1000 * CalcNoise(f, 0.001);
-          // An encoder step of 10 um times K, whatever the bone: the second term of the bound.
+          // The second term of the bound is an encoder step of 10 um times K, whatever the bone.
           const double step_mN = 1000 * setup.coupled.coupling.stiffness_N_per_mm * setup.profile.resolution_mm;
           double& worst = K <= 1 ? noise_soft : noise;
           worst = std::max(worst, noise_mN / (K <= 1 ? 50 : 50 + step_mN));
@@ -82,8 +83,8 @@ TEST(ClosedLoopST10, CornersOfTheParameterRangesHaveNoNoise) {
   verdict.Equal("limit cycles", cycles, 0);
 }
 
-// The grip changes in the middle of a push, between all hands; in the end the device is released. Fitted for the
-// firmest hand, so that the released device has the stiffest coupling possible.
+// The grip changes in the middle of a push, between all hands; in the end the device is released. The coupling is
+// fitted for the firmest hand, so that the released device has the stiffest coupling possible.
 TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
   Verdict verdict("holds");
   double kick = 0;
@@ -116,7 +117,7 @@ TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
         }
         const double hold_N = glm::length(saw.loop.device().force_N());
         EXPECT_GT(hold_N, 0.5 * push_N) << profile;
-        // Released: no hand and no push. The device's energy is then that of the spring.
+        // The handle is released: there is no hand and no push. The device's energy is then that of the spring.
         const double K = setup.coupled.coupling.stiffness_N_per_mm * ForceMap(setup.profile, {}).force_scale();
         const double spring_mm_per_s = hold_N / std::sqrt(K * 1e-3 * setup.profile.mass_kg);
         saw.loop.device().SetHand(FindHandModel("H0"));
@@ -143,7 +144,8 @@ TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
   verdict.AtLeast("minimum energy at the handle", 1000 * handle_mJ, -1e-3, "uJ");
 }
 
-// Strokes in different places, some of them into old kerfs, with pauses in free air in between, without force.
+// The saw makes strokes in different places, some of them into old kerfs, with pauses in free air in between, in which
+// there is no force.
 TEST(ClosedLoopST12, ALongSurgeryHasNoDrift) {
   Verdict verdict(Effort() >= 10 ? "holds"
                                  : "holds; takes ten minutes with KERF_STABILITY_EFFORT=10, a tenth of that here");

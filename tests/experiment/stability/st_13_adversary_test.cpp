@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-/// Default coupling for the lightest named grip. The adversary's own may have half its damping.
+/// Returns the default coupling for the lightest named grip. The adversary's own hand may have half its damping.
 StabilitySubject Subject(const std::string& profile) {
   StabilitySubject subject{test::BlockOfBone(), test::HeldBlock(profile, "H1"), test::OverBlock(), {0, 0, -1}, 7500};
   return subject;
@@ -39,8 +39,8 @@ TEST(ClosedLoopST13, SearchFindsNoHandThatMakesTheShippedLoopTremble) {
   }
 }
 
-// At the handle, including the device's own friction and damping, as the hand feels it. 0.1 % is the possible error of
-// the integration and of the energy balance.
+// The energy is measured at the handle, including the device's own friction and damping, as the hand feels it. The
+// possible error of the integration and of the energy balance is 0.1 %.
 TEST(ClosedLoopST13, SearchFindsNoHandThatExtractsEnergyFromTheShippedLoop) {
   test::Verdict verdict("holds");
   for (const std::string profile : {"omega_6", "touch"}) {
@@ -50,8 +50,8 @@ TEST(ClosedLoopST13, SearchFindsNoHandThatExtractsEnergyFromTheShippedLoop) {
   }
 }
 
-// Without damping a held force returns energy: K T / 2 of damping are missing. The coupling's damper and the device's
-// own losses are removed.
+// Without damping, a held force returns energy because K T / 2 of damping are missing. The coupling's damper and the
+// device's own losses are removed.
 TEST(ClosedLoopST13, SearchFindsAPlantedEnergySourceAndExtractsMoreThanRandomTries) {
   test::Verdict verdict("holds");
   StabilitySubject subject = Subject("omega_6");

@@ -9,7 +9,8 @@
 
 namespace kerf::test {
 
-/// Declare one at the top of each test of tests/experiment/stability whose figures belong in the document:
+/// Records a verdict. Declare one at the top of each test of tests/experiment/stability whose figures belong in the
+/// document:
 ///
 ///   Verdict verdict("holds");  // the judgement; or "holds, but ...", "applies in part: ..."
 ///   verdict.AtMost("largest force step", step_N, 1, "N");
@@ -42,7 +43,7 @@ class Verdict {
 };
 
 /// Returns the factor for the amount of work: 1, or the value of KERF_STABILITY_EFFORT (a tenth under the sanitizers,
-/// 20 in a soak test). For numbers of ticks, seeds and search rounds; never for bounds.
+/// 20 in a soak test). It is used for numbers of ticks, seeds and search rounds, never for bounds.
 inline double Effort() {
   const char* asked = std::getenv("KERF_STABILITY_EFFORT");
   const double effort = asked ? std::atof(asked) : 1;

@@ -40,7 +40,7 @@ struct WatchedLoop {
   Invariants invariants;
   double largest_N = 0;       // of the motors
   double largest_rise_N = 0;  // between ticks
-  /// Maximum energy returned by the motors beyond the energy supplied by hand and spindle, as a multiple of 1e-6 J or
+  /// Maximum energy that the motors returned beyond the energy supplied by hand and spindle, as a multiple of 1e-6 J or
   /// of a thousandth of the exchanged energy, whichever is larger.
   double overdrawn = 0;
 };
@@ -52,7 +52,8 @@ void GoRound(WatchedLoop& saw, const HandOrbit& orbit, double rpm, Each&& each) 
   const Intention first = orbit.At(0);
   Pose above = first.X_WH;
   above.p_AB.z = std::max(above.p_AB.z, saw.loop.X_WH_start().p_AB.z);
-  // The force ramps in completely before any contact: during the ramp more energy returns than was supplied.
+  // The force ramps in completely before any contact, because during the ramp more energy is returned than was
+  // supplied.
   IntentionStep wait;
   wait.seconds = saw.loop.setup().force_map.ramp_in_s;
   IntentionStep down;
@@ -67,7 +68,7 @@ void GoRound(WatchedLoop& saw, const HandOrbit& orbit, double rpm, Each&& each) 
   }
 }
 
-/// Returns a start well above the top of the block, above the start of the orbit.
+/// Returns a start well above the block's top, above the start of the orbit.
 inline Pose AboveOrbit(const HandOrbit& orbit) {
   Pose X = orbit.At(0).X_WH;
   X.p_AB.z = 11 + 5;

@@ -1,5 +1,5 @@
-// Tests of a hand that breaks through the bone: the time before is judged, the drop is not, and instability before the
-// breakthrough is still detected.
+// Tests of a hand that breaks through the bone: the time before the breakthrough is judged, the drop is not, and
+// instability before the breakthrough is still detected.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 namespace kerf {
 namespace {
 
-/// Block of cancellous bone, 12 mm high by default: at 5 N the disc is through in 2.4 s, during the scenario cut_5N.
-/// `cortex_mm`: thickness of the part that is cortical bone, on top.
+/// Returns a subject with a block of cancellous bone, 12 mm high by default. At 5 N the disc is through in 2.4 s,
+/// during the scenario cut_5N. `cortex_mm`: thickness of the top layer, which is cortical bone.
 StabilitySubject MakeSubject(double height_mm = 12, double cortex_mm = 0) {
   const std::string layer = "[[bone.block.layer]]\nthickness_mm = {}\nregion = {}\n";
   std::string layers = cortex_mm > 0 ? fmt::format(fmt::runtime(layer), cortex_mm, 24) : "";
@@ -80,8 +80,8 @@ TEST(CutThrough, IsNotReportedForAToolStillInBone) {
   EXPECT_EQ(DescribeCutThrough(result), "");
 }
 
-// A light hand on a device without friction whose force is delayed by 12 ms: the loop is unstable, and the tool also
-// breaks through. With a gain of 2 it does so before the scenario's own time begins.
+// A light hand holds a device without friction whose force is delayed by 12 ms, so the loop is unstable, and the tool
+// also breaks through. With a gain of 2 it does so before the scenario's own time begins.
 TEST(CutThrough, UnstableLoopThatBreaksThroughIsDetected) {
   for (const double gain : {1.0, 2.0}) {
     StabilitySubject subject = MakeSubject();
@@ -98,8 +98,8 @@ TEST(CutThrough, UnstableLoopThatBreaksThroughIsDetected) {
   }
 }
 
-// Made-up ticks: the tool goes straight down through the block, or around its side, like a saw that its cutting force
-// drives sideways. Both times it arrives behind the block, but only the first time it has cut through.
+// With made-up ticks, the tool goes straight down through the block, or around its side, like a saw that its cutting
+// force drives sideways. Both times it arrives behind the block, but only the first time has it cut through.
 TEST(CutThrough, IsReportedOnlyOnTheLineOfTheFeed) {
   const StabilitySubject subject = MakeSubject();
   for (const bool round : {false, true}) {

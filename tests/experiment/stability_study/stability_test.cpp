@@ -20,7 +20,7 @@ using testing::HasSubstr;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Block with its top face at z = 0.
+/// A block with its top face at z = 0.
 constexpr char kBlock[] =
     "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 20.0\nsize_y_mm = 8.0\nsize_z_mm = 12.0\nvoxel_mm = 0.25\n";
 
@@ -43,8 +43,8 @@ std::string Refusal(const std::string& text) {
   return "none";
 }
 
-// The rim of the disc of 22 mm diameter is on the face when its centre is 11 mm above it. Accurate to a tenth of a
-// voxel, because the grid represents the face exactly.
+// The rim of the disc of 22 mm diameter is on the face when its centre is 11 mm above it. The result is accurate to a
+// tenth of a voxel, because the grid represents the face exactly.
 TEST(FirstTouch, OfADiscIsWhereItsRimTouchesTheFace) {
   const FirstTouch down = Touch(Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
   EXPECT_NEAR(down.time_s, 2, 0.25 / 2 + 0.03);
@@ -60,13 +60,13 @@ TEST(FirstTouch, OfABallAndOfALaterStroke) {
   const std::string ball = "[tool]\nshape = \"ball\"\n";
   const FirstTouch touch =
       Touch(ball + Stroke("[0, 0, 20]", "[0, 0, 19]", "[0, 1, 0]") + Stroke("[0, -9, -6]", "[0, 0, -6]", "[0, 1, 0]"));
-  // The ball of 6 mm comes from the side in the second stroke, along y, which is its spindle: a ball has teeth there
-  // too.
+  // The ball of 6 mm comes from the side in the second stroke, along y, which is its spindle, because a ball has teeth
+  // there too.
   EXPECT_NEAR(touch.X_WT.p_AB.y, -4 - 3 - 0.3 - 0.25 / 4, 0.05);
   EXPECT_NEAR(touch.into_W.y, 1, 1e-12);
 }
 
-// Bone of 8 mm in the middle of a rim 10 mm thick: neither flat of the disc comes near it.
+// The bone is 8 mm thick and in the middle of a rim 10 mm thick, so neither flat of the disc comes near it.
 TEST(FirstTouch, OfADiscThatIsThickerThanTheBone) {
   const FirstTouch touch = Touch("[tool]\nthickness_mm = 10.0\n" + Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
   EXPECT_NEAR(touch.X_WT.p_AB.z, 11 + 0.3 + 0.25 / 4, 0.03);
@@ -101,7 +101,7 @@ TEST(StabilitySubject, IsTheSceneAsTheLoopRunsIt) {
   EXPECT_EQ(subject.setup.hand.name, "H1");
   EXPECT_EQ(subject.setup.period_s, 0.002);
   EXPECT_EQ(subject.setup.force_map.expected_peak_N, 28);
-  EXPECT_EQ(subject.bone.CalcHash(), bone.CalcHash());  // small enough for a hash of all of it
+  EXPECT_EQ(subject.bone.CalcHash(), bone.CalcHash());  // small enough to hash all of it
 }
 
 StabilityFigure Figure(double value, double bound, bool at_most = true) {
@@ -122,7 +122,7 @@ TEST(Nearness, IsAboveOneExactlyIfABoundIsViolated) {
   EXPECT_GT(CalcNearness(clamped), 1);
   EXPECT_GT(CalcNearness(Figure(1e-9, 0)), 1);
   EXPECT_GT(CalcNearness(Figure(0, 2, false)), 1);
-  // An energy whose lower bound is slightly below zero.
+  // The figure is an energy whose lower bound is slightly below zero.
   EXPECT_LE(CalcNearness(Figure(-1e-6, -1e-3, false)), 1);
   EXPECT_GT(CalcNearness(Figure(-1, -1e-3, false)), 1);
   EXPECT_LE(CalcNearness(Figure(5, -1e-3, false)), 1);
@@ -178,7 +178,7 @@ StabilityStudy MakeStudy() {
   return study;
 }
 
-// Stopped after the first scenario or margin; with one thread, no other is examined.
+// The examination is stopped after the first scenario or margin. With one thread, no other is examined.
 TEST(ExamineStability, ReturnsTheResultsSoFarWhenStopped) {
   const Scene scene = ParseScene(kBlock + Stroke("[0, 0, 12]", "[0, 0, 4]", "[0, 1, 0]"), "s.toml");
   std::atomic<bool> stop{false};
@@ -235,20 +235,20 @@ TEST(JudgeStability, CountsWhatCouldNotBeJudged) {
   study.scenarios[0].unjudged = "The tool was through the bone too soon for the noise to be judged.";
   study.margins[3].margins = {};
   study.margins[3].margins.unjudged = "the tool is through the bone too soon";
-  study.margins[2].margins.delay_ticks = 0;  // it is beyond the delays that could be tried: undecided
+  study.margins[2].margins.delay_ticks = 0;  // beyond the delays that could be tried: undecided
   study.margins[2].margins.delay_beyond = true;
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre());
   EXPECT_TRUE(study.stable());
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kNotJudged);
-  // The scenario that was skipped, another hand without friction, and a released handle are not required.
+  // The skipped scenario, another hand without friction, and a released handle are not required.
   EXPECT_EQ(DescribeVerdict(study), "Stable in what could be judged: 1 of 2 scenarios, 1 of 3 margins.");
   EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H3,cutting,true,,,,,not_judged\n"));
   const std::string report = FormatStabilityReport(study);
   EXPECT_THAT(report, HasSubstr("| calm | The tool was through the bone too soon for the noise to be judged. | | | not "
                                 "judged |"));
   EXPECT_THAT(report, HasSubstr("not judged: the tool is through the bone too soon | not judged |"));
-  // A figure that violates its bound remains a failure.
+  // A figure that violates its bound still counts as a failure.
   study.scenarios[0].figures[0].value = 30;
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kBroken);
   JudgeStability(study);
@@ -326,7 +326,7 @@ TEST(StabilityFiles, TablesHaveARowForEachFigure) {
   EXPECT_THAT(FormatStabilityReport(study), HasSubstr("| near | figure | 21 mN | at most 20 | **no** |"));
 }
 
-// Series of the map: points by outcome, the rule, the device's limits, and the scene's gains.
+// Checks the series of the map: points by outcome, the rule, the device's limits, and the scene's gains.
 TEST(StabilityFigures, MapHasEveryPointOnceAndTheRule) {
   StabilityStudy study = MakeStudy();
   const PlotSpec plot = MakeMapPlot(study);
@@ -347,7 +347,7 @@ TEST(StabilityFigures, MapHasEveryPointOnceAndTheRule) {
   for (const MarginKind kind : {MarginKind::kGain, MarginKind::kDelay}) {
     const PlotSpec margins = MakeMarginPlot(study, kind);
     EXPECT_THAT(margins.x.names, ElementsAre("H1", "H3 (the scene's)", "H0"));
-    // A large and a small dot for each state. Those of cutting are the third and the fourth series.
+    // There are a large and a small dot for each state. Those of cutting are the third and the fourth series.
     EXPECT_EQ(margins.series[2].x.size(), 3U);
     EXPECT_EQ(margins.series[3].x.size(), 2U);
     EXPECT_THAT(margins.series[2].y,

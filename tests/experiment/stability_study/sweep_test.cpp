@@ -47,7 +47,7 @@ TEST(SweepKeys, AreTheNumbersOfTheSceneWithTheirRanges) {
     EXPECT_LE(key.default_value, key.greatest) << key.name;
     EXPECT_LE(key.least, key.own) << key.name;
     EXPECT_LE(key.own, key.greatest) << key.name;
-    // The value that is set is read back, and nothing else changes.
+    // The value that was set is read back, and nothing else changes.
     Scene changed = scene;
     SetSweepKey(changed, key.name, key.greatest);
     const std::vector<SweepKey> again = ListSweepKeys(changed);
@@ -134,7 +134,7 @@ TEST(SweepRows, ReportTheOutcomeOfACase) {
   EXPECT_THAT(away.reason, HasSubstr("never touches the bone"));
 }
 
-// With a cutting force of five times the thrust, the saw drove itself around the bone.
+// With a cutting force of five times the thrust, the saw would drive itself around the bone.
 TEST(SweepRows, RatioBelowTheRangeIsRefusedAndTheMinimumDoesNotFail) {
   const Scene scene = MakeScene("[effects.tangential_force]\n");
   const SweepRow below = Try(scene, {{"effects.tangential_force.ratio", 0.2}});
@@ -145,7 +145,8 @@ TEST(SweepRows, RatioBelowTheRangeIsRefusedAndTheMinimumDoesNotFail) {
   EXPECT_THAT(least.warnings, testing::Contains(HasSubstr("below the measured 1.4 to 1.8")));
 }
 
-// Both ends of each key of hand, device, coupling and loop: the loop starts with every setting that passes the check.
+// Tests both ends of each key of hand, device, coupling and loop: the loop starts with every setting that passes the
+// check.
 TEST(SweepRows, LoopStartsEverythingThatPassesTheCheck) {
   const Scene scene = MakeScene();
   SweepOptions options;

@@ -96,7 +96,7 @@ TEST(CaseCosts, FailureIsRecordedWithItsMessage) {
 
 TEST(CaseCosts, PassesThatDifferAreAFailure) {
   StudyPath path = MakeEntry();
-  // A different voxel size in every bone: makes passes differ on purpose.
+  // The voxel size differs in every bone, so that the passes differ.
   const auto make = path.make_bone;
   path.make_bone = [make, count = std::make_shared<int>(0)](double, int band) {
     return make(++*count % 2 == 0 ? 0.25 : 0.3, band);

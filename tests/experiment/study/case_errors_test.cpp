@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kTolerance = 2e-3;
 
-/// Returns a section of a built-in path, because references take long.
+/// Returns only a section of a built-in path, because references take long.
 StudyPath MakeStretch(const std::string& name, double from_s, double to_s) {
   StudyPath path = MakeStudyPaths({name}, "").paths.front();
   path.pose = [pose = path.pose, from_s](Holding holding, double t_s) { return pose(holding, from_s + t_s); };
@@ -30,7 +30,7 @@ TEST(CaseErrors, FallWithTheVoxelSize) {
     SCOPED_TRACE(name);
     for (const Holding holding : {Holding::kHand, Holding::kPath}) {
       SCOPED_TRACE(ToString(holding));
-      // Both start in the air, shortly before contact. The handle is faster than the tool on a path.
+      // Both sections start in the air, shortly before contact. The handle is faster than the tool on a path.
       const StudyPath path = holding == Holding::kHand ? MakeStretch(name, 0, 0.3) : MakeStretch(name, 0.1, 0.5);
       StudySettings settings;
       const StudyReference reference = MakeStudyReference(path, holding, settings, kTolerance, "", nullptr);
@@ -41,8 +41,8 @@ TEST(CaseErrors, FallWithTheVoxelSize) {
       const CaseOutcome coarse = RunForErrors(path, holding, settings, reference);
       ASSERT_EQ(fine.state, CaseState::kDone) << fine.why;
       ASSERT_EQ(coarse.state, CaseState::kDone) << coarse.why;
-      // At least first order in the voxel size. The onset of contact, a quarter of a voxel early, causes most of the
-      // error in these short sections.
+      // The error decreases with at least first order in the voxel size. The onset of contact, a quarter of a voxel
+      // early, causes most of the error in these short sections.
       EXPECT_LT(fine.errors->force_l2, 0.7 * coarse.errors->force_l2);
       EXPECT_LT(fine.errors->force_l2, 0.12);
       EXPECT_LT(fine.errors->surface_mean_mm, 0.7 * coarse.errors->surface_mean_mm);
@@ -53,8 +53,8 @@ TEST(CaseErrors, FallWithTheVoxelSize) {
   }
 }
 
-// The bone that the disc overlaps at the start is removed in both. Only the onset of contact could differ, and it is
-// before the start.
+// The bone that the disc overlaps at the start is removed both in the simulation and in the reference. Only the onset
+// of contact could differ, and it is before the start.
 TEST(CaseErrors, HandHeldToolThatStartsInBoneAgreesWithTheReference) {
   const StudyPath path = MakeStretch("plunge", 0.2, 0.5);
   const StudyReference reference = MakeStudyReference(path, Holding::kHand, {}, kTolerance, "", nullptr);
@@ -66,8 +66,8 @@ TEST(CaseErrors, HandHeldToolThatStartsInBoneAgreesWithTheReference) {
   EXPECT_LT(outcome.errors->surface_mean_mm, 0.03);  // as above
 }
 
-// First order against cells of 0.05 mm: halving the cell removes at least half of the error. Measured next to the kerf,
-// because at its edge the temperature does not converge.
+// The errors are measured against cells of 0.05 mm and are of first order: halving the cell removes at least half of
+// the error. They are measured next to the kerf, because at its edge the temperature does not converge.
 TEST(CaseErrors, OfTheTemperatureFallWithTheCellSize) {
   const StudyPath path = MakeStretch("slot", 0.5, 1.3);
   StudySettings settings;
@@ -106,9 +106,9 @@ TEST(CaseErrors, FailureIsRecordedWithItsMessage) {
   EXPECT_FALSE(outcome.errors);
 }
 
-// Two strokes side by side in a block that continues on both sides, with the tool lifted in between. The second stroke
-// cuts like the first, 3 mm (12 voxels) next to it. In the reference this is exact except for rounding and, in the
-// coupled case, the tolerance of its solver.
+// The path has two strokes side by side in a block that continues on both sides, with the tool lifted in between. The
+// second stroke cuts like the first, 3 mm (12 voxels) next to it. In the reference the results are equal except for
+// rounding and, in the coupled case, the tolerance of its solver.
 TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
   const test::Folder folder;
   const std::string file = folder.file("strokes.toml");
@@ -139,11 +139,11 @@ TEST(CaseErrors, StrokeAfterALiftIsAsInFreshBone) {
     EXPECT_GT(max_N, 0.5);
     const CasePass pass = RunCasePass(path, holding, settings);
     ASSERT_EQ(pass.f_W_N.size(), 500u);
-    EXPECT_EQ(pass.f_W_N[250], Vec3(0));  // set down
+    EXPECT_EQ(pass.f_W_N[250], Vec3(0));  // after the tool was set down
     for (std::size_t i = 1; i < 250; ++i) {
       EXPECT_LT(glm::distance(pass.f_W_N[250 + i], pass.f_W_N[i]), 1e-3 * max_N) << i;
     }
-    // Both kerfs are present: twice the volume of one.
+    // Both kerfs are present, so the volume is twice that of one.
     const StudyPath one = MakeScenePath("first", file);
     EXPECT_NEAR(pass.removed_mm3, 2 * RunCasePass(one, holding, settings).removed_mm3, 1e-2 * pass.removed_mm3);
     EXPECT_NEAR(reference.removed_mm3, 2 * MakeStudyReference(one, holding, settings, 0.05, "", nullptr).removed_mm3,
@@ -189,7 +189,7 @@ TEST(StudyReference, IsReadBackUnchangedAndOnlyForTheSameInput) {
   EXPECT_TRUE(ReadStudyReference(file, made.record.input_hash));
   EXPECT_FALSE(ReadStudyReference(file, made.record.input_hash + 1));
   EXPECT_FALSE(ReadStudyReference(file + ".none", made.record.input_hash));
-  // The reference of another law or path must not be used.
+  // A reference for another law or path must not be used.
   StudySettings law;
   law.law = "edge_plus_chip";
   EXPECT_NE(MakeStudyReference(path, Holding::kPath, law, kTolerance, "", nullptr).record.input_hash,

@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// 16 cases, each with errors and costs; 8 references.
+// There are 16 cases, each with errors and costs, and 8 references.
 constexpr std::size_t kRecords = 32;
 
 struct Session {
@@ -47,7 +47,7 @@ TEST(StudyEngine, ComputesEachRecordOnceAndCostsOneAtATime) {
   EXPECT_EQ(std::set<std::string>(session.log.errors.begin(), session.log.errors.end()).size(), kRecords / 2);
   EXPECT_EQ(session.log.costs.size(), kRecords / 2);
   EXPECT_EQ(session.log.max_at_once, 1);
-  // Made once, and read once for the errors.
+  // Each reference is made once and read once for the errors.
   EXPECT_EQ(std::set<std::string>(session.log.references.begin(), session.log.references.end()).size(), 8u);
   EXPECT_THAT(session.warnings, IsEmpty());
 }

@@ -37,7 +37,7 @@ TEST(ForceErrors, OfAConstantOffset) {
   EXPECT_FALSE(errors.breakthrough_ms);
 }
 
-// Equally long errors of opposite sign cancel only in the signed figure. A sideways force hardly changes it.
+// Equally long errors of opposite sign cancel only in the signed figure. A sideways force hardly affects that figure.
 TEST(ForceErrors, ImpulseHasASign) {
   const auto reference = MakeSeries(1000, 0.001, [](double) { return Vec3(0, 0, -4); });
   const auto signed_of = [&](const std::function<Vec3(double)>& force) {
@@ -47,7 +47,7 @@ TEST(ForceErrors, ImpulseHasASign) {
   EXPECT_NEAR(signed_of([](double) { return Vec3(0, 0, -3.44); }), -0.14, 1e-12);
   EXPECT_NEAR(signed_of([](double t) { return Vec3(0, 0, t < 0.5005 ? -5 : -3); }), 0, 1e-12);
   EXPECT_NEAR(signed_of([](double) { return Vec3(0.04, 0, -4); }), 0.5 * 0.01 * 0.01, 1e-8);
-  // A force where the reference has none, for a tenth of the time.
+  // For a tenth of the time there is a force where the reference has none.
   const auto ends = MakeSeries(1000, 0.001, [](double t) { return t < 0.5005 ? Vec3(2, 0, 0) : Vec3(0); });
   const auto late = MakeSeries(1000, 0.001, [](double t) { return t < 0.6005 ? Vec3(2, 0, 0) : Vec3(0); });
   EXPECT_NEAR(Compare(late, ends).impulse_signed.value(), 0.2, 1e-12);
@@ -76,8 +76,8 @@ TEST(ForceErrors, NoiseIsTheFastPart) {
     }
     return Compare(f, reference).noise_N;
   };
-  // 0.05 N along a line: expected is its root mean square. A second-order filter, forwards and backwards, removes 1/41
-  // at 50 Hz and leaves 1/257 at 5 Hz.
+  // The wave is 0.05 N along a line, so the expected value is its root mean square. A second-order filter, applied
+  // forwards and backwards, removes 1/41 at 50 Hz and leaves 1/257 at 5 Hz.
   EXPECT_NEAR(wave(50), 0.05 / std::sqrt(2) * (1 - 1.0 / 41), 2e-4);
   EXPECT_LT(wave(5), 0.05 / std::sqrt(2) / 200);
 }
@@ -108,7 +108,8 @@ TEST(ForceErrors, ZeroForceCountsAsHalfANewton) {
 }
 
 TEST(ForceErrors, BreakthroughIsWhenTheForceFallsForGood) {
-  // Falls from 5 N to 0 within 20 ms and reaches a tenth of the peak after 18 ms. An earlier gap does not count.
+  // The force falls from 5 N to 0 within 20 ms and reaches a tenth of the peak after 18 ms. An earlier gap does not
+  // count.
   const auto falls_at = [](double start_s) {
     return MakeSeries(800, 0.001, [start_s](double t) {
       if (t > 0.1 && t < 0.15) return Vec3(0);
@@ -131,7 +132,7 @@ TEST(ForceErrors, VolumeIsAFractionOfTheReferences) {
 TEST(ForceErrors, ReferenceIsSampledLikeTheTicks) {
   StudyReference reference;
   reference.tick_s = 0.00025;
-  // f = t: the mean of a tick is the value at its middle.
+  // With f = t, the mean of a tick is the value at its middle.
   for (int i = 1; i <= 4000; ++i) {
     ReferenceTick tick;
     tick.f_W_N = Vec3(0.00025 * i, 0, 0);
@@ -191,14 +192,14 @@ TEST(SurfaceErrors, DistanceOfParallelKerfsIsTheirOffset) {
   const BesideCase there(0);
   ErrorFigures none;
   CalcCutSurfaceErrors(there.path.make_bone(0.05, 3), *there.exact, there.ticks, there.path.saw, 0, none);
-  // Flats are exact within the grid's rounding; the corners of the floor are rounded by about a third of a voxel.
+  // Flats are exact to within the grid's rounding; the corners of the floor are rounded by about a third of a voxel.
   EXPECT_LT(none.surface_mean_mm, 0.002);
   EXPECT_LT(none.surface_max_mm, 0.03);
   EXPECT_GT(none.surface_max_mm, 0);
   const BesideCase beside(0.03);
   ErrorFigures errors;
   CalcCutSurfaceErrors(beside.path.make_bone(0.05, 3), *beside.exact, beside.ticks, beside.path.saw, 0, errors);
-  // The flats have more than eight tenths of the points; along the floor both surfaces coincide.
+  // The flats have more than eight tenths of the points. Along the floor both surfaces coincide.
   EXPECT_GT(errors.surface_mean_mm, 0.8 * 0.03);
   EXPECT_LT(errors.surface_mean_mm, 0.031);
   EXPECT_NEAR(errors.surface_p95_mm, 0.03, 0.001);

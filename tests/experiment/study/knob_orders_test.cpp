@@ -1,5 +1,5 @@
-// Convergence of the force for each knob separately, with all other settings the same. A study cannot show it where the
-// errors of another knob remain (docs/accuracy.md).
+// Convergence of the force for each knob separately, with all other settings unchanged. A study cannot show it where
+// the errors of another knob remain (docs/accuracy.md).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,8 +25,8 @@ double CalcApart(const std::vector<Vec3>& coarse, const std::vector<Vec3>& fine)
 }
 
 struct Orders {
-  std::vector<double> apart_N;  // from coarse to fine
-  double order = 0;             // slope of log difference over log number, from the first to the last
+  std::vector<double> apart_N;  // difference between coarse and fine
+  double order = 0;             // slope of log difference over log number, from the first value to the last
 };
 
 Orders Measure(const char* path_name, Holding holding, const std::vector<double>& numbers, double finest,
@@ -50,8 +50,8 @@ Orders Measure(const char* path_name, Holding holding, const std::vector<double>
 constexpr const char* kPaths[] = {"plunge", "slot", "tilt"};
 
 TEST(KnobOrders, SubstepsAreOfFirstOrder) {
-  // Errors of 1/n against 64 steps are proportional to 1/n - 1/64: from 1 to 8 steps a factor of 9, which is 8 to the
-  // power of 1.06.
+  // Errors of 1/n, measured against 64 steps, are proportional to 1/n - 1/64. From 1 to 8 steps that is a factor of 9,
+  // which is 8 to the power of 1.06.
   const double first = -std::log(9.0) / std::log(8.0);
   for (const char* path : kPaths) {
     for (const Holding holding : {Holding::kHand, Holding::kPath}) {
@@ -64,8 +64,8 @@ TEST(KnobOrders, SubstepsAreOfFirstOrder) {
 }
 
 TEST(KnobOrders, TheRateIsOfFirstOrder) {
-  // Against 4000 Hz a factor of 5 from 250 to 1000 Hz. On a path only: coupled paths depend on the tick of first
-  // contact.
+  // Measured against 4000 Hz, the factor is 5 from 250 to 1000 Hz. This is checked only on a path, because coupled
+  // paths depend on the tick of first contact.
   const double first = -std::log(5.0) / std::log(4.0);
   for (const char* path : kPaths) {
     std::printf("rate_hz, ");
@@ -76,8 +76,8 @@ TEST(KnobOrders, TheRateIsOfFirstOrder) {
 }
 
 TEST(KnobOrders, RimSamplesAreAtLeastOfFirstOrder) {
-  // Between the points the integral is of second order; the ends of an arc are found within a sixteenth of their
-  // distance.
+  // Between the points the integral is of second order; the ends of an arc are found to within a sixteenth of the
+  // points' distance.
   for (const char* path : kPaths) {
     for (const Holding holding : {Holding::kHand, Holding::kPath}) {
       std::printf("rim_samples_per_pitch, ");
@@ -89,12 +89,13 @@ TEST(KnobOrders, RimSamplesAreAtLeastOfFirstOrder) {
 }
 
 TEST(KnobOrders, DelayedRemovalIsOfFirstOrderUpToAQuarterOfAVoxel) {
-  // Against removal in each tick the lag is n - 1 ticks: threefold from 2 to 4. For faster tools the bound limits it.
+  // Relative to removal in each tick, the lag is n - 1 ticks, which triples from 2 to 4. For faster tools, the bound
+  // limits it.
   std::printf("carve_interval_ticks, ");
   const Orders slow = Measure("tilt", Holding::kHand, {16, 8, 4, 2}, 1,
                               [](StudySettings& s, double n) { s.carve_interval_ticks = static_cast<int>(n); });
   EXPECT_NEAR(slow.apart_N[2] / slow.apart_N[3], 3, 0.5);
-  EXPECT_LT(slow.apart_N[0] / slow.apart_N[1], 1.5);  // twofold without the bound
+  EXPECT_LT(slow.apart_N[0] / slow.apart_N[1], 1.5);  // a factor of two without the bound
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Study whose figures follow power laws, for tests of plots and reports.
+// A study whose figures follow power laws, for tests of plots and reports.
 #pragma once
 
 #include <fmt/format.h>
@@ -72,7 +72,7 @@ inline StudyResults MakeStudy() {
   struct Value {
     const char* knob;
     const char* value;
-    double number, error, time;  // factors of the default's
+    double number, error, time;  // relative to the default
   };
   const std::vector<Value> values = {{"voxel_mm", "0.025", 0.025, 0.03, 4},  // below the references' error bars
                                      {"voxel_mm", "0.05", 0.05, 0.55, 2.4},

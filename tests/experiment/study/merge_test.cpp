@@ -157,14 +157,15 @@ TEST_F(StudyMerge, ContradictionIsAnErrorThatNamesBothAndWritesNothing) {
   EXPECT_THAT(message, HasSubstr(folder_.file("a") + "/shard-0-of-2/cases/" + id + ".errors.json and " +
                                  changed.FileOf(id, CaseWork::kErrors) + " contradict each other"));
   EXPECT_FALSE(fs::exists(folder_.file("out/plan.json")));
-  // Times may differ: the first one is kept.
+  // Times may differ; the first one is kept.
   record.force_hash ^= 1;
   record.seconds += 1;
   changed.Write(record);
   EXPECT_THAT(Merge({folder_.file("a"), again}, "out").missing, IsEmpty());
 }
 
-// A record of a version without the signed impulse contradicts nothing, and the record that has it is kept.
+// A record of a version without the signed impulse contradicts nothing, and the record that contains the impulse is
+// kept.
 TEST_F(StudyMerge, RecordsOfAnEarlierVersionAgree) {
   RunShards("a", 1);
   const std::string again = RunShard("b", 0, 1);

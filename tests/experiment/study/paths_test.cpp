@@ -48,12 +48,12 @@ TEST(HandPath, PassesThroughItsRowsWithoutKinks) {
       "rows.csv");
   EXPECT_DOUBLE_EQ(path.duration_s(), 1.4 - 1);
   EXPECT_LT(glm::distance(path.CalcPose(0.1).p_AB, Vec3(1, 0, 2)), 1e-12);
-  // 0.2 rad about z; the row contains -q.
+  // The rotation is 0.2 rad about z; the row contains -q.
   EXPECT_NEAR(path.CalcPose(0.1).Vector({1, 0, 0}).y, std::sin(0.2), 1e-8);
   for (double t = 0.002; t < 0.398; t += 0.001) {
     const Vec3 before = path.CalcPose(t).p_AB - path.CalcPose(t - 0.001).p_AB;
     const Vec3 after = path.CalcPose(t + 0.001).p_AB - path.CalcPose(t).p_AB;
-    // A kink of the polygon would be a jump of 20 mm/s; a cubic's acceleration here is below 3000 mm/s2.
+    // A kink of the polygon would be a jump of 20 mm/s; the acceleration of a cubic is below 3000 mm/s2 here.
     EXPECT_LT(glm::length(after - before), 3000 * 1e-6) << t;
   }
 }
@@ -86,11 +86,12 @@ TEST(Paths, AreSmoothAndAsFastAsAHand) {
       const std::vector<CaseInput> inputs = MakeCaseInputs(path, holding, 1000);
       for (std::size_t i = 0; i < inputs.size(); ++i) {
         ASSERT_TRUE(IsValid(inputs[i].X_W));
-        // The fastest motion is lifting out, 40 mm/s with a handle; cutting is slower.
+        // The fastest motion is lifting the saw out, at 40 mm/s with a handle; cutting is slower.
         ASSERT_LE(glm::length(inputs[i].v_W_mm_per_s), holding == Holding::kHand ? 45 : 13) << i;
         ASSERT_LE(glm::length(inputs[i].w_W_rad_per_s), 0.5) << i;
         if (i == 0) continue;
-        // From rest to its speed in at least 0.1 s: at most 0.6 m/s2, plus 0.2 of the tremor.
+        // The speed is reached from rest in at least 0.1 s, so the acceleration is at most 0.6 m/s2, plus 0.2 of the
+        // tremor.
         ASSERT_LE(glm::length(inputs[i].v_W_mm_per_s - inputs[i - 1].v_W_mm_per_s), 0.8) << i;
       }
     }
@@ -140,7 +141,7 @@ TEST(Paths, ForcesAreRealisticAndReproducible) {
         EXPECT_EQ(pass.removed_mm3, 0);
         continue;
       }
-      // The shallow path gives a small force, the others forces of saw strokes: a few newtons to 20.
+      // The shallow path has a small force; the others have those of saw strokes, from a few newtons to 20.
       EXPECT_GT(FindPeak(pass), path.name == "graze" ? 0.1 : 2);
       EXPECT_LT(FindPeak(pass), 20);
       EXPECT_GT(pass.removed_mm3, 0.3);
@@ -181,7 +182,7 @@ TEST(ScenePath, HasTheBoneThePathAndTheToolOfItsScene) {
   const StudyPath path = MakeScenePath("hand", KERF_SOURCE_DIR "/scenes/hand_held_cut.toml");
   EXPECT_EQ(path.name, "hand");
   EXPECT_DOUBLE_EQ(path.coupling.stiffness_N_per_mm, 1);
-  // The first stroke: 27.01 mm at 2 mm/s, in a block with its top at z = 0.
+  // The first stroke is 27.01 mm long, at 2 mm/s, in a block with its top at z = 0.
   EXPECT_NEAR(path.duration_s, std::hypot(27, 0.8) / 2, 1e-9);
   EXPECT_LT(glm::distance(path.pose(Holding::kPath, 0).p_AB, Vec3(-19, 0, 12)), 1e-12);
   EXPECT_NEAR(path.solid.distance_mm({0, 0, -1}), -1, 1e-12);

@@ -8,8 +8,8 @@ namespace {
 
 constexpr double kTick_s = 0.001;
 
-/// Engaged teeth by tick: increase from 0.1 to 0.4 s, full until 1 s, decrease to a twentieth until 1.2 s, and constant
-/// until 1.5 s; zero before and after.
+/// Returns engaged teeth by tick: increasing from 0.1 to 0.4 s, full until 1 s, decreasing to a twentieth until 1.2 s,
+/// and constant until 1.5 s; zero before and after.
 std::vector<ReferenceTick> MakeCut(double until_s) {
   std::vector<ReferenceTick> ticks;
   for (int i = 1; kTick_s * i <= until_s + 1e-9; ++i) {
@@ -28,8 +28,8 @@ TEST(CutPhases, AreWhereTheEngagementRisesAndFalls) {
   const std::vector<CutPhase> phases = FindCutPhases(MakeCut(2), kTick_s);
   ASSERT_EQ(phases.size(), 4u);
   const char* names[] = {"entry", "cut", "breakthrough", "exit"};
-  // 0.9 of full engagement on the way up at 0.37 s and down at 1 + 0.1 * 0.2 / 0.95 s; 0.1 of it at 1 + 0.9 * 0.2 /
-  // 0.95 s.
+  // The engagement reaches 0.9 of its maximum on the way up at 0.37 s and on the way down at 1 + 0.1 * 0.2 / 0.95 s,
+  // and 0.1 of it at 1 + 0.9 * 0.2 / 0.95 s.
   const double ends_s[] = {0.1, 0.37, 1.021, 1.189, 1.5};
   for (std::size_t i = 0; i < phases.size(); ++i) {
     EXPECT_EQ(phases[i].name, names[i]);

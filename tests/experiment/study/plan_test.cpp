@@ -24,7 +24,7 @@ std::string Sweep(const std::string& knob, const std::string& values) {
 }
 
 TEST(StudyPlan, ContainsEachPathHoldingAndValueOnceAndTheBaseOnce) {
-  // 0.1 is the base.
+  // The value 0.1 is the base.
   const StudyPlan plan = PlanOf(test::kQuickStudy);
   std::set<std::string> ids;
   for (const PlannedCase& c : plan.cases) EXPECT_TRUE(ids.insert(c.id).second) << c.id;
@@ -104,7 +104,7 @@ TEST(StudyPlan, ShardsAreOfAboutEqualWeight) {
   for (const auto& shard : SplitPlan(plan, 8)) {
     double weight = 0;
     for (const std::size_t i : shard) weight += weigh(i);
-    // A shard begins and ends within a case, and may have no reference or two.
+    // A shard begins and ends within a case, and it may have no reference or two.
     EXPECT_NEAR(weight, whole / 8, heaviest_case + kReferences / 8 + 20);
   }
 }

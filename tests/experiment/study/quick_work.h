@@ -1,4 +1,5 @@
-// Work functions of a study that take no time and have known results: the figures are functions of the settings.
+// Work functions of a study that take no time. Their results are known, because the figures are functions of the
+// settings.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +31,7 @@ struct QuickWorkLog {
 
 inline const std::vector<std::string> kQuickPaths{"entry", "slot", "idle", "absent"};
 
-/// Omits the path "absent". `before`: called before each piece of work with its zero-based index.
+/// Returns work that omits the path "absent". `before`: called before each piece of work with its zero-based index.
 inline StudyWork MakeQuickWork(QuickWorkLog& log, const std::function<void(int)>& before = {}) {
   StudyWork work;
   work.make_paths = [](const std::vector<std::string>& names) {

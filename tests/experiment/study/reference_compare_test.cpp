@@ -1,4 +1,4 @@
-// Compares the simulation with the reference for one case: both agree, coupled to a handle and on a path.
+// Compares the simulation with the reference for one case. Both agree, coupled to a handle and on a path.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -44,8 +44,9 @@ TEST(SimulationAndReference, AgreeOnAnEntryInAHandAndOnAPath) {
       std::printf("%s, %s: force %.2e of %.2f N rms, volume %.2e of %.3f mm3\n", name,
                   std::string(ToString(holding)).c_str(), std::sqrt(off2 / whole2),
                   std::sqrt(whole2 / static_cast<double>(pass.f_W_N.size())), pass.removed_mm3 / removed - 1, removed);
-      // Errors of a grid of 0.1 mm (docs/physics.md): the ends of the engaged arc by a quarter of a voxel, about 1 % of
-      // the force on a path, less with a compliant hand; half a percent of a kerf's volume.
+      // The tolerances are the errors of a grid of 0.1 mm (docs/physics.md). The ends of the engaged arc are off by a
+      // quarter of a voxel, about 1 % of the force on a path and less with a compliant hand; a kerf's volume is off by
+      // half a percent.
       EXPECT_LT(std::sqrt(off2 / whole2), holding == Holding::kHand ? 0.01 : 0.03) << name;
       EXPECT_NEAR(pass.removed_mm3 / removed, 1, 0.01) << name;
     }

@@ -76,8 +76,8 @@ TEST(FitSlope, IntervalCoversPathsOfDifferentSlopesAndNarrowsWithTheirNumber) {
   const Slope few = fit(6);
   const Slope many = fit(54);
   EXPECT_NEAR(few.slope, 1, 1e-12);
-  // The mean of n slopes of 0.8 or 1.2 with equal probability has a deviation of 0.2 / sqrt(n), 95 % within 1.96 of it.
-  // A percentile of 2000 draws is accurate to a tenth of that; few paths give steps of 0.4 / n.
+  // The mean of n slopes of 0.8 or 1.2 with equal probability has a standard deviation of 0.2 / sqrt(n), and 95 % are
+  // within 1.96 of these. A percentile of 2000 draws is accurate to a tenth of that; few paths give steps of 0.4 / n.
   const double expected = 1.96 * 0.2 / std::sqrt(54.0);
   EXPECT_NEAR(many.interval->second - 1, expected, 0.15 * expected);
   EXPECT_NEAR(1 - many.interval->first, expected, 0.15 * expected);
@@ -92,7 +92,7 @@ TEST(FitSlope, NeedsTwoNumbersAndForAnIntervalThreePaths) {
   EXPECT_FALSE(slope.interval);
 }
 
-// Two paths; the second is less accurate and slower.
+// Returns a study of two paths; the second is less accurate and slower.
 StudyResults MakeSmallStudy() {
   StudyResults study;
   study.paths = {"a", "b"};
@@ -179,7 +179,7 @@ TEST(StudyFindings, FollowFromTheFigures) {
   std::string text = DescribeFindings(study, Holding::kHand);
   EXPECT_THAT(text, HasSubstr("**Force, p95, at most 3.50 %**: holds; the largest is 3.00 %, on `b`."));
   EXPECT_THAT(text, HasSubstr("The defaults are on the Pareto front"));
-  // (3 - 1) points for 400 us against (3 - 2) for 200: equal, and listed in the study's order.
+  // The gain is (3 - 1) points for 400 us and (3 - 2) for 200, so they are equal and listed in the study's order.
   EXPECT_THAT(text, HasSubstr("`voxel_mm = 0.05` gains the most accuracy per microsecond"));
   EXPECT_THAT(text, HasSubstr("0.500 points per 100 us"));
   for (CaseRecord& record : study.cases) {
@@ -231,10 +231,10 @@ TEST(PoolSettings, DefaultsAreTheBaseSettingsOfTheStudy) {
   EXPECT_TRUE(curve[1].is_default);
   EXPECT_EQ(curve[1].number, 0.2);
   EXPECT_EQ(curve[1].value, "0.2");
-  // At most two ticks of 100 us in a millisecond; one at 1000 Hz.
+  // There are at most two ticks of 100 us in a millisecond, and one at 1000 Hz.
   EXPECT_DOUBLE_EQ(curve[1].p99_us, 200);
   EXPECT_DOUBLE_EQ(CurveOf(settings, study.base, "rate_hz").front().p99_us, 100);
-  // Errors are proportional to the voxel edge. With a base other than 0.2 they would not be.
+  // Errors are proportional to the voxel edge. With a base other than 0.2, they would not be.
   const KnobErrors errors = MakeKnobErrors(study, Holding::kPath, "voxel_mm").value();
   EXPECT_NEAR(errors.slope->slope, 1, 1e-12);
   EXPECT_EQ(DescribeBase(study.base), "`voxel_mm = 0.2`, `rate_hz = 2000`");
@@ -256,16 +256,16 @@ TEST(FindReference, ReturnsTheReferenceWithTheSamePhysics) {
   EXPECT_EQ(find("voxel_mm", "0.2"), &study.references[1]);
   EXPECT_EQ(find("law", "hertz_chip"), &study.references[0]);
   EXPECT_EQ(find("material", "uniform"), &study.references[2]);
-  // No matching reference: the case is not compared with the reference of another material.
+  // There is no matching reference: the case must not be compared with the reference of another material.
   EXPECT_EQ(find("material", "ct"), nullptr);
 }
 
 TEST(StudyFindings, OrdersOfTheMadeUpStudyAreRecovered) {
   const StudyResults study = test::MakeStudy();
-  // Temperature: 2 K times the square of the cell size (made_up_study.h).
+  // The error of the temperature is 2 K times the square of the cell size (made_up_study.h).
   const KnobErrors heat = MakeKnobErrors(study, Holding::kHand, "heat_grid_mm").value();
   EXPECT_NEAR(heat.slope->slope, 2, 1e-9);
-  // Points below the error bars are excluded from slopes. Otherwise the finest voxel would count, at 0.03 of the
+  // Points below the error bars are excluded from slopes. Otherwise the finest voxel would be included, at 0.03 of the
   // defaults' error.
   const KnobErrors voxel = MakeKnobErrors(study, Holding::kHand, "voxel_mm").value();
   EXPECT_NEAR(voxel.slope->slope, 0.95, 0.01);

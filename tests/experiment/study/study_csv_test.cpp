@@ -28,7 +28,7 @@ void Write(const StudyResults& study, const std::string& folder) {
   test::WriteBytes(folder + "/study.json", FormatStudyJson(study, {}));
 }
 
-// The four texts together contain every figure in its shortest exact form: equal texts are equal studies.
+// The four texts together contain every figure in its shortest exact form, so equal texts mean equal studies.
 std::string AllOf(const StudyResults& study) {
   return FormatCasesCsv(study) + FormatTimesCsv(study) + FormatReferencesCsv(study) + FormatStudyJson(study, {});
 }
@@ -50,7 +50,7 @@ TEST(StudyCsv, ReadsBackWhatItWrote) {
   EXPECT_EQ(ShowSettings(again.base), ShowSettings(study.base));
 }
 
-// Folders of versions before the signed impulse lack that column: everything else is read.
+// Folders of versions before the signed impulse lack that column; everything else is read.
 TEST(StudyCsv, AnEarlierVersionsTableIsRead) {
   const Folder folder;
   StudyResults study = test::MakeStudy();

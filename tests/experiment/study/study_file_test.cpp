@@ -42,7 +42,7 @@ TEST(StudyFile, EmptyFileIsTheBaseSettingsOnAllPaths) {
   EXPECT_EQ(spec.paths, kStudyFilePaths);
   EXPECT_THAT(spec.holdings, ElementsAre(Holding::kHand, Holding::kPath));
   EXPECT_EQ(ShowSettings(spec.base), ShowSettings(StudySettings{}));
-  // The defaults of a scene and of a model.
+  // These are the defaults of a scene and of a model.
   EXPECT_EQ(spec.base.voxel_mm, BlockParams{}.voxel_mm);
   EXPECT_EQ(spec.base.voxel_mm, MandibleParams{}.voxel_mm);
   EXPECT_EQ(spec.base.voxel_mm, ImportOptions{}.voxel_mm);
@@ -92,7 +92,7 @@ file = "a/b.toml"
   EXPECT_THAT(spec.knobs[1].holdings, ElementsAre(Holding::kHand));
   ASSERT_EQ(spec.scenes.size(), 1u);
   EXPECT_THAT(spec.scenes[0].file, HasSubstr("/a/b.toml"));
-  // Read back from a folder, it is the same study.
+  // When it is read back from a folder, it is the same study.
   const StudySpec again = SpecFromJson(SpecToJson(spec));
   EXPECT_EQ(SpecToJson(again), SpecToJson(spec));
   EXPECT_EQ(HashOf(again), HashOf(spec));
@@ -102,7 +102,7 @@ TEST(StudyFile, ScenesAloneExcludeTheBuiltInPaths) {
   EXPECT_TRUE(Parse("[[scene]]\nname = \"a\"\nfile = \"a.toml\"\n").paths.empty());
 }
 
-// A simulation accepts the values that the study file accepts, and refuses those that it refuses.
+// A simulation accepts the values that the study file accepts, and refuses those that the study file refuses.
 TEST(StudyFile, RangesAreThoseOfTheSimulation) {
   struct Bounds {
     const char* knob;
@@ -211,7 +211,7 @@ TEST(StudyFile, HashDependsOnlyOnWhatAffectsResults) {
   EXPECT_NE(HashOf(Parse(text + "[study]\nticks_per_case = 5000\n")), hash);
 }
 
-// With any bytes changed, a study is read or refused with a message.
+// If any bytes are changed, a study is read or is refused with a message.
 TEST(StudyFile, MutatedFilesAreReadOrRefused) {
   const std::string text = DefaultStudyToml() + "\n[[scene]]\nname = \"mine\"\nfile = \"x.toml\"\n";
   EXPECT_TRUE(test::CheckSeeded(20261120, 400, [&] {

@@ -19,7 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Two knobs, coupled only, because each figure takes a while.
+// Returns a study of two knobs, coupled only, because each figure takes a while.
 StudyResults MakeShortStudy() {
   StudyResults study = test::MakeStudy();
   study.knobs = {"voxel_mm", "method"};
@@ -71,7 +71,7 @@ TEST(StudyReport, SignedImpulseIsListedNextToTheForce) {
   StudyResults study = test::MakeStudy();
   const std::string table = DefaultsTable(study, Holding::kHand);
   EXPECT_THAT(table, HasSubstr("| path | force, p95 | impulse |"));
-  // A fifth of the force's errors of 2.46 and 2.7 %.
+  // The signed figure is a fifth of the force's errors of 2.46 and 2.7 %.
   EXPECT_THAT(table, HasSubstr("| slot | 2.46 % | +0.492 % |"));
   EXPECT_THAT(table, HasSubstr("| breakthrough | 2.70 % | -0.540 % |"));
   EXPECT_THAT(DescribeFindings(study, Holding::kHand),

@@ -1,4 +1,4 @@
-// Tests of the choice of settings from measurements, and that the choice meets the request.
+// Tests that settings are chosen correctly from measurements, and that the choice meets the request.
 #include "experiment/study/tune.h"
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ TEST(ChooseCandidate, TakesTheMostAccurateWithinTheTimeOrTheCheapestWithinTheErr
   EXPECT_EQ(ChooseCandidate(all, Asked({}, 0.05), 0), 1u);
   EXPECT_EQ(ChooseCandidate(all, Asked(75, 0.02), 0), 4u);
   EXPECT_EQ(ChooseCandidate(all, Asked(60, 0.02), 0), std::nullopt);
-  // Below the reference's own error bar all errors count as equal, and the cheapest is chosen.
+  // Below the reference's own error bar, all errors count as equal, and the cheapest candidate is chosen.
   EXPECT_EQ(ChooseCandidate(all, Asked(1000, {}), 0.02), 4u);
   // A candidate without complete measurements is not chosen.
   std::vector<TuneCandidate> failed = {Made(0.01, 1)};
@@ -112,7 +112,7 @@ TEST_F(TuneTest, ChoosesSettingsThatMeetTheErrorWhenMeasuredAgain) {
   EXPECT_THAT(FormatTuneJson(result, options, {}), testing::HasSubstr("\"keeps\": true"));
 }
 
-// A plate of 3 mm, cut through: most of the error is at the breakthrough, long after the first contact.
+// The path cuts through a plate of 3 mm: most of the error is at the breakthrough, long after the first contact.
 constexpr const char* kPlate = R"([bone]
 model = "block"
 [bone.block]
@@ -137,7 +137,7 @@ TEST_F(TuneTest, JudgesTheWholePath) {
   ASSERT_TRUE(result.keeps);
   EXPECT_EQ(result.extent, TuneExtent::kWhole);
   EXPECT_NEAR(result.to_s, 4.5 / 7.5, 1e-12);
-  // The same with separate steps: a reference of the path, and one run compared with it.
+  // The result is the same with separate steps: a reference of the path is made, and one run is compared with it.
   StudyPath path = MakeScenePath("scene", file_);
   ASSERT_EQ(result.from_s, 0);  // 0.05 s before the contact at 0.1 / 7.5 s
   const StudySettings& settings = result.again->settings;
@@ -145,7 +145,8 @@ TEST_F(TuneTest, JudgesTheWholePath) {
   const CaseOutcome outcome = RunForErrors(path, options.holding, settings, reference);
   EXPECT_EQ(result.again->outcome.errors->force_p95, outcome.errors->force_p95);
   EXPECT_EQ(result.again->outcome.errors->impulse_signed, outcome.errors->impulse_signed);
-  // All phases. The breakthrough is less accurate: the last voxel of a wall breaks early (docs/accuracy.md).
+  // All phases are present. The breakthrough is less accurate, because the last voxel of a wall breaks early
+  // (docs/accuracy.md).
   ASSERT_GE(result.phases.size(), 3u);
   EXPECT_EQ(result.phases[0].phase.name, "entry");
   EXPECT_EQ(result.phases[1].phase.name, "cut");
@@ -166,7 +167,7 @@ TEST_F(TuneTest, JudgesTheWholePath) {
   for (const TunePhase& p : part.phases) EXPECT_LE(p.phase.to_s, 0.2 + 1e-9);
 }
 
-// Air after the cut must not reduce the errors: the way out to 100 mm is excluded, and the part before is the same.
+// Air after the cut must not reduce the errors: the way out to 100 mm is excluded, and the part before it is the same.
 TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
   std::string scene = kPlate;
   const auto with_end = [&](const char* end) {
@@ -190,7 +191,7 @@ TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
               testing::HasSubstr("over the whole path from the first contact to the last"));
 }
 
-// Ninety ticks in the air without force in either run, and ten in bone, one of them with an error of 40 %.
+// There are ninety ticks in the air without force in either run, and ten in bone, one of them with an error of 40 %.
 TEST(ContactError, CoversTheTicksWithContactInEitherRun) {
   std::vector<Vec3> reference_N(100, Vec3(0));
   std::vector<bool> reference_contact(100, false);
@@ -201,13 +202,13 @@ TEST(ContactError, CoversTheTicksWithContactInEitherRun) {
   std::vector<Vec3> f_N = reference_N;
   f_N[95].z = 1.2;
   std::vector<bool> contact = reference_contact;
-  // The 95th percentile of ten by nearest rank is the largest; of a hundred with 99 zeros it would be 0.
+  // By nearest rank, the 95th percentile of ten values is the largest; of a hundred values with 99 zeros it would be 0.
   EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 0.4);
-  // A force after the reference has left the bone counts, as a fraction of half a newton.
+  // A force after the reference has left the bone also counts, as a fraction of half a newton.
   contact[10] = true;
   f_N[10].z = 0.3;
   EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 0.6);
-  // A missing force counts too.
+  // A missing force also counts.
   contact.assign(100, false);
   f_N.assign(100, Vec3(0));
   EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 1);
@@ -235,7 +236,7 @@ TEST_F(TuneTest, AirBetweenStrokesDoesNotMakeTheErrorSmaller) {
   const TuneCandidate near = measure(14);
   const TuneCandidate far = measure(74);
   EXPECT_GT(near.outcome.errors->force_p95, 2 * far.outcome.errors->force_p95);  // over all ticks
-  // Tolerance: the reference's error bar, because its steps are at different times in the last stroke's ticks.
+  // The tolerance is the reference's error bar, because its steps are at different times in the last stroke's ticks.
   EXPECT_NEAR(near.force_p95, far.force_p95, 0.1 * near.force_p95);
 }
 

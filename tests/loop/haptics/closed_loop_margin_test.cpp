@@ -39,8 +39,8 @@ double ListenTo(HeldSaw& saw, double from_s, double to_s) {
   return 1000 * CalcHighPassRms(f, kDt_s, 20);
 }
 
-// Cutting teeth are a strong damper, so what the hand feels of a saw in the bone is the coupling's spring. The rule for
-// a sampled spring predicts the limit: at 0.75 of it oscillations decay, at 1.4 of it they grow.
+// Cutting teeth act as a strong damper, so what the hand feels of a saw in the bone is the coupling's spring. The rule
+// for a sampled spring predicts the limit: at 0.75 of it oscillations decay, at 1.4 of it they grow.
 TEST(ClosedLoopMargin, AgreesWithTheRuleForASampledSpring) {
   for (const int delay : {0, 1, 2}) {
     HeldSawOptions options;
@@ -64,7 +64,7 @@ TEST(ClosedLoopMargin, AgreesWithTheRuleForASampledSpring) {
   }
 }
 
-// m, b and k are drawn from the measured ranges of hands; the device has only the damping that every omega has. Prints
+// m, b and k are drawn from the measured ranges of hands; the device has only the damping of every omega device. Prints
 // the worst case.
 TEST(ClosedLoopMargin, IsStableWithAnyHand) {
   std::mt19937 random(20261120);
@@ -82,7 +82,7 @@ TEST(ClosedLoopMargin, IsStableWithAnyHand) {
     HeldSaw saw;
     saw.device.SetHand(hand);
     Push(saw, push_N);
-    // A heavy hand with little damping continues to ring after the onset of the push. Then the ringing must decay.
+    // A heavy hand with little damping continues to ring after the onset of the push; this ringing must decay.
     const double before_mN = ListenTo(saw, 2, 3);
     const double noise_mN = ListenTo(saw, 0, 1);
     const std::string what = fmt::format("m {:.3f} kg, b {:.2f} N s/m, k {:.0f} N/m, push {:.1f} N", hand.mass_kg,
@@ -96,7 +96,7 @@ TEST(ClosedLoopMargin, IsStableWithAnyHand) {
   fmt::print("worst of {} random hands: {:.2f} mN with {}\n", kRandomHands, worst_mN, worst);
 }
 
-// An impact on the bone. Sampling may return at most K dx^2 / 2: at 0.1 m/s 1.5 * 0.1^2 / 2 = 8 uJ per tick.
+// The saw hits the bone. Sampling may return at most K dx^2 / 2 per tick; at 0.1 m/s this is 1.5 * 0.1^2 / 2 = 8 uJ.
 TEST(ClosedLoopMargin, ImpactReboundsNoFasterThanItArrived) {
   for (const double rpm : {0.0, 7500.0}) {
     for (const double speed : {50.0, 200.0, 500.0}) {  // mm/s
@@ -147,8 +147,8 @@ TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
   EXPECT_NEAR(saw.device.force_N().z, 5, 1);
 }
 
-// Six degrees of freedom: the hand tilts the stopped saw in its kerf. The walls give a steady restoring torque, and the
-// saw is free again when the tilt is reversed.
+// With six degrees of freedom, the hand tilts the stopped saw in its kerf. The walls give a steady restoring torque,
+// and the saw is free again when the tilt is reversed.
 TEST(ClosedLoopMargin, TiltInTheKerfGivesASteadyTorque) {
   HeldSawOptions options;
   options.hand = "H3";
@@ -182,8 +182,8 @@ TEST(ClosedLoopMargin, TiltInTheKerfGivesASteadyTorque) {
   const double noise = CalcHighPassRms(std::span(torque).subspan(7000, 1000), kDt_s, 20);
   fmt::print("tilt of 4 degrees: {:.1f} N mm before, {:.1f} held ({:.3f} RMS above 20 Hz), {:.1f} after; max {:.0f}\n",
              before, held, noise, after, largest_Nmm);
-  // The torque acts against the tilt. With a fixed disc, hand and coupling in series would give 4 degrees * 2000 * 5000
-  // / 7000 = 100 N mm, but the disc also yields sideways.
+  // The torque acts against the tilt. With a fixed disc, the hand and the coupling in series would exert 4 degrees *
+  // 2000 * 5000 / 7000 = 100 N mm, but the disc also yields sideways.
   EXPECT_LT(held, -20);
   EXPECT_GT(held, -100);
   EXPECT_LE(largest_Nmm, options.profile.peak_torque_Nmm);

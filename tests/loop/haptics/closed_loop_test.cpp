@@ -1,4 +1,4 @@
-// Tests of the complete tick with a hand: energy at the handle, and faults of handle, device and time.
+// Tests of the complete tick with a hand: energy at the handle, and faults of the handle, the device and the clock.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using test::Upright;
 /// Energy that the handle supplied to the motors, compared with the limit for a passive tool behind a sampled spring.
 struct Energy {
   double port_mJ = 0;       // from the true motion of the handle
-  double lowest_mJ = 0;     // over time, of port + sampling + spindle
+  double lowest_mJ = 0;     // lowest value over time of port + sampling + spindle
   double sampling_mJ = 0;   // sum of K dx^2 / 2: energy that a spring force held over a tick can return
   double exchanged_mJ = 0;  // sum of |F . dx|
   double spindle_mJ = 0;
@@ -54,7 +54,8 @@ TEST(ClosedLoop, StoppedSawReturnsNoExcessEnergy) {
     options.quantise = false;
     options.force_map.ramp_in_s = 0;
     HeldSaw saw(options);
-    // The saw moves into the top, along it and out of it, slowly, so that the energy from sampling is small.
+    // The saw moves slowly into the top of the block, along it and out of it, so that the energy from sampling is
+    // small.
     std::vector<IntentionStep> steps;
     for (int i = 0; i < 6; ++i) {
       const double x = i % 2 == 0 ? 3 : -3;
@@ -64,7 +65,7 @@ TEST(ClosedLoop, StoppedSawReturnsNoExcessEnergy) {
     }
     saw.device.SetScript(IntentionScript(saw.start, steps));
     const Energy e = Follow(saw, options.stiffness_N_per_mm, 14000, 0);
-    EXPECT_GT(e.max_hand_N, 0.4) << hand;  // there was contact
+    EXPECT_GT(e.max_hand_N, 0.4) << hand;  // there has been contact
     EXPECT_GT(e.exchanged_mJ, 2) << hand;
     EXPECT_GE(e.lowest_mJ, -1e-3) << hand;  // 1e-6 J
     fmt::print("stopped {}: port {:.3f} mJ, exchanged {:.1f}, sampling may give {:.3f}\n", hand, e.port_mJ,

@@ -29,7 +29,7 @@ Bone MakeSmallBlock() {
   return MakeBlock(params, DefaultMandibleTable());
 }
 
-/// A disc above the block, in the y-z plane, that a hand lowers at 8 mm/s and lifts again after one second.
+/// A disc in the y-z plane above a block, which a hand lowers at 8 mm/s and lifts again after one second.
 struct CuttingStage {
   struct Hand : HandDriver {
     explicit Hand(SimulatedDevice& the_device, const Pose& X_start) : device(the_device), X(X_start) {}
@@ -56,7 +56,7 @@ struct CuttingStage {
         body(simulation, device, MakeBodyParams(slew_N_per_s), &hand) {}
 
   static Pose Start() {
-    // z of the tool along x: the disc is in the y-z plane.
+    // The tool's z is along x, so the disc is in the y-z plane.
     return {Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0.1, 0, 6)};
   }
   static CoupledParams MakeParams() {
@@ -102,7 +102,7 @@ TEST(CuttingLoop, AReaderThatMeshesEndsUpWithTheSameBone) {
     }
   });
   loop.Start();
-  // Wait until the hand has rested for a while and no leaf is waiting.
+  // Waits until the hand has rested for a while and no leaf is waiting.
   while (loop.running() && loop.tick_times().total() < 1500) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   loop.Stop();
   done = true;
@@ -134,7 +134,8 @@ TEST(CuttingLoop, UsesNoHeapAndGivesTheSameBitsTwice) {
 }
 
 TEST(CuttingLoop, MissedTicksMakeNoLargerForceStepThanTheSlewAllows) {
-  // Stalls of up to 40 ticks in the middle of the cut, and a slew that they would exceed: 0.02 N per tick.
+  // The loop stalls for up to 40 ticks during the cut, and the slew rate is so low, 0.02 N per tick, that the force
+  // would exceed it.
   CuttingStage s(20);
   struct Stumbling : LoopClock {
     std::int64_t Now() noexcept override { return inner.Now(); }
@@ -192,7 +193,7 @@ TEST(CuttingLoop, ADeviceThatStaysDeadEndsTheLoop) {
   HapticLoop loop(body, s.device, clock, LoopParams{});
   loop.RunHere(5000);
   EXPECT_EQ(loop.end(), LoopEnd::kDeviceFailed);
-  EXPECT_NEAR(static_cast<double>(loop.counts().ticks), 1000, 2);  // it stops after a second
+  EXPECT_NEAR(static_cast<double>(loop.counts().ticks), 1000, 2);  // the loop stops after a second
 }
 
 }  // namespace

@@ -76,7 +76,8 @@ TEST(LimitLength, IsNeverLongerThanTheLimitAndKeepsTheDirection) {
       RC_ASSERT(std::hypot(limited.x, limited.y, limited.z) <= limit);
       if (!IsFinite(v)) continue;
       const long double length = CalcLongLength(v);
-      // Unchanged if it is shorter by more than rounding, otherwise of full length.
+      // The vector is unchanged if it is shorter than the limit by more than rounding; otherwise it has the limit's
+      // length.
       if (length < 0.999999L * static_cast<long double>(limit)) RC_ASSERT(limited == v);
       RC_ASSERT(CalcLongLength(limited) >= std::min(length, static_cast<long double>(limit)) * 0.99999999L);
       if (std::abs(v.x) < 1e150 && std::abs(v.y) < 1e150 && std::abs(v.z) < 1e150 && length > 1e-150L) {
@@ -119,7 +120,7 @@ TEST(ForceMap, NeverExceedsTheDevicesPeakForAnyInput) {
 }
 
 TEST(ForceMap, ScalesTheExpectedPeakToTheDevicesPeak) {
-  // omega.3: 12 / 28. Well below the knee the map is exactly this factor, except for rounding.
+  // For the omega.3 the factor is 12 / 28. Well below the knee, the map is exactly this factor, except for rounding.
   ForceMap map(FindDeviceProfile("omega_3"), AtOnce());
   EXPECT_DOUBLE_EQ(map.force_scale(), 12.0 / 28);
   const ForceMapOutput out = map.Calc(Vec3(7, -14, 0.5), Vec3(100, 0, 0), kForceMapDt_s);
@@ -134,7 +135,7 @@ TEST(ForceMap, ScalesTheExpectedPeakToTheDevicesPeak) {
 
 TEST(ForceMap, SaturatesSmoothlyAndKeepsTheDirection) {
   const DeviceProfile& profile =
-      FindDeviceProfile("delta_3");  // 20 N; the continuous force is as large, so nothing heats up
+      FindDeviceProfile("delta_3");  // 20 N; the continuous force is as large, so the motors do not heat up
   const Vec3 direction = glm::normalize(Vec3(1, 2, -3));
   double before = 0;
   double slope_before = 1;
@@ -147,7 +148,7 @@ TEST(ForceMap, SaturatesSmoothlyAndKeepsTheDirection) {
     const double slope = (length - before) / 0.05;
     EXPECT_GT(slope, 0) << f;
     EXPECT_LE(slope, 1 + 1e-9) << f;
-    // No corner: the largest curvature is 2 / (peak - knee) = 1 per N, just past the knee.
+    // The curve has no corner: its largest curvature is 2 / (peak - knee) = 1 per N, just past the knee.
     EXPECT_LT(std::abs(slope - slope_before), 1.05 * 0.05) << f;
     if (f < 18) {
       EXPECT_NEAR(length, f, 1e-12);
@@ -159,7 +160,7 @@ TEST(ForceMap, SaturatesSmoothlyAndKeepsTheDirection) {
 }
 
 TEST(ForceMap, LimitsTheSlewRateOfTheForceVector) {
-  // 0 to peak in 5 ms by default: 12 N / 5 ms.
+  // By default, the force may rise from 0 to the peak in 5 ms: 12 N / 5 ms.
   ForceMapParams params;
   params.ramp_in_s = 0;
   ForceMap map(FindDeviceProfile("omega_3"), params);
@@ -172,7 +173,7 @@ TEST(ForceMap, LimitsTheSlewRateOfTheForceVector) {
     before = out.f_H_W_N;
   }
   EXPECT_GT(map.counts().slew_limited, 1000u);
-  // It reaches the target: 10 N on the device after 5 ticks.
+  // The force reaches its target, 10 N on the device, after 5 ticks.
   map.Reset();
   ForceMapOutput out;
   for (int i = 0; i < 5; ++i) out = map.Calc(Vec3(0, 10 * 28 / 12.0, 0), Vec3{0}, kForceMapDt_s);
@@ -180,7 +181,7 @@ TEST(ForceMap, LimitsTheSlewRateOfTheForceVector) {
 }
 
 TEST(ForceMap, LimitsTheSlewRateOfTheTorque) {
-  // As for the force: 0 to peak in 5 ms, or as requested.
+  // As for the force, the torque may rise from 0 to the peak in 5 ms, or as requested.
   const DeviceProfile& profile = FindDeviceProfile("virtuose_6d");
   ASSERT_GT(profile.peak_torque_Nmm, 0);
   for (const double asked : {0.0, 5000.0}) {
@@ -230,7 +231,8 @@ TEST(ForceMap, FaultGivesZeroForceAtOnceAndThenARamp) {
 }
 
 TEST(ForceMap, LongPushFallsToTheContinuousForce) {
-  // Omni: peak 3.3 N, continuous 0.88 N. The load never exceeds 1, and the force settles at the continuous value.
+  // The Omni has a peak force of 3.3 N and a continuous force of 0.88 N. The load never exceeds 1, and the force
+  // settles at the continuous value.
   const DeviceProfile& omni = FindDeviceProfile("omni");
   ForceMap map(omni, AtOnce());
   double warm = 0;
@@ -242,12 +244,12 @@ TEST(ForceMap, LongPushFallsToTheContinuousForce) {
     warm += (1 - std::exp(-kForceMapDt_s / 10)) * (f * f - warm);  // computed independently by the test
     ASSERT_LE(std::sqrt(warm), 0.88 * (1 + 1e-9)) << i;
     ASSERT_LE(f, before + 1e-12) << i;
-    ASSERT_GE(f, before - 0.01) << i;  // gradually
+    ASSERT_GE(f, before - 0.01) << i;  // the force falls gradually
     if (first_limited < 0 && (out.status & kForceMapThermalLimited) != 0) first_limited = i;
     before = f;
   }
   EXPECT_NEAR(before, 0.88, 0.01);
-  // Load 0.7 is reached at 10 s * -ln(1 - 0.7 (0.88/3.3)^2) = 0.511 s.
+  // A load of 0.7 is reached at 10 s * -ln(1 - 0.7 (0.88/3.3)^2) = 0.511 s.
   EXPECT_NEAR(first_limited, 511, 5);
   EXPECT_GT(map.counts().thermal_limited, 50000u);
   // After half a minute of rest the peak is available again.
@@ -279,7 +281,7 @@ TEST(CouplingLimits, AreTheDevicesLimitsDividedByTheForceScale) {
   const CouplingLimits limits = CalcCouplingLimits(omni, FindHandModel("H2"), coupling, scale, 0, 0.001, 1);
   EXPECT_NEAR(limits.stiffness_N_per_mm, 0.7 / scale, 1e-12);
   EXPECT_NEAR(limits.damping_Ns_per_mm, 0.005 / scale, 1e-12);
-  // s K < 2 b / (T + 2 t_d), whatever the coupling's own damping.
+  // The limit is s K < 2 b / (T + 2 t_d), whatever the coupling's own damping is.
   EXPECT_NEAR(limits.sampled_stiffness_N_per_mm * scale, 2 * (0.0001 + 0.003) / 0.003, 1e-12);
   EXPECT_NEAR(limits.quantum_stiffness_N_per_mm * scale, 2 * 0.26 / 0.055, 1e-12);
   EXPECT_NEAR(limits.step_N, 0.55, 1e-12);
@@ -288,14 +290,14 @@ TEST(CouplingLimits, AreTheDevicesLimitsDividedByTheForceScale) {
   EXPECT_TRUE(changed);
   EXPECT_EQ(lowered.stiffness_N_per_mm, limits.stiffness_N_per_mm);
   EXPECT_EQ(lowered.damping_Ns_per_mm, 0.001);
-  EXPECT_EQ(lowered.torsion_Nmm_per_rad, coupling.torsion_Nmm_per_rad);  // no torque, no limit
+  EXPECT_EQ(lowered.torsion_Nmm_per_rad, coupling.torsion_Nmm_per_rad);  // without torque there is no limit
   LimitCoupling(lowered, limits, &changed);
   EXPECT_FALSE(changed);
 }
 
 TEST(FitCoupling, StaysBelowAFractionOfTheSampledLoopsLimit) {
-  // omega_6 with H1 at 250 Hz: the device allows 5 N/mm, the loop 2 (0.001 + 0.001) / 0.004 = 1 N/mm, both on the
-  // device.
+  // For omega_6 with H1 at 250 Hz, the device allows 5 N/mm and the loop 2 (0.001 + 0.001) / 0.004 = 1 N/mm, both at
+  // the device.
   const DeviceProfile& omega = FindDeviceProfile("omega_6");
   const double scale = 12.0 / 28;
   CouplingParams coupling;
@@ -305,7 +307,7 @@ TEST(FitCoupling, StaysBelowAFractionOfTheSampledLoopsLimit) {
   EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 1, 1e-12);
   EXPECT_TRUE(fitted.lowered.by_device);
   EXPECT_TRUE(fitted.lowered.by_loop);
-  // A firm grip at 1 kHz: the loop allows 32 N/mm, so the device's 5 N/mm are the limit.
+  // With a firm grip at 1 kHz, the loop allows 32 N/mm, so the device's 5 N/mm are the limit.
   const FittedCoupling firm = FitCoupling(omega, FindHandModel("H4"), coupling, scale, 0, 0.001);
   EXPECT_NEAR(firm.coupling.stiffness_N_per_mm * scale, 5, 1e-12);
   EXPECT_FALSE(firm.lowered.by_loop);
@@ -313,13 +315,14 @@ TEST(FitCoupling, StaysBelowAFractionOfTheSampledLoopsLimit) {
   const FittedCoupling soft = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.001);
   EXPECT_EQ(soft.coupling.stiffness_N_per_mm, 1);
   EXPECT_FALSE(soft.lowered.any());
-  // The coupling's own damping does not increase the limit of its stiffness: from an encoder it is delayed.
+  // The coupling's own damping does not raise the limit of its stiffness, because damping computed from an encoder's
+  // velocity is delayed.
   coupling.stiffness_N_per_mm = 100;
   coupling.damping_Ns_per_mm = 0.01;
   EXPECT_NEAR(FitCoupling(omega, FindHandModel("H1"), coupling, scale, 0, 0.004).coupling.stiffness_N_per_mm * scale,
               kSampledFraction * 1, 1e-12);
   coupling = {};
-  // Rotation: H1 damps it with 5 N mm s, so that the loop of a device with torques allows 10000 N mm/rad at 1 kHz.
+  // H1 damps rotation with 5 N mm s, so that the loop of a device that outputs torques allows 10000 N mm/rad at 1 kHz.
   EXPECT_EQ(soft.limits.sampled_torsion_Nmm_per_rad, std::numeric_limits<double>::infinity());
   const FittedCoupling turned =
       FitCoupling(FindDeviceProfile("virtuose_6d"), FindHandModel("H1"), coupling, 1, 0.5, 0.001);
@@ -337,7 +340,8 @@ TEST(FitCoupling, StaysBelowAFractionOfTheSampledLoopsLimit) {
             7000);
 }
 
-// 0.8 m / (t (1 + 2 (K + k) t^2 / m)): a velocity of 16 samples is 7.5 ticks late, a held force another half tick.
+// The limit is 0.8 m / (t (1 + 2 (K + k) t^2 / m)), where t is the delay: a velocity from 16 samples is 7.5 ticks late,
+// and holding the force adds half a tick.
 TEST(FitCoupling, LimitsDampingForADelayedVelocity) {
   const DeviceProfile& omega = FindDeviceProfile("omega_6");
   const double scale = 12.0 / 28;
@@ -351,7 +355,7 @@ TEST(FitCoupling, LimitsDampingForADelayedVelocity) {
   EXPECT_NEAR(fitted.coupling.damping_Ns_per_mm * scale, most, 1e-12);
   EXPECT_TRUE(fitted.lowered.damping_by_loop);
   EXPECT_EQ(fitted.coupling.stiffness_N_per_mm, 0.3);
-  // An arm is heavier and tolerates this damping. The coupling's damping does not increase the loop's stiffness limit
+  // An arm is heavier and tolerates this damping. The coupling's damping does not raise the loop's stiffness limit
   // either.
   const FittedCoupling arm = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.002);
   EXPECT_EQ(arm.coupling.damping_Ns_per_mm, 0.045);
@@ -369,9 +373,9 @@ TEST(FitCoupling, AddsTheDampingThatASampledSpringNeeds) {
   EXPECT_NEAR(fitted.coupling.damping_Ns_per_mm, 1.5 * 2 * 0.001 / 2, 1e-15);
   EXPECT_NEAR(FitCoupling(omega, hand, coupling, scale, 0, 0.002).coupling.damping_Ns_per_mm, 1.5 * 2 * 0.002 / 2,
               1e-15);
-  // The added damping does not increase the loop's stiffness limit.
+  // The added damping does not raise the loop's stiffness limit.
   EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 2 * (0.001 + 0.00645) / 0.001, 1e-9);
-  // Larger damping is kept, and it never exceeds the device's limit.
+  // Damping that is already larger is kept, but it never exceeds the device's limit.
   coupling.damping_Ns_per_mm = 0.01;
   EXPECT_EQ(FitCoupling(omega, hand, coupling, scale, 0, 0.001).coupling.damping_Ns_per_mm, 0.01);
   DeviceProfile weak = omega;

@@ -1,4 +1,4 @@
-// Tests of the noise that the simulation adds: force above 20 Hz during a steady push into bone.
+// Tests of the noise that the simulation adds, which is the force above 20 Hz during a steady push into bone.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -18,15 +18,15 @@ using test::kDt_s;
 constexpr double kCutoff_Hz = 20;
 
 struct Noise {
-  double rms_mN = 0;  // of the force commanded to the device, all three axes, in the simulation's newtons
-  double mean_N = 0;  // its component along the push, over the same time
+  double rms_mN = 0;  // RMS of the force commanded to the device, all three axes, in the simulation's newtons
+  double mean_N = 0;  // mean of its component along the push, over the same time
   double feed_mm_per_s = 0;
-  double teeth_rms = 0;  // of the number of engaged teeth, also above 20 Hz
+  double teeth_rms = 0;  // RMS of the number of engaged teeth, also above 20 Hz
   std::uint32_t status = 0;
 };
 
-/// Pushes for 4 s and measures the last 1.5 s: by then the transient of the push has decayed, even for the lightest
-/// hand. `push_N` is in the simulation's newtons: the hand pushes with push_N times the force scale.
+/// Pushes for 4 s and measures during the last 1.5 s; by then the transient of the push has decayed, even for the
+/// lightest hand. `push_N` is in the simulation's newtons: the hand pushes with push_N times the force scale.
 Noise Listen(const HeldSawOptions& options, double push_N) {
   HeldSaw saw(options);
   const double scale = saw.step.force_map().force_scale();
@@ -80,7 +80,8 @@ TEST(ForceNoise, OfAHeldPushIsBelowWhatAHandFeels) {
         options.hand = hand;
         const Noise noise = Listen(options, push_N);
         EXPECT_LE(noise.rms_mN, bench.limit_mN) << bench.name << " " << hand << " " << push_N;
-        // A steady push that cuts. The force is lower by the pull of the hand's spring as it yields, up to k v 0.5 s.
+        // The push is steady and cuts. The force is lower than the push by the pull of the hand's spring as it yields,
+        // up to k v 0.5 s.
         EXPECT_NEAR(noise.mean_N, push_N, 0.25 * push_N) << bench.name << " " << hand;
         EXPECT_GT(noise.feed_mm_per_s, 0.1);
         EXPECT_EQ(noise.status, 0u);
@@ -92,8 +93,8 @@ TEST(ForceNoise, OfAHeldPushIsBelowWhatAHandFeels) {
   std::puts(table.c_str());
 }
 
-// The remaining noise is the encoder's: read every millisecond while the handle moves by many steps, it alone gives K
-// Delta / sqrt(12), 11.1 and 2.6 mN. (The steps of a slow handle are partly below 20 Hz.)
+// The remaining noise is the encoder's: if it is read every millisecond while the handle moves by many steps, it alone
+// causes K Delta / sqrt(12), 11.1 and 2.6 mN. (The steps of a slow handle are partly below 20 Hz.)
 TEST(ForceNoise, IsDueToTheEncoder) {
   for (const Bench& bench : kBenches) {
     HeldSawOptions options;
@@ -129,8 +130,8 @@ TEST(ForceNoise, WholeVoxelRemovalIsNoisierThanFractionalRemoval) {
   std::puts(table.c_str());
 }
 
-// The Omni itself: 3.3 N for 28 N, so its friction hides forces below 0.26 N * 28 / 3.3 = 2.2 N. The same 0.7 N/mm at
-// the device is 5.9 N/mm in the simulation, and an encoder step is 0.33 N of it.
+// The Omni itself outputs 3.3 N for 28 N, so its friction hides forces below 0.26 N * 28 / 3.3 = 2.2 N. The same 0.7
+// N/mm at the device is 5.9 N/mm in the simulation, where an encoder step is 0.33 N.
 TEST(ForceNoise, OfARealOmniIsPrintedForSimulationAndDevice) {
   HeldSawOptions options;
   options.profile = FindDeviceProfile("omni");

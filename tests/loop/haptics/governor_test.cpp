@@ -1,4 +1,4 @@
-// Tests of the governor: it steps down after long overruns, up after a calm time, and does not alternate.
+// Tests of the governor: it steps down after long overruns and up after a calm time, and does not alternate.
 #include "loop/haptics/governor.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(Governor, StepsDownOneByOneAndNoFurtherThanSlab) {
   EXPECT_EQ(governor.steps()[0].from, Fidelity::kFull);
   EXPECT_EQ(governor.steps()[0].to, Fidelity::kCoarse);
   EXPECT_EQ(governor.steps()[0].reason, FidelityReason::kOverrun);
-  EXPECT_NEAR(governor.steps()[0].time_s, 0.1, 0.002);  // one window
+  EXPECT_NEAR(governor.steps()[0].time_s, 0.1, 0.002);  // after one window
   EXPECT_EQ(governor.steps()[0].fraction_over, 1);
   EXPECT_EQ(governor.steps()[0].longest_us, 900);
   EXPECT_EQ(governor.steps()[1].from, Fidelity::kCoarse);
@@ -44,7 +44,7 @@ TEST(Governor, StepsDownOneByOneAndNoFurtherThanSlab) {
 
 TEST(Governor, ForgivesALongTickNowAndThen) {
   Governor governor(Degrading());
-  // 5 % are over budget, and a few last 30 times the period: no persistent overrun.
+  // 5 % of the ticks are over budget, and a few last 30 times the period; this is not a persistent overrun.
   int n = 0;
   Feed(governor, 0, 60, [&n](double, Fidelity) { return ++n % 5000 == 0 ? 30'000.0 : n % 20 == 0 ? 900.0 : 100.0; });
   EXPECT_EQ(governor.step_count(), 0);
@@ -55,7 +55,7 @@ TEST(Governor, StepsUpAfterACalmPeriod) {
   Feed(governor, 0, 1, [](double, Fidelity) { return 900; });
   ASSERT_EQ(governor.fidelity(), Fidelity::kSlab);
   Feed(governor, 1, 2.5, [](double, Fidelity) { return 100; });
-  EXPECT_EQ(governor.fidelity(), Fidelity::kSlab);  // not yet
+  EXPECT_EQ(governor.fidelity(), Fidelity::kSlab);  // the calm time has not passed yet
   Feed(governor, 2.5, 6, [](double, Fidelity) { return 100; });
   EXPECT_EQ(governor.fidelity(), Fidelity::kFull);
   ASSERT_EQ(governor.steps().size(), 4U);
@@ -74,7 +74,8 @@ TEST(Governor, KeepsTheFidelityBetweenOverrunAndCalm) {
 }
 
 TEST(Governor, WaitsLongerAfterEachRevertedRaise) {
-  // Full always takes too long, coarse never does: without increasing waits it would alternate every two seconds.
+  // Full fidelity always takes too long, coarse never does. If the waits did not increase, the governor would alternate
+  // every two seconds.
   Governor governor(Degrading());
   Feed(governor, 0, 300, [](double, Fidelity f) { return f == Fidelity::kFull ? 1500 : 200; });
   std::vector<double> ups;
@@ -82,7 +83,7 @@ TEST(Governor, WaitsLongerAfterEachRevertedRaise) {
     if (step.reason == FidelityReason::kCalm) ups.push_back(step.time_s);
   }
   ASSERT_GE(ups.size(), 6U);
-  // Waits of 2, 4, 8, 16, 32, 32, ...
+  // The waits are 2, 4, 8, 16, 32, 32, ... seconds.
   EXPECT_NEAR(ups[2] - ups[1], 2 * (ups[1] - ups[0]), 0.5);
   EXPECT_NEAR(ups[4] - ups[3], 32, 1);
   EXPECT_NEAR(ups[5] - ups[4], 32, 1);
@@ -99,7 +100,7 @@ TEST(Governor, KeepsABoundedListAndCountsTheRest) {
 }
 
 TEST(Governor, StepsDownInTimeWhenTicksAreFarTooLong) {
-  // Ticks of 50 ms: a window of 100 of them would take 5 s.
+  // Ticks last 50 ms; a window of 100 of them would take 5 s.
   Governor governor(Degrading());
   for (int i = 1; i <= 8; ++i) governor.Observe(0.05 * i, 50'000);
   EXPECT_EQ(governor.fidelity(), Fidelity::kSlab);

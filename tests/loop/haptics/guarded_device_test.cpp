@@ -23,13 +23,13 @@ TEST(GuardedDevice, HoldsZeroAfterATripUntilTheLoopHasTakenNote) {
   EXPECT_EQ(inner.force_x_N, 3);
   EXPECT_TRUE(device.Trip());
   EXPECT_EQ(inner.force_x_N, 0);
-  EXPECT_TRUE(device.Write({3, 0, 0}, Vec3{0}));  // the tick in progress
+  EXPECT_TRUE(device.Write({3, 0, 0}, Vec3{0}));  // by the tick in progress
   EXPECT_EQ(inner.force_x_N, 0);
   EXPECT_TRUE(device.TakeTripped());
   EXPECT_FALSE(device.TakeTripped());
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_EQ(inner.force_x_N, 0.1);
-  EXPECT_EQ(device.counts().largest_step_N, 3);  // the first step; the trip and the following ones do not count
+  EXPECT_EQ(device.counts().largest_step_N, 3);  // the first write; the trip and the writes after it do not count
 }
 
 /// Device in which the loop continues while it receives the trip's zero, as if in a separate thread.
@@ -65,7 +65,7 @@ TEST(GuardedDevice, RampThatBeganDuringATripRestarts) {
   EXPECT_TRUE(inner.Trip(device));
   EXPECT_TRUE(inner.taken());
   EXPECT_EQ(device.counts().passed_over, 1U);
-  // The ramp's first value never reached the device: continuing with the second would be a double step.
+  // The ramp's first value never reached the device, so continuing with the second would be a double step.
   EXPECT_TRUE(device.TakeTripped());
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_EQ(device.counts().largest_step_N, 0.1);
@@ -123,7 +123,7 @@ TEST(Watchdog, TripsOncePerStall) {
   EXPECT_TRUE(watchdog.Look(1051, 1000));
   EXPECT_EQ(inner.force_x_N, 0);
   EXPECT_FALSE(watchdog.Look(1061, 1000));
-  EXPECT_FALSE(watchdog.Look(1101, 1100));  // the loop is back
+  EXPECT_FALSE(watchdog.Look(1101, 1100));  // the loop runs again
   device.TakeTripped();
   device.Write({3, 0, 0}, Vec3{0});
   EXPECT_TRUE(watchdog.Look(1200, 1100));

@@ -1,5 +1,5 @@
-// Tests of the loop with a made-up body, on a simulated clock and live. None of them depends on the speed of the
-// machine.
+// Tests of the loop with a made-up body, with a simulated clock and in real time. None of them depends on the speed of
+// the machine.
 #include "loop/haptics/haptic_loop.h"
 
 #include <gmock/gmock.h>
@@ -57,8 +57,8 @@ TEST(HapticLoop, SkipsAndCountsMissedDeadlines) {
   loop.RunHere(30);
   EXPECT_EQ(loop.counts().ticks, 30U);
   EXPECT_EQ(loop.counts().longest_gap, 40U);
-  EXPECT_EQ(loop.counts().missed, 3U + 3U + 40U);  // no tick follows the last long tick
-  // Elapsed time, but at most 10 ms.
+  EXPECT_EQ(loop.counts().missed, 3U + 3U + 40U);  // the last long tick misses none, because no tick follows it
+  // A tick's dt is the elapsed time, but at most 10 ms.
   EXPECT_DOUBLE_EQ(s.body.dt.values[10], 0.004);
   EXPECT_DOUBLE_EQ(s.body.dt.values[25], 0.010);
   EXPECT_DOUBLE_EQ(s.body.dt.values[26], 0.001);
@@ -116,7 +116,7 @@ TEST(HapticLoop, FailsOnHeapUseInATick) {
   s.body.MakeLeaves(100);
   HapticLoop loop(s.body, s.device, s.clock, s.params);
   loop.RunHere(200);
-  EXPECT_EQ(counter.count(), 0);  // the loop itself allocates nothing
+  EXPECT_EQ(counter.count(), 0);  // the loop itself does not allocate
   Stage t;
   t.body.during = [] {
     void* memory = std::malloc(10);
@@ -150,7 +150,7 @@ TEST(HapticLoop, StepsDownWhileTimeIsBurntAndUpAfterwards) {
 TEST(HapticLoop, SendsEveryChangedLeafDespiteShortQueueAndRing) {
   Stage s;
   s.body.MakeLeaves(150);
-  s.body.changes_per_tick = 30;  // far more than are sent
+  s.body.changes_per_tick = 30;  // far more than can be sent
   s.params.max_leaves_waiting = 20;
   s.params.leaf_ring = 8;
   s.params.leaves_per_tick = 4;
@@ -158,7 +158,7 @@ TEST(HapticLoop, SendsEveryChangedLeafDespiteShortQueueAndRing) {
   std::map<std::array<int, 3>, std::array<float, 512>> mirror;
   int n = 0;
   loop.RunHere(3000, [&] {
-    if (++n == 2500) s.body.changes_per_tick = 0;  // the tool is at rest
+    if (++n == 2500) s.body.changes_per_tick = 0;  // from here on the tool is at rest
     while (const LeafMessage* message = loop.leaves().Peek()) {
       mirror[message->index] = message->values;
       loop.leaves().Pop();

@@ -62,7 +62,7 @@ TEST(LeafStream, SendsEachWaitingLeafBeforeAnyTwice) {
   SpscRing<LeafMessage> ring(1024);
   LeafPublisher publisher(ring, 100);
   const std::array<float, 512> values{};
-  // All leaves change in every tick; in 25 ticks of 4 each has been sent once.
+  // All leaves change in every tick; after 25 ticks that send 4 leaves, each leaf has been sent once.
   std::map<std::array<int, 3>, int> sent;
   for (int tick = 0; tick < 25; ++tick) {
     for (int leaf = 0; leaf < 100; ++leaf) publisher.Mark({leaf, 0, 0}, values.data());
@@ -83,7 +83,7 @@ TEST(LeafStream, KeepsWhatTheRingHasNoRoomFor) {
   EXPECT_EQ(publisher.Send(100), 2);
   EXPECT_EQ(publisher.Send(100), 0);
   EXPECT_EQ(publisher.waiting(), 3U);
-  values[0] = 5;  // a leaf that is sent later has its latest values
+  values[0] = 5;  // a leaf that is sent later is sent with its latest values
   Leaves got;
   EXPECT_EQ(Drain(ring, got), 2U);
   EXPECT_EQ(publisher.Send(100), 2);
@@ -98,7 +98,7 @@ TEST(LeafStream, ReportsAFullQueue) {
   const std::array<float, 512> values{};
   for (int leaf = 0; leaf < 3; ++leaf) EXPECT_TRUE(publisher.Mark({leaf, 0, 0}, values.data()));
   EXPECT_FALSE(publisher.Mark({3, 0, 0}, values.data()));
-  EXPECT_TRUE(publisher.Mark({1, 0, 0}, values.data()));  // already waiting
+  EXPECT_TRUE(publisher.Mark({1, 0, 0}, values.data()));  // this leaf is already waiting
   EXPECT_EQ(publisher.Send(1), 1);
   EXPECT_TRUE(publisher.Mark({3, 0, 0}, values.data()));
 }

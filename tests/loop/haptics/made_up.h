@@ -1,4 +1,4 @@
-// Fake body and device for the tests of the loop.
+// A fake body and a fake device for the tests of the loop.
 #pragma once
 
 #include <atomic>
@@ -45,7 +45,8 @@ class RecordingDevice : public Device {
   std::atomic<int> inside_{0};
 };
 
-/// Body with a force that ramps up by 0.1 N per tick to 5 N and random changes of leaves; `during` runs in each tick.
+/// Body with a force that ramps up by 0.1 N per tick to 5 N and random changes of leaves; `during` is called in each
+/// tick.
 class MadeUpBody : public LoopBody {
  public:
   explicit MadeUpBody(GuardedDevice& device) : device_(device) {}

@@ -52,7 +52,7 @@ TEST_F(PieceExchangeTest, LeavesOnlyWhenItMay) {
   Tick(PoseAt(1.03, 40));
   const std::int64_t since = piece_->clear_since;
   EXPECT_GT(since, 0);
-  // The tool is near the piece and then clear of it again: the reader's check is out of date.
+  // The tool is near the piece and then clear of it again, so the reader's check is out of date.
   for (int i = 0; i < 10; ++i) Tick(PoseAt(1.03, 14));
   EXPECT_EQ(piece_->clear_since, 0);
   piece_->go = since;
@@ -63,7 +63,7 @@ TEST_F(PieceExchangeTest, LeavesOnlyWhenItMay) {
   piece_->go = piece_->clear_since.load();
   int ticks = 0;
   for (; piece_->out_at == 0 && ticks < 10'000; ++ticks) Tick(PoseAt(1.03, 40));
-  // Eight leaves after each tick.
+  // Eight leaves are removed after each tick.
   EXPECT_EQ(ticks, static_cast<int>((piece_->removal.leaves.size() + 7) / 8));
   for (double z = 14; z > 8; z -= 0.02) EXPECT_EQ(Tick(PoseAt(3.5, z)).engaged_teeth, 0) << z;
 }
@@ -83,17 +83,17 @@ TEST_F(PieceExchangeTest, IsDroppedWhenItWasCut) {
 
 TEST_F(PieceExchangeTest, DropAffectsWaitingPiecesButNotLeavingOnes) {
   EXPECT_FALSE(exchange_.leaving());
-  exchange_.Drop();  // not yet received
+  exchange_.Drop();  // the loop has not received the piece yet
   EXPECT_TRUE(piece_->dropped);
   piece_->dropped = false;
   EXPECT_TRUE(exchange_.Send(&*piece_));
   Tick(PoseAt(1.03, 40));
-  exchange_.Drop();  // received
+  exchange_.Drop();  // the loop has received it
   EXPECT_TRUE(piece_->dropped);
   piece_->dropped = false;
   piece_->clear_since = 0;
   EXPECT_TRUE(exchange_.Send(&*piece_));
-  // Ticks in which the piece may not move count too, for comparisons with the loop's tick numbers.
+  // Ticks in which the piece must not leave count too, because they are compared with the loop's tick numbers.
   for (int i = 0; i < 50; ++i) exchange_.Pass();
   Tick(PoseAt(1.03, 40));
   EXPECT_GT(piece_->clear_since, 50);

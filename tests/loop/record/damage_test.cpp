@@ -43,7 +43,8 @@ class DamagedRecordings : public ::testing::Test {
     return "";
   }
 
-  /// Two heads, an input, four blocks of steps with an event after the first and a piece after the second, end, seal.
+  /// Writes a recording of two heads, an input, four blocks of steps with an event after the first and a piece after
+  /// the second, an end and a seal.
   std::string Record(const std::string& name, const std::optional<SealKey>& key = std::nullopt) const {
     RecordingHead head;
     head.scene_toml = "x = 1\n";
@@ -85,8 +86,8 @@ class DamagedRecordings : public ::testing::Test {
     for (const std::string& part : parts) bytes += part;
     return bytes;
   }
-  /// Corrects a damaged file like a person who knows the format but does not have the key: each block's number and
-  /// checksum and, if `chain`, its digest of the preceding block.
+  /// Corrects a damaged file as a person would who knows the format but does not have the key: each block's number and
+  /// checksum and, if `chain` is true, its digest of the preceding block.
   static std::string Forge(std::vector<std::string> parts, bool chain) {
     BlockLink link = FirstLink();
     for (std::size_t i = 1; i < parts.size(); ++i) {
@@ -121,13 +122,13 @@ Offsets ReadableBlocks(const std::string& path) {
   return offsets;
 }
 
-// Redundancy of the format: one damaged bit costs at most the block that contains it.
+// The format is redundant: one damaged bit costs at most the block that contains it.
 TEST_F(DamagedRecordings, AnyFlippedBitIsDetectedAndCostsAtMostOneBlock) {
   const std::string bytes = Record("a.kerf");
   const Offsets all = ReadableBlocks(Path("a.kerf"));
   ASSERT_EQ(all.size(), 11u);
   for (std::size_t at = 0; at < bytes.size(); ++at) {
-    // The block that contains this byte; none for the first line.
+    // All blocks except the one that contains this byte; all of them for a byte of the first line.
     Offsets others = all;
     if (at >= kRecordingMagic.size()) {
       auto next = all.upper_bound(at + kBlockHeadBytes);
@@ -185,7 +186,7 @@ TEST_F(DamagedRecordings, ReportsWhatIsMissing) {
             "the steps from 0.250 to 0.500 s are damaged: 10 of 40 ticks; its seal is damaged");
   EXPECT_THAT(spoil({10, 11}).DescribeDamage(), HasSubstr("bytes are damaged; no end after 1.000 s"));
   const std::string whole = Join(parts);
-  // Removes the last byte of the seal, all but one byte, and all of it.
+  // Removes the last byte of the seal, all but one of its bytes, or all of it.
   for (const std::size_t left_out : {std::size_t{1}, parts.back().size() - 1, parts.back().size()}) {
     const RecordingReader unsealed = Open(whole.substr(0, whole.size() - left_out));
     EXPECT_EQ(unsealed.DescribeDamage(), "its seal is missing");
@@ -199,14 +200,14 @@ TEST_F(DamagedRecordings, ReportsWhatIsMissing) {
   EXPECT_EQ(piece.damage().whole_steps, 25u);
   EXPECT_THAT(Failure([&] { spoil({1, 2}); }), HasSubstr("damaged in its head"));
 
-  // Cut short at the end of a block, and within one.
+  // The recording is cut short at the end of a block, and within one.
   std::vector<std::string> cut(parts.begin(), parts.begin() + 9);
   EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.750 s: no end");
   EXPECT_EQ(Open(Join(cut)).damage().state, RecordingState::kCutShort);
   cut.back().resize(cut.back().size() / 2);
   EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.500 s: no end");
   EXPECT_EQ(Open(Join(cut)).damage().state, RecordingState::kCutShort);
-  // Bytes that do not belong to a block.
+  // Some bytes do not belong to a block.
   std::vector<std::string> more = parts;
   more[5] += std::string(100, 'x');
   EXPECT_EQ(Open(Join(more)).DescribeDamage(), "100 bytes in it do not belong to a block");
@@ -248,20 +249,20 @@ TEST_F(DamagedRecordings, RecomputedChainIsDetectedOnlyByTheSignature) {
   const std::string bytes = Record("a.kerf", key);
   EXPECT_EQ(Open(bytes).seal().signer, key.public_key());
   std::vector<std::string> parts = Split(bytes);
-  parts.erase(parts.begin() + 5);  // the event
-  // With the original signature, which belongs to another digest.
+  parts.erase(parts.begin() + 5);  // removes the event
+  // The original signature is kept, but it belongs to a different digest.
   const RecordingReader kept = Open(Forge(parts, true));
   EXPECT_EQ(kept.damage().state, RecordingState::kDamaged);
   EXPECT_THAT(kept.DescribeDamage(), HasSubstr("signature does not match"));
   EXPECT_EQ(kept.seal().signer, "");
-  // Without the signature: a complete recording that is not signed.
+  // Without the signature, it is a complete recording that is not signed.
   const BlockHead head = ParseBlockHead(std::string_view(parts.back()).substr(0, kBlockHeadBytes));
   parts.back() = FormatBlock(BlockKind::kSeal, FormatSeal({}), head.number, &head.before);
   const RecordingReader unsigned_one = Open(Forge(parts, true));
   EXPECT_EQ(unsigned_one.damage().state, RecordingState::kWhole);
   EXPECT_TRUE(unsigned_one.seal().is_whole);
   EXPECT_EQ(unsigned_one.seal().signer, "");
-  // A recording without its seal has no end.
+  // A recording without its seal counts as cut short.
   parts.pop_back();
   EXPECT_EQ(Open(Forge(parts, true)).damage().state, RecordingState::kCutShort);
   // No block may follow the seal.
@@ -283,7 +284,7 @@ TEST_F(DamagedRecordings, ReportsTheOwnerOfTheSeal) {
   EXPECT_EQ(describe("unsigned.kerf", {}), "chain intact; not signed");
 }
 
-// The digest of "abc" according to RFC 7693 with a length of 256 bits, as printed by b2sum -l 256.
+// The expected digest of "abc" is that of RFC 7693 with a length of 256 bits, as printed by b2sum -l 256.
 TEST_F(DamagedRecordings, TheDigestIsBlake2b) {
   const std::string abc = "bddd813c634239723171ef3fee98579b94964e3bb1cb3e427262c8c068d52319";
   EXPECT_EQ(ToHex(CalcDigest("abc")), abc);
@@ -314,7 +315,7 @@ TEST_F(DamagedRecordings, KeyFileIsPrivateAndNeverReplaced) {
   ASSERT_EQ(chmod(path.c_str(), 0600), 0);
   WriteAll(path, "nonsense");
   EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("is not a secret key"));
-  // A symbolic link in its place is not followed to another file.
+  // If there is a symbolic link in the file's place, it is not followed.
   fs::remove(path);
   WriteAll(Path("mine"), "mine");
   fs::create_symlink(Path("mine"), path);

@@ -61,7 +61,7 @@ class Recordings : public ::testing::Test {
     }
     return "";
   }
-  /// Checks that all steps present are those written, in order; damage() lists the missing ones.
+  /// Checks that all steps in the recording are those written, in order; damage() lists the missing ones.
   static void ExpectAsWritten(RecordingReader& reader) {
     std::uint64_t next = 0;
     std::uint64_t read = 0;
@@ -163,7 +163,7 @@ TEST_F(Recordings, TruncatedFileIsReadUpToTheCut) {
     }
     ++opened;
     EXPECT_NE(reader->DescribeDamage(), "");
-    EXPECT_GE(reader->steps(), most);  // more bytes, no fewer steps
+    EXPECT_GE(reader->steps(), most);  // with more bytes there are no fewer steps
     most = reader->steps();
     if (size % 50 == 0) ExpectAsWritten(*reader);
   }
@@ -202,7 +202,7 @@ TEST_F(Recordings, NeverReplacesAFile) {
 TEST_F(Recordings, RecordingWithoutAnEndIsReadAsFarAsItWasWritten) {
   Write(Path("a.kerf"), 1100, false);
   RecordingReader reader(Path("a.kerf"));
-  EXPECT_EQ(reader.steps(), 1000u);  // blocks of 250; the last hundred were not yet written
+  EXPECT_EQ(reader.steps(), 1000u);  // blocks have 250 steps; the last hundred were not yet written
   EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));
 }
 
@@ -243,7 +243,7 @@ TEST_F(Recordings, FullDiskLeavesWholeBlocks) {
   RecordingReader reader(path);
   EXPECT_GE(reader.steps(), 250u);
   EXPECT_EQ(reader.steps() % 250, 0u);
-  EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));  // and no torn bytes
+  EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));  // and no incomplete block
   ExpectAsWritten(reader);
 }
 

@@ -27,7 +27,7 @@ bool IsSame(const RecordedStep& a, const RecordedStep& b) {
          a.bone_check == b.bone_check;
 }
 
-/// Motion of a hand, as a device with this resolution reports it.
+/// Returns the motion of a hand as a device with this resolution reports it.
 RecordedBlock MakeHand(std::size_t ticks, double resolution_mm, unsigned seed) {
   std::mt19937_64 dice(seed);
   std::normal_distribution<double> tremor(0, 0.02);
@@ -68,7 +68,7 @@ TEST(RecordedSteps, RoundTripOfAHandsMotionIsBitIdentical) {
   EXPECT_EQ(back.hashes[0].bone, 0xfedcba9876543210u);
 }
 
-// Any doubles: NaN with any payload, infinities, denormals, invalid poses.
+// The doubles may have any value: NaN with any payload, infinities, denormals, invalid poses.
 RC_GTEST_PROP(RecordedSteps, RoundTripOfAnyStepsIsBitIdentical, (std::uint64_t seed)) {
   std::mt19937_64 dice(seed);
   RecordedBlock block;
@@ -120,7 +120,7 @@ TEST(RecordedSteps, DecodingAnyBytesDoesNotCrash) {
     try {
       EXPECT_LE(DecodeBlock(bad).steps.size(), kMaxStepsInBlock);
     } catch (const Error&) {
-      // An error message is equally acceptable.
+      // A refusal is equally acceptable.
     }
   }
 }
@@ -133,11 +133,11 @@ TEST(Lattice, RoundingIsFinerThanAnyDevice) {
                  1000.0 * Vec3{any(dice), any(dice), any(dice)}};
     const Pose on = MakePose(FindNearestOnLattice(X));
     EXPECT_NEAR(glm::length(on.p_AB - X.p_AB), 0, 0.5 * std::sqrt(3.0) * kLatticePosition_mm);
-    // The error is at most half a step in each of three components. The fourth is at least a half and changes by at
-    // most their sum divided by twice its value.
+    // The error is at most half a step in each of the three stored components. The fourth is at least one half and
+    // changes by at most the sum of their changes.
     EXPECT_NEAR(1 - std::abs(glm::dot(on.R_AB, X.R_AB)), 0, 1e-15);
     EXPECT_NEAR(glm::length(on.R_AB), 1, 4e-16);
-    // A pose on the lattice is found again, with the same result.
+    // A pose that is on the lattice is found again unchanged.
     const std::optional<LatticePose> again = FindOnLattice(on);
     ASSERT_TRUE(again);
     EXPECT_EQ(MakePose(*again).R_AB, on.R_AB);
@@ -146,7 +146,7 @@ TEST(Lattice, RoundingIsFinerThanAnyDevice) {
 }
 
 TEST(Lattice, WorksWithTwoNearlyEqualComponents) {
-  // Cases in which the omitted component becomes the smaller one.
+  // In some of these cases, rounding makes the omitted component the smaller of the two.
   const double half = std::sqrt(0.5);
   for (int i = -20; i < 20; ++i) {
     const Pose on = MakePose(FindNearestOnLattice({glm::normalize(Quat{half + i * 1e-10, 0, half, 0}), Vec3{0}}));

@@ -26,7 +26,8 @@ using ::testing::UnorderedElementsAre;
 
 const std::string kNasty = "<script>alert('x')</script> & \"quotes\" ä";
 
-/// Two pieces, the second moved and rotated; a plan with one plane that was cut and one that was not, and a stop.
+/// A session with two pieces, the second moved and rotated; a plan with one plane that was cut and one that was not;
+/// and a stop.
 struct Session {
   Session() {
     pieces.Add(test::MakeBox({}, {4, 3, 2}, 0.25), "Left " + kNasty);
@@ -88,7 +89,7 @@ TEST(ExportInput, WritesAllFiles) {
   for (const std::string& file : files) EXPECT_TRUE(std::filesystem::exists(folder.file("out/" + file))) << file;
   EXPECT_EQ(static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder.file("out")), {})),
             files.size());
-  // The moved surface is the original's, moved; precision of a float at 10 mm.
+  // The moved surface is the original's, moved, with the precision of a float at 10 mm.
   const TriangleMesh origin = ReadMesh(folder.file("out/right_origin.stl"));
   const TriangleMesh moved = ReadMesh(folder.file("out/right.stl"));
   ASSERT_EQ(origin.points.size(), moved.points.size());
@@ -100,7 +101,7 @@ TEST(ExportInput, WritesAllFiles) {
   EXPECT_EQ(transforms["pieces"][1]["origin_file"], "right_origin.stl");
   EXPECT_EQ(transforms["pieces"][1]["transform"].size(), 16u);
   EXPECT_FALSE(transforms["pieces"][0].contains("transform_file"));
-  // Slicer's planes are read back.
+  // The planes written for Slicer are read back.
   const auto planned = ReadPlaneMarkupList(folder.file("out/planned.mrk.json"));
   ASSERT_EQ(planned.size(), 2u);
   EXPECT_EQ(planned[0].name, kNasty);
@@ -170,11 +171,11 @@ TEST(ExportInput, CsvHasOneValuePerLine) {
   EXPECT_THAT(csv, HasSubstr("\"ramus, height \"\"x\"\"\",distance,mm,41.25\n"));
   EXPECT_THAT(csv, HasSubstr("right,turned,deg,30\n"));
   EXPECT_THAT(csv, HasSubstr("session,duration,s,12.5\n"));
-  // A name that a spreadsheet would execute.
+  // This is a name that a spreadsheet would execute.
   Session other;
   other.taken.measures[0].name = "=HYPERLINK(1)";
   EXPECT_THAT(FormatMeasuresCsv(other.taken), HasSubstr("\n'=HYPERLINK(1),distance,mm,41.25\n"));
-  // The ball's centre moved 2 mm along x and was then rotated about (6, 0, 0): it is at x = 6 + 2 cos 30. The gap is
+  // The ball's centre was moved 2 mm along x and then rotated about (6, 0, 0), so it is at x = 6 + 2 cos 30. The gap is
   // this minus the ball's radius and half the box, 2 mm each.
   const std::string before_gap = "and right\",least gap,mm,";
   const std::size_t at = csv.find(before_gap);
@@ -192,7 +193,7 @@ TEST(ExportInput, AssessmentJsonHasStableKeys) {
   EXPECT_EQ(json["removed_mm3"], 50);
 }
 
-/// Python's own parser accepts it, every element is closed, and it loads no external resource.
+/// Python's own parser accepts the report, every element is closed, and the report loads no external resource.
 TEST(Report, IsSelfContainedValidHtml) {
   const Session session;
   const Folder folder;
@@ -264,7 +265,7 @@ TEST(CurveSvg, PreservesThePeakAndStaysInItsFrame) {
     top = std::min(top, y);
     EXPECT_TRUE(x >= 64 && x <= 744.05 && y >= 16 && y <= 232.05) << x << " " << y;
   }
-  // 42 of 50 up the axis from 232 to 16.
+  // The value is 42 of 50 up the axis, which goes from 232 to 16.
   EXPECT_NEAR(top, 232 - 42.0 / 50 * 216, 0.06);
   for (const auto& odd :
        {std::vector<std::pair<double, double>>{}, {{1, 1}}, {{0, 0}, {1, 0}}, {{0, std::nan("")}, {2, 1e-9}}}) {
@@ -274,7 +275,7 @@ TEST(CurveSvg, PreservesThePeakAndStaysInItsFrame) {
 }
 
 TEST(Html, EncodesBase64AsInRfc4648) {
-  // RFC 4648, section 10.
+  // The cases are those of RFC 4648, section 10.
   const std::pair<const char*, const char*> cases[] = {{"", ""},
                                                        {"f", "Zg=="},
                                                        {"fo", "Zm8="},

@@ -1,5 +1,5 @@
-// Tests of a scene on a device: settings taken from the device's properties, and a spring-centred cap against closed
-// forms.
+// Tests of a scene on a device: settings taken from the device's properties, and a spring-centred cap compared with
+// closed forms.
 #include "session/held_device/hold_tool.h"
 
 #include <gmock/gmock.h>
@@ -40,7 +40,7 @@ TEST(HoldTool, SceneTakesTheDevicesProperties) {
   EXPECT_EQ(scene.device.motion_scale, 0.5);
   EXPECT_TRUE(scene.device.left_handed);
   EXPECT_EQ(scene.device.delay_ticks, 2);
-  // Below the limit at which a safety gate detects a fault, relative to the 3.3 N.
+  // The slew rate is below the limit at which a safety gate detects a fault, relative to the 3.3 N.
   EXPECT_LT(scene.device.slew_N_per_s, SafetyGateOptions{}.max_slew_per_s * 3.3);
   EXPECT_GT(scene.device.slew_N_per_s, 0.5 * SafetyGateOptions{}.max_slew_per_s * 3.3);
 
@@ -79,7 +79,7 @@ TEST(HoldTool, RefusesProfileWithMoreForceThanTheDevice) {
   SetDevice(other, *unknown.servo);
   EXPECT_EQ(other.device.profile, "touch");
 
-  // The same for a table given by the scene.
+  // The same applies to a table given by the scene.
   const test::Folder folder;
   const std::string file = folder.file("profiles.csv");
   std::ifstream table(KERF_SOURCE_DIR "/volumes/device_profiles.csv");
@@ -109,7 +109,7 @@ TEST(HoldTool, WaitsForTheHandleAndCanBeStopped) {
   EXPECT_THAT(FailureOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
   EXPECT_THAT(said, HasSubstr("pull it out"));
 
-  // Homed, but at the edge of the workspace: it asks the user to move to the middle.
+  // The device is homed, but at the edge of the workspace: the program asks the user to move to the middle.
   stop.store(false);
   served.device->With([](ReportedDevice::State& state) {
     state.sample.homed = true;
@@ -136,7 +136,7 @@ TEST(HoldTool, WaitsForTheHandleAndCanBeStopped) {
 TEST(SetDevice, CouplingAllowsForTheDelayOfTheDevicesRounds) {
   struct Case {
     double loop_Hz, device_Hz;
-    int delay_ticks;  // one of the loop, plus the number that begin during a round of the device
+    int delay_ticks;  // one tick of the loop, plus the number that begin during a round of the device
   };
   for (const Case& c : {Case{1000, 1000, 2}, Case{500, 1000, 2}, Case{4000, 1000, 5}, Case{1000, 300, 5}}) {
     SCOPED_TRACE(c.loop_Hz);
@@ -161,7 +161,7 @@ TEST(MoveByDeflection, MovesAndRotatesAtItsSpeeds) {
   EXPECT_LE(glm::length(X.p_AB - X_WH.p_AB), 1e-12);
   X = MoveByDeflection(X_WH, {0.5, 0, -1, 0, 0, 0}, R_WD, p_TC_mm, speeds, 0.1);
   EXPECT_LE(glm::length(X.p_AB - X_WH.p_AB - R_WD * Vec3{2.5, 0, -5}), 1e-12);
-  // Half a turn in many steps: about the device's axis, with the point at rest.
+  // The handle is rotated by half a turn in many steps, about the device's axis, with the point at rest.
   X = X_WH;
   const int steps = 1000;
   for (int i = 0; i < steps; ++i) {
@@ -180,7 +180,7 @@ TEST(DeflectionHand, PushedCapMovesTheHandleAndBoneHoldsItBack) {
     state.traits.motion = DriverMotion::kDeflection;
     state.sample.deflection = {1, 0, 0, 0, 0, 0};
   });
-  ASSERT_TRUE(cap.Await(ServoState::kEngaged));  // no consent is needed, because it makes no force
+  ASSERT_TRUE(cap.Await(ServoState::kEngaged));  // no consent is needed, because the cap exerts no force
   const Pose X_WH{{1, 0, 0, 0}, {1, 2, 3}};
   SimulatedDeviceOptions options;
   options.quantise = false;
@@ -198,10 +198,10 @@ TEST(DeflectionHand, PushedCapMovesTheHandleAndBoneHoldsItBack) {
     return device.p_WC_mm();
   };
   const Vec3 free = go(Vec3{0});
-  // It follows with the lag of the hand's second-order response, 40 ms, and of its spring.
+  // The cap follows with the lag of the hand's second-order response, 40 ms, and that of its spring.
   EXPECT_NEAR(free.x - X_WH.p_AB.x, 30, 60 * 0.1);
   EXPECT_NEAR(free.y, X_WH.p_AB.y, 1e-9);
-  // A force holds it back: by the compliance of the hand's spring, within the device's friction.
+  // A force holds the cap back by the compliance of the hand's spring, within the device's friction.
   const MouseHandParams hand;
   const double friction_mm = FindDeviceProfile("omega_6").friction_N / hand.stiffness_N_per_mm;
   const Vec3 held = go(Vec3{-3, 0, 0});

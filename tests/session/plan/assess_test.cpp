@@ -11,8 +11,8 @@ namespace {
 
 using namespace plan_test;
 
-/// In the block's frame: the plan is x = 0. The cut is moved by `offset`, rolled about y by `roll_deg`, and pitched by
-/// `pitch_deg`. The kerf is `depth` deep from the top face.
+/// A cut in the block's frame, where the plan is x = 0. The cut is moved by `offset`, rolled about y by `roll_deg`, and
+/// pitched by `pitch_deg`. The kerf is `depth` deep from the top face.
 struct Case {
   double offset;
   double roll_deg;
@@ -23,8 +23,8 @@ struct Case {
 Assessment AssessCase(const Pose& X, const Case& c, double margin_mm = 1) {
   const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
   Bone after = before;
-  // x = offset - tan(roll) z - tan(pitch) y over the face's middle at half depth: with depth -z the offset grows by
-  // tan(roll), and along normal x depth = x cross -z = y by tan(pitch).
+  // The cut is x = offset - tan(roll) z - tan(pitch) y, relative to the face's middle at half depth. The depth is along
+  // -z, so the offset grows with it by tan(roll); normal x depth = x cross -z = y, so it grows along y by tan(pitch).
   const double roll = std::tan(c.roll_deg / kDegrees);
   const double pitch = std::tan(c.pitch_deg / kDegrees);
   const Vec3 n = glm::normalize(Vec3(1, -pitch, roll));
@@ -50,7 +50,7 @@ TEST(AssessCut, MeasuresInjectedErrors) {
     ASSERT_EQ(out.planes.size(), 1u);
     const PlaneResult& plane = out.planes[0];
     ASSERT_TRUE(plane.cut);
-    // The centres are found starting 1.25 voxels inside the bone: the kerf's centre is slightly deeper than half the
+    // The centres are found starting 1.25 voxels inside the bone, so the kerf's centre is slightly deeper than half the
     // depth.
     const double shift = std::abs(std::tan(c.roll_deg / kDegrees)) * 0.2;
     EXPECT_NEAR(plane.offset_mm, c.offset, 0.1 + shift);
@@ -63,13 +63,14 @@ TEST(AssessCut, MeasuresInjectedErrors) {
     EXPECT_NEAR(out.stops[0].over_mm, c.depth - 4, 0.05);
     EXPECT_NEAR(out.removed_mm3, out.before_mm3 - out.after_mm3, 1e-9);
     EXPECT_NEAR(out.removed_mm3, 0.4 * 10 * c.depth / std::cos(plane.angles.angle_deg / kDegrees), 0.5);
-    // Cells are counted by their centres: within half a voxel of the stop's face.
+    // Cells are counted by their centres, so the result is accurate to half a voxel at the stop's face.
     EXPECT_NEAR(*out.too_deep_mm3, 0.4 * 10 * std::max(0.0, c.depth - 4), 0.5 * 0.2 * 0.4 * 10 * 1.2);
   }
 }
 
 TEST(AssessCut, CountsVolumeBeyondTheMargin) {
-  // 2 mm off: all of it is outside a margin of 1 mm plus half a blade. With a margin of 3 mm nothing is outside.
+  // With an offset of 2 mm, all of the cut is outside a margin of 1 mm plus half a blade. With a margin of 3 mm nothing
+  // is outside.
   const Assessment off = AssessCase({}, {2, 0, 0, 4});
   EXPECT_NEAR(*off.outside_mm3, off.removed_mm3, 1e-6);
   EXPECT_FALSE(off.planes[0].within_margin);
@@ -105,7 +106,7 @@ TEST(AssessCut, ThroughCutIsAsDeepAsTheBone) {
   EXPECT_NEAR(*out.stops[0].depth_mm, 8, 0.05);
 }
 
-/// Two planes, two cuts: each cut is measured against its own plane.
+/// With two planes and two cuts, each cut is measured against its own plane.
 TEST(AssessCut, DistinguishesTwoPlanes) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
   Bone after = before;

@@ -29,7 +29,7 @@ TEST(FitKerf, FindsAPerfectCutInAnyPose) {
     const Pose X = draw.AnyPose();
     const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
     Bone after = before;
-    // Through the whole block, at an angle to the faces.
+    // The kerf goes through the whole block, at an angle to the faces.
     const Vec3 tilted = glm::normalize(Vec3(1, draw.In(-0.5, 0.5), draw.In(-0.5, 0.5)));
     const CutPlane cut{X.Point({draw.In(-3, 3), 0, -4}), X.Vector(tilted)};
     const double width = draw.In(0.25, 1);
@@ -57,7 +57,7 @@ TEST(FitKerf, FindsAGrooveOfADisc) {
   }
 }
 
-// Voxels of 0.4 mm and a kerf of 0.25 mm: possibly no voxel centre lies in it.
+// With voxels of 0.4 mm and a kerf of 0.25 mm, there may be no voxel centre in the kerf.
 TEST(FitKerf, FindsAKerfThinnerThanAVoxel) {
   Draw draw(3);
   for (int i = 0; i < 8; ++i) {
@@ -108,7 +108,7 @@ TEST(FitKerf, DistinguishesTwoKerfs) {
     within.Include(cut.p_W + Vec3(3, 10, 10));
     ExpectPlane(FitKerf(before, after, within), cut, 0.1, 0.1);
   }
-  // In all of the bone: the fit is one of the kerfs, not a mean.
+  // When all of the bone is searched, the fit is one of the kerfs, not a mean.
   const auto any = FitKerf(before, after);
   ASSERT_TRUE(any);
   const auto off = [&](const CutPlane& cut) {
@@ -126,7 +126,7 @@ TEST(FitKerf, IgnoresARemovedPiece) {
   ExpectPlane(FitKerf(before, after), cut, 0.1, 0.1);
 }
 
-// A shaving has only one side: the fit is the mean of the lost volume.
+// A shaving has only one side, so the fit is the mean of the lost volume.
 TEST(FitKerf, FitsAShavingByItsVolume) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
   Bone after = before;

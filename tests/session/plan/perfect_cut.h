@@ -20,7 +20,7 @@ inline double CalcAngle(const Vec3& a, const Vec3& b) {
   return kDegrees * std::atan2(glm::length(glm::cross(a, b)), std::abs(glm::dot(a, b)));
 }
 
-/// phi <- max(phi, -distance to the solid).
+/// Sets phi to max(phi, -distance to the solid).
 inline void Subtract(Bone& bone, const std::function<double(const Vec3&)>& distance) {
   const double h = bone.voxel_mm();
   openvdb::FloatGrid& grid = *bone.grids().phi;
@@ -43,7 +43,8 @@ inline void Subtract(Bone& bone, const std::function<double(const Vec3&)>& dista
   FinishLevelSet(grid);
 }
 
-/// Cuts a disc's kerf in the plane through p: round, with radius R about p, or through everything by default.
+/// Cuts a disc's kerf in the plane through p. The kerf is round, with radius R about p, or goes through everything by
+/// default.
 inline void CutKerf(Bone& bone, const CutPlane& plane, double width, double R = 1e9) {
   Subtract(bone, [=](const Vec3& p) {
     const double z = glm::dot(plane.normal_W, p - plane.p_W);

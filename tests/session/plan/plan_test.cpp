@@ -30,18 +30,19 @@ struct Draw {
   std::mt19937 random;
 };
 
-/// The disc lies in its plane z = 0 with the spindle along z; the plan is the same plane, its point below the disc.
+/// The disc lies in its plane z = 0 with the spindle along z. The plan is the same plane, with its point below the
+/// disc.
 TEST(PlaneDeviation, MeasuresTranslationAndRotationOfTheBlade) {
   Draw draw(1);
   const Tool tool = DiscSaw{.diameter_mm = 20};
   for (int i = 0; i < 200; ++i) {
-    // In the plan's frame P: normal z, depth -y, so normal x depth = x.
+    // In the plan's frame P, the normal is z and the depth is -y, so normal x depth = x.
     const Pose X_WP = draw.AnyPose();
     const PlannedPlane plane{.name = "p", .plane = {X_WP.p_AB, X_WP.Vector({0, 0, 1})}, .margin_mm = 1};
     const double offset = draw.In(-2, 2);
     const double roll = draw.In(-30, 30);
     const double turn = draw.In(-3, 3);  // about the spindle: no effect
-    // Tilted about x by the roll, with the rim's lowest point fixed above the plan's point.
+    // The blade is tilted about x by the roll, with the rim's lowest point fixed above the plan's point.
     const Quat lean = glm::angleAxis(-roll / kDegrees, Vec3(1, 0, 0)) * glm::angleAxis(turn, Vec3(0, 0, 1));
     const Vec3 rim_T = glm::angleAxis(-roll / kDegrees, Vec3(1, 0, 0)) * Vec3(0, -10, 0);
     const Vec3 rim_P(0, 3, offset);
@@ -130,7 +131,7 @@ TEST(StopDeviation, IsTheSupportOfTheTool) {
       deepest =
           std::max(deepest, glm::dot(stop.direction_W, X.Point({11 * std::cos(a), 11 * std::sin(a), 0}) - stop.p_W_mm));
     }
-    // A rim of 3600 points misses at most R (1 - cos(pi / 3600)).
+    // A rim of 3600 points misses at most R (1 - cos(pi / 3600)) of the depth.
     EXPECT_NEAR(out.depth_mm, deepest, 1e-5);
     EXPECT_NEAR(out.left_mm, 7 - out.depth_mm, 1e-12);
     EXPECT_NEAR(CalcDeviation(stop, BallBurr{.diameter_mm = 6}, X).depth_mm,
@@ -228,7 +229,7 @@ TEST(Guide, CombinesPlaneAndStop) {
     const auto vector = [&](const char* key) {
       return std::get<Vec3>(guide.values()[guide.info().FindParameter(key)]);
     };
-    // Its point lies in the plane, at the depth of the stop's point.
+    // The plane's point lies in the plane, at the depth of the stop's point.
     EXPECT_NEAR(glm::dot(plane.plane.normal_W, vector("point_mm") - plane.plane.p_W), 0, 1e-9);
     EXPECT_NEAR(glm::dot(in_plane, vector("point_mm") - stop.p_W_mm), 0, 1e-9);
     EXPECT_EQ(guide.GetNumber("depth_mm"), 6);

@@ -58,7 +58,7 @@ TEST_P(Ranking, EachScoredMeasureRanksNoviceIntermediateAndExpert) {
             << ", seed " << seed;
       }
     }
-    // The best and the worst agent differ in the subject of each exercise.
+    // The best and the worst agent differ in the skill that each exercise tests.
     EXPECT_GT(sheets[2].total.value(), 60);
     EXPECT_LT(sheets[0].total.value(), 50);
   }
@@ -84,7 +84,7 @@ TEST_F(Agents, TotalDecreasesWithEachInjectedError) {
       {"tremor", [](AgentParams& p, double x) { p.tremor_mm = x; }, {0.1, 0.4}},
       {"pauses", [](AgentParams& p, double x) { p.pause_s = x; }, {4, 8}},
   };
-  // In soft bone the tool is where the hand intends: all errors are injected ones.
+  // In soft bone the tool is where the hand intends, so all errors are the injected ones.
   Scene scene = test::MakeSmallExercise("groove");
   scene.bone.block.layers = {{9, 32}};
   const double perfect = Score(scene, Perfect()).total.value();
@@ -115,7 +115,7 @@ TEST_F(Agents, TotalDecreasesWithReactionTimeAndForceAtBreakthrough) {
     last_plunge = sheet.Get("plunge_max_mm").value();
     last = sheet.total.value();
   }
-  // An agent that slows down before the far side plunges less.
+  // An agent that slows down before the far side plunges less deeply.
   AgentParams careful = Perfect();
   careful.delay_s = 0.6;
   careful.lookahead_mm = 3;
@@ -135,7 +135,7 @@ TEST_F(Agents, SameAgentGivesTheSameScore) {
   EXPECT_NE(Score(scene, other).Get("jitter_mm"), b.Get("jitter_mm"));
 }
 
-// By the formula alone, stopping early can increase the score: less path, less time, fewer faults. An incomplete
+// By the formula alone, stopping early could increase the score: less path, less time, fewer faults. An incomplete
 // attempt is therefore not graded.
 TEST_F(Agents, TruncatedRecordingIsMeasuredButNotGraded) {
   MakeFolder(folder_);
@@ -156,7 +156,7 @@ TEST_F(Agents, TruncatedRecordingIsMeasuredButNotGraded) {
     EXPECT_FALSE(part.total) << fraction;
     ASSERT_FALSE(part.incomplete.empty()) << fraction;
     EXPECT_EQ(part.incomplete[0], "the recording is cut short");
-    // The unreadable part may have finished the exercise: no such message.
+    // The unreadable part may have finished the exercise, so there is no such message.
     for (const std::string& why : part.incomplete) EXPECT_THAT(why, testing::Not(testing::HasSubstr("not finished")));
     if (part.Get("line_share").value() < 0.8) {
       one_is_short_of_the_line = true;
@@ -211,7 +211,7 @@ TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
   }
 }
 
-// The digest covers the inputs of the ticks: another name, head or seal does not change it; another second does.
+// The digest covers the inputs of the ticks. Another name, head or seal does not change it; another second does.
 TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
   MakeFolder(folder_);
   Scene scene = test::MakeSmallExercise("groove");
@@ -227,7 +227,8 @@ TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
   EXPECT_NE(one.beginning_digest, other.beginning_digest);
 }
 
-// The beginning ends after kBeginningMoves moves: later moves, present or missing, do not change its digest.
+// The beginning ends after kBeginningMoves moves. Whether later moves are present or missing does not change its
+// digest.
 TEST_F(Agents, RecordingsThatDivergeAfterTheBeginningShareItsDigest) {
   MakeFolder(folder_);
   const auto digest = [&](std::size_t waits, std::size_t moves, double last_mm) {
@@ -255,7 +256,7 @@ TEST_F(Agents, RecordingsThatDivergeAfterTheBeginningShareItsDigest) {
   EXPECT_NE(digest(10, kBeginningMoves, 1).beginning, whole.beginning);  // its last step differs
   EXPECT_EQ(digest(10, kBeginningMoves, 0).beginning, whole.beginning);
   EXPECT_NE(digest(10, kBeginningMoves - 1, 0).beginning, whole.beginning);  // too short
-  EXPECT_NE(digest(11, 5000, 0).beginning, whole.beginning);                 // the wait is part of it
+  EXPECT_NE(digest(11, 5000, 0).beginning, whole.beginning);                 // the wait is part of the beginning
   EXPECT_NE(digest(5001, 10, 0).beginning, digest(5001, 11, 0).beginning);   // but does not count as moves
 }
 

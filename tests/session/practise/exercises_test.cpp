@@ -39,7 +39,7 @@ TEST(Exercises, PathsAreTheWantedCuts) {
     const WantedCut cut = MakeWantedCut(scene.exercise, MakeTool(scene));
     const Path path = MakePath(scene);
     ASSERT_EQ(path.segments().size(), 3U) << exercise.id;
-    // The files' coordinates are rounded to 0.01 mm and directions to 0.001, over up to 40 mm.
+    // The files' coordinates are rounded to 0.01 mm and directions to 0.001, over lengths of up to 40 mm.
     for (const std::size_t segment : {0U, 1U}) {
       const Vec3 p = cut.ToCut(path.CalcPose(segment, path.segments()[segment].end_s).p_AB);
       EXPECT_NEAR(p.x, segment == 0 ? 0 : cut.length_mm, 0.05) << exercise.id;

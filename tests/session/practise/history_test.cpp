@@ -159,7 +159,7 @@ TEST_F(HistoryTest, ReportsEachFaultOfItsFileInOneSentence) {
   EXPECT_THAT(MessageOfOpening(), HasSubstr("later version of kerf"));
   Execute("PRAGMA user_version = 2");
   EXPECT_EQ(History(File()).List().size(), 1U);
-  // Cut short, as by a full disk.
+  // The file is cut short, as by a full disk.
   std::filesystem::resize_file(File(), 1000);
   std::filesystem::remove(File() + "-wal");
   EXPECT_NE(MessageOfOpening(), "");
@@ -190,7 +190,7 @@ TEST_F(HistoryTest, ChangedRowIsMarkedAndHasNoTotal) {
   expect_damaged("UPDATE attempts SET incomplete = 'x' WHERE number = 2",
                  "UPDATE attempts SET incomplete = '' WHERE number = 2");
   EXPECT_TRUE(FindMarks(History(File()).List()[1]).empty());
-  // The following row detects a removed one.
+  // The row that follows a removed one reveals the removal.
   Execute("DELETE FROM attempts WHERE number = 2");
   const std::vector<Attempt> rows = History(File()).List();
   ASSERT_EQ(rows.size(), 3U);
@@ -198,7 +198,7 @@ TEST_F(HistoryTest, ChangedRowIsMarkedAndHasNoTotal) {
   EXPECT_FALSE(rows[0].follows_change || rows[2].follows_change);
 }
 
-// After a change of any byte of the file, the file is refused, the row is marked, or the displayed data are unchanged.
+// After a change to any byte of the file, the file is refused, the row is marked, or the displayed data are unchanged.
 TEST_F(HistoryTest, NoChangedByteYieldsAWrongUnmarkedAttempt) {
   {
     History history(File());
@@ -247,7 +247,7 @@ TEST_F(HistoryTest, EarlierVersionIsConvertedCompletelyOrNotAtAll) {
       "INSERT INTO attempts VALUES (2, 'Ole', 'groove', 1, '2026', '/b.kerf', 'a', 7, '{}');");
   const std::string before = ReadTextFile(File());
   {
-    // Enough for the journal's first page, not for its second.
+    // The limit is enough for the journal's first page, but not for its second.
     const FileSizeLimit limit(8300);
     EXPECT_THAT(MessageOfOpening(), HasSubstr("can't be used"));
   }
@@ -320,7 +320,7 @@ TEST_F(HistoryTest, CopiesWithTheSameBeginningAreDuplicates) {
   for (std::size_t i = 2; i < 5; ++i) EXPECT_TRUE(rows[i].doubles.empty()) << i;
 }
 
-// Each attempt used to list all of its doubles: 8000 copies gave 376 MB of text.
+// Formerly each attempt listed all of its doubles, and 8000 copies gave 376 MB of text.
 TEST_F(HistoryTest, OnlyAFewOfManyDuplicatesAreNamed) {
   constexpr std::size_t kMany = 8000;
   std::vector<Attempt> attempts(kMany);
@@ -354,7 +354,8 @@ TEST_F(HistoryTest, ForeignTablesViewsAndTriggersAreRefused) {
   }
 }
 
-// Printing a nesting of 80,000 levels used to overflow the stack; a number in place of an object threw an exception.
+// Formerly, printing a nesting of 80,000 levels overflowed the stack, and a number in place of an object threw an
+// exception.
 TEST_F(HistoryTest, InvalidMeasuresAreLeftOut) {
   const std::string deep = R"({"measures":{"cut_share":)" + std::string(80'000, '[') + std::string(80'000, ']') + "}}";
   const std::string long_one = R"({"measures":{"cut_share":{"value":1}},"more":")" + std::string(2 << 20, 'x') + "\"}";
@@ -372,7 +373,7 @@ TEST_F(HistoryTest, InvalidMeasuresAreLeftOut) {
       EXPECT_THAT(FormatTeacherPage({a}), HasSubstr("<td>-</td>"));
     }
   }
-  // A damaged row with a valid sheet, too.
+  // The same applies to a damaged row with a valid sheet.
   History(File()).Add(MakeOne("Ida", "a", 40));
   Execute("UPDATE attempts SET total = 99");
   const std::vector<Attempt> rows = History(File()).List();

@@ -1,4 +1,4 @@
-// The exercises on bones so small that an agent finishes in a second.
+// The exercises, on bones so small that an agent finishes in a second.
 #pragma once
 
 #include <atomic>

@@ -36,7 +36,7 @@ TEST(ChipsPicture, ShowsTheTickWithTheMost) {
     thrown_mm3 = chips.thrown_mm3();
   }
   track.Detach();
-  EXPECT_TRUE(chips.pool().empty());  // at the end
+  EXPECT_TRUE(chips.pool().empty());  // no chips are in the air at the end
   ASSERT_TRUE(track.most().has_value());
   const ChipsTrack::Moment& moment = *track.most();
   EXPECT_GT(most, 20u);

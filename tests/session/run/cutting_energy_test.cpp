@@ -1,4 +1,4 @@
-// Tests of the specific cutting energy of a run against its closed form, and of its warnings.
+// Tests that compare the specific cutting energy of a run with its closed form, and tests of its warnings.
 #include "session/run/cutting_energy.h"
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 namespace kerf {
 namespace {
 
-/// A kerf 2 mm deep through a whole block 24 mm long: the disc starts and ends outside the block.
+/// Returns a scene with a kerf 2 mm deep through a whole block 24 mm long. The disc starts and ends outside the block.
 std::string SlotScene(double feed_mm_per_s, const std::string& more) {
   return fmt::format(R"(
 [bone]
@@ -52,8 +52,8 @@ class CuttingEnergyRun : public test::ResultFolderTest {
 };
 
 /// Each point of the engaged arc cuts the whole length of the block with its own steady bite, so the work is that of
-/// the steady cut, whatever its start and end: R / (ratio depth w h) times the integral of F(h sin phi) over the arc,
-/// where h is the bite of the feed. (Rim speed times teeth per radian is R times the passes per second.)
+/// the steady cut, whatever its start and end. It is R / (ratio depth w h) times the integral of F(h sin phi) over the
+/// arc, where h is the bite of the feed. (Rim speed times teeth per radian is R times the passes per second.)
 double CalcClosedForm(const std::string& law, double feed_mm_per_s) {
   const DiscSaw saw;
   const ToothForce force = MakeToothForce(ForceLaw(law), saw);
@@ -75,11 +75,11 @@ TEST_F(CuttingEnergyRun, StraightCutMatchesTheClosedForm) {
       const RunSummary summary = RunSlot(feed, fmt::format("[force]\nlaw = \"{}\"\n", law));
       ASSERT_TRUE(summary.cutting.specific_J_per_mm3.has_value());
       // Force and volume of a kerf are each accurate to a percent at 0.1 mm. The free edges of the kerf are rounded by
-      // up to 0.07 mm each, of 24 mm: 0.6 % (docs/physics.md).
+      // up to 0.07 mm each, of 24 mm, which is 0.6 % (docs/physics.md).
       const double expected = CalcClosedForm(law, feed);
       EXPECT_NEAR(*summary.cutting.specific_J_per_mm3 / expected, 1, 0.02) << law << " at " << feed;
       EXPECT_NEAR(*summary.cutting.work_J, *summary.cutting.specific_J_per_mm3 * summary.removed_mm3, 1e-9);
-      // 3000 teeth a second pass while any tooth is engaged.
+      // While any tooth is engaged, 3000 teeth pass per second.
       EXPECT_NEAR(*summary.cutting.pass_mJ, 1e3 * *summary.cutting.work_J / (3000 * summary.force.cutting_time_s),
                   1e-9);
       EXPECT_EQ(summary.cutting.ratio, 1.6);
@@ -96,7 +96,7 @@ TEST_F(CuttingEnergyRun, UsesPowerAndRatioOfTheEffect) {
   const RunSummary plain = RunSlot(6);
   const RunSummary same = RunSlot(6, "[effects.tangential_force]\n");
   EXPECT_TRUE(same.cutting.from_effect);
-  // The rim's speed is the spindle's plus a thousandth of it for the feed.
+  // The rim's speed is the spindle's, plus a thousandth of that for the feed.
   EXPECT_NEAR(*same.cutting.work_J / *plain.cutting.work_J, 1, 2e-3);
   const RunSummary half = RunSlot(6, "[effects.tangential_force]\nratio = 3.2\n");
   EXPECT_EQ(half.cutting.ratio, 3.2);
@@ -148,7 +148,7 @@ TEST_F(CuttingEnergyRun, HeldSawLiesBetweenTheClosedFormsOfItsFeeds) {
   const LoopSummary summary = RunLoop(scene, options, {});
   ASSERT_TRUE(summary.cutting.has_value());
   ASSERT_TRUE(summary.cutting->specific_J_per_mm3.has_value());
-  // The feed is the hand's. The result lies between those of the closed form at 1 and at 12 mm/s, which are
+  // The hand determines the feed. The result lies between those of the closed form at 1 and at 12 mm/s, which are
   // proportional to the square root of the feed.
   EXPECT_GT(*summary.cutting->specific_J_per_mm3, CalcClosedForm("hertz_chip", 1));
   EXPECT_LT(*summary.cutting->specific_J_per_mm3, CalcClosedForm("hertz_chip", 12));

@@ -112,7 +112,7 @@ TEST_F(LoopLogs, DeletedFolderIsReportedAndOtherResultsAreWritten) {
 }
 
 TEST(ForceNoiseTest, EqualsTheNoiseOfTheWholeArrays) {
-  // Cuts from 1.5 to 4.2 s and from 6 s on: the whole seconds 2, 3, 6 and 7 count.
+  // The saw cuts from 1.5 to 4.2 s and from 6 s on, so the whole seconds 2, 3, 6 and 7 count.
   const double dt_s = 0.001;
   ForceNoise noise(dt_s);
   std::vector<double> axes[3];
@@ -129,7 +129,7 @@ TEST(ForceNoiseTest, EqualsTheNoiseOfTheWholeArrays) {
       square += std::pow(CalcHighPassRms(std::span(axis).subspan(begin, count), dt_s, 20), 2);
     return 1000 * std::sqrt(square);
   };
-  // Sums of 8500 terms in a different order.
+  // The sums have 8500 terms in a different order.
   EXPECT_NEAR(noise.Finish_mN(), calc(0, 8500), 1e-12 * calc(0, 8500));
   ASSERT_TRUE(noise.cutting_mN().has_value());
   EXPECT_EQ(*noise.cutting_mN(), std::max({calc(2000, 1000), calc(3000, 1000), calc(6000, 1000), calc(7000, 1000)}));

@@ -67,7 +67,8 @@ LoopSummary RunVirtual(const Scene& scene, double seconds) {
 TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
   const Scene scene = ParseScene(kLoopScene, "s.toml");
   const LoopSummary s = RunVirtual(scene, 6);
-  // Height x width x thickness of the disc. It moves sideways by a fraction of a voxel: a tenth of the kerf's width.
+  // The volume is height x width x thickness of the disc. The disc moves sideways by a fraction of a voxel, which is a
+  // tenth of the kerf's width.
   EXPECT_NEAR(s.removed_mm3, 3 * 4 * 0.5, 0.6);
   EXPECT_EQ(s.counts.ticks, 6000U);
   EXPECT_EQ(s.counts.missed, 0U);
@@ -81,7 +82,7 @@ TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
   // The energy supplied by hand and spindle went into the cut and into friction, or is in the springs.
   EXPECT_GT(s.cut_J, 0);
   EXPECT_GE(s.hand_J + s.spindle_J, s.cut_J + s.friction_J - 1e-6);
-  // The energy balance of each tick is exact to rounding: 1e-9 of a few joules over 6000 ticks.
+  // The energy balance of each tick is exact to within rounding: 1e-9 of a few joules over 6000 ticks.
   EXPECT_NEAR(s.hand_J + s.spindle_J, s.stored_J + s.cut_J + s.friction_J + s.damping_J + s.numerical_J, 1e-7);
   EXPECT_EQ(s.pieces.size(), 2U);
   EXPECT_TRUE(s.touched);
@@ -148,7 +149,7 @@ TEST(RunLoop, LowersFidelityWhileTimeIsWastedAndRecovers) {
   EXPECT_LE(s.force.largest_step_N, s.force.slew_bound_N);
 }
 
-/// Only the first stroke of kLoopScene, which ends at z = 0.5.
+/// Returns only the first stroke of kLoopScene, which ends at z = 0.5.
 Scene OneStroke(const std::string& hand) {
   Scene scene = ParseScene(kLoopScene, "s.toml");
   scene.path.strokes.resize(1);
@@ -160,11 +161,11 @@ TEST(RunLoop, HandleAndToolStopAtTheStrokesEnd) {
   for (const char* hand : {"H1", "H2", "H3", "H4"}) {
     const Scene scene = OneStroke(hand);
     const LoopSummary s = RunVirtual(scene, 12);
-    EXPECT_GE(s.rounds, 1) << hand;  // it reached the end and returned
+    EXPECT_GE(s.rounds, 1) << hand;  // it reached the end and returned at least once
     double lowest_mm = 1e9;
     for (const LoopRow& row : s.rows) lowest_mm = std::min({lowest_mm, row.p_WC_mm.z, row.p_WT_mm.z});
     EXPECT_LE(lowest_mm, 0.5 + 0.03 * scene.hand.lead_mm) << hand;
-    // A damper stops it, not a wall: within some tenths of a millimetre.
+    // A damper stops the handle, not a wall, so it stops within some tenths of a millimetre.
     EXPECT_GE(lowest_mm, 0.5 - 0.3) << hand;
   }
 }
@@ -177,7 +178,8 @@ TEST(RunLoop, LowersACouplingAboveTheLoopsLimit) {
   EXPECT_TRUE(s.setup.fitted.lowered.by_loop);
   EXPECT_DOUBLE_EQ(s.setup.fitted.coupling.stiffness_N_per_mm,
                    kSampledFraction * s.setup.fitted.limits.sampled_stiffness_N_per_mm);
-  // The coupling's maximum is 40 N, the force on a hand that is thrown about. A leaning hand does not reach 20 N.
+  // The coupling's maximum is 40 N, the force on a hand that is thrown about. The force on a leaning hand stays below
+  // 20 N.
   EXPECT_LT(s.force.largest_simulated_N, 20);
   EXPECT_THAT(s.warnings, testing::Contains(testing::HasSubstr("lowered from 100 to 30 % of the limit of a loop")));
   const auto json = nlohmann::json::parse(FormatLoopJson(scene, s));
@@ -186,7 +188,8 @@ TEST(RunLoop, LowersACouplingAboveTheLoopsLimit) {
   EXPECT_THAT(FormatLoopReport(scene, s, false), testing::HasSubstr("lowered from 100 to 30 % of the limit of a loop"));
 }
 
-// Bone so soft that the tool yields to the spring within a tick: the step dissipates most of the spring's energy.
+// The bone is so soft that the tool yields to the spring within a tick, and the step dissipates most of the spring's
+// energy.
 TEST(RunLoop, WarnsIfTheTimeStepDissipatesTheEnergy) {
   Scene scene = ParseScene(kLoopScene, "bar.toml");
   EXPECT_LT(CalcNumericalFraction(RunVirtual(scene, 1)), 0.01);
@@ -245,7 +248,7 @@ TEST(RunLoop, RefusesSlabModeAndInvalidDurations) {
             "[simulation] mode = \"slab\" can't be coupled to a handle; set mode = \"voxel\" for 'kerf loop'");
   EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 36000");
   EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 36'001), "the loop can't run for 36001 s; give 0.01 to 36000");
-  // All rows would be kept.
+  // Without a folder, all rows would be kept in memory.
   EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 20'000),
             "20000000 ticks are too many to be kept in memory; at most 10000000, or give a folder");
 }
@@ -322,9 +325,9 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
     removed_mm3 += std::stod(cell);
   }
   EXPECT_EQ(rows, 2000);
-  // Written with six digits.
+  // The values are written with six digits.
   EXPECT_NEAR(removed_mm3, s.removed_by_occupancy_mm3, 1e-4 * removed_mm3);
-  // A second run into the folder with fewer results removes the files that it no longer writes.
+  // A second run into the folder, with fewer results, removes the files that it no longer writes.
   scene.output.pieces = scene.output.pictures = false;
   LoopOptions brief = Virtual(0.1);
   brief.keep_bones = true;
@@ -354,7 +357,7 @@ TEST(HandMotion, WaitsIfTheHandleIsHeldAndRepeatsThePathIfItIsFree) {
     EXPECT_GE(hand.rounds(), 2);
   }
   {
-    // So heavy that it does not move.
+    // The handle is so heavy that it does not move.
     DeviceProfile held = FindDeviceProfile("ideal");
     held.mass_kg = 1e9;
     SimulatedDevice device(held, FindHandModel("H4"), path.CalcPose(0, 0));
@@ -376,7 +379,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   const LoopSummary without = RunVirtual(plain, 6);
   const LoopSummary with = RunVirtual(scene, 6);
   const LoopSummary again = RunVirtual(scene, 6);
-  // It does not change the force, and its results are reproducible.
+  // The effect does not change the force, and its results are reproducible.
   EXPECT_EQ(with.bone_hash, without.bone_hash);
   EXPECT_EQ(with.force_hash, without.force_hash);
   EXPECT_EQ(FragmentsJson(*with.fragments, false), FragmentsJson(*again.fragments, false));
@@ -386,7 +389,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   const double time_s = with.fragments->events[0].time_s;
   EXPECT_GT(time_s, 0.5);
   EXPECT_LT(time_s, 6);
-  // In the log from the next row on.
+  // The event is in the log from the next row on.
   const auto& figures = with.effects.figures;
   std::size_t column = 0;
   while (figures[column].column() != "fragments_pieces") ++column;
@@ -397,7 +400,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   EXPECT_NE(FormatLoopReport(scene, with, false).find("- Fragments: one piece separated: "), std::string::npos);
 }
 
-/// Cut off next to the middle; then the hand moves far away, sideways, and down through the smaller piece.
+/// A piece is cut off next to the middle; then the hand moves far away, sideways, and down through the smaller piece.
 constexpr char kThroughThePiece[] = R"(
 [bone]
 model = "block"
@@ -456,7 +459,7 @@ TEST(LoopEffects, APieceIsTakenOutWhileItRuns) {
   EXPECT_TRUE(s.mirror_identical);
   EXPECT_NEAR(Balance(s), 0, 1e-9 * s.volume_before_mm3);
   EXPECT_EQ(s.pieces.size(), 1u);
-  // The tool is clear of the piece from before its removal starts until after it ends: the force is unchanged until
+  // The tool is clear of the piece from before its removal starts until after it ends, so the force is unchanged until
   // then.
   double held_N = 0, largest_N = 0;
   ASSERT_EQ(held.rows.size(), s.rows.size());
@@ -481,7 +484,7 @@ TEST(LoopEffects, PieceIsTakenOutInALiveLoop) {
   const test::EndsAfterMotion end(9, options);
   const LoopSummary s =
       RunLoop(ParseScene(std::string(kThroughThePiece) + "pieces = \"moved\"\n", "s.toml"), options, {});
-  // During the run or, on a busy machine, at its end.
+  // The piece is removed during the run or, on a busy machine, at its end.
   ASSERT_GE(s.fragments->out.size(), 1u);
   EXPECT_TRUE(s.mirror_identical);
   EXPECT_NEAR(Balance(s), 0, 1e-9 * s.volume_before_mm3);
@@ -495,7 +498,7 @@ TEST(LoopEffects, PieceIsFoundSoonAfterSeparationInALiveLoop) {
   options.seconds = 6;
   constexpr double kMaxLate_ms = 2000;
   std::optional<double> late_ms;
-  // A busy machine may cause a long delay: up to three tries, because three long delays are no coincidence.
+  // A busy machine may cause a long delay, so there are up to three tries. Three long delays would be no coincidence.
   for (int tries = 0; tries < 3 && late_ms.value_or(kMaxLate_ms) >= kMaxLate_ms; ++tries) {
     const LoopSummary s = RunLoop(scene, options, {});
     ASSERT_TRUE(s.fragments.has_value());
@@ -515,7 +518,7 @@ TEST(LoopEffects, AddTheirColumnsAndFigures) {
   EXPECT_EQ(FormatLoopJson(plain, none).find("\"effects\""), std::string::npos);
   EXPECT_NE(FormatLoopCsv(none).find("fidelity,status\n"), std::string::npos);
 
-  // Both have the effects that heat requires.
+  // Both runs have the effects that heat requires.
   const std::string needed = std::string(kLoopScene) + "[effects.tangential_force]\n";
   const Scene warm = ParseScene(needed + "[effects.heat]\n", "s.toml");
   const LoopSummary without = RunVirtual(ParseScene(needed, "s.toml"), 2);
@@ -548,12 +551,12 @@ TEST(LoopEffects, AddTheirColumnsAndFigures) {
   const auto json = nlohmann::json::parse(FormatLoopJson(warm, with));
   for (std::size_t i = 0; i < figures.size(); ++i) {
     SCOPED_TRACE(figures[i].column());
-    // To the six digits of the log.
+    // The values agree to the six digits of the log.
     EXPECT_NEAR(figures[i].last, last[i], 1e-5 * std::abs(last[i]));
     EXPECT_NEAR(figures[i].largest, largest[i], 1e-5 * std::abs(largest[i]));
     EXPECT_EQ(json["effects"]["heat"][figures[i].name]["last"], figures[i].last);
   }
-  // It became warmer.
+  // The bone became warmer.
   EXPECT_GT(figures[0].largest, figures[0].smallest);
 }
 

@@ -57,7 +57,7 @@ disc_normal = [1.0, 0.0, 0.0]
 model = "H4"
 )";
 
-/// Cuts off an end, moves away from it, and returns.
+/// The saw cuts off an end, moves away from it, and returns.
 constexpr char kPiece[] = R"(
 [[path.stroke]]
 start_mm = [0.5, 0.0, 6.5]
@@ -147,7 +147,7 @@ TEST_F(Replays, LoopIsIdentical) {
   ASSERT_TRUE(s.recorded);
   EXPECT_EQ(s.recorded->failure, "");
   EXPECT_EQ(s.recorded->steps, 6000u);
-  // Requirement: at most 1 MB a minute.
+  // The requirement is at most 1 MB per minute.
   EXPECT_LT(static_cast<double>(s.recorded->bytes), 1e6 * 6 / 60);
   ExpectSame("a.kerf", 6000);
   RecordingReader recording(Path("a.kerf"));
@@ -177,7 +177,7 @@ TEST_F(Replays, LiveLoopIsIdentical) {
   ExpectSame("a.kerf", s.counts.ticks);
 }
 
-// Artificial delays: ticks are missed, and the loop switches to coarser ticks and back.
+// Because of artificial delays, ticks are missed, and the loop switches to coarser ticks and back.
 TEST_F(Replays, MissedTicksAndChangedFidelitiesAreIdentical) {
   LoopOptions options = Record("a.kerf", 5);
   options.burn_us = 1500;
@@ -192,14 +192,14 @@ TEST_F(Replays, RemovalOfAPieceIsRepeated) {
   ASSERT_EQ(s.fragments->out.size(), 1u);
   EXPECT_LT(s.fragments->out[0].time_s, 9);
   ExpectSame("a.kerf", 10'000);
-  // The report is the same.
+  // The report is unchanged.
   RecordingReader recording(Path("a.kerf"));
   LoopOptions again;
   again.virtual_time = true;
   again.replay = {&recording, 1e9, false, true, 0};
   const LoopSummary replayed = RunLoop(MakeScene(kPiece), again, {});
   ASSERT_EQ(replayed.fragments->events.size(), s.fragments->events.size());
-  // Rounding of a sum of ten thousand milliseconds.
+  // The tolerance is the rounding of a sum of ten thousand milliseconds.
   EXPECT_NEAR(replayed.fragments->events[0].time_s, s.fragments->events[0].time_s, 1e-9);
   ASSERT_EQ(replayed.fragments->out.size(), 1u);
   EXPECT_EQ(replayed.fragments->out[0].id, s.fragments->out[0].id);
@@ -212,7 +212,7 @@ TEST_F(Replays, LiveRemovalOfAPieceIsRepeated) {
   LoopOptions options = Record("a.kerf", 0, true);
   const test::EndsAfterMotion end(9, options);
   const LoopSummary s = RunLoop(MakeScene(kPiece), options, {});
-  // During the run or, on a busy machine, at its end.
+  // The piece is removed during the run or, on a busy machine, at its end.
   ASSERT_GE(s.fragments->out.size(), 1u);
   ExpectSame("a.kerf", s.counts.ticks);
 }
@@ -267,7 +267,7 @@ TEST_F(Replays, UndoAndRedoAreRepeated) {
   }
 }
 
-// With a stopped spindle nothing is cut after the undo, and redo restores the bone.
+// With a stopped spindle, nothing is cut after the undo, and redo restores the bone.
 TEST_F(Replays, RedoWithTheSpindleStopped) {
   LoopOptions options = Record("a.kerf", 4);
   for (const char* text : {"1:checkpoint=a", "2.5:rpm=0", "3:undo=a", "3.5:redo"}) {
@@ -278,7 +278,7 @@ TEST_F(Replays, RedoWithTheSpindleStopped) {
   ExpectSame("a.kerf", 4000);
 }
 
-// Continued several times: the replay passes through each point of continuation unchanged.
+// The session is continued several times. The replay passes through each point of continuation unchanged.
 TEST_F(Replays, ContinuedRecordingCanBeContinued) {
   const Scene scene = MakeScene(kThrough, "[simulation]\ncarve_interval_ticks = 16\n");
   RunLoop(scene, Record("0.kerf", 2.11), {});
@@ -309,7 +309,7 @@ TEST_F(Replays, ContinuesAfterAnUndo) {
   RecordingReader recording(Path("a.kerf"));
   LoopOptions further = Record("b.kerf", 1);
   further.replay = {&recording, 1e9, true, true, 0};
-  // The checkpoint still exists.
+  // The checkpoint still exists after the continuation.
   further.actions.push_back(ParseLoopAction("3.5:undo=a"));
   const LoopSummary s = RunLoop(scene, further, {});
   EXPECT_EQ(s.undone->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());  // the recorded one, and this
@@ -318,20 +318,20 @@ TEST_F(Replays, ContinuesAfterAnUndo) {
 
 TEST_F(Replays, FirstDifferingTickIsReported) {
   RunLoop(MakeScene(kThrough), Record("a.kerf", 3), {});
-  // A micrometre in one tick of the cut: the spring alone turns it into a millinewton.
+  // One tick of the cut is changed by a micrometre, which the spring alone turns into a millinewton.
   Tamper("a.kerf", "b.kerf", 1700, [](RecordedStep& step) { step.X.p_AB.z -= 1e-3; });
   Replayed replayed = Replay("b.kerf");
   ASSERT_TRUE(replayed.divergence);
   EXPECT_EQ(replayed.divergence->step, 1700u);
   EXPECT_NEAR(replayed.divergence->time_s, 1.701, 1e-9);
   EXPECT_THAT(replayed.divergence->what, HasSubstr("forces"));
-  // Only the hash of a voxel.
+  // Only the hash of a voxel is changed.
   Tamper("a.kerf", "c.kerf", 1500, [](RecordedStep& step) { step.bone_check ^= 1; });
   replayed = Replay("c.kerf");
   ASSERT_TRUE(replayed.divergence);
   EXPECT_EQ(replayed.divergence->step, 1500u);
   EXPECT_EQ(replayed.divergence->what, "the voxels");
-  // Without `verify` it continues to the end.
+  // Without `verify`, the replay continues to the end.
   RecordingReader reader(Path("c.kerf"));
   EXPECT_EQ(Replay(reader, false).steps, 3000u);
 }
@@ -364,7 +364,7 @@ TEST_F(Replays, ContinuesFromAnyTime) {
   EXPECT_GT(a.removed_mm3, 1);
   EXPECT_EQ(a.bone_hash, b.bone_hash);
   EXPECT_EQ(a.force_hash, b.force_hash);
-  // No step in the force at the transition between the two hands.
+  // There is no step in the force at the transition between the two hands.
   EXPECT_LE(a.force.largest_step_N, a.force.slew_bound_N);
   ExpectSame("a.kerf", 4000);
 }
@@ -373,7 +373,7 @@ TEST_F(Replays, RunAlongAPathIsIdentical) {
   const Scene scene = MakeScene(kThrough, "[output]\npictures = false\n");
   const RunSummary s = RunScene(scene, Path("out"), {}, {}, {Path("a.kerf"), "/tmp/s.toml", nullptr});
   RecordingReader recording(Path("a.kerf"));
-  // Two strokes are set down: steps without ticks.
+  // The tool is set down for each of the two strokes, which is a step without a tick.
   EXPECT_EQ(recording.steps(), s.ticks + 2);
   const RecordedScene recorded = OpenRecordedScene(recording, "");
   RunReplay whole(recording, 1e9, true);
@@ -431,7 +431,7 @@ TEST_F(Replays, InputFilesAreRecorded) {
   EXPECT_GT(replayed.steps, 1999u);
 }
 
-// A device that loses ticks, reports nonsense, freezes and does not accept its force.
+// The device loses ticks, reports nonsense, freezes and does not accept its force.
 TEST_F(Replays, FaultsOfTheDeviceAreRepeated) {
   const DeviceProfile profile = FindDeviceProfile("falcon");
   CoupledParams params;
@@ -481,7 +481,7 @@ TEST_F(Replays, FaultsOfTheDeviceAreRepeated) {
     RecordingWriter writer(Path("a.kerf"), head, {});
     for (const TickToRecord& tick : ticks) writer.Add(tick.step, 0);
   }
-  // Replayed, except for steps that were not flushed after the last block.
+  // The recording is replayed, except for steps that were not flushed after the last block.
   RecordingReader recording(Path("a.kerf"));
   EXPECT_EQ(recording.steps(), 2250u);
   CoupledSimulation simulation(bone, params, X_start);

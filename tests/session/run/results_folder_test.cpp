@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::UnorderedElementsAre;
 
-// Files of all types that runs and studies write may be removed; no other file is, whatever a list contains.
+// Files of all types that runs and studies write may be removed. No other file is removed, whatever a list contains.
 TEST(ResultsFolder, RemovesOnlyTheResultsOfAnEarlierRun) {
   const test::Folder folder;
   for (const char* name : {"a.svg", "a.png", "report.md", "cases.csv", "mine.toml", "b.svg", "notes.md"}) {

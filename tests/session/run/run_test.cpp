@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A block of 8 x 4 x 6 mm that a stroke straight down cuts in two.
+/// A block of 8 x 4 x 6 mm, which a stroke straight down cuts in two.
 constexpr char kRunScene[] = R"(
 [bone]
 model = "block"
@@ -47,8 +47,8 @@ class Run : public test::ResultFolderTest {};
 TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
   const Scene scene = ParseScene(std::string(kRunScene) + "[output]\npictures = false\n", "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
-  // The kerf is a cuboid: 8 mm long, 0.25 mm wide, 6 mm deep. Along its 56 mm of edges the bone is rounded by about 0.2
-  // h^2: 0.11 mm^3.
+  // The kerf is a cuboid: 8 mm long, 0.25 mm wide, 6 mm deep. Along its 56 mm of edges, the bone is rounded by about
+  // 0.2 h^2, which is 0.11 mm^3.
   EXPECT_NEAR(summary.removed_mm3, 8 * 0.25 * 6, 0.02 * 12);
   EXPECT_NEAR(summary.removed_mm3 + summary.volume_after_mm3, summary.volume_before_mm3, 1e-9 * 192);
   ASSERT_EQ(summary.pieces.size(), 2u);
@@ -77,7 +77,7 @@ TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
     peak = std::max(peak, std::hypot(row[9], row[10], row[11]));
   }
   EXPECT_NEAR(removed, rows.back()[22], 1e-4);  // six figures a row
-  // Rows count the occupancy of voxels, the summary the bone's volume: they differ at the kerf's edges.
+  // Rows count the occupancy of voxels, the summary the bone's volume. These differ at the kerf's edges.
   EXPECT_NEAR(rows.back()[22], summary.removed_mm3, 0.02 * 12);
   EXPECT_NEAR(peak, summary.force.peak_N, 1e-4 * peak);
   EXPECT_NEAR(rows.back()[0], 0.85, 1e-9);
@@ -105,7 +105,7 @@ TEST_F(Run, CutsABlockInTwoWithConsistentFiles) {
 }
 
 TEST_F(Run, WritesSound) {
-  // The disc moves down from 0.5 mm above the bone: idle first, then louder in the cut.
+  // The disc moves down from 0.5 mm above the bone. The sound is that of the idle saw first, and louder in the cut.
   const Scene scene =
       ParseScene(std::string(kRunScene) + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n",
                  "scene.toml");
@@ -129,7 +129,7 @@ TEST_F(Run, WritesSound) {
       sum += static_cast<double>(x[i]) * std::polar(1.0, -2 * std::acos(-1.0) * hz * static_cast<double>(i) / 48000);
     return 2 * std::abs(sum) / static_cast<double>(count);
   };
-  // 24 teeth at 125 Hz: bins of 10 Hz, whole periods of all lines. The noise is some thousandths per bin.
+  // With 24 teeth at 125 Hz, bins of 10 Hz contain whole periods of all lines. The noise is some thousandths per bin.
   EXPECT_GT(line(125, 19200, 4800 * 2), 0.05);
   EXPECT_GT(line(3000, 19200, 4800 * 2), 0.03);
   EXPECT_LT(line(3070, 19200, 4800 * 2), 0.01);
@@ -159,7 +159,7 @@ TEST_F(Run, ShowsSpectrumAndGuide) {
 }
 
 TEST(SpectrumTrack, HasTheLinesOfTheEffect) {
-  // A disc that moves along at a constant depth: lines of constant amplitude, which appear in their bins of the
+  // The disc moves along at a constant depth, so the lines have constant amplitudes, which appear in their bins of the
   // spectrum.
   const Scene scene = ParseScene(R"(
 [bone]
@@ -194,7 +194,7 @@ disc_normal = [0.0, 1.0, 0.0]
   EXPECT_EQ(spectrum.teeth, 24);
   EXPECT_NEAR(spectrum.spindle_Hz, 125, 1e-3);
   EXPECT_NEAR(spectrum.carried_Hz, 400, 1e-4);  // times are stored as floats
-  // The grid's ripple along the path moves some percent of each line to both sides.
+  // The grid's ripple along the path moves a few percent of each line to both sides.
   const auto& lines = effect.lines();
   ASSERT_GT(lines[ToothVibrationEffect::kRunout].Magnitude(), 0.01);
   EXPECT_NEAR(spectrum.mN[125] / (1000 * lines[ToothVibrationEffect::kRunout].Magnitude()), 1, 0.1);
@@ -204,7 +204,7 @@ disc_normal = [0.0, 1.0, 0.0]
 }
 
 TEST_F(Run, WorkIsTheForceAlongThePath) {
-  // Straight down: the hand's work is the integral of the vertical force over the distance.
+  // The disc moves straight down, so the hand's work is the integral of the vertical force over the distance.
   const Scene scene = ParseScene(kRunScene, "scene.toml");
   const RunResult run = RunPath(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene), 1000, 7500, {});
   double work = 0;
@@ -245,7 +245,7 @@ TEST_F(Run, ReducedPiecesAreSmallerAndWithinTheStatedError) {
     EXPECT_EQ(full_mesh.triangles.size(), full.pieces[i].triangles);
     EXPECT_LT(summary.pieces[i].triangles, full.pieces[i].triangles);
     EXPECT_EQ(CountOpenEdges(reduced_mesh), 0u);
-    // The files contain floats: 1e-6 mm here.
+    // The files contain floats, whose rounding is 1e-6 mm here.
     EXPECT_LE(test::CalcLargestDistance(full_mesh, reduced_mesh, 0.05), 0.02 + 1e-5);
     EXPECT_LE(test::CalcLargestDistance(reduced_mesh, full_mesh, 0.05), 0.02 + 1e-5);
   }
@@ -254,7 +254,7 @@ TEST_F(Run, ReducedPiecesAreSmallerAndWithinTheStatedError) {
   EXPECT_EQ(json["pieces"][0]["triangles"], summary.pieces[0].triangles);
 }
 
-// Coarse voxels, with edges much longer than the error, are reduced too.
+// Coarse voxels, with edges much longer than the error, are also reduced.
 TEST_F(Run, ReducedCoarsePiecesAreWithinTheStatedError) {
   std::string text = kRunScene;
   text.replace(text.find("voxel_mm = 0.1"), 14, "voxel_mm = 0.3");
@@ -297,8 +297,8 @@ TEST_F(Run, ReportsFragmentsWithoutChangingTheResults) {
   ASSERT_TRUE(with.fragments.has_value());
   const FragmentsReport& report = *with.fragments;
   ASSERT_EQ(report.events.size(), 1u);
-  // At the block's ends, 4 mm from its centre, the rim is sqrt(11^2 - 4^2) = 10.25 mm below the disc's centre. It
-  // passes the lower side, z = -6, when the centre is at 4.25: after 0.725 s. The block separates half a voxel earlier,
+  // At the block's ends, 4 mm from its centre, the rim is sqrt(11^2 - 4^2) = 10.25 mm below the disc's centre. The rim
+  // passes the lower side, z = -6, when the centre is at 4.25, after 0.725 s. The block separates half a voxel earlier,
   // 0.005 s; the detection is up to 0.02 s late.
   EXPECT_GE(report.events[0].time_s, 0.715);
   EXPECT_LE(report.events[0].time_s, 0.745);
@@ -317,7 +317,7 @@ TEST_F(Run, ReportsFragmentsWithoutChangingTheResults) {
   EXPECT_FALSE(fs::exists(folder_ + "/apart.png"));
 }
 
-/// A block that a stroke straight down cuts in two at y = 0.5; a later one passes through the middle of the smaller
+/// A block that a stroke straight down cuts in two at y = 0.5; a later stroke passes through the middle of the smaller
 /// part.
 constexpr char kTwoStrokes[] = R"(
 [bone]
@@ -378,7 +378,7 @@ TEST_F(TakingOut, NoForceWhereADeletedPieceWas) {
   for (const std::string fate : {"deleted", "hidden", "moved"}) {
     SCOPED_TRACE(fate);
     const RunSummary s = RunWith("pieces = \"" + fate + "\"\n");
-    // With the six figures of the log: the forces are the same until the piece is removed.
+    // With the six figures of the log, the forces are the same until the piece is removed.
     EXPECT_EQ(ForcesOfStroke(1), first);
     EXPECT_EQ(Largest(ForcesOfStroke(2)), 0);
     ASSERT_EQ(s.fragments->out.size(), 1u);
@@ -386,9 +386,9 @@ TEST_F(TakingOut, NoForceWhereADeletedPieceWas) {
     EXPECT_EQ(out.id, 2);
     EXPECT_EQ(ToString(out.fate), fate);
     EXPECT_EQ(out.time_s, 0.85);  // the end of the first stroke, where the tool is lifted
-    // A cuboid of 8 x 2.375 x 6 mm; its edges are rounded by about 0.2 h^2.
+    // The piece is a cuboid of 8 x 2.375 x 6 mm, whose edges are rounded by about 0.2 h^2.
     EXPECT_NEAR(out.volume_mm3, 8 * 2.375 * 6, 0.02 * 66);
-    // Rounding of the sums.
+    // The tolerance covers the rounding of the sums.
     EXPECT_NEAR(s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3(), s.volume_before_mm3, 1e-9 * s.volume_before_mm3);
     EXPECT_EQ(s.CalcOut_mm3(), out.volume_mm3);
     EXPECT_NEAR(s.removed_mm3, 8 * 0.25 * 6, 0.02 * 12);
@@ -402,7 +402,7 @@ TEST_F(TakingOut, NoForceWhereADeletedPieceWas) {
     if (!gone) {
       const TriangleMesh mesh = ReadMesh(folder_ + "/piece_2.stl");
       EXPECT_NEAR(CalcEnclosedVolume(mesh) / out.volume_mm3, 1, 0.01);
-      // Directly away from the larger piece, which lies next to it along y.
+      // The piece moves directly away from the larger piece, which lies next to it along y.
       EXPECT_NEAR(glm::length(out.move_mm - Vec3(0, fate == "moved" ? 6 : 0, 0)), 0, 1e-6);
       double lowest = 1e9;
       for (const Vec3& p : mesh.points) lowest = std::min(lowest, p.y);
@@ -439,7 +439,7 @@ TEST_F(TakingOut, DustIsRemovedOnRequest) {
   EXPECT_NEAR(s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3(), s.volume_before_mm3, 1e-9 * s.volume_before_mm3);
 }
 
-// On one path without lifting the tool: down, far up, sideways and down again.
+// The path goes down, far up, sideways and down again without lifting the tool.
 TEST_F(TakingOut, PieceIsRemovedBetweenTwoTicksOnceTheToolIsClear) {
   const std::string text(kTwoStrokes);
   const auto run = [&](const std::string& more) {
@@ -471,8 +471,8 @@ TEST_F(TakingOut, PieceIsRemovedBetweenTwoTicksOnceTheToolIsClear) {
       ASSERT_EQ(f_N, Vec3(0)) << a.time_s;
     }
     if (b.time_s > gone_s - 0.01 && b.time_s < gone_s + 0.01) {
-      // Clear of the piece: above its top by the disc's radius of 11 mm, 2 mm, and 24 voxels, which are at least two
-      // leaves.
+      // The tool is clear of the piece: above its top by the disc's radius of 11 mm, by 2 mm, and by 24 voxels, which
+      // are at least two leaves.
       ASSERT_EQ(f_N, Vec3(0));
       ASSERT_GT(b.X_WT.p_AB.z, 11 + 2 + 2.4);
     }
@@ -482,8 +482,8 @@ TEST_F(TakingOut, PieceIsRemovedBetweenTwoTicksOnceTheToolIsClear) {
 }
 
 TEST_F(Run, RetractedToolDoesNotCutOnItsWay) {
-  // Two strokes that both stay above the bone. The straight line from the end of the first to the start of the second
-  // passes through it.
+  // The two strokes both stay above the bone, but the straight line from the end of the first to the start of the
+  // second passes through it.
   const Scene scene = ParseScene(R"(
 [bone]
 model = "block"

@@ -58,7 +58,7 @@ TEST_F(SlabRunTest, CutsTheBlockIntoThreePartsWithConsistentFiles) {
   for (const SlabPartSummary& part : summary.parts) {
     const TriangleMesh mesh = ReadMesh(folder_ + "/" + part.name + ".stl");
     EXPECT_EQ(CountOpenEdges(mesh), 0u) << part.name;
-    // The surface rounds edges differently from the cells: by less than half a voxel squared along 56 mm of edges.
+    // The surface rounds edges differently from the cells, by less than h^2 / 2 along 56 mm of edges.
     EXPECT_NEAR(CalcEnclosedVolume(mesh), part.volume_mm3, 0.01 * part.volume_mm3 + 0.3) << part.name;
     EXPECT_NEAR(ReadBone(folder_ + "/" + part.name + ".vdb").CalcVolume(), part.volume_mm3, 1e-9 * whole);
     sum += part.volume_mm3;
@@ -77,8 +77,8 @@ TEST_F(SlabRunTest, CutsTheBlockIntoThreePartsWithConsistentFiles) {
   EXPECT_EQ(json["slab"]["layers"][0]["region"], 24);
   EXPECT_EQ(json["energy_mJ"]["cutting"], summary.end.cutting_mJ);
   for (const std::string& file : summary.files) EXPECT_TRUE(fs::exists(folder_ + "/" + file)) << file;
-  // The work of the log's forces is the hand's, except for the first tick, which has no preceding pose: there the hand
-  // accelerates 1 g to 10 mm/s, 1e-4 mJ.
+  // The work of the log's forces is the hand's, except for the first tick, which has no preceding pose. In that tick
+  // the hand accelerates 1 g to 10 mm/s, which is 1e-4 mJ.
   EXPECT_NEAR(summary.force.work_Nmm, summary.end.hand_work_mJ, 2e-4);
   EXPECT_NEAR(summary.end.hand_work_mJ, summary.end.cutting_mJ, 0.05 * summary.end.hand_work_mJ);
 }
@@ -115,7 +115,7 @@ TEST_F(SlabRunTest, FollowsThePapersTable2OnRequest) {
   EXPECT_NEAR(profile.entry_mm, 0, 0.03);
   const SlabRun run = RunSlab(scene, profile, {});
   EXPECT_FALSE(run.states.back().free);
-  // 8 mm deep in the second band, five teeth: 125 F_1 of region 21, 0.46107 / 8 N, printed to 5 digits.
+  // At a depth of 8 mm in the second band, five teeth cut: 125 F_1 of region 21, 0.46107 / 8 N, printed to 5 digits.
   EXPECT_EQ(run.ticks.back().out.main_region, 21);
   EXPECT_NEAR(run.ticks.back().out.thrust_sum_N, std::pow(run.ticks.back().out.engaged_teeth, 3) * 0.46107 / 8, 1e-3);
 }

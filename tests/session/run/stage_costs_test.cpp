@@ -50,7 +50,7 @@ TEST(StageCosts, StagesAddUpToTheTickAndIncludeEffects) {
     EXPECT_LE(part.p99_us, part.max_us);
   }
   // The tick's own time is measured outside the stages, so it is longer. The difference is a call and some reads of the
-  // clock, which the machine may interrupt: it has no bound.
+  // clock. It has no bound, because the machine may interrupt them.
   EXPECT_LE(stages_us, costs.tick.mean_us * (1 + 1e-9));
   EXPECT_GT(stages_us, 0);
   ASSERT_EQ(costs.effects.size(), 2u);  // friction needs a hand

@@ -1,5 +1,5 @@
-// Tests of the comparisons of a replay other than forces and voxels: rows of states, hashes, events; and of its extent
-// if steps are missing.
+// Tests of a replay's comparisons other than forces and voxels (rows of states, hashes, events), and of its extent if
+// steps are missing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,7 +45,7 @@ disc_normal = [1.0, 0.0, 0.0]
 class Verifies : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
-  /// With a checkpoint, an undo, a redo and two spindle speeds.
+  /// Records a session with a checkpoint, an undo, a redo and two spindle speeds.
   LoopSummary Record() const {
     LoopOptions options;
     options.virtual_time = true;
@@ -96,7 +96,7 @@ TEST_F(Verifies, EveryColumnOfEveryRowOfStates) {
   Record();
   test::ForgeSteps(Path("a.kerf"), Path("b.kerf"), [](RecordedBlock&) {});
   EXPECT_EQ(Verify(), "") << "what is only written again is as it was";
-  // By the smallest change that a row can represent.
+  // The value is changed by the smallest amount that a row can represent.
   EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.time_s += 1e-6; }), HasSubstr("time_s was recorded as 1 "));
   EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.x += 1e-3; }), HasSubstr("tool_x_mm was recorded as"));
   EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.z -= 1e-3; }), HasSubstr("tool_z_mm was recorded as"));
@@ -135,7 +135,7 @@ TEST_F(Verifies, EveryEvent) {
   EXPECT_THAT(ForgeEvent("redo", [](Json& e) { e["number"] = 7; }), HasSubstr("has checkpoint 7"));
   EXPECT_THAT(ForgeEvent("redo", [](Json& e) { e["what"] = "taken up"; }), HasSubstr("event"));
   EXPECT_THAT(ForgeEvent("rpm", [](Json& e) { e["what"] = "coffee"; }), HasSubstr("unknown kind"));
-  // Its time is a sum of ticks, compared to the last bit.
+  // An event's time is a sum of ticks and is compared to the last bit.
   EXPECT_THAT(ForgeEvent("rpm", [](Json& e) { e["time_s"] = std::nextafter(e["time_s"].get<double>(), 9); }),
               HasSubstr("belongs to"));
   EXPECT_THAT(ForgeEvent("undo", [](Json& e) { e["step"] = e["step"].get<int>() - 1; }), HasSubstr("belongs to"));
@@ -152,11 +152,11 @@ TEST_F(Verifies, ARecordingOfVersion1) {
   const Replayed replayed = Replay(file);
   EXPECT_FALSE(replayed.divergence) << replayed.divergence->what;
   EXPECT_EQ(replayed.steps, 1500u);
-  // Values printed by the program that made it.
+  // These values were printed by the program that made the recording.
   EXPECT_EQ(replayed.bone_hash, 0xf8c94c7885db718bu);
   EXPECT_EQ(replayed.voxel_hash, 0x70b9fed0e8e3d3f7u);
   EXPECT_EQ(replayed.force_hash, 0xa14465e7f6b3752fu);
-  // The same session with the present program.
+  // The same session is run with the present program.
   const LoopSummary again = Record();
   EXPECT_EQ(again.bone_hash, replayed.bone_hash);
   EXPECT_EQ(again.force_hash, replayed.force_hash);

@@ -67,7 +67,7 @@ TEST(WorkList, StopsEarlyOnRequest) {
   }
   EXPECT_FALSE(list.Run(1, &stop, {}));
   EXPECT_EQ(done, 3);
-  EXPECT_TRUE(WorkList().Run(2, nullptr, {}));  // with nothing to do it is done
+  EXPECT_TRUE(WorkList().Run(2, nullptr, {}));  // with nothing to do, it is complete at once
 }
 
 }  // namespace

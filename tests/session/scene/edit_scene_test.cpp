@@ -1,4 +1,4 @@
-// Tests of setting a scene's values line by line without other changes.
+// Tests of setting a scene's values line by line without any other change.
 #include "session/scene/edit_scene.h"
 
 #include <gmock/gmock.h>
@@ -46,7 +46,7 @@ TEST(EditScene, SetsAddsAndKeepsTheRest) {
 }
 
 TEST(EditScene, NoteIsPlacedAboveAllEditedLines) {
-  // New keys of one table, and then an existing key above them.
+  // New keys are added to one table, and then an existing key above them is changed.
   const std::string scene =
       "[bone]\nmodel = \"block\"\n[simulation]\n# mine\nrate_hz = 1000.0\n[bone.block]\nvoxel_mm = 0.4\n"
       "[[path.stroke]]\nstart_mm = [0.0, 0.0, 30.0]\nend_mm = [0.0, 0.0, 20.0]\nfeed_mm_per_s = 5.0\n"

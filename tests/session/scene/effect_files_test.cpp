@@ -1,4 +1,4 @@
-// Tests of structures from files: read with the scene, and refused at the key that names the file.
+// Tests of structures from files. They are read with the scene, and faults are reported at the key that names the file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

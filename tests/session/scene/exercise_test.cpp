@@ -48,7 +48,8 @@ TEST(WantedCut, ToolOnTheWantedCutReachesExactlyItsDepth) {
     EXPECT_TRUE(IsValid(X_WT));
     EXPECT_NEAR(glm::distance(X_WT.Vector({0, 0, 1}), cut.across_W), 0, 1e-12);
     EXPECT_NEAR(glm::distance(X_WT.Vector({1, 0, 0}), cut.along_W), 0, 1e-12);
-    // Its lowest point is on the border of the wanted cut; inside, the nearest border is half the kerf's width away.
+    // The disc's lowest point is on the border of the wanted cut. Inside, the nearest border is half the kerf's width
+    // away.
     const Vec3 lowest = X_WT.p_AB + cut.radius_mm * cut.into_W;
     EXPECT_NEAR(cut.CalcDistance(lowest), 0, 1e-9);
     EXPECT_NEAR(cut.CalcDistance(lowest + 0.5 * cut.into_W), 0.5, 1e-9);

@@ -14,7 +14,7 @@ TEST(SceneMaterial, IsByRegionByDefault) {
   EXPECT_EQ(ParseScene(test::ShortScene(), "s.toml").material.kind, MaterialKind::kRegions);
   const Scene scene = ParseScene(test::ShortScene() + "[material]\nkind = \"uniform\"\n", "s.toml");
   EXPECT_EQ(scene.material.kind, MaterialKind::kUniform);
-  // The paper's region 24.
+  // This is the paper's region 24.
   EXPECT_EQ(scene.material.E_GPa, 19.3);
   EXPECT_EQ(scene.material.nu, 0.28);
 }
@@ -40,7 +40,7 @@ TEST(SceneMaterial, ACtLawMustBeNamedAndKnown) {
             "shows what each applies to");
   EXPECT_EQ(test::MessageFor(kFileScene + "kind = \"ct\"\nct_law = \"mandible_mapmat\"\n"),
             "s.toml:10:1: ct_law = \"mandible_mapmat\" is unknown; the nearest is \"mandible_matmap\"");
-  // A file of laws is opened when the scene runs.
+  // A file of laws is not opened before the scene runs.
   EXPECT_EQ(test::MessageFor(kFileScene + "kind = \"ct\"\nct_law = \"mine\"\nct_law_file = \"laws.csv\"\n"), "");
   EXPECT_EQ(test::MessageFor(kFileScene + "kind = \"ct\"\nct_law = \"mandible_matmap\"\nct_calibration = \"0:0.1\"\n"),
             "s.toml:11:1: a calibration has at least two points HU:density");

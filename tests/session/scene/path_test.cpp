@@ -1,4 +1,4 @@
-// Tests of the path against closed forms: position, orientation and duration.
+// Tests that compare the path with closed forms: position, orientation and duration.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// Rotations and sums of a few dozen doubles of size 100: rounding is far below this.
+// Rotations and sums of a few dozen doubles of size 100 have rounding errors far below this.
 constexpr double kRounding = 1e-12;
 
 SceneStroke Stroke(Vec3 start, Vec3 end, double feed, Vec3 normal) {
@@ -36,7 +36,7 @@ void ExpectNear(const Vec3& a, const Vec3& b, double tolerance) {
 }
 
 TEST(StrokePath, MovesAtTheFeedAlongTheLine) {
-  // 3-4-5: 50 mm at 4 mm/s take 12.5 s.
+  // The path is 50 mm long (3-4-5), which takes 12.5 s at 4 mm/s.
   const Path path = MakePath(SceneOf({Stroke({10, 0, 0}, {40, 40, 0}, 4, {0, 0, 2})}));
   EXPECT_DOUBLE_EQ(path.duration_s(), 12.5);
   EXPECT_DOUBLE_EQ(path.length_mm(), 50);
@@ -44,7 +44,7 @@ TEST(StrokePath, MovesAtTheFeedAlongTheLine) {
   for (const double t : {0.0, 0.001, 3.0, 12.499, 12.5}) {
     ExpectNear(path.CalcPose(0, t).p_AB, Vec3{10, 0, 0} + t * Vec3{2.4, 3.2, 0}, 1e-12);
   }
-  // Clamped outside the duration.
+  // Outside the duration, the time is clamped.
   EXPECT_EQ(path.CalcPose(0, -1).p_AB, Vec3(10, 0, 0));
   EXPECT_EQ(path.CalcPose(0, 99).p_AB, Vec3(40, 40, 0));
 }
@@ -89,7 +89,7 @@ TEST(StrokePath, SegmentsAreConsecutiveInTimeAndMarkRetracts) {
   EXPECT_FALSE(path.segments()[1].retract_before);
   EXPECT_TRUE(path.segments()[2].retract_before);
   EXPECT_DOUBLE_EQ(path.length_mm(), 11);
-  // The dwell is at the end.
+  // The dwell is at the end of the stroke.
   EXPECT_EQ(path.CalcPose(0, 2.1).p_AB, Vec3(6, 0, 0));
   // Without a retract the pose is continuous, including rotation, although the feed changes direction.
   const Pose before = path.CalcPose(0, 2.5);
@@ -100,7 +100,7 @@ TEST(StrokePath, SegmentsAreConsecutiveInTimeAndMarkRetracts) {
 
 TEST(StrokePath, TicksCoverASegmentWithoutOneTooMany) {
   const Path path = MakePath(SceneOf({Stroke({0, 0, 0}, {0.3, 0, 0}, 3, {0, 1, 0}),    // 0.1 s, not exact in binary
-                                      Stroke({0, 0, 0}, {0.301, 0, 0}, 3, {0, 1, 0}),  // a third of a tick more
+                                      Stroke({0, 0, 0}, {0.301, 0, 0}, 3, {0, 1, 0}),  // longer by a third of a tick
                                       Stroke({0, 0, 0}, {1e-4, 0, 0}, 3, {0, 1, 0})}));
   EXPECT_EQ(path.CountTicks(0, 1000), 100U);
   EXPECT_EQ(path.CountTicks(1, 1000), 101U);
@@ -109,7 +109,8 @@ TEST(StrokePath, TicksCoverASegmentWithoutOneTooMany) {
 }
 
 TEST(PosePath, TurnsBySlerp) {
-  // From no rotation at 2 s to 90 degrees about z at 4 s: 45 degrees at 3 s, 9 degrees at 2.2 s.
+  // The tool is unrotated at 2 s and rotated by 90 degrees about z at 4 s, so it is at 45 degrees at 3 s and at 9
+  // degrees at 2.2 s.
   const double half = std::numbers::pi / 4;
   Scene scene;
   scene.path.poses = {{2, {Quat(1, 0, 0, 0), {0, 0, 0}}}, {4, {Quat(std::cos(half), 0, 0, std::sin(half)), {8, 0, 0}}}};

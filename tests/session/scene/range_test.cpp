@@ -46,7 +46,7 @@ class RangeTester {
             fmt::format("{} = {} is below {}; valid range {}", key, below, range.lower, Show(key, range)));
     Refuses(key, fmt::format("{}", above),
             fmt::format("{} = {} is above {}; valid range {}", key, above, range.upper, Show(key, range)));
-    // 2^32 + the lower end: must not wrap into the range.
+    // 2^32 plus the lower end must not wrap around into the range.
     const double wrapped = 4294967296.0 + range.lower;
     Refuses(key, fmt::format("{:.0f}", wrapped), fmt::format("{} = {:.0f} is above", key, wrapped));
     Refuses(key, "1.5", fmt::format("{} = 1.5 is a number; it must be a whole number from {}", key, Show(key, range)));
@@ -138,7 +138,8 @@ TEST(SceneRange, ForceSimulationAndOutputKeysEnforceTheirRanges) {
 }
 
 TEST(SceneRange, SlabKeysEnforceTheirRanges) {
-  // A held segment must be free to move; `direction` [0, x, 0] with x at the end of its range has a direction.
+  // A held segment must be free to move. If x of `direction` [0, x, 0] is at the end of its range, the vector still has
+  // a direction.
   RangeTester tester([](const std::string& key, const std::string& value) {
     return test::ShortScene() + "[slab]\n" + (key == "hold" ? "segments_move = true\n" : "") + key + " = " + value +
            "\n";

@@ -1,4 +1,5 @@
-// Tests that the resolved scene is equivalent, the default scene is valid, and damage never crashes the reader.
+// Tests that the resolved scene is equivalent, that the default scene is valid, and that damage never crashes the
+// reader.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -108,7 +109,7 @@ Scene RandomScene(std::mt19937& random) {
   DescribeBlock(scene.bone.block, randomize);
   Describe(scene.bone.mandible, randomize);
   scene.bone.block.layers.resize(random() % 4);
-  // A plate has default layers, which remain if the file has none.
+  // A plate has default layers, which remain if the file gives none.
   if (scene.bone.source == BoneSource::kPlate && scene.bone.block.layers.empty()) scene.bone.block.layers.resize(1);
   for (MaterialLayer& layer : scene.bone.block.layers) Describe(layer, randomize);
   DescribeMaterialKind(scene.material, randomize);

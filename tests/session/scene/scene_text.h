@@ -8,7 +8,7 @@
 
 namespace kerf::test {
 
-/// Returns a short valid scene that ends in an open table of strokes: `key = value` lines may follow.
+/// Returns a short valid scene that ends in an open table of strokes, so that `key = value` lines may follow.
 inline std::string ShortScene() {
   return "[bone]\n"
          "model = \"block\"\n"

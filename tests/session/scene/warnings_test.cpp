@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-/// Returns the warnings of a scene whose bite is `bite_um` at 3000 teeth a second.
+/// Returns the warnings of a scene whose bite is `bite_um` at 3000 teeth per second.
 std::string WarningsAt(double bite_um, const std::string& law) {
   const std::string text = "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [0, 0, 0]\nend_mm = [1, 0, 0]\n" +
                            fmt::format("feed_mm_per_s = {}\ndisc_normal = [0, 1, 0]\n", bite_um * 3) +

@@ -1,4 +1,4 @@
-// Tests of measures on known cuts at known positions, in any orientation relative to the lattice.
+// Tests of the measures on known cuts at known positions, in any orientation relative to the lattice.
 #include "session/score/cut_measures.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ Case RandomCase(std::mt19937& random, double depth_mm) {
   Case c;
   c.block.size_mm = {16, 10, 8};
   c.block.voxel_mm = 0.25;
-  // One in four is aligned with the lattice.
+  // One case in four is aligned with the lattice.
   const Quat turn = random() % 4 == 0 ? Quat(1, 0, 0, 0) : RandomTurn(random);
   c.block.X_WB = {turn, Vec3(any(random), any(random), any(random))};
   SceneExercise exercise;
@@ -105,7 +105,7 @@ TEST(MeasureCut, PerfectCutHasNoErrorInAnyOrientation) {
     EXPECT_LT(sheet.Get("too_deep_mm").value(), kOffset_mm);
     EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
     EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-3);  // rounding of floats, by cells
-    // Area in squares of 0.375 mm: some hundredths of it are uncertain along its border.
+    // The area is measured in squares of 0.375 mm, so some hundredths of it, along its border, are uncertain.
     EXPECT_NEAR(sheet.Get("kerf_width_mm").value(), 0.5, 0.05);
     EXPECT_GT(sheet.Get("dice").value(), 0.95);
   }
@@ -127,7 +127,7 @@ TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADe
     EXPECT_NEAR(sheet.Get("plane_roll_deg").value(), truth.roll_deg, kAngle_deg);
     EXPECT_NEAR(sheet.Get("plane_yaw_deg").value(), truth.yaw_deg, kAngle_deg);
     EXPECT_NEAR(sheet.Get("plane_angle_deg").value(), truth.angle_deg, kAngle_deg);
-    EXPECT_NEAR(truth.roll_deg, roll_deg, 0.2);  // the rotations are successive: the cosine of 8 degrees
+    EXPECT_NEAR(truth.roll_deg, roll_deg, 0.2);  // the rotations are successive, hence the cosine of 8 degrees
     EXPECT_NEAR(std::abs(truth.yaw_deg), std::abs(yaw_deg), 0.2);
   }
 }
@@ -208,7 +208,7 @@ TEST(DepthGauge, MeasuresToSurfaceFarSideAndGoal) {
   for (const double t_mm : {-2.0, 1.0, 3.0, 9.5}) {
     const std::optional<DepthReading> reading = gauge.Calc(c.wanted.CalcToolPose(2, t_mm));
     ASSERT_TRUE(reading);
-    // Errors: the face of the block in voxels of 0.25 mm, and the spacing of the rim's 120 points.
+    // The tolerance covers the face of the block in voxels of 0.25 mm and the spacing of the rim's 120 points.
     EXPECT_NEAR(reading->depth_mm, t_mm, 0.05);
     EXPECT_NEAR(reading->to_goal_mm, 3 - t_mm, 0.05);
     EXPECT_NEAR(reading->beyond_mm, t_mm - 8, 0.05);

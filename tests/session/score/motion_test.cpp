@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kTick_s = 0.001;
 
-/// Measures `seconds` of ticks; `fill` sets each tick.
+/// Measures `seconds` of ticks, each of which `fill` sets.
 template <typename Fill>
 ScoreSheet MeasureMotion(double seconds, double limit_N, const Fill& fill) {
   MotionMeter meter(limit_N);
@@ -36,7 +36,7 @@ TEST(MotionMeter, UniformStraightMotionHasItsLengthAndSpeed) {
     tick.X_WT.p_AB = tick.time_s * Vec3(3, 0, 4);
     tick.contact = true;
   });
-  // Blocks of 20 ms: half of one is missing at each end.
+  // The motion is measured in blocks of 20 ms, so half a block is missing at each end.
   EXPECT_NEAR(sheet.Get("path_length_mm").value(), 20, 0.11);
   EXPECT_NEAR(sheet.Get("feed_mean_mm_per_s").value(), 5, 0.01);
   EXPECT_NEAR(sheet.Get("feed_cv").value(), 0, 0.01);
@@ -55,7 +55,7 @@ TEST(MotionMeter, JitterIsTheMedianOfATremor) {
       tick.X_WT.p_AB = Vec3(2 * tick.time_s, amplitude_mm * std::sin(2 * std::numbers::pi * Hz * tick.time_s), 0);
       tick.contact = true;
     });
-    // A sin| is below A / sqrt(2) half of the time; a mean over 0.1 s leaves up to a quarter of an 8 or 12 Hz tremor.
+    // |A sin| is below A / sqrt(2) half of the time; a mean over 0.1 s leaves up to a quarter of an 8 or 12 Hz tremor.
     EXPECT_NEAR(sheet.Get("jitter_mm").value(), amplitude_mm / std::sqrt(2.0), Hz == 10.0 ? 0.02 : 0.08) << Hz;
   }
 }
@@ -73,14 +73,14 @@ TEST(MotionMeter, ForcesAreThoseInContact) {
 
 TEST(MotionMeter, StrokesAreContactsSeparatedInTime) {
   const ScoreSheet sheet = MeasureMotion(10, 0, [](MotionTick& tick) {
-    // Three contacts of 2 s, the second with a gap of 0.1 s.
+    // There are three contacts of 2 s, the second with a gap of 0.1 s.
     const double t = std::fmod(tick.time_s, 3.2);
     tick.contact = tick.time_s < 9.6 && t < 2 && !(tick.time_s > 4 && tick.time_s < 4.1);
   });
   EXPECT_EQ(sheet.Get("strokes").value(), 3);
 }
 
-/// A block 8 mm high; the tool goes through its far side by 2 mm and by 1 mm, and by 0.04 mm in between.
+/// The tool goes through the far side of a block 8 mm high by 2 mm and by 1 mm, and by 0.04 mm in between.
 TEST(MotionMeter, PlungesAreCountedAndMeasured) {
   BlockParams block;
   block.size_mm = {16, 10, 8};
@@ -112,8 +112,8 @@ TEST(MotionMeter, PlungesAreCountedAndMeasured) {
   EXPECT_NEAR(sheet.Get("plunge_mean_mm").value(), 1.5, 0.05);
   EXPECT_EQ(sheet.Get("plunges").value(), 2);
   EXPECT_EQ(sheet.Get("breaches").value(), 3);
-  // The canal is the lowest 2 mm: the deepest point in it is 1 mm from its border. The tool is within 2 mm of it from
-  // a depth of 4 mm on.
+  // The canal is the lowest 2 mm, so the deepest point in it is 1 mm from its border. The tool is within 2 mm of the
+  // canal from a depth of 4 mm on.
   EXPECT_NEAR(sheet.Get("nerve_distance_mm").value(), -1, 0.25);
   EXPECT_NEAR(sheet.Get("near_miss_s").value(), 6, 0.1);
 }

@@ -1,4 +1,4 @@
-// Tests of the distance of a tool to a tissue against the closed form.
+// Tests that compare the distance of a tool to a tissue with the closed form.
 #include "session/score/region_distance.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 constexpr double kVoxel_mm = 0.2;
 constexpr double kCanal_mm = 1.4;  // radius; its axis is the x axis
 
-/// A block of 30 x 20 x 20 mm with a canal through it.
+/// Returns a block of 30 x 20 x 20 mm with a canal through it.
 Bone MakeCanalBlock() {
   SolidField solid;
   solid.value = [](const Vec3& p) {
@@ -31,7 +31,7 @@ Bone MakeCanalBlock() {
   return MakeBone(solid, Box3{Vec3(-16.5, -11.5, -11.5), Vec3(16.5, 11.5, 11.5)}, options, DefaultMandibleTable());
 }
 
-/// A disc of 8 mm upright above the canal, in the plane x = 0, with its lowest point at z.
+/// Returns an upright pose of a disc of 8 mm above the canal, in the plane x = 0, with its lowest point at z.
 Pose Standing(double z_mm) {
   const Quat turn = glm::angleAxis(0.5 * std::numbers::pi, Vec3(0, 1, 0));
   return {turn, Vec3(0, 0, z_mm + 4)};
@@ -46,9 +46,9 @@ TEST(RegionDistance, MatchesACylinderInsideAndOutside) {
   for (const double z_mm : {9.0, 4.0, 2.0, 1.5, 1.0, 0.5}) {
     EXPECT_NEAR(distance.Calc(saw, Standing(z_mm)), z_mm - kCanal_mm, kVoxel_mm) << z_mm;
   }
-  // Through the canal's axis and beyond: at most as deep as its radius.
+  // Through the canal's axis and beyond, the depth is at most the canal's radius.
   EXPECT_NEAR(distance.Calc(saw, Standing(-1)), -kCanal_mm, kVoxel_mm);
-  // If the disc lies flat above it, its flat is nearest.
+  // If the disc lies flat above the canal, its flat is nearest.
   EXPECT_NEAR(distance.Calc(saw, {Quat(1, 0, 0, 0), Vec3(3, 0, 5)}), 5 - 0.125 - kCanal_mm, kVoxel_mm);
   EXPECT_NEAR(distance.Calc(BallBurr{}, {Quat(1, 0, 0, 0), Vec3(3, 0, 6)}), 6 - 3 - kCanal_mm, kVoxel_mm);
 }
@@ -56,7 +56,7 @@ TEST(RegionDistance, MatchesACylinderInsideAndOutside) {
 TEST(RegionDistance, ChangesByAtMostTheMotionAndIgnoresSpindleRotation) {
   const Bone bone = MakeCanalBlock();
   const RegionDistance distance(bone, Tissue::kCanal);
-  // Moving by d changes it by at most d, and rotating about the spindle not at all.
+  // Moving by d changes the distance by at most d, and rotating about the spindle does not change it.
   const Quat turn = glm::normalize(Quat(0.7, 0.2, -0.5, 0.3));
   double last_mm = 0;
   for (int i = 0; i < 60; ++i) {

@@ -1,4 +1,4 @@
-// Another program reads the samples that were written.
+// Tests that another program reads the samples that were written.
 #include "view/audio/wav.h"
 
 #include <gtest/gtest.h>
@@ -68,13 +68,13 @@ TEST_F(Wav, BytesAreIndependentOfTheBlocks) {
 TEST_F(Wav, IsCompleteOrAbsent) {
   WriteWav(At("a.wav"), 8000, InBlocks({0.25F, 0.5F}, 8));
   const std::string before = ReadTextFile(At("a.wav"));
-  // Too loud in the second block: the previous file is kept, and there is no other file.
+  // The second block is too loud. The previous file is kept, and there is no other file.
   EXPECT_THROW(WriteWav(At("a.wav"), 8000, InBlocks({0, 0, 0, 1.5F}, 2)), Error);
   EXPECT_THROW(WriteWav(At("a.wav"), 8000, InBlocks({NAN}, 2)), Error);
   EXPECT_EQ(ReadTextFile(At("a.wav")), before);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
   EXPECT_THROW(WriteWav(At("none/a.wav"), 8000, InBlocks({0}, 2)), Error);
-  // Without samples: a valid empty file.
+  // Without samples, the result is a valid empty file.
   WriteWav(At("empty.wav"), 8000, [](std::vector<float>&) { return false; });
   SF_INFO info{};
   SNDFILE* file = sf_open(At("empty.wav").c_str(), SFM_READ, &info);

@@ -1,4 +1,5 @@
-// Chunks of a surface: together they are closed, independent of the order of changes, and true to the solid.
+// Tests of the chunks of a surface: together they are closed, independent of the order of changes, and true to the
+// solid.
 #include "view/live/bone_chunks.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +28,7 @@ using test::JoinChunks;
 using test::MakePlate;
 using test::MeshAll;
 
-// Cuts a kerf with the disc, tick by tick; passes every changed leaf to `take`.
+// Cuts a kerf with the disc, tick by tick, and passes every changed leaf to `take`.
 void CutSlot(Simulation& simulation, const Pose& start, int ticks,
              const std::function<void(const LeafMessage&)>& take) {
   for (int i = 1; i <= ticks; ++i) {
@@ -63,7 +64,7 @@ TEST(BoneChunks, FormAClosedSurfaceAtEveryStep) {
     const TriangleMesh mesh = JoinChunks(chunks, MeshAll(chunks, step));
     ASSERT_GT(mesh.triangles.size(), 500u);
     EXPECT_EQ(CountUnpaired(mesh), 0u) << step;
-    // The vertices at an edge lie in the cells that the edge crosses: at most a cell's area is lost along 144 mm of
+    // The vertices at an edge lie in the cells that the edge crosses, so at most a cell's area is lost along 144 mm of
     // edges.
     const double bevel = 144 * std::pow(0.2 * step, 2);
     EXPECT_NEAR(CalcEnclosedVolume(mesh), 16 * 10 * 10, bevel) << step;
@@ -89,7 +90,8 @@ TEST(BoneChunks, UpdatedChunkEqualsAChunkMeshedFromScratch) {
   EXPECT_GT(remeshed, 4u);
   EXPECT_LT(remeshed, drawn.size());
 
-  // From the cut bone, without information on what was cut; and from all leaves at once, in reverse order.
+  // The chunks are made from the cut bone without information on what was cut, and from all leaves at once in reverse
+  // order.
   const BoneChunks fresh(simulation.bone());
   ASSERT_EQ(fresh.origin_W(), kept.origin_W());
   BoneChunks at_once(MakePlate(0.2));
@@ -176,13 +178,13 @@ TEST(BoneChunks, CutSurfaceIsMarkedAndShowsItsTissue) {
   for (const ChunkMesh& mesh : MeshAll(chunks, 1)) {
     for (const ChunkVertex& v : mesh.vertices) {
       const Vec3 p = chunks.origin_W() + Vec3{v.p_mm[0], v.p_mm[1], v.p_mm[2]};
-      // The kerf's walls, from -0.47 to 0.53; the disc reaches down to z = -8.
+      // These are the kerf's walls, from -0.47 to 0.53. The disc reaches down to z = -8.
       const bool on_wall = std::abs(std::abs(p.x - 0.03) - 0.5) < 0.05 && std::abs(p.y) < 4 && p.z < -0.5 && p.z > -7;
       const bool far_off = std::abs(p.x) > 1.2 || p.z < -9;
       if (far_off) {
         ASSERT_EQ(v.cut, 0) << p.x << " " << p.y << " " << p.z;
       }
-      // The layers meet at z = -4; within a voxel of it either is correct.
+      // The layers meet at z = -4. Within a voxel of that, either is correct.
       if (!on_wall || std::abs(p.z + 4) < 0.3) continue;
       ASSERT_EQ(v.cut, 255) << p.x << " " << p.y << " " << p.z;
       const std::size_t layer = p.z < -4 ? 1 : 0;
@@ -221,7 +223,8 @@ TEST(BoneChunks, SkirtsAreTheBorderFacesOfTheNextChunksUp) {
     for (const std::uint32_t i : mesh.skirt) {
       const ChunkVertex& v = mesh.vertices[i];
       const ChunkVertex& w = known.at(v.p_mm);
-      // Computed from a smaller neighbourhood of the level set: similar except at the block's edges.
+      // The normals are computed from a smaller neighbourhood of the level set, so they are similar except at the
+      // block's edges.
       const double along =
           (v.normal[0] * w.normal[0] + v.normal[1] * w.normal[1] + v.normal[2] * w.normal[2]) / 127.0 / 127;
       ASSERT_GT(along, 0.7);
@@ -231,7 +234,7 @@ TEST(BoneChunks, SkirtsAreTheBorderFacesOfTheNextChunksUp) {
 }
 
 TEST(BoneChunks, NormalsPointOutward) {
-  // A plate with axis-aligned faces: its normals are known except at the edges.
+  // The plate has axis-aligned faces, so its normals are known except at the edges.
   const BoneChunks chunks(MakePlate(0.25));
   std::size_t looked = 0;
   for (const ChunkMesh& mesh : MeshAll(chunks, 1)) {
@@ -278,7 +281,7 @@ TEST(SurfaceWorker, GivesTheSameMeshAsASingleThread) {
   EXPECT_EQ(worker.CopyBone().CalcHash(), simulation.bone().CalcHash());
   EXPECT_TRUE(worker.first_done());
   EXPECT_EQ(worker.counts().leaves_waiting, 0u);
-  // From above onto the plate next to the kerf, and down the kerf to its floor.
+  // The rays go from above onto the plate next to the kerf, and down the kerf to its floor.
   const auto top = worker.Pick({{5, 0, 40}, {0, 0, -1}});
   ASSERT_TRUE(top);
   EXPECT_NEAR(top->z, 0, 1e-3);

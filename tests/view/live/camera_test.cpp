@@ -1,4 +1,4 @@
-// Invariants of the camera: projected points are recovered, and a dragged point stays under the mouse.
+// Tests of the camera's invariants: projected points are recovered, and a dragged point stays under the mouse.
 #include "view/live/camera.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Colours with a meaning are distinguishable with any colour vision: computed, not judged by eye.
+// Tests that colours with a meaning are distinguishable with any colour vision. This is computed, not judged by eye.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ Rgb ToLinear(const Rgb8& c) {
 }
 
 using Matrix = std::array<Rgb, 3>;
-// Machado, Oliveira and Fernandes 2009, severity 1, for linear RGB.
+// From Machado, Oliveira and Fernandes 2009, severity 1, for linear RGB.
 constexpr Matrix kNormal{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 constexpr Matrix kProtan{
     {{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}}};
@@ -31,7 +31,7 @@ constexpr Matrix kDeutan{
 constexpr Matrix kTritan{
     {{1.255528, -0.076749, -0.178779}, {-0.078411, 0.930809, 0.147602}, {0.004733, 0.691367, 0.303900}}};
 
-// CIE L*a*b*, D65.
+// Returns the colour in CIE L*a*b*, D65.
 Rgb ToLab(const Rgb8& colour, const Matrix& eye) {
   const Rgb c = ToLinear(colour);
   Rgb s{};
@@ -61,7 +61,7 @@ void ExpectApart(const std::vector<Rgb8>& colours, double least, const std::stri
   }
 }
 
-// A difference of 2.3 is just noticeable side by side; ten times that is distinguishable at a glance.
+// A difference of 2.3 is just noticeable side by side; ten times as much is distinguishable at a glance.
 TEST(Colours, LevelsAreDistinguishableWithAnyColourVision) {
   ExpectApart({LevelColour(HudLevel::kGood), LevelColour(HudLevel::kWarn), LevelColour(HudLevel::kBad)}, 20, "level");
 }
@@ -69,11 +69,11 @@ TEST(Colours, LevelsAreDistinguishableWithAnyColourVision) {
 TEST(Colours, TissuesOfACutFaceAreDistinguishableWithAnyColourVision) {
   ExpectApart({CutColour(Tissue::kCortical), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
   ExpectApart({CutColour(Tissue::kTooth), CutColour(Tissue::kCancellous), CutColour(Tissue::kCanal)}, 25, "tissue");
-  // Cut cortex against the outside of the bone and against a tooth: pale colours that are seen side by side.
+  // Compares cut cortex with the outside of the bone and with a tooth: pale colours that are seen side by side.
   ExpectApart({CutColour(Tissue::kCortical), kBoneColour, CutColour(Tissue::kTooth)}, 10, "pale");
 }
 
-// WCAG 2: contrast 4.5 for text.
+// WCAG 2 requires a contrast of 4.5 for text.
 TEST(Colours, TextHasContrastWithItsBackground) {
   const auto luminance = [](const Rgb8& c) {
     const Rgb l = ToLinear(c);

@@ -1,4 +1,4 @@
-// Slices of a CT with known numbers at each point.
+// Tests of slices of a CT whose number is known at each point.
 #include "view/live/ct_slices.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-// CT numbers that grow along x, 100 HU per mm.
+// Returns a plate whose CT numbers grow along x, by 100 HU per mm.
 Bone MakePlateWithCt() {
   Bone bone = test::MakePlate(0.25);
   SetHu(
@@ -28,7 +28,7 @@ TEST(CtSlices, GreyMatchesTheCtNumberAndLinesTheOutlines) {
   DiscSaw saw;
   saw.diameter_mm = 6;
   saw.thickness_mm = 1;
-  // Upright disc: its plane is y = 0.2, the spindle points along y.
+  // The disc is upright: its plane is y = 0.2, and the spindle points along y.
   Pose X_WT;
   X_WT.R_AB = glm::angleAxis(-1.5707963267948966, Vec3{1, 0, 0});
   X_WT.p_AB = {1, 0.2, -2};
@@ -47,7 +47,7 @@ TEST(CtSlices, GreyMatchesTheCtNumberAndLinesTheOutlines) {
       const Vec3 p = X_WT.p_AB + ((column + 0.5) * pixel_mm - 0.5 * kEdge_mm) * blade.right_W +
                      (0.5 * kEdge_mm - (row + 0.5) * pixel_mm) * blade.up_W;
       EXPECT_NEAR(p.y, 0.2, 1e-9);
-      // Distance to the rectangle of 16 x 10 mm and to the circle of 3 mm.
+      // Distances to the rectangle of 16 x 10 mm and to the circle of 3 mm.
       const double to_edge = std::min({8 - std::abs(p.x), -p.z, p.z + 10});
       const double to_tool = std::hypot(p.x - 1, p.z + 2) - 3;
       const Rgb8& seen = blade.image.At(column, row);
@@ -58,8 +58,8 @@ TEST(CtSlices, GreyMatchesTheCtNumberAndLinesTheOutlines) {
         ASSERT_EQ(seen, kBoneLine);
         ++bone_line;
       } else if (to_edge > 0.5 && std::abs(to_tool) > 2 * pixel_mm) {
-        // A window of 2000 HU about 600: 127.5 at x = 0, 12.75 more per mm. Half a step of rounding, and rounding of
-        // the CT's floats.
+        // A window of 2000 HU about 600 gives 127.5 at x = 0 and 12.75 more per mm. The tolerance is half a step of
+        // rounding, and the rounding of the CT's floats.
         ASSERT_NEAR(seen[0], 127.5 + 12.75 * p.x, 0.6);
         ASSERT_EQ(seen[0], seen[1]);
         ++grey;

@@ -1,4 +1,4 @@
-// Panels and text: inside the window, text inside its panel, and without overlap.
+// Tests that panels are inside the window, text is inside its panel, and nothing overlaps.
 #include "view/live/hud_layout.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ struct WindowSize {
   double width;
   double height;
 };
-// In points: 2560 x 1440 pixels of a display with twice the density are 1280 x 720.
+// Sizes are in points: 2560 x 1440 pixels of a display with twice the density are 1280 x 720 points.
 constexpr WindowSize kSizes[] = {{1280, 720}, {1920, 1080}, {2560, 1440}, {1024, 768}, {1366, 700}, {800, 600},
                                  {640, 480},  {3840, 1100}, {400, 900},   {320, 240},  {90, 60}};
 
@@ -98,11 +98,11 @@ TEST(HudLayout, AllPanelsFitAtTheMinimumSupportedSize) {
   EXPECT_EQ(layout.slices.size(), 3u);
   EXPECT_EQ(layout.piece_rows, 3u);
   EXPECT_GE(layout.legend_rows, 15u);
-  // Most of the window is free for the view of the bone.
+  // Most of the window is left for the view of the bone.
   EXPECT_GT(layout.scene.width * layout.scene.height, 0.6 * 1280 * 720);
 }
 
-// Returns the boxes of the texts in a list, by the computed widths.
+// Returns the boxes of the texts in a list, from the computed widths.
 std::vector<FlatBox> WordBoxes(const DrawList& list) {
   std::vector<FlatBox> boxes;
   for (const FlatText& text : list.texts()) {

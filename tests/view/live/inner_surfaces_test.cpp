@@ -1,4 +1,4 @@
-// Nerve canal and teeth as surfaces: closed, and as large as their regions.
+// Tests of nerve canal and teeth as surfaces: they are closed, and as large as their regions.
 #include "view/live/inner_surfaces.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ TEST(InnerSurfaces, ACanalsSlabKeepsItsSizeAndIsClosed) {
   EXPECT_EQ(test::CountUnpaired(inner.canal_W), 0u);
   Box3 box;
   for (const Vec3& p : inner.canal_W.points) box.Include(p);
-  // Accurate to a voxel in each direction; the regions reach slightly beyond the bone's sides.
+  // The box is accurate to a voxel in each direction; the regions reach slightly beyond the bone's sides.
   EXPECT_NEAR(box.lower.z, -7, 0.25);
   EXPECT_NEAR(box.upper.z, -3, 0.25);
   EXPECT_GE(box.upper.x, 8 - 0.25);

@@ -1,5 +1,5 @@
-// Pixels of the window with known values. With KERF_VIEW_PICTURES=folder in the environment the pictures are written
-// there for inspection.
+// Tests of pixels of the window with known values. With KERF_VIEW_PICTURES=folder in the environment, the pictures are
+// written there for inspection.
 #include "view/live/viewport.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ void Upload(Viewport& view, SurfaceWorker& worker) {
   }
 }
 
-// View of a plate of 16 x 10 x 10 mm with its top at z = 0; panels off.
+// A view of a plate of 16 x 10 x 10 mm with its top at z = 0, with the panels off.
 class OnePlate : public ::testing::Test {
  protected:
   static constexpr int kWidth = 640;
@@ -92,7 +92,7 @@ TEST_F(OnePlate, PlateCoversItsAreaWithoutGaps) {
   const Image with = Draw();
   view.set_bone_hidden(true);
   const Difference d = Compare(with, Draw());
-  // 16 x 10 mm; along the outline of 52 mm each pixel may count or not.
+  // The face is 16 x 10 mm. Along its outline of 52 mm, each pixel may count or not.
   EXPECT_NEAR(d.count * kMmPerPixel * kMmPerPixel, 160, 52 * kMmPerPixel);
   EXPECT_NEAR(d.x, 0.5 * kWidth, 1);
   EXPECT_NEAR(d.y, 0.5 * kHeight, 1);
@@ -100,7 +100,7 @@ TEST_F(OnePlate, PlateCoversItsAreaWithoutGaps) {
 }
 
 TEST_F(OnePlate, AllFacesTowardsTheEyeAreDrawn) {
-  // Chunks of 3.2 mm: some lie within a face, and all their triangles face one way.
+  // The chunks are 3.2 mm long: some lie within a face, and all their triangles face the same way.
   const Bone fine = test::MakePlate(0.1);
   SurfaceWorker fine_worker(fine, 2);
   view.BeginBone(fine.materials(), fine_worker.origin_W(), fine_worker.bounds_W(), fine.voxel_mm());
@@ -119,7 +119,8 @@ TEST_F(OnePlate, AllFacesTowardsTheEyeAreDrawn) {
       const double mm2 = Compare(with, Draw()).count * kMmPerPixel * kMmPerPixel;
       const Vec3 d = glm::normalize(toward);
       const double shadow = 160 * std::abs(d.z) + 160 * std::abs(d.y) + 100 * std::abs(d.x);
-      // A pixel along an outline of at most 60 mm; in perspective nearer parts are up to a fifth larger.
+      // The tolerance is a pixel along an outline of at most 60 mm. In perspective, nearer parts are up to a fifth
+      // larger.
       EXPECT_GT(mm2, (parallel ? 1.0 : 0.9) * shadow - 60 * kMmPerPixel);
       EXPECT_LT(mm2, (parallel ? 1.0 : 1.2) * shadow + 60 * kMmPerPixel);
     }
@@ -139,7 +140,8 @@ TEST_F(OnePlate, DiscIsDrawnAtItsProjection) {
       const Difference d = Compare(Draw(), without);
       const auto at = view.camera().Project(p_W);
       ASSERT_TRUE(at);
-      // At rest: the circle without half of its gullets, at most a tenth of the radius deep. Turning: the whole circle.
+      // At rest the area is that of the circle without half of its gullets, which are at most a tenth of the radius
+      // deep. When the saw turns, it is that of the whole circle.
       const double area = 3.14159265 * 36 / (kMmPerPixel * kMmPerPixel);
       EXPECT_LT(d.count, 1.02 * area);
       EXPECT_GT(d.count, (rpm > 0 ? 0.97 : 0.8) * area);
@@ -176,7 +178,7 @@ TEST_F(OnePlate, CutShowsTheExposedTissues) {
   view.camera().Look({0.9, -0.2, 0.7}, {0, 0, 1});
   const Image image = Draw();
   Leave(image, "cut");
-  // The lower part of the kerf's far wall is cancellous: redder than any uncut bone.
+  // The lower part of the kerf's far wall is cancellous, which is redder than any uncut bone.
   std::size_t cancellous = 0;
   for (const Rgb8& c : image.pixels) cancellous += c[0] > c[2] + 60 && c[0] > 1.35 * c[1] ? 1 : 0;
   EXPECT_GT(cancellous, 100u);
@@ -208,7 +210,7 @@ TEST_F(OnePlate, RegionsAreColouredOnDemandWithoutNewMeshes) {
   const Image image = Draw();
   const Rgb8& middle = image.At(kWidth / 2, kHeight / 2);
   const Rgb8 colour = RegionColour(24);
-  // Lit from the front: the hue is independent of the light.
+  // The bone is lit from the front; the hue does not depend on the light.
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < 3; ++j) {
       if (colour[i] > colour[j] + 20) {
@@ -278,7 +280,7 @@ TEST_F(OnePlate, PanelsAreFoundUnderTheMouse) {
   EXPECT_FALSE(view.PickPieceRow({100, 600}));
 }
 
-// All contents at once, at both sizes that are supported: for inspection, and to check that nothing throws.
+// All contents are shown at once, at both sizes that are supported, for inspection and to check that nothing throws.
 TEST_F(OnePlate, EverythingAtOnce) {
   SetHu(
       bone, [](const Vec3& p) { return p.z > -4 ? 1500 : 250 + 60 * std::sin(3 * p.x) * std::cos(2 * p.y + p.z); },
@@ -317,7 +319,7 @@ TEST_F(OnePlate, EverythingAtOnce) {
     view.set_smooth_edges(true);
     const Image smooth = Draw();
     Leave(smooth, std::string("smooth_") + size.name);
-    // Only edges change: most pixels are equal.
+    // Only edges change, so most pixels are equal.
     EXPECT_GT(Compare(smooth, image).count, 100);
     EXPECT_LT(Compare(smooth, image).count, 0.1 * size.width * size.height);
     view.set_smooth_edges(false);

@@ -1,4 +1,4 @@
-// Axes around a picture: lines at round coordinates, and all parts within the picture.
+// Tests of the axes around a picture: the lines are at round coordinates, and all parts are within the picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// Two small triangles at opposite corners of a box, so that the faces between them are free.
+// Returns two small triangles at opposite corners of a box, so that the faces between them are free.
 TriangleMesh MakeCorners(const Box3& box_W) {
   TriangleMesh mesh;
   for (const Vec3& corner : {box_W.lower, box_W.upper}) {
@@ -61,7 +61,7 @@ TEST(Axes, GridLinesLieAtRoundCoordinates) {
     const MmGrid grid = ChooseMmGrid(frame.pixels_per_mm, 8, 24);  // for half of 720 pixels of height
     const std::vector<double> expected_mm = ListMultiples(grid.line_mm, box_W.lower.x, box_W.upper.x);
     ASSERT_GT(expected_mm.size(), 5u);
-    // Half-way between two horizontal lines, and within the box's sides.
+    // The row is half-way between two horizontal lines and within the box's sides.
     const double z_mm = ListMultiples(grid.line_mm, box_W.lower.z + 15, box_W.upper.z).front() + 0.5 * grid.line_mm;
     const double end_a = frame.Project({box_W.lower.x, 0, z_mm}).column;
     const double end_b = frame.Project({box_W.upper.x, 0, z_mm}).column;
@@ -78,7 +78,7 @@ TEST(Axes, GridLinesLieAtRoundCoordinates) {
   }
 }
 
-// Numbers and names are outside the box and within the picture, in views along an axis and others.
+// Numbers and names are outside the box and within the picture, in views along an axis and in others.
 TEST(Axes, NumbersAreInThePicture) {
   for (const View view : {View::kTop, View::kThreeQuarter}) {
     PictureSpec spec = MakeSpec(view);

@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// A cortical lid of 4 mm over a cancellous core, and a kerf across both.
+// A cortical lid of 4 mm over a cancellous core, with a kerf across both.
 class SlottedPlate : public ::testing::Test {
  protected:
   static Bone MakePlate() {
@@ -31,7 +31,7 @@ TEST_F(SlottedPlate, SurfaceShowsTheTissueBelowIt) {
   std::size_t lid = 0;
   std::size_t core = 0;
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
-    // The layers meet at z = -4; within a voxel of it either colour is correct.
+    // The layers meet at z = -4. Within a voxel of that, either colour is correct.
     if (mesh.points[i].z > -3.8) {
       ASSERT_EQ(colours.points[i], TissueColour(Tissue::kCortical)) << mesh.points[i].z;
       ++lid;

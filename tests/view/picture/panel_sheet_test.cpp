@@ -1,4 +1,4 @@
-// Sheets of pictures with coordinates: the positions of coordinates are known beforehand.
+// Tests of sheets of pictures with coordinates, in which the positions of the coordinates are known beforehand.
 #include "view/picture/panel_sheet.h"
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// Black except for one white pixel of 1 mm at (across, down), relative to the panel's lower edges.
+// Returns a panel that is black except for one red pixel of 1 mm, which contains the coordinates (across, down).
 Panel MakeDottedPanel(double left_mm, double right_mm, double top_mm, double bottom_mm, double across, double down) {
   Panel panel;
   panel.left_mm = left_mm, panel.right_mm = right_mm, panel.top_mm = top_mm, panel.bottom_mm = bottom_mm;
@@ -27,7 +27,7 @@ Panel MakeDottedPanel(double left_mm, double right_mm, double top_mm, double bot
   return panel;
 }
 
-// Centroid of the red pixels.
+// The centroid of the red pixels.
 struct Spot {
   double column = 0, row = 0, count = 0;
 };
@@ -73,7 +73,7 @@ TEST(PanelSheet, APixelLiesAtItsCoordinates) {
   ASSERT_EQ(places.size(), 3u);
   const double pixels_per_mm = (places[0].right - places[0].left) / 120;
   EXPECT_GT(pixels_per_mm, 2);
-  // The sides are whole pixels: half a pixel in 40 mm.
+  // The sides are whole pixels, so the error is half a pixel in 40 mm.
   EXPECT_NEAR((places[2].right - places[2].left) / 40, pixels_per_mm, 0.5 / 40 * 2);
   struct Place {
     double across, down;
@@ -91,7 +91,7 @@ TEST(PanelSheet, APixelLiesAtItsCoordinates) {
         panel.left_mm + (spot.column - place.left) / (place.right - place.left) * (panel.right_mm - panel.left_mm);
     const double down_mm =
         panel.top_mm + (spot.row - place.top) / (place.bottom - place.top) * (panel.bottom_mm - panel.top_mm);
-    // Grid lines colour the pixels that they cover: the centroid of 2 to 4 pixels moves by at most half a line.
+    // Grid lines colour the pixels that they cover, so the centroid of 2 to 4 pixels moves by at most half a line.
     EXPECT_NEAR(across_mm, middles[i].across, 0.5) << i;
     EXPECT_NEAR(down_mm, middles[i].down, 0.5) << i;
   }

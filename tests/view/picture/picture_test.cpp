@@ -1,4 +1,4 @@
-// Pictures with known pixels: areas, positions and colours. No display is needed.
+// Tests of pictures with known pixels: areas, positions and colours. No display is needed.
 #include "view/picture/picture.h"
 
 #include <gmock/gmock.h>
@@ -53,7 +53,7 @@ TriangleMesh MakeSphere(double radius_mm, const Vec3& centre, int rings = 60) {
   return mesh;
 }
 
-// A sphere alone, seen from the front.
+// Returns the settings for a sphere alone, seen from the front.
 PictureSpec MakeBareSpec(const TriangleMesh& mesh, const Rgb8& colour) {
   PictureSpec spec;
   spec.width = 640;
@@ -64,7 +64,7 @@ PictureSpec MakeBareSpec(const TriangleMesh& mesh, const Rgb8& colour) {
   return spec;
 }
 
-// Pixels that `is_meant` accepts.
+// The pixels that `is_meant` accepts.
 struct Patch {
   double count = 0;
   double column = 0, row = 0;  // centroid; a pixel's centre is its index plus 0.5
@@ -89,7 +89,7 @@ Patch FindPatch(const Image& image, const std::function<bool(const Rgb8&)>& is_m
 bool IsDrawn(const Rgb8& p) {
   return p[0] < 250 || p[1] < 250 || p[2] < 250;
 }
-// Shaded, with the hue of kGreen.
+// Returns true if the pixel is shaded with the hue of kGreen.
 bool IsGreen(const Rgb8& p) {
   return p[1] > 40 && p[1] > 2 * p[0] && p[1] > p[2];
 }
@@ -113,7 +113,7 @@ TEST_F(Picture, SphereCoversItsAreaAtTheStatedScale) {
   const double pixels_per_mm = 480.0 / 40;
   EXPECT_DOUBLE_EQ(CalcViewFrame(spec).pixels_per_mm, pixels_per_mm);
   const Patch patch = FindPatch(RenderPicture(spec), IsDrawn);
-  // Half of the partly covered edge pixels more or fewer: 0.5 x 2 / 120 of the area.
+  // Half of the partly covered edge pixels may be missing or extra, which is 0.5 x 2 / 120 of the area.
   EXPECT_NEAR(patch.count, M_PI * std::pow(10 * pixels_per_mm, 2), 0.01 * M_PI * std::pow(10 * pixels_per_mm, 2));
   EXPECT_NEAR(patch.column, 320, 0.5);
   EXPECT_NEAR(patch.row, 240, 0.5);
@@ -175,7 +175,7 @@ TEST_F(Picture, FittedShapesFillThePictureAndStayInside) {
     EXPECT_GT(patch.top, 5);
     EXPECT_LT(patch.right, 640 - 5);
     EXPECT_LT(patch.bottom, 480 - 5);
-    // It reaches the margins (4 to 5 % per side) in one direction.
+    // The bone reaches the margins (4 to 5 % per side) in one direction.
     EXPECT_TRUE(patch.right - patch.left > 0.88 * 640 || patch.bottom - patch.top > 0.88 * 480);
     EXPECT_NEAR(patch.column, 320, 2);
     EXPECT_NEAR(patch.row, 240, 2);
@@ -185,7 +185,7 @@ TEST_F(Picture, FittedShapesFillThePictureAndStayInside) {
 TEST_F(Picture, ArrowReachesFromTailToTipAndItsHeadIsAtTheTip) {
   PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kBoneColour);
   spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 40);
-  // Behind the sphere, but visible.
+  // The arrow is behind the sphere, but visible.
   spec.arrows.push_back({{-18, 15, -10}, {12, 15, 8}, {0, 60, 200}, ""});
   const ViewFrame frame = CalcViewFrame(spec);
   const Image image = RenderPicture(spec);
@@ -237,7 +237,8 @@ TEST_F(Picture, ScaleBarHasItsStatedLength) {
   PictureSpec spec = MakeBareSpec(MakeSphere(1, Vec3{0}), kBoneColour);
   spec.camera = MakeCamera({0, -1, 0}, {0, 0, 1}, Vec3{0}, 80);
   spec.scale_bar = true;
-  // 6 pixels per mm and 640 wide: the largest of 1, 2, 5, 10, ... mm below 16 % of 106.7 mm is 10 mm, 60 pixels.
+  // At 6 pixels per mm, the width of 640 pixels is 106.7 mm. The largest of 1, 2, 5, 10, ... mm below 16 % of that is
+  // 10 mm, or 60 pixels.
   const Image image = RenderPicture(spec);
   int longest = 0;
   for (int row = 420; row < 480; ++row) {
@@ -304,7 +305,7 @@ TEST_F(Picture, BadSpecsAreRefusedWithOneSentence) {
 }
 
 TEST_F(Picture, MessageWithoutEglNamesThePackagesToInstall) {
-  // In a separate process: EGL searches for drivers only once.
+  // This runs in a separate process, because EGL searches for drivers only once.
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {
@@ -345,7 +346,7 @@ TEST(BallMesh, IsClosedAndHasItsDiameterAndAsManyEdgesAsFlutes) {
   ball.flutes = 6;
   const TriangleMesh mesh = MakeToolMesh(ball);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
-  // The grooves reduce the radius by less than an eighth; the shank's end lies beyond the ball.
+  // The grooves reduce the radius by less than an eighth. The shank's end lies beyond the ball.
   const double sphere = 4.0 / 3.0 * M_PI * 27;
   EXPECT_GT(CalcEnclosedVolume(mesh), sphere * 0.875 * 0.875 * 0.875);
   std::map<double, double> equator;  // radius by angle

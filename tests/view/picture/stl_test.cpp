@@ -1,4 +1,4 @@
-// Compares the STL written by kerf with that of VTK's writer.
+// Compares the STL file written by kerf with that of VTK's writer.
 #include <gtest/gtest.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>

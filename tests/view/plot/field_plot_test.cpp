@@ -1,4 +1,4 @@
-// Fields with known colours and contours.
+// Tests of fields with known colours and contours.
 #include "view/plot/field_plot.h"
 
 #include <gtest/gtest.h>
@@ -22,8 +22,8 @@ PlotField MakeField(int columns, int rows, double step, const std::function<doub
   return field;
 }
 
-// Contour of x^2 + y^2 = 4: each crossing is interpolated linearly between values 0.1 apart, so it is within 0.1^2 / (8
-// r) of the circle.
+// Draws the contour of x^2 + y^2 = 4. Each crossing is interpolated linearly between values 0.1 apart, so it is within
+// 0.1^2 / (8 r) of the circle.
 TEST(FieldPlot, ContourOfAConeIsACircle) {
   const PlotField field = MakeField(61, 61, 0.1, [](double x, double y) { return std::hypot(x, y); });
   const PlotSeries line = MakeContour({field, 2, "", 2, {}});
@@ -62,7 +62,7 @@ TEST(FieldPlot, ColoursMatchTheValuesAndNonFiniteValuesAreWhite) {
       EXPECT_GE(at(x, 0.07)[static_cast<std::size_t>(i)], 215);  // white, or the grid's grey
     }
   }
-  // Equal scale on both axes.
+  // The scale is the same on both axes.
   const double x_scale = (frame.right - frame.left) / (frame.x_upper - frame.x_lower);
   const double y_scale = (frame.bottom - frame.top) / (frame.y_upper - frame.y_lower);
   EXPECT_NEAR(x_scale / y_scale, 1, 0.01);
@@ -76,7 +76,7 @@ TEST(FieldPlot, ColoursMatchTheValuesAndNonFiniteValuesAreWhite) {
   }
 }
 
-// Larger values are distinguishable from smaller ones in greyscale.
+// Larger values are distinguishable from smaller ones even in greyscale.
 TEST(FieldPlot, BarDarkensMonotonically) {
   double before = 256;
   for (int i = 0; i <= 64; ++i) {

@@ -1,4 +1,4 @@
-// Plots as SVG, horizontal and vertical lines, and labels of points.
+// Tests of plots as SVG, of horizontal and vertical lines, and of labels of points.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -84,7 +84,7 @@ TEST_F(PlotSvg, AnUpperLimitIsAHollowMark) {
   const std::string svg = FormatPlotSvg(spec);
   EXPECT_EQ(circles(svg, "fill=\"#ffffff\""), 1);
   EXPECT_EQ(circles(svg, "fill=\"#d55e00\""), 3);  // two points and the legend's
-  // And in pixels: white in the middle, the colour around it.
+  // In pixels, the circle is white in the middle, with the colour around it.
   PlotFrame frame{};
   const Image image = RenderPlot(spec, &frame);
   const double column = frame.left + std::log(500.0 / 10) / std::log(100.0) * (frame.right - frame.left);
@@ -144,7 +144,7 @@ bool Overlap(const LabelBox& a, const LabelBox& b) {
 
 TEST(LabelPlaces, DoNotOverlapEachOtherOrMarksIfThereIsSpace) {
   EXPECT_TRUE(rc::check([] {
-    // Marks on a grid of 60 pixels, labels of 30 x 12: there is a free position for each.
+    // The marks are on a grid of 60 pixels, and labels are 30 x 12 pixels, so there is a free position for each.
     std::vector<LabelWish> wishes;
     LabelObstacles obstacles;
     obstacles.frame = {0, 0, 400, 400};

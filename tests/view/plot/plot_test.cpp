@@ -1,4 +1,4 @@
-// Plots with known pixels.
+// Tests of plots with known pixels.
 #include "view/plot/plot.h"
 
 #include <gmock/gmock.h>
@@ -194,7 +194,7 @@ TEST_F(Plot, DashesHaveTheRequestedLengthAndCoverHalfTheLine) {
   }
   const double length = frame.right - frame.left - 5;
   EXPECT_NEAR(dashes, length / 20, 1);
-  // A pixel that is partly covered at an end of a dash may count or not.
+  // A pixel that is partly covered by the end of a dash may count or not.
   EXPECT_NEAR(drawn, length / 2, 1.0 * dashes + 10);
 }
 

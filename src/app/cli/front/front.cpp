@@ -13,7 +13,7 @@
 
 namespace {
 
-// With less memory, kerf_program can neither load its libraries nor report that.
+// With less memory than this, kerf_program could neither load its libraries nor report that.
 constexpr rlim_t kMinBytes = rlim_t{400} << 20;
 
 bool Print(const char* text) {

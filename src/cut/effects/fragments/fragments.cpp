@@ -1,7 +1,7 @@
 // fragments: bone that a cut separates becomes a numbered piece.
 //
 //   Voxels with phi < 0 that share a face are connected. A piece is connected bone of at least dust_mm3; smaller parts
-//   are crumbs, which are counted.
+//   are crumbs, which are only counted.
 //
 // The effect itself leaves every piece in place, as part of the one bone volume, so that the separation has no effect
 // on the force. The owner of the simulation takes out the pieces that the parameters select, while the tool is clear of

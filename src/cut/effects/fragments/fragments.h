@@ -8,8 +8,8 @@
 
 namespace kerf {
 
-/// In the tick it only reports the last result. The search is done by watch(), to which the owner of the simulation
-/// passes changed leaves and which it calls at intervals, on another thread or between ticks.
+/// In the tick, the effect only reports the last result. The search itself is done by watch(): the owner of the
+/// simulation passes changed leaves to it and starts a search at intervals, on another thread or between ticks.
 class FragmentsEffect final : public Effect {
  public:
   FragmentsEffect(const FragmentsParams& params, const EffectSetup& setup);
@@ -19,7 +19,7 @@ class FragmentsEffect final : public Effect {
   bool reads_teeth() const override { return false; }
   std::size_t CalcMemoryBytes() const override { return sizeof(*this) - sizeof(watch_) + watch_.CalcMemoryBytes(); }
 
-  // ---- one thread, but not the tick thread
+  // ---- for one thread at a time, but not the tick thread
   FragmentWatch& watch() { return watch_; }
   const FragmentWatch& watch() const { return watch_; }
   /// Calls FragmentWatch::Look(); the following ticks report the result.

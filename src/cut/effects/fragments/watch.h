@@ -25,7 +25,7 @@ inline const char* ToString(PieceFate fate) {
 struct FragmentsParams {
   double dust_mm3 = 1;   // smaller pieces are crumbs
   double every_ms = 50;  // interval between two searches
-  double apart_mm = 6;   // separation in the picture, and of moved pieces without move_mm
+  double apart_mm = 6;   // separation in the picture, and of moved pieces if move_mm is 0
   PieceFate pieces = PieceFate::kHeld;
   Vec3 move_mm{0};  // world frame; 0: apart_mm away from the largest piece
   bool remove_dust = false;
@@ -41,8 +41,8 @@ struct FragmentEvent {
   int region = 0;     // region with the largest part of it
 };
 
-/// Used by one thread at a time, never by the tick thread. Deterministic: the same leaves and searches give the same
-/// events.
+/// Finds pieces that come off. Used by one thread at a time, never by the tick thread. Deterministic: the same leaves
+/// and searches give the same events.
 class FragmentWatch {
  public:
   /// Allocates.
@@ -50,8 +50,8 @@ class FragmentWatch {
 
   /// Passes the current values of a leaf (src/bone/grid/set_leaf.h).
   void Change(const std::array<int, 3>& index, std::span<const float, 512> values) { finder_.Change(index, values); }
-  /// Searches for pieces that came off since the last search. `time_s`: time of the last leaves passed. Returns the
-  /// number of such pieces.
+  /// Searches for pieces that came off since the last search. `time_s`: time of the leaves that were passed last.
+  /// Returns the number of such pieces.
   std::size_t Look(double time_s);
 
   const FragmentsParams& params() const { return params_; }

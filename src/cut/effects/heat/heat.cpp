@@ -61,7 +61,8 @@ void HeatEffect::Flush(Gathered& point) {
   const Vec3 p_F = point.p_mJ / point.mJ;
   if (grid_.room() < 2) return;
   if (wall_mm_ > 0) {
-    // Half goes into each wall of the kerf, one spacing behind the edge, because bone ahead of it is about to be cut.
+    // Half of the heat goes into each wall of the kerf, one spacing behind the edge, because bone ahead of the edge is
+    // about to be cut.
     const Vec3 back_F = p_F - H * point.e_F;
     grid_.Put(back_F + wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);
     grid_.Put(back_F - wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);

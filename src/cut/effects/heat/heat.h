@@ -26,17 +26,17 @@ class HeatEffect final : public Effect {
 
   // ---- between ticks
   const HeatFigures& figures() const { return grid_.figures(); }
-  /// Balance that includes heat gathered and not yet in the grid.
+  /// Computes the heat balance, including heat that has been gathered but is not in the grid yet.
   HeatBalance CalcBalance() const;
   const HeatGrid& grid() const { return grid_; }
   const HeatParams& params() const { return params_; }
   Vec3 p_WF_mm() const { return p_WF_mm_; }
-  /// Temperature, C; NaN where there is no bone.
+  /// Returns the temperature, C; NaN where there is no bone.
   double CalcTemperature(const Vec3& p_W) const { return grid_.CalcTemperature(p_W - p_WF_mm_); }
   double CalcDose(const Vec3& p_W) const { return grid_.CalcDose(p_W - p_WF_mm_); }
 
  private:
-  /// Heat of a point of the edge over some ticks.
+  /// Heat gathered at a point of the edge over several ticks.
   struct Gathered {
     double mJ = 0;
     Vec3 p_mJ{0};         // position times heat
@@ -50,7 +50,7 @@ class HeatEffect final : public Effect {
   HeatGrid grid_;
   Vec3 p_WF_mm_;
   double wet_radius_mm_, wet_half_mm_;
-  double wall_mm_;                  // from a disc's middle plane to where the heat of a wall is put in; 0: a ball
+  double wall_mm_;                  // distance from a disc's middle plane at which heat enters a wall; 0: a ball
   std::vector<Gathered> gathered_;  // by point of the edge
   bool any_gathered_ = false;
 };

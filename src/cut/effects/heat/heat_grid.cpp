@@ -12,7 +12,7 @@ namespace {
 using heat::kSide;
 using heat::Nodes;
 
-constexpr float kSleeps_K = 0.1F;    // a block goes to sleep if no node is warmer
+constexpr float kSleeps_K = 0.1F;    // a block goes to sleep if no node is further above body temperature
 constexpr double kEnoughBone = 0.5;  // fraction of bone around a point below which heat is spread further
 constexpr double kMinBone = 0.02;    // fraction below which there is no bone
 constexpr double kBoils_C = 100, kSteam_mJ_per_mg = 2257;
@@ -90,8 +90,8 @@ bool HeatGrid::LookUpFractions(Block& block) {
   ++lookups_;
   const double H = params_.spacing_mm, h = field_.voxel_mm();
   const double band_mm = 0.999 * field_.band_mm();
-  // phi of the nearest voxel, which is at most half a voxel's diagonal away, shows for most nodes that they are all
-  // bone or all air. The bound is a quarter larger, for distances with a gradient above 1.
+  // For most nodes, phi of the nearest voxel, which is at most half a voxel's diagonal away, shows that their cells are
+  // all bone or all air. The bound is a quarter larger, for distances with a gradient above 1.
   const double slack_mm = 1.25 * 0.5 * std::sqrt(3.0) * h;
   const auto bone_to_mm = static_cast<float>(-std::min(0.5 * H + slack_mm, band_mm));
   const auto air_from_mm = static_cast<float>(std::min(slack_mm, band_mm));
@@ -147,7 +147,7 @@ bool HeatGrid::LookUpFractions(Block& block) {
 int HeatGrid::FindOrOpen(const Index& index) {
   const std::size_t slot = FindSlot(index);
   const bool known = keys_[slot] != kNoKey;
-  if (known && numbers_[slot] != kNone) return numbers_[slot];  // kNone: there may be bone again
+  if (known && numbers_[slot] != kNone) return numbers_[slot];  // kNone: bone may have been restored there
   if (used_ == blocks_.size()) {
     figures_.full = true;
     return kNone;
@@ -230,7 +230,7 @@ bool HeatGrid::Put(const Vec3& p_F, const Vec3& else_F, double mJ) {
   return true;
 }
 
-/// Opens the neighbouring blocks of a node that receives heat, at each face of its block on which the node lies.
+/// Opens the neighbouring blocks of a node that receives heat, at each face of its block that the node lies on.
 void HeatGrid::OpenBeside(int number, int x, int y, int z) {
   const Block& block = blocks_[static_cast<std::size_t>(number)];
   for (int face = 0; face < 6; ++face) {
@@ -411,7 +411,7 @@ void HeatGrid::EndFrame() {
   spent_.air += frame_spent_.air;
   spent_.steam += frame_spent_.steam;
   frame_spent_ = {};
-  // Heat of a long tick that is spread over the following frames stays in the queue.
+  // The part of a long tick's heat that is for the following frames stays in the queue.
   if (ticks_frames_ == 1) queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(put_));
   float hottest_K = 0;
   std::size_t kept = 0;

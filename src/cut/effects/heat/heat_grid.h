@@ -22,10 +22,10 @@ struct HeatGridParams {
   double heat_capacity_J_per_kgK = 1313;
   double perfusion_mL_per_min_kg = 10;
   double body_C = 37;
-  double air_W_per_m2K = 10;        // from a bare surface without coolant
-  double irrigation_W_per_m2K = 0;  // from a bare surface with coolant; 0: no coolant
+  double air_W_per_m2K = 10;        // heat transfer from a bare surface without coolant
+  double irrigation_W_per_m2K = 0;  // heat transfer from a bare surface with coolant; 0: no coolant
   double coolant_C = 21;
-  double water_mg_per_mm3 = 0.2;  // of bone, boils off at 100 C; 0: none
+  double water_mg_per_mm3 = 0.2;  // water in bone, which boils off at 100 C; 0: none
   double longest_frame_s = 0.2;
 };
 
@@ -43,7 +43,7 @@ struct HeatFigures {
   double hottest_C = 0;      // highest temperature at the end of the last frame
   double above_47_s = 0;     // longest time of a node at 47 C or above
   double cem43_min = 0;      // largest thermal dose of a node
-  double past_47_mm3 = 0;    // bone that was at 47 C or above for 1 min in total
+  double past_47_mm3 = 0;    // bone that was at 47 C or above for at least 1 min in total
   double past_dose_mm3 = 0;  // bone with a dose above 16 min
   bool full = false;         // a block could not be opened
 };
@@ -54,13 +54,13 @@ struct HeatBalance {
   double put_in = 0;
   double stored = 0;      // in bone that is warmer than the body
   double chilled = 0;     // heat deficit of bone colder than the body, including bone cut away: due to coolant
-  double waiting = 0;     // for the next frame
+  double waiting = 0;     // heat that waits for the next frame
   double rewarmed = 0;    // given to chilled bone in blocks that went to sleep, which are reset to body temperature
   double perfusion = 0;   // carried off by blood
   double irrigation = 0;  // carried off by coolant
   double air = 0;
   double steam = 0;
-  double chips = 0;    // in bone that was cut away, or put in where there was none
+  double chips = 0;    // heat in bone that was cut away, or put in where there was no bone
   double no_room = 0;  // lost because the pool was used up
 
   /// Returns the sum of outputs less inputs: 0 except for rounding.
@@ -82,13 +82,14 @@ struct HeatNode {
 /// volumes: a cell of spacing^3 about each node, a fraction of which is bone (from phi at the node).
 ///
 /// Model: heat flows between neighbours through the smaller of their fractions. A surface loses heat to coolant or air
-/// through h and half a cell in series. No heat flows to blocks that are not open; blocks are opened before heat
-/// reaches them. Cold does not open blocks. A block without warm nodes sleeps, and any chilled bone in it is reset to
-/// body temperature. Water boils off at 100 C, and its heat leaves with the steam. Bone that is cut away takes its heat
-/// with it.
+/// through the heat transfer coefficient and half a cell in series. No heat flows to blocks that are not open; blocks
+/// are opened before heat reaches them. Blocks are not opened for cold. A block without warm nodes sleeps, and any
+/// chilled bone in it is reset to body temperature. Water boils off at 100 C, and its heat leaves with the steam. Bone
+/// that is cut away takes its heat with it.
 ///
-/// Properties: second order in the spacing within the bone. No new extremes and an exact heat balance for any step.
-/// Explicit, in frames of at most spacing^2 / (8 alpha); in each tick a few blocks of a frame are computed.
+/// Properties: the error within the bone is of second order in the spacing. For any step, no new extremes arise and the
+/// heat balance is exact. The scheme is explicit, in frames of at most spacing^2 / (8 alpha); each tick computes a few
+/// blocks of a frame.
 class HeatGrid {
  public:
   /// The field must outlive the grid. Allocates; no other function does.
@@ -96,25 +97,25 @@ class HeatGrid {
 
   // ---- in the tick
   /// Puts heat in at `p_F` or, if there is no bone there, at `else_F`; mm and mJ. If there is no bone there either, the
-  /// heat leaves with the chips. It enters at the beginning of the next frame. Returns false and does nothing if too
-  /// much is waiting.
+  /// heat leaves with the chips. Heat enters at the beginning of the next frame. Returns false and does nothing if
+  /// too much heat is waiting.
   bool Put(const Vec3& p_F, const Vec3& else_F, double mJ);
   /// Number of further calls of Put() that are possible before the next frame.
   std::size_t room() const { return kMaxWaiting - queue_.size(); }
   /// Returns false if nothing is warm and nothing is waiting: then Advance() does nothing.
   bool awake() const { return !active_.empty() || !queue_.empty(); }
   void Advance(double dt_s, const HeatWet& wet);
-  /// Must be called after bone was restored. The restored bone is found when heat is next put in, and starts at body
-  /// temperature. Temperature and dose of the other bone are unchanged.
+  /// Must be called after bone has been restored. The restored bone is found when heat is next put in, and starts at
+  /// body temperature. Temperature and dose of the other bone are unchanged.
   void BoneCameBack();
   double frame_s() const { return frame_s_; }
   std::uint64_t frames() const { return frames_; }
   const HeatFigures& figures() const { return figures_; }
 
-  // ---- any time, between ticks
+  // ---- at any time between ticks
   HeatBalance CalcBalance() const;
   void ForEachNode(const std::function<void(const HeatNode&)>& visit) const;
-  /// Temperature, C; body temperature where no block is open, NaN where there is no bone.
+  /// Returns the temperature, C; body temperature where no block is open, NaN where there is no bone.
   double CalcTemperature(const Vec3& p_F) const { return Interpolate(p_F, &CurrentTheta, params_.body_C); }
   double CalcDose(const Vec3& p_F) const { return Interpolate(p_F, &Dose, 0); }
   const HeatGridParams& params() const { return params_; }
@@ -124,7 +125,7 @@ class HeatGrid {
 
  private:
   static constexpr std::size_t kNodes = heat::kNodes;
-  static constexpr float kOpens_K = 0.2F;  // temperature at a block's face at which the block beyond is opened
+  static constexpr float kOpens_K = 0.2F;  // excess at a block's face at which the block beyond it is opened
   static constexpr int kNone = -1;         // no block: not tested, or no room for it
   static constexpr int kAir = -2;          // tested: contains no bone
   static constexpr std::size_t kMaxWaiting = 8192;
@@ -190,8 +191,8 @@ class HeatGrid {
   double frame_s_;                 // length of a frame
   float conduction_;               // alpha frame / spacing^2
   float perfusion_keeps_;          // fraction of the excess that remains after a frame
-  float air_rate_, coolant_rate_;  // loss in a frame of a cell with one bare face, relative to its excess
-  float boils_K_, water_K_;        // 100 C, and the rise that would boil off a cell's water
+  float air_rate_, coolant_rate_;  // loss of a cell with one bare face in a frame, relative to its excess
+  float boils_K_, water_K_;        // 100 C above body temperature; the rise that would boil off a cell's water
   std::vector<Block> blocks_;
   std::size_t used_ = 0;
   std::vector<std::int64_t> keys_;  // hash table from index to block
@@ -203,11 +204,11 @@ class HeatGrid {
   std::vector<std::array<int, 2>> open_;
   int now_ = 0;  // index of the theta at the beginning of the frame
   std::uint64_t frames_ = 0;
-  double elapsed_s_ = 0;  // of the frame
-  double ticks_frames_ = 1;
+  double elapsed_s_ = 0;     // time since the start of the frame
+  double ticks_frames_ = 1;  // frames over which the heat of a long tick is spread
   Stage stage_ = Stage::kIdle;
   unsigned lookups_ = 0;            // computations of a block's fractions
-  std::size_t done_ = 0, put_ = 0;  // in the stage; in the queue at the frame's beginning
+  std::size_t done_ = 0, put_ = 0;  // work done in the stage; entries in the queue when the frame began
   HeatFigures figures_;
   HeatBalance spent_, frame_spent_;
 };

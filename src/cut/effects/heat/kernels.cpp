@@ -31,7 +31,7 @@ HWY_INLINE V Square(V a) {
   return hn::Mul(a, a);
 }
 
-/// Sum over a block: floats along a layer's rows, doubles from layer to layer.
+/// Sums values over a block: in float along the rows of a layer, and in double from layer to layer.
 class Sum {
  public:
   HWY_INLINE void Add(V values, int part) {
@@ -203,7 +203,7 @@ DoseFigures AddDoseToBlock(const DoseRule& rule, const Nodes& fraction, const No
       const V above = hn::Add(hn::LoadU(kFloats, above_s.data() + n),
                               hn::IfThenElseZero(hn::Ge(mean_K, Splat(rule.limit_K)), frame_s));
       const V over_K = hn::Min(hn::Max(hn::Sub(mean_K, Splat(rule.base_K)), Splat(-60)), Splat(rule.max_K));
-      const V rate = CalcPowerOf2(hn::Min(over_K, hn::Add(over_K, over_K)));  // R = 1/2, below 43 C 1/4
+      const V rate = CalcPowerOf2(hn::Min(over_K, hn::Add(over_K, over_K)));  // R = 1/2 above 43 C and 1/4 below
       const V dose = hn::Add(hn::LoadU(kFloats, dose_min.data() + n),
                              hn::IfThenElseZero(hn::Ge(mean_K, Splat(rule.from_K)), hn::Mul(frame_min, rate)));
       hn::StoreU(above, kFloats, above_s.data() + n);

@@ -8,14 +8,15 @@ namespace kerf::heat {
 
 constexpr int kSide = 8;  // nodes along a block's edge
 constexpr int kNodes = kSide * kSide * kSide;
-constexpr int kRow = kSide + 2;  // row of a block with a layer of its neighbours on each side
+constexpr int kRow = kSide + 2;  // length of a row of a block with a layer of its neighbours on each side
 constexpr int kLayer = kRow * kRow;
 constexpr float kMinFraction = 0.5F;  // minimum fraction of a cell that is bone; a cell with less counts as empty
 
 using Nodes = std::array<float, kNodes>;  // z fastest, y next
 using PaddedNodes = std::array<float, kRow * kLayer>;
 
-/// Index of a node, 0 to 7 along each axis; -1 or 8 for the neighbours' layer.
+/// Returns the index of a node in a padded block. Coordinates: 0 to 7 along each axis; -1 or 8 for the neighbours'
+/// layer.
 constexpr int PaddedAt(int x, int y, int z) {
   return (x + 1) * kLayer + (y + 1) * kRow + z + 1;
 }
@@ -27,12 +28,12 @@ void Conduct(const PaddedNodes& theta, const PaddedNodes& fraction, bool all_bon
 /// Newton's law of cooling at bare surfaces, implicit. The area of a surface within a cell is the gradient of the bone
 /// fraction.
 struct Surface {
-  // Loss in a frame of a cell of bone with one bare face, relative to its excess.
+  // Loss of a cell of bone with one bare face to air and to coolant in a frame, relative to its excess.
   float air = 0;
   float coolant = 0;
   float coolant_K = 0;  // above body temperature
   bool wet = false;     // some nodes may be in the region with coolant
-  // That region, a cylinder: position of the block's first node from its middle, mm; axis; size.
+  // The region with coolant, a cylinder: position of the block's first node relative to its middle, mm; axis; size.
   std::array<float, 3> first_mm{};
   std::array<float, 3> axis{};
   float spacing_mm = 0;
@@ -60,7 +61,7 @@ struct DoseRule {
   float frame_s = 0;
   float from_K = 0;   // no dose below this
   float base_K = 0;   // 43 C
-  float max_K = 0;    // limit of the excess over base_K that counts
+  float max_K = 0;    // largest excess over base_K that counts
   float limit_K = 0;  // 47 C
   float limit_s = 0;
   float limit_dose_min = 0;
@@ -68,7 +69,7 @@ struct DoseRule {
 struct DoseFigures {
   float longest_s = 0;
   float greatest_min = 0;
-  double past_time = 0;  // cells of bone past the limits
+  double past_time = 0;  // cells of bone past the limit
   double past_dose = 0;
 };
 DoseFigures AddDose(const DoseRule& rule, const Nodes& fraction, const Nodes& before, const Nodes& after,

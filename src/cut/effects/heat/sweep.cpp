@@ -18,7 +18,8 @@ void CopyRow(const float* from, float* to) {
   std::copy_n(from, kSide, to);
 }
 
-/// Copies a layer of a block, z fastest, into a layer of a padded block. `face`: of the padded block.
+/// Copies a layer of a block, z fastest, into a layer of a padded block. `face`: the face of the padded block at which
+/// the copy lies.
 void CopyLayer(const float* from, int layer, int face, float* to) {
   const int place = face % 2 == 1 ? kSide : -1;
   for (int i = 0; i < kSide; ++i) {
@@ -106,7 +107,7 @@ void HeatGrid::Count(Block& block, const Nodes& before, const Nodes& after) {
   rule.base_K = static_cast<float>(43 - params_.body_C);
   rule.max_K = static_cast<float>(kDoseTo_C - 43);
   rule.limit_K = static_cast<float>(kLimit_C - params_.body_C);
-  // The times are sums of frame lengths, with an error of half a frame.
+  // The times are sums of frame lengths, so they have an error of half a frame.
   rule.limit_s = static_cast<float>(kLimit_s) - 0.5F * rule.frame_s;
   rule.limit_dose_min = static_cast<float>(kLimitDose_min);
   const DoseFigures found = AddDose(rule, block.fraction, before, after, block.above_47_s, block.cem43_min);

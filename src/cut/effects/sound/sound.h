@@ -1,4 +1,4 @@
-// sound: the sound of a motor and its cut. The tick only records the inputs of the tone; Tone makes the samples.
+// sound: the sound of a motor and its cut. The tick only records the inputs of the tone; Tone computes the samples.
 #pragma once
 
 #include <span>

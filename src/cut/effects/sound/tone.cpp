@@ -12,7 +12,7 @@ namespace {
 constexpr double kPassBand = 0.40;  // relative to the sampling rate
 constexpr double kStopBand = 0.45;
 constexpr double kSpeedHalf_Hz = 20;  // spindle frequency at half loudness
-constexpr double kIdle = 0.4;         // fraction of the motor's loudness without load
+constexpr double kIdle = 0.4;         // the motor's loudness without load, as a fraction of its maximum
 constexpr double kNoiseFrom_Hz = 700, kNoiseTo_Hz = 6000;
 // Fractions of the motor's level and of the teeth's level; each set sums to 1.
 constexpr double kFractions[Tone::kPartials] = {0.35, 0.15, 0.1, 0.25, 0.15, 0.2, 0.25, 0.4, 0.15};

@@ -1,4 +1,4 @@
-// Tone of a motor and its cut: converts values of a tick to samples, outside the tick.
+// Tone of a motor and its cut: converts the values that a tick records to samples, outside the tick.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ struct ToneFrame {
   float dt_s = 0;
   float spindle_Hz = 0;
   float load_W = 0;  // cutting power
-  // Amplitudes of the teeth's force, as lines at 1, N / 2 and N times the spindle frequency.
+  // Amplitudes of the teeth's force, as lines at 1, N / 2 and N times the spindle frequency for N teeth.
   float runout_N = 0;
   float set_N = 0;
   float passing_N = 0;
@@ -32,8 +32,8 @@ struct ToneParams {
 
 /// Converts frames to samples, one frame after the other. Each partial has its own phase, which continues from frame to
 /// frame. Frequencies and amplitudes change linearly from the values of one frame to those of the next. A partial fades
-/// between 0.40 and 0.45 of the sampling rate and is silent above. The sum of the levels bounds every sample, so that
-/// nothing is clipped.
+/// out between 0.40 and 0.45 of the sampling rate and is silent above. The sum of the levels bounds every sample, so
+/// that nothing is clipped.
 class Tone {
  public:
   /// `teeth`: number of teeth that pass per turn.

@@ -11,7 +11,7 @@ namespace kerf {
 /// that does not brake, T = 0 where T is against w.
 struct Motor {
   double stall_torque_Nmm = 0;
-  double no_load_rad_per_s = 1;  // above 0, and at least any speed that is set
+  double no_load_rad_per_s = 1;  // above 0, and not below any speed that is set
   double inertia_gmm2 = 0;
   double friction_Nmm = 0;
   double viscous_Nmms = 0;  // N mm s / rad
@@ -22,7 +22,8 @@ struct Motor {
   double CalcTorque(double set_rad_per_s, double w_rad_per_s) const;
 };
 
-/// Result of a motor over a time. Its energy balance is closed: motor = load + friction + viscous + gain of 1/2 J w^2.
+/// Result of running a motor for some time. The energy balance is closed: motor = load + friction + viscous + increase
+/// of 1/2 J w^2.
 struct MotorRun {
   double w_rad_per_s = 0;  // at the end
   double angle_rad = 0;

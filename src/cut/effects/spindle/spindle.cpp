@@ -66,7 +66,7 @@ void SpindleEffect::Begin(EffectBegin& begin) {
   w_rad_per_s_ = run_.w_rad_per_s;
   stalled_ = on && w_rad_per_s_ == 0;
   begin.rpm = run_.angle_rad / begin.dt_s * kRpm;
-  // In the tick in which it stalls, a very low mean speed would give an arbitrary bite.
+  // In the tick in which the spindle stalls, a very low mean speed would give an arbitrary bite.
   if (stalled_ || std::abs(begin.rpm) < kMinRpm) begin.rpm = 0;
   stood_ = begin.rpm == 0;
   const double push_Nmm = stalled_ ? motor_.CalcTorque(set, 0) : 0;

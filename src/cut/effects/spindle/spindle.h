@@ -8,19 +8,19 @@ namespace kerf {
 
 class TangentialForceEffect;
 
-/// Sets the speed that a tick uses: the motor's mean over the tick, under the load of the tick before. The load is the
-/// torque that the problem's friction points exert against the rotation: the teeth's tangential force, and the friction
-/// of the flats.
+/// Sets the speed that a tick uses: the motor's mean speed over the tick, under the load of the previous tick. The load
+/// is the torque that the problem's friction points exert against the rotation: the teeth's tangential force, and the
+/// friction of the flats.
 ///
-/// When it is stalled, the edge is a solid contact. The spindle is then held by friction and by the torque that the
-/// teeth would need to cut with the current contact forces. It starts again when this torque has fallen to a fraction
-/// of the motor's torque. Without this hysteresis it would alternate between the two states. On a prescribed path the
-/// contact forces are unknown; there it starts again only after the operator has switched it off.
+/// While the spindle is stalled, the edge is a solid contact. The spindle is then held by friction and by the torque
+/// that the teeth would need to cut with the current contact forces. It starts again when this torque has fallen to a
+/// fraction of the motor's torque. Without this hysteresis the spindle would alternate between the two states. On a
+/// prescribed path the contact forces are unknown; there it starts again only after the operator has switched it off.
 class SpindleEffect final : public Effect {
  public:
   struct Params {
     Motor motor;
-    bool follows = true;  // its no-load speed is the speed that is set
+    bool follows = true;  // the motor's no-load speed is the speed that is set
     double restart_share = 0.7;
   };
   SpindleEffect(const Params& params, TangentialForceEffect& cutting, const EffectSetup& setup);
@@ -37,7 +37,7 @@ class SpindleEffect final : public Effect {
   bool stalled() const { return stalled_; }      // stopped although it is switched on
   double load_Nmm() const { return load_Nmm_; }  // used by the tick
   double hold_Nmm() const { return hold_Nmm_; }  // torque that holds it while it is stopped
-  const MotorRun& run() const { return run_; }   // in the tick
+  const MotorRun& run() const { return run_; }   // of the last tick
   const Motor& motor() const { return motor_; }
 
  private:
@@ -45,7 +45,7 @@ class SpindleEffect final : public Effect {
   bool follows_;
   double restart_fraction_;
   TangentialForceEffect& cutting_;
-  Twist spin_;  // motion of the tool that rotates about the spindle's axis with 1 rad/s
+  Twist spin_;  // motion of a tool that rotates about the spindle's axis at 1 rad/s
   bool in_hand_;
 
   double w_rad_per_s_ = 0;

@@ -9,7 +9,7 @@
 namespace kerf {
 namespace {
 
-// ---- byte offsets
+// ---- Byte offsets.
 constexpr std::size_t kMagicAt = 0, kVersionAt = 4, kKindAt = 6, kSessionAt = 8, kSequenceAt = 12, kTimeAt = 16,
                       kFlagsAt = 24, kAnswerToAt = 28, kCrcAt = 124;
 constexpr std::size_t kForceAt = 32, kTorqueAt = 44, kAnchorAt = 56, kStiffnessAt = 68, kDampingAt = 72, kValidAt = 76;
@@ -77,14 +77,14 @@ bool IsPrintable(char c) {
   return c >= 0x20 && c < 0x7f;
 }
 
-/// Truncates to the field size minus one; non-printable characters become '?'.
+/// Truncates the text to the size of the field minus one, and replaces non-printable characters by '?'.
 void PutText(std::span<std::uint8_t> place, const std::string& text) {
   for (std::size_t i = 0; i < text.size() && i + 1 < place.size(); ++i) {
     place[i] = static_cast<std::uint8_t>(IsPrintable(text[i]) ? text[i] : '?');
   }
 }
 
-/// Returns nullopt if the text is not printable or not terminated.
+/// Returns nullopt if the text is not terminated or contains non-printable characters.
 std::optional<std::string> GetText(std::span<const std::uint8_t> place) {
   std::string text;
   for (const std::uint8_t byte : place) {

@@ -1,8 +1,8 @@
 // Packets between kerf and a bridge: a user-supplied program that accesses a device through its maker's library.
-// Packets have 128 bytes in both directions, are little-endian and have a checksum. docs/bridge.md defines every byte;
-// tools/bridge is a client in C.
+// Packets are 128 bytes long in both directions, little-endian, and protected by a checksum. docs/bridge.md defines
+// every byte; tools/bridge is a client in C.
 //
-// Frame D (devices/driver.h). Units: mm, N, N mm, s unless named.
+// Vectors are in frame D (devices/driver.h). Units are mm, N, N mm and s, unless a name says otherwise.
 #pragma once
 
 #include <array>
@@ -26,15 +26,15 @@ enum class BridgeKind : std::uint16_t {
   kCommand = 3,      // to the bridge
   kState = 4,        // from the bridge, one per command
   kRefusal = 5,      // from the bridge, instead of another answer
-  kBye = 6,          // to the bridge: ends the session, zero force
+  kBye = 6,          // to the bridge: ends the session and sets the force to zero
 };
 
 struct BridgeHeader {
   std::uint16_t version = kBridgeVersion;
   BridgeKind kind = BridgeKind::kHello;
-  std::uint32_t session = 0;    // chosen by kerf, different each time
+  std::uint32_t session = 0;    // chosen by kerf, different for each session
   std::uint32_t sequence = 0;   // increases by one with each packet of the sender; wraps around
-  std::uint64_t time_ns = 0;    // on the sender's clock, which is monotonic
+  std::uint64_t time_ns = 0;    // sending time on the sender's monotonic clock
   std::uint32_t answer_to = 0;  // sequence number of the packet that this one answers; 0 in packets to the bridge
 };
 
@@ -44,7 +44,7 @@ struct BridgeCommand {
   Vec3 p_D_mm{0};                 // position for which f_D_N was computed
   double stiffness_N_per_mm = 0;  // along f_D_N, 0 or more
   double damping_Ns_per_mm = 0;   // 0 or more
-  std::uint32_t valid_ms = 50;    // time after its arrival at which the bridge sets the force to zero, 1 to 1000
+  std::uint32_t valid_ms = 50;    // time from the command's arrival until the bridge sets the force to zero, 1 to 1000
   bool engaged = false;
 };
 
@@ -67,7 +67,7 @@ struct BridgeDescription {
   double max_damping_Ns_per_mm = 0;
   double workspace_radius_mm = 0;
   double resolution_mm = 0;
-  double rate_hz = 0;  // of the bridge's servo loop
+  double rate_hz = 0;  // rate of the bridge's servo loop
   int driven = 3;      // degrees of freedom with motors: 0, 3 or 6
   bool senses_orientation = false;
   bool homes = false;  // the handle must first be moved as the maker specifies
@@ -77,13 +77,13 @@ struct BridgeDescription {
 enum class BridgeReason : std::uint32_t {
   kVersion = 1,    // the bridge has a different version
   kBusy = 2,       // the bridge serves another client
-  kNoDevice = 3,   // the maker's library does not find the device
-  kNoSession = 4,  // a command without a hello: the bridge was restarted
+  kNoDevice = 3,   // the maker's library did not find the device
+  kNoSession = 4,  // the bridge received a command without a hello, because it was restarted
 };
 
 struct BridgeRefusal {
   BridgeReason reason = BridgeReason::kNoDevice;
-  std::uint16_t version = 0;  // version of the bridge
+  std::uint16_t version = 0;  // version that the bridge uses
   std::string text;           // up to 79 printable ASCII characters, for the user
 };
 
@@ -98,26 +98,27 @@ BridgeBytes WriteBridgeState(const BridgeHeader& header, const BridgeState& stat
 BridgeBytes WriteBridgeDescription(const BridgeHeader& header, const BridgeDescription& description);
 BridgeBytes WriteBridgeRefusal(const BridgeHeader& header, const BridgeRefusal& refusal);
 
-/// Returns the header if length, magic number and checksum are valid and the kind is known. Accepts other versions, so
-/// that the caller can report them. Like the readers below, it accepts any bytes and never throws.
+/// Returns the header if the length, the magic number and the checksum are valid and the kind is known. Packets of
+/// other versions are accepted too, so that the caller can report them. Like the readers below, it can be given any
+/// bytes.
 std::optional<BridgeHeader> ReadBridgeHeader(std::span<const std::uint8_t> bytes) noexcept;
-/// Each of these functions also reads the header, and normalises quaternions. Returns nullopt if the header is invalid
-/// or of another version or kind, if a value is not finite or is out of range, or if the length of a quaternion differs
-/// from 1 by more than 1e-3.
+/// These functions also check the header and normalise quaternions. They return nullopt if the header is invalid or of
+/// another kind or version (a refusal may have any version), if a value is not finite or is out of range, or if the
+/// length of a quaternion differs from 1 by more than 1e-3.
 std::optional<BridgeCommand> ReadBridgeCommand(std::span<const std::uint8_t> bytes) noexcept;
 std::optional<BridgeState> ReadBridgeState(std::span<const std::uint8_t> bytes) noexcept;
-/// Allocates.
+/// The following two functions allocate.
 std::optional<BridgeDescription> ReadBridgeDescription(std::span<const std::uint8_t> bytes);
 std::optional<BridgeRefusal> ReadBridgeRefusal(std::span<const std::uint8_t> bytes);
 
-/// Returns true if `sequence` comes after `last`, with wrap-around.
+/// Returns true if `sequence` comes after `last`. Sequence numbers may wrap around.
 constexpr bool IsAfter(std::uint32_t sequence, std::uint32_t last) {
   return static_cast<std::int32_t>(sequence - last) > 0;
 }
 
-/// Computes the force that the bridge must output for a command at x_D_mm and v_D_mm_per_s, N: f_D_N minus the
-/// stiffness term along it, never reversed, minus the damping term in all directions, limited to the peak (0: no
-/// force).
+/// Computes the force that the bridge must output for a command when the handle is at x_D_mm and moves at v_D_mm_per_s,
+/// N. It is f_D_N, minus the stiffness term along f_D_N (which never reverses the force), minus the damping term in all
+/// directions, limited to the peak force (0: not limited).
 Vec3 CalcFieldForce(const BridgeCommand& command, const Vec3& x_D_mm, const Vec3& v_D_mm_per_s, double peak_force_N);
 
 }  // namespace kerf

@@ -203,7 +203,7 @@ void FalconDriver::Start(const Show& show) {
                   kMaxUploads, sha256_));
 }
 
-/// Stores the last report in `bytes`; returns false if there is none.
+/// Extracts the last report from `bytes` into report_. Returns false if there is none.
 bool FalconDriver::TakeReport(std::span<const std::uint8_t> bytes) noexcept {
   bool any = false;
   for (const std::uint8_t byte : bytes) {
@@ -240,7 +240,7 @@ bool FalconDriver::IsLeap(const FalconReport& from, const FalconReport& to) cons
   return false;
 }
 
-/// Checks whether the received report is plausible, and computes the sample.
+/// Checks whether the received report is plausible, and computes the sample from it.
 RoundEnd FalconDriver::Judge(DriverSample& sample) noexcept {
   if (!has_believed_ || IsLeap(believed_, report_)) {
     const bool confirmed = has_doubted_ && !IsLeap(doubted_, report_);
@@ -258,8 +258,8 @@ RoundEnd FalconDriver::Judge(DriverSample& sample) noexcept {
     sample = DriverSample{};
   } else {
     if (!has_place_) forward_.Forget();
-    // If there is no solution, keep the last position: dropping it would give a round without force and then one with
-    // full force.
+    // If there is no solution, keep the last position. Dropping it would cause one round without force, followed by one
+    // with full force.
     if (!forward_.Solve(CalcFalconAngles(report_.counts))) return RoundEnd::kBadAnswer;
     has_place_ = true;
     sample = DriverSample{};
@@ -282,8 +282,8 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   if (sent.end == TransferEnd::kGone) return RoundEnd::kGone;
   const bool heard = sent.end == TransferEnd::kOk && sent.bytes == static_cast<int>(packet_out.size());
 
-  // A late answer would delay all later ones by one round. After a round without an answer, read until nothing arrives
-  // for about 3 ms and use the last report.
+  // A late answer would delay all later ones by one round. Therefore, after a round without an answer, read until
+  // nothing arrives for about 3 ms, and use the last report.
   constexpr int kQuietReads = 3;
   const bool drains = must_drain_;
   bool any_report = false;
@@ -304,14 +304,14 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   must_drain_ = !any_report || !heard;
   if (!any_report) return any_bytes ? RoundEnd::kBadAnswer : RoundEnd::kNoAnswer;
   if (heard) return Judge(sample);
-  // A report for an earlier command is used to judge the next report but does not count as an answer.
+  // A report for an earlier command serves to judge the next report, but does not count as an answer.
   DriverSample before;
   const RoundEnd end = Judge(before);
   return end == RoundEnd::kSample ? RoundEnd::kNoAnswer : end;
 }
 
 void FalconDriver::Stop() noexcept {
-  // Sent twice, because the first packet may be merged with a truncated one.
+  // The packet is sent twice, because the first one may be merged with a truncated packet.
   const FalconPacket packet = Pack(FalconCommand{.motors = {}, .homing = true, .lamps = kFalconRed});
   for (int i = 0; i < 2; ++i) transport_->Write(kFalconEndpointOut, packet, kBootTransfer_ms);
   motors_ = {};

@@ -16,24 +16,25 @@
 namespace kerf {
 
 struct FalconOptions {
-  /// Novint's firmware, which kerf may not distribute; the user supplies it. Empty: only a running Falcon can be used.
+  /// Novint's firmware, which kerf may not distribute; the user supplies it. If it is empty, only a Falcon that already
+  /// runs its firmware can be used.
   std::vector<std::uint8_t> firmware;
   /// Motor counts for a torque of 1 N mm in the direction of the angles. UNVERIFIED: libnifalcon sends 10000 per N m
   /// with the opposite sign (src/kinematic/FalconKinematicStamper.cpp); the response of a real motor is not documented.
   double motor_counts_per_Nmm = -10;
-  /// Maximum count sent to a motor; if one is exceeded, all three are reduced by the same factor. Source: a comment in
-  /// libnifalcon; UNVERIFIED.
+  /// Maximum count sent to a motor. If one motor would exceed it, all three counts are reduced by the same factor.
+  /// Source: a comment in libnifalcon; UNVERIFIED.
   int max_motor_counts = 4096;
-  /// Maximum change between two rounds. A larger one is accepted only if two consecutive reports agree. 100 counts
-  /// in 1 ms correspond to about 4 m/s.
+  /// Maximum change of an encoder count between two rounds. A larger change is accepted only if two consecutive reports
+  /// agree. 100 counts in 1 ms correspond to about 4 m/s.
   int max_leap_counts = 100;
   int timeout_ms = 10;  // DriverTraits::timeout_ms, 10 or more
 };
 
-/// Valid firmware sizes; the known files have 7 to 9 kB.
+/// Limits of a valid firmware size, bytes. The known firmware files are 7 to 9 kB long.
 inline constexpr std::size_t kFalconLeastFirmwareBytes = 1024;
 inline constexpr std::size_t kFalconMostFirmwareBytes = 32768;
-/// How the user supplies the firmware, for messages.
+/// The ways in which the user can supply the firmware, for messages.
 inline constexpr const char* kFalconFirmwareOption = "--falcon-firmware FILE";
 inline constexpr const char* kFalconFirmwareVariable = "KERF_FALCON_FIRMWARE";
 
@@ -42,21 +43,22 @@ void CheckFalconFirmware(const std::vector<std::uint8_t>& firmware, const std::s
 
 class FalconDriver final : public DeviceDriver {
  public:
-  /// Interface kFalconInterface must be open. Throws kerf::Error if the firmware size is invalid or an option is
-  /// out of range.
+  /// `transport` must have interface kFalconInterface open. Throws kerf::Error if the firmware size is invalid or an
+  /// option is out of range.
   FalconDriver(std::unique_ptr<UsbTransport> transport, FalconOptions options);
   ~FalconDriver() override;
 
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
-  /// Makes up to ten uploads of about 0.6 s each, or of 6 s (30 greetings of 0.2 s) if the boot loader does not answer.
+  /// Uploads the firmware in at most ten attempts. Each takes about 0.6 s, or 6 s (30 greetings of 0.2 s) if the boot
+  /// loader does not answer.
   void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
-  /// Hash of the supplied firmware; empty if there is none.
+  /// SHA-256 hash of the supplied firmware; empty if there is none.
   const std::string& firmware_sha256() const { return sha256_; }
-  /// Motor counts as last sent.
+  /// The motor counts that were sent last.
   const std::array<int, 3>& motors() const { return motors_; }
 
  private:
@@ -83,11 +85,11 @@ class FalconDriver final : public DeviceDriver {
   FalconPacketStream stream_;
   FalconReport report_;    // last well-formed report
   FalconReport believed_;  // last plausible report
-  FalconReport doubted_;   // report that was not accepted yet, because it implies a jump
+  FalconReport doubted_;   // report that has not been accepted yet, because it implies a jump
   bool has_believed_ = false;
   bool has_doubted_ = false;
   FalconForward forward_;
-  bool has_place_ = false;  // forward_ has been solved since homing
+  bool has_place_ = false;  // forward_ has been solved since the device was homed
   std::array<int, 3> motors_{};
   bool must_drain_ = true;
 };

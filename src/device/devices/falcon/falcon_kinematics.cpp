@@ -15,7 +15,7 @@ constexpr double kThigh = 60;        // a: motor arm
 constexpr double kShin = 102.5;      // b: side of the parallelogram
 constexpr double kEnds = 2 * 11.25;  // d + e: parts of the shin beyond the parallelogram
 constexpr double kU = 14.43 - 40;    // c - r: from the base of a leg to the grip, outwards
-constexpr double kV = 23.09 - 25;    // f - s: likewise, across
+constexpr double kV = 23.09 - 25;    // f - s: the same, across
 constexpr double kDegree = 6.283185307179586 / 360;
 constexpr std::array<double, 3> kAzimuth = {105 * kDegree, -15 * kDegree, -135 * kDegree};
 
@@ -44,8 +44,8 @@ Vec3 CalcInD(const LegFrame& leg, double u, double v, double w) {
   return {leg.cos_phi * u - leg.sin_phi * v, leg.sin_phi * u + leg.cos_phi * v, w};
 }
 
-/// Squared length of the parallelogram's projection onto the plane of the arm. Negative if the leg cannot reach the
-/// position.
+/// Returns the squared length of the parallelogram's projection onto the plane of the arm. Negative if the leg cannot
+/// reach the position.
 double CalcSquareInPlane(double v) {
   return kShin * kShin - v * v;
 }
@@ -67,7 +67,7 @@ std::optional<KneeGap> CalcKneeGap(const LegFrame& leg, const Vec3& p_D_mm, doub
   return KneeGap{distance - kEnds - in_plane, CalcInD(leg, du / distance, at.v / in_plane, dw / distance)};
 }
 
-/// Approximate grip position when all legs have the same angle: on the axis.
+/// Returns the approximate grip position when all legs have this angle; it lies on the axis.
 Vec3 CalcOnAxis(double angle) {
   const double length = kEnds + std::sqrt(CalcSquareInPlane(kV));
   const double du = kU - kThigh * std::cos(angle);
@@ -98,8 +98,8 @@ std::optional<FalconAngles> CalcFalconAnglesAt(const Vec3& p_D_mm) noexcept {
     if (!(square >= 0)) return std::nullopt;
     const double length = kEnds + std::sqrt(square);
     const double distance = std::hypot(at.u, at.w);
-    // Law of cosines in the triangle of shoulder, knee and end of the shin. Of the two solutions, the one with the knee
-    // further out is used.
+    // Law of cosines in the triangle of shoulder, knee and end of the shin. There are two solutions; the one with the
+    // knee further out is used.
     const double cosine = (distance * distance + kThigh * kThigh - length * length) / (2 * kThigh * distance);
     if (!(std::abs(cosine) <= 1)) return std::nullopt;
     angles[i] = std::atan2(at.w, at.u) - std::acos(cosine);
@@ -112,7 +112,7 @@ std::optional<glm::dmat3> CalcFalconJacobian(const Vec3& p_D_mm) noexcept {
   if (!angles) return std::nullopt;
   glm::dmat3 J(0);
   for (std::size_t i = 0; i < 3; ++i) {
-    // From distance(p, angle) = length(p): the changes of the gap with angle and with position cancel.
+    // The gap remains zero, so its changes due to the angle and due to the position cancel.
     const double angle = (*angles)[i];
     const std::optional<KneeGap> knee = CalcKneeGap(kLegs[i], p_D_mm, angle);
     if (!knee) return std::nullopt;

@@ -3,9 +3,9 @@
 //   '<'  12 nibbles: three 16-bit numbers, lowest nibble first, each nibble + 0x41  state + 0x41  reserved  '>'
 //
 // Source: libnifalcon, include/falcon/firmware/FalconFirmwareNovintSDK.h and its .cpp (revision f7c727a). Packets have
-// no checksum and no sequence number. Detectable faults: wrong length, wrong brackets (which cannot occur inside),
-// nibbles or state out of range. Not detectable: a nibble or state changed to another valid one, a packet that is
-// lost, old or repeated. The driver therefore checks for jumps. All functions are tick-safe.
+// no checksum and no sequence number. These faults can be detected: a wrong length, wrong brackets (which cannot occur
+// inside a packet), and nibbles or a state out of range. These cannot: a nibble or a state changed to another valid
+// one, and a packet that is lost, old or repeated. The driver therefore checks for jumps. All functions are tick-safe.
 #pragma once
 
 #include <array>
@@ -20,18 +20,19 @@ namespace kerf {
 inline constexpr std::size_t kFalconPacketBytes = 16;
 using FalconPacket = std::array<std::uint8_t, kFalconPacketBytes>;
 
-/// Lamps of the grip as in libnifalcon's enum (a comment there differs). Colours not verified.
+/// Lamps of the grip, with the values of libnifalcon's enum (a comment there states others). The colours have not been
+/// verified.
 enum FalconLamp : std::uint8_t { kFalconGreen = 2, kFalconBlue = 4, kFalconRed = 8 };
 
 struct FalconCommand {
   std::array<int, 3> motors{};  // -32768 to 32767
-  bool homing = true;           // must be set in every packet, otherwise the encoders are not homed
+  bool homing = true;           // must be set in every packet; otherwise the encoders are not homed
   std::uint8_t lamps = 0;
 };
 
 struct FalconReport {
   FalconCounts counts{};
-  std::uint8_t buttons = 0;  // bit 0: plus (right), 1: forward, 2: centre, 3: minus (left)
+  std::uint8_t buttons = 0;  // bit 0: plus (right), bit 1: forward, bit 2: centre, bit 3: minus (left)
   std::uint8_t homed = 0;    // one bit per encoder; 7: all
 };
 inline constexpr std::uint8_t kFalconAllHomed = 7;

@@ -10,7 +10,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kMaxIdBytes = 100;
-constexpr double kMaxPosition_m = 10;  // larger values cannot be the position of a hand
+constexpr double kMaxPosition_m = 10;  // a larger value cannot be the position of a hand
 
 /// Returns a member of an object, or nullptr if it does not exist.
 const Json* Find(const Json& object, const char* key) {

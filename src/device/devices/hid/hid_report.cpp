@@ -6,18 +6,18 @@
 namespace kerf {
 
 std::optional<HidReportSizes> ReadHidReportSizes(std::span<const std::uint8_t> descriptor) {
-  // Items of the HID specification 1.11, 6.2.2: a prefix of size, type and tag, then 0, 1, 2 or 4 bytes.
+  // Items as in the HID specification 1.11, 6.2.2: a prefix of size, type and tag, followed by 0, 1, 2 or 4 bytes.
   constexpr std::uint8_t kLongItem = 0xfe;
   constexpr std::uint8_t kInput = 0x80, kOutput = 0x90, kReportSize = 0x74, kReportId = 0x84, kReportCount = 0x94;
   constexpr std::uint64_t kMaxBits = 1 << 20;
   HidReportSizes sizes;
-  std::array<std::array<std::uint64_t, 256>, 2> bits{};  // per report id: input and output
+  std::array<std::array<std::uint64_t, 256>, 2> bits{};  // sizes of input and output reports, per report id
   std::uint64_t size = 0;
   std::uint64_t count = 0;
   std::size_t id = 0;
   for (std::size_t at = 0; at < descriptor.size();) {
     const std::uint8_t prefix = descriptor[at];
-    if (prefix == kLongItem) return std::nullopt;  // no long item is defined
+    if (prefix == kLongItem) return std::nullopt;  // the specification defines no long items
     const std::size_t bytes = (prefix & 3) == 3 ? 4 : prefix & 3;
     if (at + 1 + bytes > descriptor.size()) return std::nullopt;
     std::uint64_t value = 0;

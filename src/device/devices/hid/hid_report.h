@@ -8,7 +8,7 @@
 namespace kerf {
 
 struct HidReportSizes {
-  int input_bytes = 0;  // of the longest report, without its id
+  int input_bytes = 0;  // size of the longest input report, without its id
   int output_bytes = 0;
   bool has_ids = false;
 };

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kLedControl_ms = 10;
 // The host polls the device once per period, and only while a read is pending, so a read waits longer than one period.
-// A round without a report then takes two periods. Counting rounds thus measures silence without a clock.
+// A round without a report therefore takes two periods. Counting such rounds measures silence without a clock.
 constexpr double kRate_hz = 125;
 constexpr int kRead_ms = 10;
 static_assert(kRead_ms > 1000 / kRate_hz && kRead_ms < 2000 / kRate_hz);
@@ -143,7 +143,7 @@ void SpaceMouseDriver::Start(const std::function<bool(const std::string& doing, 
   if (show && !show("switching the LED on", 0)) throw Error("starting the device was cancelled");
   state_ = {};
   silent_rounds_ = 0;
-  // A device without a lamp refuses this; only kGone is an error.
+  // A device without a lamp refuses this request; only kGone is an error.
   if (!SetLamp(true)) throw Error("the SpaceMouse was unplugged");
   if (show) show("ready", 1);
 }
@@ -169,7 +169,7 @@ RoundEnd SpaceMouseDriver::Exchange(const DriverCommand& /*command*/, DriverSamp
   std::array<double, 6> raw{};
   for (std::size_t i = 0; i < raw.size(); ++i) raw[i] = CalcDeflection(state_.axes[i], options_.dead_band);
   sample = DriverSample{};
-  // Axes of the cap: right, towards the user, down.
+  // The cap's axes are right, towards the user, and down.
   sample.deflection = {raw[0], -raw[2], raw[1], raw[3], -raw[5], raw[4]};
   sample.buttons = state_.buttons;
   return RoundEnd::kSample;

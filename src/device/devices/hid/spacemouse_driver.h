@@ -1,5 +1,5 @@
-// Driver of 3Dconnexion SpaceMouse and related devices over USB HID: a spring-centred cap with six axes and buttons,
-// without force. The device sends nothing while nothing changes.
+// Driver of the 3Dconnexion SpaceMouse and related devices over USB HID: a spring-centred cap with six axes and
+// buttons, without force. The device sends nothing while its cap is at rest and no button changes.
 #pragma once
 
 #include <array>
@@ -19,13 +19,13 @@ struct SpaceMouseModel {
   const char* name = "";
   int buttons = 2;
 };
-/// Returns the known models. Older ones have Logitech's vendor ID, newer ones 3Dconnexion's. Source: the lists in
+/// Returns the known models. Older ones have Logitech's vendor ID, newer ones that of 3Dconnexion. Source: the lists in
 /// OpenCASCADE's WNT_HIDSpaceMouse.cxx and VL.Devices.SpaceMouseHID.
 std::span<const SpaceMouseModel> SpaceMouseModels();
 /// Returns nullptr if the device is not a known model.
 const SpaceMouseModel* FindSpaceMouse(const UsbDeviceInfo& info);
 
-/// State reported so far: raw axes x, y, z and rotation about x, y, z, about -350 to 350.
+/// State according to the reports so far: raw axes x, y, z and rotations about x, y, z, each about -350 to 350.
 struct SpaceMouseState {
   std::array<int, 6> axes{};
   std::uint32_t buttons = 0;
@@ -33,13 +33,13 @@ struct SpaceMouseState {
 enum class SpaceMouseReport : std::uint8_t {
   kAxes,
   kButtons,
-  kOther,  // battery state and others
+  kOther,  // battery state, for example
   kBad,    // wrong length for its kind, or an axis far out of range
 };
-/// Reads a report whose first byte is its id. `state` changes only for kAxes and kButtons.
+/// Reads a report, which begins with its id. `state` changes only for kAxes and kButtons.
 SpaceMouseReport ReadSpaceMouseReport(std::span<const std::uint8_t> bytes, SpaceMouseState& state);
 
-/// Converts a raw axis to a fraction of its range: 0 in the dead band (0 to 0.9), then linear up to -1 or 1.
+/// Converts a raw axis to a fraction of its range: 0 within `dead_band` (0 to 0.9), then linear up to -1 or 1.
 double CalcDeflection(int raw, double dead_band);
 
 struct SpaceMouseOptions {
@@ -56,12 +56,12 @@ class SpaceMouseDriver final : public DeviceDriver {
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
-  /// Without a report, returns kSample with the last state. If a deflected cap sends nothing for kSilence_s, it is
-  /// assumed to have been released and its last report to have been lost.
+  /// If no report has arrived, returns kSample with the last state. If a deflected cap sends nothing for kSilence_s, it
+  /// is assumed that it was released and that its last report was lost.
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
-  static constexpr double kSilence_s = 0.5;  // if each round takes two periods
+  static constexpr double kSilence_s = 0.5;  // correct if each round without a report takes two periods
 
  private:
   bool SetLamp(bool on) noexcept;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kTransfer_ms = 5;  // per transfer; a round has at most three
 constexpr int kTimeout_ms = 3 * kTransfer_ms;
-constexpr std::size_t kEndpointBytes = 64;  // of the endpoint
+constexpr std::size_t kEndpointBytes = 64;  // packet size of the endpoint
 
 std::uint16_t GetWord(std::span<const std::uint8_t> bytes, std::size_t at) {
   return static_cast<std::uint16_t>(bytes[at] | bytes[at + 1] << 8);
@@ -147,7 +147,7 @@ void WoodenDriver::CheckReportSizes() {
   const Transfer transfer =
       transport_->Control(kFromInterface, kGetDescriptor, kReportDescriptor, 0, bytes, 20 * kTimeout_ms);
   if (transfer.end == TransferEnd::kGone) throw Error("the WoodenHaptics device was unplugged");
-  if (transfer.end != TransferEnd::kOk) return;  // the first report also shows the size
+  if (transfer.end != TransferEnd::kOk) return;  // the size is also checked in the first report
   const auto sizes = ReadHidReportSizes(std::span(bytes).first(static_cast<std::size_t>(transfer.bytes)));
   const auto wanted = static_cast<int>(kWoodenReportBytes);
   if (!sizes || sizes->has_ids || sizes->input_bytes != wanted || sizes->output_bytes != wanted) {
@@ -168,7 +168,7 @@ void WoodenDriver::Start(const std::function<bool(const std::string& doing, doub
   has_counts_ = false;
   zero_ = {};
   tell("waiting for the first report", 0.5);
-  // The firmware may hold one old report; the second one is current.
+  // The firmware may hold one old report; the second report is current.
   constexpr int kTries = 50;
   int good = 0;
   for (int i = 0; i < kTries && good < 3; ++i) {
@@ -207,8 +207,9 @@ RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& samp
   const RoundEnd sent = Send(currents_mA);
   if (sent == RoundEnd::kGone) return RoundEnd::kGone;
 
-  // Reports arrive unsolicited, so they do not confirm that the command arrived. If it did not, the reports are still
-  // read, to judge later ones, but do not count as an answer. Read twice: the first may be an old report.
+  // Reports arrive unsolicited, so they do not show that the command arrived. If the command did not arrive, the
+  // reports are still read, in order to judge later ones, but do not count as an answer. Two reports are read, since
+  // the first may be old.
   for (int i = 0; i < 2; ++i) {
     std::array<std::uint8_t, kEndpointBytes> bytes;
     const Transfer transfer = transport_->Read(kWoodenIn, bytes, kTransfer_ms);

@@ -1,6 +1,7 @@
 // Driver of WoodenHaptics-type devices over USB: 8-byte reports without an id in both directions. The device sends
-// three encoder counts and a counter; the host sends three currents in mA. 16-bit numbers, low byte first. The firmware
-// sends a report whenever the host asks, and switches the motors off half a second after the last packet.
+// three encoder counts and a counter; the host sends three currents in mA. All numbers have 16 bits, low byte first.
+// The firmware sends a report whenever the host asks for one, and switches the motors off half a second after the last
+// packet.
 #pragma once
 
 #include <memory>
@@ -12,13 +13,13 @@
 
 namespace kerf {
 
-inline constexpr std::uint16_t kWoodenVendor = 0x1234;  // mbed's own, also used by other gadgets
+inline constexpr std::uint16_t kWoodenVendor = 0x1234;  // mbed's vendor ID, also used by other gadgets
 inline constexpr std::uint16_t kWoodenProduct = 0x0006;
 inline constexpr std::uint8_t kWoodenIn = 0x81;
 inline constexpr std::uint8_t kWoodenOut = 0x01;
 inline constexpr std::size_t kWoodenReportBytes = 8;
 
-/// Returns true if it may be such a device; Start() checks it further.
+/// Returns true if the device may be a WoodenHaptics device; Start() checks it further.
 bool IsWoodenDevice(const UsbDeviceInfo& info);
 
 struct WoodenReport {
@@ -30,26 +31,27 @@ bool ReadWoodenReport(std::span<const std::uint8_t> bytes, WoodenReport& report)
 void WriteWoodenReport(const WoodenReport& report, std::span<std::uint8_t, kWoodenReportBytes> bytes);
 /// Clamps each current to 16 bits.
 void WriteWoodenCurrents(const Vec3& currents_mA, std::span<std::uint8_t, kWoodenReportBytes> bytes);
-/// In mA.
+/// Returns the currents, mA.
 Vec3 ReadWoodenCurrents(std::span<const std::uint8_t, kWoodenReportBytes> bytes);
 
-/// Maximum per joint. With more counts, 16-bit counts wrap around within half a turn in either direction.
+/// Maximum number of counts per turn of a joint. With more, 16-bit counts wrap around within half a turn in either
+/// direction.
 inline constexpr double kWoodenMostCountsPerTurn = 65534;
 
 /// Distinguishes new reports from old, repeated and damaged ones; the protocol has no checksum except that of USB.
 class WoodenReportFilter {
  public:
   enum class Verdict : std::uint8_t { kNew, kOld, kBad };
-  /// `counts_per_turn`: of each joint, including its gear; either sign.
+  /// `counts_per_turn`: encoder counts per turn of each joint, including its gear, with either sign.
   explicit WoodenReportFilter(const Vec3& counts_per_turn);
-  /// Returns kNew for a report that follows the last good one, or the last bad one, which was then valid after all. A
-  /// report follows another if its counter is 1 to kMaxLost + 1 ahead and no joint has moved faster than a hand can
-  /// move it.
+  /// Returns kNew for the first report, and for a report that follows the last good one or the last bad one, which was
+  /// then valid after all. A report follows another if its counter is 1 to kMaxLost + 1 ahead and no joint has moved
+  /// faster than a hand can move it.
   Verdict Judge(const WoodenReport& report);
   void Reset() { *this = WoodenReportFilter(max_counts_); }
 
   static constexpr int kMaxLost = 1000;
-  /// 31 rad/s in the 1 ms between reports: 7 m/s at the handle.
+  /// Corresponds to 31 rad/s at 1 ms between reports, or 7 m/s at the handle.
   static constexpr double kMaxTurnsPerReport = 0.005;
 
  private:

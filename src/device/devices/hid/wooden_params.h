@@ -1,4 +1,4 @@
-// Parameters of WoodenHaptics-type devices: a rotating base with an upper arm and a forearm, three motors with
+// Parameters of WoodenHaptics-type devices, which have a rotating base, an upper arm, a forearm, and three motors with
 // capstans.
 #pragma once
 
@@ -7,16 +7,17 @@
 
 namespace kerf {
 
-/// Three joint angles: a, of the base about the vertical; b, of the upper arm from the vertical; c, of the forearm from
-/// hanging straight down. Vectors have one component per joint, in this order. The defaults are those of the 2016
-/// wooden build (woodenhaptics_2016ed.json, and the signs of CWoodenDevice.cpp for USB, at woody-experimental 726e186).
+/// The three joint angles are a, of the base about the vertical; b, of the upper arm from the vertical; and c, of the
+/// forearm from hanging straight down. Vectors have one component per joint, in this order. The defaults are those of
+/// the 2016 wooden build (woodenhaptics_2016ed.json, with the signs of CWoodenDevice.cpp for USB, at woody-experimental
+/// 726e186).
 struct WoodenParams {
   double base_mm = 80;         // height of joint b above the table
-  double upper_arm_mm = 205;   // b to c
-  double forearm_mm = 245;     // c to the handle
-  Vec3 middle_mm{220, 0, 80};  // of the workspace, from the base: towards the user, to the right, up
+  double upper_arm_mm = 205;   // from joint b to joint c
+  double forearm_mm = 245;     // from joint c to the handle
+  Vec3 middle_mm{220, 0, 80};  // middle of the workspace, from the base: towards the user, to the right, up
   double workspace_radius_mm = 100;
-  Vec3 counts_per_turn{-2000, 2000, 2000};  // of the motors; negative: counts opposite to the motor's pull
+  Vec3 counts_per_turn{-2000, 2000, 2000};  // encoder counts per turn of each motor; negative: opposite to its pull
   Vec3 gear{16, -12, -12};                  // turns of the motor per turn of the joint; negative: opposite direction
   Vec3 zero_deg{0, 0, 90};                  // joint angles at encoder count 0
   Vec3 motor_Nmm_per_A{25.9, 25.9, 25.9};
@@ -24,7 +25,7 @@ struct WoodenParams {
   double peak_force_N = 5;
   double max_stiffness_N_per_mm = 1;
   double max_damping_Ns_per_mm = 0.008;
-  /// True: the arm is held in the zero pose when the session begins. False: it was in that pose at power-on.
+  /// True: the arm is in the zero pose when the session begins. False: it was in that pose at power-on.
   bool zero_at_start = false;
 };
 

@@ -1,4 +1,4 @@
-// Replaces the pictures in a build without VTK.
+// Replacement for the pictures in a build without VTK.
 #include "base/core/not_built.h"
 #include "view/picture/image.h"
 #include "view/picture/panel_sheet.h"

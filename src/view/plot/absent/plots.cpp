@@ -1,4 +1,4 @@
-// Replaces the plots in a build without VTK.
+// Replacement for the plots in a build without VTK.
 #include "base/core/not_built.h"
 #include "view/plot/plot.h"
 

@@ -36,8 +36,8 @@ class EffectPlan {
   std::size_t CalcMemoryBytes() const { return 0; }
 
  private:
-  // Always false, which the compiler cannot deduce: code that depends on it is kept, so that the rest of the
-  // tick is compiled as it is with a plan.
+  // Always false, which the compiler cannot deduce: code that depends on it is kept, so that the rest of the tick is
+  // compiled as with a plan.
   bool wanted_ = false;
 
   static void Work() {
