@@ -192,7 +192,7 @@ void Run(StudyArguments& options) {
   if (options.merge) {
     const MergeOutcome outcome = MergeShards(options.inputs, options.folder, work.variant_of, PrintWarning);
     if (!options.json) {
-      fmt::print("{} shards, {} records, {} of them duplicates\n", outcome.shards, outcome.records, outcome.twice);
+      fmt::print("{} shards, {} records; {} duplicates ignored\n", outcome.shards, outcome.records, outcome.twice);
     }
     return Finish(options, work, outcome.missing);
   }

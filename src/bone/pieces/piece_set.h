@@ -64,19 +64,20 @@ class PieceSet {
   PieceSet(PieceSet&&) noexcept;
   PieceSet& operator=(PieceSet&&) noexcept;
 
-  /// Adds a piece, for example one that separated while the bone was cut. It has the initial state in all earlier
-  /// steps. `name`: if empty, the next free number is used. Returns its index.
+  /// Adds a piece, for example one that separated while the bone was cut. In all earlier steps of the
+  /// undo history it has its initial state. If `name` is empty, the piece is named by the next free number. Returns its
+  /// index.
   int Add(Bone bone, const std::string& name = "");
-  /// Updates a piece that was cut further: it becomes the largest part of `now`. The other parts become new pieces with
-  /// a copy of its states in all steps. Returns their indices, starting with `i`; only `i` if nothing is left of the
-  /// piece. Also accepts a deleted piece.
+  /// Updates a piece that was cut further: it becomes the largest part of `now`. The others become new pieces;
+  /// each copies the piece's state in every step of the undo history. Returns their indices, starting with `i`; only
+  /// `i` if nothing is left of the piece. Also accepts a deleted piece.
   std::vector<int> Recut(int i, const Bone& now, double min_mm3 = 1);
 
   int size() const;
-  const Piece& piece(int i) const;          // also if deleted
-  const PieceState& state(int i) const;     // also if deleted
+  const Piece& piece(int i) const;          // a deleted piece is allowed
+  const PieceState& state(int i) const;     // a deleted piece is allowed
   int Find(const std::string& name) const;  // -1 if not found
-  Vec3 CalcCentroid(int i) const;           // world, at its current pose; also if deleted
+  Vec3 CalcCentroid(int i) const;           // world, at its current pose; a deleted piece is allowed
 
   // ---- changes that can be undone. Consecutive steps with the same `gesture` (not 0) on one piece count as one.
   void SetHidden(int i, bool hidden);

@@ -51,7 +51,8 @@ const std::array<double, 256>& Ledger::Account() {
     return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
   };
   std::sort(entries_.begin(), entries_.end(), [&](const Entry& a, const Entry& b) { return before(a.leaf, b.leaf); });
-  // Cells belong to the leaf of their lowest corner: a changed leaf or a lower neighbour of one.
+  // A cell belongs to the leaf that contains its lowest corner, so the cells to recompute belong to the changed leaves
+  // and their lower neighbours.
   std::vector<LeafIndex> owners;
   for (const Entry& entry : entries_) {
     for (int corner = 0; corner < 8; ++corner) {

@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kLate = std::chrono::milliseconds(5);
 constexpr int kSendBytes = 8192;
-constexpr int kMaxMessages = 64;  // per call of Receive()
+constexpr int kMaxMessages = 64;  // per call to Receive()
 
 /// WebSocket with a timeout for each wait. Unfinished operations continue in the next call.
 class HaplyDriver::Line {

@@ -11,8 +11,8 @@
 
 namespace kerf {
 
-/// Computes the root mean square of the force above 20 Hz, over the whole run and over each full second in which the
-/// tool cut throughout. Keeps only one second in memory. Not tick-safe.
+/// Computes the root mean square of the force above 20 Hz, over the whole run and over each whole second of
+/// uninterrupted cutting. Keeps only one second in memory. Not tick-safe.
 class ForceNoise {
  public:
   /// Throws kerf::Error if `dt_s` is too long for 20 Hz.

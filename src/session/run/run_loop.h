@@ -45,7 +45,7 @@ inline constexpr double kMaxLoop_s = 36'000;
 /// Maximum number of ticks with LoopLog::kMemory. Each takes 200 bytes, plus the effects' channels.
 inline constexpr double kMaxTicksInMemory = 10'000'000;
 
-/// A recorded session to replay, alone or before a new one continues it.
+/// A recorded session to replay, and whether a new session then continues it.
 struct LoopReplayOptions {
   RecordingReader* recording = nullptr;  // null: none
   double until_s = std::numeric_limits<double>::infinity();
@@ -70,7 +70,7 @@ struct LoopRecorded {
   std::string failure;  // one sentence; empty if the recording is whole
 };
 
-/// Makes a hand that is used instead of the scene's hand along its path. It moves the device with
+/// Makes the hand that replaces the scene's own hand, which follows the path. It moves the device with
 /// SimulatedDevice::SetIntention before each tick, as a mouse or a synthetic surgeon does. `p_TC_mm`: the coupling's
 /// point in the tool frame, where the device holds the tool. `felt_stiffness_N_per_mm`: stiffness of the coupling as
 /// rendered on the device.
@@ -124,7 +124,7 @@ struct LoopForceSummary {
   double slew_bound_N = 0;                 // maximum step per tick that the force map permits
   double largest_simulated_N = 0;          // on the hand, before scaling for the device
   double noise_above_20_Hz_mN = 0;         // on the device, RMS over the whole run
-  std::optional<double> cutting_noise_mN;  // maximum over the full seconds in which the tool cut throughout
+  std::optional<double> cutting_noise_mN;  // largest value in any whole second of uninterrupted cutting
   double scale = 1;                        // device N per simulation N
 };
 
@@ -158,11 +158,11 @@ struct LoopSummary {
   std::vector<FidelityStep> fidelity_steps;
   long fidelity_step_count = 0;
   LoopForceSummary force;
-  long rounds = 0;  // completed passes of the hand through the path
+  long rounds = 0;  // number of times that the hand has completed the path
   long strokes = 0;
   double removed_mm3 = 0;  // exact, from the level set
   double volume_before_mm3 = 0;
-  double volume_after_mm3 = 0;          // in the bone: without what was taken out
+  double volume_after_mm3 = 0;          // of the bone without the pieces taken out of it
   double removed_by_occupancy_mm3 = 0;  // sum over the ticks
   // hand + spindle = stored + cut + friction + damping + numerical
   double hand_J = 0;
@@ -175,7 +175,7 @@ struct LoopSummary {
   CuttingSums cutting_sums;                // without removed_mm3
   std::optional<CuttingEnergy> cutting;    // none if ticks were undone or came from a recording
   bool touched = false;                    // the tool touched bone at least once
-  std::optional<double> leaves_used_up_s;  // time at which no spare block of voxels was left to cut into
+  std::optional<double> leaves_used_up_s;  // time at which the last spare leaf was used
   bool starts_in_bone = false;             // the tool was placed inside the bone
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
@@ -212,7 +212,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
 /// no energy was supplied.
 double CalcNumericalFraction(const LoopSummary& s);
 /// Adds warnings about the session as a whole: the tool touched no bone or started inside it, more than a tenth of the
-/// energy was lost to the time step, or all `spare_leaves` blocks for cutting were used up.
+/// energy was lost to the time step, or all `spare_leaves` spare leaves were used up.
 void AddLoopWarnings(LoopSummary& s, int spare_leaves);
 
 /// The following functions return readable phrases, such as
@@ -234,8 +234,9 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, boo
 /// Writes report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png into `folder`,
 /// which is created if missing. After a run with `keep_bones` also writes, as the scene requests, bone.vdb,
 /// piece_N.stl, before.png, after.png, cut.png, apart.png, heat.png and fragments.png, and the files of the effects
-/// (EffectFiles). The pieces' surfaces are reduced to `surface_error_mm`; 0: not reduced. Results of an earlier loop in
-/// the same folder are replaced or removed. Sets `summary.files` and the data of the pieces' files.
+/// (EffectFiles). The pieces' surfaces are simplified with an error of at most `surface_error_mm`; 0: not simplified.
+/// Results of an earlier loop in the same folder are replaced or removed. Sets `summary.files` and the data of the
+/// pieces' files.
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
                      const std::function<void(const std::string&, double)>& progress = {},
                      double surface_error_mm = kSurfaceErrorMm);

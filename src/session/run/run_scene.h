@@ -41,7 +41,7 @@ struct RunSummary {
   std::uint64_t hash_before = 0;
   std::uint64_t hash_after = 0;
   double volume_before_mm3 = 0;
-  double volume_after_mm3 = 0;  // in the bone: without what was taken out
+  double volume_after_mm3 = 0;  // of the bone without the pieces taken out of it
   double removed_mm3 = 0;
   std::map<int, double> removed_mm3_by_region;
   MaterialTable materials;  // as used: uniform if the scene sets it so

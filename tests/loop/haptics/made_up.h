@@ -45,8 +45,8 @@ class RecordingDevice : public Device {
   std::atomic<int> inside_{0};
 };
 
-/// Body with a force that ramps up by 0.1 N per tick to 5 N and random changes of leaves; `during` is called in each
-/// tick.
+/// Body whose force ramps up by 0.1 N per tick to 5 N and which makes random changes to its leaves. Calls `during` in
+/// each tick.
 class MadeUpBody : public LoopBody {
  public:
   explicit MadeUpBody(GuardedDevice& device) : device_(device) {}

@@ -1,4 +1,4 @@
-// Tests of reading damaged recordings, and of their seal.
+// Tests for reading damaged recordings and for checking the seal of a recording.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -43,8 +43,8 @@ class DamagedRecordings : public ::testing::Test {
     return "";
   }
 
-  /// Writes a recording of two heads, an input, four blocks of steps with an event after the first and a piece after
-  /// the second, an end and a seal.
+  /// Writes a recording that consists of two copies of its head, an input, four blocks of steps (an event follows the
+  /// first, a piece the second), an end and a seal.
   std::string Record(const std::string& name, const std::optional<SealKey>& key = std::nullopt) const {
     RecordingHead head;
     head.scene_toml = "x = 1\n";
@@ -86,7 +86,7 @@ class DamagedRecordings : public ::testing::Test {
     for (const std::string& part : parts) bytes += part;
     return bytes;
   }
-  /// Corrects a damaged file as a person would who knows the format but does not have the key: each block's number and
+  /// Makes an altered file consistent again, as a forger without the key could: recomputes each block's number and
   /// checksum and, if `chain` is true, its digest of the preceding block.
   static std::string Forge(std::vector<std::string> parts, bool chain) {
     BlockLink link = FirstLink();
