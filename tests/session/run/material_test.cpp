@@ -106,7 +106,7 @@ TEST_F(SceneMaterialRun, ReportsMissingOrWrongInput) {
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", "kind = \"ct\"\nct_law = \"linear\"\nct_law_file = \"none.csv\"")),
             folder_ + "/none.csv: there is no such file");
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", "kind = \"ct\"\nct_law = \"morgan_2003_vertebra\"")),
-            "ct_law = \"morgan_2003_vertebra\" takes apparent density and has no calibration of its own, since that "
+            "ct_law = \"morgan_2003_vertebra\" requires apparent density and has no calibration of its own, since that "
             "depends on the scanner; give ct_calibration = \"HU:density HU:density ...\" in g/cm3, from a phantom");
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", std::string(kLinear) + "\nct_calibration = \"0:4 1000:5\"")),
             "the calibration gives 4 to 5 g/cm3 and the bands hold for 0.1 to 3");
