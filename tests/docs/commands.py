@@ -78,6 +78,13 @@ def list_snippets(page):
     return [(text[:match.start()].count("\n") + 1, match.group(1)) for match in re.finditer(r"^```python\n(.*?)^```", text, re.M | re.S)]
 
 
+def write_saved_files(page, folder):
+    """Writes the TOML snippets that a page says to save under a name: "save it as `NAME`"."""
+    text = page.read_text(encoding="utf-8")
+    for match in re.finditer(r"save\s+it\s+as\s+`([^`]+)`[^#]*?^```toml\n(.*?)^```", text, re.M | re.S):
+        (folder / match.group(1)).write_text(match.group(2))
+
+
 def read_rules():
     rules = []
     for line in (pathlib.Path(__file__).parent / "commands.txt").read_text(encoding="utf-8").splitlines():
@@ -146,6 +153,7 @@ def check_page(kerf, page, rules, reference, files):
     with tempfile.TemporaryDirectory(prefix="kerf_docs_") as name:
         folder = pathlib.Path(name) / "work"
         shutil.copytree(files, folder)
+        write_saved_files(page, folder)
         environment = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
         environment |= {"HOME": name, "PATH": f"{kerf.parent}:{os.environ['PATH']}"}
         for number, command in list_commands(page):
