@@ -146,7 +146,10 @@ void RunSweep(StabilityArguments& options, const Scene& scene) {
     ProgressBar bar("sweeping the scene's numbers");
     study = SweepScene(scene, options.sweep, [&](const std::string&, double fraction) { bar.Show(fraction); });
   }
-  if (!options.folder.empty()) WriteTextFile(options.folder, FormatSweepCsv(study));
+  // The rows of an interrupted sweep do not overwrite earlier ones.
+  const bool keep = !study.complete && std::filesystem::exists(options.folder);
+  if (!options.folder.empty() && !keep) WriteTextFile(options.folder, FormatSweepCsv(study));
+  if (!options.folder.empty() && keep) Say("the earlier results in {} are kept", options.folder);
   fmt::print("{}", options.json ? FormatSweepJson(study) : FormatSweepTable(study));
   if (const int failed = study.Count(SweepVerdict::kFail); failed > 0) {
     throw Error(fmt::format("{} of {} cases failed", failed, study.rows.size()));

@@ -250,10 +250,12 @@ SweepStudy SweepScene(const Scene& scene, const SweepOptions& options,
   for (std::size_t i = 0; i < cases.size(); ++i) {
     work.Add("sweeping the scene's numbers", 1, [&, i] {
       study.rows[i] = TryCase(scene, cases[i], options);
-      done[i] = 1;
+      const bool is_interrupted = options.stop != nullptr && options.stop->load();
+      done[i] = is_interrupted && study.rows[i].verdict == SweepVerdict::kNotRun ? 0 : 1;
     });
   }
-  study.complete = work.Run(options.threads, options.stop, progress);
+  work.Run(options.threads, options.stop, progress);
+  study.complete = std::find(done.begin(), done.end(), 0) == done.end();
   if (done.front() != 0) MarkWarned(study.rows);
   if (!study.complete) {
     std::size_t kept = 0;

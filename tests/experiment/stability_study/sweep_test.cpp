@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -170,6 +171,23 @@ TEST(SweepRows, LoopStartsWithAStiffCouplingAtALowRate) {
         Try(scene, {{"coupling.stiffness_N_per_mm", 1000}, {"loop.rate_hz", 250}, {"device.expected_peak_N", peak_N}});
     EXPECT_THAT(row.reason, testing::Not(HasSubstr("refuse"))) << peak_N;
   }
+}
+
+// The interruption comes while the last case runs, so that no case is left to begin.
+TEST(SweepScene, InterruptedCaseIsLeftOut) {
+  std::atomic<bool> stop{false};
+  SweepOptions options;
+  options.only = {"loop.rate_hz"};
+  options.pairs = 0;
+  options.threads = 1;
+  options.stop = &stop;
+  const std::size_t cases = MakeSweepCases(MakeScene(), options).size();
+  std::size_t calls = 0;  // two per case: when it begins and when it has ended
+  const SweepStudy study = SweepScene(MakeScene(), options, [&](const std::string&, double) {
+    if (++calls == 2 * cases - 1) stop = true;
+  });
+  EXPECT_FALSE(study.complete);
+  EXPECT_EQ(study.rows.size(), cases - 1);
 }
 
 TEST(SweepFiles, HaveARowForEachCase) {
