@@ -38,7 +38,7 @@ struct Shape {
   bool shiny = false;               // metal
 };
 
-/// Tool at a pose: a disc with its teeth or a ball with its flutes, and a stub of the spindle.
+/// Tool at a pose: a disc with its teeth or a ball with its flutes, and the end of the spindle.
 struct ToolInPicture {
   Tool tool;
   Pose X_WT;
@@ -101,7 +101,7 @@ extern const bool kPicturesBuilt;
 void WritePicture(const PictureSpec& spec, const std::string& path);
 
 /// Makes closed surfaces of the tool in its own frame: for a disc, the toothed disc between z = +-`thickness_mm`/2 and
-/// a stub of the spindle.
+/// the end of the spindle.
 TriangleMesh MakeToolMesh(const Tool& tool);
 
 }  // namespace kerf

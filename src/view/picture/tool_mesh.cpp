@@ -61,7 +61,7 @@ TriangleMesh MakeDiscMesh(const DiscSaw& saw) {
   TriangleMesh mesh;
   const double half = 0.5 * saw.thickness_mm;
   AddPrism(MakeToothedCircle(saw), -half, half, mesh);
-  // A flange on both sides and a stub of the spindle on the side of the handle.
+  // A flange on both sides and the end of the spindle on the side of the handle.
   const double radius = saw.radius_mm();
   const double flange = 0.22 * radius;
   const double flange_height = std::max(0.04 * radius, saw.thickness_mm);
@@ -71,7 +71,7 @@ TriangleMesh MakeDiscMesh(const DiscSaw& saw) {
   return mesh;
 }
 
-// Makes a sphere with grooves between its slightly twisted flutes, and a stub of the shank.
+// Makes a sphere with grooves between its slightly twisted flutes, and the end of the shank.
 TriangleMesh MakeBallMesh(const BallBurr& ball) {
   constexpr int kParallels = 48;
   constexpr double kGroove = 0.12;  // depth, as a fraction of the radius
