@@ -64,8 +64,8 @@ std::string ReadPng(const PictureSpec& spec) {
 
 }  // namespace
 
-std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessment& assessment, const PieceSet& pieces,
-                                         bool of_patient) {
+std::vector<ExportPicture> DrawAssessment(const std::string& title, const Assessment& assessment,
+                                          const PieceSet& pieces, bool of_patient) {
   PictureSpec spec;
   spec.title = title;
   spec.orientation = of_patient ? Orientation::kPatient : Orientation::kAxes;
@@ -104,7 +104,7 @@ std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessm
   if (!plates.empty()) spec.legend = {{"planned", kPlanned}, {"achieved", kAchieved}};
   const std::size_t bone_shapes = spec.shapes.size();
   for (const Plate& plate : plates) spec.shapes.push_back(MakePlate(plate, 0.02, 0.35));
-  std::vector<TakenPicture> pictures;
+  std::vector<ExportPicture> pictures;
   pictures.push_back(
       {.name = "overview", .caption = "The pieces with the planned and the achieved planes", .png = ReadPng(spec)});
   if (plates.empty()) return pictures;

@@ -58,11 +58,11 @@ struct Subject {
   Bone before;
   Bone after;
   double blade_mm = DiscSaw{}.thickness_mm;
-  std::vector<TakenFigure> figures;
-  std::vector<TakenCurve> curves;
-  std::vector<TakenFact> provenance;
+  std::vector<ExportFigure> figures;
+  std::vector<ExportCurve> curves;
+  std::vector<ExportFact> provenance;
   bool of_patient = true;
-  TakenRecording recording;  // unset for bones in files
+  ExportRecording recording;  // unset for bones in files
 };
 
 bool EndsWith(const std::string& text, const std::string& end) {
@@ -76,8 +76,8 @@ std::string TitleOf(const Scene& scene) {
 /// Replays a recording of a loop and takes the bones and the plan from it.
 void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& subject) {
   RecordingReader recording(options.file);
-  const RecordingHead& head = recording.head();
-  if (head.kind != RecordedKind::kLoop) {
+  const RecordingHeader& header = recording.header();
+  if (header.kind != RecordedKind::kLoop) {
     throw Error(
         fmt::format("{}: is a recording of 'kerf run'; write its bone with 'kerf replay {} -o FOLDER', then use 'kerf "
                     "assess SCENE --after FOLDER/bone.vdb'",
@@ -90,10 +90,10 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
   loop.virtual_time = true;
   loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMaxLoop_s);
   loop.stop = &CatchInterrupt();
-  loop.scene_file = head.scene_file;
+  loop.scene_file = header.scene_file;
   loop.replay.recording = &recording;
   loop.keep_bones = true;
-  loop.log = LoopLog::kNowhere;
+  loop.log = LoopLog::kNone;
   LoopSummary summary =
       RunLoop(recorded.scene, loop, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   if (summary.replayed && summary.replayed->divergence) {
@@ -125,12 +125,12 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
   subject.figures = {{"duration", "s", summary.simulated_s},
                      {"largest force on the hand", "N", summary.force.largest_simulated_N},
                      {"work of the hand", "J", summary.hand_J}};
-  TakenCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
+  ExportCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
   for (const ForcePoint& p : summary.force_curve.points()) curve.points.emplace_back(p.time_s, p.hand_N);
   if (curve.points.size() > 1) subject.curves.push_back(std::move(curve));
   subject.provenance = {{"recording", std::filesystem::path(options.file).filename().string()},
-                        {"recorded", fmt::format("{} by kerf {} ({})", head.created, head.version, head.commit)},
-                        {"scene", head.scene_name}};
+                        {"recorded", fmt::format("{} by kerf {} ({})", header.created, header.version, header.commit)},
+                        {"scene", header.scene_name}};
 }
 
 /// Reads the bones from files, or the bone before the cut from the scene.

@@ -153,7 +153,7 @@ void RunHourCommand(HourCommand& options) {
   } else {
     fmt::print("{}", FormatHourTable(hour));
   }
-  if (hour.loop.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended early: {}", hour.loop.failure));
+  if (hour.loop.end != LoopEnd::kRequested) throw Error(fmt::format("the loop ended early: {}", hour.loop.failure));
 }
 
 void AddHourCommand(CLI::App& group) {

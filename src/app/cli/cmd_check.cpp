@@ -38,7 +38,7 @@ struct ToothAtTopBite {
 
 /// Returns nullopt if there is no such bite: a stopped spindle, or a path without motion.
 std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
-  ToothAtTopBite tooth{CalcTopBite(scene), 0, 0};
+  ToothAtTopBite tooth{CalcMaxBite(scene), 0, 0};
   if (!std::isfinite(tooth.bite_mm) || !(tooth.bite_mm > 0)) return std::nullopt;
   const Tool tool = MakeTool(scene);
   tooth.thrust_N = MakeToothForce(scene.force, tool)(tooth.bite_mm, kMeasuredEStar_MPa);
@@ -55,7 +55,7 @@ void Run(const CheckArguments& options) {
   for (const std::string& warning : checked.warnings) Say("{}: warning: {}", options.file, warning);
 
   const ForceLawInfo& law = scene.force.info();
-  const double bite_um = 1000 * CalcTopBite(scene);
+  const double bite_um = 1000 * CalcMaxBite(scene);
   const std::size_t ticks = path.CountTicks(scene.simulation.rate_hz);
   if (options.json) {
     nlohmann::ordered_json json;
@@ -76,14 +76,14 @@ void Run(const CheckArguments& options) {
     json["path"] = {{"segments", path.segments().size()},
                     {"length_mm", path.length_mm()},
                     {"duration_s", path.duration_s()},
-                    {"top_speed_mm_per_s", path.CalcTopSpeed()}};
+                    {"top_speed_mm_per_s", path.CalcMaxSpeed()}};
     json["mode"] = slab ? "slab" : "voxel";
     if (slab) json["slab"] = {{"law", ToString(scene.slab.params.reading)}};
     json["force"] = {{"law", law.name}, {"summary", law.summary}, {"source", law.source}};
     for (std::size_t i = 0; i < law.parameters.size(); ++i) {
       json["force"]["parameters"][law.parameters[i].key] = scene.force.values()[i];
     }
-    const double to_mm = FindTopValidBite(scene.force, MakeTool(scene));
+    const double to_mm = FindMaxValidBite(scene.force, MakeTool(scene));
     json["force"]["valid_bite_um"] = {1000 * law.validity.from_mm, std::isfinite(to_mm)
                                                                        ? nlohmann::ordered_json(1000 * to_mm)
                                                                        : nlohmann::ordered_json(nullptr)};
@@ -124,11 +124,11 @@ void Run(const CheckArguments& options) {
              path.length_mm(), path.duration_s(), ticks, scene.simulation.rate_hz);
   if (slab) {
     fmt::print("  force  slab mode, law {}, at up to {:.3g} mm/s\n", ToString(scene.slab.params.reading),
-               path.CalcTopSpeed());
+               path.CalcMaxSpeed());
     fmt::print("         {}\n", DescribeSlabLaw(scene));
     return;
   }
-  fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcTopSpeed());
+  fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcMaxSpeed());
   fmt::print("         {}\n", law.summary);
   fmt::print("         from: {}\n", law.source);
   fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),

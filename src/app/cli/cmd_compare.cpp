@@ -63,7 +63,7 @@ void Run(const CompareArguments& options) {
   CheckOption("--depth-step", {{}, options.params.depth_step_mm, defaults.repetitions});
   CheckOption("--repeat", {{}, defaults.depth_step_mm, options.params.repetitions});
   const Scene scene = ReadScene(options.scene);
-  CheckCompareInputsStay(scene, options.scene, options.folder);
+  CheckCompareInputsNotOverwritten(scene, options.scene, options.folder);
   const FolderLock lock(options.folder);  // taken before the long computation
   Comparison comparison;
   {
@@ -88,7 +88,7 @@ void AddCompareCommand(CLI::App& app) {
       "compare", "Make the same cut in voxel mode and slab mode, and report forces, work, time and memory of each");
   command
       ->add_option("SCENE", options->scene,
-                   "Scene file (TOML) with a [slab] section; both modes run, whatever its mode")
+                   "Scene file (TOML) with a [slab] section; both modes are run, whatever its mode")
       ->required();
   command->add_option("-o,--output", options->folder, "Folder for report, figures, CSV and JSON; created if missing")
       ->capture_default_str();

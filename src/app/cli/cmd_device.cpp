@@ -55,10 +55,10 @@ class RawKeys {
   std::optional<termios> before_;
 };
 
-/// Prints a line. On a terminal it overwrites a previous `passing` line and is cut off at the terminal's width.
-void ShowWatched(const std::string& line, bool passing) {
+/// Prints a line. On a terminal it overwrites a previous `transient` line and is cut off at the terminal's width.
+void ShowWatched(const std::string& line, bool transient) {
   if (isatty(STDOUT_FILENO) == 1) {
-    fmt::print("\r\x1b[K\x1b[?7l{}\x1b[?7h{}", line, passing ? "" : "\n");
+    fmt::print("\r\x1b[K\x1b[?7l{}\x1b[?7h{}", line, transient ? "" : "\n");
   } else {
     fmt::print("{}\n", line);
   }
@@ -104,7 +104,7 @@ void AddDeviceCommand(CLI::App& app) {
                    "Force of the circle, as a fraction of the device's peak, 0.01 to 0.2")
       ->check(NumberWithin(0.01, 0.2, "of the peak"))
       ->capture_default_str();
-  test->add_flag("--up", check.up, "Direct the force upwards all the time, to lift weights: 1 N lifts 102 g");
+  test->add_flag("--up", check.up, "Direct the force upwards throughout, to lift a weight: 1 N lifts 102 g");
   test->add_option("--circle", check.circle_s, "Duration of the circle, s, 4 to 60")
       ->check(NumberWithin(4, 60, "s"))
       ->capture_default_str();

@@ -92,8 +92,8 @@ void PrintProfiles(const DevicesArguments& options) {
     fmt::print("{}\n", json.dump(2));
     return;
   }
-  const std::vector<std::string> heads = {"profile",    "peak (N)", "scale",     "largest (N)",
-                                          "hidden (N)", "range",    "cont. (N)", "cont. (%)"};
+  const std::vector<std::string> headers = {"profile",    "peak (N)", "scale",     "largest (N)",
+                                            "hidden (N)", "range",    "cont. (N)", "cont. (%)"};
   std::vector<std::vector<std::string>> rows;
   for (const ForceTableRow& row : table) {
     rows.push_back({row.profile.name, Figure(row.profile.peak_force_N), Figure(row.scale), Figure(row.largest_N),
@@ -101,7 +101,7 @@ void PrintProfiles(const DevicesArguments& options) {
                     Figure(100 * row.lasting_fraction)});
   }
   if (options.markdown) {
-    fmt::print("| {} |\n|{}\n", fmt::join(heads, " | "), " --- | --- | --- | --- | --- | --- | --- | --- |");
+    fmt::print("| {} |\n|{}\n", fmt::join(headers, " | "), " --- | --- | --- | --- | --- | --- | --- | --- |");
     for (const std::vector<std::string>& row : rows) fmt::print("| {} |\n", fmt::join(row, " | "));
     return;
   }
@@ -114,7 +114,7 @@ void PrintProfiles(const DevicesArguments& options) {
     for (std::size_t i = 1; i < row.size(); ++i) fmt::print(" {:>12}", row[i]);
     fmt::print("\n");
   };
-  print(heads);
+  print(headers);
   for (const std::vector<std::string>& row : rows) print(row);
   fmt::print(
       "\nscale     force on the device for 1 N in the simulation: peak / {:g}, at most 1\nhidden    the device's "
@@ -145,7 +145,7 @@ void AddDevicesCommand(CLI::App& app) {
   const auto options = std::make_shared<DevicesArguments>();
   CLI::App* command = app.add_subcommand(
       "devices",
-      "List the connected haptic devices, which of them can't be opened, why, and how to correct it; nothing is moved");
+      "List the connected haptic devices; if one can't be opened, show why and how to correct it; nothing is moved");
   CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
   CLI::Option* rules =
       command->add_flag("--udev-rules", options->udev_rules,

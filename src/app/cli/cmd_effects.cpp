@@ -76,7 +76,7 @@ void Run(EffectsArguments& options) {
   Scene scene = ReadScene(options.scene);
   if (options.voxel_mm) SetVoxel(scene, *options.voxel_mm);
   if (!options.csv.empty()) {
-    CheckInputsStay(ListInputs(scene, options.scene), {options.csv});
+    CheckInputsNotOverwritten(ListInputs(scene, options.scene), {options.csv});
     CheckWritable(options.csv);
   }
   options.measure.by_hand = !options.as_run;
@@ -87,7 +87,7 @@ void Run(EffectsArguments& options) {
     options.measure.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     costs = MeasureEffects(scene, options.measure);
   }
-  if (!options.csv.empty()) WriteTextFile(options.csv, FormatKeptCosts(costs));
+  if (!options.csv.empty()) WriteTextFile(options.csv, FormatStoredCosts(costs));
   fmt::print("{}", options.json       ? FormatEffectCostsJson(costs)
                    : options.markdown ? FormatEffectCostsMarkdown(costs)
                                       : FormatEffectCosts(costs));

@@ -116,7 +116,7 @@ void Print(const ExportArguments& options, const std::vector<Exported>& all, con
 }
 
 void Run(const ExportArguments& options) {
-  CheckInputsStay({options.file}, {options.output});
+  CheckInputsNotOverwritten({options.file}, {options.output});
   const Bone bone = ReadBone(options.file);
   std::vector<Exported> all;
   Pieces pieces;
@@ -127,7 +127,7 @@ void Run(const ExportArguments& options) {
           fmt::format("{}: has no piece of at least {} mm3; lower --min-piece", options.file, options.min_piece_mm3));
     }
     for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
-      CheckInputsStay({options.file}, {NumberedPath(options.output, i + 1)});
+      CheckInputsNotOverwritten({options.file}, {NumberedPath(options.output, i + 1)});
     }
     for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
       all.push_back(ExportSurface(pieces.pieces[i], options, NumberedPath(options.output, i + 1)));

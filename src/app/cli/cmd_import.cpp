@@ -57,7 +57,7 @@ double PeakMemory_MB() {
 void List(const ImportArguments& options) {
   std::error_code failed;
   if (!std::filesystem::is_directory(options.input, failed)) {
-    throw Error(fmt::format("{}: --list needs a folder of DICOM files", options.input));
+    throw Error(fmt::format("{}: --list requires a folder of DICOM files", options.input));
   }
   const std::vector<DicomSeries> all = ListDicomSeries(options.input);
   Json list = Json::array();
@@ -221,7 +221,7 @@ void Warn(const ImportArguments& options, const ImportReport& r) {
 }
 
 /// Rejects options that have no effect on this kind of input.
-void CheckOptionsAct(const CLI::App& command, const std::string& input) {
+void CheckOptionsApply(const CLI::App& command, const std::string& input) {
   const bool is_surface = IsSurfacePath(input);
   const std::vector<const char*> idle =
       is_surface ? std::vector{"--list",          "--series",       "--keep",       "--drop",
@@ -251,7 +251,7 @@ void Run(ImportArguments& options) {
   for (const auto* markups : {&options.keep_markups, &options.drop_markups}) {
     inputs.insert(inputs.end(), markups->begin(), markups->end());
   }
-  CheckInputsStay(inputs, {options.output});
+  CheckInputsNotOverwritten(inputs, {options.output});
   ImportOptions& import = options.import;
   import.isolate.isolate = !options.no_isolate;
   import.isolate.check_shape = !options.any_shape;
@@ -297,7 +297,7 @@ void AddImportCommand(CLI::App& app) {
                 "Folder of DICOM files, image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or surface (.stl .obj .ply)")
       ->required();
   c->add_option("-o,--output", o->output, "Bone file to write (.vdb)");
-  c->add_flag("--list", o->list, "List the series of a DICOM folder, and do nothing else");
+  c->add_flag("--list", o->list, "Only list the series of a DICOM folder");
   c->add_option("--series", o->import.series,
                 "UID of the DICOM series, or the end of the UID; default: the only CT series");
   c->add_flag("--json", o->json, "Print as JSON");
@@ -329,8 +329,8 @@ void AddImportCommand(CLI::App& app) {
   const std::string surface = "Surface and tissues";
   c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000")->group(surface);
   c->add_flag("--no-fill", o->no_fill,
-              "Leave marrow spaces and canals below the iso value hollow; for a surface, the space inside every inner "
-              "shell (default: inside shells that face inward)")
+              "Leave marrow spaces and canals below the iso value hollow; for a surface, leave every inner shell "
+              "hollow (default: only shells that face inward)")
       ->group(surface);
   c->add_option("--cortical-hu", o->import.tissue.cortical_hu, "Minimum HU of cortical bone, -500 to 4000")
       ->group(surface);
@@ -359,7 +359,7 @@ void AddImportCommand(CLI::App& app) {
       ->check(NumberWithin(0.1, 5, "mm"))
       ->group(surface);
   c->callback([o, c] {
-    CheckOptionsAct(*c, o->input);
+    CheckOptionsApply(*c, o->input);
     o->teeth_asked = c->count("--tooth-hu") + c->count("--tooth-body-hu") + c->count("--tooth-reach") > 0;
     Run(*o);
   });

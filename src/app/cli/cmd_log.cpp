@@ -87,7 +87,7 @@ void AddStates(const RecordedBlock& block, std::string& csv) {
 template <typename Put>
 void WriteCsv(const LogArguments& options, RecordingReader& recording, Put&& put) {
   put(options.ticks ? StepsCsv::Header() : kStatesHeader);
-  StepsCsv steps(recording.head().rate_hz);
+  StepsCsv steps(recording.header().rate_hz);
   RecordedBlock block;
   for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
     std::string csv;
@@ -119,17 +119,17 @@ void CheckSigner(const LogArguments& options, const RecordingReader& recording) 
 }
 
 void PrintSummary(RecordingReader& recording, const std::vector<KnownKey>& keys) {
-  const RecordingHead& head = recording.head();
-  fmt::print("{}\n", head.scene_name);
-  fmt::print("  kind      {} of {}\n", ToString(head.kind),
-             head.scene_file.empty() ? head.scene_name : head.scene_file);
-  fmt::print("  recorded  {} by kerf {} ({}, {})\n", head.created, head.version, head.commit, head.compiler);
-  fmt::print("  machine   {}\n", head.machine);
-  if (!head.taken_up_from.empty()) fmt::print("  resumed   from {}\n", head.taken_up_from);
-  fmt::print("  bone      {:016x} at {:g} mm voxels\n", head.bone_hash, head.voxel_mm);
+  const RecordingHeader& header = recording.header();
+  fmt::print("{}\n", header.scene_name);
+  fmt::print("  kind      {} of {}\n", ToString(header.kind),
+             header.scene_file.empty() ? header.scene_name : header.scene_file);
+  fmt::print("  recorded  {} by kerf {} ({}, {})\n", header.created, header.version, header.commit, header.compiler);
+  fmt::print("  machine   {}\n", header.machine);
+  if (!header.taken_up_from.empty()) fmt::print("  resumed   from {}\n", header.taken_up_from);
+  fmt::print("  bone      {:016x} at {:g} mm voxels\n", header.bone_hash, header.voxel_mm);
   fmt::print(
       "  holds     {:.3f} s at {:g} Hz, {} ticks, {:.1f} kB: {:.2f} MB a minute\n", recording.duration_s(),
-      head.rate_hz, recording.steps(), 1e-3 * static_cast<double>(recording.file_bytes()),
+      header.rate_hz, recording.steps(), 1e-3 * static_cast<double>(recording.file_bytes()),
       recording.duration_s() > 0 ? 60e-6 * static_cast<double>(recording.file_bytes()) / recording.duration_s() : 0);
   for (const auto& [name, bytes] : recording.ReadFiles()) {
     fmt::print("  file      {}: {} bytes\n", name, bytes.size());
@@ -144,19 +144,19 @@ void PrintSummary(RecordingReader& recording, const std::vector<KnownKey>& keys)
 }
 
 void PrintJson(RecordingReader& recording) {
-  const RecordingHead& head = recording.head();
+  const RecordingHeader& header = recording.header();
   nlohmann::ordered_json json{{"file", recording.path()},
-                              {"kind", ToString(head.kind)},
-                              {"scene", head.scene_name},
-                              {"scene_file", head.scene_file},
-                              {"created", head.created},
-                              {"version", head.version},
-                              {"commit", head.commit},
-                              {"machine", head.machine},
-                              {"goes_on_from", head.taken_up_from},
-                              {"bone_hash", fmt::format("{:016x}", head.bone_hash)},
-                              {"voxel_mm", head.voxel_mm},
-                              {"rate_hz", head.rate_hz},
+                              {"kind", ToString(header.kind)},
+                              {"scene", header.scene_name},
+                              {"scene_file", header.scene_file},
+                              {"created", header.created},
+                              {"version", header.version},
+                              {"commit", header.commit},
+                              {"machine", header.machine},
+                              {"goes_on_from", header.taken_up_from},
+                              {"bone_hash", fmt::format("{:016x}", header.bone_hash)},
+                              {"voxel_mm", header.voxel_mm},
+                              {"rate_hz", header.rate_hz},
                               {"duration_s", recording.duration_s()},
                               {"steps", recording.steps()},
                               {"bytes", recording.file_bytes()},
@@ -198,7 +198,7 @@ void WriteCsv(const LogArguments& options, RecordingReader& recording) {
     WriteCsv(options, recording, [](const std::string& text) { fmt::print("{}", text); });
     return;
   }
-  CheckInputsStay({options.file}, {options.output});
+  CheckInputsNotOverwritten({options.file}, {options.output});
   CheckWritable(options.output);
   GrowingFile csv(options.output);
   WriteCsv(options, recording, [&](const std::string& text) { csv.Append(text); });
@@ -241,7 +241,7 @@ void AddLogCommand(CLI::App& app) {
                                        "Print as CSV, a hundred rows a second: handle, tool, force, removed volume; "
                                        "'kerf replay -o' writes the forces of every tick");
   command->add_flag("--ticks", options->ticks, "With --csv: the exact inputs of each tick")->needs(csv);
-  command->add_flag("--json", options->json, "Print as JSON: head, inputs, events and end")->excludes(csv);
+  command->add_flag("--json", options->json, "Print as JSON: header, inputs, events and end")->excludes(csv);
   command->add_option("-o,--output", options->output, "File for the CSV; default: stdout");
   command->add_option("--key", options->key_file,
                       "File of public keys, one per line as --show-key prints it, optionally followed by a name; exit "

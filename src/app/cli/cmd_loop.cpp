@@ -59,8 +59,9 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
     }
     if (s.costs) fmt::print("{}", FormatCostTable(*s.costs));
   }
-  fmt::print("  device    {}: {:.3g} N on the device for 1 N in the simulation\n", DescribeHeld(s), s.force.scale);
-  if (!s.served.empty()) fmt::print("  served    {}\n", DescribeServed(s));
+  fmt::print("  device    {}: {:.3g} N on the device for 1 N in the simulation\n", DescribeDeviceAndHand(s),
+             s.force.scale);
+  if (!s.device_figures.empty()) fmt::print("  driver    {}\n", DescribeDeviceFigures(s));
   fmt::print("  coupling  {}\n            {}\n", DescribeCoupling(s.setup), DescribeLimits(s.setup));
   fmt::print(
       "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",
@@ -77,7 +78,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
         "  fidelity  at {:.2f} s from {} to {}: {}\n", step.time_s, kerf::ToString(step.from), kerf::ToString(step.to),
         step.reason == FidelityReason::kOverrun ? fmt::format("{:.0f} % of the ticks over budget, up to {:.0f} us",
                                                               100 * step.fraction_over, step.longest_us)
-                                                : std::string("calm"));
+                                                : std::string("the ticks were within budget"));
   }
   fmt::print("  removed   {}; {}\n", DescribeRemoved(s), DescribeStrokes(s));
   fmt::print("  bone      {}\n", DescribePieces(s));
@@ -90,11 +91,11 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   if (s.replayed) {
     fmt::print("  resumed   from a recording: {} ticks, {:.3f} s\n", s.replayed->steps, s.replayed->time_s);
   }
-  if (s.undone) {
-    fmt::print("  undo      undone or redone {} times, {} checkpoints kept in {:.2f} MB\n", s.undone->restores,
-               s.undone->checkpoints, s.undone->kept_MB);
-    if (!s.virtual_time && s.undone->restores > 0) {
-      fmt::print("            at most {:.1f} ms from the request to the restored bone\n", s.undone->longest_ms);
+  if (s.undo) {
+    fmt::print("  undo      undone or redone {} times, {} checkpoints kept in {:.2f} MB\n", s.undo->restores,
+               s.undo->checkpoints, s.undo->kept_MB);
+    if (!s.virtual_time && s.undo->restores > 0) {
+      fmt::print("            at most {:.1f} ms from the request to the restored bone\n", s.undo->longest_ms);
     }
   }
   if (s.recorded) {
@@ -113,8 +114,8 @@ Scene OpenScene(LoopArguments& options, std::optional<RecordingReader>& recordin
   }
   if (!options.scene.empty()) throw CLI::ValidationError("--from", "uses the recording's scene; give no other");
   recording.emplace(options.from);
-  const RecordingHead& head = recording->head();
-  if (head.kind != RecordedKind::kLoop) {
+  const RecordingHeader& header = recording->header();
+  if (header.kind != RecordedKind::kLoop) {
     throw Error(fmt::format("{}: is a recording of 'kerf run', which can't be resumed", options.from));
   }
   if (options.at_s && std::isnan(*options.at_s)) throw CLI::ValidationError("--at", "is not a number");
@@ -130,10 +131,10 @@ Scene OpenScene(LoopArguments& options, std::optional<RecordingReader>& recordin
   }
   if (!damage.sentence.empty()) SayWarning("{}: {}", options.from, damage.sentence);
   recorded = OpenRecordedScene(*recording, options.bone_file);
-  options.scene = head.scene_file;
+  options.scene = header.scene_file;
   options.loop.replay.recording = &*recording;
   options.loop.replay.until_s = options.at_s.value_or(recording->duration_s());
-  options.loop.replay.goes_on = true;
+  options.loop.replay.continues = true;
   return recorded.scene;
 }
 
@@ -142,11 +143,12 @@ std::shared_ptr<DeviceServo> TakeDevice(LoopArguments& options, Scene& scene) {
   CheckDeviceOption(options.device);
   if (options.device.device.empty()) return nullptr;
   options.loop.device = MakePlayedDevice(options.device);
-  if (options.loop.device.is_there()) return nullptr;
+  if (options.loop.device.is_set()) return nullptr;
   if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "can't be used with a real device");
   std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
   if (servo->traits().makes_force) {
-    options.loop.device = HoldBy(*servo, options.loop.stop, [](const std::string& message) { Say("{}", message); });
+    options.loop.device =
+        MakeLoopDevice(*servo, options.loop.stop, [](const std::string& message) { Say("{}", message); });
     return servo;
   }
   servo->Agree();  // safe: the device outputs no force
@@ -172,16 +174,16 @@ void Run(LoopArguments& options) {
   if (options.records) {
     std::vector<std::string> inputs = ListInputs(scene, options.scene);
     inputs.push_back(options.from);
-    CheckInputsStay(inputs, {options.loop.record});
+    CheckInputsNotOverwritten(inputs, {options.loop.record});
     CheckNewRecording(options.loop.record);
     // Results must not overwrite the recording.
-    if (!options.folder.empty()) CheckLoopInputsStay(scene, options.loop.record, options.folder);
+    if (!options.folder.empty()) CheckLoopInputsNotOverwritten(scene, options.loop.record, options.folder);
   }
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
-    CheckLoopInputsStay(scene, options.scene, options.folder);
+    CheckLoopInputsNotOverwritten(scene, options.scene, options.folder);
     lock.emplace(options.folder);  // taken before the long computation
   }
   const std::string lack =
@@ -192,7 +194,7 @@ void Run(LoopArguments& options) {
   options.loop.stop = &CatchInterrupt();
   const std::shared_ptr<DeviceServo> servo = TakeDevice(options, scene);
   options.loop.keep_bones = !options.folder.empty();
-  options.loop.log = options.folder.empty() ? LoopLog::kNowhere : LoopLog::kFolder;
+  options.loop.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
   options.loop.folder = options.folder;
   LoopSummary summary;
   {
@@ -226,7 +228,7 @@ void Run(LoopArguments& options) {
                             d.time_s, d.what));
   }
   if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
-  if (summary.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended early: {}", summary.failure));
+  if (summary.end != LoopEnd::kRequested) throw Error(fmt::format("the loop ended early: {}", summary.failure));
 }
 
 }  // namespace

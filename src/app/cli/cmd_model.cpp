@@ -46,7 +46,7 @@ void MakeAndWrite(const Common& common, const std::function<Bone(const std::func
     throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", common.output));
   }
   CheckWritable(common.output);
-  CheckInputsStay({common.materials}, {common.output});
+  CheckInputsNotOverwritten({common.materials}, {common.output});
   const auto start = std::chrono::steady_clock::now();
   Bone bone;
   {

@@ -93,13 +93,13 @@ void DrawBone(const PictureArguments& options) {
 void Run(const CLI::App& command, const PictureArguments& options) {
   const bool ct = IsCt(options.file);
   for (const char* name : {"--view", "--colour", "--dark"}) {
-    if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "is for a bone; a CT is drawn in slices");
+    if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to bones; a CT is drawn in slices");
   }
   for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame"}) {
-    if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, "is for a CT, not for a bone");
+    if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, "applies to CTs, but the input is a bone");
   }
   CheckWritable(options.output);
-  CheckInputsStay({options.file}, {options.output});
+  CheckInputsNotOverwritten({options.file}, {options.output});
   ct ? DrawCt(options) : DrawBone(options);
 }
 

@@ -51,7 +51,7 @@ ScoreSheet Score(const std::string& file, const std::string& bone_file) {
 
 /// Scores the recording and adds it to the history. Returns false if the recording is incomplete.
 bool HandIn(const PractiseOptions& options) {
-  if (options.student.empty()) throw CLI::ValidationError("--hand-in", "needs --student NAME");
+  if (options.student.empty()) throw CLI::ValidationError("--hand-in", "requires --student NAME");
   History history(FindHistoryFile());  // opened before the long computation
   const ScoreSheet sheet = Score(options.hand_in, options.bone_file);
   for (const std::string& warning : sheet.warnings) {
@@ -60,7 +60,8 @@ bool HandIn(const PractiseOptions& options) {
   const Attempt attempt = MakeAttempt(sheet, options.student);
   const bool is_new = history.Add(attempt);
   fmt::print("{}", options.json ? FormatSheetJson(sheet) : FormatSheet(sheet));
-  Say("{} in {}", is_new ? "kept" : "was handed in before; nothing changed", history.file());
+  Say("{} {}", is_new ? "the attempt was added to" : "this attempt was handed in before; nothing was added to",
+      history.file());
   for (const Attempt& kept : history.List(options.student)) {
     if (kept.hash != attempt.hash || kept.student != attempt.student) continue;
     for (const std::string& mark : FindMarks(kept)) SayWarning("{}: marked: {}", options.hand_in, mark);
@@ -81,14 +82,14 @@ std::vector<KnownKey> FindKnownKeys(const std::string& file) {
 }
 
 /// Runs an agent. `done` is set to true if the agent finished.
-LoopSummary LetDo(const std::string& agent, std::uint64_t seed, const std::string& exercise, int level, double seconds,
-                  const std::string& record, std::atomic<bool>& done) {
+LoopSummary RunExercise(const std::string& agent, std::uint64_t seed, const std::string& exercise, int level,
+                        double seconds, const std::string& record, std::atomic<bool>& done) {
   const AgentParams params = MakeAgentParams(agent, seed);
   const Scene scene = MakeExerciseScene(exercise, level);
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMaxLoop_s);
-  loop.log = LoopLog::kNowhere;
+  loop.log = LoopLog::kNone;
   loop.record = record;
   loop.scene_file = FindExercise(exercise).file;
   loop.stop = &done;
@@ -110,7 +111,7 @@ void PrintAgents(const PractiseOptions& options) {
       for (int seed = 1; seed <= options.agents; ++seed) {
         const std::string file = fmt::format("{}/{}_{}_{}.kerf", folder.path(), exercise.id, agent, seed);
         std::atomic<bool> done{false};
-        LetDo(std::string(agent), static_cast<std::uint64_t>(seed), exercise.id, options.level, 0, file, done);
+        RunExercise(std::string(agent), static_cast<std::uint64_t>(seed), exercise.id, options.level, 0, file, done);
         sheets.push_back(Score(file, ""));
         std::filesystem::remove(file);
       }
@@ -133,10 +134,10 @@ void PrintAgents(const PractiseOptions& options) {
 }
 
 void RunAgent(const PractiseOptions& options) {
-  if (options.exercise.empty()) throw CLI::ValidationError("--agent", "needs --exercise ID");
+  if (options.exercise.empty()) throw CLI::ValidationError("--agent", "requires --exercise ID");
   std::atomic<bool> done{false};
   const LoopSummary summary =
-      LetDo(options.agent, options.seed, options.exercise, options.level, options.seconds, options.record, done);
+      RunExercise(options.agent, options.seed, options.exercise, options.level, options.seconds, options.record, done);
   if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (!done) SayWarning("the agent did not finish within {:.1f} s", summary.simulated_s);
@@ -160,7 +161,7 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
       ->check(CLI::Range(1, kLevels))
       ->capture_default_str();
   CLI::Option* agent = command.add_option(
-      "--agent", options.agent, "Let a synthetic novice, intermediate or expert do the exercise, in virtual time");
+      "--agent", options.agent, "Let a synthetic novice, intermediate or expert do the exercise in virtual time");
   command
       .add_option(
           "--agents", options.agents,
@@ -188,7 +189,7 @@ int RunPractiseHistory(const PractiseOptions& options) {
     if (std::filesystem::path(options.report).extension() != ".html") {
       throw CLI::ValidationError("--report", fmt::format("'{}' must end in .html", options.report));
     }
-    CheckInputsStay({FindHistoryFile(), options.hand_in}, {options.report});
+    CheckInputsNotOverwritten({FindHistoryFile(), options.hand_in}, {options.report});
   }
   if (options.list) PrintList(options.json);
   if (options.agents > 0) PrintAgents(options);

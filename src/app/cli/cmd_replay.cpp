@@ -36,11 +36,11 @@ struct ReplayArguments {
   bool json = false;
 };
 
-void PrintHead(const RecordingReader& recording) {
-  const RecordingHead& head = recording.head();
-  fmt::print("{}\n", head.scene_name);
-  fmt::print("  recorded  {} by kerf {} ({}) on {}\n", head.created, head.version, head.commit, head.machine);
-  if (!head.taken_up_from.empty()) fmt::print("            resumed from {}\n", head.taken_up_from);
+void PrintHeader(const RecordingReader& recording) {
+  const RecordingHeader& header = recording.header();
+  fmt::print("{}\n", header.scene_name);
+  fmt::print("  recorded  {} by kerf {} ({}) on {}\n", header.created, header.version, header.commit, header.machine);
+  if (!header.taken_up_from.empty()) fmt::print("            resumed from {}\n", header.taken_up_from);
   fmt::print("  holds     {:.3f} s, {} ticks, {:.1f} kB\n", recording.duration_s(), recording.steps(),
              1e-3 * static_cast<double>(recording.file_bytes()));
   for (const std::string& warning : FindDamageWarnings(recording)) fmt::print("  damage    {}\n", warning);
@@ -48,15 +48,15 @@ void PrintHead(const RecordingReader& recording) {
 }
 
 std::string FormatJson(const RecordingReader& recording, const Replayed& replayed) {
-  const RecordingHead& head = recording.head();
+  const RecordingHeader& header = recording.header();
   const std::optional<RecordingEnd>& end = recording.end();
   nlohmann::ordered_json json{{"recording", recording.path()},
-                              {"kind", ToString(head.kind)},
-                              {"scene", head.scene_name},
-                              {"version", head.version},
-                              {"commit", head.commit},
-                              {"machine", head.machine},
-                              {"created", head.created},
+                              {"kind", ToString(header.kind)},
+                              {"scene", header.scene_name},
+                              {"version", header.version},
+                              {"commit", header.commit},
+                              {"machine", header.machine},
+                              {"created", header.created},
                               {"duration_s", recording.duration_s()},
                               {"ticks", recording.steps()},
                               {"bytes", recording.file_bytes()},
@@ -90,16 +90,16 @@ Replayed ReplayLoop(const ReplayArguments& options, RecordingReader& recording, 
   loop.virtual_time = true;
   loop.seconds = std::clamp(std::min(options.until_s.value_or(1e9), recording.damage().whole_s), 0.01, kMaxLoop_s);
   loop.stop = &CatchInterrupt();
-  loop.scene_file = recording.head().scene_file;
+  loop.scene_file = recording.header().scene_file;
   loop.replay.recording = &recording;
   loop.replay.until_s = options.until_s.value_or(std::numeric_limits<double>::infinity());
   loop.replay.verify = options.verify;
   loop.replay.speed = options.speed;
   loop.keep_bones = !options.folder.empty();
-  loop.log = options.folder.empty() ? LoopLog::kNowhere : LoopLog::kFolder;
+  loop.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
   loop.folder = options.folder;
   if (!options.folder.empty()) {
-    CheckLoopInputsStay(scene, options.file, options.folder);
+    CheckLoopInputsNotOverwritten(scene, options.file, options.folder);
   }
   StageBars bars;
   const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
@@ -115,8 +115,8 @@ Replayed ReplayRun(const ReplayArguments& options, RecordingReader& recording, c
   StageBars bars;
   const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
   if (options.folder.empty()) return ReplayScene(recorded.scene, replay, show);
-  CheckInputsStay(recorded.scene, options.file, options.folder);
-  if (recording.head().kind == RecordedKind::kSlab) {
+  CheckInputsNotOverwritten(recorded.scene, options.file, options.folder);
+  if (recording.header().kind == RecordedKind::kSlab) {
     RunSlabScene(recorded.scene, options.folder, show, {"", "", &replay}, ErrorOf(options));
     return replay.MakeReport(recording.end() ? recording.end()->bone_hash.value_or(0) : 0);
   }
@@ -140,12 +140,12 @@ void Run(const ReplayArguments& options) {
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) lock.emplace(options.folder);
   for (const std::string& warning : FindDamageWarnings(recording)) SayWarning("{}: {}", options.file, warning);
-  const bool loop = recording.head().kind == RecordedKind::kLoop;
+  const bool loop = recording.header().kind == RecordedKind::kLoop;
   if (!loop && options.speed > 0) {
     throw CLI::ValidationError("--speed", "applies to a recorded loop only; a run along a path is not in real time");
   }
   const Replayed replayed = loop ? ReplayLoop(options, recording, recorded) : ReplayRun(options, recording, recorded);
-  if (!options.json) PrintHead(recording);
+  if (!options.json) PrintHeader(recording);
   if (options.json) fmt::print("{}", FormatJson(recording, replayed));
   if (const std::optional<Divergence>& d = replayed.divergence) {
     const std::string what = fmt::format("{}: differs from the recording from tick {} on, at {:.3f} s: {}",

@@ -150,11 +150,11 @@ void RunVoxelMode(const Scene& scene, const RunArguments& options, std::string& 
 void Run(const RunArguments& options) {
   Scene scene = ReadScene(options.scene);
   if (options.no_pictures) scene.output.pictures = false;
-  CheckInputsStay(scene, options.scene, options.folder);
+  CheckInputsNotOverwritten(scene, options.scene, options.folder);
   if (options.records) {
-    CheckInputsStay(ListInputs(scene, options.scene), {options.record});
+    CheckInputsNotOverwritten(ListInputs(scene, options.scene), {options.record});
     CheckNewRecording(options.record);
-    CheckInputsStay(scene, options.record, options.folder);  // results must not overwrite the recording
+    CheckInputsNotOverwritten(scene, options.record, options.folder);  // results must not overwrite the recording
   }
   if (scene.simulation.mode == SceneMode::kSlab && options.costs) {
     throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));

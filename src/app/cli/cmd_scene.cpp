@@ -20,7 +20,7 @@ void Run(const SceneArguments& options) {
   if (options.defaults == !options.file.empty()) {
     throw CLI::ValidationError("scene", "give either FILE or --defaults");
   }
-  CheckInputsStay({options.file}, {options.output});
+  CheckInputsNotOverwritten({options.file}, {options.output});
   const std::string text = options.defaults ? DefaultSceneToml() : ResolvedToml(ReadScene(options.file));
   if (options.output.empty()) {
     std::fwrite(text.data(), 1, text.size(), stdout);

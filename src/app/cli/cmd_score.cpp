@@ -31,7 +31,7 @@ void Run(const ScoreArguments& options) {
   }
   if (options.file.empty()) throw CLI::RequiredError("FILE");
   if (!options.page.empty()) {
-    CheckInputsStay({options.file, options.bone_file}, {options.page});
+    CheckInputsNotOverwritten({options.file, options.bone_file}, {options.page});
     CheckWritable(options.page);
   }
   RecordingReader recording(options.file);

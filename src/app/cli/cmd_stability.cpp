@@ -121,7 +121,7 @@ void RunProfiles(const StabilityArguments& options, const Scene& scene) {
         scene, options.study, [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); },
         &complete);
   }
-  if (rows.empty() && !complete) throw Error("ended before anything was examined");
+  if (rows.empty() && !complete) throw Error("stopped before anything was examined");
   fmt::print("{}", options.json ? FormatProfilesJson(scene, rows, complete) : FormatProfilesTable(rows));
   std::string broken;
   for (const ProfileMargins& row : rows) {
@@ -129,10 +129,10 @@ void RunProfiles(const StabilityArguments& options, const Scene& scene) {
       broken += fmt::format("{}{} in {}", broken.empty() ? "" : ", ", row.profile, row.hand);
   }
   if (!broken.empty()) {
-    throw Error(fmt::format("the margins are below a gain of {:g} and {} tick of delay on {}", kMinGainMargin,
+    throw Error(fmt::format("the gain margin is below {:g}, or the delay margin below {} tick, on {}", kMinGainMargin,
                             kMinDelayMargin_ticks, broken));
   }
-  if (!complete) throw Error("ended before all devices were examined; only those listed above were");
+  if (!complete) throw Error("stopped before all devices were examined; only those listed above were");
 }
 
 void RunSweep(StabilityArguments& options, const Scene& scene) {
@@ -154,7 +154,7 @@ void RunSweep(StabilityArguments& options, const Scene& scene) {
   if (const int failed = study.Count(SweepVerdict::kFail); failed > 0) {
     throw Error(fmt::format("{} of {} cases failed", failed, study.rows.size()));
   }
-  if (!study.complete) throw Error(fmt::format("ended after {} cases, none of which failed", study.rows.size()));
+  if (!study.complete) throw Error(fmt::format("stopped after {} cases, none of which failed", study.rows.size()));
 }
 
 void Run(StabilityArguments& options) {
@@ -164,7 +164,7 @@ void Run(StabilityArguments& options) {
   if (options.profiles) return RunProfiles(options, scene);
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
-    CheckStabilityInputsStay(scene, options.scene, options.folder);
+    CheckStabilityInputsNotOverwritten(scene, options.scene, options.folder);
     lock.emplace(options.folder);  // taken before the long computation
   }
   StabilityStudy study;
@@ -192,8 +192,8 @@ void Run(StabilityArguments& options) {
   }
   if (!study.complete) {
     throw Error(study.CountScenarios().judged + study.CountMargins().judged > 0
-                    ? "ended before all cases were examined; those examined are stable"
-                    : "ended before anything was examined");
+                    ? "stopped before all cases were examined; those examined are stable"
+                    : "stopped before anything was examined");
   }
 }
 

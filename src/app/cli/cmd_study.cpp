@@ -122,8 +122,8 @@ void PrintPlan(const StudyArguments& options, const StudyPlan& plan) {
     return;
   }
   for (const std::size_t i : own) fmt::print("{}{}\n", plan.cases[i].id, plan.cases[i].costs ? "" : "  (errors only)");
-  fmt::print("{} cases, {} references; {} records to make\n", estimate.cases, estimate.references, estimate.left);
-  fmt::print("about {} of one core: references {}, errors {}, costs {}; {}\n", ShowTime(all_s),
+  fmt::print("{} cases, {} references; {} records to compute\n", estimate.cases, estimate.references, estimate.left);
+  fmt::print("about {} on one core: references {}, errors {}, costs {}; {}\n", ShowTime(all_s),
              ShowTime(estimate.references_s), ShowTime(estimate.errors_s), ShowTime(estimate.costs_s),
              estimate.measured ? "estimated from existing records" : "estimated from times on another machine");
 }
@@ -172,12 +172,12 @@ void Work(StudyArguments& options, const StudyWork& work) {
 
 void Run(StudyArguments& options) {
   const int kinds = (options.merge ? 1 : 0) + (options.redraw ? 1 : 0) + (options.defaults ? 1 : 0);
-  if (kinds > 1) throw CLI::ValidationError("study", "--merge, --redraw and --defaults exclude each other");
+  if (kinds > 1) throw CLI::ValidationError("study", "give only one of --merge, --redraw and --defaults");
   if (kinds > 0 && (options.dry_run || options.run.extend || options.errors_only || options.costs_only)) {
     throw CLI::ValidationError(options.merge    ? "--merge"
                                : options.redraw ? "--redraw"
                                                 : "--defaults",
-                               "excludes --dry-run, --extend, --errors-only and --costs-only");
+                               "can't be combined with --dry-run, --extend, --errors-only or --costs-only");
   }
   if (options.defaults) {
     const std::string text = DefaultStudyToml();
@@ -185,7 +185,7 @@ void Run(StudyArguments& options) {
     return;
   }
   if (options.redraw) {
-    if (!options.inputs.empty()) throw CLI::ValidationError("--redraw", "reads results only from the -o folder");
+    if (!options.inputs.empty()) throw CLI::ValidationError("--redraw", "takes no STUDY: it reads the results in -o");
     return DrawReport(ReadStudyResults(options.folder), options.folder);
   }
   const StudyWork work = MakeStudyWork(options.data, (std::filesystem::path(options.folder) / "bones").string());
@@ -216,7 +216,9 @@ void Run(StudyArguments& options) {
 void AddStudyCommand(CLI::App& app) {
   const auto options = std::make_shared<StudyArguments>();
   CLI::App* command = app.add_subcommand(
-      "study", "Measure what accuracy costs in time: errors against a reference, and times, over settings and paths");
+      "study",
+      "Measure how much computing time accuracy costs: errors relative to a reference, and times, for many settings "
+      "and paths");
   command->add_option("STUDY", options->inputs,
                       "Study file (TOML); with --merge: folders of shards (default: those in -o)");
   command
@@ -225,7 +227,7 @@ void AddStudyCommand(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--defaults", options->defaults, "Print the default study as commented TOML");
   command->add_flag("--dry-run", options->dry_run,
-                    "List the cases and estimate the time, and do nothing else; without STUDY: of the default study");
+                    "Only list the cases and estimate the time; without STUDY, those of the default study");
   CLI::Option* shard =
       command->add_option("--shard", options->shard,
                           "Part of the study to run, I/N: part I of N, zero-based; results in OUTPUT/shard-I-of-N");
@@ -242,7 +244,7 @@ void AddStudyCommand(CLI::App& app) {
   command->add_option("--core", options->run.core, "Core that runs the ticks, zero-based; default: the last")
       ->check(CLI::Range(0, 4095));
   command->add_flag("--extend", options->run.extend,
-                    "Use the folder of another study, and keep its records that fit this one");
+                    "Allow the folder of another study, and reuse those of its records that fit this one");
   command->add_option("--data", options->data, "Folder with the CT of the path \"ct\"")->capture_default_str();
   command->add_flag("--json", options->json, "Print as JSON");
   command->callback([options] { Run(*options); });

@@ -63,7 +63,7 @@ std::string BackupFile(const std::string& scene) {
 /// Checks that the outputs can be written. Called before the measurements.
 void CheckOutputs(const TuneArguments& options, const std::string& target) {
   const std::string evidence = EvidenceFile(target);
-  CheckInputsStay({options.scene}, {evidence});
+  CheckInputsNotOverwritten({options.scene}, {evidence});
   if (!options.in_place && IsSameFile(options.scene, target)) {
     throw Error(fmt::format("{}: -o is the scene itself; give --in-place to change it, with a backup", target));
   }

@@ -64,7 +64,7 @@ std::vector<PlayedPose> ReadScript(const std::string& file) {
 /// Reads the recorded poses of the handle.
 std::vector<PlayedPose> ReadHandle(const std::string& file) {
   RecordingReader recording(file);
-  if (recording.head().kind != RecordedKind::kLoop) {
+  if (recording.header().kind != RecordedKind::kLoop) {
     throw Error(fmt::format("{}: is a recording of 'kerf run', which has no handle", file));
   }
   if (static_cast<double>(recording.steps()) > kMaxPlayed) throw Error(fmt::format("{}: is too long", file));
@@ -76,7 +76,7 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
     if (block.first_step != next_step) time_s = block.first_time_s;
     next_step = block.first_step + block.steps.size();
     for (const RecordedStep& step : block.steps) {
-      const double elapsed_s = CalcElapsed(step, recording.head().rate_hz);
+      const double elapsed_s = CalcElapsed(step, recording.header().rate_hz);
       time_s += elapsed_s;
       if (elapsed_s <= 0 || (step.flags & kRecordedReadFailed) != 0) continue;
       poses.push_back({.time_s = time_s, .sample = {.X_WH = step.X, .buttons = step.buttons}});
@@ -90,7 +90,7 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
 }
 
 /// Returns true if the command line gives the firmware file. The environment variable may be set for any device.
-bool AsksForFirmware(const DeviceOption& option) {
+bool IsFirmwareOptionGiven(const DeviceOption& option) {
   const char* variable = std::getenv(kFalconFirmwareVariable);
   return !option.falcon_firmware.empty() && (variable == nullptr || option.falcon_firmware != variable);
 }
@@ -99,7 +99,7 @@ std::string CheckNotEmpty(const std::string& text) {
   return text.empty() ? "must not be empty" : "";
 }
 
-void CheckIsFor(std::string_view kind, const char* name, bool given, std::string_view chosen) {
+void CheckOptionMatchesDevice(std::string_view kind, const char* name, bool given, std::string_view chosen) {
   if (!given || chosen == kind) return;
   throw CLI::ValidationError(name, fmt::format("is for the device \"{}\", not for \"{}\"", kind, chosen));
 }
@@ -115,7 +115,7 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option) {
       ->check(CheckNotEmpty);
   command
       .add_option("--wooden", option.wooden,
-                  "Dimensions of a WoodenHaptics device (TOML, as volumes/wooden_2016.toml); default: those of 2016")
+                  "Dimensions of a WoodenHaptics device (TOML, like volumes/wooden_2016.toml); default: those of 2016")
       ->check(CheckNotEmpty);
   CLI::Option* bridge = command.add_option("--bridge", option.bridge,
                                            fmt::format("Address of the bridge program of a device with a "
@@ -132,7 +132,7 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
   std::string what = "Haptic device to use instead of a simulated one ('kerf devices' lists the connected ones)";
   if (played) {
     what +=
-        "; or \"none\": the handle does not move; \"script:FILE\": it follows a table of poses, as [path] file; "
+        "; or \"none\": the handle does not move; \"script:FILE\": it follows a table of poses, like [path] file; "
         "\"recording:FILE\": it moves as in a recording";
   }
   CLI::Option* device =
@@ -175,7 +175,7 @@ DriverOptions MakeDriverOptions(const DeviceOption& option) {
 
 void CheckDeviceOption(const DeviceOption& option) {
   if (option.device.empty() || IsPlayed(option.device)) {
-    if (AsksForFirmware(option)) throw CLI::ValidationError("--falcon-firmware", "requires --device falcon");
+    if (IsFirmwareOptionGiven(option)) throw CLI::ValidationError("--falcon-firmware", "requires --device falcon");
     return;
   }
   std::string kind;
@@ -188,9 +188,9 @@ void CheckDeviceOption(const DeviceOption& option) {
             ? fmt::format("{}; 'kerf loop' also accepts \"none\", \"script:FILE\" and \"recording:FILE\"", e.what())
             : e.what());
   }
-  CheckIsFor("falcon", "--falcon-firmware", AsksForFirmware(option), kind);
-  CheckIsFor("wooden", "--wooden", !option.wooden.empty(), kind);
-  CheckIsFor("bridge", "--bridge", !option.bridge.empty(), kind);
+  CheckOptionMatchesDevice("falcon", "--falcon-firmware", IsFirmwareOptionGiven(option), kind);
+  CheckOptionMatchesDevice("wooden", "--wooden", !option.wooden.empty(), kind);
+  CheckOptionMatchesDevice("bridge", "--bridge", !option.bridge.empty(), kind);
 }
 
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
@@ -204,12 +204,12 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
         CalcSha256(driver.falcon.firmware));
   }
   HandleSignalsOfDevices();
-  DeviceServoOptions served = servo;
-  served.own_figures = !option.wooden.empty();
+  DeviceServoOptions servo_options = servo;
+  servo_options.own_figures = !option.wooden.empty();
   const auto bus = std::make_shared<LibusbBus>();
   StageBars bars;
   return std::make_shared<DeviceServo>(
-      option.device, [bus, choice = option.device, driver] { return OpenDriver(*bus, choice, driver); }, served,
+      option.device, [bus, choice = option.device, driver] { return OpenDriver(*bus, choice, driver); }, servo_options,
       [&bars, stop](const std::string& doing, double fraction) {
         bars.Show(doing, fraction);
         return stop == nullptr || !stop->load();
@@ -231,7 +231,7 @@ LoopDevice MakePlayedDevice(const DeviceOption& option) {
   if (!IsPlayed(option.device)) return device;
   if (option.motion_scale || option.left_handed || !option.profile.empty() || !option.wooden.empty() ||
       !option.bridge.empty()) {
-    throw CLI::ValidationError("--device", fmt::format("\"{}\" gives poses of the tool: --motion-scale, --left-handed, "
+    throw CLI::ValidationError("--device", fmt::format("\"{}\" is not a real device; --motion-scale, --left-handed, "
                                                        "--profile, --wooden and --bridge apply to a real device only",
                                                        option.device));
   }

@@ -31,7 +31,7 @@ struct DeviceOption {
 
 /// Adds --device and the options that belong to it. `played`: also accepts "none", "script:FILE" and "recording:FILE".
 CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played);
-/// Adds only the options of drivers: --falcon-firmware and --wooden.
+/// Adds only the options of drivers: --falcon-firmware, --wooden, --bridge and --bridge-elsewhere.
 void AddDriverOptions(CLI::App& command, DeviceOption& option);
 
 /// Reads the files that the options name. Throws Error.

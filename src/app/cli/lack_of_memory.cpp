@@ -12,7 +12,7 @@ namespace {
 
 double free_GB = 0;
 
-[[noreturn]] void EndSaying(const char* what) {
+[[noreturn]] void EndWithMessage(const char* what) {
   std::fprintf(stderr, "kerf: %s\n", what);
   std::fflush(stdout);
   EndAtOnceWith(1);
@@ -22,15 +22,15 @@ double free_GB = 0;
   const std::exception_ptr why = std::current_exception();
   // A running std::thread was destroyed. This has been observed after a single failed allocation
   // (tests/reliability/io_faults.py).
-  if (!why) EndSaying("ended unexpectedly, probably because memory ran out");
+  if (!why) EndWithMessage("ended unexpectedly, probably because memory ran out");
   try {
     std::rethrow_exception(why);
   } catch (const std::bad_alloc&) {
     EndWithoutMemory();
   } catch (const std::exception& e) {
-    EndSaying(e.what());  // for example, a thread could not be started in a destructor
+    EndWithMessage(e.what());  // for example, a thread could not be started in a destructor
   } catch (...) {
-    EndSaying("ended by an unknown error");
+    EndWithMessage("ended by an unknown error");
   }
 }
 
@@ -43,7 +43,7 @@ void HandleLackOfMemory() {
     EndWithoutMemory();
   }
   std::set_terminate(Terminate);
-  SetEndWithoutMemory(EndWithoutMemory);
+  SetBadAllocHandler(EndWithoutMemory);
 }
 
 void EndWithoutMemory() {

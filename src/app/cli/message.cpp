@@ -64,7 +64,7 @@ void PrintMessage(std::string_view message) {
 
 void PrintLeftOutMessages() {
   const std::lock_guard lock(limit_mutex);
-  for (const std::string& sentence : Limit().TakeLeftOut()) Print(sentence);
+  for (const std::string& sentence : Limit().TakeSuppressed()) Print(sentence);
 }
 
 }  // namespace kerf::cli

@@ -23,7 +23,7 @@ constexpr double kCorrectedTop_N = 0.3;
 constexpr std::array<Rgb8, kPaperRegionCount> kColours{{{0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {180, 80, 150}}};
 constexpr Rgb8 kGrey{120, 126, 134};
 
-// Makes the computed staircase, with a riser wherever the paper's arc becomes another pitch long.
+// Makes the computed staircase, with a riser wherever the paper's arc has grown by another pitch.
 PlotSeries MakeStaircase(const PaperTables& tables, const PaperRegionRow& region) {
   PlotSeries series;
   const double d = tables.saw.diameter_mm;

@@ -14,12 +14,12 @@
 namespace kerf::cli {
 namespace {
 
-constexpr int kLetGo_ms = 300;
+constexpr int kReleaseTimeout_ms = 300;
 
 }  // namespace
 
 void EndAtOnceWith(int status) {
-  DeviceServo::LetGoOfAll(kLetGo_ms, true);
+  DeviceServo::ReleaseAll(kReleaseTimeout_ms, true);
   RemoveTemporaries();
   std::_Exit(status);
 }
@@ -27,7 +27,7 @@ void EndAtOnceWith(int status) {
 namespace {
 
 extern "C" void RemoveTemporariesAndEnd(int number) {
-  DeviceServo::LetGoOfAll(kLetGo_ms, true);
+  DeviceServo::ReleaseAll(kReleaseTimeout_ms, true);
   RemoveTemporaries();
   raise(number);  // SA_RESETHAND: ends the program once the handler returns
 }
@@ -42,15 +42,15 @@ std::atomic<bool> interrupted{false};
 std::atomic<std::int64_t> interrupted_ns{0};
 std::atomic<int> interrupted_by{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
-constexpr std::int64_t kSame_ns = 250'000'000;
+constexpr std::int64_t kRepetition_ns = 250'000'000;
 
-extern "C" void LetGoAndEnd(int number) {
-  DeviceServo::LetGoOfAll(kLetGo_ms, true);
+extern "C" void ReleaseAndEnd(int number) {
+  DeviceServo::ReleaseAll(kReleaseTimeout_ms, true);
   raise(number);  // SA_RESETHAND
 }
 
-extern "C" void LetGoAndStop(int) {
-  DeviceServo::LetGoOfAll(kLetGo_ms, false);
+extern "C" void ReleaseAndStop(int) {
+  DeviceServo::ReleaseAll(kReleaseTimeout_ms, false);
   raise(SIGSTOP);
 }
 
@@ -62,7 +62,7 @@ extern "C" void NoteInterrupt(int number) {
     interrupted.store(true);
     return;
   }
-  if (number == interrupted_by.load() && now_ns - interrupted_ns.load() < kSame_ns) return;
+  if (number == interrupted_by.load() && now_ns - interrupted_ns.load() < kRepetition_ns) return;
   HandleSignals();  // sigaction() is safe in a signal handler
   raise(number);    // ends the program once this handler returns
 }
@@ -89,14 +89,14 @@ void HandleSignalsOfDevices() {
     action.sa_flags = flags;
     sigaction(number, &action, nullptr);
   };
-  const auto end = [&](int number) { handle(number, LetGoAndEnd, static_cast<int>(SA_RESETHAND)); };
+  const auto end = [&](int number) { handle(number, ReleaseAndEnd, static_cast<int>(SA_RESETHAND)); };
   // All signals that end a program (signal(7)) except those of CatchInterrupt() and HandleSignals().
   for (const int number : {SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGSEGV, SIGUSR1, SIGUSR2, SIGPIPE,
                            SIGALRM, SIGSTKFLT, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSYS}) {
     end(number);
   }
   for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) end(number);
-  for (const int number : {SIGTSTP, SIGTTIN, SIGTTOU}) handle(number, LetGoAndStop, SA_RESTART);
+  for (const int number : {SIGTSTP, SIGTTIN, SIGTTOU}) handle(number, ReleaseAndStop, SA_RESTART);
 }
 
 ExitsAtOnce::ExitsAtOnce() {

@@ -10,7 +10,7 @@ namespace kerf::cli {
 void HandleSignals();
 
 /// From this call on, a signal that ends or stops the program, including its own faults, first switches off the force
-/// of the haptic devices (DeviceServo::LetGoOfAll). The exceptions are SIGKILL and SIGSTOP, which cannot be caught, and
+/// of the haptic devices (DeviceServo::ReleaseAll). The exceptions are SIGKILL and SIGSTOP, which cannot be caught, and
 /// a fault in the thread that serves a device: only that thread could switch the force off, and it blocks all signals.
 void HandleSignalsOfDevices();
 

@@ -44,6 +44,9 @@ describes each format.)"},
 2   invalid use: unknown command or option, value out of range
 3   results were written, but the recording that was read is damaged or cut short
 
+Commands that react to Ctrl-C, such as 'kerf loop', end with one of these codes.
+Ctrl-C ends any other command by its signal, which a shell reports as code 130.
+
 Results go to stdout or to the file of -o, messages to stderr.)"},
     {"environment", "Environment variables that kerf reads",
      R"(DISPLAY               display of 'kerf rehearse' and 'kerf practise'

@@ -17,7 +17,7 @@ constexpr std::size_t kBlock = 480;  // 10 ms
 constexpr double kLoudness = 6000;   // amplitude; the maximum is 32767
 constexpr double kSilent = std::numeric_limits<double>::quiet_NaN();
 
-void SayNothing(const char*, int, const char*, int, const char*, ...) {}
+void IgnoreAlsaError(const char*, int, const char*, int, const char*, ...) {}
 
 }  // namespace
 
@@ -63,7 +63,7 @@ struct Beeper::State {
 };
 
 Beeper::Beeper() : state_(std::make_unique<State>()) {
-  snd_lib_error_set_handler(SayNothing);
+  snd_lib_error_set_handler(IgnoreAlsaError);
   if (snd_pcm_open(&state_->out, "default", SND_PCM_STREAM_PLAYBACK, 0) != 0) {
     state_->out = nullptr;
     return;

@@ -41,7 +41,7 @@ std::string RunExport(ExportOrder& order) {
                               .png = order.pictures[i].second});
   }
   double largest_N = 0;
-  TakenCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
+  ExportCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
   for (const PlotPoint& p : order.forces) {
     curve.points.emplace_back(p.time_s, p.force_N);
     largest_N = std::max(largest_N, p.force_N);

@@ -25,7 +25,7 @@ struct ExportOrder {
   std::shared_ptr<const Bone> before;
   std::future<Bone> after;
   std::string pieces_json;  // PieceSet::FormatJson() of moved pieces; empty: none was moved
-  std::vector<TakenMeasure> measures;
+  std::vector<ExportMeasure> measures;
   std::vector<PlotPoint> forces;
   std::vector<std::pair<std::string, std::string>> pictures;  // caption; PNG bytes
 };

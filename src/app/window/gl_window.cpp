@@ -60,7 +60,7 @@ Key KeyOf(int key) {
 }  // namespace
 
 struct GlWindow::State {
-  EndsWithoutMemory ends;  // destroyed last
+  ExitOnBadAlloc ends;  // destroyed last
   GLFWwindow* window = nullptr;
   vtkNew<vtkGenericOpenGLRenderWindow> vtk;
   std::vector<WindowEvent> events;
@@ -161,12 +161,12 @@ GlWindow::GlWindow(const GlWindowOptions& options) {
   g_glfw_error.clear();
   glfwSetErrorCallback([](int, const char* text) { g_glfw_error = text; });
   const auto fail = [](const std::string& what) {
-    throw Error(fmt::format("{}{}; without a window 'kerf loop' and 'kerf run' do the same headless", what,
+    throw Error(fmt::format("{}{}; 'kerf loop' and 'kerf run' need no display", what,
                             g_glfw_error.empty() ? "" : fmt::format(" ({})", g_glfw_error)));
   };
   if (glfwInit() != GLFW_TRUE) {
     glfwTerminate();
-    fail(std::getenv("DISPLAY") == nullptr ? "no window can be opened: there is no display, DISPLAY is not set"
+    fail(std::getenv("DISPLAY") == nullptr ? "no window can be opened: there is no display (DISPLAY is not set)"
                                            : "no window can be opened on the display that DISPLAY names");
   }
   state_ = std::make_unique<State>();
@@ -179,7 +179,7 @@ GlWindow::GlWindow(const GlWindowOptions& options) {
   glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "kerf");
   State& s = *state_;
   s.window = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
-  if (s.window == nullptr) fail("no window can be opened: the display has no OpenGL 3.3");
+  if (s.window == nullptr) fail("no window can be opened: the display does not support OpenGL 3.3");
   glfwSetWindowSizeLimits(s.window, 640, 400, GLFW_DONT_CARE, GLFW_DONT_CARE);
   glfwMakeContextCurrent(s.window);
   glfwSwapInterval(1);

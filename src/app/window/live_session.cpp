@@ -32,7 +32,7 @@ LiveSession::~LiveSession() {
 void LiveSession::Run() {
   LoopOptions loop;
   loop.seconds = options_.seconds;
-  loop.log = LoopLog::kNowhere;
+  loop.log = LoopLog::kNone;
   loop.keep_bones = true;
   loop.stop = &stop_;
   loop.record = options_.record;
@@ -40,7 +40,7 @@ void LiveSession::Run() {
   loop.peer = this;
   loop.take_tick = [this](const LoopSample& sample, std::span<const double> channels) { TakeTick(sample, channels); };
   if (options_.device != nullptr && !options_.scripted) {
-    loop.device = HoldBy(*options_.device, &stop_, [this](const std::string& message) {
+    loop.device = MakeLoopDevice(*options_.device, &stop_, [this](const std::string& message) {
       const std::lock_guard lock(mutex_);
       notes_.push_back(message);
     });
@@ -72,7 +72,7 @@ void LiveSession::Run() {
   stage_.store(LiveStage::kEnded);
 }
 
-void LiveSession::Begin(const LoopBeginning& beginning) {
+void LiveSession::Begin(const LoopInitialState& beginning) {
   mirror_ = &beginning.bone;
   if (options_.begin) options_.begin(beginning.bone, beginning.effects);
   target_.Publish(beginning.X_WT);
@@ -98,7 +98,7 @@ void LiveSession::TakeTick(const LoopSample& sample, std::span<const double> cha
   figures_.f_hand_N = out.f_H_W_N;
   figures_.engaged_teeth = out.engaged_teeth;
   figures_.removed_mm3 += out.removed_mm3;
-  figures_.rpm = sample.report.given.rpm;
+  figures_.rpm = sample.report.inputs.rpm;
   figures_.ticks = sample.tick;
   figures_.missed += static_cast<std::uint64_t>(sample.skipped);
   figures_.status = out.status;

@@ -98,7 +98,7 @@ class LiveSession final : private SessionController {
   LoopSummary TakeSummary();
 
  private:
-  void Begin(const LoopBeginning& beginning) override;
+  void Begin(const LoopInitialState& beginning) override;
   void TakeLeaf(const LeafMessage& leaf) override;
   std::optional<LoopAction> NextAction() override;
   void Done(const LoopAction& action, const std::string& failure) override;

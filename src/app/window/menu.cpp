@@ -34,9 +34,9 @@ Menu::State Menu::Take(const WindowEvent& event, const std::function<std::option
   if (event.kind != Kind::kKeyDown) return State::kOpen;
   switch (event.key) {
     case Key::kEscape:
-      return State::kLeft;
+      return State::kCancelled;
     case Key::kEnter:
-      return items_.empty() ? State::kLeft : pick(selected_);
+      return items_.empty() ? State::kCancelled : pick(selected_);
     case Key::kUp:
       Step(-1);
       return State::kOpen;

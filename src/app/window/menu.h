@@ -24,7 +24,7 @@ class Menu {
   Menu(std::string title, std::vector<MenuItem> items,
        std::string footer = "Up, Down: move   Enter: select   Esc: close");
 
-  enum class State { kOpen, kChosen, kLeft };
+  enum class State { kOpen, kChosen, kCancelled };
   /// Consumes every key. If it returns kChosen, the caller must close the menu and then call choose() of chosen().
   /// `row_at`: returns the row at a mouse position.
   State Take(const WindowEvent& event, const std::function<std::optional<int>(double x, double y)>& row_at);

@@ -137,8 +137,8 @@ Pose FindClearPose(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   out = glm::length(out) > 1e-6 ? glm::normalize(out) : Vec3{0, 0, 1};
   const double furthest_mm = glm::length(bounds.size()) + 2 * reach_mm;
   Pose X = X_WT;
-  for (double way_mm = 0; way_mm <= furthest_mm; way_mm += 1) {
-    X.p_AB = X_WT.p_AB + way_mm * out;
+  for (double distance_mm = 0; distance_mm <= furthest_mm; distance_mm += 1) {
+    X.p_AB = X_WT.p_AB + distance_mm * out;
     if (is_clear(X)) break;
   }
   return X;

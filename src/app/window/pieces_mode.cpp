@@ -199,8 +199,8 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
   Show();
 }
 
-std::vector<TakenMeasure> PiecesMode::measures() const {
-  std::vector<TakenMeasure> taken;
+std::vector<ExportMeasure> PiecesMode::measures() const {
+  std::vector<ExportMeasure> taken;
   for (const Measure& m : measures_) {
     const bool distance = m.points_W.size() == 2;
     taken.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", taken.size() + 1),
@@ -431,7 +431,7 @@ void PiecesMode::Fill(HudState& hud) {
     row.name = pieces_->piece(i).name;
     row.detail = fmt::format("{:.2f} cm3", 1e-3 * pieces_->piece(i).volume_mm3);
     const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
-    const double turned_deg = CalcTurn(state.X_WP);
+    const double turned_deg = CalcRotationAngle(state.X_WP);
     std::string words = fmt::format("{}: {}", row.name, row.detail);
     if (moved_mm > 0.005 || turned_deg > 0.05) {
       words += fmt::format(", moved {:.1f} mm, turned {:.1f}°", moved_mm, turned_deg);
@@ -496,7 +496,7 @@ void PiecesMode::Describe(nlohmann::json& state) const {
                     {"hidden", s.hidden},
                     {"deleted", s.deleted},
                     {"moved_mm", std::round(100 * glm::length(moved)) / 100},
-                    {"turned_deg", std::round(100 * CalcTurn(s.X_WP)) / 100}});
+                    {"turned_deg", std::round(100 * CalcRotationAngle(s.X_WP)) / 100}});
   }
   state["pieces"] = std::move(list);
   state["selected"] = selected_;

@@ -29,7 +29,7 @@ class PiecesMode {
 
   /// Returns the pieces; null until they are ready.
   const std::shared_ptr<PieceSet>& pieces() const { return pieces_; }
-  std::vector<TakenMeasure> measures() const;
+  std::vector<ExportMeasure> measures() const;
   /// Returns true if the bone has not changed since it was split.
   bool is_up_to_date() const;
 

@@ -23,7 +23,7 @@ namespace {
 constexpr double kOverlay_mm = 50;  // edge length of a plan's plane in the picture
 
 /// Returns the smallest rotation from one unit vector to another, less than half a turn.
-Quat Turning(const Vec3& from, const Vec3& to) {
+Quat RotationBetween(const Vec3& from, const Vec3& to) {
   const Vec3 axis = glm::cross(from, to);
   return glm::normalize(Quat{1 + glm::dot(from, to), axis.x, axis.y, axis.z});
 }
@@ -85,7 +85,7 @@ void Rehearsal::Began() {
   ShowPlanInPicture();
 }
 
-void Rehearsal::GoOnWith(const std::string& what, std::function<void(Scene&)> change) {
+void Rehearsal::ContinueWith(const std::string& what, std::function<void(Scene&)> change) {
   if (!viewer_->is_running() || change_) return;
   change_ = Change{.what = what, .apply = std::move(change)};
   viewer_->SetSpindle(false);
@@ -115,13 +115,13 @@ void Rehearsal::Ended(LoopSummary summary) {
   });
 }
 
-void Rehearsal::TakeUpSawNumber(std::size_t number) {
-  if (number >= options_.saws.size() || (of_catalogue_ && number == saw_)) return;
+void Rehearsal::SelectSaw(std::size_t number) {
+  if (number >= options_.saws.size() || (saw_is_listed_ && number == saw_)) return;
   if (!viewer_->is_running() || change_) return;
   const Saw& saw = options_.saws[number];
-  GoOnWith(fmt::format("Saw: {}", saw.name), [saw](Scene& scene) { TakeUpSaw(scene, saw); });
+  ContinueWith(fmt::format("Saw: {}", saw.name), [saw](Scene& scene) { UseSaw(scene, saw); });
   saw_ = number;
-  of_catalogue_ = true;
+  saw_is_listed_ = true;
 }
 
 void Rehearsal::ToggleGuide() {
@@ -135,7 +135,7 @@ void Rehearsal::ToggleGuide() {
   try {
     const std::optional<EffectChoice> guide = guided_ ? std::nullopt : std::optional(MakeGuide(planned, stop));
     guided_ = !guided_;
-    GoOnWith(guided_ ? "The guide keeps the saw in the planned plane" : "The guide is off", [guide](Scene& scene) {
+    ContinueWith(guided_ ? "The guide keeps the saw in the planned plane" : "The guide is off", [guide](Scene& scene) {
       std::erase_if(scene.effects, [](const EffectChoice& e) { return std::string_view(e.name()) == "guide"; });
       if (guide) scene.effects.push_back(*guide);
     });
@@ -146,7 +146,7 @@ void Rehearsal::ToggleGuide() {
 
 // ---- undo
 
-void Rehearsal::AskCheckpoint() {
+void Rehearsal::RequestCheckpoint() {
   viewer_->AskText("Name of the checkpoint:", fmt::format("cut {}", checkpoints_.size()),
                    [this](const std::optional<std::string>& name) {
                      if (!name || name->empty() || !viewer_->is_running()) return;
@@ -218,7 +218,7 @@ void Rehearsal::AlignToPlane() {
   const Vec3 spindle = X.Vector({0, 0, 1});
   Vec3 normal = planned->plane.normal_W;
   if (glm::dot(normal, spindle) < 0) normal = -normal;
-  X.R_AB = glm::normalize(Turning(spindle, normal) * X.R_AB);
+  X.R_AB = glm::normalize(RotationBetween(spindle, normal) * X.R_AB);
   X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
   viewer_->controls().Set(X);
   viewer_->Say(fmt::format("The saw is turning into {}; keep it clear of the bone", planned->name));
@@ -291,7 +291,7 @@ void Rehearsal::AskDepth(const Vec3& p_W) {
   viewer_->AskText("Depth in mm:", "5", [this, p_W](const std::optional<std::string>& text) {
     if (!text) return;
     const std::optional<double> depth_mm = ParseDepth(*text);
-    if (!depth_mm) return viewer_->Say("A depth is a number of mm, 0 to 1000");
+    if (!depth_mm) return viewer_->Say("The depth must be a number from 0 to 1000 mm");
     DepthStop stop;
     stop.name = MakeStopName(plan_);
     stop.p_W_mm = p_W;
@@ -316,7 +316,7 @@ void Rehearsal::EnterPieces() {
 }
 
 void Rehearsal::Export() {
-  if (!viewer_->is_running() || taking_away_.valid() || change_) return;
+  if (!viewer_->is_running() || exporting_.valid() || change_) return;
   viewer_->SetSpindle(false);
   ExportOrder order;
   order.folder = options_.viewer.folder + "/take-away";
@@ -335,8 +335,8 @@ void Rehearsal::Export() {
   if (pieces_) order.measures = pieces_->measures();
   order.after = viewer_->session()->AskBone();
   viewer_->Say("Exporting pieces, planes and report");
-  taking_away_ = std::async(std::launch::async,
-                            [order = std::make_shared<ExportOrder>(std::move(order))] { return RunExport(*order); });
+  exporting_ = std::async(std::launch::async,
+                          [order = std::make_shared<ExportOrder>(std::move(order))] { return RunExport(*order); });
 }
 
 // ---- events
@@ -375,15 +375,15 @@ bool Rehearsal::TakeKey(const WindowEvent& event) {
     return false;
   }
   if (event.key >= Key::k1 && event.key <= Key::k9) {
-    TakeUpSawNumber(static_cast<std::size_t>(event.key) - static_cast<std::size_t>(Key::k1));
+    SelectSaw(static_cast<std::size_t>(event.key) - static_cast<std::size_t>(Key::k1));
     return true;
   }
   switch (event.key) {
     case Key::kTab:
-      TakeUpSawNumber(of_catalogue_ ? (saw_ + 1) % options_.saws.size() : 0);
+      SelectSaw(saw_is_listed_ ? (saw_ + 1) % options_.saws.size() : 0);
       return true;
     case Key::kC:
-      AskCheckpoint();
+      RequestCheckpoint();
       return true;
     case Key::kB:
       ShowCheckpoints();
@@ -458,9 +458,9 @@ void Rehearsal::Update(double /*dt_s*/) {
     if (!viewer_->quitting()) Restart();
   }
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
-  if (IsReady(taking_away_)) {
+  if (IsReady(exporting_)) {
     try {
-      result_.take_away = taking_away_.get();
+      result_.take_away = exporting_.get();
       viewer_->Say(fmt::format("Exported: {}", result_.take_away));
       viewer_->trace().Write("taken_away", {{"folder", result_.take_away}});
     } catch (const std::exception& e) {  // the session has ended in the meantime and returns no bone
@@ -473,7 +473,7 @@ void Rehearsal::Update(double /*dt_s*/) {
 
 void Rehearsal::Fill(HudState& hud) {
   hud.status.mode = in_pieces_ ? "Pieces" : "Rehearse";
-  if (of_catalogue_) hud.status.saw = options_.saws[saw_].name;
+  if (saw_is_listed_) hud.status.saw = options_.saws[saw_].name;
   if (viewer_->is_running()) {
     const Tool tool = MakeTool(viewer_->session()->scene());
     const Pose& X_WT = viewer_->figures().X_WT;
@@ -540,7 +540,7 @@ void Rehearsal::Describe(nlohmann::json& state) const {
   state["planes"] = plan_.planes.size();
   state["stops"] = plan_.stops.size();
   state["guided"] = guided_;
-  state["saw"] = of_catalogue_ ? options_.saws[saw_].name : "";
+  state["saw"] = saw_is_listed_ ? options_.saws[saw_].name : "";
   if (in_pieces_) pieces_->Describe(state);
 }
 

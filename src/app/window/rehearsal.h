@@ -56,13 +56,13 @@ class Rehearsal final : public Activity {
   bool TakeKey(const WindowEvent& event);
   bool TakeClick(const WindowEvent& event);
   void SetMenu(Menu menu);
-  void TakeUpSawNumber(std::size_t number);
+  void SelectSaw(std::size_t number);
   void ToggleGuide();
   /// Ends the session, changes the scene, and continues with the current bone.
-  void GoOnWith(const std::string& what, std::function<void(Scene&)> change);
+  void ContinueWith(const std::string& what, std::function<void(Scene&)> change);
   void Restart();
 
-  void AskCheckpoint();
+  void RequestCheckpoint();
   void ShowCheckpoints();
   void GoBack(const std::string& name);
   void GoForward();
@@ -90,7 +90,7 @@ class Rehearsal final : public Activity {
   std::shared_ptr<const Bone> before_;  // bone at the start of the first session
 
   std::size_t saw_ = 0;
-  bool of_catalogue_ = false;  // true if saws[saw_] is in use, otherwise the scene's own tool
+  bool saw_is_listed_ = false;  // true if saws[saw_] is in use, otherwise the scene's own tool
   std::optional<Menu> menu_;
   std::vector<std::string> checkpoints_;
 
@@ -117,7 +117,7 @@ class Rehearsal final : public Activity {
   std::unique_ptr<PhiSampler> sampler_;  // of before_
   std::unique_ptr<PiecesMode> pieces_;   // null until first entered
   bool in_pieces_ = false;
-  std::future<std::string> taking_away_;
+  std::future<std::string> exporting_;
 };
 
 }  // namespace kerf

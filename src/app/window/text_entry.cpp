@@ -41,7 +41,7 @@ TextEntry::State TextEntry::Take(const WindowEvent& event) {
     return State::kOpen;
   }
   if (event.kind != WindowEvent::Kind::kKeyDown) return State::kOpen;
-  if (event.key == Key::kEscape) return State::kLeft;
+  if (event.key == Key::kEscape) return State::kCancelled;
   if (event.key == Key::kEnter) return State::kDone;
   if (event.key == Key::kBackspace && !text_.empty()) {
     while (!text_.empty() && !BeginsCharacter(text_.back())) text_.pop_back();

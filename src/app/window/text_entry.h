@@ -11,8 +11,8 @@ class TextEntry {
  public:
   TextEntry(std::string question, std::string text) : question_(std::move(question)), text_(std::move(text)) {}
 
-  enum class State { kOpen, kDone, kLeft };
-  /// Accepts letters, backspace, Enter, Escape; consumes every other event without effect. At most 60 characters;
+  enum class State { kOpen, kDone, kCancelled };
+  /// Accepts text, Backspace, Enter and Escape; consumes every other event without effect. At most 60 characters;
   /// control characters are ignored.
   State Take(const WindowEvent& event);
   const std::string& question() const { return question_; }

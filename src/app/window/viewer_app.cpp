@@ -65,7 +65,7 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   began_ = false;
   ++sessions_;
   recording_ = fmt::format("{}/session{}.kerf", options_.folder, sessions_ == 1 ? "" : fmt::format("-{}", sessions_));
-  leaves_to_ = goes_on ? surface_ : nullptr;
+  leaf_receiver_ = goes_on ? surface_ : nullptr;
   figures_ = {};
   forces_.clear();
   fitted_ = fitted_ && goes_on;
@@ -73,17 +73,17 @@ void ViewerApp::Begin(const Scene& scene, const std::string& scene_file, bool sa
   live.record = recording_;
   live.scene_file = scene_file;
   live.leaf = [this](const LeafMessage& leaf) {
-    if (leaves_to_) leaves_to_->Offer(leaf);
+    if (leaf_receiver_) leaf_receiver_->Offer(leaf);
   };
   live.scripted = options_.scripted;
   if (device_ && device_->holds()) live.device = &device_->servo();
   live.begin = [this, goes_on, file = scene.bone.source == BoneSource::kFile ? scene.bone.file : ""](
                    const Bone& bone, const EffectPlan&) {
     if (goes_on) return;
-    leaves_to_ = std::make_shared<SurfaceWorker>(WithCtNumbers(bone, file));
+    leaf_receiver_ = std::make_shared<SurfaceWorker>(WithCtNumbers(bone, file));
     {
       const std::lock_guard lock(mutex_);
-      made_ = Made{.surface = leaves_to_, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
+      made_ = Made{.surface = leaf_receiver_, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
       at_start_ = std::make_shared<const Bone>(bone);
     }
     InnerSurfaces inner = MakeInnerSurfaces(bone);
@@ -143,7 +143,7 @@ void ViewerApp::FollowSession() {
         view_->FitAll();
       }
       fitted_ = true;
-      fit_again_ = !looked_about_;
+      fit_again_ = !view_changed_;
       made_.reset();
       trace_.Write("bone");
     }
@@ -151,7 +151,7 @@ void ViewerApp::FollowSession() {
     inner_made_.reset();
   }
   // The view was fitted to the bone's box; fit it again now that the surface is available.
-  if (fit_again_ && !looked_about_ && surface_->first_done()) {
+  if (fit_again_ && !view_changed_ && surface_->first_done()) {
     fit_again_ = false;
     view_->FitAll();
   }
@@ -393,7 +393,7 @@ void ViewerApp::Take(const WindowEvent& event) {
   if (event.kind == Kind::kKeyDown && TakeKey(event)) return;
   const bool turns =
       event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
-  looked_about_ = looked_about_ || turns;
+  view_changed_ = view_changed_ || turns;
   const bool on_panel = event.kind == Kind::kMouseDown && view_->IsOnPanel({event.x, event.y});
   if (steers() && !on_panel && controls_->Take(event, MakeBasis())) {
     returning_ = false;
@@ -412,7 +412,7 @@ ViewBasis ViewerApp::MakeBasis() const {
           .mm_per_pixel = camera.WorldPerPixel(figures_.X_WT.p_AB)};
 }
 
-void ViewerApp::PutToolInPicture(double dt_s) {
+void ViewerApp::UpdateToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
   spin_rad_ = std::fmod(spin_rad_ + figures_.rpm / 60 * 2 * std::numbers::pi * dt_s, 2 * std::numbers::pi);
   view_->SetToolPose(figures_.X_WT, figures_.rpm, spin_rad_);
@@ -424,7 +424,7 @@ void ViewerApp::PutToolInPicture(double dt_s) {
                                  : std::nullopt);
   if (!surface_ || !surface_->has_hu() || !slices_shown_) return;
   const Tool tool = MakeTool(session_->scene());
-  surface_->AskSlices(tool, figures_.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
+  surface_->RequestSlices(tool, figures_.X_WT, std::max(40.0, 2.4 * CalcReach(tool)), 180);
   if (std::optional<CtSlices> slices = surface_->FetchSlices()) view_->SetSlices(slices);
 }
 
@@ -445,7 +445,7 @@ void ViewerApp::Update(double dt_s) {
     session_->SetTarget(controls_->wanted());
   }
   activity_->Update(dt_s);
-  PutToolInPicture(dt_s);
+  UpdateToolInPicture(dt_s);
   trace_.WriteState(MakeState());
 }
 

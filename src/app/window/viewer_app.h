@@ -137,7 +137,7 @@ class ViewerApp {
   void Update(double dt_s);
   void FollowSession();
   void FollowDevice(double dt_s);
-  void PutToolInPicture(double dt_s);
+  void UpdateToolInPicture(double dt_s);
   void Draw();
   HudState MakeHud();
   nlohmann::json MakeState() const;
@@ -150,17 +150,16 @@ class ViewerApp {
 
   std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
-  std::mutex mutex_;  // protects made_
+  std::mutex mutex_;  // protects made_, inner_made_ and at_start_
   struct Made {
     std::shared_ptr<SurfaceWorker> surface;
     MaterialTable materials;
     double voxel_mm = 0.1;
   };
-  std::optional<Made> made_;  // set by the session's thread, like the next
+  std::optional<Made> made_;  // set by the session's thread, like the next two
   std::optional<InnerSurfaces> inner_made_;
   std::shared_ptr<const Bone> at_start_;
-  bool real_made_ = false;                    // true if the final bone was made, not only the preview
-  std::shared_ptr<SurfaceWorker> leaves_to_;  // used by the session's thread
+  std::shared_ptr<SurfaceWorker> leaf_receiver_;  // used by the session's thread
   std::shared_ptr<SurfaceWorker> surface_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
@@ -172,7 +171,7 @@ class ViewerApp {
   bool began_ = false;   // Activity::Began() of this session was called
   bool fitted_ = false;  // the view was fitted to a bone
   bool fit_again_ = false;
-  bool looked_about_ = false;  // the user has changed the view since
+  bool view_changed_ = false;  // the user has changed the view since
 
   bool quitting_ = false;
   bool done_ = false;

@@ -69,7 +69,7 @@ class ByteReader {
       x |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
       if (byte < 0x80) return x;
     }
-    throw Error("holds a number of more than 64 bits");
+    throw Error("contains a number of more than 64 bits");
   }
   std::int64_t GetSigned() { return UnZigZag(GetNumber()); }
   std::string_view GetText() {

@@ -36,17 +36,17 @@ std::optional<std::string> MessageLimit::Take(std::string_view message) {
   const auto [place, is_new] = index_.try_emplace(WithoutNumbers(message), kinds_.size());
   if (is_new) kinds_.push_back({std::string(message), 0});
   const std::size_t count = ++kinds_[place->second].count;
-  if (count <= most_) return std::string(message);
-  if (count == most_ + 1) return fmt::format("{} (from here on messages of this kind are only counted)", message);
+  if (count <= limit_) return std::string(message);
+  if (count == limit_ + 1) return fmt::format("{} (further messages of this kind are only counted)", message);
   return {};
 }
 
-std::vector<std::string> MessageLimit::TakeLeftOut() {
+std::vector<std::string> MessageLimit::TakeSuppressed() {
   std::vector<std::string> sentences;
   for (const Kind& kind : kinds_) {
-    if (kind.count <= most_ + 1) continue;  // no message was left out: the note showed the last one
+    if (kind.count <= limit_ + 1) continue;  // no message was left out: the note showed the last one
     sentences.push_back(
-        fmt::format("{} more messages like this one were not shown: {}", kind.count - most_ - 1, kind.first));
+        fmt::format("{} more messages like this one were not shown: {}", kind.count - limit_ - 1, kind.first));
   }
   kinds_.clear();
   index_.clear();

@@ -12,13 +12,13 @@ namespace kerf {
 
 class MessageLimit {
  public:
-  explicit MessageLimit(std::size_t most) : most_(most) {}
+  explicit MessageLimit(std::size_t limit) : limit_(limit) {}
 
   /// Returns the text to show: the message, a note that further messages of its kind are only counted, or nothing.
   std::optional<std::string> Take(std::string_view message);
   /// Returns a sentence for each kind with messages that were not shown, in the order in which the kinds first
   /// occurred. Resets all counts.
-  std::vector<std::string> TakeLeftOut();
+  std::vector<std::string> TakeSuppressed();
 
  private:
   struct Kind {
@@ -26,7 +26,7 @@ class MessageLimit {
     std::size_t count = 0;
   };
 
-  std::size_t most_;
+  std::size_t limit_;
   std::vector<Kind> kinds_;
   std::unordered_map<std::string, std::size_t> index_;  // key: the message without its numbers
 };

@@ -19,9 +19,9 @@ FirstCharacter FindFirstCharacter(std::string_view text) {
   const bool is_too_large = first == 0xf4 && second >= 0x90;
   if (is_overlong || is_surrogate || is_too_large) return {1, false};
   const bool is_control = first == 0xc2 && second < 0xa0;
-  const bool turns = first == 0xe2 && ((second == 0x80 && byte(2) >= 0xaa && byte(2) <= 0xae) ||
-                                       (second == 0x81 && byte(2) >= 0xa6 && byte(2) <= 0xa9));
-  return {bytes, !is_control && !turns};
+  const bool changes_direction = first == 0xe2 && ((second == 0x80 && byte(2) >= 0xaa && byte(2) <= 0xae) ||
+                                                   (second == 0x81 && byte(2) >= 0xa6 && byte(2) <= 0xa9));
+  return {bytes, !is_control && !changes_direction};
 }
 
 std::string Printable(std::string_view text) {

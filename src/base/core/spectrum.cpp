@@ -24,12 +24,12 @@ void Transform(std::vector<Complex>& x) {
   }
   for (std::size_t length = 2; length <= n; length *= 2) {
     const std::size_t half = length / 2;
-    std::vector<Complex> turns(half);
+    std::vector<Complex> twiddles(half);
     for (std::size_t k = 0; k < half; ++k)
-      turns[k] = std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(length));
+      twiddles[k] = std::polar(1.0, -2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(length));
     for (std::size_t begin = 0; begin < n; begin += length) {
       for (std::size_t k = 0; k < half; ++k) {
-        const Complex a = x[begin + k], b = turns[k] * x[begin + k + half];
+        const Complex a = x[begin + k], b = twiddles[k] * x[begin + k + half];
         x[begin + k] = a + b;
         x[begin + k + half] = a - b;
       }

@@ -6,15 +6,15 @@
 
 namespace kerf {
 
-/// Keeps all points until there are `Most`. Then it merges pairs of neighbours with T::Merge(earlier, later), and from
-/// then on merges as many new points into one as each of points() contains. This repeats whenever the memory is full.
-/// points() includes the latest points. Not for the tick.
-template <typename T, std::size_t Most>
+/// Keeps all points until there are `MaxPoints`. Then it merges pairs of neighbours with T::Merge(earlier, later), and
+/// from then on merges as many new points into one as each of points() contains. This repeats whenever the memory is
+/// full. points() includes the latest points. Not for the tick.
+template <typename T, std::size_t MaxPoints>
 class Thinned {
  public:
-  static_assert(Most % 2 == 0);
-  /// Reserves memory for `count` points, at most `Most`.
-  void Reserve(std::size_t count) { points_.reserve(count < Most ? count + 1 : Most); }
+  static_assert(MaxPoints % 2 == 0);
+  /// Reserves memory for `count` points, at most `MaxPoints`.
+  void Reserve(std::size_t count) { points_.reserve(count < MaxPoints ? count + 1 : MaxPoints); }
 
   void Add(const T& point) {
     const bool begins = waiting_ == 0;
@@ -25,7 +25,7 @@ class Thinned {
     }
     if (++waiting_ < each_) return;
     waiting_ = 0;
-    if (points_.size() == Most) Halve();
+    if (points_.size() == MaxPoints) Halve();
   }
 
   const std::vector<T>& points() const { return points_; }
@@ -34,8 +34,8 @@ class Thinned {
 
  private:
   void Halve() {
-    for (std::size_t i = 0; i < Most / 2; ++i) points_[i] = T::Merge(points_[2 * i], points_[2 * i + 1]);
-    points_.resize(Most / 2);
+    for (std::size_t i = 0; i < MaxPoints / 2; ++i) points_[i] = T::Merge(points_[2 * i], points_[2 * i + 1]);
+    points_.resize(MaxPoints / 2);
     each_ *= 2;
   }
 

@@ -69,11 +69,11 @@ std::uint64_t FindAddressSpace() {
   return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-void SetLimit(int what, std::uint64_t most) {
+void SetLimit(int resource, std::uint64_t value) {
   rlimit limit{};
-  if (getrlimit(static_cast<__rlimit_resource>(what), &limit) != 0) return;
-  limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, most);
-  setrlimit(static_cast<__rlimit_resource>(what), &limit);
+  if (getrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) return;
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, value);
+  setrlimit(static_cast<__rlimit_resource>(resource), &limit);
 }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -84,7 +84,7 @@ constexpr bool kSanitized = false;
 
 /// Restricts this child process. A child that is killed by a signal prints nothing and leaves no core file, and a child
 /// never outlives its parent.
-void Confine(const ChildLimits& limits, std::uint64_t has_bytes, pid_t parent) {
+void Confine(const ChildLimits& limits, std::uint64_t used_bytes, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(kFailed);
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) {
@@ -94,10 +94,10 @@ void Confine(const ChildLimits& limits, std::uint64_t has_bytes, pid_t parent) {
   std::set_terminate(std::abort);
   SetLimit(RLIMIT_CORE, 0);
   SetLimit(RLIMIT_NOFILE, kMaxOpenFiles);
-  if (!kSanitized) SetLimit(RLIMIT_AS, has_bytes + limits.memory_bytes);
-  const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-  if (nowhere < 0) _exit(kFailed);
-  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, fd);
+  if (!kSanitized) SetLimit(RLIMIT_AS, used_bytes + limits.memory_bytes);
+  const int null_device = open("/dev/null", O_RDWR | O_CLOEXEC);
+  if (null_device < 0) _exit(kFailed);
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(null_device, fd);
   ForbidSideEffects();
 }
 
@@ -163,7 +163,7 @@ std::string TakeResult(int status, bool ended, std::string bytes, const std::str
   const int code = WEXITSTATUS(status);
   if (code == kRefused) throw Error(bytes);
   if (code == kNoMemory) {
-    fail(fmt::format("reading needs more than {} MB of memory; the file is too large or damaged",
+    fail(fmt::format("reading needs more than {} MiB of memory; the file is too large or damaged",
                      limits.memory_bytes >> 20));
   }
   if (code != kDone) {
@@ -208,12 +208,12 @@ std::string RunInChild(const std::string& name, const ChildLimits& limits,
   Descriptor to(ends[1]);
   ChildReport report(to.get(), shared_name.data());
   report.SetName(name);
-  const std::uint64_t has_bytes = FindAddressSpace();
+  const std::uint64_t used_bytes = FindAddressSpace();
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) throw Error(fmt::format("{}: can't be read: no process can be started: {}", name, FormatErrno(errno)));
   if (child == 0) {
-    Confine(limits, has_bytes, parent);
+    Confine(limits, used_bytes, parent);
     Work(result.get(), report, work);
   }
   to.Close();

@@ -44,9 +44,9 @@ std::string DescribeLackOfSpace(const std::vector<ExpectedFile>& files) {
   for (const auto& [device, sum] : sums) {
     const double free_bytes = ReadFreeDiskBytes(sum.path);
     if (sum.bytes <= free_bytes) continue;
-    const auto [needed, there] = FormatBytePair(sum.bytes, free_bytes);
+    const auto [needed, available] = FormatBytePair(sum.bytes, free_bytes);
     return fmt::format("{}: can't be written: at least {} are needed and {} are free on the disk", sum.path, needed,
-                       there);
+                       available);
   }
   return "";
 }

@@ -170,7 +170,7 @@ bool IsSameFile(const std::string& a, const std::string& b) {
   return !failed && one == other;
 }
 
-void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs) {
+void CheckInputsNotOverwritten(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs) {
   for (const std::string& input : inputs) {
     for (const std::string& output : outputs) {
       if (input.empty() || output.empty() || !IsSameFile(input, output)) continue;

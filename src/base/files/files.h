@@ -81,7 +81,7 @@ class GrowingFile {
 bool IsSameFile(const std::string& a, const std::string& b);
 /// Throws kerf::Error if one of `outputs` is also one of `inputs` and would be overwritten, by name or through a link.
 /// Ignores empty names. Call it before lengthy work; list every file that may be written.
-void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
+void CheckInputsNotOverwritten(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
 /// Removes the temporary files that are being written. For a signal handler that ends the program: async-signal-safe.
 void RemoveTemporaries();
 /// Creates the folder and its parents. Throws kerf::Error.

@@ -65,7 +65,7 @@ void AddPoints(const Json& markup, const std::string& path, std::vector<Vec3>& p
     }
     const auto position = point.find("position");
     if (position == point.end() || !position->is_array() || position->size() != 3) {
-      throw Error(fmt::format("{}: control point {} has no position of three numbers", path, points.size() + 1));
+      throw Error(fmt::format("{}: control point {} has no position with three coordinates", path, points.size() + 1));
     }
     Vec3 p;
     for (int a = 0; a < 3; ++a) {
@@ -91,7 +91,7 @@ std::optional<std::vector<double>> FindNumbers(const Json& markup, const char* k
     }
   }
   if (!found->is_array() || numbers.size() != count || found->size() != count) {
-    throw Error(fmt::format("{}: '{}' of the plane is not {} numbers", path, key, count));
+    throw Error(fmt::format("{}: '{}' of the plane is not a list of {} numbers", path, key, count));
   }
   return numbers;
 }
@@ -121,7 +121,7 @@ std::optional<Vec3> FindMatrixNormal(const Json& plane, bool lps, const std::str
 /// Returns the plane through three points, or the least-squares plane of more.
 CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& path) {
   if (points.size() < 3) {
-    throw Error(fmt::format("{}: holds {} placed point{}; a plane needs three", path, points.size(),
+    throw Error(fmt::format("{}: contains {} placed point{}; a plane needs three", path, points.size(),
                             points.size() == 1 ? "" : "s"));
   }
   Vec3 mean(0);
@@ -175,7 +175,7 @@ CutPlane ReadPlane(const Json& plane, const std::string& path) {
 std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path) {
   std::vector<Vec3> points;
   for (const Json& markup : ParseMarkupList(text, path)) AddPoints(markup, path, points);
-  if (points.empty()) throw Error(fmt::format("{}: holds no placed control point", path));
+  if (points.empty()) throw Error(fmt::format("{}: contains no placed control point", path));
   return points;
 }
 
@@ -187,15 +187,15 @@ std::vector<Markup> ParseCurveMarkups(const std::string& text, const std::string
     Markup markup;
     markup.joined = word == "Curve" || word == "ClosedCurve" || word == "Line";
     if (!markup.joined && word != "Fiducial" && word != "PointList") {
-      throw Error(
-          fmt::format("{}: holds a markup of type '{}'; it must be Curve, ClosedCurve, Line or Fiducial", path, word));
+      throw Error(fmt::format("{}: contains a markup of type '{}'; it must be Curve, ClosedCurve, Line or Fiducial",
+                              path, word));
     }
     AddPoints(json, path, markup.points);
     if (markup.points.empty()) continue;
     if (word == "ClosedCurve" && markup.points.size() > 2) markup.points.push_back(markup.points.front());
     markups.push_back(std::move(markup));
   }
-  if (markups.empty()) throw Error(fmt::format("{}: holds no placed control point", path));
+  if (markups.empty()) throw Error(fmt::format("{}: contains no placed control point", path));
   return markups;
 }
 
@@ -206,7 +206,7 @@ CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path) {
   for (const Json& markup : markups) {
     const auto type = markup.find("type");
     if (type != markup.end() && *type == "Plane") {
-      if (plane) throw Error(fmt::format("{}: holds several planes; save only the intended one", path));
+      if (plane) throw Error(fmt::format("{}: contains several planes; save only the intended one", path));
       plane = &markup;
     } else {
       AddPoints(markup, path, points);

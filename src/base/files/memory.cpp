@@ -21,9 +21,9 @@ namespace {
 /// Allowance for thread stacks and other memory that is reserved but hardly used.
 constexpr std::uint64_t kSlackBytes = std::uint64_t{256} << 20;
 
-void (*end_without_memory)() = nullptr;
-std::mutex ends_mutex;
-int ends = 0;  // number of EndsWithoutMemory objects
+void (*bad_alloc_handler)() = nullptr;
+std::mutex exit_mutex;
+int exit_count = 0;  // number of ExitOnBadAlloc objects
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
@@ -67,7 +67,7 @@ std::optional<std::uint64_t> ReadNumber(const char* path) {
   return number;
 }
 
-std::uint64_t Less(std::uint64_t limit, std::uint64_t used) {
+std::uint64_t SaturatingSubtract(std::uint64_t limit, std::uint64_t used) {
   return limit > used ? limit - used : 0;
 }
 
@@ -79,12 +79,12 @@ std::uint64_t ReadMachineBytes() {
 /// Returns what remains of the control group's limit. The group is found only within a container, where it is mounted
 /// as the root.
 std::uint64_t ReadGroupBytes() {
-  const auto most = ReadNumber("/sys/fs/cgroup/memory.max");
+  const auto limit = ReadNumber("/sys/fs/cgroup/memory.max");
   const auto used = ReadNumber("/sys/fs/cgroup/memory.current");
-  if (!most || !used) return kNoLimit;
+  if (!limit || !used) return kNoLimit;
   // The kernel reclaims inactive file pages first.
   const std::uint64_t files = ReadRows("/sys/fs/cgroup/memory.stat", {"inactive_file"}).value_or(0);
-  return Less(*most, Less(*used, files));
+  return SaturatingSubtract(*limit, SaturatingSubtract(*used, files));
 }
 
 /// Returns what remains of one of this program's limits after `pages`, the pages that count towards it.
@@ -92,7 +92,7 @@ template <typename Resource>
 std::uint64_t ReadLimit(Resource resource, std::uint64_t pages) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoLimit;
-  return Less(limit.rlim_cur, pages * PageBytes());
+  return SaturatingSubtract(limit.rlim_cur, pages * PageBytes());
 }
 
 std::uint64_t ReadUserBytes() {
@@ -120,9 +120,9 @@ std::uint64_t LimitMemory() {
   const std::uint64_t free = ReadAvailableBytes();
   rlimit limit{};
   if (free == kNoLimit || getrlimit(RLIMIT_DATA, &limit) != 0) return free;
-  const rlim_t most = ReadOwnPages().data * PageBytes() + free + kSlackBytes;
-  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur <= most) return free;
-  limit.rlim_cur = limit.rlim_max == RLIM_INFINITY ? most : std::min(most, limit.rlim_max);
+  const rlim_t max_bytes = ReadOwnPages().data * PageBytes() + free + kSlackBytes;
+  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur <= max_bytes) return free;
+  limit.rlim_cur = limit.rlim_max == RLIM_INFINITY ? max_bytes : std::min(max_bytes, limit.rlim_max);
   setrlimit(RLIMIT_DATA, &limit);
   return free;
 }
@@ -148,18 +148,18 @@ void CheckLimits(double address_bytes, double data_bytes, const std::string& wha
   }
 }
 
-void SetEndWithoutMemory(void (*end)()) {
-  end_without_memory = end;
+void SetBadAllocHandler(void (*handler)()) {
+  bad_alloc_handler = handler;
 }
 
-EndsWithoutMemory::EndsWithoutMemory() {
-  const std::lock_guard lock(ends_mutex);
-  if (ends++ == 0 && end_without_memory != nullptr) std::set_new_handler(end_without_memory);
+ExitOnBadAlloc::ExitOnBadAlloc() {
+  const std::lock_guard lock(exit_mutex);
+  if (exit_count++ == 0 && bad_alloc_handler != nullptr) std::set_new_handler(bad_alloc_handler);
 }
 
-EndsWithoutMemory::~EndsWithoutMemory() {
-  const std::lock_guard lock(ends_mutex);
-  if (--ends == 0 && end_without_memory != nullptr) std::set_new_handler(nullptr);
+ExitOnBadAlloc::~ExitOnBadAlloc() {
+  const std::lock_guard lock(exit_mutex);
+  if (--exit_count == 0 && bad_alloc_handler != nullptr) std::set_new_handler(nullptr);
 }
 
 }  // namespace kerf

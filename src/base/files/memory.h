@@ -26,18 +26,18 @@ void CheckMemory(double bytes, const std::string& what, const std::string& remed
 /// Does the same for what remains of this program's limits (`ulimit -v`: address space; `ulimit -d`, which
 /// LimitMemory() sets: data), for libraries that crash when an allocation fails.
 void CheckLimits(double address_bytes, double data_bytes, const std::string& what, const std::string& remedy);
-/// Sets the function that ends the program for EndsWithoutMemory; it must not allocate memory. Call at the start of a
+/// Sets the function that ends the program for ExitOnBadAlloc; it must not allocate memory. Call at the start of a
 /// program.
-void SetEndWithoutMemory(void (*end)());
+void SetBadAllocHandler(void (*handler)());
 /// While an object exists, a failed memory request in any thread calls the function set above, which ends this program,
 /// instead of throwing std::bad_alloc. For libraries such as VTK whose objects an exception leaves half constructed, so
 /// that their destruction is undefined behaviour. Does nothing if no function was set.
-class EndsWithoutMemory {
+class ExitOnBadAlloc {
  public:
-  EndsWithoutMemory();
-  ~EndsWithoutMemory();
-  EndsWithoutMemory(const EndsWithoutMemory&) = delete;
-  EndsWithoutMemory& operator=(const EndsWithoutMemory&) = delete;
+  ExitOnBadAlloc();
+  ~ExitOnBadAlloc();
+  ExitOnBadAlloc(const ExitOnBadAlloc&) = delete;
+  ExitOnBadAlloc& operator=(const ExitOnBadAlloc&) = delete;
 };
 
 }  // namespace kerf

@@ -143,7 +143,7 @@ void RemoveIfLeft(const std::string& path, const std::string& host, const std::s
 /// File name as in earlier versions: .STEM.PID-N.EXT.
 struct OldName {
   std::string path;
-  std::string becomes;  // target name: STEM.EXT
+  std::string target;  // target name: STEM.EXT
   std::string process;
 };
 
@@ -178,7 +178,7 @@ void SweepLeftovers(const std::string& target) {
   auto found = searched.find(folder.string());
   if (found == searched.end()) found = searched.emplace(folder.string(), SweepFolder(folder)).first;
   for (const OldName& name : found->second) {
-    if (name.becomes == path.filename()) RemoveIfLeft(name.path, "", name.process);
+    if (name.target == path.filename()) RemoveIfLeft(name.path, "", name.process);
   }
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 /// Returns true if, with MCL_FUTURE, requests for memory beyond the limit are granted, as they are to a privileged
 /// process. Otherwise such requests fail later, for example those for thread stacks and the bone's leaves.
-bool IsAboveTheLimit() {
+bool CanExceedLockLimit() {
   rlimit limit{};
   if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;
   if (limit.rlim_cur == RLIM_INFINITY) return true;
@@ -30,7 +30,7 @@ bool IsAboveTheLimit() {
 
 }  // namespace
 
-void AskForPriority(int priority, RealtimeGrants& grants) {
+void RequestPriority(int priority, RealtimeGrants& grants) {
   grants.fine_timer = prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) == 0;
   grants.fifo = false;
   grants.priority = 0;
@@ -55,7 +55,7 @@ void AskForPriority(int priority, RealtimeGrants& grants) {
 
 void LockMemory(RealtimeGrants& grants) {
   grants.locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-  const bool later_too = grants.locked && IsAboveTheLimit();
+  const bool later_too = grants.locked && CanExceedLockLimit();
   if (grants.locked && !later_too) {
     munlockall();
     grants.locked = mlockall(MCL_CURRENT) == 0;
@@ -74,7 +74,7 @@ void UnlockMemory() {
 }
 
 void TouchStack() noexcept {
-  char stack[kStackTouched];
+  char stack[kTouchedStackBytes];
   std::memset(stack, 0, sizeof(stack));
   asm volatile("" : : "r"(&stack[0]) : "memory");  // keeps the compiler from removing the writes
 }

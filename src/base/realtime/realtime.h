@@ -16,13 +16,14 @@ struct RealtimeGrants {
 
 /// Requests SCHED_FIFO at `priority` (0: request no real-time priority) and a timer slack of 1 ns for the calling
 /// thread.
-void AskForPriority(int priority, RealtimeGrants& grants);
+void RequestPriority(int priority, RealtimeGrants& grants);
 /// Locks all memory of the process in RAM until UnlockMemory(), including later allocations if the limit (ulimit -l)
 /// permits.
 void LockMemory(RealtimeGrants& grants);
 void UnlockMemory();
-/// Writes to the next `kStackTouched` bytes of the calling thread's stack, so that no tick causes a page fault there.
-inline constexpr int kStackTouched = 256 * 1024;
+/// Writes to the next `kTouchedStackBytes` bytes of the calling thread's stack, so that no tick causes a page fault
+/// there.
+inline constexpr int kTouchedStackBytes = 256 * 1024;
 void TouchStack() noexcept;
 
 }  // namespace kerf

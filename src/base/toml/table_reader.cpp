@@ -41,7 +41,7 @@ const char* KindName(Kind kind) {
 }
 
 /// Returns the valid key that `key` probably means, or "". The most common mistake is to leave out the unit.
-std::string FindMeant(const std::string& key, const std::vector<std::string>& words) {
+std::string FindIntendedKey(const std::string& key, const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     if (word.size() > key.size() && word.compare(0, key.size() + 1, key + "_") == 0) return word;
   }
@@ -200,7 +200,7 @@ std::vector<const TomlNode*> TableReader::Tables(const char* key, std::size_t li
     return tables;
   }
   if (node->children.size() > limit) {
-    Fault(key, fmt::format("{} of {}; at most {}", node->children.size(), key, limit));
+    Fault(key, fmt::format("{} tables '{}'; at most {} are allowed", node->children.size(), key, limit));
     return tables;
   }
   for (const TomlNode& item : node->children) {
@@ -227,7 +227,7 @@ void TableReader::Finish() {
   for (const TomlNode& child : table_.children) {
     if (faults_.full()) return;
     if (std::find(known_.begin(), known_.end(), child.key) != known_.end()) continue;
-    const std::string nearest = FindMeant(child.key, known_);
+    const std::string nearest = FindIntendedKey(child.key, known_);
     const std::string help = nearest.empty() ? fmt::format("valid keys: {}", fmt::join(known_, ", "))
                                              : fmt::format("the nearest valid key is \"{}\"", nearest);
     faults_.Add(child.line, child.column, fmt::format("unknown key \"{}\" in {}; {}", child.key, name_, help));

@@ -243,12 +243,12 @@ openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& o
   std::vector<openvdb::Vec3s> points(mesh.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 p_vox = mesh.points[i] / options.voxel_mm;
-    if (const double most = std::max({std::abs(p_vox.x), std::abs(p_vox.y), std::abs(p_vox.z)});
-        !(most <= kMaxMeshIndex)) {
+    if (const double farthest = std::max({std::abs(p_vox.x), std::abs(p_vox.y), std::abs(p_vox.z)});
+        !(farthest <= kMaxMeshIndex)) {
       throw Error(
           fmt::format("the surface reaches {:.0f} mm from the world's origin; with voxels of {:.3g} mm it may "
                       "reach at most {:.0f} mm: move it closer",
-                      most * options.voxel_mm, options.voxel_mm, kMaxMeshIndex * options.voxel_mm));
+                      farthest * options.voxel_mm, options.voxel_mm, kMaxMeshIndex * options.voxel_mm));
     }
     points[i] = openvdb::Vec3s(static_cast<float>(p_vox.x), static_cast<float>(p_vox.y), static_cast<float>(p_vox.z));
   }

@@ -29,7 +29,8 @@ std::uint64_t HashValues(const float* values) {
 
 }  // namespace
 
-ChangedHash::ChangedHash(std::size_t leaves) : slots_(2 * std::bit_ceil(leaves > 0 ? leaves : 1)), most_(leaves) {}
+ChangedHash::ChangedHash(std::size_t leaves)
+    : slots_(2 * std::bit_ceil(leaves > 0 ? leaves : 1)), max_leaves_(leaves) {}
 
 void ChangedHash::Take(const ChangedLeaf& leaf) {
   const std::uint64_t key = KeyOf(leaf.index);
@@ -37,7 +38,7 @@ void ChangedHash::Take(const ChangedLeaf& leaf) {
   while (slots_[at].key != key && slots_[at].key != 0) at = (at + 1) & (slots_.size() - 1);
   Slot& slot = slots_[at];
   if (slot.key == 0) {
-    if (count_ == most_) return;
+    if (count_ == max_leaves_) return;
     slot.key = key;
     ++count_;
   }

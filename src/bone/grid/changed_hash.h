@@ -29,7 +29,7 @@ class ChangedHash {
     std::uint64_t hash = 0;
   };
   std::vector<Slot> slots_;
-  std::size_t most_;
+  std::size_t max_leaves_;
   std::size_t count_ = 0;
   std::uint64_t sum_ = 0;
 };

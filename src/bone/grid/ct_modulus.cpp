@@ -85,7 +85,7 @@ void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxe
   grids.by_modulus.fill(false);
 }
 
-void TakeHu(Bone& bone, const Bone& from) {
+void CopyHu(Bone& bone, const Bone& from) {
   if (!from.grids().hu) throw Error("the bone has no CT numbers");
   bone.grids().hu = from.grids().hu;
   bone.grids().modulus.reset();

@@ -15,7 +15,7 @@ void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxe
 
 /// Replaces the bone's CT numbers and their lattice with those of another bone in the same place. Throws kerf::Error if
 /// that bone has none.
-void TakeHu(Bone& bone, const Bone& from);
+void CopyHu(Bone& bone, const Bone& from);
 
 /// Statistics over the CT voxels whose centre lies in the bone and in a region whose E comes from CT numbers.
 struct CtModulusReport {

@@ -278,7 +278,8 @@ float* BoneField::Write(const LeafIndex& leaf) {
   if (values == s.outside) return nullptr;
   const bool is_inside = values == s.inside;
   if (is_inside && s.spare.empty()) return nullptr;
-  if (s.history != nullptr && s.history->Wants(place)) s.history->Note(place, leaf, is_inside ? nullptr : values);
+  if (s.history != nullptr && s.history->NeedsOldValues(place))
+    s.history->Note(place, leaf, is_inside ? nullptr : values);
   if (is_inside) {
     FloatLeaf* own = s.spare.back().release();
     s.spare.pop_back();
@@ -322,8 +323,8 @@ float* BoneField::OwnValues(const LeafIndex& leaf) {
   return const_cast<float*>(values);  // belongs to a tree that this field may change
 }
 
-bool BoneField::WantsOld(const LeafIndex& leaf) const {
-  return state_->history != nullptr && state_->history->Wants(state_->table().Find(leaf));
+bool BoneField::NeedsOldValues(const LeafIndex& leaf) const {
+  return state_->history != nullptr && state_->history->NeedsOldValues(state_->table().Find(leaf));
 }
 
 bool BoneField::Swap(const LeafIndex& leaf, float* values) {

@@ -80,11 +80,11 @@ class BoneField {
   /// if no spare leaf is left or the leaf lies beyond the bone's box.
   float* Open(const LeafIndex& leaf);
   /// Returns the leaf's own values; null unless its kind is kOwn. A caller that changes them must also call Write(),
-  /// and must call it before the change if WantsOld() returns true.
+  /// and must call it before the change if NeedsOldValues() returns true.
   float* OwnValues(const LeafIndex& leaf);
   /// Returns whether there is a history that has not yet received the leaf's old values. Write() and Open() pass them
   /// to it, so they must be called before the values change.
-  bool WantsOld(const LeafIndex& leaf) const;
+  bool NeedsOldValues(const LeafIndex& leaf) const;
   /// Exchanges the leaf's values with `values` (512), without adding to the history. Returns false and changes nothing
   /// if Open() returns null.
   bool Swap(const LeafIndex& leaf, float* values);

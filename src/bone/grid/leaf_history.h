@@ -46,9 +46,9 @@ class LeafHistory {
 
   // ---- writer: tick-safe
   /// Returns whether the leaf's old values have not been stored yet in this epoch.
-  bool Wants(std::size_t place) const { return epochs_[place] != epoch_; }
-  /// Stores the old values of a leaf; `values`: null for pure bone. If Wants() returns true, must be called before the
-  /// leaf changes.
+  bool NeedsOldValues(std::size_t place) const { return epochs_[place] != epoch_; }
+  /// Stores the old values of a leaf; `values`: null for pure bone. If NeedsOldValues() returns true, must be called
+  /// before the leaf changes.
   void Note(std::size_t place, const LeafIndex& leaf, const float* values);
   /// Starts a new epoch, in which each leaf is stored again. Returns false and does nothing if the ring is full.
   bool Checkpoint(std::uint32_t number, const std::array<double, 256>& figures);

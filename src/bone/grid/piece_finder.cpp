@@ -169,7 +169,7 @@ struct PieceFinder::State {
   }
   void JoinAll();
   std::vector<Component> Gather();
-  void GiveNumbers(std::vector<Component>& components);
+  void AssignIds(std::vector<Component>& components);
 };
 
 void PieceFinder::State::Build(const FloatTree& tree) {
@@ -327,7 +327,7 @@ std::vector<Component> PieceFinder::State::Gather() {
 }
 
 /// Assigns ids. Among components that were one piece, the largest keeps its id.
-void PieceFinder::State::GiveNumbers(std::vector<Component>& components) {
+void PieceFinder::State::AssignIds(std::vector<Component>& components) {
   std::vector<Component*> order;
   for (Component& c : components) order.push_back(&c);
   std::stable_sort(order.begin(), order.end(),
@@ -404,7 +404,7 @@ const FoundPieces& PieceFinder::Find() {
   std::vector<Component> components = s.Gather();
   // `from` of a piece is set when the piece separates, and never changes.
   const std::vector<FoundPiece> before = s.found.pieces;
-  s.GiveNumbers(components);
+  s.AssignIds(components);
   for (FoundPiece& piece : s.found.pieces) {
     for (const FoundPiece& old : before) {
       if (old.id == piece.id) piece.from = old.from;
@@ -443,10 +443,10 @@ int PieceFinder::FindMainRegion(int id) const {
     }
   });
   int best = 0;
-  std::size_t most = 0;
+  std::size_t max_count = 0;
   for (const auto& [region, count] : votes) {
-    if (count > most) best = region;
-    most = std::max(most, count);
+    if (count > max_count) best = region;
+    max_count = std::max(max_count, count);
   }
   return best;
 }

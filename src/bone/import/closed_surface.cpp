@@ -73,7 +73,7 @@ std::size_t Weld(TriangleMesh& mesh, double distance_mm) {
 }
 
 /// Keeps only one of the triangles that have the same three corners. Returns the number removed.
-std::size_t DropDoubles(TriangleMesh& mesh) {
+std::size_t RemoveDuplicateTriangles(TriangleMesh& mesh) {
   std::vector<std::pair<Triangle, std::uint32_t>> all(mesh.triangles.size());
   for (std::size_t n = 0; n < all.size(); ++n) {
     all[n] = {mesh.triangles[n], static_cast<std::uint32_t>(n)};
@@ -112,10 +112,10 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
     }
   }
   if (edges.crowded > 0) {
-    if (const std::size_t doubles = DropDoubles(mesh); doubles > 0) {
+    if (const std::size_t duplicates = RemoveDuplicateTriangles(mesh); duplicates > 0) {
       repairs.push_back(fmt::format("{} in the file more than once and {} left out",
-                                    FormatCount(doubles, "triangle was", "triangles were"),
-                                    doubles == 1 ? "was" : "were"));
+                                    FormatCount(duplicates, "triangle was", "triangles were"),
+                                    duplicates == 1 ? "was" : "were"));
       edges = CountEdges(mesh);
     }
   }
@@ -126,12 +126,12 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
                     "surface; separate or remove them in a mesh program",
                     path, FormatCount(edges.crowded, "edge of the surface belongs", "edges of the surface belong")));
   }
-  std::size_t turned = 0;
-  std::vector<Shell> shells = OrientShells(mesh, turned, path);
-  if (turned > 0) {
+  std::size_t flipped = 0;
+  std::vector<Shell> shells = OrientShells(mesh, flipped, path);
+  if (flipped > 0) {
     repairs.push_back(fmt::format("{} opposite to most of {} shell and {} flipped",
-                                  FormatCount(turned, "triangle faced", "triangles faced"),
-                                  turned == 1 ? "its" : "their", turned == 1 ? "was" : "were"));
+                                  FormatCount(flipped, "triangle faced", "triangles faced"),
+                                  flipped == 1 ? "its" : "their", flipped == 1 ? "was" : "were"));
   }
   return shells;
 }

@@ -24,7 +24,7 @@ constexpr double kBorder = 0.62;
 // perpendicular to the slices jumps from slice to slice, and interpolation turns the jumps into ripples. Therefore the
 // slices are blurred in their plane as much as a slice blurs across it: a box of thickness h has a standard deviation
 // of 0.29 h.
-Vec3 CalcEvening(const Vec3& spacing_mm) {
+Vec3 CalcInPlaneBlur(const Vec3& spacing_mm) {
   const double coarsest = std::max({spacing_mm.x, spacing_mm.y, spacing_mm.z});
   Vec3 sigma_vox;
   for (int a = 0; a < 3; ++a) {
@@ -55,7 +55,7 @@ double CalcRange_HU(double coarsest, double iso_hu) {
 void PrepareCoarse(const Volume& ct, double iso_hu, double range_hu, std::vector<float>& hu) {
   Sharpen(ct.size, CalcCoarseness(ct.spacing_mm), hu);
   for (float& h : hu) h = std::clamp(h, static_cast<float>(iso_hu - range_hu), static_cast<float>(iso_hu + range_hu));
-  Smooth(ct.size, CalcEvening(ct.spacing_mm), hu);
+  Smooth(ct.size, CalcInPlaneBlur(ct.spacing_mm), hu);
 }
 
 }  // namespace

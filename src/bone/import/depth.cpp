@@ -17,7 +17,7 @@ namespace {
 /// Selects an ITK threader that reports exceptions. The default, a thread pool, drops the exceptions of all threads
 /// except the first: after a failed allocation the distances would be wrong without any notice. This threader passes
 /// them on as text.
-void UseThreadsThatReport() {
+void UseExceptionForwardingThreader() {
   itk::MultiThreaderBase::SetGlobalDefaultThreader(itk::MultiThreaderBase::ThreaderEnum::Platform);
 }
 
@@ -30,7 +30,7 @@ bool IsLackOfMemory(const itk::ExceptionObject& e) {
 
 std::vector<float> CalcDepth(const Volume& lattice, const std::vector<std::uint8_t>& inside) {
   const QuietItk quiet;
-  UseThreadsThatReport();
+  UseExceptionForwardingThreader();
   try {
     std::vector<std::uint8_t> mask = inside;
     using Filter = itk::SignedMaurerDistanceMapImageFilter<itk::Image<std::uint8_t, 3>, itk::Image<float, 3>>;

@@ -63,7 +63,7 @@ std::string Text(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t 
   return text;
 }
 
-int Whole(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element, int otherwise) {
+int GetInteger(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element, int otherwise) {
   const std::vector<double> numbers = Numbers(Text(filter, group, element));
   return numbers.empty() ? otherwise : static_cast<int>(std::clamp(numbers[0], 0.0, 1e6));
 }
@@ -83,8 +83,8 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
     throw Error(fmt::format("{}: the DICOM header can't be read; the file is damaged or cut off", path.string()));
   gdcm::StringFilter filter;
   filter.SetFile(reader.GetFile());
-  const int rows = Whole(filter, 0x0028, 0x0010, 0);
-  const int columns = Whole(filter, 0x0028, 0x0011, 0);
+  const int rows = GetInteger(filter, 0x0028, 0x0010, 0);
+  const int columns = GetInteger(filter, 0x0028, 0x0011, 0);
   if (rows == 0 || columns == 0) {
     if (Text(filter, 0x0002, 0x0002) == kCtImageStorage)
       throw Error(
@@ -99,10 +99,10 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
     throw Error(
         fmt::format("{}: a slice of {} x {} pixels, more than the 2^26 that kerf reads", path.string(), columns, rows));
   }
-  slice.samples = Whole(filter, 0x0028, 0x0002, 1);
-  slice.bits = Whole(filter, 0x0028, 0x0100, 16);
+  slice.samples = GetInteger(filter, 0x0028, 0x0002, 1);
+  slice.bits = GetInteger(filter, 0x0028, 0x0100, 16);
   slice.inverted = Text(filter, 0x0028, 0x0004) == "MONOCHROME1";
-  slice.frames = std::max(1, Whole(filter, 0x0028, 0x0008, 1));
+  slice.frames = std::max(1, GetInteger(filter, 0x0028, 0x0008, 1));
   const std::vector<double> spacing = Numbers(Text(filter, 0x0028, 0x0030));  // the distance between rows comes first
   const std::vector<double> position = Numbers(Text(filter, 0x0020, 0x0032));
   const std::vector<double> orientation = Numbers(Text(filter, 0x0020, 0x0037));
@@ -187,7 +187,7 @@ void CheckSeries(const DicomSeries& series) {
   for (const DicomSlice& s : series.slices) {
     const std::string file = fs::path(s.path).filename().string();
     if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples per pixel), not CT", file, s.samples));
-    if (s.frames > 1) fail(fmt::format("{} holds {} frames; kerf reads CT with one slice per file", file, s.frames));
+    if (s.frames > 1) fail(fmt::format("{} contains {} frames; kerf reads CT with one slice per file", file, s.frames));
     if (s.inverted) {
       fail(
           fmt::format("{} is stored for inverted display (MONOCHROME1), which kerf does not read; convert the series "
@@ -392,8 +392,8 @@ const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::
         fmt::format("{}: {} series match '{}'; there are: {}", folder, found.empty() ? "no" : "several", uid, list));
   }
   if (found.empty()) throw Error(fmt::format("{}: no CT among the series: {}", folder, list));
-  throw Error(fmt::format("{}: the folder holds {} CT series; choose one with --series UID: {}{}", folder, found.size(),
-                          list, DescribeStray(found)));
+  throw Error(fmt::format("{}: the folder contains {} CT series; choose one with --series UID: {}{}", folder,
+                          found.size(), list, DescribeStray(found)));
 }
 
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress) {

@@ -70,7 +70,7 @@ class Bytes {
     return text;
   }
 
-  std::uint32_t Whole(std::uint64_t at, std::uint64_t count, bool big_endian) {
+  std::uint32_t ReadInteger(std::uint64_t at, std::uint64_t count, bool big_endian) {
     std::string text = Text(at, count);
     if (!big_endian) std::reverse(text.begin(), text.end());
     std::uint32_t whole = 0;
@@ -82,18 +82,18 @@ class Bytes {
   // the length is read only if the VR is known.
   Element ReadElement(std::uint64_t at, const Encoding& encoding) {
     Element e;
-    e.group = static_cast<std::uint16_t>(Whole(at, 2, encoding.big_endian));
-    e.number = static_cast<std::uint16_t>(Whole(at + 2, 2, encoding.big_endian));
+    e.group = static_cast<std::uint16_t>(ReadInteger(at, 2, encoding.big_endian));
+    e.number = static_cast<std::uint16_t>(ReadInteger(at + 2, 2, encoding.big_endian));
     const bool delimiter = e.group == 0xfffe;  // items and the delimiters of items and sequences have no VR
     if (!encoding.explicit_vr || delimiter) {
-      e.length = Whole(at + 4, 4, encoding.big_endian);
+      e.length = ReadInteger(at + 4, 4, encoding.big_endian);
       e.value_at = at + 8;
       return e;
     }
     e.vr = Text(at + 4, 2);
     if (!IsKnownVr(e.vr)) return e;
     const bool is_long = HasLongLength(e.vr);
-    e.length = is_long ? Whole(at + 8, 4, encoding.big_endian) : Whole(at + 6, 2, encoding.big_endian);
+    e.length = is_long ? ReadInteger(at + 8, 4, encoding.big_endian) : ReadInteger(at + 6, 2, encoding.big_endian);
     e.value_at = at + (is_long ? 12 : 8);
     return e;
   }
@@ -117,13 +117,13 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
   if (bytes.Text(kMetaStart - 4, 4) != "DICM") bytes.Refuse("\"DICM\" is missing after the first 128 bytes");
   std::uint64_t at = kMetaStart;
   bool any = false;
-  while (bytes.Whole(at, 2, false) == 2) {
+  while (bytes.ReadInteger(at, 2, false) == 2) {
     const Element e = bytes.ReadElement(at, {});
     if (e.value_at == 0) bytes.Refuse(fmt::format("element {} of the meta information has no valid type", e.Tag()));
     bytes.CheckLength(e, bytes.size());
     if (e.number == 0) {
       if (e.vr != "UL" || e.length != 4) bytes.Refuse("the length of the meta information is not a whole number");
-      const std::uint32_t group_length = bytes.Whole(e.value_at, 4, false);
+      const std::uint32_t group_length = bytes.ReadInteger(e.value_at, 4, false);
       if (group_length >= bytes.size() - e.end()) {
         bytes.Refuse(fmt::format("the meta information is {} bytes long but only {} are left", group_length,
                                  bytes.size() - e.end()));
@@ -143,13 +143,13 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
 
 // Returns whether the value is a list of items whose elements GDCM reads: a sequence, or a value of unknown type that
 // begins like one.
-bool HoldsItems(Bytes& bytes, const Element& e, const Encoding& encoding) {
+bool ContainsItems(Bytes& bytes, const Element& e, const Encoding& encoding) {
   constexpr std::uint32_t kItemBytes = 8;
   if (e.group == 0xfffe) return e.number == 0xe000;
   if (e.vr == "SQ") return true;
   if (!e.vr.empty() && e.vr != "UN") return false;
-  return e.length >= kItemBytes && bytes.Whole(e.value_at, 2, encoding.big_endian) == 0xfffe &&
-         bytes.Whole(e.value_at + 2, 2, encoding.big_endian) == 0xe000;
+  return e.length >= kItemBytes && bytes.ReadInteger(e.value_at, 2, encoding.big_endian) == 0xfffe &&
+         bytes.ReadInteger(e.value_at + 2, 2, encoding.big_endian) == 0xe000;
 }
 
 void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
@@ -174,7 +174,7 @@ void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
     }
     const bool delimited = e.length == kUndefined;
     if (!delimited) bytes.CheckLength(e, inside.back().end);
-    if (!delimited && !HoldsItems(bytes, e, encoding)) {
+    if (!delimited && !ContainsItems(bytes, e, encoding)) {
       at = e.end();
       continue;
     }

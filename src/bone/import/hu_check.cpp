@@ -26,8 +26,8 @@ constexpr double kMaxBelow = 1e-3;  // of values that occur only in HU
 
 struct Histogram {
   static std::size_t IndexOf(int value) {
-    const int above_least = value + 32768;
-    return static_cast<std::size_t>(above_least);
+    const int above_lowest = value + 32768;
+    return static_cast<std::size_t>(above_lowest);
   }
   explicit Histogram(const std::vector<std::int16_t>& values) : counts(65536, 0), total(values.size()) {
     for (const std::int16_t v : values) ++counts[IndexOf(v)];
@@ -44,8 +44,8 @@ struct Histogram {
 
 // Returns whether the values are those of a CT without its offset. In such a CT, values below air are padding around
 // the scan's circle and are all equal.
-bool LacksOffset(const Histogram& h, int least) {
-  const double padding = least < -200 ? h.Fraction(least, least + 1) : 0;
+bool LacksOffset(const Histogram& h, int lowest) {
+  const double padding = lowest < -200 ? h.Fraction(lowest, lowest + 1) : 0;
   const double soft = h.Fraction(kSoftFrom, kSoftTo);
   return h.Fraction(-32768, -200) - padding <= kMaxBelow && h.Fraction(-200, kAirTo) >= kMinAir && soft >= kMinSoft &&
          soft >= 2 * h.Fraction(kAirTo, kSoftFrom) && soft >= h.Fraction(kSoftTo, kBoneFrom) &&
@@ -56,20 +56,20 @@ bool LacksOffset(const Histogram& h, int least) {
 
 std::string CheckHu(const Volume& ct, double iso_hu, const std::string& name) {
   if (ct.hu.empty()) return "";
-  const auto [least, most] = std::minmax_element(ct.hu.begin(), ct.hu.end());
+  const auto [lowest, highest] = std::minmax_element(ct.hu.begin(), ct.hu.end());
   const Histogram histogram(ct.hu);
   const auto different = static_cast<std::size_t>(
       std::count_if(histogram.counts.begin(), histogram.counts.end(), [](std::size_t n) { return n > 0; }));
-  if (*least >= 0 && *most <= kLargestLabel && different >= 2 && different <= kMaxLabels) {
+  if (*lowest >= 0 && *highest <= kLargestLabel && different >= 2 && different <= kMaxLabels) {
     std::string what = fmt::format("this is a label map, not a CT: its voxels have {} different values from {} to {}",
-                                   different, *least, *most);
-    if (iso_hu > *least && iso_hu <= *most) return what;
+                                   different, *lowest, *highest);
+    if (iso_hu > *lowest && iso_hu <= *highest) return what;
     throw Error(fmt::format(
         "{}: {}; import the CT that was segmented, or the label's closed surface (from 3D Slicer's Segmentations, "
         "Export to files) as .stl",
         name, what));
   }
-  if (LacksOffset(histogram, *least)) {
+  if (LacksOffset(histogram, *lowest)) {
     std::string what = fmt::format(
         "this is a CT without its offset: air lies near 0 and soft tissue near {}, but "
         "in HU they lie at -1000 and 0 to 80",

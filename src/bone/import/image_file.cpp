@@ -73,7 +73,7 @@ void PlaceMeta(const ImageFields& fields, const std::string& path, bool frame_st
   if (origin.empty()) {
     volume.warnings.emplace_back("the MetaImage header has no Offset: the first voxel was taken to lie at 0, 0, 0");
   }
-  StateFrame(volume.frame, volume);
+  ReinterpretFrame(volume.frame, volume);
 }
 
 // Throws kerf::Error if an axis of an NRRD runs over the values of a voxel instead of through space.
@@ -95,7 +95,7 @@ Volume ReadNrrdOrMeta(const std::string& path, const std::string& frame, ImageLa
     volume.frame = frame;
   }
   if (layout.sizes.size() != 3) {
-    throw Error(fmt::format("{}: the image has {} dimensions; kerf needs a volume of 3", path, layout.sizes.size()));
+    throw Error(fmt::format("{}: the image has {} dimensions; kerf requires 3", path, layout.sizes.size()));
   }
   CheckOneComponent(static_cast<unsigned>(layout.components), path);
   for (std::size_t a = 0; a < 3; ++a) volume.size[a] = static_cast<int>(layout.sizes[a]);

@@ -118,7 +118,7 @@ std::uint64_t SkipLines(const std::string& path, std::uint64_t offset, double li
                       path, kMaxSkippedLine));
     }
   }
-  if (!in) throw Error(fmt::format("{}: the file has fewer lines than the header's 'line skip' skips", path));
+  if (!in) throw Error(fmt::format("{}: the file has fewer lines than the header's 'line skip' requires", path));
   return static_cast<std::uint64_t>(in.tellg());
 }
 
@@ -256,11 +256,11 @@ ImageLayout ParseNifti(const std::string& path) {
 
 // Returns the number of bytes of voxels that the file holds; for text and unknown packings, an upper bound.
 double CountBytes(const ImageLayout& layout, double file_bytes, double needed, const std::string& path) {
-  const double there = file_bytes - static_cast<double>(layout.offset);
-  if (layout.packing == VoxelPacking::kRaw) return there;
-  const double bound = there * kMaxUnpackRatio;
+  const double available = file_bytes - static_cast<double>(layout.offset);
+  if (layout.packing == VoxelPacking::kRaw) return available;
+  const double bound = available * kMaxUnpackRatio;
   if (layout.packing != VoxelPacking::kGzip || bound < layout.lead + needed) return bound;
-  // Twice the promised bytes are enough to detect that the header gives too few slices.
+  // Twice the stated bytes are enough to detect that the header gives too few slices.
   const Unpacked unpacked = Unpack(layout.data_file, layout.offset, layout.lead + 2 * needed);
   const double voxels = std::max(unpacked.bytes - layout.lead, 0.0);
   if (unpacked.damaged || (unpacked.cut_off && voxels >= needed)) {
@@ -289,7 +289,7 @@ bool HasImageExtension(const std::string& path) {
 
 namespace {
 
-// Returns the number of voxels that the header promises, as a number and as "a x b x c".
+// Returns the number of voxels that the header states, as a number and as "a x b x c".
 std::pair<double, std::string> CountVoxels(const ImageLayout& layout, const std::string& path) {
   if (layout.sizes.empty()) throw Error(fmt::format("{}: the header gives no size", path));
   double voxels = 1;
@@ -331,22 +331,22 @@ ImageCheck CheckImageHeader(const std::string& path) {
                             layout.bytes_per_voxel, kMaxVoxelBytes));
   }
   const double needed = voxels * layout.bytes_per_voxel;
-  const double there = CountBytes(layout, file_bytes, needed, path);
-  if (there < needed) {
+  const double available = CountBytes(layout, file_bytes, needed, path);
+  if (available < needed) {
     throw Error(
-        fmt::format("{}: the header states {} voxels ({:.0f} bytes), but the file holds {:.0f} bytes of them; "
+        fmt::format("{}: the header states {} voxels ({:.0f} bytes), but the file contains {:.0f} bytes of them; "
                     "it is cut off, or its header is wrong",
-                    path, shape, needed, std::max(there, 0.0)));
+                    path, shape, needed, std::max(available, 0.0)));
   }
   if (layout.at_end) {
     layout.offset = static_cast<std::uint64_t>(file_bytes - needed);
     return check;
   }
-  const double more_slices = std::floor((there - needed) / (needed / layout.sizes.back()));
+  const double more_slices = std::floor((available - needed) / (needed / layout.sizes.back()));
   const bool is_counted = layout.packing == VoxelPacking::kRaw || layout.packing == VoxelPacking::kGzip;
   if (is_counted && more_slices >= 1) {
-    check.warnings.push_back(fmt::format("the header gives {} voxels, but the file holds {}{} more; {} left out", shape,
-                                         layout.packing == VoxelPacking::kRaw ? "" : "at least ",
+    check.warnings.push_back(fmt::format("the header gives {} voxels, but the file contains {}{} more; {} left out",
+                                         shape, layout.packing == VoxelPacking::kRaw ? "" : "at least ",
                                          FormatCount(static_cast<std::size_t>(more_slices), "slice", "slices"),
                                          more_slices == 1 ? "it was" : "they were"));
   }

@@ -90,13 +90,13 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
     report.kind = "DICOM";
     report.series_uid = series.uid;
     Volume ct = ReadDicomSeries(series, Part(options.progress, 0, 0.15));
-    if (!options.frame.empty()) StateFrame(options.frame, ct);
+    if (!options.frame.empty()) ReinterpretFrame(options.frame, ct);
     return ct;
   }
   if (!fs::exists(path, failed)) throw Error(fmt::format("{}: no such file or folder", path));
   if (!HasImageExtension(path)) {
     throw Error(
-        fmt::format("{}: unknown kind of file; kerf imports a folder of DICOM files, .nrrd .nhdr .nii .nii.gz .mha "
+        fmt::format("{}: unknown file type; kerf imports a folder of DICOM files, .nrrd .nhdr .nii .nii.gz .mha "
                     ".mhd, or a closed surface .stl .obj .ply",
                     path));
   }
@@ -214,14 +214,14 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const Impo
   }
 }
 
-void WarnOfSurface(double iso_hu, ImportReport& report) {
+void WarnAboutSurfaceError(double iso_hu, ImportReport& report) {
   const SurfaceError& e = report.surface_error;
-  if (e.points == 0 || e.CalcExpected() <= kSurfaceErrorToWarn_mm) return;
+  if (e.points == 0 || e.CalcExpected() <= kSurfaceErrorWarning_mm) return;
   report.warnings.push_back(fmt::format(
-      "the surface has an expected error of {:.2f} mm (rms), above {} mm: {:.0f} HU lies {:.2f} mm {} the half height "
-      "of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm scatters it by {:.2f} mm; a "
-      "sharper CT places it better, while another --iso may lose thin bone",
-      e.CalcExpected(), kSurfaceErrorToWarn_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
+      "the surface has an expected error of {:.2f} mm (rms), above {} mm: the {:.0f} HU level lies {:.2f} mm {} the "
+      "half height of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm adds a scatter of "
+      "{:.2f} mm; a sharper CT reduces the error, while another --iso may lose thin bone",
+      e.CalcExpected(), kSurfaceErrorWarning_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
       e.half_height_hu, report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z, e.scatter_mm));
 }
 
@@ -259,7 +259,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   const CtSolid solid(isolation, cavities, iso, iso + std::max(0.5 * (options.tissue.cortical_hu - iso), 1.0));
   stages.Done("fill");
   report.surface_error = CalcSurfaceError(solid, isolation, cavities);
-  WarnOfSurface(options.isolate.iso_hu, report);
+  WarnAboutSurfaceError(options.isolate.iso_hu, report);
   stages.Done("surface error");
   if (options.progress) options.progress(0.35);
 
@@ -318,7 +318,7 @@ void CheckMeshOptions(const std::string& path, const ImportOptions& options) {
 }
 
 // Transforms to LPS a surface whose coordinates are those of `frame`.
-void StateFrame(const std::string& frame, TriangleMesh& mesh) {
+void ReinterpretFrame(const std::string& frame, TriangleMesh& mesh) {
   const glm::dmat3 turn = LpsFromFrame(frame);
   for (Vec3& p : mesh.points) p = turn * p;
   if (glm::determinant(turn) > 0) return;
@@ -332,7 +332,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   report.kind = "surface";
   Stages stages(report);
   TriangleMesh mesh = ReadMesh(path);
-  if (!options.frame.empty()) StateFrame(options.frame, mesh);
+  if (!options.frame.empty()) ReinterpretFrame(options.frame, mesh);
   report.input_hash = HashMesh(mesh);
   if (const std::string warning = ScaleToMm(mesh, options.mesh_units, path); !warning.empty()) {
     report.warnings.push_back(warning);

@@ -45,7 +45,7 @@ Volume CropAround(const Volume& ct, const std::array<int, 3>& lower, const std::
   return Crop(ct, lo, hi);
 }
 
-std::string FoundList(const Components& all, double smallest_mm3) {
+std::string ListComponents(const Components& all, double smallest_mm3) {
   std::string text;
   std::size_t shown = 0;
   for (const Component& c : all.list) {
@@ -62,7 +62,7 @@ std::string FoundList(const Components& all, double smallest_mm3) {
       "the bone: --keep x,y,z in the mandible and --drop x,y,z in bone that touches it (upper teeth, skull), each "
       "as often as needed, or --keep-markups and --drop-markups with point lists from 3D Slicer. Read the "
       "coordinates off the slices that 'kerf picture INPUT --axes -o ct.png' draws; --no-isolate imports all bone",
-      why, iso_hu, FoundList(at_iso, 500)));
+      why, iso_hu, ListComponents(at_iso, 500)));
 }
 
 // Returns the bone voxel nearest to a point. Throws kerf::Error if there is none nearby.
@@ -123,9 +123,9 @@ struct Candidate {
 };
 
 // Finds the lowest threshold at which exactly one piece looks like a mandible (and contains the keep points, if any).
-// `turned`: set to a description of the first piece that would look like one if the scan were rotated.
+// `rotation_hint`: set to a description of the first piece that would look like one if the scan were rotated.
 std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& options, const Progress& progress,
-                                       std::string& turned) {
+                                       std::string& rotation_hint) {
   for (int step = 0; step <= kThresholdSteps; ++step) {
     if (progress) progress(0.6 * step / kThresholdSteps);
     const double threshold = options.iso_hu + step * kThresholdStep_HU;
@@ -134,20 +134,20 @@ std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& o
     for (std::size_t n = 0; n < c.pieces.list.size() && c.pieces.list[n].volume_mm3 >= kCandidate_mm3; ++n) {
       const auto label = static_cast<std::int32_t>(n + 1);
       const MandibleLikeness likeness = CheckMandibleLikeness(ct, c.pieces.labels, label, c.pieces.list[n]);
-      if (!likeness.turns.empty() && turned.empty()) {
-        turned = fmt::format("; above {:.0f} HU a piece ({}) is found, and {}", threshold, Describe(c.pieces.list[n]),
-                             DescribeTurns(likeness, ct.frame));
+      if (!likeness.rotations.empty() && rotation_hint.empty()) {
+        rotation_hint = fmt::format("; above {:.0f} HU a piece ({}) is found, and {}", threshold,
+                                    Describe(c.pieces.list[n]), DescribeRotations(likeness, ct.frame));
       }
       if (!likeness.is_mandible) continue;
       ++found;
       c.label = label;
     }
     if (found != 1) continue;
-    const bool holds = std::all_of(options.keep_W.begin(), options.keep_W.end(), [&](const Vec3& p_W) {
+    const bool contains_points = std::all_of(options.keep_W.begin(), options.keep_W.end(), [&](const Vec3& p_W) {
       const std::array<int, 3> at = Snap(ct, threshold, p_W, "keep");
       return c.pieces.labels[ct.Index(at[0], at[1], at[2])] == c.label;
     });
-    if (holds) return c;
+    if (contains_points) return c;
   }
   return std::nullopt;
 }
@@ -248,7 +248,7 @@ bool TouchesEdge(const Volume& ct, const Isolation& result) {
   return false;
 }
 
-bool HoldsBone(const Components& at_iso) {
+bool ContainsBone(const Components& at_iso) {
   return !at_iso.list.empty() && at_iso.list.front().volume_mm3 >= 1000;
 }
 
@@ -295,10 +295,10 @@ Isolation TakeAll(const Volume& ct, const IsolateOptions& options, const Compone
 Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
   const double iso = options.iso_hu;
   const Components at_iso = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso; });
-  if (!HoldsBone(at_iso)) {
+  if (!ContainsBone(at_iso)) {
     const auto brightest = ct.hu.empty() ? std::int16_t{0} : *std::max_element(ct.hu.begin(), ct.hu.end());
     throw Error(fmt::format(
-        "the scan holds no bone: nothing above {:.0f} HU is larger than 1 cm3 (the brightest voxel has {} HU); "
+        "the scan contains no bone: nothing above {:.0f} HU is larger than 1 cm3 (the brightest voxel has {} HU); "
         "check that the values are Hounsfield units, or lower --iso",
         iso, brightest));
   }
@@ -317,13 +317,13 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   Isolation result;
   std::vector<std::uint8_t> markers;
   if (options.keep_W.empty() || options.drop_W.empty()) {
-    std::string turned;
-    const std::optional<Candidate> candidate = FindCandidate(ct, options, progress, turned);
+    std::string rotation_hint;
+    const std::optional<Candidate> candidate = FindCandidate(ct, options, progress, rotation_hint);
     if (!candidate) {
       Refuse(
           fmt::format("the mandible can't be distinguished from the other bone: no piece between {:.0f} and {:.0f} HU "
                       "has the size and shape of one; it is joined to something else, incomplete, or not in the scan{}",
-                      iso, iso + kThresholdSteps * kThresholdStep_HU, turned),
+                      iso, iso + kThresholdSteps * kThresholdStep_HU, rotation_hint),
           at_iso, iso);
     }
     const Component& piece = candidate->pieces.list[candidate->label - 1];

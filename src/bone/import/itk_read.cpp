@@ -25,10 +25,10 @@ QuietItk::QuietItk()
   gdcm::Trace::DebugOff();
   // libjpeg and similar libraries write to the C stream.
   std::fflush(stderr);
-  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (nowhere < 0) return;
-  dup2(nowhere, STDERR_FILENO);
-  close(nowhere);
+  const int null_device = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (null_device < 0) return;
+  dup2(null_device, STDERR_FILENO);
+  close(null_device);
 }
 
 QuietItk::~QuietItk() {

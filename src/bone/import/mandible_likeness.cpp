@@ -55,7 +55,7 @@ Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& label
 }
 
 // Returns the objection to the size in the patient's axes; empty if there is none.
-std::string ObjectToSize(double volume_mm3, const Vec3& size) {
+std::string FindSizeObjection(double volume_mm3, const Vec3& size) {
   for (const std::string& text :
        {Outside("volume", volume_mm3 / 1000, 8, 120, "cm3"), Outside("width", size.x, 80, 150, "mm"),
         Outside("depth from front to back", size.y, 50, 130, "mm"), Outside("height", size.z, 40, 120, "mm")}) {
@@ -106,18 +106,18 @@ bool KeepsAxes(const glm::dmat3& turn) {
 
 // Returns the rotations that map axes to axes, first those that only change signs. A mandible looks the same in a
 // mirror, so reflections need not be tried.
-std::vector<glm::dmat3> MakeTurns() {
-  std::vector<glm::dmat3> turns;
+std::vector<glm::dmat3> MakeRotations() {
+  std::vector<glm::dmat3> rotations;
   std::array<int, 3> order = {0, 1, 2};
   do {
     for (const Vec3& sign : {Vec3(-1, -1, 1), Vec3(-1, 1, -1), Vec3(1, -1, -1), Vec3(1, 1, 1)}) {
       glm::dmat3 turn(0);
       for (int a = 0; a < 3; ++a) turn[a][order[static_cast<std::size_t>(a)]] = sign[a];
       if (glm::determinant(turn) < 0) turn = -turn;
-      turns.push_back(turn);
+      rotations.push_back(turn);
     }
   } while (std::next_permutation(order.begin(), order.end()));
-  return turns;
+  return rotations;
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<
                                        std::int32_t label, const Component& component) {
   MandibleLikeness shape;
   const Vec3 size = component.box_W.size();
-  shape.objection = ObjectToSize(component.volume_mm3, size);
+  shape.objection = FindSizeObjection(component.volume_mm3, size);
   std::optional<Counts> counts;
   if (shape.objection.empty()) {
     counts = CountVoxels(lattice, labels, label, component);
@@ -134,29 +134,29 @@ MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<
   }
   shape.is_mandible = shape.objection.empty();
   if (shape.is_mandible) return shape;
-  for (const glm::dmat3& turn : MakeTurns()) {
-    if (!ObjectToSize(component.volume_mm3, glm::abs(turn * size)).empty()) continue;
+  for (const glm::dmat3& turn : MakeRotations()) {
+    if (!FindSizeObjection(component.volume_mm3, glm::abs(turn * size)).empty()) continue;
     if (!counts) counts = CountVoxels(lattice, labels, label, component);
     MandibleLikeness turned;
     CheckFractions(*counts, turn, turned);
     if (!turned.objection.empty()) continue;
-    shape.turns.push_back(turn);
+    shape.rotations.push_back(turn);
     if (KeepsAxes(turn)) break;
   }
   return shape;
 }
 
-std::string DescribeTurns(const MandibleLikeness& likeness, const std::string& frame) {
-  if (likeness.turns.empty()) return "";
+std::string DescribeRotations(const MandibleLikeness& likeness, const std::string& frame) {
+  if (likeness.rotations.empty()) return "";
   glm::dmat3 mirror(1);
   mirror[0][0] = -1;
   std::string frames;
   std::string mirrored;
-  for (const glm::dmat3& turn : likeness.turns) {
+  for (const glm::dmat3& turn : likeness.rotations) {
     frames += (frames.empty() ? "" : " or ") + FrameName(turn * LpsFromFrame(frame));
     mirrored += (mirrored.empty() ? "" : " or ") + FrameName(mirror * turn * LpsFromFrame(frame));
   }
-  const glm::dmat3& turn = likeness.turns.front();
+  const glm::dmat3& turn = likeness.rotations.front();
   std::string how = "has its axes in another order";
   if (KeepsAxes(turn)) {
     how = turn[1][1] > 0   ? "is upside down"
@@ -165,13 +165,13 @@ std::string DescribeTurns(const MandibleLikeness& likeness, const std::string& f
   }
   return fmt::format(
       "it looks like a mandible that {}: the file's coordinates are likely {}, or {} if mirrored, and not {}; find out "
-      "which, since the shape does not distinguish left from right, and state it with --frame",
+      "which, since the shape does not distinguish left from right, and set it with --frame",
       how, frames, mirrored, frame);
 }
 
 std::string Describe(const MandibleLikeness& likeness, const std::string& frame) {
-  const std::string turns = DescribeTurns(likeness, frame);
-  return likeness.objection + (turns.empty() ? "" : "; ") + turns;
+  const std::string rotations = DescribeRotations(likeness, frame);
+  return likeness.objection + (rotations.empty() ? "" : "; ") + rotations;
 }
 
 }  // namespace kerf

@@ -17,7 +17,7 @@ struct MandibleLikeness {
   std::string objection;  // the first test that failed, in words; empty for a mandible
   // If it is not a mandible: rotations into the patient's axes after which it would be one. Either one that only
   // changes signs, or, if there is none, all that exchange axes (a mandible lying on its back passes the same tests).
-  std::vector<glm::dmat3> turns;
+  std::vector<glm::dmat3> rotations;
   double back_middle =
       0;  // fraction of the volume in the back half, middle third of the width; near 0 if open to the back
   double back_left = 0, back_right = 0;                // fractions in the back half, outer thirds: the rami
@@ -38,6 +38,6 @@ std::string Describe(const MandibleLikeness& likeness, const std::string& frame)
 
 /// Returns the part of this text about rotations, such as "it looks like a mandible that is upside down: ..."; empty if
 /// there are none.
-std::string DescribeTurns(const MandibleLikeness& likeness, const std::string& frame);
+std::string DescribeRotations(const MandibleLikeness& likeness, const std::string& frame);
 
 }  // namespace kerf

@@ -41,7 +41,7 @@ std::string ShowSide(double side) {
   return side < 1000 ? fmt::format("{:.3g}", side) : fmt::format("{:.0f}", side);
 }
 
-double MostEnclosed_mm3(double voxel_mm) {
+double MaxEnclosed_mm3(double voxel_mm) {
   return kMaxUnitVoxels * std::min(std::pow(voxel_mm, 3), std::pow(std::max(voxel_mm, kTissueVoxel_mm), 3) / 8);
 }
 
@@ -78,7 +78,7 @@ std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::st
     if (side * other.mm < kMinSide_mm || side * other.mm > kMaxSide_mm) continue;
     choices.push_back(fmt::format("--units {} (it is then {:.3g} mm)", other.name, side * other.mm));
   }
-  if (side < kMinSide_mm) choices.emplace_back("--units mm to take them as they are");
+  if (side < kMinSide_mm) choices.emplace_back("--units mm to keep them unchanged");
   if (!unit.empty() || choices.empty()) {
     throw Error(fmt::format("{}: the largest side of the surface is {}; kerf imports up to {}", path,
                             FormatLength(side), FormatLength(kMaxSide_mm)));
@@ -95,17 +95,17 @@ void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string&
     mm3 += glm::dot(mesh.points[t[0]], glm::cross(mesh.points[t[1]], mesh.points[t[2]])) / 6;
   }
   mm3 = std::abs(mm3);
-  if (mm3 <= MostEnclosed_mm3(voxel_mm)) return;
+  if (mm3 <= MaxEnclosed_mm3(voxel_mm)) return;
   std::string larger;
   for (const double h : {0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0}) {
-    if (h <= voxel_mm || mm3 > MostEnclosed_mm3(h)) continue;
+    if (h <= voxel_mm || mm3 > MaxEnclosed_mm3(h)) continue;
     larger = fmt::format(" or use --voxel {} or more", h);
     break;
   }
   throw Error(
       fmt::format("{}: the surface encloses {:.1f} litres, but with voxels of {:g} mm kerf imports up to {:.1f}: "
                   "check its unit (--units){}",
-                  path, mm3 / 1e6, voxel_mm, MostEnclosed_mm3(voxel_mm) / 1e6, larger));
+                  path, mm3 / 1e6, voxel_mm, MaxEnclosed_mm3(voxel_mm) / 1e6, larger));
 }
 
 }  // namespace kerf

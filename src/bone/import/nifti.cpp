@@ -93,7 +93,7 @@ VoxelType FindType(const NiftiHeader& header, const std::string& path) {
     default:
       break;
   }
-  throw Error(fmt::format("{}: voxels of NIfTI's type {} are not supported", path, header.datatype));
+  throw Error(fmt::format("{}: voxels of NIfTI type {} are not supported", path, header.datatype));
 }
 
 Form SForm(const NiftiHeader& header) {
@@ -129,13 +129,13 @@ Form QForm(const NiftiHeader& header) {
 
 // Returns the largest distance between the two positions of a corner of the volume.
 double CalcDistance(const Form& a, const Form& b, const std::array<int, 3>& size) {
-  double most = 0;
+  double max_distance = 0;
   for (int corner = 0; corner < 8; ++corner) {
     Vec3 p_V;
     for (int axis = 0; axis < 3; ++axis) p_V[axis] = ((corner >> axis) & 1) != 0 ? size[axis] - 1 : 0;
-    most = std::max(most, glm::length(a.steps * p_V + a.origin - b.steps * p_V - b.origin));
+    max_distance = std::max(max_distance, glm::length(a.steps * p_V + a.origin - b.steps * p_V - b.origin));
   }
-  return most;
+  return max_distance;
 }
 
 // Returns the length of the header's unit, mm.
@@ -185,9 +185,9 @@ const char* SpaceName(int code) {
     case 2:
       return "another scan's";
     case 3:
-      return "Talairach's";
+      return "Talairach";
     case 4:
-      return "MNI's";
+      return "MNI";
     default:
       return "a template's";
   }
@@ -215,8 +215,8 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
   if (const double apart_mm = CalcDistance(s, q, volume.size) * unit_mm; !(apart_mm <= kFormsAgree_mm)) {
     const bool mirrored = glm::determinant(s.steps) * glm::determinant(q.steps) < 0;
     volume.warnings.push_back(fmt::format(
-        "the NIfTI header places the scan twice, up to {:.1f} mm apart{}; its {} was used, in {} coordinates", apart_mm,
-        mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
+        "the NIfTI header gives two positions of the scan, up to {:.1f} mm apart{}; its {} was used, in {} coordinates",
+        apart_mm, mirrored ? " and mirrored" : "", take_s ? "sform" : "qform", SpaceName(code)));
   }
   if (code > 2) {
     volume.warnings.push_back(
@@ -274,12 +274,12 @@ NiftiHeader ReadNiftiHeader(const std::string& path) {
 Volume ReadNifti(const std::string& path, const std::string& frame) {
   const NiftiHeader header = ReadNiftiHeader(path);
   if (header.sizes.size() != 3) {
-    throw Error(fmt::format("{}: the image has {} dimensions; kerf needs a volume of 3", path, header.sizes.size()));
+    throw Error(fmt::format("{}: the image has {} dimensions; kerf requires 3", path, header.sizes.size()));
   }
   const VoxelType type = FindType(header, path);
   const std::size_t bytes = CalcBytes(type);
   if (header.bits != static_cast<int>(8 * bytes)) {
-    throw Error(fmt::format("{}: the header contradicts itself: voxels of NIfTI's type {} have {} bits, not {}", path,
+    throw Error(fmt::format("{}: the header contradicts itself: voxels of NIfTI type {} have {} bits, not {}", path,
                             header.datatype, 8 * bytes, header.bits));
   }
   Volume volume;

@@ -57,7 +57,7 @@ void PlaceLattice(const Vec3& origin, const glm::dmat3& steps, double unit_mm, V
   }
 }
 
-void StateFrame(const std::string& frame, Volume& volume) {
+void ReinterpretFrame(const std::string& frame, Volume& volume) {
   const glm::dmat3 turn = LpsFromFrame(frame);
   volume.frame = frame;
   volume.origin_W = turn * volume.origin_W;
@@ -68,12 +68,12 @@ Volume StoreAlongPatient(Volume volume) {
   // The order of axes that maximises the sum of their components along x, y and z.
   std::array<int, 3> order = {0, 1, 2};
   std::array<int, 3> best = order;
-  double most = -1;
+  double best_sum = -1;
   do {
     double sum = 0;
     for (int a = 0; a < 3; ++a) sum += std::abs(volume.axes_W[order[a]][a]);
-    if (sum > most + 1e-9) {
-      most = sum;
+    if (sum > best_sum + 1e-9) {
+      best_sum = sum;
       best = order;
     }
   } while (std::next_permutation(order.begin(), order.end()));

@@ -21,7 +21,7 @@ std::string FrameName(const glm::dmat3& lps_from_frame);
 void PlaceLattice(const Vec3& origin, const glm::dmat3& steps, double unit_mm, Volume& volume);
 
 /// Transforms to LPS a volume whose coordinates were read as LPS but are actually those of `frame`.
-void StateFrame(const std::string& frame, Volume& volume);
+void ReinterpretFrame(const std::string& frame, Volume& volume);
 
 /// Returns the same volume with its voxels stored along the patient's axes: i, j and k increase, as nearly as possible,
 /// to the left, to the back and to the head. Files that store one scan in different orders then give the same bone, bit

@@ -101,8 +101,8 @@ class Rays {
   }
 
   /// Returns the signed number of times that the surface of each shell encloses the centre of a triangle.
-  std::vector<int> CountTurns(std::uint32_t triangle, std::size_t shells) const {
-    std::vector<int> turns(shells, 0);
+  std::vector<int> CountWindings(std::uint32_t triangle, std::size_t shells) const {
+    std::vector<int> windings(shells, 0);
     const auto [a0, b0, c0] = Corners(triangle);
     const Vec3 p = (a0 + b0 + c0) / 3.0;
     for (const std::uint32_t n : strips_[static_cast<std::size_t>(Strip(p.x))]) {
@@ -113,9 +113,9 @@ class Rays {
       const auto [a, b, c] = Corners(n);
       const Vec3 normal = glm::cross(b - a, c - a);
       if (normal.z == 0 || glm::dot(a - p, normal) / normal.z <= 0) continue;  // behind
-      turns[shell_of_[n]] += ab;
+      windings[shell_of_[n]] += ab;
     }
-    return turns;
+    return windings;
   }
 
  private:
@@ -157,9 +157,9 @@ EdgeCounts CountEdges(const TriangleMesh& mesh) {
   return counts;
 }
 
-std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const std::string& path) {
+std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& flipped, const std::string& path) {
   const std::vector<std::uint32_t> opposite = FindOpposites(mesh);
-  enum : std::uint8_t { kUnseen, kAsItIs, kTurned };
+  enum : std::uint8_t { kUnseen, kAsItIs, kFlipped };
   std::vector<std::uint8_t> state(mesh.triangles.size(), kUnseen);
   std::vector<Shell> shells;
   for (std::uint32_t start = 0; start < state.size(); ++start) {
@@ -175,10 +175,10 @@ std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const s
         const std::uint32_t next = side / 3;
         // Neighbours with the same orientation traverse their edge in opposite directions.
         const bool agree = mesh.triangles[t][i] != mesh.triangles[next][side % 3];
-        const std::uint8_t wanted = (state[t] == kAsItIs) == agree ? kAsItIs : kTurned;
+        const std::uint8_t wanted = (state[t] == kAsItIs) == agree ? kAsItIs : kFlipped;
         if (state[next] == kUnseen) {
           state[next] = wanted;
-          against += wanted == kTurned ? 1 : 0;
+          against += wanted == kFlipped ? 1 : 0;
           shell.triangles.push_back(next);
         } else if (state[next] != wanted) {
           throw Error(
@@ -186,10 +186,10 @@ std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const s
         }
       }
     }
-    const bool max_are_turned = 2 * against > shell.triangles.size();
-    turned += max_are_turned ? shell.triangles.size() - against : against;
+    const bool majority_flipped = 2 * against > shell.triangles.size();
+    flipped += majority_flipped ? shell.triangles.size() - against : against;
     for (const std::uint32_t t : shell.triangles) {
-      if ((state[t] == kTurned) != max_are_turned) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+      if ((state[t] == kFlipped) != majority_flipped) std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
       for (const std::uint32_t p : mesh.triangles[t]) shell.box.Include(mesh.points[p]);
     }
     shell.volume_mm3 = CalcVolume(mesh, shell);
@@ -204,9 +204,9 @@ void FindContainers(const TriangleMesh& mesh, std::vector<Shell>& shells) {
   if (shells.size() < 2) return;
   const Rays rays(mesh, shells);
   for (std::size_t n = 1; n < shells.size(); ++n) {
-    const std::vector<int> turns = rays.CountTurns(shells[n].triangles.front(), shells.size());
+    const std::vector<int> windings = rays.CountWindings(shells[n].triangles.front(), shells.size());
     for (std::size_t other = 0; other < n; ++other) {
-      if (turns[other] != 0 && Contains(shells[other].box, shells[n].box)) {
+      if (windings[other] != 0 && Contains(shells[other].box, shells[n].box)) {
         shells[n].container = static_cast<int>(other);  // later ones are smaller
       }
     }

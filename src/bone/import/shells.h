@@ -28,7 +28,7 @@ struct Shell {
 /// Returns the shells of a surface in which each edge belongs to two triangles, largest volume first. Triangles that
 /// face opposite to most of their shell are flipped and counted. Throws kerf::Error, whose message begins with `path`,
 /// for a one-sided shell.
-std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& turned, const std::string& path);
+std::vector<Shell> OrientShells(TriangleMesh& mesh, std::size_t& flipped, const std::string& path);
 
 /// Sets the containers. The shells must not intersect each other and must be sorted, largest first.
 void FindContainers(const TriangleMesh& mesh, std::vector<Shell>& shells);

@@ -11,7 +11,7 @@
 namespace kerf {
 
 /// The user is warned if the expected error exceeds this, mm.
-inline constexpr double kSurfaceErrorToWarn_mm = 0.3;
+inline constexpr double kSurfaceErrorWarning_mm = 0.3;
 
 /// Distances along the normal between the surface and the true edge of bone, over the outer surface of the solid. The
 /// true edge is assumed where the HU are halfway between the soft tissue outside and the brightest bone below the

@@ -79,12 +79,12 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
       FindComponents(lattice_, [&](std::size_t v) { return bone[v] != 0 && hu[v] >= options_.tooth_hu; });
   const Stride stride(lattice_);
   // Dentin: voxels reachable from enamel through bright voxels; distances in mm.
-  std::vector<float> way_mm(bone.size(), -1);
+  std::vector<float> distance_mm(bone.size(), -1);
   std::vector<std::size_t> front;
   for (std::size_t v = 0; v < bone.size(); ++v) {
     const std::int32_t label = lumps.labels[v];
     if (label == 0 || lumps.list[label - 1].volume_mm3 < kSmallestEnamel_mm3) continue;
-    way_mm[v] = 0;
+    distance_mm[v] = 0;
     front.push_back(v);
   }
   if (front.empty()) return;
@@ -92,11 +92,11 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
     std::vector<std::size_t> next;
     for (const std::size_t v : front) {
       ForFaceNeighbours(lattice_, stride, v, [&](std::size_t w, int axis) {
-        const float way = way_mm[v] + static_cast<float>(lattice_.spacing_mm[axis]);
-        if (bone[w] == 0 || hu[w] < options_.tooth_body_hu || static_cast<double>(way) > options_.tooth_reach_mm)
+        const float new_mm = distance_mm[v] + static_cast<float>(lattice_.spacing_mm[axis]);
+        if (bone[w] == 0 || hu[w] < options_.tooth_body_hu || static_cast<double>(new_mm) > options_.tooth_reach_mm)
           return;
-        if (way_mm[w] >= 0 && way_mm[w] <= way) return;
-        way_mm[w] = way;
+        if (distance_mm[w] >= 0 && distance_mm[w] <= new_mm) return;
+        distance_mm[w] = new_mm;
         next.push_back(w);
       });
     }
@@ -109,7 +109,7 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
   std::vector<std::uint8_t> owner(bone.size(), 0);
   tooth_voxels_.assign(bone.size(), 0);
   for (std::size_t v = 0; v < bone.size(); ++v) {
-    if (way_mm[v] >= 0)
+    if (distance_mm[v] >= 0)
       owner[v] = kTooth;
     else if (bone[v] != 0 && hu[v] >= options_.tooth_body_hu)
       owner[v] = kOther;

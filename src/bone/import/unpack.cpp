@@ -27,7 +27,7 @@ bool IsGzip(const std::string& path) {
   return in.get() == 0x1f && in.get() == 0x8b;
 }
 
-Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, double skip, std::vector<char>* out) {
+Unpacked Unpack(const std::string& path, std::uint64_t offset, double max_bytes, double skip, std::vector<char>* out) {
   constexpr double kChunkBytes = 1 << 20;
   std::ifstream in = OpenImageFile(path);
   in.seekg(static_cast<std::streamoff>(offset));
@@ -38,7 +38,7 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, doub
   std::vector<char> chunk(static_cast<std::size_t>(kChunkBytes));
   bool within_member = true;
   int state = Z_OK;
-  while (result.bytes < most && (state == Z_OK || state == Z_BUF_ERROR) && in) {
+  while (result.bytes < max_bytes && (state == Z_OK || state == Z_BUF_ERROR) && in) {
     in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
     if (in.bad()) break;
     z.next_in = reinterpret_cast<unsigned char*>(packed.data());
@@ -46,7 +46,7 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, doub
     if (z.avail_in == 0) break;
     do {
       z.next_out = reinterpret_cast<unsigned char*>(chunk.data());
-      z.avail_out = static_cast<uInt>(std::clamp(most - result.bytes, 1.0, kChunkBytes));
+      z.avail_out = static_cast<uInt>(std::clamp(max_bytes - result.bytes, 1.0, kChunkBytes));
       const uInt room = z.avail_out;
       state = inflate(&z, Z_NO_FLUSH);
       const uInt got = room - z.avail_out;
@@ -57,13 +57,13 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, doub
       if (state != Z_STREAM_END) continue;
       within_member = false;
       state = inflateReset(&z);  // a gzip file may have several consecutive members
-    } while (state == Z_OK && (z.avail_out == 0 || z.avail_in > 0) && result.bytes < most);
+    } while (state == Z_OK && (z.avail_out == 0 || z.avail_in > 0) && result.bytes < max_bytes);
   }
   inflateEnd(&z);
   CheckReadable(in, path);
   // Bytes after a complete member that are not another member do not belong to the stream.
   result.damaged = within_member && (state == Z_DATA_ERROR || state == Z_NEED_DICT);
-  result.cut_off = within_member && !result.damaged && result.bytes < most;
+  result.cut_off = within_member && !result.damaged && result.bytes < max_bytes;
   return result;
 }
 

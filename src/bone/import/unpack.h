@@ -21,9 +21,9 @@ std::ifstream OpenImageFile(const std::string& path);
 /// Returns whether the file begins like a gzip file. Throws kerf::Error as OpenImageFile() does.
 bool IsGzip(const std::string& path);
 
-/// Unpacks the gzip or zlib stream that begins at `offset` in a file, until it ends or `most` bytes are unpacked. The
-/// bytes after the first `skip` are appended to `out` unless it is null.
-Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, double skip = 0,
+/// Unpacks the gzip or zlib stream that begins at `offset` in a file, until it ends or `max_bytes` bytes are unpacked.
+/// The bytes after the first `skip` are appended to `out` unless it is null.
+Unpacked Unpack(const std::string& path, std::uint64_t offset, double max_bytes, double skip = 0,
                 std::vector<char>* out = nullptr);
 
 }  // namespace kerf

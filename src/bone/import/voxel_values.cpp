@@ -103,8 +103,7 @@ Overflow AppendHu(const std::vector<char>& bytes, VoxelType type, double slope, 
 std::string Describe(const Overflow& overflow, std::size_t total) {
   return fmt::format(
       "{} of {} voxels lie outside the range of HU that kerf stores, {:.0f} to {:.0f} (the most extreme has {:.4g}), "
-      "and "
-      "were clamped to it; such values are errors in the file or, at most, metal",
+      "and were clamped to it; such values are errors in the file or metal",
       overflow.count, total, kMinHu, kMaxHu, overflow.extreme);
 }
 

@@ -57,8 +57,8 @@ double Interpolate(const std::array<double, n>& y, double bin) {
   return y[i] + (t - static_cast<double>(i)) * (y[i + 1] - y[i]);
 }
 
-double CalcAngle(const Vec3& own) {
-  return std::atan2(std::abs(own.x), own.y);
+double CalcAngle(const Vec3& p_M) {
+  return std::atan2(std::abs(p_M.x), p_M.y);
 }
 
 }  // namespace
@@ -67,14 +67,14 @@ MandibleAtlas::MandibleAtlas(const std::vector<Vec3>& points_W) {
   if (points_W.size() < kMinPoints)
     throw Error("too few points of bone to find the regions of a mandible (fewer than 100)");
   FindAxes(points_W);
-  std::vector<Vec3> own;
-  own.reserve(points_W.size());
-  for (const Vec3& p : points_W) own.push_back(ToOwn(p));
-  for (int side = 0; side < 2; ++side) FindArch(own, side);
-  FindRamus(own);
+  std::vector<Vec3> points_M;
+  points_M.reserve(points_W.size());
+  for (const Vec3& p : points_W) points_M.push_back(ToMandible(p));
+  for (int side = 0; side < 2; ++side) FindArch(points_M, side);
+  FindRamus(points_M);
 }
 
-Vec3 MandibleAtlas::ToOwn(const Vec3& p_W) const {
+Vec3 MandibleAtlas::ToMandible(const Vec3& p_W) const {
   const Vec3 d = p_W - origin_W_;
   return {glm::dot(d, x_W_), glm::dot(d, f_W_), glm::dot(d, h_W_)};
 }
@@ -146,7 +146,7 @@ void MandibleAtlas::FindAxes(const std::vector<Vec3>& points_W) {
     throw Error("the points of bone do not have the extent of a mandible");
 }
 
-void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
+void MandibleAtlas::FindArch(const std::vector<Vec3>& points_M, int side) {
   Side& arch = sides_[static_cast<std::size_t>(side)];
   const double bin_width = kMaxAngle / kAngles;
   const double bin_height = 1.05 * height_mm_ / kHeights;
@@ -158,7 +158,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   std::array<std::array<Sum, kHeights>, kAngles> middle_sum{};
   std::array<std::vector<double>, kAngles> heights;
   std::vector<double> back_angles;
-  for (const Vec3& p : own) {
+  for (const Vec3& p : points_M) {
     // The midline belongs to both sides.
     if ((side == 1 ? p.x : -p.x) < -2) continue;
     const double angle = CalcAngle(p);
@@ -230,7 +230,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   }
 }
 
-void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
+void MandibleAtlas::FindRamus(const std::vector<Vec3>& points_M) {
   // Finds the middle between the front and back edges in slices above the body and below the notch, then fits a line
   // through these points.
   constexpr int kSlices = 8;
@@ -240,7 +240,7 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
   back.fill(1e300);
   const double lower = 0.45;
   const double upper = 0.72;
-  for (const Vec3& p : own) {
+  for (const Vec3& p : points_M) {
     const double t = (p.z / height_mm_ - lower) / (upper - lower) * kSlices;
     // Teeth and the front of the body also reach this height.
     if (t < 0 || t >= kSlices || CalcCoordinates(p.x * x_W_ + p.y * f_W_ + p.z * h_W_ + origin_W_).along < 0.55)
@@ -264,7 +264,7 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
   // A condyle may be lower than its coronoid, and lower on one side than on the other. The lower of the two tops is
   // used, so that both condyles have a head.
   std::array<std::vector<double>, 2> behind;
-  for (const Vec3& p : own) {
+  for (const Vec3& p : points_M) {
     const double rise = p.z / height_mm_;
     if (rise > 0.6 && p.y < ramus_middle_mm_ + ramus_lean_ * p.z) behind[p.x >= 0 ? 1 : 0].push_back(rise);
   }
@@ -274,12 +274,12 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
   }
 }
 
-double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
+double MandibleAtlas::FindBin(const Side& arch, const Vec3& p_M) {
   // Finds the nearest point of the arch, not the one on the ray from the axis, so that a cut across the body stays in
   // its column. Searches only near the ray, because the two halves of a horseshoe face each other.
   constexpr int kReach = 9;
-  const int at_ray = static_cast<int>(CalcAngle(own) / kMaxAngle * kAngles);
-  const double x = std::abs(own.x);
+  const int at_ray = static_cast<int>(CalcAngle(p_M) / kMaxAngle * kAngles);
+  const double x = std::abs(p_M.x);
   const auto point = [&arch](int i) {
     const double angle = (i + 0.5) * kMaxAngle / kAngles;
     const double r = arch.radius[static_cast<std::size_t>(i)];
@@ -295,9 +295,9 @@ double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
     const double ex = x1 - x0;
     const double ey = y1 - y0;
     const double length2 = std::max(ex * ex + ey * ey, 1e-12);
-    const double t = std::clamp(((x - x0) * ex + (own.y - y0) * ey) / length2, 0.0, 1.0);
+    const double t = std::clamp(((x - x0) * ex + (p_M.y - y0) * ey) / length2, 0.0, 1.0);
     const double dx = x - x0 - t * ex;
-    const double dy = own.y - y0 - t * ey;
+    const double dy = p_M.y - y0 - t * ey;
     if (dx * dx + dy * dy < nearest2) {
       nearest2 = dx * dx + dy * dy;
       bin = i + t;
@@ -309,23 +309,23 @@ double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
 }
 
 MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
-  const Vec3 own = ToOwn(p_W);
+  const Vec3 p_M = ToMandible(p_W);
   MandibleCoordinates c;
-  c.side = own.x >= 0 ? 1 : 0;
+  c.side = p_M.x >= 0 ? 1 : 0;
   const Side& arch = sides_[static_cast<std::size_t>(c.side)];
-  const double at_arch = FindBin(arch, own);
+  const double at_arch = FindBin(arch, p_M);
   c.along = Interpolate(arch.along, at_arch);
   const double crest = Interpolate(arch.crest, at_arch);
   const double base = Interpolate(arch.base, at_arch);
-  c.depth = (crest - own.z) / std::max(1.0, crest - base);
-  c.rise = own.z / height_mm_;
-  c.forward_mm = own.y - (ramus_middle_mm_ + ramus_lean_ * own.z);
-  const double height_bin = own.z / (1.05 * height_mm_) * kHeights;
-  const double t = std::clamp(CalcAngle(own) / kMaxAngle * kAngles - 0.5, 0.0, kAngles - 1.0);
+  c.depth = (crest - p_M.z) / std::max(1.0, crest - base);
+  c.rise = p_M.z / height_mm_;
+  c.forward_mm = p_M.y - (ramus_middle_mm_ + ramus_lean_ * p_M.z);
+  const double height_bin = p_M.z / (1.05 * height_mm_) * kHeights;
+  const double t = std::clamp(CalcAngle(p_M) / kMaxAngle * kAngles - 0.5, 0.0, kAngles - 1.0);
   const auto i = std::min<std::size_t>(static_cast<std::size_t>(t), kAngles - 2);
   const double lower = Interpolate(arch.middle[i], height_bin);
   const double upper = Interpolate(arch.middle[i + 1], height_bin);
-  c.facial_mm = std::hypot(own.x, own.y) - (lower + (t - static_cast<double>(i)) * (upper - lower));
+  c.facial_mm = std::hypot(p_M.x, p_M.y) - (lower + (t - static_cast<double>(i)) * (upper - lower));
   return c;
 }
 

@@ -42,8 +42,8 @@ class MandibleAtlas {
   static constexpr std::array<double, 2> kMolarColumn = {0.30, 0.53};
 
  private:
-  // The mandible's axes: x to the patient's left, f forward, h up from the base plane; origin in the midline at the
-  // back, on the base plane.
+  // Frame M, the mandible's axes: x to the patient's left, f forward, h up from the base plane; origin in the midline
+  // at the back, on the base plane.
   Vec3 origin_W_{0};
   Vec3 x_W_{1, 0, 0};
   Vec3 f_W_{0, -1, 0};
@@ -67,12 +67,12 @@ class MandibleAtlas {
   double ramus_lean_ = 0;       // change of this f with h
   double condyle_top_ = 1;      // rise of the highest point behind the ramus's middle
 
-  Vec3 ToOwn(const Vec3& p_W) const;
+  Vec3 ToMandible(const Vec3& p_W) const;
   /// Returns the position along the arch, in bins, that is nearest to a point when seen from above.
-  static double FindBin(const Side& arch, const Vec3& own);
+  static double FindBin(const Side& arch, const Vec3& p_M);
   void FindAxes(const std::vector<Vec3>& points_W);
-  void FindArch(const std::vector<Vec3>& own, int side);
-  void FindRamus(const std::vector<Vec3>& own);
+  void FindArch(const std::vector<Vec3>& points_M, int side);
+  void FindRamus(const std::vector<Vec3>& points_M);
 };
 
 }  // namespace kerf

@@ -23,7 +23,7 @@ double CalcInBand(const CtLaw::Band& band, double rho) {
 void CheckBand(const CtLaw::Band& band) {
   const auto name = [&] { return fmt::format("band {} to {} g/cm3", band.lower, band.upper); };
   if (!(band.lower >= 0)) throw Error(fmt::format("{} begins at a negative density", name()));
-  if (!(band.upper > band.lower)) throw Error(fmt::format("{} ends where it begins or before", name()));
+  if (!(band.upper > band.lower)) throw Error(fmt::format("{}: the upper density must be above the lower one", name()));
   if (!(band.upper <= kMaxRho)) throw Error(fmt::format("{} reaches beyond {} g/cm3", name(), kMaxRho));
   if (!(band.a_MPa > 0 && band.a_MPa <= kMaxCoefficient)) {
     throw Error(
@@ -64,7 +64,7 @@ void CheckCalibration(const CtLaw& law) {
   const double lower = law.calibration.front().rho;
   const double upper = law.calibration.back().rho;
   if (upper <= law.lower_rho() || lower >= law.upper_rho()) {
-    throw Error(fmt::format("the calibration gives {} to {} g/cm3 and the bands hold for {} to {}", lower, upper,
+    throw Error(fmt::format("the calibration covers {} to {} g/cm3, but the bands cover {} to {}", lower, upper,
                             law.lower_rho(), law.upper_rho()));
   }
 }
@@ -98,10 +98,10 @@ void CheckCtLaw(const CtLaw& law) {
 }
 
 double CalcModulus(const CtLaw& law, double rho) {
-  const double held = std::clamp(rho, law.lower_rho(), law.upper_rho());
+  const double clamped_rho = std::clamp(rho, law.lower_rho(), law.upper_rho());
   std::size_t band = law.bands.size() - 1;
-  while (band > 0 && held < law.bands[band].lower) --band;
-  return CalcInBand(law.bands[band], held);
+  while (band > 0 && clamped_rho < law.bands[band].lower) --band;
+  return CalcInBand(law.bands[band], clamped_rho);
 }
 
 double CalcDensity(const CtLaw& law, double HU) {

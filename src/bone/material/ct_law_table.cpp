@@ -35,7 +35,7 @@ std::vector<std::string_view> Split(std::string_view text, char separator) {
 
 std::vector<CtLaw::Point> ParsePoints(std::string_view text, const CsvPlace& place) {
   const std::vector<std::string_view> parts = Split(text, ' ');
-  if (parts.size() > kMaxParts) place.Fail(fmt::format("a calibration of more than {} points", kMaxParts));
+  if (parts.size() > kMaxParts) place.Fail(fmt::format("the calibration has more than {} points", kMaxParts));
   std::vector<CtLaw::Point> points;
   for (const std::string_view part : parts) {
     const std::size_t colon = part.find(':');

@@ -136,7 +136,7 @@ std::string FormatPly(const TriangleMesh& mesh, const std::vector<Rgb8>& point_c
 
 void CheckTriangles(std::size_t count, const std::string& path) {
   if (count <= kMaxTriangles) return;
-  throw Error(fmt::format("{}: has more than the {} triangles that kerf reads; make it coarser", path,
+  throw Error(fmt::format("{}: has more than the {} triangles that kerf reads; reduce it", path,
                           WithSeparators(kMaxTriangles)));
 }
 

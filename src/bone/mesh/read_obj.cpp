@@ -12,10 +12,10 @@ namespace {
 
 /// A face may have any number of corners, so the number of triangles is also checked each time this many have been
 /// added.
-constexpr int kCheckEach = 1 << 20;
+constexpr int kCheckInterval = 1 << 20;
 
 template <typename Number>
-bool ParseWhole(std::string_view word, Number& value) {
+bool ParseWord(std::string_view word, Number& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   return error == std::errc() && end == word.data() + word.size();
@@ -40,7 +40,7 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
       Vec3 p{0};
       for (int i = 0; i < 3; ++i) {
         const std::string_view word = words.Next();
-        if (!ParseWhole(word, p[i])) throw fail(fmt::format("a point needs three numbers, but found '{}'", word));
+        if (!ParseWord(word, p[i])) throw fail(fmt::format("expected three numbers after 'v', but found '{}'", word));
       }
       mesh.points.push_back(p);
     } else if (keyword == "f") {
@@ -51,16 +51,16 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
       for (std::string_view word = words.Next(); !word.empty(); word = words.Next()) {
         std::int64_t index = 0;
         const auto count = static_cast<std::int64_t>(mesh.points.size());
-        if (!ParseWhole(word.substr(0, word.find('/')), index)) {
-          throw fail(fmt::format("a face needs point numbers, but found '{}'", word));
+        if (!ParseWord(word.substr(0, word.find('/')), index)) {
+          throw fail(fmt::format("expected point numbers after 'f', but found '{}'", word));
         }
         if (index < 0) index += count + 1;
         if (index < 1 || index > count) {
-          throw fail(
-              fmt::format("a face uses point {}, but {} points come before it", word.substr(0, word.find('/')), count));
+          throw fail(fmt::format("a face uses point {}, but only {} points are defined before it",
+                                 word.substr(0, word.find('/')), count));
         }
         const auto id = static_cast<std::uint32_t>(index - 1);
-        if (corners % kCheckEach == 0) CheckTriangles(mesh.triangles.size(), path);
+        if (corners % kCheckInterval == 0) CheckTriangles(mesh.triangles.size(), path);
         if (corners >= 2) mesh.triangles.push_back({first, previous, id});
         if (corners == 0) first = id;
         previous = id;

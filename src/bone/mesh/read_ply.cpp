@@ -92,7 +92,7 @@ class Body {
     double value = 0;
     const auto [stop, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error != std::errc() || stop != word.data() + word.size()) {
-      throw Error(fmt::format("{}: found '{}' where the PLY must have a number", path_, word));
+      throw Error(fmt::format("{}: expected a number in the PLY, but found '{}'", path_, word));
     }
     return value;
   }
@@ -223,12 +223,12 @@ void ReadRows(const Element& element, bool is_face, Body& body, const std::strin
       }
       const double length = body.Next(*property.count);
       if (!(length >= 0) || length > static_cast<double>(body.size())) {
-        throw Error(fmt::format("{}: {} {} states a list of {} values, more than the file holds", path, element.name,
+        throw Error(fmt::format("{}: {} {} states a list of {} values, more than the file contains", path, element.name,
                                 row + 1, length));
       }
       const bool wanted = is_face && IsFaceList(property);
       if (wanted && length < 3)
-        throw Error(fmt::format("{}: face {} has {} points; it needs three", path, row + 1, length));
+        throw Error(fmt::format("{}: face {} has {} points; at least three are required", path, row + 1, length));
       if (wanted) CheckTriangles(mesh.triangles.size() + static_cast<std::size_t>(length) - 2, path);
       std::uint32_t first = 0;
       std::uint32_t previous = 0;
@@ -237,7 +237,7 @@ void ReadRows(const Element& element, bool is_face, Body& body, const std::strin
         if (!wanted) continue;
         if (!(index >= 0) || index >= static_cast<double>(mesh.points.size()) || index != std::floor(index)) {
           throw Error(fmt::format("{}: face {} uses point {}, but {}", path, row + 1, index,
-                                  mesh.points.empty() ? "no points come before it"
+                                  mesh.points.empty() ? "no points are defined before it"
                                                       : fmt::format("the points are 0 to {}", mesh.points.size() - 1)));
         }
         const auto id = static_cast<std::uint32_t>(index);
@@ -260,7 +260,7 @@ TriangleMesh ReadPly(std::string_view bytes, const std::string& path) {
     const std::uint64_t row = body.SmallestRow(element);
     if (row == 0 ? element.count > 0 : element.count > (body.size() + 1) / row) {
       throw Error(fmt::format(
-          "{}: the PLY states {} rows of element '{}', more than its {} bytes hold; it is cut off or its header is "
+          "{}: the PLY states {} rows of element '{}', more than its {} bytes can hold; it is cut off or its header is "
           "wrong",
           path, WithSeparators(element.count), element.name, WithSeparators(bytes.size())));
     }

@@ -48,8 +48,8 @@ float ParseCoordinate(std::string_view word, const std::string& path) {
   // A number too small for a float is 0, as in scanf().
   if (error == std::errc::result_out_of_range && word.find("e-") != std::string_view::npos) return 0;
   if (error != std::errc() || word.empty() || end != word.data() + word.size()) {
-    throw Error(
-        fmt::format("{}: not a valid text STL: a vertex has '{}' where a number should be", path, word.substr(0, 40)));
+    throw Error(fmt::format("{}: not a valid text STL: expected a number in a vertex, but found '{}'", path,
+                            word.substr(0, 40)));
   }
   return value;
 }
@@ -75,10 +75,10 @@ TriangleMesh ReadTextStl(std::string_view bytes, const std::string& path) {
     } else if (IsWord(word, "solid") || IsWord(word, "endsolid") || IsWord(word, "facet")) {
       words.SkipLine();
     } else if (!IsWord(word, "outer") && !IsWord(word, "loop") && !IsWord(word, "endfacet")) {
-      throw Error(fmt::format("{}: not a valid text STL: it has the word '{}'", path, word.substr(0, 40)));
+      throw Error(fmt::format("{}: not a valid text STL: unexpected word '{}'", path, word.substr(0, 40)));
     }
   }
-  if (corners != 0) throw Error(fmt::format("{}: not a valid text STL: a facet has no end", path));
+  if (corners != 0) throw Error(fmt::format("{}: not a valid text STL: a facet has no 'endloop'", path));
   return mesh;
 }
 
@@ -94,14 +94,14 @@ TriangleMesh ReadStl(std::string_view bytes, const std::string& path) {
     const bool text = bytes.substr(0, 5) == "solid" && bytes.substr(0, 1024).find("facet") != std::string_view::npos;
     if (!text) {
       throw Error(
-          fmt::format("{}: a binary STL that states {} triangles ({} bytes), but the file has {} bytes; it is cut "
+          fmt::format("{}: the binary STL states {} triangles ({} bytes), but the file has {} bytes; it is cut "
                       "off or not an STL",
                       path, WithSeparators(count), WithSeparators(expected), WithSeparators(bytes.size())));
     }
   }
   if (bytes.substr(0, 5) != "solid") throw Error(fmt::format("{}: not an STL file", path));
   if (bytes.rfind("endsolid") == std::string_view::npos) {
-    throw Error(fmt::format("{}: a text STL without its 'endsolid'; it is cut off", path));
+    throw Error(fmt::format("{}: the text STL has no 'endsolid'; it is cut off", path));
   }
   return ReadTextStl(bytes, path);
 }

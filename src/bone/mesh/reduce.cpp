@@ -511,9 +511,10 @@ std::size_t Sweep(const std::vector<std::vector<Id>>& blocks, int sweep, double 
     for (std::size_t i = next++; i < blocks.size(); i = next++)
       collapsed += worker.Sweep(blocks[i], sweep, cost_mm, cost_mm >= error_mm);
   };
-  const std::size_t most = std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()), blocks.size());
+  const std::size_t thread_count =
+      std::min<std::size_t>(std::max(1U, std::thread::hardware_concurrency()), blocks.size());
   std::vector<std::jthread> threads;
-  for (std::size_t i = 1; i < most; ++i) threads.emplace_back(work);
+  for (std::size_t i = 1; i < thread_count; ++i) threads.emplace_back(work);
   work();
   threads.clear();
   return collapsed;
@@ -544,13 +545,13 @@ void SweepTo(double error_mm, const Box3& box, int& sweep, Surface& s) {
   // Collapses of low cost are done first, over the whole surface.
   double cost_mm = error_mm / 8;
   std::fill(s.failed.begin(), s.failed.end(), std::uint8_t{0});
-  int little = 0;
-  for (const int end = sweep + kMaxSweeps; sweep < end && little < 3; ++sweep) {
+  int slow_sweeps = 0;
+  for (const int end = sweep + kMaxSweeps; sweep < end && slow_sweeps < 3; ++sweep) {
     const auto blocks = MakeBlocks(box, sweep, s);
     std::size_t left = 0;
     for (const auto& block : blocks) left += block.size();
     const std::size_t collapsed = Sweep(blocks, sweep, cost_mm, error_mm, s);
-    little = cost_mm >= error_mm && collapsed * 50 < left ? little + 1 : 0;
+    slow_sweeps = cost_mm >= error_mm && collapsed * 50 < left ? slow_sweeps + 1 : 0;
     cost_mm = std::min(2 * cost_mm, error_mm);
   }
 }

@@ -13,7 +13,7 @@
 namespace kerf {
 namespace {
 
-constexpr int kUsualRegion = 24;
+constexpr int kDefaultRegion = 24;
 
 }  // namespace
 
@@ -24,33 +24,32 @@ void CheckBlock(const BlockParams& params, const MaterialTable& materials) {
     }
   });
   if (!IsValid(params.X_WB))
-    throw Error("block: its pose holds a number that is not finite, or a quaternion not of unit length");
+    throw Error("block: its pose contains a number that is not finite or a quaternion that is not of unit length");
   double top = 0;
   for (std::size_t i = 0; i < params.layers.size(); ++i) {
     const MaterialLayer& layer = params.layers[i];
     if (!materials.Contains(layer.region)) {
-      throw Error(
-          fmt::format("block: layer {} is of region {}, which the region table does not have", i + 1, layer.region));
+      throw Error(fmt::format("block: layer {} has region {}, which is not in the region table", i + 1, layer.region));
     }
     if (!(layer.thickness_mm > 0 && std::isfinite(layer.thickness_mm))) {
       throw Error(
           fmt::format("block: layer {} is {} mm thick; a thickness must be positive", i + 1, layer.thickness_mm));
     }
     if (top >= params.size_mm.z) {
-      throw Error(
-          fmt::format("block: layer {} would begin {} mm down in a block {} mm high", i + 1, top, params.size_mm.z));
+      throw Error(fmt::format("block: layer {} would begin {} mm below the top of a block {} mm high", i + 1, top,
+                              params.size_mm.z));
     }
     top += layer.thickness_mm;
   }
-  if (params.layers.empty() && !materials.Contains(kUsualRegion)) {
-    throw Error(fmt::format("block: the region table has no region {}; give the layers", kUsualRegion));
+  if (params.layers.empty() && !materials.Contains(kDefaultRegion)) {
+    throw Error(fmt::format("block: the region table has no region {}; specify the layers", kDefaultRegion));
   }
 }
 
 BlockParams MakePlateParams() {
   BlockParams plate;
   plate.size_mm = {40, 30, 13.5};
-  plate.layers = {{2.2, kUsualRegion}, {9.3, kCancellousRegion}, {2.0, kUsualRegion}};
+  plate.layers = {{2.2, kDefaultRegion}, {9.3, kCancellousRegion}, {2.0, kDefaultRegion}};
   return plate;
 }
 
@@ -62,7 +61,7 @@ double CalcBlockDistance(const BlockParams& params, const Vec3& p_W) {
 }
 
 int CalcBlockRegion(const BlockParams& params, const Vec3& p_W) {
-  if (params.layers.empty()) return kUsualRegion;
+  if (params.layers.empty()) return kDefaultRegion;
   const double depth = -params.X_WB.InversePoint(p_W).z;
   double bottom = 0;
   for (const MaterialLayer& layer : params.layers) {

@@ -24,7 +24,7 @@ double CalcDistance(const Vec3& p_W, const CutPlane& plane) {
   return glm::dot(plane.normal_W, p_W - plane.p_W);
 }
 
-double CalcTurn(const Pose& X) {
+double CalcRotationAngle(const Pose& X) {
   const Quat& q = X.R_AB;
   return 2 * kDegreesPerRad * std::atan2(glm::length(Vec3(q.x, q.y, q.z)), std::abs(q.w));
 }

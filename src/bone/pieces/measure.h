@@ -17,6 +17,6 @@ double CalcAngle(const CutPlane& a, const CutPlane& b);
 /// Returns the signed distance from a plane, mm; positive on the side of the normal.
 double CalcDistance(const Vec3& p_W, const CutPlane& plane);
 /// Returns the angle of a pose's rotation, degrees, 0 to 180.
-double CalcTurn(const Pose& X);
+double CalcRotationAngle(const Pose& X);
 
 }  // namespace kerf

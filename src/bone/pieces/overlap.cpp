@@ -90,8 +90,8 @@ class Lattice {
   bool HasBoth(int x, int y, int z, double edge) const {
     for (const auto& one : at_) {
       const std::array<double, 8> v = Corners(one, x, y, z);
-      const auto [least, most] = std::minmax_element(v.begin(), v.end());
-      if (*least > kBend * edge || *most < -kBend * edge) return false;
+      const auto [lowest, highest] = std::minmax_element(v.begin(), v.end());
+      if (*lowest > kBend * edge || *highest < -kBend * edge) return false;
     }
     return true;
   }
@@ -162,15 +162,15 @@ std::vector<double> CalcPointAreas(const TriangleMesh& mesh, std::vector<Vec3>& 
 }
 
 /// Finds the minimum distance from the points of `from` to the surface `to`; keeps the previous one if it is smaller.
-void FindLeast(const SurfaceInTree& from, const SurfaceInTree& to, const Pose& X_to_from, double& least, Vec3& p_from,
-               Vec3& p_to) {
+void FindMinDistance(const SurfaceWithTree& from, const SurfaceWithTree& to, const Pose& X_to_from, double& min_mm,
+                     Vec3& p_from, Vec3& p_to) {
   const Box3& box = to.tree->bounds();
   const auto ask = [&](const Vec3& p) {
     const Vec3 at = X_to_from.Point(p);
-    if (glm::length(at - glm::clamp(at, box.lower, box.upper)) >= least) return;
-    const auto nearest = to.tree->FindNearest(at, least);
-    if (!nearest || nearest->distance_mm >= least) return;
-    least = nearest->distance_mm;
+    if (glm::length(at - glm::clamp(at, box.lower, box.upper)) >= min_mm) return;
+    const auto nearest = to.tree->FindNearest(at, min_mm);
+    if (!nearest || nearest->distance_mm >= min_mm) return;
+    min_mm = nearest->distance_mm;
     p_from = p;
     p_to = nearest->p;
   };
@@ -186,7 +186,7 @@ double CalcOverlap(const Bone& a, const Pose& X_WA, const Bone& b, const Pose& X
   return CalcOverlap({&a, a.CalcBounds()}, X_WA, {&b, b.CalcBounds()}, X_WB);
 }
 
-double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& bone_b, const Pose& X_WB) {
+double CalcOverlap(const BoneWithBounds& bone_a, const Pose& X_WA, const BoneWithBounds& bone_b, const Pose& X_WB) {
   const Bone& a = *bone_a.bone;
   const Bone& b = *bone_b.bone;
   if (bone_a.bounds.empty() || bone_b.bounds.empty()) return 0;
@@ -245,19 +245,19 @@ double CalcOverlap(const BoneInBox& bone_a, const Pose& X_WA, const BoneInBox& b
   return mm3;
 }
 
-std::optional<Gap> CalcGap(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB,
+std::optional<Gap> CalcGap(const SurfaceWithTree& a, const Pose& X_WA, const SurfaceWithTree& b, const Pose& X_WB,
                            double limit_mm) {
-  double least = limit_mm;
+  double min_mm = limit_mm;
   Vec3 p_A(0);
   Vec3 p_B(0);
-  FindLeast(a, b, Compose(X_WB.Inverse(), X_WA), least, p_A, p_B);
-  FindLeast(b, a, Compose(X_WA.Inverse(), X_WB), least, p_B, p_A);
-  if (!(least < limit_mm)) return {};
-  return Gap{.gap_mm = least, .p_WA_mm = X_WA.Point(p_A), .p_WB_mm = X_WB.Point(p_B)};
+  FindMinDistance(a, b, Compose(X_WB.Inverse(), X_WA), min_mm, p_A, p_B);
+  FindMinDistance(b, a, Compose(X_WA.Inverse(), X_WB), min_mm, p_B, p_A);
+  if (!(min_mm < limit_mm)) return {};
+  return Gap{.gap_mm = min_mm, .p_WA_mm = X_WA.Point(p_A), .p_WB_mm = X_WB.Point(p_B)};
 }
 
-Facing CalcFacing(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB, double reach_mm,
-                  double contact_mm) {
+Facing CalcFacing(const SurfaceWithTree& a, const Pose& X_WA, const SurfaceWithTree& b, const Pose& X_WB,
+                  double reach_mm, double contact_mm) {
   const Pose X_BA = Compose(X_WB.Inverse(), X_WA);
   const Box3& box = b.tree->bounds();
   std::vector<Vec3> normals;
@@ -273,8 +273,8 @@ Facing CalcFacing(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree&
     const auto nearest = b.tree->FindNearest(at, reach_mm);
     if (!nearest) continue;
     const Vec3 n = X_BA.Vector(normals[i]);
-    const Vec3 way = nearest->p - at;
-    const bool faces = glm::dot(way, n) >= kFaces * glm::length(n) * glm::length(way);
+    const Vec3 to_nearest = nearest->p - at;
+    const bool faces = glm::dot(to_nearest, n) >= kFaces * glm::length(n) * glm::length(to_nearest);
     if (faces) parts.push_back({nearest->distance_mm, areas[i]});
   }
   Facing out;

@@ -16,11 +16,11 @@ namespace kerf {
 /// second-order in the voxel size: below 2 % for overlaps at least two voxels thick.
 double CalcOverlap(const Bone& a, const Pose& X_WA, const Bone& b, const Pose& X_WB);
 /// A bone with its bounds, for the overload below: computing the bounds takes longer than computing the overlap.
-struct BoneInBox {
+struct BoneWithBounds {
   const Bone* bone;
   Box3 bounds;  // of its surface, to a voxel; empty if there is none
 };
-double CalcOverlap(const BoneInBox& a, const Pose& X_WA, const BoneInBox& b, const Pose& X_WB);
+double CalcOverlap(const BoneWithBounds& a, const Pose& X_WA, const BoneWithBounds& b, const Pose& X_WB);
 
 /// Gap between two surfaces that do not overlap.
 struct Gap {
@@ -29,13 +29,13 @@ struct Gap {
   Vec3 p_WB_mm{0};    // its end on surface b
 };
 /// A surface with its search tree.
-struct SurfaceInTree {
+struct SurfaceWithTree {
   const TriangleMesh* mesh;
   const SurfaceTree* tree;
 };
 /// Returns the minimum distance from the points of either surface to the triangles of the other. Distances between two
 /// edges are not considered (error below a tenth of the triangles' size). Empty if nothing is nearer than `limit_mm`.
-std::optional<Gap> CalcGap(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB,
+std::optional<Gap> CalcGap(const SurfaceWithTree& a, const Pose& X_WA, const SurfaceWithTree& b, const Pose& X_WB,
                            double limit_mm);
 
 /// Statistics of the part of surface a that faces surface b. A point of a faces b if the nearest point of b is within
@@ -46,7 +46,7 @@ struct Facing {
   double p95_mm = 0;       // gap that 95 % of the area does not exceed
   double contact_mm2 = 0;  // area of a with a gap below `contact_mm`
 };
-Facing CalcFacing(const SurfaceInTree& a, const Pose& X_WA, const SurfaceInTree& b, const Pose& X_WB, double reach_mm,
-                  double contact_mm);
+Facing CalcFacing(const SurfaceWithTree& a, const Pose& X_WA, const SurfaceWithTree& b, const Pose& X_WB,
+                  double reach_mm, double contact_mm);
 
 }  // namespace kerf

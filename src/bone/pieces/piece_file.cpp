@@ -47,7 +47,7 @@ Pose ReadTransform(const nlohmann::json& entry, const std::string& path, const s
     m[i] = good ? list[i].get<double>() : 0;
     good = good && std::isfinite(m[i]);
   }
-  if (!good) Refuse(path, fmt::format("'transform' of {} is not 16 numbers", name));
+  if (!good) Refuse(path, fmt::format("'transform' of {} is not a list of 16 numbers", name));
   const Vec3 x(m[0], m[4], m[8]);
   const Vec3 y(m[1], m[5], m[9]);
   const Vec3 z(m[2], m[6], m[10]);

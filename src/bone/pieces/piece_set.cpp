@@ -27,7 +27,7 @@ Vec3 UnitAxis(const Vec3& axis_W) {
 }
 
 /// Returns the rotation about p_W.
-Pose MakeTurn(const Vec3& p_W, const Quat& by_W) {
+Pose MakeRotation(const Vec3& p_W, const Quat& by_W) {
   const Quat q = glm::normalize(by_W);
   return {q, p_W - q * p_W};
 }
@@ -65,7 +65,7 @@ struct PieceSet::State {
     if (!part.tree) part.tree = std::make_unique<SurfaceTree>(part.piece.mesh);
     return *part.tree;
   }
-  SurfaceInTree InTree(int i) const { return {&parts[static_cast<std::size_t>(i)].piece.mesh, &TreeOf(i)}; }
+  SurfaceWithTree WithTree(int i) const { return {&parts[static_cast<std::size_t>(i)].piece.mesh, &TreeOf(i)}; }
   const PieceState& At(int i) const { return history.now()[static_cast<std::size_t>(i)]; }
 
   void CheckNumber(int i) const {
@@ -199,7 +199,7 @@ void PieceSet::Move(int i, const Vec3& by_W_mm, int gesture) {
 }
 
 void PieceSet::Rotate(int i, const Vec3& p_W, const Quat& by_W, int gesture) {
-  state_->DoMotion(i, "rotate", MakeTurn(p_W, by_W), gesture);
+  state_->DoMotion(i, "rotate", MakeRotation(p_W, by_W), gesture);
 }
 
 void PieceSet::MoveAlong(int i, const Vec3& axis_W, double by_mm, int gesture) {
@@ -207,7 +207,7 @@ void PieceSet::MoveAlong(int i, const Vec3& axis_W, double by_mm, int gesture) {
 }
 
 void PieceSet::RotateAbout(int i, const Vec3& p_W, const Vec3& axis_W, double by_deg, int gesture) {
-  state_->DoMotion(i, "rotate about", MakeTurn(p_W, glm::angleAxis(by_deg / kDegreesPerRad, UnitAxis(axis_W))),
+  state_->DoMotion(i, "rotate about", MakeRotation(p_W, glm::angleAxis(by_deg / kDegreesPerRad, UnitAxis(axis_W))),
                    gesture);
 }
 
@@ -278,8 +278,8 @@ std::optional<PiecePick> PieceSet::Pick(const Vec3& origin_W, const Vec3& direct
     const PieceState& at = s.At(i);
     if (at.hidden || at.deleted) continue;
     const auto hit = s.TreeOf(i).Intersect(at.X_WP.InversePoint(origin_W), at.X_WP.InverseVector(direction_W));
-    if (hit && (!best || hit->way_mm < best->way_mm)) {
-      best = PiecePick{.piece = i, .p_W_mm = at.X_WP.Point(hit->p), .way_mm = hit->way_mm};
+    if (hit && (!best || hit->distance_mm < best->distance_mm)) {
+      best = PiecePick{.piece = i, .p_W_mm = at.X_WP.Point(hit->p), .distance_mm = hit->distance_mm};
     }
   }
   return best;
@@ -288,20 +288,21 @@ std::optional<PiecePick> PieceSet::Pick(const Vec3& origin_W, const Vec3& direct
 double PieceSet::CalcOverlapWith(int i, int other) const {
   state_->Check(i);
   state_->Check(other);
-  const auto in_box = [](const Piece& p) { return BoneInBox{&p.bone, p.bounds_P}; };
-  return CalcOverlap(in_box(piece(i)), state(i).X_WP, in_box(piece(other)), state(other).X_WP);
+  const auto with_bounds = [](const Piece& p) { return BoneWithBounds{&p.bone, p.bounds_P}; };
+  return CalcOverlap(with_bounds(piece(i)), state(i).X_WP, with_bounds(piece(other)), state(other).X_WP);
 }
 
 std::optional<Gap> PieceSet::CalcGapTo(int i, int other, double limit_mm) const {
   state_->Check(i);
   state_->Check(other);
-  return CalcGap(state_->InTree(i), state(i).X_WP, state_->InTree(other), state(other).X_WP, limit_mm);
+  return CalcGap(state_->WithTree(i), state(i).X_WP, state_->WithTree(other), state(other).X_WP, limit_mm);
 }
 
 Facing PieceSet::CalcFacingTo(int i, int other, double reach_mm, double contact_mm) const {
   state_->Check(i);
   state_->Check(other);
-  return CalcFacing(state_->InTree(i), state(i).X_WP, state_->InTree(other), state(other).X_WP, reach_mm, contact_mm);
+  return CalcFacing(state_->WithTree(i), state(i).X_WP, state_->WithTree(other), state(other).X_WP, reach_mm,
+                    contact_mm);
 }
 
 std::vector<PieceContact> PieceSet::CalcContacts(int i, double gap_limit_mm) const {
@@ -340,8 +341,8 @@ Pose ConstrainToAxis(const Pose& X_WW, const Vec3& p_W, const Vec3& axis_W) {
   const double along = glm::dot(Vec3(q.x, q.y, q.z), axis);
   const double length = std::hypot(q.w, along);
   const Quat twist = length > 1e-12 ? Quat(q.w / length, along / length * axis) : Quat(1, 0, 0, 0);
-  const double way_mm = glm::dot(axis, X_WW.Point(p_W) - p_W);
-  return {twist, p_W - twist * p_W + way_mm * axis};
+  const double shift_mm = glm::dot(axis, X_WW.Point(p_W) - p_W);
+  return {twist, p_W - twist * p_W + shift_mm * axis};
 }
 
 }  // namespace kerf

@@ -43,7 +43,7 @@ struct PieceAction {
 struct PiecePick {
   int piece = -1;
   Vec3 p_W_mm{0};
-  double way_mm = 0;  // distance along the ray
+  double distance_mm = 0;  // distance along the ray
 };
 
 /// Contact of a piece with another one that is not deleted.

@@ -114,7 +114,7 @@ SurfaceTree::SurfaceTree(const TriangleMesh& mesh) : state_(std::make_unique<Sta
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), s.triangles.size()));
     if (!vertices || !indices) {
       rtcReleaseGeometry(geometry);
-      throw Error("Embree has no memory for a surface");
+      throw Error("Embree ran out of memory for a surface");
     }
     for (const Vec3& p : s.points) {
       for (int i = 0; i < 3; ++i) *vertices++ = static_cast<float>(p[i]);
@@ -164,7 +164,7 @@ std::optional<SurfaceTree::Hit> SurfaceTree::Intersect(const Vec3& origin, const
   const auto u = static_cast<double>(ray.hit.u);
   const auto v = static_cast<double>(ray.hit.v);
   const Vec3 p = (1 - u - v) * s.points[t[0]] + u * s.points[t[1]] + v * s.points[t[2]];
-  return Hit{.way_mm = start + static_cast<double>(ray.ray.tfar), .p = p + s.middle, .triangle = ray.hit.primID};
+  return Hit{.distance_mm = start + static_cast<double>(ray.ray.tfar), .p = p + s.middle, .triangle = ray.hit.primID};
 }
 
 std::optional<SurfaceTree::Nearest> SurfaceTree::FindNearest(const Vec3& p, double limit_mm) const {

@@ -21,7 +21,7 @@ class SurfaceTree {
   SurfaceTree& operator=(SurfaceTree&&) noexcept;
 
   struct Hit {
-    double way_mm = 0;  // distance along the ray
+    double distance_mm = 0;  // distance along the ray
     Vec3 p{0};
     std::uint32_t triangle = 0;
   };

@@ -145,11 +145,11 @@ void CheckGrids(const Bone::Grids& grids, const std::string& path) {
   }
   for (auto it = grids.phi->cbeginValueAll(); it; ++it) {
     if (!(std::abs(*it) <= band * 1.001f))
-      Refuse(path, "grid \"phi\" holds a value that is not a distance within its band");
+      Refuse(path, "grid \"phi\" contains a value that is not a distance within its band");
   }
   for (auto it = grids.region->cbeginValueOn(); it; ++it) {
     if (*it != 0 && !grids.materials.Contains(*it)) {
-      Refuse(path, fmt::format("grid \"region\" refers to region {}, which the region table does not have", *it));
+      Refuse(path, fmt::format("grid \"region\" refers to region {}, which is not in the region table", *it));
     }
   }
   if (!grids.hu) return;
@@ -158,7 +158,7 @@ void CheckGrids(const Bone::Grids& grids, const std::string& path) {
     Refuse(path, "grid \"hu\" has active tiles, which kerf never writes; it was rewritten by another program");
   }
   for (auto it = grids.hu->cbeginValueOn(); it; ++it) {
-    if (!(std::abs(*it) <= kMaxHu)) Refuse(path, "grid \"hu\" holds a value that is not a CT number");
+    if (!(std::abs(*it) <= kMaxHu)) Refuse(path, "grid \"hu\" contains a value that is not a CT number");
   }
 }
 

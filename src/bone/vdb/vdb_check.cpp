@@ -54,9 +54,9 @@ class Source {
     if (bytes > left()) Refuse("it ends early");
     auto* out = static_cast<char*>(to);
     while (bytes > 0) {
-      if (at_ < begin_ || at_ >= begin_ + there_) Fill();
+      if (at_ < begin_ || at_ >= begin_ + buffered_) Fill();
       const std::size_t from = at_ - begin_;
-      const std::size_t n = std::min(bytes, there_ - from);
+      const std::size_t n = std::min(bytes, buffered_ - from);
       std::memcpy(out, buffer_.data() + from, n);
       out += n;
       at_ += n;
@@ -88,11 +88,11 @@ class Source {
 
   void Fill() {
     begin_ = at_;
-    there_ = static_cast<std::size_t>(std::min<std::uint64_t>(kBlock, left()));
+    buffered_ = static_cast<std::size_t>(std::min<std::uint64_t>(kBlock, left()));
     in_.clear();
     in_.seekg(static_cast<std::streamoff>(begin_));
-    in_.read(buffer_.data(), static_cast<std::streamsize>(there_));
-    if (static_cast<std::size_t>(in_.gcount()) != there_) Refuse("its bytes can't be read");
+    in_.read(buffer_.data(), static_cast<std::streamsize>(buffered_));
+    if (static_cast<std::size_t>(in_.gcount()) != buffered_) Refuse("its bytes can't be read");
   }
 
   std::istream& in_;
@@ -100,8 +100,8 @@ class Source {
   std::uint64_t size_ = 0;
   std::uint64_t at_ = 0;
   std::vector<char> buffer_;
-  std::uint64_t begin_ = 0;  // offset of the buffer in the file
-  std::size_t there_ = 0;    // bytes in the buffer
+  std::uint64_t begin_ = 0;   // offset of the buffer in the file
+  std::size_t buffered_ = 0;  // bytes in the buffer
 };
 
 /// Metadata type with a fixed size, which OpenVDB reads regardless of the size given in the file.
@@ -156,7 +156,7 @@ class Check {
       : source_(in, path), wanted_(wanted) {}
 
   void File() {
-    if (source_.Number<std::int64_t>() != kMagic) source_.Refuse("it doesn't begin like one");
+    if (source_.Number<std::int64_t>() != kMagic) source_.Refuse("it does not begin with the magic number");
     const auto version = source_.Number<std::uint32_t>();
     if (version < 222 || version > 224) source_.Refuse(fmt::format("version {}; kerf reads 222 to 224", version));
     source_.Skip(2 * sizeof(std::uint32_t));  // library version
@@ -187,21 +187,21 @@ class Check {
     source_.Skip(2 * sizeof(std::int64_t));
     const auto end = source_.Number<std::int64_t>();
     if (wanted_.count(name) == 0) {
-      if (!has_offsets) source_.Refuse("a grid that kerf doesn't know and whose end is not stated");
+      if (!has_offsets) source_.Refuse("an unknown grid whose end is not stated");
       // Jumps forward only, so that the loop ends.
       if (end <= static_cast<std::int64_t>(source_.at())) source_.Refuse("a grid that ends before it begins");
       return source_.Jump(static_cast<std::uint64_t>(end));
     }
     is_float_ = type == "Tree_float_5_4_3";
     if (!is_float_ && type != "Tree_int32_5_4_3") {
-      source_.Refuse(fmt::format("grid \"{}\" is neither of float nor of int32", name));
+      source_.Refuse(fmt::format("grid \"{}\" is of neither type float nor type int32", name));
     }
     compression_ = source_.Number<std::uint32_t>();
-    if (compression_ > (kZip | kActiveMask | kBlosc)) source_.Refuse("packed in a way that kerf doesn't know");
+    if (compression_ > (kZip | kActiveMask | kBlosc)) source_.Refuse("an unknown compression");
     Metadata(false);
     const std::string map = source_.Text();
     const SizedType* known = Find(kMaps, map);
-    if (known == nullptr) source_.Refuse("its voxels are not a lattice");
+    if (known == nullptr) source_.Refuse("a transform of an unknown type");
     source_.Skip(known->bytes);
     if (!instance) Tree();
   }
@@ -229,7 +229,7 @@ class Check {
       } else if (sized != nullptr || type == "string") {
         source_.Skip(bytes);
       } else {
-        source_.Refuse("metadata of a type that kerf doesn't know");
+        source_.Refuse("metadata of an unknown type");
       }
     }
   }
@@ -252,20 +252,20 @@ class Check {
         Blosc(packed, std::max(unpacked, kPadded));
       }
     }
-    if (source_.at() != end) source_.Refuse("a list of leaves that doesn't end where it should");
+    if (source_.at() != end) source_.Refuse("a list of leaves of the wrong length");
   }
 
   /// Checks a Blosc buffer, because Blosc trusts the lengths in its header.
   void Blosc(std::uint64_t packed, std::uint64_t unpacked) {
     constexpr std::uint64_t kHeader = 16;
-    if (packed < kHeader || packed > source_.left()) source_.Refuse("packed values that it can't hold");
+    if (packed < kHeader || packed > source_.left()) source_.Refuse("packed values of an impossible length");
     std::array<char, kHeader> header{};
     source_.Read(header.data(), header.size());
     std::uint32_t nbytes = 0;
     std::uint32_t cbytes = 0;
     std::memcpy(&nbytes, header.data() + 4, sizeof nbytes);
     std::memcpy(&cbytes, header.data() + 12, sizeof cbytes);
-    if (cbytes != packed || nbytes != unpacked) source_.Refuse("packed values whose two lengths differ");
+    if (cbytes != packed || nbytes != unpacked) source_.Refuse("packed values whose lengths contradict each other");
     source_.Skip(packed - kHeader);
   }
 
@@ -305,7 +305,8 @@ class Check {
       Blosc(static_cast<std::uint64_t>(packed), bytes);
     } else {
       // Data that zlib cannot compress grow slightly.
-      if (static_cast<std::uint64_t>(packed) > 2 * bytes + 1024) source_.Refuse("packed values that it can't hold");
+      if (static_cast<std::uint64_t>(packed) > 2 * bytes + 1024)
+        source_.Refuse("packed values of an impossible length");
       source_.Skip(static_cast<std::uint64_t>(packed));
     }
   }
@@ -339,7 +340,7 @@ class Check {
         source_.Refuse(fmt::format("a node at voxel {}, outside the allowed positions", x));
       }
     }
-    if (!origins.insert(origin).second) source_.Refuse("two nodes at one place");
+    if (!origins.insert(origin).second) source_.Refuse("two nodes at the same position");
   }
 
   void Tree() {
@@ -352,7 +353,7 @@ class Check {
       Origin(origins);
       AddMemory(kNodeBytes);
       source_.Skip(kValueBytes);
-      if (source_.Number<unsigned char>() > 1) source_.Refuse("a value that is neither active nor not");
+      if (source_.Number<unsigned char>() > 1) source_.Refuse("a tile that is neither active nor inactive");
     }
     for (std::uint32_t n = 0; n < children; ++n) {
       Origin(origins);
@@ -366,7 +367,7 @@ class Check {
   std::string identity_;
   std::optional<VdbChecksumEntry> checksum_;
   std::uint64_t memory_ = 0;
-  // State of the grid that is being walked.
+  // State of the grid that is being checked.
   std::uint32_t compression_ = 0;
   bool half_ = false;
   bool is_float_ = false;

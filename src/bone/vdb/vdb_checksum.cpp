@@ -38,13 +38,13 @@ std::uint32_t CalcSum(std::istream& in, std::uint64_t place) {
   std::uint64_t begin = 0;
   while (true) {
     in.read(block.data(), static_cast<std::streamsize>(block.size()));
-    const auto there = static_cast<std::uint64_t>(in.gcount());
-    for (std::uint64_t at = std::max(place, begin); at < std::min(place + kDigits, begin + there); ++at) {
+    const auto count = static_cast<std::uint64_t>(in.gcount());
+    for (std::uint64_t at = std::max(place, begin); at < std::min(place + kDigits, begin + count); ++at) {
       block[static_cast<std::size_t>(at - begin)] = '0';
     }
-    sum = CalcCrc32c({block.data(), static_cast<std::size_t>(there)}, sum);
-    begin += there;
-    if (there < block.size()) return sum;
+    sum = CalcCrc32c({block.data(), static_cast<std::size_t>(count)}, sum);
+    begin += count;
+    if (count < block.size()) return sum;
   }
 }
 
@@ -64,7 +64,7 @@ void StampVdb(const std::string& file) {
   if (place == std::string::npos) throw Error(fmt::format("{}: can't be written: no place for its checksum", file));
   stream.clear();
   stream.seekp(static_cast<std::streamoff>(place + kDigits + 1));
-  stream.write(head.data() + kVdbIdentityPlace, kVdbIdentityBytes);
+  stream.write(head.data() + kVdbIdentityOffset, kVdbIdentityBytes);
   stream.flush();
   stream.seekg(0);
   const std::string digits = fmt::format("{:08x}", CalcSum(stream, place));

@@ -17,7 +17,7 @@ namespace kerf {
 
 inline constexpr std::string_view kVdbChecksumName = "kerf_checksum";
 inline constexpr std::size_t kVdbIdentityBytes = 36;
-inline constexpr std::size_t kVdbIdentityPlace = 21;  // offset in the file
+inline constexpr std::size_t kVdbIdentityOffset = 21;  // offset in the file
 
 /// Returns the metadata value that must be in the file before StampVdb() is called.
 std::string MakeBlankVdbChecksum();

@@ -39,13 +39,13 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
   Forget();
   fraction_.resize(points_.size());
   after_.resize(points_.size());
-  met_.reserve(points_.size());
+  contacts_.reserve(points_.size());
   found_.reserve(points_.size());
 }
 
 /// Returns a lower bound on the distance of a look-ahead point, from its last sample and the travel since then.
 double Edge::CalcBound(std::size_t i) const {
-  return distance_[i] - kSteepest * (travelled_mm_ - looked_at_mm_[i]);
+  return distance_[i] - kMaxGradient * (travelled_mm_ - looked_at_mm_[i]);
 }
 
 void Edge::Look(const Probe& probe, std::size_t i) {
@@ -58,7 +58,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   problem.cutting.clear();
   const bool jumps = ring_radius_mm_ > 0 && problem.law.law != nullptr && CalcOnset(problem.law, 1) > 0;
   problem.arc_rad = jumps ? stride_ * ring_step_rad_ : 0;
-  met_.clear();
+  contacts_.clear();
   found_.clear();
   travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // > 0: bone may have been removed
   X_looked_ = probe.X_WT();
@@ -82,7 +82,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     const double teeth = fraction_[i] * points_[i].teeth * stride_;
     const double after = jumps ? after_[i] / fraction_[i] : 0.5;
     problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa, points_[i].along, after});
-    met_.push_back({material.region, static_cast<int>(i), material.E_MPa});
+    contacts_.push_back({material.region, static_cast<int>(i), material.E_MPa});
   }
 }
 
@@ -215,8 +215,8 @@ double Edge::Remember(const StepProblem& problem, const Twist& u, double fractio
   double energy = 0;
   for (std::size_t n = 0; n < found_.size(); ++n) {
     const SolidPoint& solid = problem.solids[n];
-    const double way = problem.tau_s * Dot(solid.row, u);
-    const double depth = std::max(solid.depth_mm + fraction * way, 0.0);
+    const double motion_mm = problem.tau_s * Dot(solid.row, u);
+    const double depth = std::max(solid.depth_mm + fraction * motion_mm, 0.0);
     penetration_.set_known_mm(found_[n].point, depth);
     energy += 0.5 * solid.stiffness_N_per_mm * depth * depth;
   }

@@ -30,7 +30,7 @@ class Edge {
   Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_TC_mm);
 
   /// Point of the edge that is in contact with bone. The list of these points is parallel to StepProblem::cutting.
-  struct Met {
+  struct Contact {
     int region = 0;
     int point = 0;  // index in ToolShape::edge
     double E_MPa = 0;
@@ -43,7 +43,7 @@ class Edge {
   /// part of the engagement in the two adjacent intervals. Within an interval the distance is taken as linear; an
   /// interval is halved where the engagement changes most.
   void FindTeeth(const Probe& probe, StepProblem& problem);
-  const std::vector<Met>& met() const { return met_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
 
   /// Fills problem.solids with the points of a stopped edge. `reach_mm`: upper bound on a point's motion in this step.
   /// Tick-safe.
@@ -107,7 +107,7 @@ class Edge {
   std::vector<double> looked_at_mm_;  // value of travelled_mm_ at that time
   std::vector<double> fraction_;      // engaged part of the two intervals next to each point, as a number of intervals
   std::vector<double> after_;         // part of fraction_ that lies in the interval to the next point
-  std::vector<Met> met_;
+  std::vector<Contact> contacts_;
   PenetrationLimiter penetration_;
   struct Found {
     int point;

@@ -61,7 +61,7 @@ void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem&
                              -slack_mm_ - blur_mm - probe.Distance({pair.x, pair.y, side == 0 ? -half_mm_ : half_mm_}));
     }
     const double clear_mm = -std::max(depth[0], depth[1]) - reach_mm + open_mm;
-    if (clear_mm > 0) clear_until_mm_[j] = travelled_mm_ + clear_mm / kSteepest;
+    if (clear_mm > 0) clear_until_mm_[j] = travelled_mm_ + clear_mm / kMaxGradient;
     const double squeeze = std::min(depth[0], depth[1]);
     for (int side = 0; side < 2; ++side) {
       if (squeeze > 0) depth[side] -= squeeze;
@@ -90,8 +90,8 @@ double Faces::Remember(const StepProblem& problem, const Twist& u, double fracti
   double sum = 0;
   for (std::size_t n = 0; n < found_.size(); ++n) {
     const FlatPoint& flat = problem.flats[n];
-    const double way = problem.tau_s * flat.side * (u[2] + u[3] * flat.y - u[4] * flat.x);
-    const double depth = std::max(flat.depth_mm + fraction * way, 0.0);
+    const double motion_mm = problem.tau_s * flat.side * (u[2] + u[3] * flat.y - u[4] * flat.x);
+    const double depth = std::max(flat.depth_mm + fraction * motion_mm, 0.0);
     penetration_.set_known_mm(found_[n].point, depth);
     sum += depth * depth;
   }

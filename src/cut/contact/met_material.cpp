@@ -20,7 +20,7 @@ MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3
   std::array<BoneField::RegionFraction, 8> fractions;
   const int count = field.FindRegions(p_W, fractions);
   const double E_ct_MPa = any_by_ct_ ? field.ModulusAt(p_W) : 0;
-  Material met;
+  Material material;
   double sum = 0;
   double largest = 0;
   for (int i = 0; i < count; ++i) {
@@ -28,21 +28,21 @@ MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3
     const double weight = fractions[i].weight;
     sum += weight;
     if (E_ct_MPa > 0 && by_ct_[id]) {
-      met.E_MPa += weight * E_ct_MPa;
-      met.E_star_MPa += weight * CalcReducedModulus(tool_E_MPa_, tool_nu_, E_ct_MPa, nu_[id]);
+      material.E_MPa += weight * E_ct_MPa;
+      material.E_star_MPa += weight * CalcReducedModulus(tool_E_MPa_, tool_nu_, E_ct_MPa, nu_[id]);
     } else {
-      met.E_MPa += weight * E_MPa_[id];
-      met.E_star_MPa += weight * E_star_MPa_[id];
+      material.E_MPa += weight * E_MPa_[id];
+      material.E_star_MPa += weight * E_star_MPa_[id];
     }
     if (weight > largest) {
       largest = weight;
-      met.region = id;
+      material.region = id;
     }
   }
   if (!(sum > 0)) return {};
-  met.E_MPa /= sum;
-  met.E_star_MPa /= sum;
-  return met;
+  material.E_MPa /= sum;
+  material.E_star_MPa /= sum;
+  return material;
 }
 
 }  // namespace kerf

@@ -20,8 +20,8 @@ class PenetrationLimiter {
 
   /// Returns the depth that the spring of point `i` may have at the start of a step, mm. Tick-safe.
   double Limit(int i, double found_mm, double step_s, bool may_rise) const {
-    const double most = known_mm_[i] + (may_rise ? kSpeed_mm_per_s * step_s : 0);
-    return std::min(found_mm, most);
+    const double max_mm = known_mm_[i] + (may_rise ? kSpeed_mm_per_s * step_s : 0);
+    return std::min(found_mm, max_mm);
   }
   double known_mm(int i) const { return known_mm_[i]; }
   void set_known_mm(int i, double depth_mm) { known_mm_[i] = depth_mm; }

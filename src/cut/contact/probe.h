@@ -10,7 +10,7 @@ namespace kerf {
 
 /// Lipschitz constant of the interpolated distance, sqrt(3): a trilinear interpolation changes by at most this many mm
 /// per mm.
-inline constexpr double kSteepest = 1.7320508;
+inline constexpr double kMaxGradient = 1.7320508;
 
 /// Distance field of the bone as a function of points of a tool at the pose X_WT; mm.
 class Probe {

@@ -29,7 +29,7 @@ ChipPool::ChipPool(const ChipsParams& params)
       life_s_(params.life_s),
       starts_(static_cast<std::size_t>(params.max_chips)) {}
 
-void ChipPool::Throw(const ChipMotion& start_F, double later_s) {
+void ChipPool::Throw(const ChipMotion& start_F, double delay_s) {
   if (count_ == starts_.size()) {
     first_ = (first_ + 1) % starts_.size();
     --count_;
@@ -40,13 +40,13 @@ void ChipPool::Throw(const ChipMotion& start_F, double later_s) {
     start.p_F_mm[axis] = static_cast<float>(start_F.p_mm[axis]);
     start.v_F_mm_per_s[axis] = static_cast<float>(start_F.v_mm_per_s[axis]);
   }
-  start.born_s = now_s_ + later_s;
+  start.thrown_s = now_s_ + delay_s;
   ++count_;
 }
 
 void ChipPool::Advance(double dt_s) {
   now_s_ += dt_s;
-  while (count_ > 0 && now_s_ - starts_[first_].born_s >= life_s_) {
+  while (count_ > 0 && now_s_ - starts_[first_].thrown_s >= life_s_) {
     first_ = (first_ + 1) % starts_.size();
     --count_;
   }
@@ -54,7 +54,7 @@ void ChipPool::Advance(double dt_s) {
 
 ChipPool::Chip ChipPool::CalcChip(std::size_t i) const {
   const Start& start = starts_[(first_ + i) % starts_.size()];
-  const double age_s = now_s_ - start.born_s;
+  const double age_s = now_s_ - start.thrown_s;
   ChipMotion motion;
   for (int axis = 0; axis < 3; ++axis) {
     motion.p_mm[axis] = static_cast<double>(start.p_F_mm[axis]);
@@ -71,12 +71,12 @@ ChipsEffect::ChipsEffect(const ChipsParams& params, const EffectSetup& setup)
       thickness_mm_(CalcThickness(setup.tool)),
       chip_mm3_(CalcBallVolume(params.size_mm)),
       pool_(params),
-      dice_(MixHash(params.seed)) {
+      random_state_(MixHash(params.seed)) {
   places_.reserve(setup.shape.edge.size());
 }
 
 double ChipsEffect::Draw() {
-  return (static_cast<double>(MixHash(dice_++) >> 11) + 0.5) * 0x1p-53;
+  return (static_cast<double>(MixHash(random_state_++) >> 11) + 0.5) * 0x1p-53;
 }
 
 void ChipsEffect::Solved(const EffectSolved& solved) {
@@ -86,7 +86,7 @@ void ChipsEffect::Solved(const EffectSolved& solved) {
   double sum = 0;
   for (std::size_t i = 0; i < cutting.size(); ++i) {
     sum += cutting[i].teeth * std::max(0.0, Dot(cutting[i].row, solved.u));
-    places_.push_back(Place{sum, solved.edge.met()[i].point});
+    places_.push_back(Place{sum, solved.edge.contacts()[i].point});
   }
   if (!(sum > 0)) places_.clear();
   X_FT_ = solved.X_FT_next;
@@ -98,7 +98,7 @@ void ChipsEffect::Solved(const EffectSolved& solved) {
 /// rotation. A ball, or a rim that is entirely in bone, loses them where it cuts.
 void ChipsEffect::FindWhereChipsLeave() {
   const std::size_t count = places_.size();
-  for (Place& place : places_) place.leaves = place.point;
+  for (Place& place : places_) place.exit_point = place.point;
   if (!shape_->edge_is_ring) return;
   const auto size = static_cast<int>(shape_->edge.size());
   // Returns true if place i and the next in the list are neighbours on the rim.
@@ -117,12 +117,12 @@ void ChipsEffect::FindWhereChipsLeave() {
   std::size_t i = end;
   for (std::size_t n = 1; n < count; ++n) {
     i = before(i);
-    if (goes_on(i)) places_[i].leaves = places_[after(i)].leaves;
+    if (goes_on(i)) places_[i].exit_point = places_[after(i)].exit_point;
   }
 }
 
-void ChipsEffect::ThrowOne(const Place& place, double later_s) {
-  Vec3 p_T = shape_->edge[static_cast<std::size_t>(place.leaves)].p_T;
+void ChipsEffect::ThrowOne(const Place& place, double delay_s) {
+  Vec3 p_T = shape_->edge[static_cast<std::size_t>(place.exit_point)].p_T;
   const double spindle_rad_per_s = 2 * std::numbers::pi / 60 * rpm_;
   Vec3 v_T = spindle_rad_per_s * Vec3(-p_T.y, p_T.x, 0);
   // A random point in a ball.
@@ -132,7 +132,7 @@ void ChipsEffect::ThrowOne(const Place& place, double later_s) {
   const double across = std::sqrt(1 - z * z);
   v_T += r * Vec3(across * std::cos(phi), across * std::sin(phi), z);
   p_T.z += thickness_mm_ * (Draw() - 0.5);
-  pool_.Throw({X_FT_.Point(p_T), X_FT_.Vector(v_T)}, later_s);
+  pool_.Throw({X_FT_.Point(p_T), X_FT_.Vector(v_T)}, delay_s);
   ++thrown_;
 }
 
@@ -146,11 +146,11 @@ void ChipsEffect::End(EffectEnd& end) {
     dropped_mm3_ += (number - chips) * chip_mm3_;
     waiting_mm3_ = std::max(0.0, waiting_mm3_ - number * chip_mm3_);
     FindWhereChipsLeave();
-    const double sum = places_.back().upto;
+    const double sum = places_.back().cumulative;
     for (int i = 0; i < chips; ++i) {
       const double at = sum * Draw();
       auto place = std::upper_bound(places_.begin(), places_.end(), at,
-                                    [](double value, const Place& p) { return value < p.upto; });
+                                    [](double value, const Place& p) { return value < p.cumulative; });
       if (place == places_.end()) --place;
       ThrowOne(*place, end.dt_s * (i + 0.5) / chips);
     }

@@ -27,8 +27,8 @@ class ChipPool {
   /// Allocates.
   explicit ChipPool(const ChipsParams& params);
 
-  /// Adds a chip that is thrown `later_s` from now. If `max_chips` are in the air, the oldest is removed. Tick-safe.
-  void Throw(const ChipMotion& start_F, double later_s);
+  /// Adds a chip that is thrown `delay_s` from now. If `max_chips` are in the air, the oldest is removed. Tick-safe.
+  void Throw(const ChipMotion& start_F, double delay_s);
   /// Advances the time and removes the chips whose life has ended. Tick-safe.
   void Advance(double dt_s);
 
@@ -51,7 +51,7 @@ class ChipPool {
   struct Start {
     float p_F_mm[3];
     float v_F_mm_per_s[3];
-    double born_s;
+    double thrown_s;
   };
   ChipFlight flight_;
   double life_s_;
@@ -85,12 +85,12 @@ class ChipsEffect final : public Effect {
  private:
   /// Point of the edge that cut.
   struct Place {
-    double upto;  // sum of the cut at this point and at those before it
+    double cumulative;  // sum of the cut at this point and at those before it
     int point;
-    int leaves = 0;  // point of the edge at which its chips fly off
+    int exit_point = 0;  // point of the edge at which its chips fly off
   };
   void FindWhereChipsLeave();
-  void ThrowOne(const Place& place, double later_s);
+  void ThrowOne(const Place& place, double delay_s);
   double Draw();  // random number between 0 and 1, both excluded
 
   ChipsParams params_;
@@ -103,7 +103,7 @@ class ChipsEffect final : public Effect {
   Pose X_FT_;
   double rpm_ = 0;
   int stride_ = 1;
-  std::uint64_t dice_;
+  std::uint64_t random_state_;
   std::uint64_t thrown_ = 0;
   double dropped_mm3_ = 0;
   double waiting_mm3_ = 0;

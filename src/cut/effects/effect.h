@@ -55,7 +55,7 @@ struct EffectStep {
   const Edge& edge;
   const Faces* faces = nullptr;  // as in EffectSetup
   double rpm = 0;                // signed; 0: stopped
-  bool looks = true;             // false: the slab law has taken over, the bone is not read
+  bool reads_bone = true;        // false: the slab law has taken over, the bone is not read
 };
 
 /// Teeth at a point of the edge, in a solved step.
@@ -94,7 +94,7 @@ struct EffectEnd {
   double engaged_teeth = 0;
   double thrust_sum_N = 0;
   double removed_mm3 = 0;
-  Vec3 f_more_W_N{0};  // force on the hand in addition to the coupling force; not in the energy balance
+  Vec3 f_extra_W_N{0};  // force on the hand in addition to the coupling force; not in the energy balance
 };
 
 /// Maximum number of points that an effect adds to a step.
@@ -121,7 +121,7 @@ class Effect {
   /// Called after the tool has been set down elsewhere.
   virtual void Reset() { Release(); }
   /// Called after bone has been restored; Reset() follows.
-  virtual void BoneCameBack() {}
+  virtual void BoneRestored() {}
   /// Writes the values of EffectInfo::channels.
   virtual void Report(std::span<double>) const {}
 

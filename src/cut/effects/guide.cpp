@@ -85,22 +85,23 @@ Vec3 GuideEffect::FindPoint(const Wall& wall, const Pose& X_FT) const {
   return length > 1e-9 ? radius_mm_ / length * n_T : Vec3(0);
 }
 
-double GuideEffect::CalcWay(const Wall& wall, const Pose& X_FT) const {
+/// Returns the position of the wall's point along the wall's normal, from the plan's point, mm.
+double GuideEffect::CalcPosition(const Wall& wall, const Pose& X_FT) const {
   return glm::dot(wall.n_W, X_FT.Point(FindPoint(wall, X_FT)) - p_F_mm_);
 }
 
 /// Returns the distance to the nearest wall, mm.
 double GuideEffect::CalcGap(const Pose& X_FT) const {
   double gap = 1e300;
-  for (const Wall& wall : walls_) gap = std::min(gap, wall.at_mm - CalcWay(wall, X_FT));
+  for (const Wall& wall : walls_) gap = std::min(gap, wall.at_mm - CalcPosition(wall, X_FT));
   return gap;
 }
 
 /// Lets walls that were pushed beyond their own position follow the tool back.
 void GuideEffect::Follow(const Pose& X_FT) {
   for (Wall& wall : walls_) {
-    const double way_mm = CalcWay(wall, X_FT);
-    if (fresh_ || way_mm < wall.at_mm) wall.at_mm = std::max(wall.min_mm, way_mm);
+    const double position_mm = CalcPosition(wall, X_FT);
+    if (fresh_ || position_mm < wall.at_mm) wall.at_mm = std::max(wall.min_mm, position_mm);
   }
   fresh_ = false;
 }
@@ -133,7 +134,7 @@ void GuideEffect::Solved(const EffectSolved& solved) {
     const SolidPoint& p = solved.problem.solids[wall.solid];
     const double at_end_mm = p.depth_mm + solved.problem.tau_s * Dot(p.row, solved.u);
     f_W_N -= wall.stiffness_N_per_mm * std::max(0.0, at_end_mm) * wall.n_W;
-    wall.at_mm = std::max(wall.at_mm, CalcWay(wall, solved.X_FT_next) - yield_mm_);
+    wall.at_mm = std::max(wall.at_mm, CalcPosition(wall, solved.X_FT_next) - yield_mm_);
   }
   force_N_ = glm::length(f_W_N);
   solved_ = true;
@@ -152,7 +153,7 @@ void GuideEffect::Report(std::span<double> channels) const {
   const Vec3 p_mm = at_.p_AB - p_F_mm_;
   double deviation_mm = 0;
   for (const Wall& wall : walls_) {
-    if (std::abs(glm::dot(wall.n_W, n_W_)) > 0.5) deviation_mm = std::max(deviation_mm, CalcWay(wall, at_));
+    if (std::abs(glm::dot(wall.n_W, n_W_)) > 0.5) deviation_mm = std::max(deviation_mm, CalcPosition(wall, at_));
   }
   Vec3 n_T = at_.InverseVector(depth_W_);
   if (is_disc_) n_T.z = 0;

@@ -49,7 +49,7 @@ class GuideEffect final : public Effect {
     std::size_t solid = 0;  // its index in the problem's solids
   };
   Vec3 FindPoint(const Wall& wall, const Pose& X_FT) const;
-  double CalcWay(const Wall& wall, const Pose& X_FT) const;
+  double CalcPosition(const Wall& wall, const Pose& X_FT) const;
   double CalcGap(const Pose& X_FT) const;
   void Follow(const Pose& X_FT);
 

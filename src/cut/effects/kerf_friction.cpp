@@ -58,20 +58,20 @@ class KerfFrictionEffect final : public Effect {
   void Solved(const EffectSolved& solved) override {
     const StepProblem& problem = solved.problem;
     if (solved.rpm == 0) {
-      const auto stood = solved.edge.found_count();
-      for (std::size_t n = 0; n < stood; ++n) {
+      const auto stopped_points = solved.edge.found_count();
+      for (std::size_t n = 0; n < stopped_points; ++n) {
         const SolidPoint& solid = problem.solids[n];
         const double depth_mm = std::max(solid.depth_mm + problem.tau_s * Dot(solid.row, solved.u), 0.0);
         edge_force_N_[static_cast<std::size_t>(solved.edge.found_point(n))] = solid.stiffness_N_per_mm * depth_mm;
       }
-      bears_ = bears_ || stood > 0;
+      is_loaded_ = is_loaded_ || stopped_points > 0;
     }
     if (solved.faces != nullptr) GatherFlats(*solved.faces, solved);
   }
 
   void Release() override {
-    if (!bears_) return;
-    bears_ = false;
+    if (!is_loaded_) return;
+    is_loaded_ = false;
     patches_ = {};
     std::fill(edge_force_N_.begin(), edge_force_N_.end(), 0.0);
   }
@@ -144,7 +144,7 @@ class KerfFrictionEffect final : public Effect {
       patch.force_N += force_N;
       patch.x_N += force_N * p_T.x;
       patch.y_N += force_N * p_T.y;
-      bears_ = true;
+      is_loaded_ = true;
     }
   }
 
@@ -182,7 +182,7 @@ class KerfFrictionEffect final : public Effect {
   double half_mm_;
   double max_couple_N_;  // sum of both forces of the couple
   double reach_mm_;
-  bool bears_ = false;  // true if any value below is not 0
+  bool is_loaded_ = false;  // true if any value below is not 0
   std::array<Patch, kPatches> patches_{};
   std::vector<int> patch_of_pair_;    // for the points on the lower side
   std::vector<double> edge_force_N_;  // normal force on each point of a stopped edge, in the last step

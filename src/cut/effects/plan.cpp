@@ -46,8 +46,8 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
   const StepProblem& problem = solved.problem;
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
     const CuttingPoint& point = problem.cutting[i];
-    const Edge::Met& met = solved.edge.met()[i];
-    const EdgePoint& place = shape_->edge[static_cast<std::size_t>(met.point)];
+    const Edge::Contact& contact = solved.edge.contacts()[i];
+    const EdgePoint& place = shape_->edge[static_cast<std::size_t>(contact.point)];
     ToothLoad load;
     const double speed = Dot(point.row, solved.u), along_speed = Dot(point.along, solved.u);
     load.e_T = point.FindOutwards(speed, along_speed);
@@ -56,7 +56,7 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     load.speed_mm_per_s = std::max(0.0, speed);
     load.thrust_N = point.teeth * problem.MeanToothForce(point, speed, along_speed).radial_N;
     load.E_star_MPa = point.E_star_MPa;
-    load.region = met.region;
+    load.region = contact.region;
     teeth_.push_back(load);
   }
   solved.teeth = teeth_;

@@ -45,8 +45,8 @@ class EffectPlan {
     for (const Entry& entry : entries_) entry.effect->Reset();
   }
 
-  void BoneCameBack() {
-    for (const Entry& entry : entries_) entry.effect->BoneCameBack();
+  void BoneRestored() {
+    for (const Entry& entry : entries_) entry.effect->BoneRestored();
   }
 
   // ---- between ticks

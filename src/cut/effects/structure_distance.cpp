@@ -63,7 +63,7 @@ Vec3 StructureDistance::NearestOfTool(const Vec3& p_T) const {
 
 /// Returns the distance of the patch's centre from the boxes, or the limit of the search if that is less. Lowers `best`
 /// if it finds a smaller distance.
-double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& best) {
+double StructureDistance::QueryPatch(const Pose& X_FT, const Patch& patch, Nearest& best) {
   const double limit_mm = best.distance_mm + Reach(patch);
   ++queries_;
   const BoxTree::Nearest found = tree_.FindNearest(X_FT.Point(patch.p_T), limit_mm);
@@ -87,16 +87,16 @@ double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& bes
 }
 
 /// Searches a patch that its bound does not exclude for a distance below `best`.
-void StructureDistance::Divide(const Pose& X_FT, const Patch& patch, Nearest& best) {
+void StructureDistance::SearchPatch(const Pose& X_FT, const Patch& patch, Nearest& best) {
   const double enough_mm = std::max(kMin_mm, kTolerance * best.distance_mm);
   for (int i = 0; i < 4 && queries_ < max_queries_ && best.distance_mm > 0; ++i) {
     const double half = 0.5 * patch.radius_mm;
     const Patch part{patch.p_T + Vec3(i % 2 == 0 ? -half : half, i < 2 ? -half : half, 0),
                      std::sqrt(0.5) * patch.radius_mm};
     if (std::hypot(part.p_T.x, part.p_T.y) > radius_mm_ + part.radius_mm) continue;
-    const double distance_mm = Ask(X_FT, part, best);
+    const double distance_mm = QueryPatch(X_FT, part, best);
     if (distance_mm - Reach(part) < best.distance_mm - enough_mm && part.radius_mm > enough_mm) {
-      Divide(X_FT, part, best);
+      SearchPatch(X_FT, part, best);
     }
   }
 }
@@ -109,7 +109,7 @@ StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limi
   X_looked_ = X_FT;
   if (tree_.CalcDistanceToAll(X_FT.p_AB) - reach_mm_ >= limit_mm) return best;
   const auto ask = [&](std::size_t i) {
-    bound_mm_[i] = Ask(X_FT, patches_[i], best);
+    bound_mm_[i] = QueryPatch(X_FT, patches_[i], best);
     looked_at_mm_[i] = travelled_mm_;
   };
   if (!is_disc_) {
@@ -139,7 +139,7 @@ StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limi
       nearest = i;
     }
     if (best.distance_mm == 0) break;
-    if (bound_mm_[i] - Reach(patches_[i]) < best.distance_mm - enough_mm) Divide(X_FT, patches_[i], best);
+    if (bound_mm_[i] - Reach(patches_[i]) < best.distance_mm - enough_mm) SearchPatch(X_FT, patches_[i], best);
   }
   best_patch_ = nearest;
   return best;

@@ -25,7 +25,7 @@ constexpr const char* kTooLarge = "is too large for the voxels of the bone's reg
 struct Crossing {
   int x, y;
   double z;
-  int way;  // direction, 1 or -1
+  int direction;  // 1 or -1
 };
 
 struct Interval {
@@ -143,13 +143,13 @@ void StructureVoxels::AddSurface(const TriangleMesh& closed_W) {
     }
   }
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tie(a.x, a.y, a.z, a.way) < std::tie(b.x, b.y, b.z, b.way);
+    return std::tie(a.x, a.y, a.z, a.direction) < std::tie(b.x, b.y, b.z, b.direction);
   });
   int around = 0;
   for (std::size_t i = 0; i + 1 < crossings.size(); ++i) {
     const Crossing& here = crossings[i];
     const Crossing& next = crossings[i + 1];
-    around += here.way;
+    around += here.direction;
     if (here.x != next.x || here.y != next.y) {
       around = 0;
     } else if (around != 0) {

@@ -30,7 +30,7 @@ constexpr double kLookAgain = 0.01;          // motion of the tool that triggers
 constexpr double kLookAgain_mm = 0.01;       // the same near a structure
 constexpr std::size_t kMaxQueries = 48;      // Embree queries in a search
 constexpr std::size_t kFirstQueries = 2000;  // in the first search
-constexpr std::size_t kDepthsAStep = 8;      // teeth in breach whose depth is computed in a step
+constexpr std::size_t kDepthsPerStep = 8;    // teeth in breach whose depth is computed in a step
 constexpr double kDepthGrows_mm = 0.1;       // growth of the depth per query, which limits the range of the search
 constexpr const char* kNone = "none";
 constexpr double kHysteresis = 1.1;  // the tool counts as away again beyond this multiple of the margin
@@ -90,8 +90,8 @@ std::string FindFault(std::span<const EffectValue> values) {
   return "";
 }
 
-std::vector<Box3> Moved(std::vector<Box3> boxes, const Vec3& way) {
-  for (Box3& box : boxes) box = {box.lower + way, box.upper + way};
+std::vector<Box3> Moved(std::vector<Box3> boxes, const Vec3& offset) {
+  for (Box3& box : boxes) box = {box.lower + offset, box.upper + offset};
   return boxes;
 }
 
@@ -112,8 +112,8 @@ StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectS
 
 void StructuresEffect::Solved(const EffectSolved& solved) {
   double in_N = 0;
-  std::size_t in_breach = 0, looks = 0;
-  const std::size_t stride = std::max<std::size_t>(1, solved.teeth.size() / kDepthsAStep);
+  std::size_t in_breach = 0, searches = 0;
+  const std::size_t stride = std::max<std::size_t>(1, solved.teeth.size() / kDepthsPerStep);
   for (const ToothLoad& tooth : solved.teeth) {
     const double cut = solved.time_s * tooth.teeth * tooth.speed_mm_per_s;
     cut_all_ += cut;
@@ -126,8 +126,8 @@ void StructuresEffect::Solved(const EffectSolved& solved) {
     in_N += tooth.thrust_N;
     // Only a few teeth are searched in each step, in turn. The range of the search is limited to the known depth and a
     // little more, so the depth approaches its true value over several steps.
-    if (in_breach++ % stride != next_tooth_ % stride || looks == kDepthsAStep) continue;
-    ++looks;
+    if (in_breach++ % stride != next_tooth_ % stride || searches == kDepthsPerStep) continue;
+    ++searches;
     const double limit_mm = breach_depth_mm_ + kDepthGrows_mm;
     breach_depth_mm_ =
         std::max(breach_depth_mm_, shell_.FindNearest(solved.X_FT.Point(tooth.p_T), limit_mm).distance_mm);
@@ -156,18 +156,18 @@ void StructuresEffect::End(EffectEnd& end) {
     breach_force_N_ = std::max(breach_force_N_, force_now_N_);
   }
   cut_fraction_ = cut_all_ = force_now_N_ = 0;
-  if (breach && !in_breach_) Note(StructureEvent::Kind::kBreach);
+  if (breach && !in_breach_) RecordEvent(StructureEvent::Kind::kBreach);
   in_breach_ = breach;
   if (!near_ && found_ && distance_mm_ < warn_mm_) {
     near_ = true;
-    Note(StructureEvent::Kind::kNear);
+    RecordEvent(StructureEvent::Kind::kNear);
   } else if (near_ && (!found_ || distance_mm_ > kHysteresis * warn_mm_)) {
     near_ = false;
-    Note(StructureEvent::Kind::kAway);
+    RecordEvent(StructureEvent::Kind::kAway);
   }
 }
 
-void StructuresEffect::Note(StructureEvent::Kind kind) {
+void StructuresEffect::RecordEvent(StructureEvent::Kind kind) {
   if (events_.size() < kMaxEvents) events_.push_back({kind, time_s_, distance_mm_, p_F_mm_ + p_WF_mm_});
 }
 

@@ -50,8 +50,8 @@ class StructureDistance {
   void MakePatches();
   double Reach(const Patch& patch) const { return std::hypot(patch.radius_mm, half_mm_); }
   Vec3 NearestOfTool(const Vec3& p_T) const;
-  double Ask(const Pose& X_FT, const Patch& patch, Nearest& best);
-  void Divide(const Pose& X_FT, const Patch& patch, Nearest& best);
+  double QueryPatch(const Pose& X_FT, const Patch& patch, Nearest& best);
+  void SearchPatch(const Pose& X_FT, const Patch& patch, Nearest& best);
 
   BoxTree tree_;
   bool is_disc_;
@@ -105,7 +105,7 @@ class StructuresEffect final : public Effect {
   static constexpr std::size_t kMaxEvents = 256;
 
  private:
-  void Note(StructureEvent::Kind kind);
+  void RecordEvent(StructureEvent::Kind kind);
 
   std::array<bool, 256> regions_;
   double warn_mm_;

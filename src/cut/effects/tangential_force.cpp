@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLag_s = 0.004;
 constexpr double kMin_N = 1e-9;
-constexpr double kHeld_rad_per_s = 100;
+constexpr double kStalledSlip_rad_per_s = 100;
 constexpr double kMinArm = 1e-9;  // mm; a tooth on the spindle's axis does not move
 
 /// Returns the sector of a point: an eighth of the turn about the spindle.
@@ -25,7 +25,7 @@ std::size_t FindSector(const Vec3& p_T) {
 }  // namespace
 
 TangentialForceEffect::TangentialForceEffect(double ratio, const EffectSetup& setup)
-    : ratio_(ratio), p_TC_(setup.p_TC_mm), in_hand_(setup.faces != nullptr) {}
+    : ratio_(ratio), p_TC_(setup.p_TC_mm), is_coupled_(setup.faces != nullptr) {}
 
 const TangentialForceEffect& TangentialForceEffect::In(const EffectPlan& plan) {
   const Effect* effect = plan.Find("tangential_force");
@@ -37,7 +37,7 @@ TangentialForceEffect& TangentialForceEffect::In(EffectPlan& plan) {
 }
 
 void TangentialForceEffect::Engage(const EffectStep& step, StepProblem& problem) {
-  if (!bears_) return;
+  if (!is_loaded_) return;
   const double omega = CalcSlipSpeed(step.rpm);
   if (omega == 0) return;
   for (const Sector& sector : sectors_) {
@@ -53,24 +53,24 @@ void TangentialForceEffect::Engage(const EffectStep& step, StepProblem& problem)
 /// Returns the angular velocity of the teeth, rad/s. With the spindle stopped it has the direction of the motor's
 /// torque and is faster than any hand, so that the force is that of the motor and does not act as friction.
 double TangentialForceEffect::CalcSlipSpeed(double rpm) const {
-  return rpm != 0 ? rpm * std::numbers::pi / 30 : way_ * kHeld_rad_per_s;
+  return rpm != 0 ? rpm * std::numbers::pi / 30 : direction_ * kStalledSlip_rad_per_s;
 }
 
 void TangentialForceEffect::Solved(const EffectSolved& solved) {
   const bool turns = solved.rpm != 0;
   for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = tooth.thrust_N / ratio_;
-  if (bears_) AddUp(solved);
-  const bool bore = bears_;
+  if (is_loaded_) AddUp(solved);
+  const bool was_loaded = is_loaded_;
   if (turns) {
-    way_ = solved.rpm > 0 ? 1 : -1;
-    if (!bore && solved.teeth.empty()) return;
+    direction_ = solved.rpm > 0 ? 1 : -1;
+    if (!was_loaded && solved.teeth.empty()) return;
   } else if (motor_Nmm_ != 0) {
-    way_ = motor_Nmm_ > 0 ? 1 : -1;
+    direction_ = motor_Nmm_ > 0 ? 1 : -1;
   }
 
   // A tool on a prescribed path does not yield to the force, so it needs no lag.
-  const double lag = in_hand_ ? 1 - std::exp(-solved.time_s / kLag_s) : 1;
-  const double fresh = in_hand_ ? std::min(ratio_ * ratio_ / (1 + ratio_ * ratio_), lag) : 1;
+  const double lag = is_coupled_ ? 1 - std::exp(-solved.time_s / kLag_s) : 1;
+  const double fresh = is_coupled_ ? std::min(ratio_ * ratio_ / (1 + ratio_ * ratio_), lag) : 1;
   for (Sector& sector : sectors_) {
     sector.force_N *= 1 - fresh;
     sector.arm_Nmm *= 1 - fresh;
@@ -80,8 +80,8 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
     for (const ToothLoad& tooth : solved.teeth) Add(tooth.p_T, fresh * tooth.tangential_N);
   } else {
     const StepProblem& problem = solved.problem;
-    const std::size_t stood = std::min(solved.edge.found_count(), problem.solids.size());
-    for (std::size_t n = 0; n < stood; ++n) {
+    const std::size_t stopped_points = std::min(solved.edge.found_count(), problem.solids.size());
+    for (std::size_t n = 0; n < stopped_points; ++n) {
       const SolidPoint& solid = problem.solids[n];
       const double depth_mm = solid.depth_mm + problem.tau_s * Dot(solid.row, solved.u);
       if (!(depth_mm > 0)) continue;
@@ -89,17 +89,17 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
           fresh * solid.stiffness_N_per_mm * depth_mm / ratio_);
     }
   }
-  bears_ = false;
+  is_loaded_ = false;
   for (Sector& sector : sectors_) {
     if (sector.force_N > kMin_N) {
-      bears_ = true;
+      is_loaded_ = true;
     } else {
       sector = {};
     }
   }
-  const double needed_Nmm = CalcNeeded();
-  const double target = turns || std::abs(motor_Nmm_) >= needed_Nmm ? 1 : std::abs(motor_Nmm_) / needed_Nmm;
-  fraction_ = bore ? fraction_ + lag * (target - fraction_) : target;
+  const double required_Nmm = CalcRequiredTorque();
+  const double target = turns || std::abs(motor_Nmm_) >= required_Nmm ? 1 : std::abs(motor_Nmm_) / required_Nmm;
+  fraction_ = was_loaded ? fraction_ + lag * (target - fraction_) : target;
 }
 
 void TangentialForceEffect::Add(const Vec3& p_T, double force_N) {
@@ -111,7 +111,7 @@ void TangentialForceEffect::Add(const Vec3& p_T, double force_N) {
   AddTo(sector.row, force_N, MakeRow(Vec3(-p_T.y, p_T.x, 0) / arm_mm, p_T - p_TC_));
 }
 
-double TangentialForceEffect::CalcNeeded() const {
+double TangentialForceEffect::CalcRequiredTorque() const {
   double torque_Nmm = 0;
   for (const Sector& sector : sectors_) torque_Nmm += sector.arm_Nmm;
   return torque_Nmm;
@@ -138,7 +138,7 @@ void TangentialForceEffect::AddUp(const EffectSolved& solved) {
 }
 
 void TangentialForceEffect::End(EffectEnd& end) {
-  if (end.rpm == 0 && !in_hand_) Release();  // then no step is solved
+  if (end.rpm == 0 && !is_coupled_) Release();  // then no step is solved
   if (!acted_) return;
   const double inv = 1 / end.dt_s;
   figures_ = {inv * sums_.sum_N, inv * sums_.pull_T_N, inv * sums_.torque_Nmm, inv * sums_.power_W};
@@ -147,8 +147,8 @@ void TangentialForceEffect::End(EffectEnd& end) {
 }
 
 void TangentialForceEffect::Release() {
-  if (!bears_) return;
-  bears_ = false;
+  if (!is_loaded_) return;
+  is_loaded_ = false;
   sectors_ = {};
 }
 

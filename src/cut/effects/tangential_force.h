@@ -48,9 +48,9 @@ class TangentialForceEffect final : public Effect {
 
   /// Sets the torque that the motor exerts while the spindle is stopped, positive about +z. The stopped edge transmits
   /// it to the bone. Tick-safe.
-  void SetHeld(double motor_Nmm) { motor_Nmm_ = motor_Nmm; }
+  void SetHoldingTorque(double motor_Nmm) { motor_Nmm_ = motor_Nmm; }
   /// Returns the torque that the teeth need to cut, N mm; for a stopped spindle, with the current contact forces.
-  double CalcNeeded() const;
+  double CalcRequiredTorque() const;
 
  private:
   /// Sums over the teeth in a sector, chosen so that force, torque and power are the same as with each tooth by itself.
@@ -67,12 +67,12 @@ class TangentialForceEffect final : public Effect {
 
   double ratio_;
   double motor_Nmm_ = 0;  // of the stopped spindle
-  double way_ = 0;        // direction of the last rotation: 1 or -1
+  double direction_ = 0;  // direction of the last rotation: 1 or -1
   double fraction_ = 1;   // active fraction of the sectors' forces: 1, or less with the spindle stopped
   Vec3 p_TC_;
-  bool in_hand_;
-  bool bears_ = false;  // any sector is not 0
-  bool acted_ = false;  // any of the figures or their sums is not 0
+  bool is_coupled_;
+  bool is_loaded_ = false;  // any sector is not 0
+  bool acted_ = false;      // any of the figures or their sums is not 0
   std::array<Sector, kSectors> sectors_{};
   Figures figures_;
   Figures sums_;  // weighted by time

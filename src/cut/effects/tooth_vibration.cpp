@@ -58,13 +58,13 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
   if (solved.rpm == 0 || solved.teeth.empty()) return;
   awake_ = true;
   const StepProblem& problem = solved.problem;
-  const double way = solved.rpm > 0 ? 1 : -1;
+  const double sign = solved.rpm > 0 ? 1 : -1;
   // Change of the bite due to runout, as an outward speed.
   const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(std::numbers::pi / teeth_) * problem.passes_per_s;
   for (const ToothLoad& tooth : solved.teeth) {
     if (!(tooth.speed_mm_per_s > 0)) continue;
     const double alpha = std::atan2(tooth.e_T.y, tooth.e_T.x);
-    const Vec3 along(-way * tooth.e_T.y, way * tooth.e_T.x, 0);
+    const Vec3 along(-sign * tooth.e_T.y, sign * tooth.e_T.x, 0);
     const Vec3 direction = -tooth.e_T - params_.tangential_share * along;
     const double change_mm_per_s = std::min(more_mm_per_s, tooth.speed_mm_per_s);
     const double turning_N = 0.5 * tooth.teeth *
@@ -72,7 +72,7 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
                               problem.ToothForceAt(tooth.speed_mm_per_s - change_mm_per_s, tooth.E_star_MPa));
     const auto add = [&](int line, double thrust_N, const Vec3& d) {
       const Complex phase =
-          std::polar(solved.time_s * thrust_N, -way * lines_[static_cast<std::size_t>(line)].order * alpha);
+          std::polar(solved.time_s * thrust_N, -sign * lines_[static_cast<std::size_t>(line)].order * alpha);
       for (int axis = 0; axis < 3; ++axis)
         sums_[static_cast<std::size_t>(line)][static_cast<std::size_t>(axis)] += phase * d[axis];
     };
@@ -119,14 +119,14 @@ void ToothVibrationEffect::End(EffectEnd& end) {
   const double force_N = glm::length(f_T_N);
   if (force_N > params_.max_N) f_T_N *= params_.max_N / force_N;
   force_N_ = std::min(force_N, params_.max_N);
-  end.f_more_W_N += end.X_FT.Vector(f_T_N);
+  end.f_extra_W_N += end.X_FT.Vector(f_T_N);
   if (largest_N < kSilent_N) Reset();
 }
 
-Vec3 ToothVibrationEffect::Sample(double later_s) const {
+Vec3 ToothVibrationEffect::Sample(double delay_s) const {
   Vec3 f_T_N(0);
   if (!awake_) return f_T_N;
-  const double theta = theta_rad_ + 2 * std::numbers::pi * std::fmod(spindle_Hz_ * later_s, 1);
+  const double theta = theta_rad_ + 2 * std::numbers::pi * std::fmod(spindle_Hz_ * delay_s, 1);
   for (const Line& line : lines_) {
     if (line.order == 0) continue;
     const Complex turn = std::polar(1.0, line.order * theta);

@@ -36,9 +36,9 @@ class ToothVibrationEffect final : public Effect {
   enum { kRunout, kSet, kPassing, kPassing2, kLines };
   const std::array<Line, kLines>& lines() const { return lines_; }
   double spindle_Hz() const { return spindle_Hz_; }
-  /// Returns the whole vibration `later_s` after the end of the tick, for sound and for actuators that are faster than
+  /// Returns the whole vibration `delay_s` after the end of the tick, for sound and for actuators that are faster than
   /// the tick. Tool frame, N. Tick-safe.
-  Vec3 Sample(double later_s) const;
+  Vec3 Sample(double delay_s) const;
 
  private:
   ToothVibrationParams params_;

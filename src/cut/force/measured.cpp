@@ -19,8 +19,8 @@ constexpr std::array<LawCaveat, 3> kCaveats{{
      "good for: the paper's tables; not for: absolute forces, energies, the effect of the feed, the choice of a blade"},
     {"edge_plus_chip", true,
      "good for: the magnitude of the thrust in cortical bone at bites of 2.5 to 10 um, within the factor of 2 to 3 by "
-     "which "
-     "studies differ, and the effect of the feed there; not for: smaller bites, soft bone, discs of another diameter"},
+     "which studies differ, and the effect of the feed there; not for: smaller bites, soft bone, discs of another "
+     "diameter"},
 }};
 
 double CalcMeasuredThrust(double bite_mm) {
@@ -76,7 +76,7 @@ std::string DescribeBlades(const ForceLaw& law) {
   return fmt::format("ignores the blade's thickness and {}: it can't be used to compare blades", rest);
 }
 
-double FindTopValidBite(const ForceLaw& law, const Tool& tool) {
+double FindMaxValidBite(const ForceLaw& law, const Tool& tool) {
   const double default_mm = law.info().validity.to_mm;
   if (std::string_view(law.name()) != "hertz_chip") return default_mm;
   double low_mm = 0;

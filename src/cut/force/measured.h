@@ -70,7 +70,7 @@ std::string DescribeBlades(const ForceLaw& law);
 inline constexpr double kMaxThrustFactor = 2;
 /// Returns the largest bite for which the law is valid, mm. For hertz_chip it is the bite at which the law's thrust is
 /// kMaxThrustFactor times the measured thrust; this bite depends on the tool.
-double FindTopValidBite(const ForceLaw& law, const Tool& tool);
+double FindMaxValidBite(const ForceLaw& law, const Tool& tool);
 
 /// Returns true if the law is not valid at any bite (to_mm = 0): its force does not depend on the bite, as the text
 /// `beyond` states.

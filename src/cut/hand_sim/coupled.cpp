@@ -22,15 +22,15 @@ constexpr double kMaxRpm = 1e6;
 constexpr double kMinRpm = 1;
 constexpr double kMaxSpeed = 1e6;  // of the handle, mm/s and rad/s
 
-bool IsFinite(const Vec3& v, double most) {
-  return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
+bool IsFinite(const Vec3& v, double limit) {
+  return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
 }
 
-/// Returns the number of parts into which a motion must be divided so that each is at most `most` long. The straight
-/// part of a motion is inversely proportional to the number of parts, and the bend is inversely proportional to the
-/// square of that number.
-double CountSteps(double straight, double bent, double most) {
-  return (straight + std::sqrt(straight * straight + 4 * bent * most)) / (2 * most);
+/// Returns the number of parts into which a motion must be divided so that each is at most `max_length` long. The
+/// straight part of a motion is inversely proportional to the number of parts, and the bend is inversely proportional
+/// to the square of that number.
+double CountSteps(double straight, double bent, double max_length) {
+  return (straight + std::sqrt(straight * straight + 4 * bent * max_length)) / (2 * max_length);
 }
 
 /// Returns the stiffness of each point of a stopped edge, N/mm. The stiffness of an eighth of a disc's pitch, or of one
@@ -83,17 +83,17 @@ void CoupledSimulation::State::Release() {
 CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInput& in, CoupledOutput& out) {
   const double margin_mm = kMarginVoxels * h;
   if (clearance.IsNear(X_WT, margin_mm)) return Flight::kNear;
-  const double way_mm = clearance.bound_mm() - margin_mm;
+  const double free_mm = clearance.bound_mm() - margin_mm;
   const double travel_mm = CalcTravel(X_WT, in.X_WH, shape.reach_mm);
-  const bool there = travel_mm <= way_mm;
+  const bool arrives = travel_mm <= free_mm;
   if (effects.Holds({X_WT, in.X_WH})) return Flight::kNear;
-  if (!there && way_mm < kStepVoxels * h) return Flight::kNear;  // shorter than a step
+  if (!arrives && free_mm < kStepVoxels * h) return Flight::kNear;  // shorter than a step
   CutWaiting(out);
   Release();
   EndSlab();
-  X_WT = there ? in.X_WH : Interpolate(X_WT, in.X_WH, way_mm / travel_mm);
+  X_WT = arrives ? in.X_WH : Interpolate(X_WT, in.X_WH, free_mm / travel_mm);
   coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
-  return there ? Flight::kThere : Flight::kUnderWay;
+  return arrives ? Flight::kArrived : Flight::kUnderWay;
 }
 
 /// Moves the tool and updates the energies of the springs. `fraction`: completed part of the step that the problem was
@@ -128,35 +128,35 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   problem.coupling = coupling.MakeStep(X_WT, in);
   const bool turning = in.rpm != 0;
   const double axial_mm = kAxialFraction * std::min(h, CalcThickness(params.tool));
-  const bool looks = looked_fraction > 0;
-  const double stiffness_fraction = looked_fraction * (fidelity == Fidelity::kFull ? 1 : 2);
-  problem.cutting_share = looked_fraction;
+  const bool reads_bone = bone_fraction > 0;
+  const double stiffness_fraction = bone_fraction * (fidelity == Fidelity::kFull ? 1 : 2);
+  problem.cutting_share = bone_fraction;
   problem.flat_stiffness_N_per_mm = stiffness_fraction * kFlatStiffness_N_per_mm;
-  if (!looks) {
+  if (!reads_bone) {
     edge.Release();
     faces.Release();
     effects.Release();
   } else if (turning) {
     edge.FindTeeth(probe, problem);
   } else {
-    edge.FindSolids(probe, (kStepVoxels + kAxialFraction) * h, looked_fraction * CalcSolidStiffness(shape), problem);
+    edge.FindSolids(probe, (kStepVoxels + kAxialFraction) * h, bone_fraction * CalcSolidStiffness(shape), problem);
   }
-  if (is_disc && looks) {
+  if (is_disc && reads_bone) {
     faces.Find(probe, axial_mm, turning, problem);
   }
   first_guide = problem.solids.size();
   double drawn_mJ = 0;
   if (slab.active()) {
     // A spring that becomes stiffer while the slab law takes over must not push the tool back by itself.
-    drawn_mJ = slab.CalcEnergy(X_WT, 1 - looked_fraction);
+    drawn_mJ = slab.CalcEnergy(X_WT, 1 - bone_fraction);
     if (drawn_mJ - guide_mJ > reserve_mJ + 1e-12 * guide_mJ) {
       slab.Anchor(X_WT);
       drawn_mJ = 0;
     }
-    slab.AddTo(X_WT, 1 - looked_fraction, problem);
+    slab.AddTo(X_WT, 1 - bone_fraction, problem);
   }
   first_of_effects = problem.solids.size();
-  effects.Engage({X_WT, probe, edge, &faces, in.rpm, looks}, problem);
+  effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone}, problem);
   if (problem.empty()) return;
   drawn_mJ += CalcSolidsEnergy(first_of_effects, problem.solids.size(), 0);
   double energy_mJ = drawn_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
@@ -209,7 +209,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double speed = Dot(p.row, u);
     sums.teeth += time_s * p.teeth;
     teeth_now += p.teeth;
-    sums.E += time_s * p.teeth * edge.met()[i].E_MPa;
+    sums.E += time_s * p.teeth * edge.contacts()[i].E_MPa;
     const double along = problem.arc_rad > 0 ? Dot(p.along, u) : 0;
     const ToothMean mean = problem.MeanToothForce(p, speed, along);
     if (!(speed > 0) && !(mean.radial_N > 0)) continue;
@@ -222,7 +222,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
       work_mJ += time_s * p.teeth * mean.along_N * along;
     }
     sums.thrust += time_s * magnitude;
-    const auto region = static_cast<std::size_t>(edge.met()[i].region);
+    const auto region = static_cast<std::size_t>(edge.contacts()[i].region);
     sums.thrust_by_region[region] += time_s * magnitude;
     out.regions_cut[region / 64] |= std::uint64_t{1} << (region % 64);
     sums.bite += time_s * p.teeth * std::max(speed, 0.0) / problem.passes_per_s;
@@ -254,7 +254,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double power = factor * (a * own_a + b * own_b);
     (power >= 0 ? out.friction_mJ : out.spindle_mJ) += time_s * std::abs(power);
   }
-  if (looked_fraction == 1) {
+  if (bone_fraction == 1) {
     f_cut_T = f_edge_T;
     teeth = teeth_now;
   }
@@ -342,7 +342,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
     // 2 near: through air the tool moves with the handle
     enter(TickStage::kNear);
     const Flight flight = Fly(in, out);
-    if (flight == Flight::kThere) {
+    if (flight == Flight::kArrived) {
       if (out.substeps == 0) out.status |= kCoupledAsleep;
       sums.f_damper_W = sums.tau_damper_W = Vec3(0);
       return true;
@@ -379,7 +379,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
     enter(TickStage::kRemove);
     if (in.rpm == 0) {
       CutWaiting(out);
-    } else if (looked_fraction == 0) {
+    } else if (bone_fraction == 0) {
       CutWaiting(out);
       path.Record(X_WT, kStepVoxels * h);
     } else {
@@ -403,9 +403,9 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
   return true;
 }
 
-CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* observer) {
+CoupledOutput CoupledSimulation::Tick(const CoupledInput& input, TickObserver* observer) {
   State& s = *state_;
-  CoupledInput in = asked;
+  CoupledInput in = input;
   if (std::abs(in.rpm) < kMinRpm) in.rpm = 0;
   CoupledOutput out;
   const auto enter = [observer](TickStage stage) {
@@ -426,7 +426,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
     return s.Repeat();
   }
   in.X_WH = s.Local(in.X_WH);
-  EffectBegin begin{in.dt_s, asked.rpm, in.rpm};
+  EffectBegin begin{in.dt_s, input.rpm, in.rpm};
   s.effects.Begin(begin);
   in.rpm = begin.rpm;
   if (in.rpm == 0) out.status |= kCoupledSpindleStopped;
@@ -457,16 +457,16 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
 
   // 6 effects of the whole tick
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
-  EffectEnd end{in.dt_s,           asked.rpm,          in.rpm,         s.X_WT, (out.status & kCoupledAsleep) != 0,
+  EffectEnd end{in.dt_s,           input.rpm,          in.rpm,         s.X_WT, (out.status & kCoupledAsleep) != 0,
                 mean * sums.teeth, mean * sums.thrust, out.removed_mm3};
   s.effects.End(end);
 
   // 7 publish
   enter(TickStage::kPublish);
   s.Publish(sums, out);
-  if (end.f_more_W_N != Vec3(0)) out.f_H_W_N += end.f_more_W_N;
+  if (end.f_extra_W_N != Vec3(0)) out.f_H_W_N += end.f_extra_W_N;
   // If tool and handle coincide, the output is the input's pose, without the rounding of the frame change.
-  if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = asked.X_WH;
+  if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = input.X_WH;
   if (!sums.touched && reached) out.hand_mJ = sums.drawn_mJ = 0;  // in air handle and tool move as one
   out.stored_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
   // Only springs lose energy to the finite step: all other terms are the work of forces at its end.

@@ -42,10 +42,10 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
     } else if (path.empty()) {
       blend = std::min(1.0, blend + in.dt_s / kBlend_s);
     }
-    looked_fraction = blend * blend * (3 - 2 * blend);  // smooth at both ends
+    bone_fraction = blend * blend * (3 - 2 * blend);  // smooth at both ends
     if (blend == 1) EndSlab();
   }
-  const bool is_slab = slab.active() && may && looked_fraction == 0;
+  const bool is_slab = slab.active() && may && bone_fraction == 0;
   if (!is_slab && !path.forgotten()) {
     // Complete the path up to this pose. Nothing is added once the spindle is stopped, because the saw is then held.
     if (in.rpm != 0 || (slab.active() && !slab.stopped())) path.Record(X_WT, 0);

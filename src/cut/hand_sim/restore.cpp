@@ -124,8 +124,8 @@ void Restore::End(CoupledSimulation& simulation, const Pose* X_WT) {
   CoupledSimulation::State& s = *simulation.state_;
   std::swap(s.taken_out_mm3, job_->taken_out_mm3);
   s.paced.Forget();  // pending removal belongs to the bone before the restore
-  s.cutter.BoneCameBack();
-  s.effects.BoneCameBack();
+  s.cutter.BoneRestored();
+  s.effects.BoneRestored();
   const Pose X_set = X_WT != nullptr && IsValid(*X_WT) && IsInWorld(X_WT->p_AB) ? *X_WT : s.World(s.X_WT);
   s.X_WH = s.Local(X_set);
   simulation.SetDown(X_set);

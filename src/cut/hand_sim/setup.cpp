@@ -51,13 +51,13 @@ Pose MakeStart(const Pose& X_WT) {
 }
 
 int CountOldLeaves(const BoneField& field, const CoupledParams& params) {
-  const int most = std::max(4096, params.spare_leaves);
+  const int max_count = std::max(4096, params.spare_leaves);
   const LeafIndex low = field.lowest();
   const LeafIndex high = field.highest();
   int count = 0;
   for (int x = low.x; x <= high.x; ++x) {
     for (int y = low.y; y <= high.y; ++y) {
-      for (int z = low.z; z <= high.z && count < most; ++z) {
+      for (int z = low.z; z <= high.z && count < max_count; ++z) {
         count += field.kind({x, y, z}) == BoneField::LeafKind::kOwn ? 1 : 0;
       }
     }

@@ -15,8 +15,8 @@ namespace kerf {
 /// paper's number of teeth n at depth h (cubed in the as_computed reading) and the thrust F_0 at the start: it has the
 /// shape of the law, scaled to the actual force. Along the kerf the resistance is the same; on the way out it is zero.
 /// The law does not depend on the feed. Above kMaxFeed times the feed at the start (at least kMinRated_mm_per_s) the
-/// force therefore grows in proportion to the feed; otherwise a push harder than the
-/// resistance would move the saw at any speed.
+/// force therefore grows in proportion to the feed; otherwise a push harder than the resistance would move the saw at
+/// any speed.
 class SlabGuide {
  public:
   SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading);

@@ -24,8 +24,8 @@ namespace kerf {
 
 struct CoupledSimulation::State {
   static constexpr double kFaceSpacing_mm = 1.4;
-  static constexpr double kCreep_mm_per_s =
-      0.02;  // below this speed, friction sticks; also the range of the ramp of a law with a force at zero bite
+  /// Below this speed, friction sticks; also the range of the ramp of a law with a force at zero bite.
+  static constexpr double kCreep_mm_per_s = 0.02;
   static constexpr double kMaxReserve_mJ = 5;
 
   State(Bone the_bone, const CoupledParams& the_params, const Pose& X_WT_start)
@@ -84,11 +84,11 @@ struct CoupledSimulation::State {
   void FinishPath();
   void EndSlab() {
     slab.End();
-    blend = looked_fraction = 1;
+    blend = bone_fraction = 1;
   }
   void Release();
   /// Result of a motion through air.
-  enum class Flight { kNear, kUnderWay, kThere };
+  enum class Flight { kNear, kUnderWay, kArrived };
   Flight Fly(const CoupledInput& in, CoupledOutput& out);
   void Engage(const CoupledInput& in, double time_s);
   void MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out);
@@ -125,7 +125,7 @@ struct CoupledSimulation::State {
   StepSolver solver;
   Fidelity fidelity = Fidelity::kFull;  // requested
   double blend = 1;                     // linear in time during a transition; 1: the bone alone, 0: the slab law alone
-  double looked_fraction = 1;           // fraction of the forces that come from the bone; the rest is the slab law's
+  double bone_fraction = 1;             // fraction of the forces that come from the bone; the rest is the slab law's
   Vec3 f_cut_T{0};                      // force of the teeth in the last substep without the slab law, tool frame
   double teeth = 0;                     // engaged teeth in the same substep
 
@@ -142,8 +142,8 @@ struct CoupledSimulation::State {
   CoupledOutput last;  // output of the last tick
   std::array<double, 256> taken_out_mm3{};
   std::unique_ptr<LeafHistory> history;
-  double reserve_mJ =
-      0;  // energy lost so far and not returned; bounds the energy of a push-out (penetration_limiter.h)
+  /// Energy lost so far and not returned; bounds the energy of a push-out (penetration_limiter.h).
+  double reserve_mJ = 0;
 };
 
 }  // namespace kerf

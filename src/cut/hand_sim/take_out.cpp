@@ -19,8 +19,8 @@ void CoupledSimulation::AddTakenOut(const std::array<double, 256>& mm3, double s
 void TakeOut::Leave() {
   if (place_ != PiecePlace::kOut) place_ = PiecePlace::kLeaving;
 }
-void TakeOut::Come() {
-  if (place_ != PiecePlace::kHeld) place_ = PiecePlace::kComing;
+void TakeOut::Return() {
+  if (place_ != PiecePlace::kHeld) place_ = PiecePlace::kReturning;
 }
 
 bool TakeOut::Step(CoupledSimulation& simulation, std::size_t leaves) {

@@ -9,7 +9,7 @@
 namespace kerf {
 
 /// Where a piece is: in the bone, leaving it, out of it, or returning.
-enum class PiecePlace { kHeld, kLeaving, kOut, kComing };
+enum class PiecePlace { kHeld, kLeaving, kOut, kReturning };
 
 /// A held piece is part of the bone: it can be cut and resists the tool. A piece that is out is a separate rigid bone
 /// at a pose X_WP, which the renderer moves, hides or deletes; the tool does not touch it. While the tool is so near
@@ -20,7 +20,7 @@ class TakeOut {
   explicit TakeOut(const PieceRemoval& removal) : removal_(removal) {}
 
   void Leave();
-  void Come();
+  void Return();
   PiecePlace place() const { return place_; }
   /// Reasons why the last Step() did nothing.
   bool waits_for_tool() const { return waits_for_tool_; }

@@ -44,10 +44,10 @@ struct Simulation::State {
         paced(cutter, params.tool, shape.reach_mm, field.voxel_mm(), params.carve_interval_ticks),
         effects(params.effects, {bone, field, params.tool, shape, edge, nullptr, Vec3(0), field.p_WF_mm()}),
         X_WT(Local(X_WT_start)) {
-    met.law = MakeToothForce(params.law, params.tool);
-    met.cutting.reserve(shape.edge.size());
-    met.solids.reserve(effects.capacity().solids);
-    met.frictions.reserve(effects.capacity().frictions);
+    problem.law = MakeToothForce(params.law, params.tool);
+    problem.cutting.reserve(shape.edge.size());
+    problem.solids.reserve(effects.capacity().solids);
+    problem.frictions.reserve(effects.capacity().frictions);
     angle_between_points = glm::length(shape.edge[1].e_T - shape.edge[0].e_T);
   }
 
@@ -64,7 +64,7 @@ struct Simulation::State {
   ToolShape shape;
   BoneField field;
   Edge edge;
-  StepProblem met;              // points in contact with bone
+  StepProblem problem;          // points in contact with bone
   double angle_between_points;  // between neighbours on the edge, rad
   Cutter cutter;
   PacedCutter paced;
@@ -93,26 +93,26 @@ void Simulation::State::CutRest(const Pose& X_to) {
 /// Returns the mean load over many tooth passages while the tool moves with velocity `v_T_mm_per_s` and rotates only
 /// about its spindle. Error: docs/physics.md. Tick-safe.
 EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s) {
-  met.passes_per_s = passes_per_s;
-  edge.FindTeeth(Probe(field, X), met);
+  problem.passes_per_s = passes_per_s;
+  edge.FindTeeth(Probe(field, X), problem);
   EdgeLoad load;
   const double feed = glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_is_ring ? v_T_mm_per_s.z : 0));
   if (!(feed > 0)) return load;
   const double inv_change = 1 / (feed * angle_between_points);
-  for (std::size_t i = 0; i < met.cutting.size(); ++i) {
-    const CuttingPoint& point = met.cutting[i];
+  for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+    const CuttingPoint& point = problem.cutting[i];
     const double outwards = glm::dot(Vec3(point.row[0], point.row[1], point.row[2]), v_T_mm_per_s);
     const double along = glm::dot(Vec3(point.along[0], point.along[1], point.along[2]), v_T_mm_per_s);
     const double speed = std::max(0.0, outwards);
     // If the outward half of the edge ends within the arc of the point, only a part of that arc counts.
     const double outward = std::clamp(0.5 + outwards * inv_change, 0.0, 1.0);
     const double teeth = outward * point.teeth;
-    const double force = point.teeth * met.MeanToothForce(point, outwards, along).radial_N;
+    const double force = point.teeth * problem.MeanToothForce(point, outwards, along).radial_N;
     load.f_T_N -= force * point.FindOutwards(outwards, along);
     load.thrust_sum_N += force;
-    load.thrust_by_region_N[static_cast<std::size_t>(edge.met()[i].region)] += force;
+    load.thrust_by_region_N[static_cast<std::size_t>(edge.contacts()[i].region)] += force;
     load.engaged_teeth += teeth;
-    load.E_sum_MPa += teeth * edge.met()[i].E_MPa;
+    load.E_sum_MPa += teeth * edge.contacts()[i].E_MPa;
     load.bite_sum_mm += teeth * speed / passes_per_s;
   }
   return load;
@@ -121,37 +121,41 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
 /// Adds the load of the effects for the tool's motion, and passes the motion on to them. Tick-safe.
 void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
                                    EdgeLoad& load) {
-  met.tau_s = dt_s;
-  met.solids.clear();
-  met.frictions.clear();
+  problem.tau_s = dt_s;
+  problem.solids.clear();
+  problem.frictions.clear();
   const Twist u{v_T_mm_per_s.x, v_T_mm_per_s.y, v_T_mm_per_s.z, 0, 0, 0};
-  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true}, met);
+  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true}, problem);
   Twist sum{};
-  for (const SolidPoint& p : met.solids) {
+  for (const SolidPoint& p : problem.solids) {
     AddTo(sum, -p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + dt_s * Dot(p.row, u)), p.row);
   }
-  for (const FrictionPoint& p : met.frictions) {
+  for (const FrictionPoint& p : problem.frictions) {
     const double a = Dot(p.row_a, u) + p.slip_a_mm_per_s;
     const double b = Dot(p.row_b, u) + p.slip_b_mm_per_s;
-    const double factor = p.limit_N / std::sqrt(a * a + b * b + met.creep_mm_per_s * met.creep_mm_per_s);
+    const double factor = p.limit_N / std::sqrt(a * a + b * b + problem.creep_mm_per_s * problem.creep_mm_per_s);
     AddTo(sum, -factor * a, p.row_a);
     AddTo(sum, -factor * b, p.row_b);
   }
   load.f_T_N += Vec3(sum[0], sum[1], sum[2]);
   load.tau_T_Nmm += Vec3(sum[3], sum[4], sum[5]);
   if (!effects.wants_solved()) return;
-  EffectSolved solved{X_a, X_b, edge, nullptr, met, u, 1, dt_s, rpm, {}};
+  EffectSolved solved{X_a, X_b, edge, nullptr, problem, u, 1, dt_s, rpm, {}};
   effects.Solved(solved);
 }
 
 Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
   Validate(params.tool);
   if (params.rim_samples_per_pitch < 1 || params.rim_samples_per_pitch > 256) {
-    throw Error("rim_samples_per_pitch is out of range; valid range 1 to 256");
+    throw Error(
+        fmt::format("rim_samples_per_pitch = {} is out of range; valid range 1 to 256", params.rim_samples_per_pitch));
   }
-  if (params.substeps < 1 || params.substeps > 64) throw Error("substeps is out of range; valid range 1 to 64");
+  if (params.substeps < 1 || params.substeps > 64) {
+    throw Error(fmt::format("substeps = {} is out of range; valid range 1 to 64", params.substeps));
+  }
   if (params.carve_interval_ticks < 1 || params.carve_interval_ticks > 64) {
-    throw Error("carve_interval_ticks is out of range; valid range 1 to 64");
+    throw Error(
+        fmt::format("carve_interval_ticks = {} is out of range; valid range 1 to 64", params.carve_interval_ticks));
   }
   if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT_start.p_AB)) {
@@ -309,7 +313,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   EffectEnd end{in.dt_s,           in.rpm,           begin.rpm,      s.X_WT, out.engaged_teeth == 0,
                 out.engaged_teeth, out.thrust_sum_N, out.removed_mm3};
   s.effects.End(end);
-  if (end.f_more_W_N != Vec3(0)) out.f_T_W_N += end.f_more_W_N;
+  if (end.f_extra_W_N != Vec3(0)) out.f_T_W_N += end.f_extra_W_N;
   s.last = out;
   enter(TickStage::kEnd);
   return out;

@@ -164,7 +164,7 @@ BoxTree& BoxTree::operator=(BoxTree&&) noexcept = default;
 
 namespace {
 
-void Ask(RTCScene scene, const Vec3& p, double radius_mm, RTCPointQueryFunction visit, void* query) {
+void QueryBoxes(RTCScene scene, const Vec3& p, double radius_mm, RTCPointQueryFunction visit, void* query) {
   RTCPointQuery embree_query;
   embree_query.x = static_cast<float>(p.x);
   embree_query.y = static_cast<float>(p.y);
@@ -182,7 +182,7 @@ BoxTree::Nearest BoxTree::FindNearest(const Vec3& p_W, double limit_mm) const {
   if (state_->boxes.empty()) return {limit_mm, p_W};
   const Vec3 p = p_W - state_->middle_W;
   DistanceQuery query{state_->boxes.data(), p, state_->CalcRounding(p), limit_mm, p};
-  Ask(state_->scene, p, limit_mm + query.rounding_mm, VisitForDistance, &query);
+  QueryBoxes(state_->scene, p, limit_mm + query.rounding_mm, VisitForDistance, &query);
   return {query.best_mm, query.best + state_->middle_W};
 }
 
@@ -192,7 +192,7 @@ double BoxTree::CalcPlateBound(const Plate& plate, double limit_mm, double enoug
   const double reach_mm = std::hypot(plate.radius_mm, plate.half_thickness_mm);
   PlateQuery query{state_->boxes.data(), plate, reach_mm, enough_mm, state_->CalcRounding(p), limit_mm};
   query.plate.centre_W = p;
-  Ask(state_->scene, p, limit_mm + reach_mm + query.rounding_mm, VisitForPlate, &query);
+  QueryBoxes(state_->scene, p, limit_mm + reach_mm + query.rounding_mm, VisitForPlate, &query);
   return query.best_mm;
 }
 

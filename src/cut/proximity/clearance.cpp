@@ -33,7 +33,7 @@ struct Answer {
   double mm = kInfinity;  // infinity: no query yet
   double travel_mm = 0;
 
-  double CalcMost(double travel, double rate = 1) const { return mm + rate * (travel - travel_mm); }
+  double CalcMax(double travel, double rate = 1) const { return mm + rate * (travel - travel_mm); }
 };
 
 }  // namespace
@@ -64,15 +64,15 @@ struct Clearance::State {
     FindLowest();
   }
 
-  void AskBall() {
-    const double most = std::min(ball.CalcMost(travel) + reach_mm, tree.CalcDistanceToAll(X_WT.p_AB) + kFar_mm);
-    const BoxTree::Nearest nearest = tree.FindNearest(X_WT.p_AB, most);
+  void QueryBall() {
+    const double limit_mm = std::min(ball.CalcMax(travel) + reach_mm, tree.CalcDistanceToAll(X_WT.p_AB) + kFar_mm);
+    const BoxTree::Nearest nearest = tree.FindNearest(X_WT.p_AB, limit_mm);
     to_bone_W = nearest.p_W - X_WT.p_AB;
     ball = {nearest.distance_mm - reach_mm, travel};
     RaiseAll(ball.mm);
   }
 
-  void AskBehind() {
+  void QueryBehind() {
     behind = {-kInfinity, travel};
     const double distance = glm::length(to_bone_W);
     if (!(distance > 0)) return;
@@ -80,7 +80,7 @@ struct Clearance::State {
     const double back_mm = 3 * radius_mm;
     const Vec3 away_W = -to_bone_W / distance;
     const double free_mm =
-        tree.FindNearest(X_WT.p_AB + back_mm * away_W, ball.CalcMost(travel) + reach_mm + back_mm).distance_mm;
+        tree.FindNearest(X_WT.p_AB + back_mm * away_W, ball.CalcMax(travel) + reach_mm + back_mm).distance_mm;
     const double axial = std::abs(glm::dot(away_W, X_WT.Vector({0, 0, 1})));
     const double radial = std::sqrt(std::max(0.0, 1 - axial * axial));
     behind.mm = free_mm - std::hypot(back_mm * radial + radius_mm, back_mm * axial + half_thickness_mm);
@@ -88,12 +88,13 @@ struct Clearance::State {
   }
 
   /// Queries the plate with the lowest bound. Returns false if it may be within `margin_mm`.
-  bool AskLowestPlate(double margin_mm) {
+  bool QueryLowestPlate(double margin_mm) {
     const CoverPlate& plate = plates[lowest];
     const double plate_reach = std::hypot(plate.radius_mm, plate.half_thickness_mm);
     const Vec3 centre_W = X_WT.Point(plate.centre_T);
-    const double most = std::min(plate_distance[lowest].CalcMost(travel), tree.CalcDistanceToAll(centre_W) + kFar_mm);
-    plate_distance[lowest] = {tree.FindNearest(centre_W, most).distance_mm, travel};
+    const double limit_mm =
+        std::min(plate_distance[lowest].CalcMax(travel), tree.CalcDistanceToAll(centre_W) + kFar_mm);
+    plate_distance[lowest] = {tree.FindNearest(centre_W, limit_mm).distance_mm, travel};
     double clear_mm = plate_distance[lowest].mm - plate_reach;
     // Treated as a ball, the plate may seem near although only its flat faces the bone.
     if (clear_mm < margin_mm + plate_reach) {
@@ -111,17 +112,17 @@ struct Clearance::State {
 
   /// Makes one query, of the kind that may give more than `wanted_mm` of clearance. Returns false if the tool may be
   /// within `margin_mm`.
-  bool Ask(double wanted_mm, double margin_mm) {
-    if (ball.CalcMost(travel) > wanted_mm) {
-      AskBall();
+  bool Query(double wanted_mm, double margin_mm) {
+    if (ball.CalcMax(travel) > wanted_mm) {
+      QueryBall();
       return IsRaised(ball.mm, margin_mm);
     }
     if (plates.empty()) return bound() > margin_mm;
-    if (behind.CalcMost(travel, 2) > wanted_mm) {  // the centre of this ball moves, and the disc moves relative to it
-      AskBehind();
+    if (behind.CalcMax(travel, 2) > wanted_mm) {  // the centre of this ball moves, and the disc moves relative to it
+      QueryBehind();
       return IsRaised(behind.mm, margin_mm);
     }
-    return AskLowestPlate(margin_mm);
+    return QueryLowestPlate(margin_mm);
   }
 
   /// Returns false if a result above the margin has not raised the bound above the margin. They then differ by
@@ -134,15 +135,15 @@ struct Clearance::State {
     if (bound() - margin_mm >= ahead_mm) return true;
     // While the ball from behind gives enough clearance, it is queried at intervals and the plates are not.
     if (!plates.empty() && std::isfinite(behind.mm) && behind.mm - margin_mm > kTicksApart * motion_mm) {
-      if (travel - behind.travel_mm >= kTicksApart * motion_mm) AskBehind();
+      if (travel - behind.travel_mm >= kTicksApart * motion_mm) QueryBehind();
       return true;
     }
-    return Ask(bound() + ahead_mm, margin_mm);
+    return Query(bound() + ahead_mm, margin_mm);
   }
 
   bool IsClear(double margin_mm, double motion_mm) {
     while (bound() <= margin_mm) {
-      if (!Ask(margin_mm, margin_mm)) return false;
+      if (!Query(margin_mm, margin_mm)) return false;
     }
     return LookAhead(margin_mm, motion_mm);
   }

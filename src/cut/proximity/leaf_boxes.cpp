@@ -9,8 +9,8 @@ constexpr int kEdge = 8;              // edge of a leaf, in voxels
 constexpr double kLargeBox_mm = 1.2;  // the faces of a larger box would be too far from the surface inside it
 
 /// Adds a box for the bone in a part of a leaf: voxels `first` to `first` + edge - 1 along each axis.
-void AddDrawnIn(const float* values, const LeafIndex& leaf, const LeafIndex& first, int edge, double h,
-                std::vector<Box3>& boxes) {
+void AddShrunkBox(const float* values, const LeafIndex& leaf, const LeafIndex& first, int edge, double h,
+                  std::vector<Box3>& boxes) {
   Box3 voxels;
   for (int x = first.x; x < first.x + edge; ++x) {
     for (int y = first.y; y < first.y + edge; ++y) {
@@ -88,7 +88,7 @@ std::vector<Box3> MakeLeafBoxes(const BoneField& field) {
     if (kind != BoneField::LeafKind::kOwn) return;
     for (int x = 0; x < kEdge; x += part) {
       for (int y = 0; y < kEdge; y += part) {
-        for (int z = 0; z < kEdge; z += part) AddDrawnIn(field.Read(leaf), leaf, {x, y, z}, part, h, boxes);
+        for (int z = 0; z < kEdge; z += part) AddShrunkBox(field.Read(leaf), leaf, {x, y, z}, part, h, boxes);
       }
     }
   });

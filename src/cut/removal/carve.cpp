@@ -306,7 +306,7 @@ void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int
       M may = hn::Le(project(c.back, qx, qy, qz), Splat(c.behind));
       may = hn::And(may, hn::Le(hn::Abs(qz), Splat(c.axial)));
       qz = hn::Mul(qz, Splat(c.axial_counts));
-      const V distance = hn::Max(hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz))), Splat(c.least));
+      const V distance = hn::Max(hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz))), Splat(c.min_distance));
       V extent = hn::Zero(kFloats);
       for (const auto& half_edge : c.half_edges) extent = hn::Add(extent, hn::Abs(project(half_edge, qx, qy, qz)));
       extent = hn::Div(extent, distance);
@@ -375,8 +375,8 @@ void CarveStep::Prepare() {
   // The curvature of a distance is at most 1 / distance. This is used only where the distance is at least half a
   // radius.
   bend_mm = 0.5f * radius > 2 * row_mm ? 0.5f * row_mm * row_mm / (0.5f * radius - row_mm) : row_mm;
-  const float way = back[0] * grid[2][0] + back[1] * grid[2][1] + back[2] * grid[2][2];
-  behind_mm = length + rounding + kHalfRow * std::abs(way);
+  const float along_row = back[0] * grid[2][0] + back[1] * grid[2][1] + back[2] * grid[2][2];
+  behind_mm = length + rounding + kHalfRow * std::abs(along_row);
 }
 
 CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values) {

@@ -58,7 +58,7 @@ struct LeafCull {
   float axial_counts;      // 0: distance to the tool's axis (disc); 1: distance to its centre (ball)
   float inner;             // at least one voxel must have at least this distance
   float outer;             // at least one voxel must have at most this distance
-  float least;             // a small distance, lower bound on a divisor
+  float min_distance;      // a small distance, lower bound on a divisor
 };
 
 /// Middles of leaves, in float. The arrays are aligned to 64 bytes and readable up to a multiple of 16 elements.

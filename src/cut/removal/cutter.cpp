@@ -133,7 +133,7 @@ bool Cutter::HasRoomFor(const Need& need) const {
          static_cast<std::size_t>(need.old_leaves) <= state_->ledger.room();
 }
 
-void Cutter::BoneCameBack() {
+void Cutter::BoneRestored() {
   Lift();
   state_->leaves.Forget();
 }
@@ -173,10 +173,10 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
   // A cut that continues the last one visits only the newly swept part.
   const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB;
   const bool new_only = goes_on && !s.FlanksMoved(X_b);
-  const double way_mm = glm::length(X_b.p_AB - X_a.p_AB);
-  if (!new_only || way_mm > 0) {
+  const double distance_mm = glm::length(X_b.p_AB - X_a.p_AB);
+  if (!new_only || distance_mm > 0) {
     // A caller that uses CountSubsteps() always gets one piece.
-    const double pieces = std::max(1.0, std::ceil(way_mm / (0.25 * s.leaves.slack_mm())));
+    const double pieces = std::max(1.0, std::ceil(distance_mm / (0.25 * s.leaves.slack_mm())));
     for (double i = 1; i <= pieces; ++i) {
       Pose X = X_b;
       if (i < pieces) X.p_AB = X_a.p_AB + (X_b.p_AB - X_a.p_AB) * (1 / (pieces - i + 1));
@@ -206,7 +206,7 @@ Cutter::Result Cutter::CutAround(const Pose& X) {
 void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only,
                              Result& result) {
   const Sweep sweep(cuts, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels, precision_bits);
-  effort.listed_anew |= leaves.Update(X_to, sweep.length_mm, !new_only && cuts.depth_mm == kAll);
+  effort.is_new_list |= leaves.Update(X_to, sweep.length_mm, !new_only && cuts.depth_mm == kAll);
   LeafList& list = leaves.list();
   effort.listed_leaves += static_cast<int>(list.size());
   list.ForEachNear(sweep.MakeCull(list.origin_W()), [&](const LeafIndex& leaf) { CutLeaf(sweep, leaf, result); });
@@ -221,7 +221,7 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   ++effort.leaves;
   const bool is_pure = kind == BoneField::LeafKind::kInside;
   const bool is_noted = ledger.IsNoted(leaf);
-  const bool in_place = is_noted && !field.WantsOld(leaf);
+  const bool in_place = is_noted && !field.NeedsOldValues(leaf);
   float* own = field.OwnValues(leaf);
   CarveLoss loss;
   if (in_place) {

@@ -74,7 +74,7 @@ class Cutter {
   void AddNeed(const LeafIndex& leaf, Need& need) const;
   bool HasRoomFor(const Need& need) const;
   /// Must be called after bone was restored: discards the lists of leaves near the edge. Tick-safe.
-  void BoneCameBack();
+  void BoneRestored();
 
   /// Lifts the tool off: the next cut may begin anywhere. Tick-safe.
   void Lift();
@@ -93,7 +93,7 @@ class Cutter {
     int leaves = 0;         // visited leaves
     int rows = 0;           // computed rows of eight voxels
     int changed_voxels = 0;
-    bool listed_anew = false;  // a new list of leaves was made
+    bool is_new_list = false;  // a new list of leaves was made
   };
   const Effort& effort() const;
 

@@ -94,10 +94,10 @@ bool EdgeLeaves::Covers(const Search& search, const Pose& X_WT, double length_mm
 
 bool EdgeLeaves::Update(const Pose& X_WT, double length_mm, bool inner) {
   const bool good = Covers(now_, X_WT, length_mm, inner, 1);
-  now_.inner_asked = now_.inner_asked || inner;
+  now_.inner_requested = now_.inner_requested || inner;
   if (good && !next_.begun) {
     if (Covers(now_, X_WT, length_mm, inner, kFractionBeforeNext)) return false;
-    Begin(X_WT, now_.inner_asked, next_);
+    Begin(X_WT, now_.inner_requested, next_);
   }
   if (!Covers(next_, X_WT, length_mm, inner, good ? 1 : kFractionBeforeNext)) Begin(X_WT, inner, next_);
   if (!Advance(next_, good ? kRowsAtOnce : std::numeric_limits<int>::max())) return false;
@@ -109,7 +109,7 @@ bool EdgeLeaves::Update(const Pose& X_WT, double length_mm, bool inner) {
 void EdgeLeaves::Begin(const Pose& X_WT, bool inner, Search& search) const {
   search.begun = true;
   search.inner = inner;
-  search.inner_asked = false;
+  search.inner_requested = false;
   search.X_WT = X_WT;
   search.list.Clear(X_WT.p_AB);
   // The axis along which the tool is thinnest. For each position on the other two axes, the near leaves form a

@@ -77,10 +77,10 @@ class EdgeLeaves {
   struct Search {
     bool begun = false;
     bool inner = false;
-    bool inner_asked = false;  // requested since the search began
-    Pose X_WT;                 // pose for which the list is made
-    int thin = 2;              // axis along which the tool is thinnest
-    int row = 0;               // next row to search
+    bool inner_requested = false;  // requested since the search began
+    Pose X_WT;                     // pose for which the list is made
+    int thin = 2;                  // axis along which the tool is thinnest
+    int row = 0;                   // next row to search
     LeafList list;
   };
   bool Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double fraction) const;

@@ -7,17 +7,17 @@
 namespace kerf {
 namespace {
 
-constexpr double kMaxWay = 0.25;  // maximum lead of the tool over its cut, in voxels or thicknesses of a thinner disc
+constexpr double kMaxLead = 0.25;  // maximum lead of the tool over its cut, in voxels or thicknesses of a thinner disc
 
-double CalcMostWay(const Tool& tool, double voxel_mm) {
+double CalcMaxLead(const Tool& tool, double voxel_mm) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
-  return kMaxWay * (disc ? std::min(disc->thickness_mm, voxel_mm) : voxel_mm);
+  return kMaxLead * (disc ? std::min(disc->thickness_mm, voxel_mm) : voxel_mm);
 }
 
 }  // namespace
 
 PacedCutter::PacedCutter(Cutter& cutter, const Tool& tool, double reach_mm, double voxel_mm, int interval_ticks)
-    : cutter_(&cutter), reach_mm_(reach_mm), max_mm_(CalcMostWay(tool, voxel_mm)), interval_(interval_ticks) {}
+    : cutter_(&cutter), reach_mm_(reach_mm), max_mm_(CalcMaxLead(tool, voxel_mm)), interval_(interval_ticks) {}
 
 Cutter::Result PacedCutter::Cut(const Pose& X_from, const Pose& X_to) {
   if (interval_ == 1) return cutter_->Cut(X_from, X_to);

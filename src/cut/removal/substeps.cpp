@@ -13,8 +13,8 @@ double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxe
   const Vec3 normal_a = a.Vector({0, 0, 1});
   const Vec3 normal_b = b.Vector({0, 0, 1});
   const double tilt = std::acos(std::clamp(glm::dot(normal_a, normal_b), -1.0, 1.0));
-  const Vec3 way = b.p_AB - a.p_AB;
-  const double along = std::max(std::abs(glm::dot(way, normal_a)), std::abs(glm::dot(way, normal_b))) +
+  const Vec3 motion = b.p_AB - a.p_AB;
+  const double along = std::max(std::abs(glm::dot(motion, normal_a)), std::abs(glm::dot(motion, normal_b))) +
                        tilt * (disc->radius_mm() + move);
   return std::max(across, std::ceil(along / (0.25 * std::min(disc->thickness_mm, voxel_mm))));
 }

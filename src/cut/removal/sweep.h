@@ -74,7 +74,7 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
   cull.inner =
       static_cast<float>(std::max(zone.radius_mm - zone.depth_mm - slack_mm - CalcRounding(zone, voxel_mm), -1e6));
   cull.outer = static_cast<float>(zone.radius_mm + out_mm);
-  cull.least = static_cast<float>(1e-3 * voxel_mm);
+  cull.min_distance = static_cast<float>(1e-3 * voxel_mm);
   return cull;
 }
 

@@ -35,10 +35,10 @@ SlabProfile::Layer MakeLayer(double top_mm, const Row& row) {
   SlabProfile::Layer layer;
   layer.top_mm = top_mm;
   if (row.with_material == 0) return layer;
-  std::size_t most = 0;
+  std::size_t max_count = 0;
   for (const auto& [region, count] : row.samples_by_region) {
-    if (count > most) {
-      most = count;
+    if (count > max_count) {
+      max_count = count;
       layer.region = region;
     }
   }

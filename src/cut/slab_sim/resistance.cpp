@@ -29,8 +29,8 @@ void SlabResistance::AddStairs(const SlabProfile& profile, const SlabParams& par
   std::vector<double> tops;
   for (const SlabProfile::Layer& layer : profile.layers) tops.push_back(layer.top_mm);
   std::vector<double> tooth_depths;
-  const double most = CalcPaperTeeth(params.saw, d, PaperReading::kAsComputed);
-  for (double n = 1; n <= most; ++n) {
+  const double max_teeth = CalcPaperTeeth(params.saw, d, PaperReading::kAsComputed);
+  for (double n = 1; n <= max_teeth; ++n) {
     tooth_depths.push_back(2 * d * (1 - std::cos(n * params.saw.pitch_mm() / d)));
     if (tooth_depths.back() < end_mm_) tops.push_back(tooth_depths.back());
   }

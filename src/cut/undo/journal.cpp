@@ -49,11 +49,12 @@ std::size_t UndoJournal::Record::CalcMemoryBytes() const {
 
 UndoJournal::UndoJournal(LeafHistory& history, const UndoParams& params)
     : history_(history), params_(params), inside_mm_(history.inside_mm()) {
-  if (!(params.most_MB >= 0.2 && params.most_MB <= 1e6)) {
-    throw Error(fmt::format("most_MB = {:g} of undo is out of range; valid range 0.2 to 1e6", params.most_MB));
+  if (!(params.max_MB >= 0.2 && params.max_MB <= 1e6)) {
+    throw Error(fmt::format("max_MB = {:g} of undo is out of range; valid range 0.2 to 1e6", params.max_MB));
   }
-  if (params.most_since < 0 || params.most_since > 65536) {
-    throw Error(fmt::format("most_since = {} of undo is out of range; valid range 0 to 65536", params.most_since));
+  if (params.max_changed_leaves < 0 || params.max_changed_leaves > 65536) {
+    throw Error(fmt::format("max_changed_leaves = {} of undo is out of range; valid range 0 to 65536",
+                            params.max_changed_leaves));
   }
   records_.push_back({.number = 0, .name = "start", .epoch = 1, .lost = false, .leaves = {}, .taken_out_mm3 = {}});
   Drain();
@@ -68,7 +69,7 @@ void UndoJournal::Drain() {
   if (job_) return;
   Read(static_cast<std::size_t>(-1));
   MarkLost();
-  HoldBound();
+  DropOldest();
 }
 
 /// Reads the history's entries up to, but not including, entry `end`.
@@ -119,9 +120,9 @@ void UndoJournal::MarkLost() {
 }
 
 /// Drops the oldest records until the memory is within the bound.
-void UndoJournal::HoldBound() {
-  const auto most = static_cast<std::size_t>(1e6 * params_.most_MB);
-  while (CalcMemoryBytes() > most) {
+void UndoJournal::DropOldest() {
+  const auto max_bytes = static_cast<std::size_t>(1e6 * params_.max_MB);
+  while (CalcMemoryBytes() > max_bytes) {
     if (records_.size() > 1) {
       dropped_ = records_.front().name;
       records_.erase(records_.begin());
@@ -174,8 +175,7 @@ std::size_t UndoJournal::At(std::uint32_t number) const {
   if (kept.empty()) {
     throw Error(
         "more has been cut since the last checkpoint than undo can keep; undo is possible again from the next "
-        "checkpoint "
-        "on");
+        "checkpoint on");
   }
   if (dropped_.empty() || number > kept.front().number) {
     throw Error(fmt::format("there is no checkpoint {} to go back to", number));
@@ -209,10 +209,10 @@ float* UndoJournal::NewLeaf(const std::array<int, 3>& index) {
 
 /// Adds blocks for leaves that change before the job begins. Writing to them once maps their memory before the tick.
 void UndoJournal::FillSpare() {
-  const auto most = static_cast<std::size_t>(params_.most_since);
-  job_->leaves.reserve(job_->leaves.size() + most);
-  job_->spare.reserve(most);
-  for (std::size_t i = 0; i < most; ++i) {
+  const auto count = static_cast<std::size_t>(params_.max_changed_leaves);
+  job_->leaves.reserve(job_->leaves.size() + count);
+  job_->spare.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
     float* values = NewBlock();
     std::fill_n(values, 512, 0.0f);
     job_->spare.push_back(values);
@@ -226,11 +226,11 @@ UndoJob* UndoJournal::PrepareUndo(std::uint32_t number) {
   UndoJob& job = Begin(false);
   job.number = number;
   job.taken_out_mm3 = MakeFull(records_[base].taken_out_mm3);
-  std::size_t most = 0;
-  for (std::size_t i = base; i < records_.size(); ++i) most += records_[i].leaves.count();
-  job.leaves.reserve(most + static_cast<std::size_t>(params_.most_since));
+  std::size_t max_leaves = 0;
+  for (std::size_t i = base; i < records_.size(); ++i) max_leaves += records_[i].leaves.count();
+  job.leaves.reserve(max_leaves + static_cast<std::size_t>(params_.max_changed_leaves));
   std::unordered_set<std::uint64_t> have;
-  have.reserve(most);
+  have.reserve(max_leaves);
   try {
     for (std::size_t i = base; i < records_.size(); ++i) {
       records_[i].leaves.ForEachInside([&](const std::array<int, 3>& leaf) {
@@ -253,17 +253,18 @@ UndoJob* UndoJournal::PrepareRedo() {
   if (job_) throw Error("an undo or redo is already in progress");
   Drain();
   if (redo_.empty()) throw Error("there is nothing to redo: nothing was undone, or bone was cut since");
-  const Undone& undone = redo_.back();
+  const RedoState& redo_state = redo_.back();
   UndoJob& job = Begin(true);
   job.number = records_.back().number;
-  job.taken_out_mm3 = MakeFull(undone.taken_out_mm3);
-  job.leaves.reserve(undone.after.count());
+  job.taken_out_mm3 = MakeFull(redo_state.taken_out_mm3);
+  job.leaves.reserve(redo_state.after.count());
   try {
-    undone.after.ForEachInside([&](const std::array<int, 3>& leaf) { std::fill_n(NewLeaf(leaf), 512, inside_mm_); });
-    undone.after.ForEachWanted([](const std::array<int, 3>&) { return true; },
-                               [&](const std::array<int, 3>& leaf, const char* bytes) {
-                                 std::memcpy(NewLeaf(leaf), bytes, LeafPack::kLeafBytes);
-                               });
+    redo_state.after.ForEachInside(
+        [&](const std::array<int, 3>& leaf) { std::fill_n(NewLeaf(leaf), 512, inside_mm_); });
+    redo_state.after.ForEachWanted([](const std::array<int, 3>&) { return true; },
+                                   [&](const std::array<int, 3>& leaf, const char* bytes) {
+                                     std::memcpy(NewLeaf(leaf), bytes, LeafPack::kLeafBytes);
+                                   });
   } catch (...) {
     job_.reset();
     throw;
@@ -278,25 +279,25 @@ bool UndoJournal::Finish() {
     return false;
   }
   if (job->redo) {
-    Undone undone = std::move(redo_.back());
+    RedoState redo_state = std::move(redo_.back());
     redo_.pop_back();
-    records_.back().leaves = std::move(undone.base);
-    records_.back().epoch = undone.base_epoch;
-    std::move(undone.records.begin(), undone.records.end(), std::back_inserter(records_));
+    records_.back().leaves = std::move(redo_state.base);
+    records_.back().epoch = redo_state.base_epoch;
+    std::move(redo_state.records.begin(), redo_state.records.end(), std::back_inserter(records_));
   } else {
     Read(job->pushed);
-    Undone undone;
+    RedoState redo_state;
     const auto base = static_cast<std::ptrdiff_t>(At(job->number));
     Record& record = records_[static_cast<std::size_t>(base)];
-    std::move(records_.begin() + base + 1, records_.end(), std::back_inserter(undone.records));
+    std::move(records_.begin() + base + 1, records_.end(), std::back_inserter(redo_state.records));
     records_.erase(records_.begin() + base + 1, records_.end());
     record.leaves.Close();
-    undone.base = std::exchange(record.leaves, {});
-    undone.base_epoch = record.epoch;
-    undone.taken_out_mm3 = MakeSparse(job->taken_out_mm3);
-    for (const RestoreJob::Leaf& leaf : job->leaves) undone.after.Add(leaf.index, leaf.values);
-    undone.after.Close();
-    redo_.push_back(std::move(undone));
+    redo_state.base = std::exchange(record.leaves, {});
+    redo_state.base_epoch = record.epoch;
+    redo_state.taken_out_mm3 = MakeSparse(job->taken_out_mm3);
+    for (const RestoreJob::Leaf& leaf : job->leaves) redo_state.after.Add(leaf.index, leaf.values);
+    redo_state.after.Close();
+    redo_.push_back(std::move(redo_state));
   }
   records_.back().epoch = job->epoch;
   Drain();
@@ -306,7 +307,7 @@ bool UndoJournal::Finish() {
 std::size_t UndoJournal::CalcMemoryBytes() const {
   std::size_t bytes = sizeof(*this);
   for (const Record& r : records_) bytes += r.CalcMemoryBytes();
-  for (const Undone& u : redo_) {
+  for (const RedoState& u : redo_) {
     bytes += sizeof(u) + u.base.CalcMemoryBytes() + u.after.CalcMemoryBytes();
     for (const Record& r : u.records) bytes += r.CalcMemoryBytes();
   }
@@ -317,7 +318,7 @@ std::size_t UndoJournal::CalcMemoryBytes() const {
 std::size_t UndoJournal::CountLeaves() const {
   std::size_t count = 0;
   for (const Record& r : records_) count += r.leaves.count();
-  for (const Undone& u : redo_) {
+  for (const RedoState& u : redo_) {
     count += u.base.count() + u.after.count();
     for (const Record& r : u.records) count += r.leaves.count();
   }

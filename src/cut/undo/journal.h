@@ -15,8 +15,8 @@
 namespace kerf {
 
 struct UndoParams {
-  double most_MB = 256;   // bound on the compressed memory, 0.2 to 1e6. The oldest checkpoints are dropped first
-  int most_since = 1024;  // leaves that may change before a prepared job begins, 0 to 65536; 2 kB each per job
+  double max_MB = 256;  // bound on the compressed memory, 0.2 to 1e6. The oldest checkpoints are dropped first
+  int max_changed_leaves = 1024;  // leaves that may change before a prepared job begins, 0 to 65536; 2 kB each per job
 };
 
 /// Checkpoint that can be restored.
@@ -70,7 +70,7 @@ class UndoJournal {
   /// if it was refused (see WhyRefused()); then nothing has changed.
   bool Finish();
 
-  std::size_t CalcMemoryBytes() const;  // the memory that most_MB bounds
+  std::size_t CalcMemoryBytes() const;  // the memory that max_MB bounds
   std::size_t CountLeaves() const;      // kept leaves, 2 kB each before compression
 
  private:
@@ -85,7 +85,7 @@ class UndoJournal {
     std::size_t CalcMemoryBytes() const;
   };
   /// State that redo needs to reverse an undo.
-  struct Undone {
+  struct RedoState {
     std::vector<Record> records;
     LeafPack base;  // leaves of the checkpoint that undo returned to
     std::uint32_t base_epoch = 0;
@@ -95,7 +95,7 @@ class UndoJournal {
 
   void Read(std::size_t end);
   void MarkLost();
-  void HoldBound();
+  void DropOldest();
   std::size_t At(std::uint32_t number) const;
   UndoJob& Begin(bool redo);
   float* NewLeaf(const std::array<int, 3>& index);
@@ -111,7 +111,7 @@ class UndoJournal {
   std::vector<std::pair<std::uint32_t, std::string>> named_;  // named, not yet read from the history
   std::vector<Record> records_;                               // oldest first
   std::string dropped_;                                       // name of the last dropped checkpoint; empty: none
-  std::vector<Undone> redo_;                                  // the last element is the next to redo
+  std::vector<RedoState> redo_;                               // the last element is the next to redo
   std::unique_ptr<UndoJob> job_;
   std::size_t used_in_block_ = 0;
 };

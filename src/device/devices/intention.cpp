@@ -62,18 +62,18 @@ Intention IntentionScript::Calc(double t_s) const {
     }
     t = std::min(t, s.seconds);
     const double u = t / s.seconds;
-    const double way = CalcMinimumJerk(u);
+    const double progress = CalcMinimumJerk(u);
     const Vec3 stroke = s.X_WH.p_AB - from->p_AB;
-    wanted.X_WH.p_AB = from->p_AB + way * stroke;
+    wanted.X_WH.p_AB = from->p_AB + progress * stroke;
     wanted.v_W_mm_per_s = CalcMinimumJerkSlope(u) / s.seconds * stroke;
-    wanted.X_WH.R_AB = glm::normalize(glm::slerp(from->R_AB, s.X_WH.R_AB, way));
+    wanted.X_WH.R_AB = glm::normalize(glm::slerp(from->R_AB, s.X_WH.R_AB, progress));
 
     const double edge = 4 * std::min(u, 1 - u);  // rises and falls over a quarter of the step
-    const double swell = CalcMinimumJerk(std::min(edge, 1.0));
-    const double swell_slope = edge < 1 ? (u < 0.5 ? 4 : -4) / s.seconds * CalcMinimumJerkSlope(edge) : 0;
+    const double envelope = CalcMinimumJerk(std::min(edge, 1.0));
+    const double envelope_slope = edge < 1 ? (u < 0.5 ? 4 : -4) / s.seconds * CalcMinimumJerkSlope(edge) : 0;
     const double omega = 2 * std::numbers::pi * s.saw_Hz;
-    wanted.X_WH.p_AB += swell * std::sin(omega * t) * s.saw_W_mm;
-    wanted.v_W_mm_per_s += (swell * omega * std::cos(omega * t) + swell_slope * std::sin(omega * t)) * s.saw_W_mm;
+    wanted.X_WH.p_AB += envelope * std::sin(omega * t) * s.saw_W_mm;
+    wanted.v_W_mm_per_s += (envelope * omega * std::cos(omega * t) + envelope_slope * std::sin(omega * t)) * s.saw_W_mm;
 
     const double on = s.push_on_s > 0 ? CalcMinimumJerk(std::min(t / s.push_on_s, 1.0)) : 1;
     wanted.push_W_N = push_before + on * (s.push_W_N - push_before);

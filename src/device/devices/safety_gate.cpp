@@ -20,15 +20,15 @@ double CalcSmooth(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3 - 2 * x);
 }
-constexpr double kSteepest = 1.5;
+constexpr double kMaxSlope = 1.5;
 
-/// Returns `v`, shortened to a length of at most `most`, even after rounding.
-Vec3 Shorten(const Vec3& v, double most) {
+/// Returns `v`, shortened to a length of at most `max_length`, even after rounding.
+Vec3 Shorten(const Vec3& v, double max_length) {
   constexpr double kBelow = 1 - 1e-15;
   const double length = glm::length(v);
-  if (length <= kBelow * most) return v;
-  if (!(most > 0)) return Vec3{0};
-  return v * (kBelow * most / length);
+  if (length <= kBelow * max_length) return v;
+  if (!(max_length > 0)) return Vec3{0};
+  return v * (kBelow * max_length / length);
 }
 
 bool IsStep(double dt_s) {
@@ -36,8 +36,8 @@ bool IsStep(double dt_s) {
 }
 
 /// Compares the components first, so that the squared length of a long vector cannot overflow.
-bool IsLonger(const Vec3& v, double most) {
-  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) > most || glm::length(v) > most;
+bool IsLonger(const Vec3& v, double max_length) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) > max_length || glm::length(v) > max_length;
 }
 
 }  // namespace
@@ -96,16 +96,16 @@ SafetyGate::SafetyGate(const DeviceProfile& profile, const SafetyGateOptions& op
 }
 
 double SafetyGate::max_change_N_per_s() const {
-  return force_.peak * std::max(options_.max_slew_per_s, kSteepest / options_.ramp_out_s);
+  return force_.peak * std::max(options_.max_slew_per_s, kMaxSlope / options_.ramp_out_s);
 }
 
 double SafetyGate::max_change_Nmm_per_s() const {
-  return torque_.peak * std::max(options_.max_slew_per_s, kSteepest / options_.ramp_out_s);
+  return torque_.peak * std::max(options_.max_slew_per_s, kMaxSlope / options_.ramp_out_s);
 }
 
-void SafetyGate::NoteBeginning(GateReason reason, bool holds) noexcept {
+void SafetyGate::CountBeginning(GateReason reason, bool holds) noexcept {
   bool& before = holding_[static_cast<std::size_t>(reason)];
-  if (holds && !before) Note(reason);
+  if (holds && !before) Count(reason);
   before = holds;
 }
 
@@ -119,10 +119,10 @@ GateReason SafetyGate::JudgeState(const GateState& state) noexcept {
   since_sample_s_ = state.fresh ? 0 : since_sample_s_ + (is_step ? state.dt_s : kLongestStep_s);
   had_sample_ = had_sample_ || state.fresh;
   const bool is_lost = !had_sample_ || since_sample_s_ > options_.lost_s;
-  NoteBeginning(GateReason::kClock, !is_step);
-  NoteBeginning(GateReason::kNotHomed, !state.homed);
-  NoteBeginning(GateReason::kNotEngaged, !state.engaged);
-  NoteBeginning(GateReason::kLostSample, is_lost);
+  CountBeginning(GateReason::kClock, !is_step);
+  CountBeginning(GateReason::kNotHomed, !state.homed);
+  CountBeginning(GateReason::kNotEngaged, !state.engaged);
+  CountBeginning(GateReason::kLostSample, is_lost);
   if (!is_step) return GateReason::kClock;
   if (is_lost) return GateReason::kLostSample;
   if (!state.homed) return GateReason::kNotHomed;
@@ -144,14 +144,14 @@ GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) no
       // Whatever the time between the commands, permit at least the change of one tick, and at most the change over the
       // maximum age of a command.
       const double since_s = std::clamp(command.made_s - made_s_, kTick_s, std::max(options_.stale_s, kTick_s));
-      const auto is_steep = [&](const Channel& channel, const Vec3& asked) {
-        const double most = channel.peak * options_.max_slew_per_s * since_s;
-        return has_command_ && channel.peak > 0 && IsLonger(asked - channel.asked, most * (1 + 1e-9));
+      const auto is_steep = [&](const Channel& channel, const Vec3& request) {
+        const double max_change = channel.peak * options_.max_slew_per_s * since_s;
+        return has_command_ && channel.peak > 0 && IsLonger(request - channel.requested, max_change * (1 + 1e-9));
       };
       const bool steep = is_steep(force_, command.f_N) || is_steep(torque_, command.tau_Nmm);
       // The next command is compared with this one, whether or not this one is valid.
-      force_.asked = command.f_N;
-      torque_.asked = torque_.peak > 0 ? command.tau_Nmm : Vec3{0};
+      force_.requested = command.f_N;
+      torque_.requested = torque_.peak > 0 ? command.tau_Nmm : Vec3{0};
       if (!is_later || (has_command_ && command.made_s < made_s_) || command.made_s > now_s + options_.stale_s) {
         reason = GateReason::kOutOfSequence;
       } else if (steep) {
@@ -162,10 +162,10 @@ GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) no
     has_command_ = true;
     number_ = command.number;
     command_is_good_ = reason == GateReason::kNone;
-    if (reason != GateReason::kNone) Note(reason);
+    if (reason != GateReason::kNone) Count(reason);
   }
   const bool is_stale = !has_command_ || !(now_s - made_s_ <= options_.stale_s);
-  NoteBeginning(GateReason::kStale, is_stale);
+  CountBeginning(GateReason::kStale, is_stale);
   if (reason == GateReason::kNone && is_stale) reason = GateReason::kStale;
   // Repeating an invalid command does not make it valid.
   if (reason == GateReason::kNone && !command_is_good_) reason = GateReason::kWaiting;
@@ -175,20 +175,20 @@ GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) no
 /// Returns true if the heat limited the output.
 bool SafetyGate::MoveOpen(Channel& channel, double fraction, double dt_s) const noexcept {
   const double allowed = channel.continuous * channel.continuous;
-  double most = channel.peak;
+  double max_length = channel.peak;
   if (allowed > 0) {
     const double warm = std::clamp((channel.heat / allowed - kWarm) / (1 - kWarm), 0.0, 1.0);
-    most = channel.peak + warm * (channel.continuous - channel.peak);
+    max_length = channel.peak + warm * (channel.continuous - channel.peak);
     // Also limit the output so that a single step, which may be long, does not exceed the permitted heat.
     const double fraction_of_step = -std::expm1(-dt_s / options_.heat_s);
     const double square = (allowed - (1 - fraction_of_step) * channel.heat) / fraction_of_step;
-    most = std::min(most, std::max(channel.continuous, std::sqrt(std::max(square, 0.0))));
+    max_length = std::min(max_length, std::max(channel.continuous, std::sqrt(std::max(square, 0.0))));
   }
-  const bool held_down = glm::length(channel.asked) > most;
-  const Vec3 wanted = Shorten(fraction * Shorten(channel.asked, most), channel.peak);
-  const Vec3 way = wanted - channel.out;
-  channel.out = Shorten(channel.out + Shorten(way, channel.peak * options_.max_slew_per_s * dt_s), channel.peak);
-  return held_down && most < channel.peak;
+  const bool exceeds = glm::length(channel.requested) > max_length;
+  const Vec3 wanted = Shorten(fraction * Shorten(channel.requested, max_length), channel.peak);
+  const Vec3 change = wanted - channel.out;
+  channel.out = Shorten(channel.out + Shorten(change, channel.peak * options_.max_slew_per_s * dt_s), channel.peak);
+  return exceeds && max_length < channel.peak;
 }
 
 void SafetyGate::MoveClosed(Channel& channel) const noexcept {
@@ -203,7 +203,7 @@ void SafetyGate::Warm(Channel& channel, double dt_s) const noexcept {
 
 void SafetyGate::Restart() noexcept {
   for (Channel* channel : {&force_, &torque_}) {
-    channel->asked = channel->out = channel->ramp_from = Vec3{0};
+    channel->requested = channel->out = channel->ramp_from = Vec3{0};
   }
   phase_ = Phase::kClosed;
   phase_s_ = 0;
@@ -229,8 +229,8 @@ GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) 
     force_.ramp_from = force_.out;
     torque_.ramp_from = torque_.out;
     good_s_ = 0;
-    NoteBeginning(GateReason::kRampIn, false);
-    NoteBeginning(GateReason::kHeat, false);
+    CountBeginning(GateReason::kRampIn, false);
+    CountBeginning(GateReason::kHeat, false);
   }
   good_s_ = good ? good_s_ + dt_s : 0;
   phase_s_ += dt_s;
@@ -244,8 +244,8 @@ GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) 
     const double fraction = CalcSmooth(phase_s_ / options_.ramp_in_s);
     const bool hot_force = MoveOpen(force_, fraction, dt_s);
     const bool hot_torque = MoveOpen(torque_, fraction, dt_s);
-    NoteBeginning(GateReason::kRampIn, fraction < 1);
-    NoteBeginning(GateReason::kHeat, hot_force || hot_torque);
+    CountBeginning(GateReason::kRampIn, fraction < 1);
+    CountBeginning(GateReason::kHeat, hot_force || hot_torque);
     output.open = true;
     output.reason = GateReason::kNone;
     if (hot_force || hot_torque) output.reason = GateReason::kHeat;
@@ -255,7 +255,7 @@ GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) 
     MoveClosed(torque_);
     output.reason = good ? GateReason::kWaiting : wrong;
   }
-  NoteBeginning(GateReason::kWaiting, output.reason == GateReason::kWaiting);
+  CountBeginning(GateReason::kWaiting, output.reason == GateReason::kWaiting);
   Warm(force_, dt_s);
   Warm(torque_, dt_s);
   output.f_N = force_.out;

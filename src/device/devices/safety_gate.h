@@ -107,7 +107,7 @@ class SafetyGate {
   struct Channel {
     double peak = 0;
     double continuous = 0;
-    Vec3 asked{0};  // last finite request
+    Vec3 requested{0};  // last finite request
     Vec3 out{0};
     Vec3 ramp_from{0};
     double heat = 0;  // mean square
@@ -116,8 +116,8 @@ class SafetyGate {
 
   GateReason JudgeState(const GateState& state) noexcept;
   GateReason JudgeCommand(const GateCommand& command, double now_s) noexcept;
-  void Note(GateReason reason) noexcept { ++counts_[static_cast<std::size_t>(reason)]; }
-  void NoteBeginning(GateReason reason, bool holds) noexcept;
+  void Count(GateReason reason) noexcept { ++counts_[static_cast<std::size_t>(reason)]; }
+  void CountBeginning(GateReason reason, bool holds) noexcept;
   bool MoveOpen(Channel& channel, double fraction, double dt_s) const noexcept;
   void MoveClosed(Channel& channel) const noexcept;
   void Warm(Channel& channel, double dt_s) const noexcept;

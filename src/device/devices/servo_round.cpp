@@ -10,8 +10,8 @@ namespace kerf {
 namespace {
 
 // Allowances for noise and for rounds in quick succession.
-constexpr double kNoLeap_mm = 3;
-constexpr double kNoLeap_rad = 0.1;
+constexpr double kAllowedJump_mm = 3;
+constexpr double kAllowedJump_rad = 0.1;
 
 }  // namespace
 
@@ -20,11 +20,11 @@ ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits,
   if (!(params.silent_s >= 0.002 && params.silent_s <= 10)) {
     throw Error(fmt::format("silent_s = {} is outside the range 0.002 to 10", params.silent_s));
   }
-  if (!(params.leap_mm_per_s >= 100 && params.leap_mm_per_s <= 1e9)) {
-    throw Error(fmt::format("leap_mm_per_s = {} is outside the range 100 to 1e9", params.leap_mm_per_s));
+  if (!(params.max_speed_mm_per_s >= 100 && params.max_speed_mm_per_s <= 1e9)) {
+    throw Error(fmt::format("max_speed_mm_per_s = {} is outside the range 100 to 1e9", params.max_speed_mm_per_s));
   }
-  if (!(params.leap_rad_per_s >= 1 && params.leap_rad_per_s <= 1e9)) {
-    throw Error(fmt::format("leap_rad_per_s = {} is outside the range 1 to 1e9", params.leap_rad_per_s));
+  if (!(params.max_speed_rad_per_s >= 1 && params.max_speed_rad_per_s <= 1e9)) {
+    throw Error(fmt::format("max_speed_rad_per_s = {} is outside the range 1 to 1e9", params.max_speed_rad_per_s));
   }
   if (!(params.agree_s >= params.silent_s && params.agree_s <= 3600)) {
     throw Error(fmt::format("agree_s = {} is outside the range silent_s to 3600", params.agree_s));
@@ -43,7 +43,7 @@ void ServoRound::Open(double now_s) {
   f_sent_D_N_ = Vec3{0};
 }
 
-void ServoRound::LetGo() noexcept {
+void ServoRound::Release() noexcept {
   gate_.Restart();
   f_sent_D_N_ = Vec3{0};
   if (sample_.state == ServoState::kEngaged || sample_.state == ServoState::kSilent) {
@@ -73,8 +73,9 @@ ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, con
   command.tau_D_Nmm = gated.tau_Nmm;
   command.engaged = sample_.state == ServoState::kEngaged;
   // Scale the field's stiffness and damping by the same fraction as the force.
-  const double asked_N = glm::length(newest.command.f_D_N);
-  const double fraction = asked_N > 0 && std::isfinite(asked_N) ? std::fmin(glm::length(gated.f_N) / asked_N, 1) : 0;
+  const double requested_N = glm::length(newest.command.f_D_N);
+  const double fraction =
+      requested_N > 0 && std::isfinite(requested_N) ? std::fmin(glm::length(gated.f_N) / requested_N, 1) : 0;
   command.stiffness_N_per_mm *= fraction;
   command.damping_Ns_per_mm *= fraction;
   const RoundEnd end = driver.Exchange(command, reported_);
@@ -90,16 +91,16 @@ void ServoRound::BeginSilence() {
   ++counts_.silences;
 }
 
-bool ServoRound::IsLeap(const DriverSample& reported, double since_s) const {
+bool ServoRound::IsJump(const DriverSample& reported, double since_s) const {
   if (traits_.motion != DriverMotion::kPosition) return false;
   const Pose& before = sample_.sample.X_DH;
   const double time_s = std::fmax(since_s, 0);
-  const double way_mm = glm::length(reported.X_DH.p_AB - before.p_AB);
-  if (!(way_mm <= kNoLeap_mm + params_.leap_mm_per_s * time_s)) return true;
+  const double distance_mm = glm::length(reported.X_DH.p_AB - before.p_AB);
+  if (!(distance_mm <= kAllowedJump_mm + params_.max_speed_mm_per_s * time_s)) return true;
   if (!traits_.senses_orientation) return false;
   const Quat turn = reported.X_DH.R_AB * glm::conjugate(before.R_AB);
   const double turn_rad = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
-  return !(turn_rad <= kNoLeap_rad + params_.leap_rad_per_s * time_s);
+  return !(turn_rad <= kAllowedJump_rad + params_.max_speed_rad_per_s * time_s);
 }
 
 void ServoRound::Take(RoundEnd end, const DriverSample& reported, double now_s, bool agrees) {
@@ -114,8 +115,8 @@ void ServoRound::Take(RoundEnd end, const DriverSample& reported, double now_s, 
   }
   ++counts_.samples;
   const double silence_s = now_s - heard_at_s_;
-  if (sample_.state == ServoState::kEngaged && IsLeap(reported, silence_s)) {
-    ++counts_.leaps;
+  if (sample_.state == ServoState::kEngaged && IsJump(reported, silence_s)) {
+    ++counts_.jumps;
     BeginSilence();
   }
   if (sample_.state != ServoState::kSilent || !just_now_) heard_at_s_ = now_s;

@@ -39,8 +39,8 @@ struct ServoParams {
   double silent_s = 0.05;  // maximum time without an answer before the force stops; 0.002 to 10
   double agree_s = 0.5;    // after a longer silence, the user must agree again; silent_s to 3600
   /// Faster motion is a fault, after which the handle is coupled to the tool again; 100 to 1e9.
-  double leap_mm_per_s = 5000;
-  double leap_rad_per_s = 30;  // the same for rotation, if it is sensed; 1 to 1e9
+  double max_speed_mm_per_s = 5000;
+  double max_speed_rad_per_s = 30;  // the same for rotation, if it is sensed; 1 to 1e9
   /// If true, pressing any button counts as the user's agreement.
   bool button_agrees = true;
 };
@@ -51,7 +51,7 @@ struct ServoCounts {
   std::uint64_t no_answers = 0;
   std::uint64_t bad_answers = 0;
   std::uint64_t silences = 0;  // number of times that kSilent began
-  std::uint64_t leaps = 0;     // number of those that were caused by jumps
+  std::uint64_t jumps = 0;     // number of those that were caused by jumps
   double largest_N = 0;        // largest force that the safety gate passed
 };
 
@@ -65,7 +65,7 @@ class ServoRound {
   /// Gives up the device until it is opened again.
   void Close() noexcept { sample_.state = ServoState::kClosed; }
   /// Stops the force from the next round on; the user must agree again.
-  void LetGo() noexcept;
+  void Release() noexcept;
   /// Runs one round, dt_s after the last. `agrees`: the user has agreed since the last round. Returns kClosed if the
   /// device is gone. Tick-safe except that the driver waits for its transport.
   ServoState Step(DeviceDriver& driver, double now_s, double dt_s, const ServoCommand& newest, bool agrees) noexcept;
@@ -80,7 +80,7 @@ class ServoRound {
  private:
   void BeginSilence();
   void Take(RoundEnd end, const DriverSample& reported, double now_s, bool agrees);
-  bool IsLeap(const DriverSample& reported, double since_s) const;
+  bool IsJump(const DriverSample& reported, double since_s) const;
 
   DriverTraits traits_;
   ServoParams params_;

@@ -70,7 +70,7 @@ void SimulatedDevice::Integrate(double h) noexcept {
   } else {
     intention_.X_WH.p_AB += h * intention_.v_W_mm_per_s;
   }
-  const Vec3 wanted_p = intention_.X_WH.Point(options_.p_TC_mm) + given_way_mm_;
+  const Vec3 wanted_p = intention_.X_WH.Point(options_.p_TC_mm) + yielded_mm_;
   const double m = 1e-3 * (profile_.mass_kg + hand_.mass_kg);  // N s^2 / mm
   const double b_hand = hand_.damping_Ns_per_mm;
   const double b = b_hand + profile_.own_damping_Ns_per_mm;
@@ -94,9 +94,9 @@ void SimulatedDevice::Integrate(double h) noexcept {
   const double push = glm::length(intention_.push_W_N);
   if (intention_.yield_s > 0 && push > 0) {
     const Vec3 along = intention_.push_W_N / push;
-    given_way_mm_ += (-std::expm1(-h / intention_.yield_s)) * glm::dot(p_WC_mm_ - wanted_p, along) * along;
+    yielded_mm_ += (-std::expm1(-h / intention_.yield_s)) * glm::dot(p_WC_mm_ - wanted_p, along) * along;
   } else {
-    given_way_mm_ *= std::exp(-h / kReturn_s);
+    yielded_mm_ *= std::exp(-h / kReturn_s);
   }
 }
 

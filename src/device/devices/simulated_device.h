@@ -77,7 +77,7 @@ class SimulatedDevice : public Device {
   double time_s_ = 0;
   Vec3 p_WC_mm_{0};
   Vec3 v_WC_mm_per_s_{0};
-  Vec3 given_way_mm_{0};  // displacement of the intended position by yielding
+  Vec3 yielded_mm_{0};    // displacement of the intended position by yielding
   Vec3 turned_W_rad_{0};  // rotation of the handle relative to the hand
   Vec3 f_W_N_{0};
   Vec3 tau_W_Nmm_{0};

@@ -29,8 +29,8 @@ Vec3 AdaptiveVelocity::Update(const Vec3& p_mm, double dt_s) {
     }
     dt_s += repeated_s_;
     // The step and its prediction each depend on two samples, and each sample is accurate to one quantum per axis.
-    const double most = kMaxAcceleration_mm_per_s2 / reach_ * dt_s * dt_s + 4 * quantum_;
-    if (frozen || glm::length(step - v_ * dt_s) > most) count_ = 0;
+    const double max_change = kMaxAcceleration_mm_per_s2 / reach_ * dt_s * dt_s + 4 * quantum_;
+    if (frozen || glm::length(step - v_ * dt_s) > max_change) count_ = 0;
   }
   repeated_s_ = 0;
   for (double& t : t_) t += dt_s;

@@ -24,7 +24,7 @@ double PositiveOrZero(double x) {
   return std::isfinite(x) && x > 0 ? std::min(x, 1e6) : 0;
 }
 
-std::string SayRefusal(const BridgeRefusal& refusal, const std::string& where) {
+std::string DescribeRefusal(const BridgeRefusal& refusal, const std::string& where) {
   const std::string words = refusal.text.empty() ? std::string() : fmt::format(" (it says: {})", refusal.text);
   switch (refusal.reason) {
     case BridgeReason::kVersion:
@@ -50,7 +50,7 @@ std::string SayRefusal(const BridgeRefusal& refusal, const std::string& where) {
 BridgeDriver::BridgeDriver(const BridgeOptions& options) : options_(options) {
   if (options.port == 0) throw Error("the bridge port must be 1 to 65535");
   if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("timeout_ms of the bridge must be 1 to 1000");
-  if (options.oldest_ms < 1 || options.oldest_ms > 1000) throw Error("oldest_ms of the bridge must be 1 to 1000");
+  if (options.max_age_ms < 1 || options.max_age_ms > 1000) throw Error("max_age_ms of the bridge must be 1 to 1000");
   if (options.start_timeout_ms < 1 || options.start_timeout_ms > 60'000) {
     throw Error("start_timeout_ms of the bridge must be 1 to 60000");
   }
@@ -84,7 +84,7 @@ bool BridgeDriver::IsPrompt(std::uint32_t answer_to) const noexcept {
   // After a wrap-around, a sequence number that was never sent is also far behind, or its send time is the clock's
   // origin.
   if (behind >= sent_at_.size()) return false;
-  return Clock::now() - sent_at_[answer_to % sent_at_.size()] <= std::chrono::milliseconds(options_.oldest_ms);
+  return Clock::now() - sent_at_[answer_to % sent_at_.size()] <= std::chrono::milliseconds(options_.max_age_ms);
 }
 
 void BridgeDriver::TakeDescription(const BridgeDescription& description) {
@@ -121,17 +121,17 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
   sequence_ = 0;
   sent_at_.fill({});
   const Clock::time_point begin = Clock::now();
-  const std::chrono::milliseconds most(options_.start_timeout_ms);
+  const std::chrono::milliseconds max_wait(options_.start_timeout_ms);
   int refused = 0;
   std::uint16_t other_version = 0;
   constexpr int kNoReader = 4;  // number of refusals after which it is assumed that no program listens
-  while (Clock::now() < begin + most && refused < kNoReader) {
-    const double fraction = std::chrono::duration<double>(Clock::now() - begin) / most;
+  while (Clock::now() < begin + max_wait && refused < kNoReader) {
+    const double fraction = std::chrono::duration<double>(Clock::now() - begin) / max_wait;
     if (show && !show(fmt::format("connecting to the bridge at {}", where), std::min(fraction, 1.0))) {
       throw Error("starting the device was cancelled");
     }
     link_->Send(WriteBridgeHello(NextHeader()));
-    const Clock::time_point next = std::min(Clock::now() + std::chrono::milliseconds(100), begin + most);
+    const Clock::time_point next = std::min(Clock::now() + std::chrono::milliseconds(100), begin + max_wait);
     int left_ms = MillisecondsUntil(next);
     do {  // at least once, so that packets that have already arrived are read
       std::array<std::uint8_t, 2 * kBridgeBytes> bytes;
@@ -148,7 +148,7 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
         ++bad_packets_;
         continue;
       }
-      if (const auto refusal = ReadBridgeRefusal(packet)) throw Error(SayRefusal(*refusal, where));
+      if (const auto refusal = ReadBridgeRefusal(packet)) throw Error(DescribeRefusal(*refusal, where));
       if (header->version != kBridgeVersion) other_version = header->version;
       if (const auto description = ReadBridgeDescription(packet)) {
         heard_sequence_ = header->sequence;
@@ -230,7 +230,7 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
     if (!traits_.senses_orientation) sample.X_DH.R_AB = Quat{1, 0, 0, 0};
     sample.homed = state->homed && state->ready;
     sample.buttons = state->buttons;
-    made_f_D_N_ = state->made_f_D_N;
+    actual_f_D_N_ = state->actual_f_D_N;
     has_news = true;
     if (answer->answer_to == header.sequence) break;
   }

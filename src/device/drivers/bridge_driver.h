@@ -24,7 +24,7 @@ struct BridgeOptions {
   /// its force would be just as late, and the coupling is designed for a delay of a few ms. 30 ms corresponds to three
   /// consecutive timeouts, which occasionally occur on a busy machine, and is less than the 50 ms after which there is
   /// no force. An answer to the newest command may be as old as timeout_ms permits.
-  int oldest_ms = 30;
+  int max_age_ms = 30;
   int start_timeout_ms = 2000;  // timeout of the handshake, 1 to 60000
   std::uint32_t valid_ms = 50;  // time for which the bridge may continue with the last command, 1 to 1000
 };
@@ -45,7 +45,7 @@ class BridgeDriver final : public DeviceDriver {
   void Stop() noexcept override;
 
   /// Force that the bridge reported as its output, N.
-  Vec3 made_f_D_N() const { return made_f_D_N_; }
+  Vec3 actual_f_D_N() const { return actual_f_D_N_; }
   std::uint64_t bad_packets() const { return bad_packets_; }
   /// Number of states that were discarded because they answered too old a command.
   std::uint64_t late_states() const { return late_states_; }
@@ -65,10 +65,10 @@ class BridgeDriver final : public DeviceDriver {
   std::uint32_t session_ = 0;
   std::uint32_t sequence_ = 0;
   std::uint32_t heard_sequence_ = 0;  // last sequence number received from the bridge
-  /// Send times of the last 64 packets, by sequence number. At 1 kHz, they cover more than the default oldest_ms.
+  /// Send times of the last 64 packets, by sequence number. At 1 kHz, they cover more than the default max_age_ms.
   std::array<Clock::time_point, 64> sent_at_{};
   bool running_ = false;
-  Vec3 made_f_D_N_{0};
+  Vec3 actual_f_D_N_{0};
   std::uint64_t bad_packets_ = 0;
   std::uint64_t late_states_ = 0;
 };

@@ -20,10 +20,10 @@ namespace {
 
 constexpr double kCommand_s = 0.001;
 constexpr double kCircleTurns = 2;
-constexpr double kRamp_s = 1;       // rise and fall time of the force
-constexpr double kMaxBad = 0.01;    // maximum fraction of rounds without a good answer
-constexpr double kWhole = 0.97;     // minimum fraction of the requested force; the gate withholds the rest
-constexpr double kMinRate_hz = 50;  // minimum rate of samples
+constexpr double kRamp_s = 1;              // rise and fall time of the force
+constexpr double kMaxBad = 0.01;           // maximum fraction of rounds without a good answer
+constexpr double kMinSentFraction = 0.97;  // minimum fraction of the requested force; the gate withholds the rest
+constexpr double kMinRate_hz = 50;         // minimum rate of samples
 constexpr int kStillTries = 5;
 constexpr double kTakeHold_s = 3;
 constexpr double kMaxWait_s = 20;
@@ -41,7 +41,7 @@ class Check {
       WatchButtons();
     }
     servo_.Command({});
-    Tell();
+    RelayMessages();
     const LogHistogram& times = servo_.round_times();
     result_.round = {times.CalcPercentile_us(0.5), times.CalcPercentile_us(0.99), times.CalcPercentile_us(0.999),
                      times.max_us()};
@@ -58,7 +58,7 @@ class Check {
   bool Pass() {
     due_ns_ = std::max(due_ns_ + static_cast<std::int64_t>(1e9 * kCommand_s), clock_.Now());
     clock_.SleepUntil(due_ns_);
-    Tell();
+    RelayMessages();
     if (options_.goes_on && !options_.goes_on()) result_.stopped = true;
     gone_ = gone_ || servo_.state() == ServoState::kClosed;
     return !result_.stopped && !gone_;
@@ -67,7 +67,7 @@ class Check {
   void Say(const std::string& message) const {
     if (options_.say) options_.say(message);
   }
-  void Tell() {
+  void RelayMessages() {
     for (const std::string& message : servo_.TakeMessages()) Say(message);
   }
 
@@ -99,7 +99,7 @@ class Check {
     Vec3 squares{0};
     Vec3 lower{std::numeric_limits<double>::infinity()};
     Vec3 upper{-std::numeric_limits<double>::infinity()};
-    double least = std::numeric_limits<double>::infinity();
+    double min_step_mm = std::numeric_limits<double>::infinity();
     double last_at_s = -1;
     Vec3 last{0};
     const double begin_s = Now_s();
@@ -115,7 +115,7 @@ class Check {
       upper = glm::max(upper, p);
       for (int axis = 0; axis < 3 && last_at_s >= 0; ++axis) {
         const double step = std::abs(p[axis] - last[axis]);
-        if (step > 1e-9) least = std::min(least, step);
+        if (step > 1e-9) min_step_mm = std::min(min_step_mm, step);
       }
       last_at_s = sample.at_s;
       last = p;
@@ -125,12 +125,12 @@ class Check {
     result_.rate_hz = n / (Now_s() - begin_s);
     result_.noise_mm = glm::sqrt(squares / n);
     result_.span_mm = upper - lower;
-    result_.least_step_mm = std::isfinite(least) ? least : 0;
+    result_.least_step_mm = std::isfinite(min_step_mm) ? min_step_mm : 0;
     return std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z});
   }
 
   /// Returns the direction of the force: one turn in the x-y plane, then one in the z-x plane.
-  static Vec3 CalcWay(double turn) {
+  static Vec3 CalcForceDirection(double turn) {
     const double angle = 2 * std::numbers::pi * turn;
     return turn < 0.5 * kCircleTurns ? Vec3{std::cos(angle), std::sin(angle), 0}
                                      : Vec3{std::cos(angle), 0, std::sin(angle)};
@@ -146,7 +146,7 @@ class Check {
     HandleAtRest at_rest(servo_);
     while (servo_.state() != ServoState::kEngaged) {
       servo_.Command({});
-      const bool still = at_rest.Take(servo_.TakeSample());
+      const bool still = at_rest.Update(servo_.TakeSample());
       const double waited_s = Now_s() - begin_wait_s;
       if (still && waited_s > kTakeHold_s) servo_.Agree();
       if (!Pass()) return;
@@ -160,8 +160,9 @@ class Check {
     double across = 0;
     const double begin_s = Now_s();
     for (double t_s = 0; t_s < options_.circle_s && Pass(); t_s = Now_s() - begin_s) {
-      const double swell = std::clamp(std::min(t_s, options_.circle_s - t_s) / kRamp_s, 0.0, 1.0);
-      const Vec3 way = options_.up ? Vec3{0, 1, 0} : CalcWay(kCircleTurns * t_s / options_.circle_s);
+      const double ramp = std::clamp(std::min(t_s, options_.circle_s - t_s) / kRamp_s, 0.0, 1.0);
+      const Vec3 force_direction =
+          options_.up ? Vec3{0, 1, 0} : CalcForceDirection(kCircleTurns * t_s / options_.circle_s);
       // Read the state only once: if it changed between two reads, the loss would be reported twice.
       const ServoState state = servo_.state();
       if (state == ServoState::kClosed) {
@@ -173,12 +174,12 @@ class Check {
         break;
       }
       DriverCommand command;
-      command.f_D_N = swell * peak_N * way;
+      command.f_D_N = ramp * peak_N * force_direction;
       servo_.Command(command);
-      result_.largest_asked_N = std::max(result_.largest_asked_N, glm::length(command.f_D_N));
+      result_.largest_requested_N = std::max(result_.largest_requested_N, glm::length(command.f_D_N));
       const Vec3 moved = servo_.TakeSample().sample.X_DH.p_AB - start;
       result_.moved_mm = std::max(result_.moved_mm, glm::length(moved));
-      along += glm::dot(moved, way);
+      along += glm::dot(moved, force_direction);
       across += glm::length(moved);
     }
     result_.followed = across > 0 ? along / across : 0;
@@ -219,9 +220,9 @@ class Check {
     if (std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z}) > kStill_mm) {
       result_.faults.emplace_back("the handle was never left alone: the values at rest are meaningless");
     }
-    if (result_.made_force && result_.largest_sent_N < kWhole * result_.largest_asked_N) {
+    if (result_.made_force && result_.largest_sent_N < kMinSentFraction * result_.largest_requested_N) {
       std::string fault =
-          fmt::format("of {:.2f} N requested, {:.2f} N was sent", result_.largest_asked_N, result_.largest_sent_N);
+          fmt::format("of {:.2f} N requested, {:.2f} N was sent", result_.largest_requested_N, result_.largest_sent_N);
       if (result_.closed_by != GateReason::kNone) fault += fmt::format(" ({})", Describe(result_.closed_by));
       result_.faults.push_back(std::move(fault));
     }
@@ -267,11 +268,11 @@ DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& opti
 }
 
 void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
-                 const std::function<void(const std::string& line, bool passing)>& show) {
+                 const std::function<void(const std::string& line, bool transient)>& show) {
   constexpr std::int64_t kPeriod_ns = 100'000'000;
   MonotonicClock clock;
   const DriverTraits& traits = servo.traits();
-  show(DescribeServedDevice(servo.name(), servo), false);
+  show(DescribeOpenDevice(servo.name(), servo), false);
   while (goes_on()) {
     for (const std::string& message : servo.TakeMessages()) show(message, false);
     const ServoSample s = servo.TakeSample();
@@ -289,7 +290,7 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
        false);
 }
 
-std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo) {
+std::string DescribeOpenDevice(const std::string& name, const DeviceServo& servo) {
   const DeviceProfile& p = servo.profile();
   return servo.traits().makes_force ? fmt::format("{} ({}, up to {:g} N)", name, p.name, p.peak_force_N)
                                     : fmt::format("{} (outputs no force)", name);
@@ -310,7 +311,7 @@ std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& se
                 {"span_mm", array(r.span_mm)},
                 {"least_step_mm", r.least_step_mm}};
   j["force"] = {{"tried", r.made_force},
-                {"asked_N", r.largest_asked_N},
+                {"asked_N", r.largest_requested_N},
                 {"sent_N", r.largest_sent_N},
                 {"moved_mm", r.moved_mm},
                 {"followed", r.followed}};
@@ -323,7 +324,7 @@ std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& se
 }
 
 std::string FormatDeviceCheck(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& r) {
-  std::string text = DescribeServedDevice(name, servo) + "\n";
+  std::string text = DescribeOpenDevice(name, servo) + "\n";
   text += fmt::format("  homed     {}\n", r.homed ? "yes" : "no");
   if (r.still_samples > 1) {
     text += fmt::format(
@@ -335,7 +336,7 @@ std::string FormatDeviceCheck(const std::string& name, const DeviceServo& servo,
   if (r.made_force) {
     text += fmt::format(
         "  force     up to {:.2f} N requested, {:.2f} N sent; the handle moved {:.1f} mm, {:.0f} % along the force\n",
-        r.largest_asked_N, r.largest_sent_N, r.moved_mm, 100 * r.followed);
+        r.largest_requested_N, r.largest_sent_N, r.moved_mm, 100 * r.followed);
   } else if (!servo.traits().makes_force) {
     text += "  force     none: the device outputs none\n";
   }

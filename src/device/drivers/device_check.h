@@ -41,7 +41,7 @@ struct DeviceCheckResult {
   double least_step_mm = 0;  // smallest nonzero difference between consecutive samples along an axis; 0: none
   // The rotating force.
   bool made_force = false;  // the device can output force, and it was tested
-  double largest_asked_N = 0;
+  double largest_requested_N = 0;
   double largest_sent_N = 0;  // largest force that the safety gate passed
   double moved_mm = 0;        // maximum distance of the handle from its start
   double followed = 0;        // fraction of that motion along the force: 1: all, 0: none, negative: against the force
@@ -57,12 +57,12 @@ struct DeviceCheckResult {
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options);
 
 /// Shows the position and the buttons ten times a second through `show`, without force, until `goes_on` returns false.
-/// `passing` marks a line that the next one may replace.
+/// `transient` marks a line that the next one may replace.
 void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
-                 const std::function<void(const std::string& line, bool passing)>& show);
+                 const std::function<void(const std::string& line, bool transient)>& show);
 
 /// Returns a description such as "falcon (falcon, up to 8 N)".
-std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo);
+std::string DescribeOpenDevice(const std::string& name, const DeviceServo& servo);
 /// Returns JSON with stable keys that include units.
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& result);
 /// Returns the result as text for the user.

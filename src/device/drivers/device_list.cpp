@@ -58,41 +58,41 @@ const UsbKind& FindUsbKind(const KnownDevice& known) {
 }
 
 /// A kind of device on the network.
-struct FarKind {
+struct NetworkKind {
   const char* name;
   std::string (*where)(const DriverOptions& options);
-  /// `hurry`: true for a short timeout, used to find out whether the device is present.
-  std::unique_ptr<DeviceDriver> (*make)(const DriverOptions& options, bool hurry);
+  /// `quick`: true for a short timeout, used to find out whether the device is present.
+  std::unique_ptr<DeviceDriver> (*make)(const DriverOptions& options, bool quick);
   /// Parts of the driver's message which show that no program, or a different program, listens at the address.
   std::array<const char*, 2> absent;
   const char* remedy;
 };
 
-constexpr FarKind kFarKinds[] = {
+constexpr NetworkKind kNetworkKinds[] = {
     {"bridge",
      [](const DriverOptions& options) { return fmt::format("{}:{}", options.bridge.address, options.bridge.port); },
-     [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
+     [](const DriverOptions& options, bool quick) -> std::unique_ptr<DeviceDriver> {
        BridgeOptions bridge = options.bridge;
-       if (hurry) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, options.ask_for_ms);
+       if (quick) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, options.probe_timeout_ms);
        return MakeBridgeDriver(bridge);
      },
      {"no bridge program is listening", "no bridge program is listening"},
      "End the bridge program and start it again (docs/bridge.md)."},
     {"inverse3",
      [](const DriverOptions& options) { return fmt::format("ws://{}:{}", options.haply.address, options.haply.port); },
-     [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
+     [](const DriverOptions& options, bool quick) -> std::unique_ptr<DeviceDriver> {
        HaplyOptions haply = options.haply;
-       if (hurry) haply.start_timeout_ms = std::min(haply.start_timeout_ms, options.ask_for_ms);
+       if (quick) haply.start_timeout_ms = std::min(haply.start_timeout_ms, options.probe_timeout_ms);
        return MakeHaplyDriver(haply);
      },
      {"no Haply service is listening", "does not speak the JSON of Haply"},
      "Check that Haply's own program shows the Inverse3, and restart its service (docs/wooden.md)."},
 };
 
-const FarKind* FindFarKind(const KnownDevice& known) {
-  const auto* found = std::find_if(std::begin(kFarKinds), std::end(kFarKinds),
-                                   [&](const FarKind& kind) { return kind.name == known.name; });
-  return found == std::end(kFarKinds) ? nullptr : found;
+const NetworkKind* FindNetworkKind(const KnownDevice& known) {
+  const auto* found = std::find_if(std::begin(kNetworkKinds), std::end(kNetworkKinds),
+                                   [&](const NetworkKind& kind) { return kind.name == known.name; });
+  return found == std::end(kNetworkKinds) ? nullptr : found;
 }
 
 std::vector<KnownDevice> MakeKnownDevices() {
@@ -155,7 +155,7 @@ bool LooksLike(const KnownDevice& known, const UsbDeviceInfo& info) {
   return !FindUsbKind(known).is_hid || info.is_hid;
 }
 
-void TryOut(UsbBus& bus, const DriverOptions& options, FoundDevice& found) {
+void TryToStart(UsbBus& bus, const DriverOptions& options, FoundDevice& found) {
   const UsbKind& kind = FindUsbKind(*found.kind);
   if (!LooksLike(*found.kind, found.usb)) {
     found.state = DeviceState::kOtherGadget;
@@ -265,14 +265,14 @@ const KnownDevice& FindKnownDevice(const std::string& choice) {
 
 std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options) {
   std::vector<FoundDevice> devices = ListKnown(bus);
-  for (FoundDevice& found : devices) TryOut(bus, options, found);
+  for (FoundDevice& found : devices) TryToStart(bus, options, found);
   return devices;
 }
 
-std::vector<FoundDevice> FindFarDevices(const DriverOptions& options) {
+std::vector<FoundDevice> FindNetworkDevices(const DriverOptions& options) {
   std::vector<FoundDevice> devices;
   for (const KnownDevice& known : KnownDevices()) {
-    const FarKind* kind = FindFarKind(known);
+    const NetworkKind* kind = FindNetworkKind(known);
     if (kind == nullptr) continue;
     FoundDevice found;
     found.kind = &known;
@@ -299,14 +299,14 @@ std::vector<FoundDevice> FindFarDevices(const DriverOptions& options) {
 
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options) {
   std::vector<FoundDevice> devices = FindUsbDevices(bus, options);
-  for (FoundDevice& found : FindFarDevices(options)) devices.push_back(std::move(found));
+  for (FoundDevice& found : FindNetworkDevices(options)) devices.push_back(std::move(found));
   return devices;
 }
 
 std::unique_ptr<DeviceDriver> OpenDriver(UsbBus& bus, const std::string& choice, const DriverOptions& options) {
   const KnownDevice& known = FindKnownDevice(choice);
   const std::string socket = SplitChoice(choice).second;
-  if (const FarKind* far = FindFarKind(known); far != nullptr) return far->make(options, false);
+  if (const NetworkKind* far = FindNetworkKind(known); far != nullptr) return far->make(options, false);
   const UsbKind& kind = FindUsbKind(known);
   std::optional<FoundDevice> refused;
   for (FoundDevice& found : ListKnown(bus)) {

@@ -24,7 +24,7 @@ struct DriverOptions {
   SpaceMouseOptions spacemouse;
   BridgeOptions bridge;
   HaplyOptions haply;
-  int ask_for_ms = 300;  // maximum time to find out whether a network device is present (FindFarDevices)
+  int probe_timeout_ms = 300;  // maximum time to find out whether a network device is present (FindNetworkDevices)
 };
 
 struct UsbNumbers {
@@ -69,9 +69,9 @@ struct FoundDevice {
 /// kerf::Error if USB cannot be queried.
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options = {});
 /// The first of these functions lists only the devices on USB; the second lists only those that answer on the network
-/// at the addresses in the options, and waits at most DriverOptions::ask_for_ms in each step.
+/// at the addresses in the options, and waits at most DriverOptions::probe_timeout_ms in each step.
 std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options = {});
-std::vector<FoundDevice> FindFarDevices(const DriverOptions& options = {});
+std::vector<FoundDevice> FindNetworkDevices(const DriverOptions& options = {});
 
 /// Opens a device without starting it. `choice` is a kind's name, optionally with "@" and the port: "falcon@1-2".
 /// Throws kerf::Error with the reason and the remedy if the device is not present or cannot be opened.

@@ -18,27 +18,27 @@
 namespace kerf {
 namespace {
 
-constexpr double kClutchOut_s = 0.05;     // time in which the clutch removes the force
-constexpr double kClutchIn_s = 0.3;       // time in which the clutch restores the force
-constexpr std::uint64_t kTellEvery = 64;  // rounds between updates of the counts
+constexpr double kClutchOut_s = 0.05;       // time in which the clutch removes the force
+constexpr double kClutchIn_s = 0.3;         // time in which the clutch restores the force
+constexpr std::uint64_t kCountsEvery = 64;  // rounds between updates of the counts
 constexpr int kStopRounds = 5;
 constexpr std::int64_t kRemindFirst_ns = 300'000'000;
 constexpr std::int64_t kRemindAgain_ns = 30'000'000'000;
 constexpr int kRefusals = 3;  // failed openings before one is reported, since permissions may not be set yet
-constexpr std::uint64_t kGivenUpRounds = 20;  // unanswered rounds that show that the device, not this program, stalled
+constexpr std::uint64_t kRestartRounds = 20;  // unanswered rounds that show that the device, not this program, stalled
 constexpr double kTurning_rad_per_s = 2;      // speed of a tool that is turned with keys
 
-// State of LetGoOfAll().
+// State of ReleaseAll().
 std::atomic<int> servos{0};
-std::atomic<std::uint32_t> let_go_asked{0};
-std::atomic<std::uint32_t> let_go_done{0};
-std::atomic<bool> let_go_for_good{false};
+std::atomic<std::uint32_t> releases_requested{0};
+std::atomic<std::uint32_t> releases_done{0};
+std::atomic<bool> released_for_good{false};
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
-constinit thread_local bool is_of_servo = false;
+constinit thread_local bool is_servo_thread = false;
 
 /// Blocks all signals in this thread, because a signal handler that waits for this thread must not run on it. A fault
 /// in this thread cannot be handled: it ends the program immediately without a handler, and the device keeps its last
-/// force until its own timeout. abort() in this thread does run the handler here, but LetGoOfAll() does not wait for
+/// force until its own timeout. abort() in this thread does run the handler here, but ReleaseAll() does not wait for
 /// its own thread.
 void BlockSignals() {
   sigset_t all;
@@ -145,7 +145,7 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
       }
       break;
     case ServoState::kSilent:
-      if (std::exchange(leaps_, round_->counts().leaps) != round_->counts().leaps) {
+      if (std::exchange(jumps_, round_->counts().jumps) != round_->counts().jumps) {
         Say("reported an implausible jump: no force for a moment, and the tool stays where it was");
       } else {
         Say("does not answer: no force. If this persists, check its power and its cable");
@@ -170,34 +170,34 @@ void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   Say(fmt::format("{}; there is no force until then", DescribeHoming(traits_)));
 }
 
-bool DeviceServo::LetGoOfAll(int timeout_ms, bool for_good) noexcept {
-  const std::uint32_t before = let_go_done.load();
+bool DeviceServo::ReleaseAll(int timeout_ms, bool for_good) noexcept {
+  const std::uint32_t before = releases_done.load();
   const int all = servos.load();
   if (all == 0) return true;
-  if (for_good) let_go_for_good.store(true);
-  ++let_go_asked;
-  const auto others = static_cast<std::uint32_t>(is_of_servo ? all - 1 : all);
+  if (for_good) released_for_good.store(true);
+  ++releases_requested;
+  const auto others = static_cast<std::uint32_t>(is_servo_thread ? all - 1 : all);
   const timespec millisecond{.tv_sec = 0, .tv_nsec = 1'000'000};
-  for (int waited = 0; let_go_done.load() - before < others; ++waited) {
+  for (int waited = 0; releases_done.load() - before < others; ++waited) {
     if (waited >= timeout_ms) return false;
     nanosleep(&millisecond, nullptr);
   }
-  return !is_of_servo;
+  return !is_servo_thread;
 }
 
-void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
-  const std::uint32_t asked = let_go_asked.load();
-  if (asked == seen) return;
-  seen = asked;
-  round_->LetGo();
+void DeviceServo::ReleaseIfRequested(std::uint32_t& seen) {
+  const std::uint32_t requested = releases_requested.load();
+  if (requested == seen) return;
+  seen = requested;
+  round_->Release();
   agrees_.store(false);
-  if (driver_) MakeNoForce();
-  ++let_go_done;
+  if (driver_) SendZeroForce();
+  ++releases_done;
 }
 
 /// Copies the counts for other threads. Returns false if another thread is reading them and `waits` is false: that
 /// thread has no real-time priority, and this one must not wait for it while it outputs force.
-bool DeviceServo::TellCounts(bool waits) {
+bool DeviceServo::PublishCounts(bool waits) {
   std::unique_lock lock(mutex_, std::defer_lock);
   if (waits) {
     lock.lock();
@@ -255,7 +255,7 @@ bool DeviceServo::Reopen() {
 
 /// Returns true if the device must be opened again because it does not answer. This applies only to a device that
 /// homes, which reports a lost position after a restart. Other devices must not be restarted without the user.
-bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
+bool DeviceServo::MustRestart(std::int64_t now_ns) {
   const std::uint64_t samples = round_->counts().samples;
   if (std::exchange(samples_, samples) != samples) {
     heard_ns_ = now_ns;
@@ -263,19 +263,19 @@ bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
     return false;
   }
   ++unanswered_;
-  return traits_.homes && unanswered_ >= kGivenUpRounds &&
-         1e-9 * static_cast<double>(now_ns - heard_ns_) > options_.given_up_s;
+  return traits_.homes && unanswered_ >= kRestartRounds &&
+         1e-9 * static_cast<double>(now_ns - heard_ns_) > options_.restart_after_s;
 }
 
-void DeviceServo::MakeNoForce() noexcept {
+void DeviceServo::SendZeroForce() noexcept {
   DriverSample sample;
   for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
 }
 
 /// Handles an unexpected exception, such as lack of memory: sets zero force and treats the device as unplugged.
-void DeviceServo::TakeFault(const char* why) noexcept {
+void DeviceServo::HandleFault(const char* why) noexcept {
   if (driver_) {
-    if (round_->state() != ServoState::kClosed) MakeNoForce();  // otherwise, it was only being started
+    if (round_->state() != ServoState::kClosed) SendZeroForce();  // otherwise, it was only being started
     driver_->Stop();
     driver_.reset();
   }
@@ -284,7 +284,7 @@ void DeviceServo::TakeFault(const char* why) noexcept {
   for_loop_.Publish(round_->sample());
   for_others_.Publish(round_->sample());
   try {
-    TellCounts(true);
+    PublishCounts(true);
     if (reported_failure_ != why) {
       Say(fmt::format("has failed ({}): no force, and the tool is stopped. It is being reopened", why));
       reported_failure_ = why;
@@ -298,28 +298,28 @@ void DeviceServo::TakeFault(const char* why) noexcept {
 
 void DeviceServo::Run() {
   BlockSignals();
-  is_of_servo = true;
+  is_servo_thread = true;
   RealtimeGrants grants;
-  if (options_.priority > 0) AskForPriority(options_.priority, grants);
+  if (options_.priority > 0) RequestPriority(options_.priority, grants);
   round_->Open(Now_s());
-  std::uint32_t let_go_seen = let_go_asked.load();
+  std::uint32_t releases_seen = releases_requested.load();
   while (!stop_.load()) {
     try {
-      Serve(let_go_seen);
+      RunRounds(releases_seen);
     } catch (const std::exception& e) {
-      TakeFault(e.what());
+      HandleFault(e.what());
     } catch (...) {
-      TakeFault("for an unknown reason");
+      HandleFault("for an unknown reason");
     }
   }
-  TellCounts(true);
+  PublishCounts(true);
   if (!driver_) return;
-  MakeNoForce();
+  SendZeroForce();
   driver_->Stop();
 }
 
 /// Runs rounds until stop_ is set. An exception leaves the device in its last state.
-void DeviceServo::Serve(std::uint32_t& let_go_seen) {
+void DeviceServo::RunRounds(std::uint32_t& releases_seen) {
   MonotonicClock clock;
   const auto period_ns = static_cast<std::int64_t>(1e9 / traits_.rate_hz);
   const auto reopen_ns = static_cast<std::int64_t>(1e9 * options_.reopen_s);
@@ -333,8 +333,8 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
   ServoState before = ServoState::kHoming;
   bool counts_due = false;
   while (!stop_.load()) {
-    LetGoIfAsked(let_go_seen);
-    if (let_go_for_good.load()) {
+    ReleaseIfRequested(releases_seen);
+    if (released_for_good.load()) {
       clock.SleepUntil(clock.Now() + period_ns);
       last_ns = clock.Now();
       continue;
@@ -353,8 +353,8 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
     const bool agrees = round_->state() == ServoState::kWaiting && (agrees_.load() || !traits_.makes_force);
     const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
     ServoState state = round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
-    const bool given_up = state != ServoState::kClosed && IsGivenUp(now_ns);
-    if (given_up) {
+    const bool must_restart = state != ServoState::kClosed && MustRestart(now_ns);
+    if (must_restart) {
       round_->Close();
       state = ServoState::kClosed;
     }
@@ -368,10 +368,10 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
     for_loop_.Publish(round_->sample());
     for_others_.Publish(round_->sample());
     // This comes before state_ is set, so that a thread that sees the new state also sees these counts.
-    counts_due = counts_due || state != before || round_->counts().rounds % kTellEvery == 0;
-    if (counts_due) counts_due = !TellCounts(state == ServoState::kClosed);
+    counts_due = counts_due || state != before || round_->counts().rounds % kCountsEvery == 0;
+    if (counts_due) counts_due = !PublishCounts(state == ServoState::kClosed);
     state_.store(state);
-    if (given_up) {
+    if (must_restart) {
       Say("has not answered for a long time and is being restarted: no force, and the tool is stopped. Check its "
           "power");
     } else if (state != before) {
@@ -380,7 +380,7 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
     RemindOfHoming(state, now_ns);
     before = state;
     if (state == ServoState::kClosed) {
-      if (given_up) driver_->Stop();
+      if (must_restart) driver_->Stop();
       driver_.reset();
       continue;
     }
@@ -388,7 +388,7 @@ void DeviceServo::Serve(std::uint32_t& let_go_seen) {
   }
 }
 
-void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {
+void DeviceServo::SetTool(const Pose& X_WT, const ToolCoupling& tool) {
   X_WT_ = X_WT;
   tool_ = tool;
   workspace_ = Workspace(MakeWorkspace(options_, traits_, tool.p_TC_mm));
@@ -440,7 +440,7 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
     sample.buttons = ExchangeButtons(sample.buttons, right_bit_, left_bit_);
   }
   if (!has_orientation_) has_orientation_ = orientation_.Update();
-  if (!has_orientation_ || newest.state != ServoState::kEngaged || Now_s() - newest.at_s > options_.old_s) {
+  if (!has_orientation_ || newest.state != ServoState::kEngaged || Now_s() - newest.at_s > options_.max_sample_age_s) {
     held_ = false;
     fraction_ = 0;
     return false;
@@ -466,12 +466,12 @@ bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
   command.sequence = ++sequence_;
   command.made_at_s = Now_s();
   if (held_) {
-    DriverCommand& asked = command.command;
-    asked.f_D_N = fraction_ * workspace_.ToDevice(f_H_W_N);
-    asked.tau_D_Nmm = fraction_ * workspace_.ToDevice(tau_H_W_Nmm);
-    asked.p_D_mm = X_DH_.p_AB;
+    DriverCommand& request = command.command;
+    request.f_D_N = fraction_ * workspace_.ToDevice(f_H_W_N);
+    request.tau_D_Nmm = fraction_ * workspace_.ToDevice(tau_H_W_Nmm);
+    request.p_D_mm = X_DH_.p_AB;
     // The force already includes the coupling's damping; sent as field damping, it would be applied twice.
-    asked.stiffness_N_per_mm = fraction_ * options_.motion_scale * tool_.stiffness_N_per_mm;
+    request.stiffness_N_per_mm = fraction_ * options_.motion_scale * tool_.stiffness_N_per_mm;
   }
   commands_.Publish(command);
   return true;
@@ -480,7 +480,7 @@ bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
 std::array<double, 6> DeviceServo::ReadDeflection() noexcept {
   for_loop_.Update();
   const ServoSample& newest = for_loop_.front();
-  const bool holds = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= options_.old_s;
+  const bool holds = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= options_.max_sample_age_s;
   return holds ? newest.sample.deflection : std::array<double, 6>{};
 }
 

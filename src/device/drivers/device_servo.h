@@ -35,9 +35,9 @@ struct DeviceServoOptions {
   bool own_figures = false;  // true: peak force and torque come from the user's file; false: they are limited to the
                              // values in the table for the device's name
   double reopen_s = 0.5;     // interval between attempts to open the device while it is absent
-  double old_s = 0.1;        // maximum age of a sample at which the handle still holds the tool
+  double max_sample_age_s = 0.1;  // maximum age of a sample at which the handle still holds the tool
   /// Time without an answer after which a device that homes is opened again, since it may have lost power.
-  double given_up_s = 2;
+  double restart_after_s = 2;
 };
 
 /// Thrown by DeviceServo::Open if there is no device to open. No message to the user is needed.
@@ -55,7 +55,7 @@ inline bool HasReportedZero(const DriverTraits& traits) {
 }
 
 /// Coupling of the tool to the handle (CouplingParams), in newtons on the device.
-struct ServedTool {
+struct ToolCoupling {
   Vec3 p_TC_mm{0};
   double stiffness_N_per_mm = 0;
 };
@@ -82,7 +82,7 @@ class DeviceServo final : public Device {
   /// that is about to be stopped, or terminated (`for_good`: no rounds follow). May be called in a signal handler.
   /// Waits at most `timeout_ms`. Returns false if that was too short. Also returns false if called from a device's own
   /// thread, which cannot wait for itself and releases its device in its next round, if there is one.
-  static bool LetGoOfAll(int timeout_ms, bool for_good) noexcept;
+  static bool ReleaseAll(int timeout_ms, bool for_good) noexcept;
 
   /// The profile as felt at the tool: ScaleProfile().
   const DeviceProfile& profile() const override { return profile_; }
@@ -102,7 +102,7 @@ class DeviceServo final : public Device {
   std::vector<std::string> TakeMessages();
   /// Sets the tool's pose. When the force starts, the handle is coupled to the tool, wherever the handle is. Call it
   /// before the loop runs.
-  void SetTool(const Pose& X_WT, const ServedTool& tool);
+  void SetTool(const Pose& X_WT, const ToolCoupling& tool);
   /// Records that the user agrees to forces.
   void Agree() { agrees_.store(true); }
   /// Sets the orientation of the tool, for a device that does not sense it: the tool turns to it about the handle
@@ -139,17 +139,17 @@ class DeviceServo final : public Device {
 
  private:
   void Run();
-  void Serve(std::uint32_t& let_go_seen);
-  void MakeNoForce() noexcept;
-  void TakeFault(const char* why) noexcept;
+  void RunRounds(std::uint32_t& releases_seen);
+  void SendZeroForce() noexcept;
+  void HandleFault(const char* why) noexcept;
   DeviceProfile LimitedProfile() const;
   bool Reopen();
-  bool IsGivenUp(std::int64_t now_ns);
+  bool MustRestart(std::int64_t now_ns);
   bool StartAgain();
   void CheckSame();
   void RemindOfHoming(ServoState state, std::int64_t now_ns);
-  void LetGoIfAsked(std::uint32_t& seen);
-  bool TellCounts(bool waits);
+  void ReleaseIfRequested(std::uint32_t& seen);
+  bool PublishCounts(bool waits);
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
   void TurnTool();
@@ -175,8 +175,8 @@ class DeviceServo final : public Device {
   std::atomic<ServoState> state_{ServoState::kHoming};
   std::atomic<bool> agrees_{false};
   std::atomic<bool> stop_{false};
-  std::optional<ServoRound> round_;  // used by the thread, as is leaps_
-  std::uint64_t leaps_ = 0;          // jumps already reported
+  std::optional<ServoRound> round_;  // used by the thread, as is jumps_
+  std::uint64_t jumps_ = 0;          // jumps already reported
   std::int64_t homing_since_ns_ = -1;
   std::string reported_failure_;  // last reported failure to open the device again
   int refusals_ = 0;              // number of consecutive failures to open the device
@@ -191,7 +191,7 @@ class DeviceServo final : public Device {
 
   // Used by the loop's thread.
   Workspace workspace_;
-  ServedTool tool_;
+  ToolCoupling tool_;
   Pose X_WT_;
   bool has_orientation_ = true;
   std::uint32_t engagements_ = 0;  // engagement for which the workspace is anchored

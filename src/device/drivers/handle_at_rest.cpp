@@ -2,7 +2,7 @@
 
 namespace kerf {
 
-bool HandleAtRest::Take(const ServoSample& sample) {
+bool HandleAtRest::Update(const ServoSample& sample) {
   const Vec3& p = sample.sample.X_DH.p_AB;
   const bool unseen = sample.at_s - seen_s_ > kUnseen_s;
   seen_s_ = sample.at_s;

@@ -13,7 +13,7 @@ class HandleAtRest {
       : reach_mm_(kMiddle * servo.profile().workspace_radius_mm / servo.options().motion_scale) {}
 
   /// Returns true if the handle has stayed in one place near the middle for kStill_s.
-  bool Take(const ServoSample& sample);
+  bool Update(const ServoSample& sample);
 
  private:
   static constexpr double kMiddle = 0.5;  // fraction of the workspace's radius

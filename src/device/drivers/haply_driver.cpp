@@ -28,26 +28,26 @@ constexpr int kSendBytes = 8192;
 constexpr int kMaxMessages = 64;  // per call to Receive()
 
 /// WebSocket with a timeout for each wait. Unfinished operations continue in the next call.
-class HaplyDriver::Line {
+class HaplyDriver::Connection {
  public:
-  Line() : stream_(context_) {
+  Connection() : stream_(context_) {
     stream_.read_message_max(256 << 10);
     stream_.text(true);
     received_.reserve(64 << 10);
   }
-  ~Line() {
+  ~Connection() {
     beast::error_code ignored;
     stream_.next_layer().close(ignored);
     // Complete the cancelled operations while their buffers still exist.
     context_.restart();
     context_.run_for(std::chrono::seconds(1));
   }
-  Line(const Line&) = delete;
-  Line& operator=(const Line&) = delete;
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
 
   /// Returns the error; timed_out if it takes too long.
-  beast::error_code Connect(const asio::ip::tcp::endpoint& to, std::chrono::milliseconds most) {
-    const auto end = Clock::now() + most;
+  beast::error_code Connect(const asio::ip::tcp::endpoint& to, std::chrono::milliseconds max_wait) {
+    const auto end = Clock::now() + max_wait;
     std::optional<beast::error_code> error;
     stream_.next_layer().async_connect(to, [&error](beast::error_code e) { error = e; });
     if (!RunUntil(end, [&error] { return error.has_value(); })) return Abandon();
@@ -155,28 +155,28 @@ HaplyDriver::~HaplyDriver() {
 }
 
 void HaplyDriver::Start(const std::function<bool(const std::string& doing, double fraction)>& show) {
-  const auto tell = [&show](const std::string& doing, double fraction) {
+  const auto report_progress = [&show](const std::string& doing, double fraction) {
     if (show && !show(doing, fraction)) throw Error("starting the device was cancelled");
   };
   const std::string where = fmt::format("ws://{}:{}", options_.address, options_.port);
   Stop();
-  tell(fmt::format("connecting to the Haply service at {}", where), 0);
-  const std::chrono::milliseconds most(options_.start_timeout_ms);
-  auto line = std::make_unique<Line>();
+  report_progress(fmt::format("connecting to the Haply service at {}", where), 0);
+  const std::chrono::milliseconds max_wait(options_.start_timeout_ms);
+  auto connection = std::make_unique<Connection>();
   const asio::ip::tcp::endpoint to(asio::ip::make_address(options_.address), options_.port);
-  if (const beast::error_code error = line->Connect(to, most)) {
+  if (const beast::error_code error = connection->Connect(to, max_wait)) {
     throw Error(
         error == asio::error::connection_refused
             ? fmt::format("no Haply service is listening at {}; install and start Haply's Inverse Service", where)
             : fmt::format("the Haply service at {} can't be reached: {}", where, error.message()));
   }
-  tell("waiting for the list of devices", 0.5);
-  const auto end = Clock::now() + most;
+  report_progress("waiting for the list of devices", 0.5);
+  const auto end = Clock::now() + max_wait;
   bool spoke = false;
   bool good = false;
   bool listed = false;
-  while (!listed && !line->broken() && Clock::now() < end) {
-    const std::optional<std::string> text = line->Receive(end);
+  while (!listed && !connection->broken() && Clock::now() < end) {
+    const std::optional<std::string> text = connection->Receive(end);
     if (!text) break;
     spoke = true;
     const HaplyReading reading = ReadHaplyMessage(*text, options_.device_id, state_);
@@ -198,20 +198,20 @@ void HaplyDriver::Start(const std::function<bool(const std::string& doing, doubl
   traits_.senses_orientation = state_.R_H_grip.has_value();
   traits_.buttons.clear();
   if (traits_.senses_orientation) traits_.buttons = {"a", "b", "c"};
-  without_ = 0;
-  line_ = std::move(line);
-  tell("ready", 1);
+  missing_ = 0;
+  connection_ = std::move(connection);
+  report_progress("ready", 1);
 }
 
 RoundEnd HaplyDriver::Take(const std::string& text, DriverSample& sample) {
   const HaplyReading reading = ReadHaplyMessage(text, state_.id, state_);
   if (reading == HaplyReading::kBad) return RoundEnd::kBadAnswer;
   if (reading == HaplyReading::kNoDevice) {
-    if (++without_ < kMaxWithout) return RoundEnd::kNoAnswer;
-    line_.reset();
+    if (++missing_ < kMaxMissing) return RoundEnd::kNoAnswer;
+    connection_.reset();
     return RoundEnd::kGone;
   }
-  without_ = 0;
+  missing_ = 0;
   if (traits_.senses_orientation && !state_.R_H_grip) return RoundEnd::kNoAnswer;
   sample = DriverSample{};
   sample.X_DH.p_AB = HaplyToFrameD(state_.p_H_mm - p_H_middle_mm_);
@@ -221,7 +221,7 @@ RoundEnd HaplyDriver::Take(const std::string& text, DriverSample& sample) {
 }
 
 RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sample) noexcept {
-  if (!line_) return RoundEnd::kGone;
+  if (!connection_) return RoundEnd::kGone;
   try {
     Vec3 f_D_N = command.f_D_N;
     const double force_N = glm::length(f_D_N);
@@ -229,33 +229,33 @@ RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sampl
     if (force_N > profile_.peak_force_N) f_D_N *= profile_.peak_force_N / force_N;
     // A message that arrived before the force was sent does not answer it. If it were used as the answer, one late
     // message would delay every later round by one. It is used only if no other message arrives.
-    const std::optional<std::string> late = line_->Receive(Clock::now());
-    const bool begun = line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
+    const std::optional<std::string> late = connection_->Receive(Clock::now());
+    const bool begun = connection_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
     const auto end = Clock::now() + std::chrono::milliseconds(options_.timeout_ms);
-    const std::optional<std::string> text = line_->Receive(end);
+    const std::optional<std::string> text = connection_->Receive(end);
     // If the service sends states but does not read, there is no answer, because the device still outputs an older
     // force.
-    const bool gone_out = begun && !line_->sending();
+    const bool gone_out = begun && !connection_->sending();
     if (gone_out && (text || late)) return Take(text ? *text : *late, sample);
-    if (!line_->broken()) return RoundEnd::kNoAnswer;
+    if (!connection_->broken()) return RoundEnd::kNoAnswer;
   } catch (const std::exception&) {
     // Lack of memory, or a connection error thrown by Boost, is treated as a lost connection.
   }
-  line_.reset();
+  connection_.reset();
   return RoundEnd::kGone;
 }
 
 void HaplyDriver::Stop() noexcept {
-  if (!line_) return;
+  if (!connection_) return;
   try {
     const auto end = Clock::now() + std::chrono::milliseconds(100);
-    line_->Flush(end);
-    line_->Send(WriteHaplyForce(state_.id, Vec3{0}));
-    line_->Flush(end);
+    connection_->Flush(end);
+    connection_->Send(WriteHaplyForce(state_.id, Vec3{0}));
+    connection_->Flush(end);
   } catch (const std::exception&) {
     // The service sets the force to zero when the connection ends.
   }
-  line_.reset();
+  connection_.reset();
 }
 
 }  // namespace kerf

@@ -33,25 +33,25 @@ class HaplyDriver final : public DeviceDriver {
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string& doing, double fraction)>& show) override;
   /// Waits for a message that arrives after the force was sent; if none does, uses one that arrived before. If the
-  /// message does not contain the device, returns kNoAnswer, or kGone after kMaxWithout such messages in a row. If it
+  /// message does not contain the device, returns kNoAnswer, or kGone after kMaxMissing such messages in a row. If it
   /// does not contain the grip, returns kNoAnswer if a grip was present at Start().
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
-  static constexpr int kMaxWithout = 100;
+  static constexpr int kMaxMissing = 100;
 
  private:
-  class Line;
+  class Connection;
 
   RoundEnd Take(const std::string& text, DriverSample& sample);
 
   HaplyOptions options_;
   DeviceProfile profile_;
   DriverTraits traits_;
-  std::unique_ptr<Line> line_;
+  std::unique_ptr<Connection> connection_;
   HaplyState state_;
   Vec3 p_H_middle_mm_{0};
-  int without_ = 0;
+  int missing_ = 0;
 };
 
 }  // namespace kerf

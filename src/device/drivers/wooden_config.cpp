@@ -16,11 +16,11 @@ namespace {
 
 constexpr std::size_t kMaxConfigBytes = 64 << 10;
 
-void CheckEach(TableReader& reader, const char* key, const Vec3& values, double least) {
+void CheckEach(TableReader& reader, const char* key, const Vec3& values, double min_size) {
   for (int i = 0; i < 3; ++i) {
-    if (std::abs(values[i]) >= least) continue;
+    if (std::abs(values[i]) >= min_size) continue;
     reader.Fault(key, fmt::format("{}[{}] = {} is too close to 0; it must be {} or more, or {} or less", key, i,
-                                  values[i], least, -least));
+                                  values[i], min_size, -min_size));
   }
 }
 
@@ -37,10 +37,10 @@ WoodenParams ParseWoodenConfig(const std::string& text, const std::string& file)
   CheckEach(reader, "gear", params.gear, 0.1);
   for (int i = 0; i < 3; ++i) {
     const double counts = std::abs(params.counts_per_turn[i] * params.gear[i]);
-    if (counts <= kWoodenMostCountsPerTurn) continue;
+    if (counts <= kWoodenMaxCountsPerTurn) continue;
     reader.Fault("gear", fmt::format("gear[{}] gives {:.0f} counts per turn of the joint with counts_per_turn; it must "
                                      "give at most {:.0f}, because counts in the reports have 16 bits",
-                                     i, counts, kWoodenMostCountsPerTurn));
+                                     i, counts, kWoodenMaxCountsPerTurn));
   }
   if (faults.empty() && !FindWoodenAngles(params, Vec3{0})) {
     reader.Fault("middle_mm", "the arm can't reach middle_mm; check base_mm, upper_arm_mm and forearm_mm");

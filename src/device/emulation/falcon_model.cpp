@@ -241,9 +241,9 @@ void FalconModel::Send(std::uint8_t byte) {
 Transfer FalconModel::Read(std::uint8_t endpoint, std::span<std::uint8_t> data) {
   if (endpoint != kFalconEndpointIn) return {TransferEnd::kStall, 0};
   if (data.size() < kFtdiStatusBytes) return {TransferEnd::kFailed, 0};
-  const std::size_t most = std::min(data.size(), kFalconUsbPacketBytes);
+  const std::size_t max_count = std::min(data.size(), kFalconUsbPacketBytes);
   std::size_t count = kFtdiStatusBytes;
-  while (count < most && !to_host_.empty() && to_host_.front().at_s <= now_s_) {
+  while (count < max_count && !to_host_.empty() && to_host_.front().at_s <= now_s_) {
     const Byte byte = to_host_.front();
     to_host_.pop_front();
     data[count++] = byte.value;

@@ -22,7 +22,7 @@ class Mechanism {
 };
 
 /// Handle whose pose is set directly and which does not respond to force.
-class HeldMechanism final : public Mechanism {
+class PrescribedMechanism final : public Mechanism {
  public:
   void Move(double /*dt_s*/, const Vec3& f_D_N, const Vec3& /*tau_D_Nmm*/) override { f_D_N_ = f_D_N; }
   Pose handle() const override { return X_DH; }

@@ -47,9 +47,10 @@ struct ModelBus::Socket {
 };
 
 /// Transport of an opened device.
-class ModelBus::Line final : public UsbTransport {
+class ModelBus::Connection final : public UsbTransport {
  public:
-  explicit Line(std::shared_ptr<Socket> socket) : socket_(std::move(socket)), plugged_in_(socket_->times_plugged_in) {}
+  explicit Connection(std::shared_ptr<Socket> socket)
+      : socket_(std::move(socket)), plugged_in_(socket_->times_plugged_in) {}
 
   Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
                    std::span<std::uint8_t> data, int /*timeout_ms*/) noexcept override {
@@ -170,7 +171,7 @@ UsbOpening ModelBus::Open(const UsbDeviceInfo& device, int /*interface_number*/)
   if (problem_ != UsbProblem::kNone) return {nullptr, problem_, "the model was set to report this"};
   for (const std::shared_ptr<Socket>& socket : sockets_) {
     if (!socket->faults.unplugged && socket->info.address == device.address) {
-      return {std::make_unique<Line>(socket), UsbProblem::kNone, ""};
+      return {std::make_unique<Connection>(socket), UsbProblem::kNone, ""};
     }
   }
   return {nullptr, UsbProblem::kGone, "no device has that address"};

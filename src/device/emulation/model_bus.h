@@ -45,7 +45,7 @@ class ModelBus final : public UsbBus {
 
  private:
   struct Socket;
-  class Line;
+  class Connection;
   std::vector<std::shared_ptr<Socket>> sockets_;
   UsbProblem problem_ = UsbProblem::kNone;
   int next_address_ = 2;

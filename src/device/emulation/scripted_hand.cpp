@@ -10,7 +10,7 @@ namespace kerf {
 namespace {
 
 constexpr double kHomeLeg_s = 0.75;  // duration of each phase: out, hold, in, back
-constexpr double kSwell_s = 1;
+constexpr double kGrowth_s = 1;
 constexpr double kLongestStep_s = 0.01;
 
 /// Rises from 0 to 1 with minimum jerk.
@@ -45,15 +45,15 @@ void ScriptedHand::Home() {
 
 Vec3 ScriptedHand::CalcWanted() const {
   Vec3 p_D_mm{0};
-  const double turned = 2 * std::numbers::pi * way_s_ / options_.period_s;
-  const double radius_mm = options_.radius_mm * Ease(way_s_ / kSwell_s);
-  if (options_.way == HandWay::kCircle) p_D_mm = radius_mm * Vec3(std::cos(turned), std::sin(turned), 0);
-  if (options_.way == HandWay::kLine) p_D_mm = radius_mm * Vec3(std::sin(turned), 0, 0);
+  const double turned = 2 * std::numbers::pi * path_s_ / options_.period_s;
+  const double radius_mm = options_.radius_mm * Ease(path_s_ / kGrowth_s);
+  if (options_.path == ScriptedPath::kCircle) p_D_mm = radius_mm * Vec3(std::cos(turned), std::sin(turned), 0);
+  if (options_.path == ScriptedPath::kLine) p_D_mm = radius_mm * Vec3(std::sin(turned), 0, 0);
   if (!homing()) return p_D_mm;
   const double leg = home_s_ / kHomeLeg_s;
   const double z_mm = options_.home_out_mm * Ease(leg) + (options_.home_in_mm - options_.home_out_mm) * Ease(leg - 2) -
                       options_.home_in_mm * Ease(leg - 3);
-  // Moves onto the axis on the way out and leaves it on the way back, since there is little room at the far ends.
+  // Moves onto the axis while moving out and leaves it while moving back, since there is little room at the far ends.
   const double off = 1 - Ease(2 * leg) + Ease(2 * leg - 7);
   return off * p_D_mm + Vec3(0, 0, z_mm);
 }
@@ -69,7 +69,7 @@ void ScriptedHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
       home_s_ += step_s;
       if (home_s_ >= 4 * kHomeLeg_s) home_s_ = -1;
     } else if (begun_) {
-      way_s_ += step_s;
+      path_s_ += step_s;
     }
     Intention intention;
     intention.X_WH.p_AB = CalcWanted();
@@ -84,7 +84,7 @@ void ScriptedHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
 std::uint32_t ScriptedHand::buttons() const {
   std::uint32_t pressed = 0;
   for (const HandPress& press : options_.presses) {
-    if (begun_ && !homing() && way_s_ >= press.from_s && way_s_ < press.to_s) pressed |= press.buttons;
+    if (begun_ && !homing() && path_s_ >= press.from_s && path_s_ < press.to_s) pressed |= press.buttons;
   }
   return pressed;
 }

@@ -11,7 +11,7 @@
 
 namespace kerf {
 
-enum class HandWay : std::uint8_t {
+enum class ScriptedPath : std::uint8_t {
   kStill,   // in the middle of the workspace
   kCircle,  // around the middle, in the x-y plane
   kLine,    // back and forth along x
@@ -24,7 +24,7 @@ struct HandPress {
 };
 
 struct ScriptedHandOptions {
-  HandWay way = HandWay::kStill;
+  ScriptedPath path = ScriptedPath::kStill;
   double radius_mm = 15;  // radius of the circle, half length of the line; above 0
   double period_s = 2;    // above 0
   std::vector<HandPress> presses{};
@@ -41,11 +41,11 @@ class ScriptedHand final : public Mechanism {
 
   /// Starts moving the handle; the path grows from zero within a second.
   void Begin() { begun_ = true; }
-  /// Moves all the way out, all the way in, and back, which takes 3 s. Does nothing if this is already under way.
+  /// Moves all the way out, all the way in, and back, which takes 3 s. Does nothing if this is already in progress.
   void Home();
   bool begun() const { return begun_; }
   bool homing() const { return home_s_ >= 0; }
-  double way_s() const { return way_s_; }
+  double path_s() const { return path_s_; }
   Vec3 f_D_N() const { return device_.force_N(); }
 
   void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) override;
@@ -58,7 +58,7 @@ class ScriptedHand final : public Mechanism {
   ScriptedHandOptions options_;
   SimulatedDevice device_;
   bool begun_ = false;
-  double way_s_ = 0;
+  double path_s_ = 0;
   double home_s_ = -1;  // time since the homing motion began; below 0: not homing
   Pose X_DH_;
 };

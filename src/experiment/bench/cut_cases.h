@@ -11,10 +11,10 @@ CutCase MakeDiscCut(double voxel_mm);
 /// Returns the same cut with 0.1 mm voxels, the coupling of a device and a trembling hand, which makes the flats touch
 /// the walls of the kerf.
 CutCase MakeHandCut();
-/// Returns a cut that the paper's saw begins with its whole disc inside the bone, so that as much of the rim and the
+/// Returns a cut in which the whole disc of the paper's saw starts inside the bone, so that as much of its rim and
 /// flats as possible is in contact.
 CutCase MakeBuriedCut();
-/// Returns a cut with the disc with which iMSTK was measured.
+/// Returns a cut with the disc that was used to measure iMSTK.
 CutCase MakeThickDiscCut();
 /// Returns the cut with which the other programs were measured: a ball of 3 mm radius, 2 mm deep. If `whole` is true,
 /// it is made in their block of 256^3 voxels, otherwise in a bar of 50 mm x 10 mm x 7 mm.

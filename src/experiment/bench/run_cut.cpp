@@ -63,8 +63,8 @@ class Pass {
   Pass(const CutCase& cut, Bone bone, bool without_effects)
       : cut_(cut), simulation_(std::move(bone), MakeParams(cut, without_effects), HandlePose(cut, 0)) {}
 
-  static int CountTicks(const CutCase& cut, double way_mm) {
-    return static_cast<int>(std::lround(way_mm / cut.feed_mm_per_s / kTick_s));
+  static int CountTicks(const CutCase& cut, double length_mm) {
+    return static_cast<int>(std::lround(length_mm / cut.feed_mm_per_s / kTick_s));
   }
   static Pose HandlePose(const CutCase& cut, int tick) {
     const Vec3 p_B = cut.X_BT_start.p_AB + cut.feed_mm_per_s * kTick_s * tick * cut.direction_B;
@@ -122,8 +122,8 @@ struct Trace {
 void Follow(const CutCase& cut, const CoupledOutput& out, Trace& trace) {
   const Pose& before = trace.X_WT.back();
   const double height = 0.5 * (cut.X_WB.InversePoint(before.p_AB).z + cut.X_WB.InversePoint(out.X_WT.p_AB).z);
-  const double way = glm::dot(cut.X_WB.Vector(cut.direction_B), out.X_WT.p_AB - before.p_AB);
-  trace.swept_mm3 += CalcSection(cut.tool, height) * way;
+  const double advance_mm = glm::dot(cut.X_WB.Vector(cut.direction_B), out.X_WT.p_AB - before.p_AB);
+  trace.swept_mm3 += CalcSection(cut.tool, height) * advance_mm;
   trace.occupancy_mm3 += out.removed_mm3;
   trace.force_N += glm::length(out.f_H_W_N);
   trace.substeps += out.substeps;
@@ -139,8 +139,8 @@ void CompareWithDense(const CutCase& cut, const Bone& fresh, const Bone& after, 
                       BenchResult& result) {
   Box3 box_W = fresh.CalcBounds().Grown(fresh.band_mm());
   if (!cut.dense_all) {
-    const std::size_t half_way = (static_cast<std::size_t>(warm_up_ticks) + trace.X_WT.size()) / 2;
-    const Vec3 middle_W = trace.X_WT[half_way].p_AB + cut.X_WB.Vector(cut.dense_offset_B);
+    const std::size_t middle = (static_cast<std::size_t>(warm_up_ticks) + trace.X_WT.size()) / 2;
+    const Vec3 middle_W = trace.X_WT[middle].p_AB + cut.X_WB.Vector(cut.dense_offset_B);
     box_W = {middle_W - 0.5 * cut.dense_edge_mm, middle_W + 0.5 * cut.dense_edge_mm};
   }
   DenseBone dense(fresh, box_W);
@@ -249,17 +249,17 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   }
 
   const double ticks = in_pass;
-  const Vec3 way_W = trace.X_WT.back().p_AB - trace.X_WT[static_cast<std::size_t>(warm_up)].p_AB;
-  const double feed = glm::dot(cut.X_WB.Vector(cut.direction_B), way_W) / (ticks * kTick_s);
+  const Vec3 motion_W = trace.X_WT.back().p_AB - trace.X_WT[static_cast<std::size_t>(warm_up)].p_AB;
+  const double feed = glm::dot(cut.X_WB.Vector(cut.direction_B), motion_W) / (ticks * kTick_s);
   result.figures.push_back({"feed of the tool", "mm/s", feed});
   result.figures.push_back({"force on the hand, mean", "N", trace.force_N / ticks});
   result.figures.push_back({"removed", "mm3", trace.removed_mm3});
   if (cut.flat_top) {
-    result.figures.push_back({"removed less swept", "%", 100 * (trace.removed_mm3 / trace.swept_mm3 - 1)});
+    result.figures.push_back({"removed minus swept", "%", 100 * (trace.removed_mm3 / trace.swept_mm3 - 1)});
     result.figures.push_back(
         {"removed by occupancy minus swept", "%", 100 * (trace.occupancy_mm3 / trace.swept_mm3 - 1)});
   }
-  result.figures.push_back({"sub-steps, mean", "", trace.substeps / ticks});
+  result.figures.push_back({"substeps, mean", "", trace.substeps / ticks});
   result.figures.push_back({"iterations, maximum", "", static_cast<double>(trace.max_iterations)});
   result.figures.push_back({"ticks at a limit", "", static_cast<double>(trace.limited_ticks)});
   if (std::abs(feed / cut.feed_mm_per_s - 1) > 0.02) {

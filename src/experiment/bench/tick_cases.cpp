@@ -33,7 +33,8 @@ Entry Cut(const CutCase& cut, double p50_us, double p99_us, double times_faster)
             BenchResult r = RunCut(cut, options);
             if (p50_us > 0) r.targets.push_back(AtMost("p50", p50_us, "us", r.times.p50_us));
             if (p99_us > 0) r.targets.push_back(AtMost("p99", p99_us, "us", r.times.p99_us));
-            if (times_faster > 0) r.targets.push_back(AtLeast("times faster", times_faster, "", r.TimesFaster()));
+            if (times_faster > 0)
+              r.targets.push_back(AtLeast("speedup over the baseline", times_faster, "", r.TimesFaster()));
             return r;
           }};
 }
@@ -47,7 +48,7 @@ Entry BallCut(double voxel_mm, double feed_mm_per_s, bool whole, double p50_us, 
             const double half_angle = std::acos(1.0 / 3);
             const double outline_mm = 2 * 3 * half_angle;
             const double section_mm2 = 9 * half_angle - std::sqrt(8.0);
-            const double off = std::abs(r.Find("removed less swept")->value);
+            const double off = std::abs(r.Find("removed minus swept")->value);
             r.targets.push_back(AtMost("removed volume differs from swept volume by",
                                        100 * outline_mm * voxel_mm / section_mm2, "%", off));
             return r;
@@ -99,19 +100,19 @@ void CompareMandibles(std::vector<BenchResult>& results) {
 
 /// If several of the ball cases ran, adds the requirement that the removed volume does not depend on the voxel size.
 void CompareGrids(std::vector<BenchResult>& results) {
-  double least = 1e300;
-  double most = 0;
+  double min_mm3 = 1e300;
+  double max_mm3 = 0;
   int count = 0;
   for (const char* name : {"ball-0.1", "ball-0.2", "ball-0.3"}) {
     if (const BenchResult* r = Find(results, name)) {
-      least = std::min(least, r->Find("removed")->value);
-      most = std::max(most, r->Find("removed")->value);
+      min_mm3 = std::min(min_mm3, r->Find("removed")->value);
+      max_mm3 = std::max(max_mm3, r->Find("removed")->value);
       ++count;
     }
   }
   BenchResult* middle = Find(results, "ball-0.2");
   if (!middle || count < 2) return;
-  middle->targets.push_back(AtMost("removed volume differs between grids by", 2, "%", 100 * (most / least - 1)));
+  middle->targets.push_back(AtMost("removed volume differs between grids by", 2, "%", 100 * (max_mm3 / min_mm3 - 1)));
 }
 
 }  // namespace

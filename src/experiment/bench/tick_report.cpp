@@ -31,7 +31,7 @@ std::string WithUnit(double value, const std::string& unit) {
 /// Formats the errors for the column next to the times.
 std::string ShowErrors(const BenchResult& r) {
   std::vector<std::string> errors;
-  if (const BenchFigure* f = r.Find("removed less swept")) {
+  if (const BenchFigure* f = r.Find("removed minus swept")) {
     errors.push_back(fmt::format("volume {:+.3f} %, by occupancy {:+.3f} %", f->value,
                                  r.Find("removed by occupancy minus swept")->value));
   }
@@ -66,7 +66,8 @@ std::string ShowOtherTargets(const BenchResult& r) {
 
 std::string DescribeRun(const TickReport& report) {
   return fmt::format("{}, core {}{}, {}; load {:.1f} before the run; commit {}", report.machine.cpu, report.core,
-                     report.realtime ? " in real time" : "", report.vector_width, report.machine.load, CommitString());
+                     report.realtime ? " with real-time priority" : "", report.vector_width, report.machine.load,
+                     CommitString());
 }
 
 ordered_json ResultJson(const BenchResult& r) {
@@ -156,7 +157,7 @@ std::string FormatTickTable(const TickReport& report) {
 
 std::string FormatTickMarkdown(const TickReport& report) {
   std::string text =
-      "| case | what | tick: p50 / p99 / p99.9 / max us | at most us | baseline | error | bone |\n"
+      "| case | what | tick: p50 / p99 / p99.9 / max (us) | upper limits (us) | baseline | error | bone |\n"
       "|---|---|---|---|---|---|---|\n";
   for (const BenchResult& r : report.results) {
     text += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", r.name, r.title,

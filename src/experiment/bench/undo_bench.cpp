@@ -19,7 +19,7 @@ namespace {
 constexpr int kCuts = 20;
 constexpr double kApart_mm = 1.4;
 constexpr double kUndoTick_s = 0.001;
-constexpr int kRead = 16;  // ticks between two reads of the journal
+constexpr int kTicksPerRead = 16;  // ticks between two reads of the journal
 
 /// Returns the k-th cut through the mandible; the cuts lie side by side in its body.
 CutCase MakeCut(int k) {
@@ -64,7 +64,7 @@ double Largest(const std::vector<double>& values) {
 }
 
 /// Times of undo or of redo: one entry per repetition, and in `tick_us` one per tick.
-struct Rounds {
+struct UndoSamples {
   std::vector<double> prepare_ms, tick_us, all_ms;
   int ticks = 0;
 
@@ -75,26 +75,27 @@ struct Rounds {
 };
 
 /// Runs an undo or a redo as the loop does, but without waiting for the next tick.
-void Go(CoupledSimulation& simulation, UndoJournal& journal, bool redo, std::size_t leaves_per_tick, Rounds& rounds) {
+void Go(CoupledSimulation& simulation, UndoJournal& journal, bool redo, std::size_t leaves_per_tick,
+        UndoSamples& samples) {
   const double start_ms = Now_ms();
   UndoJob* job = redo ? journal.PrepareRedo() : journal.PrepareUndo(0);
-  rounds.prepare_ms.push_back(Now_ms() - start_ms);
-  double all_ms = rounds.prepare_ms.back();
+  samples.prepare_ms.push_back(Now_ms() - start_ms);
+  double all_ms = samples.prepare_ms.back();
   Restore restore;
-  rounds.ticks = 0;
+  samples.ticks = 0;
   for (bool done = false; !done;) {
     const double tick_ms = Now_ms();
-    if (rounds.ticks == 0 && !restore.Begin(simulation, *job)) {
+    if (samples.ticks == 0 && !restore.Begin(simulation, *job)) {
       throw Error(fmt::format("the benchmark could not undo: {}", WhyRefused(job->state)));
     }
     done = restore.Step(simulation, leaves_per_tick);
     if (done) restore.End(simulation, nullptr);
     const double took_ms = Now_ms() - tick_ms;
-    rounds.tick_us.push_back(1e3 * took_ms);
+    samples.tick_us.push_back(1e3 * took_ms);
     all_ms += std::max(1e3 * kUndoTick_s, took_ms);
-    ++rounds.ticks;
+    ++samples.ticks;
   }
-  rounds.all_ms.push_back(all_ms);
+  samples.all_ms.push_back(all_ms);
   journal.Finish();
   simulation.ClearChanged();
 }
@@ -107,7 +108,7 @@ UndoResult Measure(CoupledSimulation& simulation, UndoJournal& journal, int cuts
   result.kept_MB = 1e-6 * static_cast<double>(journal.CalcMemoryBytes());
   result.raw_MB = 1e-6 * static_cast<double>(journal.CountLeaves() * LeafPack::kLeafBytes);
   result.cut = simulation.bone().CalcHash();
-  Rounds undo, redo;
+  UndoSamples undo, redo;
   for (int round = 0; round < options.rounds; ++round) {
     if (options.progress) options.progress(fmt::format("undo of {} cuts", cuts), 1.0 * round / options.rounds);
     Go(simulation, journal, false, options.leaves_per_tick, undo);
@@ -158,7 +159,7 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
         (one ? simulation : without).ClearChanged();
         if (out.engaged_teeth > 0) (one ? with_us : without_us).push_back(us);
       }
-      if (tick % kRead == 0) journal.Drain();
+      if (tick % kTicksPerRead == 0) journal.Drain();
     }
     if (k + 1 == 1 || k + 1 == 5 || k + 1 == kCuts) {
       UndoResult result = Measure(simulation, journal, k + 1, options);

@@ -6,12 +6,12 @@
 namespace kerf {
 namespace {
 
-std::string FormatWay(const UndoTimes& t, const char* format) {
+std::string FormatUndoTimes(const UndoTimes& t, const char* format) {
   return fmt::format(fmt::runtime(format), t.all_p50_ms, t.all_max_ms, t.prepare_p50_ms, t.prepare_max_ms, t.ticks,
                      t.tick_p50_us, t.tick_max_us);
 }
 
-nlohmann::ordered_json WayJson(const UndoTimes& t) {
+nlohmann::ordered_json UndoTimesJson(const UndoTimes& t) {
   return {{"all_p50_ms", RoundedJson(t.all_p50_ms)},
           {"all_max_ms", RoundedJson(t.all_max_ms)},
           {"prepare_p50_ms", RoundedJson(t.prepare_p50_ms)},
@@ -23,15 +23,15 @@ nlohmann::ordered_json WayJson(const UndoTimes& t) {
 
 std::string FormatHistory(const UndoReport& r) {
   return fmt::format(
-      "Tick with history p50 {:.1f}, p99 {:.1f} us; without {:.1f}, {:.1f} us; {:+.1f} and {:+.1f} us, "
-      "over {} ticks each, alternating",
+      "Tick with history p50 {:.1f}, p99 {:.1f} us; without {:.1f}, {:.1f} us; difference {:+.1f} and {:+.1f} us, "
+      "over {} ticks each, measured alternately",
       r.with_history.p50_us, r.with_history.p99_us, r.without.p50_us, r.without.p99_us,
       r.with_history.p50_us - r.without.p50_us, r.with_history.p99_us - r.without.p99_us, r.with_history.count);
 }
 
 std::string FormatMachine(const UndoReport& r) {
   return fmt::format("{}, core {}{}; load {:.1f} before", r.machine.cpu, r.options.core,
-                     r.options.realtime ? " in real time" : "", r.machine.load);
+                     r.options.realtime ? " with real-time priority" : "", r.machine.load);
 }
 
 }  // namespace
@@ -40,11 +40,13 @@ std::string FormatUndoTable(const UndoReport& r) {
   std::string text = fmt::format("Undo, default mandible at {:g} mm, {} leaves per tick\n", r.options.voxel_mm,
                                  r.options.leaves_per_tick);
   for (const UndoResult& u : r.results) {
-    constexpr const char* kWay = "{:.1f} ms, max {:.1f}: prepare {:.1f}, max {:.1f}; {} ticks of {:.0f} us, max {:.0f}";
-    text += fmt::format("  {} cut{}\n    kept    {} leaves, {:.1f} MB ({:.1f} MB uncompressed)\n    undo    {}\n",
-                        u.cuts, u.cuts == 1 ? "" : "s", u.leaves, u.kept_MB, u.raw_MB, FormatWay(u.undo, kWay));
+    constexpr const char* kFormat =
+        "{:.1f} ms, max {:.1f}: prepare {:.1f}, max {:.1f}; {} ticks of {:.0f} us, max {:.0f}";
+    text +=
+        fmt::format("  {} cut{}\n    stored  {} leaves, {:.1f} MB ({:.1f} MB uncompressed)\n    undo    {}\n", u.cuts,
+                    u.cuts == 1 ? "" : "s", u.leaves, u.kept_MB, u.raw_MB, FormatUndoTimes(u.undo, kFormat));
     text += fmt::format("    redo    {}\n    bone    {:016x} before, {:016x} cut, {:016x} undone\n",
-                        FormatWay(u.redo, kWay), u.before, u.cut, u.undone);
+                        FormatUndoTimes(u.redo, kFormat), u.before, u.cut, u.undone);
   }
   text += fmt::format("  {}\n  {:.1f} MB of history\n  {}\n", FormatHistory(r), r.history_MB, FormatMachine(r));
   return text;
@@ -52,7 +54,7 @@ std::string FormatUndoTable(const UndoReport& r) {
 
 std::string FormatUndoMarkdown(const UndoReport& r) {
   std::string text =
-      "| cuts | leaves | kept: MB (uncompressed) | undo, p50 / max ms | preparation, ms | ticks: number, p50 / max "
+      "| cuts | leaves | stored: MB (uncompressed) | undo, p50 / max ms | preparation, ms | ticks: number, p50 / max "
       "us | redo, "
       "p50 / max ms | bone: before, cut, undone |\n|---|---|---|---|---|---|---|---|\n";
   for (const UndoResult& u : r.results) {
@@ -83,8 +85,8 @@ std::string FormatUndoJson(const UndoReport& r) {
                             {"leaves", u.leaves},
                             {"kept_MB", RoundedJson(u.kept_MB)},
                             {"raw_MB", RoundedJson(u.raw_MB)},
-                            {"undo", WayJson(u.undo)},
-                            {"redo", WayJson(u.redo)},
+                            {"undo", UndoTimesJson(u.undo)},
+                            {"redo", UndoTimesJson(u.redo)},
                             {"hash_before", fmt::format("{:016x}", u.before)},
                             {"hash_cut", fmt::format("{:016x}", u.cut)},
                             {"hash_undone", fmt::format("{:016x}", u.undone)},

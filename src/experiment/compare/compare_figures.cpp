@@ -120,7 +120,7 @@ PlotSpec MakeForceDepthPlot(const Comparison& c) {
 }
 
 PlotSpec MakeDifferencePlot(const Comparison& c) {
-  PlotSpec plot = MakeDepthPlot(c, "difference of force");
+  PlotSpec plot = MakeDepthPlot(c, "force difference");
   for (std::size_t k = 1; k < c.cases.size(); ++k) {
     PlotSeries series = MakeSeries(c, k);
     for (std::size_t i = 0; i < c.grid.count; ++i) {
@@ -136,18 +136,18 @@ PlotSpec MakeDifferencePlot(const Comparison& c) {
   zero.width = 1.5;
   zero.dash = 6;
   plot.series.push_back(std::move(zero));
-  plot.y.label = "force minus the reference's (N)";
+  plot.y.label = "force minus reference force (N)";
   plot.caption = fmt::format("reference: {}; dashed: no difference", c.reference().what.label);
   return plot;
 }
 
 PlotSpec MakeCostPlot(const Comparison& c) {
   PlotSpec plot;
-  plot.title = fmt::format("{}: time for a tick, and difference of its force", c.title.empty() ? c.scene : c.title);
+  plot.title = fmt::format("{}: time per tick and force difference", c.title.empty() ? c.scene : c.title);
   plot.caption = "dot: median (p50); line: to the 99th percentile; the reference's difference is 0";
-  plot.x.label = "time for a tick (us)";
+  plot.x.label = "time per tick (us)";
   plot.x.log = true;
-  plot.y.label = fmt::format("rms difference of force from {} (N)", c.reference().what.label);
+  plot.y.label = fmt::format("rms force difference from {} (N)", c.reference().what.label);
   double max_N = 0;
   double fastest_us = std::numeric_limits<double>::infinity();
   double slowest_us = 1e6 / c.rate_hz;

@@ -171,10 +171,10 @@ std::string FormatCompareJson(const Comparison& c) {
   return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
-void CheckCompareInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+void CheckCompareInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
   for (const char* name : kFiles) outputs.push_back(folder + "/" + name);
-  CheckInputsStay(ListInputs(scene, scene_file), outputs);
+  CheckInputsNotOverwritten(ListInputs(scene, scene_file), outputs);
 }
 
 std::vector<std::string> WriteComparison(const Comparison& c, const std::string& folder) {

@@ -19,7 +19,7 @@ PlotSpec MakeDifferencePlot(const Comparison& comparison);
 PlotSpec MakeCostPlot(const Comparison& comparison);
 
 /// Throws Error if a result in `folder` would overwrite one of the inputs: the scene, or a file that it refers to.
-void CheckCompareInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+void CheckCompareInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
 /// Writes report.md, compare.csv, compare.json, force_depth.png, difference.png and cost.png into `folder` (created if
 /// missing). Each file is written completely or not at all, compare.json last. Returns their names. Throws Error if a

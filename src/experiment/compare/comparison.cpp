@@ -58,11 +58,11 @@ void CheckScene(const Scene& scene) {
   if (!scene.slab.given) {
     const Path path = MakePath(scene);
     const PathSegment& first = path.segments().front();
-    const Vec3 way = path.CalcPose(0, first.end_s).p_AB - path.CalcPose(0, first.start_s).p_AB;
-    const double length_mm = glm::length(way);
+    const Vec3 motion = path.CalcPose(0, first.end_s).p_AB - path.CalcPose(0, first.start_s).p_AB;
+    const double length_mm = glm::length(motion);
     std::string hint;
     if (length_mm > 0) {
-      const Vec3 d = way / length_mm + Vec3(0.0);  // the sum turns -0 into 0
+      const Vec3 d = motion / length_mm + Vec3(0.0);  // the sum turns -0 into 0
       hint = fmt::format(" = [{:.4g}, {:.4g}, {:.4g}], the direction of its first stroke, or another", d.x, d.y, d.z);
     }
     throw Error(
@@ -165,7 +165,7 @@ void FindRegions(Comparison& c, const MaterialTable& materials) {
   }
 }
 
-/// Selects the samples that advance and computes curves on the grid that all cases reach.
+/// Selects the samples in which the tool goes deeper than before, and computes curves on the grid that all cases reach.
 void MakeCurves(Comparison& c, const std::vector<std::vector<DepthSample>>& samples) {
   double deepest_mm = std::numeric_limits<double>::infinity();
   std::vector<std::vector<DepthSample>> advances;
@@ -338,7 +338,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   c.depth_by = scene.slab.depth_by == SlabDepth::kPaperTable2 ? "paper_table_2" : "bone";
   c.voxel_mm = bone.voxel_mm();
   c.rate_hz = scene.simulation.rate_hz;
-  c.feed_mm_per_s = path.CalcTopSpeed();
+  c.feed_mm_per_s = path.CalcMaxSpeed();
   c.rpm = scene.tool.rpm;
   c.saw = MakeDiscSaw(scene);
   c.direction_W = glm::normalize(scene.slab.direction);

@@ -12,11 +12,11 @@ namespace {
 /// Two cases are said to agree if mean and RMS differ by less than this fraction (of the reference's mean and peak).
 constexpr double kAgree = 0.02;
 /// A spring whose force falls below this fraction counts as released.
-constexpr double kLetGo = 0.01;
+constexpr double kReleased = 0.01;
 /// A force beyond the slice's end is not mentioned if it is below this fraction of the reference's peak.
 constexpr double kStillCutting = 0.01;
 /// Slab mode can replace the reference if it differs from it by at most this fraction of the reference's peak.
-constexpr double kStandsIn = 0.1;
+constexpr double kMaxSlabDifference = 0.1;
 /// A tooth's force counts as independent of the number of teeth if it changes by less than this factor.
 constexpr double kSameToothForce = 1.5;
 /// Times and sizes that differ by less than this fraction are reported as equal.
@@ -227,18 +227,19 @@ std::string DescribeBeyond(const CaseResult& result, const Comparison& c) {
   const std::vector<double>& force = result.curve.force_N;
   double max_N = std::abs(force[c.slice_bins.back()]);
   for (const std::size_t i : c.beyond_bins) max_N = std::max(max_N, std::abs(force[i]));
-  double gone_mm = 0;
+  double released_mm = 0;
   for (const std::size_t i : c.beyond_bins) {
-    if (std::abs(force[i]) > kLetGo * max_N) gone_mm = c.grid.Centre(i) + 0.5 * c.grid.step_mm - c.profile.end_mm;
+    if (std::abs(force[i]) > kReleased * max_N)
+      released_mm = c.grid.Centre(i) + 0.5 * c.grid.step_mm - c.profile.end_mm;
   }
   const double last_N = force[c.beyond_bins.back()];
   const std::string then =
-      std::abs(last_N) > kLetGo * max_N
-          ? fmt::format("and still bore {} N at the last depth", ShowFigure(last_N))
-          : fmt::format("and released it within {} mm (to below {:.0f} %)", ShowFigure(gone_mm), 100 * kLetGo);
+      std::abs(last_N) > kReleased * max_N
+          ? fmt::format("and still carried {} N at the last depth", ShowFigure(last_N))
+          : fmt::format("and relaxed within {} mm (to below {:.0f} %)", ShowFigure(released_mm), 100 * kReleased);
   return fmt::format(
       "The mean of {} N that {} shows there is not a cutting force, since the slice is free: it comes from the hand's "
-      "spring of {:g} N/mm, which bore {} N as the slice came free {}.",
+      "spring of {:g} N/mm, which carried {} N when the slice came free {}.",
       ShowFigure(mean_N), result.what.label, c.slab.coupling_N_per_mm, ShowFigure(max_N), then);
 }
 
@@ -321,7 +322,7 @@ std::string DescribeSubstitute(const Comparison& c) {
       "{} gives {} {} ({} N against {} N; rms difference {} N), {}.", nearest->what.label,
       OfTheForce(nearest->slice.mean_N / reference.slice.mean_N, "mean force"), reference.what.label,
       ShowFigure(nearest->slice.mean_N), ShowFigure(reference.slice.mean_N), ShowFigure(nearest->slice.rms_N), time);
-  if (fraction <= kStandsIn) {
+  if (fraction <= kMaxSlabDifference) {
     return fmt::format("**In short:** slab mode can replace {} on this cut: {}", reference.what.label, force);
   }
   return fmt::format("**In short:** slab mode cannot replace {} on this cut: {}{}", reference.what.label, force,
@@ -387,10 +388,11 @@ Conclusion WriteConclusion(const Comparison& c) {
   };
   const CaseResult& reference = c.reference();
   add(words.force, DescribeSubstitute(c));
-  add(words.force, fmt::format("The reference, **{}**, requires {} N on average over the slice and {} N at most, at {} "
-                               "mm; the cut takes {} mJ.",
-                               reference.what.label, ShowFigure(reference.slice.mean_N), ShowFigure(reference.peak_N),
-                               ShowFigure(reference.peak_depth_mm), ShowFigure(reference.work_mJ)));
+  add(words.force,
+      fmt::format("The reference, **{}**, requires {} N on average over the slice and {} N at its peak, at a "
+                  "depth of {} mm; the cut takes {} mJ.",
+                  reference.what.label, ShowFigure(reference.slice.mean_N), ShowFigure(reference.peak_N),
+                  ShowFigure(reference.peak_depth_mm), ShowFigure(reference.work_mJ)));
   for (std::size_t k = 1; k < c.cases.size(); ++k) add(words.force, DescribeForce(c.cases[k], c));
   add(words.force, DescribeNearest(c));
   if (c.cases.size() > 1) {

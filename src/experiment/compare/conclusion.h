@@ -10,8 +10,8 @@ namespace kerf {
 
 /// Each string is one statement in Markdown.
 struct Conclusion {
-  std::vector<std::string> force;    // first the overall one: whether slab mode can replace voxel mode
-  std::vector<std::string> regions;  // first what the layers' names mean
+  std::vector<std::string> force;    // begins with the overall one: whether slab mode can replace voxel mode
+  std::vector<std::string> regions;  // begins with an explanation of the layers' names
   std::vector<std::string> beyond;   // the sources of the forces beyond the slice's end
   std::vector<std::string> cost;
 };

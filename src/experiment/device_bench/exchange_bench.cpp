@@ -112,10 +112,10 @@ struct ModelCase {
 ModelCase MakeModel(const std::string& device) {
   ModelCase model;
   model.device = device;
-  ScriptedHandOptions way;
-  way.way = HandWay::kCircle;
+  ScriptedHandOptions options;
+  options.path = ScriptedPath::kCircle;
   model.hand = std::make_unique<ScriptedHand>(FindDeviceProfile(device == "spacemouse" ? "falcon" : device),
-                                              FindHandModel("H4"), way);
+                                              FindHandModel("H4"), options);
   model.hand->Begin();
   if (device == "falcon") {
     FalconModelOptions falcon;
@@ -143,7 +143,7 @@ constexpr const char* kNoForce = "no force is sent to connected devices";
 std::vector<ExchangeTimes> BenchModels(const ExchangeBenchOptions& options) {
   Check(options);
   RealtimeGrants grants;
-  AskForPriority(options.realtime ? 80 : 0, grants);
+  RequestPriority(options.realtime ? 80 : 0, grants);
   std::vector<ExchangeTimes> results;
   for (const KnownDevice& known : KnownDevices()) {
     if (known.numbers.empty()) continue;
@@ -152,7 +152,7 @@ std::vector<ExchangeTimes> BenchModels(const ExchangeBenchOptions& options) {
     bus.PlugIn(*model.model);
     ExchangeTimes times;
     times.device = known.name;
-    times.way = "in process";
+    times.link = "in process";
     try {
       const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus, known.name, {});
       driver->Start({});
@@ -184,10 +184,10 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
                           const ExchangeBenchOptions& options) {
   Check(options);
   RealtimeGrants grants;
-  AskForPriority(options.realtime ? 80 : 0, grants);
+  RequestPriority(options.realtime ? 80 : 0, grants);
   ExchangeTimes times;
   times.device = found.kind->name;
-  times.way = found.usb.vendor != 0 ? "libusb" : found.kind->link;
+  times.link = found.usb.vendor != 0 ? "libusb" : found.kind->link;
   try {
     const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus, found.choice, driver_options);
     driver->Start({});
@@ -208,7 +208,7 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
             }
             std::this_thread::sleep_until(next);
           }
-          return GoOn(options, times.device + " by " + times.way, round);
+          return GoOn(options, times.device + " by " + times.link, round);
         },
         times);
     driver->Stop();
@@ -220,12 +220,12 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
 
 std::string FormatExchangeTable(const std::vector<ExchangeTimes>& results) {
   std::string text = fmt::format("{:<11} {:<11} {:>8} {:>9} {:>9} {:>6} {:>6} {:>9} {:>9} {:>9} {:>9}  {}\n", "device",
-                                 "way", "rate Hz", "exchanges", "no answer", "bad", "late", "p50 us", "p99 us",
+                                 "link", "rate Hz", "exchanges", "no answer", "bad", "late", "p50 us", "p99 us",
                                  "p99.9 us", "max us", "hash of samples");
   for (const ExchangeTimes& t : results) {
     text += fmt::format("{:<11} {:<11} {:>8} {:>9} {:>9} {:>6} {:>6} {:>9.2f} {:>9.2f} {:>9.2f} {:>9.2f}  {:016x}\n",
-                        t.device, t.way, t.rate_hz > 0 ? fmt::format("{:g}", t.rate_hz) : "free", t.rounds, t.no_answer,
-                        t.bad, t.late, t.p50_us, t.p99_us, t.p999_us, t.max_us, t.hash);
+                        t.device, t.link, t.rate_hz > 0 ? fmt::format("{:g}", t.rate_hz) : "free", t.rounds,
+                        t.no_answer, t.bad, t.late, t.p50_us, t.p99_us, t.p999_us, t.max_us, t.hash);
     if (!t.failure.empty()) text += fmt::format("            {}\n", t.failure);
   }
   text += fmt::format("in-process models receive a rotating force; {}\n", kNoForce);
@@ -234,10 +234,10 @@ std::string FormatExchangeTable(const std::vector<ExchangeTimes>& results) {
 
 std::string FormatExchangeMarkdown(const std::vector<ExchangeTimes>& results) {
   std::string text =
-      "| device | way | rate (Hz) | exchanges | no answer | bad | p50 (us) | p99 (us) | p99.9 (us) | max (us) |\n"
+      "| device | link | rate (Hz) | exchanges | no answer | bad | p50 (us) | p99 (us) | p99.9 (us) | max (us) |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n";
   for (const ExchangeTimes& t : results) {
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", t.device, t.way,
+    text += fmt::format("| {} | {} | {} | {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", t.device, t.link,
                         t.rate_hz > 0 ? fmt::format("{:g}", t.rate_hz) : "free", t.rounds, t.no_answer, t.bad, t.p50_us,
                         t.p99_us, t.p999_us, t.max_us);
   }
@@ -248,7 +248,7 @@ std::string FormatExchangeJson(const std::vector<ExchangeTimes>& results) {
   nlohmann::ordered_json json = {{"schema", 1}, {"exchanges", nlohmann::ordered_json::array()}};
   for (const ExchangeTimes& t : results) {
     json["exchanges"].push_back({{"device", t.device},
-                                 {"way", t.way},
+                                 {"way", t.link},
                                  {"rate_hz", t.rate_hz},
                                  {"exchanges", t.rounds},
                                  {"samples", t.samples},

@@ -22,7 +22,7 @@ struct ExchangeBenchOptions {
 
 struct ExchangeTimes {
   std::string device;  // kind of device
-  std::string way;     // "in process": a model, through memory; "libusb": a connected device; or another link
+  std::string link;    // "in process": a model, through memory; "libusb": a connected device; or another link
   double rate_hz = 0;  // 0: each round starts when the previous one ends
   std::uint64_t rounds = 0;
   std::uint64_t samples = 0;

@@ -26,10 +26,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kFollowed_s = 6;    // maximum duration of the cut that is followed, from the first contact
-constexpr double kPatience_s = 120;  // simulated time after which the search for the first contact is given up
-constexpr std::size_t kBlock = 100;  // ticks of one side before switching to the other
-constexpr std::size_t kLift = 8;     // how many times faster the tool leaves the cut than it entered it
+constexpr double kMaxFollowed_s = 6;     // maximum duration of the cut that is followed, from the first contact
+constexpr double kMaxSearch_s = 120;     // simulated time after which the search for the first contact is given up
+constexpr std::size_t kBlock = 100;      // ticks of one side before switching to the other
+constexpr std::size_t kLiftSpeedup = 8;  // how many times faster the tool leaves the cut than it entered it
 constexpr std::size_t kRefill = 1024;
 constexpr double kHover_mm = 5;
 constexpr double kSwing_mm = 2;
@@ -43,11 +43,11 @@ struct Step {
 };
 
 /// The motion that every measurement repeats.
-struct Way {
+struct MeasuredCut {
   Bone bone;
   bool by_hand = true;
-  CoupledParams held;
-  SimulationParams led;
+  CoupledParams coupled_params;
+  SimulationParams path_params;
   Pose X_WT_start;
   double dt_s = 0.001;
   double rpm = 0;
@@ -89,35 +89,35 @@ class RepeatedTimes {
 /// A simulation with some effects.
 class Subject {
  public:
-  Subject(const Way& way, const EffectChoices& effects) : way_(way) {
-    if (way.by_hand) {
-      CoupledParams params = way.held;
+  Subject(const MeasuredCut& cut, const EffectChoices& effects) : cut_(cut) {
+    if (cut.by_hand) {
+      CoupledParams params = cut.coupled_params;
       params.effects = effects;
-      held_ = std::make_unique<CoupledSimulation>(way.bone, params, way.X_WT_start);
+      coupled_ = std::make_unique<CoupledSimulation>(cut.bone, params, cut.X_WT_start);
     } else {
-      SimulationParams params = way.led;
+      SimulationParams params = cut.path_params;
       params.effects = effects;
-      led_ = std::make_unique<Simulation>(way.bone, params, way.X_WT_start);
+      on_path_ = std::make_unique<Simulation>(cut.bone, params, cut.X_WT_start);
     }
   }
 
   /// Runs a tick, which is the part that is timed.
   void Tick(const Step& step) {
-    if (held_) {
-      out_ = held_->Tick({step.X_W, step.v_W_mm_per_s, step.w_W_rad_per_s, way_.dt_s, way_.rpm});
+    if (coupled_) {
+      coupled_out_ = coupled_->Tick({step.X_W, step.v_W_mm_per_s, step.w_W_rad_per_s, cut_.dt_s, cut_.rpm});
     } else {
-      led_out_ = led_->Tick({step.X_W, way_.dt_s, way_.rpm});
+      path_out_ = on_path_->Tick({step.X_W, cut_.dt_s, cut_.rpm});
     }
   }
   /// Runs between ticks.
   void Note() {
-    if (held_) {
-      held_->ClearChanged();
-      Mix(out_.f_H_W_N);
-      Mix(out_.X_WT.p_AB);
+    if (coupled_) {
+      coupled_->ClearChanged();
+      Mix(coupled_out_.f_H_W_N);
+      Mix(coupled_out_.X_WT.p_AB);
     } else {
-      if (++ticks_ % kRefill == 0) led_->Refill();
-      Mix(led_out_.f_T_W_N);
+      if (++ticks_ % kRefill == 0) on_path_->Refill();
+      Mix(path_out_.f_T_W_N);
     }
   }
   void Go(const Step& step) {
@@ -129,42 +129,44 @@ class Subject {
     Note();
   }
 
-  double engaged_teeth() const { return held_ ? out_.engaged_teeth : led_out_.engaged_teeth; }
+  double engaged_teeth() const { return coupled_ ? coupled_out_.engaged_teeth : path_out_.engaged_teeth; }
   std::uint64_t force_hash() const { return hash_; }
-  std::uint64_t CalcBoneHash() const { return held_ ? held_->bone().CalcHash() : led_->bone().CalcHash(); }
-  const EffectPlan& effects() const { return held_ ? std::as_const(*held_).effects() : std::as_const(*led_).effects(); }
-  double CalcMemoryMB() const {
-    return 1e-6 * static_cast<double>(held_ ? held_->CalcMemoryBytes() : effects().CalcMemoryBytes());
+  std::uint64_t CalcBoneHash() const { return coupled_ ? coupled_->bone().CalcHash() : on_path_->bone().CalcHash(); }
+  const EffectPlan& effects() const {
+    return coupled_ ? std::as_const(*coupled_).effects() : std::as_const(*on_path_).effects();
   }
-  CoupledSimulation& held() { return *held_; }
+  double CalcMemoryMB() const {
+    return 1e-6 * static_cast<double>(coupled_ ? coupled_->CalcMemoryBytes() : effects().CalcMemoryBytes());
+  }
+  CoupledSimulation& coupled() { return *coupled_; }
 
  private:
   void Mix(const Vec3& v) {
     for (int axis = 0; axis < 3; ++axis) hash_ = MixHash(hash_ ^ std::bit_cast<std::uint64_t>(v[axis]));
   }
 
-  const Way& way_;
-  std::unique_ptr<CoupledSimulation> held_;
-  std::unique_ptr<Simulation> led_;
-  CoupledOutput out_;
-  TickOutput led_out_;
+  const MeasuredCut& cut_;
+  std::unique_ptr<CoupledSimulation> coupled_;
+  std::unique_ptr<Simulation> on_path_;
+  CoupledOutput coupled_out_;
+  TickOutput path_out_;
   std::uint64_t hash_ = 0;
   std::size_t ticks_ = 0;
 };
 
 void CheckStop(const EffectCostOptions& options) {
-  if (options.stop != nullptr && options.stop->load()) throw Error("ended before the costs were measured");
+  if (options.stop != nullptr && options.stop->load()) throw Error("stopped before the costs were measured");
 }
 
 /// Follows the cut with the scene's own effects, as `kerf loop` or `kerf run` does, until the followed part is long
 /// enough.
 class Scout {
  public:
-  Scout(Way& way, const EffectCostOptions& options) : way_(way), options_(options) {}
+  Scout(MeasuredCut& cut, const EffectCostOptions& options) : cut_(cut), options_(options) {}
 
   void Go(const Scene& scene) {
-    Subject subject(way_, scene.effects);
-    if (way_.by_hand) {
+    Subject subject(cut_, scene.effects);
+    if (cut_.by_hand) {
       FollowHand(scene, subject);
     } else {
       FollowPath(scene, subject);
@@ -176,11 +178,11 @@ class Scout {
   bool IsEnough() {
     if (steps_ % 256 == 0) CheckStop(options_);
     ++steps_;
-    const double followed_s = way_.dt_s * static_cast<double>(steps_ - first_);
-    return touched_ ? followed_s > kFollowed_s : way_.dt_s * static_cast<double>(steps_) > kPatience_s;
+    const double followed_s = cut_.dt_s * static_cast<double>(steps_ - first_);
+    return touched_ ? followed_s > kMaxFollowed_s : cut_.dt_s * static_cast<double>(steps_) > kMaxSearch_s;
   }
   void Keep(const Step& step, double teeth) {
-    way_.steps.push_back(step);
+    cut_.steps.push_back(step);
     teeth_.push_back(teeth);
     if (!touched_ && teeth > 0) {
       touched_ = true;
@@ -190,20 +192,20 @@ class Scout {
 
   void FollowHand(const Scene& scene, Subject& subject) {
     const LoopSetup setup = MakeLoopSetup(scene);
-    const Vec3 p_TC_mm = way_.held.coupling.p_TC_mm;
+    const Vec3 p_TC_mm = cut_.coupled_params.coupling.p_TC_mm;
     SimulatedDeviceOptions device_options;
     device_options.p_TC_mm = p_TC_mm;
-    SimulatedDevice device(setup.profile, setup.hand, way_.X_WT_start, device_options);
+    SimulatedDevice device(setup.profile, setup.hand, cut_.X_WT_start, device_options);
     HandMotion motion(device, MakePath(scene), scene.hand, p_TC_mm,
-                      way_.held.coupling.stiffness_N_per_mm * setup.force_scale);
-    HapticStep haptics(subject.held(), setup.profile, setup.force_map);
+                      cut_.coupled_params.coupling.stiffness_N_per_mm * setup.force_scale);
+    HapticStep haptics(subject.coupled(), setup.profile, setup.force_map);
     HapticStepInput in;
-    in.dt_s = way_.dt_s;
-    in.rpm = way_.rpm;
+    in.dt_s = cut_.dt_s;
+    in.rpm = cut_.rpm;
     while (!IsEnough()) {
-      motion.Advance(way_.dt_s);
+      motion.Advance(cut_.dt_s);
       const HapticStepOutput out = haptics.Step(device, in);
-      subject.held().ClearChanged();
+      subject.coupled().ClearChanged();
       Keep({out.sample.X_WH, out.v_H_W_mm_per_s, out.w_H_W_rad_per_s}, out.coupled.engaged_teeth);
     }
   }
@@ -213,9 +215,9 @@ class Scout {
     for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
       const PathSegment& stretch = path.segments()[segment];
       if (segment > 0 && stretch.retract_before) return;
-      for (std::size_t k = 1; k <= path.CountTicks(segment, 1 / way_.dt_s); ++k) {
+      for (std::size_t k = 1; k <= path.CountTicks(segment, 1 / cut_.dt_s); ++k) {
         if (IsEnough()) return;
-        const double end_s = std::min(stretch.start_s + static_cast<double>(k) * way_.dt_s, stretch.end_s);
+        const double end_s = std::min(stretch.start_s + static_cast<double>(k) * cut_.dt_s, stretch.end_s);
         const Step step{path.CalcPose(segment, end_s)};
         subject.Go(step);
         Keep(step, subject.engaged_teeth());
@@ -227,46 +229,46 @@ class Scout {
   void Choose(const Scene& scene) {
     if (!touched_) {
       throw Error(fmt::format("{}: the tool touches no bone in the first {:.0f} s; there is nothing to measure",
-                              scene.name, way_.dt_s * static_cast<double>(way_.steps.size())));
+                              scene.name, cut_.dt_s * static_cast<double>(cut_.steps.size())));
     }
     const std::size_t count =
-        std::min(way_.steps.size(), static_cast<std::size_t>(std::lround(options_.seconds / way_.dt_s)));
+        std::min(cut_.steps.size(), static_cast<std::size_t>(std::lround(options_.seconds / cut_.dt_s)));
     double sum = 0;
-    double most = -1;
+    double max_sum = -1;
     for (std::size_t i = 0; i < teeth_.size(); ++i) {
       sum += teeth_[i];
       if (i >= count) sum -= teeth_[i - count];
-      if (i + 1 >= count && sum > most) {
-        most = sum;
-        way_.end = i + 1;
+      if (i + 1 >= count && sum > max_sum) {
+        max_sum = sum;
+        cut_.end = i + 1;
       }
     }
-    way_.begin = way_.end - count;
-    way_.mean_teeth = most / static_cast<double>(count);
-    way_.steps.resize(way_.end);
+    cut_.begin = cut_.end - count;
+    cut_.mean_teeth = max_sum / static_cast<double>(count);
+    cut_.steps.resize(cut_.end);
     // The tool swings in the air beyond the start, where it has had no contact.
-    const Vec3 back = way_.X_WT_start.p_AB - way_.steps[(way_.begin + way_.end) / 2].X_W.p_AB;
+    const Vec3 back = cut_.X_WT_start.p_AB - cut_.steps[(cut_.begin + cut_.end) / 2].X_W.p_AB;
     const Vec3 away = glm::length(back) > 1e-6 ? glm::normalize(back) : Vec3(0, 0, 1);
-    const auto ticks = static_cast<std::size_t>(std::lround(kSwing_s / way_.dt_s));
+    const auto ticks = static_cast<std::size_t>(std::lround(kSwing_s / cut_.dt_s));
     const auto out = ticks / 4;
     const auto place = [&](double mm) {
-      Step step{way_.X_WT_start};
+      Step step{cut_.X_WT_start};
       step.X_W.p_AB += mm * away;
       return step;
     };
     for (std::size_t i = 0; i < out; ++i) {
-      way_.hover.push_back(place(kHover_mm * static_cast<double>(i) / static_cast<double>(out)));
+      cut_.hover.push_back(place(kHover_mm * static_cast<double>(i) / static_cast<double>(out)));
     }
     for (std::size_t i = 0; i < ticks; ++i) {
-      const double t_s = way_.dt_s * static_cast<double>(i);
-      way_.hover.push_back(place(kHover_mm + kSwing_mm * std::sin(2 * std::numbers::pi * kSwing_Hz * t_s)));
+      const double t_s = cut_.dt_s * static_cast<double>(i);
+      cut_.hover.push_back(place(kHover_mm + kSwing_mm * std::sin(2 * std::numbers::pi * kSwing_Hz * t_s)));
     }
     for (std::size_t i = 0; i < out; ++i) {
-      way_.hover.push_back(place(kHover_mm * (1 - static_cast<double>(i) / static_cast<double>(out))));
+      cut_.hover.push_back(place(kHover_mm * (1 - static_cast<double>(i) / static_cast<double>(out))));
     }
   }
 
-  Way& way_;
+  MeasuredCut& cut_;
   const EffectCostOptions& options_;
   std::vector<double> teeth_;
   std::size_t steps_ = 0;
@@ -277,21 +279,21 @@ class Scout {
 /// Alternates between the two sides of a comparison.
 class Pair {
  public:
-  Pair(const Way& way, const EffectChoices& without, const EffectChoices& with)
-      : way_(way), choices_{without, with}, sides_{Side(way), Side(way)} {}
+  Pair(const MeasuredCut& cut, const EffectChoices& without, const EffectChoices& with)
+      : cut_(cut), choices_{without, with}, sides_{Side(cut), Side(cut)} {}
 
   void Pass(const EffectCostOptions& options) {
     std::array<std::unique_ptr<Subject>, 2> subjects;
-    for (std::size_t i = 0; i < 2; ++i) subjects[i] = std::make_unique<Subject>(way_, choices_[i]);
+    for (std::size_t i = 0; i < 2; ++i) subjects[i] = std::make_unique<Subject>(cut_, choices_[i]);
     Hover(subjects, &Side::air, options);
     for (const auto& subject : subjects) {
-      for (std::size_t k = 0; k < way_.begin; ++k) {
-        subject->Go(way_.steps[k]);
+      for (std::size_t k = 0; k < cut_.begin; ++k) {
+        subject->Go(cut_.steps[k]);
         if (k % 256 == 0) CheckStop(options);
       }
     }
-    InTurn(way_.begin, way_.end, options, [&](std::size_t i, std::size_t k) {
-      subjects[i]->GoTimed(way_.steps[k], k - way_.begin, sides_[i].cutting);
+    InTurn(cut_.begin, cut_.end, options, [&](std::size_t i, std::size_t k) {
+      subjects[i]->GoTimed(cut_.steps[k], k - cut_.begin, sides_[i].cutting);
     });
     for (std::size_t i = 0; i < 2; ++i) {
       const std::uint64_t force_hash = subjects[i]->force_hash();
@@ -336,16 +338,18 @@ class Pair {
 
  private:
   struct Side {
-    explicit Side(const Way& way) : cutting(way.end - way.begin), air(CountAir(way)), air_after(CountAir(way)) {}
+    explicit Side(const MeasuredCut& cut)
+        : cutting(cut.end - cut.begin), air(CountAir(cut)), air_after(CountAir(cut)) {}
     RepeatedTimes cutting, air, air_after;
     std::uint64_t bone_hash = 0;
     std::uint64_t force_hash = 0;
   };
   using Subjects = std::array<std::unique_ptr<Subject>, 2>;
 
-  // Numbers of ticks of the hover: the ways out and back (CountEdge) are not timed; the part in between (CountAir) is.
-  static std::size_t CountEdge(const Way& way) { return way.hover.size() / 6; }
-  static std::size_t CountAir(const Way& way) { return way.hover.size() - 2 * CountEdge(way); }
+  // Numbers of ticks of the hover: the motions out and back (CountEdge ticks each) are not timed; the part in between
+  // (CountAir ticks) is.
+  static std::size_t CountEdge(const MeasuredCut& cut) { return cut.hover.size() / 6; }
+  static std::size_t CountAir(const MeasuredCut& cut) { return cut.hover.size() - 2 * CountEdge(cut); }
 
   /// Runs the two sides alternately in blocks of ticks; the side that goes first alternates too.
   template <typename Work>
@@ -360,28 +364,28 @@ class Pair {
     }
   }
   void Hover(Subjects& subjects, RepeatedTimes Side::*timer, const EffectCostOptions& options) {
-    const std::size_t edge = CountEdge(way_);
-    const std::size_t last = way_.hover.size() - edge;
+    const std::size_t edge = CountEdge(cut_);
+    const std::size_t last = cut_.hover.size() - edge;
     for (const auto& subject : subjects) {
-      for (std::size_t k = 0; k < edge; ++k) subject->Go(way_.hover[k]);
+      for (std::size_t k = 0; k < edge; ++k) subject->Go(cut_.hover[k]);
     }
     InTurn(edge, last, options,
-           [&](std::size_t i, std::size_t k) { subjects[i]->GoTimed(way_.hover[k], k - edge, sides_[i].*timer); });
+           [&](std::size_t i, std::size_t k) { subjects[i]->GoTimed(cut_.hover[k], k - edge, sides_[i].*timer); });
     for (const auto& subject : subjects) {
-      for (std::size_t k = last; k < way_.hover.size(); ++k) subject->Go(way_.hover[k]);
+      for (std::size_t k = last; k < cut_.hover.size(); ++k) subject->Go(cut_.hover[k]);
     }
   }
   void LiftOut(Subject& subject) const {
-    Vec3 p_before = way_.steps[way_.end - 1].X_W.p_AB;
-    for (std::size_t k = way_.end; k > 0; k -= std::min(k, kLift)) {
-      Step step{way_.steps[k - 1].X_W};
-      step.v_W_mm_per_s = (step.X_W.p_AB - p_before) / way_.dt_s;
+    Vec3 p_before = cut_.steps[cut_.end - 1].X_W.p_AB;
+    for (std::size_t k = cut_.end; k > 0; k -= std::min(k, kLiftSpeedup)) {
+      Step step{cut_.steps[k - 1].X_W};
+      step.v_W_mm_per_s = (step.X_W.p_AB - p_before) / cut_.dt_s;
       p_before = step.X_W.p_AB;
       subject.Go(step);
     }
   }
 
-  const Way& way_;
+  const MeasuredCut& cut_;
   std::array<EffectChoices, 2> choices_;
   std::array<Side, 2> sides_;
   std::vector<std::pair<std::string, double>> by_effect_;
@@ -389,26 +393,27 @@ class Pair {
   int passes_ = 0;
 };
 
-Way MakeWay(const Scene& scene, const EffectCostOptions& options, const std::function<void(double)>& progress) {
-  Way way;
-  way.by_hand = options.by_hand;
-  way.bone = MakeSceneBone(scene, progress);
-  way.X_WT_start = MakePath(scene).CalcPose(0, 0);
-  way.rpm = scene.tool.rpm;
+MeasuredCut MakeMeasuredCut(const Scene& scene, const EffectCostOptions& options,
+                            const std::function<void(double)>& progress) {
+  MeasuredCut cut;
+  cut.by_hand = options.by_hand;
+  cut.bone = MakeSceneBone(scene, progress);
+  cut.X_WT_start = MakePath(scene).CalcPose(0, 0);
+  cut.rpm = scene.tool.rpm;
   if (options.by_hand) {
-    way.held = MakeCoupledParams(scene);
-    way.held.coupling = MakeLoopSetup(scene).fitted.coupling;
-    way.held.spare_leaves = CountSpareLeaves(way.bone);
-    way.dt_s = 1 / scene.loop.rate_hz;
+    cut.coupled_params = MakeCoupledParams(scene);
+    cut.coupled_params.coupling = MakeLoopSetup(scene).fitted.coupling;
+    cut.coupled_params.spare_leaves = CountSpareLeaves(cut.bone);
+    cut.dt_s = 1 / scene.loop.rate_hz;
   } else {
-    way.led = MakeSimulationParams(scene);
-    way.dt_s = 1 / scene.simulation.rate_hz;
+    cut.path_params = MakeSimulationParams(scene);
+    cut.dt_s = 1 / scene.simulation.rate_hz;
   }
-  return way;
+  return cut;
 }
 
 /// The effects to measure, and the reasons for leaving out the others.
-struct Asked {
+struct EffectSelection {
   EffectChoices choices;  // in the registry's order
   std::vector<std::string> why;
   std::vector<EffectLeftOut> left_out;
@@ -427,34 +432,34 @@ EffectChoices TakeNeeded(const EffectInfo& info, const EffectChoices& choices) {
   return needed;
 }
 
-Asked Ask(const Scene& scene, const EffectCostOptions& options, const Way& way) {
-  Asked asked;
+EffectSelection SelectEffects(const Scene& scene, const EffectCostOptions& options, const MeasuredCut& cut) {
+  EffectSelection selection;
   for (const EffectInfo* info : Effects()) {
     const EffectChoice* named = FindChoice(scene.effects, info->name);
     if (named == nullptr && !options.all) {
-      asked.left_out.push_back({info->name, "the scene does not name it"});
+      selection.left_out.push_back({info->name, "the scene does not name it"});
       continue;
     }
     if (info->tool == EffectTool::kInHand && !options.by_hand) {
-      asked.left_out.push_back({info->name, "it needs a tool coupled to a handle, and 'kerf run' has none"});
+      selection.left_out.push_back({info->name, "it needs a tool coupled to a handle, and 'kerf run' has none"});
       continue;
     }
     const EffectChoice choice = named != nullptr ? *named : EffectChoice(info->name);
     if (named == nullptr) {
       // An effect with its default parameters may not fit the scene.
       try {
-        EffectChoices alone = TakeNeeded(*info, asked.choices);
+        EffectChoices alone = TakeNeeded(*info, selection.choices);
         alone.push_back(choice);
-        const Subject probe(way, alone);
+        const Subject probe(cut, alone);
       } catch (const Error& e) {
-        asked.left_out.push_back({info->name, e.what()});
+        selection.left_out.push_back({info->name, e.what()});
         continue;
       }
     }
-    asked.choices.push_back(choice);
-    asked.why.emplace_back(named != nullptr ? "the scene names it" : "requested, with its defaults");
+    selection.choices.push_back(choice);
+    selection.why.emplace_back(named != nullptr ? "the scene names it" : "requested, with its defaults");
   }
-  return asked;
+  return selection;
 }
 
 }  // namespace
@@ -464,7 +469,7 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
     throw Error("[simulation] mode = \"slab\" has no effects; set mode = \"voxel\" for 'kerf effects'");
   }
   if (!(options.seconds >= 0.1 && options.seconds <= 60)) {
-    throw Error(fmt::format("{:g} s of a cut can't be measured; give 0.1 to 60", options.seconds));
+    throw Error(fmt::format("seconds = {:g} is out of range; valid range 0.1 to 60", options.seconds));
   }
   const auto show = [&](const std::string& stage, double fraction) {
     if (options.progress) options.progress(stage, fraction);
@@ -478,25 +483,25 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
   costs.by_hand = options.by_hand;
   costs.passes = std::max(1, options.passes);
 
-  Way way = MakeWay(scene, options, [&](double f) { show("making the bone", f); });
-  const Asked asked = Ask(scene, options, way);
-  costs.left_out = asked.left_out;
+  MeasuredCut cut = MakeMeasuredCut(scene, options, [&](double f) { show("making the bone", f); });
+  const EffectSelection selection = SelectEffects(scene, options, cut);
+  costs.left_out = selection.left_out;
   std::unique_ptr<PinnedToCore> pinned;
   if (options.core) pinned = std::make_unique<PinnedToCore>(*options.core, options.realtime);
   show("measuring", 0);
-  Scout(way, options).Go(scene);
-  costs.voxel_mm = way.bone.voxel_mm();
-  costs.rate_hz = 1 / way.dt_s;
-  costs.begin_s = way.dt_s * static_cast<double>(way.begin);
-  costs.seconds = way.dt_s * static_cast<double>(way.end - way.begin);
-  costs.mean_teeth = way.mean_teeth;
-  costs.bone_MB = 1e-6 * static_cast<double>(way.bone.CalcMemoryBytes());
+  Scout(cut, options).Go(scene);
+  costs.voxel_mm = cut.bone.voxel_mm();
+  costs.rate_hz = 1 / cut.dt_s;
+  costs.begin_s = cut.dt_s * static_cast<double>(cut.begin);
+  costs.seconds = cut.dt_s * static_cast<double>(cut.end - cut.begin);
+  costs.mean_teeth = cut.mean_teeth;
+  costs.bone_MB = 1e-6 * static_cast<double>(cut.bone.CalcMemoryBytes());
 
-  const std::size_t one_by_one = options.together_only ? 0 : asked.choices.size();
+  const std::size_t one_by_one = options.together_only ? 0 : selection.choices.size();
   const double work = static_cast<double>((one_by_one + 1) * static_cast<std::size_t>(costs.passes));
   double done = 0;
   const auto measure = [&](const EffectChoices& without, const EffectChoices& with, EffectCost& cost) {
-    Pair pair(way, without, with);
+    Pair pair(cut, without, with);
     for (int n = 0; n < costs.passes; ++n) {
       pair.Pass(options);
       show("measuring", ++done / work);
@@ -505,11 +510,11 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
     return pair;
   };
   for (std::size_t i = 0; i < one_by_one; ++i) {
-    const EffectChoice& choice = asked.choices[i];
+    const EffectChoice& choice = selection.choices[i];
     EffectCost cost;
     cost.name = choice.name();
-    cost.why = asked.why[i];
-    const EffectChoices without = TakeNeeded(choice.info(), asked.choices);
+    cost.why = selection.why[i];
+    const EffectChoices without = TakeNeeded(choice.info(), selection.choices);
     for (const EffectChoice& needed : without) cost.with.emplace_back(needed.name());
     EffectChoices with = without;
     with.push_back(choice);
@@ -517,9 +522,9 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
     costs.effects.push_back(cost);
   }
   costs.together.name = "all";
-  const Pair all = measure({}, asked.choices, costs.together);
+  const Pair all = measure({}, selection.choices, costs.together);
   costs.simulation_MB = all.simulation_MB();
-  for (const EffectChoice& choice : asked.choices) costs.together.memory_MB += all.MemoryOf(choice.name());
+  for (const EffectChoice& choice : selection.choices) costs.together.memory_MB += all.MemoryOf(choice.name());
   return costs;
 }
 

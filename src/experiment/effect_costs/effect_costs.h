@@ -84,15 +84,15 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
 
 /// Figures of the last measurement on the default scene, which tools/effects_table makes. They are built into the
 /// program.
-struct KeptCost {
+struct StoredCost {
   std::string name;
   double p50_us = 0;  // added to a tick in the cut
   double p99_us = 0;
   double air_us = 0;  // median of the whole tick in air, the larger of those before and after the cut
   double memory_MB = 0;
 };
-std::vector<KeptCost> KeptEffectCosts();
-std::string FormatKeptCosts(const EffectCosts& costs);
+std::vector<StoredCost> StoredEffectCosts();
+std::string FormatStoredCosts(const EffectCosts& costs);
 
 std::string FormatEffectCosts(const EffectCosts& costs);          // for a terminal
 std::string FormatEffectCostsMarkdown(const EffectCosts& costs);  // for a README

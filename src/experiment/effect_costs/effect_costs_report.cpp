@@ -18,7 +18,7 @@ using nlohmann::ordered_json;
 
 constexpr double kMaxAsleep_us = 5;
 
-const std::vector<std::string>& KeptColumns() {
+const std::vector<std::string>& StoredColumns() {
   static const std::vector<std::string> kColumns{"effect", "p50_us", "p99_us", "air_us", "memory_MB"};
   return kColumns;
 }
@@ -73,9 +73,9 @@ std::string FormatNeeds(const EffectInfo& info) {
 
 std::string DescribeMachine(const EffectCosts& c) {
   return fmt::format("{}{}{}, load {:.1f} before", c.machine.cpu, c.core ? fmt::format(", core {}", *c.core) : "",
-                     c.realtime ? " in real time" : "", c.machine.load);
+                     c.realtime ? " with real-time priority" : "", c.machine.load);
 }
-std::string DescribeStretch(const EffectCosts& c) {
+std::string DescribeMeasuredPart(const EffectCosts& c) {
   return fmt::format(
       "{:g} s of the cut starting at {:.2f} s, {:.1f} teeth engaged, the saw {}; {:g} mm voxels, "
       "{} pass{}",
@@ -123,19 +123,19 @@ ordered_json CostJson(const EffectCost& c) {
 
 }  // namespace
 
-std::vector<KeptCost> KeptEffectCosts() {
-  std::vector<KeptCost> kept;
-  ReadCsv(kEffectCostsCsv, "volumes/effect_costs.csv", KeptColumns(),
+std::vector<StoredCost> StoredEffectCosts() {
+  std::vector<StoredCost> stored;
+  ReadCsv(kEffectCostsCsv, "volumes/effect_costs.csv", StoredColumns(),
           [&](const std::vector<std::string>& fields, const CsvPlace& place) {
             const auto number = [&](std::size_t i) {
-              return ParseCsvNumber(fields[i], 0, KeptColumns()[i].c_str(), place);
+              return ParseCsvNumber(fields[i], 0, StoredColumns()[i].c_str(), place);
             };
-            kept.push_back({fields[0], number(1), number(2), number(3), number(4)});
+            stored.push_back({fields[0], number(1), number(2), number(3), number(4)});
           });
-  return kept;
+  return stored;
 }
 
-std::string FormatKeptCosts(const EffectCosts& costs) {
+std::string FormatStoredCosts(const EffectCosts& costs) {
   std::string csv =
       "# Cost of each effect, written by 'kerf effects'.\n"
       "# p50_us, p99_us: added to a tick in the cut; air_us: whole tick in the air, p50, the larger of before and "
@@ -145,8 +145,8 @@ std::string FormatKeptCosts(const EffectCosts& costs) {
   // These characters would break the file's columns.
   std::replace_if(
       scene.begin(), scene.end(), [](char c) { return c < ' ' || c == ',' || c == '"'; }, ' ');
-  csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", scene, DescribeStretch(costs), DescribeMachine(costs),
-                     CommitString(), fmt::join(KeptColumns(), ","));
+  csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", scene, DescribeMeasuredPart(costs), DescribeMachine(costs),
+                     CommitString(), fmt::join(StoredColumns(), ","));
   for (const EffectCost* c : Rows(costs)) {
     csv += fmt::format("{},{:.2f},{:.2f},{:.2f},{:.4f}\n", c->name, AddedP50(*c), AddedP99(*c),
                        std::max(c->with_it.air.p50_us, c->with_it.air_after.p50_us), c->memory_MB);
@@ -156,7 +156,7 @@ std::string FormatKeptCosts(const EffectCosts& costs) {
 
 std::string FormatEffectCosts(const EffectCosts& c) {
   std::string text = fmt::format("{}\n", c.title.empty() ? c.scene : c.title);
-  text += fmt::format("  measured  {}\n            {}\n", DescribeStretch(c), DescribeMachine(c));
+  text += fmt::format("  measured  {}\n            {}\n", DescribeMeasuredPart(c), DescribeMachine(c));
   const TickCosts& with = c.together.with_it;
   if (with.disturbed > 0) {
     text += fmt::format("            other programs took the core in {} of {} ticks\n", with.disturbed,
@@ -205,7 +205,7 @@ std::string FormatEffectCostsMarkdown(const EffectCosts& c) {
   text += fmt::format(
       "\n{}: {}. {}; commit {}. All effects together allow up to {}. Adds 0: below the noise of the "
       "measurement.\n",
-      MarkdownCode(c.scene), DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
+      MarkdownCode(c.scene), DescribeMeasuredPart(c), DescribeMachine(c), CommitString(), DescribeFit(c));
   for (const EffectLeftOut& left_out : c.left_out)
     text += fmt::format("\nLeft out: {}: {}.\n", left_out.name, EscapeMarkdown(left_out.why));
   return text;
@@ -241,7 +241,7 @@ std::string FormatEffectCostsJson(const EffectCosts& c) {
 }
 
 std::string FormatEffectList(const EffectInfo* only) {
-  const std::vector<KeptCost> kept = KeptEffectCosts();
+  const std::vector<StoredCost> stored = StoredEffectCosts();
   std::string text;
   if (only == nullptr) {
     text =
@@ -255,7 +255,7 @@ std::string FormatEffectList(const EffectInfo* only) {
     text += fmt::format("  needs     {}\n", FormatNeeds(*info));
     text += fmt::format("  sleeps    {}\n", info->sleeps);
     std::string cost = "not measured yet";
-    for (const KeptCost& k : kept) {
+    for (const StoredCost& k : stored) {
       if (k.name != info->name) continue;
       cost = fmt::format("a tick in the cut: {}, p99 {}; in the air: {:.2f} us for the whole tick; {}",
                          SayAdded(k.p50_us), SayAdded(k.p99_us), k.air_us, Memory(k.memory_MB));
@@ -275,7 +275,7 @@ std::string FormatEffectList(const EffectInfo* only) {
 }
 
 std::string FormatEffectListJson(const EffectInfo* only) {
-  const std::vector<KeptCost> kept = KeptEffectCosts();
+  const std::vector<StoredCost> stored = StoredEffectCosts();
   ordered_json json = ordered_json::array();
   for (const EffectInfo* info : Effects()) {
     if (only != nullptr && info != only) continue;
@@ -297,7 +297,7 @@ std::string FormatEffectListJson(const EffectInfo* only) {
       row["channels"].push_back({{"name", channel.name}, {"meaning", channel.meaning}});
     }
     row["cost"] = nullptr;
-    for (const KeptCost& k : kept) {
+    for (const StoredCost& k : stored) {
       if (k.name != info->name) continue;
       row["cost"] = {{"adds_p50_us", k.p50_us},
                      {"adds_p99_us", k.p99_us},

@@ -27,8 +27,8 @@ double CalcMedian(std::vector<double> values) {
 class HourWatch final : public LoopWatch {
  public:
   HourWatch(double rate_hz, double each_s, Hour& hour) : rate_hz_(rate_hz), hour_(hour) {
-    ticks_a_minute_ = static_cast<std::uint64_t>(std::llround(each_s * rate_hz));
-    cutting_us_.reserve(ticks_a_minute_);
+    ticks_per_minute_ = static_cast<std::uint64_t>(std::llround(each_s * rate_hz));
+    cutting_us_.reserve(ticks_per_minute_);
   }
 
   void Take(double wall_us, const LoopSample& sample, CoupledSimulation& simulation) override {
@@ -50,8 +50,8 @@ class HourWatch final : public LoopWatch {
     }
     now_.removed_by_ticks_mm3 += out.removed_mm3;
     now_.energy_J += 1e-3 * (out.hand_mJ + out.spindle_mJ);
-    gone_J_ += 1e-3 * (out.stored_mJ + out.cut_mJ + out.friction_mJ + out.damping_mJ + out.numerical_mJ);
-    if (ticks_ % ticks_a_minute_ == 0) EndMinute(simulation);
+    sinks_J_ += 1e-3 * (out.stored_mJ + out.cut_mJ + out.friction_mJ + out.damping_mJ + out.numerical_mJ);
+    if (ticks_ % ticks_per_minute_ == 0) EndMinute(simulation);
   }
 
  private:
@@ -61,15 +61,15 @@ class HourWatch final : public LoopWatch {
     return sum;
   }
   void EndMinute(CoupledSimulation& simulation) {
-    now_.minute = static_cast<int>(ticks_ / ticks_a_minute_);
+    now_.minute = static_cast<int>(ticks_ / ticks_per_minute_);
     const auto cutting = static_cast<double>(cutting_us_.size());
-    now_.cutting_share = cutting / static_cast<double>(ticks_a_minute_);
+    now_.cutting_share = cutting / static_cast<double>(ticks_per_minute_);
     now_.teeth = cutting > 0 ? teeth_ / cutting : 0;
     now_.tick_p50_us = CalcPercentile(cutting_us_, 0.5);
     now_.tick_p99_us = CalcPercentile(cutting_us_, 0.99);
     now_.removed_mm3 = CalcRemoved(simulation);
     now_.removed_error_mm3 = now_.removed_mm3 - (hour_.volume_before_mm3 - simulation.bone().CalcVolume());
-    now_.energy_error_J = now_.energy_J - gone_J_;
+    now_.energy_error_J = now_.energy_J - sinks_J_;
     now_.bone_MB = 1e-6 * static_cast<double>(simulation.bone().CalcMemoryBytes());
     now_.heap_MB = 1e-6 * static_cast<double>(ReadHeapBytes());
     now_.resident_MB = 1e-6 * static_cast<double>(ReadResidentBytes());
@@ -81,31 +81,31 @@ class HourWatch final : public LoopWatch {
   }
 
   double rate_hz_;
-  std::uint64_t ticks_a_minute_;
+  std::uint64_t ticks_per_minute_;
   Hour& hour_;
   HourMinute now_;
   std::vector<float> cutting_us_;
   double teeth_ = 0;
-  double gone_J_ = 0;
+  double sinks_J_ = 0;
   std::uint64_t ticks_ = 0;
   double at_rest_ = 0;  // number of ticks
 };
 
-/// Returns the maximum less the minimum after the warm-up.
+/// Returns the maximum minus the minimum after the warm-up.
 template <typename Figure>
 double CalcSpread(const std::vector<HourMinute>& minutes, const Figure& figure) {
   if (minutes.size() <= kHourWarmUp_min) return 0;
-  double least = figure(minutes[kHourWarmUp_min]);
-  double most = least;
+  double lowest = figure(minutes[kHourWarmUp_min]);
+  double highest = lowest;
   for (std::size_t i = kHourWarmUp_min; i < minutes.size(); ++i) {
-    least = std::min(least, figure(minutes[i]));
-    most = std::max(most, figure(minutes[i]));
+    lowest = std::min(lowest, figure(minutes[i]));
+    highest = std::max(highest, figure(minutes[i]));
   }
-  return most - least;
+  return highest - lowest;
 }
 
-/// Replaces `worst` by the value if that is further from 0.
-void Widen(double value, double& worst) {
+/// Replaces `worst` with the value if the value is further from 0.
+void UpdateWorst(double value, double& worst) {
   if (std::abs(value) > std::abs(worst)) worst = value;
 }
 
@@ -121,7 +121,7 @@ Hour RunHour(const Scene& scene, const HourOptions& options,
   LoopOptions loop;
   loop.seconds = 60 * options.minutes;
   loop.virtual_time = true;
-  loop.log = options.folder.empty() ? LoopLog::kNowhere : LoopLog::kFolder;
+  loop.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
   loop.folder = options.folder;
   loop.stop = options.stop;
   loop.watch = &watch;
@@ -157,16 +157,16 @@ HourMinute Hour::CalcWorst() const {
   HourMinute worst;
   worst.minute = static_cast<int>(minutes.size());
   for (const HourMinute& m : minutes) {
-    Widen(m.resident_MB, worst.resident_MB);
-    Widen(m.tick_p50_us, worst.tick_p50_us);
-    Widen(m.tick_p99_us, worst.tick_p99_us);
-    Widen(m.rest_hand_N, worst.rest_hand_N);
-    Widen(m.rest_device_N, worst.rest_device_N);
-    Widen(m.removed_mm3, worst.removed_mm3);
-    Widen(m.removed_error_mm3, worst.removed_error_mm3);
-    Widen(m.removed_by_ticks_mm3, worst.removed_by_ticks_mm3);
-    Widen(m.energy_J, worst.energy_J);
-    Widen(m.energy_error_J, worst.energy_error_J);
+    UpdateWorst(m.resident_MB, worst.resident_MB);
+    UpdateWorst(m.tick_p50_us, worst.tick_p50_us);
+    UpdateWorst(m.tick_p99_us, worst.tick_p99_us);
+    UpdateWorst(m.rest_hand_N, worst.rest_hand_N);
+    UpdateWorst(m.rest_device_N, worst.rest_device_N);
+    UpdateWorst(m.removed_mm3, worst.removed_mm3);
+    UpdateWorst(m.removed_error_mm3, worst.removed_error_mm3);
+    UpdateWorst(m.removed_by_ticks_mm3, worst.removed_by_ticks_mm3);
+    UpdateWorst(m.energy_J, worst.energy_J);
+    UpdateWorst(m.energy_error_J, worst.energy_error_J);
     worst.rest_ticks += m.rest_ticks;
     worst.cutting_share += m.cutting_share / static_cast<double>(minutes.size());
     worst.teeth += m.teeth / static_cast<double>(minutes.size());

@@ -48,9 +48,9 @@ struct Hour {
   std::vector<HourMinute> minutes;
   LoopSummary loop;
 
-  /// These return the maximum less the minimum after the first kHourWarmUp_min, MB: CalcMemoryGrowth_MB() of all memory
-  /// in use, CalcOtherGrowth_MB() without the growth of the bone. That growth occurs in the copy of the bone outside
-  /// the loop, since the simulation's own leaves are allocated in advance.
+  /// These return the maximum minus the minimum after the first kHourWarmUp_min, MB: CalcMemoryGrowth_MB() of all
+  /// memory in use, CalcOtherGrowth_MB() without the growth of the bone. That growth occurs in the copy of the bone
+  /// outside the loop, since the simulation's own leaves are allocated in advance.
   double CalcMemoryGrowth_MB() const;
   double CalcOtherGrowth_MB() const;
   /// Returns the same for the heap without the bone. This figure does not depend on how the system manages the
@@ -59,8 +59,9 @@ struct Hour {
   /// Returns the median of the p50 of the last minutes divided by that of the first ones, or 1 for fewer than 2
   /// minutes.
   double CalcTimeRatio() const;
-  HourMinute CalcWorst() const;  // of most figures the value furthest from 0, but the sum of rest_ticks and the means
-                                 // of cutting_share and teeth; `minute` is the number of minutes
+  /// Returns the value of each figure that is furthest from 0, except for rest_ticks (the sum) and cutting_share and
+  /// teeth (the means). `minute` is the number of minutes.
+  HourMinute CalcWorst() const;
 };
 
 struct HourOptions {

@@ -49,7 +49,7 @@ Image RenderHour(const Hour& hour) {
   memory.y.upper = 1.25 * worst.resident_MB;
   const double bone_MB = hour.minutes.front().bone_MB;
   memory.series = {MakeCurve(hour, "of the whole program", [](const HourMinute& m) { return m.resident_MB; }),
-                   MakeCurve(hour, "without leaves cut into later",
+                   MakeCurve(hour, "without the growth of the bone",
                              [=](const HourMinute& m) { return m.resident_MB - m.bone_MB + bone_MB; })};
   PlotSpec times = MakePanel("Ticks that cut, by minute", "time of a tick (us)");
   times.y.lower = 0;
@@ -97,12 +97,12 @@ std::string FormatHourTable(const Hour& hour) {
       "{}: {} min at {:g} Hz, {} ticks, {:.0f} % of them cut with {:.1f} teeth engaged; {:.0f} s of computation\n",
       hour.scene, worst.minute, hour.rate_hz, hour.loop.counts.ticks, 100 * worst.cutting_share, worst.teeth,
       hour.loop.wall_s);
-  if (hour.minutes.empty()) return text + "  no whole minute\n";
+  if (hour.minutes.empty()) return text + "  no complete interval was measured\n";
   const HourMinute& first = hour.minutes.front();
   const HourMinute& last = hour.minutes.back();
   text += fmt::format(
       "  memory    {:.2f} MB after the first minute, {:.2f} MB at the end; after the first minute it varies by {:.2f} "
-      "MB, or by {:.2f} MB without the leaves that were cut into\n",
+      "MB, or by {:.2f} MB without the growth of the bone\n",
       first.resident_MB, last.resident_MB, hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB());
   text += fmt::format(
       "  ticks     p50 {:.1f} us, p99 {:.1f} us in the first minute, {:.1f} and {:.1f} in the last; the p50 of "
@@ -112,8 +112,8 @@ std::string FormatHourTable(const Hour& hour) {
       "  at rest   in {} ticks with the tool clear of the bone, at most {:g} N on the hand, {:g} N on the device\n",
       worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N);
   text += fmt::format(
-      "  removed   {:.3f} mm3 exact, differs from the bone's loss by at most {:.2g} mm3; the ticks' occupancy adds up "
-      "to {:.3f} "
+      "  removed   {:.3f} mm3 exact, differs from the bone's loss by at most {:.2g} mm3; the sum by voxel "
+      "occupancy is {:.3f} "
       "mm3\n",
       last.removed_mm3, std::abs(worst.removed_error_mm3), last.removed_by_ticks_mm3);
   text += fmt::format("  energy    {:.4f} J of input, at most {:.2g} J unaccounted for\n", last.energy_J,
@@ -134,7 +134,7 @@ std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, con
       "| at the end of minute | memory (MB) | of that, bone (MB) | cutting tick, p50 / p99 (us) | force at rest "
       "(N) "
       "| removed (mm3) | difference from "
-      "the bone's loss (mm3) | removed by the ticks' occupancy (mm3) | energy input (J) | unaccounted for (J) |\n";
+      "the bone's loss (mm3) | removed by voxel occupancy (mm3) | energy input (J) | unaccounted for (J) |\n";
   text += "|---|---|---|---|---|---|---|---|---|---|\n";
   const std::size_t n = hour.minutes.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -148,7 +148,8 @@ std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, con
   }
   text += fmt::format(
       "\n- Memory: after the first minute it grows by {:.2f} MB for leaves of 8 x 8 x 8 voxels that were solid bone "
-      "before they were cut and that a reader's copy of the bone must hold (at most the bone's whole box); everything "
+      "before they were cut and that a reader's copy of the bone must hold (at most all leaves in the bone's bounding "
+      "box); everything "
       "else varies by {:.2f} MB.\n- Ticks: the p50 of the last {} minutes is {:.3f} times that of the first.\n- Idle "
       "force: in {} ticks "
       "with the tool clear of the bone, at most {:g} N on the hand and {:g} N on the device.\n"

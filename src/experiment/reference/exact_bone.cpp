@@ -18,12 +18,12 @@ constexpr double kBent_mm = 1e-10;  // a path counts as straight if it is at mos
 constexpr double kTie_mm = 1e-10;   // groups that are nearer by at most this much are not visited
 
 /// Sweep of a disc that moved straight in its own plane: a stadium of the disc's thickness, with the hole that all
-/// discs along the way have in common.
+/// discs along the path have in common.
 struct Swept {
   Vec3 a{0};        // centre at the start, in the central plane
-  Vec3 way{0};      // of the centre, in that plane
+  Vec3 motion{0};   // of the centre, in that plane
   Vec3 n{0, 0, 1};  // the plane's normal
-  double inverse_way2 = 0;
+  double inverse_length2 = 0;
   double hole_mm = -kInfinity;  // radius; below 0: none
 };
 
@@ -35,8 +35,8 @@ struct Group {
   double tilt = 0;                                   // maximum sine of the angle between n and a disc's normal
   double z_lower = kInfinity, z_upper = -kInfinity;  // along n
   double hole_mm = kInfinity;                        // smallest radius of the members' holes
-  Vec3 flat_way{0};                                  // component of the segment across n
-  double inverse_way2 = 0;
+  Vec3 flat_segment{0};                              // component of the segment across n
+  double inverse_length2 = 0;
   double reach_mm = 0;  // across n, from the segment
 };
 
@@ -46,9 +46,9 @@ double Invert(double x) {
 }
 
 double CalcDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
-  const Vec3 way = b - a;
-  const double t = std::clamp(glm::dot(p - a, way) * Invert(glm::dot(way, way)), 0.0, 1.0);
-  return glm::length(p - a - t * way);
+  const Vec3 segment = b - a;
+  const double t = std::clamp(glm::dot(p - a, segment) * Invert(glm::dot(segment, segment)), 0.0, 1.0);
+  return glm::length(p - a - t * segment);
 }
 
 /// Returns the distance to a plate, negative inside. The point is `along` beyond its faces and `across` beyond its
@@ -75,10 +75,10 @@ struct ExactBone::State {
     const Vec3 q = p - s.a;
     const double z = glm::dot(q, s.n);
     const Vec3 flat = q - z * s.n;
-    const double t = std::clamp(glm::dot(flat, s.way) * s.inverse_way2, 0.0, 1.0);
-    double across = glm::length(flat - t * s.way) - radius_mm;
+    const double t = std::clamp(glm::dot(flat, s.motion) * s.inverse_length2, 0.0, 1.0);
+    double across = glm::length(flat - t * s.motion) - radius_mm;
     if (s.hole_mm >= 0) {
-      across = std::max(across, s.hole_mm - std::max(glm::length(flat), glm::length(flat - s.way)));
+      across = std::max(across, s.hole_mm - std::max(glm::length(flat), glm::length(flat - s.motion)));
     }
     return CalcPlateDistance(across, std::abs(z) - half_mm);
   }
@@ -89,8 +89,8 @@ struct ExactBone::State {
     const Vec3 q = p - g.a;
     const double z = glm::dot(q, g.n);
     const Vec3 flat = q - z * g.n;
-    const double t = std::clamp(glm::dot(flat, g.flat_way) * g.inverse_way2, 0.0, 1.0);
-    const double across = glm::length(flat - t * g.flat_way) - g.reach_mm;
+    const double t = std::clamp(glm::dot(flat, g.flat_segment) * g.inverse_length2, 0.0, 1.0);
+    const double across = glm::length(flat - t * g.flat_segment) - g.reach_mm;
     const double bound = CalcPlateDistance(across, std::max(g.z_lower - z, z - g.z_upper));
     if (!(g.hole_mm > bound)) return bound;
     return std::max(bound, g.hole_mm - g.off_mm - std::max(glm::length(q), glm::length(p - g.b)));
@@ -109,24 +109,24 @@ struct ExactBone::State {
       Group& g = groups[level][at];
       const double sine = CalcSine(s.n, g.n);
       const double thickness = half_mm + radius_mm * sine;
-      for (const Vec3& centre : {s.a, s.a + s.way}) {
+      for (const Vec3& centre : {s.a, s.a + s.motion}) {
         const double z = glm::dot(centre - g.a, g.n);
         g.z_lower = std::min(g.z_lower, z - thickness);
         g.z_upper = std::max(g.z_upper, z + thickness);
       }
       g.hole_mm = std::min(g.hole_mm, s.hole_mm);
       g.tilt = std::max(g.tilt, sine);
-      g.b = s.a + s.way;
-      g.flat_way = g.b - g.a - glm::dot(g.b - g.a, g.n) * g.n;
-      g.inverse_way2 = Invert(glm::dot(g.flat_way, g.flat_way));
-      g.off_mm = CalcOff(level, at, g);
+      g.b = s.a + s.motion;
+      g.flat_segment = g.b - g.a - glm::dot(g.b - g.a, g.n) * g.n;
+      g.inverse_length2 = Invert(glm::dot(g.flat_segment, g.flat_segment));
+      g.off_mm = CalcMaxOffset(level, at, g);
       g.reach_mm = radius_mm + half_mm * g.tilt + g.off_mm;
     }
   }
 
   /// Returns the maximum distance of the members' centres from the group's segment. The distance of a segment from
   /// another one is largest at one of its ends.
-  double CalcOff(int level, std::size_t at, const Group& g) const {
+  double CalcMaxOffset(int level, std::size_t at, const Group& g) const {
     double off_mm = 0;
     const auto include = [&](const Vec3& a, const Vec3& b, double more_mm) {
       off_mm = std::max(
@@ -135,7 +135,7 @@ struct ExactBone::State {
     const std::size_t begin = at << kBits;
     if (level == 0) {
       for (std::size_t i = begin; i < std::min(begin + kMembers, swept.size()); ++i) {
-        include(swept[i].a, swept[i].a + swept[i].way, 0);
+        include(swept[i].a, swept[i].a + swept[i].motion, 0);
       }
       return off_mm;
     }
@@ -158,25 +158,25 @@ struct ExactBone::State {
   /// kBent_mm anywhere since the start of the merged sweep.
   bool Extend(const Swept& s) {
     Swept& last = swept.back();
-    const Vec3 end = last.a + last.way;
-    if (s.hole_mm != last.hole_mm || !(glm::dot(s.way, last.way) > 0)) return false;
-    const Vec3 way = s.a + s.way - last.a;
-    const double z_mm = std::abs(glm::dot(way, last.n)) + std::abs(glm::dot(s.a - last.a, last.n));
+    const Vec3 end = last.a + last.motion;
+    if (s.hole_mm != last.hole_mm || !(glm::dot(s.motion, last.motion) > 0)) return false;
+    const Vec3 motion = s.a + s.motion - last.a;
+    const double z_mm = std::abs(glm::dot(motion, last.n)) + std::abs(glm::dot(s.a - last.a, last.n));
     const double bent = bent_mm + glm::length(s.a - end) + z_mm + radius_mm * CalcSine(s.n, last.n) +
-                        CalcDistanceToSegment(end, last.a, last.a + way);
+                        CalcDistanceToSegment(end, last.a, last.a + motion);
     if (bent > kBent_mm) return false;
     bent_mm = bent;
-    last.way = way - glm::dot(way, last.n) * last.n;
-    last.inverse_way2 = Invert(glm::dot(last.way, last.way));
+    last.motion = motion - glm::dot(motion, last.n) * last.n;
+    last.inverse_length2 = Invert(glm::dot(last.motion, last.motion));
     return true;
   }
 
-  /// Lowers `least` to the minimum signed distance of the group's members; stops once it is below `enough`.
-  void FindLeast(int level, std::size_t at, const Vec3& p, double enough, double& least) const {
+  /// Lowers `min_mm` to the minimum signed distance of the group's members; stops once it is below `enough`.
+  void FindMinDistance(int level, std::size_t at, const Vec3& p, double enough, double& min_mm) const {
     const std::size_t begin = at << kBits;
     if (level == 0) {
       const std::size_t end = std::min(begin + kMembers, swept.size());
-      for (std::size_t i = end; i-- > begin && least > enough;) least = std::min(least, CalcDistance(swept[i], p));
+      for (std::size_t i = end; i-- > begin && min_mm > enough;) min_mm = std::min(min_mm, CalcDistance(swept[i], p));
       return;
     }
     const std::size_t end = std::min(begin + kMembers, groups[level - 1].size());
@@ -184,22 +184,22 @@ struct ExactBone::State {
     std::size_t count = 0;
     for (std::size_t i = end; i-- > begin;) {  // newest first, since most queries are near the newest sweeps
       const double bound = CalcBound(groups[level - 1][i], p);
-      if (bound >= least - kTie_mm) continue;
+      if (bound >= min_mm - kTie_mm) continue;
       std::size_t k = count++;
       for (; k > 0 && order[k - 1].first > bound; --k) order[k] = order[k - 1];
       order[k] = {bound, i};
     }
-    for (std::size_t k = 0; k < count && least > enough; ++k) {
-      if (order[k].first < least - kTie_mm) FindLeast(level - 1, order[k].second, p, enough, least);
+    for (std::size_t k = 0; k < count && min_mm > enough; ++k) {
+      if (order[k].first < min_mm - kTie_mm) FindMinDistance(level - 1, order[k].second, p, enough, min_mm);
     }
   }
 
-  double FindLeast(const Vec3& p, double most, double enough) const {
-    double least = most;
-    for (std::size_t at = groups[kLevels - 1].size(); at-- > 0 && least > enough;) {
-      if (CalcBound(groups[kLevels - 1][at], p) < least) FindLeast(kLevels - 1, at, p, enough, least);
+  double FindMinDistance(const Vec3& p, double max_mm, double enough) const {
+    double min_mm = max_mm;
+    for (std::size_t at = groups[kLevels - 1].size(); at-- > 0 && min_mm > enough;) {
+      if (CalcBound(groups[kLevels - 1][at], p) < min_mm) FindMinDistance(kLevels - 1, at, p, enough, min_mm);
     }
-    return least;
+    return min_mm;
   }
 
   ExactSolid solid;
@@ -224,18 +224,18 @@ ExactBone& ExactBone::operator=(ExactBone&&) noexcept = default;
 
 void ExactBone::Sweep(const Pose& X_a, const Pose& X_b, double edge_mm) {
   State& s = *state_;
-  const Vec3 way = X_b.p_AB - X_a.p_AB;
+  const Vec3 motion = X_b.p_AB - X_a.p_AB;
   // The distance function may grow up to twice as fast as the distance.
-  if (s.solid.distance_mm(X_a.p_AB) > 2 * (s.reach_mm + glm::length(way))) return;
+  if (s.solid.distance_mm(X_a.p_AB) > 2 * (s.reach_mm + glm::length(motion))) return;
   Swept swept;
   swept.n = CalcMiddle(X_a.R_AB, X_b.R_AB) * Vec3(0, 0, 1);
-  const double along = glm::dot(way, swept.n);
+  const double along = glm::dot(motion, swept.n);
   swept.a = X_a.p_AB + 0.5 * along * swept.n;
-  swept.way = way - along * swept.n;
-  swept.inverse_way2 = Invert(glm::dot(swept.way, swept.way));
+  swept.motion = motion - along * swept.n;
+  swept.inverse_length2 = Invert(glm::dot(swept.motion, swept.motion));
   swept.hole_mm = edge_mm > 0 ? s.radius_mm - edge_mm : -kInfinity;
   s.Add(swept);
-  for (const Vec3& centre : {swept.a, swept.a + swept.way}) {
+  for (const Vec3& centre : {swept.a, swept.a + swept.motion}) {
     // Along axis i, a disc reaches R sqrt(1 - n_i^2) plus half its thickness times |n_i|.
     const Vec3 n2 = swept.n * swept.n;
     const Vec3 reach = s.radius_mm * glm::sqrt(glm::max(Vec3(1) - n2, Vec3(0))) + s.half_mm * glm::abs(swept.n);
@@ -245,15 +245,15 @@ void ExactBone::Sweep(const Pose& X_a, const Pose& X_b, double edge_mm) {
 }
 
 double ExactBone::Distance(const Vec3& p_W) const {
-  return std::max(state_->solid.distance_mm(p_W), -state_->FindLeast(p_W, kInfinity, -kInfinity));
+  return std::max(state_->solid.distance_mm(p_W), -state_->FindMinDistance(p_W, kInfinity, -kInfinity));
 }
 
 bool ExactBone::IsSwept(const Vec3& p_W) const {
-  return state_->FindLeast(p_W, 2 * kTie_mm, 0) <= 0;
+  return state_->FindMinDistance(p_W, 2 * kTie_mm, 0) <= 0;
 }
 
 double ExactBone::SweptDistance(const Vec3& p_W, double max_mm, double enough_mm) const {
-  return state_->FindLeast(p_W, max_mm, enough_mm);
+  return state_->FindMinDistance(p_W, max_mm, enough_mm);
 }
 double ExactBone::SweptDistance(const Vec3& p_W, double max_mm) const {
   return SweptDistance(p_W, max_mm, -kInfinity);
@@ -273,8 +273,8 @@ double CalcRemovedOf(const ExactBone& bone, const Vec3& centre, double size_mm, 
   if (solid < -2 * reach_mm && swept < -reach_mm) return whole;
   if (size_mm <= finest_mm) {
     const auto fraction = [size_mm](double distance) { return std::clamp(0.5 - distance / size_mm, 0.0, 1.0); };
-    // The original volume less the remaining one: where a wall of the kerf coincides with a face of the solid, both are
-    // blurred equally and no volume is lost.
+    // The original volume minus the remaining one: where a wall of the kerf coincides with a face of the solid, both
+    // are blurred equally and no volume is lost.
     return whole * (fraction(solid) - fraction(std::max(solid, -swept)));
   }
   double sum = 0;

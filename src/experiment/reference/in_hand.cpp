@@ -22,10 +22,10 @@ constexpr double kFirstRing = 1.0 / 8;  // width of the outermost ring of points
 constexpr double kWiderRings = 1.5;     // ratio of successive ring widths, up to the spacing
 constexpr double kCreep_mm_per_s = 0.02;  // speed up to which the force is ramped in if a law has a force at the
                                           // smallest bite
-constexpr double kMaxWay_mm = 0.025;      // maximum motion of any point of the disc before the bone and the walls are
+constexpr double kMaxMotion_mm = 0.025;   // maximum motion of any point of the disc before the bone and the walls are
                                           // evaluated again
-constexpr double kWayInATick_mm = 0.1;    // the same maximum, multiplied by the number of steps per tick; the smaller
-                                          // of the two limits applies
+constexpr double kMaxMotionPerTick_mm = 0.1;  // the same maximum, multiplied by the number of steps per tick; the
+                                              // smaller of the two limits applies
 
 /// A pair of opposite points on the two flats.
 struct FlatPoint {
@@ -54,9 +54,9 @@ std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
 }
 
 /// Distance from the midpoint of a pair of points to the uncut bone, and the tool's travel when it was evaluated.
-struct Seen {
+struct StoredDistance {
   double solid_mm = 0;
-  double went_mm = 0;
+  double moved_mm = 0;
 };
 
 class HeldTool {
@@ -65,11 +65,11 @@ class HeldTool {
       : params_(params),
         bone_(std::move(solid), params.saw),
         flat_(MakeFlat(params.saw.radius_mm() - params.fineness.edge_mm, params.fineness.flat_spacing_mm)),
-        known_mm_(2 * flat_.size(), 0.0),
-        seen_(flat_.size()),
+        deflection_mm_(2 * flat_.size(), 0.0),
+        stored_(flat_.size()),
         flux_(params.saw, std::max(16, params.fineness.rim_points / kFluxFraction), 1, false),
         reach_mm_(std::hypot(params.saw.radius_mm(), 0.5 * params.saw.thickness_mm)),
-        max_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, kMaxWay_mm)),
+        max_motion_mm_(std::min(kMaxMotionPerTick_mm / params.fineness.steps_per_tick, kMaxMotion_mm)),
         X_T_(X_W),
         X_H_(X_W) {
     const ReferenceCoupling& c = params.coupling;
@@ -99,8 +99,8 @@ class HeldTool {
     double left_s = step_s;
     for (int n = 0; n < kMaxParts; ++n) {
       // In air the tool moves with the handle.
-      const double way_mm = glm::length(X_H.p_AB - X_T_.p_AB);
-      if (bone_.solid().distance_mm(X_T_.p_AB) > 2 * (2 * reach_mm_ + way_mm)) {
+      const double motion_mm = glm::length(X_H.p_AB - X_T_.p_AB);
+      if (bone_.solid().distance_mm(X_T_.p_AB) > 2 * (2 * reach_mm_ + motion_mm)) {
         SetPose(X_H);
         u_ = {};
         f_damper_W_ = Vec3(0);
@@ -108,7 +108,7 @@ class HeldTool {
       }
       SetUp(v_H_W, w_H_W, left_s);
       const bool free = problem_.cuts.empty() && problem_.walls.empty();
-      u_ = free ? Join(problem_.x_mm / left_s, problem_.theta_rad / left_s) : FindLeast(problem_, u_, reach_mm_).u;
+      u_ = free ? Join(problem_.x_mm / left_s, problem_.theta_rad / left_s) : FindMinimum(problem_, u_, reach_mm_).u;
       const double fraction = CalcFraction(left_s);
       const double time_s = fraction * left_s;
       AddUp(time_s, free, sums);
@@ -124,7 +124,7 @@ class HeldTool {
     X_H_ = X;
     u_ = {};
     f_damper_W_ = Vec3(0);
-    std::fill(known_mm_.begin(), known_mm_.end(), 0.0);
+    std::fill(deflection_mm_.begin(), deflection_mm_.end(), 0.0);
   }
 
   Vec3 CalcForceOnHand() const {
@@ -173,19 +173,19 @@ class HeldTool {
   Place FindPlace(std::size_t i) {
     // The distance function may grow up to twice as fast as the distance.
     const double half_mm = 0.5 * params_.saw.thickness_mm;
-    const double air_mm = 2 * (half_mm + max_way_mm_);
+    const double air_mm = 2 * (half_mm + max_motion_mm_);
     const double inside_mm = -(2 * half_mm + kDeep_mm);
-    Seen& seen = seen_[i];
-    const double off_mm = 2 * (went_mm_ - seen.went_mm);
-    if (seen.solid_mm - off_mm > air_mm) return Place::kAir;
-    if (seen.solid_mm + off_mm < inside_mm) return Place::kInside;
-    seen = {bone_.solid().distance_mm(X_T_.Point({flat_[i].x, flat_[i].y, 0})), went_mm_};
-    if (seen.solid_mm > air_mm) return Place::kAir;
-    return seen.solid_mm < inside_mm ? Place::kInside : Place::kNear;
+    StoredDistance& stored = stored_[i];
+    const double off_mm = 2 * (moved_mm_ - stored.moved_mm);
+    if (stored.solid_mm - off_mm > air_mm) return Place::kAir;
+    if (stored.solid_mm + off_mm < inside_mm) return Place::kInside;
+    stored = {bone_.solid().distance_mm(X_T_.Point({flat_[i].x, flat_[i].y, 0})), moved_mm_};
+    if (stored.solid_mm > air_mm) return Place::kAir;
+    return stored.solid_mm < inside_mm ? Place::kInside : Place::kNear;
   }
 
   void SetPose(const Pose& X) {
-    went_mm_ += glm::length(X.p_AB - X_T_.p_AB) + reach_mm_ * glm::length(TurnBetween(X_T_.R_AB, X.R_AB));
+    moved_mm_ += glm::length(X.p_AB - X_T_.p_AB) + reach_mm_ * glm::length(TurnBetween(X_T_.R_AB, X.R_AB));
     X_T_ = X;
   }
 
@@ -200,25 +200,25 @@ class HeldTool {
       const FlatPoint& point = flat_[i];
       const Place place = FindPlace(i);
       if (place == Place::kAir) {
-        known_mm_[2 * i] = known_mm_[2 * i + 1] = 0;
+        deflection_mm_[2 * i] = deflection_mm_[2 * i + 1] = 0;
         continue;
       }
       double depth_mm[2];
       for (const int side : {0, 1}) {
         const Vec3 p_W = X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm});
         const double max_mm = place == Place::kInside ? kDeep_mm : std::min(kDeep_mm, -solid.distance_mm(p_W));
-        // A wall that is further than max_way_mm_ away cannot be reached in this step.
-        depth_mm[side] = max_mm <= -max_way_mm_ ? max_mm : bone_.SweptDistance(p_W, max_mm, -max_way_mm_);
+        // A wall that is further than max_motion_mm_ away cannot be reached in this step.
+        depth_mm[side] = max_mm <= -max_motion_mm_ ? max_mm : bone_.SweptDistance(p_W, max_mm, -max_motion_mm_);
       }
       // In a bent kerf both walls press on the disc; the common part of the two depths has no effect and is subtracted.
       // If there is no kerf nearby, each wall acts separately.
       const double common_mm = std::max(0.0, std::min(depth_mm[0], depth_mm[1]));
       const double squeeze = common_mm < kDeep_mm ? common_mm : 0;
       for (const int side : {0, 1}) {
-        double& known_mm = known_mm_[2 * i + static_cast<std::size_t>(side)];
-        const double depth = std::min(depth_mm[side] - squeeze, known_mm);
-        known_mm = 0;
-        if (depth <= -max_way_mm_) continue;
+        double& deflection_mm = deflection_mm_[2 * i + static_cast<std::size_t>(side)];
+        const double depth = std::min(depth_mm[side] - squeeze, deflection_mm);
+        deflection_mm = 0;
+        if (depth <= -max_motion_mm_) continue;
         const Vec3 n(0, 0, side == 0 ? -1 : 1);
         const Vec3 r = Vec3(point.x, point.y, side == 0 ? -half_mm : half_mm) - params_.coupling.p_TC_mm;
         problem_.walls.push_back({Join(n, glm::cross(r, n)), depth, kWall_N_per_mm3 * point.area_mm2});
@@ -236,11 +236,11 @@ class HeldTool {
   }
 
   /// Returns the fraction of the motion until the next evaluation, in which no point of the disc moves further than
-  /// max_way_mm_.
+  /// max_motion_mm_.
   double CalcFraction(double time_s) const {
     const Pose X = Advanced(time_s);
-    const double way_mm = glm::length(X.p_AB - X_T_.p_AB) + glm::length(Lower(u_)) * time_s * reach_mm_;
-    return std::min(1.0, max_way_mm_ / std::max(way_mm, 1e-12));
+    const double motion_mm = glm::length(X.p_AB - X_T_.p_AB) + glm::length(Lower(u_)) * time_s * reach_mm_;
+    return std::min(1.0, max_motion_mm_ / std::max(motion_mm, 1e-12));
   }
 
   void AddUp(double time_s, bool free, Sums& sums) {
@@ -255,7 +255,7 @@ class HeldTool {
       const Wall& wall = problem_.walls[n];
       double speed = 0;
       for (int i = 0; i < 6; ++i) speed += wall.along[i] * u_[i];
-      known_mm_[wall_of_[n]] = std::max(0.0, wall.depth_mm + time_s * speed);
+      deflection_mm_[wall_of_[n]] = std::max(0.0, wall.depth_mm + time_s * speed);
     }
   }
 
@@ -271,13 +271,13 @@ class HeldTool {
   ReferenceParams params_;
   ExactBone bone_;
   std::vector<FlatPoint> flat_;
-  std::vector<double> known_mm_;      // deflection of each point's spring, lower and upper flat alternately
-  std::vector<std::size_t> wall_of_;  // index in known_mm_ of each of the problem's walls
-  std::vector<Seen> seen_;            // of each pair
-  double went_mm_ = 0;  // upper bound of the distance that any point of the disc has moved since the start
+  std::vector<double> deflection_mm_;   // deflection of each point's spring, lower and upper flat alternately
+  std::vector<std::size_t> wall_of_;    // index in deflection_mm_ of each of the problem's walls
+  std::vector<StoredDistance> stored_;  // of each pair
+  double moved_mm_ = 0;  // upper bound of the distance that any point of the disc has moved since the start
   Flux flux_;
   double reach_mm_;
-  double max_way_mm_;
+  double max_motion_mm_;
   Pose X_T_, X_H_;
   MotionProblem problem_;
   std::vector<Piece> pieces_;

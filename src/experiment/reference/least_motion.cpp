@@ -135,7 +135,7 @@ Six MotionProblem::CalcGradient(const Six& u) const {
   return g;
 }
 
-Motion FindLeast(const MotionProblem& problem, const Six& start, double reach_mm) {
+Motion FindMinimum(const MotionProblem& problem, const Six& start, double reach_mm) {
   Motion motion;
   motion.u = start;
   for (; motion.iterations < kMaxIterations; ++motion.iterations) {

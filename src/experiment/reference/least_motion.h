@@ -23,14 +23,14 @@ inline Six Join(const Vec3& upper, const Vec3& lower) {
   return {upper.x, upper.y, upper.z, lower.x, lower.y, lower.z};
 }
 
-/// A spring or damper with a limited force: K x, but at most `most`.
+/// A spring or damper with a limited force: K x, but at most `limit`.
 struct Tie {
   double K = 0;
-  double most = 0;
+  double limit = 0;
 
   double Fraction(const Vec3& x) const {
     const double drawn = K * glm::length(x);
-    return drawn > most ? K * most / drawn : K;
+    return drawn > limit ? K * limit / drawn : K;
   }
   Vec3 Pull(const Vec3& x) const { return Fraction(x) * x; }
 };
@@ -75,6 +75,6 @@ struct Motion {
 /// Finds the minimum by Newton's method from `start`. The line search along each direction uses bisection until the
 /// slope has fallen to a tenth; it always converges since the function is convex. `reach_mm` is the length that scales
 /// torques relative to forces.
-Motion FindLeast(const MotionProblem& problem, const Six& start, double reach_mm);
+Motion FindMinimum(const MotionProblem& problem, const Six& start, double reach_mm);
 
 }  // namespace kerf::reference

@@ -21,7 +21,7 @@ constexpr double kLongestPeriod_s = 10;
 void CheckRange(const char* name, double value, double lower, double upper) {
   if (value >= lower && value <= upper) return;
   throw Error(
-      fmt::format("{} = {:g} of the closed loop is out of range; it must be {:g} to {:g}", name, value, lower, upper));
+      fmt::format("closed loop: {} = {:g} is out of range; valid range {:g} to {:g}", name, value, lower, upper));
 }
 
 ClosedLoopSetup Checked(ClosedLoopSetup setup) {
@@ -126,8 +126,8 @@ bool ClosedLoop::State::DrawLost(double from_s) {
   // This is drawn in any case, so that the losses do not depend on the bursts.
   const bool lost = timing.lost_share > 0 && Uniform() < timing.lost_share;
   if (!(timing.burst_every_s > 0)) return lost;
-  const double begun = std::floor(from_s / timing.burst_every_s) * timing.burst_every_s;
-  return lost || (begun > 0 && from_s - begun < timing.burst_s);
+  const double start_s = std::floor(from_s / timing.burst_every_s) * timing.burst_every_s;
+  return lost || (start_s > 0 && from_s - start_s < timing.burst_s);
 }
 
 /// Advances hand and handle under the current force of the motors.
@@ -153,7 +153,7 @@ void ClosedLoop::State::Account() {
 void ClosedLoop::State::Tick(double rpm) {
   // As in HapticLoop, a tick advances by whole periods, but by at most 10 ms.
   const double periods = std::max(1.0, std::round(since_tick_s / setup.period_s));
-  tick.dt_s = std::min(periods * setup.period_s, std::max(kLongestTick_s, setup.period_s));
+  tick.dt_s = std::min(periods * setup.period_s, std::max(kMaxTickDt_s, setup.period_s));
   HapticStepInput in;
   in.dt_s = tick.dt_s;
   in.rpm = rpm;

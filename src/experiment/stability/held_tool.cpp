@@ -23,10 +23,10 @@ constexpr double kTick_s = 0.001;  // of the approach
 constexpr int kMaxTicks = 4000;    // of the approach
 constexpr double kKick_rad = 1e-5;
 constexpr double kLongestWindow_mm = 100;  // an encoder step so large that no sample leaves the velocity window
-constexpr double kAslant = 0.985;  // cosine between feed and contact direction; below it the contact is an edge, not a
-                                   // face
-constexpr double kAway_mm = 0.3;   // a tool that has moved further than this has left its place
-constexpr double kOffBone = 0.1;   // fraction of the push; if the force is lower, the tool is off the bone
+constexpr double kMinFaceCosine = 0.985;  // cosine between feed and contact direction; below it the contact is an edge,
+                                          // not a face
+constexpr double kMaxDrift_mm = 0.3;      // a tool that has moved further than this has left its place
+constexpr double kOffBone = 0.1;          // fraction of the push; if the force is lower, the tool is off the bone
 
 /// Returns the depth at which the tool is held in a state, mm along the feed from the first contact.
 double CalcDepth(const StabilitySubject& subject, HeldState state) {
@@ -50,15 +50,15 @@ Vec3 CalcSideways(const StabilitySubject& subject) {
 /// unit length.
 Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   double deepest = -std::numeric_limits<double>::infinity();
-  Vec3 way_W(0);
+  Vec3 contact_W(0);
   for (const Vec3& p : SampleEdge(tool)) {
     const double depth = -bone.SignedDistance(X_WT.Point(p));
     if (depth > deepest) {
       deepest = depth;
-      way_W = X_WT.Vector(p);
+      contact_W = X_WT.Vector(p);
     }
   }
-  return glm::normalize(way_W);
+  return glm::normalize(contact_W);
 }
 
 /// Magnitudes that result from the push, the spring and the handle of a loop.
@@ -141,7 +141,7 @@ class Held {
   double force_N() const { return -glm::dot(tick_.f_device_N, held_.push_W); }
   const Vec3& tool_mm() const { return tick_.out.coupled.X_WT.p_AB; }
   /// Returns how far the tool has moved along the push since it was first held in place.
-  double way_mm() const { return glm::dot(tool_mm() - held_.X_WT.p_AB, held_.push_W); }
+  double travel_mm() const { return glm::dot(tool_mm() - held_.X_WT.p_AB, held_.push_W); }
   const ClosedLoopTick& tick() const { return tick_; }
 
  private:
@@ -241,7 +241,7 @@ ClosedLoopSetup MakeLinear(ClosedLoopSetup setup) {
   return setup;
 }
 
-double CalcTurn(const Quat& a, const Quat& b) {
+double CalcRotationAngle(const Quat& a, const Quat& b) {
   const Quat q = b * glm::conjugate(a);
   return 2 * std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
 }
@@ -255,37 +255,37 @@ double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) 
   for (std::size_t i = from; i < to; ++i) mean += x[i] / n;
   for (std::size_t i = from; i < to; ++i) slope += (static_cast<double>(i - from) - middle) * (x[i] - mean);
   slope /= std::max(1.0, n * (n * n - 1) / 12);
-  double most = 0;
+  double max = 0;
   for (std::size_t i = from; i < to; ++i) {
-    most = std::max(most, std::abs(x[i] - mean - slope * (static_cast<double>(i - from) - middle)));
+    max = std::max(max, std::abs(x[i] - mean - slope * (static_cast<double>(i - from) - middle)));
   }
-  return most;
+  return max;
 }
 
 /// Returns true if, with an overdamped hand, the tool stays in the place where a loop appeared unstable, for a duration
-/// of `seconds` and a distance of `way_mm` along the push. If it leaves its place then too, the cause is the bone's
+/// of `seconds` and a distance of `travel_mm` along the push. If it leaves its place then too, the cause is the bone's
 /// shape (an edge that the tool slid off, or bone that it cut through), and the result says nothing about the loop.
-bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, double way_mm) {
+bool StaysInPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, double travel_mm) {
   constexpr double kLonger = 4;       // an overdamped hand feeds more slowly, and slides off more slowly
-  constexpr double kBeyond_mm = 0.2;  // margin, since `way_mm` is the furthest place to which the tool was pushed, not
-                                      // the one at which it came off
+  constexpr double kBeyond_mm = 0.2;  // margin, since `travel_mm` is the furthest place to which the tool was pushed,
+                                      // not the one at which it came off
   constexpr double kGone_s = 0.02;
   setup.force_map.ramp_in_s = 0;
   setup.loop_gain = std::min(setup.loop_gain, 1.0);
   setup.delay_ticks = 0;
   const Sizes sizes = CalcSizes(held, setup);
   Held calm(held, setup, sizes, Grip::kCalm);
-  const Vec3 begun_mm = calm.tool_mm();
+  const Vec3 start_mm = calm.tool_mm();
   const int gone = std::max(static_cast<int>(kGone_s / setup.period_s), 2);
   const int ticks = std::max(static_cast<int>(kLonger * seconds / setup.period_s), 2 * gone);
   int off = 0;
   for (int i = 0; i < ticks; ++i) {
     calm.Step();
     off = calm.force_N() < kOffBone * sizes.push_N ? off + 1 : 0;
-    const Vec3 moved = calm.tool_mm() - begun_mm;
+    const Vec3 moved = calm.tool_mm() - start_mm;
     const Vec3 across = moved - glm::dot(moved, held.push_W) * held.push_W;
-    if (off >= gone || glm::length(held.feeds ? across : moved) > kAway_mm) return false;
-    if (held.feeds && off == 0 && calm.way_mm() > way_mm + kBeyond_mm) return true;
+    if (off >= gone || glm::length(held.feeds ? across : moved) > kMaxDrift_mm) return false;
+    if (held.feeds && off == 0 && calm.travel_mm() > travel_mm + kBeyond_mm) return true;
   }
   return true;
 }
@@ -293,7 +293,7 @@ bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, dou
 /// Observes the result of a kick, either with friction and encoder steps or, in a linear loop, after it has been found
 /// to be unstable.
 Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double min_sway_mm, double& seconds,
-                    double& way_mm) {
+                    double& travel_mm) {
   setup.force_map.ramp_in_s = 0;
   const Sizes sizes = CalcSizes(held, setup);
   Held run(held, setup, sizes);
@@ -315,7 +315,7 @@ Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm,
     for (std::size_t i = 0; i < window; ++i) {
       run.Step();
       x.push_back(run.position_mm());
-      way_mm = std::max(way_mm, run.way_mm());
+      travel_mm = std::max(travel_mm, run.travel_mm());
       min_N = std::min(min_N, run.force_N());
       max_N = std::max(max_N, run.force_N());
     }
@@ -336,9 +336,9 @@ Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm,
 /// Does the same as WatchKick(), but returns kNotHeld if the bone's shape is the cause of the result.
 Behaviour Watch(const HeldTool& held, const ClosedLoopSetup& setup, double kick_mm, double min_sway_mm) {
   double seconds = 0;
-  double way_mm = -1e300;
-  const Behaviour behaviour = WatchKick(held, setup, kick_mm, min_sway_mm, seconds, way_mm);
-  if (behaviour == Behaviour::kStable || KeepsPlace(held, setup, seconds, way_mm)) return behaviour;
+  double travel_mm = -1e300;
+  const Behaviour behaviour = WatchKick(held, setup, kick_mm, min_sway_mm, seconds, travel_mm);
+  if (behaviour == Behaviour::kStable || StaysInPlace(held, setup, seconds, travel_mm)) return behaviour;
   return Behaviour::kNotHeld;
 }
 
@@ -363,17 +363,17 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
   in.X_WH = subject.X_WT_start;
   in.dt_s = kTick_s;
   in.rpm = held.rpm;
-  Vec3 begun_mm = subject.X_WT_start.p_AB;
-  double way_mm = 0;       // of the handle from `begun_mm`
+  Vec3 start_mm = subject.X_WT_start.p_AB;
+  double travel_mm = 0;    // of the handle from `start_mm`
   double touched_mm = -1;  // travel of the tool at the first contact
   int resting = 0;
   double before_mm = 0;
   double push_N = 0;
   CoupledOutput out;
   for (int i = 0; i < kMaxTicks; ++i) {
-    in.X_WH.p_AB = begun_mm + way_mm * along_W;
+    in.X_WH.p_AB = start_mm + travel_mm * along_W;
     out = simulation.Tick(in);
-    const double tool_mm = glm::dot(out.X_WT.p_AB - begun_mm, along_W);
+    const double tool_mm = glm::dot(out.X_WT.p_AB - start_mm, along_W);
     push_N = -glm::dot(out.f_H_W_N, along_W);
     const bool first = touched_mm < 0 && push_N > 0.02;
     if (first) touched_mm = tool_mm;
@@ -381,14 +381,14 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
     resting = std::abs(tool_mm - before_mm) < 1e-6 ? resting + 1 : 0;
     if (held.rpm == 0 && push_N > 0.99 * kPush_N && resting > 20) break;
     before_mm = tool_mm;
-    way_mm = std::min(way_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
+    travel_mm = std::min(travel_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
     if (!first || held.rpm != 0) continue;
     // On an edge the tool is pushed along the contact normal, because along the feed it would slide off.
-    const Vec3 squarely_W = FindContact(simulation.bone(), params.tool, out.X_WT);
-    if (glm::dot(squarely_W, along_W) >= kAslant) continue;
-    held.push_W = along_W = squarely_W;
-    begun_mm = in.X_WH.p_AB;
-    way_mm = 0;
+    const Vec3 contact_W = FindContact(simulation.bone(), params.tool, out.X_WT);
+    if (glm::dot(contact_W, along_W) >= kMinFaceCosine) continue;
+    held.push_W = along_W = contact_W;
+    start_mm = in.X_WH.p_AB;
+    travel_mm = 0;
   }
   if (touched_mm < 0) throw Error("the tool touches no bone along the feed from its start");
   // The push is at most the force of the slow approach: a faster tool would cut through the bone before the result is
@@ -402,13 +402,13 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
 std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
   const ClosedLoopSetup setup = MakeLinear(asked);
   const Sizes sizes = CalcSizes(held, setup);
-  Held still(held, setup, sizes);
+  Held unkicked(held, setup, sizes);
   Held kicked(held, setup, sizes);
   // The kick is so small that only the linear part of the difference is visible, but far larger than rounding errors.
   const double kick_mm = std::min(1e-3 * sizes.compression_mm, 1e-3);
   const double kick_N = sizes.mass * kick_mm * 2 * std::numbers::pi / (sizes.period_s * setup.period_s);
   const bool turns = setup.profile.degrees_of_freedom == 6 && setup.hand.torsion_Nmm_per_rad > 0;
-  still.Step();
+  unkicked.Step();
   kicked.Step(kick_N, turns ? kKick_rad : 0);
 
   constexpr double kPeriods = 6;
@@ -417,13 +417,13 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
   const int ticks = static_cast<int>(std::max(kPeriods * sizes.period_s, 0.1) / setup.period_s);
   Swings swings;
   double fastest = 0;
-  double way_mm = -1e300;
+  double travel_mm = -1e300;
   bool lost = false;
   std::vector<double> speed;
   std::vector<double> turn;
   speed.reserve(static_cast<std::size_t>(ticks));
   turn.reserve(static_cast<std::size_t>(ticks));
-  const auto most = [](const std::vector<double>& values, double from, double to) {
+  const auto max_in = [](const std::vector<double>& values, double from, double to) {
     const double n = static_cast<double>(values.size());
     double result = 0;
     for (auto i = static_cast<std::size_t>(from * n); i < static_cast<std::size_t>(to * n); ++i) {
@@ -432,12 +432,12 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
     return result;
   };
   for (int i = 0; i < ticks; ++i) {
-    const ClosedLoopTick& a = still.Step();
+    const ClosedLoopTick& a = unkicked.Step();
     const ClosedLoopTick& b = kicked.Step();
     const double t_s = i * setup.period_s;
     const double v = glm::dot(b.v_WC_mm_per_s - a.v_WC_mm_per_s, held.push_W);
-    way_mm = std::max(way_mm, still.way_mm());
-    lost = still.force_N() < kOffBone * sizes.push_N;
+    travel_mm = std::max(travel_mm, unkicked.travel_mm());
+    lost = unkicked.force_N() < kOffBone * sizes.push_N;
     if (lost) break;  // the tool is through the bone, or it hammers
     fastest = std::max(fastest, std::abs(v));
     const std::size_t before = swings.size();
@@ -447,7 +447,7 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
       return std::log(kGone) / std::max(t_s, setup.period_s);
     }
     speed.push_back(std::abs(v));
-    turn.push_back(CalcTurn(a.out.sample.X_WH.R_AB, b.out.sample.X_WH.R_AB));
+    turn.push_back(CalcRotationAngle(a.out.sample.X_WH.R_AB, b.out.sample.X_WH.R_AB));
     if (swings.size() == before || swings.size() < kFirst + 4) continue;
     // Stop if the result is clear.
     const double change = swings.log_swing(swings.size() - 1) - swings.log_swing(kFirst);
@@ -455,17 +455,17 @@ std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& as
   }
   const double length_s = static_cast<double>(speed.size()) * setup.period_s;
   const auto reported = [&](double growth) -> std::optional<double> {
-    if (growth < 0 || KeepsPlace(held, setup, length_s, way_mm)) return growth;
+    if (growth < 0 || StaysInPlace(held, setup, length_s, travel_mm)) return growth;
     return std::nullopt;
   };
   // No growth rate is fitted to the rotation: it either comes to rest within a few ticks or grows up to the limit of
   // the torque.
-  const double turned = most(turn, 0, 1);
+  const double turned = max_in(turn, 0, 1);
   if (turned > 30 * kKick_rad) return reported(std::log(turned / kKick_rad) / length_s);
   if (swings.size() >= kFirst + 3) return reported(swings.CalcGrowth(kFirst));
   if (speed.size() < 8) return lost ? reported(0) : 0;
-  const double late = std::max(most(speed, 0.75, 1), 1e-300);
-  const double growth = std::log(late / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
+  const double late = std::max(max_in(speed, 0.75, 1), 1e-300);
+  const double growth = std::log(late / std::max(max_in(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
   // An unstable loop oscillates; a tool whose motion grows without reversing is sliding.
   if (growth >= 0 && swings.size() < 2 && !lost) return std::nullopt;
   return reported(growth);
@@ -486,8 +486,8 @@ Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linea
   const double kick_mm = std::min(0.3 * compression_mm, std::max(10 * step_mm, 0.03 * compression_mm));
   // During the feed the handle passes encoder steps, each of which moves it a little; without friction, nothing holds
   // the handle within one step. In both cases, motion of up to one encoder step is not an oscillation.
-  const bool still = !held.feeds && setup.profile.friction_N > 0;
-  const double min_mm = std::max(still ? 0.02 * step_mm : step_mm, 1e-4 * kick_mm);
+  const bool rests = !held.feeds && setup.profile.friction_N > 0;
+  const double min_mm = std::max(rests ? 0.02 * step_mm : step_mm, 1e-4 * kick_mm);
   return Watch(held, setup, kick_mm, min_mm);
 }
 
@@ -506,14 +506,15 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
            : behaviour == Behaviour::kNotHeld ? Verdict::kNotHeld
                                               : Verdict::kNotStable;
   };
-  constexpr double kApart = 1.25;
+  constexpr double kGainStep = 1.25;
   constexpr double kMinGain = 1.0 / 64;
-  constexpr double kTo = 1.02;
+  constexpr double kGainTolerance = 1.02;
   constexpr int kMaxDelay = 16;
   Margins margins;
   const Verdict as_it_is = find(1, 0);
   if (as_it_is == Verdict::kNotHeld) {
-    margins.unjudged = held.feeds ? "the tool is through the bone too soon" : "the tool leaves its place on the bone";
+    margins.unjudged =
+        held.feeds ? "the tool cuts through the bone too soon" : "the tool does not stay in place on the bone";
     return margins;
   }
   // The search starts at the gain given by the rule for a sampled spring.
@@ -525,40 +526,41 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
   // if the tool cannot be held.
   double low = as_it_is == Verdict::kStable ? 1 : 0;
   double high = as_it_is == Verdict::kStable ? 0 : 1;  // if already unstable, no higher gain is tried
-  bool held_still = true;
-  const auto look = [&](double gain) {
+  bool is_held = true;
+  const auto try_gain = [&](double gain) {
     const Verdict found = find(gain, 0);
-    held_still = found != Verdict::kNotHeld;
+    is_held = found != Verdict::kNotHeld;
     if (found == Verdict::kStable) low = gain;
     if (found == Verdict::kNotStable) high = gain;
   };
-  if (low > 0 && low < max_gain) look(std::clamp(rule / std::sqrt(kApart), kApart, max_gain));
-  while (held_still && high == 0 && low < max_gain) look(std::min(low * kApart, max_gain));
-  while (held_still && low == 0 && high > kMinGain) look(std::max(high / kApart, kMinGain));
-  while (held_still && low > 0 && high > kTo * low) look(std::sqrt(low * high));
-  if (!held_still && low == 0) {
-    margins.unjudged = "the tool leaves its place on the bone";
+  if (low > 0 && low < max_gain) try_gain(std::clamp(rule / std::sqrt(kGainStep), kGainStep, max_gain));
+  while (is_held && high == 0 && low < max_gain) try_gain(std::min(low * kGainStep, max_gain));
+  while (is_held && low == 0 && high > kMinGain) try_gain(std::max(high / kGainStep, kMinGain));
+  while (is_held && low > 0 && high > kGainTolerance * low) try_gain(std::sqrt(low * high));
+  if (!is_held && low == 0) {
+    margins.unjudged = "the tool does not stay in place on the bone";
     return margins;
   }
-  margins.gain_beyond = high == 0 || !held_still;
+  margins.gain_beyond = high == 0 || !is_held;
   margins.gain = margins.gain_beyond ? low : std::sqrt(low * high);
   // Tries 1, 2, 4, ... ticks until one is too many, then bisects.
-  const int most = kMaxDelay - setup.delay_ticks;
-  int too_many = most + 1;
-  const auto bears = [&](int ticks) {
+  const int max_ticks = kMaxDelay - setup.delay_ticks;
+  int too_many = max_ticks + 1;
+  const auto try_delay = [&](int ticks) {
     const Verdict found = find(1, ticks);
     margins.delay_beyond = found == Verdict::kNotHeld;
     if (found == Verdict::kStable) margins.delay_ticks = ticks;
     if (found == Verdict::kNotStable) too_many = ticks;
   };
-  for (int ticks = 1; ticks <= most && too_many > most && !margins.delay_beyond; ticks = std::min(2 * ticks, most)) {
-    bears(ticks);
-    if (ticks == most) break;
+  for (int ticks = 1; ticks <= max_ticks && too_many > max_ticks && !margins.delay_beyond;
+       ticks = std::min(2 * ticks, max_ticks)) {
+    try_delay(ticks);
+    if (ticks == max_ticks) break;
   }
-  while (too_many > margins.delay_ticks + 1 && !margins.delay_beyond && too_many <= most) {
-    bears((margins.delay_ticks + too_many) / 2);
+  while (too_many > margins.delay_ticks + 1 && !margins.delay_beyond && too_many <= max_ticks) {
+    try_delay((margins.delay_ticks + too_many) / 2);
   }
-  margins.delay_beyond = margins.delay_beyond || margins.delay_ticks == most;
+  margins.delay_beyond = margins.delay_beyond || margins.delay_ticks == max_ticks;
   return margins;
 }
 

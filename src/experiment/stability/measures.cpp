@@ -89,9 +89,9 @@ double MeanSquare(std::span<const double> x) {
 }
 
 double MaxAbs(std::span<const double> x) {
-  double most = 0;
-  for (const double v : x) most = std::max(most, std::abs(v));
-  return most;
+  double max = 0;
+  for (const double v : x) max = std::max(max, std::abs(v));
+  return max;
 }
 
 /// Calculates the Fourier transform in place; the size must be a power of two.
@@ -208,32 +208,32 @@ TickSteps CalcTickSteps(std::span<const Vec3> f_N) {
 
 double CalcTotalVariation(std::span<const double> f) {
   if (f.size() < 2 || !IsFinite(f)) return kNaN;
-  double way = 0;
-  for (std::size_t i = 1; i < f.size(); ++i) way += std::abs(f[i] - f[i - 1]);
-  const auto [least, most] = std::minmax_element(f.begin(), f.end());
-  return *most > *least ? way / (*most - *least) : 1;
+  double total = 0;
+  for (std::size_t i = 1; i < f.size(); ++i) total += std::abs(f[i] - f[i - 1]);
+  const auto [lowest, highest] = std::minmax_element(f.begin(), f.end());
+  return *highest > *lowest ? total / (*highest - *lowest) : 1;
 }
 
-Toggles CountToggles(std::span<const double> f, double dt_s, double least) {
+Toggles CountToggles(std::span<const double> f, double dt_s, double min_reversal) {
   CheckTime(dt_s);
-  Check(least >= 0, "a hysteresis of", least);
+  Check(min_reversal >= 0, "a hysteresis of", min_reversal);
   if (f.size() < 2 || !IsFinite(f)) return {kNaN, kNaN};
   int contacts = 0;
   int turns = 0;
-  int way = 0;  // direction of the signal: 1 up, -1 down, 0 unknown yet
+  int direction = 0;  // of the signal: 1 up, -1 down, 0 unknown yet
   double low = f[0];
   double high = f[0];  // like `low`, an extreme since the signal last reversed
   for (std::size_t i = 1; i < f.size(); ++i) {
     if ((f[i] != 0) != (f[i - 1] != 0)) ++contacts;
     low = std::min(low, f[i]);
     high = std::max(high, f[i]);
-    if (way != -1 && high - f[i] > least) {
-      if (way == 1) ++turns;
-      way = -1;
+    if (direction != -1 && high - f[i] > min_reversal) {
+      if (direction == 1) ++turns;
+      direction = -1;
       low = f[i];
-    } else if (way != 1 && f[i] - low > least) {
-      if (way == -1) ++turns;
-      way = 1;
+    } else if (direction != 1 && f[i] - low > min_reversal) {
+      if (direction == -1) ++turns;
+      direction = 1;
       high = f[i];
     }
   }
@@ -247,9 +247,9 @@ double CalcLineProminence_dB(std::span<const double> f, double dt_s, double f_Hz
   const double at = f_Hz * dt_s;  // periods per sample
   // Each window is a quarter of the signal, so that there are seven of them, but at least 8 periods long.
   const auto n = static_cast<double>(f.size());
-  const double least = 8 / at;
-  if (n < 64 || n < least || !IsFinite(f)) return kNaN;
-  const auto length = static_cast<std::size_t>(std::max({n / 4, least, 64.0}));
+  const double min_length = 8 / at;
+  if (n < 64 || n < min_length || !IsFinite(f)) return kNaN;
+  const auto length = static_cast<std::size_t>(std::max({n / 4, min_length, 64.0}));
   const double bin = 1 / static_cast<double>(length);
   // A Hann window makes a line four bins wide; the bins from 4 to 10 on either side are the surroundings.
   std::vector<double> around;
@@ -263,7 +263,7 @@ double CalcLineProminence_dB(std::span<const double> f, double dt_s, double f_Hz
   return usual > 0 ? 10 * std::log10(power / usual) : 0;
 }
 
-Oscillation FindOscillation(std::span<const double> f, double dt_s, double least) {
+Oscillation FindOscillation(std::span<const double> f, double dt_s, double min_amplitude) {
   CheckTime(dt_s);
   if (f.size() < 16 || !IsFinite(f)) return {kNaN, kNaN, kNaN, kNaN, false};
   Oscillation found;
@@ -279,8 +279,8 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
   double head = r[0];
   double tail = r[0];
   for (std::size_t lag = 0; lag <= lags; ++lag) {
-    const double most = std::sqrt(std::max(0.0, head) * std::max(0.0, tail));
-    r[lag] = most > 1e-12 * static_cast<double>(x.size()) * found.amplitude * found.amplitude ? r[lag] / most : 0;
+    const double max = std::sqrt(std::max(0.0, head) * std::max(0.0, tail));
+    r[lag] = max > 1e-12 * static_cast<double>(x.size()) * found.amplitude * found.amplitude ? r[lag] / max : 0;
     head -= x[x.size() - 1 - lag] * x[x.size() - 1 - lag];
     tail -= x[lag] * x[lag];
   }
@@ -306,7 +306,7 @@ Oscillation FindOscillation(std::span<const double> f, double dt_s, double least
   const double growth = CalcGrowth(x, static_cast<std::size_t>(std::lround(period)));
   found.log_decrement = -growth * period;
   const bool dies_out = growth * static_cast<double>(x.size()) < std::log(0.9);
-  found.is_limit_cycle = found.correlation > 0.5 && found.amplitude > least && !dies_out;
+  found.is_limit_cycle = found.correlation > 0.5 && found.amplitude > min_amplitude && !dies_out;
   return found;
 }
 

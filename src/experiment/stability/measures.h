@@ -27,17 +27,17 @@ TickSteps CalcTickSteps(std::span<const Vec3> f_N);
 /// Returns the smallest change of a force that people perceive, N, by the rule of C2.
 double CalcJustNoticeable_N(double force_N);
 
-/// C3: total variation divided by range: 1 for a monotonic or constant signal, more for one that wavers. Needs at least
-/// 2 samples.
+/// C3: total variation divided by range: 1 for a monotonic or constant signal, more for one that fluctuates. Needs at
+/// least 2 samples.
 double CalcTotalVariation(std::span<const double> f);
 
 /// C4: events per second: contact begins or ends (f changes from 0 to another value or back), and the signal reverses
-/// by more than `least` (a hysteresis, in the signal's unit, not negative). Needs at least 2 samples.
+/// by more than `min_reversal` (a hysteresis, in the signal's unit, not negative). Needs at least 2 samples.
 struct Toggles {
   double contact_per_s = 0;
   double turns_per_s = 0;
 };
-Toggles CountToggles(std::span<const double> f, double dt_s, double least);
+Toggles CountToggles(std::span<const double> f, double dt_s, double min_reversal);
 
 /// C5: power at f_Hz relative to that at the neighbouring frequencies, dB (Welch's method, Hann windows that overlap by
 /// half). For noise it scatters by about 2 dB around 0; power below 1e-9 of the signal counts as zero. f_Hz is at most
@@ -51,11 +51,11 @@ struct Oscillation {
   double frequency_Hz = 0;   // of that peak; the signal must hold at least three periods. 0: no peak
   double amplitude = 0;      // of the detrended signal, sqrt(2) * RMS
   double log_decrement = 0;  // of the envelope, per period: above 0 it decays, below 0 it grows
-  // correlation > 0.5, amplitude above `least`, and the envelope loses less than a tenth from start to end
+  // correlation > 0.5, amplitude above `min_amplitude`, and the envelope loses less than a tenth from start to end
   bool is_limit_cycle = false;
 };
-/// Needs at least 16 samples. `least` is in the signal's unit.
-Oscillation FindOscillation(std::span<const double> f, double dt_s, double least);
+/// Needs at least 16 samples. `min_amplitude` is in the signal's unit.
+Oscillation FindOscillation(std::span<const double> f, double dt_s, double min_amplitude);
 
 /// C7: perceived level of the force in a hand that holds `mass_kg`, dB above the vibration threshold (maximum over
 /// third octaves from 10 to 500 Hz, up to half the sampling rate; after Choi and Tan 2004). Perceptible only if
@@ -71,7 +71,7 @@ double CalcVibrationThreshold_um(double f_Hz);
 /// forces are above min_N; 0 if there are none. Needs at least 2 samples.
 double CalcTurn_deg(std::span<const Vec3> f_N, double fraction, double min_N = 0.5);
 
-/// C9: root mean square, mm, of a motion between 1 and 20 Hz while no motion is intended: the part above 1 Hz less the
+/// C9: root mean square, mm, of a motion between 1 and 20 Hz while no motion is intended: the part above 1 Hz minus the
 /// part above 20 Hz, both calculated as in C1. Needs at least a second.
 double CalcAliveness(std::span<const Vec3> p_mm, double dt_s);
 

@@ -16,12 +16,12 @@ namespace kerf {
 namespace {
 
 constexpr double kMinWindow_s = 0.25;  // minimum window in which noise is judged
-constexpr double kMinOfAll_s = 0.1;    // the same for a tool that is through; two periods of 20 Hz
+constexpr double kMinOfAll_s = 0.1;    // the same for a tool that has cut through; two periods of 20 Hz
 constexpr double kPushOn_s = 0.3;
-constexpr double kSettle_s = 0.05;     // settling time after bone is first cut
-constexpr double kLookEvery_s = 0.01;  // interval of the search for bone ahead of the tool
-constexpr double kAhead_mm = 2;        // distance of that search; the hops of a tool that chatters are shorter
-constexpr double kOnLine = 0.5;        // maximum distance from the line of the feed, as a fraction of the tool's reach
+constexpr double kSettle_s = 0.05;          // settling time after bone is first cut
+constexpr double kSearchInterval_s = 0.01;  // interval of the search for bone ahead of the tool
+constexpr double kAhead_mm = 2;             // distance of that search; the hops of a tool that chatters are shorter
+constexpr double kOnLine = 0.5;  // maximum distance from the line of the feed, as a fraction of the tool's reach
 
 }  // namespace
 
@@ -68,20 +68,20 @@ double CalcThickness(const StabilitySubject& subject, double max_mm) {
   // This is the thickness along the path of the edge's leading point.
   const Tool& tool = subject.setup.coupled.tool;
   Vec3 front(0);
-  double most = -std::numeric_limits<double>::infinity();
+  double max_ahead = -std::numeric_limits<double>::infinity();
   for (const Vec3& p : SampleEdge(tool)) {
     const Vec3 p_W = subject.X_WT_start.Point(p);
     const double ahead = glm::dot(p_W - subject.X_WT_start.p_AB, subject.into_W);
-    if (ahead > most) {
-      most = ahead;
+    if (ahead > max_ahead) {
+      max_ahead = ahead;
       front = p_W;
     }
   }
   const double step_mm = 0.25 * subject.bone.voxel_mm();
   double inside_mm = 0;
-  double way_mm = 0;
-  for (; way_mm < max_mm + 3; way_mm += step_mm) {
-    const bool inside = subject.bone.SignedDistance(front + way_mm * subject.into_W) < 0;
+  double depth_mm = 0;
+  for (; depth_mm < max_mm + 3; depth_mm += step_mm) {
+    const bool inside = subject.bone.SignedDistance(front + depth_mm * subject.into_W) < 0;
     if (inside) inside_mm += step_mm;
     if (!inside && inside_mm > 0) return inside_mm;
     if (inside_mm > max_mm) break;
@@ -102,7 +102,7 @@ ScenarioRun::ScenarioRun(const StabilitySubject& subject, const Scenario& scenar
       slew_N_per_s_(ForceMap(subject.setup.profile, subject.setup.force_map).slew_N_per_s()),
       loop_(bone, subject.setup, X_WT),
       rpm_(subject.rpm),
-      begun_with_(std::move(bone)) {
+      initial_bone_(std::move(bone)) {
   result_.name = scenario.name;
   result_.what = scenario.what;
   for (const Vec3& p_T : SampleEdge(subject.setup.coupled.tool)) {
@@ -161,20 +161,20 @@ const ClosedLoopTick& ScenarioRun::Take(const ClosedLoopTick& tick) {
   p_mm_.push_back(tick_.p_WC_mm);
   result_.time_s.push_back(tick_.time_s);
   result_.force_N.push_back(glm::length(f));
-  LookAhead();
+  CheckCutThrough();
   return tick_;
 }
 
-void ScenarioRun::LookAhead() {
+void ScenarioRun::CheckCutThrough() {
   if (!has_cut_ && tick_.out.coupled.removed_mm3 > 0) {
     has_cut_ = true;
     first_cut_ = now();
   }
-  if (!has_cut_ || is_through() || static_cast<double>(now() - looked_) * T() < kLookEvery_s) return;
-  looked_ = now();
-  const Vec3 way = tick_.out.coupled.X_WT.p_AB - X_WT_start_.p_AB;
-  const double along_mm = glm::dot(way, subject_.into_W);
-  const Vec3 across = way - along_mm * subject_.into_W;
+  if (!has_cut_ || is_through() || static_cast<double>(now() - last_search_) * T() < kSearchInterval_s) return;
+  last_search_ = now();
+  const Vec3 moved = tick_.out.coupled.X_WT.p_AB - X_WT_start_.p_AB;
+  const double along_mm = glm::dot(moved, subject_.into_W);
+  const Vec3 across = moved - along_mm * subject_.into_W;
   const double reach_mm = CalcReach(subject_.setup.coupled.tool);
   left_line_ = left_line_ || glm::length(across) > kOnLine * reach_mm;
   // A released handle is pushed off the bone and comes back.
@@ -189,11 +189,11 @@ std::size_t ScenarioRun::FirstSteady() const {
 }
 
 bool ScenarioRun::IsBoneAhead() const {
-  const double step_mm = 0.5 * begun_with_.voxel_mm();
+  const double step_mm = 0.5 * initial_bone_.voxel_mm();
   for (const Vec3& p_T : leading_T_) {
     const Vec3 p_W = tick_.out.coupled.X_WT.Point(p_T);
     for (double ahead_mm = 0; ahead_mm < kAhead_mm; ahead_mm += step_mm) {
-      if (begun_with_.SignedDistance(p_W + ahead_mm * subject_.into_W) < 0) return true;
+      if (initial_bone_.SignedDistance(p_W + ahead_mm * subject_.into_W) < 0) return true;
     }
   }
   return false;
@@ -207,14 +207,14 @@ void ScenarioRun::Run(double seconds) {
 std::size_t ScenarioRun::RunInBone(double seconds) {
   const int ticks = static_cast<int>(std::lround(seconds / T()));
   const auto tenth = static_cast<std::size_t>(std::lround(0.1 / T()));
-  const std::size_t begun = now();
-  if (is_through()) return begun;
+  const std::size_t start = now();
+  if (is_through()) return start;
   std::size_t idle = 0;
   for (int i = 0; i < ticks; ++i) {
     Step();
-    if (is_through()) return std::max(begun, now() - std::min(now(), tenth));
+    if (is_through()) return std::max(start, now() - std::min(now(), tenth));
     idle = f_N_.back() == Vec3(0) ? idle + 1 : 0;
-    if (idle > tenth) return std::max(begun, now() - std::min(now(), 2 * tenth));
+    if (idle > tenth) return std::max(start, now() - std::min(now(), 2 * tenth));
   }
   return now();
 }
@@ -265,11 +265,11 @@ void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double fraction) {
 void ScenarioRun::AddCutNoise(std::size_t from, std::size_t to) {
   const std::size_t end = std::min(to, now());
   const auto part = static_cast<std::size_t>(std::lround(kMinOfAll_s / T()));
-  const std::size_t begun = std::min(FirstSteady(), end);
+  const std::size_t start = std::min(FirstSteady(), end);
   const bool too_short = end < from + static_cast<std::size_t>(std::lround(kMinWindow_s / T()));
-  if (!is_through() || !too_short || end < begun + part) return AddNoise(from, to);
+  if (!is_through() || !too_short || end < start + part) return AddNoise(from, to);
   std::vector<std::pair<double, std::size_t>> noise_N;
-  for (std::size_t at = begun; at + part <= end; at += part) {
+  for (std::size_t at = start; at + part <= end; at += part) {
     noise_N.emplace_back(CalcNoise(forces_N(at, at + part), T()), at);
   }
   const auto middle = noise_N.begin() + static_cast<std::ptrdiff_t>(noise_N.size() / 2);

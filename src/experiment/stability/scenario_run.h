@@ -106,17 +106,17 @@ class ScenarioRun {
   std::vector<Vec3> f_N_;
   std::vector<Vec3> p_mm_;
   TickWatch watch_;
-  Bone begun_with_;              // the initial bone, in which the run looks for bone ahead
+  Bone initial_bone_;            // in which the run looks for bone ahead
   std::vector<Vec3> leading_T_;  // points of the edge that face along the feed, tool frame
   bool has_cut_ = false;
   std::size_t first_cut_ = 0;  // as now()
   bool left_line_ = false;  // sideways; a tool that moves around the bone also gets behind it, but has not cut through
                             // it
   bool was_released_ = false;
-  double furthest_mm_ = 0;  // along the feed
-  std::size_t looked_ = 0;  // sample of the last search for bone ahead, as now()
+  double furthest_mm_ = 0;       // along the feed
+  std::size_t last_search_ = 0;  // sample of the last search for bone ahead, as now()
 
-  void LookAhead();
+  void CheckCutThrough();
   bool IsBoneAhead() const;
 };
 

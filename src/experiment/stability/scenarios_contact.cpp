@@ -90,7 +90,7 @@ ScenarioResult Blow(const StabilitySubject& subject, const Scenario& scenario, d
     }
   }
   run.AtLeast("impact speed", "mm/s", arrived, 0.3 * speed_mm_per_s);
-  if (arrived > 0) run.AtMost("rebound speed over impact speed", "", back / arrived, 1);
+  if (arrived > 0) run.AtMost("ratio of rebound speed to impact speed", "", back / arrived, 1);
   if (rpm == 0) run.AtMost("depth of the edge in the bone, maximum", "mm", deepest_mm, CalcBuriedBound_mm(subject));
   return run.Finish();
 }
@@ -98,7 +98,7 @@ ScenarioResult Blow(const StabilitySubject& subject, const Scenario& scenario, d
 /// The hand moves in random orbits, in and out of the bone, and back to the start.
 ScenarioResult Orbits(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t seed) {
   const HandModel& hand = subject.setup.hand;
-  if (hand.stiffness_N_per_mm <= 0) return ScenarioRun::Skip(scenario, "a released device does not follow the motion.");
+  if (hand.stiffness_N_per_mm <= 0) return ScenarioRun::Skip(scenario, "no hand moves a released device.");
   ScenarioRun run(subject, scenario);
   run.set_rpm(0);
   run.AwaitRamp();

@@ -12,7 +12,7 @@
 namespace kerf {
 namespace {
 
-constexpr const char* kStandsStill = "the spindle is stopped.";
+constexpr const char* kSpindleStopped = "the spindle is stopped.";
 constexpr double kThin_mm = 8;  // maximum thickness of the bone; breaking through a thicker one takes too long
 
 bool Turns(const StabilitySubject& subject) {
@@ -20,19 +20,19 @@ bool Turns(const StabilitySubject& subject) {
 }
 
 ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& scenario, double simulated_N) {
-  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kSpindleStopped);
   ScenarioRun run(subject, scenario);
   run.AwaitRamp();
   run.Lean(run.CalcPush_N(simulated_N) * subject.into_W);
   run.Run(0.6);
-  const std::size_t begun = run.now();
+  const std::size_t start = run.now();
   const std::size_t end = run.RunInBone(1.5);
-  run.AddCutNoise(begun, end);
-  if (end > begun + 1) {
-    const TickSteps steps = CalcTickSteps(run.forces_N(begun, end));
+  run.AddCutNoise(start, end);
+  if (end > start + 1) {
+    const TickSteps steps = CalcTickSteps(run.forces_N(start, end));
     // A stiff coupling turns each encoder step into a force. If this force can be felt, the result says that the
     // encoder is its cause.
-    const double grain = run.CalcGrain(run.MeanForce_N(begun, end));
+    const double grain = run.CalcGrain(run.MeanForce_N(start, end));
     if (grain > 1)
       run.Say(fmt::format(" An encoder step changes the force by {:.2g} just-noticeable differences.", grain));
     run.AtMost("perceived force step, 99.9 %", "just noticeable", steps.p999, 1);
@@ -44,14 +44,14 @@ ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& sce
 
 /// The hand leans from side to side in the kerf, once a second.
 ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
-  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kSpindleStopped);
   if (subject.setup.hand.stiffness_N_per_mm <= 0) {
-    return ScenarioRun::Skip(scenario, "a released device does not lean.");
+    return ScenarioRun::Skip(scenario, "no hand holds a released device.");
   }
   const HeldTool held = HoldTool(subject, HeldState::kInKerf);
   ScenarioRun run(subject, scenario, held);
   run.AwaitRamp();
-  const std::size_t begun = run.now();
+  const std::size_t start = run.now();
   // The push deflects the coupling by at most 1 mm, because otherwise friction would pull the tool out along the wall.
   const double push_N = run.CalcPush_N(std::min(2.0, subject.setup.coupled.coupling.stiffness_N_per_mm));
   // The motion is measured at the edge in the kerf, not at the centre, which tilts with the hand.
@@ -66,7 +66,7 @@ ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenari
   }
   // The tool moves from one wall to the other. This may be felt, but not as roughness, so half a just-noticeable
   // difference is allowed.
-  run.AtMost("noise above 20 Hz", "mN", 1000 * CalcNoise(run.forces_N(begun), run.T()), std::max(20.0, 35 * push_N));
+  run.AtMost("noise above 20 Hz", "mN", 1000 * CalcNoise(run.forces_N(start), run.T()), std::max(20.0, 35 * push_N));
   // Voxels much larger than the disc's thickness cannot represent a kerf.
   const auto* disc = std::get_if<DiscSaw>(&subject.setup.coupled.tool);
   if (disc && subject.bone.voxel_mm() <= 4 * disc->thickness_mm) {
@@ -85,7 +85,7 @@ ScenarioResult Tilt(const StabilitySubject& subject, const Scenario& scenario, s
   constexpr double kTilt_rad = 3 * std::numbers::pi / 180;
   std::vector<Vec3> torques_Nmm;
   double max_Nmm = 0;
-  const std::size_t begun = run.now();
+  const std::size_t start = run.now();
   for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
     const double t = i * run.T();
     Intention intention{.X_WH = held.X_WT};
@@ -99,8 +99,8 @@ ScenarioResult Tilt(const StabilitySubject& subject, const Scenario& scenario, s
   run.loop().device().SetIntention({.X_WH = held.X_WT});
   run.Run(0.5);
   double max_N = 0;
-  for (const Vec3& f : run.forces_N(begun, after)) max_N = std::max(max_N, glm::length(f));
-  run.AddNoise(begun);
+  for (const Vec3& f : run.forces_N(start, after)) max_N = std::max(max_N, glm::length(f));
+  run.AddNoise(start);
   if (max_Nmm > 0) {
     run.AtMost("noise of the torque above 20 Hz", "N mm", CalcNoise(torques_Nmm, run.T()),
                std::max(1.0, 0.01 * max_Nmm));
@@ -111,7 +111,7 @@ ScenarioResult Tilt(const StabilitySubject& subject, const Scenario& scenario, s
 }
 
 ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
-  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kSpindleStopped);
   const double thickness_mm = CalcThickness(subject, kThin_mm);
   if (!(thickness_mm < kThin_mm)) {
     return ScenarioRun::Skip(scenario, fmt::format("the bone is thicker than {} mm along the feed.", kThin_mm));
@@ -136,14 +136,14 @@ ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& sce
   // Before the hand stops the tool, it may hit a surface up to d = 2 mm behind the bone. The force there is at most F
   // (1 + sqrt(1 + 2 K d / F)).
   const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
-  run.AtMost("force against the feed, after over before", "", after_N / before_N,
+  run.AtMost("force against the feed, ratio of after to before", "", after_N / before_N,
              1 + std::sqrt(1 + 2 * K * 2 / std::max(before_N, 1e-3)));
   return run.Finish();
 }
 
 /// The spindle is reversed, stopped and started again in the middle of a cut, each within one tick.
 ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
-  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kSpindleStopped);
   ScenarioRun run(subject, scenario);
   run.AwaitRamp();
   run.Lean(run.CalcPush_N(5) * subject.into_W);
@@ -160,7 +160,7 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
     changed = true;
   }
   if (!changed) {
-    run.LeaveUnjudged("The tool was through the bone before the spindle was changed.");
+    run.LeaveUnjudged("The tool had cut through the bone before the spindle was changed.");
     return run.Finish();
   }
   run.AtMost("perceived force step, largest", "just noticeable", largest, 2);
@@ -200,7 +200,7 @@ ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario
     const double bound_mN = std::max({20.0, 10 * run.MeanForce_N(late, end), 0.75 * before_mN});
     run.AtMost("noise above 20 Hz", "mN", noise_mN, bound_mN);
     run.AddEnergy();
-    run.Say(fmt::format(" The worst of {}: {:.3f} kg, {:.2f} N s/m, {:.0f} N/m, pushed with {:.1f} N.", kHands,
+    run.Say(fmt::format(" The worst of {} hands: {:.3f} kg, {:.2f} N s/m, {:.0f} N/m, pushing with {:.1f} N.", kHands,
                         held.setup.hand.mass_kg, 1000 * held.setup.hand.damping_Ns_per_mm,
                         1000 * held.setup.hand.stiffness_N_per_mm, push_N));
     ScenarioResult result = run.Finish();
@@ -211,7 +211,7 @@ ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario
     }
   }
   if (worst_fraction < 0)
-    return ScenarioRun::NotJudged(scenario, "The tool was through the bone before any hand could be judged.");
+    return ScenarioRun::NotJudged(scenario, "The tool had cut through the bone before any hand could be judged.");
   return worst;
 }
 

@@ -21,19 +21,19 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   run.AwaitRamp();
   const Tool& tool = subject.setup.coupled.tool;
   double deepest_mm = -1;
-  double way_mm = 0;
+  double travel_mm = 0;
   double removed_mm3 = 0;
   Vec3 p_W = run.tick().out.coupled.X_WT.p_AB;
   run.loop().device().SetFaults({.jump_mm = jump_mm * subject.into_W});
   for (int i = 0; i < 20; ++i) {
     run.Step();
-    way_mm += glm::length(run.tick().out.coupled.X_WT.p_AB - std::exchange(p_W, run.tick().out.coupled.X_WT.p_AB));
+    travel_mm += glm::length(run.tick().out.coupled.X_WT.p_AB - std::exchange(p_W, run.tick().out.coupled.X_WT.p_AB));
     removed_mm3 += run.tick().out.coupled.removed_mm3;
     if (rpm == 0) deepest_mm = std::max(deepest_mm, CalcBuried(subject.bone, tool, run.tick().out.coupled.X_WT));
   }
   run.loop().device().SetFaults({});
   run.Run(0.5);
-  // The target is out of the bone by more than the distance from it at which friction can hold the handle.
+  // The target is so far out of the bone that friction cannot stop the handle before the tool has left the bone.
   const double k = subject.setup.hand.stiffness_N_per_mm;
   Pose X_away = run.X_WT_start();
   X_away.p_AB -= (2 + (k > 0 ? subject.setup.profile.friction_N / k : 0)) * subject.into_W;
@@ -52,8 +52,8 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   const auto* disc = std::get_if<DiscSaw>(&tool);
   const double R = CalcReach(tool) + half_mm;
   const double thick_mm = disc ? disc->thickness_mm + 2 * half_mm : 0;
-  const double swept_mm3 =
-      disc ? thick_mm * (std::numbers::pi * R * R + 2 * R * way_mm) : std::numbers::pi * R * R * (4 * R / 3 + way_mm);
+  const double swept_mm3 = disc ? thick_mm * (std::numbers::pi * R * R + 2 * R * travel_mm)
+                                : std::numbers::pi * R * R * (4 * R / 3 + travel_mm);
   run.AtMost("bone removed during the jump", "mm3", removed_mm3, rpm == 0 ? 0 : swept_mm3);
   return run.Finish();
 }
@@ -96,17 +96,17 @@ ScenarioResult UnevenTime(const StabilitySubject& subject, const Scenario& scena
   run.AwaitRamp();
   run.Lean(run.CalcPush_N(5) * subject.into_W);
   run.Run(0.8);
-  const std::size_t begun = run.now();
+  const std::size_t start = run.now();
   run.loop().SetTiming(timing);
   const double oldest_s = (std::ceil(timing.burst_s / run.T() - 1e-6) + 1) * run.T();
   const bool trips = timing.burst_s > 0 && 1000 * oldest_s > subject.setup.watchdog_ms * (1 + 1e-9);
   if (trips) {
     run.Run(1.5);  // not RunInBone(), since here a vanishing force does not mean that the tool is through
-    const auto forces = run.forces_N(begun);
+    const auto forces = run.forces_N(start);
     run.AtLeast("ticks without force", "", static_cast<double>(std::count(forces.begin(), forces.end(), Vec3(0))), 1);
   } else {
     // A hand feels a step of 7 % of the force; half of that is allowed.
-    run.AddNoise(begun, run.RunInBone(1.5), 0.035);
+    run.AddNoise(start, run.RunInBone(1.5), 0.035);
     run.AddEnergy();
   }
   return run.Finish();
@@ -120,7 +120,7 @@ ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, 
   run.Lean(push_N);
   run.Run(1);
   const double held_N = glm::length(run.tick().f_device_N);
-  const double begun_mm_per_s = glm::length(run.tick().v_WC_mm_per_s);
+  const double start_mm_per_s = glm::length(run.tick().v_WC_mm_per_s);
   if (run.IsOff(0.05) || run.is_through()) {
     run.LeaveUnjudged("The tool was off the bone before the handle was released.");
     return run.Finish();
@@ -136,7 +136,7 @@ ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, 
   run.AtMost("rise of the force after the release", "%", 100 * (max_N / std::max(held_N, 1e-3) - 1), 5);
   // Speed of the handle if it takes up all the energy of the spring in addition to its own kinetic energy.
   const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
-  const double bound = std::hypot(held_N / std::sqrt(K * 1e-3 * subject.setup.profile.mass_kg), begun_mm_per_s);
+  const double bound = std::hypot(held_N / std::sqrt(K * 1e-3 * subject.setup.profile.mass_kg), start_mm_per_s);
   run.AtMost("speed of the released handle", "mm/s", fastest, 1.1 * bound + 10);
   run.Grip(FindHandModel("H4"));
   run.Lean(push_N);
@@ -196,8 +196,8 @@ ScenarioResult CoarseEncoder(const StabilitySubject& asked, const Scenario& scen
   run.AwaitRamp();
   run.Lean(run.CalcPush_N(5) * subject.into_W);
   run.Run(0.8);
-  const std::size_t begun = run.now();
-  run.AddNoise(begun, run.RunInBone(1));
+  const std::size_t start = run.now();
+  run.AddNoise(start, run.RunInBone(1));
   return run.Finish();
 }
 
@@ -210,7 +210,7 @@ void AddFaultScenarios(std::vector<Scenario>& all) {
       if (std::abs(subject.rpm) < 1) return stopped;
       const ScenarioResult turning = Jump(subject, scenario, jump_mm, subject.rpm);
       for (StabilityFigure figure : turning.figures) {
-        figure.name += ", turning";
+        figure.name += ", spindle rotating";
         stopped.figures.push_back(figure);
       }
       return stopped;
@@ -237,7 +237,7 @@ void AddFaultScenarios(std::vector<Scenario>& all) {
       uneven({.jitter = 0.5}));
   Add(all, "late_ticks", "One tick in 1000 takes 5 ms or more.", uneven({.tail_p999_s = 0.005}));
   Add(all, "lost_ticks", "One tick in five is lost.", uneven({.lost_share = 0.2}));
-  Add(all, "burst_5ms", "Twice a second, all ticks within 5 ms are lost.",
+  Add(all, "burst_5ms", "Twice a second, all ticks are lost for 5 ms.",
       uneven({.burst_every_s = 0.5, .burst_s = 0.005}));
   Add(all, "burst_50ms", "The same with 50 ms, the longest gap that the watchdog tolerates.",
       uneven({.burst_every_s = 0.5, .burst_s = 0.049}));

@@ -21,7 +21,7 @@ namespace {
 
 /// The released handle. Nothing pushes a handle without a hand, so its margins are shown but not required. The scenario
 /// in which a hand lets go shows its behaviour.
-constexpr std::string_view kLetGo = "H0";
+constexpr std::string_view kReleasedHand = "H0";
 
 // Approximate time of one scenario, one margin and one point of the map on one core, s; used only to show the progress.
 constexpr double kScenarioCost = 4;
@@ -53,8 +53,8 @@ MapAxes MakeMapAxes(const CouplingParams& coupling, const MapLimits& limits, boo
   axes.stiffness_N_per_mm = SpaceOut(std::max(std::min(K, rule) / 4, kMinStiffness),
                                      std::min(8 * std::max(K, rule), kMaxStiffness), quick ? 9 : 15, true);
   const double device = std::isfinite(limits.max_damping_Ns_per_mm) ? limits.max_damping_Ns_per_mm : 0;
-  const double most = std::max({2 * coupling.damping_Ns_per_mm, 1.5 * device, limits.own_damping_Ns_per_mm});
-  axes.damping_Ns_per_mm = SpaceOut(0, std::min(most, kMaxDamping), quick ? 5 : 11, false);
+  const double max_damping = std::max({2 * coupling.damping_Ns_per_mm, 1.5 * device, limits.own_damping_Ns_per_mm});
+  axes.damping_Ns_per_mm = SpaceOut(0, std::min(max_damping, kMaxDamping), quick ? 5 : 11, false);
   return axes;
 }
 
@@ -98,7 +98,7 @@ bool HoldInEveryState(const StabilitySubject& subject, const StabilityOptions& o
 
 Judgement HandMargins::judgement() const {
   if (own) return margins.Judge(kMinGainMargin, kMinDelayMargin_ticks);
-  if (linear || hand == kLetGo) return Judgement::kNotAsked;
+  if (linear || hand == kReleasedHand) return Judgement::kNotAsked;
   return margins.Judge(1, 0);
 }
 
@@ -177,11 +177,11 @@ void JudgeStability(StabilityStudy& study) {
       study.findings.push_back(
           fmt::format("{}: it is not stable with this coupling (gain margin {})", where, ShowMargin(m.margins)));
     } else if (m.margins.gain < kMinGainMargin && !m.margins.gain_beyond) {
-      study.findings.push_back(fmt::format("{}: the gain margin is {}, at least {:g} is required", where,
+      study.findings.push_back(fmt::format("{}: the gain margin is {}, at least {:g} required", where,
                                            ShowMargin(m.margins), kMinGainMargin));
     } else {
-      study.findings.push_back(fmt::format("{}: it tolerates {} ticks of additional delay, at least {} is required",
-                                           where, m.margins.delay_ticks, kMinDelayMargin_ticks));
+      study.findings.push_back(fmt::format("{}: it tolerates {} ticks of additional delay, at least {} required", where,
+                                           m.margins.delay_ticks, kMinDelayMargin_ticks));
     }
   }
 }

@@ -115,7 +115,7 @@ PlotSpec MakeMarginPlot(const StabilityStudy& s, MarginKind kind) {
   const bool gain = kind == MarginKind::kGain;
   PlotSpec plot;
   plot.title = fmt::format("{}: {} margin by hand", TitleOf(s), gain ? "gain" : "delay");
-  plot.caption = "large: as the device is; small: without its friction and encoder steps";
+  plot.caption = "large: with the real device; small: without its friction and encoder steps";
   plot.y.label = gain ? "loop gain at the limit of stability" : "additional delay tolerated (ticks)";
   plot.y.log = gain;
   std::vector<std::string> hands;

@@ -253,7 +253,7 @@ void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::s
   RemoveStaleResults(folder, earlier, files);
 }
 
-void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+void CheckStabilityInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
   for (const char* name : kFiles) outputs.push_back(fmt::format("{}/{}", folder, name));
   for (const std::string& name : ReadEarlierResults(folder, "stability.json")) {
@@ -261,7 +261,7 @@ void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file,
   }
   std::vector<std::string> inputs = ListInputs(scene, scene_file);
   inputs.push_back(scene.device.file);
-  CheckInputsStay(inputs, outputs);
+  CheckInputsNotOverwritten(inputs, outputs);
 }
 
 std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows) {

@@ -45,7 +45,7 @@ PlotSpec MakeScenarioPlot(const StabilityStudy& study, const WorstFigure& worst)
 /// study in the same folder. Fills `study.files`.
 void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::string& folder);
 /// Throws Error if one of the files would overwrite one of the scene's own inputs.
-void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+void CheckStabilityInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
 /// Formats a Markdown table with one row for each device and one column for each hand. Each cell contains the minimum
 /// over the states.

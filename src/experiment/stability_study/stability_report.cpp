@@ -35,7 +35,7 @@ void AddSetting(std::string& text, const StabilityStudy& s) {
   AppendFormat(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first touches it ({:.3f} s).\n",
                EscapeMarkdown(s.tool), s.rpm, s.voxel_mm, s.touch.time_s);
   AppendFormat(text,
-               "- Device {} in the hand {}, {:g} ticks a second; {:.3g} N on the device for 1 N in the simulation.\n",
+               "- Device {} in the hand {}, {:g} ticks per second; {:.3g} N on the device for 1 N in the simulation.\n",
                EscapeMarkdown(s.setup.profile.name), EscapeMarkdown(s.setup.hand.name), s.rate_hz, s.setup.force_scale);
   AppendFormat(text, "- Coupling: {}; damping {:.4g} N s/mm.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
                s.setup.fitted.coupling.damping_Ns_per_mm);
@@ -82,7 +82,7 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
       "hand; a stable loop with any other hand and the same coupling; nothing with H0, a released handle, because no "
       "hand pushes it (the scenario let_go shows its behaviour). *Linear*: without the device's friction and the "
       "encoder's steps.\n\n"
-      "| hand | state | as the device is | linear | holds |\n|---|---|---|---|---|\n",
+      "| hand | state | with the real device | linear | holds |\n|---|---|---|---|---|\n",
       kMinGainMargin, kMinDelayMargin_ticks);
   for (const HandMargins& m : s.margins) {
     if (!m.done || m.linear) continue;
@@ -131,7 +131,7 @@ std::string DescribeVerdict(const StabilityStudy& s) {
       lowered ? fmt::format(" at {:.3g} N/mm ({:.4g} requested)", K, s.setup.asked_stiffness_N_per_mm) : std::string();
   if (!s.findings.empty()) return fmt::format("Not stable{}:", at);
   if (judged == scenarios.asked + margins.asked) return fmt::format("Stable{}.", at);
-  return fmt::format("Stable{} in what could be judged: {}.", at, of);
+  return fmt::format("Stable{} as far as could be judged: {}.", at, of);
 }
 
 std::string DescribeCutThrough(const ScenarioResult& scenario) {

@@ -16,7 +16,7 @@ Percentiles Summarize(const LogHistogram& times) {
           times.CalcPercentile_us(0.999), times.max_us()};
 }
 
-/// Times nothing but the tick, which alone is between the two clock readings.
+/// Times only the tick: nothing else runs between the two clock readings.
 class PassTimer {
  public:
   template <typename Work>

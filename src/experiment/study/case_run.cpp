@@ -115,9 +115,9 @@ class HandSubject final : public CaseSubject {
   bool contact_ = false;
 };
 
-class LedSubject final : public CaseSubject {
+class PathSubject final : public CaseSubject {
  public:
-  LedSubject(const StudyPath& path, const StudySettings& settings, Bone bone)
+  PathSubject(const StudyPath& path, const StudySettings& settings, Bone bone)
       : simulation_(MakeSimulation(path, settings, std::move(bone))), dt_s_(1 / settings.rate_hz), rpm_(path.rpm) {}
 
   Vec3 Tick(const CaseInput& in) override {
@@ -166,20 +166,20 @@ class LedSubject final : public CaseSubject {
 std::optional<Vec3> FindRail(const StudyPath& path, Holding holding) {
   const Pose X_start = path.pose(holding, 0);
   const Vec3 normal = X_start.Vector({0, 0, 1});
-  constexpr int kLooks = 200;
+  constexpr int kSamples = 200;
   Vec3 furthest(0);
-  for (int i = 0; i <= kLooks; ++i) {
-    const Pose X = path.pose(holding, path.duration_s * i / kLooks);
-    const Vec3 way = X.p_AB - X_start.p_AB;
-    if (std::abs(glm::dot(way, normal)) > kInPlane_mm) return std::nullopt;
+  for (int i = 0; i <= kSamples; ++i) {
+    const Pose X = path.pose(holding, path.duration_s * i / kSamples);
+    const Vec3 moved = X.p_AB - X_start.p_AB;
+    if (std::abs(glm::dot(moved, normal)) > kInPlane_mm) return std::nullopt;
     if (glm::length(glm::cross(X.Vector({0, 0, 1}), normal)) > kInPlane_rad) return std::nullopt;
-    if (glm::length(way) > glm::length(furthest)) furthest = way;
+    if (glm::length(moved) > glm::length(furthest)) furthest = moved;
   }
   if (glm::length(furthest) < 2 * kInPlane_mm) return std::nullopt;
   const Vec3 rail = glm::normalize(furthest - glm::dot(furthest, normal) * normal);
-  for (int i = 0; i <= kLooks; ++i) {
-    const Vec3 way = path.pose(holding, path.duration_s * i / kLooks).p_AB - X_start.p_AB;
-    if (glm::length(way - glm::dot(way, rail) * rail) > kInPlane_mm) return std::nullopt;
+  for (int i = 0; i <= kSamples; ++i) {
+    const Vec3 moved = path.pose(holding, path.duration_s * i / kSamples).p_AB - X_start.p_AB;
+    if (glm::length(moved - glm::dot(moved, rail) * rail) > kInPlane_mm) return std::nullopt;
   }
   return rail;
 }
@@ -311,7 +311,7 @@ std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding hold
     throw Error(fmt::format("there is no method \"{}\"; the choices are voxel, coarse and slab", settings.method));
   }
   if (holding == Holding::kHand) return std::make_unique<HandSubject>(path, settings, std::move(bone));
-  return std::make_unique<LedSubject>(path, settings, std::move(bone));
+  return std::make_unique<PathSubject>(path, settings, std::move(bone));
 }
 
 std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding) {

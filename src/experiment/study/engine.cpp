@@ -87,7 +87,7 @@ class Paths {
   }
   std::pair<CaseState, std::string> WhyNot(const std::string& name) const {
     const auto found = left_out_.find(name);
-    return found == left_out_.end() ? std::pair(CaseState::kOmitted, std::string("there is no such path here"))
+    return found == left_out_.end() ? std::pair(CaseState::kOmitted, std::string("this path is not available"))
                                     : found->second;
   }
 
@@ -116,7 +116,7 @@ class Runner {
 
   StudyRunOutcome Run() {
     if (options_.costs) CheckCore(options_.core);
-    LookWhatIsLeft();
+    FindRemainingWork();
     std::set<std::string> wanted;
     for (const auto& list : {left_errors_, left_costs_}) {
       for (const PlannedCase* c : list) wanted.insert(c->path);
@@ -135,7 +135,7 @@ class Runner {
     if (options_.warn) options_.warn(what);
   }
 
-  void LookWhatIsLeft() {
+  void FindRemainingWork() {
     std::set<std::string> others;  // commits of the other versions of kerf that made existing records
     for (const CaseWork work : {CaseWork::kErrors, CaseWork::kCosts}) {
       if (!(work == CaseWork::kErrors ? options_.errors : options_.costs)) continue;
@@ -199,7 +199,7 @@ class Runner {
   std::shared_ptr<const StudyReference> MakeReference(const std::string& name, SharedReference& shared,
                                                       const StudyPath& path) {
     const PlannedCase& c = *shared.first;
-    KeptReference kept{name, InputOfReference(c), "", {}};
+    StoredReference kept{name, InputOfReference(c), "", {}};
     std::shared_ptr<const StudyReference> made;
     const std::int64_t start_ns = ReadClock_ns();
     try {

@@ -158,7 +158,8 @@ std::string DescribeReading(const StudyResults& study, const std::vector<PooledS
 StudyFigure MakeNear(StudyFigure figure, const PooledSetting& defaults, Holding holding) {
   figure.name = fmt::format("near_{}", ToString(holding));
   figure.caption =
-      "Detail of the last diagram near the defaults; settings that are more than four times as fast, or whose error is "
+      "Detail of the previous diagram near the defaults; settings that are more than four times as fast, or whose "
+      "error is "
       "more than twelve times larger or smaller, are not shown.";
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("What accuracy costs in time, near the defaults: {}", DescribeHolding(holding));

@@ -40,16 +40,16 @@ std::string DescribeSlope(const std::optional<Slope>& slope) {
 }
 
 /// Returns the minimum error of all curves at a number; the curves are interpolated linearly in logarithms.
-double CalcLeast(const std::vector<SlopePath>& curves, double number) {
-  double least = std::numeric_limits<double>::infinity();
+double CalcMinError(const std::vector<SlopePath>& curves, double number) {
+  double min_error = std::numeric_limits<double>::infinity();
   for (const SlopePath& curve : curves) {
     for (std::size_t i = 0; i + 1 < curve.numbers.size(); ++i) {
       if (number < curve.numbers[i] || number > curve.numbers[i + 1]) continue;
       const double t = std::log(number / curve.numbers[i]) / std::log(curve.numbers[i + 1] / curve.numbers[i]);
-      least = std::min(least, curve.errors[i] * std::pow(curve.errors[i + 1] / curve.errors[i], t));
+      min_error = std::min(min_error, curve.errors[i] * std::pow(curve.errors[i + 1] / curve.errors[i], t));
     }
   }
-  return least;
+  return min_error;
 }
 
 /// Adds a right triangle with the theoretical slope, slightly below the curves.
@@ -64,8 +64,8 @@ void AddTriangle(PlotSpec& plot, const std::vector<SlopePath>& curves, const Slo
   const double a = middle / half;
   const double b = middle * half;
   const double rise = std::pow(b / a, std::abs(order));
-  const double low_a = CalcLeast(curves, a);
-  const double low_b = CalcLeast(curves, b);
+  const double low_a = CalcMinError(curves, a);
+  const double low_b = CalcMinError(curves, b);
   const double bottom = 0.6 * scale * (order > 0 ? std::min(low_a, low_b / rise) : std::min(low_b, low_a / rise));
   if (!std::isfinite(bottom)) return;
   const double top = bottom * rise;

@@ -144,7 +144,7 @@ class Merger {
     bool in_out = false;  // whether the file is already in `out`
   };
 
-  bool Asked(CaseWork work) const { return work == CaseWork::kErrors ? whole_.errors : whole_.costs; }
+  bool IsRequested(CaseWork work) const { return work == CaseWork::kErrors ? whole_.errors : whole_.costs; }
 
   std::vector<const StudyFolder*> Folders() const {
     std::vector<const StudyFolder*> folders;
@@ -198,7 +198,7 @@ class Merger {
           from[name] = folder->path();
           continue;
         }
-        KeptReference& first = there->second;
+        StoredReference& first = there->second;
         if (!kept->why.empty()) continue;
         if (!first.why.empty()) {
           first = *kept;
@@ -214,7 +214,7 @@ class Merger {
 
   bool IsThere(const PlannedCase& c) const {
     for (const CaseWork work : {CaseWork::kErrors, CaseWork::kCosts}) {
-      if (c.Has(work) && Asked(work) && records_.count({c.id, work}) == 0) return false;
+      if (c.Has(work) && IsRequested(work) && records_.count({c.id, work}) == 0) return false;
     }
     return true;
   }
@@ -251,7 +251,7 @@ class Merger {
   StudyDescription whole_;
   StudyPlan plan_;
   std::map<std::pair<std::string, CaseWork>, Found> records_;
-  std::map<std::string, KeptReference> references_;
+  std::map<std::string, StoredReference> references_;
   MergeOutcome outcome_;
 };
 

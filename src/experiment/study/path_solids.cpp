@@ -128,7 +128,7 @@ void SetImported(StudyPath& path, Bone imported, const std::optional<BonePart>& 
     return material;
   };
   path.use_ct = [truth, law = *law](Bone& bone) {
-    TakeHu(bone, *truth);
+    CopyHu(bone, *truth);
     UseCtModulus(bone, law, false);
   };
 }

@@ -39,7 +39,7 @@ double FindFirstContact(const StudyPath& path, const Pose& X_WB, double from_mm,
         return depth;
     }
   }
-  throw Error("there is no bone in the way of the cut");
+  throw Error("there is no bone on the path of the cut");
 }
 
 void SetMotion(StudyPath& path, const Pose& X_WB, double contact_mm, double hand_mm_per_s, double tool_mm_per_s) {

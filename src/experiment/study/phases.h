@@ -18,11 +18,11 @@ struct CutPhase {
 };
 
 /// Returns the phases of a cut. E is the 95th percentile of the number of engaged teeth over the ticks with contact.
-/// The entry lasts from the first contact until at least 0.9 E teeth are engaged for the first time, the cut until that
-/// is so for the last time, the breakthrough until at least 0.1 E teeth are engaged for the last time, and the exit
-/// until the last contact. The phases are contiguous. A phase without duration is left out, such as the breakthrough
-/// and the exit if the path ends in the bone. Ticks end at multiples of `tick_s`. The result is empty if there is no
-/// contact.
+/// The entry lasts from the first contact until at least 0.9 E teeth are engaged for the first time, the cut until at
+/// least 0.9 E teeth are engaged for the last time, the breakthrough until at least 0.1 E teeth are engaged for the
+/// last time, and the exit until the last contact. The phases are contiguous. A phase without duration is left out,
+/// such as the breakthrough and the exit if the path ends in the bone. Ticks end at multiples of `tick_s`. The result
+/// is empty if there is no contact.
 std::vector<CutPhase> FindCutPhases(std::span<const ReferenceTick> ticks, double tick_s);
 
 }  // namespace kerf

@@ -37,7 +37,7 @@ void SetValue(StudySettings& settings, const std::string& knob, const std::strin
 /// Lists all settings: "voxel_mm=0.1 rim_samples_per_pitch=16 ...".
 std::string ShowSettings(const StudySettings& settings);
 
-/// Returns the FNV-1a hash of a text, which is the same on every machine. It serves to tell texts apart and is not
+/// Returns the FNV-1a hash of a text, which is the same on every machine. It serves to distinguish texts and is not
 /// suitable for security.
 std::uint64_t HashText(std::string_view text);
 /// Formats a hash as 16 hexadecimal digits.

@@ -55,7 +55,7 @@ class Row {
   void Empty(const char* why) {
     const std::string& name = names_[next_];
     const std::string& text = Text();
-    if (!text.empty()) place_.Fail(fmt::format("{} = {} in a row {}", name, Quote(text), why));
+    if (!text.empty()) place_.Fail(fmt::format("{} = {} must be empty in a row {}", name, Quote(text), why));
   }
   Holding ParseHolding() {
     const std::string& text = Text();
@@ -201,7 +201,8 @@ void ReadTimes(const std::string& folder, StudyResults& study, const std::map<st
     const double edge_us = row.Number();
     const double expected_us = LogHistogram::UpperEdge_us(static_cast<std::size_t>(bucket));
     if (edge_us != expected_us) {
-      place.Fail(fmt::format("upper_edge_us = {} is not that of bucket {}, {}", edge_us, bucket, expected_us));
+      place.Fail(fmt::format("upper_edge_us = {} is not the upper edge of bucket {}, which is {}", edge_us, bucket,
+                             expected_us));
     }
     record.costs->histogram.emplace_back(bucket, row.WholeNumber<std::uint64_t>());
   });

@@ -85,16 +85,16 @@ void SayCriteria(std::string& text, const StudyResults& study, const PooledSetti
 
 /// States by how much the overall force is too large or too small: the minimum and the maximum over the paths.
 void SayImpulse(std::string& text, const PooledSetting& defaults) {
-  const CaseRecord* least = nullptr;
-  const CaseRecord* most = nullptr;
+  const CaseRecord* lowest = nullptr;
+  const CaseRecord* highest = nullptr;
   for (const CaseRecord* record : defaults.cases) {
     if (!record->errors->impulse_signed) continue;
-    if (least == nullptr || *record->errors->impulse_signed < *least->errors->impulse_signed) least = record;
-    if (most == nullptr || *record->errors->impulse_signed > *most->errors->impulse_signed) most = record;
+    if (lowest == nullptr || *record->errors->impulse_signed < *lowest->errors->impulse_signed) lowest = record;
+    if (highest == nullptr || *record->errors->impulse_signed > *highest->errors->impulse_signed) highest = record;
   }
-  if (least == nullptr) return;
-  Say(text, "**Impulse**: from {} on `{}` to {} on `{}`.", ShowSignedFraction(*least->errors->impulse_signed),
-      least->path, ShowSignedFraction(*most->errors->impulse_signed), most->path);
+  if (lowest == nullptr) return;
+  Say(text, "**Impulse**: from {} on `{}` to {} on `{}`.", ShowSignedFraction(*lowest->errors->impulse_signed),
+      lowest->path, ShowSignedFraction(*highest->errors->impulse_signed), highest->path);
 }
 
 void SayFront(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {

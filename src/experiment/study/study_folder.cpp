@@ -186,7 +186,7 @@ std::string StudyFolder::FileOfReference(const std::string& name) const {
   return (fs::path(path_) / "references" / (name + ".ref")).string();
 }
 
-std::optional<KeptReference> StudyFolder::ReadReference(const std::string& name) const {
+std::optional<StoredReference> StudyFolder::ReadReference(const std::string& name) const {
   const std::string file = (fs::path(path_) / "references" / (name + ".json")).string();
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return std::nullopt;
@@ -194,13 +194,13 @@ std::optional<KeptReference> StudyFolder::ReadReference(const std::string& name)
     CheckJsonDepth(text, "it");
     const Json json = Json::parse(text);
     CheckSchema(json);
-    KeptReference kept{json.at("name"), json.at("input"), json.at("why"), ReferenceFromJson(json.at("reference"))};
+    StoredReference kept{json.at("name"), json.at("input"), json.at("why"), ReferenceFromJson(json.at("reference"))};
     if (kept.name != name) throw Error("it belongs to another reference");
     return std::optional(std::move(kept));
   });
 }
 
-void StudyFolder::WriteReference(const KeptReference& reference) const {
+void StudyFolder::WriteReference(const StoredReference& reference) const {
   const Json json{{"schema", kSchema},
                   {"name", reference.name},
                   {"input", reference.input},

@@ -40,7 +40,7 @@ WorkRecord ParseWorkRecord(const std::string& text);
 bool AgreeInAllButTimes(const WorkRecord& a, const WorkRecord& b);
 
 /// Contents of references/NAME.json.
-struct KeptReference {
+struct StoredReference {
   std::string name;   // PlannedCase::reference
   std::string input;  // of the path and the tolerance
   std::string why;    // why it could not be made; empty if it was made
@@ -78,8 +78,8 @@ class StudyFolder {
 
   /// Returns the file of the reference itself.
   std::string FileOfReference(const std::string& name) const;
-  std::optional<KeptReference> ReadReference(const std::string& name) const;
-  void WriteReference(const KeptReference& reference) const;
+  std::optional<StoredReference> ReadReference(const std::string& name) const;
+  void WriteReference(const StoredReference& reference) const;
 
   /// Returns the folders of the shards in this folder, sorted.
   std::vector<std::string> ListShards() const;

@@ -94,10 +94,10 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
       hash.Add(value);
     }
   }
-  constexpr int kLooks = 20;
-  for (int i = 0; i < kLooks * kLooks * kLooks; ++i) {
-    const Vec3 fraction((i % kLooks + 0.5) / kLooks, (i / kLooks % kLooks + 0.5) / kLooks,
-                        (i / kLooks / kLooks + 0.5) / kLooks);
+  constexpr int kSamples = 20;
+  for (int i = 0; i < kSamples * kSamples * kSamples; ++i) {
+    const Vec3 fraction((i % kSamples + 0.5) / kSamples, (i / kSamples % kSamples + 0.5) / kSamples,
+                        (i / kSamples / kSamples + 0.5) / kSamples);
     const Vec3 p_W = path.bounds_W.lower + fraction * path.bounds_W.size();
     const double distance_mm = solid.distance_mm(p_W);
     hash.Add(distance_mm);

@@ -89,7 +89,7 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
 
 std::string EqualTimeTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header({"p99.9 per simulated ms, on every path, at most", "best setting", "force, p95, worst path",
+  std::string text = Header({"limit of p99.9 per simulated ms, on every path", "best setting", "force, p95, worst path",
                              "its p99.9 (us per ms)"});
   for (const double budget_us : {250.0, 500.0, 1000.0}) {
     const PooledSetting* best = nullptr;
@@ -111,7 +111,7 @@ std::string EqualTimeTable(const StudyResults& study, Holding holding) {
 
 std::string EqualErrorTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header({"force, p95, on every path at most", "cheapest setting", "p99, slowest path (us per ms)",
+  std::string text = Header({"limit of force, p95, on every path", "cheapest setting", "p99, slowest path (us per ms)",
                              "p99.9 (us per ms)", "its error"});
   for (const double limit : {kTargetForce, kForceJnd}) {
     const PooledSetting* best = nullptr;
@@ -133,7 +133,7 @@ std::string SettingsTable(const StudyResults& study, Holding holding) {
   if (settings.empty()) return "";
   const std::vector<std::size_t> front = FindFront(settings);
   std::string text = Header({"setting", "paths", "force, p95, worst path", "median path", "p50 (us)", "p99 (us)",
-                             "p99.9 (us)", "on the front"});
+                             "p99.9 (us)", "on the Pareto front"});
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const PooledSetting& s = settings[i];
     AppendFormat(text, "| {} | {} | {} on `{}` | {} |", s.Name(), s.paths, ShowError(s.worst), s.worst_path,

@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::array<double, 9> kVoxels_mm = {0.4, 0.3, 0.2, 0.15, 0.125, 0.1, 0.08, 0.0667, 0.05};
 constexpr double kMinVoxelOfMandible_mm = 0.1;  // a whole mandible with finer voxels takes gigabytes
-constexpr double kHopeless = 2;                 // if a candidate takes this many times the budget, finer voxels are not
+constexpr double kMaxBudgetRatio = 2;           // if a candidate takes this many times the budget, finer voxels are not
                                                 // tried, since they would only be slower
 constexpr double kReferenceTolerance = 0.005;
 constexpr double kBeforeContact_s = 0.05;
@@ -225,7 +225,7 @@ void CheckOptions(const TuneOptions& options) {
   if (options.budget_us) CheckRange("the budget in us", *options.budget_us, 1, 1e6);
   if (options.error) CheckRange("the error", *options.error, 1e-4, 1);
   if (options.seconds) CheckRange("seconds", *options.seconds, 0.2, 3600);
-  for (const double voxel_mm : options.voxels_mm) CheckRange("a voxel in mm", voxel_mm, 0.02, 4);
+  for (const double voxel_mm : options.voxels_mm) CheckRange("the voxel size in mm", voxel_mm, 0.02, 4);
   CheckCore(options.core);
 }
 
@@ -280,7 +280,7 @@ void TryAll(const Scene& scene, const StudySettings& own, const TuneOptions& opt
     StudySettings settings = own;
     settings.voxel_mm = voxel_mm;
     const TuneCandidate& candidate = result.candidates[measuring.Try(settings)];
-    if (options.budget_us && candidate.p99_us() > kHopeless * *options.budget_us) break;
+    if (options.budget_us && candidate.p99_us() > kMaxBudgetRatio * *options.budget_us) break;
   }
   // The first round tries the neighbours of the settings with the best voxel size, the second one those of the best
   // settings found so far.

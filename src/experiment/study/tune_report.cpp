@@ -89,8 +89,8 @@ std::string FormatTuneTable(const TuneResult& r) {
   std::string text =
       fmt::format("  {:>8} {:>7} {:>5} {:>6} {:>11} {:>8} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "voxel", "samples",
                   "steps", "carve", "force p95", "impulse", "direction", "p50", "p99", "p99.9", "max", "memory");
-  text += fmt::format("  {:>8} {:>7} {:>5} {:>6} {:>11} {:>8} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "mm", "a pitch",
-                      "a tick", "ticks", "%", "%", "p95 deg", "us", "us", "us", "us", "MB");
+  text += fmt::format("  {:>8} {:>7} {:>5} {:>6} {:>11} {:>8} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "mm", "/pitch",
+                      "/tick", "ticks", "%", "%", "p95 deg", "us", "us", "us", "us", "MB");
   const auto add = [&](const TuneCandidate& c, const char* mark) {
     auto out = std::back_inserter(text);
     fmt::format_to(out, "{} {:>8g} {:>7} {:>5} {:>6} ", mark, c.settings.voxel_mm, c.settings.rim_samples_per_pitch,

@@ -9,11 +9,11 @@ namespace {
 /// Delay of the coupling's damper force, ticks: half the length of the velocity estimator's longest window (16 samples,
 /// AdaptiveVelocity) with an encoder, or of a window of two samples without one, plus half a tick, which is the average
 /// age of a held force.
-constexpr double kWindowLate_ticks = 8;
-constexpr double kLate_ticks = 1;
+constexpr double kEncoderDelay_ticks = 8;
+constexpr double kNoEncoderDelay_ticks = 1;
 /// Factor in the formula of `sampled_damping_Ns_per_mm` (coupling_limits.h). With this value, the loop tolerates twice
 /// the gain. The margin covers the compliance of bone and teeth.
-constexpr double kLateFraction = 0.8;
+constexpr double kDampingFactor = 0.8;
 
 }  // namespace
 
@@ -31,11 +31,12 @@ CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel&
   limits.torsion_damping_Nmms = of_sim(profile.max_torsion_damping_Nmms, torque_scale);
   const double b = profile.own_damping_Ns_per_mm + hand.damping_Ns_per_mm;
   limits.sampled_stiffness_N_per_mm = 2 * b / (dt_s * (1 + 2 * delay_ticks)) / force_scale;
-  const double late_s = dt_s * ((profile.resolution_mm > 0 ? kWindowLate_ticks : kLate_ticks) + delay_ticks);
+  const double delay_s =
+      dt_s * ((profile.resolution_mm > 0 ? kEncoderDelay_ticks : kNoEncoderDelay_ticks) + delay_ticks);
   const double m = 1e-3 * (profile.mass_kg + hand.mass_kg);
   const double held_N_per_mm = force_scale * coupling.stiffness_N_per_mm + hand.stiffness_N_per_mm;
   limits.sampled_damping_Ns_per_mm =
-      of_sim(kLateFraction * m / (late_s * (1 + 2 * held_N_per_mm * late_s * late_s / m)), force_scale);
+      of_sim(kDampingFactor * m / (delay_s * (1 + 2 * held_N_per_mm * delay_s * delay_s / m)), force_scale);
   const double c = hand.torsion_damping_Nmms;
   limits.sampled_torsion_Nmm_per_rad = hand.torsion_Nmm_per_rad > 0
                                            ? of_sim(2 * c / (dt_s * (1 + 2 * delay_ticks)), torque_scale)

@@ -6,7 +6,7 @@ namespace kerf {
 namespace {
 
 /// A window with fewer ticks than this is extended instead of evaluated.
-constexpr long kFewestTicks = 4;
+constexpr long kMinTicks = 4;
 constexpr double kCalmTicks = 0.01;
 
 Fidelity Below(Fidelity fidelity) {
@@ -33,7 +33,7 @@ std::optional<Fidelity> Governor::Observe(double time_s, double tick_us) {
   over_ += tick_us > budget_us ? 1 : 0;
   not_calm_ += tick_us > budget_us * params_.calm_fraction ? 1 : 0;
   longest_us_ = std::max(longest_us_, tick_us);
-  if (time_s - window_start_s_ < params_.window_s || ticks_ < kFewestTicks) return std::nullopt;
+  if (time_s - window_start_s_ < params_.window_s || ticks_ < kMinTicks) return std::nullopt;
 
   const Fidelity before = fidelity_;
   const double n = static_cast<double>(ticks_);

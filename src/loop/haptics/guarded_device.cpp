@@ -8,7 +8,7 @@
 namespace kerf {
 void GuardedDevice::Elapse(double dt_s) noexcept {
   if (!TryEnter()) {
-    ++counts_.passed_over;
+    ++counts_.skipped;
     return;
   }
   device_.Elapse(dt_s);
@@ -17,7 +17,7 @@ void GuardedDevice::Elapse(double dt_s) noexcept {
 
 bool GuardedDevice::Read(DeviceSample& sample) noexcept {
   if (!TryEnter()) {
-    ++counts_.passed_over;
+    ++counts_.skipped;
     sample = last_;
     return true;
   }
@@ -36,7 +36,7 @@ bool GuardedDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept
     f_W_N = tau_W_Nmm = Vec3{0};
   }
   if (!TryEnter()) {
-    ++counts_.passed_over;
+    ++counts_.skipped;
     // The watchdog is tripping the device. This tick may have called TakeTripped() before that, so the next tick must
     // call it.
     tripped_.store(true);

@@ -15,9 +15,9 @@ struct ForceCounts {
   double largest_N = 0;
   double largest_step_N = 0;  // between consecutive writes of the loop; zeroing by Trip() or Close() does not count
   std::uint64_t writes = 0;
-  std::uint64_t passed_over = 0;  // reads and writes skipped while the watchdog used the device
-  std::uint64_t not_finite = 0;   // number of forces that were not finite and were replaced by zero
-  std::uint64_t bad_poses = 0;    // number of samples with an invalid pose
+  std::uint64_t skipped = 0;     // reads and writes skipped while the watchdog used the device
+  std::uint64_t not_finite = 0;  // number of forces that were not finite and were replaced by zero
+  std::uint64_t bad_poses = 0;   // number of samples with an invalid pose
 };
 
 /// Device that the watchdog can set to zero force. The loop calls Elapse(), Read() and Write(); the watchdog calls

@@ -115,7 +115,7 @@ void HapticLoop::Stop() {
 }
 
 void HapticLoop::RunThread() {
-  AskForPriority(params_.priority, grants_);
+  RequestPriority(params_.priority, grants_);
   TouchStack();
   start_ns_ = clock_.Now();
   deadlines_.Start(start_ns_);
@@ -123,7 +123,7 @@ void HapticLoop::RunThread() {
   started_.store(true);
   started_.notify_all();
   while (running() && !stop_.load(std::memory_order_relaxed)) TickOnce();
-  if (running()) Finish(LoopEnd::kAsked);
+  if (running()) Finish(LoopEnd::kRequested);
 }
 
 void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& between) {
@@ -136,21 +136,21 @@ void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& betwee
     TickOnce();
     if (between && !between()) break;
   }
-  if (running()) Finish(LoopEnd::kAsked);
+  if (running()) Finish(LoopEnd::kRequested);
 }
 
-void HapticLoop::GoThrough(const std::function<bool()>& more) {
+void HapticLoop::RunWithoutClock(const std::function<bool()>& more) {
   const Deadlines::Tick on_time{};
   while (more()) {
     const HeapGuard guard;
     // During DoTick(), the sample has the time before the tick, because the tick's duration is not known yet.
     if (!DoTick(on_time)) break;
-    const LoopGiven& given = sample_.report.given;
-    gone_through_s_ += given.skipped == 0 ? given.dt_s : (1.0 + given.skipped) / params_.rate_hz;
-    sample_.time_s = gone_through_s_;
-    sample_.skipped = static_cast<int>(given.skipped);
-    counts_.missed += given.skipped;
-    counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{given.skipped});
+    const TickInputs& inputs = sample_.report.inputs;
+    unclocked_s_ += inputs.skipped == 0 ? inputs.dt_s : (1.0 + inputs.skipped) / params_.rate_hz;
+    sample_.time_s = unclocked_s_;
+    sample_.skipped = static_cast<int>(inputs.skipped);
+    counts_.missed += inputs.skipped;
+    counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{inputs.skipped});
     Exchange(on_time, clock_.Now());
   }
 }
@@ -200,14 +200,14 @@ void HapticLoop::TickOnce() {
 bool HapticLoop::DoTick(const Deadlines::Tick& when) {
   const double period_s = 1 / params_.rate_hz;
   const double elapsed_s = static_cast<double>(1 + when.skipped) * period_s;
-  const double dt_s = std::min(elapsed_s, std::max(kLongestTick_s, period_s));
+  const double dt_s = std::min(elapsed_s, std::max(kMaxTickDt_s, period_s));
   if (!body_.Tick(dt_s, stages_, sample_.report)) return false;
   stages_.Finish();
   const double time_s = 1e-9 * static_cast<double>(when.due_ns - start_ns_);
-  sample_.time_s = gone_through_s_ + time_s;
+  sample_.time_s = unclocked_s_ + time_s;
   sample_.skipped = static_cast<int>(std::min<std::int64_t>(when.skipped, INT32_MAX));
-  // In GoThrough(), the body reports this number.
-  if (when.due_ns != 0) sample_.report.given.skipped = static_cast<std::uint32_t>(sample_.skipped);
+  // In RunWithoutClock(), the body reports this number.
+  if (when.due_ns != 0) sample_.report.inputs.skipped = static_cast<std::uint32_t>(sample_.skipped);
   if (params_.burn_us > 0 && time_s >= params_.burn_from_s && time_s < params_.burn_to_s) {
     clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnFraction(governor_.fidelity())));
   }
@@ -254,7 +254,7 @@ void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   exchange_times_.Add(clock_.Now() - before_ns);
 }
 
-bool HapticLoop::SendRest() {
+bool HapticLoop::SendRemaining() {
   MarkChanged(sample_.time_s);
   if (publisher_.waiting() == 0) return false;
   publisher_.Send(params_.leaf_ring);

@@ -65,7 +65,7 @@ struct LoopState {
 };
 
 /// Reason why the loop ended.
-enum class LoopEnd : std::uint8_t { kNotYet, kAsked, kDeviceFailed, kFailed };
+enum class LoopEnd : std::uint8_t { kNotYet, kRequested, kDeviceFailed, kFailed };
 
 /// Totals of a run, read after it ends.
 struct LoopCounts {
@@ -95,9 +95,9 @@ class HapticLoop {
 
   /// Runs ticks in the calling thread, without a clock, while `more` returns true. Call before the loop starts. `more`
   /// is called before each tick, outside the heap guard, and must empty the queues. Each tick lasts as long as the body
-  /// reports (LoopGiven::dt_s); the loop's time then continues from the end of these ticks. Rethrows exceptions of the
+  /// reports (TickInputs::dt_s); the loop's time then continues from the end of these ticks. Rethrows exceptions of the
   /// body.
-  void GoThrough(const std::function<bool()>& more);
+  void RunWithoutClock(const std::function<bool()>& more);
   /// Starts the loop thread and the watchdog thread. Returns once it is known which real-time privileges the system
   /// grants. Call at most once.
   void Start();
@@ -109,7 +109,7 @@ class HapticLoop {
   void RunHere(std::int64_t ticks, const std::function<bool()>& between = {});
   /// Sends the remaining changed leaves, as far as the ring has room. Call after the loop has ended. Returns false if
   /// none remained.
-  bool SendRest();
+  bool SendRemaining();
   /// Time since the loop started. May be called by any thread after Start().
   std::chrono::nanoseconds CalcElapsed() const { return std::chrono::nanoseconds(clock_.Now() - start_ns_); }
   /// False once the loop has ended.
@@ -172,7 +172,7 @@ class HapticLoop {
 
   LoopSample sample_;
   LoopCounts counts_;
-  double gone_through_s_ = 0;
+  double unclocked_s_ = 0;
   std::int64_t start_ns_ = 0;
   std::atomic<std::int64_t> beat_ns_{0};
   std::atomic<bool> stop_{false};
@@ -187,6 +187,6 @@ class HapticLoop {
 
 /// Maximum dt of a tick, unless the period is longer. dt is the real time since the last tick, so that after 9 missed
 /// ticks, a hand that moves at 5 mm/s is not taken for one at 50 mm/s, which would also distort the cutting law.
-inline constexpr double kLongestTick_s = 0.010;
+inline constexpr double kMaxTickDt_s = 0.010;
 
 }  // namespace kerf

@@ -10,7 +10,7 @@ constexpr double kTurningQuantum_rad = 1e-4;  // quantum of a sensed orientation
 constexpr double kTurningReach_mm = 100;      // distance from the wrist to the tool
 
 /// Returns the rotation vector from a to b in the world frame, rad.
-Vec3 CalcTurn(const Quat& a, const Quat& b) {
+Vec3 CalcRotationAngle(const Quat& a, const Quat& b) {
   Quat q = b * glm::conjugate(a);
   if (q.w < 0) q = -q;
   const Vec3 axis(q.x, q.y, q.z);
@@ -39,8 +39,8 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   const bool good = read && IsValid(sample.X_WH) && IsInWorld(sample.X_WH.p_AB);
   // A pose on the lattice is unchanged, so a recorded pose is reproduced bit for bit.
   if (good && !FindOnLattice(sample.X_WH)) sample.X_WH = MakePose(FindNearestOnLattice(sample.X_WH));
-  out.given.sample = sample;
-  out.given.read = read;
+  out.exchange.sample = sample;
+  out.exchange.read = read;
   if (!read) {
     out.faults |= kHapticReadFailed;
     ++counts_.read_failed;
@@ -50,7 +50,7 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   }
   if (good) {
     const Vec3& p_TC = simulation_->params().coupling.p_TC_mm;
-    if (has_sample_) turned_W_rad_ += CalcTurn(sample_.X_WH.R_AB, sample.X_WH.R_AB);
+    if (has_sample_) turned_W_rad_ += CalcRotationAngle(sample_.X_WH.R_AB, sample.X_WH.R_AB);
     velocity_.Update(sample.X_WH.Point(p_TC), in.dt_s);
     turning_.Update(turned_W_rad_, in.dt_s);
     sample_ = sample;
@@ -82,7 +82,7 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
       force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk, in.slew_dt_s);
   if (in.stand) force_map_.BeginRamp();
   write_failed_ = !device.Write(out.force.f_H_W_N, out.force.tau_H_W_Nmm);
-  out.given.wrote = !write_failed_;
+  out.exchange.wrote = !write_failed_;
   if (write_failed_) {
     out.faults |= kHapticWriteFailed;
     ++counts_.write_failed;

@@ -32,15 +32,15 @@ enum HapticFault : std::uint32_t {
   kHapticBadForce = 1u << 4,     // the simulation returned an invalid force
 };
 
-/// Data from the device in a step. Together with HapticStepInput, they determine the step completely.
-struct HapticGiven {
+/// Exchange with the device in a step. Together with HapticStepInput, it determines the step completely.
+struct DeviceExchange {
   DeviceSample sample;  // on the lattice of device/devices/lattice.h, unless it is invalid
   bool read = true;     // false: the device returned no pose
   bool wrote = true;    // false: the device did not accept the force
 };
 
 struct HapticStepOutput {
-  HapticGiven given;
+  DeviceExchange exchange;
   DeviceSample sample;  // the last valid one
   Vec3 v_H_W_mm_per_s{0};
   Vec3 w_H_W_rad_per_s{0};

@@ -12,7 +12,7 @@
 namespace kerf {
 
 /// Inputs of a tick. The same inputs reproduce the tick bit for bit.
-struct LoopGiven {
+struct TickInputs {
   DeviceSample sample;  // as read
   bool read = true;     // false: the device returned no pose
   bool wrote = true;    // false: the device did not accept the force
@@ -28,7 +28,7 @@ struct LoopGiven {
 
 /// Result of a tick.
 struct LoopTick {
-  LoopGiven given;
+  TickInputs inputs;
   std::uint64_t voxel_hash = 0;  // hash of all changed voxels (bone/grid/changed_hash.h); 0 if not requested
   Pose X_WH;                     // handle, as read
   Vec3 f_device_N{0};            // force that was written to the device

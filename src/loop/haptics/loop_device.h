@@ -20,7 +20,7 @@ struct LoopDevice {
   /// Returns statistics of the device after the loop has ended: names with units, and values. Optional.
   std::function<std::vector<std::pair<std::string, double>>()> figures;
   bool in_real_time = true;  // false: its time advances in Elapse(), so it can also be used without a clock
-  bool is_there() const { return static_cast<bool>(begin); }
+  bool is_set() const { return static_cast<bool>(begin); }
 };
 
 }  // namespace kerf

@@ -28,7 +28,7 @@ class RestoreExchange {
   // ---- Called by the reader.
   /// Requests that the bone as it is after the current tick become this checkpoint (CoupledSimulation::Checkpoint()).
   /// Returns false if too many requests are waiting.
-  bool AskCheckpoint(std::uint32_t number) { return ring_.TryPush({number, nullptr}); }
+  bool RequestCheckpoint(std::uint32_t number) { return ring_.TryPush({number, nullptr}); }
   /// Requests a restore. The state of the job reports whether it was accepted or refused. Returns false as above.
   bool Send(RestoreJob& job) { return ring_.TryPush({0, &job}); }
 

@@ -30,28 +30,28 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   in.rpm = rpm_.load(std::memory_order_relaxed);
   in.force_off = force_off_;
   force_off_ = false;
-  report.given.force_off = in.force_off;
-  report.given.dt_s = dt_s;
-  report.given.rpm = in.rpm;
-  report.given.fidelity = simulation_.fidelity();
-  report.given.restore = {};
+  report.inputs.force_off = in.force_off;
+  report.inputs.dt_s = dt_s;
+  report.inputs.rpm = in.rpm;
+  report.inputs.fidelity = simulation_.fidelity();
+  report.inputs.restore = {};
   if (restores_ != nullptr) {
-    report.given.restore = restores_->Begin(simulation_, pieces_ != nullptr && pieces_->leaving());
+    report.inputs.restore = restores_->Begin(simulation_, pieces_ != nullptr && pieces_->leaving());
     in.stand = restores_->running();
     // A piece that was found in the old bone is not valid in the restored one.
     if (in.stand && pieces_ != nullptr) pieces_->Drop();
   }
   report.stands = in.stand;
   const HapticStepOutput out = step_.Step(device_, in, &observer);
-  report.given.sample = out.given.sample;
-  report.given.read = out.given.read;
-  report.given.wrote = out.given.wrote;
-  report.given.piece = 0;
+  report.inputs.sample = out.exchange.sample;
+  report.inputs.read = out.exchange.read;
+  report.inputs.wrote = out.exchange.wrote;
+  report.inputs.piece = 0;
   if (in.stand) {
     if (restores_->Step(simulation_)) restores_->End(simulation_, step_.has_sample() ? &out.sample.X_WH : nullptr);
     if (pieces_ != nullptr) pieces_->Pass();
   } else if (pieces_ != nullptr) {
-    report.given.piece = pieces_->Step(simulation_);
+    report.inputs.piece = pieces_->Step(simulation_);
   }
   if (hash_ != nullptr) {
     for (int i = 0; i < simulation_.changed_count(); ++i) hash_->Take(simulation_.changed(i));

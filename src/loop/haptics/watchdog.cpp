@@ -18,7 +18,7 @@ WatchdogThread::WatchdogThread(GuardedDevice& device, LoopClock& clock, const st
                                std::int64_t limit_ns, int priority)
     : thread_([this, &device, &clock, &beat_ns, limit_ns, priority] {
         RealtimeGrants grants;
-        AskForPriority(priority, grants);
+        RequestPriority(priority, grants);
         Watchdog watchdog(device, limit_ns);
         const std::int64_t between_ns = std::max<std::int64_t>(limit_ns / 5, 100'000);
         for (std::int64_t next_ns = clock.Now(); !stop_.load(); next_ns += between_ns) {

@@ -17,15 +17,15 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kSearchBytes = 65536;  // number of bytes searched at a time
-constexpr std::uint64_t kMaxInVain = 8;      // search limit, as a multiple of the file size
+constexpr std::size_t kSearchBytes = 65536;    // number of bytes searched at a time
+constexpr std::uint64_t kMaxSearchFactor = 8;  // search limit, as a multiple of the file size
 
 }  // namespace
 
 BlockReader::BlockReader(const std::string& path) : path_(path) {
   Open();
   ReadMagic();
-  search_bytes_ = kMaxInVain * size_ + kSearchBytes;
+  search_bytes_ = kMaxSearchFactor * size_ + kSearchBytes;
   std::uint64_t good = kRecordingMagic.size();
   while (good < size_) {
     std::optional<BlockPlace> place = TryBlock(good);
@@ -42,14 +42,14 @@ BlockReader::BlockReader(const std::string& path) : path_(path) {
 
 /// Adds the last block examined to places_. `good`: end of the block before it.
 void BlockReader::Take(const BlockPlace& place, std::uint64_t good) {
-  const std::uint64_t skipped = place.offset - head_bytes() - good;
+  const std::uint64_t skipped = place.offset - header_bytes() - good;
   const bool follows = place.number == next_number_;
   if (skipped > 0 || !follows) {
     gaps_.push_back({places_.size(), skipped, place.number - next_number_, std::nullopt, false});
-    if (version_ > 1 && !follows) gaps_.back().last_kind = head_.before.kind;
+    if (version_ > 1 && !follows) gaps_.back().last_kind = header_.before.kind;
   }
-  if (version_ > 1 && follows && !broken_link_ && head_.before.digest != link_.digest) broken_link_ = place.number;
-  last_link_ = head_.before;
+  if (version_ > 1 && follows && !broken_link_ && header_.before.digest != link_.digest) broken_link_ = place.number;
+  last_link_ = header_.before;
   link_ = next_link_;
   places_.push_back(place);
   next_number_ = place.number + 1;
@@ -85,9 +85,9 @@ void BlockReader::ReadMagic() {
     if (TryBlock(kRecordingMagic.size())) return;
   }
   if (read && magic.starts_with("kerf recording ")) {
-    throw Error(fmt::format("{}: is a recording of another version of kerf", path_));
+    throw Error(fmt::format("{}: was recorded by another version of kerf", path_));
   }
-  throw Error(fmt::format("{}: is not a recording of kerf", path_));
+  throw Error(fmt::format("{}: is not a kerf recording", path_));
 }
 
 bool BlockReader::ReadAt(std::uint64_t at, char* to, std::size_t count) {
@@ -100,29 +100,30 @@ bool BlockReader::ReadAt(std::uint64_t at, char* to, std::size_t count) {
 
 /// Returns the block that begins at `at` if it is whole and its number is higher than those read before.
 std::optional<BlockPlace> BlockReader::TryBlock(std::uint64_t at) {
-  std::array<char, kBlockHeadBytes> raw{};
-  const std::string_view raw_head(raw.data(), head_bytes());
-  if (at > size_ || size_ - at < raw_head.size() || !ReadAt(at, raw.data(), raw_head.size())) return std::nullopt;
-  head_ = ParseBlockHead(raw_head);
-  const BlockPlace place{head_.kind, head_.number, at + raw_head.size(), head_.packed_bytes, head_.bytes};
-  if (!head_.is_plausible || place.number < next_number_ || place.packed_bytes > size_ - place.offset) {
+  std::array<char, kBlockHeaderBytes> raw{};
+  const std::string_view raw_header(raw.data(), header_bytes());
+  if (at > size_ || size_ - at < raw_header.size() || !ReadAt(at, raw.data(), raw_header.size())) return std::nullopt;
+  header_ = ParseBlockHeader(raw_header);
+  const BlockPlace place{header_.kind, header_.number, at + raw_header.size(), header_.packed_bytes, header_.bytes};
+  if (!header_.is_plausible || place.number < next_number_ || place.packed_bytes > size_ - place.offset) {
     return std::nullopt;
   }
   packed_.resize(place.packed_bytes);
   if (!ReadAt(place.offset, packed_.data(), packed_.size())) return std::nullopt;
-  if (CalcBlockSum(raw_head, packed_) != head_.sum) {
+  if (CalcBlockSum(raw_header, packed_) != header_.sum) {
     search_bytes_ -= std::min<std::uint64_t>(search_bytes_, packed_.size());
     return std::nullopt;
   }
-  if (version_ > 1) next_link_ = LinkAfter(place.kind, raw_head, packed_);
+  if (version_ > 1) next_link_ = LinkAfter(place.kind, raw_header, packed_);
   return place;
 }
 
 /// Returns the next whole block at or after `from`. A file full of block headers without valid blocks must not take
-/// quadratic time: the search ends when kMaxInVain times the file size has been checksummed without finding a block.
+/// quadratic time: the search ends when kMaxSearchFactor times the file size has been checksummed without finding a
+/// block.
 std::optional<BlockPlace> BlockReader::FindBlock(std::uint64_t from) {
   std::string bytes;
-  for (std::uint64_t at = from; at + head_bytes() <= size_;) {
+  for (std::uint64_t at = from; at + header_bytes() <= size_;) {
     bytes.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kSearchBytes, size_ - at)));
     if (!ReadAt(at, bytes.data(), bytes.size())) return std::nullopt;
     for (std::size_t found = bytes.find(kBlockMagic); found != std::string::npos;
@@ -137,11 +138,11 @@ std::optional<BlockPlace> BlockReader::FindBlock(std::uint64_t from) {
 
 /// Returns true if the rest of the file, which has no whole block, looks like an interrupted write.
 bool BlockReader::LooksTorn(std::uint64_t at) {
-  std::string raw(static_cast<std::size_t>(std::min<std::uint64_t>(head_bytes(), size_ - at)), '\0');
+  std::string raw(static_cast<std::size_t>(std::min<std::uint64_t>(header_bytes(), size_ - at)), '\0');
   if (!ReadAt(at, raw.data(), raw.size())) return false;
-  if (raw.size() < head_bytes()) return raw.substr(0, kBlockMagic.size()) == kBlockMagic.substr(0, raw.size());
-  const BlockHead head = ParseBlockHead(raw);
-  return head.is_plausible && head.number == next_number_ && head.packed_bytes > size_ - at - head_bytes();
+  if (raw.size() < header_bytes()) return raw.substr(0, kBlockMagic.size()) == kBlockMagic.substr(0, raw.size());
+  const BlockHeader header = ParseBlockHeader(raw);
+  return header.is_plausible && header.number == next_number_ && header.packed_bytes > size_ - at - header_bytes();
 }
 
 std::string BlockReader::Read(const BlockPlace& place) {
@@ -150,7 +151,7 @@ std::string BlockReader::Read(const BlockPlace& place) {
     throw Error(fmt::format("{}: can't be read to its end", path_));
   }
   try {
-    std::string bytes = Unpack(packed, MostBytes(place.kind));
+    std::string bytes = Unpack(packed, MaxUnpackedBytes(place.kind));
     if (bytes.size() != place.bytes) throw Error("does not have its declared length when unpacked");
     return bytes;
   } catch (const Error& e) {

@@ -58,7 +58,7 @@ class BlockReader {
   void Open();
   void ReadMagic();
   void Take(const BlockPlace& place, std::uint64_t good);
-  std::size_t head_bytes() const { return version_ == 1 ? kBlockHeadBytes1 : kBlockHeadBytes; }
+  std::size_t header_bytes() const { return version_ == 1 ? kBlockHeaderBytes1 : kBlockHeaderBytes; }
   std::optional<BlockPlace> TryBlock(std::uint64_t at);
   std::optional<BlockPlace> FindBlock(std::uint64_t from);
   bool LooksTorn(std::uint64_t at);
@@ -70,7 +70,7 @@ class BlockReader {
   int version_ = 2;
   bool first_line_is_bad_ = false;
   std::uint32_t next_number_ = 0;
-  BlockHead head_;                // header of the last block examined
+  BlockHeader header_;            // header of the last block examined
   BlockLink link_ = FirstLink();  // link that the next block must contain
   BlockLink next_link_;           // link that the block after the last one examined must contain
   BlockLink last_link_;

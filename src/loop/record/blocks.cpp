@@ -23,7 +23,7 @@
 namespace kerf {
 namespace {
 
-constexpr std::chrono::milliseconds kBetweenFlushes(250);
+constexpr std::chrono::milliseconds kFlushInterval(250);
 
 /// Flushes the folder to disk, so that the file's name is on disk as soon as its blocks are. Some file systems neither
 /// support nor need this.
@@ -41,14 +41,14 @@ BlockLink FirstLink() {
   return {BlockKind::kMeta, CalcDigest(kRecordingMagic)};
 }
 
-BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed) {
-  return {kind, CalcDigest(head, packed)};
+BlockLink LinkAfter(BlockKind kind, std::string_view header, std::string_view packed) {
+  return {kind, CalcDigest(header, packed)};
 }
 
 const char* ToString(BlockKind kind) {
   switch (kind) {
     case BlockKind::kMeta:
-      return "head";
+      return "header";
     case BlockKind::kFile:
       return "input";
     case BlockKind::kSteps:
@@ -68,50 +68,51 @@ const char* ToString(BlockKind kind) {
 std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, const BlockLink* before,
                         int level) {
   const std::string packed = Pack(bytes, level);
-  ByteWriter head;
-  head.Put(static_cast<std::uint8_t>(kind));
-  head.Put(static_cast<std::uint32_t>(packed.size()));
-  head.Put(static_cast<std::uint32_t>(bytes.size()));
-  head.Put(number);
+  ByteWriter header;
+  header.Put(static_cast<std::uint8_t>(kind));
+  header.Put(static_cast<std::uint32_t>(packed.size()));
+  header.Put(static_cast<std::uint32_t>(bytes.size()));
+  header.Put(number);
   if (before != nullptr) {
-    head.Put(static_cast<std::uint8_t>(before->kind));
-    for (const unsigned char byte : before->digest) head.Put(byte);
+    header.Put(static_cast<std::uint8_t>(before->kind));
+    for (const unsigned char byte : before->digest) header.Put(byte);
   }
   ByteWriter sum;
-  sum.Put(CalcCrc32c(packed, CalcCrc32c(head.bytes())));
+  sum.Put(CalcCrc32c(packed, CalcCrc32c(header.bytes())));
   std::string whole(kBlockMagic);
-  whole += head.bytes();
+  whole += header.bytes();
   whole += sum.bytes();
   whole += packed;
   return whole;
 }
 
-BlockHead ParseBlockHead(std::string_view raw) {
+BlockHeader ParseBlockHeader(std::string_view raw) {
   ByteReader in(raw);
   const bool magic = in.GetBytes(kBlockMagic.size()) == kBlockMagic;
   const auto kind = in.Get<std::uint8_t>();
-  BlockHead head;
-  head.kind = static_cast<BlockKind>(kind);
-  head.packed_bytes = in.Get<std::uint32_t>();
-  head.bytes = in.Get<std::uint32_t>();
-  head.number = in.Get<std::uint32_t>();
-  if (raw.size() == kBlockHeadBytes) {
-    head.before.kind = static_cast<BlockKind>(in.Get<std::uint8_t>());
-    for (unsigned char& byte : head.before.digest) byte = in.Get<unsigned char>();
+  BlockHeader header;
+  header.kind = static_cast<BlockKind>(kind);
+  header.packed_bytes = in.Get<std::uint32_t>();
+  header.bytes = in.Get<std::uint32_t>();
+  header.number = in.Get<std::uint32_t>();
+  if (raw.size() == kBlockHeaderBytes) {
+    header.before.kind = static_cast<BlockKind>(in.Get<std::uint8_t>());
+    for (unsigned char& byte : header.before.digest) byte = in.Get<unsigned char>();
   }
-  head.sum = in.Get<std::uint32_t>();
-  const int most = raw.size() == kBlockHeadBytes ? 7 : 6;
-  head.is_plausible = magic && kind >= 1 && kind <= most && head.bytes <= MostBytes(head.kind);
-  return head;
+  header.sum = in.Get<std::uint32_t>();
+  const int most = raw.size() == kBlockHeaderBytes ? 7 : 6;
+  header.is_plausible = magic && kind >= 1 && kind <= most && header.bytes <= MaxUnpackedBytes(header.kind);
+  return header;
 }
 
-std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed) {
+std::uint32_t CalcBlockSum(std::string_view raw_header, std::string_view packed) {
   const std::size_t sum_bytes = sizeof(std::uint32_t);
-  const std::string_view summed = raw_head.substr(kBlockMagic.size(), raw_head.size() - kBlockMagic.size() - sum_bytes);
+  const std::string_view summed =
+      raw_header.substr(kBlockMagic.size(), raw_header.size() - kBlockMagic.size() - sum_bytes);
   return CalcCrc32c(packed, CalcCrc32c(summed));
 }
 
-std::size_t MostBytes(BlockKind kind) {
+std::size_t MaxUnpackedBytes(BlockKind kind) {
   switch (kind) {
     case BlockKind::kFile:
       return kMaxFileBytes;
@@ -146,7 +147,7 @@ struct BlockFile::Flusher {
   void Run(int file) {
     std::unique_lock lock(mutex);
     while (!stop) {
-      wake.wait_for(lock, kBetweenFlushes);
+      wake.wait_for(lock, kFlushInterval);
       if (!written.exchange(false)) continue;
       lock.unlock();
       if (fdatasync(file) != 0) failure = errno;
@@ -217,14 +218,14 @@ void BlockFile::Check() {
 }
 
 void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
-  if (bytes.size() > MostBytes(kind)) {
-    throw Error(fmt::format("{}: can't be written any further: {} MB in one block, where the maximum is {}", path_,
-                            bytes.size() >> 20, MostBytes(kind) >> 20));
+  if (bytes.size() > MaxUnpackedBytes(kind)) {
+    throw Error(fmt::format("{}: can't be written any further: a block has {} MB; the maximum is {} MB", path_,
+                            bytes.size() >> 20, MaxUnpackedBytes(kind) >> 20));
   }
   Check();
   const std::string block = FormatBlock(kind, bytes, number_, &link_, level);
   if (bytes_ + block.size() > kMaxRecordingBytes) {
-    throw Error(fmt::format("{}: can't be written any further: a recording holds {} GiB at most", path_,
+    throw Error(fmt::format("{}: can't be written any further: the maximum size of a recording is {} GiB", path_,
                             kMaxRecordingBytes >> 30));
   }
   // The block is written in one call, so that killing the program damages at most the last block.

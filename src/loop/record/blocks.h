@@ -40,8 +40,8 @@ inline constexpr std::size_t kMaxBytesOfFiles = std::size_t{256} << 20;  // tota
 inline constexpr std::uint64_t kMaxRecordingBytes = std::uint64_t{4} << 30;
 
 inline constexpr std::string_view kBlockMagic = "KBLK";
-inline constexpr std::size_t kBlockHeadBytes1 = 4 + 1 + 4 + 4 + 4 + 4;
-inline constexpr std::size_t kBlockHeadBytes = kBlockHeadBytes1 + 1 + 32;
+inline constexpr std::size_t kBlockHeaderBytes1 = 4 + 1 + 4 + 4 + 4 + 4;
+inline constexpr std::size_t kBlockHeaderBytes = kBlockHeaderBytes1 + 1 + 32;
 
 /// Link in a block to the block before it.
 struct BlockLink {
@@ -50,11 +50,12 @@ struct BlockLink {
 };
 /// Returns the link in the first block: the digest of the first line.
 BlockLink FirstLink();
-/// Returns the link to a block, for the block after it. `head` and `packed` are the bytes of the block as in the file.
-BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed);
+/// Returns the link to a block, for the block after it. `header` and `packed` are the bytes of the block as in the
+/// file.
+BlockLink LinkAfter(BlockKind kind, std::string_view header, std::string_view packed);
 
 /// Header of a block, before its packed bytes.
-struct BlockHead {
+struct BlockHeader {
   BlockKind kind = BlockKind::kMeta;
   std::uint32_t packed_bytes = 0;
   std::uint32_t bytes = 0;
@@ -63,10 +64,10 @@ struct BlockHead {
   std::uint32_t sum = 0;
   bool is_plausible = false;  // magic, kind and size are valid
 };
-/// Parses a header. `raw`: kBlockHeadBytes bytes, or kBlockHeadBytes1 in version 1.
-BlockHead ParseBlockHead(std::string_view raw);
+/// Parses a header. `raw`: kBlockHeaderBytes bytes, or kBlockHeaderBytes1 in version 1.
+BlockHeader ParseBlockHeader(std::string_view raw);
 /// Computes the checksum of a block.
-std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed);
+std::uint32_t CalcBlockSum(std::string_view raw_header, std::string_view packed);
 
 /// Returns a block's bytes as in the file. `number`: zero-based index of the block. `before`: null in version 1.
 std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, const BlockLink* before,
@@ -106,6 +107,6 @@ class BlockFile {
 };
 
 /// Returns the maximum unpacked size of a block of this kind, bytes.
-std::size_t MostBytes(BlockKind kind);
+std::size_t MaxUnpackedBytes(BlockKind kind);
 
 }  // namespace kerf

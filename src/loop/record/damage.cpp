@@ -7,10 +7,10 @@
 namespace kerf {
 namespace {
 
-constexpr std::size_t kMaxGapsNamed = 3;
+constexpr std::size_t kMaxGapsListed = 3;
 
 std::string DescribeGaps(const RecordingDamage& damage) {
-  const std::size_t named = std::min(damage.gaps.size(), kMaxGapsNamed);
+  const std::size_t named = std::min(damage.gaps.size(), kMaxGapsListed);
   std::string where;
   for (std::size_t i = 0; i < named; ++i) {
     const LostSteps& gap = damage.gaps[i];
@@ -41,7 +41,7 @@ std::string Describe(const LostBlocks& lost) {
   }
   switch (*lost.last_kind) {
     case BlockKind::kMeta:
-      return "one of the two copies of its head is damaged";
+      return "one of the two copies of its header is damaged";
     case BlockKind::kFile:
       return "an input of its scene is damaged";
     case BlockKind::kPiece:
@@ -64,9 +64,9 @@ std::string Describe(const RecordingDamage& damage, const std::vector<std::strin
   if (!damage.gaps.empty()) add(DescribeGaps(damage));
   for (const std::string& fault : faults) add(fault);
   if (damage.state == RecordingState::kCutShort && !damage.has_end) {
-    add(fmt::format("cut short at {:.3f} s: no end", duration_s));
+    add(fmt::format("cut short at {:.3f} s: its end is missing", duration_s));
   } else if (!damage.has_end) {
-    add(fmt::format("no end after {:.3f} s", duration_s));
+    add(fmt::format("its end after {:.3f} s is missing", duration_s));
   }
   if (sentence.empty()) add(fmt::format("{} bytes in it do not belong to a block", damage.bad_bytes));
   return sentence;

@@ -20,8 +20,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kBlock_s = 0.25;
-constexpr double kLongestStep_s = 1000;
-constexpr double kLongest_s = 1e12;
+constexpr double kMaxStep_s = 1000;
+constexpr double kMaxRecordedTime_s = 1e12;
 constexpr std::uint64_t kMaxSteps = 1'000'000'000'000'000;
 constexpr double kSameTime_s = 1e-6;
 
@@ -38,7 +38,7 @@ class JsonReader {
   }
   std::string Text(const char* key) const {
     const auto it = json_.find(key);
-    if (it == json_.end() || !it->is_string()) Fail(fmt::format("has no text \"{}\"", key));
+    if (it == json_.end() || !it->is_string()) Fail(fmt::format("has no string \"{}\"", key));
     return it->get<std::string>();
   }
   double Number(const char* key, double lower, double upper) const {
@@ -66,7 +66,7 @@ class JsonReader {
     }
     const auto at = [&](std::size_t i) { return (*it)[i].get<double>(); };
     const Pose X{Quat{at(3), at(4), at(5), at(6)}, Vec3{at(0), at(1), at(2)}};
-    if (!IsValid(X) || !IsInWorld(X.p_AB)) Fail(fmt::format("has a pose \"{}\" that is not valid", key));
+    if (!IsValid(X) || !IsInWorld(X.p_AB)) Fail(fmt::format("has an invalid pose \"{}\"", key));
     return X;
   }
 
@@ -77,65 +77,65 @@ class JsonReader {
   ordered_json json_;
 };
 
-std::string FormatHead(const RecordingHead& head) {
-  const Vec3& p = head.X_WT_start.p_AB;
-  const Quat& q = head.X_WT_start.R_AB;
+std::string FormatHeader(const RecordingHeader& header) {
+  const Vec3& p = header.X_WT_start.p_AB;
+  const Quat& q = header.X_WT_start.R_AB;
   const ordered_json json{{"kerf_recording", 2},
-                          {"kind", ToString(head.kind)},
-                          {"version", head.version},
-                          {"commit", head.commit},
-                          {"compiler", head.compiler},
-                          {"machine", head.machine},
-                          {"created", head.created},
-                          {"taken_up_from", head.taken_up_from},
-                          {"scene_name", head.scene_name},
-                          {"scene_file", head.scene_file},
-                          {"bone_hash", Hex(head.bone_hash)},
-                          {"material_hash", Hex(head.material_hash)},
-                          {"voxel_mm", head.voxel_mm},
-                          {"rate_hz", head.rate_hz},
+                          {"kind", ToString(header.kind)},
+                          {"version", header.version},
+                          {"commit", header.commit},
+                          {"compiler", header.compiler},
+                          {"machine", header.machine},
+                          {"created", header.created},
+                          {"taken_up_from", header.taken_up_from},
+                          {"scene_name", header.scene_name},
+                          {"scene_file", header.scene_file},
+                          {"bone_hash", Hex(header.bone_hash)},
+                          {"material_hash", Hex(header.material_hash)},
+                          {"voxel_mm", header.voxel_mm},
+                          {"rate_hz", header.rate_hz},
                           {"start", {p.x, p.y, p.z, q.w, q.x, q.y, q.z}},
-                          {"check_bits", head.check_bits},
-                          {"state_every_steps", head.state_every_steps},
-                          {"hash_every_steps", head.hash_every_steps},
-                          {"scene", head.scene_toml}};
+                          {"check_bits", header.check_bits},
+                          {"state_every_steps", header.state_every_steps},
+                          {"hash_every_steps", header.hash_every_steps},
+                          {"scene", header.scene_toml}};
   return json.dump(1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-RecordingHead ParseHead(const std::string& text) {
-  const JsonReader json(text, "head");
-  RecordingHead head;
+RecordingHeader ParseHeader(const std::string& text) {
+  const JsonReader json(text, "header");
+  RecordingHeader header;
   if (const double version = json.Number("kerf_recording", 1, 1e9); version > 2) {
     throw Error(fmt::format("was written by a later version of kerf (format {:g})", version));
   }
   const std::string kind = json.Text("kind");
   if (kind == "loop") {
-    head.kind = RecordedKind::kLoop;
+    header.kind = RecordedKind::kLoop;
   } else if (kind == "run") {
-    head.kind = RecordedKind::kRun;
+    header.kind = RecordedKind::kRun;
   } else if (kind == "slab") {
-    head.kind = RecordedKind::kSlab;
+    header.kind = RecordedKind::kSlab;
   } else {
     throw Error(fmt::format("is of a kind \"{}\" that this version does not support", kind.substr(0, 40)));
   }
-  head.version = Printable(json.Text("version"));
-  head.commit = Printable(json.Text("commit"));
-  head.compiler = Printable(json.Text("compiler"));
-  head.machine = Printable(json.Text("machine"));
-  head.created = Printable(json.Text("created"));
-  head.taken_up_from = Printable(json.Text("taken_up_from"));
-  head.scene_name = Printable(json.Text("scene_name"));
-  head.scene_file = Printable(json.Text("scene_file"));
-  head.scene_toml = json.Text("scene");
-  head.bone_hash = json.Hash("bone_hash");
-  head.material_hash = json.Hash("material_hash");
-  head.voxel_mm = json.Number("voxel_mm", 1e-6, 1e6);
-  head.rate_hz = json.Number("rate_hz", 1, 1e6);
-  head.X_WT_start = json.ReadPose("start");
-  head.check_bits = static_cast<int>(json.Number("check_bits", 8, 16));
-  head.state_every_steps = static_cast<int>(json.Number("state_every_steps", 1, 1e9));
-  head.hash_every_steps = static_cast<int>(json.Number("hash_every_steps", 1, 1e9));
-  return head;
+  header.version = Printable(json.Text("version"));
+  header.commit = Printable(json.Text("commit"));
+  header.compiler = Printable(json.Text("compiler"));
+  header.machine = Printable(json.Text("machine"));
+  header.created = Printable(json.Text("created"));
+  header.taken_up_from = Printable(json.Text("taken_up_from"));
+  header.scene_name = Printable(json.Text("scene_name"));
+  header.scene_file = Printable(json.Text("scene_file"));
+  header.scene_toml = json.Text("scene");
+  header.bone_hash = json.Hash("bone_hash");
+  header.material_hash = json.Hash("material_hash");
+  header.voxel_mm = json.Number("voxel_mm", 1e-6, 1e6);
+  header.rate_hz = json.Number("rate_hz", 1, 1e6);
+  header.X_WT_start = json.ReadPose("start");
+  header.check_bits = static_cast<int>(json.Number("check_bits", 8, 16));
+  header.state_every_steps = static_cast<int>(json.Number("state_every_steps", 1, 1e9));
+  header.hash_every_steps = static_cast<int>(json.Number("hash_every_steps", 1, 1e9));
+  return header;
 }
 
 std::string FormatEnd(const RecordingEnd& end) {
@@ -152,7 +152,7 @@ RecordingEnd ParseEnd(const std::string& text) {
   const JsonReader json(text, "end");
   RecordingEnd end;
   end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, static_cast<double>(kMaxSteps)));
-  end.time_s = json.Number("time_s", 0, kLongest_s);
+  end.time_s = json.Number("time_s", 0, kMaxRecordedTime_s);
   end.force_hash = json.Hash("force_hash");
   end.voxel_hash = json.Hash("voxel_hash");
   if (json.Has("bone_hash")) end.bone_hash = json.Hash("bone_hash");
@@ -173,7 +173,7 @@ RecordedEvent ParseEvent(const std::string& text) {
   const JsonReader json(text, "list of events");
   RecordedEvent event;
   event.step = static_cast<std::uint64_t>(json.Number("step", 0, static_cast<double>(kMaxSteps)));
-  event.time_s = json.Number("time_s", 0, kLongest_s);
+  event.time_s = json.Number("time_s", 0, kMaxRecordedTime_s);
   event.what = Printable(json.Text("what"));
   event.name = Printable(json.Text("name"));
   event.number = static_cast<std::uint32_t>(json.Number("number", 0, 4e9));
@@ -203,14 +203,14 @@ void CheckNewRecording(const std::string& path) {
   }
 }
 
-RecordingWriter::RecordingWriter(const std::string& path, const RecordingHead& head,
+RecordingWriter::RecordingWriter(const std::string& path, const RecordingHeader& header,
                                  const std::map<std::string, std::string>& files, const std::optional<SealKey>& key)
     : file_(path),
       key_(key),
       steps_in_block_(static_cast<std::size_t>(
-          std::clamp(std::floor(kBlock_s * head.rate_hz), 1.0, static_cast<double>(kMaxStepsInBlock)))) {
-  // The head is written twice, because a recording cannot be read without it.
-  for (int i = 0; i < 2; ++i) file_.Append(BlockKind::kMeta, FormatHead(head));
+          std::clamp(std::floor(kBlock_s * header.rate_hz), 1.0, static_cast<double>(kMaxStepsInBlock)))) {
+  // The header is written twice, because a recording cannot be read without it.
+  for (int i = 0; i < 2; ++i) file_.Append(BlockKind::kMeta, FormatHeader(header));
   for (const auto& [name, bytes] : files) {
     ByteWriter out;
     out.PutText(name);
@@ -272,11 +272,11 @@ RecordingReader::RecordingReader(const std::string& path) : blocks_(path) {
   const std::vector<BlockPlace>& places = blocks_.places();
   if (places.empty() || places.front().kind != BlockKind::kMeta) {
     const bool damaged = !blocks_.gaps().empty() && !blocks_.gaps().front().torn;
-    throw Error(fmt::format("{}: {} its head; nothing can be read from it", path,
+    throw Error(fmt::format("{}: {} its header; nothing can be read from it", path,
                             damaged ? "is damaged in" : "is cut short before"));
   }
   try {
-    head_ = ParseHead(blocks_.Read(places.front()));
+    header_ = ParseHeader(blocks_.Read(places.front()));
     Read();
     CheckSeal();
     FindDamage();
@@ -310,7 +310,7 @@ void RecordingReader::Read() {
         break;
     }
   }
-  KeepLost(false);
+  ReportLostBlocks(false);
 }
 
 void RecordingReader::TakeEnd(const BlockPlace& place) {
@@ -329,13 +329,13 @@ void RecordingReader::TakeSteps(const BlockPlace& place) {
     if (lost_.empty() || block.first_step < next_step_) throw Error("lacks steps in the middle");
     AddLostSteps(block.first_step, block.first_time_s);
   }
-  KeepLost(false);
+  ReportLostBlocks(false);
   for (const RecordedStep& step : block.steps) {
-    if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick with an invalid duration");
+    if (!(step.dt_s >= 0 && step.dt_s <= kMaxStep_s)) throw Error("has a tick with an invalid duration");
     if ((step.flags & kRecordedPieceLeaves) != 0)
       pieces_.try_emplace(step.piece, LostSteps{next_step_, 0, duration_s_, 0});
     ++next_step_;
-    duration_s_ += CalcElapsed(step, head_.rate_hz);
+    duration_s_ += CalcElapsed(step, header_.rate_hz);
   }
   steps_ += block.steps.size();
   steps_places_.push_back(place);
@@ -343,18 +343,18 @@ void RecordingReader::TakeSteps(const BlockPlace& place) {
 
 /// Adds a gap for the steps whose blocks are missing.
 void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
-  if (until_step > kMaxSteps || !(until_s >= duration_s_ - kSameTime_s && until_s <= kLongest_s)) {
+  if (until_step > kMaxSteps || !(until_s >= duration_s_ - kSameTime_s && until_s <= kMaxRecordedTime_s)) {
     throw Error("has steps after a gap at an impossible time");
   }
   damage_.gaps.push_back({next_step_, until_step - next_step_, duration_s_, until_s});
   damage_.lost_steps += until_step - next_step_;
   next_step_ = until_step;
   duration_s_ = until_s;
-  KeepLost(true);
+  ReportLostBlocks(true);
 }
 
 /// Reports missing blocks that contained no steps as faults. `with_steps`: some of the missing blocks contained steps.
-void RecordingReader::KeepLost(bool with_steps) {
+void RecordingReader::ReportLostBlocks(bool with_steps) {
   for (const LostBlocks& lost : lost_) {
     const bool is_other = lost.count == 1 && lost.last_kind && *lost.last_kind != BlockKind::kSteps;
     if (is_other || !with_steps) faults_.push_back(Describe(lost));

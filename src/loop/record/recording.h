@@ -19,8 +19,8 @@ namespace kerf {
 enum class RecordedKind : std::uint8_t { kLoop, kRun, kSlab };
 const char* ToString(RecordedKind kind);
 
-/// Head of a recording.
-struct RecordingHead {
+/// Header of a recording.
+struct RecordingHeader {
   RecordedKind kind = RecordedKind::kLoop;
   std::string scene_name;
   std::string scene_file;           // path of the scene file, which relative names in the scene refer to
@@ -70,8 +70,8 @@ class RecordingWriter {
  public:
   /// `files`: inputs of the scene by full name, with their bytes. `key`: signs the recording when it ends. Throws
   /// kerf::Error if the file cannot be created.
-  RecordingWriter(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files,
-                  const std::optional<SealKey>& key = std::nullopt);
+  RecordingWriter(const std::string& path, const RecordingHeader& header,
+                  const std::map<std::string, std::string>& files, const std::optional<SealKey>& key = std::nullopt);
 
   /// Adds a step. `time_s`: time at the end of the step. All functions throw kerf::Error if the file can no longer be
   /// written.
@@ -106,13 +106,13 @@ class RecordingWriter {
 /// Reads a recording. Needs memory for one block of steps and an index of the file.
 class RecordingReader {
  public:
-  /// Throws kerf::Error if the file is not a recording or its head is invalid. Of a truncated or damaged recording, all
-  /// parts that are present are read; see damage().
+  /// Throws kerf::Error if the file is not a recording or its header is invalid. Of a truncated or damaged recording,
+  /// all parts that are present are read; see damage().
   explicit RecordingReader(const std::string& path);
 
   const std::string& path() const { return blocks_.path(); }
   std::uint64_t file_bytes() const { return blocks_.size(); }
-  const RecordingHead& head() const { return head_; }
+  const RecordingHeader& header() const { return header_; }
   std::map<std::string, std::string> ReadFiles();
   const std::optional<RecordingEnd>& end() const { return end_; }
   const std::vector<RecordedEvent>& events() const { return events_; }
@@ -138,13 +138,13 @@ class RecordingReader {
   void TakeSteps(const BlockPlace& place);
   void AddLostSteps(std::uint64_t until_step, double until_s);
   void TakeEnd(const BlockPlace& place);
-  void KeepLost(bool with_steps);
+  void ReportLostBlocks(bool with_steps);
   void CheckSeal();
   void FindDamage();
   void LimitToPieces();
 
   BlockReader blocks_;
-  RecordingHead head_;
+  RecordingHeader header_;
   std::optional<RecordingEnd> end_;
   std::vector<RecordedEvent> events_;
   std::vector<BlockPlace> steps_places_;

@@ -18,10 +18,10 @@
 namespace kerf {
 namespace {
 
-constexpr std::string_view kSecretWords = "kerf secret key ";
-constexpr std::string_view kPublicWords = "kerf public key ";
+constexpr std::string_view kSecretPrefix = "kerf secret key ";
+constexpr std::string_view kPublicPrefix = "kerf public key ";
 // Precedes the digest, so that a signature of other data is not valid here.
-constexpr std::string_view kSigned = "kerf recording seal 1\n";
+constexpr std::string_view kSignaturePrefix = "kerf recording seal 1\n";
 constexpr std::size_t kMaxKeyBytes = std::size_t{1} << 20;
 constexpr mode_t kOthers = S_IRWXG | S_IRWXO;
 
@@ -29,7 +29,7 @@ using Signature = std::array<unsigned char, crypto_sign_BYTES>;
 using Secret = std::array<unsigned char, crypto_sign_SECRETKEYBYTES>;
 
 /// Initialises libsodium, which is necessary before it is used.
-void Begin() {
+void InitSodium() {
   static const int begun = sodium_init();
   if (begun < 0) throw Error("libsodium can't be used here: the system provides no random numbers");
 }
@@ -52,7 +52,7 @@ bool ParseHex(std::string_view text, std::array<unsigned char, kSize>& bytes) {
 }
 
 std::string SignedBytes(const Digest& digest) {
-  std::string bytes(kSigned);
+  std::string bytes(kSignaturePrefix);
   for (const unsigned char byte : digest) bytes += static_cast<char>(byte);
   return bytes;
 }
@@ -62,7 +62,7 @@ const unsigned char* Raw(std::string_view bytes) {
 }
 
 std::pair<Digest, Secret> MakePair(const std::array<unsigned char, 32>& seed) {
-  Begin();
+  InitSodium();
   std::pair<Digest, Secret> keys;
   crypto_sign_seed_keypair(keys.first.data(), keys.second.data(), seed.data());
   return keys;
@@ -71,7 +71,7 @@ std::pair<Digest, Secret> MakePair(const std::array<unsigned char, 32>& seed) {
 }  // namespace
 
 Digest CalcDigest(std::string_view first, std::string_view rest) {
-  Begin();
+  InitSodium();
   Digest digest;
   crypto_generichash_state state;
   crypto_generichash_init(&state, nullptr, 0, digest.size());
@@ -90,7 +90,7 @@ std::string ShortKey(const PublicKey& key) {
 }
 
 SealKey SealKey::Make() {
-  Begin();
+  InitSodium();
   SealKey key;
   randombytes_buf(key.seed_.data(), key.seed_.size());
   return key;
@@ -99,14 +99,14 @@ SealKey SealKey::Make() {
 SealKey SealKey::ParseSecret(std::string_view text) {
   while (!text.empty() && text.back() == '\n') text.remove_suffix(1);
   SealKey key;
-  if (!text.starts_with(kSecretWords) || !ParseHex(text.substr(kSecretWords.size()), key.seed_)) {
-    throw Error("is not a secret key of kerf");
+  if (!text.starts_with(kSecretPrefix) || !ParseHex(text.substr(kSecretPrefix.size()), key.seed_)) {
+    throw Error("is not a kerf secret key");
   }
   return key;
 }
 
 std::string SealKey::FormatSecret() const {
-  return fmt::format("{}{}\n", kSecretWords, Hex(seed_));
+  return fmt::format("{}{}\n", kSecretPrefix, Hex(seed_));
 }
 
 PublicKey SealKey::public_key() const {
@@ -122,7 +122,7 @@ std::string SealKey::Sign(const Digest& digest) const {
 }
 
 bool IsSignedBy(const Digest& digest, const PublicKey& key, std::string_view signature) {
-  Begin();
+  InitSodium();
   Digest raw_key;
   Signature raw_signature;
   if (!ParseHex(key, raw_key) || !ParseHex(signature, raw_signature)) return false;
@@ -159,7 +159,7 @@ SealBlock ParseSeal(const std::string& text) {
   if (!ParseHex(get("digest"), seal.digest)) throw Error("its seal has no digest");
   seal.key = get("key");
   seal.signature = get("signature");
-  if (Digest raw; !seal.key.empty() && !ParseHex(seal.key, raw)) throw Error("its seal has a key that is not valid");
+  if (Digest raw; !seal.key.empty() && !ParseHex(seal.key, raw)) throw Error("its seal has an invalid key");
   return seal;
 }
 
@@ -183,7 +183,7 @@ std::string FindKeyFile() {
   };
   if (const std::string folder = get("XDG_CONFIG_HOME"); !folder.empty()) return folder + "/kerf/recording.key";
   if (const std::string home = get("HOME"); !home.empty()) return home + "/.config/kerf/recording.key";
-  throw Error("neither HOME nor XDG_CONFIG_HOME is set: there is no place for a key");
+  throw Error("the location of the key file is unknown: neither HOME nor XDG_CONFIG_HOME is set");
 }
 
 SealKey MakeKeyFile() {
@@ -240,7 +240,7 @@ std::vector<KnownKey> ListOwnKeys() {
 }
 
 std::string FormatPublicKey(const PublicKey& key) {
-  return fmt::format("{}{}", kPublicWords, key);
+  return fmt::format("{}{}", kPublicPrefix, key);
 }
 
 std::vector<KnownKey> ReadPublicKeys(const std::string& file) {
@@ -254,17 +254,17 @@ std::vector<KnownKey> ReadPublicKeys(const std::string& file) {
     if (line.find_first_not_of(" \t\r") == std::string_view::npos || line.starts_with('#')) continue;
     constexpr std::size_t kDigits = 64;
     Digest raw;
-    const bool words = line.starts_with(kPublicWords);
-    if (words) line.remove_prefix(kPublicWords.size());
-    if (!words || !ParseHex(line.substr(0, kDigits), raw) || (line.size() > kDigits && line[kDigits] != ' ')) {
+    const bool has_prefix = line.starts_with(kPublicPrefix);
+    if (has_prefix) line.remove_prefix(kPublicPrefix.size());
+    if (!has_prefix || !ParseHex(line.substr(0, kDigits), raw) || (line.size() > kDigits && line[kDigits] != ' ')) {
       throw Error(fmt::format("{}: line {} is not \"{}\" and 64 hexadecimal digits, as 'kerf log --show-key' prints it",
-                              file, number, kPublicWords.substr(0, kPublicWords.size() - 1)));
+                              file, number, kPublicPrefix.substr(0, kPublicPrefix.size() - 1)));
     }
     const std::string name(line.size() > kDigits ? line.substr(kDigits + 1) : "");
     keys.push_back(
         {std::string(line.substr(0, kDigits)), name.empty() ? "in " + file : fmt::format("{}, in {}", name, file)});
   }
-  if (keys.empty()) throw Error(fmt::format("{}: has no public key", file));
+  if (keys.empty()) throw Error(fmt::format("{}: contains no public key", file));
   return keys;
 }
 

@@ -65,25 +65,25 @@ void GetSecondDifferences(ByteReader& in, std::vector<std::int64_t>& values) {
 }
 
 /// Maps doubles to integers one to one, preserving their order.
-std::uint64_t Order(double x) {
+std::uint64_t ToOrdered(double x) {
   const auto bits = std::bit_cast<std::uint64_t>(x);
   return bits >> 63 != 0 ? ~bits : bits | (std::uint64_t{1} << 63);
 }
-double UnOrder(std::uint64_t ordered) {
+double FromOrdered(std::uint64_t ordered) {
   return std::bit_cast<double>(ordered >> 63 != 0 ? ordered ^ (std::uint64_t{1} << 63) : ~ordered);
 }
 
 /// Extrapolates doubles from the previous ones with a polynomial of the given degree. Bit-identical on all platforms.
-class Carry {
+class Extrapolator {
  public:
-  explicit Carry(int degree) : degree_(degree) {}
+  explicit Extrapolator(int degree) : degree_(degree) {}
   double Next() const {
     double guess = a_;
     if (degree_ == 1) guess = a_ + (a_ - b_);
     if (degree_ == 2) guess = (a_ - b_) + (a_ - b_) + (a_ - b_) + c_;
     return std::isfinite(guess) ? guess : 0;
   }
-  void Take(double x) {
+  void Add(double x) {
     c_ = b_;
     b_ = a_;
     a_ = x;
@@ -104,11 +104,11 @@ void PutRawPoses(ByteWriter& out, const std::vector<RecordedStep>& steps) {
     for (int degree = 0; degree < 3; ++degree) {
       ByteWriter column;
       column.Put(static_cast<std::uint8_t>(degree));
-      Carry carry(degree);
+      Extrapolator extrapolator(degree);
       for (const RecordedStep& step : steps) {
         const double x = Components(step.X)[c];
-        column.PutSigned(static_cast<std::int64_t>(Order(x) - Order(carry.Next())));
-        carry.Take(x);
+        column.PutSigned(static_cast<std::int64_t>(ToOrdered(x) - ToOrdered(extrapolator.Next())));
+        extrapolator.Add(x);
       }
       if (best.empty() || column.bytes().size() < best.size()) best = column.Take();
     }
@@ -121,10 +121,10 @@ void GetRawPoses(ByteReader& in, std::vector<RecordedStep>& steps) {
     ByteReader column(in.GetText());
     const auto degree = column.Get<std::uint8_t>();
     if (degree > 2) throw Error("has a column of an unknown kind");
-    Carry carry(degree);
+    Extrapolator extrapolator(degree);
     for (RecordedStep& step : steps) {
-      const double x = UnOrder(Order(carry.Next()) + static_cast<std::uint64_t>(column.GetSigned()));
-      carry.Take(x);
+      const double x = FromOrdered(ToOrdered(extrapolator.Next()) + static_cast<std::uint64_t>(column.GetSigned()));
+      extrapolator.Add(x);
       Pose& X = step.X;
       const std::array<double*, kComponents> to{&X.p_AB.x, &X.p_AB.y, &X.p_AB.z, &X.R_AB.w,
                                                 &X.R_AB.x, &X.R_AB.y, &X.R_AB.z};

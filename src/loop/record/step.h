@@ -34,8 +34,8 @@ struct RecordedStep {
   std::uint8_t fidelity = 0;  // requested fidelity
   std::uint32_t piece = 0;    // valid only if a flag refers to it; the same applies to `checkpoint`
   std::uint32_t checkpoint = 0;
-  // Hashes truncated to 16 bits, or to 8 (RecordingHead::check_bits): one of the forces and the tool's pose, and one of
-  // all changed voxels.
+  // Hashes truncated to 16 bits, or to 8 (RecordingHeader::check_bits): one of the forces and the tool's pose, and one
+  // of all changed voxels.
   std::uint16_t force_check = 0;
   std::uint16_t bone_check = 0;
 };

@@ -1,11 +1,11 @@
 #include "session/export/contacts.h"
 
-namespace kerf::takeaway {
+namespace kerf::export_detail {
 
-Prepared Prepare(const ExportInput& taken, const ExportOptions& options) {
+Prepared Prepare(const ExportInput& input, const ExportOptions& options) {
   Prepared out;
-  if (taken.pieces == nullptr) return out;
-  const PieceSet& set = *taken.pieces;
+  if (input.pieces == nullptr) return out;
+  const PieceSet& set = *input.pieces;
   for (int i = 0; i < set.size(); ++i) {
     if (!set.state(i).deleted) out.pieces.push_back(i);
   }
@@ -34,4 +34,4 @@ Prepared Prepare(const ExportInput& taken, const ExportOptions& options) {
   return out;
 }
 
-}  // namespace kerf::takeaway
+}  // namespace kerf::export_detail

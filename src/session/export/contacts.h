@@ -6,7 +6,7 @@
 
 #include "session/export/write_export.h"
 
-namespace kerf::takeaway {
+namespace kerf::export_detail {
 
 struct PairRow {
   std::string a;
@@ -20,9 +20,9 @@ struct Prepared {
   std::vector<int> pieces;  // indices of the pieces that are not deleted
   std::vector<PairRow> pairs;
 };
-Prepared Prepare(const ExportInput& taken, const ExportOptions& options);
+Prepared Prepare(const ExportInput& input, const ExportOptions& options);
 
-std::string FormatReportHtml(const ExportInput& taken, const Prepared& prepared);
-std::string FormatMeasuresCsv(const ExportInput& taken, const Prepared& prepared);
+std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared);
+std::string FormatMeasuresCsv(const ExportInput& input, const Prepared& prepared);
 
-}  // namespace kerf::takeaway
+}  // namespace kerf::export_detail

@@ -7,7 +7,7 @@
 
 #include "session/export/html.h"
 
-namespace kerf::takeaway {
+namespace kerf::export_detail {
 namespace {
 
 constexpr double kWidth = 760;
@@ -51,16 +51,16 @@ std::vector<std::pair<double, double>> Thin(const std::vector<std::pair<double, 
     const auto first = points.begin() + static_cast<std::ptrdiff_t>(bin * points.size() / kBins);
     const auto last = points.begin() + static_cast<std::ptrdiff_t>((bin + 1) * points.size() / kBins);
     const auto by_y = [](const auto& a, const auto& b) { return a.second < b.second; };
-    const auto [least, most] = std::minmax_element(first, last, by_y);
-    out.push_back(least < most ? *least : *most);
-    if (least != most) out.push_back(least < most ? *most : *least);
+    const auto [lowest, highest] = std::minmax_element(first, last, by_y);
+    out.push_back(lowest < highest ? *lowest : *highest);
+    if (lowest != highest) out.push_back(lowest < highest ? *highest : *lowest);
   }
   return out;
 }
 
 }  // namespace
 
-std::string FormatCurveSvg(const TakenCurve& curve) {
+std::string FormatCurveSvg(const ExportCurve& curve) {
   std::vector<std::pair<double, double>> points;
   for (const auto& p : curve.points) {
     if (std::isfinite(p.first) && std::isfinite(p.second)) points.push_back(p);
@@ -73,9 +73,9 @@ std::string FormatCurveSvg(const TakenCurve& curve) {
     x_low = points.front().first;
     x_high = points.back().first;
     const auto by_y = [](const auto& a, const auto& b) { return a.second < b.second; };
-    const auto [least, most] = std::minmax_element(points.begin(), points.end(), by_y);
-    y_low = least->second;
-    y_high = most->second;
+    const auto [lowest, highest] = std::minmax_element(points.begin(), points.end(), by_y);
+    y_low = lowest->second;
+    y_high = highest->second;
   }
   const Axis x = MakeAxis(x_low, x_high, false);
   const Axis y = MakeAxis(y_low, y_high, true);
@@ -113,4 +113,4 @@ std::string FormatCurveSvg(const TakenCurve& curve) {
   return out + "\"/>\n</svg>\n";
 }
 
-}  // namespace kerf::takeaway
+}  // namespace kerf::export_detail

@@ -5,10 +5,10 @@
 
 #include "session/export/write_export.h"
 
-namespace kerf::takeaway {
+namespace kerf::export_detail {
 
 /// The curve has axes, round tick values, labels and a title for screen readers. Peaks are preserved however many
 /// points there are.
-std::string FormatCurveSvg(const TakenCurve& curve);
+std::string FormatCurveSvg(const ExportCurve& curve);
 
-}  // namespace kerf::takeaway
+}  // namespace kerf::export_detail

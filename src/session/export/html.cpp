@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace kerf::takeaway {
+namespace kerf::export_detail {
 
 std::string Escape(std::string_view text) {
   std::string out;
@@ -54,9 +54,10 @@ std::string Base64(std::string_view bytes) {
   return out;
 }
 
-std::string Table(const std::vector<std::string>& heads, const std::vector<std::vector<std::string>>& rows, bool text) {
+std::string Table(const std::vector<std::string>& headers, const std::vector<std::vector<std::string>>& rows,
+                  bool text) {
   std::string out = text ? "<table class=\"text\">\n<thead><tr>" : "<table>\n<thead><tr>";
-  for (const std::string& head : heads) out += fmt::format("<th scope=\"col\">{}</th>", Escape(head));
+  for (const std::string& header : headers) out += fmt::format("<th scope=\"col\">{}</th>", Escape(header));
   out += "</tr></thead>\n<tbody>\n";
   for (const auto& row : rows) {
     out += "<tr>";
@@ -76,4 +77,4 @@ std::string Show(double value, int decimals) {
   return fmt::format("{:.{}f}", value, decimals);
 }
 
-}  // namespace kerf::takeaway
+}  // namespace kerf::export_detail

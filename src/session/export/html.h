@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace kerf::takeaway {
+namespace kerf::export_detail {
 
 /// Escapes text for an element or a quoted attribute; removes characters that XML does not permit.
 std::string Escape(std::string_view text);
@@ -14,9 +14,9 @@ std::string Base64(std::string_view bytes);
 
 /// Returns an HTML table, with its text escaped. The first column is left-aligned, the others right-aligned unless
 /// `text` is true.
-std::string Table(const std::vector<std::string>& heads, const std::vector<std::vector<std::string>>& rows,
+std::string Table(const std::vector<std::string>& headers, const std::vector<std::vector<std::string>>& rows,
                   bool text = false);
 /// Returns "-" if `value` is not finite, otherwise the value with `decimals` decimals. Never returns "-0.00".
 std::string Show(double value, int decimals);
 
-}  // namespace kerf::takeaway
+}  // namespace kerf::export_detail

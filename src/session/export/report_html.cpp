@@ -7,7 +7,7 @@
 #include "session/export/curve_svg.h"
 #include "session/export/html.h"
 
-namespace kerf::takeaway {
+namespace kerf::export_detail {
 namespace {
 
 constexpr const char* kStyle = R"(
@@ -39,10 +39,10 @@ std::string Signed(double value, int decimals) {
   return text.empty() || text[0] == '-' || std::stod(text) == 0 ? text : "+" + text;
 }
 
-std::string Summarise(const ExportInput& taken) {
+std::string Summarise(const ExportInput& input) {
   std::string out;
-  if (taken.assessment != nullptr) {
-    const Assessment& a = *taken.assessment;
+  if (input.assessment != nullptr) {
+    const Assessment& a = *input.assessment;
     if (!a.planes.empty()) {
       const auto cut = std::count_if(a.planes.begin(), a.planes.end(), [](const PlaneResult& p) { return p.cut; });
       const auto good =
@@ -52,9 +52,9 @@ std::string Summarise(const ExportInput& taken) {
     }
     out += fmt::format("{} mm\u00b3 of bone removed. ", Show(a.removed_mm3, 1));
   }
-  if (taken.pieces != nullptr) {
+  if (input.pieces != nullptr) {
     int count = 0;
-    for (int i = 0; i < taken.pieces->size(); ++i) count += taken.pieces->state(i).deleted ? 0 : 1;
+    for (int i = 0; i < input.pieces->size(); ++i) count += input.pieces->state(i).deleted ? 0 : 1;
     out += fmt::format("{} piece{}.", count, count == 1 ? "" : "s");
   }
   return out;
@@ -104,10 +104,10 @@ std::string FormatPieces(const PieceSet& set, const Prepared& prepared) {
   std::vector<std::vector<std::string>> rows;
   for (const int i : prepared.pieces) {
     const Piece& piece = set.piece(i);
-    const Vec3 way = set.CalcCentroid(i) - piece.centroid_P;
-    rows.push_back({piece.name, Show(piece.volume_mm3, 1), Show(glm::length(way), 2), Signed(way.x, 2),
-                    Signed(way.y, 2), Signed(way.z, 2), Show(CalcTurn(set.state(i).X_WP), 2),
-                    set.state(i).hidden ? "hidden" : "shown"});
+    const Vec3 displacement = set.CalcCentroid(i) - piece.centroid_P;
+    rows.push_back({piece.name, Show(piece.volume_mm3, 1), Show(glm::length(displacement), 2),
+                    Signed(displacement.x, 2), Signed(displacement.y, 2), Signed(displacement.z, 2),
+                    Show(CalcRotationAngle(set.state(i).X_WP), 2), set.state(i).hidden ? "hidden" : "shown"});
   }
   std::string out = "<h2>Pieces</h2>\n<div class=\"scroll\">\n";
   out +=
@@ -137,47 +137,47 @@ std::string FormatPieces(const PieceSet& set, const Prepared& prepared) {
 
 }  // namespace
 
-std::string FormatReportHtml(const ExportInput& taken, const Prepared& prepared) {
-  const std::string title = taken.title.empty() ? "Report of a session" : taken.title;
+std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared) {
+  const std::string title = input.title.empty() ? "Report of a session" : input.title;
   std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", Escape(title), kStyle);
-  out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", Escape(title), Escape(Summarise(taken)));
-  for (const std::string& warning : taken.recording.warnings) {
+  out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", Escape(title), Escape(Summarise(input)));
+  for (const std::string& warning : input.recording.warnings) {
     out += fmt::format("<p><b>Warning about the recording: {}</b></p>\n", Escape(warning));
   }
-  if (taken.assessment != nullptr) {
-    if (!taken.assessment->planes.empty()) out += FormatPlanes(*taken.assessment);
-    if (!taken.assessment->stops.empty()) out += FormatStops(*taken.assessment);
-    out += FormatBone(*taken.assessment);
+  if (input.assessment != nullptr) {
+    if (!input.assessment->planes.empty()) out += FormatPlanes(*input.assessment);
+    if (!input.assessment->stops.empty()) out += FormatStops(*input.assessment);
+    out += FormatBone(*input.assessment);
   }
-  if (taken.pieces != nullptr && taken.pieces->size() > 0) out += FormatPieces(*taken.pieces, prepared);
-  if (!taken.measures.empty()) {
+  if (input.pieces != nullptr && input.pieces->size() > 0) out += FormatPieces(*input.pieces, prepared);
+  if (!input.measures.empty()) {
     std::vector<std::vector<std::string>> rows;
-    for (const TakenMeasure& m : taken.measures)
+    for (const ExportMeasure& m : input.measures)
       rows.push_back({m.name, Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
     out += "<h2>Measured</h2>\n" + Table({"what", "value", "unit"}, rows);
   }
-  if (!taken.figures.empty()) {
+  if (!input.figures.empty()) {
     std::vector<std::vector<std::string>> rows;
-    for (const TakenFigure& f : taken.figures) rows.push_back({f.name, fmt::format("{:.4g}", f.value), f.unit});
+    for (const ExportFigure& f : input.figures) rows.push_back({f.name, fmt::format("{:.4g}", f.value), f.unit});
     out += "<h2>Session</h2>\n" + Table({"what", "value", "unit"}, rows);
   }
-  for (const TakenCurve& curve : taken.curves) {
+  for (const ExportCurve& curve : input.curves) {
     out += fmt::format("<h2>{}</h2>\n<figure>\n{}</figure>\n", Escape(curve.title), FormatCurveSvg(curve));
   }
-  if (!taken.pictures.empty()) out += "<h2>Pictures</h2>\n";
-  for (const TakenPicture& picture : taken.pictures) {
+  if (!input.pictures.empty()) out += "<h2>Pictures</h2>\n";
+  for (const ExportPicture& picture : input.pictures) {
     out += fmt::format(
         "<figure>\n<img alt=\"{0}\" src=\"data:image/png;base64,{1}\">\n<figcaption>{0}</figcaption>\n</figure>\n",
         Escape(picture.caption), Base64(picture.png));
   }
-  if (!taken.provenance.empty()) {
+  if (!input.provenance.empty()) {
     std::vector<std::vector<std::string>> rows;
-    for (const TakenFact& fact : taken.provenance) rows.push_back({fact.name, fact.value});
+    for (const ExportFact& fact : input.provenance) rows.push_back({fact.name, fact.value});
     out += "<h2>Origin of this report</h2>\n" + Table({"what", "value"}, rows, true);
   }
   return out + "</main>\n</body>\n</html>\n";
 }
 
-}  // namespace kerf::takeaway
+}  // namespace kerf::export_detail

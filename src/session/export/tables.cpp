@@ -31,12 +31,12 @@ class CsvRows {
 
 }  // namespace
 
-namespace takeaway {
+namespace export_detail {
 
-std::string FormatMeasuresCsv(const ExportInput& taken, const Prepared& prepared) {
+std::string FormatMeasuresCsv(const ExportInput& input, const Prepared& prepared) {
   CsvRows rows;
-  if (taken.assessment != nullptr) {
-    const Assessment& a = *taken.assessment;
+  if (input.assessment != nullptr) {
+    const Assessment& a = *input.assessment;
     for (const PlaneResult& p : a.planes) {
       if (!p.cut) continue;
       rows.Add(p.planned.name, "offset", "mm", p.offset_mm);
@@ -59,10 +59,10 @@ std::string FormatMeasuresCsv(const ExportInput& taken, const Prepared& prepared
     if (a.too_deep_mm3) rows.Add("bone", "removed deeper than the stops", "mm3", *a.too_deep_mm3);
   }
   for (const int i : prepared.pieces) {
-    const Piece& piece = taken.pieces->piece(i);
+    const Piece& piece = input.pieces->piece(i);
     rows.Add(piece.name, "volume", "mm3", piece.volume_mm3);
-    rows.Add(piece.name, "moved", "mm", glm::length(taken.pieces->CalcCentroid(i) - piece.centroid_P));
-    rows.Add(piece.name, "turned", "deg", CalcTurn(taken.pieces->state(i).X_WP));
+    rows.Add(piece.name, "moved", "mm", glm::length(input.pieces->CalcCentroid(i) - piece.centroid_P));
+    rows.Add(piece.name, "turned", "deg", CalcRotationAngle(input.pieces->state(i).X_WP));
   }
   for (const PairRow& pair : prepared.pairs) {
     const std::string subject = fmt::format("{} and {}", pair.a, pair.b);
@@ -73,15 +73,15 @@ std::string FormatMeasuresCsv(const ExportInput& taken, const Prepared& prepared
     rows.Add(subject, "mean gap", "mm", pair.facing->mean_mm);
     rows.Add(subject, "contact area", "mm2", pair.facing->contact_mm2);
   }
-  for (const TakenMeasure& m : taken.measures)
+  for (const ExportMeasure& m : input.measures)
     rows.Add(m.name, m.unit == "deg" ? "angle" : "distance", m.unit, m.value);
-  for (const TakenFigure& f : taken.figures) rows.Add("session", f.name.c_str(), f.unit, f.value);
+  for (const ExportFigure& f : input.figures) rows.Add("session", f.name.c_str(), f.unit, f.value);
   return rows.text();
 }
 
-}  // namespace takeaway
+}  // namespace export_detail
 
-std::string FormatAssessmentJson(const Assessment& a, const TakenRecording& recording) {
+std::string FormatAssessmentJson(const Assessment& a, const ExportRecording& recording) {
   Json json;
   if (!recording.state.empty()) {
     json["recording_state"] = recording.state;

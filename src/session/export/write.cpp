@@ -64,7 +64,7 @@ class Folder {
   std::vector<std::string> files_;
 };
 
-void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const ExportOptions& options,
+void WritePieces(const PieceSet& set, const export_detail::Prepared& prepared, const ExportOptions& options,
                  std::set<std::string>& names, Folder& folder) {
   const char* extension = options.obj ? "obj" : "stl";
   Json list = Json::array();
@@ -101,12 +101,12 @@ void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const 
 
 }  // namespace
 
-std::string FormatReportHtml(const ExportInput& taken, const ExportOptions& options) {
-  return takeaway::FormatReportHtml(taken, takeaway::Prepare(taken, options));
+std::string FormatReportHtml(const ExportInput& input, const ExportOptions& options) {
+  return export_detail::FormatReportHtml(input, export_detail::Prepare(input, options));
 }
 
-std::string FormatMeasuresCsv(const ExportInput& taken, const ExportOptions& options) {
-  return takeaway::FormatMeasuresCsv(taken, takeaway::Prepare(taken, options));
+std::string FormatMeasuresCsv(const ExportInput& input, const ExportOptions& options) {
+  return export_detail::FormatMeasuresCsv(input, export_detail::Prepare(input, options));
 }
 
 std::string FormatTransformFile(const Pose& X_WP) {
@@ -123,27 +123,27 @@ std::string FormatTransformFile(const Pose& X_WP) {
       parameters);
 }
 
-std::vector<std::string> WriteExport(const ExportInput& taken, const std::string& folder_path,
+std::vector<std::string> WriteExport(const ExportInput& input, const std::string& folder_path,
                                      const ExportOptions& options, const std::function<void(double)>& progress) {
   MakeFolder(folder_path);
-  const takeaway::Prepared prepared = takeaway::Prepare(taken, options);
-  Folder folder(folder_path, progress, 7 + 3 * prepared.pieces.size() + taken.pictures.size());
+  const export_detail::Prepared prepared = export_detail::Prepare(input, options);
+  Folder folder(folder_path, progress, 7 + 3 * prepared.pieces.size() + input.pictures.size());
   // Reserved names for pieces and pictures.
   std::set<std::string> names{"report", "measures", "assessment", "planned", "achieved", "transforms", "pieces"};
-  if (taken.plan != nullptr && !taken.plan->planes.empty()) {
-    folder.Text("planned.mrk.json", FormatPlaneMarkups(MakeMarkups(*taken.plan)));
+  if (input.plan != nullptr && !input.plan->planes.empty()) {
+    folder.Text("planned.mrk.json", FormatPlaneMarkups(MakeMarkups(*input.plan)));
   }
-  if (taken.assessment != nullptr) {
-    const std::vector<PlaneMarkup> achieved = MakeCutMarkups(*taken.assessment);
+  if (input.assessment != nullptr) {
+    const std::vector<PlaneMarkup> achieved = MakeCutMarkups(*input.assessment);
     if (!achieved.empty()) folder.Text("achieved.mrk.json", FormatPlaneMarkups(achieved));
-    folder.Text("assessment.json", FormatAssessmentJson(*taken.assessment, taken.recording));
+    folder.Text("assessment.json", FormatAssessmentJson(*input.assessment, input.recording));
   }
-  if (taken.pieces != nullptr) WritePieces(*taken.pieces, prepared, options, names, folder);
-  for (const TakenPicture& picture : taken.pictures) {
+  if (input.pieces != nullptr) WritePieces(*input.pieces, prepared, options, names, folder);
+  for (const ExportPicture& picture : input.pictures) {
     folder.Text(MakeFileName(picture.name, names) + ".png", picture.png);
   }
-  folder.Text("measures.csv", takeaway::FormatMeasuresCsv(taken, prepared));
-  folder.Text("report.html", takeaway::FormatReportHtml(taken, prepared));
+  folder.Text("measures.csv", export_detail::FormatMeasuresCsv(input, prepared));
+  folder.Text("report.html", export_detail::FormatReportHtml(input, prepared));
   if (progress) progress(1);
   return folder.files();
 }

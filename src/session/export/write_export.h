@@ -13,31 +13,31 @@
 namespace kerf {
 
 /// A row of a table: a name and its value.
-struct TakenFact {
+struct ExportFact {
   std::string name;
   std::string value;
 };
 /// A value of the session, such as the mean force or the time.
-struct TakenFigure {
+struct ExportFigure {
   std::string name;
   std::string unit;
   double value = 0;
 };
 /// A distance or an angle that the user measured.
-struct TakenMeasure {
+struct ExportMeasure {
   std::string name;
   std::string unit;  // "mm" or "deg"
   double value = 0;
   std::vector<Vec3> points_W_mm;  // two for a distance, three for an angle (the vertex is the second); optional
 };
 /// A picture: the bytes of a PNG file.
-struct TakenPicture {
+struct ExportPicture {
   std::string name;  // of its file, without ".png": letters, digits, "_" and "-"
   std::string caption;
   std::string png;
 };
 /// A curve in a plot.
-struct TakenCurve {
+struct ExportCurve {
   std::string title;
   std::string x_label;  // with its unit
   std::string y_label;
@@ -45,7 +45,7 @@ struct TakenCurve {
 };
 
 /// The recording of the session.
-struct TakenRecording {
+struct ExportRecording {
   std::string state;                    // "whole", "cut short", "damaged"; empty: there is no recording
   std::vector<std::string> warnings{};  // one sentence per fault
 
@@ -58,12 +58,12 @@ struct ExportInput {
   const Plan* plan = nullptr;
   const Assessment* assessment = nullptr;
   const PieceSet* pieces = nullptr;
-  std::vector<TakenFigure> figures;
-  std::vector<TakenMeasure> measures;
-  std::vector<TakenPicture> pictures;
-  std::vector<TakenCurve> curves;
-  std::vector<TakenFact> provenance;  // scene, recording, hashes, version
-  TakenRecording recording{};
+  std::vector<ExportFigure> figures;
+  std::vector<ExportMeasure> measures;
+  std::vector<ExportPicture> pictures;
+  std::vector<ExportCurve> curves;
+  std::vector<ExportFact> provenance;  // scene, recording, hashes, version
+  ExportRecording recording{};
 };
 
 struct ExportOptions {
@@ -85,16 +85,16 @@ struct ExportOptions {
 ///   pieces.json      input of PieceSet::Restore()
 ///   PICTURE.png
 /// Returns the names of the files. Throws kerf::Error. `progress` is called with values from 0 to 1.
-std::vector<std::string> WriteExport(const ExportInput& taken, const std::string& folder,
+std::vector<std::string> WriteExport(const ExportInput& input, const std::string& folder,
                                      const ExportOptions& options = {},
                                      const std::function<void(double)>& progress = {});
 
 /// These return the text of individual files.
-std::string FormatReportHtml(const ExportInput& taken, const ExportOptions& options = {});
-std::string FormatMeasuresCsv(const ExportInput& taken, const ExportOptions& options = {});
+std::string FormatReportHtml(const ExportInput& input, const ExportOptions& options = {});
+std::string FormatMeasuresCsv(const ExportInput& input, const ExportOptions& options = {});
 /// Returns JSON with stable keys that include the units; ends with a newline. If there is a recording, its state and
 /// its faults are included.
-std::string FormatAssessmentJson(const Assessment& assessment, const TakenRecording& recording = {});
+std::string FormatAssessmentJson(const Assessment& assessment, const ExportRecording& recording = {});
 /// Returns a motion X_WP as ITK text: in LPS, and from the current to the original position, as resampling requires and
 /// as 3D Slicer expects.
 std::string FormatTransformFile(const Pose& X_WP);

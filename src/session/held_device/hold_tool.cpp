@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kMaxDelay_ticks = 16;     // maximum delay for which a coupling is computed
 constexpr double kSamePeak = 1 + 1e-6;  // allows for the rounding of a peak that a bridge reports as a float
-constexpr double kOfGateSlew = 0.9;
+constexpr double kGateSlewFraction = 0.9;
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
 
@@ -41,8 +41,8 @@ double FindPeak(const SceneDevice& device) {
 }
 
 void ChooseProfile(SceneDevice& device, const DeviceServo& servo) {
-  if (const std::string& asked = servo.options().profile; !asked.empty()) {
-    device.profile = FindDeviceProfile(asked).name;
+  if (const std::string& requested = servo.options().profile; !requested.empty()) {
+    device.profile = FindDeviceProfile(requested).name;
     device.file.clear();
     return;
   }
@@ -77,20 +77,20 @@ DeviceServoOptions MakeServoOptions(const Scene& scene) {
 
 void SetDevice(Scene& scene, const DeviceServo& servo) {
   if (!servo.traits().makes_force) return;
-  const DeviceProfile& there = servo.profile();
+  const DeviceProfile& actual = servo.profile();
   scene.device.motion_scale = servo.options().motion_scale;
   scene.device.left_handed = servo.options().left_handed;
   // The safety gate would report a higher slew rate as a fault.
   scene.device.slew_N_per_s =
-      std::min(scene.device.slew_N_per_s, kOfGateSlew * SafetyGateOptions{}.max_slew_per_s * there.peak_force_N);
+      std::min(scene.device.slew_N_per_s, kGateSlewFraction * SafetyGateOptions{}.max_slew_per_s * actual.peak_force_N);
   ChooseProfile(scene.device, servo);
   scene.device.given = true;  // so that it is recorded
   const double peak_N = FindPeak(scene.device);
-  if (peak_N > kSamePeak * there.peak_force_N) {
+  if (peak_N > kSamePeak * actual.peak_force_N) {
     throw Error(
         fmt::format("the device outputs at most {:g} N, but the profile '{}' states {:g} N: set [device] file in the "
                     "scene to a table with the device's figures",
-                    there.peak_force_N, scene.device.profile, peak_N));
+                    actual.peak_force_N, scene.device.profile, peak_N));
   }
   // The device's cycle and the loop's tick are not synchronised, so the delay is at most one cycle plus one tick.
   const double round_ticks = std::ceil(scene.loop.rate_hz / servo.traits().rate_hz - 1e-9);
@@ -102,8 +102,8 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
   scene.device.delay_ticks = std::max(scene.device.delay_ticks, 1 + static_cast<int>(round_ticks));
 }
 
-LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
-                  const std::function<void(const std::string&)>& say) {
+LoopDevice MakeLoopDevice(DeviceServo& servo, const std::atomic<bool>* stop,
+                          const std::function<void(const std::string&)>& say) {
   LoopDevice device;
   device.begin = [&servo, stop, say](const Pose& X_WT, const CouplingParams& coupling, double force_scale) -> Device& {
     servo.SetTool(X_WT, {.p_TC_mm = coupling.p_TC_mm, .stiffness_N_per_mm = force_scale * coupling.stiffness_N_per_mm});
@@ -118,7 +118,7 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
           say(fmt::format("{}: hold the handle still in the middle, or press a button on it, to take the tool",
                           servo.name()));
         }
-        if (at_rest.Take(servo.TakeSample())) servo.Agree();
+        if (at_rest.Update(servo.TakeSample())) servo.Agree();
       }
       if (stop != nullptr && stop->load()) throw Error("stopped while waiting for the device's handle");
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -136,7 +136,7 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
                                                        {"without_an_answer", number(rounds.no_answers)},
                                                        {"with_a_bad_one", number(rounds.bad_answers)},
                                                        {"silences", number(rounds.silences)},
-                                                       {"leaps", number(rounds.leaps)},
+                                                       {"leaps", number(rounds.jumps)},
                                                        {"loop_stood_still", number(stale)},
                                                        {"round_stood_still", number(gate(GateReason::kClock))},
                                                        {"largest_sent_N", rounds.largest_N},
@@ -149,12 +149,12 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
 
 Pose MoveByDeflection(const Pose& X_WH, const std::array<double, 6>& deflection, const Quat& R_WD, const Vec3& p_TC_mm,
                       const DeflectionSpeeds& speeds, double dt_s) {
-  const Vec3 way_W = R_WD * (speeds.mm_per_s * dt_s * Vec3(deflection[0], deflection[1], deflection[2]));
-  const Vec3 turn_W = R_WD * (speeds.rad_per_s * dt_s * Vec3(deflection[3], deflection[4], deflection[5]));
+  const Vec3 translation_W = R_WD * (speeds.mm_per_s * dt_s * Vec3(deflection[0], deflection[1], deflection[2]));
+  const Vec3 rotation_W = R_WD * (speeds.rad_per_s * dt_s * Vec3(deflection[3], deflection[4], deflection[5]));
   Pose X = X_WH;
-  const Vec3 p_WC = X_WH.Point(p_TC_mm) + way_W;
-  if (const double angle = glm::length(turn_W); angle > 0) {
-    X.R_AB = glm::normalize(glm::angleAxis(angle, turn_W / angle) * X_WH.R_AB);
+  const Vec3 p_WC = X_WH.Point(p_TC_mm) + translation_W;
+  if (const double angle = glm::length(rotation_W); angle > 0) {
+    X.R_AB = glm::normalize(glm::angleAxis(angle, rotation_W / angle) * X_WH.R_AB);
   }
   X.p_AB = p_WC - X.R_AB * p_TC_mm;
   return X;

@@ -26,8 +26,8 @@ void SetDevice(Scene& scene, const DeviceServo& servo);
 
 /// Returns a loop device through which the user holds the tool. `stop` (optional) ends the wait for the handle. `say`
 /// is called with instructions for the user. `servo` must outlive the loop.
-LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
-                  const std::function<void(const std::string&)>& say);
+LoopDevice MakeLoopDevice(DeviceServo& servo, const std::atomic<bool>* stop,
+                          const std::function<void(const std::string&)>& say);
 
 struct DeflectionSpeeds {
   double mm_per_s = 60;  // at full deflection of the cap

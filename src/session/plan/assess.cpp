@@ -76,15 +76,15 @@ PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, con
 /// (`into`) or leaves it; mm along the direction from the cell.
 std::optional<double> FindCrossing(const Bone& bone, const Vec3& from, const Vec3& direction_W, double h, bool into) {
   constexpr double kSteps = 8;  // per voxel
-  std::optional<double> way_mm;
+  std::optional<double> crossing_mm;
   double last = bone.SignedDistance(from - 2 * h * direction_W);
   for (int k = 1; k <= static_cast<int>(4 * kSteps); ++k) {
-    const double way = -2 * h + k * h / kSteps;
-    const double phi = bone.SignedDistance(from + way * direction_W);
-    if (into ? last >= 0 && phi < 0 : last < 0 && phi >= 0) way_mm = way - h / kSteps * phi / (phi - last);
+    const double distance_mm = -2 * h + k * h / kSteps;
+    const double phi = bone.SignedDistance(from + distance_mm * direction_W);
+    if (into ? last >= 0 && phi < 0 : last < 0 && phi >= 0) crossing_mm = distance_mm - h / kSteps * phi / (phi - last);
     last = phi;
   }
-  return way_mm;
+  return crossing_mm;
 }
 
 }  // namespace
@@ -144,9 +144,9 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
       // The kerf's edges are rounded near the bone's surface.
       if (end && before.SignedDistance(cell.p_W + *end * d) < -h) depth_mm = std::max(depth_mm, depth + *end);
       // If the cut goes through, there is no bone behind it: the depth ends where the bone ended.
-      const std::optional<double> out_of = FindCrossing(before, cell.p_W, d, h, false);
-      if (out_of && after.SignedDistance(cell.p_W + (*out_of - 0.5 * h) * d) > 0) {
-        depth_mm = std::max(depth_mm, depth + *out_of);
+      const std::optional<double> bone_end = FindCrossing(before, cell.p_W, d, h, false);
+      if (bone_end && after.SignedDistance(cell.p_W + (*bone_end - 0.5 * h) * d) > 0) {
+        depth_mm = std::max(depth_mm, depth + *bone_end);
       }
     }
     if (depth_mm == 0) depth_mm = deepest[i];

@@ -14,15 +14,15 @@
 namespace kerf {
 namespace {
 
-constexpr double kLevelVoxels = 1.25;  // depth inside the bone at which the kerf's sides are located
-constexpr int kTries = 400;            // number of planes tried, each through three changed voxels
-constexpr std::size_t kTried = 2000;   // maximum number of changed voxels used for these tries
-constexpr int kLinesAcross = 120;      // maximum number of lines along each side of the kerf
-constexpr int kMinMiddles = 12;
+constexpr double kLevelVoxels = 1.25;        // depth inside the bone at which the kerf's sides are located
+constexpr int kTries = 400;                  // number of planes tried, each through three changed voxels
+constexpr std::size_t kMaxTryPoints = 2000;  // maximum number of changed voxels used for these tries
+constexpr int kLinesAcross = 120;            // maximum number of lines along each side of the kerf
+constexpr int kMinMidpoints = 12;
 constexpr double kKept = 0.9;       // fraction of the midpoints that are kept, those closest to the plane
 constexpr double kSameWidth = 0.6;  // minimum fraction of the midpoints that have the kerf's median width
 constexpr double kFlatLoss = 3;     // minimum ratio of width to thickness of removed bone that has a plane
-constexpr int kRounds = 4;
+constexpr int kIterations = 4;
 constexpr double kMinDepth = 1.5;  // minimum depth of a kerf, in widths
 
 struct Weighted {
@@ -34,10 +34,10 @@ struct Weighted {
 struct Fit {
   Vec3 p{0};
   Vec3 normal{0, 0, 1};
-  Vec3 along{1, 0, 0};  // direction of the largest spread in the plane
-  double thick = 0;     // standard deviation across the plane,
-  double wide = 0;      // smaller one in the plane,
-  double widest = 0;    // larger one in the plane
+  Vec3 along{1, 0, 0};   // direction of the largest spread in the plane
+  double thickness = 0;  // standard deviation across the plane,
+  double breadth = 0;    // smaller one in the plane,
+  double length = 0;     // larger one in the plane
 };
 
 std::optional<Fit> FitMoments(const std::vector<Weighted>& points) {
@@ -64,15 +64,15 @@ std::optional<Fit> FitMoments(const std::vector<Weighted>& points) {
   return Fit{.p = mean,
              .normal = glm::normalize(eigen.vectors[order[0]]),
              .along = glm::normalize(eigen.vectors[order[2]]),
-             .thick = spread(0),
-             .wide = spread(1),
-             .widest = spread(2)};
+             .thickness = spread(0),
+             .breadth = spread(1),
+             .length = spread(2)};
 }
 
 /// Among planes through three of the points, finds the one with the most points within `near_mm`, and fits it to these.
 std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm, const KerfSearch& search) {
   std::vector<Weighted> some;
-  const std::size_t stride = points.size() / kTried + 1;
+  const std::size_t stride = points.size() / kMaxTryPoints + 1;
   for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
   if (some.size() < 3) return {};
   std::minstd_rand random(1);
@@ -107,7 +107,7 @@ std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm
   }
   if (best <= 0) return FitMoments(points);
   std::optional<Fit> fit;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
     std::vector<Weighted> inliers;
     for (const Weighted& w : points) {
       if (std::abs(glm::dot(plane.normal_W, w.p - plane.p_W)) < near_mm) inliers.push_back(w);
@@ -119,24 +119,24 @@ std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm
   return fit;
 }
 
-struct Middle {
+struct Midpoint {
   Vec3 p;
   double width;
 };
 
 /// Finds the midpoint between the two sides of the kerf on lines across the plane.
-class MiddleFinder {
+class MidpointFinder {
  public:
-  MiddleFinder(const Bone& before, const Bone& after)
+  MidpointFinder(const Bone& before, const Bone& after)
       : h_(before.voxel_mm()),
         level_(-kLevelVoxels * h_),
         before_(before.grids().phi->getConstAccessor()),
         after_(after.grids().phi->getConstAccessor()) {}
 
   /// Searches within `reach` on both sides of p. Returns none if one side of the kerf is missing.
-  std::optional<Middle> Find(const Vec3& p, const Vec3& normal, double reach) {
+  std::optional<Midpoint> Find(const Vec3& p, const Vec3& normal, double reach) {
     const int steps = static_cast<int>(std::ceil(2 * reach / (0.5 * h_)));
-    std::optional<Middle> best;
+    std::optional<Midpoint> best;
     double best_off = 0;
     double up = 0;        // last point where the line left the bone
     bool inside = false;  // inside a gap that began in bone
@@ -161,7 +161,7 @@ class MiddleFinder {
         } else if (last >= level_ && phi < level_ && inside) {
           const double off = std::abs(0.5 * (up + cross));
           if (!best || off < best_off) {
-            best = Middle{p + 0.5 * (up + cross) * normal, cross - up + 2 * level_};
+            best = Midpoint{p + 0.5 * (up + cross) * normal, cross - up + 2 * level_};
             best_off = off;
           }
           inside = false;
@@ -187,17 +187,17 @@ double Median(std::vector<double> values) {
 }
 
 /// Computes the least-squares fit to the midpoints, without the 10 % that are furthest from the plane.
-std::optional<Fit> FitMiddles(const std::vector<Middle>& middles, const Fit& start) {
+std::optional<Fit> FitMidpoints(const std::vector<Midpoint>& midpoints, const Fit& start) {
   std::optional<Fit> fit = start;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
     std::vector<double> off;
-    for (const Middle& m : middles) off.push_back(std::abs(glm::dot(fit->normal, m.p - fit->p)));
+    for (const Midpoint& m : midpoints) off.push_back(std::abs(glm::dot(fit->normal, m.p - fit->p)));
     std::vector<double> sorted = off;
     std::sort(sorted.begin(), sorted.end());
-    const double most = sorted[static_cast<std::size_t>(kKept * static_cast<double>(sorted.size() - 1))];
+    const double limit = sorted[static_cast<std::size_t>(kKept * static_cast<double>(sorted.size() - 1))];
     std::vector<Weighted> kept;
-    for (std::size_t i = 0; i < middles.size(); ++i) {
-      if (off[i] <= most) kept.push_back({middles[i].p, 1});
+    for (std::size_t i = 0; i < midpoints.size(); ++i) {
+      if (off[i] <= limit) kept.push_back({midpoints[i].p, 1});
     }
     fit = FitMoments(kept);
     if (!fit) return {};
@@ -211,54 +211,54 @@ void Measure(const std::vector<Vec3>& points, const Fit& fit, FittedPlane& plane
   double low[2] = {1e300, 1e300};
   double high[2] = {-1e300, -1e300};
   for (const Vec3& p : points) {
-    const double way[2] = {glm::dot(fit.along, p - fit.p), glm::dot(across, p - fit.p)};
+    const double along[2] = {glm::dot(fit.along, p - fit.p), glm::dot(across, p - fit.p)};
     for (int i = 0; i < 2; ++i) {
-      low[i] = std::min(low[i], way[i]);
-      high[i] = std::max(high[i], way[i]);
+      low[i] = std::min(low[i], along[i]);
+      high[i] = std::max(high[i], along[i]);
     }
   }
   plane.length_mm = high[0] - low[0];
   plane.depth_mm = high[1] - low[1];
 }
 
-std::vector<Middle> FindMiddles(const Bone& before, const Bone& after, const Fit& fit,
-                                const std::vector<Weighted>& points, double reach) {
+std::vector<Midpoint> FindMidpoints(const Bone& before, const Bone& after, const Fit& fit,
+                                    const std::vector<Weighted>& points, double reach) {
   const Vec3 across = glm::cross(fit.normal, fit.along);
   double low[2] = {1e300, 1e300};
   double high[2] = {-1e300, -1e300};
   for (const Weighted& w : points) {
     const Vec3 d = w.p - fit.p;
     if (std::abs(glm::dot(fit.normal, d)) > reach) continue;
-    const double way[2] = {glm::dot(fit.along, d), glm::dot(across, d)};
+    const double along[2] = {glm::dot(fit.along, d), glm::dot(across, d)};
     for (int i = 0; i < 2; ++i) {
-      low[i] = std::min(low[i], way[i]);
-      high[i] = std::max(high[i], way[i]);
+      low[i] = std::min(low[i], along[i]);
+      high[i] = std::max(high[i], along[i]);
     }
   }
-  MiddleFinder finder(before, after);
-  std::vector<Middle> middles;
+  MidpointFinder finder(before, after);
+  std::vector<Midpoint> midpoints;
   const double h = before.voxel_mm();
   const double step[2] = {std::max(h, (high[0] - low[0]) / kLinesAcross),
                           std::max(h, (high[1] - low[1]) / kLinesAcross)};
   for (double u = low[0]; u <= high[0]; u += step[0]) {
     for (double v = low[1]; v <= high[1]; v += step[1]) {
       const auto middle = finder.Find(fit.p + u * fit.along + v * across, fit.normal, reach);
-      if (middle) middles.push_back(*middle);
+      if (middle) midpoints.push_back(*middle);
     }
   }
-  if (middles.empty()) return middles;
+  if (midpoints.empty()) return midpoints;
   std::vector<double> widths;
-  for (const Middle& m : middles) widths.push_back(m.width);
+  for (const Midpoint& m : midpoints) widths.push_back(m.width);
   const double width = Median(widths);
-  const std::size_t found = middles.size();
-  std::erase_if(middles, [&](const Middle& m) { return std::abs(m.width - width) > std::max(h, 0.25 * width); });
+  const std::size_t found = midpoints.size();
+  std::erase_if(midpoints, [&](const Midpoint& m) { return std::abs(m.width - width) > std::max(h, 0.25 * width); });
   // If the widths vary widely, this is a hole and not a kerf.
-  if (static_cast<double>(middles.size()) < kSameWidth * static_cast<double>(found)) middles.clear();
-  return middles;
+  if (static_cast<double>(midpoints.size()) < kSameWidth * static_cast<double>(found)) midpoints.clear();
+  return midpoints;
 }
 
 bool IsFlat(const Fit& fit) {
-  return fit.wide > 1.5 * fit.thick && fit.wide > 0;
+  return fit.breadth > 1.5 * fit.thickness && fit.breadth > 0;
 }
 
 }  // namespace
@@ -284,28 +284,28 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
     const double d = std::abs(glm::dot(fit->normal, w.p - fit->p));
     if (d < std::max(4 * h, 0.5)) off = std::max(off, d);
   }
-  bool by_middles = false;
-  std::vector<Middle> middles;
-  for (int round = 0; round < 2; ++round) {
-    middles = FindMiddles(before, after, *fit, points, off + 4 * h);
-    if (middles.size() < kMinMiddles) break;
-    const std::optional<Fit> better = FitMiddles(middles, *fit);
+  bool by_midpoints = false;
+  std::vector<Midpoint> midpoints;
+  for (int iteration = 0; iteration < 2; ++iteration) {
+    midpoints = FindMidpoints(before, after, *fit, points, off + 4 * h);
+    if (midpoints.size() < kMinMidpoints) break;
+    const std::optional<Fit> better = FitMidpoints(midpoints, *fit);
     if (!better || !IsFlat(*better)) break;
     fit = better;
-    by_middles = true;
+    by_midpoints = true;
   }
   std::vector<Vec3> span;
-  if (by_middles) {
-    plane.middles = static_cast<int>(middles.size());
+  if (by_midpoints) {
+    plane.midpoints = static_cast<int>(midpoints.size());
     std::vector<double> widths;
     double sum = 0;
-    for (const Middle& m : middles) {
+    for (const Midpoint& m : midpoints) {
       widths.push_back(m.width);
       const double d = glm::dot(fit->normal, m.p - fit->p);
       sum += d * d;
       span.push_back(m.p);
     }
-    plane.rms_mm = std::sqrt(sum / static_cast<double>(middles.size()));
+    plane.rms_mm = std::sqrt(sum / static_cast<double>(midpoints.size()));
     plane.width_mm = Median(widths);
   } else {
     std::vector<Weighted> cells;
@@ -314,22 +314,22 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
       cells.push_back({cell.p_W, cell.mm3});
     }
     const std::optional<Fit> by_volume = FitMoments(cells);
-    if (!by_volume || by_volume->wide < kFlatLoss * by_volume->thick) return {};
+    if (!by_volume || by_volume->breadth < kFlatLoss * by_volume->thickness) return {};
     fit = by_volume;
-    plane.rms_mm = fit->thick;
-    plane.width_mm = std::sqrt(12.0) * fit->thick;
+    plane.rms_mm = fit->thickness;
+    plane.width_mm = std::sqrt(12.0) * fit->thickness;
     for (const Weighted& cell : cells) span.push_back(cell.p);
   }
   plane.p_W_mm = fit->p;
   plane.normal_W = fit->normal;
   const Vec3 n = glm::abs(plane.normal_W);
   const int largest = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
-  const bool turn = search.near ? glm::dot(plane.normal_W, search.near->normal_W) < 0 : plane.normal_W[largest] < 0;
-  if (turn) plane.normal_W = -plane.normal_W;
+  const bool flip = search.near ? glm::dot(plane.normal_W, search.near->normal_W) < 0 : plane.normal_W[largest] < 0;
+  if (flip) plane.normal_W = -plane.normal_W;
   Measure(span, *fit, plane);
   const Vec3 across = glm::cross(fit->normal, fit->along);
   const double end_mm = 0.5 * plane.depth_mm + 3 * h;
-  const auto phi_at = [&](double way_mm) { return after.SignedDistance(plane.p_W_mm + way_mm * across); };
+  const auto phi_at = [&](double distance_mm) { return after.SignedDistance(plane.p_W_mm + distance_mm * across); };
   const double ahead = phi_at(end_mm);
   const double behind = phi_at(-end_mm);
   // For a through cut, the depth direction points downwards.

@@ -19,7 +19,7 @@ struct FittedPlane {
   double depth_mm = 0;     // shorter extent
   Vec3 depth_W{0, 0, -1};  // direction of the shorter extent, unit length: to the side where the kerf ends in bone;
                            // downwards if the cut goes through
-  int middles = 0;         // number of midpoints between the kerf's sides; 0: fitted to the removed volume only
+  int midpoints = 0;       // number of midpoints between the kerf's sides; 0: fitted to the removed volume only
 };
 
 /// Search region for a kerf; by default, the whole bone.
@@ -31,7 +31,7 @@ struct KerfSearch {
 };
 
 /// Fits the mid-plane of the kerf. Returns none if no bone was removed or if no plane can be fitted to the removed bone
-/// because it has fewer than three places or is hardly wider than it is thick. If there are several kerfs, returns the
+/// because it covers too few voxels or is hardly wider than it is thick. If there are several kerfs, returns the
 /// plane of the one with the most removed bone.
 ///
 /// The fit starts from the plane with the most changed voxels near it. On lines across it, the midpoints between the

@@ -13,8 +13,8 @@ namespace kerf {
 namespace {
 
 constexpr double kUnitTolerance = 1e-6;
-constexpr double kMaxTurn_deg = 20;  // maximum angle between a stop's direction and the plane of a guide
-constexpr double kFree_mm = 100;     // maximum of the guide's tolerance, within which the tool moves freely
+constexpr double kMaxStopAngle_deg = 20;  // maximum angle between a stop's direction and the plane of a guide
+constexpr double kFree_mm = 100;          // maximum of the guide's tolerance, within which the tool moves freely
 
 template <typename Item>
 void CheckNames(const std::vector<Item>& items, const char* what) {
@@ -122,10 +122,10 @@ PlaneDeviation CalcDeviation(const PlannedPlane& planned, const Tool& tool, cons
     const Vec3 z = X_WT.Vector({0, 0, 1});
     const Vec3 to_point = plane.p_W - X_WT.p_AB;
     const Vec3 across = to_point - glm::dot(to_point, z) * z;
-    const double way = glm::length(across);
+    const double distance_mm = glm::length(across);
     const double R = RadiusOf(tool);
-    out.p_W_mm = X_WT.p_AB + (way > R ? R / way : 1.0) * across;
-    Vec3 depth = way > 1e-9 ? across : X_WT.Vector({1, 0, 0});
+    out.p_W_mm = X_WT.p_AB + (distance_mm > R ? R / distance_mm : 1.0) * across;
+    Vec3 depth = distance_mm > 1e-9 ? across : X_WT.Vector({1, 0, 0});
     // If the blade is perpendicular to the planned plane, any depth direction in the plane is valid.
     const auto is_across = [&](const Vec3& v) {
       return !(glm::length(glm::cross(v, plane.normal_W)) > 1e-9 * glm::length(v));
@@ -163,22 +163,23 @@ EffectChoice MakeGuide(const PlannedPlane* plane, const DepthStop* stop) {
     p_W_mm = plane->plane.p_W;
     guide.Set("tolerance_mm", std::min(plane->margin_mm, kFree_mm));
   }
-  const Vec3 slim = std::abs(normal_W.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  depth_W = glm::normalize(slim - glm::dot(slim, normal_W) * normal_W);
+  const Vec3 other_axis = std::abs(normal_W.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  depth_W = glm::normalize(other_axis - glm::dot(other_axis, normal_W) * normal_W);
   if (stop != nullptr) {
     depth_W = stop->direction_W;
     p_W_mm = stop->p_W_mm;
     if (plane != nullptr) {
       const double sine = glm::dot(depth_W, normal_W);
-      if (std::abs(sine) > std::sin(kMaxTurn_deg / kDegreesPerRad)) {
-        throw Error(fmt::format("stop '{}' points {:.0f} degrees out of plane '{}'; a guide holds a depth in the plane",
-                                stop->name, kDegreesPerRad * std::asin(std::min(1.0, std::abs(sine))), plane->name));
+      if (std::abs(sine) > std::sin(kMaxStopAngle_deg / kDegreesPerRad)) {
+        throw Error(
+            fmt::format("stop '{}' points {:.0f} degrees out of plane '{}'; a guide limits the depth within its plane",
+                        stop->name, kDegreesPerRad * std::asin(std::min(1.0, std::abs(sine))), plane->name));
       }
       depth_W = glm::normalize(depth_W - sine * normal_W);
       p_W_mm -= glm::dot(normal_W, p_W_mm - plane->plane.p_W) * normal_W;
     } else {
-      const Vec3 other = std::abs(depth_W.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-      normal_W = glm::normalize(glm::cross(depth_W, other));
+      const Vec3 axis = std::abs(depth_W.x) < 0.7 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+      normal_W = glm::normalize(glm::cross(depth_W, axis));
       guide.Set("tolerance_mm", kFree_mm);
     }
     // A depth of 0 would mean that there is no stop.

@@ -19,7 +19,7 @@ struct PlannedPlane {
   double margin_mm = 1;  // maximum distance of the cut from the plane; 0.01 to 100
 };
 
-/// The tool's deepest point should be at most `depth_mm` beyond the point along the direction.
+/// Limit of the cut's depth: the tool's deepest point should be at most `depth_mm` from the point along the direction.
 struct DepthStop {
   std::string name;
   Vec3 p_W_mm{0};

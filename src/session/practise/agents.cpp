@@ -22,11 +22,12 @@ constexpr double kClear_mm = 3;
 constexpr double kFree_mm_per_s = 12;
 /// Time that the hand takes to turn the tool into the cut's direction.
 constexpr double kTurn_s = 0.6;
-/// Fraction of the feed rate at the goal. The force decreases in the same way, but not below a fraction of 0.3.
-constexpr double kSlowest = 0.12;
+/// Fraction to which the feed rate falls near the goal. The force decreases in the same way, but not below a fraction
+/// of 0.3.
+constexpr double kMinSpeedFraction = 0.12;
 /// Time after which the agent stops waiting at the end of a step.
-constexpr double kPatience_s = 25;
-constexpr double kThere_mm = 0.1;
+constexpr double kMaxWait_s = 25;
+constexpr double kArrival_mm = 0.1;
 constexpr double kMaxCorrection_mm = 6;
 /// Number of sine components of the tremor per axis.
 constexpr std::size_t kTones = 3;
@@ -152,7 +153,7 @@ class Agent final : public HandDriver {
     memory_.Put(ToAim(device_.p_WC_mm() + device_.force_N() / felt_stiffness_N_per_mm_, R_WT), dt_s);
     const Vec3 seen = memory_.Get();
     const Vec3 before = aim_ + correction_;
-    if (step_ < steps_.size()) GoOn(now, seen, dt_s);
+    if (step_ < steps_.size()) FollowStep(now, seen, dt_s);
     const Vec3 wanted = aim_ + correction_;
     Intention intention;
     intention.X_WH = ToPose(wanted, R_WT);
@@ -171,7 +172,7 @@ class Agent final : public HandDriver {
     return {R_WT, cut_.ToWorld(aim - Vec3(0, cut_.radius_mm, 0))};
   }
 
-  void GoOn(const Vec3& now, const Vec3& seen, double dt_s) noexcept {
+  void FollowStep(const Vec3& now, const Vec3& seen, double dt_s) noexcept {
     if (pause_s_ > 0) {
       pause_s_ -= dt_s;
       if (step_ > 0 && steps_[step_ - 1].cuts) Correct(from_ - seen, dt_s);
@@ -179,15 +180,16 @@ class Agent final : public HandDriver {
     }
     const Step& step = steps_[step_];
     const Vec3 to(step.s_mm, step.t_mm, 0);
-    const Vec3 way = to - from_;
-    const double length_mm = glm::length(way);
+    const Vec3 motion = to - from_;
+    const double length_mm = glm::length(motion);
     step_s_ += dt_s;
     if (length_mm < 1e-9) return Next();
-    const Vec3 u = way / length_mm;
+    const Vec3 u = motion / length_mm;
     const double left_mm = glm::dot(to - seen, u);
     // Near the goal the agent slows down and reduces its force.
     double fraction = 1;
-    if (step.cuts && params_.lookahead_mm > 0) fraction = std::clamp(left_mm / params_.lookahead_mm, kSlowest, 1.0);
+    if (step.cuts && params_.lookahead_mm > 0)
+      fraction = std::clamp(left_mm / params_.lookahead_mm, kMinSpeedFraction, 1.0);
     const double speed_mm_per_s = step.cuts ? feed_mm_per_s_ * fraction : kFree_mm_per_s;
     const double stiffness_N_per_mm = std::max(device_.hand().stiffness_N_per_mm, 0.05);
     const double lead_mm = std::max(fraction, 0.3) * params_.push_N / stiffness_N_per_mm;
@@ -197,8 +199,11 @@ class Agent final : public HandDriver {
     // Perceived error perpendicular to the direction of motion.
     const Vec3 off = (to - seen) - glm::dot(to - seen, u) * u;
     Correct(off, dt_s);
-    const bool far = !step.cuts && glm::dot(to - aim_, u) <= 0;
-    if (left_mm <= kThere_mm || far || step_s_ > length_mm / (0.5 * speed_mm_per_s * kSlowest) + kPatience_s) Next();
+    const bool arrived = !step.cuts && glm::dot(to - aim_, u) <= 0;
+    if (left_mm <= kArrival_mm || arrived ||
+        step_s_ > length_mm / (0.5 * speed_mm_per_s * kMinSpeedFraction) + kMaxWait_s) {
+      Next();
+    }
   }
 
   void Correct(const Vec3& off, double dt_s) noexcept {
@@ -209,9 +214,9 @@ class Agent final : public HandDriver {
   void Next() noexcept {
     const Step& step = steps_[step_];
     // If the hand overshot, return to the goal; keep the correction perpendicular to the direction of motion.
-    const bool goes_along = step_ + 1 < steps_.size() && steps_[step_ + 1].cuts && step.cuts;
+    const bool stays_in_cut = step_ + 1 < steps_.size() && steps_[step_ + 1].cuts && step.cuts;
     aim_ = from_ = Vec3(step.s_mm, step.t_mm, 0);
-    if (!goes_along) correction_ = Vec3(0);
+    if (!stays_in_cut) correction_ = Vec3(0);
     step_s_ = 0;
     pause_s_ = params_.pause_s;
     if (++step_ >= steps_.size() && done_ != nullptr) done_->store(true);
@@ -286,7 +291,7 @@ AgentParams MakeAgentParams(std::string_view name, std::uint64_t seed) {
   }
   std::mt19937_64 random(seed);
   const auto vary = [&](double& value) { value *= 0.8 + 0.4 * (static_cast<double>(random() >> 11) * 0x1p-53); };
-  const auto vary_sides = [&](double& value) {
+  const auto vary_with_sign = [&](double& value) {
     vary(value);
     if (random() % 2 == 0) value = -value;
   };
@@ -294,9 +299,9 @@ AgentParams MakeAgentParams(std::string_view name, std::uint64_t seed) {
   vary(p.delay_s);
   vary(p.deeper_mm);
   vary(p.pause_s);
-  vary_sides(p.offset_mm);
-  vary_sides(p.roll_deg);
-  vary_sides(p.yaw_deg);
+  vary_with_sign(p.offset_mm);
+  vary_with_sign(p.roll_deg);
+  vary_with_sign(p.yaw_deg);
   return p;
 }
 
@@ -317,7 +322,7 @@ double CalcAgentTime(const AgentParams& params, const Scene& scene) {
   const double feed_mm_per_s = params.feed_share * scene.exercise.feed_mm_per_s;
   const double cut_mm = kClear_mm + cut.depth_mm + params.passes * cut.length_mm;
   const double slow_mm = params.lookahead_mm * (params.passes + 1);
-  return 3 * (cut_mm + slow_mm / kSlowest) / feed_mm_per_s + (params.passes + 4) * params.pause_s + 30;
+  return 3 * (cut_mm + slow_mm / kMinSpeedFraction) / feed_mm_per_s + (params.passes + 4) * params.pause_s + 30;
 }
 
 MakeHand MakeAgent(const AgentParams& params, const Scene& scene, std::atomic<bool>* done) {

@@ -94,7 +94,7 @@ void BeginLog(const std::string& file, sqlite3* db) {
   if (code != SQLITE_OK && (code & 0xff) != SQLITE_BUSY) Fail(file, db, code);
 }
 
-int AskNumber(const std::string& file, sqlite3* db, const char* sql) {
+int QueryNumber(const std::string& file, sqlite3* db, const char* sql) {
   const Statement statement = Prepare(file, db, sql);
   const int code = sqlite3_step(statement.get());
   if (code != SQLITE_ROW) Fail(file, db, code);
@@ -141,7 +141,7 @@ Attempt ReadRow(const Statement& row) {
 }
 
 /// Removes text that could affect a terminal, and the measures of a changed row.
-void MakeShowable(Attempt& a) {
+void Sanitize(Attempt& a) {
   for (std::string* text : {&a.student, &a.exercise, &a.taken, &a.recording, &a.hash, &a.recording_state, &a.incomplete,
                             &a.steps_digest, &a.beginning, &a.seal, &a.signer}) {
     *text = Printable(*text);
@@ -204,7 +204,7 @@ void CheckSchema(const std::string& file, sqlite3* db, int version) {
 }
 
 /// Converts version 1 to 2: the rows get checksums of their current values, and the new columns stay empty.
-void BringUpToDate(const std::string& file, sqlite3* db) {
+void ConvertFromVersion1(const std::string& file, sqlite3* db) {
   AddColumns(file, db);
   std::vector<Attempt> rows;
   {
@@ -265,9 +265,9 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   // Two programs may create the same history at the same time: the second finds the result of the first.
   Do(file, db, "BEGIN IMMEDIATE");
-  const int application = AskNumber(file, db, "PRAGMA application_id");
-  const int version = AskNumber(file, db, "PRAGMA user_version");
-  if (application != kApplication && AskNumber(file, db, "SELECT count(*) FROM sqlite_master") > 0) {
+  const int application = QueryNumber(file, db, "PRAGMA application_id");
+  const int version = QueryNumber(file, db, "PRAGMA user_version");
+  if (application != kApplication && QueryNumber(file, db, "SELECT count(*) FROM sqlite_master") > 0) {
     throw Error(fmt::format("{}: is a database of another program, not a history of kerf", file));
   }
   if (version > kVersion) {
@@ -281,7 +281,7 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
   CheckSchema(file, db, std::max(version, 1));
   CheckStructure(file, db);
   if (version < kVersion) {
-    BringUpToDate(file, db);
+    ConvertFromVersion1(file, db);
     Do(file, db, fmt::format("PRAGMA user_version = {}", kVersion).c_str());
   }
   Do(file, db, "COMMIT");
@@ -363,11 +363,11 @@ std::vector<Attempt> History::List(const std::string& student) const {
     chain = GetText(statement, kSumColumn + 1);
     a.follows_change = !a.damaged && chain != sums.chain;
     is_listed.push_back(student.empty() || a.student == student || a.damaged);
-    MakeShowable(a);
+    Sanitize(a);
     attempts.push_back(std::move(a));
   }
   if (code != SQLITE_DONE) Fail(state_->file, db, code);
-  FindDoubles(attempts);
+  FindDuplicates(attempts);
   std::vector<Attempt> listed;
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     if (is_listed[i]) listed.push_back(std::move(attempts[i]));

@@ -26,17 +26,17 @@ struct Attempt {
   std::string recording_state;  // ToString(RecordingState)
   std::string incomplete;       // reasons why it is not graded, separated by "; "; empty: complete
   std::string steps_digest;     // digest of the inputs of the ticks: the same in copies of a recording
-  std::string beginning;        // digest of the first inputs: the same in copies that end earlier or go on differently
-  std::string seal;             // DescribeChain()
-  PublicKey signer;             // key of the valid signature; empty: none
+  std::string beginning;  // digest of the first inputs: the same in copies that end earlier or continue differently
+  std::string seal;       // DescribeChain()
+  PublicKey signer;       // key of the valid signature; empty: none
 
   // Results of List(); not stored.
   bool damaged = false;         // the row is not as Add() wrote it: none of its values is reliable
   bool follows_change = false;  // one or more rows before it were changed, removed or added
   // Attempts with the same recording or beginning, of any student: the numbers of the first few, and how many more
   // there are.
-  std::vector<std::int64_t> doubles{};
-  std::size_t more_doubles = 0;
+  std::vector<std::int64_t> duplicates{};
+  std::size_t more_duplicates = 0;
 
   /// Returns true if the attempt has a valid total.
   bool graded() const { return total && !damaged && incomplete.empty(); }

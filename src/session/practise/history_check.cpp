@@ -17,7 +17,7 @@ namespace kerf {
 namespace {
 
 /// Maximum number of duplicates that are listed for an attempt.
-constexpr std::size_t kMaxDoubles = 5;
+constexpr std::size_t kMaxDuplicates = 5;
 /// Maximum size of a sheet; a typical one takes about 10 kB.
 constexpr std::size_t kMaxMeasuresBytes = std::size_t{1} << 20;
 
@@ -40,7 +40,7 @@ RowSums CalcRowSums(const Attempt& row, const std::string& chain_before) {
   return {own, Sum(chain_before + own)};
 }
 
-void FindDoubles(std::vector<Attempt>& attempts) {
+void FindDuplicates(std::vector<Attempt>& attempts) {
   // Union-find: each attempt points to an earlier one of its group, and the first one to itself.
   std::vector<std::size_t> parents(attempts.size());
   std::iota(parents.begin(), parents.end(), std::size_t{0});
@@ -64,11 +64,11 @@ void FindDoubles(std::vector<Attempt>& attempts) {
   for (std::size_t i = 0; i < attempts.size(); ++i) {
     Attempt& a = attempts[i];
     const std::vector<std::int64_t>& group = groups[find_first(i)];
-    a.doubles.clear();
+    a.duplicates.clear();
     for (const std::int64_t number : group) {
-      if (number != a.number && a.doubles.size() < kMaxDoubles) a.doubles.push_back(number);
+      if (number != a.number && a.duplicates.size() < kMaxDuplicates) a.duplicates.push_back(number);
     }
-    a.more_doubles = group.size() - 1 - a.doubles.size();
+    a.more_duplicates = group.size() - 1 - a.duplicates.size();
   }
 }
 
@@ -103,9 +103,9 @@ std::vector<std::string> FindMarks(const Attempt& a) {
   if (a.follows_change) marks.emplace_back("an attempt before this one was changed, removed or added");
   if (!a.incomplete.empty()) marks.push_back(fmt::format("not graded: {}", a.incomplete));
   if (a.seal == "broken") marks.emplace_back("seal broken");
-  if (!a.doubles.empty()) {
-    marks.push_back(fmt::format("same recording or beginning as number {}{}", fmt::join(a.doubles, ", "),
-                                a.more_doubles > 0 ? fmt::format(" and {} more", a.more_doubles) : ""));
+  if (!a.duplicates.empty()) {
+    marks.push_back(fmt::format("same recording or beginning as number {}{}", fmt::join(a.duplicates, ", "),
+                                a.more_duplicates > 0 ? fmt::format(" and {} more", a.more_duplicates) : ""));
   }
   return marks;
 }

@@ -18,9 +18,9 @@ struct RowSums {
 };
 RowSums CalcRowSums(const Attempt& row, const std::string& chain_before);
 
-/// Sets Attempt::doubles and more_doubles. Attempts with the same file, steps or beginning form a group, and groups
-/// with a common attempt are merged.
-void FindDoubles(std::vector<Attempt>& attempts);
+/// Sets Attempt::duplicates and more_duplicates. Attempts with the same file, steps or beginning form a group, and
+/// groups with a common attempt are merged.
+void FindDuplicates(std::vector<Attempt>& attempts);
 
 /// Returns the measures of the attempt's sheet, an object of objects; empty if the text is not such a sheet, or is too
 /// long or too deeply nested.

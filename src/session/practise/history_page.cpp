@@ -34,11 +34,13 @@ constexpr std::array<const char*, 6> kDashes{"", "6 3", "2 3", "8 3 2 3", "10 4"
 std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>& by_exercise) {
   constexpr double kWidth = 620, kLeft = 50, kTop = 14, kRight = 250, kBottom = 44, kLegend = 18;
   const double height = std::max(260.0, kTop + kLegend * static_cast<double>(by_exercise.size()) + 10);
-  std::size_t most = 2;
-  for (const auto& [exercise, attempts] : by_exercise) most = std::max(most, attempts.size());
+  std::size_t max_attempts = 2;
+  for (const auto& [exercise, attempts] : by_exercise) max_attempts = std::max(max_attempts, attempts.size());
   const double w = kWidth - kLeft - kRight;
   const double h = 260 - kTop - kBottom;
-  const auto x = [&](std::size_t i) { return kLeft + w * static_cast<double>(i) / static_cast<double>(most - 1); };
+  const auto x = [&](std::size_t i) {
+    return kLeft + w * static_cast<double>(i) / static_cast<double>(max_attempts - 1);
+  };
   const auto y = [&](double total) { return kTop + h * (1 - total / 100); };
   std::string svg = fmt::format(
       "<svg viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" role=\"img\" aria-label=\"total by attempt\" "
@@ -49,8 +51,8 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
                        kLeft + w, y(total));
     svg += fmt::format("<text x=\"{}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", kLeft - 6, y(total) + 4, total);
   }
-  const std::size_t every = std::max<std::size_t>(1, (most + 7) / 8);
-  for (std::size_t i = 0; i < most; i += every) {
+  const std::size_t every = std::max<std::size_t>(1, (max_attempts + 7) / 8);
+  for (std::size_t i = 0; i < max_attempts; i += every) {
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x(i), kTop + h + 16, i + 1);
   }
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">attempt (number)</text>\n", kLeft + w / 2,
@@ -132,8 +134,8 @@ std::string FormatHistoryJson(const std::vector<Attempt>& attempts) {
     row["damaged"] = a.damaged;
     row["recording_state"] = a.recording_state;
     row["incomplete"] = a.incomplete;
-    row["doubles"] = a.doubles;
-    row["more_doubles"] = a.more_doubles;
+    row["doubles"] = a.duplicates;
+    row["more_doubles"] = a.more_duplicates;
     row["seal"] = a.seal;
     row["signer"] = a.signer;
     row["measures"] = ParseMeasures(a);
@@ -190,8 +192,8 @@ std::string FormatTeacherPage(const std::vector<Attempt>& attempts, const std::v
       html += fmt::format("<th>{}{}</th>", info.name, info.unit[0] == '\0' ? "" : fmt::format(", {}", info.unit));
     }
     html += "</tr>\n";
-    for (const auto& [exercise, of_it] : by_exercise) {
-      for (const Attempt* a : of_it) html += PageRow(*a, exercise, known);
+    for (const auto& [exercise, exercise_attempts] : by_exercise) {
+      for (const Attempt* a : exercise_attempts) html += PageRow(*a, exercise, known);
     }
     html += "</table>\n";
   }

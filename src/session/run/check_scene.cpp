@@ -14,14 +14,14 @@
 namespace kerf {
 namespace {
 
-struct BoneChecked {
+struct CheckedBone {
   std::string text;
   double voxel_mm = 0;
   MaterialSummary material;
 };
 
 /// Opens the bone's files and checks its parameters. Throws kerf::Error if either fails.
-BoneChecked CheckSceneBone(const Scene& scene) {
+CheckedBone CheckSceneBone(const Scene& scene) {
   MaterialTable table = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) table = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
   MaterialSummary generated;
@@ -62,7 +62,7 @@ BoneChecked CheckSceneBone(const Scene& scene) {
 CheckedScene CheckWholeScene(const Scene& scene) {
   if (scene.simulation.mode == SceneMode::kSlab) MakeSlabPlane(scene);  // throws if the direction is not in the plane
   CheckedScene checked;
-  const BoneChecked bone = CheckSceneBone(scene);
+  const CheckedBone bone = CheckSceneBone(scene);
   checked.bone = bone.text;
   checked.voxel_mm = bone.voxel_mm;
   checked.material = bone.material;

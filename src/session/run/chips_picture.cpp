@@ -52,23 +52,23 @@ ChipsTrack::ChipsTrack(const EffectPlan& plan) : effect_(dynamic_cast<const Chip
 }
 
 void ChipsTrack::Take(double time_s, const Pose& X_WT) {
-  if (effect_ == nullptr || effect_->pool().size() <= (most_ ? most_->pool.size() : 0)) return;
+  if (effect_ == nullptr || effect_->pool().size() <= (peak_ ? peak_->pool.size() : 0)) return;
   const Moment moment{time_s, X_WT, effect_->pool(), effect_->thrown_mm3(), effect_->dropped_mm3()};
-  most_ = moment;
+  peak_ = moment;
 }
 
 bool WriteChipsPicture(const ChipsTrack& track, const Bone& bone, const Tool& tool, bool patient,
                        const std::string& name, const std::string& path) {
-  if (!track.most()) return false;
-  const ChipsTrack::Moment& moment = *track.most();
+  if (!track.peak()) return false;
+  const ChipsTrack::Moment& moment = *track.peak();
   const ChipsParams& params = track.params();
 
   PictureSpec spec;
   spec.title = name + ": the chips";
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
-  Shape of_bone;
-  of_bone.mesh_W = ExtractSurface(bone);
-  spec.shapes.push_back(std::move(of_bone));
+  Shape bone_shape;
+  bone_shape.mesh_W = ExtractSurface(bone);
+  spec.shapes.push_back(std::move(bone_shape));
   spec.tools.push_back(ToolInPicture{tool, moment.X_WT});
 
   std::vector<Vec3> chips_W;

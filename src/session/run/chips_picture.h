@@ -29,7 +29,7 @@ class ChipsTrack {
     double emitted_mm3 = 0, dropped_mm3 = 0;  // total so far
   };
   /// Returns the tick with the most chips; none if no chip was ever in the air.
-  const std::optional<Moment>& most() const { return most_; }
+  const std::optional<Moment>& peak() const { return peak_; }
   const ChipsParams& params() const { return params_; }
   const Vec3& p_WF_mm() const { return p_WF_mm_; }
 
@@ -37,7 +37,7 @@ class ChipsTrack {
   const ChipsEffect* effect_ = nullptr;
   ChipsParams params_;
   Vec3 p_WF_mm_{0};
-  std::optional<Moment> most_;
+  std::optional<Moment> peak_;
 };
 
 /// Draws the bone, the tool and the chips in that tick. Returns false if there was nothing to draw.

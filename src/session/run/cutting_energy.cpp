@@ -10,7 +10,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kHardlyAnything_mm3 = 1e-3;
+constexpr double kNegligible_mm3 = 1e-3;
 
 /// Returns the cutting power of the effect tangential_force, averaged over the run's ticks; none if the effect is off.
 std::optional<double> FindMeanPower(const EffectRecord& effects) {
@@ -24,7 +24,7 @@ std::optional<double> FindMeanPower(const EffectRecord& effects) {
 
 }  // namespace
 
-bool CuttingEnergy::IsAsMeasured() const {
+bool CuttingEnergy::IsWithinPublishedRange() const {
   return !specific_J_per_mm3 ||
          (*specific_J_per_mm3 >= kMinSpecificEnergy_J_per_mm3 && *specific_J_per_mm3 <= kMaxSpecificEnergy_J_per_mm3);
 }
@@ -44,7 +44,7 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
   if (!energy.work_J) return energy;
   // If bone was removed only because the tool was placed inside it, no work was done.
   const bool cuts = *energy.work_J > 0 || sums.cutting_turns > 0;
-  if (cuts && sums.removed_mm3 > kHardlyAnything_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
+  if (cuts && sums.removed_mm3 > kNegligible_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
   const double passes = (disc ? scene.tool.teeth : scene.tool.flutes) * sums.cutting_turns;
   if (passes > 0) energy.pass_mJ = 1e3 * *energy.work_J / passes;
   return energy;
@@ -54,18 +54,18 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
   if (!energy.work_J) return "energy unknown: a ball's teeth differ in speed; add [effects.tangential_force]";
   std::string text = fmt::format("{:.3g} J", *energy.work_J);
   if (energy.specific_J_per_mm3) text += fmt::format(", {:.3g} J/mm3", *energy.specific_J_per_mm3);
-  if (energy.pass_mJ) text += fmt::format(", {:.3g} mJ a tooth pass", *energy.pass_mJ);
+  if (energy.pass_mJ) text += fmt::format(", {:.3g} mJ per tooth pass", *energy.pass_mJ);
   return text + fmt::format("; cutting force = thrust / {:.3g}; range {:g} to {:g} J/mm3 ({})", energy.ratio,
                             kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource);
 }
 
 std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy) {
-  if (energy.IsAsMeasured()) return {};
-  return {fmt::format(
-      "the specific cutting energy is {:.3g} J/mm3, outside {:g} to {:g} J/mm3 ({}): the forces of {} are not those "
-      "of a real cut",
-      *energy.specific_J_per_mm3, kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3, kSpecificEnergySource,
-      scene.force.name())};
+  if (energy.IsWithinPublishedRange()) return {};
+  return {
+      fmt::format("the specific cutting energy is {:.3g} J/mm3, outside {:g} to {:g} J/mm3 ({}): the forces of {} are "
+                  "unrealistic",
+                  *energy.specific_J_per_mm3, kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3,
+                  kSpecificEnergySource, scene.force.name())};
 }
 
 std::string DescribeLaw(const Scene& scene) {
@@ -81,7 +81,8 @@ std::string FormatCuttingJson(const CuttingEnergy& energy) {
       {"work_J", number(energy.work_J)},
       {"specific_energy_J_per_mm3", number(energy.specific_J_per_mm3)},
       {"published_J_per_mm3", {kMinSpecificEnergy_J_per_mm3, kMaxSpecificEnergy_J_per_mm3}},
-      {"within_published", energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsAsMeasured()) : nullptr},
+      {"within_published",
+       energy.specific_J_per_mm3 ? nlohmann::ordered_json(energy.IsWithinPublishedRange()) : nullptr},
       {"tooth_pass_mJ", number(energy.pass_mJ)},
       {"thrust_per_cutting_force", energy.ratio},
       {"cutting_force_from", energy.from_effect ? "tangential_force" : "thrust / ratio"}};

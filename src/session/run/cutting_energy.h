@@ -32,12 +32,12 @@ struct CuttingEnergy {
   std::optional<double> pass_mJ;             // mean per tooth passage while any tooth is engaged
 
   /// Returns true if the specific energy is within the range of published tests (src/cut/force/measured.h), or unknown.
-  bool IsAsMeasured() const;
+  bool IsWithinPublishedRange() const;
 };
 
 CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects, const CuttingSums& sums);
 
-/// Returns a phrase such as "0.412 J: 6.05 J/mm3, 1.2 mJ a tooth pass; cutting force = thrust / 1.6; range 0.8 to 6
+/// Returns a phrase such as "0.412 J, 6.05 J/mm3, 1.2 mJ per tooth pass; cutting force = thrust / 1.6; range 0.8 to 6
 /// J/mm3 (...)".
 std::string DescribeCuttingEnergy(const CuttingEnergy& energy);
 /// Returns a sentence if the specific energy is outside the measured range.

@@ -3,11 +3,11 @@
 #include "cut/effects/plan.h"
 
 namespace kerf {
-EffectFiles::EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here, const std::string& folder)
+EffectFiles::EffectFiles(const EffectPlan& plan, std::size_t ticks, bool in_tick_thread, const std::string& folder)
     : sound_(plan, ticks, folder.empty() ? "" : folder + "/sound.wav"),
-      spectrum_(here ? SpectrumTrack(plan) : SpectrumTrack()),
+      spectrum_(in_tick_thread ? SpectrumTrack(plan) : SpectrumTrack()),
       guide_(plan, ticks),
-      chips_(here ? ChipsTrack(plan) : ChipsTrack()),
+      chips_(in_tick_thread ? ChipsTrack(plan) : ChipsTrack()),
       structures_(plan, ticks) {}
 
 void EffectFiles::Take(double time_s, double dt_s, const Pose& X_WT, std::span<const double> channels) {

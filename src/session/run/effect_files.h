@@ -21,13 +21,13 @@ namespace kerf {
 class EffectFiles {
  public:
   EffectFiles() = default;
-  /// `ticks`: expected number of ticks, for reserving memory. `here`: true if Take() is called in the thread that runs
-  /// the ticks and may therefore access the effects until Finish(); the spectrum and the chips require this. `folder`:
-  /// the sound is written there during the run, so that memory does not grow; "": its parameters are kept in memory.
-  /// Throws kerf::Error if the file cannot be written.
-  EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here, const std::string& folder = "");
+  /// `ticks`: expected number of ticks, for reserving memory. `in_tick_thread`: true if Take() is called in the thread
+  /// that runs the ticks and may therefore access the effects until Finish(); the spectrum and the chips require this.
+  /// `folder`: the sound is written there during the run, so that memory does not grow; "": its parameters are kept in
+  /// memory. Throws kerf::Error if the file cannot be written.
+  EffectFiles(const EffectPlan& plan, std::size_t ticks, bool in_tick_thread, const std::string& folder = "");
 
-  /// Call after each tick. `channels`: those of all effects.
+  /// Call after each tick. `channels`: the channels of all effects.
   void Take(double time_s, double dt_s, const Pose& X_WT, std::span<const double> channels);
   /// Call after the last tick; the plan may be destroyed afterwards.
   void Finish() {

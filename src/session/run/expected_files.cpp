@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kMinRowBytes = 100;  // of forces.csv: a tool at rest in air
 constexpr double kMinTickBytes = 2;   // of a recording
-constexpr double kRoomBytesOfTick = 12;
+constexpr double kRoomBytesPerTick = 12;
 constexpr double kRoomBytes = 1e6;
 constexpr double kMaxRoomBytes = 64e6;
 
@@ -46,7 +46,7 @@ std::string DescribeLackForLoop(const Scene& scene, double ticks, const std::str
 }
 
 double CalcRoomForRecording(double ticks) {
-  return std::min(kRoomBytes + kRoomBytesOfTick * ticks, kMaxRoomBytes);
+  return std::min(kRoomBytes + kRoomBytesPerTick * ticks, kMaxRoomBytes);
 }
 
 }  // namespace kerf

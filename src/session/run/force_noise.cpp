@@ -13,8 +13,8 @@ constexpr double kNoiseFrom_Hz = 20;
 ForceNoise::ForceNoise(double dt_s)
     : dt_s_(dt_s),
       window_(static_cast<std::size_t>(std::lround(1 / dt_s))),
-      whole_{HighPassRms(dt_s, kNoiseFrom_Hz), HighPassRms(dt_s, kNoiseFrom_Hz), HighPassRms(dt_s, kNoiseFrom_Hz)} {
-  for (auto& axis : second_) axis.reserve(window_);
+      run_axes_{HighPassRms(dt_s, kNoiseFrom_Hz), HighPassRms(dt_s, kNoiseFrom_Hz), HighPassRms(dt_s, kNoiseFrom_Hz)} {
+  for (auto& axis : second_axes_) axis.reserve(window_);
 }
 
 void ForceNoise::Take(const Vec3& f_N, bool cuts) {
@@ -22,22 +22,22 @@ void ForceNoise::Take(const Vec3& f_N, bool cuts) {
   cut_ = cuts;
   all_cut_ = all_cut_ && cuts;
   for (int axis = 0; axis < 3; ++axis) {
-    whole_[static_cast<std::size_t>(axis)].Add(f_N[axis]);
-    second_[static_cast<std::size_t>(axis)].push_back(f_N[axis]);
+    run_axes_[static_cast<std::size_t>(axis)].Add(f_N[axis]);
+    second_axes_[static_cast<std::size_t>(axis)].push_back(f_N[axis]);
   }
-  if (second_[0].size() < window_) return;
+  if (second_axes_[0].size() < window_) return;
   if (all_cut_) {
     double square = 0;
-    for (const auto& axis : second_) square += std::pow(CalcHighPassRms(axis, dt_s_, kNoiseFrom_Hz), 2);
+    for (const auto& axis : second_axes_) square += std::pow(CalcHighPassRms(axis, dt_s_, kNoiseFrom_Hz), 2);
     cutting_mN_ = std::max(cutting_mN_.value_or(0), 1000 * std::sqrt(square));
   }
-  for (auto& axis : second_) axis.clear();
+  for (auto& axis : second_axes_) axis.clear();
   all_cut_ = true;
 }
 
 double ForceNoise::Finish_mN() {
   double square = 0;
-  for (HighPassRms& axis : whole_) square += std::pow(axis.Finish(), 2);
+  for (HighPassRms& axis : run_axes_) square += std::pow(axis.Finish(), 2);
   return 1000 * std::sqrt(square);
 }
 

@@ -30,8 +30,8 @@ class ForceNoise {
  private:
   double dt_s_;
   std::size_t window_;
-  std::array<HighPassRms, 3> whole_;
-  std::array<std::vector<double>, 3> second_;
+  std::array<HighPassRms, 3> run_axes_;
+  std::array<std::vector<double>, 3> second_axes_;
   bool all_cut_ = true;  // the tool has cut throughout this second so far
   Vec3 last_N_{0};
   bool cut_ = false;

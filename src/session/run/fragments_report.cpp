@@ -35,36 +35,37 @@ std::string Volume(double mm3) {
 const FoundPiece* FindPiece(const FragmentsReport& fragments, const Bone& bone) {
   const Box3 box = bone.CalcBounds();
   const FoundPiece* best = nullptr;
-  double least = 1e300;
+  double smallest = 1e300;
   for (const FoundPiece& piece : fragments.found.pieces) {
-    const double off = glm::length(piece.bounds_W.lower - box.lower) + glm::length(piece.bounds_W.upper - box.upper);
-    if (off < least) best = &piece;
-    least = std::min(least, off);
+    const double difference =
+        glm::length(piece.bounds_W.lower - box.lower) + glm::length(piece.bounds_W.upper - box.upper);
+    if (difference < smallest) best = &piece;
+    smallest = std::min(smallest, difference);
   }
   return best;
 }
 
 /// Describes the pieces that were taken out.
-std::string DescribeOut(const FragmentsReport& f) {
-  std::size_t pieces = 0, crumbs = 0, wait = 0;
+std::string DescribeTakenOut(const FragmentsReport& f) {
+  std::size_t pieces = 0, crumbs = 0, kept = 0;
   for (const PieceOut& piece : f.out) {
     pieces += piece.id == kAllDust ? 0 : 1;
     crumbs += piece.crumbs;
   }
   for (std::size_t i = 1; f.params.pieces != PieceFate::kHeld && i < f.found.pieces.size(); ++i) {
-    wait += f.found.pieces[i].from != 0 ? 1 : 0;
+    kept += f.found.pieces[i].from != 0 ? 1 : 0;
   }
   std::string text = "taken out of the bone: ";
   if (pieces > 0) {
     text += fmt::format("{} piece{} {}, {}", pieces, pieces == 1 ? "" : "s", ToString(f.params.pieces),
-                        FormatVolume(f.CalcAside_mm3() + f.CalcDeleted_mm3()));
+                        FormatVolume(f.CalcSetAside_mm3() + f.CalcDeleted_mm3()));
   }
   if (crumbs > 0) {
     text += fmt::format("{}{} crumb{}, {:.3g} mm3", pieces > 0 ? ", " : "", crumbs, crumbs == 1 ? "" : "s",
                         f.CalcDustOut_mm3());
   }
   if (f.out.empty()) text += "nothing";
-  if (wait > 0) text += fmt::format("; {} kept because the tool was not clear of {}", wait, wait == 1 ? "it" : "them");
+  if (kept > 0) text += fmt::format("; {} kept because the tool was not clear of {}", kept, kept == 1 ? "it" : "them");
   return text;
 }
 
@@ -76,7 +77,7 @@ Vec3 Middle(const TriangleMesh& mesh) {
 
 /// Adds the pieces that were taken out to the legend, and draws those that were set aside. `apart`: set to the
 /// direction in which the first of these was moved, unless it is set already.
-void AddOut(const FragmentsReport& fragments, std::size_t drawn, PictureSpec& spec, Vec3& apart) {
+void AddTakenOut(const FragmentsReport& fragments, std::size_t drawn, PictureSpec& spec, Vec3& apart) {
   constexpr Rgb8 kNotDrawn{150, 150, 150};
   for (const PieceOut& piece : fragments.out) {
     Rgb8 colour = kNotDrawn;
@@ -109,34 +110,34 @@ void FragmentsDriver::Change(const std::array<int, 3>& index, std::span<const fl
   changes_ms_ += Since_ms(begin);
 }
 
-void FragmentsDriver::Look(double time_s) {
-  Look(time_s, {});
+void FragmentsDriver::Search(double time_s) {
+  Search(time_s, {});
 }
 
-void FragmentsDriver::Look(double time_s, const std::function<double()>& now) {
+void FragmentsDriver::Search(double time_s, const std::function<double()>& now) {
   if (effect_ == nullptr) return;
   const bool changed = effect_->watch().finder().changed();
   const Clock::time_point begin = Clock::now();
-  const std::size_t came_off = effect_->Look(time_s);
+  const std::size_t separated = effect_->Look(time_s);
   if (changed) times_ms_.push_back(changes_ms_ + Since_ms(begin));
   if (changed) changes_ms_ = 0;
   // The delay is at most the time since the last search, when the piece had not separated yet.
-  if (came_off > 0 && now) max_late_ms_ = std::max(max_late_ms_.value_or(0), 1e3 * (now() - looked_s_));
-  looked_s_ = time_s;
+  if (separated > 0 && now) max_delay_ms_ = std::max(max_delay_ms_.value_or(0), 1e3 * (now() - searched_s_));
+  searched_s_ = time_s;
 }
 
 std::optional<PieceJob> FragmentsDriver::Prepare(const Bone& bone,
                                                  const std::function<bool(const Box3&)>& is_clear) const {
   if (!takes_out()) return {};
-  return PreparePiece(effect_->watch(), bone, gone_, is_clear);
+  return PreparePiece(effect_->watch(), bone, taken_out_, is_clear);
 }
 
 void FragmentsDriver::Finish(PieceJob&& job, double time_s) {
-  if (job.id != kAllDust) gone_.insert(job.id);
+  if (job.id != kAllDust) taken_out_.insert(job.id);
   out_.push_back(FinishPiece(std::move(job), effect_->watch().params(), time_s));
 }
 
-double FragmentsReport::CalcAside_mm3() const {
+double FragmentsReport::CalcSetAside_mm3() const {
   double sum = 0;
   for (const PieceOut& piece : out) sum += piece.fate != PieceFate::kDeleted ? piece.volume_mm3 : 0;
   return sum;
@@ -167,12 +168,12 @@ std::optional<FragmentsReport> FragmentsDriver::MakeReport(const MaterialTable& 
   report.out = out_;
   std::vector<double> times = times_ms_;
   std::sort(times.begin(), times.end());
-  report.looks = times.size();
+  report.searches = times.size();
   if (!times.empty()) {
     report.p50_ms = times[(times.size() - 1) / 2];
     report.max_ms = times.back();
   }
-  report.most_late_ms = max_late_ms_;
+  report.max_delay_ms = max_delay_ms_;
   report.memory_MB = 1e-6 * static_cast<double>(effect_->CalcMemoryBytes());
   return report;
 }
@@ -192,12 +193,12 @@ std::string DescribeFragments(const FragmentsReport& f) {
     text += fmt::format("; {} crumb{} below {:g} mm3, {:.3g} mm3 in total", f.found.dust_count,
                         f.found.dust_count == 1 ? "" : "s", f.params.dust_mm3, f.found.dust_mm3);
   }
-  if (f.params.TakesOut()) text += "; " + DescribeOut(f);
-  if (f.looks > 0) {
+  if (f.params.TakesOut()) text += "; " + DescribeTakenOut(f);
+  if (f.searches > 0) {
     text += fmt::format("; searched every {:g} ms, which took p50 {:.1f}, max {:.1f} ms outside the tick",
                         f.params.every_ms, f.p50_ms, f.max_ms);
   }
-  if (f.most_late_ms) text += fmt::format("; found at most {:.0f} ms after coming off", *f.most_late_ms);
+  if (f.max_delay_ms) text += fmt::format("; found at most {:.0f} ms after separating", *f.max_delay_ms);
   return text;
 }
 
@@ -238,17 +239,17 @@ nlohmann::ordered_json FragmentsJson(const FragmentsReport& f, bool times) {
       {"pieces", pieces},
       {"wanted", ToString(f.params.pieces)},
       {"taken_out", out},
-      {"taken_out_mm3", f.CalcAside_mm3()},
+      {"taken_out_mm3", f.CalcSetAside_mm3()},
       {"deleted_mm3", f.CalcDeleted_mm3()},
       {"dust_taken_out_mm3", f.CalcDustOut_mm3()},
       {"dust", {{"below_mm3", f.params.dust_mm3}, {"count", f.found.dust_count}, {"volume_mm3", f.found.dust_mm3}}},
       {"every_ms", f.params.every_ms},
       {"memory_MB", f.memory_MB}};
   if (times) {
-    json["looking"] = {{"count", f.looks},
+    json["looking"] = {{"count", f.searches},
                        {"p50_ms", f.p50_ms},
                        {"max_ms", f.max_ms},
-                       {"most_late_ms", f.most_late_ms ? Json(*f.most_late_ms) : Json()}};
+                       {"most_late_ms", f.max_delay_ms ? Json(*f.max_delay_ms) : Json()}};
   }
   return json;
 }
@@ -268,9 +269,9 @@ bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<B
       from = middle;
     } else {
       const double length = glm::length(middle - from);
-      const Vec3 way = length > 0 ? (middle - from) / length : Vec3(0, 0, 1);
-      for (Vec3& p : shape.mesh_W.points) p += fragments.params.apart_mm * way;
-      if (i == 1) apart = way;
+      const Vec3 direction = length > 0 ? (middle - from) / length : Vec3(0, 0, 1);
+      for (Vec3& p : shape.mesh_W.points) p += fragments.params.apart_mm * direction;
+      if (i == 1) apart = direction;
     }
     if (i < kMaxInLegend) {
       const FoundPiece* piece = FindPiece(fragments, pieces[i]);
@@ -283,15 +284,15 @@ bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<B
     }
     spec.shapes.push_back(std::move(shape));
   }
-  AddOut(fragments, pieces.size(), spec, apart);
+  AddTakenOut(fragments, pieces.size(), spec, apart);
   spec.title = name + ": the pieces";
   spec.caption = pieces.size() < 2
                      ? std::string("1 piece in place")
                      : fmt::format(
                            "{} pieces in place, with the time at which each came off; drawn {:g} mm away from "
-                           "the largest,\nalong the line between their middles",
+                           "the largest,\nalong the line between their centres",
                            pieces.size(), fragments.params.apart_mm);
-  if (!fragments.out.empty()) spec.caption += (pieces.size() < 2 ? "; " : "\n") + DescribeOut(fragments);
+  if (!fragments.out.empty()) spec.caption += (pieces.size() < 2 ? "; " : "\n") + DescribeTakenOut(fragments);
   if (pieces.size() > kMaxInLegend) spec.caption += fmt::format("; the legend names the {} largest", kMaxInLegend);
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
   // View across the direction in which the second piece was moved, so that the gap is visible, and slightly from above

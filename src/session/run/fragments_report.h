@@ -24,17 +24,15 @@ struct FragmentsReport {
   FoundPieces found;                 // in the bone at the end
   std::vector<PieceOut> out;         // taken out of the bone, in order of removal
   // Duration of the searches for pieces, outside the haptic thread, ms.
-  std::size_t looks = 0;  // searches after a change
+  std::size_t searches = 0;  // after a change of the bone
   double p50_ms = 0;
   double max_ms = 0;
-  std::optional<double> most_late_ms;  // live: maximum delay from separation to detection of a piece
+  std::optional<double> max_delay_ms;  // live: maximum delay from separation to detection of a piece
   double memory_MB = 0;
 
-  /// These return the volume that was set aside or hidden, the volume that was deleted, without dust, and that of the
-  /// dust.
-  double CalcAside_mm3() const;
-  double CalcDeleted_mm3() const;
-  double CalcDustOut_mm3() const;
+  double CalcSetAside_mm3() const;  // volume of the pieces that were set aside or hidden
+  double CalcDeleted_mm3() const;   // volume of the pieces that were deleted, without dust
+  double CalcDustOut_mm3() const;   // volume of the dust that was taken out
 };
 
 /// Drives the effect's FragmentWatch and measures its time. Does nothing if the plan lacks the effect.
@@ -46,11 +44,11 @@ class FragmentsDriver {
   double every_s() const { return 1e-3 * effect_->watch().params().every_ms; }
   void Change(const std::array<int, 3>& index, std::span<const float, 512> values);
   /// Searches for pieces. `time_s`: simulation time up to which all changes have been passed to the watch.
-  void Look(double time_s);
+  void Search(double time_s);
   /// For a live loop: does the same; `now` must return the loop's time and is called after the search.
-  void Look(double time_s, const std::function<double()>& now);
-  /// Prepare() returns the next piece to take out (PreparePiece()). Finish() records that the piece has left by
-  /// `time_s`; before calling it, pass the piece's changed leaves and call Look().
+  void Search(double time_s, const std::function<double()>& now);
+  /// Prepare() returns the next piece to take out (PreparePiece()). Finish() records that the piece was taken out by
+  /// `time_s`; before calling it, pass the piece's changed leaves and call Search().
   bool takes_out() const { return effect_ != nullptr && effect_->watch().params().TakesOut(); }
   std::optional<PieceJob> Prepare(const Bone& bone, const std::function<bool(const Box3&)>& is_clear) const;
   void Finish(PieceJob&& job, double time_s);
@@ -59,11 +57,11 @@ class FragmentsDriver {
  private:
   FragmentsEffect* effect_;
   std::vector<double> times_ms_;
-  double changes_ms_ = 0;  // since the last Look()
-  double looked_s_ = 0;
-  std::optional<double> max_late_ms_;
+  double changes_ms_ = 0;  // since the last Search()
+  double searched_s_ = 0;
+  std::optional<double> max_delay_ms_;
   std::vector<PieceOut> out_;
-  std::set<int> gone_;
+  std::set<int> taken_out_;
 };
 
 /// Describes the pieces in one readable line.

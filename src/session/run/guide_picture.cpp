@@ -15,8 +15,8 @@ namespace {
 
 constexpr Rgb8 kPlanColour{0, 158, 115};
 constexpr Rgb8 kStopColour{213, 94, 0};
-constexpr Rgb8 kWayColour{0, 70, 160};
-constexpr double kWayHalf_mm = 0.25;
+constexpr Rgb8 kPathColour{0, 70, 160};
+constexpr double kPathHalf_mm = 0.25;
 constexpr double kStopHalf_mm = 0.3;
 constexpr std::size_t kMaxPoints = 1200;
 
@@ -79,9 +79,9 @@ void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& to
   PictureSpec spec;
   spec.title = name + ": the guide";
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
-  Shape of_bone;
-  of_bone.mesh_W = ExtractSurface(bone);
-  spec.shapes.push_back(std::move(of_bone));
+  Shape bone_shape;
+  bone_shape.mesh_W = ExtractSurface(bone);
+  spec.shapes.push_back(std::move(bone_shape));
 
   Shape plane;
   AddBox(plane.mesh_W, middle, std::max(guide.tolerance_mm, 0.02) * n, half_along, half_deep);
@@ -109,25 +109,25 @@ void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& to
     spec.legend.push_back({fmt::format("slot ends, {:g} mm", guide.slot_length_mm), kStopColour});
   }
 
-  Shape way;
-  way.colour = kWayColour;
+  Shape tool_path;
+  tool_path.colour = kPathColour;
   const std::size_t stride = track.moments().size() / kMaxPoints + 1;
   std::optional<Vec3> before;
   for (std::size_t i = 0; i < track.moments().size(); i += stride) {
     const Vec3 p = track.moments()[i].p_WT_mm;
-    if (before && glm::length(p - *before) < kWayHalf_mm) continue;
+    if (before && glm::length(p - *before) < kPathHalf_mm) continue;
     if (before) {
       const Vec3 step = p - *before;
       Vec3 side = glm::cross(step, n);
       side = glm::length(side) > 1e-6 * glm::length(step) ? glm::normalize(side) : along;
-      AddBox(way.mesh_W, 0.5 * (p + *before), 0.5 * step, kWayHalf_mm * side,
-             kWayHalf_mm * glm::normalize(glm::cross(side, step)));
+      AddBox(tool_path.mesh_W, 0.5 * (p + *before), 0.5 * step, kPathHalf_mm * side,
+             kPathHalf_mm * glm::normalize(glm::cross(side, step)));
     }
     before = p;
   }
-  if (!way.mesh_W.points.empty()) {
-    spec.shapes.push_back(way);
-    spec.legend.push_back({"tool's centre", kWayColour});
+  if (!tool_path.mesh_W.points.empty()) {
+    spec.shapes.push_back(tool_path);
+    spec.legend.push_back({"tool's centre", kPathColour});
   }
   double worst_mm = 0;
   for (const GuideTrack::Moment& m : track.moments())
@@ -164,10 +164,10 @@ void WriteDeviationPlot(const GuideTrack& track, const std::string& name, const 
   force.right_axis = true;
   force.width = 1;
   // Plot at most one point per pixel, the maximum of each interval, so that no short event is lost.
-  const std::size_t stretch = track.moments().size() / kMaxPoints + 1;
-  for (std::size_t i = 0; i < track.moments().size(); i += stretch) {
+  const std::size_t stride = track.moments().size() / kMaxPoints + 1;
+  for (std::size_t i = 0; i < track.moments().size(); i += stride) {
     float mm = 0, N = 0;
-    for (std::size_t k = i; k < std::min(i + stretch, track.moments().size()); ++k) {
+    for (std::size_t k = i; k < std::min(i + stride, track.moments().size()); ++k) {
       mm = std::max(mm, track.moments()[k].deviation_mm);
       N = std::max(N, track.moments()[k].force_N);
     }

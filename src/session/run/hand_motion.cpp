@@ -7,21 +7,21 @@
 namespace kerf {
 namespace {
 
-/// Time constant with which a hand starts, stops and changes its force.
-constexpr double kGentle_s = 0.1;
+/// Time constant of the changes of the hand's pace.
+constexpr double kSmoothing_s = 0.1;
 /// Force with which the hand presses against a resistance that it feels, as a fraction of that resistance. It must be
 /// below 1, because the force against a wall would otherwise grow without limit.
-constexpr double kLean = 0.8;
-constexpr double kLean_s = 0.3;
+constexpr double kPushFraction = 0.8;
+constexpr double kPush_s = 0.3;
 /// At the end of a stroke the hand waits for the tool to arrive within this fraction of `lead_mm`, for a limited time.
-constexpr double kThere = 0.03;
-constexpr double kPatience_s = 5;
-/// Within kFade times `lead_mm` (0.2 to 2 mm) of a stroke's end the hand's force fades out, and it stops there. It
-/// approaches the end at most at a speed that would cover the remaining distance in kStop_s; above that speed it is
+constexpr double kArrivalFraction = 0.03;
+constexpr double kMaxWait_s = 5;
+/// Within kFadeFraction times `lead_mm` (0.2 to 2 mm) of a stroke's end the hand's force fades out, and it stops there.
+/// It approaches the end at most at a speed that would cover the remaining distance in kStop_s; above that speed it is
 /// braked by a damper of kStopDamping * mass / kStop_s.
 constexpr double kStop_s = 0.15;
 constexpr double kStopDamping = 8;
-constexpr double kFade = 0.1;
+constexpr double kFadeFraction = 0.1;
 constexpr double kMinFade_mm = 0.2;
 constexpr double kMaxFade_mm = 2;
 /// Path time before and after the current position over which the direction of a stroke is computed.
@@ -43,8 +43,9 @@ HandMotion::HandMotion(SimulatedDevice& device, Path path, const SceneHand& hand
 /// Returns the speed of the tool along a segment of the path, mm/s; never 0.
 double HandMotion::CalcSpeed(std::size_t segment) const {
   const PathSegment& s = path_.segments()[segment];
-  const double way_mm = glm::distance(path_.CalcPose(segment, s.start_s).p_AB, path_.CalcPose(segment, s.end_s).p_AB);
-  return std::max(way_mm / (s.end_s - s.start_s), 1e-3);
+  const double distance_mm =
+      glm::distance(path_.CalcPose(segment, s.start_s).p_AB, path_.CalcPose(segment, s.end_s).p_AB);
+  return std::max(distance_mm / (s.end_s - s.start_s), 1e-3);
 }
 
 bool HandMotion::IsLastOfChain() const noexcept {
@@ -53,19 +54,19 @@ bool HandMotion::IsLastOfChain() const noexcept {
 
 /// Returns the distance along the stroke to its end, mm, from the handle or the tool, whichever is farther ahead.
 /// Negative beyond the end.
-double HandMotion::CalcWayLeft() const noexcept {
+double HandMotion::CalcDistanceLeft() const noexcept {
   const Vec3 p_end = path_.CalcPose(segment_, path_.segments()[segment_].end_s).Point(p_TC_mm_);
-  // On the way back the stroke's last direction is used, otherwise the current one.
-  const Vec3 p_from = phase_ == Phase::kBack ? p_end : X_aim_.Point(p_TC_mm_);
+  // During the return the last direction of the stroke is used, otherwise the current one.
+  const Vec3 p_from = phase_ == Phase::kReturn ? p_end : X_aim_.Point(p_TC_mm_);
   // A tool ahead of the handle pulls the handle forward.
-  const double tool_ahead_mm = std::max(glm::dot(device_.force_N(), way_W_), 0.0) / felt_stiffness_N_per_mm_;
-  return glm::dot(p_from - device_.p_WC_mm(), way_W_) + glm::distance(p_from, p_end) - tool_ahead_mm;
+  const double tool_ahead_mm = std::max(glm::dot(device_.force_N(), direction_W_), 0.0) / felt_stiffness_N_per_mm_;
+  return glm::dot(p_from - device_.p_WC_mm(), direction_W_) + glm::distance(p_from, p_end) - tool_ahead_mm;
 }
 
 /// Returns the braking force near a stroke's end, N along the stroke.
 double HandMotion::CalcStop(double left_mm) const noexcept {
   const double mass = 1e-3 * (device_.profile().mass_kg + device_.hand().mass_kg);  // N s^2 / mm
-  const double speed = glm::dot(device_.v_WC_mm_per_s(), way_W_);
+  const double speed = glm::dot(device_.v_WC_mm_per_s(), direction_W_);
   const double too_fast = std::max(speed - left_mm / kStop_s, 0.0);
   return -kStopDamping * mass / kStop_s * too_fast;
 }
@@ -75,22 +76,22 @@ void HandMotion::EnterNextChain() noexcept {
   while (next < path_.segments().size() && !path_.segments()[next].retract_before) ++next;
   if (next >= path_.segments().size()) {
     next = 0;
-    ++rounds_;
+    ++passes_;
   }
   first_ = segment_ = next;
   t_s_ = path_.segments()[next].start_s;
   X_from_ = X_aim_;
   fraction_ = 0;
   waited_s_ = 0;
-  phase_ = Phase::kOver;
+  phase_ = Phase::kTransfer;
 }
 
 void HandMotion::Advance(double dt_s) noexcept {
   // The farther the handle lags behind the target, the slower the hand moves; at `lead_mm` it waits.
   const double lag_mm = glm::distance(X_aim_.Point(p_TC_mm_), device_.p_WC_mm());
   const double wanted = std::clamp(2 * (1 - lag_mm / hand_.lead_mm), 0.0, 1.0);
-  const double gentle = -std::expm1(-dt_s / kGentle_s);
-  pace_ += gentle * (wanted - pace_);
+  const double smoothing = -std::expm1(-dt_s / kSmoothing_s);
+  pace_ += smoothing * (wanted - pace_);
 
   const Pose X_before = X_aim_;
   const std::vector<PathSegment>& segments = path_.segments();
@@ -104,7 +105,8 @@ void HandMotion::Advance(double dt_s) noexcept {
           ++segment_;
         } else {
           waited_s_ += dt_s;
-          if (CalcWayLeft() <= kThere * hand_.lead_mm || waited_s_ >= kPatience_s) phase_ = Phase::kBack;
+          if (CalcDistanceLeft() <= kArrivalFraction * hand_.lead_mm || waited_s_ >= kMaxWait_s)
+            phase_ = Phase::kReturn;
         }
       }
       X_aim_ = path_.CalcPose(segment_, t_s_);
@@ -112,13 +114,13 @@ void HandMotion::Advance(double dt_s) noexcept {
           path_.CalcPose(segment_, t_s_ + kAhead_s).p_AB - path_.CalcPose(segment_, t_s_ - kAhead_s).p_AB;
       const double length = glm::length(ahead);
       if (length > 1e-12) {
-        way_W_ = ahead / length;
-        const double felt_N = std::max(-glm::dot(device_.force_N(), way_W_), 0.0);
-        push_W_N = std::min(hand_.push_N, kLean * felt_N) * way_W_;
+        direction_W_ = ahead / length;
+        const double felt_N = std::max(-glm::dot(device_.force_N(), direction_W_), 0.0);
+        push_W_N = std::min(hand_.push_N, kPushFraction * felt_N) * direction_W_;
       }
       break;
     }
-    case Phase::kBack: {
+    case Phase::kReturn: {
       const double speed_mm_per_s = CalcSpeed(segment_);
       t_s_ -= pace_ * dt_s * hand_.lift_mm_per_s / speed_mm_per_s;
       if (t_s_ <= segments[segment_].start_s) {
@@ -129,10 +131,10 @@ void HandMotion::Advance(double dt_s) noexcept {
       if (segment_ == first_ && t_s_ <= segments[first_].start_s) EnterNextChain();
       break;
     }
-    case Phase::kOver: {
+    case Phase::kTransfer: {
       const Pose X_to = path_.CalcPose(segment_, t_s_);
-      const double way_mm = std::max(glm::distance(X_from_.p_AB, X_to.p_AB), 1.0);
-      fraction_ = std::min(fraction_ + pace_ * dt_s * hand_.lift_mm_per_s / way_mm, 1.0);
+      const double distance_mm = std::max(glm::distance(X_from_.p_AB, X_to.p_AB), 1.0);
+      fraction_ = std::min(fraction_ + pace_ * dt_s * hand_.lift_mm_per_s / distance_mm, 1.0);
       X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, fraction_), glm::mix(X_from_.p_AB, X_to.p_AB, fraction_)};
       if (fraction_ >= 1) {
         phase_ = Phase::kCut;
@@ -141,14 +143,14 @@ void HandMotion::Advance(double dt_s) noexcept {
       break;
     }
   }
-  push_W_N_ += -std::expm1(-dt_s / kLean_s) * (push_W_N - push_W_N_);
+  push_W_N_ += -std::expm1(-dt_s / kPush_s) * (push_W_N - push_W_N_);
   // The hand may still be moving when it turns back.
   double fade = 1;
   Vec3 stop_W_N{0};
-  if (phase_ != Phase::kOver && IsLastOfChain()) {
-    const double left_mm = CalcWayLeft();
-    fade = std::clamp(left_mm / std::clamp(kFade * hand_.lead_mm, kMinFade_mm, kMaxFade_mm), 0.0, 1.0);
-    stop_W_N = CalcStop(left_mm) * way_W_;
+  if (phase_ != Phase::kTransfer && IsLastOfChain()) {
+    const double left_mm = CalcDistanceLeft();
+    fade = std::clamp(left_mm / std::clamp(kFadeFraction * hand_.lead_mm, kMinFade_mm, kMaxFade_mm), 0.0, 1.0);
+    stop_W_N = CalcStop(left_mm) * direction_W_;
   }
   Intention intention;
   intention.X_WH = X_aim_;

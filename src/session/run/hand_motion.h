@@ -1,5 +1,5 @@
-// Intended motion of a simulated hand, from a scene's path: along the strokes, back out of the cut, over to the next
-// stroke, and again from the start.
+// Intended motion of a simulated hand, from a scene's path: along a stroke, back out of the cut and to the start of the
+// next stroke; after the last stroke, the path is repeated.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 namespace kerf {
 
 /// Simulated hand that follows a path. Strokes that follow one another without a retract are treated as one stroke (a
-/// chain). After a stroke, the hand goes back the way it came before it moves to the next one. It waits if the handle
+/// chain). After a stroke, the hand returns along the stroke before it moves to the next one. It waits if the handle
 /// lags, also at the end of a stroke, and presses against the resistance along a stroke. Near the end of a stroke it
 /// presses less and stops there: neither the handle nor the tool passes the end. Deterministic.
 class HandMotion final : public HandDriver {
@@ -29,15 +29,15 @@ class HandMotion final : public HandDriver {
   Pose start() const { return path_.CalcPose(0, 0); }
   /// These return the number of completed passes through the path, and the number of strokes begun. Call in the loop's
   /// thread, or after the loop has ended.
-  long rounds() const { return rounds_; }
+  long passes() const { return passes_; }
   long strokes() const { return strokes_; }
 
  private:
-  enum class Phase { kCut, kBack, kOver };
+  enum class Phase { kCut, kReturn, kTransfer };
   void EnterNextChain() noexcept;
   double CalcSpeed(std::size_t segment) const;
   bool IsLastOfChain() const noexcept;
-  double CalcWayLeft() const noexcept;
+  double CalcDistanceLeft() const noexcept;
   double CalcStop(double left_mm) const noexcept;
 
   SimulatedDevice& device_;
@@ -55,8 +55,8 @@ class HandMotion final : public HandDriver {
   Pose X_aim_;
   double pace_ = 0;  // 0 to 1: fraction of the intended speed
   Vec3 push_W_N_{0};
-  Vec3 way_W_{0};  // direction of the stroke, unit length
-  long rounds_ = 0;
+  Vec3 direction_W_{0};  // direction of the stroke, unit length
+  long passes_ = 0;
   long strokes_ = 1;
 };
 

@@ -17,11 +17,11 @@ void LivePieces::Take(const LeafMessage& leaf) {
 /// Returns true if all changes up to the end of `tick` have been read.
 bool LivePieces::HasReadAllOf(std::int64_t tick) {
   const LoopState& state = loop_.state().front();
-  if (asked_tick_ != tick) asked_s_.reset();
-  asked_tick_ = tick;
-  if (!asked_s_ && static_cast<std::int64_t>(state.ticks) < tick + 2) return false;
-  if (!asked_s_) asked_s_ = state.last.time_s;
-  return state.sent_until_s >= *asked_s_;
+  if (awaited_tick_ != tick) awaited_s_.reset();
+  awaited_tick_ = tick;
+  if (!awaited_s_ && static_cast<std::int64_t>(state.ticks) < tick + 2) return false;
+  if (!awaited_s_) awaited_s_ = state.last.time_s;
+  return state.sent_until_s >= *awaited_s_;
 }
 
 bool LivePieces::is_leaving() const {
@@ -32,7 +32,7 @@ bool LivePieces::is_leaving() const {
 }
 
 void LivePieces::Done(double time_s) {
-  fragments_.Look(time_s);
+  fragments_.Search(time_s);
   job_->removal = std::move(transfer_->removal);
   fragments_.Finish(*std::move(job_), time_s);
   job_.reset();
@@ -48,7 +48,7 @@ void LivePieces::Poll() {
     leaves_.clear();
     transfer_.reset();
   } else if (const std::int64_t out_at = piece.out_at.load(std::memory_order_acquire); out_at != 0) {
-    if (HasReadAllOf(out_at)) Done(*asked_s_);
+    if (HasReadAllOf(out_at)) Done(*awaited_s_);
   } else if (piece.leaving.load(std::memory_order_acquire)) {
     // The loop is still removing the piece.
   } else if (was_cut_) {
@@ -79,7 +79,7 @@ void LivePieces::Prepare() {
 }
 
 void LivePieces::Repeat(std::uint32_t number, const std::string& bytes, double time_s) {
-  if (transfer_) throw Error("the recording has a piece that leaves before the previous one has left");
+  if (transfer_) throw Error("the recording removes a piece before the previous one has been removed");
   number_ = number;
   if (listener_) listener_(number, bytes);
   job_ = DecodePiece(bytes, mirror_.bone());
@@ -91,7 +91,7 @@ void LivePieces::Repeat(std::uint32_t number, const std::string& bytes, double t
     return same;
   };
   if (!find()) {
-    fragments_.Look(time_s);
+    fragments_.Search(time_s);
     find();
   }
   transfer_ = std::make_unique<PieceTransfer>(std::move(job_->removal), number);
@@ -109,11 +109,11 @@ void LivePieces::Finish(CoupledSimulation& simulation, double time_s, const std:
   leaves_.clear();
   transfer_.reset();
   send_rest();
-  fragments_.Look(time_s);
+  fragments_.Search(time_s);
   while (std::optional<PieceJob> job = fragments_.Prepare(mirror_.bone(), [](const Box3&) { return true; })) {
     Install(job->removal, simulation);
     send_rest();
-    fragments_.Look(time_s);
+    fragments_.Search(time_s);
     fragments_.Finish(*std::move(job), time_s);
   }
 }

@@ -31,8 +31,8 @@ class LivePieces {
   void set_listener(std::function<void(std::uint32_t, const std::string&)> listener) {
     listener_ = std::move(listener);
   }
-  /// For a replay, between ticks and with an up-to-date mirror: makes a recorded piece begin to leave in the next tick.
-  /// Throws kerf::Error for invalid bytes.
+  /// For a replay, between ticks and with an up-to-date mirror: starts the removal of a recorded piece in the next
+  /// tick. Throws kerf::Error for invalid bytes.
   void Repeat(std::uint32_t number, const std::string& bytes, double time_s);
 
   /// Call for each leaf that the mirror receives.
@@ -62,8 +62,8 @@ class LivePieces {
   std::unique_ptr<PieceTransfer> transfer_;
   std::map<std::array<int, 3>, const LeafChange*> leaves_;
   bool was_cut_ = false;
-  std::int64_t asked_tick_ = 0;
-  std::optional<double> asked_s_;
+  std::int64_t awaited_tick_ = 0;
+  std::optional<double> awaited_s_;
 };
 
 }  // namespace kerf

@@ -11,43 +11,43 @@ namespace kerf {
 void LoopActions::Poll() {
   if (undo_ == nullptr) return;
   if (undo_->Poll()) {
-    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - asked_at_;
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - requested_at_;
     longest_ms_ = std::max(longest_ms_, took.count());
   }
-  if (!under_way_ || !undo_->is_idle()) return;
-  if (peer_ != nullptr && !planned_under_way_) peer_->Done(*under_way_, "");
-  under_way_.reset();
+  if (!current_ || !undo_->is_idle()) return;
+  if (peer_ != nullptr && !current_is_planned_) peer_->Done(*current_, "");
+  current_.reset();
 }
 
 void LoopActions::Do(const LoopAction& action) {
-  asked_at_ = std::chrono::steady_clock::now();
+  requested_at_ = std::chrono::steady_clock::now();
   if (action.kind == LoopAction::Kind::kSpindle) {
-    tell_("rpm", action.name, 0);
+    record_request_("rpm", action.name, 0);
     body_.set_rpm(action.rpm);
     return;
   }
-  under_way_ = action;
-  undo_->Do(action, tell_);
+  current_ = action;
+  undo_->Do(action, record_request_);
 }
 
 void LoopActions::Act(double now_s, std::vector<std::string>& warnings) {
-  std::optional<LoopAction> asked;
+  std::optional<LoopAction> requested;
   try {
     Poll();
     while ((undo_ == nullptr || undo_->is_idle()) && next_ < planned_.size() && planned_[next_].at_s <= now_s + 1e-9) {
-      planned_under_way_ = true;
+      current_is_planned_ = true;
       Do(planned_[next_++]);
     }
-    while (peer_ != nullptr && (undo_ == nullptr || undo_->is_idle()) && (asked = peer_->NextAction())) {
-      planned_under_way_ = false;
-      Do(*asked);
-      if (!under_way_) peer_->Done(*asked, "");
+    while (peer_ != nullptr && (undo_ == nullptr || undo_->is_idle()) && (requested = peer_->NextAction())) {
+      current_is_planned_ = false;
+      Do(*requested);
+      if (!current_) peer_->Done(*requested, "");
     }
   } catch (const Error& e) {
-    const bool of_peer = under_way_ && !planned_under_way_;
-    const LoopAction failed = under_way_.value_or(LoopAction{});
-    under_way_.reset();
-    if (of_peer) {
+    const bool from_peer = current_ && !current_is_planned_;
+    const LoopAction failed = current_.value_or(LoopAction{});
+    current_.reset();
+    if (from_peer) {
       peer_->Done(failed, e.what());
     } else {
       warnings.push_back(fmt::format("at {:.3f} s: {}", now_s, e.what()));

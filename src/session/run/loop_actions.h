@@ -17,11 +17,11 @@ namespace kerf {
 /// Carries out actions. Call in the reader's thread.
 class LoopActions {
  public:
-  /// All references must outlive this object; `undo` and `peer` are optional. `tell` records each request before it is
-  /// made.
+  /// All references must outlive this object; `undo` and `peer` are optional. `record_request` records each request
+  /// before it is made.
   LoopActions(const std::vector<LoopAction>& planned, StepBody& body, LoopUndo* undo, SessionController* peer,
-              LoopUndo::Tell tell)
-      : planned_(planned), body_(body), undo_(undo), peer_(peer), tell_(std::move(tell)) {}
+              LoopUndo::RecordRequest record_request)
+      : planned_(planned), body_(body), undo_(undo), peer_(peer), record_request_(std::move(record_request)) {}
 
   /// Starts the actions that are due at `now_s`, one at a time. A failure is reported to the peer if the action was its
   /// request; otherwise it is added to `warnings`.
@@ -41,11 +41,11 @@ class LoopActions {
   StepBody& body_;
   LoopUndo* undo_;
   SessionController* peer_;
-  LoopUndo::Tell tell_;
+  LoopUndo::RecordRequest record_request_;
   std::size_t next_ = 0;
-  std::optional<LoopAction> under_way_;
-  bool planned_under_way_ = false;
-  std::chrono::steady_clock::time_point asked_at_;
+  std::optional<LoopAction> current_;
+  bool current_is_planned_ = false;
+  std::chrono::steady_clock::time_point requested_at_;
   double longest_ms_ = 0;
 };
 

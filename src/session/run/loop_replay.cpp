@@ -12,17 +12,17 @@ LoopReplay::LoopReplay(const LoopReplayOptions& options, StepBody& body, Coupled
   if (options.recording == nullptr) return;
   steps_.emplace(*options.recording, options.until_s);
   body_.emplace(body, simulation, device, *steps_, [this](const RecordedStep& step) {
-    if (beside_) beside_(step);
+    if (between_ticks_) between_ticks_(step);
   });
 }
 
-void LoopReplay::GoThrough(HapticLoop& loop, const std::function<bool(double)>& read) {
+void LoopReplay::RunWithoutClock(HapticLoop& loop, const std::function<bool(double)>& read) {
   using Clock = std::chrono::steady_clock;
-  const double all_s = std::min(options_.until_s, options_.recording->damage().whole_s);
+  const double total_s = std::min(options_.until_s, options_.recording->damage().whole_s);
   const Clock::time_point began = Clock::now();
   std::uint64_t done = 0;
-  loop.GoThrough([&] {
-    const double fraction = all_s > 0 ? body_->time_s() / all_s : 1;
+  loop.RunWithoutClock([&] {
+    const double fraction = total_s > 0 ? body_->time_s() / total_s : 1;
     if (!read(done % 64 == 0 ? fraction : -1)) return false;
     if (options_.speed > 0) {
       std::this_thread::sleep_until(began + std::chrono::duration_cast<Clock::duration>(

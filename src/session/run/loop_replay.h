@@ -10,20 +10,22 @@
 
 namespace kerf {
 
-/// Replays a recording before the loop goes on. Does nothing if there is no recording.
+/// Replays a recording before the loop continues. Does nothing if there is no recording.
 class LoopReplay {
  public:
   /// All references must outlive this object.
   LoopReplay(const LoopReplayOptions& options, StepBody& body, CoupledSimulation& simulation, ReplayDevice& device);
-  /// Sets the callback for actions between ticks (ReplayBody). Call before GoThrough().
-  void set_beside(std::function<void(const RecordedStep&)> beside) { beside_ = std::move(beside); }
+  /// Sets the callback for actions between ticks (ReplayBody). Call before RunWithoutClock().
+  void set_between_ticks(std::function<void(const RecordedStep&)> between_ticks) {
+    between_ticks_ = std::move(between_ticks);
+  }
 
-  /// Returns the body between the loop and the loop's own body. It replays the recording and afterwards passes the
-  /// loop's calls on.
+  /// Returns the body to pass to the loop. It replays the recording; afterwards it forwards the loop's calls to `body`
+  /// of the constructor.
   LoopBody& body() { return *body_; }
   /// Runs the recorded ticks. `read` is called before each tick, every 64th time with the progress 0..1 and otherwise
   /// with -1; the replay ends if it returns false. Throws kerf::Error for a recording that cannot be replayed.
-  void GoThrough(HapticLoop& loop, const std::function<bool(double)>& read);
+  void RunWithoutClock(HapticLoop& loop, const std::function<bool(double)>& read);
   Replayed MakeReport() const;
   /// These return the time before the next step, and the number of that step.
   double time_s() const { return body_->time_s(); }
@@ -31,7 +33,7 @@ class LoopReplay {
 
  private:
   LoopReplayOptions options_;
-  std::function<void(const RecordedStep&)> beside_;
+  std::function<void(const RecordedStep&)> between_ticks_;
   StepBody& step_body_;
   ReplayDevice& device_;
   std::optional<RecordedSteps> steps_;

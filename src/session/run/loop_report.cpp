@@ -37,7 +37,7 @@ constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "la
 
 /// The removed volume is computed from the level set and from the occupancy; both values are reported if they differ by
 /// more than this fraction.
-constexpr double kSameVolume = 0.02;
+constexpr double kVolumeTolerance = 0.02;
 
 ordered_json TimesJson(const LoopTimeSummary& t) {
   return {{"count", t.count},     {"p50_us", t.p50_us}, {"p99_us", t.p99_us},
@@ -48,7 +48,7 @@ const char* ToString(LoopEnd end) {
   switch (end) {
     case LoopEnd::kNotYet:
       return "not yet";
-    case LoopEnd::kAsked:
+    case LoopEnd::kRequested:
       return "asked";
     case LoopEnd::kDeviceFailed:
       return "device failed";
@@ -106,14 +106,14 @@ PlotSpec MakeLatenessPlot(const LoopSummary& s) {
 PlotSpec MakeForcePlot(const LoopSummary& s) {
   PlotSpec spec;
   spec.title = "Force on the hand";
-  spec.caption = fmt::format("{}; device force = {:.3g} x simulated; slew limit {:.3g} N a tick", DescribeHeld(s),
-                             s.force.scale, s.force.slew_bound_N);
+  spec.caption = fmt::format("{}; device force = {:.3g} x simulated; slew limit {:.3g} N a tick",
+                             DescribeDeviceAndHand(s), s.force.scale, s.force.slew_bound_N);
   spec.x.label = "time (s)";
   spec.y.label = "force (N)";
   PlotSeries device;
-  device.label = "on the device, largest in each interval";
+  device.label = "on the device, maximum of each interval";
   PlotSeries hand;
-  hand.label = "in the simulation, largest in each interval";
+  hand.label = "in the simulation, maximum of each interval";
   // Plot at most one point per pixel, the maximum of each interval, so that no spike is lost.
   const std::vector<ForcePoint>& points = s.force_curve.points();
   const std::size_t stretch = std::max<std::size_t>(points.size() / 1200, 1);
@@ -174,7 +174,7 @@ void WriteLogs(LoopSummary& summary, const std::string& folder, ResultWriter& re
   });
 }
 
-std::string JoinTimes(const std::vector<LoopTimeSummary>& all) {
+std::string FormatTimeRows(const std::vector<LoopTimeSummary>& all) {
   std::string rows;
   for (const LoopTimeSummary& t : all) rows += Row(t);
   return rows;
@@ -182,13 +182,13 @@ std::string JoinTimes(const std::vector<LoopTimeSummary>& all) {
 
 }  // namespace
 
-std::string DescribeHeld(const LoopSummary& s) {
+std::string DescribeDeviceAndHand(const LoopSummary& s) {
   return s.hand.empty() ? s.device : fmt::format("{} in the hand {}", s.device, s.hand);
 }
 
-std::string DescribeServed(const LoopSummary& s) {
+std::string DescribeDeviceFigures(const LoopSummary& s) {
   std::string text;
-  for (const auto& [name, figure] : s.served) {
+  for (const auto& [name, figure] : s.device_figures) {
     std::string words = name;
     std::replace(words.begin(), words.end(), '_', ' ');
     text += fmt::format("{}{} {:.5g}", text.empty() ? "" : ", ", words, figure);
@@ -197,8 +197,9 @@ std::string DescribeServed(const LoopSummary& s) {
 }
 
 std::string DescribeRemoved(const LoopSummary& s) {
-  const double least = kSameVolume * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
-  if (std::abs(s.removed_mm3 - s.removed_by_occupancy_mm3) <= least) return fmt::format("{:.3f} mm3", s.removed_mm3);
+  const double tolerance_mm3 = kVolumeTolerance * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
+  if (std::abs(s.removed_mm3 - s.removed_by_occupancy_mm3) <= tolerance_mm3)
+    return fmt::format("{:.3f} mm3", s.removed_mm3);
   return fmt::format(
       "{:.3f} mm3 by the bone's surface (exact), {:.3f} mm3 by the occupancy of voxels (the sum of the ticks and of "
       "forces.csv; with coarse voxels the two differ)",
@@ -245,8 +246,8 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
   }
   if (s.leaves_used_up_s) {
     s.warnings.push_back(fmt::format(
-        "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool stops before "
-        "uncut bone; begin again from bone.vdb, or use larger voxels",
+        "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool was stopped "
+        "by uncut bone; start again from bone.vdb, or use larger voxels",
         spare_leaves, *s.leaves_used_up_s));
   }
   if (s.starts_in_bone) {
@@ -286,8 +287,8 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
     for (const LoopBar& bar : all) list.push_back({bar.lower_us, bar.upper_us, bar.count});
     return list;
   };
-  ordered_json served;
-  for (const auto& [name, figure] : s.served) served[name] = figure;
+  ordered_json device_figures;
+  for (const auto& [name, figure] : s.device_figures) device_figures[name] = figure;
   ordered_json json = {
       {"kerf", VersionString()},
       {"scene", scene.name},
@@ -295,7 +296,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"rate_hz", s.rate_hz},
       {"virtual_time", s.virtual_time},
       {"device", s.device},
-      {"served", served},
+      {"served", device_figures},
       {"hand", s.hand.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(s.hand)},
       {"coupling",
        {{"asked_stiffness_N_per_mm", s.setup.asked_stiffness_N_per_mm},
@@ -345,7 +346,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"not_finite", s.counts.not_finite + s.device_counts.not_finite},
         {"bad_poses", s.counts.bad_poses}}},
       {"hand_strokes", s.strokes},
-      {"hand_rounds", s.rounds},
+      {"hand_rounds", s.passes},
       {"volume_before_mm3", s.volume_before_mm3},
       {"volume_after_mm3", s.volume_after_mm3},
       {"removed_mm3", s.removed_mm3},
@@ -382,10 +383,9 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
                          {"ticks", s.recorded->steps},
                          {"failure", s.recorded->failure}};
   }
-  if (s.undone) {
-    json["undo"] = {
-        {"restores", s.undone->restores}, {"checkpoints", s.undone->checkpoints}, {"kept_MB", s.undone->kept_MB}};
-    if (!s.virtual_time) json["undo"]["longest_ms"] = s.undone->longest_ms;
+  if (s.undo) {
+    json["undo"] = {{"restores", s.undo->restores}, {"checkpoints", s.undo->checkpoints}, {"kept_MB", s.undo->kept_MB}};
+    if (!s.virtual_time) json["undo"]["longest_ms"] = s.undo->longest_ms;
   }
   if (s.costs) json["costs"] = CostsJson(*s.costs);
   if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
@@ -403,10 +403,10 @@ std::string FormatLoopCsv(const LoopSummary& s) {
 
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pictures) {
   std::string text = fmt::format("# {}\n\n", EscapeMarkdown(scene.title.empty() ? scene.name : scene.title));
-  text +=
-      fmt::format("{} with {}, {:.1f} s {} at {:g} Hz.\n\n", MarkdownCode(scene.name), EscapeMarkdown(DescribeHeld(s)),
-                  s.simulated_s, s.virtual_time ? "in virtual time" : "live", s.rate_hz);
-  if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended early: {}.**\n\n", EscapeMarkdown(s.failure));
+  text += fmt::format("{} with {}, {:.1f} s {} at {:g} Hz.\n\n", MarkdownCode(scene.name),
+                      EscapeMarkdown(DescribeDeviceAndHand(s)), s.simulated_s,
+                      s.virtual_time ? "in virtual time" : "live", s.rate_hz);
+  if (s.end != LoopEnd::kRequested) text += fmt::format("**The loop ended early: {}.**\n\n", EscapeMarkdown(s.failure));
   for (const std::string& warning : s.warnings) text += fmt::format("**Warning: {}.**\n\n", EscapeMarkdown(warning));
   if (!s.virtual_time) text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);
   text += fmt::format("- Coupling: {}. Limits: {}.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
@@ -416,10 +416,11 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       "force ramped up again {} times.\n",
       s.counts.ticks, s.counts.missed, s.counts.longest_gap, s.watchdog_trips, s.counts.ramps);
   text += fmt::format(
-      "- Force that was not finite: {}. Invalid handle poses: {}. Ticks limited or faulty: {} (bits of the "
+      "- Non-finite forces: {}. Invalid handle poses: {}. Ticks limited or faulty: {} (bits of the "
       "status column).\n",
       s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks);
-  if (!s.served.empty()) text += fmt::format("- The device itself: {}.\n", EscapeMarkdown(DescribeServed(s)));
+  if (!s.device_figures.empty())
+    text += fmt::format("- Reported by the device: {}.\n", EscapeMarkdown(DescribeDeviceFigures(s)));
   text += fmt::format(
       "- Largest force on the device {:.3f} N, in the simulation {:.3f} N; largest step from tick to tick {:.4f} N, "
       "where the slew limit is {:.4g} N a tick.\n",
@@ -428,7 +429,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   if (s.cutting) text += fmt::format("- Cutting: {}.\n", DescribeCuttingEnergy(*s.cutting));
   text += fmt::format("- Noise of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
   text +=
-      fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.rounds, DescribeRemoved(s));
+      fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.passes, DescribeRemoved(s));
   text += fmt::format("- The bone is {}.\n", DescribePieces(s));
   text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
   for (const std::string& effect : DescribeEffects(s.effects))
@@ -439,7 +440,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
                       s.mirror_identical ? "bit-identical to it" : "NOT identical to it");
   if (!s.virtual_time) {
     text += "\n| us | ticks | p50 | p99 | p99.9 | max |\n| --- | --- | --- | --- | --- | --- |\n";
-    text += Row(s.tick) + Row(s.lateness) + JoinTimes(s.stages);
+    text += Row(s.tick) + Row(s.lateness) + FormatTimeRows(s.stages);
   }
   if (s.fidelity_step_count > 0) {
     text += "\n| time (s) | from | to | reason | over budget | longest (us) |\n| --- | --- | --- | --- | --- | --- |\n";
@@ -553,7 +554,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   if (kPicturesBuilt && !summary.force_curve.points().empty()) {
     write_one("force.png", [&](const std::string& path) { WritePlot(MakeForcePlot(summary), path); });
   }
-  // This shows whether the bones were kept; the bone after the cut may be empty even then.
+  // `before` is empty unless the bones were kept; `after` may be empty even if they were.
   if (!summary.before.empty()) WriteBoneResults(scene, summary, folder, progress, surface_error_mm, results);
   results.Write("report.md", [&] { WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true)); });
   results.Write("loop.json", [&] { WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary)); });
@@ -561,7 +562,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   results.ThrowIfLost();
 }
 
-void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+void CheckLoopInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
   for (const char* name : kFiles) outputs.push_back(fmt::format("{}/{}", folder, name));
   for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
@@ -576,7 +577,7 @@ void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, cons
   }
   std::vector<std::string> inputs = ListInputs(scene, scene_file);
   inputs.push_back(scene.device.file);
-  CheckInputsStay(inputs, outputs);
+  CheckInputsNotOverwritten(inputs, outputs);
 }
 
 }  // namespace kerf

@@ -28,13 +28,13 @@ DeviceProfile ReadProfile(const SceneDevice& device) {
 }
 
 /// Formats a stiffness as simulated and as rendered on the device.
-std::string Both(double simulated_N_per_mm, double scale) {
+std::string FormatStiffness(double simulated_N_per_mm, double scale) {
   if (!std::isfinite(simulated_N_per_mm)) return "any";
   return fmt::format("{:.4g} N/mm ({:.4g} N/mm on the device)", simulated_N_per_mm, simulated_N_per_mm * scale);
 }
 
 /// Describes the lateral pull of the teeth if it is larger than has been measured for any saw; otherwise returns "".
-std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
+std::string DescribeLateralPull(const Scene& scene, const LoopSetup& setup) {
   constexpr double kMinMeasuredRatio = 1.4;
   const auto effect = std::find_if(scene.effects.begin(), scene.effects.end(),
                                    [](const EffectChoice& e) { return std::string(e.name()) == "tangential_force"; });
@@ -44,13 +44,13 @@ std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
   // The hand and the coupling, in series, hold the tool against the pull. Values are in simulated newtons.
   const double hand_N_per_mm = setup.hand.stiffness_N_per_mm / setup.force_scale;
   const double K = setup.fitted.coupling.stiffness_N_per_mm;
-  const std::string aside =
-      hand_N_per_mm > 0 ? fmt::format("{:.2g} mm", (1 / K + 1 / hand_N_per_mm) / ratio) : std::string("without limit");
+  const std::string distance = hand_N_per_mm > 0 ? fmt::format("by {:.2g} mm", (1 / K + 1 / hand_N_per_mm) / ratio)
+                                                 : std::string("without limit");
   return fmt::format(
       "[effects.tangential_force] ratio = {:g} is below the measured 1.4 to 1.8: for each newton of thrust the teeth "
-      "pull the tool aside with {:.2g} N, and it walks {} in this hand; if that takes it past the edge of the bone, "
-      "it drives itself around the bone (docs/effects.md)",
-      ratio, 1 / ratio, aside);
+      "pull the tool sideways with {:.2g} N, which moves it {} in this hand; if it passes the edge of the bone, "
+      "the teeth pull it around the bone (docs/effects.md)",
+      ratio, 1 / ratio, distance);
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ std::string DescribeCoupling(const LoopSetup& setup) {
   const std::string loop_fraction =
       fmt::format("{:.0f} % of the limit of a loop at this rate with this hand", 100 * kSampledFraction);
   const char* const by_device = "the limit of the device";
-  std::string text = Both(f.coupling.stiffness_N_per_mm, setup.force_scale);
+  std::string text = FormatStiffness(f.coupling.stiffness_N_per_mm, setup.force_scale);
   const bool softer = f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm;
   const bool damped_less = f.coupling.damping_Ns_per_mm < setup.asked_damping_Ns_per_mm;
   if (softer) {
@@ -120,12 +120,13 @@ std::string DescribeCoupling(const LoopSetup& setup) {
 
 std::string DescribeLimits(const LoopSetup& setup) {
   const CouplingLimits& limits = setup.fitted.limits;
-  return fmt::format(
-      "the limit of the device is {}; that of a loop at this rate with this hand is {}; {}",
-      Both(limits.stiffness_N_per_mm, setup.force_scale), Both(limits.sampled_stiffness_N_per_mm, setup.force_scale),
-      setup.profile.friction_N > 0 ? fmt::format("the encoder's steps can't sustain an oscillation below {}",
-                                                 Both(limits.quantum_stiffness_N_per_mm, setup.force_scale))
-                                   : std::string("the encoder's steps set no limit, as the device has no friction"));
+  return fmt::format("the limit of the device is {}; the limit of a loop at this rate with this hand is {}; {}",
+                     FormatStiffness(limits.stiffness_N_per_mm, setup.force_scale),
+                     FormatStiffness(limits.sampled_stiffness_N_per_mm, setup.force_scale),
+                     setup.profile.friction_N > 0
+                         ? fmt::format("the encoder's steps can't sustain an oscillation below {}",
+                                       FormatStiffness(limits.quantum_stiffness_N_per_mm, setup.force_scale))
+                         : std::string("the encoder's steps set no limit, as the device has no friction"));
 }
 
 std::vector<std::string> FindHandWarnings(const Scene& scene, const LoopSetup& setup) {
@@ -139,7 +140,7 @@ std::vector<std::string> FindHandWarnings(const Scene& scene, const LoopSetup& s
   if (const double s = setup.profile.peak_force_N / scene.device.slew_N_per_s; s > 0.1) {
     warnings.push_back(
         fmt::format("[device] slew_N_per_s = {:g}: the device's force takes {:.2g} s to reach its peak, so it lags, "
-                    "and can return more energy than it absorbs; give at least {:.3g}",
+                    "and can return more energy than it absorbs; set at least {:.3g}",
                     scene.device.slew_N_per_s, s, 10 * setup.profile.peak_force_N));
   }
   if (scene.loop.rate_hz < 500) {
@@ -147,7 +148,7 @@ std::vector<std::string> FindHandWarnings(const Scene& scene, const LoopSetup& s
         "[loop] rate_hz = {:g}: below 500 ticks a second the steps of the force from tick to tick may be felt",
         scene.loop.rate_hz));
   }
-  if (const std::string walks = DescribeWalk(scene, setup); !walks.empty()) warnings.push_back(walks);
+  if (const std::string pull = DescribeLateralPull(scene, setup); !pull.empty()) warnings.push_back(pull);
   if (setup.fitted.lowered.any()) warnings.push_back("the coupling is " + DescribeCoupling(setup));
   return warnings;
 }

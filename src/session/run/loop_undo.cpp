@@ -43,24 +43,24 @@ LoopAction ParseLoopAction(const std::string& text) {
   return action;
 }
 
-LoopUndo::LoopUndo(CoupledSimulation& simulation, double most_MB)
-    : journal_(simulation.KeepHistory(), UndoParams{.most_MB = most_MB}) {}
+LoopUndo::LoopUndo(CoupledSimulation& simulation, double max_MB)
+    : journal_(simulation.KeepHistory(), UndoParams{.max_MB = max_MB}) {}
 
-bool LoopUndo::Do(const LoopAction& action, const Tell& tell) {
+bool LoopUndo::Do(const LoopAction& action, const RecordRequest& record_request) {
   if (!is_idle()) return false;
   if (action.kind == LoopAction::Kind::kCheckpoint) {
     const std::uint32_t number = journal_.Name(action.name);
-    tell("checkpoint", action.name, number);
-    if (!exchange_.AskCheckpoint(number)) throw Error("more actions were requested than the loop can queue");
-    asked_checkpoint_ = number;
+    record_request("checkpoint", action.name, number);
+    if (!exchange_.RequestCheckpoint(number)) throw Error("more actions were requested than the loop can queue");
+    pending_checkpoint_ = number;
     return true;
   }
   const bool redo = action.kind == LoopAction::Kind::kRedo;
   journal_.Drain();
   UndoJob* job = redo ? journal_.PrepareRedo()
                       : journal_.PrepareUndo(action.name.empty() ? journal_.FindOneBack() : journal_.Find(action.name));
-  tell(redo ? "redo" : "undo", action.name, job->number);
-  asked_ = action;
+  record_request(redo ? "redo" : "undo", action.name, job->number);
+  pending_ = action;
   if (!exchange_.Send(*job)) throw Error("more actions were requested than the loop can queue");
   return true;
 }
@@ -72,20 +72,20 @@ bool LoopUndo::Poll() {
     const std::string why = WhyRefused(state);
     if (journal_.Finish()) {
       ++restores_;
-      asked_.reset();
+      pending_.reset();
       journal_.Drain();
       return true;
     }
     if (state != RestoreJob::State::kChanged) throw Error(why);
-    const LoopAction again = *asked_;
+    const LoopAction again = *pending_;
     Do(again, [](const std::string&, const std::string&, std::uint32_t) {});
     return false;
   }
   journal_.Drain();
-  if (asked_checkpoint_ != 0) {
+  if (pending_checkpoint_ != 0) {
     const std::vector<UndoCheckpoint> made = journal_.checkpoints();
     // The requested checkpoint is the latest; if memory is short, it may already have been dropped.
-    if (!made.empty() && made.back().number >= asked_checkpoint_) asked_checkpoint_ = 0;
+    if (!made.empty() && made.back().number >= pending_checkpoint_) pending_checkpoint_ = 0;
   }
   return false;
 }
@@ -98,8 +98,8 @@ void LoopUndo::Repeat(const RecordedStep& step, const std::vector<RecordedEvent>
       if (event.what == "checkpoint" && event.number == step.checkpoint) name = event.name;
     }
     const std::uint32_t number = journal_.Name(name);
-    asked_checkpoint_ = number;
-    if (number != step.checkpoint || !exchange_.AskCheckpoint(number)) {
+    pending_checkpoint_ = number;
+    if (number != step.checkpoint || !exchange_.RequestCheckpoint(number)) {
       throw Error(fmt::format("the recording's checkpoint {} can't be repeated", step.checkpoint));
     }
   } else if ((step.flags & (kRecordedUndo | kRecordedRedo)) != 0) {

@@ -21,27 +21,27 @@ struct LoopAction {
   std::string name;  // name of the checkpoint, or with kSpindle the speed as text; empty with kUndo: one step back
 };
 /// Parses "2.5:checkpoint=before the cut", "6:undo", "6:undo=before the cut", "7:redo" or "8:rpm=0". Throws kerf::Error
-/// that describes the fault.
+/// for any other text.
 LoopAction ParseLoopAction(const std::string& text);
 
 /// Requests checkpoints, undo and redo. Call in the reader's thread. A simulation keeps a history only if this object
 /// exists.
 class LoopUndo {
  public:
-  /// `simulation` must outlive this object. `most_MB`: as in UndoParams.
-  LoopUndo(CoupledSimulation& simulation, double most_MB);
+  /// `simulation` must outlive this object. `max_MB`: as in UndoParams.
+  LoopUndo(CoupledSimulation& simulation, double max_MB);
 
   RestoreExchange& exchange() { return exchange_; }
   UndoJournal& journal() { return journal_; }
 
-  using Tell = std::function<void(const std::string& what, const std::string& name, std::uint32_t number)>;
-  /// Requests an action. `tell` is called with each request before it is made. Throws kerf::Error for an impossible
-  /// action, such as an undo without history. Returns false if another action is in progress.
-  bool Do(const LoopAction& action, const Tell& tell);
+  using RecordRequest = std::function<void(const std::string& what, const std::string& name, std::uint32_t number)>;
+  /// Requests an action. `record_request` is called with each request before it is made. Throws kerf::Error for an
+  /// impossible action, such as an undo without history. Returns false if another action is in progress.
+  bool Do(const LoopAction& action, const RecordRequest& record_request);
   /// Call periodically. Retries a restore that was refused. Returns true if a restore has just been completed.
   bool Poll();
   /// Returns true if no action is in progress; an action must wait for the previous one.
-  bool is_idle() const { return journal_.job() == nullptr && asked_checkpoint_ == 0; }
+  bool is_idle() const { return journal_.job() == nullptr && pending_checkpoint_ == 0; }
 
   /// For a replay, between ticks: repeats the action recorded before `step`. `names`: events with the names of
   /// checkpoints, by number. Throws kerf::Error if it cannot be repeated.
@@ -53,8 +53,8 @@ class LoopUndo {
  private:
   RestoreExchange exchange_;
   UndoJournal journal_;
-  std::optional<LoopAction> asked_;     // action of the job in progress
-  std::uint32_t asked_checkpoint_ = 0;  // checkpoint that is not made yet; 0: none
+  std::optional<LoopAction> pending_;     // action of the job in progress
+  std::uint32_t pending_checkpoint_ = 0;  // checkpoint that is not made yet; 0: none
   std::size_t restores_ = 0;
 };
 

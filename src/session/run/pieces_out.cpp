@@ -42,25 +42,25 @@ Vec3 CalcMove(const FragmentWatch& watch, int id, double voxel_mm) {
   if (params.move_mm != Vec3(0)) return params.move_mm;
   const PieceFinder& finder = watch.finder();
   const int largest = finder.found().pieces.front().id;
-  const Vec3 way = CalcMiddle(finder, id, voxel_mm) - CalcMiddle(finder, largest, voxel_mm);
-  return params.apart_mm * (glm::length(way) > 0 ? glm::normalize(way) : Vec3(0, 0, 1));
+  const Vec3 direction = CalcMiddle(finder, id, voxel_mm) - CalcMiddle(finder, largest, voxel_mm);
+  return params.apart_mm * (glm::length(direction) > 0 ? glm::normalize(direction) : Vec3(0, 0, 1));
 }
 
 }  // namespace
 
-std::optional<PieceJob> PreparePiece(const FragmentWatch& watch, const Bone& bone, const std::set<int>& not_these,
+std::optional<PieceJob> PreparePiece(const FragmentWatch& watch, const Bone& bone, const std::set<int>& excluded,
                                      const std::function<bool(const Box3&)>& is_clear) {
   const PieceFinder& finder = watch.finder();
   const FoundPieces& found = finder.found();
-  const auto may_go = [&](int id) {
-    return not_these.count(id) == 0 && is_clear(CalcReachedBox(finder, id, bone.voxel_mm()));
+  const auto can_be_taken_out = [&](int id) {
+    return excluded.count(id) == 0 && is_clear(CalcReachedBox(finder, id, bone.voxel_mm()));
   };
   for (std::size_t i = 1; watch.params().pieces != PieceFate::kHeld && i < found.pieces.size(); ++i) {
     const int id = found.pieces[i].id;
-    if (found.pieces[i].from == 0 || !may_go(id)) continue;
+    if (found.pieces[i].from == 0 || !can_be_taken_out(id)) continue;
     return PieceJob{id, 0, CalcMove(watch, id, bone.voxel_mm()), MakePieceRemoval(bone, finder, id)};
   }
-  if (watch.params().remove_dust && found.dust_count > 0 && may_go(kAllDust)) {
+  if (watch.params().remove_dust && found.dust_count > 0 && can_be_taken_out(kAllDust)) {
     return PieceJob{kAllDust, found.dust_count, Vec3(0), MakePieceRemoval(bone, finder, kAllDust)};
   }
   return {};

@@ -35,8 +35,9 @@ struct PieceJob {
 
 /// Returns the next piece to take out: first the pieces that the cut separated, except the largest of all, then dust.
 /// Considers only those that the watch's parameters request and whose box `is_clear` reports as clear of the tool.
-/// Returns none if no piece is ready. `bone`: the bone that the watch follows. Not tick-safe.
-std::optional<PieceJob> PreparePiece(const FragmentWatch& watch, const Bone& bone, const std::set<int>& not_these,
+/// Returns none if there is no such piece. `excluded`: ids of pieces to skip. `bone`: the bone that the watch monitors.
+/// Not tick-safe.
+std::optional<PieceJob> PreparePiece(const FragmentWatch& watch, const Bone& bone, const std::set<int>& excluded,
                                      const std::function<bool(const Box3&)>& is_clear);
 /// Takes out a whole piece at once, between two ticks; leaves that are already taken out remain so. `Sim`: Simulation
 /// or CoupledSimulation.

@@ -15,8 +15,8 @@ namespace {
 // Tolerance for a time that is a sum of many steps.
 constexpr double kSameTime_s = 1e-9;
 
-constexpr std::uint32_t kBeside = kRecordedPieceLeaves | kRecordedCheckpoint | kRecordedUndo | kRecordedRedo;
-constexpr std::uint32_t kReported = kBeside | kRecordedTakenUp;
+constexpr std::uint32_t kBetweenTicks = kRecordedPieceLeaves | kRecordedCheckpoint | kRecordedUndo | kRecordedRedo;
+constexpr std::uint32_t kReported = kBetweenTicks | kRecordedTakenUp;
 // Flags that are results of a tick.
 constexpr std::uint32_t kCompared =
     kRecordedReadFailed | kRecordedWriteFailed | kRecordedForceOff | kRecordedPieceLeaves;
@@ -46,24 +46,24 @@ const RecordedStep* RecordedSteps::Peek() {
   }
   const RecordedStep& next = block_.steps[at_];
   const bool set_down = (next.flags & kRecordedSetDown) != 0;
-  if (!set_down && time_s_ + CalcElapsed(next, reader_.head().rate_hz) > until_s_ + kSameTime_s) return nullptr;
+  if (!set_down && time_s_ + CalcElapsed(next, reader_.header().rate_hz) > until_s_ + kSameTime_s) return nullptr;
   return &next;
 }
 
 void RecordedSteps::Pop() {
   const RecordedStep& step = block_.steps[at_++];
   ++step_;
-  time_s_ += CalcElapsed(step, reader_.head().rate_hz);
+  time_s_ += CalcElapsed(step, reader_.header().rate_hz);
 }
 
 namespace {
 
-/// Returns the item that was noted for `step`; null if there is none. `noted`: in the order of the steps.
+/// Returns the item for `step`; null if there is none. `items`: in the order of the steps.
 template <typename T>
-const T* FindAt(const std::vector<T>& noted, std::uint64_t step) {
+const T* FindAt(const std::vector<T>& items, std::uint64_t step) {
   const auto it =
-      std::lower_bound(noted.begin(), noted.end(), step, [](const T& a, std::uint64_t b) { return a.step < b; });
-  return it == noted.end() || it->step != step ? nullptr : &*it;
+      std::lower_bound(items.begin(), items.end(), step, [](const T& a, std::uint64_t b) { return a.step < b; });
+  return it == items.end() || it->step != step ? nullptr : &*it;
 }
 
 }  // namespace
@@ -75,13 +75,13 @@ const RecordedHash* RecordedSteps::FindHash() const {
   return FindAt(block_.hashes, step_);
 }
 
-void CheckBone(const RecordingHead& head, const Bone& bone) {
-  if (const std::uint64_t hash = bone.CalcHash(); hash != head.bone_hash) {
-    throw Error(fmt::format("the bone is not the one that was recorded: its state is {:016x}, the recording's {:016x}",
-                            hash, head.bone_hash));
+void CheckBone(const RecordingHeader& header, const Bone& bone) {
+  if (const std::uint64_t hash = bone.CalcHash(); hash != header.bone_hash) {
+    throw Error(fmt::format("the bone is not the one that was recorded: its hash is {:016x}, the recording's {:016x}",
+                            hash, header.bone_hash));
   }
-  if (bone.CalcMaterialHash() != head.material_hash) {
-    throw Error("the bone is not the one that was recorded: it has the same voxels, but other materials");
+  if (bone.CalcMaterialHash() != header.material_hash) {
+    throw Error("the bone is not the one that was recorded: it has the same voxels, but different materials");
   }
 }
 
@@ -108,11 +108,11 @@ void ReplayCheck::Expect(const RecordedSteps& steps, const RecordedStep& step) {
   // A set-down has no state or hash.
   const bool set_down = (step.flags & kRecordedSetDown) != 0;
   const auto is_due = [&](int every) { return !set_down && (number_ + 1) % static_cast<std::uint64_t>(every) == 0; };
-  const RecordingHead& head = recording_.head();
-  if (state_.has_value() != is_due(head.state_every_steps)) {
+  const RecordingHeader& header = recording_.header();
+  if (state_.has_value() != is_due(header.state_every_steps)) {
     Diverge(steps.time_s(), state_ ? "an extra row of states" : "a row of states is missing");
   }
-  if (hash_.has_value() != is_due(head.hash_every_steps)) {
+  if (hash_.has_value() != is_due(header.hash_every_steps)) {
     Diverge(steps.time_s(), hash_ ? "extra hashes" : "hashes are missing");
   }
 }
@@ -121,17 +121,17 @@ void ReplayCheck::Diverge(double time_s, const std::string& what) {
   if (!divergence_) divergence_ = {number_, time_s, what};
 }
 
-void ReplayCheck::Compare(const TickToRecord& came, double time_s) {
-  force_hash_ = MixHash(force_hash_ ^ came.hash);
-  voxel_hash_ = came.voxel_hash;
-  removed_mm3_ += came.state.removed_mm3;
+void ReplayCheck::Compare(const TickToRecord& actual, double time_s) {
+  force_hash_ = MixHash(force_hash_ ^ actual.hash);
+  voxel_hash_ = actual.voxel_hash;
+  removed_mm3_ += actual.state.removed_mm3;
   if (divergence_) return;
-  if (const std::string what = FindDifference(came, time_s); !what.empty()) Diverge(time_s, what);
+  if (const std::string what = FindDifference(actual, time_s); !what.empty()) Diverge(time_s, what);
 }
 
-std::string ReplayCheck::FindDifference(const TickToRecord& came, double time_s) const {
-  const RecordedStep& step = came.step;
-  const std::uint16_t mask = MaskOf(recording_.head().check_bits);
+std::string ReplayCheck::FindDifference(const TickToRecord& actual, double time_s) const {
+  const RecordedStep& step = actual.step;
+  const std::uint16_t mask = MaskOf(recording_.header().check_bits);
   const bool forces = (step.force_check & mask) != step_.force_check || (hash_ && hash_->force != force_hash_);
   const bool voxels = (step.bone_check & mask) != step_.bone_check || (hash_ && hash_->bone != voxel_hash_);
   if (forces || voxels) {
@@ -139,13 +139,13 @@ std::string ReplayCheck::FindDifference(const TickToRecord& came, double time_s)
                        : forces         ? "the forces or the tool's pose"
                                         : "the voxels";
     if (!forces || !state_) return what;
-    const Vec3& now = came.state.f_N;
+    const Vec3& now = actual.state.f_N;
     return what + fmt::format("; force recorded {:.3f} {:.3f} {:.3f} N, now {:.3f} {:.3f} {:.3f} N", state_->f_N.x,
                               state_->f_N.y, state_->f_N.z, now.x, now.y, now.z);
   }
   if (((step.flags ^ step_.flags) & kCompared) != 0) return "an event outside the tick";
   if (!state_) return "";
-  RecordedState now = came.state;
+  RecordedState now = actual.state;
   now.time_s = time_s;
   now.removed_mm3 = removed_mm3_;
   const std::string difference = DescribeDifference(*state_, now);
@@ -153,12 +153,12 @@ std::string ReplayCheck::FindDifference(const TickToRecord& came, double time_s)
 }
 
 ReplayBody::ReplayBody(StepBody& body, CoupledSimulation& simulation, ReplayDevice& device, RecordedSteps& steps,
-                       std::function<void(const RecordedStep&)> beside)
+                       std::function<void(const RecordedStep&)> between_ticks)
     : body_(body),
       simulation_(simulation),
       device_(device),
       steps_(steps),
-      beside_(std::move(beside)),
+      between_ticks_(std::move(between_ticks)),
       check_(steps.recording()) {}
 
 bool ReplayBody::Prepare() {
@@ -173,7 +173,7 @@ bool ReplayBody::Prepare() {
       continue;
     }
     device_.Give(step_);
-    if ((step_.flags & kReported) != 0) beside_(step_);
+    if ((step_.flags & kReported) != 0) between_ticks_(step_);
     return true;
   }
   return false;
@@ -182,7 +182,7 @@ bool ReplayBody::Prepare() {
 bool ReplayBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   if (handed_over_) {
     const bool good = body_.Tick(dt_s, observer, report);
-    report.given.taken_up = std::exchange(first_, false);
+    report.inputs.taken_up = std::exchange(first_, false);
     return good;
   }
   if ((step_.flags & kRecordedForceOff) != 0) body_.RampIn();
@@ -190,8 +190,8 @@ bool ReplayBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   if (simulation_.fidelity() != fidelity) body_.SetFidelity(fidelity);
   body_.set_rpm(step_.rpm);
   body_.Tick(step_.dt_s, observer, report);
-  report.given.skipped = step_.skipped;
-  report.given.taken_up = (step_.flags & kRecordedTakenUp) != 0;
+  report.inputs.skipped = step_.skipped;
+  report.inputs.taken_up = (step_.flags & kRecordedTakenUp) != 0;
   done_ = report;
   return true;
 }

@@ -52,7 +52,7 @@ class DeviceSlot final : public Device {
  public:
   explicit DeviceSlot(const DeviceProfile& profile) : profile_(profile) {}
   /// Sets the device, before the loop runs. `device` must outlive this object.
-  void Become(Device& device) { device_ = &device; }
+  void set_device(Device& device) { device_ = &device; }
 
   const DeviceProfile& profile() const override { return profile_; }
   void Elapse(double dt_s) noexcept override {
@@ -95,7 +95,7 @@ class RecordedSteps {
 };
 
 /// Throws kerf::Error if the recording was made with a different bone.
-void CheckBone(const RecordingHead& head, const Bone& bone);
+void CheckBone(const RecordingHeader& header, const Bone& bone);
 /// Checks that a complete replay ends like the recording. If not, sets the divergence.
 void CheckEnd(const RecordingReader& recording, Replayed& replayed);
 
@@ -107,13 +107,13 @@ class ReplayCheck {
   /// Sets the next step to be replayed, with the state and hash recorded after it.
   void Expect(const RecordedSteps& steps, const RecordedStep& step);
   /// `time_s`: time at the end of the step.
-  void Compare(const TickToRecord& came, double time_s);
+  void Compare(const TickToRecord& actual, double time_s);
   const std::optional<Divergence>& divergence() const { return divergence_; }  // the first
   std::uint64_t force_hash() const { return force_hash_; }
   std::uint64_t voxel_hash() const { return voxel_hash_; }
 
  private:
-  std::string FindDifference(const TickToRecord& came, double time_s) const;
+  std::string FindDifference(const TickToRecord& actual, double time_s) const;
   void Diverge(double time_s, const std::string& what);
 
   const RecordingReader& recording_;
@@ -128,18 +128,17 @@ class ReplayCheck {
   double removed_mm3_ = 0;
 };
 
-/// Body between the loop and its own body: before each tick it restores the recorded inputs, afterwards it compares the
-/// results.
+/// Wraps the loop's body: sets the recorded inputs before each tick and compares the results afterwards.
 class ReplayBody final : public LoopBody {
  public:
-  /// All references must outlive this object. `beside`: called between ticks for each step with a piece, a checkpoint,
-  /// an undo, a redo or a continuation, before it is replayed.
+  /// All references must outlive this object. `between_ticks`: called between ticks for each step with a piece, a
+  /// checkpoint, an undo, a redo or a continuation, before it is replayed.
   ReplayBody(StepBody& body, CoupledSimulation& simulation, ReplayDevice& device, RecordedSteps& steps,
-             std::function<void(const RecordedStep&)> beside);
+             std::function<void(const RecordedStep&)> between_ticks);
 
   /// Call before each tick: takes the next step. Returns false if there is none.
   bool Prepare();
-  /// From now on, the loop's calls are passed on.
+  /// From now on, the loop's calls are forwarded to the wrapped body.
   void HandOver() { handed_over_ = true; }
   const ReplayCheck& check() const { return check_; }
   double time_s() const { return steps_.time_s(); }
@@ -163,7 +162,7 @@ class ReplayBody final : public LoopBody {
   CoupledSimulation& simulation_;
   ReplayDevice& device_;
   RecordedSteps& steps_;
-  std::function<void(const RecordedStep&)> beside_;
+  std::function<void(const RecordedStep&)> between_ticks_;
   bool handed_over_ = false;
   bool first_ = true;  // first tick after HandOver()
   RecordedStep step_;

@@ -6,8 +6,8 @@
 
 namespace kerf {
 
-/// Returns the files that an earlier run wrote into the folder, according to the file `list` in it; only plain names of
-/// result files.
+/// Returns the files that an earlier run wrote into the folder, according to the file `list` in it; only names without
+/// a folder and with the extension of a result file.
 std::vector<std::string> ReadEarlierResults(const std::string& folder, const std::string& list = "summary.json");
 /// Removes the files in `earlier` that are not in `written`.
 void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,

@@ -24,11 +24,11 @@ namespace {
 constexpr std::size_t kTicksBetweenRefills = 1024;
 constexpr std::size_t kLogBlockBytes = std::size_t{1} << 18;
 /// Memory per tick: its record, its duration, and the effects' channels, sound and spectral lines.
-constexpr double kBytesOfTick = sizeof(TickRecord) + sizeof(double) + 200;
+constexpr double kBytesPerTick = sizeof(TickRecord) + sizeof(double) + 200;
 constexpr std::chrono::milliseconds kBetweenLines(250);
 
-/// Sets rounding errors from rotating a vector to zero.
-Vec3 WithoutNoise(Vec3 v) {
+/// Sets components that are only rounding errors of a rotation to zero.
+Vec3 RoundTinyToZero(Vec3 v) {
   for (int axis = 0; axis < 3; ++axis) v[axis] = std::abs(v[axis]) < 1e-12 ? 0 : v[axis];
   return v;
 }
@@ -37,7 +37,7 @@ Vec3 WithoutNoise(Vec3 v) {
 
 void CheckRunTicks(const Path& path, double rate_hz) {
   const auto ticks = static_cast<double>(path.CountTicks(rate_hz));
-  const double bytes = kBytesOfTick * ticks;
+  const double bytes = kBytesPerTick * ticks;
   if (ticks > kMaxRunTicks) {
     throw Error(fmt::format(
         "{:.0f} ticks ({:.0f} s at {:g} Hz) would need {:.1f} GB of memory; a run has at most {:.0f} ticks: "
@@ -72,17 +72,17 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   std::vector<double> channels(effects.channel_count());
   result.effects.rows.reserve(total * channels.size());
   FragmentsDriver fragments(simulation.effects());
-  const std::size_t ticks_between_looks =
+  const std::size_t ticks_between_searches =
       fragments.is_on()
           ? std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(fragments.every_s() * rate_hz)))
           : 0;
-  const auto look = [&](double time_s) {
+  const auto search = [&](double time_s) {
     for (int i = 0; i < simulation.changed_count(); ++i) {
       const ChangedLeaf leaf = simulation.changed(i);
       fragments.Change(leaf.index, std::span<const float, 512>(leaf.values, 512));
     }
     simulation.ClearChanged();
-    fragments.Look(time_s);
+    fragments.Search(time_s);
   };
   // Pieces are taken out at fixed ticks, and each as a whole, so that runs are reproducible. `lifted`: the tool has not
   // been placed yet, so every piece is clear of it.
@@ -91,7 +91,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
                simulation.bone(), [&](const Box3& box_W) { return lifted || simulation.IsClearOf(box_W); })) {
       Install(job->removal, simulation);
       fragments.Finish(*std::move(job), time_s);
-      look(time_s);
+      search(time_s);
     }
   };
   std::optional<ChangedHash> voxel_hash;
@@ -101,31 +101,31 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
     if (!fragments.is_on()) simulation.ClearChanged();
     return voxel_hash->value();
   };
-  bool goes_on = true;
+  bool keep_going = true;
   const Clock::time_point start = Clock::now();
-  for (std::size_t segment = 0; segment < path.segments().size() && goes_on; ++segment) {
-    const PathSegment& stretch = path.segments()[segment];
-    if (stretch.retract_before && segment > 0 && fragments.takes_out()) {
-      look(result.ticks.back().time_s);
+  for (std::size_t segment = 0; segment < path.segments().size() && keep_going; ++segment) {
+    const PathSegment& path_segment = path.segments()[segment];
+    if (path_segment.retract_before && segment > 0 && fragments.takes_out()) {
+      search(result.ticks.back().time_s);
       take_out(result.ticks.back().time_s, true);
     }
-    if (stretch.retract_before) {
-      Pose X_WT_down = path.CalcPose(segment, stretch.start_s);
-      goes_on = tap == nullptr || tap->SetDown(X_WT_down);
-      if (!goes_on) break;
+    if (path_segment.retract_before) {
+      Pose X_WT_down = path.CalcPose(segment, path_segment.start_s);
+      keep_going = tap == nullptr || tap->SetDown(X_WT_down);
+      if (!keep_going) break;
       simulation.SetDown(X_WT_down);
     }
-    double time_s = stretch.start_s;
+    double time_s = path_segment.start_s;
     Pose X_WT = path.CalcPose(segment, time_s);
     double travel_mm = 0;
     bool touched = false;
     const std::size_t count = path.CountTicks(segment, rate_hz);
     for (std::size_t k = 1; k <= count; ++k) {
-      const double end_s = std::min(stretch.start_s + static_cast<double>(k) / rate_hz, stretch.end_s);
+      const double end_s = std::min(path_segment.start_s + static_cast<double>(k) / rate_hz, path_segment.end_s);
       const double dt_s = end_s - time_s;
       TickInput in{path.CalcPose(segment, end_s), dt_s, rpm};
-      goes_on = tap == nullptr || tap->Begin(in);
-      if (!goes_on) break;
+      keep_going = tap == nullptr || tap->Begin(in);
+      if (!keep_going) break;
       TickRecord record;
       record.X_WT = in.X_WT;
       const Clock::time_point before = Clock::now();
@@ -141,8 +141,8 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       record.touched = touched;
       X_WT = record.X_WT;
       result.ticks.push_back(record);
-      if (fragments.is_on() && result.ticks.size() % ticks_between_looks == 0) {
-        look(time_s);
+      if (fragments.is_on() && result.ticks.size() % ticks_between_searches == 0) {
+        search(time_s);
         take_out(time_s, false);
       }
       if (!channels.empty()) {
@@ -165,7 +165,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
   if (fragments.is_on()) {
     const double end_s = result.ticks.empty() ? 0 : result.ticks.back().time_s;
-    look(end_s);
+    search(end_s);
     take_out(end_s, true);
   }
   result.heat = MakeHeatReport(simulation.effects(), result.ticks.empty() ? Pose{} : result.ticks.back().X_WT);
@@ -204,8 +204,8 @@ void FormatRows(const std::vector<TickRecord>& ticks, int every, const EffectRec
     if ((i + 1) % static_cast<std::size_t>(std::max(every, 1)) != 0 && i + 1 != ticks.size()) continue;
     const Vec3& p = t.X_WT.p_AB;
     const Quat& q = t.X_WT.R_AB;
-    const Vec3 f = WithoutNoise(t.out.f_T_W_N);
-    const Vec3 m = WithoutNoise(t.out.tau_TG_W_Nmm);
+    const Vec3 f = RoundTinyToZero(t.out.f_T_W_N);
+    const Vec3 m = RoundTinyToZero(t.out.tau_TG_W_Nmm);
     fmt::format_to(
         std::back_inserter(csv),
         "{:.6f},{},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"

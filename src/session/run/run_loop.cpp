@@ -122,7 +122,7 @@ class Recorder {
     for (int k = 0; k < s.skipped && k < 10'000; ++k) noise_.Hold();
     noise_.Take(s.report.f_device_N, out.engaged_teeth > 0);
     summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
-    const double turns = std::abs(s.report.given.rpm) / 60 * (s.time_s - summary_.simulated_s);
+    const double turns = std::abs(s.report.inputs.rpm) / 60 * (s.time_s - summary_.simulated_s);
     summary_.cutting_sums.thrust_turns_N += out.thrust_sum_N * turns;
     if (out.engaged_teeth > 0) summary_.cutting_sums.cutting_turns += turns;
     summary_.simulated_s = s.time_s;
@@ -245,8 +245,8 @@ void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSumm
 }
 
 /// Summarises the bone after the run and its pieces.
-void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
-               const std::function<void(const char*, double)>& show, LoopSummary& s) {
+void SummarizeBone(Bone bone, const Scene& scene, const LoopOptions& options,
+                   const std::function<void(const char*, double)>& show, LoopSummary& s) {
   show("separating the pieces", 0);
   Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3);
   s.dust_count = split.dust_count;
@@ -261,10 +261,10 @@ void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
 }
 
 /// Returns true if undo is possible; a history of the bone is kept only then.
-bool WantsUndo(const LoopOptions& options) {
+bool NeedsUndo(const LoopOptions& options) {
   if (options.peer != nullptr) return true;
-  const auto goes_back = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
-  if (std::any_of(options.actions.begin(), options.actions.end(), goes_back)) return true;
+  const auto uses_history = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
+  if (std::any_of(options.actions.begin(), options.actions.end(), uses_history)) return true;
   if (options.replay.recording == nullptr) return false;
   const std::vector<RecordedEvent>& events = options.replay.recording->events();
   return std::any_of(events.begin(), events.end(),
@@ -299,13 +299,13 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (!(options.seconds >= 0.01 && options.seconds <= kMaxLoop_s)) {
     throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMaxLoop_s));
   }
-  if (options.device.is_there() && options.device.in_real_time && options.virtual_time) {
+  if (options.device.is_set() && options.device.in_real_time && options.virtual_time) {
     throw Error("a real device needs real time: it can't be used in a run in virtual time");
   }
-  const double ticks_asked = options.seconds * scene.loop.rate_hz;
-  if (options.log == LoopLog::kMemory && ticks_asked > kMaxTicksInMemory) {
+  const double requested_ticks = options.seconds * scene.loop.rate_hz;
+  if (options.log == LoopLog::kMemory && requested_ticks > kMaxTicksInMemory) {
     throw Error(fmt::format("{:.0f} ticks are too many to be kept in memory; at most {:.0f}, or give a folder",
-                            ticks_asked, kMaxTicksInMemory));
+                            requested_ticks, kMaxTicksInMemory));
   }
   LoopSummary s;
   s.seconds = options.seconds;
@@ -316,14 +316,14 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   const DeviceProfile& profile = s.setup.profile;
   const HandModel& hand = s.setup.hand;
   s.device = profile.name;
-  s.hand = options.device.is_there() ? "" : hand.name;
+  s.hand = options.device.is_set() ? "" : hand.name;
 
   StepBodyParams body_params;
   body_params.rpm = scene.tool.rpm;
   body_params.period_s = period_s;
   body_params.force_map = s.setup.force_map;
   // A real device may be plugged in again.
-  if (options.device.is_there() && options.device.in_real_time) body_params.give_up_s = kMaxLoop_s;
+  if (options.device.is_set() && options.device.in_real_time) body_params.give_up_s = kMaxLoop_s;
   s.force.slew_bound_N = scene.device.slew_N_per_s * period_s;
   s.force.scale = s.setup.force_scale;
 
@@ -338,12 +338,13 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   for (const std::string& warning : FindHandWarnings(scene, s.setup)) s.warnings.push_back(warning);
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
   s.starts_in_bone = IsInBone(bone, params.tool, path.CalcPose(0, 0));
-  if (options.replay.recording != nullptr) CheckBone(options.replay.recording->head(), bone);
+  if (options.replay.recording != nullptr) CheckBone(options.replay.recording->header(), bone);
   std::optional<SessionRecorder> recording;
   if (!options.record.empty()) {
-    RecordingHead head = MakeRecordingHead(scene, options.scene_file, RecordedKind::kLoop, bone, path.CalcPose(0, 0));
-    if (options.replay.recording != nullptr) head.taken_up_from = options.replay.recording->path();
-    recording.emplace(options.record, head, ReadSceneFiles(scene, options.scene_file));
+    RecordingHeader header =
+        MakeRecordingHeader(scene, options.scene_file, RecordedKind::kLoop, bone, path.CalcPose(0, 0));
+    if (options.replay.recording != nullptr) header.taken_up_from = options.replay.recording->path();
+    recording.emplace(options.record, header, ReadSceneFiles(scene, options.scene_file));
   }
   if (options.keep_bones) s.before = bone;
   s.volume_before_mm3 = bone.CalcVolume();
@@ -353,12 +354,13 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   CoupledSimulation simulation(std::move(bone), params, X_WT_start);
   s.effects = EffectRecord(simulation.effects());
   const std::string log_folder = options.log == LoopLog::kFolder ? options.folder : "";
-  if (options.log != LoopLog::kNowhere) {
-    s.effect_files = EffectFiles(simulation.effects(), static_cast<std::size_t>(ticks_asked) + 64, false, log_folder);
+  if (options.log != LoopLog::kNone) {
+    s.effect_files =
+        EffectFiles(simulation.effects(), static_cast<std::size_t>(requested_ticks) + 64, false, log_folder);
   }
   if (!log_folder.empty()) {
     s.force_log = std::make_unique<ForceLog>(log_folder + "/forces.csv", s.effects.Header(),
-                                             recording ? CalcRoomForRecording(ticks_asked) : 0);
+                                             recording ? CalcRoomForRecording(requested_ticks) : 0);
   }
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
@@ -368,13 +370,13 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   std::optional<SimulatedDevice> simulated;
   std::optional<HandMotion> motion;
   std::unique_ptr<HandDriver> other_hand;
-  if (!options.device.is_there()) simulated.emplace(profile, hand, X_WT_start, device_options);
+  if (!options.device.is_set()) simulated.emplace(profile, hand, X_WT_start, device_options);
   if (simulated && options.make_hand) {
     other_hand = options.make_hand(*simulated, s.setup, p_TC_mm, felt_stiffness_N_per_mm);
   } else if (simulated) {
     motion.emplace(*simulated, path, scene.hand, p_TC_mm, felt_stiffness_N_per_mm);
   }
-  if (simulated) held.Become(*simulated);
+  if (simulated) held.set_device(*simulated);
 
   HandDriver* hand_moves = motion ? &*motion : other_hand.get();
   ReplayDevice recorded_device(held);
@@ -385,8 +387,8 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (recording || replays) step_body.set_hash(&voxel_hash.emplace());
 
   MonotonicClock monotonic;
-  VirtualClock stands_still;
-  LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(stands_still) : monotonic;
+  VirtualClock virtual_clock;
+  LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(virtual_clock) : monotonic;
   LoopReplay replay(options.replay, step_body, simulation, recorded_device);
   LoopBody& body = replays ? replay.body() : step_body;
   HapticLoop loop(body, device, clock, MakeLoopParams(scene.loop, options));
@@ -395,9 +397,9 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     return MakeStageCosts(loop.tick_times(), loop.stages(), simulation.effects(), 1e6 * period_s);
   };
   std::optional<LoopUndo> undo;
-  if (WantsUndo(options)) {
+  if (NeedsUndo(options)) {
     step_body.set_restores(&undo.emplace(simulation, options.undo_MB).exchange());
-    s.undone.emplace();
+    s.undo.emplace();
   }
   BoneMirror mirror(std::move(copy), loop.leaves());
   FragmentsDriver fragments(simulation.effects());
@@ -418,7 +420,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (recording) {
     pieces.set_listener([&](std::uint32_t number, const std::string& bytes) { recording->AddPiece(number, bytes); });
   }
-  Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, ticks_asked, options.log, period_s, s);
+  Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, requested_ticks, options.log, period_s, s);
   recorder.set_recording(recording ? &*recording : nullptr);
   recorder.set_take_tick(options.take_tick);
   const auto stopped = [&] {
@@ -429,11 +431,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   };
   double line_at_s = 0;
-  const auto tell = [&](const std::string& what, const std::string& name, std::uint32_t number) {
+  const auto record_request = [&](const std::string& what, const std::string& name, std::uint32_t number) {
     recorder.Drain(loop);
     if (recording) recording->AddEvent(what, name, number);
   };
-  LoopActions actions(options.actions, step_body, undo ? &*undo : nullptr, options.peer, tell);
+  LoopActions actions(options.actions, step_body, undo ? &*undo : nullptr, options.peer, record_request);
   const auto read = [&](double fraction) {
     recorder.Drain(loop);
     if (recording) recording->FlushAt(elapsed_s());
@@ -445,25 +447,25 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     }
   };
 
-  const std::int64_t between_looks =
+  const std::int64_t ticks_between_searches =
       fragments.is_on() ? std::max<std::int64_t>(1, std::llround(fragments.every_s() * scene.loop.rate_hz)) : 0;
   // Pieces are searched for after fixed numbers of ticks, so that the result is reproducible.
-  const auto look = [&](std::int64_t ticks, double time_s) {
-    if (ticks % between_looks != 0) return false;
+  const auto search = [&](std::int64_t ticks, double time_s) {
+    if (ticks % ticks_between_searches != 0) return false;
     loop.state().Update();
     s.leaves_sent += mirror.Update();
     pieces.Poll();
-    if (!pieces.is_leaving()) fragments.Look(time_s);
+    if (!pieces.is_leaving()) fragments.Search(time_s);
     return true;
   };
-  std::int64_t gone_ticks = 0;
-  double gone_through_s = 0;
+  std::int64_t replayed_ticks = 0;
+  double replayed_s = 0;
   std::size_t copied = 0;  // events copied from the recording that is continued
   if (replays) {
-    replay.set_beside([&](const RecordedStep& step) {
+    replay.set_between_ticks([&](const RecordedStep& step) {
       // The calls below may settle the field, which invalidates pointers to leaves, so all waiting leaves are sent
       // first.
-      while (loop.SendRest()) read(0);
+      while (loop.SendRemaining()) read(0);
       if ((step.flags & kRecordedTakenUp) != 0) simulation.bone();
       const std::vector<RecordedEvent>& events = options.replay.recording->events();
       if (recording) {
@@ -476,66 +478,66 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
       if ((step.flags & kRecordedPieceLeaves) == 0) return;
       pieces.Repeat(step.piece, options.replay.recording->ReadPiece(step.piece), s.simulated_s);
     });
-    replay.GoThrough(loop, [&](double fraction) {
+    replay.RunWithoutClock(loop, [&](double fraction) {
       if (fraction >= 0) read(fraction);
       if (undo) undo->Poll();
       const auto ticks = static_cast<std::int64_t>(loop.counts().ticks);
-      if (fragments.is_on() && ticks > gone_ticks) look(ticks, replay.time_s());
-      gone_ticks = ticks;
+      if (fragments.is_on() && ticks > replayed_ticks) search(ticks, replay.time_s());
+      replayed_ticks = ticks;
       return !stopped();
     });
-    while (loop.SendRest()) read(1);
+    while (loop.SendRemaining()) read(1);
     s.replayed = replay.MakeReport();
-    gone_through_s = s.replayed->time_s;
-    actions.SkipTo(gone_through_s, s.warnings);
-    if (options.replay.goes_on) device.Trip();  // the user who continues feels no force at first
+    replayed_s = s.replayed->time_s;
+    actions.SkipTo(replayed_s, s.warnings);
+    if (options.replay.continues) device.Trip();  // the user who continues feels no force at first
     s.replayed->bone_hash = simulation.bone().CalcHash();
     CheckEnd(*options.replay.recording, *s.replayed);
     if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
   }
-  const bool goes_on = !replays || options.replay.goes_on;
-  if (goes_on && options.device.is_there()) {
+  const bool continues = !replays || options.replay.continues;
+  if (continues && options.device.is_set()) {
     show("waiting for the device", 0);
-    held.Become(options.device.begin(recorder.X_WT().value_or(X_WT_start), params.coupling, s.setup.force_scale));
+    held.set_device(options.device.begin(recorder.X_WT().value_or(X_WT_start), params.coupling, s.setup.force_scale));
   }
-  if (!goes_on) {
+  if (!continues) {
     loop.RunHere(0);
   } else if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
     std::int64_t done = 0;
-    // Time wasted on purpose makes the loop miss ticks, so the end is given as a time, not as a number of ticks.
+    // The injected delay (burn_us) makes the loop miss ticks, so the end is given as a time, not as a number of ticks.
     const std::int64_t end_ns = std::llround(1e9 * options.seconds);
     using Clock = std::chrono::steady_clock;
     Clock::time_point tick_began = Clock::now();
-    actions.Act(gone_through_s, s.warnings);
+    actions.Act(replayed_s, s.warnings);
     loop.RunHere(ticks, [&] {
-      actions.Act(gone_through_s + static_cast<double>(done + 1) * period_s, s.warnings);
+      actions.Act(replayed_s + static_cast<double>(done + 1) * period_s, s.warnings);
       if (options.watch != nullptr) {
         const double wall_us = std::chrono::duration<double, std::micro>(Clock::now() - tick_began).count();
         loop.state().Update();
         options.watch->Take(wall_us, loop.state().front().last, simulation);
       }
       if (++done % 64 == 0) read(static_cast<double>(done) / static_cast<double>(ticks));
-      if (fragments.is_on() && look(gone_ticks + done, gone_through_s + static_cast<double>(done) * period_s) &&
+      if (fragments.is_on() && search(replayed_ticks + done, replayed_s + static_cast<double>(done) * period_s) &&
           !pieces.is_leaving()) {
         pieces.Prepare();
       }
       tick_began = Clock::now();
-      return stands_still.Now() < end_ns && !stopped();
+      return virtual_clock.Now() < end_ns && !stopped();
     });
   } else {
     loop.Start();
-    double look_at_s = 0;
+    double search_at_s = 0;
     began = std::chrono::steady_clock::now() - loop.CalcElapsed();  // not counting the time for locking the memory
     while (loop.running() && !stopped() && elapsed_s() < options.seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       if (fragments.is_on()) loop.state().Update();  // everything sent up to now is read below
       read(elapsed_s() / options.seconds);
-      actions.Act(gone_through_s + elapsed_s(), s.warnings);
+      actions.Act(replayed_s + elapsed_s(), s.warnings);
       pieces.Poll();
-      if (!fragments.is_on() || elapsed_s() < look_at_s || pieces.is_leaving()) continue;
-      look_at_s = elapsed_s() + fragments.every_s();
-      fragments.Look(loop.state().front().sent_until_s, [&] { return gone_through_s + elapsed_s(); });
+      if (!fragments.is_on() || elapsed_s() < search_at_s || pieces.is_leaving()) continue;
+      search_at_s = elapsed_s() + fragments.every_s();
+      fragments.Search(loop.state().front().sent_until_s, [&] { return replayed_s + elapsed_s(); });
       pieces.Prepare();
     }
     loop.Stop();
@@ -543,11 +545,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   s.wall_s = elapsed_s();
   // The tool is at rest: send the remaining leaves.
   const auto send_rest = [&] {
-    while (loop.SendRest()) s.leaves_sent += mirror.Update();
+    while (loop.SendRemaining()) s.leaves_sent += mirror.Update();
     read(1);
   };
   send_rest();
-  if (options.device.figures) s.served = options.device.figures();
+  if (options.device.figures) s.device_figures = options.device.figures();
   if (recording) {
     recording->Finish(stopped()                ? "stopped"
                       : loop.failure().empty() ? "asked"
@@ -564,23 +566,23 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (undo) {
     undo->Poll();
     if (!undo->is_idle()) s.warnings.emplace_back("the loop ended while an action was in progress");
-    s.undone->restores = undo->restores();
-    s.undone->longest_ms = actions.longest_ms();
-    s.undone->checkpoints = undo->journal().checkpoints().size();
-    s.undone->kept_MB = 1e-6 * static_cast<double>(undo->journal().CalcMemoryBytes());
+    s.undo->restores = undo->restores();
+    s.undo->longest_ms = actions.longest_ms();
+    s.undo->checkpoints = undo->journal().checkpoints().size();
+    s.undo->kept_MB = 1e-6 * static_cast<double>(undo->journal().CalcMemoryBytes());
   }
   SummarizeLoop(loop, device, s);
   if (options.costs.costs) s.costs = make_costs();
   recorder.Finish();
   if (motion) {
-    s.rounds = motion->rounds();
+    s.passes = motion->passes();
     s.strokes = motion->strokes();
   }
   for (const double mm3 : simulation.CalcRemovedByRegion()) s.removed_mm3 += mm3;
   s.bone_hash = simulation.bone().CalcHash();
   s.mirror_identical = mirror.bone().CalcHash() == s.bone_hash;
   AddLoopWarnings(s, params.spare_leaves);
-  if (!s.replayed && !(s.undone && s.undone->restores > 0)) {
+  if (!s.replayed && !(s.undo && s.undo->restores > 0)) {
     s.cutting_sums.simulated_s = s.simulated_s;
     s.cutting_sums.removed_mm3 = s.removed_mm3;
     s.cutting = CalcCuttingEnergy(scene, s.effects, s.cutting_sums);
@@ -588,7 +590,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   }
   s.heat = MakeHeatReport(simulation.effects(), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
   s.fragments = fragments.MakeReport(mirror.bone().materials());
-  TakeApart(std::move(simulation).TakeBone(), scene, options, show, s);
+  SummarizeBone(std::move(simulation).TakeBone(), scene, options, show, s);
   return s;
 }
 

@@ -37,7 +37,7 @@ namespace kerf {
 enum class LoopLog : std::uint8_t {
   kMemory,  // in the summary, for at most kMaxTicksInMemory ticks
   kFolder,  // in files in LoopOptions::folder, so that memory does not grow with the run
-  kNowhere,
+  kNone,
 };
 
 /// Maximum duration of a loop: ten hours. For longer work, save the bone and start a new loop.
@@ -49,13 +49,13 @@ inline constexpr double kMaxTicksInMemory = 10'000'000;
 struct LoopReplayOptions {
   RecordingReader* recording = nullptr;  // null: none
   double until_s = std::numeric_limits<double>::infinity();
-  bool goes_on = false;  // afterwards the scene's hand continues for LoopOptions::seconds
-  bool verify = false;   // stop at the first divergence
-  double speed = 0;      // multiple of real time; 0: as fast as possible
+  bool continues = false;  // afterwards the scene's hand continues for LoopOptions::seconds
+  bool verify = false;     // stop at the first divergence
+  double speed = 0;        // multiple of real time; 0: as fast as possible
 };
 
 /// Results of the requested checkpoints, undo and redo.
-struct LoopUndone {
+struct UndoSummary {
   std::size_t restores = 0;
   std::size_t checkpoints = 0;  // available for undo
   double kept_MB = 0;
@@ -139,13 +139,13 @@ struct LoopSummary {
   // results
   std::optional<Replayed> replayed;
   std::optional<LoopRecorded> recorded;
-  std::optional<LoopUndone> undone;
+  std::optional<UndoSummary> undo;
   LoopEnd end = LoopEnd::kNotYet;
   std::string failure;
   RealtimeGrants grants;
   LoopCounts counts;
   ForceCounts device_counts;
-  std::vector<std::pair<std::string, double>> served;  // LoopDevice::figures
+  std::vector<std::pair<std::string, double>> device_figures;  // LoopDevice::figures
   long watchdog_trips = 0;
   double simulated_s = 0;
   double wall_s = 0;
@@ -158,7 +158,7 @@ struct LoopSummary {
   std::vector<FidelityStep> fidelity_steps;
   long fidelity_step_count = 0;
   LoopForceSummary force;
-  long rounds = 0;  // number of times that the hand has completed the path
+  long passes = 0;  // number of times that the hand has completed the path
   long strokes = 0;
   double removed_mm3 = 0;  // exact, from the level set
   double volume_before_mm3 = 0;
@@ -217,8 +217,8 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves);
 
 /// The following functions return readable phrases, such as
 /// "omega_6 in the hand H3" or "falcon".
-std::string DescribeHeld(const LoopSummary& summary);
-std::string DescribeServed(const LoopSummary& summary);
+std::string DescribeDeviceAndHand(const LoopSummary& summary);
+std::string DescribeDeviceFigures(const LoopSummary& summary);
 std::string DescribeRemoved(const LoopSummary& summary);
 std::string DescribeStrokes(const LoopSummary& summary);
 std::string DescribePieces(const LoopSummary& summary);
@@ -241,6 +241,6 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
                      const std::function<void(const std::string&, double)>& progress = {},
                      double surface_error_mm = kSurfaceErrorMm);
 /// Throws kerf::Error if a result would replace one of the run's inputs.
-void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+void CheckLoopInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
 }  // namespace kerf

@@ -298,8 +298,8 @@ std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_
   std::vector<Run> runs;
   for (const TickRecord& t : ticks) {
     if (t.segment != segment || t.out.main_region == 0) continue;
-    const bool goes_on = !runs.empty() && t.travel_mm - runs.back().x1 < kShortestBandMm;
-    if (!goes_on || runs.back().region != t.out.main_region)
+    const bool is_continued = !runs.empty() && t.travel_mm - runs.back().x1 < kShortestBandMm;
+    if (!is_continued || runs.back().region != t.out.main_region)
       runs.push_back({t.out.main_region, t.travel_mm, t.travel_mm});
     runs.back().x1 = t.travel_mm;
   }

@@ -81,7 +81,7 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
 
 double RunSummary::CalcOut_mm3() const {
   if (!fragments) return 0;
-  return fragments->CalcAside_mm3() + fragments->CalcDeleted_mm3() + fragments->CalcDustOut_mm3();
+  return fragments->CalcSetAside_mm3() + fragments->CalcDeleted_mm3() + fragments->CalcDustOut_mm3();
 }
 
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file) {
@@ -95,7 +95,7 @@ std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene
   return inputs;
 }
 
-void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+void CheckInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
   // List all results, whatever the scene requests: an earlier run may have left others, which are removed.
   for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
@@ -111,7 +111,7 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
     const std::string name = file.path().filename().string();
     if (name.starts_with("piece_") && name.ends_with(".stl")) outputs.push_back(file.path().string());
   }
-  CheckInputsStay(ListInputs(scene, scene_file), outputs);
+  CheckInputsNotOverwritten(ListInputs(scene, scene_file), outputs);
 }
 
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
@@ -232,7 +232,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
 
 Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress) {
   const Bone bone = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
-  CheckBone(replay.head(), bone);
+  CheckBone(replay.header(), bone);
   const auto cutting = [&](double f) { progress("cutting", f); };
   if (scene.simulation.mode == SceneMode::kSlab) {
     RunSlab(scene, MakeSlabProfile(scene, bone), cutting, &replay);

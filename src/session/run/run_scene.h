@@ -91,7 +91,7 @@ std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene
 
 /// Throws kerf::Error if a result in `folder` would replace one of the run's inputs: `scene_file`, the bone, the path,
 /// the table of regions or the table of laws.
-void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+void CheckInputsNotOverwritten(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);
 ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz);

@@ -68,22 +68,22 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
   SlabSimulation simulation(std::move(profile), params, path.CalcPose(0, 0));
   simulation.Hold(scene.slab.hold);
   const Clock::time_point start = Clock::now();
-  bool goes_on = true;
-  for (std::size_t segment = 0; segment < path.segments().size() && goes_on; ++segment) {
-    const PathSegment& stretch = path.segments()[segment];
-    if (stretch.retract_before && segment > 0) {
-      Pose X_down = path.CalcPose(segment, stretch.start_s);
-      goes_on = tap == nullptr || tap->SetDown(X_down);
-      if (!goes_on) break;
+  bool keep_going = true;
+  for (std::size_t segment = 0; segment < path.segments().size() && keep_going; ++segment) {
+    const PathSegment& path_segment = path.segments()[segment];
+    if (path_segment.retract_before && segment > 0) {
+      Pose X_down = path.CalcPose(segment, path_segment.start_s);
+      keep_going = tap == nullptr || tap->SetDown(X_down);
+      if (!keep_going) break;
       simulation.SetDown(X_down);
     }
-    double time_s = stretch.start_s;
+    double time_s = path_segment.start_s;
     const std::size_t count = path.CountTicks(segment, rate_hz);
     for (std::size_t k = 1; k <= count; ++k) {
-      const double end_s = std::min(stretch.start_s + static_cast<double>(k) / rate_hz, stretch.end_s);
+      const double end_s = std::min(path_segment.start_s + static_cast<double>(k) / rate_hz, path_segment.end_s);
       TickInput in{path.CalcPose(segment, end_s), end_s - time_s, scene.tool.rpm};
-      goes_on = tap == nullptr || tap->Begin(in);
-      if (!goes_on) break;
+      keep_going = tap == nullptr || tap->Begin(in);
+      if (!keep_going) break;
       TickRecord record;
       record.X_WT = in.X_WT;
       const Clock::time_point before = Clock::now();

@@ -11,7 +11,7 @@
 namespace kerf {
 
 /// Initial state of a loop. The references are valid only during the call.
-struct LoopBeginning {
+struct LoopInitialState {
   const Bone& bone;
   const CoupledParams& params;
   const LoopSetup& setup;
@@ -29,7 +29,7 @@ class SessionController {
   virtual ~SessionController() = default;
 
   /// Called after the bone is made and before anything moves.
-  virtual void Begin(const LoopBeginning& beginning) = 0;
+  virtual void Begin(const LoopInitialState& initial) = 0;
   /// Called with a leaf of the bone in its current state.
   virtual void TakeLeaf(const LeafMessage& leaf) = 0;
   /// Returns the next action to carry out now, one at a time; LoopAction::at_s is ignored. Returns none if there is no

@@ -67,30 +67,30 @@ class Mixer {
 
 }  // namespace
 
-RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_file, RecordedKind kind, const Bone& bone,
-                                const Pose& X_WT_start) {
-  RecordingHead head;
-  head.kind = kind;
-  head.scene_name = scene.name;
+RecordingHeader MakeRecordingHeader(const Scene& scene, const std::string& scene_file, RecordedKind kind,
+                                    const Bone& bone, const Pose& X_WT_start) {
+  RecordingHeader header;
+  header.kind = kind;
+  header.scene_name = scene.name;
   // A synthetic scene has no file.
-  if (!scene_file.empty()) head.scene_file = std::filesystem::absolute(scene_file).lexically_normal().string();
-  head.scene_toml = ResolvedToml(scene);
-  head.bone_hash = bone.CalcHash();
-  head.material_hash = bone.CalcMaterialHash();
-  head.voxel_mm = bone.voxel_mm();
-  head.rate_hz = kind == RecordedKind::kLoop ? scene.loop.rate_hz : scene.simulation.rate_hz;
-  head.X_WT_start = X_WT_start;
+  if (!scene_file.empty()) header.scene_file = std::filesystem::absolute(scene_file).lexically_normal().string();
+  header.scene_toml = ResolvedToml(scene);
+  header.bone_hash = bone.CalcHash();
+  header.material_hash = bone.CalcMaterialHash();
+  header.voxel_mm = bone.voxel_mm();
+  header.rate_hz = kind == RecordedKind::kLoop ? scene.loop.rate_hz : scene.simulation.rate_hz;
+  header.X_WT_start = X_WT_start;
   // At 4 kHz the checks alone would take a megabyte per minute. With 8 bits, one difference in 256 is missed, but the
   // next check is likely to find it.
-  head.check_bits = head.rate_hz > 1500 ? 8 : 16;
-  head.state_every_steps = std::max(1, static_cast<int>(std::lround(head.rate_hz / 100)));
-  head.version = VersionString();
-  head.commit = CommitString();
-  head.compiler = CompilerString();
-  head.machine = DescribeMachine();
-  head.created = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
-                             fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
-  return head;
+  header.check_bits = header.rate_hz > 1500 ? 8 : 16;
+  header.state_every_steps = std::max(1, static_cast<int>(std::lround(header.rate_hz / 100)));
+  header.version = VersionString();
+  header.commit = CommitString();
+  header.compiler = CompilerString();
+  header.machine = DescribeMachine();
+  header.created = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                               fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+  return header;
 }
 
 std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file) {
@@ -103,11 +103,12 @@ std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std:
 }
 
 RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& bone_file) {
-  const RecordingHead& head = recording.head();
+  const RecordingHeader& header = recording.header();
   RecordedScene recorded;
   recorded.files = std::make_unique<FileShelf>(recording.ReadFiles());
-  recorded.scene = ParseScene(head.scene_toml, head.scene_file.empty() ? head.scene_name + ".toml" : head.scene_file);
-  recorded.scene.name = head.scene_name;
+  recorded.scene =
+      ParseScene(header.scene_toml, header.scene_file.empty() ? header.scene_name + ".toml" : header.scene_file);
+  recorded.scene.name = header.scene_name;
   if (!bone_file.empty()) {
     recorded.scene.bone.source = BoneSource::kFile;
     recorded.scene.bone.file = std::filesystem::absolute(bone_file).lexically_normal().string();
@@ -134,23 +135,23 @@ std::vector<std::string> FindDamageWarnings(const RecordingReader& recording) {
 
 TickToRecord MakeTickToRecord(const LoopTick& tick) {
   const CoupledOutput& out = tick.out;
-  const LoopGiven& given = tick.given;
+  const TickInputs& inputs = tick.inputs;
   TickToRecord record;
   RecordedStep& step = record.step;
-  step.X = given.sample.X_WH;
-  step.buttons = given.sample.buttons;
-  step.dt_s = given.dt_s;
-  step.skipped = given.skipped;
-  step.rpm = given.rpm;
-  step.fidelity = static_cast<std::uint8_t>(given.fidelity);
-  if (!given.read) step.flags |= kRecordedReadFailed;
-  if (!given.wrote) step.flags |= kRecordedWriteFailed;
-  if (given.force_off) step.flags |= kRecordedForceOff;
-  if (given.piece != 0) step.flags |= kRecordedPieceLeaves;
-  step.piece = given.piece;
-  step.flags |= FlagOf(given.restore.kind);
-  if (given.taken_up) step.flags |= kRecordedTakenUp;
-  step.checkpoint = given.restore.number;
+  step.X = inputs.sample.X_WH;
+  step.buttons = inputs.sample.buttons;
+  step.dt_s = inputs.dt_s;
+  step.skipped = inputs.skipped;
+  step.rpm = inputs.rpm;
+  step.fidelity = static_cast<std::uint8_t>(inputs.fidelity);
+  if (!inputs.read) step.flags |= kRecordedReadFailed;
+  if (!inputs.wrote) step.flags |= kRecordedWriteFailed;
+  if (inputs.force_off) step.flags |= kRecordedForceOff;
+  if (inputs.piece != 0) step.flags |= kRecordedPieceLeaves;
+  step.piece = inputs.piece;
+  step.flags |= FlagOf(inputs.restore.kind);
+  if (inputs.taken_up) step.flags |= kRecordedTakenUp;
+  step.checkpoint = inputs.restore.number;
   Mixer mixer;
   mixer.Mix(tick.f_device_N);
   mixer.Mix(out.f_H_W_N);
@@ -193,13 +194,13 @@ TickToRecord MakeTickToRecord(const TickInput& in, const TickOutput& out, std::u
   return record;
 }
 
-SessionRecorder::SessionRecorder(const std::string& path, const RecordingHead& head,
+SessionRecorder::SessionRecorder(const std::string& path, const RecordingHeader& header,
                                  const std::map<std::string, std::string>& files)
-    : rate_hz_(head.rate_hz),
-      check_mask_(MaskOf(head.check_bits)),
-      state_every_(head.state_every_steps),
-      hash_every_(head.hash_every_steps) {
-  writer_.emplace(path, head, files, ReadKeyFile());
+    : rate_hz_(header.rate_hz),
+      check_mask_(MaskOf(header.check_bits)),
+      state_every_(header.state_every_steps),
+      hash_every_(header.hash_every_steps) {
+  writer_.emplace(path, header, files, ReadKeyFile());
   bytes_ = writer_->bytes();
 }
 
@@ -251,7 +252,7 @@ void SessionRecorder::TakeSetDown(const Pose& X) {
 void SessionRecorder::Lose(std::uint64_t ticks) {
   Try([&] {
     writer_->Flush();
-    throw Error(fmt::format("{}: {} ticks came faster than they could be written", writer_->path(), ticks));
+    throw Error(fmt::format("{}: {} ticks arrived faster than they could be written", writer_->path(), ticks));
   });
 }
 

@@ -16,11 +16,11 @@
 
 namespace kerf {
 
-/// Returns the head of a recording of the scene by this program on this machine, without the data that the run adds.
-RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_file, RecordedKind kind, const Bone& bone,
-                                const Pose& X_WT_start);
+/// Returns the header of a recording of the scene by this program on this machine, without the data that the run adds.
+RecordingHeader MakeRecordingHeader(const Scene& scene, const std::string& scene_file, RecordedKind kind,
+                                    const Bone& bone, const Pose& X_WT_start);
 /// Returns the scene's input files with their contents, except the bone's file, which may be large, and the scene
-/// itself, which is in the head.
+/// itself, which is in the header.
 std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file);
 
 /// Scene of a recording, for a replay.
@@ -61,7 +61,8 @@ class SessionRecorder {
  public:
   /// Signs the recording at its end if the installation has a key. Throws kerf::Error if the file cannot be created or
   /// the key cannot be used.
-  SessionRecorder(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files);
+  SessionRecorder(const std::string& path, const RecordingHeader& header,
+                  const std::map<std::string, std::string>& files);
 
   /// Call for every tick, in order. Does nothing after a write failure; see failure().
   void Take(const TickToRecord& tick);
@@ -71,7 +72,7 @@ class SessionRecorder {
   /// replayed.
   void Lose(std::uint64_t ticks);
   void AddEvent(const std::string& what, const std::string& name, std::uint32_t number);
-  /// Call before the loop is allowed to release the piece.
+  /// Call before the loop is allowed to remove the piece.
   void AddPiece(std::uint32_t number, const std::string& bytes);
   /// Call periodically with the caller's clock: flushes pending data if nothing was written for 0.35 s.
   void FlushAt(double now_s);

@@ -20,7 +20,8 @@ class SoundTrack {
   /// ticks. Throws kerf::Error if the file cannot be created.
   SoundTrack(const EffectPlan& plan, std::size_t ticks, const std::string& path);
 
-  /// Call after each tick. `channels`: those of all effects. A full disk does not stop the run: Write() reports it.
+  /// Call after each tick. `channels`: the channels of all effects. A full disk does not stop the run: Write() reports
+  /// it.
   void Take(double dt_s, std::span<const double> channels);
   /// Returns false if there was no sound. `path`: must be the constructor's, if that was set. Throws kerf::Error. Call
   /// once.

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kLongest_s = 1;
 constexpr double kShortest_s = 1.0 / 64;
-constexpr double kSamplesAPeriod = 2.6;  // samples per period of the highest line
-constexpr double kCarried = 0.4;         // lines up to this fraction of the tick rate are in the force
+constexpr double kSamplesPerPeriod = 2.6;  // samples per period of the highest line
+constexpr double kCarriedFraction = 0.4;   // lines up to this fraction of the tick rate are in the force
 
 }  // namespace
 
@@ -57,18 +57,18 @@ SpectrumTrack::Spectrum SpectrumTrack::CalcSpectrum() const {
   spectrum.seconds = kLongest_s;
   while (spectrum.seconds > kShortest_s && spectrum.seconds > time_s.back()) spectrum.seconds /= 2;
   std::size_t begin = 0;
-  double most = -1;
+  double largest = -1;
   for (std::size_t from = 0, to = 0; from < count; ++from) {
     while (to < count && time_s[to] - time_s[from] < spectrum.seconds - 1e-9) ++to;
     if (time_s[to] - time_s[from] < spectrum.seconds - 1e-9) break;
-    if (square[to] - square[from] > most) most = square[to] - square[from], begin = from;
+    if (square[to] - square[from] > largest) largest = square[to] - square[from], begin = from;
   }
-  if (most < 0) return {};
+  if (largest < 0) return {};
   spectrum.begin_s = time_s[begin];
   spectrum.teeth = orders_[ToothVibrationEffect::kPassing];
-  spectrum.carried_Hz = kCarried / static_cast<double>(moments_[begin].dt_s);
+  spectrum.carried_Hz = kCarriedFraction / static_cast<double>(moments_[begin].dt_s);
   const std::size_t samples =
-      std::bit_ceil(static_cast<std::size_t>(std::ceil(kSamplesAPeriod * highest * fastest_Hz * spectrum.seconds)));
+      std::bit_ceil(static_cast<std::size_t>(std::ceil(kSamplesPerPeriod * highest * fastest_Hz * spectrum.seconds)));
   const double step_s = spectrum.seconds / static_cast<double>(samples);
   std::array<std::vector<double>, 3> x;
   for (auto& axis : x) axis.reserve(samples);

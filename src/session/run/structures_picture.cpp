@@ -27,7 +27,7 @@ constexpr int kPictureRows = 720, kPlotRows = 440;
 constexpr double kMinArrow_mm = 0.5;
 
 /// Returns the tool's point closest to a point in the tool frame.
-Vec3 NearestOfTool(const Tool& tool, const Vec3& p_T) {
+Vec3 FindNearestPointOnTool(const Tool& tool, const Vec3& p_T) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     const double rho = std::hypot(p_T.x, p_T.y);
     const double shrink = rho > disc->radius_mm() ? disc->radius_mm() / rho : 1;
@@ -46,10 +46,10 @@ Image RenderScene(const StructuresTrack& track, const Bone& bone, const Tool& to
   spec.height = kPictureRows;
   spec.title = name + ": structures";
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
-  Shape of_bone;
-  of_bone.mesh_W = ExtractSurface(bone);
-  of_bone.opacity = 0.3;
-  spec.shapes.push_back(std::move(of_bone));
+  Shape bone_shape;
+  bone_shape.mesh_W = ExtractSurface(bone);
+  bone_shape.opacity = 0.3;
+  spec.shapes.push_back(std::move(bone_shape));
   Shape structure;
   structure.mesh_W = track.surface_W();
   structure.colour = kStructureColour;
@@ -58,17 +58,17 @@ Image RenderScene(const StructuresTrack& track, const Bone& bone, const Tool& to
   spec.legend.push_back({"bone after the cut", kBoneColour});
   spec.tools.push_back({tool, closest.X_WT, 0.85});
 
-  Vec3 of_structure(0), of_tool(0);
-  double least = 1e300;
+  Vec3 p_structure_W(0), p_tool_W(0);
+  double smallest = 1e300;
   for (const Vec3& p : track.surface_W().points) {
-    const Vec3 q = closest.X_WT.Point(NearestOfTool(tool, closest.X_WT.InversePoint(p)));
-    if (glm::length(p - q) >= least) continue;
-    least = glm::length(p - q);
-    of_structure = p;
-    of_tool = q;
+    const Vec3 q = closest.X_WT.Point(FindNearestPointOnTool(tool, closest.X_WT.InversePoint(p)));
+    if (glm::length(p - q) >= smallest) continue;
+    smallest = glm::length(p - q);
+    p_structure_W = p;
+    p_tool_W = q;
   }
-  if (least >= kMinArrow_mm) {
-    spec.arrows.push_back({of_tool, of_structure, kArrowColour, fmt::format("{:.1f} mm", closest.distance_mm)});
+  if (smallest >= kMinArrow_mm) {
+    spec.arrows.push_back({p_tool_W, p_structure_W, kArrowColour, fmt::format("{:.1f} mm", closest.distance_mm)});
   }
   if (breach) {
     spec.caption = fmt::format("blade at its greatest depth, at {:.2f} s; up to {:.2f} mm deep, with {:.2g} N",
@@ -82,14 +82,14 @@ Image RenderScene(const StructuresTrack& track, const Bone& bone, const Tool& to
 
   // Oblique view of the blade from outside the bone, slightly from above.
   const Vec3 normal = closest.X_WT.Vector({0, 0, 1});
-  Vec3 outward = of_structure - bone.CalcBounds().centre();
+  Vec3 outward = p_structure_W - bone.CalcBounds().centre();
   outward.z = 0;
   outward -= glm::dot(outward, normal) * normal;
   outward.z = 0;
   outward = glm::length(outward) > 1e-6 ? glm::normalize(outward) : Vec3(0, -1, 0);
   const Vec3 eye = outward + (normal.y > 0 ? -0.7 : 0.7) * normal + Vec3(0, 0, 0.3);
   const Vec3 up = std::abs(glm::normalize(eye).z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, -1, 0);
-  spec.camera = MakeCamera(eye, up, 0.5 * (of_structure + closest.X_WT.p_AB), std::max(30.0, 4 * CalcReach(tool)));
+  spec.camera = MakeCamera(eye, up, 0.5 * (p_structure_W + closest.X_WT.p_AB), std::max(30.0, 4 * CalcReach(tool)));
   return RenderPicture(spec);
 }
 
@@ -114,10 +114,10 @@ Image RenderDistance(const StructuresTrack& track) {
   volume.colour = kStructureColour;
   volume.right_axis = true;
   // Plot at most one point per pixel, the minimum distance of each interval, so that no short event is lost.
-  const std::size_t stretch = moments.size() / kMaxHistoryPoints + 1;
+  const std::size_t stride = moments.size() / kMaxHistoryPoints + 1;
   double before_mm3 = 0;
-  for (std::size_t i = 0; i < moments.size(); i += stretch) {
-    const std::size_t end = std::min(i + stretch, moments.size());
+  for (std::size_t i = 0; i < moments.size(); i += stride) {
+    const std::size_t end = std::min(i + stride, moments.size());
     float mm = moments[i].distance_mm;
     for (std::size_t k = i; k < end; ++k) mm = std::min(mm, moments[k].distance_mm);
     const auto t = static_cast<double>(moments[i].time_s);

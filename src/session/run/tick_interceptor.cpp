@@ -56,11 +56,11 @@ Replayed RunReplay::MakeReport(std::uint64_t bone_hash) const {
 
 SessionInterceptor::SessionInterceptor(const RunSession& session, const Scene& scene, RecordedKind kind,
                                        const Bone& bone)
-    : replay_(session.replay), lost_(session.lost) {
-  if (replay_ != nullptr) CheckBone(replay_->head(), bone);
+    : replay_(session.replay), recording_failure_(session.recording_failure) {
+  if (replay_ != nullptr) CheckBone(replay_->header(), bone);
   if (session.record.empty()) return;
   recorder_.emplace(session.record,
-                    MakeRecordingHead(scene, session.scene_file, kind, bone, MakePath(scene).CalcPose(0, 0)),
+                    MakeRecordingHeader(scene, session.scene_file, kind, bone, MakePath(scene).CalcPose(0, 0)),
                     ReadSceneFiles(scene, session.scene_file));
 }
 
@@ -73,8 +73,8 @@ void SessionInterceptor::Finish(std::optional<std::uint64_t> bone_hash) {
   if (!recorder_) return;
   const std::string failure = recorder_->Finish(bone_hash);
   if (failure.empty()) return;
-  if (lost_ == nullptr) throw Error(failure);
-  *lost_ = failure;
+  if (recording_failure_ == nullptr) throw Error(failure);
+  *recording_failure_ = failure;
 }
 
 }  // namespace kerf

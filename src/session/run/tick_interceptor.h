@@ -26,8 +26,8 @@ class TickInterceptor {
 class RunRecorder final : public TickInterceptor {
  public:
   /// Throws kerf::Error if the file cannot be created.
-  RunRecorder(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files)
-      : recorder_(path, head, files) {}
+  RunRecorder(const std::string& path, const RecordingHeader& header, const std::map<std::string, std::string>& files)
+      : recorder_(path, header, files) {}
   bool SetDown(Pose& X) override;
   bool Begin(TickInput&) override { return true; }
   void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;
@@ -48,7 +48,7 @@ class RunReplay final : public TickInterceptor {
   bool Begin(TickInput& in) override;
   void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;
 
-  const RecordingHead& head() const { return recording_.head(); }
+  const RecordingHeader& header() const { return recording_.header(); }
   std::vector<std::string> FindWarnings() const { return FindDamageWarnings(recording_); }
   /// `bone_hash`: after the last step.
   Replayed MakeReport(std::uint64_t bone_hash) const;
@@ -69,7 +69,7 @@ struct RunSession {
   std::string scene_file;       // path of the scene, stored in a recording
   RunReplay* replay = nullptr;  // if set, the run replays this recording
   /// Receives a sentence if the recording could not be completed; the results are written anyway.
-  std::string* lost = nullptr;
+  std::string* recording_failure = nullptr;
 };
 
 /// Interceptor of a run with these options. If recording fails, the run continues without it.
@@ -78,12 +78,12 @@ class SessionInterceptor {
   /// Throws kerf::Error if the recording cannot be created, or if the bone is not the recorded one.
   SessionInterceptor(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone);
   TickInterceptor* tap();
-  /// Call before the results are written, so that they do not use its disk space.
+  /// Completes the recording. Call before the results are written, so that they do not use its disk space.
   void Finish(std::optional<std::uint64_t> bone_hash);
 
  private:
   RunReplay* replay_;
-  std::string* lost_;
+  std::string* recording_failure_;
   std::optional<RunRecorder> recorder_;
 };
 

@@ -33,7 +33,7 @@ double CalcMedian(std::vector<std::pair<double, double>>& mm_and_mm2, double are
 }
 
 /// Checks, before any work is done, that no file would replace the bone's or the plane's file.
-void CheckPartsInputsStay(const PartsOptions& options) {
+void CheckPartsInputsNotOverwritten(const PartsOptions& options) {
   std::vector<std::string> outputs{options.folder + "/parts.json"};
   if (options.picture && kPicturesBuilt) outputs.push_back(options.folder + "/parts.png");
   for (const char* name : kNames) {
@@ -42,7 +42,7 @@ void CheckPartsInputsStay(const PartsOptions& options) {
       if (wanted) outputs.push_back(fmt::format("{}/{}.{}", options.folder, name, extension));
     }
   }
-  CheckInputsStay({options.bone_file, options.plane_file}, outputs);
+  CheckInputsNotOverwritten({options.bone_file, options.plane_file}, outputs);
 }
 
 /// Returns the surface of each part, reduced to `triangles`. Called before anything is written.
@@ -162,7 +162,7 @@ SliceFaces MeasureSliceFaces(const TriangleMesh& slice_W, const CutPlane& plane)
 }
 
 PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOptions& options) {
-  CheckPartsInputsStay(options);
+  CheckPartsInputsNotOverwritten(options);
   const auto done = [&options](double fraction) {
     if (options.progress) options.progress(fraction);
   };

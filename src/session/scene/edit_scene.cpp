@@ -44,11 +44,11 @@ const TomlNode* FindTable(const TomlNode& root, const std::string& path) {
   return node;
 }
 
-std::size_t FindHead(const std::vector<std::string>& lines, const std::string& table) {
-  const std::string head = "[" + table + "]";
+std::size_t FindHeader(const std::vector<std::string>& lines, const std::string& table) {
+  const std::string header = "[" + table + "]";
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::size_t first = lines[i].find_first_not_of(" \t");
-    if (first != std::string::npos && lines[i].compare(first, head.size(), head) == 0) return i;
+    if (first != std::string::npos && lines[i].compare(first, header.size(), header) == 0) return i;
   }
   return lines.size();
 }
@@ -70,10 +70,10 @@ std::size_t SetValue(std::vector<std::string>& lines, const std::string& file, c
     return number;
   }
   const std::string line = edit.key + " = " + edit.value;
-  const std::size_t head = FindHead(lines, edit.table);
-  if (head < lines.size()) {
-    lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(head) + 1, line);
-    return head + 1;
+  const std::size_t header = FindHeader(lines, edit.table);
+  if (header < lines.size()) {
+    lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(header) + 1, line);
+    return header + 1;
   }
   if (!lines.empty() && !lines.back().empty()) lines.emplace_back();
   lines.push_back("[" + edit.table + "]");
@@ -116,7 +116,7 @@ std::string EditScene(const std::string& text, const std::string& file, const st
   const auto refuse = [&] {
     std::string values;
     for (const SceneEdit& edit : edits) values += fmt::format("\n  [{}] {} = {}", edit.table, edit.key, edit.value);
-    return Error(fmt::format("{}: these values can't be set in it by line; set them by hand:{}", file, values));
+    return Error(fmt::format("{}: these values can't be set automatically; edit the file to set:{}", file, values));
   };
   // Check that each value is set and that all others are unchanged.
   try {

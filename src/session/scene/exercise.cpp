@@ -13,7 +13,7 @@ WantedCut MakeWantedCut(const SceneExercise& exercise, const Tool& tool) {
   WantedCut cut;
   cut.start_W = exercise.start_mm;
   const std::optional<Vec3> along = CalcDirection(exercise.end_mm - exercise.start_mm);
-  if (!along) throw Error("[exercise] the line has no length: end_mm is start_mm");
+  if (!along) throw Error("[exercise] the line has no length: end_mm equals start_mm");
   cut.along_W = *along;
   const std::optional<Vec3> into = CalcDirection(exercise.into);
   const Vec3 aside = into ? *into - glm::dot(*into, cut.along_W) * cut.along_W : Vec3(0);

@@ -67,7 +67,7 @@ std::size_t Path::CountTicks(double rate_hz) const {
   return sum;
 }
 
-double Path::CalcTopSpeed() const {
+double Path::CalcMaxSpeed() const {
   double top = 0;
   for (const std::vector<TimedPose>& knots : knots_) {
     for (std::size_t i = 1; i < knots.size(); ++i) {

@@ -32,7 +32,7 @@ class Path {
   std::size_t CountTicks(std::size_t segment, double rate_hz) const;
   std::size_t CountTicks(double rate_hz) const;
   /// Returns the maximum speed of the disc's centre between two knots, mm/s.
-  double CalcTopSpeed() const;
+  double CalcMaxSpeed() const;
 
  private:
   friend Path MakePath(const Scene& scene);

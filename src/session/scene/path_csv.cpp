@@ -117,7 +117,7 @@ class PathParser {
     return std::move(poses_);
   }
 
-  bool hopeless() const { return faults_.full(); }
+  bool too_many_faults() const { return faults_.full(); }
 
  private:
   void Header(int number, const std::vector<Field>& fields) {
@@ -160,7 +160,7 @@ std::vector<TimedPose> ParsePathCsv(const std::string& text, const std::string& 
   PathParser parser(file, lines);
   std::string_view rest = text;
   int number = 0;
-  while (!rest.empty() && !parser.hopeless()) {
+  while (!rest.empty() && !parser.too_many_faults()) {
     ++number;
     const std::size_t end = rest.find('\n');
     parser.Line(number, rest.substr(0, end));

@@ -307,7 +307,7 @@ void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
   TableReader reader(*table, "[slab]", faults);
   Describe(slab, reader);
   if (!(glm::length(slab.direction) > 1e-6)) {
-    reader.Fault("direction", "direction has no direction: its length is 0");
+    reader.Fault("direction", "direction has length 0");
   }
   if (slab.hold != SlabBody::kSlice && !slab.params.segments_move) {
     reader.Fault("hold", "hold specifies a segment, but segments_move is false; set segments_move = true");

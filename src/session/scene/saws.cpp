@@ -43,7 +43,7 @@ Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
   Saw saw;
   saw.name = fields[0];
   if (saw.name.empty() || saw.name.size() > kLongestName) {
-    place.Fail(fmt::format("name = {} is not of 1 to {} characters", Quote(saw.name), kLongestName));
+    place.Fail(fmt::format("name = {} must have 1 to {} characters", Quote(saw.name), kLongestName));
   }
   if (fields[1] == "disc") {
     saw.tool.diameter_mm = ParseWithin(fields[2], 2, {1, 200}, place);
@@ -86,7 +86,7 @@ const std::vector<Saw>& BuiltInSaws() {
   return saws;
 }
 
-void TakeUpSaw(Scene& scene, const Saw& saw) {
+void UseSaw(Scene& scene, const Saw& saw) {
   const Vec3 grip_mm = scene.tool.grip_mm;
   scene.tool = saw.tool;
   scene.tool.grip_mm = grip_mm;

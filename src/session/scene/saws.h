@@ -21,6 +21,6 @@ std::vector<Saw> ParseSaws(const std::string& text, const std::string& file);
 const std::vector<Saw>& BuiltInSaws();
 
 /// Replaces the scene's tool with this saw, but keeps the grip. For a ball, removes [slab], which requires a disc.
-void TakeUpSaw(Scene& scene, const Saw& saw);
+void UseSaw(Scene& scene, const Saw& saw);
 
 }  // namespace kerf

@@ -54,18 +54,18 @@ void FindSlabWarnings(const Scene& scene, std::vector<std::string>& warnings) {
     std::string names;
     for (const EffectChoice& choice : scene.effects)
       names += fmt::format("{}{}", names.empty() ? "" : ", ", choice.name());
-    warnings.push_back(fmt::format("slab mode simulates no effects, and omits those of [effects]: {}", names));
+    warnings.push_back(fmt::format("slab mode simulates no effects; it ignores [effects]: {}", names));
   }
   const Path path = MakePath(scene);
   const Vec3 d = glm::normalize(scene.slab.direction);
   double across_mm = 0;
   double along_mm = 0;
-  constexpr int kLooks = 200;  // samples of the path in each segment
+  constexpr int kPathSamples = 200;  // samples of the path in each segment
   for (std::size_t i = 0; i < path.segments().size(); ++i) {
     const PathSegment& segment = path.segments()[i];
     Vec3 before = path.CalcPose(i, segment.start_s).p_AB;
-    for (int k = 1; k <= kLooks; ++k) {
-      const Vec3 at = path.CalcPose(i, segment.start_s + (segment.end_s - segment.start_s) * k / kLooks).p_AB;
+    for (int k = 1; k <= kPathSamples; ++k) {
+      const Vec3 at = path.CalcPose(i, segment.start_s + (segment.end_s - segment.start_s) * k / kPathSamples).p_AB;
       const double along = glm::dot(at - before, d);
       along_mm += std::abs(along);
       across_mm += glm::length(at - before - along * d);
@@ -92,10 +92,10 @@ void FindSlabWarnings(const Scene& scene, std::vector<std::string>& warnings) {
 
 }  // namespace
 
-double CalcTopBite(const Scene& scene) {
+double CalcMaxBite(const Scene& scene) {
   const int passes_per_turn = scene.tool.kind == ToolKind::kDisc ? scene.tool.teeth : scene.tool.flutes;
   const double passes_per_s = passes_per_turn * scene.tool.rpm / 60;
-  return passes_per_s > 0 ? MakePath(scene).CalcTopSpeed() / passes_per_s : std::numeric_limits<double>::infinity();
+  return passes_per_s > 0 ? MakePath(scene).CalcMaxSpeed() / passes_per_s : std::numeric_limits<double>::infinity();
 }
 
 std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
@@ -110,8 +110,8 @@ std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm) {
     warnings.emplace_back("rpm = 0: a stopped tool cuts nothing");
   } else {
     const ForceLawInfo& law = scene.force.info();
-    const double bite_mm = CalcTopBite(scene);
-    const double to_mm = FindTopValidBite(scene.force, MakeTool(scene));
+    const double bite_mm = CalcMaxBite(scene);
+    const double to_mm = FindMaxValidBite(scene.force, MakeTool(scene));
     if (IsNowhereMeasured(law.validity)) {
       warnings.push_back(
           fmt::format("{} {}: {}", law.name, law.validity.beyond, DescribeAccuracy(scene.force, MakeTool(scene))));

@@ -10,7 +10,7 @@ namespace kerf {
 
 /// Returns the bite if the tool moves straight into the bone at the path's maximum speed, mm: v / (teeth rpm / 60).
 /// Infinite for a stopped spindle.
-double CalcTopBite(const Scene& scene);
+double CalcMaxBite(const Scene& scene);
 
 /// Returns the warnings, one sentence each. `voxel_mm`: of the bone; 0 if unknown.
 std::vector<std::string> FindWarnings(const Scene& scene, double voxel_mm);

@@ -190,7 +190,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     // Half of the points are lost at a quarter of the volume of the wanted cut.
     if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
   }
-  if (const std::optional<MiddlePlane> fitted = FitMiddlePlane(before, after, cells)) {
+  if (const std::optional<MidPlane> fitted = FitMidPlane(before, after, cells)) {
     const PlaneError error = CalcPlaneError(fitted->plane, *cut, area.middle_W());
     SetValue(sheet, "plane_offset_mm", error.offset_mm);
     SetValue(sheet, "plane_roll_deg", error.roll_deg);

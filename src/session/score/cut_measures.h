@@ -13,7 +13,7 @@
 namespace kerf {
 
 /// Mid-plane of the removed bone.
-struct MiddlePlane {
+struct MidPlane {
   CutPlane plane;           // through the centre of the removed volume
   double extent_mm = 0;     // root mean square extent in the plane, along the shorter direction
   double thickness_mm = 0;  // root mean square extent across the plane
@@ -24,7 +24,7 @@ struct MiddlePlane {
 /// kerf's bottom. Returns none if too little was removed, or if its shape has no plane. `cells`: result of
 /// FindRemoved() for the two bones. Error for a flat kerf two voxels wide and 2 mm deep, in any direction: below 0.2 mm
 /// and 0.4 degrees (tests/session/score).
-std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells);
+std::optional<MidPlane> FitMidPlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells);
 
 /// Deviation of the fitted plane from the wanted one.
 struct PlaneError {

@@ -24,7 +24,7 @@ constexpr double kNarrow = 0.75;
 /// With fewer places than kMinPlaces, or if they extend less than kMinExtent (in voxels), the fit by volume is used.
 constexpr std::size_t kMinPlaces = 12;
 constexpr double kMinExtent = 0.8;
-constexpr int kTurns = 2;
+constexpr int kRefinements = 2;
 
 using Matrix = std::array<std::array<double, 3>, 3>;
 
@@ -56,11 +56,12 @@ struct Place {
 
 /// Returns the distance from a point in the kerf to its wall along a direction. Returns none if there is no wall within
 /// reach, or if it is the bone's own surface.
-std::optional<double> FindWall(const PhiSampler& before, const PhiSampler& after, const Vec3& p_W, const Vec3& way_W) {
+std::optional<double> FindWall(const PhiSampler& before, const PhiSampler& after, const Vec3& p_W,
+                               const Vec3& direction_W) {
   const double step_mm = 0.25 * after.voxel_mm();
   double last = after.Calc(p_W);
   for (double x = step_mm; x < kWall_mm; x += step_mm) {
-    const Vec3 q_W = p_W + x * way_W;
+    const Vec3 q_W = p_W + x * direction_W;
     const double now = after.Calc(q_W);
     if (now < 0) {
       if (before.Calc(q_W) > -kSkin * after.voxel_mm()) return {};
@@ -75,8 +76,8 @@ std::optional<Place> FindPlace(const PhiSampler& before, const PhiSampler& after
                                const Vec3& ev, const Vec3& uvw) {
   const Vec3 n = plane.normal_W;
   const double h = after.voxel_mm();
-  for (const double aside : {0.0, 0.5, -0.5, 1.0, -1.0}) {
-    const double w = uvw.z + aside * h;
+  for (const double offset : {0.0, 0.5, -0.5, 1.0, -1.0}) {
+    const double w = uvw.z + offset * h;
     const Vec3 p_W = plane.p_W + uvw.x * eu + uvw.y * ev + w * n;
     if (after.Calc(p_W) <= 0 || before.Calc(p_W) > -kSkin * h) continue;
     const std::optional<double> up = FindWall(before, after, p_W, n);
@@ -90,8 +91,8 @@ std::optional<Place> FindPlace(const PhiSampler& before, const PhiSampler& after
 std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after, const CutPlane& plane,
                                std::span<const RemovedCell> cells) {
   const Vec3 n = plane.normal_W;
-  const Vec3 least = std::abs(n.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  const Vec3 eu = glm::normalize(glm::cross(n, least));
+  const Vec3 axis = std::abs(n.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  const Vec3 eu = glm::normalize(glm::cross(n, axis));
   const Vec3 ev = glm::cross(n, eu);
   const double h = before.voxel_mm();
   // Use one place per square of a voxel's size: the one where the most bone was removed.
@@ -142,7 +143,7 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
 
 }  // namespace
 
-std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells) {
+std::optional<MidPlane> FitMidPlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells) {
   double sum = 0;
   Vec3 centre_W{0};
   for (const RemovedCell& cell : cells) {
@@ -166,14 +167,14 @@ std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after,
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return eigen.values[a] < eigen.values[b]; });
-  MiddlePlane fitted;
+  MidPlane fitted;
   fitted.plane = {centre_W, glm::normalize(eigen.vectors[order[0]])};
   fitted.thickness_mm = std::sqrt(std::max(eigen.values[order[0]], 0.0));
   fitted.extent_mm = std::sqrt(std::max(eigen.values[order[1]], 0.0));
   if (fitted.extent_mm < kFlat * fitted.thickness_mm) return {};
   const PhiSampler phi_before(before);
   const PhiSampler phi_after(after);
-  for (int turn = 0; turn < kTurns; ++turn) {
+  for (int refinement = 0; refinement < kRefinements; ++refinement) {
     const std::optional<CutPlane> refined = Refine(phi_before, phi_after, fitted.plane, cells);
     if (!refined) break;
     fitted.plane = *refined;

@@ -37,8 +37,10 @@ constexpr std::array kMeasures{
                 kNone, 0},
     MeasureInfo{"depth_error_mean_mm", "depth error, mean", "mm",
                 "mean over the line of |depth reached - depth wanted|", kNone, 0},
-    MeasureInfo{"depth_error_p95_mm", "depth error, 95th percentile", "mm", "of the same", kNone, 0},
-    MeasureInfo{"depth_error_worst_mm", "depth error, worst", "mm", "largest of the same", kNone, 0},
+    MeasureInfo{"depth_error_p95_mm", "depth error, 95th percentile", "mm",
+                "95th percentile over the line of |depth reached - depth wanted|", kNone, 0},
+    MeasureInfo{"depth_error_worst_mm", "depth error, worst", "mm",
+                "largest over the line of |depth reached - depth wanted|", kNone, 0},
     MeasureInfo{"too_deep_mm", "too deep by at most", "mm",
                 "largest over the line of depth reached - depth wanted, 0 where it is not too deep", kPlunge, 1},
     MeasureInfo{
@@ -50,7 +52,7 @@ constexpr std::array kMeasures{
     MeasureInfo{"plunges", "passes beyond the far side", "", "number of such passes", kNone, 0},
     MeasureInfo{
         "plane_offset_mm", "offset of the cut's plane", "mm",
-        "signed distance of the fitted middle plane from the wanted one, at the centre of the bone in the wanted cut",
+        "signed distance of the fitted mid-plane from the wanted one, at the centre of the bone in the wanted cut",
         kAccuracy, 2},
     MeasureInfo{"plane_roll_deg", "roll of the cut's plane about the line", "degrees",
                 "angle by which the fitted plane leans to the side", kNone, 0},

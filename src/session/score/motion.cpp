@@ -57,10 +57,10 @@ double CalcSparc(const std::vector<double>& speed) {
 }
 
 /// Minimum fraction of the wanted depth for a place of the line to count as covered.
-constexpr double kGoneAlong = 0.5;
+constexpr double kCoveredFraction = 0.5;
 
 /// Returns cumulative sums, for means over any interval.
-std::vector<Vec3> SumPlaces(std::span<const Vec3> p) {
+std::vector<Vec3> CalcCumulativeSums(std::span<const Vec3> p) {
   std::vector<Vec3> sums(p.size() + 1, Vec3(0));
   for (std::size_t i = 0; i < p.size(); ++i) sums[i + 1] = sums[i] + p[i];
   return sums;
@@ -121,10 +121,10 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
   std::vector<double> feed;
   const auto half = static_cast<std::size_t>(std::lround(0.5 * kSmooth_s / kBlock_s));
   for (std::size_t i = 1; i < blocks.size(); ++i) {
-    const double way_mm = glm::distance(blocks[i].p_W, blocks[i - 1].p_W);
+    const double distance_mm = glm::distance(blocks[i].p_W, blocks[i - 1].p_W);
     const double dt_s = blocks[i].time_s - blocks[i - 1].time_s;
-    path_mm += way_mm;
-    speed.push_back(dt_s > 0 ? way_mm / dt_s : 0);
+    path_mm += distance_mm;
+    speed.push_back(dt_s > 0 ? distance_mm / dt_s : 0);
     const std::size_t a = i > half ? i - half : 0;
     const std::size_t b = std::min(i + half, blocks.size() - 1);
     const double over_s = blocks[b].time_s - blocks[a].time_s;
@@ -141,7 +141,7 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
   if (mean > 0) SetValue(sheet, "feed_cv", std::sqrt(variance) / mean);
 
   for (const Row& row : rows_) places.push_back(row.X_WT.p_AB);
-  const std::vector<Vec3> sums = SumPlaces(places);
+  const std::vector<Vec3> sums = CalcCumulativeSums(places);
   // Number of rows on either side of the middle one, so that together they span kJitter_s.
   const auto side = static_cast<std::size_t>(0.5 * kJitter_s / kRow_s);
   std::vector<double> jitter_mm;
@@ -163,14 +163,14 @@ void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const 
     if (row.contact) gauge.TakeDepths(row.X_WT, deepest_mm);
   }
   int places = 0;
-  int gone_along = 0;
+  int covered = 0;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
     const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
     ++places;
-    if (deepest_mm[i] >= kGoneAlong * wanted_mm) ++gone_along;
+    if (deepest_mm[i] >= kCoveredFraction * wanted_mm) ++covered;
   }
-  if (places > 0) SetValue(sheet, "line_share", static_cast<double>(gone_along) / places);
+  if (places > 0) SetValue(sheet, "line_share", static_cast<double>(covered) / places);
 }
 
 void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {

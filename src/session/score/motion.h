@@ -62,7 +62,7 @@ class MotionMeter {
   double force_over_s_ = 0;
   int strokes_ = 0;
   double left_s_ = -1e9;  // time of the last contact
-  /// Per region: number of times that a tooth cut in it, and time of the last one.
+  /// Cuts in one region: their number, and the time of the last one.
   struct Cuts {
     int count = 0;
     double last_s = -1e9;

@@ -53,7 +53,7 @@ class NearestPoint {
       for (int i = -ring; i <= ring; ++i) {
         for (int j = -ring; j <= ring; ++j) {
           const bool face = std::abs(i) == ring || std::abs(j) == ring;
-          for (int k = -ring; k <= ring; k += face || ring == 0 ? 1 : 2 * ring) Look({x + i, y + j, z + k}, p, best2);
+          for (int k = -ring; k <= ring; k += face || ring == 0 ? 1 : 2 * ring) Search({x + i, y + j, z + k}, p, best2);
         }
       }
     }
@@ -61,7 +61,7 @@ class NearestPoint {
   }
 
  private:
-  void Look(const Cell& cell, const Vec3& p, double& best2) const {
+  void Search(const Cell& cell, const Vec3& p, double& best2) const {
     const auto found = cells_.find(cell);
     if (found == cells_.end()) return;
     for (const Vec3& q : found->second) best2 = std::min(best2, glm::dot(p - q, p - q));

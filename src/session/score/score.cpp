@@ -21,13 +21,13 @@
 namespace kerf {
 namespace {
 
-/// Time and distance that are added to the minimum for an exercise; at twice the sum, half of the points remain.
-constexpr double kReady_s = 5;
-constexpr double kReady_mm = 20;
+/// Time and path length added to the minimum that an exercise takes; at twice the sum, half of the points remain.
+constexpr double kExtra_s = 5;
+constexpr double kExtra_mm = 20;
 
 using Progress = std::function<void(const std::string&, double)>;
 
-struct GoneThrough {
+struct ReplayOutcome {
   Bone before;
   Bone after;
   std::vector<std::string> warnings;
@@ -39,12 +39,12 @@ void NoteDivergence(const std::optional<Divergence>& divergence, std::vector<std
       fmt::format("its replay differs from the recording from {:.3f} s on: {}", divergence->time_s, divergence->what));
 }
 
-GoneThrough GoThroughLoop(RecordingReader& recording, const Scene& scene, const ScoreOptions& options,
-                          const Progress& progress, MotionMeter& meter) {
+ReplayOutcome ReplayLoopRecording(RecordingReader& recording, const Scene& scene, const ScoreOptions& options,
+                                  const Progress& progress, MotionMeter& meter) {
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::clamp(recording.duration_s(), 0.01, kMaxLoop_s);
-  loop.log = LoopLog::kNowhere;
+  loop.log = LoopLog::kNone;
   loop.keep_bones = true;
   loop.stop = options.stop;
   loop.replay.recording = &recording;
@@ -58,21 +58,22 @@ GoneThrough GoThroughLoop(RecordingReader& recording, const Scene& scene, const 
     tick.X_WT = out.X_WT;
     tick.force_N = glm::length(out.f_H_W_N);
     tick.contact = glm::length(out.f_cut_W_N) + glm::length(out.f_face_W_N) > 0 || out.engaged_teeth > 0;
-    tick.turns = std::abs(sample.report.given.rpm) >= 1;
+    tick.turns = std::abs(sample.report.inputs.rpm) >= 1;
     tick.regions_cut = out.regions_cut;
     meter.Take(tick);
   };
   LoopSummary summary = RunLoop(scene, loop, progress);
   if (options.stop != nullptr && options.stop->load()) throw Error("the scoring was interrupted");
-  GoneThrough gone{std::move(summary.before), std::move(summary.after), {}};
-  if (summary.replayed) NoteDivergence(summary.replayed->divergence, gone.warnings);
-  return gone;
+  ReplayOutcome outcome{std::move(summary.before), std::move(summary.after), {}};
+  if (summary.replayed) NoteDivergence(summary.replayed->divergence, outcome.warnings);
+  return outcome;
 }
 
-GoneThrough GoThroughRun(RecordingReader& recording, const Scene& scene, const Progress& progress, MotionMeter& meter) {
+ReplayOutcome ReplayRunRecording(RecordingReader& recording, const Scene& scene, const Progress& progress,
+                                 MotionMeter& meter) {
   RunReplay replay(recording, 1e300, false);
   Bone before = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
-  CheckBone(replay.head(), before);
+  CheckBone(replay.header(), before);
   RunResult result = RunPath(
       before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz, scene.tool.rpm,
       [&](double f) { progress("cutting", f); }, {}, &replay);
@@ -90,24 +91,24 @@ GoneThrough GoThroughRun(RecordingReader& recording, const Scene& scene, const P
     if (id > 0 && id < 256) tick.regions_cut[static_cast<std::size_t>(id) / 64] |= std::uint64_t{1} << (id % 64);
     meter.Take(tick);
   }
-  GoneThrough gone{std::move(before), std::move(result.bone), {}};
-  NoteDivergence(replay.MakeReport(gone.after.CalcHash()).divergence, gone.warnings);
-  return gone;
+  ReplayOutcome outcome{std::move(before), std::move(result.bone), {}};
+  NoteDivergence(replay.MakeReport(outcome.after.CalcHash()).divergence, outcome.warnings);
+  return outcome;
 }
 
 /// Sets the values of time and path length at which half of the points are lost.
-void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
-  const double way_mm = cut.length_mm + 2 * cut.depth_mm + kReady_mm;
-  const double time_s = way_mm / exercise.feed_mm_per_s + kReady_s;
+void SetHalfValues(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
+  const double path_mm = cut.length_mm + 2 * cut.depth_mm + kExtra_mm;
+  const double time_s = path_mm / exercise.feed_mm_per_s + kExtra_s;
   for (MeasureRow& row : sheet.rows) {
     const std::string_view key = row.info->key;
     if (key == "time_total_s") row.half = 2 * time_s;
-    if (key == "path_length_mm") row.half = 2 * way_mm;
+    if (key == "path_length_mm") row.half = 2 * path_mm;
   }
 }
 
 /// Reasons for the end of a recording that count as regular, for a loop and for a path.
-constexpr std::array<std::string_view, 3> kGoodEnds{"asked", "stopped", "the path's end"};
+constexpr std::array<std::string_view, 3> kRegularEnds{"asked", "stopped", "the path's end"};
 /// Minimum of the measure line_share; a smaller value means that the exercise was abandoned or interrupted.
 constexpr double kFinished = 0.8;
 
@@ -116,8 +117,9 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   if (sheet.state != RecordingState::kWhole) {
     found.push_back(fmt::format("the recording is {}", ToString(sheet.state)));
   }
-  if (!recording.head().taken_up_from.empty()) found.emplace_back("it continues another recording");
-  if (recording.end() && std::find(kGoodEnds.begin(), kGoodEnds.end(), recording.end()->why) == kGoodEnds.end()) {
+  if (!recording.header().taken_up_from.empty()) found.emplace_back("it continues another recording");
+  if (recording.end() &&
+      std::find(kRegularEnds.begin(), kRegularEnds.end(), recording.end()->why) == kRegularEnds.end()) {
     found.push_back(fmt::format("the session ended with a failure: {}", recording.end()->why));
   }
   if (!sheet.kind) return found;
@@ -125,7 +127,7 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   if (fraction < kFinished) {
     found.push_back(
         fmt::format("{}: the tool has followed {:.0f} % of the line; at least {:.0f} % are required",
-                    sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "as far as it can be read",
+                    sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "in the readable part",
                     100 * fraction, 100 * kFinished));
   }
   return found;
@@ -170,8 +172,8 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
   const Progress show = [&](const std::string& stage, double fraction) {
     if (progress) progress(stage, fraction);
   };
-  const RecordingHead& head = recording.head();
-  if (head.kind == RecordedKind::kSlab) {
+  const RecordingHeader& header = recording.header();
+  if (header.kind == RecordedKind::kSlab) {
     throw Error(fmt::format("{}: is a recording of slab mode, in which no bone is cut", recording.path()));
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
@@ -179,9 +181,9 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
   const SceneExercise& exercise = scene.exercise;
   ScoreSheet sheet = MakeSheet(exercise.given ? std::optional(exercise.kind) : std::nullopt);
   sheet.recording = recording.path();
-  sheet.scene = head.scene_name;
+  sheet.scene = header.scene_name;
   sheet.title = scene.title;
-  sheet.created = head.created;
+  sheet.created = header.created;
   sheet.level = exercise.given ? exercise.level : 0;
   sheet.state = recording.damage().state;
   sheet.seal = recording.seal();
@@ -192,21 +194,22 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
 
   const Tool tool = MakeTool(scene);
   MotionMeter meter(exercise.given ? exercise.force_limit_N : 0);
-  const GoneThrough gone = head.kind == RecordedKind::kLoop ? GoThroughLoop(recording, scene, options, show, meter)
-                                                            : GoThroughRun(recording, scene, show, meter);
-  sheet.warnings.insert(sheet.warnings.end(), gone.warnings.begin(), gone.warnings.end());
+  const ReplayOutcome outcome = header.kind == RecordedKind::kLoop
+                                    ? ReplayLoopRecording(recording, scene, options, show, meter)
+                                    : ReplayRunRecording(recording, scene, show, meter);
+  sheet.warnings.insert(sheet.warnings.end(), outcome.warnings.begin(), outcome.warnings.end());
   show("measuring", 0);
   std::optional<WantedCut> cut;
   std::optional<DepthGauge> gauge;
   if (exercise.given) {
     cut = MakeWantedCut(exercise, tool);
-    gauge.emplace(gone.before, *cut);
-    SetHalves(*cut, exercise, sheet);
+    gauge.emplace(outcome.before, *cut);
+    SetHalfValues(*cut, exercise, sheet);
   }
-  MeasureCut(gone.before, gone.after, cut, sheet);
+  MeasureCut(outcome.before, outcome.after, cut, sheet);
   show("measuring", 0.5);
-  const RegionDistance nerve(gone.before, Tissue::kCanal);
-  meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(gone.before, Tissue::kCanal), sheet);
+  const RegionDistance nerve(outcome.before, Tissue::kCanal);
+  meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(outcome.before, Tissue::kCanal), sheet);
   sheet.incomplete = FindIncomplete(recording, sheet);
   CalcTotal(sheet);
   show("measuring", 1);

@@ -16,7 +16,7 @@ struct ScoreOptions {
   const std::atomic<bool>* stop = nullptr;  // ends the scoring with an Error; optional
 };
 
-/// Digests of the inputs of the readable ticks only. They are the same for a copy with another name, head or seal.
+/// Digests of the inputs of the readable ticks only. They are the same for a copy with another name, header or seal.
 struct StepsDigests {
   std::string all;
   /// Digest up to the tick in which the pose has changed kBeginningMoves times: the same for a copy that ends earlier

@@ -78,7 +78,7 @@ struct Chunk {
     for (const ChunkVertex& v : mesh.vertices) cos_cone = std::min(cos_cone, glm::dot(axis, normal(v)));
   }
   // `eye_W`: viewpoint in perspective. In parallel projection the lines of sight run along -toward_eye_W.
-  bool TurnsAway(const Vec3& eye_W, const Vec3& toward_eye_W, bool parallel) const {
+  bool FacesAway(const Vec3& eye_W, const Vec3& toward_eye_W, bool parallel) const {
     if (cos_cone <= 0.1) return false;
     Vec3 to_eye = toward_eye_W;
     double spread = 0;  // of the lines of sight over the chunk, as a sine
@@ -151,7 +151,7 @@ class Frustum {
       for (int k = 0; k < 4; ++k) sides_[i][k] = m[12 + k] + sign * m[4 * row + k];
     }
   }
-  bool Sees(const Box3& box) const {
+  bool Intersects(const Box3& box) const {
     for (const auto& s : sides_) {
       const Vec3 farthest{s[0] > 0 ? box.upper.x : box.lower.x, s[1] > 0 ? box.upper.y : box.lower.y,
                           s[2] > 0 ? box.upper.z : box.lower.z};
@@ -211,13 +211,13 @@ struct BoneProp::State {
     return step;
   }
 
-  const Uploaded* Choose(const Chunk& chunk, std::size_t wished) const {
+  const Uploaded* Choose(const Chunk& chunk, std::size_t wanted) const {
     // A kerf is narrower than a coarse cell.
-    const std::size_t wish = chunk.cut ? std::max(wished, StepFor(kCutCell_points, kFirstCutStep)) : wished;
-    for (std::size_t i = wish; i < chunk.steps.size(); ++i) {
-      if (chunk.known[i] && !(i > wish && chunk.known[wish])) return &chunk.steps[i];
+    const std::size_t preferred = chunk.cut ? std::max(wanted, StepFor(kCutCell_points, kFirstCutStep)) : wanted;
+    for (std::size_t i = preferred; i < chunk.steps.size(); ++i) {
+      if (chunk.known[i] && !(i > preferred && chunk.known[preferred])) return &chunk.steps[i];
     }
-    for (std::size_t i = wish; i-- > 0;) {
+    for (std::size_t i = preferred; i-- > 0;) {
       if (chunk.known[i]) return &chunk.steps[i];
     }
     return nullptr;
@@ -351,8 +351,8 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   const Vec3 toward_eye_W{-toward[0], -toward[1], -toward[2]};
   std::vector<std::pair<std::array<int, 3>, const Chunk*>> in_view;
   for (const auto& [index, chunk] : s.chunks) {
-    if (chunk.box.empty() || !frustum.Sees(chunk.box)) continue;
-    if (!s.translucent && chunk.TurnsAway(eye_W, toward_eye_W, camera.GetParallelProjection() != 0)) continue;
+    if (chunk.box.empty() || !frustum.Intersects(chunk.box)) continue;
+    if (!s.translucent && chunk.FacesAway(eye_W, toward_eye_W, camera.GetParallelProjection() != 0)) continue;
     in_view.emplace_back(index, &chunk);
   }
   const std::size_t step = s.ChooseStep(in_view);

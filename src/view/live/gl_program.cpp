@@ -18,10 +18,10 @@ GLuint Compile(const char* name, GLenum kind, const char* text) {
   GLint good = 0;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
   if (good == GL_TRUE) return shader;
-  std::array<char, 1024> words{};
-  glGetShaderInfoLog(shader, static_cast<GLsizei>(words.size()), nullptr, words.data());
+  std::array<char, 1024> log{};
+  glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
   glDeleteShader(shader);
-  throw Error(fmt::format("this machine's graphics driver can't compile the shader {}: {}", name, words.data()));
+  throw Error(fmt::format("this machine's graphics driver can't compile the shader {}: {}", name, log.data()));
 }
 
 }  // namespace

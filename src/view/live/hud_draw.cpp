@@ -67,7 +67,7 @@ void DrawValues(const HudValues& v, const FlatBox& box, DrawList& list) {
       {"Force", FormatHudNumber(v.force_N, 2), "N", HudLevel::kPlain},
       {"To nerve", FormatHudNumber(v.nerve_mm, 1), "mm", nerve},
       {"Angle to plan", FormatHudNumber(v.plan_angle_deg, 1), "deg", HudLevel::kPlain},
-      {"Offset to plan", FormatHudNumber(v.plan_offset_mm, 2), "mm", HudLevel::kPlain},
+      {"Offset from plan", FormatHudNumber(v.plan_offset_mm, 2), "mm", HudLevel::kPlain},
   };
   double y = box.top + S::kInset - 2;
   for (const Row& row : rows) {
@@ -94,7 +94,7 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
   if (box.empty()) return;
   constexpr double kSpan_s = 10;
   list.Panel(box, ink::kGround, ink::kEdge);
-  list.Text({"Force, N", box.left + S::kInset, box.top + 6, S::kSmall, true, false, Align::kLeft, ink::kText});
+  list.Text({"Force (N)", box.left + S::kInset, box.top + 6, S::kSmall, true, false, Align::kLeft, ink::kText});
   const FlatBox plot{box.left + 38, box.top + 28, box.width - 38 - S::kInset, kPlotHeight - 28 - 24};
   if (box.height > kPlotHeight) {
     double y = box.top + kPlotHeight - 6;

@@ -13,12 +13,12 @@ using S = HudSizes;
 constexpr double kValuesHeight = 2 * S::kInset + 7 * S::kRow - 4;
 constexpr double kGaugeHeight = 118;
 constexpr double kMenuRow = 28;
-constexpr double kMenuHead = 54;
-constexpr double kMenuFoot = 40;
+constexpr double kMenuHeader = 54;
+constexpr double kMenuFooter = 40;
 constexpr double kKeyRow = 21;
 constexpr double kGroupTitle = 28;
 constexpr double kGroupGap = 14;
-constexpr double kHelpHead = 50;
+constexpr double kHelpHeader = 50;
 
 double PiecesHeight(std::size_t rows) {
   return 2 * S::kInset + 20 + static_cast<double>(rows) * S::kRow;
@@ -51,17 +51,17 @@ FlatBox CalcModal(double width, double height, const HudState& state) {
     h = 150;
   } else if (state.show_help) {
     w = std::min(max_width, 1200.0);
-    h = kHelpHead + HelpHeight(state.help, w - 4 * S::kInset) + 2 * S::kInset;
+    h = kHelpHeader + HelpHeight(state.help, w - 4 * S::kInset) + 2 * S::kInset;
   } else if (state.menu) {
     w = 640;
     for (const HudMenuRow& row : state.menu->rows) {
       w = std::max(w, 1.05 * (CalcTextWidth(row.name, S::kText, true) + CalcTextWidth(row.detail, S::kSmall, false)) +
                           6 * S::kInset);
     }
-    h = kMenuHead + kMenuRow * static_cast<double>(state.menu->rows.size()) + kMenuFoot;
+    h = kMenuHeader + kMenuRow * static_cast<double>(state.menu->rows.size()) + kMenuFooter;
   } else if (state.result) {
     w = 700;
-    h = 96 + S::kRow * static_cast<double>(state.result->rows.size()) + kMenuFoot;
+    h = 96 + S::kRow * static_cast<double>(state.result->rows.size()) + kMenuFooter;
   } else {
     return {};
   }
@@ -191,12 +191,12 @@ std::size_t FirstRow(std::size_t rows, std::size_t shown, std::size_t selected) 
 
 MenuRows PlaceMenuRows(const HudMenu& menu, const FlatBox& modal) {
   MenuRows placed;
-  const double room = modal.height - kMenuHead - kMenuFoot;
+  const double room = modal.height - kMenuHeader - kMenuFooter;
   const auto fit = static_cast<std::size_t>(std::max(0.0, std::floor(room / kMenuRow + 1e-9)));
   const std::size_t shown = std::min(menu.rows.size(), fit);
   placed.first = FirstRow(menu.rows.size(), shown, static_cast<std::size_t>(std::max(0, menu.selected)));
   for (std::size_t i = 0; i < shown; ++i) {
-    placed.rows.push_back({modal.left + S::kInset, modal.top + kMenuHead + kMenuRow * static_cast<double>(i),
+    placed.rows.push_back({modal.left + S::kInset, modal.top + kMenuHeader + kMenuRow * static_cast<double>(i),
                            modal.width - 2 * S::kInset, kMenuRow});
   }
   return placed;

@@ -79,7 +79,7 @@ struct HudProp::State {
   std::vector<Vertex> vertices;
   std::vector<Run> runs;
 
-  void AddWords(const FlatText& text, bool& kept) {
+  void AddText(const FlatText& text, bool& kept) {
     const int size = static_cast<int>(std::lround(text.size * scale));
     const TextAtlas::Place p = atlas.Find(text.text, size, text.bold, text.upward, kept);
     const double begin = std::round(text.x * scale);
@@ -112,7 +112,7 @@ struct HudProp::State {
       } else if (step.kind == DrawList::Kind::kText) {
         for (std::size_t i = 0; i < step.count; ++i) {
           bool kept = true;
-          AddWords(list.texts()[step.first + i], kept);
+          AddText(list.texts()[step.first + i], kept);
           all_kept = all_kept && kept;
         }
         runs.push_back({1, first, vertices.size() - first, 0});

@@ -261,7 +261,7 @@ SurfaceCounts SurfaceWorker::counts() const {
   return counts;
 }
 
-void SurfaceWorker::Want(int finest_step) {
+void SurfaceWorker::SetFinestStep(int finest_step) {
   {
     const std::lock_guard lock(state_->mutex);
     state_->finest = finest_step;
@@ -284,7 +284,8 @@ void SurfaceWorker::WaitFirst() {
   state_->idle.wait(lock, [&] { return state_->first_done; });
 }
 
-void SurfaceWorker::AskSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window) {
+void SurfaceWorker::RequestSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels,
+                                  const CtWindow& window) {
   if (!state_->has_hu) return;
   {
     const std::lock_guard lock(state_->mutex);

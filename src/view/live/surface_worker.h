@@ -41,7 +41,7 @@ class SurfaceWorker {
   SurfaceCounts counts() const;
   /// Sets the finest step of uncut chunks, one of BoneChunks::kSteps; 1 by default. Cut chunks are always meshed at
   /// step 1.
-  void Want(int finest_step);
+  void SetFinestStep(int finest_step);
   /// Returns true if the surface of the first picture (the coarse step of all chunks) is available to Fetch().
   bool first_done() const;
   /// Blocks until all offered leaves have been meshed at the wanted resolution.
@@ -51,7 +51,7 @@ class SurfaceWorker {
 
   /// Requests CT slices. They are computed between chunks, for the latest pose only. `edge_mm`, `pixels`: size
   /// of the images.
-  void AskSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window = {});
+  void RequestSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window = {});
   /// Returns the latest finished slices unless they have already been fetched.
   std::optional<CtSlices> FetchSlices();
   /// Returns the first intersection of a ray with the bone. May wait about a millisecond for the chunk that is being

@@ -103,7 +103,7 @@ struct Viewport::State {
   ViewCamera camera;
   double scale = 1;
   double voxel_mm = 0;
-  bool knows_fineness = false;       // set once the driver is known
+  bool has_fineness = false;         // set once the driver is known
   std::optional<bool> smooth_edges;  // unset: the driver's default
 
   MaterialTable materials;
@@ -402,14 +402,14 @@ std::optional<Viewport::PieceHit> Viewport::PickPiece(const ScreenPoint& at) con
 bool Viewport::IsOnPanel(const ScreenPoint& at) const {
   const ScreenPoint p = state_->ToPoints(at);
   const auto panels = state_->layout.Panels();
-  return std::any_of(panels.begin(), panels.end(), [&](const FlatBox& box) { return box.Holds(p.x, p.y); });
+  return std::any_of(panels.begin(), panels.end(), [&](const FlatBox& box) { return box.Contains(p.x, p.y); });
 }
 
 namespace {
 
 std::optional<int> RowAt(const MenuRows& rows, const ScreenPoint& p) {
   for (std::size_t i = 0; i < rows.rows.size(); ++i) {
-    if (rows.rows[i].Holds(p.x, p.y)) return static_cast<int>(rows.first + i);
+    if (rows.rows[i].Contains(p.x, p.y)) return static_cast<int>(rows.first + i);
   }
   return std::nullopt;
 }
@@ -433,12 +433,12 @@ std::optional<int> Viewport::PickPieceRow(const ScreenPoint& at) const {
 void Viewport::Render() {
   State& s = *state_;
   s.Place();
-  if (!s.knows_fineness || !s.smooth_edges) {
+  if (!s.has_fineness || !s.smooth_edges) {
     // Without a graphics card, the cost of triangles outweighs the loss of quality from coarse cells.
     const std::string name = renderer_name();
     const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
-    if (!s.knows_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 14, 150'000} : BoneProp::Fineness{});
-    s.knows_fineness = true;
+    if (!s.has_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 14, 150'000} : BoneProp::Fineness{});
+    s.has_fineness = true;
     if (!s.smooth_edges) s.smooth_edges = !software;
     s.scene->SetUseFXAA(*s.smooth_edges);
   }
@@ -493,7 +493,7 @@ void Viewport::set_smooth_edges(bool smooth) {
 
 void Viewport::SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles) {
   state_->bone->SetFineness({cell_points, std::max(cell_points, coarsest_cell_points), triangles});
-  state_->knows_fineness = true;
+  state_->has_fineness = true;
 }
 
 std::string Viewport::renderer_name() const {

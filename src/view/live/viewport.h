@@ -84,7 +84,7 @@ struct ViewStats {
   std::size_t drawn = 0;          // of these, drawn in the last picture
   std::size_t triangles = 0;      // drawn in the last picture
   std::size_t surface_bytes = 0;  // all stored chunks, on the graphics card
-  int step = 1;                   // of uncut chunks in the last picture; SurfaceWorker::Want() needs no finer step
+  int step = 1;  // of uncut chunks in the last picture; SurfaceWorker::SetFinestStep() needs no finer step
 };
 
 /// Draws into a window that is created and sized by the caller. All calls must come from the thread that owns its

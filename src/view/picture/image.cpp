@@ -20,7 +20,7 @@ void WritePng(const Image& image, const std::string& path) {
   if (std::filesystem::path(path).extension() != ".png")
     throw Error(fmt::format("{}: the name of a picture must end in .png", path));
   QuietVtk();
-  const EndsWithoutMemory ends;
+  const ExitOnBadAlloc ends;
   const vtkNew<vtkImageData> data;
   data->SetDimensions(image.width, image.height, 1);
   data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);

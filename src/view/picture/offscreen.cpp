@@ -43,11 +43,11 @@ class EglContext {
   EglContext() {
     const auto get_display =
         reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
-    if (get_display == nullptr) FailEgl("EGL has no platform displays");
+    if (get_display == nullptr) FailEgl("EGL does not support platform displays");
     display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
-    if (display_ == EGL_NO_DISPLAY) FailEgl("there is no surfaceless EGL display");
+    if (display_ == EGL_NO_DISPLAY) FailEgl("EGL provides no surfaceless display");
     if (eglInitialize(display_, nullptr, nullptr) != EGL_TRUE) FailEgl("the EGL display can't be started");
-    if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) FailEgl("EGL has no desktop OpenGL");
+    if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) FailEgl("EGL does not support desktop OpenGL");
     const EGLint config_wish[] = {EGL_SURFACE_TYPE,
                                   EGL_PBUFFER_BIT,
                                   EGL_RENDERABLE_TYPE,
@@ -70,7 +70,7 @@ class EglContext {
         EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
     context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, context_wish);
-    if (context_ == EGL_NO_CONTEXT) FailEgl("there is no OpenGL 3.3");
+    if (context_ == EGL_NO_CONTEXT) FailEgl("OpenGL 3.3 is not supported");
     // VTK draws into its own frame buffers; some drivers need a surface nevertheless.
     const EGLint surface_wish[] = {EGL_WIDTH, 16, EGL_HEIGHT, 16, EGL_NONE};
     surface_ = eglCreatePbufferSurface(display_, config, surface_wish);
@@ -97,7 +97,7 @@ class EglContext {
 }  // namespace
 
 struct OffscreenWindow::State {
-  EndsWithoutMemory ends;  // destroyed last
+  ExitOnBadAlloc ends;  // destroyed last
   EglContext context;
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   int width = 0;
@@ -115,10 +115,10 @@ struct OffscreenWindow::State {
 };
 
 OffscreenWindow::OffscreenWindow(int width, int height) {
-  constexpr int kLargest = 16384;
-  if (width < 1 || height < 1 || width > kLargest || height > kLargest) {
+  constexpr int kMaxSide = 16384;
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
     throw Error(
-        fmt::format("a picture of {} x {} pixels can't be drawn; each side must be 1 to {}", width, height, kLargest));
+        fmt::format("a picture of {} x {} pixels can't be drawn; each side must be 1 to {}", width, height, kMaxSide));
   }
   QuietVtk();
   CheckDriverMemory();

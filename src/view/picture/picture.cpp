@@ -208,11 +208,11 @@ void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding
   camera.SetClippingRange(1, 10);
 }
 
-// Returns 1, 2 or 5 times a power of ten, close to `wish`.
-double CalcRoundLength(double wish) {
-  const double power = std::pow(10.0, std::floor(std::log10(wish)));
+// Returns 1, 2 or 5 times a power of ten, close to `wanted`.
+double CalcRoundLength(double wanted) {
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
   for (const double factor : {5.0, 2.0}) {
-    if (factor * power <= wish) return factor * power;
+    if (factor * power <= wanted) return factor * power;
   }
   return power;
 }
@@ -226,7 +226,7 @@ void AddPanel(const PictureSpec& spec, const Layout& layout, double left, double
                  0.8);
 }
 
-void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, Overlay& overlay) {
+void AddTexts(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, Overlay& overlay) {
   const Rgb8 strong = spec.dark ? Rgb8{240, 240, 240} : Rgb8{33, 37, 43};
   const Rgb8 soft = spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102};
   const TextStyle title{layout.title_size, strong, true};
@@ -365,7 +365,7 @@ Image RenderPicture(const PictureSpec& spec) {
   words->SetLayer(3);
   Overlay overlay(*words, spec.height, supersampling, padding);
   if (axes) axes->AddNumbers(overlay);
-  AddWords(spec, frame, layout, overlay);
+  AddTexts(spec, frame, layout, overlay);
   window.AddRenderer(words);
   Image image = offscreen.Draw(supersampling, padding);
   scene->SetPass(nullptr);

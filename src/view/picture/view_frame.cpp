@@ -111,11 +111,11 @@ ViewFrame::Pixel ViewFrame::Project(const Vec3& p_W) const {
 }
 
 ViewFrame CalcViewFrame(const PictureSpec& spec) {
-  constexpr int kSmallest = 64;
-  constexpr int kLargest = 8192;
-  if (std::min(spec.width, spec.height) < kSmallest || std::max(spec.width, spec.height) > kLargest) {
+  constexpr int kMinSide = 64;
+  constexpr int kMaxSide = 8192;
+  if (std::min(spec.width, spec.height) < kMinSide || std::max(spec.width, spec.height) > kMaxSide) {
     throw Error(fmt::format("a picture of {} x {} pixels can't be drawn; each side must be {} to {}", spec.width,
-                            spec.height, kSmallest, kLargest));
+                            spec.height, kMinSide, kMaxSide));
   }
   const Camera& camera = spec.camera;
   const Vec3 right = glm::cross(camera.up_W, camera.toward_eye_W);

@@ -100,10 +100,11 @@ PlotSeries MakeContour(const PlotContour& contour) {
 
 Image RenderFieldPlot(const FieldPlotSpec& spec, PlotFrame* frame) {
   const PlotField& field = spec.field;
-  if (field.columns < 2 || field.rows < 2 || !(field.step > 0)) throw Error("a field to plot needs 2 x 2 values");
+  if (field.columns < 2 || field.rows < 2 || !(field.step > 0))
+    throw Error("a field to plot must have at least 2 x 2 values");
   const auto finite = [](float v) { return std::isfinite(v); };
   if (!std::any_of(field.values.begin(), field.values.end(), finite)) {
-    throw Error("a field to plot needs at least one finite value");
+    throw Error("a field to plot must have at least one finite value");
   }
   const double x1 = field.x0 + field.step * (field.columns - 1), y1 = field.y0 + field.step * (field.rows - 1);
   PlotSpec plot;

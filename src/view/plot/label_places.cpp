@@ -9,9 +9,9 @@ namespace kerf {
 namespace {
 
 // Cost of a position: overlap with other text counts most, marks and lines less, and distance a little.
-constexpr double kPerWords = 8;
-constexpr double kPerLine = 5;  // per pixel of line under the label
-constexpr double kPerDistance = 1.5;
+constexpr double kTextCost = 8;
+constexpr double kLineCost = 5;  // per pixel of line under the label
+constexpr double kDistanceCost = 1.5;
 
 double Overlap(const LabelBox& a, const LabelBox& b) {
   const double width = std::min(a.left + a.width, b.left + b.width) - std::max(a.left, b.left);
@@ -48,7 +48,7 @@ double LengthInside(const OverlayPoint& a, const OverlayPoint& b, const LabelBox
 
 }  // namespace
 
-std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const LabelObstacles& obstacles) {
+std::vector<LabelBox> PlaceLabels(const std::vector<LabelRequest>& requests, const LabelObstacles& obstacles) {
   struct Direction {
     double x, y;
   };
@@ -57,23 +57,23 @@ std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const La
       {{0.8, -0.8}, {0.8, 0.8}, {1, 0}, {-0.8, -0.8}, {-0.8, 0.8}, {0, -1}, {0, 1}, {-1, 0}}};
   constexpr std::array<double, 5> kDistances{1, 1.6, 2.6, 4, 6};
   std::vector<LabelBox> placed;
-  for (const LabelWish& wish : wishes) {
+  for (const LabelRequest& request : requests) {
     LabelBox best{};
     double least = std::numeric_limits<double>::infinity();
     double order = 0;
     for (const double distance : kDistances) {
       for (const Direction& direction : kDirections) {
-        const double away = wish.reach * distance;
-        const double x = wish.at.column + direction.x * away;
-        const double y = wish.at.row + direction.y * away;
+        const double away = request.reach * distance;
+        const double x = request.at.column + direction.x * away;
+        const double y = request.at.row + direction.y * away;
         const double fraction_x = direction.x > 0 ? 0 : direction.x < 0 ? 1 : 0.5;
         const double fraction_y = direction.y > 0 ? 0 : direction.y < 0 ? 1 : 0.5;
-        const LabelBox box{x - fraction_x * wish.size.width, y - fraction_y * wish.size.height, wish.size.width,
-                           wish.size.height};
-        double cost = 1e-3 * order++ + kPerDistance * (away - wish.reach) + 100 * Outside(box, obstacles.frame);
-        for (const LabelBox& other : placed) cost += kPerWords * Overlap(box, other);
-        for (const LabelBox& other : obstacles.boxes) cost += kPerWords * Overlap(box, other);
-        for (const auto& [a, b] : obstacles.lines) cost += kPerLine * LengthInside(a, b, box);
+        const LabelBox box{x - fraction_x * request.size.width, y - fraction_y * request.size.height,
+                           request.size.width, request.size.height};
+        double cost = 1e-3 * order++ + kDistanceCost * (away - request.reach) + 100 * Outside(box, obstacles.frame);
+        for (const LabelBox& other : placed) cost += kTextCost * Overlap(box, other);
+        for (const LabelBox& other : obstacles.boxes) cost += kTextCost * Overlap(box, other);
+        for (const auto& [a, b] : obstacles.lines) cost += kLineCost * LengthInside(a, b, box);
         if (cost < least) least = cost, best = box;
       }
     }

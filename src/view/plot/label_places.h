@@ -12,7 +12,7 @@ struct LabelBox {
   double left, top, width, height;  // pixels
 };
 
-struct LabelWish {
+struct LabelRequest {
   OverlayPoint at;     // centre of its mark
   double reach = 6;    // minimum distance of the label from there, pixels
   Overlay::Size size;  // of the text
@@ -24,8 +24,9 @@ struct LabelObstacles {
   std::vector<std::pair<OverlayPoint, OverlayPoint>> lines;
 };
 
-/// Returns a position for each label, in the order of `wishes` (greedy: eight directions around the mark, from near to
-/// far; Christensen, Marks and Shieber 1995 describe this method and find it good enough for a small number of labels).
-std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const LabelObstacles& obstacles);
+/// Returns a position for each label, in the order of `requests` (greedy: eight directions around the mark, from near
+/// to far; Christensen, Marks and Shieber 1995 describe this method and find it good enough for a small number of
+/// labels).
+std::vector<LabelBox> PlaceLabels(const std::vector<LabelRequest>& requests, const LabelObstacles& obstacles);
 
 }  // namespace kerf

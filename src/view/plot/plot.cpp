@@ -73,7 +73,7 @@ class PlotDrawing {
 
   PlotFrame Draw() {
     MakeScales();
-    const double words_bottom = DrawWords();
+    const double words_bottom = DrawTexts();
     const std::vector<Tick> y_ticks = y_.MakeTicks(TickCount(0.7 * spec_.height, 60));
     const std::vector<Tick> right_ticks =
         has_right_ ? right_.MakeTicks(TickCount(0.7 * spec_.height, 60)) : std::vector<Tick>{};
@@ -98,7 +98,7 @@ class PlotDrawing {
   }
 
  private:
-  static int TickCount(double length, double wish) { return std::max(2, static_cast<int>(length / wish)); }
+  static int TickCount(double length, double spacing) { return std::max(2, static_cast<int>(length / spacing)); }
   double Column(double fraction) const { return frame_.left + fraction * (frame_.right - frame_.left); }
   double Row(double fraction) const { return frame_.bottom - fraction * (frame_.bottom - frame_.top); }
   Rgb8 ColourOf(std::size_t i) const { return spec_.series[i].colour.value_or(kPalette[i % kPalette.size()]); }
@@ -138,7 +138,7 @@ class PlotDrawing {
   }
 
   // Draws title, caption and legend. Returns their lower end.
-  double DrawWords() {
+  double DrawTexts() {
     const double edge = 24 * unit_;
     double row = edge;
     if (!spec_.title.empty()) {
@@ -186,8 +186,8 @@ class PlotDrawing {
   };
   // Returns the visible part of a band; right <= left if there is none.
   Stretch VisibleBand(const PlotBand& band) const {
-    if (!x_.Takes(band.x0) && !x_.Takes(band.x1)) return {0, 0};
-    const auto fraction = [&](double value) { return x_.Takes(value) ? std::clamp(x_(value), 0.0, 1.0) : 0.0; };
+    if (!x_.CanShow(band.x0) && !x_.CanShow(band.x1)) return {0, 0};
+    const auto fraction = [&](double value) { return x_.CanShow(value) ? std::clamp(x_(value), 0.0, 1.0) : 0.0; };
     return {Column(fraction(std::min(band.x0, band.x1))), Column(fraction(std::max(band.x0, band.x1)))};
   }
 
@@ -274,7 +274,7 @@ class PlotDrawing {
     bool has_last = false;
     OverlayPoint last{};
     for (std::size_t i = 0; i < series.x.size(); ++i) {
-      if (!x_.Takes(series.x[i]) || !y.Takes(series.y[i])) {
+      if (!x_.CanShow(series.x[i]) || !y.CanShow(series.y[i])) {
         finish_line();
         has_last = false;
         continue;
@@ -284,7 +284,7 @@ class PlotDrawing {
                           p.row >= frame_.top - 1e-6 && p.row <= frame_.bottom + 1e-6;
       if (inside) {
         (i < series.at_most.size() && series.at_most[i] ? limits : markers).push_back(p);
-        if (series.marker > 0) TakeMark(p, series, i, colour);
+        if (series.marker > 0) AddMark(p, series, i, colour);
       }
       if (has_last && series.width > 0) {
         // Skips steps too small to be visible; long logs have many of them.
@@ -312,7 +312,7 @@ class PlotDrawing {
   }
 
   // Keeps the mark's place free of text and stores its label until all marks are known.
-  void TakeMark(const OverlayPoint& at, const PlotSeries& series, std::size_t i, const Rgb8& colour) {
+  void AddMark(const OverlayPoint& at, const PlotSeries& series, std::size_t i, const Rgb8& colour) {
     const double side = series.marker * unit_;
     marks_.push_back({at.column - 0.5 * side, at.row - 0.5 * side, side, side});
     if (i >= series.point_labels.size() || series.point_labels[i].empty()) return;
@@ -321,7 +321,7 @@ class PlotDrawing {
                     static_cast<std::uint8_t>(0.75 * colour[2])};
     const TextStyle style{small_, dark};
     labels_.push_back({series.point_labels[i], style});
-    wishes_.push_back({at, 0.5 * side + 3 * unit_, canvas_.MeasureText(series.point_labels[i], style)});
+    label_requests_.push_back({at, 0.5 * side + 3 * unit_, canvas_.MeasureText(series.point_labels[i], style)});
   }
 
   // `limits`: upper limits; the true value lies there or below.
@@ -346,7 +346,7 @@ class PlotDrawing {
   void DrawLines() {
     for (const PlotLine& line : spec_.lines) {
       const PlotScale& scale = line.vertical ? x_ : y_;
-      if (!scale.Takes(line.at)) continue;
+      if (!scale.CanShow(line.at)) continue;
       const double fraction = scale(line.at);
       if (fraction < 0 || fraction > 1) continue;
       const TextStyle style{small_, line.colour, false, Align::kRight, line.vertical};
@@ -370,20 +370,20 @@ class PlotDrawing {
   }
 
   void DrawPointLabels() {
-    if (wishes_.empty()) return;
+    if (label_requests_.empty()) return;
     LabelObstacles obstacles;
     obstacles.frame = {frame_.left, frame_.top, frame_.right - frame_.left, frame_.bottom - frame_.top};
     obstacles.boxes = marks_;
     obstacles.boxes.insert(obstacles.boxes.end(), words_.begin(), words_.end());
     obstacles.lines = drawn_lines_;
-    const std::vector<LabelBox> places = PlaceLabels(wishes_, obstacles);
+    const std::vector<LabelBox> places = PlaceLabels(label_requests_, obstacles);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const LabelBox& box = places[i];
       // Draws a leader line from the mark to the nearest point of a label that is not next to it.
-      const OverlayPoint& at = wishes_[i].at;
+      const OverlayPoint& at = label_requests_[i].at;
       const OverlayPoint near{std::clamp(at.column, box.left, box.left + box.width),
                               std::clamp(at.row, box.top, box.top + box.height)};
-      if (std::hypot(near.column - at.column, near.row - at.row) > 2 * wishes_[i].reach) {
+      if (std::hypot(near.column - at.column, near.row - at.row) > 2 * label_requests_[i].reach) {
         canvas_.AddLine({at, near}, std::max(1.0, 0.8 * unit_), labels_[i].style.colour, 0);
       }
       canvas_.AddBox(box.left - unit_, box.top - unit_, box.width + 2 * unit_, box.height + 2 * unit_, {255, 255, 255},
@@ -396,7 +396,7 @@ class PlotDrawing {
 
   void DrawNotes() {
     for (const PlotNote& note : spec_.notes) {
-      if (!x_.Takes(note.x) || !y_.Takes(note.y)) continue;
+      if (!x_.CanShow(note.x) || !y_.CanShow(note.y)) continue;
       const TextStyle style{text_, note.colour.value_or(kInk), note.bold, note.align};
       const Overlay::Size size = canvas_.MeasureText(note.text, style);
       const double column = Column(x_(note.x));
@@ -423,7 +423,7 @@ class PlotDrawing {
     TextStyle style;
   };
   std::vector<PointLabel> labels_;
-  std::vector<LabelWish> wishes_;  // positions wanted for labels_
+  std::vector<LabelRequest> label_requests_;  // positions wanted for labels_
   std::vector<LabelBox> marks_;
   std::vector<LabelBox> words_;
   std::vector<std::pair<OverlayPoint, OverlayPoint>> drawn_lines_;
@@ -458,7 +458,7 @@ void WritePlot(const PlotSpec& spec, const std::string& path) {
 
 std::string FormatPlotSvg(const PlotSpec& spec, PlotFrame* frame) {
   CheckSize(spec);
-  const EndsWithoutMemory ends;
+  const ExitOnBadAlloc ends;
   const vtkNew<vtkRenderer> renderer;
   SvgCanvas canvas(*renderer, spec.width, spec.height, kSupersampling);
   const PlotFrame drawn = PlotDrawing(spec, canvas).Draw();

@@ -18,7 +18,7 @@ class PlotScale {
   double lower() const { return lower_; }
   double upper() const { return upper_; }
   bool log() const { return log_; }
-  bool Takes(double value) const { return std::isfinite(value) && (!log_ || value > 0); }
+  bool CanShow(double value) const { return std::isfinite(value) && (!log_ || value > 0); }
   double operator()(double value) const {
     if (log_) return std::log(value / lower_) / std::log(upper_ / lower_);
     return (value - lower_) / (upper_ - lower_);

@@ -10,21 +10,21 @@ namespace kerf {
 namespace {
 
 // A value that is outside the range only because of rounding counts as inside; this is the relative tolerance.
-constexpr double kHair = 1e-9;
+constexpr double kRelativeTolerance = 1e-9;
 
 }  // namespace
 
 std::vector<Tick> CalcLinearTicks(double lower, double upper, int count) {
-  const double wish = (upper - lower) / std::max(count, 2);
-  const double power = std::pow(10.0, std::floor(std::log10(wish)));
+  const double wanted = (upper - lower) / std::max(count, 2);
+  const double power = std::pow(10.0, std::floor(std::log10(wanted)));
   double step = 10 * power;
   for (const double factor : {5.0, 2.0, 1.0}) {
-    if (factor * power >= wish * (1 - kHair)) step = factor * power;
+    if (factor * power >= wanted * (1 - kRelativeTolerance)) step = factor * power;
   }
-  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + kHair)));
+  const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + kRelativeTolerance)));
   const double largest = std::max(std::abs(lower), std::abs(upper));
   std::vector<Tick> ticks;
-  const double hair = kHair * (upper - lower);
+  const double hair = kRelativeTolerance * (upper - lower);
   for (double i = std::ceil((lower - hair) / step); i * step <= upper + hair; ++i) {
     const double value = i * step;
     const bool plain = largest < 1e6 && decimals <= 6;
@@ -43,7 +43,7 @@ std::vector<Tick> CalcLogTicks(double lower, double upper) {
   for (int decade = static_cast<int>(std::floor(std::log10(lower))); decade <= std::ceil(std::log10(upper)); ++decade) {
     for (int digit = 1; digit <= 9; ++digit) {
       const double value = digit * std::pow(10.0, decade);
-      if (value < lower * (1 - kHair) || value > upper * (1 + kHair)) continue;
+      if (value < lower * (1 - kRelativeTolerance) || value > upper * (1 + kRelativeTolerance)) continue;
       const bool numbered = digits.find(static_cast<char>('0' + digit)) != std::string_view::npos;
       ticks.push_back({value, numbered ? fmt::format("{:g}", value) : ""});
     }

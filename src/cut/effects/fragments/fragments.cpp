@@ -13,7 +13,7 @@
 namespace kerf {
 
 FragmentsEffect::FragmentsEffect(const FragmentsParams& params, const EffectSetup& setup) : watch_(setup.bone, params) {
-  Tell();
+  PublishCounts();
   pieces_ = reported_pieces_;
   crumbs_ = reported_crumbs_;
 }
@@ -30,11 +30,11 @@ void FragmentsEffect::Report(std::span<double> channels) const {
 
 std::size_t FragmentsEffect::Look(double time_s) {
   const std::size_t count = watch_.Look(time_s);
-  Tell();
+  PublishCounts();
   return count;
 }
 
-void FragmentsEffect::Tell() {
+void FragmentsEffect::PublishCounts() {
   const FoundPieces& found = watch_.finder().found();
   reported_pieces_.store(static_cast<int>(found.pieces.size()), std::memory_order_relaxed);
   reported_crumbs_.store(static_cast<int>(found.dust_count), std::memory_order_relaxed);
@@ -50,8 +50,7 @@ const EffectInfo& Fragments() {
       .writes = "events when a piece comes off; no force",
       .state =
           "connected parts of each leaf that contains bone: about 150 bytes per leaf, 4 for each leaf of the bone's "
-          "box; "
-          "29 MB for a mandible at 0.1 mm",
+          "box; 29 MB for a mandible at 0.1 mm",
       .sleeps = "always in the tick; outside it, a check costs one comparison while nothing is cut",
       .hooks = kEffectEnd,
       .parameters = {{"dust_mm3", 1.0, 0, 1e6,

@@ -26,7 +26,7 @@ class FragmentsEffect final : public Effect {
   std::size_t Look(double time_s);
 
  private:
-  void Tell();
+  void PublishCounts();
 
   FragmentWatch watch_;
   std::atomic<int> reported_pieces_{0}, reported_crumbs_{0};

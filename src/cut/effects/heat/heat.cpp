@@ -44,7 +44,7 @@ void HeatEffect::Solved(const EffectSolved& solved) {
     const double mW = load.tangential_N * rim_mm_per_s + load.thrust_N * load.speed_mm_per_s;
     const double mJ = params_.share_into_bone * mW * solved.time_s;
     if (!(mJ > 0)) continue;
-    Gathered& point = gathered_[static_cast<std::size_t>(solved.edge.met()[i].point)];
+    Gathered& point = gathered_[static_cast<std::size_t>(solved.edge.contacts()[i].point)];
     const Vec3 p_F = solved.X_FT.Point(load.p_T);
     if (point.mJ > 0 && glm::length(p_F - point.from_F) > apart_mm) Flush(point);
     if (!(point.mJ > 0)) point.from_F = p_F;

@@ -20,7 +20,7 @@ class HeatEffect final : public Effect {
 
   void Solved(const EffectSolved& solved) override;
   void End(EffectEnd& end) override;
-  void BoneCameBack() override { grid_.BoneCameBack(); }
+  void BoneRestored() override { grid_.BoneRestored(); }
   void Report(std::span<double> channels) const override;
   std::size_t CalcMemoryBytes() const override;
 

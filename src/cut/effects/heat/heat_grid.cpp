@@ -12,10 +12,10 @@ namespace {
 using heat::kSide;
 using heat::Nodes;
 
-constexpr float kSleeps_K = 0.1F;    // a block goes to sleep if no node is further above body temperature
-constexpr double kEnoughBone = 0.5;  // fraction of bone around a point below which heat is spread further
-constexpr double kMinBone = 0.02;    // fraction below which there is no bone
-constexpr double kBoils_C = 100, kSteam_mJ_per_mg = 2257;
+constexpr float kSleepBelow_K = 0.1F;  // a block goes to sleep if no node is further above body temperature
+constexpr double kEnoughBone = 0.5;    // fraction of bone around a point below which heat is spread further
+constexpr double kMinBone = 0.02;      // fraction below which there is no bone
+constexpr double kBoiling_C = 100, kSteam_mJ_per_mg = 2257;
 constexpr double kBlood_J_per_m3K = 3.8e6;  // density and heat capacity of blood: 1050 kg/m3, 3617 J/kgK
 constexpr double kLookCost = 4, kPutCost = 0.5, kSweepCost = 1;  // relative cost of a unit of work
 
@@ -43,7 +43,7 @@ HeatGrid::HeatGrid(const HeatGridParams& params, const BoneField& field)
   conduction_ = static_cast<float>(alpha * frame_s_ / (H * H));
   const double perfusion_per_s =
       1e-6 / 60 * params.perfusion_mL_per_min_kg * params.density_kg_per_m3 * 1e-6 * kBlood_J_per_m3K / capacity;
-  perfusion_keeps_ = static_cast<float>(std::exp(-perfusion_per_s * frame_s_));
+  perfusion_factor_ = static_cast<float>(std::exp(-perfusion_per_s * frame_s_));
   const auto rate = [&](double h_W_per_m2K) {
     if (!(h_W_per_m2K > 0)) return 0.0F;
     const double U = 1e-3 / (1 / h_W_per_m2K + 0.5e-3 * H / params.conductivity_W_per_mK);  // mW / (mm2 K)
@@ -51,7 +51,7 @@ HeatGrid::HeatGrid(const HeatGridParams& params, const BoneField& field)
   };
   air_rate_ = rate(params.air_W_per_m2K);
   coolant_rate_ = rate(params.irrigation_W_per_m2K);
-  boils_K_ = static_cast<float>(kBoils_C - params.body_C);
+  boiling_K_ = static_cast<float>(kBoiling_C - params.body_C);
   water_K_ = static_cast<float>(kSteam_mJ_per_mg * params.water_mg_per_mm3 / capacity);
   const auto count = static_cast<std::size_t>(std::max(8.0, params.max_MB * 1e6 / sizeof(Block)));
   blocks_.resize(count);
@@ -185,7 +185,7 @@ void HeatGrid::Link(int number) {
   }
 }
 
-void HeatGrid::BoneCameBack() {
+void HeatGrid::BoneRestored() {
   std::replace(numbers_.begin(), numbers_.end(), kAir, kNone);
   for (std::size_t i = 0; i < used_; ++i) {
     blocks_[i].grown = true;
@@ -418,7 +418,7 @@ void HeatGrid::EndFrame() {
   for (const int number : active_) {
     Block& block = blocks_[static_cast<std::size_t>(number)];
     hottest_K = std::max(hottest_K, block.hottest_K);
-    if (block.hottest_K >= kSleeps_K || block.looked_frame == frames_) {
+    if (block.hottest_K >= kSleepBelow_K || block.looked_frame == frames_) {
       active_[kept++] = number;
       continue;
     }

@@ -107,7 +107,7 @@ class HeatGrid {
   void Advance(double dt_s, const HeatWet& wet);
   /// Must be called after bone has been restored. The restored bone is found when heat is next put in, and starts at
   /// body temperature. Temperature and dose of the other bone are unchanged.
-  void BoneCameBack();
+  void BoneRestored();
   double frame_s() const { return frame_s_; }
   std::uint64_t frames() const { return frames_; }
   const HeatFigures& figures() const { return figures_; }
@@ -125,9 +125,9 @@ class HeatGrid {
 
  private:
   static constexpr std::size_t kNodes = heat::kNodes;
-  static constexpr float kOpens_K = 0.2F;  // excess at a block's face at which the block beyond it is opened
-  static constexpr int kNone = -1;         // no block: not tested, or no room for it
-  static constexpr int kAir = -2;          // tested: contains no bone
+  static constexpr float kOpenAbove_K = 0.2F;  // excess at a block's face at which the block beyond it is opened
+  static constexpr int kNone = -1;             // no block: not tested, or no room for it
+  static constexpr int kAir = -2;              // tested: contains no bone
   static constexpr std::size_t kMaxWaiting = 8192;
 
   struct Index {
@@ -190,9 +190,9 @@ class HeatGrid {
   double cell_mJ_per_K_;           // of a cell that is all bone
   double frame_s_;                 // length of a frame
   float conduction_;               // alpha frame / spacing^2
-  float perfusion_keeps_;          // fraction of the excess that remains after a frame
+  float perfusion_factor_;         // fraction of the excess that remains after a frame
   float air_rate_, coolant_rate_;  // loss of a cell with one bare face in a frame, relative to its excess
-  float boils_K_, water_K_;        // 100 C above body temperature; the rise that would boil off a cell's water
+  float boiling_K_, water_K_;      // 100 C above body temperature; the rise that would boil off a cell's water
   std::vector<Block> blocks_;
   std::size_t used_ = 0;
   std::vector<std::int64_t> keys_;  // hash table from index to block

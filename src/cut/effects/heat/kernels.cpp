@@ -55,9 +55,9 @@ class Sum {
 };
 
 /// Maximum of each lane.
-class Greatest {
+class LaneMax {
  public:
-  explicit Greatest(float first) { std::fill(lanes_, lanes_ + kSide, first); }
+  explicit LaneMax(float first) { std::fill(lanes_, lanes_ + kSide, first); }
   HWY_INLINE void Add(V values, int part) {
     hn::Store(hn::Max(hn::Load(kFloats, lanes_ + part), values), kFloats, lanes_ + part);
   }
@@ -125,8 +125,8 @@ SurfaceLoss CoolBlock(const PaddedNodes& fraction, const Surface& s, Nodes& thet
         const float* at = fraction.data() + PaddedAt(x, y, z);
         const V f = hn::LoadU(kFloats, at);
         const auto slope = [&](int step) {
-          const V least = hn::Min(hn::LoadU(kFloats, at - step), hn::LoadU(kFloats, at + step));
-          return Square(hn::Sub(f, hn::Min(least, f)));
+          const V smaller = hn::Min(hn::LoadU(kFloats, at - step), hn::LoadU(kFloats, at + step));
+          return Square(hn::Sub(f, hn::Min(smaller, f)));
         };
         const V slope2 = hn::Add(hn::Add(slope(kLayer), slope(kRow)), slope(1));
         const V area = hn::Div(hn::Sqrt(slope2), hn::Max(f, Splat(kMinFraction)));
@@ -154,14 +154,14 @@ SurfaceLoss CoolBlock(const PaddedNodes& fraction, const Surface& s, Nodes& thet
   return {to_air.Total(), to_coolant.Total()};
 }
 
-Perfused PerfuseBlock(const Nodes& fraction, float keeps, const Nodes& before, Nodes& after) {
+Perfused PerfuseBlock(const Nodes& fraction, float kept_fraction, const Nodes& before, Nodes& after) {
   Sum lost;
   constexpr float kFar = 1e30F;
-  Greatest hottest(-kFar), coldest(-kFar), was_hottest(-kFar);
+  LaneMax hottest(-kFar), coldest(-kFar), was_hottest(-kFar);
   for (int row = 0; row < kNodes; row += kSide) {
     for (int z = 0; z < kSide; z += kLanes) {
       const V now = hn::LoadU(kFloats, after.data() + row + z);
-      const V kept = hn::Mul(Splat(keeps), now);
+      const V kept = hn::Mul(Splat(kept_fraction), now);
       lost.Add(hn::Mul(hn::LoadU(kFloats, fraction.data() + row + z), hn::Sub(now, kept)), z);
       hottest.Add(kept, z);
       coldest.Add(hn::Neg(kept), z);
@@ -188,7 +188,7 @@ HWY_INLINE V CalcPowerOf2(V x) {
 
 DoseFigures AddDoseToBlock(const DoseRule& rule, const Nodes& fraction, const Nodes& before, const Nodes& after,
                            Nodes& above_s, Nodes& dose_min) {
-  Greatest longest(0), greatest(0);
+  LaneMax longest(0), max_dose(0);
   Sum past_time, past_dose;
   const V zero = hn::Zero(kFloats);
   const V frame_s = Splat(rule.frame_s);
@@ -211,12 +211,12 @@ DoseFigures AddDoseToBlock(const DoseRule& rule, const Nodes& fraction, const No
       past_time.Add(hn::IfThenElseZero(hn::Ge(above, Splat(rule.limit_s)), f), z);
       past_dose.Add(hn::IfThenElseZero(hn::Gt(dose, Splat(rule.limit_dose_min)), f), z);
       longest.Add(above, z);
-      greatest.Add(dose, z);
+      max_dose.Add(dose, z);
     }
   }
   past_time.EndLayer();
   past_dose.EndLayer();
-  return {longest.Total(), greatest.Total(), past_time.Total(), past_dose.Total()};
+  return {longest.Total(), max_dose.Total(), past_time.Total(), past_dose.Total()};
 }
 
 }  // namespace
@@ -241,8 +241,8 @@ void Conduct(const PaddedNodes& theta, const PaddedNodes& fraction, bool all_bon
 SurfaceLoss CoolSurface(const PaddedNodes& fraction, const Surface& surface, Nodes& theta) {
   return HWY_DYNAMIC_DISPATCH(CoolBlock)(fraction, surface, theta);
 }
-Perfused Perfuse(const Nodes& fraction, float keeps, const Nodes& before, Nodes& after) {
-  return HWY_DYNAMIC_DISPATCH(PerfuseBlock)(fraction, keeps, before, after);
+Perfused Perfuse(const Nodes& fraction, float kept_fraction, const Nodes& before, Nodes& after) {
+  return HWY_DYNAMIC_DISPATCH(PerfuseBlock)(fraction, kept_fraction, before, after);
 }
 DoseFigures AddDose(const DoseRule& rule, const Nodes& fraction, const Nodes& before, const Nodes& after,
                     Nodes& above_s, Nodes& dose_min) {

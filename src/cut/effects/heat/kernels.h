@@ -54,7 +54,7 @@ struct Perfused {
   float coldest_K = 0;
   float was_hottest_K = 0;  // before the frame
 };
-Perfused Perfuse(const Nodes& fraction, float keeps, const Nodes& before, Nodes& after);
+Perfused Perfuse(const Nodes& fraction, float kept_fraction, const Nodes& before, Nodes& after);
 
 /// Time above a limit and CEM43 (Sapareto and Dewey 1984), both from the mean of the temperatures before and after.
 struct DoseRule {
@@ -68,7 +68,7 @@ struct DoseRule {
 };
 struct DoseFigures {
   float longest_s = 0;
-  float greatest_min = 0;
+  float max_dose_min = 0;
   double past_time = 0;  // cells of bone past the limit
   double past_dose = 0;
 };

@@ -113,7 +113,7 @@ void HeatGrid::Count(Block& block, const Nodes& before, const Nodes& after) {
   const DoseFigures found = AddDose(rule, block.fraction, before, after, block.above_47_s, block.cem43_min);
   const double cell_mm3 = params_.spacing_mm * params_.spacing_mm * params_.spacing_mm;
   figures_.above_47_s = std::max(figures_.above_47_s, static_cast<double>(found.longest_s));
-  figures_.cem43_min = std::max(figures_.cem43_min, static_cast<double>(found.greatest_min));
+  figures_.cem43_min = std::max(figures_.cem43_min, static_cast<double>(found.max_dose_min));
   figures_.past_47_mm3 += cell_mm3 * found.past_time - block.past_47_mm3;
   figures_.past_dose_mm3 += cell_mm3 * found.past_dose - block.past_dose_mm3;
   block.past_47_mm3 = cell_mm3 * found.past_time;
@@ -122,7 +122,7 @@ void HeatGrid::Count(Block& block, const Nodes& before, const Nodes& after) {
 
 /// Boils off water with the heat of a node above 100 C, until no water is left. Returns the heat of the steam, mJ.
 double HeatGrid::Boil(Block& block, std::size_t node, float& theta) const {
-  const float boils = std::min(theta - boils_K_, water_K_ - block.boiled_K[node]);
+  const float boils = std::min(theta - boiling_K_, water_K_ - block.boiled_K[node]);
   if (!(boils > 0)) return 0;
   const float before = theta;
   theta -= boils;
@@ -139,13 +139,13 @@ void HeatGrid::Sweep(int number, const HeatWet& wet) {
   Nodes& after = block.theta[static_cast<std::size_t>(now_ ^ 1)];
   Conduct(padded.theta, padded.fraction, !padded.surface, conduction_, after);
   if (padded.surface) Cool(block, padded, wet, after);
-  const Perfused perfused = Perfuse(block.fraction, perfusion_keeps_, before, after);
+  const Perfused perfused = Perfuse(block.fraction, perfusion_factor_, before, after);
   frame_spent_.perfusion += cell_mJ_per_K_ * perfused.lost;
   block.hottest_K = perfused.hottest_K;
-  if (perfused.hottest_K > boils_K_ && water_K_ > 0) {
+  if (perfused.hottest_K > boiling_K_ && water_K_ > 0) {
     block.hottest_K = -1e30F;
     for (std::size_t n = 0; n < kNodes; ++n) {
-      if (after[n] > boils_K_) frame_spent_.steam += Boil(block, n, after[n]);
+      if (after[n] > boiling_K_) frame_spent_.steam += Boil(block, n, after[n]);
       block.hottest_K = std::max(block.hottest_K, after[n]);
     }
   }
@@ -154,7 +154,7 @@ void HeatGrid::Sweep(int number, const HeatWet& wet) {
       block.past_dose_mm3 > 0) {
     Count(block, before, after);
   }
-  if (block.hottest_K < kOpens_K) return;
+  if (block.hottest_K < kOpenAbove_K) return;
   for (int face = 0; face < 6; ++face) {
     const int neighbour = block.neighbours[static_cast<std::size_t>(face)];
     if (neighbour == kAir || (neighbour >= 0 && blocks_[static_cast<std::size_t>(neighbour)].active)) continue;
@@ -165,7 +165,7 @@ void HeatGrid::Sweep(int number, const HeatWet& wet) {
       const int n = face < 2 ? layer * 64 + i : face < 4 ? u * 64 + layer * 8 + v : i * 8 + layer;
       hottest = std::max(hottest, after[static_cast<std::size_t>(n)]);
     }
-    if (hottest >= kOpens_K) block.wanted |= 1U << face;
+    if (hottest >= kOpenAbove_K) block.wanted |= 1U << face;
   }
 }
 

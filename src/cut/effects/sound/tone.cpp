@@ -66,7 +66,7 @@ double Tone::CalcNoise(const ToneFrame& frame) const {
 
 /// Returns noise between about 0.7 and 6 kHz, -1 to 1: both filters return weighted means of their input.
 double Tone::NextNoise() {
-  const double white = static_cast<double>(MixHash(++dice_) >> 11) * 0x1p-52 - 1;
+  const double white = static_cast<double>(MixHash(++random_state_) >> 11) * 0x1p-52 - 1;
   fine_ += fine_fraction_ * (white - fine_);
   finer_ += fine_fraction_ * (fine_ - finer_);
   slow_ += slow_fraction_ * (finer_ - slow_);

@@ -62,7 +62,7 @@ class Tone {
   double spindle_Hz_ = 0;
   double owed_ = 0;  // fraction of a sample carried to the next frame
   bool fresh_ = true;
-  std::uint64_t dice_ = 0x6b657266;
+  std::uint64_t random_state_ = 0x6b657266;
   double fine_ = 0, finer_ = 0, slow_ = 0;  // states of the noise's filters
   double fine_fraction_, slow_fraction_;
 };

@@ -81,21 +81,21 @@ MotorRun RunMotor(const Motor& motor, double set, double load_Nmm, double hold_N
   double left_s = time_s;
   // Each corner is passed at most once on the way to the steady speed; the bound guards against rounding.
   for (int n = 0; n < 16 && left_s > 0; ++n) {
-    double way = w > 0 ? 1 : -1;
+    double direction = w > 0 ? 1 : -1;
     if (w == 0) {
       const double torque_Nmm = motor.CalcTorque(set, 0);
       if (!(std::abs(torque_Nmm) > motor.friction_Nmm + std::max(load_Nmm, hold_Nmm))) break;
-      way = torque_Nmm > 0 ? 1 : -1;
+      direction = torque_Nmm > 0 ? 1 : -1;
     }
     const double against_Nmm = motor.friction_Nmm + load_Nmm;
-    const double from = way * w;
+    const double from = direction * w;
     const auto gain = [&](const Range& range) {
       return (range.torque_Nmm - against_Nmm - (range.slope_Nmms + motor.viscous_Nmms) * from) / J;
     };
-    Range range = FindRange(motor, way * set, from, true);
+    Range range = FindRange(motor, direction * set, from, true);
     double c = gain(range);  // w'
     if (c < 0) {
-      range = FindRange(motor, way * set, from, false);
+      range = FindRange(motor, direction * set, from, false);
       c = gain(range);
     }
     const double B = (range.slope_Nmms + motor.viscous_Nmms) / J;
@@ -112,12 +112,12 @@ MotorRun RunMotor(const Motor& motor, double set, double load_Nmm, double hold_N
     const double to = reaches ? end : from + c * t * Phi1(x);
     const double angle = from * t + c * t * t * Phi2(x);
     const double square = from * from * t + 2 * from * c * t * t * Phi2(x) + c * c * t * t * t * Phi3(x);
-    run.angle_rad += way * angle;
+    run.angle_rad += direction * angle;
     run.motor_mJ += range.torque_Nmm * angle - range.slope_Nmms * square;
     run.load_mJ += load_Nmm * angle;
     run.friction_mJ += motor.friction_Nmm * angle;
     run.viscous_mJ += motor.viscous_Nmms * square;
-    w = way * to;
+    w = direction * to;
     left_s -= t;
   }
   run.w_rad_per_s = w;

@@ -26,7 +26,7 @@ SpindleEffect::SpindleEffect(const Params& params, TangentialForceEffect& cuttin
       restart_fraction_(params.restart_share),
       cutting_(cutting),
       spin_{-setup.p_TC_mm.y, setup.p_TC_mm.x, 0, 0, 0, 1},
-      in_hand_(setup.faces != nullptr) {
+      is_coupled_(setup.faces != nullptr) {
   if (follows_) motor_.no_load_rad_per_s = 1;
 }
 
@@ -44,8 +44,8 @@ void SpindleEffect::Begin(EffectBegin& begin) {
     stalled_ = false;
     run_ = {};
     begin.rpm = 0;
-    stood_ = true;
-    cutting_.SetHeld(0);
+    was_stopped_ = true;
+    cutting_.SetHoldingTorque(0);
     return;
   }
   double set = on ? std::clamp(begin.set_rpm, -kMaxRpm, kMaxRpm) / kRpm : 0;
@@ -56,27 +56,27 @@ void SpindleEffect::Begin(EffectBegin& begin) {
   }
   const double inv = dt_s_ > 0 ? 1 / dt_s_ : 0;
   load_Nmm_ = std::clamp(inv * load_Nmms_, 0.0, kMax_Nmm);
-  hold_Nmm_ = stood_ ? std::clamp(inv * hold_Nmms_, 0.0, kMax_Nmm) : load_Nmm_;
+  hold_Nmm_ = was_stopped_ ? std::clamp(inv * hold_Nmms_, 0.0, kMax_Nmm) : load_Nmm_;
   load_Nmms_ = hold_Nmms_ = 0;
   dt_s_ = begin.dt_s;
 
   double hold = hold_Nmm_;
-  if (stalled_) hold = in_hand_ ? hold / restart_fraction_ : std::numeric_limits<double>::infinity();
+  if (stalled_) hold = is_coupled_ ? hold / restart_fraction_ : std::numeric_limits<double>::infinity();
   run_ = RunMotor(motor_, set, load_Nmm_, hold, w_rad_per_s_, begin.dt_s);
   w_rad_per_s_ = run_.w_rad_per_s;
   stalled_ = on && w_rad_per_s_ == 0;
   begin.rpm = run_.angle_rad / begin.dt_s * kRpm;
   // In the tick in which the spindle stalls, a very low mean speed would give an arbitrary bite.
   if (stalled_ || std::abs(begin.rpm) < kMinRpm) begin.rpm = 0;
-  stood_ = begin.rpm == 0;
+  was_stopped_ = begin.rpm == 0;
   const double push_Nmm = stalled_ ? motor_.CalcTorque(set, 0) : 0;
-  cutting_.SetHeld(std::copysign(std::max(0.0, std::abs(push_Nmm) - motor_.friction_Nmm), push_Nmm));
+  cutting_.SetHoldingTorque(std::copysign(std::max(0.0, std::abs(push_Nmm) - motor_.friction_Nmm), push_Nmm));
 }
 
 void SpindleEffect::Solved(const EffectSolved& solved) {
   const StepProblem& problem = solved.problem;
   if (solved.rpm == 0) {
-    double hold_Nmm = cutting_.CalcNeeded();
+    double hold_Nmm = cutting_.CalcRequiredTorque();
     for (const FrictionPoint& p : problem.frictions) {
       if (p.slip_a_mm_per_s != 0 || p.slip_b_mm_per_s != 0) continue;  // caused by the motor's own torque
       hold_Nmm += p.limit_N * std::hypot(Dot(p.row_a, spin_), Dot(p.row_b, spin_));

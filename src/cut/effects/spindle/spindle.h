@@ -46,14 +46,14 @@ class SpindleEffect final : public Effect {
   double restart_fraction_;
   TangentialForceEffect& cutting_;
   Twist spin_;  // motion of a tool that rotates about the spindle's axis at 1 rad/s
-  bool in_hand_;
+  bool is_coupled_;
 
   double w_rad_per_s_ = 0;
   bool stalled_ = false;
   double load_Nmm_ = 0;
   double hold_Nmm_ = 0;
-  double dt_s_ = 0;     // of the last tick
-  bool stood_ = false;  // the last tick used a stopped spindle
+  double dt_s_ = 0;           // of the last tick
+  bool was_stopped_ = false;  // the last tick used a stopped spindle
   MotorRun run_;
   // Sums over the steps since the start of the tick, weighted by time.
   double load_Nmms_ = 0;

@@ -13,9 +13,9 @@ namespace {
 constexpr std::size_t kMagicAt = 0, kVersionAt = 4, kKindAt = 6, kSessionAt = 8, kSequenceAt = 12, kTimeAt = 16,
                       kFlagsAt = 24, kAnswerToAt = 28, kCrcAt = 124;
 constexpr std::size_t kForceAt = 32, kTorqueAt = 44, kAnchorAt = 56, kStiffnessAt = 68, kDampingAt = 72, kValidAt = 76;
-constexpr std::size_t kPositionAt = 32, kOrientationAt = 44, kButtonsAt = 60, kMadeAt = 64;
+constexpr std::size_t kPositionAt = 32, kOrientationAt = 44, kButtonsAt = 60, kActualForceAt = 64;
 constexpr std::size_t kNameAt = 32, kNameBytes = 32, kFiguresAt = 64, kDrivenAt = 100;
-constexpr std::size_t kReasonAt = 32, kSpokenAt = 36, kTextAt = 40, kTextBytes = 80;
+constexpr std::size_t kReasonAt = 32, kUsedVersionAt = 36, kTextAt = 40, kTextBytes = 80;
 
 constexpr std::uint32_t kMagic = 0x4752424b;  // "KBRG"
 constexpr std::uint32_t kEngaged = 1;
@@ -155,7 +155,7 @@ BridgeBytes WriteBridgeState(const BridgeHeader& header, const BridgeState& stat
   PutReal(bytes, kOrientationAt, q.w);
   PutVec3(bytes, kOrientationAt + 4, {q.x, q.y, q.z});
   Put(bytes, kButtonsAt, state.buttons);
-  PutVec3(bytes, kMadeAt, state.made_f_D_N);
+  PutVec3(bytes, kActualForceAt, state.actual_f_D_N);
   return End(bytes);
 }
 
@@ -180,7 +180,7 @@ BridgeBytes WriteBridgeDescription(const BridgeHeader& header, const BridgeDescr
 BridgeBytes WriteBridgeRefusal(const BridgeHeader& header, const BridgeRefusal& refusal) {
   BridgeBytes bytes = Begin(header, BridgeKind::kRefusal);
   Put(bytes, kReasonAt, static_cast<std::uint32_t>(refusal.reason));
-  Put(bytes, kSpokenAt, std::uint32_t{refusal.version});
+  Put(bytes, kUsedVersionAt, std::uint32_t{refusal.version});
   PutText(std::span(bytes).subspan(kTextAt, kTextBytes), refusal.text);
   return End(bytes);
 }
@@ -229,12 +229,12 @@ std::optional<BridgeState> ReadBridgeState(std::span<const std::uint8_t> bytes) 
   const double w = GetReal(bytes, kOrientationAt);
   const Vec3 xyz = GetVec3(bytes, kOrientationAt + 4);
   state.buttons = Get<std::uint32_t>(bytes, kButtonsAt);
-  state.made_f_D_N = GetVec3(bytes, kMadeAt);
+  state.actual_f_D_N = GetVec3(bytes, kActualForceAt);
   const auto flags = Get<std::uint32_t>(bytes, kFlagsAt);
   state.homed = (flags & kHomed) != 0;
   state.ready = (flags & kReady) != 0;
   const double length = std::sqrt(w * w + glm::dot(xyz, xyz));
-  if (!IsFigure(state.X_DH.p_AB) || !IsFigure(state.made_f_D_N) || !(std::abs(length - 1) <= 1e-3)) {
+  if (!IsFigure(state.X_DH.p_AB) || !IsFigure(state.actual_f_D_N) || !(std::abs(length - 1) <= 1e-3)) {
     return std::nullopt;
   }
   state.X_DH.R_AB = Quat(w / length, xyz.x / length, xyz.y / length, xyz.z / length);
@@ -270,7 +270,7 @@ std::optional<BridgeRefusal> ReadBridgeRefusal(std::span<const std::uint8_t> byt
   const std::optional<BridgeHeader> header = ReadBridgeHeader(bytes);
   if (!header || header->kind != BridgeKind::kRefusal) return std::nullopt;
   const auto reason = Get<std::uint32_t>(bytes, kReasonAt);
-  const auto version = Get<std::uint32_t>(bytes, kSpokenAt);
+  const auto version = Get<std::uint32_t>(bytes, kUsedVersionAt);
   const std::optional<std::string> text = GetText(bytes.subspan(kTextAt, kTextBytes));
   if (reason < 1 || reason > 4 || version > std::numeric_limits<std::uint16_t>::max() || !text) return std::nullopt;
   return BridgeRefusal{static_cast<BridgeReason>(reason), static_cast<std::uint16_t>(version), *text};

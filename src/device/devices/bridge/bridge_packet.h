@@ -51,7 +51,7 @@ struct BridgeCommand {
 struct BridgeState {
   Pose X_DH;
   std::uint32_t buttons = 0;
-  Vec3 made_f_D_N{0};  // current force of the device
+  Vec3 actual_f_D_N{0};  // current force of the device
   bool homed = false;
   bool ready = false;  // motors on: the device can output force
 };

@@ -27,9 +27,9 @@ constexpr const char* kGoneInStart = "the Falcon was unplugged while it was bein
 }  // namespace
 
 void CheckFalconFirmware(const std::vector<std::uint8_t>& firmware, const std::string& file) {
-  if (firmware.size() < kFalconLeastFirmwareBytes || firmware.size() > kFalconMostFirmwareBytes) {
+  if (firmware.size() < kFalconMinFirmwareBytes || firmware.size() > kFalconMaxFirmwareBytes) {
     throw Error(fmt::format("{}: has {} bytes and can't be Falcon firmware, which has {} to {}", file, firmware.size(),
-                            kFalconLeastFirmwareBytes, kFalconMostFirmwareBytes));
+                            kFalconMinFirmwareBytes, kFalconMaxFirmwareBytes));
   }
 }
 
@@ -40,7 +40,7 @@ FalconDriver::FalconDriver(std::unique_ptr<UsbTransport> transport, FalconOption
     sha256_ = CalcSha256(options_.firmware);
   }
   if (!std::isfinite(options_.motor_counts_per_Nmm) || options_.motor_counts_per_Nmm == 0 ||
-      options_.max_motor_counts < 0 || options_.max_motor_counts > 4096 || options_.max_leap_counts < 1 ||
+      options_.max_motor_counts < 0 || options_.max_motor_counts > 4096 || options_.max_jump_counts < 1 ||
       options_.timeout_ms < 10) {
     throw Error(
         "the Falcon's options must have a scale other than 0, 0 to 4096 motor counts, a jump of 1 count or "
@@ -130,7 +130,7 @@ FalconDriver::Step FalconDriver::LooksAlive() noexcept {
 }
 
 /// Prepares the serial port and the boot loader until the boot loader expects the firmware.
-FalconDriver::Step FalconDriver::Greet(const std::function<void()>& tell) {
+FalconDriver::Step FalconDriver::Greet(const std::function<void()>& report_progress) {
   struct Setting {
     std::uint8_t request;
     std::uint16_t value;
@@ -144,7 +144,7 @@ FalconDriver::Step FalconDriver::Greet(const std::function<void()>& tell) {
   }
   Step answered = Step::kFailed;
   for (int i = 0; i < kGreetings && answered == Step::kFailed; ++i) {
-    tell();
+    report_progress();
     if (const Step step = SendAll(kFalconHello); step != Step::kDone) return step;
     answered = AwaitEcho(kFalconHelloAnswer, true);
   }
@@ -159,24 +159,24 @@ FalconDriver::Step FalconDriver::Greet(const std::function<void()>& tell) {
 FalconDriver::Step FalconDriver::Upload(const Show& show, int attempt) {
   const std::string doing = attempt == 1 ? std::string("loading the Falcon's firmware")
                                          : fmt::format("loading the Falcon's firmware, attempt {}", attempt);
-  const auto tell = [&](double fraction) {
+  const auto report_progress = [&](double fraction) {
     if (show && !show(doing, fraction)) throw Error("loading the Falcon's firmware was cancelled");
   };
-  tell(0);
-  if (const Step step = Greet([&] { tell(0); }); step != Step::kDone) return step;
+  report_progress(0);
+  if (const Step step = Greet([&] { report_progress(0); }); step != Step::kDone) return step;
   const std::span<const std::uint8_t> firmware = options_.firmware;
   for (std::size_t at = 0; at < firmware.size(); at += kFalconChunkBytes) {
     const std::span<const std::uint8_t> chunk = firmware.subspan(at, std::min(kFalconChunkBytes, firmware.size() - at));
     if (const Step step = SendAll(chunk); step != Step::kDone) return step;
     if (const Step step = AwaitEcho(chunk, false); step != Step::kDone) return step;
-    tell(static_cast<double>(at + chunk.size()) / static_cast<double>(firmware.size()));
+    report_progress(static_cast<double>(at + chunk.size()) / static_cast<double>(firmware.size()));
   }
   if (const Step step = EnterRunMode(); step != Step::kDone) return step;
   return LooksAlive();
 }
 
 void FalconDriver::Start(const Show& show) {
-  has_believed_ = has_doubted_ = has_place_ = false;
+  has_accepted_ = has_doubtful_ = has_position_ = false;
   must_drain_ = true;
   if (show && !show("checking whether the Falcon is running", 0)) throw Error("starting the Falcon was cancelled");
   Step step = EnterRunMode();
@@ -218,7 +218,7 @@ bool FalconDriver::TakeReport(std::span<const std::uint8_t> bytes) noexcept {
 
 void FalconDriver::CalcMotors(const DriverCommand& command) noexcept {
   motors_ = {};
-  if (!has_place_) return;
+  if (!has_position_) return;
   const Vec3 f_D_N = LimitLength(command.f_D_N, profile_.peak_force_N);
   const std::optional<Vec3> tau_Nmm = CalcFalconTorques(forward_.p_D_mm(), f_D_N);
   if (!tau_Nmm) return;
@@ -232,36 +232,36 @@ void FalconDriver::CalcMotors(const DriverCommand& command) noexcept {
   }
 }
 
-bool FalconDriver::IsLeap(const FalconReport& from, const FalconReport& to) const noexcept {
+bool FalconDriver::IsJump(const FalconReport& from, const FalconReport& to) const noexcept {
   if (from.homed != to.homed) return true;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (std::abs(from.counts[i] - to.counts[i]) > options_.max_leap_counts) return true;
+    if (std::abs(from.counts[i] - to.counts[i]) > options_.max_jump_counts) return true;
   }
   return false;
 }
 
 /// Checks whether the received report is plausible, and computes the sample from it.
 RoundEnd FalconDriver::Judge(DriverSample& sample) noexcept {
-  if (!has_believed_ || IsLeap(believed_, report_)) {
-    const bool confirmed = has_doubted_ && !IsLeap(doubted_, report_);
-    doubted_ = report_;
-    has_doubted_ = true;
+  if (!has_accepted_ || IsJump(accepted_, report_)) {
+    const bool confirmed = has_doubtful_ && !IsJump(doubtful_, report_);
+    doubtful_ = report_;
+    has_doubtful_ = true;
     if (!confirmed) return RoundEnd::kBadAnswer;
-    if (!has_believed_ || believed_.homed != report_.homed) has_place_ = false;  // the encoders' zero has changed
+    if (!has_accepted_ || accepted_.homed != report_.homed) has_position_ = false;  // the encoders' zero has changed
   }
-  has_doubted_ = false;
-  has_believed_ = true;
-  believed_ = report_;
+  has_doubtful_ = false;
+  has_accepted_ = true;
+  accepted_ = report_;
   const bool homed = report_.homed == kFalconAllHomed;
   if (!homed) {
-    has_place_ = false;
+    has_position_ = false;
     sample = DriverSample{};
   } else {
-    if (!has_place_) forward_.Forget();
+    if (!has_position_) forward_.Forget();
     // If there is no solution, keep the last position. Dropping it would cause one round without force, followed by one
     // with full force.
     if (!forward_.Solve(CalcFalconAngles(report_.counts))) return RoundEnd::kBadAnswer;
-    has_place_ = true;
+    has_position_ = true;
     sample = DriverSample{};
     sample.X_DH.p_AB = forward_.p_D_mm();
   }
@@ -274,7 +274,7 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   CalcMotors(command);
   FalconCommand out;
   out.motors = motors_;
-  out.lamps = !has_place_ ? kFalconRed : (command.engaged ? kFalconGreen : kFalconBlue);
+  out.lamps = !has_position_ ? kFalconRed : (command.engaged ? kFalconGreen : kFalconBlue);
   const int write_ms = options_.timeout_ms / 5;
   const int read_ms = (options_.timeout_ms - write_ms) / kReadsPerRound;
   const FalconPacket packet_out = Pack(out);
@@ -315,7 +315,7 @@ void FalconDriver::Stop() noexcept {
   const FalconPacket packet = Pack(FalconCommand{.motors = {}, .homing = true, .lamps = kFalconRed});
   for (int i = 0; i < 2; ++i) transport_->Write(kFalconEndpointOut, packet, kBootTransfer_ms);
   motors_ = {};
-  has_believed_ = has_doubted_ = has_place_ = false;
+  has_accepted_ = has_doubtful_ = has_position_ = false;
   must_drain_ = true;
 }
 

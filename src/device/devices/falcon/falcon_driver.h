@@ -27,13 +27,13 @@ struct FalconOptions {
   int max_motor_counts = 4096;
   /// Maximum change of an encoder count between two rounds. A larger change is accepted only if two consecutive reports
   /// agree. 100 counts in 1 ms correspond to about 4 m/s.
-  int max_leap_counts = 100;
+  int max_jump_counts = 100;
   int timeout_ms = 10;  // DriverTraits::timeout_ms, 10 or more
 };
 
 /// Limits of a valid firmware size, bytes. The known firmware files are 7 to 9 kB long.
-inline constexpr std::size_t kFalconLeastFirmwareBytes = 1024;
-inline constexpr std::size_t kFalconMostFirmwareBytes = 32768;
+inline constexpr std::size_t kFalconMinFirmwareBytes = 1024;
+inline constexpr std::size_t kFalconMaxFirmwareBytes = 32768;
 /// The ways in which the user can supply the firmware, for messages.
 inline constexpr const char* kFalconFirmwareOption = "--falcon-firmware FILE";
 inline constexpr const char* kFalconFirmwareVariable = "KERF_FALCON_FIRMWARE";
@@ -69,12 +69,12 @@ class FalconDriver final : public DeviceDriver {
   Step AwaitEcho(std::span<const std::uint8_t> bytes, bool skip_others) noexcept;
   Step EnterRunMode() noexcept;
   Step LooksAlive() noexcept;
-  Step Greet(const std::function<void()>& tell);
+  Step Greet(const std::function<void()>& report_progress);
   Step Upload(const Show& show, int attempt);
   void CalcMotors(const DriverCommand& command) noexcept;
   bool TakeReport(std::span<const std::uint8_t> bytes) noexcept;
   RoundEnd Judge(DriverSample& sample) noexcept;
-  bool IsLeap(const FalconReport& from, const FalconReport& to) const noexcept;
+  bool IsJump(const FalconReport& from, const FalconReport& to) const noexcept;
 
   std::unique_ptr<UsbTransport> transport_;
   FalconOptions options_;
@@ -84,12 +84,12 @@ class FalconDriver final : public DeviceDriver {
 
   FalconPacketStream stream_;
   FalconReport report_;    // last well-formed report
-  FalconReport believed_;  // last plausible report
-  FalconReport doubted_;   // report that has not been accepted yet, because it implies a jump
-  bool has_believed_ = false;
-  bool has_doubted_ = false;
+  FalconReport accepted_;  // last plausible report
+  FalconReport doubtful_;  // report that has not been accepted yet, because it implies a jump
+  bool has_accepted_ = false;
+  bool has_doubtful_ = false;
   FalconForward forward_;
-  bool has_place_ = false;  // forward_ has been solved since the device was homed
+  bool has_position_ = false;  // forward_ has been solved since the device was homed
   std::array<int, 3> motors_{};
   bool must_drain_ = true;
 };

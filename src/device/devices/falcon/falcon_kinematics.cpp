@@ -169,11 +169,11 @@ bool FalconForward::Solve(const FalconAngles& angles) noexcept {
         for (int k = 0; k < 3; ++k) gradient[k][static_cast<int>(i)] = knee->gradient_D[k];
       }
       if (!reaches || !(std::abs(glm::determinant(gradient)) > 1e-6)) break;
-      Vec3 way = -(glm::inverse(gradient) * gap);
-      const double length = glm::length(way);
+      Vec3 correction = -(glm::inverse(gradient) * gap);
+      const double length = glm::length(correction);
       if (!std::isfinite(length)) break;
-      if (length > kLongestStep_mm) way *= kLongestStep_mm / length;
-      p += way;
+      if (length > kLongestStep_mm) correction *= kLongestStep_mm / length;
+      p += correction;
       if (length > kSmallStep_mm) continue;
       if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < kFarthest_mm)) break;
       // Reject solutions with a knee on the wrong side.

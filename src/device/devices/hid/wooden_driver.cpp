@@ -119,11 +119,11 @@ WoodenDriver::WoodenDriver(std::unique_ptr<UsbTransport> transport, const Wooden
     if (!(std::abs(params.counts_per_turn[i]) >= 1)) throw Error("counts_per_turn must not be 0 for any joint");
     if (!(std::abs(params.gear[i]) >= 0.1)) throw Error("gear must be 0.1 or more, or -0.1 or less, for each joint");
     const double counts = std::abs(params.counts_per_turn[i] * params.gear[i]);
-    if (!(counts <= kWoodenMostCountsPerTurn)) {
+    if (!(counts <= kWoodenMaxCountsPerTurn)) {
       throw Error(
           fmt::format("counts_per_turn times gear is {:.0f} for a joint; it must be at most {:.0f}, because counts in "
                       "the reports have 16 bits and must not overflow within a turn of the joint",
-                      counts, kWoodenMostCountsPerTurn));
+                      counts, kWoodenMaxCountsPerTurn));
     }
     if (!(params.motor_Nmm_per_A[i] > 0)) throw Error("motor_Nmm_per_A must be above 0 for each motor");
   }
@@ -159,15 +159,15 @@ void WoodenDriver::CheckReportSizes() {
 }
 
 void WoodenDriver::Start(const std::function<bool(const std::string& doing, double fraction)>& show) {
-  const auto tell = [&show](const std::string& doing, double fraction) {
+  const auto report_progress = [&show](const std::string& doing, double fraction) {
     if (show && !show(doing, fraction)) throw Error("starting the device was cancelled");
   };
-  tell("reading the size of the device's reports", 0);
+  report_progress("reading the size of the device's reports", 0);
   CheckReportSizes();
   filter_.Reset();
   has_counts_ = false;
   zero_ = {};
-  tell("waiting for the first report", 0.5);
+  report_progress("waiting for the first report", 0.5);
   // The firmware may hold one old report; the second report is current.
   constexpr int kTries = 50;
   int good = 0;
@@ -183,7 +183,7 @@ void WoodenDriver::Start(const std::function<bool(const std::string& doing, doub
         "plug it in again");
   }
   if (params_.zero_at_start) zero_ = counts_;
-  tell("ready", 1);
+  report_progress("ready", 1);
 }
 
 RoundEnd WoodenDriver::Send(const Vec3& currents_mA) noexcept {

@@ -36,7 +36,7 @@ Vec3 ReadWoodenCurrents(std::span<const std::uint8_t, kWoodenReportBytes> bytes)
 
 /// Maximum number of counts per turn of a joint. With more, 16-bit counts wrap around within half a turn in either
 /// direction.
-inline constexpr double kWoodenMostCountsPerTurn = 65534;
+inline constexpr double kWoodenMaxCountsPerTurn = 65534;
 
 /// Distinguishes new reports from old, repeated and damaged ones; the protocol has no checksum except that of USB.
 class WoodenReportFilter {
