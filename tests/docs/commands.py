@@ -20,6 +20,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")),
@@ -126,6 +127,9 @@ def make_files(kerf, folder):
         subprocess.run([kerf, *arguments], cwd=folder, check=True, capture_output=True, text=True)
     for name in ("scenes", "docs", "volumes", "tools"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("images", "*.png"))
+    for scene in folder.glob("scenes/*.toml"):  # coarse mandibles; tools/run and the tests of `kerf run` make fine ones
+        text = scene.read_text(encoding="utf-8")
+        scene.write_text(re.sub(r"(\[bone\.mandible\]\nvoxel_mm = )[0-9.]+", r"\g<1>0.4", text), encoding="utf-8")
     (folder / "docs/images").mkdir()
     (folder / "scene.toml").write_text(SCENE)
     (folder / "out").mkdir()
@@ -172,8 +176,10 @@ def check_page(kerf, page, rules, reference, files):
                 continue
             if "--record" in words:  # a recording never replaces a file
                 (folder / words[words.index("--record") + 1]).unlink(missing_ok=True)
+            started = time.monotonic()
             done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True,
                                   stdin=subprocess.DEVNULL)
+            print(f"{time.monotonic() - started:6.1f} s  {page.relative_to(ROOT)}:{number}: {command}", flush=True)
             ran += 1
             if done.returncode != 0:
                 wrong.append((number, command, f"exit code {done.returncode}: {done.stderr.strip()}"))

@@ -66,7 +66,7 @@ struct Settings {
 };
 Settings settings;
 std::atomic<bool> active{false};
-std::atomic<bool> meant[kMaxFiles];  // true for descriptors of files below the root
+std::atomic<bool> is_tracked[kMaxFiles];  // true for descriptors of files below the root
 std::mutex log_mutex;
 
 struct Report {
@@ -102,7 +102,7 @@ std::atomic<std::uint64_t> sites[kMaxSites];  // a hash table
 thread_local bool is_tracing = false;         // set because backtrace() may allocate
 
 /// Returns a hash of the call stack; never 0.
-std::uint64_t SumCallStack() {
+std::uint64_t HashCallStack() {
   void* frames[kMaxFrames];
   const int count = backtrace(frames, kMaxFrames);
   std::uint64_t sum = 0xcbf29ce484222325U;
@@ -126,7 +126,7 @@ bool FailsAtSite() {
   const bool is_wanted = settings.sites >= 0 || settings.site != 0;
   if (!is_wanted || is_tracing || !active.load(std::memory_order_relaxed)) return false;
   is_tracing = true;
-  const std::uint64_t sum = SumCallStack();
+  const std::uint64_t sum = HashCallStack();
   if (settings.sites >= 0 && IsNewSite(sum) && write(settings.sites, &sum, sizeof(sum)) != sizeof(sum)) std::abort();
   is_tracing = false;
   if (sum != settings.site || report->failed.fetch_add(1) != 0) return false;
@@ -134,14 +134,14 @@ bool FailsAtSite() {
   return true;
 }
 
-bool IsMeant(int file) {
-  return file >= 0 && file < kMaxFiles && meant[file].load(std::memory_order_relaxed);
+bool IsTracked(int file) {
+  return file >= 0 && file < kMaxFiles && is_tracked[file].load(std::memory_order_relaxed);
 }
 
 bool IsBelowRoot(const char* path) {
   constexpr char kOwn[] = "/proc/self/fd/";
   if (settings.root[0] == '\0' || path == nullptr) return false;
-  if (std::strncmp(path, kOwn, sizeof(kOwn) - 1) == 0) return IsMeant(std::atoi(path + sizeof(kOwn) - 1));
+  if (std::strncmp(path, kOwn, sizeof(kOwn) - 1) == 0) return IsTracked(std::atoi(path + sizeof(kOwn) - 1));
   char absolute[2 * PATH_MAX];
   if (path[0] == '/') {
     std::snprintf(absolute, sizeof(absolute), "%s", path);
@@ -196,7 +196,7 @@ void LogSync(int file) {
 
 void NoteOpened(int file, const char* path, int flags) {
   if (file < 0 || file >= kMaxFiles) return;
-  meant[file] = true;
+  is_tracked[file] = true;
   if ((flags & (O_CREAT | O_TRUNC)) == 0) return;
   Log('O', InodeOf(file), (flags & O_TRUNC) != 0 ? 1 : 0, 0, path, "", nullptr, 0);
 }
@@ -208,7 +208,7 @@ int OpenBy(const char* path, int flags, Open&& open) {
   if (settings.signal == 0 && Fails(call)) return -1;
   if (!below || settings.log < 0) {
     const int file = open();
-    if (file >= 0 && file < kMaxFiles) meant[file] = below;
+    if (file >= 0 && file < kMaxFiles) is_tracked[file] = below;
     if (settings.signal != 0) Fails(call);
     return file;
   }
@@ -397,26 +397,26 @@ int mkdir(const char* path, mode_t mode) {
 
 int close(int file) {
   NEXT(close);
-  if (file >= 0 && file < kMaxFiles) meant[file] = false;
+  if (file >= 0 && file < kMaxFiles) is_tracked[file] = false;
   return next(file);
 }
 
 ssize_t read(int file, void* bytes, std::size_t size) {
   NEXT(read);
-  return IsMeant(file) && Fails("read") ? -1 : next(file, bytes, size);
+  return IsTracked(file) && Fails("read") ? -1 : next(file, bytes, size);
 }
 ssize_t pread(int file, void* bytes, std::size_t size, off_t offset) {
   NEXT(pread);
-  return IsMeant(file) && Fails("read") ? -1 : next(file, bytes, size, offset);
+  return IsTracked(file) && Fails("read") ? -1 : next(file, bytes, size, offset);
 }
 ssize_t pread64(int file, void* bytes, std::size_t size, off64_t offset) {
   NEXT(pread64);
-  return IsMeant(file) && Fails("read") ? -1 : next(file, bytes, size, offset);
+  return IsTracked(file) && Fails("read") ? -1 : next(file, bytes, size, offset);
 }
 
 ssize_t write(int file, const void* bytes, std::size_t size) {
   NEXT(write);
-  if (!IsMeant(file)) return next(file, bytes, size);
+  if (!IsTracked(file)) return next(file, bytes, size);
   if (Fails("write")) return -1;
   if (settings.log < 0) return next(file, bytes, size);
   return WithLog([&] {
@@ -427,7 +427,7 @@ ssize_t write(int file, const void* bytes, std::size_t size) {
 }
 ssize_t writev(int file, const iovec* parts, int count) {
   NEXT(writev);
-  if (!IsMeant(file)) return next(file, parts, count);
+  if (!IsTracked(file)) return next(file, parts, count);
   ssize_t sum = 0;
   for (int i = 0; i < count; ++i) {
     const ssize_t written = write(file, parts[i].iov_base, parts[i].iov_len);
@@ -440,7 +440,7 @@ ssize_t writev(int file, const iovec* parts, int count) {
 #define KERF_PWRITE(name, Offset)                                                        \
   ssize_t name(int file, const void* bytes, std::size_t size, Offset offset) {           \
     NEXT(name);                                                                          \
-    if (!IsMeant(file)) return next(file, bytes, size, offset);                          \
+    if (!IsTracked(file)) return next(file, bytes, size, offset);                        \
     if (Fails("write")) return -1;                                                       \
     if (settings.log < 0) return next(file, bytes, size, offset);                        \
     return WithLog([&] {                                                                 \
@@ -455,17 +455,17 @@ KERF_PWRITE(pwrite64, off64_t)
 // Output through the C library's streams does not use write() above. It can fail here but is not logged.
 std::size_t fwrite(const void* bytes, std::size_t size, std::size_t count, FILE* stream) {
   NEXT(fwrite);
-  return IsMeant(fileno(stream)) && Fails("fwrite") ? 0 : next(bytes, size, count, stream);
+  return IsTracked(fileno(stream)) && Fails("fwrite") ? 0 : next(bytes, size, count, stream);
 }
 int fflush(FILE* stream) {
   NEXT(fflush);
-  return stream != nullptr && IsMeant(fileno(stream)) && Fails("fwrite") ? EOF : next(stream);
+  return stream != nullptr && IsTracked(fileno(stream)) && Fails("fwrite") ? EOF : next(stream);
 }
 int fclose(FILE* stream) {
   NEXT(fclose);
   const int file = fileno(stream);
-  const bool fails = IsMeant(file) && Fails("fwrite");
-  if (file >= 0 && file < kMaxFiles) meant[file] = false;
+  const bool fails = IsTracked(file) && Fails("fwrite");
+  if (file >= 0 && file < kMaxFiles) is_tracked[file] = false;
   const int result = next(stream);
   return fails ? EOF : result;
 }
@@ -473,7 +473,7 @@ int fclose(FILE* stream) {
 #define KERF_TRUNCATE(name, Offset)                                                                      \
   int name(int file, Offset size) {                                                                      \
     NEXT(name);                                                                                          \
-    if (!IsMeant(file)) return next(file, size);                                                         \
+    if (!IsTracked(file)) return next(file, size);                                                       \
     if (Fails("write")) return -1;                                                                       \
     return WithLog([&] {                                                                                 \
       const int result = next(file, size);                                                               \
@@ -484,16 +484,16 @@ int fclose(FILE* stream) {
 KERF_TRUNCATE(ftruncate, off_t)
 KERF_TRUNCATE(ftruncate64, off64_t)
 
-#define KERF_SYNC(name)                    \
-  int name(int file) {                     \
-    NEXT(name);                            \
-    if (!IsMeant(file)) return next(file); \
-    if (Fails("sync")) return -1;          \
-    return WithLog([&] {                   \
-      const int result = next(file);       \
-      if (result == 0) LogSync(file);      \
-      return result;                       \
-    });                                    \
+#define KERF_SYNC(name)                      \
+  int name(int file) {                       \
+    NEXT(name);                              \
+    if (!IsTracked(file)) return next(file); \
+    if (Fails("sync")) return -1;            \
+    return WithLog([&] {                     \
+      const int result = next(file);         \
+      if (result == 0) LogSync(file);        \
+      return result;                         \
+    });                                      \
   }
 KERF_SYNC(fsync)
 KERF_SYNC(fdatasync)

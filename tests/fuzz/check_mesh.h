@@ -9,7 +9,7 @@ namespace kerf::fuzz {
 inline void CheckMesh(const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     for (const std::uint32_t id : triangle) {
-      if (id >= mesh.points.size()) Finding("a triangle names a point that is not there");
+      if (id >= mesh.points.size()) Finding("a triangle refers to a point that does not exist");
     }
   }
 }

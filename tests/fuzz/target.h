@@ -29,7 +29,7 @@ namespace kerf::fuzz {
 
 /// Runs `read`. Returns true if it accepted the input. If it refuses the input, the message must have a limited length.
 template <typename Read>
-bool Takes(Read&& read) {
+bool Accepts(Read&& read) {
   constexpr std::size_t kMaxMessage = 65536;  // a scene reports up to 50 faults
   try {
     read();

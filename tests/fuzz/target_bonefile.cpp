@@ -7,7 +7,7 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(bonefile) {
   std::istringstream in{std::string(bytes)};
-  Takes([&] { ReadBone(in, "fuzz.vdb", {.hu = true}); });
+  Accepts([&] { ReadBone(in, "fuzz.vdb", {.hu = true}); });
 }
 
 }  // namespace kerf::fuzz

@@ -24,23 +24,23 @@ KERF_FUZZ_TARGET(bridge_packet) {
     if (const auto command = ReadBridgeCommand(packet)) {
       const auto again = ReadBridgeCommand(WriteBridgeCommand(*header, *command));
       if (!again || again->f_D_N != command->f_D_N || again->valid_ms != command->valid_ms) {
-        Finding("a command reads back as another");
+        Finding("a command changes when it is written and read back");
       }
       const Vec3 f = CalcFieldForce(*command, {1, 2, 3}, {4, 5, 6}, 3);
       if (!(f.x * f.x + f.y * f.y + f.z * f.z <= 9.0001)) Finding("a force above the peak");
     }
     if (const auto description = ReadBridgeDescription(packet)) {
       const auto again = ReadBridgeDescription(WriteBridgeDescription(*header, *description));
-      if (!again || again->name != description->name) Finding("a description reads back as another");
+      if (!again || again->name != description->name) Finding("a description changes when it is written and read back");
     }
     if (const auto refusal = ReadBridgeRefusal(packet)) {
       if (header->version == kBridgeVersion && !ReadBridgeRefusal(WriteBridgeRefusal(*header, *refusal))) {
-        Finding("a refusal is not read back");
+        Finding("a written refusal can't be read back");
       }
     }
     if (header->kind == BridgeKind::kHello && header->version == kBridgeVersion && same(WriteBridgeHello(*header)) &&
         !ReadBridgeHeader(WriteBridgeBye(*header))) {
-      Finding("a bye is not read back");
+      Finding("a written bye can't be read back");
     }
   }
 }

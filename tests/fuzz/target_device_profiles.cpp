@@ -4,7 +4,7 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(device_profiles) {
-  Takes([&] { FindDeviceProfile(ParseDeviceProfiles(std::string(bytes), "fuzz.csv"), "ideal"); });
+  Accepts([&] { FindDeviceProfile(ParseDeviceProfiles(std::string(bytes), "fuzz.csv"), "ideal"); });
 }
 
 }  // namespace kerf::fuzz

@@ -7,7 +7,7 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(dicom_header) {
   std::istringstream in{std::string(bytes)};
-  Takes([&] { CheckDicomHeader(in, "fuzz.dcm"); });
+  Accepts([&] { CheckDicomHeader(in, "fuzz.dcm"); });
 }
 
 }  // namespace kerf::fuzz

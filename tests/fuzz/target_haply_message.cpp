@@ -13,7 +13,8 @@ KERF_FUZZ_TARGET(haply_message) {
   }
   // The device must be found by its own id, and a reply must be written for it.
   HaplyState again;
-  if (ReadHaplyMessage(bytes, state.id, again) != HaplyReading::kOk) Finding("a device that its own id does not find");
+  if (ReadHaplyMessage(bytes, state.id, again) != HaplyReading::kOk)
+    Finding("a device that is not found by its own id");
   if (WriteHaplyForce(state.id, {1, 2, 3}).empty()) Finding("no message");
 }
 

@@ -14,7 +14,7 @@ KERF_FUZZ_TARGET(image_header) {
   if (bytes.empty()) return;
   static const MemoryFolder folder;
   const std::string path = folder.Write(kNames[static_cast<unsigned char>(bytes[0]) % kNames.size()], bytes.substr(1));
-  Takes([&] {
+  Accepts([&] {
     CheckImageHeader(path);
     if (HasNiftiExtension(path)) {
       ReadNifti(path, "");

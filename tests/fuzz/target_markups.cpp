@@ -5,10 +5,10 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(markups) {
   const std::string text(bytes);
-  Takes([&] { ParseMarkups(text, "fuzz.mrk.json"); });
-  Takes([&] { ParseCurveMarkups(text, "fuzz.mrk.json"); });
-  Takes([&] { ParsePlaneMarkups(text, "fuzz.mrk.json"); });
-  Takes([&] { ParsePlaneMarkupList(text, "fuzz.mrk.json"); });
+  Accepts([&] { ParseMarkups(text, "fuzz.mrk.json"); });
+  Accepts([&] { ParseCurveMarkups(text, "fuzz.mrk.json"); });
+  Accepts([&] { ParsePlaneMarkups(text, "fuzz.mrk.json"); });
+  Accepts([&] { ParsePlaneMarkupList(text, "fuzz.mrk.json"); });
 }
 
 }  // namespace kerf::fuzz

@@ -5,7 +5,7 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(obj) {
-  Takes([&] { CheckMesh(ReadObj(bytes, "fuzz.obj")); });
+  Accepts([&] { CheckMesh(ReadObj(bytes, "fuzz.obj")); });
 }
 
 }  // namespace kerf::fuzz

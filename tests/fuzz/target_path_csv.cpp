@@ -4,7 +4,7 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(path_csv) {
-  Takes([&] { ParsePathCsv(std::string(bytes), "fuzz.csv"); });
+  Accepts([&] { ParsePathCsv(std::string(bytes), "fuzz.csv"); });
 }
 
 }  // namespace kerf::fuzz

@@ -9,9 +9,9 @@ KERF_FUZZ_TARGET(pieces_file) {
   history.AddPiece(-1);
   const std::vector<PieceIdentity> pieces{{.name = "piece 1", .volume_mm3 = 100},
                                           {.name = "piece 2", .volume_mm3 = 50}};
-  Takes([&] { RestorePieces(std::string(bytes), "fuzz.json", pieces, history); });
+  Accepts([&] { RestorePieces(std::string(bytes), "fuzz.json", pieces, history); });
   for (const PieceState& state : history.now()) {
-    if (!IsValid(state.X_WP) || !IsInWorld(state.X_WP.p_AB)) Finding("a piece is nowhere");
+    if (!IsValid(state.X_WP) || !IsInWorld(state.X_WP.p_AB)) Finding("a piece has an invalid pose");
   }
 }
 

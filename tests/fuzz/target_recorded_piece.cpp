@@ -6,9 +6,9 @@ namespace kerf::fuzz {
 KERF_FUZZ_TARGET(recorded_piece) {
   static const Bone bone;
   PieceJob job;
-  if (!Takes([&] { job = DecodePiece(bytes, bone); })) return;
+  if (!Accepts([&] { job = DecodePiece(bytes, bone); })) return;
   const std::string once = EncodePiece(job);
-  if (EncodePiece(DecodePiece(once, bone)) != once) Finding("reading and writing changed it");
+  if (EncodePiece(DecodePiece(once, bone)) != once) Finding("a piece changes when it is read and written");
 }
 
 }  // namespace kerf::fuzz

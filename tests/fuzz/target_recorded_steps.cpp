@@ -5,12 +5,12 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(recorded_steps) {
-  Takes([&] { Unpack(bytes, std::size_t{1} << 20); });
+  Accepts([&] { Unpack(bytes, std::size_t{1} << 20); });
   RecordedBlock block;
-  if (!Takes([&] { block = DecodeBlock(bytes); })) return;
+  if (!Accepts([&] { block = DecodeBlock(bytes); })) return;
   // Encoding and decoding again must give the same block, regardless of the original encoding.
   const std::string once = EncodeBlock(block);
-  if (EncodeBlock(DecodeBlock(once)) != once) Finding("reading and writing changed it");
+  if (EncodeBlock(DecodeBlock(once)) != once) Finding("a block changes when it is read and written");
 }
 
 }  // namespace kerf::fuzz

@@ -22,7 +22,7 @@ std::string MakeFile(std::string_view bytes, int version) {
 }
 
 void Read(const std::string& path) {
-  Takes([&] {
+  Accepts([&] {
     RecordingReader reader(path);
     reader.DescribeDamage();
     reader.ReadFiles();
@@ -31,7 +31,8 @@ void Read(const std::string& path) {
     for (std::size_t i = 0; reader.ReadBlock(i, block); ++i) {
       steps += block.steps.size();
       for (const RecordedState& state : block.states) {
-        if (state.step - block.first_step >= block.steps.size()) Finding("a state of a step that is not there");
+        if (state.step - block.first_step >= block.steps.size())
+          Finding("a state refers to a step that does not exist");
       }
     }
     if (steps != reader.steps()) Finding("a wrong number of steps");

@@ -6,15 +6,15 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(scene) {
   Scene scene;
-  if (!Takes([&] { scene = ParseScene(std::string(bytes), "/nowhere/fuzz.toml"); })) return;
+  if (!Accepts([&] { scene = ParseScene(std::string(bytes), "/nowhere/fuzz.toml"); })) return;
   MakeTool(scene);
   MakePath(scene);
-  if (scene.simulation.mode == SceneMode::kSlab) Takes([&] { MakeSlabPlane(scene); });
+  if (scene.simulation.mode == SceneMode::kSlab) Accepts([&] { MakeSlabPlane(scene); });
   // The scene that a run writes into its folder must be equal when it is read back.
   const std::string resolved = ResolvedToml(scene);
   Scene again;
-  if (!Takes([&] { again = ParseScene(resolved, "/nowhere/fuzz.toml"); })) Finding("the resolved scene is refused");
-  if (ResolvedToml(again) != resolved) Finding("the resolved scene reads back as another");
+  if (!Accepts([&] { again = ParseScene(resolved, "/nowhere/fuzz.toml"); })) Finding("the resolved scene is refused");
+  if (ResolvedToml(again) != resolved) Finding("the resolved scene changes when it is written and read back");
 }
 
 }  // namespace kerf::fuzz

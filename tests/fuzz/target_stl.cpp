@@ -7,12 +7,12 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(stl) {
-  Takes([&] {
+  Accepts([&] {
     TriangleMesh mesh = ReadStl(bytes, "fuzz.stl");
     CheckMesh(mesh);
     for (const TriangleMesh& layer : CloseSurface(std::move(mesh), false, "fuzz.stl").layers) {
       const EdgeCounts edges = CountEdges(layer);
-      if (edges.open > 0 || edges.crowded > 0) Finding("a closed surface that is not closed");
+      if (edges.open > 0 || edges.crowded > 0) Finding("a surface is still open after closing");
     }
   });
 }

@@ -5,11 +5,12 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(study_file) {
   StudySpec spec;
-  if (!Takes([&] { spec = ParseStudy(std::string(bytes), "/nowhere/fuzz.toml", {"entry", "slot", "mandible"}); }))
+  if (!Accepts([&] { spec = ParseStudy(std::string(bytes), "/nowhere/fuzz.toml", {"entry", "slot", "mandible"}); }))
     return;
   // The description that a study keeps in its folder must be equal when it is read back.
   const std::string kept = SpecToJson(spec);
-  if (SpecToJson(SpecFromJson(kept)) != kept) Finding("the study's description reads back as another");
+  if (SpecToJson(SpecFromJson(kept)) != kept)
+    Finding("the study's description changes when it is written and read back");
 }
 
 }  // namespace kerf::fuzz

@@ -4,7 +4,7 @@
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(study_json) {
-  Takes([&] { SpecFromJson(std::string(bytes)); });
+  Accepts([&] { SpecFromJson(std::string(bytes)); });
 }
 
 }  // namespace kerf::fuzz

@@ -15,7 +15,7 @@ KERF_FUZZ_TARGET(study_results) {
     folder.Write(name, bytes.substr(0, end));
     bytes.remove_prefix(std::min(end + kBetween.size(), bytes.size()));
   }
-  Takes([&] { ReadStudyResults(folder.path()); });
+  Accepts([&] { ReadStudyResults(folder.path()); });
 }
 
 }  // namespace kerf::fuzz

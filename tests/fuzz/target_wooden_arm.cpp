@@ -8,7 +8,7 @@ namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(wooden_arm) {
   WoodenParams params;
-  if (!Takes([&] { params = ParseWoodenConfig(std::string(bytes), "fuzz.toml"); })) return;
+  if (!Accepts([&] { params = ParseWoodenConfig(std::string(bytes), "fuzz.toml"); })) return;
   // Positions and currents must be finite for every accepted arm.
   const Vec3 angles = CalcWoodenAngles(params, {-12345, 32767, 1});
   const Vec3 p_D_mm = CalcWoodenPosition(params, angles);

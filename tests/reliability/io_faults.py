@@ -28,7 +28,7 @@ FAULTS = [("open", errno.EMFILE, False), ("open_elsewhere", errno.EMFILE, False)
           ("alloc", errno.ENOMEM, False), ("new_at", errno.ENOMEM, False), ("new", errno.ENOMEM, True)]
 # These calls are very numerous, so only this many of them are made to fail, evenly spaced. "new_at" is the first `new`
 # of each place in the program; there are thousands of places.
-MOST = {"new": 60, "new_at": 120, "alloc": 60, "fwrite": 25}
+MAX_CALLS = {"new": 60, "new_at": 120, "alloc": 60, "fwrite": 25}
 OLD = b"old\n"
 HISTORY = "home/practise.db"
 
@@ -125,8 +125,8 @@ class Case:
             assert students == ["Grace", "Ada"] or (not done and students == ["Grace"]), students
 
     def check_recording(self, done):
-        """Checks that the recording up to the fault can be opened, or that it is refused with one sentence if its head
-        is incomplete."""
+        """Checks that the recording up to the fault can be opened, or that it is refused with one sentence if its
+        header is incomplete."""
         log = self.program.run(self.root, ["log", "session.kerf"])
         assert log.returncode == 0 if done else log.returncode in (0, 3) or (log.returncode == 1 and log.stderr.count(b"\n") == 1), log.stderr
 
@@ -142,20 +142,20 @@ def strip_lost(path, text, now):
     return b"\n".join(line for line in text.split(b"\n") if line and not is_lost(line))
 
 
-def numbers(count, most):
+def numbers(count, limit):
     """Returns the first, the last and others between them, evenly spaced."""
-    if count <= most:
+    if count <= limit:
         return range(1, count + 1)
-    return sorted({1 + round(i * (count - 1) / max(most - 1, 1)) for i in range(most)})
+    return sorted({1 + round(i * (count - 1) / max(limit - 1, 1)) for i in range(limit)})
 
 
-def sweep(case, most, say):
+def sweep(case, limit, say):
     """Returns a row for each kind of fault: kind, calls, injected, ended with a sentence, harmless, failures."""
     for call, error, lasts in FAULTS:
         count = case.count(call)
         injected = sentences = harmless = 0
         failures = []
-        for number in numbers(count, min(most, MOST.get(call, most))):
+        for number in numbers(count, min(limit, MAX_CALLS.get(call, limit))):
             try:
                 code, _, failed = case.inject(call, number, error, lasts)
             except AssertionError as problem:
@@ -169,7 +169,7 @@ def sweep(case, most, say):
             harmless += failed > 0 and code == 0
         what = {"new_at": "new, by call site"}.get(call, call.replace("_", " "))
         name = f"{what}, {errno.errorcode[error]}{', lasting' if lasts else ''}"
-        say(f"{case.name}: {name}: {count} calls, {injected} failed: {sentences} messages, {harmless} harmless, {len(failures)} not survived")
+        say(f"{case.name}: {name}: {count} calls, {injected} failed: {sentences} messages, {harmless} harmless, {len(failures)} failures")
         yield name, count, injected, sentences, harmless, failures
 
 
@@ -194,7 +194,7 @@ def main():
             failures += row[-1]
     shutil.rmtree(folder)
     injected = sum(row[3] for row in rows)
-    text = f"{injected - len(failures)} of {injected} faults survived: {sum(row[4] for row in rows)} ended with a message, {sum(row[5] for row in rows)} did no harm."
+    text = f"kerf survived {injected - len(failures)} of {injected} faults: {sum(row[4] for row in rows)} ended with a message, {sum(row[5] for row in rows)} were harmless."
     print(text)
     if arguments.write:
         table = "| command | fault | calls | injected | exit 1, with a message | exit 0, complete |\n|---|---|---|---|---|---|\n"

@@ -21,8 +21,8 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-MOST_LOST_S = 0.5  # a block of 0.25 s that is not full yet, and one that is being written
-BORN = {}  # by recording: time when it was first seen
+MAX_LOST_S = 0.5  # a block of 0.25 s that is not full yet, and one that is being written
+FIRST_SEEN = {}  # by recording: time when it was first seen
 SCENE = """
 [bone]
 model = "block"
@@ -57,7 +57,7 @@ def check_results(kerf, folder, earlier):
     """Checks that each file is unchanged. A run that was killed while it replaced files one by one has left complete
     new ones, with the same bytes except for times in JSON and the unique number that OpenVDB gives each file."""
     now = hashes(folder)
-    assert set(now) == set(earlier), f"files appeared or disappeared: {set(now) ^ set(earlier)}"
+    assert set(now) == set(earlier), f"files were added or removed: {set(now) ^ set(earlier)}"
     for name in now:
         if now[name] == earlier[name]:
             continue
@@ -78,10 +78,10 @@ def draw(dice):
 
 
 def has_a_block(recording):
-    """Returns true once the first block is written. The head is written at once, the first block a quarter of a second after the loop began.
+    """Returns true once the first block is written. The header is written at once, the first block a quarter of a second after the loop began.
     If the machine stalls in between, the kill may be too early, and less can be checked."""
     now = recording.stat()
-    return now.st_mtime > BORN.setdefault((recording, now.st_ino), now.st_mtime) + 0.1
+    return now.st_mtime > FIRST_SEEN.setdefault((recording, now.st_ino), now.st_mtime) + 0.1
 
 
 def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
@@ -110,15 +110,15 @@ def one_kill(kerf, folder, kind, at_any_moment, delay_s, index):
     lost_s = killed - recording.stat().st_mtime
 
     replayed = run(kerf, "replay", str(recording), "--verify", "--json")
-    if replayed.returncode != 0 and "before its head" in replayed.stderr:
+    if replayed.returncode != 0 and "before its header" in replayed.stderr:
         return "before"
     assert replayed.returncode == 3 and "cut short" in replayed.stderr, f"replay: {replayed.returncode} {replayed.stderr}"
     figures = json.loads(replayed.stdout)
     assert figures["identical"] and figures["replayed_ticks"] == figures["ticks"], figures
     if kind != "run":
         further = folder / f"{index}_further.kerf"
-        gone_on = run(kerf, "loop", "--from", str(recording), "--virtual", "--seconds", "0.2", "--record", str(further))
-        assert gone_on.returncode == 0, f"continuation: {gone_on.stderr}"
+        continued = run(kerf, "loop", "--from", str(recording), "--virtual", "--seconds", "0.2", "--record", str(further))
+        assert continued.returncode == 0, f"continuation: {continued.stderr}"
         again = json.loads(run(kerf, "replay", str(further), "--verify", "--json").stdout)
         assert again["identical"] and again["ticks"] == figures["ticks"] + 200, again
         further.unlink()
@@ -134,7 +134,7 @@ def kill_until_in_time(kerf, folder, kind, at_any_moment, delay_s, index):
     losses = []
     for again in range(3):
         outcome = one_kill(kerf, folder, kind, at_any_moment, delay_s, index)
-        if isinstance(outcome, str) or outcome <= MOST_LOST_S:
+        if isinstance(outcome, str) or outcome <= MAX_LOST_S:
             return outcome, again
         losses.append(outcome)
     raise AssertionError(f"the last {', '.join(f'{s:.2f}' for s in losses)} s are lost, three times in a row")
@@ -175,11 +175,11 @@ def main():
     shutil.rmtree(folder)
     survived = arguments.kills - len(failures)
     worst = max(lost, default=0)
-    text = (f"{survived} of {arguments.kills} kills survived (seed {arguments.seed}): {len(lost)} of live sessions, which lost at most {worst:.2f} s at "
+    text = (f"kerf survived {survived} of {arguments.kills} kills (seed {arguments.seed}): {len(lost)} of live sessions, which lost at most {worst:.2f} s at "
             f"their end; {counts['fast']} of runs and of loops in virtual time, or within a session's first quarter of a second; {counts['before']} before "
-            f"anything was recorded; {counts['done']} came after the end of a run.")
+            f"anything was recorded; {counts['done']} after the end of a run.")
     if repeats > 0:
-        text += f" {repeats} were repeated, because more than {MOST_LOST_S} s of real time were lost when the machine stalled."
+        text += f" {repeats} were repeated, because more than {MAX_LOST_S} s of real time were lost when the machine stalled."
     print(text)
     if arguments.write:
         page = ROOT / "docs/reliability.md"

@@ -228,7 +228,7 @@ def main():
         failures += wrong
     shutil.rmtree(folder)
     total = sum(row[3] for row in rows)
-    text = f"{total - len(failures)} of {total} states after a loss of power are complete (seed {arguments.seed})."
+    text = f"{total - len(failures)} of {total} states after a power loss are complete (seed {arguments.seed})."
     print(text)
     if arguments.write:
         table = "| command | operations logged | of which syncs | states | complete |\n|---|---|---|---|---|\n"

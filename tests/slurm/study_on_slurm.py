@@ -89,7 +89,7 @@ def wait_for(what, condition, limit_s=60):
     end = time.monotonic() + limit_s
     while not condition():
         if time.monotonic() > end:
-            raise RuntimeError(f"{what} in {limit_s} s: no")
+            raise RuntimeError(f"not true within {limit_s} s: {what}")
         time.sleep(0.2)
 
 
@@ -120,14 +120,14 @@ class Cluster:
         self.launch("munged", "-F", "-f", f"--socket={self.folder}/munge.sock", f"--key-file={key}",
                     f"--pid-file={self.folder}/munge.pid", f"--log-file={self.folder}/munge.log",
                     f"--seed-file={self.folder}/munge.seed")
-        wait_for("munge is there", lambda: (self.folder / "munge.sock").exists(), 20)
+        wait_for("munge is ready", lambda: (self.folder / "munge.sock").exists(), 20)
         self.launch("slurmctld", "-D", "-c", "-f", self.env["SLURM_CONF"])
         self.launch("slurmd", "-D", "-c", "-f", self.env["SLURM_CONF"])
 
         def idle():
             ended = [d.args[0] for d in self.daemons if d.poll() is not None]
             if ended:
-                raise DaemonEnded(f"{', '.join(ended)}: ended")
+                raise DaemonEnded(f"daemons that ended: {', '.join(ended)}")
             return "idle" in self.call("sinfo", "-h", "-o", "%T", check=False).split()
 
         wait_for("the node is idle", idle, 60)
@@ -216,7 +216,7 @@ def run_study(cluster, kerf, source):
     cluster.wait_until_ended(merged)
     log = (folder / "merge.log").read_text()
     check(re.search(r"shard 2/4 is missing: \d+ cases?: idle\.path\.", log), "the merge names the shard that was cancelled")
-    check(len(re.findall(r"shard \d/4 is", log)) == 1, "and no other")
+    check(len(re.findall(r"shard \d/4 is", log)) == 1, "the merge names no other shard")
     check((folder / "out/shard-3-of-4/plan.json").exists(), "the other shards ran")
 
     # Adds the lost shard and repeats an existing one: nothing is counted twice.
@@ -225,10 +225,10 @@ def run_study(cluster, kerf, source):
     cluster.wait_until_ended(again)
     cluster.wait_until_ended(merged)
     log = (folder / "merge_2.log").read_text()
-    check("whole" in log and "missing" not in log, "with the lost shard run the study is whole")
+    check("whole" in log and "missing" not in log, "the study is complete once the lost shard has run")
 
     done = subprocess.run([kerf, "study", "small.toml", "-o", "alone"], cwd=folder, capture_output=True, text=True, timeout=120)
-    check(done.returncode == 0, f"the same study without Slurm runs {done.stderr.strip()}")
+    check(done.returncode == 0, f"the same study runs without Slurm {done.stderr.strip()}")
     alone = hashes(folder / "alone")
     check(len(alone) == 16 and hashes(folder / "out") == alone, "16 records, the same as those made without Slurm")
 
@@ -237,11 +237,11 @@ def main():
     kerf, source = (pathlib.Path(a).resolve() for a in sys.argv[1:3])
     missing = [p for p in ("munged", "slurmctld", "slurmd", "sbatch") if not find(p)]
     if missing:
-        print(f"left out: {', '.join(missing)} not installed (Debian: slurm-wlm munge)")
+        print(f"skipped: {', '.join(missing)} not installed (Debian: slurm-wlm munge)")
         return SKIPPED
 
     def give_up(number, _):
-        raise RuntimeError(f"ended by signal {number}" if number != signal.SIGALRM else f"not done in {LIMIT_S} s")
+        raise RuntimeError(f"ended by signal {number}" if number != signal.SIGALRM else f"not finished within {LIMIT_S} s")
 
     for number in (signal.SIGALRM, signal.SIGTERM, signal.SIGINT):
         signal.signal(number, give_up)

@@ -9,14 +9,14 @@
 namespace kerf::test {
 
 /// Ends a live loop once its hand has moved for `motion_s`. If the machine stalls, the hand falls behind the clock by
-/// each gap minus kLongestTick_s. Must outlive the loop.
+/// each gap minus kMaxTickDt_s. Must outlive the loop.
 class EndsAfterMotion {
  public:
   EndsAfterMotion(double motion_s, LoopOptions& options) : left_s_(motion_s) {
     options.seconds = 300;
     options.stop = &ended_;
     options.take_tick = [this](const LoopSample& sample, std::span<const double> /*channels*/) {
-      left_s_ -= sample.report.given.dt_s;
+      left_s_ -= sample.report.inputs.dt_s;
       if (left_s_ <= 0) ended_ = true;
     };
   }

@@ -25,10 +25,10 @@ namespace kerf::test {
 
 /// Limit of all waits in tests. It is sufficient for the slowest machine, so an event that takes longer counts as
 /// missing.
-inline constexpr std::chrono::seconds kLongest{60};
+inline constexpr std::chrono::seconds kMaxWait{60};
 
 /// Waits until `holds` returns true. Returns false if that takes longer than `longest`.
-inline bool WaitUntil(const std::function<bool()>& holds, std::chrono::milliseconds longest = kLongest) {
+inline bool WaitUntil(const std::function<bool()>& holds, std::chrono::milliseconds longest = kMaxWait) {
   const auto end = std::chrono::steady_clock::now() + longest;
   while (!holds()) {
     if (std::chrono::steady_clock::now() > end) return false;
@@ -38,16 +38,17 @@ inline bool WaitUntil(const std::function<bool()>& holds, std::chrono::milliseco
 }
 
 enum class At : std::uint8_t {
-  kNowhere,   // its input is empty; output goes to stdout.txt and stderr.txt of the folder
-  kKeys,      // its input is a terminal
-  kTerminal,  // input and stdout are a terminal
+  kNoTerminal,  // its input is empty; output goes to stdout.txt and stderr.txt of the folder
+  kKeys,        // its input is a terminal
+  kTerminal,    // input and stdout are a terminal
 };
 
 class Running {
  public:
   /// `command`: a program and its arguments in shell syntax. The folder is its current folder.
   Running(std::filesystem::path folder, At at, const std::string& command) : folder_(std::move(folder)) {
-    if (openpty(&master_, &terminal_, nullptr, nullptr, nullptr) != 0) throw std::runtime_error("no terminal");
+    if (openpty(&master_, &terminal_, nullptr, nullptr, nullptr) != 0)
+      throw std::runtime_error("a terminal could not be opened");
     for (const int end : {master_, terminal_}) fcntl(end, F_SETFD, FD_CLOEXEC);
     before_ = Settings();
     posix_spawn_file_actions_t actions;
@@ -56,8 +57,8 @@ class Running {
       posix_spawn_file_actions_addopen(&actions, number, path.c_str(), flags, 0644);
     };
     constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND;
-    if (at == At::kNowhere) open_at(STDIN_FILENO, "/dev/null", O_RDONLY);
-    if (at != At::kNowhere) posix_spawn_file_actions_adddup2(&actions, terminal_, STDIN_FILENO);
+    if (at == At::kNoTerminal) open_at(STDIN_FILENO, "/dev/null", O_RDONLY);
+    if (at != At::kNoTerminal) posix_spawn_file_actions_adddup2(&actions, terminal_, STDIN_FILENO);
     if (at == At::kTerminal) posix_spawn_file_actions_adddup2(&actions, terminal_, STDOUT_FILENO);
     if (at != At::kTerminal) open_at(STDOUT_FILENO, folder_ / "stdout.txt", kWrite);
     open_at(STDERR_FILENO, folder_ / "stderr.txt", kWrite);
@@ -86,7 +87,7 @@ class Running {
 
   void Type(const std::string& keys) const {
     if (write(master_, keys.data(), keys.size()) != static_cast<ssize_t>(keys.size())) {
-      throw std::runtime_error("the terminal takes no keys");
+      throw std::runtime_error("the keys could not be written to the terminal");
     }
   }
   void Signal(int number) const { kill(id_, number); }
@@ -107,7 +108,7 @@ class Running {
   }
   termios Settings() const {
     termios settings{};
-    if (tcgetattr(terminal_, &settings) != 0) throw std::runtime_error("the terminal has no settings");
+    if (tcgetattr(terminal_, &settings) != 0) throw std::runtime_error("the terminal settings could not be read");
     return settings;
   }
 

@@ -43,7 +43,7 @@ inline std::vector<ForceRow> ReadForces(const std::filesystem::path& path) {
 
 /// Waits until the loop has run for a while, as shown by the growth of its recording. Returns false if the program ends
 /// first.
-inline bool GoesOn(Running& kerf, const std::filesystem::path& recording) {
+inline bool WaitForProgress(Running& kerf, const std::filesystem::path& recording) {
   const auto bytes = [&recording] {
     std::error_code none_yet;
     const std::uintmax_t size = std::filesystem::file_size(recording, none_yet);

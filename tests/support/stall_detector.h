@@ -1,5 +1,5 @@
 // Detects whether the machine stalled while a test ran. A shared machine stalls now and then for a second or two, which
-// affects code that waits by the clock. The result judges the machine, never the code under test.
+// affects code that waits by the clock. The result depends only on the machine, not on the code under test.
 #pragma once
 
 #include <gtest/gtest-spi.h>
@@ -66,13 +66,13 @@ class StallDetector {
   std::thread thread_;
 };
 
-/// Number of tries of a test that a stalled machine can spoil.
+/// Maximum number of runs of a test that may fail because the machine stalls.
 constexpr int kMaxTries = 5;
 
-/// Runs `judge` with its EXPECTs and ASSERTs. If one of them fails in this thread and the machine stalled for longer
-/// than `most`, the run is inconclusive and is repeated, with at most kMaxTries runs in all. Failures of the last run
-/// fail the test. `judge` may also call Look() of its own gap at a place that runs every millisecond.
-inline void JudgeAwake(std::chrono::milliseconds most, const std::function<void(LongestGap& own)>& judge) {
+/// Runs `check`, which contains EXPECTs and ASSERTs. If one of them fails in this thread and the machine stalled for
+/// longer than `max_stall`, the run is inconclusive and is repeated, with at most kMaxTries runs in all. Failures of
+/// the last run fail the test. `check` may also call own.Look() at a place that runs every millisecond.
+inline void RetryIfStalled(std::chrono::milliseconds max_stall, const std::function<void(LongestGap& own)>& check) {
   for (int i = 1; i <= kMaxTries; ++i) {
     testing::TestPartResultArray results;
     LongestGap own;
@@ -80,16 +80,16 @@ inline void JudgeAwake(std::chrono::milliseconds most, const std::function<void(
     {
       const testing::ScopedFakeTestPartResultReporter reporter(
           testing::ScopedFakeTestPartResultReporter::INTERCEPT_ONLY_CURRENT_THREAD, &results);
-      const StallDetector awake;
-      judge(own);
-      longest = std::max(awake.Longest(), own.Longest());
+      const StallDetector detector;
+      check(own);
+      longest = std::max(detector.Longest(), own.Longest());
     }
     int failures = 0;
     for (int k = 0; k < results.size(); ++k) failures += results.GetTestPartResult(k).failed() ? 1 : 0;
     if (failures == 0) return;
     const double longest_s = std::chrono::duration<double>(longest).count();
-    if (longest > most && i < kMaxTries) {
-      std::cout << "the machine stalled for " << longest_s << " s: again\n";
+    if (longest > max_stall && i < kMaxTries) {
+      std::cout << "the machine stalled for " << longest_s << " s; the test is repeated\n";
       continue;
     }
     for (int k = 0; k < results.size(); ++k) {

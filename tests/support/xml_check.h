@@ -45,7 +45,7 @@ inline std::string FindXmlFault(std::string_view text) {
     std::string_view tag = text.substr(begin + 1, end - begin - 1);
     i = end + 1;
     if (tag.starts_with("/")) {
-      if (open.empty() || open.back() != tag.substr(1)) return "an end tag that closes nothing: " + std::string(tag);
+      if (open.empty() || open.back() != tag.substr(1)) return "an end tag without a start tag: " + std::string(tag);
       open.pop_back();
       continue;
     }
@@ -66,7 +66,7 @@ inline std::string FindXmlFault(std::string_view text) {
       const std::size_t close = tag.find('"', equals + 2);
       if (close == std::string_view::npos) return "an attribute that does not end";
       const std::string name(tag.substr(at, equals - at));
-      if (std::find(names.begin(), names.end(), name) != names.end()) return "an attribute twice: " + name;
+      if (std::find(names.begin(), names.end(), name) != names.end()) return "a repeated attribute: " + name;
       names.push_back(name);
       if (std::string fault = text_fault(tag.substr(equals + 2, close - equals - 2)); !fault.empty()) return fault;
       at = close + 1;

@@ -254,11 +254,12 @@ TEST_F(DamagedRecordingCommands, ABrokenChainIsDamage) {
   BlockReader blocks((folder_ / "a.kerf").string());
   for (const BlockPlace& place : blocks.places()) {
     if (place.kind != BlockKind::kEvent) continue;
-    const std::size_t from = place.offset - kBlockHeadBytes;
-    const BlockHead head = ParseBlockHead(std::string_view(bytes).substr(from, kBlockHeadBytes));
+    const std::size_t from = place.offset - kBlockHeaderBytes;
+    const BlockHeader header = ParseBlockHeader(std::string_view(bytes).substr(from, kBlockHeaderBytes));
     std::string event = blocks.Read(place);
     event.replace(event.find("first"), 5, "other");
-    bytes.replace(from, kBlockHeadBytes + place.packed_bytes, FormatBlock(head.kind, event, head.number, &head.before));
+    bytes.replace(from, kBlockHeaderBytes + place.packed_bytes,
+                  FormatBlock(header.kind, event, header.number, &header.before));
     break;
   }
   Write("bad.kerf", bytes);

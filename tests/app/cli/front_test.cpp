@@ -35,7 +35,7 @@ TEST_F(Front, PrintsTheSameAsTheWholeProgram) {
 }
 
 TEST_F(Front, LoadsNoneOfTheLibraries) {
-  if (!KERF_WITH_PICTURES || !KERF_WITH_IMPORT) GTEST_SKIP() << "this build has not all of the libraries";
+  if (!KERF_WITH_PICTURES || !KERF_WITH_IMPORT) GTEST_SKIP() << "this build does not have all of the libraries";
   // With this variable the loader prints its list instead of running the program. Loading takes nearly all of the 0.1
   // s.
   const std::string loaded = Shell("LD_TRACE_LOADED_OBJECTS=1 '" KERF_PROGRAM "'");

@@ -135,7 +135,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     for (const auto& file : fs::recursive_directory_iterator(folder_ / place)) {
       if (!file.is_regular_file()) continue;
       const std::string name = fs::relative(file.path(), folder_ / place).string();
-      EXPECT_FALSE(file.path().filename().string().starts_with(".")) << "a temporary was left: " << name;
+      EXPECT_FALSE(file.path().filename().string().starts_with(".")) << "a temporary file was left: " << name;
       const std::string now = Slurp(file.path());
       if (now == kOld || (name == "s.toml" && now == kFullDiskScene)) continue;
       ExpectWhole(name, now);

@@ -68,7 +68,7 @@ TEST_F(ImportMesh, AmbiguousUnitsAreRefusedAndTinyVolumesAreReadable) {
   WriteBoxes("a.obj", {0.5});
   const ProgramResult asks = Kerf("import a.obj -o a.vdb");
   EXPECT_EQ(asks.code, 1);
-  EXPECT_THAT(asks.err, HasSubstr("--units m (it is then 500 mm) or --units mm to take them as they are"));
+  EXPECT_THAT(asks.err, HasSubstr("--units m (it is then 500 mm) or --units mm to keep them unchanged"));
   const ProgramResult tiny = Kerf("import a.obj -o a.vdb --units mm --voxel 0.05");
   ASSERT_EQ(tiny.code, 0) << tiny.err;
   EXPECT_THAT(tiny.out, HasSubstr("volume     0.12"));

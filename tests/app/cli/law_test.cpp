@@ -80,8 +80,9 @@ TEST_F(Law, RunGivesTheEnergyAndWarnsOutsideThePublishedRange) {
   const ProgramResult high = Kerf("run s.toml -o out");
   ASSERT_EQ(high.code, 0) << high.err;
   EXPECT_THAT(high.out, HasSubstr(DescribeAccuracy(ForceLaw(), DiscSaw{})));
-  EXPECT_THAT(high.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3, [0-9.]+ mJ a tooth pass; cutting "
-                                               "force = thrust / 1.6; range 0.8 to 6 J/mm3 .derived from"));
+  EXPECT_THAT(high.out,
+              testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3, [0-9.]+ mJ per tooth pass; cutting "
+                                     "force = thrust / 1.6; range 0.8 to 6 J/mm3 .derived from"));
   EXPECT_THAT(high.err, HasSubstr("kerf: warning: the specific cutting energy is "));
   Write("s.toml", Slot(12, "edge_plus_chip"));
   const ProgramResult within = Kerf("run s.toml -o out --json");

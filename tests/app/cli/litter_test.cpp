@@ -81,7 +81,7 @@ TEST_F(Litter, LockDoesNotExcludeReaders) {
 // A second program runs, the first is killed, and a third program runs afterwards.
 TEST_F(Litter, OfAKilledLoopIsRemovedByTheNextRunWithItsLock) {
   {
-    test::Running loop(folder_, test::At::kNowhere, "'" KERF_PROGRAM "' loop s.toml --seconds 60 -o out");
+    test::Running loop(folder_, test::At::kNoTerminal, "'" KERF_PROGRAM "' loop s.toml --seconds 60 -o out");
     ASSERT_TRUE(loop.Until([&] { return Exists("out") && !Hidden("out").empty(); })) << loop.err();
     EXPECT_THAT(Kerf("loop s.toml --virtual --seconds 0.1 -o out").err, HasSubstr("another kerf is writing results"));
     EXPECT_EQ(Hidden("out").size(), 1u) << "the living program's file stays";

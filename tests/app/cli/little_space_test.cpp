@@ -144,7 +144,7 @@ TEST_F(LittleSpace, LossOfTheRowsIsAlwaysReported) {
                                                   testing::ContainsRegex("; also lost: .*force\\.png"))));
   EXPECT_FALSE(Exists("m_after/out/forces.csv"));
   EXPECT_FALSE(Exists("m_after/out/force.png"));
-  EXPECT_TRUE(Exists("m_after/out/loop.json")) << "what is small enough is written";
+  EXPECT_TRUE(Exists("m_after/out/loop.json")) << "small files are still written";
   EXPECT_NEAR(Seconds("n_after/session.kerf"), 10, 1e-6);
   // Rows of an earlier loop must not remain next to results of this one.
   std::filesystem::remove_all(folder_ / "m_after");

@@ -135,7 +135,7 @@ TEST_F(LoopDevices, TruncatedRecordingIsPlayedToItsEndWithAWarning) {
 TEST_F(LoopDevices, RefusesInputThatCannotBePlayed) {
   ExpectFailure(1, "loop s.toml --virtual --device script:no.csv", "no.csv: there is no such file");
   ExpectFailure(1, "loop s.toml --virtual --device recording:no.kerf", "no.kerf: there is no such file");
-  ExpectFailure(1, "loop s.toml --virtual --device recording:s.toml", "s.toml: is not a recording");
+  ExpectFailure(1, "loop s.toml --virtual --device recording:s.toml", "s.toml: is not a kerf recording");
   ExpectFailure(2, "loop s.toml --virtual --device script:", "\"script:\" must be followed by a file name");
   ExpectFailure(2, "loop s.toml --virtual --device recording:", "must be followed by a file name");
   std::string text = kScript;

@@ -52,7 +52,7 @@ TEST_F(ModelCommand, BadInputIsReportedInOneSentence) {
       {"model block -o b.vdb --layer 2:300", 2, "'2:300' does not specify a region"},
       {"model block -o b.vdb --layer=-2:24", 1, "kerf: block: layer 1 is -2 mm thick; a thickness must be positive\n"},
       {"model block -o b.vdb --layer 2:77", 1,
-       "kerf: block: layer 1 is of region 77, which the region table does not have\n"},
+       "kerf: block: layer 1 has region 77, which is not in the region table\n"},
       {"model block -o b.vdb --materials t.csv", 1,
        "kerf: t.csv:2: tissue = \"bone\" is not one of cortical, cancellous, tooth, canal, other\n"},
       {"model mandible -o m.vdb --ramus-width 99", 1,

@@ -125,7 +125,7 @@ TEST_F(Program, FullDiskKeepsTheEarlierBone) {
   EXPECT_THAT(result.err, HasSubstr("b.vdb: can't be written"));
   EXPECT_EQ(test::Slurp(folder_ / "b.vdb"), before);
   for (const auto& file : std::filesystem::directory_iterator(folder_)) {
-    EXPECT_NE(file.path().filename().string()[0], '.') << "a temporary was left: " << file.path();
+    EXPECT_NE(file.path().filename().string()[0], '.') << "a temporary file was left: " << file.path();
   }
 }
 

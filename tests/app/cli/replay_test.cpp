@@ -105,7 +105,7 @@ TEST_F(ReplayCommand, ExistingFilesAreNeverReplaced) {
 TEST_F(ReplayCommand, InvalidInputGivesOneSentence) {
   Record();
   Write("text.kerf", "hello");
-  ExpectFailure(Kerf("replay text.kerf"), "is not a recording");
+  ExpectFailure(Kerf("replay text.kerf"), "is not a kerf recording");
   ExpectFailure(Kerf("replay none.kerf"), "no such file");
   ExpectFailure(Kerf("replay ."), "not a regular file");
   ExpectFailure(Kerf("loop --from a.kerf --at 99"), "3.000 s long");

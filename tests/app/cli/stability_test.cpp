@@ -63,7 +63,7 @@ TEST_F(StabilityCommand, InterruptedRunWritesPartialResults) {
   Write("s.toml", std::string(kStabilityBlock) + kStroke);
   const ProgramResult result = Interrupted();
   ASSERT_EQ(result.code, 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("ended before anything was examined"));
+  EXPECT_THAT(result.err, HasSubstr("stopped before anything was examined"));
   EXPECT_THAT(Slurp(folder_ / "out/report.md"), HasSubstr("**Ended before anything was examined.**"));
   EXPECT_EQ(Json::parse(Slurp(folder_ / "out/stability.json"))["stable"], nullptr);
 }

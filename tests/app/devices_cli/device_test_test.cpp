@@ -97,7 +97,7 @@ TEST_F(DeviceTest, JsonReportsTheHandlesMotion) {
   for (int tries = 0; tries < kDeviceTestTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
     kerf.reset();
     far.emplace(kNoise_mm);
-    kerf.emplace(folder_, At::kNowhere, Arguments(*far, "--circle 4 --buttons 60 --json"));
+    kerf.emplace(folder_, At::kNoTerminal, Arguments(*far, "--circle 4 --buttons 60 --json"));
     ASSERT_NO_FATAL_FAILURE(RunToTheEnd(*kerf, *far));
   }
   ASSERT_EQ(kerf->WaitForEnd(), 0) << kerf->err();
@@ -146,12 +146,12 @@ TEST_F(DeviceTest, TableReportsTheMotionOfTheExamplesHandle) {
     // A new example is started, because the handle of the last one still swings after its force has ended.
     example.reset();
     Write("port.txt", "");
-    example.emplace(folder_, At::kNowhere, "'" KERF_BRIDGE_EXAMPLE "' 0 >port.txt 2>example.txt");
+    example.emplace(folder_, At::kNoTerminal, "'" KERF_BRIDGE_EXAMPLE "' 0 >port.txt 2>example.txt");
     ASSERT_TRUE(example->Until([&] { return test::Slurp(folder_ / "port.txt").ends_with('\n'); }));
     const std::string said = test::Slurp(folder_ / "port.txt");
     const std::string where = said.substr(said.find("127."));
     kerf.emplace(
-        folder_, At::kNowhere,
+        folder_, At::kNoTerminal,
         "'" KERF_PROGRAM "' device test bridge --circle 4 --buttons 0 --bridge " + where.substr(0, where.find('\n')));
   }
   ASSERT_EQ(kerf->WaitForEnd(), 0) << kerf->err();
@@ -227,7 +227,7 @@ TEST_F(DeviceTest, WatchOnATerminalUpdatesOneLine) {
 TEST_F(DeviceTest, WatchWithoutATerminalPrintsSeparateLines) {
   FarSide far;
   far.Press(0);
-  Running kerf(folder_, At::kNowhere, Arguments(far, "--watch"));
+  Running kerf(folder_, At::kNoTerminal, Arguments(far, "--watch"));
   ASSERT_TRUE(kerf.Until([&] { return FindUp_mm(kerf.out()) == 0; })) << kerf.out();
   const std::size_t unpressed = kerf.out().size();
   far.Press(1);

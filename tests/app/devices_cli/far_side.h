@@ -86,10 +86,10 @@ class FarSide {
     const std::lock_guard lock(mutex_);
     felt_.largest_N = 0;
   }
-  /// Lowers the handle by `way_mm` while the tool is in the hand.
-  void Lower(double way_mm) {
+  /// Lowers the handle by `distance_mm` while the tool is in the hand.
+  void Lower(double distance_mm) {
     const std::lock_guard lock(mutex_);
-    wanted_mm_ = felt_.lowered_mm + way_mm;
+    wanted_mm_ = felt_.lowered_mm + distance_mm;
   }
   void Press(std::uint32_t buttons) { buttons_ = buttons; }
   /// If mute, the device executes commands but does not answer, and the handle stops.

@@ -23,9 +23,9 @@ using test::AreSame;
 using test::At;
 using test::FarSide;
 using test::ForceRow;
-using test::GoesOn;
 using test::ProgramResult;
 using test::Running;
+using test::WaitForProgress;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -65,7 +65,7 @@ class LoopInAHand : public test::ProgramTest {
   /// Ends the program as Ctrl-C does. Expects that the tool followed the handle `lowered_mm` straight down through the
   /// bone, and that the recording replays identically.
   void ExpectCut(Running& kerf, double lowered_mm, double error_mm = 0) const {
-    ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+    ASSERT_TRUE(WaitForProgress(kerf, folder_ / "cut.kerf")) << kerf.err();
     kerf.Signal(SIGINT);
     ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
     const std::vector<ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
@@ -106,7 +106,7 @@ TEST_F(LoopInAHand, CutsWithABridgeDevice) {
   FarSide far;
   Running kerf(folder_, At::kKeys, Arguments("bridge --bridge " + far.where()));
   ASSERT_TRUE(Until(kerf, [&] { return far.felt().engaged > 0; })) << kerf.err();
-  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+  ASSERT_TRUE(WaitForProgress(kerf, folder_ / "cut.kerf")) << kerf.err();
   EXPECT_EQ(far.felt().largest_N, 0.0);
   far.Lower(kGap_mm + kCut_mm);
   ASSERT_TRUE(Until(kerf, [&] { return far.felt().lowered_mm == kGap_mm + kCut_mm; })) << kerf.err();
@@ -126,7 +126,7 @@ TEST_F(LoopInAHand, CutsWithAnInverse3) {
   }
   Running kerf(folder_, At::kKeys, Arguments("inverse3"));
   ASSERT_TRUE(kerf.UntilSaid("hold the handle still in the middle")) << kerf.err();
-  ASSERT_TRUE(kerf.UntilSaid("inverse3: in the hand") && GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+  ASSERT_TRUE(kerf.UntilSaid("inverse3: in the hand") && WaitForProgress(kerf, folder_ / "cut.kerf")) << kerf.err();
   int before = service->forces();
   double lowered_mm = 0;
   double felt_N = 0;
@@ -167,7 +167,7 @@ TEST_F(LoopInAHand, ForceReturnsAfterEnterWhenTheDeviceAnswersAgain) {
     std::filesystem::remove(folder_ / "cut.kerf");
     session.emplace(folder_, At::kKeys, Arguments("bridge --bridge " + its->where()));
     ASSERT_TRUE(session->Until([&] { return its->felt().engaged > 0; })) << session->err();
-    ASSERT_TRUE(GoesOn(*session, folder_ / "cut.kerf")) << session->err();
+    ASSERT_TRUE(WaitForProgress(*session, folder_ / "cut.kerf")) << session->err();
     its->Lower(kGap_mm + kCut_mm);
     ASSERT_TRUE(session->Until([&] { return its->felt().now_N > kFelt_N || asked_already(); })) << session->err();
 
@@ -199,7 +199,7 @@ TEST_F(LoopInAHand, ForceReturnsAfterEnterWhenTheDeviceAnswersAgain) {
     const std::string err = kerf.err();
     return err.find("bridge: in the hand; the force rises slowly", err.find(kAsked)) != std::string::npos;
   })) << kerf.err();
-  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+  ASSERT_TRUE(WaitForProgress(kerf, folder_ / "cut.kerf")) << kerf.err();
   const double end_mm = far.felt().lowered_mm + kCut_mm;
   far.Lower(kCut_mm);
   EXPECT_TRUE(Until(kerf, [&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();

@@ -86,7 +86,7 @@ TEST_F(SessionWithADevice, WoodenHapticsCutsAndOutputsForce) {
   for (int tries = 0; tries < 5 && !Exists("felt"); ++tries) {
     kerf.reset();
     std::filesystem::remove(folder_ / "cut.kerf");
-    kerf.emplace(folder_, At::kNowhere,
+    kerf.emplace(folder_, At::kNoTerminal,
                  Command("--device wooden --hand line --radius 20 --period 40 --hand-model H4 --felt felt",
                          "loop block.toml --device wooden --seconds 300 --json -o out --record cut.kerf"));
     const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(15);
@@ -105,7 +105,7 @@ TEST_F(SessionWithADevice, WoodenHapticsCutsAndOutputsForce) {
 TEST_F(SessionWithADevice, ASpaceMouseCuts) {
   Write("block.toml", kBlockToTheRight);
   // The hand moves half of the cap's range to the right in ten seconds.
-  Running kerf(folder_, At::kNowhere,
+  Running kerf(folder_, At::kNoTerminal,
                Command("--device spacemouse --hand line --radius 10 --period 20",
                        "loop block.toml --device spacemouse --seconds 2.5 --json -o out --record cut.kerf"));
   ExpectCutToTheRight(kerf);
@@ -170,7 +170,7 @@ TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserConfirms) {
     const std::string err = kerf->err();
     return err.find("in the hand", err.find("is connected again")) != std::string::npos;
   })) << kerf->err();
-  for (int i = 0; i < 4; ++i) ASSERT_TRUE(test::GoesOn(*kerf, folder_ / "cut.kerf")) << kerf->err();
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(test::WaitForProgress(*kerf, folder_ / "cut.kerf")) << kerf->err();
   kerf->Signal(SIGINT);
   ASSERT_EQ(kerf->WaitForEnd(), 0) << kerf->err();
   EXPECT_THAT(kerf->err(), HasSubstr("falcon: does not answer: no force"));

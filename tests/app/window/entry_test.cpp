@@ -37,7 +37,7 @@ TEST(TextEntry, KeepsPrintableTextAsUtf8AndDeletesWholeCharacters) {
   for (int i = 0; i < 1000; ++i) entry.Take(Type(U'ä'));
   EXPECT_EQ(entry.text().size(), 120u);  // 60 characters of two bytes
   EXPECT_EQ(entry.Take(Press(Key::kF5)), TextEntry::State::kOpen);
-  EXPECT_EQ(entry.Take(Press(Key::kEscape)), TextEntry::State::kLeft);
+  EXPECT_EQ(entry.Take(Press(Key::kEscape)), TextEntry::State::kCancelled);
   EXPECT_EQ(entry.Take(Press(Key::kEnter)), TextEntry::State::kDone);
 }
 
@@ -65,9 +65,9 @@ TEST(Menu, SkipsRowsThatCannotBeChosen) {
   click.kind = Kind::kMouseDown;
   EXPECT_EQ(menu.Take(click, no_mouse), Menu::State::kOpen);
   EXPECT_EQ(menu.Take(click, [](double, double) { return std::optional(3); }), Menu::State::kChosen);
-  EXPECT_EQ(menu.Take(Press(Key::kEscape), no_mouse), Menu::State::kLeft);
+  EXPECT_EQ(menu.Take(Press(Key::kEscape), no_mouse), Menu::State::kCancelled);
   Menu none("Menu", {});
-  EXPECT_EQ(none.Take(Press(Key::kEnter), no_mouse), Menu::State::kLeft);
+  EXPECT_EQ(none.Take(Press(Key::kEnter), no_mouse), Menu::State::kCancelled);
 }
 
 }  // namespace

@@ -30,10 +30,10 @@ TEST(MessageLimit, ShowsTheFirstMessagesOfAKindAndCountsTheRest) {
     }
   }
   EXPECT_EQ(shown, 11);
-  EXPECT_THAT(limit.TakeLeftOut(),
+  EXPECT_THAT(limit.TakeSuppressed(),
               ElementsAre(fmt::format("{} more messages like this one were not shown: at 0.000 s: a leap of -0 mm",
                                       kLeaps - 11)));
-  EXPECT_TRUE(limit.TakeLeftOut().empty());
+  EXPECT_TRUE(limit.TakeSuppressed().empty());
 }
 
 TEST(MessageLimit, WordsMakeTheKindAndNumbersDoNot) {
@@ -42,7 +42,7 @@ TEST(MessageLimit, WordsMakeTheKindAndNumbersDoNot) {
   EXPECT_EQ(limit.Take("grid \"hu\" has 3 voxels"), "grid \"hu\" has 3 voxels");
   EXPECT_NE(limit.Take("grid \"hu\" has 4.5e-3 voxels"), "grid \"hu\" has 4.5e-3 voxels");
   EXPECT_EQ(limit.Take("grid \"hu\" has -1e12 voxels"), std::nullopt);
-  EXPECT_EQ(limit.TakeLeftOut().size(), 1u);
+  EXPECT_EQ(limit.TakeSuppressed().size(), 1u);
 }
 
 }  // namespace

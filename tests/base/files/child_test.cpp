@@ -117,7 +117,7 @@ TEST(Child, ExcessiveMemoryIsRefused) {
     return std::string(1, much.back());
   };
   EXPECT_EQ(Refusal(ask, {std::uint64_t{256} << 20, 120}),
-            "scan.dcm: reading needs more than 256 MB of memory; the file is too large or damaged");
+            "scan.dcm: reading needs more than 256 MiB of memory; the file is too large or damaged");
   EXPECT_EQ(InChild(ask), std::string(1, 1));
 }
 

@@ -80,12 +80,12 @@ TEST_F(Files, InputsAreRecognisedByAnyNameAndNotOverwritten) {
   fs::create_symlink("out", Path("same"));
   const std::string sentence = Path("in.csv") + ": is an input and would be overwritten by ";
   EXPECT_EQ(FileMessageOf([&] {
-              CheckInputsStay({"", Path("in.csv")}, {Path("out/a"), Path("out/table.csv")});
+              CheckInputsNotOverwritten({"", Path("in.csv")}, {Path("out/a"), Path("out/table.csv")});
             }),
             sentence + Path("out/table.csv") + "; choose another output");
-  EXPECT_EQ(FileMessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/../in.csv")}); }),
+  EXPECT_EQ(FileMessageOf([&] { CheckInputsNotOverwritten({Path("in.csv")}, {Path("out/../in.csv")}); }),
             sentence + Path("out/../in.csv") + "; choose another output");
-  EXPECT_EQ(FileMessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "no error");
+  EXPECT_EQ(FileMessageOf([&] { CheckInputsNotOverwritten({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "no error");
   // Neither file exists yet.
   EXPECT_TRUE(IsSameFile(Path("same/new.png"), Path("out/./new.png")));
   EXPECT_FALSE(IsSameFile(Path("out/new.png"), Path("new.png")));

@@ -51,9 +51,9 @@ TEST(Markups, OtherFilesThanPointListsAreRefused) {
   EXPECT_THAT(message("{"), HasSubstr("not valid JSON"));
   EXPECT_THAT(message("[1, 2]"), HasSubstr("not a 3D Slicer markups file"));
   EXPECT_THAT(message(List("XYZ", "")), HasSubstr("coordinateSystem is 'XYZ'; it must be LPS or RAS"));
-  EXPECT_THAT(message(List("LPS", "")), HasSubstr("holds no placed control point"));
+  EXPECT_THAT(message(List("LPS", "")), HasSubstr("contains no placed control point"));
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2]})")),
-              HasSubstr("control point 1 has no position of three numbers"));
+              HasSubstr("control point 1 has no position with three coordinates"));
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2, "x"]})")), HasSubstr("has a coordinate that is not a number"));
 }
 
@@ -78,7 +78,7 @@ TEST(Markups, CurvesAreJoinedAndPointsAreNot) {
   EXPECT_EQ(all[1].points.front(), all[1].points.back());
   EXPECT_FALSE(all[2].joined);
   EXPECT_THAT(MessageOf([&] { read(list("Plane", three)); }), HasSubstr("a markup of type 'Plane'; it must be Curve"));
-  EXPECT_THAT(MessageOf([&] { read(list("Line", "")); }), HasSubstr("holds no placed control point"));
+  EXPECT_THAT(MessageOf([&] { read(list("Line", "")); }), HasSubstr("contains no placed control point"));
 }
 
 /// The LPS plane through (10, -20, 30) with normal (2, 3, 6) / 7, written in the coordinate system that `sign` selects
@@ -176,13 +176,13 @@ TEST(PlaneMarkups, FilesThatDefineNoPlaneAreRefused) {
   const PlaneText t{1};
   const auto message = [](const std::string& text) { return MessageOf([&] { ReadPlaneText(text); }); };
   const std::string two = t.Points(t.Point(0, 0, 0) + "," + t.Point(1, 0, 0));
-  EXPECT_THAT(message(t.File(two, "Fiducial")), HasSubstr("holds 2 placed points; a plane needs three"));
+  EXPECT_THAT(message(t.File(two, "Fiducial")), HasSubstr("contains 2 placed points; a plane needs three"));
   const std::string line = t.Points(t.Point(0, 0, 0) + "," + t.Point(1, 2, 3) + "," + t.Point(2, 4, 6));
   EXPECT_THAT(message(t.File(line, "Fiducial")), HasSubstr("its points lie on a line, so they do not define a plane"));
   EXPECT_THAT(message(t.File("\"normal\": [0, 0, 0], " + t.Centre())),
               HasSubstr("'normal' of the plane has no direction"));
   EXPECT_THAT(message(t.File("\"normal\": [0, 1], " + t.Centre())),
-              HasSubstr("'normal' of the plane is not 3 numbers"));
+              HasSubstr("'normal' of the plane is not a list of 3 numbers"));
   EXPECT_THAT(message(t.File(t.Normal())), HasSubstr("the plane has neither a center nor a placed point"));
   EXPECT_THAT(message(t.File("\"normal\": [0, 0, 1], " + t.Centre() + ", " + t.Base())),
               HasSubstr("the plane's 'normal' and 'baseToNode' contradict each other; save it again from 3D Slicer"));
@@ -191,7 +191,7 @@ TEST(PlaneMarkups, FilesThatDefineNoPlaneAreRefused) {
               HasSubstr("'center' and its control point contradict each other"));
   const std::string plane = t.File(t.Centre() + ", " + t.Normal());
   const std::string one = plane.substr(13, plane.size() - 15);
-  EXPECT_THAT(message("{\"markups\": [" + one + ", " + one + "]}"), HasSubstr("holds several planes"));
+  EXPECT_THAT(message("{\"markups\": [" + one + ", " + one + "]}"), HasSubstr("contains several planes"));
   EXPECT_THAT(message("[]"), HasSubstr("not a 3D Slicer markups file"));
 }
 

@@ -14,39 +14,39 @@ namespace {
 // More memory than any machine has; volatile, so that the compiler cannot use the value.
 volatile std::size_t too_many_bytes = std::size_t{1} << 62;
 
-void AskForTooMuch() {
+void RequestTooMuch() {
   ::operator delete(::operator new(too_many_bytes));
 }
 
-TEST(EndsWithoutMemory, EndsTheProgramOnlyWhileAnObjectExists) {
+TEST(ExitOnBadAlloc, EndsTheProgramOnlyWhileAnObjectExists) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer ends the program at such a request";
 #endif
   EXPECT_EXIT(
       {
-        SetEndWithoutMemory([] { std::_Exit(7); });
-        EXPECT_THROW(AskForTooMuch(), std::bad_alloc);
-        std::optional<EndsWithoutMemory> first(std::in_place);
-        std::optional<EndsWithoutMemory> second(std::in_place);
+        SetBadAllocHandler([] { std::_Exit(7); });
+        EXPECT_THROW(RequestTooMuch(), std::bad_alloc);
+        std::optional<ExitOnBadAlloc> first(std::in_place);
+        std::optional<ExitOnBadAlloc> second(std::in_place);
         second.reset();
         first.reset();
-        EXPECT_THROW(AskForTooMuch(), std::bad_alloc);
+        EXPECT_THROW(RequestTooMuch(), std::bad_alloc);
         if (::testing::Test::HasFailure()) std::_Exit(1);
         first.emplace();
         second.emplace();
         first.reset();
-        AskForTooMuch();
+        RequestTooMuch();
         std::_Exit(0);
       },
       testing::ExitedWithCode(7), "");
 }
 
-TEST(EndsWithoutMemory, KeepsTheExceptionIfNoFunctionIsSet) {
+TEST(ExitOnBadAlloc, KeepsTheExceptionIfNoFunctionIsSet) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer ends the program at such a request";
 #endif
-  const EndsWithoutMemory ends;
-  EXPECT_THROW(AskForTooMuch(), std::bad_alloc);
+  const ExitOnBadAlloc ends;
+  EXPECT_THROW(RequestTooMuch(), std::bad_alloc);
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ TEST_F(Temporaries, LeftoversOfAKilledProgramAreRemovedByTheNextWrite) {
   EXPECT_EQ(Names().size(), 1u);
   fs::create_directory_symlink(".", own_.file("same"));  // a second path, because each folder is swept only once
   WriteTextFile(own_.file("living.csv"), "x");
-  EXPECT_EQ(Names().size(), 3u) << "the owner lives";
+  EXPECT_EQ(Names().size(), 3u) << "the owner is still alive";
   other.Kill();
   WriteTextFile(own_.file("same/dead.csv"), "x");
   EXPECT_THAT(Names(), testing::UnorderedElementsAre("living.csv", "dead.csv", "same"));
@@ -222,7 +222,7 @@ TEST_F(Temporaries, FolderLockIsHeldUntilTheProgramEndsOrIsKilled) {
   EXPECT_EQ(test::MessageOf(lock), "");
   fs::create_directory_symlink("a", own_.file("link"));
   const FolderLock held(own_.file("link/b"));
-  EXPECT_THAT(test::MessageOf(lock), HasSubstr(refusal)) << "by another name";
+  EXPECT_THAT(test::MessageOf(lock), HasSubstr(refusal)) << "under another name";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 class HeapGuardTest : public testing::Test {
  protected:
   void SetUp() override {
-    if (!HeapGuardIsInstalled()) GTEST_SKIP() << "the sanitizers have an allocator of their own";
+    if (!HeapGuardIsInstalled()) GTEST_SKIP() << "the sanitizers use their own allocator";
   }
 };
 
@@ -84,16 +84,16 @@ TEST_F(HeapGuardTest, AffectsOnlyItsOwnThreadAndScope) {
     const HeapGuard inner;
   }
   Keep(std::malloc(1));  // both guards have ended
-  std::atomic<bool> stand{true};
-  std::atomic<bool> standing{false};
+  std::atomic<bool> keep_guard{true};
+  std::atomic<bool> guarded{false};
   std::thread other([&] {
     const HeapGuard guard;
-    standing = true;
-    while (stand) std::this_thread::yield();
+    guarded = true;
+    while (keep_guard) std::this_thread::yield();
   });
-  while (!standing) std::this_thread::yield();
+  while (!guarded) std::this_thread::yield();
   std::free(std::malloc(100));
-  stand = false;
+  keep_guard = false;
   other.join();
   EXPECT_EQ(counter.count(), 0);
 }

@@ -43,15 +43,15 @@ struct Kept {
 TEST(LeafHistory, StoresOldValuesOfEachLeafOncePerEpoch) {
   Kept k;
   const std::vector<float> was(k.field.Read(k.own[0]), k.field.Read(k.own[0]) + 512);
-  EXPECT_TRUE(k.field.WantsOld(k.own[0]));
+  EXPECT_TRUE(k.field.NeedsOldValues(k.own[0]));
   k.Cut(k.own[0], 0.1F);
   k.Cut(k.own[0], 0.2F);
   k.Cut(k.inside[0], 0.3F);
-  EXPECT_FALSE(k.field.WantsOld(k.own[0]));
+  EXPECT_FALSE(k.field.NeedsOldValues(k.own[0]));
   std::array<double, 256> figures{};
   figures[7] = 0.1;
   EXPECT_TRUE(k.history.Checkpoint(5, figures));
-  EXPECT_TRUE(k.field.WantsOld(k.own[0]));
+  EXPECT_TRUE(k.field.NeedsOldValues(k.own[0]));
   k.Cut(k.own[0], 0.4F);
   k.Cut(k.inside[0], 0.5F);
   EXPECT_EQ(k.history.pushed(), 5u);
@@ -104,7 +104,7 @@ TEST(LeafHistory, SwapIsNotRecorded) {
   EXPECT_EQ(k.history.pushed(), 0u);
   EXPECT_EQ(values[17], was);
   EXPECT_EQ(k.field.Read(k.inside[3])[17], 0.5F);
-  EXPECT_TRUE(k.field.WantsOld(k.inside[3]));
+  EXPECT_TRUE(k.field.NeedsOldValues(k.inside[3]));
   EXPECT_EQ(k.field.changed().size(), 1u);
 }
 

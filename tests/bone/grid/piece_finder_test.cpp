@@ -52,7 +52,7 @@ void ForEachLeafOf(Visit visit) {
   }
 }
 
-Bone MakeOf(Voxels& voxels) {
+Bone MakeBoneOf(Voxels& voxels) {
   Bone bone = test::MakeBox({}, Vec3(20 * kVoxel_mm), kVoxel_mm);
   ForEachLeafOf([&](const auto& n, const auto& index) { SetLeaf(bone, index, voxels.Leaf(n)); });
   return bone;
@@ -155,7 +155,7 @@ TEST(PieceFinder, MatchesAFloodFillAfterEveryCut) {
   EXPECT_TRUE(test::CheckSeeded(20261120, 25, [](std::uint64_t seed) {
     std::mt19937_64 random(seed);
     Voxels voxels = Draw(random);
-    PieceFinder finder(MakeOf(voxels), 0);
+    PieceFinder finder(MakeBoneOf(voxels), 0);
     RC_ASSERT(Found(finder.found()) == BruteForce(voxels));
     for (int cut = 0; cut < 6; ++cut) {
       for (const auto& n : Cut(random, voxels)) {
@@ -165,7 +165,7 @@ TEST(PieceFinder, MatchesAFloodFillAfterEveryCut) {
       RC_ASSERT(finder.found().dust_count == 0u);
     }
     // The finder's state equals that of a new finder.
-    RC_ASSERT(Found(PieceFinder(MakeOf(voxels), 0).found()) == Found(finder.found()));
+    RC_ASSERT(Found(PieceFinder(MakeBoneOf(voxels), 0).found()) == Found(finder.found()));
   }));
 }
 
@@ -175,7 +175,7 @@ TEST(PieceFinder, LosesNoVolumeToDustOrPieces) {
     Voxels voxels = Draw(random);
     const double voxel_mm3 = kVoxel_mm * kVoxel_mm * kVoxel_mm;
     const double dust_mm3 = 27 * voxel_mm3;
-    PieceFinder finder(MakeOf(voxels), dust_mm3);
+    PieceFinder finder(MakeBoneOf(voxels), dust_mm3);
     for (int cut = 0; cut < 4; ++cut) {
       for (const auto& n : Cut(random, voxels)) {
         finder.Change({kFirst + n[0], kFirst + n[1], kFirst + n[2]}, voxels.Leaf(n));
@@ -201,7 +201,7 @@ TEST(PieceFinder, LosesNoVolumeToDustOrPieces) {
       RC_ASSERT(found.dust_count == dust);
       RC_ASSERT(found.pieces.size() == all.size() - dust);
       // These are the same pieces as those computed at the end of a run.
-      const Pieces split = SplitPieces(MakeOf(voxels), dust_mm3);
+      const Pieces split = SplitPieces(MakeBoneOf(voxels), dust_mm3);
       RC_ASSERT(split.pieces.size() == found.pieces.size());
       RC_ASSERT(split.dust_count == found.dust_count);
     }
@@ -218,18 +218,18 @@ TEST(PieceFinder, LargerPartKeepsTheId) {
     }
   };
   fill(2, 30, -1);
-  PieceFinder finder(MakeOf(voxels), 0);
-  const auto tell = [&] {
+  PieceFinder finder(MakeBoneOf(voxels), 0);
+  const auto find_pieces = [&] {
     ForEachLeafOf([&](const auto& n, const auto& index) { finder.Change(index, voxels.Leaf(n)); });
     return finder.Find();
   };
   ASSERT_EQ(finder.found().pieces.size(), 1u);
   EXPECT_EQ(finder.found().pieces[0].id, 1);
   EXPECT_FALSE(finder.changed());
-  EXPECT_TRUE(tell().came_off.empty());  // nothing has changed
+  EXPECT_TRUE(find_pieces().came_off.empty());  // nothing has changed
 
   fill(20, 21, 1);
-  FoundPieces found = tell();
+  FoundPieces found = find_pieces();
   ASSERT_EQ(found.came_off.size(), 1u);
   EXPECT_EQ(found.came_off[0].id, 2);
   EXPECT_EQ(found.came_off[0].from, 1);
@@ -239,7 +239,7 @@ TEST(PieceFinder, LargerPartKeepsTheId) {
   EXPECT_EQ(found.came_off[0].bounds_W.upper.x, kVoxel_mm * (29 + 8 * kFirst + 0.5));
 
   fill(22, 24, 1);  // splits piece 2; its smaller part becomes piece 3
-  found = tell();
+  found = find_pieces();
   ASSERT_EQ(found.came_off.size(), 1u);
   EXPECT_EQ(found.came_off[0].id, 3);
   EXPECT_EQ(found.came_off[0].from, 2);
@@ -248,7 +248,7 @@ TEST(PieceFinder, LargerPartKeepsTheId) {
   EXPECT_EQ(found.At(2)->from, 1);
 
   fill(21, 22, 1);  // cut away completely: not reported again
-  found = tell();
+  found = find_pieces();
   EXPECT_TRUE(found.came_off.empty());
   EXPECT_EQ(found.At(3), nullptr);
   EXPECT_EQ(found.pieces.size(), 2u);
@@ -262,15 +262,15 @@ TEST(PieceFinder, FacesConnectAndEdgesDoNot) {
     Voxels voxels;
     const int x = across_leaves ? 15 : 11;
     voxels.At(x, 10, 10) = voxels.At(x + 1, 11, 10) = -1;
-    EXPECT_EQ(PieceFinder(MakeOf(voxels), 0).found().pieces.size(), 2u);
+    EXPECT_EQ(PieceFinder(MakeBoneOf(voxels), 0).found().pieces.size(), 2u);
     voxels.At(x, 11, 10) = -1;
-    EXPECT_EQ(PieceFinder(MakeOf(voxels), 0).found().pieces.size(), 1u);
+    EXPECT_EQ(PieceFinder(MakeBoneOf(voxels), 0).found().pieces.size(), 1u);
   }
 }
 
 TEST(PieceFinder, EmptyBoneHasNoPieces) {
   Voxels voxels;
-  PieceFinder finder(MakeOf(voxels), 0);
+  PieceFinder finder(MakeBoneOf(voxels), 0);
   EXPECT_TRUE(finder.found().pieces.empty());
   EXPECT_FALSE(finder.Change({0, 0, 0}, voxels.Leaf({2, 2, 2})));
   EXPECT_TRUE(finder.Find().pieces.empty());

@@ -125,7 +125,7 @@ bool HasDcm2niix() {
 }
 
 TEST(Dcm2niix, NiftiIsBitIdenticalToDicom) {
-  if (!HasDcm2niix()) GTEST_SKIP() << "no dcm2niix on this machine";
+  if (!HasDcm2niix()) GTEST_SKIP() << "dcm2niix is not installed";
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("kerf_dicom_{}", getpid());
   std::filesystem::create_directories(folder);
   test::WriteDicom(StraightCt(), folder);
@@ -134,10 +134,10 @@ TEST(Dcm2niix, NiftiIsBitIdenticalToDicom) {
 }
 
 TEST(Dcm2niix, NiftiOfRealScansIsBitIdenticalToDicom) {
-  if (!HasDcm2niix()) GTEST_SKIP() << "no dcm2niix on this machine";
+  if (!HasDcm2niix()) GTEST_SKIP() << "dcm2niix is not installed";
   for (const char* name : {"visible_human_female", "phantom_siemens"}) {
     const std::string dicom = std::string(KERF_TEST_DATA) + "/" + name + "/dicom";
-    if (!std::filesystem::exists(dicom)) GTEST_SKIP() << "no " << dicom;
+    if (!std::filesystem::exists(dicom)) GTEST_SKIP() << "not found: " << dicom;
     ExpectSameByDcm2niix(dicom);
   }
 }
@@ -212,7 +212,7 @@ TEST(NiftiValues, InconsistentBitsAndNonFiniteValuesAreRefused) {
   Put(bytes, 70, std::int16_t{2});
   WriteBytes(folder.file("a.nii"), bytes);
   EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nii")); }),
-              HasSubstr("the header contradicts itself: voxels of NIfTI's type 2 have 8 bits, not 16"));
+              HasSubstr("the header contradicts itself: voxels of NIfTI type 2 have 8 bits, not 16"));
   std::vector<float> values(ct.hu.begin(), ct.hu.end());
   values[3] = std::numeric_limits<float>::quiet_NaN();
   std::string header = test::NiftiHeader(ct);
@@ -279,7 +279,8 @@ TEST_F(NiftiForms, WithoutAFormRasIsAssumedWithAWarning) {
 TEST_F(NiftiForms, DifferentSFormAndQFormCauseAWarning) {
   const Volume read = Read([&](std::string& h) { PutQForm(h, ct_.origin_W + Vec3(30, 0, 40)); });
   ExpectSame(read, ct_);  // the sform places it
-  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("places the scan twice, up to 50.0 mm apart; its sform was used")));
+  EXPECT_THAT(read.warnings,
+              ElementsAre(HasSubstr("gives two positions of the scan, up to 50.0 mm apart; its sform was used")));
 }
 
 TEST_F(NiftiForms, ScannerSpaceIsPreferredToAStandardSpace) {
@@ -290,7 +291,7 @@ TEST_F(NiftiForms, ScannerSpaceIsPreferredToAStandardSpace) {
   EXPECT_EQ(both.origin_W, ct_.origin_W + Vec3(0, 50, 0));
   EXPECT_THAT(both.warnings, ElementsAre(HasSubstr("its qform was used, in the scanner's coordinates")));
   const Volume alone = Read([](std::string& h) { Put(h, 254, std::int16_t{4}); });
-  EXPECT_THAT(alone.warnings, ElementsAre(HasSubstr("in MNI's coordinates, to which it may have been stretched")));
+  EXPECT_THAT(alone.warnings, ElementsAre(HasSubstr("in MNI coordinates, to which it may have been stretched")));
 }
 
 TEST_F(NiftiForms, MetresAndMicrometresAreReadAndUnknownUnitsCauseAWarning) {

@@ -106,7 +106,8 @@ TEST(Isolate, AVolumeWithoutBoneIsRefused) {
   const Volume water = test::MakeCt({20, 20, 20}, {1, 1, 1}, {0, 0, 0}, glm::dmat3(1), Ball({10, 10, 10}, 8), 120);
   EXPECT_THAT(
       MessageOf([&] { Isolate(water, IsolateOptions{}, {}); }),
-      HasSubstr("the scan holds no bone: nothing above 300 HU is larger than 1 cm3 (the brightest voxel has 120 HU)"));
+      HasSubstr(
+          "the scan contains no bone: nothing above 300 HU is larger than 1 cm3 (the brightest voxel has 120 HU)"));
 }
 
 // Returns a tube along a horseshoe with two uprights, which has the features of a mandible that the shape test checks.
@@ -155,7 +156,7 @@ TEST(MandibleLikeness, UpsideDownOrBackToFrontFails) {
 // Returns a scan of the arch whose coordinates are in `frame`, although its header states LPS.
 Volume HorseshoeIn(const std::string& frame) {
   Volume ct = HorseshoeCt(Horseshoe(60, 60, false, false));
-  StateFrame(frame, ct);  // its inverse is meant, but each of the frames below is its own inverse
+  ReinterpretFrame(frame, ct);  // its inverse is meant, but each of the frames below is its own inverse
   ct.frame = "LPS";
   return ct;
 }
@@ -171,9 +172,9 @@ TEST(MandibleLikeness, NamesTheRotationThatWouldGiveAMandible) {
     EXPECT_THAT(said, HasSubstr(fmt::format("; it looks like a mandible that {}", how)));
     EXPECT_THAT(said, HasSubstr(frame));
     // The refusal contains the same text, and stating the suggested frame gives the arch.
-    EXPECT_THAT(MessageOf([&] { Isolate(ct, IsolateOptions{}, {}); }), HasSubstr(DescribeTurns(likeness, "LPS")));
+    EXPECT_THAT(MessageOf([&] { Isolate(ct, IsolateOptions{}, {}); }), HasSubstr(DescribeRotations(likeness, "LPS")));
     Volume stated = ct;
-    StateFrame(frame, stated);
+    ReinterpretFrame(frame, stated);
     EXPECT_TRUE(Isolate(stated, IsolateOptions{}, {}).mandible);
   }
   const MandibleLikeness backwards = ShapeOf(HorseshoeIn("RAS"));
@@ -183,7 +184,7 @@ TEST(MandibleLikeness, NamesTheRotationThatWouldGiveAMandible) {
   // The arch also passes when it lies on its back, so a different order of axes leaves two possible frames.
   EXPECT_THAT(Describe(ShapeOf(HorseshoeIn("SAL")), "LPS"),
               HasSubstr("are likely PIR or SAL, or PIL or SAR if mirrored"));
-  EXPECT_EQ(DescribeTurns(ShapeOf(HorseshoeIn("LPS")), "LPS"), "");
+  EXPECT_EQ(DescribeRotations(ShapeOf(HorseshoeIn("LPS")), "LPS"), "");
 }
 
 TEST(Isolate, RotationIsAlsoNamedWithKeepAndDropPoints) {

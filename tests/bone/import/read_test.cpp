@@ -115,7 +115,7 @@ TEST(ReadDicom, SeveralCtSeriesAreRefusedUntilOneIsChosen) {
   other.series_uid = "1.2.99.8";
   test::WriteDicom(SkewCt({9, 8, 5}), folder.path(), other);
   EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }),
-              HasSubstr("the folder holds 2 CT series; choose one with --series UID"));
+              HasSubstr("the folder contains 2 CT series; choose one with --series UID"));
   EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }), testing::Not(HasSubstr("damaged file")));
   EXPECT_EQ(ReadFolder(folder.path(), "1.2.3.4.5").size[2], 7);
   EXPECT_EQ(ReadFolder(folder.path(), "99.8").size[2], 5);
@@ -129,7 +129,7 @@ TEST(ReadDicom, ASliceWithAnotherSeriesUidIsNamed) {
   other.series_uid = "1.2.3.4.6";
   WriteBytes(folder.file("stray.dcm"), test::DicomSlice(ct, 3, other));
   const std::string message = MessageOf([&] { ReadFolder(folder.path()); });
-  EXPECT_THAT(message, HasSubstr("the folder holds 2 CT series"));
+  EXPECT_THAT(message, HasSubstr("the folder contains 2 CT series"));
   EXPECT_THAT(message,
               testing::EndsWith("; one of them has 1 slice and may be a scout view or a damaged file: stray.dcm"));
 }
@@ -342,7 +342,7 @@ TEST(ReadImage, NrrdShorterThanItsHeaderStatesIsRefused) {
   WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
   EXPECT_THAT(
       MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
-      HasSubstr("the header states 90 x 80 x 70 voxels (1008000 bytes), but the file holds 1008 bytes of them"));
+      HasSubstr("the header states 90 x 80 x 70 voxels (1008000 bytes), but the file contains 1008 bytes of them"));
   // The memory is never allocated; 10^15 voxels would need 2 PB.
   lying.size = {100000, 100000, 100000};
   WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
@@ -358,7 +358,7 @@ TEST(ReadImage, TruncatedNiftiAndMetaImageAreRefused) {
     const std::string whole = ReadBytes(folder.file(name));
     WriteBytes(folder.file(name), whole.substr(0, whole.size() - 2));
     EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file(name)); }),
-                HasSubstr("the header states 9 x 8 x 7 voxels (1008 bytes), but the file holds 1006 bytes of them"));
+                HasSubstr("the header states 9 x 8 x 7 voxels (1008 bytes), but the file contains 1006 bytes of them"));
   }
 }
 
@@ -410,7 +410,7 @@ TEST(ReadImage, ColourAndFlatImagesAreRefused) {
   WriteBytes(folder.file("flat.nrrd"),
              "NRRD0004\ntype: uchar\ndimension: 2\nsizes: 4 4\nencoding: raw\n\n" + std::string(16, '\1'));
   EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("flat.nrrd")); }),
-              HasSubstr("has 2 dimensions; kerf needs a volume of 3"));
+              HasSubstr("has 2 dimensions; kerf requires 3"));
 }
 
 TEST(ReadImage, DamagedFilesPrintNothing) {

@@ -40,7 +40,7 @@ int CountTopPoints(const TriangleMesh& surface, const Box3& box, double side) {
 }
 
 TEST(VisibleHuman, MandibleIsFoundUnaidedAsOnePieceWithBothCondyles) {
-  if (Missing(kFemaleDicom)) GTEST_SKIP() << "no " << kFemaleDicom;
+  if (Missing(kFemaleDicom)) GTEST_SKIP() << "not found: " << kFemaleDicom;
   ImportOptions options;
   options.voxel_mm = 0.4;
   const ImportResult dicom = Import(kFemaleDicom, options);
@@ -72,7 +72,7 @@ TEST(VisibleHuman, MandibleIsFoundUnaidedAsOnePieceWithBothCondyles) {
   EXPECT_GT(CountTopPoints(surface, r.box, -1), 100);
   EXPECT_GT(CountTopPoints(surface, r.box, +1), 100);
 
-  if (Missing(kFemaleNrrd)) GTEST_SKIP() << "no " << kFemaleNrrd;
+  if (Missing(kFemaleNrrd)) GTEST_SKIP() << "not found: " << kFemaleNrrd;
   const ImportReport nrrd = Import(kFemaleNrrd, options).report;
   EXPECT_NEAR(nrrd.solid_mm3 / r.solid_mm3, 1, 0.005);
   EXPECT_NEAR(nrrd.iso_mm3 / r.iso_mm3, 1, 0.005);
@@ -81,7 +81,7 @@ TEST(VisibleHuman, MandibleIsFoundUnaidedAsOnePieceWithBothCondyles) {
 }
 
 TEST(VisibleHuman, PointsFindTheSameMandible) {
-  if (Missing(kFemaleNrrd)) GTEST_SKIP() << "no " << kFemaleNrrd;
+  if (Missing(kFemaleNrrd)) GTEST_SKIP() << "not found: " << kFemaleNrrd;
   const Volume ct = ReadImageFile(kFemaleNrrd);
   const Isolation by_itself = Isolate(ct, IsolateOptions{}, {});
   // A keep point alone selects the bone; everything else is the same as without points.
@@ -98,7 +98,7 @@ TEST(VisibleHuman, PointsFindTheSameMandible) {
 }
 
 TEST(Phantom, IsRefusedWithoutPointsWithAnExplanation) {
-  if (Missing(kPhantom)) GTEST_SKIP() << "no " << kPhantom;
+  if (Missing(kPhantom)) GTEST_SKIP() << "not found: " << kPhantom;
   const std::string message = MessageOf([] { Import(kPhantom, ImportOptions{}); });
   EXPECT_THAT(message, HasSubstr("the mandible can't be distinguished from the other bone"));
   EXPECT_THAT(message, HasSubstr("1. 399.9 cm3, centre (4, -219, 390), box 148 x 205 x 100 mm"));
@@ -131,7 +131,7 @@ Volume Coarsen(const Volume& ct, const std::array<int, 3>& n, bool mean) {
 }
 
 TEST(VisibleHuman, ThickSlicesGiveTheBoneOfThinOnes) {
-  if (Missing(kFemaleNrrd)) GTEST_SKIP() << "no " << kFemaleNrrd;
+  if (Missing(kFemaleNrrd)) GTEST_SKIP() << "not found: " << kFemaleNrrd;
   const Volume ct = Crop(ReadImageFile(kFemaleNrrd), {30, 0, 0}, {209, 129, 158});
   const test::Folder folder;
   ImportOptions options;
@@ -161,7 +161,7 @@ TEST(VisibleHuman, ThickSlicesGiveTheBoneOfThinOnes) {
 }
 
 TEST(Phantom, SceneMarkupsSeparateItFromUpperTeethAndSkull) {
-  if (Missing(kPhantom)) GTEST_SKIP() << "no " << kPhantom;
+  if (Missing(kPhantom)) GTEST_SKIP() << "not found: " << kPhantom;
   ImportOptions options;
   options.voxel_mm = 0.5;
   options.isolate.keep_W = ReadMarkups(std::string(KERF_SOURCE_DIR) + "/scenes/phantom_keep.mrk.json");
@@ -188,7 +188,7 @@ TEST(Phantom, SceneMarkupsSeparateItFromUpperTeethAndSkull) {
 }
 
 TEST(DynJaw, SurfaceOfAMandibleGetsTheAtlas) {
-  if (Missing(kJaw)) GTEST_SKIP() << "no " << kJaw;
+  if (Missing(kJaw)) GTEST_SKIP() << "not found: " << kJaw;
   ImportOptions options;
   options.voxel_mm = 0.5;
   const ImportResult result = Import(kJaw, options);

@@ -204,7 +204,7 @@ TEST(ImportOptionsRange, IsCheckedBeforeAnythingIsRead) {
   EXPECT_THAT(MessageOf([&] { Import("/nowhere", ImportOptions{}); }), HasSubstr("/nowhere: no such file or folder"));
   const Folder folder;
   test::WriteBytes(folder.file("scan.tiff"), "x");
-  EXPECT_THAT(MessageOf([&] { Import(folder.file("scan.tiff"), ImportOptions{}); }), HasSubstr("unknown kind of file"));
+  EXPECT_THAT(MessageOf([&] { Import(folder.file("scan.tiff"), ImportOptions{}); }), HasSubstr("unknown file type"));
 }
 
 // Returns a box with the given edge lengths, centred at the origin.

@@ -84,7 +84,7 @@ TEST(HuCheck, CtWithoutItsOffsetIsRecognised) {
 
 TEST(RealData, HuCheckAcceptsARealScanOnlyWithItsOffset) {
   const std::string head = std::string(KERF_TEST_DATA) + "/visible_human_female/vhf_head_hu_int16_250x250x234.nrrd";
-  if (!std::filesystem::exists(head)) GTEST_SKIP() << "no " << head;
+  if (!std::filesystem::exists(head)) GTEST_SKIP() << "not found: " << head;
   const Volume ct = ReadImageFile(head);
   EXPECT_EQ(CheckHu(ct, kIso, ""), "");
   EXPECT_THAT(MessageOf([&] { CheckHu(Shifted(ct, 1024), kIso, ""); }), HasSubstr("without its offset"));
@@ -131,7 +131,7 @@ TEST(Values, MoreSlicesThanTheHeaderStatesCauseAWarning) {
     const Volume read = ReadImageFile(folder.file(name));
     EXPECT_EQ(read.hu, ct.hu);
     EXPECT_THAT(read.warnings,
-                ElementsAre("the header gives 40 x 40 x 40 voxels, but the file holds 2 slices more; they were "
+                ElementsAre("the header gives 40 x 40 x 40 voxels, but the file contains 2 slices more; they were "
                             "left out"))
         << name;
   }

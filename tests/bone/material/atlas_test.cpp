@@ -182,7 +182,7 @@ TEST(Atlas, ATurnedHeadKeepsItsRegions) {
 
 TEST(Atlas, AScannedMandibleHasAll31RegionsAndKeepsThemWhenTurned) {
   const std::vector<Vec3> points = ReadDynjaw();
-  if (points.empty()) GTEST_SKIP() << "no " << KERF_TEST_DATA << "/mesh_dynjaw/jaw_smooth.obj";
+  if (points.empty()) GTEST_SKIP() << "not found: " << KERF_TEST_DATA << "/mesh_dynjaw/jaw_smooth.obj";
   ExpectAll31(points);
   for (const Pose& X : MakeHeadTurns()) EXPECT_GT(CalcKeptFraction(points, X), 0.97);
 }

@@ -117,7 +117,7 @@ TEST(CtLaws, LawWithoutCalibrationRequiresAndAcceptsOne) {
             "ct_law = \"morgan_2003_vertebra\" requires apparent density and has no calibration of its own, since that "
             "depends on the scanner; give ct_calibration = \"HU:density HU:density ...\" in g/cm3, from a phantom");
   EXPECT_EQ(message("0:0.1 1000:1.2"), "accepted");
-  EXPECT_EQ(message("0:2 1000:3"), "the calibration gives 2 to 3 g/cm3 and the bands hold for 0.09 to 0.35");
+  EXPECT_EQ(message("0:2 1000:3"), "the calibration covers 2 to 3 g/cm3, but the bands cover 0.09 to 0.35");
   EXPECT_EQ(message("0:0.1"), "a calibration needs at least two points");
   EXPECT_EQ(message("0:0.1 x:1.2"), "HU = \"x\" is not a number");
   EXPECT_EQ(message("0:0.1 1000"), "calibration point \"1000\" is not HU:density, such as 1000:1.2");
@@ -162,7 +162,7 @@ TEST(CtLaws, EveryMistakeInAFileIsReportedWithItsLine) {
       {"a,bone,ash,none,-0.1 to 0.8: 1 rho^2,S,src",
        "laws.csv:3: a: band -0.1 to 0.8 g/cm3 begins at a negative density"},
       {"a,bone,ash,none,0.8 to 0.8: 1 rho^2,S,src",
-       "laws.csv:3: a: band 0.8 to 0.8 g/cm3 ends where it begins or before"},
+       "laws.csv:3: a: band 0.8 to 0.8 g/cm3: the upper density must be above the lower one"},
       {"a,bone,ash,none,100 to 800: 1 rho^2,S,src", "laws.csv:3: a: band 100 to 800 g/cm3 reaches beyond 25 g/cm3"},
       {"a,bone,ash,none,0.1 to 0.8: 1 rho^2; 0.7 to 2: 1 rho^2,S,src",
        "laws.csv:3: a: band 0.7 to 2 g/cm3 overlaps the band 0.1 to 0.8 before it; a band must begin where the "

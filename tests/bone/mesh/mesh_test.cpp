@@ -116,7 +116,7 @@ TEST_F(MeshFile, TextStlIsReadAndAgreesWithTheBinaryOne) {
   EXPECT_EQ(mesh.points.size(), 4u);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
   EXPECT_DOUBLE_EQ(CalcEnclosedVolume(mesh), 8.0 / 6);
-  EXPECT_THAT(ReadMessage("cut.stl", text), EndsWith("cut.stl: a text STL without its 'endsolid'; it is cut off"));
+  EXPECT_THAT(ReadMessage("cut.stl", text), EndsWith("cut.stl: the text STL has no 'endsolid'; it is cut off"));
   text.erase(text.rfind("vertex"), 20);
   ::testing::internal::CaptureStderr();
   EXPECT_THAT(ReadMessage("bad.stl", text + "endsolid tetrahedron\n"), HasSubstr("bad.stl: not a valid text STL"));
@@ -186,30 +186,30 @@ TEST_F(MeshFile, FalseCountsAreRefusedBeforeAllocation) {
   const std::uint32_t lie = 4000000000u;
   std::memcpy(stl.data() + 80, &lie, 4);
   EXPECT_THAT(ReadMessage("lie.stl", stl),
-              EndsWith("lie.stl: a binary STL that states 4,000,000,000 triangles (200,000,000,084 bytes), but the "
+              EndsWith("lie.stl: the binary STL states 4,000,000,000 triangles (200,000,000,084 bytes), but the "
                        "file has 284 bytes; it is cut off or not an STL"));
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   EXPECT_THAT(
       ReadMessage("lie.ply",
                   "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\n" + xyz + "end_header\n"),
-      HasSubstr("the PLY states 18,446,744,073,709,551,615 rows of element 'vertex', more than its 0 bytes hold"));
+      HasSubstr("the PLY states 18,446,744,073,709,551,615 rows of element 'vertex', more than its 0 bytes can hold"));
   EXPECT_THAT(ReadMessage("list.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + xyz +
                                           "element face 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n"
                                           "2000000000 0 0\n"),
-              HasSubstr("face 1 states a list of 2000000000 values, more than the file holds"));
+              HasSubstr("face 1 states a list of 2000000000 values, more than the file contains"));
 }
 
 TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
   EXPECT_THAT(ReadMessage("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
-              EndsWith("a.obj:4: a face uses point 4, but 3 points come before it"));
+              EndsWith("a.obj:4: a face uses point 4, but only 3 points are defined before it"));
   EXPECT_THAT(ReadMessage("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n"), HasSubstr("b.obj:4: a face uses point 0"));
-  EXPECT_THAT(ReadMessage("c.obj", "v 0 0\n"), EndsWith("c.obj:1: a point needs three numbers, but found ''"));
+  EXPECT_THAT(ReadMessage("c.obj", "v 0 0\n"), EndsWith("c.obj:1: expected three numbers after 'v', but found ''"));
   EXPECT_THAT(ReadMessage("d.obj", "v 0 0 0\nf 1 1\n"), EndsWith("d.obj:2: a face needs at least three points"));
   EXPECT_THAT(ReadMessage("e.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"),
               EndsWith("e.obj: triangle 1 has a point that is not finite (nan, 0, 0)"));
   EXPECT_THAT(ReadMessage("f.obj", "v 0 0 0\n"), EndsWith("f.obj: contains no triangles"));
   EXPECT_THAT(ReadMessage("g.obj", "v 0 0 0\nf one two three\n"),
-              HasSubstr("g.obj:2: a face needs point numbers, but found 'one'"));
+              HasSubstr("g.obj:2: expected point numbers after 'f', but found 'one'"));
   EXPECT_THAT(
       ReadMessage("a.ply",
                   "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -274,7 +274,7 @@ TEST(Decimate, SphereStaysClosedRoundAndKeepsItsVolume) {
 
 TEST(Decimate, MandibleStaysClosedAndKeepsItsVolume) {
   const std::string path = std::string(KERF_TEST_DATA) + "/mesh_dynjaw/jaw_smooth.stl";
-  if (!fs::exists(path)) GTEST_SKIP() << path << " is not here";
+  if (!fs::exists(path)) GTEST_SKIP() << "not found: " << path;
   const TriangleMesh jaw = ReadMesh(path);
   ASSERT_EQ(CountOpenEdges(jaw), 0u);
   const double volume = CalcEnclosedVolume(jaw);

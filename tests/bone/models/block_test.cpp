@@ -117,14 +117,14 @@ TEST(Block, BadParametersAreNamed) {
   EXPECT_EQ(MessageOf(p), "block: voxel_mm = 0 is outside the range 0.02 to 4");
   p = good;
   p.X_WB.R_AB = {0, 0, 0, 0};
-  EXPECT_THAT(MessageOf(p), testing::HasSubstr("quaternion not of unit length"));
+  EXPECT_THAT(MessageOf(p), testing::HasSubstr("quaternion that is not of unit length"));
   p = good;
   p.layers = {{1, 99}};
-  EXPECT_EQ(MessageOf(p), "block: layer 1 is of region 99, which the region table does not have");
+  EXPECT_EQ(MessageOf(p), "block: layer 1 has region 99, which is not in the region table");
   p.layers = {{1, 24}, {-2, 6}};
   EXPECT_EQ(MessageOf(p), "block: layer 2 is -2 mm thick; a thickness must be positive");
   p.layers = {{6, 24}, {2, 6}};
-  EXPECT_EQ(MessageOf(p), "block: layer 2 would begin 6 mm down in a block 5 mm high");
+  EXPECT_EQ(MessageOf(p), "block: layer 2 would begin 6 mm below the top of a block 5 mm high");
   p = good;
   p.size_mm = {1000, 1000, 1000};
   p.voxel_mm = 0.02;

@@ -91,26 +91,26 @@ TEST(Overlap, OfTwoCutHalvesIsZero) {
 
 struct Surface {
   explicit Surface(const Bone& bone) : mesh(ExtractSurface(bone)), tree(mesh) {}
-  SurfaceInTree in_tree() const { return {&mesh, &tree}; }
+  SurfaceWithTree in_tree() const { return {&mesh, &tree}; }
   TriangleMesh mesh;
   SurfaceTree tree;
 };
 
 /// Brute force: the distance from every point of each mesh to every triangle of the other.
 double CalcGapSlowly(const TriangleMesh& a, const Pose& X_WA, const TriangleMesh& b, const Pose& X_WB) {
-  double least = 1e300;
+  double smallest = 1e300;
   const auto search = [&](const TriangleMesh& from, const Pose& X_from, const TriangleMesh& to, const Pose& X_to) {
     for (const Vec3& p : from.points) {
       const Vec3 at = X_to.InversePoint(X_from.Point(p));
       for (const auto& t : to.triangles) {
-        least = std::min(
-            least, glm::length(at - FindNearestInTriangle(at, to.points[t[0]], to.points[t[1]], to.points[t[2]])));
+        smallest = std::min(
+            smallest, glm::length(at - FindNearestInTriangle(at, to.points[t[0]], to.points[t[1]], to.points[t[2]])));
       }
     }
   };
   search(a, X_WA, b, X_WB);
   search(b, X_WB, a, X_WA);
-  return least;
+  return smallest;
 }
 
 TEST(Gap, MatchesABruteForceSearch) {
@@ -136,15 +136,15 @@ TEST(Gap, OfTwoBallsMatchesTheClosedForm) {
   for (int i = 0; i < 10; ++i) {
     const Pose X_WA = draw.AnyPose();
     Pose X_WB = draw.AnyPose();
-    const Vec3 way = draw.Direction();
+    const Vec3 direction = draw.Direction();
     const double gap = draw.In(0.05, 10);
     const Vec3 centre = X_WA.Point({1, 2, 3});
-    X_WB.p_AB = centre + (7 + gap) * way - X_WB.Vector({-2, 0.1, 5});
+    X_WB.p_AB = centre + (7 + gap) * direction - X_WB.Vector({-2, 0.1, 5});
     const auto found = CalcGap(a.in_tree(), X_WA, b.in_tree(), X_WB, 100);
     ASSERT_TRUE(found);
     // Facets lie within h^2 / (8 R) of each ball, and the triangulation is accurate to a twentieth of a voxel.
     EXPECT_NEAR(found->gap_mm, gap, 0.02);
-    EXPECT_LT(glm::length(found->p_WA_mm - (centre + 4.0 * way)), 0.6);
+    EXPECT_LT(glm::length(found->p_WA_mm - (centre + 4.0 * direction)), 0.6);
   }
 }
 
@@ -174,7 +174,7 @@ TEST(SurfaceTree, RaysHitABallAtTheExpectedPoints) {
       EXPECT_FALSE(hit);
     } else if (off < 3.8) {
       ASSERT_TRUE(hit);
-      EXPECT_NEAR(hit->way_mm, from - std::sqrt(16 - off * off), 0.06);
+      EXPECT_NEAR(hit->distance_mm, from - std::sqrt(16 - off * off), 0.06);
       EXPECT_NEAR(glm::length(hit->p - centre), 4, 0.02);
     }
   }

@@ -74,7 +74,7 @@ TEST(PieceSet, PiecesArePickedAtTheirCurrentPose) {
   ASSERT_TRUE(pick);
   EXPECT_EQ(pick->piece, 0);
   EXPECT_NEAR(pick->p_W_mm.z, 2, 0.02);
-  EXPECT_NEAR(pick->way_mm, 18, 0.02);
+  EXPECT_NEAR(pick->distance_mm, 18, 0.02);
   EXPECT_FALSE(set.Pick({0.5, 5, 20}, {0, 0, -1}));
   set.Move(2, {-4.15, 0, 10});  // above the first piece
   EXPECT_EQ(set.Pick({0.5, 0, 20}, {0, 0, -1})->piece, 2);
@@ -100,7 +100,7 @@ TEST(PieceSet, MotionsHaveTheStatedEffect) {
   // A quarter turn about y maps z to x and x to -z.
   const Vec3 arm = before - p;
   EXPECT_LT(glm::length(set.CalcCentroid(0) - (p + Vec3(arm.z, arm.y, -arm.x))), 1e-9);
-  EXPECT_NEAR(CalcTurn(set.state(0).X_WP), 90, 1e-9);
+  EXPECT_NEAR(CalcRotationAngle(set.state(0).X_WP), 90, 1e-9);
   set.Reset(0);
   ExpectSame(set.state(0).X_WP, Pose{});
   set.Place(1, {Quat(0, 1, 0, 0), {1, 1, 1}});
@@ -281,7 +281,7 @@ TEST(PieceSet, InvalidFilesAreRefusedAndChangeNothing) {
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["name"] = "x"; }), HasSubstr("no x here"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["volume_mm3"] = 1; }), HasSubstr("a different volume"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][0] = 2; }), HasSubstr("not a rigid motion"));
-  EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][0] = "a"; }), HasSubstr("not 16 numbers"));
+  EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][0] = "a"; }), HasSubstr("not a list of 16 numbers"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["transform"][3] = 1e9; }), HasSubstr("out of the world"));
   EXPECT_THAT(message([](auto& j) { j["pieces"][0]["hidden"] = 1; }), HasSubstr("neither true nor false"));
   EXPECT_THAT(message([](auto& j) { j["checkpoints"] = {{{"name", 3}}}; }), HasSubstr("checkpoint has no name"));
@@ -297,8 +297,8 @@ TEST(ConstrainToAxis, MotionStaysOnTheAxis) {
     const Pose held = ConstrainToAxis(free, p, axis);
     // A point of the axis stays on the axis and moves along it as far as in the free motion.
     const Vec3 n = glm::normalize(axis);
-    const Vec3 way = held.Point(p) - p;
-    EXPECT_LT(glm::length(way - glm::dot(n, free.Point(p) - p) * n), 1e-9);
+    const Vec3 motion = held.Point(p) - p;
+    EXPECT_LT(glm::length(motion - glm::dot(n, free.Point(p) - p) * n), 1e-9);
     EXPECT_LT(glm::length(held.Vector(n) - n), 1e-9);
     // A motion that already satisfies the constraint is left unchanged.
     ExpectSame(ConstrainToAxis(held, p, axis), held);

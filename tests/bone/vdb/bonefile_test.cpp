@@ -264,7 +264,7 @@ TEST_F(BoneFile, InvalidCtNumbersAreRefused) {
         bone, [bad](const Vec3& p) { return p.x > 1 ? bad : 100; }, 0.5);
     WriteBone(bone, Path("a.vdb"));
     EXPECT_EQ(MessageOf(Path("a.vdb"), {.hu = true}),
-              Path("a.vdb") + ": grid \"hu\" holds a value that is not a CT number");
+              Path("a.vdb") + ": grid \"hu\" contains a value that is not a CT number");
     EXPECT_EQ(MessageOf(Path("a.vdb")), "accepted");
   }
 }

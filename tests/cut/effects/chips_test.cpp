@@ -248,19 +248,19 @@ TEST(Chips, VelocitySpreadStaysWithinItsLimit) {
   Plunge cut({.spread = 0.3, .life_s = 0.05, .drag = 0, .gravity_W_m_per_s2 = Vec3(0)});
   for (int i = 0; i < 500; ++i) cut.Tick();
   const double rim = 2 * std::numbers::pi * 11 * 125;
-  double least = 1e9, most = 0, across = 0;
+  double smallest = 1e9, largest = 0, across = 0;
   const ChipPool& pool = cut.effect().pool();
   for (std::size_t i = 0; i < pool.size(); ++i) {
     const Vec3 v = pool.CalcChip(i).v_F_mm_per_s;
-    least = std::min(least, glm::length(v)), most = std::max(most, glm::length(v));
+    smallest = std::min(smallest, glm::length(v)), largest = std::max(largest, glm::length(v));
     across = std::max(across, std::abs(v.y));
   }
-  EXPECT_GE(least, 0.7 * rim - 1);
-  EXPECT_LE(most, 1.3 * rim + 1);
+  EXPECT_GE(smallest, 0.7 * rim - 1);
+  EXPECT_LE(largest, 1.3 * rim + 1);
   EXPECT_LE(across, 0.3 * rim + 1);
   // The velocities of a few hundred chips fill most of the allowed ball.
-  EXPECT_LT(least, 0.8 * rim);
-  EXPECT_GT(most, 1.2 * rim);
+  EXPECT_LT(smallest, 0.8 * rim);
+  EXPECT_GT(largest, 1.2 * rim);
   EXPECT_GT(across, 0.2 * rim);
 }
 
@@ -310,7 +310,7 @@ struct HandRun {
   std::uint64_t bone = 0;
   std::vector<double> felt;
   double removed_mm3 = 0, accounted_mm3 = 0;
-  std::size_t most_chips = 0;
+  std::size_t peak_chips = 0;
 };
 HandRun RunByHand(bool with, double dt_s, double rpm, const Tool& tool) {
   CoupledParams params;
@@ -338,7 +338,7 @@ HandRun RunByHand(bool with, double dt_s, double rpm, const Tool& tool) {
     run.removed_mm3 += out.removed_mm3;
     if (!with) continue;
     const auto& chips = dynamic_cast<const ChipsEffect&>(*std::as_const(simulation).effects().Find("chips"));
-    run.most_chips = std::max(run.most_chips, chips.pool().size());
+    run.peak_chips = std::max(run.peak_chips, chips.pool().size());
     std::array<double, 4> channels{};
     chips.Report(channels);
     for (const double value : channels) EXPECT_TRUE(std::isfinite(value));
@@ -364,7 +364,7 @@ TEST(Chips, ChangeNeitherForceNorMotionNorBone) {
       EXPECT_EQ(with.removed_mm3, plain.removed_mm3);
       EXPECT_NEAR(with.accounted_mm3, with.removed_mm3, 1e-9 * (1 + with.removed_mm3));
       if (dt_s == 0.001) {
-        EXPECT_GT(with.most_chips, 100u);
+        EXPECT_GT(with.peak_chips, 100u);
       }
     }
   }

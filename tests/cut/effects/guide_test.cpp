@@ -123,10 +123,10 @@ TEST(Guide, IsNeverCrossedHoweverTheHandJumps) {
   const CoupledParams params = MakeParams({.stiffness_N_per_mm = k, .max_force_N = 1000, .depth_mm = 15});
   Guided tool(params);
   std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> way(-100, 100), turn(-1.5, 1.5);
+  std::uniform_real_distribution<double> shift(-100, 100), turn(-1.5, 1.5);
   double furthest_mm = 0, deepest_mm = 0, jumped_mm = 0;
   for (int i = 0; i < 1500; ++i) {
-    const Pose X_WH = At({way(random), way(random), way(random)}, turn(random));
+    const Pose X_WH = At({shift(random), shift(random), shift(random)}, turn(random));
     const CoupledOutput out = tool.Hold(X_WH, 1 + i % 7);
     furthest_mm = std::max(furthest_mm, tool.Channel(0));
     deepest_mm = std::max(deepest_mm, tool.Channel(2));
@@ -165,7 +165,7 @@ TEST(Guide, ToolSetDownOffThePlanIsNotPulledTowardsIt) {
 
 TEST(Guide, ReturnsNoMoreEnergyThanWasPutIn) {
   std::mt19937_64 random(7);
-  std::uniform_real_distribution<double> way(-1, 1);
+  std::uniform_real_distribution<double> shift(-1, 1);
   double put_in_mJ = 0, min_mJ = 0;
   for (int seed = 0; seed < 10; ++seed) {
     Guided tool(MakeParams({.stiffness_N_per_mm = seed % 2 == 0 ? 5.0 : 200.0,
@@ -175,8 +175,8 @@ TEST(Guide, ReturnsNoMoreEnergyThanWasPutIn) {
     Vec3 p(0);
     double turned = 0, sum_mJ = 0;
     for (int i = 0; i < 3000; ++i) {
-      p = 0.995 * p + Vec3(way(random), way(random), way(random)) * 0.4;
-      turned = 0.99 * turned + 0.02 * way(random);
+      p = 0.995 * p + Vec3(shift(random), shift(random), shift(random)) * 0.4;
+      turned = 0.99 * turned + 0.02 * shift(random);
       const CoupledOutput out = tool.Hold(At(p, turned), 1);
       sum_mJ += out.hand_mJ - out.stored_mJ;
       put_in_mJ += std::abs(out.hand_mJ);

@@ -47,7 +47,7 @@ class HeatedCut {
     teeth_.clear();
     for (std::size_t i = 0; i < problem_.cutting.size(); ++i) {
       const CuttingPoint& point = problem_.cutting[i];
-      const EdgePoint& place = shape_.edge[static_cast<std::size_t>(edge_.met()[i].point)];
+      const EdgePoint& place = shape_.edge[static_cast<std::size_t>(edge_.contacts()[i].point)];
       ToothLoad load;
       load.p_T = place.p_T;
       load.e_T = place.e_T;

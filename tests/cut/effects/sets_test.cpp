@@ -156,7 +156,7 @@ std::string NameSet(const EffectChoices& choices) {
 }
 
 /// Returns the results for a set, which are computed once.
-const Outcome& Recall(const EffectChoices& choices) {
+const Outcome& OutcomeOf(const EffectChoices& choices) {
   static std::map<std::string, Outcome> runs;
   const auto found = runs.find(NameSet(choices));
   if (found != runs.end()) return found->second;
@@ -166,23 +166,23 @@ const Outcome& Recall(const EffectChoices& choices) {
 /// Expects the same bone and motion as with only those effects of the set that move the tool, and the same force on the
 /// hand as with only those that the hand can feel. Each effect's channels must be the same as with only the effects
 /// that move the tool and those that it needs.
-void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
+void ExpectOnlyDeclaredInfluences(const EffectChoices& choices) {
   SCOPED_TRACE(NameSet(choices));
-  const Outcome& all = Recall(choices);
+  const Outcome& all = OutcomeOf(choices);
   std::set<std::string> moving;
   std::set<std::string> felt;
   for (const EffectChoice& choice : choices) {
     if (Moves(choice.info())) moving.insert(choice.name());
     if (IsFelt(choice.info())) felt.insert(choice.name());
   }
-  const Outcome& moved = Recall(ChooseWithNeeded(moving));
+  const Outcome& moved = OutcomeOf(ChooseWithNeeded(moving));
   EXPECT_EQ(all.bone, moved.bone);
   EXPECT_EQ(all.motion, moved.motion);
-  EXPECT_EQ(all.force, Recall(ChooseWithNeeded(felt)).force);
+  EXPECT_EQ(all.force, OutcomeOf(ChooseWithNeeded(felt)).force);
   for (const EffectChoice& choice : choices) {
     std::set<std::string> with = moving;
     with.insert(choice.name());
-    const Outcome& own = Recall(ChooseWithNeeded(with));
+    const Outcome& own = OutcomeOf(ChooseWithNeeded(with));
     const auto reported = all.channels.find(choice.name());
     if (reported != all.channels.end()) {
       EXPECT_EQ(reported->second, own.channels.at(choice.name())) << choice.name();
@@ -191,15 +191,15 @@ void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
 }
 
 TEST(EffectSets, TheRunCoversAirTeethAndFlats) {
-  const Outcome& plain = Recall({});
+  const Outcome& plain = OutcomeOf({});
   EXPECT_GT(plain.removed_mm3, 1);
   EXPECT_NE(plain.bone, MakeSetsBlock().CalcHash());
   // The disc is offset sideways in its kerf, so it rubs; otherwise friction would have no effect on this motion.
-  EXPECT_NE(Recall(ChooseWithNeeded({"kerf_friction"})).motion, plain.motion);
+  EXPECT_NE(OutcomeOf(ChooseWithNeeded({"kerf_friction"})).motion, plain.motion);
 }
 
 TEST(EffectSets, UnnamedEffectsAreAbsent) {
-  const Outcome& plain = Recall({});
+  const Outcome& plain = OutcomeOf({});
   EXPECT_EQ(plain.plan_bytes, sizeof(EffectPlan));
   CoupledParams params;
   params.effects.clear();
@@ -214,11 +214,11 @@ TEST(EffectSets, UnnamedEffectsAreAbsent) {
 }
 
 TEST(EffectSets, EachChangesOnlyWhatItDeclares) {
-  const Outcome& plain = Recall({});
+  const Outcome& plain = OutcomeOf({});
   for (const EffectInfo* info : Usable()) {
     SCOPED_TRACE(info->name);
     const EffectChoices choices = ChooseWithNeeded({info->name});
-    const Outcome& with = Recall(choices);
+    const Outcome& with = OutcomeOf(choices);
     EXPECT_GT(with.plan_bytes, plain.plan_bytes);
     if ((info->hooks & kEffectEngage) != 0) {
       EXPECT_NE(std::string(info->writes).find("force"), std::string::npos);
@@ -226,7 +226,7 @@ TEST(EffectSets, EachChangesOnlyWhatItDeclares) {
     if ((info->hooks & kEffectBegin) != 0) {
       EXPECT_NE(std::string(info->writes).find("speed"), std::string::npos);
     }
-    ExpectNoneChangesMoreThanItSays(choices);
+    ExpectOnlyDeclaredInfluences(choices);
   }
 }
 
@@ -234,7 +234,7 @@ TEST(EffectSets, PairsDoNotInterfere) {
   const auto& usable = Usable();
   for (std::size_t a = 0; a < usable.size(); ++a) {
     for (std::size_t b = a + 1; b < usable.size(); ++b) {
-      ExpectNoneChangesMoreThanItSays(ChooseWithNeeded({usable[a]->name, usable[b]->name}));
+      ExpectOnlyDeclaredInfluences(ChooseWithNeeded({usable[a]->name, usable[b]->name}));
     }
   }
 }
@@ -243,13 +243,13 @@ TEST(EffectSets, LargerSetsDoNotInterfere) {
   std::mt19937 dice(20261120);
   std::set<std::string> every;
   for (const EffectInfo* info : Usable()) every.insert(info->name);
-  ExpectNoneChangesMoreThanItSays(ChooseWithNeeded(every));
+  ExpectOnlyDeclaredInfluences(ChooseWithNeeded(every));
   for (int n = 0; n < 20; ++n) {
     std::set<std::string> names;
     for (const std::string& name : every) {
       if (dice() % 2 == 0) names.insert(name);
     }
-    ExpectNoneChangesMoreThanItSays(ChooseWithNeeded(names));
+    ExpectOnlyDeclaredInfluences(ChooseWithNeeded(names));
   }
 }
 
@@ -258,7 +258,7 @@ TEST(EffectSets, TheOrderInTheSceneDoesNotMatter) {
   std::set<std::string> every;
   for (const EffectInfo* info : Usable()) every.insert(info->name);
   EffectChoices choices = ChooseWithNeeded(every);
-  const Outcome& forwards = Recall(choices);
+  const Outcome& forwards = OutcomeOf(choices);
   std::reverse(choices.begin(), choices.end());
   const Outcome backwards = RunWith(choices);
   EXPECT_EQ(backwards.bone, forwards.bone);

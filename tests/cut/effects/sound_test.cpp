@@ -221,7 +221,7 @@ struct Reported {
   double spindle_Hz, load_W, passing_N;
 };
 
-Reported TellOf(const EffectPlan& plan) {
+Reported ReadChannels(const EffectPlan& plan) {
   std::vector<double> channels(plan.channel_count());
   plan.Report(channels);
   const ToneReader reader(plan);
@@ -240,17 +240,17 @@ TEST(Sound, ReportsSpeedAndPowerOfTheCut) {
   double z = 19.2;
   for (int i = 0; i < 1500; ++i) out = simulation.Tick({At(z -= 0.002), 0.001, -6000});
   ASSERT_GT(out.thrust_sum_N, 1);
-  EXPECT_FLOAT_EQ(static_cast<float>(TellOf(plan).spindle_Hz), 100);
+  EXPECT_FLOAT_EQ(static_cast<float>(ReadChannels(plan).spindle_Hz), 100);
   // Half of the thrust, at the rim's speed of 2 pi 100 Hz 11 mm.
-  EXPECT_NEAR(TellOf(plan).load_W, 0.5 * out.thrust_sum_N * 2 * std::numbers::pi * 100 * 0.011,
-              1e-5 * TellOf(plan).load_W);
-  EXPECT_NEAR(TellOf(plan).passing_N, 0.1 * out.thrust_sum_N / std::max(1.0, out.engaged_teeth), 1e-6);
+  EXPECT_NEAR(ReadChannels(plan).load_W, 0.5 * out.thrust_sum_N * 2 * std::numbers::pi * 100 * 0.011,
+              1e-5 * ReadChannels(plan).load_W);
+  EXPECT_NEAR(ReadChannels(plan).passing_N, 0.1 * out.thrust_sum_N / std::max(1.0, out.engaged_teeth), 1e-6);
   // The tool leaves the bone, and then the spindle is stopped.
   for (int i = 0; i < 500; ++i) out = simulation.Tick({At(z += 0.01), 0.001, 6000});
-  EXPECT_EQ(TellOf(plan).load_W, 0);
-  EXPECT_EQ(TellOf(plan).passing_N, 0);
+  EXPECT_EQ(ReadChannels(plan).load_W, 0);
+  EXPECT_EQ(ReadChannels(plan).passing_N, 0);
   simulation.Tick({At(z), 0.001, 0});
-  EXPECT_EQ(TellOf(plan).spindle_Hz, 0);
+  EXPECT_EQ(ReadChannels(plan).spindle_Hz, 0);
 }
 
 TEST(Sound, UsesPowerAndLinesOfMoreAccurateEffects) {

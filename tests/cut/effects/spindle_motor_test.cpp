@@ -156,9 +156,9 @@ TEST(SpindleMotor, RandomRunsBalanceEnergyAndDoNotDependOnTheTick) {
     ASSERT_GE(run.friction_mJ, 0);
     ASSERT_GE(run.viscous_mJ, 0);
     const double gained = 0.5 * m.CalcInertia() * (run.w_rad_per_s * run.w_rad_per_s - w0 * w0);
-    const double most =
+    const double largest =
         std::abs(run.motor_mJ) + run.load_mJ + run.friction_mJ + run.viscous_mJ + 0.5 * m.CalcInertia() * w0 * w0;
-    ASSERT_NEAR(run.motor_mJ - run.load_mJ - run.friction_mJ - run.viscous_mJ, gained, 1e-9 * most);
+    ASSERT_NEAR(run.motor_mJ - run.load_mJ - run.friction_mJ - run.viscous_mJ, gained, 1e-9 * largest);
     // A motor that is slowed only by viscous loss never stops, except through rounding.
     const bool creeps = !m.brakes && m.friction_Nmm + load == 0 && set * w0 <= 0;
     if (!creeps) ExpectNear(RunInPieces(m, set, load, 0, w0, time_s, 37), run, 1e-9);

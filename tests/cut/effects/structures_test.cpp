@@ -38,14 +38,14 @@ double BruteForce(const std::vector<Box3>& boxes, const DiscSaw& saw, const Pose
       }
     }
   }
-  double least = 1e300;
+  double smallest = 1e300;
   for (const Box3& box : boxes) {
     for (const Vec3& p : points) {
       const Vec3 q = glm::clamp(p, box.lower, box.upper);
-      least = std::min(least, glm::length(p - q));
+      smallest = std::min(smallest, glm::length(p - q));
     }
   }
-  return least;
+  return smallest;
 }
 
 TEST(StructureDistance, MatchesBruteForceFromAnyPose) {
@@ -451,9 +451,9 @@ TEST(StructureVoxels, AreThoseOfTheRegionAndTheShellIsTheirNeighbours) {
     EXPECT_FALSE(is_canal(box.centre()));
     bool beside = false;
     for (int axis = 0; axis < 3; ++axis) {
-      for (const double way : {-h, h}) {
+      for (const double offset : {-h, h}) {
         Vec3 p = box.centre();
-        p[axis] += way;
+        p[axis] += offset;
         beside = beside || is_canal(p);
       }
     }

@@ -158,8 +158,8 @@ TEST(TangentialForce, SumOverSectorsEqualsSumOverTeeth) {
           tooth.p_T = place.p_T;
           tooth.e_T = place.e_T;
           tooth.thrust_N = uniform(random);
-          const Vec3 way_T = glm::normalize(glm::cross(Vec3(0, 0, 1), place.p_T)) * (rpm > 0 ? 1.0 : -1.0);
-          AddTo(expected, -tooth.thrust_N / 1.6, MakeRow(way_T, place.p_T - p_TC));
+          const Vec3 direction_T = glm::normalize(glm::cross(Vec3(0, 0, 1), place.p_T)) * (rpm > 0 ? 1.0 : -1.0);
+          AddTo(expected, -tooth.thrust_N / 1.6, MakeRow(direction_T, place.p_T - p_TC));
           sum_N += tooth.thrust_N / 1.6;
           torque_Nmm += tooth.thrust_N / 1.6 * std::hypot(place.p_T.x, place.p_T.y);
           teeth.push_back(tooth);

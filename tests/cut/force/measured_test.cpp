@@ -114,11 +114,11 @@ TEST(Measured, FactorsFollowToolAndParameters) {
 TEST(Measured, LargestValidBiteOfHertzChipDependsOnTheTool) {
   DiscSaw large;
   large.diameter_mm = 88;
-  EXPECT_NEAR(FindTopValidBite(ForceLaw("hertz_chip"), kSaw), 0.0030, 1e-5);
-  const double top_mm = FindTopValidBite(ForceLaw("hertz_chip"), large);
+  EXPECT_NEAR(FindMaxValidBite(ForceLaw("hertz_chip"), kSaw), 0.0030, 1e-5);
+  const double top_mm = FindMaxValidBite(ForceLaw("hertz_chip"), large);
   EXPECT_NEAR(top_mm, 0.00182, 1e-5);
   EXPECT_NEAR(CalcThrustFactor(ForceLaw("hertz_chip"), large, top_mm), 2, 1e-6);
-  EXPECT_EQ(FindTopValidBite(ForceLaw("edge_plus_chip"), large), 0.01);
+  EXPECT_EQ(FindMaxValidBite(ForceLaw("edge_plus_chip"), large), 0.01);
 }
 
 }  // namespace

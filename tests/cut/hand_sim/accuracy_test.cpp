@@ -32,8 +32,8 @@ Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given
   const int ticks = static_cast<int>(std::lround(0.4 / tick_s));
   for (int i = 1; i <= ticks; ++i) {
     const double t_s = i * tick_s;
-    const double way = 20 * (t_s < 0.2 ? t_s : 0.4 - t_s);
-    cut.ticks.push_back(simulation.Tick(Handle(DiscPose(Pose{}, {0, 0.013, start - way}), 7500, tick_s)));
+    const double path_mm = 20 * (t_s < 0.2 ? t_s : 0.4 - t_s);
+    cut.ticks.push_back(simulation.Tick(Handle(DiscPose(Pose{}, {0, 0.013, start - path_mm}), 7500, tick_s)));
     cut.removed_mm3 += cut.ticks.back().removed_mm3;
   }
   const auto by_region = simulation.CalcRemovedByRegion();

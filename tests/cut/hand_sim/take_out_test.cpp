@@ -38,7 +38,7 @@ class TakeOutTest : public testing::Test {
     for (double z = 14; z > 8; z -= 0.01) Tick(PoseAt(1.03, z));
     for (double z = 8; z < 14; z += 0.02) Tick(PoseAt(1.03, z));
     GoTo(kAway_mm);
-    Tell();
+    UpdateFinder();
     ASSERT_EQ(finder_->found().came_off.size(), 1u);
     ASSERT_EQ(finder_->found().pieces.size(), 2u);
   }
@@ -48,7 +48,7 @@ class TakeOutTest : public testing::Test {
     return simulation_->Tick({.X_WH = X_WH});
   }
   void GoTo(double z_mm) { Tick(PoseAt(1.03, z_mm)); }
-  void Tell() {
+  void UpdateFinder() {
     for (int i = 0; i < simulation_->changed_count(); ++i) {
       const auto leaf = simulation_->changed(i);
       finder_->Change(leaf.index, std::span<const float, 512>(leaf.values, 512));
@@ -97,14 +97,14 @@ TEST_F(TakeOutTest, LeavesTheRestUnchangedAndIsRestoredBitForBit) {
       EXPECT_NEAR(simulation_->bone().CalcVolume(), split.pieces[0].CalcVolume() + split.dust_mm3, 1e-9);
       EXPECT_NEAR(whole.CalcVolume() - simulation_->bone().CalcVolume(), removal.piece.CalcVolume(), 1e-9);
     }
-    Tell();
+    UpdateFinder();
     EXPECT_EQ(finder_->found().pieces.size(), 1u);
     EXPECT_EQ(finder_->found().At(2), nullptr);
-    out.Come();
+    out.Return();
     Run(out);
     EXPECT_EQ(out.place(), PiecePlace::kHeld);
     EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
-    Tell();
+    UpdateFinder();
     EXPECT_EQ(finder_->found().pieces.size(), 2u);
   }
   EXPECT_EQ(simulation_->bone().CalcHash(), hash);
@@ -117,7 +117,7 @@ TEST_F(TakeOutTest, CanBeReversedHalfWay) {
   TakeOut out(removal);
   out.Leave();
   EXPECT_FALSE(out.Step(*simulation_, 3));
-  out.Come();
+  out.Return();
   Run(out);
   EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
   EXPECT_EQ(simulation_->bone().CalcHash(), whole.CalcHash());
@@ -178,7 +178,7 @@ TEST_F(TakeOutTest, NoForceWhereThePieceWas) {
     Tick(PoseAt(-2, kAway_mm));
     with_piece.Tick({.X_WH = PoseAt(-2, kAway_mm)});
   }
-  out.Come();
+  out.Return();
   Run(out);
   EXPECT_EQ(simulation_->bone().CalcHash(), with_piece.bone().CalcHash());
 }
@@ -193,7 +193,7 @@ TEST_F(TakeOutTest, AllDustIsTakenOutTogether) {
   TakeOut out(removal);
   out.Leave();
   Run(out);
-  Tell();
+  UpdateFinder();
   EXPECT_EQ(finder_->found().dust_count, 0u);
   EXPECT_EQ(finder_->found().pieces.size(), 1u);
   EXPECT_NEAR(simulation_->bone().CalcVolume(), split.pieces[0].CalcVolume(), 1e-9);

@@ -97,17 +97,17 @@ TEST(BoxTree, PlateBoundNeverExceedsTheDistanceOfThePlatesPoints) {
       const Vec3 side =
           glm::normalize(glm::cross(plate.normal_W, std::abs(plate.normal_W.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)));
       const Vec3 up = glm::cross(plate.normal_W, side);
-      double least = kInfinity;
+      double smallest = kInfinity;
       for (int k = 0; k < 400; ++k) {
         // A plate comes nearest with the rim of its flats, except for boxes above its middle.
         const double angle = 2 * std::numbers::pi * (k % 100) / 100;
         const double radius = plate.radius_mm * (k < 200 ? 1 : dice.In(0, 1));
         const double height = plate.half_thickness_mm * (k % 2 ? 1 : -1);
-        least = std::min(least,
-                         BruteForce(boxes, plate.centre_W + radius * (std::cos(angle) * side + std::sin(angle) * up) +
-                                               height * plate.normal_W));
+        smallest = std::min(
+            smallest, BruteForce(boxes, plate.centre_W + radius * (std::cos(angle) * side + std::sin(angle) * up) +
+                                            height * plate.normal_W));
       }
-      EXPECT_LE(bound, least + kRounding_mm) << "seed " << seed;
+      EXPECT_LE(bound, smallest + kRounding_mm) << "seed " << seed;
     }
   }
 }

@@ -53,9 +53,9 @@ std::vector<Vec3> ToolPoints(const Tool& tool) {
 /// Returns the distance of a tool to a ball-shaped bone about the origin, computed from points of the tool, which makes
 /// it slightly too large.
 double SampledDistance(const std::vector<Vec3>& points, const Pose& X_WT, double bone_radius) {
-  double least = 1e300;
-  for (const Vec3& p_T : points) least = std::min(least, glm::length(X_WT.Point(p_T)) - bone_radius);
-  return least;
+  double smallest = 1e300;
+  for (const Vec3& p_T : points) smallest = std::min(smallest, glm::length(X_WT.Point(p_T)) - bone_radius);
+  return smallest;
 }
 
 const Tool kDisc = DiscSaw{};
@@ -329,7 +329,7 @@ TEST(Clearance, SameCallsGiveTheSameBits) {
 }
 
 TEST(Clearance, DoesNotAllocate) {
-  if (!HeapGuardIsInstalled()) GTEST_SKIP() << "nothing looks at the heap in this build";
+  if (!HeapGuardIsInstalled()) GTEST_SKIP() << "this build does not count heap use";
   Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
   const BoneField field(bone, 0);
   Clearance clearance(field, kDisc);

@@ -11,7 +11,7 @@ namespace {
 
 using test::CheckSeeded;
 using test::Step;
-using test::Way;
+using test::StrokeKind;
 
 /// Returns the error of float arithmetic for a tool of this radius: a coordinate is off by up to 2^-24 of it in each of
 /// about six operations, and phi is stored to 2^-24 of the band.
@@ -45,7 +45,7 @@ TEST(CutterAgainstBruteForce, MatchesToRoundingForBallsAndForDiscsInTheirPlane) 
     const double h = *rc::gen::element(0.1, 0.2, 0.3);
     const Tool tool = test::DrawTool(random);
     const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
-    const auto steps = test::DrawSteps(random, tool, Way::kInPlane, h, 3, h < 0.15 ? 15 : 30);
+    const auto steps = test::DrawSteps(random, tool, StrokeKind::kInPlane, h, 3, h < 0.15 ? 15 : 30);
     const Difference d = Compare(X_WB, h, tool, steps);
     RC_ASSERT(d.phi.max_phi_mm <= Rounding(tool));
     // In each voxel that differs, the removed fraction is off by at most rounding / h.
@@ -61,7 +61,7 @@ TEST(CutterAgainstBruteForce, MatchesToTheFlankToleranceWhenADiscTiltsAndSlides)
     const double h = *rc::gen::element(0.2, 0.3);
     const Tool tool = test::DrawTool(random);
     const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
-    const auto steps = test::DrawSteps(random, tool, Way::kFree, h, 2, 25);
+    const auto steps = test::DrawSteps(random, tool, StrokeKind::kFree, h, 2, 25);
     const Difference d = Compare(X_WB, h, tool, steps);
     RC_ASSERT(d.phi.max_phi_mm <= Cutter::kFlankTolerance * h + Rounding(tool));
     RC_CLASSIFY(d.dense_removed_mm3 > 1);

@@ -17,7 +17,7 @@ namespace {
 
 using test::CutAll;
 using test::Step;
-using test::Way;
+using test::StrokeKind;
 
 constexpr double kVoxel = 0.2;
 
@@ -57,7 +57,7 @@ std::vector<CutCase> Cases() {
 
 std::vector<Step> StepsOf(const CutCase& what, unsigned seed) {
   std::mt19937 random(seed);
-  return test::DrawSteps(random, what.tool, Way::kFree, kVoxel, 4, 30);
+  return test::DrawSteps(random, what.tool, StrokeKind::kFree, kVoxel, 4, 30);
 }
 
 struct Outcome {
@@ -257,18 +257,18 @@ TEST(Cutter, CuttingUsesNoHeap) {
     BoneField field(bone, 4096);
     Cutter cutter(field, what.tool, what.with, what.whole_voxels);
     const auto steps = StepsOf(what, 10);
-    bool listed_anew = false;
+    bool is_new_list = false;
     const HeapUseCounter heap_uses;
     {
       const HeapGuard guard;
       for (const Step& step : steps) {
         if (step.lifted) cutter.Lift();
         EXPECT_FALSE(cutter.Cut(step.X_from, step.X_to).out_of_leaves);
-        listed_anew = listed_anew || (cutter.effort().listed_anew && !step.lifted);
+        is_new_list = is_new_list || (cutter.effort().is_new_list && !step.lifted);
       }
     }
     EXPECT_EQ(heap_uses.count(), 0) << what.name;
-    EXPECT_TRUE(listed_anew) << what.name;
+    EXPECT_TRUE(is_new_list) << what.name;
     EXPECT_LT(field.spare_leaves(), 4096);
   }
 }
@@ -295,10 +295,10 @@ TEST(Cutter, PhiInBoneIsTheDistanceToTheSweptSpace) {
     const Vec3 p_T = X.InversePoint(p_W);
     double distance = 1e9;
     for (std::size_t n = 1; n < corners_T.size(); ++n) {
-      const Vec3 way = corners_T[n] - corners_T[n - 1];
+      const Vec3 segment = corners_T[n] - corners_T[n - 1];
       const Vec3 q(p_T.x - corners_T[n - 1].x, p_T.y - corners_T[n - 1].y, 0);
-      const double t = std::clamp(glm::dot(q, way) / glm::dot(way, way), 0.0, 1.0);
-      const double radial = std::max(glm::length(q - t * way) - 3, 0.0);
+      const double t = std::clamp(glm::dot(q, segment) / glm::dot(segment, segment), 0.0, 1.0);
+      const double radial = std::max(glm::length(q - t * segment) - 3, 0.0);
       distance = std::min(distance, std::hypot(radial, std::max(std::abs(p_T.z) - 0.225, 0.0)));
     }
     if (distance == 0 || distance > bone.band_mm()) continue;
@@ -351,10 +351,10 @@ TEST(Cutter, WholeVoxelsAreEitherPresentOrAbsent) {
   int count = 0;
   for (int i = 0; i < 50 * 50 * 50; ++i) {
     const Vec3 p_vox = Vec3(i / 2500, i / 50 % 50, i % 50) - 25.0;
-    const Vec3 way = poses[1].p_AB - poses[0].p_AB;
+    const Vec3 segment = poses[1].p_AB - poses[0].p_AB;
     const Vec3 q = kVoxel * p_vox - poses[0].p_AB;
-    const double t = std::clamp(glm::dot(q, way) / glm::dot(way, way), 0.0, 1.0);
-    const double distance = glm::length(q - t * way) - 2;
+    const double t = std::clamp(glm::dot(q, segment) / glm::dot(segment, segment), 0.0, 1.0);
+    const double distance = glm::length(q - t * segment) - 2;
     if (std::abs(distance) < 1e-5) continue;
     count += distance < 0 ? 1 : 0;
     const double steps = field.Sample(p_vox) / kVoxel;
@@ -379,11 +379,11 @@ TEST(Cutter, ABallRemovesItsCapsuleAtEverySpeedAndVoxelSize) {
       Bone bone = block;
       BoneField field(bone, 4096);
       Cutter cutter(field, ball, CutWith::kEdge);
-      const Vec3 way = length * glm::normalize(Vec3(1, 0.4, -0.3));
+      const Vec3 motion = length * glm::normalize(Vec3(1, 0.4, -0.3));
       std::vector<Pose> poses;
       const int ticks = static_cast<int>(std::round(1000 * length / speed));
       for (int i = 0; i <= ticks; ++i) {
-        poses.push_back({Quat(1, 0, 0, 0), Vec3(-0.4, -0.1, 0.2) + way * (static_cast<double>(i) / ticks)});
+        poses.push_back({Quat(1, 0, 0, 0), Vec3(-0.4, -0.1, 0.2) + motion * (static_cast<double>(i) / ticks)});
       }
       const double by_occupancy = CutAll(cutter, test::MakeSteps(poses, ball, h));
       const auto& by_region = cutter.CalcRemovedByRegion();

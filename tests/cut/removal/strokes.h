@@ -58,19 +58,19 @@ inline Quat DrawRotation(std::mt19937& random) {
 }
 
 /// Kind of motion of a random stroke.
-enum class Way {
+enum class StrokeKind {
   kInPlane,  // a disc stays in its plane; same as kFree for a ball
   kFree,     // the tool also slides along the spindle and tilts
 };
 
-/// Makes `ways` random strokes of a tool about the origin, of `ticks` ticks each: started inside or outside of bone,
+/// Makes `count` random strokes of a tool about the origin, of `ticks` ticks each: started inside or outside of bone,
 /// with turns, stops and reversals.
-inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Way way, double voxel_mm, int ways,
+inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, StrokeKind kind, double voxel_mm, int count,
                                    int ticks) {
   std::uniform_real_distribution<double> uniform(0, 1);
   const bool is_disc = std::holds_alternative<DiscSaw>(tool);
   std::vector<Step> steps;
-  for (int n = 0; n < ways; ++n) {
+  for (int n = 0; n < count; ++n) {
     Pose X;
     X.R_AB = DrawRotation(random);
     // The edge is somewhere near the middle of the block.
@@ -82,9 +82,9 @@ inline std::vector<Step> DrawSteps(std::mt19937& random, const Tool& tool, Way w
     for (int i = 0; i < ticks; ++i) {
       if (uniform(random) < 0.1) v_T = glm::normalize(DrawVector(random)) * 0.8 * uniform(random) * voxel_mm;
       if (uniform(random) < 0.05) v_T = Vec3(0);
-      if (is_disc) v_T.z *= way == Way::kInPlane ? 0 : 0.1;
+      if (is_disc) v_T.z *= kind == StrokeKind::kInPlane ? 0 : 0.1;
       X.p_AB += X.Vector(v_T);
-      if (way == Way::kFree) {
+      if (kind == StrokeKind::kFree) {
         X.R_AB = glm::normalize(X.R_AB * glm::angleAxis(0.002 * uniform(random), glm::normalize(DrawVector(random))));
       }
       poses.push_back(X);

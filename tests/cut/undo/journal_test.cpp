@@ -19,7 +19,7 @@ namespace kerf {
 namespace {
 
 using test::BarParams;
-using test::CountOtherVoxels;
+using test::CountDifferingVoxels;
 using test::MakeBar;
 using test::OverBar;
 using test::Plunge;
@@ -64,17 +64,17 @@ TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {
   Plunge(3).Run(s.simulation);
   const Bone after = s.simulation.bone();
   const double after_mm3 = s.Removed();
-  ASSERT_GT(CountOtherVoxels(before, after), 1000u);
+  ASSERT_GT(CountDifferingVoxels(before, after), 1000u);
   UndoTo(s.simulation, s.journal, saved, &kAway);
-  EXPECT_EQ(CountOtherVoxels(before, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(before, s.simulation.bone()), 0u);
   EXPECT_EQ(s.simulation.bone().CalcHash(), before.CalcHash());
   // Equal except for rounding, 1e-9 of the bone.
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
   Redo(s.simulation, s.journal, &kAway);
-  EXPECT_EQ(CountOtherVoxels(after, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(after, s.simulation.bone()), 0u);
   EXPECT_NEAR(s.Removed(), after_mm3, 1e-9 * before.CalcVolume());
   UndoTo(s.simulation, s.journal, s.journal.Find("start"), &kAway);
-  EXPECT_EQ(CountOtherVoxels(MakeBar(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBar(), s.simulation.bone()), 0u);
   EXPECT_NEAR(s.Removed(), 0, 1e-9 * before.CalcVolume());
 }
 
@@ -96,7 +96,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
     std::vector<Redone> redo;
     const auto removed = [&] { return random() % 3 == 0 ? std::optional(s.Removed()) : std::nullopt; };
     const auto same = [&](const Bone& bone, const std::optional<double>& removed_mm3) {
-      RC_ASSERT(CountOtherVoxels(bone, s.simulation.bone()) == 0u);
+      RC_ASSERT(CountDifferingVoxels(bone, s.simulation.bone()) == 0u);
       if (removed_mm3 && random() % 2 == 0) RC_ASSERT(std::abs(s.Removed() - *removed_mm3) < 1e-9 * 600);
     };
     for (int step = 0; step < 14; ++step) {
@@ -143,9 +143,9 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
           break;
       }
     }
-    // And now back to the start.
+    // Finally, back to the start.
     UndoTo(s.simulation, s.journal, 0, &kAway);
-    RC_ASSERT(CountOtherVoxels(kept[0].bone, s.simulation.bone()) == 0u);
+    RC_ASSERT(CountDifferingVoxels(kept[0].bone, s.simulation.bone()) == 0u);
   }));
 }
 
@@ -172,7 +172,7 @@ TEST(UndoJournal, CutAfterUndoMatchesAFreshSimulationOfTheBone) {
         ++i;
       });
     }
-    EXPECT_EQ(CountOtherVoxels(fresh.bone(), s.simulation.bone()), 0u);
+    EXPECT_EQ(CountDifferingVoxels(fresh.bone(), s.simulation.bone()), 0u);
   }
 }
 
@@ -195,7 +195,7 @@ TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
   }
   ASSERT_GT(gone, 0u);
   UndoTo(s.simulation, s.journal, 0);
-  EXPECT_EQ(CountOtherVoxels(MakeBar(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBar(), s.simulation.bone()), 0u);
   EXPECT_NEAR(s.Removed(), 0, 1e-9 * MakeBar().CalcVolume());
   // Restored bone is felt again.
   double max_N = 0;
@@ -205,28 +205,28 @@ TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
   Plunge(3).Run(s.simulation);
   CoupledSimulation fresh(MakeBar(), params, kAway);
   Plunge(3).Run(fresh);
-  EXPECT_EQ(CountOtherVoxels(fresh.bone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(fresh.bone(), s.simulation.bone()), 0u);
 }
 
 TEST(UndoJournal, StaysWithinItsMemoryOverThousandsOfCheckpoints) {
-  Session s({.most_MB = 0.2, .most_since = 16});
-  std::size_t most = 0;
+  Session s({.max_MB = 0.2, .max_changed_leaves = 16});
+  std::size_t largest = 0;
   for (int round = 0; round < 3000; ++round) {
     s.Checkpoint("checkpoint " + std::to_string(round));
     if (round % 3 == 0) Plunge(static_cast<std::uint64_t>(round)).Run(s.simulation);
     s.journal.Drain();
     ASSERT_LE(s.journal.CalcMemoryBytes(), 200'000u);
-    most = std::max(most, s.journal.CalcMemoryBytes());
+    largest = std::max(largest, s.journal.CalcMemoryBytes());
     // From time to time everything is undone, so that there is bone to cut.
     if (round % 250 == 249) UndoTo(s.simulation, s.journal, s.journal.checkpoints().front().number);
     ASSERT_LE(s.journal.CalcMemoryBytes(), 200'000u);
   }
-  EXPECT_GT(most, 190'000u);
+  EXPECT_GT(largest, 190'000u);
   EXPECT_GT(s.journal.checkpoints().front().number, 1000u);
 }
 
 TEST(UndoJournal, DroppedCheckpointsAreRefusedWithAReason) {
-  Session s({.most_MB = 0.2, .most_since = 16});
+  Session s({.max_MB = 0.2, .max_changed_leaves = 16});
   std::map<std::uint32_t, Bone> bones;
   for (std::uint64_t k = 1; k <= 60; ++k) {
     Plunge(100 + k).Run(s.simulation);
@@ -242,7 +242,7 @@ TEST(UndoJournal, DroppedCheckpointsAreRefusedWithAReason) {
   for (auto c = kept.rbegin(); c != kept.rend(); ++c) {
     UndoTo(s.simulation, s.journal, c->number);
     if (!bones.contains(c->number)) continue;
-    EXPECT_EQ(CountOtherVoxels(bones.at(c->number), s.simulation.bone()), 0u);
+    EXPECT_EQ(CountDifferingVoxels(bones.at(c->number), s.simulation.bone()), 0u);
   }
 }
 
@@ -259,7 +259,7 @@ TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
   // The ring is drained in small amounts.
   Plunge(2).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoTo(s.simulation, s.journal, later);
-  EXPECT_EQ(CountOtherVoxels(bone, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(bone, s.simulation.bone()), 0u);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
             "that checkpoint is no longer kept: undo can go back to 'later' at the earliest");
   // A job that was prepared before data were lost is refused.
@@ -308,7 +308,7 @@ TEST(UndoJournal, TakenOutPieceIsRestoredAndCountedAsBefore) {
   const double rest_mm3 = s.simulation.bone().CalcVolume();
   ASSERT_LT(rest_mm3, 0.8 * before.CalcVolume());
   UndoTo(s.simulation, s.journal, whole);
-  EXPECT_EQ(CountOtherVoxels(before, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(before, s.simulation.bone()), 0u);
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
   Redo(s.simulation, s.journal);
   EXPECT_NEAR(s.simulation.bone().CalcVolume(), rest_mm3, 1e-9 * rest_mm3);
@@ -324,7 +324,7 @@ TEST(UndoJournal, RefusesInvalidRequests) {
   s.journal.PrepareUndo(0);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }), "an undo or redo is already in progress");
   EXPECT_FALSE(s.journal.Finish());  // the job was never sent
-  EXPECT_NE(Refusal([&] { UndoJournal(*s.simulation.history(), {.most_MB = 0.1}); }).find("valid range 0.2 to"),
+  EXPECT_NE(Refusal([&] { UndoJournal(*s.simulation.history(), {.max_MB = 0.1}); }).find("valid range 0.2 to"),
             std::string::npos);
   CoupledSimulation forgetful(MakeBar(), BarParams(), kAway);
   EXPECT_EQ(forgetful.history(), nullptr);
@@ -355,7 +355,7 @@ TEST(UndoJournal, OneBackIsTheLastCutAndThenThePreviousOne) {
 TEST(UndoJournal, PieceFinderFollowsRestoredBone) {
   Session s;
   PieceFinder finder(MakeBar(), 0.5);
-  const auto tell = [&] {
+  const auto find_pieces = [&] {
     for (int i = 0; i < s.simulation.changed_count(); ++i) {
       const ChangedLeaf leaf = s.simulation.changed(i);
       finder.Change(leaf.index, std::span<const float, 512>(leaf.values, 512));
@@ -373,15 +373,15 @@ TEST(UndoJournal, PieceFinderFollowsRestoredBone) {
       s.journal.Drain();
     }
   }
-  ASSERT_EQ(tell().pieces.size(), 2u);
+  ASSERT_EQ(find_pieces().pieces.size(), 2u);
   EXPECT_EQ(finder.found().came_off.size(), 1u);
   UndoTo(s.simulation, s.journal, 0);
-  EXPECT_EQ(tell().pieces.size(), 1u);
+  EXPECT_EQ(find_pieces().pieces.size(), 1u);
   EXPECT_EQ(finder.found().pieces[0].id, 1);
   EXPECT_TRUE(finder.found().came_off.empty());
   EXPECT_EQ(finder.found().pieces[0].voxels, PieceFinder(MakeBar(), 0.5).found().pieces[0].voxels);
   Redo(s.simulation, s.journal);
-  ASSERT_EQ(tell().pieces.size(), 2u);
+  ASSERT_EQ(find_pieces().pieces.size(), 2u);
   EXPECT_EQ(finder.found().pieces[0].id, 1);
   EXPECT_EQ(finder.found().pieces[1].id, 3);  // numbers are permanent
   EXPECT_EQ(finder.found().came_off.size(), 1u);

@@ -19,7 +19,7 @@
 namespace kerf {
 namespace {
 
-using test::CountOtherVoxels;
+using test::CountDifferingVoxels;
 using test::HeldSawOptions;
 using test::Upright;
 
@@ -126,7 +126,7 @@ TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
     mirror.Update();
     const auto tick = static_cast<std::int64_t>(ticks.size());
     bool taken = true;
-    if (tick == 500) taken = s.restores.AskCheckpoint(s.journal.Name("here"));
+    if (tick == 500) taken = s.restores.RequestCheckpoint(s.journal.Name("here"));
     if (tick == 800) {
       s.journal.PrepareUndo((s.journal.Drain(), s.journal.Find("here")));
       leaves = s.journal.job()->leaves.size();
@@ -145,20 +145,20 @@ TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
   EXPECT_EQ(heap.count(), 0);
   EXPECT_EQ(loop.counts().not_finite, 0u);
   EXPECT_GT(more, 0u) << leaves;
-  EXPECT_EQ(ticks[500].report.given.restore.kind, RestoreEvent::Kind::kCheckpoint);
-  EXPECT_EQ(ticks[950].report.given.restore.kind, RestoreEvent::Kind::kUndo);
-  EXPECT_EQ(ticks[950].report.given.restore.number, 1u);
+  EXPECT_EQ(ticks[500].report.inputs.restore.kind, RestoreEvent::Kind::kCheckpoint);
+  EXPECT_EQ(ticks[950].report.inputs.restore.kind, RestoreEvent::Kind::kUndo);
+  EXPECT_EQ(ticks[950].report.inputs.restore.number, 1u);
   // The restore took exactly the ticks that its leaves need: 200 leaves per tick.
   EXPECT_EQ(stood, static_cast<std::int64_t>((leaves + more + 199) / 200));
-  while (loop.SendRest()) mirror.Update();
+  while (loop.SendRemaining()) mirror.Update();
   mirror.Update();
-  EXPECT_EQ(CountOtherVoxels(mirror.bone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(mirror.bone(), s.simulation.bone()), 0u);
   // Undoing the later cuts as well gives the checkpoint's bone.
-  EXPECT_GT(CountOtherVoxels(at_checkpoint, s.simulation.bone()), 100u);
+  EXPECT_GT(CountDifferingVoxels(at_checkpoint, s.simulation.bone()), 100u);
   UndoTo(s.simulation, s.journal, s.journal.Find("here"));
-  EXPECT_EQ(CountOtherVoxels(at_checkpoint, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(at_checkpoint, s.simulation.bone()), 0u);
   UndoTo(s.simulation, s.journal, 0);
-  EXPECT_EQ(CountOtherVoxels(MakeBone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBone(), s.simulation.bone()), 0u);
 }
 
 TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
@@ -186,17 +186,17 @@ TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
   run(
       [&](Stage& s, std::size_t tick) {
         if (tick % 37 == 0) s.journal.Drain();
-        if (tick == 300 || tick == 700) s.restores.AskCheckpoint(s.journal.Name(std::to_string(tick)));
+        if (tick == 300 || tick == 700) s.restores.RequestCheckpoint(s.journal.Name(std::to_string(tick)));
         if (tick == 900) s.journal.PrepareUndo((s.journal.Drain(), s.journal.Find("700")));
         if (tick == 913) s.restores.Send(*s.journal.job());
-        if (tick == 1400) s.restores.AskCheckpoint(s.journal.Name("1400"));
+        if (tick == 1400) s.restores.RequestCheckpoint(s.journal.Name("1400"));
         if (tick == 1800) s.journal.PrepareUndo((s.journal.Drain(), s.journal.Find("300")));
         if (tick == 1804) s.restores.Send(*s.journal.job());
       },
       first);
   const std::uint64_t first_hash = hash;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    const RestoreEvent& event = first[i].report.given.restore;
+    const RestoreEvent& event = first[i].report.inputs.restore;
     if (event.kind != RestoreEvent::Kind::kNone) events.push_back({i, event});
   }
   ASSERT_EQ(events.size(), 5u);
@@ -207,7 +207,7 @@ TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
           if (e.tick != tick) continue;
           if (e.event.kind == RestoreEvent::Kind::kCheckpoint) {
             EXPECT_EQ(s.journal.Name(""), e.event.number);
-            s.restores.AskCheckpoint(e.event.number);
+            s.restores.RequestCheckpoint(e.event.number);
           } else {
             s.restores.Send(*s.journal.PrepareUndo(e.event.number));
           }
@@ -268,7 +268,7 @@ TEST(UndoInTheLoop, MirrorReadOnAnotherThreadMatchesTheLoopsBone) {
     return s.journal.Finish();
   };
   for (int round = 0; round < 6; ++round) {
-    s.restores.AskCheckpoint(s.journal.Name(std::to_string(round)));
+    s.restores.RequestCheckpoint(s.journal.Name(std::to_string(round)));
     for (int i = 0; i < 40; ++i) read();
     // The saw keeps cutting while an undo is prepared, so the undo may be refused, more often on a busy machine; it is
     // then repeated.
@@ -287,14 +287,14 @@ TEST(UndoInTheLoop, MirrorReadOnAnotherThreadMatchesTheLoopsBone) {
     }
   }
   loop.Stop();
-  EXPECT_EQ(loop.end(), LoopEnd::kAsked);
+  EXPECT_EQ(loop.end(), LoopEnd::kRequested);
   EXPECT_EQ(undone, 6);
   EXPECT_EQ(loop.counts().not_finite, 0u);
-  while (loop.SendRest()) mirror.Update();
+  while (loop.SendRemaining()) mirror.Update();
   mirror.Update();
-  EXPECT_EQ(CountOtherVoxels(mirror.bone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(mirror.bone(), s.simulation.bone()), 0u);
   UndoTo(s.simulation, s.journal, 0);
-  EXPECT_EQ(CountOtherVoxels(MakeBone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBone(), s.simulation.bone()), 0u);
 }
 
 }  // namespace

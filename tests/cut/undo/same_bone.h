@@ -18,7 +18,7 @@
 namespace kerf::test {
 
 /// Returns the number of voxels in the leaves of either bone whose bits differ, including voxels outside the band.
-inline std::size_t CountOtherVoxels(const Bone& a, const Bone& b) {
+inline std::size_t CountDifferingVoxels(const Bone& a, const Bone& b) {
   std::set<openvdb::Coord> origins;
   for (const Bone* bone : {&a, &b}) {
     for (auto leaf = bone->grids().phi->tree().cbeginLeaf(); leaf; ++leaf) origins.insert(leaf->origin());

@@ -18,10 +18,10 @@ namespace {
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
-  double Real(double most) { return std::uniform_real_distribution<double>(-most, most)(random_); }
+  double Real(double limit) { return std::uniform_real_distribution<double>(-limit, limit)(random_); }
   /// Returns a vector with the precision of a packet.
-  Vec3 Vector(double most) { return {Single(most), Single(most), Single(most)}; }
-  double Positive(double most) { return std::abs(Single(most)); }
+  Vec3 Vector(double limit) { return {Single(limit), Single(limit), Single(limit)}; }
+  double Positive(double limit) { return std::abs(Single(limit)); }
   std::uint32_t Word() { return static_cast<std::uint32_t>(random_()); }
   std::uint64_t Long() { return random_(); }
   Quat Turn() {
@@ -31,7 +31,7 @@ class Draw {
 
  private:
   /// Returns a value of at most 500 with few enough bits to be exact in single precision.
-  double Single(double most) { return std::round(32768 * Real(most)) / 32768; }
+  double Single(double limit) { return std::round(32768 * Real(limit)) / 32768; }
 
   std::mt19937_64 random_;
 };
@@ -127,7 +127,7 @@ TEST(BridgePacket, StatesAreTheSameBytesInBothLanguages) {
     BridgeState state;
     state.X_DH = {draw.Turn(), draw.Vector(150)};
     state.buttons = draw.Word();
-    state.made_f_D_N = draw.Vector(20);
+    state.actual_f_D_N = draw.Vector(20);
     state.homed = draw.Word() % 2 == 0;
     state.ready = draw.Word() % 2 == 0;
     kerf_bridge_state c{};
@@ -136,7 +136,7 @@ TEST(BridgePacket, StatesAreTheSameBytesInBothLanguages) {
     c.orientation_wxyz[0] = static_cast<float>(q.w);
     ToC({q.x, q.y, q.z}, c.orientation_wxyz + 1);
     c.buttons = state.buttons;
-    ToC(state.made_f_D_N, c.made_force_n);
+    ToC(state.actual_f_D_N, c.made_force_n);
     c.homed = state.homed ? 1 : 0;
     c.ready = state.ready ? 1 : 0;
     const kerf_bridge_header c_header = ToC(header);
@@ -405,18 +405,18 @@ TEST(BridgeClient, AByeEndsTheForceAtOnce) {
 
 TEST(BridgeClient, ClockReadJustBeforeTheLockStillGivesForce) {
   Client client;
-  constexpr std::uint64_t kTaken_ns = 5'000'000'000;
-  client.now_ns = kTaken_ns;
+  constexpr std::uint64_t kReceived_ns = 5'000'000'000;
+  client.now_ns = kReceived_ns;
   client.Take(WriteBridgeHello(MakeHeader(7, 1)));
   client.Take(WriteBridgeCommand(MakeHeader(7, 2), MakePush()));
   for (const std::uint64_t before_ns : {1u, 20'000u, 60'000'000u, 999'999'999u}) {
-    client.now_ns = kTaken_ns - before_ns;
+    client.now_ns = kReceived_ns - before_ns;
     EXPECT_EQ(client.Force(), Vec3(1, 0, 0)) << before_ns;
     EXPECT_GT(client.torque.y, 99) << before_ns;
   }
   // No wait for a lock takes this long: the time is from another clock, or the clock was set back.
-  for (const std::uint64_t before_ns : {std::uint64_t{1'000'000'000}, kTaken_ns}) {
-    client.now_ns = kTaken_ns - before_ns;
+  for (const std::uint64_t before_ns : {std::uint64_t{1'000'000'000}, kReceived_ns}) {
+    client.now_ns = kReceived_ns - before_ns;
     EXPECT_EQ(client.Force(), Vec3{0}) << before_ns;
     EXPECT_EQ(client.torque, Vec3{0}) << before_ns;
   }

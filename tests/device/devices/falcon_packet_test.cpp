@@ -89,7 +89,7 @@ TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
     const FalconPacket sent = Pack(DrawReport(random));
     Bytes bytes(sent.begin(), sent.end());
     const auto at = static_cast<std::ptrdiff_t>(random() % bytes.size());
-    std::size_t most = 1;
+    std::size_t max_found = 1;
     bool whole = true;
     switch (random() % 14) {
       case 0:
@@ -111,7 +111,7 @@ TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
         break;
       case 4:
         bytes.insert(bytes.end(), sent.begin(), sent.end());
-        most = 2;
+        max_found = 2;
         break;
       case 5:
         for (std::uint64_t k = random() % 40; k > 0; --k) bytes.insert(bytes.begin(), std::uint8_t(random() % 60));
@@ -129,7 +129,7 @@ TEST(FalconPacket, AMillionPacketsDamagedOnceEach) {
       ++found;
       ASSERT_EQ(stream.packet(), sent) << i;
     }
-    ASSERT_LE(found, most) << i;
+    ASSERT_LE(found, max_found) << i;
     // A bracket left over from the previous packet may replace a missing one.
     ASSERT_TRUE(found > 0 || !whole) << i;
     damaged += whole ? 0 : 1;

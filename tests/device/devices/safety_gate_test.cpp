@@ -396,10 +396,10 @@ TEST(SafetyGate, KeepsItsGuaranteesOverAMillionRandomSteps) {
   GateState state;
   int open = 0;
   double angle = 0;
-  std::uint64_t mischief = 0;  // one in `mischief` steps is faulty, so that the gate can open in between
+  std::uint64_t fault_interval = 0;  // one in `fault_interval` steps is faulty, so that the gate can open in between
   for (int i = 0; i < 1000000; ++i) {
-    if (i % 5000 == 0) mischief = i / 5000 % 4 == 0 ? 5 : (i / 5000 % 4 == 1 ? 100 : 3000);
-    const auto is_odd = [&] { return random() % mischief == 0; };
+    if (i % 5000 == 0) fault_interval = i / 5000 % 4 == 0 ? 5 : (i / 5000 % 4 == 1 ? 100 : 3000);
+    const auto is_odd = [&] { return random() % fault_interval == 0; };
     state.dt_s = kDt_s * (1 + 0.3 * draw(random));
     if (is_odd()) state.dt_s = 0.3 * draw(random);
     state.now_s += std::max(state.dt_s, 0.0);

@@ -71,8 +71,8 @@ RC_GTEST_PROP(Workspace, WorkScalesWithTheMotionScale, (std::uint64_t seed)) {
   Pose X_DH_later = X_DH;
   X_DH_later.p_AB += draw.Place();
   const Vec3 p_TC = workspace.params().p_TC_mm;
-  const Vec3 way_W = workspace.CalcToolPose(X_DH_later).Point(p_TC) - workspace.CalcToolPose(X_DH).Point(p_TC);
-  const double at_tool = glm::dot(f_W, way_W);
+  const Vec3 motion_W = workspace.CalcToolPose(X_DH_later).Point(p_TC) - workspace.CalcToolPose(X_DH).Point(p_TC);
+  const double at_tool = glm::dot(f_W, motion_W);
   const double at_handle = glm::dot(workspace.ToDevice(f_W), X_DH_later.p_AB - X_DH.p_AB);
   RC_ASSERT(std::abs(at_tool - scale * at_handle) < 1e-9);  // rounding errors: a few times 100 N * 1000 mm * 2^-52
 }

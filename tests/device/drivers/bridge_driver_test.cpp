@@ -163,7 +163,7 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   double z_mm = 0;
   // If the machine stalls between two rounds, the bridge outputs no force for a moment. If it stalls within a round,
   // the bridge's measured state is too old to be ready.
-  const auto off_N = [&] { return glm::length(driver.made_f_D_N() - Vec3(0, 0, 1)); };
+  const auto off_N = [&] { return glm::length(driver.actual_f_D_N() - Vec3(0, 0, 1)); };
   for (int i = 0; i < 1'000'000 && (!sample.homed || std::abs(z_mm - 5) > 0.1 || off_N() > 1e-6); ++i) {
     ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
     z_mm = sample.X_DH.p_AB.z;
@@ -174,8 +174,8 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   // The force for a command above the device's peak is limited to the peak.
   command.f_D_N = {0, 0, 100};
   driver.Exchange(command, sample);
-  for (int i = 0; i < 1000 && driver.made_f_D_N().z < 3.2; ++i) driver.Exchange(command, sample);
-  EXPECT_NEAR(glm::length(driver.made_f_D_N()), 3.3, 1e-5);
+  for (int i = 0; i < 1000 && driver.actual_f_D_N().z < 3.2; ++i) driver.Exchange(command, sample);
+  EXPECT_NEAR(glm::length(driver.actual_f_D_N()), 3.3, 1e-5);
   EXPECT_EQ(driver.bad_packets(), 0u);
   // After a regular end, the same program can begin a second session.
   driver.Stop();
@@ -203,7 +203,7 @@ TEST(BridgeDriver, BridgeComputesTheForceField) {
   for (int i = 0; i < 1'000'000 && !(i > 500 && std::abs(z_mm - 3.2) < 0.05 && std::abs(force_N - 0.64) < 0.05); ++i) {
     ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
     z_mm = sample.X_DH.p_AB.z;
-    force_N = driver.made_f_D_N().z;
+    force_N = driver.actual_f_D_N().z;
   }
   EXPECT_NEAR(z_mm, 3.2, 0.05);
   EXPECT_NEAR(force_N, 0.64, 0.05);
@@ -250,7 +250,7 @@ TEST(BridgeDriver, ABridgeThatIsStoppedGivesNoAnswerAndGoesOn) {
 
 TEST(BridgeDriver, IsRefusedWhileAnotherProgramUsesTheDevice) {
   // A program that sends nothing for two seconds loses the device.
-  test::JudgeAwake(std::chrono::milliseconds(1000), [](test::LongestGap& /*own*/) {
+  test::RetryIfStalled(std::chrono::milliseconds(1000), [](test::LongestGap& /*own*/) {
     ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
     const std::uint16_t port = PortOf(example);
     BridgeDriver first(MakeOptions(port));
@@ -295,7 +295,7 @@ TEST(BridgeDriver, IgnoresPacketsFromOtherSenders) {
   DriverSample sample;
   for (int i = 0; i < 10'000; ++i) {
     ASSERT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
-    ASSERT_EQ(driver.made_f_D_N(), Vec3{0});
+    ASSERT_EQ(driver.actual_f_D_N(), Vec3{0});
   }
   stop = true;
   noise.join();
@@ -562,11 +562,11 @@ TEST(BridgeDriver, APromptAnswerWithAFrozenPoseEndsTheForce) {
 
 TEST(BridgeDriver, OccasionallyLateAnswersAreAccepted) {
   // Answers may be 1 s old and a round waits 0.1 s, so that late answers are still valid.
-  test::JudgeAwake(std::chrono::milliseconds(80), [](test::LongestGap& /*own*/) {
+  test::RetryIfStalled(std::chrono::milliseconds(80), [](test::LongestGap& /*own*/) {
     FarBridge far;
     BridgeOptions options = MakeOptions(far.port());
     options.timeout_ms = 100;
-    options.oldest_ms = 1000;  // allows for a very busy machine
+    options.max_age_ms = 1000;  // allows for a very busy machine
     BridgeDriver driver(options);
     driver.Start(nullptr);
     DriverSample sample;
@@ -585,7 +585,7 @@ TEST(BridgeDriver, OccasionallyLateAnswersAreAccepted) {
     EXPECT_EQ(driver.late_states(), 0u);
   });
   BridgeOptions options;
-  options.oldest_ms = 0;
+  options.max_age_ms = 0;
   EXPECT_THROW(BridgeDriver{options}, Error);
 }
 

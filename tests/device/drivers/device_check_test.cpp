@@ -17,10 +17,10 @@
 namespace kerf {
 namespace {
 
-using test::JudgeAwake;
 using test::LongestGap;
 using test::PatientOptions;
 using test::ReportedDevice;
+using test::RetryIfStalled;
 using test::Served;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -31,7 +31,7 @@ constexpr double kSpring_N_per_mm = 0.5;
 
 /// Moves a handle on a spring, with a quantised position; at rest, the position alternates between two neighbouring
 /// steps.
-void FeelSpring(ReportedDevice::State& state) {
+void MoveOnSpring(ReportedDevice::State& state) {
   Vec3 p_mm = state.reported.f_D_N / kSpring_N_per_mm;
   p_mm.y += state.rounds / 3 % 2 == 0 ? kQuantum_mm : 0;
   state.sample.X_DH.p_AB = kQuantum_mm * glm::round(p_mm / kQuantum_mm);
@@ -46,15 +46,15 @@ DeviceCheckOptions ShortOptions() {
   return options;
 }
 
-double FalconsPeak() {
+double FalconPeakForce() {
   return FindDeviceProfile("falcon").peak_force_N;
 }
 
 TEST(DeviceCheck, MeasuresAKnownDevice) {
   // The check needs two seconds at rest and two at full force; if the machine stalls for half of either, there is no
   // result.
-  JudgeAwake(std::chrono::milliseconds(1000), [](LongestGap& own) {
-    Served served(PatientOptions(), [](ReportedDevice::State& state) { state.feels = FeelSpring; });
+  RetryIfStalled(std::chrono::milliseconds(1000), [](LongestGap& own) {
+    Served served(PatientOptions(), [](ReportedDevice::State& state) { state.on_force = MoveOnSpring; });
     DeviceCheckOptions options = ShortOptions();
     options.goes_on = [&] {
       own.Look();
@@ -81,10 +81,10 @@ TEST(DeviceCheck, MeasuresAKnownDevice) {
     EXPECT_GT(r.noise_mm.y, 0.2 * kQuantum_mm);
     EXPECT_LE(r.noise_mm.y, 0.5 * kQuantum_mm + 1e-9);
     EXPECT_TRUE(r.made_force);
-    EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
-    EXPECT_NEAR(r.largest_sent_N, 0.2 * FalconsPeak(), 0.03 * 0.2 * FalconsPeak());
-    EXPECT_LE(served.device->Look().largest_N, 0.2 * FalconsPeak() + 1e-9);
-    EXPECT_NEAR(r.moved_mm, 0.2 * FalconsPeak() / kSpring_N_per_mm, 0.1);
+    EXPECT_NEAR(r.largest_requested_N, 0.2 * FalconPeakForce(), 1e-9);
+    EXPECT_NEAR(r.largest_sent_N, 0.2 * FalconPeakForce(), 0.03 * 0.2 * FalconPeakForce());
+    EXPECT_LE(served.device->Look().largest_N, 0.2 * FalconPeakForce() + 1e-9);
+    EXPECT_NEAR(r.moved_mm, 0.2 * FalconPeakForce() / kSpring_N_per_mm, 0.1);
     EXPECT_GT(r.followed, 0.9);
     EXPECT_EQ(r.buttons, 0b1111U);
     EXPECT_THAT(said, HasSubstr("leave the handle alone"));
@@ -100,8 +100,8 @@ TEST(DeviceCheck, MeasuresAKnownDevice) {
 
 TEST(DeviceCheck, EndsAtOnceWithoutForce) {
   // The force rises within a second, so a late check would find the full force.
-  JudgeAwake(std::chrono::milliseconds(200), [](LongestGap& own) {
-    Served served(PatientOptions(), [](ReportedDevice::State& state) { state.feels = FeelSpring; });
+  RetryIfStalled(std::chrono::milliseconds(200), [](LongestGap& own) {
+    Served served(PatientOptions(), [](ReportedDevice::State& state) { state.on_force = MoveOnSpring; });
     DeviceCheckOptions options = ShortOptions();
     options.circle_s = 60;
     options.goes_on = [&] {
@@ -112,7 +112,7 @@ TEST(DeviceCheck, EndsAtOnceWithoutForce) {
     EXPECT_TRUE(r.stopped);
     EXPECT_THAT(r.faults, IsEmpty());
     EXPECT_EQ(r.buttons, 0U);
-    EXPECT_LT(r.largest_asked_N, 0.2 * FalconsPeak());
+    EXPECT_LT(r.largest_requested_N, 0.2 * FalconPeakForce());
     EXPECT_TRUE(test::WaitFor([&] { return served.device->Look().reported.f_D_N == Vec3(0); }, 10));
     EXPECT_EQ(nlohmann::json::parse(FormatDeviceCheckJson("reported", *served.servo, r))["ok"], false);
   });
@@ -142,14 +142,14 @@ TEST(DeviceCheck, ReportsEachFault) {
     EXPECT_EQ(served.device->Look().largest_N, 0);
   }
   // Only the last second at rest is evaluated.
-  JudgeAwake(std::chrono::milliseconds(500), [](LongestGap& /*own*/) {
+  RetryIfStalled(std::chrono::milliseconds(500), [](LongestGap& /*own*/) {
     DeviceCheckOptions options = ShortOptions();
     options.buttons_s = 0;
     options.still_s = 1;  // the check measures up to five times
     // One round in ten has no good answer, and the handle is never at rest, because nothing holds it; so no force is
     // made.
     Served served(PatientOptions(), [](ReportedDevice::State& state) {
-      state.feels = [](ReportedDevice::State& s) {
+      state.on_force = [](ReportedDevice::State& s) {
         s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
         s.end = s.rounds % 10 == 0 ? RoundEnd::kBadAnswer : RoundEnd::kSample;
       };
@@ -165,13 +165,13 @@ TEST(DeviceCheck, ReportsEachFault) {
 
 TEST(DeviceCheck, ReportsWhyLessForceWasSentThanRequested) {
   // A round that is 100 ms late also closes the gate, but for a different reason.
-  JudgeAwake(std::chrono::milliseconds(50), [](LongestGap& own) {
+  RetryIfStalled(std::chrono::milliseconds(50), [](LongestGap& own) {
     DeviceServoOptions servo = PatientOptions();
     servo.servo.gate.lost_s = 0.05;
     // The device stops answering while the force is on, and stays engaged for seconds.
     Served served(servo, [](ReportedDevice::State& state) {
-      state.feels = [](ReportedDevice::State& s) {
-        FeelSpring(s);
+      state.on_force = [](ReportedDevice::State& s) {
+        MoveOnSpring(s);
         if (s.largest_N > 0.5) s.end = RoundEnd::kNoAnswer;
       };
     });
@@ -192,8 +192,8 @@ TEST(DeviceCheck, ReportsWhyLessForceWasSentThanRequested) {
 
 TEST(DeviceCheck, UnpluggingUnderForceEndsItImmediatelyWithAFault) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
-    state.feels = [](ReportedDevice::State& s) {
-      FeelSpring(s);
+    state.on_force = [](ReportedDevice::State& s) {
+      MoveOnSpring(s);
       if (s.largest_N > 0.5) s.is_there = false;
     };
   });
@@ -301,7 +301,7 @@ std::unique_ptr<DeviceDriver> LiveFalcon::Open() {
 TEST(DeviceCheck, PassesWithASimulatedFalconThatIsUnpluggedAfterwards) {
   std::unique_ptr<LiveFalcon> falcon;
   std::unique_ptr<DeviceServo> servo;
-  JudgeAwake(std::chrono::milliseconds(1000), [&](LongestGap& own) {
+  RetryIfStalled(std::chrono::milliseconds(1000), [&](LongestGap& own) {
     servo.reset();
     falcon = std::make_unique<LiveFalcon>();
     servo = std::make_unique<DeviceServo>(
@@ -318,7 +318,7 @@ TEST(DeviceCheck, PassesWithASimulatedFalconThatIsUnpluggedAfterwards) {
     const DeviceCheckResult r = CheckDevice(*servo, options);
     EXPECT_THAT(r.faults, IsEmpty());
     EXPECT_TRUE(r.homed);
-    EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
+    EXPECT_NEAR(r.largest_requested_N, 0.2 * FalconPeakForce(), 1e-9);
     EXPECT_GT(r.moved_mm, 0.5);
     EXPECT_GT(r.followed, 0.5);
   });
@@ -364,7 +364,7 @@ TEST(WatchDevice, ShowsThePositionOnlyWhileTheDeviceAnswers) {
   });
   const char* const reported = "right    +1.25  up    -2.50  towards you   +30.00 mm; buttons right";
   // Each text that must be shown next, with the change to the device that follows it.
-  const std::vector<std::pair<std::string, std::function<void(ReportedDevice::State&)>>> sights = {
+  const std::vector<std::pair<std::string, std::function<void(ReportedDevice::State&)>>> steps = {
       {reported, [](ReportedDevice::State& state) { state.end = RoundEnd::kNoAnswer; }},
       {"; no answer", [](ReportedDevice::State& state) { state.end = RoundEnd::kSample; }},
       {reported, [](ReportedDevice::State& state) { state.is_there = false; }},
@@ -373,15 +373,15 @@ TEST(WatchDevice, ShowsThePositionOnlyWhileTheDeviceAnswers) {
   std::size_t next = 0;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(test::kLongWait_s);
   WatchDevice(
-      *served.servo, [&] { return next < sights.size() && std::chrono::steady_clock::now() < end; },
+      *served.servo, [&] { return next < steps.size() && std::chrono::steady_clock::now() < end; },
       [&](const std::string& line, bool passing) {
-        if (!passing || next == sights.size()) return;
+        if (!passing || next == steps.size()) return;
         EXPECT_EQ(line.ends_with(reported), line.find(" mm") != std::string::npos) << line;
-        if (!line.ends_with(sights[next].first)) return;
-        served.device->With(sights[next].second);
+        if (!line.ends_with(steps[next].first)) return;
+        served.device->With(steps[next].second);
         ++next;
       });
-  EXPECT_EQ(next, sights.size()) << "never saw: " << sights[std::min(next, sights.size() - 1)].first;
+  EXPECT_EQ(next, steps.size()) << "never shown: " << steps[std::min(next, steps.size() - 1)].first;
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ FalconModelOptions Loaded() {
 }
 
 TEST(DeviceList, FindsEachKindAndOpensIt) {
-  HeldMechanism held;
+  PrescribedMechanism held;
   FalconModel falcon(held, Loaded());
   WoodenModel wooden(held);
   SpaceMouseEmulation mouse;
@@ -63,7 +63,7 @@ TEST(DeviceList, FindsEachKindAndOpensIt) {
 }
 
 TEST(DeviceList, DistinguishesDevicesOfOneKindByTheirPorts) {
-  HeldMechanism held;
+  PrescribedMechanism held;
   FalconModel first(held, Loaded());
   FalconModel second(held, {});
   ModelBus bus;
@@ -125,7 +125,7 @@ TEST(DeviceList, IgnoresGadgetsWithTheSameIds) {
 }
 
 TEST(DeviceList, ReportsEachProblemWithItsRemedy) {
-  HeldMechanism held;
+  PrescribedMechanism held;
   FalconModel falcon(held, {});
   ModelBus bus;
   EXPECT_EQ(Refusal(bus, "falcon"), "no Novint Falcon is plugged in; 'kerf devices' lists the connected devices");
@@ -149,7 +149,7 @@ TEST(DeviceList, ReportsEachProblemWithItsRemedy) {
 }
 
 TEST(DeviceList, SilentDevicesAreReportedAsFailed) {
-  HeldMechanism held;
+  PrescribedMechanism held;
   FalconModel falcon(held, Loaded());
   WoodenModel wooden(held);
   ModelBus bus;
@@ -170,8 +170,8 @@ TEST(DeviceList, SilentDevicesAreReportedAsFailed) {
 /// the full timeout.
 DriverOptions MakePatientOptions() {
   DriverOptions options;
-  options.ask_for_ms = 10'000;
-  options.bridge.start_timeout_ms = options.ask_for_ms;
+  options.probe_timeout_ms = 10'000;
+  options.bridge.start_timeout_ms = options.probe_timeout_ms;
   options.haply.start_timeout_ms = 2000;
   return options;
 }
@@ -184,7 +184,7 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
     const test::HaplyService other(test::HaplyService::Mood::kGarbage);  // a service of another kind
     options.haply.port = other.port();
     options.bridge.port = static_cast<std::uint16_t>(std::stoi(line.substr(line.rfind(':') + 1)));
-    const std::vector<FoundDevice> found = FindFarDevices(options);
+    const std::vector<FoundDevice> found = FindNetworkDevices(options);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].kind->name, "bridge");
     EXPECT_EQ(found[0].state, DeviceState::kReady) << found[0].problem;
@@ -194,7 +194,7 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
     EXPECT_TRUE(OpenDriver(bus, "bridge", options));
     example.End(SIGTERM);
   }
-  EXPECT_TRUE(FindFarDevices(options).empty());
+  EXPECT_TRUE(FindNetworkDevices(options).empty());
 }
 
 TEST(DeviceList, HaplysServiceIsListedEvenWithoutAnInverse3) {
@@ -202,13 +202,13 @@ TEST(DeviceList, HaplysServiceIsListedEvenWithoutAnInverse3) {
   options.bridge.port = 1;  // a port without a service
   test::HaplyService service;
   options.haply.port = service.port();
-  const std::vector<FoundDevice> found = FindFarDevices(options);
+  const std::vector<FoundDevice> found = FindNetworkDevices(options);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].kind->name, "inverse3");
   EXPECT_EQ(found[0].state, DeviceState::kReady) << found[0].problem;
   const test::HaplyService empty(test::HaplyService::Mood::kNoDevice);
   options.haply.port = empty.port();
-  const std::vector<FoundDevice> none = FindFarDevices(options);
+  const std::vector<FoundDevice> none = FindNetworkDevices(options);
   ASSERT_EQ(none.size(), 1U);
   EXPECT_EQ(none[0].state, DeviceState::kFailed);
   EXPECT_THAT(none[0].problem, HasSubstr("lists no Inverse3"));

@@ -66,7 +66,7 @@ TEST(DeviceServoAgain, ReasonForAFailedOpeningIsReportedOnce) {
 TEST(DeviceServoAgain, HomingDeviceIsRestartedAfterALongSilence) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = 0.1;
-  options.given_up_s = 0.3;
+  options.restart_after_s = 0.3;
   Served served(options);
   served.Engage({}, {});
   ASSERT_TRUE(served.AwaitForce(kForce_W_N, kForce_D_N));
@@ -104,7 +104,7 @@ TEST(DeviceServoAgain, HomingDeviceIsRestartedAfterALongSilence) {
 TEST(DeviceServoAgain, DeviceThatDoesNotHomeIsNotRestarted) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = 0.05;
-  options.given_up_s = 0.1;
+  options.restart_after_s = 0.1;
   Served served(options, [](ReportedDevice::State& state) {
     state.traits.homes = false;
     state.traits.homing = "hold the arm in its zero pose";
@@ -202,8 +202,8 @@ TEST(DeviceServoAgain, ItsOwnThreadReleasesWithoutWaitingForItself) {
   served.Engage({}, {});
   ASSERT_TRUE(served.AwaitForce(kForce_W_N, kForce_D_N));
   served.device->With([&](ReportedDevice::State& state) {
-    state.feels = [&](ReportedDevice::State& /*s*/) {  // like a handler of abort(), in the middle of a round
-      if (answer.load() < 0) answer = DeviceServo::LetGoOfAll(60'000, false) ? 1 : 0;
+    state.on_force = [&](ReportedDevice::State& /*s*/) {  // like a handler of abort(), in the middle of a round
+      if (answer.load() < 0) answer = DeviceServo::ReleaseAll(60'000, false) ? 1 : 0;
     };
   });
   ASSERT_TRUE(WaitFor([&] { return answer.load() >= 0; }));  // waits only half as long
@@ -213,13 +213,13 @@ TEST(DeviceServoAgain, ItsOwnThreadReleasesWithoutWaitingForItself) {
   // From another thread the call waits until the force is off.
   served.servo->Agree();
   ASSERT_TRUE(served.AwaitForce(kForce_W_N, kForce_D_N));
-  EXPECT_TRUE(DeviceServo::LetGoOfAll(60'000, false));
+  EXPECT_TRUE(DeviceServo::ReleaseAll(60'000, false));
   EXPECT_EQ(served.device->Look().reported.f_D_N, Vec3(0));
 }
 
 TEST(DeviceServoAgain, CapMovesNothingWhileTheDeviceDoesNotAnswer) {
   DeviceServoOptions options = PatientOptions();
-  options.old_s = 0.2;
+  options.max_sample_age_s = 0.2;
   Served served(options, [](ReportedDevice::State& state) {
     state.traits.motion = DriverMotion::kDeflection;
     state.traits.makes_force = false;

@@ -30,7 +30,7 @@ Pose MakePlace() {
   return {glm::angleAxis(0.7, glm::normalize(Vec3{1, 2, -1})), {40, -25, 60}};
 }
 
-ServedTool MakeTool() {
+ToolCoupling MakeTool() {
   return {.p_TC_mm = {3, 4, 80}, .stiffness_N_per_mm = 2};
 }
 
@@ -45,13 +45,13 @@ void ExpectPose(const Pose& X, const Pose& expected) {
 }
 
 /// Puts the device away from its middle at the start.
-void PutAside(ReportedDevice::State& state) {
+void MoveOffCentre(ReportedDevice::State& state) {
   state.sample.X_DH.p_AB = kHandle_mm;
 }
 
 TEST(DeviceServo, ReturnsNoPoseBeforeItIsEngagedAndThenTheToolsPose) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
-    PutAside(state);
+    MoveOffCentre(state);
     state.sample.homed = false;
   });
   served.servo->SetTool(MakePlace(), MakeTool());
@@ -75,14 +75,14 @@ TEST(DeviceServo, TheHandleMovesTheToolByTheScaleInTheDevicesFrame) {
   DeviceServoOptions options = PatientOptions();
   options.motion_scale = 2.5;
   options.R_WD = glm::angleAxis(1.1, glm::normalize(Vec3{-1, 3, 2}));
-  Served served(options, PutAside);
+  Served served(options, MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   ASSERT_TRUE(served.Tick());
-  const Vec3 way_D_mm{3, -2, 1};
-  served.MoveHandle(kHandle_mm + way_D_mm);
+  const Vec3 motion_D_mm{3, -2, 1};
+  served.MoveHandle(kHandle_mm + motion_D_mm);
   ASSERT_TRUE(served.Tick());
   Pose expected = MakePlace();
-  expected.p_AB += 2.5 * (options.R_WD * way_D_mm);
+  expected.p_AB += 2.5 * (options.R_WD * motion_D_mm);
   ExpectPose(served.sample.X_WH, expected);
   EXPECT_EQ(served.servo->profile().peak_force_N, FindDeviceProfile("falcon").peak_force_N);
 }
@@ -90,7 +90,7 @@ TEST(DeviceServo, TheHandleMovesTheToolByTheScaleInTheDevicesFrame) {
 TEST(DeviceServo, HandleHoldsNoToolUntilTheOrientationIsSet) {
   DeviceServoOptions options = PatientOptions();
   options.reported_orientation = true;
-  Served served(options, PutAside);
+  Served served(options, MoveOffCentre);
   served.servo->SetOrientation(glm::angleAxis(0.3, Vec3{1, 0, 0}));  // left from an earlier session
   served.Engage(MakePlace(), MakeTool());
   EXPECT_FALSE(served.Tick());
@@ -101,11 +101,11 @@ TEST(DeviceServo, HandleHoldsNoToolUntilTheOrientationIsSet) {
   served.servo->SetOrientation(R_WD);
   ASSERT_TRUE(served.Tick());
   ExpectPose(served.sample.X_WH, MakePlace());
-  const Vec3 way_D_mm{3, -2, 1};
-  served.MoveHandle(kHandle_mm + Vec3{0, 0, 9} + way_D_mm);
+  const Vec3 motion_D_mm{3, -2, 1};
+  served.MoveHandle(kHandle_mm + Vec3{0, 0, 9} + motion_D_mm);
   ASSERT_TRUE(served.Tick());
   Pose expected = MakePlace();
-  expected.p_AB += R_WD * way_D_mm;
+  expected.p_AB += R_WD * motion_D_mm;
   ExpectPose(served.sample.X_WH, expected);
 }
 
@@ -113,7 +113,7 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   DeviceServoOptions options = PatientOptions();
   options.motion_scale = 3;
   options.R_WD = glm::angleAxis(0.4, glm::normalize(Vec3{2, -1, 1}));
-  Served served(options, PutAside);
+  Served served(options, MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(options.R_WD) * kDeviceServoForce_W_N;
   // When the force has risen to its 1.9 N within 1e-12, the stiffness has risen to the same fraction of its full value.
@@ -131,7 +131,7 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
 }
 
 TEST(DeviceServo, ClutchDetachesTheHandleFromTheTool) {
-  Served served(PatientOptions(), PutAside);
+  Served served(PatientOptions(), MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
   ASSERT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
@@ -162,7 +162,7 @@ TEST(DeviceServo, ClutchDetachesTheHandleFromTheTool) {
 }
 
 TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
-  Served served(PatientOptions(), PutAside);
+  Served served(PatientOptions(), MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   ASSERT_TRUE(served.Tick());
   const Quat R_wanted = glm::angleAxis(0.5, Vec3{0, 1, 0}) * MakePlace().R_AB;
@@ -186,7 +186,7 @@ TEST(DeviceServo, TheToolTurnsAboutTheHandlesPointNoFasterThanAHand) {
 
 TEST(DeviceServo, DeviceThatSensesOrientationRotatesTheTool) {
   Served served(PatientOptions(), [](ReportedDevice::State& state) {
-    PutAside(state);
+    MoveOffCentre(state);
     state.traits.senses_orientation = true;
     state.sample.X_DH.R_AB = glm::angleAxis(0.3, Vec3{0, 0, 1});
   });
@@ -208,7 +208,7 @@ TEST(DeviceServo, LeftHandSwapsButtonsAndMirrorsTheFrame) {
   DeviceServoOptions options = PatientOptions();
   options.left_handed = true;
   options.R_WD = kFacingPatient * glm::angleAxis(0.6, Vec3{0, 1, 0});
-  Served served(options, PutAside);
+  Served served(options, MoveOffCentre);
   served.Engage(MakePlace());
   served.Press(kRight);
   ASSERT_TRUE(served.Tick());
@@ -223,7 +223,7 @@ TEST(DeviceServo, LeftHandSwapsButtonsAndMirrorsTheFrame) {
 }
 
 TEST(DeviceServo, AfterUnpluggingUnderForceTheToolContinuesFromItsPose) {
-  Served served(PatientOptions(), PutAside);
+  Served served(PatientOptions(), MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
   served.MoveHandle(kHandle_mm + Vec3{4, 0, 0});
@@ -262,7 +262,7 @@ TEST(DeviceServo, AfterUnpluggingUnderForceTheToolContinuesFromItsPose) {
 }
 
 TEST(DeviceServo, AgreementWhileEngagedIsNotKept) {
-  Served served(PatientOptions(), PutAside);
+  Served served(PatientOptions(), MoveOffCentre);
   served.Engage(MakePlace());
   served.servo->Agree();
   ASSERT_TRUE(served.device->PassRounds());
@@ -310,7 +310,7 @@ TEST(DeviceServo, ReopeningIsRetriedUntilItSucceeds) {
 }
 
 TEST(DeviceServo, ASecondSessionBeginsWhereItsToolIs) {
-  Served served(PatientOptions(), PutAside);
+  Served served(PatientOptions(), MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   ASSERT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N));
   served.MoveHandle({0, 25, -25});
@@ -330,7 +330,7 @@ TEST(DeviceServo, ASecondSessionBeginsWhereItsToolIs) {
 TEST(DeviceServo, SilentDeviceHasNoForceAndTheToolDoesNotJumpAfterwards) {
   DeviceServoOptions options = PatientOptions();
   options.servo.silent_s = 0.1;
-  Served served(options, PutAside);
+  Served served(options, MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(kFacingPatient) * kDeviceServoForce_W_N;
   ASSERT_TRUE(served.AwaitForce(kDeviceServoForce_W_N, f_D_N));
@@ -354,7 +354,7 @@ TEST(DeviceServo, SilentDeviceHasNoForceAndTheToolDoesNotJumpAfterwards) {
 TEST(DeviceServo, ForceIsZeroAfterTheLoopHasStopped) {
   DeviceServoOptions options = PatientOptions();
   options.servo.gate.stale_s = 0.3;
-  Served served(options, PutAside);
+  Served served(options, MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   ASSERT_TRUE(
       served.TickUntil(kDeviceServoForce_W_N, [&] { return glm::length(served.device->Look().reported.f_D_N) > 1; }));
@@ -371,8 +371,8 @@ TEST(DeviceServo, ForceIsZeroAfterTheLoopHasStopped) {
 
 TEST(DeviceServo, OldSampleIsNotUsed) {
   DeviceServoOptions options = PatientOptions();
-  options.old_s = 0.2;
-  Served served(options, PutAside);
+  options.max_sample_age_s = 0.2;
+  Served served(options, MoveOffCentre);
   served.Engage(MakePlace(), MakeTool());
   served.device->With([](ReportedDevice::State& state) { state.end = RoundEnd::kBadAnswer; });
   EXPECT_TRUE(WaitFor([&] { return !served.Tick(); }));
@@ -420,7 +420,7 @@ TEST(DeviceServo, EndsInEachStateWithoutForce) {
     SCOPED_TRACE(c.name);
     DeviceServoOptions options = PatientOptions();
     options.servo.silent_s = 0.1;
-    Served served(options, PutAside);
+    Served served(options, MoveOffCentre);
     c.reach(served);
     served.servo.reset();
     const ReportedDevice::State end = served.device->Look();

@@ -15,7 +15,7 @@ TEST(HandleAtRest, RequiresAHandleObservedAtRest) {
   ServoSample sample;
   const auto take = [&](double at_s) {
     sample.at_s = at_s;
-    return at_rest.Take(sample);
+    return at_rest.Update(sample);
   };
   EXPECT_FALSE(take(10));
   EXPECT_FALSE(take(10.6));  // the handle's motion during the gap is unknown

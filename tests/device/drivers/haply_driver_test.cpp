@@ -113,7 +113,7 @@ TEST(HaplyDriver, EachOfAThousandRoundsHasItsOwnAnswer) {
 
 TEST(HaplyDriver, AfterALateAnswerEachRoundReceivesItsOwnAgain) {
   HaplyService service;
-  service.GiveWay();
+  service.MoveWithForce();
   HaplyDriver driver(MakeHaplyOptions(service.port(), 200));
   driver.Start(nullptr);
   DriverSample sample;
@@ -204,9 +204,9 @@ TEST(HaplyDriver, ServiceThatSendsButDoesNotReadGivesNoAnswer) {
   DriverCommand command;
   command.f_D_N = {0.5, 0, 0};
   DriverSample sample;
-  const auto most = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  const auto give_up_at = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   int in_a_row = 0;
-  while (in_a_row < 20 && std::chrono::steady_clock::now() < most) {
+  while (in_a_row < 20 && std::chrono::steady_clock::now() < give_up_at) {
     in_a_row = driver.Exchange(command, sample) == RoundEnd::kNoAnswer ? in_a_row + 1 : 0;
   }
   EXPECT_EQ(in_a_row, 20);
@@ -238,7 +238,7 @@ TEST(HaplyDriver, ADeviceThatLeavesTheListIsGone) {
   int rounds = 0;
   for (; rounds < 500 && end != RoundEnd::kGone; ++rounds) end = driver.Exchange({}, sample);
   EXPECT_EQ(end, RoundEnd::kGone);
-  EXPECT_GE(rounds, HaplyDriver::kMaxWithout);
+  EXPECT_GE(rounds, HaplyDriver::kMaxMissing);
 }
 
 TEST(HaplyDriver, StartReportsWhatIsWrong) {
@@ -291,7 +291,7 @@ TEST(HaplyDriver, LostGripGivesNoAnswerAndKeepsTheOrientation) {
   ASSERT_GT(std::abs(before.y), 0.5);
   service.SetMood(Mood::kNoGrip);
   driver.Exchange({}, sample);  // one state may still be in transit
-  for (int i = 0; i < 2 * HaplyDriver::kMaxWithout; ++i) {
+  for (int i = 0; i < 2 * HaplyDriver::kMaxMissing; ++i) {
     ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kNoAnswer) << i;
     ASSERT_EQ(sample.X_DH.R_AB, before);
   }

@@ -54,7 +54,7 @@ std::string HaplyService::MakeState() const {
   nlohmann::json message;
   nlohmann::json device;
   device["device_id"] = "04BA";
-  const Vec3 p_H_m = p_H_m_ + (gives_way_ ? 1e-3 : 0) * force_N_;
+  const Vec3 p_H_m = p_H_m_ + (moves_with_force_ ? 1e-3 : 0) * force_N_;
   device["state"]["cursor_position"] = {{"x", p_H_m.x}, {"y", p_H_m.y}, {"z", p_H_m.z}};
   device["state"]["cursor_velocity"] = {{"x", 0.0}, {"y", 0.0}, {"z", 0.0}};
   message["inverse3"] = nlohmann::json::array({device});

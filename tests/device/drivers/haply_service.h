@@ -40,7 +40,7 @@ class HaplyService {
     p_H_m_ = p_H_m;
   }
   /// From now on the cursor is displaced by 1 mm per N, so that a state shows which force it answers.
-  void GiveWay() { gives_way_ = true; }
+  void MoveWithForce() { moves_with_force_ = true; }
   Vec3 force_N() const {
     std::lock_guard lock(mutex_);
     return force_N_;
@@ -59,7 +59,7 @@ class HaplyService {
   Vec3 force_N_{0};
   std::atomic<int> forces_{0};
   std::atomic<int> reported_{0};
-  std::atomic<bool> gives_way_{false};
+  std::atomic<bool> moves_with_force_{false};
   std::atomic<bool> stop_{false};
   std::atomic<int> connection_{-1};
   std::uint16_t port_ = 0;

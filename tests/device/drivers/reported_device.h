@@ -54,7 +54,7 @@ class ReportedDevice {
     int opened = 0;
     int stopped = 0;
     /// Moves the handle according to the force, once per round.
-    std::function<void(State&)> feels;
+    std::function<void(State&)> on_force;
   };
 
   ReportedDevice() {
@@ -104,7 +104,7 @@ class ReportedDeviceDriver final : public DeviceDriver {
       if (!state.is_there) return RoundEnd::kGone;
       state.reported = command;
       state.largest_N = std::max(state.largest_N, glm::length(command.f_D_N));
-      if (state.feels) state.feels(state);
+      if (state.on_force) state.on_force(state);
       if (state.end == RoundEnd::kSample) sample = state.sample;
       return state.end;
     });
@@ -137,14 +137,14 @@ inline DeviceServoOptions PatientOptions() {
   DeviceServoOptions options;
   options.priority = 0;
   options.reopen_s = 0.01;
-  options.old_s = 20;
-  options.given_up_s = 60;
+  options.max_sample_age_s = 20;
+  options.restart_after_s = 60;
   options.servo.silent_s = 10;
   options.servo.agree_s = 20;
   options.servo.gate.stale_s = 20;
   options.servo.gate.lost_s = 20;
-  options.servo.leap_mm_per_s = 1e9;   // tests move the handle in jumps
-  options.servo.leap_rad_per_s = 1e9;  // and rotate it in jumps
+  options.servo.max_speed_mm_per_s = 1e9;   // tests move the handle in jumps
+  options.servo.max_speed_rad_per_s = 1e9;  // and rotate it in jumps
   return options;
 }
 
@@ -161,7 +161,7 @@ class Served {
   bool Await(ServoState state) const {
     return WaitFor([&] { return servo->state() == state; });
   }
-  void Engage(const Pose& X_WT, const ServedTool& tool = {}) {
+  void Engage(const Pose& X_WT, const ToolCoupling& tool = {}) {
     servo->SetTool(X_WT, tool);
     ASSERT_TRUE(Await(ServoState::kWaiting));
     servo->Agree();

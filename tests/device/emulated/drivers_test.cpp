@@ -68,7 +68,7 @@ class EmulatedDrivers : public testing::Test {
  protected:
   EmulatedDrivers() { options_.falcon.timeout_ms = 1000; }
 
-  HeldMechanism held_;
+  PrescribedMechanism held_;
   LibusbBus bus_;
   DriverOptions options_;
 };

@@ -60,9 +60,9 @@ struct Options {
 };
 
 /// Passes everything on to a hand and records the largest force on it.
-class FeltHand final : public Mechanism {
+class ForceRecorder final : public Mechanism {
  public:
-  explicit FeltHand(Mechanism& hand) : hand_(hand) {}
+  explicit ForceRecorder(Mechanism& hand) : hand_(hand) {}
   void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) override {
     force_N_ = glm::length(f_D_N);
     peak_N_ = std::max(peak_N_, force_N_);
@@ -160,7 +160,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
 
 volatile std::sig_atomic_t child = 0;
 
-void PassOn(int signal) {
+void ForwardSignal(int signal) {
   if (child > 0) kill(child, signal);
 }
 
@@ -169,17 +169,17 @@ int Run(int argc, char** argv) {
   std::vector<std::string> program = ReadOptions(argc, argv, options);
   if (!options.firmware_file.empty()) options.emulated.firmware = ReadBytes(options.firmware_file);
   for (const std::string& press : options.presses) options.hand.presses.push_back(ReadPress(press));
-  options.hand.way = std::map<std::string, HandWay>{
-      {"still", HandWay::kStill}, {"circle", HandWay::kCircle}, {"line", HandWay::kLine}}[options.way];
+  options.hand.path = std::map<std::string, ScriptedPath>{
+      {"still", ScriptedPath::kStill}, {"circle", ScriptedPath::kCircle}, {"line", ScriptedPath::kLine}}[options.way];
   ScriptedHand hand(FindDeviceProfile("falcon"), FindHandModel(options.hand_model), options.hand);
   if (!options.scene.empty() && options.device != "falcon") {
-    throw Error("--scene: only a Falcon has a lamp by which the hand knows that it has the tool");
+    throw Error("--scene: --device must be falcon, because only its lamp shows that the hand has the tool");
   }
   std::optional<SceneHand> cutting;
   if (!options.scene.empty()) cutting.emplace(ReadScene(options.scene), FindDeviceProfile("falcon"));
-  FeltHand handle(cutting ? static_cast<Mechanism&>(*cutting) : hand);
+  ForceRecorder handle(cutting ? static_cast<Mechanism&>(*cutting) : hand);
   const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
-  if (cutting) cutting->SetHears([&] { return device->packets(); });
+  if (cutting) cutting->SetCommandCount([&] { return device->packets(); });
   // At this point of its path, the hand waits until the device is unplugged, however late that is.
   if (cutting && options.unplug_on_way_s >= 0) cutting->StopAt(options.unplug_on_way_s);
   EmulatedKernel kernel;
@@ -201,7 +201,7 @@ int Run(int argc, char** argv) {
   const pid_t id = fork();
   if (id == 0) Become(program, options.socket.no_permission);
   child = id;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, PassOn);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, ForwardSignal);
 
   const auto begin = std::chrono::steady_clock::now();
   int status = 0;
@@ -220,9 +220,9 @@ int Run(int argc, char** argv) {
     bool pull = false;
     bool interrupt = false;
     kernel.Look([&] {
-      interrupt = cutting && options.interrupt_on_way_s >= 0 && cutting->way_s() >= options.interrupt_on_way_s;
+      interrupt = cutting && options.interrupt_on_way_s >= 0 && cutting->path_s() >= options.interrupt_on_way_s;
       pull = (options.unplug_after > 0 && device->packets() >= options.unplug_after) ||
-             (cutting && options.unplug_on_way_s >= 0 && cutting->way_s() >= options.unplug_on_way_s);
+             (cutting && options.unplug_on_way_s >= 0 && cutting->path_s() >= options.unplug_on_way_s);
     });
     if (interrupt) {
       options.interrupt_on_way_s = -1;
@@ -235,7 +235,7 @@ int Run(int argc, char** argv) {
       plugged_in = false;
       kernel.Look([&] {
         if (!cutting) return;
-        unplugged_on_way_s = cutting->way_s();
+        unplugged_on_way_s = cutting->path_s();
         cutting->SetEngaged(false);
         cutting->StopAt(std::numeric_limits<double>::infinity());
       });
@@ -271,7 +271,7 @@ int Run(int argc, char** argv) {
       report = device->Report();
       report["peak_force_N"] = handle.peak_N();
       report["force_at_end_N"] = handle.force_N();
-      report["way_s"] = cutting ? cutting->way_s() : hand.way_s();
+      report["way_s"] = cutting ? cutting->path_s() : hand.path_s();
       if (cutting) report["strokes"] = cutting->strokes();
       if (unplugged_on_way_s) report["unplugged_on_way_s"] = *unplugged_on_way_s;
     });

@@ -99,7 +99,7 @@ std::unique_ptr<EmulatedDevice> MakeEmulatedDevice(const std::string& name, Mech
   if (name == "falcon") return std::make_unique<EmulatedFalcon>(mechanism, options);
   if (name == "wooden") return std::make_unique<EmulatedWooden>(mechanism);
   if (name == "spacemouse") return std::make_unique<EmulatedSpaceMouse>();
-  throw Error(fmt::format("no device of the name \"{}\" can be emulated; there are: {}", name,
+  throw Error(fmt::format("can't emulate a device named \"{}\"; available devices: {}", name,
                           fmt::join(NamesOfEmulatedDevices(), ", ")));
 }
 

@@ -20,13 +20,13 @@ using test::EchoModel;
 using test::EmulatedKernel;
 
 // Waits are short unless the machine stalls; speed is not tested.
-constexpr int kPatience_ms = 20'000;
+constexpr int kTimeout_ms = 20'000;
 
 class LibusbBusTest : public testing::Test {
  protected:
   UsbDeviceInfo Only() {
     const std::vector<UsbDeviceInfo> devices = bus_.List();
-    if (devices.size() != 1) throw std::runtime_error("not just one device");
+    if (devices.size() != 1) throw std::runtime_error("expected exactly one device");
     return devices[0];
   }
 
@@ -68,11 +68,11 @@ TEST_F(LibusbBusTest, CarriesBytesBothWaysByBulkAndByInterrupt) {
     for (int i = 0; i < 100; ++i) {
       std::array<std::uint8_t, 64> sent{};
       for (std::size_t j = 0; j < sent.size(); ++j) sent[j] = static_cast<std::uint8_t>(7 * i + 3 * j);
-      const Transfer out = opening.transport->Write(EchoModel::kOut, sent, kPatience_ms);
+      const Transfer out = opening.transport->Write(EchoModel::kOut, sent, kTimeout_ms);
       ASSERT_EQ(out.end, TransferEnd::kOk);
       ASSERT_EQ(out.bytes, 64);
       std::array<std::uint8_t, 64> got{};
-      const Transfer in = opening.transport->Read(EchoModel::kIn, got, kPatience_ms);
+      const Transfer in = opening.transport->Read(EchoModel::kIn, got, kTimeout_ms);
       ASSERT_EQ(in.end, TransferEnd::kOk);
       ASSERT_EQ(in.bytes, 64);
       ASSERT_EQ(got, sent);
@@ -86,16 +86,16 @@ TEST_F(LibusbBusTest, TransfersControlRequestsAndReportsUnsupportedOnes) {
   kernel_.PlugIn(model);
   UsbOpening opening = bus_.Open(Only(), 0);
   ASSERT_TRUE(opening.transport) << opening.detail;
-  EXPECT_EQ(opening.transport->Control(0x40, 1, 0xbeef, 0, {}, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Control(0x40, 1, 0xbeef, 0, {}, kTimeout_ms).end, TransferEnd::kOk);
   kernel_.Look([&] { EXPECT_EQ(model.word, 0xbeef); });
   std::array<std::uint8_t, 2> data{};
-  const Transfer in = opening.transport->Control(0xc0, 2, 0, 0, data, kPatience_ms);
+  const Transfer in = opening.transport->Control(0xc0, 2, 0, 0, data, kTimeout_ms);
   EXPECT_EQ(in.end, TransferEnd::kOk);
   EXPECT_EQ(in.bytes, 2);
   EXPECT_EQ(data[0] | data[1] << 8, 0xbeef);
-  EXPECT_EQ(opening.transport->Control(0x40, 99, 0, 0, {}, kPatience_ms).end, TransferEnd::kStall);
+  EXPECT_EQ(opening.transport->Control(0x40, 99, 0, 0, {}, kTimeout_ms).end, TransferEnd::kStall);
   // The device continues to work.
-  EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kTimeout_ms).end, TransferEnd::kOk);
 }
 
 TEST_F(LibusbBusTest, RefusedTransferDoesNotBlockTheNextAndTooLongOnesFail) {
@@ -106,13 +106,13 @@ TEST_F(LibusbBusTest, RefusedTransferDoesNotBlockTheNextAndTooLongOnesFail) {
   std::array<std::uint8_t, 5000> bytes{};
   const auto packet = std::span(bytes).first(64);
   kernel_.Look([&] { model.refuses = true; });
-  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kStall);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kTimeout_ms).end, TransferEnd::kStall);
   kernel_.Look([&] { model.refuses = false; });
-  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kOk);
-  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kFailed);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kTimeout_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kTimeout_ms).end, TransferEnd::kFailed);
   // Writing to an endpoint that does not exist fails too.
-  EXPECT_EQ(opening.transport->Write(0x05, packet, kPatience_ms).end, TransferEnd::kFailed);
-  const Transfer in = opening.transport->Read(EchoModel::kIn, packet, kPatience_ms);
+  EXPECT_EQ(opening.transport->Write(0x05, packet, kTimeout_ms).end, TransferEnd::kFailed);
+  const Transfer in = opening.transport->Read(EchoModel::kIn, packet, kTimeout_ms);
   EXPECT_EQ(in.end, TransferEnd::kOk);
   EXPECT_EQ(in.bytes, 64);
 }
@@ -125,8 +125,8 @@ TEST_F(LibusbBusTest, SilenceIsATimeoutAndTheDeviceGoesOn) {
   std::array<std::uint8_t, 64> bytes{1, 2, 3};
   EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, 100).end, TransferEnd::kTimeout);
   EXPECT_EQ(bytes[0], 1);
-  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kOk);
-  EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kTimeout_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, kTimeout_ms).end, TransferEnd::kOk);
 }
 
 TEST_F(LibusbBusTest, UnpluggedDeviceIsGoneAndIsFoundWhenPluggedInAgain) {
@@ -140,20 +140,20 @@ TEST_F(LibusbBusTest, UnpluggedDeviceIsGoneAndIsFoundWhenPluggedInAgain) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     kernel_.Unplug(socket);
   });
-  EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kGone);
+  EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, kTimeout_ms).end, TransferEnd::kGone);
   puller.join();
-  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kGone);
-  EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kPatience_ms).end, TransferEnd::kGone);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kTimeout_ms).end, TransferEnd::kGone);
+  EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kTimeout_ms).end, TransferEnd::kGone);
   EXPECT_TRUE(bus_.List().empty());
   kernel_.PlugInAgain(socket);
   const UsbDeviceInfo again = Only();
   EXPECT_EQ(again.address, 5);
   EXPECT_EQ(again.ports, "1-1");
-  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kGone);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kTimeout_ms).end, TransferEnd::kGone);
   UsbOpening restarted = bus_.Open(again, 0);
   ASSERT_TRUE(restarted.transport) << restarted.detail;
-  EXPECT_EQ(restarted.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kOk);
-  EXPECT_EQ(restarted.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(restarted.transport->Write(EchoModel::kOut, bytes, kTimeout_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(restarted.transport->Read(EchoModel::kIn, bytes, kTimeout_ms).end, TransferEnd::kOk);
 }
 
 TEST_F(LibusbBusTest, ListenerThatClosesDuringPlugInIsHarmless) {

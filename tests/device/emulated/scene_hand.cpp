@@ -12,7 +12,7 @@ constexpr double kLongestStep_s = 0.01;
 constexpr double kGrasp_s = 0.5;  // from getting the tool to moving it
 constexpr double kPress_s = 1;    // until a button is pressed
 constexpr double kPressed_s = 0.3;
-constexpr double kStandsStill_s = 0.005;  // without a command; well below the time after which a device is silent
+constexpr double kMaxSilence_s = 0.005;  // without a command; well below the time after which a device is silent
 
 WorkspaceParams MakeParams(const Scene& scene, const LoopSetup& setup) {
   const SceneDevice& device = scene.device;
@@ -40,7 +40,7 @@ SceneHand::SceneHand(const Scene& scene, const DeviceProfile& profile)
       at_rest_(profile, setup_.hand, {}) {}
 
 void SceneHand::Home() {
-  at_way_ = false;
+  on_path_ = false;
   engaged_s_ = 0;
   at_rest_.Home();
 }
@@ -58,9 +58,9 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
   f_D_N_ = f_D_N;
   if (!(dt_s > 0)) return;
   waiting_s_ = waiting_ ? waiting_s_ + dt_s : 0;
-  if (!at_way_) {
+  if (!on_path_) {
     engaged_s_ += engaged_ ? dt_s : 0;
-    at_way_ = engaged_s_ >= kGrasp_s;
+    on_path_ = engaged_s_ >= kGrasp_s;
     at_rest_.Move(dt_s, f_D_N, tau_D_Nmm);
     X_DH_ = at_rest_.handle();
     return;
@@ -70,12 +70,12 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
     const std::uint64_t before = std::exchange(heard_, commands_());
     if (heard_ != before) since_heard_s_ = 0;
   }
-  if (!engaged_ || way_s_ >= stop_at_s_ || (commands_ && since_heard_s_ > kStandsStill_s)) return;
+  if (!engaged_ || path_s_ >= stop_at_s_ || (commands_ && since_heard_s_ > kMaxSilence_s)) return;
   const Vec3 f_W_N = workspace_.ToWorld(f_D_N);
   while (dt_s > 0) {
     const double step_s = std::min(dt_s, kLongestStep_s);
     dt_s -= step_s;
-    way_s_ += step_s;
+    path_s_ += step_s;
     motion_.Advance(step_s);
     device_.Write(f_W_N, Vec3{0});
     device_.Elapse(step_s);

@@ -25,9 +25,9 @@ class SceneHand final : public Mechanism {
   void Home();
   /// `commands` returns the number of commands that the device has received. While the program stalls, the hand stops
   /// too; the tool would not follow a handle that moves in the meantime, and the path would be shortened.
-  void SetHears(std::function<std::uint64_t()> commands) { commands_ = std::move(commands); }
-  /// Makes the hand stop at the time `way_s` of its path, until a later time is set.
-  void StopAt(double way_s) { stop_at_s_ = way_s; }
+  void SetCommandCount(std::function<std::uint64_t()> commands) { commands_ = std::move(commands); }
+  /// Makes the hand stop at the time `path_s` of its path, until a later time is set.
+  void StopAt(double path_s) { stop_at_s_ = path_s; }
   /// Sets whether the device's lamp shows that the hand has the tool.
   void SetEngaged(bool engaged);
   /// Sets whether a homed device waits for the user. While it does, the hand presses a button briefly and repeatedly.
@@ -37,7 +37,7 @@ class SceneHand final : public Mechanism {
   Pose handle() const override { return X_DH_; }
   std::uint32_t buttons() const override;
   Vec3 f_D_N() const { return f_D_N_; }
-  double way_s() const { return way_s_; }
+  double path_s() const { return path_s_; }
   long strokes() const { return motion_.strokes(); }
 
  private:
@@ -52,11 +52,11 @@ class SceneHand final : public Mechanism {
   std::uint64_t heard_ = 0;
   double since_heard_s_ = 0;
   bool engaged_ = false;
-  bool at_way_ = false;  // the hand is on its path: neither homing nor waiting for the tool
+  bool on_path_ = false;  // the hand is on its path: neither homing nor waiting for the tool
   bool waiting_ = false;
   double engaged_s_ = 0;
   double waiting_s_ = 0;
-  double way_s_ = 0;
+  double path_s_ = 0;
   double stop_at_s_ = std::numeric_limits<double>::infinity();
   Pose X_DH_;
   Vec3 f_D_N_{0};

@@ -75,7 +75,7 @@ struct FalconBench {
 
   void Start() { driver->Start({}); }
 
-  HeldMechanism handle;
+  PrescribedMechanism handle;
   FalconModel model;
   ModelBus bus;
   std::unique_ptr<FalconDriver> driver;

@@ -90,7 +90,7 @@ TEST(FalconModel, BootLoaderRequiresTheCorrectOrder) {
                                       {kFtdiFlowControl, 0},          {kFtdiModemLines, kFtdiRtsLow},
                                       {kFtdiModemLines, kFtdiDtrLow}, {kFtdiModemLines, kFtdiDtrHigh}};
   const auto answers = [](const std::vector<Request>& requests, std::span<const std::uint8_t> hello) {
-    HeldMechanism handle;
+    PrescribedMechanism handle;
     FalconModel model(handle, EmptyFalcon());
     for (const Request& r : requests) model.Control(kFtdiRequestType, r.request, r.value, 0, {});
     model.Write(kFalconEndpointOut, hello);
@@ -378,10 +378,10 @@ class BentLine final : public UsbTransport {
 std::pair<Vec3, FalconCounts> FindEdge() {
   constexpr int kAdded = 90;  // of the 100 that are accepted
   for (double r_mm = 0; r_mm < 120; r_mm += 1) {
-    for (const Vec3& way : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, -1}}) {
-      const auto angles = CalcFalconAnglesAt(r_mm * way);
+    for (const Vec3& direction : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, -1}}) {
+      const auto angles = CalcFalconAnglesAt(r_mm * direction);
       FalconForward forward;
-      if (!angles || !CalcFalconTorques(r_mm * way, {0, 0, 1}) || !forward.Solve(*angles)) continue;
+      if (!angles || !CalcFalconTorques(r_mm * direction, {0, 0, 1}) || !forward.Solve(*angles)) continue;
       for (int bits = 0; bits < 8; ++bits) {
         FalconCounts added{};
         FalconCounts counts = CalcFalconCounts(*angles);
@@ -390,11 +390,11 @@ std::pair<Vec3, FalconCounts> FindEdge() {
           counts[i] += added[i];
         }
         FalconForward bent = forward;
-        if (!bent.Solve(CalcFalconAngles(counts))) return {r_mm * way, added};
+        if (!bent.Solve(CalcFalconAngles(counts))) return {r_mm * direction, added};
       }
     }
   }
-  throw Error("there is no such place");
+  throw Error("no such position was found");
 }
 
 TEST(FalconDriver, ReportWithoutAPositionDoesNotInterruptTheForce) {

@@ -23,10 +23,10 @@ void MoveFor(ScriptedHand& hand, double seconds, const Vec3& f_D_N = Vec3{0}) {
 }
 
 TEST(ScriptedHand, RestsUntilItBegins) {
-  ScriptedHand hand(Falcon(), FindHandModel("H3"), {.way = HandWay::kCircle});
+  ScriptedHand hand(Falcon(), FindHandModel("H3"), {.path = ScriptedPath::kCircle});
   MoveFor(hand, 1);
   EXPECT_EQ(hand.handle().p_AB, Vec3(0));
-  EXPECT_EQ(hand.way_s(), 0);
+  EXPECT_EQ(hand.path_s(), 0);
 }
 
 // At rest the spring balances the force, up to the device's own friction.
@@ -44,7 +44,7 @@ TEST(ScriptedHand, YieldsToTheForceByItsStiffness) {
 // The lag behind the intended position, due to friction / stiffness and to mass and damping at half a turn per second,
 // is 2 mm.
 TEST(ScriptedHand, FollowsTheRequestedCircle) {
-  ScriptedHand hand(Falcon(), FindHandModel("H3"), {.way = HandWay::kCircle, .radius_mm = 15});
+  ScriptedHand hand(Falcon(), FindHandModel("H3"), {.path = ScriptedPath::kCircle, .radius_mm = 15});
   hand.Begin();
   MoveFor(hand, 2);
   Vec3 low{0};
@@ -62,10 +62,10 @@ TEST(ScriptedHand, FollowsTheRequestedCircle) {
 }
 
 TEST(ScriptedHand, HomesOutThenInAndReturnsToItsPath) {
-  ScriptedHand hand(Falcon(), FindHandModel("H3"), {.way = HandWay::kLine});
+  ScriptedHand hand(Falcon(), FindHandModel("H3"), {.path = ScriptedPath::kLine});
   hand.Begin();
   MoveFor(hand, 1.5);
-  const double way_s = hand.way_s();
+  const double path_s = hand.path_s();
   hand.Home();
   double out_mm = 0;
   double in_mm = 0;
@@ -83,10 +83,10 @@ TEST(ScriptedHand, HomesOutThenInAndReturnsToItsPath) {
   EXPECT_GT(out_mm, 40);
   EXPECT_LT(in_mm, -36);
   EXPECT_LT(out_at_s, in_at_s);
-  EXPECT_NEAR(hand.way_s(), way_s, kStep_s);
+  EXPECT_NEAR(hand.path_s(), path_s, kStep_s);
   MoveFor(hand, 1);
   EXPECT_NEAR(hand.handle().p_AB.z, 0, 1);
-  EXPECT_NEAR(hand.way_s(), way_s + 1, 2 * kStep_s);
+  EXPECT_NEAR(hand.path_s(), path_s + 1, 2 * kStep_s);
 }
 
 TEST(ScriptedHand, PressesButtonsAtTheirTimes) {

@@ -181,13 +181,13 @@ TEST(ServoRound, JumpIsNotAccepted) {
     driver.next.X_DH.p_AB.x += 4;
     rounds.Run(driver, 0.5 * kRound_s);
   }
-  EXPECT_EQ(rounds.round.counts().leaps, 0u);
+  EXPECT_EQ(rounds.round.counts().jumps, 0u);
   EXPECT_EQ(rounds.round.sample().engagements, 1u);
   driver.next.X_DH.p_AB.x += 12;
   rounds.Run(driver, 0.5 * kRound_s);
   EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
   rounds.Run(driver, 0.03);
-  EXPECT_EQ(rounds.round.counts().leaps, 1u);
+  EXPECT_EQ(rounds.round.counts().jumps, 1u);
   EXPECT_EQ(rounds.round.sample().engagements, 2u);
   EXPECT_EQ(glm::length(driver.reported.f_D_N), 0);  // the force starts again from zero
   EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
@@ -199,7 +199,7 @@ TEST(ServoRound, LettingGoEndsTheForceInTheNextRound) {
   rounds.Run(driver, 0.1);
   rounds.Run(driver, 2, true);
   ASSERT_GT(glm::length(driver.reported.f_D_N), 0);
-  rounds.round.LetGo();
+  rounds.round.Release();
   EXPECT_EQ(rounds.Run(driver, 2), 0);
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
 }
@@ -348,7 +348,7 @@ class WoodenOnABus final : public DeviceDriver {
   }
   void Stop() noexcept override { driver_->Stop(); }
 
-  HeldMechanism hand;
+  PrescribedMechanism hand;
 
  private:
   WoodenModel model_;
@@ -465,24 +465,24 @@ TEST(ServoRound, RotationJumpIsNotAcceptedIfOrientationIsSensed) {
       driver.next.X_DH.R_AB = (i % 2 == 0 ? 1.0 : -1.0) * turned(angle_rad, axis);
       rounds.Run(driver, 0.5 * kRound_s);
     }
-    EXPECT_EQ(rounds.round.counts().leaps, 0u);
+    EXPECT_EQ(rounds.round.counts().jumps, 0u);
     EXPECT_EQ(rounds.round.sample().engagements, 1u);
     // A jump, as when a grip drops out and is reported as unrotated. The limit is 0.1 rad plus 30 rad/s over 1 ms, 0.13
     // rad.
     driver.next.X_DH.R_AB = turned(angle_rad + 0.14, axis);
     rounds.Run(driver, 0.5 * kRound_s);
     if (!senses) {
-      EXPECT_EQ(rounds.round.counts().leaps, 0u);
+      EXPECT_EQ(rounds.round.counts().jumps, 0u);
       EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
       continue;
     }
     EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
     rounds.Run(driver, 0.03);
-    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+    EXPECT_EQ(rounds.round.counts().jumps, 1u);
     EXPECT_EQ(rounds.round.sample().engagements, 2u);
     EXPECT_EQ(glm::length(driver.reported.f_D_N), 0);
     EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
-    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+    EXPECT_EQ(rounds.round.counts().jumps, 1u);
   }
 }
 
@@ -490,7 +490,7 @@ TEST(ServoRound, RefusesBoundsOutOfRange) {
   ReportedDriver driver(true);
   for (const double bad : {0.9, 2e9, std::nan("")}) {
     ServoParams params;
-    params.leap_rad_per_s = bad;
+    params.max_speed_rad_per_s = bad;
     EXPECT_THROW(ServoRound(driver.profile(), driver.traits(), params), Error) << bad;
   }
 }

@@ -208,14 +208,14 @@ TEST(WoodenReports, FewDamagedReportsOfAMillionAreAccepted) {
 TEST(WoodenReports, SpeedLimitIsTheSameForAnyEncoder) {
   using Verdict = WoodenReportFilter::Verdict;
   const Vec3 counts_per_turn{32000, 1000, -65534};
-  const std::array<std::int16_t, 3> most{160, 5, 328};
-  for (std::size_t joint = 0; joint < most.size(); ++joint) {
+  const std::array<std::int16_t, 3> largest{160, 5, 328};
+  for (std::size_t joint = 0; joint < largest.size(); ++joint) {
     for (const int sign : {1, -1}) {
       for (const int beyond : {0, 1}) {
         WoodenReportFilter filter(counts_per_turn);
         WoodenReport report;
         EXPECT_EQ(filter.Judge(report), Verdict::kNew);
-        report.counts[joint] = static_cast<std::int16_t>(sign * (most[joint] + beyond));
+        report.counts[joint] = static_cast<std::int16_t>(sign * (largest[joint] + beyond));
         ++report.counter;
         EXPECT_EQ(filter.Judge(report), beyond == 0 ? Verdict::kNew : Verdict::kBad) << joint;
       }
@@ -259,7 +259,7 @@ struct WoodenRig {
     return std::make_unique<WoodenDriver>(std::move(opening.transport), params);
   }
 
-  HeldMechanism hand;
+  PrescribedMechanism hand;
   WoodenModel model;
   ModelBus bus;
 };
@@ -271,12 +271,12 @@ TEST(WoodenDriver, ReportsTheHandlePositionAndOutputsTheForce) {
   driver->Start(nullptr);
   std::mt19937_64 random(8);
   std::uniform_real_distribution<double> draw(-1, 1);
-  Vec3 way{0};
+  Vec3 step{0};
   for (int i = 0; i < 5000; ++i) {
-    if (i % 500 == 0) way = 0.3 * Vec3(draw(random), draw(random), draw(random));
+    if (i % 500 == 0) step = 0.3 * Vec3(draw(random), draw(random), draw(random));
     Vec3& p = setup.hand.X_DH.p_AB;
-    p += way;
-    if (glm::length(p) > 60) way = -glm::normalize(p) * 0.3;
+    p += step;
+    if (glm::length(p) > 60) step = -glm::normalize(p) * 0.3;
     DriverCommand command;
     command.f_D_N = 2.0 * Vec3(std::sin(0.01 * i), std::cos(0.013 * i), std::sin(0.007 * i));
     DriverSample sample;
@@ -292,7 +292,7 @@ TEST(WoodenDriver, ReportsTheHandlePositionAndOutputsTheForce) {
 }
 
 TEST(WoodenDriver, RoundsAllocateNothing) {
-  HeldMechanism hand;
+  PrescribedMechanism hand;
   WoodenModel model(hand);
   WoodenDriver driver(std::make_unique<test::DirectLine>(model), {});
   driver.Start(nullptr);

@@ -172,10 +172,10 @@ TickReport MadeUpReport() {
   cut.times = {5000, 40, 80, 90, 100};
   cut.undisturbed = {4999, 40, 79, 88, 90};
   cut.baseline = {"the library", {30, 8000, 9000, 9500, 9500}};
-  cut.figures = {{"removed less swept", "%", -0.25},
+  cut.figures = {{"removed minus swept", "%", -0.25},
                  {"removed by occupancy minus swept", "%", 0.125},
                  {"force on the hand, mean", "N", 12.5}};
-  cut.targets = {{"p99", "us", 100, 80}, {"times faster", "", 300, 200, true}};
+  cut.targets = {{"p99", "us", 100, 80}, {"speedup over the baseline", "", 300, 200, true}};
   cut.stages_us = {1, 2, 3, 4, 5, 6};
   cut.hash = 0xabc;
   BenchResult memory;
@@ -206,7 +206,7 @@ TEST(TickReport, JsonContainsErrorsAndHashNextToTheTimes) {
   EXPECT_EQ(cut["baseline"]["p50_us"], 8000);
   EXPECT_EQ(cut["baseline"]["times_faster"], 200);
   EXPECT_EQ(cut["stages_mean_us"]["remove"], 5);
-  EXPECT_EQ(cut["figures"][0]["what"], "removed less swept");
+  EXPECT_EQ(cut["figures"][0]["what"], "removed minus swept");
   EXPECT_EQ(cut["figures"][0]["value"], -0.25);
   EXPECT_EQ(cut["targets"][0]["at_most"], 100);
   EXPECT_EQ(cut["targets"][0]["met"], true);
@@ -223,10 +223,10 @@ TEST(TickReport, TablesMarkMissedLimits) {
   TickReport report = MadeUpReport();
   const std::string table = FormatTickTable(report);
   EXPECT_THAT(table, testing::HasSubstr("met     p99 at most 100 us: 80.0"));
-  EXPECT_THAT(table, testing::HasSubstr("MISSED  times faster at least 300: 200"));
+  EXPECT_THAT(table, testing::HasSubstr("MISSED  speedup over the baseline at least 300: 200"));
   const std::string markdown = FormatTickMarkdown(report);
   EXPECT_THAT(markdown, testing::HasSubstr("| volume -0.250 %, by occupancy +0.125 % | `0000000000000abc` |"));
-  EXPECT_THAT(markdown, testing::HasSubstr("times faster 200, at least 300 **missed**"));
+  EXPECT_THAT(markdown, testing::HasSubstr("speedup over the baseline 200, at least 300 **missed**"));
   report.machine.load = 3;
   EXPECT_THAT(FindTickWarnings(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
 }

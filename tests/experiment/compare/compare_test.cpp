@@ -157,11 +157,11 @@ TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
       "[[path.stroke]]\nend_mm = [0.0, 0.0, 10.0]\nfeed_mm_per_s = 12.0\nretract = false\n"
       "[[path.stroke]]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 12.0\nretract = false\n";
   const Comparison once = CompareScene(Parse(kSlab), {{}, 0.1, 1}, {});
-  const Comparison thrice = CompareScene(Parse(more + kSlab), {{}, 0.1, 1}, {});
-  ASSERT_EQ(once.grid.count, thrice.grid.count);
-  EXPECT_EQ(once.reference().curve.force_N, thrice.reference().curve.force_N);
-  EXPECT_EQ(thrice.reference().ticks_on_curve, once.reference().ticks_on_curve);
-  EXPECT_GT(thrice.reference().ticks, once.reference().ticks + 900);
+  const Comparison three_passes = CompareScene(Parse(more + kSlab), {{}, 0.1, 1}, {});
+  ASSERT_EQ(once.grid.count, three_passes.grid.count);
+  EXPECT_EQ(once.reference().curve.force_N, three_passes.reference().curve.force_N);
+  EXPECT_EQ(three_passes.reference().ticks_on_curve, once.reference().ticks_on_curve);
+  EXPECT_GT(three_passes.reference().ticks, once.reference().ticks + 900);
 }
 
 TEST(Compare, BinInWhichTheSliceEndsIsNotCounted) {
@@ -415,7 +415,7 @@ TEST_F(CompareFiles, NeverReplaceAnInput) {
   Scene scene = Parse(kSlab);
   scene.path.file = folder_ + "/compare.csv";
   try {
-    CheckCompareInputsStay(scene, "scene.toml", folder_);
+    CheckCompareInputsNotOverwritten(scene, "scene.toml", folder_);
     FAIL();
   } catch (const Error& e) {
     EXPECT_THAT(e.what(),
@@ -423,9 +423,9 @@ TEST_F(CompareFiles, NeverReplaceAnInput) {
   }
   scene.path.file = folder_ + "/path.csv";
   scene.material.ct_law_file = folder_ + "/report.md";
-  EXPECT_THROW(CheckCompareInputsStay(scene, "scene.toml", folder_), Error);
+  EXPECT_THROW(CheckCompareInputsNotOverwritten(scene, "scene.toml", folder_), Error);
   scene.material.ct_law_file = folder_ + "/laws.csv";
-  EXPECT_NO_THROW(CheckCompareInputsStay(scene, "scene.toml", folder_));
+  EXPECT_NO_THROW(CheckCompareInputsNotOverwritten(scene, "scene.toml", folder_));
 }
 
 TEST_F(CompareFiles, BothDepthFiguresHaveTheSameRange) {

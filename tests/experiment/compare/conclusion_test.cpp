@@ -101,12 +101,12 @@ TEST(Conclusion, SlabsForceBeyondTheSliceIsAttributedToItsSpring) {
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).beyond); };
   EXPECT_EQ(words(),
             "The mean of 1.38 N that slab B shows there is not a cutting force, since the slice is free: it comes from "
-            "the hand's spring of 100 N/mm, which bore 27.5 N as the slice came free and released it within 0.300 mm "
+            "the hand's spring of 100 N/mm, which carried 27.5 N when the slice came free and relaxed within 0.300 mm "
             "(to below 1 %).\n");
   slab.beyond_N = [](double h) { return h < 10.2 ? 9.0 : 0.2; };
   EXPECT_THAT(words(), HasSubstr("within 0.200 mm (to below 1 %)"));
   slab.beyond_N = [](double) { return 5.0; };
-  EXPECT_THAT(words(), HasSubstr("and still bore 5.00 N at the last depth."));
+  EXPECT_THAT(words(), HasSubstr("and still carried 5.00 N at the last depth."));
   slab.beyond_N = [](double) { return -1e-9; };
   EXPECT_EQ(words(), "");
   // In the reference case, this force comes from bone next to the disc.

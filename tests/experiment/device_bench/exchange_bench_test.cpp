@@ -39,7 +39,7 @@ TEST(ExchangeBench, ModelsAnswerEveryRoundReproducibly) {
 
 /// The device is a model on an in-process bus.
 TEST(ExchangeBench, ConnectedDeviceReceivesNoForce) {
-  HeldMechanism held;
+  PrescribedMechanism held;
   FalconModelOptions falcon_options;
   falcon_options.firmware_is_there = true;
   falcon_options.homed = true;
@@ -70,7 +70,7 @@ TEST(ExchangeBench, StopsOnRequest) {
 TEST(ExchangeBench, ReportsAllFigures) {
   ExchangeTimes times;
   times.device = "falcon";
-  times.way = "libusb";
+  times.link = "libusb";
   times.rate_hz = 1000;
   times.rounds = 77;
   times.p999_us = 12.5;

@@ -30,7 +30,7 @@ TEST_F(HourTest, AMinuteOfSawingCausesNoDrift) {
   options.folder = folder_;
   const Hour hour = RunHour(ReadHourScene(), options, {});
   ASSERT_EQ(hour.minutes.size(), 15U);
-  EXPECT_EQ(hour.loop.end, LoopEnd::kAsked);
+  EXPECT_EQ(hour.loop.end, LoopEnd::kRequested);
   EXPECT_EQ(hour.loop.counts.ticks, 75'000U);
   const HourMinute worst = hour.CalcWorst();
   // The session is a realistic one: most ticks cut, and there are pauses.
@@ -63,7 +63,7 @@ TEST_F(HourTest, AMinuteOfSawingCausesNoDrift) {
   LoopOptions plain;
   plain.virtual_time = true;
   plain.seconds = 75;
-  plain.log = LoopLog::kNowhere;
+  plain.log = LoopLog::kNone;
   const LoopSummary unwatched = RunLoop(ReadHourScene(), plain, {});
   EXPECT_EQ(unwatched.force_hash, hour.loop.force_hash);
   EXPECT_EQ(unwatched.bone_hash, hour.loop.bone_hash);

@@ -65,9 +65,9 @@ TEST(ExactBone, GroupsAgreeWithSingleSweeps) {
     }
     for (int i = 0; i < 400; ++i) {
       const Vec3 p = Vec3(30, 8, 18) * Vec3(unit(random), unit(random), unit(random));
-      double most = -1e9;
-      for (const ExactBone& one : each) most = std::max(most, one.Distance(p));
-      EXPECT_NEAR(all.Distance(p), most, 1e-9);
+      double largest = -1e9;
+      for (const ExactBone& one : each) largest = std::max(largest, one.Distance(p));
+      EXPECT_NEAR(all.Distance(p), largest, 1e-9);
     }
   }
 }

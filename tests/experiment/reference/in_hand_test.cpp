@@ -101,7 +101,7 @@ std::vector<Pose> DownAndAlong(double along_mm) {
 
 /// Returns parameters for a device that also rotates: the tool is held at a grip 80 mm above the disc, which tilts
 /// under the force.
-ReferenceParams HeldAtTheGrip(const char* law, int steps_per_tick) {
+ReferenceParams MakeGripParams(const char* law, int steps_per_tick) {
   ReferenceParams params = Params(law, steps_per_tick);
   params.coupling.stiffness_N_per_mm = 2;
   params.coupling.damping_Ns_per_mm = 0.002;
@@ -116,7 +116,7 @@ TEST(ReferenceInHand, ConvergesWithFirstOrderInItsSteps) {
   for (const char* law : {"hertz_chip", "edge_plus_chip"}) {
     std::vector<ReferenceRun> runs;
     for (const int steps : {2, 4, 8}) {
-      runs.push_back(RunReferenceInHand(Block(kBelow, {60, 10, 30}), HeldAtTheGrip(law, steps), poses));
+      runs.push_back(RunReferenceInHand(Block(kBelow, {60, 10, 30}), MakeGripParams(law, steps), poses));
     }
     double apart[2];
     for (const int i : {0, 1}) {
@@ -139,7 +139,7 @@ TEST(ReferenceInHand, ConvergesWithTheNumberOfRimPoints) {
   Append(poses, Stroke({0, 0, kR - 2}, {1, 0.2, kR - 2.2}, 20));
   std::vector<ReferenceRun> runs;
   for (const int points : {96, 192, 384}) {
-    ReferenceParams params = HeldAtTheGrip("hertz_chip", 1);
+    ReferenceParams params = MakeGripParams("hertz_chip", 1);
     params.fineness.rim_points = points;
     runs.push_back(RunReferenceInHand(Block(kBelow, {60, 10, 30}), params, poses));
   }
@@ -177,7 +177,7 @@ TEST(ReferenceInHand, WallsHoldTheToolAgainstTheCoupling) {
 
 TEST(ReferenceInHand, ToolInAirMovesWithTheHandle) {
   const std::vector<Pose> poses = Stroke({-5, 3, kR + 0.4}, {5, -3, kR + 0.001}, 200);
-  ReferenceParams params = HeldAtTheGrip("hertz_chip", 4);
+  ReferenceParams params = MakeGripParams("hertz_chip", 4);
   const ReferenceRun run = RunReferenceInHand(HalfSpace(), params, poses);
   for (std::size_t k = 0; k < run.ticks.size(); ++k) {
     EXPECT_NEAR(glm::length(run.ticks[k].X_WT.p_AB - poses[k + 1].p_AB), 0, 1e-9);
@@ -196,21 +196,21 @@ TEST(ReferenceInHand, ReturnsNoMoreEnergyThanWasPutIn) {
     poses.push_back(Upright({3 * in * std::sin(9 * t), 0.5 * in * std::sin(40 * t), kR + 0.2 - 4 * in}));
   }
   for (const char* law : {"hertz_chip", "hertz_constant_bite"}) {
-    const ReferenceRun run = RunReferenceInHand(Block(kBelow, {60, 10, 30}), HeldAtTheGrip(law, 4), poses);
+    const ReferenceRun run = RunReferenceInHand(Block(kBelow, {60, 10, 30}), MakeGripParams(law, 4), poses);
     double work_mJ = 0;
-    double least = 0;
-    double most = 0;
+    double min_mJ = 0;
+    double max_mJ = 0;
     for (std::size_t k = 1; k < run.ticks.size(); ++k) {
       const Vec3 mean = 0.5 * (run.ticks[k - 1].f_W_N + run.ticks[k].f_W_N);
       work_mJ -= glm::dot(mean, poses[k + 1].p_AB - poses[k].p_AB);
-      least = std::min(least, work_mJ);
-      most = std::max(most, work_mJ);
+      min_mJ = std::min(min_mJ, work_mJ);
+      max_mJ = std::max(max_mJ, work_mJ);
     }
     // The tolerance is the error of the trapezoidal rule where the force changes within a tick.
-    EXPECT_GE(least, -2e-3) << law;
-    EXPECT_GT(work_mJ, 0.2 * most) << law;  // the spring returned less than this
+    EXPECT_GE(min_mJ, -2e-3) << law;
+    EXPECT_GT(work_mJ, 0.2 * max_mJ) << law;  // the spring returned less than this
     EXPECT_NEAR(glm::length(run.ticks.back().f_W_N), 0, 1e-6);
-    std::printf("%s: %.3f mJ in the end, at most %.3f, at least %.1e\n", law, work_mJ, most, least);
+    std::printf("%s: %.3f mJ in the end, at most %.3f, at least %.1e\n", law, work_mJ, max_mJ, min_mJ);
   }
 }
 
@@ -232,7 +232,7 @@ TEST(ReferenceInHand, ToolHeldByAConstantForceCreeps) {
 TEST(ReferenceInHand, DoesNotDependOnTheFrame) {
   const Pose X_WB{glm::angleAxis(1.1, glm::normalize(Vec3(1, -2, 0.5))), {120, -35, 7}};
   std::vector<Pose> poses = DownAndAlong(0.5);
-  const ReferenceParams params = HeldAtTheGrip("hertz_chip", 2);
+  const ReferenceParams params = MakeGripParams("hertz_chip", 2);
   const ReferenceRun at_home = RunReferenceInHand(Block(kBelow, {60, 10, 30}), params, poses);
   for (Pose& X : poses) X = Times(X_WB, X);
   const ReferenceRun moved = RunReferenceInHand(Block(Times(X_WB, kBelow), {60, 10, 30}), params, poses);

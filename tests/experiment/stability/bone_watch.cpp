@@ -55,12 +55,12 @@ double BoneWatch::CalcDistance(const Pose& X_WT, const Vec3& p_W) const {
 
 bool BoneWatch::MayTouch(const Pose& X_from, const Pose& X_to, double margin_mm) const {
   if (box_.empty()) return false;
-  Box3 way;
-  way.Include(X_from.p_AB);
-  way.Include(X_to.p_AB);
-  way = way.Grown(reach_mm_ + margin_mm);
+  Box3 passed;
+  passed.Include(X_from.p_AB);
+  passed.Include(X_to.p_AB);
+  passed = passed.Grown(reach_mm_ + margin_mm);
   for (int i = 0; i < 3; ++i) {
-    if (way.upper[i] < box_.lower[i] || way.lower[i] > box_.upper[i]) return false;
+    if (passed.upper[i] < box_.lower[i] || passed.lower[i] > box_.upper[i]) return false;
   }
   return true;
 }
@@ -70,10 +70,10 @@ void BoneWatch::Move(const Pose& X_from, const Pose& X_to, double stray_mm, bool
   // A step sweeps its motion with the orientation, and the position along the spindle, that the tool has at its end.
   const Vec3 axis = X_to.Vector({0, 0, 1});
   const double tilt = glm::length(glm::cross(axis, X_from.Vector({0, 0, 1})));
-  const double way_mm = glm::length(X_to.p_AB - X_from.p_AB);
-  const double along_mm = std::abs(glm::dot(axis, X_to.p_AB - X_from.p_AB)) + tilt * (reach_mm_ + way_mm);
+  const double motion_mm = glm::length(X_to.p_AB - X_from.p_AB);
+  const double along_mm = std::abs(glm::dot(axis, X_to.p_AB - X_from.p_AB)) + tilt * (reach_mm_ + motion_mm);
   const double layer_mm = 0.25 * std::min(h_, CalcHeight(tool_));
-  const double travel_mm = tilt > kTilt ? CalcTravel(X_from, X_to, reach_mm_) : way_mm;
+  const double travel_mm = tilt > kTilt ? CalcTravel(X_from, X_to, reach_mm_) : motion_mm;
   const double pieces = std::max(1.0, std::ceil(travel_mm / (kPieceVoxels * h_)));
   const double stray = stray_mm + 0.5 * travel_mm / pieces + std::min(along_mm, layer_mm);
   for (double i = 0; i < pieces; ++i) {

@@ -120,7 +120,7 @@ TEST(HardCase04, ForceIsAtMostAsSteepAsTheCoupling) {
   const auto roll = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   const double h = 0.4;
   const Pose X_WB = BlockPoses(h)[5];
-  double steepest = 0, least = 1e9;
+  double steepest = 0, smallest = 1e9;
   for (const double degrees : {30.0, 90.0}) {
     const Bone bone = MakeRidge(X_WB, degrees, h, false);
     for (const double rpm : {0.0, 7500.0}) {
@@ -134,13 +134,13 @@ TEST(HardCase04, ForceIsAtMostAsSteepAsTheCoupling) {
           params.coupling.stiffness_N_per_mm = probe % 2 == 0 ? 1 : 5;
           const int last = 30 + static_cast<int>(120 * roll());
           const double length_mm = std::pow(10, -4 + 3 * roll());
-          const Vec3 way = glm::normalize(Vec3(roll() - 0.5, roll() - 0.5, roll() - 0.5));
+          const Vec3 direction = glm::normalize(Vec3(roll() - 0.5, roll() - 0.5, roll() - 0.5));
           Vec3 f[2];
           for (int run = 0; run < 2; ++run) {
             CoupledSimulation simulation(bone, params, DiscPose(X_WD, {0.1, 0.1, kR + 0.3}));
             for (int i = 1; i <= last; ++i) {
               Pose X_WH = DiscPose(X_WD, {0.1 + 0.003 * i, 0.1, kR + 0.3 - 0.01 * i});
-              if (run == 1 && i == last) X_WH.p_AB += length_mm * way;
+              if (run == 1 && i == last) X_WH.p_AB += length_mm * direction;
               f[run] = simulation.Tick(test::Handle(X_WH, rpm)).f_H_W_N;
             }
           }
@@ -148,11 +148,11 @@ TEST(HardCase04, ForceIsAtMostAsSteepAsTheCoupling) {
           largest = std::max(largest, steep);
         }
         steepest = std::max(steepest, largest);
-        least = std::min(least, largest);
+        smallest = std::min(smallest, largest);
       }
     }
   }
-  EXPECT_GT(least, 0.2);  // there was contact
+  EXPECT_GT(smallest, 0.2);  // there was contact
   verdict.AtMost("largest |dF| / (K |dx|)", steepest, 1.001);
 }
 

@@ -145,16 +145,16 @@ TEST(HardCase05, BuriedToolIsHeldByTheSurroundingBone) {
         WatchedTool tool(bone, MakeParams(), X);
         for (int axis = 0; axis < 3; ++axis) {
           for (const double side : {1.0, -1.0}) {
-            const Vec3 way = X.Vector(Vec3(axis == 0, axis == 1, axis == 2)) * side;
+            const Vec3 direction = X.Vector(Vec3(axis == 0, axis == 1, axis == 2)) * side;
             const Vec3 from = tool.X_WT.p_AB;
             for (int i = 0; i < 200; ++i) {
-              const CoupledOutput out = tool.Push(X.R_AB, 5.0 * way, rpm);
+              const CoupledOutput out = tool.Push(X.R_AB, 5.0 * direction, rpm);
               max_N = std::max(max_N, glm::length(out.f_H_W_N));
             }
-            double gone_mm = std::abs(glm::dot(tool.X_WT.p_AB - from, way));
-            if (axis == 2) gone_mm -= play_mm;
+            double moved_mm = std::abs(glm::dot(tool.X_WT.p_AB - from, direction));
+            if (axis == 2) moved_mm -= play_mm;
             double& max_mm = axis == 2 ? sideways_mm : rpm == 0 ? stopped_mm : cut_mm;
-            max_mm = std::max(max_mm, gone_mm);
+            max_mm = std::max(max_mm, moved_mm);
           }
         }
         tool.invariants.CheckBone();

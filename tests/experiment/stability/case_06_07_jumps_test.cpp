@@ -88,14 +88,14 @@ TEST(HardCase06, JumpOnAPathAlongTheSpindleLeavesNoLayer) {
 
 // ---- 6: a tool that is held by bone does not get through it
 
-enum class Way { kFlat, kEdge, kTip };
+enum class DiscPart { kFlat, kEdge, kTip };
 
 /// Returns a pose in front of a plate of two voxels with normal y. The disc's flat, edge or tip faces the plate.
-Pose InFrontOfPlate(Way way, double y) {
-  if (way == Way::kFlat) return DiscPose({}, {0.3, y, 0.2});
+Pose InFrontOfPlate(DiscPart part, double y) {
+  if (part == DiscPart::kFlat) return DiscPose({}, {0.3, y, 0.2});
   // The disc's edge faces the plate, with the spindle along x or along z.
-  const Vec3 axis = way == Way::kEdge ? Vec3(0, 1, 0) : Vec3(1, 0, 0);
-  return {glm::angleAxis(way == Way::kEdge ? std::numbers::pi / 2 : 0.0, axis), {0.3, y - kR, 0.2}};
+  const Vec3 axis = part == DiscPart::kEdge ? Vec3(0, 1, 0) : Vec3(1, 0, 0);
+  return {glm::angleAxis(part == DiscPart::kEdge ? std::numbers::pi / 2 : 0.0, axis), {0.3, y - kR, 0.2}};
 }
 
 TEST(HardCase06, StoppedSawDoesNotPassThroughAPlateOfTwoVoxels) {
@@ -103,20 +103,20 @@ TEST(HardCase06, StoppedSawDoesNotPassThroughAPlateOfTwoVoxels) {
   const Bone plate = MakeBox({}, {30, 0.4, 30}, 0.2);
   const std::uint64_t hash = plate.CalcHash();
   double furthest_mm = -INFINITY;
-  for (const Way way : {Way::kFlat, Way::kEdge, Way::kTip}) {
+  for (const DiscPart part : {DiscPart::kFlat, DiscPart::kEdge, DiscPart::kTip}) {
     for (const double jump : kJumps_mm) {
-      const double y = -0.2 - (way == Way::kFlat ? 0.5 * kSaw.thickness_mm : 0) - 0.6;
-      WatchedTool tool(plate, DiscParams(), InFrontOfPlate(way, y));
+      const double y = -0.2 - (part == DiscPart::kFlat ? 0.5 * kSaw.thickness_mm : 0) - 0.6;
+      WatchedTool tool(plate, DiscParams(), InFrontOfPlate(part, y));
       const double touching = y + 0.6;
       CoupledOutput out;
       for (int i = 0; i < 120; ++i) {
-        out = tool.Tick(InFrontOfPlate(way, y + jump), 0);
-        const double at = out.X_WT.p_AB.y + (way == Way::kFlat ? 0 : kR);
+        out = tool.Tick(InFrontOfPlate(part, y + jump), 0);
+        const double at = out.X_WT.p_AB.y + (part == DiscPart::kFlat ? 0 : kR);
         furthest_mm = std::max(furthest_mm, at - touching);
       }
       EXPECT_NEAR(glm::length(out.f_H_W_N), std::min(40.0, jump - 0.6), 0.1) << jump;
       // Back in free air there is no force.
-      for (int i = 0; i < 60; ++i) out = tool.Tick(InFrontOfPlate(way, y - 0.5), 0);
+      for (int i = 0; i < 60; ++i) out = tool.Tick(InFrontOfPlate(part, y - 0.5), 0);
       EXPECT_EQ(out.f_H_W_N, Vec3(0));
       tool.invariants.CheckBone();
       EXPECT_EQ(tool.simulation.bone().CalcHash(), hash);
@@ -132,19 +132,19 @@ TEST(HardCase06, StoppedEdgeYieldsByTheStiffnessOfItsSprings) {
   const int samples = CoupledParams{}.edge_samples_per_pitch;
   double worst = 0;
   for (const double push_N : {2.0, 10.0, 30.0}) {
-    double most = 0.1, least = 0;
+    double upper = 0.1, lower = 0;
     for (int i = 0; i < 60; ++i) {
-      const double depth = 0.5 * (least + most);
+      const double depth = 0.5 * (lower + upper);
       double force = 0;
       for (int k = -40; k <= 40; ++k) {
         const double angle = 2 * std::numbers::pi / (samples * kSaw.teeth) * k;
         force += 2000 * 8.0 / samples * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
       }
-      (force < push_N ? least : most) = depth;
+      (force < push_N ? lower : upper) = depth;
     }
     WatchedTool tool(MakeBox({}, {26, 2, 8}, 0.2), DiscParams(), DiscPose({}, {0, 0, 4 + kR + 0.1}));
     for (int i = 0; i < 100; ++i) tool.Tick(DiscPose({}, {0, 0, 4 + kR - push_N}), 0);
-    worst = std::max(worst, std::abs((4 + kR - tool.X_WT.p_AB.z) / least - 1));
+    worst = std::max(worst, std::abs((4 + kR - tool.X_WT.p_AB.z) / lower - 1));
     tool.invariants.CheckBone();
   }
   verdict.AtMost("error of the penetration depth at 2 to 30 N", 100 * worst, 3, "%");
@@ -154,12 +154,12 @@ TEST(HardCase06, TurningSawPassesOnlyWhereItHasCut) {
   Verdict verdict("holds");
   double max_mm = 0;
   int lagging = 0;
-  for (const Way way : {Way::kEdge, Way::kTip}) {
+  for (const DiscPart part : {DiscPart::kEdge, DiscPart::kTip}) {
     for (const double jump : kJumps_mm) {
-      WatchedTool tool(MakeBox({}, {30, 0.4, 30}, 0.2), DiscParams(), InFrontOfPlate(way, -0.8));
+      WatchedTool tool(MakeBox({}, {30, 0.4, 30}, 0.2), DiscParams(), InFrontOfPlate(part, -0.8));
       for (int i = 0; i < 400; ++i) {
         const Pose X = tool.X_WT;
-        const CoupledOutput out = tool.Tick(InFrontOfPlate(way, -0.8 + jump));
+        const CoupledOutput out = tool.Tick(InFrontOfPlate(part, -0.8 + jump));
         // While the edge is between the faces, a substep is at most half a voxel long; through air it may be longer.
         if (X.p_AB.y + kR > -0.2 && out.X_WT.p_AB.y + kR < 0.2) {
           max_mm = std::max(max_mm, glm::length(out.X_WT.p_AB - X.p_AB) / out.substeps);
@@ -352,8 +352,8 @@ TEST(HardCase07, JumpWithATurnSatisfiesTheInvariants) {
         // In contact, no point of the edge may move further than a substep looks ahead. A rotation about the spindle
         // does not displace the disc.
         const double tilt = std::acos(std::clamp(glm::dot(X.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})), -1.0, 1.0));
-        const double way = std::max(glm::length(out.X_WT.p_AB - X.p_AB), tilt * kR);
-        if (out.substeps <= 2) max_voxels = std::max(max_voxels, way / (0.2 * out.substeps));
+        const double moved_mm = std::max(glm::length(out.X_WT.p_AB - X.p_AB), tilt * kR);
+        if (out.substeps <= 2) max_voxels = std::max(max_voxels, moved_mm / (0.2 * out.substeps));
       }
     }
     tool.invariants.CheckBone();

@@ -167,14 +167,14 @@ TEST(HardCase08, ForceBumpOfAMetalGrainIsLimitedByItsSize) {
     };
     const Bone bone = MakeTwoRegions({22, 2, 8}, h, 19300, 200000, grain);
     WatchedPath path(bone, {}, DiscPose({}, {0, 0, 4 + kR - 1}));
-    double most = 0;
+    double bump = 0;
     for (int i = 1; i <= 200; ++i) {
       const double thrust = path.Tick(DiscPose({}, {0, 0, 4 + kR - 1 - 0.01 * i})).thrust_sum_N;
       if (n == 0) plain_N.push_back(thrust);
-      most = std::max(most, thrust - plain_N[static_cast<std::size_t>(i - 1)]);
+      bump = std::max(bump, thrust - plain_N[static_cast<std::size_t>(i - 1)]);
     }
     path.invariants.CheckBone();
-    bump_N[n] = most;
+    bump_N[n] = bump;
   }
   // The bound is the grain's part of the arc (its length plus half a voxel on either side) times the increase of a
   // tooth's force with E*.
@@ -216,7 +216,7 @@ TEST(HardCase09, InvalidMaterialIsRefusedWithAMessage) {
     try {
       MaterialTable table;
       table.Add({24, "test", Tissue::kCortical, E_MPa, nu, true, "test"});
-      ADD_FAILURE() << "E = " << E_MPa << ", nu = " << nu << " was taken";
+      ADD_FAILURE() << "E = " << E_MPa << ", nu = " << nu << " was accepted";
     } catch (const Error& error) {
       EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
       ++refused;
@@ -333,10 +333,10 @@ TEST(HardCase09, AHandCutsAnyMaterialSteadily) {
 
 /// A stopped saw pressed on a plane with 10 N, then pulled along its spindle.
 struct Pull {
-  std::vector<double> along_N;  // friction on the tool
-  std::vector<double> way_mm;   // distance that the tool has moved at its contact
+  std::vector<double> along_N;   // friction on the tool
+  std::vector<double> moved_mm;  // distance that the tool has moved at its contact
 };
-Pull PullAside(double mu, const std::vector<double>& handle_mm) {
+Pull PullSideways(double mu, const std::vector<double>& handle_mm) {
   CoupledParams params = DiscParams();
   SetEffect(params.effects, "kerf_friction", "coefficient", mu);
   params.coupling.stiffness_N_per_mm = 2;
@@ -348,7 +348,7 @@ Pull PullAside(double mu, const std::vector<double>& handle_mm) {
     const CoupledOutput out = tool.Tick(down(y), 0);
     pull.along_N.push_back(out.f_friction_W_N.y);
     // Measured at the lowest point of the edge, because above it the disc tilts towards the pull.
-    pull.way_mm.push_back(out.X_WT.Point({0, kR, 0}).y);
+    pull.moved_mm.push_back(out.X_WT.Point({0, kR, 0}).y);
   }
   tool.invariants.CheckBone();
   return pull;
@@ -361,21 +361,21 @@ TEST(HardCase10, StoppedSawSticksUpToTheFrictionLimitAndNoFurther) {
   double worst = 0;
   double stuck_mm = 0;
   for (const double mu : {0.0, 0.05, 0.2, 1.0, 2.0}) {
-    const Pull pull = PullAside(mu, out_and_back);
-    double most = 0;
-    for (const double f : pull.along_N) most = std::max(most, std::abs(f));
+    const Pull pull = PullSideways(mu, out_and_back);
+    double max_N = 0;
+    for (const double f : pull.along_N) max_N = std::max(max_N, std::abs(f));
     const double limit = mu * 10;
     if (mu == 0) {
-      EXPECT_EQ(most, 0);
+      EXPECT_EQ(max_N, 0);
       // Without friction the tool is at the handle.
-      EXPECT_NEAR(pull.way_mm[999], out_and_back[999], 0.02);
+      EXPECT_NEAR(pull.moved_mm[999], out_and_back[999], 0.02);
     } else if (limit < 3) {
-      worst = std::max(worst, std::abs(most / limit - 1));
+      worst = std::max(worst, std::abs(max_N / limit - 1));
       EXPECT_LT(pull.along_N[990], 0);  // against the motion, also on the way back
       EXPECT_GT(pull.along_N[1990], 0);
     } else {
       // The tool sticks, except for a creep of less than 0.02 mm/s.
-      stuck_mm = std::max(stuck_mm, std::abs(pull.way_mm[999]));
+      stuck_mm = std::max(stuck_mm, std::abs(pull.moved_mm[999]));
     }
   }
   verdict.AtMost("error of the sliding force, mu 0.05 and 0.2", 100 * worst, 3, "%");
@@ -388,13 +388,13 @@ TEST(HardCase10, FrictionDoesNotChatterAtRestOrThroughZeroSpeed) {
   double rest_N = 0;
   for (const double mu : {0.2, 1.0, 2.0}) {
     // The handle moves back and forth by 0.5 mm at up to 3 mm/s, then rests.
-    std::vector<double> way;
-    for (int i = 0; i < 2000; ++i) way.push_back(0.5 * std::sin(0.006 * i));
-    way.resize(2600, way.back());
-    const Pull pull = PullAside(mu, way);
-    for (std::size_t i = 1; i < way.size(); ++i) {
+    std::vector<double> handle_mm;
+    for (int i = 0; i < 2000; ++i) handle_mm.push_back(0.5 * std::sin(0.006 * i));
+    handle_mm.resize(2600, handle_mm.back());
+    const Pull pull = PullSideways(mu, handle_mm);
+    for (std::size_t i = 1; i < handle_mm.size(); ++i) {
       const double step = std::abs(pull.along_N[i] - pull.along_N[i - 1]);
-      const double drawn = std::abs(way[i] - way[i - 1]) * 2;
+      const double drawn = std::abs(handle_mm[i] - handle_mm[i - 1]) * 2;
       if (i > 10) max_step = std::max(max_step, step / std::max(drawn, 1e-3));
       if (i > 2300) rest_N = std::max(rest_N, step);
     }

@@ -17,8 +17,8 @@ namespace {
 double Spread(const std::vector<double>& values) {
   double sum = 0;
   for (const double v : values) sum += v;
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  return (*most - *least) / (sum / static_cast<double>(values.size()));
+  const auto [smallest, largest] = std::minmax_element(values.begin(), values.end());
+  return (*largest - *smallest) / (sum / static_cast<double>(values.size()));
 }
 
 /// Returns the mean force in a kerf 3 mm deep along the block's x, at 10 mm/s, in the block's frame.
@@ -322,12 +322,12 @@ TEST(HardCase13, HandHeldThinDiscCutsThroughAndMovesFreelyInItsKerf) {
       params.max_substeps = 100;
       WatchedTool tool(MakeBox({}, {8, 4, 4}, h), params, DiscPose({}, {0, y, 2 + kR + 0.2}));
       const auto to = [&](double z) { return tool.Tick(DiscPose({}, {0, y, z})); };
-      double most = 0;
+      double max_N = 0;
       for (int i = 1; i <= 1200; ++i) {
-        most = std::max(most, glm::length(to(2 + kR + 0.2 - 0.008 * std::min(i, 900)).f_H_W_N));
+        max_N = std::max(max_N, glm::length(to(2 + kR + 0.2 - 0.008 * std::min(i, 900)).f_H_W_N));
       }
       EXPECT_EQ(SplitPieces(tool.simulation.bone(), 0.5).pieces.size(), 2u) << t << " " << y;
-      cut_N = std::min(cut_N, most);
+      cut_N = std::min(cut_N, max_N);
       for (int i = 1; i <= 360; ++i) {
         back_N = std::max(back_N, glm::length(to(2 + kR + 0.2 - 7.2 + 0.02 * i).f_H_W_N));
       }

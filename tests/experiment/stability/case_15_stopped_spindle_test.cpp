@@ -41,13 +41,13 @@ TEST(HardCase15, DraggedSawFeelsOnlyCoulombFriction) {
   params.coupling.max_torque_Nmm = 1e5;
   Sawing saw(test::MakeBox(Pose{}, {30, 6, 8}, 0.2), params, DiscPose(Pose{}, {-5, 0, 4 + kR + 0.3}));
   saw.Move(DiscPose(Pose{}, {-5, 0, 4 + kR - 5}), 500, 0);
-  double least = 1e9;
-  double most = 0;
+  double smallest = 1e9;
+  double largest = 0;
   const double x_from = saw.out.X_WT.p_AB.x;
   saw.Move(DiscPose(Pose{}, {5, 0, 4 + kR - 5}), 1000, 0, [&](const CoupledOutput& out) {
     const double ratio = -out.f_H_W_N.x / out.f_H_W_N.z;
-    most = std::max(most, ratio);
-    if (saw.X_WH.p_AB.x > -2) least = std::min(least, ratio);
+    largest = std::max(largest, ratio);
+    if (saw.X_WH.p_AB.x > -2) smallest = std::min(smallest, ratio);
     // The saw sticks, except for creep, until the hand pulls with mu N = 1.5 N, which is 1.5 mm of spring.
     if (saw.X_WH.p_AB.x < -3.6) {
       ASSERT_LT(out.X_WT.p_AB.x - x_from, 0.02 * 0.2 * 10);
@@ -55,8 +55,8 @@ TEST(HardCase15, DraggedSawFeelsOnlyCoulombFriction) {
   });
   // On a plane of voxels the normal force is the sum over all points, except for the unevenness of distances that are
   // stored as floats.
-  verdict.AtMost("maximum sliding friction / normal force", most, 0.3 * 1.02);
-  verdict.AtLeast("minimum sliding friction / normal force", least, 0.3 * 0.98);
+  verdict.AtMost("maximum sliding friction / normal force", largest, 0.3 * 1.02);
+  verdict.AtLeast("minimum sliding friction / normal force", smallest, 0.3 * 0.98);
   EXPECT_EQ(saw.invariants.removed_mm3(), 0);
 }
 
@@ -66,8 +66,8 @@ TEST(HardCase15, ClosedPathsInAndOutOfTheBoneReturnNoEnergy) {
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.4);
   const std::uint64_t hash = bone.CalcHash();
   std::mt19937_64 random(15);
-  const auto draw = [&random](double most) {
-    return most * (static_cast<double>(random() >> 11) / 4503599627370496.0 - 1);
+  const auto draw = [&random](double largest) {
+    return largest * (static_cast<double>(random() >> 11) / 4503599627370496.0 - 1);
   };
   const int orbits = std::max(5, static_cast<int>(60 * test::Effort()));
   double lowest_mJ = 1e9;
@@ -78,9 +78,9 @@ TEST(HardCase15, ClosedPathsInAndOutOfTheBoneReturnNoEnergy) {
     Sawing saw(bone, DiscParams(), start);
     Pose X_before = start;
     const auto account = [&](const CoupledOutput& out) {
-      const Vec3 way = saw.X_WH.Point(saw.simulation.params().coupling.p_TC_mm) -
-                       X_before.Point(saw.simulation.params().coupling.p_TC_mm);
-      exchanged_mJ += std::abs(glm::dot(out.f_H_W_N, way));
+      const Vec3 motion = saw.X_WH.Point(saw.simulation.params().coupling.p_TC_mm) -
+                          X_before.Point(saw.simulation.params().coupling.p_TC_mm);
+      exchanged_mJ += std::abs(glm::dot(out.f_H_W_N, motion));
       X_before = saw.X_WH;
       max_force_N = std::max(max_force_N, glm::length(out.f_H_W_N));
       ASSERT_EQ(out.removed_mm3, 0);

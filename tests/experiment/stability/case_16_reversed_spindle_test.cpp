@@ -49,9 +49,9 @@ TEST(HardCase16, ReversingTheSpindleReversesOnlyTheFriction) {
                             off(out.f_face_W_N, was.f_face_W_N), off(out.f_friction_W_N, was.f_friction_W_N)});
     };
     const double sign = back ? -1 : 1;
-    kerf.Move(kerf.Aside({0, 5, 0}), 100, rpm, look);
-    kerf.Move(kerf.Aside({sign * 3, 5, 0}), 300, rpm, look);
-    kerf.Move(kerf.Aside({sign * 1, -4, -1}), 300, rpm, look);
+    kerf.Move(kerf.OffsetPose({0, 5, 0}), 100, rpm, look);
+    kerf.Move(kerf.OffsetPose({sign * 3, 5, 0}), 300, rpm, look);
+    kerf.Move(kerf.OffsetPose({sign * 1, -4, -1}), 300, rpm, look);
     kerf.invariants.CheckBone();
   }
   verdict.AtLeast("friction of the flats", max_friction_N, 1, "N");

@@ -25,7 +25,7 @@ TEST(HardCase17, ASawWithoutTeethIsRefusedAtSetUp) {
     params.tool = saw;
     try {
       CoupledSimulation simulation(test::MakeBox(Pose{}, {6, 2, 4}, 0.4), params, DiscPose(Pose{}, {0, 0, 30}));
-      ADD_FAILURE() << teeth << " teeth were taken";
+      ADD_FAILURE() << teeth << " teeth were accepted";
     } catch (const Error& e) {
       EXPECT_STREQ(e.what(), fmt::format("teeth = {} is out of range; valid range 1 to 1000", teeth).c_str());
     }
@@ -88,8 +88,8 @@ Bone SlottedPlate(double voxel_mm) {
 TEST(HardCase17, WithAllTeethInTheAirTheFlatsStillRub) {
   test::Verdict verdict("holds");
   const Bone bone = SlottedPlate(0.1);
-  double least = 1e9;
-  double most = 0;
+  double smallest = 1e9;
+  double largest = 0;
   for (const double side : {1.0, -1.0}) {
     for (const double rpm : {7500.0, -7500.0, 0.0}) {
       CoupledParams params = DiscParams();
@@ -114,13 +114,13 @@ TEST(HardCase17, WithAllTeethInTheAirTheFlatsStillRub) {
       if (rpm != 0) {
         EXPECT_GT(saw.out.f_friction_W_N.x * rpm, 0);
       }
-      least = std::min(least, rubs_N / N);
-      most = std::max(most, rubs_N / N);
+      smallest = std::min(smallest, rubs_N / N);
+      largest = std::max(largest, rubs_N / N);
     }
   }
   EXPECT_EQ(bone.CalcHash(), SlottedPlate(0.1).CalcHash());
-  verdict.AtLeast("minimum friction / normal force", least, 0.1);
-  verdict.AtMost("maximum friction / normal force", most, 0.2 * (1 + 1e-6));
+  verdict.AtLeast("minimum friction / normal force", smallest, 0.1);
+  verdict.AtMost("maximum friction / normal force", largest, 0.2 * (1 + 1e-6));
 }
 
 }  // namespace

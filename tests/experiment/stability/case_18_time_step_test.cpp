@@ -105,25 +105,25 @@ TEST(HardCase18, AfterSetDownOrBeforeTheFirstTickThereIsNoForceToKeep) {
 
 TEST(HardCase18, TickOfAWholeSecondStaysBounded) {
   test::Verdict verdict("holds: a tick moves the tool by at most max_substeps substeps");
-  double max_way_mm = 0;
+  double max_motion_mm = 0;
   double max_mm3 = 0;
   for (const double dt_s : {1e-6, 1e-4, 0.01, 0.1, 1.0}) {
     for (const double rpm : {7500.0, 0.0}) {
       InKerf kerf(Pose{}, {26, 2, 20}, 0.2, 3, DiscParams());
       for (int i = 0; i < 40; ++i) {
         const Vec3 was = kerf.Place();
-        kerf.To(kerf.Aside({i % 2 == 0 ? 4.0 : -4.0, 1, -30}, 0.01), rpm, dt_s);
-        max_way_mm = std::max(max_way_mm, glm::length(kerf.Place() - was));
+        kerf.To(kerf.OffsetPose({i % 2 == 0 ? 4.0 : -4.0, 1, -30}, 0.01), rpm, dt_s);
+        max_motion_mm = std::max(max_motion_mm, glm::length(kerf.Place() - was));
         max_mm3 = std::max(max_mm3, kerf.out.removed_mm3);
       }
       kerf.invariants.CheckBone();
     }
   }
-  const int most_substeps = DiscParams().max_substeps;
-  verdict.AtMost("motion of the tool in a tick", max_way_mm, most_substeps * 0.5 * 0.2 * (1 + 1e-9), "mm");
+  const int max_substeps = DiscParams().max_substeps;
+  verdict.AtMost("motion of the tool in a tick", max_motion_mm, max_substeps * 0.5 * 0.2 * (1 + 1e-9), "mm");
   // The bound uses the disc's projection along the motion: its diameter times its thickness, plus a margin for the
   // occupancy of a voxel.
-  verdict.AtMost("volume removed in a tick", max_mm3, most_substeps * 0.5 * 0.2 * 22 * (0.25 + 0.2), "mm^3");
+  verdict.AtMost("volume removed in a tick", max_mm3, max_substeps * 0.5 * 0.2 * 22 * (0.25 + 0.2), "mm^3");
 }
 
 TEST(HardCase18, ZeroTimeStepOnAPathAndInTheSlabRepeatsTheForce) {

@@ -91,9 +91,9 @@ Through CutThrough(double feed_mm_per_s, double stiffness_N_per_mm) {
   Sawing saw(test::MakeBox(Pose{}, {8, 6, 4}, 0.2), params, start);
   Through through;
   Vec3 f_before(0);
-  const double way_mm = 7;
+  const double depth_mm = 7;
   for (int i = 1; i <= 20000 && saw.out.X_WT.p_AB.z > -2 + kR - 1.5; ++i) {
-    saw.To(DiscPose(Pose{}, {0, 0, start.p_AB.z - std::min(0.001 * feed_mm_per_s * i, way_mm)}));
+    saw.To(DiscPose(Pose{}, {0, 0, start.p_AB.z - std::min(0.001 * feed_mm_per_s * i, depth_mm)}));
     const double f = glm::length(saw.out.f_H_W_N);
     // Once the floor is through, the remaining bone is removed from the middle outwards.
     if (saw.out.X_WT.p_AB.z < -2 + kR) {

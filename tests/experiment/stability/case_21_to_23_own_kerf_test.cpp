@@ -29,7 +29,7 @@ TEST(HardCase21, SawBackInItsKerfCutsNothingAndFeelsNoForce) {
       InKerf kerf(poses[n], {22, 2, 8}, h, 3, DiscParams());
       // For comparison: the force of cutting the kerf 0.2 mm deeper, at 2 mm/s.
       double cutting_N = 0;
-      kerf.Move(kerf.Aside({0, 0, -0.2}), 100, 7500,
+      kerf.Move(kerf.OffsetPose({0, 0, -0.2}), 100, 7500,
                 [&](const CoupledOutput& out) { cutting_N = std::max(cutting_N, glm::length(out.f_H_W_N)); });
       for (int i = 0; i < 2000 && glm::length(kerf.out.f_H_W_N) > 1e-4; ++i) kerf.Hold(1, {0, 0, -0.2});
       kerf.p_B = kerf.Place();
@@ -40,13 +40,13 @@ TEST(HardCase21, SawBackInItsKerfCutsNothingAndFeelsNoForce) {
       // causes a force.)
       for (int times = 0; times < 2; ++times) {
         for (const double up : {6.0, h}) {
-          kerf.Move(kerf.Aside({0, 0, up}), 1000, 7500, [&](const CoupledOutput&) {
+          kerf.Move(kerf.OffsetPose({0, 0, up}), 1000, 7500, [&](const CoupledOutput&) {
             max_fraction = std::max(max_fraction, std::abs(kerf.ForceInBlock().z) / cutting_N);
             max_lateral_N = std::max(max_lateral_N, std::abs(kerf.ForceInBlock().y));
           });
         }
       }
-      kerf.Move(kerf.Aside(Vec3(0)), 200);
+      kerf.Move(kerf.OffsetPose(Vec3(0)), 200);
       max_again_mm3 = std::max(max_again_mm3, kerf.invariants.removed_mm3() - before_mm3);
       kerf.invariants.CheckBone();
     }
@@ -103,7 +103,7 @@ TEST(HardCase22, TiltedSawBindsInADeepKerfAndComesFreeAgain) {
     kerf.invariants.CheckBone();
     // When it is drawn out while tilted by 3 degrees, it comes free.
     kerf.Hold(100, {0, 0, up}, 3 * kDegree, rpm);
-    Pose X_out = kerf.Aside({0, 0, 12}, 3 * kDegree);
+    Pose X_out = kerf.OffsetPose({0, 0, 12}, 3 * kDegree);
     kerf.Move(X_out, 3000, rpm);
     EXPECT_EQ(kerf.out.f_H_W_N, Vec3(0)) << rpm;
     EXPECT_EQ(kerf.out.tau_H_W_Nmm, Vec3(0)) << rpm;
@@ -137,7 +137,7 @@ TEST(HardCase23, FlatsPushedAsideAndPivotedRemoveNothing) {
   const double h = 0.2;
   double innermost_mm = 1e9;
   double max_rate = 0;
-  double max_way_mm = 0;
+  double max_motion_mm = 0;
   for (const double push_N : {5.0, 20.0}) {
     CoupledParams params = DiscParams();
     params.coupling.p_TC_mm = {0, kR - 3, 0};  // in the middle of the buried part
@@ -150,9 +150,9 @@ TEST(HardCase23, FlatsPushedAsideAndPivotedRemoveNothing) {
     const double removed_mm3 = kerf.invariants.removed_mm3();
     for (int n = 0; n < 8; ++n) {
       const double side = n % 2 == 0 ? 1 : -1;
-      kerf.Move(kerf.Aside({0, side * push_N, 0.05}), 50);
+      kerf.Move(kerf.OffsetPose({0, side * push_N, 0.05}), 50);
       kerf.Hold(200, {0, side * push_N, 0.05});
-      max_way_mm = std::max(max_way_mm, std::abs(kerf.Place().y - was.y));
+      max_motion_mm = std::max(max_motion_mm, std::abs(kerf.Place().y - was.y));
     }
     kerf.Hold(100, {0, 0, 0.05});
     for (int n = 0; n < 8; ++n) {
@@ -165,7 +165,7 @@ TEST(HardCase23, FlatsPushedAsideAndPivotedRemoveNothing) {
     kerf.invariants.CheckBone();
   }
   verdict.AtLeast("smallest distance of a change from the spindle", innermost_mm, kR - 3 * h - 0.01, "mm");
-  verdict.AtMost("sideways motion under 20 N", max_way_mm, 0.002, "mm");
+  verdict.AtMost("sideways motion under 20 N", max_motion_mm, 0.002, "mm");
   verdict.AtMost("volume removed from the walls by the rim in 16 pushes", max_rate, 0.5, "mm^3");
 }
 
@@ -176,7 +176,7 @@ double CalcSkating(double h, double depth_mm, double rpm) {
   params.coupling.p_TC_mm = {0, kR, 0};  // at the rim, so that it cannot roll out
   InKerf kerf(BlockPoses(h)[0], {22, 4, 8}, h, depth_mm, params);
   const Vec3 was = kerf.Place();
-  kerf.Move(kerf.Aside({0, 0.5, 0}), 500, rpm);
+  kerf.Move(kerf.OffsetPose({0, 0.5, 0}), 500, rpm);
   kerf.Hold(500, {0, 0.5, 0}, 0, rpm);
   kerf.invariants.CheckBone();
   return (kerf.Place().y - was.y) / 0.5;

@@ -105,15 +105,15 @@ TEST(HardCase28, DeviceSlowerThanTheLoopMovesJustAsSmoothly) {
   double worst = 0;
   for (const int every : {2, 4}) {
     FastStroke stroke;
-    double least = 1e9;
-    double most = 0;
+    double slowest = 1e9;
+    double fastest = 0;
     for (int i = 0; i < 400; ++i) {
       const HapticStepOutput out = stroke.Step(kDt_s, i % every == 0);
       if (i < 20) continue;
-      least = std::min(least, out.v_H_W_mm_per_s.x);
-      most = std::max(most, out.v_H_W_mm_per_s.x);
+      slowest = std::min(slowest, out.v_H_W_mm_per_s.x);
+      fastest = std::max(fastest, out.v_H_W_mm_per_s.x);
     }
-    worst = std::max({worst, most / FastStroke::kFeed - 1, 1 - least / FastStroke::kFeed});
+    worst = std::max({worst, fastest / FastStroke::kFeed - 1, 1 - slowest / FastStroke::kFeed});
   }
   verdict.AtMost("speed error, each sample delivered 2 or 4 times", 100 * worst, 2, "%");
 }
@@ -166,7 +166,7 @@ TEST(HardCase28, ClockThatGoesBackwardsOnlyMakesTheLoopWait) {
   } clock;
   test::RecordingDevice recording;
   GuardedDevice device(recording);
-  test::MadeUpBody body(device);
+  test::FakeBody body(device);
   HapticLoop loop(body, device, clock, LoopParams{});
   std::vector<double> times;
   loop.RunHere(1000, [&] {
@@ -174,7 +174,7 @@ TEST(HardCase28, ClockThatGoesBackwardsOnlyMakesTheLoopWait) {
     return true;
   });
   EXPECT_EQ(loop.counts().ticks, 1000U);
-  EXPECT_EQ(loop.end(), LoopEnd::kAsked);
+  EXPECT_EQ(loop.end(), LoopEnd::kRequested);
   double min_dt = 1e9;
   double max_dt = 0;
   for (std::size_t i = 0; i < body.dt.count; ++i) {

@@ -64,7 +64,7 @@ TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
 TEST(HardCase30, ForceDoesNotDependOnTheSideThatTheHandCameFrom) {
   Verdict verdict("holds");
   // The disc is pushed against one wall with 2 N and returns to the middle; the same is done from the other side.
-  double unlike_N = 0;
+  double difference_N = 0;
   double left_N = 0;
   for (const double width_mm : {0.4, 0.25}) {
     const Bone bone = MakeSlottedBlock(width_mm, 0.1);
@@ -79,9 +79,9 @@ TEST(HardCase30, ForceDoesNotDependOnTheSideThatTheHandCameFrom) {
       }
       left_N = std::max(left_N, std::abs(f[side][199]));
     }
-    for (int i = 0; i < 200; ++i) unlike_N = std::max(unlike_N, std::abs(f[0][i] - f[1][i]));
+    for (int i = 0; i < 200; ++i) difference_N = std::max(difference_N, std::abs(f[0][i] - f[1][i]));
   }
-  verdict.AtMost("force difference between the two sides", unlike_N, 1e-6, "N");
+  verdict.AtMost("force difference between the two sides", difference_N, 1e-6, "N");
   verdict.AtMost("force left in the middle", left_N, 1e-6, "N");
 }
 

@@ -24,24 +24,24 @@ TEST(HardCase31, ForceAndComputationOfABuriedDiscAreBounded) {
   double worst_angle = 0;
   double max_N = 0;
   int max_iterations = 0;
-  int most_substeps = 0;
+  int max_substeps_made = 0;
   int not_converged = 0;
   double teeth = 1e9;
   for (const double rpm : {7500.0, 0.0}) {
     for (int direction = 0; direction < 14; ++direction) {
       // Places the handle 80 mm away along the axes and diagonals, which is twice the distance at which the coupling
       // reaches its maximum force.
-      Vec3 way(0);
+      Vec3 offset(0);
       if (direction < 6) {
-        way[direction / 2] = direction % 2 == 0 ? 1 : -1;
+        offset[direction / 2] = direction % 2 == 0 ? 1 : -1;
       } else {
         const int d = direction - 6;
-        way = Vec3(d & 1 ? 1 : -1, d & 2 ? 1 : -1, d & 4 ? 1 : -1);
+        offset = Vec3(d & 1 ? 1 : -1, d & 2 ? 1 : -1, d & 4 ? 1 : -1);
       }
       const Pose X = DiscPose(Pose{}, {0, 0, 0});
       CoupledSimulation simulation(bone, test::DiscParams(), X);
       Pose X_WH = X;
-      X_WH.p_AB += 80.0 * glm::normalize(way);
+      X_WH.p_AB += 80.0 * glm::normalize(offset);
       for (int i = 0; i < 20; ++i) {
         const CoupledOutput out = simulation.Tick(Handle(X_WH, rpm));
         if (i == 0 && rpm != 0) teeth = std::min(teeth, out.engaged_teeth);
@@ -51,7 +51,7 @@ TEST(HardCase31, ForceAndComputationOfABuriedDiscAreBounded) {
         const double cosine = glm::dot(glm::normalize(pull), glm::normalize(out.f_H_W_N));
         worst_angle = std::max(worst_angle, std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi);
         max_iterations = std::max(max_iterations, out.iterations);
-        most_substeps = std::max(most_substeps, out.substeps);
+        max_substeps_made = std::max(max_substeps_made, out.substeps);
         not_converged += (out.status & kCoupledIterationsUsedUp) != 0;
         EXPECT_NE(out.status & kCoupledForceLimited, 0u);
       }
@@ -62,7 +62,7 @@ TEST(HardCase31, ForceAndComputationOfABuriedDiscAreBounded) {
   verdict.AtMost("largest force (the coupling's maximum)", max_N, 40 * (1 + 1e-12), "N");
   verdict.AtMost("direction error", worst_angle, 1e-5, "degrees");
   verdict.AtMost("iterations per substep", max_iterations, 30);
-  verdict.AtMost("substeps per tick", most_substeps, test::DiscParams().max_substeps);
+  verdict.AtMost("substeps per tick", max_substeps_made, test::DiscParams().max_substeps);
   EXPECT_EQ(not_converged, 0);
 }
 
@@ -73,18 +73,18 @@ TEST(HardCase31, TheDevicesClampKeepsTheDirection) {
   const DeviceProfile profile = FindDeviceProfile("omega_3");
   ForceMap map(profile, params);
   double worst_angle = 0;
-  double most = 0;
+  double largest = 0;
   for (int i = 0; i < 200; ++i) {
     const Vec3 f = 100.0 * (1 + i % 7) * glm::normalize(Vec3(std::sin(1.0 * i), std::cos(2.0 * i), std::sin(0.7 * i)));
     ForceMapOutput out;
     for (int k = 0; k < 20; ++k) out = map.Calc(f, Vec3(0), 0.001);  // until the slew limit allows the full force
-    most = std::max(most, glm::length(out.f_H_W_N) / profile.peak_force_N);
+    largest = std::max(largest, glm::length(out.f_H_W_N) / profile.peak_force_N);
     const double cosine = glm::dot(glm::normalize(f), glm::normalize(out.f_H_W_N));
     worst_angle = std::max(worst_angle, std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi);
     EXPECT_GT(glm::length(out.f_H_W_N), 0.9 * profile.peak_force_N);
   }
   verdict.AtMost("direction error", worst_angle, 1e-5, "degrees");
-  verdict.AtMost("force relative to the device's peak", most, 1);
+  verdict.AtMost("force relative to the device's peak", largest, 1);
 }
 
 /// Returns a plate of 28 x 28 x 3 mm with its top at z = 0 and a hole with a radius 0.01 mm larger than the disc's.
@@ -107,17 +107,17 @@ TEST(HardCase32, AllTeethEngagingAtOnceCauseNoJump) {
   double teeth_step = 0;
   for (const double speed : {20.0, 100.0, 300.0}) {
     const CoupledParams params = test::DiscParams();
-    const double way_mm = speed * 0.001;
+    const double step_mm = speed * 0.001;
     CoupledSimulation simulation(bone, params, {Quat(1, 0, 0, 0), Vec3(0, 0, 1)});
     CoupledOutput last;
     for (int i = 1; i < 100; ++i) {
-      const double down = way_mm * i;
+      const double down = step_mm * i;
       const Vec3 p(std::max(0.0, down - 0.9), 0, std::max(-1.5, 1 - down));
       const CoupledOutput out = simulation.Tick(Handle({Quat(1, 0, 0, 0), p}));
       // A tool that stopped at once would stretch the coupling by the handle's motion. Nothing pushes the tool back
       // further.
       worst = std::max(worst, glm::length(out.f_H_W_N - last.f_H_W_N) /
-                                  (params.coupling.stiffness_N_per_mm * std::sqrt(2) * way_mm));
+                                  (params.coupling.stiffness_N_per_mm * std::sqrt(2) * step_mm));
       teeth_step = std::max(teeth_step, out.engaged_teeth - last.engaged_teeth);
       last = out;
     }

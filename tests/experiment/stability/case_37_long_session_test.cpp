@@ -51,17 +51,17 @@ TEST(HardCase37, AMillionIdleTicksCauseNoDrift) {
   verdict.Equal("distance of the tool from the handle", off_mm, 0, "mm");
   rested.Tick(Handle(start));
   fresh.Tick(Handle(start));
-  double unlike_N = 0;
+  double difference_N = 0;
   double touched_N = 0;
   for (int i = 1; i <= 1500; ++i) {
     const CoupledInput in = Handle(DiscPose(Pose{}, {0.2 * std::sin(0.01 * i), 0, kClear - 0.003 * i}));
     const Vec3 f = rested.Tick(in).f_H_W_N;
     const Vec3 g = fresh.Tick(in).f_H_W_N;
-    unlike_N = std::max(unlike_N, glm::length(f - g));
+    difference_N = std::max(difference_N, glm::length(f - g));
     touched_N = std::max(touched_N, glm::length(f));
   }
   EXPECT_GT(touched_N, 0.5);
-  verdict.AtMost("force difference between a cut after idling and one without", unlike_N, 1e-6, "N");
+  verdict.AtMost("force difference between a cut after idling and one without", difference_N, 1e-6, "N");
 }
 
 TEST(HardCase37, SumsOfMillionsOfPartsEqualTheWhole) {

@@ -82,7 +82,7 @@ TEST(ClosedLoop, HeldEnergyIsThatOfASpringHeldOverATick) {
     loop.device().SetIntention(intention);
     tick = loop.Step(0);
   }
-  fmt::print("held {:.6f} mJ, least {:.6f} mJ, exchanged {:.4f} mJ\n", tick.energy.held_mJ, tick.energy.lowest_mJ,
+  fmt::print("held {:.6f} mJ, lowest {:.6f} mJ, exchanged {:.4f} mJ\n", tick.energy.held_mJ, tick.energy.lowest_mJ,
              tick.energy.exchanged_mJ);
   EXPECT_GT(tick.energy.exchanged_mJ, 0.5);
   EXPECT_NEAR(tick.energy.lowest_mJ / -tick.energy.held_mJ, 1, 0.15);

@@ -17,8 +17,8 @@ constexpr int kTicksInBox = 16;
 
 /// Returns true if a tick must accept the input. Written independently of coupled.h.
 bool IsGood(const CoupledInput& in) {
-  const auto within = [](const Vec3& v, double most) {
-    return IsFinite(v) && std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) <= most;
+  const auto within = [](const Vec3& v, double limit) {
+    return IsFinite(v) && std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) <= limit;
   };
   return within(in.X_WH.p_AB, kWorldReach_mm) && std::abs(std::pow(glm::length(in.X_WH.R_AB), 2) - 1) <= 2e-6 &&
          within(in.v_H_W_mm_per_s, 1e6) && within(in.w_H_W_rad_per_s, 1e6) && in.dt_s >= 0 && in.dt_s <= 1 &&
@@ -279,7 +279,7 @@ std::string FuzzedSaw::Account() {
   const Bone& bone = s.simulation.bone();
   const double left = bone.CalcVolume();
   if (!(std::abs(s.volume_mm3 - left - removed) <= 1e-9 * s.volume_mm3)) {
-    return fmt::format("I4: {} mm3 at first, {} left, {} removed", s.volume_mm3, left, removed);
+    return fmt::format("I4: {} mm3 at the start, {} left, {} removed", s.volume_mm3, left, removed);
   }
   if (!s.box.empty()) s.witness.Allow(s.box);
   if (!s.slab_asked) s.box = {};

@@ -15,9 +15,9 @@ namespace kerf::test {
 namespace {
 
 /// Device with prescribed samples and failures.
-class WildDevice : public Device {
+class FaultyDevice : public Device {
  public:
-  explicit WildDevice(const DeviceProfile& profile) : profile_(profile) {}
+  explicit FaultyDevice(const DeviceProfile& profile) : profile_(profile) {}
   const DeviceProfile& profile() const override { return profile_; }
   bool Read(DeviceSample& sample) noexcept override {
     sample.X_WH = X_WH;
@@ -55,8 +55,8 @@ class MotorWatch {
       return fmt::format("I2: the motors get {} N", glm::length(f));
     if (std::hypot(tau.x, tau.y, tau.z) > peak_Nmm_) return fmt::format("I2: the motors get {} N mm", glm::length(tau));
     const bool faulty = out.faults != kHapticOk;
-    if (faulty && (f != Vec3(0) || tau != Vec3(0))) return "a force despite a fault";
-    if (!faulty && !(in.dt_s >= 0 && in.dt_s <= 1)) return "no fault despite a bad dt";
+    if (faulty && (f != Vec3(0) || tau != Vec3(0))) return "the device gets a force despite a fault";
+    if (!faulty && !(in.dt_s >= 0 && in.dt_s <= 1)) return "an invalid time step caused no fault";
     if (!IsValid(out.sample.X_WH) || !IsInWorld(out.sample.X_WH.p_AB)) return "I1: a bad sample is kept";
     if (!IsFinite(out.v_H_W_mm_per_s)) return "I1: the handle's velocity is not finite";
     // After zero force, the force rises slowly; otherwise it changes at most at the slew rate. A falling thermal limit
@@ -134,12 +134,12 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
   BoneWitness witness(scene.bone);
 
   const bool wild = dice.OneIn(2);
-  WildDevice wild_device(profile);
+  FaultyDevice faulty_device(profile);
   SimulatedDeviceOptions options;
   options.p_TC_mm = scene.params.coupling.p_TC_mm;
   options.delay_ticks = dice.One({0, 0, 1, 5, 16});
   SimulatedDevice simulated(profile, MakeHand(dice), scene.start, options);
-  Device& device = wild ? static_cast<Device&>(wild_device) : simulated;
+  Device& device = wild ? static_cast<Device&>(faulty_device) : simulated;
 
   FuzzResult result;
   Pose X_WT = scene.start;
@@ -155,12 +155,12 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
     if (call.kind != FuzzCall::Kind::kTick) continue;
     // Faults start at random and last for some ticks.
     if (--failing < 0) {
-      wild_device.read_fails = wild_device.write_fails = false;
+      faulty_device.read_fails = faulty_device.write_fails = false;
       simulated.SetFaults({});
       if (dice.OneIn(40)) {
         failing = dice.Below(20);
-        wild_device.read_fails = dice.OneIn(2);
-        wild_device.write_fails = dice.OneIn(2);
+        faulty_device.read_fails = dice.OneIn(2);
+        faulty_device.write_fails = dice.OneIn(2);
         DeviceFaults faults;
         faults.frozen = dice.OneIn(3);
         faults.not_a_number = dice.OneIn(3);
@@ -171,7 +171,7 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
         simulated.SetHand(MakeHand(dice));
       }
     }
-    wild_device.X_WH = call.in.X_WH;
+    faulty_device.X_WH = call.in.X_WH;
     if (IsValid(call.in.X_WH) && IsInWorld(call.in.X_WH.p_AB)) {
       simulated.SetIntention({.X_WH = call.in.X_WH, .push_W_N = dice.OneIn(4) ? 20.0 * dice.InCube() : Vec3(0)});
     }

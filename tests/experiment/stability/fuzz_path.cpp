@@ -51,7 +51,7 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
     for (const double r : simulation.CalcRemovedByRegion()) removed += r;
     const double left = simulation.bone().CalcVolume();
     if (!(std::abs(volume_mm3 - left - removed) <= 1e-9 * volume_mm3)) {
-      return fmt::format("I4: {} mm3 at first, {} left, {} removed", volume_mm3, left, removed);
+      return fmt::format("I4: {} mm3 at the start, {} left, {} removed", volume_mm3, left, removed);
     }
     return witness.Compare(simulation.bone());
   };
@@ -62,9 +62,11 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
     if (in.dt_s < kMinTick_s) return out.status == kTickNoTime && out.removed_mm3 == 0 ? "" : "wrong no-time status";
     std::string wrong = CheckNumbers(out);
     if (!wrong.empty()) return wrong;
-    const Vec3 way = in.X_WT.p_AB - X_WT.p_AB;
-    const double along = glm::dot(out.f_T_W_N, way);
-    if (along > 1e-9 * glm::length(out.f_T_W_N) * glm::length(way)) return fmt::format("teeth pull by {} N mm", along);
+    const Vec3 motion = in.X_WT.p_AB - X_WT.p_AB;
+    const double along = glm::dot(out.f_T_W_N, motion);
+    if (along > 1e-9 * glm::length(out.f_T_W_N) * glm::length(motion)) {
+      return fmt::format("teeth pull by {} N mm", along);
+    }
     if (glm::length(out.f_T_W_N) > out.thrust_sum_N * (1 + 1e-9)) return "the force exceeds the sum of its parts";
     if (in.rpm == 0 && (out.f_T_W_N != Vec3(0) || out.removed_mm3 != 0)) return "a stopped spindle cuts";
     if (in.rpm != 0) witness.Allow(CalcCutBox(scene.params.tool, X_WT, in.X_WT, 1, scene.voxel_mm));
@@ -173,10 +175,10 @@ FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks) {
                         s.released_mJ + s.numerical_mJ;
     // Relative errors of positions and velocities are 1e-16. They are multiplied by the force of a stiff coupling along
     // the motion.
-    const double way_mm = glm::length(in.X_WT.p_AB - X_WT.p_AB);
+    const double motion_mm = glm::length(in.X_WT.p_AB - X_WT.p_AB);
     rounding_mJ +=
-        1e-13 * way_mm *
-        (p.coupling_N_per_mm * (1 + glm::length(in.X_WT.p_AB)) + p.coupling_damping_Ns_per_mm * way_mm / in.dt_s);
+        1e-13 * motion_mm *
+        (p.coupling_N_per_mm * (1 + glm::length(in.X_WT.p_AB)) + p.coupling_damping_Ns_per_mm * motion_mm / in.dt_s);
     if (!(std::abs(open) <= 1e-8 * (1 + moved) + rounding_mJ)) {
       return fmt::format("the energy balance is off by {} of {} mJ, rounding {}", open, moved, rounding_mJ);
     }

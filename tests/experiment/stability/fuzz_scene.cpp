@@ -145,10 +145,10 @@ FuzzScene MakeFuzzScene(Dice& dice) {
   p.slab_reading = dice.One({PaperReading::kCorrected, PaperReading::kAsComputed});
   // The tool starts next to the bone, half inside it, or anywhere around it.
   const double reach_mm = CalcReach(p.tool);
-  const Vec3 way = dice.Direction();
+  const Vec3 direction = dice.Direction();
   scene.start.R_AB = dice.OneIn(2) ? Quat(1, 0, 0, 0) : dice.Rotation();
-  scene.start.p_AB = scene.box.centre() +
-                     way * (0.5 * scene.box.size() * Vec3(dice.Uniform(0, 1.2)) + dice.Uniform(0, 1.2) * reach_mm);
+  scene.start.p_AB = scene.box.centre() + direction * (0.5 * scene.box.size() * Vec3(dice.Uniform(0, 1.2)) +
+                                                       dice.Uniform(0, 1.2) * reach_mm);
   return scene;
 }
 

@@ -55,10 +55,10 @@ inline HandOrbit DrawOrbit(std::mt19937_64& random, double reach_mm = 4, double 
   HandOrbit orbit;
   const double z_mm = (deep ? Uniform(random, -1.2, -0.4) : Uniform(random, -0.3, 0.6)) * reach_mm;
   orbit.X_WH_middle = Upright(Vec3(0, 0, 11 + z_mm));
-  const int most = static_cast<int>(max_Hz * orbit.seconds);
+  const int max_cycles = static_cast<int>(max_Hz * orbit.seconds);
   for (int i = 0; i < 2; ++i) {
     HandOrbit::Wave& wave = orbit.waves[i];
-    wave.f_Hz = (1 + std::floor(Uniform(random, 0, i == 0 ? 3 : most))) / orbit.seconds;
+    wave.f_Hz = (1 + std::floor(Uniform(random, 0, i == 0 ? 3 : max_cycles))) / orbit.seconds;
     const double fraction = i == 0 ? 1 : 0.3;
     wave.amplitude_mm = fraction * reach_mm * Vec3(Uniform(random), 0.2 * Uniform(random), Uniform(random, 0.3, 1));
     wave.phase = 4 * kHalfPi * Vec3(Uniform(random), Uniform(random), Uniform(random));

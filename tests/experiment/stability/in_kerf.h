@@ -51,13 +51,13 @@ struct InKerf : Sawing {
     Hold(50, Vec3(0), 0, rpm);
   }
   /// Returns a handle pose at an offset from the end of the cut, tilted about the length of the kerf.
-  Pose Aside(const Vec3& offset_B, double tilt_rad = 0) const {
+  Pose OffsetPose(const Vec3& offset_B, double tilt_rad = 0) const {
     Pose X = DiscPose(X_WB, p_B + offset_B);
     X.R_AB = X.R_AB * glm::angleAxis(tilt_rad, Vec3(1, 0, 0));
     return X;
   }
   const CoupledOutput& Hold(int ticks, const Vec3& offset_B = Vec3(0), double tilt_rad = 0, double rpm = 7500) {
-    for (int i = 0; i < ticks; ++i) To(Aside(offset_B, tilt_rad), rpm);
+    for (int i = 0; i < ticks; ++i) To(OffsetPose(offset_B, tilt_rad), rpm);
     return out;
   }
   Vec3 Place() const { return X_WB.InversePoint(out.X_WT.p_AB); }

@@ -191,8 +191,8 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   // Bone stiffer than steel makes the cutting force so steep that the rounding of a speed shows. The slope scales with
   // E.
   const double residual = out.mean_E_MPa > 1e6 ? 1e-4 * std::max(1.0, out.mean_E_MPa / 1e7) : 1e-6;
-  const double most = residual * (1 + in_play) + 2 * turned * in_play + c.stiffness_N_per_mm * bent_mm;
-  if (!(glm::length(left) <= most)) {
+  const double allowed = residual * (1 + in_play) + 2 * turned * in_play + c.stiffness_N_per_mm * bent_mm;
+  if (!(glm::length(left) <= allowed)) {
     Fail("I17", fmt::format("the tool has no mass, but the forces on it add up to {} N (edge {}, faces {}, "
                             "friction {}, hand {})",
                             glm::length(left), Text(out.f_cut_W_N), Text(out.f_face_W_N), Text(out.f_friction_W_N),
@@ -206,19 +206,19 @@ void Invariants::CheckStep(const CoupledInput& in, const CoupledOutput& out) {
   if (out.substeps != 1 || !held || out.X_WT.p_AB == in.X_WH.p_AB) return;
   // These are the bounds of docs/tick.md. The path of the tool's origin is slightly curved if the tool rotates.
   constexpr double kBent = 1.02;
-  const Vec3 way = X_WT_.InverseVector(out.X_WT.p_AB - X_WT_.p_AB);
+  const Vec3 motion = X_WT_.InverseVector(out.X_WT.p_AB - X_WT_.p_AB);
   const auto* disc = std::get_if<DiscSaw>(&params_.tool);
-  const double across = disc ? std::hypot(way.x, way.y) : glm::length(way);
+  const double across = disc ? std::hypot(motion.x, motion.y) : glm::length(motion);
   if (!(across <= kBent * 0.5 * h_)) {
     Fail("I7", fmt::format("the tool moved {} voxels in one look-up of the bone", across / h_));
   }
   if (!disc) return;
   const double tilt = glm::length(glm::cross(X_WT_.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})));
-  const double along = std::abs(way.z) + tilt * disc->radius_mm();
+  const double along = std::abs(motion.z) + tilt * disc->radius_mm();
   // With half of the tilt, motion across the spindle becomes motion along it.
-  const double most = 0.25 * std::min(h_, disc->thickness_mm) + 0.5 * tilt * across;
-  if (!(along <= kBent * most)) {
-    Fail("I7", fmt::format("the rim moved {} mm along the spindle in one look-up, at most {} allowed", along, most));
+  const double allowed = 0.25 * std::min(h_, disc->thickness_mm) + 0.5 * tilt * across;
+  if (!(along <= kBent * allowed)) {
+    Fail("I7", fmt::format("the rim moved {} mm along the spindle in one look-up, at most {} allowed", along, allowed));
   }
 }
 
@@ -252,12 +252,12 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
   const double drawn = CalcCouplingEnergy(X_WT_, in.X_WH);
   // Far from the origin, poses lose their last digits.
   const double lost_mm = 1e-15 * glm::length(in.X_WH.p_AB);
-  const double least = 1e-9 * (was + drawn) + 1e-9 + lost_mm * params_.coupling.max_force_N;
+  const double tolerance = 1e-9 * (was + drawn) + 1e-9 + lost_mm * params_.coupling.max_force_N;
   const bool damped = params_.coupling.damping_Ns_per_mm > 0 || params_.coupling.torsion_damping_Nmms > 0;
-  if (!damped && out.hand_mJ != 0 && !(std::abs(out.hand_mJ - (drawn - was)) <= least)) {
+  if (!damped && out.hand_mJ != 0 && !(std::abs(out.hand_mJ - (drawn - was)) <= tolerance)) {
     Fail("I15", fmt::format("the hand did {} mJ of work, but the spring gained {}", out.hand_mJ, drawn - was));
   }
-  if (!damped && out.hand_mJ == 0 && std::abs(drawn - was) > least && glm::length(out.f_H_W_N) > 1e-6) {
+  if (!damped && out.hand_mJ == 0 && std::abs(drawn - was) > tolerance && glm::length(out.f_H_W_N) > 1e-6) {
     Fail("I15", fmt::format("the hand stretched the spring by {} mJ, but no work is reported", drawn - was));
   }
   hand_mJ_ += out.hand_mJ;
@@ -312,17 +312,17 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
   removed_since_check_mm3_ += out.removed_mm3;
   if (options_.watch_bone) {
     // Substeps within a tick may deviate from a straight line, but each is at most three quarters of a voxel long.
-    const double way_mm = glm::length(out.X_WT.p_AB - X_WT_.p_AB);
+    const double motion_mm = glm::length(out.X_WT.p_AB - X_WT_.p_AB);
     const double steps_mm = 0.75 * h_ * out.substeps;
     double stray_mm = 0;
     if (slab_) stray_mm += 0.5 * h_;
     if (out.substeps > 1) {
-      stray_mm += way_mm < steps_mm ? 0.5 * std::sqrt(steps_mm * steps_mm - way_mm * way_mm) : steps_mm;
+      stray_mm += motion_mm < steps_mm ? 0.5 * std::sqrt(steps_mm * steps_mm - motion_mm * motion_mm) : steps_mm;
     }
     const bool cut =
         out.substeps > 0 && std::abs(in.rpm) >= kMinRpm && !slab_ && (out.status & (kLagging | kCoupledAsleep)) == 0;
     // In free air the tool moves towards the handle.
-    if (out.substeps > 1 && way_mm > steps_mm) watch_->Move(X_WT_, in.X_WH, stray_mm, false);
+    if (out.substeps > 1 && motion_mm > steps_mm) watch_->Move(X_WT_, in.X_WH, stray_mm, false);
     watch_->Move(X_WT_, out.X_WT, stray_mm, cut);
   }
   X_WT_ = out.X_WT;
@@ -379,17 +379,18 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
   const double scale = std::min(1.0, peak / d.force_map.expected_peak_N);
   const Vec3& asked = out.coupled.f_H_W_N;
   if (!(glm::length(f) <= std::max(glm::length(d.f_N), scale * glm::length(asked)) * (1 + 1e-12))) {
-    Fail("I2",
-         fmt::format("the device gets {} N for {} N, at a scale of {}", glm::length(f), glm::length(asked), scale));
+    Fail("I2", fmt::format("the device gets {} N for a requested {} N, at a scale of {}", glm::length(f),
+                           glm::length(asked), scale));
   }
   if (out.faults == kHapticOk && (out.force.status & (kForceMapSlewLimited | kForceMapThermalLimited)) == 0) {
     const double off = glm::length(glm::cross(f, asked));
     if (!(off <= 1e-9 * glm::length(f) * glm::length(asked)) || glm::dot(f, asked) < 0) {
-      Fail("I2", fmt::format("the device gets {} N for {} N: another direction", Text(f), Text(asked)));
+      Fail("I2", fmt::format("the device gets {} N for a requested {} N: the direction differs", Text(f), Text(asked)));
     }
     if (out.force.ramp == 1 && (out.force.status & kForceMapForceLimited) == 0 &&
         !(glm::length(f - scale * asked) <= 1e-12 * peak)) {
-      Fail("I2", fmt::format("the device gets {} N for {} N, at a scale of {}", Text(f), Text(asked), scale));
+      Fail("I2",
+           fmt::format("the device gets {} N for a requested {} N, at a scale of {}", Text(f), Text(asked), scale));
     }
   }
   d.f_N = f;

@@ -29,7 +29,7 @@ struct Cut {
 };
 
 /// Returns the violations after `change` has been applied to the outputs.
-std::map<std::string, std::string> TellWith(const std::function<void(std::vector<CoupledOutput>&)>& change) {
+std::map<std::string, std::string> FindViolations(const std::function<void(std::vector<CoupledOutput>&)>& change) {
   static const Cut cut;
   CoupledSimulation simulation(MakeBox({}, {10, 3, 6}, 0.2), DiscParams(), cut.X_start);
   Invariants invariants(simulation, cut.X_start, {.watch_bone = false, .report = false});
@@ -40,7 +40,7 @@ std::map<std::string, std::string> TellWith(const std::function<void(std::vector
 }
 
 TEST(Invariants, HoldInAnUnmodifiedCut) {
-  EXPECT_TRUE(TellWith([](auto&) {}).empty());
+  EXPECT_TRUE(FindViolations([](auto&) {}).empty());
 }
 
 TEST(Invariants, EachDetectsItsFault) {
@@ -85,7 +85,7 @@ TEST(Invariants, EachDetectsItsFault) {
       {"I17", [](auto& o) { o[250].tau_H_W_Nmm.x += 1; }},
   };
   for (std::size_t i = 0; i < std::size(faults); ++i) {
-    const auto violations = TellWith(faults[i].change);
+    const auto violations = FindViolations(faults[i].change);
     EXPECT_TRUE(violations.contains(faults[i].invariant)) << i;
     for (const auto& [invariant, text] : violations) EXPECT_NE(text.find("tick "), std::string::npos);
   }
@@ -122,7 +122,7 @@ TEST(Invariants, DampersForceMustMatchItsSpeed) {
 }
 
 TEST(Invariants, AFailureNamesTheTickAndTheFigureOnce) {
-  const auto violations = TellWith([](auto& o) {
+  const auto violations = FindViolations([](auto& o) {
     for (int i = 250; i < 260; ++i) o[static_cast<std::size_t>(i)].removed_mm3 = -0.5;
   });
   ASSERT_EQ(violations.size(), 1u);

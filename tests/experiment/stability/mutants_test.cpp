@@ -175,7 +175,7 @@ TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {
   // must not use the list: the bone must be the one that a cutter without a list would leave.
   constexpr double h = 0.1;
   const Bone bone = test::MakeBox(Pose{}, {40, 3, 20}, h);
-  const auto cut_anew = [&](const Pose& a, const Pose& b, const Pose& c) {
+  const auto cut_without_list = [&](const Pose& a, const Pose& b, const Pose& c) {
     Bone copy = bone;
     BoneField field(copy);
     Cutter(field, kSaw, CutWith::kEdge).Cut(a, a);
@@ -196,7 +196,7 @@ TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {
     cutter.Lift();
     cutter.Cut(from, to);
     field.Settle();
-    EXPECT_EQ(copy.CalcHash(), cut_anew(first, from, to)) << n;
+    EXPECT_EQ(copy.CalcHash(), cut_without_list(first, from, to)) << n;
   }
 }
 

@@ -124,7 +124,7 @@ TEST(ScenarioFaults, BreakThroughCutsThroughAThinPlate) {
   StabilitySubject subject = MakeRunSubject();
   subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 3));
   const ScenarioResult result = FindScenario("break_through").run(subject, 1);
-  const double fraction = Figure(result, "force against the feed, after over before").value;
+  const double fraction = Figure(result, "force against the feed, ratio of after to before").value;
   EXPECT_GE(fraction, 0);
   EXPECT_LT(fraction, 1.5);
   EXPECT_EQ(result.what.find("did not break through"), std::string::npos);

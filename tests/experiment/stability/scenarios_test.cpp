@@ -117,10 +117,10 @@ TEST(Scenarios, ToleratedBurstDoesNotTripTheWatchdogAtAnyRate) {
   for (const double rate_hz : {250.0, 500.0}) {
     StabilitySubject subject = MakeListedSubject();
     subject.setup = test::HeldBlock("omega_6", "H3", {}, 1 / rate_hz);
-    const ScenarioResult borne = FindListedScenario("burst_50ms").run(subject, 1);
-    EXPECT_TRUE(borne.holds()) << rate_hz << " " << Describe(borne);
-    EXPECT_NE(FindFigure(borne, "noise above 20 Hz"), nullptr) << rate_hz;
-    EXPECT_EQ(FindFigure(borne, "ticks without force"), nullptr) << rate_hz;
+    const ScenarioResult tolerated = FindListedScenario("burst_50ms").run(subject, 1);
+    EXPECT_TRUE(tolerated.holds()) << rate_hz << " " << Describe(tolerated);
+    EXPECT_NE(FindFigure(tolerated, "noise above 20 Hz"), nullptr) << rate_hz;
+    EXPECT_EQ(FindFigure(tolerated, "ticks without force"), nullptr) << rate_hz;
     subject.setup.watchdog_ms = 20;
     const ScenarioResult tripped = FindListedScenario("burst_50ms").run(subject, 1);
     EXPECT_TRUE(tripped.holds()) << rate_hz << " " << Describe(tripped);
@@ -223,11 +223,11 @@ INSTANTIATE_TEST_SUITE_P(
     All, SpoiltScenario,
     testing::Values(Spoilt{"press_1N", kNoise, TooStiff}, Spoilt{"press_5N", "sustained oscillation", TooStiff},
                     Spoilt{"press_20N", kNoise, TooStiff},
-                    Spoilt{"blow_50mm_per_s", "rebound speed over impact speed", Late},
-                    Spoilt{"blow_200mm_per_s", "rebound speed over impact speed", Late},
-                    Spoilt{"blow_500mm_per_s", "rebound speed over impact speed", Late},
-                    Spoilt{"blow_turning_50mm_per_s", "rebound speed over impact speed", Late},
-                    Spoilt{"blow_turning_500mm_per_s", "rebound speed over impact speed", Late},
+                    Spoilt{"blow_50mm_per_s", "ratio of rebound speed to impact speed", Late},
+                    Spoilt{"blow_200mm_per_s", "ratio of rebound speed to impact speed", Late},
+                    Spoilt{"blow_500mm_per_s", "ratio of rebound speed to impact speed", Late},
+                    Spoilt{"blow_turning_50mm_per_s", "ratio of rebound speed to impact speed", Late},
+                    Spoilt{"blow_turning_500mm_per_s", "ratio of rebound speed to impact speed", Late},
                     Spoilt{"orbits", kEnergy, Late}, Spoilt{"cut_1N", kNoise, TooStiff},
                     Spoilt{"cut_5N", kNoise, TooStiff}, Spoilt{"cut_20N", kNoise, TooStiff},
                     Spoilt{"sideways_in_kerf", kNoise, TooStiff},

@@ -43,7 +43,7 @@ struct Rounds {
   double max_N = 0;
 };
 
-Rounds GoRounds(int rounds, double rpm, bool stiff, double damping_fraction, std::uint64_t seed) {
+Rounds RunRounds(int rounds, double rpm, bool stiff, double damping_fraction, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   Rounds all;
   for (int i = 0; i < rounds; ++i) {
@@ -52,7 +52,7 @@ Rounds GoRounds(int rounds, double rpm, bool stiff, double damping_fraction, std
     const HandOrbit orbit = DrawOrbit(random, 4, 10, rpm != 0);
     WatchedLoop saw(test::BlockOfBone(rpm == 0 ? 0.4 : 0.2, Vec3(26, 6, 12)), setup, test::AboveOrbit(orbit));
     PortEnergy energy;
-    test::GoRound(saw, orbit, rpm, [&](const ClosedLoopTick& tick) {
+    test::FollowOrbit(saw, orbit, rpm, [&](const ClosedLoopTick& tick) {
       energy = tick.energy;
       const CoupledOutput& out = tick.out.coupled;
       all.cut_mJ += out.cut_mJ;
@@ -81,7 +81,7 @@ TEST(ClosedLoopST3, StoppedSawReturnsNoEnergyAtAnyTick) {
   const int rounds =
       static_cast<int>(std::ceil(std::max(20.0, 50 * Effort())));  // with fewer, too little energy is exchanged
   for (const bool stiff : {false, true}) {
-    const Rounds all = GoRounds(rounds, 0.0, stiff, 1.0, stiff ? 2 : 1);
+    const Rounds all = RunRounds(rounds, 0.0, stiff, 1.0, stiff ? 2 : 1);
     const std::string which = stiff ? ", stiffest coupling allowed" : ", 1 N/mm requested";
     EXPECT_GT(all.exchanged_mJ, 10);
     EXPECT_GT(all.max_N, 1);
@@ -94,7 +94,7 @@ TEST(ClosedLoopST3, StoppedSawReturnsNoEnergyAtAnyTick) {
 // Shows that the test above can detect a fault: the orbits are the same, without the damper that the coupling now has.
 TEST(ClosedLoopST3, HeldForceReturnsEnergyWithoutItsDamper) {
   Verdict verdict("without the damper the test fails, as it should");
-  const Rounds all = GoRounds(24, 0.0, true, 0.0, 2);
+  const Rounds all = RunRounds(24, 0.0, true, 0.0, 2);
   verdict.AtLeast("orbits, out of 24, that return more than the tolerance", all.overdrawn_rounds, 3);
   verdict.AtMost("minimum energy at the motors", all.lowest_mJ, -0.02, "mJ");
 }
@@ -111,7 +111,7 @@ TEST(ClosedLoopST4, RunningSawReturnsNoMoreThanItsSpindlePutInAtAnyTick) {
   const int rounds =
       static_cast<int>(std::ceil(std::max(20.0, 50 * Effort())));  // with fewer, too little energy is exchanged
   for (const bool stiff : {false, true}) {
-    const Rounds all = GoRounds(rounds, 7500.0, stiff, 1.0, stiff ? 4 : 3);
+    const Rounds all = RunRounds(rounds, 7500.0, stiff, 1.0, stiff ? 4 : 3);
     const std::string which = stiff ? ", stiffest coupling allowed" : ", 1 N/mm requested";
     EXPECT_GT(all.exchanged_mJ, 10);
     EXPECT_GT(all.spindle_mJ, 0.001);

@@ -101,7 +101,7 @@ struct Gaps {
   }
 };
 
-TimingRounds GoRounds(const TimingFaults& timing, int rounds, double rpm, bool stiff, std::uint64_t seed) {
+TimingRounds RunRounds(const TimingFaults& timing, int rounds, double rpm, bool stiff, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   TimingRounds all;
   for (int i = 0; i < rounds; ++i) {
@@ -118,11 +118,11 @@ TimingRounds GoRounds(const TimingFaults& timing, int rounds, double rpm, bool s
     PortEnergy energy;
     const double K = setup.coupled.coupling.stiffness_N_per_mm * ForceMap(setup.profile, {}).force_scale();
     Gaps gaps;
-    test::GoRound(saw, orbit, rpm, [&](const ClosedLoopTick& tick) {
+    test::FollowOrbit(saw, orbit, rpm, [&](const ClosedLoopTick& tick) {
       energy = tick.energy;
       gaps.Add(tick, K);
-      const double lacks_mJ = -(energy.motor_mJ + energy.spindle_mJ) - gaps.mJ - energy.held_mJ;
-      all.unexplained = std::max(all.unexplained, lacks_mJ / std::max(1e-3, 1e-3 * energy.exchanged_mJ));
+      const double unexplained_mJ = -(energy.motor_mJ + energy.spindle_mJ) - gaps.mJ - energy.held_mJ;
+      all.unexplained = std::max(all.unexplained, unexplained_mJ / std::max(1e-3, 1e-3 * energy.exchanged_mJ));
     });
     all.overdrawn = std::max(all.overdrawn, saw.overdrawn);
     all.lowest_mJ = std::min(all.lowest_mJ, energy.lowest_mJ);
@@ -166,7 +166,7 @@ TEST(ClosedLoopST8, JitterCausesNoNoiseAndReturnsNoEnergy) {
   double of_held = 0;
   for (const Fault& fault : faults) {
     for (const bool stiff : {false, true}) {
-      const TimingRounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(9 * Effort())), 0.0, stiff, 7);
+      const TimingRounds all = RunRounds(fault.timing, static_cast<int>(std::ceil(9 * Effort())), 0.0, stiff, 7);
       overdrawn = std::max(overdrawn, all.overdrawn);
       handle_mJ = std::min(handle_mJ, all.lowest_handle_mJ);
       of_held = std::max(of_held, all.of_held);
@@ -199,7 +199,7 @@ TEST(ClosedLoopST9, LostTicksLeaveTheLoopBounded) {
   for (const Fault& fault : faults) {
     for (const double rpm : {0.0, 7500.0}) {
       const bool burst = fault.timing.burst_s > 0.01;
-      const TimingRounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(6 * Effort())), rpm, true, 9);
+      const TimingRounds all = RunRounds(fault.timing, static_cast<int>(std::ceil(6 * Effort())), rpm, true, 9);
       peak = std::max(peak, all.peak_fraction);
       unexplained = std::max(unexplained, all.unexplained);
       if (burst) {

@@ -123,15 +123,15 @@ TEST(ClosedLoopST11, RegrippedAndReleasedHandleLeavesTheBoneWithoutAKick) {
         saw.loop.device().SetHand(FindHandModel("H0"));
         saw.loop.device().SetIntention({.X_WH = start});
         saw.largest_N = 0;
-        double most = 0;
+        double max_mm_per_s = 0;
         ClosedLoopTick tick;
         for (int i = 0; i < 1200; ++i) {
           tick = saw.Step(rpm);
-          most = std::max(most, glm::length(tick.v_WC_mm_per_s));
+          max_mm_per_s = std::max(max_mm_per_s, glm::length(tick.v_WC_mm_per_s));
         }
         EXPECT_LT(glm::length(saw.loop.device().force_N()), 1e-9) << profile;  // out of contact with the bone
         kick = std::max(kick, saw.largest_N / hold_N);
-        speed = std::max(speed, most / spring_mm_per_s);
+        speed = std::max(speed, max_mm_per_s / spring_mm_per_s);
         largest_step_N = std::max(largest_step_N, saw.largest_rise_N / setup.profile.peak_force_N);
         handle_mJ = std::min(handle_mJ, tick.energy.lowest_handle_mJ);
         overdrawn = std::max(overdrawn, saw.overdrawn);

@@ -83,13 +83,13 @@ TEST(ClosedLoopST13, TheSearchFindsAPlantedInstability) {
   subject.setup.profile.friction_N = 0;
   subject.setup.profile.own_damping_Ns_per_mm = 0;
   subject.setup.loop_gain = 8;
-  double least = 1e9;
+  double smallest = 1e9;
   for (int seed = 1; seed <= (test::Effort() < 1 ? 1 : 3); ++seed) {
     const Worst found = FindWorst(subject, AttackGoal::kNoise, {40, static_cast<std::uint64_t>(seed), false});
     Report("planted instability", found);
-    least = std::min(least, found.result.NoiseFraction());
+    smallest = std::min(smallest, found.result.NoiseFraction());
   }
-  verdict.AtLeast("noise found relative to the bound", least, 1);
+  verdict.AtLeast("noise found relative to the bound", smallest, 1);
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ struct WatchedLoop {
 
 /// Moves the hand down to the start of the orbit and along the orbit. Calls `each(tick)` after each tick of the orbit.
 template <typename Each>
-void GoRound(WatchedLoop& saw, const HandOrbit& orbit, double rpm, Each&& each) {
+void FollowOrbit(WatchedLoop& saw, const HandOrbit& orbit, double rpm, Each&& each) {
   const double period_s = saw.loop.setup().period_s;
   const Intention first = orbit.At(0);
   Pose above = first.X_WH;

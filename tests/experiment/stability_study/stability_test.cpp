@@ -50,10 +50,10 @@ TEST(FirstTouch, OfADiscIsWhereItsRimTouchesTheFace) {
   EXPECT_NEAR(down.time_s, 2, 0.25 / 2 + 0.03);
   EXPECT_NEAR(down.X_WT.p_AB.z, 11 + 0.3 + 0.25 / 4, 0.03);
   EXPECT_NEAR(down.into_W.z, -1, 1e-12);
-  const FirstTouch aslant = Touch(Stroke("[-4, 0, 15]", "[4, 0, 7]", "[0, 1, 0]"));
-  EXPECT_NEAR(aslant.into_W.x, std::sqrt(0.5), 1e-9);
-  EXPECT_NEAR(aslant.into_W.z, -std::sqrt(0.5), 1e-9);
-  EXPECT_NEAR(aslant.X_WT.p_AB.z, 11 + std::sqrt(0.5) * (0.3 + 0.25 / 4), 0.03);
+  const FirstTouch oblique = Touch(Stroke("[-4, 0, 15]", "[4, 0, 7]", "[0, 1, 0]"));
+  EXPECT_NEAR(oblique.into_W.x, std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(oblique.into_W.z, -std::sqrt(0.5), 1e-9);
+  EXPECT_NEAR(oblique.X_WT.p_AB.z, 11 + std::sqrt(0.5) * (0.3 + 0.25 / 4), 0.03);
 }
 
 TEST(FirstTouch, OfABallAndOfALaterStroke) {
@@ -214,14 +214,14 @@ TEST(JudgeStability, NamesEachFigureAndMarginThatDoesNotHold) {
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre("calm: figure is 30 mN, at most 20 is allowed",
                                           HasSubstr("near: figure is nan mN"), HasSubstr("in the hand H1: it is not"),
-                                          HasSubstr("tolerates 0 ticks of additional delay, at least 1 is required"),
-                                          HasSubstr("the gain margin is 1.99, at least 2 is required")));
+                                          HasSubstr("tolerates 0 ticks of additional delay, at least 1 required"),
+                                          HasSubstr("the gain margin is 1.99, at least 2 required")));
   EXPECT_FALSE(study.stable());
   // A handle that is released has no required margins, unless it is the scene's own hand.
   study = MakeStudy();
   study.margins.back().own = true;
   JudgeStability(study);
-  EXPECT_THAT(study.findings, ElementsAre(HasSubstr("in the hand H0: the gain margin is 0.5, at least 2 is required")));
+  EXPECT_THAT(study.findings, ElementsAre(HasSubstr("in the hand H0: the gain margin is 0.5, at least 2 required")));
   // A scenario without measured figures has shown nothing.
   study = MakeStudy();
   study.scenarios[0].figures.clear();
@@ -234,7 +234,7 @@ TEST(JudgeStability, CountsWhatCouldNotBeJudged) {
   StabilityStudy study = MakeStudy();
   study.scenarios[0].unjudged = "The tool was through the bone too soon for the noise to be judged.";
   study.margins[3].margins = {};
-  study.margins[3].margins.unjudged = "the tool is through the bone too soon";
+  study.margins[3].margins.unjudged = "the tool cuts through the bone too soon";
   study.margins[2].margins.delay_ticks = 0;  // beyond the delays that could be tried: undecided
   study.margins[2].margins.delay_beyond = true;
   JudgeStability(study);
@@ -242,12 +242,12 @@ TEST(JudgeStability, CountsWhatCouldNotBeJudged) {
   EXPECT_TRUE(study.stable());
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kNotJudged);
   // The skipped scenario, another hand without friction, and a released handle are not required.
-  EXPECT_EQ(DescribeVerdict(study), "Stable in what could be judged: 1 of 2 scenarios, 1 of 3 margins.");
+  EXPECT_EQ(DescribeVerdict(study), "Stable as far as could be judged: 1 of 2 scenarios, 1 of 3 margins.");
   EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H3,cutting,true,,,,,not_judged\n"));
   const std::string report = FormatStabilityReport(study);
   EXPECT_THAT(report, HasSubstr("| calm | The tool was through the bone too soon for the noise to be judged. | | | not "
                                 "judged |"));
-  EXPECT_THAT(report, HasSubstr("not judged: the tool is through the bone too soon | not judged |"));
+  EXPECT_THAT(report, HasSubstr("not judged: the tool cuts through the bone too soon | not judged |"));
   // A figure that violates its bound still counts as a failure.
   study.scenarios[0].figures[0].value = 30;
   EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kBroken);
@@ -275,7 +275,7 @@ TEST(JudgeProfiles, UsesTheWorstState) {
   row.hand = row.fitted_to = "H3";
   row.margins.fill({3, false, 1, false, {}});
   EXPECT_EQ(Judge(row), Judgement::kHolds);
-  row.margins[1].unjudged = "the tool is through the bone too soon";
+  row.margins[1].unjudged = "the tool cuts through the bone too soon";
   EXPECT_EQ(Judge(row), Judgement::kNotJudged);
   EXPECT_THAT(FormatProfilesTable({row}), HasSubstr("3 / 1, not all states judged |"));
   row.margins[2].gain = 1.5;

@@ -141,9 +141,9 @@ TEST(SweepRows, RatioBelowTheRangeIsRefusedAndTheMinimumDoesNotFail) {
   const SweepRow below = Try(scene, {{"effects.tangential_force.ratio", 0.2}});
   EXPECT_EQ(below.verdict, SweepVerdict::kRefused);
   EXPECT_THAT(below.reason, HasSubstr("ratio"));
-  const SweepRow least = Try(scene, {{"effects.tangential_force.ratio", 0.6}});
-  EXPECT_NE(least.verdict, SweepVerdict::kFail) << least.reason;
-  EXPECT_THAT(least.warnings, testing::Contains(HasSubstr("below the measured 1.4 to 1.8")));
+  const SweepRow lowest = Try(scene, {{"effects.tangential_force.ratio", 0.6}});
+  EXPECT_NE(lowest.verdict, SweepVerdict::kFail) << lowest.reason;
+  EXPECT_THAT(lowest.warnings, testing::Contains(HasSubstr("below the measured 1.4 to 1.8")));
 }
 
 // Tests both ends of each key of hand, device, coupling and loop: the loop starts with every setting that passes the

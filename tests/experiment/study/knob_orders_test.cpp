@@ -14,7 +14,7 @@ namespace kerf {
 namespace {
 
 /// Returns the root mean square of the difference at the ticks of `coarse`, each taken at the end of its tick, N.
-double CalcApart(const std::vector<Vec3>& coarse, const std::vector<Vec3>& fine) {
+double CalcRmsDifference(const std::vector<Vec3>& coarse, const std::vector<Vec3>& fine) {
   const std::size_t stride = fine.size() / coarse.size();
   double sum = 0;
   for (std::size_t i = 0; i < coarse.size(); ++i) {
@@ -39,7 +39,7 @@ Orders Measure(const char* path_name, Holding holding, const std::vector<double>
   };
   const std::vector<Vec3> best = run(finest);
   Orders orders;
-  for (const double number : numbers) orders.apart_N.push_back(CalcApart(run(number), best));
+  for (const double number : numbers) orders.apart_N.push_back(CalcRmsDifference(run(number), best));
   orders.order = std::log(orders.apart_N.front() / orders.apart_N.back()) / std::log(numbers.front() / numbers.back());
   std::printf("%s %s:", path_name, holding == Holding::kHand ? "hand" : "path");
   for (std::size_t i = 0; i < numbers.size(); ++i) std::printf(" %g: %.3g mN;", numbers[i], 1000 * orders.apart_N[i]);

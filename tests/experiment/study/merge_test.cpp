@@ -188,7 +188,7 @@ TEST_F(StudyMerge, ReferencesThatContradictAreRefused) {
   const std::string again = RunShard("b", 0, 2);
   const StudyFolder changed(again);
   const StudyPlan plan = MakePlan(test::QuickSpec(), test::MakeQuickWork(log_).variant_of);
-  KeptReference kept = *changed.ReadReference(plan.cases[SplitPlan(plan, 2)[0].front()].reference);
+  StoredReference kept = *changed.ReadReference(plan.cases[SplitPlan(plan, 2)[0].front()].reference);
   kept.record.force_hash ^= 1;
   changed.WriteReference(kept);
   EXPECT_THAT(Fault({folder_.file("a"), again}, "out"), HasSubstr("contradict each other"));

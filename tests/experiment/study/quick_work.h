@@ -102,8 +102,8 @@ inline StudyWork MakeQuickWork(QuickWorkLog& log, const std::function<void(int)>
   work.run_for_costs = [&log, begin](const StudyPath& path, Holding holding, const StudySettings& settings,
                                      std::uint64_t ticks, std::optional<int>) {
     const int now = ++log.at_once;
-    int most = log.max_at_once;
-    while (now > most && !log.max_at_once.compare_exchange_weak(most, now)) {
+    int largest = log.max_at_once;
+    while (now > largest && !log.max_at_once.compare_exchange_weak(largest, now)) {
     }
     begin();
     {

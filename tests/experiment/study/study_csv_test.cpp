@@ -188,7 +188,7 @@ TEST(StudyCsv, DamageIsReportedWithFileAndLine) {
               HasSubstr("is not a whole number in base 16"));
   EXPECT_THAT(message_after("cases_times.csv", "hand-x-default-,300", "hand-y-default-,300"),
               HasSubstr("cases_times.csv:2: there is no case \"hand-y-default-\""));
-  EXPECT_THAT(message_after("cases_times.csv", ",300,", ",301,"), HasSubstr("is not that of bucket 301"));
+  EXPECT_THAT(message_after("cases_times.csv", ",300,", ",301,"), HasSubstr("is not the upper edge of bucket 301"));
   EXPECT_THAT(message_after("cases_times.csv", ",300,", ",99999,"), HasSubstr("bucket = 99999 is not one of"));
   EXPECT_THAT(message_after("references.csv", "error_bar_l2,", ""), HasSubstr("references.csv:1:"));
   EXPECT_THAT(message_after("study.json", "\"schema\": 1", "\"schema\": 7"), HasSubstr("schema 7 is not supported"));

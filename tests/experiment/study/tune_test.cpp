@@ -14,7 +14,7 @@
 namespace kerf {
 namespace {
 
-TuneCandidate Made(double error, double p99_us) {
+TuneCandidate MakeCandidate(double error, double p99_us) {
   TuneCandidate c;
   c.outcome.errors.emplace();
   c.force_p95 = error;
@@ -23,7 +23,7 @@ TuneCandidate Made(double error, double p99_us) {
   return c;
 }
 
-TuneOptions Asked(std::optional<double> budget_us, std::optional<double> error) {
+TuneOptions MakeTuneOptions(std::optional<double> budget_us, std::optional<double> error) {
   TuneOptions options;
   options.budget_us = budget_us;
   options.error = error;
@@ -31,29 +31,29 @@ TuneOptions Asked(std::optional<double> budget_us, std::optional<double> error) 
 }
 
 TEST(ChooseCandidate, TakesTheMostAccurateWithinTheTimeOrTheCheapestWithinTheError) {
-  const std::vector<TuneCandidate> all = {Made(0.10, 10), Made(0.05, 40), Made(0.02, 80), Made(0.01, 300),
-                                          Made(0.02, 70)};
-  EXPECT_EQ(ChooseCandidate(all, Asked(100, {}), 0), 4u);
-  EXPECT_EQ(ChooseCandidate(all, Asked(50, {}), 0), 1u);
-  EXPECT_EQ(ChooseCandidate(all, Asked(5, {}), 0), std::nullopt);
-  EXPECT_EQ(ChooseCandidate(all, Asked({}, 0.05), 0), 1u);
-  EXPECT_EQ(ChooseCandidate(all, Asked(75, 0.02), 0), 4u);
-  EXPECT_EQ(ChooseCandidate(all, Asked(60, 0.02), 0), std::nullopt);
+  const std::vector<TuneCandidate> all = {MakeCandidate(0.10, 10), MakeCandidate(0.05, 40), MakeCandidate(0.02, 80),
+                                          MakeCandidate(0.01, 300), MakeCandidate(0.02, 70)};
+  EXPECT_EQ(ChooseCandidate(all, MakeTuneOptions(100, {}), 0), 4u);
+  EXPECT_EQ(ChooseCandidate(all, MakeTuneOptions(50, {}), 0), 1u);
+  EXPECT_EQ(ChooseCandidate(all, MakeTuneOptions(5, {}), 0), std::nullopt);
+  EXPECT_EQ(ChooseCandidate(all, MakeTuneOptions({}, 0.05), 0), 1u);
+  EXPECT_EQ(ChooseCandidate(all, MakeTuneOptions(75, 0.02), 0), 4u);
+  EXPECT_EQ(ChooseCandidate(all, MakeTuneOptions(60, 0.02), 0), std::nullopt);
   // Below the reference's own error bar, all errors count as equal, and the cheapest candidate is chosen.
-  EXPECT_EQ(ChooseCandidate(all, Asked(1000, {}), 0.02), 4u);
+  EXPECT_EQ(ChooseCandidate(all, MakeTuneOptions(1000, {}), 0.02), 4u);
   // A candidate without complete measurements is not chosen.
-  std::vector<TuneCandidate> failed = {Made(0.01, 1)};
+  std::vector<TuneCandidate> failed = {MakeCandidate(0.01, 1)};
   failed[0].outcome.costs.reset();
-  EXPECT_EQ(ChooseCandidate(failed, Asked(1000, {}), 0), std::nullopt);
+  EXPECT_EQ(ChooseCandidate(failed, MakeTuneOptions(1000, {}), 0), std::nullopt);
 }
 
 RC_GTEST_PROP(ChooseCandidate, NothingThatFulfilsWhatIsAskedIsBetter, ()) {
   const auto errors = *rc::gen::container<std::vector<int>>(rc::gen::inRange(1, 50));
   std::vector<TuneCandidate> all;
-  for (const int e : errors) all.push_back(Made(0.01 * e, *rc::gen::inRange(1, 50)));
+  for (const int e : errors) all.push_back(MakeCandidate(0.01 * e, *rc::gen::inRange(1, 50)));
   const bool by_error = *rc::gen::arbitrary<bool>();
   const double bound = *rc::gen::inRange(1, 50);
-  const TuneOptions options = by_error ? Asked({}, 0.01 * bound) : Asked(bound, {});
+  const TuneOptions options = by_error ? MakeTuneOptions({}, 0.01 * bound) : MakeTuneOptions(bound, {});
   const auto chosen = ChooseCandidate(all, options, 0);
   for (const TuneCandidate& c : all) {
     if (by_error ? c.CalcError(0) > 0.01 * bound : c.p99_us() > bound) continue;
@@ -87,7 +87,7 @@ class TuneTest : public testing::Test {
 };
 
 TEST_F(TuneTest, ChoosesSettingsThatMeetTheErrorWhenMeasuredAgain) {
-  TuneOptions options = Asked(1e6, 0.05);  // any time is accepted: this does not test the machine
+  TuneOptions options = MakeTuneOptions(1e6, 0.05);  // any time is accepted: this does not test the machine
   options.ticks = 1000;
   options.seconds = 0.6;
   options.voxels_mm = {0.2, 0.1};
@@ -129,7 +129,7 @@ disc_normal = [0, 1, 0]
 
 TEST_F(TuneTest, JudgesTheWholePath) {
   WriteTextFile(file_, kPlate);
-  TuneOptions options = Asked(1e6, 1);
+  TuneOptions options = MakeTuneOptions(1e6, 1);
   options.holding = Holding::kPath;
   options.ticks = 1000;
   options.voxels_mm = {0.1};
@@ -175,7 +175,7 @@ TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
     const std::string before = "end_mm = [0, 0, 6.6]";
     WriteTextFile(file_, text.replace(text.find(before), before.size(), end));
   };
-  TuneOptions options = Asked(1e6, 1);
+  TuneOptions options = MakeTuneOptions(1e6, 1);
   options.holding = Holding::kPath;
   options.ticks = 1000;
   options.voxels_mm = {0.1};
@@ -225,7 +225,7 @@ TEST_F(TuneTest, AirBetweenStrokesDoesNotMakeTheErrorSmaller) {
                                                     "end_mm = [0, 0, 6]\nfeed_mm_per_s = 40\n"
                                                     "disc_normal = [0, 1, 0]\n",
                                                     up_mm, up_mm));
-    TuneOptions options = Asked(1e6, 1);
+    TuneOptions options = MakeTuneOptions(1e6, 1);
     options.holding = Holding::kPath;
     options.ticks = 1000;
     options.voxels_mm = {0.1};
@@ -256,10 +256,10 @@ TEST(TuneExtentWords, StateWhichStrokesAreMeasured) {
 }
 
 TEST_F(TuneTest, ReportsOptionsOutOfRange) {
-  EXPECT_THROW(Tune(file_, Asked({}, {})), Error);
-  EXPECT_THROW(Tune(file_, Asked(0.5, {})), Error);
-  EXPECT_THROW(Tune(file_, Asked({}, 2)), Error);
-  EXPECT_THROW(Tune(file_ + ".none", Asked(100, {})), Error);
+  EXPECT_THROW(Tune(file_, MakeTuneOptions({}, {})), Error);
+  EXPECT_THROW(Tune(file_, MakeTuneOptions(0.5, {})), Error);
+  EXPECT_THROW(Tune(file_, MakeTuneOptions({}, 2)), Error);
+  EXPECT_THROW(Tune(file_ + ".none", MakeTuneOptions(100, {})), Error);
 }
 
 }  // namespace

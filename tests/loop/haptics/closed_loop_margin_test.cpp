@@ -39,8 +39,8 @@ double ListenTo(HeldSaw& saw, double from_s, double to_s) {
   return 1000 * CalcHighPassRms(f, kDt_s, 20);
 }
 
-// Cutting teeth act as a strong damper, so what the hand feels of a saw in the bone is the coupling's spring. The rule
-// for a sampled spring predicts the limit: at 0.75 of it oscillations decay, at 1.4 of it they grow.
+// Cutting teeth act as a strong damper, so a hand whose saw is in the bone feels only the coupling's spring. The
+// rule for a sampled spring predicts the limit: at 0.75 of it oscillations decay, at 1.4 of it they grow.
 TEST(ClosedLoopMargin, AgreesWithTheRuleForASampledSpring) {
   for (const int delay : {0, 1, 2}) {
     HeldSawOptions options;

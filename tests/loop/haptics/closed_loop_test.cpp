@@ -129,7 +129,7 @@ HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& distur
     const Vec3 f = out.force.f_H_W_N;
     EXPECT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.z)) << i;
     EXPECT_LE(glm::length(f), peak) << i;
-    // A fault sets the force to zero at once. All other changes respect the slew.
+    // A fault sets the force to zero at once. All other changes respect the slew limit.
     if (out.faults == kHapticOk) {
       EXPECT_LE(glm::length(f - before), slew * std::min(dt, 0.1) * (1 + 1e-9)) << i;
     } else {

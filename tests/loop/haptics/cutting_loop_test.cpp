@@ -107,7 +107,7 @@ TEST(CuttingLoop, AReaderThatMeshesEndsUpWithTheSameBone) {
   loop.Stop();
   done = true;
   renderer.join();
-  while (loop.SendRest()) mirror.Update();
+  while (loop.SendRemaining()) mirror.Update();
   mirror.Update();
   EXPECT_GT(triangles, 0U);
   EXPECT_GT(seen, 0U);
@@ -174,7 +174,7 @@ TEST(CuttingLoop, NaNFromTheDeviceGivesZeroForceAndARampAfterwards) {
     if (tick == 524) just_after_N = force_N;
     return true;
   });
-  EXPECT_EQ(loop.end(), LoopEnd::kAsked);
+  EXPECT_EQ(loop.end(), LoopEnd::kRequested);
   EXPECT_GT(before_N, 0.05);
   EXPECT_EQ(during_N, 0);
   EXPECT_LT(just_after_N, 0.1 * before_N);  // 5 of 100 ticks into the ramp

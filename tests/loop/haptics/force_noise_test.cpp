@@ -108,8 +108,8 @@ TEST(ForceNoise, IsDueToTheEncoder) {
 }
 
 // Without encoder steps only the simulation's own noise remains. Whole voxels make the number of engaged teeth jump.
-// Since cutting is a damper here and not a spring, the hand feels at most a few mN of it; a spring of 1.5 N/mm against
-// a voxel of 0.2 mm would release 300 mN at once.
+// Since cutting acts as a damper here and not as a spring, the hand feels at most a few mN of it; a spring of 1.5 N/mm
+// against a voxel of 0.2 mm would release 300 mN at once.
 TEST(ForceNoise, WholeVoxelRemovalIsNoisierThanFractionalRemoval) {
   std::string table =
       "above 20 Hz, RMS, H2, 1.5 N/mm, 0.2 mm voxels, no encoder steps: fractional / whole voxels\n"

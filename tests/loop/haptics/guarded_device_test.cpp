@@ -64,7 +64,7 @@ TEST(GuardedDevice, RampThatBeganDuringATripRestarts) {
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_TRUE(inner.Trip(device));
   EXPECT_TRUE(inner.taken());
-  EXPECT_EQ(device.counts().passed_over, 1U);
+  EXPECT_EQ(device.counts().skipped, 1U);
   // The ramp's first value never reached the device, so continuing with the second would be a double step.
   EXPECT_TRUE(device.TakeTripped());
   device.Write({0.1, 0, 0}, Vec3{0});

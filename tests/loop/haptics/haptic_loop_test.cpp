@@ -1,4 +1,4 @@
-// Tests of the loop with a made-up body, with a simulated clock and in real time. None of them depends on the speed of
+// Tests of the loop with a fake body, with a simulated clock and in real time. None of them depends on the speed of
 // the machine.
 #include "loop/haptics/haptic_loop.h"
 
@@ -17,7 +17,7 @@
 namespace kerf {
 namespace {
 
-using test::MadeUpBody;
+using test::FakeBody;
 using test::RecordingDevice;
 
 constexpr std::int64_t kMs = 1'000'000;
@@ -26,7 +26,7 @@ struct Stage {
   RecordingDevice inner;
   GuardedDevice device{inner};
   VirtualClock clock;
-  MadeUpBody body{device};
+  FakeBody body{device};
   LoopParams params;
 };
 
@@ -36,7 +36,7 @@ TEST(HapticLoop, TicksOnceAPeriodOnAClockThatKeepsUp) {
   loop.RunHere(1000);
   EXPECT_EQ(loop.counts().ticks, 1000U);
   EXPECT_EQ(loop.counts().missed, 0U);
-  EXPECT_EQ(loop.end(), LoopEnd::kAsked);
+  EXPECT_EQ(loop.end(), LoopEnd::kRequested);
   EXPECT_EQ(s.clock.Now(), 1000 * kMs);
   for (std::size_t i = 0; i < s.body.dt.count; ++i) EXPECT_EQ(s.body.dt.values[i], 0.001);
   EXPECT_EQ(loop.tick_times().total(), 1000U);
@@ -167,7 +167,7 @@ TEST(HapticLoop, SendsEveryChangedLeafDespiteShortQueueAndRing) {
   });
   ASSERT_EQ(mirror.size(), 150U);
   for (int leaf = 0; leaf < 150; ++leaf) {
-    EXPECT_EQ(mirror.at(MadeUpBody::IndexOf(leaf)), s.body.leaves[static_cast<std::size_t>(leaf)]) << leaf;
+    EXPECT_EQ(mirror.at(FakeBody::IndexOf(leaf)), s.body.leaves[static_cast<std::size_t>(leaf)]) << leaf;
   }
 }
 
@@ -209,7 +209,7 @@ TEST(LiveLoop, WatchdogSetsZeroForceWhenATickHangs) {
   RecordingDevice inner;
   GuardedDevice device(inner);
   MonotonicClock clock;
-  MadeUpBody body(device);
+  FakeBody body(device);
   std::atomic<bool> hang{false};
   std::atomic<bool> hanging{false};
   body.during = [&] {
@@ -232,7 +232,7 @@ TEST(LiveLoop, WatchdogSetsZeroForceWhenATickHangs) {
   WaitFor([&] { return inner.force_x_N > 1; });  // the force returns, from zero
   EXPECT_GT(body.ramps, ramps_before);
   loop.Stop();
-  EXPECT_EQ(loop.end(), LoopEnd::kAsked);
+  EXPECT_EQ(loop.end(), LoopEnd::kRequested);
   EXPECT_EQ(inner.force_x_N, 0);
   EXPECT_NEAR(device.counts().largest_step_N, 0.1, 1e-9);
   EXPECT_EQ(inner.two_at_once, 0);
@@ -243,7 +243,7 @@ TEST(LiveLoop, ReportsWhatTheSystemGrants) {
   RecordingDevice inner;
   GuardedDevice device(inner);
   MonotonicClock clock;
-  MadeUpBody body(device);
+  FakeBody body(device);
   HapticLoop loop(body, device, clock, LoopParams{});
   loop.Start();
   WaitFor([&] { return inner.writes > 20; });
@@ -262,7 +262,7 @@ TEST(LiveLoop, StopsSafelyWhileOthersRead) {
     RecordingDevice inner;
     GuardedDevice device(inner);
     MonotonicClock clock;
-    MadeUpBody body(device);
+    FakeBody body(device);
     body.MakeLeaves(50);
     LoopParams params;
     params.rate_hz = 4000;

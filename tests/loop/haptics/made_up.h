@@ -47,9 +47,9 @@ class RecordingDevice : public Device {
 
 /// Body whose force ramps up by 0.1 N per tick to 5 N and which makes random changes to its leaves. Calls `during` in
 /// each tick.
-class MadeUpBody : public LoopBody {
+class FakeBody : public LoopBody {
  public:
-  explicit MadeUpBody(GuardedDevice& device) : device_(device) {}
+  explicit FakeBody(GuardedDevice& device) : device_(device) {}
 
   bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override {
     dt.push_back_if_room(dt_s);

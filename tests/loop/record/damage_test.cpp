@@ -43,15 +43,15 @@ class DamagedRecordings : public ::testing::Test {
     return "";
   }
 
-  /// Writes a recording that consists of two copies of its head, an input, four blocks of steps (an event follows the
+  /// Writes a recording that consists of two copies of its header, an input, four blocks of steps (an event follows the
   /// first, a piece the second), an end and a seal.
   std::string Record(const std::string& name, const std::optional<SealKey>& key = std::nullopt) const {
-    RecordingHead head;
-    head.scene_toml = "x = 1\n";
-    head.voxel_mm = 0.1;
-    head.rate_hz = 40;
+    RecordingHeader header;
+    header.scene_toml = "x = 1\n";
+    header.voxel_mm = 0.1;
+    header.rate_hz = 40;
     fs::remove(Path(name));
-    RecordingWriter writer(Path(name), head, {{"/a/path.csv", "1,2,3"}}, key);
+    RecordingWriter writer(Path(name), header, {{"/a/path.csv", "1,2,3"}}, key);
     constexpr std::uint64_t kSteps = 4 * kStepsInBlock;
     for (std::uint64_t i = 0; i < kSteps; ++i) {
       if (i == kStepsInBlock) writer.AddEvent({0, 0, "checkpoint", "first", 1});
@@ -77,7 +77,7 @@ class DamagedRecordings : public ::testing::Test {
     BlockReader reader(Path("split.kerf"));
     std::vector<std::string> parts{std::string(kRecordingMagic)};
     for (const BlockPlace& place : reader.places()) {
-      parts.push_back(bytes.substr(place.offset - kBlockHeadBytes, kBlockHeadBytes + place.packed_bytes));
+      parts.push_back(bytes.substr(place.offset - kBlockHeaderBytes, kBlockHeaderBytes + place.packed_bytes));
     }
     return parts;
   }
@@ -92,15 +92,15 @@ class DamagedRecordings : public ::testing::Test {
     BlockLink link = FirstLink();
     for (std::size_t i = 1; i < parts.size(); ++i) {
       const std::string_view block = parts[i];
-      BlockHead head = ParseBlockHead(block.substr(0, kBlockHeadBytes));
-      std::string bytes = Unpack(std::string(block.substr(kBlockHeadBytes)), MostBytes(head.kind));
-      if (chain && head.kind == BlockKind::kSeal) {
+      BlockHeader header = ParseBlockHeader(block.substr(0, kBlockHeaderBytes));
+      std::string bytes = Unpack(std::string(block.substr(kBlockHeaderBytes)), MaxUnpackedBytes(header.kind));
+      if (chain && header.kind == BlockKind::kSeal) {
         SealBlock seal = ParseSeal(bytes);
         seal.digest = link.digest;
         bytes = FormatSeal(seal);
       }
-      parts[i] = FormatBlock(head.kind, bytes, static_cast<std::uint32_t>(i - 1), chain ? &link : &head.before);
-      link = LinkAfter(head.kind, parts[i], {});
+      parts[i] = FormatBlock(header.kind, bytes, static_cast<std::uint32_t>(i - 1), chain ? &link : &header.before);
+      link = LinkAfter(header.kind, parts[i], {});
     }
     return Join(parts);
   }
@@ -131,7 +131,7 @@ TEST_F(DamagedRecordings, AnyFlippedBitIsDetectedAndCostsAtMostOneBlock) {
     // All blocks except the one that contains this byte; all of them for a byte of the first line.
     Offsets others = all;
     if (at >= kRecordingMagic.size()) {
-      auto next = all.upper_bound(at + kBlockHeadBytes);
+      auto next = all.upper_bound(at + kBlockHeaderBytes);
       others.erase(*std::prev(next));
     }
     for (int bit = 0; bit < 8; ++bit) {
@@ -175,16 +175,17 @@ TEST_F(DamagedRecordings, ReportsWhatIsMissing) {
             "the steps from 0.000 to 0.500 s, from 0.750 to 1.000 s are damaged: 30 of 40 ticks");
   EXPECT_EQ(spoil({9}).damage().whole_steps, 30u);
   // Each block contains the kind of the preceding one.
-  EXPECT_EQ(spoil({1}).DescribeDamage(), "one of the two copies of its head is damaged");
-  EXPECT_EQ(spoil({2}).DescribeDamage(), "one of the two copies of its head is damaged");
+  EXPECT_EQ(spoil({1}).DescribeDamage(), "one of the two copies of its header is damaged");
+  EXPECT_EQ(spoil({2}).DescribeDamage(), "one of the two copies of its header is damaged");
   EXPECT_EQ(spoil({3}).DescribeDamage(), "an input of its scene is damaged");
   EXPECT_EQ(spoil({5}).DescribeDamage(), "an event is damaged");
-  EXPECT_EQ(spoil({10}).DescribeDamage(), "the block that describes its end is damaged; no end after 1.000 s");
+  EXPECT_EQ(spoil({10}).DescribeDamage(),
+            "the block that describes its end is damaged; its end after 1.000 s is missing");
   EXPECT_EQ(spoil({11}).DescribeDamage(), "its seal is damaged");
   EXPECT_EQ(spoil({11}).damage().state, RecordingState::kDamaged);
   EXPECT_EQ(spoil({6, 11}).DescribeDamage(),
             "the steps from 0.250 to 0.500 s are damaged: 10 of 40 ticks; its seal is damaged");
-  EXPECT_THAT(spoil({10, 11}).DescribeDamage(), HasSubstr("bytes are damaged; no end after 1.000 s"));
+  EXPECT_THAT(spoil({10, 11}).DescribeDamage(), HasSubstr("bytes are damaged; its end after 1.000 s is missing"));
   const std::string whole = Join(parts);
   // Removes the last byte of the seal, all but one of its bytes, or all of it.
   for (const std::size_t left_out : {std::size_t{1}, parts.back().size() - 1, parts.back().size()}) {
@@ -198,14 +199,14 @@ TEST_F(DamagedRecordings, ReportsWhatIsMissing) {
   const RecordingReader piece = spoil({7});
   EXPECT_EQ(piece.DescribeDamage(), "a piece of bone is damaged");
   EXPECT_EQ(piece.damage().whole_steps, 25u);
-  EXPECT_THAT(Failure([&] { spoil({1, 2}); }), HasSubstr("damaged in its head"));
+  EXPECT_THAT(Failure([&] { spoil({1, 2}); }), HasSubstr("damaged in its header"));
 
   // The recording is cut short at the end of a block, and within one.
   std::vector<std::string> cut(parts.begin(), parts.begin() + 9);
-  EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.750 s: no end");
+  EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.750 s: its end is missing");
   EXPECT_EQ(Open(Join(cut)).damage().state, RecordingState::kCutShort);
   cut.back().resize(cut.back().size() / 2);
-  EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.500 s: no end");
+  EXPECT_EQ(Open(Join(cut)).DescribeDamage(), "cut short at 0.500 s: its end is missing");
   EXPECT_EQ(Open(Join(cut)).damage().state, RecordingState::kCutShort);
   // Some bytes do not belong to a block.
   std::vector<std::string> more = parts;
@@ -227,8 +228,8 @@ TEST_F(DamagedRecordings, ForgedBlockBreaksTheChain) {
     EXPECT_THAT(reader.DescribeDamage(), HasSubstr("chain is broken")) << what;
   };
   const auto remake = [&](std::size_t i, const std::string& bytes) {
-    const BlockHead head = ParseBlockHead(std::string_view(parts[i]).substr(0, kBlockHeadBytes));
-    return FormatBlock(head.kind, bytes, head.number, &head.before);
+    const BlockHeader header = ParseBlockHeader(std::string_view(parts[i]).substr(0, kBlockHeaderBytes));
+    return FormatBlock(header.kind, bytes, header.number, &header.before);
   };
   std::vector<std::string> changed = parts;
   changed[5] = remake(5, R"({"step":10,"time_s":0.25,"what":"checkpoint","name":"other","number":1})");
@@ -256,8 +257,8 @@ TEST_F(DamagedRecordings, RecomputedChainIsDetectedOnlyByTheSignature) {
   EXPECT_THAT(kept.DescribeDamage(), HasSubstr("signature does not match"));
   EXPECT_EQ(kept.seal().signer, "");
   // Without the signature, it is a complete recording that is not signed.
-  const BlockHead head = ParseBlockHead(std::string_view(parts.back()).substr(0, kBlockHeadBytes));
-  parts.back() = FormatBlock(BlockKind::kSeal, FormatSeal({}), head.number, &head.before);
+  const BlockHeader header = ParseBlockHeader(std::string_view(parts.back()).substr(0, kBlockHeaderBytes));
+  parts.back() = FormatBlock(BlockKind::kSeal, FormatSeal({}), header.number, &header.before);
   const RecordingReader unsigned_one = Open(Forge(parts, true));
   EXPECT_EQ(unsigned_one.damage().state, RecordingState::kWhole);
   EXPECT_TRUE(unsigned_one.seal().is_whole);
@@ -314,7 +315,7 @@ TEST_F(DamagedRecordings, KeyFileIsPrivateAndNeverReplaced) {
   EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("accessible to other users"));
   ASSERT_EQ(chmod(path.c_str(), 0600), 0);
   WriteAll(path, "nonsense");
-  EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("is not a secret key"));
+  EXPECT_THAT(Failure([] { ReadKeyFile(); }), HasSubstr("is not a kerf secret key"));
   // If there is a symbolic link in the file's place, it is not followed.
   fs::remove(path);
   WriteAll(Path("mine"), "mine");
@@ -336,7 +337,7 @@ TEST_F(DamagedRecordings, PublicKeyFilesAreReadOrRefused) {
     EXPECT_THAT(Failure([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("line 1 is not")) << bad;
   }
   WriteAll(Path("keys"), "\n");
-  EXPECT_THAT(Failure([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("has no public key"));
+  EXPECT_THAT(Failure([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("contains no public key"));
 }
 
 }  // namespace

@@ -28,14 +28,14 @@ class Recordings : public ::testing::Test {
  protected:
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
 
-  static RecordingHead Head() {
-    RecordingHead head;
-    head.scene_name = "a \"scene\"\n";
-    head.scene_toml = "x = 1\n";
-    head.bone_hash = 0xffffffffffffffff;
-    head.voxel_mm = 0.1;
-    head.X_WT_start = {Quat{0.6, 0.8, 0, 0}, Vec3{1, 2, 3}};
-    return head;
+  static RecordingHeader MakeHeader() {
+    RecordingHeader header;
+    header.scene_name = "a \"scene\"\n";
+    header.scene_toml = "x = 1\n";
+    header.bone_hash = 0xffffffffffffffff;
+    header.voxel_mm = 0.1;
+    header.X_WT_start = {Quat{0.6, 0.8, 0, 0}, Vec3{1, 2, 3}};
+    return header;
   }
   static RecordedStep Step(int i) {
     RecordedStep step;
@@ -45,7 +45,7 @@ class Recordings : public ::testing::Test {
     return step;
   }
   static void Write(const std::string& path, int steps, bool finish = true) {
-    RecordingWriter writer(path, Head(), {{"/a/path.csv", "1,2,3"}});
+    RecordingWriter writer(path, MakeHeader(), {{"/a/path.csv", "1,2,3"}});
     for (int i = 0; i < steps; ++i) writer.Add(Step(i), 1e-3 * (i + 1));
     if (finish) writer.Finish({static_cast<std::uint64_t>(steps), 1e-3 * steps, 1, 2, 3, "asked"});
   }
@@ -98,9 +98,9 @@ class Recordings : public ::testing::Test {
 TEST_F(Recordings, RoundTripIsExact) {
   Write(Path("a.kerf"), 1100);
   RecordingReader reader(Path("a.kerf"));
-  EXPECT_EQ(reader.head().scene_name, "a \"scene\"?");
-  EXPECT_EQ(reader.head().bone_hash, Head().bone_hash);
-  EXPECT_EQ(reader.head().X_WT_start.R_AB, Head().X_WT_start.R_AB);
+  EXPECT_EQ(reader.header().scene_name, "a \"scene\"?");
+  EXPECT_EQ(reader.header().bone_hash, MakeHeader().bone_hash);
+  EXPECT_EQ(reader.header().X_WT_start.R_AB, MakeHeader().X_WT_start.R_AB);
   EXPECT_EQ(reader.steps(), 1100u);
   EXPECT_NEAR(reader.duration_s(), 1.1, 1e-9);
   EXPECT_EQ(reader.ReadFiles().at("/a/path.csv"), "1,2,3");
@@ -112,20 +112,20 @@ TEST_F(Recordings, RoundTripIsExact) {
 
 // Text from a file must not control the terminal that displays it.
 TEST_F(Recordings, ControlCharactersInTextAreReplaced) {
-  RecordingHead head = Head();
-  head.machine = "a\x1b]0;title\x07 b";
-  head.scene_name =
+  RecordingHeader header = MakeHeader();
+  header.machine = "a\x1b]0;title\x07 b";
+  header.scene_name =
       "\xc2\x9b"
       "31m\xe2\x80\xae.txt \xc3\xa4";
-  RecordingWriter(Path("a.kerf"), head, {}).Finish({});
+  RecordingWriter(Path("a.kerf"), header, {}).Finish({});
   RecordingReader reader(Path("a.kerf"));
-  EXPECT_EQ(reader.head().machine, "a?]0;title? b");
-  EXPECT_EQ(reader.head().scene_name, "?31m?.txt \xc3\xa4");
+  EXPECT_EQ(reader.header().machine, "a?]0;title? b");
+  EXPECT_EQ(reader.header().scene_name, "?31m?.txt \xc3\xa4");
 }
 
 TEST_F(Recordings, StepsCountedInItsEndMustExist) {
   {
-    RecordingWriter writer(Path("a.kerf"), Head(), {});
+    RecordingWriter writer(Path("a.kerf"), MakeHeader(), {});
     for (int i = 0; i < 10; ++i) writer.Add(Step(i), i);
     writer.Finish({11, 0.01, 1, 2, 3, "asked"});
   }
@@ -136,7 +136,7 @@ TEST_F(Recordings, InvalidTickDurationIsRefused) {
   for (const double dt_s : {-1.0, 1e9, std::nan("")}) {
     fs::remove(Path("a.kerf"));
     {
-      RecordingWriter writer(Path("a.kerf"), Head(), {});
+      RecordingWriter writer(Path("a.kerf"), MakeHeader(), {});
       RecordedStep step = Step(1);
       step.dt_s = dt_s;
       writer.Add(step, 0);
@@ -157,7 +157,7 @@ TEST_F(Recordings, TruncatedFileIsReadUpToTheCut) {
     try {
       reader.emplace(Path("b.kerf"));
     } catch (const Error&) {
-      // Opening fails only before the head is complete.
+      // Opening fails only before the header is complete.
       EXPECT_EQ(opened, 0) << size;
       continue;
     }
@@ -186,7 +186,7 @@ TEST_F(Recordings, DamageIsDetectedAndTheRestIsRead) {
       ExpectAsWritten(reader);
       ++damaged;
     } catch (const Error&) {
-      EXPECT_LT(at, 1200u);  // the length of the head
+      EXPECT_LT(at, 1200u);  // the length of the header
     }
   }
   EXPECT_GT(damaged, 100);
@@ -207,7 +207,7 @@ TEST_F(Recordings, RecordingWithoutAnEndIsReadAsFarAsItWasWritten) {
 }
 
 TEST_F(Recordings, RemovedFileIsReported) {
-  RecordingWriter writer(Path("a.kerf"), Head(), {});
+  RecordingWriter writer(Path("a.kerf"), MakeHeader(), {});
   fs::remove(Path("a.kerf"));
   EXPECT_THAT(Failure([&] {
                 for (int i = 0; i < 1000; ++i) writer.Add(Step(i), i);
@@ -225,7 +225,7 @@ TEST_F(Recordings, FullDiskLeavesWholeBlocks) {
     setrlimit(RLIMIT_FSIZE, &limit);
     std::mt19937_64 dice(1);
     try {
-      RecordingWriter writer(path, Head(), {});
+      RecordingWriter writer(path, MakeHeader(), {});
       for (int i = 0; i < 100'000; ++i) {
         RecordedStep step = Step(i);
         step.bone_check = static_cast<std::uint16_t>(dice());
@@ -249,9 +249,9 @@ TEST_F(Recordings, FullDiskLeavesWholeBlocks) {
 
 TEST_F(Recordings, FilesThatAreNotRecordingsAreRefused) {
   WriteAll(Path("a.kerf"), "");
-  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("is not a recording"));
+  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("is not a kerf recording"));
   WriteAll(Path("a.kerf"), "kerf recording 1\n");
-  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("before its head"));
+  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("before its header"));
   EXPECT_THAT(Failure([&] { RecordingReader{folder_}; }), HasSubstr("not a regular file"));
   EXPECT_THAT(Failure([&] { RecordingReader(Path("none")); }), HasSubstr("no such file"));
 }

@@ -62,7 +62,7 @@ struct Session {
     taken.measures = {{.name = "ramus, height \"x\"", .unit = "mm", .value = 41.25, .points_W_mm = {}},
                       {.name = "angle", .unit = "deg", .value = 121.5, .points_W_mm = {}}};
     taken.pictures = {{.name = "after", .caption = kNasty, .png = "\x89PNG\r\n\x1a\n not really"}};
-    TakenCurve curve{.title = "Force", .x_label = "time, s", .y_label = "force, N", .points = {}};
+    ExportCurve curve{.title = "Force", .x_label = "time, s", .y_label = "force, N", .points = {}};
     for (int i = 0; i < 20000; ++i) curve.points.emplace_back(1e-3 * i, i == 7777 ? 42.0 : 1.0);
     taken.curves = {curve};
     taken.provenance = {{"scene", "s.toml"}, {"hash", "0123"}};
@@ -249,7 +249,7 @@ TEST(Report, EmptyReportIsAValidPage) {
 
 TEST(CurveSvg, PreservesThePeakAndStaysInItsFrame) {
   const Session session;
-  const std::string svg = takeaway::FormatCurveSvg(session.taken.curves[0]);
+  const std::string svg = export_detail::FormatCurveSvg(session.taken.curves[0]);
   EXPECT_THAT(svg, HasSubstr(">50</text>"));
   EXPECT_LT(svg.size(), 60000u);
   const std::size_t begin = svg.find("points=\"") + 8;
@@ -269,8 +269,8 @@ TEST(CurveSvg, PreservesThePeakAndStaysInItsFrame) {
   EXPECT_NEAR(top, 232 - 42.0 / 50 * 216, 0.06);
   for (const auto& odd :
        {std::vector<std::pair<double, double>>{}, {{1, 1}}, {{0, 0}, {1, 0}}, {{0, std::nan("")}, {2, 1e-9}}}) {
-    const TakenCurve curve{.title = "<x>", .x_label = "t", .y_label = "f", .points = odd};
-    EXPECT_THAT(takeaway::FormatCurveSvg(curve), Not(HasSubstr("nan")));
+    const ExportCurve curve{.title = "<x>", .x_label = "t", .y_label = "f", .points = odd};
+    EXPECT_THAT(export_detail::FormatCurveSvg(curve), Not(HasSubstr("nan")));
   }
 }
 
@@ -283,12 +283,12 @@ TEST(Html, EncodesBase64AsInRfc4648) {
                                                        {"foob", "Zm9vYg=="},
                                                        {"fooba", "Zm9vYmE="},
                                                        {"foobar", "Zm9vYmFy"}};
-  for (const auto& [plain, coded] : cases) EXPECT_EQ(takeaway::Base64(plain), coded);
-  EXPECT_EQ(takeaway::Base64(std::string("\xff\x00\xfe", 3)), "/wD+");
-  EXPECT_EQ(takeaway::Escape("<a b=\"c\">&'\x01"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;");
-  EXPECT_EQ(takeaway::Show(-0.004, 2), "0.00");
-  EXPECT_EQ(takeaway::Show(-0.006, 2), "-0.01");
-  EXPECT_EQ(takeaway::Show(std::nan(""), 2), "-");
+  for (const auto& [plain, coded] : cases) EXPECT_EQ(export_detail::Base64(plain), coded);
+  EXPECT_EQ(export_detail::Base64(std::string("\xff\x00\xfe", 3)), "/wD+");
+  EXPECT_EQ(export_detail::Escape("<a b=\"c\">&'\x01"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;");
+  EXPECT_EQ(export_detail::Show(-0.004, 2), "0.00");
+  EXPECT_EQ(export_detail::Show(-0.006, 2), "-0.01");
+  EXPECT_EQ(export_detail::Show(std::nan(""), 2), "-");
 }
 
 }  // namespace

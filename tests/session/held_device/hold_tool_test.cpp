@@ -99,7 +99,7 @@ TEST(HoldTool, WaitsForTheHandleAndCanBeStopped) {
   std::atomic<bool> stop{false};
   bool stops = true;
   std::string said;
-  const LoopDevice held = HoldBy(*served.servo, &stop, [&](const std::string& text) {
+  const LoopDevice held = MakeLoopDevice(*served.servo, &stop, [&](const std::string& text) {
     said += text;
     stop.store(stops);
   });

@@ -133,7 +133,7 @@ TEST(FitKerf, FitsAShavingByItsVolume) {
   Subtract(after, [](const Vec3& p) { return std::abs(p.z) - 0.5; });  // the upper half millimetre
   const auto found = FitKerf(before, after);
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->middles, 0);
+  EXPECT_EQ(found->midpoints, 0);
   EXPECT_LT(CalcAngle(found->normal_W, {0, 0, 1}), 0.1);
   EXPECT_NEAR(found->p_W_mm.z, -0.25, 0.05);
   EXPECT_NEAR(found->volume_mm3, 16 * 10 * 0.5, 1);

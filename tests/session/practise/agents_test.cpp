@@ -161,7 +161,7 @@ TEST_F(Agents, TruncatedRecordingIsMeasuredButNotGraded) {
     if (part.Get("line_share").value() < 0.8) {
       one_is_short_of_the_line = true;
       ASSERT_EQ(part.incomplete.size(), 2U);
-      EXPECT_THAT(part.incomplete[1], testing::StartsWith("as far as it can be read: the tool has followed "));
+      EXPECT_THAT(part.incomplete[1], testing::StartsWith("in the readable part: the tool has followed "));
     }
     EXPECT_TRUE(part.Get("time_total_s")) << fraction;
     const auto json = nlohmann::json::parse(FormatSheetJson(part));
@@ -194,7 +194,7 @@ TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
     LoopOptions loop;
     loop.virtual_time = true;
     loop.seconds = finishes ? CalcAgentTime(params, scene) : 3.5;
-    loop.log = LoopLog::kNowhere;
+    loop.log = LoopLog::kNone;
     loop.record = file;
     loop.scene_file = file + ".toml";
     loop.stop = &done;
@@ -211,7 +211,7 @@ TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
   }
 }
 
-// The digest covers the inputs of the ticks. Another name, head or seal does not change it; another second does.
+// The digest covers the inputs of the ticks. Another name, header or seal does not change it; another second does.
 TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
   MakeFolder(folder_);
   Scene scene = test::MakeSmallExercise("groove");
@@ -233,9 +233,9 @@ TEST_F(Agents, RecordingsThatDivergeAfterTheBeginningShareItsDigest) {
   MakeFolder(folder_);
   const auto digest = [&](std::size_t waits, std::size_t moves, double last_mm) {
     const std::string file = fmt::format("{}/{}_{}_{}.kerf", folder_, waits, moves, last_mm);
-    RecordingHead head;
-    head.voxel_mm = 1;
-    RecordingWriter writer(file, head, {});
+    RecordingHeader header;
+    header.voxel_mm = 1;
+    RecordingWriter writer(file, header, {});
     const std::size_t steps = waits + moves + 1;
     for (std::size_t i = 0; i < steps; ++i) {
       RecordedStep step;

@@ -258,7 +258,7 @@ TEST_F(HistoryTest, EarlierVersionIsConvertedCompletelyOrNotAtAll) {
     ASSERT_EQ(rows.size(), 2U);
     EXPECT_EQ(rows[0].total, 40.5);
     EXPECT_TRUE(rows[0].graded());
-    EXPECT_EQ(rows[0].doubles, std::vector<std::int64_t>{2});  // by the file's hash
+    EXPECT_EQ(rows[0].duplicates, std::vector<std::int64_t>{2});  // by the file's hash
     EXPECT_TRUE(history.Add(MakeOne("Ida", "c", 30)));
   }
   for (const Attempt& a : History(File()).List()) EXPECT_FALSE(a.damaged || a.follows_change) << a.number;
@@ -315,9 +315,9 @@ TEST_F(HistoryTest, CopiesWithTheSameBeginningAreDuplicates) {
   add("d", "", "");  // of an earlier version
   add("e", "", "");
   const std::vector<Attempt> rows = history.List();
-  EXPECT_EQ(rows[0].doubles, std::vector<std::int64_t>{2});
-  EXPECT_EQ(rows[1].doubles, std::vector<std::int64_t>{1});
-  for (std::size_t i = 2; i < 5; ++i) EXPECT_TRUE(rows[i].doubles.empty()) << i;
+  EXPECT_EQ(rows[0].duplicates, std::vector<std::int64_t>{2});
+  EXPECT_EQ(rows[1].duplicates, std::vector<std::int64_t>{1});
+  for (std::size_t i = 2; i < 5; ++i) EXPECT_TRUE(rows[i].duplicates.empty()) << i;
 }
 
 // Formerly each attempt listed all of its doubles, and 8000 copies gave 376 MB of text.
@@ -328,10 +328,10 @@ TEST_F(HistoryTest, OnlyAFewOfManyDuplicatesAreNamed) {
     attempts[i].number = static_cast<std::int64_t>(i + 1);
     attempts[i].steps_digest = "same";
   }
-  FindDoubles(attempts);
-  EXPECT_EQ(attempts[0].doubles, (std::vector<std::int64_t>{2, 3, 4, 5, 6}));
-  EXPECT_EQ(attempts[2].doubles, (std::vector<std::int64_t>{1, 2, 4, 5, 6}));
-  EXPECT_EQ(attempts[0].more_doubles, kMany - 6);
+  FindDuplicates(attempts);
+  EXPECT_EQ(attempts[0].duplicates, (std::vector<std::int64_t>{2, 3, 4, 5, 6}));
+  EXPECT_EQ(attempts[2].duplicates, (std::vector<std::int64_t>{1, 2, 4, 5, 6}));
+  EXPECT_EQ(attempts[0].more_duplicates, kMany - 6);
   EXPECT_THAT(FindMarks(attempts[0]),
               testing::ElementsAre("same recording or beginning as number 2, 3, 4, 5, 6 and 7994 more"));
 }

@@ -68,7 +68,7 @@ inline ScoreSheet ScoreAgent(const Scene& scene, const AgentParams& params, cons
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = CalcAgentTime(params, scene);
-  loop.log = LoopLog::kNowhere;
+  loop.log = LoopLog::kNone;
   loop.record = file;
   loop.scene_file = file + ".toml";
   loop.stop = &done;

@@ -37,8 +37,8 @@ TEST(ChipsPicture, ShowsTheTickWithTheMost) {
   }
   track.Detach();
   EXPECT_TRUE(chips.pool().empty());  // no chips are in the air at the end
-  ASSERT_TRUE(track.most().has_value());
-  const ChipsTrack::Moment& moment = *track.most();
+  ASSERT_TRUE(track.peak().has_value());
+  const ChipsTrack::Moment& moment = *track.peak();
   EXPECT_GT(most, 20u);
   EXPECT_EQ(moment.pool.size(), most);
   EXPECT_EQ(moment.time_s, max_s);
@@ -55,7 +55,7 @@ TEST(ChipsPicture, IsNotDrawnWithoutChips) {
   const Simulation simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.5), {}, test::DiscPose({}, {0, 0, 30}));
   ChipsTrack track(simulation.effects());
   track.Take(0.001, Pose{});
-  EXPECT_FALSE(track.most().has_value());
+  EXPECT_FALSE(track.peak().has_value());
   EXPECT_FALSE(WriteChipsPicture(track, simulation.bone(), DiscSaw{}, false, "test", "/nonexistent/chips.png"));
 }
 

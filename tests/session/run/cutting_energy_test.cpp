@@ -117,7 +117,7 @@ TEST_F(CuttingEnergyRun, WarnsOutsideThePublishedRangeOnly) {
   EXPECT_EQ(FindEnergyWarnings(scene, energy),
             std::vector<std::string>{"the specific cutting energy is 10.6 J/mm3, outside 0.8 to 6 J/mm3 (derived "
                                      "from published forces at bites of 2.5 um and more: 0.83 to 2.9, with the "
-                                     "upper bound doubled): the forces of hertz_chip are not those of a real cut"});
+                                     "upper bound doubled): the forces of hertz_chip are unrealistic"});
 }
 
 TEST_F(CuttingEnergyRun, NothingCutHasNoSpecificEnergy) {

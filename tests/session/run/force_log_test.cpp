@@ -79,7 +79,7 @@ TEST_F(LoopLogs, NowhereKeepsNoRows) {
   LoopOptions options;
   options.virtual_time = true;
   options.seconds = 0.5;
-  options.log = LoopLog::kNowhere;
+  options.log = LoopLog::kNone;
   const LoopSummary s = RunLoop(ParseScene(kScene, "s.toml"), options, {});
   EXPECT_TRUE(s.rows.empty());
   EXPECT_TRUE(s.effects.rows.empty());

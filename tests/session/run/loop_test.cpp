@@ -73,7 +73,7 @@ TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
   EXPECT_EQ(s.counts.ticks, 6000U);
   EXPECT_EQ(s.counts.missed, 0U);
   EXPECT_EQ(s.counts.not_finite + s.device_counts.not_finite, 0U);
-  EXPECT_EQ(s.end, LoopEnd::kAsked);
+  EXPECT_EQ(s.end, LoopEnd::kRequested);
   EXPECT_TRUE(s.mirror_identical);
   EXPECT_GT(s.leaves_sent, 0U);
   EXPECT_GE(s.strokes, 2);
@@ -117,7 +117,7 @@ TEST(RunLoop, RunsLive) {
   LoopOptions options;
   options.seconds = 0.3;
   const LoopSummary s = RunLoop(scene, options, {});
-  EXPECT_EQ(s.end, LoopEnd::kAsked);
+  EXPECT_EQ(s.end, LoopEnd::kRequested);
   EXPECT_GT(s.counts.ticks, 0U);
   EXPECT_TRUE(s.mirror_identical);
   EXPECT_FALSE(s.grants.scheduling.empty());
@@ -130,7 +130,7 @@ TEST(RunLoop, StopsOnRequest) {
   LoopOptions options;
   options.seconds = 1000;
   options.stop = &stop;
-  EXPECT_EQ(RunLoop(ParseScene(kLoopScene, "s.toml"), options, {}).end, LoopEnd::kAsked);
+  EXPECT_EQ(RunLoop(ParseScene(kLoopScene, "s.toml"), options, {}).end, LoopEnd::kRequested);
   options.virtual_time = true;
   EXPECT_LT(RunLoop(ParseScene(kLoopScene, "s.toml"), options, {}).counts.ticks, 10U);
 }
@@ -161,7 +161,7 @@ TEST(RunLoop, HandleAndToolStopAtTheStrokesEnd) {
   for (const char* hand : {"H1", "H2", "H3", "H4"}) {
     const Scene scene = OneStroke(hand);
     const LoopSummary s = RunVirtual(scene, 12);
-    EXPECT_GE(s.rounds, 1) << hand;  // it reached the end and returned at least once
+    EXPECT_GE(s.passes, 1) << hand;  // it reached the end and returned at least once
     double lowest_mm = 1e9;
     for (const LoopRow& row : s.rows) lowest_mm = std::min({lowest_mm, row.p_WC_mm.z, row.p_WT_mm.z});
     EXPECT_LE(lowest_mm, 0.5 + 0.03 * scene.hand.lead_mm) << hand;
@@ -354,7 +354,7 @@ TEST(HandMotion, WaitsIfTheHandleIsHeldAndRepeatsThePathIfItIsFree) {
       lowest = std::min(lowest, device.p_WC_mm().z);
     }
     EXPECT_NEAR(lowest, 0.5, 0.5);  // end of the stroke, except for the lag of its last moment
-    EXPECT_GE(hand.rounds(), 2);
+    EXPECT_GE(hand.passes(), 2);
   }
   {
     // The handle is so heavy that it does not move.
@@ -367,7 +367,7 @@ TEST(HandMotion, WaitsIfTheHandleIsHeldAndRepeatsThePathIfItIsFree) {
       device.Elapse(0.001);
     }
     EXPECT_EQ(hand.strokes(), 1);
-    EXPECT_EQ(hand.rounds(), 0);
+    EXPECT_EQ(hand.passes(), 0);
   }
 }
 
@@ -503,7 +503,7 @@ TEST(LoopEffects, PieceIsFoundSoonAfterSeparationInALiveLoop) {
     const LoopSummary s = RunLoop(scene, options, {});
     ASSERT_TRUE(s.fragments.has_value());
     ASSERT_LE(s.fragments->events.size(), 1u);
-    late_ms = s.fragments->most_late_ms;
+    late_ms = s.fragments->max_delay_ms;
   }
   ASSERT_TRUE(late_ms.has_value());
   // An upper bound of the delay, measured from the previous look at the bone, 50 ms earlier.

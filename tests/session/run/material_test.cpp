@@ -109,7 +109,7 @@ TEST_F(SceneMaterialRun, ReportsMissingOrWrongInput) {
             "ct_law = \"morgan_2003_vertebra\" requires apparent density and has no calibration of its own, since that "
             "depends on the scanner; give ct_calibration = \"HU:density HU:density ...\" in g/cm3, from a phantom");
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", std::string(kLinear) + "\nct_calibration = \"0:4 1000:5\"")),
-            "the calibration gives 4 to 5 g/cm3 and the bands hold for 0.1 to 3");
+            "the calibration covers 4 to 5 g/cm3, but the bands cover 0.1 to 3");
   EXPECT_EQ(MessageOf(SceneOf("hu.vdb", std::string(kLinear) + "\nct_calibration = \"0:0 1000:2\"")), "accepted");
 }
 

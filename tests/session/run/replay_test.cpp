@@ -222,7 +222,7 @@ TEST_F(Replays, LiveRemovalOfAPieceIsRepeated) {
 class UndoesAllAndEnds final : public SessionController {
  public:
   explicit UndoesAllAndEnds(double at_s) : at_s_(at_s) {}
-  void Begin(const LoopBeginning& /*beginning*/) override {}
+  void Begin(const LoopInitialState& /*beginning*/) override {}
   void TakeLeaf(const LeafMessage& /*leaf*/) override {}
   std::optional<LoopAction> NextAction() override {
     const auto now = std::chrono::steady_clock::now();
@@ -260,7 +260,7 @@ TEST_F(Replays, UndoAndRedoAreRepeated) {
     }
     const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
     EXPECT_EQ(peer.done(), live);
-    EXPECT_EQ(s.undone->restores, 3u) << (s.warnings.empty() ? "" : s.warnings.back());
+    EXPECT_EQ(s.undo->restores, 3u) << (s.warnings.empty() ? "" : s.warnings.back());
     ExpectSame(name, s.counts.ticks);
     RecordingReader recording(Path(name));
     EXPECT_EQ(recording.events().size(), 5u);
@@ -274,7 +274,7 @@ TEST_F(Replays, RedoWithTheSpindleStopped) {
     options.actions.push_back(ParseLoopAction(text));
   }
   const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
-  EXPECT_EQ(s.undone->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());
+  EXPECT_EQ(s.undo->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());
   ExpectSame("a.kerf", 4000);
 }
 
@@ -297,7 +297,7 @@ TEST_F(Replays, ManyActionsAtOneMoment) {
   for (int i = 0; i < 100; ++i) options.actions.push_back(ParseLoopAction("1.5:checkpoint=c" + std::to_string(i)));
   for (const char* text : {"1.5:undo=c99", "2:undo=c3", "2.99:undo"}) options.actions.push_back(ParseLoopAction(text));
   const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
-  EXPECT_EQ(s.undone->restores, 3u) << (s.warnings.empty() ? "" : s.warnings.back());
+  EXPECT_EQ(s.undo->restores, 3u) << (s.warnings.empty() ? "" : s.warnings.back());
   ExpectSame("a.kerf", 3000);
 }
 
@@ -312,7 +312,7 @@ TEST_F(Replays, ContinuesAfterAnUndo) {
   // The checkpoint still exists after the continuation.
   further.actions.push_back(ParseLoopAction("3.5:undo=a"));
   const LoopSummary s = RunLoop(scene, further, {});
-  EXPECT_EQ(s.undone->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());  // the recorded one, and this
+  EXPECT_EQ(s.undo->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());  // the recorded one, and this
   ExpectSame("b.kerf", 4000);
 }
 
@@ -474,11 +474,11 @@ TEST_F(Replays, FaultsOfTheDeviceAreRepeated) {
     EXPECT_GT(hash.leaves(), 10u);
   }
   {
-    RecordingHead head;
-    head.voxel_mm = 0.2;
-    head.state_every_steps = 1'000'000'000;  // none is written here
-    head.hash_every_steps = 1'000'000'000;
-    RecordingWriter writer(Path("a.kerf"), head, {});
+    RecordingHeader header;
+    header.voxel_mm = 0.2;
+    header.state_every_steps = 1'000'000'000;  // none is written here
+    header.hash_every_steps = 1'000'000'000;
+    RecordingWriter writer(Path("a.kerf"), header, {});
     for (const TickToRecord& tick : ticks) writer.Add(tick.step, 0);
   }
   // The recording is replayed, except for steps that were not flushed after the last block.

@@ -396,7 +396,7 @@ TEST_F(TakingOut, NoForceWhereADeletedPieceWas) {
     if (left == 0) left = s.hash_after;
     EXPECT_EQ(s.hash_after, left);
     const bool gone = fate == "deleted";
-    EXPECT_EQ(gone ? s.fragments->CalcDeleted_mm3() : s.fragments->CalcAside_mm3(), out.volume_mm3);
+    EXPECT_EQ(gone ? s.fragments->CalcDeleted_mm3() : s.fragments->CalcSetAside_mm3(), out.volume_mm3);
     ASSERT_EQ(s.pieces.size(), gone ? 1u : 2u);
     EXPECT_EQ(fs::exists(folder_ + "/piece_2.stl"), !gone);
     if (!gone) {

@@ -150,7 +150,7 @@ TEST_F(SlabRunTest, RefusesDirectionOutOfTheDiscsPlaneAndWarnsOfPathAcrossIt) {
   const auto of_effects = FindWarnings(
       ParseScene(std::string(kSlabRunScene) + "[effects.guide]\n[effects.tangential_force]\n", "s.toml"), 0.1);
   ASSERT_EQ(of_effects.size(), 1u);
-  EXPECT_EQ(of_effects[0], "slab mode simulates no effects, and omits those of [effects]: tangential_force, guide");
+  EXPECT_EQ(of_effects[0], "slab mode simulates no effects; it ignores [effects]: tangential_force, guide");
 }
 
 TEST_F(SlabRunTest, RefusesAPathThatLeavesTheSlice) {

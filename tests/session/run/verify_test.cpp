@@ -95,7 +95,7 @@ class Verifies : public ::testing::Test {
 TEST_F(Verifies, EveryColumnOfEveryRowOfStates) {
   Record();
   test::ForgeSteps(Path("a.kerf"), Path("b.kerf"), [](RecordedBlock&) {});
-  EXPECT_EQ(Verify(), "") << "what is only written again is as it was";
+  EXPECT_EQ(Verify(), "") << "a recording that was only rewritten is unchanged";
   // The value is changed by the smallest amount that a row can represent.
   EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.time_s += 1e-6; }), HasSubstr("time_s was recorded as 1 "));
   EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.x += 1e-3; }), HasSubstr("tool_x_mm was recorded as"));
@@ -175,7 +175,7 @@ TEST_F(Verifies, ReplayEndsAtTheFirstGap) {
   RecordingReader recording(Path("b.kerf"));
   EXPECT_EQ(recording.damage().gaps.size(), 1u);
   EXPECT_EQ(recording.damage().whole_steps, 550u);
-  EXPECT_EQ(recording.events().size(), 5u) << "those behind the gap are read";
+  EXPECT_EQ(recording.events().size(), 5u) << "events after the gap are read";
   const Replayed replayed = Replay(Path("b.kerf"));
   EXPECT_FALSE(replayed.divergence) << replayed.divergence->what;
   EXPECT_EQ(replayed.steps, 550u);

@@ -87,8 +87,9 @@ disc_normal = [0, 1, 0]
       EXPECT_EQ(after.bone.block.voxel_mm, 0.1) << head;
       EXPECT_EQ(after.bone.block.size_mm.x, before.bone.block.size_mm.x) << head;
     } catch (const Error& error) {
-      EXPECT_STREQ(error.what(),
-                   "a.toml: these values can't be set in it by line; set them by hand:\n  [bone.block] voxel_mm = 0.1");
+      EXPECT_STREQ(
+          error.what(),
+          "a.toml: these values can't be set automatically; edit the file to set:\n  [bone.block] voxel_mm = 0.1");
     }
   }
 }

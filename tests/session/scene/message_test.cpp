@@ -148,7 +148,7 @@ TEST(SceneMessages, ManyFaultsAreCutOffWithACount) {
 TEST(SceneMessages, TooManyStrokesAreRefused) {
   std::string text = "[bone]\nmodel = \"block\"\n[path]\nstroke = [\n";
   for (int i = 0; i < 1001; ++i) text += "{},";
-  EXPECT_EQ(test::MessageFor(text + "]\n"), "s.toml:4:1: 1001 of stroke; at most 1000");
+  EXPECT_EQ(test::MessageFor(text + "]\n"), "s.toml:4:1: 1001 tables 'stroke'; at most 1000 are allowed");
 }
 
 TEST(SceneMessages, TooLargeTextIsRefusedBeforeParsing) {

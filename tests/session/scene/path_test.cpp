@@ -40,7 +40,7 @@ TEST(StrokePath, MovesAtTheFeedAlongTheLine) {
   const Path path = MakePath(SceneOf({Stroke({10, 0, 0}, {40, 40, 0}, 4, {0, 0, 2})}));
   EXPECT_DOUBLE_EQ(path.duration_s(), 12.5);
   EXPECT_DOUBLE_EQ(path.length_mm(), 50);
-  EXPECT_NEAR(path.CalcTopSpeed(), 4, kRounding);
+  EXPECT_NEAR(path.CalcMaxSpeed(), 4, kRounding);
   for (const double t : {0.0, 0.001, 3.0, 12.499, 12.5}) {
     ExpectNear(path.CalcPose(0, t).p_AB, Vec3{10, 0, 0} + t * Vec3{2.4, 3.2, 0}, 1e-12);
   }

@@ -29,7 +29,7 @@ TEST(Saws, EveryBuiltInSawIsValidInAScene) {
   EXPECT_LE(BuiltInSaws().size(), 9u);
   for (const Saw& saw : BuiltInSaws()) {
     Scene scene = ParseScene(DefaultSceneToml(), "default.toml");
-    TakeUpSaw(scene, saw);
+    UseSaw(scene, saw);
     const Scene again = ParseScene(ResolvedToml(scene), "again.toml");
     EXPECT_NO_THROW(Validate(MakeTool(again))) << saw.name;
     EXPECT_EQ(DescribeTool(again.tool), DescribeTool(saw.tool));

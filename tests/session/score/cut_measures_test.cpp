@@ -104,7 +104,7 @@ TEST(MeasureCut, PerfectCutHasNoErrorInAnyOrientation) {
     EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
     EXPECT_LT(sheet.Get("too_deep_mm").value(), kOffset_mm);
     EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
-    EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-3);  // rounding of floats, by cells
+    EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-3);  // rounding of floats, summed over cells
     // The area is measured in squares of 0.375 mm, so some hundredths of it, along its border, are uncertain.
     EXPECT_NEAR(sheet.Get("kerf_width_mm").value(), 0.5, 0.05);
     EXPECT_GT(sheet.Get("dice").value(), 0.95);
@@ -192,13 +192,13 @@ TEST(FitMiddlePlane, ReturnsNoneForALumpOrNoRemoval) {
   params.size_mm = {5, 5, 5};
   params.voxel_mm = 0.25;
   const Bone bone = MakeBlock(params, DefaultMandibleTable());
-  EXPECT_FALSE(FitMiddlePlane(bone, bone, {}));
+  EXPECT_FALSE(FitMidPlane(bone, bone, {}));
   std::vector<RemovedCell> lump;
   for (int i = 0; i < 1000; ++i) {
     lump.push_back(
         {.p_W = {0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, .mm3 = 0.001, .region = 1, .in_mm = 9});
   }
-  EXPECT_FALSE(FitMiddlePlane(bone, bone, lump));
+  EXPECT_FALSE(FitMidPlane(bone, bone, lump));
 }
 
 TEST(DepthGauge, MeasuresToSurfaceFarSideAndGoal) {

@@ -145,19 +145,19 @@ bool Overlap(const LabelBox& a, const LabelBox& b) {
 TEST(LabelPlaces, DoNotOverlapEachOtherOrMarksIfThereIsSpace) {
   EXPECT_TRUE(rc::check([] {
     // The marks are on a grid of 60 pixels, and labels are 30 x 12 pixels, so there is a free position for each.
-    std::vector<LabelWish> wishes;
+    std::vector<LabelRequest> requests;
     LabelObstacles obstacles;
     obstacles.frame = {0, 0, 400, 400};
     for (int i = 0; i < 5; ++i) {
       for (int j = 0; j < 5; ++j) {
         if (*rc::gen::inRange(0, 3) == 0) continue;
         const OverlayPoint at{60.0 + 60 * i, 60.0 + 60 * j};
-        wishes.push_back({at, 8, {30, 12}});
+        requests.push_back({at, 8, {30, 12}});
         obstacles.boxes.push_back({at.column - 5, at.row - 5, 10, 10});
       }
     }
-    const std::vector<LabelBox> places = PlaceLabels(wishes, obstacles);
-    RC_ASSERT(places.size() == wishes.size());
+    const std::vector<LabelBox> places = PlaceLabels(requests, obstacles);
+    RC_ASSERT(places.size() == requests.size());
     for (std::size_t i = 0; i < places.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) RC_ASSERT(!Overlap(places[i], places[j]));
       for (const LabelBox& box : obstacles.boxes) RC_ASSERT(!Overlap(places[i], box));

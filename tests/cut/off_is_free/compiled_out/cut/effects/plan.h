@@ -31,7 +31,7 @@ class EffectPlan {
   void End(EffectEnd&) { Work(); }
   void Release() { Work(); }
   void Reset() { Work(); }
-  void BoneCameBack() {}
+  void BoneRestored() {}
   EffectCapacity capacity() const { return {}; }
   std::size_t CalcMemoryBytes() const { return 0; }
 
