@@ -8,7 +8,7 @@ in vec4 tint;
 uniform vec3 to_eye;       // direction to the eye in view space, used in parallel projection
 uniform float parallel;    // 1 or 0
 uniform float opacity;     // 1: solid; otherwise the minimum alpha, where the surface faces the eye
-uniform float pixel_mm;    // at the camera's target
+uniform float pixel_mm;    // size of a pixel at the camera's target
 
 layout(location = 0) out vec4 pixel;
 

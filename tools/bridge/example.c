@@ -24,7 +24,7 @@
 
 #include "kerf_bridge.h"
 
-enum { MOST_PACKETS = 64 }; /* processed between two reads of the device */
+enum { MAX_PACKETS = 64 }; /* processed between two reads of the device */
 
 static volatile sig_atomic_t stop_asked = 0;
 
@@ -174,7 +174,7 @@ int main(int argc, char** argv) {
     memcpy(state.made_force_n, force_n, sizeof force_n);
     kerf_bridge_set_state(&bridge, &state, t);
     /* Limited number of packets, so that the device is served however many arrive. */
-    for (left = MOST_PACKETS; left > 0 && take_packet(s, &bridge); --left) {
+    for (left = MAX_PACKETS; left > 0 && take_packet(s, &bridge); --left) {
     }
     kerf_bridge_force(&bridge, now_ns(), state.position_mm, velocity_mm_s, force_n, torque_nmm);
     device_step(&d, dt_s, force_n);

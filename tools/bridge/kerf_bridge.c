@@ -21,8 +21,8 @@ enum {
 #define FLAG_ENGAGED 1u
 #define FLAG_HOMED 1u
 #define FLAG_READY 2u
-#define MOST_FIGURE 1e6f
-#define MOST_VALID_MS 1000u
+#define MAX_VALUE 1e6f
+#define MAX_VALID_MS 1000u
 /* A client that is silent for longer than this is considered gone, and another may connect. */
 #define CLIENT_GONE_NS 2000000000ull
 /* Maximum time by which a servo loop that read the clock and then waited for the lock may be behind a command. */
@@ -53,14 +53,14 @@ static void put_real(unsigned char* bytes, float value) {
   put(bytes, 4, bits);
 }
 
-static int is_figure(float x) { return x >= -MOST_FIGURE && x <= MOST_FIGURE; }
+static int is_in_range(float x) { return x >= -MAX_VALUE && x <= MAX_VALUE; }
 
 static int get_reals(const unsigned char* bytes, int count, float* values) {
   int good = 1;
   int i;
   for (i = 0; i < count; ++i) {
     values[i] = get_real(bytes + 4 * i);
-    good = good && is_figure(values[i]);
+    good = good && is_in_range(values[i]);
   }
   return good;
 }
@@ -133,7 +133,7 @@ int kerf_bridge_read_command(const unsigned char* bytes, size_t count, kerf_brid
   command->valid_ms = (uint32_t)get(p + 44, 4);
   command->engaged = (header.flags & FLAG_ENGAGED) != 0;
   return good && command->stiffness_n_per_mm >= 0 && command->damping_ns_per_mm >= 0 && command->valid_ms >= 1 &&
-         command->valid_ms <= MOST_VALID_MS;
+         command->valid_ms <= MAX_VALID_MS;
 }
 
 void kerf_bridge_write_command(unsigned char* bytes, const kerf_bridge_header* header,
@@ -219,10 +219,10 @@ void kerf_bridge_field(const kerf_bridge_command* command, const float position_
   int i;
   for (i = 0; i < 3; ++i) made[i] = -(double)command->damping_ns_per_mm * velocity_mm_s[i];
   if (size > 0) {
-    double way = 0;
+    double moved_mm = 0;
     double along;
-    for (i = 0; i < 3; ++i) way += ((double)position_mm[i] - command->anchor_mm[i]) * f[i] / size;
-    along = size - (double)command->stiffness_n_per_mm * way;
+    for (i = 0; i < 3; ++i) moved_mm += ((double)position_mm[i] - command->anchor_mm[i]) * f[i] / size;
+    along = size - (double)command->stiffness_n_per_mm * moved_mm;
     if (along < 0) along = 0;
     for (i = 0; i < 3; ++i) made[i] += along * f[i] / size;
   }
@@ -248,10 +248,10 @@ void kerf_bridge_set_state(kerf_bridge* bridge, const kerf_bridge_state* state, 
   bridge->state_ns = measured_ns;
 }
 
-/* Returns 1 if since_ns is at most most_ms ago. */
-static int is_good_still(uint64_t since_ns, uint64_t now_ns, uint32_t most_ms) {
+/* Returns 1 if since_ns is at most max_age_ms before now_ns. */
+static int is_fresh(uint64_t since_ns, uint64_t now_ns, uint32_t max_age_ms) {
   if (now_ns < since_ns) return since_ns - now_ns < BEHIND_NS;
-  return now_ns - since_ns <= (uint64_t)most_ms * 1000000u;
+  return now_ns - since_ns <= (uint64_t)max_age_ms * 1000000u;
 }
 
 /* Writes the last state, marked as not ready if it is too old. */
@@ -259,7 +259,7 @@ static void write_last_state(const kerf_bridge* bridge, uint64_t now_ns, kerf_br
                              unsigned char* reply) {
   kerf_bridge_state state = bridge->state;
   /* If the servo loop hangs, the pose no longer changes, and it must not cause a force. */
-  if (!is_good_still(bridge->state_ns, now_ns, KERF_BRIDGE_STATE_MS)) state.ready = 0;
+  if (!is_fresh(bridge->state_ns, now_ns, KERF_BRIDGE_STATE_MS)) state.ready = 0;
   header.time_ns = bridge->state_ns;
   kerf_bridge_write_state(reply, &header, &state);
 }
@@ -334,7 +334,7 @@ size_t kerf_bridge_take(kerf_bridge* bridge, const unsigned char* bytes, size_t 
   return KERF_BRIDGE_BYTES;
 }
 
-static int is_peak(float x) { return is_figure(x) && x > 0; }
+static int is_peak(float x) { return is_in_range(x) && x > 0; }
 
 void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float position_mm[3],
                        const float velocity_mm_s[3], float force_n[3], float torque_nmm[3]) {
@@ -343,7 +343,7 @@ void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float p
   double size = 0;
   int i;
   for (i = 0; i < 3; ++i) force_n[i] = torque_nmm[i] = 0;
-  if (!bridge->has_command || !command->engaged || !is_good_still(bridge->command_ns, now_ns, command->valid_ms)) {
+  if (!bridge->has_command || !command->engaged || !is_fresh(bridge->command_ns, now_ns, command->valid_ms)) {
     return;
   }
   /* For kerf_bridge_field() a peak of 0 means unlimited; here it means a device without force. */
