@@ -121,15 +121,21 @@ class Reference:
         return ""
 
 
+def coarsen_mandibles(folder):
+    """Gives the generated mandibles of all scenes coarse voxels; tools/run and the tests of `kerf run` make fine ones."""
+    for scene in [*folder.glob("*.toml"), *folder.glob("scenes/*.toml"), *folder.glob("out/*.toml")]:
+        text = scene.read_text(encoding="utf-8")
+        coarse = re.sub(r"^(\[bone\.mandible\]\n(?:(?!\[).*\n)*?voxel_mm = )0\.[0-3]\d*", r"\g<1>0.4", text, flags=re.M)
+        if coarse != text:
+            scene.write_text(coarse, encoding="utf-8")
+
+
 def make_files(kerf, folder):
     """Makes the files that pages name in their examples."""
     def call(*arguments):
         subprocess.run([kerf, *arguments], cwd=folder, check=True, capture_output=True, text=True)
     for name in ("scenes", "docs", "volumes", "tools"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("images", "*.png"))
-    for scene in folder.glob("scenes/*.toml"):  # coarse mandibles; tools/run and the tests of `kerf run` make fine ones
-        text = scene.read_text(encoding="utf-8")
-        scene.write_text(re.sub(r"(\[bone\.mandible\]\nvoxel_mm = )[0-9.]+", r"\g<1>0.4", text), encoding="utf-8")
     (folder / "docs/images").mkdir()
     (folder / "scene.toml").write_text(SCENE)
     (folder / "out").mkdir()
@@ -176,6 +182,7 @@ def check_page(kerf, page, rules, reference, files):
                 continue
             if "--record" in words:  # a recording never replaces a file
                 (folder / words[words.index("--record") + 1]).unlink(missing_ok=True)
+            coarsen_mandibles(folder)
             started = time.monotonic()
             done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, capture_output=True, text=True,
                                   stdin=subprocess.DEVNULL)

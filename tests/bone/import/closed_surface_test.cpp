@@ -210,8 +210,8 @@ TEST(SurfaceUnits, AreRequiredIfMillimetresAreImplausible) {
   const auto message = [](double edge) { return MessageOf([&] { ImportVolume(Boxes({{edge, false}}), Coarse()); }); };
   EXPECT_THAT(message(0.03),
               HasSubstr("a.stl: the largest side of the surface is 0.03, which is unlikely for a bone in mm; give the "
-                        "unit of its coordinates: --units m (it is then 30 mm) or --units mm to take them as they "
-                        "are"));
+                        "unit of its coordinates: --units m (it is then 30 mm) or --units mm to keep them "
+                        "unchanged"));
   EXPECT_THAT(message(3), HasSubstr("--units cm (it is then 30 mm) or --units in (it is then 76.2 mm) or --units mm"));
   EXPECT_THAT(message(4.7), HasSubstr("--units in (it is then 119 mm)"));
   EXPECT_THAT(message(30000), HasSubstr("is 30000, "));
