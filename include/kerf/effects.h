@@ -18,7 +18,7 @@ namespace kerf {
 class Effect;
 struct EffectSetup;
 
-/// Value of an effect's parameter: a number, a switch, a vector, or a text.
+/// Value of an effect's parameter: a number, a boolean, a vector, or a string.
 using EffectValue = std::variant<double, bool, Vec3, std::string>;
 
 /// Kind of file that a text parameter refers to. The scene reader reads these files; effects have no access to files.
@@ -43,7 +43,7 @@ struct EffectParameter {
   double lower = 0;           // lower end of the valid range of a number or of each component of a vector
   double upper = 0;
   const char* meaning = "";
-  std::vector<const char*> words = {};          // valid values of a text; empty: any text
+  std::vector<const char*> words = {};          // valid values of a string; empty: any string
   EffectFileKind file = EffectFileKind::kNone;  // not kNone: the text is a file name, relative to the scene folder
 };
 

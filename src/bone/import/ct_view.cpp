@@ -16,8 +16,8 @@ namespace kerf {
 namespace {
 
 constexpr double kSmallestShown_mm3 = 1000;
-constexpr double kBeside_mm = 10;  // the table is farther away
-constexpr double kBelow_mm = 50;   // for a mandible that is not joined to the skull
+constexpr double kMaxGap_mm = 10;       // beside the bone; the CT's table is farther away
+constexpr double kMaxGapBelow_mm = 50;  // for a mandible that is not joined to the skull
 constexpr double kViewMargin_mm = 5;
 constexpr double kAir_HU = -1000;
 // Grey scale: fat and muscle dark, enamel white.
@@ -53,7 +53,7 @@ Rgb8 ColourOf(double hu, double iso_hu) {
   return Mix(kBackground, {120, 128, 140}, (hu - kBlack_HU) / (iso_hu - kBlack_HU));
 }
 
-// An empty picture of the box, and the point of each of its pixels.
+// A picture of the box, initially empty, and the position of each of its pixels in the patient.
 class Canvas {
  public:
   Canvas(CtAxis axis, const CtViewOptions& options) : frame_(FrameOf(axis)) {
@@ -167,14 +167,14 @@ Box3 FindBoneBox(const Volume& ct, double iso_hu, const std::string& name) {
   Box3 bone_W;
   for (const Component& piece : pieces.list) {
     if (piece.volume_mm3 < kSmallestShown_mm3) break;
-    Box3 near_W = pieces.list.front().box_W.Grown(kBeside_mm);
-    near_W.lower.z -= kBelow_mm;
+    Box3 near_W = pieces.list.front().box_W.Grown(kMaxGap_mm);
+    near_W.lower.z -= kMaxGapBelow_mm;
     if (glm::clamp(piece.centre_W, near_W.lower, near_W.upper) != piece.centre_W) continue;
     bone_W.Include(piece.box_W.lower);
     bone_W.Include(piece.box_W.upper);
   }
   if (bone_W.empty()) {
-    throw Error(fmt::format("{}: no bone: no piece above {:.0f} HU has 1 cm3 or more; choose another value with --iso",
+    throw Error(fmt::format("{}: no bone: no piece above {:.0f} HU is 1 cm3 or larger; choose another value with --iso",
                             name, iso_hu));
   }
   Box3 scan_W;

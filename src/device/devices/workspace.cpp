@@ -66,7 +66,7 @@ Quat MirrorForLeftHand(const Quat& R_WD, const Quat& R_WD_straight) {
   return glm::normalize(R_WD_straight * Quat{turn.w, turn.x, -turn.y, -turn.z});
 }
 
-std::uint32_t ExchangeButtons(std::uint32_t buttons, int right_bit, int left_bit) {
+std::uint32_t SwapButtons(std::uint32_t buttons, int right_bit, int left_bit) {
   const std::uint32_t right = buttons >> right_bit & 1u;
   const std::uint32_t left = buttons >> left_bit & 1u;
   const std::uint32_t rest = buttons & ~(1u << right_bit | 1u << left_bit);

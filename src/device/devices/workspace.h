@@ -56,11 +56,11 @@ class Workspace {
 DeviceProfile ScaleProfile(DeviceProfile profile, double motion_scale);
 
 /// Returns the device's frame for a left-handed user: R_WD mirrored from right to left. Since a rotation cannot mirror,
-/// the rotation from R_WD_straight to R_WD is mirrored instead: its parts about the directions up and towards the user
-/// change sign.
+/// the rotation from R_WD_straight to R_WD is mirrored instead: its components about the up axis and the axis
+/// towards the user change sign.
 Quat MirrorForLeftHand(const Quat& R_WD, const Quat& R_WD_straight = kFacingPatient);
 
 /// Returns the buttons with the right one and the left one swapped.
-std::uint32_t ExchangeButtons(std::uint32_t buttons, int right_bit, int left_bit);
+std::uint32_t SwapButtons(std::uint32_t buttons, int right_bit, int left_bit);
 
 }  // namespace kerf

@@ -36,7 +36,7 @@ class Check {
   DeviceCheckResult Run() {
     result_.homed = WaitForHandle();
     if (result_.homed) {
-      HoldStill();
+      MeasureAtRest();
       if (servo_.traits().makes_force && !result_.stopped && !gone_) MakeCircle();
       WatchButtons();
     }
@@ -84,7 +84,7 @@ class Check {
     return false;
   }
 
-  void HoldStill() {
+  void MeasureAtRest() {
     if (servo_.traits().motion != DriverMotion::kPosition) return;
     Say(fmt::format("leave the handle alone for {:g} s", options_.still_s));
     // Measure again if the handle moved: after homing, the user may still hold it.
@@ -251,10 +251,11 @@ std::string DescribeSample(const DriverTraits& traits, const DriverSample& sampl
   std::string line = fmt::format("right {:+8.2f}  up {:+8.2f}  towards you {:+8.2f} mm", p.x, p.y, p.z);
   if (traits.motion == DriverMotion::kDeflection) {
     const std::array<double, 6>& d = sample.deflection;
-    line = fmt::format("right {:+5.2f}  up {:+5.2f}  towards you {:+5.2f}; about them {:+5.2f} {:+5.2f} {:+5.2f}", d[0],
-                       d[1], d[2], d[3], d[4], d[5]);
+    line = fmt::format(
+        "right {:+5.2f}  up {:+5.2f}  towards you {:+5.2f}; rotation about these axes {:+5.2f} {:+5.2f} {:+5.2f}", d[0],
+        d[1], d[2], d[3], d[4], d[5]);
   }
-  if (traits.senses_orientation) line += fmt::format("; turned {:.3f} {:.3f} {:.3f} {:.3f}", q.w, q.x, q.y, q.z);
+  if (traits.senses_orientation) line += fmt::format("; orientation {:.3f} {:.3f} {:.3f} {:.3f}", q.w, q.x, q.y, q.z);
   return fmt::format("{}; buttons {}", line, NamePressed(traits, sample.buttons));
 }
 

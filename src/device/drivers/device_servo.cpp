@@ -437,7 +437,7 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
   sample.X_WH = X_WT_;
   sample.buttons = newest.sample.buttons;
   if (options_.left_handed && right_bit_ >= 0 && left_bit_ >= 0) {
-    sample.buttons = ExchangeButtons(sample.buttons, right_bit_, left_bit_);
+    sample.buttons = SwapButtons(sample.buttons, right_bit_, left_bit_);
   }
   if (!has_orientation_) has_orientation_ = orientation_.Update();
   if (!has_orientation_ || newest.state != ServoState::kEngaged || Now_s() - newest.at_s > options_.max_sample_age_s) {

@@ -58,11 +58,12 @@ void AddSetting(std::string& text, const Comparison& c) {
 
 void AddForces(std::string& text, const Comparison& c) {
   AppendFormat(text, "## Force and work\n\n![Force against depth](force_depth.png)\n\n");
-  AppendFormat(text,
-               "| case | mean (N) | ratio | ratio at equal law | peak (N) | at (mm) | rms difference (N) | (%) | peak "
-               "difference (N) | (%) | at (mm) | work "
-               "(mJ) "
-               "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  AppendFormat(
+      text,
+      "| case | mean (N) | ratio | ratio with the same law | peak (N) | at (mm) | rms difference (N) | (%) | peak "
+      "difference (N) | (%) | at (mm) | work "
+      "(mJ) "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   const double peak_N = c.reference().peak_N;
   const CaseResult* equal = FindEqualLaw(c);
   const auto ratio = [](double mean_N, double other_N) {

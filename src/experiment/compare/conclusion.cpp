@@ -27,7 +27,7 @@ bool Alike(double value, double other) {
 }
 
 /// Formats a ratio of forces: "3.20 times the force of" or "31.0 % of the force of".
-std::string OfTheForce(double ratio, const char* what = "force") {
+std::string ShowForceRatio(double ratio, const char* what = "force") {
   return ratio >= 1 ? fmt::format("{} times the {} of", ShowFigure(ratio), what)
                     : fmt::format("{} % of the {} of", ShowFigure(100 * ratio), what);
 }
@@ -66,7 +66,7 @@ std::string DescribeSides(const CaseResult& result, const Comparison& c) {
   std::size_t above = 0;
   std::size_t below = 0;
   std::size_t equal = 0;
-  std::size_t equal_since = 0;  // first equal bin since the last change of sides
+  std::size_t equal_since = 0;  // number of equal bins since the last change of sides
   int last_side = 0;
   double since_mm = 0;  // depth from which the case has been on the last side
   for (const std::size_t i : c.slice_bins) {
@@ -148,7 +148,7 @@ std::string DescribeForce(const CaseResult& result, const Comparison& c) {
                        figures);
   }
   std::string text = fmt::format("**{}** requires {} {}, on average over the slice ({}).", result.what.label,
-                                 OfTheForce(ratio), reference.what.label, figures);
+                                 ShowForceRatio(ratio), reference.what.label, figures);
   const std::string sides = DescribeSides(result, c);
   if (!sides.empty()) text += " " + sides + ".";
   text += " " + DescribePeak(result, c) + ".";
@@ -254,11 +254,12 @@ std::string DescribeCost(const CaseResult& result, const Comparison& c) {
     return times > 1 ? fmt::format("{} times {}", ShowFigure(times), less)
                      : fmt::format("{} times {}", ShowFigure(1 / times), more);
   };
-  return fmt::format("A tick of **{}** takes {} (p50; p99 {}) against {} (p99 {}), {}; it works on {} against {}, {}.",
-                     result.what.label, ShowTime(result.times.p50_us), ShowTime(result.times.p99_us),
-                     ShowTime(reference.times.p50_us), ShowTime(reference.times.p99_us), compare(ratio, "less", "more"),
-                     ShowMemory(static_cast<double>(result.memory_bytes)),
-                     ShowMemory(static_cast<double>(reference.memory_bytes)), compare(memory, "less", "more"));
+  return fmt::format(
+      "A tick of **{}** takes {} (p50; p99 {}) against {} (p99 {}), {}; it uses {} of memory against {}, {}.",
+      result.what.label, ShowTime(result.times.p50_us), ShowTime(result.times.p99_us), ShowTime(reference.times.p50_us),
+      ShowTime(reference.times.p99_us), compare(ratio, "less", "more"),
+      ShowMemory(static_cast<double>(result.memory_bytes)), ShowMemory(static_cast<double>(reference.memory_bytes)),
+      compare(memory, "less", "more"));
 }
 
 /// Names the two cases with the smallest difference.
@@ -288,12 +289,12 @@ std::string DescribeCause(const CaseResult& slab, const CaseResult& equal, const
   const bool has_more = c.slab.friction_coefficient * c.slab.normal_force_N > 0 || c.slab.stiffness_N_per_mm > 0 ||
                         c.slab.damping_Ns_per_mm > 0;
   const std::string slab_fraction =
-      fmt::format("at equal law, {} gives {} {} ({} N against {} N{})", slab.what.label,
-                  OfTheForce(by_slab, "mean force"), equal.what.label, ShowFigure(slab.slice.mean_N),
+      fmt::format("with the same law, {} gives {} {} ({} N against {} N{})", slab.what.label,
+                  ShowForceRatio(by_slab, "mean force"), equal.what.label, ShowFigure(slab.slice.mean_N),
                   ShowFigure(equal.slice.mean_N), has_more ? "; friction, springs and dampers included" : "");
   if (&equal == &reference) return fmt::format(" The cause is the slab: {}.", slab_fraction);
   const std::string law_fraction = fmt::format("with the slab's law, voxel mode gives {} {}",
-                                               OfTheForce(by_law, "mean force"), reference.what.label);
+                                               ShowForceRatio(by_law, "mean force"), reference.what.label);
   return std::abs(std::log(by_law)) >= std::abs(std::log(by_slab))
              ? fmt::format(" The cause is the tooth law more than the slab: {}; {}.", law_fraction, slab_fraction)
              : fmt::format(" The cause is the slab more than the tooth law: {}; {}.", slab_fraction, law_fraction);
@@ -320,7 +321,7 @@ std::string DescribeSubstitute(const Comparison& c) {
                                        : fmt::format("in {} times the time per tick", ShowFigure(1 / faster));
   const std::string force = fmt::format(
       "{} gives {} {} ({} N against {} N; rms difference {} N), {}.", nearest->what.label,
-      OfTheForce(nearest->slice.mean_N / reference.slice.mean_N, "mean force"), reference.what.label,
+      ShowForceRatio(nearest->slice.mean_N / reference.slice.mean_N, "mean force"), reference.what.label,
       ShowFigure(nearest->slice.mean_N), ShowFigure(reference.slice.mean_N), ShowFigure(nearest->slice.rms_N), time);
   if (fraction <= kMaxSlabDifference) {
     return fmt::format("**In short:** slab mode can replace {} on this cut: {}", reference.what.label, force);

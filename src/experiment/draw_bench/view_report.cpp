@@ -16,7 +16,7 @@ std::string FormatFirst(const ViewReport& r) {
                      1e-3 * r.upload_ms, 1e-3 * r.first_frame_ms);
 }
 
-std::string FormatWhere(const ViewReport& r) {
+std::string FormatEnvironment(const ViewReport& r) {
   return fmt::format("{} x {} pixels, scale {:g}; {}; {}, {} core{}; load {:.1f} before", r.options.width,
                      r.options.height, r.options.scale, r.renderer, r.machine.cpu, r.machine.cores,
                      r.machine.cores == 1 ? "" : "s", r.machine.load);
@@ -38,7 +38,7 @@ std::string FormatViewTable(const ViewReport& r) {
   }
   text += fmt::format("  surface         {:.1f} MB in {} chunks; {:.1f} MB kept for cut leaves\n", r.surface_MB,
                       r.chunks, r.uncut_MB);
-  text += fmt::format("  bone            {:016x} after the cut\n  {}\n", r.bone_hash, FormatWhere(r));
+  text += fmt::format("  bone            {:016x} after the cut\n  {}\n", r.bone_hash, FormatEnvironment(r));
   return text;
 }
 
@@ -62,7 +62,7 @@ std::string FormatViewMarkdown(const ViewReport& r) {
       "chunks, "
       "and the data kept for {} cut leaves {:.1f} MB. {}.\n",
       r.options.voxel_mm, FormatFirst(r), 1e-3 * r.refining_ms, r.surface_MB, r.chunks, r.cut_leaves, r.uncut_MB,
-      FormatWhere(r));
+      FormatEnvironment(r));
   return text;
 }
 

@@ -163,7 +163,7 @@ void JudgeStability(StabilityStudy& study) {
     std::string broken;
     for (const StabilityFigure& f : scenario.figures) {
       if (f.holds()) continue;
-      broken += fmt::format("{}{} is {:.3g}{}{}, {} {:.3g} is allowed", broken.empty() ? "" : "; ", f.name, f.value,
+      broken += fmt::format("{}{} is {:.3g}{}{}, but must be {} {:.3g}", broken.empty() ? "" : "; ", f.name, f.value,
                             f.unit.empty() ? "" : " ", f.unit, f.at_most ? "at most" : "at least", f.bound);
     }
     study.findings.push_back(

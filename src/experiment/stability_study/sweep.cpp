@@ -65,7 +65,7 @@ void RunScenarios(const StabilitySubject& subject, SweepRow& row) {
       // A small force, because of a weak spring or a small force scale of the device, is not an instability.
       if (f.holds() || f.name == "force") continue;
       row.verdict = SweepVerdict::kFail;
-      row.reason = fmt::format("{}: {} is {:.3g}{}{}, {} {:.3g} is allowed", name, f.name, f.value,
+      row.reason = fmt::format("{}: {} is {:.3g}{}{}, but must be {} {:.3g}", name, f.name, f.value,
                                f.unit.empty() ? "" : " ", f.unit, f.at_most ? "at most" : "at least", f.bound);
       return;
     }

@@ -1,4 +1,4 @@
-// A scene's loop at the ends of the ranges of its numeric keys: the examination of `kerf stability --sweep`.
+// Runs a scene's loop at the limits of its numeric keys, for `kerf stability --sweep`.
 #pragma once
 
 #include <atomic>

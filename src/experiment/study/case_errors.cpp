@@ -53,10 +53,10 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
     const CasePass warm = RunCasePass(path, holding, settings);
     StudySettings finest = settings;
     finest.heat_grid_mm = kFinestHeat_mm;
-    const std::vector<double> truth_C = RunCasePass(path, holding, finest).beside_C;
+    const std::vector<double> truth_C = RunCasePass(path, holding, finest).probe_temperatures_C;
     finest.heat_grid_mm = 2 * kFinestHeat_mm;
-    const std::vector<double> coarser_C = RunCasePass(path, holding, finest).beside_C;
-    errors.temperature_K = CalcTemperatureError(warm.beside_C, truth_C);
+    const std::vector<double> coarser_C = RunCasePass(path, holding, finest).probe_temperatures_C;
+    errors.temperature_K = CalcTemperatureError(warm.probe_temperatures_C, truth_C);
     // The method is of first order, so the error of the finer grid is about as large as the difference between the two
     // grids.
     errors.temperature_bar_K = CalcTemperatureError(coarser_C, truth_C);

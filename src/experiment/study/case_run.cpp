@@ -348,7 +348,8 @@ CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings
     pass.force_hash = MixForce(pass.force_hash, pass.f_W_N.back());
   }
   if (settings.heat_grid_mm > 0) {
-    for (const Vec3& p_W : MakeHeatProbes(path, holding)) pass.beside_C.push_back(subject->CalcTemperature_C(p_W));
+    for (const Vec3& p_W : MakeHeatProbes(path, holding))
+      pass.probe_temperatures_C.push_back(subject->CalcTemperature_C(p_W));
   }
   pass.removed_mm3 = subject->CalcRemoved_mm3();
   pass.bone = subject->TakeBone();

@@ -53,20 +53,20 @@ class CaseSubject {
   virtual std::optional<Bone> TakeBone() { return std::nullopt; }
 };
 
-/// Thrown if the creation of a simulation shows that the settings have no meaning on this path.
+/// Thrown if creating a simulation shows that the settings make no sense for this path.
 class Omission : public Error {
  public:
   using Error::Error;
 };
 
-/// Returns the reason why these settings have no meaning on this path; empty if they do have a meaning.
+/// Returns the reason why these settings make no sense for this path; empty if they do.
 std::string FindOmission(const StudyPath& path, Holding holding, const StudySettings& settings);
 /// Returns the law selected by the settings, with the path's parameters if it is the path's law. Throws Error for an
 /// unknown law.
 ForceLaw MakeCaseLaw(const StudyPath& path, const StudySettings& settings);
 /// Returns the path's bone with the material selected by the settings. Throws Error if it cannot be made.
 Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings);
-/// Creates the simulation that the settings select. Throws Omission if they have no meaning on this path, and Error if
+/// Creates the simulation that the settings select. Throws Omission if they make no sense for this path, and Error if
 /// a parameter is out of range.
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone);
@@ -78,16 +78,16 @@ std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding);
 
 /// All results of a pass.
 struct CasePass {
-  std::vector<Vec3> f_W_N;       // by tick
-  std::vector<bool> contact;     // by tick: whether a tooth touched bone
-  std::vector<double> beside_C;  // temperatures at the end, at the points of MakeHeatProbes(); empty without heat
+  std::vector<Vec3> f_W_N;                   // by tick
+  std::vector<bool> contact;                 // by tick: whether a tooth touched bone
+  std::vector<double> probe_temperatures_C;  // at the end, at the points of MakeHeatProbes(); empty without heat
   double removed_mm3 = 0;
   std::optional<Bone> bone;
   std::uint64_t force_hash = 0;
   std::uint64_t bone_hash = 0;
 };
 CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings& settings);
-/// As RunForErrors() in case.h, but also stores the result of the pass without heat in `pass`, unless `pass` is null.
+/// Like RunForErrors() in case.h, but also stores the result of the pass without heat in `pass`, unless `pass` is null.
 CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySettings& settings,
                          const StudyReference& reference, CasePass* pass);
 

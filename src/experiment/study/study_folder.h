@@ -36,13 +36,13 @@ struct WorkRecord {
 std::string FormatWorkRecord(const WorkRecord& record);
 /// Throws Error if the text is not a work record.
 WorkRecord ParseWorkRecord(const std::string& text);
-/// Returns true if both are equal except for times, which differ from run to run.
+/// Returns true if the two records are equal except for times, which differ from run to run.
 bool AgreeInAllButTimes(const WorkRecord& a, const WorkRecord& b);
 
 /// Contents of references/NAME.json.
 struct StoredReference {
   std::string name;   // PlannedCase::reference
-  std::string input;  // of the path and the tolerance
+  std::string input;  // text that identifies the path and the tolerance
   std::string why;    // why it could not be made; empty if it was made
   ReferenceRecord record;
 };

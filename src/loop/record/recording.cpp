@@ -116,7 +116,7 @@ RecordingHeader ParseHeader(const std::string& text) {
   } else if (kind == "slab") {
     header.kind = RecordedKind::kSlab;
   } else {
-    throw Error(fmt::format("is of a kind \"{}\" that this version does not support", kind.substr(0, 40)));
+    throw Error(fmt::format("is of kind \"{}\", which this version does not support", kind.substr(0, 40)));
   }
   header.version = Printable(json.Text("version"));
   header.commit = Printable(json.Text("commit"));

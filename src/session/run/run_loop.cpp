@@ -244,7 +244,7 @@ void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSumm
   s.force.largest_step_N = device.counts().largest_step_N;
 }
 
-/// Summarises the bone after the run and its pieces.
+/// Summarises the bone and its pieces after the run.
 void SummarizeBone(Bone bone, const Scene& scene, const LoopOptions& options,
                    const std::function<void(const char*, double)>& show, LoopSummary& s) {
   show("separating the pieces", 0);
@@ -304,7 +304,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   }
   const double requested_ticks = options.seconds * scene.loop.rate_hz;
   if (options.log == LoopLog::kMemory && requested_ticks > kMaxTicksInMemory) {
-    throw Error(fmt::format("{:.0f} ticks are too many to be kept in memory; at most {:.0f}, or give a folder",
+    throw Error(fmt::format("{:.0f} ticks are too many to keep in memory (the maximum is {:.0f}); specify a folder",
                             requested_ticks, kMaxTicksInMemory));
   }
   LoopSummary s;

@@ -66,8 +66,8 @@ struct ScoreSheet {
   /// but there are no points and no total.
   std::vector<std::string> incomplete;
   RecordingState state = RecordingState::kWhole;
-  std::string steps_digest;      // of the inputs of the ticks: CalcStepsDigests()
-  std::string beginning_digest;  // of the first of them
+  std::string steps_digest;      // of the inputs of all ticks: CalcStepsDigests()
+  std::string beginning_digest;  // of the inputs of the first ticks
   RecordingSeal seal;
   std::vector<std::string> warnings;
 
@@ -81,8 +81,8 @@ void SetValue(ScoreSheet& sheet, std::string_view key, std::optional<double> val
 /// Computes the points of measures with values, and the total. An incomplete sheet gets neither.
 void CalcTotal(ScoreSheet& sheet);
 
-/// Describes the chain of a recording's blocks: "whole"; "broken"; "not closed", as after a kill; "none" for version 1
-/// of recordings.
+/// Describes the chain of a recording's blocks: "whole"; "broken"; "not closed", for example after a kill; "none" for
+/// recordings of version 1.
 const char* DescribeChain(const RecordingSeal& seal);
 
 /// Returns a readable table.

@@ -86,7 +86,7 @@ TEST_F(PictureCommand, RefusesInputThatCannotBeDrawn) {
   ASSERT_EQ(Kerf("model block --size 8,4,4 --voxel 0.4 -o b.vdb").code, 0);
   EXPECT_EQ(Kerf("picture b.vdb -o a.png --slice z=1").code, 2);
   ExpectRefusal(Kerf("picture ball.mha -o a.png --iso 2000"),
-                "ball.mha: no bone: no piece above 2000 HU has 1 cm3 or more; choose another value with --iso");
+                "ball.mha: no bone: no piece above 2000 HU is 1 cm3 or larger; choose another value with --iso");
   EXPECT_FALSE(Exists("a.png"));
 }
 

@@ -112,9 +112,9 @@ TEST(Workspace, LeftHandIsMirrored) {
   // An upward tilt does not change.
   const Quat tilted = kFacingPatient * glm::angleAxis(0.35, Vec3{1, 0, 0});
   EXPECT_LT(CalcAngle(MirrorForLeftHand(tilted), tilted), 1e-14);
-  EXPECT_EQ(ExchangeButtons(0b0001u, 0, 3), 0b1000u);
-  EXPECT_EQ(ExchangeButtons(0b1110u, 0, 3), 0b0111u);
-  EXPECT_EQ(ExchangeButtons(ExchangeButtons(0b1010u, 0, 3), 0, 3), 0b1010u);
+  EXPECT_EQ(SwapButtons(0b0001u, 0, 3), 0b1000u);
+  EXPECT_EQ(SwapButtons(0b1110u, 0, 3), 0b0111u);
+  EXPECT_EQ(SwapButtons(SwapButtons(0b1010u, 0, 3), 0, 3), 0b1010u);
 }
 
 TEST(Workspace, RefusesInvalidParameters) {

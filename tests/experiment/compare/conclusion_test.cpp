@@ -166,23 +166,23 @@ TEST(Conclusion, EffectOfTheToothLawIsSeparatedFromThatOfTheSlab) {
               HasSubstr("slab B gives 1.20 % of the mean force of voxel A (0.0480 N against 4.00 N; rms difference "
                         "3.95 N)"));
   EXPECT_THAT(law, HasSubstr("The cause is the tooth law more than the slab: with the slab's law, voxel mode gives "
-                             "1.00 % of the mean force of voxel A; at equal law, slab B gives 1.20 times the mean "
+                             "1.00 % of the mean force of voxel A; with the same law, slab B gives 1.20 times the mean "
                              "force of voxel hertz_constant_bite (0.0480 N against 0.0400 N)."));
   EXPECT_THAT(law, Not(HasSubstr("peak")));
   const std::string slab = in_short(3, 12);
   EXPECT_THAT(slab,
-              HasSubstr("The cause is the slab more than the tooth law: at equal law, slab B gives 4.00 times "
+              HasSubstr("The cause is the slab more than the tooth law: with the same law, slab B gives 4.00 times "
                         "the mean force of voxel hertz_constant_bite (12.0 N against 3.00 N); with the slab's law, "
                         "voxel mode gives 75.0 % of the mean force of voxel A."));
   // The reference itself uses the slab's law.
   MadeUpCase reference = Reference();
   reference.law = "hertz_constant_bite";
   EXPECT_THAT(WriteConclusion(MakeUp({reference, Slab([](double) { return 12.0; })})).force.front(),
-              HasSubstr("The cause is the slab: at equal law, slab B gives 3.00 times the mean force of voxel A"));
+              HasSubstr("The cause is the slab: with the same law, slab B gives 3.00 times the mean force of voxel A"));
 }
 
-// Of two slabs, the report names the one that is nearer at equal law, not the one whose errors happen to cancel those
-// of the law.
+// Of two slabs, the report names the one that is nearer with the same law, not the one whose errors happen to cancel
+// those of the law.
 TEST(Conclusion, NearestSlabIsChosenAtEqualLaw) {
   MadeUpCase equal = Reference();
   equal.label = "voxel hertz_constant_bite";
@@ -248,11 +248,11 @@ TEST(Conclusion, CostIsTheRatioOfTheMeasuredFigures) {
   MadeUpCase slab = Slab([](double) { return 4.0; });
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).cost); };
   EXPECT_THAT(words(), HasSubstr("A tick of **slab B** takes 0.500 us (p50; p99 0.600 us) against 100 us (p99 200 us), "
-                                 "200 times less; it works on 2.00 kB against 1.00 MB, 500 times less."));
+                                 "200 times less; it uses 2.00 kB of memory against 1.00 MB, 500 times less."));
   EXPECT_THAT(words(), HasSubstr("Between the 2 repetitions, p50 differed by up to 5.00 %"));
   slab.p50_us = 300;
   slab.memory_bytes = 4'000'000;
-  EXPECT_THAT(words(), HasSubstr("3.00 times more; it works on 4.00 MB against 1.00 MB, 4.00 times more."));
+  EXPECT_THAT(words(), HasSubstr("3.00 times more; it uses 4.00 MB of memory against 1.00 MB, 4.00 times more."));
   slab.p50_us = 105;
   slab.memory_bytes = 1'000'000;
   EXPECT_THAT(words(), HasSubstr("slab B costs the same as voxel A, to within 10 %, in time per tick and in memory."));

@@ -285,7 +285,7 @@ double CutThrough(const DiscSaw& saw, double size_mm, double y, double h) {
 TEST(HardCase13, ADiscThinnerThanAVoxelCutsAndSeparates) {
   Verdict verdict(
       "holds for 0.3 mm in 0.4 mm voxels; a thinner disc leaves a kerf one voxel wide, because a level set cannot "
-      "separate by less, so the volume is that of a voxel's width and not t A");
+      "represent a narrower gap; the volume is then that of a voxel's width, not t A");
   const double h = 0.4;
   double widths_mm[2] = {};
   const double thicknesses_mm[2] = {0.3, 0.02};

@@ -16,8 +16,8 @@ using test::InKerf;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr double kNoTime[] = {0.0, -0.0, std::numeric_limits<double>::denorm_min(), 1e-9, 0.99e-6};
-constexpr double kNotATime[] = {-1e-9, -0.001, -1.0, 1.01, 1e300, kInf, -kInf, kNan};
+constexpr double kNegligibleTimeSteps[] = {0.0, -0.0, std::numeric_limits<double>::denorm_min(), 1e-9, 0.99e-6};
+constexpr double kInvalidTimeSteps[] = {-1e-9, -0.001, -1.0, 1.01, 1e300, kInf, -kInf, kNan};
 
 void ExpectSame(const CoupledOutput& a, const CoupledOutput& b) {
   EXPECT_EQ(a.X_WT.p_AB, b.X_WT.p_AB);
@@ -52,7 +52,7 @@ TEST(HardCase18, ZeroTimeStepRepeatsTheForceAndDoesNothingElse) {
     ExpectSame(out, same);
     if (i % 50 != 0) continue;
     simulation.ClearChanged();
-    for (const double dt_s : kNoTime) {
+    for (const double dt_s : kNegligibleTimeSteps) {
       CoupledInput none = in;
       none.dt_s = dt_s;
       none.X_WH.p_AB += Vec3(0, 0, checked % 2 == 0 ? -3 : 0);  // any position of the handle
@@ -68,7 +68,7 @@ TEST(HardCase18, ZeroTimeStepRepeatsTheForceAndDoesNothingElse) {
       ++checked;
     }
     // An invalid time step gives no force and leaves the state unchanged.
-    for (const double dt_s : kNotATime) {
+    for (const double dt_s : kInvalidTimeSteps) {
       CoupledInput none = in;
       none.dt_s = dt_s;
       const CoupledOutput refused = simulation.Tick(none);
@@ -76,7 +76,7 @@ TEST(HardCase18, ZeroTimeStepRepeatsTheForceAndDoesNothingElse) {
       EXPECT_EQ(refused.f_H_W_N, Vec3(0)) << dt_s;
       EXPECT_EQ(refused.X_WT.p_AB, out.X_WT.p_AB) << dt_s;
       none.dt_s = 0;
-      EXPECT_EQ(simulation.Tick(none).f_H_W_N, Vec3(0)) << "after no force there is none";
+      EXPECT_EQ(simulation.Tick(none).f_H_W_N, Vec3(0)) << "there is no previous force to repeat";
       EXPECT_EQ(simulation.changed_count(), 0);
     }
   }
@@ -150,7 +150,7 @@ TEST(HardCase18, ZeroTimeStepOnAPathAndInTheSlabRepeatsTheForce) {
     EXPECT_EQ(slab_twin.Tick(in).f_T_W_N, slab_out.f_T_W_N);
     if (i % 30 != 0) continue;
     min_N = std::min({min_N, glm::length(out.f_T_W_N), glm::length(slab_out.f_T_W_N)});
-    for (const double dt_s : kNoTime) {
+    for (const double dt_s : kNegligibleTimeSteps) {
       TickInput none = in;
       none.dt_s = dt_s;
       none.X_WT.p_AB.z -= 1;

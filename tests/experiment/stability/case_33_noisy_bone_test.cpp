@@ -191,8 +191,8 @@ TEST(HardCase34, ALayerOfOneVoxelIsReportedInTheTickThatReachesIt) {
 
 TEST(HardCase34, RemovedVolumeOfALabelIsCountedExactly) {
   Verdict verdict(
-      "applies in part: the count equals the loss of the bone's volumes by label exactly; these are accurate to a "
-      "fraction of a voxel");
+      "applies in part: for each label, the count equals the decrease of the bone's volume exactly; the volumes are "
+      "accurate to a fraction of a voxel");
   for (const bool cell : {false, true}) {
     const Bone bone = MakeLayeredBlock(3.0, cell);
     CoupledSimulation simulation(bone, test::DiscParams(), DiscPose(Pose{}, {0, 0, 5 + kR + 0.1}));

@@ -212,7 +212,7 @@ TEST(JudgeStability, NamesEachFigureAndMarginThatDoesNotHold) {
   study.margins[2].margins.delay_ticks = 0;  // the scene's hand: no tick of delay
   study.margins[3].margins.gain = 1.99;      // the scene's hand, linear
   JudgeStability(study);
-  EXPECT_THAT(study.findings, ElementsAre("calm: figure is 30 mN, at most 20 is allowed",
+  EXPECT_THAT(study.findings, ElementsAre("calm: figure is 30 mN, but must be at most 20",
                                           HasSubstr("near: figure is nan mN"), HasSubstr("in the hand H1: it is not"),
                                           HasSubstr("tolerates 0 ticks of additional delay, at least 1 required"),
                                           HasSubstr("the gain margin is 1.99, at least 2 required")));

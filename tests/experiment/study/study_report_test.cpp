@@ -39,7 +39,8 @@ std::vector<std::string> FilesIn(const std::string& folder) {
 }
 
 TEST(StudyReport, IsReproducedByteForByteFromItsRawFigures) {
-  if (const char* look = std::getenv("KERF_LOOK_AT"); look != nullptr) WriteStudyReport(test::MakeStudy(), look, {});
+  if (const char* look = std::getenv("KERF_TEST_REPORT_DIR"); look != nullptr)
+    WriteStudyReport(test::MakeStudy(), look, {});
   const test::Folder folder;
   std::filesystem::create_directory(folder.file("one"));
   std::filesystem::create_directory(folder.file("two"));

@@ -250,7 +250,7 @@ TEST(RunLoop, RefusesSlabModeAndInvalidDurations) {
   EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 36'001), "the loop can't run for 36001 s; give 0.01 to 36000");
   // Without a folder, all rows would be kept in memory.
   EXPECT_EQ(MessageOf(ParseScene(kLoopScene, "s.toml"), 20'000),
-            "20000000 ticks are too many to be kept in memory; at most 10000000, or give a folder");
+            "20000000 ticks are too many to keep in memory (the maximum is 10000000); specify a folder");
 }
 
 using LoopReport = test::ResultFolderTest;

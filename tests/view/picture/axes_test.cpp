@@ -11,7 +11,7 @@
 namespace kerf {
 namespace {
 
-// Returns two small triangles at opposite corners of a box, so that the faces between them are free.
+// Returns two small triangles at opposite corners of a box, so that nothing hides the grid on the faces between them.
 TriangleMesh MakeCorners(const Box3& box_W) {
   TriangleMesh mesh;
   for (const Vec3& corner : {box_W.lower, box_W.upper}) {
@@ -58,7 +58,7 @@ TEST(Axes, GridLinesLieAtRoundCoordinates) {
     const ViewFrame frame = CalcViewFrame(spec);
     const Image image = RenderPicture(spec);
     const Box3 box_W = CalcShapeBox(spec);
-    const MmGrid grid = ChooseMmGrid(frame.pixels_per_mm, 8, 24);  // for half of 720 pixels of height
+    const MmGrid grid = ChooseMmGrid(frame.pixels_per_mm, 8, 24);  // for a height of 360 pixels, half of 720
     const std::vector<double> expected_mm = ListMultiples(grid.line_mm, box_W.lower.x, box_W.upper.x);
     ASSERT_GT(expected_mm.size(), 5u);
     // The row is half-way between two horizontal lines and within the box's sides.
@@ -98,7 +98,7 @@ TEST(Axes, NumbersAreInThePicture) {
       }
     }
     EXPECT_TRUE(edge_is_white) << ToString(view);
-    EXPECT_GT(dark, 1000) << ToString(view);  // nothing else is dark: letters and the axes' lines
+    EXPECT_GT(dark, 1000) << ToString(view);  // only the letters and the axis lines are dark
   }
 }
 
