@@ -61,7 +61,7 @@ TEST(Noise, IsTheRmsOfAllAxesAbove20Hz) {
   EXPECT_GT(CalcNoise(slow, kMeasuresDt_s, 20), 0.6);
 }
 
-TEST(Noise, OfWhiteNoiseIsTheFractionOfTheBandAbove) {
+TEST(Noise, ForWhiteNoiseIsTheFractionOfTheBandAbove) {
   // The filter's power |H|^4 over 20 to 500 Hz is 0.955 of the whole band (integrated numerically here).
   double fraction = 0;
   for (int k = 0; k < 100000; ++k) {
@@ -79,14 +79,14 @@ TEST(Noise, OfWhiteNoiseIsTheFractionOfTheBandAbove) {
   EXPECT_NEAR(CalcNoise(f, kMeasuresDt_s), 0.1 * std::sqrt(3 * fraction), 0.01 * 0.1 * std::sqrt(3.0));
 }
 
-TEST(Noise, OfAConstantIsZero) {
+TEST(Noise, IsZeroForAConstant) {
   EXPECT_EQ(CalcNoise(std::vector<Vec3>(100, Vec3(0)), kMeasuresDt_s), 0);
   EXPECT_LT(CalcNoise(std::vector<Vec3>(100, Vec3(1, -28, 3)), kMeasuresDt_s), 1e-12);
 }
 
 // ---- C2
 
-TEST(TickSteps, AreRelativeToSevenPercentOfTheForceBefore) {
+TEST(TickSteps, AreRelativeToSevenPercentOfThePrecedingForce) {
   std::vector<Vec3> f(2001, Vec3(0, 0, 5));
   for (std::size_t i = 1000; i < f.size(); ++i) f[i].z = 5.7;  // 0.7 N of 5 N: two just-noticeable differences
   EXPECT_NEAR(CalcTickSteps(f).max, 2, 1e-12);
@@ -104,7 +104,7 @@ TEST(TickSteps, AreRelativeToSevenPercentOfTheForceBefore) {
   EXPECT_NEAR(CalcTickSteps(f).max, 12.5, 1e-9);
 }
 
-TEST(TickSteps, PercentileLeavesAThousandthAbove) {
+TEST(TickSteps, ExceedThePercentileOnceInAThousand) {
   // The steps are 1, 2 ... 2000 units, so 99.9 % of them are at most 1998.
   std::vector<Vec3> f(1, Vec3(0, 0, 0));
   for (int i = 1; i <= 2000; ++i) f.emplace_back(0, 0, f.back().z + (i % 2 == 0 ? -1e-6 : 1e-6) * i);
@@ -112,7 +112,7 @@ TEST(TickSteps, PercentileLeavesAThousandthAbove) {
   EXPECT_NEAR(CalcTickSteps(f).max, 2000e-6 / 0.035, 1e-9);
 }
 
-TEST(TickSteps, OfWholeVoxelsRemovedAreStiffnessTimesVoxelSize) {
+TEST(TickSteps, AreStiffnessTimesVoxelSizeWhenWholeVoxelsAreRemoved) {
   // A spring of 2 N/mm moves over steps of 0.4 mm at 5 mm/s, with a force of about 5 N. The force drops by 0.8 N in one
   // tick and rises slowly in between.
   std::vector<Vec3> f;
@@ -160,7 +160,7 @@ TEST(Toggles, CountOnlyReversalsBeyondTheHysteresis) {
   EXPECT_GT(CountToggles(ramp, kMeasuresDt_s, 0).turns_per_s, 100);
 }
 
-TEST(Toggles, FirstDirectionMayBeDown) {
+TEST(Toggles, MayBeginDownwards) {
   EXPECT_NEAR(CountToggles(std::vector<double>{5, 4, 3, 4, 5, 3}, 0.2, 0.5).turns_per_s, 2, 1e-12);
   EXPECT_NEAR(CountToggles(std::vector<double>{3, 4, 5, 4, 3, 5}, 0.2, 0.5).turns_per_s, 2, 1e-12);
   EXPECT_NEAR(CountToggles(std::vector<double>{0, 0, 2, 0, 0, 2}, 0.2, 3).contact_per_s, 3, 1e-12);
@@ -193,7 +193,7 @@ TEST(LineProminence, FindsALineAtHalfTheSamplingRate) {
   EXPECT_GT(CalcLineProminence_dB(f, kMeasuresDt_s, 500), 15);
 }
 
-TEST(LineProminence, OfAPureToneIsLargeAndOfASmoothSignalSmall) {
+TEST(LineProminence, IsLargeForAPureToneAndSmallForASmoothSignal) {
   const std::vector<double> tone = Make(4000, [](double t) { return Wave(t, 77.7); });
   EXPECT_GT(CalcLineProminence_dB(tone, kMeasuresDt_s, 77.7), 40);
   EXPECT_LT(CalcLineProminence_dB(tone, kMeasuresDt_s, 150), 6);
@@ -202,7 +202,7 @@ TEST(LineProminence, OfAPureToneIsLargeAndOfASmoothSignalSmall) {
   EXPECT_LT(CalcLineProminence_dB(Make(4000, [](double t) { return std::exp(-t); }), kMeasuresDt_s, 50), 6);
 }
 
-TEST(LineProminence, OfVoxelsRemovedOneByOneIsAtFeedOverVoxelSize) {
+TEST(LineProminence, FindsVoxelsRemovedOneByOneAtFeedOverVoxelSize) {
   // Motion at 2 mm/s through voxels of 0.2 mm has a line at 10 Hz and harmonics, but nothing between them.
   Noise noise;
   const std::vector<double> f = Make(8000, [&](double t) { return 5 + 0.4 * std::fmod(10 * t, 1.0) + 0.02 * noise(); });
@@ -220,7 +220,7 @@ TEST(LineProminence, RefusesFrequenciesThatTheSamplesCannotContain) {
 
 // ---- C6
 
-TEST(Oscillation, ThatDoesNotDecayIsALimitCycle) {
+TEST(Oscillation, IsALimitCycleIfItDoesNotDecay) {
   Noise noise;
   const std::vector<double> f = Make(3000, [&](double t) { return 5 - t + 0.2 * Wave(t, 23.7) + 0.05 * noise(); });
   const Oscillation found = FindOscillation(f, kMeasuresDt_s, 0.02);
@@ -233,7 +233,7 @@ TEST(Oscillation, ThatDoesNotDecayIsALimitCycle) {
   EXPECT_FALSE(FindOscillation(f, kMeasuresDt_s, 0.25).is_limit_cycle);  // smaller than the requested amplitude
 }
 
-TEST(Oscillation, ThatDecaysIsNotALimitCycle) {
+TEST(Oscillation, IsNotALimitCycleIfItDecays) {
   for (const double decrement : {0.01, 0.05, 0.3, 1.0}) {
     const std::vector<double> f = Make(3000, [&](double t) { return 5 + std::exp(-decrement * 20 * t) * Wave(t, 20); });
     const Oscillation found = FindOscillation(f, kMeasuresDt_s, 1e-3);
@@ -244,7 +244,7 @@ TEST(Oscillation, ThatDecaysIsNotALimitCycle) {
   }
 }
 
-TEST(Oscillation, ThatGrowsIsALimitCycle) {
+TEST(Oscillation, IsALimitCycleIfItGrows) {
   for (const double decrement : {-0.01, -0.05, -0.3}) {
     const std::vector<double> f = Make(3000, [&](double t) { return std::exp(-decrement * 20 * t) * Wave(t, 20); });
     const Oscillation found = FindOscillation(f, kMeasuresDt_s, 1e-3);
@@ -253,7 +253,7 @@ TEST(Oscillation, ThatGrowsIsALimitCycle) {
   }
 }
 
-TEST(Oscillation, WithSlowDecayIsDistinguishedFromOneWithoutDecay) {
+TEST(Oscillation, IsDistinguishedFromOneThatDecaysSlowly) {
   // Over three seconds the oscillation loses a fifth or a twentieth of its amplitude; the limit is a tenth.
   for (const double left : {0.8, 0.95}) {
     const std::vector<double> f = Make(3000, [&](double t) { return std::pow(left, t / 3) * Wave(t, 12); });
@@ -261,7 +261,7 @@ TEST(Oscillation, WithSlowDecayIsDistinguishedFromOneWithoutDecay) {
   }
 }
 
-TEST(Oscillation, OfASquareWaveHasItsPeriodNotThatOfAHarmonic) {
+TEST(Oscillation, HasThePeriodOfASquareWaveAndNotOfAHarmonic) {
   const std::vector<double> f = Make(4000, [](double t) { return std::fmod(t, 0.0625) < 0.02 ? 1.0 : 0.0; });
   EXPECT_NEAR(FindOscillation(f, kMeasuresDt_s, 0.01).frequency_Hz, 16, 0.3);
   EXPECT_TRUE(FindOscillation(f, kMeasuresDt_s, 0.01).is_limit_cycle);
@@ -270,7 +270,7 @@ TEST(Oscillation, OfASquareWaveHasItsPeriodNotThatOfAHarmonic) {
   EXPECT_NEAR(FindOscillation(two, kMeasuresDt_s, 0.01).frequency_Hz, 10, 0.1);
 }
 
-TEST(Oscillation, AtAThirdOfTheSamplingRateIsFound) {
+TEST(Oscillation, IsFoundAtAThirdOfTheSamplingRate) {
   const std::vector<double> f = Make(3000, [](double t) { return Wave(t, 333); });
   const Oscillation found = FindOscillation(f, kMeasuresDt_s, 0.01);
   EXPECT_TRUE(found.is_limit_cycle);
@@ -367,7 +367,7 @@ TEST(Turn, IsTheAngleFromTickToTick) {
   EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{1, 0, 0}, {1, 1e-9, 0}}, 1), 1e-9 * 180 / std::numbers::pi, 1e-15);
 }
 
-TEST(Turn, OfSmallForcesIsNotCounted) {
+TEST(Turn, IsNotCountedForSmallForces) {
   EXPECT_EQ(CalcTurn_deg(std::vector<Vec3>{{0.4, 0, 0}, {0, 0.4, 0}, {3, 0, 0}, {3, 0, 0}, {0, 0.4, 0}}, 1), 0);
   EXPECT_NEAR(CalcTurn_deg(std::vector<Vec3>{{0.4, 0, 0}, {0, 0.4, 0}}, 1, 0.3), 90, 1e-9);
   EXPECT_EQ(CalcTurn_deg(std::vector<Vec3>(5, Vec3(0)), 0.99), 0);
