@@ -60,7 +60,7 @@ void Run(const RehearseArguments& options) {
 void AddRehearseCommand(CLI::App& app) {
   auto options = std::make_shared<RehearseArguments>();
   CLI::App* command = app.add_subcommand("rehearse", "Cut a bone freely in a window, with mouse and keys");
-  command->add_option("input", options->input,
+  command->add_option("INPUT", options->input,
                       "Scene (.toml), bone (.vdb), folder with a DICOM series, or any file that 'kerf import' reads; "
                       "default: the generic mandible");
   command->add_option("--plan", options->plans, "Planes to cut along, from 3D Slicer (.mrk.json); may be repeated");

@@ -193,7 +193,8 @@ void AddTuneCommand(CLI::App& app) {
                    "Voxel sizes to try, mm, separated by commas; default: 0.4 to 0.05")
       ->delimiter(',')
       ->check(NumberWithin(0.02, 4, "mm"));
-  command->add_option("--core", options->core, "Core that runs the ticks, zero-based")->check(CLI::Range(0, 4095));
+  command->add_option("--core", options->core, "Core that runs the timed ticks, zero-based; default: any")
+      ->check(CLI::Range(0, 4095));
   CLI::Option* output = command->add_option("-o,--output", options->output,
                                             "File for the scene with the chosen settings; default: stdout");
   command

@@ -161,12 +161,12 @@ GlWindow::GlWindow(const GlWindowOptions& options) {
   g_glfw_error.clear();
   glfwSetErrorCallback([](int, const char* text) { g_glfw_error = text; });
   const auto fail = [](const std::string& what) {
-    throw Error(fmt::format("{}{}; 'kerf loop' and 'kerf run' need no display", what,
+    throw Error(fmt::format("{}{}; 'kerf loop' and 'kerf run' cut without a window", what,
                             g_glfw_error.empty() ? "" : fmt::format(" ({})", g_glfw_error)));
   };
   if (glfwInit() != GLFW_TRUE) {
     glfwTerminate();
-    fail(std::getenv("DISPLAY") == nullptr ? "no window can be opened: there is no display (DISPLAY is not set)"
+    fail(std::getenv("DISPLAY") == nullptr ? "no window can be opened: there is no display"
                                            : "no window can be opened on the display that DISPLAY names");
   }
   state_ = std::make_unique<State>();

@@ -177,7 +177,7 @@ std::string TakeResult(int status, bool ended, std::string bytes, const std::str
 
 SharedMemory::SharedMemory(std::size_t bytes)
     : bytes_(bytes), start_(mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
-  if (start_ == MAP_FAILED) throw Error(fmt::format("not enough memory: {} MB are needed", bytes >> 20));
+  if (start_ == MAP_FAILED) throw Error(fmt::format("not enough memory: {} MiB are needed", bytes >> 20));
 }
 
 SharedMemory::~SharedMemory() {

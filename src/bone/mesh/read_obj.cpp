@@ -40,6 +40,7 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
       Vec3 p{0};
       for (int i = 0; i < 3; ++i) {
         const std::string_view word = words.Next();
+        if (word.empty()) throw fail(fmt::format("expected three numbers after 'v', but found only {}", i));
         if (!ParseWord(word, p[i])) throw fail(fmt::format("expected three numbers after 'v', but found '{}'", word));
       }
       mesh.points.push_back(p);
@@ -56,8 +57,9 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
         }
         if (index < 0) index += count + 1;
         if (index < 1 || index > count) {
-          throw fail(fmt::format("a face uses point {}, but only {} points are defined before it",
-                                 word.substr(0, word.find('/')), count));
+          throw fail(
+              fmt::format("a face uses point {}, but the number of points defined before it is {}; they count from 1",
+                          word.substr(0, word.find('/')), count));
         }
         const auto id = static_cast<std::uint32_t>(index - 1);
         if (corners % kCheckInterval == 0) CheckTriangles(mesh.triangles.size(), path);

@@ -48,8 +48,8 @@ float ParseCoordinate(std::string_view word, const std::string& path) {
   // A number too small for a float is 0, as in scanf().
   if (error == std::errc::result_out_of_range && word.find("e-") != std::string_view::npos) return 0;
   if (error != std::errc() || word.empty() || end != word.data() + word.size()) {
-    throw Error(fmt::format("{}: not a valid text STL: expected a number in a vertex, but found '{}'", path,
-                            word.substr(0, 40)));
+    throw Error(fmt::format("{}: not a valid text STL: expected a number in a vertex, but found {}", path,
+                            word.empty() ? "the end of the file" : fmt::format("'{}'", word.substr(0, 40))));
   }
   return value;
 }
@@ -67,7 +67,8 @@ TriangleMesh ReadTextStl(std::string_view bytes, const std::string& path) {
       mesh.points.push_back(p);
       ++corners;
     } else if (IsWord(word, "endloop")) {
-      if (corners != 3) throw Error(fmt::format("{}: not a valid text STL: a facet has {} corners", path, corners));
+      if (corners != 3)
+        throw Error(fmt::format("{}: not a valid text STL: a facet has {} of 3 corners", path, corners));
       const auto end = static_cast<std::uint32_t>(mesh.points.size());
       mesh.triangles.push_back({end - 3, end - 2, end - 1});
       CheckTriangles(mesh.triangles.size(), path);

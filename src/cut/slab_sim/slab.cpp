@@ -50,9 +50,9 @@ void Validate(const SlabParams& p, const SlabProfile& profile) {
                               layer.top_mm));
     }
     if (!(layer.E_MPa >= 0 && std::isfinite(layer.E_MPa) && layer.nu >= 0 && layer.nu <= 0.5)) {
-      throw Error(
-          fmt::format("the slice's layer at {} mm has E = {} MPa and nu = {}; E must be 0 or more, and nu 0 to 0.5",
-                      layer.top_mm, layer.E_MPa, layer.nu));
+      throw Error(fmt::format(
+          "the slice's layer at {} mm has E = {} MPa and nu = {}; E must be finite and 0 or more, and nu 0 to 0.5",
+          layer.top_mm, layer.E_MPa, layer.nu));
     }
     top_mm = layer.top_mm;
   }

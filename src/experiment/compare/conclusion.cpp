@@ -255,7 +255,7 @@ std::string DescribeCost(const CaseResult& result, const Comparison& c) {
                      : fmt::format("{} times {}", ShowFigure(1 / times), more);
   };
   return fmt::format(
-      "A tick of **{}** takes {} (p50; p99 {}) against {} (p99 {}), {}; it uses {} of memory against {}, {}.",
+      "A tick of **{}** takes {} (p50; p99 {}) against {} (p99 {}), {}; it accesses {} of memory against {}, {}.",
       result.what.label, ShowTime(result.times.p50_us), ShowTime(result.times.p99_us), ShowTime(reference.times.p50_us),
       ShowTime(reference.times.p99_us), compare(ratio, "less", "more"),
       ShowMemory(static_cast<double>(result.memory_bytes)), ShowMemory(static_cast<double>(reference.memory_bytes)),

@@ -120,8 +120,8 @@ std::string DescribeVerdict(const StabilityStudy& s) {
   const std::string of = fmt::format("{} of {} scenarios, {} of {} margins", scenarios.judged, scenarios.asked,
                                      margins.judged, margins.asked);
   if (!s.complete) {
-    if (judged == 0) return "Ended before anything was examined.";
-    return fmt::format("Ended before all cases were examined; {}",
+    if (judged == 0) return "Stopped before anything was examined.";
+    return fmt::format("Stopped before all cases were examined; {}",
                        s.findings.empty() ? fmt::format("stable so far ({}).", of) : "not stable so far:");
   }
   if (judged == 0) return "Nothing could be judged here.";

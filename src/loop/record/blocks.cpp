@@ -219,8 +219,8 @@ void BlockFile::Check() {
 
 void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
   if (bytes.size() > MaxUnpackedBytes(kind)) {
-    throw Error(fmt::format("{}: can't be written any further: a block has {} MB; the maximum is {} MB", path_,
-                            bytes.size() >> 20, MaxUnpackedBytes(kind) >> 20));
+    throw Error(fmt::format("{}: can't be written any further: a block has {} bytes; the maximum is {}", path_,
+                            bytes.size(), MaxUnpackedBytes(kind)));
   }
   Check();
   const std::string block = FormatBlock(kind, bytes, number_, &link_, level);

@@ -40,7 +40,7 @@ std::vector<std::string> FindDamageWarnings(const RecordingReader& recording);
 struct TickToRecord {
   RecordedStep step;
   std::uint64_t hash = 0;        // of all results: forces, poses, removed volume
-  std::uint64_t voxel_hash = 0;  // bone/changed_hash.h
+  std::uint64_t voxel_hash = 0;  // bone/grid/changed_hash.h
   // State at the end of the tick, without the time.
   RecordedState state;  // removed_mm3: in this tick only
 };

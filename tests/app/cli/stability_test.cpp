@@ -64,7 +64,7 @@ TEST_F(StabilityCommand, InterruptedRunWritesPartialResults) {
   const ProgramResult result = Interrupted();
   ASSERT_EQ(result.code, 1) << result.err;
   EXPECT_THAT(result.err, HasSubstr("stopped before anything was examined"));
-  EXPECT_THAT(Slurp(folder_ / "out/report.md"), HasSubstr("**Ended before anything was examined.**"));
+  EXPECT_THAT(Slurp(folder_ / "out/report.md"), HasSubstr("**Stopped before anything was examined.**"));
   EXPECT_EQ(Json::parse(Slurp(folder_ / "out/stability.json"))["stable"], nullptr);
 }
 #endif

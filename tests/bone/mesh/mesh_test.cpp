@@ -200,10 +200,11 @@ TEST_F(MeshFile, FalseCountsAreRefusedBeforeAllocation) {
 }
 
 TEST_F(MeshFile, IndicesOutOfRangeAndBadNumbersAreNamed) {
-  EXPECT_THAT(ReadMessage("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
-              EndsWith("a.obj:4: a face uses point 4, but only 3 points are defined before it"));
+  EXPECT_THAT(
+      ReadMessage("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
+      EndsWith("a.obj:4: a face uses point 4, but the number of points defined before it is 3; they count from 1"));
   EXPECT_THAT(ReadMessage("b.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\n"), HasSubstr("b.obj:4: a face uses point 0"));
-  EXPECT_THAT(ReadMessage("c.obj", "v 0 0\n"), EndsWith("c.obj:1: expected three numbers after 'v', but found ''"));
+  EXPECT_THAT(ReadMessage("c.obj", "v 0 0\n"), EndsWith("c.obj:1: expected three numbers after 'v', but found only 2"));
   EXPECT_THAT(ReadMessage("d.obj", "v 0 0 0\nf 1 1\n"), EndsWith("d.obj:2: a face needs at least three points"));
   EXPECT_THAT(ReadMessage("e.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n"),
               EndsWith("e.obj: triangle 1 has a point that is not finite (nan, 0, 0)"));

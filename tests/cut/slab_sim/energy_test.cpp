@@ -256,7 +256,7 @@ TEST(SlabTick, ParametersOutOfRangeAreRefusedWithAMessage) {
             }),
             "the slice's layers must begin at depth 0 and go down to its end; one begins at -1 mm");
   EXPECT_EQ(message([](SlabParams&, SlabProfile& p) { p.layers[0].E_MPa = std::nan(""); }),
-            "the slice's layer at 0 mm has E = nan MPa and nu = 0.3; E must be 0 or more, and nu 0 to 0.5");
+            "the slice's layer at 0 mm has E = nan MPa and nu = 0.3; E must be finite and 0 or more, and nu 0 to 0.5");
   EXPECT_EQ(
       message([](SlabParams&, SlabProfile& p) { p.entry_mm = -40; }),
       "the blade starts 39.00 mm deep, past the slice, which ends at 10.00 mm; start it before the bone along the "

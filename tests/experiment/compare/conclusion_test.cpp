@@ -248,11 +248,11 @@ TEST(Conclusion, CostIsTheRatioOfTheMeasuredFigures) {
   MadeUpCase slab = Slab([](double) { return 4.0; });
   const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).cost); };
   EXPECT_THAT(words(), HasSubstr("A tick of **slab B** takes 0.500 us (p50; p99 0.600 us) against 100 us (p99 200 us), "
-                                 "200 times less; it uses 2.00 kB of memory against 1.00 MB, 500 times less."));
+                                 "200 times less; it accesses 2.00 kB of memory against 1.00 MB, 500 times less."));
   EXPECT_THAT(words(), HasSubstr("Between the 2 repetitions, p50 differed by up to 5.00 %"));
   slab.p50_us = 300;
   slab.memory_bytes = 4'000'000;
-  EXPECT_THAT(words(), HasSubstr("3.00 times more; it uses 4.00 MB of memory against 1.00 MB, 4.00 times more."));
+  EXPECT_THAT(words(), HasSubstr("3.00 times more; it accesses 4.00 MB of memory against 1.00 MB, 4.00 times more."));
   slab.p50_us = 105;
   slab.memory_bytes = 1'000'000;
   EXPECT_THAT(words(), HasSubstr("slab B costs the same as voxel A, to within 10 %, in time per tick and in memory."));

@@ -192,7 +192,7 @@ TEST(ExamineStability, ReturnsTheResultsSoFarWhenStopped) {
   EXPECT_FALSE(study.complete);
   EXPECT_TRUE(study.map.behaviour.empty());
   EXPECT_EQ(study.CountScenarios().judged + study.CountMargins().judged, 1);
-  EXPECT_THAT(DescribeVerdict(study), HasSubstr("Ended before all cases were examined; stable so far"));
+  EXPECT_THAT(DescribeVerdict(study), HasSubstr("Stopped before all cases were examined; stable so far"));
 }
 
 TEST(JudgeStability, IsStableIfEveryBoundIsMet) {
@@ -262,7 +262,7 @@ TEST(JudgeStability, IsNotStableIfNothingWasExamined) {
   study.complete = false;
   JudgeStability(study);
   EXPECT_FALSE(study.stable());
-  EXPECT_EQ(DescribeVerdict(study), "Ended before anything was examined.");
+  EXPECT_EQ(DescribeVerdict(study), "Stopped before anything was examined.");
   EXPECT_THAT(FormatStabilityJson(study), HasSubstr("\"stable\": null"));
   study.complete = true;
   EXPECT_FALSE(study.stable());
