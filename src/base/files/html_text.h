@@ -1,4 +1,4 @@
-// Text for HTML pages.
+// Text for HTML pages and SVG pictures.
 #pragma once
 
 #include <string>
@@ -6,7 +6,8 @@
 
 namespace kerf {
 
-/// Escapes text for use between tags and in quoted attributes; control characters become spaces.
+/// Escapes text for use between tags and in attributes in double quotes. Control characters, most of which XML does not
+/// permit, become spaces.
 inline std::string EscapeHtml(std::string_view text) {
   std::string escaped;
   for (const char c : text) {
@@ -24,7 +25,7 @@ inline std::string EscapeHtml(std::string_view text) {
         escaped += "&quot;";
         break;
       default:
-        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        escaped += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
     }
   }
   return escaped;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/files/html_text.h"
 #include "session/export/html.h"
 
 namespace kerf::export_detail {
@@ -84,8 +85,8 @@ std::string FormatCurveSvg(const ExportCurve& curve) {
     return kHeight - kBottom - (v - y.low) / (y.high - y.low) * (kHeight - kTop - kBottom);
   };
   std::string out = fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"{}\">\n", kWidth, kHeight,
-                                Escape(curve.title));
-  out += fmt::format("<title>{}</title>\n", Escape(curve.title));
+                                EscapeHtml(curve.title));
+  out += fmt::format("<title>{}</title>\n", EscapeHtml(curve.title));
   const int x_ticks = static_cast<int>(std::lround((x.high - x.low) / x.step));
   const int y_ticks = static_cast<int>(std::lround((y.high - y.low) / y.step));
   for (int i = 0; i <= y_ticks; ++i) {
@@ -105,9 +106,9 @@ std::string FormatCurveSvg(const ExportCurve& curve) {
   out += fmt::format("<line class=\"axis\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>\n", kLeft,
                      kHeight - kBottom, kWidth - kRight, kHeight - kBottom);
   out += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text>\n",
-                     0.5 * (kLeft + kWidth - kRight), kHeight - 8, Escape(curve.x_label));
+                     0.5 * (kLeft + kWidth - kRight), kHeight - 8, EscapeHtml(curve.x_label));
   out += fmt::format("<text transform=\"translate(16 {:.1f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                     0.5 * (kTop + kHeight - kBottom), Escape(curve.y_label));
+                     0.5 * (kTop + kHeight - kBottom), EscapeHtml(curve.y_label));
   out += "<polyline class=\"curve\" points=\"";
   for (const auto& [px, py] : Thin(points)) out += fmt::format("{:.1f},{:.1f} ", to_x(px), to_y(py));
   return out + "\"/>\n</svg>\n";

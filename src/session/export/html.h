@@ -7,8 +7,6 @@
 
 namespace kerf::export_detail {
 
-/// Escapes text for an element or a quoted attribute; removes characters that XML does not permit.
-std::string Escape(std::string_view text);
 /// Encodes the bytes as in RFC 4648.
 std::string Base64(std::string_view bytes);
 

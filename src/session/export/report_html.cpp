@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/files/html_text.h"
 #include "bone/pieces/measure.h"
 #include "session/export/contacts.h"
 #include "session/export/curve_svg.h"
@@ -141,10 +142,10 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
   const std::string title = input.title.empty() ? "Report of a session" : input.title;
   std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", Escape(title), kStyle);
-  out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", Escape(title), Escape(Summarise(input)));
+  out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", EscapeHtml(title), kStyle);
+  out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", EscapeHtml(title), EscapeHtml(Summarise(input)));
   for (const std::string& warning : input.recording.warnings) {
-    out += fmt::format("<p><b>Warning about the recording: {}</b></p>\n", Escape(warning));
+    out += fmt::format("<p><b>Warning about the recording: {}</b></p>\n", EscapeHtml(warning));
   }
   if (input.assessment != nullptr) {
     if (!input.assessment->planes.empty()) out += FormatPlanes(*input.assessment);
@@ -164,13 +165,13 @@ std::string FormatReportHtml(const ExportInput& input, const Prepared& prepared)
     out += "<h2>Session</h2>\n" + Table({"what", "value", "unit"}, rows);
   }
   for (const ExportCurve& curve : input.curves) {
-    out += fmt::format("<h2>{}</h2>\n<figure>\n{}</figure>\n", Escape(curve.title), FormatCurveSvg(curve));
+    out += fmt::format("<h2>{}</h2>\n<figure>\n{}</figure>\n", EscapeHtml(curve.title), FormatCurveSvg(curve));
   }
   if (!input.pictures.empty()) out += "<h2>Pictures</h2>\n";
   for (const ExportPicture& picture : input.pictures) {
     out += fmt::format(
         "<figure>\n<img alt=\"{0}\" src=\"data:image/png;base64,{1}\">\n<figcaption>{0}</figcaption>\n</figure>\n",
-        Escape(picture.caption), Base64(picture.png));
+        EscapeHtml(picture.caption), Base64(picture.png));
   }
   if (!input.provenance.empty()) {
     std::vector<std::vector<std::string>> rows;

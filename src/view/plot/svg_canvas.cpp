@@ -5,6 +5,7 @@
 #include <iterator>
 #include <string_view>
 
+#include "base/files/html_text.h"
 #include "kerf/error.h"
 #include "view/plot/plot_canvas.h"
 
@@ -14,24 +15,6 @@ namespace {
 /// Ascent and line height of VTK's own font, as fractions of the letter size.
 constexpr double kAscent = 0.93;
 constexpr double kLineHeight = 1.15;
-
-std::string Escape(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '&')
-      escaped += "&amp;";
-    else if (c == '<')
-      escaped += "&lt;";
-    else if (c == '>')
-      escaped += "&gt;";
-    else if (c == '"')
-      escaped += "&quot;";
-    else
-      escaped += byte < 0x20 || byte == 0x7f ? ' ' : c;  // not allowed in XML
-  }
-  return escaped;
-}
 
 std::string Show(const Rgb8& colour) {
   return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
@@ -70,7 +53,7 @@ void SvgCanvas::AddText(const std::string& text, double column, double row, cons
     fmt::format_to(std::back_inserter(body_),
                    "<text x=\"{}\" y=\"{}\" font-size=\"{}\" fill=\"{}\" text-anchor=\"{}\"{}{}>{}</text>\n", Show(x),
                    Show(y), style.size, Show(style.colour), anchor, style.bold ? " font-weight=\"bold\"" : "", turn,
-                   Escape(std::string_view(text).substr(begin, end - begin)));
+                   EscapeHtml(std::string_view(text).substr(begin, end - begin)));
     begin = end + 1;
   }
 }
@@ -122,7 +105,7 @@ std::string SvgCanvas::Finish(const std::string& title) const {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
       "font-family=\"Arial, 'Liberation Sans', Helvetica, sans-serif\">\n<title>{2}</title>\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n{3}</svg>\n",
-      width_, height_, Escape(title), body_);
+      width_, height_, EscapeHtml(title), body_);
 }
 
 }  // namespace kerf

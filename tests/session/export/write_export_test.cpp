@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "base/files/html_text.h"
 #include "bone/mesh/meshfile.h"
 #include "session/export/curve_svg.h"
 #include "session/export/html.h"
@@ -285,7 +286,7 @@ TEST(Html, EncodesBase64AsInRfc4648) {
                                                        {"foobar", "Zm9vYmFy"}};
   for (const auto& [plain, coded] : cases) EXPECT_EQ(export_detail::Base64(plain), coded);
   EXPECT_EQ(export_detail::Base64(std::string("\xff\x00\xfe", 3)), "/wD+");
-  EXPECT_EQ(export_detail::Escape("<a b=\"c\">&'\x01"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;");
+  EXPECT_EQ(EscapeHtml("<a b=\"c\">&'\x01"), "&lt;a b=&quot;c&quot;&gt;&amp;' ");
   EXPECT_EQ(export_detail::Show(-0.004, 2), "0.00");
   EXPECT_EQ(export_detail::Show(-0.006, 2), "-0.01");
   EXPECT_EQ(export_detail::Show(std::nan(""), 2), "-");
