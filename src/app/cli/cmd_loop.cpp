@@ -39,7 +39,7 @@ struct LoopArguments {
   bool full = false;
 };
 
-void PrintTimes(const LoopTimeSummary& t) {
+void PrintTimes(const PartTimes& t) {
   fmt::print("  {:<9} p50 {:>7.1f}  p99 {:>7.1f}  p99.9 {:>7.1f}  max {:>8.1f} us{}\n", t.name, t.p50_us, t.p99_us,
              t.p999_us, t.max_us,
              t.name == "tick" || t.name == "lateness" ? "" : fmt::format("  in {} ticks", t.count));
@@ -54,7 +54,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
     fmt::print("  system    {} {}\n", s.grants.scheduling, s.grants.memory);
     PrintTimes(s.tick);
     PrintTimes(s.lateness);
-    for (const LoopTimeSummary& stage : s.stages) {
+    for (const PartTimes& stage : s.stages) {
       if (!s.costs || stage.name == "exchange") PrintTimes(stage);
     }
     if (s.costs) fmt::print("{}", FormatCostTable(*s.costs));

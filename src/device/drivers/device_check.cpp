@@ -42,9 +42,7 @@ class Check {
     }
     servo_.Command({});
     RelayMessages();
-    const LogHistogram& times = servo_.round_times();
-    result_.round = {times.CalcPercentile_us(0.5), times.CalcPercentile_us(0.99), times.CalcPercentile_us(0.999),
-                     times.max_us()};
+    result_.round = CalcPercentiles(servo_.round_times());
     const DeviceServo::Counts counts = servo_.counts();
     result_.rounds = counts.rounds;
     result_.closed_by = counts.closed_by;

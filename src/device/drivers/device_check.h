@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/core/percentiles.h"
 #include "device/drivers/device_servo.h"
 
 namespace kerf {
@@ -21,13 +22,6 @@ struct DeviceCheckOptions {
   std::function<bool()> goes_on;
   /// Receives progress reports and instructions to the user. Optional.
   std::function<void(const std::string&)> say;
-};
-
-struct DeviceCheckTimes {
-  double p50_us = 0;
-  double p99_us = 0;
-  double p999_us = 0;
-  double max_us = 0;
 };
 
 struct DeviceCheckResult {
@@ -46,7 +40,7 @@ struct DeviceCheckResult {
   double moved_mm = 0;        // maximum distance of the handle from its start
   double followed = 0;        // fraction of that motion along the force: 1: all, 0: none, negative: against the force
   std::uint32_t buttons = 0;  // bits of the buttons that were pressed
-  DeviceCheckTimes round;     // duration of a round, sending and receiving
+  Percentiles round;          // duration of a round, sending and receiving
   ServoCounts rounds;
   GateReason closed_by = GateReason::kNone;  // SafetyGate::closed_by()
   std::vector<std::string> faults;           // one sentence each; empty: the device passed

@@ -28,22 +28,6 @@ long CountInterruptions() {
   return usage.ru_nivcsw;
 }
 
-Percentiles CalcPercentiles(std::vector<double> times_us) {
-  Percentiles p;
-  p.count = times_us.size();
-  if (times_us.empty()) return p;
-  std::sort(times_us.begin(), times_us.end());
-  const auto at = [&](double fraction) {
-    const double rank = std::ceil(fraction * static_cast<double>(times_us.size()) - 1e-9);
-    return times_us[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
-  };
-  p.p50_us = at(0.5);
-  p.p99_us = at(0.99);
-  p.p999_us = at(0.999);
-  p.max_us = times_us.back();
-  return p;
-}
-
 void StageClock::Enter(TickStage stage) noexcept {
   const std::int64_t now = ReadClock_ns();
   if (now_ < kStages) in_tick_ns_[now_] += now - since_ns_;

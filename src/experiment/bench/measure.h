@@ -1,4 +1,4 @@
-// Clocks, percentiles and the state of the machine on which the figures were measured.
+// Clocks and the state of the machine on which the figures were measured.
 #pragma once
 
 #include <array>
@@ -17,16 +17,6 @@ std::int64_t ReadClock_ns();
 
 /// Returns how often the system has interrupted this thread so far.
 long CountInterruptions();
-
-/// Nearest-rank percentiles of a set of times, us; all 0 if there are no times.
-struct Percentiles {
-  std::size_t count = 0;
-  double p50_us = 0;
-  double p99_us = 0;
-  double p999_us = 0;
-  double max_us = 0;
-};
-Percentiles CalcPercentiles(std::vector<double> times_us);
 
 /// Adds up the time of each stage over the ticks; leaves out ticks in which the system interrupted the thread.
 class StageClock : public TickObserver {

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "base/core/percentiles.h"
 #include "experiment/bench/measure.h"
 
 namespace kerf {

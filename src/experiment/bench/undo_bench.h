@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/core/percentiles.h"
 #include "experiment/bench/measure.h"
 
 namespace kerf {

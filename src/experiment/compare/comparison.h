@@ -39,7 +39,7 @@ struct CaseResult {
   std::uint64_t force_hash = 0;            // of the exact forces of all ticks; equal in all repetitions
   std::optional<std::uint64_t> bone_hash;  // voxel only: of the bone after the cut
   std::uint64_t memory_bytes = 0;          // data that the ticks work on: bone grids, or slab profile, law and state
-  TickTimes times;                         // of the repetition with the lowest p99; other load can only add time
+  Percentiles times;                       // of the repetition with the lowest p99; other load can only add time
   std::vector<double> p50_us;              // of each repetition
   std::vector<double> p99_us;
   Difference slice;                 // from the reference, over the slice

@@ -15,7 +15,7 @@ namespace kerf {
 
 struct CaseRun {
   std::vector<DepthSample> samples;  // of every tick
-  TickTimes times;
+  Percentiles times;
   double work_mJ = 0;
   double removed_mm3 = 0;
   std::uint64_t force_hash = 0;

@@ -25,13 +25,6 @@ double Now_ms() {
   return 1e-6 * static_cast<double>(ReadClock_ns());
 }
 
-double Percentile95(std::vector<double> times_us) {
-  if (times_us.empty()) return 0;
-  std::sort(times_us.begin(), times_us.end());
-  const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(times_us.size())));
-  return times_us[std::max<std::size_t>(1, rank) - 1];
-}
-
 void Check(const ViewBenchOptions& o) {
   if (!(o.voxel_mm >= 0.1 && o.voxel_mm <= 1)) throw Error("the voxel edge must be 0.1 to 1 mm");
   if (o.width < 320 || o.width > 4096 || o.height < 240 || o.height > 4096) {
@@ -82,7 +75,7 @@ ViewFrames DrawFrames(const std::string& name, const ViewBenchOptions& options, 
     window.WaitForCompletion();
     if (i >= 0) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start_ns));
   }
-  frames.p95_us = Percentile95(times_us);
+  frames.p95_us = CalcPercentile(times_us, 0.95);
   frames.times = CalcPercentiles(std::move(times_us));
   frames.triangles = view.stats().triangles;
   frames.chunks = view.stats().drawn;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/core/percentiles.h"
 #include "experiment/bench/measure.h"
 #include "kerf/effects.h"
 #include "session/scene/scene.h"

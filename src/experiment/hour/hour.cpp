@@ -6,18 +6,11 @@
 #include <cmath>
 #include <utility>
 
+#include "base/core/percentiles.h"
 #include "base/files/memory.h"
 
 namespace kerf {
 namespace {
-
-double CalcPercentile(std::vector<float>& values, double fraction) {
-  if (values.empty()) return 0;
-  const auto rank =
-      static_cast<std::size_t>(std::max(0.0, std::ceil(fraction * static_cast<double>(values.size())) - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
-  return static_cast<double>(values[rank]);
-}
 
 double CalcMedian(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -65,8 +58,8 @@ class HourWatch final : public LoopWatch {
     const auto cutting = static_cast<double>(cutting_us_.size());
     now_.cutting_share = cutting / static_cast<double>(ticks_per_minute_);
     now_.teeth = cutting > 0 ? teeth_ / cutting : 0;
-    now_.tick_p50_us = CalcPercentile(cutting_us_, 0.5);
-    now_.tick_p99_us = CalcPercentile(cutting_us_, 0.99);
+    now_.tick_p50_us = static_cast<double>(CalcPercentile(cutting_us_, 0.5));
+    now_.tick_p99_us = static_cast<double>(CalcPercentile(cutting_us_, 0.99));
     now_.removed_mm3 = CalcRemoved(simulation);
     now_.removed_error_mm3 = now_.removed_mm3 - (hour_.volume_before_mm3 - simulation.bone().CalcVolume());
     now_.energy_error_J = now_.energy_J - sinks_J_;

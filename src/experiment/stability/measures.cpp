@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/core/high_pass.h"
+#include "base/core/percentiles.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -47,14 +48,6 @@ double CalcHighPassPower(std::span<const Vec3> f, double dt_s, double cutoff_Hz)
     sum += rms * rms;
   }
   return sum;
-}
-
-/// Returns the value that the given fraction of all values do not exceed.
-double CalcPercentile(std::vector<double> values, double fraction) {
-  const double rank = std::ceil(fraction * static_cast<double>(values.size()) - 1e-9);
-  const auto at = static_cast<std::ptrdiff_t>(std::clamp(rank - 1, 0.0, static_cast<double>(values.size() - 1)));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
 }
 
 /// Subtracts the least-squares line.

@@ -11,11 +11,6 @@
 namespace kerf {
 namespace {
 
-Percentiles Summarize(const LogHistogram& times) {
-  return {static_cast<std::size_t>(times.total()), times.CalcPercentile_us(0.5), times.CalcPercentile_us(0.99),
-          times.CalcPercentile_us(0.999), times.max_us()};
-}
-
 /// Times only the tick: nothing else runs between the two clock readings.
 class PassTimer {
  public:
@@ -89,8 +84,8 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
                               force_hash != outcome.force_hash ? "forces" : "bones"));
     }
   }
-  costs.tick = Summarize(timer.all());
-  costs.undisturbed = Summarize(timer.undisturbed());
+  costs.tick = CalcPercentiles(timer.all());
+  costs.undisturbed = CalcPercentiles(timer.undisturbed());
   costs.misses_per_million = 1e6 * static_cast<double>(timer.misses()) / static_cast<double>(costs.ticks);
   for (std::size_t bucket = 0; bucket < LogHistogram::kBuckets; ++bucket) {
     if (const std::uint64_t count = timer.all().count(bucket); count > 0) {

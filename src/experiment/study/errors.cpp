@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/core/high_pass.h"
+#include "base/core/percentiles.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -25,13 +26,6 @@ double CalcAngle(const Vec3& a, const Vec3& b) {
 }
 
 }  // namespace
-
-double CalcPercentile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const double rank = std::ceil(fraction * static_cast<double>(values.size()) - 1e-9);
-  return values[static_cast<std::size_t>(std::max(1.0, rank)) - 1];
-}
 
 std::optional<double> FindBreakthrough(std::span<const Vec3> f_N, double dt_s) {
   double peak = 0;

@@ -37,9 +37,6 @@ void CalcSurfaceErrors(std::vector<double> there_mm, std::vector<double> back_mm
 /// Returns the width of the rim with which the reference's disc cuts, mm, or 0 if the whole disc cuts.
 double GetReferenceEdge_mm(Holding holding, const DiscSaw& saw);
 
-/// Returns the nearest-rank percentile (`fraction` is 0 to 1), or 0 if there are no values.
-double CalcPercentile(std::vector<double> values, double fraction);
-
 /// Stores the symmetric distance between the cut surface of `bone` and the exact one in `errors`. Of the bone's
 /// surface, only points inside the uncut solid are used, because the rest of it is not cut. The points on the exact
 /// surface are points of the disc's outline along its path, projected onto that surface.

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "base/core/percentiles.h"
 #include "experiment/study/errors.h"
 
 namespace kerf {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/core/log_histogram.h"
+#include "base/core/percentiles.h"
 #include "experiment/bench/measure.h"
 #include "experiment/study/knobs.h"
 

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/core/percentiles.h"
 #include "bone/vdb/bonefile.h"
 #include "experiment/study/case_run.h"
 #include "experiment/study/errors.h"

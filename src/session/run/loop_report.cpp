@@ -39,7 +39,7 @@ constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "la
 /// more than this fraction.
 constexpr double kVolumeTolerance = 0.02;
 
-ordered_json TimesJson(const LoopTimeSummary& t) {
+ordered_json TimesJson(const PartTimes& t) {
   return {{"count", t.count},     {"p50_us", t.p50_us}, {"p99_us", t.p99_us},
           {"p999_us", t.p999_us}, {"max_us", t.max_us}, {"mean_us", t.mean_us}};
 }
@@ -58,7 +58,7 @@ const char* ToString(LoopEnd end) {
   return "";
 }
 
-std::string Row(const LoopTimeSummary& t) {
+std::string Row(const PartTimes& t) {
   return fmt::format("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", t.name, t.count, t.p50_us, t.p99_us,
                      t.p999_us, t.max_us);
 }
@@ -174,9 +174,9 @@ void WriteLogs(LoopSummary& summary, const std::string& folder, ResultWriter& re
   });
 }
 
-std::string FormatTimeRows(const std::vector<LoopTimeSummary>& all) {
+std::string FormatTimeRows(const std::vector<PartTimes>& all) {
   std::string rows;
-  for (const LoopTimeSummary& t : all) rows += Row(t);
+  for (const PartTimes& t : all) rows += Row(t);
   return rows;
 }
 
@@ -265,7 +265,7 @@ std::string DescribeNoise(const LoopSummary& s) {
 
 std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   ordered_json stages = ordered_json::object();
-  for (const LoopTimeSummary& t : s.stages) stages[t.name] = TimesJson(t);
+  for (const PartTimes& t : s.stages) stages[t.name] = TimesJson(t);
   ordered_json steps = ordered_json::array();
   for (const FidelityStep& step : s.fidelity_steps) {
     steps.push_back({{"time_s", step.time_s},
@@ -276,7 +276,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
                      {"longest_us", step.longest_us}});
   }
   // In virtual time, durations are meaningless and left out.
-  const auto times = [&s](const LoopTimeSummary& t) { return s.virtual_time ? ordered_json() : TimesJson(t); };
+  const auto times = [&s](const PartTimes& t) { return s.virtual_time ? ordered_json() : TimesJson(t); };
   const auto finite = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
   const FittedCoupling& fitted = s.setup.fitted;
   ordered_json pieces = ordered_json::array();

@@ -160,7 +160,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   }
   result.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
   if (meter) result.costs = meter->Make(effects);
-  result.times = CalcTickTimes(std::move(times_us));
+  result.times = CalcPercentiles(times_us);
   result.removed_mm3_by_region = simulation.CalcRemovedByRegion();
   for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
   if (fragments.is_on()) {
@@ -173,16 +173,6 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   result.files.Finish();
   result.bone = std::move(simulation).TakeBone();
   return result;
-}
-
-TickTimes CalcTickTimes(std::vector<double> microseconds) {
-  if (microseconds.empty()) return {};
-  std::sort(microseconds.begin(), microseconds.end());
-  const auto rank = [&](double fraction) {
-    const double n = static_cast<double>(microseconds.size());
-    return microseconds[static_cast<std::size_t>(std::max(0.0, std::ceil(fraction * n) - 1))];
-  };
-  return {rank(0.5), rank(0.99), rank(0.999), microseconds.back()};
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/core/percentiles.h"
 #include "kerf/simulation.h"
 #include "session/run/effect_files.h"
 #include "session/run/effect_record.h"
@@ -33,21 +34,13 @@ struct TickRecord {
   TickOutput out;
 };
 
-/// Percentiles of the ticks' durations, microseconds.
-struct TickTimes {
-  double p50_us = 0;
-  double p99_us = 0;
-  double p999_us = 0;
-  double max_us = 0;
-};
-
 struct RunResult {
   Bone bone;  // after the cut
   std::vector<TickRecord> ticks;
   EffectRecord effects;  // one row per tick
   std::array<double, 256> removed_mm3_by_region{};
   double removed_mm3 = 0;
-  TickTimes times;
+  Percentiles times;
   std::optional<StageCosts> costs;
   double wall_s = 0;  // of the ticks alone
   std::optional<HeatReport> heat;
@@ -64,9 +57,6 @@ void CheckRunTicks(const Path& path, double rate_hz);
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
                   const std::function<void(double)>& progress, const CostOptions& costs = {},
                   TickInterceptor* tap = nullptr);
-
-/// Returns nearest-rank percentiles; all are 0 if there are no values.
-TickTimes CalcTickTimes(std::vector<double> microseconds);
 
 /// Returns one row per tick (or per `every` ticks), with the units in the header. docs/formats.md describes the
 /// columns. `effects` (optional) has one row per tick and adds its columns.

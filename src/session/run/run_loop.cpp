@@ -43,14 +43,8 @@ bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   return false;
 }
 
-LoopTimeSummary Summarize(const std::string& name, const LogHistogram& times) {
-  return {name,
-          times.total(),
-          times.CalcPercentile_us(0.5),
-          times.CalcPercentile_us(0.99),
-          times.CalcPercentile_us(0.999),
-          times.max_us(),
-          times.CalcMean_us()};
+PartTimes Summarize(const std::string& name, const LogHistogram& times) {
+  return {CalcPercentiles(times), name, times.CalcMean_us()};
 }
 
 /// Returns a histogram with eight bars per octave, from the first bar to the last one that is not empty.

@@ -101,16 +101,6 @@ struct LoopOptions {
   SessionController* peer = nullptr;  // live only; optional
 };
 
-struct LoopTimeSummary {
-  std::string name;
-  std::uint64_t count = 0;
-  double p50_us = 0;
-  double p99_us = 0;
-  double p999_us = 0;
-  double max_us = 0;
-  double mean_us = 0;
-};
-
 /// Bar of a histogram: `count` durations were between `lower_us` and `upper_us`.
 struct LoopBar {
   double lower_us = 0;
@@ -149,9 +139,9 @@ struct LoopSummary {
   long watchdog_trips = 0;
   double simulated_s = 0;
   double wall_s = 0;
-  LoopTimeSummary tick;
-  LoopTimeSummary lateness;
-  std::vector<LoopTimeSummary> stages;
+  PartTimes tick;
+  PartTimes lateness;
+  std::vector<PartTimes> stages;
   std::optional<StageCosts> costs;
   std::vector<LoopBar> tick_bars;
   std::vector<LoopBar> lateness_bars;

@@ -58,7 +58,7 @@ struct RunSummary {
   std::size_t ticks_with_status = 0;  // ticks with any bit of TickOutput::status set
   double simulated_s = 0;
   double ticks_wall_s = 0;
-  TickTimes times;
+  Percentiles times;
   std::optional<StageCosts> costs;
   double voxel_mm = 0;
   double bone_memory_MB = 0;

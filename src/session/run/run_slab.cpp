@@ -102,7 +102,7 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
     }
   }
   run.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
-  run.times = CalcTickTimes(std::move(times_us));
+  run.times = CalcPercentiles(times_us);
   run.memory_bytes = simulation.CalcMemoryBytes();
   return run;
 }

@@ -16,7 +16,7 @@ struct SlabRun {
   SlabProfile profile;
   std::vector<TickRecord> ticks;  // X_WT: of the hand; touched: the blade has touched the slice; travel_mm: its depth
   std::vector<SlabState> states;  // at the end of each tick
-  TickTimes times;
+  Percentiles times;
   double wall_s = 0;               // of the ticks alone
   std::uint64_t memory_bytes = 0;  // memory for the ticks: profile, law and state
 };

@@ -33,7 +33,7 @@ struct SlabSummary {
   std::size_t ticks_with_status = 0;
   double simulated_s = 0;
   double ticks_wall_s = 0;
-  TickTimes times;
+  Percentiles times;
   std::uint64_t memory_bytes = 0;     // memory for the ticks
   double voxel_mm = 0;                // of the bone from which the profile was taken
   std::vector<std::string> files;     // written files, relative to the output folder

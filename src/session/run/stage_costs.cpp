@@ -7,16 +7,10 @@
 namespace kerf {
 namespace {
 
-PartCost Summarize(std::string name, const LogHistogram& times, std::uint64_t ticks) {
-  PartCost part;
-  part.name = std::move(name);
-  part.ticks = times.total();
+PartTimes Summarize(std::string name, const LogHistogram& times, std::uint64_t ticks) {
+  PartTimes part{CalcPercentiles(times), std::move(name)};
   const double all = static_cast<double>(ticks);
-  part.mean_us = ticks > 0 ? times.CalcMean_us() * static_cast<double>(part.ticks) / all : 0;
-  part.p50_us = times.CalcPercentile_us(0.5);
-  part.p99_us = times.CalcPercentile_us(0.99);
-  part.p999_us = times.CalcPercentile_us(0.999);
-  part.max_us = times.max_us();
+  if (ticks > 0) part.mean_us = times.CalcMean_us() * static_cast<double>(part.count) / all;
   return part;
 }
 
@@ -42,10 +36,10 @@ StageCosts MakeStageCosts(const LogHistogram& ticks, const StageTimer& stages, c
 
 std::string FormatCostLine(const StageCosts& c) {
   std::string line = fmt::format("tick {:.0f} us, p99 {:.0f} of {:.0f}:", c.tick.mean_us, c.tick.p99_us, c.budget_us);
-  for (const PartCost& part : c.stages) {
+  for (const PartTimes& part : c.stages) {
     if (part.mean_us >= 0.5) fmt::format_to(std::back_inserter(line), " {} {:.0f}", part.name, part.mean_us);
   }
-  for (const PartCost& part : c.effects) {
+  for (const PartTimes& part : c.effects) {
     if (part.mean_us >= 0.5) fmt::format_to(std::back_inserter(line), " [{} {:.0f}]", part.name, part.mean_us);
   }
   return line;
@@ -55,16 +49,16 @@ std::string FormatCostTable(const StageCosts& c) {
   std::string text = fmt::format(
       "  cost      of {} ticks, {:.0f} us allowed each: {} took longer; us\n            {:<18} {:>8} {:>8} {:>8} {:>8} "
       "{:>9}  p99 of budget\n",
-      c.tick.ticks, c.budget_us, c.over, "", "mean", "p50", "p99", "p99.9", "max");
-  const auto add = [&](const PartCost& part, const char* indent) {
+      c.tick.count, c.budget_us, c.over, "", "mean", "p50", "p99", "p99.9", "max");
+  const auto add = [&](const PartTimes& part, const char* indent) {
     fmt::format_to(std::back_inserter(text),
                    "            {:<18} {:>8.2f} {:>8.1f} {:>8.1f} {:>8.1f} {:>9.1f}  {:.1f} %\n", indent + part.name,
                    part.mean_us, part.p50_us, part.p99_us, part.p999_us, part.max_us, 100 * part.p99_us / c.budget_us);
   };
   add(c.tick, "");
-  for (const PartCost& part : c.stages) add(part, "  ");
+  for (const PartTimes& part : c.stages) add(part, "  ");
   if (!c.effects.empty()) text += "            effects, included in the above\n";
-  for (const PartCost& part : c.effects) add(part, "  ");
+  for (const PartTimes& part : c.effects) add(part, "  ");
   return text;
 }
 

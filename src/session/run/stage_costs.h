@@ -6,27 +6,23 @@
 #include <string>
 #include <vector>
 
+#include "base/core/percentiles.h"
 #include "loop/haptics/stage_timer.h"
 
 namespace kerf {
 
-/// A stage of the tick, or an effect. An effect's time is included in the stages' times.
-struct PartCost {
+/// Durations of a tick, of one of its stages or of an effect. An effect's time is included in the stages' times.
+struct PartTimes : Percentiles {
   std::string name;
-  std::uint64_t ticks = 0;  // number of ticks in which it ran
-  double mean_us = 0;       // over all ticks: the stages' means add up to the tick's, except for reading the clock
-  double p50_us = 0;        // over the ticks in which it ran; likewise the following
-  double p99_us = 0;
-  double p999_us = 0;
-  double max_us = 0;
+  double mean_us = 0;  // in StageCosts over all ticks, so that the means add up, except for reading the clock
 };
 
 struct StageCosts {
   double budget_us = 0;    // period of the ticks
   std::uint64_t over = 0;  // number of ticks that took longer
-  PartCost tick;
-  std::vector<PartCost> stages;
-  std::vector<PartCost> effects;
+  PartTimes tick;
+  std::vector<PartTimes> stages;
+  std::vector<PartTimes> effects;
 };
 
 /// Options for timing the stages. `live` is called several times a second with a readable line.

@@ -58,13 +58,13 @@ inline nlohmann::ordered_json EffectsJson(const EffectRecord& record) {
 }
 
 inline nlohmann::ordered_json CostsJson(const StageCosts& costs) {
-  const auto json_of = [](const PartCost& part) {
-    return nlohmann::ordered_json{{"ticks", part.ticks},   {"mean_us", part.mean_us}, {"p50_us", part.p50_us},
+  const auto json_of = [](const PartTimes& part) {
+    return nlohmann::ordered_json{{"ticks", part.count},   {"mean_us", part.mean_us}, {"p50_us", part.p50_us},
                                   {"p99_us", part.p99_us}, {"p999_us", part.p999_us}, {"max_us", part.max_us}};
   };
-  const auto list_of = [&](const std::vector<PartCost>& parts) {
+  const auto list_of = [&](const std::vector<PartTimes>& parts) {
     nlohmann::ordered_json list = nlohmann::ordered_json::object();
-    for (const PartCost& part : parts) list[part.name] = json_of(part);
+    for (const PartTimes& part : parts) list[part.name] = json_of(part);
     return list;
   };
   return {{"budget_us", costs.budget_us},

@@ -507,16 +507,5 @@ disc_normal = [0.0, 1.0, 0.0]
   EXPECT_EQ(run.removed_mm3, 0);
 }
 
-TEST(TickTimes, PercentilesAreNearestRank) {
-  std::vector<double> values;
-  for (int i = 1000; i >= 1; --i) values.push_back(i);
-  const TickTimes times = CalcTickTimes(values);
-  EXPECT_EQ(times.p50_us, 500);
-  EXPECT_EQ(times.p99_us, 990);
-  EXPECT_EQ(times.p999_us, 999);
-  EXPECT_EQ(times.max_us, 1000);
-  EXPECT_EQ(CalcTickTimes({}).max_us, 0);
-}
-
 }  // namespace
 }  // namespace kerf

@@ -42,9 +42,9 @@ TEST(StageCosts, StagesAddUpToTheTickAndIncludeEffects) {
   ASSERT_TRUE(run.costs);
   const StageCosts& costs = *run.costs;
   EXPECT_EQ(costs.budget_us, 2000);
-  EXPECT_EQ(costs.tick.ticks, run.ticks.size());
+  EXPECT_EQ(costs.tick.count, run.ticks.size());
   double stages_us = 0;
-  for (const PartCost& part : costs.stages) {
+  for (const PartTimes& part : costs.stages) {
     stages_us += part.mean_us;
     EXPECT_LE(part.p50_us, part.p99_us);
     EXPECT_LE(part.p99_us, part.max_us);
@@ -55,7 +55,7 @@ TEST(StageCosts, StagesAddUpToTheTickAndIncludeEffects) {
   EXPECT_GT(stages_us, 0);
   ASSERT_EQ(costs.effects.size(), 2u);  // friction needs a hand
   double effects_us = 0;
-  for (const PartCost& part : costs.effects) {
+  for (const PartTimes& part : costs.effects) {
     EXPECT_GT(part.mean_us, 0) << part.name;
     effects_us += part.mean_us;
   }
