@@ -2,8 +2,6 @@
 
 #include <vtkRenderWindow.h>
 
-#include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "bone/material/region_table.h"
