@@ -19,6 +19,7 @@ TEST(Percentiles, AreNearestRank) {
   EXPECT_EQ(times.p99_us, 990);
   EXPECT_EQ(times.p999_us, 999);
   EXPECT_EQ(times.max_us, 1000);
+  EXPECT_EQ(CalcPercentiles(std::vector<double>{7}).p999_us, 7);
   EXPECT_EQ(CalcPercentiles(std::vector<double>{}).max_us, 0);
 }
 

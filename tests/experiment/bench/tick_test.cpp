@@ -231,18 +231,5 @@ TEST(TickReport, TablesMarkMissedLimits) {
   EXPECT_THAT(FindTickWarnings(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
 }
 
-TEST(Percentiles, UseTheNearestRank) {
-  std::vector<double> times;
-  for (int i = 1000; i >= 1; --i) times.push_back(i);
-  const Percentiles p = CalcPercentiles(times);
-  EXPECT_EQ(p.count, 1000u);
-  EXPECT_EQ(p.p50_us, 500);
-  EXPECT_EQ(p.p99_us, 990);
-  EXPECT_EQ(p.p999_us, 999);
-  EXPECT_EQ(p.max_us, 1000);
-  EXPECT_EQ(CalcPercentiles({7}).p999_us, 7);
-  EXPECT_EQ(CalcPercentiles({}).count, 0u);
-}
-
 }  // namespace
 }  // namespace kerf
