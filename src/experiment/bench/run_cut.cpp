@@ -152,7 +152,7 @@ void CompareWithDense(const CutCase& cut, const Bone& fresh, const Bone& after, 
     if (static_cast<int>(i) > warm_up_ticks) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start));
   }
   if (cut.baseline == BenchBaseline::kDense) {
-    result.baseline = {"dense array, brute force", CalcPercentiles(std::move(times_us))};
+    result.baseline = {"dense array, brute force", CalcPercentiles(times_us)};
   }
   const DenseDifference difference = dense.Compare(after, 0.5 * fresh.voxel_mm());
   const double gone_mm3 = before_mm3 - dense.CalcOccupancy_mm3();
@@ -173,7 +173,7 @@ void TimeOpenVdb(const CutCase& cut, const Bone& bone, const Pose& X_WT, const B
     vdb.Cut(cut.tool, X);
     if (i > 0) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start));
   }
-  result.baseline = {"OpenVDB: a new level set of the tool, csgDifference", CalcPercentiles(std::move(times_us))};
+  result.baseline = {"OpenVDB: a new level set of the tool, csgDifference", CalcPercentiles(times_us)};
 }
 
 }  // namespace

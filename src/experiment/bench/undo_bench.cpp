@@ -170,8 +170,8 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
       report.results.push_back(result);
     }
   }
-  report.with_history = CalcPercentiles(std::move(with_us));
-  report.without = CalcPercentiles(std::move(without_us));
+  report.with_history = CalcPercentiles(with_us);
+  report.without = CalcPercentiles(without_us);
   return report;
 }
 

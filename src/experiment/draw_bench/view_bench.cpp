@@ -74,7 +74,7 @@ ViewFrames DrawFrames(const std::string& name, const ViewBenchOptions& options, 
     if (i >= 0) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start_ns));
   }
   frames.p95_us = CalcPercentile(times_us, 0.95);
-  frames.times = CalcPercentiles(std::move(times_us));
+  frames.times = CalcPercentiles(times_us);
   frames.triangles = view.stats().triangles;
   frames.chunks = view.stats().drawn;
   frames.step = view.stats().step;
@@ -180,10 +180,10 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
       if (CountInterruptions() == interruptions) undisturbed_us.push_back(both_us.back());
     }
   }
-  report.remesh = CalcPercentiles(std::move(remesh_us));
-  report.upload = CalcPercentiles(std::move(upload_us));
-  report.both = CalcPercentiles(std::move(both_us));
-  report.undisturbed = CalcPercentiles(std::move(undisturbed_us));
+  report.remesh = CalcPercentiles(remesh_us);
+  report.upload = CalcPercentiles(upload_us);
+  report.both = CalcPercentiles(both_us);
+  report.undisturbed = CalcPercentiles(undisturbed_us);
   report.uncut_MB = 1e-6 * (static_cast<double>(chunks.CalcMemoryBytes()) - static_cast<double>(before_bytes));
   report.bone_hash = chunks.bone().CalcHash();
   worker.WaitIdle();
