@@ -90,10 +90,10 @@ void TakeRecording(const AssessArguments& options, StageBars& bars, Subject& sub
   loop.virtual_time = true;
   loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMaxLoop_s);
   loop.stop = &CatchInterrupt();
-  loop.scene_file = header.scene_file;
+  loop.output.scene_file = header.scene_file;
   loop.replay.recording = &recording;
-  loop.keep_bones = true;
-  loop.log = LoopLog::kNone;
+  loop.output.keep_bones = true;
+  loop.output.log = LoopLog::kNone;
   LoopSummary summary =
       RunLoop(recorded.scene, loop, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   if (summary.replayed && summary.replayed->divergence) {

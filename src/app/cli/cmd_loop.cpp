@@ -142,18 +142,18 @@ Scene OpenScene(LoopArguments& options, std::optional<RecordingReader>& recordin
 std::shared_ptr<DeviceServo> TakeDevice(LoopArguments& options, Scene& scene) {
   CheckDeviceOption(options.device);
   if (options.device.device.empty()) return nullptr;
-  options.loop.device = MakePlayedDevice(options.device);
-  if (options.loop.device.is_set()) return nullptr;
+  options.loop.driver.device = MakePlayedDevice(options.device);
+  if (options.loop.driver.device.is_set()) return nullptr;
   if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "can't be used with a real device");
   std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
   if (servo->traits().makes_force) {
-    options.loop.device =
+    options.loop.driver.device =
         MakeLoopDevice(*servo, options.loop.stop, [](const std::string& message) { Say("{}", message); });
     return servo;
   }
   servo->Agree();  // safe: the device outputs no force
-  options.loop.make_hand = [servo, R_WD = scene.device.orientation](SimulatedDevice& device, const LoopSetup&,
-                                                                    const Vec3& p_TC_mm, double) {
+  options.loop.driver.make_hand = [servo, R_WD = scene.device.orientation](SimulatedDevice& device, const LoopSetup&,
+                                                                           const Vec3& p_TC_mm, double) {
     return std::make_unique<DeflectionHand>(device, *servo, R_WD, p_TC_mm);
   };
   return servo;
@@ -163,21 +163,21 @@ void Run(LoopArguments& options) {
   std::optional<RecordingReader> recording;
   RecordedScene recorded;
   Scene scene = OpenScene(options, recording, recorded);
-  options.loop.scene_file = options.scene;
+  options.loop.output.scene_file = options.scene;
   try {
-    for (const std::string& text : options.actions) options.loop.actions.push_back(ParseLoopAction(text));
+    for (const std::string& text : options.actions) options.loop.undo.actions.push_back(ParseLoopAction(text));
   } catch (const Error& e) {
     throw CLI::ValidationError("--do", e.what());
   }
-  std::stable_sort(options.loop.actions.begin(), options.loop.actions.end(),
+  std::stable_sort(options.loop.undo.actions.begin(), options.loop.undo.actions.end(),
                    [](const LoopAction& a, const LoopAction& b) { return a.at_s < b.at_s; });
   if (options.records) {
     std::vector<std::string> inputs = ListInputs(scene, options.scene);
     inputs.push_back(options.from);
-    CheckInputsNotOverwritten(inputs, {options.loop.record});
-    CheckNewRecording(options.loop.record);
+    CheckInputsNotOverwritten(inputs, {options.loop.output.record});
+    CheckNewRecording(options.loop.output.record);
     // Results must not overwrite the recording.
-    if (!options.folder.empty()) CheckLoopInputsNotOverwritten(scene, options.loop.record, options.folder);
+    if (!options.folder.empty()) CheckLoopInputsNotOverwritten(scene, options.loop.output.record, options.folder);
   }
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
@@ -187,15 +187,15 @@ void Run(LoopArguments& options) {
     lock.emplace(options.folder);  // taken before the long computation
   }
   const std::string lack =
-      DescribeLackForLoop(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.record);
+      DescribeLackForLoop(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.output.record);
   if (!lack.empty()) SayWarning("{}", lack);
   const auto note = std::make_shared<std::string>();
   options.loop.costs.live = [note](const std::string& line) { *note = line; };
   options.loop.stop = &CatchInterrupt();
   const std::shared_ptr<DeviceServo> servo = TakeDevice(options, scene);
-  options.loop.keep_bones = !options.folder.empty();
-  options.loop.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
-  options.loop.folder = options.folder;
+  options.loop.output.keep_bones = !options.folder.empty();
+  options.loop.output.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
+  options.loop.output.folder = options.folder;
   LoopSummary summary;
   {
     StageBars bars;
@@ -252,12 +252,12 @@ void AddLoopCommand(CLI::App& app) {
                    "(until something is cut), TIME:rpm=SPEED sets the spindle's speed; may be repeated")
       ->allow_extra_args(false);
   command
-      ->add_option("--undo-mb", options->loop.undo_MB,
+      ->add_option("--undo-mb", options->loop.undo.max_MB,
                    "Memory for undo, MB, 0.2 to 1e6; the oldest checkpoints are dropped first")
       ->capture_default_str()
       ->check(CLI::Range(0.2, 1e6));
   CLI::Option* record =
-      command->add_option("--record", options->loop.record,
+      command->add_option("--record", options->loop.output.record,
                           "Record the session into this file, which must not exist yet (see 'kerf replay')");
   command
       ->add_option(

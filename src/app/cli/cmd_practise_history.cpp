@@ -89,11 +89,11 @@ LoopSummary RunExercise(const std::string& agent, std::uint64_t seed, const std:
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMaxLoop_s);
-  loop.log = LoopLog::kNone;
-  loop.record = record;
-  loop.scene_file = FindExercise(exercise).file;
+  loop.output.log = LoopLog::kNone;
+  loop.output.record = record;
+  loop.output.scene_file = FindExercise(exercise).file;
   loop.stop = &done;
-  loop.make_hand = MakeAgent(params, scene, &done);
+  loop.driver.make_hand = MakeAgent(params, scene, &done);
   if (!record.empty()) CheckNewRecording(record);
   StageBars bars;
   return RunLoop(scene, loop, [&](const std::string& now, double f) { bars.Show(now, f); });

@@ -90,14 +90,14 @@ Replayed ReplayLoop(const ReplayArguments& options, RecordingReader& recording, 
   loop.virtual_time = true;
   loop.seconds = std::clamp(std::min(options.until_s.value_or(1e9), recording.damage().whole_s), 0.01, kMaxLoop_s);
   loop.stop = &CatchInterrupt();
-  loop.scene_file = recording.header().scene_file;
+  loop.output.scene_file = recording.header().scene_file;
   loop.replay.recording = &recording;
   loop.replay.until_s = options.until_s.value_or(std::numeric_limits<double>::infinity());
   loop.replay.verify = options.verify;
   loop.replay.speed = options.speed;
-  loop.keep_bones = !options.folder.empty();
-  loop.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
-  loop.folder = options.folder;
+  loop.output.keep_bones = !options.folder.empty();
+  loop.output.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
+  loop.output.folder = options.folder;
   if (!options.folder.empty()) {
     CheckLoopInputsNotOverwritten(scene, options.file, options.folder);
   }

@@ -32,20 +32,22 @@ LiveSession::~LiveSession() {
 void LiveSession::Run() {
   LoopOptions loop;
   loop.seconds = options_.seconds;
-  loop.log = LoopLog::kNone;
-  loop.keep_bones = true;
+  loop.output.log = LoopLog::kNone;
+  loop.output.keep_bones = true;
   loop.stop = &stop_;
-  loop.record = options_.record;
-  loop.scene_file = options_.scene_file;
-  loop.peer = this;
-  loop.take_tick = [this](const LoopSample& sample, std::span<const double> channels) { TakeTick(sample, channels); };
+  loop.output.record = options_.record;
+  loop.output.scene_file = options_.scene_file;
+  loop.watchers.peer = this;
+  loop.watchers.take_tick = [this](const LoopSample& sample, std::span<const double> channels) {
+    TakeTick(sample, channels);
+  };
   if (options_.device != nullptr && !options_.scripted) {
-    loop.device = MakeLoopDevice(*options_.device, &stop_, [this](const std::string& message) {
+    loop.driver.device = MakeLoopDevice(*options_.device, &stop_, [this](const std::string& message) {
       const std::lock_guard lock(mutex_);
       notes_.push_back(message);
     });
   } else if (!options_.scripted) {
-    loop.make_hand = [this](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {
+    loop.driver.make_hand = [this](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {
       DeviceSample sample;
       device.Read(sample);
       return std::make_unique<MouseHand>(device, target_, sample.X_WH, p_TC_mm);

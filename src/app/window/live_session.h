@@ -1,4 +1,4 @@
-// Running session: RunLoop in a separate thread, observed and controlled by the window's thread.
+// Running session: a LoopSession in a separate thread, observed and controlled by the window's thread.
 #pragma once
 
 #include <atomic>

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -211,17 +212,14 @@ class Scout {
   }
   void FollowPath(const Scene& scene, Subject& subject) {
     const Path path = MakePath(scene);
+    PathDriver driver(path, 1 / cut_.dt_s);
     // Goes to the end of the first stroke, including the segments that continue it without a retract.
-    for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
-      const PathSegment& stretch = path.segments()[segment];
-      if (segment > 0 && stretch.retract_before) return;
-      for (std::size_t k = 1; k <= path.CountTicks(segment, 1 / cut_.dt_s); ++k) {
-        if (IsEnough()) return;
-        const double end_s = std::min(stretch.start_s + static_cast<double>(k) * cut_.dt_s, stretch.end_s);
-        const Step step{path.CalcPose(segment, end_s)};
-        subject.Go(step);
-        Keep(step, subject.engaged_teeth());
-      }
+    while (const std::optional<PathStep> next = driver.Next()) {
+      if (next->set_down && next->segment == 0) continue;
+      if (next->set_down || IsEnough()) return;
+      const Step step{next->X_WT};
+      subject.Go(step);
+      Keep(step, subject.engaged_teeth());
     }
   }
 

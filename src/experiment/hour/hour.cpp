@@ -114,10 +114,10 @@ Hour RunHour(const Scene& scene, const HourOptions& options,
   LoopOptions loop;
   loop.seconds = 60 * options.minutes;
   loop.virtual_time = true;
-  loop.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
-  loop.folder = options.folder;
+  loop.output.log = options.folder.empty() ? LoopLog::kNone : LoopLog::kFolder;
+  loop.output.folder = options.folder;
   loop.stop = options.stop;
-  loop.watch = &watch;
+  loop.watchers.tick = &watch;
   hour.loop = RunLoop(scene, loop, progress);
   return hour;
 }

@@ -126,33 +126,45 @@ void HapticLoop::RunThread() {
   if (running()) Finish(LoopEnd::kRequested);
 }
 
-void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& between) {
+void HapticLoop::BeginHere() {
   grants_.scheduling = "The loop ran without a thread and without waiting.";
   grants_.memory = "Locking memory in RAM was not requested.";
   start_ns_ = clock_.Now();
   deadlines_.Start(start_ns_);
   beat_ns_.store(start_ns_);
-  for (std::int64_t i = 0; i < ticks && running() && !stop_.load(); ++i) {
-    TickOnce();
-    if (between && !between()) break;
-  }
+}
+
+bool HapticLoop::StepHere() {
+  if (!running() || stop_.load()) return false;
+  TickOnce();
+  return true;
+}
+
+void HapticLoop::EndHere() {
   if (running()) Finish(LoopEnd::kRequested);
 }
 
-void HapticLoop::RunWithoutClock(const std::function<bool()>& more) {
-  const Deadlines::Tick on_time{};
-  while (more()) {
-    const HeapGuard guard;
-    // During DoTick(), the sample has the time before the tick, because the tick's duration is not known yet.
-    if (!DoTick(on_time)) break;
-    const TickInputs& inputs = sample_.report.inputs;
-    unclocked_s_ += inputs.skipped == 0 ? inputs.dt_s : (1.0 + inputs.skipped) / params_.rate_hz;
-    sample_.time_s = unclocked_s_;
-    sample_.skipped = static_cast<int>(inputs.skipped);
-    counts_.missed += inputs.skipped;
-    counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{inputs.skipped});
-    Exchange(on_time, clock_.Now());
+void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& between) {
+  BeginHere();
+  for (std::int64_t i = 0; i < ticks && StepHere(); ++i) {
+    if (between && !between()) break;
   }
+  EndHere();
+}
+
+bool HapticLoop::StepWithoutClock() {
+  const Deadlines::Tick on_time{};
+  const HeapGuard guard;
+  // During DoTick(), the sample has the time before the tick, because the tick's duration is not known yet.
+  if (!DoTick(on_time)) return false;
+  const TickInputs& inputs = sample_.report.inputs;
+  unclocked_s_ += inputs.skipped == 0 ? inputs.dt_s : (1.0 + inputs.skipped) / params_.rate_hz;
+  sample_.time_s = unclocked_s_;
+  sample_.skipped = static_cast<int>(inputs.skipped);
+  counts_.missed += inputs.skipped;
+  counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{inputs.skipped});
+  Exchange(on_time, clock_.Now());
+  return true;
 }
 
 void HapticLoop::Finish(LoopEnd end) {

@@ -93,18 +93,22 @@ class HapticLoop {
   /// Enables timing of each effect in stages(). Call before the loop starts.
   void Watch(EffectPlan& plan) { stages_.Watch(plan); }
 
-  /// Runs ticks in the calling thread, without a clock, while `more` returns true. Call before the loop starts. `more`
-  /// is called before each tick, outside the heap guard, and must empty the queues. Each tick lasts as long as the body
-  /// reports (TickInputs::dt_s); the loop's time then continues from the end of these ticks. Rethrows exceptions of the
-  /// body.
-  void RunWithoutClock(const std::function<bool()>& more);
+  /// Runs a tick in the calling thread, without a clock. Call before the loop starts, and empty the queues before each
+  /// call. The tick lasts as long as the body reports (TickInputs::dt_s); the loop's time then continues from the end
+  /// of these ticks. Returns false if the device has failed. Rethrows exceptions of the body.
+  bool StepWithoutClock();
   /// Starts the loop thread and the watchdog thread. Returns once it is known which real-time privileges the system
   /// grants. Call at most once.
   void Start();
   /// Waits for the current tick, sets the force to zero and ends the threads. May be called any number of times.
   void Stop();
-  /// Runs `ticks` ticks in the calling thread, without priority, locked memory or watchdog, and then ends as Stop()
-  /// does. For use with a VirtualClock. `between` (optional) is called after each tick, outside the heap guard; the run
+  /// The same loop in the calling thread, without priority, locked memory or watchdog, for use with a VirtualClock:
+  /// BeginHere(), then StepHere() for each tick until it returns false or enough ticks are done, then EndHere(), which
+  /// ends the loop as Stop() does. StepHere() returns false, without a tick, if the loop has ended.
+  void BeginHere();
+  bool StepHere();
+  void EndHere();
+  /// Does all this for `ticks` ticks. `between` (optional) is called after each tick, outside the heap guard; the run
   /// ends if it returns false.
   void RunHere(std::int64_t ticks, const std::function<bool()>& between = {});
   /// Sends the remaining changed leaves, as far as the ring has room. Call after the loop has ended. Returns false if

@@ -16,23 +16,22 @@ LoopReplay::LoopReplay(const LoopReplayOptions& options, StepBody& body, Coupled
   });
 }
 
-void LoopReplay::RunWithoutClock(HapticLoop& loop, const std::function<bool(double)>& read) {
+bool LoopReplay::Step(HapticLoop& loop, const std::function<bool(double)>& read) {
   using Clock = std::chrono::steady_clock;
   const double total_s = std::min(options_.until_s, options_.recording->damage().whole_s);
-  const Clock::time_point began = Clock::now();
-  std::uint64_t done = 0;
-  loop.RunWithoutClock([&] {
-    const double fraction = total_s > 0 ? body_->time_s() / total_s : 1;
-    if (!read(done % 64 == 0 ? fraction : -1)) return false;
-    if (options_.speed > 0) {
-      std::this_thread::sleep_until(began + std::chrono::duration_cast<Clock::duration>(
-                                                std::chrono::duration<double>(body_->time_s() / options_.speed)));
-    }
-    ++done;
-    const bool more = body_->Prepare();
-    return more && !(options_.verify && body_->check().divergence());
-  });
-  read(1);
+  const double fraction = total_s > 0 ? body_->time_s() / total_s : 1;
+  if (!read(done_ % 64 == 0 ? fraction : -1)) return false;
+  if (!began_) began_ = Clock::now();
+  if (options_.speed > 0) {
+    const std::chrono::duration<double> at_s(body_->time_s() / options_.speed);
+    std::this_thread::sleep_until(*began_ + std::chrono::duration_cast<Clock::duration>(at_s));
+  }
+  ++done_;
+  if (!body_->Prepare() || (options_.verify && body_->check().divergence())) return false;
+  return loop.StepWithoutClock();
+}
+
+void LoopReplay::HandOver() {
   device_.HandOver();
   body_->HandOver();
 }

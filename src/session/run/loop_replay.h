@@ -1,12 +1,15 @@
 // Replay of a recorded session by `kerf loop` and `kerf replay`.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "loop/haptics/haptic_loop.h"
+#include "session/run/loop_options.h"
 #include "session/run/replay_body.h"
-#include "session/run/run_loop.h"
 
 namespace kerf {
 
@@ -15,7 +18,7 @@ class LoopReplay {
  public:
   /// All references must outlive this object.
   LoopReplay(const LoopReplayOptions& options, StepBody& body, CoupledSimulation& simulation, ReplayDevice& device);
-  /// Sets the callback for actions between ticks (ReplayBody). Call before RunWithoutClock().
+  /// Sets the callback for actions between ticks (ReplayBody). Call before Step().
   void set_between_ticks(std::function<void(const RecordedStep&)> between_ticks) {
     between_ticks_ = std::move(between_ticks);
   }
@@ -23,9 +26,12 @@ class LoopReplay {
   /// Returns the body to pass to the loop. It replays the recording; afterwards it forwards the loop's calls to `body`
   /// of the constructor.
   LoopBody& body() { return *body_; }
-  /// Runs the recorded ticks. `read` is called before each tick, every 64th time with the progress 0..1 and otherwise
-  /// with -1; the replay ends if it returns false. Throws kerf::Error for a recording that cannot be replayed.
-  void RunWithoutClock(HapticLoop& loop, const std::function<bool(double)>& read);
+  /// Runs the next recorded tick. `read` is called before it, at every 64th tick with the progress 0..1 and otherwise
+  /// with -1. Returns false if `read` does, or if there is no further tick to replay. Throws kerf::Error for a
+  /// recording that cannot be replayed.
+  bool Step(HapticLoop& loop, const std::function<bool(double)>& read);
+  /// From now on, the loop's calls reach the body and the device.
+  void HandOver();
   Replayed MakeReport() const;
   /// These return the time before the next step, and the number of that step.
   double time_s() const { return body_->time_s(); }
@@ -38,6 +44,8 @@ class LoopReplay {
   ReplayDevice& device_;
   std::optional<RecordedSteps> steps_;
   std::optional<ReplayBody> body_;
+  std::uint64_t done_ = 0;
+  std::optional<std::chrono::steady_clock::time_point> began_;
 };
 
 }  // namespace kerf

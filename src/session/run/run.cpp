@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
-#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -16,7 +15,6 @@
 #include "bone/grid/changed_hash.h"
 #include "cut/effects/plan.h"
 #include "kerf/error.h"
-#include "session/run/tick_interceptor.h"
 
 namespace kerf {
 namespace {
@@ -48,130 +46,129 @@ void CheckRunTicks(const Path& path, double rate_hz) {
               "lower [simulation] rate_hz or make several runs of it");
 }
 
+namespace {
+
+/// Voxels that are cut along a path, with the effects' records, the pieces and the costs.
+class VoxelPathBody final : public PathBody {
+ public:
+  VoxelPathBody(Bone bone, const SimulationParams& params, const Pose& X_WT_start, double rate_hz, std::size_t ticks,
+                const CostOptions& costs)
+      : simulation_(std::move(bone), params, X_WT_start),
+        effects_(std::as_const(simulation_).effects()),
+        record_(effects_),
+        files_(effects_, ticks, true),
+        channels_(effects_.channel_count()),
+        fragments_(simulation_.effects()),
+        live_(costs.live) {
+    record_.rows.reserve(ticks * channels_.size());
+    if (costs.costs) meter_.emplace(1e6 / rate_hz).Watch(simulation_.effects());
+    if (fragments_.is_on()) {
+      const double interval = std::round(fragments_.every_s() * rate_hz);
+      ticks_between_searches_ = std::max<std::size_t>(1, static_cast<std::size_t>(interval));
+    }
+  }
+
+  void SetDown(const Pose& X_WT, double time_s) override {
+    if (ticks_ > 0 && fragments_.takes_out()) {
+      Search(time_s);
+      TakeOut(time_s, true);
+    }
+    simulation_.SetDown(X_WT);
+  }
+  TickOutput Tick(const TickInput& in) override { return simulation_.Tick(in, meter_ ? &meter_->observer() : nullptr); }
+  std::uint64_t TakeHash() override {
+    if (!hash_) hash_.emplace();
+    for (int i = 0; i < simulation_.changed_count(); ++i) hash_->Take(simulation_.changed(i));
+    if (!fragments_.is_on()) simulation_.ClearChanged();
+    return hash_->value();
+  }
+  void End(TickRecord& record, double dt_s, double tick_us) override {
+    ++ticks_;
+    if (meter_) meter_->Finish(tick_us);
+    if (ticks_between_searches_ > 0 && ticks_ % ticks_between_searches_ == 0) {
+      Search(record.time_s);
+      TakeOut(record.time_s, false);
+    }
+    if (!channels_.empty()) {
+      effects_.Report(channels_);
+      record_.TakeRow(channels_);
+      files_.Take(record.time_s, dt_s, record.X_WT, channels_);
+    }
+    if (ticks_ % kTicksBetweenRefills == 0) simulation_.Refill();
+    if (meter_ && live_ && ticks_ % 64 == 0 && Clock::now() - line_at_ > kBetweenLines) {
+      live_(FormatCostLine(meter_->Make(effects_)));
+      line_at_ = Clock::now();
+    }
+  }
+
+  /// Call after the last tick, `last`, null if there was none. The body is empty afterwards.
+  void Finish(const TickRecord* last, RunResult& result) {
+    if (meter_) result.costs = meter_->Make(effects_);
+    result.removed_mm3_by_region = simulation_.CalcRemovedByRegion();
+    for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
+    if (fragments_.is_on()) {
+      const double end_s = last != nullptr ? last->time_s : 0;
+      Search(end_s);
+      TakeOut(end_s, true);
+    }
+    result.heat = MakeHeatReport(simulation_.effects(), last != nullptr ? last->X_WT : Pose{});
+    result.fragments = fragments_.MakeReport(simulation_.bone().materials());
+    files_.Finish();
+    result.files = std::move(files_);
+    result.effects = std::move(record_);
+    result.bone = std::move(simulation_).TakeBone();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void Search(double time_s) {
+    for (int i = 0; i < simulation_.changed_count(); ++i) {
+      const ChangedLeaf leaf = simulation_.changed(i);
+      fragments_.Change(leaf.index, std::span<const float, 512>(leaf.values, 512));
+    }
+    simulation_.ClearChanged();
+    fragments_.Search(time_s);
+  }
+  /// Takes pieces out at fixed ticks, and each as a whole, so that runs are reproducible. `lifted`: the tool has not
+  /// been placed yet, so every piece is clear of it.
+  void TakeOut(double time_s, bool lifted) {
+    const auto is_clear = [&](const Box3& box_W) { return lifted || simulation_.IsClearOf(box_W); };
+    while (std::optional<PieceJob> job = fragments_.Prepare(simulation_.bone(), is_clear)) {
+      Install(job->removal, simulation_);
+      fragments_.Finish(*std::move(job), time_s);
+      Search(time_s);
+    }
+  }
+
+  Simulation simulation_;
+  const EffectPlan& effects_;
+  EffectRecord record_;
+  EffectFiles files_;
+  std::vector<double> channels_;
+  FragmentsDriver fragments_;
+  std::size_t ticks_between_searches_ = 0;  // 0: no searches
+  std::optional<StageCostMeter> meter_;
+  std::function<void(const std::string&)> live_;
+  Clock::time_point line_at_ = Clock::now();
+  std::optional<ChangedHash> hash_;
+  std::size_t ticks_ = 0;
+};
+
+}  // namespace
+
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
                   const std::function<void(double)>& progress, const CostOptions& costs, TickInterceptor* tap) {
-  using Clock = std::chrono::steady_clock;
-  RunResult result;
   CheckRunTicks(path, rate_hz);
-  const std::size_t total = path.CountTicks(rate_hz);
-  result.ticks.reserve(total);
-  std::vector<double> times_us;
-  times_us.reserve(total);
-
-  Simulation simulation(std::move(bone), params, path.CalcPose(0, 0));
-  const EffectPlan& effects = std::as_const(simulation).effects();
-  std::unique_ptr<StageCostMeter> meter;
-  if (costs.costs) {
-    meter = std::make_unique<StageCostMeter>(1e6 / rate_hz);
-    meter->Watch(simulation.effects());
-  }
-  TickObserver* const observer = meter ? &meter->observer() : nullptr;
-  Clock::time_point line_at = Clock::now();
-  result.effects = EffectRecord(effects);
-  result.files = EffectFiles(effects, total, true);
-  std::vector<double> channels(effects.channel_count());
-  result.effects.rows.reserve(total * channels.size());
-  FragmentsDriver fragments(simulation.effects());
-  const std::size_t ticks_between_searches =
-      fragments.is_on()
-          ? std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(fragments.every_s() * rate_hz)))
-          : 0;
-  const auto search = [&](double time_s) {
-    for (int i = 0; i < simulation.changed_count(); ++i) {
-      const ChangedLeaf leaf = simulation.changed(i);
-      fragments.Change(leaf.index, std::span<const float, 512>(leaf.values, 512));
-    }
-    simulation.ClearChanged();
-    fragments.Search(time_s);
-  };
-  // Pieces are taken out at fixed ticks, and each as a whole, so that runs are reproducible. `lifted`: the tool has not
-  // been placed yet, so every piece is clear of it.
-  const auto take_out = [&](double time_s, bool lifted) {
-    while (std::optional<PieceJob> job = fragments.Prepare(
-               simulation.bone(), [&](const Box3& box_W) { return lifted || simulation.IsClearOf(box_W); })) {
-      Install(job->removal, simulation);
-      fragments.Finish(*std::move(job), time_s);
-      search(time_s);
-    }
-  };
-  std::optional<ChangedHash> voxel_hash;
-  if (tap != nullptr) voxel_hash.emplace();
-  const auto take_hash = [&] {
-    for (int i = 0; i < simulation.changed_count(); ++i) voxel_hash->Take(simulation.changed(i));
-    if (!fragments.is_on()) simulation.ClearChanged();
-    return voxel_hash->value();
-  };
-  bool keep_going = true;
-  const Clock::time_point start = Clock::now();
-  for (std::size_t segment = 0; segment < path.segments().size() && keep_going; ++segment) {
-    const PathSegment& path_segment = path.segments()[segment];
-    if (path_segment.retract_before && segment > 0 && fragments.takes_out()) {
-      search(result.ticks.back().time_s);
-      take_out(result.ticks.back().time_s, true);
-    }
-    if (path_segment.retract_before) {
-      Pose X_WT_down = path.CalcPose(segment, path_segment.start_s);
-      keep_going = tap == nullptr || tap->SetDown(X_WT_down);
-      if (!keep_going) break;
-      simulation.SetDown(X_WT_down);
-    }
-    double time_s = path_segment.start_s;
-    Pose X_WT = path.CalcPose(segment, time_s);
-    double travel_mm = 0;
-    bool touched = false;
-    const std::size_t count = path.CountTicks(segment, rate_hz);
-    for (std::size_t k = 1; k <= count; ++k) {
-      const double end_s = std::min(path_segment.start_s + static_cast<double>(k) / rate_hz, path_segment.end_s);
-      const double dt_s = end_s - time_s;
-      TickInput in{path.CalcPose(segment, end_s), dt_s, rpm};
-      keep_going = tap == nullptr || tap->Begin(in);
-      if (!keep_going) break;
-      TickRecord record;
-      record.X_WT = in.X_WT;
-      const Clock::time_point before = Clock::now();
-      record.out = simulation.Tick(in, observer);
-      times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
-      if (meter) meter->Finish(times_us.back());
-      if (tap != nullptr) tap->End(in, record.out, take_hash());
-      touched = touched || record.out.engaged_teeth > 0;
-      if (touched) travel_mm += glm::length(record.X_WT.p_AB - X_WT.p_AB);
-      record.time_s = time_s = end_s;
-      record.segment = segment;
-      record.travel_mm = travel_mm;
-      record.touched = touched;
-      X_WT = record.X_WT;
-      result.ticks.push_back(record);
-      if (fragments.is_on() && result.ticks.size() % ticks_between_searches == 0) {
-        search(time_s);
-        take_out(time_s, false);
-      }
-      if (!channels.empty()) {
-        effects.Report(channels);
-        result.effects.TakeRow(channels);
-        result.files.Take(time_s, dt_s, record.X_WT, channels);
-      }
-      if (k % kTicksBetweenRefills == 0) simulation.Refill();
-      if (meter && costs.live && k % 64 == 0 && Clock::now() - line_at > kBetweenLines) {
-        costs.live(FormatCostLine(meter->Make(effects)));
-        line_at = Clock::now();
-      }
-      if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));
-    }
-  }
-  result.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
-  if (meter) result.costs = meter->Make(effects);
-  result.times = CalcPercentiles(times_us);
-  result.removed_mm3_by_region = simulation.CalcRemovedByRegion();
-  for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
-  if (fragments.is_on()) {
-    const double end_s = result.ticks.empty() ? 0 : result.ticks.back().time_s;
-    search(end_s);
-    take_out(end_s, true);
-  }
-  result.heat = MakeHeatReport(simulation.effects(), result.ticks.empty() ? Pose{} : result.ticks.back().X_WT);
-  result.fragments = fragments.MakeReport(simulation.bone().materials());
-  result.files.Finish();
-  result.bone = std::move(simulation).TakeBone();
+  const std::size_t ticks = path.CountTicks(rate_hz);
+  VoxelPathBody body(std::move(bone), params, path.CalcPose(0, 0), rate_hz, ticks, costs);
+  PathSession session(PathDriver(path, rate_hz), body, rpm, ticks, tap);
+  session.Run(progress);
+  RunResult result;
+  result.wall_s = session.CalcElapsed_s();
+  result.times = session.CalcTimes();
+  result.ticks = session.TakeTicks();
+  body.Finish(result.ticks.empty() ? nullptr : &result.ticks.back(), result);
   return result;
 }
 

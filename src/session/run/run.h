@@ -12,27 +12,16 @@
 #include "session/run/effect_record.h"
 #include "session/run/fragments_report.h"
 #include "session/run/heat_report.h"
+#include "session/run/path_session.h"
 #include "session/run/stage_costs.h"
 #include "session/scene/path.h"
 #include "session/scene/scene.h"
 
 namespace kerf {
 
-class TickInterceptor;
-
 /// Maximum number of ticks per run: five and a half hours at 1 kHz. All ticks are kept in memory until the pictures are
 /// drawn.
 inline constexpr double kMaxRunTicks = 20'000'000;
-
-/// A tick as logged.
-struct TickRecord {
-  double time_s = 0;  // path time at the end of the tick
-  std::size_t segment = 0;
-  Pose X_WT;             // at the end of the tick
-  double travel_mm = 0;  // path length of the disc's centre since this segment's first contact; 0 before
-  bool touched = false;  // the tool has touched bone in this segment
-  TickOutput out;
-};
 
 struct RunResult {
   Bone bone;  // after the cut

@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <iterator>
-#include <limits>
+#include <utility>
 
 #include "base/core/hash.h"
 #include "kerf/error.h"
-#include "session/run/tick_interceptor.h"
 
 namespace kerf {
 
@@ -33,30 +31,41 @@ double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, cons
 
 namespace {
 
-std::uint64_t HashOf(const SlabState& state) {
-  std::uint64_t hash = 0;
-  for (const double x : {state.blade_mm, state.left_mm, state.right_mm, state.deepest_mm, state.hand_work_mJ}) {
-    hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(x));
+class SlabPathBody final : public PathBody {
+ public:
+  SlabPathBody(SlabProfile profile, const SlabParams& params, const Pose& X_WT_start, SlabBody hold, std::size_t ticks)
+      : simulation_(std::move(profile), params, X_WT_start) {
+    simulation_.Hold(hold);
+    states_.reserve(ticks);
   }
-  return hash;
-}
 
-}  // namespace
+  void SetDown(const Pose& X_WT, double) override { simulation_.SetDown(X_WT); }
+  TickOutput Tick(const TickInput& in) override { return simulation_.Tick(in); }
+  /// There are no voxels; the hash of the bodies' state takes their place.
+  std::uint64_t TakeHash() override {
+    const SlabState& state = simulation_.state();
+    std::uint64_t hash = 0;
+    for (const double x : {state.blade_mm, state.left_mm, state.right_mm, state.deepest_mm, state.hand_work_mJ}) {
+      hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(x));
+    }
+    return hash;
+  }
+  void End(TickRecord& record, double, double) override {
+    states_.push_back(simulation_.state());
+    record.touched = states_.back().depth_mm > 0;
+    record.travel_mm = std::max(0.0, states_.back().depth_mm);
+  }
 
-SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
-                TickInterceptor* tap) {
-  using Clock = std::chrono::steady_clock;
-  const Path path = MakePath(scene);
-  const double rate_hz = scene.simulation.rate_hz;
-  SlabRun run;
-  run.profile = profile;
-  const std::size_t total = path.CountTicks(rate_hz);
-  run.ticks.reserve(total);
-  run.states.reserve(total);
-  std::vector<double> times_us;
-  times_us.reserve(total);
+  std::vector<SlabState> TakeStates() { return std::move(states_); }
+  std::uint64_t CalcMemoryBytes() const { return simulation_.CalcMemoryBytes(); }
 
-  const SlabParams params = MakeSlabParams(scene);
+ private:
+  SlabSimulation simulation_;
+  std::vector<SlabState> states_;
+};
+
+/// Throws kerf::Error if a stroke begins past the slice.
+void CheckStrokes(const Path& path, const SlabProfile& profile, const SlabParams& params) {
   for (std::size_t i = 1; i < path.segments().size(); ++i) {
     const Vec3 p_W = path.CalcPose(i, path.segments()[i].start_s).p_AB;
     const double depth_mm = CalcBladeDepth(profile, params, p_W);
@@ -65,45 +74,28 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
                               i + 1, depth_mm, profile.end_mm));
     }
   }
-  SlabSimulation simulation(std::move(profile), params, path.CalcPose(0, 0));
-  simulation.Hold(scene.slab.hold);
-  const Clock::time_point start = Clock::now();
-  bool keep_going = true;
-  for (std::size_t segment = 0; segment < path.segments().size() && keep_going; ++segment) {
-    const PathSegment& path_segment = path.segments()[segment];
-    if (path_segment.retract_before && segment > 0) {
-      Pose X_down = path.CalcPose(segment, path_segment.start_s);
-      keep_going = tap == nullptr || tap->SetDown(X_down);
-      if (!keep_going) break;
-      simulation.SetDown(X_down);
-    }
-    double time_s = path_segment.start_s;
-    const std::size_t count = path.CountTicks(segment, rate_hz);
-    for (std::size_t k = 1; k <= count; ++k) {
-      const double end_s = std::min(path_segment.start_s + static_cast<double>(k) / rate_hz, path_segment.end_s);
-      TickInput in{path.CalcPose(segment, end_s), end_s - time_s, scene.tool.rpm};
-      keep_going = tap == nullptr || tap->Begin(in);
-      if (!keep_going) break;
-      TickRecord record;
-      record.X_WT = in.X_WT;
-      const Clock::time_point before = Clock::now();
-      record.out = simulation.Tick(in);
-      times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
-      const SlabState& state = simulation.state();
-      // There are no voxels; the hash of the bodies' state takes their place.
-      if (tap != nullptr) tap->End(in, record.out, HashOf(state));
-      record.time_s = time_s = end_s;
-      record.segment = segment;
-      record.touched = state.depth_mm > 0;
-      record.travel_mm = std::max(0.0, state.depth_mm);
-      run.ticks.push_back(record);
-      run.states.push_back(state);
-      if (progress && k % 4096 == 0) progress(static_cast<double>(run.ticks.size()) / static_cast<double>(total));
-    }
-  }
-  run.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
-  run.times = CalcPercentiles(times_us);
-  run.memory_bytes = simulation.CalcMemoryBytes();
+}
+
+}  // namespace
+
+SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
+                TickInterceptor* tap) {
+  const Path path = MakePath(scene);
+  const SlabParams params = MakeSlabParams(scene);
+  CheckStrokes(path, profile, params);
+  const std::size_t ticks = path.CountTicks(scene.simulation.rate_hz);
+  SlabRun run;
+  run.profile = profile;
+  SlabPathBody body(std::move(profile), params, path.CalcPose(0, 0), scene.slab.hold, ticks);
+  PathDriver driver(path, scene.simulation.rate_hz);
+  driver.Next();  // the simulation starts with the blade placed
+  PathSession session(driver, body, scene.tool.rpm, ticks, tap);
+  session.Run(progress);
+  run.wall_s = session.CalcElapsed_s();
+  run.times = session.CalcTimes();
+  run.ticks = session.TakeTicks();
+  run.states = body.TakeStates();
+  run.memory_bytes = body.CalcMemoryBytes();
   return run;
 }
 

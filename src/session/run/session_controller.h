@@ -19,8 +19,8 @@ struct LoopInitialState {
   Pose X_WT;
 };
 
-/// Interface called by RunLoop in its own thread, never in the loop's. Slow calls delay the writing of the recording,
-/// not the ticks.
+/// Interface called by LoopSession in the thread that steps it, never in the loop's. Slow calls delay the writing of
+/// the recording, not the ticks.
 class SessionController {
  public:
   SessionController() = default;

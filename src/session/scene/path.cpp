@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
+#include <utility>
 
 namespace kerf {
 namespace {
@@ -76,6 +77,25 @@ double Path::CalcMaxSpeed() const {
     }
   }
   return top;
+}
+
+std::optional<PathStep> PathDriver::Next() {
+  if (ticks_ > 0 && tick_ == ticks_) {
+    ++segment_;
+    ticks_ = 0;
+  }
+  if (segment_ == path_.segments().size()) return {};
+  const PathSegment& segment = path_.segments()[segment_];
+  if (ticks_ == 0) {
+    tick_ = 0;
+    ticks_ = path_.CountTicks(segment_, rate_hz_);
+    time_s_ = segment.start_s;
+    if (segment.retract_before) return PathStep{segment_, true, path_.CalcPose(segment_, time_s_), time_s_, 0};
+  }
+  ++tick_;
+  const double end_s = std::min(segment.start_s + static_cast<double>(tick_) / rate_hz_, segment.end_s);
+  const double dt_s = end_s - std::exchange(time_s_, end_s);
+  return PathStep{segment_, false, path_.CalcPose(segment_, end_s), end_s, dt_s};
 }
 
 Path MakePath(const Scene& scene) {

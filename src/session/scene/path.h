@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "session/scene/scene.h"
@@ -41,6 +42,32 @@ class Path {
   std::vector<PathSegment> segments_;
   std::vector<std::vector<TimedPose>> knots_;  // per segment, in path time
   double length_mm_ = 0;
+};
+
+/// A step along a path: a tick, or the placement of the tool at the first pose of a segment.
+struct PathStep {
+  std::size_t segment = 0;
+  bool set_down = false;  // no tick: the tool was lifted and is placed at X_WT
+  Pose X_WT;              // tool pose at the end of the step
+  double time_s = 0;      // path time at the end of the step
+  double dt_s = 0;        // 0 for a placement
+};
+
+/// Steps through a path at a fixed rate.
+class PathDriver {
+ public:
+  /// `path` must outlive this object.
+  PathDriver(const Path& path, double rate_hz) : path_(path), rate_hz_(rate_hz) {}
+  /// Returns the next step; none at the end of the path.
+  std::optional<PathStep> Next();
+
+ private:
+  const Path& path_;
+  double rate_hz_;
+  std::size_t segment_ = 0;
+  std::size_t tick_ = 0;   // number of ticks done in this segment
+  std::size_t ticks_ = 0;  // number of ticks of this segment; 0: not begun
+  double time_s_ = 0;
 };
 
 /// Returns the scene's path. The tool frame along a stroke: z = disc_normal; x = the feed direction projected into the

@@ -44,12 +44,12 @@ ReplayOutcome ReplayLoopRecording(RecordingReader& recording, const Scene& scene
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::clamp(recording.duration_s(), 0.01, kMaxLoop_s);
-  loop.log = LoopLog::kNone;
-  loop.keep_bones = true;
+  loop.output.log = LoopLog::kNone;
+  loop.output.keep_bones = true;
   loop.stop = options.stop;
   loop.replay.recording = &recording;
   double last_s = 0;
-  loop.take_tick = [&](const LoopSample& sample, std::span<const double>) {
+  loop.watchers.take_tick = [&](const LoopSample& sample, std::span<const double>) {
     const CoupledOutput& out = sample.report.out;
     MotionTick tick;
     tick.time_s = sample.time_s;

@@ -63,7 +63,7 @@ TEST_F(HourTest, AMinuteOfSawingCausesNoDrift) {
   LoopOptions plain;
   plain.virtual_time = true;
   plain.seconds = 75;
-  plain.log = LoopLog::kNone;
+  plain.output.log = LoopLog::kNone;
   const LoopSummary unwatched = RunLoop(ReadHourScene(), plain, {});
   EXPECT_EQ(unwatched.force_hash, hour.loop.force_hash);
   EXPECT_EQ(unwatched.bone_hash, hour.loop.bone_hash);

@@ -194,11 +194,11 @@ TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
     LoopOptions loop;
     loop.virtual_time = true;
     loop.seconds = finishes ? CalcAgentTime(params, scene) : 3.5;
-    loop.log = LoopLog::kNone;
-    loop.record = file;
-    loop.scene_file = file + ".toml";
+    loop.output.log = LoopLog::kNone;
+    loop.output.record = file;
+    loop.output.scene_file = file + ".toml";
     loop.stop = &done;
-    loop.make_hand = MakeAgent(params, scene, &done);
+    loop.driver.make_hand = MakeAgent(params, scene, &done);
     RunLoop(scene, loop, {});
     RecordingReader recording(file);
     const ScoreSheet sheet = ScoreRecording(recording, {}, {});

@@ -68,11 +68,11 @@ inline ScoreSheet ScoreAgent(const Scene& scene, const AgentParams& params, cons
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = CalcAgentTime(params, scene);
-  loop.log = LoopLog::kNone;
-  loop.record = file;
-  loop.scene_file = file + ".toml";
+  loop.output.log = LoopLog::kNone;
+  loop.output.record = file;
+  loop.output.scene_file = file + ".toml";
   loop.stop = &done;
-  loop.make_hand = MakeAgent(params, scene, &done);
+  loop.driver.make_hand = MakeAgent(params, scene, &done);
   RunLoop(scene, loop, {});
   RecordingReader recording(file);
   return ScoreRecording(recording, {}, {});

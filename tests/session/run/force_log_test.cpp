@@ -55,8 +55,8 @@ TEST_F(LoopLogs, FolderAndMemoryGiveTheSameBytes) {
     LoopSummary a = RunLoop(scene, options, {});
     WriteLoopReport(scene, a, kept);
     MakeFolder(grown);
-    options.log = LoopLog::kFolder;
-    options.folder = grown;
+    options.output.log = LoopLog::kFolder;
+    options.output.folder = grown;
     LoopSummary b = RunLoop(scene, options, {});
     EXPECT_TRUE(b.rows.empty());
     EXPECT_TRUE(b.effects.rows.empty());
@@ -79,7 +79,7 @@ TEST_F(LoopLogs, NowhereKeepsNoRows) {
   LoopOptions options;
   options.virtual_time = true;
   options.seconds = 0.5;
-  options.log = LoopLog::kNone;
+  options.output.log = LoopLog::kNone;
   const LoopSummary s = RunLoop(ParseScene(kScene, "s.toml"), options, {});
   EXPECT_TRUE(s.rows.empty());
   EXPECT_TRUE(s.effects.rows.empty());
@@ -94,8 +94,8 @@ TEST_F(LoopLogs, DeletedFolderIsReportedAndOtherResultsAreWritten) {
   LoopOptions options;
   options.virtual_time = true;
   options.seconds = 0.5;
-  options.log = LoopLog::kFolder;
-  options.folder = folder_;
+  options.output.log = LoopLog::kFolder;
+  options.output.folder = folder_;
   const Scene scene = ParseScene(kScene, "s.toml");
   LoopSummary s = RunLoop(scene, options, {});
   fs::remove_all(folder_);

@@ -15,7 +15,7 @@
 #include "device/devices/profiles.h"
 #include "kerf/error.h"
 #include "session/run/hand_motion.h"
-#include "session/run/run_loop.h"
+#include "session/run/loop_session.h"
 #include "support/far_apart.h"
 #include "support/motion.h"
 #include "support/result_folder.h"
@@ -100,6 +100,24 @@ TEST(RunLoop, GivesTheSameBitsTwice) {
   Scene other = scene;
   other.hand.model = "H3";
   EXPECT_NE(RunVirtual(other, 1).force_hash, a.force_hash);
+}
+
+// A caller who steps the session sees every tick once, and gets the same result as RunLoop().
+TEST(LoopSession, StepsOneTickAtATimeInVirtualTime) {
+  const Scene scene = ParseScene(kLoopScene, "s.toml");
+  std::uint64_t taken = 0;
+  LoopOptions options = Virtual(0.5);
+  options.watchers.take_tick = [&](const LoopSample&, std::span<const double>) { ++taken; };
+  LoopSession session(scene, options, {});
+  int steps = 0;
+  while (session.Step()) ++steps;
+  EXPECT_FALSE(session.Step());
+  const LoopSummary s = session.Finish();
+  // One step connects the hand and starts the loop; the last of the 500 ticks ends the session.
+  EXPECT_EQ(steps, 500);
+  EXPECT_EQ(s.counts.ticks, 500U);
+  EXPECT_EQ(taken, 500U);
+  EXPECT_EQ(s.force_hash, RunVirtual(scene, 0.5).force_hash);
 }
 
 TEST(RunLoop, DurationIsIndependentOfTheRate) {
@@ -273,7 +291,7 @@ TEST_F(LoopReport, ReducedPiecesAreSmallerAndWithinTheStatedError) {
   text.replace(text.find("voxel_mm = 0.2"), 14, "voxel_mm = 0.1");
   const Scene scene = ParseScene(text + "[output]\npictures = false\n", "s.toml");
   LoopOptions options = Virtual(0.1);
-  options.keep_bones = true;
+  options.output.keep_bones = true;
   LoopSummary s = RunLoop(scene, options, {});
   WriteLoopReport(scene, s, folder_);
   const TriangleMesh reduced = ReadMesh(folder_ + "/piece_1.stl");
@@ -293,7 +311,7 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   Scene scene = ParseScene(kLoopScene, "s.toml");
   scene.output.forces_every_ticks = 3;
   LoopOptions options = Virtual(6);
-  options.keep_bones = true;
+  options.output.keep_bones = true;
   LoopSummary s = RunLoop(scene, options, {});
   WriteLoopReport(scene, s, folder_);
   for (const std::string& name : s.files) EXPECT_GT(fs::file_size(fs::path(folder_) / name), 100U) << name;
@@ -330,7 +348,7 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   // A second run into the folder, with fewer results, removes the files that it no longer writes.
   scene.output.pieces = scene.output.pictures = false;
   LoopOptions brief = Virtual(0.1);
-  brief.keep_bones = true;
+  brief.output.keep_bones = true;
   LoopSummary again = RunLoop(scene, brief, {});
   WriteLoopReport(scene, again, folder_);
   EXPECT_TRUE(fs::exists(folder_ + "/bone.vdb"));

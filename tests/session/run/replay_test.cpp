@@ -99,8 +99,8 @@ class Replays : public ::testing::Test {
     LoopOptions options;
     options.virtual_time = !live;
     options.seconds = seconds;
-    options.record = Path(name);
-    options.scene_file = "/tmp/s.toml";
+    options.output.record = Path(name);
+    options.output.scene_file = "/tmp/s.toml";
     return options;
   }
   static Replayed Replay(RecordingReader& recording, bool verify = true, double until_s = 1e9) {
@@ -155,7 +155,7 @@ TEST_F(Replays, LoopIsIdentical) {
   EXPECT_EQ(*recording.end()->bone_hash, s.bone_hash);
   // Recording does not change the results.
   LoopOptions without = Record("", 6);
-  without.record = "";
+  without.output.record = "";
   const LoopSummary plain = RunLoop(scene, without, {});
   EXPECT_EQ(plain.force_hash, s.force_hash);
   EXPECT_EQ(plain.bone_hash, s.bone_hash);
@@ -249,14 +249,14 @@ TEST_F(Replays, UndoAndRedoAreRepeated) {
     const std::string name = live ? "live.kerf" : "virtual.kerf";
     LoopOptions options = Record(name, live ? 300 : 5, live);
     for (const char* text : {"1:checkpoint=a", "2.2:checkpoint=b", "3:undo", "3.3:undo=a"}) {
-      options.actions.push_back(ParseLoopAction(text));
+      options.undo.actions.push_back(ParseLoopAction(text));
     }
     UndoesAllAndEnds peer(4.6);
     if (live) {
-      options.peer = &peer;
+      options.watchers.peer = &peer;
       options.stop = &peer.done();
     } else {
-      options.actions.push_back(ParseLoopAction("4.6:undo=start"));
+      options.undo.actions.push_back(ParseLoopAction("4.6:undo=start"));
     }
     const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
     EXPECT_EQ(peer.done(), live);
@@ -271,7 +271,7 @@ TEST_F(Replays, UndoAndRedoAreRepeated) {
 TEST_F(Replays, RedoWithTheSpindleStopped) {
   LoopOptions options = Record("a.kerf", 4);
   for (const char* text : {"1:checkpoint=a", "2.5:rpm=0", "3:undo=a", "3.5:redo"}) {
-    options.actions.push_back(ParseLoopAction(text));
+    options.undo.actions.push_back(ParseLoopAction(text));
   }
   const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
   EXPECT_EQ(s.undo->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());
@@ -294,8 +294,9 @@ TEST_F(Replays, ContinuedRecordingCanBeContinued) {
 
 TEST_F(Replays, ManyActionsAtOneMoment) {
   LoopOptions options = Record("a.kerf", 3);
-  for (int i = 0; i < 100; ++i) options.actions.push_back(ParseLoopAction("1.5:checkpoint=c" + std::to_string(i)));
-  for (const char* text : {"1.5:undo=c99", "2:undo=c3", "2.99:undo"}) options.actions.push_back(ParseLoopAction(text));
+  for (int i = 0; i < 100; ++i) options.undo.actions.push_back(ParseLoopAction("1.5:checkpoint=c" + std::to_string(i)));
+  for (const char* text : {"1.5:undo=c99", "2:undo=c3", "2.99:undo"})
+    options.undo.actions.push_back(ParseLoopAction(text));
   const LoopSummary s = RunLoop(MakeScene(kThrough), options, {});
   EXPECT_EQ(s.undo->restores, 3u) << (s.warnings.empty() ? "" : s.warnings.back());
   ExpectSame("a.kerf", 3000);
@@ -304,13 +305,13 @@ TEST_F(Replays, ManyActionsAtOneMoment) {
 TEST_F(Replays, ContinuesAfterAnUndo) {
   const Scene scene = MakeScene(kThrough);
   LoopOptions options = Record("a.kerf", 3);
-  for (const char* text : {"1:checkpoint=a", "2:undo=a"}) options.actions.push_back(ParseLoopAction(text));
+  for (const char* text : {"1:checkpoint=a", "2:undo=a"}) options.undo.actions.push_back(ParseLoopAction(text));
   RunLoop(scene, options, {});
   RecordingReader recording(Path("a.kerf"));
   LoopOptions further = Record("b.kerf", 1);
   further.replay = {&recording, 1e9, true, true, 0};
   // The checkpoint still exists after the continuation.
-  further.actions.push_back(ParseLoopAction("3.5:undo=a"));
+  further.undo.actions.push_back(ParseLoopAction("3.5:undo=a"));
   const LoopSummary s = RunLoop(scene, further, {});
   EXPECT_EQ(s.undo->restores, 2u) << (s.warnings.empty() ? "" : s.warnings.back());  // the recorded one, and this
   ExpectSame("b.kerf", 4000);

@@ -50,9 +50,9 @@ class Verifies : public ::testing::Test {
     LoopOptions options;
     options.virtual_time = true;
     options.seconds = 1.5;
-    options.record = Path("a.kerf");
+    options.output.record = Path("a.kerf");
     for (const char* text : {"0.3:checkpoint=first", "0.8:rpm=0", "0.9:undo=first", "1:redo", "1.2:rpm=5000"}) {
-      options.actions.push_back(ParseLoopAction(text));
+      options.undo.actions.push_back(ParseLoopAction(text));
     }
     return RunLoop(ParseScene(kVerifyScene, "/tmp/s.toml"), options, {});
   }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "session/scene/path.h"
@@ -106,6 +107,34 @@ TEST(StrokePath, TicksCoverASegmentWithoutOneTooMany) {
   EXPECT_EQ(path.CountTicks(1, 1000), 101U);
   EXPECT_EQ(path.CountTicks(2, 1000), 1U);
   EXPECT_EQ(path.CountTicks(1000), 202U);
+}
+
+TEST(PathDriver, StepsThroughEachSegmentAndPlacesTheTool) {
+  // Segments of 2.5, 1 and 0.5 ticks at 10 Hz; the second continues the first without a placement.
+  SceneStroke second = Stroke({5, 0, 0}, {7, 0, 0}, 20, {0, 0, 1});
+  second.retract = false;
+  const Path path = MakePath(
+      SceneOf({Stroke({0, 0, 0}, {5, 0, 0}, 20, {0, 0, 1}), second, Stroke({0, 3, 0}, {1, 3, 0}, 20, {0, 0, 1})}));
+  struct Expected {
+    std::size_t segment;
+    bool set_down;
+    double x_mm, time_s, dt_s;
+  };
+  const Expected expected[] = {{0, true, 0, 0, 0},        {0, false, 2, 0.1, 0.1},  {0, false, 4, 0.2, 0.1},
+                               {0, false, 5, 0.25, 0.05}, {1, false, 7, 0.35, 0.1}, {2, true, 0, 0.35, 0},
+                               {2, false, 1, 0.40, 0.05}};
+  PathDriver driver(path, 10);
+  for (const Expected& e : expected) {
+    const std::optional<PathStep> step = driver.Next();
+    ASSERT_TRUE(step.has_value());
+    EXPECT_EQ(step->segment, e.segment);
+    EXPECT_EQ(step->set_down, e.set_down);
+    EXPECT_NEAR(step->X_WT.p_AB.x, e.x_mm, kRounding);
+    EXPECT_NEAR(step->time_s, e.time_s, kRounding);
+    EXPECT_NEAR(step->dt_s, e.dt_s, kRounding);
+  }
+  EXPECT_FALSE(driver.Next().has_value());
+  EXPECT_FALSE(driver.Next().has_value());
 }
 
 TEST(PosePath, TurnsBySlerp) {

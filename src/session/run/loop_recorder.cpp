@@ -1,0 +1,136 @@
+#include "session/run/loop_recorder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/core/hash.h"
+
+namespace kerf {
+
+LoopRecorder::LoopRecorder(const Vec3& p_TC_mm, int every, double ticks, LoopLog log, double dt_s, LoopSummary& summary)
+    : p_TC_mm_(p_TC_mm),
+      every_(static_cast<std::uint64_t>(std::max(every, 1))),
+      keeps_rows_(log == LoopLog::kMemory),
+      summary_(summary),
+      noise_(dt_s) {
+  const std::size_t rows = (static_cast<std::size_t>(ticks) + 64) / every_ + 1;
+  summary_.force_curve.Reserve(rows);
+  if (!keeps_rows_) return;
+  // All memory is reserved at once, because each page is costly in locked memory.
+  summary_.rows.reserve(rows);
+  summary_.effects.rows.reserve(rows * summary_.effects.figures.size());
+}
+
+void LoopRecorder::Drain(HapticLoop& loop) {
+  SpscRing<LoopSample>& samples = loop.samples();
+  while (const LoopSample* sample = samples.Peek()) {
+    const TickToRecord tick = MakeTickToRecord(sample->report);
+    hash_ = MixHash(hash_ ^ tick.hash);
+    if (recording_ != nullptr) Record(*sample, tick);
+    if (take_tick_) take_tick_(*sample, loop.channels(popped_));
+    Take(*sample, loop.channels(popped_));
+    samples.Pop();
+    ++popped_;
+  }
+}
+
+void LoopRecorder::Finish() {
+  summary_.force_hash = hash_;
+  summary_.force.noise_above_20_Hz_mN = noise_.Finish_mN();
+  summary_.force.cutting_noise_mN = noise_.cutting_mN();
+  if (!any_) return;
+  for (const auto* moment : {&first_, &peak_, &last_}) {
+    summary_.moments.push_back((*moment)[0]);
+    summary_.moments.push_back((*moment)[1]);
+    // Only the position of the preceding tick is used.
+    summary_.moments[summary_.moments.size() - 2].out.engaged_teeth = 0;
+  }
+}
+
+void LoopRecorder::Record(const LoopSample& s, const TickToRecord& tick) {
+  if (s.tick != next_tick_) recording_->Lose(s.tick - next_tick_);
+  next_tick_ = s.tick + 1;
+  recording_->Take(tick);
+}
+
+void LoopRecorder::Take(const LoopSample& s, std::span<const double> channels) {
+  const CoupledOutput& out = s.report.out;
+  // The device held its force during missed ticks.
+  for (int k = 0; k < s.skipped && k < 10'000; ++k) noise_.Hold();
+  noise_.Take(s.report.f_device_N, out.engaged_teeth > 0);
+  summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
+  const double turns = std::abs(s.report.inputs.rpm) / 60 * (s.time_s - summary_.simulated_s);
+  summary_.cutting_sums.thrust_turns_N += out.thrust_sum_N * turns;
+  if (out.engaged_teeth > 0) summary_.cutting_sums.cutting_turns += turns;
+  summary_.simulated_s = s.time_s;
+  summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
+  summary_.hand_J += 1e-3 * out.hand_mJ;
+  summary_.spindle_J += 1e-3 * out.spindle_mJ;
+  summary_.stored_J += 1e-3 * out.stored_mJ;
+  summary_.cut_J += 1e-3 * out.cut_mJ;
+  summary_.friction_J += 1e-3 * out.friction_mJ;
+  summary_.damping_J += 1e-3 * out.damping_mJ;
+  summary_.numerical_J += 1e-3 * out.numerical_mJ;
+  summary_.removed_by_occupancy_mm3 += out.removed_mm3;
+  if ((out.status & kCoupledLeavesUsedUp) != 0 && !summary_.leaves_used_up_s) summary_.leaves_used_up_s = s.time_s;
+  X_WT_ = out.X_WT;
+  NoteMoments(s);
+  removed_mm3_ += out.removed_mm3;
+  if (++ticks_ % every_ != 0) {
+    summary_.effects.Take(channels);
+    return;
+  }
+  TakeRow(s, channels);
+}
+
+void LoopRecorder::TakeRow(const LoopSample& s, std::span<const double> channels) {
+  const CoupledOutput& out = s.report.out;
+  LoopRow row;
+  row.time_s = s.time_s;
+  row.skipped = s.skipped;
+  row.p_WC_mm = s.report.X_WH.Point(p_TC_mm_);
+  row.p_WT_mm = out.X_WT.p_AB;
+  row.f_hand_N = out.f_H_W_N;
+  row.f_device_N = s.report.f_device_N;
+  row.cut_N = static_cast<float>(glm::length(out.f_cut_W_N));
+  row.face_N = static_cast<float>(glm::length(out.f_face_W_N));
+  row.friction_N = static_cast<float>(glm::length(out.f_friction_W_N));
+  row.thrust_N = static_cast<float>(out.thrust_sum_N);
+  row.engaged_teeth = static_cast<float>(out.engaged_teeth);
+  row.removed_mm3 = static_cast<float>(removed_mm3_);
+  row.tick_us = s.tick_us;
+  row.late_us = s.late_us;
+  row.fidelity = out.fidelity;
+  row.status = out.status;
+  removed_mm3_ = 0;
+  summary_.force_curve.Add(MakeForcePoint(row));
+  if (summary_.force_log) summary_.force_log->Take(row, channels);
+  if (!keeps_rows_) return summary_.effects.Take(channels);
+  summary_.effects.TakeRow(channels);
+  summary_.rows.push_back(row);
+}
+
+void LoopRecorder::NoteMoments(const LoopSample& s) {
+  const CoupledOutput& out = s.report.out;
+  const Vec3 f_W_N = out.f_cut_W_N + out.f_face_W_N + out.f_friction_W_N;
+  TickRecord now;
+  now.time_s = s.time_s;
+  now.X_WT = out.X_WT;
+  now.out.engaged_teeth = out.engaged_teeth;
+  now.out.f_T_W_N = f_W_N;
+  if (!any_) before_ = first_ = peak_ = last_ = {now, now};
+  any_ = true;
+  const std::array<TickRecord, 2> both{before_[1], now};
+  before_ = both;
+  summary_.touched = summary_.touched || glm::length(f_W_N) > 0;
+  if (out.engaged_teeth <= 0) return;
+  if (!engaged_) first_ = both;
+  engaged_ = true;
+  last_ = both;
+  if (glm::length(f_W_N) > peak_N_) {
+    peak_N_ = glm::length(f_W_N);
+    peak_ = both;
+  }
+}
+
+}  // namespace kerf

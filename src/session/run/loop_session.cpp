@@ -1,0 +1,597 @@
+#include "session/run/loop_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "bone/grid/surface.h"
+#include "kerf/error.h"
+#include "loop/haptics/bone_mirror.h"
+#include "session/run/expected_files.h"
+#include "session/run/hand_motion.h"
+#include "session/run/live_pieces.h"
+#include "session/run/loop_actions.h"
+#include "session/run/loop_recorder.h"
+#include "session/run/loop_replay.h"
+#include "session/run/make_bone.h"
+#include "session/scene/warnings.h"
+
+namespace kerf {
+namespace {
+
+using WallClock = std::chrono::steady_clock;
+
+constexpr double kBetweenLines_s = 0.25;  // between two lines of costs
+
+/// Returns true if there is bone inside the tool at its initial pose. Tests points of the tool's mid-plane.
+bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
+  const double reach_mm = CalcReach(tool);
+  const double step_mm = std::max(bone.voxel_mm(), reach_mm / 50);
+  for (double x = -reach_mm; x <= reach_mm; x += step_mm) {
+    for (double y = -reach_mm; y <= reach_mm; y += step_mm) {
+      // The point must be at least half a voxel deep, because contact alone does not count.
+      if (x * x + y * y < reach_mm * reach_mm && bone.SignedDistance(X_WT.Point({x, y, 0})) < -0.5 * bone.voxel_mm()) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+PartTimes Summarize(const std::string& name, const LogHistogram& times) {
+  return {CalcPercentiles(times), name, times.CalcMean_us()};
+}
+
+/// Returns a histogram with eight bars per octave, from the first bar to the last one that is not empty.
+std::vector<LoopBar> MakeBars(const LogHistogram& times) {
+  constexpr std::size_t kBuckets = 4;
+  std::vector<LoopBar> bars;
+  for (std::size_t i = 0; i + kBuckets <= LogHistogram::kBuckets; i += kBuckets) {
+    LoopBar bar;
+    bar.lower_us = LogHistogram::LowerEdge_us(i);
+    bar.upper_us = LogHistogram::UpperEdge_us(i + kBuckets - 1) + 0.001;
+    for (std::size_t k = i; k < i + kBuckets; ++k) bar.count += times.count(k);
+    if (bar.count > 0 || !bars.empty()) bars.push_back(bar);
+  }
+  while (!bars.empty() && bars.back().count == 0) bars.pop_back();
+  return bars;
+}
+
+/// Collects times and counts of a loop that has ended.
+void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSummary& s) {
+  s.end = loop.end();
+  s.failure = loop.failure();
+  s.grants = loop.grants();
+  s.counts = loop.counts();
+  s.device_counts = device.counts();
+  s.watchdog_trips = loop.watchdog_trips();
+  s.tick = Summarize("tick", loop.tick_times());
+  s.lateness = Summarize("lateness", loop.lateness());
+  for (std::size_t i = 0; i < kTickStages; ++i) {
+    const auto stage = static_cast<TickStage>(i);
+    if (loop.stage_times(stage).total() > 0) s.stages.push_back(Summarize(ToString(stage), loop.stage_times(stage)));
+  }
+  s.stages.push_back(Summarize("exchange", loop.exchange_times()));
+  s.tick_bars = MakeBars(loop.tick_times());
+  s.lateness_bars = MakeBars(loop.lateness());
+  s.fidelity_steps.assign(loop.governor().steps().begin(), loop.governor().steps().end());
+  s.fidelity_step_count = loop.governor().step_count();
+  s.force.largest_N = device.counts().largest_N;
+  s.force.largest_step_N = device.counts().largest_step_N;
+}
+
+/// Summarises the bone and its pieces after the run.
+void SummarizeBone(Bone bone, const Scene& scene, bool keep, LoopSummary& s) {
+  Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3);
+  s.dust_count = split.dust_count;
+  s.dust_mm3 = split.dust_mm3;
+  const std::span<const PieceOut> out = s.fragments ? s.fragments->out : std::span<const PieceOut>{};
+  for (const ResultPiece& piece : ListPieces(split.pieces, out)) s.pieces.push_back(Summarize(piece));
+  s.volume_after_mm3 = bone.CalcVolume();
+  if (!keep) return;
+  s.after = std::move(bone);
+  s.after.set_note("cut_by_scene", scene.name);
+  s.piece_bones = std::move(split.pieces);
+}
+
+/// Returns true if undo is possible; a history of the bone is kept only then.
+bool NeedsUndo(const LoopOptions& options) {
+  if (options.watchers.peer != nullptr) return true;
+  const auto uses_history = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
+  if (std::any_of(options.undo.actions.begin(), options.undo.actions.end(), uses_history)) return true;
+  if (options.replay.recording == nullptr) return false;
+  const std::vector<RecordedEvent>& events = options.replay.recording->events();
+  return std::any_of(events.begin(), events.end(),
+                     [](const RecordedEvent& e) { return e.what == "checkpoint" || e.what == "undo"; });
+}
+
+LoopParams MakeLoopParams(const SceneLoop& scene, const LoopOptions& options) {
+  LoopParams params;
+  params.rate_hz = scene.rate_hz;
+  params.watchdog_ms = scene.watchdog_ms;
+  params.leaves_per_tick = scene.publish_leaves_per_tick;
+  params.governor.degrade = scene.degrade;
+  params.governor.budget_share = scene.budget_share;
+  params.governor.overrun_share = scene.overrun_share;
+  params.governor.calm_s = scene.calm_s;
+  params.burn_us = options.burn_us;
+  params.burn_from_s = options.seconds / 3;
+  params.burn_to_s = 2 * options.seconds / 3;
+  return params;
+}
+
+void CheckOptions(const Scene& scene, const LoopOptions& options) {
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    throw Error("[simulation] mode = \"slab\" can't be coupled to a handle; set mode = \"voxel\" for 'kerf loop'");
+  }
+  if (!(options.seconds >= 0.01 && options.seconds <= kMaxLoop_s)) {
+    throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMaxLoop_s));
+  }
+  if (options.driver.device.is_set() && options.driver.device.in_real_time && options.virtual_time) {
+    throw Error("a real device needs real time: it can't be used in a run in virtual time");
+  }
+  const double ticks = options.seconds * scene.loop.rate_hz;
+  if (options.output.log == LoopLog::kMemory && ticks > kMaxTicksInMemory) {
+    throw Error(fmt::format("{:.0f} ticks are too many to keep in memory (the maximum is {:.0f}); specify a folder",
+                            ticks, kMaxTicksInMemory));
+  }
+}
+
+}  // namespace
+
+// The members are in the order in which they are made; a later one may refer to an earlier one.
+struct LoopSession::State {
+  enum class Phase : std::uint8_t { kReplay, kBegin, kVirtual, kLive, kEnd };
+
+  State(const Scene& scene_in, const LoopOptions& options_in, const Progress& progress_in)
+      : scene(scene_in), options(options_in), progress(progress_in) {}
+
+  // ---- making the session
+  void MakeBone();
+  void MakeRecording(const Bone& bone);
+  void MakeLogs();
+  void MakeDevice();
+  void MakeLoop();
+  void MakePieces(Bone bone);
+  void MakeReaders();
+
+  // ---- steps
+  bool StepReplay();
+  void BeforeReplayedTick(const RecordedStep& step);
+  bool ReadReplay(double fraction);
+  void EndReplay();
+  bool Begin();
+  bool StepVirtual();
+  void AfterVirtualTick();
+  bool StepLive();
+
+  // ---- reading the loop
+  void Read(double fraction);
+  /// Searches for pieces after fixed numbers of ticks, so that the result is reproducible. Returns false if no search
+  /// is due after `ticks` ticks.
+  bool Search(std::int64_t ticks, double time_s);
+  void SendRest();
+  StageCosts MakeCosts();
+
+  // ---- summing up
+  void EndRecording();
+  void SummarizeUndo();
+  void SummarizeCut();
+
+  bool replays() const { return options.replay.recording != nullptr; }
+  bool stopped() const {
+    return (options.stop != nullptr && options.stop->load()) || (recording && !recording->failure().empty());
+  }
+  double CalcElapsed_s() const { return std::chrono::duration<double>(WallClock::now() - began).count(); }
+  void Show(const char* stage, double fraction) const {
+    if (progress) progress(stage, fraction);
+  }
+
+  const Scene& scene;
+  const LoopOptions& options;
+  const Progress progress;
+  const double period_s = 1 / scene.loop.rate_hz;
+  const double requested_ticks = options.seconds * scene.loop.rate_hz;
+  LoopSummary s;
+  const Path path = MakePath(scene);
+  const Pose X_WT_start = path.CalcPose(0, 0);
+  CoupledParams params = MakeCoupledParams(scene);
+  std::optional<SessionRecorder> recording;
+  std::optional<CoupledSimulation> simulation;
+
+  std::optional<DeviceSlot> held;
+  std::optional<SimulatedDevice> simulated;
+  std::optional<HandMotion> motion;
+  std::unique_ptr<HandDriver> other_hand;
+  std::optional<ReplayDevice> recorded_device;
+  std::optional<GuardedDevice> device;
+  std::optional<StepBody> step_body;
+  std::optional<ChangedHash> voxel_hash;
+
+  MonotonicClock monotonic;
+  VirtualClock virtual_clock;
+  std::optional<LoopReplay> replay;
+  std::optional<HapticLoop> loop;
+  std::optional<LoopUndo> undo;
+  std::optional<BoneMirror> mirror;
+  std::optional<FragmentsDriver> fragments;
+  PieceExchange exchange;
+  std::optional<LivePieces> pieces;
+  std::optional<LoopRecorder> recorder;
+  std::optional<LoopActions> actions;
+
+  Phase phase = Phase::kBegin;
+  WallClock::time_point began;
+  double line_at_s = 0;                     // when the next line of costs is due
+  std::int64_t ticks_between_searches = 0;  // for pieces; 0: none
+  double search_at_s = 0;                   // live: when the next search is due
+  std::int64_t replayed_ticks = 0;
+  double replayed_s = 0;
+  std::size_t copied = 0;       // events copied from the recording that is continued
+  std::int64_t done_ticks = 0;  // in virtual time
+  WallClock::time_point tick_began;
+};
+
+LoopSession::LoopSession(const Scene& scene, const LoopOptions& options, const Progress& progress) {
+  CheckOptions(scene, options);
+  state_ = std::make_unique<State>(scene, options, progress);
+  state_->MakeBone();
+  state_->MakeReaders();
+}
+
+LoopSession::~LoopSession() = default;
+
+bool LoopSession::Step() {
+  switch (state_->phase) {
+    case State::Phase::kReplay:
+      return state_->StepReplay();
+    case State::Phase::kBegin:
+      return state_->Begin();
+    case State::Phase::kVirtual:
+      return state_->StepVirtual();
+    case State::Phase::kLive:
+      return state_->StepLive();
+    case State::Phase::kEnd:
+      break;
+  }
+  return false;
+}
+
+void LoopSession::State::MakeBone() {
+  s.seconds = options.seconds;
+  s.rate_hz = scene.loop.rate_hz;
+  s.virtual_time = options.virtual_time;
+  s.setup = MakeLoopSetup(scene);
+  s.device = s.setup.profile.name;
+  s.hand = options.driver.device.is_set() ? "" : s.setup.hand.name;
+  s.force.slew_bound_N = scene.device.slew_N_per_s * period_s;
+  s.force.scale = s.setup.force_scale;
+  params.coupling = s.setup.fitted.coupling;
+
+  Bone bone = MakeSceneBone(
+      scene, [&](double f) { Show("making the bone", f); }, &s.material);
+  params.spare_leaves = CountSpareLeaves(bone);
+  s.warnings = FindToolWarnings(scene, bone.voxel_mm());
+  for (const std::string& warning : FindHandWarnings(scene, s.setup)) s.warnings.push_back(warning);
+  s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
+  s.starts_in_bone = IsInBone(bone, params.tool, X_WT_start);
+  if (replays()) CheckBone(options.replay.recording->header(), bone);
+  if (!options.output.record.empty()) MakeRecording(bone);
+  if (options.output.keep_bones) s.before = bone;
+  s.volume_before_mm3 = bone.CalcVolume();
+  Bone copy = bone;
+  simulation.emplace(std::move(bone), params, X_WT_start);
+  MakeLogs();
+  MakeDevice();
+  MakeLoop();
+  MakePieces(std::move(copy));
+}
+
+void LoopSession::State::MakeRecording(const Bone& bone) {
+  RecordingHeader header = MakeRecordingHeader(scene, options.output.scene_file, RecordedKind::kLoop, bone, X_WT_start);
+  if (replays()) header.taken_up_from = options.replay.recording->path();
+  recording.emplace(options.output.record, header, ReadSceneFiles(scene, options.output.scene_file));
+}
+
+void LoopSession::State::MakeLogs() {
+  s.effects = EffectRecord(simulation->effects());
+  const std::string folder = options.output.log == LoopLog::kFolder ? options.output.folder : "";
+  if (options.output.log != LoopLog::kNone) {
+    s.effect_files = EffectFiles(simulation->effects(), static_cast<std::size_t>(requested_ticks) + 64, false, folder);
+  }
+  if (folder.empty()) return;
+  s.force_log = std::make_unique<ForceLog>(folder + "/forces.csv", s.effects.Header(),
+                                           recording ? CalcRoomForRecording(requested_ticks) : 0);
+}
+
+void LoopSession::State::MakeDevice() {
+  const Vec3 p_TC_mm = params.coupling.p_TC_mm;
+  const LoopDevice& real = options.driver.device;
+  held.emplace(s.setup.profile);
+  if (!real.is_set()) {
+    SimulatedDeviceOptions device_options;
+    device_options.p_TC_mm = p_TC_mm;
+    device_options.delay_ticks = scene.device.delay_ticks;
+    held->set_device(simulated.emplace(s.setup.profile, s.setup.hand, X_WT_start, device_options));
+    const double felt_stiffness_N_per_mm = params.coupling.stiffness_N_per_mm * s.setup.force_scale;
+    if (options.driver.make_hand) {
+      other_hand = options.driver.make_hand(*simulated, s.setup, p_TC_mm, felt_stiffness_N_per_mm);
+    } else {
+      motion.emplace(*simulated, path, scene.hand, p_TC_mm, felt_stiffness_N_per_mm);
+    }
+  }
+  recorded_device.emplace(*held);
+  device.emplace(replays() ? static_cast<Device&>(*recorded_device) : *held);
+
+  StepBodyParams body_params;
+  body_params.rpm = scene.tool.rpm;
+  body_params.period_s = period_s;
+  body_params.force_map = s.setup.force_map;
+  // A real device may be plugged in again.
+  if (real.is_set() && real.in_real_time) body_params.give_up_s = kMaxLoop_s;
+  step_body.emplace(*simulation, *device, body_params, motion ? &*motion : other_hand.get());
+  if (recording || replays()) step_body->set_hash(&voxel_hash.emplace());
+}
+
+void LoopSession::State::MakeLoop() {
+  replay.emplace(options.replay, *step_body, *simulation, *recorded_device);
+  LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(virtual_clock) : monotonic;
+  loop.emplace(replays() ? replay->body() : *step_body, *device, clock, MakeLoopParams(scene.loop, options));
+  if (options.costs.costs) loop->Watch(simulation->effects());
+  if (!NeedsUndo(options)) return;
+  step_body->set_restores(&undo.emplace(*simulation, options.undo.max_MB).exchange());
+  s.undo.emplace();
+}
+
+void LoopSession::State::MakePieces(Bone bone) {
+  SessionController* const peer = options.watchers.peer;
+  mirror.emplace(std::move(bone), loop->leaves());
+  fragments.emplace(simulation->effects());
+  pieces.emplace(*fragments, *loop, exchange, *mirror, CalcReach(params.tool));
+  if (fragments->is_on() || peer != nullptr) {
+    mirror->set_listener([this, peer](const LeafMessage& leaf) {
+      if (peer != nullptr) peer->TakeLeaf(leaf);
+      if (!fragments->is_on()) return;
+      fragments->Change(leaf.index, leaf.values);
+      pieces->Take(leaf);
+    });
+  }
+  if (peer != nullptr) peer->Begin({mirror->bone(), params, s.setup, simulation->effects(), X_WT_start});
+  if (fragments->takes_out()) step_body->set_pieces(&exchange);
+  if (recording) {
+    pieces->set_listener(
+        [this](std::uint32_t number, const std::string& bytes) { recording->AddPiece(number, bytes); });
+  }
+  if (!fragments->is_on()) return;
+  ticks_between_searches = std::max<std::int64_t>(1, std::llround(fragments->every_s() * scene.loop.rate_hz));
+}
+
+void LoopSession::State::MakeReaders() {
+  recorder.emplace(params.coupling.p_TC_mm, scene.output.forces_every_ticks, requested_ticks, options.output.log,
+                   period_s, s);
+  recorder->set_recording(recording ? &*recording : nullptr);
+  recorder->set_take_tick(options.watchers.take_tick);
+  const auto record_request = [this](const std::string& what, const std::string& name, std::uint32_t number) {
+    recorder->Drain(*loop);
+    if (recording) recording->AddEvent(what, name, number);
+  };
+  actions.emplace(options.undo.actions, *step_body, undo ? &*undo : nullptr, options.watchers.peer, record_request);
+  began = WallClock::now();
+  if (!replays()) return;
+  replay->set_between_ticks([this](const RecordedStep& step) { BeforeReplayedTick(step); });
+  phase = Phase::kReplay;
+}
+
+void LoopSession::State::Read(double fraction) {
+  recorder->Drain(*loop);
+  if (recording) recording->FlushAt(CalcElapsed_s());
+  s.leaves_sent += mirror->Update();
+  Show("cutting", fraction);
+  if (options.costs.live && options.costs.costs && CalcElapsed_s() > line_at_s) {
+    options.costs.live(FormatCostLine(MakeCosts()));
+    line_at_s = CalcElapsed_s() + kBetweenLines_s;
+  }
+}
+
+bool LoopSession::State::Search(std::int64_t ticks, double time_s) {
+  if (ticks % ticks_between_searches != 0) return false;
+  loop->state().Update();
+  s.leaves_sent += mirror->Update();
+  pieces->Poll();
+  if (!pieces->is_leaving()) fragments->Search(time_s);
+  return true;
+}
+
+void LoopSession::State::SendRest() {
+  while (loop->SendRemaining()) s.leaves_sent += mirror->Update();
+  Read(1);
+}
+
+StageCosts LoopSession::State::MakeCosts() {
+  return MakeStageCosts(loop->tick_times(), loop->stages(), simulation->effects(), 1e6 * period_s);
+}
+
+bool LoopSession::State::StepReplay() {
+  if (replay->Step(*loop, [this](double fraction) { return ReadReplay(fraction); })) return true;
+  EndReplay();
+  if (options.replay.continues) {
+    phase = Phase::kBegin;
+    return true;
+  }
+  loop->RunHere(0);
+  phase = Phase::kEnd;
+  return false;
+}
+
+bool LoopSession::State::ReadReplay(double fraction) {
+  if (fraction >= 0) Read(fraction);
+  if (undo) undo->Poll();
+  const auto ticks = static_cast<std::int64_t>(loop->counts().ticks);
+  if (fragments->is_on() && ticks > replayed_ticks) Search(ticks, replay->time_s());
+  replayed_ticks = ticks;
+  return !stopped();
+}
+
+/// Repeats what was done between two ticks.
+void LoopSession::State::BeforeReplayedTick(const RecordedStep& step) {
+  // The calls below may settle the field, which invalidates pointers to leaves, so all waiting leaves are sent first.
+  while (loop->SendRemaining()) Read(0);
+  if ((step.flags & kRecordedTakenUp) != 0) simulation->bone();
+  const std::vector<RecordedEvent>& events = options.replay.recording->events();
+  if (recording) {
+    Read(0);
+    for (; copied < events.size() && events[copied].step <= replay->step(); ++copied) {
+      recording->AddEvent(events[copied].what, events[copied].name, events[copied].number);
+    }
+  }
+  if (undo) undo->Repeat(step, events);
+  if ((step.flags & kRecordedPieceLeaves) == 0) return;
+  pieces->Repeat(step.piece, options.replay.recording->ReadPiece(step.piece), s.simulated_s);
+}
+
+void LoopSession::State::EndReplay() {
+  Read(1);
+  replay->HandOver();
+  while (loop->SendRemaining()) Read(1);
+  s.replayed = replay->MakeReport();
+  replayed_s = s.replayed->time_s;
+  actions->SkipTo(replayed_s, s.warnings);
+  if (options.replay.continues) device->Trip();  // the user who continues feels no force at first
+  s.replayed->bone_hash = simulation->bone().CalcHash();
+  CheckEnd(*options.replay.recording, *s.replayed);
+  if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
+}
+
+/// Connects the device and starts the loop.
+bool LoopSession::State::Begin() {
+  if (options.driver.device.is_set()) {
+    Show("waiting for the device", 0);
+    const Pose X_WT = recorder->X_WT().value_or(X_WT_start);
+    held->set_device(options.driver.device.begin(X_WT, params.coupling, s.setup.force_scale));
+  }
+  if (options.virtual_time) {
+    phase = Phase::kVirtual;
+    tick_began = WallClock::now();
+    actions->Act(replayed_s, s.warnings);
+    loop->BeginHere();
+  } else {
+    phase = Phase::kLive;
+    loop->Start();
+    began = WallClock::now() - loop->CalcElapsed();  // not counting the time for locking the memory
+  }
+  return true;
+}
+
+bool LoopSession::State::StepVirtual() {
+  // The injected delay (burn_us) makes the loop miss ticks, so the end is given as a time, not only as a number of
+  // ticks.
+  if (done_ticks < std::llround(requested_ticks) && loop->StepHere()) {
+    AfterVirtualTick();
+    if (virtual_clock.Now() < std::llround(1e9 * options.seconds) && !stopped()) return true;
+  }
+  loop->EndHere();
+  phase = Phase::kEnd;
+  return false;
+}
+
+void LoopSession::State::AfterVirtualTick() {
+  ++done_ticks;
+  const double time_s = replayed_s + static_cast<double>(done_ticks) * period_s;
+  actions->Act(time_s, s.warnings);
+  if (options.watchers.tick != nullptr) {
+    const double wall_us = std::chrono::duration<double, std::micro>(WallClock::now() - tick_began).count();
+    loop->state().Update();
+    options.watchers.tick->Take(wall_us, loop->state().front().last, *simulation);
+  }
+  if (done_ticks % 64 == 0) Read(static_cast<double>(done_ticks) / std::round(requested_ticks));
+  if (fragments->is_on() && Search(replayed_ticks + done_ticks, time_s) && !pieces->is_leaving()) pieces->Prepare();
+  tick_began = WallClock::now();
+}
+
+bool LoopSession::State::StepLive() {
+  if (!loop->running() || stopped() || CalcElapsed_s() >= options.seconds) {
+    loop->Stop();
+    phase = Phase::kEnd;
+    return false;
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  if (fragments->is_on()) loop->state().Update();  // everything sent up to now is read below
+  Read(CalcElapsed_s() / options.seconds);
+  actions->Act(replayed_s + CalcElapsed_s(), s.warnings);
+  pieces->Poll();
+  if (!fragments->is_on() || CalcElapsed_s() < search_at_s || pieces->is_leaving()) return true;
+  search_at_s = CalcElapsed_s() + fragments->every_s();
+  fragments->Search(loop->state().front().sent_until_s, [this] { return replayed_s + CalcElapsed_s(); });
+  pieces->Prepare();
+  return true;
+}
+
+void LoopSession::State::EndRecording() {
+  const std::string why = stopped() ? "stopped" : loop->failure().empty() ? "asked" : loop->failure();
+  recording->Finish(why, simulation->bone().CalcHash());
+  s.recorded = {options.output.record, recording->bytes(), recording->steps(), recording->failure()};
+}
+
+void LoopSession::State::SummarizeUndo() {
+  undo->Poll();
+  if (!undo->is_idle()) s.warnings.emplace_back("the loop ended while an action was in progress");
+  s.undo->restores = undo->restores();
+  s.undo->longest_ms = actions->longest_ms();
+  s.undo->checkpoints = undo->journal().checkpoints().size();
+  s.undo->kept_MB = 1e-6 * static_cast<double>(undo->journal().CalcMemoryBytes());
+}
+
+void LoopSession::State::SummarizeCut() {
+  for (const double mm3 : simulation->CalcRemovedByRegion()) s.removed_mm3 += mm3;
+  s.bone_hash = simulation->bone().CalcHash();
+  s.mirror_identical = mirror->bone().CalcHash() == s.bone_hash;
+  AddLoopWarnings(s, params.spare_leaves);
+  if (!s.replayed && !(s.undo && s.undo->restores > 0)) {
+    s.cutting_sums.simulated_s = s.simulated_s;
+    s.cutting_sums.removed_mm3 = s.removed_mm3;
+    s.cutting = CalcCuttingEnergy(scene, s.effects, s.cutting_sums);
+    for (const std::string& warning : FindEnergyWarnings(scene, *s.cutting)) s.warnings.push_back(warning);
+  }
+  s.heat = MakeHeatReport(simulation->effects(), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
+  s.fragments = fragments->MakeReport(mirror->bone().materials());
+  Show("separating the pieces", 0);
+  SummarizeBone(std::move(*simulation).TakeBone(), scene, options.output.keep_bones, s);
+}
+
+LoopSummary LoopSession::Finish() {
+  State& state = *state_;
+  LoopSummary& s = state.s;
+  s.wall_s = state.CalcElapsed_s();
+  state.SendRest();  // the tool is at rest
+  if (state.options.driver.device.figures) s.device_figures = state.options.driver.device.figures();
+  if (state.recording) state.EndRecording();
+  state.pieces->Finish(*state.simulation, s.simulated_s, [&] { state.SendRest(); });
+  if (state.actions->left() > 0) {
+    s.warnings.push_back(fmt::format("the loop ended before {} of the requested actions, the first at {:g} s",
+                                     state.actions->left(), state.actions->next_s()));
+  }
+  if (state.undo) state.SummarizeUndo();
+  SummarizeLoop(*state.loop, *state.device, s);
+  if (state.options.costs.costs) s.costs = state.MakeCosts();
+  state.recorder->Finish();
+  if (state.motion) {
+    s.passes = state.motion->passes();
+    s.strokes = state.motion->strokes();
+  }
+  state.SummarizeCut();
+  return std::move(s);
+}
+
+LoopSummary RunLoop(const Scene& scene, const LoopOptions& options, const LoopSession::Progress& progress) {
+  LoopSession session(scene, options, progress);
+  while (session.Step()) {
+  }
+  return session.Finish();
+}
+
+}  // namespace kerf
