@@ -47,7 +47,7 @@ struct CoupledParams {
   ForceLaw law;
   CouplingParams coupling;
   EffectChoices effects{EffectChoice("kerf_friction")};  // a scene uses exactly the effects that it enables
-  int edge_samples_per_pitch = 16;                       // 1 to 256
+  int rim_samples_per_pitch = 16;                        // 1 to 256
   int max_iterations = 40;                               // of the solver in one substep, 1 to 1000
   int max_substeps = 24;                                 // per tick, 1 to 4096
   bool whole_voxel_removal = false;  // for comparison: removes whole voxels at once, which causes steps in the force
@@ -190,10 +190,11 @@ class CoupledSimulation {
   /// State and results of the effects (src/cut/effects/plan.h). Tick-safe to read.
   const EffectPlan& effects() const;
   EffectPlan& effects();
-  /// Computes the volume cut since the start, by region, mm^3. The sum is exactly the decrease of bone().CalcVolume(),
+  /// Computes the volume cut since the start, by region, mm^3. The sum is exactly the decrease of the bone's volume,
   /// excluding pieces taken out.
   std::array<double, 256> CalcRemovedByRegion();
-  const Bone& bone();  // the current bone; first removes what the tool has passed in slab mode
+  /// Removes what is still to be removed (also what the tool has passed in slab mode) and returns the current bone.
+  const Bone& UpdateBone();
   Bone TakeBone() &&;
   std::size_t CalcMemoryBytes() const;  // of everything except the bone
 

@@ -6,8 +6,9 @@
 
 namespace kerf {
 
-/// Stages of a tick. The ticks of a tool that follows a prescribed path have no kNear and no kSolve.
-enum class TickStage : std::uint8_t { kAccept, kNear, kEngage, kSolve, kRemove, kPublish, kEnd };
+/// Stages of a tick. The ticks of a tool that follows a prescribed path have no kNear and no kSolve, those of a scene
+/// without effects no kEffects.
+enum class TickStage : std::uint8_t { kAccept, kNear, kEngage, kSolve, kRemove, kEffects, kPublish, kEnd };
 
 class TickObserver {
  public:

@@ -93,8 +93,9 @@ class Simulation {
   /// State and results of the effects (src/cut/effects/plan.h).
   const EffectPlan& effects() const;
   EffectPlan& effects();
-  const Bone& bone() const;
-  /// Computes the volume removed so far, by region id, mm^3. The sum equals the decrease of bone().CalcVolume() up to
+  /// Removes what is still to be removed and returns the current bone.
+  const Bone& UpdateBone();
+  /// Computes the volume removed so far, by region id, mm^3. The sum equals the decrease of the bone's volume up to
   /// rounding, excluding pieces taken out. Index 0: bone without a region.
   std::array<double, 256> CalcRemovedByRegion();
   Bone TakeBone() &&;

@@ -93,4 +93,23 @@ class EffectPlan {
   std::vector<ToothLoad> teeth_;
 };
 
+/// While it exists, the tick is in the stage kEffects; afterwards it is in `after` again. Does nothing without an
+/// observer or without effects.
+class EffectsStage {
+ public:
+  EffectsStage(TickObserver* observer, const EffectPlan& plan, TickStage after)
+      : observer_(observer != nullptr && !plan.entries().empty() ? observer : nullptr), after_(after) {
+    if (observer_ != nullptr) observer_->Enter(TickStage::kEffects);
+  }
+  ~EffectsStage() {
+    if (observer_ != nullptr) observer_->Enter(after_);
+  }
+  EffectsStage(const EffectsStage&) = delete;
+  EffectsStage& operator=(const EffectsStage&) = delete;
+
+ private:
+  TickObserver* observer_;
+  TickStage after_;
+};
+
 }  // namespace kerf

@@ -121,7 +121,7 @@ double CoupledSimulation::State::CalcSolidsEnergy(std::size_t first, std::size_t
 }
 
 /// Sets up the problem of a step at the tool's pose.
-void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
+void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s, TickObserver* observer) {
   const Probe probe(field, X_WT);
   problem.Clear();
   problem.tau_s = time_s;
@@ -156,7 +156,10 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
     slab.AddTo(X_WT, 1 - bone_fraction, problem);
   }
   first_of_effects = problem.solids.size();
-  effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone}, problem);
+  {
+    const EffectsStage stage(observer, effects, TickStage::kEngage);
+    effects.Engage({X_WT, probe, edge, &faces, in.rpm, reads_bone}, problem);
+  }
   if (problem.empty()) return;
   drawn_mJ += CalcSolidsEnergy(first_of_effects, problem.solids.size(), 0);
   double energy_mJ = drawn_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
@@ -352,7 +355,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
 
     // 3 engage: the bone in contact with the tool at its pose
     enter(TickStage::kEngage);
-    Engage(in, left_s);
+    Engage(in, left_s, observer);
 
     const double before_mJ = CalcBalance(out);
     // 4 solve: the motion at which coupling and bone are in balance
@@ -394,6 +397,7 @@ bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, 
     AddUp(time_s, sums, out);
     Move(X_next, fraction);
     if (!free && effects.wants_solved()) {
+      const EffectsStage stage(observer, effects, TickStage::kRemove);
       EffectSolved solved{X_from, X_WT, edge, &faces, problem, u, fraction, time_s, in.rpm, {}};
       effects.Solved(solved);
     }
@@ -427,7 +431,10 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& input, TickObserver* o
   }
   in.X_WH = s.Local(in.X_WH);
   EffectBegin begin{in.dt_s, input.rpm, in.rpm};
-  s.effects.Begin(begin);
+  {
+    const EffectsStage stage(observer, s.effects, TickStage::kAccept);
+    s.effects.Begin(begin);
+  }
   in.rpm = begin.rpm;
   if (in.rpm == 0) out.status |= kCoupledSpindleStopped;
   const double stored_mJ = s.coupling_mJ + s.contact_mJ;
@@ -459,7 +466,10 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& input, TickObserver* o
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
   EffectEnd end{in.dt_s,           input.rpm,          in.rpm,         s.X_WT, (out.status & kCoupledAsleep) != 0,
                 mean * sums.teeth, mean * sums.thrust, out.removed_mm3};
-  s.effects.End(end);
+  {
+    const EffectsStage stage(observer, s.effects, TickStage::kPublish);
+    s.effects.End(end);
+  }
 
   // 7 publish
   enter(TickStage::kPublish);
@@ -528,7 +538,7 @@ std::array<double, 256> CoupledSimulation::CalcRemovedByRegion() {
   for (std::size_t id = 0; id < mm3.size(); ++id) mm3[id] -= state_->taken_out_mm3[id];
   return mm3;
 }
-const Bone& CoupledSimulation::bone() {
+const Bone& CoupledSimulation::UpdateBone() {
   state_->FinishPath();
   state_->field.Settle();
   return state_->bone;

@@ -28,7 +28,7 @@ void CheckParams(const CoupledParams& p) {
   CheckRange("coupling max_force_N", c.max_force_N, 0.1, 1e4);
   CheckRange("coupling max_torque_Nmm", c.max_torque_Nmm, 1, 1e6);
   CheckEffects(p.effects);
-  CheckRange("edge_samples_per_pitch", p.edge_samples_per_pitch, 1, 256);
+  CheckRange("rim_samples_per_pitch", p.rim_samples_per_pitch, 1, 256);
   CheckRange("max_iterations", p.max_iterations, 1, 1000);
   CheckRange("max_substeps", p.max_substeps, 1, 4096);
   CheckRange("substeps", p.substeps, 1, 64);

@@ -34,7 +34,7 @@ struct CoupledSimulation::State {
         field(bone, params.spare_leaves),
         h(bone.voxel_mm()),
         is_disc(std::holds_alternative<DiscSaw>(params.tool)),
-        shape(MakeToolShape(params.tool, params.edge_samples_per_pitch, kFaceSpacing_mm,
+        shape(MakeToolShape(params.tool, params.rim_samples_per_pitch, kFaceSpacing_mm,
                             Faces::CalcRimMargin(CalcReach(params.tool), h), Faces::CalcStoppedMargin(h))),
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
@@ -90,7 +90,7 @@ struct CoupledSimulation::State {
   /// Result of a motion through air.
   enum class Flight { kNear, kUnderWay, kArrived };
   Flight Fly(const CoupledInput& in, CoupledOutput& out);
-  void Engage(const CoupledInput& in, double time_s);
+  void Engage(const CoupledInput& in, double time_s, TickObserver* observer);
   void MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out);
   bool Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums, CoupledOutput& out);
   double CalcStepFraction(const Twist& motion, double time_s) const;

@@ -173,7 +173,7 @@ const EffectPlan& Simulation::effects() const {
 EffectPlan& Simulation::effects() {
   return state_->effects;
 }
-const Bone& Simulation::bone() const {
+const Bone& Simulation::UpdateBone() {
   state_->CutRest(state_->X_WT);
   state_->field.Settle();
   return state_->bone;
@@ -247,12 +247,16 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   const Pose X_to = s.Local(in.X_WT);
   const Pose X_from = std::exchange(s.X_WT, X_to);
   EffectBegin begin{in.dt_s, in.rpm, in.rpm};
-  s.effects.Begin(begin);
+  {
+    const EffectsStage stage(observer, s.effects, TickStage::kAccept);
+    s.effects.Begin(begin);
+  }
   const double passes_per_s = s.shape.passes_per_turn * std::abs(begin.rpm) / 60;
   if (passes_per_s == 0) {
     s.CutRest(X_from);
     out.status = kTickSpindleStopped;
     EffectEnd end{in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0};
+    const EffectsStage stage(observer, s.effects, TickStage::kEnd);
     s.effects.End(end);
     s.last = out;
     enter(TickStage::kEnd);
@@ -277,7 +281,10 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
     enter(TickStage::kEngage);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
     EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
-    if (s.effects.wants_steps()) s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, load);
+    if (s.effects.wants_steps()) {
+      const EffectsStage stage(observer, s.effects, TickStage::kEngage);
+      s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, load);
+    }
     out.f_T_W_N += X_a.Vector(load.f_T_N);
     out.tau_TG_W_Nmm += X_a.Vector(load.tau_T_Nmm + glm::cross(-p_TG_mm, load.f_T_N));
     out.thrust_sum_N += load.thrust_sum_N;
@@ -312,7 +319,10 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   out.engaged_teeth /= substeps;
   EffectEnd end{in.dt_s,           in.rpm,           begin.rpm,      s.X_WT, out.engaged_teeth == 0,
                 out.engaged_teeth, out.thrust_sum_N, out.removed_mm3};
-  s.effects.End(end);
+  {
+    const EffectsStage stage(observer, s.effects, TickStage::kPublish);
+    s.effects.End(end);
+  }
   if (end.f_extra_W_N != Vec3(0)) out.f_T_W_N += end.f_extra_W_N;
   s.last = out;
   enter(TickStage::kEnd);

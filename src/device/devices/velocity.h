@@ -31,7 +31,8 @@ class AdaptiveVelocity {
   /// sample; otherwise the sample is ignored unless dt_s is finite and above 0. Returns 0 after the first sample, and
   /// the last value if `p` is not finite or dt_s is too short for a finite result. Tick-safe.
   Vec3 Update(const Vec3& p_mm, double dt_s);
-  Vec3 velocity_mm_per_s() const { return v_; }
+  /// The last velocity: mm/s, or rad/s if the samples are angles.
+  Vec3 velocity() const { return v_; }
   void Reset();
 
  private:

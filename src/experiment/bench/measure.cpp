@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "kerf/error.h"
+#include "loop/haptics/stage_timer.h"
 
 namespace kerf {
 
@@ -51,9 +52,7 @@ std::array<double, StageClock::kStages> StageClock::CalcMeans_us() const {
   return means;
 }
 const char* NameOfStage(std::size_t stage) {
-  constexpr std::array<const char*, StageClock::kStages> kNames = {"accept", "near",   "engage",
-                                                                   "solve",  "remove", "publish"};
-  return kNames.at(stage);
+  return ToString(static_cast<TickStage>(stage));
 }
 
 PinnedToCore::PinnedToCore(int core, bool realtime) : before_(sizeof(cpu_set_t)) {

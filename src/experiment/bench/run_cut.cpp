@@ -222,7 +222,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
       trace.X_WT.push_back(out.X_WT);
     }
     if (n == 0) trace.removed_mm3 = Sum(pass.simulation().CalcRemovedByRegion()) - removed_before;
-    const std::uint64_t hash = pass.simulation().bone().CalcHash();
+    const std::uint64_t hash = pass.simulation().UpdateBone().CalcHash();
     if (n == 0) {
       result.hash = hash;
       result.figures.push_back(

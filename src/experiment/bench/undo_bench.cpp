@@ -107,14 +107,14 @@ UndoResult Measure(CoupledSimulation& simulation, UndoJournal& journal, int cuts
   for (const UndoCheckpoint& c : journal.checkpoints()) result.leaves += c.leaves;
   result.kept_MB = 1e-6 * static_cast<double>(journal.CalcMemoryBytes());
   result.raw_MB = 1e-6 * static_cast<double>(journal.CountLeaves() * LeafPack::kLeafBytes);
-  result.cut = simulation.bone().CalcHash();
+  result.cut = simulation.UpdateBone().CalcHash();
   UndoSamples undo, redo;
   for (int round = 0; round < options.rounds; ++round) {
     if (options.progress) options.progress(fmt::format("undo of {} cuts", cuts), 1.0 * round / options.rounds);
     Go(simulation, journal, false, options.leaves_per_tick, undo);
-    if (round == 0) result.undone = simulation.bone().CalcHash();
+    if (round == 0) result.undone = simulation.UpdateBone().CalcHash();
     Go(simulation, journal, true, options.leaves_per_tick, redo);
-    if (round == 0) result.redone = simulation.bone().CalcHash();
+    if (round == 0) result.redone = simulation.UpdateBone().CalcHash();
   }
   result.undo = undo.Summarize();
   result.redo = redo.Summarize();
@@ -164,7 +164,7 @@ UndoReport RunUndoBench(const UndoBenchOptions& options) {
     if (k + 1 == 1 || k + 1 == 5 || k + 1 == kCuts) {
       UndoResult result = Measure(simulation, journal, k + 1, options);
       result.before = hash;
-      if (result.undone != hash || result.redone != result.cut || result.cut != without.bone().CalcHash()) {
+      if (result.undone != hash || result.redone != result.cut || result.cut != without.UpdateBone().CalcHash()) {
         throw Error(fmt::format("undo of {} cuts did not restore the same bone", k + 1));
       }
       report.results.push_back(result);

@@ -132,7 +132,9 @@ class Subject {
 
   double engaged_teeth() const { return coupled_ ? coupled_out_.engaged_teeth : path_out_.engaged_teeth; }
   std::uint64_t force_hash() const { return hash_; }
-  std::uint64_t CalcBoneHash() const { return coupled_ ? coupled_->bone().CalcHash() : on_path_->bone().CalcHash(); }
+  std::uint64_t CalcBoneHash() const {
+    return coupled_ ? coupled_->UpdateBone().CalcHash() : on_path_->UpdateBone().CalcHash();
+  }
   const EffectPlan& effects() const {
     return coupled_ ? std::as_const(*coupled_).effects() : std::as_const(*on_path_).effects();
   }

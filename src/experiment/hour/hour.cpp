@@ -28,7 +28,7 @@ class HourWatch final : public LoopWatch {
     const CoupledOutput& out = sample.report.out;
     if (ticks_ == 0) {
       // This tick is the first one, so the volume before it is the present volume plus the volume that it removed.
-      hour_.volume_before_mm3 = simulation.bone().CalcVolume() + CalcRemoved(simulation);
+      hour_.volume_before_mm3 = simulation.UpdateBone().CalcVolume() + CalcRemoved(simulation);
     }
     ++ticks_;
     if (out.engaged_teeth > 0) {
@@ -61,9 +61,9 @@ class HourWatch final : public LoopWatch {
     now_.tick_p50_us = static_cast<double>(CalcPercentile(cutting_us_, 0.5));
     now_.tick_p99_us = static_cast<double>(CalcPercentile(cutting_us_, 0.99));
     now_.removed_mm3 = CalcRemoved(simulation);
-    now_.removed_error_mm3 = now_.removed_mm3 - (hour_.volume_before_mm3 - simulation.bone().CalcVolume());
+    now_.removed_error_mm3 = now_.removed_mm3 - (hour_.volume_before_mm3 - simulation.UpdateBone().CalcVolume());
     now_.energy_error_J = now_.energy_J - sinks_J_;
-    now_.bone_MB = 1e-6 * static_cast<double>(simulation.bone().CalcMemoryBytes());
+    now_.bone_MB = 1e-6 * static_cast<double>(simulation.UpdateBone().CalcMemoryBytes());
     now_.heap_MB = 1e-6 * static_cast<double>(ReadHeapBytes());
     now_.resident_MB = 1e-6 * static_cast<double>(ReadResidentBytes());
     hour_.minutes.push_back(now_);

@@ -384,7 +384,7 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
     travel_mm = std::min(travel_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
     if (!first || held.rpm != 0) continue;
     // On an edge the tool is pushed along the contact normal, because along the feed it would slide off.
-    const Vec3 contact_W = FindContact(simulation.bone(), params.tool, out.X_WT);
+    const Vec3 contact_W = FindContact(simulation.UpdateBone(), params.tool, out.X_WT);
     if (glm::dot(contact_W, along_W) >= kMinFaceCosine) continue;
     held.push_W = along_W = contact_W;
     start_mm = in.X_WH.p_AB;

@@ -89,7 +89,7 @@ class HandSubject final : public CaseSubject {
   }
   double CalcRemoved_mm3() override { return Sum(simulation_.CalcRemovedByRegion()); }
   std::size_t CalcMemoryBytes() override {
-    return simulation_.CalcMemoryBytes() + simulation_.bone().CalcMemoryBytes();
+    return simulation_.CalcMemoryBytes() + simulation_.UpdateBone().CalcMemoryBytes();
   }
   std::optional<Bone> TakeBone() override { return std::move(simulation_).TakeBone(); }
 
@@ -100,7 +100,7 @@ class HandSubject final : public CaseSubject {
     params.law = MakeCaseLaw(path, settings);
     params.coupling = path.coupling;
     params.effects = MakeEffects(settings);
-    params.edge_samples_per_pitch = settings.rim_samples_per_pitch;
+    params.rim_samples_per_pitch = settings.rim_samples_per_pitch;
     params.substeps = settings.substeps;
     params.carve_interval_ticks = settings.carve_interval_ticks;
     params.precision_bits = settings.precision_bits;
@@ -139,7 +139,7 @@ class PathSubject final : public CaseSubject {
     return FindTemperature_C(std::as_const(simulation_).effects(), p_W);
   }
   double CalcRemoved_mm3() override { return Sum(simulation_.CalcRemovedByRegion()); }
-  std::size_t CalcMemoryBytes() override { return simulation_.bone().CalcMemoryBytes(); }
+  std::size_t CalcMemoryBytes() override { return simulation_.UpdateBone().CalcMemoryBytes(); }
   std::optional<Bone> TakeBone() override { return std::move(simulation_).TakeBone(); }
 
  private:

@@ -64,6 +64,8 @@ const char* ToString(TickStage stage) {
       return "solve";
     case TickStage::kRemove:
       return "remove";
+    case TickStage::kEffects:
+      return "effects";
     case TickStage::kPublish:
       return "publish";
     case TickStage::kEnd:

@@ -61,8 +61,8 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
     turning_.Reset();
   }
   out.sample = sample_;
-  out.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
-  out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // rad/s, despite its name
+  out.v_H_W_mm_per_s = velocity_.velocity();
+  out.w_H_W_rad_per_s = turning_.velocity();
 
   if (good && !in.stand) {
     CoupledInput tick;

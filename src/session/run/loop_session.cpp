@@ -441,7 +441,7 @@ bool LoopSession::State::ReadReplay(double fraction) {
 void LoopSession::State::BeforeReplayedTick(const RecordedStep& step) {
   // The calls below may settle the field, which invalidates pointers to leaves, so all waiting leaves are sent first.
   while (loop->SendRemaining()) Read(0);
-  if ((step.flags & kRecordedTakenUp) != 0) simulation->bone();
+  if ((step.flags & kRecordedTakenUp) != 0) simulation->UpdateBone();
   const std::vector<RecordedEvent>& events = options.replay.recording->events();
   if (recording) {
     Read(0);
@@ -462,7 +462,7 @@ void LoopSession::State::EndReplay() {
   replayed_s = s.replayed->time_s;
   actions->SkipTo(replayed_s, s.warnings);
   if (options.replay.continues) device->Trip();  // the user who continues feels no force at first
-  s.replayed->bone_hash = simulation->bone().CalcHash();
+  s.replayed->bone_hash = simulation->UpdateBone().CalcHash();
   CheckEnd(*options.replay.recording, *s.replayed);
   if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
 }
@@ -533,7 +533,7 @@ bool LoopSession::State::StepLive() {
 
 void LoopSession::State::EndRecording() {
   const std::string why = stopped() ? "stopped" : loop->failure().empty() ? "asked" : loop->failure();
-  recording->Finish(why, simulation->bone().CalcHash());
+  recording->Finish(why, simulation->UpdateBone().CalcHash());
   s.recorded = {options.output.record, recording->bytes(), recording->steps(), recording->failure()};
 }
 
@@ -548,7 +548,7 @@ void LoopSession::State::SummarizeUndo() {
 
 void LoopSession::State::SummarizeCut() {
   for (const double mm3 : simulation->CalcRemovedByRegion()) s.removed_mm3 += mm3;
-  s.bone_hash = simulation->bone().CalcHash();
+  s.bone_hash = simulation->UpdateBone().CalcHash();
   s.mirror_identical = mirror->bone().CalcHash() == s.bone_hash;
   AddLoopWarnings(s, params.spare_leaves);
   if (!s.replayed && !(s.undo && s.undo->restores > 0)) {

@@ -112,7 +112,7 @@ class VoxelPathBody final : public PathBody {
       TakeOut(end_s, true);
     }
     result.heat = MakeHeatReport(simulation_.effects(), last != nullptr ? last->X_WT : Pose{});
-    result.fragments = fragments_.MakeReport(simulation_.bone().materials());
+    result.fragments = fragments_.MakeReport(simulation_.UpdateBone().materials());
     files_.Finish();
     result.files = std::move(files_);
     result.effects = std::move(record_);
@@ -134,7 +134,7 @@ class VoxelPathBody final : public PathBody {
   /// been placed yet, so every piece is clear of it.
   void TakeOut(double time_s, bool lifted) {
     const auto is_clear = [&](const Box3& box_W) { return lifted || simulation_.IsClearOf(box_W); };
-    while (std::optional<PieceJob> job = fragments_.Prepare(simulation_.bone(), is_clear)) {
+    while (std::optional<PieceJob> job = fragments_.Prepare(simulation_.UpdateBone(), is_clear)) {
       Install(job->removal, simulation_);
       fragments_.Finish(*std::move(job), time_s);
       Search(time_s);

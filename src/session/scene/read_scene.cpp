@@ -498,7 +498,7 @@ CoupledParams MakeCoupledParams(const Scene& scene) {
   params.coupling = scene.coupling.params;
   params.coupling.p_TC_mm = scene.coupling.at == CouplingPoint::kGrip ? CalcGrip(params.tool) : Vec3{0};
   params.effects = scene.effects;
-  params.edge_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
+  params.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
   params.substeps = scene.simulation.substeps;
   params.carve_interval_ticks = scene.simulation.carve_interval_ticks;
   return params;

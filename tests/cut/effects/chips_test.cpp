@@ -348,7 +348,7 @@ HandRun RunByHand(bool with, double dt_s, double rpm, const Tool& tool) {
     }
     run.accounted_mm3 = chips.thrown_mm3() + chips.dropped_mm3() + chips.waiting_mm3();
   }
-  run.bone = simulation.bone().CalcHash();
+  run.bone = simulation.UpdateBone().CalcHash();
   return run;
 }
 

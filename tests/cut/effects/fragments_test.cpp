@@ -67,7 +67,7 @@ TEST(Fragments, ReportsThePieceInTheTickThatCutsTheLastBridge) {
       EXPECT_EQ(found_in, 0) << "again in tick " << tick;
       found_in = tick;
     }
-    if (apart_in == 0 && tick > 250 && SplitPieces(simulation.bone(), 1).pieces.size() == 2) apart_in = tick;
+    if (apart_in == 0 && tick > 250 && SplitPieces(simulation.UpdateBone(), 1).pieces.size() == 2) apart_in = tick;
   }
   EXPECT_GT(apart_in, 0);
   EXPECT_EQ(found_in, apart_in);
@@ -88,8 +88,8 @@ TEST(Fragments, ReportsThePieceInTheTickThatCutsTheLastBridge) {
   EXPECT_NEAR(event.piece.volume_mm3, length_mm * 12, h * faces_mm2);
   // Pieces and dust add up to the remaining bone.
   const FoundPieces& found = effect.watch().finder().found();
-  EXPECT_NEAR(found.pieces[0].volume_mm3 + found.pieces[1].volume_mm3 + found.dust_mm3, simulation.bone().CalcVolume(),
-              h * (faces_mm2 + 100));
+  EXPECT_NEAR(found.pieces[0].volume_mm3 + found.pieces[1].volume_mm3 + found.dust_mm3,
+              simulation.UpdateBone().CalcVolume(), h * (faces_mm2 + 100));
 }
 
 /// What a hand feels while it lowers the saw through the bar: the force in each tick, and the bone at the end.
@@ -118,7 +118,7 @@ Felt LowerThrough(const EffectChoices& choices) {
     Tell(simulation, *effect);
     if (tick % 20 == 0 && effect->Look(0.001 * tick) > 0) felt.found_in = tick;
   }
-  felt.bone = simulation.bone().CalcHash();
+  felt.bone = simulation.UpdateBone().CalcHash();
   return felt;
 }
 

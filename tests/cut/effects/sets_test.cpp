@@ -114,7 +114,7 @@ Outcome RunWith(const EffectChoices& choices) {
       }
     }
   }
-  run.bone = simulation.bone().CalcHash();
+  run.bone = simulation.UpdateBone().CalcHash();
   run.plan_bytes = plan.CalcMemoryBytes();
   return run;
 }
@@ -281,7 +281,7 @@ TEST(EffectSets, NoneChangesTheCutOnAPath) {
       const HeapGuard guard;
       Mix(force, simulation.Tick({HandlePose(tick)}).f_T_W_N);
     }
-    return std::pair{simulation.bone().CalcHash(), force};
+    return std::pair{simulation.UpdateBone().CalcHash(), force};
   };
   const auto plain = run({});
   std::set<std::string> unfelt;

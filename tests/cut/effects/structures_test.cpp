@@ -159,7 +159,7 @@ TEST(Structures, WarnsAtItsMarginAndReportsTheBreach) {
     return X;
   };
   Simulation simulation(bone, params, at(start_mm));
-  const double before_mm3 = simulation.bone().CalcRegionVolumes().at(7);
+  const double before_mm3 = simulation.UpdateBone().CalcRegionVolumes().at(7);
   const auto& effect = dynamic_cast<const StructuresEffect&>(*simulation.effects().Find("structures"));
   std::array<double, 5> figures{};
   double warned_mm = -1, breached_mm = -100;
@@ -181,7 +181,7 @@ TEST(Structures, WarnsAtItsMarginAndReportsTheBreach) {
   EXPECT_EQ(effect.events()[0].kind, StructureEvent::Kind::kNear);
   EXPECT_EQ(effect.events()[1].kind, StructureEvent::Kind::kBreach);
   EXPECT_NEAR(effect.events()[0].p_W_mm.z, 1, 0.51 * h);
-  const double cut_mm3 = before_mm3 - simulation.bone().CalcRegionVolumes().at(7);
+  const double cut_mm3 = before_mm3 - simulation.UpdateBone().CalcRegionVolumes().at(7);
   EXPECT_GT(cut_mm3, 0.8);
   // The reported volume is each tick's volume times the fraction of its teeth in the canal; it differs from the exact
   // loss because the rim's arc in the canal lies slightly to the side of the deepest point, at which the tick removes
@@ -235,7 +235,7 @@ TEST(Structures, OnlyObserves) {
       X.p_AB.z = 19.2 - 0.004 * i;
       sum += simulation.Tick({.X_WH = X}).f_H_W_N;
     }
-    return std::pair(sum, simulation.bone().CalcHash());
+    return std::pair(sum, simulation.UpdateBone().CalcHash());
   };
   const auto with = cut(true);
   const auto without = cut(false);
@@ -303,14 +303,14 @@ CanalCut CutThroughCanal(const EffectChoice& choice) {
   params.effects.push_back(choice);
   const auto at = [](double z) { return Pose{kStructuresAcross.R_AB, {0.03, 0, z}}; };
   Simulation simulation(MakeBlockWithCanal(0.1), params, at(19.5));
-  const double before_mm3 = simulation.bone().CalcRegionVolumes().at(7);
+  const double before_mm3 = simulation.UpdateBone().CalcRegionVolumes().at(7);
   CanalCut cut;
   for (double z = 19.5; z > 10; z -= 0.01) {
     simulation.Tick({at(z)});
     simulation.effects().Report(cut.figures);
     cut.distance_mm.push_back(cut.figures[0]);
   }
-  cut.lost_mm3 = before_mm3 - simulation.bone().CalcRegionVolumes().at(7);
+  cut.lost_mm3 = before_mm3 - simulation.UpdateBone().CalcRegionVolumes().at(7);
   return cut;
 }
 

@@ -38,7 +38,7 @@ Cut Plunge(const CoupledParams& params, double tick_s = 0.001, const Bone* given
   }
   const auto by_region = simulation.CalcRemovedByRegion();
   cut.loss_mm3 = std::accumulate(by_region.begin(), by_region.end(), 0.0);
-  cut.hash = simulation.bone().CalcHash();
+  cut.hash = simulation.UpdateBone().CalcHash();
   return cut;
 }
 

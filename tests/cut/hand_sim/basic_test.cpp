@@ -57,7 +57,7 @@ TEST(CoupledInput, InvalidInputKeepsTheLastValidPoseWithoutForce) {
     EXPECT_EQ(out.X_WT.p_AB, X_good.p_AB);
     EXPECT_EQ(out.removed_mm3, 0);
   }
-  EXPECT_EQ(simulation.bone().CalcHash(), bone.CalcHash());
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), bone.CalcHash());
 }
 
 TEST(CoupledFeed, SteadyPushFeedsAtTheRateThatTheLawPredicts) {
@@ -111,7 +111,7 @@ TEST(CoupledSpindle, StoppedToolRestsOnTheBoneAgainstTheCoupling) {
   EXPECT_NEAR(out.f_H_W_N.z, 1 * (out.X_WT.p_AB.z - (4 + kR - 4.7)), 1e-6);
   EXPECT_NEAR(out.f_H_W_N.z, 4.7, 0.02);
   EXPECT_TRUE(out.status & kCoupledSpindleStopped);
-  EXPECT_EQ(simulation.bone().CalcHash(), bone.CalcHash());
+  EXPECT_EQ(simulation.UpdateBone().CalcHash(), bone.CalcHash());
 }
 
 }  // namespace

@@ -161,7 +161,7 @@ TEST_P(CoupledJump, StoppedDiscPassesThroughNoBone) {
     if (jump > 1) {
       EXPECT_NEAR(out.f_H_W_N.z, std::min(40.0, jump - 0.7), 0.1);
     }
-    EXPECT_EQ(simulation.bone().CalcHash(), hash);
+    EXPECT_EQ(simulation.UpdateBone().CalcHash(), hash);
   }
 }
 
@@ -176,7 +176,7 @@ TEST_P(CoupledJump, TurningDiscSkipsNoBone) {
   const Pose X_WH = DiscPose(Pose{}, {0, 0, 0.5 + kR + 0.7 - jump});
   double low = 1e9;
   for (int i = 0; i < 3000; ++i) low = std::min(low, simulation.Tick(Handle(X_WH)).X_WT.p_AB.z);
-  const Bone& after = simulation.bone();
+  const Bone& after = simulation.UpdateBone();
   int checked = 0;
   for (double x = -9; x <= 9; x += 0.37) {
     for (double z = -0.45; z <= 0.45; z += 0.1) {

@@ -43,7 +43,7 @@ struct Level {
 Level MeasureLevel(const Bone& block, const ForceLaw& law, int samples, double turn_rad) {
   CoupledParams params;
   params.law = law;
-  params.edge_samples_per_pitch = samples;
+  params.rim_samples_per_pitch = samples;
   params.effects.clear();
   params.coupling.stiffness_N_per_mm = 1000;
   params.coupling.torsion_Nmm_per_rad = 1e7;

@@ -42,7 +42,7 @@ TEST(CoupledSlabSwitch, ToolSetDownElsewhereCutsNothingOnTheWay) {
   double removed = 0;
   for (int i = 0; i < 500; ++i) removed += simulation.Tick(Handle(elsewhere)).removed_mm3;
   EXPECT_EQ(removed, 0);
-  EXPECT_LT(simulation.bone().SignedDistance({0, 0, 4.5}), 0);
+  EXPECT_LT(simulation.UpdateBone().SignedDistance({0, 0, 4.5}), 0);
 }
 
 TEST(CoupledSlabSwitch, ShortUseLeavesNoPendingCut) {
@@ -58,7 +58,7 @@ TEST(CoupledSlabSwitch, ShortUseLeavesNoPendingCut) {
   ASSERT_EQ(Plunge(simulation, 15, 2, 4).fidelity, Fidelity::kSlab);
   simulation.SetFidelity(Fidelity::kFull);
   Plunge(simulation, 15, 4, -1);
-  EXPECT_LT(simulation.bone().SignedDistance({0, 0, 4.5}), -0.2);
+  EXPECT_LT(simulation.UpdateBone().SignedDistance({0, 0, 4.5}), -0.2);
 }
 
 TEST(CoupledSlabSwitch, AStoppedSpindleCutsNothingMoreAndGoesNoDeeper) {
@@ -90,7 +90,7 @@ TEST(CoupledSlabSwitch, RequestedBoneIncludesThePendingRemoval) {
   const CoupledOutput out = Plunge(simulation, 0, 2, 5);
   ASSERT_EQ(out.fidelity, Fidelity::kSlab);
   const double depth = 5 + kR - out.X_WT.p_AB.z;
-  EXPECT_GT(simulation.bone().SignedDistance({0, 0, 5 - depth + 0.1}), 0);
+  EXPECT_GT(simulation.UpdateBone().SignedDistance({0, 0, 5 - depth + 0.1}), 0);
   double removed = 0;
   for (const double mm3 : simulation.CalcRemovedByRegion()) removed += mm3;
   EXPECT_NEAR(removed / (kSaw.thickness_mm * test::SegmentArea(kR, depth)), 1, 0.02);

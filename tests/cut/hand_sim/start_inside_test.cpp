@@ -24,8 +24,8 @@ struct After {
 template <typename Simulation>
 After Look(Simulation& simulation) {
   const auto by_region = simulation.CalcRemovedByRegion();
-  return {simulation.bone().CalcVolume(), std::accumulate(by_region.begin(), by_region.end(), 0.0),
-          simulation.bone().CalcHash()};
+  return {simulation.UpdateBone().CalcVolume(), std::accumulate(by_region.begin(), by_region.end(), 0.0),
+          simulation.UpdateBone().CalcHash()};
 }
 
 /// Returns the state after one tick at rest at X_WT.

@@ -76,7 +76,7 @@ class TakeOutTest : public testing::Test {
 };
 
 TEST_F(TakeOutTest, LeavesTheRestUnchangedAndIsRestoredBitForBit) {
-  const Bone whole = simulation_->bone();
+  const Bone whole = simulation_->UpdateBone();
   const std::uint64_t hash = whole.CalcHash();
   const double removed_mm3 = Removed();
   const Pieces split = SplitPieces(whole, 0.5);
@@ -94,8 +94,8 @@ TEST_F(TakeOutTest, LeavesTheRestUnchangedAndIsRestoredBitForBit) {
     // Taking the piece out does not change the volume counted as cut, except for rounding of the sums.
     EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
     if (settled) {
-      EXPECT_NEAR(simulation_->bone().CalcVolume(), split.pieces[0].CalcVolume() + split.dust_mm3, 1e-9);
-      EXPECT_NEAR(whole.CalcVolume() - simulation_->bone().CalcVolume(), removal.piece.CalcVolume(), 1e-9);
+      EXPECT_NEAR(simulation_->UpdateBone().CalcVolume(), split.pieces[0].CalcVolume() + split.dust_mm3, 1e-9);
+      EXPECT_NEAR(whole.CalcVolume() - simulation_->UpdateBone().CalcVolume(), removal.piece.CalcVolume(), 1e-9);
     }
     UpdateFinder();
     EXPECT_EQ(finder_->found().pieces.size(), 1u);
@@ -107,11 +107,11 @@ TEST_F(TakeOutTest, LeavesTheRestUnchangedAndIsRestoredBitForBit) {
     UpdateFinder();
     EXPECT_EQ(finder_->found().pieces.size(), 2u);
   }
-  EXPECT_EQ(simulation_->bone().CalcHash(), hash);
+  EXPECT_EQ(simulation_->UpdateBone().CalcHash(), hash);
 }
 
 TEST_F(TakeOutTest, CanBeReversedHalfWay) {
-  const Bone whole = simulation_->bone();
+  const Bone whole = simulation_->UpdateBone();
   const double removed_mm3 = Removed();
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
   TakeOut out(removal);
@@ -120,11 +120,11 @@ TEST_F(TakeOutTest, CanBeReversedHalfWay) {
   out.Return();
   Run(out);
   EXPECT_NEAR(Removed(), removed_mm3, 1e-9);
-  EXPECT_EQ(simulation_->bone().CalcHash(), whole.CalcHash());
+  EXPECT_EQ(simulation_->UpdateBone().CalcHash(), whole.CalcHash());
 }
 
 TEST_F(TakeOutTest, WaitsWhileTheToolIsNear) {
-  const Bone whole = simulation_->bone();
+  const Bone whole = simulation_->UpdateBone();
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
   TakeOut out(removal);
   out.Leave();
@@ -144,7 +144,7 @@ TEST_F(TakeOutTest, WaitsWhileTheToolIsNear) {
     largest_N = std::max(largest_N, glm::length(a.f_H_W_N));
   }
   EXPECT_GT(largest_N, 0.5);
-  EXPECT_EQ(other.bone().CalcHash(), whole.CalcHash());
+  EXPECT_EQ(other.UpdateBone().CalcHash(), whole.CalcHash());
   // Pulled out of its kerf, the tool follows the handle in steps of half a voxel.
   for (int tick = 0; tick < 200; ++tick) other.Tick({.X_WH = PoseAt(1.03, kAway_mm), .rpm = 0});
   while (!out.Step(other)) ASSERT_FALSE(out.waits_for_tool());
@@ -152,7 +152,7 @@ TEST_F(TakeOutTest, WaitsWhileTheToolIsNear) {
 }
 
 TEST_F(TakeOutTest, NoForceWhereThePieceWas) {
-  const Bone whole = simulation_->bone();
+  const Bone whole = simulation_->UpdateBone();
   const PieceRemoval removal = MakePieceRemoval(whole, *finder_, 2);
   TakeOut out(removal);
   out.Leave();
@@ -180,11 +180,11 @@ TEST_F(TakeOutTest, NoForceWhereThePieceWas) {
   }
   out.Return();
   Run(out);
-  EXPECT_EQ(simulation_->bone().CalcHash(), with_piece.bone().CalcHash());
+  EXPECT_EQ(simulation_->UpdateBone().CalcHash(), with_piece.UpdateBone().CalcHash());
 }
 
 TEST_F(TakeOutTest, AllDustIsTakenOutTogether) {
-  const Bone whole = simulation_->bone();
+  const Bone whole = simulation_->UpdateBone();
   const Pieces split = SplitPieces(whole, 110);  // the smaller piece is 4.8 x 5 x 4 mm, the larger one 6.9 x 5 x 4 mm
   ASSERT_EQ(split.pieces.size(), 1u);
   finder_.emplace(whole, 110);
@@ -196,12 +196,12 @@ TEST_F(TakeOutTest, AllDustIsTakenOutTogether) {
   UpdateFinder();
   EXPECT_EQ(finder_->found().dust_count, 0u);
   EXPECT_EQ(finder_->found().pieces.size(), 1u);
-  EXPECT_NEAR(simulation_->bone().CalcVolume(), split.pieces[0].CalcVolume(), 1e-9);
-  EXPECT_THROW(MakePieceRemoval(simulation_->bone(), *finder_, kAllDust), std::exception);
+  EXPECT_NEAR(simulation_->UpdateBone().CalcVolume(), split.pieces[0].CalcVolume(), 1e-9);
+  EXPECT_THROW(MakePieceRemoval(simulation_->UpdateBone(), *finder_, kAllDust), std::exception);
 }
 
 TEST_F(TakeOutTest, UnknownPieceNumberIsRefused) {
-  EXPECT_THROW(MakePieceRemoval(simulation_->bone(), *finder_, 3), std::exception);
+  EXPECT_THROW(MakePieceRemoval(simulation_->UpdateBone(), *finder_, 3), std::exception);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ Hashes CutWith(int threads) {
       hashes.forces = std::rotl(hashes.forces, 5) ^ std::bit_cast<std::uint64_t>(value);
     }
   }
-  hashes.bone_after = simulation.bone().CalcHash();
+  hashes.bone_after = simulation.UpdateBone().CalcHash();
   return hashes;
 }
 

@@ -48,7 +48,7 @@ BallSlot CutSlot(double voxel_mm, const Quat& R_WB) {
     }
   }
   slot.force_B_N /= count;
-  slot.end_mm3 = before - simulation.bone().CalcVolume();
+  slot.end_mm3 = before - simulation.UpdateBone().CalcVolume();
   return slot;
 }
 

@@ -58,23 +58,23 @@ TEST(UndoJournal, CheckpointCutRestoreIsBitIdentical) {
   Session s;
   Plunge(1).Run(s.simulation);
   const std::uint32_t saved = s.Checkpoint("saved");
-  const Bone before = s.simulation.bone();
+  const Bone before = s.simulation.UpdateBone();
   const double removed_mm3 = s.Removed();
   Plunge(2).Run(s.simulation);
   Plunge(3).Run(s.simulation);
-  const Bone after = s.simulation.bone();
+  const Bone after = s.simulation.UpdateBone();
   const double after_mm3 = s.Removed();
   ASSERT_GT(CountDifferingVoxels(before, after), 1000u);
   UndoTo(s.simulation, s.journal, saved, &kAway);
-  EXPECT_EQ(CountDifferingVoxels(before, s.simulation.bone()), 0u);
-  EXPECT_EQ(s.simulation.bone().CalcHash(), before.CalcHash());
+  EXPECT_EQ(CountDifferingVoxels(before, s.simulation.UpdateBone()), 0u);
+  EXPECT_EQ(s.simulation.UpdateBone().CalcHash(), before.CalcHash());
   // Equal except for rounding, 1e-9 of the bone.
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
   Redo(s.simulation, s.journal, &kAway);
-  EXPECT_EQ(CountDifferingVoxels(after, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(after, s.simulation.UpdateBone()), 0u);
   EXPECT_NEAR(s.Removed(), after_mm3, 1e-9 * before.CalcVolume());
   UndoTo(s.simulation, s.journal, s.journal.Find("start"), &kAway);
-  EXPECT_EQ(CountDifferingVoxels(MakeBar(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBar(), s.simulation.UpdateBone()), 0u);
   EXPECT_NEAR(s.Removed(), 0, 1e-9 * before.CalcVolume());
 }
 
@@ -87,7 +87,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
       Bone bone;
       std::optional<double> removed_mm3;  // reading it settles the account, which must not affect the restored bone
     };
-    std::vector<Copy> kept{{0, s.simulation.bone(), 0}};
+    std::vector<Copy> kept{{0, s.simulation.UpdateBone(), 0}};
     struct Redone {
       std::vector<Copy> kept;
       Bone bone;
@@ -96,7 +96,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
     std::vector<Redone> redo;
     const auto removed = [&] { return random() % 3 == 0 ? std::optional(s.Removed()) : std::nullopt; };
     const auto same = [&](const Bone& bone, const std::optional<double>& removed_mm3) {
-      RC_ASSERT(CountDifferingVoxels(bone, s.simulation.bone()) == 0u);
+      RC_ASSERT(CountDifferingVoxels(bone, s.simulation.UpdateBone()) == 0u);
       if (removed_mm3 && random() % 2 == 0) RC_ASSERT(std::abs(s.Removed() - *removed_mm3) < 1e-9 * 600);
     };
     for (int step = 0; step < 14; ++step) {
@@ -114,14 +114,14 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
         case 3:
         case 4: {
           const std::uint32_t number = s.Checkpoint(std::to_string(pick));
-          kept.push_back({number, s.simulation.bone(), removed()});
+          kept.push_back({number, s.simulation.UpdateBone(), removed()});
           redo.clear();
           break;
         }
         case 5:
         case 6: {
           const std::size_t to = pick % kept.size();
-          Redone back{kept, s.simulation.bone(), removed()};
+          Redone back{kept, s.simulation.UpdateBone(), removed()};
           UndoTo(s.simulation, s.journal, kept[to].number, &kAway);
           kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(to) + 1, kept.end());
           redo.push_back(std::move(back));
@@ -145,7 +145,7 @@ TEST(UndoJournal, AnySequenceOfCutsCheckpointsUndoAndRedoMatchesDeepCopies) {
     }
     // Finally, back to the start.
     UndoTo(s.simulation, s.journal, 0, &kAway);
-    RC_ASSERT(CountDifferingVoxels(kept[0].bone, s.simulation.bone()) == 0u);
+    RC_ASSERT(CountDifferingVoxels(kept[0].bone, s.simulation.UpdateBone()) == 0u);
   }));
 }
 
@@ -156,7 +156,7 @@ TEST(UndoJournal, CutAfterUndoMatchesAFreshSimulationOfTheBone) {
     Session s({}, params);
     Plunge(1).Run(s.simulation);
     const std::uint32_t saved = s.Checkpoint("saved");
-    const Bone bone = s.simulation.bone();
+    const Bone bone = s.simulation.UpdateBone();
     Plunge(1).Run(s.simulation);
     for (const std::uint64_t seed : {4, 5, 6}) Plunge(seed).Run(s.simulation);
     UndoTo(s.simulation, s.journal, saved);
@@ -172,7 +172,7 @@ TEST(UndoJournal, CutAfterUndoMatchesAFreshSimulationOfTheBone) {
         ++i;
       });
     }
-    EXPECT_EQ(CountDifferingVoxels(fresh.bone(), s.simulation.bone()), 0u);
+    EXPECT_EQ(CountDifferingVoxels(fresh.UpdateBone(), s.simulation.UpdateBone()), 0u);
   }
 }
 
@@ -187,7 +187,7 @@ TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
     s.simulation.Tick({.X_WH = OverBar(-6 + 12 * std::abs(std::sin(0.004 * i)), 0, 7 - 0.0018 * i), .rpm = 30000});
     s.journal.Drain();
   }
-  const Bone cut = s.simulation.bone();
+  const Bone cut = s.simulation.UpdateBone();
   const Bone whole = MakeBar();
   std::size_t gone = 0;
   for (auto leaf = whole.grids().phi->tree().cbeginLeaf(); leaf; ++leaf) {
@@ -195,7 +195,7 @@ TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
   }
   ASSERT_GT(gone, 0u);
   UndoTo(s.simulation, s.journal, 0);
-  EXPECT_EQ(CountDifferingVoxels(MakeBar(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBar(), s.simulation.UpdateBone()), 0u);
   EXPECT_NEAR(s.Removed(), 0, 1e-9 * MakeBar().CalcVolume());
   // Restored bone is felt again.
   double max_N = 0;
@@ -205,7 +205,7 @@ TEST(UndoJournal, CompletelyRemovedBoneIsRestored) {
   Plunge(3).Run(s.simulation);
   CoupledSimulation fresh(MakeBar(), params, kAway);
   Plunge(3).Run(fresh);
-  EXPECT_EQ(CountDifferingVoxels(fresh.bone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(fresh.UpdateBone(), s.simulation.UpdateBone()), 0u);
 }
 
 TEST(UndoJournal, StaysWithinItsMemoryOverThousandsOfCheckpoints) {
@@ -231,7 +231,7 @@ TEST(UndoJournal, DroppedCheckpointsAreRefusedWithAReason) {
   for (std::uint64_t k = 1; k <= 60; ++k) {
     Plunge(100 + k).Run(s.simulation);
     const std::uint32_t number = s.Checkpoint("cut " + std::to_string(k));
-    if (k > 30) bones.emplace(number, s.simulation.bone());
+    if (k > 30) bones.emplace(number, s.simulation.UpdateBone());
   }
   const std::vector<UndoCheckpoint> kept = s.journal.checkpoints();
   ASSERT_GT(kept.front().number, 0u);
@@ -242,7 +242,7 @@ TEST(UndoJournal, DroppedCheckpointsAreRefusedWithAReason) {
   for (auto c = kept.rbegin(); c != kept.rend(); ++c) {
     UndoTo(s.simulation, s.journal, c->number);
     if (!bones.contains(c->number)) continue;
-    EXPECT_EQ(CountDifferingVoxels(bones.at(c->number), s.simulation.bone()), 0u);
+    EXPECT_EQ(CountDifferingVoxels(bones.at(c->number), s.simulation.UpdateBone()), 0u);
   }
 }
 
@@ -255,24 +255,24 @@ TEST(UndoJournal, NeverGivesWrongBitsWhenTheHistoryOverflows) {
             "checkpoint on");
   EXPECT_EQ(s.journal.job(), nullptr);
   const std::uint32_t later = s.Checkpoint("later");
-  const Bone bone = s.simulation.bone();
+  const Bone bone = s.simulation.UpdateBone();
   // The ring is drained in small amounts.
   Plunge(2).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoTo(s.simulation, s.journal, later);
-  EXPECT_EQ(CountDifferingVoxels(bone, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(bone, s.simulation.UpdateBone()), 0u);
   EXPECT_EQ(Refusal([&] { s.journal.PrepareUndo(0); }),
             "that checkpoint is no longer kept: undo can go back to 'later' at the earliest");
   // A job that was prepared before data were lost is refused.
   Plunge(3).Run(s.simulation, [&](const CoupledOutput&) { s.journal.Drain(); });
   UndoJob* job = s.journal.PrepareUndo(later);
-  const std::uint64_t hash = s.simulation.bone().CalcHash();
+  const std::uint64_t hash = s.simulation.UpdateBone().CalcHash();
   Plunge(4).Run(s.simulation);
-  const std::uint64_t cut_hash = s.simulation.bone().CalcHash();
+  const std::uint64_t cut_hash = s.simulation.UpdateBone().CalcHash();
   ASSERT_NE(cut_hash, hash);
   EXPECT_FALSE(RunRestore(s.simulation, *job));
   EXPECT_TRUE(job->state == RestoreJob::State::kLost || job->state == RestoreJob::State::kChanged);
   EXPECT_FALSE(s.journal.Finish());
-  EXPECT_EQ(s.simulation.bone().CalcHash(), cut_hash);
+  EXPECT_EQ(s.simulation.UpdateBone().CalcHash(), cut_hash);
 }
 
 TEST(UndoJournal, TakenOutPieceIsRestoredAndCountedAsBefore) {
@@ -296,7 +296,7 @@ TEST(UndoJournal, TakenOutPieceIsRestoredAndCountedAsBefore) {
   s.simulation.SetDown(kAway);
   s.simulation.Tick({.X_WH = kAway});
   const std::uint32_t whole = s.Checkpoint("both pieces");
-  const Bone before = s.simulation.bone();
+  const Bone before = s.simulation.UpdateBone();
   const double removed_mm3 = s.Removed();
   const PieceFinder finder(before, 0.5);
   ASSERT_EQ(finder.found().pieces.size(), 2u);
@@ -305,13 +305,13 @@ TEST(UndoJournal, TakenOutPieceIsRestoredAndCountedAsBefore) {
   out.Leave();
   while (!out.Step(s.simulation)) s.journal.Drain();
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
-  const double rest_mm3 = s.simulation.bone().CalcVolume();
+  const double rest_mm3 = s.simulation.UpdateBone().CalcVolume();
   ASSERT_LT(rest_mm3, 0.8 * before.CalcVolume());
   UndoTo(s.simulation, s.journal, whole);
-  EXPECT_EQ(CountDifferingVoxels(before, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(before, s.simulation.UpdateBone()), 0u);
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
   Redo(s.simulation, s.journal);
-  EXPECT_NEAR(s.simulation.bone().CalcVolume(), rest_mm3, 1e-9 * rest_mm3);
+  EXPECT_NEAR(s.simulation.UpdateBone().CalcVolume(), rest_mm3, 1e-9 * rest_mm3);
   EXPECT_NEAR(s.Removed(), removed_mm3, 1e-9 * before.CalcVolume());
 }
 

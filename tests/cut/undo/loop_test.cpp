@@ -103,7 +103,7 @@ Bone BoneAfter(std::int64_t ticks) {
   VirtualClock clock;
   HapticLoop loop(s.body, s.device, clock, QuietParams());
   loop.RunHere(ticks);
-  return s.simulation.bone();
+  return s.simulation.UpdateBone();
 }
 
 TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
@@ -152,13 +152,13 @@ TEST(UndoInTheLoop, RestoresTheCheckpointWhileCuttingAndContinues) {
   EXPECT_EQ(stood, static_cast<std::int64_t>((leaves + more + 199) / 200));
   while (loop.SendRemaining()) mirror.Update();
   mirror.Update();
-  EXPECT_EQ(CountDifferingVoxels(mirror.bone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(mirror.bone(), s.simulation.UpdateBone()), 0u);
   // Undoing the later cuts as well gives the checkpoint's bone.
-  EXPECT_GT(CountDifferingVoxels(at_checkpoint, s.simulation.bone()), 100u);
+  EXPECT_GT(CountDifferingVoxels(at_checkpoint, s.simulation.UpdateBone()), 100u);
   UndoTo(s.simulation, s.journal, s.journal.Find("here"));
-  EXPECT_EQ(CountDifferingVoxels(at_checkpoint, s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(at_checkpoint, s.simulation.UpdateBone()), 0u);
   UndoTo(s.simulation, s.journal, 0);
-  EXPECT_EQ(CountDifferingVoxels(MakeBone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBone(), s.simulation.UpdateBone()), 0u);
 }
 
 TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
@@ -180,7 +180,7 @@ TEST(UndoInTheLoop, ReplayOfItsEventsGivesTheSameTicks) {
       between(s, ticks.size());
       return true;
     });
-    hash = s.simulation.bone().CalcHash();
+    hash = s.simulation.UpdateBone().CalcHash();
   };
   // The reader is slow: it requests several checkpoints and undos, and prepares jobs some ticks before they begin.
   run(
@@ -292,9 +292,9 @@ TEST(UndoInTheLoop, MirrorReadOnAnotherThreadMatchesTheLoopsBone) {
   EXPECT_EQ(loop.counts().not_finite, 0u);
   while (loop.SendRemaining()) mirror.Update();
   mirror.Update();
-  EXPECT_EQ(CountDifferingVoxels(mirror.bone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(mirror.bone(), s.simulation.UpdateBone()), 0u);
   UndoTo(s.simulation, s.journal, 0);
-  EXPECT_EQ(CountDifferingVoxels(MakeBone(), s.simulation.bone()), 0u);
+  EXPECT_EQ(CountDifferingVoxels(MakeBone(), s.simulation.UpdateBone()), 0u);
 }
 
 }  // namespace

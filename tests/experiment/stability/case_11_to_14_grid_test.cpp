@@ -220,8 +220,8 @@ TEST(HardCase12, PositionBetweenLayersAffectsNeitherKerfNorForce) {
     path.invariants.CheckBone();
     for (const double x : {-9.03, -7.51, -6.02}) {
       for (const double above : {0.7, 1.31, 2.2}) {
-        worst_width = std::max(
-            worst_width, std::abs(MeasureKerfWidth(path.simulation.bone(), x, y, 0.5 + above) - kSaw.thickness_mm));
+        worst_width = std::max(worst_width, std::abs(MeasureKerfWidth(path.simulation.UpdateBone(), x, y, 0.5 + above) -
+                                                     kSaw.thickness_mm));
       }
     }
     const Plunge plunge = MeasurePlunge(bone, {}, 3.5, kSaw, {0, y, 0});
@@ -278,7 +278,7 @@ double CutThrough(const DiscSaw& saw, double size_mm, double y, double h) {
   WatchedPath path(MakeBox({}, {size_mm, 3.2, size_mm}, h), params, DiscPose({}, {start, y, 3}));
   for (double x = start; x < -start; x += 0.4) path.Tick(DiscPose({}, {x, y, 3}));
   path.invariants.CheckBone();
-  EXPECT_EQ(SplitPieces(path.simulation.bone(), 0.5).pieces.size(), 2u) << saw.thickness_mm << " at " << y;
+  EXPECT_EQ(SplitPieces(path.simulation.UpdateBone(), 0.5).pieces.size(), 2u) << saw.thickness_mm << " at " << y;
   return path.CalcRemoved();
 }
 
@@ -326,7 +326,7 @@ TEST(HardCase13, HandHeldThinDiscCutsThroughAndMovesFreelyInItsKerf) {
       for (int i = 1; i <= 1200; ++i) {
         max_N = std::max(max_N, glm::length(to(2 + kR + 0.2 - 0.008 * std::min(i, 900)).f_H_W_N));
       }
-      EXPECT_EQ(SplitPieces(tool.simulation.bone(), 0.5).pieces.size(), 2u) << t << " " << y;
+      EXPECT_EQ(SplitPieces(tool.simulation.UpdateBone(), 0.5).pieces.size(), 2u) << t << " " << y;
       cut_N = std::min(cut_N, max_N);
       for (int i = 1; i <= 360; ++i) {
         back_N = std::max(back_N, glm::length(to(2 + kR + 0.2 - 7.2 + 0.02 * i).f_H_W_N));

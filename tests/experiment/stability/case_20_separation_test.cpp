@@ -56,9 +56,9 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
   for (int i = 1; i <= 500; ++i) {
     saw.To(DiscPose(Pose{}, {-5 + 0.01 * i, 0, z}));
     int intact = 0;
-    for (int n = 0; n < 3; ++n) intact += saw.simulation.bone().SignedDistance({4 * n * h, 0, 0}) < 0 ? 1 : 0;
+    for (int n = 0; n < 3; ++n) intact += saw.simulation.UpdateBone().SignedDistance({4 * n * h, 0, 0}) < 0 ? 1 : 0;
     if (intact != intact_before || i % 50 == 0) {
-      const Pieces pieces = SplitPieces(saw.simulation.bone());
+      const Pieces pieces = SplitPieces(saw.simulation.UpdateBone());
       wrong += pieces.pieces.size() == (intact > 0 ? 1u : 2u) && pieces.dust_count == 0 ? 0 : 1;
       ++looks;
     }
@@ -67,7 +67,7 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
   EXPECT_EQ(intact_before, 0);
   EXPECT_GE(looks, 12);
   saw.invariants.CheckBone();
-  const Bone& after = saw.simulation.bone();
+  const Bone& after = saw.simulation.UpdateBone();
   const auto removed = saw.simulation.CalcRemovedByRegion();
   const double gone_mm3 = std::accumulate(removed.begin(), removed.end(), 0.0);
   verdict.Equal("wrong piece counts", wrong, 0);
@@ -107,7 +107,7 @@ Through CutThrough(double feed_mm_per_s, double stiffness_N_per_mm) {
   saw.invariants.CheckBone();
   // The bar is cut through: no force is left, and there are two pieces, each with half of the remaining volume.
   EXPECT_LT(glm::length(saw.out.f_H_W_N), 1e-6) << feed_mm_per_s;
-  const Pieces pieces = SplitPieces(saw.simulation.bone());
+  const Pieces pieces = SplitPieces(saw.simulation.UpdateBone());
   EXPECT_EQ(pieces.pieces.size(), 2u) << feed_mm_per_s;
   EXPECT_EQ(pieces.dust_count, 0u) << feed_mm_per_s;
   EXPECT_NEAR(pieces.pieces[0].CalcVolume(), 8 * 4 * (3 - 0.125), 0.01 * 96) << feed_mm_per_s;
@@ -170,7 +170,7 @@ TEST(HardCase20, DeviceForceKeepsItsSlewRateWhenAHandBreaksThrough) {
     if (out.coupled.X_WT.p_AB.z < -4 - kR) break;
   }
   watch.CheckBone();
-  ASSERT_EQ(SplitPieces(saw.simulation.bone()).pieces.size(), 2u);
+  ASSERT_EQ(SplitPieces(saw.simulation.UpdateBone()).pieces.size(), 2u);
   verdict.AtMost("largest step of the device force", max_step_N, 40 * 0.001 / 0.005, "N");
   verdict.Note("largest motion of the tool in a tick", max_jump_mm, "mm");
   verdict.AtLeast("force into the cut", lowest_N, -1e-6, "N");

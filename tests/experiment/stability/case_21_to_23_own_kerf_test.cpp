@@ -145,7 +145,7 @@ TEST(HardCase23, FlatsPushedAsideAndPivotedRemoveNothing) {
               0);  // friction would move it along the kerf and cut there
     InKerf kerf(BlockPoses(h)[5], {26, 4, 12}, h, 6, params);
     kerf.Hold(100, {0, 0, 0.05});
-    const Bone before = kerf.simulation.bone();
+    const Bone before = kerf.simulation.UpdateBone();
     const Vec3 was = kerf.Place();
     const double removed_mm3 = kerf.invariants.removed_mm3();
     for (int n = 0; n < 8; ++n) {
@@ -160,7 +160,7 @@ TEST(HardCase23, FlatsPushedAsideAndPivotedRemoveNothing) {
       for (int i = 1; i <= 100; ++i) kerf.Hold(1, {0, 0, 0.05}, side * 0.01 * i * kDegree * push_N / 5);
       kerf.Hold(150, {0, 0, 0.05}, side * kDegree * push_N / 5);
     }
-    innermost_mm = std::min(innermost_mm, FindInnermostChange(before, kerf.simulation.bone(), kerf.out.X_WT));
+    innermost_mm = std::min(innermost_mm, FindInnermostChange(before, kerf.simulation.UpdateBone(), kerf.out.X_WT));
     max_rate = std::max(max_rate, kerf.invariants.removed_mm3() - removed_mm3);
     kerf.invariants.CheckBone();
   }

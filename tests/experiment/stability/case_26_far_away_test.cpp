@@ -66,7 +66,7 @@ Ran RunAt(const Vec3& shift_vox, double h) {
     watch.Tick(in, ran.out.back());
   }
   watch.CheckBone();
-  ran.bone = simulation.bone();
+  ran.bone = simulation.UpdateBone();
   return ran;
 }
 

@@ -55,7 +55,7 @@ TEST(HardCase38, CutBesideACutIsAsInSolidBone) {
   verdict.AtMost("C1", 1000 * CalcNoise(steady, 0.001), 20, "mN");
   // The wall extends from slightly below the top to the end of the second cut. It is one voxel thick, to within a
   // quarter of that.
-  const Bone& bone = simulation.bone();
+  const Bone& bone = simulation.UpdateBone();
   double thinnest = 1e9;
   for (double z = 4.6; z > 2.5; z -= 0.1) {
     double thick = 0;
@@ -113,10 +113,10 @@ TEST(HardCase38, WebOfOneVoxelHoldsAStoppedSawAndIsCutWithoutAKick) {
       cutting.Tick(Handle(DiscPose(Pose{}, {0, 0, side * z})));
     }
   }
-  EXPECT_LT(cutting.bone().SignedDistance({0, 0, 0}), 0);
+  EXPECT_LT(cutting.UpdateBone().SignedDistance({0, 0, 0}), 0);
   // Cuts again from above, with a soft coupling.
   const double start_z = kR + 0.5 * kThinWallVoxel + 0.3;
-  CoupledSimulation simulation(cutting.bone(), test::DiscParams(), DiscPose(Pose{}, {0, 0, start_z}));
+  CoupledSimulation simulation(cutting.UpdateBone(), test::DiscParams(), DiscPose(Pose{}, {0, 0, start_z}));
   PushingHand hand(simulation, DiscPose(Pose{}, {0, 0, start_z}));
   CoupledOutput out;
   std::vector<Vec3> f;
@@ -144,7 +144,7 @@ TEST(HardCase38, WebOfOneVoxelHoldsAStoppedSawAndIsCutWithoutAKick) {
     before_N = out.f_H_W_N.z;
   }
   EXPECT_GT(max_N, 0.05);
-  EXPECT_GT(cutting.bone().CalcVolume() - simulation.bone().CalcVolume(), 0.1);
+  EXPECT_GT(cutting.UpdateBone().CalcVolume() - simulation.UpdateBone().CalcVolume(), 0.1);
   verdict.AtMost("cutting through at 2 mm/s: kick along the feed", kick_N, 0.01 * max_N, "N");
   verdict.AtMost("largest drop of the force in a tick", drop_N, max_N, "N");
 }

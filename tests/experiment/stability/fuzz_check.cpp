@@ -276,7 +276,7 @@ std::string FuzzedSaw::Account() {
     if (!(r >= -1e-9 * s.volume_mm3)) return fmt::format("I4: {} mm3 removed from a region", r);
     removed += r;
   }
-  const Bone& bone = s.simulation.bone();
+  const Bone& bone = s.simulation.UpdateBone();
   const double left = bone.CalcVolume();
   if (!(std::abs(s.volume_mm3 - left - removed) <= 1e-9 * s.volume_mm3)) {
     return fmt::format("I4: {} mm3 at the start, {} left, {} removed", s.volume_mm3, left, removed);

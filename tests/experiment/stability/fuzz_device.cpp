@@ -202,7 +202,7 @@ FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks) {
   if (!result.wrong.empty()) return result;
   double removed = 0;
   for (const double r : simulation.CalcRemovedByRegion()) removed += r;
-  const Bone& bone = simulation.bone();
+  const Bone& bone = simulation.UpdateBone();
   if (!(std::abs(volume_mm3 - bone.CalcVolume() - removed) <= 1e-9 * volume_mm3)) {
     result.wrong = fmt::format("I4: {} mm3 at first, {} left, {} removed", volume_mm3, bone.CalcVolume(), removed);
     return result;

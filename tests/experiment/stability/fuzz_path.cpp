@@ -40,7 +40,7 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
   const FuzzScene scene = MakeFuzzScene(dice);
   // A path is followed to its end in one tick, however many steps that takes, so the leaps are limited.
   FuzzHand hand(dice, scene, 15 * scene.voxel_mm);
-  Simulation simulation(scene.bone, {scene.params.tool, scene.params.law, scene.params.edge_samples_per_pitch, {}},
+  Simulation simulation(scene.bone, {scene.params.tool, scene.params.law, scene.params.rim_samples_per_pitch, {}},
                         scene.start);
   const double volume_mm3 = scene.bone.CalcVolume();
   BoneWitness witness(scene.bone);
@@ -49,11 +49,11 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
   const auto account = [&]() -> std::string {
     double removed = 0;
     for (const double r : simulation.CalcRemovedByRegion()) removed += r;
-    const double left = simulation.bone().CalcVolume();
+    const double left = simulation.UpdateBone().CalcVolume();
     if (!(std::abs(volume_mm3 - left - removed) <= 1e-9 * volume_mm3)) {
       return fmt::format("I4: {} mm3 at the start, {} left, {} removed", volume_mm3, left, removed);
     }
-    return witness.Compare(simulation.bone());
+    return witness.Compare(simulation.UpdateBone());
   };
   const auto tick = [&](const TickInput& in) -> std::string {
     const TickOutput out = simulation.Tick(in);

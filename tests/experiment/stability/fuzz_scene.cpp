@@ -137,7 +137,7 @@ FuzzScene MakeFuzzScene(Dice& dice) {
   c.max_force_N = dice.One({0.1, 5.0, 40.0, 40.0, 1e4});
   c.max_torque_Nmm = dice.One({1.0, 4000.0, 4000.0, 1e6});
   SetEffect(p.effects, "kerf_friction", "coefficient", dice.One({0.0, 0.2, 0.2, 1.0, 2.0}));
-  p.edge_samples_per_pitch = dice.One({1, 4, 8});
+  p.rim_samples_per_pitch = dice.One({1, 4, 8});
   p.max_iterations = dice.One({1, 2, 5, 40, 40});
   p.max_substeps = dice.One({1, 4, 16, 24, 24, 64});
   p.whole_voxel_removal = dice.OneIn(8);
@@ -167,7 +167,7 @@ std::string ToText(const FuzzScene& scene) {
       scene.box.upper.z, disc ? "disc" : "ball", tooth.tool_radius_mm, disc ? disc->thickness_mm : 0, tooth.pitch_mm,
       CalcModulus(p.tool), p.law.name(), c.p_TC_mm.x, c.p_TC_mm.y, c.p_TC_mm.z, c.stiffness_N_per_mm,
       c.damping_Ns_per_mm, c.torsion_Nmm_per_rad, c.torsion_damping_Nmms, c.max_force_N, c.max_torque_Nmm,
-      FindChoice(p.effects, "kerf_friction")->GetNumber("coefficient"), p.edge_samples_per_pitch, p.max_iterations,
+      FindChoice(p.effects, "kerf_friction")->GetNumber("coefficient"), p.rim_samples_per_pitch, p.max_iterations,
       p.max_substeps, p.whole_voxel_removal, p.spare_leaves, X.R_AB.w, X.R_AB.x, X.R_AB.y, X.R_AB.z, X.p_AB.x, X.p_AB.y,
       X.p_AB.z);
 }

@@ -34,8 +34,8 @@ Invariants::Invariants(CoupledSimulation& simulation, const Pose& X_WT_start, co
     : simulation_(simulation),
       params_(simulation.params()),
       options_(options),
-      h_(simulation.bone().voxel_mm()),
-      watch_(std::make_unique<BoneWatch>(simulation.bone(), params_.tool, CutWith::kEdge)),
+      h_(simulation.UpdateBone().voxel_mm()),
+      watch_(std::make_unique<BoneWatch>(simulation.UpdateBone(), params_.tool, CutWith::kEdge)),
       X_WT_(X_WT_start),
       X_WH_(X_WT_start) {}
 
@@ -411,7 +411,8 @@ void Invariants::CheckBone() {
   const double exact_mm3 = Sum(simulation_.CalcRemovedByRegion());
   BoneWatch::Removed removed{removed_since_check_mm3_, exact_mm3};
   if (slab_) removed.by_ticks_mm3 = -1;
-  for (const std::string& text : watch_->Check(simulation_.bone(), removed)) Fail(text.substr(0, 2), text.substr(4));
+  for (const std::string& text : watch_->Check(simulation_.UpdateBone(), removed))
+    Fail(text.substr(0, 2), text.substr(4));
   removed_since_check_mm3_ = 0;
 }
 
@@ -420,7 +421,7 @@ PathInvariants::PathInvariants(Simulation& simulation, const SimulationParams& p
     : simulation_(simulation),
       params_(params),
       report_(report),
-      watch_(simulation.bone(), params.tool, CutWith::kWholeTool),
+      watch_(simulation.UpdateBone(), params.tool, CutWith::kWholeTool),
       X_WT_(X_WT_start) {}
 
 void PathInvariants::Fail(const std::string& invariant, const std::string& what) {
@@ -466,7 +467,8 @@ void PathInvariants::Tick(const TickInput& in, const TickOutput& out) {
 
 void PathInvariants::CheckBone() {
   const BoneWatch::Removed removed{removed_since_check_mm3_, Sum(simulation_.CalcRemovedByRegion())};
-  for (const std::string& text : watch_.Check(simulation_.bone(), removed)) Fail(text.substr(0, 2), text.substr(4));
+  for (const std::string& text : watch_.Check(simulation_.UpdateBone(), removed))
+    Fail(text.substr(0, 2), text.substr(4));
   removed_since_check_mm3_ = 0;
 }
 

@@ -92,7 +92,7 @@ TEST(Mutants, StoppedEdgeYieldsByItsStiffness) {
   const double push_N = 20;
   for (int i = 0; i < 400; ++i) out = hand.Push({0, 0, -push_N}, 0);
   // One of the points is the lowest. Each point is a spring of 2000 N/mm per eighth of a pitch.
-  const int samples = DiscParams().edge_samples_per_pitch;
+  const int samples = DiscParams().rim_samples_per_pitch;
   const double depth = 4 + kR - out.X_WT.p_AB.z;
   double force_N = 0;
   for (int k = -40; k <= 40; ++k) {

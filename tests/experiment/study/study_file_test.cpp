@@ -47,7 +47,7 @@ TEST(StudyFile, EmptyFileIsTheBaseSettingsOnAllPaths) {
   EXPECT_EQ(spec.base.voxel_mm, MandibleParams{}.voxel_mm);
   EXPECT_EQ(spec.base.voxel_mm, ImportOptions{}.voxel_mm);
   EXPECT_EQ(spec.base.rim_samples_per_pitch, SimulationParams{}.rim_samples_per_pitch);
-  EXPECT_EQ(spec.base.rim_samples_per_pitch, CoupledParams{}.edge_samples_per_pitch);
+  EXPECT_EQ(spec.base.rim_samples_per_pitch, CoupledParams{}.rim_samples_per_pitch);
   EXPECT_EQ(spec.base.rim_samples_per_pitch, SceneSimulation{}.rim_samples_per_pitch);
   EXPECT_GE(spec.ticks_of_defaults, 100'000);
 }

@@ -30,9 +30,9 @@ class PieceExchangeTest : public testing::Test {
     for (double z = 14; z > 8; z -= 0.01) Tick(PoseAt(1.03, z));
     for (double z = 8; z < 14; z += 0.02) Tick(PoseAt(1.03, z));
     for (int i = 0; i < 100; ++i) Tick(PoseAt(1.03, 40));
-    const PieceFinder finder(simulation_->bone(), 0.5);
+    const PieceFinder finder(simulation_->UpdateBone(), 0.5);
     ASSERT_EQ(finder.found().pieces.size(), 2u);
-    piece_.emplace(MakePieceRemoval(simulation_->bone(), finder, finder.found().pieces[1].id));
+    piece_.emplace(MakePieceRemoval(simulation_->UpdateBone(), finder, finder.found().pieces[1].id));
     ASSERT_TRUE(exchange_.Send(&*piece_));
   }
   CoupledOutput Tick(const Pose& X_WH) {
@@ -48,7 +48,7 @@ class PieceExchangeTest : public testing::Test {
 };
 
 TEST_F(PieceExchangeTest, LeavesOnlyWhenItMay) {
-  const std::uint64_t whole = simulation_->bone().CalcHash();
+  const std::uint64_t whole = simulation_->UpdateBone().CalcHash();
   Tick(PoseAt(1.03, 40));
   const std::int64_t since = piece_->clear_since;
   EXPECT_GT(since, 0);
@@ -59,7 +59,7 @@ TEST_F(PieceExchangeTest, LeavesOnlyWhenItMay) {
   for (int i = 0; i < 100; ++i) Tick(PoseAt(1.03, 40));
   EXPECT_GT(piece_->clear_since, since);
   EXPECT_FALSE(piece_->leaving);
-  EXPECT_EQ(simulation_->bone().CalcHash(), whole);
+  EXPECT_EQ(simulation_->UpdateBone().CalcHash(), whole);
   piece_->go = piece_->clear_since.load();
   int ticks = 0;
   for (; piece_->out_at == 0 && ticks < 10'000; ++ticks) Tick(PoseAt(1.03, 40));
@@ -69,14 +69,14 @@ TEST_F(PieceExchangeTest, LeavesOnlyWhenItMay) {
 }
 
 TEST_F(PieceExchangeTest, IsDroppedWhenItWasCut) {
-  const std::uint64_t whole = simulation_->bone().CalcHash();
+  const std::uint64_t whole = simulation_->UpdateBone().CalcHash();
   Tick(PoseAt(1.03, 40));
   piece_->drop = true;
   Tick(PoseAt(1.03, 40));
   EXPECT_TRUE(piece_->dropped);
   piece_->go = piece_->clear_since.load();
   Tick(PoseAt(1.03, 40));
-  EXPECT_EQ(simulation_->bone().CalcHash(), whole);
+  EXPECT_EQ(simulation_->UpdateBone().CalcHash(), whole);
   // The next piece can be sent.
   EXPECT_TRUE(exchange_.Send(&*piece_));
 }

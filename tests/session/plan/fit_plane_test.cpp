@@ -83,7 +83,7 @@ TEST(FitKerf, FindsTheSimulatedCut) {
     Simulation simulation(before, params, test::DiscPose(X, {-3, 0, 9}));
     test::Stroke(simulation, X, {-3, 0, 9}, {-3, 0, 3}, 100);
     test::Stroke(simulation, X, {-3, 0, 3}, {3, 0, 3}, 100);
-    const auto found = FitKerf(before, simulation.bone());
+    const auto found = FitKerf(before, simulation.UpdateBone());
     ExpectPlane(found, {X.Point({0, 0, 0}), X.Vector({0, 1, 0})}, 0.1, 0.1);
     EXPECT_NEAR(found->width_mm, 0.4, 0.05);
   }

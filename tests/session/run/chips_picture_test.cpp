@@ -46,17 +46,17 @@ TEST(ChipsPicture, ShowsTheTickWithTheMost) {
 
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("kerf_chips_" + std::to_string(getpid()) + ".png");
-  EXPECT_TRUE(WriteChipsPicture(track, simulation.bone(), params.tool, false, "test", file.string()));
+  EXPECT_TRUE(WriteChipsPicture(track, simulation.UpdateBone(), params.tool, false, "test", file.string()));
   EXPECT_GT(std::filesystem::file_size(file), 1000u);
   std::filesystem::remove(file);
 }
 
 TEST(ChipsPicture, IsNotDrawnWithoutChips) {
-  const Simulation simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.5), {}, test::DiscPose({}, {0, 0, 30}));
+  Simulation simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.5), {}, test::DiscPose({}, {0, 0, 30}));
   ChipsTrack track(simulation.effects());
   track.Take(0.001, Pose{});
   EXPECT_FALSE(track.peak().has_value());
-  EXPECT_FALSE(WriteChipsPicture(track, simulation.bone(), DiscSaw{}, false, "test", "/nonexistent/chips.png"));
+  EXPECT_FALSE(WriteChipsPicture(track, simulation.UpdateBone(), DiscSaw{}, false, "test", "/nonexistent/chips.png"));
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ TEST(BoneChunks, UpdatedChunkEqualsAChunkMeshedFromScratch) {
 
   // The chunks are made from the cut bone without information on what was cut, and from all leaves at once in reverse
   // order.
-  const BoneChunks fresh(simulation.bone());
+  const BoneChunks fresh(simulation.UpdateBone());
   ASSERT_EQ(fresh.origin_W(), kept.origin_W());
   BoneChunks at_once(MakePlate(0.2));
   LeafMessage message;
@@ -278,7 +278,7 @@ TEST(SurfaceWorker, GivesTheSameMeshAsASingleThread) {
     ++compared;
   }
   EXPECT_GT(compared, 10u);
-  EXPECT_EQ(worker.CopyBone().CalcHash(), simulation.bone().CalcHash());
+  EXPECT_EQ(worker.CopyBone().CalcHash(), simulation.UpdateBone().CalcHash());
   EXPECT_TRUE(worker.first_done());
   EXPECT_EQ(worker.counts().leaves_waiting, 0u);
   // The rays go from above onto the plate next to the kerf, and down the kerf to its floor.

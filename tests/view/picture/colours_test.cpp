@@ -62,8 +62,8 @@ TEST_F(SlottedPlate, FacesOfACutShowTheLayersInside) {
     in.X_WT.p_AB.z -= 0.1 * i;
     simulation.Tick(in);
   }
-  const TriangleMesh mesh = ExtractSurface(simulation.bone());
-  const SurfaceColours colours = CalcSurfaceColours(simulation.bone(), mesh, ColourBy::kTissue);
+  const TriangleMesh mesh = ExtractSurface(simulation.UpdateBone());
+  const SurfaceColours colours = CalcSurfaceColours(simulation.UpdateBone(), mesh, ColourBy::kTissue);
   std::size_t wall[2] = {0, 0};
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     const Vec3& p = mesh.points[i];

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "cut/effects/effect.h"
+#include "kerf/observe.h"
 
 #ifndef KERF_PLAN_WORK
 #define KERF_PLAN_WORK 0
@@ -43,6 +44,12 @@ class EffectPlan {
   static void Work() {
     for (int i = 0; i < KERF_PLAN_WORK; ++i) asm volatile("");
   }
+};
+
+class EffectsStage {
+ public:
+  EffectsStage(TickObserver*, const EffectPlan&, TickStage) {}
+  ~EffectsStage() {}
 };
 
 }  // namespace kerf
