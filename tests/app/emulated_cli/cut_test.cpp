@@ -50,13 +50,15 @@ class CutWithAFalcon : public test::EmulatedProgram {
           "loop bar.toml --device falcon --falcon-firmware firmware.bin --record cut.kerf --json --seconds 500");
       if (result.code != 0) break;
       const Json json = Json::parse(result.out);
-      const Json& served = json["served"];
-      const bool went = served["silences"] == 0 && served["loop_stood_still"] == 0 && served["round_stood_still"] == 0;
-      if (went || IsAllSent(json)) break;
+      if (!HasStalled(json) || IsAllSent(json)) break;
     }
     return result;
   }
 
+  static bool HasStalled(const Json& json) {
+    const Json& served = json["served"];
+    return served["silences"] != 0 || served["loop_stood_still"] != 0 || served["round_stood_still"] != 0;
+  }
   static bool IsAllSent(const Json& json) {
     return json["served"]["largest_sent_N"].get<double>() >= 0.97 * json["force"]["largest_N"].get<double>();
   }
@@ -82,8 +84,11 @@ class CutWithAFalcon : public test::EmulatedProgram {
     const double sent_N = json["served"]["largest_sent_N"];
     EXPECT_GT(asked_N, 0.1);
     EXPECT_LE(sent_N, asked_N * (1 + 1e-6));
-    EXPECT_TRUE(IsAllSent(json)) << json["served"];
-    EXPECT_NEAR(report["peak_force_N"].get<double>(), sent_N, 0.005 + 0.03 * sent_N) << json["served"];
+    // On a machine that stalled in every try, the largest force may not have reached the motors.
+    EXPECT_TRUE(IsAllSent(json) || HasStalled(json)) << json["served"];
+    const double felt_N = report["peak_force_N"];
+    EXPECT_LE(felt_N, 0.005 + 1.03 * sent_N) << json["served"];
+    EXPECT_TRUE(felt_N >= 0.97 * sent_N - 0.005 || HasStalled(json)) << felt_N << json["served"];
     const ProgramResult replay = Kerf("replay cut.kerf --verify");
     EXPECT_EQ(replay.code, 0) << replay.err;
     EXPECT_THAT(replay.out, HasSubstr("bit-identical to the recording"));

@@ -72,7 +72,8 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
   }
   if (!engaged_ || path_s_ >= stop_at_s_ || (commands_ && since_heard_s_ > kMaxSilence_s)) return;
   const Vec3 f_W_N = workspace_.ToWorld(f_D_N);
-  while (dt_s > 0) {
+  if (commands_) dt_s = std::min(dt_s, kMaxSilence_s);  // a stall of this program is a silence too
+  while (dt_s > 0 && path_s_ < stop_at_s_) {
     const double step_s = std::min(dt_s, kLongestStep_s);
     dt_s -= step_s;
     path_s_ += step_s;
