@@ -8,13 +8,8 @@
 #include <memory>
 #include <span>
 
-#include "kerf/bone.h"
-#include "kerf/effects.h"
-#include "kerf/force.h"
-#include "kerf/geometry.h"
-#include "kerf/observe.h"
 #include "kerf/paper.h"
-#include "kerf/tool.h"
+#include "kerf/simulation.h"
 
 namespace kerf {
 
@@ -42,21 +37,15 @@ enum class Fidelity : std::uint8_t {
 };
 const char* ToString(Fidelity fidelity);
 
-struct CoupledParams {
-  Tool tool;
-  ForceLaw law;
-  CouplingParams coupling;
-  EffectChoices effects{EffectChoice("kerf_friction")};  // a scene uses exactly the effects that it enables
-  int rim_samples_per_pitch = 16;                        // 1 to 256
-  int max_iterations = 40;                               // of the solver in one substep, 1 to 1000
-  int max_substeps = 24;                                 // per tick, 1 to 4096
+struct CoupledParams : SimulationParams {
+  CouplingParams coupling = {};
+  int max_iterations = 40;           // of the solver in one substep, 1 to 1000
+  int max_substeps = 24;             // per tick, 1 to 4096
   bool whole_voxel_removal = false;  // for comparison: removes whole voxels at once, which causes steps in the force
   int spare_leaves = 4096;           // 0 to 2^24; see BoneField
   PaperReading slab_reading = PaperReading::kCorrected;  // arc and tooth count that determine the slab's
                                                          // resistance at a depth
-  int substeps = 1;  // minimum number of equal parts into which a tick and the handle's motion are divided, 1 to 64
-  int carve_interval_ticks = 1;  // ticks between two removals of bone, 1 to 64 (src/cut/removal/paced_cutter.h)
-  int precision_bits = 24;       // for comparison: significand bits of the values that removal writes, 4 to 24 (float)
+  int precision_bits = 24;  // for comparison: significand bits of the values that removal writes, 4 to 24 (float)
 };
 
 struct CoupledInput {
@@ -86,25 +75,19 @@ enum CoupledStatus : std::uint32_t {
 };
 
 /// Output of a tick. Vectors are in the world frame. Forces on the tool are means over the tick.
-struct CoupledOutput {
+struct CoupledOutput : TeethOutput {
   Pose X_WT;            // pose of the tool
   Vec3 f_H_W_N{0};      // force on the hand, at the coupling point
   Vec3 tau_H_W_Nmm{0};  // torque on the hand about the coupling point
   Vec3 f_cut_W_N{0};    // on the tool, from the edge
   Vec3 f_face_W_N{0};   // on the tool: normal forces on its flats and, with the spindle stopped, on its edge
   Vec3 f_friction_W_N{0};
-  double thrust_sum_N = 0;
-  double engaged_teeth = 0;
-  double mean_E_MPa = 0;
-  double mean_bite_mm = 0;
-  int main_region = 0;
   /// Regions in which a tooth cut, one bit per id. A layer one voxel thick in the region grid is detected even if its
   /// force is small. Excludes bone that the tool passed in slab mode.
   std::array<std::uint64_t, 4> regions_cut{};
   bool HasCut(int region) const {
     return region >= 0 && region < 256 && (regions_cut[region / 64] >> (region % 64) & 1) != 0;
   }
-  double removed_mm3 = 0;  // from voxel occupancy: docs/physics.md
   // Energies of this tick, mJ = N mm: hand + spindle = stored + cut + friction + damping + numerical.
   // hand_mJ: work of the hand on the coupling. In the model the handle moves first, with the tool fixed, and the tool
   // then follows. The work is the energy that the springs gain while the handle moves. In air the work is 0.
@@ -125,7 +108,6 @@ struct CoupledOutput {
   int substeps = 0;
   int iterations = 0;  // maximum over the substeps
   Fidelity fidelity = Fidelity::kFull;
-  std::uint32_t status = kCoupledOk;
 };
 
 /// Simulation of a bone, the tool in it, and the coupling to a handle.

@@ -14,12 +14,14 @@
 
 namespace kerf {
 
+/// Parameters of a tool on a path; a coupled tool has these and more (CoupledParams).
 struct SimulationParams {
   Tool tool = DiscSaw{};
   ForceLaw law;
+  /// A scene uses exactly the effects that it enables. On a path, effects that need a coupled tool are omitted.
+  EffectChoices effects{EffectChoice("kerf_friction")};
   int rim_samples_per_pitch = 16;  // samples of the bone along the rim per tooth pitch, 1 to 256
-  EffectChoices effects = {};      // effects that need a coupled tool are omitted
-  int substeps = 1;                // minimum number of substeps per tick, 1 to 64
+  int substeps = 1;                // minimum number of parts into which a tick's motion is divided, 1 to 64
   int carve_interval_ticks = 1;    // ticks between two removals of bone, 1 to 64 (src/cut/removal/paced_cutter.h)
 };
 
@@ -34,7 +36,8 @@ struct TickInput {
   double rpm = 7500;    // spindle speed; 0: stopped, the tool does not cut
 };
 
-/// Bits of TickOutput::status. Each comment states what the tick did instead of what was requested.
+/// Bits of TickOutput::status. Each comment states what the tick did instead of what was requested. Recordings contain
+/// these bits and those of CoupledStatus, so both keep their numbers.
 enum TickStatus : std::uint32_t {
   kTickOk = 0,
   kTickBadPose = 1u << 0,  // pose, rpm or dt not finite or out of range: nothing is done, the force is zero, and the
@@ -45,17 +48,21 @@ enum TickStatus : std::uint32_t {
   kTickNoTime = 1u << 3,           // dt below kMinTick_s: nothing is done, the last force is repeated
 };
 
-/// Output of a tick. Vectors are in the world frame. Forces act on the tool and are means over the tick.
-struct TickOutput {
-  Vec3 f_T_W_N{0};           // force on the tool
-  Vec3 tau_TG_W_Nmm{0};      // torque on the tool about the grip
+/// What the teeth did in a tick of a tool on a path or of a coupled tool. Forces are means over the tick.
+struct TeethOutput {
   double thrust_sum_N = 0;   // sum of the magnitudes of the tooth forces
   double engaged_teeth = 0;  // engaged arc / pitch, a real number
   double mean_E_MPa = 0;     // over the engaged teeth; 0 if none
   double mean_bite_mm = 0;   // over the engaged teeth
   int main_region = 0;       // region id with the largest part of thrust_sum_N; 0 if no tooth is engaged
   double removed_mm3 = 0;    // from voxel occupancy: decrease of the sum of clamp(1/2 - phi/h, 0, 1) h^3
-  std::uint32_t status = kTickOk;
+  std::uint32_t status = 0;  // TickStatus or CoupledStatus
+};
+
+/// Output of a tick. Vectors are in the world frame. Forces act on the tool and are means over the tick.
+struct TickOutput : TeethOutput {
+  Vec3 f_T_W_N{0};       // force on the tool
+  Vec3 tau_TG_W_Nmm{0};  // torque on the tool about the grip
 };
 
 /// Simulation of a bone and a tool that follows a prescribed path.

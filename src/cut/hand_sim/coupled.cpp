@@ -210,9 +210,9 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
     const CuttingPoint& p = problem.cutting[i];
     const double speed = Dot(p.row, u);
-    sums.teeth += time_s * p.teeth;
+    sums.teeth.teeth += time_s * p.teeth;
     teeth_now += p.teeth;
-    sums.E += time_s * p.teeth * edge.contacts()[i].E_MPa;
+    sums.teeth.E_MPa += time_s * p.teeth * edge.contacts()[i].E_MPa;
     const double along = problem.arc_rad > 0 ? Dot(p.along, u) : 0;
     const ToothMean mean = problem.MeanToothForce(p, speed, along);
     if (!(speed > 0) && !(mean.radial_N > 0)) continue;
@@ -224,11 +224,11 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
       f_edge_T -= p.teeth * mean.along_N * Vec3(p.along[0], p.along[1], p.along[2]);
       work_mJ += time_s * p.teeth * mean.along_N * along;
     }
-    sums.thrust += time_s * magnitude;
+    sums.teeth.thrust_N += time_s * magnitude;
     const auto region = static_cast<std::size_t>(edge.contacts()[i].region);
-    sums.thrust_by_region[region] += time_s * magnitude;
+    sums.teeth.thrust_by_region_N[region] += time_s * magnitude;
     out.regions_cut[region / 64] |= std::uint64_t{1} << (region % 64);
-    sums.bite += time_s * p.teeth * std::max(speed, 0.0) / problem.passes_per_s;
+    sums.teeth.bite_mm += time_s * p.teeth * std::max(speed, 0.0) / problem.passes_per_s;
     out.cut_mJ += std::max(0.0, work_mJ);  // < 0 only by rounding: the potential is convex and minimal at rest
   }
   for (const FlatPoint& p : problem.flats) {
@@ -266,7 +266,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     if (!(speed > 0)) continue;
     const double force = p.Force(speed, problem.creep_mm_per_s);
     f_edge_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
-    sums.thrust += time_s * force;
+    sums.teeth.thrust_N += time_s * force;
     out.cut_mJ += time_s * force * speed;
   }
   sums.f_cut_W += time_s * X_WT.Vector(f_edge_T);
@@ -298,14 +298,7 @@ void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) con
     out.f_cut_W_N = sums.f_cut_W / sums.time_s;
     out.f_face_W_N = sums.f_face_W / sums.time_s;
     out.f_friction_W_N = sums.f_friction_W / sums.time_s;
-    out.thrust_sum_N = sums.thrust / sums.time_s;
-    out.engaged_teeth = sums.teeth / sums.time_s;
-  }
-  if (sums.teeth > 0) {
-    out.mean_E_MPa = sums.E / sums.teeth;
-    out.mean_bite_mm = sums.bite / sums.teeth;
-    const auto main = std::max_element(sums.thrust_by_region.begin(), sums.thrust_by_region.end());
-    if (*main > 0) out.main_region = static_cast<int>(main - sums.thrust_by_region.begin());
+    sums.teeth.Report(sums.time_s, out);
   }
 }
 
@@ -464,8 +457,14 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& input, TickObserver* o
 
   // 6 effects of the whole tick
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
-  EffectEnd end{in.dt_s,           input.rpm,          in.rpm,         s.X_WT, (out.status & kCoupledAsleep) != 0,
-                mean * sums.teeth, mean * sums.thrust, out.removed_mm3};
+  EffectEnd end{in.dt_s,
+                input.rpm,
+                in.rpm,
+                s.X_WT,
+                (out.status & kCoupledAsleep) != 0,
+                mean * sums.teeth.teeth,
+                mean * sums.teeth.thrust_N,
+                out.removed_mm3};
   {
     const EffectsStage stage(observer, s.effects, TickStage::kPublish);
     s.effects.End(end);

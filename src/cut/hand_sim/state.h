@@ -15,6 +15,7 @@
 #include "cut/hand_sim/coupling.h"
 #include "cut/hand_sim/setup.h"
 #include "cut/hand_sim/slab_guide.h"
+#include "cut/path_sim/teeth_sums.h"
 #include "cut/proximity/clearance.h"
 #include "cut/removal/paced_cutter.h"
 #include "cut/tool/shape.h"
@@ -66,8 +67,7 @@ struct CoupledSimulation::State {
     double drawn_mJ = 0;  // energy put into the coupling's springs by the handle's motion
     double given_mJ = 0;  // work of the coupling and contact springs on the tool: force at a step's end times motion
     Vec3 f_cut_W{0}, f_face_W{0}, f_friction_W{0};
-    double thrust = 0, teeth = 0, E = 0, bite = 0;
-    std::array<double, 256> thrust_by_region{};
+    TeethSums teeth;
     Vec3 f_damper_W{0}, tau_damper_W{0};  // on the hand, in the last substep; not weighted by time
     bool touched = false;                 // true if the tool touched anything
   };

@@ -9,6 +9,7 @@
 #include "bone/grid/piece_removal.h"
 #include "cut/contact/edge.h"
 #include "cut/effects/plan.h"
+#include "cut/path_sim/teeth_sums.h"
 #include "cut/removal/paced_cutter.h"
 #include "cut/tool/shape.h"
 #include "kerf/error.h"
@@ -23,12 +24,8 @@ constexpr double kNoFaces_mm = 1e3;  // large spacing: a tool on a path does not
 /// Load on the tool in its frame's axes. The force acts at the tool's origin, to which the tooth forces point.
 struct EdgeLoad {
   Vec3 f_T_N{0};
-  Vec3 tau_T_Nmm{0};         // about the origin, from effects
-  double thrust_sum_N = 0;   // sum of the magnitudes of the tooth forces
-  double engaged_teeth = 0;  // a real number; only teeth that move outwards
-  double E_sum_MPa = 0;      // sums over the engaged teeth; divided by engaged_teeth, they give means
-  double bite_sum_mm = 0;
-  std::array<double, 256> thrust_by_region_N{};  // by region id; the sum is thrust_sum_N
+  Vec3 tau_T_Nmm{0};  // about the origin, from effects
+  TeethSums sums;     // of the teeth that move outwards
 };
 
 }  // namespace
@@ -109,11 +106,11 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
     const double teeth = outward * point.teeth;
     const double force = point.teeth * problem.MeanToothForce(point, outwards, along).radial_N;
     load.f_T_N -= force * point.FindOutwards(outwards, along);
-    load.thrust_sum_N += force;
-    load.thrust_by_region_N[static_cast<std::size_t>(edge.contacts()[i].region)] += force;
-    load.engaged_teeth += teeth;
-    load.E_sum_MPa += teeth * edge.contacts()[i].E_MPa;
-    load.bite_sum_mm += teeth * speed / passes_per_s;
+    load.sums.thrust_N += force;
+    load.sums.thrust_by_region_N[static_cast<std::size_t>(edge.contacts()[i].region)] += force;
+    load.sums.teeth += teeth;
+    load.sums.E_MPa += teeth * edge.contacts()[i].E_MPa;
+    load.sums.bite_mm += teeth * speed / passes_per_s;
   }
   return load;
 }
@@ -272,9 +269,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   // 2 engage and 3 remove, alternately, so that each substep acts on the bone that the previous one has left
   const double dt_s = in.dt_s / substeps;
   const Vec3 p_TG_mm = CalcGrip(s.params.tool);
-  double E_sum_MPa = 0;
-  double bite_sum_mm = 0;
-  std::array<double, 256> thrust_by_region_N{};
+  TeethSums sums;
   Pose X_a = X_from;
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
     const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
@@ -287,13 +282,7 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
     }
     out.f_T_W_N += X_a.Vector(load.f_T_N);
     out.tau_TG_W_Nmm += X_a.Vector(load.tau_T_Nmm + glm::cross(-p_TG_mm, load.f_T_N));
-    out.thrust_sum_N += load.thrust_sum_N;
-    out.engaged_teeth += load.engaged_teeth;
-    E_sum_MPa += load.E_sum_MPa;
-    bite_sum_mm += load.bite_sum_mm;
-    for (std::size_t id = 0; id < thrust_by_region_N.size(); ++id) {
-      thrust_by_region_N[id] += load.thrust_by_region_N[id];
-    }
+    sums.Add(load.sums);
     enter(TickStage::kRemove);
     Cutter::Result cut = s.paced.Cut(X_a, X_b);
     out.removed_mm3 += cut.removed_mm3;
@@ -307,16 +296,9 @@ TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
 
   // 4 publish: means over the tick
   enter(TickStage::kPublish);
-  if (out.engaged_teeth > 0) {
-    out.mean_E_MPa = E_sum_MPa / out.engaged_teeth;
-    out.mean_bite_mm = bite_sum_mm / out.engaged_teeth;
-    const auto main = std::max_element(thrust_by_region_N.begin(), thrust_by_region_N.end());
-    if (*main > 0) out.main_region = static_cast<int>(main - thrust_by_region_N.begin());
-  }
+  sums.Report(substeps, out);
   out.f_T_W_N /= substeps;
   out.tau_TG_W_Nmm /= substeps;
-  out.thrust_sum_N /= substeps;
-  out.engaged_teeth /= substeps;
   EffectEnd end{in.dt_s,           in.rpm,           begin.rpm,      s.X_WT, out.engaged_teeth == 0,
                 out.engaged_teeth, out.thrust_sum_N, out.removed_mm3};
   {

@@ -48,6 +48,17 @@ EffectChoices MakeEffects(const StudySettings& settings) {
   return effects;
 }
 
+SimulationParams MakeParams(const StudyPath& path, const StudySettings& settings) {
+  SimulationParams params;
+  params.tool = path.saw;
+  params.law = MakeCaseLaw(path, settings);
+  params.effects = MakeEffects(settings);
+  params.rim_samples_per_pitch = settings.rim_samples_per_pitch;
+  params.substeps = settings.substeps;
+  params.carve_interval_ticks = settings.carve_interval_ticks;
+  return params;
+}
+
 double FindTemperature_C(const EffectPlan& plan, const Vec3& p_W) {
   const auto* heat = dynamic_cast<const HeatEffect*>(plan.Find("heat"));
   if (!heat) return std::numeric_limits<double>::quiet_NaN();
@@ -95,14 +106,8 @@ class HandSubject final : public CaseSubject {
 
  private:
   static CoupledSimulation MakeSimulation(const StudyPath& path, const StudySettings& settings, Bone bone) {
-    CoupledParams params;
-    params.tool = path.saw;
-    params.law = MakeCaseLaw(path, settings);
+    CoupledParams params{MakeParams(path, settings)};
     params.coupling = path.coupling;
-    params.effects = MakeEffects(settings);
-    params.rim_samples_per_pitch = settings.rim_samples_per_pitch;
-    params.substeps = settings.substeps;
-    params.carve_interval_ticks = settings.carve_interval_ticks;
     params.precision_bits = settings.precision_bits;
     params.spare_leaves = CountSpareLeaves(bone);
     return {std::move(bone), params, path.pose(Holding::kHand, 0)};
@@ -144,14 +149,7 @@ class PathSubject final : public CaseSubject {
 
  private:
   static Simulation MakeSimulation(const StudyPath& path, const StudySettings& settings, Bone bone) {
-    SimulationParams params;
-    params.tool = path.saw;
-    params.law = MakeCaseLaw(path, settings);
-    params.rim_samples_per_pitch = settings.rim_samples_per_pitch;
-    params.substeps = settings.substeps;
-    params.carve_interval_ticks = settings.carve_interval_ticks;
-    params.effects = MakeEffects(settings);
-    return {std::move(bone), params, path.pose(Holding::kPath, 0)};
+    return {std::move(bone), MakeParams(path, settings), path.pose(Holding::kPath, 0)};
   }
 
   Simulation simulation_;

@@ -492,15 +492,9 @@ SimulationParams MakeSimulationParams(const Scene& scene) {
 }
 
 CoupledParams MakeCoupledParams(const Scene& scene) {
-  CoupledParams params;
-  params.tool = MakeTool(scene);
-  params.law = scene.force;
+  CoupledParams params{MakeSimulationParams(scene)};
   params.coupling = scene.coupling.params;
   params.coupling.p_TC_mm = scene.coupling.at == CouplingPoint::kGrip ? CalcGrip(params.tool) : Vec3{0};
-  params.effects = scene.effects;
-  params.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
-  params.substeps = scene.simulation.substeps;
-  params.carve_interval_ticks = scene.simulation.carve_interval_ticks;
   return params;
 }
 

@@ -99,9 +99,8 @@ namespace {
 
 void RunAll() {
   SimulationParams led_params;
-  CoupledParams held_params;
-  held_params.tool = DiscSaw{};
-  held_params.effects.clear();
+  led_params.effects.clear();
+  const CoupledParams held_params{led_params};
   Bone led_bone = MakeBone();
   Bone held_bone = MakeBone();
 

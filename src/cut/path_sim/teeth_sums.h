@@ -1,0 +1,41 @@
+// Sums over the teeth and the substeps of a tick, for a tool on a path and for a coupled tool.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "kerf/simulation.h"
+
+namespace kerf {
+
+/// Each addend has the weight of its substep: 1, or its duration.
+struct TeethSums {
+  double thrust_N = 0;
+  double teeth = 0;  // engaged teeth, a real number
+  double E_MPa = 0;  // of the engaged teeth
+  double bite_mm = 0;
+  std::array<double, 256> thrust_by_region_N{};
+
+  void Add(const TeethSums& other) {
+    thrust_N += other.thrust_N;
+    teeth += other.teeth;
+    E_MPa += other.E_MPa;
+    bite_mm += other.bite_mm;
+    for (std::size_t id = 0; id < thrust_by_region_N.size(); ++id) {
+      thrust_by_region_N[id] += other.thrust_by_region_N[id];
+    }
+  }
+  /// Sets the means. `weight`: sum of the weights, above 0.
+  void Report(double weight, TeethOutput& out) const {
+    out.thrust_sum_N = thrust_N / weight;
+    out.engaged_teeth = teeth / weight;
+    if (!(teeth > 0)) return;
+    out.mean_E_MPa = E_MPa / teeth;
+    out.mean_bite_mm = bite_mm / teeth;
+    const auto main = std::max_element(thrust_by_region_N.begin(), thrust_by_region_N.end());
+    if (*main > 0) out.main_region = static_cast<int>(main - thrust_by_region_N.begin());
+  }
+};
+
+}  // namespace kerf
