@@ -29,6 +29,8 @@ struct DeviceProfile {
   std::string source;                   // source of the values, and how reliable they are
 };
 
+/// What the loop reads. A DriverSample has what the device itself reports instead: in its own frame, with homing and
+/// deflections, before the scene's mapping.
 struct DeviceSample {
   Pose X_WH;  // pose of the tool frame that the handle requests
   std::uint32_t buttons = 0;

@@ -44,8 +44,7 @@ SimulatedDevice::SimulatedDevice(const DeviceProfile& profile, const HandModel& 
     throw Error(fmt::format("delay_ticks = {} of the simulated device is outside the range 0 to {}",
                             options.delay_ticks, kMaxDelay));
   }
-  intention_.X_WH = X_WH_start;
-  p_WC_mm_ = X_WH_start.Point(options.p_TC_mm);
+  Place(X_WH_start);
   last_sample_.X_WH = X_WH_start;
 }
 
@@ -58,6 +57,12 @@ void SimulatedDevice::SetScript(IntentionScript script) {
 void SimulatedDevice::SetIntention(const Intention& intention) {
   script_.reset();
   intention_ = intention;
+}
+
+void SimulatedDevice::Place(const Pose& X_WH) {
+  SetIntention({.X_WH = X_WH});
+  p_WC_mm_ = X_WH.Point(options_.p_TC_mm);
+  v_WC_mm_per_s_ = yielded_mm_ = turned_W_rad_ = Vec3{0};
 }
 
 Quat SimulatedDevice::CalcOrientation() const noexcept {

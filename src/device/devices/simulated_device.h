@@ -40,6 +40,8 @@ class SimulatedDevice : public Device {
   void SetScript(IntentionScript script);
   /// Sets the intention for one tick or more; replaces the script. Tick-safe.
   void SetIntention(const Intention& intention);
+  /// Moves the hand and the handle to a pose, where they rest. Tick-safe.
+  void Place(const Pose& X_WH);
   void SetFaults(const DeviceFaults& faults) { faults_ = faults; }
   /// Changes the hand immediately. Tick-safe, except that copying the name may allocate.
   void SetHand(const HandModel& hand) { hand_ = hand; }

@@ -86,6 +86,16 @@ void HandMotion::EnterNextChain() noexcept {
   phase_ = Phase::kTransfer;
 }
 
+void HandMotion::JoinFrom(const Pose& X_WH) {
+  device_.Place(X_WH);
+  first_ = segment_ = 0;
+  t_s_ = path_.segments().front().start_s;
+  X_from_ = X_aim_ = X_WH;
+  push_W_N_ = Vec3{0};
+  fraction_ = waited_s_ = 0;
+  phase_ = Phase::kJoin;
+}
+
 void HandMotion::Advance(double dt_s) noexcept {
   // The farther the handle lags behind the target, the slower the hand moves; at `lead_mm` it waits.
   const double lag_mm = glm::distance(X_aim_.Point(p_TC_mm_), device_.p_WC_mm());
@@ -131,14 +141,16 @@ void HandMotion::Advance(double dt_s) noexcept {
       if (segment_ == first_ && t_s_ <= segments[first_].start_s) EnterNextChain();
       break;
     }
-    case Phase::kTransfer: {
+    case Phase::kTransfer:
+    case Phase::kJoin: {
       const Pose X_to = path_.CalcPose(segment_, t_s_);
       const double distance_mm = std::max(glm::distance(X_from_.p_AB, X_to.p_AB), 1.0);
-      fraction_ = std::min(fraction_ + pace_ * dt_s * hand_.lift_mm_per_s / distance_mm, 1.0);
+      const double moved = phase_ == Phase::kJoin ? dt_s / kJoin_s : pace_ * dt_s * hand_.lift_mm_per_s / distance_mm;
+      fraction_ = std::min(fraction_ + moved, 1.0);
       X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, fraction_), glm::mix(X_from_.p_AB, X_to.p_AB, fraction_)};
       if (fraction_ >= 1) {
+        if (phase_ == Phase::kTransfer) ++strokes_;
         phase_ = Phase::kCut;
-        ++strokes_;
       }
       break;
     }
@@ -147,7 +159,7 @@ void HandMotion::Advance(double dt_s) noexcept {
   // The hand may still be moving when it turns back.
   double fade = 1;
   Vec3 stop_W_N{0};
-  if (phase_ != Phase::kTransfer && IsLastOfChain()) {
+  if (phase_ != Phase::kTransfer && phase_ != Phase::kJoin && IsLastOfChain()) {
     const double left_mm = CalcDistanceLeft();
     fade = std::clamp(left_mm / std::clamp(kFadeFraction * hand_.lead_mm, kMinFade_mm, kMaxFade_mm), 0.0, 1.0);
     stop_W_N = CalcStop(left_mm) * direction_W_;

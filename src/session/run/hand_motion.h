@@ -12,6 +12,9 @@
 
 namespace kerf {
 
+/// Time that the hand takes from where a recording ends to the path.
+inline constexpr double kJoin_s = 2;
+
 /// Simulated hand that follows a path. Strokes that follow one another without a retract are treated as one stroke (a
 /// chain). After a stroke, the hand returns along the stroke before it moves to the next one. It waits if the handle
 /// lags, also at the end of a stroke, and presses against the resistance along a stroke. Near the end of a stroke it
@@ -25,6 +28,8 @@ class HandMotion final : public HandDriver {
              double felt_stiffness_N_per_mm = std::numeric_limits<double>::infinity());
 
   void Advance(double dt_s) noexcept override;
+  /// Puts the hand and the handle at X_WH, from where they move straight to the start of the path in kJoin_s.
+  void JoinFrom(const Pose& X_WH);
   /// Initial pose.
   Pose start() const { return path_.CalcPose(0, 0); }
   /// These return the number of completed passes through the path, and the number of strokes begun. Call in the loop's
@@ -33,7 +38,7 @@ class HandMotion final : public HandDriver {
   long strokes() const { return strokes_; }
 
  private:
-  enum class Phase { kCut, kReturn, kTransfer };
+  enum class Phase { kCut, kReturn, kTransfer, kJoin };
   void EnterNextChain() noexcept;
   double CalcSpeed(std::size_t segment) const;
   bool IsLastOfChain() const noexcept;

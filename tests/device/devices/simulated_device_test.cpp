@@ -49,6 +49,20 @@ double Release(int substeps, double t_s) {
   return device.p_WC_mm().x;
 }
 
+TEST(SimulatedDevice, RestsWhereItIsPlaced) {
+  SimulatedDevice device(MakePlain(), MakeHand(0.1, 0.003, 0.2), PoseAt(1), Fine());
+  device.SetIntention({.X_WH = PoseAt(0), .push_W_N = {0, 3, 0}});
+  for (int i = 0; i < 50; ++i) device.Elapse(kSimulatedDeviceDt_s);
+  ASSERT_GT(glm::length(device.v_WC_mm_per_s()), 1);
+  device.Place(PoseAt(5, 2, -1));
+  for (int i = 0; i < 50; ++i) {
+    DeviceSample sample;
+    ASSERT_TRUE(device.Read(sample));
+    EXPECT_EQ(sample.X_WH.p_AB, Vec3(5, 2, -1));
+    device.Elapse(kSimulatedDeviceDt_s);
+  }
+}
+
 TEST(SimulatedDevice, SwingsLikeADampedOscillatorToSecondOrder) {
   // m = 0.3e-3 N s2/mm, b = 0.003, k = 0.2: x = e^(-at) (cos wt + a/w sin wt), a = b/2m, w = sqrt(k/m - a^2).
   const double a = 0.003 / (2 * 0.3e-3);
