@@ -179,8 +179,15 @@ void Run(LoopArguments& options) {
     // Results must not overwrite the recording.
     if (!options.folder.empty()) CheckLoopInputsNotOverwritten(scene, options.loop.output.record, options.folder);
   }
-  if (!options.hand.empty()) scene.hand.model = options.hand;
-  if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
+  // The sections are recorded even if the scene does not have them.
+  if (!options.hand.empty()) {
+    scene.hand.model = options.hand;
+    scene.hand.given = true;
+  }
+  if (options.rate_hz) {
+    scene.loop.rate_hz = *options.rate_hz;
+    scene.loop.given = true;
+  }
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckLoopInputsNotOverwritten(scene, options.scene, options.folder);

@@ -55,6 +55,14 @@ TEST_F(ReplayCommand, VerifiesAndWritesTheSameResultsAsTheRun) {
   EXPECT_EQ(nlohmann::json::parse(part.out).at("replayed_ticks"), 1500);
 }
 
+// The scene has no sections [loop] and [hand].
+TEST_F(ReplayCommand, RateAndHandOfTheCommandLineAreRecorded) {
+  Record("--rate-hz 2000 --hand H1");
+  const ProgramResult replayed = Kerf("replay a.kerf --verify --json");
+  ASSERT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_EQ(nlohmann::json::parse(replayed.out).at("replayed_ticks"), 6000);
+}
+
 TEST_F(ReplayCommand, RunAlongAPath) {
   ASSERT_EQ(Kerf("run s.toml -o out --record a.kerf").code, 0);
   ASSERT_EQ(Kerf("replay a.kerf --verify -o again").code, 0);
